@@ -1,0 +1,75 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+
+#include "haptic_server/device/device_spec.hpp"
+#include "proto/device_plugin.h"
+
+namespace stillgrid {
+
+/// How the host will call the device.
+struct DeviceLoop {
+  std::uint64_t period_ns = 1'000'000;  // > 0
+  bool is_virtual = false;              // lockstep: time starts at zero, a period a tick
+};
+
+/// A device that is open and active: motors on, zero force.
+///
+/// The plugin's library stays loaded for good. Neither copied nor moved.
+class Device {
+ public:
+  /// Loads the plugin, configures it in the order of its options, and activates it.
+  ///
+  /// Throws DeviceError.
+  Device(const DeviceSpec& spec, const DeviceLoop& loop);
+
+  /// Deactivates, which leaves zero force, and closes.
+  ~Device();
+
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
+
+  /// What the device says of itself; finite, the name zero-terminated.
+  [[nodiscard]] const stillgrid_device_descriptor& descriptor() const noexcept {
+    return descriptor_;
+  }
+
+  /// The state at now_ns, or the driver's code: STILLGRID_DEVICE_END, or a fault. On a fault
+  /// state.valid is zero. A driver that throws counts as STILLGRID_DEVICE_E_IO.
+  ///
+  /// Realtime: the driver's read() and nothing else.
+  [[nodiscard]] std::int32_t read(std::uint64_t now_ns, stillgrid_device_state& state) noexcept;
+
+  /// The force on the user's hand from now_ns on, device frame. Returns the driver's code.
+  ///
+  /// Realtime: the driver's write() and nothing else.
+  [[nodiscard]] std::int32_t write(std::uint64_t now_ns, const Eigen::Vector3d& force_N) noexcept;
+
+  /// Zero force, motors off; later reads and writes return STILLGRID_DEVICE_E_ORDER. Called
+  /// twice, it does nothing twice.
+  void deactivate() noexcept;
+
+  /// Zero force at once, until the end. From any thread while the device lives.
+  void emergency_stop() noexcept;
+
+  /// One line on a code that read() or write() returned. Not for the haptic loop.
+  [[nodiscard]] std::string error_line(std::int32_t code) const;
+
+ private:
+  void open(const DeviceSpec& spec);
+  void configure(const DeviceOption& option);
+  void describe();
+  void activate();
+  void close() noexcept;
+  void require(std::int32_t code, const std::string& step) const;
+
+  std::string plugin_;  // as the user named it
+  stillgrid_device_api api_{};
+  stillgrid_device_descriptor descriptor_{};
+  stillgrid_device* device_ = nullptr;
+  bool is_active_ = false;
+};
+
+}  // namespace stillgrid

@@ -1,0 +1,210 @@
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "haptic_server/devices/path.hpp"
+#include "haptic_server/devices/phantom_model.hpp"
+#include "haptic_server/devices/plugin_options.hpp"
+#include "haptic_server/devices/plugin_support.hpp"
+#include "haptic_server/devices/trajectory.hpp"
+
+namespace stillgrid {
+namespace {
+
+/// A numeric option, and the setting it takes the place of.
+struct NumberOption {
+  std::string_view key;
+  Bounds bounds;
+  double& (*place)(PhantomSettings&);
+};
+
+using Settings = PhantomSettings;
+constexpr std::array kNumberOptions = {
+    NumberOption{"mass_kg", Bounds::kPositive,
+                 [](Settings& s) -> double& { return s.device.mass_kg; }},
+    NumberOption{"damping_N_s_m", Bounds::kNotNegative,
+                 [](Settings& s) -> double& { return s.device.damping_N_s_m; }},
+    NumberOption{"friction_N", Bounds::kNotNegative,
+                 [](Settings& s) -> double& { return s.device.friction_N; }},
+    NumberOption{"resolution_m", Bounds::kNotNegative,
+                 [](Settings& s) -> double& { return s.device.resolution_m; }},
+    NumberOption{"max_force_N", Bounds::kNotNegative,
+                 [](Settings& s) -> double& { return s.device.max_force_N; }},
+    NumberOption{"noise_m", Bounds::kNotNegative, [](Settings& s) -> double& { return s.noise_m; }},
+    NumberOption{"push_x_N", Bounds::kFinite, [](Settings& s) -> double& { return s.push_N.x(); }},
+    NumberOption{"push_y_N", Bounds::kFinite, [](Settings& s) -> double& { return s.push_N.y(); }},
+    NumberOption{"push_z_N", Bounds::kFinite, [](Settings& s) -> double& { return s.push_N.z(); }},
+    NumberOption{"start_x_m", Bounds::kFinite,
+                 [](Settings& s) -> double& { return s.start_m.x(); }},
+    NumberOption{"start_y_m", Bounds::kFinite,
+                 [](Settings& s) -> double& { return s.start_m.y(); }},
+    NumberOption{"start_z_m", Bounds::kFinite,
+                 [](Settings& s) -> double& { return s.start_m.z(); }},
+    NumberOption{"velocity_x_m_s", Bounds::kFinite,
+                 [](Settings& s) -> double& { return s.start_velocity_m_s.x(); }},
+    NumberOption{"velocity_y_m_s", Bounds::kFinite,
+                 [](Settings& s) -> double& { return s.start_velocity_m_s.y(); }},
+    NumberOption{"velocity_z_m_s", Bounds::kFinite,
+                 [](Settings& s) -> double& { return s.start_velocity_m_s.z(); }},
+    NumberOption{"centre_x_m", Bounds::kFinite,
+                 [](Settings& s) -> double& { return s.path.centre_m.x(); }},
+    NumberOption{"centre_y_m", Bounds::kFinite,
+                 [](Settings& s) -> double& { return s.path.centre_m.y(); }},
+    NumberOption{"centre_z_m", Bounds::kFinite,
+                 [](Settings& s) -> double& { return s.path.centre_m.z(); }},
+    NumberOption{"depth_m", Bounds::kFinite, [](Settings& s) -> double& { return s.path.depth_m; }},
+    NumberOption{"amplitude_m", Bounds::kFinite,
+                 [](Settings& s) -> double& { return s.path.amplitude_m; }},
+    NumberOption{"period_s", Bounds::kPositive,
+                 [](Settings& s) -> double& { return s.path.period_s; }},
+};
+
+std::string known_keys() {
+  std::string keys = "a known key: profile, hand, path, delay_ticks, seed";
+  for (const NumberOption& option : kNumberOptions) keys += ", " + std::string(option.key);
+  return keys + ", scale, offset_x_m, offset_y_m, offset_z_m, map, resample, knot_spacing_s";
+}
+
+/// The simulated device behind the plugin interface. Its time is the host's, from the first
+/// read or write after activate().
+class PhantomDriver {
+ public:
+  static constexpr const char* kName = "phantom";
+
+  explicit PhantomDriver(const HostLoop& loop) : period_ns_(loop.period_ns) {
+    recording_.resampling = Resampling::kCubic;  // a hand's velocity does not step
+  }
+
+  void configure(std::string_view key, std::string_view value) {
+    if (set_recording_option(recording_, key, value)) return;
+    const auto* const number =
+        std::find_if(kNumberOptions.begin(), kNumberOptions.end(),
+                     [key](const NumberOption& option) { return option.key == key; });
+    if (number != kNumberOptions.end()) {
+      overrides_.emplace_back(number, number_option(key, value, number->bounds));
+    } else if (key == "profile") {
+      const auto profile = phantom_profile(value);
+      if (!profile) refuse_option(key, value, "touch, touchx or premium15");
+      profile_ = *profile;
+    } else if (key == "hand") {
+      const auto hand = hand_profile(value);
+      if (!hand) refuse_option(key, value, "none, light or measured");
+      hand_ = *hand;
+    } else if (key == "path") {
+      if (!path_kind(value) && !value.ends_with(".csv")) {
+        refuse_option(key, value, "still, press, stroke, tap, circle or a trajectory FILE.csv");
+      }
+      path_ = value;
+    } else if (key == "delay_ticks") {
+      delay_ticks_ = static_cast<int>(count_option(key, value, kMaxDelayTicks));
+    } else if (key == "seed") {
+      seed_ = count_option(key, value, std::numeric_limits<std::uint64_t>::max());
+    } else {
+      refuse_option(key, value, known_keys());
+    }
+  }
+
+  void describe(stillgrid_device_descriptor& descriptor) const {
+    const PhantomProfile device = settings().device;
+    Eigen::Map<Eigen::Vector3d>(descriptor.workspace_min_m) = -0.5 * device.workspace_m;
+    Eigen::Map<Eigen::Vector3d>(descriptor.workspace_max_m) = 0.5 * device.workspace_m;
+    descriptor.position_resolution_m = device.resolution_m;
+    descriptor.max_force_N = device.max_force_N;
+    descriptor.continuous_force_N = device.continuous_force_N;
+    descriptor.nominal_stiffness_N_m = device.nominal_stiffness_N_m;
+    descriptor.max_read_ns = 200'000;
+  }
+
+  void activate() {
+    model_ = make_phantom(settings());
+    has_started_ = false;
+    sequence_ = 0;
+  }
+
+  std::int32_t read(std::uint64_t now_ns, bool is_stopped, stillgrid_device_state& state) noexcept {
+    catch_up(now_ns, is_stopped);
+    state.valid = STILLGRID_STATE_POSITION;
+    state.time_ns = now_ns;
+    state.sequence = ++sequence_;
+    Eigen::Map<Eigen::Vector3d>(state.position_m) = read_encoders(model_);
+    return STILLGRID_DEVICE_OK;
+  }
+
+  std::int32_t write(std::uint64_t now_ns, bool is_stopped, const double* force_N) noexcept {
+    catch_up(now_ns, is_stopped);
+    const Eigen::Vector3d force = Eigen::Map<const Eigen::Vector3d>(force_N);
+    if (!is_stopped) command_force(model_, force);
+    return force.allFinite() ? STILLGRID_DEVICE_OK : STILLGRID_DEVICE_E_ARGUMENT;
+  }
+
+  void deactivate() noexcept { release_force(model_); }
+
+ private:
+  /// Everything configured so far, put together.
+  [[nodiscard]] PhantomSettings settings() const {
+    PhantomSettings settings;
+    settings.device = profile_;
+    settings.hand = hand_;
+    settings.delay_ticks = delay_ticks_;
+    settings.seed = seed_;
+    settings.tick_s = static_cast<double>(period_ns_) * 1e-9;
+    if (const auto kind = path_kind(path_)) {
+      settings.path.kind = *kind;
+    } else {
+      settings.path.kind = PathKind::kRecorded;
+      settings.path.recorded = make_curve(read_trajectory(path_, recording_.trajectory),
+                                          recording_.resampling, recording_.knot_spacing_s);
+    }
+    const auto apply_overrides = [&] {
+      for (const auto& [option, value] : overrides_) option->place(settings) = value;
+    };
+    apply_overrides();
+    settings.start_m = path_at(settings.path, 0.0).position_m;
+    apply_overrides();  // again, for a start that is not the path's
+    return settings;
+  }
+
+  /// Moves the model to now_ns, the force held. A stall of more than some ticks is skipped,
+  /// or catching up would make the next read late in its turn.
+  void catch_up(std::uint64_t now_ns, bool is_stopped) noexcept {
+    constexpr std::uint64_t kMostSubsteps = 20 * kSubstepsPerTick;
+    if (is_stopped) release_force(model_);
+    if (!has_started_) start_ns_ = now_ns;
+    has_started_ = true;
+    const std::uint64_t elapsed_ns = now_ns > start_ns_ ? now_ns - start_ns_ : 0;
+    const std::uint64_t target = elapsed_ns * kSubstepsPerTick / period_ns_;
+    if (target <= model_.substeps_done) return;
+    const std::uint64_t due = target - model_.substeps_done;
+    if (due > kMostSubsteps) start_ns_ += (due - kMostSubsteps) * period_ns_ / kSubstepsPerTick;
+    advance_phantom(model_, std::min(due, kMostSubsteps));
+  }
+
+  PhantomProfile profile_ = *phantom_profile("touch");
+  HandProfile hand_ = *hand_profile("light");
+  std::string path_ = "press";
+  RecordingOptions recording_;
+  int delay_ticks_ = 0;
+  std::uint64_t seed_ = 1;
+  std::vector<std::pair<const NumberOption*, double>> overrides_;
+
+  std::uint64_t period_ns_;
+  PhantomModel model_;
+  bool has_started_ = false;
+  std::uint64_t start_ns_ = 0;
+  std::uint64_t sequence_ = 0;
+};
+
+}  // namespace
+}  // namespace stillgrid
+
+extern "C" std::int32_t stillgrid_device_negotiate(const stillgrid_host_info* host,
+                                                   stillgrid_device_api* out) {
+  return stillgrid::PluginAdapter<stillgrid::PhantomDriver>::negotiate(host, out);
+}

@@ -1,0 +1,232 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <exception>
+#include <memory>
+#include <new>
+#include <type_traits>
+
+#include "proto/device_plugin.h"
+
+namespace stillgrid {
+
+/// What the host said of its loop when it negotiated.
+struct HostLoop {
+  std::uint64_t period_ns = 1'000'000;
+};
+
+/// The last error of a device: its code and one line on it.
+struct ErrorLine {
+  std::int32_t code = STILLGRID_DEVICE_OK;
+  std::array<char, 1024> text{};
+
+  std::int32_t set(std::int32_t new_code, const char* line) noexcept {
+    code = new_code;
+    std::strncpy(text.data(), line, text.size() - 1);
+    return code;
+  }
+};
+
+/// The C ABI around a driver, which is a class of these members:
+///   static constexpr const char* kName;
+///   explicit Driver(const HostLoop&);
+///   void configure(key, value)                  may throw: the option is refused
+///   void describe(descriptor&)                  may throw: the options do not fit together
+///   void activate()                             may throw, as describe()
+///   int32_t read(now_ns, is_stopped, state&) noexcept     fills in all it marks as valid
+///   int32_t write(now_ns, is_stopped, force_N) noexcept
+///   void deactivate() noexcept                  zero force
+/// This template keeps the order of life, the sizes of structs and the exceptions inside.
+template <class Driver>
+struct PluginAdapter {
+  explicit PluginAdapter(const HostLoop& loop) : driver(loop) {}
+
+  Driver driver;
+  ErrorLine error;
+  bool is_active = false;
+  std::atomic<bool> is_stopped = false;  // emergency_stop() may come from any thread
+
+  static inline HostLoop host_loop;       // of the last negotiation
+  static inline ErrorLine library_error;  // where there is no device to hold it
+
+  static PluginAdapter* of(stillgrid_device* device) noexcept {
+    return reinterpret_cast<PluginAdapter*>(device);
+  }
+
+  template <class Work>
+  static std::int32_t guarded(ErrorLine& error, const Work& work) noexcept {
+    try {
+      work();
+      return STILLGRID_DEVICE_OK;
+    } catch (const std::bad_alloc&) {
+      return error.set(STILLGRID_DEVICE_E_IO, "out of memory");
+    } catch (const std::exception& refusal) {
+      return error.set(STILLGRID_DEVICE_E_ARGUMENT, refusal.what());
+    } catch (...) {
+      return error.set(STILLGRID_DEVICE_E_IO, "unknown fault in the driver");
+    }
+  }
+
+  static std::int32_t enumerate() noexcept { return 1; }
+
+  static std::int32_t open(std::uint32_t index, stillgrid_device** out) noexcept {
+    if (out == nullptr) {
+      return library_error.set(STILLGRID_DEVICE_E_ARGUMENT, "open: no place for the device");
+    }
+    *out = nullptr;
+    if (index != 0) {
+      return library_error.set(STILLGRID_DEVICE_E_NO_DEVICE, "open: there is only device 0");
+    }
+    return guarded(library_error, [out] {
+      *out =
+          reinterpret_cast<stillgrid_device*>(std::make_unique<PluginAdapter>(host_loop).release());
+    });
+  }
+
+  static std::int32_t configure(stillgrid_device* device, const char* key,
+                                const char* value) noexcept {
+    if (device == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
+    PluginAdapter& self = *of(device);
+    if (self.is_active) return STILLGRID_DEVICE_E_ORDER;
+    if (key == nullptr || value == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
+    return guarded(self.error, [&] { self.driver.configure(key, value); });
+  }
+
+  static std::int32_t describe(stillgrid_device* device,
+                               stillgrid_device_descriptor* out) noexcept {
+    constexpr std::size_t kLeast = offsetof(stillgrid_device_descriptor, workspace_min_m);
+    if (device == nullptr || out == nullptr || out->struct_size < kLeast) {
+      return STILLGRID_DEVICE_E_ARGUMENT;
+    }
+    PluginAdapter& self = *of(device);
+    stillgrid_device_descriptor descriptor{};
+    std::strncpy(descriptor.name, Driver::kName, sizeof descriptor.name - 1);
+    descriptor.rate_hz = 1e9 / static_cast<double>(host_loop.period_ns);
+    const std::int32_t code = guarded(self.error, [&] { self.driver.describe(descriptor); });
+    if (code == STILLGRID_DEVICE_OK) copy_out(descriptor, out);
+    return code;
+  }
+
+  static std::int32_t activate(stillgrid_device* device) noexcept {
+    if (device == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
+    PluginAdapter& self = *of(device);
+    if (self.is_active) return STILLGRID_DEVICE_E_ORDER;
+    const std::int32_t code = guarded(self.error, [&] { self.driver.activate(); });
+    self.is_active = code == STILLGRID_DEVICE_OK;
+    self.is_stopped = false;
+    return code;
+  }
+
+  static std::int32_t read(stillgrid_device* device, std::uint64_t now_ns,
+                           stillgrid_device_state* out) noexcept {
+    constexpr std::size_t kLeast = offsetof(stillgrid_device_state, orientation_xyzw);
+    if (device == nullptr || out == nullptr || out->struct_size < kLeast) {
+      return STILLGRID_DEVICE_E_ARGUMENT;
+    }
+    PluginAdapter& self = *of(device);
+    if (!self.is_active) return STILLGRID_DEVICE_E_ORDER;
+    stillgrid_device_state state{};
+    const std::int32_t code = self.driver.read(now_ns, self.is_stopped, state);
+    if (out->struct_size < offsetof(stillgrid_device_state, velocity_m_s)) {
+      state.valid &= ~STILLGRID_STATE_ORIENTATION;  // an older host's struct ends before it
+    }
+    copy_out(state, out);
+    return code;
+  }
+
+  static std::int32_t write(stillgrid_device* device, std::uint64_t now_ns, const double* force_N,
+                            const double* /*torque_N_m*/) noexcept {
+    if (device == nullptr || force_N == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
+    PluginAdapter& self = *of(device);
+    if (!self.is_active) return STILLGRID_DEVICE_E_ORDER;
+    return self.driver.write(now_ns, self.is_stopped, force_N);
+  }
+
+  static std::int32_t deactivate(stillgrid_device* device) noexcept {
+    if (device == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
+    PluginAdapter& self = *of(device);
+    if (!self.is_active) return STILLGRID_DEVICE_E_ORDER;
+    self.driver.deactivate();
+    self.is_active = false;
+    return STILLGRID_DEVICE_OK;
+  }
+
+  static void close(stillgrid_device* device) noexcept {
+    deactivate(device);
+    delete of(device);
+  }
+
+  static void emergency_stop(stillgrid_device* device) noexcept {
+    if (device != nullptr) of(device)->is_stopped = true;
+  }
+
+  static const char* strerror(stillgrid_device* device, std::int32_t code) noexcept {
+    const ErrorLine& error = device == nullptr ? library_error : of(device)->error;
+    if (code != STILLGRID_DEVICE_OK && code == error.code) return error.text.data();
+    switch (code) {
+      case STILLGRID_DEVICE_OK:
+        return "done";
+      case STILLGRID_DEVICE_E_VERSION:
+        return "no common version of the device interface";
+      case STILLGRID_DEVICE_E_ARGUMENT:
+        return "null or short buffer, or a null device";
+      case STILLGRID_DEVICE_E_ORDER:
+        return "call not allowed in this state of life";
+      case STILLGRID_DEVICE_E_NO_DEVICE:
+        return "no such device";
+      case STILLGRID_DEVICE_E_IO:
+        return "the device stopped answering";
+      case STILLGRID_DEVICE_END:
+        return "the recording has come to its end";
+      default:
+        return "unknown code";
+    }
+  }
+
+  /// Copies what lies inside the caller's struct, and leaves its struct_size alone.
+  template <class Struct>
+  static void copy_out(Struct& from, Struct* to) noexcept {
+    static_assert(std::is_trivially_copyable_v<Struct>);
+    from.struct_size = to->struct_size;
+    std::memcpy(to, &from, std::min<std::size_t>(to->struct_size, sizeof(Struct)));
+  }
+
+  static std::int32_t negotiate(const stillgrid_host_info* host,
+                                stillgrid_device_api* out) noexcept {
+    constexpr std::size_t kLeastHost = offsetof(stillgrid_host_info, clock);
+    if (host == nullptr || out == nullptr || host->struct_size < kLeastHost ||
+        out->struct_size < sizeof(stillgrid_device_api)) {
+      return STILLGRID_DEVICE_E_ARGUMENT;
+    }
+    if (host->abi_max < STILLGRID_DEVICE_ABI_MIN || host->abi_min > STILLGRID_DEVICE_ABI_MAX ||
+        host->abi_min > host->abi_max) {
+      return STILLGRID_DEVICE_E_VERSION;
+    }
+    HostLoop loop;
+    if (host->struct_size >= sizeof(stillgrid_host_info)) loop.period_ns = host->period_ns;
+    if (loop.period_ns == 0) return STILLGRID_DEVICE_E_ARGUMENT;
+    host_loop = loop;
+    const stillgrid_device_api api{out->struct_size,
+                                   std::min(host->abi_max, STILLGRID_DEVICE_ABI_MAX),
+                                   enumerate,
+                                   open,
+                                   configure,
+                                   describe,
+                                   activate,
+                                   read,
+                                   write,
+                                   deactivate,
+                                   close,
+                                   emergency_stop,
+                                   strerror};
+    std::memcpy(out, &api, sizeof api);
+    return STILLGRID_DEVICE_OK;
+  }
+};
+
+}  // namespace stillgrid

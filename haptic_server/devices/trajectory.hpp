@@ -1,0 +1,45 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+#include "haptic_server/devices/trajectory_columns.hpp"
+
+namespace stillgrid {
+
+/// A motion as it was recorded, one sample a row, in the recording's frame after scale and
+/// offset.
+///
+/// Invariants: at least one sample; time_s grows strictly from zero; every array is as long
+/// as time_s, or empty where the recording has no such columns; all values finite.
+struct Trajectory {
+  std::vector<double> time_s;
+  std::vector<Eigen::Vector3d> position_m;
+  std::vector<Eigen::Quaterniond> orientation;  // unit
+  std::vector<Eigen::Vector3d> velocity_m_s;
+  std::vector<Eigen::Vector3d> force_N;
+};
+
+/// What is done to the recorded positions: scale * recorded + offset.
+///
+/// Velocities are scaled with them, forces are not. With a map, axes that it leaves out are
+/// zero (before the offset) and velocity columns are ignored, for they belong to another
+/// point.
+struct TrajectoryOptions {
+  double scale = 1.0;
+  Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();
+  AxisMap map;
+};
+
+/// Reads a recorded trajectory: the CSV of docs/formats.md.
+///
+/// A row counts once its newline is there, so that a file cut off at any byte is read up to
+/// its last whole row. Blank lines are skipped. Of rows with equal stamps the last counts.
+/// Throws std::runtime_error, one line "FILE:LINE: column NAME: value 'V': expected ...",
+/// for a bad row or header, for a file without a whole row, and for one that cannot be read.
+[[nodiscard]] Trajectory read_trajectory(const std::string& file,
+                                         const TrajectoryOptions& options = {});
+
+}  // namespace stillgrid

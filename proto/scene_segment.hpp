@@ -1,0 +1,117 @@
+#pragma once
+
+#include "proto/segment_header.hpp"
+
+namespace stillgrid::proto {
+
+/// Images of the scene that a slot holds: the current one and the three before it.
+inline constexpr std::size_t kHistoryLength = 4;
+
+inline constexpr std::uint32_t kMaxMaterials = 64;
+inline constexpr std::uint32_t kMaxToolSpheres = 16;
+inline constexpr std::uint32_t kMaxPlanes = 64;
+
+/// A sphere whose box meets more voxels than this is on the long list instead.
+inline constexpr std::uint32_t kMaxVoxelsPerSphere = 64;
+
+/// One sphere at one instant. World frame, SI units.
+struct SphereImage {
+  std::array<float, 3> position_m;
+  std::array<float, 3> velocity_m_s;
+};
+
+/// One collision sphere in every image of the history, newest first: two cache lines, of which a
+/// tick that shows the two newest images reads the first.
+struct SphereRecord {
+  std::array<SphereImage, 2> newest;  // images n, n - 1
+  float radius_m;
+  std::array<std::int32_t, 3> lowest_voxel;  // of the box swept over the history
+  std::array<SphereImage, 2> older;          // images n - 2, n - 3
+  std::uint32_t material;                    // index into SceneHeader::materials
+  std::uint32_t body;                        // order in the scene file
+  std::array<std::uint32_t, 2> reserved;
+};
+static_assert(sizeof(SphereRecord) == 128 && offsetof(SphereRecord, older) == 64);
+
+/// A regular voxel grid that repeats in space: voxel (x, y, z) is stored in the cell whose
+/// coordinates are x, y, z modulo the powers of two below. Contacts far outside the first period
+/// stay exact, for a pair is reported only in the one voxel where it belongs
+/// (docs/algorithms/voxel_grid.md).
+struct GridShape {
+  float voxel_m;
+  std::array<std::uint32_t, 3> log2_cells;  // per axis
+  std::uint32_t sphere_count;
+  std::uint32_t entry_count;  // (cell, sphere) pairs
+  std::uint32_t long_count;   // spheres always tested
+  std::uint32_t reserved;
+};
+static_assert(sizeof(GridShape) == 32);
+
+struct Material {
+  float stiffness_N_m;
+  float damping_N_s_m;
+  float friction;
+  float slip_speed_m_s;
+};
+
+/// Solid below: points with normal . x < offset_m are inside.
+struct Plane {
+  std::array<float, 3> normal;  // unit
+  float offset_m;
+  std::uint32_t material;
+  std::uint32_t body;
+};
+
+struct ToolSphere {
+  std::array<float, 3> position_m;  // tool frame
+  float radius_m;
+};
+
+/// Where the device stands in the scene: scene point = position + scale * (orientation * device
+/// point).
+struct DeviceFrame {
+  std::array<double, 3> position_m;
+  std::array<double, 4> orientation_xyzw;
+  double scale;
+};
+
+/// What never changes, written once before the magic; follows SegmentHeader. The static grid's
+/// arrays stand at static_offset: records, cell starts, entries, long list, as in a slot.
+struct SceneHeader {
+  std::array<char, 64> name;  // zero-terminated
+  std::uint32_t material_count;
+  std::uint32_t plane_count;
+  std::uint32_t tool_sphere_count;
+  std::uint32_t moving_capacity;  // spheres a slot holds room for
+  std::uint32_t log2_cell_capacity;
+  std::uint32_t reserved;
+  std::uint64_t static_offset;  // bytes from the segment's start
+  DeviceFrame device;
+  GridShape static_grid;
+  std::array<Material, kMaxMaterials> materials;
+  std::array<Plane, kMaxPlanes> planes;
+  std::array<ToolSphere, kMaxToolSpheres> tool;
+};
+
+/// Opens a slot's payload: one still image of what can move. Times are on the writer's clock.
+struct SnapshotHeader {
+  std::uint64_t generation;
+  std::uint64_t
+      history_count;  // images that exist, 1 to kHistoryLength; missing ones repeat the oldest
+  std::array<std::uint64_t, kHistoryLength> state_time_ns;  // simulated time, newest first
+  std::array<std::uint64_t, kHistoryLength>
+      publish_time_ns;         // the instants T_n of the grid switches
+  std::uint64_t tool_time_ns;  // of the tool sample that the newest image contains, 0: none
+  std::uint64_t step_ns;       // what the step cost, 0 in lockstep
+  std::uint64_t contacts;      // in the simulation, for inspection
+  GridShape grid;
+};
+static_assert(sizeof(SnapshotHeader) % 8 == 0);
+
+inline constexpr std::uint64_t kSceneLayoutHash = layout_hash<11>(
+    {sizeof(SegmentHeader), offsetof(SegmentHeader, latest),
+     offsetof(SegmentHeader, lockstep_sample_ns), sizeof(SceneHeader),
+     offsetof(SceneHeader, materials), offsetof(SceneHeader, planes), offsetof(SceneHeader, tool),
+     sizeof(SnapshotHeader), offsetof(SnapshotHeader, grid), sizeof(SphereRecord), kHistoryLength});
+
+}  // namespace stillgrid::proto

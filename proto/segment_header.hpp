@@ -1,0 +1,68 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+namespace stillgrid::proto {
+
+/// Bump on any change of layout, unit or meaning of any segment; a reader refuses other versions.
+inline constexpr std::uint32_t kSegmentVersion = 1;
+
+/// "STLGRID1", little-endian. Stored last: a segment without it is not ready.
+inline constexpr std::uint64_t kSegmentMagic = 0x31444952474C5453ULL;
+
+enum class SegmentKind : std::uint32_t { kScene = 1, kTool = 2 };
+enum class Clock : std::uint32_t { kMonotonic = 0, kVirtual = 1 };
+
+/// No further sample, tick or publication will come.
+inline constexpr std::uint64_t kNever = UINT64_MAX;
+
+/// Opens every segment. The first four lines of 64 bytes are written before the magic and never
+/// after; what follows them is atomic. Layout and lifetime: docs/protocol.md.
+struct SegmentHeader {
+  std::uint64_t magic;
+  std::uint32_t version;  // kSegmentVersion
+  SegmentKind kind;
+  std::uint64_t layout_hash;  // of every struct in the segment
+  std::uint64_t epoch;        // random, unlike that of any other writer
+  std::uint64_t size_bytes;   // of the whole object
+  std::uint64_t period_ns;    // declared: of the simulation or of the haptic loop
+  Clock clock;
+  std::uint32_t writer_pid;
+  std::uint64_t start_ns;  // the writer's clock when it began
+
+  std::array<std::uint64_t, 2> slot_offset;  // bytes from the segment's start, multiples of 64
+  std::uint64_t payload_bytes;               // capacity of each slot's payload, a multiple of 8
+  std::array<std::uint64_t, 5> reserved;
+
+  std::array<std::uint64_t, 16> reserved_lines;
+
+  // Atomic words, one cache line each.
+  alignas(64) std::uint64_t latest;        // generation last published, 0: none yet
+  alignas(64) std::uint64_t heartbeat_ns;  // writer's clock at its last publication
+
+  // Lockstep: promises about virtual time, see docs/protocol.md "Lockstep".
+  alignas(64) std::uint64_t lockstep_sample_ns;  // of the next tool sample taken or published
+  std::uint64_t lockstep_event_ns;               // of the next publication or tick not yet complete
+};
+static_assert(std::is_trivially_copyable_v<SegmentHeader>);
+static_assert(sizeof(SegmentHeader) == 448 && offsetof(SegmentHeader, latest) == 256);
+
+/// Opens every slot; the payload follows after 64 bytes.
+struct alignas(64) SlotHeader {
+  std::uint64_t sequence;  // 2n: generation n is complete; 2n - 1: being written
+};
+static_assert(sizeof(SlotHeader) == 64);
+
+/// FNV-1a over a list of sizes and offsets: two builds that differ in any of them differ in the
+/// hash.
+template <std::size_t N>
+constexpr std::uint64_t layout_hash(const std::array<std::size_t, N>& facts) {
+  std::uint64_t hash = 0xCBF29CE484222325ULL;
+  for (const std::size_t fact : facts) hash = (hash ^ fact) * 0x100000001B3ULL;
+  return hash;
+}
+
+}  // namespace stillgrid::proto

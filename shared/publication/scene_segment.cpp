@@ -1,0 +1,188 @@
+#include "shared/publication/scene_segment.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+namespace stillgrid {
+namespace {
+
+constexpr std::size_t kStaticOffset =
+    (sizeof(proto::SegmentHeader) + sizeof(proto::SceneHeader) + 63) / 64 * 64;
+
+StillGrid static_grid_of(const StaticScene& scene) {
+  StillGrid grid(0, scene.spheres.size());
+  std::copy(scene.spheres.begin(), scene.spheres.end(), grid.records().begin());
+  grid.fill(scene.spheres.size(), scene.static_voxel_m);
+  return grid;
+}
+
+proto::SceneHeader scene_header(const StaticScene& scene, const StillGrid& static_grid,
+                                const GridLayout& moving) {
+  assert(scene.materials.size() <= proto::kMaxMaterials);
+  assert(scene.planes.size() <= proto::kMaxPlanes && scene.tool.size() <= proto::kMaxToolSpheres);
+  proto::SceneHeader header{};
+  scene.name.copy(header.name.data(), header.name.size() - 1);
+  header.material_count = static_cast<std::uint32_t>(scene.materials.size());
+  header.plane_count = static_cast<std::uint32_t>(scene.planes.size());
+  header.tool_sphere_count = static_cast<std::uint32_t>(scene.tool.size());
+  header.moving_capacity = static_cast<std::uint32_t>(moving.sphere_capacity);
+  header.log2_cell_capacity = moving.log2_cell_capacity;
+  header.static_offset = kStaticOffset;
+  header.device = scene.device;
+  header.static_grid = static_grid.view().shape;
+  std::copy(scene.materials.begin(), scene.materials.end(), header.materials.begin());
+  std::copy(scene.planes.begin(), scene.planes.end(), header.planes.begin());
+  std::copy(scene.tool.begin(), scene.tool.end(), header.tool.begin());
+  return header;
+}
+
+SegmentSpec scene_spec(const GridLayout& still, const GridLayout& moving, std::uint64_t period_ns,
+                       proto::Clock clock, std::uint64_t start_ns) {
+  return {.kind = proto::SegmentKind::kScene,
+          .layout_hash = proto::kSceneLayoutHash,
+          .period_ns = period_ns,
+          .clock = clock,
+          .start_ns = start_ns,
+          .fixed_bytes = kStaticOffset + still.total_words * 8,
+          .payload_bytes = moving.total_words * 8};
+}
+
+template <class... Values>
+bool all_finite(Values... values) {
+  return (std::isfinite(values) && ...);
+}
+
+bool is_sound(const proto::SceneHeader& scene) {
+  if (scene.name.back() != '\0' || scene.material_count > proto::kMaxMaterials ||
+      scene.plane_count > proto::kMaxPlanes || scene.tool_sphere_count == 0 ||
+      scene.tool_sphere_count > proto::kMaxToolSpheres)
+    return false;
+  const auto& device = scene.device;
+  const auto& q = device.orientation_xyzw;
+  bool sound = all_finite(device.position_m[0], device.position_m[1], device.position_m[2]) &&
+               std::isfinite(device.scale) && device.scale > 0.0 &&
+               std::abs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) < 1e-3;
+  for (std::uint32_t i = 0; i < scene.material_count; ++i) {
+    const auto& m = scene.materials[i];
+    sound = sound && all_finite(m.stiffness_N_m, m.damping_N_s_m, m.friction) &&
+            m.stiffness_N_m >= 0 && m.damping_N_s_m >= 0 && m.friction >= 0 && m.slip_speed_m_s > 0;
+  }
+  for (std::uint32_t i = 0; i < scene.plane_count; ++i) {
+    const auto& [n, offset_m, material, body] = scene.planes[i];
+    sound = sound && material < scene.material_count && std::isfinite(offset_m) &&
+            std::abs(n[0] * n[0] + n[1] * n[1] + n[2] * n[2] - 1.0F) < 1e-3F;
+  }
+  for (std::uint32_t i = 0; i < scene.tool_sphere_count; ++i) {
+    const auto& [p, radius_m] = scene.tool[i];
+    sound = sound && all_finite(p[0], p[1], p[2], radius_m) && radius_m > 0;
+  }
+  return sound;
+}
+
+}  // namespace
+
+SceneWriter::SceneWriter(std::string_view session, const StaticScene& scene,
+                         std::size_t moving_count, std::uint64_t period_ns, proto::Clock clock,
+                         std::uint64_t start_ns)
+    : moving_count_(moving_count),
+      static_grid_(static_grid_of(scene)),
+      moving_grid_(sizeof(proto::SnapshotHeader), moving_count),
+      segment_(session, scene_spec(static_grid_.layout(), moving_grid_.layout(), period_ns, clock,
+                                   start_ns)) {
+  const proto::SceneHeader fixed = scene_header(scene, static_grid_, moving_grid_.layout());
+  std::memcpy(segment_.bytes() + sizeof(proto::SegmentHeader), &fixed, sizeof fixed);
+  std::memcpy(segment_.bytes() + kStaticOffset, static_grid_.words().data(),
+              static_grid_.words().size_bytes());
+  segment_.announce();
+}
+
+void SceneWriter::describe_sphere(std::size_t sphere, float radius_m, std::uint32_t material,
+                                  std::uint32_t body) noexcept {
+  proto::SphereRecord& record = moving_grid_.records()[sphere];
+  record.radius_m = radius_m;
+  record.material = material;
+  record.body = body;
+}
+
+void SceneWriter::set_sphere(std::size_t sphere, const Eigen::Vector3d& position_m,
+                             const Eigen::Vector3d& velocity_m_s) noexcept {
+  proto::SphereRecord& record = moving_grid_.records()[sphere];
+  const Eigen::Vector3f p = position_m.cast<float>();
+  const Eigen::Vector3f v = velocity_m_s.cast<float>();
+  const proto::SphereImage image{{p.x(), p.y(), p.z()}, {v.x(), v.y(), v.z()}};
+  if (snapshot_.generation == 0) {
+    record.newest = {image, image};
+    record.older = {image, image};
+    return;
+  }
+  record.older = {record.newest[1], record.older[0]};
+  record.newest = {image, record.newest[0]};
+}
+
+void SceneWriter::fill(float voxel_m) {
+  moving_grid_.fill(moving_count_, voxel_m);
+}
+
+void SceneWriter::publish(const ImageTimes& times) noexcept {
+  const auto push = [&](std::array<std::uint64_t, proto::kHistoryLength>& history,
+                        std::uint64_t newest) {
+    std::rotate(history.rbegin(), history.rbegin() + 1, history.rend());
+    history[0] = newest;
+    if (snapshot_.generation == 0) history.fill(newest);
+  };
+  push(snapshot_.state_time_ns, times.state_ns);
+  push(snapshot_.publish_time_ns, times.publish_ns);
+  ++snapshot_.generation;
+  snapshot_.history_count =
+      std::min<std::uint64_t>(snapshot_.history_count + 1, proto::kHistoryLength);
+  snapshot_.tool_time_ns = times.tool_ns;
+  snapshot_.step_ns = times.step_ns;
+  snapshot_.contacts = times.contacts;
+  snapshot_.grid = moving_grid_.view().shape;
+
+  const auto header =
+      std::bit_cast<std::array<std::uint64_t, sizeof(proto::SnapshotHeader) / 8>>(snapshot_);
+  const auto parts = moving_grid_.filled_parts();
+  stillgrid::publish(segment_.buffer(), snapshot_.generation,
+                     {{0, header}, parts[0], parts[1], parts[2], parts[3]});
+  HardwareAtomics::store(segment_.header().heartbeat_ns, times.publish_ns,
+                         std::memory_order_relaxed);
+}
+
+SceneView::SceneView(SegmentReader&& reader) : reader_(std::move(reader)) {
+  const auto refuse = [](const char* what) {
+    throw SegmentError(std::string("the scene segment is refused: ") + what);
+  };
+  if (reader_.fixed_bytes() < kStaticOffset) refuse("its fixed part is too short");
+  std::memcpy(&scene_, reader_.bytes() + sizeof(proto::SegmentHeader), sizeof scene_);
+  if (!is_sound(scene_)) refuse("its fixed part has a count or number out of range");
+
+  const std::size_t static_count = scene_.static_grid.sphere_count;
+  if (static_count > reader_.fixed_bytes() / sizeof(proto::SphereRecord) ||
+      scene_.moving_capacity > header().payload_bytes / sizeof(proto::SphereRecord) ||
+      scene_.log2_cell_capacity > 30 || scene_.static_offset != kStaticOffset)
+    refuse("it counts more spheres than it has room for");
+  static_grid_.layout = grid_layout(0, static_count, log2_cells_for(static_count));
+  static_grid_.shape = scene_.static_grid;
+  static_grid_.words = reinterpret_cast<const std::uint64_t*>(reader_.bytes() + kStaticOffset);
+  moving_layout_ =
+      grid_layout(sizeof(proto::SnapshotHeader), scene_.moving_capacity, scene_.log2_cell_capacity);
+  if (kStaticOffset + static_grid_.layout.total_words * 8 > reader_.fixed_bytes() ||
+      moving_layout_.total_words * 8 > header().payload_bytes ||
+      !is_consistent(static_grid_.shape, static_grid_.layout))
+    refuse("its arrays do not fit");
+}
+
+GridView SceneView::moving_grid(const std::uint64_t* payload,
+                                const proto::SnapshotHeader& snapshot) const noexcept {
+  GridView view{snapshot.grid, moving_layout_, payload};
+  if (!is_consistent(view.shape, view.layout)) view.shape = {};
+  return view;
+}
+
+}  // namespace stillgrid

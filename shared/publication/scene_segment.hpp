@@ -1,0 +1,95 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "proto/scene_segment.hpp"
+#include "shared/collision/still_grid.hpp"
+#include "shared/publication/segment.hpp"
+
+namespace stillgrid {
+
+/// What a simulation publishes once: static spheres and planes, materials, tool, place of the
+/// device.
+struct StaticScene {
+  std::string name;
+  std::vector<proto::Material> materials;    // at most kMaxMaterials
+  std::vector<proto::Plane> planes;          // at most kMaxPlanes
+  std::vector<proto::ToolSphere> tool;       // at most kMaxToolSpheres
+  std::vector<proto::SphereRecord> spheres;  // that never move
+  proto::DeviceFrame device{};
+  float static_voxel_m = 0.01F;  // edge of the static grid's voxels
+};
+
+/// The times of one image, on the writer's clock.
+struct ImageTimes {
+  std::uint64_t state_ns = 0;    // simulated
+  std::uint64_t publish_ns = 0;  // of the switch, T_n
+  std::uint64_t tool_ns = 0;     // of the tool sample it contains, 0: none
+  std::uint64_t step_ns = 0;     // cost
+  std::uint64_t contacts = 0;
+};
+
+/// The simulation's end of the scene segment.
+///
+/// Use: for each image, set_sphere() for every moving sphere, then publish(). Images are filled in
+/// private memory and copied whole. Thread: one.
+class SceneWriter {
+ public:
+  /// Announces the segment with no image yet. Throws SegmentError.
+  SceneWriter(std::string_view session, const StaticScene& scene, std::size_t moving_count,
+              std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns);
+
+  /// What stays the same of a moving sphere: radius, material, body.
+  void describe_sphere(std::size_t sphere, float radius_m, std::uint32_t material,
+                       std::uint32_t body) noexcept;
+
+  /// The sphere in the next image; older ones move down the history.
+  void set_sphere(std::size_t sphere, const Eigen::Vector3d& position_m,
+                  const Eigen::Vector3d& velocity_m_s) noexcept;
+
+  /// Enters the spheres in the grid, each where it may be displayed, without showing it yet.
+  void fill(float voxel_m);
+
+  /// Shows the filled image.
+  void publish(const ImageTimes& times) noexcept;
+
+  [[nodiscard]] proto::SegmentHeader& header() noexcept { return segment_.header(); }
+  [[nodiscard]] GridView static_grid() const noexcept { return static_grid_.view(); }
+  [[nodiscard]] std::uint64_t generation() const noexcept { return snapshot_.generation; }
+
+ private:
+  std::size_t moving_count_;
+  StillGrid static_grid_;
+  StillGrid moving_grid_;
+  proto::SnapshotHeader snapshot_{};
+  SegmentWriter segment_;
+};
+
+/// A reader's end of the scene segment: the fixed part as a checked local copy, the slots in place.
+class SceneView {
+ public:
+  /// Throws SegmentError unless every count, index and number of the fixed part is sound.
+  explicit SceneView(SegmentReader&& reader);
+
+  [[nodiscard]] const proto::SceneHeader& scene() const noexcept { return scene_; }
+  [[nodiscard]] const GridView& static_grid() const noexcept { return static_grid_; }
+  [[nodiscard]] const DoubleBuffer& buffer() const noexcept { return reader_.buffer(); }
+  [[nodiscard]] const SegmentReader& reader() const noexcept { return reader_; }
+  [[nodiscard]] const proto::SegmentHeader& header() const noexcept { return reader_.header(); }
+
+  /// The grid of a slot's payload whose header was loaded; `words` stays null where the header
+  /// lies. Realtime: yes.
+  [[nodiscard]] GridView moving_grid(const std::uint64_t* payload,
+                                     const proto::SnapshotHeader& snapshot) const noexcept;
+
+ private:
+  SegmentReader reader_;
+  proto::SceneHeader scene_{};
+  GridView static_grid_;
+  GridLayout moving_layout_;
+};
+
+}  // namespace stillgrid

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "shared/publication/segment.hpp"
+
+namespace stillgrid {
+
+/// Keeps a reader attached to a session's segment while its writers come and go.
+///
+/// View: constructible from a SegmentReader&& (throws SegmentError), with reader() const.
+/// poll() is one round of housekeeping; start() runs it at 100 Hz in a thread of its own. The
+/// real-time thread calls acquire() once a tick: an old mapping is dropped only after that.
+template <class View>
+class SegmentWatch {
+ public:
+  /// report: told of each refusal once, from the thread that polls.
+  SegmentWatch(std::string session, proto::SegmentKind kind, std::uint64_t layout_hash,
+               std::function<void(const std::string&)> report)
+      : session_(std::move(session)),
+        kind_(kind),
+        layout_hash_(layout_hash),
+        report_(std::move(report)) {}
+
+  /// The mapping to use until the next call, or null while there is none.
+  /// Thread: one, the reader's. Realtime: wait-free.
+  [[nodiscard]] const View* acquire() noexcept {
+    const View* view = offered_.load(std::memory_order_acquire);
+    in_use_.store(view, std::memory_order_release);
+    return view;
+  }
+
+  /// Whether the writer of the newest mapping lives, as of the last poll. Realtime: yes.
+  [[nodiscard]] bool writer_alive() const noexcept {
+    return alive_.load(std::memory_order_relaxed);
+  }
+
+  /// Looks for a newer segment, asks whether the writer lives, drops what is no longer used.
+  /// Thread: any but the real-time one, one at a time.
+  void poll() {
+    const std::lock_guard only_one(polling_);
+    if (old_ && in_use_.load(std::memory_order_acquire) != old_.get()) old_.reset();
+    const auto id = segment_id(session_, kind_);
+    if (!old_ && id && (!current_ || current_->reader().id() != *id)) attach();
+    alive_.store(current_ && current_->reader().writer_alive(), std::memory_order_relaxed);
+  }
+
+  /// Polls in a thread until destruction.
+  void start() {
+    thread_ = std::jthread([this](const std::stop_token& stop) {
+      while (!stop.stop_requested()) {
+        poll();
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      }
+    });
+  }
+
+ private:
+  void attach() {
+    try {
+      auto reader = SegmentReader::open(session_, kind_, layout_hash_);
+      if (!reader || !reader->writer_alive()) return;
+      old_ = std::exchange(current_, std::make_unique<View>(std::move(*reader)));
+      offered_.store(current_.get(), std::memory_order_release);
+    } catch (const SegmentError& error) {
+      if (last_refusal_ != error.what()) report_(error.what());
+      last_refusal_ = error.what();
+    }
+  }
+
+  std::string session_;
+  proto::SegmentKind kind_;
+  std::uint64_t layout_hash_;
+  std::function<void(const std::string&)> report_;
+  std::string last_refusal_;
+
+  std::mutex polling_;
+  std::unique_ptr<View> current_, old_;
+  std::atomic<const View*> offered_ = nullptr, in_use_ = nullptr;
+  std::atomic<bool> alive_ = false;
+  std::jthread thread_;  // last: joined before what it uses is gone
+};
+
+}  // namespace stillgrid

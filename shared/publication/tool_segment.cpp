@@ -1,0 +1,58 @@
+#include "shared/publication/tool_segment.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+namespace stillgrid {
+namespace {
+
+template <std::size_t N>
+bool all_finite(const std::array<double, N>& values) {
+  return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
+}
+
+bool is_sound(const proto::ToolState& state) {
+  double norm_squared = 0.0;
+  for (const double q : state.orientation_xyzw) norm_squared += q * q;
+  return all_finite(state.position_m) && all_finite(state.velocity_m_s) &&
+         all_finite(state.force_N) && std::abs(norm_squared - 1.0) < 1e-3;
+}
+
+}  // namespace
+
+ToolWriter::ToolWriter(std::string_view session, std::uint64_t period_ns, proto::Clock clock,
+                       std::uint64_t start_ns)
+    : segment_(session, {.kind = proto::SegmentKind::kTool,
+                         .layout_hash = proto::kToolLayoutHash,
+                         .period_ns = period_ns,
+                         .clock = clock,
+                         .start_ns = start_ns,
+                         .fixed_bytes = sizeof(proto::SegmentHeader),
+                         .payload_bytes = sizeof(proto::ToolState)}) {
+  segment_.announce();
+}
+
+void ToolWriter::publish(const proto::ToolState& state) noexcept {
+  const auto words = std::bit_cast<std::array<std::uint64_t, sizeof(proto::ToolState) / 8>>(state);
+  stillgrid::publish(segment_.buffer(), ++generation_, {{0, words}});
+  HardwareAtomics::store(segment_.header().heartbeat_ns, state.time_ns, std::memory_order_relaxed);
+}
+
+ToolView::ToolView(SegmentReader&& reader) : reader_(std::move(reader)) {
+  if (reader_.header().payload_bytes < sizeof(proto::ToolState))
+    throw SegmentError("the tool segment's slots are too small for a tool state");
+}
+
+std::optional<proto::ToolState> ToolView::read() const noexcept {
+  proto::ToolState state{};
+  const ReadResult result = read_latest(reader_.buffer(), [&](const std::uint64_t* payload) {
+    state = load_struct<proto::ToolState>(payload);
+  });
+  if (result.status != ReadStatus::kAccepted || !is_sound(state)) return std::nullopt;
+  return state;
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "proto/tool_segment.hpp"
+#include "shared/publication/segment.hpp"
+
+namespace stillgrid {
+
+/// The haptic server's end: one ToolState a tick.
+class ToolWriter {
+ public:
+  /// Announces the segment. Throws SegmentError.
+  ToolWriter(std::string_view session, std::uint64_t period_ns, proto::Clock clock,
+             std::uint64_t start_ns);
+
+  /// Realtime: wait-free.
+  void publish(const proto::ToolState& state) noexcept;
+
+  [[nodiscard]] proto::SegmentHeader& header() noexcept { return segment_.header(); }
+
+ private:
+  SegmentWriter segment_;
+  std::uint64_t generation_ = 0;
+};
+
+/// The simulation's end.
+class ToolView {
+ public:
+  explicit ToolView(SegmentReader&& reader);
+
+  /// The newest state that passed its checks: whole, finite, a unit quaternion. Nothing before the
+  /// first.
+  [[nodiscard]] std::optional<proto::ToolState> read() const noexcept;
+
+  [[nodiscard]] const SegmentReader& reader() const noexcept { return reader_; }
+  [[nodiscard]] const proto::SegmentHeader& header() const noexcept { return reader_.header(); }
+
+ private:
+  SegmentReader reader_;
+};
+
+}  // namespace stillgrid

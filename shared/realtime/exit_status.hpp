@@ -1,0 +1,14 @@
+#pragma once
+
+namespace stillgrid {
+
+/// Exit status of every program: docs/formats.md, "Programs".
+enum ExitStatus : int {
+  kDone = 0,
+  kBadInput = 1,  // one line on standard error names file, key and value
+  kCouldNotStart =
+      2,  // permissions, version mismatch, no segment in time, a lockstep peer that died
+  kDeviceFault = 3,
+};
+
+}  // namespace stillgrid

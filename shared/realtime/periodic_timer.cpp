@@ -1,0 +1,40 @@
+#include "shared/realtime/periodic_timer.hpp"
+
+#include <cerrno>
+#include <ctime>
+
+namespace stillgrid {
+namespace {
+
+constexpr std::uint64_t kSecond_ns = 1'000'000'000;
+
+}  // namespace
+
+std::uint64_t monotonic_ns() noexcept {
+  timespec now{};
+  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  return static_cast<std::uint64_t>(now.tv_sec) * kSecond_ns +
+         static_cast<std::uint64_t>(now.tv_nsec);
+}
+
+PeriodicTimer::PeriodicTimer(std::uint64_t period_ns) noexcept
+    : period_ns_(period_ns), next_ns_(monotonic_ns() + period_ns) {}
+
+PeriodicTimer::Wake PeriodicTimer::wait() noexcept {
+  Wake wake{.deadline_ns = next_ns_, .now_ns = monotonic_ns(), .skipped = 0};
+  if (wake.now_ns < next_ns_) {
+    const timespec until{.tv_sec = static_cast<time_t>(next_ns_ / kSecond_ns),
+                         .tv_nsec = static_cast<long>(next_ns_ % kSecond_ns)};
+    while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
+    }
+    wake.now_ns = monotonic_ns();
+  }
+  next_ns_ += period_ns_;
+  if (wake.now_ns >= next_ns_) {
+    wake.skipped = (wake.now_ns - next_ns_) / period_ns_ + 1;
+    next_ns_ += wake.skipped * period_ns_;
+  }
+  return wake;
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+
+namespace stillgrid {
+
+/// CLOCK_MONOTONIC in ns. Realtime: yes.
+[[nodiscard]] std::uint64_t monotonic_ns() noexcept;
+
+/// Wakes a loop at absolute deadlines start + n * period, so that lateness never adds up. After a
+/// stall it goes on at the next deadline and never bursts.
+class PeriodicTimer {
+ public:
+  explicit PeriodicTimer(std::uint64_t period_ns) noexcept;
+
+  struct Wake {
+    std::uint64_t deadline_ns;
+    std::uint64_t now_ns;
+    std::uint64_t skipped;  // deadlines that passed during a stall
+  };
+
+  /// Sleeps to the next deadline. Realtime: one sleeping system call.
+  Wake wait() noexcept;
+
+ private:
+  std::uint64_t period_ns_;
+  std::uint64_t next_ns_;
+};
+
+}  // namespace stillgrid

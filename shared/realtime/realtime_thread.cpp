@@ -1,0 +1,36 @@
+#include "shared/realtime/realtime_thread.hpp"
+
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+
+namespace stillgrid {
+
+bool pin_to_cpu(int cpu) {
+  if (cpu < 0 || cpu >= CPU_SETSIZE) return false;
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  CPU_SET(static_cast<std::size_t>(cpu), &set);
+  return ::pthread_setaffinity_np(::pthread_self(), sizeof set, &set) == 0;
+}
+
+std::vector<std::string> make_realtime(std::optional<int> cpu) {
+  std::vector<std::string> missing;
+  if (::mlockall(MCL_CURRENT | MCL_FUTURE) != 0)
+    missing.emplace_back("locked memory (raise 'ulimit -l')");
+  sched_param priority{};
+  priority.sched_priority = 80;
+  if (::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &priority) != 0)
+    missing.emplace_back("SCHED_FIFO (raise 'ulimit -r' to 80)");
+  if (cpu && !pin_to_cpu(*cpu)) missing.emplace_back("processor " + std::to_string(*cpu));
+  return missing;
+}
+
+long page_faults() {
+  rusage usage{};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return usage.ru_minflt + usage.ru_majflt;
+}
+
+}  // namespace stillgrid

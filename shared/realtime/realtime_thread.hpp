@@ -1,0 +1,22 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace stillgrid {
+
+/// Makes the calling thread real-time: SCHED_FIFO at priority 80, memory locked, pinned to cpu if
+/// given.
+///
+/// Returns what could not be had, each as a short phrase with the cure; the thread runs on without
+/// it.
+[[nodiscard]] std::vector<std::string> make_realtime(std::optional<int> cpu);
+
+/// Pins the calling thread; false if there is no such processor for us.
+[[nodiscard]] bool pin_to_cpu(int cpu);
+
+/// Page faults of the process so far, minor and major.
+[[nodiscard]] long page_faults();
+
+}  // namespace stillgrid

@@ -1,0 +1,131 @@
+#include "sim_server/bodies/sphere_packing.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace stillgrid {
+namespace {
+
+/// Spheres along a length, ends included.
+int count_along(double length_m, double spacing_m) {
+  return std::max(1, static_cast<int>(std::lround(length_m / spacing_m)) + 1);
+}
+
+/// The i-th of n equal steps through [low, high]; the middle when there is one only.
+double spread(int i, int n, double low, double high) {
+  return n > 1 ? low + (high - low) * i / (n - 1) : 0.5 * (low + high);
+}
+
+struct LatticePoint {
+  int lower;        // node below
+  double fraction;  // towards the next
+};
+
+LatticePoint on_lattice(int i, int spheres, int nodes) {
+  const double place = spread(i, spheres, 0.0, nodes - 1.0);
+  const int lower = std::clamp(static_cast<int>(std::floor(place)), 0, std::max(0, nodes - 2));
+  return {lower, place - lower};
+}
+
+SphereBinding blank(const BodyDescription& body, double radius_m) {
+  SphereBinding sphere;
+  sphere.material = body.material;
+  sphere.radius_m = radius_m;
+  return sphere;
+}
+
+void bind(SphereBinding& sphere, int node, double weight) {
+  if (weight == 0.0) return;
+  const auto slot = static_cast<std::size_t>(sphere.node_count++);
+  sphere.nodes[slot] = node;
+  sphere.weights[slot] = weight;
+}
+
+std::vector<SphereBinding> pack_thread(const BodyDescription& body) {
+  const double length_m = (body.to_m - body.from_m).norm();
+  const double spacing_m =
+      body.spheres.spacing_m > 0.0 ? body.spheres.spacing_m : length_m / (body.nodes.x() - 1);
+  const double radius_m = body.spheres.radius_m > 0.0 ? body.spheres.radius_m : 0.75 * spacing_m;
+  const int count = count_along(length_m, spacing_m);
+  std::vector<SphereBinding> spheres;
+  for (int i = 0; i < count; ++i) {
+    SphereBinding sphere = blank(body, radius_m);
+    const auto [lower, t] = on_lattice(i, count, body.nodes.x());
+    bind(sphere, lower, 1.0 - t);
+    bind(sphere, lower + 1, t);
+    sphere.rest_position_m = body.from_m + spread(i, count, 0.0, 1.0) * (body.to_m - body.from_m);
+    spheres.push_back(sphere);
+  }
+  return spheres;
+}
+
+std::vector<SphereBinding> pack_sheet(const BodyDescription& body) {
+  const int nx = body.nodes.x(), ny = body.nodes.y();
+  const double spacing_m = body.spheres.spacing_m > 0.0
+                               ? body.spheres.spacing_m
+                               : std::min(body.size_m.x() / (nx - 1), body.size_m.y() / (ny - 1));
+  const double radius_m = body.spheres.radius_m > 0.0 ? body.spheres.radius_m : 0.75 * spacing_m;
+  const int columns = count_along(body.size_m.x(), spacing_m);
+  const int rows = count_along(body.size_m.y(), spacing_m);
+  std::vector<SphereBinding> spheres;
+  for (int j = 0; j < rows; ++j)
+    for (int i = 0; i < columns; ++i) {
+      SphereBinding sphere = blank(body, radius_m);
+      const auto [x, u] = on_lattice(i, columns, nx);
+      const auto [y, v] = on_lattice(j, rows, ny);
+      bind(sphere, x + nx * y, (1.0 - u) * (1.0 - v));
+      bind(sphere, x + 1 + nx * y, u * (1.0 - v));
+      bind(sphere, x + nx * (y + 1), (1.0 - u) * v);
+      bind(sphere, x + 1 + nx * (y + 1), u * v);
+      const Eigen::Vector3d local(spread(i, columns, -0.5, 0.5) * body.size_m.x(),
+                                  spread(j, rows, -0.5, 0.5) * body.size_m.y(), 0.0);
+      sphere.rest_position_m = body.position_m + body.orientation * local;
+      spheres.push_back(sphere);
+    }
+  return spheres;
+}
+
+std::vector<SphereBinding> pack_box(const BodyDescription& body) {
+  const double shortest_m = body.size_m.minCoeff();
+  const double spacing_m = body.spheres.spacing_m > 0.0 ? body.spheres.spacing_m : shortest_m / 3.0;
+  const double radius_m = body.spheres.radius_m > 0.0 ? body.spheres.radius_m : 0.5 * spacing_m;
+  const Eigen::Vector3d inner_m = (body.size_m.array() - 2.0 * radius_m).max(0.0).matrix();
+  Eigen::Vector3i counts;
+  for (int axis = 0; axis < 3; ++axis) counts[axis] = count_along(inner_m[axis], spacing_m);
+  const auto along = [&](int i, int axis) {
+    return spread(i, counts[axis], -0.5, 0.5) * inner_m[axis];
+  };
+  std::vector<SphereBinding> spheres;
+  for (int z = 0; z < counts.z(); ++z)
+    for (int y = 0; y < counts.y(); ++y)
+      for (int x = 0; x < counts.x(); ++x) {
+        SphereBinding sphere = blank(body, radius_m);
+        sphere.local_m = {along(x, 0), along(y, 1), along(z, 2)};
+        sphere.rest_position_m = body.position_m + body.orientation * sphere.local_m;
+        spheres.push_back(sphere);
+      }
+  return spheres;
+}
+
+}  // namespace
+
+std::vector<SphereBinding> pack_spheres(const BodyDescription& body) {
+  switch (body.kind) {
+    case BodyKind::kThread:
+      return pack_thread(body);
+    case BodyKind::kSheet:
+      return pack_sheet(body);
+    case BodyKind::kRigidBox:
+      return pack_box(body);
+    case BodyKind::kSphere: {
+      SphereBinding sphere = blank(body, body.radius_m);
+      sphere.rest_position_m = body.position_m;
+      return {sphere};
+    }
+    case BodyKind::kPlane:
+      break;
+  }
+  return {};
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <vector>
+
+#include "sim_server/bodies/world.hpp"
+
+namespace stillgrid {
+
+/// Covers a body with spheres by its parameters [Davanne 2002, "Interaction model", second method]:
+/// a thread along its curve, a sheet over its surface, a box through its volume, a sphere with
+/// itself, a plane with none.
+///
+/// body.spheres chooses spacing and radius; where it does not, a thread or sheet gets a sphere a
+/// node with radius 0.75 of the spacing, a box three spheres along its shortest edge. Nodes are
+/// numbered from 0 within the body; rest positions are in the world.
+[[nodiscard]] std::vector<SphereBinding> pack_spheres(const BodyDescription& body);
+
+}  // namespace stillgrid

@@ -1,0 +1,174 @@
+#include "sim_server/bodies/world.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "sim_server/bodies/sphere_packing.hpp"
+
+namespace stillgrid {
+namespace {
+
+int take_unknowns(World& world, int count) {
+  const int first = world.unknown_count;
+  world.unknown_count += count;
+  return first;
+}
+
+void connect(World& world, const BodyDescription& body, int a, int b, double stiffness_N_m) {
+  if (stiffness_N_m <= 0.0) return;
+  const auto at = [&](int node) { return world.nodes[static_cast<std::size_t>(node)].position_m; };
+  world.springs.push_back({a, b, (at(b) - at(a)).norm(), stiffness_N_m, body.spring_damping_N_s_m});
+}
+
+/// The nodes of a sheet or thread in its rest shape; lattice of nodes.x() by nodes.y().
+std::vector<Eigen::Vector3d> rest_nodes(const BodyDescription& body) {
+  std::vector<Eigen::Vector3d> points;
+  const auto fraction = [](int i, int n) { return n > 1 ? double(i) / double(n - 1) : 0.0; };
+  for (int y = 0; y < body.nodes.y(); ++y)
+    for (int x = 0; x < body.nodes.x(); ++x) {
+      const double u = fraction(x, body.nodes.x()), v = fraction(y, body.nodes.y());
+      if (body.kind == BodyKind::kThread) {
+        points.push_back(body.from_m + u * (body.to_m - body.from_m));
+      } else {
+        const Eigen::Vector3d local((u - 0.5) * body.size_m.x(), (v - 0.5) * body.size_m.y(), 0.0);
+        points.push_back(body.position_m + body.orientation * local);
+      }
+    }
+  return points;
+}
+
+/// Structural springs join neighbours, shear springs diagonals, bend springs every second node.
+void add_springs(World& world, const BodyDescription& body, int first) {
+  const int nx = body.nodes.x(), ny = body.nodes.y();
+  const auto join = [&](int x, int y, int dx, int dy, double stiffness_N_m) {
+    if (x + dx < 0 || x + dx >= nx || y + dy >= ny) return;
+    connect(world, body, first + x + nx * y, first + x + dx + nx * (y + dy), stiffness_N_m);
+  };
+  for (int y = 0; y < ny; ++y)
+    for (int x = 0; x < nx; ++x) {
+      join(x, y, 1, 0, body.structural_stiffness_N_m);
+      join(x, y, 0, 1, body.structural_stiffness_N_m);
+      join(x, y, 1, 1, body.shear_stiffness_N_m);
+      join(x, y, -1, 1, body.shear_stiffness_N_m);
+      join(x, y, 2, 0, body.bend_stiffness_N_m);
+      join(x, y, 0, 2, body.bend_stiffness_N_m);
+    }
+}
+
+void add_deformable(World& world, const BodyDescription& body, BodyRange& range) {
+  range.first_node = static_cast<int>(world.nodes.size());
+  range.node_count = body.nodes.prod();
+  int index = 0;
+  for (const Eigen::Vector3d& point : rest_nodes(body)) {
+    const bool pinned =
+        std::binary_search(body.pinned_nodes.begin(), body.pinned_nodes.end(), index++);
+    world.nodes.push_back(
+        {.position_m = point,
+         .velocity_m_s = pinned ? Eigen::Vector3d::Zero().eval() : body.velocity_m_s,
+         .mass_kg = body.mass_kg / range.node_count,
+         .unknown = pinned ? kNoUnknown : take_unknowns(world, 3)});
+  }
+  add_springs(world, body, range.first_node);
+}
+
+Eigen::Vector3d inertia_kg_m2(const BodyDescription& body) {
+  if (body.kind == BodyKind::kSphere)
+    return Eigen::Vector3d::Constant(0.4 * body.mass_kg * body.radius_m * body.radius_m);
+  const Eigen::Array3d squared_m2 = body.size_m.array().square();
+  return (body.mass_kg / 12.0 * (squared_m2.sum() - squared_m2)).matrix();
+}
+
+void add_rigid(World& world, const BodyDescription& body, BodyRange& range) {
+  range.rigid = static_cast<int>(world.rigid_bodies.size());
+  const bool free = body.motion == Motion::kFree;
+  world.rigid_bodies.push_back(
+      {.position_m = body.position_m,
+       .orientation = body.orientation,
+       .velocity_m_s = body.velocity_m_s,
+       .angular_velocity_rad_s = body.angular_velocity_rad_s,
+       .mass_kg = body.mass_kg,
+       .inertia_kg_m2 = inertia_kg_m2(body),
+       .reach_m = body.kind == BodyKind::kSphere ? body.radius_m : 0.5 * body.size_m.norm(),
+       .unknown = free ? take_unknowns(world, 6) : kNoUnknown,
+       .start_m = body.position_m,
+       .prescribed = body.prescribed});
+  if (!free) {
+    RigidBody& rigid = world.rigid_bodies.back();
+    rigid.velocity_m_s = prescribed_state(rigid, 0.0).velocity_m_s;
+  }
+}
+
+void add_body(World& world, const BodyDescription& body, int number) {
+  BodyRange& range = world.bodies.emplace_back();
+  range.name = body.name;
+  if (body.kind == BodyKind::kPlane) {
+    world.planes.push_back({body.normal, body.normal.dot(body.position_m), body.material, number});
+    return;
+  }
+  const bool deformable = body.kind == BodyKind::kSheet || body.kind == BodyKind::kThread;
+  if (body.motion != Motion::kStatic) {
+    if (deformable)
+      add_deformable(world, body, range);
+    else
+      add_rigid(world, body, range);
+  }
+  for (SphereBinding& sphere : pack_spheres(body)) {
+    sphere.body = number;
+    if (body.motion == Motion::kStatic) {
+      world.still_spheres.push_back(
+          {sphere.rest_position_m, sphere.radius_m, body.material, number});
+      continue;
+    }
+    sphere.rigid = range.rigid;
+    for (int& node : sphere.nodes) node += range.first_node;
+    world.spheres.push_back(sphere);
+  }
+}
+
+}  // namespace
+
+World build_world(const SceneDescription& scene) {
+  World world;
+  world.gravity_m_s2 = scene.gravity_m_s2;
+  for (const MaterialDescription& material : scene.materials)
+    world.materials.push_back({material.contact_stiffness_N_m, material.contact_damping_N_s_m,
+                               material.friction, material.slip_speed_m_s});
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i)
+    add_body(world, scene.bodies[i], static_cast<int>(i));
+  return world;
+}
+
+PrescribedState prescribed_state(const RigidBody& body, double time_s) {
+  const PrescribedMotion& motion = body.prescribed;
+  const double rate_rad_s = 2.0 * std::numbers::pi * motion.frequency_hz;
+  const double offset_m =
+      motion.velocity_m_s * time_s + motion.amplitude_m * std::sin(rate_rad_s * time_s);
+  const double speed_m_s =
+      motion.velocity_m_s + motion.amplitude_m * rate_rad_s * std::cos(rate_rad_s * time_s);
+  return {body.start_m + offset_m * motion.direction, speed_m_s * motion.direction};
+}
+
+double mechanical_energy_J(const World& world) {
+  double energy_J = 0.0;
+  for (const Node& node : world.nodes)
+    if (node.unknown != kNoUnknown)
+      energy_J += node.mass_kg *
+                  (0.5 * node.velocity_m_s.squaredNorm() - world.gravity_m_s2.dot(node.position_m));
+  for (const RigidBody& body : world.rigid_bodies) {
+    if (body.unknown == kNoUnknown) continue;
+    const Eigen::Vector3d spin_rad_s = body.orientation.conjugate() * body.angular_velocity_rad_s;
+    energy_J += body.mass_kg * (0.5 * body.velocity_m_s.squaredNorm() -
+                                world.gravity_m_s2.dot(body.position_m)) +
+                0.5 * spin_rad_s.cwiseAbs2().dot(body.inertia_kg_m2);
+  }
+  for (const Spring& spring : world.springs) {
+    const Node& a = world.nodes[static_cast<std::size_t>(spring.a)];
+    const Node& b = world.nodes[static_cast<std::size_t>(spring.b)];
+    const double stretch_m = (b.position_m - a.position_m).norm() - spring.rest_length_m;
+    energy_J += 0.5 * spring.stiffness_N_m * stretch_m * stretch_m;
+  }
+  return energy_J;
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,115 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "shared/collision/contact_law.hpp"
+#include "sim_server/scene/scene_description.hpp"
+
+namespace stillgrid {
+
+/// Unknowns are numbered in blocks of three; a thing without freedom has this number.
+inline constexpr int kNoUnknown = -1;
+
+/// A point mass of a deformable body.
+struct Node {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
+  double mass_kg = 0.0;
+  int unknown = kNoUnknown;  // first of three velocity unknowns, or pinned
+};
+
+/// A spring with a damper along it, between two nodes.
+struct Spring {
+  int a = 0, b = 0;  // nodes
+  double rest_length_m = 0.0;
+  double stiffness_N_m = 0.0;
+  double damping_N_s_m = 0.0;
+};
+
+/// A rigid body, free or moved as prescribed.
+struct RigidBody {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  // centre of mass
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d angular_velocity_rad_s = Eigen::Vector3d::Zero();  // world frame
+  double mass_kg = 0.0;
+  Eigen::Vector3d inertia_kg_m2 = Eigen::Vector3d::Zero();  // principal, body frame
+  double reach_m = 0.0;      // farthest point from the centre: turns spin into a speed
+  int unknown = kNoUnknown;  // first of six: velocity, then angular velocity
+
+  Eigen::Vector3d start_m = Eigen::Vector3d::Zero();  // prescribed: where the motion begins
+  PrescribedMotion prescribed;
+};
+
+/// How a collision sphere follows its body: a fixed point of a rigid body, or a weighted sum of
+/// nodes.
+struct SphereBinding {
+  int body = 0;
+  int material = 0;
+  double radius_m = 0.0;
+  int rigid = -1;  // index into World::rigid_bodies, or nodes below
+  Eigen::Vector3d local_m = Eigen::Vector3d::Zero();  // in the rigid body's frame
+  int node_count = 0;
+  std::array<int, 4> nodes{};
+  std::array<double, 4> weights{};                            // sum to one
+  Eigen::Vector3d rest_position_m = Eigen::Vector3d::Zero();  // of the undeformed body
+};
+
+/// A sphere that never moves.
+struct StillSphere {
+  Eigen::Vector3d position_m;
+  double radius_m;
+  int material;
+  int body;
+};
+
+/// Solid below: points with normal . x < offset_m are inside.
+struct StillPlane {
+  Eigen::Vector3d normal;
+  double offset_m;
+  int material;
+  int body;
+};
+
+/// What a body's name and first node or rigid body are, for the final state's table.
+struct BodyRange {
+  std::string name;
+  int first_node = 0;
+  int node_count = 0;
+  int rigid = -1;
+};
+
+/// All that is simulated, as plain arrays joined by indices. SI units, world frame.
+struct World {
+  Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d::Zero();
+  double time_s = 0.0;
+  std::vector<Node> nodes;
+  std::vector<Spring> springs;
+  std::vector<RigidBody> rigid_bodies;
+  std::vector<SphereBinding> spheres;  // of free and of prescribed bodies
+  std::vector<StillSphere> still_spheres;
+  std::vector<StillPlane> planes;
+  std::vector<ContactMaterial> materials;
+  std::vector<BodyRange> bodies;  // in the order of the scene file
+  int unknown_count = 0;
+};
+
+/// Lays out bodies, springs and spheres as the scene says. Pre: the scene was checked by
+/// load_scene().
+[[nodiscard]] World build_world(const SceneDescription& scene);
+
+/// Position and velocity of a prescribed motion at time_s.
+struct PrescribedState {
+  Eigen::Vector3d position_m;
+  Eigen::Vector3d velocity_m_s;
+};
+[[nodiscard]] PrescribedState prescribed_state(const RigidBody& body, double time_s);
+
+/// Kinetic, gravity and spring energy of everything free. Contacts apart.
+[[nodiscard]] double mechanical_energy_J(const World& world);
+
+}  // namespace stillgrid

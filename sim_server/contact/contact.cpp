@@ -1,0 +1,97 @@
+#include "sim_server/contact/contact.hpp"
+
+#include <algorithm>
+
+#include "sim_server/bodies/rotation.hpp"
+
+namespace stillgrid {
+namespace {
+
+/// Direction, depth and lever of a contact, and how the direction turns as a moves.
+struct Geometry {
+  double depth_m;
+  Eigen::Vector3d normal;  // towards a
+  Eigen::Vector3d arm_m;
+  double turn_per_m;  // 1 / distance of the centres; a plane's normal does not turn
+  double arm_moves;   // 1: the arm is the line of centres; 0: it is fixed
+};
+
+Geometry geometry_of(const Contact& contact, const Eigen::Vector3d& position_m) {
+  if (contact.is_plane) {
+    const double height_m = contact.plane_normal.dot(position_m) - contact.plane_offset_m;
+    return {contact.radius_a_m - height_m, contact.plane_normal,
+            contact.radius_a_m * contact.plane_normal, 0.0, 0.0};
+  }
+  const double distance_m = position_m.norm();
+  const double depth_m = contact.radius_a_m + contact.radius_b_m - distance_m;
+  // Concentric spheres push along any one direction: up.
+  if (distance_m < 1e-12) return {depth_m, Eigen::Vector3d::UnitZ(), position_m, 0.0, 1.0};
+  return {depth_m, position_m / distance_m, position_m, 1.0 / distance_m, 1.0};
+}
+
+}  // namespace
+
+ContactShares contact_shares(const Contact& contact) {
+  if (contact.is_plane) return {1.0, 0.0};
+  const double share_a = contact.radius_a_m / (contact.radius_a_m + contact.radius_b_m);
+  return {share_a, 1.0 - share_a};
+}
+
+ContactForce contact_force(const Contact& contact, const ContactMotion& motion, double step_s,
+                           ContactSlopes* slopes) {
+  const Geometry geometry = geometry_of(contact, motion.position_m);
+  ContactForce result;
+  result.depth_m = geometry.depth_m;
+  if (!(geometry.depth_m > 0.0)) return result;
+
+  const ContactMaterial& material = contact.material;
+  const Eigen::Vector3d& n = geometry.normal;
+  const double deepening_m = geometry.depth_m - std::max(contact.depth_before_m, 0.0);
+  const double pressure_N = normal_force_N(material, geometry.depth_m, deepening_m / step_s);
+  const double separation_m_s = n.dot(motion.velocity_m_s);
+  const Eigen::Vector3d slip_m_s =
+      motion.velocity_m_s - separation_m_s * n - motion.spin_rad_s.cross(geometry.arm_m);
+  result.touching = true;
+  result.arm_m = geometry.arm_m;
+  result.friction_N = friction_force_N(material, pressure_N, slip_m_s);
+  result.force_N = pressure_N * n + result.friction_N;
+  if (slopes == nullptr) return result;
+
+  const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d across = identity - n * n.transpose();
+  const double hardness_N_m =
+      material.stiffness_N_m + (deepening_m > 0.0 ? material.damping_N_s_m / step_s : 0.0);
+  const Eigen::RowVector3d pressure_by_position = -hardness_N_m * n.transpose();
+
+  // d(slip): P v turns with n; the spin term follows the arm.
+  const Eigen::Matrix3d slip_by_position =
+      -geometry.turn_per_m *
+          (separation_m_s * across + n * (motion.velocity_m_s.transpose() * across)) -
+      geometry.arm_moves * cross_matrix(motion.spin_rad_s);
+  const Eigen::Matrix3d slip_by_spin = cross_matrix(geometry.arm_m);
+
+  const double slip_norm_m_s = slip_m_s.norm();
+  const double scale_m_s = std::max(slip_norm_m_s, material.slip_speed_m_s);
+  const Eigen::Vector3d direction = slip_m_s / scale_m_s;
+  const Eigen::Matrix3d direction_by_slip =
+      slip_norm_m_s > material.slip_speed_m_s
+          ? Eigen::Matrix3d((identity - direction * direction.transpose()) / scale_m_s)
+          : Eigen::Matrix3d(identity / scale_m_s);
+  const Eigen::Matrix3d friction_by_slip = -material.friction * pressure_N * direction_by_slip;
+
+  slopes->friction_by_position =
+      friction_by_slip * slip_by_position - material.friction * direction * pressure_by_position;
+  slopes->friction_by_velocity = friction_by_slip * across;
+  slopes->friction_by_spin = friction_by_slip * slip_by_spin;
+  slopes->force_by_position = slopes->friction_by_position + n * pressure_by_position +
+                              pressure_N * geometry.turn_per_m * across;
+  slopes->force_by_velocity = slopes->friction_by_velocity;
+  slopes->force_by_spin = slopes->friction_by_spin;
+  slopes->arm_by_position = geometry.arm_moves * identity;
+  slopes->normal_stiffness_N_m = hardness_N_m * n * n.transpose();
+  slopes->drag_N_s_m = -friction_by_slip;
+  slopes->across = across;
+  return result;
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "shared/collision/contact_law.hpp"
+
+namespace stillgrid {
+
+/// A possible contact during one step: two moving spheres, or a moving sphere and something given:
+/// a still sphere, a plane or a sphere of the tool.
+struct Contact {
+  int a = 0;   // moving sphere, index into World::spheres
+  int b = -1;  // moving sphere, or -1: the fields below
+  ContactMaterial material;
+  double radius_a_m = 0.0;
+  double radius_b_m = 0.0;      // zero for a plane
+  double depth_before_m = 0.0;  // overlap at the start of the step, negative: a gap
+
+  Eigen::Vector3d position_b_m =
+      Eigen::Vector3d::Zero();  // given sphere's centre at the step's end
+  Eigen::Vector3d velocity_b_m_s = Eigen::Vector3d::Zero();
+  bool is_plane = false;
+  Eigen::Vector3d plane_normal = Eigen::Vector3d::Zero();
+  double plane_offset_m = 0.0;
+};
+
+/// Relative motion in a contact, of a seen from b.
+struct ContactMotion {
+  Eigen::Vector3d position_m;    // centre of a minus centre of b; plane: centre of a
+  Eigen::Vector3d velocity_m_s;  // of the centres
+  Eigen::Vector3d spin_rad_s;    // share_a * spin_a + share_b * spin_b
+};
+
+/// Shares of the line between the centres on either side of the point of contact; they sum to one.
+struct ContactShares {
+  double a, b;
+};
+[[nodiscard]] ContactShares contact_shares(const Contact& contact);
+
+/// Force on a, its friction part, and how both change with the relative motion.
+struct ContactForce {
+  bool touching = false;
+  double depth_m = 0.0;
+  Eigen::Vector3d arm_m =
+      Eigen::Vector3d::Zero();  // share * arm: from the point of contact to a centre
+  Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
+  Eigen::Vector3d friction_N = Eigen::Vector3d::Zero();
+};
+struct ContactSlopes {
+  Eigen::Matrix3d force_by_position, force_by_velocity, force_by_spin;
+  Eigen::Matrix3d friction_by_position, friction_by_velocity, friction_by_spin;
+  Eigen::Matrix3d arm_by_position;
+
+  // What resists: the part that is symmetric and definite.
+  Eigen::Matrix3d normal_stiffness_N_m;  // along the normal
+  Eigen::Matrix3d drag_N_s_m;            // of friction on the slip
+  Eigen::Matrix3d across;                // projects a velocity on the plane of contact
+};
+
+/// The contact law over one implicit step of step_s.
+///
+/// Spring and friction are taken at the step's end. The approach damper acts over that part of the
+/// step in which the spheres overlap: its rate is (depth - max(depth before, 0)) / step. That is
+/// the mean of the law's force over the step, tends to the law as the step shrinks, and unlike the
+/// law itself grows from zero at touch, so that a solver can converge on a stiff onset.
+///
+/// slopes: filled in when not null and touching; exact but at the law's kinks.
+[[nodiscard]] ContactForce contact_force(const Contact& contact, const ContactMotion& motion,
+                                         double step_s, ContactSlopes* slopes);
+
+}  // namespace stillgrid

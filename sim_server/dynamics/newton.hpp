@@ -1,0 +1,39 @@
+#pragma once
+
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseLU>
+
+#include "sim_server/dynamics/nonlinear_solver.hpp"
+
+namespace stillgrid {
+
+struct NewtonOptions {
+  double tolerance = 1e-8;  // scaled residual, rms
+  int max_iterations = 60;
+};
+
+/// Newton's method, safeguarded.
+///
+/// A step by the exact Jacobian (sparse LU, for friction and rotation make it unsymmetric) is kept
+/// if it at least halves the residual. Otherwise the step follows the definite slope (sparse
+/// Cholesky), as far along as the residual still works against it: for a system with a potential
+/// that is a descent, so it passes saddles and the kinks of contacts that come and go.
+class NewtonSolver : public NonlinearSolver {
+ public:
+  explicit NewtonSolver(const NewtonOptions& options = {}) : options_(options) {}
+  SolveReport solve(NonlinearSystem& system, Eigen::VectorXd& u) override;
+
+ private:
+  bool exact_step(NonlinearSystem& system, Eigen::VectorXd& u);
+  bool definite_step(NonlinearSystem& system, Eigen::VectorXd& u);
+  bool load_trial(NonlinearSystem& system, const Eigen::VectorXd& u, double length);
+
+  NewtonOptions options_;
+  double error_ = 0.0, trial_error_ = 0.0;
+  Eigen::SparseMatrix<double> matrix_;
+  Eigen::SparseLU<Eigen::SparseMatrix<double>> lu_;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> cholesky_;
+  Eigen::VectorXd residual_, trial_, trial_residual_, step_;
+};
+
+}  // namespace stillgrid

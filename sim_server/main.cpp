@@ -1,0 +1,121 @@
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "shared/realtime/exit_status.hpp"
+#include "shared/realtime/stop_signal.hpp"
+#include "sim_server/report.hpp"
+#include "sim_server/scene/scene_file.hpp"
+#include "sim_server/server.hpp"
+
+namespace stillgrid {
+namespace {
+
+struct Arguments {
+  std::filesystem::path scene, report, final_state;
+  std::optional<double> rate_hz;
+  bool lockstep = false, offline = false;
+  ServerOptions server;
+};
+
+constexpr const char* kDescription =
+    "Simulates a scene and publishes its filled voxel grid, for a haptic_server of the same "
+    "session.\n"
+    "\n"
+    "  sim_server --scene tissue_and_blocks.toml --session demo            until Ctrl-C\n"
+    "  sim_server --scene wall.toml --session ci --lockstep --duration 5   repeatable, with "
+    "haptic_server\n"
+    "  sim_server --scene threads.toml --offline --duration 2 --final-state end.csv\n";
+
+void add_options(CLI::App& app, Arguments& arguments) {
+  ServerOptions& server = arguments.server;
+  app.add_option("--scene", arguments.scene, "Scene file (TOML), see docs/formats.md")->required();
+  auto* session = app.add_option("--session", server.session, "Name that joins the two servers");
+  app.add_option("--rate", arguments.rate_hz, "Steps a second, Hz; default: the scene's")
+      ->check(CLI::Range(0.1, 100000.0));
+  app.add_option("--duration", server.duration_s, "Simulated time, s; default: until Ctrl-C")
+      ->check(CLI::PositiveNumber);
+  auto* lockstep = app.add_flag("--lockstep", arguments.lockstep,
+                                "Virtual time, in agreement with haptic_server --lockstep");
+  auto* offline = app.add_flag("--offline", arguments.offline,
+                               "Virtual time, alone; needs --duration, publishes nothing");
+  offline->excludes(lockstep)->excludes(session);
+  app.add_option("--latency", server.latency_s, "Virtual cost of a step, s; only with --lockstep")
+      ->check(CLI::NonNegativeNumber)
+      ->needs(lockstep);
+  app.add_option("--jitter", server.jitter,
+                 "Draw each period from P (1 + u), u uniform in +-FRACTION; virtual time only")
+      ->check(CLI::Range(0.0, 0.95));
+  app.add_option("--seed", server.seed, "Of the jitter; default 1");
+  app.add_option("--report", arguments.report, "Write a report (JSON) at exit");
+  app.add_option("--final-state", arguments.final_state, "Write nodes and bodies (CSV) at exit");
+  app.add_option("--cpu", server.cpu, "Run on this processor")->check(CLI::NonNegativeNumber);
+}
+
+/// What CLI11 cannot say by itself.
+void check(const Arguments& arguments, double period_s) {
+  if (!arguments.offline && arguments.server.session.empty())
+    throw CLI::ValidationError("--session", "is required unless --offline is given");
+  if (arguments.offline && !arguments.server.duration_s)
+    throw CLI::ValidationError("--offline", "needs --duration");
+  if (!arguments.offline && !arguments.lockstep && arguments.server.jitter > 0.0)
+    throw CLI::ValidationError("--jitter", "needs --lockstep or --offline");
+  if (arguments.server.latency_s > period_s)
+    throw CLI::ValidationError("--latency", "value " + std::to_string(arguments.server.latency_s) +
+                                                ": expected at most the period, " +
+                                                std::to_string(period_s) + " s");
+}
+
+int run(Arguments& arguments) {
+  SceneDescription scene = load_scene(arguments.scene);
+  if (arguments.rate_hz) scene.period_s = 1.0 / *arguments.rate_hz;
+  check(arguments, scene.period_s);
+  arguments.server.clock = arguments.offline    ? SimulationClock::kOffline
+                           : arguments.lockstep ? SimulationClock::kLockstep
+                                                : SimulationClock::kReal;
+  Simulation simulation(scene);
+  SimulationReport report;
+  report.scene = scene.name;
+  report.solver = scene.solver;
+  report.rate_hz = 1.0 / scene.period_s;
+  run_simulation(scene, arguments.server, simulation, report, stop_requested());
+  if (!arguments.final_state.empty()) write_final_state(simulation.world(), arguments.final_state);
+  if (!arguments.report.empty()) write_report(report, simulation.world(), arguments.report);
+  if (report.not_converged > 0)
+    spdlog::warn("{} of {} steps did not converge; each used its best iterate",
+                 report.not_converged, report.steps);
+  return kDone;
+}
+
+int fail(const std::exception& error, ExitStatus status) {
+  std::fprintf(stderr, "sim_server: %s\n", error.what());
+  return status;
+}
+
+}  // namespace
+}  // namespace stillgrid
+
+int main(int argc, char** argv) {
+  using namespace stillgrid;
+  CLI::App app(kDescription, "sim_server");
+  Arguments arguments;
+  add_options(app, arguments);
+  try {
+    app.parse(argc, argv);
+    spdlog::set_default_logger(spdlog::stderr_color_mt("sim_server"));
+    spdlog::set_pattern("%n: %v");
+    install_stop_signal();
+    return run(arguments);
+  } catch (const CLI::CallForHelp& help) {
+    return app.exit(help);
+  } catch (const CLI::Error& error) {
+    return fail(error, kBadInput);
+  } catch (const SegmentError& error) {
+    return fail(error, kCouldNotStart);
+  } catch (const std::exception& error) {
+    return fail(error, kBadInput);
+  }
+}

@@ -1,0 +1,97 @@
+#include "sim_server/report.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace stillgrid {
+namespace {
+
+nlohmann::json percentiles_ms(const Histogram& histogram) {
+  const auto ms = [](std::uint64_t ns) { return static_cast<double>(ns) * 1e-6; };
+  return {{"p50", ms(histogram.percentile(0.5))},
+          {"p99", ms(histogram.percentile(0.99))},
+          {"p999", ms(histogram.percentile(0.999))},
+          {"max", ms(histogram.max())}};
+}
+
+std::ofstream open_for_writing(const std::filesystem::path& file) {
+  std::ofstream out(file);
+  if (!out)
+    throw std::runtime_error(file.string() + ": cannot be written: " + std::strerror(errno));
+  return out;
+}
+
+void close(std::ofstream& out, const std::filesystem::path& file) {
+  out.close();
+  if (!out) throw std::runtime_error(file.string() + ": could not be written to its end");
+}
+
+}  // namespace
+
+void count_step(SimulationReport& report, const StepReport& step) {
+  ++report.steps;
+  report.solver_iterations += static_cast<std::uint64_t>(step.solve.iterations);
+  report.not_converged += step.solve.converged ? 0 : 1;
+  report.contacts += static_cast<std::uint64_t>(step.contacts);
+  if (!report.measures_time) return;
+  const auto ns = [](std::chrono::nanoseconds t) { return static_cast<std::uint64_t>(t.count()); };
+  report.detect_ns.record(ns(step.detect));
+  report.respond_ns.record(ns(step.respond));
+  report.integrate_ns.record(ns(step.integrate));
+}
+
+void write_report(const SimulationReport& report, const World& world,
+                  const std::filesystem::path& file) {
+  const double steps = static_cast<double>(report.steps > 0 ? report.steps : 1);
+  nlohmann::json json = {{"scene", report.scene},
+                         {"steps", report.steps},
+                         {"late_steps", report.late_steps},
+                         {"rate_hz", report.rate_hz},
+                         {"simulated_s", world.time_s},
+                         {"spheres", world.spheres.size() + world.still_spheres.size()},
+                         {"moving_spheres", world.spheres.size()},
+                         {"contacts", static_cast<double>(report.contacts) / steps},
+                         {"solver",
+                          {{"name", report.solver},
+                           {"iterations", static_cast<double>(report.solver_iterations) / steps},
+                           {"not_converged", report.not_converged}}},
+                         {"energy_J", mechanical_energy_J(world)},
+                         {"generations", report.generations}};
+  if (report.measures_time) {
+    json["step_ms"] = percentiles_ms(report.step_ns);
+    json["phases_ms"] = {{"detect", percentiles_ms(report.detect_ns)},
+                         {"respond", percentiles_ms(report.respond_ns)},
+                         {"integrate", percentiles_ms(report.integrate_ns)},
+                         {"publish", percentiles_ms(report.publish_ns)}};
+  }
+  std::ofstream out = open_for_writing(file);
+  out << json.dump(2) << '\n';
+  close(out, file);
+}
+
+void write_final_state(const World& world, const std::filesystem::path& file) {
+  std::ofstream out = open_for_writing(file);
+  out.precision(std::numeric_limits<double>::max_digits10);
+  out << "body,node,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s\n";
+  const auto row = [&](const std::string& name, int node, const Eigen::Vector3d& x,
+                       const Eigen::Vector3d& v) {
+    out << name << ',' << node << ',' << x.x() << ',' << x.y() << ',' << x.z() << ',' << v.x()
+        << ',' << v.y() << ',' << v.z() << '\n';
+  };
+  for (const BodyRange& body : world.bodies) {
+    for (int i = 0; i < body.node_count; ++i) {
+      const Node& node = world.nodes[static_cast<std::size_t>(body.first_node + i)];
+      row(body.name, i, node.position_m, node.velocity_m_s);
+    }
+    if (body.rigid < 0) continue;
+    const RigidBody& rigid = world.rigid_bodies[static_cast<std::size_t>(body.rigid)];
+    row(body.name, 0, rigid.position_m, rigid.velocity_m_s);
+  }
+  close(out, file);
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "shared/realtime/histogram.hpp"
+#include "sim_server/bodies/world.hpp"
+#include "sim_server/dynamics/simulation.hpp"
+
+namespace stillgrid {
+
+/// Counters of a run, for --report.
+struct SimulationReport {
+  std::string scene, solver;
+  double rate_hz = 0.0;
+  std::uint64_t steps = 0, late_steps = 0, generations = 0;
+  std::uint64_t solver_iterations = 0, not_converged = 0, contacts = 0;
+  bool measures_time = false;  // lockstep has no wall time to report
+  Histogram step_ns, detect_ns, respond_ns, integrate_ns, publish_ns;
+};
+
+void count_step(SimulationReport& report, const StepReport& step);
+
+/// Writes the report of docs/formats.md, "Reports". Throws std::runtime_error if the file cannot be
+/// written.
+void write_report(const SimulationReport& report, const World& world,
+                  const std::filesystem::path& file);
+
+/// Writes `body,node,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s`, a row a node; a rigid body as node 0.
+/// Throws std::runtime_error if the file cannot be written.
+void write_final_state(const World& world, const std::filesystem::path& file);
+
+}  // namespace stillgrid

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <span>
+
+#include "sim_server/scene/scene_description.hpp"
+#include "sim_server/scene/toml_reader.hpp"
+
+namespace stillgrid {
+
+/// Reads one [[body]], its defaults filled in. Throws SceneError.
+///
+/// A key that its kind does not have is unknown; so is a velocity where the motion has none.
+/// What only dynamics uses (mass, springs, pinned nodes) may stay on a body that is static
+/// or prescribed.
+[[nodiscard]] BodyDescription read_body(TableReader& table,
+                                        std::span<const MaterialDescription> materials);
+
+}  // namespace stillgrid

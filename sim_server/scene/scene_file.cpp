@@ -1,0 +1,163 @@
+#include "sim_server/scene/scene_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "sim_server/scene/body_reader.hpp"
+#include "sim_server/scene/refusal.hpp"
+#include "sim_server/scene/toml_reader.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr int kFormat = 1;
+constexpr std::size_t kMostMaterials = 64;
+constexpr std::size_t kMostToolSpheres = 16;
+constexpr double kDefaultToolRadius_m = 0.005;
+
+std::optional<std::string> read_text(const std::filesystem::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  std::ostringstream text;
+  // An empty file writes nothing, and that sets the fail bit of the receiver only.
+  if (stream) text << stream.rdbuf();
+  if (!stream.is_open() || stream.bad()) return std::nullopt;
+  return text.str();
+}
+
+std::string line_of(const std::string& text, toml::source_index line) {
+  std::istringstream lines(text);
+  std::string found;
+  for (toml::source_index i = 0; i < line; ++i) {
+    if (!std::getline(lines, found)) return "end of file";
+  }
+  return '"' + shortened(found) + '"';
+}
+
+toml::table parse_text(const std::string& text, const std::string& file) {
+  try {
+    return toml::parse(std::string_view(text));
+  } catch (const toml::parse_error& error) {
+    const toml::source_position where = error.source().begin;
+    throw scene_error(file, where, "syntax", line_of(text, where.line),
+                      "TOML: " + std::string(error.description()));
+  }
+}
+
+void read_world(TableReader table, SceneDescription& scene) {
+  scene.gravity_m_s2 = table.vector_or("gravity_m_s2", scene.gravity_m_s2);
+  table.finish();
+}
+
+void read_simulation(TableReader table, SceneDescription& scene) {
+  if (table.has("rate_hz") && table.has("period_s")) {
+    table.refuse("period_s", "rate_hz or period_s, not both");
+  }
+  if (table.has("rate_hz")) scene.period_s = 1.0 / table.number("rate_hz", Bound::kPositive);
+  if (table.has("period_s")) scene.period_s = table.number("period_s", Bound::kPositive);
+  constexpr std::array<std::string_view, 1> integrators = {"implicit_euler"};
+  constexpr std::array<std::string_view, 1> solvers = {"newton"};
+  if (table.has("integrator"))
+    scene.integrator = integrators[table.choice("integrator", integrators)];
+  if (table.has("solver")) scene.solver = solvers[table.choice("solver", solvers)];
+  table.finish();
+}
+
+void read_grid(TableReader table, SceneDescription& scene) {
+  scene.voxel_ratio = table.number_or("voxel_ratio", Bound::kPositive, scene.voxel_ratio);
+  table.finish();
+}
+
+void read_tool(TableReader table, SceneDescription& scene) {
+  if (table.has("radius_m") && table.has("spheres")) {
+    table.refuse("spheres", "radius_m or spheres, not both");
+  }
+  if (table.has("spheres")) {
+    for (TableReader& sphere : table.tables("spheres")) {
+      scene.tool.push_back({sphere.vector_or("position_m", Eigen::Vector3d::Zero()),
+                            sphere.number("radius_m", Bound::kPositive)});
+      sphere.finish();
+    }
+    if (scene.tool.empty() || scene.tool.size() > kMostToolSpheres) {
+      table.refuse("spheres", "1 to " + std::to_string(kMostToolSpheres) + " spheres, found " +
+                                  std::to_string(scene.tool.size()));
+    }
+  } else {
+    scene.tool.push_back({Eigen::Vector3d::Zero(),
+                          table.number_or("radius_m", Bound::kPositive, kDefaultToolRadius_m)});
+  }
+  table.finish();
+}
+
+void read_device(TableReader table, SceneDescription& scene) {
+  scene.device.position_m = table.vector_or("position_m", scene.device.position_m);
+  scene.device.orientation = table.orientation_or_identity("orientation_xyzw");
+  scene.device.scale = table.number_or("scale", Bound::kPositive, scene.device.scale);
+  table.finish();
+}
+
+MaterialDescription read_material(TableReader& table) {
+  MaterialDescription material;
+  material.name = table.name("name");
+  material.contact_stiffness_N_m = table.number("contact_stiffness_N_m", Bound::kPositive);
+  material.contact_damping_N_s_m =
+      table.number_or("contact_damping_N_s_m", Bound::kNotNegative, 0.0);
+  material.friction = table.number_or("friction", Bound::kNotNegative, 0.0);
+  material.slip_speed_m_s =
+      table.number_or("slip_speed_m_s", Bound::kPositive, material.slip_speed_m_s);
+  table.finish();
+  return material;
+}
+
+template <typename Named>
+void add_named(TableReader& table, Named item, std::vector<Named>& items) {
+  const auto has_same_name = [&item](const Named& other) { return other.name == item.name; };
+  if (std::any_of(items.begin(), items.end(), has_same_name)) {
+    table.refuse("name", "a name that nothing else of its sort has");
+  }
+  items.push_back(std::move(item));
+}
+
+void read_contents(TableReader& document, SceneDescription& scene) {
+  for (TableReader& table : document.tables("material")) {
+    if (scene.materials.size() == kMostMaterials) {
+      table.refuse("name", "at most " + std::to_string(kMostMaterials) + " materials");
+    }
+    add_named(table, read_material(table), scene.materials);
+  }
+  for (TableReader& table : document.tables("body")) {
+    add_named(table, read_body(table, scene.materials), scene.bodies);
+  }
+}
+
+}  // namespace
+
+SceneDescription load_scene(const std::filesystem::path& path) {
+  const std::string file = path.string();
+  const std::optional<std::string> text = read_text(path);
+  if (!text) throw scene_error(file, {1, 1}, "file", '"' + file + '"', "a file that can be read");
+  const toml::table parsed = parse_text(*text, file);
+  TableReader document(parsed, file);
+
+  SceneDescription scene;
+  scene.name = path.stem().string();
+  // First of all: under another format every other key may mean something else.
+  (void)document.integer("format", {kFormat, kFormat});
+  read_world(document.table("world"), scene);
+  read_simulation(document.table("simulation"), scene);
+  read_grid(document.table("grid"), scene);
+  read_tool(document.table("tool"), scene);
+  read_device(document.table("device"), scene);
+  read_contents(document, scene);
+  document.finish();
+  return scene;
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <filesystem>
+#include <stdexcept>
+
+#include "sim_server/scene/scene_description.hpp"
+
+namespace stillgrid {
+
+/// A scene file that was refused.
+///
+/// what() is one line: `FILE:LINE:COLUMN: KEY: value V: expected ...`, with `missing` for V
+/// where there is none. Lines and columns count from one.
+struct SceneError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Reads and checks a scene; docs/formats.md describes the file.
+///
+/// Throws SceneError, and says where, for a file that cannot be read, for what is not TOML,
+/// for a key that is unknown where it stands, and for a value of the wrong type or beyond
+/// what it may be. Every number of the result is finite, also as a float.
+[[nodiscard]] SceneDescription load_scene(const std::filesystem::path& path);
+
+}  // namespace stillgrid

@@ -1,0 +1,253 @@
+#include "sim_server/server.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "shared/publication/lockstep.hpp"
+#include "shared/realtime/periodic_timer.hpp"
+#include "shared/realtime/realtime_thread.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr std::uint64_t kPeerPatience_ns = 10'000'000'000;
+
+std::uint64_t to_ns(double seconds) {
+  return static_cast<std::uint64_t>(std::llround(seconds * 1e9));
+}
+double to_s(std::uint64_t ns) {
+  return static_cast<double>(ns) * 1e-9;
+}
+
+StaticScene static_scene(const SceneDescription& scene, const Simulation& simulation) {
+  const World& world = simulation.world();
+  StaticScene fixed;
+  fixed.name = scene.name;
+  const auto f = [](double value) { return static_cast<float>(value); };
+  for (const ContactMaterial& m : world.materials)
+    fixed.materials.push_back(
+        {f(m.stiffness_N_m), f(m.damping_N_s_m), f(m.friction), f(m.slip_speed_m_s)});
+  for (const StillPlane& plane : world.planes)
+    fixed.planes.push_back({{f(plane.normal.x()), f(plane.normal.y()), f(plane.normal.z())},
+                            f(plane.offset_m),
+                            static_cast<std::uint32_t>(plane.material),
+                            static_cast<std::uint32_t>(plane.body)});
+  for (const ToolSphere& sphere : scene.tool)
+    fixed.tool.push_back(
+        {{f(sphere.position_m.x()), f(sphere.position_m.y()), f(sphere.position_m.z())},
+         f(sphere.radius_m)});
+  fixed.spheres = still_records(world);
+  fixed.static_voxel_m = simulation.detection().still_voxel_m();
+  const DeviceFrame& device = scene.device;
+  fixed.device = {{device.position_m.x(), device.position_m.y(), device.position_m.z()},
+                  {device.orientation.x(), device.orientation.y(), device.orientation.z(),
+                   device.orientation.w()},
+                  device.scale};
+  return fixed;
+}
+
+ToolSample sample_of(const proto::ToolState& state) {
+  const auto& [x, y, z, w] = state.orientation_xyzw;
+  return {state.time_ns, Eigen::Vector3d(state.position_m.data()), Eigen::Quaterniond(w, x, y, z),
+          Eigen::Vector3d(state.velocity_m_s.data())};
+}
+
+/// The simulation's side of the session: its own segment, and the tool's as it comes and goes.
+class Session {
+ public:
+  Session(const SceneDescription& scene, const ServerOptions& options, const Simulation& simulation,
+          proto::Clock clock, std::uint64_t start_ns)
+      : voxel_m_(simulation.detection().voxel_m()),
+        writer_(options.session, static_scene(scene, simulation), simulation.world().spheres.size(),
+                to_ns(scene.period_s), clock, start_ns),
+        tool_(options.session, proto::SegmentKind::kTool, proto::kToolLayoutHash,
+              [](const std::string& refusal) { spdlog::warn("{}", refusal); }) {
+    const World& world = simulation.world();
+    for (std::size_t i = 0; i < world.spheres.size(); ++i) {
+      const SphereBinding& sphere = world.spheres[i];
+      writer_.describe_sphere(i, static_cast<float>(sphere.radius_m),
+                              static_cast<std::uint32_t>(sphere.material),
+                              static_cast<std::uint32_t>(sphere.body));
+    }
+  }
+
+  void fill(const World& world) {
+    for (std::size_t i = 0; i < world.spheres.size(); ++i) {
+      const SphereMotion motion = sphere_motion(world, world.spheres[i]);
+      writer_.set_sphere(i, motion.position_m, motion.velocity_m_s);
+    }
+    writer_.fill(voxel_m_);
+  }
+
+  [[nodiscard]] std::optional<ToolSample> take_tool() {
+    const ToolView* view = tool_.acquire();
+    if (view == nullptr || !tool_.writer_alive()) return std::nullopt;
+    const auto state = view->read();
+    if (!state) return std::nullopt;
+    return sample_of(*state);
+  }
+
+  [[nodiscard]] SceneWriter& writer() noexcept { return writer_; }
+  [[nodiscard]] SegmentWatch<ToolView>& tool() noexcept { return tool_; }
+
+ private:
+  float voxel_m_;
+  SceneWriter writer_;
+  SegmentWatch<ToolView> tool_;
+};
+
+void run_offline(const SceneDescription& scene, const ServerOptions& options,
+                 Simulation& simulation, SimulationReport& report, const std::atomic<bool>& stop) {
+  std::mt19937_64 random(options.seed);
+  std::uniform_real_distribution<double> spread(-options.jitter, options.jitter);
+  const double end_s = options.duration_s.value_or(INFINITY);
+  while (simulation.world().time_s < end_s - 1e-9 && !stop) {
+    const double step_s = scene.period_s * (1.0 + spread(random));
+    count_step(report, simulation.step(step_s, [] { return std::nullopt; }));
+  }
+}
+
+void run_real(const SceneDescription& scene, const ServerOptions& options, Simulation& simulation,
+              SimulationReport& report, const std::atomic<bool>& stop) {
+  if (options.cpu && !pin_to_cpu(*options.cpu))
+    spdlog::warn("running without processor {}: there is none of that number for us", *options.cpu);
+  const std::uint64_t start_ns = monotonic_ns();
+  Session session(scene, options, simulation, proto::Clock::kMonotonic, start_ns);
+  session.tool().start();
+  const auto publish = [&](std::uint64_t state_ns, std::uint64_t began_ns, const StepReport& step) {
+    const std::uint64_t computed_ns = monotonic_ns();
+    session.fill(simulation.world());
+    const std::uint64_t now_ns = monotonic_ns();
+    session.writer().publish({.state_ns = state_ns,
+                              .publish_ns = now_ns,
+                              .tool_ns = step.tool_time_ns,
+                              .step_ns = now_ns - began_ns,
+                              .contacts = static_cast<std::uint64_t>(step.contacts)});
+    report.publish_ns.record(monotonic_ns() - computed_ns);
+    ++report.generations;
+  };
+  publish(start_ns, start_ns, {});
+
+  PeriodicTimer timer(to_ns(scene.period_s));
+  const std::uint64_t end_ns =
+      options.duration_s ? start_ns + to_ns(*options.duration_s) : proto::kNever;
+  while (!stop && monotonic_ns() < end_ns) {
+    const PeriodicTimer::Wake wake = timer.wait();
+    report.late_steps += wake.skipped;
+    const StepReport step = simulation.step(scene.period_s, [&] { return session.take_tool(); });
+    publish(wake.deadline_ns, wake.now_ns, step);
+    count_step(report, step);
+    report.step_ns.record(monotonic_ns() - wake.now_ns);
+  }
+}
+
+/// Waits for the peer's promises, and turns what goes wrong into an error.
+class LockstepPeer {
+ public:
+  LockstepPeer(Session& session, const std::atomic<bool>& stop) : session_(session), stop_(stop) {}
+
+  void wait_for_arrival(const std::string& name) {
+    const std::uint64_t give_up_ns = monotonic_ns() + kPeerPatience_ns;
+    while (view() == nullptr && !stop_) {
+      session_.tool().poll();
+      if (monotonic_ns() > give_up_ns)
+        throw SegmentError("no haptic_server --lockstep in session '" + name + "' after 10 s");
+    }
+    if (view() != nullptr && view()->header().clock != proto::Clock::kVirtual)
+      throw SegmentError("the haptic_server of session '" + name +
+                         "' runs in real time: start it with --lockstep too");
+  }
+
+  /// False when stopped.
+  bool wait(std::uint64_t proto::SegmentHeader::*promise, std::uint64_t value) {
+    const auto word = [&] {
+      return HardwareAtomics::load(view()->header().*promise, std::memory_order_acquire);
+    };
+    const auto still_there = [&] { return view()->reader().writer_alive(); };
+    const WaitResult result = wait_for_promise(word, value, still_there, stop_);
+    if (result == WaitResult::kPeerGone)
+      throw SegmentError("the haptic_server died; lockstep cannot go on without it");
+    return result == WaitResult::kReached;
+  }
+
+  std::optional<ToolSample> sample() {
+    const auto state = view()->read();
+    if (!state) return std::nullopt;
+    return sample_of(*state);
+  }
+
+ private:
+  const ToolView* view() { return session_.tool().acquire(); }
+
+  Session& session_;
+  const std::atomic<bool>& stop_;
+};
+
+void promise(std::uint64_t& word, std::uint64_t time_ns) {
+  HardwareAtomics::store(word, time_ns, std::memory_order_release);
+}
+
+void run_lockstep(const SceneDescription& scene, const ServerOptions& options,
+                  Simulation& simulation, SimulationReport& report, const std::atomic<bool>& stop) {
+  Session session(scene, options, simulation, proto::Clock::kVirtual, 0);
+  proto::SegmentHeader& header = session.writer().header();
+  std::mt19937_64 random(options.seed);
+  std::uniform_real_distribution<double> spread(-options.jitter, options.jitter);
+  const std::uint64_t latency_ns = to_ns(options.latency_s);
+  const auto draw_period_ns = [&] { return to_ns(scene.period_s * (1.0 + spread(random))); };
+
+  std::uint64_t period_ns = draw_period_ns();
+  std::uint64_t state_ns = period_ns;  // T_n of the next image
+  std::uint64_t sample_ns = state_ns;  // when its tool sample is due
+  session.fill(simulation.world());
+  session.writer().publish({.state_ns = 0, .publish_ns = 0});
+  ++report.generations;
+  promise(header.lockstep_sample_ns, sample_ns);
+  promise(header.lockstep_event_ns, sample_ns + latency_ns);
+
+  LockstepPeer peer(session, stop);
+  peer.wait_for_arrival(options.session);
+  const std::uint64_t end_ns = options.duration_s ? to_ns(*options.duration_s) : proto::kNever;
+  while (state_ns <= end_ns) {
+    // A sample taken before T_n is complete when the peer's next one lies after it.
+    if (!peer.wait(&proto::SegmentHeader::lockstep_sample_ns, sample_ns + 1)) break;
+    const StepReport step = simulation.step(to_s(period_ns), [&] { return peer.sample(); });
+    count_step(report, step);
+    session.fill(simulation.world());
+
+    const ImageTimes times{.state_ns = state_ns,
+                           .publish_ns = sample_ns + latency_ns,
+                           .tool_ns = step.tool_time_ns,
+                           .contacts = static_cast<std::uint64_t>(step.contacts)};
+    period_ns = draw_period_ns();
+    state_ns += period_ns;
+    sample_ns = std::max(state_ns, times.publish_ns);
+    promise(header.lockstep_sample_ns, sample_ns);
+    if (!peer.wait(&proto::SegmentHeader::lockstep_event_ns, times.publish_ns)) break;
+    session.writer().publish(times);
+    ++report.generations;
+    promise(header.lockstep_event_ns, sample_ns + latency_ns);
+  }
+  promise(header.lockstep_sample_ns, proto::kNever);
+  promise(header.lockstep_event_ns, proto::kNever);
+}
+
+}  // namespace
+
+void run_simulation(const SceneDescription& scene, const ServerOptions& options,
+                    Simulation& simulation, SimulationReport& report,
+                    const std::atomic<bool>& stop) {
+  report.measures_time = options.clock != SimulationClock::kLockstep;
+  switch (options.clock) {
+    case SimulationClock::kReal:
+      return run_real(scene, options, simulation, report, stop);
+    case SimulationClock::kLockstep:
+      return run_lockstep(scene, options, simulation, report, stop);
+    case SimulationClock::kOffline:
+      return run_offline(scene, options, simulation, report, stop);
+  }
+}
+
+}  // namespace stillgrid

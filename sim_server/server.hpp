@@ -1,0 +1,41 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <random>
+#include <string>
+
+#include "shared/publication/scene_segment.hpp"
+#include "shared/publication/segment_watch.hpp"
+#include "shared/publication/tool_segment.hpp"
+#include "sim_server/dynamics/simulation.hpp"
+#include "sim_server/report.hpp"
+#include "sim_server/scene/scene_description.hpp"
+
+namespace stillgrid {
+
+enum class SimulationClock {
+  kReal,      // steps at their deadlines on CLOCK_MONOTONIC
+  kLockstep,  // virtual time, in agreement with a haptic_server
+  kOffline,   // virtual time, alone, nothing published
+};
+
+struct ServerOptions {
+  std::string session;
+  SimulationClock clock = SimulationClock::kReal;
+  std::optional<double> duration_s;  // else until stopped
+  double latency_s = 0.0;            // virtual cost of a step: publication follows the sample by it
+  double jitter = 0.0;               // each period is drawn from P (1 + u), u uniform in +-jitter
+  std::uint64_t seed = 1;
+  std::optional<int> cpu;
+};
+
+/// Runs a scene until its duration is over or stop is set, and counts what happened in report.
+///
+/// Throws SegmentError if the session cannot be had, or if a lockstep peer does not come or dies.
+void run_simulation(const SceneDescription& scene, const ServerOptions& options,
+                    Simulation& simulation, SimulationReport& report,
+                    const std::atomic<bool>& stop);
+
+}  // namespace stillgrid

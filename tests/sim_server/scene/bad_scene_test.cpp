@@ -1,0 +1,208 @@
+#include <catch2/catch.hpp>
+#include <string>
+#include <string_view>
+
+#include "sim_server/scene/scene_file.hpp"
+#include "tests/sim_server/scene/temporary_scene.hpp"
+
+using namespace stillgrid;
+
+namespace {
+
+/// A scene with one fault, and how its refusal begins and ends.
+struct BadScene {
+  std::string_view text;
+  std::string_view where;  // line and column
+  std::string_view key;
+  std::string_view value;
+  std::string_view expected;  // the beginning
+};
+
+void check_refusal(const BadScene& scene, const std::string& text) {
+  INFO(text);
+  const std::string line = refusal_of(text);
+  CHECK(line.find('\n') == std::string::npos);
+  std::string beginning(scene.where);
+  beginning.append(": ").append(scene.key).append(": value ").append(scene.value);
+  beginning.append(": expected ").append(scene.expected);
+  CHECK(line.substr(0, beginning.size()) == beginning);
+}
+
+// Each text is the whole file.
+constexpr BadScene kBadFiles[] = {
+    {"", "1:1", "format", "missing", "1"},
+    {"format = 2", "1:10", "format", "2", "1"},
+    {"format = '1'", "1:10", "format", "'1'", "1, found a string"},
+    {"format = 1\nformat = 1", "2:10", "syntax", "\"format = 1\"", "TOML: "},
+    {"format = 1\nworld = {", "2:10", "syntax", "\"world = {\"", "TOML: "},
+    {"format = 1\n[world\n", "2:7", "syntax", "\"[world\"", "TOML: "},
+    {"format = 1\ncolour = 'red'", "2:1", "colour", "'red'", "no such key here, but body, "},
+    {"format = 1\nworld = 3", "2:9", "world", "3", "a table, found an integer"},
+    {"format = 1\n[world]\ngravity = 3.5", "3:1", "world.gravity", "3.5", "no such key here, but "},
+    {"format = 1\n[world]\ngravity_m_s2 = -9.81", "3:16", "world.gravity_m_s2", "-9.81",
+     "3 numbers, each a number from -1e12 to 1e12, found a number"},
+    {"format = 1\n[world]\ngravity_m_s2 = [0.0, -9.81]", "3:16", "world.gravity_m_s2", "[0, -9.81]",
+     "3 numbers"},
+    {"format = 1\n[world]\ngravity_m_s2 = [0.0, 0.0, 'down']", "3:27", "world.gravity_m_s2",
+     "'down'", "a number from -1e12 to 1e12, found a string"},
+    {"format = 1\n[world]\ngravity_m_s2 = [0.0, 0.0, nan]", "3:27", "world.gravity_m_s2", "nan",
+     "a number from"},
+    {"format = 1\n[simulation]\nrate_hz = 0.0", "3:11", "simulation.rate_hz", "0",
+     "a number from 1e-9 to 1e12"},
+    {"format = 1\n[simulation]\nrate_hz = 10\nperiod_s = 0.1", "4:12", "simulation.period_s", "0.1",
+     "rate_hz or period_s, not both"},
+    {"format = 1\n[simulation]\nperiod_s = -0.01", "3:12", "simulation.period_s", "-0.01",
+     "a number from 1e-9"},
+    {"format = 1\n[simulation]\nintegrator = 'leapfrog'", "3:14", "simulation.integrator",
+     "'leapfrog'", "one of implicit_euler"},
+    {"format = 1\n[simulation]\nsolver = true", "3:10", "simulation.solver", "true",
+     "one of newton, found a boolean"},
+    {"format = 1\n[grid]\nvoxel_ratio = inf", "3:15", "grid.voxel_ratio", "inf", "a number from"},
+    {"format = 1\n[tool]\nradius_m = 1e-3\nspheres = []", "4:11", "tool.spheres", "[]",
+     "radius_m or spheres, not both"},
+    {"format = 1\n[tool]\nspheres = []", "3:11", "tool.spheres", "[]", "1 to 16 spheres, found 0"},
+    {"format = 1\n[tool]\nspheres = [{ position_m = [0, 0, 0] }]", "3:12", "tool.spheres.radius_m",
+     "missing", "a number from 1e-9"},
+    {"format = 1\n[tool]\nspheres = [{ radius_m = 1, mass_kg = 1 }]", "3:28",
+     "tool.spheres.mass_kg", "1", "no such key here, but position_m, radius_m"},
+    {"format = 1\n[device]\norientation_xyzw = [0, 0, 0, 0]", "3:20", "device.orientation_xyzw",
+     "[0, 0, 0, 0]", "a quaternion x, y, z, w whose norm"},
+    {"format = 1\n[device]\norientation_xyzw = [0.0, 0.0, 0.0, 1.002]", "3:20",
+     "device.orientation_xyzw", "[0, 0, 0, 1.002]", "a quaternion"},
+    {"format = 1\n[material]\nname = 'm'", "2:1", "material", "{...}",
+     "an array of tables, found a table"},
+    {"format = 1\n[[material]]\nname = 'm'", "2:1", "material.contact_stiffness_N_m", "missing",
+     "a number from"},
+    {"format = 1\n[[material]]\nname = 'm'\ncontact_stiffness_N_m = 0", "4:25",
+     "material.contact_stiffness_N_m", "0", "a number from 1e-9"},
+    {"format = 1\n[[material]]\nname = 'm'\ncontact_stiffness_N_m = 1\nfriction = -0.1", "5:12",
+     "material.friction", "-0.1", "a number from 0 to 1e12"},
+    {"format = 1\n[[material]]\nname = ''\ncontact_stiffness_N_m = 1", "3:8", "material.name", "''",
+     "a name without comma"},
+    {"format = 1\nmaterial = [{ name = 'm', contact_stiffness_N_m = 1 },\n"
+     "{ name = 'm', contact_stiffness_N_m = 1 }]",
+     "3:10", "material.name", "'m'", "a name that nothing else of its sort has"},
+    {"format = 1\n[[body]]\nname = 'b'\nkind = 'plane'\nmaterial = 'm'", "5:12", "body.material",
+     "'m'", "a [[material]] of the scene, which has none"},
+};
+
+// Each text stands from the third line on, after a format and a material "m", in a [[body]].
+constexpr BadScene kBadBodies[] = {
+    {"kind = 'sphere'", "3:1", "body.name", "missing", "a name"},
+    {"name = 'a,b'", "4:8", "body.name", "'a,b'", "a name without comma"},
+    {"name = 'b'", "3:1", "body.kind", "missing", "one of sheet, thread, rigid_box, sphere, plane"},
+    {"name = 'b'\nkind = 'soft_block'", "5:8", "body.kind", "'soft_block'",
+     "one of sheet, thread, rigid_box, sphere, plane"},
+    {"name = 'b'\nkind = 'mesh'", "5:8", "body.kind", "'mesh'",
+     "one of sheet, thread, rigid_box, sphere, plane"},
+    {"name = 'b'\nkind = 'plane'\nmaterial = 'steel'", "6:12", "body.material", "'steel'",
+     "one of m"},
+    {"name = 'b'\nkind = 'plane'\nmaterial = 'm'\nmotion = 'free'", "7:10", "body.motion", "'free'",
+     "one of static"},
+    {"name = 'b'\nkind = 'plane'\nmaterial = 'm'", "3:1", "body.normal", "missing", "3 numbers"},
+    {"name = 'b'\nkind = 'plane'\nmaterial = 'm'\nnormal = [0, 0, 0]", "7:10", "body.normal",
+     "[0, 0, 0]", "a vector that is not zero"},
+    {"name = 'b'\nkind = 'plane'\nmaterial = 'm'\nnormal = [0, 0, 1]\nmass_kg = 1", "8:1",
+     "body.mass_kg", "1", "no such key here, but "},
+    {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nradius_m = 0.1", "3:1", "body.mass_kg",
+     "missing", "a number from 1e-9"},
+    {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmass_kg = -1.5", "7:11", "body.mass_kg", "-1.5",
+     "a number from 1e-9"},
+    {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmotion = 'static'\nradius_m = 0.1\n"
+     "velocity_m_s = [0, 0, 1]",
+     "9:1", "body.velocity_m_s", "[0, 0, 1]", "no such key here, but "},
+    {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmotion = 'static'\nradius_m = 0.1\n"
+     "spheres = { radius_m = 0.1 }",
+     "9:1", "body.spheres", "{...}", "no such key here, but "},
+    {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmotion = 'prescribed'", "3:1",
+     "body.velocity_m_s", "missing", "a number from"},
+    {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmotion = 'prescribed'\n"
+     "velocity_m_s = [0, 0, 1]",
+     "8:16", "body.velocity_m_s", "[0, 0, 1]", "a number from -1e12 to 1e12, found an array"},
+    {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmotion = 'prescribed'\nvelocity_m_s = 1\n"
+     "amplitude_m = 1\nfrequency_hz = 1",
+     "8:16", "body.velocity_m_s", "1", "either velocity_m_s, or amplitude_m with frequency_hz"},
+    {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmotion = 'prescribed'\namplitude_m = 0.1", "3:1",
+     "body.frequency_hz", "missing", "a number from 1e-9"},
+    {"name = 'b'\nkind = 'sheet'\nmaterial = 'm'\nmotion = 'prescribed'", "7:10", "body.motion",
+     "'prescribed'", "one of free, static"},
+    {"name = 'b'\nkind = 'rigid_box'\nmaterial = 'm'\nmass_kg = 1\nsize_m = [1, 0, 1]", "8:14",
+     "body.size_m", "0", "a number from 1e-9"},
+    {"name = 'b'\nkind = 'rigid_box'\nmaterial = 'm'\nmass_kg = 1\nsize_m = [1, 0.1, 1]\n"
+     "spheres = { radius_m = 0.06 }",
+     "9:24", "body.spheres.radius_m", "0.06", "at most half of the box's shortest side"},
+    {"name = 'b'\nkind = 'rigid_box'\nmaterial = 'm'\nmass_kg = 1\nsize_m = [1, 1, 1]\n"
+     "spheres = { spacing_m = 1e-5 }",
+     "9:25", "body.spheres.spacing_m", "1e-05", "at least a thousandth"},
+    {"name = 'b'\nkind = 'sheet'\nmaterial = 'm'\nmass_kg = 1\nnodes = [1, 8]", "8:10",
+     "body.nodes", "1", "an integer from 2 to 1000"},
+    {"name = 'b'\nkind = 'sheet'\nmaterial = 'm'\nmass_kg = 1\nnodes = [8, 8, 8]", "8:9",
+     "body.nodes", "[8, 8, 8]", "two integers"},
+    {"name = 'b'\nkind = 'thread'\nmaterial = 'm'\nmass_kg = 1\nnodes = 2.5", "8:9", "body.nodes",
+     "2.5", "an integer from 2 to 1000, found a number"},
+    {"name = 'b'\nkind = 'thread'\nmaterial = 'm'\nmass_kg = 1\nnodes = 3\n"
+     "from_m = [1, 1, 1]\nto_m = [1, 1, 1]",
+     "10:8", "body.to_m", "[1, 1, 1]", "another point than from_m"},
+    {"name = 'b'\nkind = 'thread'\nmaterial = 'm'\nmass_kg = 1\nnodes = 3\n"
+     "from_m = [0, 1, 1]\nto_m = [1, 1, 1]",
+     "3:1", "body.spring_stiffness_N_m.structural", "missing", "a number from 1e-9"},
+    {"name = 'b'\nkind = 'thread'\nmaterial = 'm'\nmass_kg = 1\nnodes = 3\n"
+     "from_m = [0, 1, 1]\nto_m = [1, 1, 1]\nspring_stiffness_N_m = { structural = 1, shear = 1 }",
+     "11:42", "body.spring_stiffness_N_m.shear", "1", "no such key here, but bend, structural"},
+    {"name = 'b'\nkind = 'thread'\nmaterial = 'm'\nmass_kg = 1\nnodes = 3\n"
+     "from_m = [0, 1, 1]\nto_m = [1, 1, 1]\nspring_stiffness_N_m = { structural = 1 }\n"
+     "pinned = 'corners'",
+     "12:10", "body.pinned", "'corners'", "one of none, start, end, both"},
+    {"name = 'b'\nkind = 'thread'\nmaterial = 'm'\nmass_kg = 1\nnodes = 3\n"
+     "from_m = [0, 1, 1]\nto_m = [1, 1, 1]\nspring_stiffness_N_m = { structural = 1 }\n"
+     "pinned = [0, 3]",
+     "12:14", "body.pinned", "3", "an integer from 0 to 2"},
+    {"name = 'b'\nkind = 'plane'\nmaterial = 'm'\nnormal = [0, 0, 1]\n[[body]]\nname = 'b'\n"
+     "kind = 'plane'\nmaterial = 'm'\nnormal = [0, 0, 1]",
+     "9:8", "body.name", "'b'", "a name that nothing else of its sort has"},
+};
+
+}  // namespace
+
+TEST_CASE("A fault outside of bodies is refused where it stands", "[scene_file]") {
+  for (const BadScene& scene : kBadFiles) check_refusal(scene, std::string(scene.text));
+}
+
+TEST_CASE("A fault in a body is refused where it stands", "[scene_file]") {
+  const std::string before =
+      "format = 1\nmaterial = [{ name = 'm', contact_stiffness_N_m = 1 }]\n[[body]]\n";
+  for (const BadScene& scene : kBadBodies) check_refusal(scene, before + std::string(scene.text));
+}
+
+TEST_CASE("More than 64 materials or 16 tool spheres are refused", "[scene_file]") {
+  std::string materials = "format = 1\n";
+  for (int i = 0; i < 64; ++i) {
+    materials += "[[material]]\nname = '" + std::to_string(i) + "'\ncontact_stiffness_N_m = 1\n";
+  }
+  CHECK(refusal_of(materials).empty());
+  materials += "[[material]]\nname = 'more'\n";
+  CHECK(refusal_of(materials) ==
+        "195:8: material.name: value 'more': expected at most 64 materials");
+
+  std::string spheres = "format = 1\ntool.spheres = [{ radius_m = 0.1 }";
+  for (int i = 1; i < 16; ++i) spheres += ", { radius_m = 0.1 }";
+  CHECK(refusal_of(spheres + "]").empty());
+  const std::string refusal = refusal_of(spheres + ", { radius_m = 0.1 }]");
+  CHECK(refusal.find("2:16: tool.spheres: value ") == 0);
+  CHECK(refusal.find(": expected 1 to 16 spheres, found 17") != std::string::npos);
+}
+
+TEST_CASE("A file that cannot be read is refused by name", "[scene_file]") {
+  CHECK_THROWS_WITH(load_scene("/nowhere/at all.toml"),
+                    "/nowhere/at all.toml:1:1: file: value \"/nowhere/at all.toml\": expected a "
+                    "file that can be read");
+  CHECK_THROWS_AS(load_scene(std::filesystem::temp_directory_path()), SceneError);
+}
+
+TEST_CASE("A refusal is one line whatever the file holds", "[scene_file]") {
+  const std::string refusal =
+      refusal_of("format = 1\n\"a\\nkey\" = \"\"\"two\nlines and \\u001b more\"\"\"");
+  CHECK(refusal.find('\n') == std::string::npos);
+  CHECK(refusal.find('\x1b') == std::string::npos);
+  CHECK(refusal.find("2:1: a key: value ") == 0);
+}

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <string_view>
+
+namespace stillgrid {
+
+/// A scene with every section, kind and motion.
+inline constexpr std::string_view kFullScene = R"(format = 1
+[world]
+gravity_m_s2 = [0.0, -1.5, 0]
+[simulation]
+period_s = 0.02
+integrator = "implicit_euler"
+solver = "newton"
+[grid]
+voxel_ratio = 1.25
+[tool]
+spheres = [{ radius_m = 0.004 }, { position_m = [0.0, 0.0, 0.01], radius_m = 0.003 }]
+[device]
+position_m = [0.1, 0.2, 0.3]
+orientation_xyzw = [0.0, 0.0, 0.7071, 0.7071]
+scale = 2.0
+[[material]]
+name = "soft"
+contact_stiffness_N_m = 300
+[[material]]
+name = "hard"
+contact_stiffness_N_m = 900.0
+contact_damping_N_s_m = 2.0
+friction = 0.4
+slip_speed_m_s = 0.005
+[[body]]
+name = "cloth"
+kind = "sheet"
+nodes = [3, 4]
+position_m = [0.0, 0.0, 0.1]
+size_m = [0.2, 0.3]
+mass_kg = 0.12
+spring_stiffness_N_m = { structural = 50.0, shear = 20.0, bend = 5.0 }
+spring_damping_N_s_m = 0.1
+spheres = { spacing_m = 0.02, radius_m = 0.015 }
+velocity_m_s = [0.0, 0.0, 1.0]
+pinned = "two_corners"
+material = "soft"
+[[body]]
+name = "thread"
+kind = "thread"
+nodes = 5
+from_m = [0.0, 0.0, 0.4]
+to_m = [0.0, 0.0, 0.2]
+mass_kg = 0.01
+spring_stiffness_N_m = { structural = 10.0 }
+pinned = [4, 0, 4]
+material = "soft"
+[[body]]
+name = "box"
+kind = "rigid_box"
+position_m = [0.5, 0.0, 0.0]
+size_m = [0.1, 0.2, 0.3]
+mass_kg = 0.5
+angular_velocity_rad_s = [1.0, 0.0, 0.0]
+material = "hard"
+[[body]]
+name = "shaker"
+kind = "sphere"
+motion = "prescribed"
+direction = [0.0, 0.0, 2.0]
+amplitude_m = 0.01
+frequency_hz = 2.0
+position_m = [0.0, 1.0, 0.0]
+radius_m = 0.05
+material = "hard"
+[[body]]
+name = "runner"
+kind = "rigid_box"
+motion = "prescribed"
+velocity_m_s = -0.1
+size_m = [0.1, 0.1, 0.1]
+material = "hard"
+[[body]]
+name = "floor"
+kind = "plane"
+point_m = [0.0, 0.0, -1.0]
+normal = [0.0, 3.0, 4.0]
+material = "hard"
+)";
+
+}  // namespace stillgrid

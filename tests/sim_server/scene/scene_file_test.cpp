@@ -1,0 +1,172 @@
+#include "sim_server/scene/scene_file.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "tests/sim_server/scene/full_scene.hpp"
+#include "tests/sim_server/scene/temporary_scene.hpp"
+
+using namespace stillgrid;
+
+namespace {
+
+/// The nodes that a line about pins leaves pinned on a sheet of 4 x 3 nodes.
+std::vector<int> pinned_sheet_nodes(const std::string& line) {
+  return scene_of(R"(format = 1
+material = [{ name = "m", contact_stiffness_N_m = 1.0 }]
+[[body]]
+name = "sheet"
+kind = "sheet"
+nodes = [4, 3]
+size_m = [0.3, 0.2]
+mass_kg = 0.1
+spring_stiffness_N_m = { structural = 1.0 }
+material = "m"
+)" + line)
+      .bodies.at(0)
+      .pinned_nodes;
+}
+
+/// The same on a thread of 6 nodes.
+std::vector<int> pinned_thread_nodes(const std::string& line) {
+  return scene_of(R"(format = 1
+material = [{ name = "m", contact_stiffness_N_m = 1.0 }]
+[[body]]
+name = "thread"
+kind = "thread"
+nodes = 6
+from_m = [0, 0, 0]
+to_m = [1, 0, 0]
+mass_kg = 0.1
+spring_stiffness_N_m = { structural = 1.0 }
+material = "m"
+)" + line)
+      .bodies.at(0)
+      .pinned_nodes;
+}
+
+}  // namespace
+
+TEST_CASE("A scene of format 1 alone has every default", "[scene_file]") {
+  const SceneDescription scene = scene_of("format = 1\n");
+
+  CHECK(scene.gravity_m_s2 == Eigen::Vector3d(0.0, 0.0, -9.81));
+  CHECK(scene.period_s == 0.01);
+  CHECK(scene.integrator == "implicit_euler");
+  CHECK(scene.solver == "newton");
+  CHECK(scene.voxel_ratio == 1.0);
+  CHECK(scene.materials.empty());
+  CHECK(scene.bodies.empty());
+  REQUIRE(scene.tool.size() == 1);
+  CHECK(scene.tool[0].radius_m == 0.005);
+  CHECK(scene.tool[0].position_m.isZero(0.0));
+  CHECK(scene.device.scale == 1.0);
+}
+
+TEST_CASE("A rate is the inverse of a period", "[scene_file]") {
+  CHECK(scene_of("format = 1\nsimulation.rate_hz = 33\n").period_s == Approx(1.0 / 33.0));
+  CHECK(scene_of("format = 1\nsimulation.period_s = 0.033\n").period_s == 0.033);
+}
+
+TEST_CASE("A scene is named after its file", "[scene_file]") {
+  const TemporaryScene file("format = 1");
+  CHECK(load_scene(file.path()).name == file.path().stem());
+}
+
+TEST_CASE("What a scene says of the world, the tool and the device is read", "[scene_file]") {
+  const SceneDescription scene = scene_of(kFullScene);
+
+  CHECK(scene.gravity_m_s2 == Eigen::Vector3d(0.0, -1.5, 0.0));
+  CHECK(scene.period_s == 0.02);
+  CHECK(scene.voxel_ratio == 1.25);
+  REQUIRE(scene.tool.size() == 2);
+  CHECK(scene.tool[0].radius_m == 0.004);
+  CHECK(scene.tool[1].position_m == Eigen::Vector3d(0.0, 0.0, 0.01));
+  CHECK(scene.device.position_m == Eigen::Vector3d(0.1, 0.2, 0.3));
+  CHECK(scene.device.scale == 2.0);
+  REQUIRE(scene.materials.size() == 2);
+  CHECK(scene.materials[0].slip_speed_m_s == 1e-3);
+  CHECK(scene.materials[1].contact_stiffness_N_m == 900.0);
+  CHECK(scene.materials[1].slip_speed_m_s == 0.005);
+}
+
+TEST_CASE("A quaternion that is nearly unit is made unit", "[scene_file]") {
+  const Eigen::Quaterniond orientation = scene_of(kFullScene).device.orientation;
+  CHECK(orientation.norm() == Approx(1.0).epsilon(1e-15));
+  CHECK(orientation.z() == Approx(std::sqrt(0.5)));
+  CHECK(orientation.w() == Approx(std::sqrt(0.5)));
+}
+
+TEST_CASE("Deforming bodies are read with their springs, spheres and pins", "[scene_file]") {
+  const SceneDescription scene = scene_of(kFullScene);
+  REQUIRE(scene.bodies.size() == 6);
+
+  const BodyDescription& cloth = scene.bodies[0];
+  CHECK(cloth.kind == BodyKind::kSheet);
+  CHECK(cloth.motion == Motion::kFree);
+  CHECK(cloth.nodes == Eigen::Vector2i(3, 4));
+  CHECK(cloth.size_m == Eigen::Vector3d(0.2, 0.3, 0.0));
+  CHECK(cloth.structural_stiffness_N_m == 50.0);
+  CHECK(cloth.shear_stiffness_N_m == 20.0);
+  CHECK(cloth.bend_stiffness_N_m == 5.0);
+  CHECK(cloth.spring_damping_N_s_m == 0.1);
+  CHECK(cloth.spheres.spacing_m == 0.02);
+  CHECK(cloth.spheres.radius_m == 0.015);
+  CHECK(cloth.velocity_m_s == Eigen::Vector3d(0.0, 0.0, 1.0));
+
+  const BodyDescription& thread = scene.bodies[1];
+  CHECK(thread.kind == BodyKind::kThread);
+  CHECK(thread.nodes == Eigen::Vector2i(5, 1));
+  CHECK(thread.position_m.isApprox(Eigen::Vector3d(0.0, 0.0, 0.3)));
+  CHECK(thread.shear_stiffness_N_m == 0.0);
+  CHECK(thread.pinned_nodes == std::vector<int>{0, 4});
+  CHECK(thread.material == 0);
+}
+
+TEST_CASE("Rigid bodies are read with their motion, directions made unit", "[scene_file]") {
+  const SceneDescription scene = scene_of(kFullScene);
+  REQUIRE(scene.bodies.size() == 6);
+
+  const BodyDescription& box = scene.bodies[2];
+  CHECK(box.kind == BodyKind::kRigidBox);
+  CHECK(box.mass_kg == 0.5);
+  CHECK(box.angular_velocity_rad_s == Eigen::Vector3d::UnitX());
+  CHECK(box.material == 1);
+
+  const BodyDescription& shaker = scene.bodies[3];
+  CHECK(shaker.motion == Motion::kPrescribed);
+  CHECK(shaker.prescribed.direction == Eigen::Vector3d::UnitZ());
+  CHECK(shaker.prescribed.amplitude_m == 0.01);
+  CHECK(shaker.prescribed.frequency_hz == 2.0);
+  CHECK(shaker.prescribed.velocity_m_s == 0.0);
+
+  const BodyDescription& runner = scene.bodies[4];
+  CHECK(runner.prescribed.direction == Eigen::Vector3d::UnitX());
+  CHECK(runner.prescribed.velocity_m_s == -0.1);
+  CHECK(runner.velocity_m_s.isZero(0.0));
+
+  const BodyDescription& floor = scene.bodies[5];
+  CHECK(floor.motion == Motion::kStatic);
+  CHECK(floor.position_m == Eigen::Vector3d(0.0, 0.0, -1.0));
+  CHECK(floor.normal.isApprox(Eigen::Vector3d(0.0, 0.6, 0.8)));
+}
+
+TEST_CASE("A word pins the nodes it names", "[scene_file]") {
+  using Nodes = std::vector<int>;
+  CHECK(pinned_sheet_nodes("pinned = 'none'").empty());
+  CHECK(pinned_sheet_nodes("pinned = 'corners'") == Nodes{0, 3, 8, 11});
+  CHECK(pinned_sheet_nodes("pinned = 'two_corners'") == Nodes{8, 11});
+  CHECK(pinned_sheet_nodes("pinned = 'edges'") == Nodes{0, 1, 2, 3, 4, 7, 8, 9, 10, 11});
+  CHECK(pinned_sheet_nodes("pinned = 'top'") == Nodes{8, 9, 10, 11});
+  CHECK(pinned_sheet_nodes("pinned = [11, 2, 11]") == Nodes{2, 11});
+  CHECK(pinned_sheet_nodes("pinned = []").empty());
+
+  CHECK(pinned_sheet_nodes("").empty());
+
+  CHECK(pinned_thread_nodes("pinned = 'none'").empty());
+  CHECK(pinned_thread_nodes("pinned = 'start'") == Nodes{0});
+  CHECK(pinned_thread_nodes("pinned = 'end'") == Nodes{5});
+  CHECK(pinned_thread_nodes("pinned = 'both'") == Nodes{0, 5});
+}

@@ -1,0 +1,128 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sim_server/scene/scene_file.hpp"
+
+using namespace stillgrid;
+
+namespace {
+
+SceneDescription shipped(const std::string& name) {
+  return load_scene(std::filesystem::path(STILLGRID_SCENES) / (name + ".toml"));
+}
+
+long spheres_along(double length_m, double spacing_m) {
+  return std::max(1L, std::lround(length_m / spacing_m) + 1);
+}
+
+/// The spheres that a free body of a shipped scene is covered with, by the rule of SpherePacking.
+long sphere_count(const BodyDescription& body) {
+  const auto [spacing_m, radius_m] = body.spheres;
+  if (body.kind == BodyKind::kThread) {
+    return spheres_along((body.to_m - body.from_m).norm(), spacing_m);
+  }
+  const double rim_m = body.kind == BodyKind::kRigidBox ? 2.0 * radius_m : 0.0;
+  long count = spheres_along(body.size_m.x() - rim_m, spacing_m) *
+               spheres_along(body.size_m.y() - rim_m, spacing_m);
+  if (body.kind == BodyKind::kRigidBox) {
+    count *= spheres_along(body.size_m.z() - rim_m, spacing_m);
+  }
+  return count;
+}
+
+long moving_sphere_count(const SceneDescription& scene) {
+  long count = 0;
+  for (const BodyDescription& body : scene.bodies) {
+    if (body.motion == Motion::kFree) count += sphere_count(body);
+  }
+  return count;
+}
+
+long count_of(const SceneDescription& scene, BodyKind kind) {
+  return std::count_if(scene.bodies.begin(), scene.bodies.end(),
+                       [kind](const BodyDescription& body) { return body.kind == kind; });
+}
+
+/// Whether no two boxes of the scene overlap at the start, boxes being level.
+bool boxes_are_apart(const SceneDescription& scene) {
+  for (const BodyDescription& a : scene.bodies) {
+    for (const BodyDescription& b : scene.bodies) {
+      if (a.kind != BodyKind::kRigidBox || b.kind != BodyKind::kRigidBox || &a == &b) continue;
+      const Eigen::Array3d gap_m =
+          (a.position_m - b.position_m).array().abs() - 0.5 * (a.size_m + b.size_m).array();
+      if ((gap_m < 0.0).all()) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+TEST_CASE("Tissue and blocks are the paper's: 8 x 8 nodes, ten blocks, 405 spheres", "[scenes]") {
+  const SceneDescription scene = shipped("tissue_and_blocks");
+
+  CHECK(scene.name == "tissue_and_blocks");
+  CHECK(scene.period_s == Approx(1.0 / 33.0));
+  CHECK(count_of(scene, BodyKind::kRigidBox) == 10);
+  REQUIRE(count_of(scene, BodyKind::kSheet) == 1);
+  for (const BodyDescription& body : scene.bodies) {
+    if (body.kind != BodyKind::kSheet) continue;
+    CHECK(body.nodes == Eigen::Vector2i(8, 8));
+    CHECK(body.pinned_nodes == std::vector<int>{0, 7, 56, 63});
+  }
+  CHECK(moving_sphere_count(scene) == 405);
+  CHECK(boxes_are_apart(scene));
+}
+
+TEST_CASE("Threads are forty, hung by their upper ends, 400 spheres", "[scenes]") {
+  const SceneDescription scene = shipped("threads");
+
+  CHECK(count_of(scene, BodyKind::kThread) == 40);
+  CHECK(scene.bodies.size() == 40);
+  for (const BodyDescription& thread : scene.bodies) {
+    CHECK(thread.pinned_nodes == std::vector<int>{0});
+    CHECK(thread.from_m.z() > thread.to_m.z());
+  }
+  CHECK(moving_sphere_count(scene) == 400);
+}
+
+TEST_CASE("The moving sphere's held image jumps by k v P = 1.65 N", "[scenes]") {
+  const SceneDescription scene = shipped("moving_sphere");
+
+  REQUIRE(scene.bodies.size() == 1);
+  const BodyDescription& sphere = scene.bodies[0];
+  const MaterialDescription& material = scene.materials.at(0);
+  CHECK(sphere.motion == Motion::kPrescribed);
+  CHECK(material.contact_stiffness_N_m * sphere.prescribed.velocity_m_s * scene.period_s ==
+        Approx(1.65));
+  CHECK(material.contact_damping_N_s_m == 0.0);
+  CHECK(material.friction == 0.0);
+  const double touch_time_s =
+      (-sphere.position_m.x() - sphere.radius_m - scene.tool.at(0).radius_m) /
+      sphere.prescribed.velocity_m_s;
+  CHECK(touch_time_s == Approx(0.35));
+}
+
+TEST_CASE("The wall is 1000 N/m at z = 0 and nothing else", "[scenes]") {
+  const SceneDescription scene = shipped("wall");
+
+  REQUIRE(scene.bodies.size() == 1);
+  CHECK(scene.bodies[0].kind == BodyKind::kPlane);
+  CHECK(scene.bodies[0].normal == Eigen::Vector3d::UnitZ());
+  CHECK(scene.bodies[0].position_m.isZero(0.0));
+  CHECK(scene.materials.at(0).contact_stiffness_N_m == 1000.0);
+  CHECK(scene.materials.at(0).contact_damping_N_s_m == 0.0);
+  CHECK(scene.materials.at(0).friction == 0.0);
+  CHECK(scene.gravity_m_s2.isZero(0.0));
+}
+
+TEST_CASE("Every scene that ships loads", "[scenes]") {
+  for (const auto& entry : std::filesystem::directory_iterator(STILLGRID_SCENES)) {
+    INFO(entry.path());
+    CHECK_NOTHROW(load_scene(entry.path()));
+  }
+}
