@@ -1,9 +1,11 @@
 #pragma once
 
+#include <charconv>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 #include "haptic_server/devices/number.hpp"
 #include "haptic_server/devices/trajectory_curve.hpp"

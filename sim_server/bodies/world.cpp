@@ -59,13 +59,17 @@ void add_springs(World& world, const BodyDescription& body, int first) {
 void add_deformable(World& world, const BodyDescription& body, BodyRange& range) {
   range.first_node = static_cast<int>(world.nodes.size());
   range.node_count = body.nodes.prod();
+  const Eigen::Vector3d centre_m =
+      body.kind == BodyKind::kThread ? 0.5 * (body.from_m + body.to_m) : body.position_m;
   int index = 0;
   for (const Eigen::Vector3d& point : rest_nodes(body)) {
     const bool pinned =
         std::binary_search(body.pinned_nodes.begin(), body.pinned_nodes.end(), index++);
+    const Eigen::Vector3d velocity_m_s =
+        body.velocity_m_s + body.angular_velocity_rad_s.cross(point - centre_m);
     world.nodes.push_back(
         {.position_m = point,
-         .velocity_m_s = pinned ? Eigen::Vector3d::Zero().eval() : body.velocity_m_s,
+         .velocity_m_s = pinned ? Eigen::Vector3d::Zero() : velocity_m_s,
          .mass_kg = body.mass_kg / range.node_count,
          .unknown = pinned ? kNoUnknown : take_unknowns(world, 3)});
   }

@@ -39,16 +39,18 @@ struct Plugin {
   Plugin(const Plugin&) = delete;
   Plugin& operator=(const Plugin&) = delete;
 
-  std::int32_t configure(const std::string& key, const std::string& value) const {
+  [[nodiscard]] std::int32_t configure(const std::string& key, const std::string& value) const {
     return api.configure(device, key.c_str(), value.c_str());
   }
-  std::string line() const { return api.strerror(device, STILLGRID_DEVICE_E_ARGUMENT); }
+  [[nodiscard]] std::string line() const {
+    return api.strerror(device, STILLGRID_DEVICE_E_ARGUMENT);
+  }
   std::int32_t read(std::uint64_t now_ns) {
     state = {};
     state.struct_size = sizeof state;
     return api.read(device, now_ns, &state);
   }
-  std::int32_t write(std::uint64_t now_ns, double x_N, double y_N, double z_N) const {
+  [[nodiscard]] std::int32_t write(std::uint64_t now_ns, double x_N, double y_N, double z_N) const {
     const std::array force_N = {x_N, y_N, z_N};
     return api.write(device, now_ns, force_N.data(), nullptr);
   }

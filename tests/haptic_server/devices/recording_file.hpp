@@ -7,6 +7,7 @@
 #include <fstream>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 namespace stillgrid {
 
@@ -15,7 +16,8 @@ class RecordingFile {
  public:
   explicit RecordingFile(std::string_view content)
       : path_(std::filesystem::temp_directory_path() /
-              ("stillgrid_recording_" + std::to_string(getpid()) + ".csv")) {
+              ("stillgrid_recording_" + std::to_string(getpid()) + "_" + std::to_string(++files) +
+               ".csv")) {
     std::ofstream(path_, std::ios::binary) << content;
   }
   ~RecordingFile() {
@@ -28,6 +30,7 @@ class RecordingFile {
   [[nodiscard]] std::string path() const { return path_.string(); }
 
  private:
+  static inline int files = 0;
   std::filesystem::path path_;
 };
 

@@ -32,7 +32,8 @@ Trajectory irregular_recording() {
 double error_m(const TrajectoryCurve& curve) {
   CurveCursor cursor;
   double worst_m = 0.0;
-  for (double time_s = 0.3; time_s < 1.6; time_s += 1e-3) {
+  for (int n = 300; n < 1600; ++n) {
+    const double time_s = 1e-3 * n;
     const Eigen::Vector3d position_m = curve_at(curve, time_s, cursor).position_m;
     worst_m = std::max(worst_m, (position_m - smooth_m(time_s)).norm());
   }
@@ -42,8 +43,8 @@ double error_m(const TrajectoryCurve& curve) {
 double largest_speed_m_s(const TrajectoryCurve& curve) {
   CurveCursor cursor;
   double largest_m_s = 0.0;
-  for (double time_s = 0.0; time_s < curve.knot_time_s.back(); time_s += 2e-4) {
-    largest_m_s = std::max(largest_m_s, curve_at(curve, time_s, cursor).velocity_m_s.norm());
+  for (int n = 0; n * 2e-4 < curve.knot_time_s.back(); ++n) {
+    largest_m_s = std::max(largest_m_s, curve_at(curve, n * 2e-4, cursor).velocity_m_s.norm());
   }
   return largest_m_s;
 }
@@ -186,7 +187,8 @@ TEST_CASE("On recordings made by others the cubic stays near the samples and the
     CHECK(largest_speed_m_s(cubic) < 1.3 * largest_speed_m_s(linear));
     CurveCursor linear_cursor;
     CurveCursor cubic_cursor;
-    for (double time_s = 0.0; time_s < trajectory.time_s.back(); time_s += 1e-3) {
+    for (int n = 0; n * 1e-3 < trajectory.time_s.back(); ++n) {
+      const double time_s = n * 1e-3;
       const Eigen::Vector3d straight_m = curve_at(linear, time_s, linear_cursor).position_m;
       const Eigen::Vector3d bent_m = curve_at(cubic, time_s, cubic_cursor).position_m;
       REQUIRE((bent_m - straight_m).norm() < 1e-3);

@@ -1,0 +1,101 @@
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "haptic_server/server.hpp"
+#include "shared/publication/segment.hpp"
+#include "shared/realtime/exit_status.hpp"
+#include "shared/realtime/stop_signal.hpp"
+
+namespace stillgrid {
+namespace {
+
+struct Arguments {
+  HapticOptions options;
+  std::string transition = "linear", model = "grid";
+  std::filesystem::path report;
+};
+
+constexpr const char* kDescription =
+    "Computes the force of a session's still images on a device, at 1 kHz.\n"
+    "\n"
+    "  haptic_server --session demo --device phantom:path=press,hand=light --record run.csv\n"
+    "  haptic_server --session ci --lockstep --device replay:file=run.csv --record again.csv\n"
+    "\n"
+    "A device is the path of a plugin (.so) or the name of an installed one: phantom, replay.\n";
+
+void add_options(CLI::App& app, Arguments& arguments) {
+  HapticOptions& options = arguments.options;
+  app.add_option("--session", options.session, "Name that joins the two servers")->required();
+  app.add_option("--device", options.device, "PLUGIN[:key=value,...]")->required();
+  app.add_option("--rate", options.rate_hz, "Ticks a second, Hz; default 1000")
+      ->check(CLI::Range(10.0, 100000.0));
+  app.add_option("--transition", arguments.transition,
+                 "How one image passes to the next: hold, linear (default; the paper's)")
+      ->check(CLI::IsMember({"hold", "linear"}));
+  app.add_option("--model", arguments.model, "Intermediate model: grid (default; the paper's)")
+      ->check(CLI::IsMember({"grid"}));
+  app.add_option("--record", options.record, "Record every tick (CSV)");
+  app.add_option("--duration", options.duration_s,
+                 "Time to run, s; default: until Ctrl-C or the end of a replay")
+      ->check(CLI::PositiveNumber);
+  app.add_flag("--lockstep", options.lockstep,
+               "Virtual time, in agreement with sim_server --lockstep; repeatable to the bit");
+  app.add_option("--report", arguments.report, "Write a report (JSON) at exit");
+  app.add_option("--cpu", options.cpu, "Run the loop on this processor")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--max-force", options.max_force_N,
+                 "Limit of the force, N; default and upper bound: the device's own")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--max-slew", options.max_slew_N_per_ms,
+                 "Limit of the force's change, N/ms; default: none")
+      ->check(CLI::PositiveNumber);
+}
+
+int fail(const std::exception& error, int status) {
+  std::fprintf(stderr, "haptic_server: %s\n", error.what());
+  return status;
+}
+
+/// Runs the loop; the report is written however it ended.
+int run(const Arguments& arguments) {
+  HapticReport report;
+  int status = kDone;
+  try {
+    run_haptics(arguments.options, report, stop_requested());
+  } catch (const DeviceError& error) {
+    return fail(error, error.exit_status());
+  } catch (const DeviceFault& error) {
+    status = fail(error, kDeviceFault);
+  } catch (const SegmentError& error) {
+    status = fail(error, kCouldNotStart);
+  }
+  if (!arguments.report.empty() && report.ticks > 0) write_report(report, arguments.report);
+  if (report.lost_rows > 0) spdlog::warn("{} ticks are missing from the record", report.lost_rows);
+  return status;
+}
+
+}  // namespace
+}  // namespace stillgrid
+
+int main(int argc, char** argv) {
+  using namespace stillgrid;
+  CLI::App app(kDescription, "haptic_server");
+  Arguments arguments;
+  add_options(app, arguments);
+  try {
+    app.parse(argc, argv);
+    spdlog::set_default_logger(spdlog::stderr_color_mt("haptic_server"));
+    spdlog::set_pattern("%n: %v");
+    install_stop_signal();
+    arguments.options.transition = *transition_named(arguments.transition);
+    return run(arguments);
+  } catch (const CLI::CallForHelp& help) {
+    return app.exit(help);
+  } catch (const std::exception& error) {
+    return fail(error, kBadInput);
+  }
+}

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <atomic>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "shared/realtime/spsc_ring.hpp"
+
+namespace stillgrid {
+
+/// One tick as recorded; docs/formats.md, "Recorded trajectories". Scene frame, SI units.
+struct TickRow {
+  double time_s = 0.0;  // since the loop began
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d force_N = Eigen::Vector3d::Zero();     // that the device was told
+  Eigen::Vector3d rendered_N = Eigen::Vector3d::Zero();  // before the safety chain
+  std::uint64_t generation = 0;
+  double alpha = 1.0;
+  int contacts = 0;
+  double age_s = 0.0;
+  std::uint64_t tick_ns = 0;
+  std::uint32_t flags = 0;
+};
+
+/// A row as a line of the CSV, without its end; numbers in the shortest form that reads back the
+/// same.
+void append_row(const TickRow& row, std::string& line);
+
+/// Writes rows to a file from a thread of its own, through a lock-free ring.
+///
+/// The file is flushed after every batch, some 100 a second: however the process ends, what is
+/// there is whole rows but for the last.
+class Recorder {
+ public:
+  /// Opens the file and writes its head. Throws std::runtime_error if it cannot be written.
+  Recorder(const std::filesystem::path& file, const std::string& scene, const std::string& device);
+
+  /// Writes what is left.
+  ~Recorder();
+  Recorder(const Recorder&) = delete;
+  Recorder& operator=(const Recorder&) = delete;
+  Recorder(Recorder&&) = delete;
+  Recorder& operator=(Recorder&&) = delete;
+
+  /// Takes a row, or counts it as lost when the ring is full. Thread: the loop's. Realtime:
+  /// wait-free.
+  void record(const TickRow& row) noexcept;
+
+  /// Takes a row, waiting for room: for lockstep, where nothing may be lost. Not real-time.
+  void record_waiting(const TickRow& row) noexcept;
+
+  /// Rows that were not written, by a full ring or a failing file.
+  [[nodiscard]] std::uint64_t lost() const noexcept {
+    return lost_.load(std::memory_order_relaxed);
+  }
+
+ private:
+  void write_rows();
+
+  struct CloseFile {
+    void operator()(std::FILE* file) const noexcept { std::fclose(file); }
+  };
+  std::unique_ptr<std::FILE, CloseFile> file_;
+  SpscRing<TickRow> ring_;
+  std::atomic<std::uint64_t> lost_ = 0;
+  std::jthread thread_;
+};
+
+}  // namespace stillgrid

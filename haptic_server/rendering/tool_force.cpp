@@ -1,0 +1,48 @@
+#include "haptic_server/rendering/tool_force.hpp"
+
+#include "shared/collision/contact_law.hpp"
+
+namespace stillgrid {
+namespace {
+
+ContactMaterial material_of(const proto::Material& material) {
+  return {material.stiffness_N_m, material.damping_N_s_m, material.friction,
+          material.slip_speed_m_s};
+}
+
+void add(ToolForce& sum, const ContactMaterial& material, double depth_m,
+         const Eigen::Vector3d& normal, const Eigen::Vector3d& velocity_m_s) {
+  if (!(depth_m > 0.0)) return;
+  sum.force_N += contact_force_N(material, depth_m, normal, velocity_m_s);
+  ++sum.contacts;
+}
+
+}  // namespace
+
+ToolForce tool_force(const proto::SceneHeader& scene, const TouchedSpheres& touched,
+                     std::span<const PlacedToolSphere> tool,
+                     const Eigen::Vector3d& velocity_m_s) noexcept {
+  ToolForce sum;
+  for (const TouchedSphere& sphere : touched.all()) {
+    // A tick may show the spheres of the tick before, gathered for a tool of another scene.
+    if (sphere.material >= scene.material_count || sphere.tool_sphere >= tool.size()) continue;
+    const PlacedToolSphere& probe = tool[sphere.tool_sphere];
+    const Eigen::Vector3d line_m = probe.position_m - sphere.position_m;
+    const double distance_m = line_m.norm();
+    const Eigen::Vector3d normal =
+        distance_m > 1e-12 ? Eigen::Vector3d(line_m / distance_m) : Eigen::Vector3d::UnitZ();
+    add(sum, material_of(scene.materials[sphere.material]),
+        probe.radius_m + sphere.radius_m - distance_m, normal, velocity_m_s - sphere.velocity_m_s);
+  }
+  for (std::uint32_t i = 0; i < scene.plane_count; ++i) {
+    const proto::Plane& plane = scene.planes[i];
+    const Eigen::Vector3d normal(plane.normal[0], plane.normal[1], plane.normal[2]);
+    const ContactMaterial material = material_of(scene.materials[plane.material]);
+    for (const PlacedToolSphere& probe : tool)
+      add(sum, material, probe.radius_m - (normal.dot(probe.position_m) - plane.offset_m), normal,
+          velocity_m_s);
+  }
+  return sum;
+}
+
+}  // namespace stillgrid

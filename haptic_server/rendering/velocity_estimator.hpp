@@ -1,0 +1,24 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+namespace stillgrid {
+
+/// Velocity of the tool from its positions alone, for drivers' own estimates are often wrong:
+/// backward differences through a first-order low-pass of 5 ms.
+///
+/// Delay 5 ms on a ramp; an encoder step of d shows as at most d / 5 ms. Realtime: yes.
+class VelocityEstimator {
+ public:
+  /// The estimate after one more sample. Samples at equal times change nothing.
+  Eigen::Vector3d update(std::uint64_t time_ns, const Eigen::Vector3d& position_m) noexcept;
+
+ private:
+  bool has_sample_ = false;
+  std::uint64_t time_ns_ = 0;
+  Eigen::Vector3d position_m_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_m_s_ = Eigen::Vector3d::Zero();
+};
+
+}  // namespace stillgrid

@@ -1,0 +1,88 @@
+#include "haptic_server/report.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace stillgrid {
+namespace {
+
+constexpr double kMicro = 1e-6;
+
+std::uint64_t to_micro(double value) {
+  return static_cast<std::uint64_t>(value * 1e6 + 0.5);
+}
+
+nlohmann::json percentiles(const Histogram& histogram, double unit) {
+  const auto at = [&](double share) {
+    return static_cast<double>(histogram.percentile(share)) * unit;
+  };
+  return {{"p50", at(0.5)},
+          {"p99", at(0.99)},
+          {"p999", at(0.999)},
+          {"max", static_cast<double>(histogram.max()) * unit}};
+}
+
+}  // namespace
+
+void count_tick(HapticReport& report, const TickRow& row, const RenderedTick& rendered,
+                const Eigen::Vector3d& previous_N, const Eigen::Vector3d& moved_m,
+                double tick_s) noexcept {
+  ++report.ticks;
+  report.contact_ticks += row.contacts > 0 ? 1 : 0;
+  report.contended += rendered.contended ? 1 : 0;
+  for (std::size_t i = 0; i < report.flags.size(); ++i) report.flags[i] += (row.flags >> i) & 1U;
+  const double force_N = row.force_N.norm();
+  report.force_sum_N += force_N;
+  report.force_max_N = std::max(report.force_max_N, force_N);
+  report.energy_J += previous_N.dot(moved_m);
+  report.slew_uN_per_ms.record(to_micro((row.force_N - previous_N).norm() / (tick_s * 1e3)));
+  if (rendered.switch_jump_N) report.switch_jump_uN.record(to_micro(*rendered.switch_jump_N));
+  if (rendered.generation != 0) {
+    report.plateau_ticks += rendered.alpha >= 1.0 ? 1 : 0;
+    report.age_ns.record(static_cast<std::uint64_t>(rendered.age_s * 1e9));
+  }
+  if (report.measures_time) report.tick_ns.record(row.tick_ns);
+}
+
+void write_report(const HapticReport& report, const std::filesystem::path& file) {
+  const double ticks = static_cast<double>(std::max<std::uint64_t>(report.ticks, 1));
+  nlohmann::json safety;
+  for (std::size_t i = 0; i < report.flags.size(); ++i)
+    safety[std::string(kSafetyFlagNames[i])] = report.flags[i];
+  nlohmann::json json = {
+      {"scene", report.scene},
+      {"device", report.device},
+      {"transition", report.transition},
+      {"model", report.model},
+      {"ticks", report.ticks},
+      {"missed_ticks", report.missed_ticks},
+      {"contact_ticks", report.contact_ticks},
+      {"rate_hz", report.rate_hz},
+      {"snapshots", report.snapshots},
+      {"contended", report.contended},
+      {"age_s", percentiles(report.age_ns, 1e-9)},
+      {"force_N", {{"mean", report.force_sum_N / ticks}, {"max", report.force_max_N}}},
+      {"slew_N_per_ms", percentiles(report.slew_uN_per_ms, kMicro)},
+      {"switch_jump_N", percentiles(report.switch_jump_uN, kMicro)},
+      {"plateau_share", static_cast<double>(report.plateau_ticks) / ticks},
+      {"energy_J", report.energy_J},
+      {"safety", safety},
+      {"lost_rows", report.lost_rows},
+      {"page_faults", report.page_faults}};
+  if (report.measures_time) {
+    json["tick_ns"] = percentiles(report.tick_ns, 1.0);
+    json["wake_ns"] = percentiles(report.wake_ns, 1.0);
+  }
+  std::ofstream out(file);
+  out << json.dump(2) << '\n';
+  out.close();
+  if (!out)
+    throw std::runtime_error("--report: value '" + file.string() +
+                             "': expected a file that can be written: " + std::strerror(errno));
+}
+
+}  // namespace stillgrid

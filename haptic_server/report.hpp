@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "haptic_server/recording/recorder.hpp"
+#include "haptic_server/rendering/still_image.hpp"
+#include "haptic_server/safety/force_guard.hpp"
+#include "shared/realtime/histogram.hpp"
+
+namespace stillgrid {
+
+/// Counters of a run, for --report. The loop adds to them; nobody else reads before its end.
+struct HapticReport {
+  std::string scene, device, transition, model;
+  double rate_hz = 0.0;
+  bool measures_time = false;  // lockstep has no wall time to report
+
+  std::uint64_t ticks = 0, missed_ticks = 0, contact_ticks = 0, plateau_ticks = 0;
+  std::uint64_t snapshots = 0, contended = 0, lost_rows = 0;
+  std::array<std::uint64_t, kSafetyFlagNames.size()> flags{};
+  Histogram tick_ns, wake_ns, age_ns, slew_uN_per_ms, switch_jump_uN;
+  double force_sum_N = 0.0, force_max_N = 0.0, energy_J = 0.0;
+  long page_faults = 0;
+};
+
+/// Counts one tick. previous_N: the force of the tick before, moved_m: of the device since then,
+/// both in one frame and the device's own scale. Realtime: yes.
+void count_tick(HapticReport& report, const TickRow& row, const RenderedTick& rendered,
+                const Eigen::Vector3d& previous_N, const Eigen::Vector3d& moved_m,
+                double tick_s) noexcept;
+
+/// Writes the report of docs/formats.md, "Reports". Throws std::runtime_error if it cannot be
+/// written.
+void write_report(const HapticReport& report, const std::filesystem::path& file);
+
+}  // namespace stillgrid

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace stillgrid {
+
+/// Why the force told to the device is not the rendered one, or what else was odd in a tick.
+enum SafetyFlag : std::uint32_t {
+  kFlagBadDevice = 1U << 0U,  // the device gave no position or no number
+  kFlagRejected = 1U << 1U,   // the rendered force was no number
+  kFlagFaded = 1U << 2U,      // stale image, or ramp after one
+  kFlagClamped = 1U << 3U,    // above the device's limit
+  kFlagSlewed = 1U << 4U,     // changed faster than --max-slew
+  kFlagContended = 1U << 5U,  // no fresh read in this tick
+  kFlagCut = 1U << 6U,        // more in reach than a tick may look at
+};
+inline constexpr std::array<std::string_view, 7> kSafetyFlagNames = {
+    "bad_device", "rejected", "faded", "clamped", "slewed", "contended", "cut"};
+
+struct GuardLimits {
+  double max_force_N = 0.0;                 // > 0: norm of the force
+  std::optional<double> max_slew_N_per_ms;  // none: not limited
+};
+
+/// How fresh the image is that a force was rendered from.
+struct ImageFreshness {
+  bool exists = false;
+  double image_age_s = 0.0;  // since its publication
+  double period_s = 0.0;     // declared by the simulation
+  bool writer_alive = false;
+};
+
+/// The last stage before the device: no number, stale data, too much force, too sudden a change.
+///
+/// Fade: begins when no image came for 1.5 declared periods, at once when the simulation is known
+/// dead, and ends 100 ms later at zero; the force comes back as slowly, also at the start. Thread:
+/// the haptic loop's. Realtime: yes.
+class ForceGuard {
+ public:
+  explicit ForceGuard(const GuardLimits& limits) : limits_(limits) {}
+
+  /// The force for the device, from the rendered one; sets the flags of what intervened.
+  [[nodiscard]] Eigen::Vector3d apply(const Eigen::Vector3d& rendered_N,
+                                      const ImageFreshness& freshness, double tick_s,
+                                      std::uint32_t& flags) noexcept;
+
+ private:
+  GuardLimits limits_;
+  double gain_ = 0.0;
+  Eigen::Vector3d last_N_ = Eigen::Vector3d::Zero();
+};
+
+}  // namespace stillgrid

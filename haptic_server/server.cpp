@@ -1,0 +1,183 @@
+#include "haptic_server/server.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+#include <memory>
+#include <thread>
+
+#include "haptic_server/haptic_loop.hpp"
+#include "shared/publication/lockstep.hpp"
+#include "shared/publication/segment_watch.hpp"
+#include "shared/realtime/periodic_timer.hpp"
+#include "shared/realtime/realtime_thread.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr std::uint64_t kScenePatience_ns = 10'000'000'000;
+constexpr double kForceWithoutLimit_N = 40.0;  // for a device that declares none
+
+std::uint64_t to_ns(double seconds) {
+  return static_cast<std::uint64_t>(std::llround(seconds * 1e9));
+}
+
+using SceneWatch = SegmentWatch<SceneView>;
+
+/// The scene, or null when stopped; throws when it does not come in time.
+const SceneView* wait_for_scene(SceneWatch& watch, const HapticOptions& options,
+                                const std::atomic<bool>& stop) {
+  const std::uint64_t give_up_ns = monotonic_ns() + kScenePatience_ns;
+  const SceneView* scene = nullptr;
+  while ((scene = watch.acquire()) == nullptr && !stop) {
+    watch.poll();
+    if (monotonic_ns() > give_up_ns)
+      throw SegmentError("no sim_server in session '" + options.session + "' after 10 s");
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  if (scene != nullptr && (scene->header().clock == proto::Clock::kVirtual) != options.lockstep)
+    throw SegmentError("the sim_server of session '" + options.session + "' runs in " +
+                       (options.lockstep ? "real time: start it with --lockstep too"
+                                         : "lockstep: start haptic_server with --lockstep too"));
+  return scene;
+}
+
+GuardLimits guard_limits(const HapticOptions& options, const stillgrid_device_descriptor& device) {
+  const double device_N = device.max_force_N > 0.0 ? device.max_force_N : kForceWithoutLimit_N;
+  return {.max_force_N = std::min(options.max_force_N.value_or(device_N), device_N),
+          .max_slew_N_per_ms = options.max_slew_N_per_ms};
+}
+
+/// Everything one run needs, made before the loop starts.
+struct Run {
+  const HapticOptions& options;
+  HapticReport& report;
+  const std::atomic<bool>& stop;
+  std::uint64_t period_ns;
+  Device& device;
+  SceneWatch& watch;
+  ToolWriter& tool;
+  HapticLoop& loop;
+  Recorder* recorder;
+};
+
+[[noreturn]] void throw_fault(const Run& run) {
+  throw DeviceFault(run.device.error_line(run.loop.device_code()));
+}
+
+void run_real(Run& run) {
+  run.watch.start();
+  for (const std::string& missing : make_realtime(run.options.cpu))
+    spdlog::warn("running without {}", missing);
+  const long faults_before = page_faults();
+  PeriodicTimer timer(run.period_ns);
+  const std::uint64_t end_ns =
+      run.options.duration_s ? monotonic_ns() + to_ns(*run.options.duration_s) : proto::kNever;
+  TickEnd end = TickEnd::kGoOn;
+  TickRow row;
+  while (!run.stop && end == TickEnd::kGoOn) {
+    const PeriodicTimer::Wake wake = timer.wait();
+    if (wake.now_ns >= end_ns) break;
+    const SceneView& scene = *run.watch.acquire();
+    end = run.loop.sense(scene, wake.now_ns);
+    if (end != TickEnd::kGoOn) break;
+    end = run.loop.act(scene, run.watch.writer_alive(), wake.now_ns, row);
+    row.tick_ns = monotonic_ns() - wake.now_ns;
+    run.report.missed_ticks += wake.skipped > 0 ? 1 : 0;
+    run.report.wake_ns.record(wake.now_ns - wake.deadline_ns);
+    run.loop.count(row, run.report);
+    if (run.recorder != nullptr) run.recorder->record(row);
+  }
+  run.report.page_faults = page_faults() - faults_before;
+  if (end == TickEnd::kDeviceFault) throw_fault(run);
+}
+
+/// False when stopped.
+bool wait_for(Run& run, const SceneView& scene, std::uint64_t proto::SegmentHeader::*promise,
+              std::uint64_t value) {
+  const auto word = [&] {
+    return HardwareAtomics::load(scene.header().*promise, std::memory_order_acquire);
+  };
+  const auto still_there = [&] { return scene.reader().writer_alive(); };
+  const WaitResult result = wait_for_promise(word, value, still_there, run.stop);
+  if (result == WaitResult::kPeerGone)
+    throw SegmentError("the sim_server died; lockstep cannot go on without it");
+  return result == WaitResult::kReached;
+}
+
+/// The ticks of lockstep: docs/protocol.md, "Lockstep".
+TickEnd tick_in_lockstep(Run& run, const SceneView& scene) {
+  using Header = proto::SegmentHeader;
+  Header& own = run.tool.header();
+  const std::uint64_t end_ns =
+      run.options.duration_s ? to_ns(*run.options.duration_s) : proto::kNever;
+  TickEnd end = TickEnd::kGoOn;
+  TickRow row;
+  for (std::uint64_t now_ns = 0; now_ns < end_ns && end == TickEnd::kGoOn;
+       now_ns += run.period_ns) {
+    if (!wait_for(run, scene, &Header::lockstep_sample_ns, now_ns)) break;
+    end = run.loop.sense(scene, now_ns);
+    if (end != TickEnd::kGoOn) break;
+    HardwareAtomics::store(own.lockstep_sample_ns, now_ns + run.period_ns,
+                           std::memory_order_release);
+    if (!wait_for(run, scene, &Header::lockstep_event_ns, now_ns + 1)) break;
+    end = run.loop.act(scene, true, now_ns, row);
+    HardwareAtomics::store(own.lockstep_event_ns, now_ns + run.period_ns,
+                           std::memory_order_release);
+    run.loop.count(row, run.report);
+    if (run.recorder != nullptr) run.recorder->record_waiting(row);
+  }
+  return end;
+}
+
+void run_lockstep(Run& run) {
+  const SceneView& scene = *run.watch.acquire();
+  const TickEnd end = tick_in_lockstep(run, scene);
+  proto::SegmentHeader& own = run.tool.header();
+  HardwareAtomics::store(own.lockstep_sample_ns, proto::kNever, std::memory_order_release);
+  HardwareAtomics::store(own.lockstep_event_ns, proto::kNever, std::memory_order_release);
+  if (end == TickEnd::kDeviceFault) throw_fault(run);
+}
+
+}  // namespace
+
+void run_haptics(const HapticOptions& options, HapticReport& report,
+                 const std::atomic<bool>& stop) {
+  const std::uint64_t period_ns = to_ns(1.0 / options.rate_hz);
+  report.rate_hz = options.rate_hz;
+  report.measures_time = !options.lockstep;
+  report.transition = name_of(options.transition);
+  report.model = "grid";
+
+  Device device(parse_device_spec(options.device),
+                {.period_ns = period_ns, .is_virtual = options.lockstep});
+  report.device = device.descriptor().name;
+  // A segment refused at the start ends the program; one refused later leaves the old one in use.
+  bool is_waiting = true;
+  SceneWatch watch(options.session, proto::SegmentKind::kScene, proto::kSceneLayoutHash,
+                   [&](const std::string& refusal) {
+                     if (is_waiting) throw SegmentError(refusal);
+                     spdlog::warn("{}", refusal);
+                   });
+  const SceneView* scene = wait_for_scene(watch, options, stop);
+  is_waiting = false;
+  if (scene == nullptr) return;
+  report.scene = scene->scene().name.data();
+
+  const auto clock = options.lockstep ? proto::Clock::kVirtual : proto::Clock::kMonotonic;
+  ToolWriter tool(options.session, period_ns, clock, options.lockstep ? 0 : monotonic_ns());
+  std::unique_ptr<Recorder> recorder;
+  if (!options.record.empty())
+    recorder = std::make_unique<Recorder>(options.record, report.scene, report.device);
+  const auto loop = std::make_unique<HapticLoop>(
+      device, tool, options.transition, guard_limits(options, device.descriptor()), period_ns);
+
+  Run run{options, report, stop, period_ns, device, watch, tool, *loop, recorder.get()};
+  if (options.lockstep)
+    run_lockstep(run);
+  else
+    run_real(run);
+  if (recorder) report.lost_rows = recorder->lost();
+}
+
+}  // namespace stillgrid

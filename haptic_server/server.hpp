@@ -1,0 +1,40 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "haptic_server/device/device_host.hpp"
+#include "haptic_server/rendering/transition.hpp"
+#include "haptic_server/report.hpp"
+
+namespace stillgrid {
+
+struct HapticOptions {
+  std::string session;
+  std::string device;  // "PLUGIN[:key=value,...]"
+  double rate_hz = 1000.0;
+  Transition transition = Transition::kLinear;
+  bool lockstep = false;
+  std::optional<double> duration_s;  // else until stopped, or the device's recording ends
+  std::optional<double> max_force_N, max_slew_N_per_ms;
+  std::filesystem::path record;  // empty: none
+  std::optional<int> cpu;
+};
+
+/// The device stopped answering while the loop ran.
+class DeviceFault : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Runs the haptic loop until its duration is over, the device's recording ends, or stop is set;
+/// counts what happened in report, also when it throws.
+///
+/// Throws DeviceError, DeviceFault, or SegmentError if there is no scene in time or a lockstep peer
+/// dies.
+void run_haptics(const HapticOptions& options, HapticReport& report, const std::atomic<bool>& stop);
+
+}  // namespace stillgrid

@@ -1,0 +1,167 @@
+"""Starts the daemons for a test, reads what they wrote, and leaves none behind."""
+import csv
+import itertools
+import json
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import numpy
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(os.environ.get("STILLGRID_BUILD_DIR", ROOT / "build" / "release"))
+SCENES = ROOT / "sim_server" / "scene" / "scenes"
+DATA = pathlib.Path(os.environ.get("STILLGRID_DATA", ROOT.parent / "shared" / "data"))
+
+DONE, BAD_INPUT, COULD_NOT_START, DEVICE_FAULT = 0, 1, 2, 3  # exit status
+SKIPPED = 77  # of a test program, known to ctest
+
+_numbers = itertools.count(1)
+
+
+class Daemon:
+    """A program that runs, its standard error in a file."""
+
+    def __init__(self, arguments, stderr_file):
+        self._stderr_file = stderr_file
+        # pdeathsig: a test that ctest kills for its time takes its daemons along.
+        with open(stderr_file, "w") as stderr:
+            self.process = subprocess.Popen(
+                ["setpriv", "--pdeathsig", "KILL", *map(str, arguments)],
+                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=stderr)
+
+    def wait(self, timeout_s=30.0):
+        """Exit status; a test fails where a program hangs."""
+        try:
+            return self.process.wait(timeout_s)
+        except subprocess.TimeoutExpired:
+            self.kill()
+            raise AssertionError(
+                f"{self.process.args[3]} hung for {timeout_s} s: {self.lines()}") from None
+
+    def runs(self):
+        return self.process.poll() is None
+
+    def signal(self, number):
+        self.process.send_signal(number)
+
+    def stop(self):
+        """As Ctrl-C does. Returns the exit status."""
+        self.signal(signal.SIGINT)
+        return self.wait(5.0)
+
+    def kill(self):
+        if self.runs():
+            self.process.kill()
+        self.process.wait()
+
+    def lines(self):
+        """What it has written on standard error."""
+        return self._stderr_file.read_text().splitlines()
+
+
+class SessionTest(unittest.TestCase):
+    """A test with a session and a folder of its own."""
+
+    def setUp(self):
+        self.session = f"test-{os.getpid()}-{next(_numbers)}"
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="stillgrid-test-"))
+        self.daemons = []
+
+    def tearDown(self):
+        for daemon in self.daemons:
+            daemon.kill()
+        shutil.rmtree(self.folder)
+        for left in pathlib.Path("/dev/shm").glob(f"stillgrid-{self.session}-*"):
+            left.unlink()
+
+    def start(self, *arguments):
+        daemon = Daemon(arguments, self.folder / f"{len(self.daemons)}.stderr")
+        self.daemons.append(daemon)
+        return daemon
+
+    def sim_server(self, scene, *arguments):
+        """scene: a file, or the name of a shipped one."""
+        file = scene if isinstance(scene, pathlib.Path) else SCENES / f"{scene}.toml"
+        return self.start(BUILD / "bin" / "sim_server", "--scene", file, "--session", self.session,
+                          *arguments)
+
+    def haptic_server(self, device, *arguments):
+        return self.start(BUILD / "bin" / "haptic_server", "--session", self.session,
+                          "--device", device, *arguments)
+
+    def run_lockstep(self, scene, device, duration_s, sim=(), haptic=()):
+        """Runs both to their end. Returns the recording's file."""
+        recording = self.folder / f"recording-{next(_numbers)}.csv"
+        both = ("--lockstep", "--duration", duration_s)
+        sim_server = self.sim_server(scene, *both, *sim)
+        haptic_server = self.haptic_server(device, *both, "--record", recording, *haptic)
+        self.assertEqual(haptic_server.wait(), DONE, haptic_server.lines())
+        self.assertEqual(sim_server.wait(), DONE, sim_server.lines())
+        return recording
+
+    def still_device(self, x_m, y_m, z_m):
+        """A device that is held at a point, exactly, for as long as any test takes."""
+        file = self.folder / f"still-{next(_numbers)}.csv"
+        file.write_text(f"time_s,x_m,y_m,z_m\n0,{x_m},{y_m},{z_m}\n1000,{x_m},{y_m},{z_m}\n")
+        return f"replay:file={file}"
+
+    def write(self, name, text):
+        file = self.folder / name
+        file.write_text(text)
+        return file
+
+    def wait_until(self, condition, timeout_s, what):
+        deadline = time.monotonic() + timeout_s
+        while not condition():
+            self.assertLess(time.monotonic(), deadline, f"{what}: not within {timeout_s} s")
+            time.sleep(0.02)
+
+    def assert_refused(self, daemon, status, *words, timeout_s=5.0):
+        """It ends with this status and one line, which names the program and holds the words."""
+        self.assertEqual(daemon.wait(timeout_s), status, daemon.lines())
+        lines = daemon.lines()
+        self.assertEqual(len(lines), 1, lines)
+        self.assertRegex(lines[0], "^(sim|haptic)_server: ")
+        for word in words:
+            self.assertIn(word, lines[0])
+
+
+def read_recording(file):
+    """The columns by name, arrays of floats; flags as text."""
+    with open(file) as stream:
+        rows = csv.reader(line for line in stream if not line.startswith("#"))
+        names = next(rows)
+        columns = zip(*rows)
+        return {name: numpy.array(column) if name == "flags" else numpy.array(column, float)
+                for name, column in zip(names, columns)}
+
+
+def vectors(recording, name, unit):
+    """Three columns as rows of vectors: vectors(r, "f", "N")."""
+    prefix, _, kind = name.rpartition("_")
+    prefix = prefix + "_" if prefix else ""
+    return numpy.stack([recording[f"{prefix}{kind}{axis}_{unit}"] for axis in "xyz"], axis=1)
+
+
+def force_norm_N(recording):
+    return numpy.linalg.norm(vectors(recording, "f", "N"), axis=1)
+
+
+def read_report(file):
+    return json.loads(pathlib.Path(file).read_text())
+
+
+def main():
+    """unittest's, but a program whose tests were all skipped exits with SKIPPED."""
+    program = unittest.main(module="__main__", exit=False, verbosity=1)
+    result = program.result
+    if not result.wasSuccessful():
+        sys.exit(1)
+    sys.exit(SKIPPED if result.testsRun and len(result.skipped) == result.testsRun else 0)

@@ -1,0 +1,159 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "shared/collision/grid_query.hpp"
+#include "tests/shared/collision/random_scene.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+struct Query {
+  std::vector<std::uint32_t> visited;
+  bool was_cut = false;
+};
+
+Query query(const GridView& view, const Box& box, std::uint32_t max_visits) {
+  Query result;
+  result.was_cut = for_each_candidate(
+      view, box, max_visits,
+      [&](std::uint32_t sphere, const RecordLine&) { result.visited.push_back(sphere); });
+  return result;
+}
+
+TEST_CASE("A grid of random words never leads outside it and its visits are bounded",
+          "[hostile_grid]") {
+  constexpr std::size_t kSpheres = 40;
+  constexpr std::uint32_t kMaxVisits = 500;
+  std::mt19937_64 random(1);
+  std::size_t cut = 0, visited = 0, out_of_range = 0, over_limit = 0;
+  for (int round = 0; round < 2000; ++round) {
+    GridView view;
+    view.layout = grid_layout(0, kSpheres, log2_cells_for(kSpheres));
+    view.shape.voxel_m = 0.01F;
+    view.shape.log2_cells = {random() % 4 ? 3U : 0U, random() % 4 ? 2U : 8U, 0U};
+    view.shape.sphere_count = static_cast<std::uint32_t>(random() % (kSpheres + 1));
+    view.shape.long_count = static_cast<std::uint32_t>(random() % (view.shape.sphere_count + 1));
+    view.shape.entry_count = static_cast<std::uint32_t>(
+        random() % (view.shape.sphere_count * proto::kMaxVoxelsPerSphere + 1));
+    if (!is_consistent(view.shape, view.layout)) continue;
+    // In a block of the exact size, so that the address sanitizer sees one word too far.
+    std::vector<std::uint64_t> words(view.layout.total_words);
+    const std::uint64_t mask = round % 2 ? ~std::uint64_t{0} : 0x0000003F0000003FULL;
+    for (std::uint64_t& word : words) word = random() & mask;
+    view.words = words.data();
+
+    const Box box{{-0.02F, -0.02F, -0.02F}, {0.05F, 0.05F, 0.05F}};
+    const Query result = query(view, box, kMaxVisits);
+
+    cut += result.was_cut ? 1 : 0;
+    visited += result.visited.size();
+    over_limit += result.visited.size() > kMaxVisits ? 1 : 0;
+    for (const std::uint32_t sphere : result.visited)
+      out_of_range += sphere >= view.shape.sphere_count ? 1 : 0;
+  }
+
+  CHECK(out_of_range == 0);
+  CHECK(over_limit == 0);
+  CHECK(cut > 0);
+  CHECK(visited > 0);
+}
+
+TEST_CASE("A query that is cut short says so, and one that is not is whole", "[hostile_grid]") {
+  const RandomScene scene = random_scene(SceneKind::kScattered, 5);
+  const StillGrid grid = grid_of(scene);
+  const Box box{{-0.1F, -0.1F, -0.1F}, {0.1F, 0.1F, 0.1F}};
+  const Query whole = query(grid.view(), box, kAllVisits);
+  REQUIRE_FALSE(whole.was_cut);
+  REQUIRE(whole.visited.size() > 10);
+
+  std::uint32_t enough = 0;
+  while (query(grid.view(), box, enough).was_cut) {
+    const Query part = query(grid.view(), box, enough);
+    REQUIRE(part.visited.size() <= enough);
+    REQUIRE(std::equal(part.visited.begin(), part.visited.end(), whole.visited.begin()));
+    ++enough;
+  }
+  CHECK(query(grid.view(), box, enough).visited == whole.visited);
+}
+
+TEST_CASE("A cell that claims all entries costs no more than the limit", "[hostile_grid]") {
+  RandomScene scene = random_scene(SceneKind::kScattered, 5);
+  StillGrid grid = grid_of(scene);
+  const GridView view = grid.view();
+  const auto starts = grid.words().subspan(view.layout.cell_starts);
+  for (std::size_t word = 0; word < view.layout.entries - view.layout.cell_starts; ++word)
+    starts[word] = word % 2 ? ~std::uint64_t{0} : std::uint64_t{0};
+
+  const Query result = query(view, {{-10, -10, -10}, {10, 10, 10}}, 1000);
+
+  CHECK(result.was_cut);
+  CHECK(result.visited.size() <= 1000);
+}
+
+TEST_CASE("A probe that is nowhere, everywhere or inside out is answered within the limit",
+          "[hostile_grid]") {
+  const RandomScene scene = random_scene(SceneKind::kScattered, 5);
+  const StillGrid grid = grid_of(scene);
+  const Box nowhere{{kNaN, 0.0F, kNaN}, {kNaN, kNaN, 0.0F}};
+  const Box everywhere{{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
+  const Box inside_out{{1.0F, 1.0F, 1.0F}, {-1.0F, -1.0F, -1.0F}};
+
+  CHECK(query(grid.view(), nowhere, 1000).visited.size() <= 1000);
+  CHECK(query(grid.view(), everywhere, 1000).was_cut);
+  CHECK(query(grid.view(), inside_out, 1000).visited.size() == grid.view().shape.long_count);
+}
+
+TEST_CASE("A sphere that is nowhere does not keep the others from being found", "[hostile_grid]") {
+  const auto axis = GENERATE(std::size_t{0}, std::size_t{1}, std::size_t{2});
+  const float value = GENERATE(kNaN, kInfinity, -kInfinity);
+  RandomScene scene = random_scene(SceneKind::kScattered, 9);
+  const std::size_t others = scene.spheres.size();
+  scene.spheres.push_back(still_sphere({0.0F, 0.0F, 0.0F}, 0.01F));
+  scene.spheres.back().newest[0].position_m[axis] = value;
+  scene.spheres.push_back(still_sphere({0.0F, 0.0F, 0.0F}, value));
+  const StillGrid grid = grid_of(scene);
+
+  const Box probe{{-0.05F, -0.05F, -0.05F}, {0.05F, 0.05F, 0.05F}};
+  const Query result = query(grid.view(), probe, kAllVisits);
+
+  for (std::uint32_t b = 0; b < others; ++b)
+    CHECK(std::count(result.visited.begin(), result.visited.end(), b) <= 1);
+  for (std::uint32_t b = 0; b < others; ++b)
+    if (meet(swept_box(scene.spheres[b]), probe))
+      CHECK(std::count(result.visited.begin(), result.visited.end(), b) == 1);
+}
+
+TEST_CASE("A shape that does not fit its layout is called inconsistent", "[hostile_grid]") {
+  const GridLayout layout = grid_layout(0, 40, 8);
+  proto::GridShape good{};
+  good.voxel_m = 0.01F;
+  good.log2_cells = {3, 3, 2};
+  good.sphere_count = 40;
+  good.long_count = 40;
+  good.entry_count = 40 * proto::kMaxVoxelsPerSphere;
+  REQUIRE(is_consistent(good, layout));
+
+  const auto refused = [&](auto&& spoil) {
+    proto::GridShape bad = good;
+    spoil(bad);
+    return !is_consistent(bad, layout);
+  };
+  CHECK(refused([](auto& shape) { shape.sphere_count = 41; }));
+  CHECK(refused([](auto& shape) { shape.long_count = 41; }));
+  CHECK(refused([](auto& shape) { shape.entry_count += 1; }));
+  CHECK(refused([](auto& shape) { shape.log2_cells = {3, 3, 3}; }));
+  CHECK(refused([](auto& shape) { shape.log2_cells = {0xFFFFFFFF, 1, 0}; }));
+  CHECK(refused([](auto& shape) { shape.log2_cells = {0xFFFFFFFF, 0xFFFFFFFF, 0xFFFFFFFF}; }));
+  for (const float voxel_m : {0.0F, -0.01F, kNaN, 1e-45F})
+    CHECK(refused([&](auto& shape) { shape.voxel_m = voxel_m; }));
+}
+
+}  // namespace
+}  // namespace stillgrid
