@@ -151,7 +151,7 @@ void StillGrid::fill(std::size_t sphere_count, float voxel_m) {
   for (std::size_t i = 0; i < sphere_count; ++i) {
     if (is_long({spheres[i].lowest_voxel, highest_voxel_[i]}, log2_cells)) {
       long_list[shape_.long_count++] = static_cast<std::uint32_t>(i);
-      highest_voxel_[i][0] = std::numeric_limits<std::int32_t>::min();  // no voxels below
+      highest_voxel_[i][2] = std::numeric_limits<std::int32_t>::min();  // no layers below
       continue;
     }
     for_each_cell(spheres[i].lowest_voxel, highest_voxel_[i], log2_cells,

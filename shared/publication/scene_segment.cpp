@@ -69,7 +69,7 @@ bool is_sound(const proto::SceneHeader& scene) {
                std::abs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) < 1e-3;
   for (std::uint32_t i = 0; i < scene.material_count; ++i) {
     const auto& m = scene.materials[i];
-    sound = sound && all_finite(m.stiffness_N_m, m.damping_N_s_m, m.friction) &&
+    sound = sound && all_finite(m.stiffness_N_m, m.damping_N_s_m, m.friction, m.slip_speed_m_s) &&
             m.stiffness_N_m >= 0 && m.damping_N_s_m >= 0 && m.friction >= 0 && m.slip_speed_m_s > 0;
   }
   for (std::uint32_t i = 0; i < scene.plane_count; ++i) {

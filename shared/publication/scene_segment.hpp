@@ -80,8 +80,8 @@ class SceneView {
   [[nodiscard]] const SegmentReader& reader() const noexcept { return reader_; }
   [[nodiscard]] const proto::SegmentHeader& header() const noexcept { return reader_.header(); }
 
-  /// The grid of a slot's payload whose header was loaded; `words` stays null where the header
-  /// lies. Realtime: yes.
+  /// The grid of a slot's payload whose header was loaded; without a sphere where the header lies.
+  /// Realtime: yes.
   [[nodiscard]] GridView moving_grid(const std::uint64_t* payload,
                                      const proto::SnapshotHeader& snapshot) const noexcept;
 

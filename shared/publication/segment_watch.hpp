@@ -48,7 +48,9 @@ class SegmentWatch {
   /// Thread: any but the real-time one, one at a time.
   void poll() {
     const std::lock_guard only_one(polling_);
-    if (old_ && in_use_.load(std::memory_order_acquire) != old_.get()) old_.reset();
+    // Only a reader that has taken the new mapping cannot be about to use the old one: it may have
+    // loaded offered_ long ago and not yet said so.
+    if (old_ && in_use_.load(std::memory_order_acquire) == current_.get()) old_.reset();
     const auto id = segment_id(session_, kind_);
     if (!old_ && id && (!current_ || current_->reader().id() != *id)) attach();
     alive_.store(current_ && current_->reader().writer_alive(), std::memory_order_relaxed);

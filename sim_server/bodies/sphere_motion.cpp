@@ -25,7 +25,6 @@ SphereMotion sphere_motion(std::span<const Node> nodes, std::span<const RigidBod
 SphereParts sphere_parts(std::span<const Node> nodes, std::span<const RigidBody> rigid_bodies,
                          const SphereBinding& sphere, double step_s) {
   SphereParts result;
-  result.motion = sphere_motion(nodes, rigid_bodies, sphere);
   const auto add = [&](int unknown, bool is_rotation, const Eigen::Matrix3d& lever,
                        const Eigen::Matrix3d& position, const Eigen::Matrix3d& velocity) {
     result.parts[static_cast<std::size_t>(result.count++)] = {unknown, is_rotation, lever, position,
@@ -34,7 +33,6 @@ SphereParts sphere_parts(std::span<const Node> nodes, std::span<const RigidBody>
   const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
   if (sphere.rigid >= 0) {
     const RigidBody& body = rigid_bodies[static_cast<std::size_t>(sphere.rigid)];
-    result.spin_rad_s = body.angular_velocity_rad_s;
     if (body.unknown == kNoUnknown) return result;
     // An arm r turned by d theta = h J dw moves by -[r] d theta, and w x r with it.
     const Eigen::Matrix3d lever = -cross_matrix(body.orientation * sphere.local_m);

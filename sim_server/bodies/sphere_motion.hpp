@@ -34,10 +34,8 @@ struct SpherePart {
       Eigen::Matrix3d::Zero();  // d velocity / du, through the step
 };
 
-/// All blocks that move a sphere, with its motion and spin at the step's end.
+/// All blocks that move a sphere.
 struct SphereParts {
-  SphereMotion motion;
-  Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();
   int count = 0;
   std::array<SpherePart, 4> parts;
 

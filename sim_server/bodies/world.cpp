@@ -67,11 +67,10 @@ void add_deformable(World& world, const BodyDescription& body, BodyRange& range)
         std::binary_search(body.pinned_nodes.begin(), body.pinned_nodes.end(), index++);
     const Eigen::Vector3d velocity_m_s =
         body.velocity_m_s + body.angular_velocity_rad_s.cross(point - centre_m);
-    world.nodes.push_back(
-        {.position_m = point,
-         .velocity_m_s = pinned ? Eigen::Vector3d::Zero() : velocity_m_s,
-         .mass_kg = body.mass_kg / range.node_count,
-         .unknown = pinned ? kNoUnknown : take_unknowns(world, 3)});
+    world.nodes.push_back({.position_m = point,
+                           .velocity_m_s = pinned ? Eigen::Vector3d::Zero() : velocity_m_s,
+                           .mass_kg = body.mass_kg / range.node_count,
+                           .unknown = pinned ? kNoUnknown : take_unknowns(world, 3)});
   }
   add_springs(world, body, range.first_node);
 }

@@ -42,7 +42,13 @@ SpringForce spring_force(const Spring& spring, const Node& a, const Node& b, Slo
   return result;
 }
 
-ContactMotion relative_motion(const Contact& contact, const SphereParts& a, const SphereParts& b) {
+/// A side's centre, velocity and spin.
+struct SideMotion {
+  SphereMotion motion;
+  Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();
+};
+
+ContactMotion relative_motion(const Contact& contact, const SideMotion& a, const SideMotion& b) {
   const ContactShares shares = contact_shares(contact);
   const Eigen::Vector3d origin_m =
       contact.is_plane ? Eigen::Vector3d::Zero().eval() : b.motion.position_m;
@@ -50,15 +56,19 @@ ContactMotion relative_motion(const Contact& contact, const SphereParts& a, cons
           shares.a * a.spin_rad_s + shares.b * b.spin_rad_s};
 }
 
-/// The other side of a contact, as a sphere without unknowns where it is given.
-SphereParts other_side(const Contact& contact, const World& world, std::span<const Node> nodes,
-                       std::span<const RigidBody> rigid_bodies, double step_s) {
-  if (contact.b >= 0)
-    return sphere_parts(nodes, rigid_bodies, world.spheres[static_cast<std::size_t>(contact.b)],
-                        step_s);
-  SphereParts given;
-  given.motion = {contact.position_b_m, contact.velocity_b_m_s};
-  return given;
+SideMotion side_motion(int sphere, const World& world, std::span<const SphereMotion> motion,
+                       std::span<const RigidBody> rigid_bodies) {
+  const auto index = static_cast<std::size_t>(sphere);
+  const int rigid = world.spheres[index].rigid;
+  if (rigid < 0) return {motion[index]};
+  return {motion[index], rigid_bodies[static_cast<std::size_t>(rigid)].angular_velocity_rad_s};
+}
+
+SideMotion other_motion(const Contact& contact, const World& world,
+                        std::span<const SphereMotion> motion,
+                        std::span<const RigidBody> rigid_bodies) {
+  if (contact.b >= 0) return side_motion(contact.b, world, motion, rigid_bodies);
+  return {{contact.position_b_m, contact.velocity_b_m_s}};
 }
 
 /// One side of a contact: which way the force acts on it, and its share of the line of centres.
@@ -118,7 +128,8 @@ ImplicitEulerStep::ImplicitEulerStep(const World& world, std::span<const Contact
       step_s_(step_s),
       scale_(Eigen::VectorXd::Ones(world.unknown_count)),
       nodes_(world.nodes),
-      rigid_bodies_(world.rigid_bodies) {
+      rigid_bodies_(world.rigid_bodies),
+      motion_(world.spheres.size()) {
   for (const Node& node : world.nodes)
     if (node.unknown != kNoUnknown) scale_.segment<3>(node.unknown).setConstant(1.0 / node.mass_kg);
   for (RigidBody& body : rigid_bodies_) {
@@ -205,49 +216,59 @@ void ImplicitEulerStep::add_springs(Eigen::VectorXd& residual) const {
 
 void ImplicitEulerStep::add_contacts(Eigen::VectorXd& residual) {
   touching_ = 0;
+  for (std::size_t i = 0; i < world_.spheres.size(); ++i)
+    motion_[i] = sphere_motion(nodes_, rigid_bodies_, world_.spheres[i]);
   for (const Contact& contact : contacts_) {
-    const SphereParts a = sphere_parts(
-        nodes_, rigid_bodies_, world_.spheres[static_cast<std::size_t>(contact.a)], step_s_);
-    const SphereParts b = other_side(contact, world_, nodes_, rigid_bodies_, step_s_);
-    const ContactForce force =
-        contact_force(contact, relative_motion(contact, a, b), step_s_, nullptr);
+    const ContactMotion motion =
+        relative_motion(contact, side_motion(contact.a, world_, motion_, rigid_bodies_),
+                        other_motion(contact, world_, motion_, rigid_bodies_));
+    const ContactForce force = contact_force(contact, motion, step_s_, nullptr);
     if (!force.touching) continue;
     ++touching_;
     const ContactShares shares = contact_shares(contact);
-    const Eigen::Vector3d couple_N_m = -force.arm_m.cross(force.friction_N);
-    const auto push = [&](const SphereParts& side, double sign, double share) {
-      for (const SpherePart& part : side.all()) {
-        auto block = residual.segment<3>(part.unknown);
-        block -= step_s_ * sign * (part.lever.transpose() * force.force_N);
-        if (part.is_rotation) block -= step_s_ * share * couple_N_m;
-      }
-    };
-    push(a, 1.0, shares.a);
-    push(b, -1.0, shares.b);
+    const Eigen::Vector3d impulse_N_s = step_s_ * force.force_N;
+    const Eigen::Vector3d couple_N_m_s = -step_s_ * force.arm_m.cross(force.friction_N);
+    push_sphere(world_.spheres[static_cast<std::size_t>(contact.a)], impulse_N_s,
+                shares.a * couple_N_m_s, residual);
+    if (contact.b >= 0)
+      push_sphere(world_.spheres[static_cast<std::size_t>(contact.b)], -impulse_N_s,
+                  shares.b * couple_N_m_s, residual);
+  }
+}
+
+/// An impulse at a sphere's centre, and a couple that only a rigid body can take up.
+void ImplicitEulerStep::push_sphere(const SphereBinding& sphere, const Eigen::Vector3d& impulse_N_s,
+                                    const Eigen::Vector3d& couple_N_m_s,
+                                    Eigen::VectorXd& residual) const {
+  if (sphere.rigid >= 0) {
+    const RigidBody& body = rigid_bodies_[static_cast<std::size_t>(sphere.rigid)];
+    if (body.unknown == kNoUnknown) return;
+    const Eigen::Vector3d arm_m = body.orientation * sphere.local_m;
+    residual.segment<3>(body.unknown) -= impulse_N_s;
+    residual.segment<3>(body.unknown + 3) -= arm_m.cross(impulse_N_s) + couple_N_m_s;
+    return;
+  }
+  for (std::size_t i = 0; i < static_cast<std::size_t>(sphere.node_count); ++i) {
+    const int unknown = nodes_[static_cast<std::size_t>(sphere.nodes[i])].unknown;
+    if (unknown != kNoUnknown) residual.segment<3>(unknown) -= sphere.weights[i] * impulse_N_s;
   }
 }
 
 void ImplicitEulerStep::jacobian(Slope slope, Eigen::SparseMatrix<double>& matrix) {
-  triplets_.clear();
+  blocks_.reset(size());
   add_inertia_slopes(slope);
   add_spring_slopes(slope);
   add_contact_slopes(slope);
-  matrix.resize(size(), size());
-  matrix.setFromTriplets(triplets_.begin(), triplets_.end());
-}
-
-void ImplicitEulerStep::add_block(int row, int column, const Eigen::Matrix3d& block) {
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) triplets_.emplace_back(row + i, column + j, block(i, j));
+  blocks_.write_to(matrix);
 }
 
 void ImplicitEulerStep::add_inertia_slopes(Slope slope) {
   for (const Node& node : nodes_)
     if (node.unknown != kNoUnknown)
-      add_block(node.unknown, node.unknown, node.mass_kg * Eigen::Matrix3d::Identity());
+      blocks_.add(node.unknown, node.unknown, node.mass_kg * Eigen::Matrix3d::Identity());
   for (const RigidBody& body : rigid_bodies_) {
     if (body.unknown == kNoUnknown) continue;
-    add_block(body.unknown, body.unknown, body.mass_kg * Eigen::Matrix3d::Identity());
+    blocks_.add(body.unknown, body.unknown, body.mass_kg * Eigen::Matrix3d::Identity());
     Eigen::Matrix3d inertia = world_inertia(body);
     if (slope == Slope::kExact) {
       // d(I w) = I dw + d theta x (I w) - I (d theta x w), d theta = h J dw.
@@ -255,7 +276,7 @@ void ImplicitEulerStep::add_inertia_slopes(Slope slope) {
       inertia += (inertia * cross_matrix(w) - cross_matrix(inertia * w)) * step_s_ *
                  left_jacobian(step_s_ * w);
     }
-    add_block(body.unknown + 3, body.unknown + 3, inertia);
+    blocks_.add(body.unknown + 3, body.unknown + 3, inertia);
   }
 }
 
@@ -265,34 +286,37 @@ void ImplicitEulerStep::add_spring_slopes(Slope slope) {
     const Node& b = nodes_[static_cast<std::size_t>(spring.b)];
     const SpringForce force = spring_force(spring, a, b, slope);
     const Eigen::Matrix3d block = -step_s_ * (step_s_ * force.by_position + force.by_velocity);
-    if (a.unknown != kNoUnknown) add_block(a.unknown, a.unknown, block);
-    if (b.unknown != kNoUnknown) add_block(b.unknown, b.unknown, block);
+    if (a.unknown != kNoUnknown) blocks_.add(a.unknown, a.unknown, block);
+    if (b.unknown != kNoUnknown) blocks_.add(b.unknown, b.unknown, block);
     if (a.unknown == kNoUnknown || b.unknown == kNoUnknown) continue;
-    add_block(a.unknown, b.unknown, -block);
-    add_block(b.unknown, a.unknown, -block);
+    blocks_.add(a.unknown, b.unknown, -block);
+    blocks_.add(b.unknown, a.unknown, -block);
   }
 }
 
 void ImplicitEulerStep::add_contact_slopes(Slope slope) {
+  const auto parts_of = [&](int sphere) {
+    return sphere < 0 ? SphereParts{}
+                      : sphere_parts(nodes_, rigid_bodies_,
+                                     world_.spheres[static_cast<std::size_t>(sphere)], step_s_);
+  };
   for (const Contact& contact : contacts_) {
-    const SphereParts a = sphere_parts(
-        nodes_, rigid_bodies_, world_.spheres[static_cast<std::size_t>(contact.a)], step_s_);
-    const SphereParts b = other_side(contact, world_, nodes_, rigid_bodies_, step_s_);
+    const ContactMotion motion =
+        relative_motion(contact, side_motion(contact.a, world_, motion_, rigid_bodies_),
+                        other_motion(contact, world_, motion_, rigid_bodies_));
     ContactSlopes slopes;
-    const ContactForce force =
-        contact_force(contact, relative_motion(contact, a, b), step_s_, &slopes);
+    const ContactForce force = contact_force(contact, motion, step_s_, &slopes);
     if (!force.touching) continue;
+    const SphereParts a = parts_of(contact.a), b = parts_of(contact.b);
     const ContactShares shares = contact_shares(contact);
     const std::array<Side, 2> sides{{{&a, 1.0, shares.a}, {&b, -1.0, shares.b}}};
+    const auto block = slope == Slope::kExact ? exact_block : definite_block;
     for (const Side& moved_side : sides)
       for (const SpherePart& moved : moved_side.parts->all())
         for (const Side& pushed_side : sides)
           for (const SpherePart& pushed : pushed_side.parts->all())
-            add_block(pushed.unknown, moved.unknown,
-                      slope == Slope::kExact ? exact_block(force, slopes, pushed_side, pushed,
-                                                           moved_side, moved, step_s_)
-                                             : definite_block(force, slopes, pushed_side, pushed,
-                                                              moved_side, moved, step_s_));
+            blocks_.add(pushed.unknown, moved.unknown,
+                        block(force, slopes, pushed_side, pushed, moved_side, moved, step_s_));
   }
 }
 

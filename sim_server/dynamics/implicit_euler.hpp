@@ -5,8 +5,10 @@
 #include <span>
 #include <vector>
 
+#include "sim_server/bodies/sphere_motion.hpp"
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/contact.hpp"
+#include "sim_server/dynamics/block_matrix.hpp"
 #include "sim_server/dynamics/nonlinear_solver.hpp"
 
 namespace stillgrid {
@@ -47,7 +49,8 @@ class ImplicitEulerStep : public NonlinearSystem {
   void add_inertia_slopes(Slope slope);
   void add_spring_slopes(Slope slope);
   void add_contact_slopes(Slope slope);
-  void add_block(int row, int column, const Eigen::Matrix3d& block);
+  void push_sphere(const SphereBinding& sphere, const Eigen::Vector3d& impulse_N_s,
+                   const Eigen::Vector3d& couple_N_m_s, Eigen::VectorXd& residual) const;
 
   const World& world_;
   std::span<const Contact> contacts_;
@@ -55,7 +58,8 @@ class ImplicitEulerStep : public NonlinearSystem {
   Eigen::VectorXd scale_;
   std::vector<Node> nodes_;  // at the trial state
   std::vector<RigidBody> rigid_bodies_;
-  std::vector<Eigen::Triplet<double>> triplets_;
+  std::vector<SphereMotion> motion_;  // of every sphere
+  BlockMatrix blocks_;
   int touching_ = 0;
 };
 

@@ -9,7 +9,7 @@ namespace stillgrid {
 
 struct NewtonOptions {
   double tolerance = 1e-8;  // scaled residual, rms
-  int max_iterations = 60;
+  int max_iterations = 15;
 };
 
 /// Newton's method, safeguarded.

@@ -25,7 +25,8 @@ struct ToolSample {
 
 /// What one step did and what each of its phases cost.
 struct StepReport {
-  SolveReport solve;
+  SolveReport solve;  // iterations of all substeps, the worst residual
+  int substeps = 0;
   int contacts = 0;                // that touch at the step's end
   std::uint64_t tool_time_ns = 0;  // of the sample it took, 0: none
   std::chrono::nanoseconds detect{}, respond{}, integrate{};
@@ -36,8 +37,13 @@ class Simulation {
  public:
   explicit Simulation(const SceneDescription& scene);
 
-  /// Advances the world by step_s. The tool is asked for as late as the step allows: after the
-  /// contacts among bodies were found, just before its own are [Davanne 2002, section 3].
+  /// Advances the world by step_s: in one implicit step, or where that does not converge, as when
+  /// stiff contacts set in, in substeps of down to an eighth. The next step begins with half as
+  /// many. If the shortest does not converge either, its last iterate is taken and the report says
+  /// so.
+  ///
+  /// The tool is asked for as late as the step allows: after the contacts among bodies were found,
+  /// just before its own are [Davanne 2002, section 3].
   StepReport step(double step_s, const std::function<std::optional<ToolSample>()>& take_tool);
 
   [[nodiscard]] const World& world() const noexcept { return world_; }
@@ -45,14 +51,15 @@ class Simulation {
   [[nodiscard]] const Detection& detection() const noexcept { return detection_; }
 
  private:
-  std::vector<ToolSphereMotion> place_tool(const ToolSample& sample);
+  void place_tool(const ToolSample& sample);
+  bool advance(double step_s, bool must_advance, StepReport& report);
 
   World world_;
   Detection detection_;
   NewtonSolver solver_;
-  std::vector<ToolSphere> tool_;
-  std::vector<Eigen::Vector3d>
-      tool_before_m_;  // its spheres' centres a step ago; empty: no tool yet
+  std::vector<ToolSphere> tool_;               // as described
+  std::vector<ToolSphereMotion> placed_tool_;  // as last sampled; empty: no tool
+  int substeps_ = 1;  // that the end of the last step took, were it all alike
 };
 
 }  // namespace stillgrid

@@ -1,5 +1,4 @@
 """Starts the daemons for a test, reads what they wrote, and leaves none behind."""
-import csv
 import itertools
 import json
 import os
@@ -21,6 +20,9 @@ DATA = pathlib.Path(os.environ.get("STILLGRID_DATA", ROOT.parent / "shared" / "d
 
 DONE, BAD_INPUT, COULD_NOT_START, DEVICE_FAULT = 0, 1, 2, 3  # exit status
 SKIPPED = 77  # of a test program, known to ctest
+
+sys.path.append(str(ROOT / "scripts" / "charts"))
+from recording import Recording  # after the path it needs
 
 _numbers = itertools.count(1)
 
@@ -135,12 +137,7 @@ class SessionTest(unittest.TestCase):
 
 def read_recording(file):
     """The columns by name, arrays of floats; flags as text."""
-    with open(file) as stream:
-        rows = csv.reader(line for line in stream if not line.startswith("#"))
-        names = next(rows)
-        columns = zip(*rows)
-        return {name: numpy.array(column) if name == "flags" else numpy.array(column, float)
-                for name, column in zip(names, columns)}
+    return Recording(file)
 
 
 def vectors(recording, name, unit):
@@ -148,10 +145,6 @@ def vectors(recording, name, unit):
     prefix, _, kind = name.rpartition("_")
     prefix = prefix + "_" if prefix else ""
     return numpy.stack([recording[f"{prefix}{kind}{axis}_{unit}"] for axis in "xyz"], axis=1)
-
-
-def force_norm_N(recording):
-    return numpy.linalg.norm(vectors(recording, "f", "N"), axis=1)
 
 
 def read_report(file):

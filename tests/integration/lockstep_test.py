@@ -44,7 +44,8 @@ class LockstepTest(daemons.SessionTest):
 
     def test_a_recorded_hand_replays_the_same_bytes(self):
         hand = self.record()
-        device = f"replay:file={hand}"
+        # A recording is in the scene's frame, of which the device's origin is 2 cm above.
+        device = f"replay:file={hand},offset_z_m=-0.02"
         first = self.record(device)
         self.assert_same_bytes(first, self.record(device))
         original, replayed = map(daemons.read_recording, (hand, first))

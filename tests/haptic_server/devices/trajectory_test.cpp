@@ -118,7 +118,7 @@ TEST_CASE("A file that cannot be read is refused", "[trajectory]") {
                     Catch::Contains("cannot be read"));
 }
 
-TEST_CASE("Positions are scaled, then offset; velocities scaled; forces left", "[trajectory]") {
+TEST_CASE("Positions are scaled and then offset, velocities scaled, forces left", "[trajectory]") {
   const TrajectoryOptions options{0.5, {1.0, 2.0, 3.0}, {}};
   const Trajectory trajectory =
       read("t_s,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s,fx_N,fy_N,fz_N\n0,4,6,8,2,2,2,1,1,1\n", options);

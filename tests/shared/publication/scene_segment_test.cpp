@@ -1,1 +1,208 @@
+#include "shared/publication/scene_segment.hpp"
 
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <vector>
+
+#include "shared/collision/grid_query.hpp"
+#include "tests/shared/publication/small_scene.hpp"
+#include "tests/shared/publication/tampering.hpp"
+
+namespace stillgrid {
+namespace {
+
+using Image = std::array<std::uint64_t, proto::kHistoryLength>;
+constexpr auto kScene = proto::SegmentKind::kScene;
+
+SceneView view_of(const TestSession& session) {
+  auto reader = SegmentReader::open(session.name(), kScene, proto::kSceneLayoutHash);
+  REQUIRE(reader);
+  return SceneView(std::move(*reader));
+}
+
+/// A snapshot as a reader of the scene copies it out.
+struct Snapshot {
+  proto::SnapshotHeader header{};
+  std::vector<proto::SphereRecord> spheres;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+};
+
+Snapshot read_snapshot(const SceneView& view) {
+  Snapshot snapshot;
+  const ReadResult result = read_latest(view.buffer(), [&](const std::uint64_t* payload) {
+    snapshot = {load_struct<proto::SnapshotHeader>(payload), {}, {}};
+    const GridView grid = view.moving_grid(payload, snapshot.header);
+    for (std::uint32_t i = 0; i < grid.shape.sphere_count; ++i)
+      snapshot.spheres.push_back(load_record(grid, i));
+    if (grid.shape.sphere_count > 0)
+      for_each_pair(grid,
+                    [&](std::uint32_t a, std::uint32_t b) { snapshot.pairs.emplace_back(a, b); });
+  });
+  REQUIRE(result.status == ReadStatus::kAccepted);
+  CHECK(result.generation == snapshot.header.generation);
+  return snapshot;
+}
+
+/// The image n that a record shows `age` images back.
+bool shows(const proto::SphereRecord& record, std::size_t i, std::size_t age, std::uint64_t n) {
+  const proto::SphereImage& image = age < 2 ? record.newest[age] : record.older[age - 2];
+  const auto p = SmallSceneWriter::position_m(i, n).cast<float>().eval();
+  const auto v = SmallSceneWriter::velocity_m_s(i, n).cast<float>().eval();
+  return image.position_m == std::array{p.x(), p.y(), p.z()} &&
+         image.velocity_m_s == std::array{v.x(), v.y(), v.z()};
+}
+
+TEST_CASE("The fixed part is read as it was written", "[scene_segment]") {
+  const TestSession session;
+  const SmallSceneWriter writer(session);
+  const SceneView view = view_of(session);
+  const StaticScene scene = small_scene();
+  const auto same = [](const auto& list, const auto& read) {
+    return std::memcmp(list.data(), read.data(), list.size() * sizeof(list[0])) == 0;
+  };
+
+  CHECK(std::string(view.scene().name.data()) == "small");
+  REQUIRE(view.scene().material_count == 2);
+  REQUIRE(view.scene().plane_count == 1);
+  REQUIRE(view.scene().tool_sphere_count == 2);
+  CHECK(same(scene.materials, view.scene().materials));
+  CHECK(same(scene.planes, view.scene().planes));
+  CHECK(same(scene.tool, view.scene().tool));
+  CHECK(std::memcmp(&view.scene().device, &scene.device, sizeof scene.device) == 0);
+  CHECK(view.scene().moving_capacity == kMovingSpheres);
+  CHECK(view.header().period_ns == kPeriod_ns);
+}
+
+TEST_CASE("Both sides find the same static spheres", "[scene_segment]") {
+  const TestSession session;
+  SmallSceneWriter writer(session);
+  const SceneView view = view_of(session);
+  const auto found_in = [](const GridView& grid) {
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> found;
+    for_each_candidate(grid, {{0.02F, -0.01F, -0.06F}, {0.05F, 0.01F, -0.04F}}, kAllVisits,
+                       [&](std::uint32_t sphere, const RecordLine&) {
+                         found.emplace_back(sphere, load_record(grid, sphere).body);
+                       });
+    return found;
+  };
+
+  CHECK(view.static_grid().shape.sphere_count == 10);
+  CHECK(found_in(view.static_grid()).size() >= 4);
+  CHECK(found_in(view.static_grid()) == found_in(writer.writer().static_grid()));
+}
+
+TEST_CASE("Before the first image there is none to read", "[scene_segment]") {
+  const TestSession session;
+  const SmallSceneWriter writer(session);
+  const SceneView view = view_of(session);
+  CHECK(read_latest(view.buffer(), [](const std::uint64_t*) {}).status == ReadStatus::kEmpty);
+}
+
+TEST_CASE("The first image stands for the whole history", "[scene_segment]") {
+  const TestSession session;
+  SmallSceneWriter writer(session);
+  const SceneView view = view_of(session);
+  writer.publish_next();
+
+  const Snapshot snapshot = read_snapshot(view);
+
+  CHECK(snapshot.header.history_count == 1);
+  CHECK(snapshot.header.state_time_ns == Image{kPeriod_ns, kPeriod_ns, kPeriod_ns, kPeriod_ns});
+  REQUIRE(snapshot.spheres.size() == kMovingSpheres);
+  for (std::size_t i = 0; i < kMovingSpheres; ++i)
+    for (std::size_t age = 0; age < proto::kHistoryLength; ++age)
+      CHECK(shows(snapshot.spheres[i], i, age, 1));
+}
+
+TEST_CASE("Each image pushes the others one down the history", "[scene_segment]") {
+  const TestSession session;
+  SmallSceneWriter writer(session);
+  const SceneView view = view_of(session);
+  for (std::uint64_t n = 1; n <= 7; ++n) {
+    writer.publish_next();
+    const Snapshot snapshot = read_snapshot(view);
+    const proto::SnapshotHeader& header = snapshot.header;
+
+    CHECK(header.generation == n);
+    CHECK(header.history_count == std::min<std::uint64_t>(n, proto::kHistoryLength));
+    CHECK(header.tool_time_ns == n * kPeriod_ns - 9);
+    CHECK(header.step_ns == 1000 + n);
+    CHECK(header.contacts == n);
+    CHECK(view.header().heartbeat_ns == n * kPeriod_ns + 5);
+    for (std::size_t age = 0; age < proto::kHistoryLength; ++age) {
+      const std::uint64_t image = n > age ? n - age : 1;  // missing ones repeat the oldest
+      CHECK(header.state_time_ns[age] == image * kPeriod_ns);
+      CHECK(header.publish_time_ns[age] == image * kPeriod_ns + 5);
+      for (std::size_t i = 0; i < kMovingSpheres; ++i)
+        CHECK(shows(snapshot.spheres[i], i, age, image));
+    }
+    for (std::size_t i = 0; i < kMovingSpheres; ++i) {
+      CHECK(snapshot.spheres[i].radius_m == 0.01F);
+      CHECK(snapshot.spheres[i].material == 1);
+      CHECK(snapshot.spheres[i].body == i);
+    }
+  }
+}
+
+TEST_CASE("A published grid finds the pairs of its image", "[scene_segment]") {
+  const TestSession session;
+  SmallSceneWriter writer(session);
+  const SceneView view = view_of(session);
+  writer.publish_next();
+
+  const Snapshot snapshot = read_snapshot(view);
+
+  RandomScene same{snapshot.spheres, 0.02F};
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> expected;
+  const StillGrid grid = grid_of(same);
+  for_each_pair(grid.view(),
+                [&](std::uint32_t a, std::uint32_t b) { expected.emplace_back(a, b); });
+  CHECK_FALSE(expected.empty());
+  CHECK(snapshot.pairs == expected);
+}
+
+TEST_CASE("A scene without moving or still spheres can be published too", "[scene_segment]") {
+  const TestSession session;
+  StaticScene scene = small_scene();
+  scene.spheres.clear();
+  SceneWriter writer(session.name(), scene, 0, kPeriod_ns, proto::Clock::kVirtual, 0);
+  const SceneView view = view_of(session);
+  writer.fill(0.02F);
+  writer.publish({.state_ns = kPeriod_ns});
+
+  const Snapshot snapshot = read_snapshot(view);
+
+  CHECK(snapshot.header.generation == 1);
+  CHECK(snapshot.spheres.empty());
+}
+
+TEST_CASE("A snapshot whose grid lies is shown as empty", "[scene_segment]") {
+  const TestSession session;
+  SmallSceneWriter writer(session);
+  const SceneView view = view_of(session);
+  writer.publish_next();
+  const Tampering memory(session.path(kScene));
+  auto& grid = memory.at<proto::SnapshotHeader>(view.header().slot_offset[1] + 64).grid;
+  REQUIRE(grid.sphere_count == kMovingSpheres);
+
+  SECTION("spheres") {
+    grid.sphere_count = kMovingSpheres + 1;
+  }
+  SECTION("entries") {
+    grid.entry_count = 0xFFFFFFFF;
+  }
+  SECTION("long ones") {
+    grid.long_count = 0xFFFFFFFF;
+  }
+  SECTION("cells") {
+    grid.log2_cells[1] = 31;
+  }
+  SECTION("voxel") {
+    grid.voxel_m = 0.0F;
+  }
+
+  CHECK(read_snapshot(view).spheres.empty());
+}
+
+}  // namespace
+}  // namespace stillgrid

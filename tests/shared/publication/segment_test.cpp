@@ -1,1 +1,202 @@
+#include "shared/publication/segment.hpp"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+
+#include "tests/shared/publication/other_process.hpp"
+#include "tests/shared/publication/test_session.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr auto kScene = proto::SegmentKind::kScene;
+
+/// Whether the newest image is there and all its words are of one generation.
+bool shows_whole_image(const SegmentReader& reader) {
+  std::array<std::uint64_t, kSmallPayloadWords> words{};
+  const ReadResult result = read_latest(reader.buffer(), [&](const std::uint64_t* payload) {
+    words = load_struct<decltype(words)>(payload);
+  });
+  return result.status == ReadStatus::kAccepted &&
+         std::all_of(words.begin(), words.end(),
+                     [&](std::uint64_t word) { return word == word_of(result.generation); });
+}
+
+TEST_CASE("A session is named by 1 to 64 letters, digits, '_', '-' or '.'", "[segment]") {
+  CHECK(segment_name("a", kScene) == "stillgrid-a-scene");
+  CHECK(segment_name("Lab_2-b.c", proto::SegmentKind::kTool) == "stillgrid-Lab_2-b.c-tool");
+  CHECK_NOTHROW(segment_name(std::string(64, 'x'), kScene));
+
+  const std::string bad =
+      GENERATE("", ".", ".hidden", "../etc", "a/b", "a b", "a\n", "\xC3\xA9", "a*");
+  CHECK(refusal_of([&] { return segment_name(bad, kScene); }).find("--session: value '" + bad) ==
+        0);
+  CHECK_THROWS_AS(segment_name(std::string(65, 'x'), kScene), SegmentError);
+  CHECK_THROWS_AS(segment_name(std::string("a\0b", 3), kScene), SegmentError);
+}
+
+TEST_CASE("A reader sees what the writer declared and published", "[segment]") {
+  const TestSession session;
+  SegmentSpec spec = small_spec();
+  spec.period_ns = 30'303'030;
+  spec.start_ns = 99;
+  SegmentWriter writer(session.name(), spec);
+  writer.announce();
+  publish_small(writer.buffer(), 1);
+
+  const auto reader = open_small(session);
+
+  REQUIRE(reader);
+  const proto::SegmentHeader& header = reader->header();
+  CHECK(header.version == proto::kSegmentVersion);
+  CHECK(header.kind == kScene);
+  CHECK(header.epoch != 0);
+  CHECK(header.period_ns == 30'303'030);
+  CHECK(header.clock == proto::Clock::kVirtual);
+  CHECK(header.start_ns == 99);
+  CHECK(header.writer_pid == static_cast<std::uint32_t>(::getpid()));
+  CHECK(header.payload_bytes == kSmallPayloadWords * 8);
+  CHECK(reader->fixed_bytes() == sizeof(proto::SegmentHeader));
+  CHECK(reader->writer_alive());
+  CHECK(shows_whole_image(*reader));
+}
+
+TEST_CASE("Without a writer there is no segment and before announce() nothing to read",
+          "[segment]") {
+  const TestSession session;
+  CHECK_FALSE(open_small(session));
+  CHECK_FALSE(segment_id(session.name(), kScene));
+
+  SegmentWriter writer(session.name(), small_spec());
+  CHECK(segment_id(session.name(), kScene));
+  CHECK_FALSE(open_small(session));
+
+  writer.announce();
+  CHECK(open_small(session));
+}
+
+TEST_CASE("A segment is for its owner alone", "[segment]") {
+  const TestSession session;
+  const SegmentWriter writer(session.name(), small_spec());
+  for (const std::string& path : {session.path(kScene), session.path(kScene) + ".lock"}) {
+    struct stat status {};
+    REQUIRE(::stat(path.c_str(), &status) == 0);
+    CHECK((status.st_mode & 0777) == 0600);
+  }
+}
+
+TEST_CASE("A second writer is refused while the first lives and disturbs nothing", "[segment]") {
+  const TestSession session;
+  SegmentWriter writer(session.name(), small_spec());
+  writer.announce();
+  publish_small(writer.buffer(), 1);
+  const auto id = segment_id(session.name(), kScene);
+
+  const std::string refusal =
+      refusal_of([&] { const SegmentWriter second(session.name(), small_spec()); });
+
+  CHECK(refusal.find("'" + session.name() + "'") != std::string::npos);
+  CHECK(refusal.find('\n') == std::string::npos);
+  CHECK(segment_id(session.name(), kScene) == id);
+  REQUIRE(open_small(session));
+  CHECK(open_small(session)->writer_alive());
+  CHECK(shows_whole_image(*open_small(session)));
+}
+
+TEST_CASE("The two segments of a session and those of other sessions have writers of their own",
+          "[segment]") {
+  const TestSession session, other;
+  const SegmentWriter scene(session.name(), small_spec());
+  CHECK_NOTHROW(SegmentWriter(session.name(), small_spec(proto::SegmentKind::kTool)));
+  CHECK_NOTHROW(SegmentWriter(other.name(), small_spec()));
+}
+
+TEST_CASE("When a writer ends its segment's name is free and readers keep the last image",
+          "[segment]") {
+  const TestSession session;
+  std::optional<SegmentReader> reader;
+  {
+    SegmentWriter writer(session.name(), small_spec());
+    writer.announce();
+    publish_small(writer.buffer(), 1);
+    reader = open_small(session);
+    REQUIRE(reader);
+  }
+  CHECK_FALSE(segment_id(session.name(), kScene));
+  CHECK_FALSE(open_small(session));
+  CHECK_FALSE(reader->writer_alive());
+  CHECK(shows_whole_image(*reader));
+  CHECK_NOTHROW(SegmentWriter(session.name(), small_spec()));
+}
+
+TEST_CASE("Asking whether a writer lives never keeps a writer out", "[segment]") {
+  const TestSession session;
+  std::optional<SegmentReader> reader;
+  for (int restart = 0; restart < 3; ++restart) {
+    SegmentWriter writer(session.name(), small_spec());
+    writer.announce();
+    if (reader) CHECK_FALSE(reader->writer_alive());  // of the object before
+    reader = open_small(session);
+    REQUIRE(reader);
+    CHECK(reader->writer_alive());
+  }
+}
+
+TEST_CASE("A killed writer is known to be dead and the next one makes a fresh segment",
+          "[segment]") {
+  const TestSession session;
+  OtherProcess killed([&](const auto& ready) {
+    SegmentWriter writer(session.name(), small_spec());
+    writer.announce();
+    publish_small(writer.buffer(), 1);
+    ready();
+    OtherProcess::rest();
+  });
+  REQUIRE(killed.was_ready());
+  const auto reader = open_small(session);
+  REQUIRE(reader);
+  CHECK(reader->writer_alive());
+
+  killed.kill();
+
+  CHECK_FALSE(reader->writer_alive());
+  CHECK(shows_whole_image(*reader));
+  const std::uint64_t epoch_before = reader->header().epoch;
+
+  SegmentWriter writer(session.name(), small_spec());
+  writer.announce();
+  const auto again = open_small(session);
+  REQUIRE(again);
+  CHECK_FALSE(again->id() == reader->id());
+  CHECK(again->header().epoch != epoch_before);
+  CHECK(again->header().latest == 0);  // nothing of the old image
+  CHECK(again->writer_alive());
+  CHECK_FALSE(reader->writer_alive());
+  CHECK(shows_whole_image(*reader));
+}
+
+TEST_CASE("A writer killed at any instant leaves a whole image", "[segment]") {
+  int whole = 0;
+  for (int kill = 0; kill < 50; ++kill) {
+    const TestSession session;
+    OtherProcess killed([&](const auto& ready) {
+      SegmentWriter writer(session.name(), small_spec());
+      writer.announce();
+      publish_small(writer.buffer(), 1);
+      ready();
+      for (std::uint64_t n = 2;; ++n) publish_small(writer.buffer(), n);
+    });
+    const auto reader = open_small(session);
+    REQUIRE(reader);
+    killed.kill();
+    if (shows_whole_image(*reader) && !reader->writer_alive()) ++whole;
+  }
+  CHECK(whole == 50);
+}
+
+}  // namespace
+}  // namespace stillgrid

@@ -1,1 +1,93 @@
+#include "shared/publication/tool_segment.hpp"
 
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+
+#include "tests/shared/publication/test_session.hpp"
+
+namespace stillgrid {
+namespace {
+
+ToolView view_of(const TestSession& session) {
+  auto reader =
+      SegmentReader::open(session.name(), proto::SegmentKind::kTool, proto::kToolLayoutHash);
+  REQUIRE(reader);
+  return ToolView(std::move(*reader));
+}
+
+proto::ToolState sound_state() {
+  return {.time_ns = 7'000'000,
+          .tick = 7,
+          .position_m = {0.01, -0.02, 0.03},
+          .orientation_xyzw = {0.0, 0.6, 0.0, 0.8},
+          .velocity_m_s = {0.1, 0.2, -0.3},
+          .force_N = {0.0, 1.5, 0.0},
+          .buttons = 2};
+}
+
+TEST_CASE("The simulation reads the tool as the haptic server published it", "[tool_segment]") {
+  const TestSession session;
+  ToolWriter writer(session.name(), 1'000'000, proto::Clock::kVirtual, 0);
+  const ToolView view = view_of(session);
+  CHECK_FALSE(view.read());
+
+  const proto::ToolState state = sound_state();
+  writer.publish(state);
+  const auto read = view.read();
+
+  REQUIRE(read);
+  CHECK(std::memcmp(&*read, &state, sizeof state) == 0);
+  CHECK(view.header().period_ns == 1'000'000);
+  CHECK(view.header().clock == proto::Clock::kVirtual);
+  CHECK(view.header().heartbeat_ns == state.time_ns);
+}
+
+TEST_CASE("Only the newest state of the tool is read", "[tool_segment]") {
+  const TestSession session;
+  ToolWriter writer(session.name(), 1'000'000, proto::Clock::kVirtual, 0);
+  const ToolView view = view_of(session);
+  proto::ToolState state = sound_state();
+  for (state.tick = 1; state.tick < 5; ++state.tick) writer.publish(state);
+
+  REQUIRE(view.read());
+  CHECK(view.read()->tick == 4);
+}
+
+TEST_CASE("A state that is no pose or holds no numbers is as if there were none",
+          "[tool_segment]") {
+  const TestSession session;
+  ToolWriter writer(session.name(), 1'000'000, proto::Clock::kVirtual, 0);
+  const ToolView view = view_of(session);
+  const auto is_read = [&](auto&& spoil) {
+    proto::ToolState state = sound_state();
+    spoil(state);
+    writer.publish(state);
+    return view.read().has_value();
+  };
+
+  REQUIRE(is_read([](auto&) {}));
+  for (const double bad : {std::nan(""), double{INFINITY}, -double{INFINITY}})
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      CHECK_FALSE(is_read([&](auto& state) { state.position_m[axis] = bad; }));
+      CHECK_FALSE(is_read([&](auto& state) { state.velocity_m_s[axis] = bad; }));
+      CHECK_FALSE(is_read([&](auto& state) { state.force_N[axis] = bad; }));
+      CHECK_FALSE(is_read([&](auto& state) { state.orientation_xyzw[axis] = bad; }));
+    }
+  CHECK_FALSE(is_read([](auto& state) { state.orientation_xyzw = {0.0, 0.0, 0.0, 0.0}; }));
+  CHECK_FALSE(is_read([](auto& state) { state.orientation_xyzw = {0.0, 0.0, 0.0, 1.1}; }));
+}
+
+TEST_CASE("A tool segment whose slots cannot hold a tool state is refused", "[tool_segment]") {
+  const TestSession session;
+  SegmentSpec spec = small_spec(proto::SegmentKind::kTool);
+  spec.layout_hash = proto::kToolLayoutHash;
+  spec.payload_bytes = sizeof(proto::ToolState) - 8;
+  SegmentWriter writer(session.name(), spec);
+  writer.announce();
+
+  CHECK(refusal_of([&] { static_cast<void>(view_of(session)); }).find("too small") != std::string::npos);
+}
+
+}  // namespace
+}  // namespace stillgrid

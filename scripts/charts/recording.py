@@ -1,0 +1,28 @@
+"""Reads a recording: the CSV of docs/formats.md, as haptic_server --record writes it."""
+import csv
+import pathlib
+
+import numpy
+
+
+class Recording:
+    """Columns by name, arrays of floats (flags: of text); metadata by key."""
+
+    def __init__(self, file):
+        lines = pathlib.Path(file).read_text().splitlines(keepends=True)
+        if lines and not lines[-1].endswith("\n"):
+            lines.pop()  # cut off in mid-row
+        comments = [line[1:].strip() for line in lines if line.startswith("#")]
+        self.metadata = dict(line.split(": ", 1) for line in comments if ": " in line)
+        rows = list(csv.reader(line for line in lines if not line.startswith("#")))
+        if len(rows) < 2:
+            raise ValueError(f"{file}: expected a header and a row at least")
+        self.columns = {name: numpy.array(column) if name == "flags"
+                        else numpy.array(column, float)
+                        for name, column in zip(rows[0], zip(*rows[1:]))}
+
+    def __getitem__(self, name):
+        return self.columns[name]
+
+    def force_norm_N(self):
+        return numpy.sqrt(self["fx_N"] ** 2 + self["fy_N"] ** 2 + self["fz_N"] ** 2)

@@ -1,0 +1,92 @@
+#!/usr/bin/python3
+"""Prints what the two reports of a run say, beside a baseline of the machine's own latency.
+
+The baseline is the JSON of cyclictest at a period of 1 ms. A deadline counts as missed when the
+loop woke more than one period after it; the baseline's are counted alike.
+"""
+import argparse
+import json
+import pathlib
+import sys
+
+BASELINE_PERIOD_US = 1000
+
+
+def load(file):
+    return json.loads(pathlib.Path(file).read_text())
+
+
+def share(part, whole):
+    return f"{100.0 * part / max(whole, 1):.2f} %"
+
+
+def print_row(name, text):
+    print(f"  {name:<12}{text}")
+
+
+def print_haptic(report):
+    ticks, missed = report["ticks"], report["missed_ticks"]
+    tick_ns, wake_ns, force_N = report["tick_ns"], report["wake_ns"], report["force_N"]
+    print_row("ticks", f"{ticks} at {report['rate_hz']:g} Hz, {missed} missed "
+              f"({share(missed, ticks)})")
+    print_row("wake", f"p50 {1e-3 * wake_ns['p50']:.0f} us, p99 {1e-3 * wake_ns['p99']:.0f} us, "
+              f"max {1e-3 * wake_ns['max']:.0f} us")
+    print_row("tick", f"p50 {1e-3 * tick_ns['p50']:.1f} us, p99 {1e-3 * tick_ns['p99']:.1f} us")
+    print_row("contact", f"{report['contact_ticks']} ticks ({share(report['contact_ticks'], ticks)})")
+    print_row("force", f"mean {force_N['mean']:.2f} N, max {force_N['max']:.2f} N")
+    print_row("image", f"age p50 {1e3 * report['age_s']['p50']:.0f} ms, "
+              f"p99 {1e3 * report['age_s']['p99']:.0f} ms")
+    interventions = {name: count for name, count in report["safety"].items() if count}
+    print_row("safety", ", ".join(f"{name} {count} ticks" for name, count in interventions.items())
+              or "no intervention")
+
+
+def print_baseline(report):
+    histogram = {int(us): count for us, count in report["thread"]["0"]["histogram"].items()}
+    cycles = sum(histogram.values())
+    if not cycles:
+        return
+    missed = sum(count for us, count in histogram.items() if us > BASELINE_PERIOD_US)
+    print_row("baseline", f"cyclictest, {cycles} cycles right after: {missed} missed "
+              f"({share(missed, cycles)}), p50 {percentile(histogram, 0.5)} us, "
+              f"p99 {percentile(histogram, 0.99)} us, max {report['thread']['0']['max']} us")
+
+
+def percentile(histogram, part):
+    needed, seen = part * sum(histogram.values()), 0
+    for value in sorted(histogram):
+        seen += histogram[value]
+        if seen >= needed:
+            return value
+    return 0
+
+
+def print_sim(report):
+    solver, step_ms = report["solver"], report["step_ms"]
+    print_row("steps", f"{report['steps']} at {report['rate_hz']:g} Hz, {report['late_steps']} late; "
+              f"{report['moving_spheres']} moving spheres")
+    print_row("step", f"p50 {step_ms['p50']:.2f} ms, p99 {step_ms['p99']:.2f} ms")
+    print_row("solver", f"{solver['name']}, {solver['iterations']:.1f} iterations a step, "
+              f"{solver['not_converged']} steps not converged")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("haptic", metavar="HAPTIC.json")
+    parser.add_argument("sim", metavar="SIM.json")
+    parser.add_argument("--baseline", metavar="FILE.json", help="of cyclictest --json")
+    arguments = parser.parse_args()
+    try:
+        haptic, sim = load(arguments.haptic), load(arguments.sim)
+        print(f"haptic_server, {haptic['device']}, {haptic['transition']}")
+        print_haptic(haptic)
+        if arguments.baseline:
+            print_baseline(load(arguments.baseline))
+        print(f"sim_server, {sim['scene']}")
+        print_sim(sim)
+    except (OSError, ValueError, KeyError) as error:
+        sys.exit(f"summary: {type(error).__name__}: {error}")
+
+
+if __name__ == "__main__":
+    main()

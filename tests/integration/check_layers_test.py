@@ -1,0 +1,99 @@
+#!/usr/bin/python3
+"""The checks of layers and format find what is planted, and nothing in what is clean."""
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+import daemons
+
+SCRIPTS = daemons.ROOT / "scripts"
+
+
+class SourceTreeTest(unittest.TestCase):
+    """A small tree of sources that breaks no rule, until a test plants something."""
+
+    def setUp(self):
+        self.root = pathlib.Path(tempfile.mkdtemp(prefix="stillgrid-test-"))
+        self.addCleanup(shutil.rmtree, self.root)
+        for folder in ("proto", "shared/publication", "sim_server/dynamics", "haptic_server",
+                       "tests"):
+            (self.root / folder).mkdir(parents=True)
+        shutil.copy(daemons.ROOT / ".clang-format", self.root)
+        self.plant("proto/header.hpp", "#pragma once\n")
+        self.plant("shared/publication/segment.hpp",
+                   '#include <boost/interprocess/mapped_region.hpp>\n\n#include "proto/header.hpp"\n')
+        self.plant("sim_server/dynamics/solver.cpp",
+                   '#include <cvode/cvode.h>\n\n#include "shared/publication/segment.hpp"\n')
+        self.plant("tests/solver_test.cpp",
+                   '#include "haptic_server/a.hpp"\n#include "sim_server/b.hpp"\n')
+
+    def plant(self, file, text):
+        (self.root / file).write_text(text)
+
+    def run_script(self, name):
+        return subprocess.run([SCRIPTS / name, self.root], capture_output=True, text=True,
+                              timeout=30, check=False)
+
+
+class CheckLayersTest(SourceTreeTest):
+    def assert_found(self, file, include, *words):
+        self.plant(file, f"#pragma once\n\n#include {include}\n")
+        result = self.run_script("check_layers")
+        self.assertEqual(result.returncode, 1, result.stderr)
+        lines = result.stdout.splitlines()
+        self.assertEqual(len(lines), 1, lines)
+        self.assertTrue(lines[0].startswith(f"{file}:3: "), lines)
+        for word in words:
+            self.assertIn(word, lines[0])
+
+    def test_a_clean_tree_has_no_violation(self):
+        result = self.run_script("check_layers")
+        self.assertEqual((result.returncode, result.stdout), (0, ""), result.stderr)
+
+    def test_proto_may_include_nothing_of_ours(self):
+        self.assert_found("proto/bad.hpp", '"shared/publication/segment.hpp"', "shared/")
+
+    def test_shared_may_not_include_a_server(self):
+        self.assert_found("shared/bad.hpp", '"sim_server/world.hpp"', "sim_server/")
+
+    def test_sim_server_may_not_include_haptic_server(self):
+        self.assert_found("sim_server/bad.cpp", '"haptic_server/server.hpp"', "haptic_server/")
+
+    def test_haptic_server_may_not_include_sim_server(self):
+        self.assert_found("haptic_server/bad.cpp", '"sim_server/server.hpp"', "sim_server/")
+
+    def test_a_program_may_not_include_tests(self):
+        self.assert_found("sim_server/bad.cpp", '"tests/helper.hpp"', "tests/")
+
+    def test_angle_brackets_hide_nothing(self):
+        self.assert_found("shared/bad.hpp", "<haptic_server/server.hpp>", "haptic_server/")
+
+    def test_an_include_is_written_from_the_root(self):
+        self.assert_found("shared/bad.hpp", '"segment.hpp"', "root")
+        self.assert_found("shared/bad.hpp", '"proto/../shared/segment.hpp"', "root")
+
+    def test_boost_interprocess_is_for_publication_only(self):
+        self.assert_found("haptic_server/bad.cpp", "<boost/interprocess/mapped_region.hpp>",
+                          "shared/publication")
+
+    def test_sundials_is_for_dynamics_only(self):
+        self.assert_found("sim_server/bad.cpp", "<sundials/sundials_types.h>",
+                          "sim_server/dynamics")
+
+
+class CheckFormatTest(SourceTreeTest):
+    def test_a_clean_tree_is_formatted(self):
+        result = self.run_script("check_format")
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+
+    def test_what_is_not_formatted_is_named(self):
+        self.plant("shared/bad.hpp", "#pragma once\nint  x ;\n")
+        result = self.run_script("check_format")
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertIn("shared/bad.hpp:2:", result.stdout)
+
+
+if __name__ == "__main__":
+    daemons.main()

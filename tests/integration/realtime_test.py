@@ -1,0 +1,37 @@
+#!/usr/bin/python3
+"""A short run in real time. Gates on counts: a shared machine stalls now and then."""
+import unittest
+
+import daemons
+from daemons import DONE
+
+HAND = "phantom:profile=premium15,hand=light,path=press,centre_z_m=0,depth_m=0.06,period_s=1"
+
+
+class RealTimeTest(daemons.SessionTest):
+    def test_three_seconds_have_three_thousand_ticks_and_two_reports(self):
+        files = {name: self.folder / name for name in ("sim.json", "haptic.json", "record.csv")}
+        sim_server = self.sim_server("tissue_and_blocks", "--report", files["sim.json"])
+        haptic_server = self.haptic_server(HAND, "--duration", 3, "--report", files["haptic.json"],
+                                           "--record", files["record.csv"])
+        self.assertEqual(haptic_server.wait(15.0), DONE, haptic_server.lines())
+        self.assertEqual(sim_server.stop(), DONE, sim_server.lines())
+
+        haptic = daemons.read_report(files["haptic.json"])
+        self.assertGreaterEqual(haptic["ticks"], 2700)
+        self.assertLess(haptic["missed_ticks"], 0.05 * haptic["ticks"])
+        self.assertEqual(haptic["rate_hz"], 1000.0)
+        self.assertLess(haptic["tick_ns"]["p50"], 200_000)
+        self.assertGreater(haptic["force_N"]["max"], 0.1)
+        self.assertEqual(haptic["scene"], "tissue_and_blocks")
+        recording = daemons.read_recording(files["record.csv"])
+        self.assertEqual(len(recording["time_s"]) + haptic["lost_rows"], haptic["ticks"])
+
+        sim = daemons.read_report(files["sim.json"])
+        self.assertGreater(sim["steps"], 70)
+        self.assertEqual(sim["generations"], sim["steps"] + 1)
+        self.assertEqual(sim["moving_spheres"], 405)
+
+
+if __name__ == "__main__":
+    daemons.main()

@@ -1,0 +1,95 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "tests/shared/publication/small_scene.hpp"
+#include "tests/shared/publication/tampering.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr auto kScene = proto::SegmentKind::kScene;
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+/// What a reader says of a scene segment whose fixed part was spoilt after its writer wrote it.
+template <class Spoil>
+std::string refusal_when(Spoil&& spoil) {
+  const TestSession session;
+  SmallSceneWriter writer(session);
+  writer.publish_next();
+  const Tampering memory(session.path(kScene));
+  spoil(memory.at<proto::SceneHeader>(sizeof(proto::SegmentHeader)), writer.writer().header());
+  return refusal_of([&] {
+    auto reader = SegmentReader::open(session.name(), kScene, proto::kSceneLayoutHash);
+    if (reader) const SceneView view(std::move(*reader));
+  });
+}
+
+template <class Spoil>
+bool is_refused(Spoil&& spoil) {
+  return !refusal_when([&](proto::SceneHeader& scene, auto&) { spoil(scene); }).empty();
+}
+
+TEST_CASE("A sound fixed part is accepted", "[corrupted_scene]") {
+  CHECK_FALSE(is_refused([](auto&) {}));
+}
+
+TEST_CASE("A fixed part with a count out of range is refused", "[corrupted_scene]") {
+  CHECK(is_refused([](auto& scene) { scene.material_count = proto::kMaxMaterials + 1; }));
+  CHECK(is_refused([](auto& scene) { scene.plane_count = proto::kMaxPlanes + 1; }));
+  CHECK(is_refused([](auto& scene) { scene.tool_sphere_count = proto::kMaxToolSpheres + 1; }));
+  CHECK(is_refused([](auto& scene) { scene.tool_sphere_count = 0; }));
+  CHECK(is_refused([](auto& scene) { scene.name.fill('x'); }));
+  CHECK(is_refused([](auto& scene) { scene.planes[0].material = scene.material_count; }));
+}
+
+TEST_CASE("A fixed part with a number that is none is refused", "[corrupted_scene]") {
+  for (const float bad : {kNaN, INFINITY, -INFINITY}) {
+    CHECK(is_refused([&](auto& scene) { scene.materials[1].stiffness_N_m = bad; }));
+    CHECK(is_refused([&](auto& scene) { scene.materials[1].damping_N_s_m = bad; }));
+    CHECK(is_refused([&](auto& scene) { scene.materials[1].friction = bad; }));
+    CHECK(is_refused([&](auto& scene) { scene.materials[1].slip_speed_m_s = bad; }));
+    CHECK(is_refused([&](auto& scene) { scene.planes[0].offset_m = bad; }));
+    CHECK(is_refused([&](auto& scene) { scene.planes[0].normal[1] = bad; }));
+    CHECK(is_refused([&](auto& scene) { scene.tool[1].position_m[2] = bad; }));
+    CHECK(is_refused([&](auto& scene) { scene.tool[1].radius_m = bad; }));
+    const double bad_too = double{bad};
+    CHECK(is_refused([&](auto& scene) { scene.device.position_m[0] = bad_too; }));
+    CHECK(is_refused([&](auto& scene) { scene.device.orientation_xyzw[0] = bad_too; }));
+    CHECK(is_refused([&](auto& scene) { scene.device.scale = bad_too; }));
+  }
+}
+
+TEST_CASE("A fixed part with an impossible number is refused", "[corrupted_scene]") {
+  CHECK(is_refused([](auto& scene) { scene.materials[0].stiffness_N_m = -1.0F; }));
+  CHECK(is_refused([](auto& scene) { scene.materials[0].damping_N_s_m = -1.0F; }));
+  CHECK(is_refused([](auto& scene) { scene.materials[0].friction = -0.1F; }));
+  CHECK(is_refused([](auto& scene) { scene.materials[0].slip_speed_m_s = 0.0F; }));
+  CHECK(is_refused([](auto& scene) { scene.planes[0].normal = {0.0F, 0.0F, 1.1F}; }));
+  CHECK(is_refused([](auto& scene) { scene.tool[0].radius_m = 0.0F; }));
+  CHECK(is_refused([](auto& scene) { scene.device.scale = 0.0; }));
+  CHECK(is_refused([](auto& scene) { scene.device.orientation_xyzw = {0, 0, 0, 0}; }));
+}
+
+TEST_CASE("A fixed part that leads outside the segment is refused", "[corrupted_scene]") {
+  CHECK(is_refused([](auto& scene) { scene.static_offset += 64; }));
+  CHECK(is_refused([](auto& scene) { scene.static_offset = UINT64_MAX - 63; }));
+  CHECK(is_refused([](auto& scene) { scene.moving_capacity = 0xFFFFFFFF; }));
+  CHECK(is_refused([](auto& scene) { scene.moving_capacity *= 2; }));
+  CHECK(is_refused([](auto& scene) { scene.log2_cell_capacity = 31; }));
+  CHECK(is_refused([](auto& scene) { scene.log2_cell_capacity = 30; }));
+  CHECK(is_refused([](auto& scene) { scene.static_grid.sphere_count = 0xFFFFFFFF; }));
+  CHECK(is_refused([](auto& scene) { scene.static_grid.sphere_count += 10; }));
+  CHECK(is_refused([](auto& scene) { scene.static_grid.entry_count = 0xFFFFFFFF; }));
+  CHECK(is_refused([](auto& scene) { scene.static_grid.long_count = 11; }));
+  CHECK(is_refused([](auto& scene) { scene.static_grid.log2_cells[0] = 0xFFFFFFFF; }));
+  CHECK(is_refused([](auto& scene) { scene.static_grid.voxel_m = kNaN; }));
+}
+
+TEST_CASE("A first slot that overlaps the fixed part is refused", "[corrupted_scene]") {
+  CHECK(refusal_when([](auto&, proto::SegmentHeader& header) {
+          header.slot_offset[0] = sizeof(proto::SegmentHeader);
+        }).find("fixed part is too short") != std::string::npos);
+}
+
+}  // namespace
+}  // namespace stillgrid

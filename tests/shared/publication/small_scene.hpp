@@ -1,0 +1,65 @@
+#pragma once
+
+#include "shared/publication/scene_segment.hpp"
+#include "tests/shared/collision/random_scene.hpp"
+#include "tests/shared/publication/test_session.hpp"
+
+namespace stillgrid {
+
+/// A scene with every kind of thing in its fixed part.
+inline StaticScene small_scene() {
+  StaticScene scene;
+  scene.name = "small";
+  scene.materials = {{500.0F, 1.0F, 0.2F, 1e-3F}, {2000.0F, 4.0F, 0.4F, 2e-3F}};
+  scene.planes = {{{0.0F, 0.0F, 1.0F}, -0.1F, 1, 5}};
+  scene.tool = {{{0.0F, 0.0F, 0.0F}, 0.005F}, {{0.0F, 0.0F, 0.01F}, 0.004F}};
+  for (int i = 0; i < 10; ++i) {
+    scene.spheres.push_back(still_sphere({0.01F * static_cast<float>(i), 0.0F, -0.05F}, 0.008F));
+    scene.spheres.back().material = 1;
+    scene.spheres.back().body = 6;
+  }
+  scene.device = {{0.1, 0.2, 0.3}, {0.0, 0.0, 0.6, 0.8}, 2.0};
+  scene.static_voxel_m = 0.016F;
+  return scene;
+}
+
+inline constexpr std::size_t kMovingSpheres = 7;
+inline constexpr std::uint64_t kPeriod_ns = 30'000'000;
+
+/// The simulation's end, its moving spheres described.
+class SmallSceneWriter {
+ public:
+  explicit SmallSceneWriter(const TestSession& session)
+      : writer_(session.name(), small_scene(), kMovingSpheres, kPeriod_ns, proto::Clock::kVirtual,
+                0) {
+    for (std::size_t i = 0; i < kMovingSpheres; ++i)
+      writer_.describe_sphere(i, 0.01F, 1, static_cast<std::uint32_t>(i));
+  }
+
+  /// Where image n shows sphere i, and how fast.
+  [[nodiscard]] static Eigen::Vector3d position_m(std::size_t i, std::uint64_t n) {
+    return {0.03 * static_cast<double>(i), 0.004 * static_cast<double>(n), -0.25};
+  }
+  [[nodiscard]] static Eigen::Vector3d velocity_m_s(std::size_t i, std::uint64_t n) {
+    return {0.5 * static_cast<double>(i), 0.0, static_cast<double>(n)};
+  }
+
+  void publish_next() {
+    const std::uint64_t n = writer_.generation() + 1;
+    for (std::size_t i = 0; i < kMovingSpheres; ++i)
+      writer_.set_sphere(i, position_m(i, n), velocity_m_s(i, n));
+    writer_.fill(0.02F);
+    writer_.publish({.state_ns = n * kPeriod_ns,
+                     .publish_ns = n * kPeriod_ns + 5,
+                     .tool_ns = n * kPeriod_ns - 9,
+                     .step_ns = 1000 + n,
+                     .contacts = n});
+  }
+
+  [[nodiscard]] SceneWriter& writer() noexcept { return writer_; }
+
+ private:
+  SceneWriter writer_;
+};
+
+}  // namespace stillgrid

@@ -1,0 +1,122 @@
+#include "sim_server/bodies/sphere_packing.hpp"
+
+#include <catch2/catch.hpp>
+#include <numeric>
+
+#include "tests/sim_server/scene_builders.hpp"
+
+namespace stillgrid {
+namespace {
+
+BodyDescription tilted_sheet() {
+  BodyDescription body = sheet({4, 3}, 0.02, 0.002, 500.0);
+  body.position_m = {0.1, -0.2, 0.3};
+  body.orientation = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized());
+  return body;
+}
+
+/// Where the nodes of a body's own world put a sphere at rest.
+Eigen::Vector3d woven_m(const SphereBinding& sphere, const World& world) {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(sphere.node_count); ++i)
+    position_m +=
+        sphere.weights[i] * world.nodes[static_cast<std::size_t>(sphere.nodes[i])].position_m;
+  return position_m;
+}
+
+TEST_CASE("A body of nodes has its spheres where its nodes carry them", "[sphere_packing]") {
+  BodyDescription body = GENERATE(tilted_sheet(), thread(7, {0, 0, 1}, {0.3, 0.1, 0.5}, 0.01, 100.0));
+  body.spheres.spacing_m = GENERATE(0.0, 0.007, 0.013, 0.05, 10.0);
+  const World world = build_world(scene_of({body}));
+
+  for (const SphereBinding& sphere : pack_spheres(body)) {
+    REQUIRE(sphere.node_count >= 1);
+    CHECK(std::accumulate(sphere.weights.begin(), sphere.weights.end(), 0.0) == Approx(1.0));
+    CHECK((woven_m(sphere, world) - sphere.rest_position_m).norm() < 1e-15);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(sphere.node_count); ++i) {
+      CHECK(sphere.weights[i] > 0.0);
+      CHECK(sphere.nodes[i] < body.nodes.prod());
+    }
+  }
+}
+
+TEST_CASE("Spheres stand evenly from one end of a thread to the other", "[sphere_packing]") {
+  BodyDescription body = thread(5, {0, 0, 0}, {0.09, 0, 0}, 0.01, 100.0);
+  body.spheres = {0.01, 0.003};
+
+  const auto spheres = pack_spheres(body);
+
+  REQUIRE(spheres.size() == 10);  // round(0.09 / 0.01) + 1
+  for (std::size_t i = 0; i < spheres.size(); ++i) {
+    CHECK(spheres[i].rest_position_m.x() == Approx(0.01 * static_cast<double>(i)).margin(1e-15));
+    CHECK(spheres[i].radius_m == 0.003);
+  }
+}
+
+TEST_CASE("A sheet is covered in rows up to its edges", "[sphere_packing]") {
+  BodyDescription body = sheet({8, 8}, 0.02, 0.002, 500.0);
+  body.spheres = {0.01, 0.0065};
+
+  const auto spheres = pack_spheres(body);
+
+  REQUIRE(spheres.size() == 225);
+  CHECK((spheres.front().rest_position_m - Eigen::Vector3d(-0.07, -0.07, 0)).norm() < 1e-15);
+  CHECK((spheres.back().rest_position_m - Eigen::Vector3d(0.07, 0.07, 0)).norm() < 1e-15);
+}
+
+TEST_CASE("Where nothing is chosen a node gets a sphere of 3/4 of the spacing",
+          "[sphere_packing]") {
+  BodyDescription body = thread(6, {0, 0, 0}, {0.1, 0, 0}, 0.01, 100.0);
+  body.spheres = {};
+
+  CHECK(pack_spheres(body).size() == 6);
+  CHECK(pack_spheres(body)[0].radius_m == Approx(0.015));
+  CHECK(pack_spheres(tilted_sheet()).size() == 12);
+  CHECK(pack_spheres(tilted_sheet())[0].radius_m == Approx(0.015));
+}
+
+TEST_CASE("A box is filled: its outer spheres touch the faces and none sticks out",
+          "[sphere_packing]") {
+  const Eigen::Vector3d size_m(0.03, 0.05, 0.02);
+  const SpherePacking packing = GENERATE(SpherePacking{0.01, 0.005}, SpherePacking{0.004, 0.007},
+                                         SpherePacking{});
+  BodyDescription body = box({0.1, 0.2, 0.3}, size_m, 0.02, packing);
+  body.orientation = Eigen::AngleAxisd(1.1, Eigen::Vector3d(0, 1, 1).normalized());
+  Eigen::Vector3d low = size_m, high = -size_m;
+
+  for (const SphereBinding& sphere : pack_spheres(body)) {
+    low = low.cwiseMin((sphere.local_m.array() - sphere.radius_m).matrix());
+    high = high.cwiseMax((sphere.local_m.array() + sphere.radius_m).matrix());
+    CHECK((sphere.rest_position_m - body.position_m - body.orientation * sphere.local_m).norm() <
+          1e-15);
+  }
+
+  CHECK((low + 0.5 * size_m).norm() < 1e-15);
+  CHECK((high - 0.5 * size_m).norm() < 1e-15);
+}
+
+TEST_CASE("A box has round((side - 2 radius) / spacing) + 1 spheres a side", "[sphere_packing]") {
+  CHECK(pack_spheres(box({0, 0, 0}, {0.03, 0.03, 0.02}, 1.0, {0.01, 0.005})).size() == 3 * 3 * 2);
+}
+
+TEST_CASE("A side with one sphere has it in the middle", "[sphere_packing]") {
+  const auto spheres = pack_spheres(box({0, 0, 0}, {0.04, 0.01, 0.012}, 1.0, {0.01, 0.005}));
+
+  for (const SphereBinding& sphere : spheres) {
+    CHECK(sphere.local_m.y() == 0.0);
+    CHECK(sphere.local_m.z() == 0.0);
+  }
+}
+
+TEST_CASE("A sphere is its own cover, and a plane has none", "[sphere_packing]") {
+  const auto spheres = pack_spheres(sphere({1, 2, 3}, 0.25, 1.0));
+
+  REQUIRE(spheres.size() == 1);
+  CHECK(spheres[0].rest_position_m == Eigen::Vector3d(1, 2, 3));
+  CHECK(spheres[0].radius_m == 0.25);
+  CHECK(spheres[0].local_m.isZero(0.0));
+  CHECK(pack_spheres(floor_at(0.0)).empty());
+}
+
+}  // namespace
+}  // namespace stillgrid

@@ -1,0 +1,192 @@
+#include "sim_server/contact/detection.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <random>
+#include <set>
+
+#include "tests/sim_server/scene_builders.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr double kStep_s = 0.03;
+using Pairs = std::multiset<std::pair<int, int>>;
+
+/// Moving and still balls, nodes of a thread and a plane, some crowded and some far away.
+World random_world(unsigned seed, int balls) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> place(-0.2, 0.2), radius(0.005, 0.02), speed(-2.0, 2.0);
+  std::vector<BodyDescription> bodies;
+  for (int i = 0; i < balls; ++i) {
+    const double far = i % 10 == 0 ? 50.0 : 1.0, size = i % 17 == 0 ? 12.0 : 1.0;
+    const Eigen::Vector3d position_m(far * place(random), place(random), place(random));
+    bodies.push_back(moving(sphere(position_m, size * radius(random), 0.1),
+                            {speed(random), speed(random), speed(random)}));
+    if (i % 4 == 0) bodies.back().motion = Motion::kStatic;
+    if (i % 7 == 1) {
+      bodies.back().motion = Motion::kPrescribed;
+      bodies.back().prescribed = {Eigen::Vector3d::UnitX(), speed(random), 0.0, 0.0};
+    }
+  }
+  bodies.push_back(thread(20, {-0.2, 0, 0}, {0.2, 0.1, 0}, 0.01, 10.0));
+  bodies.push_back(floor_at(-0.15));
+  return build_world(scene_of(bodies, material_of(100.0), {0, 0, -9.81}));
+}
+
+bool is_free(const World& world, const SphereBinding& sphere) {
+  return sphere.rigid < 0 ||
+         world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].unknown != kNoUnknown;
+}
+
+/// Least distance of two points that move steadily for a step.
+double nearest_m(const SphereMotion& a, const SphereMotion& b) {
+  const Eigen::Vector3d from_m = a.position_m - b.position_m;
+  const Eigen::Vector3d move_m = kStep_s * (a.velocity_m_s - b.velocity_m_s);
+  const double t =
+      std::clamp(-from_m.dot(move_m) / std::max(move_m.squaredNorm(), 1e-30), 0.0, 1.0);
+  return (from_m + t * move_m).norm();
+}
+
+/// Whether two boxes swept for a step, of spheres grown by a tenth and a little, meet.
+bool boxes_meet(const World& world, const SphereMotion& a, double radius_a_m, const SphereMotion& b,
+                double radius_b_m, bool b_moves) {
+  const Eigen::Vector3d fall_m = kStep_s * kStep_s * world.gravity_m_s2;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto [a_low, a_high] = std::minmax(
+        {a.position_m[axis], a.position_m[axis] + kStep_s * a.velocity_m_s[axis] + fall_m[axis]});
+    const double b_end_m = b.position_m[axis] +
+                           (b_moves ? kStep_s * b.velocity_m_s[axis] + fall_m[axis] : 0.0);
+    const auto [b_low, b_high] = std::minmax({b.position_m[axis], b_end_m});
+    const double reach_m = 1.1 * (radius_a_m + radius_b_m) + 1e-5;
+    if (a_low - b_high > reach_m || b_low - a_high > reach_m) return false;
+  }
+  return true;
+}
+
+Pairs found_pairs(const Detection& detection) {
+  Pairs pairs;
+  for (const Contact& contact : detection.contacts())
+    if (contact.b >= 0) pairs.insert(std::minmax(contact.a, contact.b));
+  return pairs;
+}
+
+TEST_CASE("Every pair of moving spheres that may touch within the step is found, once",
+          "[detection]") {
+  const World world = random_world(GENERATE(1U, 2U, 3U, 4U, 5U), GENERATE(5, 60, 300));
+  Detection detection(world, GENERATE(0.3, 1.0, 3.0));
+  detection.find_contacts(world, kStep_s);
+  const Pairs found = found_pairs(detection);
+
+  int touching = 0;
+  for (int i = 0; i < static_cast<int>(world.spheres.size()); ++i)
+    for (int j = i + 1; j < static_cast<int>(world.spheres.size()); ++j) {
+      const SphereBinding& a = world.spheres[static_cast<std::size_t>(i)];
+      const SphereBinding& b = world.spheres[static_cast<std::size_t>(j)];
+      const SphereMotion motion_a = sphere_motion(world, a), motion_b = sphere_motion(world, b);
+      const bool may = may_collide(a, b) && (is_free(world, a) || is_free(world, b));
+      const bool touch = nearest_m(motion_a, motion_b) < a.radius_m + b.radius_m;
+      touching += may && touch;
+      const auto times = found.count({i, j});
+      if (may && touch && times != 1) FAIL_CHECK("missed or repeated: " << i << ", " << j);
+      const bool meet =
+          boxes_meet(world, motion_a, a.radius_m, motion_b, b.radius_m, true);
+      if (times != 0 && !(may && meet)) FAIL_CHECK("needless: " << i << ", " << j);
+    }
+  CHECK(found.size() >= static_cast<std::size_t>(touching));
+}
+
+TEST_CASE("Every still sphere and plane that may be touched within the step is found, once",
+          "[detection]") {
+  const World world = random_world(GENERATE(11U, 12U, 13U), GENERATE(60, 300));
+  Detection detection(world, 1.0);
+  detection.find_contacts(world, kStep_s);
+
+  for (int i = 0; i < static_cast<int>(world.spheres.size()); ++i) {
+    const SphereBinding& a = world.spheres[static_cast<std::size_t>(i)];
+    const SphereMotion motion = sphere_motion(world, a);
+    const auto count_where = [&](auto&& is_it) {
+      return std::count_if(detection.contacts().begin(), detection.contacts().end(),
+                           [&](const Contact& c) { return c.a == i && c.b < 0 && is_it(c); });
+    };
+    for (const StillSphere& b : world.still_spheres) {
+      const auto times = count_where(
+          [&](const Contact& c) { return !c.is_plane && c.position_b_m == b.position_m; });
+      const bool touch =
+          nearest_m(motion, {b.position_m, Eigen::Vector3d::Zero()}) < a.radius_m + b.radius_m;
+      if (times > 1 || (is_free(world, a) && touch && times == 0)) FAIL_CHECK("sphere " << i);
+      if (times > 0 && !is_free(world, a)) FAIL_CHECK("prescribed " << i);
+    }
+    const double lowest_m =
+        motion.position_m.z() + std::min(0.0, kStep_s * motion.velocity_m_s.z()) - a.radius_m;
+    const auto times = count_where([](const Contact& c) { return c.is_plane; });
+    if (times > 1 || (is_free(world, a) && lowest_m < -0.15 && times == 0))
+      FAIL_CHECK("plane " << i);
+    if (times > 0 && lowest_m > -0.15 + 0.1 * a.radius_m + 0.01) FAIL_CHECK("far plane " << i);
+  }
+}
+
+TEST_CASE("A contact knows how deep it was when the step began", "[detection]") {
+  const World world = random_world(21, 100);
+  Detection detection(world, 1.0);
+  detection.find_contacts(world, kStep_s);
+  REQUIRE_FALSE(detection.contacts().empty());
+
+  for (const Contact& contact : detection.contacts()) {
+    const auto centre_m = [&](int i) {
+      return sphere_motion(world, world.spheres[static_cast<std::size_t>(i)]).position_m;
+    };
+    const Eigen::Vector3d a_m = centre_m(contact.a);
+    const double gap_m =
+        contact.is_plane
+            ? contact.plane_normal.dot(a_m) - contact.plane_offset_m
+            : (a_m - (contact.b >= 0 ? centre_m(contact.b) : contact.position_b_m)).norm();
+    CHECK(contact.depth_before_m ==
+          Approx(contact.radius_a_m + contact.radius_b_m - gap_m).margin(1e-15));
+    CHECK(contact.material.stiffness_N_m == 100.0);
+  }
+}
+
+TEST_CASE("Neighbours on a deformable body do not collide, distant parts of it do",
+          "[detection]") {
+  // A strip folded so that its far end lies on its beginning.
+  BodyDescription strip = sheet({21, 2}, 0.02, 0.002, 500.0);
+  World world = build_world(scene_of({strip}, material_of(100.0)));
+  for (Node& node : world.nodes)
+    if (node.position_m.x() > 0.0) {
+      node.position_m.x() *= -1.0;
+      node.position_m.z() = 0.01;
+    }
+  Detection detection(world, 1.0);
+  detection.find_contacts(world, kStep_s);
+
+  const double near_m = 4.0 * world.spheres[0].radius_m;
+  CHECK_FALSE(detection.contacts().empty());
+  for (const Contact& contact : detection.contacts()) {
+    const SphereBinding& a = world.spheres[static_cast<std::size_t>(contact.a)];
+    const SphereBinding& b = world.spheres[static_cast<std::size_t>(contact.b)];
+    CHECK((a.rest_position_m - b.rest_position_m).norm() > near_m);
+  }
+  const auto ends = found_pairs(detection);
+  CHECK(ends.count({0, 20}) == 1);  // the corners that the fold brings together
+}
+
+TEST_CASE("A flat sheet does not touch itself, a rigid body never does", "[detection]") {
+  BodyDescription cloth = sheet({8, 8}, 0.02, 0.002, 500.0);
+  cloth.spheres = {0.01, 0.0065};
+  const World world = build_world(scene_of(
+      {cloth, moving(box({0, 0, 1}, {0.03, 0.03, 0.02}, 0.02, {0.005, 0.005}), {0, 0, 0},
+                     {100, 0, 0})},
+      material_of(100.0)));
+  Detection detection(world, 1.0);
+  detection.find_contacts(world, kStep_s);
+
+  CHECK(std::none_of(
+      detection.contacts().begin(), detection.contacts().end(),
+      [](const Contact& contact) { return contact.depth_before_m > 0.0; }));
+  for (const auto& [i, j] : found_pairs(detection))
+    CHECK(world.spheres[static_cast<std::size_t>(i)].rigid < 0);
+}
+
+}  // namespace
+}  // namespace stillgrid

@@ -1,0 +1,111 @@
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "sim_server/contact/detection.hpp"
+#include "tests/sim_server/scene_builders.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr double kStep_s = 0.03;
+
+World crowd(unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> place(-0.1, 0.1);
+  std::vector<BodyDescription> bodies;
+  for (int i = 0; i < 200; ++i)
+    bodies.push_back(sphere({place(random), place(random), place(random)}, 0.01, 0.1));
+  for (std::size_t i = 0; i < bodies.size(); i += 5) bodies[i].motion = Motion::kStatic;
+  for (std::size_t i = 1; i < bodies.size(); i += 5) {
+    bodies[i].motion = Motion::kPrescribed;
+    bodies[i].prescribed.velocity_m_s = 0.0;
+  }
+  return build_world(scene_of(bodies, material_of(100.0)));
+}
+
+std::vector<ToolSphereMotion> tool_at(const Eigen::Vector3d& position_m) {
+  return {{position_m, {0.1, 0.2, 0.3}, position_m - Eigen::Vector3d(0.003, 0, 0), 0.02},
+          {position_m + Eigen::Vector3d(0, 0.05, 0), {0, 0, 0}, position_m, 0.015}};
+}
+
+TEST_CASE("The tool meets every free sphere that it touches, once, and nothing else",
+          "[detection]") {
+  const World world = crowd(GENERATE(1U, 2U, 3U));
+  const auto tool = tool_at({0.01, -0.02, 0.03});
+  Detection detection(world, 1.0);
+  detection.find_contacts(world, kStep_s);
+  const std::size_t among_bodies = detection.contacts().size();
+  detection.find_tool_contacts(world, tool);
+  const std::vector<Contact> found(
+      detection.contacts().begin() + static_cast<std::ptrdiff_t>(among_bodies),
+      detection.contacts().end());
+
+  for (const ToolSphereMotion& b : tool)
+    for (std::size_t i = 0; i < world.spheres.size(); ++i) {
+      const SphereBinding& a = world.spheres[i];
+      const bool is_free =
+          world.rigid_bodies[static_cast<std::size_t>(a.rigid)].unknown != kNoUnknown;
+      const Eigen::Vector3d apart_m = sphere_motion(world, a).position_m - b.position_m;
+      const auto times = std::count_if(found.begin(), found.end(), [&](const Contact& c) {
+        return c.a == static_cast<int>(i) && c.position_b_m == b.position_m;
+      });
+      if (is_free && apart_m.norm() < a.radius_m + b.radius_m) CHECK(times == 1);
+      CHECK(times <= (is_free ? 1 : 0));
+    }
+  for (const Contact& contact : found) {
+    CHECK(contact.b == -1);
+    CHECK_FALSE(contact.is_plane);
+  }
+}
+
+TEST_CASE("The tool is never entered: the bodies' contacts are the same with it and without",
+          "[detection]") {
+  const World world = crowd(4);
+  Detection alone(world, 1.0), visited(world, 1.0);
+  alone.find_contacts(world, kStep_s);
+  visited.find_contacts(world, kStep_s);
+  visited.find_tool_contacts(world, tool_at({0, 0, 0}));
+  visited.find_contacts(world, kStep_s);
+
+  REQUIRE(visited.contacts().size() == alone.contacts().size());
+  for (std::size_t i = 0; i < alone.contacts().size(); ++i) {
+    CHECK(visited.contacts()[i].a == alone.contacts()[i].a);
+    CHECK(visited.contacts()[i].b == alone.contacts()[i].b);
+  }
+}
+
+TEST_CASE("A contact with the tool has the touched body's material and the tool's motion",
+          "[detection]") {
+  SceneDescription scene = scene_of({sphere({0, 0, 0}, 0.01, 0.1)}, material_of(123.0, 4.0, 0.5));
+  const World world = build_world(scene);
+  Detection detection(world, 1.0);
+  detection.find_contacts(world, kStep_s);
+  detection.find_tool_contacts(
+      world, {{Eigen::Vector3d(0, 0, 0.02), {0, 0, -1}, Eigen::Vector3d(0, 0, 0.05), 0.015}});
+
+  REQUIRE(detection.contacts().size() == 1);
+  const Contact& contact = detection.contacts()[0];
+  CHECK(contact.material.stiffness_N_m == 123.0);
+  CHECK(contact.material.damping_N_s_m == 4.0);
+  CHECK(contact.material.friction == 0.5);
+  CHECK(contact.velocity_b_m_s == Eigen::Vector3d(0, 0, -1));
+  CHECK(contact.radius_b_m == 0.015);
+  CHECK(contact.depth_before_m == Approx(0.025 - 0.05));  // from where the tool was a step ago
+}
+
+TEST_CASE("The records of still spheres follow the world's order", "[detection]") {
+  const World world = crowd(5);
+  const auto records = still_records(world);
+
+  REQUIRE(records.size() == world.still_spheres.size());
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const Eigen::Vector3f p(records[i].newest[0].position_m.data());
+    CHECK((p.cast<double>() - world.still_spheres[i].position_m).norm() < 1e-8);
+    CHECK(records[i].older[1].position_m == records[i].newest[0].position_m);
+    CHECK(records[i].body == static_cast<std::uint32_t>(world.still_spheres[i].body));
+    CHECK(records[i].radius_m == 0.01F);
+  }
+}
+
+}  // namespace
+}  // namespace stillgrid

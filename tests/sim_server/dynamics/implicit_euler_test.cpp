@@ -1,0 +1,178 @@
+#include "sim_server/dynamics/implicit_euler.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "sim_server/contact/detection.hpp"
+#include "tests/sim_server/scene_builders.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr double kStep_s = 0.02;
+
+enum class Kind { kMoving, kStill, kPlane, kTool, kAll };
+
+/// A crumpled sheet, two boxes in it and in each other, a post, a floor: everything overlaps.
+World tangle(const MaterialDescription& material) {
+  BodyDescription cloth = sheet({5, 4}, 0.02, 0.002, 500.0);
+  cloth.shear_stiffness_N_m = 250.0;
+  cloth.bend_stiffness_N_m = 100.0;
+  cloth.spring_damping_N_s_m = 0.3;
+  cloth.spheres = {0.013, 0.009};
+  cloth.pinned_nodes = {0, 4};
+  const Eigen::Vector3d size_m(0.03, 0.04, 0.02);
+  BodyDescription one = box({0.0, 0.0, 0.012}, size_m, 0.02, {0.01, 0.006});
+  BodyDescription two = box({0.012, 0.014, 0.02}, size_m, 0.03, {0.01, 0.006});
+  one.orientation = Eigen::AngleAxisd(0.5, Eigen::Vector3d(1, 2, 3).normalized());
+  two.orientation = Eigen::AngleAxisd(2.5, Eigen::Vector3d(3, -1, 2).normalized());
+  BodyDescription post = sphere({-0.02, 0.01, 0.0}, 0.02, 0.0);
+  post.motion = Motion::kStatic;
+  World world = build_world(
+      scene_of({cloth, one, two, post, floor_at(0.002)}, material, {0.0, 0.0, -9.81}));
+
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> shake_m(-0.005, 0.005);
+  for (Node& node : world.nodes)
+    if (node.unknown != kNoUnknown)
+      node.position_m += Eigen::Vector3d(shake_m(random), shake_m(random), shake_m(random));
+  return world;
+}
+
+Eigen::VectorXd random_velocities(const World& world) {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> speed(-0.5, 0.5);
+  Eigen::VectorXd u(world.unknown_count);
+  for (double& value : u) value = speed(random);
+  for (const RigidBody& body : world.rigid_bodies) u.segment<3>(body.unknown + 3) *= 30.0;
+  return u;
+}
+
+/// All contacts of one kind, begun at various depths so that some deepen and some let go.
+std::vector<Contact> contacts_of(const World& world, Kind kind) {
+  Detection detection(world, 1.0);
+  detection.find_contacts(world, kStep_s);
+  const std::size_t among_bodies = detection.contacts().size();
+  detection.find_tool_contacts(
+      world, {{Eigen::Vector3d(0.01, -0.01, 0.03), {0.3, 0.2, -0.5}, {0.01, -0.01, 0.04}, 0.02}});
+  std::vector<Contact> chosen;
+  for (std::size_t i = 0; i < detection.contacts().size(); ++i) {
+    Contact contact = detection.contacts()[i];
+    contact.depth_before_m += 0.008 * std::sin(static_cast<double>(i));
+    const Kind its = i >= among_bodies  ? Kind::kTool
+                     : contact.b >= 0   ? Kind::kMoving
+                     : contact.is_plane ? Kind::kPlane
+                                        : Kind::kStill;
+    if (kind == Kind::kAll || kind == its) chosen.push_back(contact);
+  }
+  return chosen;
+}
+
+Eigen::MatrixXd jacobian_at(ImplicitEulerStep& step, const Eigen::VectorXd& u, Slope slope) {
+  Eigen::VectorXd residual(u.size());
+  step.residual(u, residual);
+  Eigen::SparseMatrix<double> matrix;
+  step.jacobian(slope, matrix);
+  return matrix;
+}
+
+TEST_CASE("The exact Jacobian is the derivative of the residual", "[implicit_euler]") {
+  // A slip speed of 1 mm/s has all contacts slide, one of 30 m/s has all of them creep.
+  const double slip_speed_m_s = GENERATE(1e-3, 30.0);
+  const Kind kind =
+      GENERATE(Kind::kMoving, Kind::kStill, Kind::kPlane, Kind::kTool, Kind::kAll);
+  const World world = tangle(material_of(900.0, 2.0, 0.4, slip_speed_m_s));
+  const std::vector<Contact> contacts = contacts_of(world, kind);
+  ImplicitEulerStep step(world, contacts, kStep_s);
+  const Eigen::VectorXd u = random_velocities(world);
+  const Eigen::MatrixXd exact = jacobian_at(step, u, Slope::kExact);
+  REQUIRE(step.touching() >= 3);
+
+  constexpr double kChange = 1e-6;
+  Eigen::VectorXd more(u.size()), less(u.size());
+  double worst = 0.0;
+  for (Eigen::Index i = 0; i < u.size(); ++i) {
+    const Eigen::VectorXd change = kChange * Eigen::VectorXd::Unit(u.size(), i);
+    step.residual(u + change, more);
+    step.residual(u - change, less);
+    const Eigen::VectorXd slope = (more - less) / (2.0 * kChange);
+    worst = std::max(worst, (slope - exact.col(i)).norm() / exact.col(i).norm());
+  }
+  CHECK(worst < 1e-6);
+}
+
+TEST_CASE("The definite slope is symmetric and positive definite in any state",
+          "[implicit_euler]") {
+  const double slip_speed_m_s = GENERATE(1e-3, 30.0);
+  const World world = tangle(material_of(900.0, 2.0, 0.4, slip_speed_m_s));
+  const std::vector<Contact> contacts = contacts_of(world, Kind::kAll);
+  ImplicitEulerStep step(world, contacts, kStep_s);
+
+  const Eigen::MatrixXd definite =
+      jacobian_at(step, random_velocities(world), Slope::kDefinite);
+
+  CHECK((definite - definite.transpose()).norm() < 1e-14 * definite.norm());
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(definite);
+  // No less than the inertia alone: what it leaves out can only have softened.
+  double least_inertia = 1.0;
+  for (const RigidBody& body : world.rigid_bodies)
+    least_inertia = std::min(least_inertia, body.inertia_kg_m2.minCoeff());
+  CHECK(solver.eigenvalues().minCoeff() > 0.999 * least_inertia);
+}
+
+TEST_CASE("Where nothing softens both slopes are one", "[implicit_euler]") {
+  const World world =
+      build_world(scene_of({thread(6, {0, 0, 0}, {0.5, 0, 0}, 0.01, 100.0, {0})}));
+  ImplicitEulerStep step(world, {}, kStep_s);
+  Eigen::VectorXd stretching = Eigen::VectorXd::Zero(world.unknown_count);
+  for (Eigen::Index i = 0; i < 5; ++i) stretching[3 * i] = double(i + 1);
+
+  const Eigen::MatrixXd exact = jacobian_at(step, stretching, Slope::kExact);
+
+  CHECK((exact - jacobian_at(step, stretching, Slope::kDefinite)).norm() == 0.0);
+}
+
+TEST_CASE("Free fall solves the step exactly", "[implicit_euler]") {
+  const World world = build_world(
+      scene_of({moving(box({0, 0, 1}, {0.1, 0.1, 0.1}, 1.0, {0.1, 0.05}), {1, 2, 3}),
+                thread(3, {0, 0, 0}, {1, 0, 0}, 0.1, 50.0)},
+               {}, {0.0, 0.0, -9.81}));
+  ImplicitEulerStep step(world, {}, kStep_s);
+  Eigen::VectorXd u = step.initial_guess();
+  for (const Node& node : world.nodes) u[node.unknown + 2] -= kStep_s * 9.81;
+  for (const RigidBody& body : world.rigid_bodies) u[body.unknown + 2] -= kStep_s * 9.81;
+  Eigen::VectorXd residual(u.size());
+
+  step.residual(u, residual);
+
+  CHECK(residual.norm() < 1e-15);
+}
+
+TEST_CASE("A committed step has moved by its end velocities", "[implicit_euler]") {
+  const World start = tangle(material_of(900.0));
+  const std::vector<Contact> contacts = contacts_of(start, Kind::kAll);
+  ImplicitEulerStep step(start, contacts, kStep_s);
+  const Eigen::VectorXd u = random_velocities(start);
+  Eigen::VectorXd residual(u.size());
+  step.residual(u, residual);
+  World end = start;
+  step.commit(end);
+
+  CHECK(end.time_s == kStep_s);
+  for (std::size_t i = 0; i < end.nodes.size(); ++i) {
+    const Eigen::Vector3d move_m = end.nodes[i].position_m - start.nodes[i].position_m;
+    CHECK((move_m - kStep_s * end.nodes[i].velocity_m_s).norm() < 1e-15);
+    if (end.nodes[i].unknown == kNoUnknown) CHECK(move_m.isZero(0.0));
+  }
+  for (std::size_t i = 0; i < end.rigid_bodies.size(); ++i) {
+    const RigidBody& body = end.rigid_bodies[i];
+    const Eigen::AngleAxisd turn(body.orientation * start.rigid_bodies[i].orientation.conjugate());
+    CHECK((turn.angle() * turn.axis() - kStep_s * u.segment<3>(body.unknown + 3)).norm() < 1e-13);
+    CHECK(body.orientation.norm() == Approx(1.0).epsilon(1e-15));
+  }
+}
+
+}  // namespace
+}  // namespace stillgrid

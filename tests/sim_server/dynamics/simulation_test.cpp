@@ -1,0 +1,152 @@
+#include "sim_server/dynamics/simulation.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "tests/sim_server/scene_builders.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr double kStep_s = 0.01;
+
+BodyDescription driven_ball(const PrescribedMotion& motion) {
+  BodyDescription body = sphere({0, 0, 0}, 0.02, 0.0);
+  body.motion = Motion::kPrescribed;
+  body.prescribed = motion;
+  return body;
+}
+
+TEST_CASE("A scene where nothing is free steps all the same", "[simulation]") {
+  BodyDescription net = sheet({3, 3}, 0.1, 0.01, 10.0);
+  net.pinned_nodes = {0, 1, 2, 3, 4, 5, 6, 7, 8};
+  const SceneDescription scene =
+      GENERATE_COPY(scene_of({}), scene_of({floor_at(0.0)}), scene_of({net}, {}, {0, 0, -9.81}),
+                    scene_of({net, driven_ball({Eigen::Vector3d::UnitX(), 0.1, 0, 0})}));
+  Simulation simulation(scene);
+
+  const StepReport report = simulation.step(kStep_s, no_tool);
+
+  CHECK(report.solve.converged);
+  CHECK(simulation.world().time_s == kStep_s);
+  CHECK(simulation.world().unknown_count == 0);
+  for (const Node& node : simulation.world().nodes) CHECK(node.velocity_m_s.isZero(0.0));
+}
+
+TEST_CASE("The tool may touch a scene where nothing is free", "[simulation]") {
+  BodyDescription net = sheet({2, 2}, 0.1, 0.01, 10.0);
+  net.pinned_nodes = {0, 1, 2, 3};
+  SceneDescription scene = scene_of({net}, material_of(100.0, 1.0, 0.5));
+  scene.tool = {{Eigen::Vector3d::Zero(), 0.05}};
+  Simulation simulation(scene);
+  const auto tool = [] { return ToolSample{.time_ns = 5, .position_m = {0.05, 0.05, 0.02}}; };
+
+  CHECK(simulation.step(kStep_s, tool).solve.converged);
+}
+
+TEST_CASE("A pinned body stays while others collide with it", "[simulation]") {
+  BodyDescription net = sheet({4, 4}, 0.02, 0.01, 10.0);
+  for (int i = 0; i < 16; ++i) net.pinned_nodes.push_back(i);
+  Simulation simulation(scene_of({net, moving(sphere({0, 0, 0.03}, 0.01, 0.05), {0, 0, -0.5})},
+                                 material_of(1000.0)));
+  const World start = simulation.world();
+  CHECK(advance(simulation, 0.002, 100));
+
+  for (std::size_t i = 0; i < start.nodes.size(); ++i)
+    CHECK(simulation.world().nodes[i].position_m == start.nodes[i].position_m);
+  CHECK(simulation.world().rigid_bodies[0].velocity_m_s.z() > 0.2);  // it bounced
+}
+
+TEST_CASE("A prescribed body is where its motion says at every step's end", "[simulation]") {
+  const PrescribedMotion sine{Eigen::Vector3d::UnitZ(), 0.0, 0.03, 2.0};
+  Simulation simulation(
+      scene_of({driven_ball(sine), sphere({0, 0, 0.041}, 0.02, 0.1)}, material_of(1000.0)));
+
+  for (int i = 1; i <= 40; ++i) {
+    CHECK(advance(simulation, kStep_s, 1));
+    const RigidBody& ball = simulation.world().rigid_bodies[0];
+    const PrescribedState state = prescribed_state(ball, simulation.world().time_s);
+    CHECK(ball.position_m == state.position_m);
+    CHECK(ball.velocity_m_s == state.velocity_m_s);
+  }
+  CHECK(simulation.world().rigid_bodies[1].velocity_m_s.z() > 0.1);  // it was struck
+}
+
+TEST_CASE("The tool pushes what it touches, as the contact law says", "[simulation]") {
+  SceneDescription scene = scene_of({sphere({0, 0, 0}, 0.01, 0.1)}, material_of(100.0));
+  scene.tool = {{Eigen::Vector3d(0, 0, 0.005), 0.01}};
+  Simulation simulation(scene);
+  // Turned upside down the tool's sphere is 15 mm below the ball: 5 mm deep.
+  const ToolSample sample{77, {0, 0, -0.01}, Eigen::Quaterniond(0, 1, 0, 0), {0, 0, 0}};
+
+  const StepReport report = simulation.step(kStep_s, [&] { return sample; });
+
+  CHECK(report.tool_time_ns == 77);
+  CHECK(report.contacts == 1);
+  // m v = h k (5 mm - h v)
+  const double expected_m_s = kStep_s * 100.0 * 0.005 / (0.1 + kStep_s * kStep_s * 100.0);
+  CHECK(simulation.world().rigid_bodies[0].velocity_m_s.z() == Approx(expected_m_s));
+}
+
+TEST_CASE("A rubbing tool drags what it touches along", "[simulation]") {
+  SceneDescription scene =
+      scene_of({sphere({0, 0, 0}, 0.01, 0.1)}, material_of(100.0, 0.0, 0.5));
+  scene.tool = {{Eigen::Vector3d::Zero(), 0.01}};
+  Simulation simulation(scene);
+
+  (void)simulation.step(kStep_s, [] {
+    return ToolSample{.time_ns = 1, .position_m = {0, 0, 0.015}, .velocity_m_s = {1, 0, 0}};
+  });
+
+  const RigidBody& ball = simulation.world().rigid_bodies[0];
+  // Sliding: half of the pressure, sideways. It spins the ball too, about -y... of its top.
+  CHECK(ball.velocity_m_s.x() == Approx(-0.5 * ball.velocity_m_s.z()).epsilon(0.02));
+  CHECK(ball.angular_velocity_rad_s.y() > 0.0);
+}
+
+TEST_CASE("The tool is asked for once, after the bodies were checked", "[simulation]") {
+  Simulation simulation(scene_of({sphere({0, 0, 0}, 0.01, 0.1), sphere({0, 0, 0.015}, 0.01, 0.1)}));
+  int asked = 0;
+  std::size_t contacts_known = 0;
+
+  const StepReport report = simulation.step(kStep_s, [&]() -> std::optional<ToolSample> {
+    ++asked;
+    contacts_known = simulation.detection().contacts().size();
+    return std::nullopt;
+  });
+
+  CHECK(asked == 1);
+  CHECK(contacts_known == 1);
+  CHECK(report.tool_time_ns == 0);
+}
+
+TEST_CASE("A step reports the contacts that touch and what its phases cost", "[simulation]") {
+  Simulation simulation(scene_of({sphere({0, 0, 0}, 0.01, 0.1), sphere({0, 0, 0.015}, 0.01, 0.1),
+                                  sphere({0, 0, 0.0355}, 0.01, 0.1)},
+                                 material_of(100.0)));
+
+  const StepReport report = simulation.step(1e-4, no_tool);
+
+  CHECK(report.contacts == 1);
+  CHECK(report.detect.count() > 0);
+  CHECK(report.integrate.count() > 0);
+}
+
+TEST_CASE("The same scene moves the same way, bit for bit", "[simulation]") {
+  BodyDescription cloth = sheet({5, 5}, 0.02, 0.002, 500.0);
+  cloth.pinned_nodes = {0, 4};
+  const SceneDescription scene = scene_of(
+      {cloth, box({0, 0, 0.03}, {0.03, 0.03, 0.02}, 0.02, {0.01, 0.005}), floor_at(-0.05)},
+      material_of(500.0, 1.0, 0.3), {0, 0, -9.81});
+  Simulation one(scene), other(scene);
+  for (int i = 0; i < 50; ++i) {
+    (void)advance(one, kStep_s, 1);
+    (void)advance(other, kStep_s, 1);
+  }
+
+  for (std::size_t i = 0; i < one.world().nodes.size(); ++i)
+    CHECK(one.world().nodes[i].position_m == other.world().nodes[i].position_m);
+  CHECK(one.world().rigid_bodies[0].position_m == other.world().rigid_bodies[0].position_m);
+}
+
+}  // namespace
+}  // namespace stillgrid
