@@ -29,7 +29,7 @@ std::vector<std::string> make_realtime(std::optional<int> cpu) {
 
 long page_faults() {
   rusage usage{};
-  ::getrusage(RUSAGE_SELF, &usage);
+  ::getrusage(RUSAGE_THREAD, &usage);
   return usage.ru_minflt + usage.ru_majflt;
 }
 

@@ -81,14 +81,16 @@ class KillTest(daemons.SessionTest):
         self.assertEqual(hand.stop(), DONE, hand.lines())
         recording = daemons.read_recording(file)
         force_N = recording.force_norm_N()
-        self.assertGreater(force_N.max(), 0.1)
+        last_switch = numpy.flatnonzero(numpy.diff(recording["generation"]))[-1] + 1
+        self.assertGreater(recording["contacts"][last_switch:].max(), 0, "touching when killed")
         self.assertTrue((force_N[-100:] == 0.0).all())
-        self.assertLess(abs(numpy.diff(force_N[-500:])).max(), 0.2)
+        # The tissue stands still now, but the hand moves on and may meet another sphere's damper.
+        self.assertLess(abs(numpy.diff(force_N[last_switch:])).max(), 0.5)
 
     @staticmethod
     def is_touching(file):
         rows = file.read_text().splitlines()[3:-1]  # the last may not be whole
-        return bool(rows) and int(rows[-1].split(",")[15]) > 0
+        return bool(rows) and float(rows[-1].split(",")[12]) > 0.5
 
 
 if __name__ == "__main__":

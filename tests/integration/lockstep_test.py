@@ -11,7 +11,7 @@ PRESSING_HAND = "phantom:profile=premium15,hand=light,path=press,centre_z_m=0,de
 
 
 class LockstepTest(daemons.SessionTest):
-    def record(self, device=PRESSING_HAND, duration_s=1.5, scene="tissue_and_blocks", **options):
+    def record(self, device=PRESSING_HAND, duration_s=1.0, scene="tissue_and_blocks", **options):
         return self.run_lockstep(scene, device, duration_s, **options)
 
     def assert_same_bytes(self, first, second):
@@ -61,7 +61,7 @@ class LockstepTest(daemons.SessionTest):
         # The robot's circle of 0.43 x 0.61 m becomes one of 6 x 9 cm that sweeps the tissue.
         device = (f"replay:file={file},scale=0.15,offset_x_m=-0.0852,offset_y_m=-0.0025,"
                   "offset_z_m=-0.042,resample=cubic")
-        self.assert_same_bytes(self.record(device, 4.0), self.record(device, 4.0))
+        self.assert_same_bytes(self.record(device, 2.0), self.record(device, 2.0))
 
 
 if __name__ == "__main__":

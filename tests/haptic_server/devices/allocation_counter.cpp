@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <new>
 
+#ifdef STILLGRID_COUNTS_ALLOCATIONS
+
 namespace {
 std::atomic<std::uint64_t> allocations = 0;
 
@@ -47,8 +49,20 @@ void operator delete(void* memory, std::size_t /*size*/, std::align_val_t /*alig
 
 namespace stillgrid {
 
-std::uint64_t allocation_count() noexcept {
+std::optional<std::uint64_t> allocation_count() noexcept {
   return allocations;
 }
 
 }  // namespace stillgrid
+
+#else
+
+namespace stillgrid {
+
+std::optional<std::uint64_t> allocation_count() noexcept {
+  return std::nullopt;
+}
+
+}  // namespace stillgrid
+
+#endif

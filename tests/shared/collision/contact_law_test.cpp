@@ -13,7 +13,7 @@ ContactMaterial spring_only(double stiffness_N_m) {
   return {.stiffness_N_m = stiffness_N_m, .damping_N_s_m = 0.0, .friction = 0.0};
 }
 
-/// The force on a probe that presses a long row of spheres along x.
+/// The force on a probe that presses a row of spheres along x.
 struct Row {
   double reach_m = 0.015;  // sum of the probe's radius and a sphere's
   double depth_m = 0.002;  // under the row's top
@@ -24,7 +24,7 @@ struct Row {
   [[nodiscard]] Eigen::Vector3d force_N(double along_m) const {
     Eigen::Vector3d sum_N = Eigen::Vector3d::Zero();
     const Eigen::Vector3d probe_m(along_m, height_m(), 0.0);
-    for (int i = -20; i <= 20; ++i) {
+    for (int i = -5; i <= 5; ++i) {
       const Eigen::Vector3d apart_m = probe_m - Eigen::Vector3d(i * spacing_m, 0.0, 0.0);
       const double distance_m = apart_m.norm();
       sum_N += contact_force_N(spring_only(500.0), reach_m - distance_m, apart_m / distance_m,

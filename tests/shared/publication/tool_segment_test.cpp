@@ -86,7 +86,8 @@ TEST_CASE("A tool segment whose slots cannot hold a tool state is refused", "[to
   SegmentWriter writer(session.name(), spec);
   writer.announce();
 
-  CHECK(refusal_of([&] { static_cast<void>(view_of(session)); }).find("too small") != std::string::npos);
+  CHECK(refusal_of([&] { static_cast<void>(view_of(session)); }).find("too small") !=
+        std::string::npos);
 }
 
 }  // namespace

@@ -16,7 +16,8 @@ TEST_CASE("The cross matrix is the cross product", "[rotation]") {
 }
 
 TEST_CASE("A rotation vector turns by its length about its direction", "[rotation]") {
-  const double angle_rad = GENERATE(0.0, 1e-12, 1e-9, 1.1e-8, 1e-4, 0.3, 2.0, std::numbers::pi, 7.0);
+  const double angle_rad =
+      GENERATE(0.0, 1e-12, 1e-9, 1.1e-8, 1e-4, 0.3, 2.0, std::numbers::pi, 7.0);
 
   const Eigen::Quaterniond rotation = rotation_of(angle_rad * kAxis);
 

@@ -25,7 +25,8 @@ Eigen::Vector3d woven_m(const SphereBinding& sphere, const World& world) {
 }
 
 TEST_CASE("A body of nodes has its spheres where its nodes carry them", "[sphere_packing]") {
-  BodyDescription body = GENERATE(tilted_sheet(), thread(7, {0, 0, 1}, {0.3, 0.1, 0.5}, 0.01, 100.0));
+  BodyDescription body =
+      GENERATE(tilted_sheet(), thread(7, {0, 0, 1}, {0.3, 0.1, 0.5}, 0.01, 100.0));
   body.spheres.spacing_m = GENERATE(0.0, 0.007, 0.013, 0.05, 10.0);
   const World world = build_world(scene_of({body}));
 
@@ -78,8 +79,8 @@ TEST_CASE("Where nothing is chosen a node gets a sphere of 3/4 of the spacing",
 TEST_CASE("A box is filled: its outer spheres touch the faces and none sticks out",
           "[sphere_packing]") {
   const Eigen::Vector3d size_m(0.03, 0.05, 0.02);
-  const SpherePacking packing = GENERATE(SpherePacking{0.01, 0.005}, SpherePacking{0.004, 0.007},
-                                         SpherePacking{});
+  const SpherePacking packing =
+      GENERATE(SpherePacking{0.01, 0.005}, SpherePacking{0.004, 0.007}, SpherePacking{});
   BodyDescription body = box({0.1, 0.2, 0.3}, size_m, 0.02, packing);
   body.orientation = Eigen::AngleAxisd(1.1, Eigen::Vector3d(0, 1, 1).normalized());
   Eigen::Vector3d low = size_m, high = -size_m;

@@ -76,9 +76,8 @@ TEST_CASE("A spinning sheet or thread starts as a rigid body would", "[world]") 
   BodyDescription rope = thread(5, {1, 0, 0}, {3, 4, 0}, 0.1, 10.0);
   rope.position_m.setZero();
   const Eigen::Vector3d velocity_m_s(0.1, 0.2, 0.3), spin_rad_s(4.0, -5.0, 6.0);
-  const auto [body, centre_m] =
-      GENERATE_COPY(std::pair(cloth, Eigen::Vector3d(1, 2, 3)),
-                    std::pair(rope, Eigen::Vector3d(2, 2, 0)));
+  const auto [body, centre_m] = GENERATE_COPY(std::pair(cloth, Eigen::Vector3d(1, 2, 3)),
+                                              std::pair(rope, Eigen::Vector3d(2, 2, 0)));
   const World world = build_world(scene_of({moving(body, velocity_m_s, spin_rad_s)}));
 
   for (const Node& node : world.nodes) {
@@ -120,9 +119,9 @@ TEST_CASE("What is static is still spheres and planes, nothing to solve", "[worl
 }
 
 TEST_CASE("Spheres know their body, its nodes and its material", "[world]") {
-  SceneDescription scene = scene_of({thread(3, {0, 0, 0}, {1, 0, 0}, 0.1, 10.0),
-                                     thread(3, {0, 1, 0}, {1, 1, 0}, 0.1, 10.0),
-                                     sphere({0, 0, 5}, 0.1, 1.0)});
+  SceneDescription scene =
+      scene_of({thread(3, {0, 0, 0}, {1, 0, 0}, 0.1, 10.0),
+                thread(3, {0, 1, 0}, {1, 1, 0}, 0.1, 10.0), sphere({0, 0, 5}, 0.1, 1.0)});
   scene.materials.push_back(material_of(700.0));
   scene.bodies[1].material = 1;
   const World world = build_world(scene);
@@ -156,10 +155,10 @@ TEST_CASE("A prescribed velocity is the derivative of the prescribed position", 
 
 TEST_CASE("Energy counts motion, spin, height and stretch of what is free", "[world]") {
   const Eigen::Vector3d gravity_m_s2(0, 0, -10);
-  World world = build_world(scene_of(
-      {moving(box({0, 0, 2}, {1, 2, 3}, 12.0, {1.0, 0.5}), {1, 0, 0}, {0, 0, 2}),
-       thread(2, {0, 0, 0}, {1, 0, 0}, 0.5, 8.0, {0})},
-      {}, gravity_m_s2));
+  World world = build_world(
+      scene_of({moving(box({0, 0, 2}, {1, 2, 3}, 12.0, {1.0, 0.5}), {1, 0, 0}, {0, 0, 2}),
+                thread(2, {0, 0, 0}, {1, 0, 0}, 0.5, 8.0, {0})},
+               {}, gravity_m_s2));
   world.nodes[1].position_m = {2, 0, 1};  // stretched by sqrt(5) - 1
 
   const double stretch_m = std::sqrt(5.0) - 1.0;

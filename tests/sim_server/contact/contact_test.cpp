@@ -119,8 +119,7 @@ TEST_CASE("A plane's force is the law's at any step", "[contact]") {
             .norm() < 1e-12);
 }
 
-TEST_CASE("Friction is Coulomb's against the slip, and viscous below the slip speed",
-          "[contact]") {
+TEST_CASE("Friction is Coulomb's against the slip, and viscous below the slip speed", "[contact]") {
   const Contact contact = plane(0.02);
   const double slip_m_s = GENERATE(1e-6, 0.01, 0.049, 0.051, 3.0);
   const Eigen::Vector3d along = contact.plane_normal.unitOrthogonal();
@@ -178,11 +177,11 @@ using NineSlopes = Eigen::Matrix<double, 6, 9>;
 
 Eigen::Matrix<double, 6, 1> forces_at(const Contact& contact, const ContactMotion& motion,
                                       const Eigen::Matrix<double, 9, 1>& change) {
-  const ContactForce force = contact_force(contact,
-                                           {motion.position_m + change.segment<3>(0),
-                                            motion.velocity_m_s + change.segment<3>(3),
-                                            motion.spin_rad_s + change.segment<3>(6)},
-                                           kStep_s, nullptr);
+  const ContactForce force = contact_force(
+      contact,
+      {motion.position_m + change.segment<3>(0), motion.velocity_m_s + change.segment<3>(3),
+       motion.spin_rad_s + change.segment<3>(6)},
+      kStep_s, nullptr);
   return (Eigen::Matrix<double, 6, 1>() << force.force_N, force.friction_N).finished();
 }
 

@@ -55,8 +55,8 @@ bool boxes_meet(const World& world, const SphereMotion& a, double radius_a_m, co
   for (int axis = 0; axis < 3; ++axis) {
     const auto [a_low, a_high] = std::minmax(
         {a.position_m[axis], a.position_m[axis] + kStep_s * a.velocity_m_s[axis] + fall_m[axis]});
-    const double b_end_m = b.position_m[axis] +
-                           (b_moves ? kStep_s * b.velocity_m_s[axis] + fall_m[axis] : 0.0);
+    const double b_end_m =
+        b.position_m[axis] + (b_moves ? kStep_s * b.velocity_m_s[axis] + fall_m[axis] : 0.0);
     const auto [b_low, b_high] = std::minmax({b.position_m[axis], b_end_m});
     const double reach_m = 1.1 * (radius_a_m + radius_b_m) + 1e-5;
     if (a_low - b_high > reach_m || b_low - a_high > reach_m) return false;
@@ -89,8 +89,7 @@ TEST_CASE("Every pair of moving spheres that may touch within the step is found,
       touching += may && touch;
       const auto times = found.count({i, j});
       if (may && touch && times != 1) FAIL_CHECK("missed or repeated: " << i << ", " << j);
-      const bool meet =
-          boxes_meet(world, motion_a, a.radius_m, motion_b, b.radius_m, true);
+      const bool meet = boxes_meet(world, motion_a, a.radius_m, motion_b, b.radius_m, true);
       if (times != 0 && !(may && meet)) FAIL_CHECK("needless: " << i << ", " << j);
     }
   CHECK(found.size() >= static_cast<std::size_t>(touching));
@@ -147,8 +146,7 @@ TEST_CASE("A contact knows how deep it was when the step began", "[detection]") 
   }
 }
 
-TEST_CASE("Neighbours on a deformable body do not collide, distant parts of it do",
-          "[detection]") {
+TEST_CASE("Neighbours on a deformable body do not collide, distant parts of it do", "[detection]") {
   // A strip folded so that its far end lies on its beginning.
   BodyDescription strip = sheet({21, 2}, 0.02, 0.002, 500.0);
   World world = build_world(scene_of({strip}, material_of(100.0)));
@@ -174,16 +172,15 @@ TEST_CASE("Neighbours on a deformable body do not collide, distant parts of it d
 TEST_CASE("A flat sheet does not touch itself, a rigid body never does", "[detection]") {
   BodyDescription cloth = sheet({8, 8}, 0.02, 0.002, 500.0);
   cloth.spheres = {0.01, 0.0065};
-  const World world = build_world(scene_of(
-      {cloth, moving(box({0, 0, 1}, {0.03, 0.03, 0.02}, 0.02, {0.005, 0.005}), {0, 0, 0},
-                     {100, 0, 0})},
-      material_of(100.0)));
+  const World world =
+      build_world(scene_of({cloth, moving(box({0, 0, 1}, {0.03, 0.03, 0.02}, 0.02, {0.005, 0.005}),
+                                          {0, 0, 0}, {100, 0, 0})},
+                           material_of(100.0)));
   Detection detection(world, 1.0);
   detection.find_contacts(world, kStep_s);
 
-  CHECK(std::none_of(
-      detection.contacts().begin(), detection.contacts().end(),
-      [](const Contact& contact) { return contact.depth_before_m > 0.0; }));
+  CHECK(std::none_of(detection.contacts().begin(), detection.contacts().end(),
+                     [](const Contact& contact) { return contact.depth_before_m > 0.0; }));
   for (const auto& [i, j] : found_pairs(detection))
     CHECK(world.spheres[static_cast<std::size_t>(i)].rigid < 0);
 }

@@ -32,12 +32,11 @@ TEST_CASE("A free box keeps its angular momentum, however fast it tumbles", "[co
   const Eigen::Vector3d spin_rad_s =
       GENERATE(Eigen::Vector3d(0, 0, 30), Eigen::Vector3d(0.3, 25, 0.1),  // the unstable axis
                Eigen::Vector3d(20, -15, 10));
-  Simulation simulation(scene_of({moving(
-      box({0, 0, 0}, {0.01, 0.03, 0.05}, 0.05, {0.01, 0.005}), {0.1, 0.2, 0.3}, spin_rad_s)}));
+  Simulation simulation(scene_of({moving(box({0, 0, 0}, {0.01, 0.03, 0.05}, 0.05, {0.01, 0.005}),
+                                         {0.1, 0.2, 0.3}, spin_rad_s)}));
   const RigidBody& body = simulation.world().rigid_bodies[0];
   // sqrt(6) equations of the residual in N m s: tolerance * I / reach each.
-  const double allowed =
-      std::sqrt(6.0) * kTolerance * body.inertia_kg_m2.maxCoeff() / body.reach_m;
+  const double allowed = std::sqrt(6.0) * kTolerance * body.inertia_kg_m2.maxCoeff() / body.reach_m;
 
   Eigen::Vector3d before = world_inertia(body) * body.angular_velocity_rad_s;
   for (int i = 0; i < 300; ++i) {

@@ -30,8 +30,8 @@ World tangle(const MaterialDescription& material) {
   two.orientation = Eigen::AngleAxisd(2.5, Eigen::Vector3d(3, -1, 2).normalized());
   BodyDescription post = sphere({-0.02, 0.01, 0.0}, 0.02, 0.0);
   post.motion = Motion::kStatic;
-  World world = build_world(
-      scene_of({cloth, one, two, post, floor_at(0.002)}, material, {0.0, 0.0, -9.81}));
+  World world =
+      build_world(scene_of({cloth, one, two, post, floor_at(0.002)}, material, {0.0, 0.0, -9.81}));
 
   std::mt19937 random(7);
   std::uniform_real_distribution<double> shake_m(-0.005, 0.005);
@@ -81,8 +81,7 @@ Eigen::MatrixXd jacobian_at(ImplicitEulerStep& step, const Eigen::VectorXd& u, S
 TEST_CASE("The exact Jacobian is the derivative of the residual", "[implicit_euler]") {
   // A slip speed of 1 mm/s has all contacts slide, one of 30 m/s has all of them creep.
   const double slip_speed_m_s = GENERATE(1e-3, 30.0);
-  const Kind kind =
-      GENERATE(Kind::kMoving, Kind::kStill, Kind::kPlane, Kind::kTool, Kind::kAll);
+  const Kind kind = GENERATE(Kind::kMoving, Kind::kStill, Kind::kPlane, Kind::kTool, Kind::kAll);
   const World world = tangle(material_of(900.0, 2.0, 0.4, slip_speed_m_s));
   const std::vector<Contact> contacts = contacts_of(world, kind);
   ImplicitEulerStep step(world, contacts, kStep_s);
@@ -110,8 +109,7 @@ TEST_CASE("The definite slope is symmetric and positive definite in any state",
   const std::vector<Contact> contacts = contacts_of(world, Kind::kAll);
   ImplicitEulerStep step(world, contacts, kStep_s);
 
-  const Eigen::MatrixXd definite =
-      jacobian_at(step, random_velocities(world), Slope::kDefinite);
+  const Eigen::MatrixXd definite = jacobian_at(step, random_velocities(world), Slope::kDefinite);
 
   CHECK((definite - definite.transpose()).norm() < 1e-14 * definite.norm());
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(definite);
@@ -123,8 +121,7 @@ TEST_CASE("The definite slope is symmetric and positive definite in any state",
 }
 
 TEST_CASE("Where nothing softens both slopes are one", "[implicit_euler]") {
-  const World world =
-      build_world(scene_of({thread(6, {0, 0, 0}, {0.5, 0, 0}, 0.01, 100.0, {0})}));
+  const World world = build_world(scene_of({thread(6, {0, 0, 0}, {0.5, 0, 0}, 0.01, 100.0, {0})}));
   ImplicitEulerStep step(world, {}, kStep_s);
   Eigen::VectorXd stretching = Eigen::VectorXd::Zero(world.unknown_count);
   for (Eigen::Index i = 0; i < 5; ++i) stretching[3 * i] = double(i + 1);
@@ -135,10 +132,10 @@ TEST_CASE("Where nothing softens both slopes are one", "[implicit_euler]") {
 }
 
 TEST_CASE("Free fall solves the step exactly", "[implicit_euler]") {
-  const World world = build_world(
-      scene_of({moving(box({0, 0, 1}, {0.1, 0.1, 0.1}, 1.0, {0.1, 0.05}), {1, 2, 3}),
-                thread(3, {0, 0, 0}, {1, 0, 0}, 0.1, 50.0)},
-               {}, {0.0, 0.0, -9.81}));
+  const World world =
+      build_world(scene_of({moving(box({0, 0, 1}, {0.1, 0.1, 0.1}, 1.0, {0.1, 0.05}), {1, 2, 3}),
+                            thread(3, {0, 0, 0}, {1, 0, 0}, 0.1, 50.0)},
+                           {}, {0.0, 0.0, -9.81}));
   ImplicitEulerStep step(world, {}, kStep_s);
   Eigen::VectorXd u = step.initial_guess();
   for (const Node& node : world.nodes) u[node.unknown + 2] -= kStep_s * 9.81;

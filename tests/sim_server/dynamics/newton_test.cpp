@@ -136,11 +136,11 @@ TEST_CASE("The tolerance bounds the error of the velocities", "[newton]") {
 TEST_CASE("A hard contact's onset converges from free flight", "[newton]") {
   // kh^2/m = 1e5: the first guess knows nothing of the floor, the answer hardly moves into it.
   const double approach_m_s = GENERATE(0.1, 1.0, 3.0);
-  const World world = build_world(scene_of(
-      {moving(box({0, 0, 0.021}, {0.03, 0.03, 0.04}, 0.02, {0.01, 0.005}), {0.4, 0, -approach_m_s},
-              {0.5, 0, 0}),
-       floor_at(0.0)},
-      material_of(2e6, 5.0, 0.5), {0.0, 0.0, -9.81}));
+  const World world =
+      build_world(scene_of({moving(box({0, 0, 0.021}, {0.03, 0.03, 0.04}, 0.02, {0.01, 0.005}),
+                                   {0.4, 0, -approach_m_s}, {0.5, 0, 0}),
+                            floor_at(0.0)},
+                           material_of(2e6, 5.0, 0.5), {0.0, 0.0, -9.81}));
   Detection detection(world, 1.0);
   detection.find_contacts(world, 0.033);
   ImplicitEulerStep step(world, detection.contacts(), 0.033);

@@ -27,8 +27,8 @@ double fastest_m_s(const World& world) {
   double speed_m_s = 0.0;
   for (const Node& node : world.nodes) speed_m_s = std::max(speed_m_s, node.velocity_m_s.norm());
   for (const RigidBody& body : world.rigid_bodies)
-    speed_m_s = std::max(speed_m_s, body.velocity_m_s.norm() +
-                                        body.reach_m * body.angular_velocity_rad_s.norm());
+    speed_m_s = std::max(
+        speed_m_s, body.velocity_m_s.norm() + body.reach_m * body.angular_velocity_rad_s.norm());
   return speed_m_s;
 }
 

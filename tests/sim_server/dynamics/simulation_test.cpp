@@ -46,8 +46,8 @@ TEST_CASE("The tool may touch a scene where nothing is free", "[simulation]") {
 TEST_CASE("A pinned body stays while others collide with it", "[simulation]") {
   BodyDescription net = sheet({4, 4}, 0.02, 0.01, 10.0);
   for (int i = 0; i < 16; ++i) net.pinned_nodes.push_back(i);
-  Simulation simulation(scene_of({net, moving(sphere({0, 0, 0.03}, 0.01, 0.05), {0, 0, -0.5})},
-                                 material_of(1000.0)));
+  Simulation simulation(
+      scene_of({net, moving(sphere({0, 0, 0.03}, 0.01, 0.05), {0, 0, -0.5})}, material_of(1000.0)));
   const World start = simulation.world();
   CHECK(advance(simulation, 0.002, 100));
 
@@ -88,8 +88,7 @@ TEST_CASE("The tool pushes what it touches, as the contact law says", "[simulati
 }
 
 TEST_CASE("A rubbing tool drags what it touches along", "[simulation]") {
-  SceneDescription scene =
-      scene_of({sphere({0, 0, 0}, 0.01, 0.1)}, material_of(100.0, 0.0, 0.5));
+  SceneDescription scene = scene_of({sphere({0, 0, 0}, 0.01, 0.1)}, material_of(100.0, 0.0, 0.5));
   scene.tool = {{Eigen::Vector3d::Zero(), 0.01}};
   Simulation simulation(scene);
 
@@ -134,9 +133,9 @@ TEST_CASE("A step reports the contacts that touch and what its phases cost", "[s
 TEST_CASE("The same scene moves the same way, bit for bit", "[simulation]") {
   BodyDescription cloth = sheet({5, 5}, 0.02, 0.002, 500.0);
   cloth.pinned_nodes = {0, 4};
-  const SceneDescription scene = scene_of(
-      {cloth, box({0, 0, 0.03}, {0.03, 0.03, 0.02}, 0.02, {0.01, 0.005}), floor_at(-0.05)},
-      material_of(500.0, 1.0, 0.3), {0, 0, -9.81});
+  const SceneDescription scene =
+      scene_of({cloth, box({0, 0, 0.03}, {0.03, 0.03, 0.02}, 0.02, {0.01, 0.005}), floor_at(-0.05)},
+               material_of(500.0, 1.0, 0.3), {0, 0, -9.81});
   Simulation one(scene), other(scene);
   for (int i = 0; i < 50; ++i) {
     (void)advance(one, kStep_s, 1);

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <unistd.h>
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "haptic_server/rendering/still_image.hpp"
+#include "shared/publication/scene_segment.hpp"
+
+namespace stillgrid {
+
+inline constexpr std::uint64_t kMillisecond_ns = 1'000'000;
+
+/// One material and a tool of one sphere: enough for the known answers.
+inline StaticScene plain_scene(float stiffness_N_m, float tool_radius_m) {
+  StaticScene scene;
+  scene.name = "fixture";
+  scene.materials = {{stiffness_N_m, 0.0F, 0.0F, 1e-3F}};
+  scene.tool = {{{0.0F, 0.0F, 0.0F}, tool_radius_m}};
+  scene.device = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0}, 1.0};
+  return scene;
+}
+
+/// Both ends of a scene segment in one process: what is shown goes through shared memory.
+class PublishedScene {
+ public:
+  PublishedScene(const StaticScene& scene, const std::vector<float>& radii_m,
+                 std::uint64_t period_ns)
+      : session_("render-" + std::to_string(::getpid()) + "-" + std::to_string(count_++)),
+        writer_(session_, scene, radii_m.size(), period_ns, proto::Clock::kVirtual, 0),
+        view_(*SegmentReader::open(session_, proto::SegmentKind::kScene, proto::kSceneLayoutHash)) {
+    for (std::size_t i = 0; i < radii_m.size(); ++i) writer_.describe_sphere(i, radii_m[i], 0, 0);
+  }
+
+  /// Shows the spheres at time_ns, simulated and published at once.
+  void show(const std::vector<Eigen::Vector3d>& positions_m,
+            const std::vector<Eigen::Vector3d>& velocities_m_s, std::uint64_t time_ns) {
+    for (std::size_t i = 0; i < positions_m.size(); ++i)
+      writer_.set_sphere(i, positions_m[i], velocities_m_s[i]);
+    writer_.fill(0.02F);
+    writer_.publish({.state_ns = time_ns, .publish_ns = time_ns});
+  }
+  void show(const std::vector<Eigen::Vector3d>& positions_m, std::uint64_t time_ns) {
+    show(positions_m, std::vector<Eigen::Vector3d>(positions_m.size(), Eigen::Vector3d::Zero()),
+         time_ns);
+  }
+
+  [[nodiscard]] const SceneView& view() const { return view_; }
+  [[nodiscard]] SceneWriter& writer() { return writer_; }
+
+ private:
+  inline static int count_ = 0;
+  std::string session_;
+  SceneWriter writer_;
+  SceneView view_;
+};
+
+}  // namespace stillgrid
