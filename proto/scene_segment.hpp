@@ -84,7 +84,7 @@ struct SceneHeader {
   std::uint32_t tool_sphere_count;
   std::uint32_t moving_capacity;  // spheres a slot holds room for
   std::uint32_t log2_cell_capacity;
-  std::uint32_t reserved;
+  float tool_slip_speed_m_s;    // least slip speed of a contact with the tool
   std::uint64_t static_offset;  // bytes from the segment's start
   DeviceFrame device;
   GridShape static_grid;

@@ -38,6 +38,7 @@ StaticScene static_scene(const SceneDescription& scene, const Simulation& simula
     fixed.tool.push_back(
         {{f(sphere.position_m.x()), f(sphere.position_m.y()), f(sphere.position_m.z())},
          f(sphere.radius_m)});
+  fixed.tool_slip_speed_m_s = f(scene.tool_slip_speed_m_s);
   fixed.spheres = still_records(world);
   fixed.static_voxel_m = simulation.detection().still_voxel_m();
   const DeviceFrame& device = scene.device;

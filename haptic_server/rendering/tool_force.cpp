@@ -5,9 +5,11 @@
 namespace stillgrid {
 namespace {
 
-ContactMaterial material_of(const proto::Material& material) {
-  return {material.stiffness_N_m, material.damping_N_s_m, material.friction,
-          material.slip_speed_m_s};
+/// Pre: index < scene.material_count.
+ContactMaterial material_of(const proto::SceneHeader& scene, std::uint32_t index) {
+  const proto::Material& m = scene.materials[index];
+  return tool_material({m.stiffness_N_m, m.damping_N_s_m, m.friction, m.slip_speed_m_s},
+                       scene.tool_slip_speed_m_s);
 }
 
 void add(ToolForce& sum, const ContactMaterial& material, double depth_m,
@@ -31,13 +33,13 @@ ToolForce tool_force(const proto::SceneHeader& scene, const TouchedSpheres& touc
     const double distance_m = line_m.norm();
     const Eigen::Vector3d normal =
         distance_m > 1e-12 ? Eigen::Vector3d(line_m / distance_m) : Eigen::Vector3d::UnitZ();
-    add(sum, material_of(scene.materials[sphere.material]),
-        probe.radius_m + sphere.radius_m - distance_m, normal, velocity_m_s - sphere.velocity_m_s);
+    add(sum, material_of(scene, sphere.material), probe.radius_m + sphere.radius_m - distance_m,
+        normal, velocity_m_s - sphere.velocity_m_s);
   }
   for (std::uint32_t i = 0; i < scene.plane_count; ++i) {
     const proto::Plane& plane = scene.planes[i];
     const Eigen::Vector3d normal(plane.normal[0], plane.normal[1], plane.normal[2]);
-    const ContactMaterial material = material_of(scene.materials[plane.material]);
+    const ContactMaterial material = material_of(scene, plane.material);
     for (const PlacedToolSphere& probe : tool)
       add(sum, material, probe.radius_m - (normal.dot(probe.position_m) - plane.offset_m), normal,
           velocity_m_s);

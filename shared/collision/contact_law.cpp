@@ -18,6 +18,11 @@ ContactMaterial pair_material(const ContactMaterial& a, const ContactMaterial& b
           .slip_speed_m_s = std::max(a.slip_speed_m_s, b.slip_speed_m_s)};
 }
 
+ContactMaterial tool_material(ContactMaterial touched, double tool_slip_speed_m_s) noexcept {
+  touched.slip_speed_m_s = std::max(touched.slip_speed_m_s, tool_slip_speed_m_s);
+  return touched;
+}
+
 double normal_force_N(const ContactMaterial& material, double depth_m,
                       double approach_speed_m_s) noexcept {
   if (!(depth_m > 0.0)) return 0.0;

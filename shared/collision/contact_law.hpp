@@ -18,6 +18,12 @@ struct ContactMaterial {
 [[nodiscard]] ContactMaterial pair_material(const ContactMaterial& a,
                                             const ContactMaterial& b) noexcept;
 
+/// The constants of a contact with the tool: the touched body's, but friction is viscous at least
+/// up to tool_slip_speed_m_s. A hand's velocity is an estimate, late by some milliseconds: friction
+/// as steep as two simulated bodies bear would make a device chatter.
+[[nodiscard]] ContactMaterial tool_material(ContactMaterial touched,
+                                            double tool_slip_speed_m_s) noexcept;
+
 /// Magnitude of the force that pushes two bodies apart: a spring on the depth and, while they
 /// approach, a damper [Davanne 2002, "Collision response"]. Zero without overlap, never negative.
 /// Realtime: yes.

@@ -130,7 +130,7 @@ void for_each_pair(const GridView& view, Visit&& visit) {
   const auto& shape = view.shape;
   const std::uint64_t* starts = view.words + view.layout.cell_starts;
   const std::uint64_t* entries = view.words + view.layout.entries;
-  const auto records =
+  const auto* const records =
       reinterpret_cast<const proto::SphereRecord*>(view.words + view.layout.records);
   const std::size_t cells = std::size_t{1}
                             << (shape.log2_cells[0] + shape.log2_cells[1] + shape.log2_cells[2]);

@@ -32,6 +32,7 @@ proto::SceneHeader scene_header(const StaticScene& scene, const StillGrid& stati
   header.tool_sphere_count = static_cast<std::uint32_t>(scene.tool.size());
   header.moving_capacity = static_cast<std::uint32_t>(moving.sphere_capacity);
   header.log2_cell_capacity = moving.log2_cell_capacity;
+  header.tool_slip_speed_m_s = scene.tool_slip_speed_m_s;
   header.static_offset = kStaticOffset;
   header.device = scene.device;
   header.static_grid = static_grid.view().shape;
@@ -66,6 +67,7 @@ bool is_sound(const proto::SceneHeader& scene) {
   const auto& q = device.orientation_xyzw;
   bool sound = all_finite(device.position_m[0], device.position_m[1], device.position_m[2]) &&
                std::isfinite(device.scale) && device.scale > 0.0 &&
+               std::isfinite(scene.tool_slip_speed_m_s) && scene.tool_slip_speed_m_s > 0.0F &&
                std::abs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) < 1e-3;
   for (std::uint32_t i = 0; i < scene.material_count; ++i) {
     const auto& m = scene.materials[i];

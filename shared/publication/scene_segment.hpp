@@ -20,6 +20,7 @@ struct StaticScene {
   std::vector<proto::ToolSphere> tool;       // at most kMaxToolSpheres
   std::vector<proto::SphereRecord> spheres;  // that never move
   proto::DeviceFrame device{};
+  float tool_slip_speed_m_s = 0.05F;
   float static_voxel_m = 0.01F;  // edge of the static grid's voxels
 };
 

@@ -94,6 +94,7 @@ struct World {
   std::vector<StillSphere> still_spheres;
   std::vector<StillPlane> planes;
   std::vector<ContactMaterial> materials;
+  double tool_slip_speed_m_s = 0.05;
   std::vector<BodyRange> bodies;  // in the order of the scene file
   int unknown_count = 0;
 };

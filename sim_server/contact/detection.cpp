@@ -164,21 +164,22 @@ void Detection::add_planes(const World& world) {
 
 void Detection::find_tool_contacts(const World& world, const std::vector<ToolSphereMotion>& tool) {
   for (const ToolSphereMotion& b : tool)
-    for_each_candidate(moving_.view(), box_round(b.position_m, b.radius_m), kAllVisits,
-                       [&](std::uint32_t i, const RecordLine& /*line*/) {
-                         const SphereBinding& a = world.spheres[i];
-                         if (!is_free(world, a)) return;
-                         Contact& contact = contacts_.emplace_back();
-                         contact.a = static_cast<int>(i);
-                         contact.material = world.materials[static_cast<std::size_t>(a.material)];
-                         contact.radius_a_m = a.radius_m;
-                         contact.radius_b_m = b.radius_m;
-                         contact.position_b_m = b.position_m;
-                         contact.velocity_b_m_s = b.velocity_m_s;
-                         contact.depth_before_m =
-                             a.radius_m + b.radius_m -
-                             (motion_[i].position_m - b.position_before_m).norm();
-                       });
+    for_each_candidate(
+        moving_.view(), box_round(b.position_m, b.radius_m), kAllVisits,
+        [&](std::uint32_t i, const RecordLine& /*line*/) {
+          const SphereBinding& a = world.spheres[i];
+          if (!is_free(world, a)) return;
+          Contact& contact = contacts_.emplace_back();
+          contact.a = static_cast<int>(i);
+          contact.material = tool_material(world.materials[static_cast<std::size_t>(a.material)],
+                                           world.tool_slip_speed_m_s);
+          contact.radius_a_m = a.radius_m;
+          contact.radius_b_m = b.radius_m;
+          contact.position_b_m = b.position_m;
+          contact.velocity_b_m_s = b.velocity_m_s;
+          contact.depth_before_m =
+              a.radius_m + b.radius_m - (motion_[i].position_m - b.position_before_m).norm();
+        });
 }
 
 }  // namespace stillgrid

@@ -98,6 +98,7 @@ struct SceneDescription {
   std::vector<MaterialDescription> materials;
   std::vector<BodyDescription> bodies;
   std::vector<ToolSphere> tool;
+  double tool_slip_speed_m_s = 0.05;  // least slip speed of a contact with the tool
   DeviceFrame device;
 };
 

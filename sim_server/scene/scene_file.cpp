@@ -93,6 +93,8 @@ void read_tool(TableReader table, SceneDescription& scene) {
     scene.tool.push_back({Eigen::Vector3d::Zero(),
                           table.number_or("radius_m", Bound::kPositive, kDefaultToolRadius_m)});
   }
+  scene.tool_slip_speed_m_s =
+      table.number_or("slip_speed_m_s", Bound::kPositive, scene.tool_slip_speed_m_s);
   table.finish();
 }
 

@@ -69,7 +69,7 @@ class KillTest(daemons.SessionTest):
         self.assertLess(abs(numpy.diff(force_N)).max(), SMOOTH_N, "it ramps in")
         self.assertGreater(daemons.read_report(report)["steps"], 20)
 
-    def test_a_simulation_killed_while_the_tool_is_in_the_tissue_costs_no_jump(self):
+    def test_a_simulation_killed_while_the_tool_is_in_the_tissue_fades_alike(self):
         sim = self.sim_server("tissue_and_blocks")
         file = self.folder / "recording.csv"
         device = ("phantom:profile=premium15,hand=light,path=press,centre_z_m=0,depth_m=0.06,"
@@ -84,8 +84,12 @@ class KillTest(daemons.SessionTest):
         last_switch = numpy.flatnonzero(numpy.diff(recording["generation"]))[-1] + 1
         self.assertGreater(recording["contacts"][last_switch:].max(), 0, "touching when killed")
         self.assertTrue((force_N[-100:] == 0.0).all())
-        # The tissue stands still now, but the hand moves on and may meet another sphere's damper.
-        self.assertLess(abs(numpy.diff(force_N[last_switch:])).max(), 0.5)
+        # The rendered force may change as the hand moves on; the share that is told may not jump.
+        rendered_N = numpy.linalg.norm(daemons.vectors(recording, "rendered_f", "N"), axis=1)
+        pressed = rendered_N > 0.1
+        told = numpy.where(pressed, force_N / numpy.maximum(rendered_N, 0.1), 0.0)
+        change = abs(numpy.diff(told))[pressed[1:] & pressed[:-1]]
+        self.assertLess(change.max(), 0.02)
 
     @staticmethod
     def is_touching(file):

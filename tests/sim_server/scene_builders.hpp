@@ -1,11 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 #include <utility>
 #include <vector>
 
-#include "sim_server/dynamics/simulation.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
 namespace stillgrid {
@@ -93,18 +91,6 @@ namespace stillgrid {
   body.velocity_m_s = velocity_m_s;
   body.angular_velocity_rad_s = spin_rad_s;
   return body;
-}
-
-[[nodiscard]] inline std::optional<ToolSample> no_tool() {
-  return std::nullopt;
-}
-
-/// Steps without a tool; whether every step converged.
-[[nodiscard]] inline bool advance(Simulation& simulation, double step_s, int steps) {
-  bool converged = true;
-  for (int i = 0; i < steps; ++i)
-    converged = simulation.step(step_s, no_tool).solve.converged && converged;
-  return converged;
 }
 
 }  // namespace stillgrid

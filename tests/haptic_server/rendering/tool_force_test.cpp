@@ -53,13 +53,14 @@ TEST_CASE("The force on the probe is what the law gives two spheres, whoever ask
   proto::SceneHeader header{};
   header.material_count = 1;
   header.materials[0] = {800.0F, 3.0F, 0.4F, 1e-3F};
+  header.tool_slip_speed_m_s = 0.05F;
   TouchedSpheres touched;
   touched.spheres[0] = {{0.0, 0.0, 0.0}, {0.05, -0.02, 0.01}, 0.01, 0, 0};
   touched.count = 1;
   const std::array<PlacedToolSphere, 1> tool{{{{0.004, 0.011, 0.003}, 0.006}}};
   const Eigen::Vector3d velocity_m_s(-0.1, 0.03, 0.2);
   const Eigen::Vector3d line_m = tool[0].position_m;
-  const ContactMaterial material{800.0, 3.0, 0.4F, 1e-3F};
+  const ContactMaterial material{800.0, 3.0, 0.4F, 0.05F};
   const Eigen::Vector3d expected_N =
       contact_force_N(material, 0.016 - line_m.norm(), line_m.normalized(),
                       velocity_m_s - Eigen::Vector3d(0.05, -0.02, 0.01));

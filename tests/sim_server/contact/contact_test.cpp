@@ -1,6 +1,9 @@
 #include "sim_server/contact/contact.hpp"
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <utility>
 
 #include "shared/collision/contact_law.hpp"
 

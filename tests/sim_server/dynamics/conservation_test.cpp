@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid {
@@ -85,6 +86,8 @@ Eigen::Vector3d gain_in_collision(double step_s) {
       material_of(500.0, 0.0, 0.4, 0.05)));
   World& world = simulation.world();
   const Eigen::Vector3d start = angular_momentum(world);
+  // The twelve equations' residuals, as moments: of 30 g at 40 mm, the spins' I / reach being less.
+  const double allowed = std::sqrt(12.0) * kTolerance * 0.03 * 0.04;
   bool touched = false;
   for (double time_s = 0.0; time_s < 0.1 - 1e-9; time_s += step_s) {
     const World before = world;
@@ -100,7 +103,7 @@ Eigen::Vector3d gain_in_collision(double step_s) {
                   body.velocity_m_s.cross(body.velocity_m_s - before.rigid_bodies[i].velocity_m_s);
     }
     const Eigen::Vector3d gain = angular_momentum(world) - angular_momentum(before);
-    CHECK((gain - expected).norm() < 1e-12);
+    CHECK((gain - expected).norm() < allowed);
   }
   REQUIRE(touched);
   return angular_momentum(world) - start;

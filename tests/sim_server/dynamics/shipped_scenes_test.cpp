@@ -3,6 +3,7 @@
 #include <string>
 
 #include "sim_server/scene/scene_file.hpp"
+#include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid {

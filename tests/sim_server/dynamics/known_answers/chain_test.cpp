@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "sim_server/dynamics/implicit_euler.hpp"
+#include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid {

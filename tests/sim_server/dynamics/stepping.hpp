@@ -1,0 +1,21 @@
+#pragma once
+
+#include <optional>
+
+#include "sim_server/dynamics/simulation.hpp"
+
+namespace stillgrid {
+
+[[nodiscard]] inline std::optional<ToolSample> no_tool() {
+  return std::nullopt;
+}
+
+/// Steps without a tool; whether every step converged.
+[[nodiscard]] inline bool advance(Simulation& simulation, double step_s, int steps) {
+  bool converged = true;
+  for (int i = 0; i < steps; ++i)
+    converged = simulation.step(step_s, no_tool).solve.converged && converged;
+  return converged;
+}
+
+}  // namespace stillgrid
