@@ -29,7 +29,9 @@ constexpr const char* kDescription =
 
 void add_options(CLI::App& app, Arguments& arguments) {
   HapticOptions& options = arguments.options;
-  app.add_option("--session", options.session, "Name that joins the two servers")->required();
+  app.add_option("--session", options.session, "Name that joins the two servers")
+      ->required()
+      ->check(session_complaint);
   app.add_option("--device", options.device, "PLUGIN[:key=value,...]")->required();
   app.add_option("--rate", options.rate_hz, "Ticks a second, Hz; default 1000")
       ->check(CLI::Range(10.0, 100000.0));

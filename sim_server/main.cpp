@@ -33,7 +33,8 @@ constexpr const char* kDescription =
 void add_options(CLI::App& app, Arguments& arguments) {
   ServerOptions& server = arguments.server;
   app.add_option("--scene", arguments.scene, "Scene file (TOML), see docs/formats.md")->required();
-  auto* session = app.add_option("--session", server.session, "Name that joins the two servers");
+  auto* session = app.add_option("--session", server.session, "Name that joins the two servers")
+                      ->check(session_complaint);
   app.add_option("--rate", arguments.rate_hz, "Steps a second, Hz; default: the scene's")
       ->check(CLI::Range(0.1, 100000.0));
   app.add_option("--duration", server.duration_s, "Simulated time, s; default: until Ctrl-C")

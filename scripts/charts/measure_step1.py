@@ -31,9 +31,9 @@ UNITS = {
 ANOTHER_MACHINE = "handbook, another machine"
 # Of the handbook, what its CSV does not hold: (benchmark, n): (figure, note).
 OTHER_FIGURES = {
-    ("publish/memcpy", 400): (0.45, "memcpy of a snapshot"),
-    ("publish/memcpy", 4000): (3.9, "memcpy of a snapshot"),
-    ("publish/memcpy", 40000): (42, "memcpy of a snapshot"),
+    ("publish/memcpy", 400): (0.45, "memcpy of a smaller snapshot"),
+    ("publish/memcpy", 4000): (3.9, "memcpy of a smaller snapshot"),
+    ("publish/memcpy", 40000): (42, "memcpy of a smaller snapshot"),
     ("query_anywhere/grid", 400): (156, "the paper's grid, random places"),
     ("query_anywhere/grid", 40000): (627, "the paper's grid, random places"),
 }
@@ -71,7 +71,7 @@ def run_benchmark(program, repetitions, pattern, out):
 
 
 def samples_by_benchmark(report):
-    """{(benchmark, n): [ns, ...]}, a sample a repetition, in the order of the program's list."""
+    """{(benchmark, n): [ns, ...]}, a sample a repetition."""
     samples = {}
     for run in report["benchmarks"]:
         if run["run_type"] != "iteration" or run.get("error_occurred"):
@@ -86,7 +86,11 @@ def samples_by_benchmark(report):
 
 
 def rows_of(samples, figures):
-    for (benchmark, n), times_ns in samples.items():
+    questions = list(UNITS)
+    order = sorted(samples, key=lambda key: (questions.index(key[0].split("/")[0]), key[0],
+                                             key[1] or 0))
+    for benchmark, n in order:
+        times_ns = samples[benchmark, n]
         unit, size_ns, is_shared = UNITS[benchmark.split("/")[0]]
         values = [ns / size_ns / (n if is_shared else 1) for ns in times_ns]
         low, median, high = statistics.quantiles(values, n=4, method="inclusive")

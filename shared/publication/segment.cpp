@@ -129,7 +129,7 @@ std::string segment_name(std::string_view session, proto::SegmentKind kind) {
   };
   if (session.empty() || session.size() > 64 || session.front() == '.' ||
       !std::all_of(session.begin(), session.end(), is_allowed))
-    throw SegmentError("--session: value '" + std::string(session) +
+    throw SegmentError("value '" + std::string(session) +
                        "': expected 1 to 64 letters, digits, '_', '-' or '.'");
   return "stillgrid-" + std::string(session) +
          (kind == proto::SegmentKind::kScene ? "-scene" : "-tool");
@@ -137,6 +137,15 @@ std::string segment_name(std::string_view session, proto::SegmentKind kind) {
 
 FileDescriptor::~FileDescriptor() {
   if (fd_ >= 0) ::close(fd_);
+}
+
+std::string session_complaint(std::string_view session) {
+  try {
+    (void)segment_name(session, proto::SegmentKind::kScene);
+    return {};
+  } catch (const SegmentError& error) {
+    return error.what();
+  }
 }
 
 SegmentWriter::SegmentWriter(std::string_view session, const SegmentSpec& spec)

@@ -22,6 +22,9 @@ class SegmentError : public std::runtime_error {
 /// to 64 letters, digits, '_', '-' or '.', with no '.' first.
 [[nodiscard]] std::string segment_name(std::string_view session, proto::SegmentKind kind);
 
+/// What is wrong with a session's name, or nothing: a check for command lines.
+[[nodiscard]] std::string session_complaint(std::string_view session);
+
 /// A file descriptor that closes itself.
 class FileDescriptor {
  public:
