@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <random>
 
@@ -76,7 +77,11 @@ TEST_CASE("The tool is never entered: the bodies' contacts are the same with it 
 
 TEST_CASE("A contact with the tool has the touched body's material and the tool's motion",
           "[detection]") {
-  SceneDescription scene = scene_of({sphere({0, 0, 0}, 0.01, 0.1)}, material_of(123.0, 4.0, 0.5));
+  // Below the tool's slip speed friction is viscous, unless the material says so from a higher one.
+  const double slip_speed_m_s = GENERATE(1e-3, 0.2);
+  SceneDescription scene =
+      scene_of({sphere({0, 0, 0}, 0.01, 0.1)}, material_of(123.0, 4.0, 0.5, slip_speed_m_s));
+  scene.tool_slip_speed_m_s = 0.04;
   const World world = build_world(scene);
   Detection detection(world, 1.0);
   detection.find_contacts(world, kStep_s);
@@ -88,6 +93,7 @@ TEST_CASE("A contact with the tool has the touched body's material and the tool'
   CHECK(contact.material.stiffness_N_m == 123.0);
   CHECK(contact.material.damping_N_s_m == 4.0);
   CHECK(contact.material.friction == 0.5);
+  CHECK(contact.material.slip_speed_m_s == std::max(slip_speed_m_s, 0.04));
   CHECK(contact.velocity_b_m_s == Eigen::Vector3d(0, 0, -1));
   CHECK(contact.radius_b_m == 0.015);
   CHECK(contact.depth_before_m == Approx(0.025 - 0.05));  // from where the tool was a step ago
