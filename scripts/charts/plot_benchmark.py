@@ -2,7 +2,8 @@
 """Draws our benchmarks as bars beside the figures of others.
 
 A benchmark is named QUESTION/METHOD or QUESTION/METHOD/SPHERES: detect/grid/400. Rows of a CSV
-have the columns question,method,spheres,ns; "#" lines are notes. Questions:
+have the columns question,method,spheres,ns (figures of others) or those that measure_step1.py
+writes (ours, with a figure beside); "#" lines are notes. Questions:
   detect          all contacts among N moving spheres; drawn per sphere
   query_hot       the force on one probe among N spheres, caches warm
   query_flushed   the same, caches flushed, as a tick once a millisecond finds them
@@ -27,6 +28,7 @@ TITLES = {
 }
 PER_SPHERE = {"detect"}
 NS = {"ns": 1.0, "us": 1e3, "ms": 1e6, "s": 1e9}
+PANELS_A_ROW = 4
 OURS, THEIRS = "#0072B2", "#BBBBBB"
 
 
@@ -40,7 +42,8 @@ def read_benchmarks(file):
         if run.get("error_occurred") or len(words) < 2:
             continue
         spheres = int(words[2]) if len(words) > 2 and words[2].isdigit() else None
-        ns = run["cpu_time"] * NS[run["time_unit"]]
+        clock = "real_time" if "manual_time" in words else "cpu_time"
+        ns = run[clock] * NS[run["time_unit"]]
         if words[0] in PER_SPHERE and spheres:
             ns /= spheres
         rows.append((words[0], f"Stillgrid: {words[1].replace('_', ' ')}", spheres, ns))
@@ -48,10 +51,22 @@ def read_benchmarks(file):
 
 
 def read_rows(file):
+    """Rows of ours and rows of others, from a CSV of either kind."""
+    ours, theirs = [], []
     with open(file) as stream:
-        return [(row["question"], row["method"],
-                 int(row["spheres"]) if row["spheres"] else None, float(row["ns"]))
-                for row in csv.DictReader(line for line in stream if not line.startswith("#"))]
+        for row in csv.DictReader(line for line in stream if not line.startswith("#")):
+            if "benchmark" not in row:
+                spheres = int(row["spheres"]) if row["spheres"] else None
+                theirs.append((row["question"], row["method"], spheres, float(row["ns"])))
+                continue
+            question, method = row["benchmark"].split("/")
+            spheres, factor = int(row["n"]) if row["n"] else None, NS[row["unit"].split()[0]]
+            ours.append((question, f"Stillgrid: {method.replace('_', ' ')}", spheres,
+                         float(row["median"]) * factor))
+            if row["handbook_figure"]:
+                theirs.append((question, row["handbook_note"].split(";")[0], spheres,
+                               float(row["handbook_figure"]) * factor))
+    return ours, theirs
 
 
 def in_words(ns):
@@ -102,15 +117,21 @@ def draw(ours, theirs, title):
     questions = list(dict.fromkeys(row[0] for row in ours + theirs))
     panels = [(question, bars_of(question, ours, theirs)) for question in questions]
     plt.rcParams.update({"axes.spines.top": False, "axes.spines.right": False, "font.size": 9.5})
-    height = 1.8 + 0.27 * max(len(bars) for _, bars in panels)
-    figure, grid = plt.subplots(1, len(panels), figsize=(5.2 * len(panels), height), squeeze=False)
-    heights = []
-    for axes, (question, bars) in zip(grid[0], panels):
-        heights.append(draw_panel(axes, question, bars))
-    for axes in grid[0]:  # bars equally thick everywhere
-        axes.set_ylim(max(heights) - 0.4, -1.2)
+    columns = min(len(panels), PANELS_A_ROW)
+    rows = -(-len(panels) // columns)
+    height = 1.6 + 0.25 * max(len(bars) for _, bars in panels)
+    figure, grid = plt.subplots(rows, columns, figsize=(5.2 * columns, 0.4 + height * rows),
+                                squeeze=False)
+    for row in range(rows):
+        shown = panels[row * columns:(row + 1) * columns]
+        heights = [draw_panel(axes, question, bars)
+                   for axes, (question, bars) in zip(grid[row], shown)]
+        for axes in grid[row]:  # bars equally thick
+            axes.set_ylim(max(heights) - 0.4, -1.2)
+        for axes in grid[row][len(shown):]:
+            axes.set_visible(False)
     handles = [plt.Rectangle((0, 0), 1, 1, color=colour) for colour in (OURS, THEIRS)]
-    figure.tight_layout(rect=(0.0, 0.05, 1.0, 0.95), w_pad=3.0)
+    figure.tight_layout(rect=(0.0, 0.03, 1.0, 0.97), w_pad=3.0, h_pad=2.0)
     figure.legend(handles, ["Stillgrid, this machine", "handbook, another machine"],
                   loc="lower right", ncol=2, frameon=False)
     figure.suptitle(title, x=0.01, ha="left", fontsize=13, fontweight="bold")
@@ -124,14 +145,18 @@ def main():
     parser.add_argument("--benchmark", action="append", default=[], metavar="FILE.json",
                         help="of Google Benchmark; may be repeated")
     parser.add_argument("--rows", action="append", default=[], metavar="FILE.csv",
-                        help="figures of others; default: docs/charts/handbook_figures.csv")
+                        help="may be repeated; default: docs/charts/handbook_figures.csv")
     parser.add_argument("--title", default="Stillgrid beside others")
     arguments = parser.parse_args()
     root = pathlib.Path(__file__).resolve().parents[2]
     files = arguments.rows or [root / "docs" / "charts" / "handbook_figures.csv"]
     try:
         ours = [row for file in arguments.benchmark for row in read_benchmarks(file)]
-        theirs = [row for file in files for row in read_rows(file)]
+        theirs = []
+        for file in files:
+            more_ours, more_theirs = read_rows(file)
+            ours += more_ours
+            theirs += [row for row in more_theirs if row not in theirs]
         # Without a bar of ours a question has nothing to compare.
         asked = {row[0] for row in ours}
         theirs = [row for row in theirs if not asked or row[0] in asked]

@@ -84,12 +84,12 @@ void Detection::enter_spheres(const World& world, double step_s) {
   const auto records = moving_.records();
   for (std::size_t i = 0; i < world.spheres.size(); ++i) {
     motion_[i] = sphere_motion(world, world.spheres[i]);
+    // Where it is, where it would be without and with its fall: every shorter step ends between
+    // them.
+    const Eigen::Vector3d straight_m = motion_[i].position_m + step_s * motion_[i].velocity_m_s;
     const proto::SphereImage now = image_of(motion_[i].position_m);
-    const proto::SphereImage predicted =
-        image_of(motion_[i].position_m + step_s * motion_[i].velocity_m_s +
-                 step_s * step_s * world.gravity_m_s2);
-    records[i].newest = {now, predicted};
-    records[i].older = {now, now};
+    records[i].newest = {now, image_of(straight_m + step_s * step_s * world.gravity_m_s2)};
+    records[i].older = {now, image_of(straight_m)};
   }
   moving_.fill(world.spheres.size(), voxel_m_);
 }
@@ -147,8 +147,10 @@ void Detection::add_planes(const World& world) {
         const auto& p = image.position_m;
         return plane.normal.dot(Eigen::Vector3d(p[0], p[1], p[2])) - plane.offset_m;
       };
-      const auto& [now, predicted] = records[i].newest;
-      if (std::min(height_m(now), height_m(predicted)) > records[i].radius_m) continue;
+      const double lowest_m =
+          std::min({height_m(records[i].newest[0]), height_m(records[i].newest[1]),
+                    height_m(records[i].older[1])});
+      if (lowest_m > records[i].radius_m) continue;
       Contact& contact = contacts_.emplace_back();
       contact.a = static_cast<int>(i);
       contact.material = pair_material(world.materials[static_cast<std::size_t>(a.material)],

@@ -23,17 +23,24 @@ SolveReport NewtonSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u) {
   // After an exact step failed, this much less of the residual makes the next one worth its cost.
   constexpr double kRetryBelow = 0.1;
   double try_exact_below = INFINITY;
+  double least_error = error_;
+  best_ = u;
   while (!(error_ <= options_.tolerance) && report.iterations < options_.max_iterations) {
     ++report.iterations;
-    if (error_ < try_exact_below) {
-      if (exact_step(system, u)) continue;
-      try_exact_below = kRetryBelow * error_;
+    const bool try_exact = error_ < try_exact_below;
+    if (!try_exact || !exact_step(system, u)) {
+      if (try_exact) try_exact_below = kRetryBelow * error_;
+      if (!definite_step(system, u)) break;
     }
-    if (!definite_step(system, u)) break;
+    if (error_ < least_error) {
+      least_error = error_;
+      best_ = u;
+    }
   }
+  u = best_;
   system.residual(u, residual_);
-  report.residual = error_;
-  report.converged = error_ <= options_.tolerance;
+  report.residual = least_error;
+  report.converged = least_error <= options_.tolerance;
   return report;
 }
 
@@ -50,7 +57,9 @@ bool NewtonSolver::exact_step(NonlinearSystem& system, Eigen::VectorXd& u) {
   lu_.compute(matrix_);
   if (lu_.info() == Eigen::Success) {
     step_ = lu_.solve(residual_);
-    if (step_.allFinite() && load_trial(system, u, 1.0) && trial_error_ <= 0.5 * error_) {
+    // A step against which the residual does not work leads uphill, to a saddle perhaps.
+    const bool downhill = step_.allFinite() && step_.dot(residual_) > 0.0;
+    if (downhill && load_trial(system, u, 1.0) && trial_error_ <= 0.5 * error_) {
       u.swap(trial_);
       residual_.swap(trial_residual_);
       error_ = trial_error_;

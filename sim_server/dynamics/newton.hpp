@@ -33,7 +33,7 @@ class NewtonSolver : public NonlinearSolver {
   Eigen::SparseMatrix<double> matrix_;
   Eigen::SparseLU<Eigen::SparseMatrix<double>> lu_;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> cholesky_;
-  Eigen::VectorXd residual_, trial_, trial_residual_, step_;
+  Eigen::VectorXd residual_, trial_, trial_residual_, step_, best_;
 };
 
 }  // namespace stillgrid

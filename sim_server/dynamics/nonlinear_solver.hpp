@@ -51,7 +51,7 @@ class NonlinearSolver {
   NonlinearSolver(NonlinearSolver&&) = delete;
   NonlinearSolver& operator=(NonlinearSolver&&) = delete;
 
-  /// Leaves in u the solution, or the last and most relaxed iterate if none was good enough.
+  /// Leaves in u the solution, or the iterate of least residual if none was good enough.
   virtual SolveReport solve(NonlinearSystem& system, Eigen::VectorXd& u) = 0;
 };
 

@@ -62,7 +62,7 @@ bool Simulation::advance(double step_s, bool must_advance, StepReport& report) {
   ImplicitEulerStep euler(world_, detection_.contacts(), step_s);
   Eigen::VectorXd velocities = euler.initial_guess();
   const auto prepared = Clock::now();
-  const SolveReport solve = solver_.solve(euler, velocities);
+  const SolveReport solve = (must_advance ? patient_solver_ : solver_).solve(euler, velocities);
   report.respond += prepared - start;
   report.solve.iterations += solve.iterations;
   const bool advances = solve.converged || must_advance;

@@ -39,8 +39,8 @@ class Simulation {
 
   /// Advances the world by step_s: in one implicit step, or where that does not converge, as when
   /// stiff contacts set in, in substeps of down to an eighth. The next step begins with half as
-  /// many. If the shortest does not converge either, its last iterate is taken and the report says
-  /// so.
+  /// many. If the shortest does not converge either, its iterate of least residual is taken and the
+  /// report says so.
   ///
   /// The tool is asked for as late as the step allows: after the contacts among bodies were found,
   /// just before its own are [Davanne 2002, section 3].
@@ -57,8 +57,9 @@ class Simulation {
   World world_;
   Detection detection_;
   NewtonSolver solver_;
-  std::vector<ToolSphere> tool_;               // as described
-  std::vector<ToolSphereMotion> placed_tool_;  // as last sampled; empty: no tool
+  NewtonSolver patient_solver_{{.max_iterations = 200}};  // for the shortest substep
+  std::vector<ToolSphere> tool_;                          // as described
+  std::vector<ToolSphereMotion> placed_tool_;             // as last sampled; empty: no tool
   int substeps_ = 1;  // that the end of the last step took, were it all alike
 };
 

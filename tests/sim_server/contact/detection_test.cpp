@@ -53,11 +53,12 @@ bool boxes_meet(const World& world, const SphereMotion& a, double radius_a_m, co
                 double radius_b_m, bool b_moves) {
   const Eigen::Vector3d fall_m = kStep_s * kStep_s * world.gravity_m_s2;
   for (int axis = 0; axis < 3; ++axis) {
-    const auto [a_low, a_high] = std::minmax(
-        {a.position_m[axis], a.position_m[axis] + kStep_s * a.velocity_m_s[axis] + fall_m[axis]});
-    const double b_end_m =
-        b.position_m[axis] + (b_moves ? kStep_s * b.velocity_m_s[axis] + fall_m[axis] : 0.0);
-    const auto [b_low, b_high] = std::minmax({b.position_m[axis], b_end_m});
+    // Now, at the end, and at the end without its fall.
+    const double a_end_m = a.position_m[axis] + kStep_s * a.velocity_m_s[axis];
+    const auto [a_low, a_high] = std::minmax({a.position_m[axis], a_end_m, a_end_m + fall_m[axis]});
+    const double b_end_m = b.position_m[axis] + (b_moves ? kStep_s * b.velocity_m_s[axis] : 0.0);
+    const auto [b_low, b_high] =
+        std::minmax({b.position_m[axis], b_end_m, b_end_m + (b_moves ? fall_m[axis] : 0.0)});
     const double reach_m = 1.1 * (radius_a_m + radius_b_m) + 1e-5;
     if (a_low - b_high > reach_m || b_low - a_high > reach_m) return false;
   }

@@ -109,7 +109,7 @@ TEST_CASE("Below the critical step pressed springs stay where their inertia hold
 // Plain Newton converges here too, with the residual of a solution, on the saddle y = -eps / 4. It
 // is the energy that tells them apart: 0.0160 J there, 0.0062466 J in the valley.
 TEST_CASE("Beyond it they snap aside, and the solver does not stop on the saddle",
-          "[known_answers][!mayfail]") {
+          "[known_answers]") {
   const double off_axis_m = GENERATE(1e-4, 1e-6), step_s = 0.01;
   Simulation simulation(two_springs());
   press(simulation.world(), off_axis_m);
