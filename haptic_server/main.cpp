@@ -66,6 +66,7 @@ int fail(const std::exception& error, int status) {
 int run(const Arguments& arguments) {
   HapticReport report;
   int status = kDone;
+  if (!arguments.report.empty()) require_writable(arguments.report);
   try {
     run_haptics(arguments.options, report, stop_requested());
   } catch (const DeviceError& error) {

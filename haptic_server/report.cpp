@@ -26,7 +26,16 @@ nlohmann::json percentiles(const Histogram& histogram, double unit) {
           {"max", static_cast<double>(histogram.max()) * unit}};
 }
 
+[[noreturn]] void throw_unwritable(const std::filesystem::path& file) {
+  throw std::runtime_error("--report: value '" + file.string() +
+                           "': expected a file that can be written: " + std::strerror(errno));
+}
+
 }  // namespace
+
+void require_writable(const std::filesystem::path& file) {
+  if (!std::ofstream(file, std::ios::app)) throw_unwritable(file);
+}
 
 void count_tick(HapticReport& report, const TickRow& row, const RenderedTick& rendered,
                 const Eigen::Vector3d& previous_N, const Eigen::Vector3d& moved_m,
@@ -80,9 +89,7 @@ void write_report(const HapticReport& report, const std::filesystem::path& file)
   std::ofstream out(file);
   out << json.dump(2) << '\n';
   out.close();
-  if (!out)
-    throw std::runtime_error("--report: value '" + file.string() +
-                             "': expected a file that can be written: " + std::strerror(errno));
+  if (!out) throw_unwritable(file);
 }
 
 }  // namespace stillgrid

@@ -1,13 +1,15 @@
 /* The contract between haptic_server and a device driver: a C ABI, version 1.
  *
- * A driver is a shared library that exports one symbol, stillgrid_device_negotiate. Every struct begins
- * with struct_size, set by the side that owns the buffer; a side touches only fields that lie inside it.
- * No exception crosses the border. The caller owns every buffer. Codes: 0 done, negative an error that
- * strerror() explains. Frames: positions, orientations and forces are in the device's own frame, SI units.
+ * A driver is a shared library that exports one symbol, stillgrid_device_negotiate. Every struct
+ * begins with struct_size, set by the side that owns the buffer; a side touches only fields that
+ * lie inside it. No exception crosses the border. The caller owns every buffer. Codes: 0 done,
+ * negative an error that strerror() explains. Frames: positions, orientations and forces are in the
+ * device's own frame, SI units.
  *
- * Life: negotiate -> enumerate -> open -> configure* -> activate -> (read, write)* -> deactivate -> close.
- * [main] functions may block and allocate. [realtime] functions neither allocate nor lock, and return
- * within max_read_ns. [any] may be called from every thread at any time between open and close.
+ * Life: negotiate -> enumerate -> open -> configure* -> activate -> (read, write)* -> deactivate ->
+ * close. [main] functions may block and allocate. [realtime] functions neither allocate nor lock,
+ * and return within max_read_ns. [any] may be called from every thread at any time between open and
+ * close.
  */
 #ifndef STILLGRID_PROTO_DEVICE_PLUGIN_H
 #define STILLGRID_PROTO_DEVICE_PLUGIN_H
@@ -29,8 +31,8 @@ extern "C" {
 #define STILLGRID_DEVICE_E_ARGUMENT (-2) /* unknown key, bad value, null or short buffer */
 #define STILLGRID_DEVICE_E_ORDER (-3)    /* call not allowed in this state of life */
 #define STILLGRID_DEVICE_E_NO_DEVICE (-4)
-#define STILLGRID_DEVICE_E_IO (-5)       /* the device stopped answering */
-#define STILLGRID_DEVICE_END (-6)        /* a recording came to its end: not a fault */
+#define STILLGRID_DEVICE_E_IO (-5) /* the device stopped answering */
+#define STILLGRID_DEVICE_END (-6)  /* a recording came to its end: not a fault */
 
 /* Fields of stillgrid_device_state that the driver filled in. */
 #define STILLGRID_STATE_POSITION 1u
@@ -49,15 +51,15 @@ typedef struct stillgrid_host_info {
   uint32_t struct_size;
   uint32_t abi_min;
   uint32_t abi_max;
-  uint32_t clock;        /* STILLGRID_CLOCK_... */
-  uint64_t period_ns;    /* of the haptic loop */
+  uint32_t clock;     /* STILLGRID_CLOCK_... */
+  uint64_t period_ns; /* of the haptic loop */
 } stillgrid_host_info;
 
 /* What a device is; zero where a figure is unknown or has no limit. */
 typedef struct stillgrid_device_descriptor {
   uint32_t struct_size;
-  uint32_t flags;                            /* STILLGRID_DEVICE_... */
-  char name[STILLGRID_DEVICE_NAME_SIZE];     /* zero-terminated */
+  uint32_t flags;                        /* STILLGRID_DEVICE_... */
+  char name[STILLGRID_DEVICE_NAME_SIZE]; /* zero-terminated */
   double workspace_min_m[3];
   double workspace_max_m[3];
   double position_resolution_m;
@@ -65,18 +67,18 @@ typedef struct stillgrid_device_descriptor {
   double continuous_force_N;
   double nominal_stiffness_N_m;
   double rate_hz;
-  uint64_t max_read_ns;                      /* longest that read() may take */
+  uint64_t max_read_ns; /* longest that read() may take */
 } stillgrid_device_descriptor;
 
 typedef struct stillgrid_device_state {
   uint32_t struct_size;
-  uint32_t valid;               /* STILLGRID_STATE_... */
-  uint64_t time_ns;             /* when the state was sampled, host's clock */
-  uint64_t sequence;            /* grows by one with each fresh sample */
+  uint32_t valid;    /* STILLGRID_STATE_... */
+  uint64_t time_ns;  /* when the state was sampled, host's clock */
+  uint64_t sequence; /* grows by one with each fresh sample */
   double position_m[3];
-  double orientation_xyzw[4];   /* unit quaternion, device from tool */
-  double velocity_m_s[3];       /* the driver's estimate; the host makes its own */
-  uint32_t buttons;             /* one bit each */
+  double orientation_xyzw[4]; /* unit quaternion, device from tool */
+  double velocity_m_s[3];     /* the driver's estimate; the host makes its own */
+  uint32_t buttons;           /* one bit each */
   uint32_t reserved;
 } stillgrid_device_state;
 

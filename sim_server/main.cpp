@@ -77,6 +77,8 @@ int run(Arguments& arguments) {
   arguments.server.clock = arguments.offline    ? SimulationClock::kOffline
                            : arguments.lockstep ? SimulationClock::kLockstep
                                                 : SimulationClock::kReal;
+  for (const auto& file : {arguments.report, arguments.final_state})
+    if (!file.empty()) require_writable(file);
   Simulation simulation(scene);
   SimulationReport report;
   report.scene = scene.name;

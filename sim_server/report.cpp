@@ -32,6 +32,11 @@ void close(std::ofstream& out, const std::filesystem::path& file) {
 
 }  // namespace
 
+void require_writable(const std::filesystem::path& file) {
+  if (!std::ofstream(file, std::ios::app))
+    throw std::runtime_error(file.string() + ": cannot be written: " + std::strerror(errno));
+}
+
 void count_step(SimulationReport& report, const StepReport& step) {
   ++report.steps;
   report.solver_iterations += static_cast<std::uint64_t>(step.solve.iterations);

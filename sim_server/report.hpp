@@ -22,6 +22,10 @@ struct SimulationReport {
 
 void count_step(SimulationReport& report, const StepReport& step);
 
+/// Throws std::runtime_error unless the file can be written: to be asked before a long run, not
+/// after.
+void require_writable(const std::filesystem::path& file);
+
 /// Writes the report of docs/formats.md, "Reports". Throws std::runtime_error if the file cannot be
 /// written.
 void write_report(const SimulationReport& report, const World& world,

@@ -106,7 +106,9 @@ void run_offline(const SceneDescription& scene, const ServerOptions& options,
   const double end_s = options.duration_s.value_or(INFINITY);
   while (simulation.world().time_s < end_s - 1e-9 && !stop) {
     const double step_s = scene.period_s * (1.0 + spread(random));
+    const std::uint64_t began_ns = monotonic_ns();
     count_step(report, simulation.step(step_s, [] { return std::nullopt; }));
+    report.step_ns.record(monotonic_ns() - began_ns);
   }
 }
 

@@ -46,11 +46,22 @@ struct RecordLine {
 };
 static_assert(sizeof(RecordLine) == 64);
 
+/// The end of that line, which alone decides whether a sphere is this voxel's to report.
+struct RecordPlace {
+  float radius_m;
+  Voxel lowest_voxel;
+};
+static_assert(sizeof(RecordPlace) == 16 && offsetof(RecordLine, radius_m) == 48);
+
 [[nodiscard]] inline std::size_t record_word(const GridView& view, std::uint32_t sphere) noexcept {
   return view.layout.records + std::size_t{sphere} * (sizeof(proto::SphereRecord) / 8);
 }
 [[nodiscard]] inline RecordLine load_line(const GridView& view, std::uint32_t sphere) noexcept {
   return load_struct<RecordLine>(view.words + record_word(view, sphere));
+}
+[[nodiscard]] inline Voxel load_lowest_voxel(const GridView& view, std::uint32_t sphere) noexcept {
+  const std::size_t word = record_word(view, sphere) + offsetof(RecordLine, radius_m) / 8;
+  return load_struct<RecordPlace>(view.words + word).lowest_voxel;
 }
 [[nodiscard]] inline proto::SphereRecord load_record(const GridView& view,
                                                      std::uint32_t sphere) noexcept {
@@ -87,8 +98,8 @@ void visit_cell(const GridView& view, const Voxel& voxel, const Voxel& box_lowes
     if (!budget.spend()) return;
     const std::uint32_t sphere = load_u32(view.words + view.layout.entries, i);
     if (sphere >= view.shape.sphere_count) continue;  // a torn or hostile word
-    const RecordLine line = load_line(view, sphere);
-    if (reporting_voxel(line.lowest_voxel, box_lowest) == voxel) visit(sphere, line);
+    if (reporting_voxel(load_lowest_voxel(view, sphere), box_lowest) == voxel)
+      visit(sphere, load_line(view, sphere));
   }
 }
 

@@ -36,6 +36,12 @@ class PublishedScene {
     for (std::size_t i = 0; i < radii_m.size(); ++i) writer_.describe_sphere(i, radii_m[i], 0, 0);
   }
 
+  ~PublishedScene() { ::unlink(("/dev/shm/stillgrid-" + session_ + "-scene.lock").c_str()); }
+  PublishedScene(const PublishedScene&) = delete;
+  PublishedScene& operator=(const PublishedScene&) = delete;
+  PublishedScene(PublishedScene&&) = delete;
+  PublishedScene& operator=(PublishedScene&&) = delete;
+
   /// Shows the spheres at time_ns, simulated and published at once.
   void show(const std::vector<Eigen::Vector3d>& positions_m,
             const std::vector<Eigen::Vector3d>& velocities_m_s, std::uint64_t time_ns) {

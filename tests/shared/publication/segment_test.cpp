@@ -33,8 +33,7 @@ TEST_CASE("A session is named by 1 to 64 letters, digits, '_', '-' or '.'", "[se
 
   const std::string bad =
       GENERATE("", ".", ".hidden", "../etc", "a/b", "a b", "a\n", "\xC3\xA9", "a*");
-  CHECK(refusal_of([&] { return segment_name(bad, kScene); }).find("value '" + bad) ==
-        0);
+  CHECK(refusal_of([&] { return segment_name(bad, kScene); }).find("value '" + bad) == 0);
   CHECK_THROWS_AS(segment_name(std::string(65, 'x'), kScene), SegmentError);
   CHECK_THROWS_AS(segment_name(std::string("a\0b", 3), kScene), SegmentError);
 }
