@@ -73,12 +73,9 @@ TickEnd HapticLoop::act(const SceneView& scene, bool writer_alive, std::uint64_t
   rendered_ = has_pose_ ? renderer_.render(scene, pose_, now_ns) : RenderedTick{};
   if (rendered_.contended) flags_ |= kFlagContended;
   if (rendered_.cut) flags_ |= kFlagCut;
-  // Without a position in this tick there is nothing to oppose: no force.
-  const Eigen::Vector3d wanted_N =
-      (flags_ & kFlagBadDevice) != 0 ? Eigen::Vector3d::Zero().eval() : rendered_.force.force_N;
   held_before_N_ = held_N_;
-  held_N_ = guard_.apply(wanted_N,
-                         {.exists = rendered_.generation != 0,
+  held_N_ = guard_.apply(rendered_.force.force_N,
+                         {.exists = rendered_.generation != 0 && (flags_ & kFlagBadDevice) == 0,
                           .image_age_s = rendered_.image_age_s,
                           .period_s = to_s(scene.header().period_ns),
                           .writer_alive = writer_alive},
@@ -102,7 +99,7 @@ TickEnd HapticLoop::act(const SceneView& scene, bool writer_alive, std::uint64_t
 
 void HapticLoop::count(const TickRow& row, HapticReport& report) noexcept {
   count_tick(report, row, rendered_, held_before_N_, moved_m_, to_s(period_ns_));
-  report.snapshots = std::max(report.snapshots, rendered_.generation);
+  if (rendered_.is_new) ++report.snapshots;
 }
 
 }  // namespace stillgrid

@@ -44,6 +44,9 @@ class HapticLoop {
   /// Adds the tick of the last act() to the report.
   void count(const TickRow& row, HapticReport& report) noexcept;
 
+  /// Whether the next tick may be of another scene: only when no force is felt. Realtime: yes.
+  [[nodiscard]] bool may_switch_scene() const noexcept { return guard_.is_silent(); }
+
   [[nodiscard]] std::int32_t device_code() const noexcept { return device_code_; }
 
  private:

@@ -6,6 +6,7 @@
 #include <exception>
 
 #include "haptic_server/server.hpp"
+#include "shared/command_line/number_in.hpp"
 #include "shared/publication/segment.hpp"
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/stop_signal.hpp"
@@ -34,7 +35,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
       ->check(session_complaint);
   app.add_option("--device", options.device, "PLUGIN[:key=value,...]")->required();
   app.add_option("--rate", options.rate_hz, "Ticks a second, Hz; default 1000")
-      ->check(CLI::Range(10.0, 100000.0));
+      ->check(number_in(10.0, 1e5));
   app.add_option("--transition", arguments.transition,
                  "How one image passes to the next: hold, linear (default; the paper's)")
       ->check(CLI::IsMember({"hold", "linear"}));
@@ -43,7 +44,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--record", options.record, "Record every tick (CSV)");
   app.add_option("--duration", options.duration_s,
                  "Time to run, s; default: until Ctrl-C or the end of a replay")
-      ->check(CLI::PositiveNumber);
+      ->check(number_in(1e-6, 1e8));
   app.add_flag("--lockstep", options.lockstep,
                "Virtual time, in agreement with sim_server --lockstep; repeatable to the bit");
   app.add_option("--report", arguments.report, "Write a report (JSON) at exit");
@@ -51,10 +52,10 @@ void add_options(CLI::App& app, Arguments& arguments) {
       ->check(CLI::NonNegativeNumber);
   app.add_option("--max-force", options.max_force_N,
                  "Limit of the force, N; default and upper bound: the device's own")
-      ->check(CLI::PositiveNumber);
+      ->check(number_in(1e-6, 1e4));
   app.add_option("--max-slew", options.max_slew_N_per_ms,
                  "Limit of the force's change, N/ms; default: none")
-      ->check(CLI::PositiveNumber);
+      ->check(number_in(1e-9, 1e6));
 }
 
 int fail(const std::exception& error, int status) {

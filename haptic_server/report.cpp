@@ -12,8 +12,9 @@ namespace {
 
 constexpr double kMicro = 1e-6;
 
+/// Saturating; what is no number counts as the most.
 std::uint64_t to_micro(double value) {
-  return static_cast<std::uint64_t>(value * 1e6 + 0.5);
+  return value < 1e12 ? static_cast<std::uint64_t>(value * 1e6 + 0.5) : std::uint64_t{1} << 60U;
 }
 
 nlohmann::json percentiles(const Histogram& histogram, double unit) {

@@ -62,6 +62,7 @@ struct Run {
 };
 
 [[noreturn]] void throw_fault(const Run& run) {
+  run.device.emergency_stop();
   throw DeviceFault(run.device.error_line(run.loop.device_code()));
 }
 
@@ -78,7 +79,7 @@ void run_real(Run& run) {
   while (!run.stop && end == TickEnd::kGoOn) {
     const PeriodicTimer::Wake wake = timer.wait();
     if (wake.now_ns >= end_ns) break;
-    const SceneView& scene = *run.watch.acquire();
+    const SceneView& scene = *run.watch.acquire(run.loop.may_switch_scene());
     end = run.loop.sense(scene, wake.now_ns);
     if (end != TickEnd::kGoOn) break;
     end = run.loop.act(scene, run.watch.writer_alive(), wake.now_ns, row);
@@ -131,12 +132,32 @@ TickEnd tick_in_lockstep(Run& run, const SceneView& scene) {
 }
 
 void run_lockstep(Run& run) {
+  if (run.options.cpu && !pin_to_cpu(*run.options.cpu))
+    spdlog::warn("running without processor {}", *run.options.cpu);
   const SceneView& scene = *run.watch.acquire();
   const TickEnd end = tick_in_lockstep(run, scene);
   proto::SegmentHeader& own = run.tool.header();
   HardwareAtomics::store(own.lockstep_sample_ns, proto::kNever, std::memory_order_release);
   HardwareAtomics::store(own.lockstep_event_ns, proto::kNever, std::memory_order_release);
   if (end == TickEnd::kDeviceFault) throw_fault(run);
+}
+
+/// Runs the loop. However it ends, the motors are off before anything else takes its time to end.
+void run_and_release(Run& run) {
+  const auto release = [&] {
+    run.device.deactivate();
+    if (run.recorder != nullptr) run.report.lost_rows = run.recorder->finish();
+  };
+  try {
+    if (run.options.lockstep)
+      run_lockstep(run);
+    else
+      run_real(run);
+  } catch (...) {
+    release();
+    throw;
+  }
+  release();
 }
 
 }  // namespace
@@ -173,11 +194,7 @@ void run_haptics(const HapticOptions& options, HapticReport& report,
       device, tool, options.transition, guard_limits(options, device.descriptor()), period_ns);
 
   Run run{options, report, stop, period_ns, device, watch, tool, *loop, recorder.get()};
-  if (options.lockstep)
-    run_lockstep(run);
-  else
-    run_real(run);
-  if (recorder) report.lost_rows = recorder->lost();
+  run_and_release(run);
 }
 
 }  // namespace stillgrid

@@ -4,9 +4,13 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <stdexcept>
+#include <string>
 
+#include "shared/command_line/number_in.hpp"
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/stop_signal.hpp"
+#include "sim_server/bodies/sphere_packing.hpp"
 #include "sim_server/report.hpp"
 #include "sim_server/scene/scene_file.hpp"
 #include "sim_server/server.hpp"
@@ -36,20 +40,20 @@ void add_options(CLI::App& app, Arguments& arguments) {
   auto* session = app.add_option("--session", server.session, "Name that joins the two servers")
                       ->check(session_complaint);
   app.add_option("--rate", arguments.rate_hz, "Steps a second, Hz; default: the scene's")
-      ->check(CLI::Range(0.1, 100000.0));
+      ->check(number_in(0.01, 1e5));
   app.add_option("--duration", server.duration_s, "Simulated time, s; default: until Ctrl-C")
-      ->check(CLI::PositiveNumber);
+      ->check(number_in(1e-6, 1e8));
   auto* lockstep = app.add_flag("--lockstep", arguments.lockstep,
                                 "Virtual time, in agreement with haptic_server --lockstep");
   auto* offline = app.add_flag("--offline", arguments.offline,
                                "Virtual time, alone; needs --duration, publishes nothing");
   offline->excludes(lockstep)->excludes(session);
   app.add_option("--latency", server.latency_s, "Virtual cost of a step, s; only with --lockstep")
-      ->check(CLI::NonNegativeNumber)
+      ->check(number_in(0.0, 100.0))
       ->needs(lockstep);
   app.add_option("--jitter", server.jitter,
                  "Draw each period from P (1 + u), u uniform in +-FRACTION; virtual time only")
-      ->check(CLI::Range(0.0, 0.95));
+      ->check(number_in(0.0, 0.95));
   app.add_option("--seed", server.seed, "Of the jitter; default 1");
   app.add_option("--report", arguments.report, "Write a report (JSON) at exit");
   app.add_option("--final-state", arguments.final_state, "Write nodes and bodies (CSV) at exit");
@@ -70,6 +74,27 @@ void check(const Arguments& arguments, double period_s) {
                                                 std::to_string(period_s) + " s");
 }
 
+/// Memory and time grow with the spheres: a thin box without a spacing may ask for billions.
+void check_sphere_count(const SceneDescription& scene, const std::string& file) {
+  constexpr double kMostSpheres = 1e6;
+  double total = 0.0;
+  for (const BodyDescription& body : scene.bodies) {
+    const double count = sphere_count(body);
+    total += count;
+    if (total > kMostSpheres)
+      throw std::runtime_error(file + ": body '" + body.name + "': spheres: value " +
+                               std::to_string(static_cast<std::uint64_t>(count)) +
+                               ": expected at most 1000000 in a scene; give "
+                               "it a larger spacing_m");
+  }
+}
+
+int fail(const std::exception& error, ExitStatus status) {
+  std::fprintf(stderr, "sim_server: %s\n", error.what());
+  return status;
+}
+
+/// Runs the scene; report and final state are written however it ended.
 int run(Arguments& arguments) {
   SceneDescription scene = load_scene(arguments.scene);
   if (arguments.rate_hz) scene.period_s = 1.0 / *arguments.rate_hz;
@@ -79,22 +104,23 @@ int run(Arguments& arguments) {
                                                 : SimulationClock::kReal;
   for (const auto& file : {arguments.report, arguments.final_state})
     if (!file.empty()) require_writable(file);
+  check_sphere_count(scene, arguments.scene.string());
   Simulation simulation(scene);
   SimulationReport report;
   report.scene = scene.name;
   report.solver = scene.solver;
   report.rate_hz = 1.0 / scene.period_s;
-  run_simulation(scene, arguments.server, simulation, report, stop_requested());
+  int status = kDone;
+  try {
+    run_simulation(scene, arguments.server, simulation, report, stop_requested());
+  } catch (const SegmentError& error) {
+    status = fail(error, kCouldNotStart);
+  }
   if (!arguments.final_state.empty()) write_final_state(simulation.world(), arguments.final_state);
   if (!arguments.report.empty()) write_report(report, simulation.world(), arguments.report);
   if (report.not_converged > 0)
     spdlog::warn("{} of {} steps did not converge; each used its best iterate",
                  report.not_converged, report.steps);
-  return kDone;
-}
-
-int fail(const std::exception& error, ExitStatus status) {
-  std::fprintf(stderr, "sim_server: %s\n", error.what());
   return status;
 }
 
@@ -116,8 +142,6 @@ int main(int argc, char** argv) {
     return app.exit(help);
   } catch (const CLI::Error& error) {
     return fail(error, kBadInput);
-  } catch (const SegmentError& error) {
-    return fail(error, kCouldNotStart);
   } catch (const std::exception& error) {
     return fail(error, kBadInput);
   }

@@ -70,8 +70,9 @@ void write_report(const SimulationReport& report, const World& world,
     json["step_ms"] = percentiles_ms(report.step_ns);
     json["phases_ms"] = {{"detect", percentiles_ms(report.detect_ns)},
                          {"respond", percentiles_ms(report.respond_ns)},
-                         {"integrate", percentiles_ms(report.integrate_ns)},
-                         {"publish", percentiles_ms(report.publish_ns)}};
+                         {"integrate", percentiles_ms(report.integrate_ns)}};
+    if (report.publish_ns.count() > 0)
+      json["phases_ms"]["publish"] = percentiles_ms(report.publish_ns);
   }
   std::ofstream out = open_for_writing(file);
   out << json.dump(2) << '\n';

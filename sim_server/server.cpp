@@ -84,10 +84,12 @@ class Session {
 
   [[nodiscard]] std::optional<ToolSample> take_tool() {
     const ToolView* view = tool_.acquire();
-    if (view == nullptr || !tool_.writer_alive()) return std::nullopt;
-    const auto state = view->read();
-    if (!state) return std::nullopt;
-    return sample_of(*state);
+    if (view == nullptr || !tool_.writer_alive()) {
+      last_tool_.reset();
+    } else if (const auto state = view->read()) {
+      last_tool_ = sample_of(*state);  // else the last good sample stands
+    }
+    return last_tool_;
   }
 
   [[nodiscard]] SceneWriter& writer() noexcept { return writer_; }
@@ -97,6 +99,7 @@ class Session {
   float voxel_m_;
   SceneWriter writer_;
   SegmentWatch<ToolView> tool_;
+  std::optional<ToolSample> last_tool_;
 };
 
 void run_offline(const SceneDescription& scene, const ServerOptions& options,
@@ -114,8 +117,6 @@ void run_offline(const SceneDescription& scene, const ServerOptions& options,
 
 void run_real(const SceneDescription& scene, const ServerOptions& options, Simulation& simulation,
               SimulationReport& report, const std::atomic<bool>& stop) {
-  if (options.cpu && !pin_to_cpu(*options.cpu))
-    spdlog::warn("running without processor {}: there is none of that number for us", *options.cpu);
   const std::uint64_t start_ns = monotonic_ns();
   Session session(scene, options, simulation, proto::Clock::kMonotonic, start_ns);
   session.tool().start();
@@ -137,7 +138,8 @@ void run_real(const SceneDescription& scene, const ServerOptions& options, Simul
   const std::uint64_t end_ns =
       options.duration_s ? start_ns + to_ns(*options.duration_s) : proto::kNever;
   while (!stop && monotonic_ns() < end_ns) {
-    const PeriodicTimer::Wake wake = timer.wait();
+    const PeriodicTimer::Wake wake = timer.wait(&stop);
+    if (stop) break;
     report.late_steps += wake.skipped;
     const StepReport step = simulation.step(scene.period_s, [&] { return session.take_tool(); });
     publish(wake.deadline_ns, wake.now_ns, step);
@@ -215,7 +217,7 @@ void run_lockstep(const SceneDescription& scene, const ServerOptions& options,
   const std::uint64_t end_ns = options.duration_s ? to_ns(*options.duration_s) : proto::kNever;
   while (state_ns <= end_ns) {
     // A sample taken before T_n is complete when the peer's next one lies after it.
-    if (!peer.wait(&proto::SegmentHeader::lockstep_sample_ns, sample_ns + 1)) break;
+    if (stop || !peer.wait(&proto::SegmentHeader::lockstep_sample_ns, sample_ns + 1)) break;
     const StepReport step = simulation.step(to_s(period_ns), [&] { return peer.sample(); });
     count_step(report, step);
     session.fill(simulation.world());
@@ -242,6 +244,8 @@ void run_lockstep(const SceneDescription& scene, const ServerOptions& options,
 void run_simulation(const SceneDescription& scene, const ServerOptions& options,
                     Simulation& simulation, SimulationReport& report,
                     const std::atomic<bool>& stop) {
+  if (options.cpu && !pin_to_cpu(*options.cpu))
+    spdlog::warn("running without processor {}: there is none of that number for us", *options.cpu);
   report.measures_time = options.clock != SimulationClock::kLockstep;
   switch (options.clock) {
     case SimulationClock::kReal:

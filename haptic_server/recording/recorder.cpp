@@ -74,7 +74,17 @@ Recorder::Recorder(const std::filesystem::path& file, const std::string& scene,
   });
 }
 
-Recorder::~Recorder() = default;
+Recorder::~Recorder() {
+  (void)finish();
+}
+
+std::uint64_t Recorder::finish() {
+  if (thread_.joinable()) {
+    thread_.request_stop();
+    thread_.join();
+  }
+  return lost_.load(std::memory_order_relaxed);
+}
 
 void Recorder::record(const TickRow& row) noexcept {
   if (!ring_.push(row)) lost_.fetch_add(1, std::memory_order_relaxed);

@@ -55,10 +55,9 @@ class Recorder {
   /// Takes a row, waiting for room: for lockstep, where nothing may be lost. Not real-time.
   void record_waiting(const TickRow& row) noexcept;
 
-  /// Rows that were not written, by a full ring or a failing file.
-  [[nodiscard]] std::uint64_t lost() const noexcept {
-    return lost_.load(std::memory_order_relaxed);
-  }
+  /// Writes what is left and ends. Returns the rows that were not written, by a full ring or a
+  /// failing file. Nothing may be recorded after. Thread: the loop's, when it is over.
+  std::uint64_t finish();
 
  private:
   void write_rows();

@@ -50,6 +50,7 @@ RenderedTick StillImageRenderer::render(const SceneView& scene, const ToolPose& 
   if (read.status == ReadStatus::kEmpty) return tick;
   tick.contended = read.status == ReadStatus::kContended;
   if (!tick.contended) {
+    tick.is_new = snapshot.generation != snapshot_.generation;
     snapshot_ = snapshot;
     gather_touched(scene.static_grid(), image_weights(Transition::kHold, snapshot_, now_ns), tool,
                    *fresh_);

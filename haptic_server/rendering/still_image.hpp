@@ -25,6 +25,7 @@ struct ToolPose {
 struct RenderedTick {
   ToolForce force;
   std::uint64_t generation = 0;  // of the image shown, 0: none yet
+  bool is_new = false;           // the first tick that shows it
   double alpha = 1.0;
   double age_s = 0.0;                   // of the simulated state shown newest
   double image_age_s = 0.0;             // since its publication

@@ -50,6 +50,7 @@ void gather_touched(const GridView& grid, const ImageWeights& weights,
           const double reach_m = probe.radius_m + line.radius_m;
           // Written so that a NaN does not pass.
           if (!((shown.position_m - probe.position_m).squaredNorm() < reach_m * reach_m)) return;
+          if (!shown.velocity_m_s.allFinite()) return;
           if (touched.count == TouchedSpheres::kCapacity) {
             touched.cut = true;
             return;

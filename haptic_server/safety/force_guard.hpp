@@ -22,8 +22,8 @@ inline constexpr std::array<std::string_view, 7> kSafetyFlagNames = {
     "bad_device", "rejected", "faded", "clamped", "slewed", "contended", "cut"};
 
 struct GuardLimits {
-  double max_force_N = 0.0;                 // > 0: norm of the force
-  std::optional<double> max_slew_N_per_ms;  // none: not limited
+  double max_force_N = 0.0;                 // finite, > 0: norm of the force
+  std::optional<double> max_slew_N_per_ms;  // finite, > 0; none: not limited
 };
 
 /// How fresh the image is that a force was rendered from.
@@ -48,10 +48,13 @@ class ForceGuard {
                                       const ImageFreshness& freshness, double tick_s,
                                       std::uint32_t& flags) noexcept;
 
+  /// Whether a fade is over: a change of scene cannot be felt now. Realtime: yes.
+  [[nodiscard]] bool is_silent() const noexcept { return gain_ == 0.0; }
+
  private:
   GuardLimits limits_;
   double gain_ = 0.0;
-  Eigen::Vector3d last_N_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d last_N_ = Eigen::Vector3d::Zero();  // before the fade
 };
 
 }  // namespace stillgrid

@@ -103,6 +103,19 @@ void visit_cell(const GridView& view, const Voxel& voxel, const Voxel& box_lowes
   }
 }
 
+/// Every sphere that is not on the long list, which ascends.
+template <class Visit>
+void visit_entered(const GridView& view, VisitBudget& budget, Visit& visit) {
+  std::uint32_t next_long = 0;
+  for (std::uint32_t sphere = 0; sphere < view.shape.sphere_count && budget.spend(); ++sphere) {
+    if (next_long < view.shape.long_count &&
+        load_u32(view.words + view.layout.long_list, next_long) == sphere)
+      ++next_long;
+    else
+      visit(sphere, load_line(view, sphere));
+  }
+}
+
 }  // namespace detail
 
 /// Calls visit(sphere number, RecordLine) once for each sphere whose swept box may meet `box`;
@@ -125,6 +138,13 @@ bool for_each_candidate(const GridView& view, const Box& box, std::uint32_t max_
   for (std::size_t axis = 0; axis < 3; ++axis) {
     low[axis] = voxel_index(box.low_m[axis], inverse_voxel_per_m);
     high[axis] = voxel_index(box.high_m[axis], inverse_voxel_per_m);
+  }
+  double voxels = 1.0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    voxels *= static_cast<double>(high[axis]) - static_cast<double>(low[axis]) + 1.0;
+  if (voxels > view.shape.sphere_count) {  // fewer spheres than places to look for them
+    detail::visit_entered(view, budget, visit);
+    return budget.cut;
   }
   for (std::int32_t z = low[2]; z <= high[2] && !budget.cut; ++z)
     for (std::int32_t y = low[1]; y <= high[1] && !budget.cut; ++y)

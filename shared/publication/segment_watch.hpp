@@ -31,17 +31,22 @@ class SegmentWatch {
         layout_hash_(layout_hash),
         report_(std::move(report)) {}
 
-  /// The mapping to use until the next call, or null while there is none.
-  /// Thread: one, the reader's. Realtime: wait-free.
-  [[nodiscard]] const View* acquire() noexcept {
+  /// The mapping to use until the next call, or null while there is none. Unless it may switch, the
+  /// one in use stays, whatever has come since. Thread: one, the reader's. Realtime: wait-free.
+  [[nodiscard]] const View* acquire(bool may_switch = true) noexcept {
+    const View* used = in_use_.load(std::memory_order_relaxed);
+    if (!may_switch && used != nullptr) return used;
     const View* view = offered_.load(std::memory_order_acquire);
     in_use_.store(view, std::memory_order_release);
     return view;
   }
 
-  /// Whether the writer of the newest mapping lives, as of the last poll. Realtime: yes.
+  /// Whether the writer of the mapping in use lives, as of the last poll; not so once another has
+  /// taken its place. Thread: as acquire(). Realtime: yes.
   [[nodiscard]] bool writer_alive() const noexcept {
-    return alive_.load(std::memory_order_relaxed);
+    const View* used = in_use_.load(std::memory_order_relaxed);
+    const bool is_newest = used == nullptr || used == offered_.load(std::memory_order_relaxed);
+    return is_newest && alive_.load(std::memory_order_relaxed);
   }
 
   /// Looks for a newer segment, asks whether the writer lives, drops what is no longer used.

@@ -1,6 +1,6 @@
 #include "shared/realtime/periodic_timer.hpp"
 
-#include <cerrno>
+#include <algorithm>
 #include <ctime>
 
 namespace stillgrid {
@@ -20,13 +20,14 @@ std::uint64_t monotonic_ns() noexcept {
 PeriodicTimer::PeriodicTimer(std::uint64_t period_ns) noexcept
     : period_ns_(period_ns), next_ns_(monotonic_ns() + period_ns) {}
 
-PeriodicTimer::Wake PeriodicTimer::wait() noexcept {
+PeriodicTimer::Wake PeriodicTimer::wait(const std::atomic<bool>* stop) noexcept {
+  constexpr std::uint64_t kSlice_ns = 100'000'000;
   Wake wake{.deadline_ns = next_ns_, .now_ns = monotonic_ns(), .skipped = 0};
-  if (wake.now_ns < next_ns_) {
-    const timespec until{.tv_sec = static_cast<time_t>(next_ns_ / kSecond_ns),
-                         .tv_nsec = static_cast<long>(next_ns_ % kSecond_ns)};
-    while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
-    }
+  while (wake.now_ns < next_ns_ && !(stop != nullptr && *stop)) {
+    const std::uint64_t until_ns = std::min(next_ns_, wake.now_ns + kSlice_ns);
+    const timespec until{.tv_sec = static_cast<time_t>(until_ns / kSecond_ns),
+                         .tv_nsec = static_cast<long>(until_ns % kSecond_ns)};
+    ::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);  // EINTR: once more round
     wake.now_ns = monotonic_ns();
   }
   next_ns_ += period_ns_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 
 namespace stillgrid {
@@ -19,8 +20,9 @@ class PeriodicTimer {
     std::uint64_t skipped;  // deadlines that passed during a stall
   };
 
-  /// Sleeps to the next deadline. Realtime: one sleeping system call.
-  Wake wait() noexcept;
+  /// Sleeps to the next deadline, or until *stop, which is looked at every 100 ms.
+  /// Realtime: one sleeping system call for periods up to 100 ms.
+  Wake wait(const std::atomic<bool>* stop = nullptr) noexcept;
 
  private:
   std::uint64_t period_ns_;

@@ -7,8 +7,33 @@ namespace stillgrid {
 namespace {
 
 /// Spheres along a length, ends included.
+double spheres_along(double length_m, double spacing_m) {
+  return std::max(1.0, std::round(length_m / spacing_m) + 1.0);
+}
 int count_along(double length_m, double spacing_m) {
-  return std::max(1, static_cast<int>(std::lround(length_m / spacing_m)) + 1);
+  return static_cast<int>(spheres_along(length_m, spacing_m));
+}
+
+/// Spacing and radius as described, or as suits the body.
+SpherePacking packing_of(const BodyDescription& body) {
+  SpherePacking packing = body.spheres;
+  const auto default_to = [&](double spacing_m, double radius_per_spacing) {
+    if (packing.spacing_m <= 0.0) packing.spacing_m = spacing_m;
+    if (packing.radius_m <= 0.0) packing.radius_m = radius_per_spacing * packing.spacing_m;
+  };
+  if (body.kind == BodyKind::kThread)
+    default_to((body.to_m - body.from_m).norm() / (body.nodes.x() - 1), 0.75);
+  if (body.kind == BodyKind::kSheet)
+    default_to(
+        std::min(body.size_m.x() / (body.nodes.x() - 1), body.size_m.y() / (body.nodes.y() - 1)),
+        0.75);
+  if (body.kind == BodyKind::kRigidBox) default_to(body.size_m.minCoeff() / 3.0, 0.5);
+  return packing;
+}
+
+/// Edge lengths between the centres of a box's outermost spheres.
+Eigen::Vector3d inner_size_m(const BodyDescription& body, double radius_m) {
+  return (body.size_m.array() - 2.0 * radius_m).max(0.0).matrix();
 }
 
 /// The i-th of n equal steps through [low, high]; the middle when there is one only.
@@ -43,9 +68,7 @@ void bind(SphereBinding& sphere, int node, double weight) {
 
 std::vector<SphereBinding> pack_thread(const BodyDescription& body) {
   const double length_m = (body.to_m - body.from_m).norm();
-  const double spacing_m =
-      body.spheres.spacing_m > 0.0 ? body.spheres.spacing_m : length_m / (body.nodes.x() - 1);
-  const double radius_m = body.spheres.radius_m > 0.0 ? body.spheres.radius_m : 0.75 * spacing_m;
+  const auto [spacing_m, radius_m] = packing_of(body);
   const int count = count_along(length_m, spacing_m);
   std::vector<SphereBinding> spheres;
   for (int i = 0; i < count; ++i) {
@@ -61,10 +84,7 @@ std::vector<SphereBinding> pack_thread(const BodyDescription& body) {
 
 std::vector<SphereBinding> pack_sheet(const BodyDescription& body) {
   const int nx = body.nodes.x(), ny = body.nodes.y();
-  const double spacing_m = body.spheres.spacing_m > 0.0
-                               ? body.spheres.spacing_m
-                               : std::min(body.size_m.x() / (nx - 1), body.size_m.y() / (ny - 1));
-  const double radius_m = body.spheres.radius_m > 0.0 ? body.spheres.radius_m : 0.75 * spacing_m;
+  const auto [spacing_m, radius_m] = packing_of(body);
   const int columns = count_along(body.size_m.x(), spacing_m);
   const int rows = count_along(body.size_m.y(), spacing_m);
   std::vector<SphereBinding> spheres;
@@ -86,10 +106,8 @@ std::vector<SphereBinding> pack_sheet(const BodyDescription& body) {
 }
 
 std::vector<SphereBinding> pack_box(const BodyDescription& body) {
-  const double shortest_m = body.size_m.minCoeff();
-  const double spacing_m = body.spheres.spacing_m > 0.0 ? body.spheres.spacing_m : shortest_m / 3.0;
-  const double radius_m = body.spheres.radius_m > 0.0 ? body.spheres.radius_m : 0.5 * spacing_m;
-  const Eigen::Vector3d inner_m = (body.size_m.array() - 2.0 * radius_m).max(0.0).matrix();
+  const auto [spacing_m, radius_m] = packing_of(body);
+  const Eigen::Vector3d inner_m = inner_size_m(body, radius_m);
   Eigen::Vector3i counts;
   for (int axis = 0; axis < 3; ++axis) counts[axis] = count_along(inner_m[axis], spacing_m);
   const auto along = [&](int i, int axis) {
@@ -126,6 +144,28 @@ std::vector<SphereBinding> pack_spheres(const BodyDescription& body) {
       break;
   }
   return {};
+}
+
+double sphere_count(const BodyDescription& body) {
+  const auto [spacing_m, radius_m] = packing_of(body);
+  const auto along = [spacing_m = spacing_m](double length_m) {
+    return spheres_along(length_m, spacing_m);
+  };
+  switch (body.kind) {
+    case BodyKind::kThread:
+      return along((body.to_m - body.from_m).norm());
+    case BodyKind::kSheet:
+      return along(body.size_m.x()) * along(body.size_m.y());
+    case BodyKind::kRigidBox: {
+      const Eigen::Vector3d inner_m = inner_size_m(body, radius_m);
+      return along(inner_m.x()) * along(inner_m.y()) * along(inner_m.z());
+    }
+    case BodyKind::kSphere:
+      return 1.0;
+    case BodyKind::kPlane:
+      break;
+  }
+  return 0.0;
 }
 
 }  // namespace stillgrid

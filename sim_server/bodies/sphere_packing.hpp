@@ -15,4 +15,7 @@ namespace stillgrid {
 /// numbered from 0 within the body; rest positions are in the world.
 [[nodiscard]] std::vector<SphereBinding> pack_spheres(const BodyDescription& body);
 
+/// How many spheres that makes, without making them; a double, for it may exceed every integer.
+[[nodiscard]] double sphere_count(const BodyDescription& body);
+
 }  // namespace stillgrid

@@ -20,6 +20,8 @@ namespace {
 
 constexpr int kFormat = 1;
 constexpr std::size_t kMostMaterials = 64;
+constexpr std::ptrdiff_t kMostPlanes = 64;
+constexpr double kShortestPeriod_s = 1e-5, kLongestPeriod_s = 100.0;
 constexpr std::size_t kMostToolSpheres = 16;
 constexpr double kDefaultToolRadius_m = 0.005;
 
@@ -62,6 +64,10 @@ void read_simulation(TableReader table, SceneDescription& scene) {
   }
   if (table.has("rate_hz")) scene.period_s = 1.0 / table.number("rate_hz", Bound::kPositive);
   if (table.has("period_s")) scene.period_s = table.number("period_s", Bound::kPositive);
+  if (!(scene.period_s >= kShortestPeriod_s && scene.period_s <= kLongestPeriod_s)) {
+    table.refuse(table.has("period_s") ? "period_s" : "rate_hz",
+                 "a period from 1e-05 to 100 s, a rate from 0.01 to 100000 Hz");
+  }
   constexpr std::array<std::string_view, 1> integrators = {"implicit_euler"};
   constexpr std::array<std::string_view, 1> solvers = {"newton"};
   if (table.has("integrator"))
@@ -136,6 +142,10 @@ void read_contents(TableReader& document, SceneDescription& scene) {
   }
   for (TableReader& table : document.tables("body")) {
     add_named(table, read_body(table, scene.materials), scene.bodies);
+    const auto is_plane = [](const BodyDescription& body) { return body.kind == BodyKind::kPlane; };
+    if (std::count_if(scene.bodies.begin(), scene.bodies.end(), is_plane) > kMostPlanes) {
+      table.refuse("kind", "at most " + std::to_string(kMostPlanes) + " planes");
+    }
   }
 }
 

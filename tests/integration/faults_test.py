@@ -71,10 +71,14 @@ class BadInputTest(daemons.SessionTest):
     def test_a_session_that_cannot_be_a_name_is_refused(self):
         self.session = "../other"
         for daemon in (self.sim_server("wall", *LONG), self.haptic_server("phantom", *LONG)):
-            # Whichever way it is seen: as bad input, or as a segment that cannot be made.
-            self.assertIn(daemon.wait(5.0), (BAD_INPUT, COULD_NOT_START))
-            self.assertEqual(len(daemon.lines()), 1, daemon.lines())
-            self.assertIn("../other", daemon.lines()[0])
+            self.assert_refused(daemon, BAD_INPUT, "--session", "../other")
+
+    def test_a_number_that_is_none_is_refused(self):
+        for option in ("--max-force", "--max-slew", "--rate", "--duration"):
+            daemon = self.haptic_server("phantom", option, "nan")
+            self.assert_refused(daemon, BAD_INPUT, option, "nan")
+        for option in ("--rate", "--duration", "--jitter"):
+            self.assert_refused(self.sim_server("wall", option, "nan"), BAD_INPUT, option, "nan")
 
     def test_a_record_that_cannot_be_written_is_refused(self):
         self.sim_server("wall", *LONG)
@@ -115,6 +119,11 @@ class SessionFaultTest(daemons.SessionTest):
         hand = self.haptic_server("phantom")
         time.sleep(0.5)
         self.assertEqual(hand.stop(), DONE, hand.lines())
+
+    def test_Ctrl_C_ends_a_lockstep_sim_server_that_still_waits(self):
+        sim = self.sim_server("wall", "--lockstep")
+        time.sleep(0.5)
+        self.assertEqual(sim.stop(), DONE, sim.lines())
 
     def test_without_its_peer_each_gives_up_after_ten_seconds(self):
         start_s = time.monotonic()

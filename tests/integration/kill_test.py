@@ -27,6 +27,20 @@ class KillTest(daemons.SessionTest):
                         "half a second of contact")
         return hand, recording
 
+    def test_a_simulation_that_is_replaced_at_once_fades_out_before_the_next_fades_in(self):
+        sim = self.sim_server("wall")
+        hand, file = self.touching_hand("recording.csv")
+        sim.signal(signal.SIGKILL)
+        self.sim_server("wall")
+        time.sleep(0.8)
+        self.assertEqual(hand.stop(), DONE, hand.lines())
+
+        force_N = daemons.read_recording(file).force_norm_N()
+        full = numpy.flatnonzero(force_N > 0.999 * FORCE_N)
+        self.assertTrue((force_N[full[0]:full[-1]] == 0.0).any(), "silent when the scene changes")
+        self.assertEqual(full[-1], len(force_N) - 1, "the force returns in full")
+        self.assertLess(abs(numpy.diff(force_N)).max(), SMOOTH_N)
+
     def test_the_force_of_a_killed_simulation_fades_and_returns_with_the_next(self):
         sim = self.sim_server("wall")
         hand, file = self.touching_hand("recording.csv")

@@ -36,7 +36,7 @@ TEST_CASE("Every tick is a row, in order, none lost", "[recorder]") {
       row.generation = static_cast<std::uint64_t>(i);
       recorder.record_waiting(row);
     }
-    CHECK(recorder.lost() == 0);
+    CHECK(recorder.finish() == 0);
   }
   const auto lines = lines_of(file);
   REQUIRE(lines.size() == 50003);

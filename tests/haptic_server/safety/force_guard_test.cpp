@@ -91,5 +91,19 @@ TEST_CASE("The slew limit bounds each change, also of a jump to zero", "[force_g
   }
 }
 
+TEST_CASE("The slew limit does not hold a dead simulation's force beyond the fade",
+          "[force_guard]") {
+  ForceGuard guard({.max_force_N = 3.3, .max_slew_N_per_ms = 0.002});
+  std::uint32_t flags = 0;
+  for (int i = 0; i < 2000; ++i) (void)guard.apply({2.0, 0.0, 0.0}, kFresh, kTick_s, flags);
+  ImageFreshness dead = kFresh;
+  dead.writer_alive = false;
+  double force_N = 2.0;
+  for (int ms = 1; ms <= 101; ++ms)
+    force_N = guard.apply({2.0, 0.0, 0.0}, dead, kTick_s, flags).x();
+  CHECK(force_N == 0.0);
+  CHECK(guard.is_silent());
+}
+
 }  // namespace
 }  // namespace stillgrid

@@ -24,6 +24,20 @@ Eigen::Vector3d woven_m(const SphereBinding& sphere, const World& world) {
   return position_m;
 }
 
+TEST_CASE("The number of spheres is known before they are made", "[sphere_packing]") {
+  BodyDescription body =
+      GENERATE(tilted_sheet(), thread(7, {0, 0, 1}, {0.3, 0.1, 0.5}, 0.01, 100.0),
+               box({0, 0, 0}, {0.03, 0.05, 0.02}, 0.02, {0.01, 0.005}));
+  body.spheres.spacing_m = GENERATE(0.0, 0.004, 0.013);
+  CHECK(sphere_count(body) == static_cast<double>(pack_spheres(body).size()));
+}
+
+TEST_CASE("A box as thin as a hair asks for more spheres than memory, and says so at once",
+          "[sphere_packing]") {
+  BodyDescription body = box({0, 0, 0}, {1.0, 1.0, 1e-5}, 0.02, {0.0, 0.0});
+  CHECK(sphere_count(body) > 1e10);
+}
+
 TEST_CASE("A body of nodes has its spheres where its nodes carry them", "[sphere_packing]") {
   BodyDescription body =
       GENERATE(tilted_sheet(), thread(7, {0, 0, 1}, {0.3, 0.1, 0.5}, 0.01, 100.0));

@@ -170,3 +170,15 @@ TEST_CASE("A word pins the nodes it names", "[scene_file]") {
   CHECK(pinned_thread_nodes("pinned = 'end'") == Nodes{5});
   CHECK(pinned_thread_nodes("pinned = 'both'") == Nodes{0, 5});
 }
+
+TEST_CASE("A scene has at most 64 planes, for a segment has room for no more", "[scene_file]") {
+  std::string text = "format = 1\nmaterial = [{ name = \"m\", contact_stiffness_N_m = 1.0 }]\n";
+  for (int i = 0; i < 64; ++i)
+    text.append("[[body]]\nkind = \"plane\"\nnormal = [0, 0, 1]\nmaterial = \"m\"\nname = \"p")
+        .append(std::to_string(i))
+        .append("\"\n");
+  CHECK(scene_of(text).bodies.size() == 64);
+  text.append(
+      "[[body]]\nkind = \"plane\"\nnormal = [0, 0, 1]\nmaterial = \"m\"\nname = \"one more\"\n");
+  CHECK(refusal_of(text).find("at most 64 planes") != std::string::npos);
+}
