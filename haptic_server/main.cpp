@@ -85,7 +85,7 @@ int run(const Arguments& arguments) {
 }  // namespace
 }  // namespace stillgrid
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   using namespace stillgrid;
   CLI::App app(kDescription, "haptic_server");
   Arguments arguments;

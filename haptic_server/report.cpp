@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -14,7 +15,8 @@ constexpr double kMicro = 1e-6;
 
 /// Saturating; what is no number counts as the most.
 std::uint64_t to_micro(double value) {
-  return value < 1e12 ? static_cast<std::uint64_t>(value * 1e6 + 0.5) : std::uint64_t{1} << 60U;
+  return value < 1e12 ? static_cast<std::uint64_t>(std::llround(value * 1e6))
+                      : std::uint64_t{1} << 60U;
 }
 
 nlohmann::json percentiles(const Histogram& histogram, double unit) {

@@ -50,7 +50,7 @@ class StillImageRenderer {
   /// and only after the read was accepted sums the force.
   ///
   /// now_ns: on the clock of the scene's stamps. Realtime: wait-free, allocates nothing.
-  [[nodiscard]] RenderedTick render(const SceneView& scene, const ToolPose& tool,
+  [[nodiscard]] RenderedTick render(const SceneView& scene, const ToolPose& pose,
                                     std::uint64_t now_ns) noexcept;
 
  private:

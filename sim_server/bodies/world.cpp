@@ -29,10 +29,10 @@ std::vector<Eigen::Vector3d> rest_nodes(const BodyDescription& body) {
     for (int x = 0; x < body.nodes.x(); ++x) {
       const double u = fraction(x, body.nodes.x()), v = fraction(y, body.nodes.y());
       if (body.kind == BodyKind::kThread) {
-        points.push_back(body.from_m + u * (body.to_m - body.from_m));
+        points.emplace_back(body.from_m + u * (body.to_m - body.from_m));
       } else {
         const Eigen::Vector3d local((u - 0.5) * body.size_m.x(), (v - 0.5) * body.size_m.y(), 0.0);
-        points.push_back(body.position_m + body.orientation * local);
+        points.emplace_back(body.position_m + body.orientation * local);
       }
     }
   return points;
