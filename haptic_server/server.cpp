@@ -2,7 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <cmath>
 #include <memory>
 #include <thread>
 
@@ -17,10 +16,6 @@ namespace {
 
 constexpr std::uint64_t kScenePatience_ns = 10'000'000'000;
 constexpr double kForceWithoutLimit_N = 40.0;  // for a device that declares none
-
-std::uint64_t to_ns(double seconds) {
-  return static_cast<std::uint64_t>(std::llround(seconds * 1e9));
-}
 
 using SceneWatch = SegmentWatch<SceneView>;
 

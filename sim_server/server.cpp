@@ -14,9 +14,6 @@ namespace {
 
 constexpr std::uint64_t kPeerPatience_ns = 10'000'000'000;
 
-std::uint64_t to_ns(double seconds) {
-  return static_cast<std::uint64_t>(std::llround(seconds * 1e9));
-}
 double to_s(std::uint64_t ns) {
   return static_cast<double>(ns) * 1e-9;
 }

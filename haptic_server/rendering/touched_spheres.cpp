@@ -32,12 +32,6 @@ Displayed displayed(const GridView& grid, std::uint32_t sphere, const RecordLine
   return sum;
 }
 
-Box box_round(const PlacedToolSphere& sphere) {
-  const Eigen::Vector3f low = (sphere.position_m.array() - sphere.radius_m).cast<float>();
-  const Eigen::Vector3f high = (sphere.position_m.array() + sphere.radius_m).cast<float>();
-  return {{low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()}};
-}
-
 }  // namespace
 
 void gather_touched(const GridView& grid, const ImageWeights& weights,
@@ -45,7 +39,8 @@ void gather_touched(const GridView& grid, const ImageWeights& weights,
   for (std::uint32_t i = 0; i < tool.size(); ++i) {
     const PlacedToolSphere& probe = tool[i];
     const bool cut = for_each_candidate(
-        grid, box_round(probe), kMaxVisits, [&](std::uint32_t sphere, const RecordLine& line) {
+        grid, box_round(probe.position_m, probe.radius_m), kMaxVisits,
+        [&](std::uint32_t sphere, const RecordLine& line) {
           const Displayed shown = displayed(grid, sphere, line, weights);
           const double reach_m = probe.radius_m + line.radius_m;
           // Written so that a NaN does not pass.

@@ -91,6 +91,12 @@ bool is_consistent(const proto::GridShape& shape, const GridLayout& layout) noex
          shape.entry_count <= std::uint64_t{shape.sphere_count} * proto::kMaxVoxelsPerSphere;
 }
 
+Box box_round(const Eigen::Vector3d& centre_m, double radius_m) noexcept {
+  const Eigen::Vector3f low = (centre_m.array() - radius_m).cast<float>();
+  const Eigen::Vector3f high = (centre_m.array() + radius_m).cast<float>();
+  return {{low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()}};
+}
+
 Box swept_box(const proto::SphereRecord& record) noexcept {
   Box box{};
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -83,6 +84,9 @@ class StillGrid {
   std::vector<std::uint64_t> words_;
   std::vector<std::array<std::int32_t, 3>> highest_voxel_;
 };
+
+/// The box of a sphere at one place. Realtime: yes.
+[[nodiscard]] Box box_round(const Eigen::Vector3d& centre_m, double radius_m) noexcept;
 
 /// The box swept by a sphere over the images of its history. Realtime: yes.
 [[nodiscard]] Box swept_box(const proto::SphereRecord& record) noexcept;

@@ -1,12 +1,18 @@
 #pragma once
 
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 
 namespace stillgrid {
 
 /// CLOCK_MONOTONIC in ns. Realtime: yes.
 [[nodiscard]] std::uint64_t monotonic_ns() noexcept;
+
+/// A time or period in whole ns, rounded. Pre: finite, not negative, below 2^63 ns.
+[[nodiscard]] inline std::uint64_t to_ns(double seconds) noexcept {
+  return static_cast<std::uint64_t>(std::llround(seconds * 1e9));
+}
 
 /// Wakes a loop at absolute deadlines start + n * period, so that lateness never adds up. After a
 /// stall it goes on at the next deadline and never bursts.

@@ -29,12 +29,6 @@ bool is_free(const World& world, const SphereBinding& sphere) {
          world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].unknown != kNoUnknown;
 }
 
-Box box_round(const Eigen::Vector3d& centre_m, double radius_m) {
-  const Eigen::Vector3f low = (centre_m.array() - radius_m).cast<float>();
-  const Eigen::Vector3f high = (centre_m.array() + radius_m).cast<float>();
-  return {{low.x(), low.y(), low.z()}, {high.x(), high.y(), high.z()}};
-}
-
 }  // namespace
 
 bool may_collide(const SphereBinding& a, const SphereBinding& b) {
