@@ -16,6 +16,11 @@ inline constexpr std::uint64_t kSegmentMagic = 0x31444952474C5453ULL;
 enum class SegmentKind : std::uint32_t { kScene = 1, kTool = 2 };
 enum class Clock : std::uint32_t { kMonotonic = 0, kVirtual = 1 };
 
+/// A reader takes no place (m), velocity (m/s) or force (N) of the tool, nor place or scale of the
+/// device, whose numbers are larger: published floats are 6 cm apart there, and sums of products of
+/// such numbers are still far from the end of a double.
+inline constexpr double kLargestNumber = 1e6;
+
 /// No further sample, tick or publication will come.
 inline constexpr std::uint64_t kNever = UINT64_MAX;
 

@@ -43,14 +43,15 @@ proto::SceneHeader scene_header(const StaticScene& scene, const StillGrid& stati
 }
 
 SegmentSpec scene_spec(const GridLayout& still, const GridLayout& moving, std::uint64_t period_ns,
-                       proto::Clock clock, std::uint64_t start_ns) {
+                       proto::Clock clock, std::uint64_t start_ns, std::optional<gid_t> readers) {
   return {.kind = proto::SegmentKind::kScene,
           .layout_hash = proto::kSceneLayoutHash,
           .period_ns = period_ns,
           .clock = clock,
           .start_ns = start_ns,
           .fixed_bytes = kStaticOffset + still.total_words * 8,
-          .payload_bytes = moving.total_words * 8};
+          .payload_bytes = moving.total_words * 8,
+          .readers = readers};
 }
 
 template <class... Values>
@@ -65,8 +66,10 @@ bool is_sound(const proto::SceneHeader& scene) {
     return false;
   const auto& device = scene.device;
   const auto& q = device.orientation_xyzw;
-  bool sound = all_finite(device.position_m[0], device.position_m[1], device.position_m[2]) &&
-               std::isfinite(device.scale) && device.scale > 0.0 &&
+  // Written so that a NaN does not pass.
+  bool sound = std::all_of(device.position_m.begin(), device.position_m.end(),
+                           [](double x) { return std::abs(x) <= proto::kLargestNumber; }) &&
+               device.scale > 0.0 && device.scale <= proto::kLargestNumber &&
                std::isfinite(scene.tool_slip_speed_m_s) && scene.tool_slip_speed_m_s > 0.0F &&
                std::abs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) < 1e-3;
   for (std::uint32_t i = 0; i < scene.material_count; ++i) {
@@ -90,12 +93,12 @@ bool is_sound(const proto::SceneHeader& scene) {
 
 SceneWriter::SceneWriter(std::string_view session, const StaticScene& scene,
                          std::size_t moving_count, std::uint64_t period_ns, proto::Clock clock,
-                         std::uint64_t start_ns)
+                         std::uint64_t start_ns, std::optional<gid_t> readers)
     : moving_count_(moving_count),
       static_grid_(static_grid_of(scene)),
       moving_grid_(sizeof(proto::SnapshotHeader), moving_count),
       segment_(session, scene_spec(static_grid_.layout(), moving_grid_.layout(), period_ns, clock,
-                                   start_ns)) {
+                                   start_ns, readers)) {
   const proto::SceneHeader fixed = scene_header(scene, static_grid_, moving_grid_.layout());
   std::memcpy(segment_.bytes() + sizeof(proto::SegmentHeader), &fixed, sizeof fixed);
   std::memcpy(segment_.bytes() + kStaticOffset, static_grid_.words().data(),
@@ -163,6 +166,9 @@ SceneView::SceneView(SegmentReader&& reader) : reader_(std::move(reader)) {
   if (reader_.fixed_bytes() < kStaticOffset) refuse("its fixed part is too short");
   std::memcpy(&scene_, reader_.bytes() + sizeof(proto::SegmentHeader), sizeof scene_);
   if (!is_sound(scene_)) refuse("its fixed part has a count or number out of range");
+  // Nearly a unit will not do: it turns the force after the last stage that limits it.
+  Eigen::Map<Eigen::Vector4d> turn(scene_.device.orientation_xyzw.data());
+  turn.normalize();
 
   const std::size_t static_count = scene_.static_grid.sphere_count;
   if (static_count > reader_.fixed_bytes() / sizeof(proto::SphereRecord) ||

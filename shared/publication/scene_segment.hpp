@@ -39,9 +39,11 @@ struct ImageTimes {
 /// private memory and copied whole. Thread: one.
 class SceneWriter {
  public:
-  /// Announces the segment with no image yet. Throws SegmentError.
+  /// Announces the segment with no image yet. readers: a group that may read it too. Throws
+  /// SegmentError.
   SceneWriter(std::string_view session, const StaticScene& scene, std::size_t moving_count,
-              std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns);
+              std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns,
+              std::optional<gid_t> readers = std::nullopt);
 
   /// What stays the same of a moving sphere: radius, material, body.
   void describe_sphere(std::size_t sphere, float radius_m, std::uint32_t material,
@@ -58,6 +60,7 @@ class SceneWriter {
   void publish(const ImageTimes& times) noexcept;
 
   [[nodiscard]] proto::SegmentHeader& header() noexcept { return segment_.header(); }
+  [[nodiscard]] const SegmentWriter& segment() const noexcept { return segment_; }
   [[nodiscard]] GridView static_grid() const noexcept { return static_grid_.view(); }
   [[nodiscard]] std::uint64_t generation() const noexcept { return snapshot_.generation; }
 

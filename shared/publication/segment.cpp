@@ -1,7 +1,6 @@
 #include "shared/publication/segment.hpp"
 
 #include <fcntl.h>
-#include <sys/mman.h>
 #include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -9,7 +8,8 @@
 #include <algorithm>
 #include <boost/interprocess/shared_memory_object.hpp>
 #include <cerrno>
-#include <cstring>
+#include <cstddef>
+#include <span>
 #include <system_error>
 #include <utility>
 
@@ -28,70 +28,54 @@ std::string error_text(int code) {
   return std::generic_category().message(code);
 }
 
-std::string lock_path(std::string_view session, proto::SegmentKind kind) {
-  return "/dev/shm/" + segment_name(session, kind) + ".lock";
-}
-
-/// An open-file-description lock over a whole file: freed by the kernel however its holder ends,
-/// and unlike flock() it can be asked for without being taken (F_OFD_GETLK).
-struct flock write_lock() {
-  struct flock lock {};
-  lock.l_type = F_WRLCK;
-  lock.l_whence = SEEK_SET;
-  return lock;
-}
-
-FileDescriptor lock_session(const std::string& path, std::string_view session) {
-  FileDescriptor file(::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC | O_NOFOLLOW, 0600));
-  if (file.get() < 0) throw SegmentError("cannot open " + path + ": " + error_text(errno));
-  struct flock lock = write_lock();
-  if (::fcntl(file.get(), F_OFD_SETLK, &lock) == 0) return file;
-  const int code = errno;
-  if (code == EAGAIN || code == EACCES)
-    throw SegmentError("session '" + std::string(session) +
-                       "' already has a writer: stop it, or choose another --session");
-  throw SegmentError("cannot lock " + path + ": " + error_text(code));
-}
-
-FileDescriptor open_object(const std::string& name, int flags) {
-  return FileDescriptor(::open(("/dev/shm/" + name).c_str(), flags | O_CLOEXEC | O_NOFOLLOW));
-}
-
 std::uint64_t random_epoch() {
   std::uint64_t epoch = 0;
   if (::getrandom(&epoch, sizeof epoch, 0) != sizeof epoch) epoch = 1;
   return std::max<std::uint64_t>(epoch, 1);
 }
 
-template <class Header>
-DoubleBuffer buffer_over(Header& header, std::byte* base) {
+DoubleBuffer buffer_over(const proto::SegmentHeader& header, std::byte* start) {
   DoubleBuffer buffer;
-  buffer.latest = const_cast<std::uint64_t*>(&header.latest);  // NOLINT: readers only load
+  buffer.latest = reinterpret_cast<std::uint64_t*>(start + offsetof(proto::SegmentHeader, latest));
   for (std::size_t slot = 0; slot < 2; ++slot) {
-    std::byte* start = base + header.slot_offset[slot];
-    buffer.sequence[slot] = reinterpret_cast<std::uint64_t*>(start);
-    buffer.payload[slot] = reinterpret_cast<std::uint64_t*>(start + kSlotHeaderBytes);
+    std::byte* const slot_start = start + header.slot_offset[slot];
+    buffer.sequence[slot] = reinterpret_cast<std::uint64_t*>(slot_start);
+    buffer.payload[slot] = reinterpret_cast<std::uint64_t*>(slot_start + kSlotHeaderBytes);
   }
   return buffer;
 }
 
-/// A new object of that size, its pages reserved: memory that is short must be a message here, not
-/// a SIGBUS later.
-bip::mapped_region create_object(const std::string& name, std::size_t size_bytes) {
-  try {
+/// Also when nothing is there.
+bool is_regular(const std::string& path) {
+  struct stat status {};
+  return ::lstat(path.c_str(), &status) != 0 || S_ISREG(status.st_mode);
+}
+
+struct Object {
+  FileDescriptor file;
+  bip::mapped_region region;
+};
+
+/// A new object, its pages reserved: memory that is short must be a message here, not a SIGBUS
+/// later. Its lock is held, and the group may read it.
+Object create_object(const std::string& name, std::size_t size_bytes,
+                     std::optional<gid_t> readers) {
+  remove_debris(std::string(kSegmentFolder) + name);
+  bip::permissions owner_only(0600);
+  bip::shared_memory_object object(bip::create_only, name.c_str(), bip::read_write, owner_only);
+  const auto require = [&](bool is_done, const std::string& what) {
+    if (is_done) return;
+    const int code = errno;
     bip::shared_memory_object::remove(name.c_str());
-    bip::permissions owner_only(0600);
-    bip::shared_memory_object object(bip::create_only, name.c_str(), bip::read_write, owner_only);
-    const int fd = object.get_mapping_handle().handle;
-    if (const int code = ::posix_fallocate(fd, 0, static_cast<off_t>(size_bytes)); code != 0) {
-      bip::shared_memory_object::remove(name.c_str());
-      throw SegmentError("cannot reserve " + std::to_string(size_bytes) +
-                         " bytes of shared memory for " + name + ": " + error_text(code));
-    }
-    return {object, bip::read_write, 0, size_bytes};
-  } catch (const bip::interprocess_exception& error) {
-    throw SegmentError("cannot make shared memory " + name + ": " + error.what());
-  }
+    throw SegmentError("cannot " + what + " for " + name + ": " + error_text(code));
+  };
+  FileDescriptor file(::fcntl(object.get_mapping_handle().handle, F_DUPFD_CLOEXEC, 0));
+  errno = ::posix_fallocate(file.get(), 0, static_cast<off_t>(size_bytes));
+  require(errno == 0, "reserve " + std::to_string(size_bytes) + " bytes of shared memory");
+  require(!readers || ::fchown(file.get(), static_cast<uid_t>(-1), *readers) == 0, "set the group");
+  require(!readers || ::fchmod(file.get(), 0640) == 0, "set the mode");
+  require(lock_object(file.get()), "take the lock");
+  return {std::move(file), bip::mapped_region(object, bip::read_write, 0, size_bytes)};
 }
 
 void refuse(const std::string& name, const std::string& why) {
@@ -118,50 +102,32 @@ void check_header(const proto::SegmentHeader& header, const std::string& name,
                       size_bytes - offset >= kSlotHeaderBytes + header.payload_bytes;
     if (!fits) refuse(name, "its slots do not fit");
   }
+  const auto [low, high] = std::minmax(header.slot_offset[0], header.slot_offset[1]);
+  if (high - low < kSlotHeaderBytes + header.payload_bytes) refuse(name, "its slots overlap");
+}
+
+/// Has every page mapped now, so that the real-time loop meets no fault.
+void touch_pages(std::span<const std::byte> bytes) {
+  for (std::size_t i = 0; i < bytes.size(); i += 4096)
+    static_cast<void>(*static_cast<const volatile std::byte*>(&bytes[i]));
 }
 
 }  // namespace
 
-std::string segment_name(std::string_view session, proto::SegmentKind kind) {
-  const auto is_allowed = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-           c == '-' || c == '.';
-  };
-  if (session.empty() || session.size() > 64 || session.front() == '.' ||
-      !std::all_of(session.begin(), session.end(), is_allowed))
-    throw SegmentError("value '" + std::string(session) +
-                       "': expected 1 to 64 letters, digits, '_', '-' or '.'");
-  return "stillgrid-" + std::string(session) +
-         (kind == proto::SegmentKind::kScene ? "-scene" : "-tool");
-}
-
-FileDescriptor::~FileDescriptor() {
-  if (fd_ >= 0) ::close(fd_);
-}
-
-std::string session_complaint(std::string_view session) {
-  try {
-    (void)segment_name(session, proto::SegmentKind::kScene);
-    return {};
-  } catch (const SegmentError& error) {
-    return error.what();
-  }
-}
-
 SegmentWriter::SegmentWriter(std::string_view session, const SegmentSpec& spec)
-    : name_(segment_name(session, spec.kind)) {
+    : name_(segment_name(session, spec.kind)), session_lock_(session, spec.kind) {
   const std::size_t first_slot = round_up(spec.fixed_bytes, 64);
   const std::size_t slot_bytes = kSlotHeaderBytes + round_up(spec.payload_bytes, 64);
   const std::size_t size_bytes = round_up(first_slot + 2 * slot_bytes, 4096);
 
-  session_lock_ = lock_session(lock_path(session, spec.kind), session);
-  region_ = create_object(name_, size_bytes);
-  object_lock_ = open_object(name_, O_RDWR);
-  struct flock lock = write_lock();
-  if (::fcntl(object_lock_.get(), F_OFD_SETLK, &lock) != 0) {
-    bip::shared_memory_object::remove(name_.c_str());
-    throw SegmentError("cannot lock shared memory " + name_ + ": " + error_text(errno));
+  try {
+    Object object = create_object(name_, size_bytes, spec.readers);
+    object_lock_ = std::move(object.file);
+    region_ = std::move(object.region);
+  } catch (const bip::interprocess_exception& error) {
+    throw SegmentError("cannot make shared memory " + name_ + ": " + error.what());
   }
+  guard_.emplace(std::span(bytes(), size_bytes), MappingGuard::Access::kWrite);
   proto::SegmentHeader& fresh = header();
   fresh.version = proto::kSegmentVersion;
   fresh.kind = spec.kind;
@@ -183,6 +149,11 @@ SegmentWriter::~SegmentWriter() {
   bip::shared_memory_object::remove(name_.c_str());
 }
 
+void SegmentWriter::require_whole() const {
+  if (guard_->is_lost())
+    throw SegmentError("shared memory " + name_ + " was shrunk by another program while in use");
+}
+
 void SegmentWriter::announce() noexcept {
   HardwareAtomics::store(header().magic, proto::kSegmentMagic, std::memory_order_release);
 }
@@ -198,6 +169,8 @@ std::optional<SegmentReader> SegmentReader::open(std::string_view session, proto
                                                  std::uint64_t layout_hash) {
   const std::string name = segment_name(session, kind);
   SegmentReader reader;
+  // To open a pipe would wait for its other end.
+  if (!is_regular(std::string(kSegmentFolder) + name)) refuse(name, "it is not a file");
   try {
     bip::shared_memory_object object(bip::open_only, name.c_str(), bip::read_only);
     struct stat status {};
@@ -206,46 +179,53 @@ std::optional<SegmentReader> SegmentReader::open(std::string_view session, proto
     if (size_bytes == 0) return std::nullopt;  // created, not sized yet
     if (size_bytes < sizeof(proto::SegmentHeader))
       refuse(name, "it has only " + std::to_string(size_bytes) + " bytes");
+    if (status.st_blocks * 512 < status.st_size)  // to touch them may be a SIGBUS, or fill memory
+      refuse(name, "no memory stands behind some of its bytes");
     reader.object_ =
         FileDescriptor(::fcntl(object.get_mapping_handle().handle, F_DUPFD_CLOEXEC, 0));
     reader.id_ = {status.st_dev, status.st_ino};
-    // Faults are for now, not for the real-time loop's first tick.
-    reader.region_ =
-        bip::mapped_region(object, bip::read_only, 0, size_bytes, nullptr, MAP_POPULATE);
+    reader.region_ = bip::mapped_region(object, bip::read_only, 0, size_bytes);
+    reader.guard_.emplace(std::span(reader.bytes(), size_bytes), MappingGuard::Access::kRead);
   } catch (const bip::interprocess_exception& error) {
     if (error.get_error_code() == bip::not_found_error) return std::nullopt;
     throw SegmentError("cannot open shared memory " + name + ": " + error.what());
   }
-  const proto::SegmentHeader& header = reader.header();
-  const std::uint64_t magic = HardwareAtomics::load(header.magic, std::memory_order_acquire);
+  const proto::SegmentHeader& live = reader.live();
+  const std::uint64_t magic = HardwareAtomics::load(live.magic, std::memory_order_acquire);
   if (magic == 0) return std::nullopt;  // sized, not announced yet
   if (magic != proto::kSegmentMagic) refuse(name, "it is not a Stillgrid segment");
-  check_header(header, name, kind, layout_hash, reader.region_.get_size());
-  reader.buffer_ =
-      buffer_over(header, const_cast<std::byte*>(reader.bytes()));  // NOLINT: loads only
+  // A copy, for what is checked here must be what is used later.
+  reader.header_ = load_struct<proto::SegmentHeader>(reinterpret_cast<const std::uint64_t*>(&live));
+  check_header(reader.header_, name, kind, layout_hash, reader.region_.get_size());
+  touch_pages({reader.bytes(), reader.region_.get_size()});
+  if (reader.is_lost()) refuse(name, "it was shrunk by another program");
+  auto* const start = const_cast<std::byte*>(reader.bytes());  // NOLINT: loads only
+  reader.buffer_ = buffer_over(reader.header_, start);
   return reader;
 }
 
-const proto::SegmentHeader& SegmentReader::header() const noexcept {
+const proto::SegmentHeader& SegmentReader::live() const noexcept {
   return *reinterpret_cast<const proto::SegmentHeader*>(bytes());
 }
 const std::byte* SegmentReader::bytes() const noexcept {
   return static_cast<const std::byte*>(region_.get_address());
 }
 std::size_t SegmentReader::fixed_bytes() const noexcept {
-  return static_cast<std::size_t>(std::min(header().slot_offset[0], header().slot_offset[1]));
+  return static_cast<std::size_t>(std::min(header_.slot_offset[0], header_.slot_offset[1]));
 }
 
 bool SegmentReader::writer_alive() const noexcept {
-  struct flock lock = write_lock();
-  return ::fcntl(object_.get(), F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
+  return !is_lost() && is_object_locked(object_.get());
 }
 
-std::optional<ObjectId> segment_id(std::string_view session, proto::SegmentKind kind) {
-  struct stat status {};
-  if (::stat(("/dev/shm/" + segment_name(session, kind)).c_str(), &status) != 0)
-    return std::nullopt;
-  return ObjectId{status.st_dev, status.st_ino};
+std::string clock_refusal(std::string_view session, proto::SegmentKind kind, proto::Clock ours) {
+  const bool is_scene = kind == proto::SegmentKind::kScene;
+  const std::string theirs = is_scene ? "sim_server" : "haptic_server";
+  return "the " + theirs + " of session '" + std::string(session) + "' runs in " +
+         (ours == proto::Clock::kVirtual
+              ? "real time: start it with --lockstep too"
+              : "lockstep: start " + std::string(is_scene ? "haptic_server" : "sim_server") +
+                    " with --lockstep too");
 }
 
 }  // namespace stillgrid

@@ -3,46 +3,15 @@
 #include <boost/interprocess/mapped_region.hpp>
 #include <cstdint>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
-#include <utility>
 
 #include "proto/segment_header.hpp"
 #include "shared/publication/double_buffer.hpp"
+#include "shared/publication/mapping_guard.hpp"
+#include "shared/publication/segment_files.hpp"
 
 namespace stillgrid {
-
-/// A segment cannot be made or must be refused; what() is one line for the user.
-class SegmentError : public std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
-/// What a session's segment is called in shared memory. Throws SegmentError unless the session is 1
-/// to 64 letters, digits, '_', '-' or '.', with no '.' first.
-[[nodiscard]] std::string segment_name(std::string_view session, proto::SegmentKind kind);
-
-/// What is wrong with a session's name, or nothing: a check for command lines.
-[[nodiscard]] std::string session_complaint(std::string_view session);
-
-/// A file descriptor that closes itself.
-class FileDescriptor {
- public:
-  FileDescriptor() = default;
-  explicit FileDescriptor(int fd) noexcept : fd_(fd) {}
-  ~FileDescriptor();
-  FileDescriptor(FileDescriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  FileDescriptor& operator=(FileDescriptor&& other) noexcept {
-    std::swap(fd_, other.fd_);
-    return *this;
-  }
-  FileDescriptor(const FileDescriptor&) = delete;
-  FileDescriptor& operator=(const FileDescriptor&) = delete;
-  [[nodiscard]] int get() const noexcept { return fd_; }
-
- private:
-  int fd_ = -1;
-};
 
 /// What a writer declares of its segment.
 struct SegmentSpec {
@@ -53,12 +22,12 @@ struct SegmentSpec {
   std::uint64_t start_ns;
   std::size_t fixed_bytes;    // from the segment's start to the first slot: header and static part
   std::size_t payload_bytes;  // of each slot
+  std::optional<gid_t> readers = std::nullopt;  // a group that may read it too
 };
 
-/// The writer's end. Holds two kernel locks for its life: on the session's permanent lock file, so
-/// that there is one writer, and on the object it made, so that readers know of that very object
-/// whether its writer lives. Makes a fresh object, never reuses one, and removes the name when it
-/// ends.
+/// The writer's end. Holds two kernel locks for its life: on the session's lock file, so that there
+/// is one writer, and on the object it made, so that readers know of that very object whether its
+/// writer lives. Makes a fresh object, never reuses one, and removes both files when it ends.
 ///
 /// Use: construct, write the fixed part, announce(), publish.
 /// Thread: one. Not real-time, but for publish() on buffer().
@@ -79,22 +48,21 @@ class SegmentWriter {
   [[nodiscard]] std::byte* bytes() noexcept;
   [[nodiscard]] const DoubleBuffer& buffer() const noexcept { return buffer_; }
 
+  /// Throws SegmentError once somebody has shrunk the object, for then nobody is reached any more.
+  /// Realtime: yes, until it throws.
+  void require_whole() const;
+
  private:
   std::string name_;
-  FileDescriptor session_lock_;
+  SessionLock session_lock_;
   FileDescriptor object_lock_;
   boost::interprocess::mapped_region region_;
+  std::optional<MappingGuard> guard_;
   DoubleBuffer buffer_;
 };
 
-/// Identity of a shared-memory object: a name made anew has another.
-struct ObjectId {
-  std::uint64_t device = 0;
-  std::uint64_t inode = 0;
-  bool operator==(const ObjectId&) const = default;
-};
-
 /// A reader's mapping, read-only. Checked before it is used: size, magic, version, layout, bounds.
+/// Once somebody has shrunk the object it reads as zeros, and its writer counts as dead.
 /// Thread: any.
 class SegmentReader {
  public:
@@ -104,7 +72,12 @@ class SegmentReader {
   static std::optional<SegmentReader> open(std::string_view session, proto::SegmentKind kind,
                                            std::uint64_t layout_hash);
 
-  [[nodiscard]] const proto::SegmentHeader& header() const noexcept;
+  /// What was written before the magic, as it was when it was checked.
+  [[nodiscard]] const proto::SegmentHeader& header() const noexcept { return header_; }
+
+  /// The header in place, of which only the atomic words may be loaded.
+  [[nodiscard]] const proto::SegmentHeader& live() const noexcept;
+
   [[nodiscard]] const std::byte* bytes() const noexcept;
   [[nodiscard]] const DoubleBuffer& buffer() const noexcept { return buffer_; }
   [[nodiscard]] ObjectId id() const noexcept { return id_; }
@@ -112,19 +85,25 @@ class SegmentReader {
   /// Bytes before the first slot.
   [[nodiscard]] std::size_t fixed_bytes() const noexcept;
 
-  /// Whether the process that made this object still holds its lock. Asking never takes the lock,
-  /// so it cannot keep a writer out. One system call.
+  /// Whether the process that made this object still holds its lock, and the object is whole.
+  /// Asking never takes the lock, so it cannot keep a writer out. One system call.
   [[nodiscard]] bool writer_alive() const noexcept;
+
+  /// Whether somebody shrank the object. Realtime: yes.
+  [[nodiscard]] bool is_lost() const noexcept { return guard_->is_lost(); }
 
  private:
   SegmentReader() = default;
   FileDescriptor object_;
   boost::interprocess::mapped_region region_;
+  std::optional<MappingGuard> guard_;  // after the mapping: it stands for it
+  proto::SegmentHeader header_{};
   DoubleBuffer buffer_;
   ObjectId id_;
 };
 
-/// The object that now bears the name, if any.
-[[nodiscard]] std::optional<ObjectId> segment_id(std::string_view session, proto::SegmentKind kind);
+/// What to say of a segment that runs on another clock than ours.
+[[nodiscard]] std::string clock_refusal(std::string_view session, proto::SegmentKind kind,
+                                        proto::Clock ours);
 
 }  // namespace stillgrid

@@ -23,12 +23,14 @@ namespace stillgrid {
 template <class View>
 class SegmentWatch {
  public:
-  /// report: told of each refusal once, from the thread that polls.
+  /// Takes up only segments on that clock. report: told of each refusal and loss once, from the
+  /// thread that polls.
   SegmentWatch(std::string session, proto::SegmentKind kind, std::uint64_t layout_hash,
-               std::function<void(const std::string&)> report)
+               proto::Clock clock, std::function<void(const std::string&)> report)
       : session_(std::move(session)),
         kind_(kind),
         layout_hash_(layout_hash),
+        clock_(clock),
         report_(std::move(report)) {}
 
   /// The mapping to use until the next call, or null while there is none. Unless it may switch, the
@@ -59,6 +61,9 @@ class SegmentWatch {
     const auto id = segment_id(session_, kind_);
     if (!old_ && id && (!current_ || current_->reader().id() != *id)) attach();
     alive_.store(current_ && current_->reader().writer_alive(), std::memory_order_relaxed);
+    if (current_ && current_->reader().is_lost())
+      report_once("shared memory " + segment_name(session_, kind_) +
+                  " was shrunk by another program while in use");
   }
 
   /// Polls in a thread until destruction.
@@ -76,19 +81,27 @@ class SegmentWatch {
     try {
       auto reader = SegmentReader::open(session_, kind_, layout_hash_);
       if (!reader || !reader->writer_alive()) return;
+      if (reader->header().clock != clock_)
+        throw SegmentError(clock_refusal(session_, kind_, clock_));
       old_ = std::exchange(current_, std::make_unique<View>(std::move(*reader)));
       offered_.store(current_.get(), std::memory_order_release);
+      last_report_.clear();
     } catch (const SegmentError& error) {
-      if (last_refusal_ != error.what()) report_(error.what());
-      last_refusal_ = error.what();
+      report_once(error.what());
     }
+  }
+
+  void report_once(const std::string& line) {
+    if (last_report_ != line) report_(line);
+    last_report_ = line;
   }
 
   std::string session_;
   proto::SegmentKind kind_;
   std::uint64_t layout_hash_;
+  proto::Clock clock_;
   std::function<void(const std::string&)> report_;
-  std::string last_refusal_;
+  std::string last_report_;
 
   std::mutex polling_;
   std::unique_ptr<View> current_, old_;

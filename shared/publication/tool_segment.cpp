@@ -9,29 +9,31 @@
 namespace stillgrid {
 namespace {
 
-template <std::size_t N>
-bool all_finite(const std::array<double, N>& values) {
-  return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
+/// Written so that a NaN does not pass.
+bool are_plausible(const std::array<double, 3>& values) {
+  return std::all_of(values.begin(), values.end(),
+                     [](double x) { return std::abs(x) <= proto::kLargestNumber; });
 }
 
 bool is_sound(const proto::ToolState& state) {
   double norm_squared = 0.0;
   for (const double q : state.orientation_xyzw) norm_squared += q * q;
-  return all_finite(state.position_m) && all_finite(state.velocity_m_s) &&
-         all_finite(state.force_N) && std::abs(norm_squared - 1.0) < 1e-3;
+  return are_plausible(state.position_m) && are_plausible(state.velocity_m_s) &&
+         are_plausible(state.force_N) && std::abs(norm_squared - 1.0) < 1e-3;
 }
 
 }  // namespace
 
 ToolWriter::ToolWriter(std::string_view session, std::uint64_t period_ns, proto::Clock clock,
-                       std::uint64_t start_ns)
+                       std::uint64_t start_ns, std::optional<gid_t> readers)
     : segment_(session, {.kind = proto::SegmentKind::kTool,
                          .layout_hash = proto::kToolLayoutHash,
                          .period_ns = period_ns,
                          .clock = clock,
                          .start_ns = start_ns,
                          .fixed_bytes = sizeof(proto::SegmentHeader),
-                         .payload_bytes = sizeof(proto::ToolState)}) {
+                         .payload_bytes = sizeof(proto::ToolState),
+                         .readers = readers}) {
   segment_.announce();
 }
 

@@ -11,14 +11,15 @@ namespace stillgrid {
 /// The haptic server's end: one ToolState a tick.
 class ToolWriter {
  public:
-  /// Announces the segment. Throws SegmentError.
+  /// Announces the segment. readers: a group that may read it too. Throws SegmentError.
   ToolWriter(std::string_view session, std::uint64_t period_ns, proto::Clock clock,
-             std::uint64_t start_ns);
+             std::uint64_t start_ns, std::optional<gid_t> readers = std::nullopt);
 
   /// Realtime: wait-free.
   void publish(const proto::ToolState& state) noexcept;
 
   [[nodiscard]] proto::SegmentHeader& header() noexcept { return segment_.header(); }
+  [[nodiscard]] const SegmentWriter& segment() const noexcept { return segment_; }
 
  private:
   SegmentWriter segment_;
@@ -30,8 +31,8 @@ class ToolView {
  public:
   explicit ToolView(SegmentReader&& reader);
 
-  /// The newest state that passed its checks: whole, finite, a unit quaternion. Nothing before the
-  /// first.
+  /// The newest state that passed its checks: whole, no number above kLargestNumber, a unit
+  /// quaternion. Nothing before the first.
   [[nodiscard]] std::optional<proto::ToolState> read() const noexcept;
 
   [[nodiscard]] const SegmentReader& reader() const noexcept { return reader_; }

@@ -70,6 +70,27 @@ TEST_CASE("A fixed part with an impossible number is refused", "[corrupted_scene
   CHECK(is_refused([](auto& scene) { scene.device.orientation_xyzw = {0, 0, 0, 0}; }));
 }
 
+TEST_CASE("A device's frame out of all proportion is refused", "[corrupted_scene]") {
+  CHECK_FALSE(is_refused([](auto& scene) { scene.device.scale = proto::kLargestNumber; }));
+  CHECK(is_refused([](auto& scene) { scene.device.scale = 1.1 * proto::kLargestNumber; }));
+  CHECK(is_refused([](auto& scene) { scene.device.position_m[1] = 1e308; }));
+  CHECK(is_refused([](auto& scene) { scene.device.position_m[2] = -1e308; }));
+}
+
+TEST_CASE("A device's turn that is nearly a unit quaternion is made one", "[corrupted_scene]") {
+  const TestSession session;
+  SmallSceneWriter writer(session);
+  const Tampering memory(session.path(kScene));
+  auto& scene = memory.at<proto::SceneHeader>(sizeof(proto::SegmentHeader));
+  scene.device.orientation_xyzw = {0.0, 0.0, 0.6002, 0.8002};
+
+  const SceneView view(*SegmentReader::open(session.name(), kScene, proto::kSceneLayoutHash));
+
+  const auto& [x, y, z, w] = view.scene().device.orientation_xyzw;
+  CHECK(x * x + y * y + z * z + w * w == Approx(1.0).epsilon(1e-14));
+  CHECK(z / w == Approx(0.6002 / 0.8002).epsilon(1e-14));
+}
+
 TEST_CASE("A fixed part that leads outside the segment is refused", "[corrupted_scene]") {
   CHECK(is_refused([](auto& scene) { scene.static_offset += 64; }));
   CHECK(is_refused([](auto& scene) { scene.static_offset = UINT64_MAX - 63; }));

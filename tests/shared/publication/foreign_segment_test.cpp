@@ -1,4 +1,5 @@
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -22,10 +23,10 @@ std::string open_refusal(const TestSession& session) {
 
 /// Puts an object of that size under the session's name; its bytes are `fill`.
 void make_object(const TestSession& session, std::size_t size_bytes, std::byte fill) {
-  const int fd = ::open(session.path(kScene).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-  REQUIRE(fd >= 0);
-  REQUIRE(::ftruncate(fd, static_cast<off_t>(size_bytes)) == 0);
-  ::close(fd);
+  const FileDescriptor file(
+      ::open(session.path(kScene).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
+  REQUIRE(file.get() >= 0);
+  REQUIRE((size_bytes == 0 || ::posix_fallocate(file.get(), 0, off_t(size_bytes)) == 0));
   if (size_bytes == 0) return;
   const Tampering object(session.path(kScene));
   std::fill(object.bytes().begin(), object.bytes().end(), fill);
@@ -151,9 +152,60 @@ TEST_CASE("A header that declares another size or no period is refused", "[forei
   }
 }
 
-TEST_CASE("A writer replaces whatever stands under its name", "[foreign_segment]") {
+TEST_CASE("A header whose slots overlap is refused", "[foreign_segment]") {
+  Announced segment;
+  proto::SegmentHeader& header = segment.writer.header();
+  header.slot_offset[1] = header.slot_offset[0] + 64;
+  CHECK(open_refusal(segment.session).find("slots overlap") != std::string::npos);
+}
+
+TEST_CASE("An object with bytes that no memory stands behind is refused", "[foreign_segment]") {
   const TestSession session;
-  make_object(session, 8192, std::byte{0xAB});
+  SegmentWriter writer(session.name(), small_spec());
+  writer.announce();
+  const FileDescriptor object(::open(session.path(kScene).c_str(), O_RDWR | O_CLOEXEC));
+  REQUIRE(::ftruncate(object.get(), off_t{1} << 40) == 0);
+  CHECK(open_refusal(session).find("no memory stands behind") != std::string::npos);
+}
+
+TEST_CASE("A writer takes no name from a file that is not Stillgrid's", "[foreign_segment]") {
+  const TestSession session;
+  const std::size_t size_bytes = GENERATE(3U, 8192U);
+  make_object(session, size_bytes, std::byte{0xAB});
+
+  const std::string refusal =
+      refusal_of([&] { const SegmentWriter writer(session.name(), small_spec()); });
+
+  CHECK(refusal.find(session.path(kScene) + " is no segment") == 0);
+  const Tampering still_there(session.path(kScene));
+  CHECK(still_there.bytes().size() == size_bytes);
+  CHECK(::access((session.path(kScene) + ".lock").c_str(), F_OK) != 0);
+}
+
+TEST_CASE("A pipe under the name is refused and keeps nobody waiting", "[foreign_segment]") {
+  const TestSession session;
+  REQUIRE(::mkfifo(session.path(kScene).c_str(), 0600) == 0);
+  CHECK(open_refusal(session).find("not a file") != std::string::npos);
+  CHECK(refusal_of([&] {
+          const SegmentWriter writer(session.name(), small_spec());
+        }).find("is no segment") != std::string::npos);
+}
+
+TEST_CASE("A writer whose lock file was removed by a stranger keeps its segment",
+          "[foreign_segment]") {
+  const Announced segment;
+  REQUIRE(::unlink((segment.session.path(kScene) + ".lock").c_str()) == 0);
+  CHECK(refusal_of([&] {
+          const SegmentWriter second(segment.session.name(), small_spec());
+        }).find("has a writer") != std::string::npos);
+  CHECK_THROWS_AS(remove_dead_segment(segment.session.name(), kScene), SegmentError);
+  CHECK(open_small(segment.session));
+}
+
+TEST_CASE("A writer replaces what a writer killed at its start had half made",
+          "[foreign_segment]") {
+  const TestSession session;
+  make_object(session, GENERATE(0U, 8192U), std::byte{0});
 
   SegmentWriter writer(session.name(), small_spec());
   writer.announce();

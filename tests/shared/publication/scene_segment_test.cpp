@@ -128,7 +128,7 @@ TEST_CASE("Each image pushes the others one down the history", "[scene_segment]"
     CHECK(header.tool_time_ns == n * kPeriod_ns - 9);
     CHECK(header.step_ns == 1000 + n);
     CHECK(header.contacts == n);
-    CHECK(view.header().heartbeat_ns == n * kPeriod_ns + 5);
+    CHECK(view.reader().live().heartbeat_ns == n * kPeriod_ns + 5);
     for (std::size_t age = 0; age < proto::kHistoryLength; ++age) {
       const std::uint64_t image = n > age ? n - age : 1;  // missing ones repeat the oldest
       CHECK(header.state_time_ns[age] == image * kPeriod_ns);

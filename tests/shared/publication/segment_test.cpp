@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <catch2/catch.hpp>
+#include <thread>
+#include <vector>
 
 #include "tests/shared/publication/other_process.hpp"
 #include "tests/shared/publication/test_session.hpp"
@@ -86,6 +89,76 @@ TEST_CASE("A segment is for its owner alone", "[segment]") {
     REQUIRE(::stat(path.c_str(), &status) == 0);
     CHECK((status.st_mode & 0777) == 0600);
   }
+}
+
+TEST_CASE("A group may read a segment that was opened to it and no more", "[segment]") {
+  const TestSession session;
+  SegmentSpec spec = small_spec();
+  spec.readers = ::getegid();
+  const SegmentWriter writer(session.name(), spec);
+  struct stat status {};
+  REQUIRE(::stat(session.path(kScene).c_str(), &status) == 0);
+  CHECK((status.st_mode & 0777) == 0640);
+  CHECK(status.st_gid == ::getegid());
+}
+
+TEST_CASE("A group is known by its name", "[segment]") {
+  CHECK(group_named("root") == gid_t{0});
+  CHECK(group_complaint("root").empty());
+  CHECK(group_complaint("no-such-group").find("value 'no-such-group'") == 0);
+}
+
+TEST_CASE("A writer that ends leaves nothing in shared memory", "[segment]") {
+  const TestSession session;
+  { const SegmentWriter writer(session.name(), small_spec()); }
+  for (const std::string& path : {session.path(kScene), session.path(kScene) + ".lock"})
+    CHECK(::access(path.c_str(), F_OK) != 0);
+}
+
+TEST_CASE("Of many who want to write at once one does", "[segment]") {
+  // The last holder removes the lock's file, so that two files could bear its name in turn.
+  const TestSession session;
+  std::atomic<int> writing = 0, most = 0;
+  std::vector<std::jthread> rivals;
+  for (int rival = 0; rival < 8; ++rival)
+    rivals.emplace_back([&] {
+      for (int i = 0; i < 200; ++i) try {
+          const SessionLock lock(session.name(), kScene);
+          most = std::max<int>(most, ++writing);
+          --writing;
+        } catch (const SegmentError&) {
+          std::this_thread::yield();
+        }
+    });
+  rivals.clear();
+  CHECK(most == 1);
+}
+
+TEST_CASE("What a killed writer left can be removed and what lives cannot", "[segment]") {
+  const TestSession session, other;
+  const auto is_listed = [&] {
+    const auto found = list_segments();
+    return std::any_of(found.begin(), found.end(), [&](const SegmentFile& file) {
+      return file.session == session.name() && file.kind == kScene;
+    });
+  };
+  CHECK_FALSE(remove_dead_segment(session.name(), kScene));
+  OtherProcess killed([&](const auto& ready) {
+    SegmentWriter writer(session.name(), small_spec());
+    writer.announce();
+    ready();
+    OtherProcess::rest();
+  });
+  REQUIRE(killed.was_ready());
+  CHECK(is_listed());
+  CHECK_FALSE(remove_dead_segment(session.name(), kScene));
+  CHECK(is_listed());
+
+  killed.kill();
+
+  CHECK(remove_dead_segment(session.name(), kScene));
+  CHECK_FALSE(is_listed());
+  CHECK(::access((session.path(kScene) + ".lock").c_str(), F_OK) != 0);
 }
 
 TEST_CASE("A second writer is refused while the first lives and disturbs nothing", "[segment]") {

@@ -30,7 +30,7 @@ struct Watched {
   TestSession session;
   std::vector<std::string> reports;
   SegmentWatch<CountedView> watch{
-      session.name(), proto::SegmentKind::kScene, kSmallLayoutHash,
+      session.name(), proto::SegmentKind::kScene, kSmallLayoutHash, proto::Clock::kVirtual,
       [this](const std::string& refusal) { reports.push_back(refusal); }};
   std::optional<SegmentWriter> writer;
 
@@ -143,6 +143,54 @@ TEST_CASE("What a killed writer left behind is not taken up", "[segment_watch]")
   it.watch.poll();
 
   CHECK(it.watch.acquire() == nullptr);
+}
+
+TEST_CASE("A segment on another clock is reported and not taken up", "[segment_watch]") {
+  Watched it;
+  SegmentSpec spec = small_spec();
+  spec.clock = proto::Clock::kMonotonic;
+  it.writer.emplace(it.session.name(), spec);
+  it.writer->announce();
+  for (int round = 0; round < 3; ++round) it.watch.poll();
+
+  CHECK(it.watch.acquire() == nullptr);
+  REQUIRE(it.reports.size() == 1);
+  CHECK(it.reports[0].find("real time: start it with --lockstep too") != std::string::npos);
+}
+
+TEST_CASE("The same refusal is reported again after a good segment", "[segment_watch]") {
+  Watched it;
+  for (int writer = 0; writer < 2; ++writer) {
+    it.restart();
+    it.watch.poll();
+    static_cast<void>(it.watch.acquire());
+    it.restart();
+    it.writer->header().version = 4711;
+    it.watch.poll();
+  }
+  CHECK(it.reports.size() == 2);
+}
+
+TEST_CASE("A shrunk segment counts as dead and is reported once until a new one comes",
+          "[segment_watch]") {
+  Watched it;
+  it.restart();
+  it.watch.poll();
+  const CountedView* view = it.watch.acquire();
+  REQUIRE(::truncate(it.session.path(proto::SegmentKind::kScene).c_str(), 0) == 0);
+
+  CHECK(read_latest(view->reader().buffer(), [](const std::uint64_t*) {}).status ==
+        ReadStatus::kEmpty);
+  for (int round = 0; round < 3; ++round) it.watch.poll();
+
+  CHECK(it.watch.acquire() == view);
+  CHECK_FALSE(it.watch.writer_alive());
+  REQUIRE(it.reports.size() == 1);
+  CHECK(it.reports[0].find("was shrunk") != std::string::npos);
+  const std::uint64_t epoch = it.restart();
+  it.watch.poll();
+  CHECK(it.watch.acquire()->reader().header().epoch == epoch);
+  CHECK(it.watch.writer_alive());
 }
 
 TEST_CASE("A watch with its own thread follows restarts while the reader reads",

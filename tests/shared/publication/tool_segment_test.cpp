@@ -40,7 +40,7 @@ TEST_CASE("The simulation reads the tool as the haptic server published it", "[t
   CHECK(std::memcmp(&*read, &state, sizeof state) == 0);
   CHECK(view.header().period_ns == 1'000'000);
   CHECK(view.header().clock == proto::Clock::kVirtual);
-  CHECK(view.header().heartbeat_ns == state.time_ns);
+  CHECK(view.reader().live().heartbeat_ns == state.time_ns);
 }
 
 TEST_CASE("Only the newest state of the tool is read", "[tool_segment]") {
@@ -76,6 +76,26 @@ TEST_CASE("A state that is no pose or holds no numbers is as if there were none"
     }
   CHECK_FALSE(is_read([](auto& state) { state.orientation_xyzw = {0.0, 0.0, 0.0, 0.0}; }));
   CHECK_FALSE(is_read([](auto& state) { state.orientation_xyzw = {0.0, 0.0, 0.0, 1.1}; }));
+}
+
+TEST_CASE("A state of the tool out of all proportion is as if there were none", "[tool_segment]") {
+  const TestSession session;
+  ToolWriter writer(session.name(), 1'000'000, proto::Clock::kVirtual, 0);
+  const ToolView view = view_of(session);
+  const auto is_read = [&](double number) {
+    bool read = false;
+    for (auto numbers : {&proto::ToolState::position_m, &proto::ToolState::velocity_m_s,
+                         &proto::ToolState::force_N}) {
+      proto::ToolState state = sound_state();
+      (state.*numbers)[1] = number;
+      writer.publish(state);
+      read = read || view.read();
+    }
+    return read;
+  };
+
+  CHECK(is_read(-proto::kLargestNumber));
+  for (const double number : {1.1e6, -1e9, 1e300, 1e308}) CHECK_FALSE(is_read(number));
 }
 
 TEST_CASE("A tool segment whose slots cannot hold a tool state is refused", "[tool_segment]") {

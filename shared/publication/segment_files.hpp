@@ -1,0 +1,109 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <compare>
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "proto/segment_header.hpp"
+
+namespace stillgrid {
+
+/// A segment cannot be made or must be refused; what() is one line for the user.
+class SegmentError : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Where segments are files.
+inline constexpr std::string_view kSegmentFolder = "/dev/shm/";
+
+/// What a session's segment is called in shared memory. Throws SegmentError unless the session is 1
+/// to 64 letters, digits, '_', '-' or '.', with no '.' first.
+[[nodiscard]] std::string segment_name(std::string_view session, proto::SegmentKind kind);
+
+/// What is wrong with a session's name, or nothing: a check for command lines.
+[[nodiscard]] std::string session_complaint(std::string_view session);
+
+/// The number of a group of users, if there is one of that name.
+[[nodiscard]] std::optional<gid_t> group_named(const std::string& name);
+
+/// What is wrong with a group's name, or nothing: a check for command lines.
+[[nodiscard]] std::string group_complaint(const std::string& name);
+
+/// A file descriptor that closes itself.
+class FileDescriptor {
+ public:
+  FileDescriptor() = default;
+  explicit FileDescriptor(int fd) noexcept : fd_(fd) {}
+  ~FileDescriptor();
+  FileDescriptor(FileDescriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  FileDescriptor& operator=(FileDescriptor&& other) noexcept {
+    std::swap(fd_, other.fd_);
+    return *this;
+  }
+  FileDescriptor(const FileDescriptor&) = delete;
+  FileDescriptor& operator=(const FileDescriptor&) = delete;
+  [[nodiscard]] int get() const noexcept { return fd_; }
+
+ private:
+  int fd_ = -1;
+};
+
+/// The right to write a session's segment: a kernel lock on a file beside it, freed however its
+/// holder ends. Removes that file at the end. Thread: any.
+class SessionLock {
+ public:
+  /// Throws SegmentError while another holds it.
+  SessionLock(std::string_view session, proto::SegmentKind kind);
+  ~SessionLock();
+  SessionLock(SessionLock&&) = delete;
+  SessionLock& operator=(SessionLock&&) = delete;
+  SessionLock(const SessionLock&) = delete;
+  SessionLock& operator=(const SessionLock&) = delete;
+
+ private:
+  std::string path_;
+  FileDescriptor file_;
+};
+
+/// Takes the lock that tells readers of an object that its writer lives; false if it is held.
+[[nodiscard]] bool lock_object(int fd) noexcept;
+
+/// Whether somebody holds that lock. Asking never takes it. One system call.
+[[nodiscard]] bool is_object_locked(int fd) noexcept;
+
+/// Identity of a shared-memory object: a name made anew has another.
+struct ObjectId {
+  std::uint64_t device = 0;
+  std::uint64_t inode = 0;
+  bool operator==(const ObjectId&) const = default;
+};
+
+/// The object that now bears the name, if any.
+[[nodiscard]] std::optional<ObjectId> segment_id(std::string_view session, proto::SegmentKind kind);
+
+/// A segment's object that stands in shared memory, whoever made it, or its lock file alone.
+struct SegmentFile {
+  std::string session;
+  proto::SegmentKind kind;
+  auto operator<=>(const SegmentFile&) const = default;
+};
+
+/// All of them, by session. Throws SegmentError if the folder cannot be read.
+[[nodiscard]] std::vector<SegmentFile> list_segments();
+
+/// Removes an object that a killed writer left, if one is there. Throws SegmentError if it is
+/// somebody else's file, if its writer lives, or if it may not. Pre: the session's lock is held.
+void remove_debris(const std::string& path);
+
+/// Removes what a killed writer left, object and lock; false when its writer lives or nothing was
+/// there. Throws SegmentError as remove_debris().
+bool remove_dead_segment(std::string_view session, proto::SegmentKind kind);
+
+}  // namespace stillgrid

@@ -1,0 +1,53 @@
+// What the thread sanitizer must find: the double buffer with a payload of plain copies. That it
+// finds this shows that it would have found a plain access in the real one.
+#include <array>
+#include <atomic>
+#include <cstring>
+#include <thread>
+
+#include "shared/publication/double_buffer.hpp"
+
+namespace {
+
+using namespace stillgrid;
+
+struct PlainPayload : HardwareAtomics {
+  static void store(std::uint64_t& word, std::uint64_t value, std::memory_order order) noexcept {
+    if (order == std::memory_order_relaxed)  // W3 alone
+      std::memcpy(&word, &value, sizeof value);
+    else
+      HardwareAtomics::store(word, value, order);
+  }
+};
+
+using Words = std::array<std::uint64_t, 64>;
+
+struct Memory {
+  std::uint64_t latest = 0;
+  std::array<std::uint64_t, 2> sequence{};
+  std::array<Words, 2> payload{};
+};
+
+}  // namespace
+
+int main() {
+  Memory memory;
+  const DoubleBuffer buffer{&memory.latest,
+                            {&memory.sequence[0], &memory.sequence[1]},
+                            {memory.payload[0].data(), memory.payload[1].data()}};
+  std::atomic<bool> stop = false;
+  std::thread writer([&] {
+    Words words{};
+    for (std::uint64_t n = 1; !stop.load(std::memory_order_relaxed); ++n) {
+      words.fill(n);
+      publish<PlainPayload>(buffer, n, {{0, words}});
+    }
+  });
+  Words copy{};
+  while (HardwareAtomics::load(memory.latest, std::memory_order_relaxed) < 100000)
+    static_cast<void>(read_latest(buffer, [&](const std::uint64_t* payload) {
+      std::memcpy(copy.data(), payload, sizeof copy);
+    }));
+  stop = true;
+  writer.join();
+}
