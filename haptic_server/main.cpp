@@ -9,6 +9,7 @@
 #include "shared/command_line/number_in.hpp"
 #include "shared/publication/segment.hpp"
 #include "shared/realtime/exit_status.hpp"
+#include "shared/realtime/realtime_guard.hpp"
 #include "shared/realtime/stop_signal.hpp"
 
 namespace stillgrid {
@@ -16,8 +17,9 @@ namespace {
 
 struct Arguments {
   HapticOptions options;
-  std::string transition = "linear", model = "grid";
+  std::string transition = "linear", model = "grid", group;
   std::filesystem::path report;
+  bool realtime_guard = false;
 };
 
 constexpr const char* kDescription =
@@ -50,17 +52,32 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--report", arguments.report, "Write a report (JSON) at exit");
   app.add_option("--cpu", options.cpu, "Run the loop on this processor")
       ->check(CLI::NonNegativeNumber);
+  app.add_option("--group", arguments.group,
+                 "Let this group of users read the session too; default: only its owner")
+      ->check(group_complaint);
   app.add_option("--max-force", options.max_force_N,
                  "Limit of the force, N; default and upper bound: the device's own")
       ->check(number_in(1e-6, 1e4));
   app.add_option("--max-slew", options.max_slew_N_per_ms,
                  "Limit of the force's change, N/ms; default: none")
       ->check(number_in(1e-9, 1e6));
+  app.add_flag("--realtime-guard", arguments.realtime_guard,
+               "Test mode: counts and names every call of the 1 kHz loop that may block; exit "
+               "status 4 if there was one")
+      ->excludes("--lockstep");
 }
 
 int fail(const std::exception& error, int status) {
   std::fprintf(stderr, "haptic_server: %s\n", error.what());
   return status;
+}
+
+/// A line a call. Returns the exit status.
+int name_violations(const std::vector<RealtimeViolation>& violations) {
+  for (const RealtimeViolation& violation : violations)
+    spdlog::error("real-time violation: {}, {} times, first from {} at tick {}", violation.call,
+                  violation.count, violation.first_caller, violation.first_tick);
+  return violations.empty() ? kDone : kRealtimeViolation;
 }
 
 /// Runs the loop; the report is written however it ended.
@@ -77,6 +94,11 @@ int run(const Arguments& arguments) {
   } catch (const SegmentError& error) {
     status = fail(error, kCouldNotStart);
   }
+  if (arguments.realtime_guard) {
+    report.realtime_violations = realtime_violations();
+    const int verdict = name_violations(*report.realtime_violations);
+    if (status == kDone) status = verdict;
+  }
   if (!arguments.report.empty() && report.ticks > 0) write_report(report, arguments.report);
   if (report.lost_rows > 0) spdlog::warn("{} ticks are missing from the record", report.lost_rows);
   return status;
@@ -92,10 +114,12 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   add_options(app, arguments);
   try {
     app.parse(argc, argv);
+    if (arguments.realtime_guard) require_realtime_guard(argv);
     spdlog::set_default_logger(spdlog::stderr_color_mt("haptic_server"));
     spdlog::set_pattern("%n: %v");
     install_stop_signal();
     arguments.options.transition = *transition_named(arguments.transition);
+    if (!arguments.group.empty()) arguments.options.readers = group_named(arguments.group);
     return run(arguments);
   } catch (const CLI::CallForHelp& help) {
     return app.exit(help);

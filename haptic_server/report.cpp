@@ -29,6 +29,17 @@ nlohmann::json percentiles(const Histogram& histogram, double unit) {
           {"max", static_cast<double>(histogram.max()) * unit}};
 }
 
+nlohmann::json counts(const std::vector<RealtimeViolation>& violations) {
+  nlohmann::json json;
+  std::uint64_t total = 0;
+  for (const RealtimeViolation& violation : violations) {
+    json[violation.call] = violation.count;
+    total += violation.count;
+  }
+  json["total"] = total;
+  return json;
+}
+
 [[noreturn]] void throw_unwritable(const std::filesystem::path& file) {
   throw std::runtime_error("--report: value '" + file.string() +
                            "': expected a file that can be written: " + std::strerror(errno));
@@ -89,8 +100,10 @@ void write_report(const HapticReport& report, const std::filesystem::path& file)
     json["tick_ns"] = percentiles(report.tick_ns, 1.0);
     json["wake_ns"] = percentiles(report.wake_ns, 1.0);
   }
+  if (report.realtime_violations) json["realtime_violations"] = counts(*report.realtime_violations);
   std::ofstream out(file);
-  out << json.dump(2) << '\n';
+  // The scene's name comes from another process, and may be no UTF-8.
+  out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
   out.close();
   if (!out) throw_unwritable(file);
 }

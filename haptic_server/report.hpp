@@ -3,12 +3,15 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "haptic_server/recording/recorder.hpp"
 #include "haptic_server/rendering/still_image.hpp"
 #include "haptic_server/safety/force_guard.hpp"
 #include "shared/realtime/histogram.hpp"
+#include "shared/realtime/realtime_guard.hpp"
 
 namespace stillgrid {
 
@@ -24,6 +27,7 @@ struct HapticReport {
   Histogram tick_ns, wake_ns, age_ns, slew_uN_per_ms, switch_jump_uN;
   double force_sum_N = 0.0, force_max_N = 0.0, energy_J = 0.0;
   long page_faults = 0;
+  std::optional<std::vector<RealtimeViolation>> realtime_violations;  // with --realtime-guard only
 };
 
 /// Counts one tick. previous_N: the force of the tick before, moved_m: of the device since then,

@@ -9,6 +9,7 @@
 #include "shared/publication/lockstep.hpp"
 #include "shared/publication/segment_watch.hpp"
 #include "shared/realtime/periodic_timer.hpp"
+#include "shared/realtime/realtime_guard.hpp"
 #include "shared/realtime/realtime_thread.hpp"
 
 namespace stillgrid {
@@ -30,10 +31,6 @@ const SceneView* wait_for_scene(SceneWatch& watch, const HapticOptions& options,
       throw SegmentError("no sim_server in session '" + options.session + "' after 10 s");
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  if (scene != nullptr && (scene->header().clock == proto::Clock::kVirtual) != options.lockstep)
-    throw SegmentError("the sim_server of session '" + options.session + "' runs in " +
-                       (options.lockstep ? "real time: start it with --lockstep too"
-                                         : "lockstep: start haptic_server with --lockstep too"));
   return scene;
 }
 
@@ -61,19 +58,18 @@ struct Run {
   throw DeviceFault(run.device.error_line(run.loop.device_code()));
 }
 
-void run_real(Run& run) {
-  run.watch.start();
-  for (const std::string& missing : make_realtime(run.options.cpu))
-    spdlog::warn("running without {}", missing);
-  const long faults_before = page_faults();
+TickEnd tick_in_real_time(Run& run) {
+  RealtimeSection section;
   PeriodicTimer timer(run.period_ns);
   const std::uint64_t end_ns =
       run.options.duration_s ? monotonic_ns() + to_ns(*run.options.duration_s) : proto::kNever;
   TickEnd end = TickEnd::kGoOn;
   TickRow row;
   while (!run.stop && end == TickEnd::kGoOn) {
+    section.begin_tick(run.report.ticks + 1);
     const PeriodicTimer::Wake wake = timer.wait();
     if (wake.now_ns >= end_ns) break;
+    run.tool.segment().require_whole();
     const SceneView& scene = *run.watch.acquire(run.loop.may_switch_scene());
     end = run.loop.sense(scene, wake.now_ns);
     if (end != TickEnd::kGoOn) break;
@@ -84,6 +80,15 @@ void run_real(Run& run) {
     run.loop.count(row, run.report);
     if (run.recorder != nullptr) run.recorder->record(row);
   }
+  return end;
+}
+
+void run_real(Run& run) {
+  run.watch.start();
+  for (const std::string& missing : make_realtime(run.options.cpu))
+    spdlog::warn("running without {}", missing);
+  const long faults_before = page_faults();
+  const TickEnd end = tick_in_real_time(run);
   run.report.page_faults = page_faults() - faults_before;
   if (end == TickEnd::kDeviceFault) throw_fault(run);
 }
@@ -92,7 +97,7 @@ void run_real(Run& run) {
 bool wait_for(Run& run, const SceneView& scene, std::uint64_t proto::SegmentHeader::*promise,
               std::uint64_t value) {
   const auto word = [&] {
-    return HardwareAtomics::load(scene.header().*promise, std::memory_order_acquire);
+    return HardwareAtomics::load(scene.reader().live().*promise, std::memory_order_acquire);
   };
   const auto still_there = [&] { return scene.reader().writer_alive(); };
   const WaitResult result = wait_for_promise(word, value, still_there, run.stop);
@@ -170,7 +175,8 @@ void run_haptics(const HapticOptions& options, HapticReport& report,
   report.device = device.descriptor().name;
   // A segment refused at the start ends the program; one refused later leaves the old one in use.
   bool is_waiting = true;
-  SceneWatch watch(options.session, proto::SegmentKind::kScene, proto::kSceneLayoutHash,
+  const auto clock = options.lockstep ? proto::Clock::kVirtual : proto::Clock::kMonotonic;
+  SceneWatch watch(options.session, proto::SegmentKind::kScene, proto::kSceneLayoutHash, clock,
                    [&](const std::string& refusal) {
                      if (is_waiting) throw SegmentError(refusal);
                      spdlog::warn("{}", refusal);
@@ -180,8 +186,8 @@ void run_haptics(const HapticOptions& options, HapticReport& report,
   if (scene == nullptr) return;
   report.scene = scene->scene().name.data();
 
-  const auto clock = options.lockstep ? proto::Clock::kVirtual : proto::Clock::kMonotonic;
-  ToolWriter tool(options.session, period_ns, clock, options.lockstep ? 0 : monotonic_ns());
+  ToolWriter tool(options.session, period_ns, clock, options.lockstep ? 0 : monotonic_ns(),
+                  options.readers);
   std::unique_ptr<Recorder> recorder;
   if (!options.record.empty())
     recorder = std::make_unique<Recorder>(options.record, report.scene, report.device);

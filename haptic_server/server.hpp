@@ -1,5 +1,7 @@
 #pragma once
 
+#include <sys/types.h>
+
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
@@ -23,6 +25,7 @@ struct HapticOptions {
   std::optional<double> max_force_N, max_slew_N_per_ms;
   std::filesystem::path record;  // empty: none
   std::optional<int> cpu;
+  std::optional<gid_t> readers;  // a group that may read the tool's segment
 };
 
 /// The device stopped answering while the loop ran.

@@ -21,6 +21,7 @@ namespace {
 struct Arguments {
   std::filesystem::path scene, report, final_state;
   std::optional<double> rate_hz;
+  std::string group;
   bool lockstep = false, offline = false;
   ServerOptions server;
 };
@@ -57,6 +58,10 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--seed", server.seed, "Of the jitter; default 1");
   app.add_option("--report", arguments.report, "Write a report (JSON) at exit");
   app.add_option("--final-state", arguments.final_state, "Write nodes and bodies (CSV) at exit");
+  app.add_option("--group", arguments.group,
+                 "Let this group of users read the session too; default: only its owner")
+      ->check(group_complaint)
+      ->excludes(offline);
   app.add_option("--cpu", server.cpu, "Run on this processor")->check(CLI::NonNegativeNumber);
 }
 
@@ -104,6 +109,7 @@ int run(Arguments& arguments) {
                                                 : SimulationClock::kReal;
   for (const auto& file : {arguments.report, arguments.final_state})
     if (!file.empty()) require_writable(file);
+  if (!arguments.group.empty()) arguments.server.readers = group_named(arguments.group);
   check_sphere_count(scene, arguments.scene.string());
   Simulation simulation(scene);
   SimulationReport report;

@@ -75,7 +75,8 @@ void write_report(const SimulationReport& report, const World& world,
       json["phases_ms"]["publish"] = percentiles_ms(report.publish_ns);
   }
   std::ofstream out = open_for_writing(file);
-  out << json.dump(2) << '\n';
+  // A scene's name is a file's, and may be no UTF-8.
+  out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
   close(out, file);
 }
 

@@ -59,9 +59,13 @@ class Session {
           proto::Clock clock, std::uint64_t start_ns)
       : voxel_m_(simulation.detection().voxel_m()),
         writer_(options.session, static_scene(scene, simulation), simulation.world().spheres.size(),
-                to_ns(scene.period_s), clock, start_ns),
-        tool_(options.session, proto::SegmentKind::kTool, proto::kToolLayoutHash,
-              [](const std::string& refusal) { spdlog::warn("{}", refusal); }) {
+                to_ns(scene.period_s), clock, start_ns, options.readers),
+        tool_(options.session, proto::SegmentKind::kTool, proto::kToolLayoutHash, clock,
+              [clock](const std::string& refusal) {
+                // Lockstep cannot go on without its peer; real time can, until a better one comes.
+                if (clock == proto::Clock::kVirtual) throw SegmentError(refusal);
+                spdlog::warn("{}", refusal);
+              }) {
     const World& world = simulation.world();
     for (std::size_t i = 0; i < world.spheres.size(); ++i) {
       const SphereBinding& sphere = world.spheres[i];
@@ -72,6 +76,7 @@ class Session {
   }
 
   void fill(const World& world) {
+    writer_.segment().require_whole();
     for (std::size_t i = 0; i < world.spheres.size(); ++i) {
       const SphereMotion motion = sphere_motion(world, world.spheres[i]);
       writer_.set_sphere(i, motion.position_m, motion.velocity_m_s);
@@ -157,15 +162,12 @@ class LockstepPeer {
       if (monotonic_ns() > give_up_ns)
         throw SegmentError("no haptic_server --lockstep in session '" + name + "' after 10 s");
     }
-    if (view() != nullptr && view()->header().clock != proto::Clock::kVirtual)
-      throw SegmentError("the haptic_server of session '" + name +
-                         "' runs in real time: start it with --lockstep too");
   }
 
   /// False when stopped.
   bool wait(std::uint64_t proto::SegmentHeader::*promise, std::uint64_t value) {
     const auto word = [&] {
-      return HardwareAtomics::load(view()->header().*promise, std::memory_order_acquire);
+      return HardwareAtomics::load(view()->reader().live().*promise, std::memory_order_acquire);
     };
     const auto still_there = [&] { return view()->reader().writer_alive(); };
     const WaitResult result = wait_for_promise(word, value, still_there, stop_);

@@ -29,6 +29,7 @@ struct ServerOptions {
   double jitter = 0.0;               // each period is drawn from P (1 + u), u uniform in +-jitter
   std::uint64_t seed = 1;
   std::optional<int> cpu;
+  std::optional<gid_t> readers;  // a group that may read the scene's segment
 };
 
 /// Runs a scene until its duration is over or stop is set, and counts what happened in report.

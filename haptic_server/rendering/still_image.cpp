@@ -47,8 +47,9 @@ RenderedTick StillImageRenderer::render(const SceneView& scene, const ToolPose& 
   });
 
   RenderedTick tick;
-  if (read.status == ReadStatus::kEmpty) return tick;
-  tick.contended = read.status == ReadStatus::kContended;
+  const bool had_image = snapshot_.generation != 0;
+  if (read.status == ReadStatus::kEmpty && !had_image) return tick;
+  tick.contended = read.status != ReadStatus::kAccepted;  // empty after an image: lost memory
   if (!tick.contended) {
     tick.is_new = snapshot.generation != snapshot_.generation;
     snapshot_ = snapshot;

@@ -9,6 +9,7 @@ enum ExitStatus : int {
   kCouldNotStart =
       2,  // permissions, version mismatch, no segment in time, a lockstep peer that died
   kDeviceFault = 3,
+  kRealtimeViolation = 4,  // a test mode's: docs/realtime.md
 };
 
 }  // namespace stillgrid

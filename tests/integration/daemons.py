@@ -72,7 +72,7 @@ class SessionTest(unittest.TestCase):
     """A test with a session and a folder of its own."""
 
     def setUp(self):
-        self.session = f"test-{os.getpid()}-{next(_numbers)}"
+        self.first_session = self.session = f"test-{os.getpid()}-{next(_numbers)}"
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="stillgrid-test-"))
         self.daemons = []
 
@@ -80,7 +80,7 @@ class SessionTest(unittest.TestCase):
         for daemon in self.daemons:
             daemon.kill()
         shutil.rmtree(self.folder)
-        for left in pathlib.Path("/dev/shm").glob(f"stillgrid-{self.session}-*"):
+        for left in pathlib.Path("/dev/shm").glob(f"stillgrid-{self.first_session}*"):
             left.unlink()
 
     def start(self, *arguments):
