@@ -1,0 +1,225 @@
+#include "shared/inspection/inspection_json.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "shared/inspection/inspection_text.hpp"
+#include "shared/inspection/snapshot.hpp"
+#include "shared/realtime/periodic_timer.hpp"
+
+namespace stillgrid {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number(double value) {
+  return std::isfinite(value) ? Json(value) : Json();
+}
+
+/// The shortest decimal that reads back as this float: 0.005, not 0.004999999888241291.
+Json number(float value) {
+  if (!std::isfinite(value)) return {};
+  std::array<char, 32> text{};
+  double shortest = 0.0;
+  auto* const end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  std::from_chars(text.data(), end, shortest);
+  return shortest;
+}
+
+template <class T>
+Json optional(const std::optional<T>& value) {
+  return value ? Json(*value) : Json();
+}
+
+template <class T, std::size_t N>
+Json numbers(const std::array<T, N>& values) {
+  Json json = Json::array();
+  for (const T value : values) json.push_back(number(value));
+  return json;
+}
+
+/// Of a history, only the images that exist.
+Json times(const std::array<std::uint64_t, proto::kHistoryLength>& times_ns, std::size_t count) {
+  Json json = Json::array();
+  for (std::size_t i = 0; i < count; ++i) json.push_back(times_ns[i]);
+  return json;
+}
+
+/// 0, no time, is null; so is a promise of nothing more.
+Json time(std::uint64_t time_ns) {
+  return time_ns == 0 || time_ns == proto::kNever ? Json() : Json(time_ns);
+}
+
+Json header_json(const proto::SegmentHeader& header) {
+  return {{"version", header.version},
+          {"layout_hash", hexadecimal(header.layout_hash)},
+          {"epoch", hexadecimal(header.epoch)},
+          {"size_bytes", header.size_bytes},
+          {"period_ns", header.period_ns},
+          {"clock", name_of(header.clock)},
+          {"writer_pid", header.writer_pid},
+          {"start_ns", header.start_ns},
+          {"slot_offset", header.slot_offset},
+          {"payload_bytes", header.payload_bytes},
+          {"latest", header.latest},
+          {"heartbeat_ns", time(header.heartbeat_ns)},
+          {"lockstep_sample_ns", time(header.lockstep_sample_ns)},
+          {"lockstep_event_ns", time(header.lockstep_event_ns)}};
+}
+
+Json grid_json(const proto::GridShape& grid) {
+  return {{"voxel_m", number(grid.voxel_m)},
+          {"log2_cells", grid.log2_cells},
+          {"spheres", grid.sphere_count},
+          {"entries", grid.entry_count},
+          {"long_spheres", grid.long_count}};
+}
+
+Json image_json(const proto::SphereImage& image) {
+  return {{"position_m", numbers(image.position_m)}, {"velocity_m_s", numbers(image.velocity_m_s)}};
+}
+
+/// images: of which each sphere's history tells those before the newest; 0: no history.
+Json spheres_json(const std::vector<proto::SphereRecord>& spheres, std::size_t images) {
+  Json json = Json::array();
+  for (const proto::SphereRecord& record : spheres) {
+    Json sphere = image_json(record.newest[0]);
+    sphere["radius_m"] = number(record.radius_m);
+    sphere["material"] = record.material;
+    sphere["body"] = record.body;
+    const std::array older{record.newest[1], record.older[0], record.older[1]};
+    if (images > 0) sphere["history"] = Json::array();
+    for (std::size_t i = 1; i < images; ++i) sphere["history"].push_back(image_json(older[i - 1]));
+    json.push_back(std::move(sphere));
+  }
+  return json;
+}
+
+Json fixed_json(const SceneView& view, const JsonOptions& options) {
+  const proto::SceneHeader& scene = view.scene();
+  Json json{{"name", scene.name.data()},
+            {"materials", Json::array()},
+            {"planes", Json::array()},
+            {"tool_spheres", Json::array()},
+            {"tool_slip_speed_m_s", number(scene.tool_slip_speed_m_s)},
+            {"device",
+             {{"position_m", numbers(scene.device.position_m)},
+              {"orientation_xyzw", numbers(scene.device.orientation_xyzw)},
+              {"scale", number(scene.device.scale)}}},
+            {"moving_capacity", scene.moving_capacity},
+            {"static_grid", grid_json(scene.static_grid)}};
+  for (std::size_t i = 0; i < scene.material_count; ++i) {
+    const proto::Material& material = scene.materials[i];
+    json["materials"].push_back({{"stiffness_N_m", number(material.stiffness_N_m)},
+                                 {"damping_N_s_m", number(material.damping_N_s_m)},
+                                 {"friction", number(material.friction)},
+                                 {"slip_speed_m_s", number(material.slip_speed_m_s)}});
+  }
+  for (std::size_t i = 0; i < scene.plane_count; ++i) {
+    const proto::Plane& plane = scene.planes[i];
+    json["planes"].push_back({{"normal", numbers(plane.normal)},
+                              {"offset_m", number(plane.offset_m)},
+                              {"material", plane.material},
+                              {"body", plane.body}});
+  }
+  for (std::size_t i = 0; i < scene.tool_sphere_count; ++i)
+    json["tool_spheres"].push_back({{"position_m", numbers(scene.tool[i].position_m)},
+                                    {"radius_m", number(scene.tool[i].radius_m)}});
+  const auto spheres = static_spheres(view, options.most_spheres);
+  json["static_spheres"] = spheres_json(spheres, 0);
+  json["static_spheres_left_out"] = view.static_grid().shape.sphere_count - spheres.size();
+  return json;
+}
+
+Json snapshot_json(const SceneView& view, const JsonOptions& options) {
+  const auto snapshot = read_snapshot(view, options.most_spheres);
+  if (!snapshot) return {};
+  const proto::SnapshotHeader& header = snapshot->header;
+  const auto images = static_cast<std::size_t>(header.history_count);
+  Json grid = grid_json(header.grid);
+  grid["cells"] = snapshot->occupancy.cells;
+  grid["occupied_cells"] = snapshot->occupancy.occupied_cells;
+  grid["fullest_cell_entries"] = snapshot->occupancy.fullest_cell;
+  return {{"generation", snapshot->generation},
+          {"history_count", images},
+          {"state_time_ns", times(header.state_time_ns, images)},
+          {"publish_time_ns", times(header.publish_time_ns, images)},
+          {"tool_time_ns", time(header.tool_time_ns)},
+          {"step_ns", header.step_ns},
+          {"contacts", header.contacts},
+          {"grid", std::move(grid)},
+          {"spheres", spheres_json(snapshot->spheres, options.history ? images : 0)},
+          {"spheres_left_out", header.grid.sphere_count - snapshot->spheres.size()}};
+}
+
+Json tool_json(const ToolView& view) {
+  const auto snapshot = read_tool(view);
+  if (!snapshot) return {};
+  const proto::ToolState& state = snapshot->state;
+  return {{"generation", snapshot->generation},
+          {"time_ns", state.time_ns},
+          {"tick", state.tick},
+          {"position_m", numbers(state.position_m)},
+          {"orientation_xyzw", numbers(state.orientation_xyzw)},
+          {"velocity_m_s", numbers(state.velocity_m_s)},
+          {"force_N", numbers(state.force_N)},
+          {"buttons", state.buttons}};
+}
+
+Json segment_json(const ObservedSegment* segment, const JsonOptions& options) {
+  if (segment == nullptr) return {};
+  Json json = json_of(segment->summary);
+  if (segment->summary.header) json["header"] = header_json(*segment->summary.header);
+  if (segment->scene) {
+    json["fixed"] = fixed_json(*segment->scene, options);
+    json["snapshot"] = snapshot_json(*segment->scene, options);
+  }
+  if (segment->tool) json["latest_state"] = tool_json(*segment->tool);
+  return json;
+}
+
+}  // namespace
+
+nlohmann::ordered_json json_of(const SegmentSummary& summary) {
+  const auto& header = summary.header;
+  const auto of_header = [&](auto&& value) { return header ? Json(value(*header)) : Json(); };
+  Json json{{"session", summary.file.session},
+            {"kind", name_of(summary.file.kind)},
+            {"state", name_of(summary.state)},
+            {"refusal", summary.refusal.empty() ? Json() : Json(summary.refusal)}};
+  json["writer_pid"] = of_header([](const auto& h) { return h.writer_pid; });
+  json["version"] = of_header([](const auto& h) { return h.version; });
+  json["clock"] = of_header([](const auto& h) { return name_of(h.clock); });
+  json["declared_rate_hz"] = of_header([](const auto& h) { return rate_of(h.period_ns); });
+  json["measured_rate_hz"] = optional(summary.measured_rate_hz);
+  json["generation"] = of_header([](const auto& h) { return h.latest; });
+  json["age_s"] = optional(summary.age_s);
+  json["moving_spheres"] = optional(summary.moving_spheres);
+  json["static_spheres"] = optional(summary.static_spheres);
+  json["size_bytes"] = summary.size_bytes;
+  return json;
+}
+
+nlohmann::ordered_json json_of(std::span<const SegmentSummary> summaries) {
+  Json json = Json::array();
+  for (const SegmentSummary& summary : summaries) json.push_back(json_of(summary));
+  return json;
+}
+
+nlohmann::ordered_json json_of(const std::string& session, const ObservedSegment* scene,
+                               const ObservedSegment* tool, const JsonOptions& options) {
+  Json json{{"session", session}};
+  json["scene"] = segment_json(scene, options);
+  json["tool"] = segment_json(tool, options);
+  json["now_ns"] = monotonic_ns();
+  return json;
+}
+
+std::string text_of(const nlohmann::ordered_json& json) {
+  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+}  // namespace stillgrid

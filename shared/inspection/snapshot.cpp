@@ -1,0 +1,73 @@
+#include "shared/inspection/snapshot.hpp"
+
+#include <algorithm>
+
+#include "shared/collision/grid_query.hpp"
+#include "shared/inspection/patient_read.hpp"
+
+namespace stillgrid {
+namespace {
+
+void copy_spheres(const GridView& view, std::size_t most_spheres,
+                  std::vector<proto::SphereRecord>& spheres) {
+  const auto count =
+      static_cast<std::uint32_t>(std::min<std::size_t>(view.shape.sphere_count, most_spheres));
+  spheres.resize(count);
+  for (std::uint32_t sphere = 0; sphere < count; ++sphere)
+    spheres[sphere] = load_record(view, sphere);
+}
+
+/// Bounded by the layout whatever the words say, given a consistent shape.
+GridOccupancy occupancy_of(const GridView& view) {
+  GridOccupancy occupancy;
+  if (view.shape.sphere_count == 0) return occupancy;
+  const auto& log2_cells = view.shape.log2_cells;
+  occupancy.cells = std::uint64_t{1} << (log2_cells[0] + log2_cells[1] + log2_cells[2]);
+  const std::uint64_t* starts = view.words + view.layout.cell_starts;
+  std::uint32_t begin = load_u32(starts, 0);
+  for (std::size_t cell = 0; cell < occupancy.cells; ++cell) {
+    const std::uint32_t end = std::min(load_u32(starts, cell + 1), view.shape.entry_count);
+    const std::uint32_t entries = end > begin ? end - begin : 0;
+    occupancy.occupied_cells += entries > 0 ? 1 : 0;
+    occupancy.fullest_cell = std::max(occupancy.fullest_cell, entries);
+    begin = end;
+  }
+  return occupancy;
+}
+
+}  // namespace
+
+std::optional<SceneSnapshot> read_snapshot(const SceneView& view, std::size_t most_spheres) {
+  SceneSnapshot snapshot;
+  const ReadResult result = read_patiently(view.buffer(), [&](const std::uint64_t* payload) {
+    snapshot.header = load_struct<proto::SnapshotHeader>(payload);
+    const GridView grid = view.moving_grid(payload, snapshot.header);
+    snapshot.header.grid = grid.shape;
+    copy_spheres(grid, most_spheres, snapshot.spheres);
+    snapshot.occupancy = occupancy_of(grid);
+  });
+  if (result.status != ReadStatus::kAccepted) return std::nullopt;
+  snapshot.generation = result.generation;
+  snapshot.header.history_count =
+      std::clamp<std::uint64_t>(snapshot.header.history_count, 1, proto::kHistoryLength);
+  return snapshot;
+}
+
+std::vector<proto::SphereRecord> static_spheres(const SceneView& view, std::size_t most_spheres) {
+  std::vector<proto::SphereRecord> spheres;
+  copy_spheres(view.static_grid(), most_spheres, spheres);
+  return spheres;
+}
+
+std::optional<ToolSnapshot> read_tool(const ToolView& view) {
+  ToolSnapshot snapshot;
+  const ReadResult result =
+      read_patiently(view.reader().buffer(), [&](const std::uint64_t* payload) {
+        snapshot.state = load_struct<proto::ToolState>(payload);
+      });
+  if (result.status != ReadStatus::kAccepted) return std::nullopt;
+  snapshot.generation = result.generation;
+  return snapshot;
+}
+
+}  // namespace stillgrid

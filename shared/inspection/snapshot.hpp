@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "proto/scene_segment.hpp"
+#include "proto/tool_segment.hpp"
+#include "shared/publication/scene_segment.hpp"
+#include "shared/publication/tool_segment.hpp"
+
+namespace stillgrid {
+
+/// How the entries of a grid are spread over its cells.
+struct GridOccupancy {
+  std::uint64_t cells = 0;
+  std::uint64_t occupied_cells = 0;
+  std::uint32_t fullest_cell = 0;  // entries in it
+};
+
+/// A copy of one image of a scene, whole as it was published; its numbers are the writer's, and may
+/// be none.
+struct SceneSnapshot {
+  std::uint64_t generation = 0;
+  proto::SnapshotHeader header{};  // its grid has no sphere if it was not consistent
+  std::vector<proto::SphereRecord> spheres;
+  GridOccupancy occupancy;
+};
+
+/// The latest image with its first `most_spheres` spheres; nothing before the first, or when it was
+/// overtaken again and again.
+[[nodiscard]] std::optional<SceneSnapshot> read_snapshot(const SceneView& view,
+                                                         std::size_t most_spheres);
+
+/// The spheres that never move, the first `most_spheres` of them.
+[[nodiscard]] std::vector<proto::SphereRecord> static_spheres(const SceneView& view,
+                                                              std::size_t most_spheres);
+
+/// The latest state of a tool as its writer wrote it, sound or not, and which it is.
+struct ToolSnapshot {
+  std::uint64_t generation = 0;
+  proto::ToolState state{};
+};
+[[nodiscard]] std::optional<ToolSnapshot> read_tool(const ToolView& view);
+
+}  // namespace stillgrid
