@@ -1,0 +1,107 @@
+// Reads whole images of a running session, 2000 times a second, as a viewer would: each must be of
+// one generation, and must continue the one before it sphere by sphere.
+#include <CLI/CLI.hpp>
+#include <cstring>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "shared/publication/scene_segment.hpp"
+#include "shared/publication/segment_watch.hpp"
+#include "shared/realtime/periodic_timer.hpp"
+#include "shared/realtime/stop_signal.hpp"
+
+namespace stillgrid {
+namespace {
+
+struct Image {
+  std::uint64_t epoch = 0;
+  proto::SnapshotHeader header{};
+  std::vector<proto::SphereRecord> spheres;
+};
+
+struct Counts {
+  std::uint64_t reads = 0, accepted = 0, contended = 0, images = 0, continued = 0, torn = 0;
+};
+
+bool is_same(const proto::SphereImage& a, const proto::SphereImage& b) {
+  return std::memcmp(&a, &b, sizeof a) == 0;
+}
+
+/// Whether `after` shows in its past what `before` showed as its present.
+bool continues(const Image& before, const Image& after) {
+  if (before.spheres.size() != after.spheres.size()) return false;
+  for (std::size_t i = 0; i < after.spheres.size(); ++i)
+    if (!is_same(after.spheres[i].newest[1], before.spheres[i].newest[0]) ||
+        !is_same(after.spheres[i].older[0], before.spheres[i].newest[1]))
+      return false;
+  return after.header.state_time_ns[1] == before.header.state_time_ns[0];
+}
+
+ReadResult read_image(const SceneView& view, Image& image) {
+  image.epoch = view.header().epoch;
+  return read_latest(view.buffer(), [&](const std::uint64_t* payload) {
+    image.header = load_struct<proto::SnapshotHeader>(payload);
+    const GridView grid = view.moving_grid(payload, image.header);
+    image.spheres.resize(grid.shape.sphere_count);
+    for (std::size_t i = 0; i < image.spheres.size(); ++i)
+      image.spheres[i] = load_struct<proto::SphereRecord>(payload + grid.layout.records +
+                                                          i * (sizeof(proto::SphereRecord) / 8));
+  });
+}
+
+/// Counts one read; keeps the image if it is new.
+void check(const SceneView& view, Image& fresh, Image& last, Counts& counts) {
+  ++counts.reads;
+  const ReadResult read = read_image(view, fresh);
+  if (read.status == ReadStatus::kContended) ++counts.contended;
+  if (read.status != ReadStatus::kAccepted) return;
+  ++counts.accepted;
+  const bool is_new =
+      fresh.epoch != last.epoch || fresh.header.generation != last.header.generation;
+  const bool is_next =
+      fresh.epoch == last.epoch && fresh.header.generation == last.header.generation + 1;
+  if (fresh.header.generation != read.generation || (is_next && !continues(last, fresh)))
+    ++counts.torn;
+  counts.continued += is_next ? 1 : 0;
+  counts.images += is_new ? 1 : 0;
+  if (is_new) std::swap(fresh, last);
+}
+
+Counts watch_session(const std::string& session, double duration_s) {
+  SegmentWatch<SceneView> watch(session, proto::SegmentKind::kScene, proto::kSceneLayoutHash,
+                                proto::Clock::kMonotonic,
+                                [](const std::string& line) { std::cerr << line << '\n'; });
+  watch.start();
+  PeriodicTimer timer(500'000);
+  Counts counts;
+  Image fresh, last;
+  const std::uint64_t end_ns = monotonic_ns() + to_ns(duration_s);
+  while (monotonic_ns() < end_ns && !stop_requested()) {
+    timer.wait();
+    if (const SceneView* view = watch.acquire()) check(*view, fresh, last, counts);
+  }
+  return counts;
+}
+
+}  // namespace
+}  // namespace stillgrid
+
+int main(int argc, char** argv) {
+  using namespace stillgrid;
+  CLI::App app(
+      "Checks that the images of a running session are whole and continue each other.\n"
+      "Prints counts as JSON; exit status 1 if one was torn or mixed.");
+  std::string session;
+  double duration_s = 1e8;
+  app.add_option("--session", session, "Of the sim_server to watch")->required();
+  app.add_option("--duration", duration_s, "s; default: until Ctrl-C");
+  CLI11_PARSE(app, argc, argv);
+  install_stop_signal();
+  const Counts counts = watch_session(session, duration_s);
+  const nlohmann::json json = {{"reads", counts.reads},         {"accepted", counts.accepted},
+                               {"contended", counts.contended}, {"images", counts.images},
+                               {"continued", counts.continued}, {"torn", counts.torn}};
+  std::cout << json.dump() << '\n';
+  return counts.torn == 0 && counts.images > 0 ? 0 : 1;
+}

@@ -1,0 +1,184 @@
+#include "tests/soak/soak_runs.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <functional>
+#include <optional>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "shared/publication/segment.hpp"
+#include "shared/realtime/periodic_timer.hpp"
+#include "shared/realtime/stop_signal.hpp"
+#include "tests/soak/process.hpp"
+#include "tests/soak/soak_image.hpp"
+#include "tests/soak/soak_processes.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr proto::SegmentKind kKind = proto::SegmentKind::kScene;
+constexpr std::uint64_t kPatience_ns = 10'000'000'000;
+constexpr std::uint64_t kProgress_ns = 10'000'000'000;
+
+void sleep_ns(std::uint64_t ns) {
+  std::this_thread::sleep_for(std::chrono::nanoseconds(ns));
+}
+
+/// Says every 10 s how far it has come.
+class Progress {
+ public:
+  void tell(std::uint64_t done, std::uint64_t all, const char* what) {
+    if (monotonic_ns() < next_ns_) return;
+    next_ns_ += kProgress_ns;
+    std::fprintf(stderr, "publication_soak: %ju of %ju %s\n", std::uintmax_t{done},
+                 std::uintmax_t{all}, what);
+  }
+
+ private:
+  std::uint64_t next_ns_ = monotonic_ns() + kProgress_ns;
+};
+
+/// False when it did not come true in time or the user stopped it.
+bool wait_until(const std::function<bool()>& condition) {
+  const std::uint64_t give_up_ns = monotonic_ns() + kPatience_ns;
+  while (!condition()) {
+    if (stop_requested() || monotonic_ns() > give_up_ns) return false;
+    sleep_ns(1'000'000);
+  }
+  return true;
+}
+
+bool ends_well(Process& process) {
+  return wait_until([&] { return process.status().has_value(); }) && process.status() == 0;
+}
+
+/// Looks at what a killed writer left. `before`: the object that bore the name when it started.
+Death examine(const SoakPlan& plan, const std::optional<ObjectId>& before, KillTally& kills) {
+  const auto id = segment_id(plan.session, kKind);
+  if (!id || id == before) return Death::kBeforeItsObject;
+  const auto dead = SegmentReader::open(plan.session, kKind, kSoakLayoutHash);
+  if (!dead) return Death::kHalfMade;
+  if (dead->writer_alive()) ++kills.locks_left;
+
+  Gathered gathered;
+  const ReadResult read = read_latest(dead->buffer(), [&](const std::uint64_t* payload) {
+    gathered = gather_all(payload, plan.words());
+  });
+  const bool is_whole = read.status == ReadStatus::kAccepted && read.attempts == 1 &&
+                        judge(gathered, dead->header().epoch, read.generation) == Verdict::kWhole;
+  if (read.status != ReadStatus::kEmpty && !is_whole) ++kills.images_lost;
+  for (const std::uint64_t* sequence : dead->buffer().sequence)
+    if (load_word(sequence, 0) % 2 == 1) return Death::kInMidWrite;
+  return read.status == ReadStatus::kEmpty ? Death::kBeforeAnImage : Death::kBetweenImages;
+}
+
+/// One in five writers is killed while it starts, from its first instant on; the others live long
+/// enough to be noticed.
+std::uint64_t draw_life_ns(std::mt19937_64& random, bool is_last) {
+  const bool dies_at_start = !is_last && random() % 5 == 0;
+  std::uniform_int_distribution<std::uint64_t> start_ns(0, 3'000'000);
+  std::uniform_int_distribution<std::uint64_t> run_ns(25'000'000, 65'000'000);
+  return dies_at_start ? start_ns(random) : run_ns(random);
+}
+
+struct Killed {
+  pid_t writer;
+  std::uint64_t time_ns;
+};
+
+/// Kills one writer after another. False when the user stopped it or the reader has ended.
+bool kill_writers(const SoakPlan& plan, SoakState& state, Process& reader, KillTally& kills,
+                  std::vector<Killed>& killed) {
+  std::mt19937_64 random(plan.seed);
+  Progress progress;
+  for (std::uint64_t i = 0; i < plan.kills && !stop_requested(); ++i) {
+    const auto before = segment_id(plan.session, kKind);
+    Process writer([&] { write_images(plan, state); });
+    sleep_ns(draw_life_ns(random, i + 1 == plan.kills));
+    if (writer.status() || reader.status()) return false;
+    killed.push_back({writer.id(), monotonic_ns()});
+    writer.kill();
+    ++kills.deaths[static_cast<std::size_t>(examine(plan, before, kills))];
+    progress.tell(i + 1, plan.kills, "writers killed");
+  }
+  return !stop_requested();
+}
+
+void measure_successors(const SoakState& state, const std::vector<Killed>& killed,
+                        pid_t last_writer, KillTally& kills) {
+  for (std::size_t i = 0; i < killed.size(); ++i) {
+    const pid_t successor = i + 1 < killed.size() ? killed[i + 1].writer : last_writer;
+    const auto* const end = state.first_reads.begin() + state.first_read_count;
+    const auto* const read =
+        std::find_if(state.first_reads.begin(), end, [&](const FirstRead& first) {
+          return first.writer_pid == static_cast<std::uint32_t>(successor);
+        });
+    // One killed while it started was never read, and the last was started when its predecessor's
+    // death had been seen.
+    if (read == end || successor == last_writer) continue;
+    kills.read_ns.record(read->time_ns - killed[i].time_ns);
+    kills.read_sum_ns += read->time_ns - killed[i].time_ns;
+  }
+}
+
+std::uint64_t count_files(const std::string& session) {
+  const auto files = list_segments();
+  return static_cast<std::uint64_t>(
+      std::count_if(files.begin(), files.end(),
+                    [&](const SegmentFile& file) { return file.session == session; }));
+}
+
+/// Whatever way a soak ends, it leaves nothing in shared memory. Made before its processes, so that
+/// these have ended when it goes.
+struct Cleaner {
+  const std::string& session;
+  explicit Cleaner(const std::string& of) : session(of) {}
+  Cleaner(const Cleaner&) = delete;
+  Cleaner& operator=(const Cleaner&) = delete;
+  ~Cleaner() { remove_dead_segment(session, kKind); }
+};
+
+}  // namespace
+
+bool run_publications(const SoakPlan& plan, SoakState& state) {
+  const Cleaner cleaner(plan.session);
+  Process reader([&] { read_images(plan, state); });
+  Process writer([&] { write_images(plan, state); });
+  Progress progress;
+  std::uint64_t last = 0, give_up_ns = monotonic_ns() + kPatience_ns;
+  while (!reader.status()) {
+    if (stop_requested() || writer.status() || monotonic_ns() > give_up_ns) return false;
+    if (state.generation_read != last) give_up_ns = monotonic_ns() + kPatience_ns;
+    last = state.generation_read;
+    progress.tell(last, plan.publications, "publications");
+    sleep_ns(5'000'000);
+  }
+  state.writer_may_end = true;
+  return ends_well(reader) && ends_well(writer);
+}
+
+bool run_kills(const SoakPlan& plan, SoakState& state, KillTally& kills) {
+  const Cleaner cleaner(plan.session);
+  Process reader([&] { read_images(plan, state); });
+  std::vector<Killed> killed;
+  if (!kill_writers(plan, state, reader, kills, killed)) return false;
+  kills.last_death_seen = wait_until([&] { return !state.writer_alive; });
+  bool is_well = true;
+  {
+    Process writer([&] { write_images(plan, state); });
+    kills.last_writer_read =
+        wait_until([&] { return state.writer_read == static_cast<std::uint32_t>(writer.id()); });
+    state.writer_may_end = true;
+    state.reader_may_end = true;
+    is_well = ends_well(writer) && ends_well(reader);
+    measure_successors(state, killed, writer.id(), kills);
+  }
+  kills.leftovers = count_files(plan.session);
+  return is_well;
+}
+
+}  // namespace stillgrid

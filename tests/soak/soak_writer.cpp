@@ -1,0 +1,35 @@
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "shared/publication/segment.hpp"
+#include "shared/realtime/periodic_timer.hpp"
+#include "tests/soak/soak_image.hpp"
+#include "tests/soak/soak_processes.hpp"
+
+namespace stillgrid {
+
+void write_images(const SoakPlan& plan, SoakState& state) {
+  SegmentWriter writer(plan.session, {.kind = proto::SegmentKind::kScene,
+                                      .layout_hash = kSoakLayoutHash,
+                                      .period_ns = std::max(plan.spacing_ns, kSoakTick_ns),
+                                      .clock = proto::Clock::kMonotonic,
+                                      .start_ns = monotonic_ns(),
+                                      .fixed_bytes = sizeof(proto::SegmentHeader),
+                                      .payload_bytes = plan.bytes});
+  writer.announce();
+  std::vector<std::uint64_t> image(plan.words());
+  std::optional<PeriodicTimer> timer;
+  if (plan.spacing_ns > 0) timer.emplace(plan.spacing_ns);
+  const std::uint64_t last = plan.publications > 0 ? plan.publications : UINT64_MAX;
+  for (std::uint64_t n = 1; n <= last && !state.writer_may_end; ++n) {
+    fill_image(image, image_base(writer.header().epoch, n));
+    if (timer) timer->wait();
+    const std::uint64_t began_ns = monotonic_ns();
+    publish(writer.buffer(), n, {{0, image}});
+    state.publish_ns.record(monotonic_ns() - began_ns);
+  }
+  while (!state.writer_may_end) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
+
+}  // namespace stillgrid
