@@ -100,7 +100,7 @@ def main():
     if arguments.report:
         arguments.report.write_text(json.dumps(
             {"haptic": haptic, "sim": sim, "images": images, "baseline_missed_share": baseline,
-             "broken": broken}, indent=2) + "\n")
+             "broken_laws": broken}, indent=2) + "\n")
     for law in broken:
         print(f"stress_soak: {law}", file=sys.stderr)
     sys.exit(1 if broken else 0)

@@ -1,0 +1,84 @@
+#include "tests/fuzz/checked_ticks.hpp"
+
+#include <cmath>
+
+#include "shared/collision/grid_query.hpp"
+
+namespace stillgrid {
+namespace {
+
+Eigen::Vector3d take_vector(FuzzInput& input, bool is_wild, double unit) {
+  Eigen::Vector3d v;
+  for (double& x : v)
+    x = is_wild ? input.take<double>() : unit * static_cast<double>(input.take<std::int16_t>());
+  return v;
+}
+
+/// Near the spheres, or any numbers at all: a hostile device frame can lead there.
+ToolPose take_pose(FuzzInput& input) {
+  const auto flags = input.take<std::uint8_t>();
+  ToolPose pose;
+  pose.position_m = take_vector(input, (flags & 1U) != 0, 1e-5);
+  pose.velocity_m_s = take_vector(input, (flags & 2U) != 0, 1e-3);
+  const double angle = static_cast<double>(flags >> 2U) * 0.1;
+  pose.orientation = Eigen::AngleAxisd(angle, Eigen::Vector3d(0.6, 0.0, 0.8));
+  return pose;
+}
+
+void check_visits(const GridView& grid, const Box& box, std::uint32_t max_visits) {
+  std::uint32_t visits = 0;
+  for_each_candidate(grid, box, max_visits, [&](std::uint32_t sphere, const RecordLine& /*line*/) {
+    require(sphere < grid.shape.sphere_count, "a query visits spheres of its grid");
+    ++visits;
+  });
+  require(visits <= max_visits, "a query visits no more than it may");
+}
+
+void check_queries(const SceneView& scene, const ToolPose& pose, std::uint32_t max_visits) {
+  const Box box = box_round(pose.position_m, 0.02);
+  check_visits(scene.static_grid(), box, max_visits);
+  for (const std::uint64_t* payload : scene.buffer().payload) {
+    if (scene.header().payload_bytes < sizeof(proto::SnapshotHeader)) continue;
+    const auto snapshot = load_struct<proto::SnapshotHeader>(payload);
+    check_visits(scene.moving_grid(payload, snapshot), box, max_visits);
+  }
+}
+
+}  // namespace
+
+void CheckedTicks::tick(const SceneView& scene, FuzzInput& input) {
+  const auto flags = input.take<std::uint8_t>();
+  now_ns_ =
+      (flags & 1U) != 0 ? input.take<std::uint64_t>() : now_ns_ + 1'000'000ULL * (flags >> 4U);
+  const ToolPose pose = take_pose(input);
+  render(scene, pose, input);
+  check_queries(scene, pose, input.take<std::uint16_t>());
+}
+
+void CheckedTicks::render(const SceneView& scene, const ToolPose& pose, FuzzInput& input) {
+  const bool writer_alive = input.take<std::uint8_t>() % 4 != 0;
+  const double period_s = static_cast<double>(scene.header().period_ns) * 1e-9;
+  const auto& xyzw = scene.scene().device.orientation_xyzw;
+  const Eigen::Quaterniond turn(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const RenderedTick tick = renderers_[i].render(scene, pose, now_ns_);
+    require(tick.alpha >= 0.0 && tick.alpha <= 1.0, "a transition's progress is within [0, 1]");
+    require(tick.age_s >= 0.0 && tick.image_age_s >= 0.0, "an age is no less than zero");
+    constexpr auto kMostPlaneContacts = proto::kMaxPlanes * proto::kMaxToolSpheres;
+    require(tick.force.contacts >= 0 && static_cast<std::size_t>(tick.force.contacts) <=
+                                            TouchedSpheres::kCapacity + kMostPlaneContacts,
+            "a tick's contacts are bounded");
+    std::uint32_t flags = 0;
+    const Eigen::Vector3d told_N =
+        turn.conjugate() * guards_[i].apply(tick.force.force_N,
+                                            {.exists = tick.generation != 0,
+                                             .image_age_s = tick.image_age_s,
+                                             .period_s = period_s,
+                                             .writer_alive = writer_alive},
+                                            kTick_s[i], flags);
+    require(told_N.allFinite(), "the force told to the device is finite");
+    require(told_N.norm() <= kMaxForce_N * (1.0 + 1e-9), "the force told is within the limit");
+  }
+}
+
+}  // namespace stillgrid
