@@ -1,6 +1,7 @@
 #include "sim_server/dynamics/simulation.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "sim_server/dynamics/implicit_euler.hpp"
@@ -71,7 +72,9 @@ bool Simulation::advance(double step_s, bool must_advance, StepReport& report) {
     ++report.substeps;
     report.contacts = euler.touching();
     report.solve.converged = report.solve.converged && solve.converged;
-    report.solve.residual = std::max(report.solve.residual, solve.residual);
+    // The worst of all substeps, and what is no number is the worst.
+    double& worst = report.solve.residual;
+    if (!std::isnan(worst) && !(solve.residual <= worst)) worst = solve.residual;
   }
   report.integrate += Clock::now() - prepared;
   return advances;

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "proto/segment_header.hpp"
 #include "sim_server/scene/body_reader.hpp"
 #include "sim_server/scene/refusal.hpp"
 #include "sim_server/scene/toml_reader.hpp"
@@ -108,6 +109,10 @@ void read_device(TableReader table, SceneDescription& scene) {
   scene.device.position_m = table.vector_or("position_m", scene.device.position_m);
   scene.device.orientation = table.orientation_or_identity("orientation_xyzw");
   scene.device.scale = table.number_or("scale", Bound::kPositive, scene.device.scale);
+  // What a reader of the published scene would refuse is better refused here, with its line.
+  if (scene.device.position_m.cwiseAbs().maxCoeff() > proto::kLargestNumber)
+    table.refuse("position_m", "numbers from -1e6 to 1e6");
+  if (scene.device.scale > proto::kLargestNumber) table.refuse("scale", "at most 1e6");
   table.finish();
 }
 
