@@ -9,7 +9,6 @@ how late it woke. Draw both with plot_publication.py.
 import argparse
 import csv
 import json
-import os
 import pathlib
 import statistics
 import subprocess
@@ -94,7 +93,7 @@ def collect_reads(folder, out):
     write_csv(out, [f"{processor_name()}; images of 1 MiB, the writer in another process; 1 kHz and "
                     "SCHED_FIFO, but full_speed and without_last_check.",
                     "read: time of a read with all its attempts; wake: how late a timer of 1 ms "
-                    f"woke. Load {os.getloadavg()[0]:.1f} when this was collected."],
+                    "woke."],
               ["soak", "time", *COUNTS, "failed_0", "failed_1", "failed_2", "p50_us", "p99_us",
                "p999_us"], rows)
 

@@ -12,7 +12,7 @@
 #include <thread>
 #include <utility>
 
-#include "shared/inspection/patient_read.hpp"
+#include "shared/inspection/snapshot.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 
 namespace stillgrid {
@@ -76,9 +76,12 @@ void open_segment(ObservedSegment& segment, const std::string& path) {
                                     is_scene ? proto::kSceneLayoutHash : proto::kToolLayoutHash);
   if (!reader) {
     const bool is_there = segment_id(session, kind).has_value();
-    segment.summary.state = !is_there                                   ? SegmentState::kGone
-                            : is_locked(path + ".lock").value_or(false) ? SegmentState::kStarting
-                                                                        : SegmentState::kHalfMade;
+    // The lock file is its owner's alone: a group's reader can only ask the object.
+    const bool has_writer =
+        is_locked(path).value_or(false) || is_locked(path + ".lock").value_or(false);
+    segment.summary.state = !is_there    ? SegmentState::kGone
+                            : has_writer ? SegmentState::kStarting
+                                         : SegmentState::kHalfMade;
     return;
   }
   if (is_scene)
@@ -169,19 +172,15 @@ void look_again(ObservedSegment& segment) {
     *summary.header.*word = HardwareAtomics::load(live.*word, std::memory_order_acquire);
 
   std::uint64_t stamp_ns = 0;
+  summary.moving_spheres.reset();
   if (segment.scene) {
-    proto::GridShape grid{};
-    const ReadResult result = read_patiently(reader->buffer(), [&](const std::uint64_t* payload) {
-      const auto header = load_struct<proto::SnapshotHeader>(payload);
-      grid = segment.scene->moving_grid(payload, header).shape;
-      stamp_ns = header.publish_time_ns[0];
-    });
     summary.static_spheres = segment.scene->static_grid().shape.sphere_count;
-    if (result.status == ReadStatus::kAccepted) summary.moving_spheres = grid.sphere_count;
-  } else {
-    read_patiently(reader->buffer(), [&](const std::uint64_t* payload) {
-      stamp_ns = load_word(payload, offsetof(proto::ToolState, time_ns) / 8);
-    });
+    if (const auto snapshot = read_snapshot(*segment.scene, 0)) {
+      summary.moving_spheres = snapshot->header.grid.sphere_count;
+      stamp_ns = snapshot->header.publish_time_ns[0];
+    }
+  } else if (const auto snapshot = read_tool(*segment.tool)) {
+    stamp_ns = snapshot->state.time_ns;
   }
   summary.age_s = age_of(stamp_ns, summary.header->clock, monotonic_ns());
   if (reader->is_lost()) refuse(segment, "it was shrunk by another program");

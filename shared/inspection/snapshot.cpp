@@ -1,12 +1,26 @@
 #include "shared/inspection/snapshot.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <thread>
 
 #include "shared/collision/grid_query.hpp"
-#include "shared/inspection/patient_read.hpp"
 
 namespace stillgrid {
 namespace {
+
+/// read_latest() again and again while it is overtaken: a look from outside has no priority and may
+/// copy a whole image.
+template <class Gather>
+ReadResult read_patiently(const DoubleBuffer& buffer, Gather&& gather) {
+  ReadResult result;
+  for (int round = 0; round < 50; ++round) {
+    result = read_latest(buffer, gather);
+    if (result.status != ReadStatus::kContended) break;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return result;
+}
 
 void copy_spheres(const GridView& view, std::size_t most_spheres,
                   std::vector<proto::SphereRecord>& spheres) {

@@ -35,12 +35,19 @@ struct sigaction action_before;
 /// Async-signal-safe. Whether the address was in a guarded mapping, which is then all zeros.
 bool replace_mapping_of(std::uintptr_t address) {
   for (Entry& entry : entries) {
-    const std::uintptr_t begin = entry.begin.load(std::memory_order_acquire);
-    if (begin == 0 || address < begin || address - begin >= entry.size_bytes) continue;
-    // As a system call: POSIX does not list mmap() among what a handler may call.
-    const bool is_replaced =
-        ::syscall(SYS_mmap, begin, entry.size_bytes.load(), entry.protection.load(),
-                  MAP_FIXED | MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) != -1;
+    const std::uintptr_t begin = entry.begin.load();
+    const std::size_t size_bytes = entry.size_bytes;
+    const int protection = entry.protection;
+    if (begin == 0 || address < begin || address - begin >= size_bytes) continue;
+    if (entry.begin.load() != begin) continue;  // another took the entry: size may not be begin's
+    // As system calls: POSIX lists neither among what a handler may call.
+    const auto replace = [&] {
+      return ::syscall(SYS_mmap, begin, size_bytes, protection,
+                       MAP_FIXED | MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) != -1;
+    };
+    bool is_replaced = replace();
+    if (!is_replaced && errno == EAGAIN)  // the limit of locked memory: give back what is lost
+      is_replaced = ::syscall(SYS_munlock, begin, size_bytes) == 0 && replace();
     entry.is_lost.store(is_replaced, std::memory_order_release);
     return is_replaced;
   }
@@ -80,20 +87,15 @@ MappingGuard::MappingGuard(std::span<const std::byte> mapping, Access access) : 
   entry.is_lost = false;
   entry.size_bytes = mapping.size();
   entry.protection = access == Access::kWrite ? PROT_READ | PROT_WRITE : PROT_READ;
-  entry.begin.store(reinterpret_cast<std::uintptr_t>(mapping.data()), std::memory_order_release);
+  entry.begin.store(reinterpret_cast<std::uintptr_t>(mapping.data()));
 }
 
 MappingGuard::MappingGuard(MappingGuard&& other) noexcept
     : entry_(std::exchange(other.entry_, kNone)) {}
 
-MappingGuard& MappingGuard::operator=(MappingGuard&& other) noexcept {
-  std::swap(entry_, other.entry_);
-  return *this;
-}
-
 MappingGuard::~MappingGuard() {
   if (entry_ == kNone) return;
-  entries[entry_].begin.store(0, std::memory_order_release);
+  entries[entry_].begin.store(0);
   entries[entry_].is_taken.store(false, std::memory_order_release);
 }
 

@@ -20,7 +20,7 @@ class MappingGuard {
   MappingGuard(std::span<const std::byte> mapping, Access access);
   ~MappingGuard();
   MappingGuard(MappingGuard&& other) noexcept;
-  MappingGuard& operator=(MappingGuard&& other) noexcept;
+  MappingGuard& operator=(MappingGuard&&) = delete;
   MappingGuard(const MappingGuard&) = delete;
   MappingGuard& operator=(const MappingGuard&) = delete;
 

@@ -45,11 +45,11 @@ DoubleBuffer buffer_over(const proto::SegmentHeader& header, std::byte* start) {
   return buffer;
 }
 
-/// Also when nothing is there.
-bool is_regular(const std::string& path) {
-  struct stat status {};
-  return ::lstat(path.c_str(), &status) != 0 || S_ISREG(status.st_mode);
-}
+/// A descriptor as Boost's mapped_region takes it.
+struct Mappable {
+  int fd;
+  [[nodiscard]] bip::mapping_handle_t get_mapping_handle() const { return {fd, false}; }
+};
 
 struct Object {
   FileDescriptor file;
@@ -72,9 +72,9 @@ Object create_object(const std::string& name, std::size_t size_bytes,
   FileDescriptor file(::fcntl(object.get_mapping_handle().handle, F_DUPFD_CLOEXEC, 0));
   errno = ::posix_fallocate(file.get(), 0, static_cast<off_t>(size_bytes));
   require(errno == 0, "reserve " + std::to_string(size_bytes) + " bytes of shared memory");
+  require(lock_object(file.get()), "take the lock");
   require(!readers || ::fchown(file.get(), static_cast<uid_t>(-1), *readers) == 0, "set the group");
   require(!readers || ::fchmod(file.get(), 0640) == 0, "set the mode");
-  require(lock_object(file.get()), "take the lock");
   return {std::move(file), bip::mapped_region(object, bip::read_write, 0, size_bytes)};
 }
 
@@ -82,13 +82,21 @@ void refuse(const std::string& name, const std::string& why) {
   throw SegmentError("shared memory " + name + " is refused: " + why);
 }
 
-void check_header(const proto::SegmentHeader& header, const std::string& name,
-                  proto::SegmentKind kind, std::uint64_t layout_hash, std::size_t size_bytes) {
+void check_build(const proto::SegmentHeader& header, const std::string& name,
+                 proto::SegmentKind kind, std::uint64_t layout_hash, int object) {
+  std::string why;
   if (header.version != proto::kSegmentVersion)
-    refuse(name, "its writer speaks version " + std::to_string(header.version) +
-                     ", this program version " + std::to_string(proto::kSegmentVersion));
-  if (header.layout_hash != layout_hash || header.kind != kind)
-    refuse(name, "its writer was built with another layout of the same version");
+    why = "its writer speaks version " + std::to_string(header.version) +
+          ", this program version " + std::to_string(proto::kSegmentVersion);
+  else if (header.layout_hash != layout_hash || header.kind != kind)
+    why = "its writer was built with another layout of the same version";
+  if (!why.empty())
+    throw OtherBuildError("shared memory " + name + " is refused: " + why,
+                          is_object_locked(object));
+}
+
+void check_header(const proto::SegmentHeader& header, const std::string& name,
+                  std::size_t size_bytes) {
   if (header.size_bytes != size_bytes)
     refuse(name, "its header says " + std::to_string(header.size_bytes) + " bytes, it has " +
                      std::to_string(size_bytes));
@@ -145,8 +153,9 @@ SegmentWriter::SegmentWriter(std::string_view session, const SegmentSpec& spec)
 
 SegmentWriter::~SegmentWriter() {
   // The locks go last, with their descriptors: nobody may take the name over while it is ours to
-  // remove.
-  bip::shared_memory_object::remove(name_.c_str());
+  // remove. A stranger may have removed it before, and another writer have made its own.
+  const std::string path = std::string(kSegmentFolder) + name_;
+  if (bears_name(object_lock_.get(), path)) ::unlink(path.c_str());
 }
 
 void SegmentWriter::require_whole() const {
@@ -169,34 +178,36 @@ std::optional<SegmentReader> SegmentReader::open(std::string_view session, proto
                                                  std::uint64_t layout_hash) {
   const std::string name = segment_name(session, kind);
   SegmentReader reader;
-  // To open a pipe would wait for its other end.
-  if (!is_regular(std::string(kSegmentFolder) + name)) refuse(name, "it is not a file");
+  // Not by the library, which would wait at a pipe for its other end.
+  reader.object_ = FileDescriptor(::open((std::string(kSegmentFolder) + name).c_str(),
+                                         O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  if (reader.object_.get() < 0 && errno == ENOENT) return std::nullopt;
+  struct stat status {};
+  if (reader.object_.get() < 0 || ::fstat(reader.object_.get(), &status) != 0)
+    throw SegmentError("cannot open shared memory " + name + ": " + error_text(errno));
+  if (!S_ISREG(status.st_mode)) refuse(name, "it is not a file");
+  const auto size_bytes = static_cast<std::size_t>(status.st_size);
+  if (size_bytes == 0) return std::nullopt;  // created, not sized yet
+  if (size_bytes < sizeof(proto::SegmentHeader))
+    refuse(name, "it has only " + std::to_string(size_bytes) + " bytes");
+  if (status.st_blocks * 512 < status.st_size)  // to touch them may be a SIGBUS, or fill memory
+    refuse(name, "no memory stands behind some of its bytes");
+  reader.id_ = {status.st_dev, status.st_ino};
   try {
-    bip::shared_memory_object object(bip::open_only, name.c_str(), bip::read_only);
-    struct stat status {};
-    if (::fstat(object.get_mapping_handle().handle, &status) != 0) return std::nullopt;
-    const auto size_bytes = static_cast<std::size_t>(status.st_size);
-    if (size_bytes == 0) return std::nullopt;  // created, not sized yet
-    if (size_bytes < sizeof(proto::SegmentHeader))
-      refuse(name, "it has only " + std::to_string(size_bytes) + " bytes");
-    if (status.st_blocks * 512 < status.st_size)  // to touch them may be a SIGBUS, or fill memory
-      refuse(name, "no memory stands behind some of its bytes");
-    reader.object_ =
-        FileDescriptor(::fcntl(object.get_mapping_handle().handle, F_DUPFD_CLOEXEC, 0));
-    reader.id_ = {status.st_dev, status.st_ino};
-    reader.region_ = bip::mapped_region(object, bip::read_only, 0, size_bytes);
-    reader.guard_.emplace(std::span(reader.bytes(), size_bytes), MappingGuard::Access::kRead);
+    reader.region_ =
+        bip::mapped_region(Mappable{reader.object_.get()}, bip::read_only, 0, size_bytes);
   } catch (const bip::interprocess_exception& error) {
-    if (error.get_error_code() == bip::not_found_error) return std::nullopt;
-    throw SegmentError("cannot open shared memory " + name + ": " + error.what());
+    throw SegmentError("cannot map shared memory " + name + ": " + error.what());
   }
+  reader.guard_.emplace(std::span(reader.bytes(), size_bytes), MappingGuard::Access::kRead);
   const proto::SegmentHeader& live = reader.live();
   const std::uint64_t magic = HardwareAtomics::load(live.magic, std::memory_order_acquire);
   if (magic == 0) return std::nullopt;  // sized, not announced yet
   if (magic != proto::kSegmentMagic) refuse(name, "it is not a Stillgrid segment");
   // A copy, for what is checked here must be what is used later.
   reader.header_ = load_struct<proto::SegmentHeader>(reinterpret_cast<const std::uint64_t*>(&live));
-  check_header(reader.header_, name, kind, layout_hash, reader.region_.get_size());
+  check_build(reader.header_, name, kind, layout_hash, reader.object_.get());
+  check_header(reader.header_, name, reader.region_.get_size());
   touch_pages({reader.bytes(), reader.region_.get_size()});
   if (reader.is_lost()) refuse(name, "it was shrunk by another program");
   auto* const start = const_cast<std::byte*>(reader.bytes());  // NOLINT: loads only

@@ -61,14 +61,28 @@ class SegmentWriter {
   DoubleBuffer buffer_;
 };
 
+/// A segment of another version or layout; its writer may be long dead.
+class OtherBuildError : public SegmentError {
+ public:
+  OtherBuildError(const std::string& line, bool writer_is_alive)
+      : SegmentError(line), writer_alive(writer_is_alive) {}
+  bool writer_alive;
+};
+
 /// A reader's mapping, read-only. Checked before it is used: size, magic, version, layout, bounds.
 /// Once somebody has shrunk the object it reads as zeros, and its writer counts as dead.
 /// Thread: any.
 class SegmentReader {
  public:
+  SegmentReader(SegmentReader&&) noexcept = default;
+  SegmentReader& operator=(SegmentReader&&) = delete;
+  SegmentReader(const SegmentReader&) = delete;
+  SegmentReader& operator=(const SegmentReader&) = delete;
+  ~SegmentReader() = default;
+
   /// Maps the segment of that kind, or nothing while there is none or it is not announced yet.
   /// Throws SegmentError if what stands there cannot be ours: foreign, truncated, another version
-  /// (both versions are named), or not permitted.
+  /// (both versions are named, OtherBuildError), or not permitted.
   static std::optional<SegmentReader> open(std::string_view session, proto::SegmentKind kind,
                                            std::uint64_t layout_hash);
 

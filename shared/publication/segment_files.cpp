@@ -33,13 +33,6 @@ struct flock write_lock() {
   return lock;
 }
 
-bool bears_name(int fd, const std::string& path) {
-  struct stat of_fd {
-  }, of_path{};
-  return ::fstat(fd, &of_fd) == 0 && ::stat(path.c_str(), &of_path) == 0 &&
-         of_fd.st_dev == of_path.st_dev && of_fd.st_ino == of_path.st_ino;
-}
-
 /// Nothing while another holds the lock.
 std::optional<FileDescriptor> try_lock(const std::string& path) {
   for (;;) {
@@ -102,7 +95,14 @@ SessionLock::SessionLock(std::string_view session, proto::SegmentKind kind)
 }
 
 SessionLock::~SessionLock() {
-  ::unlink(path_.c_str());  // while it is still held
+  if (bears_name(file_.get(), path_)) ::unlink(path_.c_str());  // while it is still held
+}
+
+bool bears_name(int fd, const std::string& path) noexcept {
+  struct stat of_fd {};
+  struct stat of_path {};
+  return ::fstat(fd, &of_fd) == 0 && ::stat(path.c_str(), &of_path) == 0 &&
+         of_fd.st_dev == of_path.st_dev && of_fd.st_ino == of_path.st_ino;
 }
 
 bool lock_object(int fd) noexcept {
@@ -112,7 +112,8 @@ bool lock_object(int fd) noexcept {
 
 bool is_object_locked(int fd) noexcept {
   struct flock lock = write_lock();
-  return ::fcntl(fd, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
+  // A reader may hold a read lock; to write-lock it would have to be allowed to write.
+  return ::fcntl(fd, F_OFD_GETLK, &lock) == 0 && lock.l_type == F_WRLCK;
 }
 
 std::optional<ObjectId> segment_id(std::string_view session, proto::SegmentKind kind) {
@@ -146,6 +147,8 @@ void remove_debris(const std::string& path) {
   const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
   if (file.get() < 0 && errno == ENOENT) return;
   std::uint64_t magic = 0;
+  if (file.get() < 0 && errno != ELOOP)
+    throw SegmentError("cannot open " + path + ": " + error_text(errno));
   const ssize_t bytes = file.get() < 0 ? -1 : ::pread(file.get(), &magic, sizeof magic, 0);
   const bool is_half_made = bytes == 0 || (bytes == sizeof magic && magic == 0);
   const bool is_segment = bytes == sizeof magic && magic == proto::kSegmentMagic;

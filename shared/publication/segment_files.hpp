@@ -72,6 +72,9 @@ class SessionLock {
   FileDescriptor file_;
 };
 
+/// Whether the open file is the one that now stands at path.
+[[nodiscard]] bool bears_name(int fd, const std::string& path) noexcept;
+
 /// Takes the lock that tells readers of an object that its writer lives; false if it is held.
 [[nodiscard]] bool lock_object(int fd) noexcept;
 

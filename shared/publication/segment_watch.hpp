@@ -61,9 +61,11 @@ class SegmentWatch {
     const auto id = segment_id(session_, kind_);
     if (!old_ && id && (!current_ || current_->reader().id() != *id)) attach();
     alive_.store(current_ && current_->reader().writer_alive(), std::memory_order_relaxed);
-    if (current_ && current_->reader().is_lost())
-      report_once("shared memory " + segment_name(session_, kind_) +
-                  " was shrunk by another program while in use");
+    if (current_ && current_->reader().is_lost() && reported_lost_ != current_.get()) {
+      reported_lost_ = current_.get();
+      report_("shared memory " + segment_name(session_, kind_) +
+              " was shrunk by another program while in use");
+    }
   }
 
   /// Polls in a thread until destruction.
@@ -85,15 +87,18 @@ class SegmentWatch {
         throw SegmentError(clock_refusal(session_, kind_, clock_));
       old_ = std::exchange(current_, std::make_unique<View>(std::move(*reader)));
       offered_.store(current_.get(), std::memory_order_release);
-      last_report_.clear();
+      last_refusal_.clear();
+    } catch (const OtherBuildError& error) {
+      // What a killed writer of another version left is for the next one to replace.
+      if (error.writer_alive) refuse(error.what());
     } catch (const SegmentError& error) {
-      report_once(error.what());
+      refuse(error.what());
     }
   }
 
-  void report_once(const std::string& line) {
-    if (last_report_ != line) report_(line);
-    last_report_ = line;
+  void refuse(const std::string& line) {
+    if (last_refusal_ != line) report_(line);
+    last_refusal_ = line;
   }
 
   std::string session_;
@@ -101,10 +106,11 @@ class SegmentWatch {
   std::uint64_t layout_hash_;
   proto::Clock clock_;
   std::function<void(const std::string&)> report_;
-  std::string last_report_;
+  std::string last_refusal_;
 
   std::mutex polling_;
   std::unique_ptr<View> current_, old_;
+  const View* reported_lost_ = nullptr;
   std::atomic<const View*> offered_ = nullptr, in_use_ = nullptr;
   std::atomic<bool> alive_ = false;
   std::jthread thread_;  // last: joined before what it uses is gone

@@ -46,6 +46,14 @@ void check_queries(const SceneView& scene, const ToolPose& pose, std::uint32_t m
 
 }  // namespace
 
+CheckedTicks::CheckedTicks() {
+  // Past the fade at the start, which would hide the slew limit.
+  const ImageFreshness fresh{
+      .exists = true, .image_age_s = 0.0, .period_s = 1.0, .writer_alive = true};
+  std::uint32_t flags = 0;
+  static_cast<void>(guards_[kSlewed].apply(slewed_N_, fresh, kFade_s, flags));
+}
+
 void CheckedTicks::tick(const SceneView& scene, FuzzInput& input) {
   const auto flags = input.take<std::uint8_t>();
   now_ns_ =
@@ -69,13 +77,17 @@ void CheckedTicks::render(const SceneView& scene, const ToolPose& pose, FuzzInpu
                                             TouchedSpheres::kCapacity + kMostPlaneContacts,
             "a tick's contacts are bounded");
     std::uint32_t flags = 0;
-    const Eigen::Vector3d told_N =
-        turn.conjugate() * guards_[i].apply(tick.force.force_N,
-                                            {.exists = tick.generation != 0,
-                                             .image_age_s = tick.image_age_s,
-                                             .period_s = period_s,
-                                             .writer_alive = writer_alive},
-                                            kTick_s[i], flags);
+    const Eigen::Vector3d guarded_N = guards_[i].apply(tick.force.force_N,
+                                                       {.exists = tick.generation != 0,
+                                                        .image_age_s = tick.image_age_s,
+                                                        .period_s = period_s,
+                                                        .writer_alive = writer_alive},
+                                                       kTick_s[i], flags);
+    if (i == kSlewed)
+      require((guarded_N - slewed_N_).norm() <= kMostChange_N * (1.0 + 1e-9),
+              "the force changes no faster than slew limit and fade together");
+    if (i == kSlewed) slewed_N_ = guarded_N;
+    const Eigen::Vector3d told_N = turn.conjugate() * guarded_N;
     require(told_N.allFinite(), "the force told to the device is finite");
     require(told_N.norm() <= kMaxForce_N * (1.0 + 1e-9), "the force told is within the limit");
   }

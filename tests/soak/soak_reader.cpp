@@ -130,7 +130,7 @@ void run_reader(const SoakPlan& plan, SoakState& state) {
   while (!state.reader_may_end) {
     if (timer) {
       const PeriodicTimer::Wake wake = timer->wait();
-      state.reader.missed_ticks += wake.skipped;
+      state.reader.missed_ticks += wake.skipped > 0 ? 1 : 0;
       state.reader.wake_ns.record(wake.now_ns - wake.deadline_ns);
     }
     const SoakView* const view = watch.acquire();

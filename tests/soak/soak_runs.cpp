@@ -8,6 +8,7 @@
 #include <random>
 #include <string>
 #include <thread>
+#include <unordered_set>
 #include <vector>
 
 #include "shared/publication/segment.hpp"
@@ -108,20 +109,23 @@ bool kill_writers(const SoakPlan& plan, SoakState& state, Process& reader, KillT
   return !stop_requested();
 }
 
-void measure_successors(const SoakState& state, const std::vector<Killed>& killed,
-                        pid_t last_writer, KillTally& kills) {
-  for (std::size_t i = 0; i < killed.size(); ++i) {
-    const pid_t successor = i + 1 < killed.size() ? killed[i + 1].writer : last_writer;
-    const auto* const end = state.first_reads.begin() + state.first_read_count;
-    const auto* const read =
-        std::find_if(state.first_reads.begin(), end, [&](const FirstRead& first) {
-          return first.writer_pid == static_cast<std::uint32_t>(successor);
-        });
-    // One killed while it started was never read, and the last was started when its predecessor's
-    // death had been seen.
-    if (read == end || successor == last_writer) continue;
-    kills.read_ns.record(read->time_ns - killed[i].time_ns);
-    kills.read_sum_ns += read->time_ns - killed[i].time_ns;
+/// From each kill but the last to the first read of a later writer: the next one, or where that
+/// died while it started, one after it. What follows the last kill waits for its death to be seen.
+void measure_reads_after(const SoakState& state, const std::vector<Killed>& killed,
+                         pid_t last_writer, KillTally& kills) {
+  const auto* const end = state.first_reads.begin() + state.first_read_count;
+  std::unordered_set<std::uint32_t> later{static_cast<std::uint32_t>(last_writer)};
+  for (std::size_t i = killed.size(); i-- > 1;) {
+    later.insert(static_cast<std::uint32_t>(killed[i].writer));
+    const std::uint64_t kill_ns = killed[i - 1].time_ns;
+    const auto* const after =
+        std::partition_point(state.first_reads.begin(), end,
+                             [&](const FirstRead& read) { return read.time_ns < kill_ns; });
+    const auto* const read = std::find_if(
+        after, end, [&](const FirstRead& first) { return later.contains(first.writer_pid); });
+    if (read == end) continue;
+    kills.read_ns.record(read->time_ns - kill_ns);
+    kills.read_sum_ns += read->time_ns - kill_ns;
   }
 }
 
@@ -139,7 +143,13 @@ struct Cleaner {
   explicit Cleaner(const std::string& of) : session(of) {}
   Cleaner(const Cleaner&) = delete;
   Cleaner& operator=(const Cleaner&) = delete;
-  ~Cleaner() { remove_dead_segment(session, kKind); }
+  ~Cleaner() {
+    try {
+      remove_dead_segment(session, kKind);
+    } catch (const SegmentError& error) {
+      std::fprintf(stderr, "publication_soak: %s\n", error.what());
+    }
+  }
 };
 
 }  // namespace
@@ -175,7 +185,7 @@ bool run_kills(const SoakPlan& plan, SoakState& state, KillTally& kills) {
     state.writer_may_end = true;
     state.reader_may_end = true;
     is_well = ends_well(writer) && ends_well(reader);
-    measure_successors(state, killed, writer.id(), kills);
+    measure_reads_after(state, killed, writer.id(), kills);
   }
   kills.leftovers = count_files(plan.session);
   return is_well;

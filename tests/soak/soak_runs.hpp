@@ -19,7 +19,7 @@ struct KillTally {
   std::uint64_t images_lost = 0;  // dead objects whose last image was not whole at once
   std::uint64_t leftovers = 0;    // files in shared memory at the very end
   std::uint64_t read_sum_ns = 0;
-  Histogram read_ns;  // from a kill to the first accepted read of the successor
+  Histogram read_ns;  // from a kill to the first accepted read of a later writer; not the last's
   bool last_death_seen = false;
   bool last_writer_read = false;  // that was not killed
 };

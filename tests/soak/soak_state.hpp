@@ -28,7 +28,8 @@ inline constexpr std::uint64_t kSoakTick_ns = 1'000'000;
 inline constexpr std::uint64_t kSoakLayoutHash = 0x50A4;
 inline constexpr std::uint64_t kMostKills = 100'000;
 
-/// What the reader counted. A tick counts once its segment holds an image.
+/// What the reader counted. A tick counts once its segment holds an image. A missed tick is a wake
+/// that skipped deadlines, one or many, as in haptic_server's report.
 struct ReaderTally {
   std::uint64_t ticks = 0, missed_ticks = 0, ticks_before_an_image = 0;
   std::uint64_t accepted = 0, images = 0;

@@ -1,13 +1,21 @@
 #!/usr/bin/python3
 """Both daemons under load: stress-ng beside them, a reader that checks every image, and the
-real-time guard on the 1 kHz thread. Laws: no torn image, no violation of the guard, no page fault
-after start, and no more missed ticks than the machine itself misses, measured by cyclictest under
-the same load right after. Prints its figures; exit status 1 if a law is broken."""
+real-time guard on the 1 kHz thread.
+
+The daemons run in slices of 60 s, and after each slice cyclictest runs for 10 s under the same
+load, as the baseline of the machine. Counts are summed over the slices. Laws: no torn image; no violation
+of the guard; no page fault after start; of 10,000 ticks at most one is contended (both of its reads
+failed); and the share of missed ticks is at most the baseline's plus a margin. The margin is 0.1 %,
+or the spread (largest less smallest) of the baseline's slices where that is more; a run of one
+slice has no spread, and its margin is 1 %. The share of time that a hypervisor stole is noted, and
+is no law. Prints its figures; exit status 1 if a law is broken.
+"""
 import argparse
 import json
 import pathlib
 import shutil
 import signal
+import statistics
 import subprocess
 import sys
 
@@ -18,6 +26,25 @@ from daemons import BUILD, DONE
 HAND = "phantom:profile=premium15,hand=light,path=press,centre_z_m=0,depth_m=0.06,period_s=2"
 LOAD = ("--cpu", "1", "--vm", "1", "--vm-bytes", "256M", "--io", "1", "--switch", "1", "--shm", "1")
 LATE_US = 1000  # a wake-up that misses a tick of 1 kHz
+BASELINE_S = 10.0  # a slice of cyclictest
+MOST_CONTENDED = 1e-4  # of all ticks
+LEAST_MARGIN = 0.001  # of the share of missed ticks
+MARGIN_OF_ONE_SLICE = 0.01
+SUMMED = {"haptic": ("ticks", "missed_ticks", "contended", "page_faults"),
+          "sim": ("steps", "late_steps"),
+          "images": ("images", "continued", "reads", "torn")}
+
+
+def processor_times():
+    """(stolen, all), of all processors since boot."""
+    with open("/proc/stat") as stat:
+        times = [int(word) for word in stat.readline().split()[1:9]]  # guests are part of user
+    return times[7], sum(times)
+
+
+def stolen_share(before):
+    stolen, total = (now - then for now, then in zip(processor_times(), before))
+    return stolen / max(1, total)
 
 
 class Stress(daemons.SessionTest):
@@ -26,81 +53,142 @@ class Stress(daemons.SessionTest):
     def runTest(self):
         pass
 
-    def load(self, seconds):
-        return self.start("stress-ng", "--quiet", *LOAD, "--timeout", f"{seconds:.0f}s")
+    def under_load(self, seconds, work):
+        """What work(seconds) returns, and beside it the share of time that was stolen."""
+        load = self.start("stress-ng", "--quiet", *LOAD, "--timeout", f"{seconds + 60:.0f}s")
+        before = processor_times()
+        figures = work(seconds)
+        steal_share = stolen_share(before)
+        self.assertTrue(load.runs(), load.lines())
+        load.signal(signal.SIGINT)
+        load.wait()
+        return {**figures, "steal_share": steal_share}
 
     def run_daemons(self, seconds):
         """Reports of haptic_server, sim_server and image_watch."""
-        haptic_file, sim_file = self.folder / "haptic.json", self.folder / "sim.json"
-        images_file = self.folder / "images.json"
-        load = self.load(seconds + 30)
-        sim = self.sim_server("tissue_and_blocks", "--report", sim_file)
+        files = {name: self.folder / f"{name}.json" for name in SUMMED}
+        sim = self.sim_server("tissue_and_blocks", "--report", files["sim"])
         hand = self.haptic_server(HAND, "--realtime-guard", "--duration", seconds, "--report",
-                                  haptic_file, "--record", self.folder / "record.csv")
-        with open(images_file, "w") as out:
+                                  files["haptic"], "--record", self.folder / "record.csv")
+        with open(files["images"], "w") as out:
             images = subprocess.run([BUILD / "tests" / "image_watch", "--session", self.session,
                                      "--duration", str(seconds)], stdout=out)
-        self.assertEqual(images.returncode, 0, images_file.read_text())
         self.assertEqual(hand.wait(60), DONE, hand.lines())
         self.assertEqual(sim.stop(), DONE, sim.lines())
-        load.signal(signal.SIGINT)
-        load.wait()
-        return [json.loads(f.read_text()) for f in (haptic_file, sim_file, images_file)]
+        reports = {name: daemons.read_report(file) for name, file in files.items()}
+        # Its status tells of torn images, which are a law, or that it saw none.
+        self.assertGreater(reports["images"]["images"], 0, images)
+        return reports
 
-    def run_baseline(self, seconds):
-        """Share of cyclictest's wake-ups that were later than a tick, under the same load."""
+    def run_cyclictest(self, seconds):
+        """Counts of its wake-ups, and of those that were later than a tick."""
         report = self.folder / "cyclictest.json"
-        load = self.load(seconds + 30)
         subprocess.run(["cyclictest", "--quiet", "--mlockall", "--threads=1", "--priority=80",
                         "--interval=1000", f"--duration={seconds:.0f}", "--histogram=100000",
                         f"--json={report}"], stdout=subprocess.DEVNULL, check=True)
-        load.signal(signal.SIGINT)
-        load.wait()
-        histogram = json.loads(report.read_text())["thread"]["0"]["histogram"]
-        counts = {int(us): n for us, n in histogram.items()}
-        return sum(n for us, n in counts.items() if us >= LATE_US) / sum(counts.values())
+        thread = json.loads(report.read_text())["thread"]["0"]
+        # The histogram ends at 100 ms; cycles are all.
+        in_time = sum(n for us, n in thread["histogram"].items() if int(us) < LATE_US)
+        return {"ticks": thread["cycles"], "missed_ticks": thread["cycles"] - in_time}
 
 
-def check(haptic, sim, images, baseline):
-    """The laws that were broken, a line each."""
-    missed = haptic["missed_ticks"] / haptic["ticks"]
-    guard = haptic["realtime_violations"]["total"]
-    print(f"ticks {haptic['ticks']}, missed {haptic['missed_ticks']} ({100 * missed:.3f} %; "
-          f"cyclictest under the same load {100 * baseline:.3f} %)\n"
-          f"tick p50 {haptic['tick_ns']['p50'] / 1e3:.1f} us, p99 "
-          f"{haptic['tick_ns']['p99'] / 1e3:.1f} us; steps {sim['steps']}, late "
-          f"{sim['late_steps']}\n"
-          f"images {images['images']}, of which {images['continued']} follow the one before; "
-          f"read {images['reads']} times, contended {images['contended']}, torn {images['torn']}\n"
-          f"guard violations {guard}, page faults {haptic['page_faults']}")
-    laws = {"a torn image": images["torn"] == 0,
-            "a violation of the real-time guard": guard == 0,
-            "page faults after the start": haptic["page_faults"] == 0,
-            "a contended tick": haptic["contended"] <= 1e-3 * haptic["ticks"],
-            "more missed ticks than twice the baseline and 1 %": missed <= 2 * baseline + 0.01}
+def missed_share(figures):
+    return figures["missed_ticks"] / figures["ticks"]
+
+
+def margin_over(baselines):
+    if len(baselines) < 2:
+        return MARGIN_OF_ONE_SLICE
+    shares = [missed_share(baseline) for baseline in baselines]
+    return max(LEAST_MARGIN, max(shares) - min(shares))
+
+
+def sum_up(slices, baselines):
+    """The figures of all slices together. Shares of stolen time are means."""
+    figures = {key: sum(s[name][key] for s in slices) for name, keys in SUMMED.items()
+               for key in keys}
+    figures["realtime_violations"] = sum(s["haptic"]["realtime_violations"]["total"]
+                                         for s in slices)
+    baseline = {key: sum(b[key] for b in baselines) for key in ("ticks", "missed_ticks")}
+    for sums, parts in ((figures, slices), (baseline, baselines)):
+        sums["missed_share"] = missed_share(sums)
+        sums["steal_share"] = statistics.mean(part["steal_share"] for part in parts)
+    return {**figures, "baseline": baseline, "margin": margin_over(baselines),
+            "slices": slices, "baseline_slices": baselines}
+
+
+def broken_laws(figures):
+    most_missed = figures["baseline"]["missed_share"] + figures["margin"]
+    laws = {"a torn image": figures["torn"] == 0,
+            "a violation of the real-time guard": figures["realtime_violations"] == 0,
+            "page faults after the start": figures["page_faults"] == 0,
+            "more than one tick in 10,000 contended":
+                figures["contended"] <= MOST_CONTENDED * figures["ticks"],
+            f"more missed ticks than the baseline and {100 * figures['margin']:.3f} %":
+                figures["missed_share"] <= most_missed}
     return [law for law, holds in laws.items() if not holds]
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=600.0, help="default: 600")
-    parser.add_argument("--report", type=pathlib.Path, help="write the figures (JSON) there")
-    arguments = parser.parse_args()
-    for program in ("stress-ng", "cyclictest"):
-        if not shutil.which(program):
-            sys.exit(f"stress_soak: no {program}: run scripts/setup")
+def describe(figures):
+    baseline = figures["baseline"]
+    p50_us, p99_us = ([1e-3 * s["haptic"]["tick_ns"][p] for s in figures["slices"]]
+                      for p in ("p50", "p99"))
+    return (f"ticks {figures['ticks']}, missed {figures['missed_ticks']} "
+            f"({100 * figures['missed_share']:.3f} %; cyclictest under the same load "
+            f"{100 * baseline['missed_share']:.3f} %, margin {100 * figures['margin']:.3f} %), "
+            f"contended {figures['contended']}\n"
+            f"stolen time {100 * figures['steal_share']:.2f} %, beside cyclictest "
+            f"{100 * baseline['steal_share']:.2f} %\n"
+            f"tick p50 {statistics.median(p50_us):.1f} us, p99 {max(p99_us):.1f} us (median and "
+            f"largest of {len(p50_us)} slices); steps {figures['steps']}, late "
+            f"{figures['late_steps']}\n"
+            f"images {figures['images']}, of which {figures['continued']} follow the one before; "
+            f"read {figures['reads']} times, torn {figures['torn']}\n"
+            f"guard violations {figures['realtime_violations']}, page faults "
+            f"{figures['page_faults']}")
+
+
+def run_slices(seconds, slice_s):
+    """The daemons and cyclictest in alternation."""
+    count = max(1, round(seconds / slice_s))
+    slices, baselines = [], []
     stress = Stress()
     stress.setUp()
     try:
-        haptic, sim, images = stress.run_daemons(arguments.seconds)
-        baseline = stress.run_baseline(max(5.0, min(60.0, arguments.seconds)))
+        for number in range(1, count + 1):
+            slices.append(stress.under_load(seconds / count, stress.run_daemons))
+            baselines.append(stress.under_load(max(5.0, min(BASELINE_S, seconds / count)),
+                                               stress.run_cyclictest))
+            if count > 1:
+                print(f"stress_soak: {number} of {count} slices: missed "
+                      f"{100 * missed_share(slices[-1]['haptic']):.3f} %, cyclictest "
+                      f"{100 * missed_share(baselines[-1]):.3f} %", file=sys.stderr)
     finally:
         stress.tearDown()
-    broken = check(haptic, sim, images, baseline)
+    return sum_up(slices, baselines)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=600.0,
+                        help="of the daemons, all slices together; default: %(default)s")
+    parser.add_argument("--slice-s", type=float, default=60.0,
+                        help="of a slice of the daemons; default: %(default)s")
+    parser.add_argument("--report", type=pathlib.Path, help="write the figures (JSON) there")
+    arguments = parser.parse_args()
+    for option in ("seconds", "slice_s"):
+        if not 1.0 <= getattr(arguments, option) <= 1e6:
+            parser.error(f"--{option.replace('_', '-')}: value {getattr(arguments, option)}: "
+                         "expected 1 to 1e6")
+    for program in ("stress-ng", "cyclictest"):
+        if not shutil.which(program):
+            sys.exit(f"stress_soak: no {program}: run scripts/setup")
+    figures = run_slices(arguments.seconds, arguments.slice_s)
+    broken = broken_laws(figures)
+    print(describe(figures))
     if arguments.report:
-        arguments.report.write_text(json.dumps(
-            {"haptic": haptic, "sim": sim, "images": images, "baseline_missed_share": baseline,
-             "broken_laws": broken}, indent=2) + "\n")
+        arguments.report.write_text(json.dumps({**figures, "broken_laws": broken}, indent=2) + "\n")
     for law in broken:
         print(f"stress_soak: {law}", file=sys.stderr)
     sys.exit(1 if broken else 0)

@@ -137,6 +137,23 @@ TEST_CASE("A segment before its announcement is starting or half made", "[segmen
   CHECK(summary_of(session).state == SegmentState::kGone);
 }
 
+TEST_CASE("A starting segment is starting to a reader of its group too", "[segment_summary]") {
+  const TestSession session;
+  constexpr gid_t kNoGroup = 65534;
+  constexpr uid_t kNobody = 65534;
+  SegmentSpec spec = small_spec();
+  spec.layout_hash = proto::kSceneLayoutHash;
+  spec.readers = ::getuid() == 0 ? kNoGroup : ::getgid();
+  const SegmentWriter writer(session.name(), spec);
+  const OtherProcess reader([&](const auto& ready) {
+    if (::getuid() == 0 && (::setgid(kNoGroup) != 0 || ::setuid(kNobody) != 0)) return;
+    const SegmentSummary summary = summary_of(session);
+    if (summary.state == SegmentState::kStarting && !remove_leftover(summary.file)) ready();
+    OtherProcess::rest();
+  });
+  CHECK(reader.was_ready());
+}
+
 TEST_CASE("A lock file that a killed writer left alone is removed too", "[segment_summary]") {
   const TestSession session;
   const SegmentFile file{session.name(), kScene};

@@ -1,5 +1,6 @@
 #include "shared/publication/segment.hpp"
 
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -195,8 +196,7 @@ TEST_CASE("When a writer ends its segment's name is free and readers keep the la
     SegmentWriter writer(session.name(), small_spec());
     writer.announce();
     publish_small(writer.buffer(), 1);
-    reader = open_small(session);
-    REQUIRE(reader);
+    reader.emplace(std::move(*open_small(session)));
   }
   CHECK_FALSE(segment_id(session.name(), kScene));
   CHECK_FALSE(open_small(session));
@@ -212,10 +212,45 @@ TEST_CASE("Asking whether a writer lives never keeps a writer out", "[segment]")
     SegmentWriter writer(session.name(), small_spec());
     writer.announce();
     if (reader) CHECK_FALSE(reader->writer_alive());  // of the object before
-    reader = open_small(session);
-    REQUIRE(reader);
+    reader.emplace(std::move(*open_small(session)));
     CHECK(reader->writer_alive());
   }
+}
+
+TEST_CASE("A reader that locks the object keeps no writer out and no dead one alive", "[segment]") {
+  const TestSession session;
+  OtherProcess killed([&](const auto& ready) {
+    SegmentWriter writer(session.name(), small_spec());
+    writer.announce();
+    ready();
+    OtherProcess::rest();
+  });
+  REQUIRE(killed.was_ready());
+  const auto reader = open_small(session);
+  REQUIRE(reader);
+  killed.kill();
+  const FileDescriptor meddler(::open(session.path(kScene).c_str(), O_RDONLY | O_CLOEXEC));
+  struct flock lock {};
+  lock.l_type = F_RDLCK;
+  lock.l_whence = SEEK_SET;
+  REQUIRE(::fcntl(meddler.get(), F_OFD_SETLK, &lock) == 0);
+
+  CHECK_FALSE(reader->writer_alive());
+  CHECK_NOTHROW(SegmentWriter(session.name(), small_spec()));
+}
+
+TEST_CASE("A writer whose files were removed leaves those of the next one alone", "[segment]") {
+  const TestSession session;
+  std::optional<SegmentWriter> first(std::in_place, session.name(), small_spec());
+  for (const std::string& path : {session.path(kScene), session.path(kScene) + ".lock"})
+    REQUIRE(::unlink(path.c_str()) == 0);
+  SegmentWriter second(session.name(), small_spec());
+  second.announce();
+
+  first.reset();
+
+  CHECK(open_small(session));
+  CHECK_THROWS_AS(SegmentWriter(session.name(), small_spec()), SegmentError);
 }
 
 TEST_CASE("A killed writer is known to be dead and the next one makes a fresh segment",

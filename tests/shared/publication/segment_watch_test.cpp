@@ -193,6 +193,39 @@ TEST_CASE("A shrunk segment counts as dead and is reported once until a new one 
   CHECK(it.watch.writer_alive());
 }
 
+TEST_CASE("A loss and a refusal that stay are each reported once", "[segment_watch]") {
+  Watched it;
+  it.restart();
+  it.watch.poll();
+  static_cast<void>(it.watch.acquire());
+  REQUIRE(::truncate(it.session.path(proto::SegmentKind::kScene).c_str(), 0) == 0);
+  static_cast<void>(read_latest(it.watch.acquire()->reader().buffer(), [](const auto*) {}));
+  it.restart();
+  it.writer->header().version = 4711;
+
+  for (int round = 0; round < 10; ++round) it.watch.poll();
+
+  CHECK(it.reports.size() == 2);
+}
+
+TEST_CASE("What a killed writer of another version left keeps nobody from waiting",
+          "[segment_watch]") {
+  Watched it;
+  it.restart();
+  it.writer->header().version = 4711;
+  const std::string path = it.session.path(proto::SegmentKind::kScene);
+  REQUIRE(::rename(path.c_str(), (path + ".kept").c_str()) == 0);
+  it.writer.reset();
+  REQUIRE(::rename((path + ".kept").c_str(), path.c_str()) == 0);
+
+  it.watch.poll();
+  CHECK(it.reports.empty());
+
+  it.restart();
+  it.watch.poll();
+  CHECK(it.watch.acquire() != nullptr);
+}
+
 TEST_CASE("A watch with its own thread follows restarts while the reader reads",
           "[segment_watch]") {
   Watched it;
