@@ -28,8 +28,9 @@ FORCE_N = 0.05
 LONGEST_TOUCH_S = 0.4  # from the first force to the kill
 MOST_WAITS = 1.5  # a step; each sleeps once, until it is due
 MOST_UNCOUNTED_S = 1.0  # the last step is not counted, and may be slow on a busy machine
-# A machine that is busy with other work is late for reasons of its own.
-KEEPS_TIME = 0.05  # most late of all periods
+# A machine that is busy with other work is late for reasons of its own; alone, this scene is late in
+# one period of sixteen, while its blocks land.
+KEEPS_TIME = 0.10  # most late of all periods
 MOST_FEWER_STEPS = 0.02
 MOST_MORE_LATE = 0.02
 MOST_MORE_NOT_CONVERGED = 0.01
