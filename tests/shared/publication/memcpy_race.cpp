@@ -2,6 +2,7 @@
 // finds this shows that it would have found a plain access in the real one.
 #include <array>
 #include <atomic>
+#include <cstdio>
 #include <cstring>
 #include <thread>
 
@@ -44,10 +45,13 @@ int main() {
     }
   });
   Words copy{};
+  std::uint64_t sum = 0;  // printed, or the compiler would leave the copy out
   while (HardwareAtomics::load(memory.latest, std::memory_order_relaxed) < 100000)
     static_cast<void>(read_latest(buffer, [&](const std::uint64_t* payload) {
       std::memcpy(copy.data(), payload, sizeof copy);
+      for (const std::uint64_t word : copy) sum += word;
     }));
   stop = true;
   writer.join();
+  std::printf("%llu\n", static_cast<unsigned long long>(sum));
 }
