@@ -9,6 +9,9 @@ import json
 import pathlib
 import sys
 
+sys.path.append(str(pathlib.Path(__file__).resolve().parent / "charts"))
+import cyclictest
+
 BASELINE_PERIOD_US = 1000
 
 
@@ -44,23 +47,14 @@ def print_haptic(report):
 
 
 def print_baseline(report):
-    histogram = {int(us): count for us, count in report["thread"]["0"]["histogram"].items()}
+    histogram = cyclictest.wake_ups(report)
     cycles = sum(histogram.values())
     if not cycles:
         return
     missed = sum(count for us, count in histogram.items() if us > BASELINE_PERIOD_US)
     print_row("baseline", f"cyclictest, {cycles} cycles right after: {missed} missed "
-              f"({share(missed, cycles)}), p50 {percentile(histogram, 0.5)} us, "
-              f"p99 {percentile(histogram, 0.99)} us, max {report['thread']['0']['max']} us")
-
-
-def percentile(histogram, part):
-    needed, seen = part * sum(histogram.values()), 0
-    for value in sorted(histogram):
-        seen += histogram[value]
-        if seen >= needed:
-            return value
-    return 0
+              f"({share(missed, cycles)}), p50 {cyclictest.percentile_us(histogram, 0.5)} us, "
+              f"p99 {cyclictest.percentile_us(histogram, 0.99)} us, max {report['thread']['0']['max']} us")
 
 
 def print_sim(report):

@@ -146,8 +146,6 @@ int main(int argc, char** argv) {
     return run(arguments);
   } catch (const CLI::CallForHelp& help) {
     return app.exit(help);
-  } catch (const CLI::Error& error) {
-    return fail(error, kBadInput);
   } catch (const std::exception& error) {
     return fail(error, kBadInput);
   }

@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 
+import cyclictest
 from measure_step1 import processor_name, run_benchmark, samples_by_benchmark
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -59,18 +60,9 @@ def measure_speed(program, repetitions, out):
 
 def baseline_us(file):
     """Ticks and percentiles of cyclictest's histogram, whole us."""
-    histogram = json.loads(file.read_text())["thread"]["0"]["histogram"]
-    counts = sorted((int(us), count) for us, count in histogram.items())
-    ticks = sum(count for _, count in counts)
-    percentiles = []
-    for share in SHARES.values():
-        seen = 0
-        for us, count in counts:
-            seen += count
-            if seen >= share * ticks:
-                percentiles.append(us)
-                break
-    return ticks, percentiles
+    counts = cyclictest.wake_ups(json.loads(file.read_text()))
+    percentiles = [cyclictest.percentile_us(counts, share) for share in SHARES.values()]
+    return sum(counts.values()), percentiles
 
 
 def collect_reads(folder, out):

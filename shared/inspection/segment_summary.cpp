@@ -1,6 +1,5 @@
 #include "shared/inspection/segment_summary.hpp"
 
-#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -20,13 +19,9 @@ namespace {
 
 constexpr std::size_t kMappedAtOnce = 16;
 
-std::string path_of(const SegmentFile& file) {
-  return std::string(kSegmentFolder) + segment_name(file.session, file.kind);
-}
-
-/// Nothing if the file cannot be opened. Never waits, as for the other end of a pipe.
+/// Nothing if the file cannot be opened.
 std::optional<bool> is_locked(const std::string& path) {
-  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  const FileDescriptor file = open_as_found(path);
   if (file.get() < 0) return std::nullopt;
   return is_object_locked(file.get());
 }
@@ -48,7 +43,7 @@ RawObject raw_object(const std::string& path) {
   raw.is_regular = S_ISREG(status.st_mode);
   if (!raw.is_regular) return raw;
   raw.size_bytes = static_cast<std::uint64_t>(status.st_size);
-  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  const FileDescriptor file = open_as_found(path);
   if (file.get() < 0) return raw;
   raw.is_locked = is_object_locked(file.get());
   if (::pread(file.get(), &raw.magic, sizeof raw.magic, 0) != sizeof raw.magic) raw.magic = 0;
@@ -137,7 +132,7 @@ ObservedSegment observe(const SegmentFile& file) {
     refuse(segment, "its name is none that a session can have");
     return segment;
   }
-  const std::string path = path_of(file);
+  const std::string path = segment_path(file.session, file.kind);
   const RawObject raw = raw_object(path);
   segment.summary.size_bytes = raw.size_bytes;
   if (raw.is_there && !raw.is_regular) {  // to open a pipe would wait for its other end

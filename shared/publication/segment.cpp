@@ -10,7 +10,6 @@
 #include <cerrno>
 #include <cstddef>
 #include <span>
-#include <system_error>
 #include <utility>
 
 namespace stillgrid {
@@ -22,10 +21,6 @@ constexpr std::size_t kSlotHeaderBytes = sizeof(proto::SlotHeader);
 
 std::size_t round_up(std::size_t bytes, std::size_t multiple) {
   return (bytes + multiple - 1) / multiple * multiple;
-}
-
-std::string error_text(int code) {
-  return std::generic_category().message(code);
 }
 
 std::uint64_t random_epoch() {
@@ -179,8 +174,7 @@ std::optional<SegmentReader> SegmentReader::open(std::string_view session, proto
   const std::string name = segment_name(session, kind);
   SegmentReader reader;
   // Not by the library, which would wait at a pipe for its other end.
-  reader.object_ = FileDescriptor(::open((std::string(kSegmentFolder) + name).c_str(),
-                                         O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  reader.object_ = open_as_found(segment_path(session, kind));
   if (reader.object_.get() < 0 && errno == ENOENT) return std::nullopt;
   struct stat status {};
   if (reader.object_.get() < 0 || ::fstat(reader.object_.get(), &status) != 0)

@@ -16,14 +16,6 @@ namespace {
 constexpr std::string_view kPrefix = "stillgrid-", kScene = "-scene", kTool = "-tool",
                            kLock = ".lock";
 
-std::string error_text(int code) {
-  return std::generic_category().message(code);
-}
-
-std::string object_path(std::string_view session, proto::SegmentKind kind) {
-  return std::string(kSegmentFolder) + segment_name(session, kind);
-}
-
 /// An open-file-description lock over a whole file: freed by the kernel however its holder ends,
 /// and unlike flock() it can be asked for without being taken (F_OFD_GETLK).
 struct flock write_lock() {
@@ -62,6 +54,14 @@ std::string segment_name(std::string_view session, proto::SegmentKind kind) {
          std::string(kind == proto::SegmentKind::kScene ? kScene : kTool);
 }
 
+std::string segment_path(std::string_view session, proto::SegmentKind kind) {
+  return std::string(kSegmentFolder) + segment_name(session, kind);
+}
+
+std::string error_text(int code) {
+  return std::generic_category().message(code);
+}
+
 std::string session_complaint(std::string_view session) {
   try {
     (void)segment_name(session, proto::SegmentKind::kScene);
@@ -85,8 +85,12 @@ FileDescriptor::~FileDescriptor() {
   if (fd_ >= 0) ::close(fd_);
 }
 
+FileDescriptor open_as_found(const std::string& path) noexcept {
+  return FileDescriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+}
+
 SessionLock::SessionLock(std::string_view session, proto::SegmentKind kind)
-    : path_(object_path(session, kind) + ".lock") {
+    : path_(segment_path(session, kind) + ".lock") {
   auto file = try_lock(path_);
   if (!file)
     throw SegmentError("session '" + std::string(session) +
@@ -118,7 +122,7 @@ bool is_object_locked(int fd) noexcept {
 
 std::optional<ObjectId> segment_id(std::string_view session, proto::SegmentKind kind) {
   struct stat status {};
-  if (::stat(object_path(session, kind).c_str(), &status) != 0) return std::nullopt;
+  if (::stat(segment_path(session, kind).c_str(), &status) != 0) return std::nullopt;
   return ObjectId{status.st_dev, status.st_ino};
 }
 
@@ -144,7 +148,7 @@ std::vector<SegmentFile> list_segments() {
 }
 
 void remove_debris(const std::string& path) {
-  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  const FileDescriptor file = open_as_found(path);
   if (file.get() < 0 && errno == ENOENT) return;
   std::uint64_t magic = 0;
   if (file.get() < 0 && errno != ELOOP)
@@ -162,7 +166,7 @@ void remove_debris(const std::string& path) {
 }
 
 bool remove_dead_segment(std::string_view session, proto::SegmentKind kind) {
-  const std::string path = object_path(session, kind), lock_path = path + ".lock";
+  const std::string path = segment_path(session, kind), lock_path = path + ".lock";
   if (::access(path.c_str(), F_OK) != 0 && ::access(lock_path.c_str(), F_OK) != 0) return false;
   const auto lock = try_lock(lock_path);
   if (!lock) return false;

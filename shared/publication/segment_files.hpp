@@ -27,6 +27,12 @@ inline constexpr std::string_view kSegmentFolder = "/dev/shm/";
 /// to 64 letters, digits, '_', '-' or '.', with no '.' first.
 [[nodiscard]] std::string segment_name(std::string_view session, proto::SegmentKind kind);
 
+/// Where it stands as a file. Throws as segment_name().
+[[nodiscard]] std::string segment_path(std::string_view session, proto::SegmentKind kind);
+
+/// What the system says of an error's number.
+[[nodiscard]] std::string error_text(int code);
+
 /// What is wrong with a session's name, or nothing: a check for command lines.
 [[nodiscard]] std::string session_complaint(std::string_view session);
 
@@ -54,6 +60,10 @@ class FileDescriptor {
  private:
   int fd_ = -1;
 };
+
+/// Opens a file to read what is there, or holds no descriptor: errno says why. Follows no link, and
+/// never waits, as for the other end of a pipe.
+[[nodiscard]] FileDescriptor open_as_found(const std::string& path) noexcept;
 
 /// The right to write a session's segment: a kernel lock on a file beside it, freed however its
 /// holder ends. Removes that file at the end. Thread: any.

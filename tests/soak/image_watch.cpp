@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "shared/collision/grid_query.hpp"
 #include "shared/publication/scene_segment.hpp"
 #include "shared/publication/segment_watch.hpp"
 #include "shared/realtime/periodic_timer.hpp"
@@ -45,8 +46,7 @@ ReadResult read_image(const SceneView& view, Image& image) {
     const GridView grid = view.moving_grid(payload, image.header);
     image.spheres.resize(grid.shape.sphere_count);
     for (std::size_t i = 0; i < image.spheres.size(); ++i)
-      image.spheres[i] = load_struct<proto::SphereRecord>(payload + grid.layout.records +
-                                                          i * (sizeof(proto::SphereRecord) / 8));
+      image.spheres[i] = load_record(grid, static_cast<std::uint32_t>(i));
   });
 }
 

@@ -30,6 +30,16 @@ bool shows_whole_image(const SegmentReader& reader) {
                      [&](std::uint64_t word) { return word == word_of(result.generation); });
 }
 
+/// What a writer does that is to be killed when it has published one image.
+template <class Ready>
+void publish_and_rest(const TestSession& session, const Ready& ready) {
+  SegmentWriter writer(session.name(), small_spec());
+  writer.announce();
+  publish_small(writer.buffer(), 1);
+  ready();
+  OtherProcess::rest();
+}
+
 TEST_CASE("A session is named by 1 to 64 letters, digits, '_', '-' or '.'", "[segment]") {
   CHECK(segment_name("a", kScene) == "stillgrid-a-scene");
   CHECK(segment_name("Lab_2-b.c", proto::SegmentKind::kTool) == "stillgrid-Lab_2-b.c-tool");
@@ -144,12 +154,7 @@ TEST_CASE("What a killed writer left can be removed and what lives cannot", "[se
     });
   };
   CHECK_FALSE(remove_dead_segment(session.name(), kScene));
-  OtherProcess killed([&](const auto& ready) {
-    SegmentWriter writer(session.name(), small_spec());
-    writer.announce();
-    ready();
-    OtherProcess::rest();
-  });
+  OtherProcess killed([&](const auto& ready) { publish_and_rest(session, ready); });
   REQUIRE(killed.was_ready());
   CHECK(is_listed());
   CHECK_FALSE(remove_dead_segment(session.name(), kScene));
@@ -219,12 +224,7 @@ TEST_CASE("Asking whether a writer lives never keeps a writer out", "[segment]")
 
 TEST_CASE("A reader that locks the object keeps no writer out and no dead one alive", "[segment]") {
   const TestSession session;
-  OtherProcess killed([&](const auto& ready) {
-    SegmentWriter writer(session.name(), small_spec());
-    writer.announce();
-    ready();
-    OtherProcess::rest();
-  });
+  OtherProcess killed([&](const auto& ready) { publish_and_rest(session, ready); });
   REQUIRE(killed.was_ready());
   const auto reader = open_small(session);
   REQUIRE(reader);
@@ -256,13 +256,7 @@ TEST_CASE("A writer whose files were removed leaves those of the next one alone"
 TEST_CASE("A killed writer is known to be dead and the next one makes a fresh segment",
           "[segment]") {
   const TestSession session;
-  OtherProcess killed([&](const auto& ready) {
-    SegmentWriter writer(session.name(), small_spec());
-    writer.announce();
-    publish_small(writer.buffer(), 1);
-    ready();
-    OtherProcess::rest();
-  });
+  OtherProcess killed([&](const auto& ready) { publish_and_rest(session, ready); });
   REQUIRE(killed.was_ready());
   const auto reader = open_small(session);
   REQUIRE(reader);
