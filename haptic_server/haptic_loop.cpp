@@ -1,5 +1,6 @@
 #include "haptic_server/haptic_loop.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace stillgrid {
@@ -30,6 +31,17 @@ bool has_orientation(const stillgrid_device_state& state) {
          std::abs(quaternion(state.orientation_xyzw).squaredNorm() - 1.0) < 1e-3;
 }
 
+/// How far the tool's farthest point is from its origin.
+double lever_m(const proto::SceneHeader& scene) {
+  double farthest_m = 0.0;
+  for (std::uint32_t i = 0; i < scene.tool_sphere_count; ++i) {
+    const auto& [position_m, radius_m] = scene.tool[i];
+    const Eigen::Vector3d centre_m(position_m[0], position_m[1], position_m[2]);
+    farthest_m = std::max(farthest_m, centre_m.norm() + radius_m);
+  }
+  return farthest_m;
+}
+
 }  // namespace
 
 TickEnd HapticLoop::sense(const SceneView& scene, std::uint64_t now_ns) noexcept {
@@ -52,6 +64,7 @@ TickEnd HapticLoop::sense(const SceneView& scene, std::uint64_t now_ns) noexcept
     pose_.velocity_m_s = velocity_.update(now_ns, pose_.position_m);
     if (has_orientation(state))
       pose_.orientation = (turn * quaternion(state.orientation_xyzw)).normalized();
+    pose_.angular_velocity_rad_s = angular_velocity_.update(now_ns, pose_.orientation);
   } else {
     flags_ |= kFlagBadDevice;
   }
@@ -63,7 +76,7 @@ TickEnd HapticLoop::sense(const SceneView& scene, std::uint64_t now_ns) noexcept
                  .position_m = array(pose_.position_m),
                  .orientation_xyzw = {q.x(), q.y(), q.z(), q.w()},
                  .velocity_m_s = array(pose_.velocity_m_s),
-                 .force_N = array(held_N_),
+                 .force_N = array(held_.force_N),
                  .buttons = (state.valid & STILLGRID_STATE_BUTTONS) != 0 ? state.buttons : 0U});
   return TickEnd::kGoOn;
 }
@@ -73,27 +86,31 @@ TickEnd HapticLoop::act(const SceneView& scene, bool writer_alive, std::uint64_t
   rendered_ = has_pose_ ? renderer_.render(scene, pose_, now_ns) : RenderedTick{};
   if (rendered_.contended) flags_ |= kFlagContended;
   if (rendered_.cut) flags_ |= kFlagCut;
-  held_before_N_ = held_N_;
-  held_N_ = guard_.apply(rendered_.force.force_N,
-                         {.exists = rendered_.generation != 0 && (flags_ & kFlagBadDevice) == 0,
-                          .image_age_s = rendered_.image_age_s,
-                          .period_s = to_s(scene.header().period_ns),
-                          .writer_alive = writer_alive},
-                         to_s(period_ns_), flags_);
+  if (rendered_.swept) flags_ |= kFlagSwept;
+  held_before_N_ = held_.force_N;
+  held_ =
+      guard_.apply({rendered_.force.force_N, rendered_.force.torque_N_m}, lever_m(scene.scene()),
+                   {.exists = rendered_.generation != 0 && (flags_ & kFlagBadDevice) == 0,
+                    .image_age_s = rendered_.image_age_s,
+                    .period_s = to_s(scene.header().period_ns),
+                    .writer_alive = writer_alive},
+                   to_s(period_ns_), flags_);
   const Eigen::Quaterniond turn = quaternion(scene.scene().device.orientation_xyzw);
-  device_code_ = device_.write(now_ns, turn.conjugate() * held_N_);
+  device_code_ =
+      device_.write(now_ns, turn.conjugate() * held_.force_N, turn.conjugate() * held_.torque_N_m);
 
   row = {.time_s = to_s(now_ns - start_ns_),
          .position_m = pose_.position_m,
          .velocity_m_s = pose_.velocity_m_s,
-         .force_N = held_N_,
+         .force_N = held_.force_N,
          .rendered_N = rendered_.force.force_N,
          .generation = rendered_.generation,
          .alpha = rendered_.alpha,
          .contacts = rendered_.force.contacts,
          .age_s = rendered_.age_s,
          .tick_ns = 0,
-         .flags = flags_};
+         .flags = flags_,
+         .torque_N_m = held_.torque_N_m};
   return device_code_ == STILLGRID_DEVICE_OK ? TickEnd::kGoOn : TickEnd::kDeviceFault;
 }
 

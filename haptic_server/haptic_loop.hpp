@@ -55,6 +55,7 @@ class HapticLoop {
   StillImageRenderer renderer_;
   ForceGuard guard_;
   VelocityEstimator velocity_;
+  AngularVelocityEstimator angular_velocity_;
   std::uint64_t period_ns_;
 
   std::uint64_t tick_ = 0, start_ns_ = 0;
@@ -64,7 +65,7 @@ class HapticLoop {
   std::uint32_t flags_ = 0;
   Eigen::Vector3d device_m_ = Eigen::Vector3d::Zero();  // device frame
   Eigen::Vector3d moved_m_ = Eigen::Vector3d::Zero();   // since the tick before, scene's axes
-  Eigen::Vector3d held_N_ = Eigen::Vector3d::Zero();    // told to the device, scene's axes
+  Wrench held_;                                         // told to the device, scene's axes
   Eigen::Vector3d held_before_N_ = Eigen::Vector3d::Zero();
   RenderedTick rendered_;
 };

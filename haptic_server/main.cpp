@@ -7,6 +7,7 @@
 
 #include "haptic_server/server.hpp"
 #include "shared/command_line/number_in.hpp"
+#include "shared/files/whole_file.hpp"
 #include "shared/publication/segment.hpp"
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/realtime_guard.hpp"

@@ -1,12 +1,11 @@
 #include "haptic_server/report.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
+#include <ostream>
+
+#include "shared/files/whole_file.hpp"
 
 namespace stillgrid {
 namespace {
@@ -40,16 +39,7 @@ nlohmann::json counts(const std::vector<RealtimeViolation>& violations) {
   return json;
 }
 
-[[noreturn]] void throw_unwritable(const std::filesystem::path& file) {
-  throw std::runtime_error("--report: value '" + file.string() +
-                           "': expected a file that can be written: " + std::strerror(errno));
-}
-
 }  // namespace
-
-void require_writable(const std::filesystem::path& file) {
-  if (!std::ofstream(file, std::ios::app)) throw_unwritable(file);
-}
 
 void count_tick(HapticReport& report, const TickRow& row, const RenderedTick& rendered,
                 const Eigen::Vector3d& previous_N, const Eigen::Vector3d& moved_m,
@@ -101,11 +91,9 @@ void write_report(const HapticReport& report, const std::filesystem::path& file)
     json["wake_ns"] = percentiles(report.wake_ns, 1.0);
   }
   if (report.realtime_violations) json["realtime_violations"] = counts(*report.realtime_violations);
-  std::ofstream out(file);
   // The scene's name comes from another process, and may be no UTF-8.
-  out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
-  out.close();
-  if (!out) throw_unwritable(file);
+  const std::string text = json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+  write_whole(file, [&](std::ostream& out) { out << text << '\n'; });
 }
 
 }  // namespace stillgrid

@@ -36,9 +36,6 @@ void count_tick(HapticReport& report, const TickRow& row, const RenderedTick& re
                 const Eigen::Vector3d& previous_N, const Eigen::Vector3d& moved_m,
                 double tick_s) noexcept;
 
-/// Throws std::runtime_error unless the file can be written: to be asked before a run, not after.
-void require_writable(const std::filesystem::path& file);
-
 /// Writes the report of docs/formats.md, "Reports". Throws std::runtime_error if it cannot be
 /// written.
 void write_report(const HapticReport& report, const std::filesystem::path& file);

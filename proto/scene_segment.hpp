@@ -11,8 +11,8 @@ inline constexpr std::uint32_t kMaxMaterials = 64;
 inline constexpr std::uint32_t kMaxToolSpheres = 16;
 inline constexpr std::uint32_t kMaxPlanes = 64;
 
-/// A sphere whose box meets more voxels than this is on the long list instead.
-inline constexpr std::uint32_t kMaxVoxelsPerSphere = 64;
+/// Levels of a grid: one for each octave of the covers' reach that a scene needs.
+inline constexpr std::uint32_t kMaxLevels = 8;
 
 /// One sphere at one instant. World frame, SI units.
 struct SphereImage {
@@ -25,27 +25,41 @@ struct SphereImage {
 struct SphereRecord {
   std::array<SphereImage, 2> newest;  // images n, n - 1
   float radius_m;
-  std::array<std::int32_t, 3> lowest_voxel;  // of the box swept over the history
-  std::array<SphereImage, 2> older;          // images n - 2, n - 3
-  std::uint32_t material;                    // index into SceneHeader::materials
-  std::uint32_t body;                        // order in the scene file
-  std::array<std::uint32_t, 2> reserved;
+  std::uint32_t material;  // index into SceneHeader::materials
+  std::uint32_t body;      // order in the scene file
+  std::uint32_t reserved;
+  std::array<SphereImage, 2> older;  // images n - 2, n - 3
+  std::array<std::uint32_t, 4> padding;
 };
 static_assert(sizeof(SphereRecord) == 128 && offsetof(SphereRecord, older) == 64);
 
-/// A regular voxel grid that repeats in space: voxel (x, y, z) is stored in the cell whose
-/// coordinates are x, y, z modulo the powers of two below. Contacts far outside the first period
-/// stay exact, for a pair is reported only in the one voxel where it belongs
-/// (docs/algorithms/voxel_grid.md).
-struct GridShape {
-  float voxel_m;
-  std::array<std::uint32_t, 3> log2_cells;  // per axis
-  std::uint32_t sphere_count;
-  std::uint32_t entry_count;  // (cell, sphere) pairs
-  std::uint32_t long_count;   // spheres always tested
-  std::uint32_t reserved;
+/// A ball that holds a sphere wherever it may be shown while the grid stands: in every image of
+/// the history and at every weighted mean of them, with some room to move. World frame.
+struct Cover {
+  std::array<float, 3> centre_m;
+  float reach_m;
 };
-static_assert(sizeof(GridShape) == 32);
+static_assert(sizeof(Cover) == 16);
+
+/// One level of the grid: voxels for the covers of one octave of reach. A cover is entered once,
+/// in the voxel of its centre; voxel (x, y, z) is stored in the cell (x, y, z) - lowest_voxel,
+/// along an axis with fewer cells than voxels modulo the cells, which are a power of two there.
+struct GridLevel {
+  std::array<std::int32_t, 3> lowest_voxel;  // of the covers' centres
+  float voxel_m;
+  std::array<std::int32_t, 3> highest_voxel;  // likewise
+  float reach_m;                              // the longest of the covers entered here
+  std::array<std::uint32_t, 3> cells;         // along each axis, 1 at least
+  std::uint32_t first_cell;                   // cell (0, 0, 0) among the cells of all levels
+};
+static_assert(sizeof(GridLevel) == 48);
+
+struct GridShape {
+  std::uint32_t sphere_count;
+  std::uint32_t level_count;
+  std::array<GridLevel, kMaxLevels> levels;  // coarse to fine
+};
+static_assert(sizeof(GridShape) == 392);
 
 struct Material {
   float stiffness_N_m;
@@ -76,14 +90,14 @@ struct DeviceFrame {
 };
 
 /// What never changes, written once before the magic; follows SegmentHeader. The static grid's
-/// arrays stand at static_offset: records, cell starts, entries, long list, as in a slot.
+/// arrays stand at static_offset: records, cell starts, covers, numbers, as in a slot.
 struct SceneHeader {
   std::array<char, 64> name;  // zero-terminated
   std::uint32_t material_count;
   std::uint32_t plane_count;
   std::uint32_t tool_sphere_count;
   std::uint32_t moving_capacity;  // spheres a slot holds room for
-  std::uint32_t log2_cell_capacity;
+  std::uint32_t reserved;
   float tool_slip_speed_m_s;    // least slip speed of a contact with the tool
   std::uint64_t static_offset;  // bytes from the segment's start
   DeviceFrame device;
@@ -108,10 +122,12 @@ struct SnapshotHeader {
 };
 static_assert(sizeof(SnapshotHeader) % 8 == 0);
 
-inline constexpr std::uint64_t kSceneLayoutHash = layout_hash<11>(
+inline constexpr std::uint64_t kSceneLayoutHash = layout_hash<18>(
     {sizeof(SegmentHeader), offsetof(SegmentHeader, latest),
      offsetof(SegmentHeader, lockstep_sample_ns), sizeof(SceneHeader),
      offsetof(SceneHeader, materials), offsetof(SceneHeader, planes), offsetof(SceneHeader, tool),
-     sizeof(SnapshotHeader), offsetof(SnapshotHeader, grid), sizeof(SphereRecord), kHistoryLength});
+     sizeof(SnapshotHeader), offsetof(SnapshotHeader, grid), sizeof(SphereRecord), kHistoryLength,
+     offsetof(SphereRecord, older), sizeof(Cover), sizeof(GridLevel), offsetof(GridLevel, cells),
+     sizeof(GridShape), offsetof(GridShape, levels), kMaxLevels});
 
 }  // namespace stillgrid::proto

@@ -154,11 +154,11 @@ std::int32_t Device::read(std::uint64_t now_ns, stillgrid_device_state& state) n
   return code;
 }
 
-std::int32_t Device::write(std::uint64_t now_ns, const Eigen::Vector3d& force_N) noexcept {
-  constexpr std::array<double, 3> kNoTorque_N_m = {0.0, 0.0, 0.0};
+std::int32_t Device::write(std::uint64_t now_ns, const Eigen::Vector3d& force_N,
+                           const Eigen::Vector3d& torque_N_m) noexcept {
   if (!is_active_) return STILLGRID_DEVICE_E_ORDER;
   return call_driver(
-      [&] { return api_.write(device_, now_ns, force_N.data(), kNoTorque_N_m.data()); });
+      [&] { return api_.write(device_, now_ns, force_N.data(), torque_N_m.data()); });
 }
 
 void Device::deactivate() noexcept {

@@ -42,10 +42,11 @@ class Device {
   /// Realtime: the driver's read() and nothing else.
   [[nodiscard]] std::int32_t read(std::uint64_t now_ns, stillgrid_device_state& state) noexcept;
 
-  /// The force on the user's hand from now_ns on, device frame. Returns the driver's code.
+  /// Force and torque on the user's hand from now_ns on, device frame. Returns the driver's code.
   ///
   /// Realtime: the driver's write() and nothing else.
-  [[nodiscard]] std::int32_t write(std::uint64_t now_ns, const Eigen::Vector3d& force_N) noexcept;
+  [[nodiscard]] std::int32_t write(std::uint64_t now_ns, const Eigen::Vector3d& force_N,
+                                   const Eigen::Vector3d& torque_N_m) noexcept;
 
   /// Zero force, motors off; later reads and writes return STILLGRID_DEVICE_E_ORDER. Called
   /// twice, it does nothing twice.

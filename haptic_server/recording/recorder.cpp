@@ -16,7 +16,7 @@ constexpr std::size_t kRingRows = 16384;  // 16 s at 1 kHz
 constexpr auto kBatchPause = std::chrono::milliseconds(10);
 constexpr const char* kColumns =
     "time_s,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s,fx_N,fy_N,fz_N,rendered_fx_N,rendered_fy_N,"
-    "rendered_fz_N,generation,alpha,contacts,age_s,tick_ns,flags\n";
+    "rendered_fz_N,generation,alpha,contacts,age_s,tick_ns,flags,tx_Nm,ty_Nm,tz_Nm\n";
 
 template <class Number>
 void append(std::string& line, Number value) {
@@ -52,6 +52,9 @@ void append_row(const TickRow& row, std::string& line) {
     line += kSafetyFlagNames[i];
     separator = "|";
   }
+  line += ',';
+  append(line, row.torque_N_m);
+  line.pop_back();
 }
 
 Recorder::Recorder(const std::filesystem::path& file, const std::string& scene,

@@ -26,6 +26,7 @@ struct TickRow {
   double age_s = 0.0;
   std::uint64_t tick_ns = 0;
   std::uint32_t flags = 0;
+  Eigen::Vector3d torque_N_m = Eigen::Vector3d::Zero();  // that the device was told
 };
 
 /// A row as a line of the CSV, without its end; numbers in the shortest form that reads back the

@@ -14,13 +14,6 @@
 
 namespace stillgrid {
 
-/// The tool in the scene, for one tick.
-struct ToolPose {
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
-  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
-};
-
 /// What one tick rendered.
 struct RenderedTick {
   ToolForce force;
@@ -31,6 +24,7 @@ struct RenderedTick {
   double image_age_s = 0.0;             // since its publication
   bool contended = false;               // no fresh read: the last good sample was used
   bool cut = false;                     // the tick's bound on work was met
+  bool swept = false;                   // a contact that was only on the way to this tick
   std::optional<double> switch_jump_N;  // at a switch: |force by new image - force by old one|
 };
 
@@ -54,15 +48,17 @@ class StillImageRenderer {
                                     std::uint64_t now_ns) noexcept;
 
  private:
-  std::span<const PlacedToolSphere> place(const proto::SceneHeader& scene, const ToolPose& tool);
+  std::span<PlacedToolSphere> place(const proto::SceneHeader& scene, const ToolPose& tool);
 
   Transition transition_;
   std::uint64_t epoch_ = 0;           // of the segment that what follows came from
   proto::SnapshotHeader snapshot_{};  // of the last accepted read
+  ImageWeights weights_;              // likewise, as it was displayed
   TouchedSpheres buffers_[2], before_switch_;
   TouchedSpheres* touched_ = &buffers_[0];  // of the last accepted read
   TouchedSpheres* fresh_ = &buffers_[1];    // being gathered
   std::array<PlacedToolSphere, proto::kMaxToolSpheres> tool_;
+  bool has_way_ = false;  // whether an accepted read of this scene placed the tool before
 };
 
 }  // namespace stillgrid

@@ -45,4 +45,14 @@ ImageWeights weights_before_switch(Transition transition, const proto::SnapshotH
   return weights_from(transition, snapshot, 1, now_ns);
 }
 
+ImageWeights in_later_image(const ImageWeights& weights, std::uint64_t later) noexcept {
+  if (later == 0) return weights;
+  constexpr std::size_t kOldest = proto::kHistoryLength - 1;
+  ImageWeights shifted;
+  shifted.alpha = weights.alpha;
+  for (std::size_t i = 0; i <= kOldest; ++i)
+    shifted.weight[i + std::min<std::uint64_t>(later, kOldest - i)] += weights.weight[i];
+  return shifted;
+}
+
 }  // namespace stillgrid

@@ -41,4 +41,9 @@ struct ImageWeights {
                                                  const proto::SnapshotHeader& snapshot,
                                                  std::uint64_t now_ns) noexcept;
 
+/// Weights that were of an image, told by the history of the one that came `later` images after it.
+/// Images that history no longer holds count as its oldest. Realtime: yes.
+[[nodiscard]] ImageWeights in_later_image(const ImageWeights& weights,
+                                          std::uint64_t later) noexcept;
+
 }  // namespace stillgrid

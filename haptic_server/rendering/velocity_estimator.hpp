@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 
 namespace stillgrid {
@@ -19,6 +20,20 @@ class VelocityEstimator {
   std::uint64_t time_ns_ = 0;
   Eigen::Vector3d position_m_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_m_s_ = Eigen::Vector3d::Zero();
+};
+
+/// Angular velocity of the tool from its orientations, in the frame they lead to: as
+/// VelocityEstimator. Exactly zero while an orientation never changed. Realtime: yes.
+class AngularVelocityEstimator {
+ public:
+  /// The estimate after one more sample. Samples at equal times change nothing. Pre: unit.
+  Eigen::Vector3d update(std::uint64_t time_ns, const Eigen::Quaterniond& orientation) noexcept;
+
+ private:
+  bool has_sample_ = false;
+  std::uint64_t time_ns_ = 0;
+  Eigen::Quaterniond orientation_ = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d velocity_rad_s_ = Eigen::Vector3d::Zero();
 };
 
 }  // namespace stillgrid

@@ -17,9 +17,16 @@ enum SafetyFlag : std::uint32_t {
   kFlagSlewed = 1U << 4U,     // changed faster than --max-slew
   kFlagContended = 1U << 5U,  // no fresh read in this tick
   kFlagCut = 1U << 6U,        // more in reach than a tick may look at
+  kFlagSwept = 1U << 7U,      // a contact that was only on the way to this tick
 };
-inline constexpr std::array<std::string_view, 7> kSafetyFlagNames = {
-    "bad_device", "rejected", "faded", "clamped", "slewed", "contended", "cut"};
+inline constexpr std::array<std::string_view, 8> kSafetyFlagNames = {
+    "bad_device", "rejected", "faded", "clamped", "slewed", "contended", "cut", "swept"};
+
+/// A force and its moment about the tool's origin.
+struct Wrench {
+  Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
+  Eigen::Vector3d torque_N_m = Eigen::Vector3d::Zero();
+};
 
 struct GuardLimits {
   double max_force_N = 0.0;                 // finite, > 0: norm of the force
@@ -36,17 +43,20 @@ struct ImageFreshness {
 
 /// The last stage before the device: no number, stale data, too much force, too sudden a change.
 ///
-/// Fade: begins when no image came for 1.5 declared periods, at once when the simulation is known
-/// dead, and ends 100 ms later at zero; the force comes back as slowly, also at the start. Thread:
-/// the haptic loop's. Realtime: yes.
+/// No driver declares a limit for torque: it is limited, and its change too, to what the force's
+/// limit makes at the end of the tool's lever. Force and torque are shortened by one factor and
+/// faded alike; either that is no number takes both. Fade: begins when no image came for 1.5
+/// declared periods, at once when the simulation is known dead, and ends 100 ms later at zero; the
+/// force comes back as slowly, also at the start. Thread: the haptic loop's. Realtime: yes.
 class ForceGuard {
  public:
   explicit ForceGuard(const GuardLimits& limits) : limits_(limits) {}
 
-  /// The force for the device, from the rendered one; sets the flags of what intervened.
-  [[nodiscard]] Eigen::Vector3d apply(const Eigen::Vector3d& rendered_N,
-                                      const ImageFreshness& freshness, double tick_s,
-                                      std::uint32_t& flags) noexcept;
+  /// What the device is told, from what was rendered; sets the flags of what intervened.
+  /// lever_m: of the tool's point that is farthest from its origin, > 0.
+  [[nodiscard]] Wrench apply(const Wrench& rendered, double lever_m,
+                             const ImageFreshness& freshness, double tick_s,
+                             std::uint32_t& flags) noexcept;
 
   /// Whether a fade is over: a change of scene cannot be felt now. Realtime: yes.
   [[nodiscard]] bool is_silent() const noexcept { return gain_ == 0.0; }
@@ -54,7 +64,7 @@ class ForceGuard {
  private:
   GuardLimits limits_;
   double gain_ = 0.0;
-  Eigen::Vector3d last_N_ = Eigen::Vector3d::Zero();  // before the fade
+  Wrench last_;  // before the fade
 };
 
 }  // namespace stillgrid

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -11,47 +12,80 @@
 
 namespace stillgrid {
 
-using Voxel = std::array<std::int32_t, 3>;
-
-inline std::int32_t voxel_index(float coordinate_m, float inverse_voxel_per_m) noexcept {
+/// The voxel that holds a coordinate. Monotone, saturating. Realtime: yes.
+[[nodiscard]] inline std::int32_t voxel_index(float coordinate_m,
+                                              float inverse_voxel_per_m) noexcept {
   constexpr float kFarthest = 1073741824.0F;  // 2^30: differences of two stay in 32 bits
-  const float voxel = std::floor(coordinate_m * inverse_voxel_per_m);
   // A NaN is no place; min and max in this order send it to one end instead of to undefined
-  // behaviour.
-  return static_cast<std::int32_t>(std::max(-kFarthest, std::min(kFarthest, voxel)));
+  // conversion.
+  const float place = std::max(-kFarthest, std::min(kFarthest, coordinate_m * inverse_voxel_per_m));
+  const auto towards_zero = static_cast<std::int32_t>(place);
+  return towards_zero - static_cast<std::int32_t>(static_cast<float>(towards_zero) > place);
 }
 
-/// The cell that stores a voxel: its coordinates modulo the cells along each axis. Realtime: yes.
-[[nodiscard]] inline std::size_t cell_of(const Voxel& voxel,
-                                         const std::array<std::uint32_t, 3>& log2_cells) noexcept {
-  const auto wrapped = [&](std::size_t axis) {
-    const std::size_t mask = (std::size_t{1} << log2_cells[axis]) - 1;
-    return static_cast<std::size_t>(static_cast<std::uint32_t>(voxel[axis])) & mask;
+/// Four numbers that a processor handles at once, whatever its kind.
+using Float4 = float __attribute__((vector_size(16)));
+using Int4 = std::int32_t __attribute__((vector_size(16)));
+using Unsigned4 = std::uint32_t __attribute__((vector_size(16)));
+using Long2 = std::uint64_t __attribute__((vector_size(16)));
+
+/// The voxels that hold coordinates. Monotone, saturating; a NaN is at one end. Realtime: yes.
+[[nodiscard]] inline Int4 voxel_index(Float4 coordinates_m, float inverse_voxel_per_m) noexcept {
+  constexpr float kFarthest = 1073741824.0F;  // 2^30: differences of two stay in 32 bits
+  const Float4 place = coordinates_m * inverse_voxel_per_m;
+  const Float4 high = place < kFarthest ? place : Float4{} + kFarthest;
+  const Float4 bounded = high > -kFarthest ? high : Float4{} - kFarthest;
+  const Int4 towards_zero = __builtin_convertvector(bounded, Int4);
+  return towards_zero + (__builtin_convertvector(towards_zero, Float4) > bounded);  // true is -1
+}
+
+/// Three such spans at once: the cells of a level that hold the voxels of a box along x, y and z:
+/// `count` from `first` on, going round at `cells`. The fourth of each says nothing.
+struct CellBlock {
+  Unsigned4 first, count, cells;
+  bool is_empty;  // no cover's centre can be there
+};
+
+/// Where the centres can be that are no farther than distance_m from `centre_m` in exact
+/// arithmetic. Realtime: yes.
+[[nodiscard]] inline CellBlock cell_block(const proto::GridLevel& level,
+                                          const std::array<float, 3>& centre_m, float distance_m,
+                                          float inverse_voxel_per_m) noexcept {
+  struct Rows {
+    Int4 lowest, highest;
+    Unsigned4 cells;
   };
-  return wrapped(0) | (wrapped(1) << log2_cells[0]) |
-         (wrapped(2) << (log2_cells[0] + log2_cells[1]));
+  const auto rows = std::bit_cast<Rows>(level);
+  const Float4 centre{centre_m[0], centre_m[1], centre_m[2], 0.0F};
+  constexpr float kUlp = 1.2e-7F;  // what rounding takes off
+  const Float4 away = distance_m + kUlp * ((centre < 0.0F ? -centre : centre) + distance_m);
+  const Int4 from = voxel_index(centre - away, inverse_voxel_per_m);
+  const Int4 to = voxel_index(centre + away, inverse_voxel_per_m);
+  const Int4 low = from > rows.lowest ? from : rows.lowest;
+  const Int4 high = to < rows.highest ? to : rows.highest;
+  const Int4 none = low > high;
+  // Where the level does not repeat the mask changes nothing.
+  const auto offset = std::bit_cast<Unsigned4>(low) - std::bit_cast<Unsigned4>(rows.lowest);
+  const auto voxels = std::bit_cast<Unsigned4>(high) - std::bit_cast<Unsigned4>(low);
+  return {offset < rows.cells ? offset : (offset & (rows.cells - 1)),
+          voxels < rows.cells ? voxels + 1 : rows.cells, rows.cells,
+          (none[0] | none[1] | none[2]) != 0};
 }
 
-/// The one voxel in which a pair is reported: the elementwise maximum of the two boxes' lowest
-/// voxels. Both boxes hold it if they meet, so no stamp need be written to find a pair only once.
-[[nodiscard]] inline Voxel reporting_voxel(const Voxel& a, const Voxel& b) noexcept {
-  return {std::max(a[0], b[0]), std::max(a[1], b[1]), std::max(a[2], b[2])};
+[[nodiscard]] inline Cover load_cover(const GridView& view, std::size_t i) noexcept {
+  return load_struct<Cover>(view.words + view.layout.covers + 2 * i);
+}
+[[nodiscard]] inline std::uint32_t load_number(const GridView& view, std::size_t i) noexcept {
+  return load_u32(view.words + view.layout.numbers, i);
 }
 
-/// The first cache line of a SphereRecord: what a query needs of most spheres.
+/// The first cache line of a SphereRecord: all that a tick needs which shows the newest two images.
 struct RecordLine {
   std::array<proto::SphereImage, 2> newest;
   float radius_m;
-  Voxel lowest_voxel;
+  std::uint32_t material, body, reserved;
 };
 static_assert(sizeof(RecordLine) == 64);
-
-/// The end of that line, which alone decides whether a sphere is this voxel's to report.
-struct RecordPlace {
-  float radius_m;
-  Voxel lowest_voxel;
-};
-static_assert(sizeof(RecordPlace) == 16 && offsetof(RecordLine, radius_m) == 48);
 
 [[nodiscard]] inline std::size_t record_word(const GridView& view, std::uint32_t sphere) noexcept {
   return view.layout.records + std::size_t{sphere} * (sizeof(proto::SphereRecord) / 8);
@@ -59,13 +93,16 @@ static_assert(sizeof(RecordPlace) == 16 && offsetof(RecordLine, radius_m) == 48)
 [[nodiscard]] inline RecordLine load_line(const GridView& view, std::uint32_t sphere) noexcept {
   return load_struct<RecordLine>(view.words + record_word(view, sphere));
 }
-[[nodiscard]] inline Voxel load_lowest_voxel(const GridView& view, std::uint32_t sphere) noexcept {
-  const std::size_t word = record_word(view, sphere) + offsetof(RecordLine, radius_m) / 8;
-  return load_struct<RecordPlace>(view.words + word).lowest_voxel;
-}
 [[nodiscard]] inline proto::SphereRecord load_record(const GridView& view,
                                                      std::uint32_t sphere) noexcept {
   return load_struct<proto::SphereRecord>(view.words + record_word(view, sphere));
+}
+
+/// Whether two covers meet. Covers are rounded outwards by more than this test rounds.
+[[nodiscard]] inline bool meet(const Cover& a, const Cover& b) noexcept {
+  const float x = a.centre_m[0] - b.centre_m[0], y = a.centre_m[1] - b.centre_m[1],
+              z = a.centre_m[2] - b.centre_m[2], reach_m = a.reach_m + b.reach_m;
+  return x * x + y * y + z * z <= reach_m * reach_m;
 }
 
 /// No limit: for the simulation, which trusts its own grid.
@@ -73,120 +110,100 @@ inline constexpr std::uint32_t kAllVisits = std::numeric_limits<std::uint32_t>::
 
 namespace detail {
 
-/// Counts down the entries a query may look at.
+/// Counts down the covers and rows of cells a query may look at.
 struct VisitBudget {
   std::uint32_t left;
   bool cut = false;
-  bool spend() noexcept {
-    if (left == 0) {
-      cut = true;
-      return false;
-    }
-    --left;
-    return true;
+  bool spend(std::uint32_t wanted) noexcept {
+    cut = wanted > left;
+    left = cut ? 0 : left - wanted;
+    return !cut;
   }
 };
 
+/// Which of the four covers from number `i` on meet the probe, a bit each.
+[[nodiscard]] inline unsigned meet4(const std::uint64_t* covers, std::size_t i,
+                                    const Cover& probe) noexcept {
+  const auto load = [&](std::size_t cover) {
+    const std::uint64_t* words = covers + 2 * cover;
+    return std::bit_cast<Float4>(Long2{load_word(words, 0), load_word(words, 1)});
+  };
+  const Float4 a = load(i), b = load(i + 1), c = load(i + 2), d = load(i + 3);
+  const Float4 xy_ab = __builtin_shufflevector(a, b, 0, 4, 1, 5);
+  const Float4 zr_ab = __builtin_shufflevector(a, b, 2, 6, 3, 7);
+  const Float4 xy_cd = __builtin_shufflevector(c, d, 0, 4, 1, 5);
+  const Float4 zr_cd = __builtin_shufflevector(c, d, 2, 6, 3, 7);
+  const Float4 x = __builtin_shufflevector(xy_ab, xy_cd, 0, 1, 4, 5) - probe.centre_m[0];
+  const Float4 y = __builtin_shufflevector(xy_ab, xy_cd, 2, 3, 6, 7) - probe.centre_m[1];
+  const Float4 z = __builtin_shufflevector(zr_ab, zr_cd, 0, 1, 4, 5) - probe.centre_m[2];
+  const Float4 reach = __builtin_shufflevector(zr_ab, zr_cd, 2, 3, 6, 7) + probe.reach_m;
+  constexpr Int4 kBits{1, 2, 4, 8};
+  const Int4 met = (x * x + y * y + z * z <= reach * reach) & kBits;
+  const auto halves = std::bit_cast<std::array<std::uint64_t, 2>>(met);
+  const std::uint64_t pairs = halves[0] | halves[1];
+  return static_cast<unsigned>(pairs | (pairs >> 32U));
+}
+
+/// Visits the covers of the cells [first, end) that meet the probe, by fours: a run's length is
+/// what a processor cannot foresee.
 template <class Visit>
-void visit_cell(const GridView& view, const Voxel& voxel, const Voxel& box_lowest,
-                VisitBudget& budget, Visit& visit) {
-  const std::size_t cell = cell_of(voxel, view.shape.log2_cells);
+void visit_run(const GridView& view, std::size_t first_cell, std::size_t end_cell,
+               const Cover& probe, VisitBudget& budget, Visit& visit) {
   const std::uint64_t* starts = view.words + view.layout.cell_starts;
-  const std::uint32_t first = load_u32(starts, cell);
-  const std::uint32_t end = std::min(load_u32(starts, cell + 1), view.shape.entry_count);
-  for (std::uint32_t i = first; i < end; ++i) {
-    if (!budget.spend()) return;
-    const std::uint32_t sphere = load_u32(view.words + view.layout.entries, i);
-    if (sphere >= view.shape.sphere_count) continue;  // a torn or hostile word
-    if (reporting_voxel(load_lowest_voxel(view, sphere), box_lowest) == voxel)
-      visit(sphere, load_line(view, sphere));
+  const std::uint32_t first = load_u32(starts, first_cell);
+  const std::uint32_t end = std::min(load_u32(starts, end_cell), view.shape.sphere_count);
+  if (first >= end) return;
+  const std::uint32_t left = budget.left;
+  const std::uint32_t stop = budget.spend(end - first) ? end : first + left;
+  for (std::uint32_t i = first; i < stop; i += kCoversAtOnce) {
+    unsigned met = meet4(view.words + view.layout.covers, i, probe);
+    met &= 0xFU >> (kCoversAtOnce - std::min(stop - i, kCoversAtOnce));
+    for (; met != 0; met &= met - 1) {
+      const std::uint32_t sphere =
+          load_number(view, i + static_cast<unsigned>(std::countr_zero(met)));
+      if (sphere < view.shape.sphere_count) visit(sphere);  // else a torn or hostile word
+    }
   }
 }
 
-/// Every sphere that is not on the long list, which ascends.
 template <class Visit>
-void visit_entered(const GridView& view, VisitBudget& budget, Visit& visit) {
-  std::uint32_t next_long = 0;
-  for (std::uint32_t sphere = 0; sphere < view.shape.sphere_count && budget.spend(); ++sphere) {
-    if (next_long < view.shape.long_count &&
-        load_u32(view.words + view.layout.long_list, next_long) == sphere)
-      ++next_long;
-    else
-      visit(sphere, load_line(view, sphere));
-  }
+void visit_level(const GridView& view, const proto::GridLevel& level, const Cover& probe,
+                 VisitBudget& budget, Visit& visit) {
+  const CellBlock block =
+      cell_block(level, probe.centre_m, probe.reach_m + level.reach_m, 1.0F / level.voxel_m);
+  if (block.is_empty) return;
+  const auto& [first, count, cells, is_empty] = block;
+  const std::uint32_t straight = std::min(count[0], cells[0] - first[0]);
+  const auto wrapped = [](std::uint32_t cell, std::uint32_t all) {
+    return cell < all ? cell : cell - all;
+  };
+  for (std::uint32_t k = 0; k < count[2]; ++k)
+    for (std::uint32_t j = 0; j < count[1]; ++j) {
+      if (!budget.spend(1)) return;
+      const std::size_t row =
+          level.first_cell +
+          std::size_t{cells[0]} * (wrapped(first[1] + j, cells[1]) +
+                                   std::size_t{cells[1]} * wrapped(first[2] + k, cells[2]));
+      visit_run(view, row + first[0], row + first[0] + straight, probe, budget, visit);
+      if (budget.cut) return;
+      if (straight < count[0])  // the row goes round
+        visit_run(view, row, row + (count[0] - straight), probe, budget, visit);
+    }
 }
 
 }  // namespace detail
 
-/// Calls visit(sphere number, RecordLine) once for each sphere whose swept box may meet `box`;
-/// spheres that it does not meet may be among them. Looks at `max_visits` entries and voxels at
-/// most and returns whether it was cut short there.
+/// Calls visit(sphere number) once for each sphere whose cover meets the probe's. Looks at
+/// `max_visits` covers and rows of cells at most and returns whether it was cut short there.
 ///
 /// Realtime: wait-free; safe on words that change or lie, given is_consistent(view.shape).
 template <class Visit>
-bool for_each_candidate(const GridView& view, const Box& box, std::uint32_t max_visits,
+bool for_each_candidate(const GridView& view, const Cover& probe, std::uint32_t max_visits,
                         Visit&& visit) {
-  if (view.shape.sphere_count == 0) return false;
   detail::VisitBudget budget{max_visits};
-  for (std::uint32_t i = 0; i < view.shape.long_count && budget.spend(); ++i) {
-    const std::uint32_t sphere = load_u32(view.words + view.layout.long_list, i);
-    if (sphere < view.shape.sphere_count) visit(sphere, load_line(view, sphere));
-  }
-  if (view.shape.entry_count == 0) return budget.cut;
-  const float inverse_voxel_per_m = 1.0F / view.shape.voxel_m;
-  Voxel low{}, high{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    low[axis] = voxel_index(box.low_m[axis], inverse_voxel_per_m);
-    high[axis] = voxel_index(box.high_m[axis], inverse_voxel_per_m);
-  }
-  double voxels = 1.0;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    voxels *= static_cast<double>(high[axis]) - static_cast<double>(low[axis]) + 1.0;
-  if (voxels > view.shape.sphere_count) {  // fewer spheres than places to look for them
-    detail::visit_entered(view, budget, visit);
-    return budget.cut;
-  }
-  for (std::int32_t z = low[2]; z <= high[2] && !budget.cut; ++z)
-    for (std::int32_t y = low[1]; y <= high[1] && !budget.cut; ++y)
-      for (std::int32_t x = low[0]; x <= high[0] && !budget.cut; ++x)
-        if (budget.spend()) detail::visit_cell(view, {x, y, z}, low, budget, visit);
+  for (std::uint32_t i = 0; i < view.shape.level_count && !budget.cut; ++i)
+    detail::visit_level(view, view.shape.levels[i], probe, budget, visit);
   return budget.cut;
-}
-
-/// Calls visit(a, b), a < b, once for each pair of spheres of one grid that share a voxel where
-/// their boxes meet, and for each pair with a sphere of the long list; pairs that do not touch may
-/// be among them. Thread: the owner's of the grid.
-template <class Visit>
-void for_each_pair(const GridView& view, Visit&& visit) {
-  const auto& shape = view.shape;
-  const std::uint64_t* starts = view.words + view.layout.cell_starts;
-  const std::uint64_t* entries = view.words + view.layout.entries;
-  const auto* const records =
-      reinterpret_cast<const proto::SphereRecord*>(view.words + view.layout.records);
-  const std::size_t cells = std::size_t{1}
-                            << (shape.log2_cells[0] + shape.log2_cells[1] + shape.log2_cells[2]);
-  for (std::size_t cell = 0; cell < cells; ++cell) {
-    const std::uint32_t end = load_u32(starts, cell + 1);
-    for (std::uint32_t i = load_u32(starts, cell); i < end; ++i)
-      for (std::uint32_t j = i + 1; j < end; ++j) {
-        const std::uint32_t a = load_u32(entries, i), b = load_u32(entries, j);
-        const Voxel voxel = reporting_voxel(records[a].lowest_voxel, records[b].lowest_voxel);
-        if (cell_of(voxel, shape.log2_cells) == cell) visit(a, b);
-      }
-  }
-  std::size_t next_long = 0;
-  for (std::uint32_t i = 0; i < shape.long_count; ++i) {
-    const std::uint32_t a = load_u32(view.words + view.layout.long_list, i);
-    // Ascending list: a long sphere meets every sphere but the long ones before it.
-    next_long = 0;
-    for (std::uint32_t b = 0; b < shape.sphere_count; ++b) {
-      if (next_long <= i && b == load_u32(view.words + view.layout.long_list, next_long)) {
-        ++next_long;
-        continue;
-      }
-      visit(std::min(a, b), std::max(a, b));
-    }
-  }
 }
 
 }  // namespace stillgrid

@@ -12,24 +12,27 @@
 
 namespace stillgrid {
 
+using proto::Cover;
+
+/// A query looks at so many covers at once, and may look beyond the last one of a grid.
+inline constexpr std::uint32_t kCoversAtOnce = 4;
+
 /// Where the arrays of a grid stand in a block of 8-byte words, for a given capacity.
 struct GridLayout {
-  std::size_t records = 0;      // SphereRecord, 16 words each
-  std::size_t cell_starts = 0;  // u32, cells + 1: cell c holds entries [starts[c], starts[c + 1])
-  std::size_t entries = 0;      // u32 sphere numbers, ascending within a cell
-  std::size_t long_list = 0;    // u32 sphere numbers
+  std::size_t records = 0;      // SphereRecord, 16 words each, in the order of sphere numbers
+  std::size_t cell_starts = 0;  // u32, cells + 1: cell c holds covers [starts[c], starts[c + 1])
+  std::size_t covers = 0;       // Cover, 2 words each, sorted by level, cell and number
+  std::size_t numbers = 0;      // u32, the sphere of each cover
   std::size_t total_words = 0;
   std::size_t sphere_capacity = 0;
-  std::uint32_t log2_cell_capacity = 0;
+  std::size_t cell_capacity = 0;  // of all levels together
+
+  bool operator==(const GridLayout&) const = default;
 };
 
-/// Room for sphere_capacity spheres behind header_bytes. It cannot be outgrown: a sphere makes at
-/// most kMaxVoxelsPerSphere entries, then it is on the long list.
-[[nodiscard]] GridLayout grid_layout(std::size_t header_bytes, std::size_t sphere_capacity,
-                                     std::uint32_t log2_cell_capacity);
-
-/// Cells that suit a number of spheres: four a sphere, 64 at least.
-[[nodiscard]] std::uint32_t log2_cells_for(std::size_t sphere_count);
+/// Room for sphere_capacity spheres behind header_bytes. It cannot be outgrown: a sphere is
+/// entered once, and a level repeats in space rather than take more cells than its spheres pay for.
+[[nodiscard]] GridLayout grid_layout(std::size_t header_bytes, std::size_t sphere_capacity);
 
 /// A filled grid to read, in private memory or in a segment that another process may be writing.
 /// The shape is a local copy, already checked against the layout (is_consistent).
@@ -40,55 +43,78 @@ struct GridView {
 };
 
 /// Whether a shape read from shared memory fits its layout, so that every index it leads to is
-/// bounded.
+/// bounded. Realtime: yes.
 [[nodiscard]] bool is_consistent(const proto::GridShape& shape, const GridLayout& layout) noexcept;
 
-/// The voxel that holds a coordinate. Monotone, saturating: spheres that overlap share a voxel.
-/// Realtime: yes.
-[[nodiscard]] std::int32_t voxel_index(float coordinate_m, float inverse_voxel_per_m) noexcept;
-
-/// An axis-aligned box in metres, floats as published.
-struct Box {
-  std::array<float, 3> low_m;
-  std::array<float, 3> high_m;
-};
-
-/// The paper's voxel grid [Davanne 2002, section 2, Figs. 2-3], in private memory: a sphere is
-/// entered in every voxel that its box meets, the box being swept over all images of its history,
-/// so that a transition may display it anywhere between them.
+/// The still image of a scene: its spheres with the images of their history, entered in the voxel
+/// grid [Davanne 2002, section 2], in private memory.
 ///
-/// Arrays are allocated once; filling allocates nothing.
+/// A sphere is entered once, by the centre of its cover, in the level of its cover's octave; a
+/// query looks as far round itself as that level's covers reach (docs/algorithms/voxel_grid.md).
+/// Arrays are allocated once; entering allocates nothing.
 class StillGrid {
  public:
   StillGrid(std::size_t header_bytes, std::size_t sphere_capacity);
 
-  /// The spheres, to be written before fill(); lowest_voxel is fill()'s to write.
+  /// All spheres of the capacity. Radius, material and body are the owner's to write.
   [[nodiscard]] std::span<proto::SphereRecord> records() noexcept;
+  [[nodiscard]] std::span<const proto::SphereRecord> records() const noexcept;
 
-  /// Enters the first `sphere_count` records in voxels of edge voxel_m.
-  /// Counting sort: O(spheres + entries + cells). Pre: voxel_m > 0, all records finite.
-  void fill(std::size_t sphere_count, float voxel_m);
+  /// One more image of every sphere; older ones move down the history, which the first image fills.
+  /// Pre: images.size() is the capacity.
+  void push_image(std::span<const proto::SphereImage> images) noexcept;
+
+  /// Enters covers[i] for sphere i. voxel_ratio: a voxel's edge over twice the level's reach.
+  /// Counting sort: O(spheres + cells). Throws std::domain_error, and leaves the grid as it was, at
+  /// a cover that is not finite or reaches nowhere: what is no number is refused here.
+  /// Pre: voxel_ratio > 0, covers.size() is the capacity or less.
+  void enter(std::span<const Cover> covers, float voxel_ratio);
+
+  /// Lets the cover of a sphere that was entered reach at least reach_m from where its centre is.
+  void grow(std::size_t sphere, float reach_m) noexcept;
+
+  /// The cover of a sphere that was entered, as it is published.
+  [[nodiscard]] const Cover& cover(std::size_t sphere) const noexcept;
 
   [[nodiscard]] GridView view() const noexcept;
   [[nodiscard]] const GridLayout& layout() const noexcept { return layout_; }
-  [[nodiscard]] std::span<std::uint64_t> words() noexcept { return words_; }
+  [[nodiscard]] std::span<std::uint64_t> words() noexcept {
+    return {words_.data(), layout_.total_words};
+  }
+
+  /// The covers in the order of the cells, and the sphere of each.
+  [[nodiscard]] std::span<const Cover> sorted_covers() const noexcept;
+  [[nodiscard]] std::span<const std::uint32_t> sorted_numbers() const noexcept;
 
   /// The words that a publication of the filled grid must copy, the header apart.
   [[nodiscard]] std::array<PayloadPart, 4> filled_parts() const noexcept;
 
  private:
   [[nodiscard]] std::uint32_t* u32_at(std::size_t word) noexcept;
+  void shape_levels(std::span<const Cover> covers, float voxel_ratio);
+  void sort_covers(std::span<const Cover> covers);
 
   GridLayout layout_;
   proto::GridShape shape_{};
+  bool has_image_ = false;
   std::vector<std::uint64_t> words_;
-  std::vector<std::array<std::int32_t, 3>> highest_voxel_;
+  std::vector<std::uint8_t> level_of_;   // of each sphere, where there are several levels
+  std::vector<std::uint32_t> place_of_;  // of each sphere's cover among the sorted ones
 };
 
-/// The box of a sphere at one place. Realtime: yes.
-[[nodiscard]] Box box_round(const Eigen::Vector3d& centre_m, double radius_m) noexcept;
+/// The ball that holds a sphere at one place, or on the straight ways between two or three; rounded
+/// outwards.
+/// Realtime: yes.
+[[nodiscard]] Cover cover_round(const Eigen::Vector3d& centre_m, double radius_m) noexcept;
+[[nodiscard]] Cover cover_path(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m,
+                               double radius_m) noexcept;
+[[nodiscard]] Cover cover_path(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m,
+                               const Eigen::Vector3d& or_to_m, double radius_m) noexcept;
 
-/// The box swept by a sphere over the images of its history. Realtime: yes.
-[[nodiscard]] Box swept_box(const proto::SphereRecord& record) noexcept;
+/// The ball that holds a sphere in every image of its history; rounded outwards.
+[[nodiscard]] Cover cover_history(const proto::SphereRecord& record) noexcept;
+
+/// Covers of still spheres, for StillGrid::enter().
+[[nodiscard]] std::vector<Cover> history_covers(std::span<const proto::SphereRecord> records);
 
 }  // namespace stillgrid

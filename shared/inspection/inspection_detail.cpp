@@ -86,7 +86,6 @@ std::string fixed_lines(const SceneView& view) {
 
 std::string grid_lines(const SceneSnapshot& snapshot, std::uint32_t static_spheres) {
   const proto::GridShape& grid = snapshot.header.grid;
-  const auto& [x, y, z] = grid.log2_cells;
   const GridOccupancy& filled = snapshot.occupancy;
   const double share = filled.cells == 0 ? 0.0
                                          : 100.0 * static_cast<double>(filled.occupied_cells) /
@@ -94,13 +93,13 @@ std::string grid_lines(const SceneSnapshot& snapshot, std::uint32_t static_spher
   std::string text =
       line("spheres", fmt::format("{} moving, {} static", grid.sphere_count, static_spheres));
   if (filled.cells == 0) return text + line("grid", "empty, or not consistent");
-  return text +
-         line("grid",
-              fmt::format("2^{} x 2^{} x 2^{} cells, voxels of {:g} m", x, y, z, grid.voxel_m)) +
-         line("occupancy", fmt::format("{} of {} cells ({:.1f} %), {} entries, {} in the fullest, "
-                                       "{} spheres on the long list",
-                                       filled.occupied_cells, filled.cells, share, grid.entry_count,
-                                       filled.fullest_cell, grid.long_count));
+  for (std::uint32_t i = 0; i < grid.level_count; ++i)
+    text += line(i == 0 ? "grid" : "",
+                 fmt::format("{} cells, voxels of {:g} m", fmt::join(grid.levels[i].cells, " x "),
+                             grid.levels[i].voxel_m));
+  return text + line("occupancy",
+                     fmt::format("{} of {} cells ({:.1f} %), {} spheres in the fullest",
+                                 filled.occupied_cells, filled.cells, share, filled.fullest_cell));
 }
 
 std::string scene_lines(const ObservedSegment& segment) {

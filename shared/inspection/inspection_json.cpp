@@ -71,11 +71,16 @@ Json header_json(const proto::SegmentHeader& header) {
 }
 
 Json grid_json(const proto::GridShape& grid) {
-  return {{"voxel_m", number(grid.voxel_m)},
-          {"log2_cells", grid.log2_cells},
-          {"spheres", grid.sphere_count},
-          {"entries", grid.entry_count},
-          {"long_spheres", grid.long_count}};
+  Json levels = Json::array();
+  for (std::uint32_t i = 0; i < grid.level_count; ++i) {
+    const proto::GridLevel& level = grid.levels[i];
+    levels.push_back({{"voxel_m", number(level.voxel_m)},
+                      {"reach_m", number(level.reach_m)},
+                      {"lowest_voxel", level.lowest_voxel},
+                      {"highest_voxel", level.highest_voxel},
+                      {"cells", level.cells}});
+  }
+  return {{"spheres", grid.sphere_count}, {"levels", std::move(levels)}};
 }
 
 Json image_json(const proto::SphereImage& image) {
@@ -142,7 +147,7 @@ Json snapshot_json(const SceneView& view, const JsonOptions& options) {
   Json grid = grid_json(header.grid);
   grid["cells"] = snapshot->occupancy.cells;
   grid["occupied_cells"] = snapshot->occupancy.occupied_cells;
-  grid["fullest_cell_entries"] = snapshot->occupancy.fullest_cell;
+  grid["fullest_cell_spheres"] = snapshot->occupancy.fullest_cell;
   return {{"generation", snapshot->generation},
           {"history_count", images},
           {"state_time_ns", times(header.state_time_ns, images)},

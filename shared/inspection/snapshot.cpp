@@ -35,16 +35,20 @@ void copy_spheres(const GridView& view, std::size_t most_spheres,
 GridOccupancy occupancy_of(const GridView& view) {
   GridOccupancy occupancy;
   if (view.shape.sphere_count == 0) return occupancy;
-  const auto& log2_cells = view.shape.log2_cells;
-  occupancy.cells = std::uint64_t{1} << (log2_cells[0] + log2_cells[1] + log2_cells[2]);
   const std::uint64_t* starts = view.words + view.layout.cell_starts;
-  std::uint32_t begin = load_u32(starts, 0);
-  for (std::size_t cell = 0; cell < occupancy.cells; ++cell) {
-    const std::uint32_t end = std::min(load_u32(starts, cell + 1), view.shape.entry_count);
-    const std::uint32_t entries = end > begin ? end - begin : 0;
-    occupancy.occupied_cells += entries > 0 ? 1 : 0;
-    occupancy.fullest_cell = std::max(occupancy.fullest_cell, entries);
-    begin = end;
+  for (std::uint32_t i = 0; i < view.shape.level_count; ++i) {
+    const proto::GridLevel& level = view.shape.levels[i];
+    const std::size_t cells = std::size_t{level.cells[0]} * level.cells[1] * level.cells[2];
+    occupancy.cells += cells;
+    std::uint32_t begin = load_u32(starts, level.first_cell);
+    for (std::size_t cell = 0; cell < cells; ++cell) {
+      const std::uint32_t end =
+          std::min(load_u32(starts, level.first_cell + cell + 1), view.shape.sphere_count);
+      const std::uint32_t spheres = end > begin ? end - begin : 0;
+      occupancy.occupied_cells += spheres > 0 ? 1 : 0;
+      occupancy.fullest_cell = std::max(occupancy.fullest_cell, spheres);
+      begin = end;
+    }
   }
   return occupancy;
 }
@@ -54,7 +58,7 @@ GridOccupancy occupancy_of(const GridView& view) {
 std::optional<SceneSnapshot> read_snapshot(const SceneView& view, std::size_t most_spheres) {
   SceneSnapshot snapshot;
   const ReadResult result = read_patiently(view.buffer(), [&](const std::uint64_t* payload) {
-    snapshot.header = load_struct<proto::SnapshotHeader>(payload);
+    snapshot.header = load_snapshot(payload);
     const GridView grid = view.moving_grid(payload, snapshot.header);
     snapshot.header.grid = grid.shape;
     copy_spheres(grid, most_spheres, snapshot.spheres);

@@ -12,11 +12,11 @@
 
 namespace stillgrid {
 
-/// How the entries of a grid are spread over its cells.
+/// How the spheres of a grid are spread over the cells of all its levels.
 struct GridOccupancy {
   std::uint64_t cells = 0;
   std::uint64_t occupied_cells = 0;
-  std::uint32_t fullest_cell = 0;  // entries in it
+  std::uint32_t fullest_cell = 0;  // spheres in it
 };
 
 /// A copy of one image of a scene, whole as it was published; its numbers are the writer's, and may

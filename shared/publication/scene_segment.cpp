@@ -17,7 +17,7 @@ constexpr std::size_t kStaticOffset =
 StillGrid static_grid_of(const StaticScene& scene) {
   StillGrid grid(0, scene.spheres.size());
   std::copy(scene.spheres.begin(), scene.spheres.end(), grid.records().begin());
-  grid.fill(scene.spheres.size(), scene.static_voxel_m);
+  grid.enter(history_covers(scene.spheres), scene.voxel_ratio);
   return grid;
 }
 
@@ -31,7 +31,6 @@ proto::SceneHeader scene_header(const StaticScene& scene, const StillGrid& stati
   header.plane_count = static_cast<std::uint32_t>(scene.planes.size());
   header.tool_sphere_count = static_cast<std::uint32_t>(scene.tool.size());
   header.moving_capacity = static_cast<std::uint32_t>(moving.sphere_capacity);
-  header.log2_cell_capacity = moving.log2_cell_capacity;
   header.tool_slip_speed_m_s = scene.tool_slip_speed_m_s;
   header.static_offset = kStaticOffset;
   header.device = scene.device;
@@ -94,46 +93,19 @@ bool is_sound(const proto::SceneHeader& scene) {
 SceneWriter::SceneWriter(std::string_view session, const StaticScene& scene,
                          std::size_t moving_count, std::uint64_t period_ns, proto::Clock clock,
                          std::uint64_t start_ns, std::optional<gid_t> readers)
-    : moving_count_(moving_count),
+    : moving_(grid_layout(sizeof(proto::SnapshotHeader), moving_count)),
       static_grid_(static_grid_of(scene)),
-      moving_grid_(sizeof(proto::SnapshotHeader), moving_count),
-      segment_(session, scene_spec(static_grid_.layout(), moving_grid_.layout(), period_ns, clock,
-                                   start_ns, readers)) {
-  const proto::SceneHeader fixed = scene_header(scene, static_grid_, moving_grid_.layout());
+      segment_(session,
+               scene_spec(static_grid_.layout(), moving_, period_ns, clock, start_ns, readers)) {
+  const proto::SceneHeader fixed = scene_header(scene, static_grid_, moving_);
   std::memcpy(segment_.bytes() + sizeof(proto::SegmentHeader), &fixed, sizeof fixed);
   std::memcpy(segment_.bytes() + kStaticOffset, static_grid_.words().data(),
               static_grid_.words().size_bytes());
   segment_.announce();
 }
 
-void SceneWriter::describe_sphere(std::size_t sphere, float radius_m, std::uint32_t material,
-                                  std::uint32_t body) noexcept {
-  proto::SphereRecord& record = moving_grid_.records()[sphere];
-  record.radius_m = radius_m;
-  record.material = material;
-  record.body = body;
-}
-
-void SceneWriter::set_sphere(std::size_t sphere, const Eigen::Vector3d& position_m,
-                             const Eigen::Vector3d& velocity_m_s) noexcept {
-  proto::SphereRecord& record = moving_grid_.records()[sphere];
-  const Eigen::Vector3f p = position_m.cast<float>();
-  const Eigen::Vector3f v = velocity_m_s.cast<float>();
-  const proto::SphereImage image{{p.x(), p.y(), p.z()}, {v.x(), v.y(), v.z()}};
-  if (snapshot_.generation == 0) {
-    record.newest = {image, image};
-    record.older = {image, image};
-    return;
-  }
-  record.older = {record.newest[1], record.older[0]};
-  record.newest = {image, record.newest[0]};
-}
-
-void SceneWriter::fill(float voxel_m) {
-  moving_grid_.fill(moving_count_, voxel_m);
-}
-
-void SceneWriter::publish(const ImageTimes& times) noexcept {
+void SceneWriter::publish(const StillGrid& image, const ImageTimes& times) noexcept {
+  assert(image.layout() == moving_);
   const auto push = [&](std::array<std::uint64_t, proto::kHistoryLength>& history,
                         std::uint64_t newest) {
     std::rotate(history.rbegin(), history.rbegin() + 1, history.rend());
@@ -148,15 +120,28 @@ void SceneWriter::publish(const ImageTimes& times) noexcept {
   snapshot_.tool_time_ns = times.tool_ns;
   snapshot_.step_ns = times.step_ns;
   snapshot_.contacts = times.contacts;
-  snapshot_.grid = moving_grid_.view().shape;
+  snapshot_.grid = image.view().shape;
 
   const auto header =
       std::bit_cast<std::array<std::uint64_t, sizeof(proto::SnapshotHeader) / 8>>(snapshot_);
-  const auto parts = moving_grid_.filled_parts();
+  const auto parts = image.filled_parts();
   stillgrid::publish(segment_.buffer(), snapshot_.generation,
                      {{0, header}, parts[0], parts[1], parts[2], parts[3]});
   HardwareAtomics::store(segment_.header().heartbeat_ns, times.publish_ns,
                          std::memory_order_relaxed);
+}
+
+proto::SnapshotHeader load_snapshot(const std::uint64_t* payload) noexcept {
+  constexpr std::size_t kLevels =
+      offsetof(proto::SnapshotHeader, grid) + offsetof(proto::GridShape, levels);
+  proto::SnapshotHeader snapshot{};
+  const auto head = load_struct<std::array<std::uint64_t, kLevels / 8>>(payload);
+  std::memcpy(static_cast<void*>(&snapshot), head.data(), sizeof head);
+  auto& [sphere_count, level_count, levels] = snapshot.grid;
+  for (std::size_t i = 0; i < std::min(level_count, proto::kMaxLevels); ++i)
+    levels[i] =
+        load_struct<proto::GridLevel>(payload + kLevels / 8 + i * (sizeof(proto::GridLevel) / 8));
+  return snapshot;
 }
 
 SceneView::SceneView(SegmentReader&& reader) : reader_(std::move(reader)) {
@@ -173,13 +158,12 @@ SceneView::SceneView(SegmentReader&& reader) : reader_(std::move(reader)) {
   const std::size_t static_count = scene_.static_grid.sphere_count;
   if (static_count > reader_.fixed_bytes() / sizeof(proto::SphereRecord) ||
       scene_.moving_capacity > header().payload_bytes / sizeof(proto::SphereRecord) ||
-      scene_.log2_cell_capacity > 30 || scene_.static_offset != kStaticOffset)
+      scene_.static_offset != kStaticOffset)
     refuse("it counts more spheres than it has room for");
-  static_grid_.layout = grid_layout(0, static_count, log2_cells_for(static_count));
+  static_grid_.layout = grid_layout(0, static_count);
   static_grid_.shape = scene_.static_grid;
   static_grid_.words = reinterpret_cast<const std::uint64_t*>(reader_.bytes() + kStaticOffset);
-  moving_layout_ =
-      grid_layout(sizeof(proto::SnapshotHeader), scene_.moving_capacity, scene_.log2_cell_capacity);
+  moving_layout_ = grid_layout(sizeof(proto::SnapshotHeader), scene_.moving_capacity);
   if (kStaticOffset + static_grid_.layout.total_words * 8 > reader_.fixed_bytes() ||
       moving_layout_.total_words * 8 > header().payload_bytes ||
       !is_consistent(static_grid_.shape, static_grid_.layout))

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,7 +20,7 @@ struct StaticScene {
   std::vector<proto::SphereRecord> spheres;  // that never move
   proto::DeviceFrame device{};
   float tool_slip_speed_m_s = 0.05F;
-  float static_voxel_m = 0.01F;  // edge of the static grid's voxels
+  float voxel_ratio = 2.0F;  // of the static grid; twice a probe's own size is searched fastest
 };
 
 /// The times of one image, on the writer's clock.
@@ -35,8 +34,7 @@ struct ImageTimes {
 
 /// The simulation's end of the scene segment.
 ///
-/// Use: for each image, set_sphere() for every moving sphere, then publish(). Images are filled in
-/// private memory and copied whole. Thread: one.
+/// Images are made in the simulation's own StillGrid and copied whole. Thread: one.
 class SceneWriter {
  public:
   /// Announces the segment with no image yet. readers: a group that may read it too. Throws
@@ -45,19 +43,9 @@ class SceneWriter {
               std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns,
               std::optional<gid_t> readers = std::nullopt);
 
-  /// What stays the same of a moving sphere: radius, material, body.
-  void describe_sphere(std::size_t sphere, float radius_m, std::uint32_t material,
-                       std::uint32_t body) noexcept;
-
-  /// The sphere in the next image; older ones move down the history.
-  void set_sphere(std::size_t sphere, const Eigen::Vector3d& position_m,
-                  const Eigen::Vector3d& velocity_m_s) noexcept;
-
-  /// Enters the spheres in the grid, each where it may be displayed, without showing it yet.
-  void fill(float voxel_m);
-
-  /// Shows the filled image.
-  void publish(const ImageTimes& times) noexcept;
+  /// Shows the next image, entered where its spheres may be displayed (cover_history).
+  /// Pre: image has room for sizeof(SnapshotHeader) before moving_count spheres.
+  void publish(const StillGrid& image, const ImageTimes& times) noexcept;
 
   [[nodiscard]] proto::SegmentHeader& header() noexcept { return segment_.header(); }
   [[nodiscard]] const SegmentWriter& segment() const noexcept { return segment_; }
@@ -65,12 +53,14 @@ class SceneWriter {
   [[nodiscard]] std::uint64_t generation() const noexcept { return snapshot_.generation; }
 
  private:
-  std::size_t moving_count_;
+  GridLayout moving_;
   StillGrid static_grid_;
-  StillGrid moving_grid_;
   proto::SnapshotHeader snapshot_{};
   SegmentWriter segment_;
 };
+
+/// Copies a slot's SnapshotHeader, of its grid only the levels it counts. Realtime: yes.
+[[nodiscard]] proto::SnapshotHeader load_snapshot(const std::uint64_t* payload) noexcept;
 
 /// A reader's end of the scene segment: the fixed part as a checked local copy, the slots in place.
 class SceneView {

@@ -25,9 +25,9 @@ ToolPose take_pose(FuzzInput& input) {
   return pose;
 }
 
-void check_visits(const GridView& grid, const Box& box, std::uint32_t max_visits) {
+void check_visits(const GridView& grid, const Cover& probe, std::uint32_t max_visits) {
   std::uint32_t visits = 0;
-  for_each_candidate(grid, box, max_visits, [&](std::uint32_t sphere, const RecordLine& /*line*/) {
+  for_each_candidate(grid, probe, max_visits, [&](std::uint32_t sphere) {
     require(sphere < grid.shape.sphere_count, "a query visits spheres of its grid");
     ++visits;
   });
@@ -35,12 +35,12 @@ void check_visits(const GridView& grid, const Box& box, std::uint32_t max_visits
 }
 
 void check_queries(const SceneView& scene, const ToolPose& pose, std::uint32_t max_visits) {
-  const Box box = box_round(pose.position_m, 0.02);
-  check_visits(scene.static_grid(), box, max_visits);
+  const Cover probe = cover_round(pose.position_m, 0.02);
+  check_visits(scene.static_grid(), probe, max_visits);
   for (const std::uint64_t* payload : scene.buffer().payload) {
     if (scene.header().payload_bytes < sizeof(proto::SnapshotHeader)) continue;
-    const auto snapshot = load_struct<proto::SnapshotHeader>(payload);
-    check_visits(scene.moving_grid(payload, snapshot), box, max_visits);
+    const auto snapshot = load_snapshot(payload);
+    check_visits(scene.moving_grid(payload, snapshot), probe, max_visits);
   }
 }
 
@@ -51,7 +51,8 @@ CheckedTicks::CheckedTicks() {
   const ImageFreshness fresh{
       .exists = true, .image_age_s = 0.0, .period_s = 1.0, .writer_alive = true};
   std::uint32_t flags = 0;
-  static_cast<void>(guards_[kSlewed].apply(slewed_N_, fresh, kFade_s, flags));
+  static_cast<void>(guards_[kSlewed].apply({slewed_N_, Eigen::Vector3d::Zero()}, kLever_m, fresh,
+                                           kFade_s, flags));
 }
 
 void CheckedTicks::tick(const SceneView& scene, FuzzInput& input) {
@@ -77,12 +78,15 @@ void CheckedTicks::render(const SceneView& scene, const ToolPose& pose, FuzzInpu
                                             TouchedSpheres::kCapacity + kMostPlaneContacts,
             "a tick's contacts are bounded");
     std::uint32_t flags = 0;
-    const Eigen::Vector3d guarded_N = guards_[i].apply(tick.force.force_N,
-                                                       {.exists = tick.generation != 0,
-                                                        .image_age_s = tick.image_age_s,
-                                                        .period_s = period_s,
-                                                        .writer_alive = writer_alive},
-                                                       kTick_s[i], flags);
+    const Wrench guarded = guards_[i].apply({tick.force.force_N, tick.force.torque_N_m}, kLever_m,
+                                            {.exists = tick.generation != 0,
+                                             .image_age_s = tick.image_age_s,
+                                             .period_s = period_s,
+                                             .writer_alive = writer_alive},
+                                            kTick_s[i], flags);
+    const Eigen::Vector3d guarded_N = guarded.force_N;
+    require(guarded.torque_N_m.norm() <= kLever_m * kMaxForce_N * (1.0 + 1e-9),
+            "the torque told is within what the force's limit makes at the lever");
     if (i == kSlewed)
       require((guarded_N - slewed_N_).norm() <= kMostChange_N * (1.0 + 1e-9),
               "the force changes no faster than slew limit and fade together");

@@ -28,7 +28,7 @@ class CheckedTicks {
   Eigen::Vector3d slewed_N_ = Eigen::Vector3d::Zero();  // the second guard's last force
   std::uint64_t now_ns_ = 90'000'000;  // when the valid segment's last image was published
 
-  static constexpr double kMaxForce_N = 3.3, kMaxSlew_N_per_ms = 0.5;
+  static constexpr double kMaxForce_N = 3.3, kMaxSlew_N_per_ms = 0.5, kLever_m = 0.1;
   static constexpr std::size_t kSlewed = 1;
   static constexpr double kFade_s = 0.1;
   static constexpr double kTick_s[2] = {kFade_s, 1e-3};  // the first is past the fade at once

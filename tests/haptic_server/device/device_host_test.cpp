@@ -8,6 +8,8 @@
 namespace stillgrid {
 namespace {
 
+const Eigen::Vector3d kNoTorque_N_m = Eigen::Vector3d::Zero();
+
 constexpr std::uint64_t kTick_ns = 1'000'000;
 const DeviceLoop kLockstep{kTick_ns, true};
 const std::string kPhantom = STILLGRID_PLUGIN_DIR "/phantom.so";
@@ -34,7 +36,7 @@ TEST_CASE("A device is opened, described, read and written", "[device_host]") {
   stillgrid_device_state state{};
   for (std::uint64_t n = 0; n < 100; ++n) {
     REQUIRE(device.read(n * kTick_ns, state) == STILLGRID_DEVICE_OK);
-    REQUIRE(device.write(n * kTick_ns, {0.0, 0.0, 0.1}) == STILLGRID_DEVICE_OK);
+    REQUIRE(device.write(n * kTick_ns, {0.0, 0.0, 0.1}, kNoTorque_N_m) == STILLGRID_DEVICE_OK);
   }
   CHECK(state.sequence == 100);
   CHECK(state.time_ns == 99 * kTick_ns);
@@ -53,8 +55,8 @@ TEST_CASE("The same device gives the same bits twice", "[device_host]") {
       REQUIRE(first.position_m[axis] == second.position_m[axis]);
     }
     const Eigen::Vector3d force_N(0.0, 0.0, -20.0 * first.position_m[2]);
-    REQUIRE(one.write(n * kTick_ns, force_N) == STILLGRID_DEVICE_OK);
-    REQUIRE(two.write(n * kTick_ns, force_N) == STILLGRID_DEVICE_OK);
+    REQUIRE(one.write(n * kTick_ns, force_N, kNoTorque_N_m) == STILLGRID_DEVICE_OK);
+    REQUIRE(two.write(n * kTick_ns, force_N, kNoTorque_N_m) == STILLGRID_DEVICE_OK);
   }
 }
 
@@ -76,7 +78,7 @@ TEST_CASE("A deactivated device is neither read nor written", "[device_host]") {
   stillgrid_device_state state{};
   CHECK(device.read(0, state) == STILLGRID_DEVICE_E_ORDER);
   CHECK(state.valid == 0);
-  CHECK(device.write(0, {0.0, 0.0, 0.0}) == STILLGRID_DEVICE_E_ORDER);
+  CHECK(device.write(0, {0.0, 0.0, 0.0}, kNoTorque_N_m) == STILLGRID_DEVICE_E_ORDER);
 }
 
 TEST_CASE("A missing plugin or a bad option is bad input, named in one line", "[device_host]") {
@@ -114,7 +116,7 @@ TEST_CASE("A driver that throws is a fault that takes nobody along", "[device_ho
   stillgrid_device_state state{};
   CHECK(device.read(0, state) == STILLGRID_DEVICE_E_IO);
   CHECK(state.valid == 0);
-  CHECK(device.write(0, {0.0, 0.0, 0.0}) == STILLGRID_DEVICE_E_IO);
+  CHECK(device.write(0, {0.0, 0.0, 0.0}, kNoTorque_N_m) == STILLGRID_DEVICE_E_IO);
   device.emergency_stop();
   CHECK(device.error_line(STILLGRID_DEVICE_E_IO) == "code -5");
 }

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
@@ -54,12 +55,30 @@ TEST_CASE("A number written reads back to the same bits", "[recorder]") {
   CHECK(line.rfind("0,0.1,0.3333333333333333,-2.2250738585072014e-308,", 0) == 0);
 }
 
-TEST_CASE("Flags are named, joined by bars", "[recorder]") {
+TEST_CASE("Flags are named, joined by bars, and followed by the torque", "[recorder]") {
   TickRow row;
-  row.flags = kFlagFaded | kFlagClamped;
+  row.tick_ns = 77;
+  row.flags = kFlagFaded | kFlagClamped | kFlagSwept;
+  row.torque_N_m = {0.25, -1.0, 0.0};
   std::string line;
   append_row(row, line);
-  CHECK(line.substr(line.rfind(',') + 1) == "faded|clamped");
+  CHECK_THAT(line, Catch::Matchers::EndsWith(",77,faded|clamped|swept,0.25,-1,0"));
+}
+
+TEST_CASE("A row has a field for each column, and columns known before keep their places",
+          "[recorder]") {
+  const auto file = temporary_file();
+  {
+    Recorder recorder(file, "scene", "device");
+    recorder.record_waiting({});
+  }
+  const auto lines = lines_of(file);
+  std::filesystem::remove(file);
+  REQUIRE(lines.size() == 4);
+  CHECK_THAT(lines[2], Catch::Matchers::StartsWith("time_s,x_m,y_m,z_m,vx_m_s,") &&
+                           Catch::Matchers::EndsWith(",tick_ns,flags,tx_Nm,ty_Nm,tz_Nm"));
+  CHECK(std::count(lines[3].begin(), lines[3].end(), ',') ==
+        std::count(lines[2].begin(), lines[2].end(), ','));
 }
 
 TEST_CASE("A file that cannot be written is refused before the loop", "[recorder]") {

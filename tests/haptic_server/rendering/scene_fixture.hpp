@@ -10,6 +10,7 @@
 
 #include "haptic_server/rendering/still_image.hpp"
 #include "shared/publication/scene_segment.hpp"
+#include "tests/shared/collision/sphere_image.hpp"
 
 namespace stillgrid {
 
@@ -32,8 +33,9 @@ class PublishedScene {
                  std::uint64_t period_ns)
       : session_("render-" + std::to_string(::getpid()) + "-" + std::to_string(count_++)),
         writer_(session_, scene, radii_m.size(), period_ns, proto::Clock::kVirtual, 0),
-        view_(*SegmentReader::open(session_, proto::SegmentKind::kScene, proto::kSceneLayoutHash)) {
-    for (std::size_t i = 0; i < radii_m.size(); ++i) writer_.describe_sphere(i, radii_m[i], 0, 0);
+        view_(*SegmentReader::open(session_, proto::SegmentKind::kScene, proto::kSceneLayoutHash)),
+        image_(sizeof(proto::SnapshotHeader), radii_m.size()) {
+    for (std::size_t i = 0; i < radii_m.size(); ++i) image_.records()[i].radius_m = radii_m[i];
   }
 
   ~PublishedScene() { ::unlink(("/dev/shm/stillgrid-" + session_ + "-scene.lock").c_str()); }
@@ -45,10 +47,12 @@ class PublishedScene {
   /// Shows the spheres at time_ns, simulated and published at once.
   void show(const std::vector<Eigen::Vector3d>& positions_m,
             const std::vector<Eigen::Vector3d>& velocities_m_s, std::uint64_t time_ns) {
+    std::vector<proto::SphereImage> images;
     for (std::size_t i = 0; i < positions_m.size(); ++i)
-      writer_.set_sphere(i, positions_m[i], velocities_m_s[i]);
-    writer_.fill(0.02F);
-    writer_.publish({.state_ns = time_ns, .publish_ns = time_ns});
+      images.push_back(sphere_image(positions_m[i], velocities_m_s[i]));
+    image_.push_image(images);
+    image_.enter(history_covers(image_.records()), 1.0F);
+    writer_.publish(image_, {.state_ns = time_ns, .publish_ns = time_ns});
   }
   void show(const std::vector<Eigen::Vector3d>& positions_m, std::uint64_t time_ns) {
     show(positions_m, std::vector<Eigen::Vector3d>(positions_m.size(), Eigen::Vector3d::Zero()),
@@ -63,6 +67,7 @@ class PublishedScene {
   std::string session_;
   SceneWriter writer_;
   SceneView view_;
+  StillGrid image_;
 };
 
 }  // namespace stillgrid

@@ -55,16 +55,17 @@ TEST_CASE("The force on the probe is what the law gives two spheres, whoever ask
   header.materials[0] = {800.0F, 3.0F, 0.4F, 1e-3F};
   header.tool_slip_speed_m_s = 0.05F;
   TouchedSpheres touched;
-  touched.spheres[0] = {{0.0, 0.0, 0.0}, {0.05, -0.02, 0.01}, 0.01, 0, 0};
+  touched.spheres[0] = {{0.0, 0.0, 0.0}, {0.05, -0.02, 0.01}, 0.01, 0, 0, false};
   touched.count = 1;
-  const std::array<PlacedToolSphere, 1> tool{{{{0.004, 0.011, 0.003}, 0.006}}};
+  const std::array<PlacedToolSphere, 1> tool{{{{0.004, 0.011, 0.003}, 0.006, {}}}};
   const Eigen::Vector3d velocity_m_s(-0.1, 0.03, 0.2);
   const Eigen::Vector3d line_m = tool[0].position_m;
   const ContactMaterial material{800.0, 3.0, 0.4F, 0.05F};
   const Eigen::Vector3d expected_N =
       contact_force_N(material, 0.016 - line_m.norm(), line_m.normalized(),
                       velocity_m_s - Eigen::Vector3d(0.05, -0.02, 0.01));
-  CHECK((tool_force(header, touched, tool, velocity_m_s).force_N - expected_N).norm() < 1e-12);
+  CHECK((tool_force(header, touched, tool, {.velocity_m_s = velocity_m_s}).force_N - expected_N)
+            .norm() < 1e-12);
 }
 
 TEST_CASE("A material or tool sphere that does not exist adds nothing", "[tool_force]") {
@@ -72,11 +73,11 @@ TEST_CASE("A material or tool sphere that does not exist adds nothing", "[tool_f
   header.material_count = 1;
   header.materials[0] = {800.0F, 0.0F, 0.0F, 1e-3F};
   TouchedSpheres touched;
-  touched.spheres[0] = {{0, 0, 0}, {0, 0, 0}, 0.01, 1, 0};
-  touched.spheres[1] = {{0, 0, 0}, {0, 0, 0}, 0.01, 0, 1};
+  touched.spheres[0] = {{0, 0, 0}, {0, 0, 0}, 0.01, 1, 0, false};
+  touched.spheres[1] = {{0, 0, 0}, {0, 0, 0}, 0.01, 0, 1, false};
   touched.count = 2;
-  const std::array<PlacedToolSphere, 1> tool{{{{0.001, 0, 0}, 0.006}}};
-  CHECK(tool_force(header, touched, tool, Eigen::Vector3d::Zero()).contacts == 0);
+  const std::array<PlacedToolSphere, 1> tool{{{{0.001, 0, 0}, 0.006, {}}}};
+  CHECK(tool_force(header, touched, tool, {}).contacts == 0);
 }
 
 TEST_CASE("More contacts than a tick may keep are cut, and said to be", "[tool_force]") {
@@ -92,11 +93,22 @@ TEST_CASE("More contacts than a tick may keep are cut, and said to be", "[tool_f
 }
 
 TEST_CASE("A sphere that is no number is never touched", "[tool_force]") {
-  PublishedScene scene(plain_scene(500.0F, 0.005F), {0.01F}, kMillisecond_ns);
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  scene.show({{nan, 0.0, 0.0}}, 0);
-  StillImageRenderer renderer(Transition::kHold);
-  CHECK(renderer.render(scene.view(), {}, 0).force.contacts == 0);
+  StillGrid grid(0, 1);
+  grid.records()[0] = still_sphere({0.0F, 0.0F, 0.0F}, 0.01F);
+  grid.enter(history_covers(grid.records()), 1.0F);
+  const std::array<PlacedToolSphere, 1> tool{{{{0.001, 0.0, 0.0}, 0.005, {0.001, 0.0, 0.0}}}};
+  const auto touched_with = [&](float x_m, float speed_m_s) {
+    const proto::SphereImage image{{x_m, 0.0F, 0.0F}, {speed_m_s, 0.0F, 0.0F}};
+    grid.records()[0].newest = {image, image};  // words changed after the sphere was entered
+    TouchedSpheres touched;
+    const ImageWeights newest{.weight = {1.0, 0.0, 0.0, 0.0}};
+    gather_touched(grid.view(), {newest, newest}, tool, touched);
+    return touched.count;
+  };
+  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+  CHECK(touched_with(0.0F, 0.0F) == 1);
+  CHECK(touched_with(kNaN, 0.0F) == 0);
+  CHECK(touched_with(0.0F, kNaN) == 0);
 }
 
 }  // namespace

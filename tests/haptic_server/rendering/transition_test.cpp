@@ -74,5 +74,16 @@ TEST_CASE("A transition's name leads back to it", "[transition]") {
   CHECK_FALSE(transition_named("cubic"));
 }
 
+TEST_CASE("Weights of an image are told by a later one's history, and still sum to one",
+          "[transition]") {
+  const ImageWeights weights{.weight = {0.75, 0.25, 0.0, 0.0}, .alpha = 0.75};
+  using Weights = std::array<double, 4>;
+  CHECK(in_later_image(weights, 0).weight == weights.weight);
+  CHECK(in_later_image(weights, 1).weight == Weights{0.0, 0.75, 0.25, 0.0});
+  CHECK(in_later_image(weights, 2).weight == Weights{0.0, 0.0, 0.75, 0.25});
+  CHECK(in_later_image(weights, 3).weight == Weights{0.0, 0.0, 0.0, 1.0});  // beyond it the oldest
+  CHECK(in_later_image(weights, UINT64_MAX).weight == Weights{0.0, 0.0, 0.0, 1.0});
+}
+
 }  // namespace
 }  // namespace stillgrid

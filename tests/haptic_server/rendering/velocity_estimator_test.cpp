@@ -39,5 +39,25 @@ TEST_CASE("The first sample, and a stamp that stands still, tell no speed",
   CHECK(estimator.update(kTick_ns, {9.0, 2.0, 3.0}).norm() == 0.0);
 }
 
+TEST_CASE("A steady rotation is estimated about its axis, whichever sign its quaternion has",
+          "[velocity_estimator]") {
+  AngularVelocityEstimator estimator;
+  const Eigen::Vector3d axis = Eigen::Vector3d(1.0, -2.0, 0.5).normalized();
+  Eigen::Vector3d velocity_rad_s = Eigen::Vector3d::Zero();
+  for (std::uint64_t ms = 0; ms <= 60; ++ms) {
+    Eigen::Quaterniond turn(Eigen::AngleAxisd(0.05 * static_cast<double>(ms), axis));
+    if (ms % 2 == 1) turn.coeffs() *= -1.0;
+    velocity_rad_s = estimator.update(ms * 1'000'000, turn);
+  }
+  CHECK((velocity_rad_s - 50.0 * axis).norm() < 50.0 * 1e-4);
+}
+
+TEST_CASE("A tool that never turns has no angular velocity at all", "[velocity_estimator]") {
+  AngularVelocityEstimator estimator;
+  const Eigen::Quaterniond turn = Eigen::Quaterniond(0.3, -0.5, 0.7, 0.1).normalized();
+  for (std::uint64_t ms = 0; ms <= 10; ++ms)
+    CHECK(estimator.update(ms * 1'000'000, turn) == Eigen::Vector3d::Zero());
+}
+
 }  // namespace
 }  // namespace stillgrid

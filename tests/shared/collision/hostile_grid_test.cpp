@@ -19,12 +19,28 @@ struct Query {
   bool was_cut = false;
 };
 
-Query query(const GridView& view, const Box& box, std::uint32_t max_visits) {
+Query query(const GridView& view, const Cover& probe, std::uint32_t max_visits) {
   Query result;
   result.was_cut = for_each_candidate(
-      view, box, max_visits,
-      [&](std::uint32_t sphere, const RecordLine&) { result.visited.push_back(sphere); });
+      view, probe, max_visits, [&](std::uint32_t sphere) { result.visited.push_back(sphere); });
   return result;
+}
+
+/// A level that fits its layout in most cases, of any numbers else.
+proto::GridLevel random_level(std::mt19937_64& random, std::size_t cell_capacity) {
+  proto::GridLevel level{};
+  level.voxel_m = random() % 4 ? 0.01F : 1e-30F;
+  level.reach_m = random() % 4 ? 0.01F : 1e30F;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    level.cells[axis] = 1U << (random() % 4);
+    const bool is_extreme = random() % 4 == 0;
+    level.lowest_voxel[axis] = is_extreme ? std::numeric_limits<std::int32_t>::min()
+                                          : -static_cast<std::int32_t>(random() % 8);
+    level.highest_voxel[axis] = is_extreme ? std::numeric_limits<std::int32_t>::max()
+                                           : static_cast<std::int32_t>(random() % 8);
+  }
+  level.first_cell = static_cast<std::uint32_t>(random() % cell_capacity);
+  return level;
 }
 
 TEST_CASE("A grid of random words never leads outside it and its visits are bounded",
@@ -33,28 +49,26 @@ TEST_CASE("A grid of random words never leads outside it and its visits are boun
   constexpr std::uint32_t kMaxVisits = 50;
   std::mt19937_64 random(1);
   std::size_t cut = 0, visited = 0, out_of_range = 0, over_limit = 0;
-  for (int round = 0; round < 2000; ++round) {
+  for (int round = 0; round < 4000; ++round) {
     GridView view;
-    view.layout = grid_layout(0, kSpheres, log2_cells_for(kSpheres));
-    view.shape.voxel_m = 0.01F;
-    view.shape.log2_cells = {random() % 4 ? 3U : 0U, random() % 4 ? 2U : 8U, 0U};
+    view.layout = grid_layout(0, kSpheres);
     view.shape.sphere_count = static_cast<std::uint32_t>(random() % (kSpheres + 1));
-    view.shape.long_count = static_cast<std::uint32_t>(random() % (view.shape.sphere_count + 1));
-    view.shape.entry_count = static_cast<std::uint32_t>(
-        random() % (view.shape.sphere_count * proto::kMaxVoxelsPerSphere + 1));
+    view.shape.level_count = static_cast<std::uint32_t>(random() % 4);
+    for (std::size_t i = 0; i < view.shape.level_count; ++i)
+      view.shape.levels[i] = random_level(random, view.layout.cell_capacity);
     if (!is_consistent(view.shape, view.layout)) continue;
     // In a block of the exact size, so that the address sanitizer sees one word too far.
     std::vector<std::uint64_t> words(view.layout.total_words);
-    // All numbers small, all of any size, or small starts of cells that lead to any entries.
+    // All numbers small, all of any size, or small starts of cells that lead to any covers.
     constexpr std::uint64_t kSmall = 0x0000003F0000003FULL;
     for (std::size_t word = 0; word < words.size(); ++word) {
-      const bool is_small = round % 3 == 0 || (round % 3 == 1 && word < view.layout.entries);
+      const bool is_small = round % 3 == 0 || (round % 3 == 1 && word < view.layout.covers);
       words[word] = random() & (is_small ? kSmall : ~std::uint64_t{0});
     }
     view.words = words.data();
 
-    const Box box{{-0.005F, -0.005F, -0.005F}, {0.015F, 0.015F, 0.005F}};  // 3 x 3 x 2 voxels
-    const Query result = query(view, box, kMaxVisits);
+    const float reach_m = round % 8 ? 0.015F : kInfinity;
+    const Query result = query(view, {{0.005F, 0.005F, 0.0F}, reach_m}, kMaxVisits);
 
     if (result.was_cut) ++cut;
     visited += result.visited.size();
@@ -70,33 +84,31 @@ TEST_CASE("A grid of random words never leads outside it and its visits are boun
 }
 
 TEST_CASE("A query that is cut short says so, and one that is not is whole", "[hostile_grid]") {
-  const RandomScene scene = random_scene(SceneKind::kScattered, 5);
+  const RandomScene scene = random_scene(SceneKind::kScattered, 5, 250);
   const StillGrid grid = grid_of(scene);
-  const Box box{{-0.1F, -0.1F, -0.1F}, {0.1F, 0.1F, 0.1F}};
-  const Query whole = query(grid.view(), box, kAllVisits);
+  const Cover probe{{0.0F, 0.0F, 0.0F}, 0.3F};
+  const Query whole = query(grid.view(), probe, kAllVisits);
   REQUIRE_FALSE(whole.was_cut);
-  REQUIRE(whole.visited.size() > 10);
+  REQUIRE(whole.visited.size() > 5);
 
   std::uint32_t enough = 0;
-  while (query(grid.view(), box, enough).was_cut) {
-    const Query part = query(grid.view(), box, enough);
+  while (query(grid.view(), probe, enough).was_cut) {
+    const Query part = query(grid.view(), probe, enough);
     REQUIRE(part.visited.size() <= enough);
     REQUIRE(std::equal(part.visited.begin(), part.visited.end(), whole.visited.begin()));
     ++enough;
   }
-  CHECK(query(grid.view(), box, enough).visited == whole.visited);
+  CHECK(query(grid.view(), probe, enough).visited == whole.visited);
 }
 
-TEST_CASE("A cell that claims all entries costs no more than the limit", "[hostile_grid]") {
-  RandomScene scene = random_scene(SceneKind::kScattered, 5);
-  StillGrid grid = grid_of(scene);
+TEST_CASE("Cells that claim all spheres cost no more than the limit", "[hostile_grid]") {
+  StillGrid grid = grid_of(random_scene(SceneKind::kScattered, 5, 250));
   const GridView view = grid.view();
   const auto starts = grid.words().subspan(view.layout.cell_starts);
-  for (std::size_t word = 0; word < view.layout.entries - view.layout.cell_starts; ++word)
+  for (std::size_t word = 0; word < view.layout.covers - view.layout.cell_starts; ++word)
     starts[word] = word % 2 ? ~std::uint64_t{0} : std::uint64_t{0};
 
-  // Cell 1 is among those that claim everything.
-  const Query result = query(view, {{0, 0, 0}, {2.0F * view.shape.voxel_m, 0, 0}}, 20);
+  const Query result = query(view, {{0.0F, 0.0F, 0.0F}, 0.5F}, 20);
 
   CHECK(result.was_cut);
   CHECK(result.visited.size() <= 20);
@@ -104,53 +116,27 @@ TEST_CASE("A cell that claims all entries costs no more than the limit", "[hosti
 
 TEST_CASE("A probe that is nowhere, everywhere or inside out is answered within the limit",
           "[hostile_grid]") {
-  const RandomScene scene = random_scene(SceneKind::kScattered, 5);
-  const StillGrid grid = grid_of(scene);
-  const Box nowhere{{kNaN, 0.0F, kNaN}, {kNaN, kNaN, 0.0F}};
-  const Box everywhere{{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
-  const Box inside_out{{1.0F, 1.0F, 1.0F}, {-1.0F, -1.0F, -1.0F}};
-
-  CHECK(query(grid.view(), nowhere, 1000).visited.size() <= 1000);
-  // More voxels than spheres: each sphere is looked at once instead.
+  const StillGrid grid = grid_of(random_scene(SceneKind::kScattered, 5, 250));
   const std::uint32_t count = grid.view().shape.sphere_count;
-  const Query all = query(grid.view(), everywhere, count + grid.view().shape.long_count);
+
+  for (const Cover& nowhere : {Cover{{kNaN, 0.0F, 0.0F}, 0.1F}, Cover{{0.0F, 0.0F, 0.0F}, kNaN}})
+    CHECK(query(grid.view(), nowhere, 1000).visited.empty());
+  const Cover everywhere{{0.0F, 0.0F, 0.0F}, kInfinity};
+  const Query all = query(grid.view(), everywhere, kAllVisits);
   CHECK_FALSE(all.was_cut);
   CHECK(all.visited.size() == count);
   CHECK(query(grid.view(), everywhere, count / 2).was_cut);
-  CHECK(query(grid.view(), inside_out, 1000).visited.size() == grid.view().shape.long_count);
-}
-
-TEST_CASE("A sphere that is nowhere does not keep the others from being found", "[hostile_grid]") {
-  const auto axis = GENERATE(std::size_t{0}, std::size_t{1}, std::size_t{2});
-  const float value = GENERATE(kNaN, kInfinity, -kInfinity);
-  RandomScene scene = random_scene(SceneKind::kScattered, 9);
-  const std::size_t others = scene.spheres.size();
-  scene.spheres.push_back(still_sphere({0.0F, 0.0F, 0.0F}, 0.01F));
-  scene.spheres.back().newest[0].position_m[axis] = value;
-  scene.spheres.push_back(still_sphere({0.0F, 0.0F, 0.0F}, value));
-  const StillGrid grid = grid_of(scene);
-
-  const Box probe{{-0.05F, -0.05F, -0.05F}, {0.05F, 0.05F, 0.05F}};
-  const Query result = query(grid.view(), probe, kAllVisits);
-
-  std::size_t missed = 0, twice = 0;
-  for (std::uint32_t b = 0; b < others; ++b) {
-    const auto visits = std::count(result.visited.begin(), result.visited.end(), b);
-    if (visits > 1) ++twice;
-    if (visits == 0 && meet(swept_box(scene.spheres[b]), probe)) ++missed;
-  }
-  CHECK(missed == 0);
-  CHECK(twice == 0);
+  CHECK(query(grid.view(), {{0.0F, 0.0F, 0.0F}, -1.0F}, 1000).visited.size() <= count);
 }
 
 TEST_CASE("A shape that does not fit its layout is called inconsistent", "[hostile_grid]") {
-  const GridLayout layout = grid_layout(0, 40, 8);
+  const GridLayout layout = grid_layout(0, 40);
   proto::GridShape good{};
-  good.voxel_m = 0.01F;
-  good.log2_cells = {3, 3, 2};
   good.sphere_count = 40;
-  good.long_count = 40;
-  good.entry_count = 40 * proto::kMaxVoxelsPerSphere;
+  good.level_count = 2;
+  for (std::size_t i = 0; i < 2; ++i)
+    good.levels[i] = {{-4, -4, 0}, 0.01F, {3, 3, 4}, 0.02F, {8, 4, 5}, 0};
+  good.levels[1].first_cell = static_cast<std::uint32_t>(layout.cell_capacity) - 160;
   REQUIRE(is_consistent(good, layout));
 
   const auto refused = [&](auto&& spoil) {
@@ -159,13 +145,26 @@ TEST_CASE("A shape that does not fit its layout is called inconsistent", "[hosti
     return !is_consistent(bad, layout);
   };
   CHECK(refused([](auto& shape) { shape.sphere_count = 41; }));
-  CHECK(refused([](auto& shape) { shape.long_count = 41; }));
-  CHECK(refused([](auto& shape) { shape.entry_count += 1; }));
-  CHECK(refused([](auto& shape) { shape.log2_cells = {3, 3, 3}; }));
-  CHECK(refused([](auto& shape) { shape.log2_cells = {0xFFFFFFFF, 1, 0}; }));
-  CHECK(refused([](auto& shape) { shape.log2_cells = {0xFFFFFFFF, 0xFFFFFFFF, 0xFFFFFFFF}; }));
+  CHECK(refused([](auto& shape) { shape.level_count = proto::kMaxLevels + 1; }));
+  CHECK(refused([](auto& shape) { shape.level_count = 3; }));  // of no voxel
+  const auto level_refused = [&](auto&& spoil) {
+    return refused([&](auto& shape) { spoil(shape.levels[1]); });
+  };
+  CHECK(level_refused([](auto& level) { ++level.first_cell; }));
+  CHECK(level_refused([](auto& level) { level.first_cell = 0xFFFFFFFF; }));
+  CHECK(level_refused([](auto& level) { level.cells[0] = 0; }));
+  CHECK(level_refused([](auto& level) { level.cells[1] = 16; }));
+  CHECK(level_refused([](auto& level) { level.cells[1] = 3; }));  // repeats, and no power of two
+  CHECK(level_refused([](auto& level) { level.cells = {0x80000000, 0x80000000, 4}; }));
+  CHECK(level_refused([](auto& level) { level.cells = {0xFFFFFFFF, 0xFFFFFFFF, 0xFFFFFFFF}; }));
+  CHECK(level_refused([](auto& level) { level.highest_voxel[2] = -1; }));
+  CHECK(level_refused([](auto& level) {
+    level.lowest_voxel[2] = std::numeric_limits<std::int32_t>::min();  // repeats over 5 cells
+  }));
   for (const float voxel_m : {0.0F, -0.01F, kNaN, 1e-45F})
-    CHECK(refused([&](auto& shape) { shape.voxel_m = voxel_m; }));
+    CHECK(level_refused([&](auto& level) { level.voxel_m = voxel_m; }));
+  for (const float reach_m : {-0.01F, kNaN, kInfinity})
+    CHECK(level_refused([&](auto& level) { level.reach_m = reach_m; }));
 }
 
 }  // namespace

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
+
+#include "tests/shared/collision/sphere_image.hpp"
 
 namespace stillgrid {
 namespace {
@@ -22,97 +25,91 @@ std::array<float, 3> somewhere(Random& random, float low_m, float high_m) {
           uniform(random, low_m, high_m)};
 }
 
-/// Images apart from each other by up to `step_m` along each axis.
-void move_through_history(Random& random, proto::SphereRecord& sphere, float step_m) {
-  std::array<float, 3> at_m = sphere.newest[0].position_m;
-  for (proto::SphereImage* image : {&sphere.newest[1], &sphere.older[0], &sphere.older[1]}) {
-    for (float& coordinate_m : at_m) coordinate_m += uniform(random, -step_m, step_m);
-    image->position_m = at_m;
-  }
-}
+constexpr float kReach_m = 1.0F / 64.0F;  // of equal covers, a power of two
 
-proto::SphereRecord random_sphere(SceneKind kind, Random& random, float voxel_m, float spread_m) {
+Cover random_cover(SceneKind kind, Random& random, float spread_m) {
   switch (kind) {
     case SceneKind::kOnBorders: {
-      std::uniform_int_distribution<int> place(-6, 6), size(1, 4);
-      const auto border_m = [&] { return static_cast<float>(place(random)) * voxel_m; };
-      return still_sphere({border_m(), border_m(), border_m()},
-                          static_cast<float>(size(random)) * voxel_m / 2.0F);
+      std::uniform_int_distribution<int> place(-12, 12);
+      const auto border_m = [&] { return static_cast<float>(place(random)) * kReach_m; };
+      return {{border_m(), border_m(), border_m()}, kReach_m};
     }
     case SceneKind::kCoincident: {
       std::uniform_int_distribution<int> place(-2, 2);
       const auto shared_m = [&] { return static_cast<float>(place(random)) * 0.0371F; };
-      return still_sphere({shared_m(), shared_m(), shared_m()}, decades(random, 0.001F, 0.1F));
+      return {{shared_m(), shared_m(), shared_m()}, decades(random, 0.001F, 0.1F)};
     }
     case SceneKind::kFarAway: {
       auto at_m = somewhere(random, -spread_m, spread_m);
       for (float& coordinate_m : at_m) coordinate_m -= 1e6F;
-      return still_sphere(at_m, decades(random, 0.01F, 1.0F));
+      return {at_m, decades(random, 0.01F, 1.0F)};
     }
-    default: {
-      proto::SphereRecord sphere =
-          still_sphere(somewhere(random, -spread_m, spread_m), decades(random, 0.001F, 0.1F));
-      if (random() % 2 == 0) move_through_history(random, sphere, decades(random, 0.001F, 0.1F));
-      return sphere;
-    }
+    case SceneKind::kWide:
+      return {somewhere(random, -spread_m, spread_m), kReach_m};
+    default:
+      return {somewhere(random, -spread_m, spread_m), decades(random, 0.001F, 0.1F)};
   }
 }
 
 }  // namespace
 
-RandomScene random_scene(SceneKind kind, std::uint64_t seed) {
+RandomScene random_scene(SceneKind kind, std::uint64_t seed, std::size_t count) {
   Random random(seed * static_cast<std::uint64_t>(SceneKind::kCount) +
                 static_cast<std::uint64_t>(kind));
-  const std::size_t count =
-      seed < 3 ? seed : std::uniform_int_distribution<std::size_t>(0, 300)(random);
   RandomScene scene;
-  scene.voxel_m = kind == SceneKind::kOnBorders ? 0.03125F : decades(random, 0.005F, 0.2F);
-  const float spread_m = kind == SceneKind::kWide ? 1000.0F * scene.voxel_m : 0.5F;
+  // On borders voxels are two reaches or one wide, in binary, so that faces lie on borders exactly.
+  constexpr std::array kRatios{0.25F, 0.5F, 1.0F, 1.5F, 2.5F};
+  scene.voxel_ratio = kind == SceneKind::kOnBorders ? 1.0F / static_cast<float>(1U + seed % 2)
+                                                    : kRatios[random() % kRatios.size()];
+  // A thousandth of the volume of a wide scene is cells; the others grow with their number.
+  const float grown = std::cbrt(static_cast<float>(std::max<std::size_t>(count, 300)) / 300.0F);
+  const float spread_m = kind == SceneKind::kWide ? 30.0F * grown : 0.5F * grown;
   for (std::size_t i = 0; i < count; ++i)
-    scene.spheres.push_back(random_sphere(kind, random, scene.voxel_m, spread_m));
+    scene.covers.push_back(random_cover(kind, random, spread_m));
   if (kind == SceneKind::kWide)  // neighbours, or nothing would ever touch
     for (std::size_t i = 1; i < count; i += 2) {
-      scene.spheres[i] = scene.spheres[i - 1];
-      scene.spheres[i].newest[0].position_m[0] += uniform(random, 0.0F, 0.2F);
+      scene.covers[i] = scene.covers[i - 1];
+      scene.covers[i].centre_m[0] += uniform(random, 0.0F, 3.0F * kReach_m);
     }
   return scene;
 }
 
+RandomScene random_scene(SceneKind kind, std::uint64_t seed) {
+  Random random(seed);
+  return random_scene(kind, seed,
+                      seed < 3 ? seed : std::uniform_int_distribution<std::size_t>(0, 300)(random));
+}
+
 StillGrid grid_of(const RandomScene& scene) {
-  StillGrid grid(0, scene.spheres.size());
-  std::copy(scene.spheres.begin(), scene.spheres.end(), grid.records().begin());
-  grid.fill(scene.spheres.size(), scene.voxel_m);
+  StillGrid grid(0, scene.covers.size());
+  grid.enter(scene.covers, scene.voxel_ratio);
   return grid;
 }
 
-proto::SphereRecord still_sphere(const std::array<float, 3>& position_m, float radius_m) {
-  proto::SphereRecord sphere{};
-  const proto::SphereImage image{position_m, {0.0F, 0.0F, 0.0F}};
-  sphere.newest = {image, image};
-  sphere.older = {image, image};
-  sphere.radius_m = radius_m;
-  return sphere;
+std::vector<proto::SphereRecord> random_histories(std::uint64_t seed, std::size_t count) {
+  Random random(seed);
+  std::vector<proto::SphereRecord> records;
+  for (std::size_t i = 0; i < count; ++i) {
+    std::array<float, 3> at_m = somewhere(random, -0.5F, 0.5F);
+    records.push_back(still_sphere(at_m, decades(random, 0.001F, 0.1F)));
+    const float step_m = decades(random, 0.001F, 0.1F);
+    proto::SphereRecord& sphere = records.back();
+    for (proto::SphereImage* image : {&sphere.newest[1], &sphere.older[0], &sphere.older[1]}) {
+      for (float& coordinate_m : at_m) coordinate_m += uniform(random, -step_m, step_m);
+      image->position_m = at_m;
+    }
+  }
+  return records;
 }
 
-const std::array<float, 3>& position_of(const proto::SphereRecord& sphere, std::size_t image) {
-  return image < 2 ? sphere.newest[image].position_m : sphere.older[image - 2].position_m;
-}
-
-bool overlap(const proto::SphereRecord& a, const proto::SphereRecord& b, std::size_t image) {
+bool meet_exactly(const Cover& a, const Cover& b) {
   double distance_squared_m2 = 0.0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double apart_m =
-        double{position_of(a, image)[axis]} - double{position_of(b, image)[axis]};
+    const double apart_m = double{a.centre_m[axis]} - double{b.centre_m[axis]};
     distance_squared_m2 += apart_m * apart_m;
   }
-  const double reach_m = double{a.radius_m} + double{b.radius_m};
-  return distance_squared_m2 < reach_m * reach_m;
-}
-
-bool meet(const Box& a, const Box& b) {
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    if (a.low_m[axis] > b.high_m[axis] || b.low_m[axis] > a.high_m[axis]) return false;
-  return true;
+  const double reach_m = double{a.reach_m} + double{b.reach_m};
+  return distance_squared_m2 <= reach_m * reach_m;
 }
 
 }  // namespace stillgrid

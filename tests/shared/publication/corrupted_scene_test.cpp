@@ -96,14 +96,12 @@ TEST_CASE("A fixed part that leads outside the segment is refused", "[corrupted_
   CHECK(is_refused([](auto& scene) { scene.static_offset = UINT64_MAX - 63; }));
   CHECK(is_refused([](auto& scene) { scene.moving_capacity = 0xFFFFFFFF; }));
   CHECK(is_refused([](auto& scene) { scene.moving_capacity *= 2; }));
-  CHECK(is_refused([](auto& scene) { scene.log2_cell_capacity = 31; }));
-  CHECK(is_refused([](auto& scene) { scene.log2_cell_capacity = 30; }));
   CHECK(is_refused([](auto& scene) { scene.static_grid.sphere_count = 0xFFFFFFFF; }));
   CHECK(is_refused([](auto& scene) { scene.static_grid.sphere_count += 10; }));
-  CHECK(is_refused([](auto& scene) { scene.static_grid.entry_count = 0xFFFFFFFF; }));
-  CHECK(is_refused([](auto& scene) { scene.static_grid.long_count = 11; }));
-  CHECK(is_refused([](auto& scene) { scene.static_grid.log2_cells[0] = 0xFFFFFFFF; }));
-  CHECK(is_refused([](auto& scene) { scene.static_grid.voxel_m = kNaN; }));
+  CHECK(is_refused([](auto& scene) { scene.static_grid.level_count = 0xFFFFFFFF; }));
+  CHECK(is_refused([](auto& scene) { scene.static_grid.levels[0].cells[0] = 0xFFFFFFFF; }));
+  CHECK(is_refused([](auto& scene) { scene.static_grid.levels[0].first_cell = 0xFFFFFFFF; }));
+  CHECK(is_refused([](auto& scene) { scene.static_grid.levels[0].voxel_m = kNaN; }));
 }
 
 TEST_CASE("A first slot that overlaps the fixed part is refused", "[corrupted_scene]") {

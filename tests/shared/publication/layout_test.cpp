@@ -14,7 +14,7 @@ using namespace proto;
 
 // A change here is a change of the protocol: raise kSegmentVersion and mend docs/protocol.md.
 TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
-  CHECK(kSegmentVersion == 1);
+  CHECK(kSegmentVersion == 2);
 
   CHECK(offsetof(SegmentHeader, version) == 8);
   CHECK(offsetof(SegmentHeader, kind) == 12);
@@ -43,14 +43,14 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(sizeof(ToolState) == 128);
 
   CHECK(offsetof(SceneHeader, material_count) == 64);
-  CHECK(offsetof(SceneHeader, log2_cell_capacity) == 80);
+  CHECK(offsetof(SceneHeader, tool_slip_speed_m_s) == 84);
   CHECK(offsetof(SceneHeader, static_offset) == 88);
   CHECK(offsetof(SceneHeader, device) == 96);
   CHECK(offsetof(SceneHeader, static_grid) == 160);
-  CHECK(offsetof(SceneHeader, materials) == 192);
-  CHECK(offsetof(SceneHeader, planes) == 1216);
-  CHECK(offsetof(SceneHeader, tool) == 2752);
-  CHECK(sizeof(SceneHeader) == 3008);
+  CHECK(offsetof(SceneHeader, materials) == 552);
+  CHECK(offsetof(SceneHeader, planes) == 1576);
+  CHECK(offsetof(SceneHeader, tool) == 3112);
+  CHECK(sizeof(SceneHeader) == 3368);
 
   CHECK(offsetof(SnapshotHeader, history_count) == 8);
   CHECK(offsetof(SnapshotHeader, state_time_ns) == 16);
@@ -59,20 +59,27 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(SnapshotHeader, step_ns) == 88);
   CHECK(offsetof(SnapshotHeader, contacts) == 96);
   CHECK(offsetof(SnapshotHeader, grid) == 104);
-  CHECK(sizeof(SnapshotHeader) == 136);
+  CHECK(sizeof(SnapshotHeader) == 496);
 
-  CHECK(offsetof(GridShape, log2_cells) == 4);
-  CHECK(offsetof(GridShape, sphere_count) == 16);
-  CHECK(offsetof(GridShape, entry_count) == 20);
-  CHECK(offsetof(GridShape, long_count) == 24);
-  CHECK(sizeof(GridShape) == 32);
+  CHECK(offsetof(GridShape, sphere_count) == 0);
+  CHECK(offsetof(GridShape, level_count) == 4);
+  CHECK(offsetof(GridShape, levels) == 8);
+  CHECK(sizeof(GridShape) == 392);
+  CHECK(offsetof(GridLevel, lowest_voxel) == 0);
+  CHECK(offsetof(GridLevel, voxel_m) == 12);
+  CHECK(offsetof(GridLevel, highest_voxel) == 16);
+  CHECK(offsetof(GridLevel, reach_m) == 28);
+  CHECK(offsetof(GridLevel, cells) == 32);
+  CHECK(offsetof(GridLevel, first_cell) == 44);
+  CHECK(sizeof(GridLevel) == 48);
+  CHECK(offsetof(Cover, reach_m) == 12);
+  CHECK(sizeof(Cover) == 16);
 
   CHECK(sizeof(SphereImage) == 24);
   CHECK(offsetof(SphereRecord, radius_m) == 48);
-  CHECK(offsetof(SphereRecord, lowest_voxel) == 52);
   CHECK(offsetof(SphereRecord, older) == 64);
-  CHECK(offsetof(SphereRecord, material) == 112);
-  CHECK(offsetof(SphereRecord, body) == 116);
+  CHECK(offsetof(SphereRecord, material) == 52);
+  CHECK(offsetof(SphereRecord, body) == 56);
   CHECK(sizeof(SphereRecord) == 128);
 }
 
@@ -90,21 +97,21 @@ TEST_CASE("A scene segment is its header, its still grid and two slots", "[layou
   SmallSceneWriter scene(session);
   const SegmentHeader& header = scene.writer().header();
 
-  // 10 still spheres in 64 cells, then 7 moving ones in 64 cells.
-  const std::size_t still_bytes = 128 * 10 + (4 * 65 + 4) + 256 * 10 + 4 * 10;
-  const std::size_t payload_bytes = 192 + 128 * 7 + (4 * 65 + 4) + 256 * 7 + (4 * 7 + 4);
-  const std::size_t first_slot = (3456 + still_bytes + 63) / 64 * 64;
+  // Starts of 8 cells a sphere and 512 more, to a multiple of 64 bytes.
+  const std::size_t still_bytes = 128 * 10 + 2432 + 16 * 13 + 4 * 10;
+  const std::size_t payload_bytes = 512 + 128 * 7 + 2304 + 16 * 10 + (4 * 7 + 4);
+  const std::size_t first_slot = (3840 + still_bytes + 63) / 64 * 64;
   CHECK(header.slot_offset[0] == first_slot);
   CHECK(header.slot_offset[1] == first_slot + 64 + (payload_bytes + 63) / 64 * 64);
   CHECK(header.payload_bytes == payload_bytes);
   CHECK(header.size_bytes % 4096 == 0);
 }
 
-TEST_CASE("100 moving spheres make a payload of 41048 bytes", "[layout]") {
-  const GridLayout layout = grid_layout(sizeof(SnapshotHeader), 100, log2_cells_for(100));
-  CHECK(layout.log2_cell_capacity == 9);
-  CHECK(layout.records * 8 == 192);
-  CHECK(layout.total_words * 8 == 41048);
+TEST_CASE("100 moving spheres make a payload of 20672 bytes", "[layout]") {
+  const GridLayout layout = grid_layout(sizeof(SnapshotHeader), 100);
+  CHECK(layout.cell_capacity == 1312);
+  CHECK(layout.records * 8 == 512);
+  CHECK(layout.total_words * 8 == 20672);
 }
 
 }  // namespace

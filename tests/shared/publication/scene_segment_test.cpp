@@ -20,11 +20,13 @@ SceneView view_of(const TestSession& session) {
   return SceneView(std::move(*reader));
 }
 
+constexpr Cover kNearFirst{{0.0F, 0.0F, -0.25F}, 0.025F};
+
 /// A snapshot as a reader of the scene copies it out.
 struct Snapshot {
   proto::SnapshotHeader header{};
   std::vector<proto::SphereRecord> spheres;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  std::vector<std::uint32_t> near_first;  // visited for a probe at the first sphere
 };
 
 Snapshot read_snapshot(const SceneView& view) {
@@ -34,9 +36,8 @@ Snapshot read_snapshot(const SceneView& view) {
     const GridView grid = view.moving_grid(payload, snapshot.header);
     for (std::uint32_t i = 0; i < grid.shape.sphere_count; ++i)
       snapshot.spheres.push_back(load_record(grid, i));
-    if (grid.shape.sphere_count > 0)
-      for_each_pair(grid,
-                    [&](std::uint32_t a, std::uint32_t b) { snapshot.pairs.emplace_back(a, b); });
+    for_each_candidate(grid, kNearFirst, kAllVisits,
+                       [&](std::uint32_t sphere) { snapshot.near_first.push_back(sphere); });
   });
   REQUIRE(result.status == ReadStatus::kAccepted);
   CHECK(result.generation == snapshot.header.generation);
@@ -79,10 +80,9 @@ TEST_CASE("Both sides find the same static spheres", "[scene_segment]") {
   const SceneView view = view_of(session);
   const auto found_in = [](const GridView& grid) {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> found;
-    for_each_candidate(grid, {{0.02F, -0.01F, -0.06F}, {0.05F, 0.01F, -0.04F}}, kAllVisits,
-                       [&](std::uint32_t sphere, const RecordLine&) {
-                         found.emplace_back(sphere, load_record(grid, sphere).body);
-                       });
+    for_each_candidate(
+        grid, {{0.035F, 0.0F, -0.05F}, 0.015F}, kAllVisits,
+        [&](std::uint32_t sphere) { found.emplace_back(sphere, load_line(grid, sphere).body); });
     return found;
   };
 
@@ -144,7 +144,7 @@ TEST_CASE("Each image pushes the others one down the history", "[scene_segment]"
   }
 }
 
-TEST_CASE("A published grid finds the pairs of its image", "[scene_segment]") {
+TEST_CASE("A published grid finds what the writer's own finds", "[scene_segment]") {
   const TestSession session;
   SmallSceneWriter writer(session);
   const SceneView view = view_of(session);
@@ -152,13 +152,11 @@ TEST_CASE("A published grid finds the pairs of its image", "[scene_segment]") {
 
   const Snapshot snapshot = read_snapshot(view);
 
-  RandomScene same{snapshot.spheres, 0.02F};
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> expected;
-  const StillGrid grid = grid_of(same);
-  for_each_pair(grid.view(),
-                [&](std::uint32_t a, std::uint32_t b) { expected.emplace_back(a, b); });
-  CHECK_FALSE(expected.empty());
-  CHECK(snapshot.pairs == expected);
+  std::vector<std::uint32_t> expected;
+  for_each_candidate(writer.image().view(), kNearFirst, kAllVisits,
+                     [&](std::uint32_t sphere) { expected.push_back(sphere); });
+  CHECK(expected.size() == 2);  // 30 mm apart, of radius 10 mm
+  CHECK(snapshot.near_first == expected);
 }
 
 TEST_CASE("A scene without moving or still spheres can be published too", "[scene_segment]") {
@@ -167,8 +165,7 @@ TEST_CASE("A scene without moving or still spheres can be published too", "[scen
   scene.spheres.clear();
   SceneWriter writer(session.name(), scene, 0, kPeriod_ns, proto::Clock::kVirtual, 0);
   const SceneView view = view_of(session);
-  writer.fill(0.02F);
-  writer.publish({.state_ns = kPeriod_ns});
+  writer.publish(StillGrid(sizeof(proto::SnapshotHeader), 0), {.state_ns = kPeriod_ns});
 
   const Snapshot snapshot = read_snapshot(view);
 
@@ -188,17 +185,14 @@ TEST_CASE("A snapshot whose grid lies is shown as empty", "[scene_segment]") {
   SECTION("spheres") {
     grid.sphere_count = kMovingSpheres + 1;
   }
-  SECTION("entries") {
-    grid.entry_count = 0xFFFFFFFF;
-  }
-  SECTION("long ones") {
-    grid.long_count = 0xFFFFFFFF;
+  SECTION("levels") {
+    grid.level_count = 0xFFFFFFFF;
   }
   SECTION("cells") {
-    grid.log2_cells[1] = 31;
+    grid.levels[0].cells[1] = 0x80000000;
   }
   SECTION("voxel") {
-    grid.voxel_m = 0.0F;
+    grid.levels[0].voxel_m = 0.0F;
   }
 
   CHECK(read_snapshot(view).spheres.empty());

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "shared/publication/scene_segment.hpp"
-#include "tests/shared/collision/random_scene.hpp"
+#include "tests/shared/collision/sphere_image.hpp"
 #include "tests/shared/publication/test_session.hpp"
 
 namespace stillgrid {
@@ -19,7 +19,6 @@ inline StaticScene small_scene() {
     scene.spheres.back().body = 6;
   }
   scene.device = {{0.1, 0.2, 0.3}, {0.0, 0.0, 0.6, 0.8}, 2.0};
-  scene.static_voxel_m = 0.016F;
   return scene;
 }
 
@@ -32,8 +31,12 @@ class SmallSceneWriter {
   explicit SmallSceneWriter(const TestSession& session)
       : writer_(session.name(), small_scene(), kMovingSpheres, kPeriod_ns, proto::Clock::kVirtual,
                 0) {
-    for (std::size_t i = 0; i < kMovingSpheres; ++i)
-      writer_.describe_sphere(i, 0.01F, 1, static_cast<std::uint32_t>(i));
+    for (std::uint32_t i = 0; i < kMovingSpheres; ++i) {
+      proto::SphereRecord& record = image_.records()[i];
+      record.radius_m = 0.01F;
+      record.material = 1;
+      record.body = i;
+    }
   }
 
   /// Where image n shows sphere i, and how fast.
@@ -46,19 +49,23 @@ class SmallSceneWriter {
 
   void publish_next() {
     const std::uint64_t n = writer_.generation() + 1;
+    std::vector<proto::SphereImage> images;
     for (std::size_t i = 0; i < kMovingSpheres; ++i)
-      writer_.set_sphere(i, position_m(i, n), velocity_m_s(i, n));
-    writer_.fill(0.02F);
-    writer_.publish({.state_ns = n * kPeriod_ns,
-                     .publish_ns = n * kPeriod_ns + 5,
-                     .tool_ns = n * kPeriod_ns - 9,
-                     .step_ns = 1000 + n,
-                     .contacts = n});
+      images.push_back(sphere_image(position_m(i, n), velocity_m_s(i, n)));
+    image_.push_image(images);
+    image_.enter(history_covers(image_.records()), 1.0F);
+    writer_.publish(image_, {.state_ns = n * kPeriod_ns,
+                             .publish_ns = n * kPeriod_ns + 5,
+                             .tool_ns = n * kPeriod_ns - 9,
+                             .step_ns = 1000 + n,
+                             .contacts = n});
   }
 
   [[nodiscard]] SceneWriter& writer() noexcept { return writer_; }
+  [[nodiscard]] const StillGrid& image() const noexcept { return image_; }
 
  private:
+  StillGrid image_{sizeof(proto::SnapshotHeader), kMovingSpheres};
   SceneWriter writer_;
 };
 

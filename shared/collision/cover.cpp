@@ -1,0 +1,62 @@
+#include <algorithm>
+#include <cmath>
+
+#include "shared/collision/still_grid.hpp"
+
+namespace stillgrid {
+namespace {
+
+/// More than the test of two covers (meet) can round off.
+constexpr double kOutwards = 1.0 + 1e-6;
+
+Eigen::Vector3d vector(const std::array<float, 3>& v) {
+  return {v[0], v[1], v[2]};
+}
+
+/// The ball round `centre_m` that reaches radius_m beyond the farthest of `points`.
+template <class... Points>
+Cover cover_points(const Eigen::Vector3d& centre_m, double radius_m, const Points&... points) {
+  // What rounding moves the centre is bounded, not measured: g++ 12 folds the way to float and back
+  // away when it vectorises it.
+  constexpr double kHalfUlp = 1.0 / (1U << 24U);
+  const double away_m = std::sqrt(std::max({(points - centre_m).squaredNorm()...}));
+  const double rounded_m = kHalfUlp * centre_m.norm();
+  const Eigen::Vector3f c = centre_m.cast<float>();
+  return {{c.x(), c.y(), c.z()}, static_cast<float>((away_m + radius_m + rounded_m) * kOutwards)};
+}
+
+}  // namespace
+
+Cover cover_round(const Eigen::Vector3d& centre_m, double radius_m) noexcept {
+  return cover_points(centre_m, radius_m, centre_m, centre_m);
+}
+
+Cover cover_path(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m,
+                 double radius_m) noexcept {
+  return cover_points(0.5 * (from_m + to_m), radius_m, from_m, to_m);
+}
+
+Cover cover_path(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m,
+                 const Eigen::Vector3d& or_to_m, double radius_m) noexcept {
+  const Eigen::Vector3d low_m = from_m.cwiseMin(to_m).cwiseMin(or_to_m);
+  const Eigen::Vector3d high_m = from_m.cwiseMax(to_m).cwiseMax(or_to_m);
+  return cover_points(0.5 * (low_m + high_m), radius_m, from_m, to_m, or_to_m);
+}
+
+Cover cover_history(const proto::SphereRecord& record) noexcept {
+  const Eigen::Vector3d p[] = {
+      vector(record.newest[0].position_m), vector(record.newest[1].position_m),
+      vector(record.older[0].position_m), vector(record.older[1].position_m)};
+  const Eigen::Vector3d low_m = p[0].cwiseMin(p[1]).cwiseMin(p[2]).cwiseMin(p[3]);
+  const Eigen::Vector3d high_m = p[0].cwiseMax(p[1]).cwiseMax(p[2]).cwiseMax(p[3]);
+  return cover_points(0.5 * (low_m + high_m), record.radius_m, p[0], p[1], p[2], p[3]);
+}
+
+std::vector<Cover> history_covers(std::span<const proto::SphereRecord> records) {
+  std::vector<Cover> covers;
+  covers.reserve(records.size());
+  for (const proto::SphereRecord& record : records) covers.push_back(cover_history(record));
+  return covers;
+}
+
+}  // namespace stillgrid
