@@ -16,7 +16,7 @@ import sys
 import tempfile
 
 import cyclictest
-from measure_step1 import processor_name, run_benchmark, samples_by_benchmark
+from benchmark_report import processor_name, run_benchmark, samples_by_benchmark
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 CHARTS = ROOT / "docs/charts"

@@ -16,9 +16,11 @@ struct Contact {
   double radius_b_m = 0.0;      // zero for a plane
   double depth_before_m = 0.0;  // overlap at the start of the step, negative: a gap
 
-  Eigen::Vector3d position_b_m =
-      Eigen::Vector3d::Zero();  // given sphere's centre at the step's end
+  // A given sphere's centre at the step's end and at its start.
+  Eigen::Vector3d position_b_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d start_b_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_b_m_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d spin_b_rad_s = Eigen::Vector3d::Zero();
   bool is_plane = false;
   Eigen::Vector3d plane_normal = Eigen::Vector3d::Zero();
   double plane_offset_m = 0.0;

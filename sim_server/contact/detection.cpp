@@ -1,6 +1,9 @@
 #include "sim_server/contact/detection.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
 
 #include "shared/collision/grid_query.hpp"
 
@@ -8,174 +11,196 @@ namespace stillgrid {
 namespace {
 
 /// Slack round a sphere's predicted path, of its radius: what a push within the step may add.
-constexpr float kMargin = 0.1F;
-constexpr float kVoxelWithoutSpheres_m = 0.01F;
+constexpr double kMargin = 0.1;
+/// Edge of the still grid's voxels where the scene asks for none: its best is flat (docs/charts).
+constexpr float kStillRatio = 1.5F;
 
-template <class Spheres>
-float voxel_for(const Spheres& spheres, double voxel_ratio) {
-  if (spheres.empty()) return kVoxelWithoutSpheres_m;
-  double sum_m = 0.0;
-  for (const auto& sphere : spheres) sum_m += 2.0 * sphere.radius_m;
-  return static_cast<float>(voxel_ratio * sum_m / static_cast<double>(spheres.size()));
+proto::SphereImage image_of(const SphereMotion& motion) {
+  const Eigen::Vector3f p = motion.position_m.cast<float>();
+  const Eigen::Vector3f v = motion.velocity_m_s.cast<float>();
+  return {{p.x(), p.y(), p.z()}, {v.x(), v.y(), v.z()}};
 }
 
-proto::SphereImage image_of(const Eigen::Vector3d& position_m) {
-  const Eigen::Vector3f p = position_m.cast<float>();
-  return {{p.x(), p.y(), p.z()}, {0.0F, 0.0F, 0.0F}};
+/// What a body's spheres are on both sides, but for where.
+template <class Sphere>
+void describe(const Sphere& sphere, proto::SphereRecord& record) {
+  record.radius_m = static_cast<float>(sphere.radius_m);
+  record.material = static_cast<std::uint32_t>(sphere.material);
+  record.body = static_cast<std::uint32_t>(sphere.body);
 }
 
-bool is_free(const World& world, const SphereBinding& sphere) {
-  return sphere.rigid < 0 ||
-         world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].unknown != kNoUnknown;
+/// Its place among the spheres of its body tells a user more than its number in the scene.
+[[noreturn]] void refuse(const World& world, std::size_t sphere, const SphereMotion& motion) {
+  const int body = world.spheres[sphere].body;
+  std::size_t first = sphere;
+  while (first > 0 && world.spheres[first - 1].body == body) --first;
+  const Eigen::Vector3d& p = motion.position_m;
+  throw std::domain_error("body '" + world.bodies[static_cast<std::size_t>(body)].name +
+                          "': sphere " + std::to_string(sphere - first) + ": position " +
+                          std::to_string(p.x()) + ", " + std::to_string(p.y()) + ", " +
+                          std::to_string(p.z()) + " m after " + std::to_string(world.time_s) +
+                          " s: expected finite numbers");
+}
+
+const ContactMaterial& material_of(const World& world, int material) {
+  return world.materials[static_cast<std::size_t>(material)];
+}
+
+/// A contact of moving sphere i, yet without what it touches.
+Contact& add_contact(std::vector<Contact>& contacts, const World& world, std::uint32_t i) {
+  Contact& contact = contacts.emplace_back();
+  contact.a = static_cast<int>(i);
+  contact.radius_a_m = world.spheres[i].radius_m;
+  return contact;
 }
 
 }  // namespace
-
-bool may_collide(const SphereBinding& a, const SphereBinding& b) {
-  if (a.body != b.body) return true;
-  if (a.rigid >= 0) return false;
-  const double near_m = 2.0 * (a.radius_m + b.radius_m);
-  return (a.rest_position_m - b.rest_position_m).squaredNorm() > near_m * near_m;
-}
 
 std::vector<proto::SphereRecord> still_records(const World& world) {
   std::vector<proto::SphereRecord> records;
   for (const StillSphere& sphere : world.still_spheres) {
     proto::SphereRecord& record = records.emplace_back();
-    const proto::SphereImage image = image_of(sphere.position_m);
+    const proto::SphereImage image = image_of({sphere.position_m, Eigen::Vector3d::Zero()});
     record.newest = {image, image};
     record.older = {image, image};
-    record.radius_m = static_cast<float>(sphere.radius_m);
-    record.material = static_cast<std::uint32_t>(sphere.material);
-    record.body = static_cast<std::uint32_t>(sphere.body);
+    describe(sphere, record);
   }
   return records;
 }
 
 Detection::Detection(const World& world, double voxel_ratio)
-    : voxel_m_(voxel_for(world.spheres, voxel_ratio)),
-      still_voxel_m_(voxel_for(world.still_spheres, voxel_ratio)),
-      moving_(0, world.spheres.size()),
+    : self_collision_(world),
+      moving_(world.spheres.size(), static_cast<float>(voxel_ratio)),
       still_(0, world.still_spheres.size()),
-      motion_(world.spheres.size()) {
+      motion_(world.spheres.size()),
+      paths_(world.spheres.size()),
+      images_(world.spheres.size()) {
   const auto records = still_records(world);
   std::copy(records.begin(), records.end(), still_.records().begin());
-  still_.fill(records.size(), still_voxel_m_);
-  for (std::size_t i = 0; i < world.spheres.size(); ++i)
-    moving_.records()[i].radius_m =
-        static_cast<float>(world.spheres[i].radius_m) * (1.0F + kMargin);
+  still_.enter(history_covers(records),
+               voxel_ratio > 0.0 ? static_cast<float>(voxel_ratio) : kStillRatio);
+  for (std::size_t i = 0; i < world.spheres.size(); ++i) {
+    const SphereBinding& sphere = world.spheres[i];
+    describe(sphere, moving_.records()[i]);
+    is_free_.push_back(sphere.rigid < 0 ||
+                       world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].unknown !=
+                           kNoUnknown);
+  }
+  show(world);
+}
+
+void Detection::move_spheres(const World& world) {
+  for (std::size_t i = 0; i < world.spheres.size(); ++i) {
+    motion_[i] = sphere_motion(world, world.spheres[i]);
+    // As published: what is beyond a float's range is as lost as what is no number.
+    if (!motion_[i].position_m.cast<float>().allFinite() ||
+        !motion_[i].velocity_m_s.cast<float>().allFinite())
+      refuse(world, i, motion_[i]);
+  }
+}
+
+void Detection::show(const World& world) {
+  move_spheres(world);
+  std::transform(motion_.begin(), motion_.end(), images_.begin(), image_of);
+  moving_.show(images_);
 }
 
 void Detection::find_contacts(const World& world, double step_s) {
   contacts_.clear();
-  enter_spheres(world, step_s);
+  cover_paths(world, step_s);
   add_pairs(world);
   add_still(world);
-  add_planes(world);
+  add_planes(world, step_s);
 }
 
-void Detection::enter_spheres(const World& world, double step_s) {
-  const auto records = moving_.records();
+void Detection::cover_paths(const World& world, double step_s) {
+  move_spheres(world);
+  const Eigen::Vector3d fall_m = step_s * step_s * world.gravity_m_s2;
   for (std::size_t i = 0; i < world.spheres.size(); ++i) {
-    motion_[i] = sphere_motion(world, world.spheres[i]);
     // Where it is, where it would be without and with its fall: every shorter step ends between
     // them.
-    const Eigen::Vector3d straight_m = motion_[i].position_m + step_s * motion_[i].velocity_m_s;
-    const proto::SphereImage now = image_of(motion_[i].position_m);
-    records[i].newest = {now, image_of(straight_m + step_s * step_s * world.gravity_m_s2)};
-    records[i].older = {now, image_of(straight_m)};
+    const Eigen::Vector3d& now_m = motion_[i].position_m;
+    const Eigen::Vector3d straight_m = now_m + step_s * motion_[i].velocity_m_s;
+    const double radius_m = (1.0 + kMargin) * world.spheres[i].radius_m;
+    paths_[i] = is_free(i) ? cover_path(now_m, straight_m, straight_m + fall_m, radius_m)
+                           : cover_path(now_m, straight_m, radius_m);
   }
-  moving_.fill(world.spheres.size(), voxel_m_);
 }
 
 void Detection::add_pairs(const World& world) {
-  const auto records = moving_.records();
-  for_each_pair(moving_.view(), [&](std::uint32_t i, std::uint32_t j) {
+  const auto may_collide = [&](std::uint32_t i, std::uint32_t j) {
+    return (is_free(i) || is_free(j)) &&
+           self_collision_.may_collide(world.spheres[i], world.spheres[j]);
+  };
+  for (const auto& [i, j] : moving_.find(paths_, may_collide)) {
     const SphereBinding &a = world.spheres[i], &b = world.spheres[j];
-    if (!may_collide(a, b) || (!is_free(world, a) && !is_free(world, b))) return;
-    const Box box_a = swept_box(records[i]), box_b = swept_box(records[j]);
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      if (box_a.low_m[axis] > box_b.high_m[axis] || box_b.low_m[axis] > box_a.high_m[axis]) return;
-    const double distance_m = (motion_[i].position_m - motion_[j].position_m).norm();
-    Contact& contact = contacts_.emplace_back();
-    contact.a = static_cast<int>(i);
+    Contact& contact = add_contact(contacts_, world, i);
     contact.b = static_cast<int>(j);
-    contact.material = pair_material(world.materials[static_cast<std::size_t>(a.material)],
-                                     world.materials[static_cast<std::size_t>(b.material)]);
-    contact.radius_a_m = a.radius_m;
+    contact.material =
+        pair_material(material_of(world, a.material), material_of(world, b.material));
     contact.radius_b_m = b.radius_m;
-    contact.depth_before_m = a.radius_m + b.radius_m - distance_m;
-  });
+    contact.depth_before_m =
+        a.radius_m + b.radius_m - (motion_[i].position_m - motion_[j].position_m).norm();
+  }
 }
 
 void Detection::add_still(const World& world) {
   if (world.still_spheres.empty()) return;
-  const auto records = moving_.records();
-  for (std::size_t i = 0; i < world.spheres.size(); ++i) {
-    const SphereBinding& a = world.spheres[i];
-    if (!is_free(world, a)) continue;
-    for_each_candidate(still_.view(), swept_box(records[i]), kAllVisits,
-                       [&](std::uint32_t j, const RecordLine& /*line*/) {
-                         const StillSphere& b = world.still_spheres[j];
-                         Contact& contact = contacts_.emplace_back();
-                         contact.a = static_cast<int>(i);
-                         contact.material =
-                             pair_material(world.materials[static_cast<std::size_t>(a.material)],
-                                           world.materials[static_cast<std::size_t>(b.material)]);
-                         contact.radius_a_m = a.radius_m;
-                         contact.radius_b_m = b.radius_m;
-                         contact.position_b_m = b.position_m;
-                         contact.depth_before_m = a.radius_m + b.radius_m -
-                                                  (motion_[i].position_m - b.position_m).norm();
-                       });
+  const GridView view = still_.view();
+  for (std::uint32_t i = 0; i < world.spheres.size(); ++i) {
+    if (!is_free(i)) continue;
+    for_each_candidate(view, paths_[i], kAllVisits, [&](std::uint32_t j) {
+      const StillSphere& b = world.still_spheres[j];
+      Contact& contact = add_contact(contacts_, world, i);
+      contact.material = pair_material(material_of(world, world.spheres[i].material),
+                                       material_of(world, b.material));
+      contact.radius_b_m = b.radius_m;
+      contact.position_b_m = b.position_m;
+      contact.start_b_m = b.position_m;
+      contact.depth_before_m =
+          contact.radius_a_m + b.radius_m - (motion_[i].position_m - b.position_m).norm();
+    });
   }
 }
 
-void Detection::add_planes(const World& world) {
-  const auto records = moving_.records();
-  for (const StillPlane& plane : world.planes)
-    for (std::size_t i = 0; i < world.spheres.size(); ++i) {
-      const SphereBinding& a = world.spheres[i];
-      if (!is_free(world, a)) continue;
-      const auto height_m = [&](const proto::SphereImage& image) {
-        const auto& p = image.position_m;
-        return plane.normal.dot(Eigen::Vector3d(p[0], p[1], p[2])) - plane.offset_m;
-      };
-      const double lowest_m =
-          std::min({height_m(records[i].newest[0]), height_m(records[i].newest[1]),
-                    height_m(records[i].older[1])});
-      if (lowest_m > records[i].radius_m) continue;
-      Contact& contact = contacts_.emplace_back();
-      contact.a = static_cast<int>(i);
-      contact.material = pair_material(world.materials[static_cast<std::size_t>(a.material)],
-                                       world.materials[static_cast<std::size_t>(plane.material)]);
-      contact.radius_a_m = a.radius_m;
+void Detection::add_planes(const World& world, double step_s) {
+  for (const StillPlane& plane : world.planes) {
+    const double fall_m = step_s * step_s * plane.normal.dot(world.gravity_m_s2);
+    for (std::uint32_t i = 0; i < world.spheres.size(); ++i) {
+      if (!is_free(i)) continue;
+      const double height_m = plane.normal.dot(motion_[i].position_m) - plane.offset_m;
+      const double move_m = step_s * plane.normal.dot(motion_[i].velocity_m_s);
+      const double lowest_m = height_m + std::min({0.0, move_m, move_m + fall_m});
+      if (lowest_m > (1.0 + kMargin) * world.spheres[i].radius_m) continue;
+      Contact& contact = add_contact(contacts_, world, i);
+      contact.material = pair_material(material_of(world, world.spheres[i].material),
+                                       material_of(world, plane.material));
       contact.is_plane = true;
       contact.plane_normal = plane.normal;
       contact.plane_offset_m = plane.offset_m;
-      contact.depth_before_m =
-          a.radius_m - (plane.normal.dot(motion_[i].position_m) - plane.offset_m);
+      contact.depth_before_m = contact.radius_a_m - height_m;
     }
+  }
 }
 
 void Detection::find_tool_contacts(const World& world, const std::vector<ToolSphereMotion>& tool) {
-  for (const ToolSphereMotion& b : tool)
-    for_each_candidate(
-        moving_.view(), box_round(b.position_m, b.radius_m), kAllVisits,
-        [&](std::uint32_t i, const RecordLine& /*line*/) {
-          const SphereBinding& a = world.spheres[i];
-          if (!is_free(world, a)) return;
-          Contact& contact = contacts_.emplace_back();
-          contact.a = static_cast<int>(i);
-          contact.material = tool_material(world.materials[static_cast<std::size_t>(a.material)],
-                                           world.tool_slip_speed_m_s);
-          contact.radius_a_m = a.radius_m;
-          contact.radius_b_m = b.radius_m;
-          contact.position_b_m = b.position_m;
-          contact.velocity_b_m_s = b.velocity_m_s;
-          contact.depth_before_m =
-              a.radius_m + b.radius_m - (motion_[i].position_m - b.position_before_m).norm();
-        });
+  const GridView view = moving_.grid().view();
+  for (const ToolSphereMotion& b : tool) {
+    const Cover path = cover_path(b.position_before_m, b.position_m, b.radius_m);
+    for_each_candidate(view, path, kAllVisits, [&](std::uint32_t i) {
+      if (!is_free(i) || !meet(paths_[i], path)) return;
+      Contact& contact = add_contact(contacts_, world, i);
+      contact.material =
+          tool_material(material_of(world, world.spheres[i].material), world.tool_slip_speed_m_s);
+      contact.radius_b_m = b.radius_m;
+      contact.position_b_m = b.position_m;
+      contact.start_b_m = b.position_before_m;
+      contact.velocity_b_m_s = b.velocity_m_s;
+      contact.spin_b_rad_s = b.spin_rad_s;
+      contact.depth_before_m =
+          contact.radius_a_m + b.radius_m - (motion_[i].position_m - b.position_before_m).norm();
+    });
+  }
 }
 
 }  // namespace stillgrid

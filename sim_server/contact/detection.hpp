@@ -1,13 +1,15 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
+#include <cstdint>
 #include <vector>
 
 #include "shared/collision/still_grid.hpp"
 #include "sim_server/bodies/sphere_motion.hpp"
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/contact.hpp"
+#include "sim_server/contact/moving_spheres.hpp"
+#include "sim_server/contact/self_collision.hpp"
 
 namespace stillgrid {
 
@@ -17,43 +19,53 @@ struct ToolSphereMotion {
   Eigen::Vector3d velocity_m_s;
   Eigen::Vector3d position_before_m;
   double radius_m;
+  Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();
 };
 
-/// The paper's collision detection [Davanne 2002, Figs. 2 and 3]: moving spheres are entered in a
-/// voxel grid every step, still ones once; the tool is checked last and never entered.
+/// The paper's collision detection [Davanne 2002, Figs. 2 and 3]: still spheres are entered in a
+/// voxel grid once, moving ones when they have moved far; the tool is checked last and never
+/// entered. Paths count, not places: two spheres that pass through each other within a step are
+/// found.
 class Detection {
  public:
-  /// voxel_ratio: edge of a voxel over the mean diameter of the moving spheres.
+  /// voxel_ratio: edge of a voxel over twice the reach of the spheres' covers; none or negative:
+  /// chosen from the scene.
   Detection(const World& world, double voxel_ratio);
 
-  /// Appends to contacts() every pair that may touch within a step of step_s, each once.
+  /// Makes contacts() every pair of spheres, and of spheres and planes, that may touch within a
+  /// step of step_s, each once. Throws std::domain_error, naming body and sphere, where a sphere's
+  /// place is no number. Pre: `world` has the bodies that the constructor saw.
   void find_contacts(const World& world, double step_s);
 
   /// Appends the contacts of the tool with the moving spheres. After find_contacts() of the same
   /// step.
   void find_tool_contacts(const World& world, const std::vector<ToolSphereMotion>& tool);
 
+  /// Takes the world as it is for the next image to publish. Throws as find_contacts().
+  void show(const World& world);
+
+  /// The moving spheres in the last images shown, in a grid that holds them.
+  [[nodiscard]] const StillGrid& image() const noexcept { return moving_.grid(); }
+
   [[nodiscard]] const std::vector<Contact>& contacts() const noexcept { return contacts_; }
-  [[nodiscard]] float voxel_m() const noexcept { return voxel_m_; }
-  [[nodiscard]] float still_voxel_m() const noexcept { return still_voxel_m_; }
 
  private:
-  void enter_spheres(const World& world, double step_s);
+  void cover_paths(const World& world, double step_s);
   void add_pairs(const World& world);
   void add_still(const World& world);
-  void add_planes(const World& world);
+  void add_planes(const World& world, double step_s);
+  void move_spheres(const World& world);
+  [[nodiscard]] bool is_free(std::size_t sphere) const { return is_free_[sphere] != 0; }
 
-  float voxel_m_;
-  float still_voxel_m_;
-  StillGrid moving_;
+  SelfCollision self_collision_;
+  MovingSpheres moving_;
   StillGrid still_;
+  std::vector<std::uint8_t> is_free_;  // of each moving sphere: not prescribed
   std::vector<SphereMotion> motion_;
+  std::vector<Cover> paths_;  // of each moving sphere in this step
+  std::vector<proto::SphereImage> images_;
   std::vector<Contact> contacts_;
 };
-
-/// Whether two spheres of one body may collide: never on a rigid body; on a deformable one unless
-/// they are neighbours in its rest shape, closer than twice the sum of their radii.
-[[nodiscard]] bool may_collide(const SphereBinding& a, const SphereBinding& b);
 
 /// Records of the still spheres, in the order of World::still_spheres.
 [[nodiscard]] std::vector<proto::SphereRecord> still_records(const World& world);

@@ -68,7 +68,7 @@ SideMotion other_motion(const Contact& contact, const World& world,
                         std::span<const SphereMotion> motion,
                         std::span<const RigidBody> rigid_bodies) {
   if (contact.b >= 0) return side_motion(contact.b, world, motion, rigid_bodies);
-  return {{contact.position_b_m, contact.velocity_b_m_s}};
+  return {{contact.position_b_m, contact.velocity_b_m_s}, contact.spin_b_rad_s};
 }
 
 /// One side of a contact: which way the force acts on it, and its share of the line of centres.

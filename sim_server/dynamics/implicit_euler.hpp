@@ -38,6 +38,9 @@ class ImplicitEulerStep : public NonlinearSystem {
   /// Moves the world to the state of u. Pre: u is the argument of the last residual().
   void commit(World& world) const;
 
+  /// Every sphere of the world at the last u.
+  [[nodiscard]] std::span<const SphereMotion> motion() const noexcept { return motion_; }
+
   /// Contacts that touch at the last u.
   [[nodiscard]] int touching() const noexcept { return touching_; }
 

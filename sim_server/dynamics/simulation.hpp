@@ -27,10 +27,18 @@ struct ToolSample {
 struct StepReport {
   SolveReport solve;  // iterations of all substeps, the worst residual
   int substeps = 0;
+  int crossings_left = 0;          // substeps in which spheres may have passed through one another
   int contacts = 0;                // that touch at the step's end
   std::uint64_t tool_time_ns = 0;  // of the sample it took, 0: none
   std::chrono::nanoseconds detect{}, respond{}, integrate{};
 };
+
+/// The longest part of a step, halved until it is shorter than one of `length` by more than the
+/// rounding of its ends: parts that begin where spheres would have crossed have any length.
+[[nodiscard]] inline double halved_below(double longest, double length) noexcept {
+  while (longest > 0.75 * length) longest /= 2.0;
+  return longest;
+}
 
 /// A scene's world and all that moves it on.
 class Simulation {
@@ -42,6 +50,11 @@ class Simulation {
   /// many. If the shortest does not converge either, its iterate of least residual is taken and the
   /// report says so.
   ///
+  /// A substep also ends where spheres would pass each other unseen, or come too deep at once: so
+  /// nothing, the tool on its straight path since its last sample included, crosses a body however
+  /// fast it moves (docs/algorithms/fast_bodies.md). A step is shortened so 64 times at most; the
+  /// report counts what that left.
+  ///
   /// The tool is asked for as late as the step allows: after the contacts among bodies were found,
   /// just before its own are [Davanne 2002, section 3].
   StepReport step(double step_s, const std::function<std::optional<ToolSample>()>& take_tool);
@@ -51,15 +64,32 @@ class Simulation {
   [[nodiscard]] const Detection& detection() const noexcept { return detection_; }
 
  private:
+  /// A part of a step, as shares of it, and what limits it.
+  struct Part {
+    double start = 0.0, end = 1.0;
+    bool must_advance = false;  // though the solver did not converge
+    bool may_shorten = true;    // to keep spheres from crossing
+  };
+  /// What came of an attempt: done, or how much of it to try.
+  struct Attempt {
+    bool advanced = false;
+    double share = 1.0;  // less than 1: spheres would cross beyond it
+  };
+
   void place_tool(const ToolSample& sample);
-  bool advance(double step_s, bool must_advance, StepReport& report);
+  void find_tool_contacts(const Part& part);
+  Attempt advance(const Part& part, double step_s, StepReport& report);
+  double share_by_velocity(double duration_s);
 
   World world_;
   Detection detection_;
   NewtonSolver solver_;
   NewtonSolver patient_solver_{{.max_iterations = 200}};  // for the shortest substep
   std::vector<ToolSphere> tool_;                          // as described
-  std::vector<ToolSphereMotion> placed_tool_;             // as last sampled; empty: no tool
+  ToolSample last_sample_;
+  std::vector<ToolSphereMotion> placed_tool_;  // over the step; empty: no tool
+  std::vector<ToolSphereMotion> tool_part_;    // over a part of it
+  std::vector<SphereMotion> start_, end_;      // of every sphere over a part
   int substeps_ = 1;  // that the end of the last step took, were it all alike
 };
 

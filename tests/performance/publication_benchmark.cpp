@@ -10,6 +10,19 @@
 namespace stillgrid {
 namespace {
 
+/// One image only, as a first publication has.
+StillGrid first_image(const SphereCloud& cloud) {
+  StillGrid grid(sizeof(proto::SnapshotHeader), cloud.count());
+  const auto records = grid.records();
+  cloud.write_to(records);
+  for (proto::SphereRecord& record : records) {
+    record.newest[1] = record.newest[0];
+    record.older = record.newest;
+  }
+  grid.enter(history_covers(records), 1.0F);
+  return grid;
+}
+
 /// Showing a filled image of N moving spheres in the scene segment.
 void publish_image(benchmark::State& state) {
   const SphereCloud cloud(static_cast<std::size_t>(state.range(0)));
@@ -17,14 +30,10 @@ void publish_image(benchmark::State& state) {
   scene.name = "cloud";
   scene.device = {{0, 0, 0}, {0, 0, 0, 1}, 1.0};
   SceneWriter writer("benchmark", scene, cloud.count(), 10'000'000, proto::Clock::kVirtual, 0);
-  for (std::size_t i = 0; i < cloud.count(); ++i) {
-    writer.describe_sphere(i, static_cast<float>(SphereCloud::kRadius_m), 0, 0);
-    writer.set_sphere(i, cloud.position_m(i), cloud.velocity_m_s(i));
-  }
-  writer.fill(SphereCloud::voxel_m());
-  for (int i = 0; i < 2; ++i) writer.publish({});  // both slots have been touched
+  const StillGrid image = first_image(cloud);
+  for (int i = 0; i < 2; ++i) writer.publish(image, {});  // both slots have been touched
   for (auto _ : state) {
-    writer.publish({});
+    writer.publish(image, {});
     benchmark::ClobberMemory();
   }
 }
@@ -41,14 +50,7 @@ std::uint64_t* apart_from(const std::uint64_t* source, std::uint64_t* target) {
 /// As many bytes, by memcpy between private memories: the least that a copy can cost.
 void copy_image(benchmark::State& state) {
   const SphereCloud cloud(static_cast<std::size_t>(state.range(0)));
-  StillGrid grid(sizeof(proto::SnapshotHeader), cloud.count());
-  const auto records = grid.records();
-  cloud.write_to(records);
-  for (proto::SphereRecord& record : records) {  // one image only, as a first publication has
-    record.newest[1] = record.newest[0];
-    record.older = record.newest;
-  }
-  grid.fill(cloud.count(), SphereCloud::voxel_m());
+  StillGrid grid = first_image(cloud);
   const auto parts = grid.filled_parts();
   constexpr std::size_t kPageWords = 512;
   const std::size_t slot_words = (grid.layout().total_words / kPageWords + 1) * kPageWords;

@@ -18,14 +18,14 @@ double edge_for(std::size_t count) {
 
 }  // namespace
 
-SphereCloud::SphereCloud(std::size_t count, unsigned seed)
+SphereCloud::SphereCloud(std::size_t count, unsigned seed, double move_m)
     : edge_m_(edge_for(count)), random_(seed) {
   std::uniform_real_distribution<double> place_m(-0.5 * edge_m_, 0.5 * edge_m_);
   std::normal_distribution<double> direction;
   for (std::size_t i = 0; i < count; ++i) {
     positions_m_.emplace_back(place_m(random_), place_m(random_), place_m(random_));
     const Eigen::Vector3d way(direction(random_), direction(random_), direction(random_));
-    steps_m_.push_back(0.1 * kRadius_m * way.normalized());
+    steps_m_.push_back(move_m * way.normalized());
   }
 }
 
@@ -36,6 +36,13 @@ void SphereCloud::move() {
       x += steps_m_[i][axis];
       if (std::abs(x) > 0.5 * edge_m_) steps_m_[i][axis] = std::copysign(steps_m_[i][axis], -x);
     }
+}
+
+void SphereCloud::write_to(std::span<Cover> balls) const {
+  for (std::size_t i = 0; i < positions_m_.size(); ++i) {
+    const Eigen::Vector3f p = positions_m_[i].cast<float>();
+    balls[i] = {{p.x(), p.y(), p.z()}, static_cast<float>(kRadius_m)};
+  }
 }
 
 void SphereCloud::write_to(std::span<proto::SphereRecord> records) const {

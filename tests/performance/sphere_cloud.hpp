@@ -16,10 +16,14 @@ class SphereCloud {
  public:
   static constexpr double kRadius_m = 0.005;
 
-  explicit SphereCloud(std::size_t count, unsigned seed = 1);
+  /// move_m: length of a step; the default is a twentieth of the radius.
+  explicit SphereCloud(std::size_t count, unsigned seed = 1, double move_m = 0.05 * kRadius_m);
 
-  /// Moves every sphere on by a tenth of its radius, in a direction of its own.
+  /// Moves every sphere a step on, in a direction of its own; the cube's faces turn it back.
   void move();
+
+  /// Writes the spheres as they are.
+  void write_to(std::span<Cover> balls) const;
 
   /// Writes the spheres to a grid's records, as images n to n - 3 of a history a step apart.
   void write_to(std::span<proto::SphereRecord> records) const;

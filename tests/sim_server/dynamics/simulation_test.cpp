@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <random>
 
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
@@ -185,6 +186,16 @@ TEST_CASE("The same scene moves the same way, bit for bit", "[simulation]") {
   for (std::size_t i = 0; i < one.world().nodes.size(); ++i)
     CHECK(one.world().nodes[i].position_m == other.world().nodes[i].position_m);
   CHECK(one.world().rigid_bodies[0].position_m == other.world().rigid_bodies[0].position_m);
+}
+
+TEST_CASE("A part that did not converge is tried shorter, wherever it starts", "[simulation]") {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> place(0.0, 0.5);
+  for (int i = 0; i < 10000; ++i) {
+    const double start = place(random), longest = i % 2 == 0 ? 0.25 : 0.125;
+    const double end = start + longest;  // rounded: end - start may be longer
+    CHECK(start + halved_below(longest, end - start) < end);
+  }
 }
 
 }  // namespace

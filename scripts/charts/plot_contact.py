@@ -1,0 +1,76 @@
+#!/usr/bin/python3
+"""Draws docs/charts/ku_contact.png from the CSV that contact_figures prints."""
+import argparse
+import csv
+import pathlib
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import matplotlib.ticker
+
+CHARTS = pathlib.Path(__file__).resolve().parents[2] / "docs/charts"
+MODELS = {"spheres": ("#D55E00", "decomposition"),
+          "even spheres": ("#E69F00", "even spheres under the surface"),
+          "blobs": ("#0072B2", "blobs of the decomposition")}
+PANELS = (("mean_cosine", "mean cosine with the measured force"),
+          ("in_contact", "share of samples in contact"))
+
+
+def read_rows(file):
+    with open(file) as stream:
+        return list(csv.DictReader(line for line in stream if not line.startswith("#")))
+
+
+def draw_model(axes, rows, quantity, colour):
+    """All demonstrations as dots, their mean as a line over the number of spheres."""
+    counts = sorted({int(row["balls"]) for row in rows})
+    values = {count: [float(row[quantity]) for row in rows if int(row["balls"]) == count]
+              for count in counts}
+    axes.plot(counts, [sum(values[count]) / len(values[count]) for count in counts], color=colour)
+    for count in counts:
+        axes.plot([count] * len(values[count]), values[count], "o", color=colour, markersize=4,
+                  alpha=0.55, markeredgewidth=0)
+
+
+def draw(rows):
+    plt.rcParams.update({"axes.spines.top": False, "axes.spines.right": False, "font.size": 9.5})
+    figure, panels = plt.subplots(1, 2, figsize=(10.4, 4.4))
+    for axes, (quantity, label) in zip(panels, PANELS):
+        baseline = [float(row[quantity]) for row in rows if row["model"] == "nearest face"]
+        axes.axhspan(min(baseline), max(baseline), color="0.9", zorder=0)
+        for model, (colour, _) in MODELS.items():
+            draw_model(axes, [row for row in rows if row["model"] == model], quantity, colour)
+        axes.set_xscale("log")
+        axes.xaxis.set_major_formatter(matplotlib.ticker.FormatStrFormatter("%d"))
+        axes.set_xlabel("spheres")
+        axes.set_ylabel(label)
+        axes.set_ylim(top=1.01)
+    handles = [plt.Line2D([], [], color=colour, marker="o", markersize=4)
+               for colour, _ in MODELS.values()]
+    handles.append(plt.Rectangle((0, 0), 1, 1, color="0.9"))
+    figure.legend(handles, [label for _, label in MODELS.values()] + ["normal of the nearest face"],
+                  ncol=4,
+                  frameon=False, loc="lower right", bbox_to_anchor=(0.99, 0.0))
+    figure.suptitle("Recorded contact with a contour: eight demonstrations (dots) and their mean",
+                    x=0.01, ha="left", fontsize=12, fontweight="bold")
+    figure.tight_layout(rect=(0, 0.06, 1, 1), w_pad=3.0)
+    return figure
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("rows", nargs="?", default=CHARTS / "ku_contact.csv", metavar="ROWS.csv")
+    parser.add_argument("picture", nargs="?", default=CHARTS / "ku_contact.png", metavar="OUT.png")
+    arguments = parser.parse_args()
+    try:
+        figure = draw(read_rows(arguments.rows))
+    except (OSError, ValueError, KeyError) as error:
+        sys.exit(f"plot_contact: {type(error).__name__}: {error}")
+    figure.savefig(arguments.picture, dpi=120, facecolor="white")
+
+
+if __name__ == "__main__":
+    main()

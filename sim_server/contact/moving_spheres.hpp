@@ -1,0 +1,84 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "shared/collision/still_grid.hpp"
+#include "sim_server/contact/pair_search.hpp"
+
+namespace stillgrid {
+
+/// Which two spheres may collide at all; empty: any two.
+using PairFilter = std::function<bool(std::uint32_t, std::uint32_t)>;
+
+/// Spheres that move: which of them overlap, and their still image to publish.
+///
+/// Each sphere has a cover, ahead of it and wider than it needs. The grid is filled by covers and
+/// its pairs of covers that meet are listed; while every sphere stays within its cover a step only
+/// tests the pairs of the list. The few that leave theirs are widened in place; when many do, or
+/// one strays far, all are covered and entered anew. How far covers reach depends on how the
+/// spheres moved and on how many pairs there are, never on a clock (docs/algorithms/voxel_grid.md).
+///
+/// Nothing is allocated once the lists have been as long as the scene needs.
+class MovingSpheres {
+ public:
+  /// voxel_ratio: as for StillGrid::enter(); none or negative: chosen from the scene.
+  MovingSpheres(std::size_t count, float voxel_ratio);
+
+  /// Radius, material and body are the owner's to write.
+  [[nodiscard]] std::span<proto::SphereRecord> records() noexcept { return grid_.records(); }
+
+  /// The pairs of balls that overlap, (dx dx + dy dy + dz dz) < (ra + rb)^2 in float arithmetic,
+  /// and that `may_collide` admits, each once. balls[i]: all that sphere i may take up during this
+  /// step. Throws std::domain_error, naming the sphere, at a ball that is no number.
+  /// `may_collide` must answer the same at every call. Pre: balls.size() is the count.
+  std::span<const SpherePair> find(std::span<const Cover> balls,
+                                   const PairFilter& may_collide = {});
+
+  /// One more image of every sphere: the grid then holds the whole history, ready to publish.
+  /// Pre: images.size() is the count.
+  void show(std::span<const proto::SphereImage> images);
+
+  /// Every cover holds its sphere's ball of the last find() and all images of the last show().
+  [[nodiscard]] const StillGrid& grid() const noexcept { return grid_; }
+
+  /// How often all covers were made anew, and pairs that are tested every step.
+  [[nodiscard]] std::uint64_t entered_count() const noexcept { return entered_count_; }
+  [[nodiscard]] std::size_t listed_pairs() const noexcept { return listed_; }
+
+ private:
+  [[nodiscard]] bool list_holds(std::span<const Cover> balls, const PairFilter& may_collide);
+  [[nodiscard]] bool widen(std::uint32_t sphere, const Cover& ball, const PairFilter& may_collide);
+  void enter(std::span<const Cover> balls);
+  void plan(std::span<const Cover> balls);
+  void make_covers(std::span<const Cover> balls);
+  void fill_grid();
+  void list_pairs(const PairFilter& may_collide);
+  void reshape();
+
+  StillGrid grid_;
+  bool chooses_voxel_;
+  float voxel_ratio_;
+  float voxel_m_ = 0.0F;                  // that is chosen, if it can be
+  std::vector<Cover> covers_;             // of each sphere: what the list holds for
+  std::vector<Cover> entered_;            // the balls as they were entered
+  std::vector<Cover> grown_;              // scratch: covers as they are published
+  std::vector<Eigen::Vector3f> moves_m_;  // of each sphere in a step, as last measured
+  SortedCovers sorted_;
+  std::vector<SpherePair> candidates_;  // the first listed_ of them
+  std::vector<SpherePair> pairs_;       // room for as many
+  std::size_t listed_ = 0, listed_when_entered_ = 0, found_ = 0;
+  std::vector<std::uint32_t> leavers_;  // room for as many as are widened at once
+  std::uint64_t entered_count_ = 0;
+  bool is_entered_ = false, is_listed_ = false, is_shown_ = false;  // the grid holds the history
+  int steps_ = 0;         // since the spheres were entered
+  int life_ = 1;          // steps that the covers are made for
+  float lead_ = 0.0F;     // part of its last move that a sphere is expected to repeat
+  float error_m_ = 0.0F;  // of that expectation, a step
+};
+
+}  // namespace stillgrid

@@ -1,0 +1,414 @@
+#include "sim_server/contact/pair_search.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+
+#include "shared/collision/grid_query.hpp"
+
+// One code for every instruction set that Highway knows; the best is chosen when the program runs.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "sim_server/contact/pair_search.cpp"
+#include <hwy/foreach_target.h>  // first: highway.h depends on it
+#include <hwy/highway.h>
+
+#ifndef STILLGRID_PAIR_SEARCH_ONCE
+#define STILLGRID_PAIR_SEARCH_ONCE
+namespace stillgrid {
+namespace {
+
+/// Covers that one look at a run of cells tests: as many bits.
+constexpr std::uint32_t kLook = 8;
+
+/// A search that can stop for want of room, and go on.
+struct Search {
+  const GridView& view;
+  const SortedCovers& covers;
+  const std::uint32_t* starts;
+  const std::uint32_t* numbers;
+  std::uint32_t next = 0;  // cover whose pairs come next
+  SpherePair* pairs;
+  std::size_t room;
+  std::size_t count = 0;
+};
+
+struct Run {
+  std::uint32_t first, end;
+};
+
+/// Whether all pairs of the grid are between cells next to each other, counted along one line
+/// through all cells: there is one level, which does not repeat, its voxels are wider than two
+/// covers reach, and steps along that line are distinct.
+bool is_plain(const proto::GridShape& shape) {
+  if (shape.level_count != 1) return false;
+  const proto::GridLevel& level = shape.levels[0];
+  float farthest = 0.0F;  // in voxels; rounding shifts a border by less than 2.4e-7 of it
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::int64_t low = level.lowest_voxel[axis], high = level.highest_voxel[axis];
+    if (high - low >= level.cells[axis]) return false;
+    farthest = std::max(farthest, static_cast<float>(std::max(std::abs(low), std::abs(high))));
+  }
+  return level.cells[0] >= 3 && level.cells[1] >= 3 &&
+         2.0F * level.reach_m * (1.0F + kCoverSlack) <=
+             level.voxel_m * (1.0F - 5e-7F * (farthest + 1.0F));
+}
+
+}  // namespace
+}  // namespace stillgrid
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace stillgrid::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using FloatTag = hn::CappedTag<float, kLook>;
+
+/// Transposes the sorted covers and notes their cells.
+void Unpack(const GridView& view, SortedCovers& to) {
+  const FloatTag d;
+  const hn::RebindToSigned<FloatTag> di;
+  const auto* from = reinterpret_cast<const float*>(view.words + view.layout.covers);
+  const proto::GridLevel& level = view.shape.levels[0];
+  const auto inverse = hn::Set(d, 1.0F / level.voxel_m);
+  const auto stride_y = hn::Set(di, static_cast<std::int32_t>(level.cells[0]));
+  const auto stride_z = hn::Set(di, static_cast<std::int32_t>(level.cells[0] * level.cells[1]));
+  const auto voxel = [&](auto c_m, std::size_t axis) HWY_ATTR {
+    const auto exact = hn::Mul(c_m, inverse);
+    const auto whole = hn::ConvertTo(di, exact);  // towards zero
+    const auto above = hn::Gt(hn::ConvertTo(d, whole), exact);
+    return hn::Sub(hn::Add(whole, hn::BitCast(di, hn::VecFromMask(d, above))),
+                   hn::Set(di, level.lowest_voxel[axis]));
+  };
+  // Whole vectors: the arrays have room for one beyond the last cover, and so do the grid's words,
+  // where its numbers follow.
+  for (std::size_t i = 0; i < view.shape.sphere_count; i += hn::Lanes(d)) {
+    hn::Vec<FloatTag> x, y, z, reach;
+    hn::LoadInterleaved4(d, from + 4 * i, x, y, z, reach);
+    hn::StoreU(x, d, to.x_m.data() + i);
+    hn::StoreU(y, d, to.y_m.data() + i);
+    hn::StoreU(z, d, to.z_m.data() + i);
+    hn::StoreU(reach, d, to.reach_m.data() + i);
+    const auto cell = hn::Add(
+        voxel(x, 0), hn::Add(hn::Mul(stride_y, voxel(y, 1)), hn::Mul(stride_z, voxel(z, 2))));
+    hn::StoreU(cell, di, reinterpret_cast<std::int32_t*>(to.cell.data()) + i);
+  }
+}
+
+/// One cover against others, kLook at a time.
+class Looker {
+ public:
+  Looker(const SortedCovers& covers, std::uint32_t i)
+      : covers_(covers),
+        x_(hn::Set(d_, covers.x_m[i])),
+        y_(hn::Set(d_, covers.y_m[i])),
+        z_(hn::Set(d_, covers.z_m[i])),
+        reach_(hn::Set(d_, covers.reach_m[i])) {}
+
+  /// Bit k: cover first + k meets this one. Looks at kLook covers, whatever they are.
+  HWY_INLINE std::uint32_t Meeting(std::uint32_t first) const {
+    std::uint32_t bits = 0;
+    for (std::uint32_t k = 0; k < kLook; k += static_cast<std::uint32_t>(hn::Lanes(d_))) {
+      const std::size_t i = first + k;
+      const auto x = hn::Sub(hn::LoadU(d_, covers_.x_m.data() + i), x_);
+      const auto y = hn::Sub(hn::LoadU(d_, covers_.y_m.data() + i), y_);
+      const auto z = hn::Sub(hn::LoadU(d_, covers_.z_m.data() + i), z_);
+      const auto reach = hn::Add(hn::LoadU(d_, covers_.reach_m.data() + i), reach_);
+      const auto distance2 = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
+      std::uint8_t lanes[8];
+      hn::StoreMaskBits(d_, hn::Le(distance2, hn::Mul(reach, reach)), lanes);
+      bits |= static_cast<std::uint32_t>(lanes[0]) << k;
+    }
+    return bits;
+  }
+
+ private:
+  FloatTag d_;
+  const SortedCovers& covers_;
+  hn::Vec<FloatTag> x_, y_, z_, reach_;
+};
+
+HWY_INLINE void AddPair(Search& search, std::uint32_t own, std::uint32_t place) {
+  const std::uint32_t other = search.numbers[place];
+  search.pairs[search.count++] = {std::min(own, other), std::max(own, other)};
+}
+
+/// All that meet within one run, of any length. False for want of room.
+HWY_INLINE bool SearchRun(Search& search, const Looker& looker, std::uint32_t own, Run run) {
+  for (std::uint32_t first = run.first; first < run.end; first += kLook) {
+    if (search.count + kLook > search.room) return false;
+    std::uint32_t bits = looker.Meeting(first);
+    if (run.end - first < kLook) bits &= (1U << (run.end - first)) - 1U;
+    for (; bits != 0; bits &= bits - 1)
+      AddPair(search, own, first + static_cast<std::uint32_t>(std::countr_zero(bits)));
+  }
+  return true;
+}
+
+/// Pairs of a plain grid, of the covers before `end`: a cover with those after it in its own cell
+/// and with those of the 13 cells that follow, which stand in five runs. False for want of room.
+/// may_pass_end: some of these runs lie beyond the last cell.
+template <bool may_pass_end>
+bool SearchPlain(Search& search, std::uint32_t end) {
+  const proto::GridLevel& level = search.view.shape.levels[0];
+  const std::uint32_t row = level.cells[0], layer = row * level.cells[1];
+  const std::uint32_t last = layer * level.cells[2];
+  const auto start_of = [&](std::uint32_t cell) {
+    return search.starts[may_pass_end ? std::min(cell, last) : cell];
+  };
+  for (; search.next < end; ++search.next) {
+    const std::uint32_t i = search.next, cell = search.covers.cell[i];
+    const std::uint32_t own = search.numbers[i];
+    const Looker looker(search.covers, i);
+    std::uint32_t firsts[5], longest = 0;
+    std::uint64_t bits = 0;
+    const auto look = [&](std::uint32_t r, std::uint32_t first, std::uint32_t stop) HWY_ATTR {
+      firsts[r] = first;
+      const std::uint32_t length = stop - first;
+      longest = std::max(longest, length);
+      const std::uint32_t valid = (1U << std::min(length, kLook)) - 1U;
+      bits |= std::uint64_t{looker.Meeting(first) & valid} << (8 * r);
+    };
+    look(0, i + 1, start_of(cell + 2));
+    look(1, start_of(cell + row - 1), start_of(cell + row + 2));
+    look(2, start_of(cell + layer - row - 1), start_of(cell + layer - row + 2));
+    look(3, start_of(cell + layer - 1), start_of(cell + layer + 2));
+    look(4, start_of(cell + layer + row - 1), start_of(cell + layer + row + 2));
+    if (HWY_UNLIKELY(longest > kLook)) {
+      const std::size_t before = search.count;
+      const std::uint32_t steps[4] = {row, layer - row, layer, layer + row};
+      bool has_room = SearchRun(search, looker, own, {i + 1, start_of(cell + 2)});
+      for (const std::uint32_t step : steps)
+        has_room = has_room && SearchRun(search, looker, own,
+                                         {start_of(cell + step - 1), start_of(cell + step + 2)});
+      if (has_room) continue;
+      search.count = before;
+      return false;
+    }
+    if (HWY_UNLIKELY(search.count + 5 * kLook > search.room)) return false;
+    for (; bits != 0; bits &= bits - 1) {
+      const int bit = std::countr_zero(bits);
+      AddPair(search, own, firsts[bit / 8] + static_cast<std::uint32_t>(bit % 8));
+    }
+  }
+  return true;
+}
+
+bool SearchPlainGrid(Search& search) {
+  const proto::GridLevel& level = search.view.shape.levels[0];
+  const std::uint32_t row = level.cells[0], layer = row * level.cells[1];
+  const std::uint32_t last = layer * level.cells[2], farthest = layer + row + 2;
+  const std::uint32_t inside = last > farthest ? search.starts[last - farthest] : 0;
+  return SearchPlain<false>(search, inside) &&
+         SearchPlain<true>(search, search.view.shape.sphere_count);
+}
+
+/// The pairs of one cover with those of a level: all, or those after it in its own.
+bool SearchLevel(Search& search, const Looker& looker, const proto::GridLevel& level, bool is_own) {
+  const std::uint32_t i = search.next, own = search.numbers[i];
+  const std::array<float, 3> centre_m{search.covers.x_m[i], search.covers.y_m[i],
+                                      search.covers.z_m[i]};
+  const float reach_m = (search.covers.reach_m[i] + level.reach_m) * (1.0F + kCoverSlack);
+  const CellBlock block = cell_block(level, centre_m, reach_m, 1.0F / level.voxel_m);
+  if (block.is_empty) return true;
+  const std::uint32_t first_x = block.first[0], count_x = block.count[0], cells_x = block.cells[0];
+  const std::uint32_t straight = std::min(count_x, cells_x - first_x);
+  const auto at = [&](int axis, std::uint32_t k) {
+    const std::uint32_t cell = block.first[axis] + k;
+    return cell < block.cells[axis] ? cell : cell - block.cells[axis];
+  };
+  const auto search_cells = [&](std::uint32_t first, std::uint32_t end) HWY_ATTR {
+    Run run{search.starts[first], search.starts[end]};
+    if (is_own) run.first = std::max(run.first, i + 1);
+    return SearchRun(search, looker, own, run);
+  };
+  for (std::uint32_t k = 0; k < block.count[2]; ++k)
+    for (std::uint32_t j = 0; j < block.count[1]; ++j) {
+      const std::uint32_t row = level.first_cell + cells_x * (at(1, j) + block.cells[1] * at(2, k));
+      if (!search_cells(row + first_x, row + first_x + straight)) return false;
+      if (straight < count_x && !search_cells(row, row + (count_x - straight))) return false;
+    }
+  return true;
+}
+
+/// Pairs of any grid: a cover with those of all coarser levels, and with those after it in its own.
+bool SearchAny(Search& search) {
+  const proto::GridShape& shape = search.view.shape;
+  const auto level_end = [&](std::uint32_t level) {
+    return level + 1 < shape.level_count ? search.starts[shape.levels[level + 1].first_cell]
+                                         : shape.sphere_count;
+  };
+  std::uint32_t own_level = 0;
+  for (; search.next < shape.sphere_count; ++search.next) {
+    while (search.next >= level_end(own_level)) ++own_level;
+    const Looker looker(search.covers, search.next);
+    const std::size_t before = search.count;
+    for (std::uint32_t level = 0; level <= own_level; ++level)
+      if (!SearchLevel(search, looker, shape.levels[level], level == own_level)) {
+        search.count = before;
+        return false;
+      }
+  }
+  return true;
+}
+
+#if HWY_TARGET != HWY_SCALAR
+/// The balls of pairs as one vector each, four floats a ball.
+template <class Number>
+HWY_INLINE auto LoadBalls(const SpherePair* pairs, const Cover* balls, Number number) {
+  const FloatTag d;
+  const auto load = [&](std::size_t k) HWY_ATTR {
+    return hn::LoadU(hn::FixedTag<float, 4>(), balls[number(pairs[k])].centre_m.data());
+  };
+  if constexpr (hn::MaxLanes(d) == kLook)
+    return hn::Combine(d, load(4), load(0));
+  else
+    return load(0);
+}
+
+/// As many pairs at a time as a vector has lanes: each makes one row (dx, dy, dz, ra + rb) of
+/// matrices of four by four. Returns a bit for each that overlaps.
+HWY_INLINE std::uint32_t OverlappingBits(const SpherePair* pairs, const Cover* balls) {
+  const FloatTag d;
+  const hn::RepartitionToWide<FloatTag> wide;
+  alignas(16) constexpr float kSign[4] = {0.0F, 0.0F, 0.0F, -0.0F};
+  const auto sign = hn::LoadDup128(d, kSign);
+  const auto squares = [&](std::size_t k) HWY_ATTR {
+    const auto a = LoadBalls(pairs + k, balls, [](const SpherePair& pair) { return pair.a; });
+    const auto b = LoadBalls(pairs + k, balls, [](const SpherePair& pair) { return pair.b; });
+    const auto row = hn::Sub(a, hn::Xor(b, sign));
+    return hn::Mul(row, row);
+  };
+  const auto s0 = squares(0), s1 = squares(1), s2 = squares(2), s3 = squares(3);
+  const auto xy01 = hn::BitCast(wide, hn::InterleaveLower(d, s0, s1));
+  const auto xy23 = hn::BitCast(wide, hn::InterleaveLower(d, s2, s3));
+  const auto zr01 = hn::BitCast(wide, hn::InterleaveUpper(d, s0, s1));
+  const auto zr23 = hn::BitCast(wide, hn::InterleaveUpper(d, s2, s3));
+  const auto x = hn::BitCast(d, hn::InterleaveLower(wide, xy01, xy23));
+  const auto y = hn::BitCast(d, hn::InterleaveUpper(wide, xy01, xy23));
+  const auto z = hn::BitCast(d, hn::InterleaveLower(wide, zr01, zr23));
+  const auto reach = hn::BitCast(d, hn::InterleaveUpper(wide, zr01, zr23));
+  std::uint8_t mask[8];
+  hn::StoreMaskBits(d, hn::Lt(hn::Add(hn::Add(x, y), z), reach), mask);
+  return mask[0];
+}
+#endif
+
+std::size_t Overlapping(const SpherePair* pairs, std::size_t count, const Cover* balls,
+                        SpherePair* found) {
+  std::size_t kept = 0, i = 0;
+#if HWY_TARGET != HWY_SCALAR
+  constexpr std::size_t kLanes = hn::MaxLanes(FloatTag());
+  for (; i + kLanes <= count; i += kLanes, pairs += kLanes) {
+    const std::uint32_t bits = OverlappingBits(pairs, balls);
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      found[kept] = pairs[k];
+      kept += (bits >> k) & 1U;
+    }
+  }
+#endif
+  for (; i < count; ++i, ++pairs) {
+    const auto& [a, ra] = balls[pairs->a];
+    const auto& [b, rb] = balls[pairs->b];
+    const float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2], reach = ra + rb;
+    if (x * x + y * y + z * z < reach * reach) found[kept++] = *pairs;
+  }
+  return kept;
+}
+
+/// Whether each ball is within its cover, but for the slack that covers have.
+std::size_t FindLeavers(const Cover* balls, const Cover* covers, std::size_t count,
+                        std::uint32_t* leavers, std::size_t room) {
+  const FloatTag d;
+  const std::size_t lanes = hn::Lanes(d);
+  const auto slack = hn::Set(d, 1.0F - 0.5F * kCoverSlack);
+  std::size_t found = 0, i = 0;
+  const auto add = [&](std::size_t number) HWY_ATTR {
+    if (found < room) leavers[found] = static_cast<std::uint32_t>(number);
+    ++found;
+  };
+  for (; i + lanes <= count && found <= room; i += lanes) {
+    hn::Vec<FloatTag> x, y, z, radius, cx, cy, cz, reach;
+    hn::LoadInterleaved4(d, balls[i].centre_m.data(), x, y, z, radius);
+    hn::LoadInterleaved4(d, covers[i].centre_m.data(), cx, cy, cz, reach);
+    x = hn::Sub(x, cx);
+    y = hn::Sub(y, cy);
+    z = hn::Sub(z, cz);
+    const auto left = hn::Sub(hn::Mul(reach, slack), radius);
+    const auto distance2 = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
+    const auto held = hn::And(hn::Le(distance2, hn::Mul(left, left)), hn::Ge(left, hn::Zero(d)));
+    if (HWY_LIKELY(hn::AllTrue(d, held))) continue;
+    std::uint8_t mask[8];
+    hn::StoreMaskBits(d, held, mask);
+    for (std::size_t k = 0; k < lanes; ++k)
+      if (((mask[0] >> k) & 1U) == 0) add(i + k);
+  }
+  for (; i < count && found <= room; ++i)
+    if (!holds(covers[i], balls[i])) add(i);
+  return found;
+}
+
+}  // namespace stillgrid::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace stillgrid {
+namespace {
+HWY_EXPORT(Unpack);
+HWY_EXPORT(SearchPlainGrid);
+HWY_EXPORT(SearchAny);
+HWY_EXPORT(Overlapping);
+HWY_EXPORT(FindLeavers);
+}  // namespace
+
+bool holds(const Cover& cover, const Cover& ball) noexcept {
+  const auto& [c, reach_m] = cover;
+  const auto& [p, radius_m] = ball;
+  const float x = p[0] - c[0], y = p[1] - c[1], z = p[2] - c[2];
+  const float left_m = reach_m * (1.0F - 0.5F * kCoverSlack) - radius_m;
+  return x * x + y * y + z * z <= left_m * left_m && left_m >= 0.0F;
+}
+
+SortedCovers::SortedCovers(std::size_t capacity)
+    : x_m(capacity + kLook),
+      y_m(capacity + kLook),
+      z_m(capacity + kLook),
+      reach_m(capacity + kLook),
+      cell(capacity + kLook) {}
+
+std::size_t search_pairs(const GridView& view, SortedCovers& sorted,
+                         std::vector<SpherePair>& pairs) {
+  if (view.shape.sphere_count < 2) return 0;
+  HWY_DYNAMIC_DISPATCH(Unpack)(view, sorted);
+  const bool plain = is_plain(view.shape);
+  Search search{view,
+                sorted,
+                reinterpret_cast<const std::uint32_t*>(view.words + view.layout.cell_starts),
+                reinterpret_cast<const std::uint32_t*>(view.words + view.layout.numbers),
+                0,
+                pairs.data(),
+                pairs.size()};
+  while (!(plain ? HWY_DYNAMIC_DISPATCH(SearchPlainGrid)(search)
+                 : HWY_DYNAMIC_DISPATCH(SearchAny)(search))) {
+    pairs.resize(2 * pairs.size() + 64 * kLook);
+    search.pairs = pairs.data();
+    search.room = pairs.size();
+  }
+  return search.count;
+}
+
+std::size_t overlapping_pairs(std::span<const SpherePair> pairs, std::span<const Cover> balls,
+                              std::span<SpherePair> found) {
+  assert(found.size() >= pairs.size());
+  return HWY_DYNAMIC_DISPATCH(Overlapping)(pairs.data(), pairs.size(), balls.data(), found.data());
+}
+
+std::size_t find_leavers(std::span<const Cover> balls, std::span<const Cover> covers,
+                         std::span<std::uint32_t> leavers) {
+  assert(balls.size() == covers.size());
+  return HWY_DYNAMIC_DISPATCH(FindLeavers)(balls.data(), covers.data(), balls.size(),
+                                           leavers.data(), leavers.size());
+}
+
+}  // namespace stillgrid
+#endif

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <vector>
+
+#include "sim_server/bodies/world.hpp"
+
+namespace stillgrid {
+
+/// Which spheres of one body may collide with each other.
+///
+/// On a rigid body none. On a deformable one all but those that are neighbours in it, for these
+/// overlap at rest, or come to as soon as it is pressed or bent, and would burst it:
+///   - by its rest shape: the gap between them at rest is at most half of the smaller radius;
+///   - by its springs: they hang on a node in common, or on two that a spring joins.
+class SelfCollision {
+ public:
+  /// Notes which nodes the springs of the world join.
+  explicit SelfCollision(const World& world);
+
+  /// Whether two spheres of the world may collide; true for different bodies.
+  /// Realtime: constant time, never allocates, locks or throws.
+  [[nodiscard]] bool may_collide(const SphereBinding& a, const SphereBinding& b) const noexcept {
+    if (a.body != b.body) return true;
+    return a.rigid < 0 && are_apart_at_rest(a, b) && !are_joined(a, b);
+  }
+
+ private:
+  [[nodiscard]] static bool are_apart_at_rest(const SphereBinding& a,
+                                              const SphereBinding& b) noexcept;
+  [[nodiscard]] bool are_joined(const SphereBinding& a, const SphereBinding& b) const noexcept;
+
+  std::vector<std::size_t> first_neighbour_;  // of each node, and one more
+  std::vector<int> neighbours_;               // ascending within a node; the node itself too
+};
+
+}  // namespace stillgrid

@@ -1,0 +1,221 @@
+#include "sim_server/contact/moving_spheres.hpp"
+
+#include <hwy/targets.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "shared/collision/grid_query.hpp"
+#include "tests/haptic_server/devices/allocation_counter.hpp"
+#include "tests/sim_server/contact/sphere_clouds.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr float kAutomatic = 0.0F;
+
+/// Runs a call with each instruction set that this program holds and this processor has; says which
+/// they were. AVX-512 is among them only on a processor that has it.
+template <class Call>
+void on_every_target(Call&& call) {
+  static bool said = false;
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    INFO(hwy::TargetName(target));
+    if (!said) std::printf("ran on %s\n", hwy::TargetName(target));
+    call();
+  }
+  said = true;
+  hwy::SetSupportedTargetsForTest(0);
+}
+
+std::vector<proto::SphereImage> images_of(std::span<const Cover> balls) {
+  std::vector<proto::SphereImage> images;
+  for (const Cover& ball : balls) images.push_back({ball.centre_m, {0.0F, 0.0F, 0.0F}});
+  return images;
+}
+
+void check_pairs(MovingSpheres& spheres, const DriftingCloud& cloud) {
+  const auto found = ascending(spheres.find(cloud.balls()));
+  const auto expected = tested_pairs(cloud.balls());
+  if (found != expected)
+    FAIL_CHECK(cloud.description()
+               << ": " << found.size() << " pairs, expected " << expected.size());
+}
+
+TEST_CASE("The pairs found are those that overlap, each once, in every scene and motion",
+          "[moving_spheres]") {
+  std::mt19937_64 random(1);
+  std::uniform_int_distribution<std::size_t> size(0, 160);
+  const float ratios[] = {kAutomatic, 1.0F, 0.4F, 2.5F};
+  std::uint64_t seed = 0, pairs = 0;
+  for (int round = 0; round < 64; ++round)
+    for (int cloud = 0; cloud < static_cast<int>(Cloud::kCount); ++cloud)
+      for (int drift = 0; drift < static_cast<int>(Drift::kCount); ++drift) {
+        DriftingCloud spheres(static_cast<Cloud>(cloud), static_cast<Drift>(drift), size(random),
+                              ++seed);
+        MovingSpheres moving(spheres.balls().size(), ratios[seed % 4]);
+        for (int step = 0; step < 6; ++step, spheres.step()) check_pairs(moving, spheres);
+        pairs += moving.listed_pairs();
+      }
+  CHECK(seed == 3072);
+  CHECK(pairs > 100'000);
+}
+
+TEST_CASE("They are the same, in the same order, on every instruction set", "[moving_spheres]") {
+  const auto cloud = GENERATE(Cloud::kEqual, Cloud::kTwoDecades, Cloud::kWide);
+  const auto drift = GENERATE(Drift::kSlow, Drift::kFast, Drift::kMixed);
+  std::vector<std::vector<SpherePair>> first;
+  on_every_target([&] {
+    DriftingCloud spheres(cloud, drift, 3001, 7);
+    MovingSpheres moving(spheres.balls().size(), kAutomatic);
+    std::vector<std::vector<SpherePair>> found;
+    for (int step = 0; step < 12; ++step, spheres.step()) {
+      const auto pairs = moving.find(spheres.balls());
+      found.emplace_back(pairs.begin(), pairs.end());
+    }
+    if (first.empty()) {
+      CHECK(ascending(found[0]) == tested_pairs(DriftingCloud(cloud, drift, 3001, 7).balls()));
+      first = found;
+    }
+    CHECK(found == first);
+  });
+}
+
+TEST_CASE("A hundred thousand spheres are paired exactly", "[moving_spheres]") {
+  const auto cloud = GENERATE(Cloud::kEqual, Cloud::kSheet, Cloud::kTwoDecades);
+  DriftingCloud spheres(cloud, Drift::kSlow, cloud == Cloud::kEqual ? 100'000 : 20'000, 3);
+  MovingSpheres moving(spheres.balls().size(), kAutomatic);
+  for (int step = 0; step < 3; ++step, spheres.step()) check_pairs(moving, spheres);
+}
+
+TEST_CASE("A long slow motion is followed exactly, through many lists", "[moving_spheres]") {
+  DriftingCloud spheres(Cloud::kEqual, GENERATE(Drift::kSlow, Drift::kMixed, Drift::kTeleport), 400,
+                        5);
+  MovingSpheres moving(400, kAutomatic);
+  for (int step = 0; step < 300; ++step, spheres.step()) check_pairs(moving, spheres);
+}
+
+TEST_CASE("What rests or trembles is entered once, what moves slowly seldom", "[moving_spheres]") {
+  const auto entered_in_200_steps = [](Drift drift) {
+    DriftingCloud spheres(Cloud::kEqual, drift, 2000, 6);
+    MovingSpheres moving(2000, kAutomatic);
+    for (int step = 0; step < 200; ++step, spheres.step()) (void)moving.find(spheres.balls());
+    return moving.entered_count();
+  };
+  CHECK(entered_in_200_steps(Drift::kNone) == 1);
+  CHECK(entered_in_200_steps(Drift::kTrembling) == 1);
+  CHECK(entered_in_200_steps(Drift::kSlow) < 40);
+  CHECK(entered_in_200_steps(Drift::kFast) > 100);
+}
+
+TEST_CASE("Pairs that may not collide are never found, the others all", "[moving_spheres]") {
+  DriftingCloud spheres(Cloud::kEqual, Drift::kSlow, 500, 8);
+  MovingSpheres moving(500, kAutomatic);
+  const PairFilter odd = [](std::uint32_t a, std::uint32_t b) { return (a + b) % 2 == 1; };
+  for (int step = 0; step < 60; ++step, spheres.step()) {
+    auto expected = tested_pairs(spheres.balls());
+    std::erase_if(expected, [&](const SpherePair& pair) { return !odd(pair.a, pair.b); });
+    CHECK(ascending(moving.find(spheres.balls(), odd)) == expected);
+  }
+}
+
+TEST_CASE("Few spheres that are shown before the first step obey the filter too",
+          "[moving_spheres]") {
+  const std::size_t count = GENERATE(2U, 3U, 4U);
+  const std::vector<Cover> balls(count, Cover{{0.0F, 0.0F, 0.0F}, 0.01F});
+  MovingSpheres moving(count, kAutomatic);
+  for (proto::SphereRecord& record : moving.records()) record.radius_m = 0.01F;
+  moving.show(images_of(balls));
+  const PairFilter never = [](std::uint32_t, std::uint32_t) { return false; };
+  for (int step = 0; step < 5; ++step) CHECK(moving.find(balls, never).empty());
+}
+
+TEST_CASE("A query is not cut short because one sphere far from it was fast", "[moving_spheres]") {
+  constexpr std::size_t kCount = 20'000;
+  constexpr std::uint32_t kMostVisits = 8192;
+  std::mt19937_64 random(4);
+  std::uniform_real_distribution<float> place(-0.4F, 0.4F);
+  std::vector<Cover> balls(kCount);
+  for (Cover& ball : balls) ball = {{place(random), place(random), place(random)}, 0.005F};
+  balls[0].centre_m = {-1.5F, 0.0F, 0.0F};
+  MovingSpheres moving(kCount, kAutomatic);
+  for (proto::SphereRecord& record : moving.records()) record.radius_m = 0.005F;
+  const Cover probe = cover_round({0.1, 0.1, 0.1}, 0.01);
+  for (int step = 0; step < 12; ++step) {
+    (void)moving.find(balls);
+    moving.show(images_of(balls));
+    CHECK_FALSE(for_each_candidate(moving.grid().view(), probe, kMostVisits, [](std::uint32_t) {}));
+    if (step < 6) balls[0].centre_m[0] += 0.3F;  // then it stands still
+    for (std::size_t i = 1; i < kCount; ++i) balls[i].centre_m[1] += 0.0002F;
+  }
+}
+
+TEST_CASE("The published grid holds every sphere in all its images", "[moving_spheres]") {
+  const auto drift = GENERATE(Drift::kSlow, Drift::kFast, Drift::kMixed, Drift::kTeleport);
+  DriftingCloud spheres(GENERATE(Cloud::kEqual, Cloud::kTwoDecades), drift, 300, 9);
+  MovingSpheres moving(300, kAutomatic);
+  for (std::size_t i = 0; i < 300; ++i) moving.records()[i].radius_m = spheres.balls()[i].reach_m;
+  moving.show(images_of(spheres.balls()));
+  for (int step = 0; step < 40; ++step) {
+    if (step % 5 != 0) (void)moving.find(spheres.balls());
+    spheres.step();
+    moving.show(images_of(spheres.balls()));
+
+    const StillGrid& grid = moving.grid();
+    REQUIRE(is_consistent(grid.view().shape, grid.layout()));
+    for (std::size_t i = 0; i < 300; ++i) {
+      const proto::SphereRecord& record = grid.records()[i];
+      const Cover& cover = grid.cover(i);
+      for (const auto& images : {record.newest, record.older})
+        for (const proto::SphereImage& image : images) {
+          const Eigen::Vector3d apart_m =
+              Eigen::Map<const Eigen::Vector3f>(image.position_m.data()).cast<double>() -
+              Eigen::Map<const Eigen::Vector3f>(cover.centre_m.data()).cast<double>();
+          if (!(apart_m.norm() + double{record.radius_m} <= double{cover.reach_m}))
+            FAIL("sphere " << i << " at step " << step);
+        }
+    }
+    CHECK(grid.records()[0].newest[0].position_m == spheres.balls()[0].centre_m);
+  }
+}
+
+TEST_CASE("Nothing is allocated once the lists have their length", "[moving_spheres]") {
+  if (!allocation_count()) {
+    WARN("skipped: a sanitizer's operator new stands in the way");
+    return;
+  }
+  DriftingCloud spheres(Cloud::kEqual, GENERATE(Drift::kSlow, Drift::kFast), 3000, 10);
+  MovingSpheres moving(3000, kAutomatic);
+  std::vector<proto::SphereImage> images = images_of(spheres.balls());
+  std::uint64_t allocated = 0;
+  for (int step = 0; step < 200; ++step, spheres.step()) {
+    for (std::size_t i = 0; i < images.size(); ++i)
+      images[i].position_m = spheres.balls()[i].centre_m;
+    const std::uint64_t before = *allocation_count();
+    (void)moving.find(spheres.balls());
+    moving.show(images);
+    if (step >= 100) allocated += *allocation_count() - before;
+  }
+  CHECK(allocated == 0);
+}
+
+TEST_CASE("A sphere whose place is no number is refused by its number, and does no harm",
+          "[moving_spheres]") {
+  DriftingCloud spheres(Cloud::kEqual, Drift::kNone, 100, 11);
+  MovingSpheres moving(100, kAutomatic);
+  const bool entered_before = GENERATE(true, false);
+  if (entered_before) (void)moving.find(spheres.balls());
+  std::vector<Cover> balls(spheres.balls().begin(), spheres.balls().end());
+  const float bad =
+      GENERATE(std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity());
+  (GENERATE(true, false) ? balls[17].centre_m[1] : balls[17].reach_m) = bad;
+
+  CHECK_THROWS_WITH(moving.find(balls), Catch::Contains("sphere 17 "));
+  check_pairs(moving, spheres);
+}
+
+}  // namespace
+}  // namespace stillgrid

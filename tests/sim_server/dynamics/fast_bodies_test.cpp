@@ -1,0 +1,184 @@
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
+
+#include "tests/sim_server/dynamics/stepping.hpp"
+#include "tests/sim_server/scene_builders.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr double kPeriod_s = 0.0333;
+constexpr double kReach_m = 0.015;  // 10 mm + 5 mm
+
+BodyDescription target() {
+  BodyDescription body = sphere({0, 0, 0}, 0.01, 0.0);
+  body.motion = Motion::kStatic;
+  return body;
+}
+
+/// Whether a ball of 5 mm that flies along x is seen by its places at the steps' ends alone.
+bool is_seen_at_ends(double start_m, double speed_m_s) {
+  for (double x_m = start_m; x_m < kReach_m; x_m += speed_m_s * kPeriod_s)
+    if (std::abs(x_m) < kReach_m) return true;
+  return false;
+}
+
+/// Whether it is deflected on its way past the target, aside_m off its centre.
+bool is_deflected(double start_m, double speed_m_s, double aside_m) {
+  Simulation simulation(
+      scene_of({target(), moving(sphere({start_m, aside_m, 0}, 0.005, 0.01), {speed_m_s, 0, 0})},
+               material_of(1e5)));
+  const int steps = static_cast<int>((0.1 - start_m) / (speed_m_s * kPeriod_s)) + 1;
+  int left = 0;
+  for (int i = 0; i < steps; ++i) left += simulation.step(kPeriod_s, no_tool).crossings_left;
+  CHECK(left == 0);
+  const Eigen::Vector3d change_m_s =
+      simulation.world().rigid_bodies[0].velocity_m_s - Eigen::Vector3d(speed_m_s, 0, 0);
+  return change_m_s.norm() > 1e-5 * speed_m_s;
+}
+
+TEST_CASE("Steps' ends alone miss 1 - 2 A / (v P) of the balls that cross, the simulation none",
+          "[fast_bodies]") {
+  const double speed_m_s = GENERATE(0.5, 1.0, 2.0, 10.0, 100.0);
+  const double stride_m = speed_m_s * kPeriod_s;
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> phase(0.0, 1.0);
+  constexpr int kBalls = 4000, kFlown = 40;
+  int missed = 0, missed_by_us = 0;
+  for (int i = 0; i < kBalls; ++i) {
+    const double start_m = -kReach_m - stride_m * (0.001 + phase(random));
+    if (!is_seen_at_ends(start_m, speed_m_s)) ++missed;
+    if (i < kFlown && !is_deflected(start_m, speed_m_s, 0.0)) ++missed_by_us;
+  }
+
+  CHECK(double(missed) / kBalls ==
+        Approx(std::max(0.0, 1.0 - 2.0 * kReach_m / stride_m)).margin(0.02));
+  CHECK(missed_by_us == 0);
+}
+
+TEST_CASE("A ball that meets its target off centre is deflected, one that passes by is not",
+          "[fast_bodies]") {
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> aside(0.0, 0.02), speed(0.5, 50.0), start(-0.3, -0.05);
+  for (int i = 0; i < 100; ++i) {
+    const double aside_m = aside(random), start_m = start(random), speed_m_s = speed(random);
+    INFO("aside " << aside_m << " m, from " << start_m << " m at " << speed_m_s << " m/s");
+    if (aside_m > kReach_m) CHECK_FALSE(is_deflected(start_m, speed_m_s, aside_m));
+    if (aside_m < kReach_m - 5e-5) CHECK(is_deflected(start_m, speed_m_s, aside_m));
+  }
+}
+
+TEST_CASE("What falls faster and faster meets what it would fall through in a step",
+          "[fast_bodies]") {
+  // From rest 11 mm above a small ball: a step's fall is 98 mm, none of it in the velocity before.
+  BodyDescription ledge = sphere({0, 0, 0}, 0.002, 0.0);
+  ledge.motion = Motion::kStatic;
+  Simulation simulation(
+      scene_of({ledge, sphere({0, 0, 0.015}, 0.002, 0.01)}, material_of(1e4), {0, 0, -9.81}));
+
+  CHECK(advance(simulation, 0.1, 1));
+
+  CHECK(simulation.world().rigid_bodies[0].position_m.z() > -0.05);
+}
+
+TEST_CASE("A shot is stopped by a cloth that it would cross in a step", "[fast_bodies]") {
+  BodyDescription cloth = sheet({8, 8}, 0.02, 0.01, 5000.0);
+  cloth.shear_stiffness_N_m = 1000.0;
+  cloth.spheres = {0.01, 0.0065};
+  cloth.pinned_nodes = {0, 7, 56, 63};
+  Simulation simulation(scene_of(
+      {cloth, moving(sphere({0.003, 0.002, 0.1}, 0.005, 0.005), {0, 0, -8.0})}, material_of(2e4)));
+  for (int i = 0; i < 3; ++i) CHECK(simulation.step(kPeriod_s, no_tool).crossings_left == 0);
+
+  CHECK(simulation.world().rigid_bodies[0].position_m.z() > -0.1);
+  CHECK(simulation.world().rigid_bodies[0].velocity_m_s.z() > -4.0);
+}
+
+TEST_CASE("A tool that jumps over a ball in one step strikes it on its way", "[fast_bodies]") {
+  SceneDescription scene = scene_of({sphere({0, 0, 0}, 0.01, 0.1)}, material_of(1000.0));
+  scene.tool = {{Eigen::Vector3d::Zero(), 0.005}};
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> place(-1.0, 1.0);
+  for (int i = 0; i < 50; ++i) {
+    const Eigen::Vector3d nearest_m =
+        0.013 * Eigen::Vector3d(place(random), place(random), place(random)).normalized();
+    const Eigen::Vector3d along =
+        nearest_m.cross(Eigen::Vector3d(place(random), place(random), place(random))).normalized();
+    const double jump_m = 0.05 + std::abs(place(random));
+    Simulation simulation(scene);
+    const auto sample_at = [&](double side) {
+      return [&, side] { return ToolSample{.position_m = nearest_m + side * jump_m * along}; };
+    };
+    (void)simulation.step(0.01, sample_at(-1.0));
+    REQUIRE(simulation.world().rigid_bodies[0].velocity_m_s.isZero(0.0));
+    const StepReport report = simulation.step(0.01, sample_at(1.0));
+
+    CHECK(report.crossings_left == 0);
+    CHECK(simulation.world().rigid_bodies[0].velocity_m_s.norm() > 0.0);
+  }
+}
+
+TEST_CASE("A tool that comes into the scene has no path", "[fast_bodies]") {
+  SceneDescription scene = scene_of({sphere({0, 0, 0}, 0.01, 0.1)}, material_of(1000.0));
+  scene.tool = {{Eigen::Vector3d::Zero(), 0.005}};
+  Simulation simulation(scene);
+  const auto at = [](double x_m) {
+    return [x_m] { return ToolSample{.position_m = {x_m, 0, 0}}; };
+  };
+  (void)simulation.step(0.01, at(-1.0));
+  (void)simulation.step(0.01, no_tool);
+  (void)simulation.step(0.01, at(1.0));
+
+  CHECK(simulation.world().rigid_bodies[0].velocity_m_s.isZero(0.0));
+}
+
+TEST_CASE("The report counts the crossings that 64 shortenings of a step leave", "[fast_bodies]") {
+  std::vector<BodyDescription> row;
+  for (int i = 0; i < 100; ++i) row.push_back(sphere({0.01 * i, 0, 0}, 0.002, 1.0));
+  SceneDescription scene = scene_of(row, material_of(1.0));
+  scene.tool = {{Eigen::Vector3d::Zero(), 0.002}};
+  Simulation simulation(scene);
+  (void)simulation.step(0.01, [] { return ToolSample{.position_m = {-0.1, 0, 0}}; });
+  const StepReport report = simulation.step(0.01, [] {
+    return ToolSample{.position_m = {1.1, 0, 0}};
+  });
+
+  CHECK(report.crossings_left > 0);
+  CHECK(report.substeps <= 64 + 8);
+  CHECK(simulation.world().time_s == Approx(0.02));
+}
+
+TEST_CASE("What rests or slides in touch takes one step, though gravity would part it",
+          "[fast_bodies]") {
+  Simulation simulation(
+      scene_of({target(), moving(sphere({0, 0, 0.0149}, 0.005, 0.01), {0, 0, 0}),
+                moving(box({0, 0, -0.03}, {0.03, 0.03, 0.02}, 0.02, {0.01, 0.005}), {0.2, 0, 0}),
+                floor_at(-0.04)},
+               material_of(1000.0), {0, 0, -9.81}));
+
+  for (int i = 0; i < 10; ++i) CHECK(simulation.step(kPeriod_s, no_tool).substeps == 1);
+}
+
+TEST_CASE("A step shortened at crossings repeats to the bit", "[fast_bodies]") {
+  std::vector<BodyDescription> bodies;
+  std::mt19937 random(10);
+  std::uniform_real_distribution<double> place(-0.05, 0.05), speed(-10.0, 10.0);
+  for (int i = 0; i < 40; ++i)
+    bodies.push_back(moving(sphere({place(random), place(random), place(random)}, 0.004, 0.01),
+                            {speed(random), speed(random), speed(random)}));
+  const SceneDescription scene = scene_of(bodies, material_of(1000.0, 0.5, 0.3));
+  Simulation one(scene), other(scene);
+  int substeps = 0;
+  for (int i = 0; i < 4; ++i) {
+    substeps += one.step(kPeriod_s, no_tool).substeps;
+    (void)other.step(kPeriod_s, no_tool);
+  }
+
+  CHECK(substeps > 8);
+  for (std::size_t i = 0; i < bodies.size(); ++i)
+    CHECK(one.world().rigid_bodies[i].position_m == other.world().rigid_bodies[i].position_m);
+}
+
+}  // namespace
+}  // namespace stillgrid
