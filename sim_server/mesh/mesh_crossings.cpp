@@ -1,0 +1,54 @@
+#include "sim_server/mesh/mesh_crossings.hpp"
+
+#include <Eigen/Geometry>
+
+#include "sim_server/mesh/mesh_distance.hpp"
+
+namespace stillgrid {
+namespace {
+
+/// Six volumes of the tetrahedron, signed.
+double turn(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
+            const Eigen::Vector3d& d) {
+  return (b - a).cross(c - a).dot(d - a);
+}
+
+bool pierces(const TriangleMesh& mesh, const Eigen::Vector3d& p, const Eigen::Vector3d& q,
+             const Eigen::Vector3i& triangle) {
+  const auto corner = [&](int i) -> const Eigen::Vector3d& {
+    return mesh.vertices_m[static_cast<std::size_t>(triangle[i])];
+  };
+  const double above = turn(corner(0), corner(1), corner(2), p);
+  const double below = turn(corner(0), corner(1), corner(2), q);
+  if (!(above * below < 0.0)) return false;
+  const double first = turn(p, q, corner(0), corner(1));
+  const double second = turn(p, q, corner(1), corner(2));
+  const double third = turn(p, q, corner(2), corner(0));
+  return (first > 0.0 && second > 0.0 && third > 0.0) ||
+         (first < 0.0 && second < 0.0 && third < 0.0);
+}
+
+}  // namespace
+
+Crossings count_crossings(const TriangleMesh& mesh, std::span<const int> piece_of_face) {
+  const MeshDistance surface(mesh);
+  Crossings crossings;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+    for (int k = 0; k < 3; ++k) {
+      const int a = mesh.triangles[i][k], b = mesh.triangles[i][(k + 1) % 3];
+      if (a > b) continue;  // the face beyond has it the other way round
+      const Eigen::Vector3d& p = mesh.vertices_m[static_cast<std::size_t>(a)];
+      const Eigen::Vector3d& q = mesh.vertices_m[static_cast<std::size_t>(b)];
+      for (const int other : surface.triangles_near(0.5 * (p + q), 0.5 * (q - p).norm())) {
+        const auto j = static_cast<std::size_t>(other);
+        const Eigen::Vector3i& face = mesh.triangles[j];
+        if ((face.array() == a).any() || (face.array() == b).any()) continue;
+        if (!pierces(mesh, p, q, face)) continue;
+        ++(piece_of_face[i] == piece_of_face[j] ? crossings.within_pieces
+                                                : crossings.between_pieces);
+      }
+    }
+  return crossings;
+}
+
+}  // namespace stillgrid

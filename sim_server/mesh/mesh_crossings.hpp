@@ -1,0 +1,20 @@
+#pragma once
+
+#include <span>
+
+#include "sim_server/mesh/triangle_mesh.hpp"
+
+namespace stillgrid {
+
+/// How many edges pass through the inside of a face that shares no corner with them; each edge once
+/// per face. Faces that only touch do not count.
+struct Crossings {
+  int within_pieces = 0;
+  int between_pieces = 0;
+};
+
+/// Pre: the triangles' indices are valid; piece_of_face numbers the piece of each.
+[[nodiscard]] Crossings count_crossings(const TriangleMesh& mesh,
+                                        std::span<const int> piece_of_face);
+
+}  // namespace stillgrid

@@ -1,0 +1,217 @@
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <ostream>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "shared/command_line/number_in.hpp"
+#include "shared/files/whole_file.hpp"
+#include "shared/realtime/exit_status.hpp"
+#include "sim_server/mesh/mesh_file.hpp"
+#include "sim_server/mesh/mesh_repair.hpp"
+#include "sim_server/spheres/blob_fit.hpp"
+#include "sim_server/spheres/decompose_report.hpp"
+#include "sim_server/spheres/decomposition_error.hpp"
+#include "sim_server/spheres/level_of_detail.hpp"
+#include "sim_server/spheres/sampling.hpp"
+#include "sim_server/spheres/sphere_file.hpp"
+
+namespace stillgrid {
+namespace {
+
+struct Arguments {
+  std::filesystem::path mesh, out, report;
+  double tolerance_m = 0.0, surface_spacing_m = 0.0, volume_spacing_m = 0.0;  // one is not 0
+  double scale = 1.0;
+  double tool_radius_m = 0.0, press_depth_m = 0.0;  // 0: by the mesh's size
+  int levels = 1;
+  bool with_blobs = false;
+};
+
+constexpr const char* kDescription =
+    "Covers a closed triangle mesh (OBJ, OFF, STL or PLY) with spheres: few, or even ones.\n"
+    "\n"
+    "With --tolerance no point of the mesh is farther than the tolerance from the surface of the "
+    "union of spheres,\n"
+    "nor that surface from the mesh. What is certain to be wrong in a mesh is repaired; an open "
+    "one\n"
+    "is refused, with the number of its open edges.\n"
+    "\n"
+    "  sphere_decompose liver.obj --scale 0.04 --tolerance 0.002 --out liver.csv\n"
+    "      the file's unit is 4 cm; spheres within 2 mm of it, in metres\n"
+    "  sphere_decompose part.stl --scale 0.001 --tolerance 0.0005 --out part.csv --report "
+    "part.json\n"
+    "      a file in millimetres; counts, errors and volumes beside\n"
+    "  sphere_decompose part.stl --scale 0.001 --tolerance 0.0005 --levels 4 --out part.csv\n"
+    "      part_1.csv (tolerance 4 mm) to part_4.csv (0.5 mm)\n"
+    "  sphere_decompose part.stl --scale 0.001 --tolerance 0.002 --out part.csv --blobs\n"
+    "      part_blobs.csv beside: as many blobs, whose force ripples less\n"
+    "  sphere_decompose part.stl --scale 0.001 --surface-spacing 0.004 --out part.csv\n"
+    "      even spheres, 4 mm apart below the surface\n";
+
+void add_options(CLI::App& app, Arguments& arguments) {
+  app.add_option("MESH", arguments.mesh, "OBJ, OFF, STL or PLY file")->required();
+  CLI::App* const kind = app.add_option_group("spheres");
+  kind->require_option(1);
+  CLI::Option* const tolerance =
+      kind->add_option("--tolerance", arguments.tolerance_m,
+                       "Two-sided Hausdorff distance, m; a level's is twice the next finer one's")
+          ->check(number_in(1e-9, 1e3));
+  kind->add_option("--surface-spacing", arguments.surface_spacing_m,
+                   "Even spheres below the surface, so far apart, m: more of them, less ripple")
+      ->check(number_in(1e-9, 1e3));
+  kind->add_option("--volume-spacing", arguments.volume_spacing_m,
+                   "Even spheres through the volume, so far apart, m")
+      ->check(number_in(1e-9, 1e3));
+  app.add_option("--scale", arguments.scale, "Metres in the file's unit; default 1")
+      ->check(number_in(1e-9, 1e9));
+  app.add_option("--out", arguments.out, "Write x_m,y_m,z_m,radius_m (CSV), a row a sphere")
+      ->required();
+  app.add_option("--levels", arguments.levels,
+                 "Levels of detail, written to FILE_1.csv (coarse) and on; default 1, to FILE.csv")
+      ->needs(tolerance)
+      ->check(CLI::Range(1, 12));
+  app.add_flag(
+      "--blobs", arguments.with_blobs,
+      "Melt each level into blobs too, written to FILE_blobs.csv; their softness is in its "
+      "first line");
+  app.add_option("--tool-radius", arguments.tool_radius_m,
+                 "Radius of the tool whose force is reported, m; default 2 % of the box's diagonal")
+      ->check(number_in(1e-9, 1e3));
+  app.add_option("--press-depth", arguments.press_depth_m,
+                 "How deep it is pressed, m; default a quarter of its radius")
+      ->check(number_in(1e-9, 1e3));
+  app.add_option(
+      "--report", arguments.report,
+      "Write a report (JSON): mesh, errors, and ripple, holes and stiffness of the force");
+}
+
+/// A line that is written over and over, where somebody looks.
+DecompositionProgress progress_on_terminal() {
+  if (isatty(STDERR_FILENO) == 0) return {};
+  return [](const char* step, double done) {
+    std::fprintf(stderr, "\r%-20s %3.0f %%", step, 100.0 * done);
+  };
+}
+
+void clear_progress() {
+  if (isatty(STDERR_FILENO) != 0) std::fprintf(stderr, "\r%26s\r", "");
+}
+
+std::filesystem::path with_suffix(const std::filesystem::path& file, const std::string& suffix) {
+  return file.parent_path() / (file.stem().string() + suffix + file.extension().string());
+}
+
+std::filesystem::path file_of_level(const Arguments& arguments, std::size_t level) {
+  if (arguments.levels == 1) return arguments.out;
+  return with_suffix(arguments.out, "_" + std::to_string(level + 1));
+}
+
+/// The spheres asked for, from coarse to fine.
+std::vector<Decomposition> make_levels(const Arguments& arguments, const TriangleMesh& mesh) {
+  if (arguments.tolerance_m > 0.0)
+    return levels_of_detail(mesh, arguments.tolerance_m, arguments.levels, 2.0,
+                            progress_on_terminal());
+  const double surface_m = arguments.surface_spacing_m, volume_m = arguments.volume_spacing_m;
+  constexpr double kPrecision = 0.05;  // of the measured error, in spacings
+  return {with_error(MeshSolid(mesh),
+                     surface_m > 0.0 ? surface_balls(mesh, surface_m, surface_m)
+                                     : volume_balls(mesh, volume_m, kVolumeRadius * volume_m),
+                     kPrecision * std::max(surface_m, volume_m))};
+}
+
+/// What was asked for, under the name that a scene has for it.
+void add_fineness(const Arguments& arguments, nlohmann::json& json) {
+  if (arguments.tolerance_m > 0.0) json["tolerance_m"] = arguments.tolerance_m;
+  if (arguments.surface_spacing_m > 0.0) json["surface_spacing_m"] = arguments.surface_spacing_m;
+  if (arguments.volume_spacing_m > 0.0) json["volume_spacing_m"] = arguments.volume_spacing_m;
+}
+
+void require_few_enough_for_blobs(const std::vector<Decomposition>& levels, const Press& press) {
+  const std::size_t most = press.targets.size() / 4;  // as fit_blobs() demands
+  for (const Decomposition& level : levels)
+    if (level.balls.size() > most)
+      throw std::runtime_error("--blobs: value " + std::to_string(level.balls.size()) +
+                               " spheres: expected at most " + std::to_string(most));
+}
+
+/// Fits, writes and reports a level's blobs.
+nlohmann::json make_blobs(const Press& press, const std::vector<Ball>& balls,
+                          const std::filesystem::path& file) {
+  const BlobBody blobs = fit_blobs(balls, press.targets, press.tool_radius_m);
+  char comment[96];
+  std::snprintf(comment, sizeof comment, "softness_m = %.17g, tool_radius_m = %.17g",
+                blobs.softness_m, blobs.tool_radius_m);
+  write_spheres(blobs.balls, file, comment);
+  nlohmann::json fields = blob_fields(blobs, press);
+  fields["file"] = file.string();
+  return fields;
+}
+
+int run(const Arguments& arguments) {
+  for (const auto& file : {arguments.out, arguments.report})
+    if (!file.empty()) require_writable(file);
+  const TriangleMesh read = load_mesh(arguments.mesh, arguments.scale);
+  const ClosedMesh closed = make_closed(read, arguments.mesh.string());
+  const Press press = make_press(closed.mesh, arguments.tool_radius_m, arguments.press_depth_m);
+
+  const auto start = std::chrono::steady_clock::now();
+  const std::vector<Decomposition> levels = make_levels(arguments, closed.mesh);
+  const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+  clear_progress();
+  if (arguments.with_blobs) require_few_enough_for_blobs(levels, press);
+
+  nlohmann::json json = {{"mesh", mesh_fields(read, closed)},
+                         {"levels", nlohmann::json::array()},
+                         {"time_s", time.count()}};
+  json["mesh"]["file"] = arguments.mesh.string();
+  json["mesh"]["scale"] = arguments.scale;
+  add_fineness(arguments, json);
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    const std::filesystem::path file = file_of_level(arguments, i);
+    write_spheres(levels[i].balls, file);
+    std::printf("%s: %zu spheres; mesh within %.3g m of them, they within %.3g m of it\n",
+                file.string().c_str(), levels[i].balls.size(), levels[i].mesh_to_union_m,
+                levels[i].union_to_mesh_m);
+    nlohmann::json level = level_fields(levels[i], press);
+    level["file"] = file.string();
+    if (arguments.with_blobs)
+      level["blobs"] = make_blobs(press, levels[i].balls, with_suffix(file, "_blobs"));
+    json["levels"].push_back(std::move(level));
+  }
+  if (!arguments.report.empty())
+    write_whole(arguments.report, [&](std::ostream& out) {
+      // A file's name may be no UTF-8.
+      out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
+    });
+  return kDone;
+}
+
+}  // namespace
+}  // namespace stillgrid
+
+int main(int argc, char** argv) {
+  using namespace stillgrid;
+  CLI::App app(kDescription, "sphere_decompose");
+  Arguments arguments;
+  add_options(app, arguments);
+  try {
+    app.parse(argc, argv);
+    return run(arguments);
+  } catch (const CLI::CallForHelp& help) {
+    return app.exit(help);
+  } catch (const std::exception& error) {
+    clear_progress();
+    std::fprintf(stderr, "sphere_decompose: %s\n", error.what());
+    return kBadInput;
+  }
+}

@@ -1,0 +1,97 @@
+#include "sim_server/spheres/decompose_report.hpp"
+
+#include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "sim_server/mesh/mass_properties.hpp"
+#include "sim_server/spheres/decomposition_error.hpp"
+#include "sim_server/spheres/force_map.hpp"
+
+namespace stillgrid {
+namespace {
+
+/// Forces for a contact stiffness of 1 N/m.
+nlohmann::json force_fields(const Press& press, const UnitForce& force) {
+  const ForceMap map = map_force(press.surface, press.tool_radius_m, press.depth_m, force);
+  return {{"tool_radius_m", press.tool_radius_m},
+          {"press_depth_m", press.depth_m},
+          {"places", press.surface.points_m.size()},
+          {"mean_m", map.mean_m},
+          {"ripple", map.ripple},
+          {"least_over_most", map.min_over_max},
+          {"peak_to_peak", map.peak_to_peak},
+          {"hole_share", map.hole_share},
+          {"reversed_share", map.reversed_share},
+          {"tangential", map.tangential},
+          {"effective_stiffness", map.effective_stiffness},
+          {"stiffness_scale", map.effective_stiffness > 0.0
+                                  ? nlohmann::json(1.0 / map.effective_stiffness)
+                                  : nlohmann::json()}};
+}
+
+}  // namespace
+
+Press make_press(const TriangleMesh& closed, double tool_radius_m, double press_depth_m) {
+  constexpr std::size_t kSamples = 6000;
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& vertex_m : closed.vertices_m) box.extend(vertex_m);
+  const auto given_or = [](double given_m, double otherwise_m) {
+    return given_m > 0.0 ? given_m : otherwise_m;
+  };
+  const double radius_m = given_or(tool_radius_m, 0.02 * box.diagonal().norm());
+  const double depth_m = given_or(press_depth_m, 0.25 * radius_m);
+  const MeshDistance distance(closed);
+  const SurfaceSamples all = sample_surface(closed, kSamples);
+  SurfaceSamples reachable = reachable_samples(all, distance, radius_m, depth_m);
+  if (reachable.points_m.empty())
+    throw std::runtime_error("--tool-radius " + std::to_string(radius_m) +
+                             ": expected one that fits somewhere on the mesh");
+  return {std::move(reachable), distance_targets(all, distance, radius_m), radius_m, depth_m};
+}
+
+nlohmann::json mesh_fields(const TriangleMesh& read, const ClosedMesh& closed) {
+  const MeshRepair& repair = closed.repair;
+  return {{"vertices", read.vertices_m.size()},
+          {"triangles", read.triangles.size()},
+          {"closed",
+           {{"vertices", closed.mesh.vertices_m.size()},
+            {"triangles", closed.mesh.triangles.size()},
+            {"components", closed.components},
+            {"folds", closed.folds}}},
+          {"repair",
+           {{"welded_vertices", repair.welded_vertices},
+            {"degenerate_faces", repair.degenerate_faces},
+            {"doubled_faces", repair.doubled_faces},
+            {"turned_faces", repair.turned_faces},
+            {"turned_components", repair.turned_components},
+            {"split_vertices", repair.split_vertices}}},
+          {"diagonal_m", MeshSolid(closed.mesh).size_m},
+          {"volume_m3", mass_properties(closed.mesh).volume_m3},
+          {"area_m2", surface_area_m2(closed.mesh)}};
+}
+
+nlohmann::json level_fields(const Decomposition& level, const Press& press) {
+  const BallBody body = make_ball_body(level.balls, press.tool_radius_m);
+  return {{"balls", level.balls.size()},
+          {"hausdorff_m", level.hausdorff_m},
+          {"mesh_to_union_m", level.mesh_to_union_m},
+          {"union_to_mesh_m", level.union_to_mesh_m},
+          {"force", force_fields(press, [&](const Eigen::Vector3d& tool_m) {
+             return unit_force_m(body, tool_m);
+           })}};
+}
+
+nlohmann::json blob_fields(const BlobBody& blobs, const Press& press) {
+  const BlobFit fit = blob_fit(blobs, press.targets);
+  return {{"softness_m", blobs.softness_m},
+          {"distance_error_rms_m", fit.rms_m},
+          {"distance_error_max_m", fit.max_m},
+          {"force", force_fields(press, [&](const Eigen::Vector3d& tool_m) {
+             return unit_blob_force_m(blobs, press.tool_radius_m, tool_m);
+           })}};
+}
+
+}  // namespace stillgrid

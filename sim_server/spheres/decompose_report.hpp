@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstddef>
+#include <nlohmann/json_fwd.hpp>
+#include <string_view>
+#include <vector>
+
+#include "sim_server/mesh/mesh_repair.hpp"
+#include "sim_server/spheres/blob_fit.hpp"
+#include "sim_server/spheres/decomposition.hpp"
+#include "sim_server/spheres/surface_samples.hpp"
+
+namespace stillgrid {
+
+/// What the force of all levels is measured with.
+struct Press {
+  SurfaceSamples surface;               // where the tool can be pressed
+  std::vector<DistanceTarget> targets;  // what blobs are fitted to
+  double tool_radius_m = 0.0, depth_m = 0.0;
+};
+
+/// A tool that is pressed into a mesh; a radius of 0 is 2 % of the box's diagonal, a depth of 0 a
+/// quarter of the radius. Throws std::runtime_error where the tool fits nowhere.
+/// Pre: closed, as make_closed() leaves it; both finite and not negative.
+[[nodiscard]] Press make_press(const TriangleMesh& closed, double tool_radius_m,
+                               double press_depth_m);
+
+/// Fields of a report of sphere_decompose, see docs/formats.md: what was read and repaired.
+[[nodiscard]] nlohmann::json mesh_fields(const TriangleMesh& read, const ClosedMesh& closed);
+
+/// Count, errors and force of a level.
+[[nodiscard]] nlohmann::json level_fields(const Decomposition& level, const Press& press);
+
+/// Softness, fit and force of a level's blobs. Pre: blobs.tool_radius_m == press.tool_radius_m.
+[[nodiscard]] nlohmann::json blob_fields(const BlobBody& blobs, const Press& press);
+
+}  // namespace stillgrid
