@@ -8,6 +8,7 @@
 #include <string>
 
 #include "shared/command_line/number_in.hpp"
+#include "shared/files/whole_file.hpp"
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/stop_signal.hpp"
 #include "sim_server/bodies/sphere_packing.hpp"
@@ -102,6 +103,7 @@ int fail(const std::exception& error, ExitStatus status) {
 /// Runs the scene; report and final state are written however it ended.
 int run(Arguments& arguments) {
   SceneDescription scene = load_scene(arguments.scene);
+  for (const std::string& note : scene.notes) spdlog::info("{}", note);
   if (arguments.rate_hz) scene.period_s = 1.0 / *arguments.rate_hz;
   check(arguments, scene.period_s);
   arguments.server.clock = arguments.offline    ? SimulationClock::kOffline
@@ -127,6 +129,9 @@ int run(Arguments& arguments) {
   if (report.not_converged > 0)
     spdlog::warn("{} of {} steps did not converge; each used its best iterate",
                  report.not_converged, report.steps);
+  if (report.crossings_left > 0)
+    spdlog::warn("{} times something moved so fast that it may have passed through another body",
+                 report.crossings_left);
   return status;
 }
 

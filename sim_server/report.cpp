@@ -1,11 +1,11 @@
 #include "sim_server/report.hpp"
 
-#include <cerrno>
-#include <cstring>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
+#include <ostream>
+#include <string>
+
+#include "shared/files/whole_file.hpp"
 
 namespace stillgrid {
 namespace {
@@ -18,29 +18,13 @@ nlohmann::json percentiles_ms(const Histogram& histogram) {
           {"max", ms(histogram.max())}};
 }
 
-std::ofstream open_for_writing(const std::filesystem::path& file) {
-  std::ofstream out(file);
-  if (!out)
-    throw std::runtime_error(file.string() + ": cannot be written: " + std::strerror(errno));
-  return out;
-}
-
-void close(std::ofstream& out, const std::filesystem::path& file) {
-  out.close();
-  if (!out) throw std::runtime_error(file.string() + ": could not be written to its end");
-}
-
 }  // namespace
-
-void require_writable(const std::filesystem::path& file) {
-  if (!std::ofstream(file, std::ios::app))
-    throw std::runtime_error(file.string() + ": cannot be written: " + std::strerror(errno));
-}
 
 void count_step(SimulationReport& report, const StepReport& step) {
   ++report.steps;
   report.solver_iterations += static_cast<std::uint64_t>(step.solve.iterations);
   report.not_converged += step.solve.converged ? 0 : 1;
+  report.crossings_left += static_cast<std::uint64_t>(step.crossings_left);
   report.contacts += static_cast<std::uint64_t>(step.contacts);
   if (!report.measures_time) return;
   const auto ns = [](std::chrono::nanoseconds t) { return static_cast<std::uint64_t>(t.count()); };
@@ -64,6 +48,7 @@ void write_report(const SimulationReport& report, const World& world,
                           {{"name", report.solver},
                            {"iterations", static_cast<double>(report.solver_iterations) / steps},
                            {"not_converged", report.not_converged}}},
+                         {"crossings_left", report.crossings_left},
                          {"energy_J", mechanical_energy_J(world)},
                          {"generations", report.generations}};
   if (report.measures_time) {
@@ -74,31 +59,30 @@ void write_report(const SimulationReport& report, const World& world,
     if (report.publish_ns.count() > 0)
       json["phases_ms"]["publish"] = percentiles_ms(report.publish_ns);
   }
-  std::ofstream out = open_for_writing(file);
   // A scene's name is a file's, and may be no UTF-8.
-  out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
-  close(out, file);
+  const std::string text = json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+  write_whole(file, [&](std::ostream& out) { out << text << '\n'; });
 }
 
 void write_final_state(const World& world, const std::filesystem::path& file) {
-  std::ofstream out = open_for_writing(file);
-  out.precision(std::numeric_limits<double>::max_digits10);
-  out << "body,node,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s\n";
-  const auto row = [&](const std::string& name, int node, const Eigen::Vector3d& x,
-                       const Eigen::Vector3d& v) {
-    out << name << ',' << node << ',' << x.x() << ',' << x.y() << ',' << x.z() << ',' << v.x()
-        << ',' << v.y() << ',' << v.z() << '\n';
-  };
-  for (const BodyRange& body : world.bodies) {
-    for (int i = 0; i < body.node_count; ++i) {
-      const Node& node = world.nodes[static_cast<std::size_t>(body.first_node + i)];
-      row(body.name, i, node.position_m, node.velocity_m_s);
+  write_whole(file, [&](std::ostream& out) {
+    out.precision(std::numeric_limits<double>::max_digits10);
+    out << "body,node,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s\n";
+    const auto row = [&](const std::string& name, int node, const Eigen::Vector3d& x,
+                         const Eigen::Vector3d& v) {
+      out << name << ',' << node << ',' << x.x() << ',' << x.y() << ',' << x.z() << ',' << v.x()
+          << ',' << v.y() << ',' << v.z() << '\n';
+    };
+    for (const BodyRange& body : world.bodies) {
+      for (int i = 0; i < body.node_count; ++i) {
+        const Node& node = world.nodes[static_cast<std::size_t>(body.first_node + i)];
+        row(body.name, i, node.position_m, node.velocity_m_s);
+      }
+      if (body.rigid < 0) continue;
+      const RigidBody& rigid = world.rigid_bodies[static_cast<std::size_t>(body.rigid)];
+      row(body.name, 0, rigid.position_m, rigid.velocity_m_s);
     }
-    if (body.rigid < 0) continue;
-    const RigidBody& rigid = world.rigid_bodies[static_cast<std::size_t>(body.rigid)];
-    row(body.name, 0, rigid.position_m, rigid.velocity_m_s);
-  }
-  close(out, file);
+  });
 }
 
 }  // namespace stillgrid

@@ -15,16 +15,12 @@ struct SimulationReport {
   std::string scene, solver;
   double rate_hz = 0.0;
   std::uint64_t steps = 0, late_steps = 0, generations = 0;
-  std::uint64_t solver_iterations = 0, not_converged = 0, contacts = 0;
+  std::uint64_t solver_iterations = 0, not_converged = 0, crossings_left = 0, contacts = 0;
   bool measures_time = false;  // lockstep has no wall time to report
   Histogram step_ns, detect_ns, respond_ns, integrate_ns, publish_ns;
 };
 
 void count_step(SimulationReport& report, const StepReport& step);
-
-/// Throws std::runtime_error unless the file can be written: to be asked before a long run, not
-/// after.
-void require_writable(const std::filesystem::path& file);
 
 /// Writes the report of docs/formats.md, "Reports". Throws std::runtime_error if the file cannot be
 /// written.

@@ -37,7 +37,6 @@ StaticScene static_scene(const SceneDescription& scene, const Simulation& simula
          f(sphere.radius_m)});
   fixed.tool_slip_speed_m_s = f(scene.tool_slip_speed_m_s);
   fixed.spheres = still_records(world);
-  fixed.static_voxel_m = simulation.detection().still_voxel_m();
   const DeviceFrame& device = scene.device;
   fixed.device = {{device.position_m.x(), device.position_m.y(), device.position_m.z()},
                   {device.orientation.x(), device.orientation.y(), device.orientation.z(),
@@ -57,32 +56,14 @@ class Session {
  public:
   Session(const SceneDescription& scene, const ServerOptions& options, const Simulation& simulation,
           proto::Clock clock, std::uint64_t start_ns)
-      : voxel_m_(simulation.detection().voxel_m()),
-        writer_(options.session, static_scene(scene, simulation), simulation.world().spheres.size(),
+      : writer_(options.session, static_scene(scene, simulation), simulation.world().spheres.size(),
                 to_ns(scene.period_s), clock, start_ns, options.readers),
         tool_(options.session, proto::SegmentKind::kTool, proto::kToolLayoutHash, clock,
               [clock](const std::string& refusal) {
                 // Lockstep cannot go on without its peer; real time can, until a better one comes.
                 if (clock == proto::Clock::kVirtual) throw SegmentError(refusal);
                 spdlog::warn("{}", refusal);
-              }) {
-    const World& world = simulation.world();
-    for (std::size_t i = 0; i < world.spheres.size(); ++i) {
-      const SphereBinding& sphere = world.spheres[i];
-      writer_.describe_sphere(i, static_cast<float>(sphere.radius_m),
-                              static_cast<std::uint32_t>(sphere.material),
-                              static_cast<std::uint32_t>(sphere.body));
-    }
-  }
-
-  void fill(const World& world) {
-    writer_.segment().require_whole();
-    for (std::size_t i = 0; i < world.spheres.size(); ++i) {
-      const SphereMotion motion = sphere_motion(world, world.spheres[i]);
-      writer_.set_sphere(i, motion.position_m, motion.velocity_m_s);
-    }
-    writer_.fill(voxel_m_);
-  }
+              }) {}
 
   [[nodiscard]] std::optional<ToolSample> take_tool() {
     const ToolView* view = tool_.acquire();
@@ -98,7 +79,6 @@ class Session {
   [[nodiscard]] SegmentWatch<ToolView>& tool() noexcept { return tool_; }
 
  private:
-  float voxel_m_;
   SceneWriter writer_;
   SegmentWatch<ToolView> tool_;
   std::optional<ToolSample> last_tool_;
@@ -124,9 +104,10 @@ void run_real(const SceneDescription& scene, const ServerOptions& options, Simul
   session.tool().start();
   const auto publish = [&](std::uint64_t state_ns, std::uint64_t began_ns, const StepReport& step) {
     const std::uint64_t computed_ns = monotonic_ns();
-    session.fill(simulation.world());
+    session.writer().segment().require_whole();
     const std::uint64_t now_ns = monotonic_ns();
-    session.writer().publish({.state_ns = state_ns,
+    session.writer().publish(simulation.detection().image(),
+                             {.state_ns = state_ns,
                               .publish_ns = now_ns,
                               .tool_ns = step.tool_time_ns,
                               .step_ns = now_ns - began_ns,
@@ -205,8 +186,7 @@ void run_lockstep(const SceneDescription& scene, const ServerOptions& options,
   std::uint64_t period_ns = draw_period_ns();
   std::uint64_t state_ns = period_ns;  // T_n of the next image
   std::uint64_t sample_ns = state_ns;  // when its tool sample is due
-  session.fill(simulation.world());
-  session.writer().publish({.state_ns = 0, .publish_ns = 0});
+  session.writer().publish(simulation.detection().image(), {.state_ns = 0, .publish_ns = 0});
   ++report.generations;
   promise(header.lockstep_sample_ns, sample_ns);
   promise(header.lockstep_event_ns, sample_ns + latency_ns);
@@ -219,7 +199,7 @@ void run_lockstep(const SceneDescription& scene, const ServerOptions& options,
     if (stop || !peer.wait(&proto::SegmentHeader::lockstep_sample_ns, sample_ns + 1)) break;
     const StepReport step = simulation.step(to_s(period_ns), [&] { return peer.sample(); });
     count_step(report, step);
-    session.fill(simulation.world());
+    session.writer().segment().require_whole();
 
     const ImageTimes times{.state_ns = state_ns,
                            .publish_ns = sample_ns + latency_ns,
@@ -230,7 +210,7 @@ void run_lockstep(const SceneDescription& scene, const ServerOptions& options,
     sample_ns = std::max(state_ns, times.publish_ns);
     promise(header.lockstep_sample_ns, sample_ns);
     if (!peer.wait(&proto::SegmentHeader::lockstep_event_ns, times.publish_ns)) break;
-    session.writer().publish(times);
+    session.writer().publish(simulation.detection().image(), times);
     ++report.generations;
     promise(header.lockstep_event_ns, sample_ns + latency_ns);
   }

@@ -27,7 +27,8 @@ SpherePacking packing_of(const BodyDescription& body) {
     default_to(
         std::min(body.size_m.x() / (body.nodes.x() - 1), body.size_m.y() / (body.nodes.y() - 1)),
         0.75);
-  if (body.kind == BodyKind::kRigidBox) default_to(body.size_m.minCoeff() / 3.0, 0.5);
+  if (body.kind == BodyKind::kRigidBox || body.kind == BodyKind::kSoftBlock)
+    default_to(body.size_m.minCoeff() / 3.0, 0.5);
   return packing;
 }
 
@@ -41,12 +42,12 @@ double spread(int i, int n, double low, double high) {
   return n > 1 ? low + (high - low) * i / (n - 1) : 0.5 * (low + high);
 }
 
-struct LatticePoint {
+struct LinePoint {
   int lower;        // node below
   double fraction;  // towards the next
 };
 
-LatticePoint on_lattice(int i, int spheres, int nodes) {
+LinePoint among_nodes(int i, int spheres, int nodes) {
   const double place = spread(i, spheres, 0.0, nodes - 1.0);
   const int lower = std::clamp(static_cast<int>(std::floor(place)), 0, std::max(0, nodes - 2));
   return {lower, place - lower};
@@ -73,7 +74,7 @@ std::vector<SphereBinding> pack_thread(const BodyDescription& body) {
   std::vector<SphereBinding> spheres;
   for (int i = 0; i < count; ++i) {
     SphereBinding sphere = blank(body, radius_m);
-    const auto [lower, t] = on_lattice(i, count, body.nodes.x());
+    const auto [lower, t] = among_nodes(i, count, body.nodes.x());
     bind(sphere, lower, 1.0 - t);
     bind(sphere, lower + 1, t);
     sphere.rest_position_m = body.from_m + spread(i, count, 0.0, 1.0) * (body.to_m - body.from_m);
@@ -91,8 +92,8 @@ std::vector<SphereBinding> pack_sheet(const BodyDescription& body) {
   for (int j = 0; j < rows; ++j)
     for (int i = 0; i < columns; ++i) {
       SphereBinding sphere = blank(body, radius_m);
-      const auto [x, u] = on_lattice(i, columns, nx);
-      const auto [y, v] = on_lattice(j, rows, ny);
+      const auto [x, u] = among_nodes(i, columns, nx);
+      const auto [y, v] = among_nodes(j, rows, ny);
       bind(sphere, x + nx * y, (1.0 - u) * (1.0 - v));
       bind(sphere, x + 1 + nx * y, u * (1.0 - v));
       bind(sphere, x + nx * (y + 1), (1.0 - u) * v);
@@ -103,6 +104,20 @@ std::vector<SphereBinding> pack_sheet(const BodyDescription& body) {
       spheres.push_back(sphere);
     }
   return spheres;
+}
+
+/// A sphere at its place in a solid: on the nodes round it, or fixed in a rigid body.
+SphereBinding in_body(const BodyDescription& body, const Ball& ball) {
+  SphereBinding sphere = blank(body, ball.radius_m);
+  sphere.rest_position_m = body.position_m + body.orientation * ball.centre_m;
+  if (body.lattice.nodes_m.empty()) {
+    sphere.local_m = ball.centre_m;
+    return sphere;
+  }
+  const LatticePoint point = bind_to_lattice(body.lattice, ball.centre_m);
+  for (std::size_t i = 0; i < point.nodes.size(); ++i)
+    bind(sphere, point.nodes[i], point.weights[i]);
+  return sphere;
 }
 
 std::vector<SphereBinding> pack_box(const BodyDescription& body) {
@@ -117,11 +132,14 @@ std::vector<SphereBinding> pack_box(const BodyDescription& body) {
   for (int z = 0; z < counts.z(); ++z)
     for (int y = 0; y < counts.y(); ++y)
       for (int x = 0; x < counts.x(); ++x) {
-        SphereBinding sphere = blank(body, radius_m);
-        sphere.local_m = {along(x, 0), along(y, 1), along(z, 2)};
-        sphere.rest_position_m = body.position_m + body.orientation * sphere.local_m;
-        spheres.push_back(sphere);
+        spheres.push_back(in_body(body, {{along(x, 0), along(y, 1), along(z, 2)}, radius_m}));
       }
+  return spheres;
+}
+
+std::vector<SphereBinding> pack_mesh(const BodyDescription& body) {
+  std::vector<SphereBinding> spheres;
+  for (const Ball& ball : body.balls) spheres.push_back(in_body(body, ball));
   return spheres;
 }
 
@@ -134,7 +152,10 @@ std::vector<SphereBinding> pack_spheres(const BodyDescription& body) {
     case BodyKind::kSheet:
       return pack_sheet(body);
     case BodyKind::kRigidBox:
+    case BodyKind::kSoftBlock:
       return pack_box(body);
+    case BodyKind::kMesh:
+      return pack_mesh(body);
     case BodyKind::kSphere: {
       SphereBinding sphere = blank(body, body.radius_m);
       sphere.rest_position_m = body.position_m;
@@ -156,7 +177,10 @@ double sphere_count(const BodyDescription& body) {
       return along((body.to_m - body.from_m).norm());
     case BodyKind::kSheet:
       return along(body.size_m.x()) * along(body.size_m.y());
-    case BodyKind::kRigidBox: {
+    case BodyKind::kMesh:
+      return static_cast<double>(body.balls.size());
+    case BodyKind::kRigidBox:
+    case BodyKind::kSoftBlock: {
       const Eigen::Vector3d inner_m = inner_size_m(body, radius_m);
       return along(inner_m.x()) * along(inner_m.y()) * along(inner_m.z());
     }

@@ -21,9 +21,12 @@ void connect(World& world, const BodyDescription& body, int a, int b, double sti
   world.springs.push_back({a, b, (at(b) - at(a)).norm(), stiffness_N_m, body.spring_damping_N_s_m});
 }
 
-/// The nodes of a sheet or thread in its rest shape; lattice of nodes.x() by nodes.y().
+/// The nodes of a deformable body in its rest shape.
 std::vector<Eigen::Vector3d> rest_nodes(const BodyDescription& body) {
   std::vector<Eigen::Vector3d> points;
+  for (const Eigen::Vector3d& node_m : body.lattice.nodes_m)
+    points.emplace_back(body.position_m + body.orientation * node_m);
+  if (!points.empty()) return points;
   const auto fraction = [](int i, int n) { return n > 1 ? double(i) / double(n - 1) : 0.0; };
   for (int y = 0; y < body.nodes.y(); ++y)
     for (int x = 0; x < body.nodes.x(); ++x) {
@@ -56,13 +59,24 @@ void add_springs(World& world, const BodyDescription& body, int first) {
     }
 }
 
+void add_lattice_springs(World& world, const BodyDescription& body, int first) {
+  for (const LatticeSpring& spring : lattice_springs(body.lattice)) {
+    const double stiffness_N_m = spring.link == LatticeLink::kStructural
+                                     ? body.structural_stiffness_N_m
+                                 : spring.link == LatticeLink::kShear ? body.shear_stiffness_N_m
+                                                                      : body.bend_stiffness_N_m;
+    connect(world, body, first + spring.a, first + spring.b, stiffness_N_m);
+  }
+}
+
 void add_deformable(World& world, const BodyDescription& body, BodyRange& range) {
+  const std::vector<Eigen::Vector3d> points_m = rest_nodes(body);
   range.first_node = static_cast<int>(world.nodes.size());
-  range.node_count = body.nodes.prod();
-  const Eigen::Vector3d centre_m =
-      body.kind == BodyKind::kThread ? 0.5 * (body.from_m + body.to_m) : body.position_m;
+  range.node_count = static_cast<int>(points_m.size());
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& point : points_m) centre_m += point / range.node_count;
   int index = 0;
-  for (const Eigen::Vector3d& point : rest_nodes(body)) {
+  for (const Eigen::Vector3d& point : points_m) {
     const bool pinned =
         std::binary_search(body.pinned_nodes.begin(), body.pinned_nodes.end(), index++);
     const Eigen::Vector3d velocity_m_s =
@@ -72,34 +86,57 @@ void add_deformable(World& world, const BodyDescription& body, BodyRange& range)
                            .mass_kg = body.mass_kg / range.node_count,
                            .unknown = pinned ? kNoUnknown : take_unknowns(world, 3)});
   }
-  add_springs(world, body, range.first_node);
+  if (body.lattice.nodes_m.empty())
+    add_springs(world, body, range.first_node);
+  else
+    add_lattice_springs(world, body, range.first_node);
 }
 
 Eigen::Vector3d inertia_kg_m2(const BodyDescription& body) {
+  if (body.kind == BodyKind::kMesh) return body.mass_kg * body.inertia_per_kg_m2;
   if (body.kind == BodyKind::kSphere)
     return Eigen::Vector3d::Constant(0.4 * body.mass_kg * body.radius_m * body.radius_m);
   const Eigen::Array3d squared_m2 = body.size_m.array().square();
   return (body.mass_kg / 12.0 * (squared_m2.sum() - squared_m2)).matrix();
 }
 
+/// Distance of a rigid body's farthest point from its centre.
+double reach_m(const BodyDescription& body) {
+  if (body.kind == BodyKind::kSphere) return body.radius_m;
+  if (body.kind == BodyKind::kRigidBox) return 0.5 * body.size_m.norm();
+  double farthest_m = 0.0;
+  for (const Ball& ball : body.balls)
+    farthest_m = std::max(farthest_m, ball.centre_m.norm() + ball.radius_m);
+  return farthest_m;
+}
+
 void add_rigid(World& world, const BodyDescription& body, BodyRange& range) {
   range.rigid = static_cast<int>(world.rigid_bodies.size());
   const bool free = body.motion == Motion::kFree;
-  world.rigid_bodies.push_back(
-      {.position_m = body.position_m,
-       .orientation = body.orientation,
-       .velocity_m_s = body.velocity_m_s,
-       .angular_velocity_rad_s = body.angular_velocity_rad_s,
-       .mass_kg = body.mass_kg,
-       .inertia_kg_m2 = inertia_kg_m2(body),
-       .reach_m = body.kind == BodyKind::kSphere ? body.radius_m : 0.5 * body.size_m.norm(),
-       .unknown = free ? take_unknowns(world, 6) : kNoUnknown,
-       .start_m = body.position_m,
-       .prescribed = body.prescribed});
+  world.rigid_bodies.push_back({.position_m = body.position_m,
+                                .orientation = body.orientation,
+                                .velocity_m_s = body.velocity_m_s,
+                                .angular_velocity_rad_s = body.angular_velocity_rad_s,
+                                .mass_kg = body.mass_kg,
+                                .inertia_kg_m2 = inertia_kg_m2(body),
+                                .reach_m = reach_m(body),
+                                .unknown = free ? take_unknowns(world, 6) : kNoUnknown,
+                                .start_m = body.position_m,
+                                .prescribed = body.prescribed});
   if (!free) {
     RigidBody& rigid = world.rigid_bodies.back();
     rigid.velocity_m_s = prescribed_state(rigid, 0.0).velocity_m_s;
   }
+}
+
+/// The material of a body's spheres: its own if its stiffness is scaled.
+int material_of(World& world, const BodyDescription& body) {
+  if (body.stiffness_scale == 1.0) return body.material;
+  ContactMaterial material = world.materials[static_cast<std::size_t>(body.material)];
+  material.stiffness_N_m *= body.stiffness_scale;
+  material.damping_N_s_m *= body.stiffness_scale;
+  world.materials.push_back(material);
+  return static_cast<int>(world.materials.size()) - 1;
 }
 
 void add_body(World& world, const BodyDescription& body, int number) {
@@ -109,18 +146,18 @@ void add_body(World& world, const BodyDescription& body, int number) {
     world.planes.push_back({body.normal, body.normal.dot(body.position_m), body.material, number});
     return;
   }
-  const bool deformable = body.kind == BodyKind::kSheet || body.kind == BodyKind::kThread;
+  const int material = material_of(world, body);
   if (body.motion != Motion::kStatic) {
-    if (deformable)
+    if (is_deformable(body))
       add_deformable(world, body, range);
     else
       add_rigid(world, body, range);
   }
   for (SphereBinding& sphere : pack_spheres(body)) {
     sphere.body = number;
+    sphere.material = material;
     if (body.motion == Motion::kStatic) {
-      world.still_spheres.push_back(
-          {sphere.rest_position_m, sphere.radius_m, body.material, number});
+      world.still_spheres.push_back({sphere.rest_position_m, sphere.radius_m, material, number});
       continue;
     }
     sphere.rigid = range.rigid;

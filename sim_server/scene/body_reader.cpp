@@ -6,16 +6,20 @@
 #include <string_view>
 #include <vector>
 
+#include "sim_server/scene/mesh_reader.hpp"
+
 namespace stillgrid {
 namespace {
 
 constexpr int kMostNodesPerSide = 1000;
+constexpr double kMostNodesOfBlock = 1e5;
 constexpr double kMostSpheresPerSide = 1000.0;
 
-constexpr std::array<std::string_view, 5> kKinds = {"sheet", "thread", "rigid_box", "sphere",
-                                                    "plane"};
-constexpr std::array kKindOf = {BodyKind::kSheet, BodyKind::kThread, BodyKind::kRigidBox,
-                                BodyKind::kSphere, BodyKind::kPlane};
+constexpr std::array<std::string_view, 7> kKinds = {"sheet", "thread", "soft_block", "rigid_box",
+                                                    "mesh",  "sphere", "plane"};
+constexpr std::array kKindOf = {BodyKind::kSheet,    BodyKind::kThread, BodyKind::kSoftBlock,
+                                BodyKind::kRigidBox, BodyKind::kMesh,   BodyKind::kSphere,
+                                BodyKind::kPlane};
 
 constexpr std::array<std::string_view, 4> kThreadPins = {"none", "start", "end", "both"};
 constexpr std::array<std::string_view, 5> kSheetPins = {"none", "corners", "two_corners", "edges",
@@ -28,6 +32,12 @@ int read_material(TableReader& table, std::span<const MaterialDescription> mater
   return static_cast<int>(table.choice("material", names));
 }
 
+/// Whether the body is made of masses and springs; a mesh is if it has springs.
+bool has_springs(TableReader& table, BodyKind kind) {
+  if (kind == BodyKind::kMesh) return table.has("spring_stiffness_N_m");
+  return kind == BodyKind::kSheet || kind == BodyKind::kThread || kind == BodyKind::kSoftBlock;
+}
+
 Motion read_motion(TableReader& table, BodyKind kind) {
   if (kind == BodyKind::kPlane) {
     constexpr std::array<std::string_view, 1> only_static = {"static"};
@@ -37,9 +47,9 @@ Motion read_motion(TableReader& table, BodyKind kind) {
   if (!table.has("motion")) return Motion::kFree;
   constexpr std::array<std::string_view, 3> names = {"free", "static", "prescribed"};
   constexpr std::array motions = {Motion::kFree, Motion::kStatic, Motion::kPrescribed};
-  // A sheet or thread cannot be told where all of its nodes are by one direction.
-  const bool is_rigid = kind == BodyKind::kSphere || kind == BodyKind::kRigidBox;
-  return motions[table.choice("motion", std::span(names).first(is_rigid ? 3 : 2))];
+  // What deforms cannot be told where all of its nodes are by one direction.
+  const std::size_t count = has_springs(table, kind) ? 2 : 3;
+  return motions[table.choice("motion", std::span(names).first(count))];
 }
 
 PrescribedMotion read_prescribed(TableReader& table) {
@@ -75,7 +85,7 @@ void read_springs(TableReader& table, BodyDescription& body) {
   if (body.motion == Motion::kFree || stiffness.has("structural")) {
     body.structural_stiffness_N_m = stiffness.number("structural", Bound::kPositive);
   }
-  if (body.kind == BodyKind::kSheet) {
+  if (body.kind != BodyKind::kThread) {
     body.shear_stiffness_N_m = stiffness.number_or("shear", Bound::kNotNegative, 0.0);
   }
   body.bend_stiffness_N_m = stiffness.number_or("bend", Bound::kNotNegative, 0.0);
@@ -84,7 +94,7 @@ void read_springs(TableReader& table, BodyDescription& body) {
 }
 
 template <typename IsPinned>
-std::vector<int> nodes_where(const Eigen::Vector2i& nodes, IsPinned is_pinned) {
+std::vector<int> nodes_where(const Eigen::Vector3i& nodes, IsPinned is_pinned) {
   std::vector<int> pinned;
   for (int y = 0; y < nodes.y(); ++y) {
     for (int x = 0; x < nodes.x(); ++x) {
@@ -94,7 +104,7 @@ std::vector<int> nodes_where(const Eigen::Vector2i& nodes, IsPinned is_pinned) {
   return pinned;
 }
 
-std::vector<int> read_pinned_sheet_nodes(TableReader& table, const Eigen::Vector2i& nodes) {
+std::vector<int> read_pinned_sheet_nodes(TableReader& table, const Eigen::Vector3i& nodes) {
   const std::string_view where = kSheetPins[table.choice("pinned", kSheetPins)];
   return nodes_where(nodes, [&](int x, int y) {
     const bool is_top = y == nodes.y() - 1;
@@ -106,7 +116,7 @@ std::vector<int> read_pinned_sheet_nodes(TableReader& table, const Eigen::Vector
   });
 }
 
-std::vector<int> read_pinned_thread_nodes(TableReader& table, const Eigen::Vector2i& nodes) {
+std::vector<int> read_pinned_thread_nodes(TableReader& table, const Eigen::Vector3i& nodes) {
   const std::string_view where = kThreadPins[table.choice("pinned", kThreadPins)];
   return nodes_where(nodes, [&](int x, int /*y*/) {
     return (x == 0 && (where == "start" || where == "both")) ||
@@ -114,13 +124,36 @@ std::vector<int> read_pinned_thread_nodes(TableReader& table, const Eigen::Vecto
   });
 }
 
+/// The nodes of a soft solid that lie within a box of the scene.
+std::vector<int> read_pinned_box(TableReader& table, const BodyDescription& body) {
+  TableReader box = table.table("pinned");
+  const Eigen::Vector3d low_m = box.vector("low_m"), high_m = box.vector("high_m");
+  box.finish();
+  std::vector<int> pinned;
+  for (std::size_t i = 0; i < body.lattice.nodes_m.size(); ++i) {
+    const Eigen::Array3d at_m = body.position_m + body.orientation * body.lattice.nodes_m[i];
+    if ((at_m >= low_m.array()).all() && (at_m <= high_m.array()).all())
+      pinned.push_back(static_cast<int>(i));
+  }
+  if (pinned.empty()) table.refuse("pinned", "a box with a node of the body in it");
+  return pinned;
+}
+
 std::vector<int> read_pinned_nodes(TableReader& table, const BodyDescription& body) {
   if (!table.has("pinned")) return {};
+  const bool is_solid = !body.lattice.nodes_m.empty();
   if (table.has_text("pinned")) {
+    if (is_solid) {
+      constexpr std::array<std::string_view, 1> none = {"none"};
+      (void)table.choice("pinned", none);
+      return {};
+    }
     return body.kind == BodyKind::kSheet ? read_pinned_sheet_nodes(table, body.nodes)
                                          : read_pinned_thread_nodes(table, body.nodes);
   }
-  std::vector<int> pinned = table.integers("pinned", {0, body.nodes.prod() - 1});
+  if (is_solid && table.has_table("pinned")) return read_pinned_box(table, body);
+  const int nodes = is_solid ? static_cast<int>(body.lattice.nodes_m.size()) : body.nodes.prod();
+  std::vector<int> pinned = table.integers("pinned", {0, nodes - 1});
   std::sort(pinned.begin(), pinned.end());
   pinned.erase(std::unique(pinned.begin(), pinned.end()), pinned.end());
   return pinned;
@@ -143,7 +176,7 @@ SpherePacking read_packing(TableReader& table, double longest_side_m) {
 void read_sheet(TableReader& table, BodyDescription& body) {
   const std::vector<int> nodes = table.integers("nodes", {2, kMostNodesPerSide});
   if (nodes.size() != 2) table.refuse("nodes", "two integers, along x and along y");
-  body.nodes = Eigen::Vector2i(nodes[0], nodes[1]);
+  body.nodes = Eigen::Vector3i(nodes[0], nodes[1], 1);
   const std::vector<double> size_m = table.numbers("size_m", 2, Bound::kPositive);
   body.size_m = Eigen::Vector3d(size_m[0], size_m[1], 0.0);
   body.position_m = table.vector_or("position_m", body.position_m);
@@ -154,7 +187,7 @@ void read_sheet(TableReader& table, BodyDescription& body) {
 }
 
 void read_thread(TableReader& table, BodyDescription& body) {
-  body.nodes = Eigen::Vector2i(table.integer("nodes", {2, kMostNodesPerSide}), 1);
+  body.nodes = Eigen::Vector3i(table.integer("nodes", {2, kMostNodesPerSide}), 1, 1);
   body.from_m = table.vector("from_m");
   body.to_m = table.vector("to_m");
   const double length_m = (body.to_m - body.from_m).norm();
@@ -165,7 +198,8 @@ void read_thread(TableReader& table, BodyDescription& body) {
   body.pinned_nodes = read_pinned_nodes(table, body);
 }
 
-void read_rigid_box(TableReader& table, BodyDescription& body) {
+/// What a box has whether it is rigid or soft.
+void read_box(TableReader& table, BodyDescription& body) {
   body.position_m = table.vector_or("position_m", body.position_m);
   body.orientation = table.orientation_or_identity("orientation_xyzw");
   body.size_m = table.vector("size_m", Bound::kPositive);
@@ -175,14 +209,36 @@ void read_rigid_box(TableReader& table, BodyDescription& body) {
   }
 }
 
-void read_geometry(TableReader& table, BodyDescription& body) {
+void read_soft_block(TableReader& table, BodyDescription& body) {
+  const std::vector<int> nodes = table.integers("nodes", {2, kMostNodesPerSide});
+  if (nodes.size() != 3) table.refuse("nodes", "three integers, along x, along y and along z");
+  body.nodes = Eigen::Vector3i(nodes[0], nodes[1], nodes[2]);
+  if (body.nodes.cast<double>().prod() > kMostNodesOfBlock)
+    table.refuse("nodes", "at most 100000 nodes");
+  read_box(table, body);
+  body.lattice = block_lattice(body.size_m, body.nodes);
+  read_springs(table, body);
+  body.pinned_nodes = read_pinned_nodes(table, body);
+}
+
+void read_geometry(TableReader& table, BodyDescription& body, std::vector<std::string>& notes) {
   switch (body.kind) {
     case BodyKind::kSheet:
       return read_sheet(table, body);
     case BodyKind::kThread:
       return read_thread(table, body);
     case BodyKind::kRigidBox:
-      return read_rigid_box(table, body);
+      return read_box(table, body);
+    case BodyKind::kSoftBlock:
+      return read_soft_block(table, body);
+    case BodyKind::kMesh: {
+      const bool is_soft = has_springs(table, body.kind);
+      read_mesh(table, is_soft, body, notes);
+      if (!is_soft) return;
+      read_springs(table, body);
+      body.pinned_nodes = read_pinned_nodes(table, body);
+      return;
+    }
     case BodyKind::kSphere:
       body.position_m = table.vector_or("position_m", body.position_m);
       body.radius_m = table.number("radius_m", Bound::kPositive);
@@ -196,14 +252,15 @@ void read_geometry(TableReader& table, BodyDescription& body) {
 
 }  // namespace
 
-BodyDescription read_body(TableReader& table, std::span<const MaterialDescription> materials) {
+BodyDescription read_body(TableReader& table, std::span<const MaterialDescription> materials,
+                          std::vector<std::string>& notes) {
   BodyDescription body;
   body.name = table.name("name");
   body.kind = kKindOf[table.choice("kind", kKinds)];
   body.material = read_material(table, materials);
   body.motion = read_motion(table, body.kind);
   read_dynamics(table, body);
-  read_geometry(table, body);
+  read_geometry(table, body, notes);
   table.finish();
   return body;
 }

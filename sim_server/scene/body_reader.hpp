@@ -1,6 +1,8 @@
 #pragma once
 
 #include <span>
+#include <string>
+#include <vector>
 
 #include "sim_server/scene/scene_description.hpp"
 #include "sim_server/scene/toml_reader.hpp"
@@ -11,8 +13,9 @@ namespace stillgrid {
 ///
 /// A key that its kind does not have is unknown; so is a velocity where the motion has none.
 /// What only dynamics uses (mass, springs, pinned nodes) may stay on a body that is static
-/// or prescribed.
+/// or prescribed. A mesh adds a line to notes.
 [[nodiscard]] BodyDescription read_body(TableReader& table,
-                                        std::span<const MaterialDescription> materials);
+                                        std::span<const MaterialDescription> materials,
+                                        std::vector<std::string>& notes);
 
 }  // namespace stillgrid

@@ -5,6 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "sim_server/bodies/soft_lattice.hpp"
+#include "sim_server/spheres/ball.hpp"
+
 namespace stillgrid {
 
 /// What bodies touch with. The stiffness is that of a contact between two spheres of the
@@ -17,7 +20,7 @@ struct MaterialDescription {
   double slip_speed_m_s = 1e-3;        // below it friction is viscous (regularised)
 };
 
-enum class BodyKind { kSheet, kThread, kRigidBox, kSphere, kPlane };
+enum class BodyKind { kSheet, kThread, kSoftBlock, kRigidBox, kMesh, kSphere, kPlane };
 enum class Motion { kFree, kStatic, kPrescribed };
 
 /// Motion known in advance, along one direction: either steady, or a sine that starts at
@@ -34,9 +37,9 @@ struct PrescribedMotion {
 ///
 /// Centres are evenly spaced, the first and the last at the ends, so the spacing is met only
 /// nearly. A sheet has round(length / spacing) + 1 of them along each side, a thread as many
-/// along its length. A box is filled, with round((side - 2 radius) / spacing) + 1 along each
-/// side, and its outer spheres touch the faces; along a side with one sphere it is in the
-/// middle.
+/// along its length. A box, rigid or soft, is filled, with round((side - 2 radius) / spacing)
+/// + 1 along each side, and its outer spheres touch the faces; along a side with one sphere it
+/// is in the middle.
 struct SpherePacking {
   double spacing_m = 0.0;
   double radius_m = 0.0;
@@ -52,25 +55,41 @@ struct BodyDescription {
   double mass_kg = 0.0;  // of the whole body; a free body has one
   SpherePacking spheres;
 
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  // centre; plane: a point on it
+  // Centre; plane: a point on it; soft mesh: its file's origin. A rigid mesh has its body's frame
+  // in its centre of mass along its principal axes, whatever frame its file has.
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d angular_velocity_rad_s = Eigen::Vector3d::Zero();
 
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // plane, unit
   double radius_m = 0.0;                              // sphere
-  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();   // rigid_box; sheet: x, y
+  Eigen::Vector3d size_m = Eigen::Vector3d::Zero();   // boxes; sheet: x, y
   Eigen::Vector3d from_m = Eigen::Vector3d::Zero();   // thread
   Eigen::Vector3d to_m = Eigen::Vector3d::Zero();     // thread
-  Eigen::Vector2i nodes = Eigen::Vector2i::Zero();    // sheet: nx, ny; thread: n, 1
+  Eigen::Vector3i nodes = Eigen::Vector3i::Zero();    // block; sheet: nx, ny, 1; thread: n, 1, 1
 
-  // Sheets and threads.
+  // Meshes, in the body's frame.
+  std::vector<Ball> balls;
+  Eigen::Vector3d inertia_per_kg_m2 = Eigen::Vector3d::Zero();  // principal, of a rigid one
+  double stiffness_scale = 1.0;  // of its contacts, stiffness and damping, against its material's
+
+  // Soft solids; a body without is rigid, a sheet or a thread.
+  SoftLattice lattice;
+
+  // Whatever deforms.
   double structural_stiffness_N_m = 0.0;
   double shear_stiffness_N_m = 0.0;
   double bend_stiffness_N_m = 0.0;
   double spring_damping_N_s_m = 0.0;  // along each spring
-  std::vector<int> pinned_nodes;      // ascending, without repeats; sheet: node x + nx * y
+  std::vector<int> pinned_nodes;      // ascending, without repeats; node x + nx (y + ny z)
 };
+
+/// Whether a body is made of masses and springs.
+[[nodiscard]] inline bool is_deformable(const BodyDescription& body) {
+  return body.kind == BodyKind::kSheet || body.kind == BodyKind::kThread ||
+         !body.lattice.nodes_m.empty();
+}
 
 /// A sphere of the tool, in the tool's frame.
 struct ToolSphere {
@@ -94,12 +113,13 @@ struct SceneDescription {
   double period_s = 0.01;  // of the simulation
   std::string integrator = "implicit_euler";
   std::string solver = "newton";
-  double voxel_ratio = 1.0;  // voxel edge over mean sphere diameter
+  double voxel_ratio = 0.0;  // voxel edge over twice a level's longest reach; 0: chosen
   std::vector<MaterialDescription> materials;
   std::vector<BodyDescription> bodies;
   std::vector<ToolSphere> tool;
   double tool_slip_speed_m_s = 0.05;  // least slip speed of a contact with the tool
   DeviceFrame device;
+  std::vector<std::string> notes;  // for the log: what was made of each mesh, a line each
 };
 
 }  // namespace stillgrid

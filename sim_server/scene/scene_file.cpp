@@ -146,11 +146,20 @@ void read_contents(TableReader& document, SceneDescription& scene) {
     add_named(table, read_material(table), scene.materials);
   }
   for (TableReader& table : document.tables("body")) {
-    add_named(table, read_body(table, scene.materials), scene.bodies);
+    add_named(table, read_body(table, scene.materials, scene.notes), scene.bodies);
     const auto is_plane = [](const BodyDescription& body) { return body.kind == BodyKind::kPlane; };
     if (std::count_if(scene.bodies.begin(), scene.bodies.end(), is_plane) > kMostPlanes) {
       table.refuse("kind", "at most " + std::to_string(kMostPlanes) + " planes");
     }
+    // A body whose stiffness is its own is published with a material of its own.
+    const auto is_normalised = [](const BodyDescription& body) {
+      return body.stiffness_scale != 1.0;
+    };
+    const auto normalised = static_cast<std::size_t>(
+        std::count_if(scene.bodies.begin(), scene.bodies.end(), is_normalised));
+    if (scene.materials.size() + normalised > kMostMaterials)
+      table.refuse("normalise", "at most " + std::to_string(kMostMaterials) +
+                                    " materials and normalised bodies together");
   }
 }
 

@@ -60,6 +60,11 @@ bool TableReader::has_text(std::string_view key) {
   return node != nullptr && node->is_string();
 }
 
+bool TableReader::has_table(std::string_view key) {
+  const toml::node* node = find(key);
+  return node != nullptr && node->is_table();
+}
+
 double TableReader::number(std::string_view key, Bound bound) {
   return number_at(key, require(key, numbers_within(bound)), bound);
 }
@@ -123,6 +128,16 @@ std::string TableReader::name(std::string_view key) {
                                   [](char c) { return is_control(c) || c == ',' || c == '"'; });
   if (text.empty() || is_bad) refuse_at(key, node, expected);
   return text;
+}
+
+std::filesystem::path TableReader::file(std::string_view key) {
+  constexpr std::string_view expected = "the path of a file";
+  const toml::node& node = require(key, expected);
+  if (!node.is_string()) refuse_type(key, node, expected);
+  const std::string& text = node.as_string()->get();
+  if (text.empty() || std::any_of(text.begin(), text.end(), is_control))
+    refuse_at(key, node, expected);
+  return std::filesystem::path(file_).parent_path() / text;
 }
 
 std::size_t TableReader::choice(std::string_view key, std::span<const std::string_view> choices) {

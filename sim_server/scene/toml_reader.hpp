@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstddef>
+#include <filesystem>
 #include <set>
 #include <span>
 #include <string>
@@ -43,6 +44,8 @@ class TableReader {
   [[nodiscard]] bool has(std::string_view key);
   /// Whether the key is there and holds a string.
   [[nodiscard]] bool has_text(std::string_view key);
+  /// Whether the key is there and holds a table.
+  [[nodiscard]] bool has_table(std::string_view key);
 
   [[nodiscard]] double number(std::string_view key, Bound bound);
   [[nodiscard]] double number_or(std::string_view key, Bound bound, double otherwise);
@@ -62,6 +65,8 @@ class TableReader {
   /// A string that can name a thing in a report: not empty, without comma, quote or control
   /// character.
   [[nodiscard]] std::string name(std::string_view key);
+  /// The path of a file, from the folder of the scene file if it is relative.
+  [[nodiscard]] std::filesystem::path file(std::string_view key);
   /// The index of the string among the choices.
   [[nodiscard]] std::size_t choice(std::string_view key, std::span<const std::string_view> choices);
 

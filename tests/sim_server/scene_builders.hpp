@@ -31,7 +31,7 @@ namespace stillgrid {
                                             double stiffness_N_m, std::vector<int> pinned = {}) {
   BodyDescription body;
   body.kind = BodyKind::kThread;
-  body.nodes = {nodes, 1};
+  body.nodes = {nodes, 1, 1};
   body.from_m = from_m;
   body.to_m = to_m;
   body.position_m = 0.5 * (from_m + to_m);
@@ -47,7 +47,7 @@ namespace stillgrid {
                                            double node_mass_kg, double stiffness_N_m) {
   BodyDescription body;
   body.kind = BodyKind::kSheet;
-  body.nodes = nodes;
+  body.nodes = {nodes.x(), nodes.y(), 1};
   body.size_m = {spacing_m * (nodes.x() - 1), spacing_m * (nodes.y() - 1), 0.0};
   body.mass_kg = node_mass_kg * nodes.prod();
   body.structural_stiffness_N_m = stiffness_N_m;
@@ -73,6 +73,47 @@ namespace stillgrid {
   body.size_m = size_m;
   body.mass_kg = mass_kg;
   body.spheres = spheres;
+  return body;
+}
+
+/// A soft block of nodes each of node_mass_kg, structural and shear springs, centred at the origin.
+[[nodiscard]] inline BodyDescription soft_block(const Eigen::Vector3i& nodes, double spacing_m,
+                                                double node_mass_kg, double stiffness_N_m,
+                                                const SpherePacking& spheres) {
+  BodyDescription body;
+  body.kind = BodyKind::kSoftBlock;
+  body.nodes = nodes;
+  body.size_m = spacing_m * (nodes.array() - 1).cast<double>();
+  body.lattice = block_lattice(body.size_m, nodes);
+  body.mass_kg = node_mass_kg * nodes.prod();
+  body.structural_stiffness_N_m = stiffness_N_m;
+  body.shear_stiffness_N_m = 0.5 * stiffness_N_m;
+  body.spheres = spheres;
+  return body;
+}
+
+/// A soft solid of the shape of these balls on a lattice, springs as a soft block's.
+[[nodiscard]] inline BodyDescription soft_mesh(std::vector<Ball> balls, double lattice_m,
+                                               double node_mass_kg, double stiffness_N_m) {
+  BodyDescription body;
+  body.kind = BodyKind::kMesh;
+  body.balls = std::move(balls);
+  body.lattice = lattice_round(body.balls, lattice_m);
+  body.mass_kg = node_mass_kg * static_cast<double>(body.lattice.nodes_m.size());
+  body.structural_stiffness_N_m = stiffness_N_m;
+  body.shear_stiffness_N_m = 0.5 * stiffness_N_m;
+  return body;
+}
+
+/// A rigid body of the shape of these balls, about their common frame.
+[[nodiscard]] inline BodyDescription rigid_mesh(std::vector<Ball> balls,
+                                                const Eigen::Vector3d& inertia_per_kg_m2,
+                                                double mass_kg) {
+  BodyDescription body;
+  body.kind = BodyKind::kMesh;
+  body.balls = std::move(balls);
+  body.inertia_per_kg_m2 = inertia_per_kg_m2;
+  body.mass_kg = mass_kg;
   return body;
 }
 

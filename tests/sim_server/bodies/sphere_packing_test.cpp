@@ -15,6 +15,13 @@ BodyDescription tilted_sheet() {
   return body;
 }
 
+BodyDescription tilted_block() {
+  BodyDescription body = soft_block({3, 4, 5}, 0.01, 0.001, 10.0, {0.01, 0.002});
+  body.position_m = {0.1, -0.2, 0.3};
+  body.orientation = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized());
+  return body;
+}
+
 /// Where the nodes of a body's own world put a sphere at rest.
 Eigen::Vector3d woven_m(const SphereBinding& sphere, const World& world) {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
@@ -27,7 +34,9 @@ Eigen::Vector3d woven_m(const SphereBinding& sphere, const World& world) {
 TEST_CASE("The number of spheres is known before they are made", "[sphere_packing]") {
   BodyDescription body =
       GENERATE(tilted_sheet(), thread(7, {0, 0, 1}, {0.3, 0.1, 0.5}, 0.01, 100.0),
-               box({0, 0, 0}, {0.03, 0.05, 0.02}, 0.02, {0.01, 0.005}));
+               box({0, 0, 0}, {0.03, 0.05, 0.02}, 0.02, {0.01, 0.005}),
+               soft_block({3, 4, 5}, 0.01, 0.001, 10.0, {0.01, 0.002}),
+               rigid_mesh({{{0, 0, 0}, 0.1}, {{0, 0, 1}, 0.2}}, {1, 1, 1}, 1.0));
   body.spheres.spacing_m = GENERATE(0.0, 0.004, 0.013);
   CHECK(sphere_count(body) == static_cast<double>(pack_spheres(body).size()));
 }
@@ -40,7 +49,7 @@ TEST_CASE("A box as thin as a hair asks for more spheres than memory, and says s
 
 TEST_CASE("A body of nodes has its spheres where its nodes carry them", "[sphere_packing]") {
   BodyDescription body =
-      GENERATE(tilted_sheet(), thread(7, {0, 0, 1}, {0.3, 0.1, 0.5}, 0.01, 100.0));
+      GENERATE(tilted_sheet(), tilted_block(), thread(7, {0, 0, 1}, {0.3, 0.1, 0.5}, 0.01, 100.0));
   body.spheres.spacing_m = GENERATE(0.0, 0.007, 0.013, 0.05, 10.0);
   const World world = build_world(scene_of({body}));
 

@@ -135,6 +135,51 @@ TEST_CASE("Spheres know their body, its nodes and its material", "[world]") {
   CHECK(world.bodies[2].rigid == 0);
 }
 
+TEST_CASE("A body whose stiffness is scaled has a material of its own, others keep theirs",
+          "[world]") {
+  BodyDescription scaled = sphere({0, 0, 0}, 0.1, 1.0);
+  scaled.stiffness_scale = 0.25;
+  BodyDescription still = scaled;
+  still.motion = Motion::kStatic;
+  const World world = build_world(
+      scene_of({sphere({1, 0, 0}, 0.1, 1.0), scaled, still}, material_of(400.0, 8.0, 0.3)));
+
+  REQUIRE(world.materials.size() == 3);
+  CHECK(world.spheres[0].material == 0);
+  CHECK(world.spheres[1].material == 1);
+  CHECK(world.still_spheres[0].material == 2);
+  CHECK(world.materials[0].stiffness_N_m == 400.0);
+  for (std::size_t i = 1; i < 3; ++i) {
+    CHECK(world.materials[i].stiffness_N_m == 100.0);
+    CHECK(world.materials[i].damping_N_s_m == 2.0);
+    CHECK(world.materials[i].friction == 0.3);
+  }
+}
+
+TEST_CASE("A soft solid has a node at each corner of its lattice and a spring for each link",
+          "[world]") {
+  BodyDescription body = soft_block({3, 2, 2}, 0.1, 0.01, 50.0, {0.05, 0.02});
+  body.bend_stiffness_N_m = 5.0;
+  body.position_m = {1, 2, 3};
+  body.orientation = Eigen::AngleAxisd(0.5 * 3.14159265358979, Eigen::Vector3d::UnitZ());
+  body.pinned_nodes = {0};
+  body.velocity_m_s = {0, 0, 1};
+  const World world = build_world(scene_of({body}));
+
+  REQUIRE(world.nodes.size() == 12);
+  CHECK(world.nodes[2].position_m.isApprox(Eigen::Vector3d(1.05, 2.1, 2.95)));  // turned corner
+  CHECK(world.nodes[0].unknown == kNoUnknown);
+  CHECK(world.nodes[0].velocity_m_s.isZero(0.0));
+  CHECK(world.nodes[1].velocity_m_s == Eigen::Vector3d(0, 0, 1));
+  CHECK(world.nodes[1].mass_kg == Approx(0.01));
+  REQUIRE(world.springs.size() == lattice_springs(body.lattice).size());
+  for (const Spring& spring : world.springs) {
+    const double edges = spring.rest_length_m / 0.1;
+    const double expected_N_m = edges < 1.1 ? 50.0 : edges < 1.9 ? 25.0 : 5.0;
+    CHECK(spring.stiffness_N_m == expected_N_m);
+  }
+}
+
 TEST_CASE("A prescribed velocity is the derivative of the prescribed position", "[world]") {
   BodyDescription driven = sphere({1, 2, 3}, 0.1, 0.0);
   driven.motion = Motion::kPrescribed;

@@ -53,6 +53,17 @@ spring_stiffness_N_m = { structural = 10.0 }
 pinned = [4, 0, 4]
 material = "soft"
 [[body]]
+name = "sponge"
+kind = "soft_block"
+nodes = [3, 2, 4]
+position_m = [2.0, 0.0, 0.0]
+size_m = [0.2, 0.1, 0.3]
+mass_kg = 0.24
+spring_stiffness_N_m = { structural = 80.0, shear = 40.0 }
+spheres = { spacing_m = 0.04, radius_m = 0.02 }
+pinned = { low_m = [-9, -9, -9], high_m = [9, 9, -0.1] }
+material = "soft"
+[[body]]
 name = "box"
 kind = "rigid_box"
 position_m = [0.5, 0.0, 0.0]

@@ -56,7 +56,7 @@ TEST_CASE("A scene of format 1 alone has every default", "[scene_file]") {
   CHECK(scene.period_s == 0.01);
   CHECK(scene.integrator == "implicit_euler");
   CHECK(scene.solver == "newton");
-  CHECK(scene.voxel_ratio == 1.0);
+  CHECK(scene.voxel_ratio == 0.0);
   CHECK(scene.materials.empty());
   CHECK(scene.bodies.empty());
   REQUIRE(scene.tool.size() == 1);
@@ -101,12 +101,12 @@ TEST_CASE("A quaternion that is nearly unit is made unit", "[scene_file]") {
 
 TEST_CASE("Deforming bodies are read with their springs, spheres and pins", "[scene_file]") {
   const SceneDescription scene = scene_of(kFullScene);
-  REQUIRE(scene.bodies.size() == 6);
+  REQUIRE(scene.bodies.size() == 7);
 
   const BodyDescription& cloth = scene.bodies[0];
   CHECK(cloth.kind == BodyKind::kSheet);
   CHECK(cloth.motion == Motion::kFree);
-  CHECK(cloth.nodes == Eigen::Vector2i(3, 4));
+  CHECK(cloth.nodes == Eigen::Vector3i(3, 4, 1));
   CHECK(cloth.size_m == Eigen::Vector3d(0.2, 0.3, 0.0));
   CHECK(cloth.structural_stiffness_N_m == 50.0);
   CHECK(cloth.shear_stiffness_N_m == 20.0);
@@ -118,36 +118,44 @@ TEST_CASE("Deforming bodies are read with their springs, spheres and pins", "[sc
 
   const BodyDescription& thread = scene.bodies[1];
   CHECK(thread.kind == BodyKind::kThread);
-  CHECK(thread.nodes == Eigen::Vector2i(5, 1));
+  CHECK(thread.nodes == Eigen::Vector3i(5, 1, 1));
   CHECK(thread.position_m.isApprox(Eigen::Vector3d(0.0, 0.0, 0.3)));
   CHECK(thread.shear_stiffness_N_m == 0.0);
   CHECK(thread.pinned_nodes == std::vector<int>{0, 4});
   CHECK(thread.material == 0);
+
+  const BodyDescription& sponge = scene.bodies[2];
+  CHECK(sponge.kind == BodyKind::kSoftBlock);
+  CHECK(sponge.nodes == Eigen::Vector3i(3, 2, 4));
+  CHECK(sponge.lattice.nodes_m.size() == 24);
+  CHECK(sponge.shear_stiffness_N_m == 40.0);
+  CHECK(sponge.spheres.radius_m == 0.02);
+  CHECK(sponge.pinned_nodes == std::vector<int>{0, 1, 2, 3, 4, 5});  // the lowest layer
 }
 
 TEST_CASE("Rigid bodies are read with their motion, directions made unit", "[scene_file]") {
   const SceneDescription scene = scene_of(kFullScene);
-  REQUIRE(scene.bodies.size() == 6);
+  REQUIRE(scene.bodies.size() == 7);
 
-  const BodyDescription& box = scene.bodies[2];
+  const BodyDescription& box = scene.bodies[3];
   CHECK(box.kind == BodyKind::kRigidBox);
   CHECK(box.mass_kg == 0.5);
   CHECK(box.angular_velocity_rad_s == Eigen::Vector3d::UnitX());
   CHECK(box.material == 1);
 
-  const BodyDescription& shaker = scene.bodies[3];
+  const BodyDescription& shaker = scene.bodies[4];
   CHECK(shaker.motion == Motion::kPrescribed);
   CHECK(shaker.prescribed.direction == Eigen::Vector3d::UnitZ());
   CHECK(shaker.prescribed.amplitude_m == 0.01);
   CHECK(shaker.prescribed.frequency_hz == 2.0);
   CHECK(shaker.prescribed.velocity_m_s == 0.0);
 
-  const BodyDescription& runner = scene.bodies[4];
+  const BodyDescription& runner = scene.bodies[5];
   CHECK(runner.prescribed.direction == Eigen::Vector3d::UnitX());
   CHECK(runner.prescribed.velocity_m_s == -0.1);
   CHECK(runner.velocity_m_s.isZero(0.0));
 
-  const BodyDescription& floor = scene.bodies[5];
+  const BodyDescription& floor = scene.bodies[6];
   CHECK(floor.motion == Motion::kStatic);
   CHECK(floor.position_m == Eigen::Vector3d(0.0, 0.0, -1.0));
   CHECK(floor.normal.isApprox(Eigen::Vector3d(0.0, 0.6, 0.8)));

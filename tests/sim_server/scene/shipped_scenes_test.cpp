@@ -71,7 +71,7 @@ TEST_CASE("Tissue and blocks are the paper's: 8 x 8 nodes, ten blocks, 405 spher
   REQUIRE(count_of(scene, BodyKind::kSheet) == 1);
   for (const BodyDescription& body : scene.bodies) {
     if (body.kind != BodyKind::kSheet) continue;
-    CHECK(body.nodes == Eigen::Vector2i(8, 8));
+    CHECK(body.nodes == Eigen::Vector3i(8, 8, 1));
     CHECK(body.pinned_nodes == std::vector<int>{0, 7, 56, 63});
   }
   CHECK(moving_sphere_count(scene) == 405);
@@ -122,6 +122,7 @@ TEST_CASE("The wall is 1000 N/m at z = 0 and nothing else", "[scenes]") {
 
 TEST_CASE("Every scene that ships loads", "[scenes]") {
   for (const auto& entry : std::filesystem::directory_iterator(STILLGRID_SCENES)) {
+    if (entry.path().extension() != ".toml") continue;  // a mesh
     INFO(entry.path());
     CHECK_NOTHROW(load_scene(entry.path()));
   }

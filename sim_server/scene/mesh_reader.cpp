@@ -1,0 +1,173 @@
+#include "sim_server/scene/mesh_reader.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <stdexcept>
+#include <string_view>
+
+#include "sim_server/mesh/mass_properties.hpp"
+#include "sim_server/mesh/mesh_file.hpp"
+#include "sim_server/mesh/mesh_repair.hpp"
+#include "sim_server/spheres/decomposition.hpp"
+#include "sim_server/spheres/effective_stiffness.hpp"
+#include "sim_server/spheres/sampling.hpp"
+#include "sim_server/spheres/sphere_file.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr double kFinestTolerance = 1e-3;  // of the longest side
+constexpr std::size_t kSurfaceSamples = 2000;
+constexpr double kMostPlaces = 1e5;  // of a lattice's nodes
+
+// Keys of `spheres`.
+constexpr std::string_view kTolerance = "tolerance_m";
+constexpr std::string_view kSurfaceSpacing = "surface_spacing_m";
+constexpr std::string_view kVolumeSpacing = "volume_spacing_m";
+constexpr std::string_view kFile = "file";
+
+Eigen::AlignedBox3d box_of(const TriangleMesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& vertex : mesh.vertices_m) box.extend(vertex);
+  return box;
+}
+
+TriangleMesh read_closed(TableReader& table) {
+  const std::filesystem::path path = table.file("file");
+  const double scale = table.number_or("scale", Bound::kPositive, 1.0);
+  try {
+    return make_closed(load_mesh(path, scale), path.string()).mesh;
+  } catch (const std::exception& error) {
+    table.refuse("file", std::string("a mesh that bounds a solid; ") + error.what());
+  }
+}
+
+std::string note_of(const BodyDescription& body, const Decomposition& result, double time_s) {
+  std::array<char, 160> text{};
+  std::snprintf(text.data(), text.size(), "': %zu spheres within %.3g m of the mesh, in %.2f s",
+                result.balls.size(), result.hausdorff_m, time_s);
+  return "body '" + body.name + text.data();
+}
+
+std::vector<Ball> decomposed(TableReader& spheres, const TriangleMesh& mesh,
+                             const BodyDescription& body, std::vector<std::string>& notes) {
+  const double tolerance_m = spheres.number(kTolerance, Bound::kPositive);
+  spheres.finish();
+  if (tolerance_m < kFinestTolerance * box_of(mesh).sizes().maxCoeff())
+    spheres.refuse(kTolerance, "at least a thousandth of the mesh's longest side");
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    const Decomposition result = decompose(mesh, tolerance_m);
+    const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+    notes.push_back(note_of(body, result, time.count()));
+    return result.balls;
+  } catch (const std::exception& error) {
+    spheres.refuse(kTolerance, std::string("one that spheres can hold; ") + error.what());
+  }
+}
+
+std::vector<Ball> from_file(TableReader& spheres, const TriangleMesh& mesh) {
+  const std::filesystem::path path = spheres.file(kFile);
+  spheres.finish();
+  std::vector<Ball> balls;
+  try {
+    balls = read_spheres(path);
+  } catch (const std::exception& error) {
+    spheres.refuse(kFile, std::string("a file of sphere_decompose; ") + error.what());
+  }
+  const Eigen::AlignedBox3d box = box_of(mesh);
+  const auto strays = std::count_if(balls.begin(), balls.end(),
+                                    [&](const Ball& ball) { return !box.contains(ball.centre_m); });
+  if (strays > 0)
+    spheres.refuse(kFile, "spheres of this mesh at this scale; the centres of " +
+                              std::to_string(strays) + " of " + std::to_string(balls.size()) +
+                              " lie outside of the mesh's box");
+  return balls;
+}
+
+/// Even balls, by the key that gives their distance.
+std::vector<Ball> sampled(TableReader& spheres, std::string_view key, const TriangleMesh& mesh,
+                          const BodyDescription& body, std::vector<std::string>& notes) {
+  const double spacing_m = spheres.number(key, Bound::kPositive);
+  spheres.finish();
+  try {
+    std::vector<Ball> balls = key == kSurfaceSpacing
+                                  ? surface_balls(mesh, spacing_m, spacing_m)
+                                  : volume_balls(mesh, spacing_m, kVolumeRadius * spacing_m);
+    notes.push_back("body '" + body.name + "': " + std::to_string(balls.size()) + " even spheres");
+    return balls;
+  } catch (const std::invalid_argument& error) {
+    spheres.refuse(key, std::string("a spacing that suits the mesh; ") + error.what());
+  }
+}
+
+std::vector<Ball> read_balls(TableReader& table, const TriangleMesh& mesh,
+                             const BodyDescription& body, std::vector<std::string>& notes) {
+  TableReader spheres = table.table("spheres");
+  std::string_view chosen = kTolerance;
+  bool is_chosen = false;
+  for (const std::string_view key : {kFile, kSurfaceSpacing, kVolumeSpacing, kTolerance}) {
+    if (!spheres.has(key)) continue;
+    if (is_chosen)
+      spheres.refuse(key, "one of tolerance_m, surface_spacing_m, volume_spacing_m and file");
+    chosen = key;
+    is_chosen = true;
+  }
+  if (chosen == kFile) return from_file(spheres, mesh);
+  if (chosen == kTolerance) return decomposed(spheres, mesh, body, notes);
+  return sampled(spheres, chosen, mesh, body, notes);
+}
+
+double read_stiffness_scale(TableReader& table, const TriangleMesh& mesh,
+                            const std::vector<Ball>& balls) {
+  if (!table.has("normalise")) return 1.0;
+  TableReader normalise = table.table("normalise");
+  const double tool_radius_m = normalise.number("tool_radius_m", Bound::kPositive);
+  const double press_depth_m = normalise.number("press_depth_m", Bound::kPositive);
+  normalise.finish();
+  try {
+    return stiffness_scale(balls, sample_surface(mesh, kSurfaceSamples), tool_radius_m,
+                           press_depth_m);
+  } catch (const std::exception& error) {
+    normalise.refuse("press_depth_m", std::string("a depth with a force; ") + error.what());
+  }
+}
+
+/// Moves the body's frame into its centre of mass, along its principal axes.
+void take_principal_frame(const TriangleMesh& mesh, BodyDescription& body) {
+  const MassProperties mass = mass_properties(mesh);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(mass.inertia_per_kg_m2);
+  Eigen::Matrix3d axes = solver.eigenvectors();
+  if (axes.determinant() < 0.0) axes.col(0) = -axes.col(0);
+  body.inertia_per_kg_m2 = solver.eigenvalues();
+  for (Ball& ball : body.balls) ball.centre_m = axes.transpose() * (ball.centre_m - mass.centre_m);
+  body.position_m += body.orientation * mass.centre_m;
+  body.orientation = (body.orientation * Eigen::Quaterniond(axes)).normalized();
+}
+
+void read_lattice(TableReader& table, BodyDescription& body) {
+  const double spacing_m = table.number("lattice_m", Bound::kPositive);
+  if (place_count(body.balls, spacing_m) > kMostPlaces)
+    table.refuse("lattice_m", "a lattice of at most 100000 nodes");
+  body.lattice = lattice_round(body.balls, spacing_m);
+}
+
+}  // namespace
+
+void read_mesh(TableReader& table, bool is_soft, BodyDescription& body,
+               std::vector<std::string>& notes) {
+  body.position_m = table.vector_or("position_m", body.position_m);
+  body.orientation = table.orientation_or_identity("orientation_xyzw");
+  const TriangleMesh mesh = read_closed(table);
+  body.balls = read_balls(table, mesh, body, notes);
+  body.stiffness_scale = read_stiffness_scale(table, mesh, body.balls);
+  if (is_soft)
+    read_lattice(table, body);
+  else
+    take_principal_frame(mesh, body);
+}
+
+}  // namespace stillgrid
