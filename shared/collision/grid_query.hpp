@@ -39,8 +39,8 @@ using Long2 = std::uint64_t __attribute__((vector_size(16)));
   return towards_zero + (__builtin_convertvector(towards_zero, Float4) > bounded);  // true is -1
 }
 
-/// Three such spans at once: the cells of a level that hold the voxels of a box along x, y and z:
-/// `count` from `first` on, going round at `cells`. The fourth of each says nothing.
+/// The cells of a level that hold the voxels of a box, along x, y and z: `count` from `first` on,
+/// going round at `cells`. The fourth of each says nothing.
 struct CellBlock {
   Unsigned4 first, count, cells;
   bool is_empty;  // no cover's centre can be there
