@@ -12,7 +12,7 @@ namespace {
 
 /// Slack round a sphere's predicted path, of its radius: what a push within the step may add.
 constexpr double kMargin = 0.1;
-/// Edge of the still grid's voxels where the scene asks for none: its best is flat (docs/charts).
+/// Edge of the still grid's voxels, over twice its covers' reach, where the scene asks for none.
 constexpr float kStillRatio = 1.5F;
 
 proto::SphereImage image_of(const SphereMotion& motion) {
