@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cassert>
 #include <cmath>
 
 #include "shared/collision/grid_query.hpp"
@@ -252,102 +251,6 @@ bool SearchAny(Search& search) {
   return true;
 }
 
-#if HWY_TARGET != HWY_SCALAR
-/// The balls of pairs as one vector each, four floats a ball.
-template <class Number>
-HWY_INLINE auto LoadBalls(const SpherePair* pairs, const Cover* balls, Number number) {
-  const FloatTag d;
-  const auto load = [&](std::size_t k) HWY_ATTR {
-    return hn::LoadU(hn::FixedTag<float, 4>(), balls[number(pairs[k])].centre_m.data());
-  };
-  if constexpr (hn::MaxLanes(d) == kLook)
-    return hn::Combine(d, load(4), load(0));
-  else
-    return load(0);
-}
-
-/// As many pairs at a time as a vector has lanes: each makes one row (dx, dy, dz, ra + rb) of
-/// matrices of four by four. Returns a bit for each that overlaps.
-HWY_INLINE std::uint32_t OverlappingBits(const SpherePair* pairs, const Cover* balls) {
-  const FloatTag d;
-  const hn::RepartitionToWide<FloatTag> wide;
-  alignas(16) constexpr float kSign[4] = {0.0F, 0.0F, 0.0F, -0.0F};
-  const auto sign = hn::LoadDup128(d, kSign);
-  const auto squares = [&](std::size_t k) HWY_ATTR {
-    const auto a = LoadBalls(pairs + k, balls, [](const SpherePair& pair) { return pair.a; });
-    const auto b = LoadBalls(pairs + k, balls, [](const SpherePair& pair) { return pair.b; });
-    const auto row = hn::Sub(a, hn::Xor(b, sign));
-    return hn::Mul(row, row);
-  };
-  const auto s0 = squares(0), s1 = squares(1), s2 = squares(2), s3 = squares(3);
-  const auto xy01 = hn::BitCast(wide, hn::InterleaveLower(d, s0, s1));
-  const auto xy23 = hn::BitCast(wide, hn::InterleaveLower(d, s2, s3));
-  const auto zr01 = hn::BitCast(wide, hn::InterleaveUpper(d, s0, s1));
-  const auto zr23 = hn::BitCast(wide, hn::InterleaveUpper(d, s2, s3));
-  const auto x = hn::BitCast(d, hn::InterleaveLower(wide, xy01, xy23));
-  const auto y = hn::BitCast(d, hn::InterleaveUpper(wide, xy01, xy23));
-  const auto z = hn::BitCast(d, hn::InterleaveLower(wide, zr01, zr23));
-  const auto reach = hn::BitCast(d, hn::InterleaveUpper(wide, zr01, zr23));
-  std::uint8_t mask[8];
-  hn::StoreMaskBits(d, hn::Lt(hn::Add(hn::Add(x, y), z), reach), mask);
-  return mask[0];
-}
-#endif
-
-std::size_t Overlapping(const SpherePair* pairs, std::size_t count, const Cover* balls,
-                        SpherePair* found) {
-  std::size_t kept = 0, i = 0;
-#if HWY_TARGET != HWY_SCALAR
-  constexpr std::size_t kLanes = hn::MaxLanes(FloatTag());
-  for (; i + kLanes <= count; i += kLanes, pairs += kLanes) {
-    const std::uint32_t bits = OverlappingBits(pairs, balls);
-    for (std::size_t k = 0; k < kLanes; ++k) {
-      found[kept] = pairs[k];
-      kept += (bits >> k) & 1U;
-    }
-  }
-#endif
-  for (; i < count; ++i, ++pairs) {
-    const auto& [a, ra] = balls[pairs->a];
-    const auto& [b, rb] = balls[pairs->b];
-    const float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2], reach = ra + rb;
-    if (x * x + y * y + z * z < reach * reach) found[kept++] = *pairs;
-  }
-  return kept;
-}
-
-/// Whether each ball is within its cover, but for the slack that covers have.
-std::size_t FindLeavers(const Cover* balls, const Cover* covers, std::size_t count,
-                        std::uint32_t* leavers, std::size_t room) {
-  const FloatTag d;
-  const std::size_t lanes = hn::Lanes(d);
-  const auto slack = hn::Set(d, 1.0F - 0.5F * kCoverSlack);
-  std::size_t found = 0, i = 0;
-  const auto add = [&](std::size_t number) HWY_ATTR {
-    if (found < room) leavers[found] = static_cast<std::uint32_t>(number);
-    ++found;
-  };
-  for (; i + lanes <= count && found <= room; i += lanes) {
-    hn::Vec<FloatTag> x, y, z, radius, cx, cy, cz, reach;
-    hn::LoadInterleaved4(d, balls[i].centre_m.data(), x, y, z, radius);
-    hn::LoadInterleaved4(d, covers[i].centre_m.data(), cx, cy, cz, reach);
-    x = hn::Sub(x, cx);
-    y = hn::Sub(y, cy);
-    z = hn::Sub(z, cz);
-    const auto left = hn::Sub(hn::Mul(reach, slack), radius);
-    const auto distance2 = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
-    const auto held = hn::And(hn::Le(distance2, hn::Mul(left, left)), hn::Ge(left, hn::Zero(d)));
-    if (HWY_LIKELY(hn::AllTrue(d, held))) continue;
-    std::uint8_t mask[8];
-    hn::StoreMaskBits(d, held, mask);
-    for (std::size_t k = 0; k < lanes; ++k)
-      if (((mask[0] >> k) & 1U) == 0) add(i + k);
-  }
-  for (; i < count && found <= room; ++i)
-    if (!holds(covers[i], balls[i])) add(i);
-  return found;
-}
-
 }  // namespace stillgrid::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -357,17 +260,7 @@ namespace {
 HWY_EXPORT(Unpack);
 HWY_EXPORT(SearchPlainGrid);
 HWY_EXPORT(SearchAny);
-HWY_EXPORT(Overlapping);
-HWY_EXPORT(FindLeavers);
 }  // namespace
-
-bool holds(const Cover& cover, const Cover& ball) noexcept {
-  const auto& [c, reach_m] = cover;
-  const auto& [p, radius_m] = ball;
-  const float x = p[0] - c[0], y = p[1] - c[1], z = p[2] - c[2];
-  const float left_m = reach_m * (1.0F - 0.5F * kCoverSlack) - radius_m;
-  return x * x + y * y + z * z <= left_m * left_m && left_m >= 0.0F;
-}
 
 SortedCovers::SortedCovers(std::size_t capacity)
     : x_m(capacity + kLook),
@@ -395,19 +288,6 @@ std::size_t search_pairs(const GridView& view, SortedCovers& sorted,
     search.room = pairs.size();
   }
   return search.count;
-}
-
-std::size_t overlapping_pairs(std::span<const SpherePair> pairs, std::span<const Cover> balls,
-                              std::span<SpherePair> found) {
-  assert(found.size() >= pairs.size());
-  return HWY_DYNAMIC_DISPATCH(Overlapping)(pairs.data(), pairs.size(), balls.data(), found.data());
-}
-
-std::size_t find_leavers(std::span<const Cover> balls, std::span<const Cover> covers,
-                         std::span<std::uint32_t> leavers) {
-  assert(balls.size() == covers.size());
-  return HWY_DYNAMIC_DISPATCH(FindLeavers)(balls.data(), covers.data(), balls.size(),
-                                           leavers.data(), leavers.size());
 }
 
 }  // namespace stillgrid
