@@ -131,6 +131,12 @@ TEST_CASE("Few spheres that are shown before the first step obey the filter too"
   moving.show(images_of(balls));
   const PairFilter never = [](std::uint32_t, std::uint32_t) { return false; };
   for (int step = 0; step < 5; ++step) CHECK(moving.find(balls, never).empty());
+
+  MovingSpheres unfiltered(count, kAutomatic);
+  for (proto::SphereRecord& record : unfiltered.records()) record.radius_m = 0.01F;
+  unfiltered.show(images_of(balls));
+  for (int step = 0; step < 5; ++step)
+    CHECK(unfiltered.find(balls).size() == count * (count - 1) / 2);
 }
 
 TEST_CASE("A query is not cut short because one sphere far from it was fast", "[moving_spheres]") {
