@@ -116,7 +116,7 @@ int run(Arguments& arguments) {
   Simulation simulation(scene);
   SimulationReport report;
   report.scene = scene.name;
-  report.solver = scene.solver;
+  report.solver = name_of(scene.method.solver);
   report.rate_hz = 1.0 / scene.period_s;
   int status = kDone;
   try {

@@ -9,12 +9,6 @@
 namespace stillgrid {
 namespace {
 
-int take_unknowns(World& world, int count) {
-  const int first = world.unknown_count;
-  world.unknown_count += count;
-  return first;
-}
-
 void connect(World& world, const BodyDescription& body, int a, int b, double stiffness_N_m) {
   if (stiffness_N_m <= 0.0) return;
   const auto at = [&](int node) { return world.nodes[static_cast<std::size_t>(node)].position_m; };
@@ -84,12 +78,15 @@ void add_deformable(World& world, const BodyDescription& body, BodyRange& range)
     world.nodes.push_back({.position_m = point,
                            .velocity_m_s = pinned ? Eigen::Vector3d::Zero() : velocity_m_s,
                            .mass_kg = body.mass_kg / range.node_count,
-                           .unknown = pinned ? kNoUnknown : take_unknowns(world, 3)});
+                           .pinned = pinned});
   }
+  range.first_spring = static_cast<int>(world.springs.size());
   if (body.lattice.nodes_m.empty())
     add_springs(world, body, range.first_node);
   else
     add_lattice_springs(world, body, range.first_node);
+  range.spring_count = static_cast<int>(world.springs.size()) - range.first_spring;
+  if (body.kind == BodyKind::kSheet) range.sheet_nodes = body.nodes.head<2>();
 }
 
 Eigen::Vector3d inertia_kg_m2(const BodyDescription& body) {
@@ -120,7 +117,7 @@ void add_rigid(World& world, const BodyDescription& body, BodyRange& range) {
                                 .mass_kg = body.mass_kg,
                                 .inertia_kg_m2 = inertia_kg_m2(body),
                                 .reach_m = reach_m(body),
-                                .unknown = free ? take_unknowns(world, 6) : kNoUnknown,
+                                .free = free,
                                 .start_m = body.position_m,
                                 .prescribed = body.prescribed});
   if (!free) {
@@ -153,6 +150,7 @@ void add_body(World& world, const BodyDescription& body, int number) {
     else
       add_rigid(world, body, range);
   }
+  range.first_sphere = static_cast<int>(world.spheres.size());
   for (SphereBinding& sphere : pack_spheres(body)) {
     sphere.body = number;
     sphere.material = material;
@@ -164,6 +162,7 @@ void add_body(World& world, const BodyDescription& body, int number) {
     for (int& node : sphere.nodes) node += range.first_node;
     world.spheres.push_back(sphere);
   }
+  range.sphere_count = static_cast<int>(world.spheres.size()) - range.first_sphere;
 }
 
 }  // namespace
@@ -177,7 +176,27 @@ World build_world(const SceneDescription& scene) {
                                material.friction, material.slip_speed_m_s});
   for (std::size_t i = 0; i < scene.bodies.size(); ++i)
     add_body(world, scene.bodies[i], static_cast<int>(i));
+  number_unknowns(world);
   return world;
+}
+
+void number_unknowns(World& world) {
+  world.unknown_count = 0;
+  const auto take = [&](bool moves, int count) {
+    if (!moves) return kNoUnknown;
+    const int first = world.unknown_count;
+    world.unknown_count += count;
+    return first;
+  };
+  for (const BodyRange& body : world.bodies) {
+    for (int i = 0; i < body.node_count; ++i) {
+      Node& node = world.nodes[static_cast<std::size_t>(body.first_node + i)];
+      node.unknown = take(!node.pinned && !body.asleep, 3);
+    }
+    if (body.rigid < 0) continue;
+    RigidBody& rigid = world.rigid_bodies[static_cast<std::size_t>(body.rigid)];
+    rigid.unknown = take(rigid.free && !body.asleep, 6);
+  }
 }
 
 PrescribedState prescribed_state(const RigidBody& body, double time_s) {

@@ -19,7 +19,8 @@ struct Node {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
   double mass_kg = 0.0;
-  int unknown = kNoUnknown;  // first of three velocity unknowns, or pinned
+  bool pinned = false;
+  int unknown = kNoUnknown;  // first of three velocity unknowns, or pinned or asleep
 };
 
 /// A spring with a damper along it, between two nodes.
@@ -39,7 +40,8 @@ struct RigidBody {
   double mass_kg = 0.0;
   Eigen::Vector3d inertia_kg_m2 = Eigen::Vector3d::Zero();  // principal, body frame
   double reach_m = 0.0;      // farthest point from the centre: turns spin into a speed
-  int unknown = kNoUnknown;  // first of six: velocity, then angular velocity
+  bool free = false;         // not prescribed
+  int unknown = kNoUnknown;  // first of six: velocity, then angular velocity; or not free or asleep
 
   Eigen::Vector3d start_m = Eigen::Vector3d::Zero();  // prescribed: where the motion begins
   PrescribedMotion prescribed;
@@ -75,12 +77,15 @@ struct StillPlane {
   int body;
 };
 
-/// What a body's name and first node or rigid body are, for the final state's table.
+/// Which of the world's arrays' items are a body's, and whether it rests.
 struct BodyRange {
   std::string name;
-  int first_node = 0;
-  int node_count = 0;
+  int first_node = 0, node_count = 0;
+  int first_spring = 0, spring_count = 0;
+  int first_sphere = 0, sphere_count = 0;
+  Eigen::Vector2i sheet_nodes = Eigen::Vector2i::Zero();  // of a sheet: along x, y
   int rigid = -1;
+  bool asleep = false;  // stays as it is, out of the work, until something touches it
 };
 
 /// All that is simulated, as plain arrays joined by indices. SI units, world frame.
@@ -102,6 +107,9 @@ struct World {
 /// Lays out bodies, springs and spheres as the scene says. Pre: the scene was checked by
 /// load_scene().
 [[nodiscard]] World build_world(const SceneDescription& scene);
+
+/// Numbers the velocities of all that is free and awake. Call it when `asleep` of a body changed.
+void number_unknowns(World& world);
 
 /// Position and velocity of a prescribed motion at time_s.
 struct PrescribedState {

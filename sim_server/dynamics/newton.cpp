@@ -4,17 +4,7 @@
 #include <cmath>
 
 namespace stillgrid {
-namespace {
-
-double scaled_rms(const NonlinearSystem& system, const Eigen::VectorXd& residual) {
-  if (residual.size() == 0) return 0.0;
-  return residual.cwiseProduct(system.residual_scale()).norm() /
-         std::sqrt(static_cast<double>(residual.size()));
-}
-
-}  // namespace
-
-SolveReport NewtonSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u) {
+SolveReport NewtonSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Budget& budget) {
   residual_.resize(u.size());
   trial_residual_.resize(u.size());
   system.residual(u, residual_);
@@ -25,8 +15,9 @@ SolveReport NewtonSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u) {
   double try_exact_below = INFINITY;
   double least_error = error_;
   best_ = u;
-  while (!(error_ <= options_.tolerance) && report.iterations < options_.max_iterations) {
+  while (!(error_ <= tolerance_) && !budget.spent()) {
     ++report.iterations;
+    --budget.iterations;
     const bool try_exact = error_ < try_exact_below;
     if (!try_exact || !exact_step(system, u)) {
       if (try_exact) try_exact_below = kRetryBelow * error_;
@@ -40,7 +31,7 @@ SolveReport NewtonSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u) {
   u = best_;
   system.residual(u, residual_);
   report.residual = least_error;
-  report.converged = least_error <= options_.tolerance;
+  report.converged = least_error <= tolerance_;
   return report;
 }
 

@@ -7,11 +7,6 @@
 
 namespace stillgrid {
 
-struct NewtonOptions {
-  double tolerance = 1e-8;  // scaled residual, rms
-  int max_iterations = 15;
-};
-
 /// Newton's method, safeguarded.
 ///
 /// A step by the exact Jacobian (sparse LU, for friction and rotation make it unsymmetric) is kept
@@ -20,15 +15,16 @@ struct NewtonOptions {
 /// that is a descent, so it passes saddles and the kinks of contacts that come and go.
 class NewtonSolver : public NonlinearSolver {
  public:
-  explicit NewtonSolver(const NewtonOptions& options = {}) : options_(options) {}
-  SolveReport solve(NonlinearSystem& system, Eigen::VectorXd& u) override;
+  /// tolerance: of the scaled residual, rms.
+  explicit NewtonSolver(double tolerance) : tolerance_(tolerance) {}
+  SolveReport solve(NonlinearSystem& system, Eigen::VectorXd& u, Budget& budget) override;
 
  private:
   bool exact_step(NonlinearSystem& system, Eigen::VectorXd& u);
   bool definite_step(NonlinearSystem& system, Eigen::VectorXd& u);
   bool load_trial(NonlinearSystem& system, const Eigen::VectorXd& u, double length);
 
-  NewtonOptions options_;
+  double tolerance_;
   double error_ = 0.0, trial_error_ = 0.0;
   Eigen::SparseMatrix<double> matrix_;
   Eigen::SparseLU<Eigen::SparseMatrix<double>> lu_;

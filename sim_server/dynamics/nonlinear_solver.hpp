@@ -3,13 +3,17 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 
+#include "sim_server/dynamics/budget.hpp"
+
 namespace stillgrid {
 
 /// Which derivative of the residual a solver asks for.
 enum class Slope {
-  kExact,     // the true one: fast near the solution, but it may lead to a saddle or nowhere
-  kDefinite,  // symmetric positive definite: what softens is left out, so that its steps go
-              // downhill
+  kExact,      // the true one, not symmetric where there is friction or rotation
+  kSymmetric,  // without what is not symmetric: friction's change with pressure, gyroscopic terms,
+               // the turning of levers; indefinite where something softens
+  kDefinite,   // symmetric positive definite: what softens is left out too, so that its steps go
+               // downhill
 };
 
 /// A system of equations r(u) = 0: what an implicit integrator asks of a solver.
@@ -22,6 +26,7 @@ class NonlinearSystem {
   NonlinearSystem(NonlinearSystem&&) = delete;
   NonlinearSystem& operator=(NonlinearSystem&&) = delete;
 
+  /// A multiple of 3: unknowns come in blocks of three.
   [[nodiscard]] virtual Eigen::Index size() const = 0;
 
   /// r(u). Pre: residual.size() == u.size() == size().
@@ -30,9 +35,25 @@ class NonlinearSystem {
   /// dr/du at the u of the last residual().
   virtual void jacobian(Slope slope, Eigen::SparseMatrix<double>& matrix) = 0;
 
+  /// Takes dr/du at the u of the last residual() for multiply() and block_diagonal(), without
+  /// forming a matrix.
+  virtual void linearise(Slope slope) = 0;
+
+  /// y = dr/du x, of the last linearise(). Pre: x.size() == size(), x and y are not the same.
+  virtual void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const = 0;
+
+  /// The 3 x 3 blocks on the diagonal of dr/du, side by side, of the last linearise().
+  [[nodiscard]] virtual const Eigen::Matrix3Xd& block_diagonal() const = 0;
+
+  /// What a unit of each unknown weighs without any force: dr/du as the step goes to zero.
+  [[nodiscard]] virtual const Eigen::VectorXd& mass_diagonal() const = 0;
+
   /// Factors, one an equation, that turn each residual into an error of u in one common unit.
   [[nodiscard]] virtual const Eigen::VectorXd& residual_scale() const = 0;
 };
+
+/// Residual in the common unit of residual_scale(), rms over the equations; zero without any.
+[[nodiscard]] double scaled_rms(const NonlinearSystem& system, const Eigen::VectorXd& residual);
 
 /// How a solve ended. The residual is scaled, rms over the equations.
 struct SolveReport {
@@ -41,7 +62,7 @@ struct SolveReport {
   double residual = 0.0;
 };
 
-/// Solves a NonlinearSystem from a first guess; bounded in iterations.
+/// Solves a NonlinearSystem from a first guess; bounded in iterations and by its budget.
 class NonlinearSolver {
  public:
   NonlinearSolver() = default;
@@ -51,8 +72,9 @@ class NonlinearSolver {
   NonlinearSolver(NonlinearSolver&&) = delete;
   NonlinearSolver& operator=(NonlinearSolver&&) = delete;
 
-  /// Leaves in u the solution, or the iterate of least residual if none was good enough.
-  virtual SolveReport solve(NonlinearSystem& system, Eigen::VectorXd& u) = 0;
+  /// Leaves in u the solution, or the iterate of least residual if none was good enough; the system
+  /// is left at that u. Takes its iterations from the budget and stops when that is spent.
+  virtual SolveReport solve(NonlinearSystem& system, Eigen::VectorXd& u, Budget& budget) = 0;
 };
 
 }  // namespace stillgrid

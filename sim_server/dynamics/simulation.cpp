@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "sim_server/contact/crossing.hpp"
-#include "sim_server/dynamics/implicit_euler.hpp"
 
 namespace stillgrid {
 namespace {
@@ -15,24 +14,34 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kMostSubsteps = 8;                   // of a step that does not converge
 constexpr double kShortest = 1.5 / kMostSubsteps;  // of a step: it is not halved again
+constexpr int kIterations = 15;                    // of a part that may be halved
+constexpr int kLastIterations = 200;               // of one that may not
 constexpr int kMostShortenings = 64;               // of a step in which spheres cross
 constexpr double kLeastShare = 1e-6;               // of a step, so that every part moves it on
+
+/// Explicit integrators divide their steps themselves.
+int parts_asked(const Method& method) {
+  return is_explicit(method.integrator) ? 1 : method.substeps;
+}
 
 }  // namespace
 
 Simulation::Simulation(const SceneDescription& scene)
     : world_(build_world(scene)),
       detection_(world_, scene.voxel_ratio),
+      method_(scene.method),
+      integrator_(make_integrator(method_)),
       tool_(scene.tool),
       start_(world_.spheres.size()),
       end_(world_.spheres.size()) {}
 
 StepReport Simulation::step(double step_s,
-                            const std::function<std::optional<ToolSample>()>& take_tool) {
+                            const std::function<std::optional<ToolSample>()>& take_tool,
+                            Budget budget) {
   StepReport report;
   report.solve.converged = true;
   // Halving is exact; a part that ends before a crossing may have any length.
-  double longest = 1.0 / std::max(1, substeps_ / 2);
+  double longest = 1.0 / std::max({1, parts_asked(method_), substeps_ / 2});
   Part part{.end = longest};
   const auto start = Clock::now();
   detection_.find_contacts(world_, step_s * part.end);
@@ -47,9 +56,10 @@ StepReport Simulation::step(double step_s,
 
   int shortenings = 0;
   while (true) {
-    part.must_advance = part.end - part.start <= kShortest;
-    part.may_shorten = shortenings < kMostShortenings;
-    const Attempt attempt = advance(part, step_s, report);
+    part.must_advance =
+        part.must_end || part.end - part.start <= kShortest || is_explicit(method_.integrator);
+    part.may_shorten = shortenings < kMostShortenings && !part.must_end;
+    const Attempt attempt = advance(part, step_s, budget, report);
     if (attempt.advanced) {
       if (part.end >= 1.0) break;
       part.start = part.end;
@@ -62,6 +72,8 @@ StepReport Simulation::step(double step_s,
       longest = halved_below(longest, part.end - part.start);
       part.end = part.start + longest;
     }
+    part.must_end = budget.spent();
+    if (part.must_end) part.end = 1.0;
     const auto again = Clock::now();
     detection_.find_contacts(world_, step_s * (part.end - part.start));
     find_tool_contacts(part);
@@ -72,30 +84,36 @@ StepReport Simulation::step(double step_s,
   return report;
 }
 
-/// One implicit step. Leaves the world as it was if it did not converge and need not advance, or if
-/// spheres crossed and it may be shortened.
-Simulation::Attempt Simulation::advance(const Part& part, double step_s, StepReport& report) {
+/// One step of the integrator. Leaves the world as it was if it did not converge and need not
+/// advance, or if spheres crossed and it may be shortened.
+Simulation::Attempt Simulation::advance(const Part& part, double step_s, Budget& budget,
+                                        StepReport& report) {
   const auto start = Clock::now();
   const double duration_s = step_s * (part.end - part.start);
   const double share = share_by_velocity(duration_s);
   if (share < 1.0 && part.may_shorten) return {false, share};
-  ImplicitEulerStep euler(world_, detection_.contacts(), duration_s);
-  Eigen::VectorXd velocities = euler.initial_guess();
+  // What must end has one iteration, however late it is.
+  Budget own{.iterations = part.must_advance ? kLastIterations : kIterations,
+             .deadline = budget.deadline};
+  own.iterations = std::min(own.iterations, budget.iterations);
+  if (part.must_end) own = {.iterations = 1};
   const auto prepared = Clock::now();
-  const SolveReport solve =
-      (part.must_advance ? patient_solver_ : solver_).solve(euler, velocities);
+  const SolveReport solve = integrator_->advance(world_, detection_.contacts(), duration_s, own);
   report.respond += prepared - start;
   report.solve.iterations += solve.iterations;
+  budget.iterations -= solve.iterations;
   report.integrate += Clock::now() - prepared;
   if (!solve.converged && !part.must_advance) return {};
 
   // Forces may have led elsewhere than the velocities before them.
-  const double reached = share_before_crossings(detection_.contacts(), start_, euler.motion());
+  const double reached =
+      share_before_crossings(detection_.contacts(), start_, integrator_->trial().spheres);
   if (reached < 1.0 && part.may_shorten) return {false, reached};
-  euler.commit(world_);
+  integrator_->commit(world_, duration_s);
+  report.out_of_budget = report.out_of_budget || part.must_end;
   ++report.substeps;
   report.crossings_left += reached < 1.0 ? 1 : 0;
-  report.contacts = euler.touching();
+  report.contacts = integrator_->trial().touching;
   report.solve.converged = report.solve.converged && solve.converged;
   // The worst of all substeps, and what is no number is the worst.
   double& worst = report.solve.residual;

@@ -5,12 +5,14 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/detection.hpp"
-#include "sim_server/dynamics/newton.hpp"
+#include "sim_server/dynamics/budget.hpp"
+#include "sim_server/dynamics/integrator.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
 namespace stillgrid {
@@ -27,6 +29,7 @@ struct ToolSample {
 struct StepReport {
   SolveReport solve;  // iterations of all substeps, the worst residual
   int substeps = 0;
+  bool out_of_budget = false;      // so that its end was computed by one iteration
   int crossings_left = 0;          // substeps in which spheres may have passed through one another
   int contacts = 0;                // that touch at the step's end
   std::uint64_t tool_time_ns = 0;  // of the sample it took, 0: none
@@ -55,9 +58,13 @@ class Simulation {
   /// fast it moves (docs/algorithms/fast_bodies.md). A step is shortened so 64 times at most; the
   /// report counts what that left.
   ///
+  /// A step whose budget is spent goes to its end at once, in one part of one iteration: bodies
+  /// move on safely if not exactly, and the image comes in time. The report says so.
+  ///
   /// The tool is asked for as late as the step allows: after the contacts among bodies were found,
   /// just before its own are [Davanne 2002, section 3].
-  StepReport step(double step_s, const std::function<std::optional<ToolSample>()>& take_tool);
+  StepReport step(double step_s, const std::function<std::optional<ToolSample>()>& take_tool,
+                  Budget budget = {});
 
   [[nodiscard]] const World& world() const noexcept { return world_; }
   [[nodiscard]] World& world() noexcept { return world_; }
@@ -69,6 +76,7 @@ class Simulation {
     double start = 0.0, end = 1.0;
     bool must_advance = false;  // though the solver did not converge
     bool may_shorten = true;    // to keep spheres from crossing
+    bool must_end = false;      // the step: its budget is spent
   };
   /// What came of an attempt: done, or how much of it to try.
   struct Attempt {
@@ -78,14 +86,14 @@ class Simulation {
 
   void place_tool(const ToolSample& sample);
   void find_tool_contacts(const Part& part);
-  Attempt advance(const Part& part, double step_s, StepReport& report);
+  Attempt advance(const Part& part, double step_s, Budget& budget, StepReport& report);
   double share_by_velocity(double duration_s);
 
   World world_;
   Detection detection_;
-  NewtonSolver solver_;
-  NewtonSolver patient_solver_{{.max_iterations = 200}};  // for the shortest substep
-  std::vector<ToolSphere> tool_;                          // as described
+  Method method_;
+  std::unique_ptr<Integrator> integrator_;
+  std::vector<ToolSphere> tool_;  // as described
   ToolSample last_sample_;
   std::vector<ToolSphereMotion> placed_tool_;  // over the step; empty: no tool
   std::vector<ToolSphereMotion> tool_part_;    // over a part of it

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim_server/bodies/soft_lattice.hpp"
+#include "sim_server/scene/method.hpp"
 #include "sim_server/spheres/ball.hpp"
 
 namespace stillgrid {
@@ -111,9 +112,10 @@ struct SceneDescription {
   std::string name;  // of the file, without folder and extension
   Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d(0.0, 0.0, -9.81);
   double period_s = 0.01;  // of the simulation
-  std::string integrator = "implicit_euler";
-  std::string solver = "newton";
-  double voxel_ratio = 0.0;  // voxel edge over twice a level's longest reach; 0: chosen
+  Method method;
+  bool choose_method = false;    // solver = "auto": method is to be chosen by choose_method()
+  double error_target_m = 1e-3;  // of positions, rms: what a method chosen so may err
+  double voxel_ratio = 0.0;      // voxel edge over twice a level's longest reach; 0: chosen
   std::vector<MaterialDescription> materials;
   std::vector<BodyDescription> bodies;
   std::vector<ToolSphere> tool;

@@ -23,6 +23,7 @@ constexpr int kFormat = 1;
 constexpr std::size_t kMostMaterials = 64;
 constexpr std::ptrdiff_t kMostPlanes = 64;
 constexpr double kShortestPeriod_s = 1e-5, kLongestPeriod_s = 100.0;
+constexpr int kMostSubsteps = 10000;
 constexpr std::size_t kMostToolSpheres = 16;
 constexpr double kDefaultToolRadius_m = 0.005;
 
@@ -59,6 +60,31 @@ void read_world(TableReader table, SceneDescription& scene) {
   table.finish();
 }
 
+/// "auto" leaves all of the method to choose; else each part of it may be given.
+void read_method(TableReader& table, SceneDescription& scene) {
+  std::array<std::string_view, kSolverNames.size() + 1> solvers{};
+  std::copy(kSolverNames.begin(), kSolverNames.end(), solvers.begin());
+  solvers.back() = "auto";
+  const std::size_t solver = table.has("solver") ? table.choice("solver", solvers) : 0;
+  scene.choose_method = solver == kSolverNames.size();
+  if (scene.choose_method) {
+    for (const char* key : {"integrator", "substeps", "tolerance_m_s"})
+      if (table.has(key))
+        table.refuse(key, "no such key beside solver = \"auto\", which chooses it");
+    scene.error_target_m =
+        table.number_or("error_target_m", Bound::kPositive, scene.error_target_m);
+    return;
+  }
+  Method& method = scene.method;
+  method.solver = static_cast<SolverKind>(solver);
+  if (table.has("integrator"))
+    method.integrator = static_cast<IntegratorKind>(table.choice("integrator", kIntegratorNames));
+  if (is_explicit(method.integrator) && table.has("solver"))
+    table.refuse("solver", "no such key: an explicit integrator solves nothing");
+  if (table.has("substeps")) method.substeps = table.integer("substeps", {1, kMostSubsteps});
+  method.tolerance_m_s = table.number_or("tolerance_m_s", Bound::kPositive, method.tolerance_m_s);
+}
+
 void read_simulation(TableReader table, SceneDescription& scene) {
   if (table.has("rate_hz") && table.has("period_s")) {
     table.refuse("period_s", "rate_hz or period_s, not both");
@@ -69,11 +95,7 @@ void read_simulation(TableReader table, SceneDescription& scene) {
     table.refuse(table.has("period_s") ? "period_s" : "rate_hz",
                  "a period from 1e-05 to 100 s, a rate from 0.01 to 100000 Hz");
   }
-  constexpr std::array<std::string_view, 1> integrators = {"implicit_euler"};
-  constexpr std::array<std::string_view, 1> solvers = {"newton"};
-  if (table.has("integrator"))
-    scene.integrator = integrators[table.choice("integrator", integrators)];
-  if (table.has("solver")) scene.solver = solvers[table.choice("solver", solvers)];
+  read_method(table, scene);
   table.finish();
 }
 

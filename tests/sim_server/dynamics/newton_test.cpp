@@ -5,43 +5,20 @@
 #include <limits>
 #include <vector>
 
-#include "sim_server/dynamics/implicit_euler.hpp"
+#include "sim_server/dynamics/implicit_stage.hpp"
+#include "tests/sim_server/dynamics/cubic_chain.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid {
 namespace {
 
-/// A u + strength u^3 = b with a chain for A: smooth, with one solution.
-class CubicChain : public NonlinearSystem {
- public:
-  explicit CubicChain(double strength) : strength_(strength) {}
-  Eigen::Index size() const override { return kSize; }
-  void residual(const Eigen::VectorXd& u, Eigen::VectorXd& residual) override {
-    ++residuals_;
-    at_ = u;
-    for (Eigen::Index i = 0; i < kSize; ++i) {
-      const double left = i > 0 ? u[i - 1] : 0.0, right = i + 1 < kSize ? u[i + 1] : 0.0;
-      residual[i] = 2.0 * u[i] - left - right + strength_ * u[i] * u[i] * u[i] - 1.0;
-    }
-  }
-  void jacobian(Slope, Eigen::SparseMatrix<double>& matrix) override {
-    Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(kSize, kSize);
-    for (Eigen::Index i = 0; i < kSize; ++i) {
-      dense(i, i) = 2.0 + 3.0 * strength_ * at_[i] * at_[i];
-      if (i > 0) dense(i, i - 1) = dense(i - 1, i) = -1.0;
-    }
-    matrix = dense.sparseView();
-  }
-  const Eigen::VectorXd& residual_scale() const override { return scale_; }
-  int residuals() const { return residuals_; }
+constexpr double kTolerance = 1e-8;
 
- private:
-  static constexpr Eigen::Index kSize = 8;
-  double strength_;
-  int residuals_ = 0;
-  Eigen::VectorXd at_;
-  Eigen::VectorXd scale_ = Eigen::VectorXd::Ones(kSize);
-};
+SolveReport solve(NonlinearSystem& system, Eigen::VectorXd& u, int iterations = 15,
+                  double tolerance = kTolerance) {
+  Budget budget{.iterations = iterations};
+  return NewtonSolver(tolerance).solve(system, u, budget);
+}
 
 /// Residuals after 0, 1, 2, ... iterations.
 std::vector<double> residuals_by_iteration(int iterations) {
@@ -49,8 +26,7 @@ std::vector<double> residuals_by_iteration(int iterations) {
   for (int i = 0; i <= iterations; ++i) {
     CubicChain system(1.0);
     Eigen::VectorXd u = Eigen::VectorXd::Ones(system.size());
-    residuals.push_back(
-        NewtonSolver({.tolerance = 1e-15, .max_iterations = i}).solve(system, u).residual);
+    residuals.push_back(solve(system, u, i, 1e-15).residual);
   }
   return residuals;
 }
@@ -73,28 +49,28 @@ TEST_CASE("A linear system takes one iteration, a solved one none", "[newton]") 
   CubicChain system(0.0);
   Eigen::VectorXd u = Eigen::VectorXd::Zero(system.size());
 
-  const SolveReport first = NewtonSolver().solve(system, u);
-  const SolveReport second = NewtonSolver().solve(system, u);
+  const SolveReport first = solve(system, u);
+  const SolveReport second = solve(system, u);
 
   CHECK(first.converged);
   CHECK(first.iterations == 1);
   CHECK(second.converged);
   CHECK(second.iterations == 0);
   for (Eigen::Index i = 0; i < u.size(); ++i)  // the parabola through both ends
-    CHECK(u[i] == Approx(0.5 * double(i + 1) * double(8 - i)));
+    CHECK(u[i] == Approx(0.5 * double(i + 1) * double(9 - i)));
 }
 
 TEST_CASE("A solve cut short says so, and by how much", "[newton]") {
   CubicChain system(1.0);
   Eigen::VectorXd u = Eigen::VectorXd::Ones(system.size());
 
-  const SolveReport report = NewtonSolver({.max_iterations = 1}).solve(system, u);
+  const SolveReport report = solve(system, u, 1);
 
   CHECK_FALSE(report.converged);
   CHECK(report.iterations == 1);
   Eigen::VectorXd residual(u.size());
   system.residual(u, residual);
-  CHECK(report.residual == Approx(residual.norm() / std::sqrt(8.0)));
+  CHECK(report.residual == Approx(residual.norm() / std::sqrt(9.0)));
   CHECK(report.residual > 1e-8);
 }
 
@@ -102,15 +78,16 @@ TEST_CASE("A system that is no number is not called solved", "[newton]") {
   CubicChain system(std::numeric_limits<double>::quiet_NaN());
   Eigen::VectorXd u = Eigen::VectorXd::Ones(system.size());
 
-  CHECK_FALSE(NewtonSolver().solve(system, u).converged);
+  CHECK_FALSE(solve(system, u).converged);
 }
 
 TEST_CASE("Nothing to solve is solved", "[newton]") {
   const World world = build_world(scene_of({floor_at(0.0)}));
-  ImplicitEulerStep step(world, {}, 0.01);
+  MechanicalSystem system(world, {});
+  ImplicitStage step(system, 0.01);
   Eigen::VectorXd u = step.initial_guess();
 
-  const SolveReport report = NewtonSolver().solve(step, u);
+  const SolveReport report = solve(step, u);
 
   CHECK(report.converged);
   CHECK(report.iterations == 0);
@@ -122,9 +99,10 @@ TEST_CASE("The tolerance bounds the error of the velocities", "[newton]") {
       scene_of({thread(11, {0, 0, 0}, {1, 0, 0}, 0.01, 200.0, {0})}, {}, {0.0, 0.0, -9.81});
   const World world = build_world(scene);
   const auto velocities = [&](double tolerance) {
-    ImplicitEulerStep step(world, {}, 0.02);
+    MechanicalSystem system(world, {});
+    ImplicitStage step(system, 0.02);
     Eigen::VectorXd u = step.initial_guess();
-    REQUIRE(NewtonSolver({.tolerance = tolerance, .max_iterations = 100}).solve(step, u).converged);
+    REQUIRE(solve(step, u, 100, tolerance).converged);
     return u;
   };
   const Eigen::VectorXd reference = velocities(1e-13);

@@ -54,8 +54,8 @@ TEST_CASE("A scene of format 1 alone has every default", "[scene_file]") {
 
   CHECK(scene.gravity_m_s2 == Eigen::Vector3d(0.0, 0.0, -9.81));
   CHECK(scene.period_s == 0.01);
-  CHECK(scene.integrator == "implicit_euler");
-  CHECK(scene.solver == "newton");
+  CHECK(scene.method == Method{});
+  CHECK_FALSE(scene.choose_method);
   CHECK(scene.voxel_ratio == 0.0);
   CHECK(scene.materials.empty());
   CHECK(scene.bodies.empty());

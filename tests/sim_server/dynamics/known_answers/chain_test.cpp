@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim_server/dynamics/implicit_euler.hpp"
+#include "sim_server/dynamics/implicit_stage.hpp"
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
@@ -14,7 +14,8 @@ namespace {
 /// Eigenfrequencies at rest, ascending, from the Jacobian M + h^2 K of a step of one second.
 Eigen::VectorXd frequencies_rad_s(const BodyDescription& body) {
   const World world = build_world(scene_of({body}));
-  ImplicitEulerStep step(world, {}, 1.0);
+  MechanicalSystem system(world, {});
+  ImplicitStage step(system, 1.0);
   Eigen::VectorXd u = Eigen::VectorXd::Zero(world.unknown_count), residual(u.size());
   step.residual(u, residual);
   Eigen::SparseMatrix<double> jacobian;

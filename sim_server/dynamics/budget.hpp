@@ -1,0 +1,19 @@
+#pragma once
+
+#include <chrono>
+#include <limits>
+
+namespace stillgrid {
+
+/// What a step may still cost. Lockstep sets no deadline: only counts decide there.
+struct Budget {
+  int iterations = std::numeric_limits<int>::max();  // of nonlinear solvers, all substeps together
+  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
+
+  [[nodiscard]] bool spent() const {
+    return iterations <= 0 || (deadline != std::chrono::steady_clock::time_point::max() &&
+                               std::chrono::steady_clock::now() >= deadline);
+  }
+};
+
+}  // namespace stillgrid

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "sim_server/dynamics/nonlinear_solver.hpp"
+
+namespace stillgrid {
+
+/// A u + strength u^3 = 1 with a chain for A: smooth, with one solution.
+class CubicChain : public NonlinearSystem {
+ public:
+  static constexpr Eigen::Index kSize = 9;
+
+  explicit CubicChain(double strength) : strength_(strength) {}
+  [[nodiscard]] Eigen::Index size() const override { return kSize; }
+  void residual(const Eigen::VectorXd& u, Eigen::VectorXd& residual) override {
+    at_ = u;
+    residual = slope(0.0) * u + strength_ * u.array().cube().matrix() - ones_;
+  }
+  void jacobian(Slope, Eigen::SparseMatrix<double>& matrix) override {
+    matrix = slope(strength_).sparseView();
+  }
+  void linearise(Slope) override {
+    matrix_ = slope(strength_);
+    for (Eigen::Index i = 0; i < kSize; i += 3)
+      diagonal_.middleCols<3>(i) = matrix_.block<3, 3>(i, i);
+  }
+  void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const override { y = matrix_ * x; }
+  [[nodiscard]] const Eigen::Matrix3Xd& block_diagonal() const override { return diagonal_; }
+  [[nodiscard]] const Eigen::VectorXd& mass_diagonal() const override { return ones_; }
+  [[nodiscard]] const Eigen::VectorXd& residual_scale() const override { return ones_; }
+
+ private:
+  [[nodiscard]] Eigen::MatrixXd slope(double strength) const {
+    Eigen::MatrixXd slope = 2.0 * Eigen::MatrixXd::Identity(kSize, kSize);
+    slope.diagonal(1).setConstant(-1.0);
+    slope.diagonal(-1).setConstant(-1.0);
+    if (strength != 0.0) slope.diagonal() += 3.0 * strength * at_.cwiseAbs2();
+    return slope;
+  }
+
+  double strength_;
+  Eigen::VectorXd at_ = Eigen::VectorXd::Zero(kSize);
+  Eigen::VectorXd ones_ = Eigen::VectorXd::Ones(kSize);
+  Eigen::MatrixXd matrix_;
+  Eigen::Matrix3Xd diagonal_ = Eigen::Matrix3Xd::Zero(3, kSize);
+};
+
+}  // namespace stillgrid
