@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <span>
 
 #include "sim_server/bodies/world.hpp"
@@ -22,29 +21,20 @@ struct SphereMotion {
   return sphere_motion(world.nodes, world.rigid_bodies, sphere);
 }
 
-/// How one block of three velocity unknowns u moves a sphere over an implicit step.
-struct SpherePart {
-  int unknown = kNoUnknown;
-  bool is_rotation = false;
-  Eigen::Matrix3d lever = Eigen::Matrix3d::Zero();  // d velocity / du at the given pose: forces go
-                                                    // back by its transpose
-  Eigen::Matrix3d position_by_unknown =
-      Eigen::Matrix3d::Zero();  // d position / du, through the step
-  Eigen::Matrix3d velocity_by_unknown =
-      Eigen::Matrix3d::Zero();  // d velocity / du, through the step
-};
+/// sphere_motion() of many spheres, up to rounding: those of one rigid body that follow one another
+/// share its rotation's matrix. Pre: nodes and bodies outlive it and do not change.
+class SphereMotions {
+ public:
+  SphereMotions(std::span<const Node> nodes, std::span<const RigidBody> rigid_bodies)
+      : nodes_(nodes), rigid_bodies_(rigid_bodies) {}
 
-/// All blocks that move a sphere.
-struct SphereParts {
-  int count = 0;
-  std::array<SpherePart, 4> parts;
+  [[nodiscard]] SphereMotion operator()(const SphereBinding& sphere);
 
-  [[nodiscard]] std::span<const SpherePart> all() const {
-    return {parts.data(), static_cast<std::size_t>(count)};
-  }
+ private:
+  std::span<const Node> nodes_;
+  std::span<const RigidBody> rigid_bodies_;
+  int rigid_ = -1;  // whose rotation it is
+  Eigen::Matrix3d rotation_;
 };
-[[nodiscard]] SphereParts sphere_parts(std::span<const Node> nodes,
-                                       std::span<const RigidBody> rigid_bodies,
-                                       const SphereBinding& sphere, double step_s);
 
 }  // namespace stillgrid

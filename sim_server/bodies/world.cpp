@@ -209,14 +209,19 @@ PrescribedState prescribed_state(const RigidBody& body, double time_s) {
   return {body.start_m + offset_m * motion.direction, speed_m_s * motion.direction};
 }
 
+bool is_moved(const RigidBody& body) {
+  const PrescribedMotion& motion = body.prescribed;
+  return motion.velocity_m_s != 0.0 || motion.amplitude_m * motion.frequency_hz != 0.0;
+}
+
 double mechanical_energy_J(const World& world) {
   double energy_J = 0.0;
   for (const Node& node : world.nodes)
-    if (node.unknown != kNoUnknown)
+    if (!node.pinned)
       energy_J += node.mass_kg *
                   (0.5 * node.velocity_m_s.squaredNorm() - world.gravity_m_s2.dot(node.position_m));
   for (const RigidBody& body : world.rigid_bodies) {
-    if (body.unknown == kNoUnknown) continue;
+    if (!body.free) continue;
     const Eigen::Vector3d spin_rad_s = body.orientation.conjugate() * body.angular_velocity_rad_s;
     energy_J += body.mass_kg * (0.5 * body.velocity_m_s.squaredNorm() -
                                 world.gravity_m_s2.dot(body.position_m)) +

@@ -118,6 +118,9 @@ struct PrescribedState {
 };
 [[nodiscard]] PrescribedState prescribed_state(const RigidBody& body, double time_s);
 
+/// Whether a motion that is prescribed leads anywhere.
+[[nodiscard]] bool is_moved(const RigidBody& body);
+
 /// Kinetic, gravity and spring energy of everything free. Contacts apart.
 [[nodiscard]] double mechanical_energy_J(const World& world);
 

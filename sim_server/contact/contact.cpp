@@ -37,6 +37,10 @@ ContactShares contact_shares(const Contact& contact) {
   return {share_a, 1.0 - share_a};
 }
 
+double contact_depth_m(const Contact& contact, const Eigen::Vector3d& position_m) {
+  return geometry_of(contact, position_m).depth_m;
+}
+
 ContactForce contact_force(const Contact& contact, const ContactMotion& motion, double step_s,
                            ContactSlopes* slopes) {
   const Geometry geometry = geometry_of(contact, motion.position_m);
@@ -47,8 +51,9 @@ ContactForce contact_force(const Contact& contact, const ContactMotion& motion, 
   const ContactMaterial& material = contact.material;
   const Eigen::Vector3d& n = geometry.normal;
   const double deepening_m = geometry.depth_m - std::max(contact.depth_before_m, 0.0);
-  const double pressure_N = normal_force_N(material, geometry.depth_m, deepening_m / step_s);
   const double separation_m_s = n.dot(motion.velocity_m_s);
+  const double approach_m_s = step_s > 0.0 ? deepening_m / step_s : -separation_m_s;
+  const double pressure_N = normal_force_N(material, geometry.depth_m, approach_m_s);
   const Eigen::Vector3d slip_m_s =
       motion.velocity_m_s - separation_m_s * n - motion.spin_rad_s.cross(geometry.arm_m);
   result.touching = true;
@@ -91,6 +96,7 @@ ContactForce contact_force(const Contact& contact, const ContactMotion& motion, 
   slopes->normal_stiffness_N_m = hardness_N_m * n * n.transpose();
   slopes->drag_N_s_m = -friction_by_slip;
   slopes->across = across;
+  slopes->sideways_softness_N_m = pressure_N * geometry.turn_per_m;
   return result;
 }
 

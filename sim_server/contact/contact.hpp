@@ -21,6 +21,7 @@ struct Contact {
   Eigen::Vector3d start_b_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_b_m_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d spin_b_rad_s = Eigen::Vector3d::Zero();
+  bool is_tool = false;
   bool is_plane = false;
   Eigen::Vector3d plane_normal = Eigen::Vector3d::Zero();
   double plane_offset_m = 0.0;
@@ -38,6 +39,9 @@ struct ContactShares {
   double a, b;
 };
 [[nodiscard]] ContactShares contact_shares(const Contact& contact);
+
+/// Overlap where a's centre is position_m from b's; for a plane, from the origin. Negative: a gap.
+[[nodiscard]] double contact_depth_m(const Contact& contact, const Eigen::Vector3d& position_m);
 
 /// Force on a, its friction part, and how both change with the relative motion.
 struct ContactForce {
@@ -57,6 +61,8 @@ struct ContactSlopes {
   Eigen::Matrix3d normal_stiffness_N_m;  // along the normal
   Eigen::Matrix3d drag_N_s_m;            // of friction on the slip
   Eigen::Matrix3d across;                // projects a velocity on the plane of contact
+  // What gives way: sideways, pressure pushes further, as the normal turns.
+  double sideways_softness_N_m;
 };
 
 /// The contact law over one implicit step of step_s.
@@ -65,6 +71,8 @@ struct ContactSlopes {
 /// step in which the spheres overlap: its rate is (depth - max(depth before, 0)) / step. That is
 /// the mean of the law's force over the step, tends to the law as the step shrinks, and unlike the
 /// law itself grows from zero at touch, so that a solver can converge on a stiff onset.
+///
+/// A step_s of zero asks for the law itself, the damper by the velocities; without slopes then.
 ///
 /// slopes: filled in when not null and touching; exact but at the law's kinks.
 [[nodiscard]] ContactForce contact_force(const Contact& contact, const ContactMotion& motion,

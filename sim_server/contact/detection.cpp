@@ -12,6 +12,9 @@ namespace {
 
 /// Slack round a sphere's predicted path, of its radius: what a push within the step may add.
 constexpr double kMargin = 0.1;
+/// Squares whose roots are within a float's range, by far.
+constexpr double kLarge = 1e60;
+
 /// Edge of the still grid's voxels, over twice its covers' reach, where the scene asks for none.
 constexpr float kStillRatio = 1.5F;
 
@@ -82,26 +85,45 @@ Detection::Detection(const World& world, double voxel_ratio)
   for (std::size_t i = 0; i < world.spheres.size(); ++i) {
     const SphereBinding& sphere = world.spheres[i];
     describe(sphere, moving_.records()[i]);
+    radius_m_.push_back(sphere.radius_m);
     is_free_.push_back(sphere.rigid < 0 ||
-                       world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].unknown !=
-                           kNoUnknown);
+                       world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].free);
   }
+  note_sleep(world);
   show(world);
 }
 
-void Detection::move_spheres(const World& world) {
+void Detection::note_sleep(const World& world) {
+  moves_.assign(world.spheres.size(), 1);
+  move_spheres(world);
   for (std::size_t i = 0; i < world.spheres.size(); ++i) {
-    motion_[i] = sphere_motion(world, world.spheres[i]);
+    const SphereBinding& sphere = world.spheres[i];
+    const bool asleep = world.bodies[static_cast<std::size_t>(sphere.body)].asleep;
+    moves_[i] = !asleep && (is_free(i) ||
+                            is_moved(world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)]));
+    images_[i] = image_of(motion_[i]);
+    const Eigen::Vector3d& at_m = motion_[i].position_m;
+    if (!moves(i)) paths_[i] = cover_path(at_m, at_m, (1.0 + kMargin) * sphere.radius_m);
+  }
+}
+
+void Detection::move_spheres(const World& world) {
+  SphereMotions motion_of(world.nodes, world.rigid_bodies);
+  for (std::size_t i = 0; i < world.spheres.size(); ++i) {
+    if (!moves(i)) continue;
+    motion_[i] = motion_of(world.spheres[i]);
     // As published: what is beyond a float's range is as lost as what is no number.
-    if (!motion_[i].position_m.cast<float>().allFinite() ||
-        !motion_[i].velocity_m_s.cast<float>().allFinite())
+    const auto& [position_m, velocity_m_s] = motion_[i];
+    if (position_m.squaredNorm() + velocity_m_s.squaredNorm() < kLarge) continue;
+    if (!position_m.cast<float>().allFinite() || !velocity_m_s.cast<float>().allFinite())
       refuse(world, i, motion_[i]);
   }
 }
 
 void Detection::show(const World& world) {
   move_spheres(world);
-  std::transform(motion_.begin(), motion_.end(), images_.begin(), image_of);
+  for (std::size_t i = 0; i < images_.size(); ++i)
+    if (moves(i)) images_[i] = image_of(motion_[i]);
   moving_.show(images_);
 }
 
@@ -117,6 +139,7 @@ void Detection::cover_paths(const World& world, double step_s) {
   move_spheres(world);
   const Eigen::Vector3d fall_m = step_s * step_s * world.gravity_m_s2;
   for (std::size_t i = 0; i < world.spheres.size(); ++i) {
+    if (!moves(i)) continue;
     // Where it is, where it would be without and with its fall: every shorter step ends between
     // them.
     const Eigen::Vector3d& now_m = motion_[i].position_m;
@@ -127,12 +150,25 @@ void Detection::cover_paths(const World& world, double step_s) {
   }
 }
 
+bool Detection::strayed(std::span<const SphereMotion> end) const {
+  for (std::size_t i = 0; i < end.size(); ++i) {
+    if (!moves(i) || !is_free(i)) continue;
+    const Cover& path = paths_[i];
+    const Eigen::Vector3d centre_m(path.centre_m[0], path.centre_m[1], path.centre_m[2]);
+    // The path's reach has the radius and its slack in it.
+    const double within_m = path.reach_m - radius_m_[i];
+    if ((end[i].position_m - centre_m).squaredNorm() > within_m * within_m) return true;
+  }
+  return false;
+}
+
 void Detection::add_pairs(const World& world) {
   const auto may_collide = [&](std::uint32_t i, std::uint32_t j) {
     return (is_free(i) || is_free(j)) &&
            self_collision_.may_collide(world.spheres[i], world.spheres[j]);
   };
   for (const auto& [i, j] : moving_.find(paths_, may_collide)) {
+    if (!moves(i) && !moves(j)) continue;
     const SphereBinding &a = world.spheres[i], &b = world.spheres[j];
     Contact& contact = add_contact(contacts_, world, i);
     contact.b = static_cast<int>(j);
@@ -148,7 +184,7 @@ void Detection::add_still(const World& world) {
   if (world.still_spheres.empty()) return;
   const GridView view = still_.view();
   for (std::uint32_t i = 0; i < world.spheres.size(); ++i) {
-    if (!is_free(i)) continue;
+    if (!is_free(i) || !moves(i)) continue;
     for_each_candidate(view, paths_[i], kAllVisits, [&](std::uint32_t j) {
       const StillSphere& b = world.still_spheres[j];
       Contact& contact = add_contact(contacts_, world, i);
@@ -167,7 +203,7 @@ void Detection::add_planes(const World& world, double step_s) {
   for (const StillPlane& plane : world.planes) {
     const double fall_m = step_s * step_s * plane.normal.dot(world.gravity_m_s2);
     for (std::uint32_t i = 0; i < world.spheres.size(); ++i) {
-      if (!is_free(i)) continue;
+      if (!is_free(i) || !moves(i)) continue;
       const double height_m = plane.normal.dot(motion_[i].position_m) - plane.offset_m;
       const double move_m = step_s * plane.normal.dot(motion_[i].velocity_m_s);
       const double lowest_m = height_m + std::min({0.0, move_m, move_m + fall_m});
@@ -197,6 +233,7 @@ void Detection::find_tool_contacts(const World& world, const std::vector<ToolSph
       contact.start_b_m = b.position_before_m;
       contact.velocity_b_m_s = b.velocity_m_s;
       contact.spin_b_rad_s = b.spin_rad_s;
+      contact.is_tool = true;
       contact.depth_before_m =
           contact.radius_a_m + b.radius_m - (motion_[i].position_m - b.position_before_m).norm();
     });

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "shared/collision/still_grid.hpp"
@@ -37,6 +38,14 @@ class Detection {
   /// place is no number. Pre: `world` has the bodies that the constructor saw.
   void find_contacts(const World& world, double step_s);
 
+  /// Takes note of who is asleep: such bodies stay where they are, without work, and have contacts
+  /// only with what moves. Call it when that changed. Throws as find_contacts().
+  void note_sleep(const World& world);
+
+  /// Whether a sphere that is free ends elsewhere than on the way that the last find_contacts()
+  /// foresaw, so that it may have met what contacts() does not list. end: of all spheres.
+  [[nodiscard]] bool strayed(std::span<const SphereMotion> end) const;
+
   /// Appends the contacts of the tool with the moving spheres. After find_contacts() of the same
   /// step.
   void find_tool_contacts(const World& world, const std::vector<ToolSphereMotion>& tool);
@@ -47,6 +56,9 @@ class Detection {
   /// The moving spheres in the last images shown, in a grid that holds them.
   [[nodiscard]] const StillGrid& image() const noexcept { return moving_.grid(); }
 
+  /// Of each moving sphere, as the last find_contacts() or show() saw it.
+  [[nodiscard]] std::span<const SphereMotion> motions() const noexcept { return motion_; }
+
   [[nodiscard]] const std::vector<Contact>& contacts() const noexcept { return contacts_; }
 
  private:
@@ -56,11 +68,14 @@ class Detection {
   void add_planes(const World& world, double step_s);
   void move_spheres(const World& world);
   [[nodiscard]] bool is_free(std::size_t sphere) const { return is_free_[sphere] != 0; }
+  [[nodiscard]] bool moves(std::size_t sphere) const { return moves_[sphere] != 0; }
 
   SelfCollision self_collision_;
   MovingSpheres moving_;
   StillGrid still_;
   std::vector<std::uint8_t> is_free_;  // of each moving sphere: not prescribed
+  std::vector<double> radius_m_;       // of each moving sphere
+  std::vector<std::uint8_t> moves_;    // neither asleep nor prescribed to stay
   std::vector<SphereMotion> motion_;
   std::vector<Cover> paths_;  // of each moving sphere in this step
   std::vector<proto::SphereImage> images_;

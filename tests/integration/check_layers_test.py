@@ -82,6 +82,11 @@ class CheckLayersTest(SourceTreeTest):
         self.assert_found("sim_server/bad.cpp", "<sundials/sundials_types.h>",
                           "sim_server/dynamics")
 
+    def test_highway_is_for_contact_and_dynamics_only(self):
+        self.plant("sim_server/dynamics/forces.cpp", "#include <hwy/highway.h>\n")
+        self.assert_found("sim_server/bad.cpp", "<hwy/highway.h>", "sim_server/contact",
+                          "sim_server/dynamics")
+
 
 class CheckFormatTest(SourceTreeTest):
     def test_a_clean_tree_is_formatted(self):

@@ -133,6 +133,29 @@ TEST_CASE("A tool that comes into the scene has no path", "[fast_bodies]") {
   CHECK(simulation.world().rigid_bodies[0].velocity_m_s.isZero(0.0));
 }
 
+TEST_CASE("What is struck within a step does not pass its neighbour, whatever the integrator",
+          "[fast_bodies]") {
+  // The ball leaves the hammer's path at up to twice its speed, towards one that no step foresaw.
+  const double speed_m_s = GENERATE(5.0, 10.0, 20.0);
+  const double lead = GENERATE(0.0, 0.03, 0.06, 0.09);  // of the step, before the hammer meets it
+  const auto integrator = GENERATE(IntegratorKind::kImplicitEuler, IntegratorKind::kSymplecticEuler,
+                                   IntegratorKind::kVelocityVerlet);
+  BodyDescription hammer = sphere({-0.0251 - lead * speed_m_s * kPeriod_s, 0, 0}, 0.02, 0.0);
+  hammer.motion = Motion::kPrescribed;
+  hammer.prescribed = {Eigen::Vector3d::UnitX(), speed_m_s, 0, 0};
+  SceneDescription scene =
+      scene_of({hammer, sphere({0, 0, 0}, 0.005, 0.001), sphere({0.02, 0, 0}, 0.005, 0.001)},
+               material_of(1e5));
+  scene.method.integrator = integrator;
+  Simulation simulation(scene);
+  (void)simulation.step(kPeriod_s, no_tool);
+
+  const std::vector<RigidBody>& bodies = simulation.world().rigid_bodies;
+  INFO(name_of(integrator) << ", " << speed_m_s << " m/s, " << lead);
+  CHECK(bodies[0].position_m.x() < bodies[1].position_m.x());
+  CHECK(bodies[1].position_m.x() < bodies[2].position_m.x());
+}
+
 TEST_CASE("The report counts the crossings that 64 shortenings of a step leave", "[fast_bodies]") {
   std::vector<BodyDescription> row;
   for (int i = 0; i < 100; ++i) row.push_back(sphere({0.01 * i, 0, 0}, 0.002, 1.0));

@@ -1,0 +1,177 @@
+#include "sim_server/dynamics/explicit_integrators.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "sim_server/contact/detection.hpp"
+#include "tests/sim_server/scene_builders.hpp"
+
+namespace stillgrid {
+namespace {
+
+Method explicit_method(IntegratorKind kind, int substeps = 0) {
+  Method method;
+  method.integrator = kind;
+  method.substeps = substeps;
+  return method;
+}
+
+/// Those that are of use; each test's laws hold for both.
+IntegratorKind either() {
+  return GENERATE(IntegratorKind::kSymplecticEuler, IntegratorKind::kVelocityVerlet);
+}
+
+/// Energy of the springs of contacts at the world's state.
+double contact_energy_J(const World& world, const std::vector<Contact>& contacts) {
+  double energy_J = 0.0;
+  for (const Contact& contact : contacts) {
+    const auto at = [&](int sphere) {
+      return sphere_motion(world, world.spheres[static_cast<std::size_t>(sphere)]).position_m;
+    };
+    const Eigen::Vector3d a_m = at(contact.a);
+    double depth_m = 0.0;
+    if (contact.is_plane)
+      depth_m = contact.radius_a_m - (contact.plane_normal.dot(a_m) - contact.plane_offset_m);
+    else
+      depth_m = contact.radius_a_m + contact.radius_b_m -
+                (a_m - (contact.b >= 0 ? at(contact.b) : contact.position_b_m)).norm();
+    if (depth_m > 0.0) energy_J += 0.5 * contact.material.stiffness_N_m * depth_m * depth_m;
+  }
+  return energy_J;
+}
+
+struct Balance {
+  double gained_J = 0.0, given_J = 0.0, lost_J = 0.0;
+  [[nodiscard]] double error_J() const { return gained_J - given_J + lost_J; }
+};
+
+/// How the energy of a scene changed over a time, and where it should have gone.
+Balance balance_of(World world, double step_s, int steps, const Method& method) {
+  ExplicitIntegrator integrator(method);
+  Detection detection(world, 1.0);
+  Balance balance;
+  Budget budget;
+  for (int i = 0; i < steps; ++i) {
+    detection.find_contacts(world, step_s);
+    // Listed anew each step: what is on no list does not touch.
+    const double before_J =
+        mechanical_energy_J(world) + contact_energy_J(world, detection.contacts());
+    REQUIRE(integrator.advance(world, detection.contacts(), step_s, budget).converged);
+    integrator.commit(world, step_s);
+    const EnergyFlow flow = *integrator.flow();
+    balance.gained_J +=
+        mechanical_energy_J(world) + contact_energy_J(world, detection.contacts()) - before_J;
+    balance.given_J += flow.given_J;
+    balance.lost_J += flow.spring_damping_J + flow.contact_damping_J + flow.friction_J;
+    detection.show(world);
+  }
+  return balance;
+}
+
+/// A cloth on a post, a box that slides on the floor, a ball that a prescribed one carries along.
+World bustle() {
+  BodyDescription cloth = sheet({6, 6}, 0.02, 0.002, 300.0);
+  cloth.shear_stiffness_N_m = 150.0;
+  cloth.spring_damping_N_s_m = 0.05;
+  cloth.spheres = {0.02, 0.009};
+  cloth.position_m = {0.0, 0.0, 0.045};
+  BodyDescription post = sphere({0.0, 0.0, 0.0}, 0.04, 0.0);
+  post.motion = Motion::kStatic;
+  BodyDescription block = moving(box({0.4, 0.0, 0.0199}, {0.04, 0.04, 0.04}, 0.1, {0.02, 0.01}),
+                                 {0.5, 0.2, 0.0}, {0.0, 0.0, 3.0});
+  BodyDescription pusher = sphere({-0.4, 0.0, 0.05}, 0.03, 0.0);
+  pusher.motion = Motion::kPrescribed;
+  pusher.prescribed.direction = {1.0, 0.0, 0.0};
+  pusher.prescribed.velocity_m_s = 0.3;
+  BodyDescription ball = sphere({-0.345, 0.01, 0.04}, 0.03, 0.05);
+  return build_world(scene_of({cloth, post, block, pusher, ball, floor_at(0.0)},
+                              material_of(2000.0, 2.0, 0.3, 0.01), {0.0, 0.0, -9.81}));
+}
+
+TEST_CASE("Energy goes where the flow says, to first order of the substep",
+          "[explicit_integrators]") {
+  const IntegratorKind kind = either();
+  const Balance coarse = balance_of(bustle(), 0.005, 40, explicit_method(kind, 20)),
+                fine = balance_of(bustle(), 0.005, 40, explicit_method(kind, 80));
+  CAPTURE(name_of(kind));
+  CAPTURE(coarse.gained_J, coarse.given_J, coarse.lost_J, fine.error_J());
+  REQUIRE(fine.lost_J > 0.005);
+  REQUIRE(fine.given_J > 0.001);
+  CHECK(std::abs(fine.error_J()) < 0.02 * (fine.lost_J + fine.given_J));
+  CHECK(std::abs(fine.error_J()) < 0.5 * std::abs(coarse.error_J()) + 1e-5);
+}
+
+TEST_CASE("A free asymmetric body keeps its angular momentum to rounding",
+          "[explicit_integrators]") {
+  const BodyDescription body =
+      moving(box({0, 0, 0}, {0.03, 0.05, 0.11}, 0.2, {0.02, 0.01}), {1, 0, 0}, {3.0, 14.0, 2.0});
+  World world = build_world(scene_of({body}));
+  const auto momentum = [&] {
+    const RigidBody& rigid = world.rigid_bodies[0];
+    return Eigen::Vector3d(rigid.orientation *
+                           rigid.inertia_kg_m2.cwiseProduct(rigid.orientation.conjugate() *
+                                                            rigid.angular_velocity_rad_s));
+  };
+  const Eigen::Vector3d before = momentum();
+  const double energy_J = mechanical_energy_J(world);
+  ExplicitIntegrator integrator(explicit_method(either(), 10));
+  Budget budget;
+  for (int i = 0; i < 300; ++i) {
+    REQUIRE(integrator.advance(world, {}, 0.01, budget).converged);
+    integrator.commit(world, 0.01);
+  }
+  CHECK((momentum() - before).norm() < 1e-12 * before.norm());
+  CHECK(mechanical_energy_J(world) == Approx(energy_J).epsilon(0.05));
+}
+
+TEST_CASE("As many substeps as asked, and as stability asks", "[explicit_integrators]") {
+  // w_max = 2 sqrt(k/m) cos(pi/(2 (2 N + 1))): 1 / h >= w_max / 2 (handbook, 3.3).
+  const World chain = build_world(scene_of({thread(11, {0, 0, 0}, {1, 0, 0}, 0.01, 1000.0, {0})}));
+  Budget budget;
+  const IntegratorKind kind = either();
+  ExplicitIntegrator given(explicit_method(kind, 3)), chosen(explicit_method(kind));
+  (void)given.advance(chain, {}, 0.1, budget);
+  CHECK(given.substeps() == 3);
+  (void)chosen.advance(chain, {}, 0.1, budget);
+  const double least = 0.1 * 625.3915 / 2.0;
+  CHECK(chosen.substeps() >= least);
+  CHECK(chosen.substeps() < 1.1 * least + 1.0);
+}
+
+TEST_CASE("What becomes no number leaves the world where it was, at rest",
+          "[explicit_integrators]") {
+  World world = build_world(scene_of({thread(5, {0, 0, 0}, {1, 0, 0}, 0.01, 1000.0, {0}),
+                                      box({2, 0, 0}, {0.1, 0.1, 0.1}, 1.0, {0.05, 0.02})}));
+  world.nodes[4].velocity_m_s.x() = std::numeric_limits<double>::max();
+  ExplicitIntegrator integrator(explicit_method(either(), 4));
+  Budget budget;
+  CHECK_FALSE(integrator.advance(world, {}, 1.0, budget).converged);
+  for (std::size_t i = 0; i < world.nodes.size(); ++i) {
+    CHECK(integrator.trial().nodes[i].position_m == world.nodes[i].position_m);
+    CHECK(integrator.trial().nodes[i].velocity_m_s.isZero(0.0));
+  }
+  CHECK(integrator.trial().rigid_bodies[0].position_m == world.rigid_bodies[0].position_m);
+}
+
+TEST_CASE("Two runs agree to the bit", "[explicit_integrators]") {
+  const IntegratorKind kind = either();
+  World one = bustle(), two = one;
+  for (World* world : {&one, &two}) {
+    ExplicitIntegrator integrator(explicit_method(kind));
+    Detection detection(*world, 1.0);
+    Budget budget;
+    for (int i = 0; i < 20; ++i) {
+      detection.find_contacts(*world, 0.005);
+      (void)integrator.advance(*world, detection.contacts(), 0.005, budget);
+      integrator.commit(*world, 0.005);
+    }
+  }
+  for (std::size_t i = 0; i < one.nodes.size(); ++i)
+    CHECK(one.nodes[i].position_m == two.nodes[i].position_m);
+  for (std::size_t i = 0; i < one.rigid_bodies.size(); ++i)
+    CHECK(one.rigid_bodies[i].position_m == two.rigid_bodies[i].position_m);
+}
+
+}  // namespace
+}  // namespace stillgrid

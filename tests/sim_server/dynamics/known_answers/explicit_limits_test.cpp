@@ -1,0 +1,266 @@
+// Where explicit methods hold and where they fail, as the catalogue predicts (handbook, 3).
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "sim_server/dynamics/explicit_integrators.hpp"
+#include "tests/sim_server/dynamics/stepping.hpp"
+#include "tests/sim_server/scene_builders.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr auto kForward = IntegratorKind::kForwardEuler;
+constexpr auto kSymplectic = IntegratorKind::kSymplecticEuler;
+constexpr auto kVerlet = IntegratorKind::kVelocityVerlet;
+
+Method explicit_method(IntegratorKind kind, int substeps) {
+  Method method;
+  method.integrator = kind;
+  method.substeps = substeps;
+  return method;
+}
+
+void run(World& world, const Method& method, double step_s, int steps) {
+  ExplicitIntegrator integrator(method);
+  Budget budget;
+  for (int i = 0; i < steps; ++i) {
+    (void)integrator.advance(world, {}, step_s, budget);
+    integrator.commit(world, step_s);
+  }
+}
+
+/// A mass of 0.1 kg on a spring of 1000 N/m, 100 rad/s, pulled by 1 mm.
+constexpr double kRate_rad_s = 100.0;
+World oscillator(double damping_ratio) {
+  BodyDescription body = thread(2, {0, 0, 0}, {1, 0, 0}, 0.1, 1000.0, {0});
+  body.spring_damping_N_s_m = 2.0 * damping_ratio * 0.1 * kRate_rad_s;
+  World world = build_world(scene_of({body}));
+  world.nodes[1].position_m.x() += 1e-3;
+  return world;
+}
+
+/// Steps of as many substeps each.
+double energy_growth(double damping_ratio, IntegratorKind kind, double substep_s, int steps,
+                     int substeps = 1) {
+  World world = oscillator(damping_ratio);
+  const double before_J = mechanical_energy_J(world);
+  run(world, explicit_method(kind, substeps), substeps * substep_s, steps);
+  return mechanical_energy_J(world) / before_J;
+}
+
+TEST_CASE("Forward Euler without damper grows at every step, by sqrt(1 + w^2 h^2)",
+          "[explicit_limits]") {
+  const auto [step_s, steps] =
+      GENERATE(std::pair(1e-5, 2000), std::pair(1e-3, 500), std::pair(1e-2, 12));
+  const double wh = kRate_rad_s * step_s;
+  CHECK(energy_growth(0.0, kForward, step_s, steps) ==
+        Approx(std::pow(1.0 + wh * wh, steps)).epsilon(1e-8));
+}
+
+TEST_CASE("Forward Euler with damper decays below 2 zeta / w and grows above",
+          "[explicit_limits]") {
+  const double damping_ratio = GENERATE(0.05, 0.2, 0.5);
+  const double limit_s = 2.0 * damping_ratio / kRate_rad_s;
+  CHECK(energy_growth(damping_ratio, kForward, 0.99 * limit_s, 40000) < 0.5);
+  CHECK(energy_growth(damping_ratio, kForward, 1.01 * limit_s, 40000) > 2.0);
+}
+
+TEST_CASE("Symplectic Euler and Verlet hold below (2 / w) (sqrt(1 + zeta^2) - zeta) and not above",
+          "[explicit_limits]") {
+  const IntegratorKind kind = GENERATE(kSymplectic, kVerlet);
+  CAPTURE(name_of(kind));
+  const auto [damping_ratio, known_s] = GENERATE(std::pair(0.0, 0.0200), std::pair(0.05, 0.01902),
+                                                 std::pair(0.2, 0.01640), std::pair(0.5, 0.01236));
+  const double limit_s =
+      2.0 / kRate_rad_s * (std::sqrt(1.0 + damping_ratio * damping_ratio) - damping_ratio);
+  CHECK(std::abs(limit_s - known_s) < 5e-6);
+  // Near its limit a stable run's energy swings by 1 / (1 - (wh/2)^2) = 50.
+  CHECK(energy_growth(damping_ratio, kind, 0.99 * limit_s, 1, 500) < 60.0);
+  CHECK(energy_growth(damping_ratio, kind, 1.01 * limit_s, 1, 500) > 1e4);
+
+  // Left to choose, it stays below: not a joule more than there was, if damped.
+  World world = oscillator(damping_ratio);
+  const double before_J = mechanical_energy_J(world);
+  ExplicitIntegrator integrator(explicit_method(kind, 0));
+  Budget budget;
+  for (int i = 0; i < 100; ++i) {
+    (void)integrator.advance(world, {}, 0.05, budget);
+    integrator.commit(world, 0.05);
+  }
+  CHECK(0.05 / integrator.substeps() < limit_s);
+  CHECK(0.05 / integrator.substeps() > 0.7 * limit_s);  // and does not waste steps
+  CHECK(mechanical_energy_J(world) < 12.0 * before_J);
+}
+
+/// Ten masses of 10 g on springs of 100 N/m hang from a wall, pulled evenly; the exact motion is a
+/// sum of modes.
+double chain_error_m(IntegratorKind kind, double step_s) {
+  constexpr int kMasses = 10;
+  const double stiffness_N_m = 100.0, mass_kg = 0.01, pull_m = 0.001;
+  World world = build_world(
+      scene_of({thread(kMasses + 1, {0, 0, 0}, {1, 0, 0}, mass_kg, stiffness_N_m, {0})}));
+  Eigen::VectorXd start_m(kMasses);
+  for (int i = 0; i < kMasses; ++i) {
+    start_m[i] = pull_m * (i + 1);
+    world.nodes[static_cast<std::size_t>(i) + 1].position_m.x() += start_m[i];
+  }
+  const World rest = build_world(
+      scene_of({thread(kMasses + 1, {0, 0, 0}, {1, 0, 0}, mass_kg, stiffness_N_m, {0})}));
+  Eigen::MatrixXd chain = 2.0 * Eigen::MatrixXd::Identity(kMasses, kMasses);
+  chain(kMasses - 1, kMasses - 1) = 1.0;
+  for (int i = 0; i + 1 < kMasses; ++i) chain(i, i + 1) = chain(i + 1, i) = -1.0;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(stiffness_N_m / mass_kg * chain);
+  const Eigen::VectorXd amplitude = modes.eigenvectors().transpose() * start_m;
+  const Eigen::ArrayXd rates = modes.eigenvalues().array().sqrt();
+  double worst_m = 0.0;
+  for (double t_s = step_s; t_s < 0.5 + 0.5 * step_s; t_s += step_s) {
+    run(world, explicit_method(kind, 1), step_s, 1);
+    const Eigen::VectorXd exact_m =
+        modes.eigenvectors() * (amplitude.array() * (rates * t_s).cos()).matrix();
+    for (int i = 0; i < kMasses; ++i) {
+      const auto node = static_cast<std::size_t>(i) + 1;
+      worst_m = std::max(worst_m, std::abs(world.nodes[node].position_m.x() -
+                                           rest.nodes[node].position_m.x() - exact_m[i]));
+    }
+  }
+  return worst_m;
+}
+
+TEST_CASE(
+    "Symplectic Euler's error falls as its step, Verlet's as its square, and past 10.11 ms both "
+    "fail",
+    "[explicit_limits]") {
+  const auto [kind, order, margin] =
+      GENERATE(std::tuple(kSymplectic, 1.0, 0.05), std::tuple(kVerlet, 2.0, 0.005));
+  const auto error_m = [kind = kind](double step_s) { return chain_error_m(kind, step_s); };
+  CHECK(std::log2(error_m(5e-4) / error_m(2.5e-4)) == Approx(order).margin(margin));
+  CHECK(error_m(10.0e-3) < 0.1);
+  CHECK(error_m(10.3e-3) > error_m(10.0e-3));
+  CHECK(error_m(20e-3) > 1e6);
+}
+
+TEST_CASE("At equal substeps Verlet errs far less than symplectic Euler", "[explicit_limits]") {
+  CHECK(chain_error_m(kVerlet, 5e-4) < 0.1 * chain_error_m(kSymplectic, 5e-4));
+}
+
+/// Least and greatest speed, over the phase, of an undamped ball of 100 rad/s thrown at the floor
+/// at 1 m/s.
+std::pair<double, double> restitutions(IntegratorKind kind, double step_s, int substeps) {
+  constexpr double kRadius_m = 0.05;
+  double least = 10.0, greatest = 0.0;
+  constexpr int kPhases = 40;
+  for (int i = 0; i < kPhases; ++i) {
+    const double gap_m = 0.1 + 1.0 * step_s * i / kPhases;
+    SceneDescription scene = scene_of(
+        {moving(sphere({0, 0, kRadius_m + gap_m}, kRadius_m, 0.1), {0, 0, -1}), floor_at(0.0)},
+        material_of(1000.0));
+    scene.method = explicit_method(kind, substeps);
+    Simulation simulation(scene);
+    const RigidBody& ball = simulation.world().rigid_bodies[0];
+    while (ball.velocity_m_s.z() <= 0.0 || ball.position_m.z() < kRadius_m)
+      REQUIRE(advance(simulation, step_s, 1));
+    least = std::min(least, ball.velocity_m_s.z());
+    greatest = std::max(greatest, ball.velocity_m_s.z());
+  }
+  return {least, greatest};
+}
+
+TEST_CASE("An undamped bounce may gain energy by explicit steps, the more the longer they are",
+          "[explicit_limits]") {
+  const IntegratorKind kind = GENERATE(kSymplectic, kVerlet);
+  const auto [phase, known_least, known_most] = GENERATE(
+      std::tuple(0.3, 0.989, 1.011), std::tuple(0.5, 0.978, 1.022), std::tuple(1.5, 0.800, 1.250));
+  const auto [least, most] = restitutions(kind, phase / kRate_rad_s, 1);
+  CHECK(least == Approx(known_least).margin(0.01 * phase));
+  CHECK(most == Approx(known_most).margin(0.01 * phase));
+}
+
+TEST_CASE("Left to choose its substeps it gains no more than 2.5 % of a bounce's speed",
+          "[explicit_limits]") {
+  const double step_s = GENERATE(0.003, 0.015, 0.03);
+  const auto [least, most] = restitutions(GENERATE(kSymplectic, kVerlet), step_s, 0);
+  CHECK(least > 0.975);
+  CHECK(most < 1.025);
+}
+
+TEST_CASE("Two balls exchange velocities, momentum and time as in a perfect collision",
+          "[explicit_limits]") {
+  constexpr double kRadius_m = 0.05, kStep_s = 2e-4;
+  SceneDescription scene = scene_of({moving(sphere({0, 0, 0}, kRadius_m, 0.1), {1, 0, 0}),
+                                     moving(sphere({0.1001, 0, 0}, kRadius_m, 0.3), {-0.2, 0, 0})},
+                                    material_of(1000.0));
+  scene.method = explicit_method(GENERATE(kSymplectic, kVerlet), 1);
+  Simulation simulation(scene);
+  const RigidBody& a = simulation.world().rigid_bodies[0];
+  const RigidBody& b = simulation.world().rigid_bodies[1];
+  double time_s = 0.0, depth_m = 0.0, drift_N_s = 0.0;
+  for (int i = 0; i < 250; ++i) {
+    time_s += simulation.step(kStep_s, no_tool).contacts > 0 ? kStep_s : 0.0;
+    depth_m = std::max(depth_m, 2.0 * kRadius_m - (b.position_m - a.position_m).norm());
+    drift_N_s =
+        std::max(drift_N_s, std::abs(0.1 * a.velocity_m_s.x() + 0.3 * b.velocity_m_s.x() - 0.04));
+  }
+  CHECK(a.velocity_m_s.x() == Approx(-0.8).margin(2e-3));
+  CHECK(b.velocity_m_s.x() == Approx(0.4).margin(1e-3));
+  CHECK(time_s == Approx(0.027207).margin(2.0 * kStep_s));
+  CHECK(depth_m == Approx(0.0103923).margin(1e-5));
+  CHECK(drift_N_s < 1e-15);
+}
+
+/// A flat block of friction 0.3, one second after a slope of 10 degrees on which it crept was
+/// tilted to angle_deg. Gravity is what tilts.
+struct Slide {
+  double velocity_m_s, acceleration_m_s2;  // down the slope
+};
+Slide slide_on(double angle_deg, const Method& method) {
+  const auto gravity_m_s2 = [](double tilt_deg) -> Eigen::Vector3d {
+    const double tilt_rad = tilt_deg * std::numbers::pi / 180.0;
+    return 9.81 * Eigen::Vector3d(std::sin(tilt_rad), 0, -std::cos(tilt_rad));
+  };
+  SceneDescription scene =
+      scene_of({box({0, 0, 0.01}, {0.06, 0.06, 0.02}, 0.1, {0.05, 0.005}), floor_at(0.0)},
+               material_of(500.0, 2.0, 0.3, 1e-3), gravity_m_s2(10.0));
+  scene.method = method;
+  Simulation simulation(scene);
+  const RigidBody& block = simulation.world().rigid_bodies[0];
+  REQUIRE(advance(simulation, 1e-3, 1000));
+  simulation.world().gravity_m_s2 = gravity_m_s2(angle_deg);
+  REQUIRE(advance(simulation, 1e-3, 900));
+  const double before_m_s = block.velocity_m_s.x();
+  REQUIRE(advance(simulation, 1e-3, 100));
+  return {block.velocity_m_s.x(), (block.velocity_m_s.x() - before_m_s) / 0.1};
+}
+
+TEST_CASE("A block slips on a slope if tan of its angle exceeds the friction, and only then",
+          "[explicit_limits]") {
+  // What friction has to take back each substep, h g sin, shows where it exceeds the slip speed.
+  const auto [substeps, creep_m_s] = GENERATE(std::pair(0, 3e-3), std::pair(10, 1e-3));
+  const Method method = explicit_method(GENERATE(kSymplectic, kVerlet), substeps);
+  CAPTURE(describe(method));
+  const Slide below = slide_on(16.0, method), above = slide_on(17.4, method);
+  CHECK(below.velocity_m_s < creep_m_s);
+  CHECK(std::abs(below.acceleration_m_s2) < 1e-3);
+  CHECK(above.velocity_m_s > 0.05);
+  CHECK(above.acceleration_m_s2 == Approx(9.81 * (std::sin(17.4 * std::numbers::pi / 180.0) -
+                                                  0.3 * std::cos(17.4 * std::numbers::pi / 180.0)))
+                                       .margin(1e-4));
+  CHECK(slide_on(30.0, method).acceleration_m_s2 == Approx(2.35629).margin(1e-4));
+}
+
+TEST_CASE("Creep comes to slip speed times tan / mu = 0.58776 mm/s as the substep shrinks",
+          "[explicit_limits]") {
+  const IntegratorKind kind = GENERATE(kSymplectic, kVerlet);
+  CAPTURE(name_of(kind));
+  const double long_m_s = slide_on(10.0, explicit_method(kind, 1)).velocity_m_s;
+  const double short_m_s = slide_on(10.0, explicit_method(kind, 40)).velocity_m_s;
+  // Friction that follows itself from contact to contact holds rather more than the law asks.
+  CHECK(long_m_s > 0.0);
+  CHECK(long_m_s < 0.6e-3);
+  CHECK(short_m_s == Approx(0.58776e-3).epsilon(0.05));
+}
+
+}  // namespace
+}  // namespace stillgrid

@@ -1,0 +1,163 @@
+#include "sim_server/dynamics/spring_forces.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "sim_server/dynamics/mechanical_system.hpp"
+#include "tests/sim_server/scene_builders.hpp"
+
+namespace stillgrid {
+namespace {
+
+BodyDescription cloth(const Eigen::Vector2i& nodes, double damping_N_s_m) {
+  BodyDescription body = sheet(nodes, 0.02, 0.002, 500.0);
+  body.shear_stiffness_N_m = 250.0;
+  body.bend_stiffness_N_m = 50.0;
+  body.spring_damping_N_s_m = damping_N_s_m;
+  body.spheres = {0.02, 0.009};
+  return body;
+}
+
+/// Moved and turned about at random, nodes apart.
+World shaken(BodyDescription body, double shake_m) {
+  body.pinned_nodes = {0};
+  body.orientation = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized());
+  World world = build_world(scene_of({body}));
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> shake(-shake_m, shake_m), speed(-1.0, 1.0);
+  for (Node& node : world.nodes) {
+    if (node.pinned) continue;
+    node.position_m += Eigen::Vector3d(shake(random), shake(random), shake(random));
+    node.velocity_m_s = {speed(random), speed(random), speed(random)};
+  }
+  return world;
+}
+
+ExplicitState state_of(const World& world) {
+  ExplicitState state;
+  for (const Node& node : world.nodes) {
+    state.position_m.emplace_back().map() = node.position_m;
+    state.velocity_m_s.emplace_back().map() = node.velocity_m_s;
+    state.force_N.push_back({7.0, 7.0, 7.0});
+    state.per_mass_kg.push_back(node.unknown == kNoUnknown ? 0.0 : 1.0 / node.mass_kg);
+  }
+  return state;
+}
+
+/// The largest difference to MechanicalSystem's forces, over the largest push of a spring.
+double worst_difference(const World& world) {
+  ExplicitState state = state_of(world);
+  SpringForces springs(world);
+  (void)springs.evaluate(world, state);
+  MechanicalSystem system(world, {});
+  system.place(Eigen::VectorXd::Zero(world.unknown_count), system.velocity(), 0.0);
+  Eigen::VectorXd force(world.unknown_count);
+  system.force(1.0, force);
+  double worst_N = 0.0, push_N = 0.0;
+  for (std::size_t i = 0; i < world.nodes.size(); ++i) {
+    const int unknown = world.nodes[i].unknown;
+    if (unknown == kNoUnknown) continue;
+    worst_N = std::max(worst_N, (force.segment<3>(unknown) - state.force_N[i].map()).norm());
+  }
+  for (const Spring& spring : world.springs)
+    push_N = std::max(push_N, spring.stiffness_N_m * spring.rest_length_m);
+  return worst_N / push_N;
+}
+
+TEST_CASE("Forces of a sheet's springs are those of the mechanical system", "[spring_forces]") {
+  const double damping_N_s_m = GENERATE(0.0, 0.3);
+  const double shake_m = GENERATE(0.0, 1e-6, 0.008);
+  const Eigen::Vector2i nodes = GENERATE(
+      Eigen::Vector2i(1, 7), Eigen::Vector2i(7, 1), Eigen::Vector2i(2, 2), Eigen::Vector2i(3, 5),
+      Eigen::Vector2i(8, 8), Eigen::Vector2i(9, 17), Eigen::Vector2i(17, 9));
+  CAPTURE(nodes.transpose());
+  CHECK(worst_difference(shaken(cloth(nodes, damping_N_s_m), shake_m)) < 1e-12);
+}
+
+TEST_CASE("Springs that are no regular sheet have the same forces", "[spring_forces]") {
+  const double damping_N_s_m = GENERATE(0.0, 0.3);
+  BodyDescription rope = thread(11, {0, 0, 0}, {0.3, 0.1, 0}, 0.001, 200.0);
+  rope.bend_stiffness_N_m = 20.0;
+  BodyDescription block = soft_block({3, 4, 3}, 0.02, 0.002, 400.0, {0.02, 0.009});
+  rope.spring_damping_N_s_m = block.spring_damping_N_s_m = damping_N_s_m;
+  CHECK(worst_difference(shaken(rope, 0.005)) < 1e-12);
+  CHECK(worst_difference(shaken(block, 0.005)) < 1e-12);
+
+  World uneven = shaken(cloth({6, 5}, damping_N_s_m), 0.005);
+  uneven.springs[17].stiffness_N_m *= 1.5;
+  CHECK(worst_difference(uneven) < 1e-12);
+  uneven.springs[3].rest_length_m *= 0.9;
+  CHECK(worst_difference(uneven) < 1e-12);
+  uneven.springs.pop_back();
+  uneven.bodies[0].spring_count -= 1;
+  CHECK(worst_difference(uneven) < 1e-12);
+}
+
+TEST_CASE("Inner forces of a free body sum to nothing", "[spring_forces]") {
+  const Eigen::Vector2i nodes = GENERATE(Eigen::Vector2i(6, 7), Eigen::Vector2i(13, 4));
+  const World world = shaken(cloth(nodes, 0.2), 0.005);
+  ExplicitState state = state_of(world);
+  SpringForces springs(world);
+  (void)springs.evaluate(world, state);
+  Eigen::Vector3d sum_N = Eigen::Vector3d::Zero();
+  double most_N = 0.0;
+  for (const PackedVector& force_N : state.force_N) {
+    sum_N += force_N.map();
+    most_N = std::max(most_N, force_N.map().norm());
+  }
+  CHECK(sum_N.norm() < 1e-13 * most_N * static_cast<double>(world.nodes.size()));
+}
+
+TEST_CASE("The power of dampers is the work of their forces", "[spring_forces]") {
+  const bool regular = GENERATE(true, false);
+  World world = shaken(cloth({9, 6}, 0.3), 0.005);
+  if (!regular) world.bodies[0].sheet_nodes.setZero();
+  ExplicitState damped = state_of(world);
+  SpringForces springs(world);
+  const double power_W = springs.evaluate(world, damped);
+  for (Spring& spring : world.springs) spring.damping_N_s_m = 0.0;
+  ExplicitState undamped = state_of(world);
+  SpringForces without(world);
+  CHECK(without.evaluate(world, undamped) == 0.0);
+  double work_W = 0.0;
+  for (std::size_t i = 0; i < world.nodes.size(); ++i)
+    work_W +=
+        (undamped.force_N[i].map() - damped.force_N[i].map()).dot(world.nodes[i].velocity_m_s);
+  CHECK(power_W > 0.0);
+  CHECK(power_W == Approx(work_W).epsilon(1e-12));
+}
+
+TEST_CASE("Forces of a body asleep are left alone, others' are as they were", "[spring_forces]") {
+  BodyDescription other = cloth({5, 4}, 0.1);
+  other.position_m = {1.0, 0.0, 0.0};
+  BodyDescription rope = thread(6, {2, 0, 0}, {2, 1, 0}, 0.001, 200.0);
+  World world = build_world(scene_of({cloth({5, 4}, 0.1), other, rope}));
+  for (Node& node : world.nodes) node.position_m *= 1.01;
+  ExplicitState awake = state_of(world);
+  SpringForces springs(world);
+  (void)springs.evaluate(world, awake);
+  const int sleeper = GENERATE(0, 1, 2);
+  world.bodies[static_cast<std::size_t>(sleeper)].asleep = true;
+  ExplicitState state = state_of(world);
+  (void)springs.evaluate(world, state);
+  for (const BodyRange& body : world.bodies)
+    for (int i = body.first_node; i < body.first_node + body.node_count; ++i) {
+      const auto node = static_cast<std::size_t>(i);
+      const Eigen::Vector3d expected_N =
+          body.asleep ? Eigen::Vector3d(7, 7, 7) : Eigen::Vector3d(awake.force_N[node].map());
+      CHECK(state.force_N[node].map() == expected_N);
+    }
+}
+
+TEST_CASE("Nodes in one place are pushed nowhere", "[spring_forces]") {
+  World world = build_world(scene_of({cloth({4, 4}, 0.1)}));
+  for (Node& node : world.nodes) node.position_m.setZero();
+  ExplicitState state = state_of(world);
+  SpringForces springs(world);
+  (void)springs.evaluate(world, state);
+  for (const PackedVector& force_N : state.force_N) CHECK(force_N.map().norm() == 0.0);
+}
+
+}  // namespace
+}  // namespace stillgrid
