@@ -1,23 +1,32 @@
 #include "sim_server/dynamics/implicit_stage.hpp"
 
+#include <utility>
+
 namespace stillgrid {
 
-ImplicitStage::ImplicitStage(MechanicalSystem& system, double stage_s)
-    : system_(system), stage_s_(stage_s), base_displacement_(Eigen::VectorXd::Zero(system.size())) {
-  system_.place(base_displacement_, system_.velocity(), 0.0);
-  system_.momentum(base_momentum_);
+StageRule implicit_euler_rule(MechanicalSystem& system, double end_s) {
+  StageRule rule{Eigen::VectorXd::Zero(system.size()), {}, end_s, end_s, end_s};
+  system.place(rule.displacement, system.velocity(), 0.0, 0.0);
+  system.momentum(rule.momentum);
+  return rule;
 }
 
+ImplicitStage::ImplicitStage(MechanicalSystem& system, StageRule rule)
+    : system_(system), rule_(std::move(rule)) {}
+
+ImplicitStage::ImplicitStage(MechanicalSystem& system, double step_s)
+    : ImplicitStage(system, implicit_euler_rule(system, step_s)) {}
+
 void ImplicitStage::residual(const Eigen::VectorXd& u, Eigen::VectorXd& residual) {
-  displacement_ = base_displacement_ + stage_s_ * u;
-  system_.place(displacement_, u, stage_s_);
+  displacement_ = rule_.displacement + rule_.stage_s * u;
+  system_.place(displacement_, u, rule_.end_s);
   system_.momentum(residual);
-  system_.force(stage_s_, force_);
-  residual -= base_momentum_ + stage_s_ * force_;
+  system_.force(rule_.contact_step_s, force_);
+  residual -= rule_.momentum + rule_.stage_s * force_;
 }
 
 void ImplicitStage::jacobian(Slope slope, Eigen::SparseMatrix<double>& matrix) {
-  system_.jacobian(slope, stage_s_, matrix);
+  system_.jacobian(slope, rule_.stage_s, rule_.contact_step_s, matrix);
 }
 
 void ImplicitStage::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {

@@ -1,7 +1,6 @@
 #include "sim_server/dynamics/mechanical_system.hpp"
 
 #include <algorithm>
-#include <array>
 
 #include "sim_server/bodies/rotation.hpp"
 #include "sim_server/bodies/sphere_motion.hpp"
@@ -14,47 +13,11 @@ Eigen::Matrix3d world_inertia(const RigidBody& body) {
   return r * body.inertia_kg_m2.asDiagonal() * r.transpose();
 }
 
-/// Force of a spring on its node b, and its slopes by b's position and velocity.
-struct SpringForce {
-  Eigen::Vector3d force_N;
-  Eigen::Matrix3d by_position, by_velocity;
-};
-
-SpringForce spring_force(const Spring& spring, const Node& a, const Node& b, Slope slope) {
-  const Eigen::Vector3d line_m = b.position_m - a.position_m;
-  const double length_m = line_m.norm();
-  if (length_m < 1e-12)
-    return {Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
-  const Eigen::Vector3d n = line_m / length_m;
-  const Eigen::Vector3d velocity_m_s = b.velocity_m_s - a.velocity_m_s;
-  const double tension_N = spring.stiffness_N_m * (length_m - spring.rest_length_m) +
-                           spring.damping_N_s_m * n.dot(velocity_m_s);
-  const Eigen::Matrix3d along = n * n.transpose();
-  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - along;
-  const bool exact = slope == Slope::kExact;
-  const double sideways_N_m = (exact ? tension_N : std::max(tension_N, 0.0)) / length_m;
-  SpringForce result;
-  result.force_N = -tension_N * n;
-  result.by_position = -spring.stiffness_N_m * along - sideways_N_m * across;
-  if (exact)
-    result.by_position -= spring.damping_N_s_m / length_m * n * (velocity_m_s.transpose() * across);
-  result.by_velocity = -spring.damping_N_s_m * along;
-  return result;
-}
-
 /// A side's centre, velocity and spin.
 struct SideMotion {
   SphereMotion motion;
   Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();
 };
-
-ContactMotion relative_motion(const Contact& contact, const SideMotion& a, const SideMotion& b) {
-  const ContactShares shares = contact_shares(contact);
-  const Eigen::Vector3d origin_m =
-      contact.is_plane ? Eigen::Vector3d::Zero().eval() : b.motion.position_m;
-  return {a.motion.position_m - origin_m, a.motion.velocity_m_s - b.motion.velocity_m_s,
-          shares.a * a.spin_rad_s + shares.b * b.spin_rad_s};
-}
 
 SideMotion side_motion(int sphere, const World& world, const Trial& trial) {
   const auto index = static_cast<std::size_t>(sphere);
@@ -64,67 +27,63 @@ SideMotion side_motion(int sphere, const World& world, const Trial& trial) {
           trial.rigid_bodies[static_cast<std::size_t>(rigid)].angular_velocity_rad_s};
 }
 
-SideMotion other_motion(const Contact& contact, const World& world, const Trial& trial) {
-  if (contact.b >= 0) return side_motion(contact.b, world, trial);
-  return {{contact.position_b_m, contact.velocity_b_m_s}, contact.spin_b_rad_s};
-}
-
-/// One side of a contact: which way the force acts on it, and its share of the line of centres.
-struct Side {
-  const SphereParts* parts;
-  double sign;
-  double share;
-};
-
-/// d(impulse balance of `pushed`) / d(unknown of `moved`).
-Eigen::Matrix3d exact_block(const ContactForce& force, const ContactSlopes& slopes,
-                            const Side& pushed_side, const SpherePart& pushed,
-                            const Side& moved_side, const SpherePart& moved, double step_s) {
-  const Eigen::Matrix3d position = moved_side.sign * moved.position_by_unknown;
-  const Eigen::Matrix3d velocity = moved_side.sign * moved.velocity_by_unknown;
-  Eigen::Matrix3d force_by =
-      slopes.force_by_position * position + slopes.force_by_velocity * velocity;
-  if (moved.is_rotation) force_by += moved_side.share * slopes.force_by_spin;
-  Eigen::Matrix3d block = pushed_side.sign * pushed.lever.transpose() * force_by;
-  if (pushed.is_rotation) {
-    Eigen::Matrix3d friction_by =
-        slopes.friction_by_position * position + slopes.friction_by_velocity * velocity;
-    if (moved.is_rotation) friction_by += moved_side.share * slopes.friction_by_spin;
-    block +=
-        pushed_side.share * (cross_matrix(force.friction_N) * slopes.arm_by_position * position -
-                             cross_matrix(force.arm_m) * friction_by);
-    // The lever itself turns with the body: d(r x F) = dr x F.
-    if (&pushed == &moved)
-      block -= pushed_side.sign * cross_matrix(force.force_N) * moved.position_by_unknown;
+ContactMotion relative_motion(const Contact& contact, const World& world, const Trial& trial,
+                              double step_share) {
+  const SideMotion a = side_motion(contact.a, world, trial);
+  const ContactShares shares = contact_shares(contact);
+  if (contact.b >= 0) {
+    const SideMotion b = side_motion(contact.b, world, trial);
+    return {a.motion.position_m - b.motion.position_m,
+            a.motion.velocity_m_s - b.motion.velocity_m_s,
+            shares.a * a.spin_rad_s + shares.b * b.spin_rad_s};
   }
-  return -step_s * block;
+  Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();  // a plane's place is in its offset
+  if (!contact.is_plane)
+    origin_m = step_share == 1.0
+                   ? contact.position_b_m
+                   : contact.start_b_m + step_share * (contact.position_b_m - contact.start_b_m);
+  return {a.motion.position_m - origin_m, a.motion.velocity_m_s - contact.velocity_b_m_s,
+          shares.a * a.spin_rad_s + shares.b * contact.spin_b_rad_s};
 }
 
-/// How an unknown moves the slip at the point of contact.
-Eigen::Matrix3d slip_by_unknown(const ContactForce& force, const ContactSlopes& slopes,
-                                const Side& side, const SpherePart& part) {
-  Eigen::Matrix3d slip_by = side.sign * slopes.across * part.lever;
-  if (part.is_rotation) slip_by += side.share * cross_matrix(force.arm_m);
-  return slip_by;
+bool is_awake(const World& world, const SphereBinding& sphere) {
+  if (sphere.rigid >= 0)
+    return world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].unknown != kNoUnknown;
+  return !world.bodies[static_cast<std::size_t>(sphere.body)].asleep;
 }
 
-Eigen::Matrix3d definite_block(const ContactForce& force, const ContactSlopes& slopes,
-                               const Side& pushed_side, const SpherePart& pushed,
-                               const Side& moved_side, const SpherePart& moved, double step_s) {
-  return step_s * step_s * pushed_side.sign * moved_side.sign * pushed.lever.transpose() *
-             slopes.normal_stiffness_N_m * moved.lever +
-         step_s * slip_by_unknown(force, slopes, pushed_side, pushed).transpose() *
-             slopes.drag_N_s_m * slip_by_unknown(force, slopes, moved_side, moved);
+bool moves(const World& world, int sphere) {
+  return sphere >= 0 && is_awake(world, world.spheres[static_cast<std::size_t>(sphere)]);
 }
 
 }  // namespace
 
-MechanicalSystem::MechanicalSystem(const World& world, std::span<const Contact> contacts)
-    : world_(world),
-      contacts_(contacts),
-      mass_(Eigen::VectorXd::Ones(world.unknown_count)),
-      scale_(Eigen::VectorXd::Ones(world.unknown_count)),
-      trial_{world.nodes, world.rigid_bodies, std::vector<SphereMotion>(world.spheres.size())} {
+void MechanicalSystem::take(const World& world, std::span<const Contact> contacts) {
+  world_ = &world;
+  contacts_ = contacts;
+  mass_.setOnes(world.unknown_count);
+  scale_.setOnes(world.unknown_count);
+  trial_.nodes = world.nodes;
+  trial_.rigid_bodies = world.rigid_bodies;
+  trial_.spheres.resize(world.spheres.size());
+  for (std::size_t i = 0; i < world.spheres.size(); ++i)
+    if (!is_awake(world, world.spheres[i]))
+      trial_.spheres[i] = sphere_motion(world, world.spheres[i]);
+  turned_rad_.assign(world.rigid_bodies.size(), Eigen::Vector3d::Zero());
+  turn_s_.resize(world.rigid_bodies.size());
+  candidates_.clear();
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Contact& contact = contacts[i];
+    if (moves(world, contact.a) || moves(world, contact.b))
+      candidates_.push_back(
+          {static_cast<int>(i), contact.a, contact.b, contact.radius_a_m + contact.radius_b_m});
+  }
+  springs_.clear();
+  const std::span<const Spring> springs = world.springs;
+  for (const BodyRange& body : world.bodies)
+    if (!body.asleep && body.spring_count > 0)
+      springs_.push_back(springs.subspan(static_cast<std::size_t>(body.first_spring),
+                                         static_cast<std::size_t>(body.spring_count)));
   for (const Node& node : world.nodes)
     if (node.unknown != kNoUnknown) mass_.segment<3>(node.unknown).setConstant(node.mass_kg);
   for (const RigidBody& body : world.rigid_bodies) {
@@ -139,9 +98,9 @@ MechanicalSystem::MechanicalSystem(const World& world, std::span<const Contact> 
 
 Eigen::VectorXd MechanicalSystem::velocity() const {
   Eigen::VectorXd u(size());
-  for (const Node& node : world_.nodes)
+  for (const Node& node : world_->nodes)
     if (node.unknown != kNoUnknown) u.segment<3>(node.unknown) = node.velocity_m_s;
-  for (const RigidBody& body : world_.rigid_bodies)
+  for (const RigidBody& body : world_->rigid_bodies)
     if (body.unknown != kNoUnknown) {
       u.segment<3>(body.unknown) = body.velocity_m_s;
       u.segment<3>(body.unknown + 3) = body.angular_velocity_rad_s;
@@ -150,30 +109,36 @@ Eigen::VectorXd MechanicalSystem::velocity() const {
 }
 
 void MechanicalSystem::place(const Eigen::VectorXd& displacement, const Eigen::VectorXd& u,
-                             double time_s) {
+                             double time_s, double step_share) {
+  step_share_ = step_share;
   for (std::size_t i = 0; i < trial_.nodes.size(); ++i) {
     Node& node = trial_.nodes[i];
     if (node.unknown == kNoUnknown) continue;
     node.velocity_m_s = u.segment<3>(node.unknown);
-    node.position_m = world_.nodes[i].position_m + displacement.segment<3>(node.unknown);
+    node.position_m = world_->nodes[i].position_m + displacement.segment<3>(node.unknown);
   }
   for (std::size_t i = 0; i < trial_.rigid_bodies.size(); ++i) {
     RigidBody& body = trial_.rigid_bodies[i];
-    const RigidBody& before = world_.rigid_bodies[i];
-    if (body.unknown == kNoUnknown) {
-      const PrescribedState state = prescribed_state(body, world_.time_s + time_s);
+    const RigidBody& before = world_->rigid_bodies[i];
+    if (!body.free) {
+      const PrescribedState state = prescribed_state(body, world_->time_s + time_s);
       body.position_m = state.position_m;
       body.velocity_m_s = state.velocity_m_s;
-      continue;
     }
+    if (body.unknown == kNoUnknown) continue;
+    turned_rad_[i] = displacement.segment<3>(body.unknown + 3);
     body.velocity_m_s = u.segment<3>(body.unknown);
     body.angular_velocity_rad_s = u.segment<3>(body.unknown + 3);
     body.position_m = before.position_m + displacement.segment<3>(body.unknown);
-    body.orientation =
-        (rotation_of(displacement.segment<3>(body.unknown + 3)) * before.orientation).normalized();
+    body.orientation = (rotation_of(turned_rad_[i]) * before.orientation).normalized();
   }
-  for (std::size_t i = 0; i < world_.spheres.size(); ++i)
-    trial_.spheres[i] = sphere_motion(trial_.nodes, trial_.rigid_bodies, world_.spheres[i]);
+  for (const BodyRange& range : world_->bodies) {
+    if (range.asleep) continue;
+    for (int i = range.first_sphere; i < range.first_sphere + range.sphere_count; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      trial_.spheres[at] = sphere_motion(trial_.nodes, trial_.rigid_bodies, world_->spheres[at]);
+    }
+  }
 }
 
 void MechanicalSystem::momentum(Eigen::VectorXd& momentum) const {
@@ -188,42 +153,85 @@ void MechanicalSystem::momentum(Eigen::VectorXd& momentum) const {
   }
 }
 
+double MechanicalSystem::energy_J() {
+  double energy_J = 0.0;
+  const auto add_mass = [&](double mass_kg, const Eigen::Vector3d& position_m,
+                            const Eigen::Vector3d& velocity_m_s) {
+    energy_J += mass_kg * (0.5 * velocity_m_s.squaredNorm() - world_->gravity_m_s2.dot(position_m));
+  };
+  for (const Node& node : trial_.nodes)
+    if (node.unknown != kNoUnknown) add_mass(node.mass_kg, node.position_m, node.velocity_m_s);
+  for (const RigidBody& body : trial_.rigid_bodies) {
+    if (body.unknown == kNoUnknown) continue;
+    add_mass(body.mass_kg, body.position_m, body.velocity_m_s);
+    const Eigen::Vector3d spin_rad_s = body.orientation.conjugate() * body.angular_velocity_rad_s;
+    energy_J += 0.5 * spin_rad_s.cwiseAbs2().dot(body.inertia_kg_m2);
+  }
+  for (const auto springs : springs_)
+    for (const Spring& spring : springs) {
+      const Node& a = trial_.nodes[static_cast<std::size_t>(spring.a)];
+      const Node& b = trial_.nodes[static_cast<std::size_t>(spring.b)];
+      const double stretch_m = (b.position_m - a.position_m).norm() - spring.rest_length_m;
+      energy_J += 0.5 * spring.stiffness_N_m * stretch_m * stretch_m;
+    }
+  find_touching();
+  for (const int index : touching_) {
+    const Contact& contact = contacts_[static_cast<std::size_t>(index)];
+    const double depth_m =
+        contact_depth_m(contact, relative_motion(contact, *world_, trial_, step_share_).position_m);
+    if (depth_m > 0.0) energy_J += 0.5 * contact.material.stiffness_N_m * depth_m * depth_m;
+  }
+  return energy_J;
+}
+
 void MechanicalSystem::force(double contact_step_s, Eigen::VectorXd& force) {
   force.setZero(size());
   for (const Node& node : trial_.nodes)
     if (node.unknown != kNoUnknown)
-      force.segment<3>(node.unknown) = node.mass_kg * world_.gravity_m_s2;
+      force.segment<3>(node.unknown) = node.mass_kg * world_->gravity_m_s2;
   for (const RigidBody& body : trial_.rigid_bodies)
     if (body.unknown != kNoUnknown)
-      force.segment<3>(body.unknown) = body.mass_kg * world_.gravity_m_s2;
-  add_springs(force);
-  add_contacts(contact_step_s, force);
+      force.segment<3>(body.unknown) = body.mass_kg * world_->gravity_m_s2;
+  for (const auto springs : springs_)
+    for (const Spring& spring : springs) {
+      const Node& a = trial_.nodes[static_cast<std::size_t>(spring.a)];
+      const Node& b = trial_.nodes[static_cast<std::size_t>(spring.b)];
+      const Eigen::Vector3d force_N = spring_force_N(spring, a, b);
+      if (a.unknown != kNoUnknown) force.segment<3>(a.unknown) -= force_N;
+      if (b.unknown != kNoUnknown) force.segment<3>(b.unknown) += force_N;
+    }
+  add_contact_forces(contact_step_s, force);
 }
 
-void MechanicalSystem::add_springs(Eigen::VectorXd& force) const {
-  for (const Spring& spring : world_.springs) {
-    const Node& a = trial_.nodes[static_cast<std::size_t>(spring.a)];
-    const Node& b = trial_.nodes[static_cast<std::size_t>(spring.b)];
-    const Eigen::Vector3d force_N = spring_force(spring, a, b, Slope::kExact).force_N;
-    if (a.unknown != kNoUnknown) force.segment<3>(a.unknown) -= force_N;
-    if (b.unknown != kNoUnknown) force.segment<3>(b.unknown) += force_N;
+/// Most contacts are only possible: what does not touch is told apart here, cheaply.
+void MechanicalSystem::find_touching() {
+  touching_.clear();
+  for (const Candidate& own : candidates_) {
+    if (own.b >= 0) {
+      const Eigen::Vector3d line_m = trial_.spheres[static_cast<std::size_t>(own.a)].position_m -
+                                     trial_.spheres[static_cast<std::size_t>(own.b)].position_m;
+      // By a little too many: rounding is the contact law's affair.
+      if (line_m.squaredNorm() > (1.0 + 1e-9) * own.reach_m * own.reach_m) continue;
+    }
+    touching_.push_back(own.contact);
   }
 }
 
-void MechanicalSystem::add_contacts(double contact_step_s, Eigen::VectorXd& force) {
+void MechanicalSystem::add_contact_forces(double contact_step_s, Eigen::VectorXd& force) {
+  find_touching();
   trial_.touching = 0;
-  for (const Contact& contact : contacts_) {
-    const ContactMotion motion = relative_motion(contact, side_motion(contact.a, world_, trial_),
-                                                 other_motion(contact, world_, trial_));
-    const ContactForce law = contact_force(contact, motion, contact_step_s, nullptr);
+  for (const int index : touching_) {
+    const Contact& contact = contacts_[static_cast<std::size_t>(index)];
+    const ContactForce law = contact_force(
+        contact, relative_motion(contact, *world_, trial_, step_share_), contact_step_s, nullptr);
     if (!law.touching) continue;
     ++trial_.touching;
     const ContactShares shares = contact_shares(contact);
     const Eigen::Vector3d couple_N_m = -law.arm_m.cross(law.friction_N);
-    push_sphere(world_.spheres[static_cast<std::size_t>(contact.a)], law.force_N,
+    push_sphere(world_->spheres[static_cast<std::size_t>(contact.a)], law.force_N,
                 shares.a * couple_N_m, force);
     if (contact.b >= 0)
-      push_sphere(world_.spheres[static_cast<std::size_t>(contact.b)], -law.force_N,
+      push_sphere(world_->spheres[static_cast<std::size_t>(contact.b)], -law.force_N,
                   shares.b * couple_N_m, force);
   }
 }
@@ -246,80 +254,99 @@ void MechanicalSystem::push_sphere(const SphereBinding& sphere, const Eigen::Vec
   }
 }
 
-void MechanicalSystem::jacobian(Slope slope, double stage_s, Eigen::SparseMatrix<double>& matrix) {
-  blocks_.reset(size());
-  add_inertia_slopes(slope, stage_s);
-  add_spring_slopes(slope, stage_s);
-  add_contact_slopes(slope, stage_s);
-  blocks_.write_to(matrix);
-}
-
-void MechanicalSystem::linearise(Slope slope, double stage_s) {
-  jacobian(slope, stage_s, matrix_);
+void MechanicalSystem::linearise(Slope slope, double stage_s, double contact_step_s) {
+  take_slopes(slope, stage_s, contact_step_s);
   diagonal_.setZero(3, size());
-  for (Eigen::Index column = 0; column < size(); ++column)
-    for (Eigen::SparseMatrix<double>::InnerIterator entry(matrix_, column); entry; ++entry)
-      if (entry.row() / 3 == column / 3) diagonal_(entry.row() % 3, column) = entry.value();
+  const auto add = [&](int unknown, const Eigen::Matrix3d& block) {
+    if (unknown != kNoUnknown) diagonal_.middleCols<3>(unknown) += block;
+  };
+  for (const InertiaSlope& own : inertia_slopes_) add(own.unknown, own.block);
+  for (const SpringSlope& spring : spring_slopes_) {
+    const Eigen::Matrix3d block = spring.block();
+    add(spring.a, block);
+    add(spring.b, block);
+  }
+  contact_blocks_.clear();
+  for (const ContactSlope& contact : contact_slopes_)
+    add_blocks(contact, stage_s, true, contact_blocks_);
+  for (const SlopeBlock& own : contact_blocks_) add(own.row, own.block);
 }
 
 void MechanicalSystem::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
-  y.noalias() = matrix_ * x;
+  y.resize(size());
+  for (const InertiaSlope& own : inertia_slopes_)
+    y.segment<3>(own.unknown).noalias() = own.block * x.segment<3>(own.unknown);
+  multiply_add(spring_slopes_, x, y);
+  for (const ContactSlope& contact : contact_slopes_) multiply_add(contact, stage_s_, x, y);
 }
 
-void MechanicalSystem::add_inertia_slopes(Slope slope, double stage_s) {
+void MechanicalSystem::jacobian(Slope slope, double stage_s, double contact_step_s,
+                                Eigen::SparseMatrix<double>& matrix) {
+  take_slopes(slope, stage_s, contact_step_s);
+  blocks_.reset(size());
+  for (const InertiaSlope& own : inertia_slopes_) blocks_.add(own.unknown, own.unknown, own.block);
+  for (const SpringSlope& spring : spring_slopes_) {
+    const Eigen::Matrix3d block = spring.block();
+    if (spring.a != kNoUnknown) blocks_.add(spring.a, spring.a, block);
+    if (spring.b != kNoUnknown) blocks_.add(spring.b, spring.b, block);
+    if (spring.a == kNoUnknown || spring.b == kNoUnknown) continue;
+    blocks_.add(spring.a, spring.b, -block);
+    blocks_.add(spring.b, spring.a, -block);
+  }
+  for (const ContactSlope& contact : contact_slopes_) {
+    contact_blocks_.clear();
+    add_blocks(contact, stage_s, false, contact_blocks_);
+    for (const SlopeBlock& own : contact_blocks_) blocks_.add(own.row, own.column, own.block);
+  }
+  blocks_.write_to(matrix);
+}
+
+void MechanicalSystem::take_slopes(Slope slope, double stage_s, double contact_step_s) {
+  stage_s_ = stage_s;
+  add_inertia_slopes(slope);
+  spring_slopes_.clear();
+  for (const auto springs : springs_)
+    add_spring_slopes(springs, trial_.nodes, slope, stage_s, spring_slopes_);
+  add_contact_slopes(slope, contact_step_s);
+}
+
+void MechanicalSystem::add_inertia_slopes(Slope slope) {
+  inertia_slopes_.clear();
   for (const Node& node : trial_.nodes)
     if (node.unknown != kNoUnknown)
-      blocks_.add(node.unknown, node.unknown, node.mass_kg * Eigen::Matrix3d::Identity());
-  for (const RigidBody& body : trial_.rigid_bodies) {
+      inertia_slopes_.push_back({node.unknown, node.mass_kg * Eigen::Matrix3d::Identity()});
+  for (std::size_t i = 0; i < trial_.rigid_bodies.size(); ++i) {
+    const RigidBody& body = trial_.rigid_bodies[i];
     if (body.unknown == kNoUnknown) continue;
-    blocks_.add(body.unknown, body.unknown, body.mass_kg * Eigen::Matrix3d::Identity());
+    inertia_slopes_.push_back({body.unknown, body.mass_kg * Eigen::Matrix3d::Identity()});
+    turn_s_[i] = stage_s_ * left_jacobian(turned_rad_[i]);
     Eigen::Matrix3d inertia = world_inertia(body);
     if (slope == Slope::kExact) {
-      // d(I w) = I dw + d theta x (I w) - I (d theta x w), d theta = h J dw.
+      // d(I w) = I dw + d theta x (I w) - I (d theta x w), d theta = turn_s dw.
       const Eigen::Vector3d& w = body.angular_velocity_rad_s;
-      inertia += (inertia * cross_matrix(w) - cross_matrix(inertia * w)) * stage_s *
-                 left_jacobian(stage_s * w);
+      inertia += (inertia * cross_matrix(w) - cross_matrix(inertia * w)) * turn_s_[i];
     }
-    blocks_.add(body.unknown + 3, body.unknown + 3, inertia);
+    inertia_slopes_.push_back({body.unknown + 3, inertia});
   }
 }
 
-void MechanicalSystem::add_spring_slopes(Slope slope, double stage_s) {
-  for (const Spring& spring : world_.springs) {
-    const Node& a = trial_.nodes[static_cast<std::size_t>(spring.a)];
-    const Node& b = trial_.nodes[static_cast<std::size_t>(spring.b)];
-    const SpringForce force = spring_force(spring, a, b, slope);
-    const Eigen::Matrix3d block = -stage_s * (stage_s * force.by_position + force.by_velocity);
-    if (a.unknown != kNoUnknown) blocks_.add(a.unknown, a.unknown, block);
-    if (b.unknown != kNoUnknown) blocks_.add(b.unknown, b.unknown, block);
-    if (a.unknown == kNoUnknown || b.unknown == kNoUnknown) continue;
-    blocks_.add(a.unknown, b.unknown, -block);
-    blocks_.add(b.unknown, a.unknown, -block);
-  }
-}
-
-void MechanicalSystem::add_contact_slopes(Slope slope, double stage_s) {
-  const auto parts_of = [&](int sphere) {
-    return sphere < 0 ? SphereParts{}
-                      : sphere_parts(trial_.nodes, trial_.rigid_bodies,
-                                     world_.spheres[static_cast<std::size_t>(sphere)], stage_s);
+void MechanicalSystem::add_contact_slopes(Slope slope, double contact_step_s) {
+  contact_slopes_.clear();
+  const auto side = [&](int sphere, double sign, double share) {
+    return contact_side(trial_.nodes, trial_.rigid_bodies, turn_s_,
+                        world_->spheres[static_cast<std::size_t>(sphere)], sign, share);
   };
-  for (const Contact& contact : contacts_) {
-    const ContactMotion motion = relative_motion(contact, side_motion(contact.a, world_, trial_),
-                                                 other_motion(contact, world_, trial_));
+  find_touching();
+  for (const int index : touching_) {
+    const Contact& contact = contacts_[static_cast<std::size_t>(index)];
     ContactSlopes slopes;
-    const ContactForce force = contact_force(contact, motion, stage_s, &slopes);
+    const ContactForce force = contact_force(
+        contact, relative_motion(contact, *world_, trial_, step_share_), contact_step_s, &slopes);
     if (!force.touching) continue;
-    const SphereParts a = parts_of(contact.a), b = parts_of(contact.b);
     const ContactShares shares = contact_shares(contact);
-    const std::array<Side, 2> sides{{{&a, 1.0, shares.a}, {&b, -1.0, shares.b}}};
-    const auto block = slope == Slope::kExact ? exact_block : definite_block;
-    for (const Side& moved_side : sides)
-      for (const SpherePart& moved : moved_side.parts->all())
-        for (const Side& pushed_side : sides)
-          for (const SpherePart& pushed : pushed_side.parts->all())
-            blocks_.add(pushed.unknown, moved.unknown,
-                        block(force, slopes, pushed_side, pushed, moved_side, moved, stage_s));
+    ContactSlope& own = contact_slopes_.emplace_back(contact_slope(force, slopes, slope, stage_s_));
+    own.a = side(contact.a, 1.0, shares.a);
+    if (contact.b >= 0) own.b = side(contact.b, -1.0, shares.b);
   }
 }
 

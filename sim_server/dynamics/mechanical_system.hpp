@@ -8,8 +8,10 @@
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/contact.hpp"
 #include "sim_server/dynamics/block_matrix.hpp"
+#include "sim_server/dynamics/contact_slopes.hpp"
 #include "sim_server/dynamics/integrator.hpp"
 #include "sim_server/dynamics/nonlinear_solver.hpp"
+#include "sim_server/dynamics/spring_slopes.hpp"
 
 namespace stillgrid {
 
@@ -19,15 +21,20 @@ namespace stillgrid {
 /// rigid body, linear then angular. Configurations q are given as displacements from the world's
 /// own: metres, and rotation vectors (rad, world frame) of rigid bodies.
 ///
-/// The definite slope leaves out what has no potential or a falling one: gyroscopic terms, the
-/// sideways push of compressed springs and of contacts, the turning of levers, friction's change
-/// with pressure.
+/// Its slope is what masses, springs and contacts each resist, and by that an operator; the matrix
+/// is their sum. The symmetric slope leaves out gyroscopic terms, the turning of levers and of
+/// dampers, friction's change with pressure and place; the definite one also the sideways push of
+/// compressed springs and of contacts. What sleeps costs nothing.
 class MechanicalSystem {
  public:
-  /// Pre: world and contacts outlive it and do not change.
-  MechanicalSystem(const World& world, std::span<const Contact> contacts);
+  MechanicalSystem() = default;
+  MechanicalSystem(const World& world, std::span<const Contact> contacts) { take(world, contacts); }
 
-  [[nodiscard]] Eigen::Index size() const { return world_.unknown_count; }
+  /// From now on this world with these contacts; memory is kept. Pre: both stay as they are while
+  /// it is used.
+  void take(const World& world, std::span<const Contact> contacts);
+
+  [[nodiscard]] Eigen::Index size() const { return mass_.size(); }
 
   /// Masses, and for rotations the largest principal moment of inertia (kg; kg m2).
   [[nodiscard]] const Eigen::VectorXd& mass_diagonal() const { return mass_; }
@@ -39,9 +46,11 @@ class MechanicalSystem {
   /// The world's velocities.
   [[nodiscard]] Eigen::VectorXd velocity() const;
 
-  /// Places all that is free `displacement` from where the world has it, with velocities u;
-  /// prescribed bodies where they are time_s later.
-  void place(const Eigen::VectorXd& displacement, const Eigen::VectorXd& u, double time_s);
+  /// Places all that is awake `displacement` from where the world has it, with velocities u;
+  /// prescribed bodies where they are time_s later, and given spheres, as the tool's, where a step
+  /// of which this share is over has them.
+  void place(const Eigen::VectorXd& displacement, const Eigen::VectorXd& u, double time_s,
+             double step_share = 1.0);
 
   /// M(q) u where all was placed last.
   void momentum(Eigen::VectorXd& momentum) const;
@@ -50,12 +59,18 @@ class MechanicalSystem {
   /// time since the contacts' depth_before_m, over which their dampers act.
   void force(double contact_step_s, Eigen::VectorXd& force);
 
+  /// Kinetic energy, and that of gravity, springs and the springs of contacts, of what is awake and
+  /// of what touches it, where all was placed last, J.
+  [[nodiscard]] double energy_J();
+
   /// d(momentum - stage_s * force) / du where all was placed last, if displacement and velocity
-  /// change by stage_s and 1 a unit of u: the slope of an implicit stage.
-  void jacobian(Slope slope, double stage_s, Eigen::SparseMatrix<double>& matrix);
+  /// change by stage_s and 1 a unit of u: the slope of an implicit stage. contact_step_s: as of
+  /// force(), not zero.
+  void jacobian(Slope slope, double stage_s, double contact_step_s,
+                Eigen::SparseMatrix<double>& matrix);
 
   /// The same as an operator: takes the slope here, for multiply() and block_diagonal().
-  void linearise(Slope slope, double stage_s);
+  void linearise(Slope slope, double stage_s, double contact_step_s);
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
   [[nodiscard]] const Eigen::Matrix3Xd& block_diagonal() const { return diagonal_; }
 
@@ -63,21 +78,44 @@ class MechanicalSystem {
   [[nodiscard]] const Trial& trial() const noexcept { return trial_; }
 
  private:
-  void add_springs(Eigen::VectorXd& force) const;
-  void add_contacts(double contact_step_s, Eigen::VectorXd& force);
-  void add_inertia_slopes(Slope slope, double stage_s);
-  void add_spring_slopes(Slope slope, double stage_s);
-  void add_contact_slopes(Slope slope, double stage_s);
+  void add_contact_forces(double contact_step_s, Eigen::VectorXd& force);
+  void take_slopes(Slope slope, double stage_s, double contact_step_s);
+  void add_inertia_slopes(Slope slope);
+  void add_contact_slopes(Slope slope, double contact_step_s);
+  void find_touching();
   void push_sphere(const SphereBinding& sphere, const Eigen::Vector3d& force_N,
                    const Eigen::Vector3d& couple_N_m, Eigen::VectorXd& force) const;
 
-  const World& world_;
+  /// A contact with a side awake, as little of it as tells whether it touches.
+  struct Candidate {
+    int contact, a, b;
+    double reach_m;  // of both spheres
+  };
+  /// d(momentum) / du of a block of three.
+  struct InertiaSlope {
+    int unknown;
+    Eigen::Matrix3d block;
+  };
+
+  const World* world_ = nullptr;
   std::span<const Contact> contacts_;
+  std::vector<Candidate> candidates_;
+  std::vector<int> touching_;  // or nearly so: contacts, where all was placed last
+  std::vector<std::span<const Spring>> springs_;  // of bodies awake
   Eigen::VectorXd mass_, scale_;
   Trial trial_;
-  BlockMatrix blocks_;
-  Eigen::SparseMatrix<double> matrix_;
+  std::vector<Eigen::Vector3d> turned_rad_;  // of each rigid body, from the world's orientation
+  double step_share_ = 1.0;
+
+  // The slope taken last.
+  double stage_s_ = 0.0;
+  std::vector<InertiaSlope> inertia_slopes_;
+  std::vector<SpringSlope> spring_slopes_;
+  std::vector<ContactSlope> contact_slopes_;
+  std::vector<Eigen::Matrix3d> turn_s_;  // of each rigid body: d(turned, world frame) / d spin
+  std::vector<SlopeBlock> contact_blocks_;
   Eigen::Matrix3Xd diagonal_;
+  BlockMatrix blocks_;
 };
 
 }  // namespace stillgrid

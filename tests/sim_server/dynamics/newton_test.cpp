@@ -1,12 +1,15 @@
 #include "sim_server/dynamics/newton.hpp"
 
+#include <Eigen/IterativeLinearSolvers>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <vector>
 
+#include "sim_server/contact/detection.hpp"
 #include "sim_server/dynamics/implicit_stage.hpp"
 #include "tests/sim_server/dynamics/cubic_chain.hpp"
+#include "tests/sim_server/dynamics/hanging_chain.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid {
@@ -15,9 +18,14 @@ namespace {
 constexpr double kTolerance = 1e-8;
 
 SolveReport solve(NonlinearSystem& system, Eigen::VectorXd& u, int iterations = 15,
-                  double tolerance = kTolerance) {
+                  double tolerance = kTolerance, SolverKind kind = SolverKind::kNewton) {
   Budget budget{.iterations = iterations};
-  return NewtonSolver(tolerance).solve(system, u, budget);
+  return NewtonSolver(kind, tolerance).solve(system, u, budget);
+}
+
+SolverKind any_kind() {
+  return GENERATE(SolverKind::kNewton, SolverKind::kNewtonLu, SolverKind::kNewtonCg,
+                  SolverKind::kNewtonBicgstab);
 }
 
 /// Residuals after 0, 1, 2, ... iterations.
@@ -58,6 +66,64 @@ TEST_CASE("A linear system takes one iteration, a solved one none", "[newton]") 
   CHECK(second.iterations == 0);
   for (Eigen::Index i = 0; i < u.size(); ++i)  // the parabola through both ends
     CHECK(u[i] == Approx(0.5 * double(i + 1) * double(9 - i)));
+}
+
+TEST_CASE("Every kind finds the same solution", "[newton]") {
+  CubicChain system(1.0);
+  Eigen::VectorXd known = Eigen::VectorXd::Ones(system.size()), u = known;
+  REQUIRE(solve(system, known, 15, 1e-13).converged);
+
+  CHECK(solve(system, u, 20, 1e-10, any_kind()).converged);
+
+  CHECK((u - known).norm() < 1e-9);
+}
+
+/// A box sunk into the floor, sliding and tumbling: Coulomb friction under nine spheres.
+World sliding_box() {
+  BodyDescription block = box({0, 0, 0.0195}, {0.03, 0.03, 0.04}, 0.02, {0.01, 0.005});
+  return build_world(scene_of({moving(block, {0.4, 0.1, -0.1}, {0.5, 1.0, 2.0}), floor_at(0.0)},
+                              material_of(5e3, 0.25, 0.5), {0, 0, -9.81}));
+}
+
+TEST_CASE(
+    "Conjugate gradients fail on Coulomb friction's exact slope; lagged friction, LU and "
+    "BiCGSTAB do not",
+    "[newton]") {
+  const World world = sliding_box();
+  Detection detection(world, 1.0);
+  detection.find_contacts(world, 0.01);
+  MechanicalSystem system(world, detection.contacts());
+  ImplicitStage step(system, 0.01);
+  Eigen::VectorXd u = step.initial_guess(), residual(u.size());
+  step.residual(u, residual);
+  REQUIRE(system.trial().touching == 9);
+  Eigen::SparseMatrix<double> exact;
+  step.jacobian(Slope::kExact, exact);
+  CHECK((Eigen::MatrixXd(exact) - Eigen::MatrixXd(exact).transpose()).norm() > 0.01 * exact.norm());
+  Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper> gradients;
+  gradients.setMaxIterations(600);  // a hundred times as many as a symmetric system needs
+  gradients.compute(exact);
+  const Eigen::VectorXd wrong = gradients.solve(residual);
+  INFO("left of the residual: " << (exact * wrong - residual).norm() / residual.norm());
+  CHECK_FALSE((exact * wrong - residual).norm() <= 1e-3 * residual.norm());
+
+  const SolverKind kind = any_kind();
+  const SolveReport report = solve(step, u, 40, kTolerance, kind);
+  INFO(name_of(kind) << ": " << report.residual << " after " << report.iterations);
+  CHECK(report.converged);
+}
+
+// Broyden's method takes 16, 151 and over 500 iterations of the first three: broyden_test.
+TEST_CASE("The onset of a contact however stiff takes three iterations", "[newton]") {
+  const double stiffness = GENERATE(10.0, 100.0, 1e4, 1e6);  // k h^2 / m
+  const SolverKind kind = any_kind();
+  NewtonSolver solver(kind, kTolerance);
+
+  const SolveReport report = solve_contact_onset(solver, stiffness, 15);
+
+  INFO(name_of(kind) << " at " << stiffness);
+  CHECK(report.converged);
+  CHECK(report.iterations <= 3);
 }
 
 TEST_CASE("A solve cut short says so, and by how much", "[newton]") {

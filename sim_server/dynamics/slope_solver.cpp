@@ -1,0 +1,140 @@
+#include "sim_server/dynamics/slope_solver.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace stillgrid {
+namespace {
+
+int most_iterations(Eigen::Index size) {
+  return static_cast<int>(2 * size) + 20;
+}
+
+/// Looks at the clock now and then only.
+bool is_late(const Budget& budget, int iteration) {
+  return iteration % 16 == 15 && budget.deadline != std::chrono::steady_clock::time_point::max() &&
+         std::chrono::steady_clock::now() >= budget.deadline;
+}
+
+}  // namespace
+
+bool FactorisedSlope::Pattern::take(const Eigen::SparseMatrix<double>& matrix) {
+  const int* const outer_begin = matrix.outerIndexPtr();
+  const int* const outer_end = outer_begin + matrix.outerSize() + 1;
+  const int* const inner_begin = matrix.innerIndexPtr();
+  const int* const inner_end = inner_begin + matrix.nonZeros();
+  if (std::equal(outer_begin, outer_end, outer.begin(), outer.end()) &&
+      std::equal(inner_begin, inner_end, inner.begin(), inner.end()))
+    return false;
+  outer.assign(outer_begin, outer_end);
+  inner.assign(inner_begin, inner_end);
+  return true;
+}
+
+bool FactorisedSlope::solve(NonlinearSystem& system, Slope slope, const Eigen::VectorXd& residual,
+                            double, const Budget&, Eigen::VectorXd& step) {
+  system.jacobian(slope, matrix_);
+  if (slope == Slope::kExact) {
+    if (lu_pattern_.take(matrix_)) lu_.analyzePattern(matrix_);
+    lu_.factorize(matrix_);
+    if (lu_.info() != Eigen::Success) return false;
+    step = lu_.solve(residual);
+    return step.allFinite();
+  }
+  if (cholesky_pattern_.take(matrix_)) cholesky_.analyzePattern(matrix_);
+  cholesky_.factorize(matrix_);
+  if (cholesky_.info() != Eigen::Success || !(cholesky_.vectorD().array() > 0.0).all())
+    return false;
+  step = cholesky_.solve(residual);
+  return step.allFinite();
+}
+
+bool MatrixFreeSlope::solve(NonlinearSystem& system, Slope slope, const Eigen::VectorXd& residual,
+                            double accuracy, const Budget& budget, Eigen::VectorXd& step) {
+  system.linearise(slope);
+  const bool symmetric = slope != Slope::kExact;
+  if (!invert_blocks(system.block_diagonal(), symmetric)) return false;
+  const bool solved = symmetric ? conjugate_gradients(system, residual, accuracy, budget, step)
+                                : bicgstab(system, residual, accuracy, budget, step);
+  return solved && step.allFinite();
+}
+
+bool MatrixFreeSlope::invert_blocks(const Eigen::Matrix3Xd& blocks, bool definite) {
+  inverse_.resize(3, blocks.cols());
+  for (Eigen::Index i = 0; i < blocks.cols(); i += 3) {
+    const Eigen::Matrix3d block = blocks.middleCols<3>(i);
+    const double minor = block(0, 0) * block(1, 1) - block(0, 1) * block(1, 0);
+    const double determinant = block.determinant();
+    // A slope is no more definite than its blocks.
+    if (definite && !(block(0, 0) > 0.0 && minor > 0.0 && determinant > 0.0)) return false;
+    if (determinant == 0.0 || !std::isfinite(determinant)) return false;
+    inverse_.middleCols<3>(i) = block.inverse();
+  }
+  return true;
+}
+
+void MatrixFreeSlope::precondition(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
+  y.resize(x.size());
+  for (Eigen::Index i = 0; i < x.size(); i += 3)
+    y.segment<3>(i).noalias() = inverse_.middleCols<3>(i) * x.segment<3>(i);
+}
+
+bool MatrixFreeSlope::conjugate_gradients(NonlinearSystem& system, const Eigen::VectorXd& residual,
+                                          double accuracy, const Budget& budget,
+                                          Eigen::VectorXd& step) {
+  step.setZero(residual.size());
+  rest_ = residual;
+  precondition(rest_, preconditioned_);
+  search_ = preconditioned_;
+  double rest2 = rest_.dot(preconditioned_);
+  const double enough2 = accuracy * accuracy * rest2;
+  const int most = most_iterations(residual.size());
+  for (int i = 0; i < most && rest2 > enough2 && !is_late(budget, i); ++i) {
+    system.multiply(search_, product_);
+    const double curvature = search_.dot(product_);
+    if (!(curvature > 0.0)) return false;
+    const double length = rest2 / curvature;
+    step += length * search_;
+    rest_ -= length * product_;
+    precondition(rest_, preconditioned_);
+    const double before2 = rest2;
+    rest2 = rest_.dot(preconditioned_);
+    search_ = preconditioned_ + rest2 / before2 * search_;
+  }
+  return true;
+}
+
+bool MatrixFreeSlope::bicgstab(NonlinearSystem& system, const Eigen::VectorXd& residual,
+                               double accuracy, const Budget& budget, Eigen::VectorXd& step) {
+  const Eigen::VectorXd& scale = system.residual_scale();
+  step.setZero(residual.size());
+  rest_ = residual;
+  shadow_ = rest_.cwiseProduct(scale);  // the product's angles are those of velocities
+  search_ = rest_;
+  double angle = rest_.dot(shadow_);
+  const double enough = accuracy * rest_.cwiseProduct(scale).norm();
+  const int most = most_iterations(residual.size());
+  for (int i = 0; i < most && !is_late(budget, i); ++i) {
+    precondition(search_, preconditioned_);
+    system.multiply(preconditioned_, product_);
+    const double length = angle / product_.dot(shadow_);
+    if (!std::isfinite(length)) return i > 0;
+    step += length * preconditioned_;
+    rest_ -= length * product_;
+    precondition(rest_, second_);
+    system.multiply(second_, second_product_);
+    const double norm2 = second_product_.squaredNorm();
+    const double second_length = norm2 > 0.0 ? second_product_.dot(rest_) / norm2 : 0.0;
+    step += second_length * second_;
+    rest_ -= second_length * second_product_;
+    if (!(rest_.cwiseProduct(scale).norm() > enough)) break;
+    const double before = angle;
+    angle = rest_.dot(shadow_);
+    search_ =
+        rest_ + angle / before * length / second_length * (search_ - second_length * product_);
+  }
+  return true;
+}
+
+}  // namespace stillgrid
