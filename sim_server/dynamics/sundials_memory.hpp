@@ -1,0 +1,71 @@
+#pragma once
+
+#include <nvector/nvector_serial.h>
+#include <sundials/sundials_context.h>
+#include <sundials/sundials_linearsolver.h>
+
+#include <Eigen/Core>
+#include <exception>
+#include <memory>
+#include <new>
+
+// Owners of what SUNDIALS allocates. For the two .cpp files that use SUNDIALS only.
+namespace stillgrid {
+
+struct FreeSunContext {
+  void operator()(SUNContext context) const { SUNContext_Free(&context); }
+};
+struct FreeSunVector {
+  void operator()(N_Vector vector) const { N_VDestroy(vector); }
+};
+struct FreeSunLinearSolver {
+  void operator()(SUNLinearSolver solver) const { SUNLinSolFree(solver); }
+};
+using SunContext = std::unique_ptr<_SUNContext, FreeSunContext>;
+using SunVector = std::unique_ptr<_generic_N_Vector, FreeSunVector>;
+using SunLinearSolver = std::unique_ptr<_generic_SUNLinearSolver, FreeSunLinearSolver>;
+
+/// Solvers' own memory comes as void*, freed through its address.
+template <void (*kFree)(void**)>
+struct FreeSunMemory {
+  void operator()(void* memory) const { kFree(&memory); }
+};
+template <void (*kFree)(void**)>
+using SunMemory = std::unique_ptr<void, FreeSunMemory<kFree>>;
+
+/// Whatever SUNDIALS hands out is there, or memory is short.
+template <class Pointer>
+[[nodiscard]] Pointer sun_checked(Pointer pointer) {
+  if (pointer == nullptr) throw std::bad_alloc();
+  return pointer;
+}
+
+[[nodiscard]] inline SunContext make_sun_context() {
+  SUNContext context = nullptr;
+  SUNContext_Create(nullptr, &context);
+  return SunContext(sun_checked(context));
+}
+
+[[nodiscard]] inline SunVector make_sun_vector(Eigen::Index size, SUNContext context) {
+  return SunVector(sun_checked(N_VNew_Serial(size, context)));
+}
+
+[[nodiscard]] inline Eigen::Map<Eigen::VectorXd> values_of(N_Vector vector) {
+  return {NV_DATA_S(vector), NV_LENGTH_S(vector)};
+}
+
+/// What a callback answers: SUNDIALS tries again from nearer after a recoverable failure.
+inline constexpr int kSunDone = 0, kSunRetry = 1, kSunStop = -1;
+
+/// Runs a callback's work; C code between must not see an exception, so it is kept for later.
+template <class Work>
+[[nodiscard]] int keep_exception(std::exception_ptr& kept, const Work& work) noexcept {
+  try {
+    return work();
+  } catch (...) {
+    kept = std::current_exception();
+    return kSunStop;
+  }
+}
+
+}  // namespace stillgrid

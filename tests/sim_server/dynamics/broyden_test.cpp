@@ -1,0 +1,161 @@
+#include "sim_server/dynamics/broyden.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "tests/sim_server/dynamics/cubic_chain.hpp"
+#include "tests/sim_server/dynamics/hanging_chain.hpp"
+
+namespace stillgrid {
+namespace {
+
+/// Implicit Euler's stage, that remembers the largest residual asked of it.
+class WatchedStage : public ImplicitStage {
+ public:
+  using ImplicitStage::ImplicitStage;
+  void residual(const Eigen::VectorXd& u, Eigen::VectorXd& residual) override {
+    ImplicitStage::residual(u, residual);
+    largest = std::max(largest, scaled_rms(*this, residual));
+  }
+  double largest = 0.0;
+};
+
+struct LinearSolve {
+  SolveReport report;
+  double growth = 0.0;  // of the residual, before it fell
+};
+
+/// Ten masses in a line under a pull along it, by springs of no rest length, which are linear: of
+/// the thirty unknowns ten count.
+LinearSolve solve_line(double stiffness) {
+  constexpr double kStep_s = 0.01;
+  World world = build_world(
+      scene_of({thread(11, {0, 0, 0}, {1, 0, 0}, 1.0, stiffness / (kStep_s * kStep_s), {0})}, {},
+               {1.0 / kStep_s, 0.0, 0.0}));
+  for (Node& node : world.nodes) node.position_m.setZero();
+  for (Spring& spring : world.springs) spring.rest_length_m = 0.0;
+  MechanicalSystem system(world, {});
+  WatchedStage stage(system, kStep_s);
+  Eigen::VectorXd u = stage.initial_guess(), first(u.size());
+  stage.residual(u, first);
+  Budget budget{.iterations = 200};
+  const SolveReport report = BroydenSolver(BroydenStart::kMass, 1e-10).solve(stage, u, budget);
+  return {report, stage.largest / scaled_rms(stage, first)};
+}
+
+TEST_CASE("Broyden's method ends on a linear system in twice as many steps as unknowns",
+          "[broyden]") {
+  for (const double stiffness : {1.0, 100.0}) {  // k h^2 / m [Gay 1979]
+    const LinearSolve solve = solve_line(stiffness);
+    CHECK(solve.report.converged);
+    CHECK(solve.report.iterations == 20);
+  }
+}
+
+TEST_CASE("On the way to a linear system's solution the residual grows 80,000 times", "[broyden]") {
+  const LinearSolve stiff = solve_line(100.0), stiffer = solve_line(1e4);
+
+  CHECK(solve_line(1.0).growth == Approx(1.0));
+  CHECK(stiff.growth == Approx(8e4).epsilon(0.05));
+  CHECK(stiffer.growth > 1e7);  // so much that rounding takes a few steps more
+  CHECK(stiffer.report.converged);
+  CHECK(stiffer.report.iterations > 20);
+  CHECK(stiffer.report.iterations < 30);
+}
+
+/// The catalogue's table of the hanging chain (handbook).
+struct Row {
+  double stiffness;  // k h^2 / m
+  double mean_mass;
+  int failures_mass;
+  double mean_jacobian;
+  int failures_jacobian;
+};
+
+TEST_CASE("Broyden's method fails on stiff chains where Newton's does not", "[broyden]") {
+  constexpr double kTolerance_m_s = 1e-10;
+  const Row row =
+      GENERATE(Row{2.0 / 9.0, 14.7, 0, 6.0, 0}, Row{20.0 / 9.0, 34.9, 0, 9.1, 0},
+               Row{200.0 / 9.0, 169.7, 6, 16.9, 0}, Row{2000.0 / 9.0, 200.0, 40, 86.0, 12},
+               Row{20000.0 / 9.0, 200.0, 40, NAN, 37});
+  BroydenSolver from_mass(BroydenStart::kMass, kTolerance_m_s);
+  BroydenSolver from_jacobian(BroydenStart::kJacobian, kTolerance_m_s);
+  NewtonSolver newton(SolverKind::kNewton, kTolerance_m_s);
+
+  const ChainSolves mass = solve_hanging_chain(from_mass, row.stiffness, kTolerance_m_s);
+  const ChainSolves jacobian = solve_hanging_chain(from_jacobian, row.stiffness, kTolerance_m_s);
+  const ChainSolves reference = solve_hanging_chain(newton, row.stiffness, kTolerance_m_s);
+
+  CHECK(mass.mean_iterations == Approx(row.mean_mass).epsilon(0.2));
+  CHECK(std::abs(mass.failures - row.failures_mass) <= 4);
+  if (!std::isnan(row.mean_jacobian))
+    CHECK(jacobian.mean_iterations == Approx(row.mean_jacobian).epsilon(0.2));
+  CHECK(std::abs(jacobian.failures - row.failures_jacobian) <= 4);
+  CHECK(reference.failures == 0);
+  CHECK(reference.mean_iterations < 8.0);
+}
+
+TEST_CASE("Where a stiff contact sets in, Broyden's method takes 16, 151 and over 500 steps",
+          "[broyden]") {
+  BroydenSolver broyden(BroydenStart::kMass, 1e-8);
+  NewtonSolver newton(SolverKind::kNewton, 1e-8);
+
+  CHECK(solve_contact_onset(broyden, 10.0, 1000).iterations == 16);
+  CHECK(solve_contact_onset(broyden, 100.0, 1000).iterations == 151);
+  CHECK_FALSE(solve_contact_onset(broyden, 1e4, 500).converged);
+  for (const double stiffness : {10.0, 100.0, 1e4}) {
+    const SolveReport report = solve_contact_onset(newton, stiffness, 15);
+    CHECK(report.converged);
+    CHECK(report.iterations <= 3);
+  }
+}
+
+TEST_CASE("From its Jacobian Broyden's method needs few steps on a smooth system", "[broyden]") {
+  CubicChain system(1.0);
+  Eigen::VectorXd u = Eigen::VectorXd::Ones(system.size());
+  Budget budget{.iterations = 100};
+
+  const SolveReport report = BroydenSolver(BroydenStart::kJacobian, 1e-10).solve(system, u, budget);
+
+  CHECK(report.converged);
+  CHECK(report.iterations < 15);
+  CHECK(report.iterations == 100 - budget.iterations);
+  Eigen::VectorXd residual(u.size());
+  system.residual(u, residual);
+  CHECK(scaled_rms(system, residual) == report.residual);
+}
+
+TEST_CASE("Cut short, Broyden's method returns the best it saw", "[broyden]") {
+  // The residual grows first, so the best of few iterates is the first guess.
+  CubicChain system(1000.0);
+  const Eigen::VectorXd guess = Eigen::VectorXd::Ones(system.size());
+  Eigen::VectorXd u = guess, residual(u.size());
+  system.residual(u, residual);
+  const double first = scaled_rms(system, residual);
+  Budget budget{.iterations = 3};
+
+  const SolveReport report = BroydenSolver(BroydenStart::kMass, 1e-10).solve(system, u, budget);
+
+  CHECK_FALSE(report.converged);
+  CHECK(report.iterations == 3);
+  CHECK(report.residual == first);
+  CHECK(u == guess);
+}
+
+TEST_CASE("Broyden's method stops at what is no number", "[broyden]") {
+  CubicChain broken(std::numeric_limits<double>::quiet_NaN()), steep(1e60);
+  Eigen::VectorXd u = Eigen::VectorXd::Ones(broken.size()), v = 1e40 * u;
+  Budget budget{.iterations = 1000};
+  BroydenSolver solver(BroydenStart::kMass, 1e-10);
+
+  CHECK_FALSE(solver.solve(broken, u, budget).converged);
+  CHECK(budget.iterations == 1000);
+  CHECK_FALSE(solver.solve(steep, v, budget).converged);
+  CHECK(budget.iterations > 990);
+  CHECK(v.allFinite());
+}
+
+}  // namespace
+}  // namespace stillgrid

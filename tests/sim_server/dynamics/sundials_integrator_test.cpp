@@ -1,0 +1,296 @@
+#include "sim_server/dynamics/sundials_integrator.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "tests/sim_server/dynamics/stepping.hpp"
+#include "tests/sim_server/scene_builders.hpp"
+
+namespace stillgrid {
+namespace {
+
+const std::vector<IntegratorKind> kKinds = {IntegratorKind::kCvodeBdf, IntegratorKind::kArkodeDirk};
+
+SceneDescription integrated(SceneDescription scene, IntegratorKind kind, double tolerance_m_s) {
+  scene.method.integrator = kind;
+  scene.method.tolerance_m_s = tolerance_m_s;
+  return scene;
+}
+
+constexpr int kMasses = 10;
+constexpr double kMass_kg = 0.01, kStiffness_N_m = 1000.0, kLink_m = 0.1;
+
+/// Where the masses of a chain, held at one end and stretched by 1 mm a link, are after time_s:
+/// its modes, each a cosine.
+Eigen::VectorXd modal_displacement_m(double time_s) {
+  Eigen::MatrixXd slope = Eigen::MatrixXd::Zero(kMasses, kMasses);
+  for (int i = 0; i < kMasses; ++i) {
+    slope(i, i) += kStiffness_N_m;
+    if (i + 1 == kMasses) break;
+    slope(i, i) += kStiffness_N_m;
+    slope(i, i + 1) = slope(i + 1, i) = -kStiffness_N_m;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(slope / kMass_kg);
+  const Eigen::VectorXd start_m = Eigen::VectorXd::LinSpaced(kMasses, 0.001, 0.001 * kMasses);
+  const Eigen::VectorXd phases = modes.eigenvalues().cwiseSqrt() * time_s;
+  return modes.eigenvectors() *
+         phases.array().cos().matrix().cwiseProduct(modes.eigenvectors().transpose() * start_m);
+}
+
+/// The largest error of any mass at the end of any step over half a second.
+double chain_error_m(IntegratorKind kind, double tolerance_m_s) {
+  Simulation simulation(
+      integrated(scene_of({thread(kMasses + 1, {0, 0, 0}, {kMasses * kLink_m, 0, 0}, kMass_kg,
+                                  kStiffness_N_m, {0})}),
+                 kind, tolerance_m_s));
+  auto& nodes = simulation.world().nodes;
+  for (int i = 1; i <= kMasses; ++i) nodes[static_cast<std::size_t>(i)].position_m.x() += 0.001 * i;
+  double worst_m = 0.0;
+  for (int step = 1; step <= 50; ++step) {
+    REQUIRE(simulation.step(0.01, no_tool).solve.converged);
+    const Eigen::VectorXd exact_m = modal_displacement_m(0.01 * step);
+    for (int i = 1; i <= kMasses; ++i)
+      worst_m = std::max(worst_m, std::abs(nodes[static_cast<std::size_t>(i)].position_m.x() -
+                                           kLink_m * i - exact_m[i - 1]));
+  }
+  return worst_m;
+}
+
+TEST_CASE("SUNDIALS' integrators find a chain's modes, the better the less error is tolerated",
+          "[sundials]") {
+  const IntegratorKind kind = GENERATE(from_range(kKinds));
+  double before_m = 1.0;
+  for (const double tolerance_m_s : {1e-2, 1e-4, 1e-6, 1e-8}) {
+    const double error_m = chain_error_m(kind, tolerance_m_s);
+    CHECK(error_m < 0.2 * before_m);
+    before_m = error_m;
+  }
+  CHECK(before_m < 1e-6);
+}
+
+/// A brick turned about nearly its middle axis: it tumbles.
+SceneDescription tumbling_brick() {
+  return scene_of({moving(box({0, 0, 0}, {0.1, 0.2, 0.3}, 1.2, {.radius_m = 0.05}), {0.1, 0, 0},
+                          {1.0, 10.0, 0.5})});
+}
+
+Eigen::Vector3d spin_momentum(const RigidBody& body) {
+  const Eigen::Matrix3d r = body.orientation.toRotationMatrix();
+  return r * body.inertia_kg_m2.asDiagonal() * r.transpose() * body.angular_velocity_rad_s;
+}
+
+TEST_CASE("A tumbling brick keeps its angular momentum and its energy as closely as asked",
+          "[sundials]") {
+  const IntegratorKind kind = GENERATE(from_range(kKinds));
+  for (const double tolerance_m_s : {1e-4, 1e-8}) {
+    Simulation simulation(integrated(tumbling_brick(), kind, tolerance_m_s));
+    const World& world = simulation.world();
+    const Eigen::Vector3d momentum = spin_momentum(world.rigid_bodies[0]);
+    const Eigen::Vector3d spin_rad_s = world.rigid_bodies[0].angular_velocity_rad_s;
+    const double energy_J = mechanical_energy_J(world);
+    REQUIRE(advance(simulation, 0.01, 100));  // ten radians, over several bases of rotation
+
+    const double turned = (spin_momentum(world.rigid_bodies[0]) - momentum).norm();
+    const double lost_J = std::abs(mechanical_energy_J(world) - energy_J);
+    CHECK(turned < 100.0 * tolerance_m_s * momentum.norm());
+    CHECK(lost_J < 100.0 * tolerance_m_s * energy_J);
+    CHECK((world.rigid_bodies[0].angular_velocity_rad_s - spin_rad_s).norm() > 1.0);
+  }
+}
+
+TEST_CASE("A pendulum of a stiff link swings back to where it was let go", "[sundials]") {
+  const IntegratorKind kind = GENERATE(from_range(kKinds));
+  const auto lost_share = [&](double tolerance_m_s) {
+    Simulation simulation(
+        integrated(scene_of({thread(2, {0, 0, 0}, {1, 0, 0}, 0.1, 1000.0, {0})}, {}, {0, 0, -9.81}),
+                   kind, tolerance_m_s));
+    const double energy_J = mechanical_energy_J(simulation.world());
+    REQUIRE(advance(simulation, 0.01, 100));
+    return std::abs(mechanical_energy_J(simulation.world()) - energy_J) / (0.1 * 9.81);
+  };
+  const double coarse = lost_share(1e-4), fine = lost_share(1e-8);
+
+  CHECK(coarse < 0.1);
+  CHECK(fine < 1e-5);
+}
+
+struct Bounce {
+  double speed_m_s = 0.0, depth_m = 0.0;
+};
+
+/// A ball of 0.1 kg that meets a floor of 1000 N/m at 1 m/s, until it is off again.
+Bounce bounce(IntegratorKind kind, double damping_N_s_m, double gravity_m_s2,
+              double tolerance_m_s) {
+  constexpr double kRadius_m = 0.05;
+  Simulation simulation(integrated(
+      scene_of({moving(sphere({0, 0, kRadius_m}, kRadius_m, 0.1), {0, 0, -1}), floor_at(0.0)},
+               material_of(1000.0, damping_N_s_m), {0, 0, -gravity_m_s2}),
+      kind, tolerance_m_s));
+  const RigidBody& ball = simulation.world().rigid_bodies[0];
+  Bounce result;
+  for (int step = 0; step < 1000; ++step) {
+    REQUIRE(simulation.step(1e-4, no_tool).solve.converged);
+    result.depth_m = std::max(result.depth_m, kRadius_m - ball.position_m.z());
+    if (ball.position_m.z() > kRadius_m) break;
+  }
+  // When it left the floor.
+  const double speed_m_s = ball.velocity_m_s.z();
+  result.speed_m_s =
+      std::sqrt(speed_m_s * speed_m_s + 2.0 * gravity_m_s2 * (ball.position_m.z() - kRadius_m));
+  return result;
+}
+
+TEST_CASE("A ball bounces by the law of the approach damper, whose rate is its speed",
+          "[sundials]") {
+  const IntegratorKind kind = GENERATE(from_range(kKinds));
+  for (const auto& [zeta, expected] : {std::pair(0.2, 0.756135), std::pair(0.5, 0.546293)}) {
+    const double damping_N_s_m = 2.0 * zeta * std::sqrt(1000.0 * 0.1);
+    const double restitution = bounce(kind, damping_N_s_m, 0.0, 1e-7).speed_m_s;
+    CHECK(std::abs(restitution - expected) < 1e-4);
+  }
+  // Its greatest depth is sampled each 0.1 ms: g / 8 * 1e-8 below, and then some.
+  const Bounce undamped = bounce(kind, 0.0, 9.81, 1e-7);
+  CHECK(std::abs(undamped.depth_m - 0.0110290) < 2e-7);
+  CHECK(std::abs(undamped.speed_m_s - 1.0) < 1e-4);
+}
+
+/// A damped thread that swings down from level, and a spinning ball thrown flat on a smooth floor.
+SceneDescription swing_and_throw() {
+  BodyDescription body = thread(4, {0, 1, 1}, {0.3, 1, 1}, 0.01, 200.0, {0});
+  body.spring_damping_N_s_m = 0.2;
+  const BodyDescription ball =
+      moving(sphere({0, 0, 0.055}, 0.05, 0.1), {0.5, 0.2, -0.3}, {0.0, 0.0, 3.0});
+  return scene_of({body, ball, floor_at(0.0)}, material_of(1000.0, 2.0), {0, 0, -9.81});
+}
+
+/// Where all that is free is after 0.15 s, and how the ball turns.
+Eigen::Matrix3Xd end_of(const SceneDescription& scene, double step_s) {
+  Simulation simulation(scene);
+  int touching = 0;
+  for (long step = 0; step < std::lround(0.15 / step_s); ++step) {
+    const StepReport report = simulation.step(step_s, no_tool);
+    CHECK(report.solve.converged);
+    touching = std::max(touching, report.contacts);
+  }
+  CHECK(touching == 1);
+  const auto& nodes = simulation.world().nodes;
+  const RigidBody& ball = simulation.world().rigid_bodies[0];
+  Eigen::Matrix3Xd end(3, 5);
+  for (Eigen::Index i = 1; i < 4; ++i)
+    end.col(i - 1) = nodes[static_cast<std::size_t>(i)].position_m;
+  end.col(3) = ball.position_m;
+  end.col(4) = 0.05 * ball.angular_velocity_rad_s;
+  return end;
+}
+
+TEST_CASE("SUNDIALS goes where implicit Euler goes by tiny steps", "[sundials]") {
+  const IntegratorKind kind = GENERATE(from_range(kKinds));
+  const Eigen::Matrix3Xd accurate = end_of(integrated(swing_and_throw(), kind, 1e-7), 0.01);
+  const Eigen::Matrix3Xd coarse = end_of(swing_and_throw(), 1e-4);
+  const Eigen::Matrix3Xd fine = end_of(swing_and_throw(), 5e-5);
+
+  // Euler's error is of first order: from two steps follows the limit.
+  const double error = (fine - accurate).cwiseAbs().maxCoeff();
+  const double limit_error = (2.0 * fine - coarse - accurate).cwiseAbs().maxCoeff();
+  INFO("errors " << error << ", of the limit " << limit_error);
+  CHECK(error < 2e-3);
+  CHECK(limit_error < 0.3 * error);
+}
+
+SceneDescription ringing_chain() {
+  return scene_of({thread(6, {0, 0, 0}, {0.5, 0, 0}, 0.01, 1000.0, {0})}, {}, {0, 0, -9.81});
+}
+
+TEST_CASE("CVODE keeps its history while nothing disturbs the world", "[sundials]") {
+  const IntegratorKind kind = IntegratorKind::kCvodeBdf;
+  World world = build_world(ringing_chain());
+  SundialsIntegrator kept(kind, 1e-6), forgetful(kind, 1e-6);
+  const auto steps_of = [](SundialsIntegrator& integrator, World of_world, bool restarts) {
+    int steps = 0;
+    for (int i = 0; i < 20; ++i) {
+      if (restarts) integrator.restart();
+      Budget budget;
+      const SolveReport report = integrator.advance(of_world, {}, 0.01, budget);
+      REQUIRE(report.converged);
+      integrator.commit(of_world, 0.01);
+      steps += report.iterations;
+    }
+    return steps;
+  };
+
+  const int kept_steps = steps_of(kept, world, false);
+  const int forgetful_steps = steps_of(forgetful, world, true);
+  CHECK(kept_steps < 0.8 * forgetful_steps);
+}
+
+TEST_CASE("A step not committed leaves no trace, nor does a world that was changed", "[sundials]") {
+  const IntegratorKind kind = GENERATE(from_range(kKinds));
+  World world = build_world(ringing_chain());
+  SundialsIntegrator used(kind, 1e-6);
+  Budget budget;
+  REQUIRE(used.advance(world, {}, 0.01, budget).converged);
+  used.commit(world, 0.01);
+  REQUIRE(used.advance(world, {}, 0.01, budget).converged);  // and not committed
+
+  const auto check_as_fresh = [&] {
+    SundialsIntegrator fresh(kind, 1e-6);
+    REQUIRE(used.advance(world, {}, 0.005, budget).converged);
+    REQUIRE(fresh.advance(world, {}, 0.005, budget).converged);
+    for (std::size_t i = 0; i < world.nodes.size(); ++i)
+      CHECK(used.trial().nodes[i].position_m == fresh.trial().nodes[i].position_m);
+  };
+  check_as_fresh();
+  used.commit(world, 0.005);
+  world.nodes.back().velocity_m_s.z() += 0.1;
+  check_as_fresh();
+}
+
+TEST_CASE("Out of steps or of time, SUNDIALS returns the state it reached", "[sundials]") {
+  const IntegratorKind kind = GENERATE(from_range(kKinds));
+  World world = build_world(ringing_chain());
+  SundialsIntegrator integrator(kind, 1e-8);
+
+  Budget few{.iterations = 3};
+  const SolveReport report = integrator.advance(world, {}, 0.1, few);
+  CHECK_FALSE(report.converged);
+  CHECK(report.iterations == 3);
+  CHECK(few.iterations == 0);
+  const Node& end = integrator.trial().nodes.back();
+  CHECK(end.velocity_m_s.z() < 0.0);
+  CHECK(end.velocity_m_s.z() > -9.81 * 0.1);  // less than the whole fall
+  CHECK(end.position_m.z() < 0.0);
+
+  Budget late{.deadline = std::chrono::steady_clock::now()};
+  CHECK_FALSE(integrator.advance(world, {}, 0.1, late).converged);
+  CHECK(integrator.trial().nodes.back().position_m == world.nodes.back().position_m);
+}
+
+TEST_CASE("A state that is no number comes back at rest", "[sundials]") {
+  const IntegratorKind kind = GENERATE(from_range(kKinds));
+  World world = build_world(ringing_chain());
+  world.nodes.back().velocity_m_s.z() = std::numeric_limits<double>::quiet_NaN();
+  SundialsIntegrator integrator(kind, 1e-6);
+
+  Budget budget{.iterations = 1000};
+  CHECK_FALSE(integrator.advance(world, {}, 0.01, budget).converged);
+
+  for (std::size_t i = 0; i < world.nodes.size(); ++i) {
+    CHECK(integrator.trial().nodes[i].position_m == world.nodes[i].position_m);
+    CHECK(integrator.trial().nodes[i].velocity_m_s.isZero());
+  }
+}
+
+TEST_CASE("Nothing free is nothing to integrate", "[sundials]") {
+  const IntegratorKind kind = GENERATE(from_range(kKinds));
+  Simulation simulation(integrated(scene_of({floor_at(0.0)}), kind, 1e-6));
+  CHECK(simulation.step(0.01, no_tool).solve.converged);
+}
+
+}  // namespace
+}  // namespace stillgrid
