@@ -65,7 +65,17 @@ def print_sim(report):
         step_ms = report["step_ms"]
         print_row("step", f"p50 {step_ms['p50']:.2f} ms, p99 {step_ms['p99']:.2f} ms")
     print_row("solver", f"{solver['name']}, {solver['iterations']:.1f} iterations a step, "
-              f"{solver['not_converged']} steps not converged")
+              f"{solver['not_converged']} steps not converged, {solver['out_of_budget']} out of budget")
+    print_row("asleep", f"{share(report['asleep_spheres'], report['moving_spheres'])} of the moving "
+              "spheres, on average")
+    energy_mJ = {name.removesuffix("_J"): 1e3 * joules for name, joules in report["energy"].items()}
+
+    def listed(names):
+        return ", ".join(f"{name.replace('_', ' ')} {energy_mJ[name]:.3g}" for name in names)
+
+    print_row("energy", listed(("kinetic", "gravity", "springs", "contacts")) + " mJ at the end")
+    print_row("flows", listed(("given", "spring_damping", "contact_damping", "friction", "slept",
+                               "numerical")) + " mJ")
 
 
 def main():

@@ -18,12 +18,32 @@ nlohmann::json percentiles_ms(const Histogram& histogram) {
           {"max", ms(histogram.max())}};
 }
 
+nlohmann::json vector_json(const Eigen::Vector3d& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+nlohmann::json energy_json(const EnergyAccount& account) {
+  return {{"kinetic_J", account.end.kinetic_J},
+          {"gravity_J", account.end.gravity_J},
+          {"springs_J", account.end.springs_J},
+          {"contacts_J", account.end.contacts_J},
+          {"start_J", account.start.total_J()},
+          {"given_J", account.flow.given_J},
+          {"spring_damping_J", account.flow.spring_damping_J},
+          {"contact_damping_J", account.flow.contact_damping_J},
+          {"friction_J", account.flow.friction_J},
+          {"slept_J", account.slept_J},
+          {"numerical_J", account.numerical_J()}};
+}
+
 }  // namespace
 
 void count_step(SimulationReport& report, const StepReport& step) {
   ++report.steps;
   report.solver_iterations += static_cast<std::uint64_t>(step.solve.iterations);
   report.not_converged += step.solve.converged ? 0 : 1;
+  report.out_of_budget += step.out_of_budget ? 1 : 0;
+  report.asleep_spheres += static_cast<std::uint64_t>(step.asleep_spheres);
   report.crossings_left += static_cast<std::uint64_t>(step.crossings_left);
   report.contacts += static_cast<std::uint64_t>(step.contacts);
   if (!report.measures_time) return;
@@ -43,14 +63,19 @@ void write_report(const SimulationReport& report, const World& world,
                          {"simulated_s", world.time_s},
                          {"spheres", world.spheres.size() + world.still_spheres.size()},
                          {"moving_spheres", world.spheres.size()},
+                         {"asleep_spheres", static_cast<double>(report.asleep_spheres) / steps},
                          {"contacts", static_cast<double>(report.contacts) / steps},
                          {"solver",
                           {{"name", report.solver},
                            {"iterations", static_cast<double>(report.solver_iterations) / steps},
-                           {"not_converged", report.not_converged}}},
+                           {"not_converged", report.not_converged},
+                           {"out_of_budget", report.out_of_budget}}},
                          {"crossings_left", report.crossings_left},
                          {"energy_J", mechanical_energy_J(world)},
                          {"generations", report.generations}};
+  if (report.energy) json["energy"] = energy_json(*report.energy);
+  json["momentum_kg_m_s"] = vector_json(momentum_kg_m_s(world));
+  json["angular_momentum_kg_m2_s"] = vector_json(angular_momentum_kg_m2_s(world));
   if (report.measures_time) {
     json["step_ms"] = percentiles_ms(report.step_ns);
     json["phases_ms"] = {{"detect", percentiles_ms(report.detect_ns)},

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "shared/realtime/histogram.hpp"
@@ -15,8 +16,10 @@ struct SimulationReport {
   std::string scene, solver;
   double rate_hz = 0.0;
   std::uint64_t steps = 0, late_steps = 0, generations = 0;
-  std::uint64_t solver_iterations = 0, not_converged = 0, crossings_left = 0, contacts = 0;
+  std::uint64_t solver_iterations = 0, not_converged = 0, out_of_budget = 0;
+  std::uint64_t crossings_left = 0, contacts = 0, asleep_spheres = 0;
   bool measures_time = false;  // lockstep has no wall time to report
+  std::optional<EnergyAccount> energy;
   Histogram step_ns, detect_ns, respond_ns, integrate_ns, publish_ns;
 };
 

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "shared/publication/lockstep.hpp"
@@ -13,6 +14,11 @@ namespace stillgrid {
 namespace {
 
 constexpr std::uint64_t kPeerPatience_ns = 10'000'000'000;
+/// Iterations of a step, on any clock: more than the parts of a step that converges have together.
+constexpr int kMostIterations = 1000;
+/// Of the time to the next deadline that a step may take until it must end: the rest is for its
+/// last iteration, and to publish.
+constexpr double kStepShare = 0.8;
 
 double to_s(std::uint64_t ns) {
   return static_cast<double>(ns) * 1e-9;
@@ -84,6 +90,15 @@ class Session {
   std::optional<ToolSample> last_tool_;
 };
 
+/// What a step that begins now may cost, if the next is due at deadline_ns.
+Budget budget_until(std::uint64_t deadline_ns) {
+  const std::uint64_t now_ns = monotonic_ns();
+  const double left_ns = deadline_ns > now_ns ? static_cast<double>(deadline_ns - now_ns) : 0.0;
+  return {.iterations = kMostIterations,
+          .deadline = std::chrono::steady_clock::now() +
+                      std::chrono::nanoseconds(static_cast<std::int64_t>(kStepShare * left_ns))};
+}
+
 void run_offline(const SceneDescription& scene, const ServerOptions& options,
                  Simulation& simulation, SimulationReport& report, const std::atomic<bool>& stop) {
   std::mt19937_64 random(options.seed);
@@ -92,7 +107,8 @@ void run_offline(const SceneDescription& scene, const ServerOptions& options,
   while (simulation.world().time_s < end_s - 1e-9 && !stop) {
     const double step_s = scene.period_s * (1.0 + spread(random));
     const std::uint64_t began_ns = monotonic_ns();
-    count_step(report, simulation.step(step_s, [] { return std::nullopt; }));
+    count_step(report, simulation.step(step_s, [] { return std::nullopt; },
+                                       {.iterations = kMostIterations}));
     report.step_ns.record(monotonic_ns() - began_ns);
   }
 }
@@ -124,7 +140,9 @@ void run_real(const SceneDescription& scene, const ServerOptions& options, Simul
     const PeriodicTimer::Wake wake = timer.wait(&stop);
     if (stop) break;
     report.late_steps += wake.skipped;
-    const StepReport step = simulation.step(scene.period_s, [&] { return session.take_tool(); });
+    const Budget budget = budget_until(wake.deadline_ns + to_ns(scene.period_s));
+    const StepReport step = simulation.step(
+        scene.period_s, [&] { return session.take_tool(); }, budget);
     publish(wake.deadline_ns, wake.now_ns, step);
     count_step(report, step);
     report.step_ns.record(monotonic_ns() - wake.now_ns);
@@ -197,7 +215,8 @@ void run_lockstep(const SceneDescription& scene, const ServerOptions& options,
   while (state_ns <= end_ns) {
     // A sample taken before T_n is complete when the peer's next one lies after it.
     if (stop || !peer.wait(&proto::SegmentHeader::lockstep_sample_ns, sample_ns + 1)) break;
-    const StepReport step = simulation.step(to_s(period_ns), [&] { return peer.sample(); });
+    const StepReport step = simulation.step(to_s(period_ns), [&] { return peer.sample(); },
+                                            {.iterations = kMostIterations});
     count_step(report, step);
     session.writer().segment().require_whole();
 

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <utility>
 
 #include "sim_server/contact/crossing.hpp"
 
@@ -16,12 +14,24 @@ constexpr int kMostSubsteps = 8;                   // of a step that does not co
 constexpr double kShortest = 1.5 / kMostSubsteps;  // of a step: it is not halved again
 constexpr int kIterations = 15;                    // of a part that may be halved
 constexpr int kLastIterations = 200;               // of one that may not
+constexpr int kChosenSteps = 20'000;               // of a part whose integrator divides it itself
 constexpr int kMostShortenings = 64;               // of a step in which spheres cross
+constexpr double kLeastExplicitPart_s = 1e-4;      // in which a stray sphere goes no farther
 constexpr double kLeastShare = 1e-6;               // of a step, so that every part moves it on
 
-/// Explicit integrators divide their steps themselves.
-int parts_asked(const Method& method) {
-  return is_explicit(method.integrator) ? 1 : method.substeps;
+/// The last iteration of a step that is out of time has a tenth of the step, and no more.
+std::chrono::steady_clock::time_point grace(const Budget& budget, double step_s) {
+  if (budget.deadline == Clock::time_point::max()) return budget.deadline;
+  return std::max(budget.deadline, Clock::now()) +
+         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(0.1 * step_s));
+}
+
+/// Into how many parts a step is divided, contacts being found at the start of each. Explicit
+/// integrators divide these further; their contacts are those met on the way, so the way is short.
+int parts_asked(const Method& method, double step_s) {
+  constexpr double kExplicitPart_s = 4e-3;
+  if (!is_explicit(method.integrator)) return method.substeps;
+  return method.substeps > 0 ? 1 : static_cast<int>(std::ceil(step_s / kExplicitPart_s));
 }
 
 }  // namespace
@@ -33,7 +43,9 @@ Simulation::Simulation(const SceneDescription& scene)
       integrator_(make_integrator(method_)),
       tool_(scene.tool),
       start_(world_.spheres.size()),
-      end_(world_.spheres.size()) {}
+      end_(world_.spheres.size()) {
+  if (scene.sleeping) sleeping_.emplace(world_);
+}
 
 StepReport Simulation::step(double step_s,
                             const std::function<std::optional<ToolSample>()>& take_tool,
@@ -41,17 +53,12 @@ StepReport Simulation::step(double step_s,
   StepReport report;
   report.solve.converged = true;
   // Halving is exact; a part that ends before a crossing may have any length.
-  double longest = 1.0 / std::max({1, parts_asked(method_), substeps_ / 2});
+  double longest = 1.0 / std::max({1, parts_asked(method_, step_s), substeps_ / 2});
   Part part{.end = longest};
   const auto start = Clock::now();
   detection_.find_contacts(world_, step_s * part.end);
-  if (const auto sample = take_tool()) {
-    report.tool_time_ns = sample->time_ns;
-    place_tool(*sample);
-  } else {
-    placed_tool_.clear();
-  }
-  find_tool_contacts(part);
+  take(take_tool(), report);
+  detection_.find_tool_contacts(world_, tool_.over(part.start, part.end));
   report.detect += Clock::now() - start;
 
   int shortenings = 0;
@@ -68,7 +75,7 @@ StepReport Simulation::step(double step_s,
     } else if (attempt.share < 1.0) {
       ++shortenings;
       part.end = part.start + std::max(kLeastShare, attempt.share * (part.end - part.start));
-    } else {
+    } else if (!attempt.woke) {
       longest = halved_below(longest, part.end - part.start);
       part.end = part.start + longest;
     }
@@ -76,89 +83,126 @@ StepReport Simulation::step(double step_s,
     if (part.must_end) part.end = 1.0;
     const auto again = Clock::now();
     detection_.find_contacts(world_, step_s * (part.end - part.start));
-    find_tool_contacts(part);
+    detection_.find_tool_contacts(world_, tool_.over(part.start, part.end));
     report.detect += Clock::now() - again;
   }
   substeps_ = static_cast<int>(1.0 / longest);
+  if (sleeping_) {
+    const bool is_sure = report.solve.converged && !report.out_of_budget;
+    if (const auto slept_J = sleeping_->settle(world_, detection_.contacts(),
+                                               integrator_->trial().spheres, step_s, is_sure)) {
+      if (account_) account_->slept_J += *slept_J;
+      note_sleep();
+    }
+    report.asleep_spheres = sleeping_->asleep_spheres();
+  }
   detection_.show(world_);
   return report;
 }
 
+void Simulation::take(const std::optional<ToolSample>& sample, StepReport& report) {
+  // A tool that comes or goes while it overlaps something brings or takes what their contact holds.
+  const auto held_J = [&] {
+    return energies(world_, tool_.over(1.0, 1.0)).contacts_J - energies(world_, {}).contacts_J;
+  };
+  const bool was_here = tool_.is_here();
+  if (account_ && was_here && !sample) account_->flow.given_J -= held_J();
+  if (sample) {
+    report.tool_time_ns = sample->time_ns;
+    tool_.place(*sample);
+  } else {
+    tool_.remove();
+  }
+  if (account_ && !was_here && sample) account_->flow.given_J += held_J();
+}
+
 /// One step of the integrator. Leaves the world as it was if it did not converge and need not
-/// advance, or if spheres crossed and it may be shortened.
+/// advance, if spheres crossed and it may be shortened, or if someone woke.
 Simulation::Attempt Simulation::advance(const Part& part, double step_s, Budget& budget,
                                         StepReport& report) {
   const auto start = Clock::now();
   const double duration_s = step_s * (part.end - part.start);
-  const double share = share_by_velocity(duration_s);
-  if (share < 1.0 && part.may_shorten) return {false, share};
+  // An explicit integrator that counts its own substeps meets on the way what it knows of.
+  const bool looks_within = is_explicit(method_.integrator) && method_.substeps == 0;
+  const double by_velocity = share_by_velocity(duration_s);
+  const double share = looks_within ? 1.0 : by_velocity;
+  if (wake_touched(end_)) return {.woke = true};
+  if (share < 1.0 && part.may_shorten) return {.share = share};
   // What must end has one iteration, however late it is.
   Budget own{.iterations = part.must_advance ? kLastIterations : kIterations,
              .deadline = budget.deadline};
+  if (chooses_steps(method_.integrator)) own.iterations = kChosenSteps;
   own.iterations = std::min(own.iterations, budget.iterations);
-  if (part.must_end) own = {.iterations = 1};
+  if (part.must_end) own = {.iterations = 1, .deadline = grace(budget, step_s)};
   const auto prepared = Clock::now();
   const SolveReport solve = integrator_->advance(world_, detection_.contacts(), duration_s, own);
   report.respond += prepared - start;
   report.solve.iterations += solve.iterations;
-  budget.iterations -= solve.iterations;
+  if (needs_solver(method_.integrator)) budget.iterations -= solve.iterations;
   report.integrate += Clock::now() - prepared;
   if (!solve.converged && !part.must_advance) return {};
 
   // Forces may have led elsewhere than the velocities before them.
+  const Trial& trial = integrator_->trial();
+  if (wake_touched(trial.spheres)) return {.woke = true};
+  // Struck off its foreseen path a sphere may meet what is on no list: in shorter parts it does
+  // not.
+  if (looks_within && trial.struck && duration_s > kLeastExplicitPart_s && !part.must_end &&
+      detection_.strayed(trial.spheres))
+    return {};
   const double reached =
-      share_before_crossings(detection_.contacts(), start_, integrator_->trial().spheres);
-  if (reached < 1.0 && part.may_shorten) return {false, reached};
+      looks_within ? 1.0 : share_before_crossings(detection_.contacts(), start_, trial.spheres);
+  if (reached < 1.0 && part.may_shorten) return {.share = reached};
+  if (account_) {
+    const auto flow = integrator_->flow();
+    account_->flow += flow ? *flow : energy_flow(world_, trial, detection_.contacts(), duration_s);
+  }
   integrator_->commit(world_, duration_s);
-  report.out_of_budget = report.out_of_budget || part.must_end;
+  report.out_of_budget = report.out_of_budget || part.must_end ||
+                         (is_explicit(method_.integrator) && !solve.converged && budget.spent());
   ++report.substeps;
   report.crossings_left += reached < 1.0 ? 1 : 0;
-  report.contacts = integrator_->trial().touching;
+  report.contacts = trial.touching;
   report.solve.converged = report.solve.converged && solve.converged;
   // The worst of all substeps, and what is no number is the worst.
   double& worst = report.solve.residual;
   if (!std::isnan(worst) && !(solve.residual <= worst)) worst = solve.residual;
-  return {true, 1.0};
+  return {.advanced = true};
 }
 
 double Simulation::share_by_velocity(double duration_s) {
-  for (std::size_t i = 0; i < world_.spheres.size(); ++i) {
-    start_[i] = sphere_motion(world_, world_.spheres[i]);
-    end_[i].position_m = start_[i].position_m + duration_s * start_[i].velocity_m_s;
+  for (const BodyRange& body : world_.bodies) {
+    if (body.asleep) continue;  // where note_sleep() saw it
+    for (int sphere = body.first_sphere; sphere < body.first_sphere + body.sphere_count; ++sphere) {
+      const auto i = static_cast<std::size_t>(sphere);
+      start_[i] = detection_.motions()[i];
+      end_[i].position_m = start_[i].position_m + duration_s * start_[i].velocity_m_s;
+    }
   }
   return share_before_crossings(detection_.contacts(), start_, end_);
 }
 
-/// The tool moves evenly over the step, from its last sample to this one.
-void Simulation::find_tool_contacts(const Part& part) {
-  tool_part_ = placed_tool_;
-  for (ToolSphereMotion& sphere : tool_part_) {
-    const Eigen::Vector3d from_m = sphere.position_before_m;
-    const Eigen::Vector3d move_m = sphere.position_m - from_m;
-    if (part.end < 1.0) sphere.position_m = from_m + part.end * move_m;
-    sphere.position_before_m = from_m + part.start * move_m;
-  }
-  detection_.find_tool_contacts(world_, tool_part_);
+bool Simulation::wake_touched(std::span<const SphereMotion> end) {
+  if (!sleeping_ || !sleeping_->wake_touched(world_, detection_.contacts(), start_, end))
+    return false;
+  note_sleep();
+  return true;
 }
 
-void Simulation::place_tool(const ToolSample& sample) {
-  const bool known = placed_tool_.size() == tool_.size();
-  Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();
-  if (known && sample.time_ns > last_sample_.time_ns) {
-    const Eigen::AngleAxisd turn(sample.orientation * last_sample_.orientation.conjugate());
-    // The shorter way round.
-    const double angle_rad = std::remainder(turn.angle(), 2.0 * std::numbers::pi);
-    spin_rad_s =
-        angle_rad * 1e9 / static_cast<double>(sample.time_ns - last_sample_.time_ns) * turn.axis();
-  }
-  last_sample_ = sample;
-  placed_tool_.resize(tool_.size());
-  for (std::size_t i = 0; i < tool_.size(); ++i) {
-    const Eigen::Vector3d centre_m = sample.position_m + sample.orientation * tool_[i].position_m;
-    placed_tool_[i] = {
-        centre_m, sample.velocity_m_s + spin_rad_s.cross(centre_m - sample.position_m),
-        known ? placed_tool_[i].position_m : centre_m, tool_[i].radius_m, spin_rad_s};
-  }
+void Simulation::note_sleep() {
+  integrator_->restart();
+  detection_.note_sleep(world_);
+  for (std::size_t i = 0; i < world_.spheres.size(); ++i)
+    start_[i] = end_[i] = sphere_motion(world_, world_.spheres[i]);
+}
+
+void Simulation::account_energy() {
+  account_.emplace().start = energies(world_, tool_.over(1.0, 1.0));
+}
+
+std::optional<EnergyAccount> Simulation::energy_account() {
+  if (account_) account_->end = energies(world_, tool_.over(1.0, 1.0));
+  return account_;
 }
 
 }  // namespace stillgrid

@@ -1,29 +1,24 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/detection.hpp"
 #include "sim_server/dynamics/budget.hpp"
+#include "sim_server/dynamics/energy_account.hpp"
 #include "sim_server/dynamics/integrator.hpp"
+#include "sim_server/dynamics/sleeping.hpp"
+#include "sim_server/dynamics/tool_motion.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
 namespace stillgrid {
-
-/// The tool as the simulation takes it: one sample of its pose and velocity.
-struct ToolSample {
-  std::uint64_t time_ns = 0;
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
-  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
-};
 
 /// What one step did and what each of its phases cost.
 struct StepReport {
@@ -32,6 +27,7 @@ struct StepReport {
   bool out_of_budget = false;      // so that its end was computed by one iteration
   int crossings_left = 0;          // substeps in which spheres may have passed through one another
   int contacts = 0;                // that touch at the step's end
+  int asleep_spheres = 0;          // at the step's end
   std::uint64_t tool_time_ns = 0;  // of the sample it took, 0: none
   std::chrono::nanoseconds detect{}, respond{}, integrate{};
 };
@@ -58,6 +54,12 @@ class Simulation {
   /// fast it moves (docs/algorithms/fast_bodies.md). A step is shortened so 64 times at most; the
   /// report counts what that left.
   ///
+  /// Explicit integrators take parts of 4 ms at most, divide them as stability asks, and take them
+  /// in halves where something left its foreseen way (docs/algorithms/explicit_step.md).
+  ///
+  /// A substep in which a sleeping body would be touched wakes it first, and is computed with it
+  /// (docs/algorithms/sleeping.md).
+  ///
   /// A step whose budget is spent goes to its end at once, in one part of one iteration: bodies
   /// move on safely if not exactly, and the image comes in time. The report says so.
   ///
@@ -65,6 +67,11 @@ class Simulation {
   /// just before its own are [Davanne 2002, section 3].
   StepReport step(double step_s, const std::function<std::optional<ToolSample>()>& take_tool,
                   Budget budget = {});
+
+  /// Accounts for energy from now on. No step comes out otherwise for it.
+  void account_energy();
+  /// Of all steps since then; none if it was not asked for.
+  [[nodiscard]] std::optional<EnergyAccount> energy_account();
 
   [[nodiscard]] const World& world() const noexcept { return world_; }
   [[nodiscard]] World& world() noexcept { return world_; }
@@ -78,27 +85,28 @@ class Simulation {
     bool may_shorten = true;    // to keep spheres from crossing
     bool must_end = false;      // the step: its budget is spent
   };
-  /// What came of an attempt: done, or how much of it to try.
+  /// What came of an attempt: done, or how much of it to try, or to try it again.
   struct Attempt {
     bool advanced = false;
     double share = 1.0;  // less than 1: spheres would cross beyond it
+    bool woke = false;   // who woke is yet to be reckoned with
   };
 
-  void place_tool(const ToolSample& sample);
-  void find_tool_contacts(const Part& part);
+  void take(const std::optional<ToolSample>& sample, StepReport& report);
   Attempt advance(const Part& part, double step_s, Budget& budget, StepReport& report);
   double share_by_velocity(double duration_s);
+  bool wake_touched(std::span<const SphereMotion> end);
+  void note_sleep();
 
   World world_;
   Detection detection_;
   Method method_;
   std::unique_ptr<Integrator> integrator_;
-  std::vector<ToolSphere> tool_;  // as described
-  ToolSample last_sample_;
-  std::vector<ToolSphereMotion> placed_tool_;  // over the step; empty: no tool
-  std::vector<ToolSphereMotion> tool_part_;    // over a part of it
-  std::vector<SphereMotion> start_, end_;      // of every sphere over a part
-  int substeps_ = 1;  // that the end of the last step took, were it all alike
+  ToolMotion tool_;
+  std::optional<Sleeping> sleeping_;
+  std::optional<EnergyAccount> account_;
+  std::vector<SphereMotion> start_, end_;  // of every sphere over a part
+  int substeps_ = 1;                       // that the end of the last step took, were it all alike
 };
 
 }  // namespace stillgrid

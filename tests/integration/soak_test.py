@@ -96,7 +96,9 @@ class StressLawTest(unittest.TestCase):
 
     def test_the_margin_is_a_tenth_of_a_percent_at_least_and_one_percent_for_one_slice(self):
         for slices, baseline, missed, holds in ((2, [10, 10], 120, True), (2, [10, 10], 121, False),
-                                                (1, [10], 660, True), (1, [10], 661, False)):
+                                                (1, [10], 660, True), (1, [10], 661, False),
+                                                (1, [10, 410], 3660, True),
+                                                (1, [10, 410], 3661, False)):
             figures = stress([stress_slice(missed)] * slices, baseline)
             self.assertEqual(figures["broken_laws"] == [], holds, figures)
 
@@ -107,6 +109,9 @@ class StressLawTest(unittest.TestCase):
             self.assertEqual(len(figures["broken_laws"]), 1, fault)
         figures = stress([stress_slice(0), stress_slice(0, contended=12)], [0, 0])
         self.assertEqual(figures["broken_laws"], [])
+        for contended, holds in ((1, True), (2, False)):  # in a run too short for 10,000
+            figures = stress([stress_slice(0, ticks=5000, contended=contended)], [0])
+            self.assertEqual(figures["broken_laws"] == [], holds)
 
 
 if __name__ == "__main__":

@@ -4,14 +4,15 @@ real-time guard on the 1 kHz thread.
 
 The daemons run in slices of 60 s, and after each slice cyclictest runs for 10 s under the same
 load, as the baseline of the machine. Counts are summed over the slices. Laws: no torn image; no violation
-of the guard; no page fault after start; of 10,000 ticks at most one is contended (both of its reads
-failed); and the share of missed ticks is at most the baseline's plus a margin. The margin is 0.1 %,
-or the spread (largest less smallest) of the baseline's slices where that is more; a run of one
-slice has no spread, and its margin is 1 %. The share of time that a hypervisor stole is noted, and
+of the guard; no page fault after start; of 10,000 ticks, begun or whole, at most one is contended
+(both of its reads failed); and the share of missed ticks is at most the baseline's plus a margin.
+The margin is 0.1 %, of a run of one slice 1 %, or the spread (largest less smallest) of the
+baseline's slices where that is more; a run of one slice has its baseline before it too. The share of time that a hypervisor stole is noted, and
 is no law. Prints its figures; exit status 1 if a law is broken.
 """
 import argparse
 import json
+import math
 import pathlib
 import shutil
 import signal
@@ -96,11 +97,10 @@ def missed_share(figures):
     return figures["missed_ticks"] / figures["ticks"]
 
 
-def margin_over(baselines):
-    if len(baselines) < 2:
-        return MARGIN_OF_ONE_SLICE
+def margin_over(baselines, slices):
     shares = [missed_share(baseline) for baseline in baselines]
-    return max(LEAST_MARGIN, max(shares) - min(shares))
+    least = MARGIN_OF_ONE_SLICE if len(slices) == 1 else LEAST_MARGIN
+    return max(least, max(shares) - min(shares))
 
 
 def sum_up(slices, baselines):
@@ -113,7 +113,7 @@ def sum_up(slices, baselines):
     for sums, parts in ((figures, slices), (baseline, baselines)):
         sums["missed_share"] = missed_share(sums)
         sums["steal_share"] = statistics.mean(part["steal_share"] for part in parts)
-    return {**figures, "baseline": baseline, "margin": margin_over(baselines),
+    return {**figures, "baseline": baseline, "margin": margin_over(baselines, slices),
             "slices": slices, "baseline_slices": baselines}
 
 
@@ -123,7 +123,7 @@ def broken_laws(figures):
             "a violation of the real-time guard": figures["realtime_violations"] == 0,
             "page faults after the start": figures["page_faults"] == 0,
             "more than one tick in 10,000 contended":
-                figures["contended"] <= MOST_CONTENDED * figures["ticks"],
+                figures["contended"] <= math.ceil(MOST_CONTENDED * figures["ticks"]),
             f"more missed ticks than the baseline and {100 * figures['margin']:.3f} %":
                 figures["missed_share"] <= most_missed}
     return [law for law, holds in laws.items() if not holds]
@@ -154,11 +154,13 @@ def run_slices(seconds, slice_s):
     slices, baselines = [], []
     stress = Stress()
     stress.setUp()
+    baseline_s = max(5.0, min(BASELINE_S, seconds / count))
     try:
+        if count == 1:  # what else runs on the machine may come or go between the two
+            baselines.append(stress.under_load(baseline_s, stress.run_cyclictest))
         for number in range(1, count + 1):
             slices.append(stress.under_load(seconds / count, stress.run_daemons))
-            baselines.append(stress.under_load(max(5.0, min(BASELINE_S, seconds / count)),
-                                               stress.run_cyclictest))
+            baselines.append(stress.under_load(baseline_s, stress.run_cyclictest))
             if count > 1:
                 print(f"stress_soak: {number} of {count} slices: missed "
                       f"{100 * missed_share(slices[-1]['haptic']):.3f} %, cyclictest "

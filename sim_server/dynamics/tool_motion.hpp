@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "sim_server/contact/detection.hpp"
+#include "sim_server/scene/scene_description.hpp"
+
+namespace stillgrid {
+
+/// The tool as the simulation takes it: one sample of its pose and velocity.
+struct ToolSample {
+  std::uint64_t time_ns = 0;
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
+};
+
+/// The tool's spheres, moving evenly over a step from the last sample to the present one.
+class ToolMotion {
+ public:
+  explicit ToolMotion(std::vector<ToolSphere> spheres) : spheres_(std::move(spheres)) {}
+
+  /// The tool is here at this step's end. Without a step before it has no path.
+  void place(const ToolSample& sample);
+  /// There is no tool in this step.
+  void remove() { over_step_.clear(); }
+  [[nodiscard]] bool is_here() const noexcept { return !over_step_.empty(); }
+
+  /// Its spheres over the part of the step from share `start` to share `end` of it; none without a
+  /// tool.
+  [[nodiscard]] const std::vector<ToolSphereMotion>& over(double start, double end);
+
+ private:
+  std::vector<ToolSphere> spheres_;  // as described
+  ToolSample last_sample_;
+  std::vector<ToolSphereMotion> over_step_;  // empty: no tool
+  std::vector<ToolSphereMotion> over_part_;
+};
+
+}  // namespace stillgrid

@@ -1,0 +1,64 @@
+#!/usr/bin/python3
+"""A scene too heavy for its rate: steps are cut short, images come all the same. Gates on counts: a
+shared machine stalls now and then."""
+import unittest
+
+import daemons
+from daemons import DONE
+
+RATE_HZ = 33.0
+MATERIAL = """format = 1
+[simulation]
+rate_hz = {rate_hz}
+sleeping = false
+[[material]]
+name = "stiff"
+contact_stiffness_N_m = 1e6
+contact_damping_N_s_m = 5.0
+friction = 0.5
+[[body]]
+name = "floor"
+kind = "plane"
+normal = [0.0, 0.0, 1.0]
+material = "stiff"
+"""
+BLOCK = """[[body]]
+name = "block {number}"
+kind = "rigid_box"
+size_m = [0.03, 0.03, 0.02]
+position_m = [{x_m}, {y_m}, {z_m}]
+mass_kg = 0.02
+velocity_m_s = [0.0, 0.0, -1.0]
+angular_velocity_rad_s = [3.0, {number}.0, 1.0]
+spheres = {{ spacing_m = 0.01, radius_m = 0.005 }}
+material = "stiff"
+"""
+
+
+class BudgetTest(daemons.SessionTest):
+    def rain_of_blocks(self):
+        """They fall into a heap, on contacts of k h^2 / m = 46000: hard for any solver."""
+        blocks = (BLOCK.format(number=i, x_m=0.035 * (i % 3), y_m=0.035 * (i // 3 % 2),
+                               z_m=0.05 + 0.04 * (i // 6)) for i in range(18))
+        return self.write("rain.toml", MATERIAL.format(rate_hz=RATE_HZ) + "".join(blocks))
+
+    def test_a_scene_too_heavy_for_its_rate_is_published_on_time(self):
+        scene = self.rain_of_blocks()
+        unbound, bound = self.folder / "unbound.json", self.folder / "bound.json"
+        offline = self.start(daemons.BUILD / "bin" / "sim_server", "--scene", scene, "--offline",
+                             "--duration", 0.4, "--report", unbound)
+        self.assertEqual(offline.wait(60.0), DONE, offline.lines())
+        sim_server = self.sim_server(scene, "--duration", 3, "--report", bound)
+        self.assertEqual(sim_server.wait(30.0), DONE, sim_server.lines())
+
+        # Without a clock most steps take longer than their period.
+        self.assertGreater(daemons.read_report(unbound)["step_ms"]["p50"], 1e3 / RATE_HZ)
+        report = daemons.read_report(bound)
+        self.assertGreater(report["solver"]["out_of_budget"], 0.3 * report["steps"])
+        self.assertEqual(report["generations"], report["steps"] + 1)
+        self.assertLess(report["late_steps"], 0.3 * report["steps"], report)
+        self.assertIn("out of time or iterations", "".join(sim_server.lines()))
+
+
+if __name__ == "__main__":
+    daemons.main()

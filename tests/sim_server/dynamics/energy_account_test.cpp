@@ -1,0 +1,216 @@
+#include "sim_server/dynamics/energy_account.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "tests/sim_server/dynamics/stepping.hpp"
+#include "tests/sim_server/scene_builders.hpp"
+
+namespace stillgrid {
+namespace {
+
+/// A mass of 0.1 kg on a spring of 1000 N/m, 4 mm out.
+Simulation oscillator(double damping_N_s_m) {
+  BodyDescription body = thread(2, {0, 0, 0}, {0.1, 0, 0}, 0.1, 1000.0, {0});
+  body.spring_damping_N_s_m = damping_N_s_m;
+  Simulation simulation(scene_of({body}));
+  simulation.world().nodes[1].position_m.x() = 0.104;
+  simulation.account_energy();
+  return simulation;
+}
+
+TEST_CASE("Without losses what is missing is what implicit Euler lost", "[energy]") {
+  const double step_s = GENERATE(0.001, 0.01);
+  Simulation simulation = oscillator(0.0);
+
+  REQUIRE(advance(simulation, step_s, 10));
+
+  const EnergyAccount account = *simulation.energy_account();
+  CHECK(account.start.total_J() == Approx(0.5 * 1000.0 * 0.004 * 0.004));
+  const double left = std::pow(1.0 + 1e4 * step_s * step_s, -10);
+  CHECK(account.numerical_J() == Approx(account.start.total_J() * (1.0 - left)).epsilon(1e-9));
+  CHECK(account.end.total_J() == Approx(mechanical_energy_J(simulation.world())).epsilon(1e-12));
+}
+
+TEST_CASE("A spring's damper takes all that an oscillator loses, as the step shrinks", "[energy]") {
+  const auto run = [](double step_s) {
+    Simulation simulation = oscillator(2.0);
+    REQUIRE(advance(simulation, step_s, static_cast<int>(std::lround(0.1 / step_s))));
+    return *simulation.energy_account();
+  };
+  const EnergyAccount coarse = run(2e-4), fine = run(1e-4);
+
+  CHECK(coarse.numerical_J() / fine.numerical_J() == Approx(2.0).epsilon(0.05));
+  const auto unexplained_J = [](const EnergyAccount& account) {
+    return account.start.total_J() - account.end.total_J() - account.flow.spring_damping_J;
+  };
+  CHECK(std::abs(2.0 * unexplained_J(fine) - unexplained_J(coarse)) <
+        5e-3 * fine.flow.spring_damping_J);
+  CHECK(fine.end.total_J() < 0.3 * fine.start.total_J());
+  CHECK(fine.flow.friction_J == 0.0);
+  CHECK(fine.flow.contact_damping_J == 0.0);
+}
+
+TEST_CASE("Friction takes mu m g d from a sliding block", "[energy]") {
+  // Four spheres of 5000 N/m carry it from the start.
+  const double sunk_m = 0.1 * 9.81 / (4 * 5000.0);
+  Simulation simulation(scene_of(
+      {moving(box({0, 0, 0.005 - sunk_m}, {0.06, 0.06, 0.01}, 0.1, {0.05, 0.005}), {1.0, 0, 0}),
+       floor_at(0.0)},
+      material_of(5000.0, 0.0, 0.3), {0, 0, -9.81}));
+  simulation.account_energy();
+
+  REQUIRE(advance(simulation, 1e-4, 2000));
+
+  const RigidBody& block = simulation.world().rigid_bodies[0];
+  const EnergyAccount account = *simulation.energy_account();
+  REQUIRE(block.velocity_m_s.x() > 0.2);
+  CHECK(account.flow.friction_J == Approx(0.3 * 0.1 * 9.81 * block.position_m.x()).epsilon(2e-3));
+  CHECK(account.flow.given_J == 0.0);
+  CHECK(std::abs(account.numerical_J()) < 1e-3 * account.flow.friction_J);
+}
+
+TEST_CASE("The approach damper takes what a bounce does not restore", "[energy]") {
+  // zeta = 0.2: restitution exp(-(z/q) acos z) = 0.756135
+  constexpr double kStiffness_N_m = 1000.0, kMass_kg = 0.1;
+  const double damping_N_s_m = 0.4 * std::sqrt(kStiffness_N_m * kMass_kg);
+  Simulation simulation(
+      scene_of({moving(sphere({0, 0, 0.05}, 0.05, kMass_kg), {0, 0, -1.0}), floor_at(0.0)},
+               material_of(kStiffness_N_m, damping_N_s_m)));
+  simulation.account_energy();
+
+  REQUIRE(advance(simulation, 1e-5, 6000));
+
+  const EnergyAccount account = *simulation.energy_account();
+  REQUIRE(account.end.contacts_J == 0.0);  // it has left
+  CHECK(account.flow.contact_damping_J ==
+        Approx(0.5 * kMass_kg * (1.0 - 0.756135 * 0.756135)).epsilon(2e-3));
+  CHECK(std::abs(account.numerical_J()) < 5e-3 * account.start.total_J());
+}
+
+TEST_CASE("What the tool or a prescribed body gives is its force times its way", "[energy]") {
+  // 0.2 m/s against a ball that lies 2 mm before it.
+  constexpr double kStep_s = 1e-4, kSpeed_m_s = 0.2, kMass_kg = 0.1;
+  const bool by_tool = GENERATE(true, false);
+  BodyDescription pusher = sphere({-0.0205, 0, 0}, 0.01, 0.0);
+  pusher.motion = Motion::kPrescribed;
+  pusher.prescribed = {Eigen::Vector3d::UnitX(), kSpeed_m_s, 0.0, 0.0};
+  const BodyDescription ball = sphere({0, 0, 0}, 0.01, kMass_kg);
+  SceneDescription scene = by_tool ? scene_of({ball}, material_of(100.0, 1.0))
+                                   : scene_of({pusher, ball}, material_of(100.0, 1.0));
+  scene.tool = {{Eigen::Vector3d::Zero(), 0.01}};
+  Simulation simulation(scene);
+  simulation.account_energy();
+  const RigidBody& pushed = simulation.world().rigid_bodies.back();
+
+  double work_J = 0.0;
+  for (int i = 1; i <= 2000; ++i) {
+    const double before_m_s = pushed.velocity_m_s.x();
+    const ToolSample tool{.position_m = {-0.0205 + kSpeed_m_s * kStep_s * i, 0, 0},
+                          .velocity_m_s = {kSpeed_m_s, 0, 0}};
+    const StepReport report =
+        simulation.step(kStep_s, [&] { return by_tool ? std::optional(tool) : std::nullopt; });
+    REQUIRE(report.solve.converged);
+    work_J += kMass_kg * (pushed.velocity_m_s.x() - before_m_s) * kSpeed_m_s;
+  }
+
+  const EnergyAccount account = *simulation.energy_account();
+  REQUIRE(pushed.velocity_m_s.x() > 0.1);
+  CHECK(account.flow.given_J == Approx(work_J).epsilon(1e-6));
+  CHECK(account.start.total_J() == 0.0);
+  // The damper takes some; little else is left.
+  CHECK(account.flow.contact_damping_J > 0.0);
+  CHECK(std::abs(account.numerical_J()) < 0.01 * work_J);
+}
+
+TEST_CASE("A tool that comes and goes inside a body brings and takes the contact's energy",
+          "[energy]") {
+  constexpr double kStep_s = 1e-6, kDepth_m = 0.005;
+  SceneDescription scene = scene_of({sphere({0, 0, 0}, 0.01, 0.1)}, material_of(100.0));
+  scene.tool = {{Eigen::Vector3d::Zero(), 0.01}};
+  Simulation simulation(scene);
+  simulation.account_energy();
+  const double held_J = 0.5 * 100.0 * kDepth_m * kDepth_m;
+
+  (void)simulation.step(kStep_s, [] { return ToolSample{.position_m = {0, 0, 0.015}}; });
+  const EnergyAccount come = *simulation.energy_account();
+  (void)simulation.step(kStep_s, no_tool);
+  const EnergyAccount gone = *simulation.energy_account();
+
+  CHECK(come.flow.given_J == Approx(held_J).epsilon(1e-6));
+  CHECK(come.end.contacts_J == Approx(held_J).epsilon(1e-6));
+  CHECK(std::abs(gone.flow.given_J) < 1e-6 * held_J);
+  CHECK(gone.end.contacts_J == 0.0);
+}
+
+/// Two spinning boxes that graze each other, with dampers and friction.
+SceneDescription collision() {
+  const Eigen::Vector3d size_m(0.03, 0.03, 0.02);
+  return scene_of(
+      {moving(box({0, 0, 0}, size_m, 0.02, {0.01, 0.005}), {0, 0, 0.3}, {2, 5, 1}),
+       moving(box({0.012, 0.008, 0.035}, size_m, 0.03, {0.01, 0.005}), {0.1, 0, -0.3}, {-4, 3, 7})},
+      material_of(500.0, 0.5, 0.4, 0.05));
+}
+
+TEST_CASE("A collision keeps momentum, and its energy is accounted for", "[energy]") {
+  const auto run = [](double step_s) {
+    Simulation simulation(collision());
+    simulation.account_energy();
+    const Eigen::Vector3d momentum = momentum_kg_m_s(simulation.world());
+    const Eigen::Vector3d angular = angular_momentum_kg_m2_s(simulation.world());
+    CHECK((momentum - Eigen::Vector3d(0.003, 0, -0.003)).norm() < 1e-15);
+    REQUIRE(advance(simulation, step_s, static_cast<int>(std::lround(0.1 / step_s))));
+    CHECK((momentum_kg_m_s(simulation.world()) - momentum).norm() < 1e-13);
+    CHECK((angular_momentum_kg_m2_s(simulation.world()) - angular).norm() <
+          0.2 * step_s / 1e-4 * angular.norm());
+    return *simulation.energy_account();
+  };
+  const EnergyAccount coarse = run(2e-4), fine = run(1e-4);
+
+  CHECK(fine.flow.friction_J > 1e-5);
+  CHECK(fine.flow.contact_damping_J > 1e-5);
+  CHECK(coarse.numerical_J() / fine.numerical_J() == Approx(2.0).epsilon(0.15));
+}
+
+TEST_CASE("What sleeps keeps its energy but for the kinetic, which is counted", "[energy]") {
+  SceneDescription scene = scene_of(
+      {box({0, 0, 0.0145}, Eigen::Vector3d::Constant(0.03), 0.1, {0.02, 0.005}), floor_at(0.0)},
+      material_of(1250.0, 2.0, 0.5), {0, 0, -9.81});
+  scene.sleeping = true;
+  Simulation simulation(scene);
+  simulation.account_energy();
+  EnergyAccount awake;
+  for (int i = 0; i < 1000 && !simulation.world().bodies[0].asleep; ++i) {
+    awake = *simulation.energy_account();
+    (void)simulation.step(0.01, no_tool);
+  }
+  REQUIRE(simulation.world().bodies[0].asleep);
+
+  const EnergyAccount asleep = *simulation.energy_account();
+
+  // m g (m g / 2 k) on four spheres
+  CHECK(asleep.end.contacts_J == Approx(0.981 * 0.981 / (2.0 * 5000.0)).epsilon(1e-3));
+  CHECK(asleep.end.kinetic_J == 0.0);
+  CHECK(asleep.slept_J > 0.0);
+  CHECK(asleep.slept_J < 0.5 * 0.1 * 0.15e-3 * 0.15e-3);
+  CHECK(asleep.numerical_J() == Approx(awake.numerical_J()).epsilon(1e-6));
+}
+
+TEST_CASE("Accounting changes no step", "[energy]") {
+  Simulation one(collision()), other(collision());
+  one.account_energy();
+  for (int i = 0; i < 100; ++i) {
+    REQUIRE(advance(one, 1e-3, 1));
+    REQUIRE(advance(other, 1e-3, 1));
+  }
+
+  CHECK_FALSE(other.energy_account());
+  for (std::size_t i = 0; i < 2; ++i) {
+    CHECK(one.world().rigid_bodies[i].position_m == other.world().rigid_bodies[i].position_m);
+    CHECK(one.world().rigid_bodies[i].orientation.coeffs() ==
+          other.world().rigid_bodies[i].orientation.coeffs());
+  }
+}
+
+}  // namespace
+}  // namespace stillgrid

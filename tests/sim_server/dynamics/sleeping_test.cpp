@@ -1,0 +1,293 @@
+#include "sim_server/dynamics/sleeping.hpp"
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "tests/sim_server/dynamics/stepping.hpp"
+#include "tests/sim_server/scene_builders.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr double kStep_s = 0.01, kEdge_m = 0.03;
+
+SceneDescription sleeping_scene(std::vector<BodyDescription> bodies, bool sleeping = true) {
+  SceneDescription scene =
+      scene_of(std::move(bodies), material_of(1250.0, 2.0, 0.5), {0, 0, -9.81});
+  scene.tool = {{Eigen::Vector3d::Zero(), 0.005}};
+  scene.sleeping = sleeping;
+  return scene;
+}
+
+BodyDescription block_at(const Eigen::Vector3d& centre_m) {
+  return box(centre_m, Eigen::Vector3d::Constant(kEdge_m), 0.1, {0.02, 0.005});
+}
+
+/// A floor at height 0, and blocks on it, one upon the other.
+std::vector<BodyDescription> stack(int blocks) {
+  std::vector<BodyDescription> bodies{floor_at(0.0)};
+  for (int i = 0; i < blocks; ++i) bodies.push_back(block_at({0, 0, (i + 0.48) * kEdge_m}));
+  return bodies;
+}
+
+int count_asleep(const Simulation& simulation) {
+  const auto& bodies = simulation.world().bodies;
+  return static_cast<int>(std::count_if(bodies.begin(), bodies.end(),
+                                        [](const BodyRange& body) { return body.asleep; }));
+}
+
+std::vector<Eigen::Vector3d> places(const Simulation& simulation) {
+  std::vector<Eigen::Vector3d> result;
+  for (const SphereBinding& sphere : simulation.world().spheres)
+    result.push_back(sphere_motion(simulation.world(), sphere).position_m);
+  return result;
+}
+
+double farthest_m(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen::Vector3d>& b) {
+  double distance_m = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    distance_m = std::max(distance_m, (a[i] - b[i]).norm());
+  return distance_m;
+}
+
+/// Steps until so many bodies sleep, twenty seconds at most.
+void lull(Simulation& simulation, int bodies) {
+  for (int i = 0; i < 2000 && count_asleep(simulation) < bodies; ++i)
+    (void)simulation.step(kStep_s, no_tool);
+  REQUIRE(count_asleep(simulation) == bodies);
+}
+
+StepReport step_with_tool_at(Simulation& simulation, const Eigen::Vector3d& position_m) {
+  return simulation.step(kStep_s, [&] { return ToolSample{.position_m = position_m}; });
+}
+
+TEST_CASE("A stack at rest sleeps, and moves by no bit while it does", "[sleeping]") {
+  Simulation simulation(sleeping_scene(stack(5)));
+  lull(simulation, 5);
+  const auto before = places(simulation);
+
+  for (int i = 0; i < 100; ++i) {
+    const StepReport report = simulation.step(kStep_s, no_tool);
+    REQUIRE(report.solve.converged);
+    CHECK(report.contacts == 0);
+    CHECK(report.asleep_spheres == static_cast<int>(before.size()));
+  }
+
+  CHECK(simulation.world().unknown_count == 0);
+  CHECK(farthest_m(places(simulation), before) == 0.0);
+  for (const proto::SphereRecord& record : simulation.detection().image().records()) {
+    CHECK(record.newest[0].velocity_m_s == std::array{0.0F, 0.0F, 0.0F});
+    CHECK(record.newest[0].position_m == record.older[1].position_m);
+  }
+}
+
+TEST_CASE("What falls asleep was slower than the threshold for half a second", "[sleeping]") {
+  Simulation simulation(sleeping_scene(stack(3)));
+  const Sleeping promises(simulation.world());
+  // 3 % of 5 mm a second, below a fifth of 1 mm/s.
+  CHECK(promises.rest_speed_m_s(1) == Approx(0.15e-3));
+  std::vector<double> speeds_m_s;
+  while (count_asleep(simulation) == 0 && speeds_m_s.size() < 2000) {
+    (void)simulation.step(kStep_s, no_tool);
+    const RigidBody& top = simulation.world().rigid_bodies[2];
+    speeds_m_s.push_back(top.velocity_m_s.norm() + top.reach_m * top.angular_velocity_rad_s.norm());
+  }
+
+  REQUIRE(count_asleep(simulation) == 3);
+  REQUIRE(speeds_m_s.size() > 50);
+  CHECK(*std::max_element(speeds_m_s.end() - 50, speeds_m_s.end()) < promises.rest_speed_m_s(3));
+}
+
+TEST_CASE("A pile wakes as one when something falls on it, and sleeps again", "[sleeping]") {
+  auto bodies = stack(4);
+  bodies.push_back(moving(sphere({0, 0, 0.5}, 0.0125, 0.02), {0, 0, 12.0}));  // back after 2.5 s
+  Simulation simulation(sleeping_scene(bodies));
+  lull(simulation, 4);
+  REQUIRE(simulation.world().rigid_bodies[4].position_m.z() > 0.3);  // still in the air
+  bool was_struck = false;
+  for (int i = 0; i < 300 && !was_struck; ++i) {
+    const int asleep = count_asleep(simulation);
+    const double falling_m_s = simulation.world().rigid_bodies[4].velocity_m_s.z();
+    (void)simulation.step(kStep_s, no_tool);
+    // Awake all or none, before the ball feels anything.
+    CHECK((count_asleep(simulation) == 0 || count_asleep(simulation) == 4));
+    const bool is_struck = simulation.world().rigid_bodies[4].velocity_m_s.z() > falling_m_s;
+    CHECK((!is_struck || count_asleep(simulation) == 0));
+    was_struck = is_struck && asleep == 4;
+  }
+  REQUIRE(was_struck);
+  CHECK(simulation.world().rigid_bodies[3].velocity_m_s.z() < -0.01);  // the uppermost gave way
+
+  lull(simulation, 5);
+}
+
+TEST_CASE("A blow moves a sleeper as it moves one that never slept", "[sleeping]") {
+  // A ball slides along the floor, slowed by nothing, against a block.
+  const auto struck = [](bool sleeping) {
+    auto bodies = stack(1);
+    bodies.push_back(sphere({0.2, 0.0, 0.012}, 0.0125, 0.05));
+    bodies.back().motion = Motion::kPrescribed;
+    bodies.back().prescribed = {-Eigen::Vector3d::UnitX(), 0.05, 0.0, 0.0};  // there after 3.4 s
+    Simulation simulation(sleeping_scene(bodies, sleeping));
+    std::vector<double> speeds_m_s;
+    bool slept = false;
+    for (int i = 0; i < 400; ++i) {
+      (void)simulation.step(kStep_s, no_tool);
+      slept = slept || count_asleep(simulation) > 0;
+      speeds_m_s.push_back(simulation.world().rigid_bodies[0].velocity_m_s.x());
+    }
+    CHECK(slept == sleeping);
+    CHECK(count_asleep(simulation) == 0);
+    return speeds_m_s;
+  };
+
+  const auto woken = struck(true), waking = struck(false);
+
+  CHECK(waking.back() == Approx(-0.05).margin(0.01));  // it is pushed along
+  for (std::size_t i = 0; i < woken.size(); ++i) CHECK(std::abs(woken[i] - waking[i]) < 2e-4);
+}
+
+TEST_CASE("The tool wakes what it touches in the very step, and keeps it awake", "[sleeping]") {
+  Simulation simulation(sleeping_scene(stack(2)));
+  lull(simulation, 2);
+  const double top_m = simulation.world().rigid_bodies[1].position_m.z() + 0.5 * kEdge_m;
+  // Above one of the spheres of the upper face, which are 10 mm off the middle: first 5 mm clear.
+  const auto above = [&](double clear_m) {
+    return Eigen::Vector3d(0.01, 0.01, top_m + 0.005 + clear_m);
+  };
+  (void)step_with_tool_at(simulation, above(0.005));
+  REQUIRE(count_asleep(simulation) == 2);
+
+  const StepReport touch = step_with_tool_at(simulation, above(-0.001));
+
+  CHECK(touch.contacts > 0);
+  CHECK(count_asleep(simulation) == 0);
+  CHECK(simulation.world().rigid_bodies[1].velocity_m_s.z() < 0.0);
+  for (int i = 0; i < 300; ++i) (void)step_with_tool_at(simulation, above(-0.001));
+  CHECK(count_asleep(simulation) == 0);
+  lull(simulation, 2);  // without it they sleep again
+}
+
+TEST_CASE("Nothing pops as it falls asleep or wakes", "[sleeping]") {
+  BodyDescription tissue = sheet({6, 6}, 0.02, 0.002, 200.0);
+  tissue.position_m.z() = 0.05;
+  tissue.shear_stiffness_N_m = 100.0;
+  tissue.spring_damping_N_s_m = 0.2;
+  tissue.pinned_nodes = {0, 5, 30, 35};
+  tissue.spheres = {0.02, 0.0095};
+  Simulation simulation(sleeping_scene({tissue, block_at({0, 0, 0.08})}));
+  const double bound_m_s = Sleeping(simulation.world()).rest_speed_m_s(0);
+  auto before = places(simulation);
+  for (int i = 0; i < 4000 && count_asleep(simulation) < 2; ++i) {
+    before = places(simulation);
+    (void)simulation.step(kStep_s, no_tool);
+  }
+  REQUIRE(count_asleep(simulation) == 2);
+  CHECK(farthest_m(places(simulation), before) < kStep_s * bound_m_s);
+
+  // The tool only just touches the block: what moves after that is what sleep had held.
+  const auto still = places(simulation);
+  Eigen::Vector3d highest_m = still[0];
+  for (const Eigen::Vector3d& place_m : still)
+    if (place_m.z() > highest_m.z()) highest_m = place_m;
+  const Eigen::Vector3d touching_m = highest_m + Eigen::Vector3d(0, 0, 0.01 - 1e-9);
+  double fastest_m_s = 0.0;
+  for (int i = 0; i < 50; ++i) {
+    before = places(simulation);
+    (void)step_with_tool_at(simulation, touching_m);
+    fastest_m_s = std::max(fastest_m_s, farthest_m(places(simulation), before) / kStep_s);
+    if (i == 0) CHECK(count_asleep(simulation) == 0);
+  }
+  CHECK(fastest_m_s < 2.0 * bound_m_s);
+}
+
+TEST_CASE("A pendulum does not fall asleep at its turning point", "[sleeping]") {
+  // A rod of 1 m, that swings at 3.1 rad/s; slow steps look at few points of its way.
+  const double angle_rad = GENERATE(0.01, 0.1, 1.0), step_s = GENERATE(0.01, 0.1);
+  const Eigen::Vector3d end_m(std::sin(angle_rad), 0, -std::cos(angle_rad));
+  Simulation simulation(sleeping_scene({thread(2, {0, 0, 0}, end_m, 0.1, 1e5, {0})}));
+
+  for (double time_s = 0.0; time_s < 4.0; time_s += step_s) {
+    (void)simulation.step(step_s, no_tool);
+    CHECK(count_asleep(simulation) == 0);
+  }
+}
+
+TEST_CASE("What creeps down a slope stays awake", "[sleeping]") {
+  // Regularised friction creeps at 1 mm/s tan 10 deg / 0.3 = 0.588 mm/s.
+  const double tilt_rad = 10.0 * std::numbers::pi / 180.0;
+  SceneDescription scene =
+      scene_of({box({0, 0, 0.01}, {0.06, 0.06, 0.02}, 0.1, {0.05, 0.005}), floor_at(0.0)},
+               material_of(500.0, 2.0, 0.3, 1e-3),
+               9.81 * Eigen::Vector3d(std::sin(tilt_rad), 0, -std::cos(tilt_rad)));
+  scene.sleeping = true;
+  Simulation simulation(scene);
+
+  for (int i = 0; i < 300; ++i) {
+    (void)simulation.step(kStep_s, no_tool);
+    CHECK(count_asleep(simulation) == 0);
+  }
+
+  CHECK(simulation.world().rigid_bodies[0].velocity_m_s.x() == Approx(0.58776e-3).epsilon(1e-3));
+}
+
+TEST_CASE("A block whose support is taken away falls", "[sleeping]") {
+  SECTION("by the tool, that pushes the lower block from below the upper one") {
+    SceneDescription scene = sleeping_scene(stack(2));
+    scene.tool[0].radius_m = 0.01;
+    Simulation simulation(scene);
+    lull(simulation, 2);
+    // It comes from the side, at 0.3 m/s, straight against one of the lower block's spheres.
+    for (int i = 0; i < 60; ++i)
+      (void)step_with_tool_at(simulation, {-0.05 + 0.003 * i, 0.01, 0.006});
+
+    CHECK(simulation.world().rigid_bodies[0].position_m.x() > 0.01);
+    lull(simulation, 2);
+    CHECK(simulation.world().rigid_bodies[1].position_m.z() < 0.8 * kEdge_m);  // on the floor
+  }
+  SECTION("by a shelf that sinks through the floor: on that it never sleeps") {
+    BodyDescription shelf = box({0, 0, 0.095}, {0.05, 0.05, 0.01}, 0.0, {0.01, 0.005});
+    shelf.motion = Motion::kPrescribed;
+    shelf.prescribed = {-Eigen::Vector3d::UnitZ(), 0.05, 0.0, 0.0};
+    Simulation simulation(sleeping_scene({floor_at(0.0), shelf, block_at({0, 0, 0.115})}));
+    for (int i = 0; i < 150; ++i) {
+      (void)simulation.step(kStep_s, no_tool);
+      CHECK(count_asleep(simulation) == 0);
+    }
+    lull(simulation, 1);
+    CHECK(simulation.world().rigid_bodies[1].position_m.z() == Approx(0.5 * kEdge_m).margin(1e-3));
+  }
+}
+
+TEST_CASE("On a shelf that is prescribed to stay a block sleeps as on the floor", "[sleeping]") {
+  BodyDescription shelf = box({0, 0, 0.095}, {0.05, 0.05, 0.01}, 0.0, {0.01, 0.005});
+  shelf.motion = Motion::kPrescribed;
+  Simulation simulation(sleeping_scene({shelf, block_at({0, 0, 0.115})}));
+
+  lull(simulation, 1);
+
+  for (int i = 0; i < 50; ++i) {
+    (void)simulation.step(kStep_s, no_tool);
+    CHECK(count_asleep(simulation) == 1);
+  }
+}
+
+TEST_CASE("Sleep repeats to the bit", "[sleeping]") {
+  auto bodies = stack(3);
+  bodies.push_back(moving(sphere({0.004, 0, 0.5}, 0.0125, 0.02), {0, 0, 5.0}));
+  Simulation one(sleeping_scene(bodies)), other(sleeping_scene(bodies));
+  int most_asleep = 0;
+  for (int i = 0; i < 400; ++i) {
+    (void)one.step(kStep_s, no_tool);
+    (void)other.step(kStep_s, no_tool);
+    most_asleep = std::max(most_asleep, count_asleep(one));
+    REQUIRE(farthest_m(places(one), places(other)) == 0.0);
+  }
+  CHECK(most_asleep > 0);
+}
+
+}  // namespace
+}  // namespace stillgrid
