@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <ctime>
 #include <exception>
 #include <stdexcept>
 #include <string>
@@ -12,6 +13,8 @@
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/stop_signal.hpp"
 #include "sim_server/bodies/sphere_packing.hpp"
+#include "sim_server/explain.hpp"
+#include "sim_server/method_record.hpp"
 #include "sim_server/report.hpp"
 #include "sim_server/scene/scene_file.hpp"
 #include "sim_server/server.hpp"
@@ -20,10 +23,10 @@ namespace stillgrid {
 namespace {
 
 struct Arguments {
-  std::filesystem::path scene, report, final_state;
+  std::filesystem::path scene, report, final_state, choice;
   std::optional<double> rate_hz;
   std::string group;
-  bool lockstep = false, offline = false;
+  bool lockstep = false, offline = false, explain = false;
   ServerOptions server;
 };
 
@@ -34,7 +37,9 @@ constexpr const char* kDescription =
     "  sim_server --scene tissue_and_blocks.toml --session demo            until Ctrl-C\n"
     "  sim_server --scene wall.toml --session ci --lockstep --duration 5   repeatable, with "
     "haptic_server\n"
-    "  sim_server --scene threads.toml --offline --duration 2 --final-state end.csv\n";
+    "  sim_server --scene threads.toml --offline --duration 2 --final-state end.csv\n"
+    "  sim_server --scene threads.toml --explain                           which method serves "
+    "it\n";
 
 void add_options(CLI::App& app, Arguments& arguments) {
   ServerOptions& server = arguments.server;
@@ -50,6 +55,13 @@ void add_options(CLI::App& app, Arguments& arguments) {
   auto* offline = app.add_flag("--offline", arguments.offline,
                                "Virtual time, alone; needs --duration, publishes nothing");
   offline->excludes(lockstep)->excludes(session);
+  app.add_flag("--explain", arguments.explain,
+               "Try the methods on the scene, print cost, error and reason of each, and end")
+      ->excludes(lockstep)
+      ->excludes(offline);
+  app.add_option("--choice", arguments.choice,
+                 "Record (JSON) of the method chosen where the scene says solver = \"auto\": read "
+                 "if it is there, else written; virtual time needs one");
   app.add_option("--latency", server.latency_s, "Virtual cost of a step, s; only with --lockstep")
       ->check(number_in(0.0, 100.0))
       ->needs(lockstep);
@@ -68,8 +80,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
 
 /// What CLI11 cannot say by itself.
 void check(const Arguments& arguments, double period_s) {
-  if (!arguments.offline && arguments.server.session.empty())
-    throw CLI::ValidationError("--session", "is required unless --offline is given");
+  if (!arguments.offline && !arguments.explain && arguments.server.session.empty())
+    throw CLI::ValidationError("--session", "is required unless --offline or --explain is given");
   if (arguments.offline && !arguments.server.duration_s)
     throw CLI::ValidationError("--offline", "needs --duration");
   if (!arguments.offline && !arguments.lockstep && arguments.server.jitter > 0.0)
@@ -100,6 +112,47 @@ int fail(const std::exception& error, ExitStatus status) {
   return status;
 }
 
+/// By this thread's processor time: what else the machine does costs no method its place.
+MethodChoice choose(const SceneDescription& scene) {
+  const auto now_s = [] {
+    timespec now{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+  };
+  return choose_method(scene, now_s, [](const std::string& line) { spdlog::info("{}", line); });
+}
+
+/// Sets the scene's method where that was left to us. Virtual time takes what was recorded: there
+/// no clock decides.
+void settle_method(const Arguments& arguments, SceneDescription& scene) {
+  if (!scene.choose_method) return;
+  if (!arguments.choice.empty() && std::filesystem::exists(arguments.choice)) {
+    scene.method = read_method_record(scene, arguments.scene, arguments.choice);
+    spdlog::info("method, as recorded: {}", describe(scene.method));
+    return;
+  }
+  if (arguments.lockstep || arguments.offline)
+    throw std::runtime_error(arguments.scene.string() +
+                             ": simulation.solver: value \"auto\": expected --choice FILE with a "
+                             "record in virtual time; sim_server --scene FILE --explain --choice "
+                             "FILE writes one");
+  const MethodChoice choice = choose(scene);
+  scene.method = choice.method;
+  spdlog::info("method chosen: {}; --explain tells why", describe(scene.method));
+  if (!choice.keeps_rate)
+    spdlog::warn("no method keeps the scene's rate with room to spare: images may be late");
+  if (!arguments.choice.empty())
+    write_method_record(choice, scene, arguments.scene, arguments.choice);
+}
+
+int explain_choice(const Arguments& arguments, const SceneDescription& scene) {
+  const MethodChoice choice = choose(scene);
+  std::fputs(explain(choice, scene).c_str(), stdout);
+  if (!arguments.choice.empty())
+    write_method_record(choice, scene, arguments.scene, arguments.choice);
+  return kDone;
+}
+
 /// Runs the scene; report and final state are written however it ended.
 int run(Arguments& arguments) {
   SceneDescription scene = load_scene(arguments.scene);
@@ -111,13 +164,18 @@ int run(Arguments& arguments) {
                                                 : SimulationClock::kReal;
   for (const auto& file : {arguments.report, arguments.final_state})
     if (!file.empty()) require_writable(file);
+  const bool is_read = std::filesystem::exists(arguments.choice) && !arguments.explain;
+  if (!arguments.choice.empty() && !is_read) require_writable(arguments.choice);
   if (!arguments.group.empty()) arguments.server.readers = group_named(arguments.group);
   check_sphere_count(scene, arguments.scene.string());
+  if (arguments.explain) return explain_choice(arguments, scene);
+  settle_method(arguments, scene);
   Simulation simulation(scene);
   SimulationReport report;
   report.scene = scene.name;
-  report.solver = name_of(scene.method.solver);
+  report.solver = describe(scene.method);
   report.rate_hz = 1.0 / scene.period_s;
+  if (!arguments.report.empty()) simulation.account_energy();
   int status = kDone;
   try {
     run_simulation(scene, arguments.server, simulation, report, stop_requested());
@@ -125,10 +183,14 @@ int run(Arguments& arguments) {
     status = fail(error, kCouldNotStart);
   }
   if (!arguments.final_state.empty()) write_final_state(simulation.world(), arguments.final_state);
+  report.energy = simulation.energy_account();
   if (!arguments.report.empty()) write_report(report, simulation.world(), arguments.report);
   if (report.not_converged > 0)
     spdlog::warn("{} of {} steps did not converge; each used its best iterate",
                  report.not_converged, report.steps);
+  if (report.out_of_budget > 0)
+    spdlog::warn("{} of {} steps were out of time or iterations; each ended by one iteration",
+                 report.out_of_budget, report.steps);
   if (report.crossings_left > 0)
     spdlog::warn("{} times something moved so fast that it may have passed through another body",
                  report.crossings_left);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <string>
 #include <string_view>
 
 namespace stillgrid {
@@ -10,15 +11,16 @@ namespace stillgrid {
 enum class IntegratorKind {
   kForwardEuler,     // explicit; kept to show where it fails
   kSymplecticEuler,  // explicit: velocities first, positions by the new velocities
+  kVelocityVerlet,   // explicit: the same, with half of the first and of the last force
   kImplicitEuler,
   kBdf2,
   kTrapezoid,
   kCvodeBdf,    // SUNDIALS: variable order and step
   kArkodeDirk,  // SUNDIALS: diagonally implicit Runge-Kutta of order 4
 };
-inline constexpr std::array<std::string_view, 7> kIntegratorNames = {
-    "forward_euler", "symplectic_euler", "implicit_euler", "bdf2",
-    "trapezoid",     "cvode_bdf",        "arkode_dirk"};
+inline constexpr std::array<std::string_view, 8> kIntegratorNames = {
+    "forward_euler", "symplectic_euler", "velocity_verlet", "implicit_euler",
+    "bdf2",          "trapezoid",        "cvode_bdf",       "arkode_dirk"};
 
 /// What solves the equations of an implicit step of ours.
 enum class SolverKind {
@@ -57,9 +59,28 @@ struct Method {
 [[nodiscard]] constexpr std::string_view name_of(SolverKind kind) {
   return kSolverNames[static_cast<std::size_t>(kind)];
 }
+/// These divide a step themselves, by its error.
+[[nodiscard]] constexpr bool chooses_steps(IntegratorKind kind) {
+  return kind == IntegratorKind::kCvodeBdf || kind == IntegratorKind::kArkodeDirk;
+}
 /// Explicit methods need no solver and are stable only below a step of their own.
 [[nodiscard]] constexpr bool is_explicit(IntegratorKind kind) {
-  return kind == IntegratorKind::kForwardEuler || kind == IntegratorKind::kSymplecticEuler;
+  return kind == IntegratorKind::kForwardEuler || kind == IntegratorKind::kSymplecticEuler ||
+         kind == IntegratorKind::kVelocityVerlet;
+}
+
+/// Implicit methods of ours, whose equations one of our solvers solves.
+[[nodiscard]] constexpr bool needs_solver(IntegratorKind kind) {
+  return kind == IntegratorKind::kImplicitEuler || kind == IntegratorKind::kBdf2 ||
+         kind == IntegratorKind::kTrapezoid;
+}
+
+/// "symplectic_euler", "bdf2, newton_cg, 4 substeps": for reports.
+[[nodiscard]] inline std::string describe(const Method& method) {
+  std::string text(name_of(method.integrator));
+  if (needs_solver(method.integrator)) text += ", " + std::string(name_of(method.solver));
+  if (method.substeps > 1) text += ", " + std::to_string(method.substeps) + " substeps";
+  return text;
 }
 
 }  // namespace stillgrid

@@ -115,6 +115,7 @@ struct SceneDescription {
   Method method;
   bool choose_method = false;    // solver = "auto": method is to be chosen by choose_method()
   double error_target_m = 1e-3;  // of positions, rms: what a method chosen so may err
+  bool sleeping = true;          // bodies at rest leave the work until something touches them
   double voxel_ratio = 0.0;      // voxel edge over twice a level's longest reach; 0: chosen
   std::vector<MaterialDescription> materials;
   std::vector<BodyDescription> bodies;

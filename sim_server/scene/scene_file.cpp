@@ -79,8 +79,11 @@ void read_method(TableReader& table, SceneDescription& scene) {
   method.solver = static_cast<SolverKind>(solver);
   if (table.has("integrator"))
     method.integrator = static_cast<IntegratorKind>(table.choice("integrator", kIntegratorNames));
-  if (is_explicit(method.integrator) && table.has("solver"))
-    table.refuse("solver", "no such key: an explicit integrator solves nothing");
+  if (!needs_solver(method.integrator) && table.has("solver"))
+    table.refuse("solver", "no such key beside this integrator, which has no solver of ours");
+  if (is_explicit(method.integrator) && table.has("tolerance_m_s"))
+    table.refuse("tolerance_m_s",
+                 "no such key beside an explicit integrator, which solves nothing");
   if (table.has("substeps")) method.substeps = table.integer("substeps", {1, kMostSubsteps});
   method.tolerance_m_s = table.number_or("tolerance_m_s", Bound::kPositive, method.tolerance_m_s);
 }
@@ -96,6 +99,7 @@ void read_simulation(TableReader table, SceneDescription& scene) {
                  "a period from 1e-05 to 100 s, a rate from 0.01 to 100000 Hz");
   }
   read_method(table, scene);
+  scene.sleeping = table.flag_or("sleeping", scene.sleeping);
   table.finish();
 }
 

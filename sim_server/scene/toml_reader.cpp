@@ -140,6 +140,13 @@ std::filesystem::path TableReader::file(std::string_view key) {
   return std::filesystem::path(file_).parent_path() / text;
 }
 
+bool TableReader::flag_or(std::string_view key, bool otherwise) {
+  if (!has(key)) return otherwise;
+  const toml::node& node = require(key, "true or false");
+  if (!node.is_boolean()) refuse_type(key, node, "true or false");
+  return node.as_boolean()->get();
+}
+
 std::size_t TableReader::choice(std::string_view key, std::span<const std::string_view> choices) {
   const std::string expected = "one of " + joined(choices);
   const toml::node& node = require(key, expected);

@@ -67,6 +67,7 @@ class TableReader {
   [[nodiscard]] std::string name(std::string_view key);
   /// The path of a file, from the folder of the scene file if it is relative.
   [[nodiscard]] std::filesystem::path file(std::string_view key);
+  [[nodiscard]] bool flag_or(std::string_view key, bool otherwise);
   /// The index of the string among the choices.
   [[nodiscard]] std::size_t choice(std::string_view key, std::span<const std::string_view> choices);
 

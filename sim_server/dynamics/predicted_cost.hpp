@@ -1,0 +1,30 @@
+#pragma once
+
+#include "sim_server/bodies/world.hpp"
+#include "sim_server/scene/method.hpp"
+
+namespace stillgrid {
+
+/// What decides a method's cost in a scene, counted before any step.
+struct SceneLoad {
+  double springs = 0.0, nodes = 0.0, rigid_bodies = 0.0, spheres = 0.0;
+  double unknowns = 0.0;
+  double fill = 0.0;           // entries of the factorised Jacobian, by the bodies' shapes
+  double spring_rad_s = 0.0;   // highest frequency of the springs
+  double contact_rad_s = 0.0;  // the same of a body whose spheres touch on one side
+  double damping_1_s = 0.0;    // highest rate c / m of the spring dampers
+};
+
+/// Counts a world as it is, all awake.
+[[nodiscard]] SceneLoad load_of(const World& world);
+
+/// Longest step at which symplectic Euler is stable: h^2 w^2 + 2 h c/m < 4 (springs and contacts
+/// together). Infinite without either.
+[[nodiscard]] double symplectic_limit_s(const SceneLoad& load);
+
+/// What a step of step_s should cost, ms: counts times the cost of each operation as measured in
+/// tests/performance, so right to a factor of about three. Explicit methods take as many substeps
+/// as stability asks if none are given.
+[[nodiscard]] double predicted_ms(const SceneLoad& load, const Method& method, double step_s);
+
+}  // namespace stillgrid

@@ -1,0 +1,146 @@
+#include "sim_server/method_record.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+#include "shared/files/whole_file.hpp"
+
+namespace stillgrid {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr int kFormat = 1;
+constexpr int kMostSubsteps = 10000;
+
+/// FNV-1a of a scene file's bytes, and of the spheres and nodes that its meshes were made into, as
+/// hexadecimal digits.
+std::string hash_of(const std::filesystem::path& file, const SceneDescription& scene) {
+  std::ifstream stream(file, std::ios::binary);
+  std::uint64_t hash = 0xcbf29ce484222325;
+  const auto add = [&](char byte) {
+    hash = (hash ^ static_cast<unsigned char>(byte)) * 0x100000001b3;
+  };
+  for (std::istreambuf_iterator<char> byte(stream), end; byte != end; ++byte) add(*byte);
+  for (const BodyDescription& body : scene.bodies) {
+    for (const Ball& ball : body.balls) {
+      std::array<char, 100> text{};  // not the bits: another machine's last digit is another
+      std::snprintf(text.data(), text.size(), "%.5g %.5g %.5g %.5g", ball.centre_m.x(),
+                    ball.centre_m.y(), ball.centre_m.z(), ball.radius_m);
+      for (const char byte : std::string_view(text.data())) add(byte);
+    }
+    for (const char byte : std::to_string(body.lattice.nodes_m.size())) add(byte);
+  }
+  std::array<char, 17> digits{};
+  std::snprintf(digits.data(), digits.size(), "%016llx", static_cast<unsigned long long>(hash));
+  return digits.data();
+}
+
+Json json_of(const Method& method) {
+  return {{"integrator", name_of(method.integrator)},
+          {"solver", name_of(method.solver)},
+          {"substeps", method.substeps},
+          {"tolerance_m_s", method.tolerance_m_s}};
+}
+
+Json json_of(const MethodTrial& trial) {
+  Json json = json_of(trial.method);
+  const auto add = [&](const char* key, const std::optional<double>& value) {
+    if (value && std::isfinite(*value)) json[key] = *value;
+  };
+  add("predicted_ms", trial.predicted_ms);
+  add("measured_ms", trial.measured_ms);
+  add("slow_ms", trial.slow_ms);
+  add("error_m", trial.error_m);
+  if (!trial.refusal.empty()) json["refusal"] = trial.refusal;
+  return json;
+}
+
+/// Reads one record, and refuses in one line what is not as it was written.
+class Record {
+ public:
+  explicit Record(const std::filesystem::path& file) : file_(file.string()) {
+    std::ifstream stream(file);
+    json_ = Json::parse(stream, nullptr, false);
+    if (!json_.is_object()) refuse("", "a record written by sim_server --choice");
+  }
+
+  void require(const char* key, const Json& expected) const {
+    const auto found = json_.find(key);
+    if (found == json_.end() || *found != expected)
+      refuse(key, expected.dump() + ", as the scene has it now: choose anew (delete the file)");
+  }
+
+  template <class Kind, std::size_t N>
+  Kind choice(const char* key, const std::array<std::string_view, N>& names) const {
+    const auto found = json_.find(key);
+    const std::string text =
+        found != json_.end() && found->is_string() ? found->get<std::string>() : "";
+    const auto name = std::find(names.begin(), names.end(), text);
+    if (name == names.end()) refuse(key, "a name that docs/formats.md lists");
+    return static_cast<Kind>(name - names.begin());
+  }
+
+  double number(const char* key, double least, double most, bool whole = false) const {
+    const auto found = json_.find(key);
+    if (found == json_.end() || !found->is_number() || (whole && !found->is_number_integer()) ||
+        !(found->get<double>() >= least) || !(found->get<double>() <= most))
+      refuse(key, std::string(whole ? "a whole number from " : "a number from ") +
+                      Json(least).dump() + " to " + Json(most).dump());
+    return found->get<double>();
+  }
+
+ private:
+  [[noreturn]] void refuse(const std::string& key, const std::string& expected) const {
+    const auto found = json_.is_object() ? json_.find(key) : json_.end();
+    const std::string value = found == json_.end() ? "missing" : "value " + found->dump();
+    throw RecordError(file_ + ": " + (key.empty() ? "" : key + ": " + value + ": ") + "expected " +
+                      expected);
+  }
+
+  std::string file_;
+  Json json_;
+};
+
+}  // namespace
+
+void write_method_record(const MethodChoice& choice, const SceneDescription& scene,
+                         const std::filesystem::path& scene_file,
+                         const std::filesystem::path& file) {
+  Json json = json_of(choice.method);
+  json["format"] = kFormat;
+  json["scene"] = scene.name;
+  json["scene_hash"] = hash_of(scene_file, scene);
+  json["period_s"] = scene.period_s;
+  json["error_target_m"] = scene.error_target_m;
+  json["keeps_rate"] = choice.keeps_rate;
+  json["meets_target"] = choice.meets_target;
+  json["haptic_step_ms"] = choice.haptic_ms;
+  json["fits_haptic_rate"] = choice.fits_haptic_rate;
+  for (const MethodTrial& trial : choice.trials) json["trials"].push_back(json_of(trial));
+  const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace);
+  write_whole(file, [&](std::ostream& out) { out << text << '\n'; });
+}
+
+Method read_method_record(const SceneDescription& scene, const std::filesystem::path& scene_file,
+                          const std::filesystem::path& file) {
+  const Record record(file);
+  record.require("format", kFormat);
+  record.require("scene_hash", hash_of(scene_file, scene));
+  record.require("period_s", scene.period_s);
+  record.require("error_target_m", scene.error_target_m);
+  const double substeps = record.number("substeps", 0.0, kMostSubsteps, true);
+  return {.integrator = record.choice<IntegratorKind>("integrator", kIntegratorNames),
+          .solver = record.choice<SolverKind>("solver", kSolverNames),
+          .substeps = static_cast<int>(substeps),
+          .tolerance_m_s = record.number("tolerance_m_s", 1e-15, 1e3)};
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,112 @@
+#!/usr/bin/python3
+"""solver = "auto": what is chosen is explained, recorded, and read back where no clock may decide."""
+import json
+import subprocess
+
+import daemons
+from daemons import BAD_INPUT, DONE
+
+SCENE = """
+format = 1
+[simulation]
+rate_hz = 50.0
+solver = "auto"
+error_target_m = 1e-3
+[[material]]
+name = "thread"
+contact_stiffness_N_m = 200.0
+[[body]]
+name = "thread"
+kind = "thread"
+nodes = 6
+from_m = [0.0, 0.0, 0.0]
+to_m = [0.05, 0.0, 0.0]
+mass_kg = 0.01
+spring_stiffness_N_m = { structural = 50.0 }
+spheres = { radius_m = 0.002 }
+pinned = "start"
+material = "thread"
+"""
+
+
+class MethodChoiceTest(daemons.SessionTest):
+    def setUp(self):
+        super().setUp()
+        self.scene = self.write("auto.toml", SCENE)
+        self.record = self.folder / "choice.json"
+        self.end = self.folder / "end.csv"
+
+    def explain(self):
+        return self.run_program("--explain", "--choice", self.record)
+
+    def offline(self, *arguments):
+        return self.run_program("--offline", "--duration", "0.5", "--final-state", self.end,
+                                *arguments)
+
+    def run_program(self, *arguments):
+        command = [daemons.BUILD / "bin" / "sim_server", "--scene", self.scene, *arguments]
+        return subprocess.run([str(each) for each in command], capture_output=True, text=True,
+                              timeout=60)
+
+    def test_explain_names_the_chosen_method_and_why_others_were_refused(self):
+        result = self.explain()
+
+        self.assertEqual(result.returncode, DONE, result.stderr)
+        lines = result.stdout.splitlines()
+        chosen = [line for line in lines if line.startswith("* ")]
+        self.assertEqual(len(chosen), 1, result.stdout)
+        for method in ("forward_euler", "broyden_mass", "cvode_bdf", "kinsol_anderson"):
+            row = next(line for line in lines if method in line)
+            self.assertGreater(len(row.split("  ")[-1]), 10, row)
+        record = json.loads(self.record.read_text())
+        self.assertIn(record["integrator"], chosen[0])
+
+    def test_virtual_time_takes_the_recorded_method_and_repeats_it_to_the_bit(self):
+        self.explain()
+        ends = []
+        for _ in range(2):
+            result = self.offline("--choice", self.record)
+            self.assertEqual(result.returncode, DONE, result.stderr)
+            self.assertIn("as recorded", result.stderr)
+            ends.append(self.end.read_bytes())
+        self.assertEqual(ends[0], ends[1])
+
+    def test_virtual_time_without_a_record_is_refused_in_one_line(self):
+        for arguments in ((), ("--choice", self.folder / "none.json")):
+            result = self.offline(*arguments)
+            self.assertEqual(result.returncode, BAD_INPUT)
+            self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
+            self.assertIn('simulation.solver: value "auto"', result.stderr)
+            self.assertFalse(self.end.exists())
+
+    def test_a_record_of_another_scene_or_rate_is_refused(self):
+        self.explain()
+        at_another_rate = self.offline("--choice", self.record, "--rate", "60")
+        self.write("auto.toml", SCENE.replace("50.0 }", "60.0 }"))
+        of_another_scene = self.offline("--choice", self.record)
+
+        for result, key in ((at_another_rate, "period_s"), (of_another_scene, "scene_hash")):
+            self.assertEqual(result.returncode, BAD_INPUT)
+            self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
+            self.assertIn(f"choice.json: {key}: value", result.stderr)
+
+    def test_a_damaged_record_is_refused_and_names_the_key(self):
+        self.explain()
+        whole = json.loads(self.record.read_text())
+        damages = {"integrator": "leapfrog", "solver": 7, "substeps": -1, "tolerance_m_s": "small",
+                   "format": 99}
+        for key, value in damages.items():
+            self.record.write_text(json.dumps(whole | {key: value}))
+            result = self.offline("--choice", self.record)
+            self.assertEqual(result.returncode, BAD_INPUT, key)
+            self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
+            self.assertIn(f"choice.json: {key}: value", result.stderr)
+        for text in ("", "[]", "{", "{}"):
+            self.record.write_text(text)
+            result = self.offline("--choice", self.record)
+            self.assertEqual(result.returncode, BAD_INPUT, text)
+            self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
+
+
+if __name__ == "__main__":
+    daemons.main()
