@@ -5,8 +5,10 @@
 #include <memory>
 #include <string>
 
+#include "sim_server/dynamics/explicit_integrators.hpp"
 #include "sim_server/dynamics/simulation.hpp"
 #include "sim_server/scene/scene_file.hpp"
+#include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid {
 namespace {
@@ -21,14 +23,16 @@ struct RunningScene {
   Simulation simulation;
 };
 
-/// A shipped scene after five seconds, when what fell lies; it goes on between benchmarks.
+/// A shipped scene after five seconds, when what fell lies; it goes on between benchmarks. Nothing
+/// sleeps: the work is to be seen.
 RunningScene& settled(const std::string& name) {
   static std::map<std::string, std::unique_ptr<RunningScene>> scenes;
   auto& scene = scenes[name];
   if (!scene) {
     const std::filesystem::path root = STILLGRID_SOURCE_DIR;
-    scene = std::make_unique<RunningScene>(
-        load_scene(root / "sim_server/scene/scenes" / (name + ".toml")));
+    SceneDescription description = load_scene(root / "sim_server/scene/scenes" / (name + ".toml"));
+    description.sleeping = false;
+    scene = std::make_unique<RunningScene>(description);
     while (scene->simulation.world().time_s < 5.0) (void)scene->step();
   }
   return *scene;
@@ -60,6 +64,94 @@ void integrate(benchmark::State& state, const std::string& scene) {
   step_phase(state, scene,
              [](const StepReport& report) { return report.respond + report.integrate; });
 }
+
+/// 400 blocks of 18 spheres that lie on a floor, and one that a prescribed motion waves above them.
+SceneDescription lying_blocks(bool sleeping) {
+  SceneDescription scene;
+  scene.sleeping = sleeping;
+  scene.materials = {{"block", 500.0, 1.0, 0.3}};
+  const auto add = [&](BodyKind kind, Motion motion, const Eigen::Vector3d& position_m) {
+    BodyDescription& body = scene.bodies.emplace_back();
+    body.name = "block " + std::to_string(scene.bodies.size());
+    body.kind = kind;
+    body.motion = motion;
+    body.position_m = position_m;
+    body.size_m = {0.03, 0.03, 0.02};
+    body.mass_kg = 0.02;
+    body.spheres = {0.01, 0.005};
+  };
+  add(BodyKind::kPlane, Motion::kStatic, {0, 0, 0});
+  for (int i = 0; i < 400; ++i)
+    add(BodyKind::kRigidBox, Motion::kFree, {0.04 * (i % 20), 0.04 * (i / 20), 0.0099});
+  add(BodyKind::kRigidBox, Motion::kPrescribed, {0.4, 0.4, 0.05});
+  scene.bodies.back().prescribed = {Eigen::Vector3d::UnitX(), 0.0, 0.3, 0.5};
+  return scene;
+}
+
+/// A whole step of them, three seconds after the start.
+void step_lying_blocks(benchmark::State& state, bool sleeping) {
+  RunningScene running(lying_blocks(sleeping));
+  while (running.simulation.world().time_s < 3.0) (void)running.step();
+  int asleep = 0;
+  for (auto _ : state) asleep = running.step().asleep_spheres;
+  state.counters["asleep"] = asleep;
+}
+BENCHMARK_CAPTURE(step_lying_blocks, awake, false)
+    ->Name("step/lying_blocks/awake")
+    ->Unit(benchmark::kMicrosecond)
+    ->Iterations(100);
+BENCHMARK_CAPTURE(step_lying_blocks, asleep, true)
+    ->Name("step/lying_blocks/asleep")
+    ->Unit(benchmark::kMicrosecond)
+    ->Iterations(1000);
+
+/// A shipped scene at the haptic rate by symplectic Euler, from its second second on: the work of a
+/// whole step.
+void haptic_rate(benchmark::State& state) {
+  const std::filesystem::path root = STILLGRID_SOURCE_DIR;
+  SceneDescription description =
+      load_scene(root / "sim_server/scene/scenes/tissue_and_blocks.toml");
+  description.method.integrator = IntegratorKind::kSymplecticEuler;
+  description.period_s = 1e-3;
+  description.sleeping = false;
+  RunningScene running(description);
+  for (int i = 0; i < 1000; ++i) (void)running.step();
+  double contacts = 0.0, substeps = 0.0;
+  for (auto _ : state) {
+    const StepReport report = running.step();
+    contacts += report.contacts;
+    substeps += report.solve.iterations;
+  }
+  state.counters["substeps"] = benchmark::Counter(substeps, benchmark::Counter::kAvgIterations);
+  state.counters["contacts"] = benchmark::Counter(contacts, benchmark::Counter::kAvgIterations);
+}
+BENCHMARK(haptic_rate)
+    ->Name("step/tissue_and_blocks_1kHz")
+    ->Iterations(2000)
+    ->Unit(benchmark::kMicrosecond);
+
+/// 10 ms of a square cloth of 1 kg and 1 m that hangs by two corners, without contacts.
+void swing_cloth(benchmark::State& state) {
+  const auto side = static_cast<int>(state.range(0));
+  BodyDescription body = sheet({side, side}, 1.0 / (side - 1), 1.0 / (side * side), 1e4);
+  body.shear_stiffness_N_m = 5e3;
+  body.bend_stiffness_N_m = 1e3;
+  body.pinned_nodes = {0, side - 1};
+  World world = build_world(scene_of({body}, {}, {0.0, 0.0, -9.81}));
+  ExplicitIntegrator integrator({.integrator = IntegratorKind::kSymplecticEuler});
+  Budget budget;
+  for (auto _ : state) {
+    (void)integrator.advance(world, {}, 0.01, budget);
+    integrator.commit(world, 0.01);
+  }
+  state.counters["substeps"] = integrator.substeps();
+}
+BENCHMARK(swing_cloth)
+    ->Name("cloth_10ms")
+    ->Arg(8)
+    ->Arg(32)
+    ->Arg(100)
+    ->Unit(benchmark::kMillisecond);
 
 BENCHMARK_CAPTURE(detect, tissue, "tissue_and_blocks")
     ->Name("step_detect/tissue_and_blocks")

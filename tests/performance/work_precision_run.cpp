@@ -1,0 +1,198 @@
+#include "tests/performance/work_precision_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+
+#include "sim_server/dynamics/method_choice.hpp"
+#include "sim_server/dynamics/simulation.hpp"
+
+namespace stillgrid {
+namespace {
+
+/// Processor time of this thread: what the machine gives to others does not count.
+double processor_s() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
+}
+
+/// What an implicit step may leave of a velocity's error grows with the step, so that all steps
+/// together leave as little: a hundredth of a metre per second in a second.
+double loose_tolerance_m_s(double step_s) {
+  return 1e-2 * step_s;
+}
+
+Curve implicit_curve(IntegratorKind integrator, SolverKind solver) {
+  Curve curve;
+  for (const double step_s : {0.05, 0.025, 0.01, 0.005, 0.0025, 0.001, 0.0005, 0.00025, 0.0001})
+    curve.push_back({std::string(name_of(integrator)), std::string(name_of(solver)), "step_s",
+                     step_s, step_s,
+                     Method{.integrator = integrator,
+                            .solver = solver,
+                            .tolerance_m_s = loose_tolerance_m_s(step_s)}});
+  return curve;
+}
+
+Curve explicit_curve(IntegratorKind integrator) {
+  Curve curve;
+  for (const int substeps : {4, 10, 20, 40, 100, 200, 400, 1000})
+    curve.push_back({std::string(name_of(integrator)), "", "step_s", 0.01 / substeps, 0.01,
+                     Method{.integrator = integrator, .substeps = substeps}});
+  return curve;
+}
+
+Curve adaptive_curve(IntegratorKind integrator) {
+  Curve curve;
+  for (const double tolerance : {1e-1, 3e-2, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6})
+    curve.push_back({std::string(name_of(integrator)), "", "tolerance", tolerance, 0.01,
+                     Method{.integrator = integrator, .tolerance_m_s = tolerance}});
+  return curve;
+}
+
+}  // namespace
+
+const char* name_of(RunEnd end) {
+  switch (end) {
+    case RunEnd::kDone:
+      return "done";
+    case RunEnd::kDiverged:
+      return "diverged";
+    case RunEnd::kNotConverged:
+      return "not_converged";
+    case RunEnd::kTooSlow:
+      return "too_slow";
+  }
+  return "";
+}
+
+RunResult run_through(const ChartScene& scene, double period_s, double limit_s,
+                      const std::function<void(RunResult&)>& step,
+                      const std::function<Eigen::Matrix3Xd()>& places) {
+  // Farther than anything of these scenes can go.
+  constexpr double kFar_m = 10.0;
+  RunResult run;
+  long steps = 0;
+  for (const double until_s : {scene.early_s, scene.end_s, scene.rest_s}) {
+    const double from_s = processor_s();
+    double now_s = from_s;
+    for (const long last = std::lround(until_s / period_s); steps < last; ++steps) {
+      try {
+        step(run);
+      } catch (const std::domain_error&) {  // places that are no numbers are refused
+        run.end = RunEnd::kDiverged;
+      }
+      now_s = processor_s();
+      if (run.end != RunEnd::kDone) break;
+      if (run.worked_s + now_s - from_s > limit_s) {
+        run.end = RunEnd::kTooSlow;
+        break;
+      }
+    }
+    run.worked_s += now_s - from_s;
+    run.simulated_s = static_cast<double>(steps) * period_s;
+    if (until_s <= 0.0) break;
+    run.places_m.push_back(places());
+    if (!run.places_m.back().allFinite() || run.places_m.back().cwiseAbs().maxCoeff() > kFar_m)
+      run.end = RunEnd::kDiverged;
+    if (run.end != RunEnd::kDone) return run;
+  }
+  if (run.missed > 0) run.end = RunEnd::kNotConverged;
+  return run;
+}
+
+RunResult run_ours(const ChartScene& scene, const ChartPoint& point, double limit_s,
+                   const Eigen::Matrix3Xd& shift_m) {
+  SceneDescription description = scene.scene;
+  description.method = point.method;
+  description.period_s = point.period_s;
+  Simulation simulation(description);
+  Eigen::Index column = 0;
+  if (shift_m.cols() > 0) {
+    for (Node& node : simulation.world().nodes) {
+      if (!node.pinned) node.position_m += shift_m.col(column);
+      ++column;
+    }
+    for (RigidBody& body : simulation.world().rigid_bodies)
+      if (body.free) body.position_m += shift_m.col(column++);
+  }
+  // So that a single step cannot last for ever; wall time, on a machine that may be busy.
+  const auto deadline = std::chrono::steady_clock::now() +
+                        std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                            std::chrono::duration<double>(10.0 * limit_s));
+  return run_through(
+      scene, point.period_s, limit_s,
+      [&](RunResult& run) {
+        const StepReport report =
+            simulation.step(point.period_s, [] { return std::nullopt; }, {.deadline = deadline});
+        run.iterations += report.solve.iterations;
+        run.substeps += report.substeps;
+        run.missed += report.solve.converged ? 0 : 1;
+        if (report.out_of_budget) run.end = RunEnd::kTooSlow;
+      },
+      [&] { return positions_m(simulation.world()); });
+}
+
+Curve auto_curve(const ChartScene& scene) {
+  Curve curve;
+  for (const double target_m : {1e-2, 1e-3, 1e-4}) {
+    SceneDescription description = scene.scene;
+    description.period_s = 0.01;
+    description.error_target_m = target_m;
+    const Method method = choose_method(description, processor_s, [](const std::string&) {}).method;
+    std::string chosen = describe(method);
+    std::replace(chosen.begin(), chosen.end(), ',', ';');
+    curve.push_back({"auto", chosen, "error_target_m", target_m, description.period_s, method});
+  }
+  return curve;
+}
+
+std::vector<Curve> our_curves(const ChartScene& scene) {
+  using enum IntegratorKind;
+  std::vector<Curve> curves{explicit_curve(kForwardEuler), explicit_curve(kSymplecticEuler),
+                            explicit_curve(kVelocityVerlet)};
+  for (std::size_t i = 0; i < kSolverNames.size(); ++i)
+    curves.push_back(implicit_curve(kImplicitEuler, static_cast<SolverKind>(i)));
+  for (const IntegratorKind integrator : {kBdf2, kTrapezoid})
+    for (const SolverKind solver : {SolverKind::kNewton, SolverKind::kNewtonCg})
+      curves.push_back(implicit_curve(integrator, solver));
+  for (const IntegratorKind integrator : {kCvodeBdf, kArkodeDirk})
+    curves.push_back(adaptive_curve(integrator));
+  // A step must divide the scene's times.
+  for (Curve& curve : curves)
+    std::erase_if(curve, [&](const ChartPoint& point) {
+      const auto uneven = [&](double time_s) {
+        return std::abs(std::remainder(time_s, point.period_s)) > 1e-9;
+      };
+      return uneven(scene.early_s) || uneven(scene.end_s) || uneven(scene.rest_s);
+    });
+  return curves;
+}
+
+Errors errors_of(const ChartScene& scene, const RunResult& run,
+                 const std::vector<Eigen::Matrix3Xd>& reference_m) {
+  const double none = std::numeric_limits<double>::infinity();
+  const bool whole = run.end == RunEnd::kDone || run.end == RunEnd::kNotConverged;
+  Errors errors{none, none, std::nan("")};
+  if (!run.places_m.empty() && (whole || run.places_m.size() > 1))
+    errors.early_m = rms_distance_m(run.places_m[0], reference_m[0]);
+  if (!whole) return errors;
+  errors.end_m = rms_distance_m(run.places_m[1], reference_m[1]);
+  if (scene.rest_s > 0.0) {
+    // Free bodies' centres come after the nodes.
+    const auto bodies = std::count_if(scene.scene.bodies.begin(), scene.scene.bodies.end(),
+                                      [](const BodyDescription& body) {
+                                        return body.motion == Motion::kFree && !is_deformable(body);
+                                      });
+    const auto heights = [&](const Eigen::Matrix3Xd& places_m) {
+      return places_m.row(2).tail(bodies);
+    };
+    errors.rest_m = std::sqrt((heights(run.places_m[2]) - heights(reference_m[2])).squaredNorm() /
+                              double(bodies));
+  }
+  return errors;
+}
+
+}  // namespace stillgrid
