@@ -14,6 +14,17 @@ if(STILLGRID_SANITIZE)
   target_link_options(stillgrid_options INTERFACE -fsanitize=${STILLGRID_SANITIZE})
 endif()
 
+# Much of what compiling takes is reading Eigen: read once for all libraries. Not beside a compiler
+# cache, which could keep nothing then, nor for clang-tidy, which finds the include that a file forgot.
+if(CMAKE_CXX_COMPILER_LAUNCHER OR CMAKE_CXX_CLANG_TIDY)
+  set(CMAKE_DISABLE_PRECOMPILE_HEADERS ON)
+endif()
+add_library(stillgrid_precompiled STATIC ${CMAKE_CURRENT_LIST_DIR}/precompiled.cpp)
+set_target_properties(stillgrid_precompiled PROPERTIES POSITION_INDEPENDENT_CODE ON)
+target_link_libraries(stillgrid_precompiled PRIVATE stillgrid::options Eigen3::Eigen)
+target_precompile_headers(stillgrid_precompiled PRIVATE
+  <Eigen/Core> <Eigen/Geometry> <algorithm> <string> <vector>)
+
 # stillgrid_library(NAME): a static library stillgrid_NAME with alias stillgrid::NAME.
 function(stillgrid_library name)
   add_library(stillgrid_${name} STATIC)
@@ -21,4 +32,5 @@ function(stillgrid_library name)
   set_target_properties(stillgrid_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
   target_include_directories(stillgrid_${name} PUBLIC ${PROJECT_SOURCE_DIR})
   target_link_libraries(stillgrid_${name} PRIVATE stillgrid::options)
+  target_precompile_headers(stillgrid_${name} REUSE_FROM stillgrid_precompiled)
 endfunction()

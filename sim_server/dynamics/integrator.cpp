@@ -1,13 +1,31 @@
 #include "sim_server/dynamics/integrator.hpp"
 
-#include "sim_server/dynamics/implicit_euler.hpp"
+#include "sim_server/dynamics/broyden.hpp"
+#include "sim_server/dynamics/explicit_integrators.hpp"
+#include "sim_server/dynamics/implicit_integrators.hpp"
+#include "sim_server/dynamics/kinsol_solver.hpp"
 #include "sim_server/dynamics/newton.hpp"
+#include "sim_server/dynamics/sundials_integrator.hpp"
 
 namespace stillgrid {
 namespace {
 
 std::unique_ptr<NonlinearSolver> make_solver(const Method& method) {
-  return std::make_unique<NewtonSolver>(method.tolerance_m_s);
+  switch (method.solver) {
+    case SolverKind::kBroyden:
+      return std::make_unique<BroydenSolver>(BroydenStart::kJacobian, method.tolerance_m_s);
+    case SolverKind::kBroydenMass:
+      return std::make_unique<BroydenSolver>(BroydenStart::kMass, method.tolerance_m_s);
+    case SolverKind::kKinsolNewtonKrylov:
+    case SolverKind::kKinsolAnderson:
+      return std::make_unique<KinsolSolver>(method.solver, method.tolerance_m_s);
+    case SolverKind::kNewton:
+    case SolverKind::kNewtonLu:
+    case SolverKind::kNewtonCg:
+    case SolverKind::kNewtonBicgstab:
+      break;
+  }
+  return std::make_unique<NewtonSolver>(method.solver, method.tolerance_m_s);
 }
 
 }  // namespace
@@ -19,7 +37,10 @@ void Integrator::commit(World& world, double duration_s) {
 }
 
 std::unique_ptr<Integrator> make_integrator(const Method& method) {
-  return std::make_unique<ImplicitEuler>(make_solver(method));
+  if (is_explicit(method.integrator)) return std::make_unique<ExplicitIntegrator>(method);
+  if (chooses_steps(method.integrator))
+    return std::make_unique<SundialsIntegrator>(method.integrator, method.tolerance_m_s);
+  return std::make_unique<ImplicitIntegrator>(method.integrator, make_solver(method));
 }
 
 }  // namespace stillgrid

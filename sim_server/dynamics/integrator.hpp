@@ -21,6 +21,7 @@ struct Trial {
   std::vector<RigidBody> rigid_bodies;  // as World::rigid_bodies
   std::vector<SphereMotion> spheres;    // of World::spheres
   int touching = 0;                     // contacts that touch at its end
+  bool struck = false;                  // something touched on the way, where that was looked at
 };
 
 /// Energy that left or entered by other ways than gravity, springs and contact springs, J. Losses

@@ -8,7 +8,8 @@
 
 namespace stillgrid {
 
-/// Scenes in code: what a test does not set is out of the way (no gravity, no friction, no damper).
+/// Scenes in code: what a test does not set is out of the way (no gravity, no friction, no damper,
+/// no sleep).
 [[nodiscard]] inline SceneDescription scene_of(
     std::vector<BodyDescription> bodies, const MaterialDescription& material = {},
     const Eigen::Vector3d& gravity_m_s2 = Eigen::Vector3d::Zero()) {
@@ -16,6 +17,7 @@ namespace stillgrid {
   scene.gravity_m_s2 = gravity_m_s2;
   scene.materials = {material};
   scene.bodies = std::move(bodies);
+  scene.sleeping = false;
   return scene;
 }
 

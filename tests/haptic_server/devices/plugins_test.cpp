@@ -5,6 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <string>
 #include <utility>
@@ -20,7 +21,7 @@ namespace {
 constexpr std::uint64_t kTick_ns = 1'000'000;
 
 stillgrid_device_negotiate_fn negotiator_of(const std::string& plugin) {
-  const std::string file = std::string(STILLGRID_PLUGIN_DIR) + "/" + plugin + ".so";
+  const std::filesystem::path file = std::filesystem::path(STILLGRID_PLUGIN_DIR) / (plugin + ".so");
   void* const library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   REQUIRE(library != nullptr);
   return reinterpret_cast<stillgrid_device_negotiate_fn>(

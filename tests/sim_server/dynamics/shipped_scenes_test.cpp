@@ -72,7 +72,7 @@ TEST_CASE("The soft organ and its rigid cast come to rest, and the organ gives w
   Simulation simulation(scene);
   REQUIRE(scene.bodies.size() == 3);
   const double start_J = mechanical_energy_J(simulation.world());
-  CHECK(advance(simulation, scene.period_s, static_cast<int>(2.0 / scene.period_s)));
+  CHECK(advance(simulation, scene.period_s, static_cast<int>(4.0 / scene.period_s)));
 
   const World& world = simulation.world();
   REQUIRE(is_finite(world));

@@ -61,6 +61,8 @@ constexpr BadScene kBadFiles[] = {
      "'leapfrog'", "one of forward_euler"},
     {"format = 1\n[simulation]\nsolver = true", "3:10", "simulation.solver", "true",
      "one of newton, newton_lu"},
+    {"format = 1\n[simulation]\nsleeping = 1", "3:12", "simulation.sleeping", "1",
+     "true or false, found"},
     {"format = 1\n[grid]\nvoxel_ratio = inf", "3:15", "grid.voxel_ratio", "inf", "a number from"},
     {"format = 1\n[tool]\nradius_m = 1e-3\nspheres = []", "4:11", "tool.spheres", "[]",
      "radius_m or spheres, not both"},

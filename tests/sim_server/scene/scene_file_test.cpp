@@ -65,6 +65,11 @@ TEST_CASE("A scene of format 1 alone has every default", "[scene_file]") {
   CHECK(scene.device.scale == 1.0);
 }
 
+TEST_CASE("Bodies may sleep unless the scene says no", "[scene_file]") {
+  CHECK(scene_of("format = 1\n").sleeping);
+  CHECK_FALSE(scene_of("format = 1\nsimulation.sleeping = false\n").sleeping);
+}
+
 TEST_CASE("A rate is the inverse of a period", "[scene_file]") {
   CHECK(scene_of("format = 1\nsimulation.rate_hz = 33\n").period_s == Approx(1.0 / 33.0));
   CHECK(scene_of("format = 1\nsimulation.period_s = 0.033\n").period_s == 0.033);
