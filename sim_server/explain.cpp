@@ -5,8 +5,6 @@
 #include <cstdio>
 #include <optional>
 
-#include "sim_server/dynamics/predicted_cost.hpp"
-
 namespace stillgrid {
 namespace {
 
@@ -32,7 +30,7 @@ std::string row(const MethodTrial& trial) {
 }  // namespace
 
 std::string explain(const MethodChoice& choice, const SceneDescription& scene) {
-  const SceneLoad load = load_of(build_world(scene));
+  const SceneLoad& load = choice.load;
   const double limit_ms = 1e3 * symplectic_limit_s(load);
   std::string text = print(
       "%s: %.0f nodes, %.0f springs, %.0f rigid bodies, %.0f moving spheres\n"

@@ -10,7 +10,7 @@
 #include <string>
 #include <string_view>
 
-#include "shared/files/whole_file.hpp"
+#include "shared/files/json_file.hpp"
 
 namespace stillgrid {
 namespace {
@@ -125,8 +125,7 @@ void write_method_record(const MethodChoice& choice, const SceneDescription& sce
   json["haptic_step_ms"] = choice.haptic_ms;
   json["fits_haptic_rate"] = choice.fits_haptic_rate;
   for (const MethodTrial& trial : choice.trials) json["trials"].push_back(json_of(trial));
-  const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace);
-  write_whole(file, [&](std::ostream& out) { out << text << '\n'; });
+  write_json(file, json);
 }
 
 Method read_method_record(const SceneDescription& scene, const std::filesystem::path& scene_file,

@@ -214,25 +214,34 @@ bool is_moved(const RigidBody& body) {
   return motion.velocity_m_s != 0.0 || motion.amplitude_m * motion.frequency_hz != 0.0;
 }
 
+Eigen::Matrix3d world_inertia_kg_m2(const RigidBody& body) {
+  const Eigen::Matrix3d r = body.orientation.toRotationMatrix();
+  return r * body.inertia_kg_m2.asDiagonal() * r.transpose();
+}
+
+double kinetic_energy_J(const RigidBody& body) {
+  const Eigen::Vector3d spin_rad_s = body.orientation.conjugate() * body.angular_velocity_rad_s;
+  return 0.5 * body.mass_kg * body.velocity_m_s.squaredNorm() +
+         0.5 * spin_rad_s.cwiseAbs2().dot(body.inertia_kg_m2);
+}
+
+double spring_energy_J(const Spring& spring, const Node& a, const Node& b) {
+  const double stretch_m = (b.position_m - a.position_m).norm() - spring.rest_length_m;
+  return 0.5 * spring.stiffness_N_m * stretch_m * stretch_m;
+}
+
 double mechanical_energy_J(const World& world) {
   double energy_J = 0.0;
   for (const Node& node : world.nodes)
     if (!node.pinned)
       energy_J += node.mass_kg *
                   (0.5 * node.velocity_m_s.squaredNorm() - world.gravity_m_s2.dot(node.position_m));
-  for (const RigidBody& body : world.rigid_bodies) {
-    if (!body.free) continue;
-    const Eigen::Vector3d spin_rad_s = body.orientation.conjugate() * body.angular_velocity_rad_s;
-    energy_J += body.mass_kg * (0.5 * body.velocity_m_s.squaredNorm() -
-                                world.gravity_m_s2.dot(body.position_m)) +
-                0.5 * spin_rad_s.cwiseAbs2().dot(body.inertia_kg_m2);
-  }
-  for (const Spring& spring : world.springs) {
-    const Node& a = world.nodes[static_cast<std::size_t>(spring.a)];
-    const Node& b = world.nodes[static_cast<std::size_t>(spring.b)];
-    const double stretch_m = (b.position_m - a.position_m).norm() - spring.rest_length_m;
-    energy_J += 0.5 * spring.stiffness_N_m * stretch_m * stretch_m;
-  }
+  for (const RigidBody& body : world.rigid_bodies)
+    if (body.free)
+      energy_J += kinetic_energy_J(body) - body.mass_kg * world.gravity_m_s2.dot(body.position_m);
+  for (const Spring& spring : world.springs)
+    energy_J += spring_energy_J(spring, world.nodes[static_cast<std::size_t>(spring.a)],
+                                world.nodes[static_cast<std::size_t>(spring.b)]);
   return energy_J;
 }
 

@@ -121,6 +121,13 @@ struct PrescribedState {
 /// Whether a motion that is prescribed leads anywhere.
 [[nodiscard]] bool is_moved(const RigidBody& body);
 
+/// About the centre of mass, along the world's axes.
+[[nodiscard]] Eigen::Matrix3d world_inertia_kg_m2(const RigidBody& body);
+
+[[nodiscard]] double kinetic_energy_J(const RigidBody& body);
+/// Of what stretches or presses it.
+[[nodiscard]] double spring_energy_J(const Spring& spring, const Node& a, const Node& b);
+
 /// Kinetic, gravity and spring energy of everything free. Contacts apart.
 [[nodiscard]] double mechanical_energy_J(const World& world);
 

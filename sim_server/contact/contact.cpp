@@ -31,6 +31,11 @@ Geometry geometry_of(const Contact& contact, const Eigen::Vector3d& position_m) 
 
 }  // namespace
 
+Eigen::Vector3d given_position_m(const Contact& contact, double step_share) {
+  if (step_share == 1.0) return contact.position_b_m;  // without rounding
+  return contact.start_b_m + step_share * (contact.position_b_m - contact.start_b_m);
+}
+
 ContactShares contact_shares(const Contact& contact) {
   if (contact.is_plane) return {1.0, 0.0};
   const double share_a = contact.radius_a_m / (contact.radius_a_m + contact.radius_b_m);

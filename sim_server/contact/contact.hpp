@@ -27,6 +27,9 @@ struct Contact {
   double plane_offset_m = 0.0;
 };
 
+/// Where the given sphere of a contact is when this share of the step is over.
+[[nodiscard]] Eigen::Vector3d given_position_m(const Contact& contact, double step_share);
+
 /// Relative motion in a contact, of a seen from b.
 struct ContactMotion {
   Eigen::Vector3d position_m;    // centre of a minus centre of b; plane: centre of a

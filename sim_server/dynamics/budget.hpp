@@ -10,10 +10,12 @@ struct Budget {
   int iterations = std::numeric_limits<int>::max();  // of nonlinear solvers, all substeps together
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
 
-  [[nodiscard]] bool spent() const {
-    return iterations <= 0 || (deadline != std::chrono::steady_clock::time_point::max() &&
-                               std::chrono::steady_clock::now() >= deadline);
+  /// Never asks the clock without a deadline.
+  [[nodiscard]] bool is_late() const {
+    return deadline != std::chrono::steady_clock::time_point::max() &&
+           std::chrono::steady_clock::now() >= deadline;
   }
+  [[nodiscard]] bool spent() const { return iterations <= 0 || is_late(); }
 };
 
 }  // namespace stillgrid

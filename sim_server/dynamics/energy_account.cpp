@@ -7,12 +7,6 @@
 namespace stillgrid {
 namespace {
 
-double kinetic_energy_J(const RigidBody& body) {
-  const Eigen::Vector3d spin_rad_s = body.orientation.conjugate() * body.angular_velocity_rad_s;
-  return 0.5 * body.mass_kg * body.velocity_m_s.squaredNorm() +
-         0.5 * spin_rad_s.cwiseAbs2().dot(body.inertia_kg_m2);
-}
-
 /// One side of a contact over a step.
 struct Side {
   Eigen::Vector3d position_m, velocity_m_s;
@@ -100,12 +94,9 @@ Energies energies(const World& world, const std::vector<ToolSphereMotion>& tool)
     if (!node.pinned) sum.gravity_J -= node.mass_kg * world.gravity_m_s2.dot(node.position_m);
   for (const RigidBody& body : world.rigid_bodies)
     if (body.free) sum.gravity_J -= body.mass_kg * world.gravity_m_s2.dot(body.position_m);
-  for (const Spring& spring : world.springs) {
-    const Node& a = world.nodes[static_cast<std::size_t>(spring.a)];
-    const Node& b = world.nodes[static_cast<std::size_t>(spring.b)];
-    const double stretch_m = (b.position_m - a.position_m).norm() - spring.rest_length_m;
-    sum.springs_J += 0.5 * spring.stiffness_N_m * stretch_m * stretch_m;
-  }
+  for (const Spring& spring : world.springs)
+    sum.springs_J += spring_energy_J(spring, world.nodes[static_cast<std::size_t>(spring.a)],
+                                     world.nodes[static_cast<std::size_t>(spring.b)]);
   sum.contacts_J = overlap_energy_J(world, tool);
   return sum;
 }

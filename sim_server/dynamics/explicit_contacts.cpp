@@ -72,9 +72,7 @@ std::optional<ExplicitContacts::Touch> ExplicitContacts::touch_of(const Pair& pa
                  contact.radius_a_m - height_m};
   }
   const Vector3d other_m =
-      pair.b >= 0
-          ? spheres_[index_of(pair.b)].position_m
-          : Vector3d(contact.start_b_m + share * (contact.position_b_m - contact.start_b_m));
+      pair.b >= 0 ? spheres_[index_of(pair.b)].position_m : given_position_m(contact, share);
   const Vector3d line_m = position_m - other_m;
   const double squared_m2 = line_m.squaredNorm();
   if (!(squared_m2 < pair.reach_m * pair.reach_m)) return std::nullopt;
@@ -134,13 +132,7 @@ class ExplicitContacts::Side {
 
   /// Of the centre.
   [[nodiscard]] Vector3d velocity() const {
-    if (sphere_ == nullptr) return contact_.velocity_b_m_s;
-    if (rigid_ != nullptr) return rigid_->velocity_m_s + rigid_->spin_rad_s.cross(sphere_->arm_m);
-    Vector3d velocity_m_s = Vector3d::Zero();
-    const SphereBinding& binding = *sphere_->binding;
-    for (std::size_t i = 0; i < index_of(binding.node_count); ++i)
-      velocity_m_s += binding.weights[i] * state_.velocity_m_s[index_of(binding.nodes[i])].map();
-    return velocity_m_s;
+    return sphere_ == nullptr ? contact_.velocity_b_m_s : velocity_m_s(*sphere_, state_);
   }
   /// Of the point of contact; soft bodies do not turn.
   [[nodiscard]] Vector3d point_velocity() const {

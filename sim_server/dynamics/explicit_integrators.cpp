@@ -1,7 +1,6 @@
 #include "sim_server/dynamics/explicit_integrators.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "sim_server/bodies/rotation.hpp"
@@ -15,11 +14,6 @@ constexpr double kSpringMargin = 1.1;
 /// Substeps in which springs do not deform so much that their eigenvalues need another look.
 constexpr int kSubstepsALook = 16;
 constexpr double kMostSubsteps = 1e6;
-
-bool late(const Budget& budget) {
-  return budget.deadline != std::chrono::steady_clock::time_point::max() &&
-         std::chrono::steady_clock::now() >= budget.deadline;
-}
 
 void turn_inertia(RigidState& body) {
   body.rotation = body.orientation.toRotationMatrix();
@@ -43,7 +37,7 @@ SolveReport ExplicitIntegrator::advance(const World& world, std::span<const Cont
   SolveReport report{.converged = true};
   for (; report.iterations < substeps_; ++report.iterations) {
     const int i = report.iterations;
-    if (i % kSubstepsALook == kSubstepsALook - 1 && late(budget)) {
+    if (i % kSubstepsALook == kSubstepsALook - 1 && budget.is_late()) {
       report.converged = false;
       break;
     }
@@ -81,13 +75,12 @@ void ExplicitIntegrator::pack(const World& world) {
     state.position_m = body.position_m;
     state.velocity_m_s = body.velocity_m_s;
     state.orientation = body.orientation;
-    state.rotation = body.orientation.toRotationMatrix();
     state.free = body.unknown != kNoUnknown;
+    if (state.free) state.per_principal_kg_m2 = body.inertia_kg_m2.cwiseInverse();
+    turn_inertia(state);
     if (!state.free) continue;
     state.spin_rad_s = body.angular_velocity_rad_s;
     state.per_mass_kg = 1.0 / body.mass_kg;
-    state.per_principal_kg_m2 = body.inertia_kg_m2.cwiseInverse();
-    turn_inertia(state);
     state.angular_momentum_N_m_s =
         body.orientation *
         body.inertia_kg_m2.cwiseProduct(body.orientation.conjugate() * body.angular_velocity_rad_s);

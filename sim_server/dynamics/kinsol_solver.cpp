@@ -27,8 +27,6 @@ void multiply_blocks(const Eigen::Matrix3Xd& blocks, Eigen::Map<Eigen::VectorXd>
     x.segment<3>(i) = (blocks.middleCols<3>(i) * x.segment<3>(i)).eval();
 }
 
-void ignore_message(int, const char*, const char*, char*, void*) {}
-
 }  // namespace
 
 /// KINSOL's memory for one size of system, and what its callbacks share.
@@ -67,7 +65,7 @@ KinsolSolver::Run::Run(SolverKind solver_kind, double rms_tolerance, Eigen::Inde
     Run& run = *static_cast<Run*>(data);
     return keep_exception(run.thrown, [&] { return run.evaluate(at, result); });
   };
-  KINSetErrHandlerFn(kinsol, ignore_message, nullptr);  // the report says how it ended
+  KINSetErrHandlerFn(kinsol, ignore_message, nullptr);
   KINSetUserData(kinsol, this);
   if (kind == SolverKind::kKinsolAnderson) KINSetMAA(kinsol, kAndersonVectors);
   if (KINInit(kinsol, residual_at, unknowns.get()) != KIN_SUCCESS) throw std::bad_alloc();

@@ -6,7 +6,6 @@
 #include <numeric>
 #include <utility>
 
-#include "sim_server/dynamics/predicted_cost.hpp"
 #include "sim_server/dynamics/simulation.hpp"
 
 namespace stillgrid {
@@ -141,13 +140,17 @@ struct Reference {
   double floor_m = 0.0;
 };
 
+/// Substeps of a period by which the explicit method errs little.
+double divisions_of(const SceneLoad& load, double period_s) {
+  return kReferenceDivision * std::ceil(period_s / symplectic_limit_s(load));
+}
+
 /// By the explicit method in steps of a quarter of the stable one, or where they would be too many
 /// by BDF2; the floor is how far twice the step leads elsewhere.
 Reference make_reference(SceneDescription scene, const SceneLoad& load, int steps,
                          const std::function<double()>& now_s,
                          const std::function<void(const std::string&)>& tell) {
-  const double divisions =
-      kReferenceDivision * std::ceil(scene.period_s / symplectic_limit_s(load));
+  const double divisions = divisions_of(load, scene.period_s);
   const int pieces = static_cast<int>(std::ceil(scene.period_s / kContactPeriod_s));
   scene.period_s /= pieces;
   const auto run = [&](double share) {
@@ -165,9 +168,60 @@ Reference make_reference(SceneDescription scene, const SceneLoad& load, int step
   return {fine.end, rms_distance_m(fine.end, coarse.end)};
 }
 
-/// Marks the cheapest of those that met the target, or the most accurate of those in time.
-void choose(MethodChoice& choice, double target_m, double period_s) {
-  const double enough_m = std::max(target_m, 2.0 * choice.error_floor_m);
+/// A heavy scene is watched for less of its time.
+int steps_of(const SceneLoad& load, double period_s) {
+  const double divisions = std::min(kMostDivisions, divisions_of(load, period_s));
+  const double reference_ms =
+      predicted_ms(load, verlet(static_cast<int>(std::max(1.0, divisions))), period_s);
+  return static_cast<int>(
+      std::clamp(std::min(kHorizon_s / period_s, kReferenceBudget_ms / reference_ms),
+                 double(kFewestSteps), 500.0));
+}
+
+/// Cheapest prediction first.
+std::vector<MethodTrial> trials_to_make(const SceneDescription& scene, const SceneLoad& load) {
+  std::vector<MethodTrial> trials;
+  for (const Method& method : candidates(scene))
+    trials.push_back(
+        {.method = method, .predicted_ms = predicted_ms(load, method, scene.period_s)});
+  std::stable_sort(trials.begin(), trials.end(),
+                   [](const auto& a, const auto& b) { return *a.predicted_ms < *b.predicted_ms; });
+  return trials;
+}
+
+/// What each method costs and how far it errs, those apart that are refused on the way.
+void make_trials(const SceneDescription& scene, int steps, const Reference& reference,
+                 double enough_m, const std::function<double()>& now_s,
+                 const std::function<void(const std::string&)>& tell,
+                 std::vector<MethodTrial>& trials) {
+  const double most_ms = std::max(kCheapTrial_ms, kWorthTrying * *trials.front().predicted_ms);
+  std::vector<double> best_ms;  // of each step of the best so far
+  double best_total_ms = std::numeric_limits<double>::infinity();
+  for (MethodTrial& trial : trials) {
+    if (*trial.predicted_ms > most_ms) {
+      trial.refusal = "not tried: its predicted cost is far above the least";
+      continue;
+    }
+    tell("trying " + describe(trial.method));
+    const Run run = run_trial(scene, trial.method, steps, best_ms, now_s);
+    trial.measured_ms = percentile(run.step_ms, 0.5);
+    trial.slow_ms = percentile(run.step_ms, 0.9);
+    trial.refusal = run.failure;
+    if (!run.failure.empty()) continue;
+    if (reference.end.size() != run.end.size()) {  // there is none, so that nothing can be told
+      trial.refusal = "no reference converged to hold it against";
+      continue;
+    }
+    trial.error_m = rms_distance_m(run.end, reference.end);
+    const double total_ms = std::accumulate(run.step_ms.begin(), run.step_ms.end(), 0.0);
+    if (*trial.error_m > enough_m || !(total_ms < best_total_ms)) continue;
+    best_total_ms = total_ms;
+    best_ms = run.step_ms;
+  }
+}
+
+/// Marks the cheapest of those that err little enough, or the most accurate of those in time.
+void choose(MethodChoice& choice, double enough_m, double target_m, double period_s) {
   const double period_ms = 1e3 * period_s;
   MethodTrial* best = nullptr;
   const auto in_time = [&](const MethodTrial& t) { return *t.slow_ms <= kRateShare * period_ms; };
@@ -195,51 +249,17 @@ void choose(MethodChoice& choice, double target_m, double period_s) {
 
 MethodChoice choose_method(const SceneDescription& scene, const std::function<double()>& now_s,
                            const std::function<void(const std::string&)>& tell) {
-  const SceneLoad load = load_of(build_world(scene));
   MethodChoice choice;
-
-  // A heavy scene is watched for less of its time.
-  const double divisions = std::min(
-      kMostDivisions, kReferenceDivision * std::ceil(scene.period_s / symplectic_limit_s(load)));
-  const double reference_ms =
-      predicted_ms(load, verlet(static_cast<int>(std::max(1.0, divisions))), scene.period_s);
-  const int steps = static_cast<int>(
-      std::clamp(std::min(kHorizon_s / scene.period_s, kReferenceBudget_ms / reference_ms),
-                 double(kFewestSteps), 500.0));
+  choice.load = load_of(build_world(scene));
+  const int steps = steps_of(choice.load, scene.period_s);
   choice.simulated_s = steps * scene.period_s;
-  const Reference reference = make_reference(scene, load, steps, now_s, tell);
+  const Reference reference = make_reference(scene, choice.load, steps, now_s, tell);
   choice.error_floor_m = reference.floor_m;
 
-  for (const Method& method : candidates(scene))
-    choice.trials.push_back(
-        {.method = method, .predicted_ms = predicted_ms(load, method, scene.period_s)});
-  std::stable_sort(choice.trials.begin(), choice.trials.end(),
-                   [](const auto& a, const auto& b) { return *a.predicted_ms < *b.predicted_ms; });
-  const double least_ms = *choice.trials.front().predicted_ms;
-  const double enough_m = std::max(scene.error_target_m, 2.0 * choice.error_floor_m);
-  std::vector<double> best_ms;  // of each step of the best so far
-  for (MethodTrial& trial : choice.trials) {
-    if (*trial.predicted_ms > std::max(kCheapTrial_ms, kWorthTrying * least_ms)) {
-      trial.refusal = "not tried: its predicted cost is far above the least";
-      continue;
-    }
-    tell("trying " + describe(trial.method));
-    const Run run = run_trial(scene, trial.method, steps, best_ms, now_s);
-    trial.measured_ms = percentile(run.step_ms, 0.5);
-    trial.slow_ms = percentile(run.step_ms, 0.9);
-    trial.refusal = run.failure;
-    if (!run.failure.empty()) continue;
-    if (reference.end.size() != run.end.size()) {  // there is none, so that nothing can be told
-      trial.refusal = "no reference converged to hold it against";
-      continue;
-    }
-    trial.error_m = rms_distance_m(run.end, reference.end);
-    const double total_ms = std::accumulate(run.step_ms.begin(), run.step_ms.end(), 0.0);
-    const bool best =
-        best_ms.empty() || total_ms < std::accumulate(best_ms.begin(), best_ms.end(), 0.0);
-    if (*trial.error_m <= enough_m && best) best_ms = run.step_ms;
-  }
-  choose(choice, scene.error_target_m, scene.period_s);
+  const double enough_m = std::max(scene.error_target_m, 2.0 * reference.floor_m);
+  choice.trials = trials_to_make(scene, choice.load);
+  make_trials(scene, steps, reference, enough_m, now_s, tell, choice.trials);
+  choose(choice, enough_m, scene.error_target_m, scene.period_s);
 
   tell("at 1 kHz");
   SceneDescription haptic = scene;
@@ -248,7 +268,7 @@ MethodChoice choose_method(const SceneDescription& scene, const std::function<do
   choice.haptic_ms = percentile(fast.step_ms, 0.9);
   choice.fits_haptic_rate = fast.failure.empty() && choice.haptic_ms <= kHapticShare;
 
-  for (MethodTrial& refused : refused_untried(load, scene.period_s))
+  for (MethodTrial& refused : refused_untried(choice.load, scene.period_s))
     choice.trials.push_back(std::move(refused));
   return choice;
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "sim_server/dynamics/predicted_cost.hpp"
 #include "sim_server/scene/method.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
@@ -24,6 +25,7 @@ struct MethodTrial {
 
 /// The method chosen for a scene, and what was seen on the way.
 struct MethodChoice {
+  SceneLoad load;
   Method method;
   std::vector<MethodTrial> trials;  // cheapest prediction first; then those refused untried
   double simulated_s = 0.0;         // of each trial

@@ -22,8 +22,6 @@ namespace {
 constexpr double kMostTurn_rad = 2.0;  // from the base; at a whole turn rotation vectors end
 constexpr double kByVelocity = 0.0;    // contact dampers act on velocities
 
-void ignore_message(int, const char*, const char*, char*, void*) {}
-
 /// Whether what is free stands and moves in `world` exactly as in `trial`.
 bool same_state(const World& world, const Trial& trial) {
   const auto same = [](const auto& a, const auto& b) {
@@ -36,11 +34,6 @@ bool same_state(const World& world, const Trial& trial) {
   };
   return std::ranges::equal(world.nodes, trial.nodes, same) &&
          std::ranges::equal(world.rigid_bodies, trial.rigid_bodies, same_body);
-}
-
-Eigen::Matrix3d world_inertia(const RigidBody& body) {
-  const Eigen::Matrix3d r = body.orientation.toRotationMatrix();
-  return r * body.inertia_kg_m2.asDiagonal() * r.transpose();
 }
 
 }  // namespace
@@ -200,7 +193,7 @@ int SundialsIntegrator::Run::derivative(double at_s, N_Vector y, N_Vector result
     if (body.unknown == kNoUnknown) continue;
     const Eigen::Index turn = body.unknown + 3;
     const Eigen::Vector3d w = body.angular_velocity_rad_s;
-    const Eigen::Matrix3d inertia = world_inertia(body);
+    const Eigen::Matrix3d inertia = world_inertia_kg_m2(body);
     moves.segment<3>(turn) = left_jacobian(displacement.segment<3>(turn)).inverse() * w;
     changes.segment<3>(turn) = inertia.inverse() * (force.segment<3>(turn) - w.cross(inertia * w));
   }
@@ -233,7 +226,8 @@ int SundialsIntegrator::Run::solve_linear(N_Vector x, N_Vector b, double toleran
   Eigen::VectorXd right = system.mass_diagonal().cwiseProduct(sped);
   for (const RigidBody& body : system.trial().rigid_bodies)
     if (body.unknown != kNoUnknown)
-      right.segment<3>(body.unknown + 3) = world_inertia(body) * sped.segment<3>(body.unknown + 3);
+      right.segment<3>(body.unknown + 3) =
+          world_inertia_kg_m2(body) * sped.segment<3>(body.unknown + 3);
   right += gamma_s * stiffness_times(moved);
 
   for (Contact& contact : contacts) date_back(contact, gamma_s);
@@ -266,9 +260,7 @@ void SundialsIntegrator::Run::date_back(Contact& contact, double stage_s) const 
   SphereMotion relative = spheres[static_cast<std::size_t>(contact.a)];
   Eigen::Vector3d normal = contact.plane_normal;
   if (!contact.is_plane) {
-    const SphereMotion given{
-        contact.start_b_m + share_of(loaded_s) * (contact.position_b_m - contact.start_b_m),
-        contact.velocity_b_m_s};
+    const SphereMotion given{given_position_m(contact, share_of(loaded_s)), contact.velocity_b_m_s};
     const SphereMotion& other =
         contact.b >= 0 ? spheres[static_cast<std::size_t>(contact.b)] : given;
     relative.position_m -= other.position_m;

@@ -54,6 +54,9 @@ template <class Pointer>
   return {NV_DATA_S(vector), NV_LENGTH_S(vector)};
 }
 
+/// Takes what SUNDIALS would print: reports say how it ended.
+inline void ignore_message(int, const char*, const char*, char*, void*) {}
+
 /// What a callback answers: SUNDIALS tries again from nearer after a recoverable failure.
 inline constexpr int kSunDone = 0, kSunRetry = 1, kSunStop = -1;
 

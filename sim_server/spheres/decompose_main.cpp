@@ -7,13 +7,13 @@
 #include <exception>
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <ostream>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "shared/command_line/number_in.hpp"
+#include "shared/files/json_file.hpp"
 #include "shared/files/whole_file.hpp"
 #include "shared/realtime/exit_status.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
@@ -188,11 +188,7 @@ int run(const Arguments& arguments) {
       level["blobs"] = make_blobs(press, levels[i].balls, with_suffix(file, "_blobs"));
     json["levels"].push_back(std::move(level));
   }
-  if (!arguments.report.empty())
-    write_whole(arguments.report, [&](std::ostream& out) {
-      // A file's name may be no UTF-8.
-      out << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
-    });
+  if (!arguments.report.empty()) write_json(arguments.report, json);
   return kDone;
 }
 

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "sim_server/dynamics/explicit_integrators.hpp"
+#include "tests/sim_server/dynamics/known_answers/slope.hpp"
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
@@ -210,28 +211,8 @@ TEST_CASE("Two balls exchange velocities, momentum and time as in a perfect coll
   CHECK(drift_N_s < 1e-15);
 }
 
-/// A flat block of friction 0.3, one second after a slope of 10 degrees on which it crept was
-/// tilted to angle_deg. Gravity is what tilts.
-struct Slide {
-  double velocity_m_s, acceleration_m_s2;  // down the slope
-};
 Slide slide_on(double angle_deg, const Method& method) {
-  const auto gravity_m_s2 = [](double tilt_deg) -> Eigen::Vector3d {
-    const double tilt_rad = tilt_deg * std::numbers::pi / 180.0;
-    return 9.81 * Eigen::Vector3d(std::sin(tilt_rad), 0, -std::cos(tilt_rad));
-  };
-  SceneDescription scene =
-      scene_of({box({0, 0, 0.01}, {0.06, 0.06, 0.02}, 0.1, {0.05, 0.005}), floor_at(0.0)},
-               material_of(500.0, 2.0, 0.3, 1e-3), gravity_m_s2(10.0));
-  scene.method = method;
-  Simulation simulation(scene);
-  const RigidBody& block = simulation.world().rigid_bodies[0];
-  REQUIRE(advance(simulation, 1e-3, 1000));
-  simulation.world().gravity_m_s2 = gravity_m_s2(angle_deg);
-  REQUIRE(advance(simulation, 1e-3, 900));
-  const double before_m_s = block.velocity_m_s.x();
-  REQUIRE(advance(simulation, 1e-3, 100));
-  return {block.velocity_m_s.x(), (block.velocity_m_s.x() - before_m_s) / 0.1};
+  return slide_on(angle_deg, method, 1000, 1000);
 }
 
 TEST_CASE("A block slips on a slope if tan of its angle exceeds the friction, and only then",
