@@ -7,6 +7,11 @@ namespace stillgrid::proto {
 /// Images of the scene that a slot holds: the current one and the three before it.
 inline constexpr std::size_t kHistoryLength = 4;
 
+/// A sphere may be shown where its drift leads in so many periods of foresight, and where it led
+/// from so long before: covers hold it.
+inline constexpr double kForesightPeriods = 2.0;
+inline constexpr double kForesightLag_s = 6e-3;
+
 inline constexpr std::uint32_t kMaxMaterials = 64;
 inline constexpr std::uint32_t kMaxToolSpheres = 16;
 inline constexpr std::uint32_t kMaxPlanes = 64;
@@ -20,16 +25,23 @@ struct SphereImage {
   std::array<float, 3> velocity_m_s;
 };
 
-/// One collision sphere in every image of the history, newest first: two cache lines, of which a
-/// tick that shows the two newest images reads the first.
+/// One collision sphere in every image of the history: two cache lines, of which a tick that leads
+/// the newest image on reads the first.
+///
+/// Drift and answer are where the simulation's next step would take it, over foresight_ns: by drift
+/// if the tool's force stays as it is in the image, and by answer more for each newton that it
+/// grows along SnapshotHeader::answer_direction.
 struct SphereRecord {
-  std::array<SphereImage, 2> newest;  // images n, n - 1
+  SphereImage newest;  // image n
+  std::array<float, 3> drift_m_s;
+  std::array<float, 3> answer_m_N;
   float radius_m;
   std::uint32_t material;  // index into SceneHeader::materials
   std::uint32_t body;      // order in the scene file
   std::uint32_t reserved;
-  std::array<SphereImage, 2> older;  // images n - 2, n - 3
-  std::array<std::uint32_t, 4> padding;
+  std::array<SphereImage, 2> older;        // images n - 1, n - 2
+  std::array<float, 3> oldest_position_m;  // image n - 3
+  std::uint32_t padding;
 };
 static_assert(sizeof(SphereRecord) == 128 && offsetof(SphereRecord, older) == 64);
 
@@ -118,16 +130,21 @@ struct SnapshotHeader {
   std::uint64_t tool_time_ns;  // of the tool sample that the newest image contains, 0: none
   std::uint64_t step_ns;       // what the step cost, 0 in lockstep
   std::uint64_t contacts;      // in the simulation, for inspection
+  std::uint64_t foresight_ns;  // the period of drifts and answers, 0: there are none
+  std::array<double, 3> answer_direction;  // unit: of the tool's force on the scene, or would be
+  double answer_force_N;                   // the tool's force along it in this image, >= 0
+  double longest_answer_m_N;               // of any sphere, 0: none answers
   GridShape grid;
 };
 static_assert(sizeof(SnapshotHeader) % 8 == 0);
 
-inline constexpr std::uint64_t kSceneLayoutHash = layout_hash<18>(
+inline constexpr std::uint64_t kSceneLayoutHash = layout_hash<19>(
     {sizeof(SegmentHeader), offsetof(SegmentHeader, latest),
      offsetof(SegmentHeader, lockstep_sample_ns), sizeof(SceneHeader),
      offsetof(SceneHeader, materials), offsetof(SceneHeader, planes), offsetof(SceneHeader, tool),
      sizeof(SnapshotHeader), offsetof(SnapshotHeader, grid), sizeof(SphereRecord), kHistoryLength,
-     offsetof(SphereRecord, older), sizeof(Cover), sizeof(GridLevel), offsetof(GridLevel, cells),
-     sizeof(GridShape), offsetof(GridShape, levels), kMaxLevels});
+     offsetof(SphereRecord, older), offsetof(SnapshotHeader, answer_direction), sizeof(Cover),
+     sizeof(GridLevel), offsetof(GridLevel, cells), sizeof(GridShape), offsetof(GridShape, levels),
+     kMaxLevels});
 
 }  // namespace stillgrid::proto

@@ -43,19 +43,27 @@ Cover cover_path(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m,
   return cover_points(0.5 * (low_m + high_m), radius_m, from_m, to_m, or_to_m);
 }
 
-Cover cover_history(const proto::SphereRecord& record) noexcept {
-  const Eigen::Vector3d p[] = {
-      vector(record.newest[0].position_m), vector(record.newest[1].position_m),
-      vector(record.older[0].position_m), vector(record.older[1].position_m)};
-  const Eigen::Vector3d low_m = p[0].cwiseMin(p[1]).cwiseMin(p[2]).cwiseMin(p[3]);
-  const Eigen::Vector3d high_m = p[0].cwiseMax(p[1]).cwiseMax(p[2]).cwiseMax(p[3]);
-  return cover_points(0.5 * (low_m + high_m), record.radius_m, p[0], p[1], p[2], p[3]);
+Cover cover_history(const proto::SphereRecord& record, double drift_s) noexcept {
+  const Eigen::Vector3d newest_m = vector(record.newest.position_m);
+  Eigen::Vector3d p[] = {newest_m, vector(record.older[0].position_m),
+                         vector(record.older[1].position_m), vector(record.oldest_position_m),
+                         newest_m + drift_s * vector(record.drift_m_s)};
+  const auto is_present = [](const Eigen::Vector3d& point_m) { return !point_m.hasNaN(); };
+  const auto* const present = std::find_if(std::begin(p), std::end(p), is_present);
+  if (present == std::end(p)) return cover_round(Eigen::Vector3d::Zero(), record.radius_m);
+  const Eigen::Vector3d somewhere_m = *present;
+  std::replace_if(
+      std::begin(p), std::end(p), [&](const auto& q) { return !is_present(q); }, somewhere_m);
+  const auto low_m = p[0].cwiseMin(p[1]).cwiseMin(p[2]).cwiseMin(p[3]).cwiseMin(p[4]);
+  const auto high_m = p[0].cwiseMax(p[1]).cwiseMax(p[2]).cwiseMax(p[3]).cwiseMax(p[4]);
+  return cover_points(0.5 * (low_m + high_m), record.radius_m, p[0], p[1], p[2], p[3], p[4]);
 }
 
-std::vector<Cover> history_covers(std::span<const proto::SphereRecord> records) {
+std::vector<Cover> history_covers(std::span<const proto::SphereRecord> records, double drift_s) {
   std::vector<Cover> covers;
   covers.reserve(records.size());
-  for (const proto::SphereRecord& record : records) covers.push_back(cover_history(record));
+  for (const proto::SphereRecord& record : records)
+    covers.push_back(cover_history(record, drift_s));
   return covers;
 }
 

@@ -79,9 +79,10 @@ struct CellBlock {
   return load_u32(view.words + view.layout.numbers, i);
 }
 
-/// The first cache line of a SphereRecord: all that a tick needs which shows the newest two images.
+/// The first cache line of a SphereRecord: all that a tick needs which leads the newest image on.
 struct RecordLine {
-  std::array<proto::SphereImage, 2> newest;
+  proto::SphereImage newest;
+  std::array<float, 3> drift_m_s, answer_m_N;
   float radius_m;
   std::uint32_t material, body, reserved;
 };

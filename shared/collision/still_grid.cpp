@@ -9,6 +9,7 @@
 #include <string>
 
 #include "shared/collision/grid_query.hpp"
+#include "shared/collision/sphere_history.hpp"
 
 namespace stillgrid {
 namespace {
@@ -210,14 +211,10 @@ void StillGrid::push_image(std::span<const proto::SphereImage> images) noexcept 
   assert(images.size() == layout_.sphere_capacity);
   const auto spheres = records();
   for (std::size_t i = 0; i < images.size(); ++i) {
-    proto::SphereRecord& record = spheres[i];
-    if (has_image_) {
-      record.older = {record.newest[1], record.older[0]};
-      record.newest = {images[i], record.newest[0]};
-    } else {
-      record.newest = {images[i], images[i]};
-      record.older = record.newest;
-    }
+    if (has_image_)
+      stillgrid::push_image(spheres[i], images[i]);
+    else
+      fill_history(spheres[i], images[i]);
   }
   has_image_ = true;
 }

@@ -61,7 +61,8 @@ class StillGrid {
   [[nodiscard]] std::span<const proto::SphereRecord> records() const noexcept;
 
   /// One more image of every sphere; older ones move down the history, which the first image fills.
-  /// Pre: images.size() is the capacity.
+  /// Drifts become the velocities, and nothing answers: what is known better is the owner's to
+  /// write. Pre: images.size() is the capacity.
   void push_image(std::span<const proto::SphereImage> images) noexcept;
 
   /// Enters covers[i] for sphere i. voxel_ratio: a voxel's edge over twice the level's reach.
@@ -111,10 +112,12 @@ class StillGrid {
 [[nodiscard]] Cover cover_path(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m,
                                const Eigen::Vector3d& or_to_m, double radius_m) noexcept;
 
-/// The ball that holds a sphere in every image of its history; rounded outwards.
-[[nodiscard]] Cover cover_history(const proto::SphereRecord& record) noexcept;
+/// The ball that holds a sphere in every image of its history in which it is present, and where it
+/// drifts from the newest in drift_s; rounded outwards. Of one that never is: round the origin.
+[[nodiscard]] Cover cover_history(const proto::SphereRecord& record, double drift_s = 0.0) noexcept;
 
-/// Covers of still spheres, for StillGrid::enter().
-[[nodiscard]] std::vector<Cover> history_covers(std::span<const proto::SphereRecord> records);
+/// Covers of many spheres, for StillGrid::enter().
+[[nodiscard]] std::vector<Cover> history_covers(std::span<const proto::SphereRecord> records,
+                                                double drift_s = 0.0);
 
 }  // namespace stillgrid

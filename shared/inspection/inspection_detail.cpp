@@ -111,6 +111,11 @@ std::string scene_lines(const ObservedSegment& segment) {
   const auto age = [&](std::uint64_t time_ns) {
     return ms_text(age_of(time_ns, segment.summary.header->clock, now_ns));
   };
+  std::string tool_age = "none";
+  if (header.tool_time_ns != 0)
+    tool_age = fmt::format(
+        "{} at publication",
+        ms_text(static_cast<double>(header.publish_time_ns[0] - header.tool_time_ns) * 1e-9));
   std::string ages;
   for (std::size_t i = 0; i < header.history_count; ++i)
     ages += (i == 0 ? "" : ", ") + age(header.publish_time_ns[i]);
@@ -120,7 +125,7 @@ std::string scene_lines(const ObservedSegment& segment) {
                           ms_text(static_cast<double>(header.step_ns) * 1e-9))) +
          line("age",
               fmt::format("state {}, published {}, tool sample {}", age(header.state_time_ns[0]),
-                          age(header.publish_time_ns[0]), age(header.tool_time_ns))) +
+                          age(header.publish_time_ns[0]), tool_age)) +
          line("history", fmt::format("{} images, published {} ago", header.history_count, ages)) +
          grid_lines(*snapshot, segment.scene->static_grid().shape.sphere_count);
 }

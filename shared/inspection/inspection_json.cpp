@@ -91,13 +91,17 @@ Json image_json(const proto::SphereImage& image) {
 Json spheres_json(const std::vector<proto::SphereRecord>& spheres, std::size_t images) {
   Json json = Json::array();
   for (const proto::SphereRecord& record : spheres) {
-    Json sphere = image_json(record.newest[0]);
+    Json sphere = image_json(record.newest);
+    sphere["drift_m_s"] = numbers(record.drift_m_s);
+    sphere["answer_m_N"] = numbers(record.answer_m_N);
     sphere["radius_m"] = number(record.radius_m);
     sphere["material"] = record.material;
     sphere["body"] = record.body;
-    const std::array older{record.newest[1], record.older[0], record.older[1]};
     if (images > 0) sphere["history"] = Json::array();
-    for (std::size_t i = 1; i < images; ++i) sphere["history"].push_back(image_json(older[i - 1]));
+    for (std::size_t age = 1; age < images; ++age)
+      sphere["history"].push_back(age <= record.older.size()
+                                      ? image_json(record.older[age - 1])
+                                      : Json{{"position_m", numbers(record.oldest_position_m)}});
     json.push_back(std::move(sphere));
   }
   return json;
@@ -155,6 +159,11 @@ Json snapshot_json(const SceneView& view, const JsonOptions& options) {
           {"tool_time_ns", time(header.tool_time_ns)},
           {"step_ns", header.step_ns},
           {"contacts", header.contacts},
+          {"foresight",
+           {{"period_ns", header.foresight_ns},
+            {"answer_direction", numbers(header.answer_direction)},
+            {"answer_force_N", number(header.answer_force_N)},
+            {"longest_answer_m_N", number(header.longest_answer_m_N)}}},
           {"grid", std::move(grid)},
           {"spheres", spheres_json(snapshot->spheres, options.history ? images : 0)},
           {"spheres_left_out", header.grid.sphere_count - snapshot->spheres.size()}};

@@ -104,7 +104,8 @@ SceneWriter::SceneWriter(std::string_view session, const StaticScene& scene,
   segment_.announce();
 }
 
-void SceneWriter::publish(const StillGrid& image, const ImageTimes& times) noexcept {
+void SceneWriter::publish(const StillGrid& image, const ImageTimes& times,
+                          const ImageForesight& foresight) noexcept {
   assert(image.layout() == moving_);
   const auto push = [&](std::array<std::uint64_t, proto::kHistoryLength>& history,
                         std::uint64_t newest) {
@@ -120,6 +121,10 @@ void SceneWriter::publish(const StillGrid& image, const ImageTimes& times) noexc
   snapshot_.tool_time_ns = times.tool_ns;
   snapshot_.step_ns = times.step_ns;
   snapshot_.contacts = times.contacts;
+  snapshot_.foresight_ns = foresight.period_ns;
+  snapshot_.answer_direction = foresight.answer_direction;
+  snapshot_.answer_force_N = foresight.answer_force_N;
+  snapshot_.longest_answer_m_N = foresight.longest_answer_m_N;
   snapshot_.grid = image.view().shape;
 
   const auto header =

@@ -32,6 +32,14 @@ struct ImageTimes {
   std::uint64_t contacts = 0;
 };
 
+/// What an image tells of the simulation's next step, beside each sphere's drift and answer.
+struct ImageForesight {
+  std::uint64_t period_ns = 0;  // of that step; 0: nothing is foreseen
+  std::array<double, 3> answer_direction{};
+  double answer_force_N = 0.0;
+  double longest_answer_m_N = 0.0;
+};
+
 /// The simulation's end of the scene segment.
 ///
 /// Images are made in the simulation's own StillGrid and copied whole. Thread: one.
@@ -45,7 +53,8 @@ class SceneWriter {
 
   /// Shows the next image, entered where its spheres may be displayed (cover_history).
   /// Pre: image has room for sizeof(SnapshotHeader) before moving_count spheres.
-  void publish(const StillGrid& image, const ImageTimes& times) noexcept;
+  void publish(const StillGrid& image, const ImageTimes& times,
+               const ImageForesight& foresight = {}) noexcept;
 
   [[nodiscard]] proto::SegmentHeader& header() noexcept { return segment_.header(); }
   [[nodiscard]] const SegmentWriter& segment() const noexcept { return segment_; }

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <vector>
 
+#include "shared/collision/sphere_history.hpp"
 #include "shared/publication/scene_segment.hpp"
 #include "tests/performance/sphere_cloud.hpp"
 
@@ -16,8 +17,7 @@ StillGrid first_image(const SphereCloud& cloud) {
   const auto records = grid.records();
   cloud.write_to(records);
   for (proto::SphereRecord& record : records) {
-    record.newest[1] = record.newest[0];
-    record.older = record.newest;
+    fill_history(record, record.newest);
   }
   grid.enter(history_covers(records), 1.0F);
   return grid;

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "shared/collision/grid_query.hpp"
+#include "shared/collision/sphere_history.hpp"
 #include "shared/collision/still_grid.hpp"
 #include "shared/publication/scene_segment.hpp"
 #include "tests/performance/query_peers.hpp"
@@ -37,8 +38,7 @@ class OurGrid {
       const auto& [x_m, y_m, z_m, radius_m] = spheres[i];
       proto::SphereRecord& record = grid_.records()[i];
       const proto::SphereImage image{{x_m, y_m, z_m}, {}};
-      record.newest = {image, image};
-      record.older = record.newest;
+      fill_history(record, image);
       record.radius_m = radius_m;
     }
     grid_.enter(history_covers(grid_.records()), StaticScene{}.voxel_ratio);
@@ -51,7 +51,7 @@ class OurGrid {
     const auto& [x_m, y_m, z_m, radius_m] = probe;
     for_each_candidate(view_, {{x_m, y_m, z_m}, radius_m}, 8192, [&](std::uint32_t sphere) {
       const RecordLine line = load_line(view_, sphere);
-      const auto& p = line.newest[0].position_m;
+      const auto& p = line.newest.position_m;
       sum_N += push_N(probe, {p[0], p[1], p[2], line.radius_m});
     });
     return sum_N;

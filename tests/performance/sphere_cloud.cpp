@@ -52,8 +52,9 @@ void SphereCloud::write_to(std::span<proto::SphereRecord> records) const {
       const Eigen::Vector3f v = velocity_m_s(i).cast<float>();
       return proto::SphereImage{{p.x(), p.y(), p.z()}, {v.x(), v.y(), v.z()}};
     };
-    records[i].newest = {image(0), image(1)};
-    records[i].older = {image(2), image(3)};
+    records[i].newest = image(0);
+    records[i].older = {image(1), image(2)};
+    records[i].oldest_position_m = image(3).position_m;
     records[i].radius_m = static_cast<float>(kRadius_m);
   }
 }

@@ -33,8 +33,8 @@ bool is_same(const proto::SphereImage& a, const proto::SphereImage& b) {
 bool continues(const Image& before, const Image& after) {
   if (before.spheres.size() != after.spheres.size()) return false;
   for (std::size_t i = 0; i < after.spheres.size(); ++i)
-    if (!is_same(after.spheres[i].newest[1], before.spheres[i].newest[0]) ||
-        !is_same(after.spheres[i].older[0], before.spheres[i].newest[1]))
+    if (!is_same(after.spheres[i].older[0], before.spheres[i].newest) ||
+        !is_same(after.spheres[i].older[1], before.spheres[i].older[0]))
       return false;
   return after.header.state_time_ns[1] == before.header.state_time_ns[0];
 }

@@ -6,6 +6,7 @@
 #include <random>
 #include <vector>
 
+#include "shared/collision/sphere_history.hpp"
 #include "tests/shared/collision/random_scene.hpp"
 #include "tests/shared/collision/sphere_image.hpp"
 
@@ -103,13 +104,9 @@ TEST_CASE("A sphere is found wherever a weighted mean of its images shows it", "
     std::normal_distribution<double> direction;
     for (std::uint32_t i = 0; i < records.size(); ++i) {
       Eigen::Vector3d shown_m = Eigen::Vector3d::Zero();
-      const auto add = [&](const proto::SphereImage& image, double weight) {
-        const auto& p = image.position_m;
-        shown_m += weight * Eigen::Vector3d(p[0], p[1], p[2]);
-      };
-      for (std::size_t k = 0; k < 2; ++k) {
-        add(records[i].newest[k], weights[k]);
-        add(records[i].older[k], weights[k + 2]);
+      for (std::size_t age = 0; age < proto::kHistoryLength; ++age) {
+        const auto& p = position_m(records[i], age);
+        shown_m += weights[age] * Eigen::Vector3d(p[0], p[1], p[2]);
       }
       const Eigen::Vector3d way(direction(random), direction(random), direction(random));
       constexpr double kProbe_m = 0.003;

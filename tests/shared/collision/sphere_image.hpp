@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "proto/scene_segment.hpp"
+#include "shared/collision/sphere_history.hpp"
 
 namespace stillgrid {
 
@@ -19,8 +19,7 @@ namespace stillgrid {
                                                       float radius_m) {
   proto::SphereRecord sphere{};
   const proto::SphereImage image{position_m, {0.0F, 0.0F, 0.0F}};
-  sphere.newest = {image, image};
-  sphere.older = {image, image};
+  fill_history(sphere, image);
   sphere.radius_m = radius_m;
   return sphere;
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "shared/collision/grid_query.hpp"
+#include "shared/collision/sphere_history.hpp"
 #include "tests/shared/collision/random_scene.hpp"
 #include "tests/shared/collision/sphere_image.hpp"
 
@@ -141,10 +142,7 @@ TEST_CASE("A cover holds its sphere in every image and on the way between", "[st
       if (std::sqrt(squared_m2) + double{record.radius_m} > double{cover.reach_m}) ++outside;
     };
     // A ball that holds the images holds every weighted mean of them.
-    for (std::size_t k = 0; k < 2; ++k) {
-      add(record.newest[k].position_m);
-      add(record.older[k].position_m);
-    }
+    for (std::size_t age = 0; age < proto::kHistoryLength; ++age) add(position_m(record, age));
   }
   CHECK(outside == 0);
 
@@ -158,6 +156,31 @@ TEST_CASE("A cover holds its sphere in every image and on the way between", "[st
   }
 }
 
+TEST_CASE("A cover holds a sphere in the images that it is in, and is finite if it is in none",
+          "[still_grid]") {
+  proto::SphereRecord record = still_sphere({5.0F, 6.0F, 7.0F}, 0.25F);
+  const auto is_round_its_place = [&](double drift_s) {
+    const Cover cover = cover_history(record, drift_s);
+    return cover.centre_m == std::array<float, 3>{5.0F, 6.0F, 7.0F} &&
+           cover.reach_m == Approx(0.25F).epsilon(1e-5);
+  };
+  const std::array<float, 3> absent{kNaN, kNaN, kNaN};
+  record.oldest_position_m = record.older[1].position_m = absent;
+  CHECK(is_round_its_place(0.0));
+  record.older[0].position_m = {5.0F, kNaN, 7.0F};
+  CHECK(is_round_its_place(0.1));
+  std::swap(record.newest.position_m, record.oldest_position_m);
+  record.drift_m_s = absent;
+  CHECK(is_round_its_place(0.1));
+
+  record.oldest_position_m = absent;
+  StillGrid grid(0, 1);
+  grid.enter(std::array{cover_history(record)}, 1.0F);
+  CHECK(cover_history(record).reach_m == Approx(0.25F).epsilon(1e-5));
+  record.newest.position_m = {kInfinity, 0.0F, 0.0F};
+  CHECK_THROWS_AS(grid.enter(std::array{cover_history(record)}, 1.0F), std::domain_error);
+}
+
 TEST_CASE("The first image fills the history and each later one pushes it down", "[still_grid]") {
   StillGrid grid(0, 1);
   const auto push = [&](double x_m) {
@@ -166,8 +189,8 @@ TEST_CASE("The first image fills the history and each later one pushes it down",
   };
   const auto history = [&] {
     const proto::SphereRecord& r = grid.records()[0];
-    return std::array{r.newest[0].position_m[0], r.newest[1].position_m[0],
-                      r.older[0].position_m[0], r.older[1].position_m[0]};
+    return std::array{position_m(r, 0)[0], position_m(r, 1)[0], position_m(r, 2)[0],
+                      position_m(r, 3)[0]};
   };
   push(1.0);
   CHECK(history() == std::array{1.0F, 1.0F, 1.0F, 1.0F});

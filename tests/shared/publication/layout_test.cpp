@@ -14,7 +14,7 @@ using namespace proto;
 
 // A change here is a change of the protocol: raise kSegmentVersion and mend docs/protocol.md.
 TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
-  CHECK(kSegmentVersion == 2);
+  CHECK(kSegmentVersion == 3);
 
   CHECK(offsetof(SegmentHeader, version) == 8);
   CHECK(offsetof(SegmentHeader, kind) == 12);
@@ -58,8 +58,12 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(SnapshotHeader, tool_time_ns) == 80);
   CHECK(offsetof(SnapshotHeader, step_ns) == 88);
   CHECK(offsetof(SnapshotHeader, contacts) == 96);
-  CHECK(offsetof(SnapshotHeader, grid) == 104);
-  CHECK(sizeof(SnapshotHeader) == 496);
+  CHECK(offsetof(SnapshotHeader, foresight_ns) == 104);
+  CHECK(offsetof(SnapshotHeader, answer_direction) == 112);
+  CHECK(offsetof(SnapshotHeader, answer_force_N) == 136);
+  CHECK(offsetof(SnapshotHeader, longest_answer_m_N) == 144);
+  CHECK(offsetof(SnapshotHeader, grid) == 152);
+  CHECK(sizeof(SnapshotHeader) == 544);
 
   CHECK(offsetof(GridShape, sphere_count) == 0);
   CHECK(offsetof(GridShape, level_count) == 4);
@@ -77,7 +81,10 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
 
   CHECK(sizeof(SphereImage) == 24);
   CHECK(offsetof(SphereRecord, radius_m) == 48);
+  CHECK(offsetof(SphereRecord, drift_m_s) == 24);
+  CHECK(offsetof(SphereRecord, answer_m_N) == 36);
   CHECK(offsetof(SphereRecord, older) == 64);
+  CHECK(offsetof(SphereRecord, oldest_position_m) == 112);
   CHECK(offsetof(SphereRecord, material) == 52);
   CHECK(offsetof(SphereRecord, body) == 56);
   CHECK(sizeof(SphereRecord) == 128);
@@ -99,7 +106,7 @@ TEST_CASE("A scene segment is its header, its still grid and two slots", "[layou
 
   // Starts of 8 cells a sphere and 512 more, to a multiple of 64 bytes.
   const std::size_t still_bytes = 128 * 10 + 2432 + 16 * 13 + 4 * 10;
-  const std::size_t payload_bytes = 512 + 128 * 7 + 2304 + 16 * 10 + (4 * 7 + 4);
+  const std::size_t payload_bytes = 576 + 128 * 7 + 2304 + 16 * 10 + (4 * 7 + 4);
   const std::size_t first_slot = (3840 + still_bytes + 63) / 64 * 64;
   CHECK(header.slot_offset[0] == first_slot);
   CHECK(header.slot_offset[1] == first_slot + 64 + (payload_bytes + 63) / 64 * 64);
@@ -107,11 +114,11 @@ TEST_CASE("A scene segment is its header, its still grid and two slots", "[layou
   CHECK(header.size_bytes % 4096 == 0);
 }
 
-TEST_CASE("100 moving spheres make a payload of 20672 bytes", "[layout]") {
+TEST_CASE("100 moving spheres make a payload of 20736 bytes", "[layout]") {
   const GridLayout layout = grid_layout(sizeof(SnapshotHeader), 100);
   CHECK(layout.cell_capacity == 1312);
-  CHECK(layout.records * 8 == 512);
-  CHECK(layout.total_words * 8 == 20672);
+  CHECK(layout.records * 8 == 576);
+  CHECK(layout.total_words * 8 == 20736);
 }
 
 }  // namespace

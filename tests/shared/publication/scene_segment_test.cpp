@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "shared/collision/grid_query.hpp"
+#include "shared/collision/sphere_history.hpp"
 #include "tests/shared/publication/small_scene.hpp"
 #include "tests/shared/publication/tampering.hpp"
 
@@ -46,11 +47,12 @@ Snapshot read_snapshot(const SceneView& view) {
 
 /// The image n that a record shows `age` images back.
 bool shows(const proto::SphereRecord& record, std::size_t i, std::size_t age, std::uint64_t n) {
-  const proto::SphereImage& image = age < 2 ? record.newest[age] : record.older[age - 2];
   const auto p = SmallSceneWriter::position_m(i, n).cast<float>().eval();
   const auto v = SmallSceneWriter::velocity_m_s(i, n).cast<float>().eval();
-  return image.position_m == std::array{p.x(), p.y(), p.z()} &&
-         image.velocity_m_s == std::array{v.x(), v.y(), v.z()};
+  const bool is_there = position_m(record, age) == std::array{p.x(), p.y(), p.z()};
+  if (age > record.older.size()) return is_there;  // the oldest has no velocity
+  const proto::SphereImage& image = age == 0 ? record.newest : record.older[age - 1];
+  return is_there && image.velocity_m_s == std::array{v.x(), v.y(), v.z()};
 }
 
 TEST_CASE("The fixed part is read as it was written", "[scene_segment]") {

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "proto/scene_segment.hpp"
+
+namespace stillgrid {
+
+/// Where a sphere is in image n - age of its history. Pre: age < kHistoryLength. Realtime: yes.
+[[nodiscard]] inline const std::array<float, 3>& position_m(const proto::SphereRecord& record,
+                                                            std::size_t age) noexcept {
+  if (age == 0) return record.newest.position_m;
+  return age <= record.older.size() ? record.older[age - 1].position_m : record.oldest_position_m;
+}
+
+/// The same image throughout, without drift or answer: of what stands still, and of a first image.
+inline void fill_history(proto::SphereRecord& record, const proto::SphereImage& image) noexcept {
+  record.newest = image;
+  record.older = {image, image};
+  record.oldest_position_m = image.position_m;
+  record.drift_m_s = record.answer_m_N = {};
+}
+
+/// One more image; older ones move down. It drifts by its velocity, and does not answer.
+inline void push_image(proto::SphereRecord& record, const proto::SphereImage& image) noexcept {
+  record.oldest_position_m = record.older[1].position_m;
+  record.older = {record.newest, record.older[0]};
+  record.newest = image;
+  record.drift_m_s = image.velocity_m_s;
+  record.answer_m_N = {};
+}
+
+}  // namespace stillgrid
