@@ -5,6 +5,7 @@
 #include <ostream>
 #include <string>
 
+#include "shared/files/json_file.hpp"
 #include "shared/files/whole_file.hpp"
 
 namespace stillgrid {
@@ -43,6 +44,7 @@ void count_step(SimulationReport& report, const StepReport& step) {
   report.solver_iterations += static_cast<std::uint64_t>(step.solve.iterations);
   report.not_converged += step.solve.converged ? 0 : 1;
   report.out_of_budget += step.out_of_budget ? 1 : 0;
+  report.corrected += step.corrected ? 1 : 0;
   report.asleep_spheres += static_cast<std::uint64_t>(step.asleep_spheres);
   report.crossings_left += static_cast<std::uint64_t>(step.crossings_left);
   report.contacts += static_cast<std::uint64_t>(step.contacts);
@@ -51,6 +53,11 @@ void count_step(SimulationReport& report, const StepReport& step) {
   report.detect_ns.record(ns(step.detect));
   report.respond_ns.record(ns(step.respond));
   report.integrate_ns.record(ns(step.integrate));
+}
+
+void count_image(SimulationReport& report, const ImageTimes& times) {
+  ++report.generations;
+  if (times.tool_ns != 0) report.tool_age_ns.record(times.publish_ns - times.tool_ns);
 }
 
 void write_report(const SimulationReport& report, const World& world,
@@ -69,13 +76,15 @@ void write_report(const SimulationReport& report, const World& world,
                           {{"name", report.solver},
                            {"iterations", static_cast<double>(report.solver_iterations) / steps},
                            {"not_converged", report.not_converged},
-                           {"out_of_budget", report.out_of_budget}}},
+                           {"out_of_budget", report.out_of_budget},
+                           {"corrected", report.corrected}}},
                          {"crossings_left", report.crossings_left},
                          {"energy_J", mechanical_energy_J(world)},
                          {"generations", report.generations}};
   if (report.energy) json["energy"] = energy_json(*report.energy);
   json["momentum_kg_m_s"] = vector_json(momentum_kg_m_s(world));
   json["angular_momentum_kg_m2_s"] = vector_json(angular_momentum_kg_m2_s(world));
+  if (report.tool_age_ns.count() > 0) json["tool_age_ms"] = percentiles_ms(report.tool_age_ns);
   if (report.measures_time) {
     json["step_ms"] = percentiles_ms(report.step_ns);
     json["phases_ms"] = {{"detect", percentiles_ms(report.detect_ns)},
@@ -84,9 +93,7 @@ void write_report(const SimulationReport& report, const World& world,
     if (report.publish_ns.count() > 0)
       json["phases_ms"]["publish"] = percentiles_ms(report.publish_ns);
   }
-  // A scene's name is a file's, and may be no UTF-8.
-  const std::string text = json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
-  write_whole(file, [&](std::ostream& out) { out << text << '\n'; });
+  write_json(file, json);
 }
 
 void write_final_state(const World& world, const std::filesystem::path& file) {

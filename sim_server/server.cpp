@@ -9,52 +9,19 @@
 #include "shared/publication/lockstep.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/realtime/realtime_thread.hpp"
+#include "sim_server/lockstep_schedule.hpp"
+#include "sim_server/published_scene.hpp"
 
 namespace stillgrid {
 namespace {
 
 constexpr std::uint64_t kPeerPatience_ns = 10'000'000'000;
-/// Iterations of a step, on any clock: more than the parts of a step that converges have together.
-constexpr int kMostIterations = 1000;
 /// Of the time to the next deadline that a step may take until it must end: the rest is for its
 /// last iteration, and to publish.
 constexpr double kStepShare = 0.8;
 
 double to_s(std::uint64_t ns) {
   return static_cast<double>(ns) * 1e-9;
-}
-
-StaticScene static_scene(const SceneDescription& scene, const Simulation& simulation) {
-  const World& world = simulation.world();
-  StaticScene fixed;
-  fixed.name = scene.name;
-  const auto f = [](double value) { return static_cast<float>(value); };
-  for (const ContactMaterial& m : world.materials)
-    fixed.materials.push_back(
-        {f(m.stiffness_N_m), f(m.damping_N_s_m), f(m.friction), f(m.slip_speed_m_s)});
-  for (const StillPlane& plane : world.planes)
-    fixed.planes.push_back({{f(plane.normal.x()), f(plane.normal.y()), f(plane.normal.z())},
-                            f(plane.offset_m),
-                            static_cast<std::uint32_t>(plane.material),
-                            static_cast<std::uint32_t>(plane.body)});
-  for (const ToolSphere& sphere : scene.tool)
-    fixed.tool.push_back(
-        {{f(sphere.position_m.x()), f(sphere.position_m.y()), f(sphere.position_m.z())},
-         f(sphere.radius_m)});
-  fixed.tool_slip_speed_m_s = f(scene.tool_slip_speed_m_s);
-  fixed.spheres = still_records(world);
-  const DeviceFrame& device = scene.device;
-  fixed.device = {{device.position_m.x(), device.position_m.y(), device.position_m.z()},
-                  {device.orientation.x(), device.orientation.y(), device.orientation.z(),
-                   device.orientation.w()},
-                  device.scale};
-  return fixed;
-}
-
-ToolSample sample_of(const proto::ToolState& state) {
-  const auto& [x, y, z, w] = state.orientation_xyzw;
-  return {state.time_ns, Eigen::Vector3d(state.position_m.data()), Eigen::Quaterniond(w, x, y, z),
-          Eigen::Vector3d(state.velocity_m_s.data())};
 }
 
 /// The simulation's side of the session: its own segment, and the tool's as it comes and goes.
@@ -118,20 +85,21 @@ void run_real(const SceneDescription& scene, const ServerOptions& options, Simul
   const std::uint64_t start_ns = monotonic_ns();
   Session session(scene, options, simulation, proto::Clock::kMonotonic, start_ns);
   session.tool().start();
-  const auto publish = [&](std::uint64_t state_ns, std::uint64_t began_ns, const StepReport& step) {
+  const auto publish = [&](std::uint64_t state_ns, std::uint64_t began_ns, const StepReport& step,
+                           const ImageForesight& foresight) {
     const std::uint64_t computed_ns = monotonic_ns();
     session.writer().segment().require_whole();
     const std::uint64_t now_ns = monotonic_ns();
-    session.writer().publish(simulation.detection().image(),
-                             {.state_ns = state_ns,
-                              .publish_ns = now_ns,
-                              .tool_ns = step.tool_time_ns,
-                              .step_ns = now_ns - began_ns,
-                              .contacts = static_cast<std::uint64_t>(step.contacts)});
+    const ImageTimes times{.state_ns = state_ns,
+                           .publish_ns = now_ns,
+                           .tool_ns = step.tool_time_ns,
+                           .step_ns = now_ns - began_ns,
+                           .contacts = static_cast<std::uint64_t>(step.contacts)};
+    session.writer().publish(simulation.detection().image(), times, foresight);
     report.publish_ns.record(monotonic_ns() - computed_ns);
-    ++report.generations;
+    count_image(report, times);
   };
-  publish(start_ns, start_ns, {});
+  publish(start_ns, start_ns, {}, {});
 
   PeriodicTimer timer(to_ns(scene.period_s));
   const std::uint64_t end_ns =
@@ -143,7 +111,7 @@ void run_real(const SceneDescription& scene, const ServerOptions& options, Simul
     const Budget budget = budget_until(wake.deadline_ns + to_ns(scene.period_s));
     const StepReport step = simulation.step(
         scene.period_s, [&] { return session.take_tool(); }, budget);
-    publish(wake.deadline_ns, wake.now_ns, step);
+    publish(wake.deadline_ns, wake.now_ns, step, simulation.look_ahead(scene.period_s, budget));
     count_step(report, step);
     report.step_ns.record(monotonic_ns() - wake.now_ns);
   }
@@ -196,42 +164,32 @@ void run_lockstep(const SceneDescription& scene, const ServerOptions& options,
                   Simulation& simulation, SimulationReport& report, const std::atomic<bool>& stop) {
   Session session(scene, options, simulation, proto::Clock::kVirtual, 0);
   proto::SegmentHeader& header = session.writer().header();
-  std::mt19937_64 random(options.seed);
-  std::uniform_real_distribution<double> spread(-options.jitter, options.jitter);
-  const std::uint64_t latency_ns = to_ns(options.latency_s);
-  const auto draw_period_ns = [&] { return to_ns(scene.period_s * (1.0 + spread(random))); };
-
-  std::uint64_t period_ns = draw_period_ns();
-  std::uint64_t state_ns = period_ns;  // T_n of the next image
-  std::uint64_t sample_ns = state_ns;  // when its tool sample is due
+  LockstepSchedule schedule(scene.period_s, options.jitter, options.seed, options.latency_s);
+  ScheduledImage image = schedule.next();
   session.writer().publish(simulation.detection().image(), {.state_ns = 0, .publish_ns = 0});
   ++report.generations;
-  promise(header.lockstep_sample_ns, sample_ns);
-  promise(header.lockstep_event_ns, sample_ns + latency_ns);
+  promise(header.lockstep_sample_ns, image.sample_ns);
+  promise(header.lockstep_event_ns, image.publish_ns);
 
   LockstepPeer peer(session, stop);
   peer.wait_for_arrival(options.session);
   const std::uint64_t end_ns = options.duration_s ? to_ns(*options.duration_s) : proto::kNever;
-  while (state_ns <= end_ns) {
+  while (image.state_ns <= end_ns) {
     // A sample taken before T_n is complete when the peer's next one lies after it.
-    if (stop || !peer.wait(&proto::SegmentHeader::lockstep_sample_ns, sample_ns + 1)) break;
-    const StepReport step = simulation.step(to_s(period_ns), [&] { return peer.sample(); },
+    if (stop || !peer.wait(&proto::SegmentHeader::lockstep_sample_ns, image.sample_ns + 1)) break;
+    const StepReport step = simulation.step(to_s(image.step_ns), [&] { return peer.sample(); },
                                             {.iterations = kMostIterations});
+    const ImageForesight foresight = simulation.look_ahead(scene.period_s);
     count_step(report, step);
     session.writer().segment().require_whole();
 
-    const ImageTimes times{.state_ns = state_ns,
-                           .publish_ns = sample_ns + latency_ns,
-                           .tool_ns = step.tool_time_ns,
-                           .contacts = static_cast<std::uint64_t>(step.contacts)};
-    period_ns = draw_period_ns();
-    state_ns += period_ns;
-    sample_ns = std::max(state_ns, times.publish_ns);
-    promise(header.lockstep_sample_ns, sample_ns);
+    const ImageTimes times = times_of(image, step);
+    image = schedule.next();
+    promise(header.lockstep_sample_ns, image.sample_ns);
     if (!peer.wait(&proto::SegmentHeader::lockstep_event_ns, times.publish_ns)) break;
-    session.writer().publish(simulation.detection().image(), times);
-    ++report.generations;
-    promise(header.lockstep_event_ns, sample_ns + latency_ns);
+    session.writer().publish(simulation.detection().image(), times, foresight);
+    count_image(report, times);
+    promise(header.lockstep_event_ns, image.publish_ns);
   }
   promise(header.lockstep_sample_ns, proto::kNever);
   promise(header.lockstep_event_ns, proto::kNever);

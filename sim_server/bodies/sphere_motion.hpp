@@ -13,6 +13,13 @@ struct SphereMotion {
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
 };
 
+/// Where the next step would take a sphere: by its drift if the tool's force stays as it is, and by
+/// its answer more for each newton that the force grows.
+struct SphereForesight {
+  Eigen::Vector3d drift_m_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d answer_m_N = Eigen::Vector3d::Zero();
+};
+
 /// Where a sphere is, from the nodes or the rigid body it is bound to.
 [[nodiscard]] SphereMotion sphere_motion(std::span<const Node> nodes,
                                          std::span<const RigidBody> rigid_bodies,

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "shared/collision/grid_query.hpp"
+#include "shared/collision/sphere_history.hpp"
 
 namespace stillgrid {
 namespace {
@@ -63,9 +64,7 @@ std::vector<proto::SphereRecord> still_records(const World& world) {
   std::vector<proto::SphereRecord> records;
   for (const StillSphere& sphere : world.still_spheres) {
     proto::SphereRecord& record = records.emplace_back();
-    const proto::SphereImage image = image_of({sphere.position_m, Eigen::Vector3d::Zero()});
-    record.newest = {image, image};
-    record.older = {image, image};
+    fill_history(record, image_of({sphere.position_m, Eigen::Vector3d::Zero()}));
     describe(sphere, record);
   }
   return records;
@@ -85,7 +84,6 @@ Detection::Detection(const World& world, double voxel_ratio)
   for (std::size_t i = 0; i < world.spheres.size(); ++i) {
     const SphereBinding& sphere = world.spheres[i];
     describe(sphere, moving_.records()[i]);
-    radius_m_.push_back(sphere.radius_m);
     is_free_.push_back(sphere.rigid < 0 ||
                        world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].free);
   }
@@ -150,13 +148,13 @@ void Detection::cover_paths(const World& world, double step_s) {
   }
 }
 
-bool Detection::strayed(std::span<const SphereMotion> end) const {
+bool Detection::strayed(const World& world, std::span<const SphereMotion> end) const {
   for (std::size_t i = 0; i < end.size(); ++i) {
     if (!moves(i) || !is_free(i)) continue;
     const Cover& path = paths_[i];
     const Eigen::Vector3d centre_m(path.centre_m[0], path.centre_m[1], path.centre_m[2]);
     // The path's reach has the radius and its slack in it.
-    const double within_m = path.reach_m - radius_m_[i];
+    const double within_m = path.reach_m - world.spheres[i].radius_m;
     if ((end[i].position_m - centre_m).squaredNorm() > within_m * within_m) return true;
   }
   return false;
@@ -220,6 +218,7 @@ void Detection::add_planes(const World& world, double step_s) {
 }
 
 void Detection::find_tool_contacts(const World& world, const std::vector<ToolSphereMotion>& tool) {
+  while (!contacts_.empty() && contacts_.back().is_tool) contacts_.pop_back();
   const GridView view = moving_.grid().view();
   for (const ToolSphereMotion& b : tool) {
     const Cover path = cover_path(b.position_before_m, b.position_m, b.radius_m);

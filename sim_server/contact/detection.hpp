@@ -44,14 +44,20 @@ class Detection {
 
   /// Whether a sphere that is free ends elsewhere than on the way that the last find_contacts()
   /// foresaw, so that it may have met what contacts() does not list. end: of all spheres.
-  [[nodiscard]] bool strayed(std::span<const SphereMotion> end) const;
+  [[nodiscard]] bool strayed(const World& world, std::span<const SphereMotion> end) const;
 
-  /// Appends the contacts of the tool with the moving spheres. After find_contacts() of the same
-  /// step.
+  /// Appends the contacts of the tool with the moving spheres, in place of those of an earlier
+  /// call. After find_contacts() of the same step.
   void find_tool_contacts(const World& world, const std::vector<ToolSphereMotion>& tool);
 
   /// Takes the world as it is for the next image to publish. Throws as find_contacts().
   void show(const World& world);
+
+  /// Adds to the image shown last what is foreseen of each moving sphere, and room to drift from
+  /// lag_s before it to drift_s after.
+  void foretell(std::span<const SphereForesight> foresight, double drift_s, double lag_s) {
+    moving_.foretell(foresight, drift_s, lag_s);
+  }
 
   /// The moving spheres in the last images shown, in a grid that holds them.
   [[nodiscard]] const StillGrid& image() const noexcept { return moving_.grid(); }
@@ -74,7 +80,6 @@ class Detection {
   MovingSpheres moving_;
   StillGrid still_;
   std::vector<std::uint8_t> is_free_;  // of each moving sphere: not prescribed
-  std::vector<double> radius_m_;       // of each moving sphere
   std::vector<std::uint8_t> moves_;    // neither asleep nor prescribed to stay
   std::vector<SphereMotion> motion_;
   std::vector<Cover> paths_;  // of each moving sphere in this step

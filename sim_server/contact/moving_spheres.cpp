@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "shared/collision/grid_query.hpp"
+#include "shared/collision/sphere_history.hpp"
 
 namespace stillgrid {
 namespace {
@@ -231,16 +232,44 @@ void MovingSpheres::show(std::span<const proto::SphereImage> images) {
   for (std::size_t i = 0; i < images.size(); ++i) {
     const proto::SphereRecord& record = records[i];
     const Eigen::Array3f centre_m = vector(covers_[i].centre_m);
-    const auto distance_m2 = [&](const proto::SphereImage& image) {
-      return (vector(image.position_m).array() - centre_m).square().sum();
+    const auto distance_m2 = [&](const std::array<float, 3>& position_m) {
+      return (vector(position_m).array() - centre_m).square().sum();
     };
-    float farthest_m2 = distance_m2(record.newest[0]);
+    float farthest_m2 = distance_m2(record.newest.position_m);
     if (!is_shown_)  // since the spheres were entered
-      farthest_m2 = std::max({farthest_m2, distance_m2(record.newest[1]),
-                              distance_m2(record.older[0]), distance_m2(record.older[1])});
+      farthest_m2 = std::max({farthest_m2, distance_m2(record.older[0].position_m),
+                              distance_m2(record.older[1].position_m),
+                              distance_m2(record.oldest_position_m)});
     const float room_m = (1.0F - kCoverSlack) * covers_[i].reach_m - record.radius_m;
     if (farthest_m2 > room_m * std::abs(room_m))
       grid_.grow(i, (std::sqrt(farthest_m2) + record.radius_m) * (1.0F + kCoverSlack));
+  }
+  is_shown_ = true;
+  reshape();
+}
+
+void MovingSpheres::foretell(std::span<const SphereForesight> foresight, double drift_s,
+                             double lag_s) {
+  const auto records = grid_.records();
+  for (std::size_t i = 0; i < foresight.size(); ++i) {
+    proto::SphereRecord& record = records[i];
+    const Eigen::Vector3f drift_m_s = foresight[i].drift_m_s.cast<float>();
+    const Eigen::Vector3f answer_m_N = foresight[i].answer_m_N.cast<float>();
+    record.drift_m_s = {drift_m_s.x(), drift_m_s.y(), drift_m_s.z()};
+    record.answer_m_N = {answer_m_N.x(), answer_m_N.y(), answer_m_N.z()};
+    // The grid may have been entered anew since the images were shown: their places too.
+    const Cover& cover = grid_.cover(i);
+    const Eigen::Vector3f newest_m = vector(record.newest.position_m);
+    float far_m = 0.0F;
+    const auto hold = [&](const Eigen::Vector3f& at_m) {
+      far_m = std::max(far_m, (at_m - vector(cover.centre_m)).norm());
+    };
+    for (std::size_t age = 0; age < proto::kHistoryLength; ++age)
+      hold(vector(position_m(record, age)));
+    hold(newest_m + static_cast<float>(drift_s) * drift_m_s);
+    hold(newest_m - static_cast<float>(lag_s) * drift_m_s);
+    const float reach_m = (far_m + record.radius_m) * (1.0F + kCoverSlack);
+    if (reach_m > cover.reach_m) grid_.grow(i, reach_m);
   }
   is_shown_ = true;
   reshape();

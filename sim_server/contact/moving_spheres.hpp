@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "shared/collision/still_grid.hpp"
+#include "sim_server/bodies/sphere_motion.hpp"
 #include "sim_server/contact/pair_search.hpp"
 
 namespace stillgrid {
@@ -42,6 +43,11 @@ class MovingSpheres {
   /// One more image of every sphere: the grid then holds the whole history, ready to publish.
   /// Pre: images.size() is the count.
   void show(std::span<const proto::SphereImage> images);
+
+  /// What is foreseen of every sphere of the last show(), though find() was called since: covers
+  /// hold all images, and from lag_s before the newest to drift_s after it on the drift. Pre:
+  /// foresight.size() is the count.
+  void foretell(std::span<const SphereForesight> foresight, double drift_s, double lag_s);
 
   /// Every cover holds its sphere's ball of the last find() and all images of the last show().
   [[nodiscard]] const StillGrid& grid() const noexcept { return grid_; }

@@ -11,18 +11,18 @@ constexpr std::size_t kMostBrakes = 24;  // of a step that did not converge
 
 }  // namespace
 
-StageRule ImplicitIntegrator::rule(double duration_s) {
+StageRule ImplicitIntegrator::rule(const Eigen::VectorXd& start_velocity, double duration_s) {
   StageRule rule = implicit_euler_rule(system_, duration_s);
   start_momentum_ = rule.momentum;
   if (kind_ == IntegratorKind::kTrapezoid) {
     rule.stage_s = rule.contact_step_s = 0.5 * duration_s;
-    rule.displacement = rule.stage_s * velocity_;
+    rule.displacement = rule.stage_s * start_velocity;
     Eigen::VectorXd force;
     system_.force(rule.contact_step_s, force);
     rule.momentum += rule.stage_s * force;
   }
   if (kind_ == IntegratorKind::kBdf2 && history_.duration_s > 0.0 &&
-      duration_s <= kMostGrowth * history_.duration_s && history_.end_velocity == velocity_) {
+      duration_s <= kMostGrowth * history_.duration_s && history_.end_velocity == start_velocity) {
     const double growth = duration_s / history_.duration_s;
     const double weight = growth * growth / (1.0 + 2.0 * growth);
     rule.stage_s = duration_s * (1.0 + growth) / (1.0 + 2.0 * growth);
@@ -37,11 +37,25 @@ SolveReport ImplicitIntegrator::advance(const World& world, std::span<const Cont
   system_.take(world, contacts);
   const Eigen::VectorXd start_velocity = system_.velocity();
   velocity_ = start_velocity;
-  ImplicitStage stage(system_, rule(duration_s));
+  ImplicitStage stage(system_, rule(start_velocity, duration_s));
   const SolveReport report = solver_->solve(stage, velocity_, budget);
   displacement_ = stage.displacement();
   is_true_ = report.converged;
   if (!is_true_) make_safe(start_velocity, duration_s);
+  trial_ = system_.trial();
+  return report;
+}
+
+SolveReport ImplicitIntegrator::correct(const World& world, std::span<const Contact> contacts,
+                                        double duration_s, Budget& budget) {
+  if (!is_true_) return {};
+  system_.take(world, contacts);
+  ImplicitStage stage(system_, rule(system_.velocity(), duration_s));
+  Eigen::VectorXd velocity = velocity_;
+  const SolveReport report = solver_->solve(stage, velocity, budget);
+  if (!report.converged) return report;
+  velocity_.swap(velocity);
+  displacement_ = stage.displacement();
   trial_ = system_.trial();
   return report;
 }

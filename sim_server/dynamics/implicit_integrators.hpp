@@ -37,6 +37,8 @@ class ImplicitIntegrator : public Integrator {
 
   SolveReport advance(const World& world, std::span<const Contact> contacts, double duration_s,
                       Budget& budget) override;
+  SolveReport correct(const World& world, std::span<const Contact> contacts, double duration_s,
+                      Budget& budget) override;
   void commit(World& world, double duration_s) override;
   void restart() override { history_.duration_s = 0.0; }
 
@@ -47,7 +49,7 @@ class ImplicitIntegrator : public Integrator {
     Eigen::VectorXd displacement, momentum;
     Eigen::VectorXd end_velocity;
   };
-  StageRule rule(double duration_s);
+  StageRule rule(const Eigen::VectorXd& start_velocity, double duration_s);
   void make_safe(const Eigen::VectorXd& start_velocity, double duration_s);
 
   IntegratorKind kind_;
@@ -55,7 +57,7 @@ class ImplicitIntegrator : public Integrator {
   std::unique_ptr<NonlinearSolver> solver_;
   History history_;
   MechanicalSystem system_;
-  Eigen::VectorXd velocity_, start_momentum_, displacement_;  // of the last advance()
+  Eigen::VectorXd velocity_, start_momentum_, displacement_;  // of the trial
 };
 
 }  // namespace stillgrid

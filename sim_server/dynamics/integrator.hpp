@@ -50,7 +50,15 @@ class Integrator {
   virtual SolveReport advance(const World& world, std::span<const Contact> contacts,
                               double duration_s, Budget& budget) = 0;
 
-  /// Where the last advance() led.
+  /// Leads on where the last advance() led, if that converged, to what other contacts with what is
+  /// given, as the tool, make of the step: world and duration are the same. Begins at its trial,
+  /// and leaves that as it is unless this converges too. By default there is no such way.
+  virtual SolveReport correct(const World& /*world*/, std::span<const Contact> /*contacts*/,
+                              double /*duration_s*/, Budget& /*budget*/) {
+    return {};
+  }
+
+  /// Where the last advance() or correct() led.
   [[nodiscard]] const Trial& trial() const noexcept { return trial_; }
 
   /// The energy that flowed over the last advance(), of an integrator that looked within its step.

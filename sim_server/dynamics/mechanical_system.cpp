@@ -8,11 +8,6 @@
 namespace stillgrid {
 namespace {
 
-Eigen::Matrix3d world_inertia(const RigidBody& body) {
-  const Eigen::Matrix3d r = body.orientation.toRotationMatrix();
-  return r * body.inertia_kg_m2.asDiagonal() * r.transpose();
-}
-
 /// A side's centre, velocity and spin.
 struct SideMotion {
   SphereMotion motion;
@@ -38,10 +33,7 @@ ContactMotion relative_motion(const Contact& contact, const World& world, const 
             shares.a * a.spin_rad_s + shares.b * b.spin_rad_s};
   }
   Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();  // a plane's place is in its offset
-  if (!contact.is_plane)
-    origin_m = step_share == 1.0
-                   ? contact.position_b_m
-                   : contact.start_b_m + step_share * (contact.position_b_m - contact.start_b_m);
+  if (!contact.is_plane) origin_m = given_position_m(contact, step_share);
   return {a.motion.position_m - origin_m, a.motion.velocity_m_s - contact.velocity_b_m_s,
           shares.a * a.spin_rad_s + shares.b * contact.spin_b_rad_s};
 }
@@ -149,31 +141,24 @@ void MechanicalSystem::momentum(Eigen::VectorXd& momentum) const {
   for (const RigidBody& body : trial_.rigid_bodies) {
     if (body.unknown == kNoUnknown) continue;
     momentum.segment<3>(body.unknown) = body.mass_kg * body.velocity_m_s;
-    momentum.segment<3>(body.unknown + 3) = world_inertia(body) * body.angular_velocity_rad_s;
+    momentum.segment<3>(body.unknown + 3) = world_inertia_kg_m2(body) * body.angular_velocity_rad_s;
   }
 }
 
 double MechanicalSystem::energy_J() {
   double energy_J = 0.0;
-  const auto add_mass = [&](double mass_kg, const Eigen::Vector3d& position_m,
-                            const Eigen::Vector3d& velocity_m_s) {
-    energy_J += mass_kg * (0.5 * velocity_m_s.squaredNorm() - world_->gravity_m_s2.dot(position_m));
-  };
+  const Eigen::Vector3d& gravity_m_s2 = world_->gravity_m_s2;
   for (const Node& node : trial_.nodes)
-    if (node.unknown != kNoUnknown) add_mass(node.mass_kg, node.position_m, node.velocity_m_s);
-  for (const RigidBody& body : trial_.rigid_bodies) {
-    if (body.unknown == kNoUnknown) continue;
-    add_mass(body.mass_kg, body.position_m, body.velocity_m_s);
-    const Eigen::Vector3d spin_rad_s = body.orientation.conjugate() * body.angular_velocity_rad_s;
-    energy_J += 0.5 * spin_rad_s.cwiseAbs2().dot(body.inertia_kg_m2);
-  }
+    if (node.unknown != kNoUnknown)
+      energy_J += node.mass_kg *
+                  (0.5 * node.velocity_m_s.squaredNorm() - gravity_m_s2.dot(node.position_m));
+  for (const RigidBody& body : trial_.rigid_bodies)
+    if (body.unknown != kNoUnknown)
+      energy_J += kinetic_energy_J(body) - body.mass_kg * gravity_m_s2.dot(body.position_m);
   for (const auto springs : springs_)
-    for (const Spring& spring : springs) {
-      const Node& a = trial_.nodes[static_cast<std::size_t>(spring.a)];
-      const Node& b = trial_.nodes[static_cast<std::size_t>(spring.b)];
-      const double stretch_m = (b.position_m - a.position_m).norm() - spring.rest_length_m;
-      energy_J += 0.5 * spring.stiffness_N_m * stretch_m * stretch_m;
-    }
+    for (const Spring& spring : springs)
+      energy_J += spring_energy_J(spring, trial_.nodes[static_cast<std::size_t>(spring.a)],
+                                  trial_.nodes[static_cast<std::size_t>(spring.b)]);
   find_touching();
   for (const int index : touching_) {
     const Contact& contact = contacts_[static_cast<std::size_t>(index)];
@@ -236,7 +221,6 @@ void MechanicalSystem::add_contact_forces(double contact_step_s, Eigen::VectorXd
   }
 }
 
-/// A force at a sphere's centre, and a couple that only a rigid body can take up.
 void MechanicalSystem::push_sphere(const SphereBinding& sphere, const Eigen::Vector3d& force_N,
                                    const Eigen::Vector3d& couple_N_m,
                                    Eigen::VectorXd& force) const {
@@ -320,7 +304,7 @@ void MechanicalSystem::add_inertia_slopes(Slope slope) {
     if (body.unknown == kNoUnknown) continue;
     inertia_slopes_.push_back({body.unknown, body.mass_kg * Eigen::Matrix3d::Identity()});
     turn_s_[i] = stage_s_ * left_jacobian(turned_rad_[i]);
-    Eigen::Matrix3d inertia = world_inertia(body);
+    Eigen::Matrix3d inertia = world_inertia_kg_m2(body);
     if (slope == Slope::kExact) {
       // d(I w) = I dw + d theta x (I w) - I (d theta x w), d theta = turn_s dw.
       const Eigen::Vector3d& w = body.angular_velocity_rad_s;

@@ -74,6 +74,11 @@ class MechanicalSystem {
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
   [[nodiscard]] const Eigen::Matrix3Xd& block_diagonal() const { return diagonal_; }
 
+  /// Adds to `force` one at a sphere's centre, and a couple that only a rigid body can take up,
+  /// where all was placed last.
+  void push_sphere(const SphereBinding& sphere, const Eigen::Vector3d& force_N,
+                   const Eigen::Vector3d& couple_N_m, Eigen::VectorXd& force) const;
+
   /// Everything where it was placed last.
   [[nodiscard]] const Trial& trial() const noexcept { return trial_; }
 
@@ -83,8 +88,6 @@ class MechanicalSystem {
   void add_inertia_slopes(Slope slope);
   void add_contact_slopes(Slope slope, double contact_step_s);
   void find_touching();
-  void push_sphere(const SphereBinding& sphere, const Eigen::Vector3d& force_N,
-                   const Eigen::Vector3d& couple_N_m, Eigen::VectorXd& force) const;
 
   /// A contact with a side awake, as little of it as tells whether it touches.
   struct Candidate {

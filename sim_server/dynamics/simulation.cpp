@@ -20,7 +20,7 @@ constexpr double kLeastExplicitPart_s = 1e-4;      // in which a stray sphere go
 constexpr double kLeastShare = 1e-6;               // of a step, so that every part moves it on
 
 /// The last iteration of a step that is out of time has a tenth of the step, and no more.
-std::chrono::steady_clock::time_point grace(const Budget& budget, double step_s) {
+Clock::time_point grace(const Budget& budget, double step_s) {
   if (budget.deadline == Clock::time_point::max()) return budget.deadline;
   return std::max(budget.deadline, Clock::now()) +
          std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(0.1 * step_s));
@@ -47,10 +47,9 @@ Simulation::Simulation(const SceneDescription& scene)
   if (scene.sleeping) sleeping_.emplace(world_);
 }
 
-StepReport Simulation::step(double step_s,
-                            const std::function<std::optional<ToolSample>()>& take_tool,
-                            Budget budget) {
-  StepReport report;
+StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget budget) {
+  Step step{.length_s = step_s, .take_tool = take_tool, .budget = budget};
+  StepReport& report = step.report;
   report.solve.converged = true;
   // Halving is exact; a part that ends before a crossing may have any length.
   double longest = 1.0 / std::max({1, parts_asked(method_, step_s), substeps_ / 2});
@@ -58,7 +57,7 @@ StepReport Simulation::step(double step_s,
   const auto start = Clock::now();
   detection_.find_contacts(world_, step_s * part.end);
   take(take_tool(), report);
-  detection_.find_tool_contacts(world_, tool_.over(part.start, part.end));
+  find_tool_contacts(part);
   report.detect += Clock::now() - start;
 
   int shortenings = 0;
@@ -66,7 +65,7 @@ StepReport Simulation::step(double step_s,
     part.must_advance =
         part.must_end || part.end - part.start <= kShortest || is_explicit(method_.integrator);
     part.may_shorten = shortenings < kMostShortenings && !part.must_end;
-    const Attempt attempt = advance(part, step_s, budget, report);
+    const Attempt attempt = advance(part, step);
     if (attempt.advanced) {
       if (part.end >= 1.0) break;
       part.start = part.end;
@@ -79,11 +78,15 @@ StepReport Simulation::step(double step_s,
       longest = halved_below(longest, part.end - part.start);
       part.end = part.start + longest;
     }
-    part.must_end = budget.spent();
+    part.must_end = step.budget.spent();
     if (part.must_end) part.end = 1.0;
     const auto again = Clock::now();
     detection_.find_contacts(world_, step_s * (part.end - part.start));
-    detection_.find_tool_contacts(world_, tool_.over(part.start, part.end));
+    if (const auto sample = later_sample(step)) {
+      tool_.redirect(*sample, part.start);
+      report.tool_time_ns = sample->time_ns;
+    }
+    find_tool_contacts(part);
     report.detect += Clock::now() - again;
   }
   substeps_ = static_cast<int>(1.0 / longest);
@@ -116,26 +119,43 @@ void Simulation::take(const std::optional<ToolSample>& sample, StepReport& repor
   if (account_ && !was_here && sample) account_->flow.given_J += held_J();
 }
 
+/// None if nothing is newer than what the step has taken, or the tool has gone: that the next one
+/// sees.
+std::optional<ToolSample> Simulation::later_sample(const Step& step) const {
+  if (!tool_.is_here()) return std::nullopt;
+  std::optional<ToolSample> sample = step.take_tool();
+  if (sample && sample->time_ns <= step.report.tool_time_ns) sample.reset();
+  return sample;
+}
+
+void Simulation::find_tool_contacts(const Part& part) {
+  detection_.find_tool_contacts(world_, tool_.over(part.start, part.end));
+}
+
 /// One step of the integrator. Leaves the world as it was if it did not converge and need not
 /// advance, if spheres crossed and it may be shortened, or if someone woke.
-Simulation::Attempt Simulation::advance(const Part& part, double step_s, Budget& budget,
-                                        StepReport& report) {
+Simulation::Attempt Simulation::advance(const Part& part, Step& step) {
   const auto start = Clock::now();
-  const double duration_s = step_s * (part.end - part.start);
+  StepReport& report = step.report;
+  Budget& budget = step.budget;
+  const double duration_s = step.length_s * (part.end - part.start);
   // An explicit integrator that counts its own substeps meets on the way what it knows of.
   const bool looks_within = is_explicit(method_.integrator) && method_.substeps == 0;
-  const double by_velocity = share_by_velocity(duration_s);
-  const double share = looks_within ? 1.0 : by_velocity;
+  foresee(duration_s);
   if (wake_touched(end_)) return {.woke = true};
-  if (share < 1.0 && part.may_shorten) return {.share = share};
+  if (!looks_within && part.may_shorten) {
+    const double share = share_before_crossings(detection_.contacts(), start_, end_);
+    if (share < 1.0) return {.share = share};
+  }
   // What must end has one iteration, however late it is.
   Budget own{.iterations = part.must_advance ? kLastIterations : kIterations,
              .deadline = budget.deadline};
   if (chooses_steps(method_.integrator)) own.iterations = kChosenSteps;
   own.iterations = std::min(own.iterations, budget.iterations);
-  if (part.must_end) own = {.iterations = 1, .deadline = grace(budget, step_s)};
+  if (part.must_end) own = {.iterations = 1, .deadline = grace(budget, step.length_s)};
   const auto prepared = Clock::now();
-  const SolveReport solve = integrator_->advance(world_, detection_.contacts(), duration_s, own);
+  SolveReport solve = integrator_->advance(world_, detection_.contacts(), duration_s, own);
+  const bool corrected = solve.converged && part.end >= 1.0 && correct(part, step, solve);
   report.respond += prepared - start;
   report.solve.iterations += solve.iterations;
   if (needs_solver(method_.integrator)) budget.iterations -= solve.iterations;
@@ -145,10 +165,9 @@ Simulation::Attempt Simulation::advance(const Part& part, double step_s, Budget&
   // Forces may have led elsewhere than the velocities before them.
   const Trial& trial = integrator_->trial();
   if (wake_touched(trial.spheres)) return {.woke = true};
-  // Struck off its foreseen path a sphere may meet what is on no list: in shorter parts it does
-  // not.
+  // Struck off its foreseen path a sphere may meet what is on no list, but not in shorter parts.
   if (looks_within && trial.struck && duration_s > kLeastExplicitPart_s && !part.must_end &&
-      detection_.strayed(trial.spheres))
+      detection_.strayed(world_, trial.spheres))
     return {};
   const double reached =
       looks_within ? 1.0 : share_before_crossings(detection_.contacts(), start_, trial.spheres);
@@ -163,6 +182,7 @@ Simulation::Attempt Simulation::advance(const Part& part, double step_s, Budget&
   ++report.substeps;
   report.crossings_left += reached < 1.0 ? 1 : 0;
   report.contacts = trial.touching;
+  report.corrected = corrected;
   report.solve.converged = report.solve.converged && solve.converged;
   // The worst of all substeps, and what is no number is the worst.
   double& worst = report.solve.residual;
@@ -170,7 +190,39 @@ Simulation::Attempt Simulation::advance(const Part& part, double step_s, Budget&
   return {.advanced = true};
 }
 
-double Simulation::share_by_velocity(double duration_s) {
+/// Leads a step's converged end on to a sample that came while it was solved, so that the image's
+/// tool is as old as this takes, not as the whole solution took. Adds to solve what it did; false,
+/// and nothing changed, if there is no such sample or this did not converge.
+bool Simulation::correct(const Part& part, Step& step, SolveReport& solve) {
+  if (!step.may_correct || !needs_solver(method_.integrator)) return false;
+  const std::optional<ToolSample> sample = later_sample(step);
+  if (!sample) return false;
+  step.may_correct = false;
+  const ToolMotion before = tool_;
+  tool_.redirect(*sample, part.start);
+  find_tool_contacts(part);
+  Budget own{.iterations = std::min(kIterations, step.budget.iterations - solve.iterations),
+             .deadline = step.budget.deadline};
+  // What takes longer than its sample is newer makes the image older.
+  const std::chrono::nanoseconds newer(static_cast<std::int64_t>(
+      std::min(sample->time_ns - step.report.tool_time_ns, std::uint64_t{1'000'000'000})));
+  if (own.deadline != Clock::time_point::max())
+    own.deadline = std::min(own.deadline, Clock::now() + newer);
+  const double duration_s = step.length_s * (part.end - part.start);
+  const SolveReport again = integrator_->correct(world_, detection_.contacts(), duration_s, own);
+  solve.iterations += again.iterations;
+  if (again.converged) {
+    solve.residual = again.residual;
+    step.report.tool_time_ns = sample->time_ns;
+    return true;
+  }
+  tool_ = before;
+  find_tool_contacts(part);
+  return false;
+}
+
+/// Where every sphere is, and where its velocity leads.
+void Simulation::foresee(double duration_s) {
   for (const BodyRange& body : world_.bodies) {
     if (body.asleep) continue;  // where note_sleep() saw it
     for (int sphere = body.first_sphere; sphere < body.first_sphere + body.sphere_count; ++sphere) {
@@ -179,7 +231,6 @@ double Simulation::share_by_velocity(double duration_s) {
       end_[i].position_m = start_[i].position_m + duration_s * start_[i].velocity_m_s;
     }
   }
-  return share_before_crossings(detection_.contacts(), start_, end_);
 }
 
 bool Simulation::wake_touched(std::span<const SphereMotion> end) {
@@ -194,6 +245,16 @@ void Simulation::note_sleep() {
   detection_.note_sleep(world_);
   for (std::size_t i = 0; i < world_.spheres.size(); ++i)
     start_[i] = end_[i] = sphere_motion(world_, world_.spheres[i]);
+}
+
+ImageForesight Simulation::look_ahead(double step_s, const Budget& budget) {
+  if (budget.is_late()) return {};
+  detection_.find_contacts(world_, step_s);  // what may touch by then
+  detection_.find_tool_contacts(world_, tool_.over(1.0, 1.0));
+  foresight_->look(world_, detection_.contacts(), step_s, budget);
+  detection_.foretell(foresight_->spheres(), proto::kForesightPeriods * step_s,
+                      proto::kForesightLag_s);
+  return foresight_->image();
 }
 
 void Simulation::account_energy() {

@@ -13,6 +13,7 @@
 #include "sim_server/contact/detection.hpp"
 #include "sim_server/dynamics/budget.hpp"
 #include "sim_server/dynamics/energy_account.hpp"
+#include "sim_server/dynamics/foresight.hpp"
 #include "sim_server/dynamics/integrator.hpp"
 #include "sim_server/dynamics/sleeping.hpp"
 #include "sim_server/dynamics/tool_motion.hpp"
@@ -28,9 +29,13 @@ struct StepReport {
   int crossings_left = 0;          // substeps in which spheres may have passed through one another
   int contacts = 0;                // that touch at the step's end
   int asleep_spheres = 0;          // at the step's end
-  std::uint64_t tool_time_ns = 0;  // of the sample it took, 0: none
+  std::uint64_t tool_time_ns = 0;  // of the latest sample it took, 0: none
+  bool corrected = false;          // its end was led on to a sample that came as it was solved
   std::chrono::nanoseconds detect{}, respond{}, integrate{};
 };
+
+/// Asked for the tool's newest sample; none: there is no tool.
+using TakeTool = std::function<std::optional<ToolSample>()>;
 
 /// The longest part of a step, halved until it is shorter than one of `length` by more than the
 /// rounding of its ends: parts that begin where spheres would have crossed have any length.
@@ -64,9 +69,17 @@ class Simulation {
   /// move on safely if not exactly, and the image comes in time. The report says so.
   ///
   /// The tool is asked for as late as the step allows: after the contacts among bodies were found,
-  /// just before its own are [Davanne 2002, section 3].
-  StepReport step(double step_s, const std::function<std::optional<ToolSample>()>& take_tool,
-                  Budget budget = {});
+  /// just before its own are [Davanne 2002, section 3]; while it is there, again for each part, and
+  /// once more when a solver of ours has converged on the last one, which is then corrected. A
+  /// sample that is no later than the last changes nothing, to the bit; from where it is then, the
+  /// tool moves evenly to a later one over the rest of the step
+  /// (docs/algorithms/prompt_images.md).
+  StepReport step(double step_s, const TakeTool& take_tool, Budget budget = {});
+
+  /// Adds to the image of the last step where the next one of step_s would lead
+  /// (docs/algorithms/answer.md). The world stays as it is. Nothing is
+  /// foreseen when the budget is spent.
+  [[nodiscard]] ImageForesight look_ahead(double step_s, const Budget& budget = {});
 
   /// Accounts for energy from now on. No step comes out otherwise for it.
   void account_energy();
@@ -92,9 +105,21 @@ class Simulation {
     bool woke = false;   // who woke is yet to be reckoned with
   };
 
+  /// What a step was asked for, and what it has come to.
+  struct Step {
+    double length_s;
+    const TakeTool& take_tool;
+    Budget budget;
+    StepReport report = {};
+    bool may_correct = true;
+  };
+
   void take(const std::optional<ToolSample>& sample, StepReport& report);
-  Attempt advance(const Part& part, double step_s, Budget& budget, StepReport& report);
-  double share_by_velocity(double duration_s);
+  [[nodiscard]] std::optional<ToolSample> later_sample(const Step& step) const;
+  void find_tool_contacts(const Part& part);
+  Attempt advance(const Part& part, Step& step);
+  bool correct(const Part& part, Step& step, SolveReport& solve);
+  void foresee(double duration_s);
   bool wake_touched(std::span<const SphereMotion> end);
   void note_sleep();
 
@@ -105,6 +130,7 @@ class Simulation {
   ToolMotion tool_;
   std::optional<Sleeping> sleeping_;
   std::optional<EnergyAccount> account_;
+  std::unique_ptr<Foresight> foresight_ = std::make_unique<Foresight>();
   std::vector<SphereMotion> start_, end_;  // of every sphere over a part
   int substeps_ = 1;                       // that the end of the last step took, were it all alike
 };

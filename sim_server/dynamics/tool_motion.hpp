@@ -19,24 +19,32 @@ struct ToolSample {
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
 };
 
-/// The tool's spheres, moving evenly over a step from the last sample to the present one.
+/// The tool's spheres over a step, moving evenly from where the last one left them to the newest
+/// sample.
 class ToolMotion {
  public:
   explicit ToolMotion(std::vector<ToolSphere> spheres) : spheres_(std::move(spheres)) {}
 
   /// The tool is here at this step's end. Without a step before it has no path.
   void place(const ToolSample& sample);
+  /// A later sample for this step: from where the tool is when share `from` of the step is over, it
+  /// moves on evenly to be there at the end. Pre: is_here(); from < 1, and not before an earlier
+  /// one.
+  void redirect(const ToolSample& sample, double from);
   /// There is no tool in this step.
   void remove() { over_step_.clear(); }
   [[nodiscard]] bool is_here() const noexcept { return !over_step_.empty(); }
 
   /// Its spheres over the part of the step from share `start` to share `end` of it; none without a
-  /// tool.
+  /// tool. Pre: start is not before a redirection.
   [[nodiscard]] const std::vector<ToolSphereMotion>& over(double start, double end);
 
  private:
-  std::vector<ToolSphere> spheres_;  // as described
-  ToolSample last_sample_;
+  void end_at(const ToolSample& sample);
+
+  std::vector<ToolSphere> spheres_;          // as described
+  ToolSample start_sample_, sample_;         // of the step before, and the newest
+  double from_ = 0.0;                        // share of the step at which over_step_ begins
   std::vector<ToolSphereMotion> over_step_;  // empty: no tool
   std::vector<ToolSphereMotion> over_part_;
 };

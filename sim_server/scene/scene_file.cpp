@@ -191,11 +191,9 @@ void read_contents(TableReader& document, SceneDescription& scene) {
 
 }  // namespace
 
-SceneDescription load_scene(const std::filesystem::path& path) {
+SceneDescription read_scene(const std::string& text, const std::filesystem::path& path) {
   const std::string file = path.string();
-  const std::optional<std::string> text = read_text(path);
-  if (!text) throw scene_error(file, {1, 1}, "file", '"' + file + '"', "a file that can be read");
-  const toml::table parsed = parse_text(*text, file);
+  const toml::table parsed = parse_text(text, file);
   TableReader document(parsed, file);
 
   SceneDescription scene;
@@ -210,6 +208,13 @@ SceneDescription load_scene(const std::filesystem::path& path) {
   read_contents(document, scene);
   document.finish();
   return scene;
+}
+
+SceneDescription load_scene(const std::filesystem::path& path) {
+  const std::string file = path.string();
+  const std::optional<std::string> text = read_text(path);
+  if (!text) throw scene_error(file, {1, 1}, "file", '"' + file + '"', "a file that can be read");
+  return read_scene(*text, path);
 }
 
 }  // namespace stillgrid

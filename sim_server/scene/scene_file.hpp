@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <stdexcept>
+#include <string>
 
 #include "sim_server/scene/scene_description.hpp"
 
@@ -21,5 +22,10 @@ struct SceneError : std::runtime_error {
 /// for a key that is unknown where it stands, and for a value of the wrong type or beyond
 /// what it may be. Every number of the result is finite, also as a float.
 [[nodiscard]] SceneDescription load_scene(const std::filesystem::path& path);
+
+/// The same of a text that would stand in that file; throws alike. The scene is named after the
+/// file, and files that it names are looked for from its folder.
+[[nodiscard]] SceneDescription read_scene(const std::string& text,
+                                          const std::filesystem::path& path);
 
 }  // namespace stillgrid

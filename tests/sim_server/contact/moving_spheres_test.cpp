@@ -8,6 +8,7 @@
 #include <random>
 
 #include "shared/collision/grid_query.hpp"
+#include "shared/collision/sphere_history.hpp"
 #include "tests/haptic_server/devices/allocation_counter.hpp"
 #include "tests/sim_server/contact/sphere_clouds.hpp"
 
@@ -175,16 +176,15 @@ TEST_CASE("The published grid holds every sphere in all its images", "[moving_sp
     for (std::size_t i = 0; i < 300; ++i) {
       const proto::SphereRecord& record = grid.records()[i];
       const Cover& cover = grid.cover(i);
-      for (const auto& images : {record.newest, record.older})
-        for (const proto::SphereImage& image : images) {
-          const Eigen::Vector3d apart_m =
-              Eigen::Map<const Eigen::Vector3f>(image.position_m.data()).cast<double>() -
-              Eigen::Map<const Eigen::Vector3f>(cover.centre_m.data()).cast<double>();
-          if (!(apart_m.norm() + double{record.radius_m} <= double{cover.reach_m}))
-            FAIL("sphere " << i << " at step " << step);
-        }
+      for (std::size_t age = 0; age < proto::kHistoryLength; ++age) {
+        const Eigen::Vector3d apart_m =
+            Eigen::Map<const Eigen::Vector3f>(position_m(record, age).data()).cast<double>() -
+            Eigen::Map<const Eigen::Vector3f>(cover.centre_m.data()).cast<double>();
+        if (!(apart_m.norm() + double{record.radius_m} <= double{cover.reach_m}))
+          FAIL("sphere " << i << " at step " << step);
+      }
     }
-    CHECK(grid.records()[0].newest[0].position_m == spheres.balls()[0].centre_m);
+    CHECK(grid.records()[0].newest.position_m == spheres.balls()[0].centre_m);
   }
 }
 

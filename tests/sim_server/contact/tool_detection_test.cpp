@@ -105,9 +105,9 @@ TEST_CASE("The records of still spheres follow the world's order", "[detection]"
 
   REQUIRE(records.size() == world.still_spheres.size());
   for (std::size_t i = 0; i < records.size(); ++i) {
-    const Eigen::Vector3f p(records[i].newest[0].position_m.data());
+    const Eigen::Vector3f p(records[i].newest.position_m.data());
     CHECK((p.cast<double>() - world.still_spheres[i].position_m).norm() < 1e-8);
-    CHECK(records[i].older[1].position_m == records[i].newest[0].position_m);
+    CHECK(records[i].oldest_position_m == records[i].newest.position_m);
     CHECK(records[i].body == static_cast<std::uint32_t>(world.still_spheres[i].body));
     CHECK(records[i].radius_m == 0.01F);
   }

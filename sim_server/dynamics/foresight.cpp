@@ -1,0 +1,150 @@
+#include "sim_server/dynamics/foresight.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim_server/dynamics/implicit_stage.hpp"
+
+namespace stillgrid {
+namespace {
+
+/// Of a step, that looking ahead may take of real time: the age of an image is what costs
+/// stability.
+constexpr double kMostShare = 0.1;
+/// Of the drift: the next image corrects what it leaves.
+constexpr double kTolerance_m_s = 1e-6;
+constexpr int kMostIterations = 3;
+/// Of the answer, relative.
+constexpr double kAccuracy = 1e-4;
+
+ContactMotion motion_of(const World& world, const Contact& contact) {
+  const auto at = [&](int sphere) {
+    return sphere_motion(world, world.spheres[static_cast<std::size_t>(sphere)]);
+  };
+  const auto spin_rad_s = [&](int sphere) -> Eigen::Vector3d {
+    const int rigid = world.spheres[static_cast<std::size_t>(sphere)].rigid;
+    if (rigid < 0) return Eigen::Vector3d::Zero();
+    return world.rigid_bodies[static_cast<std::size_t>(rigid)].angular_velocity_rad_s;
+  };
+  const ContactShares shares = contact_shares(contact);
+  const SphereMotion a = at(contact.a);
+  if (contact.b >= 0) {
+    const SphereMotion b = at(contact.b);
+    return {a.position_m - b.position_m, a.velocity_m_s - b.velocity_m_s,
+            shares.a * spin_rad_s(contact.a) + shares.b * spin_rad_s(contact.b)};
+  }
+  const Eigen::Vector3d origin_m =
+      contact.is_plane ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : contact.position_b_m;
+  return {a.position_m - origin_m, a.velocity_m_s - contact.velocity_b_m_s,
+          shares.a * spin_rad_s(contact.a) + shares.b * contact.spin_b_rad_s};
+}
+
+/// The next step under a force of the tool that stays as it is.
+class PushedStage final : public ImplicitStage {
+ public:
+  PushedStage(MechanicalSystem& system, double step_s) : ImplicitStage(system, step_s) {}
+  void push(const Eigen::VectorXd& momentum) { push_ = &momentum; }
+  void residual(const Eigen::VectorXd& u, Eigen::VectorXd& residual) override {
+    ImplicitStage::residual(u, residual);
+    residual -= *push_;
+  }
+
+ private:
+  const Eigen::VectorXd* push_ = nullptr;
+};
+
+bool is_given(const World& world, const SphereBinding& sphere) {
+  return sphere.rigid >= 0 &&
+         world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].unknown == kNoUnknown;
+}
+
+}  // namespace
+
+Foresight::Foresight() : solver_(SolverKind::kNewtonCg, kTolerance_m_s) {}
+
+void Foresight::take_contacts(const World& world, std::span<const Contact> contacts,
+                              double step_s) {
+  near_.clear();
+  for (const Contact& contact : contacts) {
+    const ContactMotion motion = motion_of(world, contact);
+    const double depth_m = contact_depth_m(contact, motion.position_m);
+    if (depth_m + step_s * motion.velocity_m_s.norm() < 0.0) continue;
+    near_.emplace_back(contact).depth_before_m = depth_m;
+    near_.back().start_b_m = contact.position_b_m;
+  }
+}
+
+void Foresight::take_tool(const World& world, std::span<const Contact> contacts) {
+  tool_force_.setZero(system_.size());
+  tool_push_.setZero(system_.size());
+  Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
+  const Contact* nearest = nullptr;
+  double nearest_m = 0.0;
+  for (const Contact& contact : contacts) {
+    const ContactMotion motion = motion_of(world, contact);
+    const SphereBinding& sphere = world.spheres[static_cast<std::size_t>(contact.a)];
+    const double depth_m = contact_depth_m(contact, motion.position_m);
+    if (nearest == nullptr || depth_m > nearest_m) {
+      nearest = &contact;
+      nearest_m = depth_m;
+    }
+    const ContactForce law = contact_force(contact, motion, 0.0, nullptr);
+    if (!law.touching) continue;
+    const Eigen::Vector3d couple_N_m = -contact_shares(contact).a * law.arm_m.cross(law.friction_N);
+    system_.push_sphere(sphere, law.force_N, couple_N_m, tool_force_);
+    force_N += law.force_N;
+  }
+  const double norm_N = force_N.norm();
+  if (norm_N > 0.0) {
+    tool_push_ = tool_force_ / norm_N;
+    force_N /= norm_N;
+  } else if (nearest != nullptr) {
+    force_N = motion_of(world, *nearest).position_m.stableNormalized();
+    system_.push_sphere(world.spheres[static_cast<std::size_t>(nearest->a)], force_N,
+                        Eigen::Vector3d::Zero(), tool_push_);
+  }
+  image_.answer_force_N = norm_N;
+  image_.answer_direction = {force_N.x(), force_N.y(), force_N.z()};
+}
+
+void Foresight::look(const World& world, std::span<const Contact> contacts, double step_s,
+                     Budget budget) {
+  using Clock = std::chrono::steady_clock;
+  if (budget.deadline != Clock::time_point::max())
+    budget.deadline = std::min(
+        budget.deadline, Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                            std::chrono::duration<double>(kMostShare * step_s)));
+  spheres_.assign(world.spheres.size(), {});
+  for (std::size_t i = 0; i < spheres_.size(); ++i)
+    spheres_[i].drift_m_s = sphere_motion(world, world.spheres[i]).velocity_m_s;
+  image_ = {.period_ns = static_cast<std::uint64_t>(std::llround(step_s * 1e9))};
+  const auto tool = std::find_if(contacts.begin(), contacts.end(),
+                                 [](const Contact& contact) { return contact.is_tool; });
+  take_contacts(world, {contacts.begin(), tool}, step_s);
+  system_.take(world, near_);
+  PushedStage stage(system_, step_s);  // places all where it is
+  take_tool(world, {tool, contacts.end()});
+
+  const Eigen::VectorXd push = step_s * tool_force_;
+  stage.push(push);
+  Eigen::VectorXd velocity = stage.initial_guess(), change;
+  budget.iterations = kMostIterations;
+  if (!std::isfinite(solver_.solve(stage, velocity, budget).residual)) return;
+  const bool answers =
+      !tool_push_.isZero(0.0) && !budget.is_late() &&
+      slopes_.solve(stage, Slope::kDefinite, step_s * tool_push_, kAccuracy, budget, change);
+  system_.place(step_s * velocity, velocity, step_s);
+  for (std::size_t i = 0; i < spheres_.size(); ++i)
+    spheres_[i].drift_m_s = (system_.trial().spheres[i].position_m -
+                             sphere_motion(world, world.spheres[i]).position_m) /
+                            step_s;
+  if (!answers) return;
+  system_.place(step_s * velocity, change, step_s);  // `change`: velocities a newton makes
+  for (std::size_t i = 0; i < spheres_.size(); ++i) {
+    if (is_given(world, world.spheres[i])) continue;
+    spheres_[i].answer_m_N = step_s * system_.trial().spheres[i].velocity_m_s;
+    image_.longest_answer_m_N = std::max(image_.longest_answer_m_N, spheres_[i].answer_m_N.norm());
+  }
+}
+
+}  // namespace stillgrid

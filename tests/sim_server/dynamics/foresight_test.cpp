@@ -1,0 +1,209 @@
+// What an image tells of the next step: docs/algorithms/answer.md.
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+#include "shared/collision/sphere_history.hpp"
+#include "sim_server/dynamics/simulation.hpp"
+#include "tests/sim_server/scene_builders.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr double kStep_s = 0.01;
+constexpr double kStiffness_N_m = 200.0;
+
+const Method kImplicit{.integrator = IntegratorKind::kImplicitEuler,
+                       .solver = SolverKind::kNewton,
+                       .tolerance_m_s = 1e-12};
+
+SceneDescription touched_scene(std::vector<BodyDescription> bodies,
+                               const Eigen::Vector3d& gravity_m_s2 = Eigen::Vector3d::Zero()) {
+  SceneDescription scene = scene_of(std::move(bodies), material_of(kStiffness_N_m), gravity_m_s2);
+  scene.tool = {{Eigen::Vector3d::Zero(), 0.01}};
+  scene.method = kImplicit;
+  return scene;
+}
+
+/// A step with the tool at x_m at its end.
+void step_with_tool(Simulation& simulation, double x_m) {
+  const auto now_ns = static_cast<std::uint64_t>((simulation.world().time_s + kStep_s) * 1e9);
+  REQUIRE(simulation
+              .step(kStep_s,
+                    [&]() -> std::optional<ToolSample> {
+                      return ToolSample{.time_ns = now_ns, .position_m = {x_m, 0, 0}};
+                    })
+              .solve.converged);
+}
+
+Eigen::Vector3d vector(const std::array<float, 3>& v) {
+  return Eigen::Map<const Eigen::Vector3f>(v.data()).cast<double>();
+}
+const proto::SphereRecord& record(const Simulation& simulation, std::size_t sphere) {
+  return simulation.detection().image().records()[sphere];
+}
+Eigen::Vector3d position_m(const Simulation& simulation, std::size_t sphere) {
+  return sphere_motion(simulation.world(), simulation.world().spheres[sphere]).position_m;
+}
+
+TEST_CASE("A free body drifts to the end of its next step, and does not answer without a tool",
+          "[foresight]") {
+  Simulation simulation(touched_scene({sphere({0, 0, 1}, 0.01, 0.1)}, {0, 0, -9.81}));
+  REQUIRE(simulation.step(kStep_s, [] { return std::nullopt; }).solve.converged);
+  const ImageForesight foresight = simulation.look_ahead(kStep_s);
+
+  CHECK(foresight.period_ns == 10'000'000);
+  CHECK(foresight.answer_force_N == 0.0);
+  CHECK(foresight.longest_answer_m_N == 0.0);
+  CHECK(record(simulation, 0).drift_m_s[2] == Approx(-2.0 * 9.81 * kStep_s).epsilon(1e-6));
+}
+
+TEST_CASE("A free body answers a newton by P^2 over its mass, along the push", "[foresight]") {
+  Simulation simulation(touched_scene({sphere({0.019, 0, 0}, 0.01, 0.1)}));
+  step_with_tool(simulation, 0.0);
+  const double depth_m = 0.02 - position_m(simulation, 0).x();
+  const double speed_m_s = simulation.world().rigid_bodies[0].velocity_m_s.x();
+  const ImageForesight foresight = simulation.look_ahead(kStep_s);
+
+  CHECK(foresight.answer_direction[0] == Approx(1.0));
+  CHECK(foresight.answer_force_N == Approx(kStiffness_N_m * depth_m));
+  CHECK(foresight.longest_answer_m_N == Approx(kStep_s * kStep_s / 0.1));
+  const auto& sphere = record(simulation, 0);
+  CHECK(sphere.answer_m_N[0] == Approx(kStep_s * kStep_s / 0.1));
+  CHECK(sphere.drift_m_s[0] ==
+        Approx(speed_m_s + kStep_s * foresight.answer_force_N / 0.1).epsilon(1e-6));
+}
+
+TEST_CASE("A tool that is near but does not touch is answered along the line of the centres",
+          "[foresight]") {
+  Simulation simulation(touched_scene({sphere({0.0201, 0, 0}, 0.01, 0.1)}));
+  step_with_tool(simulation, 0.0);
+  const ImageForesight foresight = simulation.look_ahead(kStep_s);
+  CHECK(foresight.answer_force_N == 0.0);
+  CHECK(foresight.answer_direction[0] == Approx(1.0));
+  CHECK(foresight.longest_answer_m_N == Approx(kStep_s * kStep_s / 0.1));
+}
+
+/// How far the next step leads from where drift and answer say, for the force that it finds, as a
+/// share of how far it leads at all.
+double foretold_error(Simulation& simulation, double tool_x_m, std::size_t sphere) {
+  const ImageForesight foresight = simulation.look_ahead(kStep_s);
+  const proto::SphereRecord told = record(simulation, sphere);
+  const Eigen::Vector3d before_m = position_m(simulation, sphere);
+  step_with_tool(simulation, tool_x_m);
+  const Eigen::Vector3d after_m = position_m(simulation, sphere);
+  const double reach_m = 0.01 + double{told.radius_m};
+  const double force_N =
+      kStiffness_N_m * std::max(0.0, reach_m - (after_m - Eigen::Vector3d(tool_x_m, 0, 0)).norm());
+  const Eigen::Vector3d expected_m = before_m + kStep_s * vector(told.drift_m_s) +
+                                     (force_N - foresight.answer_force_N) * vector(told.answer_m_N);
+  return (after_m - expected_m).norm() / (after_m - before_m).norm();
+}
+
+TEST_CASE("The next implicit step leads where drift and answer say, whatever the tool does",
+          "[foresight]") {
+  SECTION("of a free body") {
+    Simulation simulation(touched_scene({sphere({0.019, 0, 0}, 0.01, 0.1)}));
+    step_with_tool(simulation, 0.0);
+    for (const double tool_x_m : {0.0002, 0.001, 0.003, 0.0})
+      CHECK(foretold_error(simulation, tool_x_m, 0) < 1e-5);
+  }
+  SECTION("of a chain that is pinned at its end, within what bends it") {
+    BodyDescription chain = thread(10, {0.0115, 0, 0}, {0.2, 0, 0}, 0.01, 300.0, {9});
+    Simulation simulation(touched_scene({chain}));
+    step_with_tool(simulation, 0.0);
+    for (const double tool_x_m : {0.0001, 0.0003, 0.0002})
+      CHECK(foretold_error(simulation, tool_x_m, 0) < 2e-2);
+  }
+  SECTION("of a body with another behind it, which is pushed too") {
+    Simulation simulation(
+        touched_scene({sphere({0.019, 0, 0}, 0.01, 0.1), sphere({0.0385, 0, 0}, 0.01, 0.1)}));
+    step_with_tool(simulation, 0.0);
+    for (const double tool_x_m : {0.0002, 0.0005})
+      CHECK(foretold_error(simulation, tool_x_m, 0) < 1e-2);
+    const double alone_m_N = kStep_s * kStep_s / 0.1;
+    static_cast<void>(simulation.look_ahead(kStep_s));
+    CHECK(record(simulation, 0).answer_m_N[0] < 0.95 * alone_m_N);
+    CHECK(record(simulation, 1).answer_m_N[0] > 0.01 * alone_m_N);
+  }
+}
+
+TEST_CASE("A prescribed body drifts to where it will be and does not answer", "[foresight]") {
+  BodyDescription shaker = sphere({0.015, 0, 0}, 0.01, 0.1);
+  shaker.motion = Motion::kPrescribed;
+  shaker.prescribed.amplitude_m = 0.02;
+  shaker.prescribed.frequency_hz = 3.0;
+  Simulation simulation(touched_scene({shaker}));
+  for (int i = 0; i < 7; ++i) step_with_tool(simulation, 0.0);
+  const ImageForesight foresight = simulation.look_ahead(kStep_s);
+  const Eigen::Vector3d told_m =
+      position_m(simulation, 0) + kStep_s * vector(record(simulation, 0).drift_m_s);
+  CHECK(foresight.longest_answer_m_N == 0.0);
+  step_with_tool(simulation, 0.0);
+  CHECK((position_m(simulation, 0) - told_m).norm() < 1e-7);
+}
+
+TEST_CASE("Looking ahead leaves the world and its next steps as they are", "[foresight]") {
+  const auto bodies = [] {
+    return std::vector{sphere({0.019, 0, 0}, 0.01, 0.1), sphere({0.0385, 0.001, 0}, 0.01, 0.1)};
+  };
+  Simulation looking(touched_scene(bodies())), other(touched_scene(bodies()));
+  for (int i = 0; i < 20; ++i) {
+    step_with_tool(looking, 1e-4 * i);
+    step_with_tool(other, 1e-4 * i);
+    static_cast<void>(looking.look_ahead(kStep_s));
+  }
+  for (std::size_t i = 0; i < 2; ++i)
+    CHECK((position_m(looking, i) - position_m(other, i)).norm() < 1e-12);
+}
+
+TEST_CASE("Covers hold what drifts for two periods", "[foresight]") {
+  Simulation simulation(touched_scene({sphere({0.019, 0, 0}, 0.01, 0.001)}));
+  step_with_tool(simulation, 0.0);
+  static_cast<void>(simulation.look_ahead(kStep_s));
+  const auto& sphere = record(simulation, 0);
+  const Cover& cover = simulation.detection().image().cover(0);
+  const Eigen::Vector3d far_m = vector(sphere.newest.position_m) +
+                                proto::kForesightPeriods * kStep_s * vector(sphere.drift_m_s);
+  REQUIRE(vector(sphere.drift_m_s).norm() * kStep_s > 0.001);
+  CHECK((far_m - vector(cover.centre_m)).norm() + 0.01 <= double{cover.reach_m});
+}
+
+TEST_CASE("Covers hold the whole history after looking ahead, though the grid was entered anew",
+          "[foresight]") {
+  std::vector<BodyDescription> bodies{floor_at(0.0)};
+  for (int i = 0; i < 8; ++i)
+    bodies.push_back(
+        moving(sphere({0.05 * i, 0, 0.03 + 0.01 * i}, 0.01, 0.05), {0.1 * (i - 4), 0.05 * i, 0}));
+  Simulation simulation(touched_scene(std::move(bodies), {0, 0, -9.81}));
+  int outside = 0;
+  for (int step = 0; step < 80; ++step) {
+    static_cast<void>(simulation.step(kStep_s, [] { return std::nullopt; }));
+    static_cast<void>(simulation.look_ahead(kStep_s));
+    const StillGrid& image = simulation.detection().image();
+    for (std::size_t i = 0; i < image.records().size(); ++i)
+      for (std::size_t age = 0; age < proto::kHistoryLength; ++age) {
+        const auto& centre_m = image.cover(i).centre_m;
+        const double far_m =
+            (vector(stillgrid::position_m(image.records()[i], age)) - vector(centre_m)).norm();
+        if (far_m + 0.01 > double{image.cover(i).reach_m}) ++outside;
+      }
+  }
+  CHECK(outside == 0);
+}
+
+TEST_CASE("Without time to look ahead a body drifts by its velocity and does not answer",
+          "[foresight]") {
+  Simulation simulation(touched_scene({sphere({0.019, 0, 0}, 0.01, 0.1)}));
+  step_with_tool(simulation, 0.0);
+  const ImageForesight foresight = simulation.look_ahead(
+      kStep_s,
+      {.iterations = 1000, .deadline = std::chrono::steady_clock::now() - std::chrono::seconds(1)});
+  CHECK(foresight.period_ns == 0);
+  CHECK(record(simulation, 0).drift_m_s == record(simulation, 0).newest.velocity_m_s);
+}
+
+}  // namespace
+}  // namespace stillgrid

@@ -1,0 +1,216 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "sim_server/dynamics/simulation.hpp"
+#include "tests/sim_server/scene_builders.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr double kStep_s = 0.01;
+
+ToolSample sample_at(std::uint64_t time_ns, double x_m, double velocity_m_s = 0.0) {
+  return {.time_ns = time_ns, .position_m = {x_m, 0, 0}, .velocity_m_s = {velocity_m_s, 0, 0}};
+}
+
+/// Offers one sample after the other, then the last one again and again.
+class Offers {
+ public:
+  explicit Offers(std::vector<ToolSample> samples) : samples_(std::move(samples)) {}
+  std::optional<ToolSample> operator()() {
+    return samples_[std::min<std::size_t>(static_cast<std::size_t>(asked_++), samples_.size() - 1)];
+  }
+  [[nodiscard]] int asked() const { return asked_; }
+
+ private:
+  std::vector<ToolSample> samples_;
+  int asked_ = 0;
+};
+
+StepReport step_with(Simulation& simulation, std::vector<ToolSample> samples) {
+  return simulation.step(kStep_s, Offers(std::move(samples)), {.iterations = 1000});
+}
+
+/// A free ball before the tool, on the x axis, with damper and friction.
+SceneDescription pushed_ball(const Method& method) {
+  SceneDescription scene = scene_of({sphere({0, 0, 0}, 0.01, 0.1)}, material_of(200.0, 0.5, 0.3));
+  scene.tool = {{Eigen::Vector3d::Zero(), 0.01}};
+  scene.method = method;
+  return scene;
+}
+
+Method implicit(IntegratorKind integrator, SolverKind solver) {
+  return {.integrator = integrator, .solver = solver, .tolerance_m_s = 1e-10};
+}
+
+double speed_m_s(const Simulation& simulation) {
+  return simulation.world().rigid_bodies[0].velocity_m_s.x();
+}
+
+TEST_CASE("An implicit step is led on to a sample that came while it was solved",
+          "[late_samples]") {
+  const Method method =
+      GENERATE(implicit(IntegratorKind::kImplicitEuler, SolverKind::kNewton),
+               implicit(IntegratorKind::kImplicitEuler, SolverKind::kNewtonBicgstab),
+               implicit(IntegratorKind::kImplicitEuler, SolverKind::kBroyden),
+               implicit(IntegratorKind::kImplicitEuler, SolverKind::kKinsolNewtonKrylov),
+               implicit(IntegratorKind::kBdf2, SolverKind::kNewton),
+               implicit(IntegratorKind::kTrapezoid, SolverKind::kNewton));
+  Simulation late(pushed_ball(method)), early(pushed_ball(method)), prompt(pushed_ball(method));
+  std::uint64_t time_ns = 1;
+  double x_m = -0.0205;
+  for (int i = 0; i < 20; ++i) {
+    const ToolSample first = sample_at(time_ns, x_m, 0.1),
+                     second = sample_at(time_ns + 5, x_m + 0.5e-3, 0.1);
+    const StepReport report = step_with(late, {first, second});
+    (void)step_with(early, {first});
+    (void)step_with(prompt, {second});
+    CHECK(report.tool_time_ns == time_ns + 5);
+    CHECK(report.corrected);
+    CHECK(report.solve.converged);
+    time_ns += 10;
+    x_m += 1e-3;
+  }
+
+  REQUIRE(speed_m_s(prompt) > 0.05);
+  CHECK(speed_m_s(late) == Approx(speed_m_s(prompt)).margin(1e-7));
+  CHECK(std::abs(speed_m_s(early) - speed_m_s(prompt)) > 1e-4);
+}
+
+TEST_CASE("Every part of an explicit step goes on to the newest sample", "[late_samples]") {
+  // Three parts of a step of 10 ms.
+  Simulation late(pushed_ball({.integrator = IntegratorKind::kVelocityVerlet}));
+  Simulation early(pushed_ball({.integrator = IntegratorKind::kVelocityVerlet}));
+  for (Simulation* simulation : {&late, &early})
+    (void)step_with(*simulation, {sample_at(1, -0.02)});
+  Offers offers({sample_at(5, -0.018), sample_at(7, -0.017), sample_at(8, -0.016)});
+  const auto take = [&] { return offers(); };
+
+  const StepReport report = late.step(kStep_s, take);
+  (void)step_with(early, {sample_at(5, -0.018)});
+
+  CHECK(offers.asked() == 3);
+  CHECK(report.tool_time_ns == 8);
+  REQUIRE_FALSE(late.detection().contacts().empty());
+  const Contact& last = late.detection().contacts().back();
+  CHECK(last.position_b_m.x() == Approx(-0.016).epsilon(1e-12));
+  // Two thirds of the way to the second sample, from a third of that to the first.
+  CHECK(last.start_b_m.x() == Approx(0.5 * (-0.02 + 0.002 / 3.0) + 0.5 * -0.017).epsilon(1e-12));
+  CHECK(speed_m_s(late) > speed_m_s(early));
+}
+
+TEST_CASE("A sample that is no later changes nothing, to the bit", "[late_samples]") {
+  const Method method = GENERATE(Method{.integrator = IntegratorKind::kVelocityVerlet},
+                                 implicit(IntegratorKind::kImplicitEuler, SolverKind::kNewton),
+                                 implicit(IntegratorKind::kBdf2, SolverKind::kNewton));
+  SceneDescription scene = pushed_ball(method);
+  BodyDescription cloth = sheet({4, 4}, 0.02, 0.002, 500.0);
+  cloth.position_m = {0.03, 0, 0};
+  scene.bodies.push_back(cloth);
+  Simulation again(scene), once(scene);
+  for (int i = 0; i < 100; ++i) {
+    const ToolSample sample =
+        sample_at(static_cast<std::uint64_t>(10 * i + 9), -0.02 + 4e-4 * i, 0.04);
+    const ToolSample stale = sample_at(sample.time_ns - 9, 1.0);
+    Offers same({sample, sample, stale});
+    int asked = 0;
+    (void)again.step(kStep_s, [&] { return same(); });
+    (void)once.step(kStep_s, [&] { return asked++ == 0 ? std::optional(sample) : std::nullopt; });
+    REQUIRE(same.asked() > 1);
+  }
+
+  REQUIRE(again.world().rigid_bodies[0].position_m.x() > 0.01);
+  CHECK(again.world().rigid_bodies[0].position_m == once.world().rigid_bodies[0].position_m);
+  CHECK(again.world().rigid_bodies[0].velocity_m_s == once.world().rigid_bodies[0].velocity_m_s);
+  for (std::size_t i = 0; i < again.world().nodes.size(); ++i)
+    CHECK(again.world().nodes[i].position_m == once.world().nodes[i].position_m);
+}
+
+TEST_CASE("Without iterations left for a correction the step stands as it was solved",
+          "[late_samples]") {
+  const Method method = implicit(IntegratorKind::kImplicitEuler, SolverKind::kNewton);
+  Simulation cut(pushed_ball(method)), plain(pushed_ball(method));
+  const ToolSample first = sample_at(1, -0.017), second = sample_at(2, -0.015);
+  const StepReport whole = step_with(plain, {first});
+  REQUIRE(whole.solve.iterations > 0);
+
+  const StepReport report =
+      cut.step(kStep_s, Offers({first, second}), {.iterations = whole.solve.iterations});
+
+  CHECK_FALSE(report.corrected);
+  CHECK(report.solve.converged);
+  CHECK(report.tool_time_ns == 1);
+  CHECK(speed_m_s(cut) == speed_m_s(plain));
+  CHECK(cut.detection().contacts().back().position_b_m.x() == -0.017);
+  // The next step sets out from where this one had the tool.
+  (void)step_with(cut, {sample_at(3, -0.014)});
+  CHECK(cut.detection().contacts().back().start_b_m.x() == -0.017);
+}
+
+TEST_CASE("A later sample beyond a body does not take the tool through it", "[late_samples]") {
+  Simulation simulation(pushed_ball(implicit(IntegratorKind::kImplicitEuler, SolverKind::kNewton)));
+  (void)step_with(simulation, {sample_at(1, -0.1)});
+
+  const StepReport report = step_with(simulation, {sample_at(2, -0.09), sample_at(3, 0.1)});
+
+  CHECK(report.tool_time_ns == 3);
+  CHECK(report.crossings_left == 0);
+  CHECK(report.substeps > 1);
+  CHECK(speed_m_s(simulation) > 0.1);
+}
+
+TEST_CASE("A later sample wakes what it touches", "[late_samples]") {
+  SceneDescription scene = scene_of(
+      {box({0, 0, 0.0145}, Eigen::Vector3d::Constant(0.03), 0.1, {0.02, 0.005}), floor_at(0.0)},
+      material_of(1250.0, 2.0, 0.5), {0, 0, -9.81});
+  scene.sleeping = true;
+  scene.tool = {{Eigen::Vector3d::Zero(), 0.01}};
+  Simulation simulation(scene);
+  std::uint64_t time_ns = 0;
+  while (!simulation.world().bodies[0].asleep && time_ns < 1000)
+    (void)step_with(simulation, {sample_at(++time_ns, -0.04)});
+  REQUIRE(simulation.world().bodies[0].asleep);
+
+  // Below its upper edge, from the side.
+  ToolSample pressing = sample_at(time_ns + 2, -0.018);
+  pressing.position_m.z() = 0.025;
+  ToolSample waiting = pressing;
+  waiting.time_ns = time_ns + 1;
+  waiting.position_m.x() = -0.04;
+  const StepReport report = step_with(simulation, {waiting, pressing});
+
+  CHECK(report.tool_time_ns == time_ns + 2);
+  CHECK_FALSE(simulation.world().bodies[0].asleep);
+  CHECK(speed_m_s(simulation) > 0.0);
+}
+
+TEST_CASE("With late samples too the tool gives its force times its way", "[late_samples]") {
+  const Method method = GENERATE(Method{.integrator = IntegratorKind::kVelocityVerlet},
+                                 implicit(IntegratorKind::kImplicitEuler, SolverKind::kNewton));
+  constexpr double kFine_s = 1e-4, kSpeed_m_s = 0.2;
+  SceneDescription scene = pushed_ball(method);
+  Simulation simulation(scene);
+  simulation.account_energy();
+  double work_J = 0.0;
+  for (int i = 1; i <= 2000; ++i) {
+    const double x_m = -0.0205 + kSpeed_m_s * kFine_s * i, before_m_s = speed_m_s(simulation);
+    const auto time_ns = static_cast<std::uint64_t>(100 * i);
+    (void)simulation.step(kFine_s,
+                          Offers({sample_at(time_ns, x_m - 0.3 * kSpeed_m_s * kFine_s, kSpeed_m_s),
+                                  sample_at(time_ns + 30, x_m, kSpeed_m_s)}));
+    work_J += 0.1 * (speed_m_s(simulation) - before_m_s) * kSpeed_m_s;
+  }
+
+  const EnergyAccount account = *simulation.energy_account();
+  REQUIRE(speed_m_s(simulation) > 0.1);
+  CHECK(account.flow.given_J == Approx(work_J).epsilon(1e-3));
+  CHECK(account.flow.contact_damping_J > 0.0);
+  CHECK(std::abs(account.numerical_J()) < 0.02 * work_J);
+}
+
+}  // namespace
+}  // namespace stillgrid
