@@ -6,6 +6,7 @@
 
 #include "haptic_server/rendering/touched_spheres.hpp"
 #include "proto/scene_segment.hpp"
+#include "shared/collision/contact_law.hpp"
 
 namespace stillgrid {
 
@@ -25,12 +26,43 @@ struct ToolForce {
   int contacts = 0;
 };
 
-/// Sums the contact law over touched spheres and the scene's planes; the simulation uses the same
-/// law.
+/// Where a sphere of the tool meets something, or how far it is from it.
+struct ToolContact {
+  double depth_m;          // of the overlap; negative: the distance between
+  Eigen::Vector3d normal;  // towards the tool
+  Eigen::Vector3d point_m;
+  Eigen::Vector3d touched_velocity_m_s;
+};
+
+/// A contact divides the line of the centres as the radii do. Realtime: yes.
+[[nodiscard]] ToolContact contact_with(const TouchedSphere& sphere,
+                                       const PlacedToolSphere& probe) noexcept;
+[[nodiscard]] ToolContact contact_with(const proto::Plane& plane,
+                                       const PlacedToolSphere& probe) noexcept;
+
+/// The constants of the tool's contact with that material. Realtime: yes.
+/// Pre: material < scene.material_count.
+[[nodiscard]] ContactMaterial contact_material(const proto::SceneHeader& scene,
+                                               std::uint32_t material) noexcept;
+
+/// Adds the share `presence` of a contact's force by the contact law; without overlap nothing.
 ///
 /// Damper and friction see the velocity of the tool at the point of contact, its rotation included,
-/// and the touched sphere's own. A contact divides the line of the centres as the radii do.
+/// and the touched body's own. Realtime: yes.
+void add_contact(ToolForce& sum, const ContactMaterial& material, const ToolContact& contact,
+                 const ToolPose& pose, double presence = 1.0) noexcept;
+
+/// Which touched spheres a force is summed over: all, or those that answer it.
+enum class ForceOf { kAll, kAnswering };
+
+/// Sums the contact law over touched spheres; the simulation uses the same law.
+///
 /// Realtime: allocates nothing. Spheres of unknown material are left out.
+[[nodiscard]] ToolForce sphere_force(const proto::SceneHeader& scene, const TouchedSpheres& touched,
+                                     std::span<const PlacedToolSphere> tool, const ToolPose& pose,
+                                     ForceOf spheres = ForceOf::kAll) noexcept;
+
+/// The same over touched spheres and the scene's planes. Realtime: as sphere_force().
 [[nodiscard]] ToolForce tool_force(const proto::SceneHeader& scene, const TouchedSpheres& touched,
                                    std::span<const PlacedToolSphere> tool,
                                    const ToolPose& pose) noexcept;

@@ -25,6 +25,11 @@ struct TouchedSphere {
   std::uint32_t material;
   std::uint32_t tool_sphere;  // which one overlaps it
   bool swept;  // only on the way to this tick; then position_m is where the two were closest
+  std::uint32_t number = 0;                              // in its grid
+  Eigen::Vector3d yields_m_N = Eigen::Vector3d::Zero();  // a newton that the tool's force changes
+  bool answers = false;  // its force is part of the push to which spheres yield
+  double presence =
+      1.0;  // weight of the displayed images in which it is; its force is so much less
 };
 
 /// What a tick gathered, in memory of its own and of fixed size.
@@ -49,18 +54,36 @@ struct TouchedSpheres {
 /// says.
 inline constexpr std::uint32_t kMaxVisits = 8192;
 
+/// How spheres are displayed that answer the tool's force.
+struct Yielding {
+  double change_N = 0.0;     // of the force, from that in the image, to which they have yielded
+  double slack_N = 0.0;      // of it, either way, for which all contacts are wanted
+  double longest_m_N = 0.0;  // that any sphere yields
+  Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  // of all
+};
+
 /// How a grid's spheres are displayed in this tick, and were in the tick before.
 struct DisplayedMotion {
   ImageWeights now;
   ImageWeights before;
+  Yielding yielding = {};
 };
 
-/// Adds to `touched` the spheres of a grid that overlap the tool where `shown` displays them.
+/// Where sphere `number` of a grid is displayed. Realtime: safe on words that change or lie.
+/// Pre: number < grid.shape.sphere_count.
+[[nodiscard]] Eigen::Vector3d displayed_m(const GridView& grid, std::uint32_t number,
+                                          const ImageWeights& weights,
+                                          const Yielding& yielding) noexcept;
+
+/// Adds to `touched` the spheres of a grid that overlap the tool where `shown` displays them, or
+/// would if they yielded by less or more within the slack.
 /// [Davanne 2002, section 3: the still grid as intermediate model, the tool never entered.]
 ///
 /// Swept: where tool and sphere moved past one another by more than half the tool sphere's radius
 /// since the tick before, and overlap at neither end, they are also tested where they came closest
 /// on the straight way. Shorter moves can miss no overlap deeper than a 32nd of that radius.
+/// A sphere is absent from the images in which its position is not a number: it is displayed by the
+/// others, and not swept.
 /// Realtime: wait-free, allocates nothing. Safe on words that change or lie; what was gathered
 /// counts only once the read was accepted, and only finite overlaps are kept.
 void gather_touched(const GridView& grid, const DisplayedMotion& shown,

@@ -13,15 +13,14 @@ double pull(double step_s) {
   return 1.0 - std::exp(-step_s / kTimeConstant_s);
 }
 
-/// The shortest rotation as axis times angle.
-Eigen::Vector3d rotation_rad(const Eigen::Quaterniond& turn) {
+}  // namespace
+
+Eigen::Vector3d rotation_rad(const Eigen::Quaterniond& turn) noexcept {
   const double sine = turn.vec().norm();
   if (sine == 0.0) return Eigen::Vector3d::Zero();
   const double half_angle_rad = std::atan2(sine, std::abs(turn.w()));
   return std::copysign(2.0 * half_angle_rad / sine, turn.w()) * turn.vec();
 }
-
-}  // namespace
 
 Eigen::Vector3d VelocityEstimator::update(std::uint64_t time_ns,
                                           const Eigen::Vector3d& position_m) noexcept {

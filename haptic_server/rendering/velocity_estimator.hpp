@@ -22,6 +22,9 @@ class VelocityEstimator {
   Eigen::Vector3d velocity_m_s_ = Eigen::Vector3d::Zero();
 };
 
+/// A rotation as axis times angle, the short way round. Realtime: yes. Pre: unit.
+[[nodiscard]] Eigen::Vector3d rotation_rad(const Eigen::Quaterniond& turn) noexcept;
+
 /// Angular velocity of the tool from its orientations, in the frame they lead to: as
 /// VelocityEstimator. Exactly zero while an orientation never changed. Realtime: yes.
 class AngularVelocityEstimator {

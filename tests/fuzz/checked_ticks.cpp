@@ -47,12 +47,24 @@ void check_queries(const SceneView& scene, const ToolPose& pose, std::uint32_t m
 }  // namespace
 
 CheckedTicks::CheckedTicks() {
+  // The others are past the fade at the start at once.
+  renderings_.push_back(
+      {make_renderer(Model::kGrid, Transition::kHold), ForceGuard({kMaxForce_N, {}}), kFade_s});
+  renderings_.push_back({make_renderer(Model::kGrid, Transition::kLinear),
+                         ForceGuard({kMaxForce_N, kMaxSlew_N_per_ms}), kSlewedTick_s});
+  for (const std::string_view name : kTransitionNames)
+    renderings_.push_back({make_renderer(Model::kGrid, *transition_named(name)),
+                           ForceGuard({kMaxForce_N, {}}), kFade_s});
+  for (const std::string_view name : kModelNames)
+    if (const Model model = *model_named(name); model != Model::kGrid)
+      renderings_.push_back(
+          {make_renderer(model, Transition::kHold), ForceGuard({kMaxForce_N, {}}), kFade_s});
   // Past the fade at the start, which would hide the slew limit.
   const ImageFreshness fresh{
       .exists = true, .image_age_s = 0.0, .period_s = 1.0, .writer_alive = true};
   std::uint32_t flags = 0;
-  static_cast<void>(guards_[kSlewed].apply({slewed_N_, Eigen::Vector3d::Zero()}, kLever_m, fresh,
-                                           kFade_s, flags));
+  static_cast<void>(renderings_[kSlewed].guard.apply({slewed_N_, Eigen::Vector3d::Zero()}, kLever_m,
+                                                     fresh, kFade_s, flags));
 }
 
 void CheckedTicks::tick(const SceneView& scene, FuzzInput& input) {
@@ -69,8 +81,9 @@ void CheckedTicks::render(const SceneView& scene, const ToolPose& pose, FuzzInpu
   const double period_s = static_cast<double>(scene.header().period_ns) * 1e-9;
   const auto& xyzw = scene.scene().device.orientation_xyzw;
   const Eigen::Quaterniond turn(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
-  for (std::size_t i = 0; i < 2; ++i) {
-    const RenderedTick tick = renderers_[i].render(scene, pose, now_ns_);
+  for (std::size_t i = 0; i < renderings_.size(); ++i) {
+    auto& [renderer, guard, tick_s] = renderings_[i];
+    const RenderedTick tick = renderer->render(scene, pose, now_ns_);
     require(tick.alpha >= 0.0 && tick.alpha <= 1.0, "a transition's progress is within [0, 1]");
     require(tick.age_s >= 0.0 && tick.image_age_s >= 0.0, "an age is no less than zero");
     constexpr auto kMostPlaneContacts = proto::kMaxPlanes * proto::kMaxToolSpheres;
@@ -78,12 +91,12 @@ void CheckedTicks::render(const SceneView& scene, const ToolPose& pose, FuzzInpu
                                             TouchedSpheres::kCapacity + kMostPlaneContacts,
             "a tick's contacts are bounded");
     std::uint32_t flags = 0;
-    const Wrench guarded = guards_[i].apply({tick.force.force_N, tick.force.torque_N_m}, kLever_m,
-                                            {.exists = tick.generation != 0,
-                                             .image_age_s = tick.image_age_s,
-                                             .period_s = period_s,
-                                             .writer_alive = writer_alive},
-                                            kTick_s[i], flags);
+    const Wrench guarded = guard.apply({tick.force.force_N, tick.force.torque_N_m}, kLever_m,
+                                       {.exists = tick.generation != 0,
+                                        .image_age_s = tick.image_age_s,
+                                        .period_s = period_s,
+                                        .writer_alive = writer_alive},
+                                       tick_s, flags);
     const Eigen::Vector3d guarded_N = guarded.force_N;
     require(guarded.torque_N_m.norm() <= kLever_m * kMaxForce_N * (1.0 + 1e-9),
             "the torque told is within what the force's limit makes at the lever");

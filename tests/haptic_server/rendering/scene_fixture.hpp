@@ -26,6 +26,14 @@ inline StaticScene plain_scene(float stiffness_N_m, float tool_radius_m) {
   return scene;
 }
 
+/// What an image tells beside the present.
+struct ShownForesight {
+  ImageForesight image;                     // without a period nothing is foreseen
+  std::vector<Eigen::Vector3d> drift_m_s;   // of each sphere; none: its velocity
+  std::vector<Eigen::Vector3d> answer_m_N;  // likewise; none: it does not answer
+  std::uint64_t late_ns = 0;                // published so long after what it shows
+};
+
 /// Both ends of a scene segment in one process: what is shown goes through shared memory.
 class PublishedScene {
  public:
@@ -44,15 +52,28 @@ class PublishedScene {
   PublishedScene(PublishedScene&&) = delete;
   PublishedScene& operator=(PublishedScene&&) = delete;
 
-  /// Shows the spheres at time_ns, simulated and published at once.
+  /// Shows the spheres at time_ns, simulated and published at once. tool_ns: of the tool sample
+  /// they are taken to be computed with, 0: none. NaN: a sphere is absent.
   void show(const std::vector<Eigen::Vector3d>& positions_m,
-            const std::vector<Eigen::Vector3d>& velocities_m_s, std::uint64_t time_ns) {
+            const std::vector<Eigen::Vector3d>& velocities_m_s, std::uint64_t time_ns,
+            std::uint64_t tool_ns = 0, const ShownForesight& foresight = {}) {
     std::vector<proto::SphereImage> images;
     for (std::size_t i = 0; i < positions_m.size(); ++i)
       images.push_back(sphere_image(positions_m[i], velocities_m_s[i]));
     image_.push_image(images);
-    image_.enter(history_covers(image_.records()), 1.0F);
-    writer_.publish(image_, {.state_ns = time_ns, .publish_ns = time_ns});
+    const auto tell = [](std::array<float, 3>& number, const Eigen::Vector3d& value) {
+      Eigen::Map<Eigen::Vector3f>(number.data()) = value.cast<float>();
+    };
+    for (std::size_t i = 0; i < foresight.drift_m_s.size(); ++i)
+      tell(image_.records()[i].drift_m_s, foresight.drift_m_s[i]);
+    for (std::size_t i = 0; i < foresight.answer_m_N.size(); ++i)
+      tell(image_.records()[i].answer_m_N, foresight.answer_m_N[i]);
+    const double foreseen_s = 1e-9 * static_cast<double>(foresight.image.period_ns);
+    image_.enter(history_covers(image_.records(), proto::kForesightPeriods * foreseen_s), 1.0F);
+    writer_.publish(
+        image_,
+        {.state_ns = time_ns, .publish_ns = time_ns + foresight.late_ns, .tool_ns = tool_ns},
+        foresight.image);
   }
   void show(const std::vector<Eigen::Vector3d>& positions_m, std::uint64_t time_ns) {
     show(positions_m, std::vector<Eigen::Vector3d>(positions_m.size(), Eigen::Vector3d::Zero()),

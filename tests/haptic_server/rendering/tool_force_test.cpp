@@ -99,9 +99,9 @@ TEST_CASE("A sphere that is no number is never touched", "[tool_force]") {
   const std::array<PlacedToolSphere, 1> tool{{{{0.001, 0.0, 0.0}, 0.005, {0.001, 0.0, 0.0}}}};
   const auto touched_with = [&](float x_m, float speed_m_s) {
     const proto::SphereImage image{{x_m, 0.0F, 0.0F}, {speed_m_s, 0.0F, 0.0F}};
-    grid.records()[0].newest = {image, image};  // words changed after the sphere was entered
+    grid.records()[0].newest = image;  // words changed after the sphere was entered
     TouchedSpheres touched;
-    const ImageWeights newest{.weight = {1.0, 0.0, 0.0, 0.0}};
+    const ImageWeights newest{.position = {1.0, 0.0, 0.0, 0.0}};
     gather_touched(grid.view(), {newest, newest}, tool, touched);
     return touched.count;
   };

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "haptic_server/rendering/placed_tool.hpp"
+#include "haptic_server/rendering/tool_force.hpp"
+#include "haptic_server/rendering/touched_spheres.hpp"
+#include "proto/scene_segment.hpp"
+
+namespace stillgrid {
+
+/// What the slow process would hand over: the spheres near the tool in one image, and what never
+/// changes. A sphere of the patch is there for one sphere of the tool, overlapping it or not.
+struct LocalScene {
+  const proto::SceneHeader& fixed;
+  const TouchedSpheres& patch;
+};
+
+/// The tool at one instant.
+struct PlacedTool {
+  const ToolPose& pose;
+  std::span<const PlacedToolSphere> spheres;  // placed at `pose`
+  std::uint64_t time_ns = 0;                  // of the tick; nothing needs a sample's
+};
+
+/// An intermediate model of the scene near the tool: made anew from each image, asked at each tick.
+///
+/// All functions: Realtime: bounded work, allocates nothing.
+class LocalModel {
+ public:
+  LocalModel() = default;
+  virtual ~LocalModel() = default;
+  LocalModel(const LocalModel&) = delete;
+  LocalModel& operator=(const LocalModel&) = delete;
+  LocalModel(LocalModel&&) = delete;
+  LocalModel& operator=(LocalModel&&) = delete;
+
+  /// Widens the balls that a patch is gathered in, one a tool sphere, by what the model stands on.
+  virtual void widen(std::span<PlacedToolSphere>) const noexcept {}
+
+  /// Makes the model of a new image. sampled: the tool that the image was computed with; present:
+  /// the tool of this tick. is_first: whatever was there before is of no account.
+  virtual void update(const LocalScene& scene, const PlacedTool& sampled, const PlacedTool& present,
+                      bool is_first) noexcept = 0;
+
+  /// The force on the tool. scene: that of the last update.
+  [[nodiscard]] virtual ToolForce force(const LocalScene& scene,
+                                        const PlacedTool& tool) noexcept = 0;
+};
+
+}  // namespace stillgrid

@@ -1,0 +1,37 @@
+#include "haptic_server/rendering/placed_tool.hpp"
+
+namespace stillgrid {
+namespace {
+
+double seconds_since(std::uint64_t then_ns, std::uint64_t now_ns) {
+  return now_ns > then_ns ? static_cast<double>(now_ns - then_ns) * 1e-9 : 0.0;
+}
+
+}  // namespace
+
+std::span<PlacedToolSphere> place_tool(const proto::SceneHeader& scene, const ToolPose& pose,
+                                       ToolSpheres& placed) noexcept {
+  for (std::uint32_t i = 0; i < scene.tool_sphere_count; ++i) {
+    const auto& p = scene.tool[i].position_m;
+    const Eigen::Vector3d position_m =
+        pose.position_m + pose.orientation * Eigen::Vector3d(p[0], p[1], p[2]);
+    placed[i] = {position_m, static_cast<double>(scene.tool[i].radius_m), position_m};
+  }
+  return {placed.data(), scene.tool_sphere_count};
+}
+
+RenderedTick tick_showing(const proto::SnapshotHeader& snapshot, std::uint64_t now_ns) noexcept {
+  RenderedTick tick;
+  tick.generation = snapshot.generation;
+  tick.age_s = seconds_since(snapshot.state_time_ns[0], now_ns);
+  tick.image_age_s = seconds_since(snapshot.publish_time_ns[0], now_ns);
+  return tick;
+}
+
+DisplayedMotion held_image(std::size_t image) noexcept {
+  ImageWeights weights;
+  weights.position[image] = 1.0;
+  return {weights, weights};
+}
+
+}  // namespace stillgrid

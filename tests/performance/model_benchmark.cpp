@@ -1,0 +1,85 @@
+// What a tick costs with each intermediate model, in a cloud of 400 spheres. tick: while an image
+// stands. new_image: the tick that finds a new one, a look at the clock included.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "haptic_server/rendering/renderer.hpp"
+#include "tests/haptic_server/rendering/scene_fixture.hpp"
+#include "tests/performance/sphere_cloud.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr std::size_t kSpheres = 400;
+constexpr std::uint64_t kPeriod_ns = 33 * kMillisecond_ns;
+
+/// A probe that creeps round the centre of one sphere of a cloud whose images come anew.
+struct CrowdedScene {
+  SphereCloud cloud{kSpheres};
+  PublishedScene scene{plain_scene(500.0F, static_cast<float>(SphereCloud::kRadius_m)),
+                       std::vector<float>(kSpheres, static_cast<float>(SphereCloud::kRadius_m)),
+                       kPeriod_ns};
+  std::uint64_t now_ns = 0;
+  int ticks = 0;
+
+  void show_next() {
+    std::vector<Eigen::Vector3d> places_m;
+    for (std::size_t i = 0; i < kSpheres; ++i) places_m.push_back(cloud.position_m(i));
+    scene.show(places_m, now_ns += kPeriod_ns);
+    cloud.move();
+  }
+  RenderedTick tick(Renderer& renderer) {
+    const double angle = 2.0 * std::numbers::pi * ticks++ / 1024.0;
+    const ToolPose pose{.position_m = cloud.position_m(0) +
+                                      SphereCloud::kRadius_m *
+                                          Eigen::Vector3d(std::cos(angle), std::sin(angle), 0)};
+    return renderer.render(scene.view(), pose, now_ns + 10 * kMillisecond_ns);
+  }
+};
+
+void tick(benchmark::State& state, Model model) {
+  CrowdedScene crowd;
+  const auto renderer = make_renderer(model, Transition::kLinear);
+  for (int i = 0; i < 4; ++i) crowd.show_next();
+  double contacts = 0.0;
+  for (auto _ : state) contacts += crowd.tick(*renderer).force.contacts;
+  state.counters["contacts"] = benchmark::Counter(contacts, benchmark::Counter::kAvgIterations);
+}
+
+void new_image(benchmark::State& state, Model model) {
+  CrowdedScene crowd;
+  const auto renderer = make_renderer(model, Transition::kLinear);
+  std::vector<double> times_s;
+  for (auto _ : state) {
+    crowd.show_next();
+    times_s.push_back(
+        seconds_of([&] { benchmark::DoNotOptimize(crowd.tick(*renderer).force.force_N); }));
+    state.SetIterationTime(times_s.back());
+  }
+  // A tick that lost the processor says nothing of its neighbours.
+  std::nth_element(times_s.begin(), times_s.begin() + std::ssize(times_s) / 2, times_s.end());
+  state.counters["median_ns"] = 1e9 * times_s[times_s.size() / 2];
+}
+
+}  // namespace
+}  // namespace stillgrid
+
+int main(int argc, char** argv) {
+  using namespace stillgrid;
+  for (const std::string_view name : kModelNames) {
+    const Model model = *model_named(name);
+    benchmark::RegisterBenchmark(("tick/" + std::string(name)).c_str(), tick, model);
+    benchmark::RegisterBenchmark(("new_image/" + std::string(name)).c_str(), new_image, model)
+        ->UseManualTime()
+        ->Iterations(2000);
+  }
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}
