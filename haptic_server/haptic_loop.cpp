@@ -54,16 +54,21 @@ TickEnd HapticLoop::sense(const SceneView& scene, std::uint64_t now_ns) noexcept
 
   const proto::DeviceFrame& frame = scene.scene().device;
   const Eigen::Quaterniond turn = quaternion(frame.orientation_xyzw);
-  moved_m_.setZero();
+  motion_ = {};
   if (has_position(state)) {
     const Eigen::Vector3d device_m(state.position_m);
-    if (has_pose_) moved_m_ = turn * (device_m - device_m_);
+    if (has_pose_) motion_.moved_m = turn * (device_m - device_m_);
     device_m_ = device_m;
     has_pose_ = true;
     pose_.position_m = Eigen::Vector3d(frame.position_m.data()) + frame.scale * (turn * device_m);
     pose_.velocity_m_s = velocity_.update(now_ns, pose_.position_m);
-    if (has_orientation(state))
+    if (has_orientation(state)) {
+      const Eigen::Quaterniond before = pose_.orientation;
       pose_.orientation = (turn * quaternion(state.orientation_xyzw)).normalized();
+      if (has_orientation_)
+        motion_.turned_rad = rotation_rad(pose_.orientation * before.conjugate());
+      has_orientation_ = true;
+    }
     pose_.angular_velocity_rad_s = angular_velocity_.update(now_ns, pose_.orientation);
   } else {
     flags_ |= kFlagBadDevice;
@@ -83,18 +88,22 @@ TickEnd HapticLoop::sense(const SceneView& scene, std::uint64_t now_ns) noexcept
 
 TickEnd HapticLoop::act(const SceneView& scene, bool writer_alive, std::uint64_t now_ns,
                         TickRow& row) noexcept {
-  rendered_ = has_pose_ ? renderer_.render(scene, pose_, now_ns) : RenderedTick{};
+  rendered_ = has_pose_ ? renderer_->render(scene, pose_, now_ns) : RenderedTick{};
   if (rendered_.contended) flags_ |= kFlagContended;
   if (rendered_.cut) flags_ |= kFlagCut;
   if (rendered_.swept) flags_ |= kFlagSwept;
+  Wrench asked{rendered_.force.force_N, rendered_.force.torque_N_m};
+  observe(energy_, held_, motion_);
+  const bool exists = rendered_.generation != 0 && (flags_ & kFlagBadDevice) == 0;
+  if (passivity_control_ && exists)
+    asked.force_N += passivity_control_->damp(energy_, motion_, to_s(period_ns_), flags_);
   held_before_N_ = held_.force_N;
-  held_ =
-      guard_.apply({rendered_.force.force_N, rendered_.force.torque_N_m}, lever_m(scene.scene()),
-                   {.exists = rendered_.generation != 0 && (flags_ & kFlagBadDevice) == 0,
-                    .image_age_s = rendered_.image_age_s,
-                    .period_s = to_s(scene.header().period_ns),
-                    .writer_alive = writer_alive},
-                   to_s(period_ns_), flags_);
+  held_ = guard_.apply(asked, lever_m(scene.scene()),
+                       {.exists = exists,
+                        .image_age_s = rendered_.image_age_s,
+                        .period_s = to_s(scene.header().period_ns),
+                        .writer_alive = writer_alive},
+                       to_s(period_ns_), flags_);
   const Eigen::Quaterniond turn = quaternion(scene.scene().device.orientation_xyzw);
   device_code_ =
       device_.write(now_ns, turn.conjugate() * held_.force_N, turn.conjugate() * held_.torque_N_m);
@@ -115,7 +124,8 @@ TickEnd HapticLoop::act(const SceneView& scene, bool writer_alive, std::uint64_t
 }
 
 void HapticLoop::count(const TickRow& row, HapticReport& report) noexcept {
-  count_tick(report, row, rendered_, held_before_N_, moved_m_, to_s(period_ns_));
+  count_tick(report, row, rendered_, held_before_N_, motion_.moved_m, to_s(period_ns_));
+  report.energy = energy_;
   if (rendered_.is_new) ++report.snapshots;
 }
 

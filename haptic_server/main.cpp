@@ -18,7 +18,7 @@ namespace {
 
 struct Arguments {
   HapticOptions options;
-  std::string transition = "linear", model = "grid", group;
+  std::string transition = "answer", model = "grid", group;
   std::filesystem::path report;
   bool realtime_guard = false;
 };
@@ -39,11 +39,17 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--device", options.device, "PLUGIN[:key=value,...]")->required();
   app.add_option("--rate", options.rate_hz, "Ticks a second, Hz; default 1000")
       ->check(number_in(10.0, 1e5));
-  app.add_option("--transition", arguments.transition,
-                 "How one image passes to the next: hold, linear (default; the paper's)")
-      ->check(CLI::IsMember({"hold", "linear"}));
-  app.add_option("--model", arguments.model, "Intermediate model: grid (default; the paper's)")
-      ->check(CLI::IsMember({"grid"}));
+  app.add_option(
+         "--transition", arguments.transition,
+         "How one image passes to the next: answer (default: the simulation's own next step, for "
+         "the hand where it is), linear (the paper's), hold, restart, hermite, extrapolate, "
+         "playout")
+      ->check(CLI::IsMember(
+          std::vector<std::string>(kTransitionNames.begin(), kTransitionNames.end())));
+  app.add_option("--model", arguments.model,
+                 "Intermediate model: grid (default; the paper's); rivals to measure beside it: "
+                 "force_held, force_jacobian, plane, sphere, proxy, crossfade")
+      ->check(CLI::IsMember(std::vector<std::string>(kModelNames.begin(), kModelNames.end())));
   app.add_option("--record", options.record, "Record every tick (CSV)");
   app.add_option("--duration", options.duration_s,
                  "Time to run, s; default: until Ctrl-C or the end of a replay")
@@ -62,6 +68,11 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--max-slew", options.max_slew_N_per_ms,
                  "Limit of the force's change, N/ms; default: none")
       ->check(number_in(1e-9, 1e6));
+  app.add_option("--passivity-control", options.passivity_mass_kg,
+                 "Damp away the energy that the held force gives. KG: apparent mass of the device "
+                 "with the hand, which the damper stops in no less than a tick; default: off")
+      ->check(number_in(1e-4, 100.0))
+      ->type_name("KG");
   app.add_flag("--realtime-guard", arguments.realtime_guard,
                "Test mode: counts and names every call of the 1 kHz loop that may block; exit "
                "status 4 if there was one")
@@ -120,6 +131,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
     spdlog::set_pattern("%n: %v");
     install_stop_signal();
     arguments.options.transition = *transition_named(arguments.transition);
+    arguments.options.model = *model_named(arguments.model);
     if (!arguments.group.empty()) arguments.options.readers = group_named(arguments.group);
     return run(arguments);
   } catch (const CLI::CallForHelp& help) {

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <ostream>
 
-#include "shared/files/whole_file.hpp"
+#include "shared/files/json_file.hpp"
 
 namespace stillgrid {
 namespace {
@@ -55,7 +54,7 @@ void count_tick(HapticReport& report, const TickRow& row, const RenderedTick& re
   report.slew_uN_per_ms.record(to_micro((row.force_N - previous_N).norm() / (tick_s * 1e3)));
   if (rendered.switch_jump_N) report.switch_jump_uN.record(to_micro(*rendered.switch_jump_N));
   if (rendered.generation != 0) {
-    report.plateau_ticks += rendered.alpha >= 1.0 ? 1 : 0;
+    report.plateau_ticks += rendered.stands ? 1 : 0;
     report.age_ns.record(static_cast<std::uint64_t>(rendered.age_s * 1e9));
   }
   if (report.measures_time) report.tick_ns.record(row.tick_ns);
@@ -83,6 +82,10 @@ void write_report(const HapticReport& report, const std::filesystem::path& file)
       {"switch_jump_N", percentiles(report.switch_jump_uN, kMicro)},
       {"plateau_share", static_cast<double>(report.plateau_ticks) / ticks},
       {"energy_J", report.energy_J},
+      {"energy",
+       {{"given_J", report.energy.given_J},
+        {"most_given_J", report.energy.most_given_J},
+        {"dissipated_by_control_J", report.energy.dissipated_by_control_J}}},
       {"safety", safety},
       {"lost_rows", report.lost_rows},
       {"page_faults", report.page_faults}};
@@ -91,9 +94,7 @@ void write_report(const HapticReport& report, const std::filesystem::path& file)
     json["wake_ns"] = percentiles(report.wake_ns, 1.0);
   }
   if (report.realtime_violations) json["realtime_violations"] = counts(*report.realtime_violations);
-  // The scene's name comes from another process, and may be no UTF-8.
-  const std::string text = json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
-  write_whole(file, [&](std::ostream& out) { out << text << '\n'; });
+  write_json(file, json);
 }
 
 }  // namespace stillgrid

@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "haptic_server/recording/recorder.hpp"
-#include "haptic_server/rendering/still_image.hpp"
+#include "haptic_server/rendering/renderer.hpp"
+#include "haptic_server/safety/energy_observer.hpp"
 #include "haptic_server/safety/force_guard.hpp"
 #include "shared/realtime/histogram.hpp"
 #include "shared/realtime/realtime_guard.hpp"
@@ -25,6 +26,7 @@ struct HapticReport {
   std::uint64_t snapshots = 0, contended = 0, lost_rows = 0;
   std::array<std::uint64_t, kSafetyFlagNames.size()> flags{};
   Histogram tick_ns, wake_ns, age_ns, slew_uN_per_ms, switch_jump_uN;
+  HandEnergy energy;
   double force_sum_N = 0.0, force_max_N = 0.0, energy_J = 0.0;
   long page_faults = 0;
   std::optional<std::vector<RealtimeViolation>> realtime_violations;  // with --realtime-guard only

@@ -16,7 +16,6 @@ namespace stillgrid {
 namespace {
 
 constexpr std::uint64_t kScenePatience_ns = 10'000'000'000;
-constexpr double kForceWithoutLimit_N = 40.0;  // for a device that declares none
 
 using SceneWatch = SegmentWatch<SceneView>;
 
@@ -35,9 +34,14 @@ const SceneView* wait_for_scene(SceneWatch& watch, const HapticOptions& options,
 }
 
 GuardLimits guard_limits(const HapticOptions& options, const stillgrid_device_descriptor& device) {
-  const double device_N = device.max_force_N > 0.0 ? device.max_force_N : kForceWithoutLimit_N;
+  const double device_N = force_limit_N(device);
   return {.max_force_N = std::min(options.max_force_N.value_or(device_N), device_N),
           .max_slew_N_per_ms = options.max_slew_N_per_ms};
+}
+
+std::optional<PassivityController> passivity_control(const HapticOptions& options) {
+  if (!options.passivity_mass_kg) return std::nullopt;
+  return PassivityController(*options.passivity_mass_kg);
 }
 
 /// Everything one run needs, made before the loop starts.
@@ -168,7 +172,7 @@ void run_haptics(const HapticOptions& options, HapticReport& report,
   report.rate_hz = options.rate_hz;
   report.measures_time = !options.lockstep;
   report.transition = name_of(options.transition);
-  report.model = "grid";
+  report.model = name_of(options.model);
 
   Device device(parse_device_spec(options.device),
                 {.period_ns = period_ns, .is_virtual = options.lockstep});
@@ -192,7 +196,8 @@ void run_haptics(const HapticOptions& options, HapticReport& report,
   if (!options.record.empty())
     recorder = std::make_unique<Recorder>(options.record, report.scene, report.device);
   const auto loop = std::make_unique<HapticLoop>(
-      device, tool, options.transition, guard_limits(options, device.descriptor()), period_ns);
+      device, tool, make_renderer(options.model, options.transition),
+      guard_limits(options, device.descriptor()), period_ns, passivity_control(options));
 
   Run run{options, report, stop, period_ns, device, watch, tool, *loop, recorder.get()};
   run_and_release(run);

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "haptic_server/device/device_host.hpp"
-#include "haptic_server/rendering/transition.hpp"
+#include "haptic_server/rendering/renderer.hpp"
 #include "haptic_server/report.hpp"
 
 namespace stillgrid {
@@ -19,11 +19,13 @@ struct HapticOptions {
   std::string session;
   std::string device;  // "PLUGIN[:key=value,...]"
   double rate_hz = 1000.0;
-  Transition transition = Transition::kLinear;
+  Model model = Model::kGrid;
+  Transition transition = Transition::kAnswer;
   bool lockstep = false;
   std::optional<double> duration_s;  // else until stopped, or the device's recording ends
   std::optional<double> max_force_N, max_slew_N_per_ms;
-  std::filesystem::path record;  // empty: none
+  std::optional<double> passivity_mass_kg;  // of device and hand; none: no passivity control
+  std::filesystem::path record;             // empty: none
   std::optional<int> cpu;
   std::optional<gid_t> readers;  // a group that may read the tool's segment
 };

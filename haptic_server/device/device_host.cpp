@@ -191,4 +191,9 @@ void Device::require(std::int32_t code, const std::string& step) const {
        step + ": " + error_line(code));
 }
 
+double force_limit_N(const stillgrid_device_descriptor& device) noexcept {
+  constexpr double kUndeclared_N = 40.0;
+  return device.max_force_N > 0.0 ? device.max_force_N : kUndeclared_N;
+}
+
 }  // namespace stillgrid

@@ -73,4 +73,7 @@ class Device {
   bool is_active_ = false;
 };
 
+/// The most a device may be told: what it declares, or 40 N if it declares nothing.
+[[nodiscard]] double force_limit_N(const stillgrid_device_descriptor& device) noexcept;
+
 }  // namespace stillgrid

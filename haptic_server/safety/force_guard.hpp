@@ -18,9 +18,11 @@ enum SafetyFlag : std::uint32_t {
   kFlagContended = 1U << 5U,  // no fresh read in this tick
   kFlagCut = 1U << 6U,        // more in reach than a tick may look at
   kFlagSwept = 1U << 7U,      // a contact that was only on the way to this tick
+  kFlagPassivity = 1U << 8U,  // damped by --passivity-control
 };
-inline constexpr std::array<std::string_view, 8> kSafetyFlagNames = {
-    "bad_device", "rejected", "faded", "clamped", "slewed", "contended", "cut", "swept"};
+inline constexpr std::array<std::string_view, 9> kSafetyFlagNames = {
+    "bad_device", "rejected", "faded", "clamped",  "slewed",
+    "contended",  "cut",      "swept", "passivity"};
 
 /// A force and its moment about the tool's origin.
 struct Wrench {

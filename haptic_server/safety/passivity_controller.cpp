@@ -1,0 +1,22 @@
+#include "haptic_server/safety/passivity_controller.hpp"
+
+#include <algorithm>
+
+namespace stillgrid {
+
+Eigen::Vector3d PassivityController::damp(HandEnergy& account, const DeviceMotion& motion,
+                                          double tick_s, std::uint32_t& flags) noexcept {
+  account.dissipated_by_control_J -= added_N_.dot(motion.moved_m);
+  added_N_.setZero();
+  const double moved_squared_m2 = motion.moved_m.squaredNorm();
+  if (!(account.given_J > 0.0 && moved_squared_m2 > 0.0)) return added_N_;
+
+  // alpha v = E / (T v^2) v, with v = moved / T.
+  const double alpha_N_s_m =
+      std::min(account.given_J * tick_s / moved_squared_m2, mass_kg_ / tick_s);
+  added_N_ = -alpha_N_s_m / tick_s * motion.moved_m;
+  flags |= kFlagPassivity;
+  return added_N_;
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,152 @@
+#include "haptic_server/haptic_loop.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/haptic_server/devices/recording_file.hpp"
+#include "tests/haptic_server/rendering/scene_fixture.hpp"
+
+namespace stillgrid {
+namespace {
+
+struct LoopRun {
+  std::vector<TickRow> rows;
+  HapticReport report;
+};
+
+/// The whole loop against a scene that stands still.
+LoopRun run_loop(const StaticScene& fixed, const std::string& device_spec, int ticks,
+                 std::optional<PassivityController> passivity_control = std::nullopt) {
+  PublishedScene scene(fixed, {}, kMillisecond_ns);
+  Device device(parse_device_spec(STILLGRID_PLUGIN_DIR "/" + device_spec),
+                {.period_ns = kMillisecond_ns, .is_virtual = true});
+  const std::string session = "loop-" + std::to_string(::getpid());
+  ToolWriter tool(session, kMillisecond_ns, proto::Clock::kVirtual, 0);
+  HapticLoop loop(device, tool, make_renderer(Model::kGrid, Transition::kHold),
+                  {.max_force_N = 40.0, .max_slew_N_per_ms = std::nullopt}, kMillisecond_ns,
+                  passivity_control);
+  LoopRun run;
+  for (int tick = 0; tick < ticks; ++tick) {
+    const std::uint64_t now_ns = static_cast<std::uint64_t>(tick) * kMillisecond_ns;
+    scene.show({}, now_ns);
+    REQUIRE(loop.sense(scene.view(), now_ns) == TickEnd::kGoOn);
+    REQUIRE(loop.act(scene.view(), true, now_ns, run.rows.emplace_back()) == TickEnd::kGoOn);
+    loop.count(run.rows.back(), run.report);
+  }
+  ::unlink(("/dev/shm/stillgrid-" + session + "-tool.lock").c_str());
+  return run;
+}
+
+/// Touched by the tool's origin at z = 0.
+StaticScene wall_scene(float stiffness_N_m) {
+  StaticScene scene = plain_scene(stiffness_N_m, 0.005F);
+  scene.planes = {{{0.0F, 0.0F, 1.0F}, -0.005F, 0, 0}};
+  return scene;
+}
+
+/// The device of 0.1 kg and 1 N s/m, pushed against the wall for ever.
+std::string pushed_phantom() {
+  return "phantom.so:hand=none,path=still,mass_kg=0.1,damping_N_s_m=1,friction_N=0,max_force_N=0,"
+         "centre_z_m=0,velocity_z_m_s=-0.05,push_z_N=-1,resolution_m=0";
+}
+
+double last_second_m(const LoopRun& run) {
+  double low_m = 1e9, high_m = -1e9;
+  for (std::size_t i = run.rows.size() - 1000; i < run.rows.size(); ++i) {
+    low_m = std::min(low_m, run.rows[i].position_m.z());
+    high_m = std::max(high_m, run.rows[i].position_m.z());
+  }
+  return high_m - low_m;
+}
+
+std::uint64_t damped_ticks(const LoopRun& run) {
+  return static_cast<std::uint64_t>(
+      std::count_if(run.rows.begin(), run.rows.end(),
+                    [](const TickRow& row) { return (row.flags & kFlagPassivity) != 0; }));
+}
+
+TEST_CASE("The report tells the energy of a wall that buzzes, and what the control took of it",
+          "[haptic_loop]") {
+  const LoopRun off = run_loop(wall_scene(5000.0F), pushed_phantom(), 10'000);
+  CHECK(last_second_m(off) > 3e-3);
+  CHECK(off.report.energy.given_J > 5e-3);
+  CHECK(off.report.energy.most_given_J >= off.report.energy.given_J);
+  CHECK(off.report.energy.dissipated_by_control_J == 0.0);
+  CHECK(damped_ticks(off) == 0);
+
+  const LoopRun on =
+      run_loop(wall_scene(5000.0F), pushed_phantom(), 10'000, PassivityController(0.1));
+  CHECK(last_second_m(on) < 1e-5);
+  CHECK(on.report.energy.most_given_J < 0.05 * off.report.energy.most_given_J);
+  CHECK(on.report.energy.dissipated_by_control_J > 0.0);
+  CHECK(damped_ticks(on) > 0);
+  CHECK(on.report.flags[8] == damped_ticks(on));
+  CHECK(kSafetyFlagNames[8] == "passivity");
+}
+
+TEST_CASE("Passivity control leaves a wall alone whose damper takes more than its hold gives",
+          "[haptic_loop]") {
+  StaticScene damped = wall_scene(500.0F);
+  damped.materials[0].damping_N_s_m = 2.0F;
+  const std::string device = pushed_phantom() + ",start_z_m=0.1";  // arrives after the fade
+  const LoopRun off = run_loop(damped, device, 2000);
+  REQUIRE(off.report.contact_ticks > 1000);
+  REQUIRE(off.report.energy.most_given_J == 0.0);
+  const LoopRun on = run_loop(damped, device, 2000, PassivityController(0.1));
+  const auto same = [](const TickRow& a, const TickRow& b) { return a.force_N == b.force_N; };
+  CHECK(std::equal(off.rows.begin(), off.rows.end(), on.rows.begin(), same));
+  CHECK(damped_ticks(on) == 0);
+}
+
+TEST_CASE("The limits of force hold for the control's damping too", "[haptic_loop]") {
+  const LoopRun run =
+      run_loop(wall_scene(5000.0F), pushed_phantom(), 2000, PassivityController(1e6));
+  REQUIRE(damped_ticks(run) > 0);
+  CHECK(run.report.force_max_N == Approx(40.0));
+  CHECK(run.report.flags[3] > 0);  // clamped
+}
+
+TEST_CASE("Energy is of the device's own motion where the scene is shown larger", "[haptic_loop]") {
+  StaticScene doubled = wall_scene(1000.0F);
+  doubled.device.scale = 2.0;
+  const LoopRun run = run_loop(doubled, pushed_phantom(), 1000);
+  double given_J = 0.0;
+  for (std::size_t i = 1; i < run.rows.size(); ++i)
+    given_J += run.rows[i - 1].force_N.dot(run.rows[i].position_m - run.rows[i - 1].position_m) / 2;
+  CHECK(run.report.energy.given_J == Approx(given_J).epsilon(1e-9));
+  CHECK(run.report.energy_J == Approx(given_J).epsilon(1e-9));
+}
+
+TEST_CASE("The work of the torque is counted where the device tells its orientation",
+          "[haptic_loop]") {
+  StaticScene scene = wall_scene(1000.0F);
+  scene.tool[0].position_m = {0.1F, 0.0F, 0.0F};
+  constexpr int kTicks = 500;
+  std::ostringstream file;
+  std::vector<double> turn_rad;  // about y, which takes the tool's end down
+  file.precision(17);
+  file << "t_s,x_m,y_m,z_m,qx,qy,qz,qw\n";
+  for (int tick = 0; tick <= kTicks; ++tick) {
+    const double t_s = tick * 1e-3;
+    turn_rad.push_back(0.1 * std::sin(20.0 * t_s));
+    file << t_s << ",0,0," << 1e-3 * std::sin(37.0 * t_s) << ",0,"
+         << std::sin(0.5 * turn_rad.back()) << ",0," << std::cos(0.5 * turn_rad.back()) << "\n";
+  }
+  const RecordingFile recording(file.str());
+  const LoopRun run = run_loop(scene, "replay.so:file=" + recording.path(), kTicks);
+  double force_J = 0.0, torque_J = 0.0;
+  for (std::size_t i = 1; i < run.rows.size(); ++i) {
+    force_J += run.rows[i - 1].force_N.dot(run.rows[i].position_m - run.rows[i - 1].position_m);
+    torque_J += run.rows[i - 1].torque_N_m.y() * (turn_rad[i] - turn_rad[i - 1]);
+  }
+  REQUIRE(std::abs(torque_J) > 1e-6);
+  CHECK(run.report.energy_J == Approx(force_J).epsilon(1e-9));
+  CHECK(run.report.energy.given_J == Approx(force_J + torque_J).epsilon(1e-6));
+}
+
+}  // namespace
+}  // namespace stillgrid
