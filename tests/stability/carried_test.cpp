@@ -1,0 +1,143 @@
+// Case 2.7 of the handbook: a device without a hand, carried by a body that moves steadily. The
+// mean force is b v = 0.5 N whatever is displayed; how much it swings is the transition's doing.
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numeric>
+
+#include "tests/haptic_server/rendering/image_history.hpp"
+#include "tests/stability/held_loop.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr double kSpeed_m_s = 0.1;
+constexpr std::uint64_t kPeriod_ns = 33'000'000, kTick_ns = 1'000'000;
+
+struct Carried {
+  double mean_N = 0.0, swing_N = 0.0, largest_step_N = 0.0, share_lost = 0.0;
+};
+
+/// Of the force over so many ticks, after as many to settle.
+Carried carry(Transition transition, double stiffness_N_m, std::ptrdiff_t ticks,
+              double jitter = 0.0, unsigned seed = 1) {
+  ImageHistory body(transition);
+  body.foresee(kPeriod_ns);
+  const auto switches_ns = switch_times_ns(1000, kPeriod_ns, jitter, seed);
+  PhantomModel device = make_device({.mass_kg = 0.1, .damping_N_s_m = 5.0});
+  device.velocity_m_s.z() = kSpeed_m_s;
+  const proto::SceneHeader scene = wall(stiffness_N_m);
+  std::vector<double> forces_N;
+  std::size_t next = 0;
+  for (std::ptrdiff_t tick = 0; tick < 2 * ticks; ++tick) {
+    const std::uint64_t now_ns = static_cast<std::uint64_t>(tick) * kTick_ns;
+    for (; switches_ns[next] <= now_ns; ++next)
+      body.show(switches_ns[next], kSpeed_m_s * 1e-9 * static_cast<double>(switches_ns[next]),
+                kSpeed_m_s);
+    forces_N.push_back(force_N(scene, read_encoders(device).z() - body.at(now_ns)));
+    command_force(device, {0.0, 0.0, forces_N.back()});
+    advance_phantom(device, kSubstepsPerTick);
+  }
+  const auto first = forces_N.end() - ticks;
+  Carried seen;
+  seen.mean_N = std::accumulate(first, forces_N.end(), 0.0) / static_cast<double>(ticks);
+  seen.swing_N = peak_to_peak(first, forces_N.end());
+  for (auto force = first; force != forces_N.end(); ++force) {
+    seen.largest_step_N = std::max(seen.largest_step_N, std::abs(*force - *(force - 1)));
+    if (*force == 0.0) seen.share_lost += 1.0 / static_cast<double>(ticks);
+  }
+  return seen;
+}
+
+TEST_CASE("2.7 A carried device is held by b v on average, whatever is displayed", "[carried]") {
+  const auto transition =
+      static_cast<Transition>(GENERATE(range(0, static_cast<int>(kTransitionNames.size()))));
+  const double stiffness_N_m = GENERATE(500.0, 2000.0);
+  CAPTURE(name_of(transition), stiffness_N_m);
+  const double jitter = GENERATE(0.0, 0.3);
+  CHECK(carry(transition, stiffness_N_m, 10'000, jitter).mean_N == Approx(0.5).epsilon(0.01));
+}
+
+TEST_CASE("2.7 Held images shake it by 1.283 and 4.166 N, and lose it 27 and 76 % of the time",
+          "[carried]") {
+  const Carried soft = carry(Transition::kHold, 500.0, 3300),
+                hard = carry(Transition::kHold, 2000.0, 3300);
+  CHECK(soft.swing_N == Approx(1.283).epsilon(0.005));
+  CHECK(hard.swing_N == Approx(4.166).epsilon(0.005));
+  CHECK(soft.share_lost == Approx(0.27).margin(0.01));
+  CHECK(hard.share_lost == Approx(0.76).margin(0.01));
+}
+
+TEST_CASE("2.7 Regular images carry it without a tremble by every other transition", "[carried]") {
+  const Transition transition =
+      GENERATE(Transition::kLinear, Transition::kRestart, Transition::kHermite,
+               Transition::kExtrapolate, Transition::kPlayout, Transition::kAnswer);
+  const double stiffness_N_m = GENERATE(500.0, 2000.0);
+  CAPTURE(name_of(transition), stiffness_N_m);
+  // The catalogue's figure is 1e-11; here the device's 20 substeps a tick round, and hermite's
+  // rate, which is a difference over a microsecond.
+  CHECK(carry(transition, stiffness_N_m, 2000).swing_N <
+        (transition == Transition::kHermite ? 1e-9 : 1e-10));
+}
+
+/// Swings at 500 and at 2000 N/m of four seeds, the largest of each.
+struct Shaken {
+  double soft_N = 0.0, hard_N = 0.0, soft_step_N = 0.0, hard_step_N = 0.0;
+};
+
+Shaken shaken(Transition transition) {
+  Shaken most;
+  for (const unsigned seed : {1U, 2U, 3U, 4U}) {
+    const Carried soft = carry(transition, 500.0, 5000, 0.3, seed);
+    const Carried hard = carry(transition, 2000.0, 5000, 0.3, seed);
+    most.soft_N = std::max(most.soft_N, soft.swing_N);
+    most.hard_N = std::max(most.hard_N, hard.swing_N);
+    most.soft_step_N = std::max(most.soft_step_N, soft.largest_step_N);
+    most.hard_step_N = std::max(most.hard_step_N, hard.largest_step_N);
+  }
+  return most;
+}
+
+TEST_CASE("2.7 Under jitter of 30 % linear shakes it much as hold does, restart and hermite less",
+          "[carried]") {
+  // The handbook's figures are one seed's that is not known, these the largest of four seeds. Its
+  // hermite swings by 1.19 and 2.60 N, which needs the nominal period; ours by its estimate from
+  // the last two images, with which an exact hermite swings as much.
+  const Shaken hold = shaken(Transition::kHold), linear = shaken(Transition::kLinear);
+  const Shaken restart = shaken(Transition::kRestart), hermite = shaken(Transition::kHermite);
+  CAPTURE(hold.soft_N, hold.hard_N, linear.soft_N, linear.hard_N, restart.soft_N, restart.hard_N,
+          hermite.soft_N, hermite.hard_N, linear.soft_step_N, linear.hard_step_N,
+          restart.soft_step_N, restart.hard_step_N, hermite.soft_step_N, hermite.hard_step_N);
+  CHECK(hold.soft_N == Approx(1.60).epsilon(0.1));
+  CHECK(hold.hard_N == Approx(5.84).epsilon(0.3));
+  CHECK(linear.soft_N == Approx(1.51).epsilon(0.1));
+  CHECK(linear.hard_N == Approx(5.39).epsilon(0.15));
+  CHECK(linear.soft_step_N == Approx(1.03).epsilon(0.15));
+  CHECK(linear.hard_step_N == Approx(4.00).epsilon(0.15));
+  CHECK(restart.soft_N == Approx(1.43).epsilon(0.15));
+  CHECK(restart.hard_N == Approx(2.56).epsilon(0.1));
+  CHECK(restart.soft_step_N == Approx(0.094).epsilon(0.1));
+  CHECK(restart.hard_step_N == Approx(0.544).epsilon(0.1));
+  CHECK(hermite.soft_N == Approx(1.5).epsilon(0.1));
+  CHECK(hermite.hard_N == Approx(3.3).epsilon(0.1));
+  CHECK(hold.hard_N > linear.hard_N);
+  CHECK(linear.hard_N > 1.3 * hermite.hard_N);
+  CHECK(hermite.hard_N > restart.hard_N);
+  CHECK(hermite.soft_step_N < 0.2 * linear.soft_step_N);
+}
+
+TEST_CASE("2.7 Under jitter playout shakes it by what its latency is changed, the lagless not",
+          "[carried]") {
+  const Shaken playout = shaken(Transition::kPlayout);
+  CHECK(playout.soft_N < 0.35);
+  CHECK(playout.hard_N < 1.25);
+  for (const Transition transition : {Transition::kExtrapolate, Transition::kAnswer}) {
+    const Shaken lagless = shaken(transition);
+    CHECK(lagless.soft_N < 1e-9);
+    CHECK(lagless.hard_N < 1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace stillgrid

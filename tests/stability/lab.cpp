@@ -1,0 +1,182 @@
+#include "tests/stability/lab.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+
+#include "haptic_server/device/device_host.hpp"
+#include "haptic_server/haptic_loop.hpp"
+#include "shared/publication/scene_segment.hpp"
+#include "shared/publication/tool_segment.hpp"
+#include "shared/realtime/periodic_timer.hpp"
+#include "sim_server/lockstep_schedule.hpp"
+#include "sim_server/published_scene.hpp"
+
+namespace stillgrid {
+namespace {
+
+std::string unique_name() {
+  static std::atomic<int> count = 0;
+  return "lab-" + std::to_string(::getpid()) + "-" + std::to_string(++count);
+}
+
+template <class View>
+View view_of(const std::string& session, proto::SegmentKind kind, std::uint64_t layout_hash) {
+  auto reader = SegmentReader::open(session, kind, layout_hash);
+  if (!reader) throw SegmentError("the laboratory's own session '" + session + "' is gone");
+  return View(std::move(*reader));
+}
+
+/// sim_server's lockstep without a peer to wait for: the caller knows what time it is.
+class SimulationSide {
+ public:
+  SimulationSide(const SceneDescription& scene, const LabOptions& options,
+                 const std::string& session)
+      : period_s_(scene.period_s),
+        simulation_(scene),
+        writer_(session, static_scene(scene, simulation_), simulation_.world().spheres.size(),
+                to_ns(scene.period_s), proto::Clock::kVirtual, 0),
+        schedule_(scene.period_s, options.jitter, options.seed, options.latency_s),
+        image_(schedule_.next()) {
+    writer_.publish(simulation_.detection().image(), {.state_ns = 0, .publish_ns = 0});
+  }
+
+  /// Takes the tool at each sample that is due before now_ns, or with `at_now` also at that time,
+  /// and shows each image due by then.
+  void run_to(std::uint64_t now_ns, bool at_now, const ToolView& tool) {
+    while (true) {
+      if (!times_) {
+        if (image_.sample_ns > now_ns || (image_.sample_ns == now_ns && !at_now)) return;
+        step(tool);
+      }
+      if (times_->publish_ns > now_ns) return;
+      writer_.publish(simulation_.detection().image(), *times_, foresight_);
+      times_.reset();
+      image_ = schedule_.next();
+    }
+  }
+
+ private:
+  void step(const ToolView& tool) {
+    const auto take_tool = [&tool]() -> std::optional<ToolSample> {
+      const auto state = tool.read();
+      if (!state) return std::nullopt;
+      return sample_of(*state);
+    };
+    const StepReport report = simulation_.step(static_cast<double>(image_.step_ns) * 1e-9,
+                                               take_tool, {.iterations = kMostIterations});
+    times_ = times_of(image_, report);
+    foresight_ = simulation_.look_ahead(period_s_);
+  }
+
+  double period_s_;
+  Simulation simulation_;
+  SceneWriter writer_;
+  LockstepSchedule schedule_;
+  ScheduledImage image_;             // the next, or computed and not yet shown
+  std::optional<ImageTimes> times_;  // of an image that is computed
+  ImageForesight foresight_;
+};
+
+/// A file of positions that goes when its user does.
+class TrajectoryFile {
+ public:
+  TrajectoryFile(const DeviceFrame& frame, const std::vector<TickRow>& rows)
+      : path_(std::filesystem::temp_directory_path() / (unique_name() + ".csv")) {
+    std::ofstream stream(path_);
+    stream.precision(std::numeric_limits<double>::max_digits10);
+    stream << "time_s,x_m,y_m,z_m\n";
+    for (const TickRow& row : rows) {
+      const Eigen::Vector3d device_m =
+          frame.orientation.conjugate() * (row.position_m - frame.position_m) / frame.scale;
+      stream << row.time_s << ',' << device_m.x() << ',' << device_m.y() << ',' << device_m.z()
+             << '\n';
+    }
+    if (!stream.flush()) throw std::runtime_error(path_.string() + ": cannot be written");
+  }
+  ~TrajectoryFile() {
+    std::error_code ignored;
+    std::filesystem::remove(path_, ignored);
+  }
+  TrajectoryFile(const TrajectoryFile&) = delete;
+  TrajectoryFile& operator=(const TrajectoryFile&) = delete;
+  TrajectoryFile(TrajectoryFile&&) = delete;
+  TrajectoryFile& operator=(TrajectoryFile&&) = delete;
+
+  [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+GuardLimits guard_limits(const LabOptions& options, const stillgrid_device_descriptor& device) {
+  const double device_N = force_limit_N(device);
+  return {.max_force_N = std::min(options.max_force_N.value_or(device_N), device_N),
+          .max_slew_N_per_ms = options.max_slew_N_per_ms};
+}
+
+}  // namespace
+
+LabRun run_lab(const SceneDescription& scene, const LabOptions& options) {
+  const std::string session = unique_name();
+  const std::uint64_t tick_ns = to_ns(1.0 / options.tick_rate_hz);
+  const std::uint64_t end_ns = to_ns(options.duration_s);
+  LabRun run;
+  run.report.rate_hz = options.tick_rate_hz;
+  run.report.scene = scene.name;
+  run.report.transition = name_of(options.transition);
+  run.report.model = name_of(options.model);
+  run.report.measures_time = options.measures_ticks;
+  run.rows.reserve(end_ns / tick_ns + 1);
+
+  SimulationSide simulation(scene, options, session);
+  Device device(parse_device_spec(options.device), {.period_ns = tick_ns, .is_virtual = true});
+  run.report.device = device.descriptor().name;
+  ToolWriter tool(session, tick_ns, proto::Clock::kVirtual, 0);
+  const auto scene_view =
+      view_of<SceneView>(session, proto::SegmentKind::kScene, proto::kSceneLayoutHash);
+  const auto tool_view =
+      view_of<ToolView>(session, proto::SegmentKind::kTool, proto::kToolLayoutHash);
+  std::optional<PassivityController> passivity_control;
+  if (options.passivity_mass_kg) passivity_control.emplace(*options.passivity_mass_kg);
+  const auto loop = std::make_unique<HapticLoop>(
+      device, tool, make_renderer(options.model, options.transition),
+      guard_limits(options, device.descriptor()), tick_ns, passivity_control);
+
+  for (std::uint64_t now_ns = 0; now_ns < end_ns; now_ns += tick_ns) {
+    simulation.run_to(now_ns, false, tool_view);  // samples before this tick's
+    TickEnd end = loop->sense(scene_view, now_ns);
+    if (end == TickEnd::kGoOn) {
+      simulation.run_to(now_ns, true, tool_view);
+      const std::uint64_t began_ns = options.measures_ticks ? monotonic_ns() : 0;
+      end = loop->act(scene_view, true, now_ns, run.rows.emplace_back());
+      if (options.measures_ticks) run.rows.back().tick_ns = monotonic_ns() - began_ns;
+      if (loop->rendered().switch_jump_N)
+        run.jumps.push_back({run.rows.size() - 1, *loop->rendered().switch_jump_N});
+      loop->count(run.rows.back(), run.report);
+    }
+    run.device_failed = end == TickEnd::kDeviceFault;
+    if (end != TickEnd::kGoOn) break;
+  }
+  return run;
+}
+
+LabRun run_reference(const SceneDescription& scene, const LabOptions& options, const LabRun& run) {
+  const TrajectoryFile path(scene.device, run.rows);
+  SceneDescription fine = scene;
+  fine.period_s = 1.0 / options.tick_rate_hz;
+  LabOptions prompt = options;
+  prompt.device = "replay:file=" + path.path().string();
+  prompt.model = Model::kGrid;
+  prompt.transition = Transition::kHold;
+  prompt.latency_s = prompt.jitter = 0.0;
+  return run_lab(fine, prompt);
+}
+
+}  // namespace stillgrid

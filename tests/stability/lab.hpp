@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "haptic_server/recording/recorder.hpp"
+#include "haptic_server/rendering/renderer.hpp"
+#include "haptic_server/report.hpp"
+#include "sim_server/scene/scene_description.hpp"
+
+namespace stillgrid {
+
+/// One closed loop of the laboratory: the options of both servers that decide its course.
+struct LabOptions {
+  std::string device;  // as haptic_server --device takes it
+  Model model = Model::kGrid;
+  Transition transition = Transition::kAnswer;
+  double tick_rate_hz = 1000.0;
+  double latency_s = 0.0;  // virtual cost of a step
+  double jitter = 0.0;     // of the simulation's periods
+  std::uint64_t seed = 1;
+  double duration_s = 10.0;
+  std::optional<double> max_force_N = std::nullopt;  // default and upper bound: the device's own
+  std::optional<double> max_slew_N_per_ms = std::nullopt;
+  std::optional<double> passivity_mass_kg = std::nullopt;  // of passivity control, if there is any
+  bool measures_ticks = false;  // by the clock, into rows and report; no force depends on it
+};
+
+/// A switch of images, as its jump at the same place and time.
+struct SwitchJump {
+  std::size_t tick = 0;  // row of its run
+  double jump_N = 0.0;
+};
+
+/// What came of a run, tick by tick.
+struct LabRun {
+  std::vector<TickRow> rows;
+  std::vector<SwitchJump> jumps;
+  HapticReport report;
+  bool device_failed = false;  // by a fault, not by the end of its recording
+};
+
+/// Runs both servers' product code in this thread, in virtual time: simulation, published segments,
+/// haptic loop and device plugin, in the order of lockstep. The rows are to the bit what
+/// `sim_server --lockstep` and `haptic_server --lockstep` of the same options record.
+///
+/// Throws DeviceError, SegmentError. Thread: any, several at a time.
+[[nodiscard]] LabRun run_lab(const SceneDescription& scene, const LabOptions& options);
+
+/// The reference of the metrics: the force of the true state, simulated once a tick and shown at
+/// once, on the path of the device in `run`. Rows correspond one to one.
+[[nodiscard]] LabRun run_reference(const SceneDescription& scene, const LabOptions& options,
+                                   const LabRun& run);
+
+}  // namespace stillgrid

@@ -1,0 +1,190 @@
+// The laboratory against cases 1.1, 1.12, 1.13, 2.2 and 2.3 of the handbook.
+
+#include "tests/stability/lab.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "sim_server/lockstep_schedule.hpp"
+#include "sim_server/scene/scene_file.hpp"
+#include "tests/stability/lab_cell.hpp"
+#include "tests/stability/metrics.hpp"
+
+namespace stillgrid {
+namespace {
+
+/// Exact encoders; else as a cell is by default.
+LabCell exact_cell(const std::string& scene, const std::string& device,
+                   const std::string& transition) {
+  LabCell cell;
+  cell.scene = scene;
+  cell.device = device;
+  cell.transition = transition;
+  cell.resolution_m = 0.0;
+  return cell;
+}
+
+/// The cell's limit over the expected one, looked for near it by 1 %.
+double limit_ratio(const LabCell& cell, double expected_N_m) {
+  const auto found_N_m = largest_stable_stiffness_N_m(cell, {.lowest_N_m = 0.85 * expected_N_m,
+                                                             .highest_N_m = 1.15 * expected_N_m,
+                                                             .step = 1.01,
+                                                             .stride = 4});
+  return found_N_m.value_or(0.0) / expected_N_m;
+}
+
+TEST_CASE("A rigid wall bears the exact limit of the held force", "[lab]") {
+  const auto [device, exact_N_m] = GENERATE(table<std::string, double>({
+      {"none", 10084.03},
+      {"hand", 14928.6},
+      {"phantom:profile=premium15,path=still,centre_z_m=0,push_z_N=-1,mass_kg=0.1,damping_N_s_m=1,"
+       "hand=none,max_force_N=1000,friction_N=0,resolution_m=0",
+       2003.34},
+  }));
+  const double ratio = limit_ratio(exact_cell("wall", device, "hold"), exact_N_m);
+  CHECK(ratio > 0.95);
+  CHECK(ratio < 1.03);
+}
+
+TEST_CASE(
+    "On a wall that stays the limit does not depend on the rate of images nor on how they "
+    "follow one another",
+    "[lab]") {
+  LabCell cell = exact_cell("wall", "light", GENERATE("hold", "linear", "extrapolate"));
+  for (const double period_s : {0.001, 0.01, 0.033, 0.1}) {
+    cell.period_s = period_s;
+    const double ratio = limit_ratio(cell, 10084.9);
+    CHECK(ratio > 0.95);
+    CHECK(ratio < 1.03);
+  }
+}
+
+TEST_CASE("Late images of a free body are stable as far as the two-rate analysis says", "[lab]") {
+  const auto [transition, analysed_N_m] =
+      GENERATE(table<std::string, double>({{"hold", 633.8}, {"linear", 1483.6}}));
+  LabCell cell = exact_cell("free:0.1", "light", transition);
+  cell.period_s = 0.033;
+  cell.latency_share = 1.0;
+  const double ratio = limit_ratio(cell, analysed_N_m);
+  CHECK(ratio > 0.92);  // large motions may not decay where small ones do
+  CHECK(ratio < 1.03);
+}
+
+TEST_CASE("The tool comes to rest on every body, in contact", "[lab]") {
+  const std::string scene = GENERATE("wall", "free:0.05", "free:5", "chain", "block");
+  LabCell cell = exact_cell(scene, "hand", "hold");
+  cell.friction = scene == "block" ? 0.3 : 0.0;
+  cell.period_s = 0.033;
+  const LabRun run = run_lab(scene_of(cell, 500.0), options_of(cell));
+  CHECK_FALSE(oscillates(run.rows));
+  CHECK(std::all_of(run.rows.end() - 500, run.rows.end(),
+                    [](const TickRow& row) { return row.contacts > 0; }));
+}
+
+TEST_CASE("A run repeats to the bit, and by another seed it does not", "[lab]") {
+  LabCell cell;
+  cell.scene = "free:0.1";
+  cell.jitter = 0.3;
+  cell.duration_s = 2.0;
+  const auto lines_of = [&cell] {
+    std::string lines;
+    for (const TickRow& row : run_lab(scene_of(cell, 1500.0), options_of(cell)).rows)
+      append_row(row, lines);
+    return lines;
+  };
+  const std::string first = lines_of();
+  CHECK(first == lines_of());
+  cell.seed = 2;
+  CHECK(first != lines_of());
+}
+
+/// A sphere that presses evenly deeper into a tool that stays, 0.01 m/s at 500 N/m.
+SceneDescription advancing_sphere() {
+  return read_scene(R"(
+format = 1
+[world]
+gravity_m_s2 = [0.0, 0.0, 0.0]
+[simulation]
+period_s = 0.1
+[[material]]
+name = "elastic"
+contact_stiffness_N_m = 500.0
+[[body]]
+name = "sphere"
+kind = "sphere"
+motion = "prescribed"
+velocity_m_s = 0.01
+position_m = [-0.0149, 0.0, 0.0]
+radius_m = 0.01
+material = "elastic"
+)",
+                    "advancing.toml");
+}
+
+TEST_CASE(
+    "On a body that advances evenly, held images err by k v P / sqrt 3 and jump, blended ones "
+    "err by k v P and do not",
+    "[lab]") {
+  constexpr double kStep_N = 500.0 * 0.01 * 0.1;  // k v P
+  LabOptions options;
+  options.device = "phantom:path=still,centre_z_m=0,hand=none,mass_kg=1000000";
+  options.duration_s = 1.2;
+  options.transition = GENERATE(Transition::kHold, Transition::kLinear);
+  const SceneDescription scene = advancing_sphere();
+  const LabRun run = run_lab(scene, options);
+  const LabRun reference = run_reference(scene, options, run);
+  REQUIRE(reference.rows.size() == run.rows.size());
+  const RunMetrics metrics = metrics_of(run, reference, 10.0);
+  if (options.transition == Transition::kHold) {
+    // Sampled once a tick the age is 0 to 99 ms, not quite P / sqrt 3 rms nor P / 2 in the mean.
+    CHECK(metrics.switches.jump_N.max == Approx(kStep_N).epsilon(0.01));
+    CHECK(metrics.error.rms_N == Approx(kStep_N / std::sqrt(3.0)).epsilon(0.02));
+    CHECK(metrics.error.lag_s == Approx(0.05).margin(0.001));
+    CHECK(metrics.error.rms_at_lag_N == Approx(kStep_N / std::sqrt(12.0)).epsilon(0.02));
+    CHECK(metrics.plateau.share == 1.0);
+  } else {
+    CHECK(metrics.switches.jump_N.max < 1e-3 * kStep_N);
+    CHECK(metrics.error.lag_s == Approx(0.1).margin(0.002));
+    CHECK(metrics.error.rms_at_lag_N < 0.02 * kStep_N);
+  }
+}
+
+TEST_CASE("On a wall a run is its own reference", "[lab]") {
+  LabCell cell;
+  cell.duration_s = 1.0;
+  const SceneDescription scene = scene_of(cell, 1000.0);
+  const LabRun run = run_lab(scene, options_of(cell));
+  const LabRun reference = run_reference(scene, options_of(cell), run);
+  const RunMetrics metrics = metrics_of(run, reference, 1.0 / cell.period_s);
+  CHECK(metrics.error.rms_N < 1e-9);
+  CHECK(metrics.slew_N_per_ms.max > 0.0);
+}
+
+TEST_CASE("In a schedule no tool is sampled before the image before it is shown", "[lab]") {
+  LockstepSchedule schedule(0.01, 0.3, 7, 0.009);
+  ScheduledImage before = schedule.next();
+  for (int i = 0; i < 1000; ++i) {
+    const ScheduledImage image = schedule.next();
+    CHECK(image.state_ns == before.state_ns + image.step_ns);
+    CHECK(image.step_ns >= 7'000'000);
+    CHECK(image.step_ns <= 13'000'000);
+    CHECK(image.sample_ns == std::max(image.state_ns, before.publish_ns));
+    CHECK(image.publish_ns == image.sample_ns + 9'000'000);
+    before = image;
+  }
+}
+
+TEST_CASE("A cell that cannot be is refused in a line that names it", "[lab]") {
+  LabCell cell;
+  cell.scene = "free:-1";
+  CHECK_THROWS_WITH(scene_of(cell, 1.0), Catch::Contains("--scene") && Catch::Contains("free:-1"));
+  cell = {};
+  cell.transition = "jumpy";
+  CHECK_THROWS_WITH(options_of(cell), Catch::Contains("--transition") && Catch::Contains("jumpy"));
+}
+
+}  // namespace
+}  // namespace stillgrid

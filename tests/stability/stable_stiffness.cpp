@@ -1,0 +1,39 @@
+#include "tests/stability/stable_stiffness.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+
+namespace stillgrid {
+
+bool oscillates(std::span<const TickRow> rows, const Oscillation& oscillation) {
+  if (rows.empty()) return true;
+  const double from_s = rows.back().time_s - oscillation.window_s;
+  Eigen::Array3d lowest_m = rows.back().position_m, highest_m = lowest_m;
+  for (auto row = rows.rbegin(); row != rows.rend() && row->time_s >= from_s; ++row) {
+    lowest_m = lowest_m.min(row->position_m.array());
+    highest_m = highest_m.max(row->position_m.array());
+    if (!row->position_m.allFinite()) return true;
+  }
+  return (highest_m - lowest_m).maxCoeff() > oscillation.limit_m;
+}
+
+std::optional<double> largest_stable_stiffness_N_m(
+    const std::function<bool(double stiffness_N_m)>& is_stable, const StiffnessSearch& search) {
+  const int last = static_cast<int>(
+      std::floor(std::log(search.highest_N_m / search.lowest_N_m) / std::log(search.step)));
+  const auto stiffness_N_m = [&](int i) { return search.lowest_N_m * std::pow(search.step, i); };
+  if (!is_stable(stiffness_N_m(0))) return std::nullopt;
+  int stable = 0;
+  while (stable < last) {
+    const int next = std::min(stable + search.stride, last);
+    if (!is_stable(stiffness_N_m(next))) {
+      while (stable + 1 < next && is_stable(stiffness_N_m(stable + 1))) ++stable;
+      break;
+    }
+    stable = next;
+  }
+  return stiffness_N_m(stable);
+}
+
+}  // namespace stillgrid

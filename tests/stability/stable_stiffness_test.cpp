@@ -1,0 +1,68 @@
+#include "tests/stability/stable_stiffness.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace stillgrid {
+namespace {
+
+/// A second of a tool that swings at 7 Hz along x, `late_m` peak to peak in its second half.
+std::vector<TickRow> swinging(double early_m, double late_m) {
+  std::vector<TickRow> rows(1001);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows[i].time_s = static_cast<double>(i) * 1e-3;
+    const double half_m = 0.5 * (i < 500 ? early_m : late_m);
+    rows[i].position_m.x() = half_m * std::sin(2.0 * 3.14159265358979 * 7.0 * rows[i].time_s);
+  }
+  return rows;
+}
+
+TEST_CASE("A run oscillates when its last half second swings by more than four encoder steps",
+          "[stable_stiffness]") {
+  CHECK(oscillates(swinging(0.01, 121e-6)));
+  CHECK_FALSE(oscillates(swinging(0.01, 119e-6)));
+}
+
+TEST_CASE("A run that ends nowhere is not stable", "[stable_stiffness]") {
+  CHECK(oscillates({}));
+  std::vector<TickRow> rows = swinging(0.0, 0.0);
+  rows[900].position_m.y() = std::numeric_limits<double>::quiet_NaN();
+  CHECK(oscillates(rows));
+}
+
+TEST_CASE("The search ends at the last stable stiffness before the first loss",
+          "[stable_stiffness]") {
+  // Stable again above: the first loss counts.
+  const auto is_stable = [](double stiffness_N_m) {
+    return stiffness_N_m <= 1000.0 || stiffness_N_m > 4000.0;
+  };
+  const int stride = GENERATE(1, 3, 4, 20);
+  const auto found_N_m = largest_stable_stiffness_N_m(is_stable, {.stride = stride});
+  REQUIRE(found_N_m);
+  CHECK(*found_N_m <= 1000.0);
+  CHECK(*found_N_m * 1.05 > 1000.0);
+}
+
+TEST_CASE("A narrow loss is seen by a search that leaves no point out", "[stable_stiffness]") {
+  const auto is_stable = [](double stiffness_N_m) {
+    return stiffness_N_m < 500.0 || stiffness_N_m > 550.0;
+  };
+  const auto found_N_m = largest_stable_stiffness_N_m(is_stable, {.stride = 1});
+  REQUIRE(found_N_m);
+  CHECK(*found_N_m < 500.0);
+  CHECK(*found_N_m > 475.0);
+}
+
+TEST_CASE("The search says when all is stable, and when nothing is", "[stable_stiffness]") {
+  const StiffnessSearch search{.lowest_N_m = 100.0, .highest_N_m = 1000.0};
+  CHECK_FALSE(largest_stable_stiffness_N_m([](double) { return false; }, search));
+  const auto all_N_m = largest_stable_stiffness_N_m([](double) { return true; }, search);
+  REQUIRE(all_N_m);
+  CHECK(*all_N_m > 950.0);
+  CHECK(*all_N_m <= 1000.0);
+}
+
+}  // namespace
+}  // namespace stillgrid
