@@ -1,0 +1,273 @@
+#!/usr/bin/python3
+"""Measures every intermediate model on the same paths: docs/charts/model_table.csv.
+
+Paths are scripted (written here) or recordings made by others, in $STILLGRID_DATA or ../shared/data;
+a recording that is not there leaves its rows out, and says so. Each path goes through every model by
+the program compare_models, without and with jitter; the largest stable stiffness is of stability_lab's
+body that is most like the scene. `spacing` is docs/charts/spacing_rate.csv, `figures` the forces of
+docs/charts/paper_figures.csv, `ticks` docs/charts/cold_tick.csv. scripts/charts/plot_models.py draws the charts.
+"""
+import argparse
+import concurrent.futures
+import csv
+import io
+import math
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SCENES = ROOT / "sim_server/scene/scenes"
+DATA = pathlib.Path(os.environ.get("STILLGRID_DATA", ROOT.parent / "shared/data")) / "trajectories"
+PERIOD_S = 1.0 / 33.0
+COST = 0.1  # of a period, a step
+JITTERS = (0.0, 0.3)
+TISSUE = ROOT / "tests/stability/scenes/tissue.toml"
+
+
+def ease(t, start, end):
+    """From 0 to 1 without a kink."""
+    s = min(max((t - start) / (end - start), 0.0), 1.0)
+    return s * s * (3.0 - 2.0 * s)
+
+
+def press_tissue(t):
+    """Waits above while the blocks settle, then presses the tissue between them twice a second,
+    stroking in a circle of 4 mm that brushes the blocks."""
+    come = ease(t, 0.7, 1.0)
+    depth_m = 0.024 + 0.004 * math.sin(4.0 * math.pi * t)
+    angle = 2.0 * math.pi * 0.5 * t
+    return (0.004 * math.cos(angle), 0.004 * math.sin(angle), 0.02 - come * (0.02 + depth_m))
+
+
+def stir_threads(t):
+    """Circles of 20 mm at 1 Hz among hanging threads."""
+    angle = 2.0 * math.pi * t
+    return (0.02 * math.cos(angle) - 0.02, 0.02 * math.sin(angle), 0.005 * math.sin(0.7 * angle))
+
+
+def ride_sphere(t):
+    """Goes with the sphere of moving_sphere, which comes at 0.1 m/s, pressed by 6 mm, and by 1.5 mm
+    more and less at 1 Hz."""
+    depth_m = ease(t, 0.1, 0.4) * (0.007 + 0.0015 * math.sin(2.0 * math.pi * t)) - 0.001
+    return (-0.05 + 0.1 * t + 0.015 - depth_m, 0.0, 0.0)
+
+
+def replay(file, options):
+    return f"replay:file={DATA / file},{options}"
+
+
+# Name, scene, path or device, when it begins to count, end [s], stability_lab's body most like it.
+PATHS = [
+    ("tissue and blocks", SCENES / "tissue_and_blocks.toml", press_tissue, 1.0, 8.0, "block"),
+    ("tissue and blocks, all", SCENES / "tissue_and_blocks.toml", press_tissue, 0.0, 8.0, "block"),
+    ("threads", SCENES / "threads.toml", stir_threads, 0.5, 8.0, "chain:0.0005"),
+    ("moving sphere", SCENES / "moving_sphere.toml", ride_sphere, 0.5, 6.0, "wall"),
+    ("franka on tissue", TISSUE,
+     replay("franka_1khz/franka_20260223_162545.csv",
+            "scale=0.2,offset_x_m=-0.11,offset_z_m=0.0026"), 0.5, 11.0, "block"),
+    ("contour on tissue", TISSUE,
+     replay("ku_contour_force/demo_a_2.csv",
+            "scale=0.25,knot_spacing_s=0.035,offset_y_m=0.009,offset_z_m=0.0065"), 0.5, 5.2, "block"),
+    ("teleoperator on free body", "free:0.1",
+     replay("teleop_1dof_2khz/m2_question1a_spring.csv", "map=z_m:slave_rad*0.075"), 0.5, 4.8,
+     "free:0.1"),
+]
+
+
+def write_path(path, seconds, file):
+    with open(file, "w") as stream:
+        stream.write("time_s,x_m,y_m,z_m\n")
+        for i in range(int(1000 * seconds) + 2):
+            stream.write(f"{i / 1000}," + ",".join(f"{x:.9g}" for x in path(i / 1000)) + "\n")
+
+
+def device_of(path, seconds, folder):
+    """As haptic_server --device takes it, or nothing: a recording that is not there."""
+    if isinstance(path, str):
+        file = pathlib.Path(path.split("file=")[1].split(",")[0])
+        return path if file.exists() else None
+    file = pathlib.Path(folder) / f"{path.__name__}.csv"
+    if not file.exists():
+        write_path(path, seconds, file)
+    return f"replay:file={file}"
+
+
+def run(build, program, *options):
+    command = [str(build / "tests" / program), *map(str, options)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode:
+        raise RuntimeError(f"{' '.join(command)}: {done.stderr.strip()}")
+    return done.stdout
+
+
+def compare(build, scene, device, jitter, since, seconds, *more):
+    text = run(build, "compare_models", "--scene", scene, "--device", device, "--period", PERIOD_S,
+               "--latency", COST, "--jitter", jitter, "--seed", 1, "--friction", 0.3, "--from", since,
+               "--duration", seconds, *more)
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+def stable_stiffness(build, body, name, jitter):
+    """Light device; step cost and jitter as in the table."""
+    held = re.fullmatch(r"hold at (\d+) Hz", name)
+    period_s = 1.0 / float(held[1]) if held else PERIOD_S
+    is_model = name in ("force_held", "force_jacobian", "plane", "sphere", "proxy", "crossfade")
+    text = run(build, "stability_lab", "limit", "--scene", body, "--device", "light",
+               "--period", period_s, "--latency", COST, "--jitter", jitter, "--friction", 0.3,
+               "--duration", 6, "--transition", "hold" if is_model or held else name,
+               "--model", name if is_model else "grid")
+    return "0" if text.startswith("unstable") else text.strip()
+
+
+def measure_table(build, pool):
+    with tempfile.TemporaryDirectory() as folder:
+        jobs = []
+        for name, scene, path, since, seconds, body in PATHS:
+            device = device_of(path, seconds, folder)
+            if device is None:
+                print(f"skipped: {name}: its recording is not in {DATA}", file=sys.stderr)
+                continue
+            for jitter in JITTERS:
+                jobs.append((name, body, jitter, pool.submit(
+                    compare, build, scene, device, jitter, since, seconds)))
+        rows, limits = [], {}
+        for name, body, jitter, job in jobs:
+            for row in job.result():
+                key = body, row["model"], jitter
+                if row["model"] != "reference" and key not in limits:
+                    limits[key] = pool.submit(stable_stiffness, build, *key)
+                rows.append({"path": name, "jitter": jitter, "body": body, **row})
+    for row in rows:
+        key = row["body"], row["model"], row["jitter"]
+        row["stable_stiffness_N_m"] = limits[key].result() if key in limits else ""
+    return rows
+
+
+SPACINGS_M = (0.02, 0.014, 0.01, 0.007, 0.006)
+FINE_M = 0.005
+RATES_HZ = (20, 33, 100, 1000)
+
+
+def measure_ticks(build, pool):
+    """With caches flushed; one after the other, for nothing else may run beside them."""
+    del pool
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        for name, scene, path, since, _, _ in (PATHS[0], PATHS[2]):
+            device_of(path, 3.5, folder)
+            text = run(build, "cold_tick_figures", scene,
+                       pathlib.Path(folder) / f"{path.__name__}.csv", since)
+            rows += [{"path": name, **row} for row in csv.DictReader(io.StringIO(text))]
+    return rows
+
+
+def spaced(scene, spacing_m, folder):
+    """The scene with another spacing of the tissue's spheres, as stiff on average: the mean force
+    of a sheet goes with 1 / spacing^2."""
+    side_m = 0.14
+    share = (side_m / round(side_m / spacing_m) / 0.01) ** 2
+    text = scene.read_text()
+    for old, new in (
+            ('name = "tissue"\ncontact_stiffness_N_m = 500.0\ncontact_damping_N_s_m = 1.0',
+             f'name = "tissue"\ncontact_stiffness_N_m = {500.0 * share}\n'
+             f'contact_damping_N_s_m = {share}'),
+            ("spheres = { spacing_m = 0.01, radius_m = 0.0065 }",
+             f"spheres = {{ spacing_m = {spacing_m}, radius_m = 0.0065 }}")):
+        if old not in text:
+            raise RuntimeError(f"{scene}: expected {old}")
+        text = text.replace(old, new, 1)
+    file = pathlib.Path(folder) / f"{scene.stem}_{1e3 * spacing_m:g}mm.toml"
+    file.write_text(text)
+    return file
+
+
+def measure_spacing(build, pool):
+    with tempfile.TemporaryDirectory() as folder:
+        jobs = []
+        for name, scene, path, since, _, _ in (PATHS[0], PATHS[4]):
+            end = since + 4.0
+            device = device_of(path, end, folder)
+            if device is None:
+                print(f"skipped: {name}: its recording is not in {DATA}", file=sys.stderr)
+                continue
+            fine = spaced(scene, FINE_M, folder)
+            for spacing_m in SPACINGS_M:
+                jobs.append((name, spacing_m, pool.submit(
+                    run, build, "compare_models", "--scene", spaced(scene, spacing_m, folder),
+                    "--reference-scene", fine, "--device", device, "--period",
+                    *(1.0 / rate_hz for rate_hz in RATES_HZ), "--latency", COST, "--from", since,
+                    "--duration", end, "--models", "hold", "linear", "answer")))
+        rows = []
+        for name, spacing_m, job in jobs:
+            *mine, true = csv.DictReader(io.StringIO(job.result()))
+            true_N = float(true["force_rms_N"])
+            rows += [{"path": name, "spacing_mm": 1e3 * spacing_m,
+                      "rate_hz": f"{1e3 / float(row['period_ms']):.4g}",
+                      "error_share": f"{float(row['rms_error_N']) / true_N:.4g}", **row}
+                     for row in mine]
+    return rows
+
+
+FIGURE_MODELS = ("hold", "linear", "answer")
+FIGURE_S = (2.0, 2.5)
+
+
+def record(build, transition, period_s, cost, device, folder):
+    file = pathlib.Path(folder) / f"{transition}_{period_s:.4f}.csv"
+    run(build, "stability_lab", "run", "--scene", SCENES / "moving_sphere.toml", "--device", device,
+        "--period", period_s, "--latency", cost, "--transition", transition, "--duration", 3,
+        "--jitter", 0.3 if cost else 0.0, "--record", file)
+    with open(file) as stream:
+        return list(csv.DictReader(line for line in stream if not line.startswith("#")))
+
+
+def measure_figures(build, pool):
+    """The force on a tool that goes with the moving sphere, and the generation shown, tick by
+    tick."""
+    del pool
+    with tempfile.TemporaryDirectory() as folder:
+        device = device_of(ride_sphere, 3.0, folder)
+        rows = []
+        for name, period_s, cost in [(name, PERIOD_S, COST) for name in FIGURE_MODELS] + [
+                ("hold", 0.001, 0.0)]:
+            label = name if cost else "reference"
+            for row in record(build, name, period_s, cost, device, folder):
+                if FIGURE_S[0] <= float(row["time_s"]) < FIGURE_S[1]:
+                    rows.append({"model": label, "time_s": row["time_s"],
+                                 "force_N": row[FORCE_COLUMN], "image": row[IMAGE_COLUMN]})
+    return rows
+
+
+FORCE_COLUMN, IMAGE_COLUMN = "fx_N", "generation"
+TABLES = {"table": ("model_table.csv", measure_table), "spacing": ("spacing_rate.csv", measure_spacing),
+          "figures": ("paper_figures.csv", measure_figures), "ticks": ("cold_tick.csv", measure_ticks)}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("tables", nargs="*", default=list(TABLES), metavar="TABLE",
+                        help="table, spacing, figures or ticks; default all")
+    parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build/release")
+    parser.add_argument("--charts", type=pathlib.Path, default=ROOT / "docs/charts")
+    parser.add_argument("--threads", type=int, default=2)
+    arguments = parser.parse_args()
+    try:
+        with concurrent.futures.ThreadPoolExecutor(arguments.threads) as pool:
+            for table in arguments.tables:
+                name, measure = TABLES[table]
+                rows = measure(arguments.build, pool)
+                with open(arguments.charts / name, "w", newline="") as stream:
+                    writer = csv.DictWriter(stream, fieldnames=list(rows[0]), lineterminator="\n")
+                    writer.writeheader()
+                    writer.writerows(rows)
+    except (OSError, RuntimeError, KeyError, IndexError) as error:
+        sys.exit(f"measure_models: {type(error).__name__}: {error}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

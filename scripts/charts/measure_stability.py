@@ -1,0 +1,76 @@
+#!/usr/bin/python3
+"""Measures the largest stable stiffness of both servers' product code in closed loop, in virtual
+time, over rate, cost of a step, body, device and transition: docs/charts/stability.csv.
+
+A stopped run goes on where it was. scripts/charts/plot_stability.py draws the charts.
+"""
+import argparse
+import pathlib
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+DEVICES = ["light", "hand"]
+PERIODS_S = [0.1, 0.033, 0.01]
+COSTS = [0, 0.1, 0.3333333333, 1]  # of a step, of its period
+LIGHT = ["wall", "free:0.05", "free:0.1", "free:0.5", "free:1", "chain"]
+# A heavy body on the hand's spring takes long to come to rest, and more so where contact is soft.
+HEAVY = {"scene": ["free:5"], "duration": 30, "lowest": 200}
+BLOCK = {"scene": ["block"], "friction": 0.3, "duration": 5}
+RIVALS = ["restart", "hermite", "extrapolate", "playout"]
+
+
+def maps(full):
+    """Maps in the order in which they are measured: what matters most comes first."""
+    bodies = [{"scene": LIGHT, "duration": 6}, HEAVY, BLOCK]
+    base = {"device": DEVICES, "period": PERIODS_S, "latency": COSTS, "jitter": 0.3, "lowest": 100}
+    three = {"transition": ["hold", "linear", "answer"]}
+    at_once = {"latency": [0.1]}
+    regular = {"jitter": 0}
+    for body in bodies:
+        yield base | three | body
+    for body in bodies:
+        yield base | three | regular | body | ({} if full or body is not BLOCK else at_once)
+    for body in bodies:
+        few = {} if full or body is not BLOCK else {"latency": [0.1, 1]}
+        yield base | {"transition": RIVALS} | body | few
+        yield base | {"transition": "hold", "model": "force_held"} | body | few
+    # Simulated as fast as a step allows: a step that takes its whole period.
+    fast = {"transition": "hold", "period": [0.004, 0.002, 0.001], "latency": [1], "jitter": 0}
+    for body in bodies:
+        yield base | fast | body | ({} if full or body is not BLOCK else {"period": [0.004]})
+    friction = {"device-friction": 0.04}
+    for body in bodies:
+        small = {} if full else {"scene": ["free:0.1", "free:1", "chain"]}
+        if full or body is bodies[0]:
+            yield base | three | at_once | body | friction | small
+    yield base | three | at_once | bodies[0] | {"scene": ["wall"], "device": ["none"]}
+    if full:
+        for body in bodies:
+            yield base | {"transition": RIVALS} | regular | body
+            yield base | three | body | {"seed": 2}
+
+
+def command(lab, csv, threads, one_map):
+    options = []
+    for name, value in one_map.items():
+        values = value if isinstance(value, list) else [value]
+        options += [f"--{name}", *map(str, values)]
+    return [lab, "map", *options, "--threads", str(threads), "--out", csv]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--full", action="store_true", help="every cell; hours")
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build/release")
+    parser.add_argument("--csv", type=pathlib.Path, default=ROOT / "docs/charts/stability.csv")
+    arguments = parser.parse_args()
+    lab = arguments.build / "tests/stability_lab"
+    for one_map in maps(arguments.full):
+        subprocess.run(command(lab, arguments.csv, arguments.threads, one_map), check=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
