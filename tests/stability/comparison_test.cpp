@@ -44,7 +44,7 @@ TEST_CASE(
     "[comparison]") {
   const RecordingFile path(ride());
   const SceneDescription scene =
-      load_scene(std::string(STILLGRID_SOURCE_DIR) + "/sim_server/scene/scenes/moving_sphere.toml");
+      load_scene(STILLGRID_SOURCE_DIR "/sim_server/scene/scenes/moving_sphere.toml");
   LabOptions options;
   options.device = "replay:file=" + path.path();
   options.latency_s = 0.1 * scene.period_s;
