@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "haptic_server/rendering/answer.hpp"
+#include "haptic_server/rendering/stamps.hpp"
 
 namespace stillgrid {
 namespace {
@@ -21,13 +23,9 @@ constexpr double kTolerance_N = 1e-5;
 /// No push moves a sphere farther, whatever a segment says.
 constexpr double kFarthest_m = 1.0;
 
-double seconds(std::uint64_t from_ns, std::uint64_t to_ns) {
-  return to_ns > from_ns ? static_cast<double>(to_ns - from_ns) * 1e-9 : 0.0;
-}
-
 /// What is left at now_ns of what is ramped out from began_ns on.
 double left(std::uint64_t began_ns, double duration_s, std::uint64_t now_ns) {
-  const double since_s = seconds(began_ns, now_ns);
+  const double since_s = seconds_between(began_ns, now_ns);
   return since_s < duration_s ? 1.0 - since_s / duration_s : 0.0;
 }
 
@@ -62,7 +60,7 @@ ToolForce AnswerRenderer::last_image_force(const SceneView& scene,
                                            std::span<const PlacedToolSphere> tool,
                                            const ToolPose& pose, std::uint64_t now_ns) noexcept {
   touched_->drop_swept();
-  const double tick_s = std::min(seconds(tick_ns_, now_ns), 1e-2);
+  const double tick_s = std::min(seconds_between(tick_ns_, now_ns), 1e-2);
   for (std::size_t i = 0; i < touched_->count; ++i)
     touched_->spheres[i].position_m += tick_s * touched_->spheres[i].velocity_m_s;
   shown_.change_N = yield_to_push(scene.scene(), tool_push(shown_.snapshot), tool, pose,
@@ -114,19 +112,24 @@ RenderedTick AnswerRenderer::render(const SceneView& scene, const ToolPose& pose
   radius_m_ = 0.0;
   for (const PlacedToolSphere& sphere : tool) radius_m_ = std::max(radius_m_, sphere.radius_m);
   const bool had_image = shown_.snapshot.generation != 0;
-  const ToolForce before = had_image ? last_image_force(scene, tool, pose, now_ns) : ToolForce{};
-  const ToolForce answering =
-      sphere_force(scene.scene(), *touched_, tool, pose, ForceOf::kAnswering);
+  // Asked for only where an image comes or cannot be read.
+  std::optional<ToolForce> before;
+  const auto lead_on = [&] {
+    if (!before) before = last_image_force(scene, tool, pose, now_ns);
+  };
 
   Shown next;
   const ReadResult read = read_latest(scene.buffer(), [&](const std::uint64_t* payload) {
     const proto::SnapshotHeader snapshot = load_snapshot(payload);
     const bool is_switch = had_image && snapshot.generation != shown_.snapshot.generation;
+    if (is_switch) lead_on();
     next = shown_;
     next.snapshot = snapshot;
     next.weights = image_weights(Transition::kAnswer, {}, snapshot, now_ns);
     const GridView grid = scene.moving_grid(payload, snapshot);
-    if (is_switch) continue_from(grid, answering, tool, now_ns, next);
+    if (is_switch)
+      continue_from(grid, sphere_force(scene.scene(), *touched_, tool, pose, ForceOf::kAnswering),
+                    tool, now_ns, next);
     const Yielding now = yielding(next, now_ns);
     fresh_->clear();
     gather_touched(grid, {next.weights, is_switch ? next.weights : shown_.weights, now}, tool,
@@ -135,16 +138,19 @@ RenderedTick AnswerRenderer::render(const SceneView& scene, const ToolPose& pose
   if (read.status == ReadStatus::kEmpty && !had_image) return {};
   const bool contended = read.status != ReadStatus::kAccepted;  // empty after one: lost memory
   const bool is_new = !contended && next.snapshot.generation != shown_.snapshot.generation;
-  ToolForce force = before;
-  if (contended) still_.drop_swept();
-  if (!contended) {
+  ToolForce force;
+  if (contended) {
+    lead_on();
+    force = *before;
+    still_.drop_swept();
+  } else {
     std::swap(touched_, fresh_);
     next.change_N = yield_to_push(scene.scene(), tool_push(next.snapshot), tool, pose,
                                   next.change_N, kTolerance_N, *touched_);
     force = sphere_force(scene.scene(), *touched_, tool, pose);
     if (is_new && had_image) {
-      next.rest_N = before.force_N - force.force_N;
-      next.rest_N_m = before.torque_N_m - force.torque_N_m;
+      next.rest_N = before->force_N - force.force_N;
+      next.rest_N_m = before->torque_N_m - force.torque_N_m;
     }
     const double rest = left(next.began_ns, rest_duration_s(next.snapshot, next.rest_N), now_ns);
     force.force_N += rest * next.rest_N;
@@ -163,7 +169,7 @@ RenderedTick AnswerRenderer::render(const SceneView& scene, const ToolPose& pose
   tick.cut = touched_->cut || still_.cut;
   for (const TouchedSpheres* touched : {touched_, &still_})
     for (const TouchedSphere& sphere : touched->all()) tick.swept = tick.swept || sphere.swept;
-  if (is_new && had_image) tick.switch_jump_N = (force.force_N - before.force_N).norm();
+  if (is_new && had_image) tick.switch_jump_N = (force.force_N - before->force_N).norm();
   tick.force = tool_force(scene.scene(), still_, tool, pose);
   tick.force.force_N += force.force_N;
   tick.force.torque_N_m += force.torque_N_m;

@@ -1,14 +1,8 @@
 #include "haptic_server/rendering/placed_tool.hpp"
 
+#include "haptic_server/rendering/stamps.hpp"
+
 namespace stillgrid {
-namespace {
-
-double seconds_since(std::uint64_t then_ns, std::uint64_t now_ns) {
-  return now_ns > then_ns ? static_cast<double>(now_ns - then_ns) * 1e-9 : 0.0;
-}
-
-}  // namespace
-
 std::span<PlacedToolSphere> place_tool(const proto::SceneHeader& scene, const ToolPose& pose,
                                        ToolSpheres& placed) noexcept {
   for (std::uint32_t i = 0; i < scene.tool_sphere_count; ++i) {
@@ -23,8 +17,8 @@ std::span<PlacedToolSphere> place_tool(const proto::SceneHeader& scene, const To
 RenderedTick tick_showing(const proto::SnapshotHeader& snapshot, std::uint64_t now_ns) noexcept {
   RenderedTick tick;
   tick.generation = snapshot.generation;
-  tick.age_s = seconds_since(snapshot.state_time_ns[0], now_ns);
-  tick.image_age_s = seconds_since(snapshot.publish_time_ns[0], now_ns);
+  tick.age_s = seconds_between(snapshot.state_time_ns[0], now_ns);
+  tick.image_age_s = seconds_between(snapshot.publish_time_ns[0], now_ns);
   return tick;
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "haptic_server/rendering/stamps.hpp"
+
 namespace stillgrid {
 namespace {
 
@@ -12,10 +14,6 @@ using proto::SnapshotHeader;
 constexpr double kLatencySlew = 0.1;
 /// Share of the way to a smaller latency that it goes an image.
 constexpr double kLatencyDecay = 1.0 / 64.0;
-
-double seconds(std::uint64_t from_ns, std::uint64_t to_ns) noexcept {
-  return to_ns > from_ns ? static_cast<double>(to_ns - from_ns) * 1e-9 : 0.0;
-}
 
 ImageWeights newest_image() noexcept {
   ImageWeights weights;
@@ -27,14 +25,14 @@ ImageWeights newest_image() noexcept {
 /// Between the last two switches; zero without two.
 double last_period_s(const SnapshotHeader& snapshot) noexcept {
   return snapshot.history_count > 1
-             ? seconds(snapshot.publish_time_ns[1], snapshot.publish_time_ns[0])
+             ? seconds_between(snapshot.publish_time_ns[1], snapshot.publish_time_ns[0])
              : 0.0;
 }
 
 /// Progress over a period like the last, from the newest switch.
 double progress(const SnapshotHeader& snapshot, std::uint64_t now_ns) noexcept {
   const double period_s = last_period_s(snapshot);
-  const double since_s = seconds(snapshot.publish_time_ns[0], now_ns);
+  const double since_s = seconds_between(snapshot.publish_time_ns[0], now_ns);
   return since_s < period_s ? since_s / period_s : 1.0;
 }
 
@@ -80,10 +78,10 @@ ImageWeights hermite(const TransitionMemory& memory, const SnapshotHeader& snaps
 ImageWeights extrapolate(const SnapshotHeader& snapshot, std::uint64_t now_ns) noexcept {
   ImageWeights weights;
   weights.position[0] = 1.0;
-  const double period_s = snapshot.history_count > 1
-                              ? seconds(snapshot.state_time_ns[1], snapshot.state_time_ns[0])
-                              : 0.0;
-  const double age_s = seconds(snapshot.state_time_ns[0], now_ns);
+  const double period_s = snapshot.history_count > 1 ? seconds_between(snapshot.state_time_ns[1],
+                                                                       snapshot.state_time_ns[0])
+                                                     : 0.0;
+  const double age_s = seconds_between(snapshot.state_time_ns[0], now_ns);
   weights.velocity_s[0] = std::min(age_s, proto::kForesightPeriods * period_s);
   weights.stands = !(age_s < proto::kForesightPeriods * period_s);
   return weights;
@@ -91,7 +89,7 @@ ImageWeights extrapolate(const SnapshotHeader& snapshot, std::uint64_t now_ns) n
 
 double latency_s(const TransitionMemory& memory, const SnapshotHeader& snapshot,
                  std::uint64_t now_ns) noexcept {
-  const double most_s = kLatencySlew * seconds(snapshot.publish_time_ns[0], now_ns);
+  const double most_s = kLatencySlew * seconds_between(snapshot.publish_time_ns[0], now_ns);
   return memory.latency_s + std::clamp(memory.latency_target_s - memory.latency_s, -most_s, most_s);
 }
 
@@ -101,12 +99,12 @@ ImageWeights playout(const TransitionMemory& memory, const SnapshotHeader& snaps
   const auto& state_ns = snapshot.state_time_ns;
   const double late_s = latency_s(memory, snapshot, now_ns);
   // Times are counted back from the newest image: how long before it is what is shown?
-  const double back_s = late_s - seconds(state_ns[0], now_ns);
+  const double back_s = late_s - seconds_between(state_ns[0], now_ns);
   ImageWeights weights;
   weights.alpha = 0.0;
   double newer_s = 0.0;
   for (std::size_t i = 0; i + 1 < proto::kHistoryLength; ++i) {
-    const double older_s = seconds(state_ns[i + 1], state_ns[0]);
+    const double older_s = seconds_between(state_ns[i + 1], state_ns[0]);
     if (back_s < older_s) {
       const double share = std::max(0.0, (back_s - newer_s) / (older_s - newer_s));
       weights.position[i] = 1.0 - share;
@@ -126,7 +124,7 @@ ImageWeights answer(const SnapshotHeader& snapshot, std::uint64_t now_ns) noexce
   ImageWeights weights = newest_image();
   const double period_s = static_cast<double>(snapshot.foresight_ns) * 1e-9;
   if (!(period_s > 0.0)) return weights;
-  const double age_s = seconds(snapshot.state_time_ns[0], now_ns);
+  const double age_s = seconds_between(snapshot.state_time_ns[0], now_ns);
   weights.stands = !(age_s < proto::kForesightPeriods * period_s);
   const double led_s = std::min(age_s, proto::kForesightPeriods * period_s);
   weights.drift_s = led_s;
@@ -139,7 +137,7 @@ ImageWeights answer(const SnapshotHeader& snapshot, std::uint64_t now_ns) noexce
 /// The latency that would have let the image before last until this one came.
 double needed_latency_s(const SnapshotHeader& snapshot) noexcept {
   return snapshot.history_count > 1
-             ? seconds(snapshot.state_time_ns[1], snapshot.publish_time_ns[0])
+             ? seconds_between(snapshot.state_time_ns[1], snapshot.publish_time_ns[0])
              : 0.0;
 }
 

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 
+#include "haptic_server/rendering/stamps.hpp"
+
 namespace stillgrid {
 
 double LocalPlane::depth_m(const Plane& plane, const PlacedToolSphere& probe,
                            std::uint64_t now_ns) const noexcept {
-  const double since_s =
-      now_ns > updated_ns_ ? static_cast<double>(now_ns - updated_ns_) * 1e-9 : 0.0;
+  const double since_s = seconds_between(updated_ns_, now_ns);
   const double left = since_s < recovery_s_ ? 1.0 - since_s / recovery_s_ : 0.0;
   return plane.surface.depth_m - plane.surface.normal.dot(probe.position_m - plane.fitted_at_m) -
          left * plane.set_back_m;
