@@ -36,6 +36,19 @@ Eigen::Vector3d given_position_m(const Contact& contact, double step_share) {
   return contact.start_b_m + step_share * (contact.position_b_m - contact.start_b_m);
 }
 
+SideMotion given_side(const Contact& contact, double step_share) {
+  return {given_position_m(contact, step_share), contact.velocity_b_m_s, contact.spin_b_rad_s};
+}
+
+ContactMotion relative_motion(const Contact& contact, const SideMotion& a, const SideMotion& b) {
+  const ContactShares shares = contact_shares(contact);
+  // A plane's place is in its offset.
+  const Eigen::Vector3d position_m =
+      contact.is_plane ? a.position_m : Eigen::Vector3d(a.position_m - b.position_m);
+  return {position_m, a.velocity_m_s - b.velocity_m_s,
+          shares.a * a.spin_rad_s + shares.b * b.spin_rad_s};
+}
+
 ContactShares contact_shares(const Contact& contact) {
   if (contact.is_plane) return {1.0, 0.0};
   const double share_a = contact.radius_a_m / (contact.radius_a_m + contact.radius_b_m);

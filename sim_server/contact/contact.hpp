@@ -37,6 +37,19 @@ struct ContactMotion {
   Eigen::Vector3d spin_rad_s;    // share_a * spin_a + share_b * spin_b
 };
 
+/// One side of a contact.
+struct SideMotion {
+  Eigen::Vector3d position_m;  // of the sphere's centre
+  Eigen::Vector3d velocity_m_s;
+  Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();
+};
+
+/// The given side of a contact when this share of the step is over. Pre: contact.b is -1.
+[[nodiscard]] SideMotion given_side(const Contact& contact, double step_share);
+
+[[nodiscard]] ContactMotion relative_motion(const Contact& contact, const SideMotion& a,
+                                            const SideMotion& b);
+
 /// Shares of the line between the centres on either side of the point of contact; they sum to one.
 struct ContactShares {
   double a, b;

@@ -8,9 +8,7 @@ namespace stillgrid {
 namespace {
 
 /// One side of a contact over a step.
-struct Side {
-  Eigen::Vector3d position_m, velocity_m_s;
-  Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();
+struct Side : SideMotion {
   bool is_given = false;
   Eigen::Vector3d way_m = Eigen::Vector3d::Zero();  // over the step, of a given side
 };
@@ -18,7 +16,7 @@ struct Side {
 Side side_of(int sphere, const World& before, const Trial& after) {
   const auto index = static_cast<std::size_t>(sphere);
   const SphereMotion& motion = after.spheres[index];
-  Side side{motion.position_m, motion.velocity_m_s};
+  Side side{{motion.position_m, motion.velocity_m_s}};
   if (before.spheres[index].rigid < 0) return side;
   const auto rigid = static_cast<std::size_t>(before.spheres[index].rigid);
   side.spin_rad_s = after.rigid_bodies[rigid].angular_velocity_rad_s;
@@ -29,15 +27,12 @@ Side side_of(int sphere, const World& before, const Trial& after) {
 
 Side other_side(const Contact& contact, const World& before, const Trial& after) {
   if (contact.b >= 0) return side_of(contact.b, before, after);
-  return {contact.position_b_m, contact.velocity_b_m_s, contact.spin_b_rad_s, true,
-          contact.position_b_m - contact.start_b_m};
+  return {given_side(contact, 1.0), true, contact.position_b_m - contact.start_b_m};
 }
 
 EnergyFlow contact_flow(const Contact& contact, const Side& a, const Side& b, double duration_s) {
   const ContactShares shares = contact_shares(contact);
-  const Eigen::Vector3d origin_m = contact.is_plane ? Eigen::Vector3d::Zero().eval() : b.position_m;
-  const ContactMotion motion{a.position_m - origin_m, a.velocity_m_s - b.velocity_m_s,
-                             shares.a * a.spin_rad_s + shares.b * b.spin_rad_s};
+  const ContactMotion motion = relative_motion(contact, a, b);
   const ContactForce force = contact_force(contact, motion, duration_s, nullptr);
   EnergyFlow flow;
   if (!force.touching) return flow;

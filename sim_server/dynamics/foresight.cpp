@@ -17,26 +17,19 @@ constexpr int kMostIterations = 3;
 /// Of the answer, relative.
 constexpr double kAccuracy = 1e-4;
 
+SideMotion side_of(const World& world, int sphere) {
+  const SphereBinding& binding = world.spheres[static_cast<std::size_t>(sphere)];
+  const SphereMotion motion = sphere_motion(world, binding);
+  SideMotion side{motion.position_m, motion.velocity_m_s};
+  if (binding.rigid >= 0)
+    side.spin_rad_s =
+        world.rigid_bodies[static_cast<std::size_t>(binding.rigid)].angular_velocity_rad_s;
+  return side;
+}
+
 ContactMotion motion_of(const World& world, const Contact& contact) {
-  const auto at = [&](int sphere) {
-    return sphere_motion(world, world.spheres[static_cast<std::size_t>(sphere)]);
-  };
-  const auto spin_rad_s = [&](int sphere) -> Eigen::Vector3d {
-    const int rigid = world.spheres[static_cast<std::size_t>(sphere)].rigid;
-    if (rigid < 0) return Eigen::Vector3d::Zero();
-    return world.rigid_bodies[static_cast<std::size_t>(rigid)].angular_velocity_rad_s;
-  };
-  const ContactShares shares = contact_shares(contact);
-  const SphereMotion a = at(contact.a);
-  if (contact.b >= 0) {
-    const SphereMotion b = at(contact.b);
-    return {a.position_m - b.position_m, a.velocity_m_s - b.velocity_m_s,
-            shares.a * spin_rad_s(contact.a) + shares.b * spin_rad_s(contact.b)};
-  }
-  const Eigen::Vector3d origin_m =
-      contact.is_plane ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : contact.position_b_m;
-  return {a.position_m - origin_m, a.velocity_m_s - contact.velocity_b_m_s,
-          shares.a * spin_rad_s(contact.a) + shares.b * contact.spin_b_rad_s};
+  return relative_motion(contact, side_of(world, contact.a),
+                         contact.b >= 0 ? side_of(world, contact.b) : given_side(contact, 1.0));
 }
 
 /// The next step under a force of the tool that stays as it is.

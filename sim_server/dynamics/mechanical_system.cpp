@@ -8,34 +8,20 @@
 namespace stillgrid {
 namespace {
 
-/// A side's centre, velocity and spin.
-struct SideMotion {
-  SphereMotion motion;
-  Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();
-};
-
-SideMotion side_motion(int sphere, const World& world, const Trial& trial) {
+SideMotion side_of(int sphere, const World& world, const Trial& trial) {
   const auto index = static_cast<std::size_t>(sphere);
+  SideMotion side{trial.spheres[index].position_m, trial.spheres[index].velocity_m_s};
   const int rigid = world.spheres[index].rigid;
-  if (rigid < 0) return {trial.spheres[index]};
-  return {trial.spheres[index],
-          trial.rigid_bodies[static_cast<std::size_t>(rigid)].angular_velocity_rad_s};
+  if (rigid >= 0)
+    side.spin_rad_s = trial.rigid_bodies[static_cast<std::size_t>(rigid)].angular_velocity_rad_s;
+  return side;
 }
 
 ContactMotion relative_motion(const Contact& contact, const World& world, const Trial& trial,
                               double step_share) {
-  const SideMotion a = side_motion(contact.a, world, trial);
-  const ContactShares shares = contact_shares(contact);
-  if (contact.b >= 0) {
-    const SideMotion b = side_motion(contact.b, world, trial);
-    return {a.motion.position_m - b.motion.position_m,
-            a.motion.velocity_m_s - b.motion.velocity_m_s,
-            shares.a * a.spin_rad_s + shares.b * b.spin_rad_s};
-  }
-  Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();  // a plane's place is in its offset
-  if (!contact.is_plane) origin_m = given_position_m(contact, step_share);
-  return {a.motion.position_m - origin_m, a.motion.velocity_m_s - contact.velocity_b_m_s,
-          shares.a * a.spin_rad_s + shares.b * contact.spin_b_rad_s};
+  return stillgrid::relative_motion(
+      contact, side_of(contact.a, world, trial),
+      contact.b >= 0 ? side_of(contact.b, world, trial) : given_side(contact, step_share));
 }
 
 bool is_awake(const World& world, const SphereBinding& sphere) {
