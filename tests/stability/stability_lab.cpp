@@ -56,17 +56,30 @@ void add_shared_options(CLI::App& app, Arguments& arguments) {
       ->check(number_in(0.01, 1e5));
 }
 
+/// What a cell has one of and a map several: numbers and names, or lists of them.
+template <class Names, class Numbers>
+struct Axes {
+  Names &scene, &device, &transition, &model;
+  Numbers &period_s, &latency_share, &jitter;
+};
+
+template <class Names, class Numbers>
+void add_axes(CLI::App& app, Axes<Names, Numbers> axes) {
+  app.add_option("--scene", axes.scene, "Default wall");
+  app.add_option("--device", axes.device, "Default light");
+  app.add_option("--transition", axes.transition, "Default answer");
+  app.add_option("--model", axes.model, "Default grid");
+  app.add_option("--period", axes.period_s, "Of the simulation, s; default 0.01")
+      ->check(number_in(1e-4, 10.0));
+  app.add_option("--latency", axes.latency_share, "What a step costs, of its period; default 0")
+      ->check(number_in(0.0, 1.0));
+  app.add_option("--jitter", axes.jitter, "Of the periods, default 0")->check(number_in(0.0, 0.95));
+}
+
 void add_cell_options(CLI::App& app, Arguments& arguments) {
   LabCell& cell = arguments.cell;
-  app.add_option("--scene", cell.scene, "Default wall");
-  app.add_option("--device", cell.device, "Default light");
-  app.add_option("--transition", cell.transition, "Default answer");
-  app.add_option("--model", cell.model, "Default grid");
-  app.add_option("--period", cell.period_s, "Of the simulation, s; default 0.01")
-      ->check(number_in(1e-4, 10.0));
-  app.add_option("--latency", cell.latency_share, "What a step costs, of its period; default 0")
-      ->check(number_in(0.0, 1.0));
-  app.add_option("--jitter", cell.jitter, "Of the periods, default 0")->check(number_in(0.0, 0.95));
+  add_axes<std::string, double>(app, {cell.scene, cell.device, cell.transition, cell.model,
+                                      cell.period_s, cell.latency_share, cell.jitter});
   add_shared_options(app, arguments);
 }
 
@@ -79,15 +92,9 @@ void add_search_options(CLI::App& app, StiffnessSearch& search) {
 
 void add_map_options(CLI::App& app, Arguments& arguments) {
   StabilityMap& map = arguments.map;
-  app.add_option("--scene", map.scenes, "Default wall");
-  app.add_option("--device", map.devices, "Default light");
-  app.add_option("--transition", map.transitions, "Default answer");
-  app.add_option("--model", map.models, "Default grid");
-  app.add_option("--period", map.periods_s, "Of the simulation, s; default 0.01")
-      ->check(number_in(1e-4, 10.0));
-  app.add_option("--latency", map.latency_shares, "Costs of a step, of its period")
-      ->check(number_in(0.0, 1.0));
-  app.add_option("--jitter", map.jitters, "Of the periods")->check(number_in(0.0, 0.95));
+  add_axes<std::vector<std::string>, std::vector<double>>(
+      app, {map.scenes, map.devices, map.transitions, map.models, map.periods_s, map.latency_shares,
+            map.jitters});
   app.add_option("--out", arguments.out, "CSV, a row a cell; rows that are there stay")->required();
   app.add_option("--threads", arguments.threads)->check(number_in(1, 64));
   add_shared_options(app, arguments);

@@ -11,7 +11,7 @@ namespace stillgrid {
 /// A map of the largest stable stiffness: every combination of what is listed.
 struct StabilityMap {
   LabCell common;  // the rest of each cell
-  std::vector<std::string> scenes = {"wall"}, devices = {"light"}, transitions = {"linear"},
+  std::vector<std::string> scenes = {"wall"}, devices = {"light"}, transitions = {"answer"},
                            models = {"grid"};
   std::vector<double> periods_s = {0.01}, latency_shares = {0.0}, jitters = {0.0};
 };
