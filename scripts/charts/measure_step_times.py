@@ -6,12 +6,13 @@ what sim_server's report says. The machine's stolen time is written beside: a st
 did not run is late whatever the solver. scripts/charts/plot_step_times.py draws the chart.
 """
 import argparse
-import csv
 import json
 import pathlib
 import subprocess
 import sys
 import tempfile
+
+from tables import write_rows
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PERCENTILES = ("p50", "p99", "p999", "max")
@@ -62,10 +63,7 @@ def main():
         rows.append(run(arguments.scene, rate_hz, arguments.seconds, arguments.build))
         print(f"{rate_hz:g} Hz: {rows[-1]['late_steps']} of {rows[-1]['steps']} late, "
               f"p99 {rows[-1]['step_p99_ms']} ms of {1e3 / rate_hz:.1f} ms")
-    with open(arguments.csv, "w", newline="") as stream:
-        writer = csv.DictWriter(stream, fieldnames=list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+    write_rows(arguments.csv, rows)
     return 0
 
 

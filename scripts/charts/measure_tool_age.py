@@ -6,12 +6,13 @@ rate after the other, and keeps what sim_server's report says. Rows of other bui
 table: give each its --label. scripts/charts/plot_tool_age.py draws the chart.
 """
 import argparse
-import csv
 import json
 import pathlib
 import subprocess
 import sys
 import tempfile
+
+from tables import read_rows, write_rows
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENE = ROOT / "sim_server/scene/scenes/tissue_and_blocks.toml"
@@ -64,18 +65,14 @@ def main():
     arguments = parser.parse_args()
     rows = []
     if arguments.csv.exists():
-        with open(arguments.csv) as stream:
-            rows = [row for row in csv.DictReader(stream) if row["build"] != arguments.label]
+        rows = [row for row in read_rows(arguments.csv) if row["build"] != arguments.label]
     for method in arguments.methods:
         for rate_hz in arguments.rates:
             row = run(arguments.label, method, rate_hz, arguments.seconds, arguments.build)
             rows.append(row)
             print(f"{method}, {rate_hz:g} Hz: age p50 {row['age_p50_ms']}, p99 {row['age_p99_ms']}"
                   f" ms; step p50 {row['step_p50_ms']}, p99 {row['step_p99_ms']} ms", flush=True)
-    with open(arguments.csv, "w", newline="") as stream:
-        writer = csv.DictWriter(stream, fieldnames=list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+    write_rows(arguments.csv, rows)
     return 0
 
 

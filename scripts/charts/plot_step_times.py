@@ -1,7 +1,6 @@
 #!/usr/bin/python3
 """Draws docs/charts/step_times.png from the CSV that measure_step_times.py writes."""
 import argparse
-import csv
 import pathlib
 import sys
 
@@ -9,6 +8,8 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+
+from tables import read_rows
 
 CHARTS = pathlib.Path(__file__).resolve().parents[2] / "docs/charts"
 PERCENTILES = (("p50", "half"), ("p99", "99 %"), ("p999", "99.9 %"), ("max", "all"))
@@ -40,8 +41,7 @@ def main():
     parser.add_argument("--csv", type=pathlib.Path, default=CHARTS / "step_times.csv")
     parser.add_argument("--png", type=pathlib.Path, default=CHARTS / "step_times.png")
     arguments = parser.parse_args()
-    with open(arguments.csv) as stream:
-        rows = list(csv.DictReader(stream))
+    rows = read_rows(arguments.csv)
     figure, panels = plt.subplots(1, len(rows), figsize=(5.4 * len(rows), 3.9), sharey=True,
                                   squeeze=False, constrained_layout=True)
     for axes, row in zip(panels[0], rows):

@@ -1,7 +1,6 @@
 #!/usr/bin/python3
 """Draws docs/charts/tool_age.png from the CSV that measure_tool_age.py writes."""
 import argparse
-import csv
 import pathlib
 import sys
 
@@ -9,6 +8,8 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+
+from tables import read_rows
 
 CHARTS = pathlib.Path(__file__).resolve().parents[2] / "docs/charts"
 COLOURS = ("#D55E00", "#0072B2", "#009E73")
@@ -40,8 +41,7 @@ def main():
     parser.add_argument("--csv", type=pathlib.Path, default=CHARTS / "tool_age.csv")
     parser.add_argument("--png", type=pathlib.Path, default=CHARTS / "tool_age.png")
     arguments = parser.parse_args()
-    with open(arguments.csv) as stream:
-        rows = list(csv.DictReader(stream))
+    rows = read_rows(arguments.csv)
     methods = list(dict.fromkeys(row["method"] for row in rows))
     builds = list(dict.fromkeys(row["build"] for row in rows))
     figure, panels = plt.subplots(1, len(methods), figsize=(4.9 * len(methods), 3.9), sharey=True,
