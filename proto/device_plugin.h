@@ -2,14 +2,20 @@
  *
  * A driver is a shared library that exports one symbol, stillgrid_device_negotiate. Every struct
  * begins with struct_size, set by the side that owns the buffer; a side touches only fields that
- * lie inside it. No exception crosses the border. The caller owns every buffer. Codes: 0 done,
- * negative an error that strerror() explains. Frames: positions, orientations and forces are in the
- * device's own frame, SI units.
+ * lie inside it, and takes what lies outside for zero: so a struct may grow at its end within a
+ * version. No exception crosses the border. The caller owns every buffer. Codes: 0 done, negative
+ * an error that strerror() explains. Frames: positions, orientations and forces are in the device's
+ * own frame, SI units.
  *
  * Life: negotiate -> enumerate -> open -> configure* -> activate -> (read, write)* -> deactivate ->
- * close. [main] functions may block and allocate. [realtime] functions neither allocate nor lock,
- * and return within max_read_ns. [any] may be called from every thread at any time between open and
- * close.
+ * close. A driver answers a call out of this order with STILLGRID_DEVICE_E_ORDER. [main] functions
+ * may block and allocate; they come from one thread. [realtime] functions neither allocate nor
+ * lock, make no system call that the driver did not declare, and return within max_read_ns; they
+ * come from one thread, between activate and deactivate. [any] may be called from every thread at
+ * any time between open and close.
+ *
+ * Extensions: each side asks the other for a table by name and gets null where there is none. A
+ * name ends in its version, and a table under a name never changes but by growing at its end.
  */
 #ifndef STILLGRID_PROTO_DEVICE_PLUGIN_H
 #define STILLGRID_PROTO_DEVICE_PLUGIN_H
@@ -53,6 +59,9 @@ typedef struct stillgrid_host_info {
   uint32_t abi_max;
   uint32_t clock;     /* STILLGRID_CLOCK_... */
   uint64_t period_ns; /* of the haptic loop */
+  /* [main] A table of the host's by its name, or null. Good for as long as the process lives; the
+   * host info itself only until negotiate returns. */
+  const void* (*get_extension)(const char* name);
 } stillgrid_host_info;
 
 /* What a device is; zero where a figure is unknown or has no limit. */
@@ -63,18 +72,20 @@ typedef struct stillgrid_device_descriptor {
   double workspace_min_m[3];
   double workspace_max_m[3];
   double position_resolution_m;
-  double max_force_N;
-  double continuous_force_N;
-  double nominal_stiffness_N_m;
+  double max_force_N;           /* for a moment */
+  double continuous_force_N;    /* for ever: what the motors' heat allows */
+  double nominal_stiffness_N_m; /* greatest stiffness that the maker advises to render */
   double rate_hz;
-  uint64_t max_read_ns; /* longest that read() may take */
+  uint64_t max_read_ns;         /* longest that read() or write() may take */
+  double motor_time_constant_s; /* thermal, over which max_force_N may exceed continuous_force_N */
+  double max_speed_m_s;         /* above it positions or motors are not to be trusted */
 } stillgrid_device_descriptor;
 
 typedef struct stillgrid_device_state {
   uint32_t struct_size;
   uint32_t valid;    /* STILLGRID_STATE_... */
   uint64_t time_ns;  /* when the state was sampled, host's clock */
-  uint64_t sequence; /* grows by one with each fresh sample */
+  uint64_t sequence; /* grows with each fresh sample */
   double position_m[3];
   double orientation_xyzw[4]; /* unit quaternion, device from tool */
   double velocity_m_s[3];     /* the driver's estimate; the host makes its own */
@@ -111,7 +122,37 @@ typedef struct stillgrid_device_api {
   void (*emergency_stop)(stillgrid_device* device);
   /* [main] One line on the last error of this device (or of the library when null). Never null. */
   const char* (*strerror)(stillgrid_device* device, int32_t code);
+  /* [main] A table of the driver's by its name, or null. May itself be null: no extensions. */
+  const void* (*get_extension)(const char* name);
 } stillgrid_device_api;
+
+/* Extension of the host: lines for the user, printed with the driver's name before them. */
+#define STILLGRID_HOST_LOG "stillgrid.host.log/1"
+#define STILLGRID_LOG_INFO 0u
+#define STILLGRID_LOG_WARNING 1u
+typedef struct stillgrid_host_log {
+  uint32_t struct_size;
+  uint32_t reserved;
+  /* Any thread but the real-time one. One line, zero-terminated UTF-8, copied at once. */
+  void (*log)(uint32_t severity, const char* line);
+} stillgrid_host_log;
+
+/* Extension of a driver: which device this is, for reports and recordings. */
+#define STILLGRID_DEVICE_IDENTITY "stillgrid.device.identity/1"
+#define STILLGRID_IDENTITY_SIZE 64u
+typedef struct stillgrid_device_identity {
+  uint32_t struct_size;
+  uint32_t reserved;
+  char serial[STILLGRID_IDENTITY_SIZE]; /* zero-terminated UTF-8, as are the others */
+  char firmware[STILLGRID_IDENTITY_SIZE];
+  char driver[STILLGRID_IDENTITY_SIZE]; /* name and version of the driver itself */
+} stillgrid_device_identity;
+typedef struct stillgrid_device_identity_api {
+  uint32_t struct_size;
+  uint32_t reserved;
+  /* [main] Fills in what is known, once configured; empty where it is not. */
+  int32_t (*identify)(stillgrid_device* device, stillgrid_device_identity* out);
+} stillgrid_device_identity_api;
 
 /* [main] The only exported symbol. Fills in out and returns STILLGRID_DEVICE_OK. */
 typedef int32_t (*stillgrid_device_negotiate_fn)(const stillgrid_host_info* host,

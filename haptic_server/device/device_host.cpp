@@ -1,82 +1,24 @@
 #include "haptic_server/device/device_host.hpp"
 
-#include <dlfcn.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <filesystem>
+#include <cstring>
+
+#include "haptic_server/device/driver_call.hpp"
+#include "haptic_server/device/driver_text.hpp"
+#include "haptic_server/device/negotiation.hpp"
 
 namespace stillgrid {
 namespace {
 
-[[noreturn]] void fail(DeviceFailure failure, const std::string& plugin, const std::string& line) {
-  throw DeviceError(failure, "device '" + plugin + "': " + line);
-}
-
-/// A driver is asked never to let an exception out; one that does must not take us along.
-template <class Call>
-std::int32_t call_driver(const Call& call) noexcept {
-  try {
-    return call();
-  } catch (...) {
-    return STILLGRID_DEVICE_E_IO;
-  }
-}
-
-/// Loads the library for good: its code may still be running in a thread of its own.
-stillgrid_device_negotiate_fn load_negotiator(const std::string& plugin) {
-  const std::filesystem::path file = find_device_plugin(plugin);
-  void* const library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (library == nullptr) {
-    const char* const reason = dlerror();
-    fail(DeviceFailure::kBadInput, plugin,
-         std::string("expected a device plugin: ") + (reason == nullptr ? "" : reason));
-  }
-  void* const symbol = dlsym(library, "stillgrid_device_negotiate");
-  if (symbol == nullptr) {
-    fail(DeviceFailure::kBadInput, plugin,
-         "expected a device plugin: it does not export stillgrid_device_negotiate");
-  }
-  return reinterpret_cast<stillgrid_device_negotiate_fn>(symbol);
-}
-
-bool has_every_function(const stillgrid_device_api& api) {
-  return api.enumerate != nullptr && api.open != nullptr && api.configure != nullptr &&
-         api.describe != nullptr && api.activate != nullptr && api.read != nullptr &&
-         api.write != nullptr && api.deactivate != nullptr && api.close != nullptr &&
-         api.emergency_stop != nullptr && api.strerror != nullptr;
-}
-
-stillgrid_device_api negotiate(const std::string& plugin, const DeviceLoop& loop) {
-  const auto negotiator = load_negotiator(plugin);
-  const stillgrid_host_info host{
-      sizeof(stillgrid_host_info), STILLGRID_DEVICE_ABI_MIN, STILLGRID_DEVICE_ABI_MAX,
-      loop.is_virtual ? STILLGRID_CLOCK_VIRTUAL : STILLGRID_CLOCK_MONOTONIC, loop.period_ns};
-  stillgrid_device_api api{};
-  api.struct_size = sizeof api;
-  const std::int32_t code = call_driver([&] { return negotiator(&host, &api); });
-  const bool is_in_range =
-      api.abi >= STILLGRID_DEVICE_ABI_MIN && api.abi <= STILLGRID_DEVICE_ABI_MAX;
-  if (code == STILLGRID_DEVICE_E_VERSION || (code == STILLGRID_DEVICE_OK && !is_in_range)) {
-    fail(DeviceFailure::kCannotStart, plugin,
-         "no common version of the device interface: expected " +
-             std::to_string(STILLGRID_DEVICE_ABI_MIN) + " to " +
-             std::to_string(STILLGRID_DEVICE_ABI_MAX));
-  }
-  if (code != STILLGRID_DEVICE_OK) {
-    fail(DeviceFailure::kDeviceFault, plugin, "negotiate: code " + std::to_string(code));
-  }
-  if (api.struct_size < sizeof api || !has_every_function(api)) {
-    fail(DeviceFailure::kDeviceFault, plugin, "negotiate: expected a table with every function");
-  }
-  return api;
-}
+constexpr std::size_t kLongestErrorLine = 1024;
 
 bool is_sane(const stillgrid_device_descriptor& d) {
   const std::array limits = {d.position_resolution_m, d.max_force_N, d.continuous_force_N,
-                             d.nominal_stiffness_N_m, d.rate_hz};
+                             d.nominal_stiffness_N_m, d.rate_hz,     d.motor_time_constant_s,
+                             d.max_speed_m_s};
   bool sane = std::all_of(limits.begin(), limits.end(),
                           [](double limit) { return std::isfinite(limit) && limit >= 0.0; });
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -90,7 +32,7 @@ bool is_sane(const stillgrid_device_descriptor& d) {
 }  // namespace
 
 Device::Device(const DeviceSpec& spec, const DeviceLoop& loop)
-    : plugin_(spec.plugin), api_(negotiate(spec.plugin, loop)) {
+    : plugin_(spec.plugin), api_(negotiate_device(spec.plugin, loop)) {
   try {
     open(spec);
   } catch (...) {
@@ -106,13 +48,15 @@ Device::~Device() {
 
 void Device::open(const DeviceSpec& spec) {
   const std::int32_t count = call_driver([&] { return api_.enumerate(); });
-  if (count == 0) fail(DeviceFailure::kDeviceFault, plugin_, "no device is present");
+  if (count == 0) fail_device(DeviceFailure::kDeviceFault, plugin_, "no device is present");
   require(std::min(count, STILLGRID_DEVICE_OK), "enumerate");
-  require(call_driver([&] { return api_.open(0, &device_); }), "open");
-  if (device_ == nullptr) fail(DeviceFailure::kDeviceFault, plugin_, "open: gave no device");
+  stillgrid_device* opened = nullptr;  // kept only if the driver says that it is open
+  require(call_driver([&] { return api_.open(0, &opened); }), "open");
+  if (opened == nullptr) fail_device(DeviceFailure::kDeviceFault, plugin_, "open: gave no device");
+  device_ = opened;
   for (const DeviceOption& option : spec.options) configure(option);
   describe();
-  activate();
+  identify();
 }
 
 void Device::configure(const DeviceOption& option) {
@@ -122,13 +66,49 @@ void Device::configure(const DeviceOption& option) {
 }
 
 void Device::describe() {
-  descriptor_.struct_size = sizeof descriptor_;
-  require(call_driver([&] { return api_.describe(device_, &descriptor_); }), "describe");
-  descriptor_.name[STILLGRID_DEVICE_NAME_SIZE - 1] = '\0';
-  if (!is_sane(descriptor_)) {
-    fail(DeviceFailure::kDeviceFault, plugin_,
-         "describe: expected finite figures, none negative, workspace_min_m <= workspace_max_m");
+  Fenced<stillgrid_device_descriptor> described;
+  require(call_driver([&] { return api_.describe(device_, &described.value); }), "describe");
+  if (!described.holds()) {
+    fail_device(DeviceFailure::kDeviceFault, plugin_,
+                "describe: wrote past the struct_size of the descriptor");
   }
+  descriptor_ = described.value;
+  // Its name stands in reports and recordings. As a line it is no longer than it was.
+  const std::string name = line_of(descriptor_.name, STILLGRID_DEVICE_NAME_SIZE - 1);
+  std::memset(descriptor_.name, 0, sizeof descriptor_.name);
+  std::memcpy(descriptor_.name, name.data(), name.size());
+  if (!is_sane(descriptor_)) {
+    fail_device(DeviceFailure::kDeviceFault, plugin_,
+                "describe: expected finite figures, none negative, workspace_min_m <= "
+                "workspace_max_m");
+  }
+}
+
+void Device::identify() {
+  if (api_.get_extension == nullptr) return;
+  const stillgrid_device_identity_api* table = nullptr;
+  require(call_driver([&] {
+            table = static_cast<const stillgrid_device_identity_api*>(
+                api_.get_extension(STILLGRID_DEVICE_IDENTITY));
+            return STILLGRID_DEVICE_OK;
+          }),
+          "get_extension");
+  if (table == nullptr) return;
+  constexpr std::size_t kLeast =
+      offsetof(stillgrid_device_identity_api, identify) + sizeof table->identify;
+  if (table->struct_size < kLeast || table->identify == nullptr) {
+    fail_device(DeviceFailure::kDeviceFault, plugin_,
+                "get_extension: expected a whole table of " STILLGRID_DEVICE_IDENTITY);
+  }
+  Fenced<stillgrid_device_identity> identified;
+  require(call_driver([&] { return table->identify(device_, &identified.value); }), "identify");
+  if (!identified.holds()) {
+    fail_device(DeviceFailure::kDeviceFault, plugin_,
+                "identify: wrote past the struct_size of the identity");
+  }
+  const auto line = [](const char* text) { return line_of(text, STILLGRID_IDENTITY_SIZE - 1); };
+  identity_ = {line(identified.value.serial), line(identified.value.firmware),
+               line(identified.value.driver)};
 }
 
 void Device::activate() {
@@ -149,7 +129,10 @@ std::int32_t Device::read(std::uint64_t now_ns, stillgrid_device_state& state) n
   state = {};
   state.struct_size = sizeof state;
   if (!is_active_) return STILLGRID_DEVICE_E_ORDER;
-  const std::int32_t code = call_driver([&] { return api_.read(device_, now_ns, &state); });
+  Fenced<stillgrid_device_state> fresh;
+  std::int32_t code = call_driver([&] { return api_.read(device_, now_ns, &fresh.value); });
+  if (!fresh.holds()) code = STILLGRID_DEVICE_E_IO;
+  state = fresh.value;
   if (code != STILLGRID_DEVICE_OK && code != STILLGRID_DEVICE_END) state.valid = 0;
   return code;
 }
@@ -180,20 +163,15 @@ std::string Device::error_line(std::int32_t code) const {
     line = api_.strerror(device_, code);
     return STILLGRID_DEVICE_OK;
   });
-  return line == nullptr ? "code " + std::to_string(code) : line;
+  return line == nullptr ? "code " + std::to_string(code) : line_of(line, kLongestErrorLine);
 }
 
 void Device::require(std::int32_t code, const std::string& step) const {
   if (code == STILLGRID_DEVICE_OK) return;
   // What a driver refuses as an argument came from the command line: it is the only input.
   const bool is_input = code == STILLGRID_DEVICE_E_ARGUMENT;
-  fail(is_input ? DeviceFailure::kBadInput : DeviceFailure::kDeviceFault, plugin_,
-       step + ": " + error_line(code));
-}
-
-double force_limit_N(const stillgrid_device_descriptor& device) noexcept {
-  constexpr double kUndeclared_N = 40.0;
-  return device.max_force_N > 0.0 ? device.max_force_N : kUndeclared_N;
+  fail_device(is_input ? DeviceFailure::kBadInput : DeviceFailure::kDeviceFault, plugin_,
+              step + ": " + error_line(code));
 }
 
 }  // namespace stillgrid

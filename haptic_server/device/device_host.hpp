@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "haptic_server/device/device_identity.hpp"
 #include "haptic_server/device/device_spec.hpp"
 #include "proto/device_plugin.h"
 
@@ -15,12 +16,14 @@ struct DeviceLoop {
   bool is_virtual = false;              // lockstep: time starts at zero, a period a tick
 };
 
-/// A device that is open and active: motors on, zero force.
+/// A device that is open, and active from activate() to deactivate().
 ///
 /// The plugin's library stays loaded for good. Neither copied nor moved.
 class Device {
  public:
-  /// Loads the plugin, configures it in the order of its options, and activates it.
+  /// Loads the plugin, configures it in the order of its options and asks what it is. Its motors
+  /// stay off. Drivers built with an older or a newer header are taken as they are: what they do
+  /// not know is zero.
   ///
   /// Throws DeviceError.
   Device(const DeviceSpec& spec, const DeviceLoop& loop);
@@ -31,13 +34,20 @@ class Device {
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;
 
-  /// What the device says of itself; finite, the name zero-terminated.
+  /// What the device says of itself; figures finite and none negative, the name one line of UTF-8.
   [[nodiscard]] const stillgrid_device_descriptor& descriptor() const noexcept {
     return descriptor_;
   }
 
+  /// Which device it is; empty where the driver does not offer stillgrid.device.identity/1.
+  [[nodiscard]] const DeviceIdentity& identity() const noexcept { return identity_; }
+
+  /// Motors on, zero force. Not for the haptic loop while it renders. Throws DeviceError.
+  void activate();
+
   /// The state at now_ns, or the driver's code: STILLGRID_DEVICE_END, or a fault. On a fault
-  /// state.valid is zero. A driver that throws counts as STILLGRID_DEVICE_E_IO.
+  /// state.valid is zero. A driver that throws, or writes past the state's struct_size, counts as
+  /// STILLGRID_DEVICE_E_IO.
   ///
   /// Realtime: the driver's read() and nothing else.
   [[nodiscard]] std::int32_t read(std::uint64_t now_ns, stillgrid_device_state& state) noexcept;
@@ -52,7 +62,8 @@ class Device {
   /// twice, it does nothing twice.
   void deactivate() noexcept;
 
-  /// Zero force at once, until the end. From any thread while the device lives.
+  /// Zero force at once, until the device was deactivated and is activated again. From any thread
+  /// while the device lives.
   void emergency_stop() noexcept;
 
   /// One line on a code that read() or write() returned. Not for the haptic loop.
@@ -62,18 +73,16 @@ class Device {
   void open(const DeviceSpec& spec);
   void configure(const DeviceOption& option);
   void describe();
-  void activate();
+  void identify();
   void close() noexcept;
   void require(std::int32_t code, const std::string& step) const;
 
   std::string plugin_;  // as the user named it
   stillgrid_device_api api_{};
   stillgrid_device_descriptor descriptor_{};
+  DeviceIdentity identity_;
   stillgrid_device* device_ = nullptr;
   bool is_active_ = false;
 };
-
-/// The most a device may be told: what it declares, or 40 N if it declares nothing.
-[[nodiscard]] double force_limit_N(const stillgrid_device_descriptor& device) noexcept;
 
 }  // namespace stillgrid

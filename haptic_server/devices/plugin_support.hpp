@@ -9,15 +9,44 @@
 #include <exception>
 #include <memory>
 #include <new>
+#include <stdexcept>
+#include <string>
+#include <string_view>
 #include <type_traits>
 
 #include "proto/device_plugin.h"
 
 namespace stillgrid {
 
-/// What the host said of its loop when it negotiated.
+/// Lines for the user, where the host prints any. Thread: any but the real-time one.
+struct HostLog {
+  const stillgrid_host_log* table = nullptr;
+
+  void info(const std::string& line) const { write(STILLGRID_LOG_INFO, line); }
+  void warn(const std::string& line) const { write(STILLGRID_LOG_WARNING, line); }
+
+ private:
+  void write(std::uint32_t severity, const std::string& line) const {
+    if (table != nullptr) table->log(severity, line.c_str());
+  }
+};
+
+/// What the host said of itself when it negotiated.
 struct HostLoop {
   std::uint64_t period_ns = 1'000'000;
+  std::uint32_t clock = STILLGRID_CLOCK_MONOTONIC;
+  HostLog log{};
+};
+
+/// A driver throws it where the fault is not an option's: the code is what the host is told.
+class DriverError : public std::runtime_error {
+ public:
+  DriverError(std::int32_t code, const std::string& line) : std::runtime_error(line), code_(code) {}
+
+  [[nodiscard]] std::int32_t code() const noexcept { return code_; }
+
+ private:
+  std::int32_t code_;
 };
 
 /// The last error of a device: its code and one line on it.
@@ -41,6 +70,7 @@ struct ErrorLine {
 ///   int32_t read(now_ns, is_stopped, state&) noexcept     fills in all it marks as valid
 ///   int32_t write(now_ns, is_stopped, force_N) noexcept
 ///   void deactivate() noexcept                  zero force
+///   void identify(identity&)                    optional; may throw, as describe()
 /// This template keeps the order of life, the sizes of structs and the exceptions inside.
 template <class Driver>
 struct PluginAdapter {
@@ -65,6 +95,8 @@ struct PluginAdapter {
       return STILLGRID_DEVICE_OK;
     } catch (const std::bad_alloc&) {
       return error.set(STILLGRID_DEVICE_E_IO, "out of memory");
+    } catch (const DriverError& fault) {
+      return error.set(fault.code(), fault.what());
     } catch (const std::exception& refusal) {
       return error.set(STILLGRID_DEVICE_E_ARGUMENT, refusal.what());
     } catch (...) {
@@ -116,9 +148,9 @@ struct PluginAdapter {
     if (device == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
     PluginAdapter& self = *of(device);
     if (self.is_active) return STILLGRID_DEVICE_E_ORDER;
+    self.is_stopped = false;  // before: a stop while motors come on must last
     const std::int32_t code = guarded(self.error, [&] { self.driver.activate(); });
     self.is_active = code == STILLGRID_DEVICE_OK;
-    self.is_stopped = false;
     return code;
   }
 
@@ -196,11 +228,43 @@ struct PluginAdapter {
     std::memcpy(to, &from, std::min<std::size_t>(to->struct_size, sizeof(Struct)));
   }
 
+  static std::int32_t identify(stillgrid_device* device, stillgrid_device_identity* out) noexcept {
+    constexpr std::size_t kLeast = offsetof(stillgrid_device_identity, firmware);
+    if (device == nullptr || out == nullptr || out->struct_size < kLeast)
+      return STILLGRID_DEVICE_E_ARGUMENT;
+    PluginAdapter& self = *of(device);
+    stillgrid_device_identity identity{};
+    const std::int32_t code = guarded(self.error, [&] { self.driver.identify(identity); });
+    if (code == STILLGRID_DEVICE_OK) copy_out(identity, out);
+    return code;
+  }
+
+  static const void* get_extension(const char* name) noexcept {
+    if constexpr (requires(Driver & own, stillgrid_device_identity & i) { own.identify(i); }) {
+      static constexpr stillgrid_device_identity_api kIdentity{sizeof kIdentity, 0, identify};
+      if (name != nullptr && std::string_view(name) == STILLGRID_DEVICE_IDENTITY) return &kIdentity;
+    }
+    return nullptr;
+  }
+
+  /// The host's log, or null. A table that ends before its function has none.
+  static const stillgrid_host_log* log_of(const stillgrid_host_info& host) noexcept {
+    constexpr std::size_t kLeastHost =
+        offsetof(stillgrid_host_info, get_extension) + sizeof host.get_extension;
+    constexpr std::size_t kLeastLog =
+        offsetof(stillgrid_host_log, log) + sizeof stillgrid_host_log::log;
+    if (host.struct_size < kLeastHost || host.get_extension == nullptr) return nullptr;
+    const auto* const log =
+        static_cast<const stillgrid_host_log*>(host.get_extension(STILLGRID_HOST_LOG));
+    return log != nullptr && log->struct_size >= kLeastLog && log->log != nullptr ? log : nullptr;
+  }
+
   static std::int32_t negotiate(const stillgrid_host_info* host,
                                 stillgrid_device_api* out) noexcept {
     constexpr std::size_t kLeastHost = offsetof(stillgrid_host_info, clock);
+    constexpr std::size_t kLeastTable = offsetof(stillgrid_device_api, get_extension);
     if (host == nullptr || out == nullptr || host->struct_size < kLeastHost ||
-        out->struct_size < sizeof(stillgrid_device_api)) {
+        out->struct_size < kLeastTable) {
       return STILLGRID_DEVICE_E_ARGUMENT;
     }
     if (host->abi_max < STILLGRID_DEVICE_ABI_MIN || host->abi_min > STILLGRID_DEVICE_ABI_MAX ||
@@ -208,23 +272,21 @@ struct PluginAdapter {
       return STILLGRID_DEVICE_E_VERSION;
     }
     HostLoop loop;
-    if (host->struct_size >= sizeof(stillgrid_host_info)) loop.period_ns = host->period_ns;
+    if (host->struct_size >= offsetof(stillgrid_host_info, get_extension)) {
+      loop.period_ns = host->period_ns;
+      loop.clock = host->clock;
+    }
     if (loop.period_ns == 0) return STILLGRID_DEVICE_E_ARGUMENT;
+    loop.log.table = log_of(*host);
     host_loop = loop;
-    const stillgrid_device_api api{out->struct_size,
-                                   std::min(host->abi_max, STILLGRID_DEVICE_ABI_MAX),
-                                   enumerate,
-                                   open,
-                                   configure,
-                                   describe,
-                                   activate,
-                                   read,
-                                   write,
-                                   deactivate,
-                                   close,
-                                   emergency_stop,
-                                   strerror};
-    std::memcpy(out, &api, sizeof api);
+    stillgrid_device_api api{0,         std::min(host->abi_max, STILLGRID_DEVICE_ABI_MAX),
+                             enumerate, open,
+                             configure, describe,
+                             activate,  read,
+                             write,     deactivate,
+                             close,     emergency_stop,
+                             strerror,  get_extension};
+    copy_out(api, out);
     return STILLGRID_DEVICE_OK;
   }
 };

@@ -83,6 +83,6 @@ const char* strerror(stillgrid_device* /*device*/, std::int32_t /*code*/) {
 extern "C" std::int32_t stillgrid_device_negotiate(const stillgrid_host_info* /*host*/,
                                                    stillgrid_device_api* out) {
   *out = {sizeof *out, 1,           enumerate,  open_device,  configure,      describe, activate,
-          read_pose,   write_force, deactivate, close_device, emergency_stop, strerror};
+          read_pose,   write_force, deactivate, close_device, emergency_stop, strerror, nullptr};
   return STILLGRID_DEVICE_OK;
 }

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+#include "haptic_server/device/device_host.hpp"
+#include "haptic_server/device/device_spec.hpp"
+#include "proto/device_plugin.h"
+
+namespace stillgrid {
+
+/// Loads the plugin for good (its code may go on running in a thread of its own) and agrees on a
+/// version. Every function of the table up to strerror is there; what an older driver does not know
+/// is null.
+///
+/// Throws DeviceError.
+[[nodiscard]] stillgrid_device_api negotiate_device(const std::string& plugin,
+                                                    const DeviceLoop& loop);
+
+/// Throws DeviceError: "device 'PLUGIN': LINE".
+[[noreturn]] void fail_device(DeviceFailure failure, const std::string& plugin,
+                              const std::string& line);
+
+}  // namespace stillgrid

@@ -1,0 +1,30 @@
+# What a driver outside this tree needs, in-tree and installed: the header, the rules to link by, and
+# where they are found. Nothing of it names a folder, so that an installed tree may be moved.
+include(CMakePackageConfigHelpers)
+include(${CMAKE_CURRENT_LIST_DIR}/package/stillgrid_add_device.cmake)
+
+add_library(stillgrid_device_plugin INTERFACE)
+add_library(stillgrid::device_plugin ALIAS stillgrid_device_plugin)
+target_include_directories(stillgrid_device_plugin INTERFACE
+  $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include>)
+set_target_properties(stillgrid_device_plugin PROPERTIES EXPORT_NAME device_plugin)
+
+install(FILES ${PROJECT_SOURCE_DIR}/proto/device_plugin.h DESTINATION include/stillgrid)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/tests/install/handle ${PROJECT_SOURCE_DIR}/tests/install/udp_knob
+  DESTINATION share/stillgrid/examples)
+install(TARGETS stillgrid_device_plugin EXPORT stillgrid)
+install(EXPORT stillgrid
+  NAMESPACE stillgrid:: FILE stillgridTargets.cmake DESTINATION lib/cmake/stillgrid)
+
+write_basic_package_version_file(${CMAKE_BINARY_DIR}/package/stillgridConfigVersion.cmake
+  COMPATIBILITY SameMajorVersion)
+install(FILES
+  ${CMAKE_BINARY_DIR}/package/stillgridConfigVersion.cmake
+  ${CMAKE_CURRENT_LIST_DIR}/package/stillgridConfig.cmake
+  ${CMAKE_CURRENT_LIST_DIR}/package/stillgrid_add_device.cmake
+  ${CMAKE_CURRENT_LIST_DIR}/package/device_plugin.map
+  DESTINATION lib/cmake/stillgrid)
+
+configure_file(${CMAKE_CURRENT_LIST_DIR}/package/stillgrid-device.pc.in
+  ${CMAKE_BINARY_DIR}/package/stillgrid-device.pc @ONLY)
+install(FILES ${CMAKE_BINARY_DIR}/package/stillgrid-device.pc DESTINATION lib/pkgconfig)

@@ -1,0 +1,132 @@
+/* The contract between haptic_server and a device driver: a C ABI, version 1.
+ *
+ * A driver is a shared library that exports one symbol, stillgrid_device_negotiate. Every struct
+ * begins with struct_size, set by the side that owns the buffer; a side touches only fields that
+ * lie inside it. No exception crosses the border. The caller owns every buffer. Codes: 0 done,
+ * negative an error that strerror() explains. Frames: positions, orientations and forces are in the
+ * device's own frame, SI units.
+ *
+ * Life: negotiate -> enumerate -> open -> configure* -> activate -> (read, write)* -> deactivate ->
+ * close. [main] functions may block and allocate. [realtime] functions neither allocate nor lock,
+ * and return within max_read_ns. [any] may be called from every thread at any time between open and
+ * close.
+ */
+#ifndef STILLGRID_PROTO_DEVICE_PLUGIN_H
+#define STILLGRID_PROTO_DEVICE_PLUGIN_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define STILLGRID_DEVICE_ABI_MIN 1u
+#define STILLGRID_DEVICE_ABI_MAX 1u
+
+#define STILLGRID_DEVICE_NAME_SIZE 64u
+
+/* Result codes. */
+#define STILLGRID_DEVICE_OK 0
+#define STILLGRID_DEVICE_E_VERSION (-1)  /* no common ABI version */
+#define STILLGRID_DEVICE_E_ARGUMENT (-2) /* unknown key, bad value, null or short buffer */
+#define STILLGRID_DEVICE_E_ORDER (-3)    /* call not allowed in this state of life */
+#define STILLGRID_DEVICE_E_NO_DEVICE (-4)
+#define STILLGRID_DEVICE_E_IO (-5) /* the device stopped answering */
+#define STILLGRID_DEVICE_END (-6)  /* a recording came to its end: not a fault */
+
+/* Fields of stillgrid_device_state that the driver filled in. */
+#define STILLGRID_STATE_POSITION 1u
+#define STILLGRID_STATE_ORIENTATION 2u
+#define STILLGRID_STATE_VELOCITY 4u
+#define STILLGRID_STATE_BUTTONS 8u
+
+/* How the host counts time. */
+#define STILLGRID_CLOCK_MONOTONIC 0u /* CLOCK_MONOTONIC, ns */
+#define STILLGRID_CLOCK_VIRTUAL 1u   /* lockstep: starts at 0, advances one period a tick */
+
+/* Driver flags. */
+#define STILLGRID_DEVICE_USES_SYSCALLS 1u /* read or write enter the kernel (USB, ...) */
+
+typedef struct stillgrid_host_info {
+  uint32_t struct_size;
+  uint32_t abi_min;
+  uint32_t abi_max;
+  uint32_t clock;     /* STILLGRID_CLOCK_... */
+  uint64_t period_ns; /* of the haptic loop */
+} stillgrid_host_info;
+
+/* What a device is; zero where a figure is unknown or has no limit. */
+typedef struct stillgrid_device_descriptor {
+  uint32_t struct_size;
+  uint32_t flags;                        /* STILLGRID_DEVICE_... */
+  char name[STILLGRID_DEVICE_NAME_SIZE]; /* zero-terminated */
+  double workspace_min_m[3];
+  double workspace_max_m[3];
+  double position_resolution_m;
+  double max_force_N;
+  double continuous_force_N;
+  double nominal_stiffness_N_m;
+  double rate_hz;
+  uint64_t max_read_ns; /* longest that read() may take */
+} stillgrid_device_descriptor;
+
+typedef struct stillgrid_device_state {
+  uint32_t struct_size;
+  uint32_t valid;    /* STILLGRID_STATE_... */
+  uint64_t time_ns;  /* when the state was sampled, host's clock */
+  uint64_t sequence; /* grows by one with each fresh sample */
+  double position_m[3];
+  double orientation_xyzw[4]; /* unit quaternion, device from tool */
+  double velocity_m_s[3];     /* the driver's estimate; the host makes its own */
+  uint32_t buttons;           /* one bit each */
+  uint32_t reserved;
+} stillgrid_device_state;
+
+typedef struct stillgrid_device stillgrid_device; /* opaque, owned by the driver */
+
+typedef struct stillgrid_device_api {
+  uint32_t struct_size;
+  uint32_t abi; /* the version the driver chose, within the host's range and its own */
+
+  /* [main] Number of devices present, or a negative code. */
+  int32_t (*enumerate)(void);
+  /* [main] Opens device number index. */
+  int32_t (*open)(uint32_t index, stillgrid_device** out);
+  /* [main] Sets one option, before activate(). Both strings zero-terminated UTF-8. */
+  int32_t (*configure)(stillgrid_device* device, const char* key, const char* value);
+  /* [main] Fills in the descriptor; valid once configured. */
+  int32_t (*describe)(stillgrid_device* device, stillgrid_device_descriptor* out);
+  /* [main] Motors on, force zero. */
+  int32_t (*activate)(stillgrid_device* device);
+  /* [realtime] The state at time now_ns. */
+  int32_t (*read)(stillgrid_device* device, uint64_t now_ns, stillgrid_device_state* out);
+  /* [realtime] The force on the user's hand from now on, until the next write. */
+  int32_t (*write)(stillgrid_device* device, uint64_t now_ns, const double force_N[3],
+                   const double torque_N_m[3]);
+  /* [main] Leaves zero force; the device may be activated again. */
+  int32_t (*deactivate)(stillgrid_device* device);
+  /* [main] Frees the device. */
+  void (*close)(stillgrid_device* device);
+  /* [any] Zero force at once, until the next activate(). */
+  void (*emergency_stop)(stillgrid_device* device);
+  /* [main] One line on the last error of this device (or of the library when null). Never null. */
+  const char* (*strerror)(stillgrid_device* device, int32_t code);
+} stillgrid_device_api;
+
+/* [main] The only exported symbol. Fills in out and returns STILLGRID_DEVICE_OK. */
+typedef int32_t (*stillgrid_device_negotiate_fn)(const stillgrid_host_info* host,
+                                                 stillgrid_device_api* out);
+
+#if defined(__GNUC__)
+#define STILLGRID_DEVICE_EXPORT __attribute__((visibility("default")))
+#else
+#define STILLGRID_DEVICE_EXPORT
+#endif
+STILLGRID_DEVICE_EXPORT int32_t stillgrid_device_negotiate(const stillgrid_host_info* host,
+                                                           stillgrid_device_api* out);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* STILLGRID_PROTO_DEVICE_PLUGIN_H */
