@@ -1,0 +1,100 @@
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstring>
+#include <filesystem>
+#include <iterator>
+#include <string>
+#include <thread>
+
+#include "haptic_server/device_check/check.hpp"
+#include "haptic_server/device_check/checked_device.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr std::size_t kTicks = 20;
+
+void live(CheckedDevice& device) {
+  device.activate();
+  read_ticks(device, kTicks);
+  device.deactivate();
+}
+
+Outcome check_order(const Subject& subject) {
+  CheckedDevice device(subject);
+  const stillgrid_device_descriptor descriptor = device.describe();
+  live(device);
+  device.close();
+  const std::string name(descriptor.name, ::strnlen(descriptor.name, STILLGRID_DEVICE_NAME_SIZE));
+  return {Verdict::kPass, "device '" + name + "'", {}};
+}
+
+Outcome check_again(const Subject& subject) {
+  CheckedDevice device(subject);
+  for (int round = 0; round < 2; ++round) {
+    if (round > 0) device.open(subject);
+    for (int life = 0; life < 3; ++life) live(device);
+    device.close();
+  }
+  return {};
+}
+
+std::size_t entries(const char* folder) {
+  return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder), {}));
+}
+
+struct Holdings {
+  std::size_t threads = entries("/proc/self/task");
+  std::size_t files = entries("/proc/self/fd");
+};
+
+Outcome check_leftovers(const Subject& subject) {
+  const Holdings before;
+  {
+    CheckedDevice device(subject);
+    live(device);
+    device.close();
+  }
+  Holdings after;
+  for (int n = 0; n < 100 && after.threads > before.threads; ++n) {  // a thread may be ending
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    after = Holdings();
+  }
+  std::string left;
+  if (after.threads > before.threads)
+    left = std::to_string(after.threads - before.threads) + " threads";
+  if (after.files > before.files)
+    left +=
+        (left.empty() ? "" : " and ") + std::to_string(after.files - before.files) + " open files";
+  if (left.empty()) return {};
+  return {Verdict::kWarn, left + " more after close() than before the library was loaded", {}};
+}
+
+Outcome check_exit(const Subject& subject) {
+  CheckedDevice device(subject);
+  live(device);
+  device.close();
+  note_step("the end of the program, after close()");
+  return {};
+}
+
+constexpr std::array kChecks = {
+    Check{"life.order",
+          "lives: enumerate, open, configure, describe, activate, read, write, "
+          "deactivate, close",
+          "negotiate.table", check_order},
+    Check{"life.again", "can be activated again, and opened again after close", "life.order",
+          check_again},
+    Check{"life.leftovers", "leaves no thread and no open file behind after close", "life.order",
+          check_leftovers},
+    Check{"life.exit", "lets the program end", "life.order", check_exit, CheckProcess::kExits},
+};
+
+}  // namespace
+
+std::span<const Check> life_checks() {
+  return kChecks;
+}
+
+}  // namespace stillgrid
