@@ -25,10 +25,10 @@ enum class PathKind {
 struct Path {
   PathKind kind = PathKind::kPress;
   Eigen::Vector3d centre_m = Eigen::Vector3d(0.0, 0.0, 0.03);
-  double depth_m = 0.04;      // below the centre
-  double amplitude_m = 0.03;  // of the stroke; radius of the circle; reached in one period
-  double period_s = 2.0;      // > 0
-  TrajectoryCurve recorded;   // of kRecorded
+  double depth_m = 0.04;       // below the centre
+  double amplitude_m = 0.025;  // of the stroke; radius of the circle; reached in one period
+  double period_s = 2.0;       // > 0
+  TrajectoryCurve recorded;    // of kRecorded
 };
 
 /// The generator of that name: still, press, stroke, tap or circle.

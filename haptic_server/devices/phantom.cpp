@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <optional>
 #include <string>
@@ -13,7 +14,6 @@
 #include "haptic_server/devices/phantom_model.hpp"
 #include "haptic_server/devices/plugin_options.hpp"
 #include "haptic_server/devices/plugin_support.hpp"
-#include "haptic_server/devices/trajectory.hpp"
 
 namespace stillgrid {
 namespace {
@@ -73,7 +73,7 @@ constexpr std::array kNumberOptions = {
 };
 
 std::string known_keys() {
-  std::string keys = "a known key: profile, hand, path, delay_ticks, seed";
+  std::string keys = "a known key: profile, hand, path, delay_ticks, seed, limits";
   for (const NumberOption& option : kNumberOptions) keys += ", " + std::string(option.key);
   return keys + ", scale, offset_x_m, offset_y_m, offset_z_m, map, resample, knot_spacing_s";
 }
@@ -112,6 +112,8 @@ class PhantomDriver {
       delay_ticks_ = static_cast<int>(count_option(key, value, kMaxDelayTicks));
     } else if (key == "seed") {
       seed_ = count_option(key, value, std::numeric_limits<std::uint64_t>::max());
+    } else if (key == "limits") {
+      declares_limits_ = count_option(key, value, 1) == 1;
     } else {
       refuse_option(key, value, known_keys());
     }
@@ -119,13 +121,22 @@ class PhantomDriver {
 
   void describe(stillgrid_device_descriptor& descriptor) const {
     const PhantomProfile device = settings().device;
-    Eigen::Map<Eigen::Vector3d>(descriptor.workspace_min_m) = -0.5 * device.workspace_m;
-    Eigen::Map<Eigen::Vector3d>(descriptor.workspace_max_m) = 0.5 * device.workspace_m;
     descriptor.position_resolution_m = device.resolution_m;
     descriptor.max_force_N = device.max_force_N;
+    descriptor.max_read_ns = 200'000;
+    if (!declares_limits_) return;
+    Eigen::Map<Eigen::Vector3d>(descriptor.workspace_min_m) = -0.5 * device.workspace_m;
+    Eigen::Map<Eigen::Vector3d>(descriptor.workspace_max_m) = 0.5 * device.workspace_m;
     descriptor.continuous_force_N = device.continuous_force_N;
     descriptor.nominal_stiffness_N_m = device.nominal_stiffness_N_m;
-    descriptor.max_read_ns = 200'000;
+    descriptor.motor_time_constant_s = device.motor_time_constant_s;
+    descriptor.max_speed_m_s = device.max_speed_m_s;
+  }
+
+  static void identify(stillgrid_device_identity& identity) noexcept {
+    std::strncpy(identity.serial, "simulated", sizeof identity.serial - 1);
+    std::strncpy(identity.driver, "stillgrid phantom " STILLGRID_VERSION,
+                 sizeof identity.driver - 1);
   }
 
   void activate() {
@@ -165,8 +176,7 @@ class PhantomDriver {
       settings.path.kind = *kind;
     } else {
       settings.path.kind = PathKind::kRecorded;
-      settings.path.recorded = make_curve(read_trajectory(path_, recording_.trajectory),
-                                          recording_.resampling, recording_.knot_spacing_s);
+      settings.path.recorded = read_curve(path_, recording_, settings.tick_s);
     }
     const auto apply_overrides = [&] {
       for (const auto& [option, value] : overrides_) option->place(settings) = value;
@@ -177,10 +187,10 @@ class PhantomDriver {
     return settings;
   }
 
-  /// Moves the model to now_ns, the force held. A stall of more than some ticks is skipped,
+  /// Moves the model to now_ns, the force held. What a stall takes beyond 50 ticks is skipped,
   /// or catching up would make the next read late in its turn.
   void catch_up(std::uint64_t now_ns, bool is_stopped) noexcept {
-    constexpr std::uint64_t kMostSubsteps = 20 * kSubstepsPerTick;
+    constexpr std::uint64_t kMostSubsteps = 50 * kSubstepsPerTick;
     if (is_stopped) release_force(model_);
     if (!has_started_) start_ns_ = now_ns;
     has_started_ = true;
@@ -198,6 +208,7 @@ class PhantomDriver {
   RecordingOptions recording_;
   int delay_ticks_ = 0;
   std::uint64_t seed_ = 1;
+  bool declares_limits_ = true;
   std::vector<std::pair<const NumberOption*, double>> overrides_;
 
   std::uint64_t period_ns_;

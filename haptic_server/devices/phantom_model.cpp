@@ -85,14 +85,21 @@ void advance_substep(PhantomModel& model, double substep_s) noexcept {
 
 std::optional<PhantomProfile> phantom_profile(std::string_view name) noexcept {
   // Workspace (x width, z height, y depth), resolution, forces, and what is not marked
-  // below are secondary-source figures. Assumptions, for want of a source: the viscous
-  // damping of all three, the masses of touchx and premium15 and their friction.
+  // below are secondary-source figures; a stiffness is the least of the maker's three axes,
+  // as a contact's direction is not known beforehand. Assumptions, for want of a source: of
+  // all three the viscous damping, the motors' time constant and the greatest speed, which a
+  // hand at work stays well below; of touchx and premium15 the mass and the friction.
   constexpr double kAssumedDamping_N_s_m = 0.005;
+  constexpr double kAssumedMotorTimeConstant_s = 10.0;
+  constexpr double kAssumedMaxSpeed_m_s = 2.0;
   PhantomProfile touch;
   touch.workspace_m = {0.160, 0.070, 0.120};
   touch.resolution_m = 0.055e-3;
   touch.max_force_N = 3.3;
   touch.continuous_force_N = 0.88;
+  touch.motor_time_constant_s = kAssumedMotorTimeConstant_s;
+  touch.nominal_stiffness_N_m = 1020.0;
+  touch.max_speed_m_s = kAssumedMaxSpeed_m_s;
   touch.mass_kg = 0.045;
   touch.damping_N_s_m = kAssumedDamping_N_s_m;
   touch.friction_N = 0.26;
@@ -103,6 +110,7 @@ std::optional<PhantomProfile> phantom_profile(std::string_view name) noexcept {
   touchx.resolution_m = 0.023e-3;
   touchx.max_force_N = 7.9;
   touchx.continuous_force_N = 1.75;
+  touchx.nominal_stiffness_N_m = 1480.0;
   touchx.friction_N = 0.06;  // assumed, as is the mass taken over from touch
   if (name == "touchx") return touchx;
 

@@ -16,9 +16,12 @@ struct PhantomProfile {
   Eigen::Vector3d workspace_m = Eigen::Vector3d::Zero();  // edge lengths, about the origin
   double resolution_m = 0.0;                              // of the encoders; 0 exact
   double max_force_N = 0.0;                               // norm; 0 no limit
-  double continuous_force_N = 0.0;                        // declared, not enforced; 0 unknown
-  double nominal_stiffness_N_m = 0.0;                     // 0 unknown
-  double mass_kg = 0.0;                                   // apparent, at the tip
+  // Declared, not enforced; 0 unknown.
+  double continuous_force_N = 0.0;
+  double motor_time_constant_s = 0.0;  // thermal
+  double nominal_stiffness_N_m = 0.0;
+  double max_speed_m_s = 0.0;
+  double mass_kg = 0.0;  // apparent, at the tip
   double damping_N_s_m = 0.0;
   double friction_N = 0.0;  // Coulomb's, norm
 };
@@ -31,7 +34,8 @@ struct HandProfile {
 };
 
 /// The devices touch, touchx and premium15. Their figures come from secondary sources, and
-/// some are assumptions, marked in the implementation.
+/// some are assumptions, marked in the implementation: the motors' time constant and the
+/// greatest speed are for all three.
 [[nodiscard]] std::optional<PhantomProfile> phantom_profile(std::string_view name) noexcept;
 
 /// The hands none, light and measured; the last is one trial of one subject [van Beek et

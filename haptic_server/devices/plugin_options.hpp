@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "haptic_server/devices/number.hpp"
+#include "haptic_server/devices/trajectory.hpp"
 #include "haptic_server/devices/trajectory_curve.hpp"
 
 namespace stillgrid {
@@ -68,12 +69,28 @@ struct RecordingOptions {
   } else if (key == "knot_spacing_s") {
     options.knot_spacing_s = number_option(key, value, Bounds::kNotNegative);
   } else if (key == "resample") {
-    if (value != "linear" && value != "cubic") refuse_option(key, value, "linear or cubic");
-    options.resampling = value == "cubic" ? Resampling::kCubic : Resampling::kLinear;
+    if (value == "linear") {
+      options.resampling = Resampling::kLinear;
+    } else if (value == "cubic") {
+      options.resampling = Resampling::kCubic;
+    } else if (value == "band_limited") {
+      options.resampling = Resampling::kBandLimited;
+    } else {
+      refuse_option(key, value, "linear, cubic or band_limited");
+    }
   } else {
     return false;
   }
   return true;
+}
+
+/// The recording as the options want it evaluated, for a loop of that tick.
+///
+/// Throws as read_trajectory().
+[[nodiscard]] inline TrajectoryCurve read_curve(const std::string& file,
+                                                const RecordingOptions& options, double tick_s) {
+  return make_curve(read_trajectory(file, options.trajectory), options.resampling,
+                    options.knot_spacing_s, tick_s);
 }
 
 }  // namespace stillgrid

@@ -115,6 +115,8 @@ std::string read_text(const std::string& file) {
 Trajectory read_trajectory(const std::string& file, const TrajectoryOptions& options) {
   const std::string content = read_text(file);
   std::string_view text = content;
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // as some editors begin UTF-8
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   CsvRow row{file, 0, {}};
   bool has_header = next_row(text, row);
   while (has_header && row.fields.front().starts_with('#')) has_header = next_row(text, row);

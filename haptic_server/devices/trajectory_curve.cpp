@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
+
+#include "haptic_server/devices/band_limit.hpp"
 
 namespace stillgrid {
 namespace {
@@ -78,8 +81,17 @@ std::size_t interval_of(const std::vector<double>& times, double time_s,
 
 }  // namespace
 
+TrajectoryCurve spline_through(std::vector<double> time_s,
+                               std::vector<Eigen::Vector3d> position_m) {
+  TrajectoryCurve curve;
+  curve.knot_acceleration_m_s2 = spline_accelerations(time_s, position_m);
+  curve.knot_time_s = std::move(time_s);
+  curve.knot_position_m = std::move(position_m);
+  return curve;
+}
+
 TrajectoryCurve make_curve(const Trajectory& trajectory, Resampling resampling,
-                           double knot_spacing_s) {
+                           double knot_spacing_s, double tick_s) {
   assert(!trajectory.time_s.empty() && knot_spacing_s >= 0.0);
   TrajectoryCurve curve;
   if (resampling == Resampling::kLinear) {
@@ -87,11 +99,14 @@ TrajectoryCurve make_curve(const Trajectory& trajectory, Resampling resampling,
     curve.knot_position_m = trajectory.position_m;
     curve.knot_acceleration_m_s2.assign(curve.knot_time_s.size(), Eigen::Vector3d::Zero());
   } else {
+    std::vector<double> time_s;
+    std::vector<Eigen::Vector3d> position_m;
     for (const std::size_t row : thinned(fresh_rows(trajectory), trajectory, knot_spacing_s)) {
-      curve.knot_time_s.push_back(trajectory.time_s[row]);
-      curve.knot_position_m.push_back(trajectory.position_m[row]);
+      time_s.push_back(trajectory.time_s[row]);
+      position_m.push_back(trajectory.position_m[row]);
     }
-    curve.knot_acceleration_m_s2 = spline_accelerations(curve.knot_time_s, curve.knot_position_m);
+    curve = spline_through(std::move(time_s), std::move(position_m));
+    if (resampling == Resampling::kBandLimited) curve = band_limited(curve, tick_s);
   }
   if (!trajectory.orientation.empty()) {
     curve.row_time_s = trajectory.time_s;

@@ -11,8 +11,9 @@ namespace stillgrid {
 
 /// How a recording is evaluated between its samples.
 enum class Resampling {
-  kLinear,  // velocity steps at every sample
-  kCubic,   // natural cubic spline: position, velocity and acceleration are continuous
+  kLinear,       // velocity steps at every sample
+  kCubic,        // natural cubic spline: position, velocity and acceleration are continuous
+  kBandLimited,  // the cubic, low-passed for its samples and for the ticks, see band_limit.hpp
 };
 
 /// A trajectory made ready to be evaluated at any time: a piecewise cubic through its knots.
@@ -39,9 +40,16 @@ struct MotionPoint {
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
 };
 
+/// The natural cubic spline through these points, without orientations.
+///
+/// Pre: at least one point; as many times as positions; times grow strictly.
+[[nodiscard]] TrajectoryCurve spline_through(std::vector<double> time_s,
+                                             std::vector<Eigen::Vector3d> position_m);
+
 /// Chooses the knots and solves for the spline.
 ///
-/// Linear takes every sample as a knot. Cubic passes through every sample but two kinds:
+/// Linear takes every sample as a knot. Cubic passes through every sample but two kinds, and
+/// band-limited begins with the cubic:
 ///   - stale readings, rows that repeat the position above them for no longer than 50 ms in
 ///     all. A logger faster than its sensor writes them; a spline through them would swing
 ///     between standing and leaping. A longer run of repeats is a rest: all its rows stay.
@@ -49,9 +57,10 @@ struct MotionPoint {
 ///     recording whose pose was interpolated linearly from a slow sensor needs the sensor's
 ///     period here (0.035 s at 28.6 Hz), or the spline follows the corners.
 /// The last sample is always a knot.
-/// Pre: the invariants of Trajectory; knot_spacing_s >= 0.
+/// tick_s is of the loop that will read it; only band-limited needs it.
+/// Pre: the invariants of Trajectory; knot_spacing_s >= 0; tick_s > 0.
 [[nodiscard]] TrajectoryCurve make_curve(const Trajectory& trajectory, Resampling resampling,
-                                         double knot_spacing_s = 0.0);
+                                         double knot_spacing_s = 0.0, double tick_s = 1e-3);
 
 /// Position and velocity at time_s after the first sample; before the first knot and after
 /// the last one the curve stands still.

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <locale>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "tests/haptic_server/devices/recording_file.hpp"
 
@@ -61,6 +63,37 @@ TEST_CASE("A file cut off at any byte is read up to its last whole row", "[traje
     CHECK(trajectory.position_m.front() == Eigen::Vector3d(0.01, 0.02, 0.03));
     if (rows == newlines - 2) CHECK(trajectory.position_m.back().x() == 0.013);
   }
+}
+
+TEST_CASE("A byte order mark, carriage returns, blanks and plus signs change nothing",
+          "[trajectory]") {
+  const Trajectory trajectory = read(
+      "\xEF\xBB\xBF# tool: stylus\r\n time_s ,\tx_m, y_m ,z_m\r\n"
+      "  0.5, +0.01,0.02\t,3.0E-2 \r\n\r\n 0.75 ,-0.125,+2e-02, 0.0625\r\n");
+  REQUIRE(trajectory.time_s == std::vector<double>{0.0, 0.25});
+  CHECK(trajectory.position_m[0] == Eigen::Vector3d(0.01, 0.02, 0.03));
+  CHECK(trajectory.position_m[1] == Eigen::Vector3d(-0.125, 0.02, 0.0625));
+
+  const std::string marked = "\xEF\xBB\xBFt_s,x_m,y_m,z_m\r\n0,0,0,1\r\n";
+  for (std::size_t bytes = 0; bytes < marked.size(); ++bytes) {
+    CHECK(refusal(marked.substr(0, bytes)).find("no whole") != std::string::npos);
+  }
+  CHECK(refusal(kSmall + "2,+-1,0,0\n").find("a finite number") != std::string::npos);
+  CHECK(refusal(kSmall + "2,++1,0,0\n").find("a finite number") != std::string::npos);
+  CHECK(refusal(kSmall + "2,+,0,0\n").find("a finite number") != std::string::npos);
+}
+
+TEST_CASE("A program's locale does not change what a recording says", "[trajectory]") {
+  struct DecimalComma : std::numpunct<char> {
+    [[nodiscard]] char do_decimal_point() const override { return ','; }
+    [[nodiscard]] char do_thousands_sep() const override { return '.'; }
+    [[nodiscard]] std::string do_grouping() const override { return "\3"; }
+  };
+  const std::locale before =
+      std::locale::global(std::locale(std::locale::classic(), new DecimalComma));
+  const Trajectory trajectory = read(kSmall);
+  std::locale::global(before);
+  CHECK(trajectory.position_m[1] == Eigen::Vector3d(-0.125, 0.02, 0.0625));
 }
 
 TEST_CASE("Millimetres become metres", "[trajectory]") {
