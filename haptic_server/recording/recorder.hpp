@@ -3,12 +3,13 @@
 #include <Eigen/Core>
 #include <atomic>
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
+#include "haptic_server/recording/line_file.hpp"
 #include "shared/realtime/spsc_ring.hpp"
 
 namespace stillgrid {
@@ -33,14 +34,20 @@ struct TickRow {
 /// same.
 void append_row(const TickRow& row, std::string& line);
 
+/// Lines "# key: value" at the head of a recording.
+using RecordingHead = std::vector<std::pair<std::string, std::string>>;
+
 /// Writes rows to a file from a thread of its own, through a lock-free ring.
 ///
-/// The file is flushed after every batch, some 100 a second: however the process ends, what is
-/// there is whole rows but for the last.
+/// The file grows by batches, some 100 a second: however the process ends, what is there is whole
+/// rows but for the last. Rows that a full disk refuses wait in the ring, 16 s of them at 1 kHz,
+/// and are written when it has room again. The rows in the file and those lost make up the rows
+/// recorded, always.
 class Recorder {
  public:
   /// Opens the file and writes its head. Throws std::runtime_error if it cannot be written.
-  Recorder(const std::filesystem::path& file, const std::string& scene, const std::string& device);
+  Recorder(const std::filesystem::path& file, const std::string& scene, const std::string& device,
+           const RecordingHead& more = {});
 
   /// Writes what is left.
   ~Recorder();
@@ -53,7 +60,8 @@ class Recorder {
   /// wait-free.
   void record(const TickRow& row) noexcept;
 
-  /// Takes a row, waiting for room: for lockstep, where nothing may be lost. Not real-time.
+  /// Takes a row, waiting for room as long as the file takes rows: for lockstep, where nothing may
+  /// be lost but to a full disk. Not real-time.
   void record_waiting(const TickRow& row) noexcept;
 
   /// Writes what is left and ends. Returns the rows that were not written, by a full ring or a
@@ -61,14 +69,15 @@ class Recorder {
   std::uint64_t finish();
 
  private:
-  void write_rows();
+  void run(const std::stop_token& stop);
+  int write_rows();
 
-  struct CloseFile {
-    void operator()(std::FILE* file) const noexcept { std::fclose(file); }
-  };
-  std::unique_ptr<std::FILE, CloseFile> file_;
+  std::filesystem::path path_;
+  LineFile file_;
+  std::string line_;
   SpscRing<TickRow> ring_;
   std::atomic<std::uint64_t> lost_ = 0;
+  std::atomic<bool> is_failing_ = false;
   std::jthread thread_;
 };
 

@@ -1,0 +1,69 @@
+#!/usr/bin/python3
+"""Measures our forces against recorded ones: docs/charts/spring_recording.csv and contour_forces.csv.
+
+Both daemons replay each recording in lockstep. scripts/charts/plot_recorded_forces.py draws the chart.
+"""
+import argparse
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+import numpy
+
+import recorded_forces
+from tables import write_rows
+
+CHARTS = recorded_forces.ROOT / "docs/charts"
+
+
+def replay(scene, device, duration_s, build, folder):
+    """The recording's file."""
+    (folder / "scene.toml").write_text(scene)
+    file = folder / "recording.csv"
+    subprocess.run(
+        [recorded_forces.ROOT / "scripts/launch", folder / "scene.toml", "--lockstep", "--device", device,
+         "--duration", str(duration_s), "--record", file, "--build", build],
+        check=True, stdout=subprocess.DEVNULL)
+    return file
+
+
+def measure_spring(build, folder):
+    spring = recorded_forces.Spring()
+    file = replay(spring.scene(), spring.device(), spring.time_s[-1], build, folder)
+    time_s, place_m, measured_N, ours_N = spring.compare(file)
+    second = time_s >= spring.half_s
+    rms_N = numpy.sqrt(((ours_N - measured_N)[second] ** 2).mean())
+    print(f"spring {spring.stiffness_N_m:.1f} N/m, at rest at {1e3 * spring.rest_m:.3f} mm; second half: "
+          f"{rms_N:.4f} N rms, {100.0 * rms_N / measured_N[second].mean():.2f} % of the mean force")
+    write_rows(CHARTS / "spring_recording.csv", [
+        {"time_s": f"{time_s[i]:.3f}", "place_mm": f"{1e3 * place_m[i]:.4f}",
+         "measured_N": f"{measured_N[i]:.4f}", "ours_N": f"{ours_N[i]:.4f}",
+         "half": 2 if second[i] else 1} for i in range(0, len(time_s), 5)])
+
+
+def measure_contour(build, folder):
+    rows = []
+    for name in recorded_forces.DEMONSTRATIONS:
+        file = replay(recorded_forces.contour_scene(), recorded_forces.contour_device(name),
+                      recorded_forces.contour_duration_s(name), build, folder)
+        share, cosine = recorded_forces.compare_contour(name, file)
+        rows.append({"demonstration": name, "in_contact": f"{share:.4f}", "mean_cosine": f"{cosine:.4f}"})
+        print(f"contour {name}: in contact {100.0 * share:.1f} %, cosine {cosine:.4f}", flush=True)
+    print(f"mean cosine {numpy.mean([float(row['mean_cosine']) for row in rows]):.4f}")
+    write_rows(CHARTS / "contour_forces.csv", rows)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--build", type=pathlib.Path, default=recorded_forces.ROOT / "build/release")
+    arguments = parser.parse_args()
+    if not recorded_forces.SPRING.exists() or not recorded_forces.CONTOUR_MESH.exists():
+        sys.exit(f"measure_recorded_forces: {recorded_forces.DATA}: expected the real inputs there")
+    with tempfile.TemporaryDirectory() as folder:
+        measure_spring(arguments.build, pathlib.Path(folder))
+        measure_contour(arguments.build, pathlib.Path(folder))
+
+
+if __name__ == "__main__":
+    main()

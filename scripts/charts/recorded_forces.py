@@ -1,0 +1,104 @@
+"""Recordings with measured forces, by others, against ours at the same places: both daemons, in lockstep.
+
+Needs the folder of real inputs, $STILLGRID_DATA or ../shared/data of the project.
+"""
+import csv
+import os
+import pathlib
+
+import numpy
+
+from recording import Recording
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+DATA = pathlib.Path(os.environ.get("STILLGRID_DATA", ROOT.parent / "shared" / "data"))
+SPRING = DATA / "trajectories/teleop_1dof_2khz/m2_question1a_spring.csv"
+CONTOUR_MESH = DATA / "meshes/ku_contour.stl"
+DEMONSTRATIONS = ("a_1", "a_2", "b_1", "b_2", "c_1", "c_2", "d_1", "d_2")
+LEVER_M = 0.075
+TOOL_M = 0.005  # radius
+
+SCENE = """format = 1
+[world]
+gravity_m_s2 = [0.0, 0.0, 0.0]
+[tool]
+radius_m = {tool_m}
+[[material]]
+name = "recorded"
+contact_stiffness_N_m = {stiffness_N_m!r}
+[[body]]
+name = "recorded"
+material = "recorded"
+{body}
+"""
+
+
+def columns(file, names):
+    with open(file) as stream:
+        rows = list(csv.DictReader(line for line in stream if not line.startswith("#")))
+    return [numpy.array([float(row[name]) for row in rows]) for name in names]
+
+
+class Spring:
+    """A lever tip pressed against a spring: time from the first sample, place and force of the tip."""
+
+    def __init__(self):
+        stamp_s, angle, torque_N_m = columns(SPRING, ("t_s", "slave_rad", "Fe_Nm"))
+        self.time_s = stamp_s - stamp_s[0]
+        self.place_m, self.force_N = LEVER_M * angle, torque_N_m / LEVER_M
+        self.half_s = 0.5 * self.time_s[-1]
+        first = self.time_s < self.half_s
+        self.stiffness_N_m, at_zero_N = numpy.polyfit(self.place_m[first], self.force_N[first], 1)
+        self.rest_m = -at_zero_N / self.stiffness_N_m
+
+    def scene(self):
+        """A wall of the stiffness fitted on the first half, at the place where its force is zero."""
+        body = (f'kind = "plane"\npoint_m = [{self.rest_m + TOOL_M!r}, 0.0, 0.0]\n'
+                "normal = [-1.0, 0.0, 0.0]")
+        return SCENE.format(tool_m=TOOL_M, stiffness_N_m=float(self.stiffness_N_m), body=body)
+
+    def device(self):
+        return f"replay:file={SPRING},map=x_m:slave_rad*{LEVER_M}"
+
+    def compare(self, file):
+        """Ticks of haptic_server's recording: time, place, force measured and ours, both against the spring."""
+        ours = Recording(file)
+        time_s = ours["time_s"]
+        return time_s, ours["x_m"], numpy.interp(time_s, self.time_s, self.force_N), -ours["fx_N"]
+
+
+def demonstration(name):
+    return DATA / f"trajectories/ku_contour_force/demo_{name}.csv"
+
+
+def contour_scene():
+    """The printed contour, of spheres 4 mm apart under its surface, that does not move."""
+    body = (f'kind = "mesh"\nfile = "{CONTOUR_MESH}"\nscale = 0.001\nmotion = "static"\n'
+            "spheres = { surface_spacing_m = 0.004 }")
+    return SCENE.format(tool_m=TOOL_M, stiffness_N_m=1000.0, body=body)
+
+
+def contour_device(name):
+    """Poses came at 28.6 Hz, with lines between them."""
+    return f"replay:file={demonstration(name)},resample=cubic,knot_spacing_s=0.035"
+
+
+def contour_duration_s(name):
+    (stamp_s,) = columns(demonstration(name), ("t_s",))
+    return float(stamp_s[-1] - stamp_s[0])
+
+
+def compare_contour(name, file):
+    """Share of ticks in contact, and the mean cosine with the measured force over them."""
+    measured = columns(demonstration(name), ("t_s", "fx_N", "fy_N", "fz_N"))
+    time_s = measured[0] - measured[0][0]
+    recording = Recording(file)
+    seen = recording["time_s"] <= time_s[-1]
+    ours_N = numpy.stack([recording[f"rendered_f{axis}_N"][seen] for axis in "xyz"], axis=1)
+    theirs_N = numpy.stack([numpy.interp(recording["time_s"][seen], time_s, force_N)
+                            for force_N in measured[1:]], axis=1)
+    norms_N = numpy.linalg.norm(ours_N, axis=1)
+    touched = norms_N > 0.0
+    cosines = (ours_N * theirs_N).sum(axis=1)[touched] / (
+        norms_N[touched] * numpy.linalg.norm(theirs_N, axis=1)[touched])
+    return touched.mean(), cosines.mean()

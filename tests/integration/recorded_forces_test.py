@@ -1,0 +1,41 @@
+#!/usr/bin/python3
+"""Our forces against those that others measured at the same places; both daemons, in lockstep."""
+import unittest
+
+import numpy
+
+import daemons
+import recorded_forces  # of scripts/charts, by daemons
+
+
+class RecordedForcesTest(daemons.SessionTest):
+    def replay(self, scene, device, duration_s):
+        return self.run_lockstep(self.write("recorded.toml", scene), device, duration_s)
+
+    def test_a_wall_fitted_to_half_of_a_springs_recording_foretells_the_other_half(self):
+        if not recorded_forces.SPRING.exists():
+            self.skipTest(f"skipped: {recorded_forces.SPRING} is absent")
+        spring = recorded_forces.Spring()
+        file = self.replay(spring.scene(), spring.device(), spring.time_s[-1])
+        time_s, place_m, measured_N, ours_N = spring.compare(file)
+        second = time_s >= spring.half_s
+        fitted_N = spring.stiffness_N_m * (place_m - spring.rest_m)
+        self.assertLess(abs(ours_N - fitted_N)[second].max(), 1e-3)  # places and constants are floats
+        rms_N = numpy.sqrt(((ours_N - measured_N)[second] ** 2).mean())
+        self.assertLess(rms_N, 0.05 * measured_N[second].mean())
+
+    def test_on_a_contour_our_force_goes_with_the_hands(self):
+        if not recorded_forces.CONTOUR_MESH.exists():
+            self.skipTest(f"skipped: {recorded_forces.CONTOUR_MESH} is absent")
+        # All eight: scripts/charts/measure_recorded_forces.py.
+        for name in recorded_forces.DEMONSTRATIONS[:2]:
+            with self.subTest(name):
+                file = self.replay(recorded_forces.contour_scene(), recorded_forces.contour_device(name),
+                                   recorded_forces.contour_duration_s(name))
+                share, cosine = recorded_forces.compare_contour(name, file)
+                self.assertGreater(share, 0.95)
+                self.assertGreater(cosine, 0.8)
+
+
+if __name__ == "__main__":
+    daemons.main()

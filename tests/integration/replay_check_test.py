@@ -1,0 +1,201 @@
+#!/usr/bin/python3
+"""scripts/replay_check says where forces first differ, and by its exit status whether they do."""
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import unittest
+
+import daemons
+
+sys.path.append(str(daemons.ROOT / "scripts" / "replay"))
+import forces  # after the path it needs
+
+EQUAL, DIFFERENT, COULD_NOT_RUN = 0, 1, 2
+DURATION_S = 0.4
+REPLAY_CHECK = daemons.ROOT / "scripts" / "replay_check"
+
+
+class ReplayCheckTest(daemons.SessionTest):
+    def setUp(self):
+        super().setUp()
+        # Comes down on the wall's 5 mm at 0.1 m/s, is 2 mm deep after 0.07 s, and leaves it again.
+        self.hand = self.write("hand.csv", "t_s,x_mm,y_mm,z_mm\n0,0,0,10\n0.07,0,0,3\n0.4,1,0,8\n")
+        self.expected = self.folder / "expected.csv"
+
+    def check(self, scene="wall", *arguments, hand=None, expected=None, program=REPLAY_CHECK,
+              build=("--build", daemons.BUILD), draws=False):
+        """draws: or else there is no matplotlib, as on some CI machines, which saves a second."""
+        without = self.folder / "without"
+        without.mkdir(exist_ok=True)
+        (without / "matplotlib.py").write_text("raise ImportError('no matplotlib')\n")
+        environment = os.environ if draws else {**os.environ, "PYTHONPATH": str(without)}
+        return subprocess.run([program, scene, hand or self.hand, expected or self.expected, *build,
+                               *map(str, arguments)], cwd=self.folder, capture_output=True, text=True,
+                              timeout=60, check=False, env=environment)
+
+    def assert_says(self, run, status, *words):
+        self.assertEqual(run.returncode, status, run.stdout + run.stderr)
+        for word in words:
+            self.assertIn(word, run.stdout)
+
+    def assert_one_line(self, run, *words):
+        """It could not run, and one line says why."""
+        self.assertEqual(run.returncode, COULD_NOT_RUN, run.stdout + run.stderr)
+        self.assertEqual(run.stdout, "")
+        self.assertRegex(run.stderr, r"\Areplay_check: .*\n\Z")
+        for word in words:
+            self.assertIn(word, run.stderr)
+
+    def write_expected(self):
+        self.assert_says(self.check("wall", "--write-expected"), EQUAL, "written: ")
+        return daemons.read_recording(self.expected)
+
+    def stiffer_wall(self):
+        text = (daemons.SCENES / "wall.toml").read_text()
+        self.assertIn("contact_stiffness_N_m = 1000.0", text)
+        return self.write("stiffer.toml", text.replace("_N_m = 1000.0", "_N_m = 1100.0"))
+
+    def replace_field(self, recording, line, name, value):
+        """EXPECTED with one field changed; lines count from one."""
+        lines = recording.read_text().split("\n")
+        header = next(text for text in lines if not text.startswith("#")).split(",")
+        fields = lines[line - 1].split(",")
+        fields[header.index(name)] = value
+        lines[line - 1] = ",".join(fields)
+        return self.write("changed.csv", "\n".join(lines))
+
+    def test_the_same_scene_and_hand_give_the_same_bytes(self):
+        self.write_expected()
+        self.assert_says(self.check(), EQUAL, "equal: byte for byte, 401 rows")
+        self.assertFalse((self.folder / "replay_check.png").exists())
+        self.assertEqual([], list(pathlib.Path("/dev/shm").glob("stillgrid-replay-check-*")))
+
+    def test_another_stiffness_differs_from_the_first_contact_on(self):
+        expected = self.write_expected()
+        first = int((expected["contacts"] > 0).argmax())
+        run = self.check(self.stiffer_wall(), "--tolerance", "1e-9", draws=True)
+        self.assert_says(run, DIFFERENT, "DIFFERENT", "picture: replay_check.png")
+        told = re.search(r"first difference: at ([\d.]+) s, fz_N: expected (\S+) N, got (\S+) N", run.stdout)
+        self.assertAlmostEqual(float(told[1]), expected["time_s"][first])
+        self.assertAlmostEqual(float(told[2]), expected["fz_N"][first], places=5)
+        self.assertAlmostEqual(float(told[3]) / float(told[2]), 1.1, places=3)
+        picture = (self.folder / "replay_check.png").read_bytes()
+        self.assertEqual(picture[:8], b"\x89PNG\r\n\x1a\n")
+
+    def test_what_differs_by_no_more_than_the_tolerance_is_equal(self):
+        most_N = 0.1 * self.write_expected()["fz_N"].max()  # the stiffer wall gives a tenth more
+        scene = self.stiffer_wall()
+        self.assert_says(self.check(scene, "--tolerance", 1.001 * most_N), EQUAL,
+                         "equal within the tolerance", "; 0 rows beyond")
+        self.assert_says(self.check(scene, "--tolerance", 0.999 * most_N), DIFFERENT)
+
+    def test_a_hand_that_moved_elsewhere_is_told_before_its_forces(self):
+        self.write_expected()
+        run = self.check("wall", "--replay", "offset_z_m=-0.001")
+        self.assert_says(run, DIFFERENT, "first difference: at")
+        self.assertTrue(run.stdout.startswith("positions differ first: at 0.0000 s, z_m: expected 0.01 m"),
+                        run.stdout)
+
+    def test_an_expectation_that_was_cut_off_is_not_equal(self):
+        self.write_expected()
+        self.expected.write_bytes(self.expected.read_bytes()[:30_000])
+        self.assert_says(self.check(), DIFFERENT, "lengths differ: ", "0 rows beyond",
+                         "no picture: no matplotlib")
+
+    def test_one_wrong_number_is_found(self):
+        time_s = self.write_expected()["time_s"]
+        line = self.expected.read_text().count("\n#") + 2 + 101  # the 101st row below the header
+        changed = self.replace_field(self.expected, line, "fy_N", "0.5")
+        run = self.check(expected=changed)
+        self.assert_says(run, DIFFERENT, f"first difference: at {time_s[100]:.4f} s, fy_N: expected 0.5 N, "
+                         "got 0 N, difference -0.5 N", f"changed.csv:{line})", "; 1 rows beyond")
+
+    def test_forces_of_another_origin_are_compared_at_their_own_stamps(self):
+        recording = self.write_expected()
+        rows = range(0, 400, 7)
+        lines = [f"{46.07 + recording['time_s'][i]:.4f},{recording['fz_N'][i]:.4f},7" for i in rows]
+        foreign = self.write("foreign.csv", "t_s,fz_N,other\n" + "\n".join(lines) + "\n")
+        self.assert_says(self.check(expected=foreign), EQUAL, f"compared {len(lines)} rows, fz_N: ")
+        self.assert_says(self.check(self.stiffer_wall(), expected=foreign), DIFFERENT, "fz_N: expected")
+
+    def test_an_expectation_that_cannot_be_used_is_named_in_one_line_before_any_run(self):
+        self.assert_one_line(self.check(expected="absent.csv"), "absent.csv: cannot be read: No such file")
+        bad = self.write("bad.csv", "time_s,fx_N,fy_N\n0,0,0\n1,0,nan\n")
+        run = self.check("no_such_scene", expected=bad)
+        self.assert_one_line(run, "bad.csv:3: column fy_N: value 'nan': expected a finite number")
+
+    def test_a_bad_table_of_forces_is_refused_with_line_and_column(self):
+        for text, words in (("time_s,x_m\n0,0\n", ":1: column fx_N: missing"),
+                            ("x_m,fx_N\n0,0\n", ":1: column time_s: missing"),
+                            ("time_s,fx_N\n0,0\n1,0\n0.5,0\n", ":4: column time_s: value '0.5'"),
+                            ("time_s,fx_N\n0,0\n1,force\n", ":3: column fx_N: value 'force'"),
+                            ("time_s,fx_N\n0,0\n1\n", ":3: 1 fields: expected 2"),
+                            ("time_s,fx_N,fx_N\n0,0,0\n", ":1: column fx_N: given twice"),
+                            ("time_s,fx_N\n0,0", "no whole row"), ("", "no whole row"),
+                            ("time_s,fx_N\n0,\xe9\n", ":2: column fx_N")):
+            with self.subTest(text), self.assertRaisesRegex(forces.Unusable, f"bad.csv.*{words}"):
+                forces.read_forces(self.write("bad.csv", text))
+
+    def test_a_table_cut_off_anywhere_is_read_up_to_its_last_whole_row(self):
+        text = "# key: value\ntime_s,fx_N\n0,1\n0.5,2\n0.5,3\n1,4.25\n"
+        for end in range(text.index("0,1") + 4, len(text) + 1):
+            read = forces.read_forces(self.write("cut.csv", text[:end]))
+            whole = text[:end].count("\n") - 2
+            stamps, last_N = {1: (1, 1.0), 2: (2, 2.0), 3: (2, 3.0), 4: (3, 4.25)}[whole]
+            self.assertEqual((len(read.time_s), read.columns["fx_N"][-1]), (stamps, last_N), text[:end])
+
+    def test_what_the_daemons_refuse_is_passed_on_in_one_line_and_nothing_is_written(self):
+        before = self.write_expected() and self.expected.read_bytes()
+        always = ("--write-expected",)
+        self.assert_one_line(self.check("no_such_scene", *always), "no_such_scene: no such scene")
+        bad_scene = self.write("bad.toml", "format = 1\n[world\n")
+        self.assert_one_line(self.check(bad_scene, *always), "sim_server: ", "bad.toml:2:")
+        bad_hand = self.write("bad.csv", "time_s,x_m,y_m,z_m\n0,0,nothing,0\n")
+        self.assert_one_line(self.check("wall", *always, hand=bad_hand), "bad.csv:2: column y_m")
+        self.assert_one_line(self.check("wall", *always, "--replay", "pace=2"), "pace")
+        self.assert_one_line(self.check("wall", *always, build=("--build", self.folder)), "bin/haptic_server")
+        self.assertEqual(self.expected.read_bytes(), before)
+
+    def test_a_new_expectation_says_how_the_old_one_differed(self):
+        self.write_expected()
+        scene = self.stiffer_wall()
+        self.assert_says(self.check(scene, "--write-expected"), EQUAL, "first difference: at", "written: ")
+        self.assert_says(self.check(scene), EQUAL, "equal: byte for byte")
+
+    def test_a_hand_that_touches_nothing_is_warned_of(self):
+        far = ("--replay", "offset_z_m=0.1", "--duration", "0.05")
+        self.assert_says(self.check("wall", "--write-expected", *far), EQUAL, "touched nothing")
+
+    def test_the_example_workflow_is_YAML_and_calls_what_there_is(self):
+        try:
+            import yaml
+        except ImportError:
+            self.skipTest("skipped: no python3-yaml")
+        workflow = yaml.safe_load((daemons.ROOT / "docs/examples/github_workflow.yml").read_text())
+        job = workflow["jobs"]["replay"]
+        commands = "\n".join(step.get("run", "") for step in job["steps"])
+        options = [case.get("options", "") for case in job["strategy"]["matrix"]["include"]]
+        arguments = commands.partition("/bin/replay_check")[2] + " ".join(options)
+        told = subprocess.run([REPLAY_CHECK, "--help"], capture_output=True, text=True, check=True).stdout
+        for option in re.findall(r"--[a-z-]+", arguments):
+            self.assertIn(option, told)
+        for script in re.findall(r"stillgrid/(scripts/\w+)", commands):
+            self.assertTrue((daemons.ROOT / script).exists(), script)
+
+    def test_it_runs_from_where_it_is_installed(self):
+        prefix = self.folder / "prefix"
+        subprocess.run(["cmake", "--install", daemons.BUILD, "--prefix", prefix, "--component",
+                        "replay_check"], check=True, stdout=subprocess.DEVNULL)
+        for name in ("sim_server", "haptic_server"):
+            (prefix / "bin" / name).symlink_to(daemons.BUILD / "bin" / name)
+        installed = {"program": prefix / "bin" / "replay_check", "build": ()}
+        wall = daemons.SCENES / "wall.toml"
+        self.assert_says(self.check(wall, "--write-expected", **installed), EQUAL, "written: ")
+        run = self.check(self.stiffer_wall(), **installed)
+        self.assert_says(run, DIFFERENT, "no picture: no matplotlib")  # it found all of its own parts
+
+
+if __name__ == "__main__":
+    daemons.main()
