@@ -1,7 +1,7 @@
 #include "haptic_server/haptic_loop.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <optional>
 
 namespace stillgrid {
 namespace {
@@ -10,25 +10,11 @@ constexpr double to_s(std::uint64_t ns) {
   return static_cast<double>(ns) * 1e-9;
 }
 
-Eigen::Quaterniond quaternion(const double (&xyzw)[4]) {
-  return {xyzw[3], xyzw[0], xyzw[1], xyzw[2]};
-}
 Eigen::Quaterniond quaternion(const std::array<double, 4>& xyzw) {
   return {xyzw[3], xyzw[0], xyzw[1], xyzw[2]};
 }
 std::array<double, 3> array(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
-}
-
-bool has_position(const stillgrid_device_state& state) {
-  const auto& p = state.position_m;
-  return (state.valid & STILLGRID_STATE_POSITION) != 0 && std::isfinite(p[0]) &&
-         std::isfinite(p[1]) && std::isfinite(p[2]);
-}
-
-bool has_orientation(const stillgrid_device_state& state) {
-  return (state.valid & STILLGRID_STATE_ORIENTATION) != 0 &&
-         std::abs(quaternion(state.orientation_xyzw).squaredNorm() - 1.0) < 1e-3;
 }
 
 /// How far the tool's farthest point is from its origin.
@@ -44,34 +30,39 @@ double lever_m(const proto::SceneHeader& scene) {
 
 }  // namespace
 
+/// The tool where the device says it is, and how it came there.
+void HapticLoop::place(const proto::DeviceFrame& frame, const DeviceReading& reading) noexcept {
+  const Eigen::Quaterniond turn = quaternion(frame.orientation_xyzw);
+  if (has_pose_) motion_.moved_m = turn * (reading.position_m - device_m_);
+  device_m_ = reading.position_m;
+  has_pose_ = true;
+  pose_.position_m = Eigen::Vector3d(frame.position_m.data()) + frame.scale * (turn * device_m_);
+  pose_.velocity_m_s = velocity_.update(reading.time_ns, pose_.position_m);
+  if (reading.orientation) {
+    const Eigen::Quaterniond before = pose_.orientation;
+    pose_.orientation = (turn * *reading.orientation).normalized();
+    if (has_orientation_) motion_.turned_rad = rotation_rad(pose_.orientation * before.conjugate());
+    has_orientation_ = true;
+  }
+  pose_.angular_velocity_rad_s = angular_velocity_.update(reading.time_ns, pose_.orientation);
+}
+
 TickEnd HapticLoop::sense(const SceneView& scene, std::uint64_t now_ns) noexcept {
-  if (++tick_ == 1) start_ns_ = now_ns;
+  elapsed_s_ = to_s(++tick_ == 1 ? period_ns_ : now_ns - tick_ns_);
+  if (tick_ == 1) start_ns_ = now_ns;
+  tick_ns_ = now_ns;
   flags_ = 0;
   stillgrid_device_state state{};
   device_code_ = device_.read(now_ns, state);
   if (device_code_ == STILLGRID_DEVICE_END) return TickEnd::kDeviceEnd;
   if (device_code_ != STILLGRID_DEVICE_OK) return TickEnd::kDeviceFault;
 
-  const proto::DeviceFrame& frame = scene.scene().device;
-  const Eigen::Quaterniond turn = quaternion(frame.orientation_xyzw);
   motion_ = {};
-  if (has_position(state)) {
-    const Eigen::Vector3d device_m(state.position_m);
-    if (has_pose_) motion_.moved_m = turn * (device_m - device_m_);
-    device_m_ = device_m;
-    has_pose_ = true;
-    pose_.position_m = Eigen::Vector3d(frame.position_m.data()) + frame.scale * (turn * device_m);
-    pose_.velocity_m_s = velocity_.update(now_ns, pose_.position_m);
-    if (has_orientation(state)) {
-      const Eigen::Quaterniond before = pose_.orientation;
-      pose_.orientation = (turn * quaternion(state.orientation_xyzw)).normalized();
-      if (has_orientation_)
-        motion_.turned_rad = rotation_rad(pose_.orientation * before.conjugate());
-      has_orientation_ = true;
-    }
-    pose_.angular_velocity_rad_s = angular_velocity_.update(now_ns, pose_.orientation);
-  } else {
-    flags_ |= kFlagBadDevice;
+  const std::optional<DeviceReading> reading = reading_check_.check(state, now_ns);
+  believed_ = reading.has_value();
+  if (reading) {
+    place(scene.scene().device, *reading);
+    buttons_ = reading->buttons;
   }
   if (!has_pose_) return TickEnd::kGoOn;  // nothing to show the simulation yet
 
@@ -82,7 +73,7 @@ TickEnd HapticLoop::sense(const SceneView& scene, std::uint64_t now_ns) noexcept
                  .orientation_xyzw = {q.x(), q.y(), q.z(), q.w()},
                  .velocity_m_s = array(pose_.velocity_m_s),
                  .force_N = array(held_.force_N),
-                 .buttons = (state.valid & STILLGRID_STATE_BUTTONS) != 0 ? state.buttons : 0U});
+                 .buttons = buttons_});
   return TickEnd::kGoOn;
 }
 
@@ -92,19 +83,25 @@ TickEnd HapticLoop::act(const SceneView& scene, bool writer_alive, std::uint64_t
   if (rendered_.contended) flags_ |= kFlagContended;
   if (rendered_.cut) flags_ |= kFlagCut;
   if (rendered_.swept) flags_ |= kFlagSwept;
-  Wrench asked{rendered_.force.force_N, rendered_.force.torque_N_m};
-  observe(energy_, held_, motion_);
-  const bool exists = rendered_.generation != 0 && (flags_ & kFlagBadDevice) == 0;
-  if (passivity_control_ && exists)
-    asked.force_N += passivity_control_->damp(energy_, motion_, to_s(period_ns_), flags_);
+  if (rendered_.is_new) image_ns_ = now_ns;
+  const proto::SceneHeader& fixed = scene.scene();
   held_before_N_ = held_.force_N;
-  held_ = guard_.apply(asked, lever_m(scene.scene()),
-                       {.exists = exists,
-                        .image_age_s = rendered_.image_age_s,
-                        .period_s = to_s(scene.header().period_ns),
-                        .writer_alive = writer_alive},
-                       to_s(period_ns_), flags_);
-  const Eigen::Quaterniond turn = quaternion(scene.scene().device.orientation_xyzw);
+  held_ = safety_.apply(
+      {.rendered = {rendered_.force.force_N, rendered_.force.torque_N_m},
+       .stiffness_N_m = fixed.device.scale * rendered_.force.stiffness_N_m,
+       .lever_m = lever_m(fixed),
+       .image = {.exists = rendered_.generation != 0 && !is_released_,
+                 // A stamp of the future would never age.
+                 .image_age_s = std::max(rendered_.image_age_s, to_s(now_ns - image_ns_)),
+                 .period_s = to_s(scene.header().period_ns),
+                 .writer_alive = writer_alive},
+       .device_believed = believed_,
+       .device_m = device_m_,
+       .velocity_m_s = pose_.velocity_m_s / fixed.device.scale,
+       .motion = motion_,
+       .elapsed_s = elapsed_s_},
+      flags_);
+  const Eigen::Quaterniond turn = quaternion(fixed.device.orientation_xyzw);
   device_code_ =
       device_.write(now_ns, turn.conjugate() * held_.force_N, turn.conjugate() * held_.torque_N_m);
 
@@ -124,8 +121,8 @@ TickEnd HapticLoop::act(const SceneView& scene, bool writer_alive, std::uint64_t
 }
 
 void HapticLoop::count(const TickRow& row, HapticReport& report) noexcept {
-  count_tick(report, row, rendered_, held_before_N_, motion_.moved_m, to_s(period_ns_));
-  report.energy = energy_;
+  count_tick(report, row, rendered_, held_before_N_, motion_.moved_m, elapsed_s_);
+  report.energy = safety_.energy();
   if (rendered_.is_new) ++report.snapshots;
 }
 

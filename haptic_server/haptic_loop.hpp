@@ -2,9 +2,9 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <utility>
 
 #include "haptic_server/device/device_host.hpp"
@@ -12,9 +12,8 @@
 #include "haptic_server/rendering/renderer.hpp"
 #include "haptic_server/rendering/velocity_estimator.hpp"
 #include "haptic_server/report.hpp"
-#include "haptic_server/safety/energy_observer.hpp"
-#include "haptic_server/safety/force_guard.hpp"
-#include "haptic_server/safety/passivity_controller.hpp"
+#include "haptic_server/safety/device_reading.hpp"
+#include "haptic_server/safety/safety_chain.hpp"
 #include "shared/publication/scene_segment.hpp"
 #include "shared/publication/tool_segment.hpp"
 
@@ -26,19 +25,16 @@ enum class TickEnd { kGoOn, kDeviceEnd, kDeviceFault };
 /// One tick of the haptic loop, in its two halves: the device's pose out to the simulation, then
 /// the force to the device. Between them lockstep waits for the simulation.
 ///
-/// The safety chain: passivity control if there is one, then the guard; the energy account sees
-/// what came out of it. Thread: the loop's. Realtime: allocates nothing, takes no lock, makes no
-/// system call but the device's.
+/// What is told to the device is what the safety chain lets through. Thread: the loop's. Realtime:
+/// allocates nothing, takes no lock, makes no system call but the device's.
 class HapticLoop {
  public:
   HapticLoop(Device& device, ToolWriter& tool, std::unique_ptr<Renderer> renderer,
-             const GuardLimits& limits, std::uint64_t period_ns,
-             std::optional<PassivityController> passivity_control = std::nullopt)
+             const SafetyLimits& limits, std::uint64_t period_ns)
       : device_(device),
         tool_(tool),
         renderer_(std::move(renderer)),
-        passivity_control_(std::move(passivity_control)),
-        guard_(limits),
+        safety_(with_period(limits, period_ns)),
         period_ns_(period_ns) {}
 
   /// Reads the device at now_ns, places it in the scene and publishes the tool.
@@ -53,33 +49,53 @@ class HapticLoop {
   void count(const TickRow& row, HapticReport& report) noexcept;
 
   /// Whether the next tick may be of another scene: only when no force is felt. Realtime: yes.
-  [[nodiscard]] bool may_switch_scene() const noexcept { return guard_.is_silent(); }
+  [[nodiscard]] bool may_switch_scene() const noexcept { return safety_.is_silent(); }
+
+  /// For a device that was stopped from outside and is active again: no force, then a ramp.
+  void cut() noexcept { safety_.cut(); }
+
+  /// Lets go of the hand: from now on the force fades, as from a dead simulation. Whether none is
+  /// felt any more. Realtime: yes.
+  [[nodiscard]] bool release() noexcept {
+    is_released_ = true;
+    return held_.force_N.isZero(0.0) && held_.torque_N_m.isZero(0.0);
+  }
 
   [[nodiscard]] std::int32_t device_code() const noexcept { return device_code_; }
   /// What the last act() rendered.
   [[nodiscard]] const RenderedTick& rendered() const noexcept { return rendered_; }
 
  private:
+  /// Three periods without a tick are no stall, however long a period is.
+  [[nodiscard]] static SafetyLimits with_period(SafetyLimits limits,
+                                                std::uint64_t period_ns) noexcept {
+    limits.stall_s = std::max(limits.stall_s, 3e-9 * static_cast<double>(period_ns));
+    return limits;
+  }
+  void place(const proto::DeviceFrame& frame, const DeviceReading& reading) noexcept;
+
   Device& device_;
   ToolWriter& tool_;
   std::unique_ptr<Renderer> renderer_;
-  std::optional<PassivityController> passivity_control_;
-  ForceGuard guard_;
+  DeviceReadingCheck reading_check_;
+  SafetyChain safety_;
   VelocityEstimator velocity_;
   AngularVelocityEstimator angular_velocity_;
   std::uint64_t period_ns_;
 
-  std::uint64_t tick_ = 0, start_ns_ = 0;
+  std::uint64_t tick_ = 0, start_ns_ = 0, tick_ns_ = 0;
+  double elapsed_s_ = 0.0;  // since the tick before
   std::int32_t device_code_ = 0;
-  bool has_pose_ = false, has_orientation_ = false;
+  bool has_pose_ = false, has_orientation_ = false, believed_ = false;
+  bool is_released_ = false;
   ToolPose pose_;  // scene frame
-  std::uint32_t flags_ = 0;
+  std::uint32_t flags_ = 0, buttons_ = 0;
   Eigen::Vector3d device_m_ = Eigen::Vector3d::Zero();  // device frame
   DeviceMotion motion_;                                 // since the tick before, scene's axes
   Wrench held_;                                         // told to the device, scene's axes
-  HandEnergy energy_;
   Eigen::Vector3d held_before_N_ = Eigen::Vector3d::Zero();
   RenderedTick rendered_;
+  std::uint64_t image_ns_ = 0;  // when the image shown was first seen
 };
 
 }  // namespace stillgrid

@@ -3,10 +3,12 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 
 #include "haptic_server/server.hpp"
 #include "shared/command_line/number_in.hpp"
+#include "shared/files/failing_writes.hpp"
 #include "shared/files/whole_file.hpp"
 #include "shared/publication/segment.hpp"
 #include "shared/realtime/exit_status.hpp"
@@ -62,13 +64,22 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--group", arguments.group,
                  "Let this group of users read the session too; default: only its owner")
       ->check(group_complaint);
-  app.add_option("--max-force", options.max_force_N,
+  app.add_option("--max-force", options.safety.max_force_N,
                  "Limit of the force, N; default and upper bound: the device's own")
       ->check(number_in(1e-6, 1e4));
-  app.add_option("--max-slew", options.max_slew_N_per_ms,
-                 "Limit of the force's change, N/ms; default: none")
+  app.add_option("--max-slew", options.safety.max_slew_N_per_ms,
+                 "Limit of the force's change, N/ms; default: a tenth of its limit in a "
+                 "millisecond; not less than a hundredth, by which it fades in 100 ms")
       ->check(number_in(1e-9, 1e6));
-  app.add_option("--passivity-control", options.passivity_mass_kg,
+  app.add_option("--max-stiffness", options.safety.max_stiffness_N_m,
+                 "Limit of the stiffness of all contacts together, N/m; default: what the device "
+                 "declares")
+      ->check(number_in(1e-3, 1e9));
+  app.add_option("--max-speed", options.safety.max_speed_m_s,
+                 "Speed above which the force no longer drives the device, m/s; default: what the "
+                 "device declares")
+      ->check(number_in(1e-3, 1e3));
+  app.add_option("--passivity-control", options.safety.passivity_mass_kg,
                  "Damp away the energy that the held force gives. KG: apparent mass of the device "
                  "with the hand, which the damper stops in no less than a tick; default: off")
       ->check(number_in(1e-4, 100.0))
@@ -93,14 +104,24 @@ int name_violations(const std::vector<RealtimeViolation>& violations) {
 }
 
 /// Runs the loop; the report is written however it ended.
-int run(const Arguments& arguments) {
+int run(Arguments& arguments) {
   HapticReport report;
   int status = kDone;
+  // The loop stands still in a driver's call and counts nothing; its record is on disk.
+  arguments.options.give_up = [&](const std::string& line) {
+    std::fprintf(stderr, "haptic_server: %s\n", line.c_str());
+    try {
+      if (!arguments.report.empty() && report.ticks > 0) write_report(report, arguments.report);
+    } catch (const std::exception& error) {
+      std::fprintf(stderr, "haptic_server: %s\n", error.what());
+    }
+    std::_Exit(kDeviceFault);
+  };
   if (!arguments.report.empty()) require_writable(arguments.report);
   try {
     run_haptics(arguments.options, report, stop_requested());
   } catch (const DeviceError& error) {
-    return fail(error, error.exit_status());
+    status = fail(error, error.exit_status());
   } catch (const DeviceFault& error) {
     status = fail(error, kDeviceFault);
   } catch (const SegmentError& error) {
@@ -111,8 +132,13 @@ int run(const Arguments& arguments) {
     const int verdict = name_violations(*report.realtime_violations);
     if (status == kDone) status = verdict;
   }
-  if (!arguments.report.empty() && report.ticks > 0) write_report(report, arguments.report);
   if (report.lost_rows > 0) spdlog::warn("{} ticks are missing from the record", report.lost_rows);
+  try {
+    if (!arguments.report.empty() && report.ticks > 0) write_report(report, arguments.report);
+  } catch (const std::exception& error) {
+    const int verdict = fail(error, kBadInput);
+    if (status == kDone) status = verdict;
+  }
   return status;
 }
 
@@ -130,6 +156,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
     spdlog::set_default_logger(spdlog::stderr_color_mt("haptic_server"));
     spdlog::set_pattern("%n: %v");
     install_stop_signal();
+    make_writes_fail();
     arguments.options.transition = *transition_named(arguments.transition);
     arguments.options.model = *model_named(arguments.model);
     if (!arguments.group.empty()) arguments.options.readers = group_named(arguments.group);

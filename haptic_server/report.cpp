@@ -68,6 +68,10 @@ void write_report(const HapticReport& report, const std::filesystem::path& file)
   nlohmann::json json = {
       {"scene", report.scene},
       {"device", report.device},
+      {"device_identity",
+       {{"serial", report.device_identity.serial},
+        {"firmware", report.device_identity.firmware},
+        {"driver", report.device_identity.driver}}},
       {"transition", report.transition},
       {"model", report.model},
       {"ticks", report.ticks},
@@ -87,6 +91,7 @@ void write_report(const HapticReport& report, const std::filesystem::path& file)
         {"most_given_J", report.energy.most_given_J},
         {"dissipated_by_control_J", report.energy.dissipated_by_control_J}}},
       {"safety", safety},
+      {"device_stops", report.device_stops},
       {"lost_rows", report.lost_rows},
       {"page_faults", report.page_faults}};
   if (report.measures_time) {

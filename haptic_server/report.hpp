@@ -7,10 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "haptic_server/device/device_identity.hpp"
 #include "haptic_server/recording/recorder.hpp"
 #include "haptic_server/rendering/renderer.hpp"
 #include "haptic_server/safety/energy_observer.hpp"
-#include "haptic_server/safety/force_guard.hpp"
+#include "haptic_server/safety/safety_flag.hpp"
 #include "shared/realtime/histogram.hpp"
 #include "shared/realtime/realtime_guard.hpp"
 
@@ -19,6 +20,7 @@ namespace stillgrid {
 /// Counters of a run, for --report. The loop adds to them; nobody else reads before its end.
 struct HapticReport {
   std::string scene, device, transition, model;
+  DeviceIdentity device_identity;
   double rate_hz = 0.0;
   bool measures_time = false;  // lockstep has no wall time to report
 
@@ -28,6 +30,7 @@ struct HapticReport {
   Histogram tick_ns, wake_ns, age_ns, slew_uN_per_ms, switch_jump_uN;
   HandEnergy energy;
   double force_sum_N = 0.0, force_max_N = 0.0, energy_J = 0.0;
+  std::uint64_t device_stops = 0;  // by the watchdog
   long page_faults = 0;
   std::optional<std::vector<RealtimeViolation>> realtime_violations;  // with --realtime-guard only
 };

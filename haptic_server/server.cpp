@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "haptic_server/haptic_loop.hpp"
+#include "haptic_server/safety/tick_watchdog.hpp"
 #include "shared/publication/lockstep.hpp"
 #include "shared/publication/segment_watch.hpp"
 #include "shared/realtime/periodic_timer.hpp"
@@ -33,15 +34,16 @@ const SceneView* wait_for_scene(SceneWatch& watch, const HapticOptions& options,
   return scene;
 }
 
-GuardLimits guard_limits(const HapticOptions& options, const stillgrid_device_descriptor& device) {
-  const double device_N = force_limit_N(device);
-  return {.max_force_N = std::min(options.max_force_N.value_or(device_N), device_N),
-          .max_slew_N_per_ms = options.max_slew_N_per_ms};
-}
-
-std::optional<PassivityController> passivity_control(const HapticOptions& options) {
-  if (!options.passivity_mass_kg) return std::nullopt;
-  return PassivityController(*options.passivity_mass_kg);
+/// What a recording tells of its device, as far as the device told it.
+RecordingHead head_of(const DeviceIdentity& device) {
+  RecordingHead head;
+  const auto add = [&head](const char* key, const std::string& value) {
+    if (!value.empty()) head.emplace_back(key, value);
+  };
+  add("device_serial", device.serial);
+  add("device_firmware", device.firmware);
+  add("device_driver", device.driver);
+  return head;
 }
 
 /// Everything one run needs, made before the loop starts.
@@ -55,11 +57,28 @@ struct Run {
   ToolWriter& tool;
   HapticLoop& loop;
   Recorder* recorder;
+  TickWatchdog* watchdog;  // in real time
 };
 
-[[noreturn]] void throw_fault(const Run& run) {
+[[noreturn]] void throw_fault(Run& run) {
   run.device.emergency_stop();
-  throw DeviceFault(run.device.error_line(run.loop.device_code()));
+  throw DeviceFault("device '" + run.report.device +
+                    "': " + run.device.error_line(run.loop.device_code()));
+}
+
+/// The watchdog has stopped the device, and the loop is back: no force, then a ramp. Not for ever.
+void recover(Run& run) {
+  constexpr std::uint64_t kMostStops = 3;
+  const std::uint64_t stops = run.report.device_stops = run.watchdog->stops();
+  spdlog::warn("no tick for 100 ms or more: the device was stopped");
+  if (stops >= kMostStops)
+    throw DeviceFault("device '" + run.report.device + "': stopped " + std::to_string(stops) +
+                      " times for want of ticks; expected calls that return in time");
+  run.watchdog->watch_call();
+  run.device.deactivate();
+  run.device.activate();
+  run.loop.cut();
+  run.watchdog->watch_ticks();
 }
 
 TickEnd tick_in_real_time(Run& run) {
@@ -69,10 +88,12 @@ TickEnd tick_in_real_time(Run& run) {
       run.options.duration_s ? monotonic_ns() + to_ns(*run.options.duration_s) : proto::kNever;
   TickEnd end = TickEnd::kGoOn;
   TickRow row;
-  while (!run.stop && end == TickEnd::kGoOn) {
+  while (end == TickEnd::kGoOn) {
     section.begin_tick(run.report.ticks + 1);
     const PeriodicTimer::Wake wake = timer.wait();
-    if (wake.now_ns >= end_ns) break;
+    if ((run.stop || wake.now_ns >= end_ns) && run.loop.release()) break;
+    run.watchdog->tick();
+    if (run.watchdog->stops() != run.report.device_stops) recover(run);
     run.tool.segment().require_whole();
     const SceneView& scene = *run.watch.acquire(run.loop.may_switch_scene());
     end = run.loop.sense(scene, wake.now_ns);
@@ -91,6 +112,7 @@ void run_real(Run& run) {
   run.watch.start();
   for (const std::string& missing : make_realtime(run.options.cpu))
     spdlog::warn("running without {}", missing);
+  run.watchdog->watch_ticks();
   const long faults_before = page_faults();
   const TickEnd end = tick_in_real_time(run);
   run.report.page_faults = page_faults() - faults_before;
@@ -146,22 +168,27 @@ void run_lockstep(Run& run) {
   if (end == TickEnd::kDeviceFault) throw_fault(run);
 }
 
-/// Runs the loop. However it ends, the motors are off before anything else takes its time to end.
+/// Motors off before anything else takes its time to end.
+void release(Run& run) {
+  if (run.watchdog != nullptr) run.watchdog->watch_call();
+  run.device.deactivate();
+  if (run.watchdog != nullptr) run.watchdog->rest();  // a disk may be slow
+  if (run.recorder != nullptr) run.report.lost_rows = run.recorder->finish();
+  if (run.watchdog != nullptr) run.watchdog->watch_call();  // the device's close
+}
+
 void run_and_release(Run& run) {
-  const auto release = [&] {
-    run.device.deactivate();
-    if (run.recorder != nullptr) run.report.lost_rows = run.recorder->finish();
-  };
   try {
     if (run.options.lockstep)
       run_lockstep(run);
     else
       run_real(run);
   } catch (...) {
-    release();
+    run.device.emergency_stop();
+    release(run);
     throw;
   }
-  release();
+  release(run);
 }
 
 }  // namespace
@@ -174,9 +201,11 @@ void run_haptics(const HapticOptions& options, HapticReport& report,
   report.transition = name_of(options.transition);
   report.model = name_of(options.model);
 
+  std::optional<TickWatchdog> watchdog;  // outlives the device: its close may hang
   Device device(parse_device_spec(options.device),
                 {.period_ns = period_ns, .is_virtual = options.lockstep});
   report.device = device.descriptor().name;
+  report.device_identity = device.identity();
   // A segment refused at the start ends the program; one refused later leaves the old one in use.
   bool is_waiting = true;
   const auto clock = options.lockstep ? proto::Clock::kVirtual : proto::Clock::kMonotonic;
@@ -194,12 +223,21 @@ void run_haptics(const HapticOptions& options, HapticReport& report,
                   options.readers);
   std::unique_ptr<Recorder> recorder;
   if (!options.record.empty())
-    recorder = std::make_unique<Recorder>(options.record, report.scene, report.device);
-  const auto loop = std::make_unique<HapticLoop>(
-      device, tool, make_renderer(options.model, options.transition),
-      guard_limits(options, device.descriptor()), period_ns, passivity_control(options));
+    recorder = std::make_unique<Recorder>(options.record, report.scene, report.device,
+                                          head_of(device.identity()));
+  const auto loop =
+      std::make_unique<HapticLoop>(device, tool, make_renderer(options.model, options.transition),
+                                   safety_limits(options.safety, device.descriptor()), period_ns);
 
-  Run run{options, report, stop, period_ns, device, watch, tool, *loop, recorder.get()};
+  if (!options.lockstep) {
+    watchdog.emplace(
+        period_ns, [&device] { device.emergency_stop(); },
+        [&] { options.give_up("device '" + report.device + "': a call did not return in time"); });
+    watchdog->watch_call();
+  }
+  device.activate();
+  Run run{options, report, stop,  period_ns,      device,
+          watch,   tool,   *loop, recorder.get(), watchdog ? &*watchdog : nullptr};
   run_and_release(run);
 }
 

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -12,6 +13,7 @@
 #include "haptic_server/device/device_host.hpp"
 #include "haptic_server/rendering/renderer.hpp"
 #include "haptic_server/report.hpp"
+#include "haptic_server/safety/device_limits.hpp"
 
 namespace stillgrid {
 
@@ -23,11 +25,12 @@ struct HapticOptions {
   Transition transition = Transition::kAnswer;
   bool lockstep = false;
   std::optional<double> duration_s;  // else until stopped, or the device's recording ends
-  std::optional<double> max_force_N, max_slew_N_per_ms;
-  std::optional<double> passivity_mass_kg;  // of device and hand; none: no passivity control
-  std::filesystem::path record;             // empty: none
+  SafetyOptions safety;
+  std::filesystem::path record;  // empty: none
   std::optional<int> cpu;
   std::optional<gid_t> readers;  // a group that may read the tool's segment
+  // A driver does not come back from a call: ends the process. Thread: the watchdog's.
+  std::function<void(const std::string& line)> give_up;
 };
 
 /// The device stopped answering while the loop ran.

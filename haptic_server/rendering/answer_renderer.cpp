@@ -174,6 +174,7 @@ RenderedTick AnswerRenderer::render(const SceneView& scene, const ToolPose& pose
   tick.force.force_N += force.force_N;
   tick.force.torque_N_m += force.torque_N_m;
   tick.force.contacts += force.contacts;
+  tick.force.stiffness_N_m += force.stiffness_N_m;
   return tick;
 }
 

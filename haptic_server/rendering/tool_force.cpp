@@ -34,6 +34,8 @@ void add_contact(ToolForce& sum, const ContactMaterial& material, const ToolCont
                                  velocity_m_s - contact.touched_velocity_m_s);
   sum.force_N += force_N;
   sum.torque_N_m += lever_m.cross(force_N);
+  sum.stiffness_N_m +=
+      presence * material.stiffness_N_m * contact.normal * contact.normal.transpose();
   ++sum.contacts;
 }
 

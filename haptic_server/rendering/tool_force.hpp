@@ -18,12 +18,13 @@ struct ToolPose {
   Eigen::Vector3d angular_velocity_rad_s = Eigen::Vector3d::Zero();
 };
 
-/// Force of the scene on the tool and its moment about the tool's origin, scene's axes, and the
-/// number of contacts they are the sum of.
+/// Force of the scene on the tool and its moment about the tool's origin, scene's axes; the number
+/// of contacts they are the sum of, and the stiffness of their springs: the sum of k n n^T.
 struct ToolForce {
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
   Eigen::Vector3d torque_N_m = Eigen::Vector3d::Zero();
   int contacts = 0;
+  Eigen::Matrix3d stiffness_N_m = Eigen::Matrix3d::Zero();
 };
 
 /// Where a sphere of the tool meets something, or how far it is from it.

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "haptic_server/safety/force_guard.hpp"
+#include "haptic_server/safety/wrench.hpp"
 
 namespace stillgrid {
 

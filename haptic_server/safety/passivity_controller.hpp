@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "haptic_server/safety/energy_observer.hpp"
+#include "haptic_server/safety/safety_flag.hpp"
 
 namespace stillgrid {
 

@@ -21,7 +21,8 @@ std::vector<std::string> make_realtime(std::optional<int> cpu) {
     missing.emplace_back("locked memory (raise 'ulimit -l')");
   sched_param priority{};
   priority.sched_priority = 80;
-  if (::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &priority) != 0)
+  // What a driver starts from this thread is not real-time unless it asks to be.
+  if (::sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &priority) != 0)
     missing.emplace_back("SCHED_FIFO (raise 'ulimit -r' to 80)");
   if (cpu && !pin_to_cpu(*cpu)) missing.emplace_back("processor " + std::to_string(*cpu));
   return missing;

@@ -7,7 +7,7 @@
 namespace stillgrid {
 
 /// Makes the calling thread real-time: SCHED_FIFO at priority 80, memory locked, pinned to cpu if
-/// given.
+/// given. Threads that it starts are not.
 ///
 /// Returns what could not be had, each as a short phrase with the cure; the thread runs on without
 /// it.

@@ -4,7 +4,8 @@
 
 namespace stillgrid {
 
-/// True once SIGINT or SIGTERM came. install_stop_signal() once per process, before threads.
+/// True once SIGINT, SIGTERM or SIGHUP came. install_stop_signal() once per process, before
+/// threads.
 [[nodiscard]] const std::atomic<bool>& stop_requested() noexcept;
 void install_stop_signal();
 

@@ -47,24 +47,27 @@ void check_queries(const SceneView& scene, const ToolPose& pose, std::uint32_t m
 }  // namespace
 
 CheckedTicks::CheckedTicks() {
-  // The others are past the fade at the start at once.
-  renderings_.push_back(
-      {make_renderer(Model::kGrid, Transition::kHold), ForceGuard({kMaxForce_N, {}}), kFade_s});
-  renderings_.push_back({make_renderer(Model::kGrid, Transition::kLinear),
-                         ForceGuard({kMaxForce_N, kMaxSlew_N_per_ms}), kSlewedTick_s});
-  for (const std::string_view name : kTransitionNames)
-    renderings_.push_back({make_renderer(Model::kGrid, *transition_named(name)),
-                           ForceGuard({kMaxForce_N, {}}), kFade_s});
+  const SafetyLimits limits{.max_force_N = kMaxForce_N,
+                            .stiffness_N_m = 1000.0,
+                            .continuous_force_N = 0.9,
+                            .max_speed_m_s = 2.0};
+  SafetyLimits slewed = limits;
+  slewed.max_slew_N_per_ms = kMaxSlew_N_per_ms;
+  const auto add = [&](Model model, Transition transition) {
+    const SafetyLimits& own = renderings_.size() == kSlewed ? slewed : limits;
+    Rendering& rendering =
+        renderings_.emplace_back(make_renderer(model, transition), SafetyChain(own));
+    // Past the ramp at the start, which would hide the limits.
+    std::uint32_t flags = 0;
+    for (int i = 0; i < 3; ++i)
+      static_cast<void>(rendering.safety.apply(
+          {.image = {.exists = true, .period_s = 1.0, .writer_alive = true}, .elapsed_s = 0.04},
+          flags));
+  };
+  for (const std::string_view name : kTransitionNames) add(Model::kGrid, *transition_named(name));
   for (const std::string_view name : kModelNames)
     if (const Model model = *model_named(name); model != Model::kGrid)
-      renderings_.push_back(
-          {make_renderer(model, Transition::kHold), ForceGuard({kMaxForce_N, {}}), kFade_s});
-  // Past the fade at the start, which would hide the slew limit.
-  const ImageFreshness fresh{
-      .exists = true, .image_age_s = 0.0, .period_s = 1.0, .writer_alive = true};
-  std::uint32_t flags = 0;
-  static_cast<void>(renderings_[kSlewed].guard.apply({slewed_N_, Eigen::Vector3d::Zero()}, kLever_m,
-                                                     fresh, kFade_s, flags));
+      add(model, Transition::kHold);
 }
 
 void CheckedTicks::tick(const SceneView& scene, FuzzInput& input) {
@@ -77,12 +80,14 @@ void CheckedTicks::tick(const SceneView& scene, FuzzInput& input) {
 }
 
 void CheckedTicks::render(const SceneView& scene, const ToolPose& pose, FuzzInput& input) {
-  const bool writer_alive = input.take<std::uint8_t>() % 4 != 0;
+  const auto state = input.take<std::uint8_t>();
+  const bool writer_alive = state % 4 != 0;
+  const double elapsed_s = 1e-3 * (state / 4);  // up to 63 ms: also a stall
   const double period_s = static_cast<double>(scene.header().period_ns) * 1e-9;
   const auto& xyzw = scene.scene().device.orientation_xyzw;
   const Eigen::Quaterniond turn(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
   for (std::size_t i = 0; i < renderings_.size(); ++i) {
-    auto& [renderer, guard, tick_s] = renderings_[i];
+    auto& [renderer, safety] = renderings_[i];
     const RenderedTick tick = renderer->render(scene, pose, now_ns_);
     require(tick.alpha >= 0.0 && tick.alpha <= 1.0, "a transition's progress is within [0, 1]");
     require(tick.age_s >= 0.0 && tick.image_age_s >= 0.0, "an age is no less than zero");
@@ -91,20 +96,24 @@ void CheckedTicks::render(const SceneView& scene, const ToolPose& pose, FuzzInpu
                                             TouchedSpheres::kCapacity + kMostPlaneContacts,
             "a tick's contacts are bounded");
     std::uint32_t flags = 0;
-    const Wrench guarded = guard.apply({tick.force.force_N, tick.force.torque_N_m}, kLever_m,
-                                       {.exists = tick.generation != 0,
-                                        .image_age_s = tick.image_age_s,
-                                        .period_s = period_s,
-                                        .writer_alive = writer_alive},
-                                       tick_s, flags);
-    const Eigen::Vector3d guarded_N = guarded.force_N;
-    require(guarded.torque_N_m.norm() <= kLever_m * kMaxForce_N * (1.0 + 1e-9),
+    const Wrench told = safety.apply({.rendered = {tick.force.force_N, tick.force.torque_N_m},
+                                      .stiffness_N_m = tick.force.stiffness_N_m,
+                                      .lever_m = kLever_m,
+                                      .image = {.exists = tick.generation != 0,
+                                                .image_age_s = tick.image_age_s,
+                                                .period_s = period_s,
+                                                .writer_alive = writer_alive},
+                                      .velocity_m_s = pose.velocity_m_s,
+                                      .elapsed_s = elapsed_s},
+                                     flags);
+    const double change_N = (told.force_N - slewed_N_).norm();
+    require(told.torque_N_m.norm() <= kLever_m * kMaxForce_N * (1.0 + 1e-9),
             "the torque told is within what the force's limit makes at the lever");
-    if (i == kSlewed)
-      require((guarded_N - slewed_N_).norm() <= kMostChange_N * (1.0 + 1e-9),
-              "the force changes no faster than slew limit and fade together");
-    if (i == kSlewed) slewed_N_ = guarded_N;
-    const Eigen::Vector3d told_N = turn.conjugate() * guarded_N;
+    if (i == kSlewed && (flags & kFlagStalled) == 0)
+      require(change_N <= kMaxSlew_N_per_ms * elapsed_s * 1e3 * (1.0 + 1e-9),
+              "the force changes no faster than the slew limit");
+    if (i == kSlewed) slewed_N_ = told.force_N;
+    const Eigen::Vector3d told_N = turn.conjugate() * told.force_N;
     require(told_N.allFinite(), "the force told to the device is finite");
     require(told_N.norm() <= kMaxForce_N * (1.0 + 1e-9), "the force told is within the limit");
   }

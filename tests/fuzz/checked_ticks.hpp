@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "haptic_server/rendering/renderer.hpp"
-#include "haptic_server/safety/force_guard.hpp"
+#include "haptic_server/safety/safety_chain.hpp"
 #include "tests/fuzz/fuzz_input.hpp"
 
 namespace stillgrid {
@@ -26,19 +26,14 @@ class CheckedTicks {
 
   struct Rendering {
     std::unique_ptr<Renderer> renderer;
-    ForceGuard guard;
-    double tick_s;
+    SafetyChain safety;
   };
   std::vector<Rendering> renderings_;
-  Eigen::Vector3d slewed_N_ = Eigen::Vector3d::Zero();  // the second guard's last force
+  Eigen::Vector3d slewed_N_ = Eigen::Vector3d::Zero();  // the second chain's last force
   std::uint64_t now_ns_ = 90'000'000;  // when the valid segment's last image was published
 
   static constexpr double kMaxForce_N = 3.3, kMaxSlew_N_per_ms = 0.5, kLever_m = 0.1;
   static constexpr std::size_t kSlewed = 1;
-  static constexpr double kFade_s = 0.1;
-  static constexpr double kSlewedTick_s = 1e-3;
-  static constexpr double kMostChange_N =
-      kMaxSlew_N_per_ms * kSlewedTick_s * 1e3 + kMaxForce_N * kSlewedTick_s / kFade_s;
 };
 
 }  // namespace stillgrid

@@ -115,12 +115,6 @@ class TrajectoryFile {
   std::filesystem::path path_;
 };
 
-GuardLimits guard_limits(const LabOptions& options, const stillgrid_device_descriptor& device) {
-  const double device_N = force_limit_N(device);
-  return {.max_force_N = std::min(options.max_force_N.value_or(device_N), device_N),
-          .max_slew_N_per_ms = options.max_slew_N_per_ms};
-}
-
 }  // namespace
 
 LabRun run_lab(const SceneDescription& scene, const LabOptions& options) {
@@ -137,17 +131,16 @@ LabRun run_lab(const SceneDescription& scene, const LabOptions& options) {
 
   SimulationSide simulation(scene, options, session);
   Device device(parse_device_spec(options.device), {.period_ns = tick_ns, .is_virtual = true});
+  device.activate();
   run.report.device = device.descriptor().name;
   ToolWriter tool(session, tick_ns, proto::Clock::kVirtual, 0);
   const auto scene_view =
       view_of<SceneView>(session, proto::SegmentKind::kScene, proto::kSceneLayoutHash);
   const auto tool_view =
       view_of<ToolView>(session, proto::SegmentKind::kTool, proto::kToolLayoutHash);
-  std::optional<PassivityController> passivity_control;
-  if (options.passivity_mass_kg) passivity_control.emplace(*options.passivity_mass_kg);
-  const auto loop = std::make_unique<HapticLoop>(
-      device, tool, make_renderer(options.model, options.transition),
-      guard_limits(options, device.descriptor()), tick_ns, passivity_control);
+  const auto loop =
+      std::make_unique<HapticLoop>(device, tool, make_renderer(options.model, options.transition),
+                                   safety_limits(options.safety, device.descriptor()), tick_ns);
 
   for (std::uint64_t now_ns = 0; now_ns < end_ns; now_ns += tick_ns) {
     simulation.run_to(now_ns, false, tool_view);  // samples before this tick's

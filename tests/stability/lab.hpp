@@ -9,6 +9,7 @@
 #include "haptic_server/recording/recorder.hpp"
 #include "haptic_server/rendering/renderer.hpp"
 #include "haptic_server/report.hpp"
+#include "haptic_server/safety/device_limits.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
 namespace stillgrid {
@@ -23,9 +24,7 @@ struct LabOptions {
   double jitter = 0.0;     // of the simulation's periods
   std::uint64_t seed = 1;
   double duration_s = 10.0;
-  std::optional<double> max_force_N = std::nullopt;  // default and upper bound: the device's own
-  std::optional<double> max_slew_N_per_ms = std::nullopt;
-  std::optional<double> passivity_mass_kg = std::nullopt;  // of passivity control, if there is any
+  SafetyOptions safety = {};
   bool measures_ticks = false;  // by the clock, into rows and report; no force depends on it
 };
 

@@ -162,7 +162,7 @@ std::string device_text(LabHand hand, double resolution_m, double friction_N) {
   }
   // Amplifiers without a limit: what is sought is where oscillations begin, not where they end.
   return device + ",max_force_N=1000,resolution_m=" + text(resolution_m) +
-         ",friction_N=" + text(friction_N);
+         ",friction_N=" + text(friction_N) + ",limits=0";
 }
 
 }  // namespace stillgrid

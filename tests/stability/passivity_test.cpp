@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-#include "haptic_server/safety/passivity_controller.hpp"
+#include "haptic_server/safety/safety_chain.hpp"
 #include "tests/stability/held_loop.hpp"
 
 namespace stillgrid {
@@ -182,33 +182,29 @@ struct WallRun {
 constexpr HeldLoop kDevice{0.1, 1.0};
 constexpr int kMinute_ticks = 60'000;
 
-/// A device pushed with 1 N, through the chain that the loop has: observer, controller,
-/// guard.
-WallRun run_on_wall(double stiffness_N_m, std::optional<PassivityController> controller,
+/// A device pushed with 1 N, through the loop's safety chain.
+WallRun run_on_wall(double stiffness_N_m, std::optional<double> passivity_mass_kg,
                     const HeldLoop& loop = kDevice, int ticks = 10'000) {
   constexpr double kTick_s = 1e-3;
   constexpr double kLever_m = 0.005;
-  constexpr ImageFreshness kFresh{true, 0.0, 0.033, true};
-  ForceGuard guard({.max_force_N = 1e12, .max_slew_N_per_ms = std::nullopt});
+  SafetyInput input{.lever_m = kLever_m, .image = {true, 0.0, 0.033, true}, .elapsed_s = kTick_s};
+  SafetyChain chain({.max_force_N = 1e12, .passivity_mass_kg = passivity_mass_kg});
   std::uint32_t flags = 0;
-  for (int tick = 0; tick < 101; ++tick) (void)guard.apply({}, kLever_m, kFresh, kTick_s, flags);
+  for (int tick = 0; tick < 101; ++tick) (void)chain.apply(input, flags);
 
   const proto::SceneHeader scene = wall(stiffness_N_m);
   PhantomModel device = make_pushed_device(loop, 1.0);
   WallRun run;
   HandEnergy of_new_force;
-  Wrench held;
   std::vector<double> height_m;
   Eigen::Vector3d before_m = device.position_m;
   for (int tick = 0; tick < ticks && !run.has_diverged; ++tick) {
     const Eigen::Vector3d now_m = read_encoders(device);
-    const DeviceMotion motion{.moved_m = now_m - before_m};
+    input.motion = {.moved_m = now_m - before_m};
     before_m = now_m;
-    observe(run.energy, held, motion);
-    Wrench asked = along_z(force_N(scene, now_m.z()));
-    if (controller) asked.force_N += controller->damp(run.energy, motion, kTick_s, flags);
-    held = guard.apply(asked, kLever_m, kFresh, kTick_s, flags);
-    observe(of_new_force, held, motion);
+    input.rendered = along_z(force_N(scene, now_m.z()));
+    const Wrench held = chain.apply(input, flags);
+    observe(of_new_force, held, input.motion);
     run.most_seen_by_new_force_J = std::max(run.most_seen_by_new_force_J, of_new_force.given_J);
     command_force(device, held.force_N);
     const Eigen::Vector3d truly_before_m = device.position_m;
@@ -218,6 +214,7 @@ WallRun run_on_wall(double stiffness_N_m, std::optional<PassivityController> con
     height_m.push_back(now_m.z());
     run.has_diverged = std::abs(now_m.z()) > 10.0;
   }
+  run.energy = chain.energy();
   if (!run.has_diverged) run.swing_m = peak_to_peak(height_m.end() - 1000, height_m.end());
   return run;
 }
@@ -235,9 +232,9 @@ TEST_CASE("An observer of the new force sees nothing of a wall that buzzes for e
   CHECK(quiet.swing_m < 1e-6);
 }
 
-/// A controller with this cap on its damper, N s/m.
-PassivityController capped(double cap_N_s_m) {
-  return PassivityController(cap_N_s_m * 1e-3);
+/// The mass whose control has this cap on its damper, N s/m.
+double capped(double cap_N_s_m) {
+  return cap_N_s_m * 1e-3;
 }
 
 TEST_CASE("The passivity controller without a cap throws the device away", "[passivity]") {

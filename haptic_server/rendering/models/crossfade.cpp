@@ -19,7 +19,8 @@ double progress(const proto::SnapshotHeader& snapshot, std::size_t newest, std::
 ToolForce mixed(double share, const ToolForce& newest, const ToolForce& before) {
   return {share * newest.force_N + (1.0 - share) * before.force_N,
           share * newest.torque_N_m + (1.0 - share) * before.torque_N_m,
-          std::max(newest.contacts, before.contacts)};
+          std::max(newest.contacts, before.contacts),
+          share * newest.stiffness_N_m + (1.0 - share) * before.stiffness_N_m};
 }
 
 }  // namespace

@@ -43,11 +43,11 @@ void ForceJacobian::update(const LocalScene& scene, const PlacedTool& sampled, c
     return stacked(force.force_N, force.torque_N_m);
   };
   pose_ = sampled.pose;
-  contacts_ = force_at(pose_).contacts;
-  wrench_ = wrench_at(pose_);
+  at_sample_ = force_at(pose_);
+  wrench_ = stacked(at_sample_.force_N, at_sample_.torque_N_m);
   by_place_.setZero();
   by_velocity_.setZero();
-  if (contacts_ == 0) return;
+  if (at_sample_.contacts == 0) return;
   // Differences of the law itself: whatever it holds, its derivative is here.
   constexpr double kStep = 1e-7;  // m, rad, m/s, rad/s
   for (int i = 0; i < 6; ++i) {
@@ -65,7 +65,7 @@ ToolForce ForceJacobian::force(const LocalScene&, const PlacedTool& tool) noexce
   const Twist gained = stacked(tool.pose.velocity_m_s - pose_.velocity_m_s,
                                tool.pose.angular_velocity_rad_s - pose_.angular_velocity_rad_s);
   const Twist wrench = wrench_ + by_place_ * way + by_velocity_ * gained;
-  return {wrench.head<3>(), wrench.tail<3>(), contacts_};
+  return {wrench.head<3>(), wrench.tail<3>(), at_sample_.contacts, at_sample_.stiffness_N_m};
 }
 
 }  // namespace stillgrid

@@ -17,7 +17,7 @@ class ForceJacobian final : public LocalModel {
   using Twist = Eigen::Matrix<double, 6, 1>;  // along x, y, z, then about them; a wrench likewise
 
   ToolPose pose_;
-  int contacts_ = 0;
+  ToolForce at_sample_;
   Twist wrench_ = Twist::Zero();
   Eigen::Matrix<double, 6, 6> by_place_ = Eigen::Matrix<double, 6, 6>::Zero(),
                               by_velocity_ = by_place_;

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+#include "haptic_server/safety/energy_observer.hpp"
+#include "haptic_server/safety/force_budget.hpp"
+#include "haptic_server/safety/motion_limits.hpp"
+#include "haptic_server/safety/passivity_controller.hpp"
+#include "haptic_server/safety/safety_flag.hpp"
+#include "haptic_server/safety/stiffness_governor.hpp"
+#include "haptic_server/safety/wrench.hpp"
+
+namespace stillgrid {
+
+/// What a chain holds a device to. Infinite: no such limit; of the first there always is one.
+struct SafetyLimits {
+  double max_force_N = 40.0;  // finite, > 0: norm of the force
+  double max_slew_N_per_ms = std::numeric_limits<double>::infinity();
+  double stiffness_N_m = std::numeric_limits<double>::infinity();
+  double continuous_force_N = std::numeric_limits<double>::infinity();
+  double motor_time_constant_s = 10.0;  // > 0
+  double max_speed_m_s = std::numeric_limits<double>::infinity();
+  Workspace workspace = {};  // device frame
+  // No tick for so long is a stall; longer than the stalls of a shared machine, shorter than a hand
+  // takes to react.
+  double stall_s = 0.05;
+  std::optional<double> passivity_mass_kg = {};  // no control of the energy
+};
+
+/// How fresh the image is that a force was rendered from.
+struct ImageFreshness {
+  bool exists = false;
+  double image_age_s = 0.0;  // since its publication
+  double period_s = 0.0;     // declared by the simulation
+  bool writer_alive = false;
+};
+
+/// A rendered force, and all that decides how much of it a device is told. Scene's axes but where
+/// said; lengths of the device's own scale.
+struct SafetyInput {
+  Wrench rendered = {};
+  Eigen::Matrix3d stiffness_N_m = Eigen::Matrix3d::Zero();  // of its contacts: sum of k n n^T
+  double lever_m = 1.0;  // > 0: of the tool's point that is farthest from its origin
+  ImageFreshness image = {};
+  bool device_believed = true;                         // in this tick
+  Eigen::Vector3d device_m = Eigen::Vector3d::Zero();  // device frame
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
+  DeviceMotion motion = {};  // since the tick before
+  double elapsed_s = 1e-3;   // since the tick before
+};
+
+/// All that stands between a rendered force and a hand, in this order: readings that are not
+/// believed, forces that are no number, the image's age, the ramp at the start and after any gap,
+/// the stiffness governor, the motors' budget, the edge of the workspace, the speed limit, control
+/// of the energy, the limit of the norm, the limit of its change. docs/safety.md has the reasons.
+///
+/// Each stage may only shorten the force, and what it shortens by shortens the limit of the norm
+/// too: so a force far above the limit fades as smoothly as one below it, and what the energy's
+/// control adds fades with them. A stall of 50 ms or more cuts to zero at once, exempt from the
+/// slew limit; all else is slewed. Nothing switches the limit of the norm off.
+/// Thread: the haptic loop's. Realtime: yes.
+class SafetyChain {
+ public:
+  explicit SafetyChain(const SafetyLimits& limits);
+
+  /// What the device is told, which is remembered as held until the next call. Sets the flags of
+  /// the stages that changed anything.
+  [[nodiscard]] Wrench apply(const SafetyInput& input, std::uint32_t& flags) noexcept;
+
+  /// Zero at once; a ramp follows. For a device that was stopped by somebody else.
+  void cut() noexcept;
+
+  /// Whether no force is felt and none may come in this tick: a change of scene cannot be felt.
+  [[nodiscard]] bool is_silent() const noexcept;
+
+  /// Of the force really told.
+  [[nodiscard]] const HandEnergy& energy() const noexcept { return energy_; }
+
+ private:
+  void ramp(const SafetyInput& input, std::uint32_t& flags) noexcept;
+
+  SafetyLimits limits_;
+  StiffnessGovernor governor_;
+  ForceBudget budget_;
+  std::optional<PassivityController> passivity_control_;
+  HandEnergy energy_;
+  double image_share_ = 1.0;  // falls while no image comes
+  double ramp_share_ = 0.0;   // from the start, and from any gap on
+  Wrench told_;
+};
+
+/// The least slew limit that lets a fade end in time, N/ms: of a force at its limit.
+[[nodiscard]] double least_slew_N_per_ms(double max_force_N) noexcept;
+
+}  // namespace stillgrid

@@ -1,0 +1,376 @@
+#include "haptic_server/safety/safety_chain.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <random>
+
+namespace stillgrid {
+namespace {
+
+constexpr double kTick_s = 1e-3;
+constexpr double kLever_m = 0.2;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+/// A fresh image, a believed device, and this force.
+SafetyInput push(double x_N, double y_N = 0.0, double z_N = 0.0) {
+  return {.rendered = {{x_N, y_N, z_N}, Eigen::Vector3d::Zero()},
+          .lever_m = kLever_m,
+          .image = {.exists = true, .image_age_s = 0.0, .period_s = 0.033, .writer_alive = true},
+          .elapsed_s = kTick_s};
+}
+
+SafetyInput dead(SafetyInput input) {
+  input.image.writer_alive = false;
+  return input;
+}
+
+struct Told {
+  Wrench wrench;
+  std::uint32_t flags = 0;
+  [[nodiscard]] double x_N() const { return wrench.force_N.x(); }
+};
+
+Told tick(SafetyChain& chain, const SafetyInput& input) {
+  Told told;
+  told.wrench = chain.apply(input, told.flags);
+  return told;
+}
+
+Told after(SafetyChain& chain, const SafetyInput& input, int ticks) {
+  Told told;
+  for (int i = 0; i < ticks; ++i) told = tick(chain, input);
+  return told;
+}
+
+/// A chain past its ramp, holding nothing.
+SafetyChain warmed_up(const SafetyLimits& limits) {
+  SafetyChain chain(limits);
+  (void)after(chain, push(0.0), 101);
+  return chain;
+}
+
+TEST_CASE("A force within the limits passes unchanged and unflagged", "[safety_chain]") {
+  SafetyChain chain = warmed_up({.max_force_N = 3.3});
+  const Told told = tick(chain, push(1.0, -2.0, 0.5));
+  CHECK(told.wrench.force_N == Eigen::Vector3d(1.0, -2.0, 0.5));
+  CHECK(told.flags == 0);
+}
+
+TEST_CASE("The norm is cut to the limit and the direction kept", "[safety_chain]") {
+  SafetyChain chain = warmed_up({.max_force_N = 3.3});
+  const Told told = tick(chain, push(30.0, 40.0));
+  CHECK((told.wrench.force_N - Eigen::Vector3d(1.98, 2.64, 0.0)).norm() < 1e-12);
+  CHECK(told.flags == kFlagClamped);
+}
+
+TEST_CASE("The torque is shortened, slewed and faded with its force", "[safety_chain]") {
+  SafetyInput input = push(30.0, 40.0);
+  input.rendered.torque_N_m = {1.0, -2.0, 3.0};
+  SafetyChain clamping = warmed_up({.max_force_N = 2.5});
+  CHECK((tick(clamping, input).wrench.torque_N_m - 0.05 * input.rendered.torque_N_m).norm() <
+        1e-12);
+
+  SafetyChain slewing = warmed_up({.max_force_N = 100.0, .max_slew_N_per_ms = 1.0});
+  const Told slewed = tick(slewing, input);
+  CHECK((slewed.wrench.torque_N_m - 0.02 * input.rendered.torque_N_m).norm() < 1e-12);
+
+  SafetyChain ramping({.max_force_N = 100.0});
+  CHECK((tick(ramping, input).wrench.torque_N_m - 0.01 * input.rendered.torque_N_m).norm() < 1e-12);
+}
+
+TEST_CASE("A couple without a force is limited to what the force's limit makes at the lever",
+          "[safety_chain]") {
+  SafetyInput couple = push(0.0);
+  couple.rendered.torque_N_m = {0.0, 50.0, 0.0};
+  SafetyChain clamping = warmed_up({.max_force_N = 5.0});
+  const Told clamped = tick(clamping, couple);
+  CHECK(clamped.wrench.torque_N_m.y() == Approx(5.0 * kLever_m));
+  CHECK(clamped.flags == kFlagClamped);
+
+  SafetyChain slewing = warmed_up({.max_force_N = 5.0, .max_slew_N_per_ms = 0.1});
+  const Told slewed = tick(slewing, couple);
+  CHECK(slewed.wrench.torque_N_m.y() == Approx(0.1 * kLever_m));
+  CHECK((slewed.flags & kFlagSlewed) != 0);
+}
+
+TEST_CASE("A force or torque that is no number becomes zero, with the other", "[safety_chain]") {
+  SafetyInput bad = push(1.0);
+  SECTION("force nan") {
+    bad.rendered.force_N.y() = kNaN;
+  }
+  SECTION("force endless") {
+    bad.rendered.force_N.z() = -kInf;
+  }
+  SECTION("torque") {
+    bad.rendered.torque_N_m.x() = kNaN;
+  }
+  SafetyChain chain = warmed_up({.max_force_N = 3.3});
+  const Told told = tick(chain, bad);
+  CHECK(told.wrench.force_N.isZero(0.0));
+  CHECK(told.wrench.torque_N_m.isZero(0.0));
+  CHECK(told.flags == kFlagRejected);
+}
+
+TEST_CASE("The force ramps in from zero over 100 ms", "[safety_chain]") {
+  SafetyChain chain({.max_force_N = 3.3});
+  for (int ms = 1; ms <= 100; ++ms) {
+    const Told told = tick(chain, push(1.0));
+    CHECK(told.x_N() == Approx(0.01 * ms));
+    if (ms < 100) CHECK(told.flags == kFlagRamped);
+  }
+  CHECK(tick(chain, push(1.0)).flags == 0);
+}
+
+TEST_CASE("A stale image fades to zero between 1.5 periods and 100 ms later", "[safety_chain]") {
+  SafetyChain chain = warmed_up({.max_force_N = 3.3});
+  (void)tick(chain, push(1.0));
+  SafetyInput ageing = push(1.0);
+  double previous_N = 1.0;
+  for (int ms = 1; ms <= 160; ++ms) {
+    ageing.image.image_age_s = ms * 1e-3;
+    const Told told = tick(chain, ageing);
+    CHECK(previous_N - told.x_N() < 0.0101);
+    if (ms <= 49) CHECK(told.x_N() == 1.0);
+    if (ms >= 150) CHECK(told.x_N() == 0.0);
+    if (ms >= 50) CHECK(told.flags == kFlagFaded);
+    previous_N = told.x_N();
+  }
+}
+
+TEST_CASE("A dead simulation fades at once, whatever the image's age", "[safety_chain]") {
+  SafetyChain chain = warmed_up({.max_force_N = 3.3});
+  (void)tick(chain, push(1.0));
+  for (int ms = 1; ms <= 99; ++ms)
+    CHECK(tick(chain, dead(push(1.0))).x_N() == Approx(1.0 - 0.01 * ms));
+  (void)tick(chain, dead(push(1.0)));
+  CHECK(tick(chain, dead(push(1.0))).x_N() == 0.0);
+  CHECK(chain.is_silent());
+}
+
+TEST_CASE("A force far above the limit fades as evenly as one below it", "[safety_chain]") {
+  SafetyChain chain = warmed_up({.max_force_N = 2.0});
+  (void)tick(chain, push(1000.0));
+  for (int ms = 1; ms <= 99; ++ms)
+    CHECK(tick(chain, dead(push(1000.0))).x_N() == Approx(2.0 - 0.02 * ms));
+}
+
+TEST_CASE("The fade of a dead simulation ends in 100 ms also where ticks are missed",
+          "[safety_chain]") {
+  SafetyChain chain = warmed_up({.max_force_N = 2.0, .max_slew_N_per_ms = 0.02});
+  for (int i = 0; i < 200; ++i) (void)tick(chain, push(2.0));
+  std::mt19937 random(7);
+  std::uniform_int_distribution<int> missed(0, 20);
+  double since_s = 0.0, force_N = 2.0;
+  while (force_N > 0.0) {
+    SafetyInput input = dead(push(2.0));
+    input.elapsed_s = 1e-3 * (1 + missed(random));
+    since_s += input.elapsed_s;
+    force_N = tick(chain, input).x_N();
+    CHECK((force_N <= 0.0) == (since_s > 0.1 - 1e-9));
+  }
+}
+
+TEST_CASE("A device that is not believed fades its force, and ramps in again", "[safety_chain]") {
+  SafetyChain chain = warmed_up({.max_force_N = 3.3});
+  SafetyInput lost = push(1.0);
+  lost.device_believed = false;
+  const Told first = tick(chain, lost);
+  CHECK(first.x_N() == Approx(0.99));
+  CHECK(first.flags == (kFlagBadDevice | kFlagRamped));
+  CHECK(after(chain, lost, 100).x_N() == 0.0);
+  CHECK(tick(chain, push(1.0)).x_N() == Approx(0.01));
+  CHECK(after(chain, push(1.0), 99).x_N() == Approx(1.0));
+}
+
+TEST_CASE("A stall cuts to zero at once, beyond any slew limit, and a ramp follows",
+          "[safety_chain]") {
+  SafetyChain chain = warmed_up({.max_force_N = 3.3, .max_slew_N_per_ms = 0.05});
+  REQUIRE(after(chain, push(2.0), 100).x_N() == 2.0);
+  SafetyInput late = push(2.0);
+  late.elapsed_s = 0.049;
+  CHECK(tick(chain, late).x_N() == 2.0);
+  late.elapsed_s = 0.05;
+  const Told told = tick(chain, late);
+  CHECK(told.x_N() == 0.0);
+  CHECK((told.flags & kFlagStalled) != 0);
+  CHECK(tick(chain, push(2.0)).x_N() == Approx(0.02));
+  chain.cut();
+  CHECK(tick(chain, push(2.0)).x_N() == Approx(0.02));
+}
+
+Eigen::Matrix3d spring(double stiffness_N_m, const Eigen::Vector3d& way) {
+  const Eigen::Vector3d normal = way.normalized();
+  return stiffness_N_m * normal * normal.transpose();
+}
+
+TEST_CASE("Contacts together are governed to the device's stiffness, along their own direction",
+          "[safety_chain]") {
+  SafetyChain chain = warmed_up({.max_force_N = 10.0, .stiffness_N_m = 1000.0});
+  SafetyInput stiff = push(2.0);
+  stiff.stiffness_N_m = spring(4000.0, {1.0, 2.0, -0.5});
+  const Told told = after(chain, stiff, 100);
+  CHECK(told.x_N() == Approx(0.5));
+  CHECK(told.flags == kFlagStiffness);
+
+  SafetyInput corner = push(2.0);
+  corner.stiffness_N_m = 900.0 * Eigen::Matrix3d::Identity();  // 900 along any direction
+  CHECK(after(chain, corner, 101).x_N() == 2.0);
+
+  SafetyInput held_by_two = push(2.0);
+  held_by_two.stiffness_N_m = spring(600.0, {0.0, 0.0, 1.0}) + spring(600.0, {0.0, 0.0, -1.0});
+  CHECK(after(chain, held_by_two, 100).x_N() == Approx(2.0 / 1.2));
+}
+
+TEST_CASE("The first touch of a contact that is too stiff is no pulse", "[safety_chain]") {
+  SafetyChain chain = warmed_up({.max_force_N = 10.0, .stiffness_N_m = 1000.0});
+  for (int ms = 1; ms <= 20; ++ms) {
+    SafetyInput input = push(2.0 * ms);
+    input.stiffness_N_m = spring(4000.0, {1.0, 0.0, 0.0});
+    CHECK(tick(chain, input).x_N() == Approx(0.5 * ms));
+  }
+}
+
+TEST_CASE("One contact more is no step of the governed force", "[safety_chain]") {
+  SafetyChain chain = warmed_up({.max_force_N = 10.0, .stiffness_N_m = 1000.0});
+  SafetyInput input = push(1.0);
+  input.stiffness_N_m = spring(1000.0, {1.0, 0.0, 0.0});
+  double before_N = tick(chain, input).x_N();
+  input.stiffness_N_m *= 2.0;
+  for (int i = 0; i < 20; ++i) {
+    const double force_N = tick(chain, input).x_N();
+    CHECK(before_N - force_N < 0.1001);
+    before_N = force_N;
+  }
+  CHECK(before_N == Approx(0.5));
+}
+
+TEST_CASE("No force, for however long, is warmer than the continuous one", "[safety_chain]") {
+  SafetyChain chain =
+      warmed_up({.max_force_N = 8.0, .continuous_force_N = 1.5, .motor_time_constant_s = 2.0});
+  double heat_N2 = 0.0, most_N2 = 0.0;
+  std::uint32_t flags = 0;
+  double force_N = 0.0;
+  for (int ms = 0; ms < 60'000; ++ms) {
+    const Told told = tick(chain, push(ms % 5000 < 3000 ? 20.0 : 1.0));
+    force_N = told.x_N();
+    flags |= told.flags;
+    heat_N2 += kTick_s / 2.0 * (force_N * force_N - heat_N2);
+    most_N2 = std::max(most_N2, heat_N2);
+    if (ms == 10) CHECK(force_N == 8.0);  // cold motors bear a peak
+  }
+  CHECK(most_N2 <= 1.5 * 1.5 * 1.01);
+  CHECK(most_N2 > 0.8 * 1.5 * 1.5);
+  CHECK((flags & kFlagBudget) != 0);
+  CHECK(after(chain, push(20.0), 20'000).x_N() == Approx(1.5).epsilon(1e-3));
+}
+
+TEST_CASE("Over the last 5 mm of the workspace the force goes to zero, and outside there is none",
+          "[safety_chain]") {
+  SafetyChain chain =
+      warmed_up({.max_force_N = 3.3, .workspace = {{-0.1, -0.1, -0.05}, {0.1, 0.1, 0.05}}});
+  SafetyInput input = push(1.0);
+  const auto force_at = [&](double x_m, double z_m) {
+    input.device_m = {x_m, 0.0, z_m};
+    return tick(chain, input).x_N();
+  };
+  CHECK(force_at(0.0949, 0.0) == 1.0);
+  CHECK(force_at(0.0975, 0.0) == Approx(0.5));
+  CHECK(force_at(-0.0975, 0.0) == Approx(0.5));
+  CHECK(force_at(0.0, 0.049) == Approx(0.2));
+  CHECK(force_at(0.0, 0.06) == 0.0);
+  CHECK((tick(chain, input).flags & kFlagWorkspace) != 0);
+}
+
+TEST_CASE("An axis without extent has no edge, and on a thin one the last quarter fades",
+          "[safety_chain]") {
+  SafetyChain chain =
+      warmed_up({.max_force_N = 3.3, .workspace = {{-0.1, 0.0, -0.004}, {0.1, 0.0, 0.004}}});
+  SafetyInput input = push(1.0);
+  const auto force_at = [&](const Eigen::Vector3d& device_m) {
+    input.device_m = device_m;
+    return tick(chain, input).x_N();
+  };
+  CHECK(force_at({0.0, 0.5, 0.0}) == 1.0);
+  CHECK(force_at({0.0, 0.5, 0.002}) == Approx(1.0));
+  CHECK(force_at({0.0, 0.5, 0.003}) == Approx(0.5));
+  CHECK(force_at({0.2, 0.5, 0.0}) == 0.0);
+}
+
+TEST_CASE("Above the speed limit a force resists and no longer drives", "[safety_chain]") {
+  SafetyChain chain = warmed_up({.max_force_N = 3.3, .max_speed_m_s = 1.0});
+  SafetyInput input = push(1.0, 1.0);
+  const auto force_at = [&](double vx_m_s) {
+    input.velocity_m_s = {vx_m_s, 0.0, 0.0};
+    return tick(chain, input).wrench.force_N;
+  };
+  CHECK(force_at(0.99) == Eigen::Vector3d(1.0, 1.0, 0.0));
+  CHECK((force_at(1.25) - Eigen::Vector3d(0.5, 1.0, 0.0)).norm() < 1e-12);
+  CHECK((force_at(3.0) - Eigen::Vector3d(0.0, 1.0, 0.0)).norm() < 1e-12);
+  CHECK(tick(chain, input).flags == kFlagSpeed);
+  CHECK(force_at(-3.0) == Eigen::Vector3d(1.0, 1.0, 0.0));
+}
+
+TEST_CASE("What the control of energy adds fades with a dead simulation", "[safety_chain]") {
+  SafetyChain chain = warmed_up({.max_force_N = 3.3, .passivity_mass_kg = 0.1});
+  SafetyInput input = push(1.0);
+  (void)tick(chain, input);
+  input.motion.moved_m = {0.01, 0.0, 0.0};  // 10 mJ are given
+  const Told damped = tick(chain, input);
+  REQUIRE((damped.flags & kFlagPassivity) != 0);
+  REQUIRE(damped.x_N() < 1.0);
+  CHECK(after(chain, dead(input), 101).wrench.force_N.isZero(0.0));
+}
+
+TEST_CASE("Energy is booked of what was told, not of what was rendered", "[safety_chain]") {
+  SafetyChain chain = warmed_up({.max_force_N = 1.0});
+  SafetyInput input = push(50.0);
+  (void)tick(chain, input);
+  input.motion.moved_m = {0.001, 0.0, 0.0};
+  (void)tick(chain, input);
+  CHECK(chain.energy().given_J == Approx(1e-3));
+}
+
+TEST_CASE("Whatever comes in, the force is within its limit and slews no faster than it may",
+          "[safety_chain]") {
+  SafetyChain chain({.max_force_N = 3.3,
+                     .max_slew_N_per_ms = 0.05,
+                     .stiffness_N_m = 1000.0,
+                     .continuous_force_N = 0.9,
+                     .max_speed_m_s = 1.0,
+                     .workspace = {{-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1}},
+                     .passivity_mass_kg = 0.1});
+  std::mt19937_64 random(20);
+  const auto any = [&](double scale) {
+    const auto draw = random() % 40;
+    if (draw == 0) return kNaN;
+    if (draw == 1) return kInf;
+    return std::normal_distribution<double>(0.0, draw == 2 ? 1e200 : scale)(random);
+  };
+  const auto vector = [&](double scale) {
+    return Eigen::Vector3d(any(scale), any(scale), any(scale));
+  };
+  Eigen::Vector3d before_N = Eigen::Vector3d::Zero();
+  for (int i = 0; i < 20'000; ++i) {
+    SafetyInput input = push(0.0);
+    input.rendered = {vector(3.0), vector(0.1)};
+    input.stiffness_N_m = spring(any(2000.0), {1.0, 0.3, 0.1});
+    input.device_believed = random() % 10 != 0;
+    input.image.writer_alive = random() % 10 != 0;
+    input.image.image_age_s = any(0.03);
+    input.device_m = vector(0.05);
+    input.velocity_m_s = vector(1.0);
+    input.motion.moved_m = Eigen::Vector3d::Constant(1e-4 * static_cast<double>(random() % 3));
+    input.elapsed_s = 1e-3 * static_cast<double>(1 + random() % 8);
+    const Told told = tick(chain, input);
+    REQUIRE(told.wrench.force_N.allFinite());
+    REQUIRE(told.wrench.force_N.norm() <= 3.3 * (1.0 + 1e-12));
+    REQUIRE(told.wrench.torque_N_m.norm() <= 3.3 * kLever_m * (1.0 + 1e-12));
+    REQUIRE((told.wrench.force_N - before_N).norm() <= 0.05 * input.elapsed_s * 1e3 * (1.0 + 1e-9));
+    before_N = told.wrench.force_N;
+  }
+}
+
+}  // namespace
+}  // namespace stillgrid
