@@ -1,0 +1,176 @@
+"""The faults of the table."""
+import signal
+
+import numpy
+
+import daemons
+from faults import shared_words
+from faults.fault_run import Fault
+from faults.injections import (fill_disk, kill_hand_and_start_again, remove_recording,
+                               replace_sim, signal_hand, signal_sim, spoil_scene, spoil_sphere,
+                               spoil_stopped_scene, stop_and_go, stop_both, stop_hand, stop_sim,
+                               truncate, unlink)
+
+_SCENE = """format = 1
+[world]
+gravity_m_s2 = [0.0, 0.0, 0.0]
+[simulation]
+rate_hz = 30.0
+[tool]
+radius_m = 0.005
+[[material]]
+name = "material"
+contact_stiffness_N_m = {stiffness_N_m}
+[[body]]
+name = "body"
+material = "material"
+"""
+BALL = ("ball.toml", _SCENE.format(stiffness_N_m=1000.0) + """kind = "sphere"
+motion = "prescribed"
+velocity_m_s = 0.0
+position_m = [0.0, 0.0, -0.05]
+radius_m = 0.05
+""")
+STIFF_WALL = ("stiff_wall.toml", _SCENE.format(stiffness_N_m=1e5) + """kind = "plane"
+point_m = [0.0, 0.0, 0.0]
+normal = [0.0, 0.0, 1.0]
+""")
+
+# Until there is no force, ms, on a machine that grants every tick.
+AT_ONCE = 5.0
+FADE = 101.0  # and the tick that notices
+PERIOD = 100.0 / 3.0  # of the simulation
+STALE = 1.5 * PERIOD
+LOCK_IS_FREE = 10.0  # as a poll finds
+LAST_STAMP = 100.0  # that a device's stamp may be old
+WATCHDOG = 111.0  # without a tick, and its polls
+CUT_IS_LATE = 100.0
+
+WITH_FADE = {"zero_ms": FADE, "flag": "bad_device", "is_smooth": True}
+CUT = {"zero_ms": AT_ONCE, "is_cut": True, "late_ms": CUT_IS_LATE}
+ENDS_AT_ONCE = {**CUT, "after_N": None}
+DEVICE_FAULT = {**ENDS_AT_ONCE, "status": daemons.DEVICE_FAULT}
+STOPPED = {**CUT, "zero_ms": WATCHDOG}
+STOPPED_FOR_GOOD = {**DEVICE_FAULT, "zero_ms": WATCHDOG}
+STALE_IMAGE = {"zero_ms": STALE + FADE, "flag": "faded", "is_smooth": True}
+DEAD_WRITER = {**STALE_IMAGE, "zero_ms": LOCK_IS_FREE + FADE, "late_ms": STALE - LOCK_IS_FREE}
+ENDED = {"zero_ms": FADE, "after_N": None, "is_smooth": True}
+FREE_BEFORE = {"full_N": 0.0, "may_be_zero": True}
+PRESS = "fault=moves,z_m=0.006,speed_m_s=0.05"
+
+DEVICE = [
+    Fault("device", "position is NaN for 0.3 s", "fault=position_nan,for_s=0.3", **WITH_FADE),
+    Fault("device", "position is infinite for 0.3 s", "fault=position_infinite,for_s=0.3",
+          **WITH_FADE),
+    Fault("device", "position is 1e9 m away for 0.3 s", "fault=position_huge,for_s=0.3",
+          **WITH_FADE),
+    Fault("device", "no position for 0.3 s", "fault=position_missing,for_s=0.3", **WITH_FADE),
+    Fault("device", "orientation is NaN for 0.3 s", "fault=orientation_nan,for_s=0.3"),
+    Fault("device", "1 m deeper in one tick", "fault=leaps,for_s=0.0005", flag="bad_device",
+          is_smooth=True),
+    Fault("device", "1 m deeper for good", "fault=leaps", after_N=3.3, may_be_zero=True,
+          flag="bad_device", is_smooth=True),
+    Fault("device", "position flickers by 2 mm each tick", "fault=flickers,for_s=0.3",
+          flag="slewed"),
+    Fault("device", "stamps go back for 0.3 s", "fault=stamps_back,for_s=0.3", **WITH_FADE),
+    Fault("device", "stamps stand still for 0.4 s", "fault=stamps_frozen,for_s=0.4",
+          zero_ms=LAST_STAMP + FADE, flag="bad_device", is_smooth=True),
+    Fault("device", "stamps 1 s ahead for 0.3 s", "fault=stamps_ahead,for_s=0.3", **WITH_FADE),
+    Fault("device", "read fails", "fault=read_fails", says="the cable is out", **DEVICE_FAULT),
+    Fault("device", "write fails", "fault=write_fails", says="the cable is out", **DEVICE_FAULT),
+    Fault("device", "read throws", "fault=read_throws", **DEVICE_FAULT),
+    Fault("device", "write throws", "fault=write_throws", **DEVICE_FAULT),
+    Fault("device", "read writes past its struct", "fault=oversteps", **DEVICE_FAULT),
+    Fault("device", "read hangs for 0.4 s", "fault=read_hangs", says="the device was stopped",
+          **STOPPED),
+    Fault("device", "write hangs for 0.4 s", "fault=write_hangs", says="the device was stopped",
+          **STOPPED),
+    Fault("device", "read hangs for 0.4 s, three times", "fault=read_hangs_again",
+          says="stopped 3 times", **STOPPED_FOR_GOOD),
+    Fault("device", "read hangs, and no motors after", "fault=read_hangs_and_dies",
+          says="the device is gone", **STOPPED_FOR_GOOD),
+    Fault("device", "read hangs for ever", "fault=read_hangs_for_ever",
+          says="did not return in time", **STOPPED_FOR_GOOD),
+    Fault("device", "each read takes 5 ms for 0.5 s", "fault=read_slow,for_s=0.5"),
+    Fault("device", "the recording ends", "fault=read_ends", **ENDS_AT_ONCE),
+    Fault("device", "carried off at 3 m/s", "fault=moves,z_m=-0.5,speed_m_s=3,max_speed_m_s=1",
+          full_N=3.3, zero_ms=60.0, flag="speed"),  # the estimate, the slew limit
+    Fault("device", "leaves its workspace",
+          "fault=moves,to_x_m=0.06,speed_m_s=0.3,workspace_m=0.05", zero_ms=50.0 / 0.3 + 2.0,
+          after_N=0.0, flag="workspace"),
+]
+
+SIMULATION = [
+    Fault("simulation", "killed", inject=signal_sim(signal.SIGKILL), after_N=0.0, **DEAD_WRITER),
+    Fault("simulation", "Ctrl-C", inject=signal_sim(signal.SIGINT), after_N=0.0,
+          **{**DEAD_WRITER, "zero_ms": PERIOD + LOCK_IS_FREE + FADE}),
+    Fault("simulation", "stopped for 0.4 s", inject=stop_sim, **STALE_IMAGE),
+    Fault("simulation", "stops for 80 ms, four times", inject=stop_and_go, flag="faded",
+          is_smooth=True),
+    Fault("simulation", "killed, replaced at once", inject=replace_sim("wall"), **DEAD_WRITER),
+    Fault("simulation", "killed, replaced by another scene", inject=replace_sim(BALL),
+          **DEAD_WRITER),
+    Fault("simulation", "killed, the next comes 0.5 s later", inject=replace_sim("wall", 0.5),
+          **DEAD_WRITER),
+]
+
+MEMORY = [
+    Fault("memory", "sphere's place is NaN", scene=BALL,
+          inject=spoil_sphere(0, 3, float("nan")), zero_ms=FADE),
+    Fault("memory", "sphere's place is 1e30 m", scene=BALL, inject=spoil_sphere(0, 3, 1e30),
+          zero_ms=FADE),
+    Fault("memory", "sphere's radius is 1e30 m", scene=BALL,
+          inject=spoil_sphere(shared_words.RADIUS, 1, 1e30)),
+    Fault("memory", "sphere's radius is NaN", scene=BALL,
+          inject=spoil_sphere(shared_words.RADIUS, 1, float("nan")), zero_ms=FADE),
+    Fault("memory", "sphere's motion is 1e30 m/s", scene=BALL, inject=spoil_sphere(12, 9, 1e30),
+          may_be_zero=True),
+    Fault("memory", "number of the newest slot is 2^60", scene=BALL,
+          inject=spoil_scene(shared_words.LATEST, "u8", 1, 1 << 60, False), may_be_zero=True,
+          is_smooth=True),
+    Fault("memory", "number of the newest slot is 0", scene=BALL,
+          inject=spoil_scene(shared_words.LATEST, "u8", 1, 0, False), may_be_zero=True,
+          is_smooth=True),
+    Fault("memory", "an image is 0xFF throughout", scene=BALL,
+          inject=spoil_scene(shared_words.PAYLOAD, "u1", 600, 0xFF), zero_ms=STALE + FADE),
+    Fault("memory", "an image is random bytes", scene=BALL,
+          inject=spoil_scene(shared_words.PAYLOAD, "u1", 2048,
+                             numpy.random.default_rng(2002).integers(0, 256, 2048, "u1")),
+          may_be_zero=True),
+    Fault("memory", "sequences of both slots are odd",
+          inject=spoil_scene(shared_words.SEQUENCE, "u8", 1, 7), may_be_zero=True, is_smooth=True),
+    Fault("memory", "a material is NaN",
+          inject=spoil_scene(shared_words.MATERIALS, "f4", 4, float("nan"), False)),
+    Fault("memory", "stopped, the image's stamps 60 s ahead", inject=spoil_stopped_scene,
+          **STALE_IMAGE),
+    Fault("memory", "scene cut off to 0 bytes", inject=truncate("scene"), after_N=0.0,
+          says="was shrunk", **DEAD_WRITER),
+    Fault("memory", "scene's name removed", inject=unlink("scene")),
+    Fault("memory", "tool's segment cut off to 0 bytes", inject=truncate("tool"),
+          says="was shrunk", status=daemons.COULD_NOT_START, **ENDS_AT_ONCE),
+]
+
+CLOCK = [
+    Fault("clock", "haptic_server stopped for 0.4 s, goes on", inject=stop_hand, flag="stalled",
+          **CUT),
+    Fault("clock", "both stopped for 0.4 s, go on", inject=stop_both, flag="stalled", **CUT),
+]
+
+OTHERS = [
+    Fault("disk", "recording's disk is full", inject=fill_disk, says="could not be written"),
+    Fault("disk", "recording is removed", inject=remove_recording),
+    Fault("operator", "Ctrl-C", inject=signal_hand(signal.SIGINT), **ENDED),
+    Fault("operator", "SIGTERM", inject=signal_hand(signal.SIGTERM), **ENDED),
+    Fault("operator", "terminal closed", inject=signal_hand(signal.SIGHUP), **ENDED),
+    Fault("operator", "haptic_server killed, started again", inject=kill_hand_and_start_again,
+          may_be_zero=True, is_cut=True),
+    Fault("force", "contact of 1e5 N/m, device for 1000", PRESS + ",stiffness_N_m=1000",
+          scene=STIFF_WALL, flag="stiffness", **FREE_BEFORE),
+    Fault("force", "pressed above the continuous force of 1 N",
+          PRESS + ",continuous_force_N=1,motor_time_constant_s=0.2", after_N=1.0, flag="budget",
+          **FREE_BEFORE),
+    Fault("force", "pressed 50 mm deep, 50 N", PRESS + ",to_z_m=-0.045", after_N=3.3,
+          flag="clamped", **FREE_BEFORE),
+]
+
+FAULTS = DEVICE + SIMULATION + MEMORY + CLOCK + OTHERS

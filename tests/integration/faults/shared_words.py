@@ -1,0 +1,40 @@
+"""Writes into a running session's shared memory, as only its owner could: docs/protocol.md."""
+import pathlib
+import time
+
+import numpy
+
+# Bytes from the start of a segment, of a slot, and of a payload.
+LATEST, SLOT_OFFSETS, MATERIALS = 256, 64, 1000
+SEQUENCE, PAYLOAD = 0, 64
+PUBLISH_TIMES, FIRST_SPHERE = 48, 576
+RADIUS = 48  # in a sphere
+
+
+def segment_file(session, kind):
+    return pathlib.Path(f"/dev/shm/stillgrid-{session}-{kind}")
+
+
+class SharedWords:
+    """A segment's words in place."""
+
+    def __init__(self, session, kind):
+        self._bytes = numpy.memmap(segment_file(session, kind), "u1", "r+")
+        self.slots = [int(offset) for offset in self.at(SLOT_OFFSETS, "u8", 2)]
+
+    def at(self, offset, type_, count=1):
+        size = numpy.dtype(type_).itemsize * count
+        return self._bytes[offset:offset + size].view(type_)
+
+    def in_slots(self, offset, type_, count=1):
+        """The same words of both slots."""
+        return [self.at(slot + offset, type_, count) for slot in self.slots]
+
+
+def spoil(places, value, for_s):
+    """Writes it there again and again, faster than the writer mends it."""
+    until_s = time.monotonic() + for_s
+    while time.monotonic() < until_s:
+        for place in places:
+            place[:] = value
+        time.sleep(0.5e-3)
