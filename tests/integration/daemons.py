@@ -80,7 +80,7 @@ class SessionTest(unittest.TestCase):
         for daemon in self.daemons:
             daemon.kill()
         shutil.rmtree(self.folder)
-        for left in pathlib.Path("/dev/shm").glob(f"stillgrid-{self.first_session}*"):
+        for left in pathlib.Path("/dev/shm").glob(f"stillgrid-{self.first_session}-*"):
             left.unlink()
 
     def start(self, *arguments):

@@ -14,8 +14,10 @@ PERIOD_S = 1.0 / 30.0
 DEPTH_POINT = (0, 0, 0.003)
 FORCE_N = 2.0
 FADE_S = 0.1
-# A linear fade changes by FORCE_N / 100 in a tick; a stalled machine stretches a tick.
-SMOOTH_N = 5 * FORCE_N / 100
+# A linear fade changes the force by this in a second; a stall longer than 50 ms may cut it at once.
+FADE_N_S = FORCE_N / FADE_S
+STALL_S = 0.05
+FADE_ROWS = 120  # and some more, at the end of a run
 
 
 class KillTest(daemons.SessionTest):
@@ -32,14 +34,16 @@ class KillTest(daemons.SessionTest):
         hand, file = self.touching_hand("recording.csv")
         sim.signal(signal.SIGKILL)
         self.sim_server("wall")
-        time.sleep(0.8)
+        self.wait_for_more(file)
+        self.wait_for_full_force(file)
         self.assertEqual(hand.stop(), DONE, hand.lines())
 
-        force_N = daemons.read_recording(file).force_norm_N()
+        recording = daemons.read_recording(file)
+        force_N = recording.force_norm_N()
         full = numpy.flatnonzero(force_N > 0.999 * FORCE_N)
         self.assertTrue((force_N[full[0]:full[-1]] == 0.0).any(), "silent when the scene changes")
-        self.assertEqual(full[-1], len(force_N) - 1, "the force returns in full")
-        self.assertLess(abs(numpy.diff(force_N)).max(), SMOOTH_N)
+        self.assertGreater(full[-1], len(force_N) - FADE_ROWS, "the force returns in full")
+        self.assert_smooth(recording)
 
     def test_the_force_of_a_killed_simulation_fades_and_returns_with_the_next(self):
         sim = self.sim_server("wall")
@@ -48,21 +52,23 @@ class KillTest(daemons.SessionTest):
         time.sleep(0.6)
         self.assertTrue(hand.runs(), hand.lines())
         self.sim_server("wall")
-        time.sleep(0.6)
+        self.wait_for_full_force(file)
         self.assertEqual(hand.stop(), DONE, hand.lines())
 
         recording = daemons.read_recording(file)
         time_s, force_N = recording["time_s"], recording.force_norm_N()
         full = force_N > 0.999 * FORCE_N
         gone = force_N == 0.0
-        self.assertTrue(full.any() and full[-1], "the force returns in full")
-        killed = numpy.flatnonzero(full[:-1] & ~full[1:])[0]  # the last tick in full
-        faded = killed + numpy.flatnonzero(gone[killed:])[0]
+        self.assertTrue(full[-FADE_ROWS:].any(), "the force returns in full")
+        first = numpy.flatnonzero(full)[0]
+        faded = first + numpy.flatnonzero(gone[first:])[0]
+        killed = numpy.flatnonzero(full[:faded])[-1]  # the last tick in full
         self.assertTrue((numpy.diff(force_N[killed:faded]) <= 0.0).all(), "it only falls")
-        slack_s = 0.03
-        self.assertLess(time_s[faded] - time_s[killed], FADE_S + slack_s)
-        self.assertLess(recording["age_s"][faded], 2.5 * PERIOD_S + FADE_S + slack_s)
-        self.assertLess(abs(numpy.diff(force_N)).max(), SMOOTH_N)
+        # Not later than the first tick after the fade's end, whenever the machine grants that tick.
+        late_s = numpy.diff(time_s[:faded + 1]).max()
+        self.assertLess(time_s[faded] - time_s[killed], FADE_S + 0.01 + late_s)
+        self.assertLess(recording["age_s"][faded], 2.5 * PERIOD_S + FADE_S + 0.03 + 2 * late_s)
+        self.assert_smooth(recording)
         self.assertGreater(gone[faded:].sum(), 200, "it stays away while there is no simulation")
         self.assertIn("faded", recording["flags"][faded])
 
@@ -75,12 +81,13 @@ class KillTest(daemons.SessionTest):
         time.sleep(0.3)
         self.assertTrue(sim.runs(), sim.lines())
         hand, file = self.touching_hand("second.csv")
+        self.wait_for_full_force(file)
         self.assertEqual(hand.stop(), DONE, hand.lines())
         self.assertEqual(sim.stop(), DONE, sim.lines())
         recording = daemons.read_recording(file)
         force_N = recording.force_norm_N()
-        self.assertGreater(force_N[-1], 0.999 * FORCE_N)
-        self.assertLess(abs(numpy.diff(force_N)).max(), SMOOTH_N, "it ramps in")
+        self.assertGreater(force_N[-FADE_ROWS:].max(), 0.999 * FORCE_N)
+        self.assert_smooth(recording)
         self.assertGreater(daemons.read_report(report)["steps"], 20)
 
     def test_a_simulation_killed_while_the_tool_is_in_the_tissue_fades_alike(self):
@@ -91,7 +98,7 @@ class KillTest(daemons.SessionTest):
         hand = self.haptic_server(device, "--record", file)
         self.wait_until(lambda: file.exists() and self.is_touching(file), 5.0, "contact")
         sim.signal(signal.SIGKILL)
-        time.sleep(0.4)
+        self.wait_for_more(file)
         self.assertEqual(hand.stop(), DONE, hand.lines())
         recording = daemons.read_recording(file)
         force_N = recording.force_norm_N()
@@ -102,13 +109,43 @@ class KillTest(daemons.SessionTest):
         rendered_N = numpy.linalg.norm(daemons.vectors(recording, "rendered_f", "N"), axis=1)
         pressed = rendered_N > 0.1
         told = numpy.where(pressed, force_N / numpy.maximum(rendered_N, 0.1), 0.0)
-        change = abs(numpy.diff(told))[pressed[1:] & pressed[:-1]]
-        self.assertLess(change.max(), 0.02)
+        passed_s = numpy.diff(recording["time_s"])
+        change = abs(numpy.diff(told)) - passed_s / FADE_S
+        only_faded = numpy.array([set(flags.split("|")) <= {"faded", "ramped", "", "swept", "contended"}
+                                  for flags in recording["flags"]])
+        judged = pressed & only_faded
+        self.assertGreater(judged.sum(), 10)
+        self.assertLess(change[judged[1:] & judged[:-1] & (passed_s < STALL_S)].max(), 0.01)
+
+    def assert_smooth(self, recording):
+        """The force changes no faster than a fade does, but for what a stall cuts."""
+        passed_s = numpy.diff(recording["time_s"])
+        change_N = abs(numpy.diff(recording.force_norm_N()))
+        self.assertLess((change_N - FADE_N_S * passed_s)[passed_s < STALL_S].max(), 1e-3 * FORCE_N)
+
+    def wait_for_more(self, file):
+        size = file.stat().st_size
+        self.wait_until(lambda: file.stat().st_size > size + 100_000, 10.0, "half a second of rows")
+
+    def wait_for_full_force(self, file):
+        self.wait_until(lambda: self.force_was(file, FORCE_N), 5.0, "full force")
+
+    @classmethod
+    def force_was(cls, file, force_N, rows=1):
+        """Whether all of the last rows on disk have this force."""
+        last = cls.last_rows(file, rows)
+        return len(last) == rows and all(
+            abs(sum(float(row[i]) ** 2 for i in (7, 8, 9)) ** 0.5 - force_N) < 1e-3 for row in last)
+
+    @classmethod
+    def is_touching(cls, file):
+        last = cls.last_rows(file, 1)
+        return bool(last) and float(last[0][12]) > 0.5
 
     @staticmethod
-    def is_touching(file):
-        rows = file.read_text().splitlines()[3:-1]  # the last may not be whole
-        return bool(rows) and float(rows[-1].split(",")[12]) > 0.5
+    def last_rows(file, count):
+        rows = file.read_text().splitlines()[:-1]  # the last may not be whole
+        return [row.split(",") for row in rows[-count:] if row[0].isdigit()]
 
 
 if __name__ == "__main__":

@@ -22,12 +22,16 @@ KILLS = {**PUBLICATION, "killed": {"half_made": 3, "in_mid_write": 27}, "locks_l
          "later_writer_read_ns": {**READ_NS, "mean": 8.5e6, "count": 29}}
 STEPS = {"steps_per_s": 59.5, "steps": 595, "late_steps": 5, "not_converged": 0}
 HAPTIC = {"killed": STEPS, "undisturbed": STEPS, "step_rate_ratio": 1.0, "compared": True}
+REPLAY = {"rows": [{"trajectory": "circle", "scene": "tissue", "rows": 11021, "same": 20,
+                    "contact_share": 0.62, "force_max_N": 1.4}], "broken_laws": []}
 CYCLICTEST = {"thread": {"0": {"cycles": 30, "histogram": {"14": 20, "90": 10}}}}
 
 
 def stress_slice(missed, **more):
     return {"haptic": {"ticks": 60000, "missed_ticks": missed, "contended": 0, "page_faults": 0,
-                       "realtime_violations": {"total": 0}, **more},
+                       "realtime_violations": {"total": 0}, "force_N": {"max": 8.5},
+                       "slew_N_per_ms": {"max": 0.85}, "safety": {"stalled": 0}, **more},
+            "growth_kib": {"haptic_server": 0, "sim_server": 100},
             "sim": {"steps": 3600, "late_steps": 0},
             "images": {"images": 3600, "continued": 3599, "reads": 120000, "torn": 0},
             "steal_share": 0.01}
@@ -60,15 +64,17 @@ class SoakScriptTest(unittest.TestCase):
 
     def test_a_report_of_each_kind_is_printed_beside_the_others(self):
         run = self.print_only("all", images_1ms=PUBLICATION, kills=KILLS, haptic=HAPTIC,
-                              stress=stress([stress_slice(6)], [1]), cyclictest=CYCLICTEST)
+                              stress=stress([stress_slice(6)], [1]), replay=REPLAY,
+                              cyclictest=CYCLICTEST)
         self.assert_prints(run, 0, "images_1ms", "60,003", "cyclictest (wake)", "27 in mid write",
                            "(29 times): mean 8.5 ms", "haptic, undisturbed: 59.50 steps/s",
                            "step rates compared", "60,000 ticks in 1 slices, 0.010 % missed",
-                           "4 passed, 0 failed")
+                           "circle: 11,021 rows, 20 runs alike, 62 % in contact",
+                           "5 passed, 0 failed")
 
     def test_a_report_of_each_kind_is_printed_alone(self):
         for what, report in (("kills", KILLS), ("haptic", HAPTIC),
-                             ("stress", stress([stress_slice(6)], [1]))):
+                             ("stress", stress([stress_slice(6)], [1])), ("replay", REPLAY)):
             self.assert_prints(self.print_only(what, **{what: report}), 0, f"  {what}",
                                "1 passed, 0 failed")
 
@@ -104,9 +110,14 @@ class StressLawTest(unittest.TestCase):
 
     def test_one_fault_or_violation_in_any_slice_breaks_a_law(self):
         for fault in ({"page_faults": 1}, {"realtime_violations": {"total": 1}},
-                      {"contended": 13}):
+                      {"contended": 13}, {"force_N": {"max": 8.51}},
+                      {"slew_N_per_ms": {"max": 0.9}}):
             figures = stress([stress_slice(0), stress_slice(0, **fault)], [0, 0])
             self.assertEqual(len(figures["broken_laws"]), 1, fault)
+        cut = {"slew_N_per_ms": {"max": 3.0}, "safety": {"stalled": 1}}  # by design
+        self.assertEqual(stress([stress_slice(0, **cut)], [0])["broken_laws"], [])
+        leak = {**stress_slice(0), "growth_kib": {"haptic_server": 0, "sim_server": 1025}}
+        self.assertEqual(len(stress([stress_slice(0), leak], [0, 0])["broken_laws"]), 1)
         figures = stress([stress_slice(0), stress_slice(0, contended=12)], [0, 0])
         self.assertEqual(figures["broken_laws"], [])
         for contended, holds in ((1, True), (2, False)):  # in a run too short for 10,000

@@ -50,6 +50,13 @@ class HapticKillSoak(daemons.SessionTest):
         with open(file, "rb") as stream:
             return os.stat(file).st_ino, stream.read(EPOCH_BYTES.stop)[EPOCH_BYTES]
 
+    def has_epoch(self):
+        """Whether the segment has come as far as its epoch."""
+        try:
+            return any(self.segment()[1])
+        except OSError:
+            return False
+
     def new_hand(self, *arguments):
         self.hands += 1
         recording = self.folder / f"hand-{self.hands}.csv"
@@ -64,8 +71,7 @@ class HapticKillSoak(daemons.SessionTest):
     def start_simulation(self, name):
         report = self.folder / name
         sim = self.sim_server("tissue_and_blocks", "--report", report)
-        file = pathlib.Path(f"/dev/shm/stillgrid-{self.session}-scene")
-        self.wait_until(file.exists, 5.0, "a scene segment")
+        self.wait_until(self.has_epoch, 10.0, "a whole scene segment")
         return sim, report
 
     def end_simulation(self, sim, report):

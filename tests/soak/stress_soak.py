@@ -5,7 +5,9 @@ real-time guard on the 1 kHz thread.
 The daemons run in slices of 60 s, and after each slice cyclictest runs for 10 s under the same
 load, as the baseline of the machine. Counts are summed over the slices. Laws: no torn image; no violation
 of the guard; no page fault after start; of 10,000 ticks, begun or whole, at most one is contended
-(both of its reads failed); and the share of missed ticks is at most the baseline's plus a margin.
+(both of its reads failed); no force above the device's limit and no change above a tenth of it in a
+millisecond; neither daemon's memory grows; and the share of missed ticks is at most the baseline's plus
+a margin.
 The margin is 0.1 %, of a run of one slice 1 %, or the spread (largest less smallest) of the
 baseline's slices where that is more; a run of one slice has its baseline before it too. The share of time that a hypervisor stole is noted, and
 is no law. Prints its figures; exit status 1 if a law is broken.
@@ -14,11 +16,14 @@ import argparse
 import json
 import math
 import pathlib
+import re
 import shutil
 import signal
 import statistics
 import subprocess
 import sys
+import threading
+import time
 
 sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "integration"))
 import daemons  # which also finds cyclictest
@@ -29,6 +34,10 @@ HAND = "phantom:profile=premium15,hand=light,path=press,centre_z_m=0,depth_m=0.0
 LOAD = ("--cpu", "1", "--vm", "1", "--vm-bytes", "256M", "--io", "1", "--switch", "1", "--shm", "1")
 LATE_US = 1000  # a wake-up that misses a tick of 1 kHz
 BASELINE_S = 10.0  # a slice of cyclictest
+LIMIT_N, SLEW_N_PER_MS = 8.5, 0.85  # of the hand's device
+ROUNDED = 1.02  # a histogram's upper ends
+SETTLED_S = 10.0  # by then all is allocated that will be
+GROWTH_KIB = 1024
 MOST_CONTENDED = 1e-4  # of all ticks
 LEAST_MARGIN = 0.001  # of the share of missed ticks
 MARGIN_OF_ONE_SLICE = 0.01
@@ -47,6 +56,40 @@ def processor_times():
 def stolen_share(before):
     stolen, total = (now - then for now, then in zip(processor_times(), before))
     return stolen / max(1, total)
+
+
+class MemoryWatch(threading.Thread):
+    """Resident memory of some processes, KiB, once a second until they end."""
+
+    def __init__(self, **processes):
+        super().__init__(daemon=True)
+        self.processes = processes
+        self.samples = {name: [] for name in processes}
+        self.start()
+
+    def run(self):
+        began_s = time.monotonic()
+        while any(process.runs() for process in self.processes.values()):
+            for name, process in self.processes.items():
+                kib = resident_kib(process.process.pid)
+                if kib is not None:
+                    self.samples[name].append((time.monotonic() - began_s, kib))
+            time.sleep(1.0)
+
+    def growth_kib(self):
+        """By name: the most above what it was when settled; 0 for a run that ended before."""
+        settled = {name: [kib for at_s, kib in samples if at_s >= SETTLED_S]
+                   for name, samples in self.samples.items()}
+        return {name: max(kib) - kib[0] if kib else 0 for name, kib in settled.items()}
+
+
+def resident_kib(pid):
+    try:
+        status = pathlib.Path(f"/proc/{pid}/status").read_text()
+    except OSError:
+        return None
+    found = re.search(r"^VmRSS:\s+(\d+) kB", status, re.M)
+    return int(found[1]) if found else None
 
 
 class Stress(daemons.SessionTest):
@@ -72,6 +115,7 @@ class Stress(daemons.SessionTest):
         sim = self.sim_server("tissue_and_blocks", "--report", files["sim"])
         hand = self.haptic_server(HAND, "--realtime-guard", "--duration", seconds, "--report",
                                   files["haptic"], "--record", self.folder / "record.csv")
+        memory = MemoryWatch(sim_server=sim, haptic_server=hand)
         with open(files["images"], "w") as out:
             images = subprocess.run([BUILD / "tests" / "image_watch", "--session", self.session,
                                      "--duration", str(seconds)], stdout=out)
@@ -80,6 +124,7 @@ class Stress(daemons.SessionTest):
         reports = {name: daemons.read_report(file) for name, file in files.items()}
         # Its status tells of torn images, which are a law, or that it saw none.
         self.assertGreater(reports["images"]["images"], 0, images)
+        reports["growth_kib"] = memory.growth_kib()
         return reports
 
     def run_cyclictest(self, seconds):
@@ -113,6 +158,13 @@ def sum_up(slices, baselines):
     for sums, parts in ((figures, slices), (baseline, baselines)):
         sums["missed_share"] = missed_share(sums)
         sums["steal_share"] = statistics.mean(part["steal_share"] for part in parts)
+    figures["force_max_N"] = max(s["haptic"]["force_N"]["max"] for s in slices)
+    # A stall cuts at once, by design; its slice's largest change is that.
+    figures["slew_max_N_per_ms"] = max(
+        [s["haptic"]["slew_N_per_ms"]["max"] for s in slices
+         if s["haptic"]["safety"]["stalled"] == 0], default=0.0)
+    figures["growth_kib"] = {name: max(s["growth_kib"][name] for s in slices)
+                             for name in slices[0]["growth_kib"]}
     return {**figures, "baseline": baseline, "margin": margin_over(baselines, slices),
             "slices": slices, "baseline_slices": baselines}
 
@@ -124,6 +176,11 @@ def broken_laws(figures):
             "page faults after the start": figures["page_faults"] == 0,
             "more than one tick in 10,000 contended":
                 figures["contended"] <= math.ceil(MOST_CONTENDED * figures["ticks"]),
+            f"a force above {LIMIT_N} N": figures["force_max_N"] <= LIMIT_N * (1.0 + 1e-9),
+            f"a change above {SLEW_N_PER_MS} N/ms":
+                figures["slew_max_N_per_ms"] <= ROUNDED * SLEW_N_PER_MS,
+            f"memory that grew by more than {GROWTH_KIB} KiB":
+                max(figures["growth_kib"].values()) <= GROWTH_KIB,
             f"more missed ticks than the baseline and {100 * figures['margin']:.3f} %":
                 figures["missed_share"] <= most_missed}
     return [law for law, holds in laws.items() if not holds]
@@ -144,6 +201,9 @@ def describe(figures):
             f"{figures['late_steps']}\n"
             f"images {figures['images']}, of which {figures['continued']} follow the one before; "
             f"read {figures['reads']} times, torn {figures['torn']}\n"
+            f"force at most {figures['force_max_N']:.2f} N, change at most "
+            f"{figures['slew_max_N_per_ms']:.3f} N/ms; memory grew by "
+            f"{', '.join(f'{kib} KiB ({name})' for name, kib in figures['growth_kib'].items())}\n"
             f"guard violations {figures['realtime_violations']}, page faults "
             f"{figures['page_faults']}")
 
