@@ -9,6 +9,7 @@
 #include <string>
 
 #include "shared/command_line/number_in.hpp"
+#include "shared/files/failing_writes.hpp"
 #include "shared/files/whole_file.hpp"
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/stop_signal.hpp"
@@ -210,6 +211,7 @@ int main(int argc, char** argv) {
     spdlog::set_default_logger(spdlog::stderr_color_mt("sim_server"));
     spdlog::set_pattern("%n: %v");
     install_stop_signal();
+    make_writes_fail();
     return run(arguments);
   } catch (const CLI::CallForHelp& help) {
     return app.exit(help);
