@@ -12,6 +12,12 @@ DURATION_S, PERIOD_S = 2.0, 0.033
 LATENCY_SHARE, JITTER, SEED = 0.3, 0.3, 7
 
 
+def rows(file):
+    """All but the head, in which the daemon tells more of its device."""
+    text = file.read_bytes()
+    return text[text.index(b"\ntime_s,"):]
+
+
 class StabilityLabTest(daemons.SessionTest):
     def lab(self, *arguments):
         program = daemons.BUILD / "tests" / "stability_lab"
@@ -31,7 +37,7 @@ class StabilityLabTest(daemons.SessionTest):
                                               haptic=("--transition", transition))
         contacts = daemons.read_recording(recording)["contacts"]
         self.assertGreater(contacts.mean(), 0.5, "the tool touched too little")
-        self.assertEqual(recording.read_bytes(), daemons_recording.read_bytes())
+        self.assertEqual(rows(recording), rows(daemons_recording))
 
     def test_late_and_jittery_images_of_a_free_body_give_the_same_bytes(self):
         self.assert_same_as_daemons("free:0.1", "linear")
