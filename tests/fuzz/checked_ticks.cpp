@@ -55,12 +55,11 @@ CheckedTicks::CheckedTicks() {
   slewed.max_slew_N_per_ms = kMaxSlew_N_per_ms;
   const auto add = [&](Model model, Transition transition) {
     const SafetyLimits& own = renderings_.size() == kSlewed ? slewed : limits;
-    Rendering& rendering =
-        renderings_.emplace_back(make_renderer(model, transition), SafetyChain(own));
+    renderings_.push_back({make_renderer(model, transition), SafetyChain(own)});
     // Past the ramp at the start, which would hide the limits.
     std::uint32_t flags = 0;
     for (int i = 0; i < 3; ++i)
-      static_cast<void>(rendering.safety.apply(
+      static_cast<void>(renderings_.back().safety.apply(
           {.image = {.exists = true, .period_s = 1.0, .writer_alive = true}, .elapsed_s = 0.04},
           flags));
   };
