@@ -1,27 +1,18 @@
 #!/usr/bin/python3
 """Draws docs/charts/ku_contact.png from the CSV that contact_figures prints."""
-import argparse
-import csv
-import pathlib
-import sys
-
 import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import matplotlib.ticker
 
-CHARTS = pathlib.Path(__file__).resolve().parents[2] / "docs/charts"
+from tables import draw_table
+
 MODELS = {"spheres": ("#D55E00", "decomposition"),
           "even spheres": ("#E69F00", "even spheres under the surface"),
           "blobs": ("#0072B2", "blobs of the decomposition")}
 PANELS = (("mean_cosine", "mean cosine with the measured force"),
           ("in_contact", "share of samples in contact"))
-
-
-def read_rows(file):
-    with open(file) as stream:
-        return list(csv.DictReader(line for line in stream if not line.startswith("#")))
 
 
 def draw_model(axes, rows, quantity, colour):
@@ -60,17 +51,5 @@ def draw(rows):
     return figure
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("rows", nargs="?", default=CHARTS / "ku_contact.csv", metavar="ROWS.csv")
-    parser.add_argument("picture", nargs="?", default=CHARTS / "ku_contact.png", metavar="OUT.png")
-    arguments = parser.parse_args()
-    try:
-        figure = draw(read_rows(arguments.rows))
-    except (OSError, ValueError, KeyError) as error:
-        sys.exit(f"plot_contact: {type(error).__name__}: {error}")
-    figure.savefig(arguments.picture, dpi=120, facecolor="white")
-
-
 if __name__ == "__main__":
-    main()
+    draw_table(__doc__, "ku_contact", draw)

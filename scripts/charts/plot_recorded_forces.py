@@ -1,17 +1,13 @@
 #!/usr/bin/python3
 """Draws docs/charts/spring_recording.png from the CSV that measure_recorded_forces.py writes."""
-import argparse
-import pathlib
-
 import matplotlib
 import numpy
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-from tables import read_rows
+from tables import draw_table
 
-CHARTS = pathlib.Path(__file__).resolve().parents[2] / "docs/charts"
 MEASURED, OURS = "#0072B2", "#D55E00"
 
 
@@ -58,13 +54,5 @@ def draw(rows):
     return figure
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("rows", nargs="?", default=CHARTS / "spring_recording.csv", metavar="ROWS.csv")
-    parser.add_argument("picture", nargs="?", default=CHARTS / "spring_recording.png", metavar="OUT.png")
-    arguments = parser.parse_args()
-    draw(read_rows(arguments.rows)).savefig(arguments.picture, dpi=120, facecolor="white")
-
-
 if __name__ == "__main__":
-    main()
+    draw_table(__doc__, "spring_recording", draw)

@@ -1,17 +1,14 @@
 #!/usr/bin/python3
 """Draws docs/charts/row_ripple.png, Fig. 5 of the paper, from the CSV that row_figures prints."""
-import argparse
-import csv
 import math
-import pathlib
-import sys
 
 import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-CHARTS = pathlib.Path(__file__).resolve().parents[2] / "docs/charts"
+from tables import draw_table, read_rows
+
 COLOURS = ("#0072B2", "#009E73", "#E69F00", "#D55E00")
 HOLE_MM = 2.0 * math.sqrt(15.0**2 - 13.0**2)  # spacing from which a row has holes
 
@@ -19,11 +16,10 @@ HOLE_MM = 2.0 * math.sqrt(15.0**2 - 13.0**2)  # spacing from which a row has hol
 def read_curves(file):
     """quantity -> spacing in mm -> rows of x, measured, formula"""
     curves = {}
-    with open(file) as stream:
-        for row in csv.DictReader(line for line in stream if not line.startswith("#")):
-            of_spacing = curves.setdefault(row["quantity"], {})
-            of_spacing.setdefault(float(row["spacing_mm"]), []).append(
-                tuple(float(row[key]) for key in ("x", "measured", "formula")))
+    for row in read_rows(file):
+        of_spacing = curves.setdefault(row["quantity"], {})
+        of_spacing.setdefault(float(row["spacing_mm"]), []).append(
+            tuple(float(row[key]) for key in ("x", "measured", "formula")))
     return curves
 
 
@@ -104,17 +100,5 @@ def draw(curves):
     return figure
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("rows", nargs="?", default=CHARTS / "row_ripple.csv", metavar="ROWS.csv")
-    parser.add_argument("picture", nargs="?", default=CHARTS / "row_ripple.png", metavar="OUT.png")
-    arguments = parser.parse_args()
-    try:
-        figure = draw(read_curves(arguments.rows))
-    except (OSError, ValueError, KeyError) as error:
-        sys.exit(f"plot_row: {type(error).__name__}: {error}")
-    figure.savefig(arguments.picture, dpi=120, facecolor="white")
-
-
 if __name__ == "__main__":
-    main()
+    draw_table(__doc__, "row_ripple", draw, read_curves)

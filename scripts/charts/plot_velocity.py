@@ -1,17 +1,14 @@
 #!/usr/bin/python3
 """Draws docs/charts/velocity.png from the CSV that velocity_figures prints."""
-import argparse
 import math
-import pathlib
 
 import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-from tables import read_rows
+from tables import draw_table, read_rows
 
-CHARTS = pathlib.Path(__file__).resolve().parents[2] / "docs/charts"
 STYLES = {"difference": ("black", "s"), "window": ("#E69F00", "s"), "low-pass": ("#D55E00", "o"),
           "two low-passes": ("#0072B2", "o"), "line fit": ("#009E73", "^"),
           "constant acceleration": ("#CC79A7", "v"), "adaptive end fit": ("#56B4E9", "d"),
@@ -95,13 +92,5 @@ def draw(candidates):
     return figure
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("rows", nargs="?", default=CHARTS / "velocity.csv", metavar="ROWS.csv")
-    parser.add_argument("picture", nargs="?", default=CHARTS / "velocity.png", metavar="OUT.png")
-    arguments = parser.parse_args()
-    draw(read_candidates(arguments.rows)).savefig(arguments.picture, dpi=120, facecolor="white")
-
-
 if __name__ == "__main__":
-    main()
+    draw_table(__doc__, "velocity", draw, read_candidates)
