@@ -8,6 +8,7 @@
 
 #include "haptic_server/server.hpp"
 #include "shared/command_line/number_in.hpp"
+#include "shared/command_line/run_program.hpp"
 #include "shared/files/failing_writes.hpp"
 #include "shared/files/whole_file.hpp"
 #include "shared/publication/segment.hpp"
@@ -107,14 +108,18 @@ int name_violations(const std::vector<RealtimeViolation>& violations) {
 int run(Arguments& arguments) {
   HapticReport report;
   int status = kDone;
+  const auto finish_report = [&] {  // returns what came of it
+    try {
+      if (!arguments.report.empty() && report.ticks > 0) write_report(report, arguments.report);
+      return static_cast<int>(kDone);
+    } catch (const std::exception& error) {
+      return fail(error, kBadInput);
+    }
+  };
   // The loop stands still in a driver's call and counts nothing; its record is on disk.
   arguments.options.give_up = [&](const std::string& line) {
     std::fprintf(stderr, "haptic_server: %s\n", line.c_str());
-    try {
-      if (!arguments.report.empty() && report.ticks > 0) write_report(report, arguments.report);
-    } catch (const std::exception& error) {
-      std::fprintf(stderr, "haptic_server: %s\n", error.what());
-    }
+    static_cast<void>(finish_report());
     std::_Exit(kDeviceFault);
   };
   if (!arguments.report.empty()) require_writable(arguments.report);
@@ -133,13 +138,8 @@ int run(Arguments& arguments) {
     if (status == kDone) status = verdict;
   }
   if (report.lost_rows > 0) spdlog::warn("{} ticks are missing from the record", report.lost_rows);
-  try {
-    if (!arguments.report.empty() && report.ticks > 0) write_report(report, arguments.report);
-  } catch (const std::exception& error) {
-    const int verdict = fail(error, kBadInput);
-    if (status == kDone) status = verdict;
-  }
-  return status;
+  const int verdict = finish_report();
+  return status == kDone ? verdict : status;
 }
 
 }  // namespace
@@ -150,8 +150,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   CLI::App app(kDescription, "haptic_server");
   Arguments arguments;
   add_options(app, arguments);
-  try {
-    app.parse(argc, argv);
+  return run_program(app, argc, argv, [&] {
     if (arguments.realtime_guard) require_realtime_guard(argv);
     spdlog::set_default_logger(spdlog::stderr_color_mt("haptic_server"));
     spdlog::set_pattern("%n: %v");
@@ -161,9 +160,5 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
     arguments.options.model = *model_named(arguments.model);
     if (!arguments.group.empty()) arguments.options.readers = group_named(arguments.group);
     return run(arguments);
-  } catch (const CLI::CallForHelp& help) {
-    return app.exit(help);
-  } catch (const std::exception& error) {
-    return fail(error, kBadInput);
-  }
+  });
 }

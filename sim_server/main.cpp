@@ -9,6 +9,7 @@
 #include <string>
 
 #include "shared/command_line/number_in.hpp"
+#include "shared/command_line/run_program.hpp"
 #include "shared/files/failing_writes.hpp"
 #include "shared/files/whole_file.hpp"
 #include "shared/realtime/exit_status.hpp"
@@ -206,16 +207,11 @@ int main(int argc, char** argv) {
   CLI::App app(kDescription, "sim_server");
   Arguments arguments;
   add_options(app, arguments);
-  try {
-    app.parse(argc, argv);
+  return run_program(app, argc, argv, [&] {
     spdlog::set_default_logger(spdlog::stderr_color_mt("sim_server"));
     spdlog::set_pattern("%n: %v");
     install_stop_signal();
     make_writes_fail();
     return run(arguments);
-  } catch (const CLI::CallForHelp& help) {
-    return app.exit(help);
-  } catch (const std::exception& error) {
-    return fail(error, kBadInput);
-  }
+  });
 }

@@ -28,14 +28,14 @@ stillgrid_device_negotiate_fn load_negotiator(const std::string& plugin) {
   return reinterpret_cast<stillgrid_device_negotiate_fn>(symbol);
 }
 
-bool has_every_function(const stillgrid_device_api& api) {
+}  // namespace
+
+bool has_every_function(const stillgrid_device_api& api) noexcept {
   return api.enumerate != nullptr && api.open != nullptr && api.configure != nullptr &&
          api.describe != nullptr && api.activate != nullptr && api.read != nullptr &&
          api.write != nullptr && api.deactivate != nullptr && api.close != nullptr &&
          api.emergency_stop != nullptr && api.strerror != nullptr;
 }
-
-}  // namespace
 
 void fail_device(DeviceFailure failure, const std::string& plugin, const std::string& line) {
   throw DeviceError(failure, "device '" + plugin + "': " + line);

@@ -16,6 +16,9 @@ namespace stillgrid {
 [[nodiscard]] stillgrid_device_api negotiate_device(const std::string& plugin,
                                                     const DeviceLoop& loop);
 
+/// Whether the table is filled in up to strerror: what came later may be missing.
+[[nodiscard]] bool has_every_function(const stillgrid_device_api& api) noexcept;
+
 /// Throws DeviceError: "device 'PLUGIN': LINE".
 [[noreturn]] void fail_device(DeviceFailure failure, const std::string& plugin,
                               const std::string& line);

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <thread>
 
+#include "haptic_server/device/negotiation.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/realtime/realtime_guard.hpp"
 
@@ -33,13 +34,6 @@ void log_line(std::uint32_t /*severity*/, const char* line) {
 const void* host_extension(const char* name) {
   static const stillgrid_host_log log{sizeof log, 0, log_line};
   return name != nullptr && std::string_view(name) == STILLGRID_HOST_LOG ? &log : nullptr;
-}
-
-bool has_every_function(const stillgrid_device_api& api) {
-  return api.enumerate != nullptr && api.open != nullptr && api.configure != nullptr &&
-         api.describe != nullptr && api.activate != nullptr && api.read != nullptr &&
-         api.write != nullptr && api.deactivate != nullptr && api.close != nullptr &&
-         api.emergency_stop != nullptr && api.strerror != nullptr;
 }
 
 }  // namespace

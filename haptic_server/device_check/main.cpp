@@ -10,6 +10,7 @@
 #include "haptic_server/device_check/fuzz.hpp"
 #include "haptic_server/device_check/results.hpp"
 #include "shared/command_line/number_in.hpp"
+#include "shared/command_line/run_program.hpp"
 #include "shared/files/json_file.hpp"
 #include "shared/files/whole_file.hpp"
 #include "shared/realtime/exit_status.hpp"
@@ -227,13 +228,5 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   CLI::App app(kDescription, "device_check");
   Arguments arguments;
   add_options(app, arguments);
-  try {
-    app.parse(argc, argv);
-    return run(arguments, argv);
-  } catch (const CLI::CallForHelp& help) {
-    return app.exit(help);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "device_check: %s\n", error.what());
-    return kBadInput;
-  }
+  return run_program(app, argc, argv, [&] { return run(arguments, argv); });
 }

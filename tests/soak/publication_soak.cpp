@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "shared/command_line/run_program.hpp"
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/realtime/stop_signal.hpp"
@@ -99,14 +100,8 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   CLI::App app(kDescription, "publication_soak");
   Arguments arguments;
   add_options(app, arguments);
-  try {
-    app.parse(argc, argv);
+  return run_program(app, argc, argv, [&] {
     install_stop_signal();
     return run(arguments);
-  } catch (const CLI::CallForHelp& help) {
-    return app.exit(help);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "publication_soak: %s\n", error.what());
-    return kBadInput;
-  }
+  });
 }

@@ -7,6 +7,7 @@
 #include <exception>
 
 #include "shared/command_line/number_in.hpp"
+#include "shared/command_line/run_program.hpp"
 #include "tests/stability/lab_cell.hpp"
 #include "tests/stability/model_comparison.hpp"
 
@@ -93,14 +94,8 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   app.add_option("--models", arguments.names, "Rows by name; default all");
   app.add_option("--reference-scene", arguments.reference_scene,
                  "Whose force is the reference; default the scene itself");
-  try {
-    app.parse(argc, argv);
+  return run_program(app, argc, argv, [&] {
     compare_all(arguments);
-    return 0;
-  } catch (const CLI::CallForHelp& help) {
-    return app.exit(help);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "compare_models: %s\n", error.what());
-    return 1;
-  }
+    return kDone;
+  });
 }

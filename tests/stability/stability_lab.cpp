@@ -9,6 +9,7 @@
 
 #include "haptic_server/recording/recorder.hpp"
 #include "shared/command_line/number_in.hpp"
+#include "shared/command_line/run_program.hpp"
 #include "shared/files/json_file.hpp"
 #include "shared/realtime/stop_signal.hpp"
 #include "tests/stability/lab_cell.hpp"
@@ -185,8 +186,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   auto* map =
       app.add_subcommand("map", "The largest stable stiffness of every combination, as CSV");
   add_map_options(*map, arguments);
-  try {
-    app.parse(argc, argv);
+  return run_program(app, argc, argv, [&] {
     if (map->parsed()) install_stop_signal();
     if (run->parsed()) run_cell(arguments);
     if (text->parsed())
@@ -197,11 +197,6 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
       arguments.map.common = arguments.cell;
       draw_map(arguments.map, arguments.search, arguments.threads, arguments.out);
     }
-    return 0;
-  } catch (const CLI::CallForHelp& help) {
-    return app.exit(help);
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "stability_lab: %s\n", error.what());
-    return 1;
-  }
+    return kDone;
+  });
 }

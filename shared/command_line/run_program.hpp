@@ -1,0 +1,27 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "shared/realtime/exit_status.hpp"
+
+namespace stillgrid {
+
+/// Parses a program's options and does its work: the exit status that main() returns. --help is
+/// printed; any other exception is one line on standard error that names the program, and bad
+/// input.
+template <class Work>
+int run_program(CLI::App& app, int argc, char** argv, const Work& work) {
+  try {
+    app.parse(argc, argv);
+    return work();
+  } catch (const CLI::CallForHelp& help) {
+    return app.exit(help);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), error.what());
+    return kBadInput;
+  }
+}
+
+}  // namespace stillgrid
