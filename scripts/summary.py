@@ -9,7 +9,7 @@ import json
 import pathlib
 import sys
 
-sys.path.append(str(pathlib.Path(__file__).resolve().parent / "charts"))
+sys.path.append(str(pathlib.Path(__file__).resolve().parent / "gallery"))
 import cyclictest
 
 BASELINE_PERIOD_US = 1000

@@ -21,7 +21,7 @@ DATA = pathlib.Path(os.environ.get("STILLGRID_DATA", ROOT.parent / "shared" / "d
 DONE, BAD_INPUT, COULD_NOT_START, DEVICE_FAULT = 0, 1, 2, 3  # exit status
 SKIPPED = 77  # of a test program, known to ctest
 
-sys.path.append(str(ROOT / "scripts" / "charts"))
+sys.path.append(str(ROOT / "scripts" / "gallery"))
 from recording import Recording  # after the path it needs
 
 _numbers = itertools.count(1)

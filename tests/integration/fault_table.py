@@ -2,7 +2,7 @@
 """Injects faults while the tool touches, and says of each what it did to the force.
 
 With --charts FOLDER it writes faults.csv, the table, and fault_traces.csv, the forces, for
-scripts/charts/plot_faults.py. Exit status 1 if a fault did not end as it should."""
+scripts/gallery/plot_faults.py. Exit status 1 if a fault did not end as it should."""
 import argparse
 import concurrent.futures
 import pathlib
@@ -16,7 +16,7 @@ from faults import call_log
 from faults.catalogue import FAULTS
 from faults.fault_run import FaultRun
 
-sys.path.append(str(daemons.ROOT / "scripts" / "charts"))
+sys.path.append(str(daemons.ROOT / "scripts" / "gallery"))
 from tables import write_rows  # after the path it needs
 
 AT_A_TIME = 4  # they mostly sleep

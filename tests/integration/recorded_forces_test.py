@@ -27,7 +27,7 @@ class RecordedForcesTest(daemons.SessionTest):
     def test_on_a_contour_our_force_goes_with_the_hands(self):
         if not recorded_forces.CONTOUR_MESH.exists():
             self.skipTest(f"skipped: {recorded_forces.CONTOUR_MESH} is absent")
-        # All eight: scripts/charts/measure_recorded_forces.py.
+        # All eight: scripts/gallery/measure_recorded_forces.py.
         for name in recorded_forces.DEMONSTRATIONS[:2]:
             with self.subTest(name):
                 file = self.replay(recorded_forces.contour_scene(), recorded_forces.contour_device(name),

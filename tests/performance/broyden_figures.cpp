@@ -1,5 +1,5 @@
 // Where Broyden's method fails: prints docs/charts/broyden_iterations.csv for
-// scripts/charts/plot_broyden.py.
+// scripts/gallery/plot_broyden.py.
 #include <cmath>
 #include <cstdio>
 

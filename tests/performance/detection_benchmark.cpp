@@ -1,5 +1,5 @@
 /// Finding all pairs of N moving spheres that overlap: ours, the paper's grid, Bullet and FCL, side
-/// by side on the same paths. Prints CSV; scripts/charts/measure_detection.py runs it.
+/// by side on the same paths. Prints CSV; scripts/gallery/measure_detection.py runs it.
 /// detection_benchmark [ROUNDS [MOST [LEAST]]]: spheres from LEAST to MOST in steps of ten.
 #include <hwy/targets.h>
 

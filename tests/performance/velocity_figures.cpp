@@ -1,5 +1,5 @@
 // Estimators of velocity against each other: prints docs/charts/velocity.csv for
-// scripts/charts/plot_velocity.py. Needs the folder of real inputs.
+// scripts/gallery/plot_velocity.py. Needs the folder of real inputs.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -1,6 +1,6 @@
 /// Fig. 4 of the paper, redrawn: what a voxel's size costs, for spheres strewn in a volume, in a
 /// sheet and along a thread; by the paper's grid, which is counted too, and by ours. Prints CSV;
-/// scripts/charts/measure_detection.py runs it.
+/// scripts/gallery/measure_detection.py runs it.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

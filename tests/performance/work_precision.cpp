@@ -1,5 +1,5 @@
 // Error against time of every method on every scene: prints docs/charts/work_precision.csv for
-// scripts/charts/measure_work_precision.py, scene after scene.
+// scripts/gallery/measure_work_precision.py, scene after scene.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>

@@ -1,5 +1,5 @@
 // One path of the device through all intermediate models, a row of CSV each: what of
-// docs/charts/model_table.csv is measured here. scripts/charts/measure_models.py runs it.
+// docs/charts/model_table.csv is measured here. scripts/gallery/measure_models.py runs it.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

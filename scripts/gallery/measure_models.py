@@ -5,7 +5,7 @@ Paths are scripted (written here) or recordings made by others, in $STILLGRID_DA
 a recording that is not there leaves its rows out, and says so. Each path goes through every model by
 the program compare_models, without and with jitter; the largest stable stiffness is of stability_lab's
 body that is most like the scene. `spacing` is docs/charts/spacing_rate.csv, `figures` the forces of
-docs/charts/paper_figures.csv, `ticks` docs/charts/cold_tick.csv. scripts/charts/plot_models.py draws the charts.
+docs/charts/paper_figures.csv, `ticks` docs/charts/cold_tick.csv. scripts/gallery/plot_models.py draws the charts.
 """
 import argparse
 import concurrent.futures

@@ -3,7 +3,7 @@
 
 Runs both daemons on a scene with a phantom at its device, at one rate after the other, and keeps
 what sim_server's report says. The machine's stolen time is written beside: a step that its host
-did not run is late whatever the solver. scripts/charts/plot_step_times.py draws the chart.
+did not run is late whatever the solver. scripts/gallery/plot_step_times.py draws the chart.
 """
 import argparse
 import json

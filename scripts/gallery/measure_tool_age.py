@@ -3,7 +3,7 @@
 
 Runs both daemons on tissue_and_blocks, a hand pressing through to the tissue, with one method and
 rate after the other, and keeps what sim_server's report says. Rows of other builds stay in the
-table: give each its --label. scripts/charts/plot_tool_age.py draws the chart.
+table: give each its --label. scripts/gallery/plot_tool_age.py draws the chart.
 """
 import argparse
 import json

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Measures our forces against recorded ones: docs/charts/spring_recording.csv and contour_forces.csv.
 
-Both daemons replay each recording in lockstep. scripts/charts/plot_recorded_forces.py draws the chart.
+Both daemons replay each recording in lockstep. scripts/gallery/plot_recorded_forces.py draws the chart.
 """
 import argparse
 import pathlib

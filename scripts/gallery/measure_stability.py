@@ -2,7 +2,7 @@
 """Measures the largest stable stiffness of both servers' product code in closed loop, in virtual
 time, over rate, cost of a step, body, device and transition: docs/charts/stability.csv.
 
-A stopped run goes on where it was. scripts/charts/plot_stability.py draws the charts.
+A stopped run goes on where it was. scripts/gallery/plot_stability.py draws the charts.
 """
 import argparse
 import pathlib
