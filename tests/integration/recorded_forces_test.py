@@ -5,7 +5,7 @@ import unittest
 import numpy
 
 import daemons
-import recorded_forces  # of scripts/charts, by daemons
+import recorded_forces  # of scripts/gallery, by daemons
 
 
 class RecordedForcesTest(daemons.SessionTest):

@@ -4,9 +4,10 @@
 One sim_server runs tissue_and_blocks in real time all along; a second run as long, with a
 haptic_server that nobody kills, is what its report is compared with. Laws: one process, exit status
 0, no line on standard error; one segment; every period is a step or counted as late; a step waits
-for nothing but its time; every haptic_server feels a force. Where the machine keeps time
-undisturbed also: as many steps, and no more of them late or not converged; "compared" in the
-figures says whether it did. Exit status 1 if a law is broken.
+for nothing but its time; every haptic_server feels a force. In runs of a minute and more, where the
+machine keeps time undisturbed, also: as many steps, and no more of them late or not converged;
+"compared" in the figures says whether it did, null for a short run, in which one stall of a shared
+machine would decide. Exit status 1 if a law is broken.
 """
 import argparse
 import json
@@ -31,6 +32,7 @@ MOST_UNCOUNTED_S = 1.0  # the last step is not counted, and may be slow on a bus
 # A machine that is busy with other work is late for reasons of its own; alone, this scene is late in
 # one period of sixteen, while its blocks land.
 KEEPS_TIME = 0.10  # most late of all periods
+COMPARED_FROM_S = 60.0
 MOST_FEWER_STEPS = 0.02
 MOST_MORE_LATE = 0.02
 MOST_MORE_NOT_CONVERGED = 0.01
@@ -127,7 +129,8 @@ class HapticKillSoak(daemons.SessionTest):
                    "undisturbed": figures_of(undisturbed, undisturbed_s)}
         figures["step_rate_ratio"] = (figures["killed"]["steps_per_s"]
                                       / figures["undisturbed"]["steps_per_s"])
-        figures["compared"] = figures["undisturbed"]["late_share"] <= KEEPS_TIME
+        figures["compared"] = (figures["undisturbed"]["late_share"] <= KEEPS_TIME
+                               if killed_s >= COMPARED_FROM_S else None)
         print(json.dumps(figures, indent=2))
         if self.report_file:
             pathlib.Path(self.report_file).write_text(json.dumps(figures, indent=2) + "\n")
@@ -137,6 +140,8 @@ class HapticKillSoak(daemons.SessionTest):
         killed, undisturbed = figures["killed"], figures["undisturbed"]
         self.assertLess(abs(killed["counted_s"] - killed["seconds"]), MOST_UNCOUNTED_S)
         self.assertLess(killed["waits_per_step"], MOST_WAITS)
+        if figures["compared"] is None:
+            return
         if not figures["compared"]:
             print("haptic_kill_soak: step rates were not compared: undisturbed, "
                   f"{100 * undisturbed['late_share']:.1f} % of the periods are late already",
