@@ -27,7 +27,8 @@ HAND = "phantom:profile=premium15,hand=light,path=press,centre_z_m=0,depth_m=0.0
 EPOCH_BYTES = slice(24, 32)  # docs/protocol.md, "Every segment"
 FORCE_N = 0.05
 LONGEST_TOUCH_S = 0.4  # from the first force to the kill
-MOST_WAITS = 1.5  # a step; each sleeps once, until it is due
+MOST_WAITS = 1.2  # a step; each sleeps once, until it is due
+MOST_WAITS_A_HAND = 20  # its segment is mapped by another thread, for which a page of the step's waits
 MOST_UNCOUNTED_S = 1.0  # the last step is not counted, and may be slow on a busy machine
 # A machine that is busy with other work is late for reasons of its own; alone, this scene is late in
 # one period of sixteen, while its blocks land.
@@ -139,7 +140,8 @@ class HapticKillSoak(daemons.SessionTest):
     def check(self, figures):
         killed, undisturbed = figures["killed"], figures["undisturbed"]
         self.assertLess(abs(killed["counted_s"] - killed["seconds"]), MOST_UNCOUNTED_S)
-        self.assertLess(killed["waits_per_step"], MOST_WAITS)
+        self.assertLess(killed["waits_per_step"] * killed["steps"],
+                        MOST_WAITS * killed["steps"] + MOST_WAITS_A_HAND * (self.kills + 1))
         if figures["compared"] is None:
             return
         if not figures["compared"]:
