@@ -17,7 +17,20 @@ std::array<double, 3> array(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
 }
 
-/// How far the tool's farthest point is from its origin.
+proto::DisplayedImage displayed_image(const RenderedTick& tick, std::uint64_t scene_epoch) {
+  return {.scene_epoch = scene_epoch,
+          .generation = tick.generation,
+          .position = tick.weights.position,
+          .velocity_s = tick.weights.velocity_s,
+          .drift_s = tick.weights.drift_s,
+          .answer_lag_s = tick.weights.answer_lag_s,
+          .answer_N = tick.answer_N,
+          .shift_m = array(tick.shift_m),
+          .alpha = tick.alpha,
+          .age_s = tick.age_s};
+}
+
+/// How far the tool's farthest point is from its origin, in the scene's metres.
 double lever_m(const proto::SceneHeader& scene) {
   double farthest_m = 0.0;
   for (std::uint32_t i = 0; i < scene.tool_sphere_count; ++i) {
@@ -73,7 +86,8 @@ TickEnd HapticLoop::sense(const SceneView& scene, std::uint64_t now_ns) noexcept
                  .orientation_xyzw = {q.x(), q.y(), q.z(), q.w()},
                  .velocity_m_s = array(pose_.velocity_m_s),
                  .force_N = array(held_.force_N),
-                 .buttons = buttons_});
+                 .buttons = buttons_,
+                 .before = figures_});
   return TickEnd::kGoOn;
 }
 
@@ -87,9 +101,9 @@ TickEnd HapticLoop::act(const SceneView& scene, bool writer_alive, std::uint64_t
   const proto::SceneHeader& fixed = scene.scene();
   held_before_N_ = held_.force_N;
   held_ = safety_.apply(
-      {.rendered = {rendered_.force.force_N, rendered_.force.torque_N_m},
+      {.rendered = {rendered_.force.force_N, rendered_.force.torque_N_m / fixed.device.scale},
        .stiffness_N_m = fixed.device.scale * rendered_.force.stiffness_N_m,
-       .lever_m = lever_m(fixed),
+       .lever_m = lever_m(fixed) / fixed.device.scale,
        .image = {.exists = rendered_.generation != 0 && !is_released_,
                  // A stamp of the future would never age.
                  .image_age_s = std::max(rendered_.image_age_s, to_s(now_ns - image_ns_)),
@@ -116,8 +130,23 @@ TickEnd HapticLoop::act(const SceneView& scene, bool writer_alive, std::uint64_t
          .age_s = rendered_.age_s,
          .tick_ns = 0,
          .flags = flags_,
-         .torque_N_m = held_.torque_N_m};
+         .torque_N_m = held_.torque_N_m,
+         .orientation = pose_.orientation};
+  figures_ = {.torque_N_m = array(held_.torque_N_m),
+              .contacts = static_cast<std::uint32_t>(rendered_.force.contacts),
+              .flags = flags_,
+              .work_ns = 0,
+              .wake_late_ns = 0,
+              .missed_ticks = figures_.missed_ticks,
+              .displayed = displayed_image(rendered_, scene.header().epoch)};
   return device_code_ == STILLGRID_DEVICE_OK ? TickEnd::kGoOn : TickEnd::kDeviceFault;
+}
+
+void HapticLoop::note_times(std::uint64_t work_ns, std::uint64_t wake_late_ns,
+                            std::uint64_t missed_ticks) noexcept {
+  figures_.work_ns = work_ns;
+  figures_.wake_late_ns = wake_late_ns;
+  figures_.missed_ticks = missed_ticks;
 }
 
 void HapticLoop::count(const TickRow& row, HapticReport& report) noexcept {

@@ -37,13 +37,18 @@ class HapticLoop {
         safety_(with_period(limits, period_ns)),
         period_ns_(period_ns) {}
 
-  /// Reads the device at now_ns, places it in the scene and publishes the tool.
+  /// Reads the device at now_ns, places it in the scene and publishes the tool, and with it
+  /// the figures of the tick before.
   [[nodiscard]] TickEnd sense(const SceneView& scene, std::uint64_t now_ns) noexcept;
 
   /// Renders the force, guards it, gives it to the device, and counts. row: of this tick, for a
   /// record; its tick_ns is the caller's to fill in before count().
   [[nodiscard]] TickEnd act(const SceneView& scene, bool writer_alive, std::uint64_t now_ns,
                             TickRow& row) noexcept;
+
+  /// Tells readers of the tool what the tick of the last act() took. In lockstep nothing is told.
+  void note_times(std::uint64_t work_ns, std::uint64_t wake_late_ns,
+                  std::uint64_t missed_ticks) noexcept;
 
   /// Adds the tick of the last act() to the report.
   void count(const TickRow& row, HapticReport& report) noexcept;
@@ -95,7 +100,8 @@ class HapticLoop {
   Wrench held_;                                         // told to the device, scene's axes
   Eigen::Vector3d held_before_N_ = Eigen::Vector3d::Zero();
   RenderedTick rendered_;
-  std::uint64_t image_ns_ = 0;  // when the image shown was first seen
+  proto::TickFigures figures_{};  // of the last act()
+  std::uint64_t image_ns_ = 0;    // when the image shown was first seen
 };
 
 }  // namespace stillgrid

@@ -102,6 +102,7 @@ TickEnd tick_in_real_time(Run& run) {
     row.tick_ns = monotonic_ns() - wake.now_ns;
     run.report.missed_ticks += wake.skipped > 0 ? 1 : 0;
     run.report.wake_ns.record(wake.now_ns - wake.deadline_ns);
+    run.loop.note_times(row.tick_ns, wake.now_ns - wake.deadline_ns, run.report.missed_ticks);
     run.loop.count(row, run.report);
     if (run.recorder != nullptr) run.recorder->record(row);
   }

@@ -1,8 +1,37 @@
 #pragma once
 
-#include "proto/segment_header.hpp"
+#include "proto/safety_flag.hpp"
+#include "proto/scene_segment.hpp"
 
 namespace stillgrid::proto {
+
+/// Which image of the scene a tick displayed, and where: for those who look on. A sphere was at
+///   the sum of its positions by `position` (they sum to one) and of its velocities by
+///   `velocity_s`, plus drift_s times its drift, answer_N times its answer, and shift_m;
+/// answer_lag_s is taken from drift_s for a sphere whose answer is not zero.
+struct DisplayedImage {
+  std::uint64_t scene_epoch;                          // of the scene's segment
+  std::uint64_t generation;                           // 0: none
+  std::array<double, kHistoryLength> position;        // newest first
+  std::array<double, kHistoryLength - 1> velocity_s;  // likewise
+  double drift_s;
+  double answer_lag_s;
+  double answer_N;
+  std::array<double, 3> shift_m;
+  double alpha;  // progress of the transition to that image, of 1
+  double age_s;  // of the simulated state that is its newest
+};
+
+/// What came of a tick. Zeros before the first.
+struct TickFigures {
+  std::array<double, 3> torque_N_m;  // on the hand, as ToolState::force_N
+  std::uint32_t contacts;
+  std::uint32_t flags;         // SafetyFlag
+  std::uint64_t work_ns;       // from waking to its end; in lockstep 0, as the two below
+  std::uint64_t wake_late_ns;  // after its deadline
+  std::uint64_t missed_ticks;  // since the loop began
+  DisplayedImage displayed;
+};
 
 /// Pose and force of the tool: haptic_server writes it every tick, sim_server reads the latest.
 /// Scene frame, SI units. Layout and lifetime: docs/protocol.md.
@@ -14,11 +43,13 @@ struct ToolState {
   std::array<double, 3> velocity_m_s;      // the server's estimate
   std::array<double, 3> force_N;  // on the hand over the tick before, after the safety chain
   std::uint64_t buttons;
+  TickFigures before;  // of the tick before
 };
-static_assert(std::is_trivially_copyable_v<ToolState> && sizeof(ToolState) == 128);
+static_assert(std::is_trivially_copyable_v<ToolState> && sizeof(ToolState) == 320);
 
 inline constexpr std::uint64_t kToolLayoutHash =
-    layout_hash<4>({sizeof(SegmentHeader), offsetof(SegmentHeader, latest),
-                    offsetof(SegmentHeader, lockstep_sample_ns), sizeof(ToolState)});
+    layout_hash<6>({sizeof(SegmentHeader), offsetof(SegmentHeader, latest),
+                    offsetof(SegmentHeader, lockstep_sample_ns), sizeof(ToolState),
+                    offsetof(ToolState, before), offsetof(TickFigures, displayed)});
 
 }  // namespace stillgrid::proto

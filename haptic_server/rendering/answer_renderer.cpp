@@ -166,6 +166,10 @@ RenderedTick AnswerRenderer::render(const SceneView& scene, const ToolPose& pose
   tick.is_new = is_new;
   tick.alpha = 1.0 - left(shown_.began_ns, shift_duration_s(shown_.snapshot), now_ns);
   tick.stands = shown_.weights.stands;
+  const Yielding yielded = yielding(shown_, now_ns);
+  tick.weights = shown_.weights;
+  tick.answer_N = shown_.weights.answer_share * yielded.change_N;
+  tick.shift_m = yielded.shift_m;
   tick.cut = touched_->cut || still_.cut;
   for (const TouchedSpheres* touched : {touched_, &still_})
     for (const TouchedSphere& sphere : touched->all()) tick.swept = tick.swept || sphere.swept;

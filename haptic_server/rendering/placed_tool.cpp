@@ -17,6 +17,7 @@ std::span<PlacedToolSphere> place_tool(const proto::SceneHeader& scene, const To
 RenderedTick tick_showing(const proto::SnapshotHeader& snapshot, std::uint64_t now_ns) noexcept {
   RenderedTick tick;
   tick.generation = snapshot.generation;
+  tick.weights = held_image(0).now;
   tick.age_s = seconds_between(snapshot.state_time_ns[0], now_ns);
   tick.image_age_s = seconds_between(snapshot.publish_time_ns[0], now_ns);
   return tick;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -43,6 +44,10 @@ struct RenderedTick {
   bool cut = false;                     // the tick's bound on work was met
   bool swept = false;                   // a contact that was only on the way to this tick
   std::optional<double> switch_jump_N;  // at a switch: |force by new image - force by old one|
+  // Where its spheres were displayed; of a model that displays none, the image as it is.
+  ImageWeights weights;
+  double answer_N = 0.0;                              // times each sphere's answer
+  Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  // of all
 };
 
 /// Computes the force of a scene on the tool, tick by tick, from its images alone.

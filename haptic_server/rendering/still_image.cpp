@@ -54,6 +54,7 @@ RenderedTick StillImageRenderer::render(const SceneView& scene, const ToolPose& 
   RenderedTick tick = tick_showing(snapshot_, now_ns);
   tick.contended = contended;
   tick.is_new = is_new;
+  tick.weights = weights_;
   tick.alpha = weights_.alpha;
   tick.stands = weights_.stands;
   tick.cut = touched_->cut;

@@ -1,12 +1,10 @@
 #include "shared/inspection/inspection_json.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "shared/inspection/inspection_text.hpp"
+#include "shared/inspection/json_number.hpp"
 #include "shared/inspection/snapshot.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 
@@ -14,31 +12,12 @@ namespace stillgrid {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json number(double value) {
-  return std::isfinite(value) ? Json(value) : Json();
-}
-
-/// The shortest decimal that reads back as this float: 0.005, not 0.004999999888241291.
-Json number(float value) {
-  if (!std::isfinite(value)) return {};
-  std::array<char, 32> text{};
-  double shortest = 0.0;
-  auto* const end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  std::from_chars(text.data(), end, shortest);
-  return shortest;
-}
+using json_number::number;
+using json_number::numbers;
 
 template <class T>
 Json optional(const std::optional<T>& value) {
   return value ? Json(*value) : Json();
-}
-
-template <class T, std::size_t N>
-Json numbers(const std::array<T, N>& values) {
-  Json json = Json::array();
-  for (const T value : values) json.push_back(number(value));
-  return json;
 }
 
 /// Of a history, only the images that exist.
@@ -107,7 +86,91 @@ Json spheres_json(const std::vector<proto::SphereRecord>& spheres, std::size_t i
   return json;
 }
 
-Json fixed_json(const SceneView& view, const JsonOptions& options) {
+Json snapshot_json(const SceneView& view, const JsonOptions& options) {
+  const auto snapshot = read_snapshot(view, options.most_spheres);
+  if (!snapshot) return {};
+  const proto::SnapshotHeader& header = snapshot->header;
+  const auto images = static_cast<std::size_t>(header.history_count);
+  Json grid = grid_json(header.grid);
+  grid["cells"] = snapshot->occupancy.cells;
+  grid["occupied_cells"] = snapshot->occupancy.occupied_cells;
+  grid["fullest_cell_spheres"] = snapshot->occupancy.fullest_cell;
+  return {{"generation", snapshot->generation},
+          {"history_count", images},
+          {"state_time_ns", times(header.state_time_ns, images)},
+          {"publish_time_ns", times(header.publish_time_ns, images)},
+          {"tool_time_ns", time(header.tool_time_ns)},
+          {"step_ns", header.step_ns},
+          {"contacts", header.contacts},
+          {"foresight",
+           {{"period_ns", header.foresight_ns},
+            {"answer_direction", numbers(header.answer_direction)},
+            {"answer_force_N", number(header.answer_force_N)},
+            {"longest_answer_m_N", number(header.longest_answer_m_N)}}},
+          {"grid", std::move(grid)},
+          {"spheres", spheres_json(snapshot->spheres, options.history ? images : 0)},
+          {"spheres_left_out", header.grid.sphere_count - snapshot->spheres.size()}};
+}
+
+/// Unknown flags are left out.
+Json flags_json(std::uint32_t flags) {
+  Json json = Json::array();
+  for (std::size_t i = 0; i < proto::kSafetyFlagNames.size(); ++i)
+    if ((flags & (1U << i)) != 0) json.push_back(proto::kSafetyFlagNames[i]);
+  return json;
+}
+
+Json tick_json(const proto::TickFigures& tick) {
+  const proto::DisplayedImage& shown = tick.displayed;
+  return {{"torque_N_m", numbers(tick.torque_N_m)},
+          {"contacts", tick.contacts},
+          {"flags", flags_json(tick.flags)},
+          {"work_ns", tick.work_ns},
+          {"wake_late_ns", tick.wake_late_ns},
+          {"missed_ticks", tick.missed_ticks},
+          {"displayed",
+           {{"scene_epoch", hexadecimal(shown.scene_epoch)},
+            {"generation", shown.generation},
+            {"position", numbers(shown.position)},
+            {"velocity_s", numbers(shown.velocity_s)},
+            {"drift_s", number(shown.drift_s)},
+            {"answer_lag_s", number(shown.answer_lag_s)},
+            {"answer_N", number(shown.answer_N)},
+            {"shift_m", numbers(shown.shift_m)},
+            {"alpha", number(shown.alpha)},
+            {"age_s", number(shown.age_s)}}}};
+}
+
+Json tool_json(const ToolView& view) {
+  const auto snapshot = read_tool(view);
+  if (!snapshot) return {};
+  const proto::ToolState& state = snapshot->state;
+  return {{"generation", snapshot->generation},
+          {"time_ns", state.time_ns},
+          {"tick", state.tick},
+          {"position_m", numbers(state.position_m)},
+          {"orientation_xyzw", numbers(state.orientation_xyzw)},
+          {"velocity_m_s", numbers(state.velocity_m_s)},
+          {"force_N", numbers(state.force_N)},
+          {"buttons", state.buttons},
+          {"tick_before", tick_json(state.before)}};
+}
+
+Json segment_json(const ObservedSegment* segment, const JsonOptions& options) {
+  if (segment == nullptr) return {};
+  Json json = json_of(segment->summary);
+  if (segment->summary.header) json["header"] = header_json(*segment->summary.header);
+  if (segment->scene) {
+    json["fixed"] = json_of_fixed_part(*segment->scene, options);
+    json["snapshot"] = snapshot_json(*segment->scene, options);
+  }
+  if (segment->tool) json["latest_state"] = tool_json(*segment->tool);
+  return json;
+}
+
+}  // namespace
+
+nlohmann::ordered_json json_of_fixed_part(const SceneView& view, const JsonOptions& options) {
   const proto::SceneHeader& scene = view.scene();
   Json json{{"name", scene.name.data()},
             {"materials", Json::array()},
@@ -142,60 +205,6 @@ Json fixed_json(const SceneView& view, const JsonOptions& options) {
   json["static_spheres_left_out"] = view.static_grid().shape.sphere_count - spheres.size();
   return json;
 }
-
-Json snapshot_json(const SceneView& view, const JsonOptions& options) {
-  const auto snapshot = read_snapshot(view, options.most_spheres);
-  if (!snapshot) return {};
-  const proto::SnapshotHeader& header = snapshot->header;
-  const auto images = static_cast<std::size_t>(header.history_count);
-  Json grid = grid_json(header.grid);
-  grid["cells"] = snapshot->occupancy.cells;
-  grid["occupied_cells"] = snapshot->occupancy.occupied_cells;
-  grid["fullest_cell_spheres"] = snapshot->occupancy.fullest_cell;
-  return {{"generation", snapshot->generation},
-          {"history_count", images},
-          {"state_time_ns", times(header.state_time_ns, images)},
-          {"publish_time_ns", times(header.publish_time_ns, images)},
-          {"tool_time_ns", time(header.tool_time_ns)},
-          {"step_ns", header.step_ns},
-          {"contacts", header.contacts},
-          {"foresight",
-           {{"period_ns", header.foresight_ns},
-            {"answer_direction", numbers(header.answer_direction)},
-            {"answer_force_N", number(header.answer_force_N)},
-            {"longest_answer_m_N", number(header.longest_answer_m_N)}}},
-          {"grid", std::move(grid)},
-          {"spheres", spheres_json(snapshot->spheres, options.history ? images : 0)},
-          {"spheres_left_out", header.grid.sphere_count - snapshot->spheres.size()}};
-}
-
-Json tool_json(const ToolView& view) {
-  const auto snapshot = read_tool(view);
-  if (!snapshot) return {};
-  const proto::ToolState& state = snapshot->state;
-  return {{"generation", snapshot->generation},
-          {"time_ns", state.time_ns},
-          {"tick", state.tick},
-          {"position_m", numbers(state.position_m)},
-          {"orientation_xyzw", numbers(state.orientation_xyzw)},
-          {"velocity_m_s", numbers(state.velocity_m_s)},
-          {"force_N", numbers(state.force_N)},
-          {"buttons", state.buttons}};
-}
-
-Json segment_json(const ObservedSegment* segment, const JsonOptions& options) {
-  if (segment == nullptr) return {};
-  Json json = json_of(segment->summary);
-  if (segment->summary.header) json["header"] = header_json(*segment->summary.header);
-  if (segment->scene) {
-    json["fixed"] = fixed_json(*segment->scene, options);
-    json["snapshot"] = snapshot_json(*segment->scene, options);
-  }
-  if (segment->tool) json["latest_state"] = tool_json(*segment->tool);
-  return json;
-}
-
-}  // namespace
 
 nlohmann::ordered_json json_of(const SegmentSummary& summary) {
   const auto& header = summary.header;

@@ -21,6 +21,10 @@ struct JsonOptions {
 /// An array of summaries.
 [[nodiscard]] nlohmann::ordered_json json_of(std::span<const SegmentSummary> summaries);
 
+/// What a scene's segment tells once: "fixed" of a session.
+[[nodiscard]] nlohmann::ordered_json json_of_fixed_part(const SceneView& view,
+                                                        const JsonOptions& options);
+
 /// A session with all that its segments hold. Each may be null.
 [[nodiscard]] nlohmann::ordered_json json_of(const std::string& session,
                                              const ObservedSegment* scene,

@@ -32,6 +32,19 @@ void copy_spheres(const GridView& view, std::size_t most_spheres,
 }
 
 /// Bounded by the layout whatever the words say, given a consistent shape.
+void copy_covers(const GridView& view, std::vector<LevelCover>& covers) {
+  covers.resize(view.shape.sphere_count);
+  const std::uint64_t* starts = view.words + view.layout.cell_starts;
+  std::uint32_t level = 0;
+  for (std::uint32_t i = 0; i < view.shape.sphere_count; ++i) {
+    while (level + 1 < view.shape.level_count &&
+           load_u32(starts, view.shape.levels[level + 1].first_cell) <= i)
+      ++level;
+    covers[i] = {load_cover(view, i), level};
+  }
+}
+
+/// Likewise bounded.
 GridOccupancy occupancy_of(const GridView& view) {
   GridOccupancy occupancy;
   if (view.shape.sphere_count == 0) return occupancy;
@@ -62,6 +75,7 @@ std::optional<SceneSnapshot> read_snapshot(const SceneView& view, std::size_t mo
     const GridView grid = view.moving_grid(payload, snapshot.header);
     snapshot.header.grid = grid.shape;
     copy_spheres(grid, most_spheres, snapshot.spheres);
+    copy_covers(grid, snapshot.covers);
     snapshot.occupancy = occupancy_of(grid);
   });
   if (result.status != ReadStatus::kAccepted) return std::nullopt;

@@ -19,12 +19,19 @@ struct GridOccupancy {
   std::uint32_t fullest_cell = 0;  // spheres in it
 };
 
+/// A sphere's cover, and the level of the grid that it is entered in.
+struct LevelCover {
+  proto::Cover cover;
+  std::uint32_t level = 0;
+};
+
 /// A copy of one image of a scene, whole as it was published; its numbers are the writer's, and may
 /// be none.
 struct SceneSnapshot {
   std::uint64_t generation = 0;
   proto::SnapshotHeader header{};  // its grid has no sphere if it was not consistent
   std::vector<proto::SphereRecord> spheres;
+  std::vector<LevelCover> covers;  // of all spheres, in the order of the levels
   GridOccupancy occupancy;
 };
 

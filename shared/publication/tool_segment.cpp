@@ -10,9 +10,12 @@ namespace stillgrid {
 namespace {
 
 /// Written so that a NaN does not pass.
-bool are_plausible(const std::array<double, 3>& values) {
-  return std::all_of(values.begin(), values.end(),
-                     [](double x) { return std::abs(x) <= proto::kLargestNumber; });
+bool is_plausible(double x) {
+  return std::abs(x) <= proto::kLargestNumber;
+}
+template <std::size_t N>
+bool are_plausible(const std::array<double, N>& values) {
+  return std::all_of(values.begin(), values.end(), is_plausible);
 }
 
 bool is_sound(const proto::ToolState& state) {
@@ -23,6 +26,16 @@ bool is_sound(const proto::ToolState& state) {
 }
 
 }  // namespace
+
+bool has_sound_figures(const proto::ToolState& state) noexcept {
+  const proto::TickFigures& figures = state.before;
+  const proto::DisplayedImage& shown = figures.displayed;
+  return are_plausible(figures.torque_N_m) && (figures.flags & ~proto::kSafetyFlagMask) == 0 &&
+         are_plausible(shown.position) && are_plausible(shown.velocity_s) &&
+         are_plausible(shown.shift_m) && is_plausible(shown.drift_s) &&
+         is_plausible(shown.answer_lag_s) && is_plausible(shown.answer_N) && shown.alpha >= 0.0 &&
+         shown.alpha <= 1.0 && shown.age_s >= 0.0 && is_plausible(shown.age_s);
+}
 
 ToolWriter::ToolWriter(std::string_view session, std::uint64_t period_ns, proto::Clock clock,
                        std::uint64_t start_ns, std::optional<gid_t> readers)

@@ -26,6 +26,10 @@ class ToolWriter {
   std::uint64_t generation_ = 0;
 };
 
+/// Whether the figures of the tick before are numbers within kLargestNumber, and their flags known
+/// ones: asked before they are shown. The simulation uses none of them.
+[[nodiscard]] bool has_sound_figures(const proto::ToolState& state) noexcept;
+
 /// The simulation's end.
 class ToolView {
  public:

@@ -93,7 +93,8 @@ std::vector<std::byte> valid_tool() {
                     .orientation_xyzw = {0.0, 0.6, 0.0, 0.8},
                     .velocity_m_s = {0.0, 0.0, -0.1},
                     .force_N = {0.0, 0.0, 1.0},
-                    .buttons = 0});
+                    .buttons = 0,
+                    .before = {}});
   return with_gaps(published(proto::SegmentKind::kTool, proto::kToolLayoutHash));
 }
 

@@ -43,6 +43,64 @@ LoopRun run_loop(const StaticScene& fixed, const std::string& device_spec, int t
   return run;
 }
 
+TEST_CASE("The tool tells what the tick before displayed, felt and took", "[haptic_loop]") {
+  const auto transition = GENERATE(Transition::kLinear, Transition::kAnswer, Transition::kHold);
+  const auto model = GENERATE(Model::kGrid, Model::kPlane, Model::kCrossfade);
+  PublishedScene scene(plain_scene(500.0F, 0.01F), {0.02F}, 5 * kMillisecond_ns);
+  const RecordingFile still("t_s,x_m,y_m,z_m\n0,0,0,0.025\n10,0,0,0.025\n");
+  Device device(parse_device_spec(STILLGRID_PLUGIN_DIR "/replay.so:file=" + still.path()),
+                {.period_ns = kMillisecond_ns, .is_virtual = true});
+  device.activate();
+  const std::string session = "told-" + std::to_string(::getpid());
+  ToolWriter tool(session, kMillisecond_ns, proto::Clock::kVirtual, 0);
+  const ToolView told(
+      *SegmentReader::open(session, proto::SegmentKind::kTool, proto::kToolLayoutHash));
+  ::unlink(("/dev/shm/stillgrid-" + session + "-tool.lock").c_str());
+  HapticLoop loop(device, tool, make_renderer(model, transition),
+                  safety_limits({}, device.descriptor()), kMillisecond_ns);
+  TickRow row;
+  bool is_touched = false;
+  for (std::uint64_t tick = 0; tick < 300; ++tick) {
+    const std::uint64_t now_ns = tick * kMillisecond_ns;
+    if (tick % 5 == 0) {
+      const double x_m = 1e-5 * static_cast<double>(tick);
+      ShownForesight foresight;
+      foresight.image = {.period_ns = 5 * kMillisecond_ns,
+                         .answer_direction = {0.0, 0.0, -1.0},
+                         .answer_force_N = 0.1,
+                         .longest_answer_m_N = 1e-4};
+      foresight.answer_m_N = {{0.0, 0.0, -1e-4}};
+      scene.show({{x_m, 0.0, 0.0}}, {{0.002, 0.0, 0.0}}, now_ns, 0, foresight);
+    }
+    REQUIRE(loop.sense(scene.view(), now_ns) == TickEnd::kGoOn);
+    const auto state = told.read();
+    REQUIRE(state);
+    CHECK(state->tick == tick + 1);
+    CHECK(has_sound_figures(*state));
+    const proto::TickFigures& figures = state->before;
+    CHECK(figures.contacts == static_cast<std::uint32_t>(tick == 0 ? 0 : row.contacts));
+    CHECK(figures.flags == (tick == 0 ? 0U : row.flags));
+    CHECK(figures.displayed.generation == row.generation);
+    CHECK(figures.displayed.age_s == row.age_s);
+    CHECK(figures.missed_ticks == tick / 2);
+    if (tick > 0) {
+      CHECK(figures.displayed.scene_epoch == scene.view().header().epoch);
+      CHECK(figures.displayed.alpha == row.alpha);
+      CHECK(figures.torque_N_m[1] == row.torque_N_m.y());
+      CHECK(figures.work_ns == 100 + tick - 1);
+      CHECK(figures.wake_late_ns == 7);
+      const auto& weights = figures.displayed.position;
+      CHECK(weights[0] + weights[1] + weights[2] + weights[3] == Approx(1.0));
+    }
+    REQUIRE(loop.act(scene.view(), true, now_ns, row) == TickEnd::kGoOn);
+    loop.note_times(100 + tick, 7, (tick + 1) / 2);
+    const RenderedTick& rendered = loop.rendered();
+    is_touched = is_touched || rendered.force.contacts > 0;
+    if (model != Model::kGrid) CHECK(rendered.weights.position[0] == 1.0);
+  }
+  CHECK(is_touched);
+}
+
 /// Touched by the tool's origin at z = 0.
 StaticScene wall_scene(float stiffness_N_m) {
   StaticScene scene = plain_scene(stiffness_N_m, 0.005F);
@@ -121,10 +179,27 @@ TEST_CASE("Energy is of the device's own motion where the scene is shown larger"
   CHECK(run.report.energy_J == Approx(given_J).epsilon(1e-9));
 }
 
-TEST_CASE("The work of the torque is counted where the device tells its orientation",
-          "[haptic_loop]") {
+/// A wall pressed with the end of a lever of 0.1 m of the scene.
+StaticScene lever_scene(double scale) {
   StaticScene scene = wall_scene(1000.0F);
   scene.tool[0].position_m = {0.1F, 0.0F, 0.0F};
+  scene.device.scale = scale;
+  return scene;
+}
+
+TEST_CASE("A lever is as long to the device as its own metres make it", "[haptic_loop]") {
+  const RecordingFile still(
+      "t_s,x_m,y_m,z_m,qx,qy,qz,qw\n0,0,0,-0.001,0,0,0,1\n10,0,0,-0.001,0,0,0,1\n");
+  const double scale = GENERATE(0.5, 1.0, 4.0);
+  const LoopRun run = run_loop(lever_scene(scale), "replay.so:file=" + still.path(), 500);
+  const TickRow& last = run.rows.back();
+  REQUIRE(last.force_N.z() > 0.1);
+  CHECK(last.torque_N_m.y() == Approx(-0.1 / scale * last.force_N.z()).epsilon(1e-6));
+}
+
+TEST_CASE("The work of the torque is counted where the device tells its orientation",
+          "[haptic_loop]") {
+  const StaticScene scene = lever_scene(1.0);
   constexpr int kTicks = 500;
   std::ostringstream file;
   std::vector<double> turn_rad;  // about y, which takes the tool's end down

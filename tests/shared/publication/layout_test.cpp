@@ -14,7 +14,7 @@ using namespace proto;
 
 // A change here is a change of the protocol: raise kSegmentVersion and mend docs/protocol.md.
 TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
-  CHECK(kSegmentVersion == 3);
+  CHECK(kSegmentVersion == 4);
 
   CHECK(offsetof(SegmentHeader, version) == 8);
   CHECK(offsetof(SegmentHeader, kind) == 12);
@@ -40,7 +40,25 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(ToolState, velocity_m_s) == 72);
   CHECK(offsetof(ToolState, force_N) == 96);
   CHECK(offsetof(ToolState, buttons) == 120);
-  CHECK(sizeof(ToolState) == 128);
+  CHECK(offsetof(ToolState, before) == 128);
+  CHECK(sizeof(ToolState) == 320);
+  CHECK(offsetof(TickFigures, contacts) == 24);
+  CHECK(offsetof(TickFigures, flags) == 28);
+  CHECK(offsetof(TickFigures, work_ns) == 32);
+  CHECK(offsetof(TickFigures, wake_late_ns) == 40);
+  CHECK(offsetof(TickFigures, missed_ticks) == 48);
+  CHECK(offsetof(TickFigures, displayed) == 56);
+  CHECK(sizeof(TickFigures) == 192);
+  CHECK(offsetof(DisplayedImage, generation) == 8);
+  CHECK(offsetof(DisplayedImage, position) == 16);
+  CHECK(offsetof(DisplayedImage, velocity_s) == 48);
+  CHECK(offsetof(DisplayedImage, drift_s) == 72);
+  CHECK(offsetof(DisplayedImage, answer_lag_s) == 80);
+  CHECK(offsetof(DisplayedImage, answer_N) == 88);
+  CHECK(offsetof(DisplayedImage, shift_m) == 96);
+  CHECK(offsetof(DisplayedImage, alpha) == 120);
+  CHECK(offsetof(DisplayedImage, age_s) == 128);
+  CHECK(sizeof(DisplayedImage) == 136);
 
   CHECK(offsetof(SceneHeader, material_count) == 64);
   CHECK(offsetof(SceneHeader, tool_slip_speed_m_s) == 84);
@@ -90,13 +108,13 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(sizeof(SphereRecord) == 128);
 }
 
-TEST_CASE("A tool segment is one page with its slots at 448 and 640", "[layout]") {
+TEST_CASE("A tool segment is one page with its slots at 448 and 832", "[layout]") {
   const TestSession session;
   ToolWriter writer(session.name(), 1'000'000, Clock::kVirtual, 0);
 
   CHECK(writer.header().size_bytes == 4096);
-  CHECK(writer.header().slot_offset == std::array<std::uint64_t, 2>{448, 640});
-  CHECK(writer.header().payload_bytes == 128);
+  CHECK(writer.header().slot_offset == std::array<std::uint64_t, 2>{448, 832});
+  CHECK(writer.header().payload_bytes == 320);
 }
 
 TEST_CASE("A scene segment is its header, its still grid and two slots", "[layout]") {

@@ -23,7 +23,23 @@ proto::ToolState sound_state() {
           .orientation_xyzw = {0.0, 0.6, 0.0, 0.8},
           .velocity_m_s = {0.1, 0.2, -0.3},
           .force_N = {0.0, 1.5, 0.0},
-          .buttons = 2};
+          .buttons = 2,
+          .before = {.torque_N_m = {0.01, 0.0, -0.02},
+                     .contacts = 3,
+                     .flags = proto::kFlagSlewed,
+                     .work_ns = 12'000,
+                     .wake_late_ns = 40'000,
+                     .missed_ticks = 1,
+                     .displayed = {.scene_epoch = 77,
+                                   .generation = 9,
+                                   .position = {0.75, 0.25, 0.0, 0.0},
+                                   .velocity_s = {0.01, 0.0, 0.0},
+                                   .drift_s = 0.02,
+                                   .answer_lag_s = 0.006,
+                                   .answer_N = -1.5,
+                                   .shift_m = {0.0, 1e-3, 0.0},
+                                   .alpha = 0.5,
+                                   .age_s = 0.03}}};
 }
 
 TEST_CASE("The simulation reads the tool as the haptic server published it", "[tool_segment]") {
@@ -96,6 +112,30 @@ TEST_CASE("A state of the tool out of all proportion is as if there were none", 
 
   CHECK(is_read(-proto::kLargestNumber));
   for (const double number : {1.1e6, -1e9, 1e300, 1e308}) CHECK_FALSE(is_read(number));
+}
+
+TEST_CASE("Figures of a tick that are none, or flags that nobody knows, are not shown",
+          "[tool_segment]") {
+  const auto is_shown = [](auto&& spoil) {
+    proto::ToolState state = sound_state();
+    spoil(state.before);
+    return has_sound_figures(state);
+  };
+  REQUIRE(is_shown([](auto&) {}));
+  for (const double bad : {std::nan(""), double{INFINITY}, -1.1e6}) {
+    CHECK_FALSE(is_shown([&](auto& tick) { tick.torque_N_m[1] = bad; }));
+    CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.position[3] = bad; }));
+    CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.velocity_s[2] = bad; }));
+    CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.drift_s = bad; }));
+    CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.answer_lag_s = bad; }));
+    CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.answer_N = bad; }));
+    CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.shift_m[0] = bad; }));
+    CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.alpha = bad; }));
+    CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.age_s = bad; }));
+  }
+  CHECK_FALSE(is_shown([](auto& tick) { tick.displayed.alpha = 1.1; }));
+  CHECK(is_shown([](auto& tick) { tick.flags = proto::kSafetyFlagMask; }));
+  CHECK_FALSE(is_shown([](auto& tick) { tick.flags = proto::kSafetyFlagMask + 1; }));
 }
 
 TEST_CASE("A tool segment whose slots cannot hold a tool state is refused", "[tool_segment]") {
