@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Makes the mesh of the scene `organ`: a kidney-shaped closed surface, 50 mm long, as an OBJ file.
+"""Makes the mesh of the scenes `organ` and `laparoscopy`: a kidney-shaped closed surface, 50 mm long, as an OBJ file.
 
 The same file on every run: sim_server/scene/scenes/organ.obj is what it writes.
 """

@@ -5,12 +5,14 @@
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "haptic_server/devices/path.hpp"
+#include "haptic_server/devices/phantom_instrument.hpp"
 #include "haptic_server/devices/phantom_model.hpp"
 #include "haptic_server/devices/plugin_options.hpp"
 #include "haptic_server/devices/plugin_support.hpp"
@@ -24,6 +26,8 @@ struct NumberOption {
   Bounds bounds;
   double& (*place)(PhantomSettings&);
 };
+
+constexpr std::array<std::string_view, 3> kPivotKeys = {"pivot_x_m", "pivot_y_m", "pivot_z_m"};
 
 using Settings = PhantomSettings;
 constexpr std::array kNumberOptions = {
@@ -75,7 +79,14 @@ constexpr std::array kNumberOptions = {
 std::string known_keys() {
   std::string keys = "a known key: profile, hand, path, delay_ticks, seed, limits";
   for (const NumberOption& option : kNumberOptions) keys += ", " + std::string(option.key);
+  for (const std::string_view key : kPivotKeys) keys += ", " + std::string(key);
   return keys + ", scale, offset_x_m, offset_y_m, offset_z_m, map, resample, knot_spacing_s";
+}
+
+std::string text_of(const Eigen::Vector3d& point_m) {
+  std::ostringstream text;
+  text << point_m.x() << ' ' << point_m.y() << ' ' << point_m.z();
+  return text.str();
 }
 
 /// The simulated device behind the plugin interface. Its time is the host's, from the first
@@ -95,6 +106,10 @@ class PhantomDriver {
                      [key](const NumberOption& option) { return option.key == key; });
     if (number != kNumberOptions.end()) {
       overrides_.emplace_back(number, number_option(key, value, number->bounds));
+    } else if (const auto pivot = std::find(kPivotKeys.begin(), kPivotKeys.end(), key);
+               pivot != kPivotKeys.end()) {
+      pivot_m_[static_cast<std::size_t>(pivot - kPivotKeys.begin())] =
+          number_option(key, value, Bounds::kFinite);
     } else if (key == "profile") {
       const auto profile = phantom_profile(value);
       if (!profile) refuse_option(key, value, "touch, touchx or premium15");
@@ -141,6 +156,8 @@ class PhantomDriver {
 
   void activate() {
     model_ = make_phantom(settings());
+    pivot_ = pivot();
+    if (pivot_) instrument_ = place_instrument({}, model_.position_m, *pivot_);
     has_started_ = false;
     sequence_ = 0;
   }
@@ -150,13 +167,22 @@ class PhantomDriver {
     state.valid = STILLGRID_STATE_POSITION;
     state.time_ns = now_ns;
     state.sequence = ++sequence_;
-    Eigen::Map<Eigen::Vector3d>(state.position_m) = read_encoders(model_);
+    const Eigen::Vector3d position_m = read_encoders(model_);
+    Eigen::Map<Eigen::Vector3d>(state.position_m) = position_m;
+    if (pivot_) {
+      instrument_ = place_instrument(instrument_, position_m, *pivot_);
+      state.valid |= STILLGRID_STATE_ORIENTATION;
+      Eigen::Map<Eigen::Vector4d>(state.orientation_xyzw) = orientation_of(instrument_).coeffs();
+    }
     return STILLGRID_DEVICE_OK;
   }
 
-  std::int32_t write(std::uint64_t now_ns, bool is_stopped, const double* force_N) noexcept {
+  std::int32_t write(std::uint64_t now_ns, bool is_stopped, const double* force_N,
+                     const double* torque_N_m) noexcept {
     catch_up(now_ns, is_stopped);
-    const Eigen::Vector3d force = Eigen::Map<const Eigen::Vector3d>(force_N);
+    Eigen::Vector3d force = Eigen::Map<const Eigen::Vector3d>(force_N);
+    if (pivot_ && torque_N_m != nullptr)
+      force = force_at_handle_N(instrument_, force, Eigen::Map<const Eigen::Vector3d>(torque_N_m));
     if (!is_stopped) command_force(model_, force);
     return force.allFinite() ? STILLGRID_DEVICE_OK : STILLGRID_DEVICE_E_ARGUMENT;
   }
@@ -184,7 +210,28 @@ class PhantomDriver {
     apply_overrides();
     settings.start_m = path_at(settings.path, 0.0).position_m;
     apply_overrides();  // again, for a start that is not the path's
+    if (const auto at_m = pivot()) check_pivot(settings, *at_m);
     return settings;
+  }
+
+  /// Throws where only a part of it is given.
+  [[nodiscard]] std::optional<Eigen::Vector3d> pivot() const {
+    const auto given = std::find_if(pivot_m_.begin(), pivot_m_.end(),
+                                    [](const auto& number) { return number.has_value(); });
+    if (given == pivot_m_.end()) return std::nullopt;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (!pivot_m_[axis])
+        refuse_option(kPivotKeys[axis], "", "a number, for all three of a pivot or none");
+    return Eigen::Vector3d(*pivot_m_[0], *pivot_m_[1], *pivot_m_[2]);
+  }
+
+  static void check_pivot(const PhantomSettings& settings, const Eigen::Vector3d& pivot_m) {
+    std::optional<Eigen::Vector3d> unfit_m = unfit_point_m(settings.path, pivot_m);
+    if (!unfit_m && !holds_instrument(settings.start_m, pivot_m)) unfit_m = settings.start_m;
+    if (!unfit_m) return;
+    refuse_option("pivot_x_m, pivot_y_m, pivot_z_m", text_of(pivot_m),
+                  "a point below the handle's path and start and 0.02 m from them, not one by " +
+                      text_of(*unfit_m));
   }
 
   /// Moves the model to now_ns, the force held. What a stall takes beyond 50 ticks is skipped,
@@ -210,9 +257,12 @@ class PhantomDriver {
   std::uint64_t seed_ = 1;
   bool declares_limits_ = true;
   std::vector<std::pair<const NumberOption*, double>> overrides_;
+  std::array<std::optional<double>, 3> pivot_m_;  // as configured
 
   std::uint64_t period_ns_;
   PhantomModel model_;
+  std::optional<Eigen::Vector3d> pivot_;
+  Instrument instrument_;  // as last read
   bool has_started_ = false;
   std::uint64_t start_ns_ = 0;
   std::uint64_t sequence_ = 0;

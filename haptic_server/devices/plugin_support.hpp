@@ -68,7 +68,7 @@ struct ErrorLine {
 ///   void describe(descriptor&)                  may throw: the options do not fit together
 ///   void activate()                             may throw, as describe()
 ///   int32_t read(now_ns, is_stopped, state&) noexcept     fills in all it marks as valid
-///   int32_t write(now_ns, is_stopped, force_N) noexcept
+///   int32_t write(now_ns, is_stopped, force_N, torque_N_m) noexcept    torque: may be null
 ///   void deactivate() noexcept                  zero force
 ///   void identify(identity&)                    optional; may throw, as describe()
 /// This template keeps the order of life, the sizes of structs and the exceptions inside.
@@ -172,11 +172,11 @@ struct PluginAdapter {
   }
 
   static std::int32_t write(stillgrid_device* device, std::uint64_t now_ns, const double* force_N,
-                            const double* /*torque_N_m*/) noexcept {
+                            const double* torque_N_m) noexcept {
     if (device == nullptr || force_N == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
     PluginAdapter& self = *of(device);
     if (!self.is_active) return STILLGRID_DEVICE_E_ORDER;
-    return self.driver.write(now_ns, self.is_stopped, force_N);
+    return self.driver.write(now_ns, self.is_stopped, force_N, torque_N_m);
   }
 
   static std::int32_t deactivate(stillgrid_device* device) noexcept {

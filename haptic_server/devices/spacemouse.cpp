@@ -86,7 +86,7 @@ class SpacemouseDriver {
   }
 
   static std::int32_t write(std::uint64_t /*now_ns*/, bool /*is_stopped*/,
-                            const double* /*force_N*/) noexcept {
+                            const double* /*force_N*/, const double* /*torque_N_m*/) noexcept {
     return STILLGRID_DEVICE_OK;
   }
 

@@ -19,7 +19,8 @@ constexpr auto kBatchPause = std::chrono::milliseconds(10);
 constexpr std::size_t kBatchBytes = 65536;
 constexpr const char* kColumns =
     "time_s,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s,fx_N,fy_N,fz_N,rendered_fx_N,rendered_fy_N,"
-    "rendered_fz_N,generation,alpha,contacts,age_s,tick_ns,flags,tx_Nm,ty_Nm,tz_Nm";
+    "rendered_fz_N,generation,alpha,contacts,age_s,tick_ns,flags,tx_Nm,ty_Nm,tz_Nm,"
+    "qx,qy,qz,qw";
 
 template <class Number>
 void append(std::string& line, Number value) {
@@ -64,6 +65,7 @@ void append_row(const TickRow& row, std::string& line) {
   }
   line += ',';
   append(line, row.torque_N_m);
+  for (const double number : row.orientation.coeffs()) append(line, number);
   line.pop_back();
 }
 

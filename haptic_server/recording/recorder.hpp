@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
@@ -27,7 +28,8 @@ struct TickRow {
   double age_s = 0.0;
   std::uint64_t tick_ns = 0;
   std::uint32_t flags = 0;
-  Eigen::Vector3d torque_N_m = Eigen::Vector3d::Zero();  // that the device was told
+  Eigen::Vector3d torque_N_m = Eigen::Vector3d::Zero();             // that the device was told
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  // of the tool
 };
 
 /// A row as a line of the CSV, without its end; numbers in the shortest form that reads back the

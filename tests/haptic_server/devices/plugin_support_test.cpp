@@ -39,7 +39,7 @@ class SmallDriver {
     return STILLGRID_DEVICE_OK;
   }
   static std::int32_t write(std::uint64_t /*now_ns*/, bool /*is_stopped*/,
-                            const double* /*force_N*/) noexcept {
+                            const double* /*force_N*/, const double* /*torque_N_m*/) noexcept {
     return STILLGRID_DEVICE_OK;
   }
   void deactivate() noexcept {}

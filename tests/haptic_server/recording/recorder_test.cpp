@@ -60,7 +60,7 @@ std::vector<std::uint64_t> whole_rows(const std::filesystem::path& file) {
   std::vector<std::uint64_t> generations;
   auto lines = lines_of(file);
   for (std::size_t i = 3; i < lines.size(); ++i) {
-    if (std::count(lines[i].begin(), lines[i].end(), ',') != 21)
+    if (std::count(lines[i].begin(), lines[i].end(), ',') != 25)
       throw std::runtime_error("no whole row: " + lines[i]);
     std::size_t start = 0;
     for (int column = 0; column < kGenerationColumn; ++column)
@@ -107,14 +107,15 @@ TEST_CASE("A number written reads back to the same bits", "[recorder]") {
   CHECK(line.rfind("0,0.1,0.3333333333333333,-2.2250738585072014e-308,", 0) == 0);
 }
 
-TEST_CASE("Flags are named, joined by bars, and followed by the torque", "[recorder]") {
+TEST_CASE("Flags are named, joined by bars, and followed by torque and orientation", "[recorder]") {
   TickRow row;
   row.tick_ns = 77;
   row.flags = kFlagFaded | kFlagClamped | kFlagSwept;
   row.torque_N_m = {0.25, -1.0, 0.0};
+  row.orientation = {0.5, -0.5, 0.5, 0.5};
   std::string line;
   append_row(row, line);
-  CHECK_THAT(line, Catch::Matchers::EndsWith(",77,faded|clamped|swept,0.25,-1,0"));
+  CHECK_THAT(line, Catch::Matchers::EndsWith(",77,faded|clamped|swept,0.25,-1,0,-0.5,0.5,0.5,0.5"));
 }
 
 TEST_CASE("A row has a field for each column, and columns known before keep their places",
@@ -127,8 +128,9 @@ TEST_CASE("A row has a field for each column, and columns known before keep thei
   const auto lines = lines_of(file);
   std::filesystem::remove(file);
   REQUIRE(lines.size() == 4);
-  CHECK_THAT(lines[2], Catch::Matchers::StartsWith("time_s,x_m,y_m,z_m,vx_m_s,") &&
-                           Catch::Matchers::EndsWith(",tick_ns,flags,tx_Nm,ty_Nm,tz_Nm"));
+  CHECK_THAT(lines[2],
+             Catch::Matchers::StartsWith("time_s,x_m,y_m,z_m,vx_m_s,") &&
+                 Catch::Matchers::EndsWith(",tick_ns,flags,tx_Nm,ty_Nm,tz_Nm,qx,qy,qz,qw"));
   CHECK(std::count(lines[3].begin(), lines[3].end(), ',') ==
         std::count(lines[2].begin(), lines[2].end(), ','));
 }
