@@ -20,12 +20,13 @@
 #include "sim_server/report.hpp"
 #include "sim_server/scene/scene_file.hpp"
 #include "sim_server/server.hpp"
+#include "sim_server/surface_file.hpp"
 
 namespace stillgrid {
 namespace {
 
 struct Arguments {
-  std::filesystem::path scene, report, final_state, choice;
+  std::filesystem::path scene, report, final_state, choice, surfaces;
   std::optional<double> rate_hz;
   std::string group;
   bool lockstep = false, offline = false, explain = false;
@@ -41,49 +42,68 @@ constexpr const char* kDescription =
     "haptic_server\n"
     "  sim_server --scene threads.toml --offline --duration 2 --final-state end.csv\n"
     "  sim_server --scene threads.toml --explain                           which method serves "
-    "it\n";
+    "it\n"
+    "  sim_server --scene organ.toml --surfaces organ.json                 for scene_viewer\n";
 
 void add_options(CLI::App& app, Arguments& arguments) {
   ServerOptions& server = arguments.server;
   app.add_option("--scene", arguments.scene, "Scene file (TOML), see docs/formats.md")->required();
   auto* session = app.add_option("--session", server.session, "Name that joins the two servers")
                       ->check(session_complaint);
-  app.add_option("--rate", arguments.rate_hz, "Steps a second, Hz; default: the scene's")
-      ->check(number_in(0.01, 1e5));
-  app.add_option("--duration", server.duration_s, "Simulated time, s; default: until Ctrl-C")
-      ->check(number_in(1e-6, 1e8));
+  auto* rate =
+      app.add_option("--rate", arguments.rate_hz, "Steps a second, Hz; default: the scene's")
+          ->check(number_in(0.01, 1e5));
+  auto* duration =
+      app.add_option("--duration", server.duration_s, "Simulated time, s; default: until Ctrl-C")
+          ->check(number_in(1e-6, 1e8));
   auto* lockstep = app.add_flag("--lockstep", arguments.lockstep,
                                 "Virtual time, in agreement with haptic_server --lockstep");
   auto* offline = app.add_flag("--offline", arguments.offline,
                                "Virtual time, alone; needs --duration, publishes nothing");
   offline->excludes(lockstep)->excludes(session);
-  app.add_flag("--explain", arguments.explain,
-               "Try the methods on the scene, print cost, error and reason of each, and end")
-      ->excludes(lockstep)
-      ->excludes(offline);
-  app.add_option("--choice", arguments.choice,
-                 "Record (JSON) of the method chosen where the scene says solver = \"auto\": read "
-                 "if it is there, else written; virtual time needs one");
+  auto* explain =
+      app.add_flag("--explain", arguments.explain,
+                   "Try the methods on the scene, print cost, error and reason of each, and end")
+          ->excludes(lockstep)
+          ->excludes(offline);
+  auto* surfaces =
+      app.add_option("--surfaces", arguments.surfaces,
+                     "Write what the bodies look like, for scene_viewer (JSON), and end")
+          ->excludes(lockstep)
+          ->excludes(offline);
+  auto* choice = app.add_option(
+      "--choice", arguments.choice,
+      "Record (JSON) of the method chosen where the scene says solver = \"auto\": read "
+      "if it is there, else written; virtual time needs one");
   app.add_option("--latency", server.latency_s, "Virtual cost of a step, s; only with --lockstep")
       ->check(number_in(0.0, 100.0))
       ->needs(lockstep);
   app.add_option("--jitter", server.jitter,
                  "Draw each period from P (1 + u), u uniform in +-FRACTION; virtual time only")
       ->check(number_in(0.0, 0.95));
-  app.add_option("--seed", server.seed, "Of the jitter; default 1");
-  app.add_option("--report", arguments.report, "Write a report (JSON) at exit");
-  app.add_option("--final-state", arguments.final_state, "Write nodes and bodies (CSV) at exit");
-  app.add_option("--group", arguments.group,
-                 "Let this group of users read the session too; default: only its owner")
-      ->check(group_complaint)
-      ->excludes(offline);
-  app.add_option("--cpu", server.cpu, "Run on this processor")->check(CLI::NonNegativeNumber);
+  auto* seed = app.add_option("--seed", server.seed, "Of the jitter; default 1");
+  auto* report = app.add_option("--report", arguments.report, "Write a report (JSON) at exit");
+  auto* final_state = app.add_option("--final-state", arguments.final_state,
+                                     "Write nodes and bodies (CSV) at exit");
+  auto* group =
+      app.add_option("--group", arguments.group,
+                     "Let this group of users read the session too; default: only its owner")
+          ->check(group_complaint)
+          ->excludes(offline);
+  auto* cpu =
+      app.add_option("--cpu", server.cpu, "Run on this processor")->check(CLI::NonNegativeNumber);
+  // What only a run needs: elsewhere it would do nothing.
+  for (auto* of_run : {session, duration, seed, report, final_state, group, cpu})
+    of_run->excludes(explain)->excludes(surfaces);
+  surfaces->excludes(explain)->excludes(rate)->excludes(choice);
 }
 
 /// What CLI11 cannot say by itself.
 void check(const Arguments& arguments, double period_s) {
-  if (!arguments.offline && !arguments.explain && arguments.server.session.empty())
-    throw CLI::ValidationError("--session", "is required unless --offline or --explain is given");
+  const bool is_run = !arguments.explain && arguments.surfaces.empty();
+  if (is_run && !arguments.offline && arguments.server.session.empty())
+    throw CLI::ValidationError("--session",
+                               "is required unless --offline, --explain or --surfaces is given");
   if (arguments.offline && !arguments.server.duration_s)
     throw CLI::ValidationError("--offline", "needs --duration");
   if (!arguments.offline && !arguments.lockstep && arguments.server.jitter > 0.0)
@@ -155,6 +175,13 @@ int explain_choice(const Arguments& arguments, const SceneDescription& scene) {
   return kDone;
 }
 
+int write_surfaces_of(const Arguments& arguments, const SceneDescription& scene) {
+  const World world = build_world(scene);
+  write_surfaces(scene.name, world.spheres.size() + world.still_spheres.size(),
+                 rest_surfaces(scene, world), arguments.surfaces);
+  return kDone;
+}
+
 /// Runs the scene; report and final state are written however it ended.
 int run(Arguments& arguments) {
   SceneDescription scene = load_scene(arguments.scene);
@@ -164,13 +191,14 @@ int run(Arguments& arguments) {
   arguments.server.clock = arguments.offline    ? SimulationClock::kOffline
                            : arguments.lockstep ? SimulationClock::kLockstep
                                                 : SimulationClock::kReal;
-  for (const auto& file : {arguments.report, arguments.final_state})
+  for (const auto& file : {arguments.report, arguments.final_state, arguments.surfaces})
     if (!file.empty()) require_writable(file);
   const bool is_read = std::filesystem::exists(arguments.choice) && !arguments.explain;
   if (!arguments.choice.empty() && !is_read) require_writable(arguments.choice);
   if (!arguments.group.empty()) arguments.server.readers = group_named(arguments.group);
   check_sphere_count(scene, arguments.scene.string());
   if (arguments.explain) return explain_choice(arguments, scene);
+  if (!arguments.surfaces.empty()) return write_surfaces_of(arguments, scene);
   settle_method(arguments, scene);
   Simulation simulation(scene);
   SimulationReport report;

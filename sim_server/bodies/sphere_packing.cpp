@@ -85,9 +85,9 @@ std::vector<SphereBinding> pack_thread(const BodyDescription& body) {
 
 std::vector<SphereBinding> pack_sheet(const BodyDescription& body) {
   const int nx = body.nodes.x(), ny = body.nodes.y();
-  const auto [spacing_m, radius_m] = packing_of(body);
-  const int columns = count_along(body.size_m.x(), spacing_m);
-  const int rows = count_along(body.size_m.y(), spacing_m);
+  const double radius_m = packing_of(body).radius_m;
+  const Eigen::Vector2i along = sheet_spheres(body);
+  const int columns = along.x(), rows = along.y();
   std::vector<SphereBinding> spheres;
   for (int j = 0; j < rows; ++j)
     for (int i = 0; i < columns; ++i) {
@@ -165,6 +165,11 @@ std::vector<SphereBinding> pack_spheres(const BodyDescription& body) {
       break;
   }
   return {};
+}
+
+Eigen::Vector2i sheet_spheres(const BodyDescription& body) {
+  const double spacing_m = packing_of(body).spacing_m;
+  return {count_along(body.size_m.x(), spacing_m), count_along(body.size_m.y(), spacing_m)};
 }
 
 double sphere_count(const BodyDescription& body) {

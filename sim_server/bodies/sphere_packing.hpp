@@ -16,6 +16,9 @@ namespace stillgrid {
 /// numbered from 0 within the body; rest positions are in the world.
 [[nodiscard]] std::vector<SphereBinding> pack_spheres(const BodyDescription& body);
 
+/// The spheres of a sheet along its x and y; they are numbered x fastest.
+[[nodiscard]] Eigen::Vector2i sheet_spheres(const BodyDescription& body);
+
 /// How many spheres that makes, without making them; a double, for it may exceed every integer.
 [[nodiscard]] double sphere_count(const BodyDescription& body);
 

@@ -23,7 +23,7 @@ class LaunchTest(daemons.SessionTest):
                 words = (folder / "cmdline").read_bytes().split(b"\0")
             except (NotADirectoryError, FileNotFoundError, ProcessLookupError):
                 continue
-            is_server = words[0].endswith((b"/sim_server", b"/haptic_server"))
+            is_server = words[0].endswith((b"/sim_server", b"/haptic_server", b"/scene_viewer"))
             if is_server and self.session.encode() in words:
                 found.append(int(folder.name))
         return found
@@ -78,6 +78,31 @@ class LaunchTest(daemons.SessionTest):
         victim = max(self.daemons_of_session())
         os.kill(victim, signal.SIGKILL)
         self.assertEqual(launch.wait(10.0), 128 + signal.SIGKILL, launch.lines())
+        self.assert_nobody_left()
+
+    def test_a_viewer_beside_them_sees_the_session_and_ends_with_it(self):
+        view = self.folder / "session.view"
+        launch = self.launch("wall", "--duration", 2, "--viewer", f"--port 0 --save {view}")
+        self.assertEqual(launch.wait(20.0), DONE, launch.lines())
+        self.assert_nobody_left()
+        self.assertIn(b'"sim":"alive","hand":"alive"', view.read_bytes())
+
+    def test_a_viewer_that_cannot_start_leaves_the_session_alone(self):
+        launch = self.launch("wall", "--duration", 0.5, "--viewer", "--port none",
+                             "--report-dir", self.folder)
+        self.assertEqual(launch.wait(20.0), DONE, launch.lines())
+        self.assertGreater(daemons.read_report(self.folder / "haptic.json")["ticks"], 250)
+
+    def test_a_viewer_that_does_not_heed_the_end_is_killed(self):
+        launch = self.launch("wall", "--viewer", "--port 0")
+        self.wait_until(lambda: len(self.daemons_of_session()) == 3, 5.0, "all three run")
+        tool = pathlib.Path(f"/dev/shm/stillgrid-{self.session}-tool")
+        self.wait_until(tool.exists, 5.0, "both daemons heed signals")
+        [viewer] = [each for each in self.daemons_of_session() if pathlib.Path(
+            f"/proc/{each}/cmdline").read_bytes().split(b"\0")[0].endswith(b"scene_viewer")]
+        os.kill(viewer, signal.SIGSTOP)
+        launch.signal(signal.SIGINT)
+        self.assertEqual(launch.wait(15.0), DONE, launch.lines())
         self.assert_nobody_left()
 
     def test_a_launch_that_is_killed_leaves_nobody_behind(self):

@@ -1,0 +1,99 @@
+// Figures with their units, the badges of both servers, the legend and what went wrong.
+
+const byId = (id) => document.getElementById(id);
+const fixed = (value, digits) =>
+  (value === null || value === undefined || !Number.isFinite(value) ? '–' : value.toFixed(digits));
+
+const pair = (values, digits) => `${fixed(values?.p50, digits)} / ${fixed(values?.p99, digits)}`;
+
+/// id, name and unit, value of a frame, what it means.
+const kNumbers = [
+  ['rate', 'ticks, 1/s', (f) => fixed(f.ticks?.per_s, 0), 'Ticks of the haptic loop in the last second'],
+  ['missed', 'missed', (f) => fixed(f.ticks?.missed, 0), 'Ticks that the haptic loop missed since its start'],
+  ['force', 'force, N', (f) => fixed(f.tool ? Math.hypot(...f.tool.force_N) : NaN, 2), 'Norm of the force on the hand'],
+  ['contacts', 'contacts', (f) => fixed(f.tool?.contacts, 0), 'Contacts of the tool in this tick'],
+  ['work', 'work p50 / p99, µs', (f) => pair(f.ticks?.tick_us, 1), 'Work of a tick, last second'],
+  ['generation', 'image', (f) => fixed(f.generation, 0), 'Number of the newest image'],
+  ['alpha', 'alpha', (f) => fixed(f.display?.alpha, 2), 'How far the transition has come to the newest image, of 1'],
+  ['age', 'age, ms', (f) => fixed(f.tool ? 1000 * f.tool.age_s : NaN, 1), 'Age of the image that the hand feels'],
+  ['step', 'step, ms', (f) => fixed(f.image?.step_ms, 2), 'Work of the simulation on the newest image'],
+  ['wake', 'late p50 / p99, µs', (f) => pair(f.ticks?.wake_us, 0), 'How late a tick woke, last second'],
+];
+
+export function make_numbers() {
+  for (const [id, name, , meaning] of kNumbers) {
+    const cell = document.createElement('div');
+    cell.title = meaning;
+    const term = document.createElement('dt');
+    term.textContent = name;
+    const value = document.createElement('dd');
+    value.id = `number-${id}`;
+    value.textContent = '–';
+    cell.append(term, value);
+    byId('numbers').append(cell);
+  }
+}
+
+/// Of a hand that is no more they are the last that were seen.
+export function show_numbers(frame) {
+  byId('numbers').classList.toggle('stale', frame.hand !== 'alive' && !byId('hand-badge').hidden);
+  for (const [id, , value] of kNumbers) byId(`number-${id}`).textContent = value(frame);
+}
+
+/// state: alive, dead or absent.
+function show_badge(id, name, state) {
+  byId(id).className = `badge ${state}`;
+  byId(id).textContent = `${name} ${state}`;
+}
+
+export function show_badges(sim, hand) {
+  show_badge('sim-badge', 'simulation', sim);
+  show_badge('hand-badge', 'hand', hand);
+}
+
+/// The line across the picture; '' takes it away. kind: dead, gone or note.
+export function show_banner(text, kind = 'note') {
+  byId('banner').hidden = text === '';
+  byId('banner').className = kind;
+  if (byId('banner').textContent !== text) byId('banner').textContent = text;
+}
+
+export function show_scene(scene) {
+  const name = scene.name || 'recording';
+  byId('scene-name').textContent = name;
+  byId('session').textContent = scene.session ? `session ${scene.session}` : '';
+  byId('source').hidden = scene.source === 'session';
+  // Which servers there were a recording does not know.
+  byId('sim-badge').hidden = byId('hand-badge').hidden = scene.source === 'recording';
+  byId('source').textContent = scene.source === 'view' ? 'saved view' : scene.source;
+  document.title = `${name} – Stillgrid viewer`;
+}
+
+const length = (metres) => (metres < 0.1 ? `${+(1000 * metres).toPrecision(3)} mm` : `${+metres.toPrecision(3)} m`);
+
+export function show_scales({ metres_per_N, cell_m }) {
+  byId('force-scale').textContent = `force: ${length(metres_per_N)} is 1 N`;
+  byId('plane-scale').textContent = cell_m ? `grid of planes: ${length(cell_m)}` : '';
+}
+
+export function show_voxel_scale(visible, most) {
+  byId('voxel-scale').hidden = !visible;
+  byId('voxel-most').textContent = `${most}`;
+}
+
+/// time_s: of the frame shown, behind_s: how far behind the newest.
+export function show_time(playback, time_s, behind_s) {
+  const timeline = byId('timeline');
+  timeline.min = playback.first;
+  timeline.max = playback.last;
+  timeline.value = playback.number;
+  byId('time').textContent = playback.is_live
+    ? (playback.mode === 'live' ? 'live' : `−${fixed(behind_s, 2)} s`)
+    : `${fixed(time_s, 2)} s`;
+  byId('time').title = `frame ${playback.number}`;
+  byId('live').classList.toggle('on', playback.mode === 'live');
+  byId('live').hidden = !playback.is_live;
+  const pauses = playback.mode !== 'paused';
+  byId('play').classList.toggle('pauses', pauses);
+  byId('play').setAttribute('aria-label', pauses ? 'Pause' : 'Play');
+}

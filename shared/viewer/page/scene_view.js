@@ -1,0 +1,133 @@
+// The picture: bodies as spheres or surfaces, both images and the displayed one, planes, voxels, tool.
+import * as THREE from 'three';
+import { Camera } from './camera.js';
+import { body_colour } from './palette.js';
+import { make_planes } from './planes.js';
+import { round_up } from './plot_canvas.js';
+import { SphereSet } from './sphere_set.js';
+import { Surfaces } from './surfaces.js';
+import { tool_centres, ToolView } from './tool_view.js';
+import { VoxelBoxes } from './voxel_boxes.js';
+
+export const kGhostColours = { newest: '#57c7ff', previous: '#ff9d5c' };
+
+/// The smallest box round points, as its middle and its diagonal.
+function extent(points_m) {
+  const box = new THREE.Box3();
+  const point = new THREE.Vector3();
+  for (let i = 0; i + 2 < points_m.length; i += 3) {
+    point.fromArray(points_m, i);
+    if (Number.isFinite(point.x + point.y + point.z)) box.expandByPoint(point);
+  }
+  const size_m = box.isEmpty() ? 0 : box.getSize(new THREE.Vector3()).length();
+  return { centre_m: box.isEmpty() ? new THREE.Vector3() : box.getCenter(new THREE.Vector3()),
+    size_m: Math.max(size_m, 0.1) };
+}
+
+export class SceneView {
+  scales = {};  // of the legend
+  spheres_shown = 0;
+
+  /// switches: which parts are shown, by name.
+  constructor(canvas, switches) {
+    this.canvas = canvas;
+    this.switches = switches;
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
+    this.world = new THREE.Scene();
+    this.world.background = new THREE.Color('#0e1216');
+    const sun = new THREE.DirectionalLight('#ffffff', 2.1);
+    sun.position.set(0.6, -1, 2);
+    this.world.add(new THREE.HemisphereLight('#dfe9f5', '#39404a', 1.5), sun);
+    this.camera = new Camera(canvas, () => { this.dirty = true; });
+    this.content = new THREE.Group();
+    this.world.add(this.content);
+    new ResizeObserver(() => this.#resize()).observe(canvas.parentElement);
+    this.#resize();
+  }
+
+  #resize() {
+    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
+    this.renderer.setSize(width, height, false);
+    this.camera.resize(width, height);
+    this.dirty = true;
+  }
+
+  /// scene: of /api/scene. around_m: points that are to be seen at first, beside the tool, if any.
+  set_scene(scene, around_m, tool) {
+    this.world.remove(this.content);
+    this.content.traverse((object) => {
+      object.geometry?.dispose();
+      object.material?.dispose();
+    });
+    this.content = new THREE.Group();
+    this.world.add(this.content);
+
+    const { radius_m, body, count: moving, static_position_m: static_m } = scene.spheres;
+    const moving_m = radius_m.slice(0, moving);
+    const { centre_m, size_m } = extent([
+      ...around_m, ...static_m, ...tool?.position_m ?? [],
+      ...tool ? tool_centres(scene.tool_spheres, tool) : []]);
+    this.solid = new SphereSet(moving_m);
+    this.solid.colour((i) => body_colour(body[i]));
+    this.still = new SphereSet(radius_m.slice(moving));
+    this.still.colour((i) => body_colour(body[moving + i]));
+    Object.assign(this, { body, still_body: body.slice(moving), still_m: static_m });
+    this.ghosts = {};
+    for (const [name, colour] of Object.entries(kGhostColours)) {
+      this.ghosts[name] = new SphereSet(moving_m, { ghost: true, colour });
+    }
+    // Surfaces of another scene, or of one whose spheres have not come yet, fit no numbers.
+    const fits = scene.surfaces?.spheres === radius_m.length;
+    this.surfaces = new Surfaces(fits ? scene.surfaces.bodies : [], static_m);
+    this.voxels = new VoxelBoxes();
+    this.tool = new ToolView(scene.tool_spheres, size_m);
+    this.tool.metres_per_N = round_up(size_m / 25);
+    const planes = make_planes(scene.planes, centre_m, size_m);
+    this.planes = planes.group;
+    this.scales = { metres_per_N: this.tool.metres_per_N,
+      cell_m: scene.planes.length ? planes.cell_m : null };
+    this.content.add(this.solid.mesh, this.still.mesh, this.ghosts.newest.mesh, this.ghosts.previous.mesh,
+      this.surfaces.object, this.voxels.object, this.tool.object, this.planes);
+    // The same scene once more, of a simulation that was started again: who looks at it goes on so.
+    const known = `${scene.name} ${radius_m.length}`;
+    if (known !== this.known) this.camera.home(centre_m, size_m);
+    this.known = known;
+    this.dirty = true;
+  }
+
+  /// frame: of /api/frame. ticks: a TickHistory whose ticks begin .. end are the tool's path.
+  place(frame, ticks, begin, end) {
+    const { switches } = this;
+    const { newest = [], previous = [], displayed = [], voxels, voxel_count } = frame.arrays;
+    // Without a hand nothing is displayed: then the newest image is what there is.
+    const shown = displayed.length ? displayed : newest;
+    // As surfaces: bodies that have none are spheres there, too.
+    const hides = (body) => !switches.spheres && (!switches.surfaces || this.surfaces.skinned.has(body));
+    this.spheres_shown = this.still.place(this.still_m, (i) => hides(this.still_body[i])) +
+      this.solid.place(shown, (i) => !switches.displayed || hides(this.body[i]));
+    this.surfaces.object.visible = switches.surfaces && switches.displayed;
+    if (this.surfaces.object.visible && shown.length) this.surfaces.place(shown);
+    for (const [name, centres] of [['newest', newest], ['previous', previous]]) {
+      this.ghosts[name].mesh.visible = switches[name];
+      if (switches[name]) this.ghosts[name].place(centres);
+    }
+    this.voxels.object.visible = switches.voxels;
+    if (switches.voxels) this.voxels.place(voxels, voxel_count, switches.voxel_edge_m);
+    this.planes.visible = switches.planes;
+    this.tool.object.visible = Boolean(frame.tool);
+    if (frame.tool) {
+      this.tool.place(frame.tool);
+      this.tool.path.visible = switches.path;
+      if (switches.path) this.tool.place_path(ticks.columns.position_m, begin, end);
+      this.camera.tool_at(frame.tool.position_m);
+    }
+    this.dirty = true;
+  }
+
+  render() {
+    if (!this.dirty) return;
+    this.dirty = false;
+    this.renderer.render(this.world, this.camera.camera);
+  }
+}

@@ -1,0 +1,78 @@
+// Occupied voxels as boxes of wire, coloured by how many spheres are entered.
+import * as THREE from 'three';
+
+const kMost = 20000;  // boxes; more would only hide each other
+
+function box_edges() {
+  const corners = [];
+  for (let axis = 0; axis < 3; ++axis) {
+    for (const [a, b] of [[-0.5, -0.5], [-0.5, 0.5], [0.5, -0.5], [0.5, 0.5]]) {
+      for (const end of [-0.5, 0.5]) {
+        const corner = [0, 0, 0];
+        corner[axis] = end;
+        corner[(axis + 1) % 3] = a;
+        corner[(axis + 2) % 3] = b;
+        corners.push(...corner);
+      }
+    }
+  }
+  return new Float32Array(corners);
+}
+
+const kRamp = ['#3b528b', '#21918c', '#5ec962', '#fde725'].map((text) => new THREE.Color(text));
+
+/// Of a count among 1 .. most.
+function ramp_colour(count, most) {
+  const at = most > 1 ? (count - 1) / (most - 1) * (kRamp.length - 1) : 0;
+  const below = Math.min(Math.floor(at), kRamp.length - 2);
+  return kRamp[below].clone().lerp(kRamp[below + 1], at - below);
+}
+
+export class VoxelBoxes {
+  most_count = 0;  // in one voxel of those shown
+
+  constructor() {
+    const geometry = new THREE.InstancedBufferGeometry();
+    geometry.setAttribute('position', new THREE.BufferAttribute(box_edges(), 3));
+    this.box = new THREE.InstancedBufferAttribute(new Float32Array(4 * kMost), 4);
+    this.tint = new THREE.InstancedBufferAttribute(new Float32Array(3 * kMost), 3);
+    geometry.setAttribute('box', this.box);
+    geometry.setAttribute('tint', this.tint);
+    geometry.instanceCount = 0;
+    const material = new THREE.ShaderMaterial({
+      transparent: true,
+      depthWrite: false,
+      vertexShader: `
+        attribute vec4 box;  // centre, edge
+        attribute vec3 tint;
+        varying vec3 shade;
+        void main() {
+          shade = tint;
+          gl_Position = projectionMatrix * modelViewMatrix * vec4(box.xyz + position * box.w, 1.0);
+        }`,
+      fragmentShader: `
+        varying vec3 shade;
+        void main() {
+          gl_FragColor = vec4(shade, 0.55);
+          #include <colorspace_fragment>
+        }`,
+    });
+    this.object = new THREE.LineSegments(geometry, material);
+    this.object.frustumCulled = false;
+  }
+
+  /// boxes: centre and edge of each. edge_m: of the level shown, or null for all.
+  place(boxes, counts, edge_m) {
+    const chosen = [];
+    for (let i = 0; i < counts.length && chosen.length < kMost; ++i) {
+      if (edge_m === null || Math.abs(boxes[4 * i + 3] - edge_m) < 1e-4 * edge_m) chosen.push(i);
+    }
+    this.most_count = chosen.reduce((most, i) => Math.max(most, counts[i]), 0);
+    chosen.forEach((i, to) => {
+      this.box.array.set(boxes.subarray(4 * i, 4 * i + 4), 4 * to);
+      ramp_colour(counts[i], this.most_count).toArray(this.tint.array, 3 * to);
+    });
+    this.box.needsUpdate = this.tint.needsUpdate = true;
+    this.object.geometry.instanceCount = chosen.length;
+  }
+}

@@ -1,0 +1,101 @@
+#include "shared/viewer/scene_message.hpp"
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include "shared/inspection/snapshot.hpp"
+#include "tests/shared/publication/small_scene.hpp"
+#include "tests/shared/viewer/test_folder.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr const char* kSurfaces =
+    R"({"spheres": 17, "bodies": [{"body": 0, "vertices": [{"spheres": [0, 16], "weights": [0.5, 0.5]},
+    {"spheres": [1], "weights": [1]}], "lines": [[0, 1]]}]})";
+
+TEST_CASE("A scene's message numbers all spheres, moving ones first", "[scene_message]") {
+  const TestSession session;
+  SmallSceneWriter writer(session);
+  writer.publish_next();
+  const SceneView view(
+      *SegmentReader::open(session.name(), proto::SegmentKind::kScene, proto::kSceneLayoutHash));
+  const TestFolder folder;
+  const Surfaces surfaces = read_surfaces(folder.file("s.json", kSurfaces));
+  const auto moving = read_snapshot(view, 1000)->spheres;
+
+  const auto json = nlohmann::json::parse(
+      scene_message(view, session.name(), "key", moving, surfaces, 1'000'000));
+
+  CHECK(json["spheres"]["count"] == kMovingSpheres);
+  CHECK(json["spheres"]["static_count"] == 10);
+  CHECK(json["spheres"]["radius_m"].size() == 17);
+  CHECK(json["spheres"]["radius_m"][6] == 0.01);
+  CHECK(json["spheres"]["radius_m"][7] == 0.008);
+  CHECK(json["spheres"]["static_position_m"].size() == 30);
+  CHECK(json["spheres"]["static_position_m"][3] == 0.01);
+  CHECK(json["planes"].size() == 1);
+  CHECK(json["tool_spheres"].size() == 2);
+  CHECK(json["tick_period_s"] == 1e-3);
+  CHECK(json["flags"][2] == "faded");
+  CHECK(json["surfaces"]["bodies"].size() == 1);
+}
+
+TEST_CASE("Surfaces of a scene with another number of spheres are left out", "[scene_message]") {
+  const TestSession session;
+  const SmallSceneWriter writer(session);
+  const SceneView view(
+      *SegmentReader::open(session.name(), proto::SegmentKind::kScene, proto::kSceneLayoutHash));
+  const TestFolder folder;
+  const Surfaces surfaces = read_surfaces(folder.file("s.json", kSurfaces));
+  const auto json =
+      nlohmann::json::parse(scene_message(view, session.name(), "key", {}, surfaces, 0));
+  CHECK(json["surfaces"].is_null());
+  CHECK(json["tick_period_s"].is_null());
+}
+
+TEST_CASE("Surfaces that name what is not there are refused in one line", "[scene_message]") {
+  const TestFolder folder;
+  const auto refusal = [&](std::string text, const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+    const auto file = folder.file("bad.json", text);
+    return refusal_line([&] { static_cast<void>(read_surfaces(file)); });
+  };
+  CHECK(refusal(kSurfaces, "17", "16").find("bodies[0]") != std::string::npos);
+  CHECK(refusal(kSurfaces, "[[0, 1]]", "[[0, 2]]").find("bodies[0]") != std::string::npos);
+  CHECK(refusal(kSurfaces, "[[0, 1]]", "[[0]]").find("bodies[0]") != std::string::npos);
+  CHECK(refusal(kSurfaces, "[0.5, 0.5]", "[1.0]").find("bodies[0]") != std::string::npos);
+  CHECK(refusal(kSurfaces, "\"body\"", "\"bodi\"").find("bodies[0]") != std::string::npos);
+  CHECK(refusal(kSurfaces, "\"bodies\"", "\"boards\"").find("a list \"bodies\"") !=
+        std::string::npos);
+  CHECK(refusal(kSurfaces, "{\"spheres\": 17", "{").find("expected JSON") != std::string::npos);
+  CHECK(refusal(kSurfaces, "17", "17").empty());
+  CHECK(refusal_line([&] { static_cast<void>(read_surfaces("/nowhere.json")); }) ==
+        "--surfaces: /nowhere.json: cannot be read");
+  CHECK(refusal_line([&] { static_cast<void>(read_surfaces(folder.path)); }) ==
+        "--surfaces: " + folder.path.string() + ": cannot be read");
+}
+
+TEST_CASE("A saved scene is one whose spheres and surfaces are whole", "[scene_message]") {
+  const std::string scene =
+      R"({"scene_key": "k", "spheres": {"count": 1, "static_count": 1, "radius_m": [1, 1],
+      "body": [0, 1], "material": [0, 0], "static_position_m": [0, 0, 0]}, "surfaces": {"spheres": 2,
+      "bodies": [{"body": 0, "vertices": [{"spheres": [1], "weights": [1]}], "lines": [[0, 0]]}]}})";
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string text = scene;
+    return saved_scene(text.replace(text.find(from), from.size(), to));
+  };
+  REQUIRE(saved_scene(scene));
+  CHECK(saved_scene(scene)->key == "k");
+  CHECK_FALSE(with(R"("spheres": [1])", R"("spheres": [2])"));
+  CHECK_FALSE(with(R"("surfaces": {)", R"("surface": {)"));
+  CHECK_FALSE(with("[1, 1]", "[1]"));
+  CHECK_FALSE(with("[1, 1]", R"([1, "a"])"));
+  CHECK_FALSE(with("[0, 1]", "[0, -1]"));
+  CHECK_FALSE(with("[0, 0, 0]", "[0, 0]"));
+  CHECK_FALSE(with(R"("static_count": 1)", R"("static_count": 1e30)"));
+  CHECK_FALSE(with(R"("count": 1,)", ""));
+}
+
+}  // namespace
+}  // namespace stillgrid

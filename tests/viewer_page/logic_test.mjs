@@ -1,0 +1,122 @@
+// What the page decides without a browser: which frame is next, which ticks are missing, how bytes are read.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { decode } from '../../shared/viewer/page/api.js';
+import { Playback } from '../../shared/viewer/page/playback.js';
+import { binned_percentiles, flag_spans } from '../../shared/viewer/page/plots.js';
+import { TickHistory } from '../../shared/viewer/page/tick_history.js';
+
+function message(head, ...arrays) {
+  let text = JSON.stringify(head);
+  text += ' '.repeat((4 - text.length % 4) % 4);
+  const bytes = [new Uint32Array([text.length]), new TextEncoder().encode(text), ...arrays]
+    .flatMap((array) => [...new Uint8Array(array.buffer, array.byteOffset, array.byteLength)]);
+  return Uint8Array.from(bytes).buffer;
+}
+
+test('a message gives its arrays, doubles on odd places too', () => {
+  const head = { frame: 7, arrays: [{ name: 'a', type: 'f32', count: 3 }, { name: 'b', type: 'f64', count: 2 },
+    { name: 'c', type: 'u32', count: 1 }] };
+  const { frame, arrays } = decode(message(head, Float32Array.of(1, 2, 3), Float64Array.of(0.1, -5), Uint32Array.of(9)));
+  assert.equal(frame, 7);
+  assert.deepEqual([...arrays.a], [1, 2, 3]);
+  assert.deepEqual([...arrays.b], [0.1, -5]);
+  assert.deepEqual([...arrays.c], [9]);
+});
+
+function paused_at(number) {
+  const playback = new Playback();
+  playback.set_range(0, 100);
+  playback.seek(number);
+  return playback;
+}
+
+test('live asks for the latest, a pause for nothing, a seek once', () => {
+  const playback = new Playback();
+  playback.set_range(1, 50);
+  assert.equal(playback.next(0), 'latest');
+  playback.shown(50);
+  playback.pause();
+  assert.equal(playback.next(0), null);
+  playback.step(-1);
+  assert.equal(playback.next(0), 49);
+  assert.equal(playback.next(0), null);
+});
+
+test('a frame that did not come is asked for again', () => {
+  const playback = paused_at(10);
+  playback.next(0);
+  playback.not_come();
+  assert.equal(playback.next(0), 10);
+});
+
+test('a seek stays among the frames that there are', () => {
+  assert.equal(paused_at(500).next(0), 100);
+  assert.equal(paused_at(-5).next(0), 0);
+});
+
+test('play goes by the clock and the speed', () => {
+  const playback = paused_at(10);
+  playback.speed = 0.5;
+  playback.toggle(1000);
+  assert.equal(playback.next(2000), 25);
+});
+
+test('play that comes to the newest frame is live; in a saved view it ends, and begins anew', () => {
+  const live = paused_at(95);
+  live.toggle(0);
+  assert.equal(live.next(1000), 'latest');
+  const saved = new Playback(false);
+  saved.set_range(0, 100);
+  saved.seek(95);
+  saved.toggle(0);
+  assert.equal(saved.next(1000), 100);
+  assert.equal(saved.mode, 'paused');
+  saved.toggle(2000);
+  assert.equal(saved.next(2000), 0);
+});
+
+function ticks(from, count, time_of = (tick) => tick / 1000) {
+  const numbers = Float64Array.from({ length: count }, (_, i) => from + i);
+  const columns = { tick: numbers, time_s: numbers.map(time_of) };
+  for (const name of ['age_s', 'tick_us', 'wake_us', 'flags', 'generation']) columns[name] = new Float32Array(count);
+  for (const name of ['position_m', 'force_N']) columns[name] = new Float32Array(3 * count);
+  return columns;
+}
+
+test('ticks are asked for where they end, and anew where they do not join', () => {
+  const history = new TickHistory();
+  assert.deepEqual(history.missing(20000, 10000), { from: 10001, most: 10000 });
+  history.append(ticks(10001, 10000));
+  assert.equal(history.missing(20000, 10000), null);
+  assert.deepEqual(history.missing(20030, 10000), { from: 20001, most: 10000 });
+  assert.equal(history.missing(20000, 10000), null, 'scrubbed back into what is held');
+  assert.deepEqual(history.missing(15000, 10000), { from: 5001, most: 10000 }, 'before it');
+  history.append(ticks(5001, 10000));
+  assert.deepEqual(history.missing(90000, 10000), { from: 80001, most: 10000 }, 'after a gap');
+});
+
+test('an hour of ticks keeps the last minute, in order', () => {
+  const history = new TickHistory();
+  history.missing(1, 10000);
+  for (let tick = 1; tick < 400000; tick += 100) history.append(ticks(tick, 100));
+  assert.ok(history.count >= 60000 && history.count <= 131072);
+  assert.equal(history.last_tick, 400000);
+  assert.equal(history.columns.tick[history.lower_bound(350)], 350000);
+  assert.ok(history.missing(400000, 10000) === null);
+});
+
+test('percentiles of a bin are those of its values, each bin by itself', () => {
+  const times = Array.from({ length: 500 }, (_, i) => i / 1000);
+  const values = times.map((_, i) => (i < 250 ? (i * 7) % 250 : 1000));
+  const [first, second] = binned_percentiles(times, values, 0, 500);
+  assert.equal(first.p50, 125);
+  assert.equal(first.p99, 247);
+  assert.equal(second.p50, 1000);
+});
+
+test('a flag stands from its first tick to its last, and a pause between makes two', () => {
+  const times = [0, 0.001, 0.002, 0.003, 0.5, 0.501];
+  const spans = flag_spans(times, [4, 4, 4, 0, 5, 4], 0, 6, 3);
+  assert.deepEqual(spans, [[[0.5, 0.5]], [], [[0, 0.002], [0.5, 0.501]]]);
+});

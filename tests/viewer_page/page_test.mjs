@@ -1,0 +1,260 @@
+// The viewer's page in a browser, both servers in real time behind it. One story, in order.
+import assert from 'node:assert/strict';
+import fs from 'node:fs';
+import path from 'node:path';
+import { after, before, test } from 'node:test';
+import { kColours } from '../../shared/viewer/page/plots.js';
+import { look_at, need_chromium, open_browser } from './browser.mjs';
+import { kBuild, kHand, Session } from './servers.mjs';
+
+need_chromium();
+const kScene = 'tissue_and_blocks';
+const session = new Session();
+const saved = path.join(session.folder, 'saved.view');
+let sim, hand, viewer, page, errors, strangers, browser;
+
+const text = (id) => page.locator(`#${id}`).textContent();
+const number = async (id) => Number(await text(id));
+/// Waits until a script of the page gives true.
+const until = (script, argument) => page.waitForFunction(script, argument, { polling: 50 });
+const until_text = (id, wanted) =>
+  until(([where, what]) => document.getElementById(where).textContent === what, [id, wanted]);
+const until_above = (id, least) =>
+  until(([where, what]) => Number(document.getElementById(where).textContent) > what, [id, least]);
+
+/// What was changed is drawn: by the next but one frame of the browser.
+const drawn = () => page.evaluate(() =>
+  new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+const pause = async () => {
+  await page.keyboard.press(' ');
+  await until(() => document.getElementById('play').getAttribute('aria-label') === 'Play');
+  await drawn();
+};
+
+before(async () => {
+  const surfaces = await session.surfaces(kScene);
+  viewer = await session.scene_viewer('--session', session.name, '--surfaces', surfaces, '--save', saved);
+  ({ browser, page, errors, strangers } = await open_browser(kBuild, 1024, 640));
+});
+
+after(async () => {
+  await browser?.close();
+  await session.end();
+});
+
+test('a page that is opened first waits for its servers', async () => {
+  await page.goto(viewer.url);
+  await until(() => document.getElementById('banner').textContent.startsWith('waiting for a sim_server'));
+  sim = session.sim_server(kScene);
+  hand = session.haptic_server(kHand);
+  await until_text('sim-badge', 'simulation alive');
+  await until_text('hand-badge', 'hand alive');
+});
+
+test('the scene is drawn, every sphere of it', async () => {
+  await until_text('shown-spheres', '405 of 405 spheres');
+  assert.equal(await text('scene-name'), kScene);
+  const shown = await look_at(page, '#scene-canvas');
+  assert.ok(shown.colours > 1000, `${shown.colours} colours`);
+  await page.locator('#show-spheres').uncheck();
+  await until_text('shown-spheres', '0 of 405 spheres');
+  const bare = await look_at(page, '#scene-canvas');
+  assert.ok(bare.light < 0.9 * shown.light, `${bare.light} without spheres, ${shown.light} with them`);
+  await page.locator('#show-surfaces').check();
+  await drawn();
+  const skin = await look_at(page, '#scene-canvas');
+  assert.ok(skin.light > 1.1 * bare.light, `${bare.light} bare, ${skin.light} with surfaces`);
+  await page.locator('#show-surfaces').uncheck();
+  await page.locator('#show-spheres').check();
+  await until_text('shown-spheres', '405 of 405 spheres');
+});
+
+test('figures change as the servers go on', async () => {
+  await until_above('number-generation', await number('number-generation') + 3);
+  await until_above('number-rate', 0);
+  await until_above('number-force', 0.1);
+  await until_above('number-contacts', 0);
+});
+
+/// How many pixels of a plot, below its title, have a line's colour, faint at its edges.
+const count_coloured = (plot, colour) => page.locator(`#plot-${plot}`).evaluate((canvas, [red, green, blue]) => {
+  const kTitle = 16;
+  const { data } = canvas.getContext('2d').getImageData(0, kTitle, canvas.width, canvas.height - kTitle);
+  let count = 0;
+  for (let i = 0; i < data.length; i += 4) {
+    if (data[i + 3] > 100 && Math.max(Math.abs(data[i] - red), Math.abs(data[i + 1] - green),
+      Math.abs(data[i + 2] - blue)) < 12) ++count;
+  }
+  return count;
+}, colour.match(/[0-9a-f]{2}/g).map((digits) => parseInt(digits, 16)));
+
+test('every plot has its lines', async () => {
+  for (const [plot, line] of [['force', 'norm'], ['force', 'y'], ['age', 'age'], ['age', 'mark'], ['time', 'work'],
+    ['time', 'wake']]) {
+    const count = await count_coloured(plot, kColours[line]);
+    assert.ok(count > 10, `${plot}: ${count} pixels of ${line}`);
+  }
+  assert.equal(await count_coloured('flags', kColours.age), 0);  // by which the colour tells
+});
+
+test('each switch changes the picture, and back', async () => {
+  // In the midst of a touch.
+  await until(() => {
+    if (!(Number(document.getElementById('number-force').textContent) > 0.5)) return false;
+    document.getElementById('play').click();
+    return true;
+  });
+  const set_overlays = (visibility) => page.evaluate((value) => {
+    for (const id of ['switches', 'views', 'legend']) document.getElementById(id).style.visibility = value;
+  }, visibility);
+  const picture = async () => {
+    await drawn();
+    return (await page.locator('#scene-canvas').screenshot()).toString('base64');
+  };
+  await set_overlays('hidden');
+  const press_twice = async (key) => {
+    await page.keyboard.press(key);
+    await page.keyboard.press(key);
+  };
+  let before;  // once the path goes up to the frame, whose last ticks come after it
+  for (let next = await picture(); next !== before; next = await picture()) {
+    before = next;
+    await press_twice('t');
+  }
+  const seen = new Set([before]);
+  for (const key of ['n', 'p', 'd', 'l', 'v', 't']) {
+    await page.keyboard.press(key);
+    const other = await picture();
+    assert.ok(!seen.has(other), `${key} shows nothing of its own`);
+    seen.add(other);
+    await page.keyboard.press(key);
+  }
+  assert.ok(await picture() === before, 'all as it was');
+  const { yellow } = await look_at(page, '#scene-canvas');
+  assert.ok(yellow > 20, `${yellow} pixels of the force's arrow`);
+  await set_overlays('');
+  await page.keyboard.press('End');
+});
+
+test('paused, the picture stands while history goes on', async () => {
+  await pause();
+  const frame = await page.locator('#time').getAttribute('title');
+  const picture = await page.locator('#scene-canvas').screenshot();
+  const last = await page.locator('#timeline').getAttribute('max');
+  await until((before) => Number(document.getElementById('timeline').max) > before + 10, Number(last));
+  assert.equal(await page.locator('#time').getAttribute('title'), frame);
+  assert.ok(picture.equals(await page.locator('#scene-canvas').screenshot()));
+});
+
+test('scrubbing shows older images, a step at a time too, and live leads back', async () => {
+  const generation = await number('number-generation');
+  await page.keyboard.press('Shift+ArrowLeft');
+  await until((newer) => Number(document.getElementById('number-generation').textContent) < newer, generation);
+  const frame = await page.locator('#time').getAttribute('title');
+  await page.keyboard.press('ArrowRight');
+  await until((before) => document.getElementById('time').title === before, `frame ${Number(frame.slice(6)) + 1}`);
+  await page.locator('#timeline').focus();
+  await page.keyboard.press('Home');
+  await until(() => document.getElementById('timeline').value === document.getElementById('timeline').min);
+  await page.locator('#live').click();
+  await until_above('number-generation', generation);
+});
+
+test('the camera turns, and the help opens', async () => {
+  await pause();
+  const before_turn = await page.locator('#scene-canvas').screenshot();
+  await page.keyboard.press('u');
+  await drawn();
+  assert.ok(!before_turn.equals(await page.locator('#scene-canvas').screenshot()));
+  await page.keyboard.press('End');
+  await page.keyboard.press('?');
+  assert.ok(await page.locator('#help').isVisible());
+  await page.keyboard.press('Escape');
+  assert.ok(!await page.locator('#help').isVisible());
+});
+
+test('a killed simulation is shown as such, and another one as alive', async () => {
+  const { light } = await look_at(page, '#scene-canvas');
+  sim.kill('SIGKILL');
+  await until_text('sim-badge', 'simulation dead');
+  await until_text('banner', 'simulation dead');
+  let flagged = 0;  // the loop lets the force fade
+  for (let i = 0; i < 100 && flagged === 0; ++i) flagged = await count_coloured('flags', kColours.flag);
+  assert.ok(flagged > 0, 'a strip of a flag');
+  await drawn();
+  const dimmed = await look_at(page, '#scene-canvas');
+  assert.ok(dimmed.light < 0.7 * light, `${dimmed.light} dead, ${light} alive`);
+  assert.equal(await text('hand-badge'), 'hand alive');
+  sim = session.sim_server(kScene);
+  await until_text('sim-badge', 'simulation alive');
+  await until(() => document.getElementById('banner').hidden);
+  await until_text('shown-spheres', '405 of 405 spheres');
+});
+
+test('a killed hand is shown as such', async () => {
+  hand.kill('SIGKILL');
+  await until_text('hand-badge', 'hand dead');
+  await until_text('banner', 'hand dead');
+});
+
+test('all of this was without an error, and without another host', async () => {
+  assert.deepEqual(errors, []);
+  assert.deepEqual(strangers, []);
+});
+
+test('a viewer that is gone is told', async () => {
+  await session.interrupt(sim, viewer.child);
+  await until(() => document.getElementById('banner').textContent.startsWith('viewer is gone'));
+});
+
+/// The bytes of a saved view's frame, where they are in it.
+function place_of_frame(view, wanted) {
+  const kHead = 16, kFrame = 2;
+  for (let at = kHead, number = 0; ; at += 8 + view.readUInt32LE(at + 4)) {
+    if (view.readUInt32LE(at) === kFrame && ++number === wanted) return at + 8;
+  }
+}
+
+test('a saved view opens without servers, plays, and tells which frame is damaged', async () => {
+  const view = fs.readFileSync(saved);
+  view.fill(0xff, place_of_frame(view, 2), place_of_frame(view, 2) + 4);
+  fs.writeFileSync(saved, view);
+  const { url } = await session.scene_viewer('--open', saved);
+  errors.length = 0;
+  await page.goto(url);
+  await until_text('source', 'saved view');
+  // It begins before the servers came.
+  await until(() => Number(document.getElementById('timeline').max) > 10);
+  await page.locator('#timeline').evaluate((slider) => {
+    slider.value = Math.floor((Number(slider.min) + Number(slider.max)) / 2);
+    slider.dispatchEvent(new Event('input'));
+  });
+  await until_text('shown-spheres', '405 of 405 spheres');
+  const frame = Number((await page.locator('#time').getAttribute('title')).slice(6));
+  await page.keyboard.press(' ');
+  await until((from) => Number(document.getElementById('time').title.slice(6)) > from + 10, frame);
+  assert.deepEqual(errors, []);
+  assert.deepEqual(strangers, []);
+
+  await page.keyboard.press('Home');
+  await page.keyboard.press('ArrowRight');
+  await until_text('banner', 'frame 2 of this file is damaged');
+  await page.keyboard.press('ArrowRight');
+  await until(() => document.getElementById('time').title === 'frame 3' &&
+    !document.getElementById('banner').textContent.includes('damaged'));
+});
+
+test('what fails at first is tried again, and told while it lasts', async () => {
+  const rows = Array.from({ length: 200 }, (_, i) => `${i / 1000},${i / 1e4},0,0`);
+  const recording = path.join(session.folder, 'recording.csv');
+  fs.writeFileSync(recording, ['time_s,x_m,y_m,z_m', ...rows, ''].join('\n'));
+  const { url } = await session.scene_viewer('--recording', recording);
+  await page.route('**/api/ticks?*', (route) => route.abort(), { times: 1 });
+  await page.route('**/api/frame?*', (route) => route.fulfill({ body: 'no frame' }));
+  await page.goto(url);
+  await until(() => document.getElementById('banner').textContent.startsWith('the frame cannot be shown'));
+  await page.unroute('**/api/frame?*');
+  await until_text('scene-name', 'recording.csv');
+  await until(() => document.getElementById('force-scale').textContent !== '' &&
+    document.getElementById('banner').hidden);
+});

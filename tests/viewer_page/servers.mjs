@@ -1,0 +1,80 @@
+// Starts Stillgrid's programs for a script, and leaves none behind.
+import { spawn } from 'node:child_process';
+import fs from 'node:fs';
+import os from 'node:os';
+import path from 'node:path';
+import readline from 'node:readline';
+import { fileURLToPath } from 'node:url';
+
+export const kRoot = fileURLToPath(new URL('../..', import.meta.url));
+export const kBuild = process.env.STILLGRID_BUILD_DIR ?? path.join(kRoot, 'build', 'release');
+
+/// A session of its own, and a folder for what is written.
+export class Session {
+  name = `page-${process.pid}`;
+  folder = fs.mkdtempSync(path.join(os.tmpdir(), 'stillgrid-page-'));
+  #running = new Set();
+
+  #start(program, ...options) {
+    // pdeathsig: a script that is killed takes them along.
+    const child = spawn('setpriv', ['--pdeathsig', 'KILL', path.join(kBuild, 'bin', program), ...options],
+      { stdio: ['ignore', 'pipe', 'pipe'] });
+    child.said = '';
+    child.stderr.on('data', (data) => { child.said += data; });
+    child.ended = new Promise((resolve) => child.on('exit', resolve));
+    this.#running.add(child);
+    child.ended.then(() => this.#running.delete(child));
+    return child;
+  }
+
+  scene_file(scene) {
+    return path.join(kRoot, 'sim_server', 'scene', 'scenes', `${scene}.toml`);
+  }
+
+  sim_server(scene) {
+    return this.#start('sim_server', '--scene', this.scene_file(scene), '--session', this.name);
+  }
+
+  haptic_server(device) {
+    return this.#start('haptic_server', '--session', this.name, '--device', device);
+  }
+
+  /// A scene's surfaces, for scene_viewer.
+  async surfaces(scene) {
+    const file = path.join(this.folder, `${scene}.json`);
+    const child = this.#start('sim_server', '--scene', this.scene_file(scene), '--surfaces', file);
+    if (await child.ended !== 0) throw new Error(child.said);
+    return file;
+  }
+
+  /// { child, url } once its page is served.
+  async scene_viewer(...options) {
+    const child = this.#start('scene_viewer', '--port', '0', ...options);
+    const lines = readline.createInterface({ input: child.stdout });
+    const url = await new Promise((resolve, reject) => {
+      lines.once('line', resolve);
+      child.ended.then(() => reject(new Error(child.said)));
+    });
+    return { child, url };
+  }
+
+  /// As Ctrl-C does, each.
+  async interrupt(...children) {
+    for (const child of children) child.kill('SIGINT');
+    await Promise.all(children.map((child) => child.ended));
+  }
+
+  async end() {
+    const left = [...this.#running];
+    for (const child of left) child.kill('SIGKILL');
+    await Promise.all(left.map((child) => child.ended));
+    fs.rmSync(this.folder, { recursive: true });
+    for (const file of fs.readdirSync('/dev/shm')) {
+      if (file.startsWith(`stillgrid-${this.name}-`)) fs.rmSync(path.join('/dev/shm', file));
+    }
+  }
+}
+
+/// A light hand that presses into tissue_and_blocks again and again.
+export const kHand =
+  'phantom:profile=premium15,hand=light,path=press,centre_z_m=0,depth_m=0.06,period_s=2';
