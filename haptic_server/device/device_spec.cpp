@@ -39,7 +39,11 @@ std::vector<fs::path> installed_folders() {
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   if (!error) {
-    folders.push_back(program.parent_path().parent_path() / "lib" / "stillgrid" / "devices");
+    const fs::path above = program.parent_path().parent_path();
+    folders.push_back(above / "lib" / "stillgrid" / "devices");
+    // PREFIX/libexec/stillgrid holds what our scripts run.
+    if (above.filename() == "libexec")
+      folders.push_back(above.parent_path() / "lib" / "stillgrid" / "devices");
   }
   return folders;
 }

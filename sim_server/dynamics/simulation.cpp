@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "sim_server/contact/crossing.hpp"
 
@@ -36,8 +37,10 @@ int parts_asked(const Method& method, double step_s) {
 
 }  // namespace
 
-Simulation::Simulation(const SceneDescription& scene)
-    : world_(build_world(scene)),
+Simulation::Simulation(const SceneDescription& scene) : Simulation(scene, build_world(scene)) {}
+
+Simulation::Simulation(const SceneDescription& scene, World world)
+    : world_(std::move(world)),
       detection_(world_, scene.voxel_ratio),
       method_(scene.method),
       integrator_(make_integrator(method_)),

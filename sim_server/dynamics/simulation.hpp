@@ -48,6 +48,8 @@ using TakeTool = std::function<std::optional<ToolSample>()>;
 class Simulation {
  public:
   explicit Simulation(const SceneDescription& scene);
+  /// The same from another state. Pre: `world` is build_world(scene), moved.
+  Simulation(const SceneDescription& scene, World world);
 
   /// Advances the world by step_s: in one implicit step, or where that does not converge, as when
   /// stiff contacts set in, in substeps of down to an eighth. The next step begins with half as

@@ -14,6 +14,7 @@ namespace {
 constexpr int kMostNodesPerSide = 1000;
 constexpr double kMostNodesOfBlock = 1e5;
 constexpr double kMostSpheresPerSide = 1000.0;
+constexpr double kMostStiffnessScale = 1e6;  // so that a stiffness stays a float's
 
 constexpr std::array<std::string_view, 7> kKinds = {"sheet", "thread", "soft_block", "rigid_box",
                                                     "mesh",  "sphere", "plane"};
@@ -221,6 +222,15 @@ void read_soft_block(TableReader& table, BodyDescription& body) {
   body.pinned_nodes = read_pinned_nodes(table, body);
 }
 
+/// How much stiffer a body's contacts are than its material, beyond what `normalise` found.
+void read_stiffness_scale(TableReader& table, BodyDescription& body) {
+  if (body.kind == BodyKind::kPlane || !table.has("stiffness_scale")) return;
+  const double scale = table.number("stiffness_scale", Bound::kPositive);
+  if (scale < 1.0 / kMostStiffnessScale || scale > kMostStiffnessScale)
+    table.refuse("stiffness_scale", "a number from 1e-6 to 1e6");
+  body.stiffness_scale *= scale;
+}
+
 void read_geometry(TableReader& table, BodyDescription& body, std::vector<std::string>& notes) {
   switch (body.kind) {
     case BodyKind::kSheet:
@@ -261,6 +271,7 @@ BodyDescription read_body(TableReader& table, std::span<const MaterialDescriptio
   body.motion = read_motion(table, body.kind);
   read_dynamics(table, body);
   read_geometry(table, body, notes);
+  read_stiffness_scale(table, body);
   table.finish();
   return body;
 }

@@ -143,7 +143,11 @@ void take_principal_frame(const TriangleMesh& mesh, BodyDescription& body) {
   Eigen::Matrix3d axes = solver.eigenvectors();
   if (axes.determinant() < 0.0) axes.col(0) = -axes.col(0);
   body.inertia_per_kg_m2 = solver.eigenvalues();
-  for (Ball& ball : body.balls) ball.centre_m = axes.transpose() * (ball.centre_m - mass.centre_m);
+  const auto moved = [&](const Eigen::Vector3d& point_m) -> Eigen::Vector3d {
+    return axes.transpose() * (point_m - mass.centre_m);
+  };
+  for (Ball& ball : body.balls) ball.centre_m = moved(ball.centre_m);
+  for (Eigen::Vector3d& vertex_m : body.surface.vertices_m) vertex_m = moved(vertex_m);
   body.position_m += body.orientation * mass.centre_m;
   body.orientation = (body.orientation * Eigen::Quaterniond(axes)).normalized();
 }
@@ -164,6 +168,7 @@ void read_mesh(TableReader& table, bool is_soft, BodyDescription& body,
   const TriangleMesh mesh = read_closed(table);
   body.balls = read_balls(table, mesh, body, notes);
   body.stiffness_scale = read_stiffness_scale(table, mesh, body.balls);
+  body.surface = mesh;
   if (is_soft)
     read_lattice(table, body);
   else

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim_server/bodies/soft_lattice.hpp"
+#include "sim_server/mesh/triangle_mesh.hpp"
 #include "sim_server/scene/method.hpp"
 #include "sim_server/spheres/ball.hpp"
 
@@ -73,6 +74,7 @@ struct BodyDescription {
   // Meshes, in the body's frame.
   std::vector<Ball> balls;
   Eigen::Vector3d inertia_per_kg_m2 = Eigen::Vector3d::Zero();  // principal, of a rigid one
+  TriangleMesh surface;                                         // closed; for a display
   double stiffness_scale = 1.0;  // of its contacts, stiffness and damping, against its material's
 
   // Soft solids; a body without is rigid, a sheet or a thread.

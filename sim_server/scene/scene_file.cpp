@@ -178,14 +178,13 @@ void read_contents(TableReader& document, SceneDescription& scene) {
       table.refuse("kind", "at most " + std::to_string(kMostPlanes) + " planes");
     }
     // A body whose stiffness is its own is published with a material of its own.
-    const auto is_normalised = [](const BodyDescription& body) {
-      return body.stiffness_scale != 1.0;
-    };
-    const auto normalised = static_cast<std::size_t>(
-        std::count_if(scene.bodies.begin(), scene.bodies.end(), is_normalised));
-    if (scene.materials.size() + normalised > kMostMaterials)
-      table.refuse("normalise", "at most " + std::to_string(kMostMaterials) +
-                                    " materials and normalised bodies together");
+    const auto is_scaled = [](const BodyDescription& body) { return body.stiffness_scale != 1.0; };
+    const auto scaled = static_cast<std::size_t>(
+        std::count_if(scene.bodies.begin(), scene.bodies.end(), is_scaled));
+    if (scene.materials.size() + scaled > kMostMaterials)
+      table.refuse(table.has("normalise") ? "normalise" : "stiffness_scale",
+                   "at most " + std::to_string(kMostMaterials) +
+                       " materials and bodies of a stiffness of their own together");
   }
 }
 

@@ -4,11 +4,9 @@
 
 #include <algorithm>
 #include <atomic>
-#include <filesystem>
-#include <fstream>
-#include <limits>
+#include <ctime>
 #include <memory>
-#include <stdexcept>
+#include <utility>
 
 #include "haptic_server/device/device_host.hpp"
 #include "haptic_server/haptic_loop.hpp"
@@ -17,6 +15,7 @@
 #include "shared/realtime/periodic_timer.hpp"
 #include "sim_server/lockstep_schedule.hpp"
 #include "sim_server/published_scene.hpp"
+#include "tests/stability/path_file.hpp"
 
 namespace stillgrid {
 namespace {
@@ -24,6 +23,18 @@ namespace {
 std::string unique_name() {
   static std::atomic<int> count = 0;
   return "lab-" + std::to_string(::getpid()) + "-" + std::to_string(++count);
+}
+
+double processor_s() {
+  timespec now{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+World start_world(const SceneDescription& scene, const WorldState* start) {
+  World world = build_world(scene);
+  if (start != nullptr) set_state(world, *start);
+  return world;
 }
 
 template <class View>
@@ -37,14 +48,22 @@ View view_of(const std::string& session, proto::SegmentKind kind, std::uint64_t 
 class SimulationSide {
  public:
   SimulationSide(const SceneDescription& scene, const LabOptions& options,
-                 const std::string& session)
+                 const std::string& session, LabRun& run)
       : period_s_(scene.period_s),
-        simulation_(scene),
+        measures_(options.measures_ticks),
+        state_interval_s_(options.state_interval_s),
+        run_(run),
+        simulation_(scene, start_world(scene, options.start)),
         writer_(session, static_scene(scene, simulation_), simulation_.world().spheres.size(),
                 to_ns(scene.period_s), proto::Clock::kVirtual, 0),
         schedule_(scene.period_s, options.jitter, options.seed, options.latency_s),
         image_(schedule_.next()) {
     writer_.publish(simulation_.detection().image(), {.state_ns = 0, .publish_ns = 0});
+    const World& world = simulation_.world();
+    run_.simulation.moving_spheres = world.spheres.size();
+    run_.simulation.spheres = world.spheres.size() + world.still_spheres.size();
+    start_s_ = world.time_s;
+    keep_state();
   }
 
   /// Takes the tool at each sample that is due before now_ns, or with `at_now` also at that time,
@@ -56,7 +75,9 @@ class SimulationSide {
         step(tool);
       }
       if (times_->publish_ns > now_ns) return;
+      const double began_s = measures_ ? processor_s() : 0.0;
       writer_.publish(simulation_.detection().image(), *times_, foresight_);
+      if (measures_) run_.simulation.step_s.back() += processor_s() - began_s;
       times_.reset();
       image_ = schedule_.next();
     }
@@ -64,6 +85,7 @@ class SimulationSide {
 
  private:
   void step(const ToolView& tool) {
+    const double began_s = measures_ ? processor_s() : 0.0;
     const auto take_tool = [&tool]() -> std::optional<ToolSample> {
       const auto state = tool.read();
       if (!state) return std::nullopt;
@@ -73,46 +95,32 @@ class SimulationSide {
                                                take_tool, {.iterations = kMostIterations});
     times_ = times_of(image_, report);
     foresight_ = simulation_.look_ahead(period_s_);
+    if (measures_) run_.simulation.step_s.push_back(processor_s() - began_s);
+    ++run_.simulation.steps;
+    run_.simulation.not_converged += report.solve.converged ? 0 : 1;
+    run_.simulation.contacts += static_cast<std::uint64_t>(report.contacts);
+    keep_state();
+  }
+
+  /// The world's state at the first step's end in each interval.
+  void keep_state() {
+    if (state_interval_s_ <= 0.0) return;
+    const double due_s = start_s_ + static_cast<double>(run_.states.size()) * state_interval_s_;
+    if (simulation_.world().time_s >= due_s - 1e-9)
+      run_.states.push_back(state_of(simulation_.world()));
   }
 
   double period_s_;
+  bool measures_;
+  double state_interval_s_;
+  double start_s_ = 0.0;  // the world's time when the run began
+  LabRun& run_;
   Simulation simulation_;
   SceneWriter writer_;
   LockstepSchedule schedule_;
   ScheduledImage image_;             // the next, or computed and not yet shown
   std::optional<ImageTimes> times_;  // of an image that is computed
   ImageForesight foresight_;
-};
-
-/// A file of positions that goes when its user does.
-class TrajectoryFile {
- public:
-  TrajectoryFile(const DeviceFrame& frame, const std::vector<TickRow>& rows)
-      : path_(std::filesystem::temp_directory_path() / (unique_name() + ".csv")) {
-    std::ofstream stream(path_);
-    stream.precision(std::numeric_limits<double>::max_digits10);
-    stream << "time_s,x_m,y_m,z_m\n";
-    for (const TickRow& row : rows) {
-      const Eigen::Vector3d device_m =
-          frame.orientation.conjugate() * (row.position_m - frame.position_m) / frame.scale;
-      stream << row.time_s << ',' << device_m.x() << ',' << device_m.y() << ',' << device_m.z()
-             << '\n';
-    }
-    if (!stream.flush()) throw std::runtime_error(path_.string() + ": cannot be written");
-  }
-  ~TrajectoryFile() {
-    std::error_code ignored;
-    std::filesystem::remove(path_, ignored);
-  }
-  TrajectoryFile(const TrajectoryFile&) = delete;
-  TrajectoryFile& operator=(const TrajectoryFile&) = delete;
-  TrajectoryFile(TrajectoryFile&&) = delete;
-  TrajectoryFile& operator=(TrajectoryFile&&) = delete;
-
-  [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
-
- private:
-  std::filesystem::path path_;
 };
 
 }  // namespace
@@ -127,9 +135,9 @@ LabRun run_lab(const SceneDescription& scene, const LabOptions& options) {
   run.report.transition = name_of(options.transition);
   run.report.model = name_of(options.model);
   run.report.measures_time = options.measures_ticks;
-  run.rows.reserve(end_ns / tick_ns + 1);
+  run.rows.reserve(std::min<std::size_t>(end_ns / tick_ns + 1, 100'000));
 
-  SimulationSide simulation(scene, options, session);
+  SimulationSide simulation(scene, options, session, run);
   Device device(parse_device_spec(options.device), {.period_ns = tick_ns, .is_virtual = true});
   device.activate();
   run.report.device = device.descriptor().name;
@@ -142,6 +150,7 @@ LabRun run_lab(const SceneDescription& scene, const LabOptions& options) {
       std::make_unique<HapticLoop>(device, tool, make_renderer(options.model, options.transition),
                                    safety_limits(options.safety, device.descriptor()), tick_ns);
 
+  const double began_s = processor_s();
   for (std::uint64_t now_ns = 0; now_ns < end_ns; now_ns += tick_ns) {
     simulation.run_to(now_ns, false, tool_view);  // samples before this tick's
     TickEnd end = loop->sense(scene_view, now_ns);
@@ -157,11 +166,14 @@ LabRun run_lab(const SceneDescription& scene, const LabOptions& options) {
     run.device_failed = end == TickEnd::kDeviceFault;
     if (end != TickEnd::kGoOn) break;
   }
+  run.processor_s = processor_s() - began_s;
   return run;
 }
 
 LabRun run_reference(const SceneDescription& scene, const LabOptions& options, const LabRun& run) {
-  const TrajectoryFile path(scene.device, run.rows);
+  std::vector<PathPoint> points;
+  for (const TickRow& row : run.rows) points.push_back({row.time_s, row.position_m});
+  const PathFile path(scene.device, points);
   SceneDescription fine = scene;
   fine.period_s = 1.0 / options.tick_rate_hz;
   LabOptions prompt = options;

@@ -11,6 +11,7 @@
 #include "haptic_server/report.hpp"
 #include "haptic_server/safety/device_limits.hpp"
 #include "sim_server/scene/scene_description.hpp"
+#include "tests/stability/world_state.hpp"
 
 namespace stillgrid {
 
@@ -25,7 +26,10 @@ struct LabOptions {
   std::uint64_t seed = 1;
   double duration_s = 10.0;
   SafetyOptions safety = {};
-  bool measures_ticks = false;  // by the clock, into rows and report; no force depends on it
+  bool measures_ticks = false;  // by the clock, into rows, report and LabSimulation::step_s; no
+                                // force depends on it
+  const WorldState* start = nullptr;  // of the world at time zero; none: the scene's own
+  double state_interval_s = 0.0;      // how often LabRun::states takes the world; 0: never
 };
 
 /// A switch of images, as its jump at the same place and time.
@@ -34,12 +38,23 @@ struct SwitchJump {
   double jump_N = 0.0;
 };
 
+/// What the simulation had to do.
+struct LabSimulation {
+  std::size_t spheres = 0, moving_spheres = 0;
+  std::uint64_t steps = 0, not_converged = 0;
+  std::uint64_t contacts = 0;  // sum over the steps
+  std::vector<double> step_s;  // processor time of each step with its image, if measured
+};
+
 /// What came of a run, tick by tick.
 struct LabRun {
   std::vector<TickRow> rows;
   std::vector<SwitchJump> jumps;
   HapticReport report;
-  bool device_failed = false;  // by a fault, not by the end of its recording
+  LabSimulation simulation;
+  std::vector<WorldState> states;  // at time zero, then by steps' ends
+  double processor_s = 0.0;        // of both sides from the first tick on, by this thread's clock
+  bool device_failed = false;      // by a fault, not by the end of its recording
 };
 
 /// Runs both servers' product code in this thread, in virtual time: simulation, published segments,

@@ -13,7 +13,6 @@ namespace {
 constexpr double kLongestLag_s = 0.1;
 constexpr double kVibrationLow_hz = 20.0, kVibrationHigh_hz = 500.0;
 constexpr double kStageWindow_s = 0.01;
-constexpr double kContact_N = 0.1;  // from which on a force counts as one
 
 /// Of forces from `first` on, the reference being `lag` ticks older.
 double rms_N(std::span<const Eigen::Vector3d> forces_N,

@@ -9,8 +9,10 @@
 
 namespace stillgrid {
 
-/// A change of a force is noticed from this share of it on.
+/// A change of a force is noticed from this share of it on (handbook, metrics).
 inline constexpr double kJustNoticeable = 0.07;
+/// From which on a force counts as a contact.
+inline constexpr double kContact_N = 0.1;
 
 /// The largest of a set and the one that 99 % do not exceed; zero of none.
 struct Extremes {

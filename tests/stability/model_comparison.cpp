@@ -1,19 +1,11 @@
 #include "tests/stability/model_comparison.hpp"
 
-#include <time.h>
-
 #include <algorithm>
 #include <cmath>
 #include <span>
 
 namespace stillgrid {
 namespace {
-
-double processor_s() {
-  timespec now{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 double tick_median_s(std::span<const TickRow> rows) {
   std::vector<std::uint64_t> times_ns;
@@ -81,16 +73,14 @@ ComparedRun compare(const SceneDescription& scene, const LabOptions& options,
   own.transition = contender.transition;
   own.latency_s *= contended.period_s / scene.period_s;
   own.measures_ticks = true;
-  const double began_s = processor_s();
   const LabRun whole = run_lab(contended, own);
-  const double took_s = processor_s() - began_s;
   const LabRun run = from_time(whole, from_s);
   return {.metrics = metrics_of(run, from_time(reference, from_s), 1.0 / contended.period_s),
           .stages = stages(rendered_N(run.rows), run.report.rate_hz),
           .force_rms_N = rms_N(run.rows),
           .longest_period_s = longest_period_s(run.rows),
           .tick_median_s = tick_median_s(run.rows),
-          .processor_s_per_s = took_s / options.duration_s};
+          .processor_s_per_s = whole.processor_s / options.duration_s};
 }
 
 ComparedRun compare_reference(const LabRun& reference, double from_s) {

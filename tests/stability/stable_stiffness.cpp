@@ -3,19 +3,25 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace stillgrid {
 
-bool oscillates(std::span<const TickRow> rows, const Oscillation& oscillation) {
-  if (rows.empty()) return true;
-  const double from_s = rows.back().time_s - oscillation.window_s;
+double swing_m(std::span<const TickRow> rows, double window_s) {
+  constexpr double kNowhere_m = std::numeric_limits<double>::infinity();
+  if (rows.empty()) return kNowhere_m;
+  const double from_s = rows.back().time_s - window_s;
   Eigen::Array3d lowest_m = rows.back().position_m, highest_m = lowest_m;
   for (auto row = rows.rbegin(); row != rows.rend() && row->time_s >= from_s; ++row) {
     lowest_m = lowest_m.min(row->position_m.array());
     highest_m = highest_m.max(row->position_m.array());
-    if (!row->position_m.allFinite()) return true;
+    if (!row->position_m.allFinite()) return kNowhere_m;
   }
-  return (highest_m - lowest_m).maxCoeff() > oscillation.limit_m;
+  return (highest_m - lowest_m).maxCoeff();
+}
+
+bool oscillates(std::span<const TickRow> rows, const Oscillation& oscillation) {
+  return swing_m(rows, oscillation.window_s) > oscillation.limit_m;
 }
 
 std::optional<double> largest_stable_stiffness_N_m(

@@ -14,6 +14,10 @@ struct Oscillation {
   double limit_m = 4.0 * 30e-6;  // peak to peak along any axis: four encoder steps
 };
 
+/// How far the tool still goes to and fro at the end of a run: peak to peak along the worst axis;
+/// infinite where it is nowhere.
+[[nodiscard]] double swing_m(std::span<const TickRow> rows, double window_s);
+
 /// Whether the tool still swings at the end of a run, or is nowhere.
 [[nodiscard]] bool oscillates(std::span<const TickRow> rows, const Oscillation& oscillation = {});
 

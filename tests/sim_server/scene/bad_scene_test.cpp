@@ -131,6 +131,14 @@ constexpr BadScene kBadBodies[] = {
      "[0, 0, 0]", "a vector that is not zero"},
     {"name = 'b'\nkind = 'plane'\nmaterial = 'm'\nnormal = [0, 0, 1]\nmass_kg = 1", "8:1",
      "body.mass_kg", "1", "no such key here, but "},
+    {"name = 'b'\nkind = 'plane'\nmaterial = 'm'\nnormal = [0, 0, 1]\nstiffness_scale = 1", "8:1",
+     "body.stiffness_scale", "1", "no such key here, but "},
+    {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nradius_m = 0.1\nmass_kg = 1\n"
+     "stiffness_scale = 1e-7",
+     "9:19", "body.stiffness_scale", "1e-07", "a number from 1e-6 to 1e6"},
+    {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nradius_m = 0.1\nmass_kg = 1\n"
+     "stiffness_scale = 2e6",
+     "9:19", "body.stiffness_scale", "2e+06", "a number from 1e-6 to 1e6"},
     {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nradius_m = 0.1", "3:1", "body.mass_kg",
      "missing", "a number from 1e-9"},
     {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmass_kg = -1.5", "7:11", "body.mass_kg", "-1.5",

@@ -141,22 +141,24 @@ TEST_CASE("A mesh relative to the scene's folder is found", "[mesh_scene]") {
 TEST_CASE("A normalised body has a stiffness of its own, smaller the more spheres there are",
           "[mesh_scene]") {
   const TemporaryFile mesh(brick(), ".obj");
-  const auto scale_of = [&](int spheres) {
+  const auto scale_of = [&](int spheres, const std::string& more = "") {
     std::string rows = "x_m,y_m,z_m,radius_m\n";
     for (int i = 0; i < spheres; ++i)
       rows += std::to_string(0.005 + 0.03 * i / (spheres - 1)) + ",0.01,0.005,0.01\n";
     const TemporaryFile file(rows, ".csv");
     return scene_of(kBefore + file_line(mesh.name()) + spheres_line(file) +
-                    "normalise = { tool_radius_m = 0.005, press_depth_m = 0.004 }\n")
+                    "normalise = { tool_radius_m = 0.005, press_depth_m = 0.004 }\n" + more)
         .bodies.at(0)
         .stiffness_scale;
   };
 
   // Contacts add up: five times the spheres on the same line.
   CHECK(scale_of(25) == Approx(scale_of(5) / 5.0).epsilon(0.1));
+  CHECK(scale_of(5, "stiffness_scale = 3.0\n") == 3.0 * scale_of(5));
 }
 
-TEST_CASE("Materials and normalised bodies together are at most 64", "[mesh_scene]") {
+TEST_CASE("Materials and bodies of a stiffness of their own together are at most 64",
+          "[mesh_scene]") {
   const TemporaryFile mesh(brick(), ".obj"), spheres(kSpheres, ".csv");
   std::string materials = "format = 1\n";
   for (int i = 0; i < 64; ++i)
@@ -168,7 +170,7 @@ TEST_CASE("Materials and normalised bodies together are at most 64", "[mesh_scen
 
   CHECK(refusal_of(materials + body).empty());
   CHECK(refusal_of(materials + body + normalise)
-            .find("body.normalise: value {...}: expected at most 64 materials and normalised") !=
+            .find("body.normalise: value {...}: expected at most 64 materials and bodies of") !=
         std::string::npos);
 }
 

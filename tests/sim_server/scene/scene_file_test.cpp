@@ -166,6 +166,21 @@ TEST_CASE("Rigid bodies are read with their motion, directions made unit", "[sce
   CHECK(floor.normal.isApprox(Eigen::Vector3d(0.0, 0.6, 0.8)));
 }
 
+TEST_CASE("A body of any kind but a plane may be stiffer than its material", "[scene_file]") {
+  const std::string before =
+      "format = 1\nmaterial = [{ name = 'm', contact_stiffness_N_m = 1 }]\n[[body]]\nname = 'b'\n"
+      "material = 'm'\nmotion = 'static'\n";
+  for (const std::string kind :
+       {"kind = 'sheet'\nnodes = [2, 2]\nsize_m = [1, 1]\n",
+        "kind = 'thread'\nnodes = 2\nfrom_m = [0, 0, 0]\nto_m = [1, 0, 0]\n",
+        "kind = 'soft_block'\nnodes = [2, 2, 2]\nsize_m = [1, 1, 1]\n",
+        "kind = 'rigid_box'\nsize_m = [1, 1, 1]\n", "kind = 'sphere'\nradius_m = 1\n"}) {
+    INFO(kind);
+    CHECK(scene_of(before + kind).bodies.at(0).stiffness_scale == 1.0);
+    CHECK(scene_of(before + kind + "stiffness_scale = 1.96").bodies.at(0).stiffness_scale == 1.96);
+  }
+}
+
 TEST_CASE("A word pins the nodes it names", "[scene_file]") {
   using Nodes = std::vector<int>;
   CHECK(pinned_sheet_nodes("pinned = 'none'").empty());

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <stdexcept>
+
+namespace stillgrid {
+
+/// The machine is at fault, not what the user gave: no room for a file, no temporary folder. The
+/// same again may do. One line.
+class CannotStart : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+}  // namespace stillgrid
