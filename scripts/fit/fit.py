@@ -1,0 +1,191 @@
+"""One fit: reference, search, choice, the fitted file, and the check of it."""
+from report import at, error_of, jnd_of, row_of, summary_of, verdict
+from runs import Unusable
+from search import Goal, Search, Trial
+from toml_edit import literal
+
+REPEATS = 5  # of a run that is timed alone; its cost is the median's
+# The reference's own method, as a candidate.
+REFERENCE_AS_CANDIDATE = ("--set", "simulation.rate_hz=1000.0", "--set", 'simulation.integrator="implicit_euler"',
+                          "--set", 'simulation.solver="newton"', "--transition", "hold", "--latency-share", "0")
+
+
+def failure_of(result):
+    """The line of a run that was refused or crashed, or nothing."""
+    return result.get("refused") or result.get("crashed")
+
+
+class Path:
+    """A trajectory with its reference: what each run is given, and which files it reads."""
+
+    def __init__(self, arguments, files, trajectory, runs):
+        self.files, self.runs, self.trajectory = files, runs, trajectory
+        self.reference = self.own_error = None
+        self.options = ["--trajectory", f"inputs/{files.copy(trajectory.resolve()).name}"]
+        self.needed = list(files.needed)
+        # A recording of haptic_server is in the scene's frame, whatever its device's.
+        replay = arguments.replay or files.laid_back(trajectory)
+        for name, value in (("--replay", replay), ("--duration", arguments.duration),
+                            ("--settle", arguments.settle)):
+            if value:
+                self.options += [name, str(value)]
+
+    @property
+    def scene(self):
+        return f"inputs/{self.files.scene.name}"
+
+    def make_reference(self, steps_per_tick):
+        """Its name; it is made where it is not there."""
+        arguments = [self.scene, *self.options, "--steps-per-tick", str(steps_per_tick)]
+        file = f"inputs/reference_{self.runs.key(arguments, self.needed)}.csv"
+        self.runs.make([*arguments, "--write-reference", file], file)
+        return file
+
+    def request(self, reference, options, files=(), scene=None):
+        """As Runs takes it."""
+        state = reference.removesuffix(".csv") + ".state.csv"
+        read = [*self.needed, *files, reference, *([state] if (self.runs.folder / state).is_file() else [])]
+        if scene:
+            read.append(scene)
+        return (scene or self.scene, *self.options, "--reference", reference, *options), tuple(read)
+
+
+class Fit:
+    def __init__(self, arguments, files, runs):
+        self.arguments, self.files, self.runs = arguments, files, runs
+        self.goal = Goal(arguments.force_error, arguments.budget_us, arguments.margin)
+        self.path = Path(arguments, files, arguments.trajectory, runs)
+        self.unseen = Path(arguments, files, arguments.check, runs) if arguments.check else None
+        self.space = self.search = None
+
+    def check_references(self, note):
+        """Of all trajectories, what the reference itself errs: 1 kHz against 2 kHz."""
+        for path in filter(None, (self.path, self.unseen)):
+            self.check_reference(path, note)
+
+    def check_reference(self, path, note):
+        self.runs.progress.show("reference", 0, 2)
+        path.reference = path.make_reference(1)
+        self.runs.progress.show("reference", 1, 2)
+        finer = path.make_reference(2)
+        self.runs.progress.clear()
+        result = self.runs.results("reference", [path.request(finer, REFERENCE_AS_CANDIDATE)], alone=True)[0]
+        if failure_of(result):
+            raise Unusable(failure_of(result))
+        path.own_error = error_of(result)
+        if path.own_error is None or not at(result, "reference", "contact_share"):
+            raise Unusable(f"{path.trajectory}: the hand touches nothing: expected a trajectory with contact")
+        if path.own_error > self.goal.force_error:
+            advice = "" if self.arguments.settle else "; where bodies fall first, let them come to rest: --settle 3"
+            note(f"warning: {path.trajectory}: the reference differs by {100 * path.own_error:.3g} % when it is "
+                 f"simulated at 2 kHz, more than the tolerance of {100 * self.goal.force_error:.3g} %: no method can "
+                 f"be judged to within it{advice}")
+
+    def options_of(self, candidate):
+        """What fit_run is told of a candidate."""
+        names = [body.get("name") for body in self.files.copied.get("body", [])]
+        options = []
+        for path, value in self.space.changes(candidate).items():
+            if value is None:
+                continue  # an integrator that is set takes these out
+            key = ".".join(names[part] if isinstance(part, int) else part for part in path)
+            parts = {f"{key}.{name}": item for name, item in value.items()} if isinstance(value, dict) else {key: value}
+            for name, item in parts.items():
+                options += ["--set", f"{name}={literal(item)}"]
+        return [*options, *candidate.haptic_options()]
+
+    def stability_options(self, trial):
+        return ["--device", self.arguments.device, "--margin", f"{self.goal.margin:g}", "--latency-share",
+                str(trial.latency_share)]
+
+    def evaluate(self, candidates, what, alone):
+        more = ["--repeats", str(REPEATS)] if alone else []
+        requests = [self.path.request(self.path.reference, self.options_of(candidate) + more,
+                                      self.space.files(candidate))
+                    for candidate in candidates]
+        results = self.runs.results(what, requests, alone)
+        return [Trial(candidate, result, what, alone) for candidate, result in zip(candidates, results)]
+
+    def test_stability(self, trials, what, more=()):
+        requests = [self.path.request(self.path.reference, [*self.options_of(trial.candidate),
+                                                            *self.stability_options(trial), *more],
+                                      self.space.files(trial.candidate)) for trial in trials]
+        for trial, result in zip(trials, self.runs.results(what, requests)):
+            trial.stability = result.get("stability") or {"stable": None}
+            if trial.is_stable() is None:
+                told = [line for line in result.get("problems") or [] if line.startswith("stability")]
+                trial.stability["problem"] = (told or [f"stability not tested: {failure_of(result)}"])[0]
+
+    def fit(self, space, head_of):
+        """The whole answer, as fit.json holds it. head_of: the comment of the fitted scene, of this answer."""
+        self.space = space
+        self.search = search = Search(space, self.goal, self.evaluate, self.test_stability,
+                                      self.runs.machines.jobs or 2)
+        search.try_all("as given", [space.given])
+        given = search.trials[space.given]
+        if "refused" in given.result:
+            raise Unusable(given.result["refused"])
+        search.explore()
+        search.measure_alone([given], "as given, alone")
+        choice, cheaper = search.conclude()
+        given = search.trials[space.given]
+        if choice is None:
+            raise Unusable(f"{self.files.scene}: {self.why_nothing(given)}")
+        shown = [trial for trial in dict.fromkeys((choice, given, cheaper)) if trial and not trial.broken()]
+        self.test_stability(shown, "largest margins", ["--search-margin"])
+        roles = {"given": given, "choice": choice, "next cheaper": cheaper}
+        rows = [{**row_of(trial, space, self.goal),
+                 "role": ", ".join(role for role, mine in roles.items() if mine is trial)}
+                for trial in search.trials.values()]
+        answer = {
+            "scene": self.files.scene.stem, "scene_file": str(self.files.scene),
+            "trajectory": self.arguments.trajectory.name, "force_error": self.goal.force_error,
+            "budget_us": self.goal.budget_us, "margin": self.goal.margin, "device": self.arguments.device,
+            "settle_s": self.arguments.settle, "replay": self.arguments.replay, "grid": self.arguments.grid,
+            "reference_own_error": self.path.own_error, "fits": not choice.faults(self.goal),
+            "given": summary_of(given, space, self.goal), "choice": summary_of(choice, space, self.goal),
+            "next_cheaper": summary_of(cheaper, space, self.goal), "check": None,
+            "runs": rows}
+        self.write_fitted(choice, head_of(answer))
+        if self.unseen:
+            answer["check"] = self.check(choice)
+        return answer
+
+    def why_nothing(self, given):
+        """Where not even a closest is left."""
+        usable = self.search.usable()
+        if usable:  # and so there is a budget
+            return (f"the cheapest that can be used costs {min(trial.cost_us for trial in usable):.3g} us: expected "
+                    f"a larger budget than {self.goal.budget_us:g} us")
+        return f"no way to simulate it can be used; as given: {'; '.join(given.faults(self.goal))}"
+
+    def write_fitted(self, choice, head):
+        """The fitted scene, once it has given the very forces that were chosen."""
+        text = self.files.fitted_text(self.space.changes(choice.candidate), head)
+        fitted = self.files.fitted
+        part = fitted.with_name(f"{fitted.stem}.part.toml")
+        part.write_text(text, encoding="utf-8", newline="")
+        try:
+            request = self.path.request(self.path.reference, [*choice.candidate.haptic_options(), "--latency-share",
+                                                         str(choice.latency_share)], scene=part.name)
+            result = self.runs.results("the fitted file", [request], alone=True)[0]
+            if result.get("error") != choice.result["error"]:
+                why = failure_of(result)
+                raise Unusable(f"{fitted}: its forces are not those of the run that was chosen: expected the same to "
+                               f"the bit{': ' + why if why else ''}")
+            part.replace(fitted)
+        finally:
+            part.unlink(missing_ok=True)
+
+    def check(self, choice):
+        """Scene as given and fitted file on the trajectory that the fit did not see."""
+        path, repeats = self.unseen, ["--repeats", str(REPEATS)]
+        requests = [path.request(path.reference, [*self.space.given.haptic_options(), *repeats]),
+                    path.request(path.reference, [*choice.candidate.haptic_options(), *repeats],
+                                 scene=self.files.fitted.name)]
+        results = self.runs.results("the unseen trajectory", requests, alone=True)
+        return {"trajectory": path.trajectory.name, "reference_own_error": path.own_error, **{
+            key: {"cost_us_per_ms": at(result, "cost", "processor_us_per_ms"),
+                  "error_share": error_of(result), "jnd": jnd_of(error_of(result)),
+                  "verdict": verdict(Trial(candidate, result, "check"), self.goal), "result": result}
+            for key, candidate, result in zip(("given", "choice"), (self.space.given, choice.candidate), results)}}
