@@ -3,29 +3,22 @@
 
 detection_speed: processor time per sphere and step for all pairs of N moving spheres, by ours and by
 others, on the same paths in one run; medians of rounds and distances between quartiles, and the
-pairs found, which must be the same. voxel_ratio: the paper's Fig. 4. Draw both with
-plot_detection.py.
+pairs found, which must be the same. voxel_ratio: the paper's Fig. 4.
 """
-import argparse
 import csv
 import io
 import os
-import pathlib
 import statistics
-import subprocess
-import sys
 
-from measure_publication import write_csv
 from benchmark_report import processor_name, processor_times
-
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-CHARTS = ROOT / "docs/charts"
+from measuring import output_of, parser_of, program
+from tables import write_rows
 
 
 def rows_of(command):
     """What a program prints as CSV, and a note on the machine's load meanwhile."""
     load, before = os.getloadavg()[0], processor_times()
-    text = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+    text = output_of(command)
     after = processor_times()
     stolen = 100.0 * (after[1] - before[1]) / max(1, after[0] - before[0])
     note = (f"{processor_name()}; one thread, Release, not tuned for the processor. Processor time; "
@@ -33,46 +26,42 @@ def rows_of(command):
     return list(csv.DictReader(io.StringIO(text))), note
 
 
-def measure_speed(program, rounds, most, out):
-    rows, note = rows_of([program, str(rounds), str(most)])
+def measure_speed(benchmark, rounds, most):
+    """Rows and notes."""
+    measured, note = rows_of([benchmark, rounds, most])
     samples, overlaps = {}, {}
-    for row in rows:
+    for row in measured:
         key = row["motion"], row["method"], int(row["spheres"])
         samples.setdefault(key, []).append(float(row["ns"]))
         overlaps.setdefault(key, []).append(float(row["overlaps_each"]))
-    table = []
+    rows = []
     for (motion, method, spheres), ns in samples.items():
         low, median, high = statistics.quantiles(ns, n=4, method="inclusive") if len(ns) > 1 else ns * 3
-        table.append([motion, method, spheres, f"{median:.4g}", f"{high - low:.2g}", f"{min(ns):.4g}",
-                      len(ns), f"{statistics.mean(overlaps[motion, method, spheres]):.3f}"])
-    write_csv(out, [note, "slow: straight on, a twentieth of a radius a step; far: three radii, so "
-                          "that every step is a full search."],
-              ["motion", "method", "spheres", "ns", "iqr_ns", "least_ns", "rounds", "overlaps_each"],
-              table)
+        rows.append({"motion": motion, "method": method, "spheres": spheres, "ns": f"{median:.4g}",
+                     "iqr_ns": f"{high - low:.2g}", "least_ns": f"{min(ns):.4g}", "rounds": len(ns),
+                     "overlaps_each": f"{statistics.mean(overlaps[motion, method, spheres]):.3f}"})
+    return rows, [note, "slow: straight on, a twentieth of a radius a step; far: three radii, so "
+                        "that every step is a full search."]
 
 
-def measure_ratio(program, out):
-    rows, note = rows_of([program])
-    write_csv(out, [note, "4,000 spheres, 0.95 overlaps each; per sphere. ratio: voxel / diameter. "
-                          "expected: the handbook's formulas."], rows[0].keys(),
-              [row.values() for row in rows])
+def measure_ratio(figures):
+    rows, note = rows_of([figures])
+    return rows, [note, "4,000 spheres, 0.95 overlaps each; per sphere. ratio: voxel / diameter. "
+                        "expected: the handbook's formulas."]
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--programs", type=pathlib.Path, default=ROOT / "build/release/tests",
-                        help="folder of detection_benchmark and voxel_ratio_figures")
-    parser.add_argument("--rounds", type=int, default=15)
-    parser.add_argument("--most", type=int, default=400000, help="spheres")
-    parser.add_argument("--out", type=pathlib.Path, default=CHARTS, help="folder for the CSV files")
+    parser = parser_of(__doc__, "detection_speed: 3 rounds up to 4,000 spheres, not 15 up to 400,000; "
+                                "voxel_ratio is small")
+    parser.add_argument("table", choices=("detection_speed", "voxel_ratio"), metavar="TABLE",
+                        help="detection_speed or voxel_ratio")
     arguments = parser.parse_args()
-    for name in ("detection_benchmark", "voxel_ratio_figures"):
-        if not (arguments.programs / name).exists():
-            sys.exit(f"measure_detection: {arguments.programs / name}: not there; scripts/build first")
-    measure_speed(arguments.programs / "detection_benchmark", arguments.rounds, arguments.most,
-                  arguments.out / "detection_speed.csv")
-    measure_ratio(arguments.programs / "voxel_ratio_figures", arguments.out / "voxel_ratio.csv")
+    if arguments.table == "voxel_ratio":
+        rows, notes = measure_ratio(program(arguments.build, "voxel_ratio_figures"))
+    else:
+        rounds, most = (3, 4000) if arguments.small else (15, 400000)
+        rows, notes = measure_speed(program(arguments.build, "detection_benchmark"), rounds, most)
+    write_rows(arguments.charts / f"{arguments.table}.csv", rows, notes)
 
 
 if __name__ == "__main__":

@@ -4,24 +4,25 @@
 Paths are scripted (written here) or recordings made by others, in $STILLGRID_DATA or ../shared/data;
 a recording that is not there leaves its rows out, and says so. Each path goes through every model by
 the program compare_models, without and with jitter; the largest stable stiffness is of stability_lab's
-body that is most like the scene. `spacing` is docs/charts/spacing_rate.csv, `figures` the forces of
-docs/charts/paper_figures.csv, `ticks` docs/charts/cold_tick.csv. scripts/gallery/plot_models.py draws the charts.
+body that is most like the scene. Others: spacing_rate, the tissue's spheres and the rate against what
+the force errs; paper_figures, the forces of Figs. 6 to 8; cold_tick, a tick with caches flushed.
 """
-import argparse
 import concurrent.futures
 import csv
 import io
 import math
-import os
 import pathlib
 import re
 import subprocess
 import sys
 import tempfile
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+import measuring
+from measuring import ROOT, parser_of
+from tables import write_rows
+
 SCENES = ROOT / "sim_server/scene/scenes"
-DATA = pathlib.Path(os.environ.get("STILLGRID_DATA", ROOT.parent / "shared/data")) / "trajectories"
+DATA = measuring.DATA / "trajectories"
 PERIOD_S = 1.0 / 33.0
 COST = 0.1  # of a period, a step
 JITTERS = (0.0, 0.3)
@@ -76,6 +77,7 @@ PATHS = [
      replay("teleop_1dof_2khz/m2_question1a_spring.csv", "map=z_m:slave_rad*0.075"), 0.5, 4.8,
      "free:0.1"),
 ]
+SMALL_PATHS = [(*PATHS[place][:4], 2.5, PATHS[place][5]) for place in (2, 3)]
 
 
 def write_path(path, seconds, file):
@@ -123,22 +125,23 @@ def stable_stiffness(build, body, name, jitter):
     return "0" if text.startswith("unstable") else text.strip()
 
 
-def measure_table(build, pool):
+def measure_table(build, pool, is_small):
+    """Small: two paths, shortened, with jitter, which the charts show; stiffness is not searched."""
     with tempfile.TemporaryDirectory() as folder:
         jobs = []
-        for name, scene, path, since, seconds, body in PATHS:
+        for name, scene, path, since, seconds, body in SMALL_PATHS if is_small else PATHS:
             device = device_of(path, seconds, folder)
             if device is None:
                 print(f"skipped: {name}: its recording is not in {DATA}", file=sys.stderr)
                 continue
-            for jitter in JITTERS:
+            for jitter in JITTERS[1:] if is_small else JITTERS:
                 jobs.append((name, body, jitter, pool.submit(
                     compare, build, scene, device, jitter, since, seconds)))
         rows, limits = [], {}
         for name, body, jitter, job in jobs:
             for row in job.result():
                 key = body, row["model"], jitter
-                if row["model"] != "reference" and key not in limits:
+                if row["model"] != "reference" and key not in limits and not is_small:
                     limits[key] = pool.submit(stable_stiffness, build, *key)
                 rows.append({"path": name, "jitter": jitter, "body": body, **row})
     for row in rows:
@@ -152,13 +155,13 @@ FINE_M = 0.005
 RATES_HZ = (20, 33, 100, 1000)
 
 
-def measure_ticks(build, pool):
+def measure_ticks(build, pool, is_small):
     """With caches flushed; one after the other, for nothing else may run beside them."""
     del pool
     rows = []
     with tempfile.TemporaryDirectory() as folder:
-        for name, scene, path, since, _, _ in (PATHS[0], PATHS[2]):
-            device_of(path, 3.5, folder)
+        for name, scene, path, since, _, _ in (PATHS[2],) if is_small else (PATHS[0], PATHS[2]):
+            device_of(path, since + 0.3 if is_small else 3.5, folder)
             text = run(build, "cold_tick_figures", scene,
                        pathlib.Path(folder) / f"{path.__name__}.csv", since)
             rows += [{"path": name, **row} for row in csv.DictReader(io.StringIO(text))]
@@ -185,17 +188,17 @@ def spaced(scene, spacing_m, folder):
     return file
 
 
-def measure_spacing(build, pool):
+def measure_spacing(build, pool, is_small):
     with tempfile.TemporaryDirectory() as folder:
         jobs = []
-        for name, scene, path, since, _, _ in (PATHS[0], PATHS[4]):
-            end = since + 4.0
+        for name, scene, path, since, _, _ in (PATHS[4],) if is_small else (PATHS[0], PATHS[4]):
+            end = since + (0.5 if is_small else 4.0)
             device = device_of(path, end, folder)
             if device is None:
                 print(f"skipped: {name}: its recording is not in {DATA}", file=sys.stderr)
                 continue
             fine = spaced(scene, FINE_M, folder)
-            for spacing_m in SPACINGS_M:
+            for spacing_m in SPACINGS_M[:2] if is_small else SPACINGS_M:
                 jobs.append((name, spacing_m, pool.submit(
                     run, build, "compare_models", "--scene", spaced(scene, spacing_m, folder),
                     "--reference-scene", fine, "--device", device, "--period",
@@ -225,10 +228,10 @@ def record(build, transition, period_s, cost, device, folder):
         return list(csv.DictReader(line for line in stream if not line.startswith("#")))
 
 
-def measure_figures(build, pool):
+def measure_figures(build, pool, is_small):
     """The force on a tool that goes with the moving sphere, and the generation shown, tick by
-    tick."""
-    del pool
+    tick; small as it is."""
+    del pool, is_small
     with tempfile.TemporaryDirectory() as folder:
         device = device_of(ride_sphere, 3.0, folder)
         rows = []
@@ -243,31 +246,25 @@ def measure_figures(build, pool):
 
 
 FORCE_COLUMN, IMAGE_COLUMN = "fx_N", "generation"
-TABLES = {"table": ("model_table.csv", measure_table), "spacing": ("spacing_rate.csv", measure_spacing),
-          "figures": ("paper_figures.csv", measure_figures), "ticks": ("cold_tick.csv", measure_ticks)}
+TABLES = {"model_table": measure_table, "spacing_rate": measure_spacing,
+          "paper_figures": measure_figures, "cold_tick": measure_ticks}
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = parser_of(__doc__, "model_table: two paths of 2.5 s; spacing_rate: one path of 0.5 s, two "
+                                "spacings; cold_tick: one path of 0.3 s; paper_figures is small")
     parser.add_argument("tables", nargs="*", default=list(TABLES), metavar="TABLE",
-                        help="table, spacing, figures or ticks; default all")
-    parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build/release")
-    parser.add_argument("--charts", type=pathlib.Path, default=ROOT / "docs/charts")
-    parser.add_argument("--threads", type=int, default=2)
+                        help=f"some of {', '.join(TABLES)}; default: all")
+    parser.add_argument("--threads", type=int, default=2, metavar="N", help="default: 2")
     arguments = parser.parse_args()
     try:
         with concurrent.futures.ThreadPoolExecutor(arguments.threads) as pool:
             for table in arguments.tables:
-                name, measure = TABLES[table]
-                rows = measure(arguments.build, pool)
-                with open(arguments.charts / name, "w", newline="") as stream:
-                    writer = csv.DictWriter(stream, fieldnames=list(rows[0]), lineterminator="\n")
-                    writer.writeheader()
-                    writer.writerows(rows)
+                write_rows(arguments.charts / f"{table}.csv",
+                           TABLES[table](arguments.build, pool, arguments.small))
     except (OSError, RuntimeError, KeyError, IndexError) as error:
-        sys.exit(f"measure_models: {type(error).__name__}: {error}")
-    return 0
+        measuring.fail(f"{type(error).__name__}: {error}")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -5,14 +5,13 @@ A row a benchmark of query_benchmark, all of them in turn in one run, the run re
 the runs and the distance between their quartiles. Every method sums the same force or is not
 measured. Figures of the handbook stand beside: another machine's, so compare ratios, not times.
 """
-import argparse
-import csv
 import json
 import pathlib
 import statistics
-import subprocess
-import sys
 import tempfile
+
+from measuring import fail, output_of, parser_of, program
+from tables import write_rows
 
 # (question, method): ns at N = 400, 40,000, 400,000, of the handbook's table of peers.
 SIZES = (400, 40000, 400000)
@@ -26,45 +25,35 @@ HANDBOOK = {
 }
 
 
-def one_run(program, out):
-    subprocess.run([program, "--benchmark_min_time=0.05", f"--benchmark_out={out}",
-                    "--benchmark_out_format=json"], check=True, stdout=subprocess.DEVNULL,
-                   stderr=subprocess.DEVNULL)
+def one_run(benchmark, sizes, folder):
+    out = pathlib.Path(folder) / "run.json"
+    output_of([benchmark, "--benchmark_min_time=0.05", f"--benchmark_filter=/({sizes})(/|$)",
+               f"--benchmark_out={out}",
+               "--benchmark_out_format=json"])
     for run in json.loads(out.read_text())["benchmarks"]:
         if run.get("error_occurred"):
-            raise ValueError(f"{run['name']}: {run['error_message']}")
+            fail(f"{run['name']}: {run['error_message']}")
         question, method, spheres = run["name"].split("/")[:3]
         yield (question, method, int(spheres)), run.get("median_ns", run["cpu_time"])
 
 
 def main():
-    root = pathlib.Path(__file__).resolve().parents[2]
-    parser = argparse.ArgumentParser(description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--program", type=pathlib.Path, metavar="FILE",
-                        default=root / "build" / "release" / "tests" / "query_benchmark")
-    parser.add_argument("--runs", type=int, default=9, metavar="N")
-    parser.add_argument("--out", type=pathlib.Path, metavar="FILE.csv",
-                        default=root / "docs" / "charts" / "query_speed.csv")
-    arguments = parser.parse_args()
+    arguments = parser_of(__doc__, "two runs, not nine, up to 40,000 spheres of 400,000").parse_args()
+    runs, sizes = (2, "400|40000") if arguments.small else (9, "[0-9]+")
     times = {}
-    try:
-        with tempfile.TemporaryDirectory() as folder:
-            for _ in range(arguments.runs):
-                for key, ns in one_run(arguments.program, pathlib.Path(folder) / "run.json"):
-                    times.setdefault(key, []).append(ns)
-        with open(arguments.out, "w") as stream:
-            stream.write(f"# medians and quartile distances of {arguments.runs} runs, ns a query; "
-                         "handbook: another machine, its cell list beside our grid\n")
-            rows = csv.writer(stream, lineterminator="\n")
-            rows.writerow(["question", "method", "spheres", "median_ns", "spread_ns", "handbook_ns"])
-            for (question, method, spheres), runs in times.items():
-                low, _, high = statistics.quantiles(runs, n=4)
-                rows.writerow([question, method, spheres, f"{statistics.median(runs):.4g}",
-                               f"{high - low:.2g}",
-                               HANDBOOK[question, method][SIZES.index(spheres)]])
-    except (OSError, ValueError, KeyError, subprocess.CalledProcessError) as error:
-        sys.exit(f"measure_query: {type(error).__name__}: {error}")
+    with tempfile.TemporaryDirectory() as folder:
+        for _ in range(runs):
+            for key, ns in one_run(program(arguments.build, "query_benchmark"), sizes, folder):
+                times.setdefault(key, []).append(ns)
+    rows = []
+    for (question, method, spheres), samples in times.items():
+        low, median, high = statistics.quantiles(samples, n=4, method="inclusive")
+        rows.append({"question": question, "method": method, "spheres": spheres,
+                     "median_ns": f"{median:.4g}", "spread_ns": f"{high - low:.2g}",
+                     "handbook_ns": HANDBOOK[question, method][SIZES.index(spheres)]})
+    write_rows(arguments.charts / "query_speed.csv", rows,
+               [f"medians and quartile distances of {runs} runs, ns a query; handbook: another machine, "
+                "its cell list beside our grid"])
 
 
 if __name__ == "__main__":

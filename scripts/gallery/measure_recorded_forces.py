@@ -1,20 +1,17 @@
 #!/usr/bin/python3
 """Measures our forces against recorded ones: docs/charts/spring_recording.csv and contour_forces.csv.
 
-Both daemons replay each recording in lockstep. scripts/gallery/plot_recorded_forces.py draws the chart.
+Both daemons replay each recording in lockstep, so that the same build gives the same figures.
 """
-import argparse
 import pathlib
 import subprocess
-import sys
 import tempfile
 
 import numpy
 
 import recorded_forces
+from measuring import fail, parser_of
 from tables import write_rows
-
-CHARTS = recorded_forces.ROOT / "docs/charts"
 
 
 def replay(scene, device, duration_s, build, folder):
@@ -28,7 +25,7 @@ def replay(scene, device, duration_s, build, folder):
     return file
 
 
-def measure_spring(build, folder):
+def measure_spring(build, charts, folder):
     spring = recorded_forces.Spring()
     file = replay(spring.scene(), spring.device(), spring.time_s[-1], build, folder)
     time_s, place_m, measured_N, ours_N = spring.compare(file)
@@ -36,33 +33,32 @@ def measure_spring(build, folder):
     rms_N = numpy.sqrt(((ours_N - measured_N)[second] ** 2).mean())
     print(f"spring {spring.stiffness_N_m:.1f} N/m, at rest at {1e3 * spring.rest_m:.3f} mm; second half: "
           f"{rms_N:.4f} N rms, {100.0 * rms_N / measured_N[second].mean():.2f} % of the mean force")
-    write_rows(CHARTS / "spring_recording.csv", [
+    write_rows(charts / "spring_recording.csv", [
         {"time_s": f"{time_s[i]:.3f}", "place_mm": f"{1e3 * place_m[i]:.4f}",
          "measured_N": f"{measured_N[i]:.4f}", "ours_N": f"{ours_N[i]:.4f}",
          "half": 2 if second[i] else 1} for i in range(0, len(time_s), 5)])
 
 
-def measure_contour(build, folder):
+def measure_contour(build, charts, names, folder):
     rows = []
-    for name in recorded_forces.DEMONSTRATIONS:
+    for name in names:
         file = replay(recorded_forces.contour_scene(), recorded_forces.contour_device(name),
                       recorded_forces.contour_duration_s(name), build, folder)
         share, cosine = recorded_forces.compare_contour(name, file)
         rows.append({"demonstration": name, "in_contact": f"{share:.4f}", "mean_cosine": f"{cosine:.4f}"})
         print(f"contour {name}: in contact {100.0 * share:.1f} %, cosine {cosine:.4f}", flush=True)
     print(f"mean cosine {numpy.mean([float(row['mean_cosine']) for row in rows]):.4f}")
-    write_rows(CHARTS / "contour_forces.csv", rows)
+    write_rows(charts / "contour_forces.csv", rows)
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--build", type=pathlib.Path, default=recorded_forces.ROOT / "build/release")
-    arguments = parser.parse_args()
+    arguments = parser_of(__doc__, "two demonstrations of eight").parse_args()
     if not recorded_forces.SPRING.exists() or not recorded_forces.CONTOUR_MESH.exists():
-        sys.exit(f"measure_recorded_forces: {recorded_forces.DATA}: expected the real inputs there")
+        fail(f"{recorded_forces.DATA}: expected the real inputs there")
+    names = recorded_forces.DEMONSTRATIONS[:2 if arguments.small else None]
     with tempfile.TemporaryDirectory() as folder:
-        measure_spring(arguments.build, pathlib.Path(folder))
-        measure_contour(arguments.build, pathlib.Path(folder))
+        measure_spring(arguments.build, arguments.charts, pathlib.Path(folder))
+        measure_contour(arguments.build, arguments.charts, names, pathlib.Path(folder))
 
 
 if __name__ == "__main__":

@@ -2,14 +2,13 @@
 """Measures the largest stable stiffness of both servers' product code in closed loop, in virtual
 time, over rate, cost of a step, body, device and transition: docs/charts/stability.csv.
 
-A stopped run goes on where it was. scripts/gallery/plot_stability.py draws the charts.
+Hours. Cells that the table has are not measured again, so that a stopped run goes on where it was: to
+begin anew, take the table away.
 """
-import argparse
-import pathlib
 import subprocess
-import sys
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+from measuring import parser_of, program
+
 DEVICES = ["light", "hand"]
 PERIODS_S = [0.1, 0.033, 0.01]
 COSTS = [0, 0.1, 0.3333333333, 1]  # of a step, of its period
@@ -20,7 +19,15 @@ BLOCK = {"scene": ["block"], "friction": 0.3, "duration": 5}
 RIVALS = ["restart", "hermite", "extrapolate", "playout"]
 
 
-def maps(full):
+def small_maps():
+    """A corner of the grid: free bodies at 33 ms."""
+    few = {"device": ["light"], "period": [0.033], "latency": [0.1, 1], "scene": ["free:0.1", "free:1"],
+           "duration": 6, "lowest": 100, "transition": ["hold", "linear", "answer"]}
+    yield few | {"jitter": 0.3}
+    yield few | {"jitter": 0}
+
+
+def maps(every):
     """Maps in the order in which they are measured: what matters most comes first."""
     bodies = [{"scene": LIGHT, "duration": 6}, HEAVY, BLOCK]
     base = {"device": DEVICES, "period": PERIODS_S, "latency": COSTS, "jitter": 0.3, "lowest": 100}
@@ -30,22 +37,22 @@ def maps(full):
     for body in bodies:
         yield base | three | body
     for body in bodies:
-        yield base | three | regular | body | ({} if full or body is not BLOCK else at_once)
+        yield base | three | regular | body | ({} if every or body is not BLOCK else at_once)
     for body in bodies:
-        few = {} if full or body is not BLOCK else {"latency": [0.1, 1]}
+        few = {} if every or body is not BLOCK else {"latency": [0.1, 1]}
         yield base | {"transition": RIVALS} | body | few
         yield base | {"transition": "hold", "model": "force_held"} | body | few
     # Simulated as fast as a step allows: a step that takes its whole period.
     fast = {"transition": "hold", "period": [0.004, 0.002, 0.001], "latency": [1], "jitter": 0}
     for body in bodies:
-        yield base | fast | body | ({} if full or body is not BLOCK else {"period": [0.004]})
+        yield base | fast | body | ({} if every or body is not BLOCK else {"period": [0.004]})
     friction = {"device-friction": 0.04}
     for body in bodies:
-        small = {} if full else {"scene": ["free:0.1", "free:1", "chain"]}
-        if full or body is bodies[0]:
+        small = {} if every else {"scene": ["free:0.1", "free:1", "chain"]}
+        if every or body is bodies[0]:
             yield base | three | at_once | body | friction | small
     yield base | three | at_once | bodies[0] | {"scene": ["wall"], "device": ["none"]}
-    if full:
+    if every:
         for body in bodies:
             yield base | {"transition": RIVALS} | regular | body
             yield base | three | body | {"seed": 2}
@@ -60,17 +67,16 @@ def command(lab, csv, threads, one_map):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--full", action="store_true", help="every cell; hours")
-    parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--build", type=pathlib.Path, default=ROOT / "build/release")
-    parser.add_argument("--csv", type=pathlib.Path, default=ROOT / "docs/charts/stability.csv")
+    parser = parser_of(__doc__, "24 cells: two free bodies, the light device, 33 ms")
+    parser.add_argument("--every", action="store_true", help="cells too that docs/charts/stability.csv leaves "
+                        "out")
+    parser.add_argument("--threads", type=int, default=2, metavar="N", help="default: 2")
     arguments = parser.parse_args()
-    lab = arguments.build / "tests/stability_lab"
-    for one_map in maps(arguments.full):
-        subprocess.run(command(lab, arguments.csv, arguments.threads, one_map), check=True)
-    return 0
+    lab = program(arguments.build, "stability_lab")
+    for one_map in small_maps() if arguments.small else maps(arguments.every):
+        subprocess.run(command(lab, arguments.charts / "stability.csv", arguments.threads, one_map),
+                       check=True)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

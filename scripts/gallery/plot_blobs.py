@@ -1,27 +1,8 @@
 #!/usr/bin/python3
-"""Draws docs/charts/blobs_vs_spheres.png from its CSV; with a JSON of blob_benchmark, writes that
-CSV first:
+"""Draws docs/charts/blobs_vs_spheres.png from the table that measure_blobs.py writes."""
+from drawing import draw_charts, matplotlib, plt
+from tables import read_rows
 
-  blob_benchmark --benchmark_repetitions=9 --benchmark_format=json > blobs.json
-  plot_blobs.py blobs.json
-"""
-import argparse
-import csv
-import json
-import pathlib
-import statistics
-import sys
-
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-import matplotlib.ticker
-
-CHARTS = pathlib.Path(__file__).resolve().parents[2] / "docs/charts"
-COUNTERS = ("spheres", "error_mm", "ripple", "least_over_most", "holes", "tangential", "stiffness",
-            "mean_over_depth")
-COLUMNS = ("mesh", "model", *COUNTERS, "ns_median", "ns_least", "ns_most")
 STYLES = {"spheres": ("#888888", "s"), "blobs": ("#0072B2", "o")}
 # quantity, how it is called, whether logarithmic
 PANELS = (("ripple", "force ripple\n(std / mean)", True),
@@ -29,36 +10,6 @@ PANELS = (("ripple", "force ripple\n(std / mean)", True),
           ("stiffness", "effective stiffness\n(material: 1)", True),
           ("error_mm", "surface error [mm]\n(Hausdorff)", True),
           ("ns_median", "one force [ns]", True))
-
-
-def rows_of_benchmark(file):
-    runs = {}
-    for run in json.loads(pathlib.Path(file).read_text())["benchmarks"]:
-        if run.get("run_type") == "iteration":
-            runs.setdefault(run["name"].split("/repeats")[0], []).append(run)
-    rows = []
-    for name, repeats in runs.items():
-        _, model, mesh, _ = name.split("/")
-        times = [run["real_time"] for run in repeats]
-        row = {"mesh": mesh.split(".")[0], "model": model, "ns_median": statistics.median(times),
-               "ns_least": min(times), "ns_most": max(times)}
-        row.update({counter: repeats[0][counter] for counter in COUNTERS})
-        rows.append({key: value if isinstance(value, str) else f"{value:.5g}"
-                     for key, value in row.items()})
-    # Interleaved runs come in any order.
-    return sorted(rows, key=lambda row: (row["mesh"], row["model"], float(row["spheres"])))
-
-
-def write_rows(rows, file):
-    with open(file, "w", newline="") as stream:
-        writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-
-
-def read_rows(file):
-    with open(file) as stream:
-        return list(csv.DictReader(line for line in stream if not line.startswith("#")))
 
 
 def draw_curve(axes, rows, quantity, model):
@@ -74,8 +25,8 @@ def draw_curve(axes, rows, quantity, model):
         axes.errorbar(x, y, yerr=spread, color=colour, capsize=2, linewidth=1.0)
 
 
-def draw(rows):
-    plt.rcParams.update({"axes.spines.top": False, "axes.spines.right": False, "font.size": 9})
+def draw(charts):
+    rows = read_rows(charts / "blobs_vs_spheres.csv")
     meshes = list(dict.fromkeys(row["mesh"] for row in rows))
     figure, grid = plt.subplots(len(PANELS), len(meshes), sharex="col", sharey="row",
                                 figsize=(2.8 * len(meshes) + 1.0, 10.5), squeeze=False)
@@ -112,20 +63,5 @@ def draw(rows):
     return figure
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__,
-                                     formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("benchmark", nargs="?", metavar="BENCHMARK.json")
-    arguments = parser.parse_args()
-    rows_file = CHARTS / "blobs_vs_spheres.csv"
-    try:
-        if arguments.benchmark:
-            write_rows(rows_of_benchmark(arguments.benchmark), rows_file)
-        figure = draw(read_rows(rows_file))
-    except (OSError, ValueError, KeyError) as error:
-        sys.exit(f"plot_blobs: {type(error).__name__}: {error}")
-    figure.savefig(CHARTS / "blobs_vs_spheres.png", dpi=110, facecolor="white")
-
-
 if __name__ == "__main__":
-    main()
+    draw_charts(__doc__, {"blobs_vs_spheres": draw})

@@ -1,12 +1,7 @@
 #!/usr/bin/python3
-"""Draws docs/charts/ku_contact.png from the CSV that contact_figures prints."""
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-import matplotlib.ticker
-
-from tables import draw_table
+"""Draws docs/charts/ku_contact.png from the table that measure_printed.py writes."""
+from drawing import draw_charts, matplotlib, plt
+from tables import read_rows
 
 MODELS = {"spheres": ("#D55E00", "decomposition"),
           "even spheres": ("#E69F00", "even spheres under the surface"),
@@ -26,8 +21,8 @@ def draw_model(axes, rows, quantity, colour):
                   alpha=0.55, markeredgewidth=0)
 
 
-def draw(rows):
-    plt.rcParams.update({"axes.spines.top": False, "axes.spines.right": False, "font.size": 9.5})
+def draw(charts):
+    rows = read_rows(charts / "ku_contact.csv")
     figure, panels = plt.subplots(1, 2, figsize=(10.4, 4.4))
     for axes, (quantity, label) in zip(panels, PANELS):
         baseline = [float(row[quantity]) for row in rows if row["model"] == "nearest face"]
@@ -52,4 +47,4 @@ def draw(rows):
 
 
 if __name__ == "__main__":
-    draw_table(__doc__, "ku_contact", draw)
+    draw_charts(__doc__, {"ku_contact": draw})

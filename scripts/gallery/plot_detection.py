@@ -1,17 +1,8 @@
 #!/usr/bin/python3
-"""Draws docs/charts/{detection_speed,voxel_ratio}.png from the CSV files of measure_detection.py."""
-import argparse
-import pathlib
+"""Draws docs/charts/{detection_speed,voxel_ratio}.png from the tables that measure_detection.py writes."""
+from drawing import draw_charts, matplotlib, plt
+from tables import read_rows
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-import matplotlib.ticker
-
-from plot_publication import read_rows
-
-CHARTS = pathlib.Path(__file__).resolve().parents[2] / "docs/charts"
 STYLES = {  # method: label, colour, line and marker
     "ours": ("ours", "#0072B2", "o-"),
     "ours, and shown": ("ours, images shown too", "#56B4E9", "o:"),
@@ -26,7 +17,8 @@ MOTIONS = {"slow": "slow: R/20 a step, straight on", "far": "far: 3 R a step, a 
 DIMENSION = {"volume": 3, "sheet": 2, "thread": 1}
 
 
-def draw_speed(rows):
+def draw_speed(charts):
+    rows = read_rows(charts / "detection_speed.csv")
     figure, panels = plt.subplots(1, 2, figsize=(11, 5.2), sharey=True)
     for axes, (motion, title) in zip(panels, MOTIONS.items()):
         for method, (label, colour, style) in STYLES.items():
@@ -61,7 +53,8 @@ def column(rows, name):
     return [float(row[name]) for row in rows]
 
 
-def draw_ratio(rows):
+def draw_ratio(charts):
+    rows = read_rows(charts / "voxel_ratio.csv")
     figure, panels = plt.subplots(2, 3, figsize=(11, 6.4), sharex=True, sharey="row")
     for i, (shape, dimension) in enumerate(DIMENSION.items()):
         of = [row for row in rows if row["shape"] == shape]
@@ -103,14 +96,5 @@ def draw_ratio(rows):
     return figure
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--charts", type=pathlib.Path, default=CHARTS, help="folder of CSV and PNG")
-    charts = parser.parse_args().charts
-    draw_speed(read_rows(charts / "detection_speed.csv")).savefig(charts / "detection_speed.png",
-                                                                   dpi=110)
-    draw_ratio(read_rows(charts / "voxel_ratio.csv")).savefig(charts / "voxel_ratio.png", dpi=110)
-
-
 if __name__ == "__main__":
-    main()
+    draw_charts(__doc__, {"detection_speed": draw_speed, "voxel_ratio": draw_ratio})

@@ -1,18 +1,11 @@
 #!/usr/bin/python3
-"""Draws docs/charts/faults.png from the two CSV files of tests/integration/fault_table.py."""
-import argparse
-import pathlib
+"""Draws docs/charts/faults.png from the two tables of tests/integration/fault_table.py."""
 import re
 import textwrap
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-
+from drawing import draw_charts, plt
 from tables import read_rows
 
-CHARTS = pathlib.Path(__file__).resolve().parents[2] / "docs/charts"
 COLOURS = {"device": "#0072B2", "simulation": "#009E73", "memory": "#CC79A7", "clock": "#E69F00",
            "disk": "#888888", "operator": "#D55E00", "force": "#56B4E9"}
 MAX_FORCE_N = 3.3  # of the device
@@ -32,11 +25,12 @@ def draw_fault(axes, row, trace):
     axes.tick_params(labelsize=7, length=2)
 
 
-def draw(rows, traces):
-    plt.rcParams.update({"axes.spines.top": False, "axes.spines.right": False})
+def draw(charts):
+    rows, traces = read_rows(charts / "faults.csv"), read_rows(charts / "fault_traces.csv")
     lines = -(-len(rows) // COLUMNS)
+    lines += len(rows) > COLUMNS * lines - 3  # room for the legend
     figure, panels = plt.subplots(lines, COLUMNS, figsize=(14.0, 1.5 * lines + 0.5), sharex=True,
-                                  sharey=True)
+                                  sharey=True, squeeze=False)
     for axes, row in zip(panels.flat, rows):
         draw_fault(axes, row, [point for point in traces
                                if (point["kind"], point["fault"]) == (row["kind"], row["fault"])])
@@ -44,7 +38,7 @@ def draw(rows, traces):
         axes.axis("off")
     panels.flat[0].set(xlim=(-50, 650), ylim=(-0.1, 3.7), xticks=(0, 200, 400, 600),
                        yticks=(0, 1, 2, 3))
-    for axes in panels.flat[len(rows) - COLUMNS:len(rows)]:
+    for axes in panels.flat[max(0, len(rows) - COLUMNS):len(rows)]:
         axes.tick_params(labelbottom=True)
         axes.set_xlabel("ms", fontsize=7.5, labelpad=1)
     for axes in panels[:, 0]:
@@ -60,13 +54,5 @@ def draw(rows, traces):
     return figure
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--charts", type=pathlib.Path, default=CHARTS, help="folder of CSV and PNG")
-    charts = parser.parse_args().charts
-    figure = draw(read_rows(charts / "faults.csv"), read_rows(charts / "fault_traces.csv"))
-    figure.savefig(charts / "faults.png", dpi=100, facecolor="white")
-
-
 if __name__ == "__main__":
-    main()
+    draw_charts(__doc__, {"faults": draw}, dpi=100)

@@ -1,18 +1,11 @@
 #!/usr/bin/python3
-"""Draws docs/charts/model_table.png, model_pareto.png, spacing_rate.png and paper_figures.png from the
-CSV that measure_models.py writes, and prints the tables of docs/algorithms/model_comparison.md."""
-import argparse
-import csv
+"""Draws docs/charts/{model_table,model_pareto,spacing_rate,paper_figures,cold_tick}.png from the tables
+that measure_models.py writes."""
 import math
-import pathlib
-import sys
 
-import matplotlib
+from drawing import draw_charts, matplotlib, plt, show_plain_numbers
+import tables
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-
-CHARTS = pathlib.Path(__file__).resolve().parents[2] / "docs/charts"
 TRANSITIONS = ("hold", "linear", "restart", "hermite", "extrapolate", "playout", "answer")
 RIVALS = ("force_held", "force_jacobian", "plane", "sphere", "proxy", "crossfade")
 FAST = ("hold at 250 Hz", "hold at 500 Hz", "hold at 1000 Hz")
@@ -22,8 +15,7 @@ TOLERANCE = 0.07
 
 
 def read_rows(file):
-    with open(file) as stream:
-        rows = list(csv.DictReader(stream))
+    rows = tables.read_rows(file)
     for row in rows:
         for key, value in row.items():
             try:
@@ -45,10 +37,6 @@ def colour_of(model):
     return COLOURS.get(model, "#7A5BC7" if model in RIVALS else "0.35")
 
 
-def label_of(model):
-    return model.replace("hold at ", "").replace("1000 Hz", "1 kHz")
-
-
 COLUMNS = (
     ("jump_max_N", "largest jump [N]", "log"),
     ("stage_felt_share", "time in stages\nabove 7 %", "linear"),
@@ -66,11 +54,12 @@ def reference_rms_N(row, rows, path):
     return of(rows, path, row["jitter"])["reference"]["force_rms_N"]
 
 
-def draw_table(rows):
+def draw_table(charts):
+    rows = read_rows(charts / "model_table.csv")
     models = (*TRANSITIONS, *RIVALS, *FAST)
     paths = paths_of(rows)
     markers = dict(zip(paths, "osD^vP*X"))
-    figure, panels = plt.subplots(1, len(COLUMNS), figsize=(19, 6.6), sharey=True)
+    figure, panels = plt.subplots(1, len(COLUMNS), figsize=(15, 6.6), sharey=True)
     for axes, (key, title, scale) in zip(panels, COLUMNS):
         for place, model in enumerate(models):
             for number, path in enumerate(paths):
@@ -90,19 +79,18 @@ def draw_table(rows):
             axes.axhline(edge, color="0.7", linewidth=0.8)
         axes.grid(color="0.93")
         axes.tick_params(labelsize=8.5)
-        axes.spines[["top", "right"]].set_visible(False)
         if key in FLOOR:
             axes.axvline(FLOOR[key], color="0.6", linewidth=0.8, linestyle=":")
     for path in paths:
         panels[0].plot([], [], markers[path], color="0.3", label=path)
-    figure.legend(loc="upper right", ncols=len(paths), frameon=False, fontsize=9)
     figure.suptitle("One path through all models: 33 Hz, a step costs a tenth, periods vary by 30 %",
                     x=0.01, ha="left", y=0.985,
                     fontsize=12, fontweight="bold")
-    figure.text(0.01, 0.01, "Left edge (dotted): that or less. Error against the true state at 1 kHz; "
+    figure.text(0.01, 0.925, "Left edge (dotted): that or less. Error against the true state at 1 kHz; "
                 "last three rows: held images of a simulation that is that fast.", fontsize=9,
                 color="0.3")
-    figure.tight_layout(rect=(0, 0.03, 1, 0.95))
+    figure.tight_layout(rect=(0, 0.05, 1, 0.92))
+    figure.legend(loc="lower center", ncols=len(paths), frameon=False)
     return figure
 
 
@@ -116,121 +104,141 @@ def front(rows, x, y):
     return chosen
 
 
-def annotate(axes, row, x, y, colour, floor=0.0):
-    axes.annotate(label_of(row["model"]), (row[x], max(row[y], floor)), textcoords="offset points",
-                  xytext=(4, 3), fontsize=7.5, color=colour)
+# Of the Pareto charts: each model its own marker, for names would lie over each other.
+MARKERS = {"hold": "o", "linear": "o", "restart": "v", "hermite": "^", "extrapolate": ">", "playout": "<",
+           "answer": "*", "force_held": "o", "force_jacobian": "s", "plane": "D", "sphere": "h",
+           "proxy": "P", "crossfade": "X"}
+FLOOR_N = 1e-6
+
+
+def mark(axes, name, x, y, is_pale=False):
+    axes.plot(x, max(y, FLOOR_N), MARKERS[name], color=colour_of(name), alpha=0.35 if is_pale else 1.0,
+              markersize=13 if name == "answer" else 7, markeredgewidth=0, clip_on=False)
 
 
 def draw_pareto_panel(axes, mine):
-    same = [row for name, row in mine.items() if name in TRANSITIONS + RIVALS]
+    same = [mine[name] for name in MARKERS if name in mine]
     best = front(same, "tick_median_us", "rms_error_N")
     for row in same:
-        is_best = row in best
-        colour = colour_of(row["model"]) if is_best else "0.6"
-        axes.plot(row["tick_median_us"], row["rms_error_N"], "o", color=colour,
-                  markersize=7 if is_best else 4.5)
-        annotate(axes, row, "tick_median_us", "rms_error_N", colour)
+        mark(axes, row["model"], row["tick_median_us"], row["rms_error_N"], row not in best)
     axes.step([row["tick_median_us"] for row in best], [row["rms_error_N"] for row in best], "k-",
               where="post", linewidth=0.9, zorder=0)
     for name in FAST:
-        row = mine[name]
-        axes.plot(row["tick_median_us"], row["rms_error_N"], "s", color="0.3", markersize=5,
-                  markerfacecolor="none")
-        annotate(axes, row, "tick_median_us", "rms_error_N", "0.3")
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlabel("tick in contact, median [µs]", fontsize=8.5)
-    axes.set_ylabel("force error, rms [N]", fontsize=8.5)
+        axes.plot(mine[name]["tick_median_us"], mine[name]["rms_error_N"], "s", color="white", markersize=2)
+        axes.text(mine[name]["tick_median_us"], mine[name]["rms_error_N"],
+                  name.removeprefix("hold at ").removesuffix(" Hz"), ha="center", va="center",
+                  fontsize=8.5, fontweight="bold", color="0.3")
+    axes.set(xscale="log", yscale="log")
+    show_plain_numbers(axes.xaxis)
+    axes.yaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
+    axes.set_xlabel("tick in contact, median [µs]")
 
 
 def draw_jump_panel(axes, mine):
-    floor = 1e-6
-    for name in TRANSITIONS + RIVALS:
-        row = mine[name]
-        axes.plot(row["lag_ms"], max(row["jump_max_N"], floor), "o", color=colour_of(name),
-                  markersize=7 if name in COLOURS else 4.5)
-        annotate(axes, row, "lag_ms", "jump_max_N", colour_of(name), floor)
+    for name in MARKERS:
+        if name in mine:
+            mark(axes, name, mine[name]["lag_ms"], mine[name]["jump_max_N"])
     axes.axhline(0.01 * mine["hold"]["jump_max_N"], color=COLOURS["hold"], linewidth=0.9,
                  linestyle="--")
     axes.axvline(mine["answer"]["longest_period_ms"], color="0.5", linewidth=0.9, linestyle=":")
     axes.set_yscale("log")
     axes.set_xlim(-3, None)
-    axes.set_xlabel("effective latency [ms]", fontsize=8.5)
-    axes.set_ylabel("largest jump [N]", fontsize=8.5)
+    axes.set_xlabel("effective latency [ms]")
 
 
-def draw_pareto(rows):
+def draw_pareto(charts):
+    rows = read_rows(charts / "model_table.csv")
     paths = paths_of(rows)
-    columns = 3
-    lines = math.ceil(len(paths) / columns)
-    figure, panels = plt.subplots(2 * lines, columns, figsize=(16, 7.6 * lines), squeeze=False)
-    for number, path in enumerate(paths):
-        mine = of(rows, path, 0.3)
-        for line, draw in ((number // columns, draw_pareto_panel),
-                           (lines + number // columns, draw_jump_panel)):
-            axes = panels[line][number % columns]
-            draw(axes, mine)
-            axes.set_title(path, fontsize=10, loc="left", fontweight="bold")
+    columns = min(3, len(paths))
+    lines = -(-len(paths) // columns)
+    figure, panels = plt.subplots(2 * lines, columns, figsize=(4.1 * columns, 6.4 * lines), squeeze=False)
+    for first, draw, label in ((0, draw_pareto_panel, "force error, rms [N]"),
+                               (lines, draw_jump_panel, "largest jump [N]")):
+        for number, axes in enumerate(panels[first:first + lines].flat):
+            if number >= len(paths):
+                axes.axis("off")
+                continue
+            draw(axes, of(rows, paths[number], 0.3))
+            axes.set_title(paths[number], fontsize=10.5, loc="left", fontweight="bold")
             axes.grid(color="0.94")
-            axes.tick_params(labelsize=8, which="both")
-            axes.spines[["top", "right"]].set_visible(False)
-    for axes in panels.flat[len(paths):lines * columns]:
-        axes.axis("off")
-    for axes in panels.flat[lines * columns + len(paths):]:
-        axes.axis("off")
-    figure.suptitle("Speed against accuracy, and jump against lag: 33 Hz, a step costs a tenth, "
-                    "jitter 30 %", x=0.01, y=0.995, ha="left", fontsize=13, fontweight="bold")
-    figure.text(0.01, 0.972, "Above: the Pareto front in colour, what it beats in grey; squares: held "
-                "images of a faster simulation. Below: dashed, 1 % of hold's jump; dotted, the longest "
-                "period; at the bottom edge no jump.", fontsize=10, color="0.3")
-    figure.tight_layout(rect=(0, 0, 1, 0.97))
+            axes.tick_params(which="both", labelsize=9)
+            if number % columns == 0:
+                axes.set_ylabel(label)
+    handles = [plt.Line2D([], [], color=colour_of(name), marker=marker, linestyle="", markeredgewidth=0,
+                          markersize=12 if name == "answer" else 7) for name, marker in MARKERS.items()]
+    handles += [plt.Line2D([], [], color=COLOURS["hold"], linestyle="--", linewidth=0.9),
+                plt.Line2D([], [], color="0.5", linestyle=":", linewidth=0.9)]
+    figure.suptitle("Speed against accuracy (above), and jump against lag (below)", x=0.01, y=0.99,
+                    ha="left", fontsize=13, fontweight="bold")
+    height_in = 6.4 * lines
+    figure.text(0.01, 1.0 - 0.75 / height_in,
+                "33 Hz, a step costs a tenth, jitter 30 %. Above: pale is beaten in both; numbers: held images "
+                "of a simulation\nat so many Hz. Below: at the bottom edge no jump.", color="0.3")
+    figure.tight_layout(rect=(0, 0.9 / height_in, 1, 1.0 - 0.8 / height_in), h_pad=1.2)
+    figure.legend(handles, [name.replace("_", " ") for name in MARKERS]
+                  + ["1 % of hold's jump", "longest period"], loc="lower center", ncol=5, frameon=False)
     return figure
+
+
+RATE_MARKERS = {20: "o", 33: "s", 100: "^", 1000: "D"}
 
 
 def cost_ms(row):
     return row["processor_ms_per_s"]
 
 
-def draw_spacing(rows):
+def cheapest_within(rows):
+    return min((row for row in rows if row["error_share"] <= TOLERANCE), key=cost_ms, default=None)
+
+
+def draw_spacing(charts):
+    rows = read_rows(charts / "spacing_rate.csv")
     paths = list(dict.fromkeys(row["path"] for row in rows))
     models = list(dict.fromkeys(row["model"] for row in rows))
-    figure, panels = plt.subplots(len(paths), len(models), figsize=(5.2 * len(models),
-                                  4.2 * len(paths)), sharex="row", sharey="row", squeeze=False)
+    figure, panels = plt.subplots(len(paths), len(models), figsize=(4.2 * len(models),
+                                  3.9 * len(paths) + 0.5), sharex="row", sharey="row", squeeze=False)
     spacings = sorted({row["spacing_mm"] for row in rows})
     shades = dict(zip(spacings, plt.cm.viridis([0.0, 0.22, 0.44, 0.66, 0.88])))
     for line, path in enumerate(paths):
         mine = [row for row in rows if row["path"] == path]
-        within = [row for row in mine if row["error_share"] <= TOLERANCE]
-        cheapest = min(within, key=cost_ms, default=None)
+        cheapest = cheapest_within(mine)
         for axes, model in zip(panels[line], models):
             for spacing in spacings:
                 curve = sorted((row for row in mine if row["model"] == model
                                 and row["spacing_mm"] == spacing), key=lambda row: row["rate_hz"])
                 axes.plot([cost_ms(row) for row in curve], [row["error_share"] for row in curve],
-                          "o-", color=shades[spacing], markersize=5, label=f"{spacing:g} mm")
+                          "-", color=shades[spacing], linewidth=1.2)
                 for row in curve:
-                    axes.annotate(f"{row['rate_hz']:g}", (cost_ms(row), row["error_share"]),
-                                  textcoords="offset points", xytext=(4, 4), fontsize=7)
+                    axes.plot(cost_ms(row), row["error_share"], RATE_MARKERS[row["rate_hz"]],
+                              color=shades[spacing], markersize=6)
             axes.axhline(TOLERANCE, color="#D40000", linewidth=1, linestyle="--")
             if cheapest is not None and cheapest["model"] == model:
                 axes.plot(cost_ms(cheapest), cheapest["error_share"], "*", color="#D40000",
                           markersize=15, zorder=5)
-            axes.set_xscale("log")
-            axes.set_yscale("log")
+            axes.set(xscale="log", yscale="log")
+            show_plain_numbers(axes.xaxis)
             axes.set_title(f"{path}: {model}", fontsize=10, loc="left", fontweight="bold")
             axes.grid(color="0.94")
-            axes.spines[["top", "right"]].set_visible(False)
-            axes.set_xlabel("processor time a simulated second, both sides [ms]", fontsize=8.5)
-        panels[line][0].set_ylabel("rms force error / rms force", fontsize=9)
-        print_cheapest(path, mine, cheapest)
-    panels[0][0].legend(title="sphere spacing", frameon=False, fontsize=8, title_fontsize=8)
-    figure.suptitle("Spacing of the tissue's spheres and simulation rate (numbers, Hz) against 5 mm at "
-                    "1 kHz; dashed 7 %", x=0.01, ha="left", fontsize=12, fontweight="bold")
-    figure.tight_layout(rect=(0, 0, 1, 0.96))
+            axes.tick_params(labelsize=9)
+        panels[line][0].set_ylabel("rms force error / rms force")
+    for axes in panels[-1]:
+        axes.set_xlabel("processor time a simulated second [ms]")
+    handles = [plt.Line2D([], [], color=shades[spacing], label=f"{spacing:g} mm") for spacing in spacings]
+    handles += [plt.Line2D([], [], color="0.3", marker=marker, linestyle="", label=f"{rate_hz} Hz")
+                for rate_hz, marker in RATE_MARKERS.items()]
+    handles += [plt.Line2D([], [], color="#D40000", linestyle="--", label="7 %"),
+                plt.Line2D([], [], color="#D40000", marker="*", linestyle="", markersize=12,
+                           label="the cheapest within it")]
+    figure.suptitle("Spacing of the tissue's spheres and simulation rate, against 5 mm at 1 kHz", x=0.01,
+                    ha="left", fontsize=12, fontweight="bold")
+    figure.tight_layout(rect=(0, 0.06, 1, 0.98))
+    figure.legend(handles=handles, loc="lower center", ncol=len(handles), frameon=False,
+                  columnspacing=1.0, handletextpad=0.4)
     return figure
 
 
-def print_cheapest(path, rows, cheapest):
+def print_cheapest(path, rows):
+    cheapest = cheapest_within(rows)
     if cheapest is None:
         best = min(rows, key=lambda row: row["error_share"])
         print(f"{path}: nothing within 7 %; least {best['error_share']:.1%}: {best['model']}, "
@@ -261,7 +269,8 @@ FIGURES = (("hold", "Fig. 6: a discontinuity at each switch (hold)"),
            ("answer", "Beside them: the simulation's next step, for the hand where it is (answer)"))
 
 
-def draw_figures(rows):
+def draw_figures(charts):
+    rows = read_rows(charts / "paper_figures.csv")
     figure, panels = plt.subplots(len(FIGURES), 1, figsize=(11, 8), sharex=True, sharey=True)
     true = [row for row in rows if row["model"] == "reference"]
     for axes, (model, title) in zip(panels, FIGURES):
@@ -275,13 +284,46 @@ def draw_figures(rows):
                   color=COLOURS[model], linewidth=1.6, label=model)
         axes.set_title(title, fontsize=10, loc="left", fontweight="bold")
         axes.set_ylabel("force [N]")
-        axes.spines[["top", "right"]].set_visible(False)
         axes.legend(frameon=False, fontsize=8.5, loc="upper right")
     panels[-1].set_xlabel("time [s]; dashed lines: switches of images, 33 Hz with 30 % jitter, "
                           "a step costs a tenth")
     figure.suptitle("The paper's figures of continuity, from our own runs: a tool that goes with a "
                     "sphere at 0.1 m/s", x=0.01, ha="left", fontsize=12, fontweight="bold")
     figure.tight_layout(rect=(0, 0, 1, 0.97))
+    return figure
+
+
+def draw_ticks(charts):
+    """Medians and 99 % of a tick that stands on an image, and of the first on a new one."""
+    rows = [row for row in read_rows(charts / "cold_tick.csv") if row["model"] != "clock"]
+    paths = list(dict.fromkeys(row["path"] for row in rows))
+    models = list(dict.fromkeys(row["model"] for row in rows))
+    kinds = {"standing": ("#0072B2", "an image that was there", -0.15),
+             "new_image": ("#D55E00", "the first tick of an image", 0.15)}
+    figure, panels = plt.subplots(1, len(paths), figsize=(4.6 * len(paths) + 1.6, 4.6), sharey=True,
+                                  squeeze=False)
+    for axes, path in zip(panels[0], paths):
+        for row in (row for row in rows if row["path"] == path):
+            for kind, (colour, _, shift) in kinds.items():
+                half, most = row[f"{kind}_p50_us"], row[f"{kind}_p99_us"]
+                place = models.index(row["model"]) + shift
+                axes.plot([half, most], [place] * 2, color=colour, linewidth=1.6)
+                axes.plot(half, place, "o", color=colour, markersize=6)
+                axes.plot(most, place, "|", color=colour, markersize=9, markeredgewidth=1.6)
+        axes.axvline(5.0, color="0.6", linestyle="--", linewidth=1)
+        axes.set_yticks(range(len(models)), models)
+        axes.set_ylim(len(models) - 0.5, -0.5)
+        axes.set_xscale("log")
+        show_plain_numbers(axes.xaxis)
+        axes.set_xlim(4.0, 3.0 * max(row["new_image_p50_us"] for row in rows))
+        axes.set_xlabel("tick, caches flushed [µs]: half (dot), 99 % (bar)")
+        axes.set_title(path, loc="left", fontsize=10.5, fontweight="bold")
+        axes.grid(axis="x", color="0.93")
+    handles = [plt.Line2D([], [], color=colour, marker="o") for colour, _, _ in kinds.values()]
+    handles.append(plt.Line2D([], [], color="0.6", linestyle="--"))
+    figure.tight_layout(rect=(0, 0.07, 1, 1), w_pad=2.0)
+    figure.legend(handles, [label for _, label, _ in kinds.values()] + ["the goal, 5 µs"], ncol=3,
+                  loc="lower center", frameon=False)
     return figure
 
 
@@ -323,25 +365,24 @@ def print_goals(rows):
               f"{mine['linear']['rms_error_N']:.3g}, 1 kHz {mine[FAST[-1]]['rms_error_N']:.3g})")
 
 
+def print_all(charts):
+    """The figures of docs/algorithms/model_comparison.md."""
+    spacing = read_rows(charts / "spacing_rate.csv")
+    for path in dict.fromkeys(row["path"] for row in spacing):
+        print_cheapest(path, [row for row in spacing if row["path"] == path])
+    rows = read_rows(charts / "model_table.csv")
+    print_goals(rows)
+    print_tables(rows, 0.3)
+
+
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--charts", type=pathlib.Path, default=CHARTS, help="folder of CSV and PNG")
-    parser.add_argument("--tables", action="store_true", help="print the tables too")
-    arguments = parser.parse_args()
-    charts = arguments.charts
-    try:
-        rows = read_rows(charts / "model_table.csv")
-        draw_table(rows).savefig(charts / "model_table.png", dpi=90)
-        draw_pareto(rows).savefig(charts / "model_pareto.png", dpi=85)
-        draw_figures(read_rows(charts / "paper_figures.csv")).savefig(charts / "paper_figures.png",
-                                                                     dpi=100)
-        draw_spacing(read_rows(charts / "spacing_rate.csv")).savefig(charts / "spacing_rate.png",
-                                                                     dpi=90)
-        print_goals(rows)
-        if arguments.tables:
-            print_tables(rows, 0.3)
-    except (OSError, ValueError, KeyError) as error:
-        sys.exit(f"plot_models: {type(error).__name__}: {error}")
+    charts, prints = draw_charts(__doc__, {"model_table": draw_table, "model_pareto": draw_pareto,
+                                           "spacing_rate": draw_spacing, "paper_figures": draw_figures,
+                                           "cold_tick": draw_ticks},
+                                 dpi=100, flag=("--tables", "print the tables of "
+                                                "docs/algorithms/model_comparison.md too"))
+    if prints:
+        print_all(charts)
 
 
 if __name__ == "__main__":

@@ -1,28 +1,14 @@
 #!/usr/bin/python3
-"""Draws docs/charts/publication_{speed,reads}.png from the CSV files of measure_publication.py."""
-import argparse
-import csv
-import pathlib
-import sys
+"""Draws docs/charts/publication_{speed,reads}.png from the tables that measure_publication.py writes."""
+from drawing import draw_charts, matplotlib, plt
+from tables import read_rows
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-import matplotlib.ticker
-
-CHARTS = pathlib.Path(__file__).resolve().parents[2] / "docs/charts"
 OURS, THEIRS, REJECTED = "#0072B2", "#888888", "#D55E00"
 SOAKS = {"images_1ms": "a tick each ms,\nall 131,072 words",
          "words_512": "a tick each ms,\n512 words",
          "kills": "writers at full speed,\nkilled; 512 words",
          "full_speed": "both at full speed, not\nreal-time; all words"}
 PERCENTILES = (("p50_us", "p50"), ("p99_us", "p99"), ("p999_us", "p99.9"))
-
-
-def read_rows(file):
-    with open(file) as stream:
-        return list(csv.DictReader(line for line in stream if not line.startswith("#")))
 
 
 def in_words(us):
@@ -32,7 +18,8 @@ def in_words(us):
     return f"{us:.3g} µs"
 
 
-def draw_speed(rows):
+def draw_speed(charts):
+    rows = read_rows(charts / "publication_speed.csv")
     spheres = [int(row["spheres"]) for row in rows]
     publish_us = [float(row["publish_us"]) for row in rows]
     memcpy_us = [float(row["memcpy_us"]) for row in rows]
@@ -123,7 +110,8 @@ def draw_times(axes, rows):
                    fontweight="bold")
 
 
-def draw_reads(rows):
+def draw_reads(charts):
+    rows = read_rows(charts / "publication_reads.csv")
     by_name = {row["soak"]: row for row in rows if row["time"] == "read"}
     soaks = [by_name[name] for name in SOAKS if name in by_name]
     figure, (attempts, times) = plt.subplots(1, 2, figsize=(13.0, 5.4), width_ratios=(5, 6))
@@ -138,21 +126,5 @@ def draw_reads(rows):
     return figure
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--charts", type=pathlib.Path, default=CHARTS, metavar="FOLDER",
-                        help="default: docs/charts")
-    arguments = parser.parse_args()
-    plt.rcParams.update({"axes.spines.top": False, "axes.spines.right": False, "font.size": 9.5})
-    try:
-        for name, draw in (("speed", draw_speed), ("reads", draw_reads)):
-            rows = read_rows(arguments.charts / f"publication_{name}.csv")
-            figure = draw(rows)
-            figure.savefig(arguments.charts / f"publication_{name}.png", dpi=120,
-                           facecolor="white")
-    except (OSError, ValueError, KeyError) as error:
-        sys.exit(f"plot_publication: {type(error).__name__}: {error}")
-
-
 if __name__ == "__main__":
-    main()
+    draw_charts(__doc__, {"publication_speed": draw_speed, "publication_reads": draw_reads}, dpi=120)

@@ -1,24 +1,21 @@
 #!/usr/bin/python3
-"""Draws docs/charts/spring_recording.png from the CSV that measure_recorded_forces.py writes."""
-import matplotlib
+"""Draws docs/charts/spring_recording.png from the table that measure_recorded_forces.py writes."""
 import numpy
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-
-from tables import draw_table
+from drawing import draw_charts, plt
+from tables import read_rows
 
 MEASURED, OURS = "#0072B2", "#D55E00"
 
 
-def draw(rows):
+def draw(charts):
+    rows = read_rows(charts / "spring_recording.csv")
     time_s, place_mm, measured_N, ours_N, half = (
         numpy.array([float(row[key]) for row in rows])
         for key in ("time_s", "place_mm", "measured_N", "ours_N", "half"))
     second = half == 2
     rms_N = numpy.sqrt(((ours_N - measured_N)[second] ** 2).mean())
 
-    plt.rcParams.update({"axes.spines.top": False, "axes.spines.right": False, "font.size": 9.5})
     figure = plt.figure(figsize=(10.4, 5.6))
     grid = figure.add_gridspec(2, 2, width_ratios=(2.1, 1), height_ratios=(2.2, 1))
     force, off, law = (figure.add_subplot(grid[cell]) for cell in ((0, 0), (1, 0), (slice(None), 1)))
@@ -55,4 +52,4 @@ def draw(rows):
 
 
 if __name__ == "__main__":
-    draw_table(__doc__, "spring_recording", draw)
+    draw_charts(__doc__, {"spring_recording": draw})

@@ -5,14 +5,12 @@ The left column shows the whole run; the right one a window of it, in which the 
 image to image can be told apart.
 """
 import argparse
+import pathlib
 import sys
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy
 
+from drawing import plt, save
 from recording import Recording
 
 # Okabe and Ito's, which the colour-blind can tell apart.
@@ -112,7 +110,8 @@ def draw(recording, title, window_s):
                          "axes.titleweight": "bold", "axes.linewidth": 0.8})
     figure, grid = plt.subplots(3, 2, figsize=(12.0, 7.6), sharex="col",
                                 gridspec_kw={"width_ratios": (3, 2), "height_ratios": (1, 1.25, 0.8),
-                                             "hspace": 0.24, "wspace": 0.17})
+                                             "hspace": 0.24, "wspace": 0.17, "left": 0.06,
+                                             "right": 0.985, "bottom": 0.075, "top": 0.885})
     window = find_window(recording, window_s)
     whole, zoomed = grid[:, 0], grid[:, 1]
 
@@ -136,7 +135,7 @@ def draw(recording, title, window_s):
     for axes in (whole[-1], zoomed[-1]):
         axes.set_xlabel("time [s]")
     figure.align_ylabels()
-    figure.suptitle(title, x=0.063, y=0.95, ha="left", fontsize=13, fontweight="bold")
+    figure.suptitle(title, x=0.01, y=0.985, ha="left", fontsize=13, fontweight="bold")
     return figure
 
 
@@ -154,7 +153,7 @@ def main():
         sys.exit(f"plot_recording: {error}")
     known = [recording.metadata[key] for key in ("scene", "device") if key in recording.metadata]
     figure = draw(recording, arguments.title or ", ".join(known), arguments.window)
-    figure.savefig(arguments.picture, dpi=120, bbox_inches="tight", facecolor="white")
+    save(figure, pathlib.Path(arguments.picture), dpi=120)
 
 
 if __name__ == "__main__":

@@ -1,13 +1,9 @@
 #!/usr/bin/python3
-"""Draws docs/charts/row_ripple.png, Fig. 5 of the paper, from the CSV that row_figures prints."""
+"""Draws docs/charts/row_ripple.png, Fig. 5 of the paper, from the table that measure_printed.py writes."""
 import math
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-
-from tables import draw_table, read_rows
+from drawing import draw_charts, plt
+from tables import read_rows
 
 COLOURS = ("#0072B2", "#009E73", "#E69F00", "#D55E00")
 HOLE_MM = 2.0 * math.sqrt(15.0**2 - 13.0**2)  # spacing from which a row has holes
@@ -66,8 +62,8 @@ def worst(rows):
     return max(abs(measured - formula) for _, measured, formula in rows) / largest
 
 
-def draw(curves):
-    plt.rcParams.update({"axes.spines.top": False, "axes.spines.right": False, "font.size": 9.5})
+def draw(charts):
+    curves = read_curves(charts / "row_ripple.csv")
     figure, ((lines, ripple), (mean, sheet)) = plt.subplots(2, 2, figsize=(10.4, 7.4))
     draw_lines(lines, curves["force_N_along_mm"])
     draw_ripple(ripple, curves)
@@ -101,4 +97,4 @@ def draw(curves):
 
 
 if __name__ == "__main__":
-    draw_table(__doc__, "row_ripple", draw, read_curves)
+    draw_charts(__doc__, {"row_ripple": draw})

@@ -1,18 +1,11 @@
 #!/usr/bin/python3
 """Draws docs/charts/stability_{map,mass,jitter,linear}.png from stability.csv (measure_stability.py)
-and two_rate.csv (two_rate_figures); --goals prints every cell against the goals."""
-import argparse
-import csv
-import pathlib
-import sys
-
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
+and two_rate.csv (measure_printed.py two_rate)."""
 import numpy
 
-CHARTS = pathlib.Path(__file__).resolve().parents[2] / "docs/charts"
+from drawing import draw_charts, plt
+from tables import read_rows
+
 WALL_N_M = {"light": 10084.0, "hand": 14928.0}  # what a rigid wall bears at 1 kHz, exactly
 DEVICES = {"light": "light device", "hand": "with the hand"}
 LAWS = {"hold": "#0072B2", "linear": "#D55E00", "answer": "#009E73"}
@@ -27,18 +20,16 @@ UNSTABLE_N_M = 50.0  # drawn where the lowest stiffness was unstable
 MOST_N_M = 28000.0   # nothing was lost up to here
 
 
-def read_limits(path):
+def read_limits(charts):
     """Limits by scene, device, law, period, cost, jitter, device friction."""
     limits = {}
-    with open(path) as stream:
-        for row in csv.DictReader(stream):
-            if row["seed"] != "1":
-                continue
-            law = row["transition"] if row["model"] == "grid" else row["model"]
-            key = (row["scene"], row["device"], law, float(row["period_s"]),
-                   float(row["latency_share"]), float(row["jitter"]),
-                   float(row["device_friction_N"]))
-            limits[key] = float(row["limit_N_m"] or UNSTABLE_N_M)
+    for row in read_rows(charts / "stability.csv"):
+        if row["seed"] != "1":
+            continue
+        law = row["transition"] if row["model"] == "grid" else row["model"]
+        key = (row["scene"], row["device"], law, float(row["period_s"]), float(row["latency_share"]),
+               float(row["jitter"]), float(row["device_friction_N"]))
+        limits[key] = float(row["limit_N_m"] or UNSTABLE_N_M)
     return limits
 
 
@@ -57,7 +48,8 @@ def thousands(value):
     return "≥28 k" if value > MOST_N_M else f"{1e-3 * value:.1f} k"
 
 
-def draw_map(limits, png):
+def draw_map(charts):
+    limits = read_limits(charts)
     figure, panels = plt.subplots(2, 3, figsize=(10.5, 6.2), constrained_layout=True)
     for row, device in zip(panels, DEVICES):
         for axes, law in zip(row, LAWS):
@@ -68,6 +60,8 @@ def draw_map(limits, png):
                                 aspect="auto")
             for i, line in enumerate(cells):
                 for j, (value, body) in enumerate(line):
+                    if numpy.isnan(value):  # of a small grid
+                        continue
                     dark = abs(numpy.log2(2.0 * ratio[i, j])) > 2.6
                     wall = ratio[i, j] >= 0.88
                     axes.text(j, i, f"{thousands(value)}\n{body.replace('free:', '')}"
@@ -83,14 +77,14 @@ def draw_map(limits, png):
     bar = figure.colorbar(image, ax=panels, shrink=0.75)
     bar.set_ticks([-4, -2, 0, 1, 2, 4], labels=["1/32", "1/8", "1/2: goal", "1: wall", "2", "8"])
     bar.set_label("largest stable stiffness over a rigid wall's at 1 kHz")
-    figure.suptitle("Largest stable stiffness [N/m] and the worst body; 30 % jitter, 30 µm encoders,"
-                    " no friction; bold: the wall's own", fontsize=10)
-    figure.savefig(png, dpi=150)
+    figure.suptitle("Largest stable stiffness [N/m] and the body that sets it; bold: a wall's own", x=0.01, ha="left", fontsize=12,
+                    fontweight="bold")
+    return figure
 
 
-def draw_mass(limits, png):
-    figure, panels = plt.subplots(2, 2, figsize=(10, 7), sharex=True, sharey=True,
-                                  constrained_layout=True)
+def draw_mass(charts):
+    limits = read_limits(charts)
+    figure, panels = plt.subplots(2, 2, figsize=(10.5, 7.6), sharex=True, sharey=True)
     masses = [float(body.split(":")[1]) for body in FREE]
     for row, device in zip(panels, DEVICES):
         for axes, cost, name in zip(row, (0.1, 1.0), ("a step costs P/10", "late: a step costs P")):
@@ -100,27 +94,28 @@ def draw_mass(limits, png):
                 axes.plot(masses, [numpy.nan if v is None else v for v in values],
                           "o-" if bold else ".--", color=colour, linewidth=2 if bold else 1,
                           label=law.replace("_", " "), zorder=3 if bold else 2)
-            axes.axhline(WALL_N_M[device], color="0.3", linewidth=1)
-            axes.axhline(0.5 * WALL_N_M[device], color="0.3", linewidth=1, linestyle="--")
-            axes.text(5.0, 1.04 * WALL_N_M[device], "rigid wall", ha="right", fontsize=8)
-            axes.text(5.0, 0.52 * WALL_N_M[device], "half", ha="right", fontsize=8)
+            axes.axhline(WALL_N_M[device], color="0.3", linewidth=1, label="a rigid wall")
+            axes.axhline(0.5 * WALL_N_M[device], color="0.3", linewidth=1, linestyle="--",
+                         label="half of that: the goal")
             axes.set(xscale="log", yscale="log")
             axes.set_title(f"{DEVICES[device]}, {name}", loc="left", fontsize=10,
                            fontweight="bold")
             axes.grid(True, which="major", color="0.92")
-            axes.spines[["top", "right"]].set_visible(False)
         row[0].set_ylabel("largest stable stiffness [N/m]")
     for axes in panels[1]:
         axes.set_xlabel("mass of a free body [kg]")
         axes.set_xticks(masses, [f"{mass:g}" for mass in masses])
         axes.minorticks_off()
-    panels[0][0].legend(frameon=False, fontsize=8, ncol=2, loc="lower left")
-    figure.suptitle("P = 33 ms, 30 % jitter, 30 µm encoders; the search ends at 29 kN/m",
-                    fontsize=10)
-    figure.savefig(png, dpi=150)
+    figure.tight_layout(rect=(0, 0.06, 1, 0.97))
+    figure.legend(*panels[0][0].get_legend_handles_labels(), frameon=False, ncol=5,
+                  loc="lower center")
+    figure.suptitle("Stiffness borne, by the mass of what is touched: P = 33 ms, 30 % jitter, 30 µm encoders",
+                    x=0.01, ha="left", fontsize=12, fontweight="bold")
+    return figure
 
 
-def draw_jitter(limits, png):
+def draw_jitter(charts):
+    limits = read_limits(charts)
     figure, panels = plt.subplots(1, 2, figsize=(10, 4.6), sharey=True, sharex=True,
                                   constrained_layout=True)
     for axes, device in zip(panels, DEVICES):
@@ -133,22 +128,22 @@ def draw_jitter(limits, png):
         axes.plot([100, 3e4], [100, 3e4], color="0.5", linewidth=1)
         axes.set(xscale="log", yscale="log", xlabel="regular periods [N/m]")
         axes.set_title(DEVICES[device], loc="left", fontsize=10, fontweight="bold")
-        axes.spines[["top", "right"]].set_visible(False)
         axes.grid(True, which="major", color="0.92")
     panels[0].set_ylabel("periods of 30 % jitter [N/m]")
     panels[0].legend(frameon=False, fontsize=9)
-    figure.suptitle("Largest stable stiffness with and without jitter, a point a cell", fontsize=10)
-    figure.savefig(png, dpi=150)
+    figure.suptitle("Largest stable stiffness with and without jitter, a point a cell", x=0.01, ha="left",
+                    fontsize=12, fontweight="bold")
+    return figure
 
 
-def read_linear(path):
-    with open(path) as stream:
-        return {(row["body"], row["device"], row["law"], float(row["period_ms"]),
-                 float(row["cost_share"])): float(row["limit_N_m"]) for row in csv.DictReader(stream)}
+def read_linear(charts):
+    return {(row["body"], row["device"], row["law"], float(row["period_ms"]), float(row["cost_share"])):
+            float(row["limit_N_m"]) for row in read_rows(charts / "two_rate.csv")}
 
 
-def draw_linear(limits, linear, png):
+def draw_linear(charts):
     """Where both know the cell: free bodies, regular periods."""
+    limits, linear = read_limits(charts), read_linear(charts)
     figure, panels = plt.subplots(1, 2, figsize=(10, 4.8), sharey=True, sharex=True,
                                   constrained_layout=True)
     top = 29e3
@@ -168,7 +163,6 @@ def draw_linear(limits, linear, png):
         axes.plot([200, top], [200, top], color="0.5", linewidth=1)
         axes.set(xscale="log", yscale="log", xlabel="linear analysis, exact encoders [N/m]")
         axes.set_title(DEVICES[device], loc="left", fontsize=10, fontweight="bold")
-        axes.spines[["top", "right"]].set_visible(False)
         axes.grid(True, which="major", color="0.92")
     for law, colour in LAWS.items():
         panels[0].plot([], [], "o", color=colour, label=law)
@@ -177,8 +171,8 @@ def draw_linear(limits, linear, png):
     panels[0].legend(frameon=False, fontsize=8)
     panels[0].set_ylabel("product code, 30 µm encoders [N/m]")
     figure.suptitle("Largest stable stiffness of free bodies, regular periods, both ended at 29 kN/m",
-                    fontsize=10)
-    figure.savefig(png, dpi=150)
+                    x=0.01, ha="left", fontsize=12, fontweight="bold")
+    return figure
 
 
 def print_goals(limits):
@@ -200,21 +194,12 @@ def print_goals(limits):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--csv", type=pathlib.Path, default=CHARTS / "stability.csv")
-    parser.add_argument("--linear", type=pathlib.Path, default=CHARTS / "two_rate.csv")
-    parser.add_argument("--out", type=pathlib.Path, default=CHARTS)
-    parser.add_argument("--goals", action="store_true")
-    arguments = parser.parse_args()
-    limits = read_limits(arguments.csv)
-    if arguments.goals:
-        print_goals(limits)
-    draw_map(limits, arguments.out / "stability_map.png")
-    draw_mass(limits, arguments.out / "stability_mass.png")
-    draw_jitter(limits, arguments.out / "stability_jitter.png")
-    draw_linear(limits, read_linear(arguments.linear), arguments.out / "stability_linear.png")
-    return 0
+    charts, prints = draw_charts(__doc__, {"stability_map": draw_map, "stability_mass": draw_mass,
+                                           "stability_jitter": draw_jitter, "stability_linear": draw_linear},
+                                 dpi=120, flag=("--goals", "print every cell against the goals too"))
+    if prints:
+        print_goals(read_limits(charts))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

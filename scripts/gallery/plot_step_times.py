@@ -1,23 +1,14 @@
 #!/usr/bin/python3
-"""Draws docs/charts/step_times.png from the CSV that measure_step_times.py writes."""
-import argparse
-import pathlib
-import sys
-
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-
+"""Draws docs/charts/step_times.png from the table that measure_step_times.py writes."""
+from drawing import draw_charts, plt
 from tables import read_rows
 
-CHARTS = pathlib.Path(__file__).resolve().parents[2] / "docs/charts"
 PERCENTILES = (("p50", "half"), ("p99", "99 %"), ("p999", "99.9 %"), ("max", "all"))
 PHASES = (("step", "whole step", "#000000"), ("detect", "find contacts", "#0072B2"),
           ("integrate", "integrate", "#D55E00"), ("publish", "publish", "#009E73"))
 
 
-def draw(axes, row):
+def draw_panel(axes, row):
     rate_hz, steps, late = (float(row[key]) for key in ("rate_hz", "steps", "late_steps"))
     period_ms = 1e3 / rate_hz
     places = range(len(PERCENTILES))
@@ -32,25 +23,19 @@ def draw(axes, row):
     axes.set_title(f"{rate_hz:g} Hz, {steps:,.0f} steps: {late:.0f} late ({late / steps:.2%}), "
                    f"stolen {float(row['stolen_share']):.1%}",
                    loc="left", fontsize=10, fontweight="bold")
-    axes.spines[["top", "right"]].set_visible(False)
     axes.grid(True, axis="y", which="major", color="0.92")
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--csv", type=pathlib.Path, default=CHARTS / "step_times.csv")
-    parser.add_argument("--png", type=pathlib.Path, default=CHARTS / "step_times.png")
-    arguments = parser.parse_args()
-    rows = read_rows(arguments.csv)
+def draw(charts):
+    rows = read_rows(charts / "step_times.csv")
     figure, panels = plt.subplots(1, len(rows), figsize=(5.4 * len(rows), 3.9), sharey=True,
                                   squeeze=False, constrained_layout=True)
     for axes, row in zip(panels[0], rows):
-        draw(axes, row)
+        draw_panel(axes, row)
     panels[0][0].set_ylabel("time a step is done within [ms]")
     panels[0][-1].legend(frameon=False, fontsize=9, loc="lower right")
-    figure.savefig(arguments.png, dpi=150)
-    return 0
+    return figure
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    draw_charts(__doc__, {"step_times": draw})

@@ -1,21 +1,12 @@
 #!/usr/bin/python3
-"""Draws docs/charts/tool_age.png from the CSV that measure_tool_age.py writes."""
-import argparse
-import pathlib
-import sys
-
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-
+"""Draws docs/charts/tool_age.png from the table that measure_tool_age.py writes."""
+from drawing import draw_charts, plt
 from tables import read_rows
 
-CHARTS = pathlib.Path(__file__).resolve().parents[2] / "docs/charts"
 COLOURS = ("#D55E00", "#0072B2", "#009E73")
 
 
-def draw(axes, rows, method, builds):
+def draw_panel(axes, rows, method, builds):
     rates = sorted({float(row["rate_hz"]) for row in rows if row["method"] == method})
     for number, build in enumerate(builds):
         for row in rows:
@@ -32,31 +23,25 @@ def draw(axes, rows, method, builds):
     axes.set_yscale("log")
     axes.set_xticks(range(len(rates)), [f"{rate_hz:g} Hz" for rate_hz in rates])
     axes.set_title(method, loc="left", fontsize=10, fontweight="bold")
-    axes.spines[["top", "right"]].set_visible(False)
     axes.grid(True, axis="y", which="major", color="0.92")
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--csv", type=pathlib.Path, default=CHARTS / "tool_age.csv")
-    parser.add_argument("--png", type=pathlib.Path, default=CHARTS / "tool_age.png")
-    arguments = parser.parse_args()
-    rows = read_rows(arguments.csv)
+def draw(charts):
+    rows = read_rows(charts / "tool_age.csv")
     methods = list(dict.fromkeys(row["method"] for row in rows))
     builds = list(dict.fromkeys(row["build"] for row in rows))
     figure, panels = plt.subplots(1, len(methods), figsize=(4.9 * len(methods), 3.9), sharey=True,
                                   squeeze=False, constrained_layout=True)
     for axes, method in zip(panels[0], methods):
-        draw(axes, rows, method, builds)
+        draw_panel(axes, rows, method, builds)
     panels[0][0].set_ylabel("age of the tool's sample at publication [ms]")
     for number, build in enumerate(builds):
         panels[0][0].plot([], [], "o-", color=COLOURS[number], label=f"{build}: half, 99 %")
     panels[0][0].plot([], [], "x", color="0.45", label="whole step, half")
     panels[0][0].plot([], [], "--", color="0.6", label="period")
     panels[0][-1].legend(*panels[0][0].get_legend_handles_labels(), frameon=False, fontsize=8)
-    figure.savefig(arguments.png, dpi=150)
-    return 0
+    return figure
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    draw_charts(__doc__, {"tool_age": draw})

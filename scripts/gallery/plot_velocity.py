@@ -1,13 +1,9 @@
 #!/usr/bin/python3
-"""Draws docs/charts/velocity.png from the CSV that velocity_figures prints."""
+"""Draws docs/charts/velocity.png from the table that measure_printed.py writes."""
 import math
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-
-from tables import draw_table, read_rows
+from drawing import draw_charts, matplotlib, plt
+from tables import read_rows
 
 STYLES = {"difference": ("black", "s"), "window": ("#E69F00", "s"), "low-pass": ("#D55E00", "o"),
           "two low-passes": ("#0072B2", "o"), "line fit": ("#009E73", "^"),
@@ -66,8 +62,8 @@ def draw_panel(axes, candidates, place, better):
     axes.set_yticks([0.5, 1, 2, 5, 10, 20])
 
 
-def draw(candidates):
-    plt.rcParams.update({"axes.spines.top": False, "axes.spines.right": False, "font.size": 9.5})
+def draw(charts):
+    candidates = read_candidates(charts / "velocity.csv")
     figure, (even, recorded, loop) = plt.subplots(1, 3, figsize=(13.4, 5.2))
     for axes, timing, title in ((even, "even", "Ticks of 1 ms"),
                                 (recorded, "recorded", "Stamps and stale rows of a real logger")):
@@ -93,4 +89,4 @@ def draw(candidates):
 
 
 if __name__ == "__main__":
-    draw_table(__doc__, "velocity", draw, read_candidates)
+    draw_charts(__doc__, {"velocity": draw})

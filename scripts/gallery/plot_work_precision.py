@@ -1,21 +1,14 @@
 #!/usr/bin/python3
-"""Draws docs/charts/work_precision.csv: error against time of every method early, where small
-differences have not grown yet (work_precision.png), and late (work_precision_late.png), and slopes
-of the error over the step against theory (integrator_slopes.png); prints the figures of the goals."""
-import argparse
-import csv
+"""Draws what measure_work_precision.py measured: error against time of every method early, where small
+differences have not grown yet (docs/charts/work_precision.png), and late (work_precision_late.png), and
+slopes of the error over the step against theory (integrator_slopes.png)."""
 import math
-import pathlib
-import sys
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.patches
-import matplotlib.pyplot as plt
 import numpy
 
-CHARTS = pathlib.Path(__file__).resolve().parents[2] / "docs/charts"
+from drawing import draw_charts, matplotlib, plt
+import tables
+
 TITLES = {
     "cloth_8x8_1e3": "Cloth 8 x 8, 1e3 N/m", "cloth_8x8_1e4": "Cloth 8 x 8, 1e4 N/m",
     "cloth_8x8_1e5": "Cloth 8 x 8, 1e5 N/m", "hanging_chain": "Hanging chain, let go at 30°",
@@ -56,9 +49,8 @@ THEORY = {"symplectic_euler": 1.01, "velocity_verlet": 2.0, "implicit_euler": 0.
           "trapezoid": 2.0, "bdf2": 2.0}
 
 
-def read_rows(path):
-    with open(path) as stream:
-        rows = list(csv.DictReader(line for line in stream if not line.startswith("#")))
+def read_rows(charts):
+    rows = tables.read_rows(charts / "work_precision.csv")
     for row in rows:
         for column in ("value", "early_m", "error_m", "rest_m", "ms_per_10ms", "p25_ms", "p75_ms"):
             row[column] = float(row[column] or "nan")
@@ -157,27 +149,28 @@ def draw_legend(axes):
         matplotlib.patches.Patch(color="0.92", label="what a shift of 1e-6 m grows to:\nerrors "
                                                      "below do not rank methods"),
     ]
-    axes.legend(handles=handles, loc="center", frameon=False, fontsize=9, ncols=2,
-                handlelength=2.6, columnspacing=1.5, labelspacing=0.55)
+    axes.legend(handles=handles, loc="center", frameon=False, fontsize=8.5, ncols=2,
+                handlelength=2.4, columnspacing=1.2, labelspacing=0.55)
 
 
 def draw_chart(rows, error):
-    plt.rcParams.update({"axes.spines.top": False, "axes.spines.right": False})
-    figure = plt.figure(figsize=(17, 13))
-    grid = figure.add_gridspec(3, 4, hspace=0.32, wspace=0.2, left=0.05, right=0.985, top=0.915,
-                               bottom=0.05)
-    for i, scene in enumerate(TITLES):
-        if not any(row["scene"] == scene and is_good(row, error) for row in rows):
-            continue
+    shown = [scene for scene in TITLES
+             if any(row["scene"] == scene and is_good(row, error) for row in rows)]
+    # The legend takes two cells after the last panel, or the last line.
+    lines = -(-(len(shown) + 2) // 4)
+    figure = plt.figure(figsize=(15, 4.2 * lines + 0.9))
+    grid = figure.add_gridspec(lines, 4, hspace=0.32, wspace=0.2, left=0.05, right=0.985,
+                               top=1.0 - 1.15 / (4.2 * lines + 0.9), bottom=0.6 / (4.2 * lines + 0.9))
+    for i, scene in enumerate(shown):
         axes = figure.add_subplot(grid[i // 4, i % 4])
         draw_panel(axes, rows, scene, error)
         if i % 4 == 0:
             axes.set_ylabel("processor time per simulated 10 ms [ms]")
-    draw_legend(figure.add_subplot(grid[2, 2:]))
+    draw_legend(figure.add_subplot(grid[-1, 2:]))
     when = "early, before small differences grow" if error == "early_m" else "late"
-    figure.suptitle(f"What a method costs and how far it errs: {when}", x=0.05, ha="left",
+    figure.suptitle(f"What a method costs and how far it errs: {when}", x=0.05, y=0.99, ha="left",
                     fontsize=15, fontweight="bold")
-    figure.text(0.05, 0.945, "Each curve is a method over its step or tolerance, against a converged "
+    figure.text(0.05, 1.0 - 0.72 / (4.2 * lines + 0.9), "Each curve is a method over its step or tolerance, against a converged "
                 "reference; down and left is better.", fontsize=10.5, color="0.3")
     return figure
 
@@ -191,8 +184,11 @@ def fitted_slope(points):
 def draw_slopes(rows):
     scenes = {"chain_modes": "Chain of ten masses, against its modes",
               "cloth_8x8_1e4": "Cloth 8 x 8, 1e4 N/m"}
-    figure, panels = plt.subplots(1, 2, figsize=(11.5, 5.2), sharey=True)
-    for axes, (scene, title) in zip(panels, scenes.items()):
+    measured = {row["scene"] for row in rows}
+    scenes = {scene: title for scene, title in scenes.items() if scene in measured}
+    figure, panels = plt.subplots(1, len(scenes), figsize=(5.7 * len(scenes), 5.2), sharey=True,
+                                  squeeze=False)
+    for axes, (scene, title) in zip(panels[0], scenes.items()):
         for integrator, expected in THEORY.items():
             solver = "" if (integrator, "") in METHODS else "newton"
             label, colour, style = METHODS[integrator, solver]
@@ -213,7 +209,7 @@ def draw_slopes(rows):
         axes.grid(color="0.94")
         axes.legend(frameon=False, fontsize=9, loc="lower right",
                     title="slope below 3 ms (catalogue)", title_fontsize=9)
-    panels[0].set_ylabel("position error at 0.25 s, rms [m]")
+    panels[0][0].set_ylabel("position error at 0.25 s, rms [m]")
     figure.suptitle("Errors fall with the step as theory says", x=0.02, ha="left", fontsize=13,
                     fontweight="bold")
     figure.tight_layout()
@@ -299,17 +295,13 @@ def print_goals(rows):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--charts", type=pathlib.Path, default=CHARTS, help="folder of CSV and PNG")
-    charts = parser.parse_args().charts
-    try:
-        rows = read_rows(charts / "work_precision.csv")
-        draw_chart([dict(row) for row in rows], "early_m").savefig(charts / "work_precision.png", dpi=90)
-        draw_chart([dict(row) for row in rows], "error_m").savefig(charts / "work_precision_late.png", dpi=90)
-        draw_slopes(rows).savefig(charts / "integrator_slopes.png", dpi=110)
-        print_goals(rows)
-    except (OSError, ValueError, KeyError) as error:
-        sys.exit(f"plot_work_precision: {type(error).__name__}: {error}")
+    charts, prints = draw_charts(
+        __doc__, {"work_precision": lambda charts: draw_chart(read_rows(charts), "early_m"),
+                  "work_precision_late": lambda charts: draw_chart(read_rows(charts), "error_m"),
+                  "integrator_slopes": lambda charts: draw_slopes(read_rows(charts))},
+        flag=("--goals", "print the figures of docs/algorithms/integrators.md too"))
+    if prints:
+        print_goals(read_rows(charts))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """Tables of measurements: CSV files with a header, and notes in lines that begin with #."""
-import argparse
 import csv
+import io
+import os
 import pathlib
 import sys
 
@@ -17,22 +18,31 @@ def read_rows(file):
     return rows
 
 
-def draw_table(description, chart, draw, read=read_rows):
-    """The whole of a script that draws docs/charts/CHART.png from what read() makes of CHART.csv."""
-    charts = pathlib.Path(__file__).resolve().parents[2] / "docs/charts"
-    parser = argparse.ArgumentParser(description=description)
-    parser.add_argument("rows", nargs="?", default=charts / f"{chart}.csv", metavar="ROWS.csv")
-    parser.add_argument("picture", nargs="?", default=charts / f"{chart}.png", metavar="OUT.png")
-    arguments = parser.parse_args()
+def read_notes(file):
+    """Lines that begin with #, without it."""
+    return [line[1:].strip() for line in pathlib.Path(file).read_text().splitlines()
+            if line.startswith("#")]
+
+
+def write_bytes(file, content):
+    """The file appears whole or not at all."""
+    part = file.with_name(f"{file.name}.part")
     try:
-        figure = draw(read(arguments.rows))
-    except (OSError, ValueError, KeyError) as error:
-        sys.exit(f"{pathlib.Path(sys.argv[0]).stem}: {type(error).__name__}: {error}")
-    figure.savefig(arguments.picture, dpi=120, facecolor="white")
+        part.write_bytes(content)
+        os.replace(part, file)
+    finally:
+        part.unlink(missing_ok=True)
 
 
-def write_rows(file, rows):
-    with open(file, "w", newline="") as stream:
-        writer = csv.DictWriter(stream, fieldnames=list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+def write_text(file, text):
+    write_bytes(file, text.encode())
+
+
+def write_rows(file, rows, notes=()):
+    """Rows are dictionaries of the same keys; notes go before them, in lines that begin with #."""
+    text = io.StringIO()
+    text.writelines(f"# {note}\n" for note in notes)
+    writer = csv.DictWriter(text, fieldnames=list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    write_text(pathlib.Path(file), text.getvalue())

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "sim_server/mesh/mesh_file.hpp"
 #include "sim_server/mesh/mesh_repair.hpp"
@@ -14,7 +15,8 @@
 
 // Blobs beside plain spheres: the time of one force on a tool pressed somewhere on the body, and
 // beside it, as counters, how even the force is and how far the surface is off. Meshes are scaled
-// to a box with a diagonal of 0.2 m; the folder of real inputs adds three to the one made here.
+// to a box with a diagonal of 0.2 m; the folder of real inputs adds three to the one made here, or
+// those of them that are named after the options.
 namespace stillgrid {
 namespace {
 
@@ -144,10 +146,11 @@ void register_mesh(const std::string& name, TriangleMesh mesh) {
 int main(int argc, char** argv) {
   using namespace stillgrid;
   benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  const std::vector<std::string> asked(argv + 1, argv + argc);
   register_mesh("sphere", sphere_mesh());
   if (const auto data = real_data())
-    for (const char* const file : {"sofa_torus.obj", "npm_bunny.off", "sofa_liver-smooth.obj"})
-      register_mesh(file, load_mesh(*data / "meshes" / file, 0.01));
+    for (const std::string file : {"sofa_torus.obj", "npm_bunny.off", "sofa_liver-smooth.obj"})
+      if (asked.empty() || std::find(asked.begin(), asked.end(), file) != asked.end())
+        register_mesh(file, load_mesh(*data / "meshes" / file, 0.01));
   benchmark::RunSpecifiedBenchmarks();
 }

@@ -1,5 +1,4 @@
-// Where Broyden's method fails: prints docs/charts/broyden_iterations.csv for
-// scripts/gallery/plot_broyden.py.
+// Where Broyden's method fails: prints docs/charts/broyden_iterations.csv.
 #include <cmath>
 #include <cstdio>
 

@@ -1,5 +1,5 @@
-// Recorded contact against ours: prints docs/charts/ku_contact.csv for
-// scripts/gallery/plot_contact.py. Needs the folder of real inputs.
+// Recorded contact against ours: prints docs/charts/ku_contact.csv. Needs
+// the folder of real inputs.
 #include <Eigen/Geometry>
 #include <cstdio>
 

@@ -1,4 +1,4 @@
-// Fig. 5 of the paper, redrawn: prints docs/charts/row_ripple.csv for scripts/gallery/plot_row.py.
+// Fig. 5 of the paper, redrawn: prints docs/charts/row_ripple.csv.
 #include <cmath>
 #include <cstdio>
 #include <vector>

@@ -1,11 +1,12 @@
-// Estimators of velocity against each other: prints docs/charts/velocity.csv for
-// scripts/gallery/plot_velocity.py. Needs the folder of real inputs.
+// Estimators of velocity against each other: prints docs/charts/velocity.csv, of which --small only
+// what the chart shows, from two motions of four. Needs the folder of real inputs.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <functional>
 #include <random>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "haptic_server/devices/phantom_model.hpp"
@@ -207,7 +208,7 @@ double chatter_N(const VelocityCandidate& candidate, double friction_N) {
   return force_N.width();
 }
 
-void compare(const std::filesystem::path& folder) {
+void compare(const std::filesystem::path& folder, bool is_small) {
   const auto lever = [&](const char* file) {
     TrajectoryOptions options;
     options.map = parse_axis_map("x_m:slave_rad*0.075");
@@ -216,12 +217,13 @@ void compare(const std::filesystem::path& folder) {
   const std::string robot = (folder / "franka_1khz" / "franka_20260223_162545.csv").string();
   TrajectoryOptions smaller;  // to a device's workspace
   smaller.scale = 0.15;
-  const std::vector<Motion> motions = {
+  std::vector<Motion> motions = {
       smooth("spring", 1, lever("m2_question1a_spring.csv"), 0.0),
       smooth("free", 1, lever("question1a_free_motion.csv"), 0.0),
       smooth("robot", 3, read_trajectory(robot, smaller), 0.0),
       smooth("contour", 3, read_trajectory((folder / "ku_contour_force" / "demo_a_1.csv").string()),
              0.035)};
+  if (is_small) motions.erase(motions.begin() + 2, motions.end());
   const Trajectory logged = read_trajectory(robot);
 
   std::printf("# encoder steps of %g um, ticks of %g ms\n", 1e6 * kStep_m, 1e3 * kTick_s);
@@ -230,20 +232,24 @@ void compare(const std::filesystem::path& folder) {
     for (const Motion& motion : motions) {
       print_noise(candidate, motion, "even", even_readings(motion.end_s));
       print_noise(candidate, motion, "recorded", recorded_readings(logged, motion.end_s));
-      print_noise(candidate, motion, "stalls", stalled_readings(motion.end_s));
+      if (!is_small) print_noise(candidate, motion, "stalls", stalled_readings(motion.end_s));
     }
     for (const int ticks : {0, 1, 2}) {
+      if (is_small && ticks != 1) continue;
       const std::string late = std::to_string(ticks) + " ticks late";
       print(candidate, "damper_N_s_m", late, last_borne(2.0, 400.0, [&](double damper_N_s_m) {
               return is_borne(candidate, ticks, 0.0, damper_N_s_m);
             }));
+      if (is_small) continue;
       print(candidate, "stiffness_N_m", late, last_borne(100.0, 1e5, [&](double spring_N_m) {
               return is_borne(candidate, ticks, spring_N_m, 2.0);
             }));
     }
-    for (const double friction_N : {1.0, 1.65, 2.5})
+    for (const double friction_N : {1.0, 1.65, 2.5}) {
+      if (is_small) break;
       print(candidate, "chatter_N", std::to_string(friction_N).substr(0, 4) + " N",
             chatter_N(candidate, friction_N));
+    }
     std::fflush(stdout);
   }
 }
@@ -251,11 +257,11 @@ void compare(const std::filesystem::path& folder) {
 }  // namespace
 }  // namespace stillgrid
 
-int main() {
+int main(int argc, char** argv) {
   const auto folder = stillgrid::real_recordings();
   if (!std::filesystem::exists(folder)) {
     std::fprintf(stderr, "velocity_figures: expected $STILLGRID_DATA or ../shared/data\n");
     return 1;
   }
-  stillgrid::compare(folder);
+  stillgrid::compare(folder, argc > 1 && std::string_view(argv[1]) == "--small");
 }

@@ -1,0 +1,87 @@
+"""The table of charts, charts.toml, and the page that shows it."""
+import pathlib
+import textwrap
+import tomllib
+
+from measuring import DATA
+
+HERE = pathlib.Path(__file__).resolve().parent
+
+HEAD = """# Charts
+
+Every chart of this project, in the order of the paper: from the scene to the force. Each stands with what it shows, its
+command, its data and the page that discusses it. This page is written by `scripts/charts --page` from
+[scripts/gallery/charts.toml](../../scripts/gallery/charts.toml): change it there.
+
+```
+scripts/charts                         # all on small grids, drawn into build/charts
+scripts/charts --only models faults    # some of them
+scripts/charts --only models --full    # measured as here, and written here
+scripts/charts --draw-only             # draws this folder again from its tables
+scripts/charts --list                  # names, and how long each takes
+```
+
+Small grids take {small} with two processors of their own; how long a full one takes stands beside its command.
+
+Measured on a shared virtual machine, two processors of an AMD EPYC, Debian 12: compare ratios within a chart, not times between
+machines. Charts marked *timed* depend on a clock; the others come out the same to the byte with the same build on the same machine.
+
+"""
+
+
+def read():
+    with open(HERE / "charts.toml", "rb") as stream:
+        return tomllib.load(stream)
+
+
+def inputs():
+    return DATA
+
+
+def small_words(charts, jobs=2):
+    total_s = sum(chart["small_s"] / (1 if chart["timed"] else jobs) for chart in charts)
+    return f"about {max(1, round(total_s / 60))} min"
+
+
+def anchor(heading):
+    """As GitHub and others make it."""
+    return "".join(letter for letter in heading.lower().replace(" ", "-") if letter.isalnum() or letter == "-")
+
+
+def paragraph(text):
+    return [textwrap.fill(text, 130, break_long_words=False, break_on_hyphens=False), ""]
+
+
+def page_of_chart(chart):
+    lines = [f"### {chart['title']}", "", *paragraph(chart["shows"])]
+    for picture in chart["pictures"]:
+        if "shows" in picture:
+            lines += paragraph(picture["shows"])
+        lines += [f"![{picture.get('shows', chart['title'])}]({picture['file']})", ""]
+    programs = [program.rpartition("/")[2].split()[0] for program in chart["measure"] + [chart.get("draw", "")]
+                if program]
+    how = (f"`scripts/charts --only {chart['name']} --full` ({chart['full']}"
+           f"{', timed' if chart['timed'] else ''}{', needs the real inputs' if chart.get('inputs') else ''}; "
+           f"{', '.join(f'`{name}`' for name in dict.fromkeys(programs))})")
+    data = ", ".join(f"[{name}]({name})" for name in chart.get("data", ())) or "drawn as it is measured"
+    page = chart["page"]
+    name = page.removeprefix("../")
+    return lines + paragraph(f"Command: {how}. Data: {data}. Page: [{name}](../{page}).")
+
+
+def page(table):
+    """docs/charts/README.md."""
+    charts = table["chart"]
+    lines = [HEAD.replace("{small}", small_words(charts)).rstrip(), ""]
+    lines += ["| | charts |", "|---|---|"]
+    sections = {name: [chart for chart in charts if chart["section"] == name] for name in table["sections"]}
+    sections = {name: some for name, some in sections.items() if some}
+    for name, some in sections.items():
+        links = ", ".join(f"[{chart['title']}](#{anchor(chart['title'])})" for chart in some)
+        lines.append(f"| [{name}](#{anchor(name)}) | {links} |")
+    lines.append("")
+    for name, some in sections.items():
+        lines += [f"## {name}", "", *paragraph(table["sections"][name])]
+        for chart in some:
+            lines += page_of_chart(chart)
+    return "\n".join(lines).rstrip() + "\n"

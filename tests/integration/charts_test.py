@@ -1,0 +1,115 @@
+#!/usr/bin/python3
+"""scripts/charts: its table, its page, what it draws, and what it says of a chart that fails."""
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import daemons
+
+sys.path.append(str(daemons.ROOT / "scripts/gallery"))
+import chart_table  # after the path it needs
+
+CHARTS = daemons.ROOT / "docs/charts"
+GALLERY = daemons.ROOT / "scripts/gallery"
+TABLE = chart_table.read()
+
+
+def run_charts(*arguments, **environment):
+    return subprocess.run([daemons.ROOT / "scripts/charts", *map(str, arguments)], capture_output=True,
+                          text=True, timeout=100, check=False,
+                          env={**os.environ, **{name: str(value) for name, value in environment.items()}})
+
+
+class ChartsTest(unittest.TestCase):
+    def setUp(self):
+        self.out = pathlib.Path(tempfile.mkdtemp(prefix="stillgrid-test-"))
+        self.addCleanup(shutil.rmtree, self.out)
+
+    def assert_drawn(self, *pictures):
+        self.assertEqual(sorted(file.name for file in self.out.glob("*.png")), sorted(pictures))
+        for picture in pictures:
+            content = (self.out / picture).read_bytes()
+            self.assertTrue(content.startswith(b"\x89PNG") and content.endswith(b"IEND\xaeB`\x82"), picture)
+
+    def test_every_picture_and_table_of_the_folder_is_in_the_table_of_charts_once(self):
+        listed = ["README.md"]
+        for chart in TABLE["chart"]:
+            listed += chart.get("data", []) + [picture["file"] for picture in chart["pictures"]]
+        self.assertEqual(sorted(listed), sorted(file.name for file in CHARTS.iterdir()))
+
+    def test_every_chart_names_programs_pages_and_sections_that_exist(self):
+        names = [chart["name"] for chart in TABLE["chart"]]
+        self.assertEqual(len(names), len(set(names)))
+        for chart in TABLE["chart"]:
+            with self.subTest(chart["name"]):
+                self.assertIn(chart["section"], TABLE["sections"])
+                self.assertIn(chart["full"], ("seconds", "minutes", "hours"))
+                page = (daemons.ROOT / "docs" / chart["page"]).read_text()
+                self.assertTrue(any(picture["file"] in page for picture in chart["pictures"])
+                                or any(table in page for table in chart.get("data", [])), chart["page"])
+                for command in [*chart["measure"], *([chart["draw"]] if "draw" in chart else [])]:
+                    program = command.split()[0]
+                    file = daemons.ROOT / program if "/" in program else GALLERY / program
+                    self.assertTrue(os.access(file, os.X_OK), program)
+                if any(picture.get("kept", True) for picture in chart["pictures"]):
+                    self.assertIn("draw", chart)
+
+    def test_no_program_of_the_gallery_is_used_by_nobody(self):
+        used = " ".join(" ".join(chart["measure"] + [chart.get("draw", "")]) for chart in TABLE["chart"])
+        programs = {file.name for file in GALLERY.glob("*.py") if file.name.startswith(("measure_", "plot_"))}
+        programs -= {"plot_recording.py"}  # of scripts/demo
+        self.assertEqual(sorted(name for name in programs if name not in used), [])
+
+    def test_the_page_is_what_the_table_says(self):
+        self.assertEqual((CHARTS / "README.md").read_text(), chart_table.page(TABLE),
+                         "expected what scripts/charts --page writes")
+
+    def test_a_list_names_every_chart(self):
+        run = run_charts("--list")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertEqual([line.split()[0] for line in run.stdout.splitlines()],
+                         [chart["name"] for chart in TABLE["chart"]])
+
+    def test_charts_are_drawn_again_from_the_tables_that_are_kept(self):
+        run = run_charts("--draw-only", "--only", "tool_age", "paper_figures", "demo", "--out", self.out)
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        self.assert_drawn("tool_age.png", "paper_figures.png")
+        self.assertIn("not drawn, as only measuring does that: demo_force.png", run.stdout)
+        self.assertEqual((self.out / "tool_age.csv").read_bytes(), (CHARTS / "tool_age.csv").read_bytes())
+
+    def test_a_chart_that_fails_is_named_and_the_others_are_measured_and_drawn(self):
+        build = self.out / "build"
+        (build / "tests").mkdir(parents=True)
+        (build / "tests/broyden_figures").symlink_to(daemons.BUILD / "tests/broyden_figures")
+        run = run_charts("--only", "row_ripple", "broyden", "--out", self.out, STILLGRID_BUILD_DIR=build)
+        self.assertEqual(run.returncode, 1, run.stdout + run.stderr)
+        self.assertRegex(run.stderr, r"\Acharts: failed: row_ripple \(.*\)\n\Z")
+        self.assertRegex(run.stdout, r"row_ripple .* FAILED: measure_printed.py: .*/row_figures: expected a program")
+        self.assert_drawn("broyden_iterations.png")
+        fresh, kept = ((folder / "broyden_iterations.csv").read_text().splitlines()
+                       for folder in (self.out, CHARTS))
+        self.assertEqual([line.split(",")[:3] for line in fresh], [line.split(",")[:3] for line in kept])
+
+    def test_without_the_real_inputs_a_chart_is_drawn_from_the_table_that_is_kept(self):
+        run = run_charts("--only", "ku_contact", "--out", self.out, STILLGRID_BUILD_DIR=daemons.BUILD,
+                         STILLGRID_DATA=self.out / "absent")
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        self.assertIn("skipped: measuring it needs the folder of real inputs, drawn", run.stdout)
+        self.assert_drawn("ku_contact.png")
+
+    def test_what_cannot_be_asked_for_is_one_line(self):
+        for arguments, words in ((["--only", "tool_rage"], "--only: value tool_rage: expected some of demo"),
+                                 (["--jobs", "0"], "--jobs: value 0: expected 1 at least"),
+                                 (["--out", CHARTS], "expected another folder")):
+            run = run_charts(*arguments)
+            self.assertEqual(run.returncode, 1)
+            self.assertRegex(run.stderr, r"\Acharts: .*\n\Z")
+            self.assertIn(words, run.stderr)
+
+
+if __name__ == "__main__":
+    daemons.main()
