@@ -192,7 +192,8 @@ class Runs:
         crashed, never_ran = {}, []
         for key in missing:
             status, text = ended.get(key, (None, ""))
-            line = (complaints.get(key) or complaints.get("") or [f"fit_run ended with status {status}"])[-1]
+            how = "left no status: see runs/joblog" if status is None else f"ended with status {status}"
+            line = (complaints.get(key) or complaints.get("") or [f"fit_run {how}"])[-1]
             if status == REFUSED:
                 write_whole(self.kept / f"{key}.json", json.dumps({"refused": line.removeprefix("fit_run: ")}))
             elif status in NEVER_RAN:
@@ -222,9 +223,10 @@ class Runs:
         lines = [f"{key}\t{self._command(program, arguments)}; echo \"status $?\"\n"
                  for key, (arguments, _) in missing.items()]
         write_whole(self.kept / "batch", "".join(lines))
-        # A session of its own: Ctrl-C is for us to pass on.
+        # A session of its own: Ctrl-C is for us to pass on. The lines are for sh, whatever shell a user has or lacks.
         process = subprocess.Popen(command, cwd=self.folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                                   stderr=subprocess.PIPE, text=True, start_new_session=True)
+                                   stderr=subprocess.PIPE, text=True, start_new_session=True,
+                                   env={**os.environ, "PARALLEL_SHELL": "/bin/sh"})
         reader = threading.Thread(target=self._read_complaints, args=(process.stderr, complaints), daemon=True)
         reader.start()
         try:

@@ -129,7 +129,7 @@ class SceneFitTest(daemons.SessionTest):
                   setting), files) for setting in settings]
 
     def test_machines_that_share_no_folder_are_sent_what_they_read(self):
-        """ssh is one that changes into another home."""
+        """ssh is one that changes into another home, for a user whose shell runs nothing."""
         home, away = self.folder / "home", self.folder / "away"
         ssh = self.write("ssh", "#!/bin/sh\nwhile :; do case \"$1\" in -l|-p|-S|-o) shift 2;; -*) shift;; *) break;; "
                          f"esac; done\nshift\n[ \"$1\" = -- ] && shift\nexport HOME={away}\ncd \"$HOME\"\n"
@@ -139,7 +139,7 @@ class SceneFitTest(daemons.SessionTest):
         there = self.runs_of(home / "fit", sshlogin="2/elsewhere", ssh=str(ssh),
                              remote_program=str(away / "bin/fit_run"))
         requests = self.requests("simulation.rate_hz=10.0", "simulation.rate_hz=20.0")
-        with unittest.mock.patch.dict(os.environ, HOME=str(home)):
+        with unittest.mock.patch.dict(os.environ, HOME=str(home), SHELL="/bin/false"):
             results = there.results("there", requests)
         self.assertTrue((away / "fit/inputs/skin.toml").is_file())
         self.assertEqual(self.logged(), [])
