@@ -1,4 +1,3 @@
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -8,8 +7,8 @@
 
 #include "haptic_server/server.hpp"
 #include "shared/command_line/number_in.hpp"
+#include "shared/command_line/prepare_daemon.hpp"
 #include "shared/command_line/run_program.hpp"
-#include "shared/files/failing_writes.hpp"
 #include "shared/files/whole_file.hpp"
 #include "shared/publication/segment.hpp"
 #include "shared/realtime/exit_status.hpp"
@@ -152,10 +151,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   add_options(app, arguments);
   return run_program(app, argc, argv, [&] {
     if (arguments.realtime_guard) require_realtime_guard(argv);
-    spdlog::set_default_logger(spdlog::stderr_color_mt("haptic_server"));
-    spdlog::set_pattern("%n: %v");
-    install_stop_signal();
-    make_writes_fail();
+    prepare_daemon("haptic_server");
     arguments.options.transition = *transition_named(arguments.transition);
     arguments.options.model = *model_named(arguments.model);
     if (!arguments.group.empty()) arguments.options.readers = group_named(arguments.group);

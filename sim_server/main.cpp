@@ -1,4 +1,3 @@
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -9,8 +8,8 @@
 #include <string>
 
 #include "shared/command_line/number_in.hpp"
+#include "shared/command_line/prepare_daemon.hpp"
 #include "shared/command_line/run_program.hpp"
-#include "shared/files/failing_writes.hpp"
 #include "shared/files/whole_file.hpp"
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/stop_signal.hpp"
@@ -236,10 +235,7 @@ int main(int argc, char** argv) {
   Arguments arguments;
   add_options(app, arguments);
   return run_program(app, argc, argv, [&] {
-    spdlog::set_default_logger(spdlog::stderr_color_mt("sim_server"));
-    spdlog::set_pattern("%n: %v");
-    install_stop_signal();
-    make_writes_fail();
+    prepare_daemon("sim_server");
     return run(arguments);
   });
 }

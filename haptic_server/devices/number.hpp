@@ -1,22 +1,16 @@
 #pragma once
 
-#include <charconv>
-#include <cmath>
 #include <optional>
 #include <string_view>
-#include <system_error>
+
+#include "shared/files/number_text.hpp"
 
 namespace stillgrid {
 
-/// The finite number that the whole text spells, in the C locale whatever the program's, or
-/// nothing. A '+' may stand before it.
+/// As finite_number(); a '+' may stand before it.
 [[nodiscard]] inline std::optional<double> parse_number(std::string_view text) noexcept {
   if (text.size() > 1 && text.front() == '+' && text[1] != '-') text.remove_prefix(1);
-  double value = 0.0;
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc{} || stop != end || !std::isfinite(value)) return std::nullopt;
-  return value;
+  return finite_number(text);
 }
 
 }  // namespace stillgrid

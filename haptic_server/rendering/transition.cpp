@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "haptic_server/rendering/stamps.hpp"
+#include "shared/collision/sphere_history.hpp"
 
 namespace stillgrid {
 namespace {
@@ -205,16 +206,11 @@ TransitionMemory after_switch(Transition transition, const TransitionMemory& mem
 
 ImageWeights in_later_image(const ImageWeights& weights, std::uint64_t later) noexcept {
   if (later == 0) return weights;
-  const auto shift = [&](const auto& from, auto& to) {
-    const std::size_t oldest = from.size() - 1;
-    for (std::size_t i = 0; i <= oldest; ++i)
-      to[i + std::min<std::uint64_t>(later, oldest - i)] += from[i];
-  };
   ImageWeights shifted;
   shifted.alpha = weights.alpha;
   shifted.stands = weights.stands;
-  shift(weights.position, shifted.position);
-  shift(weights.velocity_s, shifted.velocity_s);
+  shifted.position = told_by_later(weights.position, later);
+  shifted.velocity_s = told_by_later(weights.velocity_s, later);
   // The later image tells no earlier drift; that image's velocity is nearest to it.
   shifted.velocity_s[std::min<std::uint64_t>(later, shifted.velocity_s.size() - 1)] +=
       weights.drift_s;

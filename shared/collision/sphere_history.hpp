@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 #include "proto/scene_segment.hpp"
 
@@ -29,6 +31,17 @@ inline void push_image(proto::SphereRecord& record, const proto::SphereImage& im
   record.newest = image;
   record.drift_m_s = image.velocity_m_s;
   record.answer_m_N = {};
+}
+
+/// Weights of a history's images, newest first, told by the history of the image that came `later`
+/// images after: those that it no longer holds count as its oldest. Realtime: yes.
+template <std::size_t N>
+[[nodiscard]] std::array<double, N> told_by_later(const std::array<double, N>& weights,
+                                                  std::uint64_t later) noexcept {
+  std::array<double, N> told{};
+  for (std::size_t i = 0; i < N; ++i)
+    told[i + std::min<std::uint64_t>(later, N - 1 - i)] += weights[i];
+  return told;
 }
 
 }  // namespace stillgrid

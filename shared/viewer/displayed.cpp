@@ -34,14 +34,8 @@ std::optional<proto::DisplayedImage> told_by_later(const proto::DisplayedImage& 
   if (later == 0) return shown;
   if (later >= proto::kHistoryLength) return std::nullopt;
   proto::DisplayedImage told = shown;
-  const auto shift = [later](const auto& from, auto& to) {
-    to = {};
-    const std::size_t oldest = from.size() - 1;
-    for (std::size_t i = 0; i <= oldest; ++i)
-      to[std::min<std::size_t>(i + later, oldest)] += from[i];
-  };
-  shift(shown.position, told.position);
-  shift(shown.velocity_s, told.velocity_s);
+  told.position = told_by_later(shown.position, later);
+  told.velocity_s = told_by_later(shown.velocity_s, later);
   told.velocity_s[std::min<std::size_t>(later, told.velocity_s.size() - 1)] += shown.drift_s;
   told.drift_s = told.answer_lag_s = told.answer_N = 0.0;
   return told;

@@ -1,14 +1,13 @@
 #include "shared/viewer/recorded_view.hpp"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <fstream>
 #include <functional>
 #include <span>
 #include <stdexcept>
 #include <string_view>
 
+#include "shared/files/number_text.hpp"
 #include "shared/viewer/frame.hpp"
 #include "shared/viewer/scene_message.hpp"
 
@@ -35,11 +34,9 @@ using Take = std::function<std::string(std::string_view, RecordedTick&)>;
 template <class Store>
 Take number_to(Store&& store) {
   return [store](std::string_view text, RecordedTick& tick) -> std::string {
-    double value = 0.0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-      return "expected a number";
-    store(tick, value);
+    const auto value = finite_number(text);
+    if (!value) return "expected a number";
+    store(tick, *value);
     return {};
   };
 }

@@ -1,12 +1,12 @@
 #include "tests/stability/csv_file.hpp"
 
-#include <charconv>
-#include <cmath>
 #include <fstream>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
+
+#include "shared/files/number_text.hpp"
 
 namespace stillgrid {
 namespace {
@@ -22,16 +22,8 @@ std::vector<std::string> cells_of(const std::string& line) {
   return cells;
 }
 
-std::optional<double> number_in_text(const std::string& text) {
-  double value = 0.0;
-  const char* const end = text.data() + text.size();
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc{} || stop != end || !std::isfinite(value)) return std::nullopt;
-  return value;
-}
-
 std::optional<double> number_in_text(const std::string& text, const NumberRange& range) {
-  const auto value = number_in_text(text);
+  const auto value = finite_number(text);
   return value && *value >= range.lowest && *value <= range.highest ? value : std::nullopt;
 }
 

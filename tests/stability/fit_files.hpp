@@ -1,7 +1,5 @@
 #pragma once
 
-#include <unistd.h>
-
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -9,37 +7,9 @@
 #include <string>
 
 #include "tests/stability/fit_reference.hpp"
+#include "tests/test_folder.hpp"
 
 namespace stillgrid {
-
-/// A folder for the files of one test, that goes with it.
-class FitFolder {
- public:
-  FitFolder() : path_(std::filesystem::temp_directory_path() / name()) {
-    std::filesystem::create_directories(path_);
-  }
-  ~FitFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  FitFolder(const FitFolder&) = delete;
-  FitFolder& operator=(const FitFolder&) = delete;
-
-  std::filesystem::path write(const std::string& file, const std::string& text) const {
-    std::ofstream(path_ / file, std::ios::binary) << text;
-    return path_ / file;
-  }
-  [[nodiscard]] std::filesystem::path operator/(const std::string& file) const {
-    return path_ / file;
-  }
-
- private:
-  static std::string name() {
-    static int count = 0;
-    return "stillgrid-fit-" + std::to_string(::getpid()) + "-" + std::to_string(++count);
-  }
-  std::filesystem::path path_;
-};
 
 inline std::string text_of(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);

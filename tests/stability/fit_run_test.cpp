@@ -33,7 +33,7 @@ FitReference reference_of(const SceneDescription& scene, const FitPath& path, do
 }
 
 TEST_CASE("A candidate that is the reference errs by nothing, to the bit", "[fit_run]") {
-  const FitFolder folder;
+  const TestFolder folder;
   const FitPath path{.trajectory = folder.write("ride.csv", ride(0.5, 0.002))};
   const FitReference reference = reference_of(moving_sphere(), path);
   const FitResult result = run_candidate({.scene = moving_sphere({"simulation.rate_hz=1000"}),
@@ -54,7 +54,7 @@ TEST_CASE("A candidate that is the reference errs by nothing, to the bit", "[fit
 
 TEST_CASE("Of a body in steady motion, images held at 10 Hz err by v times their age",
           "[fit_run]") {
-  const FitFolder folder;
+  const TestFolder folder;
   const FitPath path{.trajectory = folder.write("ride.csv", ride(2.0))};
   const FitReference reference = reference_of(moving_sphere(), path);
   CHECK(reference_force(reference.rows).rms_N == Approx(500.0 * kDepth_m).epsilon(1e-4));
@@ -87,7 +87,7 @@ TEST_CASE("A step's share is imitated in tenths, rounded up", "[fit_run]") {
 }
 
 TEST_CASE("Images are late by the share of a period that was given", "[fit_run]") {
-  const FitFolder folder;
+  const TestFolder folder;
   const FitPath path{.trajectory = folder.write("ride.csv", ride(1.0))};
   const FitReference reference = reference_of(moving_sphere(), path);
   const auto share = [&](double latency_share) {
@@ -101,7 +101,7 @@ TEST_CASE("Images are late by the share of a period that was given", "[fit_run]"
 }
 
 TEST_CASE("A run with settings is to the bit that of the file with those values", "[fit_run]") {
-  const FitFolder folder;
+  const TestFolder folder;
   const FitPath path{.trajectory = folder.write("ride.csv", ride(0.4, 0.002))};
   const auto given = find_scene("moving_sphere");
   const FitReference reference = reference_of(load_scene(given), path);
@@ -173,7 +173,7 @@ bool same_state(const WorldState& a, const WorldState& b) {
 
 TEST_CASE("Every candidate starts from the world that the reference settled, to the bit",
           "[fit_run]") {
-  const FitFolder folder;
+  const TestFolder folder;
   const FitPath path{.trajectory = folder.write("press.csv", trajectory_text(0.6, [](double t_s) {
                                                   return Eigen::Vector3d(0.0, 0.0,
                                                                          0.05 - 0.07 * t_s);
@@ -183,12 +183,13 @@ TEST_CASE("Every candidate starts from the world that the reference settled, to 
   CHECK(made.start.time_s == Approx(0.15));
   CHECK(made.start.rigid_bodies[0].position_m.z() < 0.025);  // it fell
   CHECK(made.start.rigid_bodies[0].angular_velocity_rad_s.norm() > 0.1);
-  write_reference(folder / "ref.csv", scene, made);
+  write_reference(folder.path / "ref.csv", scene, made);
 
-  const SceneDescription other = load_scene_with(
-      folder / "falling.toml", {"simulation.rate_hz=20", "simulation.integrator='velocity_verlet'",
-                                "body.block.spheres.spacing_m=0.02"});
-  const FitReference read = read_reference(folder / "ref.csv", other);
+  const SceneDescription other =
+      load_scene_with(folder.path / "falling.toml",
+                      {"simulation.rate_hz=20", "simulation.integrator='velocity_verlet'",
+                       "body.block.spheres.spacing_m=0.02"});
+  const FitReference read = read_reference(folder.path / "ref.csv", other);
   CHECK(same_state(read.start, made.start));
   REQUIRE(read.rows.size() == made.rows.size());
   for (std::size_t i = 0; i < read.rows.size(); ++i)
@@ -207,7 +208,7 @@ TEST_CASE("Every candidate starts from the world that the reference settled, to 
 }
 
 TEST_CASE("Prescribed bodies go on from the time at which a run starts", "[fit_run]") {
-  const FitFolder folder;
+  const TestFolder folder;
   const FitPath path{.trajectory = folder.write("still.csv", trajectory_text(0.1, [](double) {
                                                   return Eigen::Vector3d(0.0, 0.0, 0.0);
                                                 }))};
@@ -232,11 +233,11 @@ TEST_CASE("The strongest presses are peaks half a second apart", "[fit_run]") {
 }
 
 TEST_CASE("A reference of something else is refused in one line", "[fit_run]") {
-  const FitFolder folder;
+  const TestFolder folder;
   const FitPath path{.trajectory = folder.write("ride.csv", ride(0.1))};
   const SceneDescription scene = moving_sphere();
-  const auto file = folder / "ref.csv";
-  const auto state = folder / "ref.state.csv";
+  const auto file = folder.path / "ref.csv";
+  const auto state = folder.path / "ref.state.csv";
   write_reference(file, scene, reference_of(scene, path));
   const std::string rows = text_of(file), worlds = text_of(state);
   const auto refusal = [&](const SceneDescription& of) -> std::string {
@@ -294,7 +295,7 @@ TEST_CASE("A reference of something else is refused in one line", "[fit_run]") {
     CHECK_THAT(refusal(scene), Catch::Contains(expected));
   }
   folder.write("ref.csv", rows);
-  CHECK_THROWS_WITH(read_reference(folder / ".", scene), Catch::EndsWith("expected a file"));
+  CHECK_THROWS_WITH(read_reference(folder.path / ".", scene), Catch::EndsWith("expected a file"));
 
   const FitPath slower{.trajectory = folder.write("other.csv", ride(0.1, 0.001))};
   CHECK_THROWS_WITH(

@@ -44,7 +44,7 @@ SceneDescription with(const std::vector<std::string>& settings) {
 }
 
 std::string refusal(const std::vector<std::string>& settings) {
-  const FitFolder folder;
+  const TestFolder folder;
   const auto file = folder.write("scene.toml", kScene);
   try {
     (void)load_scene_with(file, settings);
@@ -129,7 +129,7 @@ TEST_CASE("A bad setting is refused in one line that shows it", "[fit_scene]") {
 }
 
 TEST_CASE("What is wrong with the file itself is told of the file", "[fit_scene]") {
-  const FitFolder folder;
+  const TestFolder folder;
   for (const std::string text : {"format = 1\nbody = {", "format = 1\n[simulation]\nspeed = 3\n"}) {
     const auto file = folder.write("scene.toml", text);
     CHECK_THROWS_WITH(load_scene_with(file, {"grid.voxel_ratio=2"}),
@@ -139,7 +139,7 @@ TEST_CASE("What is wrong with the file itself is told of the file", "[fit_scene]
 
 TEST_CASE("A scene is a file, or one that ships", "[fit_scene]") {
   CHECK(find_scene("organ").filename() == "organ.toml");
-  const FitFolder folder;
+  const TestFolder folder;
   const auto file = folder.write("mine.toml", "format = 1\n");
   CHECK(find_scene(file.string()) == file);
   CHECK_THROWS_WITH(
@@ -150,7 +150,7 @@ TEST_CASE("A scene is a file, or one that ships", "[fit_scene]") {
 /// The force of a sheet, mean over a period of its spheres along both sides, times their count.
 double mean_force_N(const std::vector<std::string>& settings) {
   constexpr int kPlaces = 40;
-  const FitFolder folder;
+  const TestFolder folder;
   FitPath path;
   path.trajectory = folder.write(
       "raster.csv", trajectory_text(1e-3 * kPlaces * kPlaces, [](double t_s) {

@@ -36,7 +36,7 @@ material = "stiff"
 
 TEST_CASE("A hand that presses a stiff light body swings on late images, not on prompt ones",
           "[fit_stability]") {
-  const FitFolder folder;
+  const TestFolder folder;
   const FitPath path{.trajectory = folder.write("still.csv", trajectory_text(0.6, [](double) {
                                                   return Eigen::Vector3d(0.0, 0.0, 0.0);
                                                 }))};
@@ -67,7 +67,7 @@ TEST_CASE("A hand that presses a stiff light body swings on late images, not on 
 /// How a hand is held by a scene, each image shown at once, where it pressed the reference's.
 FitStability held_where(const SceneDescription& reference_scene, const SceneDescription& scene,
                         const std::string& trajectory, double margin) {
-  const FitFolder folder;
+  const TestFolder folder;
   const FitPath path{.trajectory = folder.write("press.csv", trajectory)};
   const FitReference reference = reference_of(reference_scene, path);
   const FitCandidate candidate{.scene = scene, .transition = Transition::kHold};
@@ -104,7 +104,7 @@ TEST_CASE("A hand that a loop swings is unstable, though the reference swings as
 
 /// A stiff ball that is moved so, beside a hand that presses it by 1 mm at first.
 FitStability held_by_ball(const std::string& motion) {
-  const FitFolder folder;
+  const TestFolder folder;
   const SceneDescription ball = load_scene(folder.write("ball.toml", R"(format = 1
 simulation.rate_hz = 1000
 [[material]]

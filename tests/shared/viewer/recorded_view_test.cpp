@@ -2,7 +2,8 @@
 
 #include <catch2/catch.hpp>
 
-#include "tests/shared/viewer/test_folder.hpp"
+#include "tests/shared/viewer/refusal_line.hpp"
+#include "tests/test_folder.hpp"
 
 namespace stillgrid {
 namespace {
@@ -11,7 +12,7 @@ const std::string kHead = "# scene: wall\ntime_s,x_m,y_m,z_m,fz_N,age_s,flags,fu
 
 TEST_CASE("A recording's rows are its ticks, with what it tells of them", "[recorded_view]") {
   const TestFolder folder;
-  const auto rows = read_recording(folder.file(
+  const auto rows = read_recording(folder.write(
       "run.csv", kHead + "0,1,2,3,0.5,0.01,,x\n\n0.001,1,2,4,-0.5,0.02,faded|slewed,y\n0.002,1,2"));
   REQUIRE(rows.size() == 2);  // the cut line is left out
   CHECK(rows[0].sample.position_m == std::array{1.0, 2.0, 3.0});
@@ -26,7 +27,7 @@ TEST_CASE("A last row without the end of its line is kept if all of it is there"
           "[recorded_view]") {
   const TestFolder folder;
   const auto count = [&](const std::string& last) {
-    return read_recording(folder.file("run.csv", kHead + "0,1,2,3,0,0,,x\n" + last)).size();
+    return read_recording(folder.write("run.csv", kHead + "0,1,2,3,0,0,,x\n" + last)).size();
   };
   CHECK(count("0.001,1,2,4,0,0,faded,y") == 2);
   CHECK(count("0.001,1,2,4,0,0,fad") == 1);
@@ -40,7 +41,7 @@ TEST_CASE("A recording is shown in 30 frames a second, each the row of its time"
   std::string text = "time_s,x_m,y_m,z_m\n";
   for (int i = 0; i <= 1000; ++i)
     text += std::to_string(5.0 + 1e-3 * i) + "," + std::to_string(i) + ",0,0\n";
-  const RecordedView view(folder.file("run.csv", text));
+  const RecordedView view(folder.write("run.csv", text));
   CHECK(view.status().first_frame == 1);
   CHECK(view.status().last_frame == 31);
   CHECK(view.frame(1)->find(R"("position_m":[0.0,)") != std::string::npos);
@@ -53,7 +54,7 @@ TEST_CASE("A recording is shown in 30 frames a second, each the row of its time"
 TEST_CASE("A recording that is none is refused by line, column and value", "[recorded_view]") {
   const TestFolder folder;
   const auto refusal = [&](const std::string& text) {
-    const auto file = folder.file("bad.csv", text);
+    const auto file = folder.write("bad.csv", text);
     return refusal_line([&] { static_cast<void>(read_recording(file)); });
   };
   const auto names = [](const std::string& line, const std::string& what) {

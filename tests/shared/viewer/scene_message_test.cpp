@@ -5,7 +5,8 @@
 
 #include "shared/inspection/snapshot.hpp"
 #include "tests/shared/publication/small_scene.hpp"
-#include "tests/shared/viewer/test_folder.hpp"
+#include "tests/shared/viewer/refusal_line.hpp"
+#include "tests/test_folder.hpp"
 
 namespace stillgrid {
 namespace {
@@ -21,7 +22,7 @@ TEST_CASE("A scene's message numbers all spheres, moving ones first", "[scene_me
   const SceneView view(
       *SegmentReader::open(session.name(), proto::SegmentKind::kScene, proto::kSceneLayoutHash));
   const TestFolder folder;
-  const Surfaces surfaces = read_surfaces(folder.file("s.json", kSurfaces));
+  const Surfaces surfaces = read_surfaces(folder.write("s.json", kSurfaces));
   const auto moving = read_snapshot(view, 1000)->spheres;
 
   const auto json = nlohmann::json::parse(
@@ -47,7 +48,7 @@ TEST_CASE("Surfaces of a scene with another number of spheres are left out", "[s
   const SceneView view(
       *SegmentReader::open(session.name(), proto::SegmentKind::kScene, proto::kSceneLayoutHash));
   const TestFolder folder;
-  const Surfaces surfaces = read_surfaces(folder.file("s.json", kSurfaces));
+  const Surfaces surfaces = read_surfaces(folder.write("s.json", kSurfaces));
   const auto json =
       nlohmann::json::parse(scene_message(view, session.name(), "key", {}, surfaces, 0));
   CHECK(json["surfaces"].is_null());
@@ -58,7 +59,7 @@ TEST_CASE("Surfaces that name what is not there are refused in one line", "[scen
   const TestFolder folder;
   const auto refusal = [&](std::string text, const std::string& from, const std::string& to) {
     text.replace(text.find(from), from.size(), to);
-    const auto file = folder.file("bad.json", text);
+    const auto file = folder.write("bad.json", text);
     return refusal_line([&] { static_cast<void>(read_surfaces(file)); });
   };
   CHECK(refusal(kSurfaces, "17", "16").find("bodies[0]") != std::string::npos);

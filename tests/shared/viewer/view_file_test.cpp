@@ -6,7 +6,8 @@
 #include "shared/viewer/frame.hpp"
 #include "shared/viewer/saved_view.hpp"
 #include "shared/viewer/scene_message.hpp"
-#include "tests/shared/viewer/test_folder.hpp"
+#include "tests/shared/viewer/refusal_line.hpp"
+#include "tests/test_folder.hpp"
 
 namespace stillgrid {
 namespace {

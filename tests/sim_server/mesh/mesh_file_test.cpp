@@ -1,35 +1,17 @@
 #include "sim_server/mesh/mesh_file.hpp"
 
-#include <unistd.h>
-
 #include <catch2/catch.hpp>
-#include <cstdlib>
-#include <fstream>
 #include <iomanip>
 
 #include "sim_server/mesh/mass_properties.hpp"
 #include "sim_server/mesh/mesh_repair.hpp"
 #include "tests/sim_server/mesh/solids.hpp"
+#include "tests/test_folder.hpp"
 
 namespace stillgrid {
 namespace {
 
 using Catch::Contains;
-
-/// A folder that is gone after the test.
-struct Folder {
-  std::filesystem::path path = std::filesystem::temp_directory_path() /
-                               ("stillgrid_mesh_file_test_" + std::to_string(getpid()));
-  Folder() { std::filesystem::create_directories(path); }
-  ~Folder() { std::filesystem::remove_all(path); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-
-  std::filesystem::path write(const std::string& name, const std::string& text) const {
-    std::ofstream(path / name) << text;
-    return path / name;
-  }
-};
 
 std::string as_obj(const TriangleMesh& mesh) {
   std::ostringstream text;
@@ -70,7 +52,7 @@ std::string as_stl(const TriangleMesh& mesh) {
 
 TEST_CASE("OBJ, OFF, PLY and STL files hold the same solid, in metres after scaling",
           "[mesh_file]") {
-  const Folder folder;
+  const TestFolder folder;
   const TriangleMesh box = box_mesh({1, 2, 3}, {2, 4, 6});
   for (const auto& file :
        {folder.write("a.obj", as_obj(box)), folder.write("a.off", as_off_or_ply(box, false)),
@@ -84,7 +66,7 @@ TEST_CASE("OBJ, OFF, PLY and STL files hold the same solid, in metres after scal
 }
 
 TEST_CASE("Polygons are cut into triangles, and normals keep no corner apart", "[mesh_file]") {
-  const Folder folder;
+  const TestFolder folder;
   const auto file =
       folder.write("quads.obj",
                    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\n"
@@ -97,7 +79,7 @@ TEST_CASE("Polygons are cut into triangles, and normals keep no corner apart", "
 }
 
 TEST_CASE("A file that is no mesh is refused in one line that names it", "[mesh_file]") {
-  const Folder folder;
+  const TestFolder folder;
   const auto refusal = [](const std::filesystem::path& file, double scale = 1.0) {
     try {
       (void)load_mesh(file, scale);

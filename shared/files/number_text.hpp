@@ -1,0 +1,21 @@
+#pragma once
+
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <string_view>
+#include <system_error>
+
+namespace stillgrid {
+
+/// The finite number that the whole text spells, in the C locale whatever the program's, or
+/// nothing.
+[[nodiscard]] inline std::optional<double> finite_number(std::string_view text) noexcept {
+  double value = 0.0;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc{} || stop != end || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+}  // namespace stillgrid
