@@ -81,6 +81,11 @@ class PromptStream final : public httplib::Stream {
   std::size_t begin_ = 0, end_ = 0;  // of what was received and not read yet
 };
 
+/// Of an answer within this machine compression would be most of the time: 3 s for three.js.
+void refuse_compression(httplib::Request& request) {
+  request.headers.erase("Accept-Encoding");
+}
+
 }  // namespace
 
 void PromptServer::end() {
@@ -93,7 +98,7 @@ bool PromptServer::process_and_close_socket(socket_t socket) {
   bool is_kept = true;
   while (is_kept && stream.await_request()) {
     bool is_closed = false;
-    is_kept = process_request(stream, false, is_closed, nullptr) && !is_closed;
+    is_kept = process_request(stream, false, is_closed, refuse_compression) && !is_closed;
   }
   ::shutdown(socket, SHUT_RDWR);
   ::close(socket);

@@ -219,6 +219,15 @@ class Strangers(ViewerTest):
                                ("/api/ticks?from=1&most=99999999999999999999999", 400)):
             self.assertEqual(page.ask(path)[0], expected, path)
 
+    def test_nothing_is_compressed_whoever_accepts_it(self):
+        """Brotli takes seconds of a processor for a page that is on this machine already."""
+        page = self.live_viewer()
+        for path in ("/main.js", "/three/three.core.js", "/api/status"):
+            status, headers, body = page.ask(path, headers={"Accept-Encoding": "gzip, deflate, br"})
+            self.assertEqual(status, 200, path)
+            self.assertNotIn("Content-Encoding", headers)
+            self.assertEqual(len(body), int(headers["Content-Length"]))
+
     def test_what_only_a_run_needs_is_refused_beside_surfaces(self):
         surfaces = self.folder / "wall.json"
         for option in (("--duration", 1), ("--report", "r.json"), ("--session", "a"), ("--cpu", 0),
