@@ -91,6 +91,12 @@ std::vector<proto::SphereRecord> static_spheres(const SceneView& view, std::size
   return spheres;
 }
 
+std::vector<LevelCover> static_covers(const SceneView& view) {
+  std::vector<LevelCover> covers;
+  copy_covers(view.static_grid(), covers);
+  return covers;
+}
+
 std::optional<ToolSnapshot> read_tool(const ToolView& view) {
   ToolSnapshot snapshot;
   const ReadResult result =

@@ -44,6 +44,9 @@ struct SceneSnapshot {
 [[nodiscard]] std::vector<proto::SphereRecord> static_spheres(const SceneView& view,
                                                               std::size_t most_spheres);
 
+/// The covers of all spheres that never move, in the order of the levels of the static grid.
+[[nodiscard]] std::vector<LevelCover> static_covers(const SceneView& view);
+
 /// The latest state of a tool as its writer wrote it, sound or not, and which it is.
 struct ToolSnapshot {
   std::uint64_t generation = 0;

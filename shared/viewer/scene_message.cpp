@@ -12,6 +12,7 @@
 #include "shared/inspection/inspection_json.hpp"
 #include "shared/inspection/json_number.hpp"
 #include "shared/inspection/snapshot.hpp"
+#include "shared/viewer/voxels.hpp"
 
 namespace stillgrid {
 namespace {
@@ -55,6 +56,16 @@ void add_spheres(Json& json, std::span<const proto::SphereRecord> moving,
   json["spheres"] = {{"count", moving.size()},          {"static_count", still.size()},
                      {"radius_m", std::move(radius_m)}, {"body", std::move(body)},
                      {"material", std::move(material)}, {"static_position_m", std::move(still_m)}};
+}
+
+void add_voxels(Json& json, std::span<const OccupiedVoxel> voxels) {
+  Json box_m = Json::array(), count = Json::array();
+  for (const OccupiedVoxel& voxel : voxels) {
+    for (const float x : voxel.centre_m) box_m.push_back(json_number::number(x));
+    box_m.push_back(json_number::number(voxel.edge_m));
+    count.push_back(voxel.spheres);
+  }
+  json["static_voxels"] = {{"box_m", std::move(box_m)}, {"count", std::move(count)}};
 }
 
 bool is_index(const Json& json, std::size_t count) {
@@ -115,6 +126,13 @@ bool are_spheres(const Json& json) {
          is_list(json["static_position_m"], 3 * still, false);
 }
 
+/// The voxels of a saved scene.
+bool are_voxels(const Json& json) {
+  if (!json.is_object() || !json.contains("box_m") || !json.contains("count")) return false;
+  const Json& count = json["count"];
+  return is_list(count, count.size(), true) && is_list(json["box_m"], 4 * count.size(), false);
+}
+
 /// What was expected of a file of surfaces; empty for a sound one.
 std::string fault_of(const Json& json) {
   if (!json.is_object() || !json.contains("spheres") || !json["spheres"].is_number_unsigned() ||
@@ -143,6 +161,7 @@ std::string scene_message(const SceneView& view, const std::string& session, con
       tick_period_ns != 0 ? Json(static_cast<double>(tick_period_ns) * 1e-9) : Json();
   const auto still = static_spheres(view, kAll);
   add_spheres(json, moving, still);
+  add_voxels(json, occupied_voxels(view.static_grid().shape, static_covers(view)));
   const bool fit = surfaces.sphere_count == moving.size() + still.size();
   json["surfaces"] = fit ? Json::parse(surfaces.text) : Json();
   return text_of(json);
@@ -155,6 +174,7 @@ std::string empty_scene_message(ViewKind kind, const std::string& name, const st
   json["tool_spheres"] = {{{"position_m", {0.0, 0.0, 0.0}}, {"radius_m", kPlainTool_m}}};
   json["period_s"] = json["tick_period_s"] = Json();
   add_spheres(json, {}, {});
+  add_voxels(json, {});
   json["surfaces"] = Json();
   return text_of(json);
 }
@@ -162,7 +182,9 @@ std::string empty_scene_message(ViewKind kind, const std::string& name, const st
 std::optional<SavedScene> saved_scene(const std::string& message) {
   Json json = Json::parse(message, nullptr, false);
   if (!json.is_object() || !json.contains("scene_key") || !json["scene_key"].is_string() ||
-      !json.contains("spheres") || !are_spheres(json["spheres"]) || !json.contains("surfaces") ||
+      !json.contains("spheres") || !are_spheres(json["spheres"]) ||
+      !json.contains("static_voxels") || !are_voxels(json["static_voxels"]) ||
+      !json.contains("surfaces") ||
       (!json["surfaces"].is_null() && !fault_of(json["surfaces"]).empty()))
     return std::nullopt;
   json["source"] = name_of(ViewKind::kSaved);

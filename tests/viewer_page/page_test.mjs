@@ -25,9 +25,14 @@ const until_above = (id, least) =>
 /// What was changed is drawn: by the next but one frame of the browser.
 const drawn = () => page.evaluate(() =>
   new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+/// What the button would do.
+const until_button = (label) =>
+  until((wanted) => document.getElementById('play').getAttribute('aria-label') === wanted, label);
 const pause = async () => {
+  await page.keyboard.press('End');  // live, also where the test before ended early
+  await until_button('Pause');
   await page.keyboard.press(' ');
-  await until(() => document.getElementById('play').getAttribute('aria-label') === 'Play');
+  await until_button('Play');
   await drawn();
 };
 
@@ -98,9 +103,9 @@ test('every plot has its lines', async () => {
 });
 
 test('each switch changes the picture, and back', async () => {
-  // In the midst of a touch.
+  // In the midst of a touch: the arrow of half a newton is as short as the tool's ball is wide.
   await until(() => {
-    if (!(Number(document.getElementById('number-force').textContent) > 0.5)) return false;
+    if (!(Number(document.getElementById('number-force').textContent) > 1.0)) return false;
     document.getElementById('play').click();
     return true;
   });
@@ -133,7 +138,6 @@ test('each switch changes the picture, and back', async () => {
   const { yellow } = await look_at(page, '#scene-canvas');
   assert.ok(yellow > 20, `${yellow} pixels of the force's arrow`);
   await set_overlays('');
-  await page.keyboard.press('End');
 });
 
 test('paused, the picture stands while history goes on', async () => {
@@ -195,6 +199,22 @@ test('a killed hand is shown as such', async () => {
   hand.kill('SIGKILL');
   await until_text('hand-badge', 'hand dead');
   await until_text('banner', 'hand dead');
+});
+
+test('voxels of what never moves are shown too', async () => {
+  await session.interrupt(sim);
+  fs.writeFileSync(path.join(session.folder, 'still.toml'),
+    fs.readFileSync(session.scene_file('moving_sphere'), 'utf8')
+      .replace('"prescribed"', '"static"').replace(/^(direction|velocity_m_s) .*$/gm, ''));
+  sim = session.sim_server('still');
+  await until_text('shown-spheres', '1 of 1 spheres');
+  const bare = await look_at(page, '#scene-canvas');
+  await page.locator('#show-voxels').check();
+  await until_text('voxel-most', '1');
+  await drawn();
+  const boxed = await look_at(page, '#scene-canvas');
+  assert.ok(boxed.colours > bare.colours, `${bare.colours} colours bare, ${boxed.colours} with a voxel`);
+  await page.locator('#show-voxels').uncheck();
 });
 
 test('all of this was without an error, and without another host', async () => {

@@ -27,8 +27,10 @@ export class Session {
     return child;
   }
 
+  /// Of a scene that ships, or of a file in the session's folder.
   scene_file(scene) {
-    return path.join(kRoot, 'sim_server', 'scene', 'scenes', `${scene}.toml`);
+    const own = path.join(this.folder, `${scene}.toml`);
+    return fs.existsSync(own) ? own : path.join(kRoot, 'sim_server', 'scene', 'scenes', `${scene}.toml`);
   }
 
   sim_server(scene) {

@@ -130,7 +130,8 @@ function show() {
       `${view.spheres_shown} of ${scene.spheres.radius_m.length} spheres`;
     panels.show_voxel_scale(switches.voxels, view.voxels.most_count);
   }
-  const edges_m = [...new Set(frame.grid.levels.map((level) => level.voxel_m))];
+  const levels = [...frame.grid.levels, ...scene.static_grid?.levels ?? []];
+  const edges_m = [...new Set(levels.map((level) => level.voxel_m))];
   set_voxel_levels(edges_m, switches);
   panels.show_numbers(frame);
   plots.dirty = true;

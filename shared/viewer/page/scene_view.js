@@ -72,7 +72,8 @@ export class SceneView {
     this.solid.colour((i) => body_colour(body[i]));
     this.still = new SphereSet(radius_m.slice(moving));
     this.still.colour((i) => body_colour(body[moving + i]));
-    Object.assign(this, { body, still_body: body.slice(moving), still_m: static_m });
+    Object.assign(this, { body, still_body: body.slice(moving), still_m: static_m,
+      still_voxels: scene.static_voxels });
     this.ghosts = {};
     for (const [name, colour] of Object.entries(kGhostColours)) {
       this.ghosts[name] = new SphereSet(moving_m, { ghost: true, colour });
@@ -113,7 +114,9 @@ export class SceneView {
       if (switches[name]) this.ghosts[name].place(centres);
     }
     this.voxels.object.visible = switches.voxels;
-    if (switches.voxels) this.voxels.place(voxels, voxel_count, switches.voxel_edge_m);
+    if (switches.voxels) {
+      this.voxels.place([{ box_m: voxels, count: voxel_count }, this.still_voxels], switches.voxel_edge_m);
+    }
     this.planes.visible = switches.planes;
     this.tool.object.visible = Boolean(frame.tool);
     if (frame.tool) {

@@ -61,18 +61,20 @@ export class VoxelBoxes {
     this.object.frustumCulled = false;
   }
 
-  /// boxes: centre and edge of each. edge_m: of the level shown, or null for all.
-  place(boxes, counts, edge_m) {
-    const chosen = [];
-    for (let i = 0; i < counts.length && chosen.length < kMost; ++i) {
-      if (edge_m === null || Math.abs(boxes[4 * i + 3] - edge_m) < 1e-4 * edge_m) chosen.push(i);
+  /// grids: of each box_m, centre and edge of its voxels, and count, the spheres in them.
+  /// edge_m: of the level shown, or null for all.
+  place(grids, edge_m) {
+    const counts = [];
+    for (const { box_m, count } of grids) {
+      for (let i = 0; i < count.length && counts.length < kMost; ++i) {
+        if (edge_m !== null && Math.abs(box_m[4 * i + 3] - edge_m) >= 1e-4 * edge_m) continue;
+        this.box.array.set(box_m.slice(4 * i, 4 * i + 4), 4 * counts.length);
+        counts.push(count[i]);
+      }
     }
-    this.most_count = chosen.reduce((most, i) => Math.max(most, counts[i]), 0);
-    chosen.forEach((i, to) => {
-      this.box.array.set(boxes.subarray(4 * i, 4 * i + 4), 4 * to);
-      ramp_colour(counts[i], this.most_count).toArray(this.tint.array, 3 * to);
-    });
+    this.most_count = counts.reduce((most, count) => Math.max(most, count), 0);
+    counts.forEach((count, i) => ramp_colour(count, this.most_count).toArray(this.tint.array, 3 * i));
     this.box.needsUpdate = this.tint.needsUpdate = true;
-    this.object.geometry.instanceCount = chosen.length;
+    this.object.geometry.instanceCount = counts.length;
   }
 }

@@ -2,6 +2,8 @@
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
+#include <numeric>
+#include <vector>
 
 #include "shared/inspection/snapshot.hpp"
 #include "tests/shared/publication/small_scene.hpp"
@@ -35,6 +37,10 @@ TEST_CASE("A scene's message numbers all spheres, moving ones first", "[scene_me
   CHECK(json["spheres"]["radius_m"][7] == 0.008);
   CHECK(json["spheres"]["static_position_m"].size() == 30);
   CHECK(json["spheres"]["static_position_m"][3] == 0.01);
+  const auto& voxels = json["static_voxels"];
+  CHECK(voxels["box_m"].size() == 4 * voxels["count"].size());
+  const auto counts = voxels["count"].get<std::vector<int>>();
+  CHECK(std::accumulate(counts.begin(), counts.end(), 0) == 10);
   CHECK(json["planes"].size() == 1);
   CHECK(json["tool_spheres"].size() == 2);
   CHECK(json["tick_period_s"] == 1e-3);
@@ -80,7 +86,8 @@ TEST_CASE("Surfaces that name what is not there are refused in one line", "[scen
 TEST_CASE("A saved scene is one whose spheres and surfaces are whole", "[scene_message]") {
   const std::string scene =
       R"({"scene_key": "k", "spheres": {"count": 1, "static_count": 1, "radius_m": [1, 1],
-      "body": [0, 1], "material": [0, 0], "static_position_m": [0, 0, 0]}, "surfaces": {"spheres": 2,
+      "body": [0, 1], "material": [0, 0], "static_position_m": [0, 0, 0]}, "static_voxels": {"box_m": [0, 0, 0, 1], "count": [1]},
+      "surfaces": {"spheres": 2,
       "bodies": [{"body": 0, "vertices": [{"spheres": [1], "weights": [1]}], "lines": [[0, 0]]}]}})";
   const auto with = [&](const std::string& from, const std::string& to) {
     std::string text = scene;
@@ -96,6 +103,10 @@ TEST_CASE("A saved scene is one whose spheres and surfaces are whole", "[scene_m
   CHECK_FALSE(with("[0, 0, 0]", "[0, 0]"));
   CHECK_FALSE(with(R"("static_count": 1)", R"("static_count": 1e30)"));
   CHECK_FALSE(with(R"("count": 1,)", ""));
+  CHECK_FALSE(with("[0, 0, 0, 1]", "[0, 0, 0]"));
+  CHECK_FALSE(with(R"("count": [1])", R"("count": [-1])"));
+  CHECK_FALSE(with(R"("count": [1])", R"("count": 1)"));
+  CHECK_FALSE(with("static_voxels", "voxels"));
 }
 
 }  // namespace
