@@ -192,7 +192,7 @@ class Runs:
         crashed, never_ran = {}, []
         for key in missing:
             status, text = ended.get(key, (None, ""))
-            how = "left no status: see runs/joblog" if status is None else f"ended with status {status}"
+            how = f"left no status: see {self.kept / 'joblog'}" if status is None else f"ended with status {status}"
             line = (complaints.get(key) or complaints.get("") or [f"fit_run {how}"])[-1]
             if status == REFUSED:
                 write_whole(self.kept / f"{key}.json", json.dumps({"refused": line.removeprefix("fit_run: ")}))

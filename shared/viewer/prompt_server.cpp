@@ -81,7 +81,7 @@ class PromptStream final : public httplib::Stream {
   std::size_t begin_ = 0, end_ = 0;  // of what was received and not read yet
 };
 
-/// Of an answer within this machine compression would be most of the time: 3 s for three.js.
+/// Compression would be most of the time that an answer takes: 3 s of a processor for three.js.
 void refuse_compression(httplib::Request& request) {
   request.headers.erase("Accept-Encoding");
 }

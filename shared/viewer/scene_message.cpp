@@ -126,7 +126,22 @@ bool are_spheres(const Json& json) {
          is_list(json["static_position_m"], 3 * still, false);
 }
 
-/// The voxels of a saved scene.
+/// The levels of a saved scene's static grid.
+bool are_levels(const Json& json) {
+  return json.is_array() && std::all_of(json.begin(), json.end(), [](const Json& level) {
+           return level.is_object() && level.contains("voxel_m") &&
+                  (level["voxel_m"].is_number() || level["voxel_m"].is_null());
+         });
+}
+
+/// The static grid of a saved scene; what has no scene has none.
+bool is_static_grid(const Json& scene) {
+  if (!scene.contains("static_grid")) return true;
+  const Json& grid = scene["static_grid"];
+  return grid.is_object() && grid.contains("levels") && are_levels(grid["levels"]);
+}
+
+/// The static voxels of a saved scene.
 bool are_voxels(const Json& json) {
   if (!json.is_object() || !json.contains("box_m") || !json.contains("count")) return false;
   const Json& count = json["count"];
@@ -182,7 +197,7 @@ std::string empty_scene_message(ViewKind kind, const std::string& name, const st
 std::optional<SavedScene> saved_scene(const std::string& message) {
   Json json = Json::parse(message, nullptr, false);
   if (!json.is_object() || !json.contains("scene_key") || !json["scene_key"].is_string() ||
-      !json.contains("spheres") || !are_spheres(json["spheres"]) ||
+      !json.contains("spheres") || !are_spheres(json["spheres"]) || !is_static_grid(json) ||
       !json.contains("static_voxels") || !are_voxels(json["static_voxels"]) ||
       !json.contains("surfaces") ||
       (!json["surfaces"].is_null() && !fault_of(json["surfaces"]).empty()))

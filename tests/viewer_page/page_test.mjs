@@ -102,6 +102,15 @@ test('every plot has its lines', async () => {
   assert.equal(await count_coloured('flags', kColours.age), 0);  // by which the colour tells
 });
 
+/// 'hidden', or '' for shown: what lies over the picture.
+const set_overlays = (visibility) => page.evaluate((value) => {
+  for (const id of ['switches', 'views', 'legend']) document.getElementById(id).style.visibility = value;
+}, visibility);
+const picture = async () => {
+  await drawn();
+  return (await page.locator('#scene-canvas').screenshot()).toString('base64');
+};
+
 test('each switch changes the picture, and back', async () => {
   // In the midst of a touch: the arrow of half a newton is as short as the tool's ball is wide.
   await until(() => {
@@ -109,13 +118,6 @@ test('each switch changes the picture, and back', async () => {
     document.getElementById('play').click();
     return true;
   });
-  const set_overlays = (visibility) => page.evaluate((value) => {
-    for (const id of ['switches', 'views', 'legend']) document.getElementById(id).style.visibility = value;
-  }, visibility);
-  const picture = async () => {
-    await drawn();
-    return (await page.locator('#scene-canvas').screenshot()).toString('base64');
-  };
   await set_overlays('hidden');
   const press_twice = async (key) => {
     await page.keyboard.press(key);
@@ -208,13 +210,22 @@ test('voxels of what never moves are shown too', async () => {
       .replace('"prescribed"', '"static"').replace(/^(direction|velocity_m_s) .*$/gm, ''));
   sim = session.sim_server('still');
   await until_text('shown-spheres', '1 of 1 spheres');
-  const bare = await look_at(page, '#scene-canvas');
-  await page.locator('#show-voxels').check();
+  await pause();
+  await set_overlays('hidden');
+  const bare = await picture();
+  await page.keyboard.press('v');
   await until_text('voxel-most', '1');
-  await drawn();
-  const boxed = await look_at(page, '#scene-canvas');
-  assert.ok(boxed.colours > bare.colours, `${bare.colours} colours bare, ${boxed.colours} with a voxel`);
-  await page.locator('#show-voxels').uncheck();
+  const boxed = await picture();
+  assert.ok(boxed !== bare, 'a voxel of the one sphere');
+  const level = page.locator('#voxel-level');
+  await set_overlays('');
+  await level.selectOption({ index: 1 });
+  await set_overlays('hidden');
+  assert.ok(await picture() === boxed, 'of one level, the only one');
+  assert.notEqual(await level.inputValue(), '');
+  await page.keyboard.press('v');
+  assert.ok(await picture() === bare, 'as it was');
+  await set_overlays('');
 });
 
 test('all of this was without an error, and without another host', async () => {

@@ -51,16 +51,17 @@ function make_switches(switches, on_change) {
   byId('switches').append(level);
 }
 
-/// edges_m: of the voxels of each level.
+/// edges_m: of the voxels of each level. The one that is chosen stays so while there is one as large.
 export function set_voxel_levels(edges_m, switches) {
   const level = byId('voxel-level');
-  const wanted = edges_m.join();
+  const edges = [...new Set(edges_m)].sort((a, b) => b - a);
   level.hidden = !switches.voxels;
-  if (level.dataset.edges === wanted) return;
-  level.dataset.edges = wanted;
-  const options = [['', 'all levels'], ...edges_m.map((edge) => [`${edge}`, `${+(1000 * edge).toPrecision(3)} mm`])];
+  if (level.dataset.edges === edges.join()) return;
+  level.dataset.edges = edges.join();
+  const options = [['', 'all levels'], ...edges.map((edge) => [`${edge}`, `${+(1000 * edge).toPrecision(3)} mm`])];
   level.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
-  switches.voxel_edge_m = null;
+  if (!edges.includes(switches.voxel_edge_m)) switches.voxel_edge_m = null;
+  level.value = switches.voxel_edge_m ?? '';
 }
 
 /// actions: view(name), changed(), toggle(), step(frames), first(), live(), seek(number), speed(x).

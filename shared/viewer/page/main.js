@@ -123,6 +123,8 @@ async function take_ticks() {
 
 function show() {
   if (!frame || !scene) return;
+  const levels = [...frame.grid.levels, ...scene.static_grid?.levels ?? []];
+  set_voxel_levels(levels.map((level) => level.voxel_m), switches);
   if (view && scene.scene_key === frame.scene_key) {
     const end = ticks.lower_bound(frame.time_s + 1e-9);
     view.place(frame, ticks, ticks.lower_bound(frame.time_s - kPath_s), end);
@@ -130,9 +132,6 @@ function show() {
       `${view.spheres_shown} of ${scene.spheres.radius_m.length} spheres`;
     panels.show_voxel_scale(switches.voxels, view.voxels.most_count);
   }
-  const levels = [...frame.grid.levels, ...scene.static_grid?.levels ?? []];
-  const edges_m = [...new Set(levels.map((level) => level.voxel_m))];
-  set_voxel_levels(edges_m, switches);
   panels.show_numbers(frame);
   plots.dirty = true;
 }

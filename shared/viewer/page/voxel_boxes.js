@@ -68,7 +68,7 @@ export class VoxelBoxes {
     for (const { box_m, count } of grids) {
       for (let i = 0; i < count.length && counts.length < kMost; ++i) {
         if (edge_m !== null && Math.abs(box_m[4 * i + 3] - edge_m) >= 1e-4 * edge_m) continue;
-        this.box.array.set(box_m.slice(4 * i, 4 * i + 4), 4 * counts.length);
+        for (let k = 0; k < 4; ++k) this.box.array[4 * counts.length + k] = box_m[4 * i + k];
         counts.push(count[i]);
       }
     }

@@ -1,6 +1,8 @@
 #include "shared/viewer/scene_message.hpp"
 
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <cstddef>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <vector>
@@ -16,6 +18,20 @@ namespace {
 constexpr const char* kSurfaces =
     R"({"spheres": 17, "bodies": [{"body": 0, "vertices": [{"spheres": [0, 16], "weights": [0.5, 0.5]},
     {"spheres": [1], "weights": [1]}], "lines": [[0, 1]]}]})";
+
+/// How many of the points lie in the i-th box of its centre and edge.
+int spheres_within(const nlohmann::json& box_m, std::size_t i, const nlohmann::json& position_m) {
+  int count = 0;
+  for (std::size_t point = 0; point < position_m.size(); point += 3) {
+    bool is_within = true;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      is_within = is_within && std::abs(position_m[point + axis].get<double>() -
+                                        box_m[4 * i + axis].get<double>()) <=
+                                   0.5001 * box_m[4 * i + 3].get<double>();
+    count += is_within ? 1 : 0;
+  }
+  return count;
+}
 
 TEST_CASE("A scene's message numbers all spheres, moving ones first", "[scene_message]") {
   const TestSession session;
@@ -41,6 +57,12 @@ TEST_CASE("A scene's message numbers all spheres, moving ones first", "[scene_me
   CHECK(voxels["box_m"].size() == 4 * voxels["count"].size());
   const auto counts = voxels["count"].get<std::vector<int>>();
   CHECK(std::accumulate(counts.begin(), counts.end(), 0) == 10);
+  const double voxel_m = json["static_grid"]["levels"][0]["voxel_m"];
+  const auto& box_m = voxels["box_m"];
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    CHECK(box_m[4 * i + 3] == voxel_m);
+    CHECK(spheres_within(box_m, i, json["spheres"]["static_position_m"]) == counts[i]);
+  }
   CHECK(json["planes"].size() == 1);
   CHECK(json["tool_spheres"].size() == 2);
   CHECK(json["tick_period_s"] == 1e-3);
@@ -86,7 +108,8 @@ TEST_CASE("Surfaces that name what is not there are refused in one line", "[scen
 TEST_CASE("A saved scene is one whose spheres and surfaces are whole", "[scene_message]") {
   const std::string scene =
       R"({"scene_key": "k", "spheres": {"count": 1, "static_count": 1, "radius_m": [1, 1],
-      "body": [0, 1], "material": [0, 0], "static_position_m": [0, 0, 0]}, "static_voxels": {"box_m": [0, 0, 0, 1], "count": [1]},
+      "body": [0, 1], "material": [0, 0], "static_position_m": [0, 0, 0]}, "static_grid": {"levels": [{"voxel_m": 1}]},
+      "static_voxels": {"box_m": [0, 0, 0, 1], "count": [1]},
       "surfaces": {"spheres": 2,
       "bodies": [{"body": 0, "vertices": [{"spheres": [1], "weights": [1]}], "lines": [[0, 0]]}]}})";
   const auto with = [&](const std::string& from, const std::string& to) {
@@ -107,6 +130,9 @@ TEST_CASE("A saved scene is one whose spheres and surfaces are whole", "[scene_m
   CHECK_FALSE(with(R"("count": [1])", R"("count": [-1])"));
   CHECK_FALSE(with(R"("count": [1])", R"("count": 1)"));
   CHECK_FALSE(with("static_voxels", "voxels"));
+  CHECK_FALSE(with(R"([{"voxel_m": 1}])", "5"));
+  CHECK_FALSE(with(R"({"voxel_m": 1})", "null"));
+  CHECK_FALSE(with(R"({"levels": [{"voxel_m": 1}]})", "1"));
 }
 
 }  // namespace
