@@ -30,8 +30,7 @@ Decoded decode(const std::string& message) {
   for (const Json& array : decoded.head["arrays"]) {
     std::vector<float> values(array["count"].get<std::size_t>());
     REQUIRE(offset + 4 * values.size() <= message.size());
-    if (!values.empty())
-      std::memcpy(values.data(), message.data() + offset, 4 * values.size());
+    if (!values.empty()) std::memcpy(values.data(), message.data() + offset, 4 * values.size());
     offset += 4 * values.size();
     decoded.arrays[array["name"]] = values;
   }
