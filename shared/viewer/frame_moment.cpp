@@ -6,22 +6,12 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "shared/viewer/checked_json.hpp"
+
 namespace stillgrid {
 namespace {
 
 using Json = nlohmann::json;
-
-/// A member, or null where there is none.
-const Json& at(const Json& json, const char* name) {
-  static const Json kNone;
-  if (!json.is_object()) return kNone;
-  const auto found = json.find(name);
-  return found == json.end() ? kNone : *found;
-}
-
-bool is_number_or_null(const Json& json) {
-  return json.is_number() || json.is_null();
-}
 
 bool are_numbers(const Json& json, std::size_t count) {
   return json.is_array() && json.size() == count &&
@@ -38,12 +28,6 @@ bool is_tool(const Json& tool) {
          at(tool, "time_s").is_number() && at(tool, "age_s").is_number() &&
          at(tool, "flags").is_array() && are_numbers(at(tool, "position_m"), 3) &&
          are_numbers(at(tool, "orientation_xyzw"), 4) && are_numbers(at(tool, "force_N"), 3);
-}
-
-bool are_levels(const Json& levels) {
-  return levels.is_array() && std::all_of(levels.begin(), levels.end(), [](const Json& level) {
-           return level.is_object() && is_number_or_null(at(level, "voxel_m"));
-         });
 }
 
 /// Percentiles, and what is counted.

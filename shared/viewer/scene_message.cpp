@@ -12,6 +12,7 @@
 #include "shared/inspection/inspection_json.hpp"
 #include "shared/inspection/json_number.hpp"
 #include "shared/inspection/snapshot.hpp"
+#include "shared/viewer/checked_json.hpp"
 #include "shared/viewer/voxels.hpp"
 
 namespace stillgrid {
@@ -74,8 +75,7 @@ bool is_index(const Json& json, std::size_t count) {
 
 /// A point of a surface: as many weights as spheres.
 bool is_point(const Json& json, std::size_t sphere_count) {
-  if (!json.is_object() || !json.contains("spheres") || !json.contains("weights")) return false;
-  const Json &spheres = json["spheres"], &weights = json["weights"];
+  const Json &spheres = at(json, "spheres"), &weights = at(json, "weights");
   return spheres.is_array() && weights.is_array() && spheres.size() == weights.size() &&
          std::all_of(spheres.begin(), spheres.end(),
                      [&](const Json& number) { return is_index(number, sphere_count); }) &&
@@ -93,10 +93,8 @@ bool are_faces(const Json& json, std::size_t corners, std::size_t vertex_count) 
 }
 
 bool is_surface(const Json& json, std::size_t sphere_count) {
-  if (!json.is_object() || !json.contains("body") || !json["body"].is_number_unsigned() ||
-      !json.contains("vertices") || !json["vertices"].is_array())
-    return false;
-  const Json& vertices = json["vertices"];
+  const Json& vertices = at(json, "vertices");
+  if (!at(json, "body").is_number_unsigned() || !vertices.is_array()) return false;
   const bool has_lines = json.contains("lines");
   if (!has_lines && !json.contains("triangles")) return false;
   return std::all_of(vertices.begin(), vertices.end(),
@@ -116,42 +114,28 @@ bool is_list(const Json& json, std::size_t count, bool whole) {
 bool are_spheres(const Json& json) {
   constexpr std::size_t kMost = 1U << 30U;
   for (const char* name : {"count", "static_count"})
-    if (!json.is_object() || !json.contains(name) || !is_index(json[name], kMost)) return false;
-  for (const char* name : {"radius_m", "body", "material", "static_position_m"})
-    if (!json.contains(name)) return false;
+    if (!is_index(at(json, name), kMost)) return false;
   const auto still = json["static_count"].get<std::size_t>();
   const std::size_t count = json["count"].get<std::size_t>() + still;
-  return is_list(json["radius_m"], count, false) && is_list(json["body"], count, true) &&
-         is_list(json["material"], count, true) &&
-         is_list(json["static_position_m"], 3 * still, false);
-}
-
-/// The levels of a saved scene's static grid.
-bool are_levels(const Json& json) {
-  return json.is_array() && std::all_of(json.begin(), json.end(), [](const Json& level) {
-           return level.is_object() && level.contains("voxel_m") &&
-                  (level["voxel_m"].is_number() || level["voxel_m"].is_null());
-         });
+  return is_list(at(json, "radius_m"), count, false) && is_list(at(json, "body"), count, true) &&
+         is_list(at(json, "material"), count, true) &&
+         is_list(at(json, "static_position_m"), 3 * still, false);
 }
 
 /// The static grid of a saved scene; what has no scene has none.
 bool is_static_grid(const Json& scene) {
-  if (!scene.contains("static_grid")) return true;
-  const Json& grid = scene["static_grid"];
-  return grid.is_object() && grid.contains("levels") && are_levels(grid["levels"]);
+  return !scene.contains("static_grid") || are_levels(at(scene["static_grid"], "levels"));
 }
 
 /// The static voxels of a saved scene.
 bool are_voxels(const Json& json) {
-  if (!json.is_object() || !json.contains("box_m") || !json.contains("count")) return false;
-  const Json& count = json["count"];
-  return is_list(count, count.size(), true) && is_list(json["box_m"], 4 * count.size(), false);
+  const Json& count = at(json, "count");
+  return is_list(count, count.size(), true) && is_list(at(json, "box_m"), 4 * count.size(), false);
 }
 
 /// What was expected of a file of surfaces; empty for a sound one.
 std::string fault_of(const Json& json) {
-  if (!json.is_object() || !json.contains("spheres") || !json["spheres"].is_number_unsigned() ||
-      !json.contains("bodies") || !json["bodies"].is_array())
+  if (!at(json, "spheres").is_number_unsigned() || !at(json, "bodies").is_array())
     return "JSON with \"spheres\" and a list \"bodies\", as sim_server --surfaces writes it";
   const auto sphere_count = json["spheres"].get<std::size_t>();
   const Json& bodies = json["bodies"];
@@ -196,9 +180,8 @@ std::string empty_scene_message(ViewKind kind, const std::string& name, const st
 
 std::optional<SavedScene> saved_scene(const std::string& message) {
   Json json = Json::parse(message, nullptr, false);
-  if (!json.is_object() || !json.contains("scene_key") || !json["scene_key"].is_string() ||
-      !json.contains("spheres") || !are_spheres(json["spheres"]) || !is_static_grid(json) ||
-      !json.contains("static_voxels") || !are_voxels(json["static_voxels"]) ||
+  if (!at(json, "scene_key").is_string() || !are_spheres(at(json, "spheres")) ||
+      !is_static_grid(json) || !are_voxels(at(json, "static_voxels")) ||
       !json.contains("surfaces") ||
       (!json["surfaces"].is_null() && !fault_of(json["surfaces"]).empty()))
     return std::nullopt;

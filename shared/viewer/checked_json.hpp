@@ -1,0 +1,32 @@
+#pragma once
+
+#include <algorithm>
+
+namespace stillgrid {
+
+// What a saved view holds is checked with these before it is shown; Json: either of nlohmann's.
+
+/// A member, or null where there is none.
+template <class Json>
+[[nodiscard]] const Json& at(const Json& json, const char* name) {
+  static const Json kNone;
+  if (!json.is_object()) return kNone;
+  const auto found = json.find(name);
+  return found == json.end() ? kNone : *found;
+}
+
+template <class Json>
+[[nodiscard]] bool is_number_or_null(const Json& json) {
+  return json.is_number() || json.is_null();
+}
+
+/// The levels of a grid, as far as the page reads them.
+template <class Json>
+[[nodiscard]] bool are_levels(const Json& levels) {
+  return levels.is_array() && std::all_of(levels.begin(), levels.end(), [](const Json& level) {
+           return level.is_object() && level.contains("voxel_m") &&
+                  is_number_or_null(level["voxel_m"]);
+         });
+}
+
+}  // namespace stillgrid
