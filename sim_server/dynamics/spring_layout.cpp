@@ -68,7 +68,7 @@ std::optional<SpringSheet> sheet_of(const World& world, std::size_t index) {
   sheet.rows = static_cast<std::size_t>(body.sheet_nodes.y());
   // An odd number of cache lines, so that rows do not compete for the same ones.
   sheet.stride = kLook * (((sheet.columns + kLook - 1) / kLook + 2) | 1U);
-  sheet.storage.resize((SheetRows::kCount * sheet.stride) / 4);
+  sheet.storage.resize(SheetRows::kCount * sheet.stride / kLook);
   const SheetRows rows(sheet);
   // Beyond the last column stand nodes that are nowhere near, so that lengths are numbers.
   for (std::size_t row = SheetRows::kPositions; row < SheetRows::kVelocities; ++row)

@@ -13,6 +13,10 @@ namespace stillgrid {
 
 /// Springs or nodes of one look; a multiple of every vector's lanes.
 inline constexpr std::size_t kLook = 8;
+/// What the widest vector of any target loads at once, aligned so wherever it is copied.
+struct alignas(kLook * sizeof(double)) Look {
+  double lanes[kLook];
+};
 /// Of a regular sheet: along both axes, both diagonals, and past one node along both axes.
 inline constexpr std::size_t kSpringKinds = 6;
 
@@ -27,8 +31,8 @@ struct SpringSheet {
   std::size_t first_node = 0, columns = 0, rows = 0;
   std::array<SpringKind, kSpringKinds> kinds;
   bool damped = false;
-  std::size_t stride = 0;             // of rows of scratch
-  std::vector<PackedVector> storage;  // they themselves: see SheetRows
+  std::size_t stride = 0;     // of rows of scratch
+  std::vector<Look> storage;  // they themselves: see SheetRows
 };
 
 /// Springs of one body in an order in which neighbours seldom share nodes.
@@ -52,7 +56,7 @@ class SheetRows {
   static constexpr std::size_t kCount = kScratch + 3;
 
   explicit SheetRows(SpringSheet& sheet)
-      : first_(&sheet.storage.data()->x + kLook), stride_(sheet.stride) {}
+      : first_(sheet.storage.front().lanes + kLook), stride_(sheet.stride) {}
   [[nodiscard]] double* operator[](std::size_t row) const { return first_ + row * stride_; }
 
  private:
