@@ -26,6 +26,7 @@ struct Search {
   const SortedCovers& covers;
   const std::uint32_t* starts;
   const std::uint32_t* numbers;
+  bool has_groups;
   std::uint32_t next = 0;  // cover whose pairs come next
   SpherePair* pairs;
   std::size_t room;
@@ -127,7 +128,15 @@ class Looker {
   hn::Vec<FloatTag> x_, y_, z_, reach_;
 };
 
+/// Whether the cover whose pairs are looked for and that at `place` are of one group.
+HWY_INLINE bool AreOfOneGroup(const Search& search, std::uint32_t place) {
+  if (!search.has_groups) return false;
+  const std::uint32_t group = search.covers.group[search.next];
+  return group != kNoGroup && search.covers.group[place] == group;
+}
+
 HWY_INLINE void AddPair(Search& search, std::uint32_t own, std::uint32_t place) {
+  if (AreOfOneGroup(search, place)) return;
   const std::uint32_t other = search.numbers[place];
   search.pairs[search.count++] = {std::min(own, other), std::max(own, other)};
 }
@@ -135,6 +144,10 @@ HWY_INLINE void AddPair(Search& search, std::uint32_t own, std::uint32_t place) 
 /// All that meet within one run, of any length. False for want of room.
 HWY_INLINE bool SearchRun(Search& search, const Looker& looker, std::uint32_t own, Run run) {
   for (std::uint32_t first = run.first; first < run.end; first += kLook) {
+    if (AreOfOneGroup(search, first)) {
+      first = search.covers.group_end[first];
+      if (first >= run.end) break;
+    }
     if (search.count + kLook > search.room) return false;
     std::uint32_t bits = looker.Meeting(first);
     if (run.end - first < kLook) bits &= (1U << (run.end - first)) - 1U;
@@ -260,6 +273,19 @@ namespace {
 HWY_EXPORT(Unpack);
 HWY_EXPORT(SearchPlainGrid);
 HWY_EXPORT(SearchAny);
+
+/// Notes the groups of the sorted covers.
+void sort_groups(std::span<const std::uint32_t> groups, const std::uint32_t* numbers,
+                 std::uint32_t count, SortedCovers& sorted) {
+  sorted.group.resize(count);
+  sorted.group_end.resize(count);
+  for (std::uint32_t i = count; i-- > 0;) {
+    const std::uint32_t group = sorted.group[i] = groups[numbers[i]];
+    const bool goes_on = i + 1 < count && group != kNoGroup && sorted.group[i + 1] == group;
+    sorted.group_end[i] = goes_on ? sorted.group_end[i + 1] : i + 1;
+  }
+}
+
 }  // namespace
 
 SortedCovers::SortedCovers(std::size_t capacity)
@@ -269,20 +295,24 @@ SortedCovers::SortedCovers(std::size_t capacity)
       reach_m(capacity + kLook),
       cell(capacity + kLook) {}
 
-std::size_t search_pairs(const GridView& view, SortedCovers& sorted,
-                         std::vector<SpherePair>& pairs) {
+std::size_t search_pairs(const GridView& view, std::span<const std::uint32_t> groups,
+                         std::size_t most, SortedCovers& sorted, std::vector<SpherePair>& pairs) {
   if (view.shape.sphere_count < 2) return 0;
   HWY_DYNAMIC_DISPATCH(Unpack)(view, sorted);
+  const auto* numbers = reinterpret_cast<const std::uint32_t*>(view.words + view.layout.numbers);
+  if (!groups.empty()) sort_groups(groups, numbers, view.shape.sphere_count, sorted);
   const bool plain = is_plain(view.shape);
   Search search{view,
                 sorted,
                 reinterpret_cast<const std::uint32_t*>(view.words + view.layout.cell_starts),
-                reinterpret_cast<const std::uint32_t*>(view.words + view.layout.numbers),
+                numbers,
+                !groups.empty(),
                 0,
                 pairs.data(),
                 pairs.size()};
   while (!(plain ? HWY_DYNAMIC_DISPATCH(SearchPlainGrid)(search)
                  : HWY_DYNAMIC_DISPATCH(SearchAny)(search))) {
+    if (search.count > most) break;
     pairs.resize(2 * pairs.size() + 64 * kLook);
     search.pairs = pairs.data();
     search.room = pairs.size();
