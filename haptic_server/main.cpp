@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <exception>
 
+#include "haptic_server/device/release_device.hpp"
+#include "haptic_server/guardian.hpp"
 #include "haptic_server/server.hpp"
 #include "shared/command_line/number_in.hpp"
 #include "shared/command_line/prepare_daemon.hpp"
@@ -12,6 +14,7 @@
 #include "shared/files/whole_file.hpp"
 #include "shared/publication/segment.hpp"
 #include "shared/realtime/exit_status.hpp"
+#include "shared/realtime/periodic_timer.hpp"
 #include "shared/realtime/realtime_guard.hpp"
 #include "shared/realtime/stop_signal.hpp"
 
@@ -104,7 +107,7 @@ int name_violations(const std::vector<RealtimeViolation>& violations) {
 }
 
 /// Runs the loop; the report is written however it ended.
-int run(Arguments& arguments) {
+int run(Arguments& arguments, GuardedState& guarded) {
   HapticReport report;
   int status = kDone;
   const auto finish_report = [&] {  // returns what came of it
@@ -119,11 +122,12 @@ int run(Arguments& arguments) {
   arguments.options.give_up = [&](const std::string& line) {
     std::fprintf(stderr, "haptic_server: %s\n", line.c_str());
     static_cast<void>(finish_report());
+    guarded.end_status = kDeviceFault;
     std::_Exit(kDeviceFault);
   };
   if (!arguments.report.empty()) require_writable(arguments.report);
   try {
-    run_haptics(arguments.options, report, stop_requested());
+    run_haptics(arguments.options, report, guarded, stop_requested());
   } catch (const DeviceError& error) {
     status = fail(error, error.exit_status());
   } catch (const DeviceFault& error) {
@@ -141,6 +145,24 @@ int run(Arguments& arguments) {
   return status == kDone ? verdict : status;
 }
 
+GuardedProgram program_of(Arguments& arguments) {
+  const DeviceSpec spec = parse_device_spec(arguments.options.device);
+  const DeviceLoop loop{.period_ns = to_ns(1.0 / arguments.options.rate_hz)};
+  GuardedProgram program;
+  program.subject = "device '" + spec.plugin + "'";
+  program.work = [&arguments](GuardedState& guarded) {
+    prepare_daemon("haptic_server");
+    try {
+      return run(arguments, guarded);
+    } catch (const std::exception& error) {
+      return fail(error, kBadInput);
+    }
+  };
+  program.releases = {[spec, loop] { release_by_activation(spec, loop); },
+                      [spec, loop] { release_by_stop(spec, loop); }};
+  return program;
+}
+
 }  // namespace
 }  // namespace stillgrid
 
@@ -151,10 +173,9 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   add_options(app, arguments);
   return run_program(app, argc, argv, [&] {
     if (arguments.realtime_guard) require_realtime_guard(argv);
-    prepare_daemon("haptic_server");
     arguments.options.transition = *transition_named(arguments.transition);
     arguments.options.model = *model_named(arguments.model);
     if (!arguments.group.empty()) arguments.options.readers = group_named(arguments.group);
-    return run(arguments);
+    return run_guarded(program_of(arguments));
   });
 }

@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <exception>
 #include <memory>
 #include <thread>
 
@@ -57,7 +58,8 @@ struct Run {
   ToolWriter& tool;
   HapticLoop& loop;
   Recorder* recorder;
-  TickWatchdog* watchdog;  // in real time
+  TickWatchdog& watchdog;
+  GuardedState& guarded;
 };
 
 [[noreturn]] void throw_fault(Run& run) {
@@ -66,19 +68,44 @@ struct Run {
                     "': " + run.device.error_line(run.loop.device_code()));
 }
 
+/// What a deactivate that failed left behind may be a force: stopped here, and by the guardian once
+/// more when this process is gone.
+void deactivate(Run& run) {
+  if (!run.device.is_active()) return;
+  run.watchdog.watch_release();
+  const std::int32_t code = run.device.deactivate();
+  if (code != STILLGRID_DEVICE_OK) {
+    const std::string line = run.device.error_line(code);
+    run.device.emergency_stop();
+    throw DeviceFault("device '" + run.report.device + "': deactivate: " + line);
+  }
+  run.guarded.has_motors = false;
+}
+
+void activate(Run& run) {
+  run.watchdog.watch_call();
+  run.guarded.has_motors = !run.options.lockstep;
+  try {
+    run.device.activate();
+  } catch (...) {
+    run.device.emergency_stop();
+    run.guarded.has_motors = false;  // as the driver says
+    throw;
+  }
+}
+
 /// The watchdog has stopped the device, and the loop is back: no force, then a ramp. Not for ever.
 void recover(Run& run) {
   constexpr std::uint64_t kMostStops = 3;
-  const std::uint64_t stops = run.report.device_stops = run.watchdog->stops();
+  const std::uint64_t stops = run.report.device_stops = run.watchdog.stops();
   spdlog::warn("no tick for 100 ms or more: the device was stopped");
   if (stops >= kMostStops)
     throw DeviceFault("device '" + run.report.device + "': stopped " + std::to_string(stops) +
                       " times for want of ticks; expected calls that return in time");
-  run.watchdog->watch_call();
-  run.device.deactivate();
-  run.device.activate();
+  deactivate(run);
+  activate(run);
   run.loop.cut();
-  run.watchdog->watch_ticks();
+  run.watchdog.watch_ticks();
 }
 
 TickEnd tick_in_real_time(Run& run) {
@@ -92,8 +119,9 @@ TickEnd tick_in_real_time(Run& run) {
     section.begin_tick(run.report.ticks + 1);
     const PeriodicTimer::Wake wake = timer.wait();
     if ((run.stop || wake.now_ns >= end_ns) && run.loop.release()) break;
-    run.watchdog->tick();
-    if (run.watchdog->stops() != run.report.device_stops) recover(run);
+    if (run.watchdog.is_stopping()) continue;
+    run.watchdog.tick();
+    if (run.watchdog.stops() != run.report.device_stops) recover(run);
     run.tool.segment().require_whole();
     const SceneView& scene = *run.watch.acquire(run.loop.may_switch_scene());
     end = run.loop.sense(scene, wake.now_ns);
@@ -113,12 +141,32 @@ void run_real(Run& run) {
   run.watch.start();
   for (const std::string& missing : make_realtime(run.options.cpu))
     spdlog::warn("running without {}", missing);
-  run.watchdog->watch_ticks();
+  run.watchdog.watch_ticks();
   const long faults_before = page_faults();
   const TickEnd end = tick_in_real_time(run);
   run.report.page_faults = page_faults() - faults_before;
   if (end == TickEnd::kDeviceFault) throw_fault(run);
 }
+
+/// From open to close: the time in which a device may be stopped. Both of these calls are watched.
+class OpenDevice {
+ public:
+  OpenDevice(Device& device, std::atomic<Device*>& open_device, TickWatchdog& watchdog)
+      : open_device_(open_device), watchdog_(watchdog) {
+    watchdog_.rest();
+    open_device_ = &device;
+  }
+  ~OpenDevice() {
+    open_device_ = nullptr;
+    watchdog_.watch_call();
+  }
+  OpenDevice(const OpenDevice&) = delete;
+  OpenDevice& operator=(const OpenDevice&) = delete;
+
+ private:
+  std::atomic<Device*>& open_device_;
+  TickWatchdog& watchdog_;
+};
 
 /// False when stopped.
 bool wait_for(Run& run, const SceneView& scene, std::uint64_t proto::SegmentHeader::*promise,
@@ -169,42 +217,65 @@ void run_lockstep(Run& run) {
   if (end == TickEnd::kDeviceFault) throw_fault(run);
 }
 
-/// Motors off before anything else takes its time to end.
+/// Motors off before anything else takes its time to end. A force that no tick could fade is cut.
 void release(Run& run) {
-  if (run.watchdog != nullptr) run.watchdog->watch_call();
-  run.device.deactivate();
-  if (run.watchdog != nullptr) run.watchdog->rest();  // a disk may be slow
+  if (!run.options.lockstep && !run.loop.release()) run.device.emergency_stop();
+  deactivate(run);
+}
+
+/// A disk may be slow.
+void finish_recording(Run& run) {
+  run.watchdog.rest();
   if (run.recorder != nullptr) run.report.lost_rows = run.recorder->finish();
-  if (run.watchdog != nullptr) run.watchdog->watch_call();  // the device's close
 }
 
 void run_and_release(Run& run) {
+  std::exception_ptr fault;
   try {
+    activate(run);
     if (run.options.lockstep)
       run_lockstep(run);
     else
       run_real(run);
   } catch (...) {
+    fault = std::current_exception();
     run.device.emergency_stop();
-    release(run);
-    throw;
   }
-  release(run);
+  try {
+    release(run);
+  } catch (const DeviceFault& error) {
+    if (fault)
+      spdlog::warn("{}", error.what());
+    else
+      fault = std::current_exception();
+  }
+  finish_recording(run);
+  if (fault) std::rethrow_exception(fault);
 }
 
 }  // namespace
 
-void run_haptics(const HapticOptions& options, HapticReport& report,
+void run_haptics(const HapticOptions& options, HapticReport& report, GuardedState& guarded,
                  const std::atomic<bool>& stop) {
   const std::uint64_t period_ns = to_ns(1.0 / options.rate_hz);
   report.rate_hz = options.rate_hz;
   report.measures_time = !options.lockstep;
   report.transition = name_of(options.transition);
   report.model = name_of(options.model);
+  const DeviceSpec spec = parse_device_spec(options.device);
+  report.device = spec.plugin;
 
-  std::optional<TickWatchdog> watchdog;  // outlives the device: its close may hang
-  Device device(parse_device_spec(options.device),
-                {.period_ns = period_ns, .is_virtual = options.lockstep});
+  std::atomic<Device*> open_device = nullptr;
+  TickWatchdog watchdog(  // outlives the device: each of its calls may hang
+      period_ns,
+      [&] {
+        if (Device* const device = open_device) device->emergency_stop();
+      },
+      [&] { options.give_up("device '" + report.device + "': a call did not return in time"); },
+      [&guarded] { guarded.beats.fetch_add(1, std::memory_order_relaxed); });
+  watchdog.watch_call();
+  Device device(spec, {.period_ns = period_ns, .is_virtual = options.lockstep});
+  const OpenDevice while_open(device, open_device, watchdog);
   report.device = device.descriptor().name;
   report.device_identity = device.identity();
   // A segment refused at the start ends the program; one refused later leaves the old one in use.
@@ -229,16 +300,8 @@ void run_haptics(const HapticOptions& options, HapticReport& report,
   const auto loop =
       std::make_unique<HapticLoop>(device, tool, make_renderer(options.model, options.transition),
                                    safety_limits(options.safety, device.descriptor()), period_ns);
-
-  if (!options.lockstep) {
-    watchdog.emplace(
-        period_ns, [&device] { device.emergency_stop(); },
-        [&] { options.give_up("device '" + report.device + "': a call did not return in time"); });
-    watchdog->watch_call();
-  }
-  device.activate();
-  Run run{options, report, stop,  period_ns,      device,
-          watch,   tool,   *loop, recorder.get(), watchdog ? &*watchdog : nullptr};
+  Run run{options, report, stop,           period_ns, device, watch,
+          tool,    *loop,  recorder.get(), watchdog,  guarded};
   run_and_release(run);
 }
 

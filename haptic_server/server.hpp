@@ -11,6 +11,7 @@
 #include <string>
 
 #include "haptic_server/device/device_host.hpp"
+#include "haptic_server/guardian.hpp"
 #include "haptic_server/rendering/renderer.hpp"
 #include "haptic_server/report.hpp"
 #include "haptic_server/safety/device_limits.hpp"
@@ -39,10 +40,11 @@ class DeviceFault : public std::runtime_error {
 };
 
 /// Runs the haptic loop until its duration is over, the device's recording ends, or stop is set;
-/// counts what happened in report, also when it throws.
+/// counts what happened in report, also when it throws. guarded is told of motors that are on.
 ///
 /// Throws DeviceError, DeviceFault, or SegmentError if there is no scene in time or a lockstep peer
 /// dies.
-void run_haptics(const HapticOptions& options, HapticReport& report, const std::atomic<bool>& stop);
+void run_haptics(const HapticOptions& options, HapticReport& report, GuardedState& guarded,
+                 const std::atomic<bool>& stop);
 
 }  // namespace stillgrid

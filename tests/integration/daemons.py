@@ -52,8 +52,26 @@ class Daemon:
     def runs(self):
         return self.process.poll() is None
 
+    @property
+    def pid(self):
+        """Of the process that does the work: of haptic_server the child that holds the device."""
+        own = self.process.pid
+        try:
+            program = os.readlink(f"/proc/{own}/exe")
+            for child in pathlib.Path(f"/proc/{own}/task/{own}/children").read_text().split():
+                if os.readlink(f"/proc/{child}/exe") == program:
+                    return int(child)
+        except OSError:  # it has ended
+            pass
+        return own
+
     def signal(self, number):
-        self.process.send_signal(number)
+        """To the process that was started; what it could not pass on, to the one that works."""
+        if number in (signal.SIGKILL, signal.SIGSTOP, signal.SIGCONT):
+            if self.runs():
+                os.kill(self.pid, number)
+        else:
+            self.process.send_signal(number)
 
     def stop(self):
         """As Ctrl-C does. Returns the exit status."""
@@ -61,6 +79,7 @@ class Daemon:
         return self.wait(5.0)
 
     def kill(self):
+        self.signal(signal.SIGKILL)
         if self.runs():
             self.process.kill()
         self.process.wait()

@@ -110,7 +110,7 @@ def stop_both(run):
 def fill_disk(run):
     run.begin()
     size = run.recording.stat().st_size
-    subprocess.run(["prlimit", "--pid", str(run.hand.process.pid), f"--fsize={size + 5000}"],
+    subprocess.run(["prlimit", "--pid", str(run.hand.pid), f"--fsize={size + 5000}"],
                    check=True)
 
 
