@@ -1,7 +1,5 @@
 #include "sim_server/contact/moving_spheres.hpp"
 
-#include <hwy/targets.h>
-
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -11,26 +9,12 @@
 #include "shared/collision/sphere_history.hpp"
 #include "tests/haptic_server/devices/allocation_counter.hpp"
 #include "tests/sim_server/contact/sphere_clouds.hpp"
+#include "tests/sim_server/every_target.hpp"
 
 namespace stillgrid {
 namespace {
 
 constexpr float kAutomatic = 0.0F;
-
-/// Runs a call with each instruction set that this program holds and this processor has; says which
-/// they were. AVX-512 is among them only on a processor that has it.
-template <class Call>
-void on_every_target(Call&& call) {
-  static bool said = false;
-  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
-    hwy::SetSupportedTargetsForTest(target);
-    INFO(hwy::TargetName(target));
-    if (!said) std::printf("ran on %s\n", hwy::TargetName(target));
-    call();
-  }
-  said = true;
-  hwy::SetSupportedTargetsForTest(0);
-}
 
 std::vector<proto::SphereImage> images_of(std::span<const Cover> balls) {
   std::vector<proto::SphereImage> images;
