@@ -26,7 +26,7 @@ struct Wishes {
   bool default_display = false;  // transition and model
   bool continuous_display = false;
   bool cost_and_jitter = true;
-  double duration_s = 1.2;
+  double duration_s = 0.8;
 };
 
 /// What a run is compared with, of laws that compare.
@@ -43,6 +43,7 @@ Wishes wishes_of(int law) {
   Wishes wishes;
   switch (law) {
     case 1:
+      wishes.most_bodies = 30;
       break;
     case 2:
       wishes.continuous_display = true;
@@ -76,7 +77,8 @@ Wishes wishes_of(int law) {
       break;
     default:
       wishes.mover = Mover::kFormula;
-      wishes.duration_s = 0.3;
+      wishes.most_bodies = 12;
+      wishes.duration_s = 0.15;
   }
   return wishes;
 }
