@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "haptic_server/haptic_loop.hpp"
+#include "haptic_server/last_stop.hpp"
 #include "haptic_server/safety/tick_watchdog.hpp"
 #include "shared/publication/lockstep.hpp"
 #include "shared/publication/segment_watch.hpp"
@@ -68,6 +69,20 @@ struct Run {
                     "': " + run.device.error_line(run.loop.device_code()));
 }
 
+bool has_motors(const Device& device) {
+  return (device.descriptor().flags & STILLGRID_DEVICE_NO_MOTORS) == 0;
+}
+
+/// Virtual time stands still for as long as the simulation takes, and a force with it.
+void require_no_motors(const Device& device, const DeviceSpec& spec) {
+  if (has_motors(device))
+    throw DeviceError(DeviceFailure::kBadInput,
+                      "device '" + spec.plugin +
+                          "': --lockstep: expected a device that declares "
+                          "STILLGRID_DEVICE_NO_MOTORS (simulated, recorded or input alone): in "
+                          "virtual time nothing watches over a force");
+}
+
 /// What a deactivate that failed left behind may be a force: stopped here, and by the guardian once
 /// more when this process is gone.
 void deactivate(Run& run) {
@@ -84,7 +99,7 @@ void deactivate(Run& run) {
 
 void activate(Run& run) {
   run.watchdog.watch_call();
-  run.guarded.has_motors = !run.options.lockstep;
+  run.guarded.has_motors = has_motors(run.device);
   try {
     run.device.activate();
   } catch (...) {
@@ -250,6 +265,7 @@ void run_and_release(Run& run) {
       fault = std::current_exception();
   }
   finish_recording(run);
+  run.options.ended();
   if (fault) std::rethrow_exception(fault);
 }
 
@@ -265,17 +281,21 @@ void run_haptics(const HapticOptions& options, HapticReport& report, GuardedStat
   const DeviceSpec spec = parse_device_spec(options.device);
   report.device = spec.plugin;
 
-  std::atomic<Device*> open_device = nullptr;
+  static std::atomic<Device*> open_device = nullptr;  // asked for up to the end of the process
   TickWatchdog watchdog(  // outlives the device: each of its calls may hang
       period_ns,
-      [&] {
+      [] {
         if (Device* const device = open_device) device->emergency_stop();
       },
       [&] { options.give_up("device '" + report.device + "': a call did not return in time"); },
       [&guarded] { guarded.beats.fetch_add(1, std::memory_order_relaxed); });
   watchdog.watch_call();
   Device device(spec, {.period_ns = period_ns, .is_virtual = options.lockstep});
+  if (options.lockstep) require_no_motors(device, spec);
   const OpenDevice while_open(device, open_device, watchdog);
+  stop_device_at_last(open_device, guarded, [&] {
+    options.give_up("device '" + report.device + "': a call ended the program");
+  });
   report.device = device.descriptor().name;
   report.device_identity = device.identity();
   // A segment refused at the start ends the program; one refused later leaves the old one in use.

@@ -65,6 +65,29 @@ TEST_CASE("A driver whose stop does not return is given up all the same", "[tick
       [&] { given_up = true; });
   watchdog.watch_ticks();
   while (!given_up) std::this_thread::sleep_for(1ms);
+  CHECK(watchdog.is_stopping());  // a loop that comes back now may tell it nothing
+  CHECK(watchdog.stops() == 0);
+}
+
+TEST_CASE("A call that is to release the device is helped by a stop after a second, not given up",
+          "[tick_watchdog]") {
+  std::atomic<int> stopped = 0, given_up = 0;
+  const auto began = std::chrono::steady_clock::now();
+  TickWatchdog watchdog(
+      kPeriod_ns, [&] { ++stopped; }, [&] { ++given_up; });
+  watchdog.watch_release();
+  while (stopped == 0) std::this_thread::sleep_for(1ms);
+  CHECK(std::chrono::steady_clock::now() - began >= 1s);
+  std::this_thread::sleep_for(400ms);
+  CHECK(stopped == 1);
+  CHECK(given_up == 0);
+}
+
+TEST_CASE("A watchdog beats for as long as it lives", "[tick_watchdog]") {
+  std::atomic<int> beats = 0;
+  TickWatchdog watchdog(
+      kPeriod_ns, [] {}, [] {}, [&] { ++beats; });
+  while (beats < 5) std::this_thread::sleep_for(1ms);
   SUCCEED();
 }
 
