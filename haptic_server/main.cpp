@@ -1,12 +1,10 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
-#include <thread>
 
 #include "haptic_server/device/release_device.hpp"
 #include "haptic_server/safety/guardian.hpp"
@@ -23,8 +21,6 @@
 
 namespace stillgrid {
 namespace {
-
-constexpr auto kRecorderTurn = std::chrono::milliseconds(30);  // what it was given is on disk
 
 struct Arguments {
   HapticOptions options;
@@ -131,7 +127,6 @@ int run(Arguments& arguments, GuardedState& guarded) {
   // The loop stands still, in a driver's call or told to, and counts nothing.
   arguments.options.give_up = [&](const std::string& line) {
     std::fprintf(stderr, "haptic_server: %s\n", line.c_str());
-    std::this_thread::sleep_for(kRecorderTurn);
     finish_report();
     guarded.end_status = kDeviceFault;
     std::_Exit(kDeviceFault);

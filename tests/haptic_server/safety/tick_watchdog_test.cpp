@@ -48,25 +48,29 @@ TEST_CASE("A slow loop's watchdog waits for three of its periods", "[tick_watchd
 }
 
 TEST_CASE("A loop that ends does not wait for a poll of its watchdog", "[tick_watchdog]") {
-  const auto began = std::chrono::steady_clock::now();
-  for (int times = 0; times < 200; ++times)
+  int late = 0;
+  for (int times = 0; times < 200; ++times) {
+    const auto began = std::chrono::steady_clock::now();
     TickWatchdog(
         kPeriod_ns, [] {}, [] {});
-  CHECK(std::chrono::steady_clock::now() - began < 1s);  // a poll takes 10 ms
+    late += std::chrono::steady_clock::now() - began >= 10ms ? 1 : 0;  // as a poll takes
+  }
+  CHECK(late < 100);
 }
 
 TEST_CASE("A driver whose stop does not return is given up all the same", "[tick_watchdog]") {
-  std::atomic<bool> given_up = false;
+  std::atomic<bool> given_up = false, may_return = false;
   TickWatchdog watchdog(
       kPeriod_ns,
       [&] {
-        while (!given_up) std::this_thread::sleep_for(1ms);
+        while (!may_return) std::this_thread::sleep_for(1ms);
       },
       [&] { given_up = true; });
   watchdog.watch_ticks();
   while (!given_up) std::this_thread::sleep_for(1ms);
   CHECK(watchdog.is_stopping());  // a loop that comes back now may tell it nothing
   CHECK(watchdog.stops() == 0);
+  may_return = true;
 }
 
 TEST_CASE("A call that is to release the device is helped by a stop after a second, not given up",
