@@ -3,6 +3,8 @@
 status, a line that names the device, and no force. What it does in the midst of a force is in the
 fault table."""
 import concurrent.futures
+import pathlib
+import re
 import signal
 import unittest
 
@@ -89,6 +91,27 @@ class WaysOutTest(unittest.TestCase):
             self.assertEqual(status, DEVICE_FAULT, lines)
             self.assertEqual(len(lines), 1, lines)
             self.assertTrue(lines[0].endswith("a call ended its process, with exit status 0"), lines)
+
+
+class SignalTest(daemons.SessionTest):
+    def test_each_signal_that_may_be_heeded_ends_the_program_by_its_name(self):
+        rare = [signal.SIGQUIT, signal.SIGUSR1, signal.SIGUSR2, signal.SIGALRM, signal.SIGVTALRM,
+                signal.SIGPROF, signal.SIGXCPU, signal.SIGIO, signal.SIGPWR, signal.SIGRTMIN,
+                signal.SIGRTMAX]
+        waiting = [self.haptic_server("phantom") for _ in rare]
+        for number, hand in zip(rare, waiting):
+            self.wait_until(lambda: hand.pid != hand.process.pid and heeds(hand.pid, number), 5.0,
+                            "its handlers")
+            hand.signal(number)
+            self.assertEqual(hand.wait(5.0), 128 + number, hand.lines())
+            self.assertIn(f"ended by signal {int(number)} ", hand.lines()[0])
+
+
+def heeds(pid, number):
+    """Whether a process has a handler for the signal."""
+    status = pathlib.Path(f"/proc/{pid}/status").read_text()
+    caught = int(re.search(r"^SigCgt:\s+(\w+)", status, re.M)[1], 16)
+    return caught >> (number - 1) & 1
 
 
 if __name__ == "__main__":

@@ -49,6 +49,7 @@ RELEASE = 50.0  # by a process that opens the device anew
 CRASH_HANGS = 100.0 + 100.0 + RELEASE
 SILENCE = 2000.0 + RELEASE  # of the process that holds the device
 CUT_IS_LATE = 100.0
+RELEASE_IS_LATE = 500.0  # by processes and threads that end, begin and have no priority
 
 WITH_FADE = {"zero_ms": FADE, "flag": "bad_device", "is_smooth": True}
 CUT = {"zero_ms": AT_ONCE, "is_cut": True, "late_ms": CUT_IS_LATE}
@@ -104,9 +105,11 @@ DEVICE = [
           after_N=0.0, flag="workspace"),
 ]
 
-RELEASED = {**DEVICE_FAULT, "zero_ms": RELEASE, "leaves_report": False}
+RELEASED = {**DEVICE_FAULT, "zero_ms": RELEASE, "late_ms": RELEASE_IS_LATE,
+            "leaves_report": False}
 BY_GUARDIAN = "its motors were released"
-GIVEN_UP = {**DEVICE_FAULT, "zero_ms": STOP_HANGS, "says": BY_GUARDIAN}
+GIVEN_UP = {**DEVICE_FAULT, "zero_ms": STOP_HANGS, "late_ms": RELEASE_IS_LATE,
+            "says": BY_GUARDIAN}
 LEFT_ON = {**DEVICE_FAULT, "says": BY_GUARDIAN}
 
 
@@ -136,13 +139,13 @@ DRIVER = leaving("read") + leaving("write") + [
           "fault=read_hangs+emergency_stop_hangs_for_ever", **GIVEN_UP),
     Fault("driver", "read fails, emergency_stop hangs for ever",
           "fault=read_fails+emergency_stop_hangs_for_ever", **GIVEN_UP),
-    Fault("driver", "read fails, emergency_stop calls exit", "fault=read_fails+emergency_stop_exits",
-          **{**RELEASED, "says": BY_GUARDIAN}),
+    Fault("driver", "read fails, emergency_stop calls exit",
+          "fault=read_fails+emergency_stop_exits", **{**RELEASED, "says": BY_GUARDIAN}),
     Fault("driver", "read fails, emergency_stop calls _exit",
           "fault=read_fails+emergency_stop_exits_at_once", **{**RELEASED, "says": BY_GUARDIAN}),
     Fault("driver", "read fails, emergency_stop crashes",
           "fault=read_fails+emergency_stop_crashes",
-          **{**crashed(signal.SIGSEGV), "zero_ms": CRASH_HANGS}),
+          **{**crashed(signal.SIGSEGV), "zero_ms": CRASH_HANGS, "late_ms": RELEASE_IS_LATE}),
     Fault("driver", "read crashes, emergency_stop hangs for ever",
           "fault=read_crashes+emergency_stop_hangs_for_ever",
           **{**RELEASED, "says": "crashed, hung and was killed", "zero_ms": CRASH_HANGS}),
@@ -224,25 +227,6 @@ OTHERS = [
     Fault("operator", "terminal closed", inject=signal_hand(signal.SIGHUP), **ENDED),
     Fault("operator", "haptic_server killed, started again", inject=kill_hand_and_start_again,
           may_be_zero=True, is_cut=True),
-    *(Fault("operator", f"{number.name} to the loop", inject=signal_worker(number),
-            **crashed(number))
-      for number in (signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL, signal.SIGABRT,
-                     signal.SIGTRAP, signal.SIGSYS)),
-    Fault("operator", "SIGKILL to the loop", inject=signal_worker(signal.SIGKILL),
-          **{**crashed(signal.SIGKILL), "zero_ms": RELEASE}),
-    Fault("operator", "SIGSTOP to the loop, for ever", inject=signal_worker(signal.SIGSTOP),
-          **{**ENDS_AT_ONCE, "zero_ms": SILENCE, "status": daemons.DEVICE_FAULT,
-             "leaves_report": False, "says": "stood still for 2 s and was killed"}),
-    *(Fault("operator", name, inject=signal_hand(number), **ENDED, status=128 + number,
-            says="ended by signal")
-      for name, number in (("SIGQUIT", signal.SIGQUIT), ("SIGUSR1", signal.SIGUSR1),
-                           ("SIGALRM", signal.SIGALRM), ("SIGXCPU", signal.SIGXCPU),
-                           ("SIGRTMIN", signal.SIGRTMIN))),
-    *(Fault("operator", f"{number.name} to the guardian", inject=signal_hand(number), **ENDED,
-            status=-number)
-      for number in (signal.SIGSEGV, signal.SIGABRT)),
-    Fault("operator", "SIGKILL to the guardian", inject=kill_guardian, **ENDED,
-          status=-signal.SIGKILL),
     Fault("force", "contact of 1e5 N/m, device for 1000", PRESS + ",stiffness_N_m=1000",
           scene=STIFF_WALL, flag="stiffness", **FREE_BEFORE),
     Fault("force", "pressed above the continuous force of 1 N",
@@ -252,4 +236,25 @@ OTHERS = [
           flag="clamped", **FREE_BEFORE),
 ]
 
-FAULTS = DEVICE + DRIVER + SIMULATION + MEMORY + CLOCK + OTHERS
+SIGNALS = [
+    *(Fault("signal", f"{number.name} to the loop", inject=signal_worker(number),
+            **crashed(number))
+      for number in (signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL, signal.SIGABRT,
+                     signal.SIGTRAP, signal.SIGSYS)),
+    Fault("signal", "SIGKILL to the loop", inject=signal_worker(signal.SIGKILL),
+          **{**crashed(signal.SIGKILL), "zero_ms": RELEASE, "late_ms": RELEASE_IS_LATE}),
+    Fault("signal", "SIGSTOP to the loop, for ever", inject=signal_worker(signal.SIGSTOP),
+          **{**RELEASED, "zero_ms": SILENCE, "says": "stood still for 2 s and was killed"}),
+    *(Fault("signal", name, inject=signal_hand(number), **ENDED, status=128 + number,
+            says="ended by signal")
+      for name, number in (("SIGQUIT", signal.SIGQUIT), ("SIGUSR1", signal.SIGUSR1),
+                           ("SIGALRM", signal.SIGALRM), ("SIGXCPU", signal.SIGXCPU),
+                           ("SIGRTMIN", signal.SIGRTMIN))),
+    *(Fault("signal", f"{number.name} to the guardian", inject=signal_hand(number), **ENDED,
+            status=-number)
+      for number in (signal.SIGSEGV, signal.SIGABRT)),
+    Fault("signal", "SIGKILL to the guardian", inject=kill_guardian, **ENDED,
+          status=-signal.SIGKILL),
+]
+
+FAULTS = DEVICE + DRIVER + SIMULATION + MEMORY + CLOCK + OTHERS + SIGNALS
