@@ -72,8 +72,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
                  "Limit of the force, N; default and upper bound: the device's own")
       ->check(number_in(1e-6, 1e4));
   app.add_option("--max-slew", options.safety.max_slew_N_per_ms,
-                 "Limit of the force's change, N/ms; default: a tenth of its limit in a "
-                 "millisecond; not less than a hundredth, by which it fades in 100 ms")
+                 "Limit of the force's growth and turn, N/ms; default: a tenth of its limit in a "
+                 "millisecond; its norm may fall at once")
       ->check(number_in(1e-9, 1e6));
   app.add_option("--max-stiffness", options.safety.max_stiffness_N_m,
                  "Limit of the stiffness of all contacts together, N/m; default: what the device "

@@ -337,7 +337,8 @@ void run_haptics(const HapticOptions& options, HapticReport& report, GuardedStat
                                           head_of(device.identity()));
   const auto loop =
       std::make_unique<HapticLoop>(device, tool, make_renderer(options.model, options.transition),
-                                   safety_limits(options.safety, device.descriptor()), period_ns);
+                                   safety_limits(options.safety, device.descriptor()), period_ns,
+                                   options.lockstep ? nullptr : monotonic_ns);
   open_recorder = recorder.get();
   Run run{options, report, stop,           period_ns, device, watch,
           tool,    *loop,  recorder.get(), watchdog,  guarded};

@@ -83,6 +83,7 @@ typedef struct stillgrid_device_descriptor {
   uint64_t max_read_ns;         /* longest that read() or write() may take */
   double motor_time_constant_s; /* thermal, over which max_force_N may exceed continuous_force_N */
   double max_speed_m_s;         /* above it positions or motors are not to be trusted */
+  double max_torque_N_m; /* for a moment, about the tool's origin; 0: as max_force_N at 0.1 m */
 } stillgrid_device_descriptor;
 
 typedef struct stillgrid_device_state {

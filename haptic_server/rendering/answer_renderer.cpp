@@ -20,6 +20,8 @@ constexpr double kShortestRest_s = 3e-3;
 constexpr double kSlack_N = 0.5;
 /// Far below what a hand feels, or a motor resolves.
 constexpr double kTolerance_N = 1e-5;
+/// Of a tool sphere's radius: an image that lies farther off than this was not foreseen at all.
+constexpr double kFarthestShift = 0.5;
 /// No push moves a sphere farther, whatever a segment says.
 constexpr double kFarthest_m = 1.0;
 
@@ -75,11 +77,10 @@ ToolForce AnswerRenderer::last_image_force(const SceneView& scene,
 
 /// The shift by which the next image shows what the tool touches where the last one showed it, on
 /// average over the contacts by their depth.
-void AnswerRenderer::continue_from(const GridView& grid, const ToolForce& answering,
+void AnswerRenderer::continue_from(const GridView& grid, double push_N,
                                    std::span<const PlacedToolSphere> tool, std::uint64_t now_ns,
                                    Shown& next) const noexcept {
-  const ToolPush push = tool_push(next.snapshot);
-  next.change_N = std::max(0.0, -push.direction.dot(answering.force_N)) - push.force_N;
+  next.change_N = push_N - tool_push(next.snapshot).force_N;
   next.began_ns = now_ns;
   next.shift_m.setZero();
   const Yielding by_push = yielding(next, now_ns);
@@ -96,7 +97,10 @@ void AnswerRenderer::continue_from(const GridView& grid, const ToolForce& answer
     depth_m += own_m;
   }
   const Eigen::Vector3d shift_m = sum_m / std::max(depth_m, 1e-12);
-  if (shift_m.squaredNorm() <= kFarthest_m * kFarthest_m) next.shift_m = shift_m;
+  // Written so that a NaN stays zero. What is cut off is in the rest of the force.
+  const double farthest_m = kFarthestShift * radius_m_;
+  if (const double norm_m = shift_m.norm(); norm_m > 0.0)
+    next.shift_m = std::min(1.0, farthest_m / norm_m) * shift_m;
 }
 
 RenderedTick AnswerRenderer::render(const SceneView& scene, const ToolPose& pose,
@@ -128,8 +132,9 @@ RenderedTick AnswerRenderer::render(const SceneView& scene, const ToolPose& pose
     next.weights = image_weights(Transition::kAnswer, {}, snapshot, now_ns);
     const GridView grid = scene.moving_grid(payload, snapshot);
     if (is_switch)
-      continue_from(grid, sphere_force(scene.scene(), *touched_, tool, pose, ForceOf::kAnswering),
-                    tool, now_ns, next);
+      continue_from(
+          grid, push_ahead_N(scene.scene(), *touched_, tool, pose, tool_push(snapshot).direction),
+          tool, now_ns, next);
     const Yielding now = yielding(next, now_ns);
     fresh_->clear();
     gather_touched(grid, {next.weights, is_switch ? next.weights : shown_.weights, now}, tool,

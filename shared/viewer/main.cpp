@@ -85,7 +85,7 @@ int run(Arguments& arguments) {
   if (!std::filesystem::exists(page / "index.html"))
     spdlog::warn("{}: no page is there, only /api is served", page.string());
   server.start(*view, page);
-  std::printf("http://127.0.0.1:%d/\n", server.port());
+  std::printf("%s\n", server.address().c_str());
   std::fflush(stdout);
   while (!stop_requested()) std::this_thread::sleep_for(std::chrono::milliseconds(50));
   return kDone;

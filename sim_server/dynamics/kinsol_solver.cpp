@@ -177,4 +177,8 @@ SolveReport KinsolSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Bud
   return report;
 }
 
+std::unique_ptr<NonlinearSolver> make_kinsol_solver(SolverKind kind, double tolerance) {
+  return std::make_unique<KinsolSolver>(kind, tolerance);
+}
+
 }  // namespace stillgrid

@@ -18,6 +18,7 @@ constexpr int kLastIterations = 200;               // of one that may not
 constexpr int kChosenSteps = 20'000;               // of a part whose integrator divides it itself
 constexpr int kMostShortenings = 64;               // of a step in which spheres cross
 constexpr double kLeastExplicitPart_s = 1e-4;      // in which a stray sphere goes no farther
+constexpr double kShortestHalf = 1e-3;             // of a step, below which no memory is spared
 constexpr double kLeastShare = 1e-6;               // of a step, so that every part moves it on
 
 /// The last iteration of a step that is out of time has a tenth of the step, and no more.
@@ -58,7 +59,7 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
   double longest = 1.0 / std::max({1, parts_asked(method_, step_s), substeps_ / 2});
   Part part{.end = longest};
   const auto start = Clock::now();
-  detection_.find_contacts(world_, step_s * part.end);
+  find_contacts(step_s, part);
   take(take_tool(), report);
   find_tool_contacts(part);
   report.detect += Clock::now() - start;
@@ -84,7 +85,7 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
     part.must_end = step.budget.spent();
     if (part.must_end) part.end = 1.0;
     const auto again = Clock::now();
-    detection_.find_contacts(world_, step_s * (part.end - part.start));
+    find_contacts(step_s, part);
     if (const auto sample = later_sample(step)) {
       tool_.redirect(*sample, part.start);
       report.tool_time_ns = sample->time_ns;
@@ -129,6 +130,13 @@ std::optional<ToolSample> Simulation::later_sample(const Step& step) const {
   std::optional<ToolSample> sample = step.take_tool();
   if (sample && sample->time_ns <= step.report.tool_time_ns) sample.reset();
   return sample;
+}
+
+/// Halves the part as often as that spares memory, within reason.
+void Simulation::find_contacts(double step_s, Part& part) {
+  const auto length = [&] { return part.end - part.start; };
+  while (!detection_.find_contacts(world_, step_s * length(), length() < kShortestHalf))
+    part.end = part.start + 0.5 * length();
 }
 
 void Simulation::find_tool_contacts(const Part& part) {
@@ -252,7 +260,7 @@ void Simulation::note_sleep() {
 
 ImageForesight Simulation::look_ahead(double step_s, const Budget& budget) {
   if (budget.is_late()) return {};
-  detection_.find_contacts(world_, step_s);  // what may touch by then
+  if (!detection_.find_contacts(world_, step_s)) return {};  // what may touch by then
   detection_.find_tool_contacts(world_, tool_.over(1.0, 1.0));
   foresight_->look(world_, detection_.contacts(), step_s, budget);
   detection_.foretell(foresight_->spheres(), proto::kForesightPeriods * step_s,

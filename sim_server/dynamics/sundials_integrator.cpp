@@ -335,4 +335,8 @@ void SundialsIntegrator::restart() {
   run_is_world_ = false;
 }
 
+std::unique_ptr<Integrator> make_sundials_integrator(IntegratorKind kind, double tolerance_m_s) {
+  return std::make_unique<SundialsIntegrator>(kind, tolerance_m_s);
+}
+
 }  // namespace stillgrid

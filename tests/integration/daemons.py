@@ -18,6 +18,8 @@ BUILD = pathlib.Path(os.environ.get("STILLGRID_BUILD_DIR", ROOT / "build" / "rel
 SCENES = ROOT / "sim_server" / "scene" / "scenes"
 DATA = pathlib.Path(os.environ.get("STILLGRID_DATA", ROOT.parent / "shared" / "data"))
 
+PATIENCE = float(os.environ.get("STILLGRID_PATIENCE", 1))  # times every limit of time
+
 DONE, BAD_INPUT, COULD_NOT_START, DEVICE_FAULT = 0, 1, 2, 3  # exit status
 SKIPPED = 77  # of a test program, known to ctest
 
@@ -41,11 +43,11 @@ class Daemon:
     def wait(self, timeout_s=30.0):
         """Exit status; a test fails where a program hangs."""
         try:
-            return self.process.wait(timeout_s)
+            return self.process.wait(PATIENCE * timeout_s)
         except subprocess.TimeoutExpired:
             self.kill()
             raise AssertionError(
-                f"{self.process.args[3]} hung for {timeout_s} s: {self.lines()}") from None
+                f"{self.process.args[3]} hung for {PATIENCE * timeout_s:g} s: {self.lines()}") from None
 
     def runs(self):
         return self.process.poll() is None
@@ -140,9 +142,9 @@ class SessionTest(unittest.TestCase):
         return file
 
     def wait_until(self, condition, timeout_s, what):
-        deadline = time.monotonic() + timeout_s
+        deadline = time.monotonic() + PATIENCE * timeout_s
         while not condition():
-            self.assertLess(time.monotonic(), deadline, f"{what}: not within {timeout_s} s")
+            self.assertLess(time.monotonic(), deadline, f"{what}: not within {PATIENCE * timeout_s:g} s")
             time.sleep(0.02)
 
     def assert_refused(self, daemon, status, *words, timeout_s=5.0):

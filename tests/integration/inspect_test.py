@@ -19,7 +19,7 @@ SPHERES = 405  # of tissue_and_blocks
 
 def inspect(*arguments):
     return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True,
-                          timeout=30, check=False)
+                          timeout=30 * daemons.PATIENCE, check=False)
 
 
 class InspectTest(daemons.SessionTest):

@@ -46,7 +46,7 @@ class MethodChoiceTest(daemons.SessionTest):
     def run_program(self, *arguments):
         command = [daemons.BUILD / "bin" / "sim_server", "--scene", self.scene, *arguments]
         return subprocess.run([str(each) for each in command], capture_output=True, text=True,
-                              timeout=60)
+                              timeout=60 * daemons.PATIENCE)
 
     def test_explain_names_the_chosen_method_and_why_others_were_refused(self):
         result = self.explain()

@@ -46,7 +46,7 @@ class SceneFitTest(daemons.SessionTest):
         """draws: or else there is no matplotlib, which saves a second."""
         paths = {} if draws else {"PYTHONPATH": str(self.folder / "without")}
         return subprocess.run(self.command(*arguments, **inputs), cwd=self.folder, capture_output=True, text=True,
-                              timeout=100, check=False, env={**os.environ, **paths, **dict(environment)})
+                              timeout=100 * daemons.PATIENCE, check=False, env={**os.environ, **paths, **dict(environment)})
 
     def fitted(self, *arguments, status=FITTED, **inputs):
         """fit.json of a fit."""

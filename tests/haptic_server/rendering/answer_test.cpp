@@ -177,6 +177,25 @@ TEST_CASE("A free mass whose images are late bears the hand with answer where ho
   CHECK(last_swing_m(pressed_mass(hold, 1500.0)) > 1e-3);
 }
 
+TEST_CASE("A body that comes from the other side neither adds to the push nor takes from it",
+          "[answer]") {
+  constexpr double kAnswer_m_N = 2e-3, kImage_N = 1.0;
+  const auto shown = [](bool with_other) {
+    PublishedScene scene(plain_scene(static_cast<float>(kStiffness_N_m), 0.01F), {0.01F, 0.01F},
+                         kPeriod_ns);
+    ShownForesight told = foresight(0.0, kAnswer_m_N, kImage_N);
+    told.drift_m_s.emplace_back(Eigen::Vector3d::Zero());
+    told.answer_m_N.emplace_back(0.0, 0.0, -kAnswer_m_N);
+    const double other_m = with_other ? 0.036 : 1.0;
+    scene.show({{0.0, 0.0, 0.0}, {0.0, 0.0, other_m}}, {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}, 0, 0,
+               told);
+    AnswerRenderer renderer;
+    return renderer.render(scene.view(), {.position_m = {0.0, 0.0, 0.017}}, kPeriod_ns).answer_N;
+  };
+  CHECK(shown(true) == Approx(shown(false)).margin(1e-9));
+  CHECK(shown(false) != 0.0);
+}
+
 TEST_CASE("A header that lies about answers leaves the force finite and bounded", "[answer]") {
   ShownForesight told = foresight(0.01, 1e-3, 1.0);
   const double wrong = GENERATE(kNaN, kInfinity, -kInfinity, 1e300, -1.0, 1e6);

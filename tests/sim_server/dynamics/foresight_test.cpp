@@ -130,6 +130,37 @@ TEST_CASE("The next implicit step leads where drift and answer say, whatever the
   }
 }
 
+TEST_CASE("However a tool is pinched, no newton of its net force is answered by more than two",
+          "[foresight]") {
+  const double alone_m_N = kStep_s * kStep_s / 0.1;
+  const double ahead_m = GENERATE(1e-3, 1e-4, 1e-6, 1e-9, 0.0);  // deeper in one than in the other
+  const double across_m = GENERATE(0.0, 1e-6, 2e-3);             // out of the line between them
+  Simulation simulation(touched_scene({sphere({0.019 - ahead_m, across_m, 0}, 0.01, 0.1),
+                                       sphere({-0.019, across_m, 0}, 0.01, 0.1)}));
+  step_with_tool(simulation, 0.0);
+  const ImageForesight foresight = simulation.look_ahead(kStep_s);
+  CHECK(foresight.longest_answer_m_N <= 2.0 * alone_m_N * (1.0 + 1e-9));
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Eigen::Vector3d answer_m_N = vector(record(simulation, i).answer_m_N);
+    CHECK(answer_m_N.dot(Eigen::Map<const Eigen::Vector3d>(foresight.answer_direction.data())) >=
+          0.0);  // none comes towards the tool as it pushes on
+  }
+}
+
+TEST_CASE("A tool between a free body and a prescribed one is answered as by the free one alone",
+          "[foresight]") {
+  BodyDescription piston = sphere({-0.0185, 0, 0}, 0.01, 0.1);
+  piston.motion = Motion::kPrescribed;
+  Simulation pinched(touched_scene({sphere({0.019, 0, 0}, 0.01, 0.1), piston}));
+  Simulation alone(touched_scene({sphere({0.019, 0, 0}, 0.01, 0.1)}));
+  step_with_tool(pinched, 0.0);
+  step_with_tool(alone, 0.0);
+  const ImageForesight of_pinched = pinched.look_ahead(kStep_s),
+                       of_alone = alone.look_ahead(kStep_s);
+  CHECK(of_pinched.answer_force_N == Approx(of_alone.answer_force_N));
+  CHECK(record(pinched, 0).answer_m_N == record(alone, 0).answer_m_N);
+}
+
 TEST_CASE("A prescribed body drifts to where it will be and does not answer", "[foresight]") {
   BodyDescription shaker = sphere({0.015, 0, 0}, 0.01, 0.1);
   shaker.motion = Motion::kPrescribed;
