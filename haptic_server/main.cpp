@@ -3,10 +3,11 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 
 #include "haptic_server/device/release_device.hpp"
-#include "haptic_server/guardian.hpp"
+#include "haptic_server/safety/guardian.hpp"
 #include "haptic_server/server.hpp"
 #include "shared/command_line/number_in.hpp"
 #include "shared/command_line/prepare_daemon.hpp"
@@ -109,19 +110,24 @@ int name_violations(const std::vector<RealtimeViolation>& violations) {
 /// Runs the loop; the report is written however it ended.
 int run(Arguments& arguments, GuardedState& guarded) {
   HapticReport report;
-  int status = kDone;
-  const auto finish_report = [&] {  // returns what came of it
+  int status = kDone, report_status = kDone;
+  const auto finish_report = [&] {
     try {
       if (!arguments.report.empty() && report.ticks > 0) write_report(report, arguments.report);
-      return static_cast<int>(kDone);
     } catch (const std::exception& error) {
-      return fail(error, kBadInput);
+      report_status = fail(error, kBadInput);
     }
   };
-  // The loop stands still in a driver's call and counts nothing; its record is on disk.
+  arguments.options.ended = [&] {
+    if (report.lost_rows > 0)
+      spdlog::warn("{} ticks are missing from the record", report.lost_rows);
+    if (arguments.realtime_guard) report.realtime_violations = realtime_violations();
+    finish_report();
+  };
+  // The loop stands still, in a driver's call or told to, and counts nothing.
   arguments.options.give_up = [&](const std::string& line) {
     std::fprintf(stderr, "haptic_server: %s\n", line.c_str());
-    static_cast<void>(finish_report());
+    finish_report();
     guarded.end_status = kDeviceFault;
     std::_Exit(kDeviceFault);
   };
@@ -135,14 +141,15 @@ int run(Arguments& arguments, GuardedState& guarded) {
   } catch (const SegmentError& error) {
     status = fail(error, kCouldNotStart);
   }
-  if (arguments.realtime_guard) {
-    report.realtime_violations = realtime_violations();
+  if (report.realtime_violations) {
     const int verdict = name_violations(*report.realtime_violations);
     if (status == kDone) status = verdict;
   }
-  if (report.lost_rows > 0) spdlog::warn("{} ticks are missing from the record", report.lost_rows);
-  const int verdict = finish_report();
-  return status == kDone ? verdict : status;
+  if (const int number = rare_stop_signal(); number != 0 && status == kDone) {
+    spdlog::error("ended by signal {} ({})", number, ::strsignal(number));
+    status = kSignalled + number;
+  }
+  return status == kDone ? report_status : status;
 }
 
 GuardedProgram program_of(Arguments& arguments) {
@@ -152,14 +159,16 @@ GuardedProgram program_of(Arguments& arguments) {
   program.subject = "device '" + spec.plugin + "'";
   program.work = [&arguments](GuardedState& guarded) {
     prepare_daemon("haptic_server");
+    install_rare_stop_signals();
     try {
       return run(arguments, guarded);
     } catch (const std::exception& error) {
       return fail(error, kBadInput);
     }
   };
-  program.releases = {[spec, loop] { release_by_activation(spec, loop); },
-                      [spec, loop] { release_by_stop(spec, loop); }};
+  for (const ReleaseWay way :
+       {ReleaseWay::kEveryCall, ReleaseWay::kStopAlone, ReleaseWay::kWithoutStop})
+    program.releases.push_back([spec, loop, way] { release_device(spec, loop, way); });
   return program;
 }
 

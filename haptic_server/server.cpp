@@ -3,10 +3,13 @@
 #include <spdlog/spdlog.h>
 
 #include <exception>
+#include <future>
 #include <memory>
 #include <thread>
+#include <utility>
 
 #include "haptic_server/haptic_loop.hpp"
+#include "haptic_server/last_stop.hpp"
 #include "haptic_server/safety/tick_watchdog.hpp"
 #include "shared/publication/lockstep.hpp"
 #include "shared/publication/segment_watch.hpp"
@@ -18,6 +21,7 @@ namespace stillgrid {
 namespace {
 
 constexpr std::uint64_t kScenePatience_ns = 10'000'000'000;
+constexpr auto kRecorderPatience = std::chrono::milliseconds(300);
 
 using SceneWatch = SegmentWatch<SceneView>;
 
@@ -68,6 +72,20 @@ struct Run {
                     "': " + run.device.error_line(run.loop.device_code()));
 }
 
+bool has_motors(const Device& device) {
+  return (device.descriptor().flags & STILLGRID_DEVICE_NO_MOTORS) == 0;
+}
+
+/// Virtual time stands still for as long as the simulation takes, and a force with it.
+void require_no_motors(const Device& device, const DeviceSpec& spec) {
+  if (has_motors(device))
+    throw DeviceError(DeviceFailure::kBadInput,
+                      "device '" + spec.plugin +
+                          "': --lockstep: expected a device that declares "
+                          "STILLGRID_DEVICE_NO_MOTORS (simulated, recorded or input alone): in "
+                          "virtual time nothing watches over a force");
+}
+
 /// What a deactivate that failed left behind may be a force: stopped here, and by the guardian once
 /// more when this process is gone.
 void deactivate(Run& run) {
@@ -84,7 +102,7 @@ void deactivate(Run& run) {
 
 void activate(Run& run) {
   run.watchdog.watch_call();
-  run.guarded.has_motors = !run.options.lockstep;
+  run.guarded.has_motors = has_motors(run.device);
   try {
     run.device.activate();
   } catch (...) {
@@ -229,6 +247,18 @@ void finish_recording(Run& run) {
   if (run.recorder != nullptr) run.report.lost_rows = run.recorder->finish();
 }
 
+/// Where the device cannot be waited for, neither can a disk.
+void finish_recording_soon(Recorder* recorder, HapticReport& report) {
+  if (recorder == nullptr) return;
+  std::promise<std::uint64_t> finished;
+  auto lost_rows = finished.get_future();
+  std::thread([recorder, finished = std::move(finished)]() mutable {
+    finished.set_value(recorder->finish());
+  }).detach();
+  if (lost_rows.wait_for(kRecorderPatience) == std::future_status::ready)
+    report.lost_rows = lost_rows.get();
+}
+
 void run_and_release(Run& run) {
   std::exception_ptr fault;
   try {
@@ -250,6 +280,7 @@ void run_and_release(Run& run) {
       fault = std::current_exception();
   }
   finish_recording(run);
+  run.options.ended();
   if (fault) std::rethrow_exception(fault);
 }
 
@@ -265,17 +296,25 @@ void run_haptics(const HapticOptions& options, HapticReport& report, GuardedStat
   const DeviceSpec spec = parse_device_spec(options.device);
   report.device = spec.plugin;
 
-  std::atomic<Device*> open_device = nullptr;
+  std::unique_ptr<Recorder> recorder;
+  std::atomic<Recorder*> open_recorder = nullptr;
+  const auto give_up = [&](const char* why) {
+    finish_recording_soon(open_recorder, report);
+    options.give_up("device '" + report.device + "': " + why);
+  };
+  static std::atomic<Device*> open_device = nullptr;  // asked for up to the end of the process
   TickWatchdog watchdog(  // outlives the device: each of its calls may hang
       period_ns,
-      [&] {
+      [] {
         if (Device* const device = open_device) device->emergency_stop();
       },
-      [&] { options.give_up("device '" + report.device + "': a call did not return in time"); },
+      [&] { give_up("a call did not return in time"); },
       [&guarded] { guarded.beats.fetch_add(1, std::memory_order_relaxed); });
   watchdog.watch_call();
   Device device(spec, {.period_ns = period_ns, .is_virtual = options.lockstep});
+  if (options.lockstep) require_no_motors(device, spec);
   const OpenDevice while_open(device, open_device, watchdog);
+  stop_device_at_last(open_device, guarded, [&] { give_up("a call ended the program"); });
   report.device = device.descriptor().name;
   report.device_identity = device.identity();
   // A segment refused at the start ends the program; one refused later leaves the old one in use.
@@ -293,7 +332,6 @@ void run_haptics(const HapticOptions& options, HapticReport& report, GuardedStat
 
   ToolWriter tool(options.session, period_ns, clock, options.lockstep ? 0 : monotonic_ns(),
                   options.readers);
-  std::unique_ptr<Recorder> recorder;
   if (!options.record.empty())
     recorder = std::make_unique<Recorder>(options.record, report.scene, report.device,
                                           head_of(device.identity()));
@@ -301,6 +339,7 @@ void run_haptics(const HapticOptions& options, HapticReport& report, GuardedStat
       std::make_unique<HapticLoop>(device, tool, make_renderer(options.model, options.transition),
                                    safety_limits(options.safety, device.descriptor()), period_ns,
                                    options.lockstep ? nullptr : monotonic_ns);
+  open_recorder = recorder.get();
   Run run{options, report, stop,           period_ns, device, watch,
           tool,    *loop,  recorder.get(), watchdog,  guarded};
   run_and_release(run);

@@ -11,10 +11,10 @@
 #include <string>
 
 #include "haptic_server/device/device_host.hpp"
-#include "haptic_server/guardian.hpp"
 #include "haptic_server/rendering/renderer.hpp"
 #include "haptic_server/report.hpp"
 #include "haptic_server/safety/device_limits.hpp"
+#include "haptic_server/safety/guardian.hpp"
 
 namespace stillgrid {
 
@@ -30,7 +30,11 @@ struct HapticOptions {
   std::filesystem::path record;  // empty: none
   std::optional<int> cpu;
   std::optional<gid_t> readers;  // a group that may read the tool's segment
-  // A driver does not come back from a call: ends the process. Thread: the watchdog's.
+  // The ticks are over and recorded, the motors off; the device is yet to be closed. Thread: the
+  // loop's.
+  std::function<void()> ended;
+  // A driver does not come back from a call, or ends the program: ends the process. Thread: the
+  // watchdog's, or the one that the driver was called from.
   std::function<void(const std::string& line)> give_up;
 };
 

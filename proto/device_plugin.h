@@ -52,6 +52,10 @@ extern "C" {
 
 /* Driver flags. */
 #define STILLGRID_DEVICE_USES_SYSCALLS 1u /* read or write enter the kernel (USB, ...) */
+/* Simulated, recorded or input alone: no force stays on a hand, whatever becomes of the program.
+ * Only such a device runs in virtual time; any other is released when the program ended without it.
+ */
+#define STILLGRID_DEVICE_NO_MOTORS 2u
 
 typedef struct stillgrid_host_info {
   uint32_t struct_size;

@@ -26,17 +26,14 @@ void stop_beside(const std::shared_ptr<Device>& device) {
 
 }  // namespace
 
-void release_by_activation(const DeviceSpec& spec, const DeviceLoop& loop) {
+void release_device(const DeviceSpec& spec, const DeviceLoop& loop, ReleaseWay way) {
   const auto device = std::make_shared<Device>(spec, loop);
-  stop_beside(device);
+  if (way == ReleaseWay::kStopAlone) return device->emergency_stop();
+  if (way == ReleaseWay::kEveryCall) stop_beside(device);
   device->activate();
   if (const std::int32_t code = device->deactivate(); code != STILLGRID_DEVICE_OK)
     fail_device(DeviceFailure::kDeviceFault, spec.plugin,
                 "deactivate: " + device->error_line(code));
-}
-
-void release_by_stop(const DeviceSpec& spec, const DeviceLoop& loop) {
-  Device(spec, loop).emergency_stop();
 }
 
 }  // namespace stillgrid

@@ -95,6 +95,7 @@ void TickWatchdog::keep_watch(const std::stop_token& end) {
       changed_.notify_all();
     }
     if (without_tick >= until_loss || stopping >= kLongestStop) {
+      is_stopping_.store(true, std::memory_order_release);  // for good
       lock.unlock();
       give_up_();
       return;

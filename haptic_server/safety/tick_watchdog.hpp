@@ -41,7 +41,7 @@ class TickWatchdog {
   /// The loop lives. Thread: the loop's. Realtime: wait-free.
   void tick() noexcept { ticks_.fetch_add(1, std::memory_order_relaxed); }
 
-  /// Whether the device is being stopped: it may be told nothing before that has returned.
+  /// Whether the device is being stopped, or given up: it may be told nothing as long as it is.
   /// Thread: any. Realtime: yes.
   [[nodiscard]] bool is_stopping() const noexcept {
     return is_stopping_.load(std::memory_order_acquire);

@@ -6,8 +6,8 @@ import numpy
 import daemons
 from faults import shared_words
 from faults.fault_run import Fault
-from faults.injections import (fill_disk, kill_hand_and_start_again, remove_recording,
-                               replace_sim, signal_hand, signal_sim, spoil_scene, spoil_sphere,
+from faults.injections import (fill_disk, kill_guardian, kill_hand_and_start_again, remove_recording, replace_sim,
+                               signal_hand, signal_sim, signal_worker, spoil_scene, spoil_sphere,
                                spoil_stopped_scene, stop_and_go, stop_both, stop_hand, stop_sim,
                                truncate, unlink)
 
@@ -44,7 +44,12 @@ STALE = 1.5 * PERIOD
 LOCK_IS_FREE = 10.0  # as a poll finds
 LAST_STAMP = 100.0  # that a device's stamp may be old
 WATCHDOG = 111.0  # without a tick, and its polls
+STOP_HANGS = WATCHDOG + 300.0 + 150.0  # that is waited for; and for the one of the release
+RELEASE = 50.0  # by a process that opens the device anew
+CRASH_HANGS = 100.0 + 100.0 + RELEASE
+SILENCE = 2000.0 + RELEASE  # of the process that holds the device
 CUT_IS_LATE = 100.0
+RELEASE_IS_LATE = 500.0  # by processes and threads that end, begin and have no priority
 
 WITH_FADE = {"zero_ms": FADE, "flag": "bad_device", "is_smooth": True}
 CUT = {"zero_ms": AT_ONCE, "is_cut": True, "late_ms": CUT_IS_LATE}
@@ -98,6 +103,64 @@ DEVICE = [
     Fault("device", "leaves its workspace",
           "fault=moves,to_x_m=0.06,speed_m_s=0.3,workspace_m=0.05", zero_ms=50.0 / 0.3 + 2.0,
           after_N=0.0, flag="workspace"),
+]
+
+RELEASED = {**DEVICE_FAULT, "zero_ms": RELEASE, "late_ms": RELEASE_IS_LATE,
+            "leaves_report": False}
+BY_GUARDIAN = "its motors were released"
+GIVEN_UP = {**DEVICE_FAULT, "zero_ms": STOP_HANGS, "late_ms": RELEASE_IS_LATE,
+            "says": BY_GUARDIAN}
+LEFT_ON = {**DEVICE_FAULT, "says": BY_GUARDIAN}
+
+
+def crashed(number):
+    return {**ENDS_AT_ONCE, "status": 128 + number, "leaves_report": False, "says": BY_GUARDIAN}
+
+
+def leaving(call):
+    """A driver that ends its program in a call of the loop."""
+    return [
+        Fault("driver", f"{call} calls exit", f"fault={call}_exits",
+              **{**LEFT_ON, "says": "a call ended the program"}),
+        Fault("driver", f"{call} calls _exit", f"fault={call}_exits_at_once", **RELEASED,
+              says="a call ended its process, with exit status 0"),
+        Fault("driver", f"{call} calls pthread_exit", f"fault={call}_ends_its_thread",
+              **crashed(signal.SIGABRT)),
+        Fault("driver", f"{call} aborts", f"fault={call}_aborts", **crashed(signal.SIGABRT)),
+        Fault("driver", f"{call} crashes", f"fault={call}_crashes", **crashed(signal.SIGSEGV)),
+    ]
+
+
+# Two faults at a time, the second where the first is to be mended.
+DRIVER = leaving("read") + leaving("write") + [
+    Fault("driver", "read hangs for ever, emergency_stop too",
+          "fault=read_hangs_for_ever+emergency_stop_hangs_for_ever", **GIVEN_UP),
+    Fault("driver", "read hangs for 0.4 s, emergency_stop for ever",
+          "fault=read_hangs+emergency_stop_hangs_for_ever", **GIVEN_UP),
+    Fault("driver", "read fails, emergency_stop hangs for ever",
+          "fault=read_fails+emergency_stop_hangs_for_ever", **GIVEN_UP),
+    Fault("driver", "read fails, emergency_stop calls exit",
+          "fault=read_fails+emergency_stop_exits", **{**RELEASED, "says": BY_GUARDIAN}),
+    Fault("driver", "read fails, emergency_stop calls _exit",
+          "fault=read_fails+emergency_stop_exits_at_once", **{**RELEASED, "says": BY_GUARDIAN}),
+    Fault("driver", "read fails, emergency_stop crashes",
+          "fault=read_fails+emergency_stop_crashes",
+          **{**crashed(signal.SIGSEGV), "zero_ms": CRASH_HANGS, "late_ms": RELEASE_IS_LATE}),
+    Fault("driver", "read crashes, emergency_stop hangs for ever",
+          "fault=read_crashes+emergency_stop_hangs_for_ever",
+          **{**RELEASED, "says": "crashed, hung and was killed", "zero_ms": CRASH_HANGS}),
+    Fault("driver", "the recording ends, emergency_stop hangs for ever",
+          "fault=read_ends+emergency_stop_hangs_for_ever", **GIVEN_UP),
+    Fault("driver", "the recording ends, deactivate fails", "fault=read_ends+deactivate_fails",
+          **{**LEFT_ON, "says": "deactivate: the cable is out"}),
+    Fault("driver", "the recording ends, deactivate throws", "fault=read_ends+deactivate_throws",
+          **LEFT_ON),
+    Fault("driver", "the recording ends, deactivate hangs for ever",
+          "fault=read_ends+deactivate_hangs_for_ever", **{**LEFT_ON, "ends_after_s": 40.0}),
+    Fault("driver", "the recording ends, deactivate calls _exit",
+          "fault=read_ends+deactivate_exits_at_once", **{**LEFT_ON, "leaves_report": False}),
+    Fault("driver", "the recording ends, deactivate crashes",
+          "fault=read_ends+deactivate_crashes", **crashed(signal.SIGSEGV)),
 ]
 
 SIMULATION = [
@@ -173,4 +236,25 @@ OTHERS = [
           flag="clamped", **FREE_BEFORE),
 ]
 
-FAULTS = DEVICE + SIMULATION + MEMORY + CLOCK + OTHERS
+SIGNALS = [
+    *(Fault("signal", f"{number.name} to the loop", inject=signal_worker(number),
+            **crashed(number))
+      for number in (signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL, signal.SIGABRT,
+                     signal.SIGTRAP, signal.SIGSYS)),
+    Fault("signal", "SIGKILL to the loop", inject=signal_worker(signal.SIGKILL),
+          **{**crashed(signal.SIGKILL), "zero_ms": RELEASE, "late_ms": RELEASE_IS_LATE}),
+    Fault("signal", "SIGSTOP to the loop, for ever", inject=signal_worker(signal.SIGSTOP),
+          **{**RELEASED, "zero_ms": SILENCE, "says": "stood still for 2 s and was killed"}),
+    *(Fault("signal", name, inject=signal_hand(number), **ENDED, status=128 + number,
+            says="ended by signal")
+      for name, number in (("SIGQUIT", signal.SIGQUIT), ("SIGUSR1", signal.SIGUSR1),
+                           ("SIGALRM", signal.SIGALRM), ("SIGXCPU", signal.SIGXCPU),
+                           ("SIGRTMIN", signal.SIGRTMIN))),
+    *(Fault("signal", f"{number.name} to the guardian", inject=signal_hand(number), **ENDED,
+            status=-number)
+      for number in (signal.SIGSEGV, signal.SIGABRT)),
+    Fault("signal", "SIGKILL to the guardian", inject=kill_guardian, **ENDED,
+          status=-signal.SIGKILL),
+]
+
+FAULTS = DEVICE + DRIVER + SIMULATION + MEMORY + CLOCK + OTHERS + SIGNALS

@@ -126,6 +126,19 @@ def signal_hand(number):
     return inject
 
 
+def signal_worker(number):
+    """To the process that holds the device."""
+    def inject(run):
+        run.begin()
+        os.kill(run.hand.pid, number)
+    return inject
+
+
+def kill_guardian(run):
+    run.begin()
+    run.hand.process.kill()
+
+
 def kill_hand_and_start_again(run):
     run.hand.signal(signal.SIGKILL)
     run.hand.wait()

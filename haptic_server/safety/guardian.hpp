@@ -16,8 +16,10 @@ struct GuardedState {
 
   std::atomic<bool> has_motors = false;  // from before activate() until a deactivate() that did it
   std::atomic<std::uint64_t> beats =
-      0;                                // grows while its watchdog lives; asked of with motors only
-  std::atomic<int> end_status = kRuns;  // what it is about to end with, of its own will
+      0;  // grows while its watchdog lives; asked of with motors only
+  std::atomic<bool> is_crashing = false;  // in its last emergency_stop, which may hang
+  std::atomic<bool> is_released = false;  // by one of the ways of GuardedProgram
+  std::atomic<int> end_status = kRuns;    // what it is about to end with, of its own will
 };
 
 /// A program in two processes: work, which holds the device and runs foreign code, and its

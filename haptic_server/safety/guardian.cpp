@@ -1,9 +1,10 @@
-#include "haptic_server/guardian.hpp"
+#include "haptic_server/safety/guardian.hpp"
 
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/types.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -33,6 +34,7 @@ using std::chrono::milliseconds;
 constexpr timespec kPoll{0, 20'000'000};
 /// A poll that took longer says nothing of the child: the guardian was not running either.
 constexpr auto kLongestPoll = milliseconds(60);
+constexpr auto kLongestCrash = milliseconds(100);
 constexpr auto kLongestSilence = milliseconds(2000);
 constexpr auto kLongestRelease = milliseconds(10'000);
 
@@ -78,72 +80,75 @@ bool is_traced(pid_t process) {
   return false;
 }
 
-/// Time without a beat, while the guardian itself was running.
-class Silence {
+/// What has lasted too long, while the guardian itself was running; null as long as nothing has.
+class Patience {
  public:
-  [[nodiscard]] Clock::duration update(const GuardedState& state) {
+  [[nodiscard]] const char* lost(const GuardedState& state) {
     const auto now = Clock::now();
     const auto poll = now - std::exchange(before_, now);
+    const auto passed = poll <= kLongestPoll ? poll : Clock::duration{};
     const std::uint64_t beats = state.beats.load(std::memory_order_relaxed);
-    if (std::exchange(beats_, beats) != beats || !state.has_motors)
-      silence_ = {};
-    else if (poll <= kLongestPoll)
-      silence_ += poll;
-    return silence_;
+    const bool is_alive = std::exchange(beats_, beats) != beats || !state.has_motors;
+    silence_ = is_alive ? Clock::duration{} : silence_ + passed;
+    crash_ = state.is_crashing ? crash_ + passed : Clock::duration{};
+    if (crash_ >= kLongestCrash) return "its process crashed, hung and was killed";
+    if (silence_ >= kLongestSilence) return "its process stood still for 2 s and was killed";
+    return nullptr;
   }
 
  private:
   Clock::time_point before_ = Clock::now();
   std::uint64_t beats_ = 0;
-  Clock::duration silence_{};
+  Clock::duration silence_{}, crash_{};
 };
 
 struct End {
-  int status = 0;  // of waitpid()
-  bool was_killed_here = false;
+  int status = 0;                    // of waitpid()
+  const char* killed_for = nullptr;  // by the guardian
 };
 
 End outlive(pid_t child, const GuardedState& state, const sigset_t& awaited) {
   End end;
-  Silence silence;
+  Patience patience;
   while (::waitpid(child, &end.status, WNOHANG) != child) {
     const int signal = ::sigtimedwait(&awaited, nullptr, &kPoll);
     if (signal > 0 && signal != SIGCHLD) ::kill(child, signal);
-    if (silence.update(state) < kLongestSilence || end.was_killed_here || is_traced(child))
-      continue;
-    end.was_killed_here = true;
+    const char* const lost = patience.lost(state);
+    if (lost == nullptr || end.killed_for != nullptr || is_traced(child)) continue;
+    end.killed_for = lost;
     ::kill(child, SIGKILL);
   }
   return end;
 }
 
-/// Whether the way was gone to its end, in time.
-bool release_in_child(const GuardedProgram& program, const std::function<void()>& release,
-                      const sigset_t& awaited, const sigset_t& mask) {
-  const pid_t child = fork_child(mask, SIGKILL);
-  if (child == 0) {
-    for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT}) std::signal(number, SIG_IGN);
-    try {
-      release();
-      ::_exit(kDone);
-    } catch (const std::exception& error) {
-      std::fprintf(stderr, "haptic_server: %s: while its motors were released: %s\n",
-                   program.subject.c_str(), error.what());
-    }
-    ::_exit(kDeviceFault);
+[[noreturn]] void release(const GuardedProgram& program, const std::function<void()>& way,
+                          GuardedState& state) {
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT}) std::signal(number, SIG_IGN);
+  const rlimit no_core{0, 0};  // which would take its time
+  ::setrlimit(RLIMIT_CORE, &no_core);
+  try {
+    way();
+    state.is_released = true;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "haptic_server: %s: while its motors were released: %s\n",
+                 program.subject.c_str(), error.what());
   }
-  const auto began = Clock::now();
-  int status = 0;
-  while (::waitpid(child, &status, WNOHANG) != child) {
-    static_cast<void>(::sigtimedwait(&awaited, nullptr, &kPoll));  // no stop ends this
-    if (Clock::now() - began > kLongestRelease) ::kill(child, SIGKILL);
-  }
-  return WIFEXITED(status) && WEXITSTATUS(status) == kDone;
+  ::_exit(kDone);
 }
 
-bool release_motors(const GuardedProgram& program, const sigset_t& awaited, const sigset_t& mask) {
-  for (const auto& release : program.releases)
-    if (release_in_child(program, release, awaited, mask)) return true;
+/// Whether one of the ways was gone to its end, in time.
+bool release_motors(const GuardedProgram& program, GuardedState& state, const sigset_t& awaited,
+                    const sigset_t& mask) {
+  for (const auto& way : program.releases) {
+    const pid_t child = fork_child(mask, SIGKILL);
+    if (child == 0) release(program, way, state);
+    const auto began = Clock::now();
+    while (::waitpid(child, nullptr, WNOHANG) != child) {
+      static_cast<void>(::sigtimedwait(&awaited, nullptr, &kPoll));  // no stop ends this
+      if (state.is_released || Clock::now() - began > kLongestRelease) ::kill(child, SIGKILL);
+    }
+    if (state.is_released) return true;
+  }
   return false;
 }
 
@@ -152,9 +157,13 @@ std::string signal_name(int number) {
   return name == nullptr ? "signal " + std::to_string(number) : std::string("SIG") + name;
 }
 
+bool was_killed_here(const End& end) {
+  return end.killed_for != nullptr && WIFSIGNALED(end.status) && WTERMSIG(end.status) == SIGKILL;
+}
+
 /// How the child came to end, where that was not by returning; else empty.
 std::string cause(const End& end, const GuardedState& state) {
-  if (end.was_killed_here) return "its process stood still for 2 s and was killed";
+  if (was_killed_here(end)) return end.killed_for;
   if (WIFSIGNALED(end.status))
     return "its process was ended by " + signal_name(WTERMSIG(end.status));
   if (WEXITSTATUS(end.status) == state.end_status) return "";
@@ -162,8 +171,8 @@ std::string cause(const End& end, const GuardedState& state) {
 }
 
 int exit_status(const End& end, const GuardedState& state) {
-  if (end.was_killed_here) return kDeviceFault;
-  if (WIFSIGNALED(end.status)) return 128 + WTERMSIG(end.status);
+  if (was_killed_here(end)) return kDeviceFault;
+  if (WIFSIGNALED(end.status)) return kSignalled + WTERMSIG(end.status);
   const int status = WEXITSTATUS(end.status);
   const bool was_meant = status == state.end_status && !(status == kDone && state.has_motors);
   return was_meant ? status : kDeviceFault;
@@ -176,14 +185,14 @@ void rise_above_loop() {
   static_cast<void>(::sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &priority));
 }
 
-int guard(const GuardedProgram& program, pid_t child, const GuardedState& state,
-          const sigset_t& awaited, const sigset_t& mask) {
+int guard(const GuardedProgram& program, pid_t child, GuardedState& state, const sigset_t& awaited,
+          const sigset_t& mask) {
   rise_above_loop();
   const End end = outlive(child, state, awaited);
   const auto ended = Clock::now();
   std::string line = cause(end, state);
   if (state.has_motors) {
-    const bool is_released = release_motors(program, awaited, mask);
+    const bool is_released = release_motors(program, state, awaited, mask);
     const auto later = std::chrono::duration_cast<milliseconds>(Clock::now() - ended).count();
     if (line.empty()) line = "its process left its motors on";
     line += is_released ? "; its motors were released " + std::to_string(later) + " ms later"
