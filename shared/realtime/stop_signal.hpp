@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <stdexcept>
 
 namespace stillgrid {
 
@@ -8,5 +9,16 @@ namespace stillgrid {
 /// threads.
 [[nodiscard]] const std::atomic<bool>& stop_requested() noexcept;
 void install_stop_signal();
+
+/// Work that takes long, as reading a mesh, was given up because a stop was requested.
+struct StopRequested : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Throws StopRequested once stop_requested(): called often in work that takes long and runs in no
+/// loop of time. A load and a branch.
+inline void throw_if_stopped() {
+  if (stop_requested().load(std::memory_order_relaxed)) throw StopRequested("stopped by a signal");
+}
 
 }  // namespace stillgrid

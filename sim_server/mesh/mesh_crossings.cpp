@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "sim_server/mesh/mesh_distance.hpp"
+#include "sim_server/mesh/mesh_file.hpp"
 
 namespace stillgrid {
 namespace {
@@ -30,8 +31,11 @@ bool pierces(const TriangleMesh& mesh, const Eigen::Vector3d& p, const Eigen::Ve
 
 }  // namespace
 
-Crossings count_crossings(const TriangleMesh& mesh, std::span<const int> piece_of_face) {
+Crossings count_crossings(const TriangleMesh& mesh, std::span<const int> piece_of_face,
+                          const std::string& name) {
+  constexpr std::size_t kMostPairs = 500'000'000;
   const MeshDistance surface(mesh);
+  std::size_t pairs = 0;
   Crossings crossings;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
     for (int k = 0; k < 3; ++k) {
@@ -39,7 +43,13 @@ Crossings count_crossings(const TriangleMesh& mesh, std::span<const int> piece_o
       if (a > b) continue;  // the face beyond has it the other way round
       const Eigen::Vector3d& p = mesh.vertices_m[static_cast<std::size_t>(a)];
       const Eigen::Vector3d& q = mesh.vertices_m[static_cast<std::size_t>(b)];
-      for (const int other : surface.triangles_near(0.5 * (p + q), 0.5 * (q - p).norm())) {
+      const std::vector<int> near = surface.triangles_near(0.5 * (p + q), 0.5 * (q - p).norm());
+      pairs += near.size();
+      if (pairs > kMostPairs)
+        throw MeshError(name + ": " + std::to_string(mesh.triangles.size()) +
+                        " triangles, so many of them long and near one another that what cuts "
+                        "itself cannot be told: expected shorter edges");
+      for (const int other : near) {
         const auto j = static_cast<std::size_t>(other);
         const Eigen::Vector3i& face = mesh.triangles[j];
         if ((face.array() == a).any() || (face.array() == b).any()) continue;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 
 #include "sim_server/mesh/triangle_mesh.hpp"
 
@@ -13,8 +14,11 @@ struct Crossings {
   int between_pieces = 0;
 };
 
+/// Throws MeshError where so many faces lie near each edge that asking would take more than some
+/// seconds; StopRequested.
 /// Pre: the triangles' indices are valid; piece_of_face numbers the piece of each.
 [[nodiscard]] Crossings count_crossings(const TriangleMesh& mesh,
-                                        std::span<const int> piece_of_face);
+                                        std::span<const int> piece_of_face,
+                                        const std::string& name);
 
 }  // namespace stillgrid
