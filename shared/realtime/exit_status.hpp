@@ -10,6 +10,8 @@ enum ExitStatus : int {
       2,  // permissions, version mismatch, no segment in time, a lockstep peer that died
   kDeviceFault = 3,
   kRealtimeViolation = 4,  // a test mode's: docs/realtime.md
+  // Of sphere_decompose: files are written, farther from the mesh than was asked.
+  kToleranceNotReached = 4,
 };
 
 }  // namespace stillgrid
