@@ -1,6 +1,8 @@
 #include "sim_server/mesh/mesh_crossings.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 
 #include "sim_server/mesh/mesh_distance.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
@@ -15,18 +17,24 @@ double turn(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vec
 }
 
 bool pierces(const TriangleMesh& mesh, const Eigen::Vector3d& p, const Eigen::Vector3d& q,
-             const Eigen::Vector3i& triangle) {
+             const Eigen::Vector3i& triangle, bool at_its_edges_too) {
   const auto corner = [&](int i) -> const Eigen::Vector3d& {
     return mesh.vertices_m[static_cast<std::size_t>(triangle[i])];
   };
   const double above = turn(corner(0), corner(1), corner(2), p);
   const double below = turn(corner(0), corner(1), corner(2), q);
-  if (!(above * below < 0.0)) return false;
+  // Rounding must not make a crossing of what lies in one plane.
+  const double size_m = std::max({(q - p).norm(), (corner(1) - corner(0)).norm(),
+                                  (corner(2) - corner(1)).norm(), (corner(0) - corner(2)).norm()});
+  const double slack_m3 = 1e-11 * size_m * size_m * size_m;
+  if (!(above * below < 0.0) || std::min(std::abs(above), std::abs(below)) <= slack_m3)
+    return false;
   const double first = turn(p, q, corner(0), corner(1));
   const double second = turn(p, q, corner(1), corner(2));
   const double third = turn(p, q, corner(2), corner(0));
-  return (first > 0.0 && second > 0.0 && third > 0.0) ||
-         (first < 0.0 && second < 0.0 && third < 0.0);
+  const double least = std::min({first, second, third}), most = std::max({first, second, third});
+  const double edge_m3 = at_its_edges_too ? -slack_m3 : 0.0;
+  return least > edge_m3 || most < -edge_m3;
 }
 
 }  // namespace
@@ -53,9 +61,9 @@ Crossings count_crossings(const TriangleMesh& mesh, std::span<const int> piece_o
         const auto j = static_cast<std::size_t>(other);
         const Eigen::Vector3i& face = mesh.triangles[j];
         if ((face.array() == a).any() || (face.array() == b).any()) continue;
-        if (!pierces(mesh, p, q, face)) continue;
-        ++(piece_of_face[i] == piece_of_face[j] ? crossings.within_pieces
-                                                : crossings.between_pieces);
+        const bool is_own = piece_of_face[i] == piece_of_face[j];
+        if (!pierces(mesh, p, q, face, is_own)) continue;
+        ++(is_own ? crossings.within_pieces : crossings.between_pieces);
       }
     }
   return crossings;

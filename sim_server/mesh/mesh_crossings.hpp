@@ -7,8 +7,8 @@
 
 namespace stillgrid {
 
-/// How many edges pass through the inside of a face that shares no corner with them; each edge once
-/// per face. Faces that only touch do not count.
+/// How many edges pass through a face that shares no corner with them; each edge once per face. Of
+/// two pieces only the inside of a face counts: they may touch at their edges.
 struct Crossings {
   int within_pieces = 0;
   int between_pieces = 0;

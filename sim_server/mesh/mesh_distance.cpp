@@ -83,6 +83,7 @@ struct MeshDistance::Tree {
   TriangleMesh mesh;
   std::vector<Eigen::Vector3d> face_normals, vertex_normals;
   std::vector<std::array<Eigen::Vector3d, 3>> edge_normals;  // of corner i to the next
+  Eigen::AlignedBox3d box;
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
   double to_unit = 1.0;  // metres to the units of Embree's scene
   RTCDevice device = nullptr;
@@ -148,13 +149,9 @@ void MeshDistance::Tree::make_normals() {
 }
 
 void MeshDistance::Tree::make_scene() {
-  Eigen::Vector3d low = mesh.vertices_m.front(), high = low;
-  for (const Eigen::Vector3d& vertex : mesh.vertices_m) {
-    low = low.cwiseMin(vertex);
-    high = high.cwiseMax(vertex);
-  }
-  centre_m = 0.5 * (low + high);
-  to_unit = 1.0 / (high - low).maxCoeff();
+  for (const Eigen::Vector3d& vertex : mesh.vertices_m) box.extend(vertex);
+  centre_m = box.center();
+  to_unit = 1.0 / box.sizes().maxCoeff();
 
   // One thread: the tree, and with it the order of equally near triangles, is always the same.
   device = rtcNewDevice("threads=1,set_affinity=0");
@@ -270,6 +267,8 @@ SurfacePoint MeshDistance::closest(const Eigen::Vector3d& point_m) const {
 double MeshDistance::signed_distance_m(const Eigen::Vector3d& point_m) const {
   const SurfacePoint nearest = tree_->closest(point_m);
   const Eigen::Vector3d away = point_m - nearest.point_m;
+  // Of a mesh that cuts itself, normals may say else.
+  if (!tree_->box.contains(point_m)) return away.norm();
   return away.dot(nearest.normal) < 0.0 ? -away.norm() : away.norm();
 }
 

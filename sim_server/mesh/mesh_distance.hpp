@@ -33,7 +33,8 @@ class MeshDistance {
   /// Pre: point_m is finite.
   [[nodiscard]] SurfacePoint closest(const Eigen::Vector3d& point_m) const;
 
-  /// Distance to the surface, m, negative inside the solid. Pre: point_m is finite.
+  /// Distance to the surface, m, negative inside the solid, never outside of the mesh's box. Pre:
+  /// point_m is finite.
   [[nodiscard]] double signed_distance_m(const Eigen::Vector3d& point_m) const;
 
   /// The triangles within reach_m of a point, ascending, and some that are a little farther.

@@ -19,6 +19,14 @@ void read_first_word(MeshText& text) {
   if (counts.word() == "BINARY") text.refuse("is binary: expected OFF as text");
 }
 
+/// The third count tells nothing; some leave it out, some give it a line of its own.
+void skip_edge_count(MeshText& text) {
+  MeshText ahead = text;
+  if (!text.line_is_done() || !ahead.next_line()) return;
+  ahead.word();
+  if (ahead.line_is_done()) text = ahead;
+}
+
 }  // namespace
 
 PolygonMesh read_off(std::string_view bytes, const std::string& name) {
@@ -27,6 +35,7 @@ PolygonMesh read_off(std::string_view bytes, const std::string& name) {
   read_first_word(text);
   const auto vertices = text.next_number<std::uint32_t>("vertices");
   const auto faces = text.next_number<std::uint32_t>("faces");
+  skip_edge_count(text);
   const auto next = [&](const char* what, std::uint32_t i, std::uint32_t count) {
     if (!text.next_line())
       text.refuse("ends after " + std::to_string(i) + " " + what + ": expected " +

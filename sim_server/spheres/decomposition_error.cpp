@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "shared/realtime/stop_signal.hpp"
+#include "sim_server/mesh/mesh_crossings.hpp"
 #include "sim_server/spheres/ball_tree.hpp"
 
 namespace stillgrid {
@@ -158,9 +159,10 @@ bool bound_on_union(const MeshSolid& solid, std::span<const Ball> balls, double 
   patch.near.resize(kept);
   if (is_buried) return false;
   const double signed_m = solid.distance.signed_distance_m(patch.centre_m);
-  // Outside the solid no point of a ball is farther than it sticks out.
-  patch.high_m =
-      std::max(std::min(signed_m + patch.radius_m, sticks_out_m), patch.radius_m - signed_m);
+  // Outside the solid no point of a ball is farther than it sticks out, if one knows the outside.
+  patch.high_m = solid.cuts_itself ? std::abs(signed_m) + patch.radius_m
+                                   : std::max(std::min(signed_m + patch.radius_m, sticks_out_m),
+                                              patch.radius_m - signed_m);
   patch.low_m = is_exposed ? std::abs(signed_m) : 0.0;
   return true;
 }
@@ -292,8 +294,8 @@ double largest_m(const Side& side, double precision_m) {
 /// mended.
 constexpr std::size_t kMostPlaces = 200'000;
 
-/// Calls visit on the patches of about spacing_m that are farther than limit_m. Returns how many
-/// patches it looked at.
+/// Calls visit on the patches of about spacing_m that are farther than limit_m; it tells whether it
+/// kept a place. Returns how many patches were looked at.
 template <typename Side, typename Visit>
 std::size_t visit_farther(const Side& side, double limit_m, double spacing_m, Visit&& visit) {
   std::vector<Patch> stack;
@@ -308,8 +310,7 @@ std::size_t visit_farther(const Side& side, double limit_m, double spacing_m, Vi
       stack.pop_back();
       ++patches;
       if (patch.radius_m <= spacing_m) {
-        visit(patch);
-        ++places;
+        places += visit(patch) ? 1U : 0U;
       } else {
         split(side, patch, keep);
       }
@@ -328,6 +329,8 @@ MeshSolid::MeshSolid(const TriangleMesh& closed) : mesh(closed), distance(closed
     high = high.cwiseMax(vertex);
   }
   size_m = (high - low).norm();
+  const std::vector<int> one_piece(mesh.triangles.size(), 0);
+  cuts_itself = count_crossings(mesh, one_piece, "mesh").within_pieces > 0;
 }
 
 TooFar find_too_far(const MeshSolid& solid, std::span<const Ball> balls, double limit_m,
@@ -342,12 +345,16 @@ TooFar find_too_far(const MeshSolid& solid, std::span<const Ball> balls, double 
       far.uncovered.normals.push_back((patch.corners[1] - patch.corners[0])
                                           .cross(patch.corners[2] - patch.corners[0])
                                           .normalized());
+    } else {
+      return false;
     }
+    return true;
   });
   const UnionSide of_union(solid, balls);
   far.patches += visit_farther(of_union, limit_m, spacing_m, [&](const Patch& patch) {
-    if (patch.low_m <= limit_m - patch.radius_m) return;
+    if (patch.low_m <= limit_m - patch.radius_m) return false;
     far.hollows_m.push_back(patch.centre_m);
+    return true;
   });
   return far;
 }

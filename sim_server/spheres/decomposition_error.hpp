@@ -15,7 +15,8 @@ namespace stillgrid {
 struct MeshSolid {
   TriangleMesh mesh;
   MeshDistance distance;
-  double size_m = 0.0;  // diagonal of the box
+  double size_m = 0.0;       // diagonal of the box
+  bool cuts_itself = false;  // then its normals may take outside for inside
 
   /// Pre: closed, as make_closed() leaves it.
   explicit MeshSolid(const TriangleMesh& closed);
