@@ -5,12 +5,13 @@
 #include <exception>
 
 #include "shared/realtime/exit_status.hpp"
+#include "shared/realtime/stop_signal.hpp"
 
 namespace stillgrid {
 
 /// Parses a program's options and does its work: the exit status that main() returns. --help is
-/// printed; any other exception is one line on standard error that names the program, and bad
-/// input.
+/// printed; StopRequested is a line and done; any other exception is one line on standard error
+/// that names the program, and bad input.
 template <class Work>
 int run_program(CLI::App& app, int argc, char** argv, const Work& work) {
   try {
@@ -18,6 +19,9 @@ int run_program(CLI::App& app, int argc, char** argv, const Work& work) {
     return work();
   } catch (const CLI::CallForHelp& help) {
     return app.exit(help);
+  } catch (const StopRequested& stop) {
+    std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), stop.what());
+    return kDone;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), error.what());
     return kBadInput;

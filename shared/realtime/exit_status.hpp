@@ -11,6 +11,8 @@ enum ExitStatus : int {
   kDeviceFault = 3,
   kRealtimeViolation = 4,  // a test mode's: docs/realtime.md
   kSignalled = 128,        // and the signal's number: ended by it, as shells have it
+  // Of sphere_decompose: files are written, farther from the mesh than was asked.
+  kToleranceNotReached = 4,
 };
 
 }  // namespace stillgrid
