@@ -48,7 +48,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
   ServerOptions& server = arguments.server;
   app.add_option("--scene", arguments.scene, "Scene file (TOML), see docs/formats.md")->required();
   auto* session = app.add_option("--session", server.session, "Name that joins the two servers")
-                      ->check(session_complaint);
+                      ->transform(CLI::Validator(settle_session, ""));
   auto* rate =
       app.add_option("--rate", arguments.rate_hz, "Steps a second, Hz; default: the scene's")
           ->check(number_in(0.01, 1e5));

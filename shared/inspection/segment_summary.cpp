@@ -128,11 +128,13 @@ const SegmentReader* ObservedSegment::reader() const noexcept {
 ObservedSegment observe(const SegmentFile& file) {
   ObservedSegment segment;
   segment.summary.file = file;
-  if (!session_complaint(file.session).empty()) {
+  std::string path;
+  try {
+    path = segment_path(file.session, file.kind);
+  } catch (const SegmentError&) {
     refuse(segment, "its name is none that a session can have");
     return segment;
   }
-  const std::string path = segment_path(file.session, file.kind);
   const RawObject raw = raw_object(path);
   segment.summary.size_bytes = raw.size_bytes;
   if (raw.is_there && !raw.is_regular) {  // to open a pipe would wait for its other end

@@ -45,7 +45,7 @@ constexpr const char* kDescription =
 void add_options(CLI::App& app, Arguments& arguments) {
   auto* session =
       app.add_option("--session", arguments.live.session, "Name that joins the two servers")
-          ->check(session_complaint);
+          ->transform(CLI::Validator(settle_session, ""));
   auto* open = app.add_option("--open", arguments.open, "A view that --save kept");
   auto* recording = app.add_option("--recording", arguments.recording,
                                    "A recording (CSV) of haptic_server: the tool, no bodies");

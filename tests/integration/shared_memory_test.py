@@ -8,17 +8,16 @@ import struct
 import unittest
 
 import daemons
-from daemons import COULD_NOT_START, DONE
+from daemons import COULD_NOT_START, DONE, SHM
 
 LONG = ("--duration", "60")
-SHM = pathlib.Path("/dev/shm")
 NOBODY = ("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups")
 VERSION_AT = 8  # bytes from a segment's start: docs/protocol.md
 
 
 class SharedMemoryTest(daemons.SessionTest):
     def scene_file(self):
-        return SHM / f"stillgrid-{self.session}-scene"
+        return SHM / f"{self.session}-scene"
 
     def announced_sim_server(self, *arguments):
         sim = self.sim_server("wall", *arguments)
@@ -107,7 +106,7 @@ class SharedMemoryTest(daemons.SessionTest):
         self.assertEqual(again.lines(), [])
 
     def test_daemons_that_end_leave_nothing_and_other_sessions_alone(self):
-        others = [SHM / f"stillgrid-{self.session}-other-{kind}" for kind in
+        others = [SHM / f"{self.session}-other-{kind}" for kind in
                   ("scene", "tool", "scene.lock", "tool.lock")]
         for file in others:
             file.write_text("another session's\n")
@@ -117,7 +116,7 @@ class SharedMemoryTest(daemons.SessionTest):
         sim.stop()
         for file in others:
             self.assertEqual(file.read_text(), "another session's\n")
-        left = set(SHM.glob(f"stillgrid-{self.session}-*")) - set(others)
+        left = set(SHM.glob(f"{self.session}-*")) - set(others)
         self.assertEqual(left, set())
 
     def test_a_scene_shrunk_while_it_is_felt_fades_with_one_line_and_a_restart_is_felt_again(self):
@@ -144,7 +143,7 @@ class SharedMemoryTest(daemons.SessionTest):
         recording = self.folder / "recording.csv"
         hand = self.haptic_server("phantom", "--record", recording)
         self.wait_until(recording.exists, 5.0, "haptic_server at work")
-        os.truncate(SHM / f"stillgrid-{self.session}-tool", 0)
+        os.truncate(SHM / f"{self.session}-tool", 0)
         self.assert_refused(hand, COULD_NOT_START, "was shrunk by another program")
 
     @staticmethod
