@@ -35,7 +35,8 @@ constexpr const char* kDescription =
 
 void add_options(CLI::App& app, Arguments& arguments) {
   HapticOptions& options = arguments.options;
-  app.add_option("--session", options.session, "Name that joins the two servers")
+  app.add_option("--session", options.session,
+                 "Name that joins the two servers; USER/NAME: with USER's")
       ->required()
       ->transform(CLI::Validator(settle_session, ""));
   app.add_option("--device", options.device, "PLUGIN[:key=value,...]")->required();

@@ -224,7 +224,8 @@ std::vector<SegmentSummary> survey(std::span<const SegmentFile> files,
 
 bool remove_leftover(const SegmentFile& file) {
   // The object's own lock is asked too: who deletes a lock file does not kill its holder.
-  return observe(file).summary.is_leftover && remove_dead_segment(file.session, file.kind);
+  return observe(file).summary.is_leftover && session_owner(file.session) == ::geteuid() &&
+         remove_dead_segment(file.session, file.kind);
 }
 
 std::optional<double> age_of(std::uint64_t stamp_ns, proto::Clock clock,

@@ -3,6 +3,7 @@
 files but its own are touched."""
 import os
 import pathlib
+import shutil
 import signal
 import struct
 import unittest
@@ -51,7 +52,8 @@ class SharedMemoryTest(daemons.SessionTest):
 
     def test_a_session_of_another_user_is_refused_unless_it_is_opened_to_a_group(self):
         self.require_root()
-        hand = [*NOBODY, daemons.BUILD / "bin" / "haptic_server", "--session", self.session,
+        self.addCleanup(shutil.rmtree, "/dev/shm/stillgrid-65534", ignore_errors=True)
+        hand = [*NOBODY, daemons.BUILD / "bin" / "haptic_server", "--session", f"root/{self.session}",
                 "--device", "phantom", "--duration", 0.3]
         sim = self.announced_sim_server()
         self.assert_refused(self.start(*hand), COULD_NOT_START, "Permission denied")
@@ -59,6 +61,23 @@ class SharedMemoryTest(daemons.SessionTest):
         self.announced_sim_server("--group", "nogroup")
         daemon = self.start(*hand)
         self.assertEqual(daemon.wait(), DONE, daemon.lines())
+
+    def test_a_stranger_who_takes_the_names_first_keeps_nobody_out(self):
+        self.require_root()
+        for name in ("stillgrid-64322", "stillgrid-64322.1", "stillgrid-64322.1.1"):
+            self.addCleanup(shutil.rmtree, SHM.parent / name, ignore_errors=True)
+        taken = SHM.parent / "stillgrid-64322"
+        self.assertEqual(self.start(*NOBODY, "mkdir", "-m", "777", taken).wait(), DONE)
+        user = ("setpriv", "--reuid=64322", "--regid=64322", "--clear-groups")
+        both = [self.start(*user, daemons.BUILD / "bin" / server, "--session", self.session, *arguments)
+                for server, arguments in (
+                    ("haptic_server", ("--device", "phantom", "--duration", 0.3)),
+                    ("sim_server", ("--scene", daemons.SCENES / "wall.toml", "--duration", 3)))]
+        for daemon in both:
+            self.assertEqual(daemon.wait(), DONE, daemon.lines())
+            self.assertEqual(daemon.lines(), [])
+        self.assertEqual(list(taken.iterdir()), [])
+        self.assertEqual((SHM.parent / "stillgrid-64322.1").stat().st_uid, 64322)
 
     def test_a_group_that_does_not_exist_is_named(self):
         daemon = self.sim_server("wall", "--group", "no-such-group")

@@ -130,7 +130,7 @@ TEST_CASE("Whatever a writer published, its scene can be kept and opened again",
     const std::string message = scene_message(view, "s", "k", moving, {}, 1'000'000);
     REQUIRE(saved_scene(message));
     const auto json = nlohmann::json::parse(message);
-    for (const auto& x : json["spheres"]["static_position_m"]) not_finite += x.is_null() ? 1 : 0;
+    for (const auto& x : json["spheres"]["static_position_m"]) not_finite += x.is_null() ? 1U : 0U;
   }
   CHECK(not_finite > 100);
 }
