@@ -39,9 +39,10 @@ constexpr const char* kDescription =
 
 void add_options(CLI::App& app, Arguments& arguments) {
   HapticOptions& options = arguments.options;
-  app.add_option("--session", options.session, "Name that joins the two servers")
+  app.add_option("--session", options.session,
+                 "Name that joins the two servers; USER/NAME: with USER's")
       ->required()
-      ->check(session_complaint);
+      ->transform(CLI::Validator(settle_session, ""));
   app.add_option("--device", options.device, "PLUGIN[:key=value,...]")->required();
   app.add_option("--rate", options.rate_hz, "Ticks a second, Hz; default 1000")
       ->check(number_in(10.0, 1e5));

@@ -47,8 +47,9 @@ constexpr const char* kDescription =
 void add_options(CLI::App& app, Arguments& arguments) {
   ServerOptions& server = arguments.server;
   app.add_option("--scene", arguments.scene, "Scene file (TOML), see docs/formats.md")->required();
-  auto* session = app.add_option("--session", server.session, "Name that joins the two servers")
-                      ->check(session_complaint);
+  auto* session = app.add_option("--session", server.session,
+                                 "Name that joins the two servers; USER/NAME: with USER's")
+                      ->transform(CLI::Validator(settle_session, ""));
   auto* rate =
       app.add_option("--rate", arguments.rate_hz, "Steps a second, Hz; default: the scene's")
           ->check(number_in(0.01, 1e5));

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <system_error>
 
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/stop_signal.hpp"
@@ -22,6 +23,12 @@ int run_program(CLI::App& app, int argc, char** argv, const Work& work) {
   } catch (const StopRequested& stop) {
     std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), stop.what());
     return kDone;
+  } catch (const std::system_error& error) {
+    // The library's own line for a thread that the system refuses has no subject.
+    const bool is_thread = error.code() == std::errc::resource_unavailable_try_again;
+    std::fprintf(stderr, "%s: %s%s\n", app.get_name().c_str(),
+                 is_thread ? "cannot make a thread (ulimit -u): " : "", error.what());
+    return kBadInput;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), error.what());
     return kBadInput;

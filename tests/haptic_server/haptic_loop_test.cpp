@@ -39,7 +39,7 @@ LoopRun run_loop(const StaticScene& fixed, const std::string& device_spec, int t
     REQUIRE(loop.act(scene.view(), true, now_ns, run.rows.emplace_back()) == TickEnd::kGoOn);
     loop.count(run.rows.back(), run.report);
   }
-  ::unlink(("/dev/shm/stillgrid-" + session + "-tool.lock").c_str());
+  ::unlink((own_segment_path(session, proto::SegmentKind::kTool) + ".lock").c_str());
   return run;
 }
 
@@ -55,7 +55,7 @@ TEST_CASE("The tool tells what the tick before displayed, felt and took", "[hapt
   ToolWriter tool(session, kMillisecond_ns, proto::Clock::kVirtual, 0);
   const ToolView told(
       *SegmentReader::open(session, proto::SegmentKind::kTool, proto::kToolLayoutHash));
-  ::unlink(("/dev/shm/stillgrid-" + session + "-tool.lock").c_str());
+  ::unlink((own_segment_path(session, proto::SegmentKind::kTool) + ".lock").c_str());
   HapticLoop loop(device, tool, make_renderer(model, transition),
                   safety_limits({}, device.descriptor()), kMillisecond_ns);
   TickRow row;
