@@ -5,6 +5,7 @@
 #include <memory>
 #include <thread>
 
+#include "haptic_server/driver_watch.hpp"
 #include "haptic_server/haptic_loop.hpp"
 #include "haptic_server/safety/tick_watchdog.hpp"
 #include "shared/publication/lockstep.hpp"
@@ -56,6 +57,7 @@ struct Run {
   SceneWatch& watch;
   ToolWriter& tool;
   HapticLoop& loop;
+  DriverWatch& driver;
   Recorder* recorder;
   TickWatchdog* watchdog;  // in real time
 };
@@ -104,6 +106,7 @@ TickEnd tick_in_real_time(Run& run) {
     run.report.wake_ns.record(wake.now_ns - wake.deadline_ns);
     run.loop.note_times(row.tick_ns, wake.now_ns - wake.deadline_ns, run.report.missed_ticks);
     run.loop.count(row, run.report);
+    run.driver.note(row.flags);
     if (run.recorder != nullptr) run.recorder->record(row);
   }
   return end;
@@ -153,6 +156,7 @@ TickEnd tick_in_lockstep(Run& run, const SceneView& scene) {
     HardwareAtomics::store(own.lockstep_event_ns, now_ns + run.period_ns,
                            std::memory_order_release);
     run.loop.count(row, run.report);
+    run.driver.note(row.flags);
     if (run.recorder != nullptr) run.recorder->record_waiting(row);
   }
   return end;
@@ -176,6 +180,24 @@ void release(Run& run) {
   if (run.watchdog != nullptr) run.watchdog->rest();  // a disk may be slow
   if (run.recorder != nullptr) run.report.lost_rows = run.recorder->finish();
   if (run.watchdog != nullptr) run.watchdog->watch_call();  // the device's close
+}
+
+/// A run whose device was hardly ever believed has not run.
+void require_believed(const HapticReport& report) {
+  constexpr double kMost = 0.9;
+  const std::uint64_t bad = report.flags[0];
+  static_assert(kFlagBadDevice == 1U);
+  if (bad == 0 || static_cast<double>(bad) < kMost * static_cast<double>(report.ticks)) return;
+  throw DeviceFault("device '" + report.device + "': not believed in " + std::to_string(bad) +
+                    " of " + std::to_string(report.ticks) +
+                    " ticks; expected readings as device_check asks for");
+}
+
+/// The user learns what the chain holds a torque to where no driver says it.
+void tell_undeclared_torque(const stillgrid_device_descriptor& device, const SafetyLimits& limits) {
+  if (device.max_force_N > 0.0 && device.max_torque_N_m == 0.0)
+    spdlog::info("device '{}' declares no torque: none beyond {:.3g} N m, its force at {} m",
+                 device.name, limits.max_force_N * limits.lever_m, limits.lever_m);
 }
 
 void run_and_release(Run& run) {
@@ -202,6 +224,7 @@ void run_haptics(const HapticOptions& options, HapticReport& report,
   report.transition = name_of(options.transition);
   report.model = name_of(options.model);
 
+  DriverWatch driver(options.device.substr(0, options.device.find(':')));
   std::optional<TickWatchdog> watchdog;  // outlives the device: its close may hang
   Device device(parse_device_spec(options.device),
                 {.period_ns = period_ns, .is_virtual = options.lockstep});
@@ -226,10 +249,11 @@ void run_haptics(const HapticOptions& options, HapticReport& report,
   if (!options.record.empty())
     recorder = std::make_unique<Recorder>(options.record, report.scene, report.device,
                                           head_of(device.identity()));
+  const SafetyLimits limits = safety_limits(options.safety, device.descriptor());
+  tell_undeclared_torque(device.descriptor(), limits);
   const auto loop =
       std::make_unique<HapticLoop>(device, tool, make_renderer(options.model, options.transition),
-                                   safety_limits(options.safety, device.descriptor()), period_ns,
-                                   options.lockstep ? nullptr : monotonic_ns);
+                                   limits, period_ns, options.lockstep ? nullptr : monotonic_ns);
 
   if (!options.lockstep) {
     watchdog.emplace(
@@ -238,9 +262,19 @@ void run_haptics(const HapticOptions& options, HapticReport& report,
     watchdog->watch_call();
   }
   device.activate();
-  Run run{options, report, stop,  period_ns,      device,
-          watch,   tool,   *loop, recorder.get(), watchdog ? &*watchdog : nullptr};
+  Run run{options,
+          report,
+          stop,
+          period_ns,
+          device,
+          watch,
+          tool,
+          *loop,
+          driver,
+          recorder.get(),
+          watchdog ? &*watchdog : nullptr};
   run_and_release(run);
+  require_believed(report);
 }
 
 }  // namespace stillgrid
