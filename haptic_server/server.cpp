@@ -8,6 +8,7 @@
 #include <thread>
 #include <utility>
 
+#include "haptic_server/driver_watch.hpp"
 #include "haptic_server/haptic_loop.hpp"
 #include "haptic_server/last_stop.hpp"
 #include "haptic_server/safety/tick_watchdog.hpp"
@@ -61,6 +62,7 @@ struct Run {
   SceneWatch& watch;
   ToolWriter& tool;
   HapticLoop& loop;
+  DriverWatch& driver;
   Recorder* recorder;
   TickWatchdog& watchdog;
   GuardedState& guarded;
@@ -150,6 +152,7 @@ TickEnd tick_in_real_time(Run& run) {
     run.report.wake_ns.record(wake.now_ns - wake.deadline_ns);
     run.loop.note_times(row.tick_ns, wake.now_ns - wake.deadline_ns, run.report.missed_ticks);
     run.loop.count(row, run.report);
+    run.driver.note(row.flags);
     if (run.recorder != nullptr) run.recorder->record(row);
   }
   return end;
@@ -219,6 +222,7 @@ TickEnd tick_in_lockstep(Run& run, const SceneView& scene) {
     HardwareAtomics::store(own.lockstep_event_ns, now_ns + run.period_ns,
                            std::memory_order_release);
     run.loop.count(row, run.report);
+    run.driver.note(row.flags);
     if (run.recorder != nullptr) run.recorder->record_waiting(row);
   }
   return end;
@@ -257,6 +261,24 @@ void finish_recording_soon(Recorder* recorder, HapticReport& report) {
   }).detach();
   if (lost_rows.wait_for(kRecorderPatience) == std::future_status::ready)
     report.lost_rows = lost_rows.get();
+}
+
+/// A run whose device was hardly ever believed has not run.
+void require_believed(const HapticReport& report) {
+  constexpr double kMost = 0.9;
+  const std::uint64_t bad = report.flags[0];
+  static_assert(kFlagBadDevice == 1U);
+  if (bad == 0 || static_cast<double>(bad) < kMost * static_cast<double>(report.ticks)) return;
+  throw DeviceFault("device '" + report.device + "': not believed in " + std::to_string(bad) +
+                    " of " + std::to_string(report.ticks) +
+                    " ticks; expected readings as device_check asks for");
+}
+
+/// The user learns what the chain holds a torque to where no driver says it.
+void tell_undeclared_torque(const stillgrid_device_descriptor& device, const SafetyLimits& limits) {
+  if (device.max_force_N > 0.0 && device.max_torque_N_m == 0.0)
+    spdlog::info("device '{}' declares no torque: none beyond {:.3g} N m, its force at {} m",
+                 device.name, limits.max_force_N * limits.lever_m, limits.lever_m);
 }
 
 void run_and_release(Run& run) {
@@ -311,6 +333,7 @@ void run_haptics(const HapticOptions& options, HapticReport& report, GuardedStat
       [&] { give_up("a call did not return in time"); },
       [&guarded] { guarded.beats.fetch_add(1, std::memory_order_relaxed); });
   watchdog.watch_call();
+  DriverWatch driver(spec.plugin);
   Device device(spec, {.period_ns = period_ns, .is_virtual = options.lockstep});
   if (options.lockstep) require_no_motors(device, spec);
   const OpenDevice while_open(device, open_device, watchdog);
@@ -335,14 +358,16 @@ void run_haptics(const HapticOptions& options, HapticReport& report, GuardedStat
   if (!options.record.empty())
     recorder = std::make_unique<Recorder>(options.record, report.scene, report.device,
                                           head_of(device.identity()));
+  const SafetyLimits limits = safety_limits(options.safety, device.descriptor());
+  tell_undeclared_torque(device.descriptor(), limits);
   const auto loop =
       std::make_unique<HapticLoop>(device, tool, make_renderer(options.model, options.transition),
-                                   safety_limits(options.safety, device.descriptor()), period_ns,
-                                   options.lockstep ? nullptr : monotonic_ns);
+                                   limits, period_ns, options.lockstep ? nullptr : monotonic_ns);
   open_recorder = recorder.get();
-  Run run{options, report, stop,           period_ns, device, watch,
-          tool,    *loop,  recorder.get(), watchdog,  guarded};
+  Run run{options, report, stop,   period_ns,      device,   watch,
+          tool,    *loop,  driver, recorder.get(), watchdog, guarded};
   run_and_release(run);
+  require_believed(report);
 }
 
 }  // namespace stillgrid
