@@ -81,6 +81,7 @@ void write_report(const SimulationReport& report, const World& world,
                          {"crossings_left", report.crossings_left},
                          {"energy_J", mechanical_energy_J(world)},
                          {"generations", report.generations}};
+  if (!report.ended_by.empty()) json["ended_by"] = report.ended_by;
   if (report.energy) json["energy"] = energy_json(*report.energy);
   json["momentum_kg_m_s"] = vector_json(momentum_kg_m_s(world));
   json["angular_momentum_kg_m2_s"] = vector_json(angular_momentum_kg_m2_s(world));

@@ -15,6 +15,7 @@ namespace stillgrid {
 /// Counters of a run, for --report.
 struct SimulationReport {
   std::string scene, solver;
+  std::string ended_by;  // what went wrong; empty: the run came to its end, or was stopped
   double rate_hz = 0.0;
   std::uint64_t steps = 0, late_steps = 0, generations = 0;
   std::uint64_t solver_iterations = 0, not_converged = 0, out_of_budget = 0, corrected = 0;
