@@ -177,6 +177,8 @@ void settle_method(const Arguments& arguments, SceneDescription& scene) {
   spdlog::info("method chosen: {}; --explain tells why", describe(scene.method));
   if (!choice.keeps_rate)
     spdlog::warn("no method keeps the scene's rate with room to spare: images may be late");
+  if (const std::string complaint = target_complaint(choice, scene); !complaint.empty())
+    spdlog::warn("error_target_m {}: {}", scene.error_target_m, complaint);
   if (!arguments.choice.empty())
     write_method_record(choice, scene, arguments.scene, arguments.choice);
 }

@@ -115,7 +115,10 @@ void run_real(const SceneDescription& scene, const ServerOptions& options, Simul
     const StepReport step = simulation.step(
         scene.period_s, [&] { return session.take_tool(); }, budget);
     if (step.stopped) return;
-    publish(wake.deadline_ns, wake.now_ns, step, simulation.look_ahead(scene.period_s, budget));
+    const std::uint64_t stepped_ns = monotonic_ns();
+    const ImageForesight foresight = simulation.look_ahead(scene.period_s, budget);
+    report.foresee_ns.record(monotonic_ns() - stepped_ns);
+    publish(wake.deadline_ns, wake.now_ns, step, foresight);
     count_step(report, step);
     report.step_ns.record(monotonic_ns() - wake.now_ns);
   }

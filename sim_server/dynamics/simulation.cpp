@@ -114,7 +114,8 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
 void Simulation::take(const std::optional<ToolSample>& sample, StepReport& report) {
   // A tool that comes or goes while it overlaps something brings or takes what their contact holds.
   const auto held_J = [&] {
-    return energies(world_, tool_.over(1.0, 1.0)).contacts_J - energies(world_, {}).contacts_J;
+    detection_.find_tool_contacts(world_, tool_.over(1.0, 1.0));
+    return tool_energy_J(detection_.contacts());
   };
   const bool was_here = tool_.is_here();
   if (account_ && was_here && !sample) account_->flow.given_J -= held_J();

@@ -52,6 +52,7 @@ bool FactorisedSlope::Factors::factorise(Slope slope) {
 bool FactorisedSlope::factorise(Slope slope, const Budget& budget) {
   if (budget.stop == nullptr || factors_->matrix.nonZeros() < kLongFactorisation)
     return factors_->factorise(slope);
+  if (budget.is_stopped()) return false;
   std::packaged_task<bool()> task(
       [factors = factors_, slope] { return factors->factorise(slope); });
   std::future<bool> done = task.get_future();
@@ -66,6 +67,7 @@ bool FactorisedSlope::factorise(Slope slope, const Budget& budget) {
 
 bool FactorisedSlope::solve(NonlinearSystem& system, Slope slope, const Eigen::VectorXd& residual,
                             double, const Budget& budget, Eigen::VectorXd& step) {
+  if (budget.is_stopped()) return false;
   system.jacobian(slope, factors_->matrix);
   if (!factorise(slope, budget)) return false;
   if (slope == Slope::kExact)
@@ -77,6 +79,7 @@ bool FactorisedSlope::solve(NonlinearSystem& system, Slope slope, const Eigen::V
 
 bool MatrixFreeSlope::solve(NonlinearSystem& system, Slope slope, const Eigen::VectorXd& residual,
                             double accuracy, const Budget& budget, Eigen::VectorXd& step) {
+  if (budget.is_stopped()) return false;
   system.linearise(slope);
   const bool symmetric = slope != Slope::kExact;
   if (!invert_blocks(system.block_diagonal(), symmetric)) return false;
