@@ -65,7 +65,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
                "Virtual time, in agreement with sim_server --lockstep; repeatable to the bit");
   app.add_option("--report", arguments.report, "Write a report (JSON) at exit");
   app.add_option("--cpu", options.cpu, "Run the loop on this processor")
-      ->check(CLI::NonNegativeNumber);
+      ->check(integer_in(0, 8191));
   app.add_option("--group", arguments.group,
                  "Let this group of users read the session too; default: only its owner")
       ->check(group_complaint);

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <new>
 #include <system_error>
 
 #include "shared/realtime/exit_status.hpp"
@@ -20,6 +21,9 @@ int run_program(CLI::App& app, int argc, char** argv, const Work& work) {
     return work();
   } catch (const CLI::CallForHelp& help) {
     return app.exit(help);
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "%s: out of memory\n", app.get_name().c_str());
+    return kCouldNotStart;
   } catch (const StopRequested& stop) {
     std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), stop.what());
     return kDone;
