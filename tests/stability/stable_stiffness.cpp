@@ -29,17 +29,10 @@ std::optional<double> largest_stable_stiffness_N_m(
   const int last = static_cast<int>(
       std::floor(std::log(search.highest_N_m / search.lowest_N_m) / std::log(search.step)));
   const auto stiffness_N_m = [&](int i) { return search.lowest_N_m * std::pow(search.step, i); };
-  if (!is_stable(stiffness_N_m(0))) return std::nullopt;
-  int stable = 0;
-  while (stable < last) {
-    const int next = std::min(stable + search.stride, last);
-    if (!is_stable(stiffness_N_m(next))) {
-      while (stable + 1 < next && is_stable(stiffness_N_m(stable + 1))) ++stable;
-      break;
-    }
-    stable = next;
-  }
-  return stiffness_N_m(stable);
+  int lost = 0;
+  while (lost <= last && is_stable(stiffness_N_m(lost))) ++lost;
+  if (lost == 0) return std::nullopt;
+  return stiffness_N_m(lost - 1);
 }
 
 }  // namespace stillgrid

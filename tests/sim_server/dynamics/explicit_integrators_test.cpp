@@ -100,6 +100,8 @@ TEST_CASE("Over two seconds energy goes where the flow says, to first order of t
   REQUIRE(fine.given_J > 0.5);
   CHECK(std::abs(fine.error_J()) < 0.03 * (fine.lost_J + fine.given_J));
   CHECK(std::abs(fine.error_J()) < 0.3 * std::abs(coarse.error_J()));
+  const double limit_J = (4.0 * fine.error_J() - coarse.error_J()) / 3.0;
+  CHECK(std::abs(limit_J) < 0.005 * (fine.lost_J + fine.given_J));
 }
 
 struct Tumble {
