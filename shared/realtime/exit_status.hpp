@@ -10,6 +10,7 @@ enum ExitStatus : int {
       2,  // permissions, version mismatch, no segment in time, a lockstep peer that died
   kDeviceFault = 3,
   kRealtimeViolation = 4,  // a test mode's: docs/realtime.md
+  kNotConverged = 5,       // in virtual time: not one step of a simulation
 };
 
 }  // namespace stillgrid

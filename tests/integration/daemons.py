@@ -18,7 +18,7 @@ BUILD = pathlib.Path(os.environ.get("STILLGRID_BUILD_DIR", ROOT / "build" / "rel
 SCENES = ROOT / "sim_server" / "scene" / "scenes"
 DATA = pathlib.Path(os.environ.get("STILLGRID_DATA", ROOT.parent / "shared" / "data"))
 
-DONE, BAD_INPUT, COULD_NOT_START, DEVICE_FAULT = 0, 1, 2, 3  # exit status
+DONE, BAD_INPUT, COULD_NOT_START, DEVICE_FAULT, NOT_CONVERGED = 0, 1, 2, 3, 5  # exit status
 SKIPPED = 77  # of a test program, known to ctest
 
 sys.path.append(str(ROOT / "scripts" / "gallery"))

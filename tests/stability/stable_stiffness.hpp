@@ -21,7 +21,8 @@ struct Oscillation {
 /// Whether the tool still swings at the end of a run, or is nowhere.
 [[nodiscard]] bool oscillates(std::span<const TickRow> rows, const Oscillation& oscillation = {});
 
-/// Where the largest stable stiffness is looked for: on the grid lowest, lowest * step, ...
+/// Where the largest stable stiffness is looked for: on the grid lowest, lowest * step, ... of four
+/// digits each, so that what is printed can be asked for again.
 struct StiffnessSearch {
   double lowest_N_m = 50.0;
   double highest_N_m = 30000.0;
