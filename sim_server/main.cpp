@@ -242,6 +242,10 @@ int run(Arguments& arguments) {
   if (report.not_converged > 0)
     spdlog::warn("{} of {} steps did not converge; each used its best iterate",
                  report.not_converged, report.steps);
+  // In real time the clock may have cut every step short, which is no fault of the method.
+  if (status == kDone && arguments.server.clock != SimulationClock::kReal && report.steps > 0 &&
+      report.not_converged == report.steps)
+    status = kNotConverged;
   if (report.out_of_budget > 0)
     spdlog::warn("{} of {} steps were out of time or iterations; each ended by one iteration",
                  report.out_of_budget, report.steps);

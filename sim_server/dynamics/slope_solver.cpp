@@ -137,6 +137,7 @@ bool MatrixFreeSlope::bicgstab(NonlinearSystem& system, const Eigen::VectorXd& r
                                double accuracy, const Budget& budget, Eigen::VectorXd& step) {
   const Eigen::VectorXd& scale = system.residual_scale();
   step.setZero(residual.size());
+  if (residual.isZero(0.0)) return true;
   rest_ = residual;
   shadow_ = rest_.cwiseProduct(scale);  // the product's angles are those of velocities
   search_ = rest_;

@@ -21,7 +21,7 @@ DATA = pathlib.Path(os.environ.get("STILLGRID_DATA", ROOT.parent / "shared" / "d
 PATIENCE = float(os.environ.get("STILLGRID_PATIENCE", 1))  # times every limit of time
 SHM = pathlib.Path("/dev/shm") / f"stillgrid-{os.geteuid()}"  # docs/protocol.md, "Names"
 
-DONE, BAD_INPUT, COULD_NOT_START, DEVICE_FAULT = 0, 1, 2, 3  # exit status
+DONE, BAD_INPUT, COULD_NOT_START, DEVICE_FAULT, NOT_CONVERGED = 0, 1, 2, 3, 5  # exit status
 SKIPPED = 77  # of a test program, known to ctest
 
 sys.path.append(str(ROOT / "scripts" / "gallery"))
