@@ -135,7 +135,14 @@ class PhantomDriver {
   }
 
   void describe(stillgrid_device_descriptor& descriptor) const {
-    const PhantomProfile device = settings().device;
+    const PhantomSettings set = settings();
+    const PhantomProfile& device = set.device;
+    if (const auto at_m = pivot()) {
+      // The trocar bears the other half of a torque whose force the handle bears; of the longest
+      // instrument that the workspace holds.
+      const double longest_m = (set.start_m - *at_m).norm() + 0.5 * device.workspace_m.norm();
+      descriptor.max_torque_N_m = 2.0 * device.max_force_N * longest_m;
+    }
     descriptor.position_resolution_m = device.resolution_m;
     descriptor.max_force_N = device.max_force_N;
     descriptor.max_read_ns = 200'000;
