@@ -137,9 +137,10 @@ class PhantomDriver {
   void describe(stillgrid_device_descriptor& descriptor) const {
     const PhantomSettings set = settings();
     const PhantomProfile& device = set.device;
+    // Of a stylus without motors for torque, which is ignored. With a pivot the trocar bears half
+    // of what the handle's force makes on the longest instrument that the workspace holds.
+    descriptor.max_torque_N_m = 0.1 * device.max_force_N;
     if (const auto at_m = pivot()) {
-      // The trocar bears the other half of a torque whose force the handle bears; of the longest
-      // instrument that the workspace holds.
       const double longest_m = (set.start_m - *at_m).norm() + 0.5 * device.workspace_m.norm();
       descriptor.max_torque_N_m = 2.0 * device.max_force_N * longest_m;
     }
