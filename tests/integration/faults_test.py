@@ -1,8 +1,10 @@
 #!/usr/bin/python3
 """Each fault at the start gives one line and its exit status, and never a hang."""
+import os
 import signal
 import time
 import unittest
+import unittest.mock
 
 import daemons
 from daemons import BAD_INPUT, COULD_NOT_START, DEVICE_FAULT, DONE
@@ -122,6 +124,19 @@ class SessionFaultTest(daemons.SessionTest):
                              lines)
             safety = daemons.read_report(report)["safety"]
             self.assertEqual((safety["bad_device"], safety[reason]), (300, 300))
+
+    def test_a_driver_that_changes_what_is_the_process_s_is_seen(self):
+        self.sim_server("wall")
+        driver = daemons.BUILD / "tests" / "haptic_server" / "hostile_drivers" / "hostile.so"
+        for fault, what in (("opens_umask", "the umask"), ("rounds_up", "the rounding mode"),
+                            ("masks_signals", "the signal mask")):
+            with unittest.mock.patch.dict(os.environ, STILLGRID_HOSTILE_FAULT=fault):
+                hand = self.haptic_server(str(driver), "--duration", 1.2)
+            self.assertEqual(hand.wait(), DONE, hand.lines())
+            said = [line for line in hand.lines() if what in line]
+            self.assertEqual(len(said), 2, hand.lines())  # at the first, and how often
+            self.assertIn("has changed since the device was opened", said[0])
+            self.assertIn(f"seen changed, {what} ", said[1])
 
     def test_haptic_server_waits_for_its_sim_server(self):
         hand = self.haptic_server("phantom", "--duration", 0.5)
