@@ -32,6 +32,10 @@ constexpr std::size_t kFirstReason = 16;
 static_assert(kFlagNoPosition == 1U << kFirstReason &&
               kFirstReason + kReasonLines.size() == kSafetyFlagNames.size());
 
+std::string_view name_of_change(std::size_t i) {
+  return i < kProcessParts.size() ? kProcessParts[i] : "the rounding mode";
+}
+
 void add(std::atomic<std::uint64_t>& count) {  // one writer
   count.store(count.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
 }
@@ -57,6 +61,9 @@ DriverWatch::~DriverWatch() {
   if (!counts.empty())
     spdlog::warn("device '{}': not believed in {} of {} ticks{}", device_, unbelieved_.load(),
                  ticks_.load(), counts);
+  counts.clear();
+  for (std::size_t i = 0; i < kChanges; ++i) list(name_of_change(i), changes_[i]);
+  if (!counts.empty()) spdlog::warn("device '{}': seen changed{}", device_, counts);
 }
 
 void DriverWatch::note(std::uint32_t flags) noexcept {
@@ -101,8 +108,7 @@ void DriverWatch::say_new() {
   for (std::size_t i = 0; i < kChanges; ++i)
     if (is_new(32 + i, changes_[i]))
       spdlog::warn("device '{}': {} of the process has changed since the device was opened{}",
-                   device_, i == kRoundingMode ? "the rounding mode" : kProcessParts[i],
-                   i == kRoundingMode ? ", and is set back" : "");
+                   device_, name_of_change(i), i == kRoundingMode ? ", and is set back" : "");
 }
 
 }  // namespace stillgrid

@@ -135,7 +135,15 @@ class PhantomDriver {
   }
 
   void describe(stillgrid_device_descriptor& descriptor) const {
-    const PhantomProfile device = settings().device;
+    const PhantomSettings set = settings();
+    const PhantomProfile& device = set.device;
+    // Of a stylus without motors for torque, which is ignored. With a pivot the trocar bears half
+    // of what the handle's force makes on the longest instrument that the workspace holds.
+    descriptor.max_torque_N_m = 0.1 * device.max_force_N;
+    if (const auto at_m = pivot()) {
+      const double longest_m = (set.start_m - *at_m).norm() + 0.5 * device.workspace_m.norm();
+      descriptor.max_torque_N_m = 2.0 * device.max_force_N * longest_m;
+    }
     descriptor.position_resolution_m = device.resolution_m;
     descriptor.max_force_N = device.max_force_N;
     descriptor.flags = STILLGRID_DEVICE_NO_MOTORS;

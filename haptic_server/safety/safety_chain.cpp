@@ -88,7 +88,8 @@ Wrench SafetyChain::limited(const SafetyInput& input, double energy_share,
     if (shorten(next, limit_N, lever_m)) flags |= kFlagClamped;
   };
   clamp();
-  if (energy_share < 1.0 &&
+  // One control of energy at a time: what both take back is taken twice, and the wall sinks.
+  if (!passivity_control_ && energy_share < 1.0 &&
       limit_norm(next, energy_share * norm_N(input.rendered, lever_m), lever_m))
     flags |= kFlagEnergy;
   if (passivity_control_ && input.image.exists)

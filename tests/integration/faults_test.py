@@ -1,11 +1,13 @@
 #!/usr/bin/python3
 """Each fault at the start gives one line and its exit status, and never a hang."""
+import os
 import signal
 import time
 import unittest
+import unittest.mock
 
 import daemons
-from daemons import BAD_INPUT, COULD_NOT_START, DONE
+from daemons import BAD_INPUT, COULD_NOT_START, DEVICE_FAULT, DONE
 
 LONG = ("--duration", "60")
 
@@ -107,6 +109,34 @@ class SessionFaultTest(daemons.SessionTest):
         self.assert_refused(self.haptic_server("phantom", *LONG), COULD_NOT_START, self.session)
         self.assertTrue(first.runs())
         self.assertEqual(first.stop(), DONE)
+
+    def test_a_run_whose_device_was_never_believed_is_a_device_fault(self):
+        report = self.folder / "report.json"
+        for centre_m, reason in ((20.0, "too_far"), (1.0, "outside")):
+            sim = self.sim_server("wall", "--lockstep", "--duration", 0.3)
+            hand = self.haptic_server(f"phantom:path=still,centre_z_m={centre_m}", "--lockstep",
+                                      "--duration", 0.3, "--report", report)
+            self.assertEqual(hand.wait(), DEVICE_FAULT, hand.lines())
+            sim.stop()
+            lines = hand.lines()
+            self.assertEqual(sum("; the force fades" in line for line in lines), 1, lines)
+            self.assertEqual(sum(f"in 300 of 300 ticks, {reason} 300" in line for line in lines), 1,
+                             lines)
+            safety = daemons.read_report(report)["safety"]
+            self.assertEqual((safety["bad_device"], safety[reason]), (300, 300))
+
+    def test_a_driver_that_changes_what_is_the_process_s_is_seen(self):
+        self.sim_server("wall")
+        driver = daemons.BUILD / "tests" / "haptic_server" / "hostile_drivers" / "hostile.so"
+        for fault, what in (("opens_umask", "the umask"), ("rounds_up", "the rounding mode"),
+                            ("masks_signals", "the signal mask")):
+            with unittest.mock.patch.dict(os.environ, STILLGRID_HOSTILE_FAULT=fault):
+                hand = self.haptic_server(str(driver), "--duration", 1.2)
+            self.assertEqual(hand.wait(), DONE, hand.lines())
+            said = [line for line in hand.lines() if what in line]
+            self.assertEqual(len(said), 2, hand.lines())  # at the first, and how often
+            self.assertIn("has changed since the device was opened", said[0])
+            self.assertIn(f"seen changed, {what} ", said[1])
 
     def test_haptic_server_waits_for_its_sim_server(self):
         hand = self.haptic_server("phantom", "--duration", 0.5)

@@ -43,21 +43,23 @@ def growth_N(held, force):
 
 def steps(records):
     """Changes from one told force to the next: size, time between the ticks, whether a cut, index,
-    and how much of it is growth or turn.
+    how much of it is growth or turn, and the time between the writes.
 
     A tick's stamp is the host's; broken_limits() holds it to real time.
     """
-    held, tick_ms, found = numpy.zeros(3), None, []
+    held, tick_ms, written_ms, found = numpy.zeros(3), None, None, []
     for i, record in enumerate(records):
         call = record["call"]
         if call == WRITE:
             passed_ms = (record["tick_ns"] * 1e-6 - tick_ms) if tick_ms is not None else 1.0
             change_N = numpy.linalg.norm(record["force_N"] - held)
             is_cut = passed_ms >= STALL_MS and not record["force_N"].any()
-            found.append((change_N, passed_ms, is_cut, i, growth_N(held, record["force_N"])))
+            apart_ms = record["time_ns"] * 1e-6 - written_ms if written_ms is not None else 1.0
+            found.append((change_N, passed_ms, is_cut, i, growth_N(held, record["force_N"]), apart_ms))
+            written_ms = record["time_ns"] * 1e-6
             held, tick_ms = record["force_N"], record["tick_ns"] * 1e-6
         elif call in (DEACTIVATE, EMERGENCY_STOP, ACTIVATE):
-            found.append((numpy.linalg.norm(held), 0.0, True, i, 0.0))
+            found.append((numpy.linalg.norm(held), 0.0, True, i, 0.0, 0.0))
             held = numpy.zeros(3)
         elif call == IGNORED_WRITE:
             tick_ms = record["tick_ns"] * 1e-6
@@ -70,10 +72,10 @@ def broken_limits(records):
     force_N = force_norms_N(records)
     if force_N.max() > MAX_FORCE_N * (1.0 + ROUNDING):
         broken.append(f"told {force_N.max():.6g} N, limit {MAX_FORCE_N}")
-    for _, passed_ms, is_cut, i, grown_N in steps(records):
-        # A tick that comes late is granted no more than a period's growth.
-        if not is_cut and grown_N > MAX_SLEW_N_MS * min(passed_ms, 1.0) * (1.0 + ROUNDING):
-            broken.append(f"call {i}: grown by {grown_N:.4g} N in {passed_ms:.4g} ms, limit "
+    for _, _, is_cut, i, grown_N, apart_ms in steps(records):
+        # From write to write; one that comes late is granted no more than a period's growth.
+        if not is_cut and grown_N > MAX_SLEW_N_MS * min(apart_ms, 1.0) * (1.0 + ROUNDING):
+            broken.append(f"call {i}: grown by {grown_N:.4g} N in {apart_ms:.4g} ms, limit "
                           f"{MAX_SLEW_N_MS:.4g} N/ms")
             break
     writes = records[records["call"] == WRITE]
