@@ -40,8 +40,8 @@ def one_run(benchmark, sizes, folder, last_cache_mb):
 
 
 def main():
-    arguments = parser_of(__doc__, "two runs, not nine, up to 40,000 spheres of 400,000").parse_args()
-    runs, sizes = (2, "400|40000") if arguments.small else (9, "[0-9]+")
+    arguments = parser_of(__doc__, "two runs, not five, up to 40,000 spheres of 400,000").parse_args()
+    runs, sizes = (2, "400|40000") if arguments.small else (5, "[0-9]+")
     times, last_cache_mb = {}, []
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(runs):

@@ -36,7 +36,8 @@ def draw_speed(charts):
         axes.set_xscale("log")
         axes.set_yscale("log")
         axes.set_title(title, fontsize=10, loc="left")
-        axes.set_xlabel("moving spheres of mixed radii, 0.95 pairs each")
+        axes.set_xlabel("moving spheres of mixed radii, 0.95 pairs each" if "pairs_each" in rows[0] else
+                        "moving spheres, equal, 0.475 pairs each")
         axes.xaxis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda x, _: f"{x:,.0f}"))
         axes.grid(axis="y", color="0.93")
     panels[0].set_ylim(bottom=min(float(row["ns"]) for row in rows) / 2)

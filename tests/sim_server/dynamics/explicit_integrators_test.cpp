@@ -104,6 +104,16 @@ TEST_CASE("Over two seconds energy goes where the flow says, to first order of t
   CHECK(std::abs(limit_J) < 0.005 * (fine.lost_J + fine.given_J));
 }
 
+TEST_CASE("What a bounce loses is what its damper took", "[explicit_integrators]") {
+  const World ball =
+      build_world(scene_of({moving(sphere({0, 0, 0.0501}, 0.05, 0.1), {0, 0, -1.0}), floor_at(0.0)},
+                           material_of(1000.0, 4.0)));
+  const Balance balance = balance_of(ball, 0.001, 60, explicit_method(either(), 100));
+  CHECK(balance.lost_J > 0.2 * 0.05);  // of 0.1 kg at 1 m/s
+  CHECK(balance.given_J == 0.0);
+  CHECK(std::abs(balance.error_J()) < 2e-3 * balance.lost_J);
+}
+
 struct Tumble {
   double momentum_error, energy_error;  // relative, the worst on the way
 };
