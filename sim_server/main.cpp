@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <ctime>
 #include <exception>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -183,6 +184,14 @@ int write_surfaces_of(const Arguments& arguments, const SceneDescription& scene)
 
 /// Runs the scene; report and final state are written however it ended.
 int run(Arguments& arguments) {
+  // While it is held without a segment, haptic_server waits for the scene to be loaded.
+  std::optional<SessionLock> loading;
+  try {
+    if (!arguments.server.session.empty())
+      loading.emplace(arguments.server.session, proto::SegmentKind::kScene);
+  } catch (const SegmentError& error) {
+    return fail(error, kCouldNotStart);
+  }
   SceneDescription scene = load_scene(arguments.scene);
   for (const std::string& note : scene.notes) spdlog::info("{}", note);
   if (arguments.rate_hz) scene.period_s = 1.0 / *arguments.rate_hz;
@@ -206,6 +215,7 @@ int run(Arguments& arguments) {
   report.rate_hz = 1.0 / scene.period_s;
   if (!arguments.report.empty()) simulation.account_energy();
   int status = kDone;
+  loading.reset();  // the segment's writer takes it again
   try {
     run_simulation(scene, arguments.server, simulation, report, stop_requested());
   } catch (const SegmentError& error) {
