@@ -26,14 +26,17 @@ class Page:
     """A viewer's answers, by one connection that is kept."""
 
     def __init__(self, address):
-        self._host = address.removeprefix("http://").rstrip("/")
-        self._connection = http.client.HTTPConnection(self._host, timeout=10)
+        """address: as scene_viewer prints it, http://HOST:PORT/KEY/."""
+        self.host, _, key = address.removeprefix("http://").rstrip("/").partition("/")
+        self.root = f"/{key}"
+        self._connection = http.client.HTTPConnection(self.host, timeout=10)
 
     def close(self):
         self._connection.close()
 
     def ask(self, path, method="GET", headers=()):
-        """Status, headers and body."""
+        """Status, headers and body. path: from the key on, as /api/status."""
+        path = self.root + path
         try:
             self._connection.request(method, path, headers=dict(headers))
             response = self._connection.getresponse()

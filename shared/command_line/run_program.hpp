@@ -3,6 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <new>
+#include <system_error>
 
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/stop_signal.hpp"
@@ -19,9 +21,18 @@ int run_program(CLI::App& app, int argc, char** argv, const Work& work) {
     return work();
   } catch (const CLI::CallForHelp& help) {
     return app.exit(help);
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "%s: out of memory\n", app.get_name().c_str());
+    return kCouldNotStart;
   } catch (const StopRequested& stop) {
     std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), stop.what());
     return kDone;
+  } catch (const std::system_error& error) {
+    // The library's own line for a thread that the system refuses has no subject.
+    const bool is_thread = error.code() == std::errc::resource_unavailable_try_again;
+    std::fprintf(stderr, "%s: %s%s\n", app.get_name().c_str(),
+                 is_thread ? "cannot make a thread (ulimit -u): " : "", error.what());
+    return kBadInput;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), error.what());
     return kBadInput;

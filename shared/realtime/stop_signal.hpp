@@ -10,6 +10,13 @@ namespace stillgrid {
 [[nodiscard]] const std::atomic<bool>& stop_requested() noexcept;
 void install_stop_signal();
 
+/// The same for every other signal that ends a program and may be heeded, as SIGQUIT, SIGALRM or
+/// SIGXCPU, where nobody has seen to it yet. Once per process, before threads.
+void install_rare_stop_signals();
+
+/// Which of those rare ones came first; 0 when none did.
+[[nodiscard]] int rare_stop_signal() noexcept;
+
 /// Work that takes long, as reading a mesh, was given up because a stop was requested.
 struct StopRequested : std::runtime_error {
   using std::runtime_error::runtime_error;

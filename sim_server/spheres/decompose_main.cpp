@@ -79,7 +79,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--levels", arguments.levels,
                  "Levels of detail, written to FILE_1.csv (coarse) and on; default 1, to FILE.csv")
       ->needs(tolerance)
-      ->check(CLI::Range(1, 12));
+      ->check(integer_in(1, 12));
   app.add_flag(
       "--blobs", arguments.with_blobs,
       "Melt each level into blobs too, written to FILE_blobs.csv; their softness is in its "

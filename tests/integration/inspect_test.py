@@ -12,14 +12,14 @@ import daemons
 from daemons import BAD_INPUT, COULD_NOT_START, DONE
 
 PROGRAM = daemons.BUILD / "bin" / "segment_inspect"
-SHARED_MEMORY = pathlib.Path("/dev/shm")
+SHARED_MEMORY = daemons.SHM
 PRESSING_HAND = "phantom:profile=premium15,hand=light,path=press,centre_z_m=0,depth_m=0.06,period_s=1"
 SPHERES = 405  # of tissue_and_blocks
 
 
 def inspect(*arguments):
     return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True,
-                          timeout=30, check=False)
+                          timeout=30 * daemons.PATIENCE, check=False)
 
 
 class InspectTest(daemons.SessionTest):
@@ -62,7 +62,7 @@ class InspectTest(daemons.SessionTest):
 
     @staticmethod
     def remove_objects(session):
-        for left in SHARED_MEMORY.glob(f"stillgrid-{session}-*"):
+        for left in SHARED_MEMORY.glob(f"{session}-*"):
             left.unlink()
 
 
@@ -76,7 +76,7 @@ class ShowTest(InspectTest):
         scene, tool = rows["scene"], rows["tool"]
         for row, daemon in ((scene, sim), (tool, hand)):
             self.assertEqual(row["state"], "alive")
-            self.assertEqual(row["writer_pid"], daemon.process.pid)
+            self.assertEqual(row["writer_pid"], daemon.pid)
             self.assertEqual(row["clock"], "monotonic")
             self.assertIsNone(row["refusal"])
         self.assertAlmostEqual(scene["declared_rate_hz"], 33.0, delta=0.01)
@@ -89,15 +89,15 @@ class ShowTest(InspectTest):
         for row in (scene, tool):
             self.assertTrue(0.0 <= row["age_s"] < 2.0, row["age_s"])
         for row in (scene, tool):
-            file = SHARED_MEMORY / f"stillgrid-{self.session}-{row['kind']}"
+            file = SHARED_MEMORY / f"{self.session}-{row['kind']}"
             self.assertEqual(row["size_bytes"], file.stat().st_size)
 
     def test_a_table_has_a_line_for_each_segment(self):
         sim, hand = self.start_both()
         lines = [line for line in self.show().splitlines() if line.startswith(self.session)]
         self.assertEqual(len(lines), 2, lines)
-        for line, words in zip(lines, ((f"pid {sim.process.pid}", "33.0 Hz", f"{SPHERES}+0"),
-                                       (f"pid {hand.process.pid}", "1000.0 Hz"))):
+        for line, words in zip(lines, ((f"pid {sim.pid}", "33.0 Hz", f"{SPHERES}+0"),
+                                       (f"pid {hand.pid}", "1000.0 Hz"))):
             for word in words:
                 self.assertIn(word, line)
 
@@ -145,7 +145,7 @@ class ShowTest(InspectTest):
 
     def test_a_strange_object_is_a_row_and_the_listing_goes_on(self):
         self.sim_server("wall")
-        strange = SHARED_MEMORY / f"stillgrid-{self.session}-tool"
+        strange = SHARED_MEMORY / f"{self.session}-tool"
         strange.write_bytes(b"x" * 8192)
         self.wait_until(lambda: self.rows().get("scene", {}).get("generation"), 5.0, "the scene")
         rows = self.rows()

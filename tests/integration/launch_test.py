@@ -16,17 +16,18 @@ class LaunchTest(daemons.SessionTest):
                           "--session", self.session, *arguments)
 
     def daemons_of_session(self):
-        """Process numbers of the servers that run in this test's session."""
-        found = []
-        for folder in pathlib.Path("/proc").iterdir():
+        """Process numbers of the servers that run in this test's session, without their children."""
+        found, parents = [], {}
+        for folder in pathlib.Path("/proc").glob("[0-9]*"):
             try:
                 words = (folder / "cmdline").read_bytes().split(b"\0")
+                parents[int(folder.name)] = int((folder / "stat").read_text().rsplit(")", 1)[1].split()[1])
             except (NotADirectoryError, FileNotFoundError, ProcessLookupError):
                 continue
             is_server = words[0].endswith((b"/sim_server", b"/haptic_server", b"/scene_viewer"))
             if is_server and self.session.encode() in words:
                 found.append(int(folder.name))
-        return found
+        return [pid for pid in found if parents[pid] not in found]
 
     def assert_nobody_left(self):
         self.wait_until(lambda: not self.daemons_of_session(), 6.0, "all daemons ended")
@@ -96,7 +97,7 @@ class LaunchTest(daemons.SessionTest):
     def test_a_viewer_that_does_not_heed_the_end_is_killed(self):
         launch = self.launch("wall", "--viewer", "--port 0")
         self.wait_until(lambda: len(self.daemons_of_session()) == 3, 5.0, "all three run")
-        tool = pathlib.Path(f"/dev/shm/stillgrid-{self.session}-tool")
+        tool = daemons.SHM / f"{self.session}-tool"
         self.wait_until(tool.exists, 5.0, "both daemons heed signals")
         [viewer] = [each for each in self.daemons_of_session() if pathlib.Path(
             f"/proc/{each}/cmdline").read_bytes().split(b"\0")[0].endswith(b"scene_viewer")]

@@ -33,7 +33,7 @@ class ReplayCheckTest(daemons.SessionTest):
         environment = os.environ if draws else {**os.environ, "PYTHONPATH": str(without)}
         return subprocess.run([program, scene, hand or self.hand, expected or self.expected, *build,
                                *map(str, arguments)], cwd=self.folder, capture_output=True, text=True,
-                              timeout=60, check=False, env=environment)
+                              timeout=60 * daemons.PATIENCE, check=False, env=environment)
 
     def assert_says(self, run, status, *words):
         self.assertEqual(run.returncode, status, run.stdout + run.stderr)
@@ -70,7 +70,7 @@ class ReplayCheckTest(daemons.SessionTest):
         self.write_expected()
         self.assert_says(self.check(), EQUAL, "equal: byte for byte, 401 rows")
         self.assertFalse((self.folder / "replay_check.png").exists())
-        self.assertEqual([], list(pathlib.Path("/dev/shm").glob("stillgrid-replay-check-*")))
+        self.assertEqual([], list(daemons.SHM.glob("replay-check-*")))
 
     def test_another_stiffness_differs_from_the_first_contact_on(self):
         expected = self.write_expected()

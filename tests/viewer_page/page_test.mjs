@@ -238,6 +238,12 @@ test('a viewer that is gone is told', async () => {
   await until(() => document.getElementById('banner').textContent.startsWith('viewer is gone'));
 });
 
+test('another viewer in its place, which has another key, is told', async () => {
+  await page.route('**/api/status', (route) => route.fulfill({ status: 403, body: 'another key' }));
+  await until(() => document.getElementById('banner').textContent.startsWith('viewer was started anew'));
+  await page.unroute('**/api/status');
+});
+
 /// The bytes of a saved view's frame, where they are in it.
 function place_of_frame(view, wanted) {
   const kHead = 16, kFrame = 2;

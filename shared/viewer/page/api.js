@@ -2,6 +2,8 @@
 
 /// The server has no such thing, which is an answer: its line.
 export class Absent extends Error {}
+/// Another viewer answers, whose key is another.
+export class Stranger extends Error {}
 /// There is no answer.
 export class Unreachable extends Error {}
 
@@ -21,6 +23,7 @@ async function get(path) {
     throw new Unreachable(`${path}: ${error.message}`);
   }
   if (response.status === 404) throw new Absent(text_of(body).trim());
+  if (response.status === 403) throw new Stranger(`${path}: 403`);
   if (!response.ok) throw new Error(`${path}: ${response.status}`);
   return body;
 }

@@ -210,6 +210,10 @@ function back_off(what, error) {
     return;
   }
   due[what] = performance.now() + Math.min(250 * 2 ** (fault.count - 1), kLongestBackOff_ms);
+  if (error instanceof api.Stranger) {
+    fault.line = 'viewer was started anew: open the address that it printed';
+    return;
+  }
   if (error instanceof api.Unreachable) {
     was_away = true;
     due.status = Math.min(due.status, due[what]);  // which tells whether the viewer is gone
