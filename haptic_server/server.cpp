@@ -22,18 +22,29 @@ namespace stillgrid {
 namespace {
 
 constexpr std::uint64_t kScenePatience_ns = 10'000'000'000;
+constexpr std::uint64_t kTellLoading_ns = 2'000'000'000;
 constexpr auto kRecorderPatience = std::chrono::milliseconds(300);
 
 using SceneWatch = SegmentWatch<SceneView>;
 
-/// The scene, or null when stopped; throws when it does not come in time.
+/// The scene, or null when stopped; throws when it does not come in time, not counting the time
+/// that its sim_server loads.
 const SceneView* wait_for_scene(SceneWatch& watch, const HapticOptions& options,
                                 const std::atomic<bool>& stop) {
-  const std::uint64_t give_up_ns = monotonic_ns() + kScenePatience_ns;
+  const std::uint64_t begin_ns = monotonic_ns();
+  std::uint64_t alone_since_ns = begin_ns;
+  bool is_told = false;
   const SceneView* scene = nullptr;
   while ((scene = watch.acquire()) == nullptr && !stop) {
     watch.poll();
-    if (monotonic_ns() > give_up_ns)
+    const std::uint64_t now_ns = monotonic_ns();
+    if (is_writer_loading(options.session, proto::SegmentKind::kScene)) {
+      alone_since_ns = now_ns;
+      if (!is_told && now_ns - begin_ns > kTellLoading_ns)
+        spdlog::info("waiting for sim_server, which is loading");
+      is_told = is_told || now_ns - begin_ns > kTellLoading_ns;
+    }
+    if (now_ns - alone_since_ns > kScenePatience_ns)
       throw SegmentError("no sim_server in session '" + options.session + "' after 10 s");
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }

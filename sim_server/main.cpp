@@ -6,6 +6,7 @@
 #include <ctime>
 #include <exception>
 #include <new>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -201,6 +202,14 @@ int write_surfaces_of(const Arguments& arguments, const SceneDescription& scene,
 
 /// Runs the scene; report and final state are written however it ended.
 int run(Arguments& arguments) {
+  // While it is held without a segment, haptic_server waits for the scene to be loaded.
+  std::optional<SessionLock> loading;
+  try {
+    if (!arguments.server.session.empty())
+      loading.emplace(arguments.server.session, proto::SegmentKind::kScene);
+  } catch (const SegmentError& error) {
+    return fail(error, kCouldNotStart);
+  }
   SceneDescription scene = load_scene(arguments.scene);
   for (const std::string& note : scene.notes) spdlog::info("{}", note);
   if (arguments.rate_hz) scene.period_s = 1.0 / *arguments.rate_hz;
@@ -224,7 +233,9 @@ int run(Arguments& arguments) {
   report.rate_hz = 1.0 / scene.period_s;
   if (!arguments.report.empty()) simulation.account_energy();
   int status = kDone;
-  install_stop_signal();  // before, a signal ends the process: there is nothing to leave behind
+  // Before, a signal ends the process, which leaves at worst the file of the lock, and it is free.
+  install_stop_signal();
+  loading.reset();  // the segment's writer takes it again
   try {
     run_simulation(scene, arguments.server, simulation, report, stop_requested());
   } catch (const SegmentError& error) {

@@ -97,6 +97,15 @@ SessionLock::~SessionLock() {
   if (bears_name(file_.get(), path_)) ::unlink(path_.c_str());  // while it is still held
 }
 
+bool is_writer_loading(std::string_view session, proto::SegmentKind kind) {
+  const std::string path = segment_path(session, kind);
+  const FileDescriptor lock = open_as_found(path + ".lock"), object = open_as_found(path);
+  const auto is_held = [](const FileDescriptor& file) {
+    return file.get() >= 0 && is_object_locked(file.get());
+  };
+  return is_held(lock) && !is_held(object);
+}
+
 bool bears_name(int fd, const std::string& path) noexcept {
   struct stat of_fd {};
   struct stat of_path {};

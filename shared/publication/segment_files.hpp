@@ -64,6 +64,10 @@ class SessionLock {
   FileDescriptor file_;
 };
 
+/// Whether somebody who lives holds a session's lock and has made no segment yet: sim_server, while
+/// it loads its scene. Asking takes nothing.
+[[nodiscard]] bool is_writer_loading(std::string_view session, proto::SegmentKind kind);
+
 /// Whether the open file is the one that now stands at path.
 [[nodiscard]] bool bears_name(int fd, const std::string& path) noexcept;
 

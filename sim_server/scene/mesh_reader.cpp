@@ -2,18 +2,21 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <exception>
 #include <stdexcept>
 #include <string_view>
 
+#include "shared/realtime/stop_signal.hpp"
 #include "sim_server/mesh/mass_properties.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
 #include "sim_server/mesh/mesh_repair.hpp"
 #include "sim_server/spheres/decomposition.hpp"
 #include "sim_server/spheres/effective_stiffness.hpp"
 #include "sim_server/spheres/sampling.hpp"
+#include "sim_server/spheres/sphere_cache.hpp"
 #include "sim_server/spheres/sphere_file.hpp"
 
 namespace stillgrid {
@@ -47,11 +50,42 @@ TriangleMesh read_closed(TableReader& table) {
   }
 }
 
-std::string note_of(const BodyDescription& body, const Decomposition& result, double time_s) {
-  std::array<char, 160> text{};
-  std::snprintf(text.data(), text.size(), "': %zu spheres within %.3g m of the mesh, in %.2f s",
-                result.balls.size(), result.hausdorff_m, time_s);
-  return "body '" + body.name + text.data();
+std::string note_of(const BodyDescription& body, const Decomposition& result, bool is_kept,
+                    double time_s) {
+  const std::string name = "body '" + body.name + "': ";
+  std::array<char, 200> text{};
+  if (result.hausdorff_m == 0.0)
+    std::snprintf(text.data(), text.size(), "%zu even spheres", result.balls.size());
+  else
+    std::snprintf(text.data(), text.size(), "%zu spheres within %.3g m of the mesh%s",
+                  result.balls.size(), result.hausdorff_m,
+                  result.is_reached() ? "" : ": the tolerance was not reached");
+  std::string note = name + text.data();
+  if (is_kept) return note + ", made before";
+  std::snprintf(text.data(), text.size(), ", in %.2f s", time_s);
+  return note + text.data();
+}
+
+/// What was made before, or what `make` makes; what took long is kept for the next time.
+template <typename Make>
+std::vector<Ball> made_or_kept(const SphereCache& cache, const BodyDescription& body,
+                               std::vector<std::string>& notes, Make&& make) {
+  constexpr double kWorthKeeping_s = 1.0;
+  if (const auto kept = cache.read()) {
+    notes.push_back(note_of(body, *kept, true, 0.0));
+    return kept->balls;
+  }
+  const auto start = std::chrono::steady_clock::now();
+  const Decomposition made = make();
+  const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+  notes.push_back(note_of(body, made, false, time.count()));
+  if (time.count() < kWorthKeeping_s) return made.balls;
+  try {
+    cache.write(made);
+  } catch (const std::runtime_error& error) {
+    notes.push_back(std::string("spheres are not kept for the next time: ") + error.what());
+  }
+  return made.balls;
 }
 
 std::vector<Ball> decomposed(TableReader& spheres, const TriangleMesh& mesh,
@@ -60,12 +94,9 @@ std::vector<Ball> decomposed(TableReader& spheres, const TriangleMesh& mesh,
   spheres.finish();
   if (tolerance_m < kFinestTolerance * box_of(mesh).sizes().maxCoeff())
     spheres.refuse(kTolerance, "at least a thousandth of the mesh's longest side");
-  const auto start = std::chrono::steady_clock::now();
+  const SphereCache cache(spheres.folder(), mesh, kTolerance, tolerance_m);
   try {
-    const Decomposition result = decompose(mesh, tolerance_m);
-    const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
-    notes.push_back(note_of(body, result, time.count()));
-    return result.balls;
+    return made_or_kept(cache, body, notes, [&] { return decompose(mesh, tolerance_m); });
   } catch (const StopRequested&) {
     throw;
   } catch (const std::exception& error) {
@@ -99,12 +130,15 @@ std::vector<Ball> sampled(TableReader& spheres, std::string_view key, const Tria
                           const BodyDescription& body, std::vector<std::string>& notes) {
   const double spacing_m = spheres.number(key, Bound::kPositive);
   spheres.finish();
+  const SphereCache cache(spheres.folder(), mesh, key, spacing_m);
   try {
-    std::vector<Ball> balls = key == kSurfaceSpacing
-                                  ? surface_balls(mesh, spacing_m, spacing_m)
-                                  : volume_balls(mesh, spacing_m, kVolumeRadius * spacing_m);
-    notes.push_back("body '" + body.name + "': " + std::to_string(balls.size()) + " even spheres");
-    return balls;
+    return made_or_kept(cache, body, notes, [&] {
+      Decomposition even;
+      even.balls = key == kSurfaceSpacing
+                       ? surface_balls(mesh, spacing_m, spacing_m)
+                       : volume_balls(mesh, spacing_m, kVolumeRadius * spacing_m);
+      return even;
+    });
   } catch (const std::invalid_argument& error) {
     spheres.refuse(key, std::string("a spacing that suits the mesh; ") + error.what());
   }

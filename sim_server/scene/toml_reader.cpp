@@ -137,7 +137,11 @@ std::filesystem::path TableReader::file(std::string_view key) {
   const std::string& text = node.as_string()->get();
   if (text.empty() || std::any_of(text.begin(), text.end(), is_control))
     refuse_at(key, node, expected);
-  return std::filesystem::path(file_).parent_path() / text;
+  return folder() / text;
+}
+
+std::filesystem::path TableReader::folder() const {
+  return std::filesystem::path(file_).parent_path();
 }
 
 bool TableReader::flag_or(std::string_view key, bool otherwise) {

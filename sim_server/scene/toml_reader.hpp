@@ -67,6 +67,8 @@ class TableReader {
   [[nodiscard]] std::string name(std::string_view key);
   /// The path of a file, from the folder of the scene file if it is relative.
   [[nodiscard]] std::filesystem::path file(std::string_view key);
+  /// Where relative paths begin: the folder of the scene file, empty where that is the current one.
+  [[nodiscard]] std::filesystem::path folder() const;
   [[nodiscard]] bool flag_or(std::string_view key, bool otherwise);
   /// The index of the string among the choices.
   [[nodiscard]] std::size_t choice(std::string_view key, std::span<const std::string_view> choices);

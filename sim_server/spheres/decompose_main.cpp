@@ -87,8 +87,9 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--tool-radius", arguments.tool_radius_m,
                  "Radius of the tool whose force is reported, m; default 2 % of the box's diagonal")
       ->check(number_in(1e-9, 1e3));
-  app.add_option("--press-depth", arguments.press_depth_m,
-                 "How deep it is pressed, m; default a quarter of its radius")
+  app.add_option(
+         "--press-depth", arguments.press_depth_m,
+         "How deep it is pressed, m; default a quarter of its radius, the tolerance at most")
       ->check(number_in(1e-9, 1e3));
   app.add_option(
       "--report", arguments.report,
@@ -162,7 +163,8 @@ int run(const Arguments& arguments) {
     if (!file.empty()) require_writable(file);
   const TriangleMesh read = load_mesh(arguments.mesh, arguments.scale);
   const ClosedMesh closed = make_closed(read, arguments.mesh.string());
-  const Press press = make_press(closed.mesh, arguments.tool_radius_m, arguments.press_depth_m);
+  const Press press = make_press(closed.mesh, arguments.tool_radius_m, arguments.press_depth_m,
+                                 arguments.tolerance_m);
 
   const auto start = std::chrono::steady_clock::now();
   const std::vector<Decomposition> levels = make_levels(arguments, closed.mesh);

@@ -1,6 +1,7 @@
 #include "sim_server/spheres/decompose_report.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
@@ -34,7 +35,8 @@ nlohmann::json force_fields(const Press& press, const UnitForce& force) {
 
 }  // namespace
 
-Press make_press(const TriangleMesh& closed, double tool_radius_m, double press_depth_m) {
+Press make_press(const TriangleMesh& closed, double tool_radius_m, double press_depth_m,
+                 double tolerance_m) {
   constexpr std::size_t kSamples = 6000;
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& vertex_m : closed.vertices_m) box.extend(vertex_m);
@@ -42,7 +44,9 @@ Press make_press(const TriangleMesh& closed, double tool_radius_m, double press_
     return given_m > 0.0 ? given_m : otherwise_m;
   };
   const double radius_m = given_or(tool_radius_m, 0.02 * box.diagonal().norm());
-  const double depth_m = given_or(press_depth_m, 0.25 * radius_m);
+  const double quarter_m = 0.25 * radius_m;
+  const double depth_m =
+      given_or(press_depth_m, std::min(quarter_m, given_or(tolerance_m, quarter_m)));
   const MeshDistance distance(closed);
   const SurfaceSamples all = sample_surface(closed, kSamples);
   SurfaceSamples reachable = reachable_samples(all, distance, radius_m, depth_m);

@@ -20,10 +20,11 @@ struct Press {
 };
 
 /// A tool that is pressed into a mesh; a radius of 0 is 2 % of the box's diagonal, a depth of 0 a
-/// quarter of the radius. Throws std::runtime_error where the tool fits nowhere.
-/// Pre: closed, as make_closed() leaves it; both finite and not negative.
+/// quarter of the radius, but no more than tolerance_m unless that is 0. Throws std::runtime_error
+/// where the tool fits nowhere.
+/// Pre: closed, as make_closed() leaves it; all finite and not negative.
 [[nodiscard]] Press make_press(const TriangleMesh& closed, double tool_radius_m,
-                               double press_depth_m);
+                               double press_depth_m, double tolerance_m);
 
 /// Fields of a report of sphere_decompose, see docs/formats.md: what was read and repaired.
 [[nodiscard]] nlohmann::json mesh_fields(const TriangleMesh& read, const ClosedMesh& closed);

@@ -159,10 +159,14 @@ bool bound_on_union(const MeshSolid& solid, std::span<const Ball> balls, double 
   patch.near.resize(kept);
   if (is_buried) return false;
   const double signed_m = solid.distance.signed_distance_m(patch.centre_m);
-  // Outside the solid no point of a ball is farther than it sticks out, if one knows the outside.
-  patch.high_m = solid.cuts_itself ? std::abs(signed_m) + patch.radius_m
-                                   : std::max(std::min(signed_m + patch.radius_m, sticks_out_m),
-                                              patch.radius_m - signed_m);
+  // Outside the solid no point of a ball is farther than it sticks out. Where a mesh cuts itself,
+  // what is outside is believed of small patches only, and where they do not contradict it.
+  const bool is_believed =
+      !solid.cuts_itself || (patch.radius_m <= 0.5 * sticks_out_m && signed_m <= sticks_out_m);
+  patch.high_m = std::max(signed_m + patch.radius_m, patch.radius_m - signed_m);
+  if (is_believed)
+    patch.high_m =
+        std::max(std::min(signed_m + patch.radius_m, sticks_out_m), patch.radius_m - signed_m);
   patch.low_m = is_exposed ? std::abs(signed_m) : 0.0;
   return true;
 }

@@ -45,7 +45,9 @@ struct TooFar {
 /// Triangles and spheres are cut into patches, the worst first, until the bound is that near to a
 /// distance found. On the mesh, outside the union: a distance from a ball is convex, so largest at
 /// a patch's corners. Inside the union: a way out of it, along a direction. On the union: the
-/// distance to the mesh changes by no more than one walks. Pre: balls not empty, precision_m > 0.
+/// distance to the mesh changes by no more than one walks. Where a mesh cuts itself, so that
+/// normals may take outside for inside, the last is a bound to within half of what a ball sticks
+/// out. Pre: balls not empty, precision_m > 0.
 [[nodiscard]] Decomposition with_error(const MeshSolid& solid, std::vector<Ball> balls,
                                        double precision_m);
 

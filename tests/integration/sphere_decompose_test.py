@@ -94,6 +94,19 @@ class OutputTest(SphereDecomposeTest):
         self.decompose(self.box, "--tolerance", 0.3)
         self.assertEqual(self.out.read_bytes(), first)
 
+    def test_a_tolerance_out_of_reach_leaves_the_nearest_spheres_a_warning_and_status_4(self):
+        # The upper corners turned by half a turn: the box cuts itself.
+        lines = box_text(BOX).splitlines()
+        lines[4:8] = lines[7:3:-1]
+        twisted = self.write("twisted.obj", "\n".join(lines) + "\n")
+        result = self.run_program(twisted, "--out", self.out, "--tolerance", 0.4, "--report", self.report)
+        self.assertEqual(result.returncode, 4, result.stderr)
+        self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
+        self.assertIn("the tolerance of 0.4 m was not reached", result.stderr)
+        self.assertTrue(all(sphere[3] > 0.0 for sphere in read_spheres(self.out)))
+        level = self.json_of(self.report)["levels"][0]
+        self.assertGreater(level["hausdorff_m"], 0.4)
+
     def test_a_scene_takes_the_file(self):
         self.decompose(self.box, "--tolerance", 0.2)
         scene = self.write("scene.toml", f"""format = 1

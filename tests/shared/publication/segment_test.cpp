@@ -53,6 +53,19 @@ TEST_CASE("A session is named by 1 to 64 letters, digits, '_', '-' or '.'", "[se
   CHECK_THROWS_AS(segment_name(std::string("a\0b", 3), kScene), SegmentError);
 }
 
+TEST_CASE("A session is being loaded while its lock is held and no segment lives", "[segment]") {
+  const TestSession session;
+  CHECK_FALSE(is_writer_loading(session.name(), kScene));
+  {
+    const SessionLock loading(session.name(), kScene);
+    CHECK(is_writer_loading(session.name(), kScene));
+    CHECK_FALSE(is_writer_loading(session.name(), proto::SegmentKind::kTool));
+  }
+  CHECK_FALSE(is_writer_loading(session.name(), kScene));
+  const SegmentWriter writer(session.name(), small_spec());
+  CHECK_FALSE(is_writer_loading(session.name(), kScene));
+}
+
 TEST_CASE("A reader sees what the writer declared and published", "[segment]") {
   const TestSession session;
   SegmentSpec spec = small_spec();
