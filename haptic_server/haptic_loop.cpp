@@ -62,6 +62,7 @@ TickEnd HapticLoop::sense(const SceneView& scene, std::uint64_t now_ns) noexcept
   motion_ = {};
   const std::optional<DeviceReading> reading = reading_check_.check(state, now_ns);
   believed_ = reading.has_value();
+  flags_ |= reading_check_.reason();
   if (reading) {
     place(scene.scene().device, *reading);
     buttons_ = reading->buttons;

@@ -38,6 +38,7 @@ class HapticLoop {
       : device_(device),
         tool_(tool),
         renderer_(std::move(renderer)),
+        reading_check_(reading_bounds(device.descriptor())),
         safety_(with_period(limits, period_ns)),
         period_ns_(period_ns),
         clock_(clock) {}

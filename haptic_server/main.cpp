@@ -35,13 +35,15 @@ constexpr const char* kDescription =
     "  haptic_server --session demo --device phantom:path=press,hand=light --record run.csv\n"
     "  haptic_server --session ci --lockstep --device replay:file=run.csv --record again.csv\n"
     "\n"
-    "A device is the path of a plugin (.so) or the name of an installed one: phantom, replay.\n";
+    "A device is the path of a plugin (.so) or the name of an installed one: phantom, replay, "
+    "spacemouse.\n";
 
 void add_options(CLI::App& app, Arguments& arguments) {
   HapticOptions& options = arguments.options;
-  app.add_option("--session", options.session, "Name that joins the two servers")
+  app.add_option("--session", options.session,
+                 "Name that joins the two servers; USER/NAME: with USER's")
       ->required()
-      ->check(session_complaint);
+      ->transform(CLI::Validator(settle_session, ""));
   app.add_option("--device", options.device, "PLUGIN[:key=value,...]")->required();
   app.add_option("--rate", options.rate_hz, "Ticks a second, Hz; default 1000")
       ->check(number_in(10.0, 1e5));
@@ -64,7 +66,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
                "Virtual time, in agreement with sim_server --lockstep; repeatable to the bit");
   app.add_option("--report", arguments.report, "Write a report (JSON) at exit");
   app.add_option("--cpu", options.cpu, "Run the loop on this processor")
-      ->check(CLI::NonNegativeNumber);
+      ->check(integer_in(0, 8191));
   app.add_option("--group", arguments.group,
                  "Let this group of users read the session too; default: only its owner")
       ->check(group_complaint);

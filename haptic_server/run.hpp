@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "haptic_server/device/device_host.hpp"
+#include "haptic_server/driver_watch.hpp"
 #include "haptic_server/haptic_loop.hpp"
 #include "haptic_server/recording/recorder.hpp"
 #include "haptic_server/safety/guardian.hpp"
@@ -27,6 +28,7 @@ struct Run {
   SceneWatch& watch;
   ToolWriter& tool;
   HapticLoop& loop;
+  DriverWatch& driver;
   Recorder* recorder;
   TickWatchdog& watchdog;
   GuardedState& guarded;

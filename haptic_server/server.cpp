@@ -83,6 +83,24 @@ void finish_recording_soon(Recorder* recorder, HapticReport& report) {
     report.lost_rows = lost_rows.get();
 }
 
+/// A run whose device was hardly ever believed has not run.
+void require_believed(const HapticReport& report) {
+  constexpr double kMost = 0.9;
+  const std::uint64_t bad = report.flags[0];
+  static_assert(kFlagBadDevice == 1U);
+  if (bad == 0 || static_cast<double>(bad) < kMost * static_cast<double>(report.ticks)) return;
+  throw DeviceFault("device '" + report.device + "': not believed in " + std::to_string(bad) +
+                    " of " + std::to_string(report.ticks) +
+                    " ticks; expected readings as device_check asks for");
+}
+
+/// The user learns what the chain holds a torque to where no driver says it.
+void tell_undeclared_torque(const stillgrid_device_descriptor& device, const SafetyLimits& limits) {
+  if (device.max_force_N > 0.0 && device.max_torque_N_m == 0.0)
+    spdlog::info("device '{}' declares no torque: none beyond {:.3g} N m, its force at {} m",
+                 device.name, limits.max_force_N * limits.lever_m, limits.lever_m);
+}
+
 void run_and_release(Run& run) {
   std::exception_ptr fault;
   try {
@@ -135,6 +153,7 @@ void run_haptics(const HapticOptions& options, HapticReport& report, GuardedStat
       [&] { give_up("a call did not return in time"); },
       [&guarded] { guarded.beats.fetch_add(1, std::memory_order_relaxed); });
   watchdog.watch_call();
+  DriverWatch driver(spec.plugin);
   Device device(spec, {.period_ns = period_ns, .is_virtual = options.lockstep});
   if (options.lockstep) require_no_motors(device, spec);
   const OpenDevice while_open(device, open_device, watchdog);
@@ -159,14 +178,16 @@ void run_haptics(const HapticOptions& options, HapticReport& report, GuardedStat
   if (!options.record.empty())
     recorder = std::make_unique<Recorder>(options.record, report.scene, report.device,
                                           head_of(device.identity()));
+  const SafetyLimits limits = safety_limits(options.safety, device.descriptor());
+  tell_undeclared_torque(device.descriptor(), limits);
   const auto loop =
       std::make_unique<HapticLoop>(device, tool, make_renderer(options.model, options.transition),
-                                   safety_limits(options.safety, device.descriptor()), period_ns,
-                                   options.lockstep ? nullptr : monotonic_ns);
+                                   limits, period_ns, options.lockstep ? nullptr : monotonic_ns);
   open_recorder = recorder.get();
-  Run run{options, report, stop,           period_ns, device, watch,
-          tool,    *loop,  recorder.get(), watchdog,  guarded};
+  Run run{options, report, stop,   period_ns,      device,   watch,
+          tool,    *loop,  driver, recorder.get(), watchdog, guarded};
   run_and_release(run);
+  require_believed(report);
 }
 
 }  // namespace stillgrid

@@ -34,6 +34,7 @@ TickEnd tick_in_real_time(Run& run) {
     run.report.wake_ns.record(wake.now_ns - wake.deadline_ns);
     run.loop.note_times(row.tick_ns, wake.now_ns - wake.deadline_ns, run.report.missed_ticks);
     run.loop.count(row, run.report);
+    run.driver.note(row.flags);
     if (run.recorder != nullptr) run.recorder->record(row);
   }
   return end;
@@ -72,6 +73,7 @@ TickEnd tick_in_lockstep(Run& run, const SceneView& scene) {
     HardwareAtomics::store(own.lockstep_event_ns, now_ns + run.period_ns,
                            std::memory_order_release);
     run.loop.count(row, run.report);
+    run.driver.note(row.flags);
     if (run.recorder != nullptr) run.recorder->record_waiting(row);
   }
   return end;

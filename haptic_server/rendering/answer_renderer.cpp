@@ -57,6 +57,11 @@ Yielding AnswerRenderer::yielding(const Shown& shown, std::uint64_t now_ns) cons
   return own;
 }
 
+Eigen::Vector3d AnswerRenderer::rest_N(std::uint64_t now_ns) const noexcept {
+  return left(shown_.began_ns, rest_duration_s(shown_.snapshot, shown_.rest_N), now_ns) *
+         shown_.rest_N;
+}
+
 /// The force of what was displayed a tick ago, led on to the present; it stays in touched_.
 ToolForce AnswerRenderer::last_image_force(const SceneView& scene,
                                            std::span<const PlacedToolSphere> tool,
@@ -121,6 +126,7 @@ RenderedTick AnswerRenderer::render(const SceneView& scene, const ToolPose& pose
   const auto lead_on = [&] {
     if (!before) before = last_image_force(scene, tool, pose, now_ns);
   };
+  std::optional<double> switch_jump_N;
 
   Shown next;
   const ReadResult read = read_latest(scene.buffer(), [&](const std::uint64_t* payload) {
@@ -154,6 +160,7 @@ RenderedTick AnswerRenderer::render(const SceneView& scene, const ToolPose& pose
                                   next.change_N, kTolerance_N, *touched_);
     force = sphere_force(scene.scene(), *touched_, tool, pose);
     if (is_new && had_image) {
+      switch_jump_N = (force.force_N - before->force_N + rest_N(now_ns)).norm();
       next.rest_N = before->force_N - force.force_N;
       next.rest_N_m = before->torque_N_m - force.torque_N_m;
     }
@@ -169,6 +176,7 @@ RenderedTick AnswerRenderer::render(const SceneView& scene, const ToolPose& pose
   RenderedTick tick = tick_showing(shown_.snapshot, now_ns);
   tick.contended = contended;
   tick.is_new = is_new;
+  tick.switch_jump_N = switch_jump_N;
   tick.alpha = 1.0 - left(shown_.began_ns, shift_duration_s(shown_.snapshot), now_ns);
   tick.stands = shown_.weights.stands;
   const Yielding yielded = yielding(shown_, now_ns);
@@ -178,7 +186,6 @@ RenderedTick AnswerRenderer::render(const SceneView& scene, const ToolPose& pose
   tick.cut = touched_->cut || still_.cut;
   for (const TouchedSpheres* touched : {touched_, &still_})
     for (const TouchedSphere& sphere : touched->all()) tick.swept = tick.swept || sphere.swept;
-  if (is_new && had_image) tick.switch_jump_N = (force.force_N - before->force_N).norm();
   tick.force = tool_force(scene.scene(), still_, tool, pose);
   tick.force.force_N += force.force_N;
   tick.force.torque_N_m += force.torque_N_m;

@@ -36,6 +36,8 @@ class AnswerRenderer final : public Renderer {
     Eigen::Vector3d rest_N_m = Eigen::Vector3d::Zero();
   };
   [[nodiscard]] Yielding yielding(const Shown& shown, std::uint64_t now_ns) const noexcept;
+  /// What is left of the rest of the force that the image came with.
+  [[nodiscard]] Eigen::Vector3d rest_N(std::uint64_t now_ns) const noexcept;
   ToolForce last_image_force(const SceneView& scene, std::span<const PlacedToolSphere> tool,
                              const ToolPose& pose, std::uint64_t now_ns) noexcept;
   void continue_from(const GridView& grid, double push_N, std::span<const PlacedToolSphere> tool,

@@ -84,18 +84,22 @@ Wrench SafetyChain::limited(const SafetyInput& input, double energy_share,
   }
   keep(workspace_share(limits_.workspace, input.device_m), kFlagWorkspace);
   if (limit_drive(next.force_N, input.velocity_m_s, limits_.max_speed_m_s)) flags |= kFlagSpeed;
+  const auto clamp = [&] {
+    if (shorten(next, limit_N, lever_m)) flags |= kFlagClamped;
+  };
+  clamp();
   if (energy_share < 1.0 &&
       limit_norm(next, energy_share * norm_N(input.rendered, lever_m), lever_m))
     flags |= kFlagEnergy;
   if (passivity_control_ && input.image.exists)
     next.force_N += passivity_control_->damp(energy_, input.motion, input.elapsed_s, flags);
-  if (shorten(next, limit_N, lever_m)) flags |= kFlagClamped;
+  clamp();
   return next;
 }
 
 Wrench SafetyChain::apply(const SafetyInput& input, std::uint32_t& flags) noexcept {
   observe(energy_, told_, input.motion);
-  contact_.observe(told_, input.motion);
+  contact_.observe(told_, input.motion, limits_.lever_m);
   budget_.spend(told_.force_N.norm(), input.elapsed_s);
   const bool is_number =
       input.rendered.force_N.allFinite() && input.rendered.torque_N_m.allFinite();

@@ -57,8 +57,8 @@ struct SafetyInput {
 
 /// All that stands between a rendered force and a hand, in this order: readings that are not
 /// believed, forces that are no number, the image's age, the ramp at the start and after any gap,
-/// the stiffness governor, the motors' budget, the edge of the workspace, the speed limit, what the
-/// contact took, control of the energy, the limit of the norm, the limit of growth and turn.
+/// the stiffness governor, the motors' budget, the edge of the workspace, the speed limit, the
+/// limit of the norm, what the contact took, control of the energy, the limit of growth and turn.
 /// docs/safety.md has the reasons.
 ///
 /// Each stage but the damper of the energy's control shortens the wrench, the speed limit one

@@ -37,8 +37,9 @@ constexpr const char* kDescription =
     "Exit status: 0 done, 1 a bad option, 2 no such session, or what it may not remove.\n";
 
 void add_options(CLI::App& app, Arguments& arguments) {
-  app.add_option("--session", arguments.session, "Only this one, in detail")
-      ->check(session_complaint);
+  app.add_option("--session", arguments.session,
+                 "Only this one, in detail; USER/NAME: of another user")
+      ->transform(CLI::Validator(settle_session, ""));
   auto* json = app.add_flag("--json", arguments.is_json, "JSON, see docs/formats.md");
   auto* watch = app.add_option("--watch-s", arguments.watch_s,
                                "Measure the rates for that long, s; 0: not at all; default: 0.3, "
@@ -48,6 +49,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
       ->needs(json);
   app.add_option("--max-spheres", arguments.json.most_spheres,
                  "With --json: moving and static spheres, at most so many of each; default 100000")
+      ->check(integer_in(0, 1'000'000'000))
       ->needs(json);
   app.add_flag("--remove-dead", arguments.remove_dead,
                "Remove what killed servers left; what lives is not touched")

@@ -128,11 +128,13 @@ const SegmentReader* ObservedSegment::reader() const noexcept {
 ObservedSegment observe(const SegmentFile& file) {
   ObservedSegment segment;
   segment.summary.file = file;
-  if (!session_complaint(file.session).empty()) {
+  std::string path;
+  try {
+    path = segment_path(file.session, file.kind);
+  } catch (const SegmentError&) {
     refuse(segment, "its name is none that a session can have");
     return segment;
   }
-  const std::string path = segment_path(file.session, file.kind);
   const RawObject raw = raw_object(path);
   segment.summary.size_bytes = raw.size_bytes;
   if (raw.is_there && !raw.is_regular) {  // to open a pipe would wait for its other end
@@ -222,7 +224,8 @@ std::vector<SegmentSummary> survey(std::span<const SegmentFile> files,
 
 bool remove_leftover(const SegmentFile& file) {
   // The object's own lock is asked too: who deletes a lock file does not kill its holder.
-  return observe(file).summary.is_leftover && remove_dead_segment(file.session, file.kind);
+  return observe(file).summary.is_leftover && session_owner(file.session) == ::geteuid() &&
+         remove_dead_segment(file.session, file.kind);
 }
 
 std::optional<double> age_of(std::uint64_t stamp_ns, proto::Clock clock,

@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <boost/interprocess/shared_memory_object.hpp>
 #include <cerrno>
 #include <cstddef>
 #include <span>
@@ -53,24 +52,25 @@ struct Object {
 
 /// A new object, its pages reserved: memory that is short must be a message here, not a SIGBUS
 /// later. Its lock is held, and the group may read it.
-Object create_object(const std::string& name, std::size_t size_bytes,
+Object create_object(const std::string& path, std::size_t size_bytes,
                      std::optional<gid_t> readers) {
-  remove_debris(std::string(kSegmentFolder) + name);
-  bip::permissions owner_only(0600);
-  bip::shared_memory_object object(bip::create_only, name.c_str(), bip::read_write, owner_only);
+  remove_debris(path);
+  FileDescriptor file(
+      ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600));
+  if (file.get() < 0) throw SegmentError("cannot make " + path + ": " + error_text(errno));
   const auto require = [&](bool is_done, const std::string& what) {
     if (is_done) return;
     const int code = errno;
-    bip::shared_memory_object::remove(name.c_str());
-    throw SegmentError("cannot " + what + " for " + name + ": " + error_text(code));
+    ::unlink(path.c_str());
+    throw SegmentError("cannot " + what + " for " + path + ": " + error_text(code));
   };
-  FileDescriptor file(::fcntl(object.get_mapping_handle().handle, F_DUPFD_CLOEXEC, 0));
   errno = ::posix_fallocate(file.get(), 0, static_cast<off_t>(size_bytes));
   require(errno == 0, "reserve " + std::to_string(size_bytes) + " bytes of shared memory");
   require(lock_object(file.get()), "take the lock");
   require(!readers || ::fchown(file.get(), static_cast<uid_t>(-1), *readers) == 0, "set the group");
   require(!readers || ::fchmod(file.get(), 0640) == 0, "set the mode");
-  return {std::move(file), bip::mapped_region(object, bip::read_write, 0, size_bytes)};
+  bip::mapped_region region(Mappable{file.get()}, bip::read_write, 0, size_bytes);
+  return {std::move(file), std::move(region)};
 }
 
 void refuse(const std::string& name, const std::string& why) {
@@ -118,17 +118,17 @@ void touch_pages(std::span<const std::byte> bytes) {
 }  // namespace
 
 SegmentWriter::SegmentWriter(std::string_view session, const SegmentSpec& spec)
-    : name_(segment_name(session, spec.kind)), session_lock_(session, spec.kind) {
+    : path_(own_segment_path(session, spec.kind)), session_lock_(session, spec.kind) {
   const std::size_t first_slot = round_up(spec.fixed_bytes, 64);
   const std::size_t slot_bytes = kSlotHeaderBytes + round_up(spec.payload_bytes, 64);
   const std::size_t size_bytes = round_up(first_slot + 2 * slot_bytes, 4096);
 
   try {
-    Object object = create_object(name_, size_bytes, spec.readers);
+    Object object = create_object(path_, size_bytes, spec.readers);
     object_lock_ = std::move(object.file);
     region_ = std::move(object.region);
   } catch (const bip::interprocess_exception& error) {
-    throw SegmentError("cannot make shared memory " + name_ + ": " + error.what());
+    throw SegmentError("cannot map " + path_ + ": " + error.what());
   }
   guard_.emplace(std::span(bytes(), size_bytes), MappingGuard::Access::kWrite);
   proto::SegmentHeader& fresh = header();
@@ -149,13 +149,12 @@ SegmentWriter::SegmentWriter(std::string_view session, const SegmentSpec& spec)
 SegmentWriter::~SegmentWriter() {
   // The locks go last, with their descriptors: nobody may take the name over while it is ours to
   // remove. A stranger may have removed it before, and another writer have made its own.
-  const std::string path = std::string(kSegmentFolder) + name_;
-  if (bears_name(object_lock_.get(), path)) ::unlink(path.c_str());
+  if (bears_name(object_lock_.get(), path_)) ::unlink(path_.c_str());
 }
 
 void SegmentWriter::require_whole() const {
   if (guard_->is_lost())
-    throw SegmentError("shared memory " + name_ + " was shrunk by another program while in use");
+    throw SegmentError("shared memory " + path_ + " was shrunk by another program while in use");
 }
 
 void SegmentWriter::announce() noexcept {
@@ -171,15 +170,17 @@ std::byte* SegmentWriter::bytes() noexcept {
 
 std::optional<SegmentReader> SegmentReader::open(std::string_view session, proto::SegmentKind kind,
                                                  std::uint64_t layout_hash) {
-  const std::string name = segment_name(session, kind);
+  const std::string name = segment_path(session, kind);
+  if (name.empty()) return std::nullopt;
   SegmentReader reader;
   // Not by the library, which would wait at a pipe for its other end.
-  reader.object_ = open_as_found(segment_path(session, kind));
+  reader.object_ = open_as_found(name);
   if (reader.object_.get() < 0 && errno == ENOENT) return std::nullopt;
   struct stat status {};
   if (reader.object_.get() < 0 || ::fstat(reader.object_.get(), &status) != 0)
     throw SegmentError("cannot open shared memory " + name + ": " + error_text(errno));
   if (!S_ISREG(status.st_mode)) refuse(name, "it is not a file");
+  require_owner(reader.object_.get(), session_owner(session), name);
   const auto size_bytes = static_cast<std::size_t>(status.st_size);
   if (size_bytes == 0) return std::nullopt;  // created, not sized yet
   if (size_bytes < sizeof(proto::SegmentHeader))

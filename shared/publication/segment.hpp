@@ -53,7 +53,7 @@ class SegmentWriter {
   void require_whole() const;
 
  private:
-  std::string name_;
+  std::string path_;
   SessionLock session_lock_;
   FileDescriptor object_lock_;
   boost::interprocess::mapped_region region_;
@@ -81,8 +81,9 @@ class SegmentReader {
   ~SegmentReader() = default;
 
   /// Maps the segment of that kind, or nothing while there is none or it is not announced yet.
-  /// Throws SegmentError if what stands there cannot be ours: foreign, truncated, another version
-  /// (both versions are named, OtherBuildError), or not permitted.
+  /// Throws SegmentError if what stands there cannot be ours: another user's than the session's
+  /// owner, foreign, truncated, another version (both versions are named, OtherBuildError), or not
+  /// permitted.
   static std::optional<SegmentReader> open(std::string_view session, proto::SegmentKind kind,
                                            std::uint64_t layout_hash);
 

@@ -13,8 +13,7 @@
 namespace stillgrid {
 namespace {
 
-constexpr std::string_view kPrefix = "stillgrid-", kScene = "-scene", kTool = "-tool",
-                           kLock = ".lock";
+constexpr std::string_view kLock = ".lock";
 
 /// An open-file-description lock over a whole file: freed by the kernel however its holder ends,
 /// and unlike flock() it can be asked for without being taken (F_OFD_GETLK).
@@ -30,6 +29,7 @@ std::optional<FileDescriptor> try_lock(const std::string& path) {
   for (;;) {
     FileDescriptor file(::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC | O_NOFOLLOW, 0600));
     if (file.get() < 0) throw SegmentError("cannot open " + path + ": " + error_text(errno));
+    require_owner(file.get(), ::geteuid(), path);
     if (!lock_object(file.get())) {
       if (errno == EAGAIN || errno == EACCES) return std::nullopt;
       throw SegmentError("cannot lock " + path + ": " + error_text(errno));
@@ -39,37 +39,23 @@ std::optional<FileDescriptor> try_lock(const std::string& path) {
   }
 }
 
-}  // namespace
-
-std::string segment_name(std::string_view session, proto::SegmentKind kind) {
-  const auto is_allowed = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-           c == '-' || c == '.';
-  };
-  if (session.empty() || session.size() > 64 || session.front() == '.' ||
-      !std::all_of(session.begin(), session.end(), is_allowed))
-    throw SegmentError("value '" + std::string(session) +
-                       "': expected 1 to 64 letters, digits, '_', '-' or '.'");
-  return std::string(kPrefix) + std::string(session) +
-         std::string(kind == proto::SegmentKind::kScene ? kScene : kTool);
-}
-
-std::string segment_path(std::string_view session, proto::SegmentKind kind) {
-  return std::string(kSegmentFolder) + segment_name(session, kind);
-}
-
-std::string error_text(int code) {
-  return std::generic_category().message(code);
-}
-
-std::string session_complaint(std::string_view session) {
-  try {
-    (void)segment_name(session, proto::SegmentKind::kScene);
-    return {};
-  } catch (const SegmentError& error) {
-    return error.what();
+/// Adds what stands in a user's folder, if it may be listed.
+void list_folder(const std::filesystem::path& folder, uid_t owner,
+                 std::vector<SegmentFile>& found) {
+  const std::string user = owner == ::geteuid() ? "" : std::to_string(owner) + "/";
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    std::string file = entry.path().filename();
+    if (file.ends_with(kLock)) file.resize(file.size() - kLock.size());
+    for (const auto kind : {proto::SegmentKind::kScene, proto::SegmentKind::kTool}) {
+      const std::string_view ending = ending_of(kind);
+      if (file.ends_with(ending) && file.size() > ending.size())
+        found.push_back({user + file.substr(0, file.size() - ending.size()), kind});
+    }
   }
 }
+
+}  // namespace
 
 std::optional<gid_t> group_named(const std::string& name) {
   const struct group* const found = ::getgrnam(name.c_str());
@@ -89,8 +75,17 @@ FileDescriptor open_as_found(const std::string& path) noexcept {
   return FileDescriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
 }
 
+void require_owner(int fd, uid_t owner, const std::string& path) {
+  struct stat status {};
+  if (::fstat(fd, &status) != 0)
+    throw SegmentError("cannot look at " + path + ": " + error_text(errno));
+  if (status.st_uid != owner)
+    throw SegmentError("shared memory " + path + " is refused: it belongs to user " +
+                       std::to_string(status.st_uid) + ", expected user " + std::to_string(owner));
+}
+
 SessionLock::SessionLock(std::string_view session, proto::SegmentKind kind)
-    : path_(segment_path(session, kind) + ".lock") {
+    : path_(own_segment_path(session, kind) += kLock) {
   auto file = try_lock(path_);
   if (!file)
     throw SegmentError("session '" + std::string(session) +
@@ -122,26 +117,24 @@ bool is_object_locked(int fd) noexcept {
 
 std::optional<ObjectId> segment_id(std::string_view session, proto::SegmentKind kind) {
   struct stat status {};
-  if (::stat(segment_path(session, kind).c_str(), &status) != 0) return std::nullopt;
+  const std::string path = segment_path(session, kind);
+  if (path.empty() || ::stat(path.c_str(), &status) != 0) return std::nullopt;
   return ObjectId{status.st_dev, status.st_ino};
 }
 
 std::vector<SegmentFile> list_segments() {
   std::vector<SegmentFile> found;
   std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(kSegmentFolder, error)) {
-    std::string file = entry.path().filename();
-    if (!file.starts_with(kPrefix)) continue;
-    if (file.ends_with(kLock)) file.resize(file.size() - kLock.size());
-    for (const auto& [ending, kind] : {std::pair{kScene, proto::SegmentKind::kScene},
-                                       std::pair{kTool, proto::SegmentKind::kTool}}) {
-      if (!file.ends_with(ending) || file.size() <= kPrefix.size() + ending.size()) continue;
-      found.push_back(
-          {file.substr(kPrefix.size(), file.size() - kPrefix.size() - ending.size()), kind});
-    }
+  for (const auto& entry : std::filesystem::directory_iterator(kSharedMemory, error)) {
+    const std::string folder = entry.path().filename();
+    if (!folder.starts_with(kFolderPrefix)) continue;
+    const std::string_view rest = std::string_view(folder).substr(kFolderPrefix.size());
+    const auto owner = number_of_user(rest.substr(0, rest.find('.')));
+    if (owner && folder_of(*owner) == entry.path().string() + "/")
+      list_folder(entry.path(), *owner, found);
   }
   if (error)
-    throw SegmentError("cannot list " + std::string(kSegmentFolder) + ": " + error.message());
+    throw SegmentError("cannot list " + std::string(kSharedMemory) + ": " + error.message());
   std::sort(found.begin(), found.end());
   found.erase(std::unique(found.begin(), found.end()), found.end());
   return found;
@@ -166,7 +159,10 @@ void remove_debris(const std::string& path) {
 }
 
 bool remove_dead_segment(std::string_view session, proto::SegmentKind kind) {
-  const std::string path = segment_path(session, kind), lock_path = path + ".lock";
+  if (session_owner(session) != ::geteuid())
+    throw SegmentError("session '" + std::string(session) +
+                       "' is another user's, who alone may remove what is left of it");
+  const std::string path = segment_path(session, kind), lock_path = path + std::string(kLock);
   if (::access(path.c_str(), F_OK) != 0 && ::access(lock_path.c_str(), F_OK) != 0) return false;
   const auto lock = try_lock(lock_path);
   if (!lock) return false;

@@ -5,36 +5,15 @@
 #include <compare>
 #include <cstdint>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "proto/segment_header.hpp"
+#include "shared/publication/segment_place.hpp"
 
 namespace stillgrid {
-
-/// A segment cannot be made or must be refused; what() is one line for the user.
-class SegmentError : public std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
-/// Where segments are files.
-inline constexpr std::string_view kSegmentFolder = "/dev/shm/";
-
-/// What a session's segment is called in shared memory. Throws SegmentError unless the session is 1
-/// to 64 letters, digits, '_', '-' or '.', with no '.' first.
-[[nodiscard]] std::string segment_name(std::string_view session, proto::SegmentKind kind);
-
-/// Where it stands as a file. Throws as segment_name().
-[[nodiscard]] std::string segment_path(std::string_view session, proto::SegmentKind kind);
-
-/// What the system says of an error's number.
-[[nodiscard]] std::string error_text(int code);
-
-/// What is wrong with a session's name, or nothing: a check for command lines.
-[[nodiscard]] std::string session_complaint(std::string_view session);
 
 /// The number of a group of users, if there is one of that name.
 [[nodiscard]] std::optional<gid_t> group_named(const std::string& name);
@@ -65,11 +44,14 @@ class FileDescriptor {
 /// never waits, as for the other end of a pipe.
 [[nodiscard]] FileDescriptor open_as_found(const std::string& path) noexcept;
 
+/// Throws SegmentError unless that user owns the open file, whatever its mode lets others do.
+void require_owner(int fd, uid_t owner, const std::string& path);
+
 /// The right to write a session's segment: a kernel lock on a file beside it, freed however its
 /// holder ends. Removes that file at the end. Thread: any.
 class SessionLock {
  public:
-  /// Throws SegmentError while another holds it.
+  /// Throws SegmentError while another holds it, and where its file is another user's.
   SessionLock(std::string_view session, proto::SegmentKind kind);
   ~SessionLock();
   SessionLock(SessionLock&&) = delete;
@@ -101,22 +83,22 @@ struct ObjectId {
 /// The object that now bears the name, if any.
 [[nodiscard]] std::optional<ObjectId> segment_id(std::string_view session, proto::SegmentKind kind);
 
-/// A segment's object that stands in shared memory, whoever made it, or its lock file alone.
+/// A segment's object that stands in a user's folder, or its lock file alone.
 struct SegmentFile {
   std::string session;
   proto::SegmentKind kind;
   auto operator<=>(const SegmentFile&) const = default;
 };
 
-/// All of them, by session. Throws SegmentError if the folder cannot be read.
+/// Those of all users, by session. Throws SegmentError if shared memory cannot be listed.
 [[nodiscard]] std::vector<SegmentFile> list_segments();
 
 /// Removes an object that a killed writer left, if one is there. Throws SegmentError if it is
 /// somebody else's file, if its writer lives, or if it may not. Pre: the session's lock is held.
 void remove_debris(const std::string& path);
 
-/// Removes what a killed writer left, object and lock; false when its writer lives or nothing was
-/// there. Throws SegmentError as remove_debris().
+/// Removes what a killed writer of this user left, object and lock; false when its writer lives or
+/// nothing was there. Throws SegmentError as remove_debris(), and for another user's session.
 bool remove_dead_segment(std::string_view session, proto::SegmentKind kind);
 
 }  // namespace stillgrid

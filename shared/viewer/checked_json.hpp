@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 
 namespace stillgrid {
 
@@ -18,6 +19,14 @@ template <class Json>
 template <class Json>
 [[nodiscard]] bool is_number_or_null(const Json& json) {
   return json.is_number() || json.is_null();
+}
+
+/// A list of so many numbers, each null where it was none: a scene's writer may publish anything.
+template <class Json>
+[[nodiscard]] bool are_numbers_or_null(const Json& json, std::size_t count) {
+  return json.is_array() && json.size() == count &&
+         std::all_of(json.begin(), json.end(),
+                     [](const Json& value) { return is_number_or_null(value); });
 }
 
 /// The levels of a grid, as far as the page reads them.

@@ -13,11 +13,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-bool are_numbers(const Json& json, std::size_t count) {
-  return json.is_array() && json.size() == count &&
-         std::all_of(json.begin(), json.end(), [](const Json& x) { return x.is_number(); });
-}
-
 bool is_state(const Json& json) {
   return json == "alive" || json == "dead" || json == "absent";
 }
@@ -25,9 +20,10 @@ bool is_state(const Json& json) {
 bool is_tool(const Json& tool) {
   if (tool.is_null()) return true;
   return at(tool, "tick").is_number_unsigned() && at(tool, "contacts").is_number_unsigned() &&
-         at(tool, "time_s").is_number() && at(tool, "age_s").is_number() &&
-         at(tool, "flags").is_array() && are_numbers(at(tool, "position_m"), 3) &&
-         are_numbers(at(tool, "orientation_xyzw"), 4) && are_numbers(at(tool, "force_N"), 3);
+         at(tool, "time_s").is_number() && is_number_or_null(at(tool, "age_s")) &&
+         at(tool, "flags").is_array() && are_numbers_or_null(at(tool, "position_m"), 3) &&
+         are_numbers_or_null(at(tool, "orientation_xyzw"), 4) &&
+         are_numbers_or_null(at(tool, "force_N"), 3);
 }
 
 /// Percentiles, and what is counted.

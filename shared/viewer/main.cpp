@@ -43,16 +43,16 @@ constexpr const char* kDescription =
     "It waits for servers that are not there yet. Ctrl-C ends it.\n";
 
 void add_options(CLI::App& app, Arguments& arguments) {
-  auto* session =
-      app.add_option("--session", arguments.live.session, "Name that joins the two servers")
-          ->check(session_complaint);
+  auto* session = app.add_option("--session", arguments.live.session,
+                                 "Name that joins the two servers; USER/NAME: with USER's")
+                      ->transform(CLI::Validator(settle_session, ""));
   auto* open = app.add_option("--open", arguments.open, "A view that --save kept");
   auto* recording = app.add_option("--recording", arguments.recording,
                                    "A recording (CSV) of haptic_server: the tool, no bodies");
   session->excludes(open)->excludes(recording);
   open->excludes(recording);
   app.add_option("--port", arguments.port, "Of the page; 0: any that is free; default 8765")
-      ->check(CLI::Range(0, 65535));
+      ->check(integer_in(0, 65535));
   app.add_option("--surfaces", arguments.surfaces,
                  "Surfaces of the bodies (JSON), from sim_server --surfaces")
       ->needs(session);

@@ -82,10 +82,10 @@ void PageConnection::end() {
 }
 
 void PageConnection::befriend() {
-  if (list_ == &lists_.known) return;
-  if (lists_.known.size() >= ConnectionLists::kMostKnown) lists_.known.front()->end();
+  const bool is_new = list_ != &lists_.known;
+  if (is_new && lists_.known.size() >= ConnectionLists::kMostKnown) lists_.known.front()->end();
+  lists_.known.splice(lists_.known.end(), *list_, place_);
   list_ = &lists_.known;
-  list_->splice(list_->end(), lists_.strangers, place_);
 }
 
 void PageConnection::read() {

@@ -17,8 +17,9 @@ namespace stillgrid {
 
 class PageConnection;
 
-/// All connections, in the order in which they were taken up. Those that have shown the key are
-/// held apart, so that strangers, however many, end one another and not them.
+/// All connections: strangers in the order in which they came, and apart from them, by their last
+/// request, those that have shown the key; so strangers, however many, end one another and not
+/// them.
 struct ConnectionLists {
   static constexpr std::size_t kMostStrangers = 256;  // whose first request has not come yet
   static constexpr std::size_t kMostKnown = 16;       // a browser opens six

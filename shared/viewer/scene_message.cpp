@@ -102,12 +102,11 @@ bool is_surface(const Json& json, std::size_t sphere_count) {
          are_faces(json[has_lines ? "lines" : "triangles"], has_lines ? 2 : 3, vertices.size());
 }
 
-/// A list of so many whole numbers, or of numbers.
-bool is_list(const Json& json, std::size_t count, bool whole) {
+/// A list of so many whole numbers.
+bool are_whole(const Json& json, std::size_t count) {
   return json.is_array() && json.size() == count &&
-         std::all_of(json.begin(), json.end(), [&](const Json& value) {
-           return whole ? value.is_number_unsigned() : value.is_number();
-         });
+         std::all_of(json.begin(), json.end(),
+                     [](const Json& value) { return value.is_number_unsigned(); });
 }
 
 /// The spheres of a saved scene: lists of as many as it counts.
@@ -117,9 +116,9 @@ bool are_spheres(const Json& json) {
     if (!is_index(at(json, name), kMost)) return false;
   const auto still = json["static_count"].get<std::size_t>();
   const std::size_t count = json["count"].get<std::size_t>() + still;
-  return is_list(at(json, "radius_m"), count, false) && is_list(at(json, "body"), count, true) &&
-         is_list(at(json, "material"), count, true) &&
-         is_list(at(json, "static_position_m"), 3 * still, false);
+  return are_numbers_or_null(at(json, "radius_m"), count) && are_whole(at(json, "body"), count) &&
+         are_whole(at(json, "material"), count) &&
+         are_numbers_or_null(at(json, "static_position_m"), 3 * still);
 }
 
 /// The static grid of a saved scene; what has no scene has none.
@@ -130,7 +129,7 @@ bool is_static_grid(const Json& scene) {
 /// The static voxels of a saved scene.
 bool are_voxels(const Json& json) {
   const Json& count = at(json, "count");
-  return is_list(count, count.size(), true) && is_list(at(json, "box_m"), 4 * count.size(), false);
+  return are_whole(count, count.size()) && are_numbers_or_null(at(json, "box_m"), 4 * count.size());
 }
 
 /// What was expected of a file of surfaces; empty for a sound one.

@@ -70,6 +70,10 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
         part.must_end || part.end - part.start <= kShortest || is_explicit(method_.integrator);
     part.may_shorten = shortenings < kMostShortenings && !part.must_end;
     const Attempt attempt = advance(part, step);
+    if (step.budget.is_stopped() && !(attempt.advanced && part.end >= 1.0)) {
+      report.stopped = true;
+      return report;
+    }
     if (attempt.advanced) {
       if (part.end >= 1.0) break;
       part.start = part.end;
@@ -110,7 +114,8 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
 void Simulation::take(const std::optional<ToolSample>& sample, StepReport& report) {
   // A tool that comes or goes while it overlaps something brings or takes what their contact holds.
   const auto held_J = [&] {
-    return energies(world_, tool_.over(1.0, 1.0)).contacts_J - energies(world_, {}).contacts_J;
+    detection_.find_tool_contacts(world_, tool_.over(1.0, 1.0));
+    return tool_energy_J(detection_.contacts());
   };
   const bool was_here = tool_.is_here();
   if (account_ && was_here && !sample) account_->flow.given_J -= held_J();
@@ -164,6 +169,7 @@ Simulation::Attempt Simulation::advance(const Part& part, Step& step) {
   if (chooses_steps(method_.integrator)) own.iterations = kChosenSteps;
   own.iterations = std::min(own.iterations, budget.iterations);
   if (part.must_end) own = {.iterations = 1, .deadline = grace(budget, step.length_s)};
+  own.stop = budget.stop;
   const auto prepared = Clock::now();
   SolveReport solve = integrator_->advance(world_, detection_.contacts(), duration_s, own);
   const bool corrected = solve.converged && part.end >= 1.0 && correct(part, step, solve);
@@ -171,7 +177,7 @@ Simulation::Attempt Simulation::advance(const Part& part, Step& step) {
   report.solve.iterations += solve.iterations;
   if (needs_solver(method_.integrator)) budget.iterations -= solve.iterations;
   report.integrate += Clock::now() - prepared;
-  if (!solve.converged && !part.must_advance) return {};
+  if (budget.is_stopped() || (!solve.converged && !part.must_advance)) return {};
 
   // Forces may have led elsewhere than the velocities before them.
   const Trial& trial = integrator_->trial();
@@ -213,7 +219,8 @@ bool Simulation::correct(const Part& part, Step& step, SolveReport& solve) {
   tool_.redirect(*sample, part.start);
   find_tool_contacts(part);
   Budget own{.iterations = std::min(kIterations, step.budget.iterations - solve.iterations),
-             .deadline = step.budget.deadline};
+             .deadline = step.budget.deadline,
+             .stop = step.budget.stop};
   // What takes longer than its sample is newer makes the image older.
   const std::chrono::nanoseconds newer(static_cast<std::int64_t>(
       std::min(sample->time_ns - step.report.tool_time_ns, std::uint64_t{1'000'000'000})));

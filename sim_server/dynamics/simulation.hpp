@@ -26,6 +26,7 @@ struct StepReport {
   SolveReport solve;  // iterations of all substeps, the worst residual
   int substeps = 0;
   bool out_of_budget = false;      // so that its end was computed by one iteration
+  bool stopped = false;            // by the budget, before its end: the world is where a part ended
   int crossings_left = 0;          // substeps in which spheres may have passed through one another
   int contacts = 0;                // that touch at the step's end
   int asleep_spheres = 0;          // at the step's end

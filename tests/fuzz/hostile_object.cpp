@@ -16,7 +16,7 @@ std::string HostileObject::session() {
 }
 
 HostileObject::HostileObject(proto::SegmentKind kind, std::span<const std::byte> bytes)
-    : path_("/dev/shm/" + segment_name(session(), kind)),
+    : path_(own_segment_path(session(), kind)),
       fd_(::open(path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600)) {
   require(fd_ >= 0 && lock_object(fd_), "an object of our own can be made in /dev/shm");
   if (bytes.empty()) return;

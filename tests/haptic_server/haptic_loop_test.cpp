@@ -39,7 +39,7 @@ LoopRun run_loop(const StaticScene& fixed, const std::string& device_spec, int t
     REQUIRE(loop.act(scene.view(), true, now_ns, run.rows.emplace_back()) == TickEnd::kGoOn);
     loop.count(run.rows.back(), run.report);
   }
-  ::unlink(("/dev/shm/stillgrid-" + session + "-tool.lock").c_str());
+  ::unlink((own_segment_path(session, proto::SegmentKind::kTool) + ".lock").c_str());
   return run;
 }
 
@@ -55,7 +55,7 @@ TEST_CASE("The tool tells what the tick before displayed, felt and took", "[hapt
   ToolWriter tool(session, kMillisecond_ns, proto::Clock::kVirtual, 0);
   const ToolView told(
       *SegmentReader::open(session, proto::SegmentKind::kTool, proto::kToolLayoutHash));
-  ::unlink(("/dev/shm/stillgrid-" + session + "-tool.lock").c_str());
+  ::unlink((own_segment_path(session, proto::SegmentKind::kTool) + ".lock").c_str());
   HapticLoop loop(device, tool, make_renderer(model, transition),
                   safety_limits({}, device.descriptor()), kMillisecond_ns);
   TickRow row;
@@ -164,7 +164,7 @@ TEST_CASE("Passivity control leaves a wall alone whose damper takes more than it
 TEST_CASE("The limits of force hold for the control's damping too", "[haptic_loop]") {
   const LoopRun run = run_loop(wall_scene(5000.0F), pushed_phantom(), 2000, 1e6);
   REQUIRE(damped_ticks(run) > 0);
-  CHECK(run.report.force_max_N == Approx(40.0));
+  CHECK(run.report.force_max_N <= 40.0 * (1.0 + 1e-12));
   CHECK(run.report.flags[9] > 0);  // clamped
 }
 

@@ -19,8 +19,9 @@ SCENES = ROOT / "sim_server" / "scene" / "scenes"
 DATA = pathlib.Path(os.environ.get("STILLGRID_DATA", ROOT.parent / "shared" / "data"))
 
 PATIENCE = float(os.environ.get("STILLGRID_PATIENCE", 1))  # times every limit of time
+SHM = pathlib.Path("/dev/shm") / f"stillgrid-{os.geteuid()}"  # docs/protocol.md, "Names"
 
-DONE, BAD_INPUT, COULD_NOT_START, DEVICE_FAULT = 0, 1, 2, 3  # exit status
+DONE, BAD_INPUT, COULD_NOT_START, DEVICE_FAULT, NOT_CONVERGED = 0, 1, 2, 3, 5  # exit status
 SKIPPED = 77  # of a test program, known to ctest
 
 sys.path.append(str(ROOT / "scripts" / "gallery"))
@@ -102,7 +103,8 @@ class SessionTest(unittest.TestCase):
         for daemon in self.daemons:
             daemon.kill()
         shutil.rmtree(self.folder)
-        for left in pathlib.Path("/dev/shm").glob(f"stillgrid-{self.first_session}-*"):
+        for left in (*SHM.glob(f"{self.first_session}-*"),
+                     *SHM.parent.glob(f"stillgrid-{self.first_session}-*")):
             left.unlink()
 
     def start(self, *arguments):

@@ -12,7 +12,7 @@ import daemons
 from daemons import BAD_INPUT, COULD_NOT_START, DONE
 
 PROGRAM = daemons.BUILD / "bin" / "segment_inspect"
-SHARED_MEMORY = pathlib.Path("/dev/shm")
+SHARED_MEMORY = daemons.SHM
 PRESSING_HAND = "phantom:profile=premium15,hand=light,path=press,centre_z_m=0,depth_m=0.06,period_s=1"
 SPHERES = 405  # of tissue_and_blocks
 
@@ -62,7 +62,7 @@ class InspectTest(daemons.SessionTest):
 
     @staticmethod
     def remove_objects(session):
-        for left in SHARED_MEMORY.glob(f"stillgrid-{session}-*"):
+        for left in SHARED_MEMORY.glob(f"{session}-*"):
             left.unlink()
 
 
@@ -89,7 +89,7 @@ class ShowTest(InspectTest):
         for row in (scene, tool):
             self.assertTrue(0.0 <= row["age_s"] < 2.0, row["age_s"])
         for row in (scene, tool):
-            file = SHARED_MEMORY / f"stillgrid-{self.session}-{row['kind']}"
+            file = SHARED_MEMORY / f"{self.session}-{row['kind']}"
             self.assertEqual(row["size_bytes"], file.stat().st_size)
 
     def test_a_table_has_a_line_for_each_segment(self):
@@ -145,7 +145,7 @@ class ShowTest(InspectTest):
 
     def test_a_strange_object_is_a_row_and_the_listing_goes_on(self):
         self.sim_server("wall")
-        strange = SHARED_MEMORY / f"stillgrid-{self.session}-tool"
+        strange = SHARED_MEMORY / f"{self.session}-tool"
         strange.write_bytes(b"x" * 8192)
         self.wait_until(lambda: self.rows().get("scene", {}).get("generation"), 5.0, "the scene")
         rows = self.rows()

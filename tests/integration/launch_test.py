@@ -97,7 +97,7 @@ class LaunchTest(daemons.SessionTest):
     def test_a_viewer_that_does_not_heed_the_end_is_killed(self):
         launch = self.launch("wall", "--viewer", "--port 0")
         self.wait_until(lambda: len(self.daemons_of_session()) == 3, 5.0, "all three run")
-        tool = pathlib.Path(f"/dev/shm/stillgrid-{self.session}-tool")
+        tool = daemons.SHM / f"{self.session}-tool"
         self.wait_until(tool.exists, 5.0, "both daemons heed signals")
         [viewer] = [each for each in self.daemons_of_session() if pathlib.Path(
             f"/proc/{each}/cmdline").read_bytes().split(b"\0")[0].endswith(b"scene_viewer")]

@@ -70,7 +70,7 @@ class ReplayCheckTest(daemons.SessionTest):
         self.write_expected()
         self.assert_says(self.check(), EQUAL, "equal: byte for byte, 401 rows")
         self.assertFalse((self.folder / "replay_check.png").exists())
-        self.assertEqual([], list(pathlib.Path("/dev/shm").glob("stillgrid-replay-check-*")))
+        self.assertEqual([], list(daemons.SHM.glob("replay-check-*")))
 
     def test_another_stiffness_differs_from_the_first_contact_on(self):
         expected = self.write_expected()

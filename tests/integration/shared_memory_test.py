@@ -3,22 +3,22 @@
 files but its own are touched."""
 import os
 import pathlib
+import shutil
 import signal
 import struct
 import unittest
 
 import daemons
-from daemons import COULD_NOT_START, DONE
+from daemons import COULD_NOT_START, DONE, SHM
 
 LONG = ("--duration", "60")
-SHM = pathlib.Path("/dev/shm")
 NOBODY = ("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups")
 VERSION_AT = 8  # bytes from a segment's start: docs/protocol.md
 
 
 class SharedMemoryTest(daemons.SessionTest):
     def scene_file(self):
-        return SHM / f"stillgrid-{self.session}-scene"
+        return SHM / f"{self.session}-scene"
 
     def announced_sim_server(self, *arguments):
         sim = self.sim_server("wall", *arguments)
@@ -52,7 +52,8 @@ class SharedMemoryTest(daemons.SessionTest):
 
     def test_a_session_of_another_user_is_refused_unless_it_is_opened_to_a_group(self):
         self.require_root()
-        hand = [*NOBODY, daemons.BUILD / "bin" / "haptic_server", "--session", self.session,
+        self.addCleanup(shutil.rmtree, "/dev/shm/stillgrid-65534", ignore_errors=True)
+        hand = [*NOBODY, daemons.BUILD / "bin" / "haptic_server", "--session", f"root/{self.session}",
                 "--device", "phantom", "--duration", 0.3]
         sim = self.announced_sim_server()
         self.assert_refused(self.start(*hand), COULD_NOT_START, "Permission denied")
@@ -60,6 +61,23 @@ class SharedMemoryTest(daemons.SessionTest):
         self.announced_sim_server("--group", "nogroup")
         daemon = self.start(*hand)
         self.assertEqual(daemon.wait(), DONE, daemon.lines())
+
+    def test_a_stranger_who_takes_the_names_first_keeps_nobody_out(self):
+        self.require_root()
+        for name in ("stillgrid-64322", "stillgrid-64322.1", "stillgrid-64322.1.1"):
+            self.addCleanup(shutil.rmtree, SHM.parent / name, ignore_errors=True)
+        taken = SHM.parent / "stillgrid-64322"
+        self.assertEqual(self.start(*NOBODY, "mkdir", "-m", "777", taken).wait(), DONE)
+        user = ("setpriv", "--reuid=64322", "--regid=64322", "--clear-groups")
+        both = [self.start(*user, daemons.BUILD / "bin" / server, "--session", self.session, *arguments)
+                for server, arguments in (
+                    ("haptic_server", ("--device", "phantom", "--duration", 0.3)),
+                    ("sim_server", ("--scene", daemons.SCENES / "wall.toml", "--duration", 3)))]
+        for daemon in both:
+            self.assertEqual(daemon.wait(), DONE, daemon.lines())
+            self.assertEqual(daemon.lines(), [])
+        self.assertEqual(list(taken.iterdir()), [])
+        self.assertEqual((SHM.parent / "stillgrid-64322.1").stat().st_uid, 64322)
 
     def test_a_group_that_does_not_exist_is_named(self):
         daemon = self.sim_server("wall", "--group", "no-such-group")
@@ -107,7 +125,7 @@ class SharedMemoryTest(daemons.SessionTest):
         self.assertEqual(again.lines(), [])
 
     def test_daemons_that_end_leave_nothing_and_other_sessions_alone(self):
-        others = [SHM / f"stillgrid-{self.session}-other-{kind}" for kind in
+        others = [SHM / f"{self.session}-other-{kind}" for kind in
                   ("scene", "tool", "scene.lock", "tool.lock")]
         for file in others:
             file.write_text("another session's\n")
@@ -117,7 +135,7 @@ class SharedMemoryTest(daemons.SessionTest):
         sim.stop()
         for file in others:
             self.assertEqual(file.read_text(), "another session's\n")
-        left = set(SHM.glob(f"stillgrid-{self.session}-*")) - set(others)
+        left = set(SHM.glob(f"{self.session}-*")) - set(others)
         self.assertEqual(left, set())
 
     def test_a_scene_shrunk_while_it_is_felt_fades_with_one_line_and_a_restart_is_felt_again(self):
@@ -144,7 +162,7 @@ class SharedMemoryTest(daemons.SessionTest):
         recording = self.folder / "recording.csv"
         hand = self.haptic_server("phantom", "--record", recording)
         self.wait_until(recording.exists, 5.0, "haptic_server at work")
-        os.truncate(SHM / f"stillgrid-{self.session}-tool", 0)
+        os.truncate(SHM / f"{self.session}-tool", 0)
         self.assert_refused(hand, COULD_NOT_START, "was shrunk by another program")
 
     @staticmethod

@@ -203,6 +203,17 @@ class Options(ViewerTest):
             self.assertIn(option[0], result.stderr)
             self.assertFalse(surfaces.exists())
 
+    def test_a_thread_that_the_system_refuses_is_told_in_one_line(self):
+        if os.geteuid() != 0:
+            self.skipTest("needs root, to be a user who has no process left")
+        result = subprocess.run(
+            ["prlimit", "--nproc=1", "setpriv", "--reuid=64323", "--regid=64323", "--clear-groups",
+             BUILD / "bin" / "scene_viewer", "--session", "a", "--port", "0"],
+            stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=20)
+        self.assertEqual(result.returncode, BAD_INPUT)
+        self.assertEqual(result.stderr.splitlines(), [
+            "scene_viewer: cannot make a thread (ulimit -u): Resource temporarily unavailable"])
+
     def test_a_bad_option_is_refused_in_one_line(self):
         page = self.live_viewer()
         taken = page.status() and page.host.partition(":")[2]

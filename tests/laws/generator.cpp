@@ -22,13 +22,11 @@ struct Wishes {
   BodyWishes bodies;
   Mover mover = Mover::kAny;
   std::size_t most_bodies = 30;
-  bool gravity = true;
-  bool floor = true;
+  double floor_share = 0.8;
   bool default_display = false;  // transition and model
   bool continuous_display = false;
   bool cost_and_jitter = true;
-  bool explicit_only = false;
-  double duration_s = 1.2;
+  double duration_s = 0.8;
 };
 
 /// What a run is compared with, of laws that compare.
@@ -45,6 +43,7 @@ Wishes wishes_of(int law) {
   Wishes wishes;
   switch (law) {
     case 1:
+      wishes.most_bodies = 30;
       break;
     case 2:
       wishes.continuous_display = true;
@@ -70,13 +69,16 @@ Wishes wishes_of(int law) {
       break;
     case 9:
       wishes.mover = Mover::kNobody;
-      wishes.bodies = {.damped = true, .prescribed = false, .moving = false, .meshes = false};
+      wishes.bodies = {
+          .damped = true, .prescribed = false, .pinned = false, .moving = false, .meshes = false};
       wishes.most_bodies = 5;
+      wishes.floor_share = 1.0;
       wishes.duration_s = 20.0;
       break;
     default:
       wishes.mover = Mover::kFormula;
-      wishes.duration_s = 0.3;
+      wishes.most_bodies = 12;
+      wishes.duration_s = 0.15;
   }
   return wishes;
 }
@@ -141,7 +143,33 @@ double draw_tool(SceneText& scene, Random& random) {
 struct Target {
   Eigen::Vector3d place_m = Eigen::Vector3d::Zero();
   double height_m = 0.0;
+  bool is_gap = false;  // between two that pinch
 };
+
+/// Two threads, held at their far ends, between whose spheres a tool is pinched.
+Target draw_gap(SceneText& scene, Random& random, const BodyWishes& bodies, double reach_m) {
+  const std::string material = draw_material(scene, random, bodies);
+  const Eigen::Vector3d middle_m(0.001, -0.25, 0.001);  // beside all others
+  const double radius_m = random.between(0.004, 0.007);
+  const double half_m = reach_m + radius_m - random.between(-0.0005, 0.0015);
+  for (const double side : {1.0, -1.0}) {
+    SceneSection& thread = scene.add("[[body]]");
+    thread.text("name", side > 0.0 ? "right" : "left");
+    thread.text("kind", "thread");
+    thread.text("material", material);
+    thread.set("nodes", "4");
+    thread.vector("from_m", middle_m + Eigen::Vector3d(side * half_m, 0.0, 0.0));
+    thread.vector("to_m", middle_m + Eigen::Vector3d(side * (half_m + 0.09), 0.0, 0.0));
+    thread.text("pinned", "end");
+    thread.set("spheres", "{ spacing_m = 0.03, radius_m = " + short_number(radius_m) + " }");
+    const double mass_kg = random.over_decades(0.01, 0.2);
+    thread.number("mass_kg", mass_kg);
+    const double stiffness_N_m = random.over_decades(100.0, 2000.0);
+    thread.set("spring_stiffness_N_m", "{ structural = " + short_number(stiffness_N_m) + " }");
+    thread.number("spring_damping_N_s_m", 0.2 * std::sqrt(stiffness_N_m * mass_kg / 4.0));
+  }
+  return {.place_m = middle_m, .height_m = radius_m, .is_gap = true};
+}
 
 std::vector<Target> draw_bodies(SceneText& scene, Random& random, const Wishes& wishes) {
   std::vector<std::string> materials;
@@ -149,7 +177,7 @@ std::vector<Target> draw_bodies(SceneText& scene, Random& random, const Wishes& 
   for (std::size_t i = 0; i < material_count; ++i)
     materials.push_back(draw_material(scene, random, wishes.bodies));
   const auto any = [&] { return materials[random.index(materials.size())]; };
-  if (wishes.floor && random.chance(0.8)) add_floor(scene, random.between(-0.06, -0.035), any());
+  if (random.chance(wishes.floor_share)) add_floor(scene, random.between(-0.06, -0.035), any());
   const double share = std::pow(random.between(0.0, 1.0), 2.5);
   const auto count =
       1 + static_cast<std::size_t>(share * static_cast<double>(wishes.most_bodies - 1) + 0.5);
@@ -170,18 +198,19 @@ std::vector<Target> draw_bodies(SceneText& scene, Random& random, const Wishes& 
   return targets;
 }
 
-Hand draw_hand(Random& random, const Target& target, double reach_m) {
+Hand draw_hand(Random& random, const Target& target, double reach_m, bool is_pinch) {
   Hand hand;
-  hand.kind = static_cast<HandKind>(random.index(kHandNames.size()));
+  do hand.kind = static_cast<HandKind>(random.index(kHandNames.size()));
+  while (hand.kind == HandKind::kPinch);
+  if (is_pinch) hand.kind = HandKind::kPinch;
   const double gap_m = random.between(0.004, 0.02);
   const double into_m = random.between(0.001, 0.008);
   hand.centre_m =
       target.place_m + Eigen::Vector3d(random.between(-0.005, 0.005), random.between(-0.005, 0.005),
                                        target.height_m + reach_m + gap_m);
-  hand.depth_m = gap_m + into_m;
-  hand.amplitude_m = random.between(0.002, 0.015);
+  hand.depth_m = gap_m + (is_pinch ? reach_m + target.height_m : into_m);
+  hand.amplitude_m = is_pinch ? random.between(0.0005, 0.003) : random.between(0.002, 0.015);
   hand.period_s = random.over_decades(0.15, 1.2);
-  if (hand.kind == HandKind::kPinch) hand.centre_m.x() -= 1.2 * hand.amplitude_m;
   return hand;
 }
 
@@ -217,7 +246,9 @@ std::string draw_recorded(Random& random, const Hand& aim) {
 void draw_mover(LawCase& law_case, Random& random, const Wishes& wishes,
                 const std::vector<Target>& targets, double reach_m) {
   if (wishes.mover == Mover::kNobody) return;
-  const Hand hand = draw_hand(random, targets[random.index(targets.size())], reach_m);
+  const bool is_pinch = targets.front().is_gap;
+  const Target& target = is_pinch ? targets.front() : targets[random.index(targets.size())];
+  const Hand hand = draw_hand(random, target, reach_m, is_pinch);
   const double who = random.between(0.0, 1.0);
   if (wishes.mover == Mover::kFormula || who < 0.4)
     law_case.hand = hand;
@@ -239,7 +270,7 @@ LawCase draw_case(int law, std::uint64_t seed) {
     Wishes wishes = wishes_of(law);
     law_case.variant = draw_variant(law, random);
     if (law_case.variant == "at 1 m/s") {  // what is held still has another speed there
-      wishes.floor = false;
+      wishes.floor_share = 0.0;
       wishes.bodies = {.still = false, .prescribed = false, .pinned = false, .meshes = false};
     }
     if (law_case.variant == "mirrored") wishes.bodies.meshes = false;
@@ -249,7 +280,13 @@ LawCase draw_case(int law, std::uint64_t seed) {
     draw_simulation(law_case, random, wishes);
     draw_display(law_case, random, wishes);
     const double reach_m = wishes.mover == Mover::kNobody ? 0.0 : draw_tool(law_case.scene, random);
-    const std::vector<Target> targets = draw_bodies(law_case.scene, random, wishes);
+    std::vector<Target> targets;
+    const bool may_pinch =
+        wishes.mover != Mover::kNobody && wishes.bodies.soft && wishes.bodies.pinned;
+    if (may_pinch && random.chance(0.15))
+      targets.push_back(draw_gap(law_case.scene, random, wishes.bodies, reach_m));
+    for (const Target& target : draw_bodies(law_case.scene, random, wishes))
+      targets.push_back(target);
     draw_mover(law_case, random, wishes, targets, reach_m);
   }
   // What is run is what is printed.

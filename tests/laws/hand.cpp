@@ -30,14 +30,13 @@ Eigen::Vector3d offset_m(const Hand& hand, double s) {
       return {0.0, 0.0, -down};
     case HandKind::kPress:
       return {0.0, 0.0, -0.5 * hand.depth_m * (1.0 - std::cos(kTurn * s))};
-    case HandKind::kStroke:
-      return {side * std::sin(kTurn * s), 0.0, -down};
     case HandKind::kTap: {
       const double dip = phase < 0.2 ? 0.5 * (1.0 - std::cos(kTurn * 5.0 * phase)) : 0.0;
       return {0.0, 0.0, -hand.depth_m * dip};
     }
-    case HandKind::kPinch:
-      return {smooth_step(s, 1.0) * hand.amplitude_m * std::sin(kTurn * s), 0.0, -hand.depth_m};
+    case HandKind::kStroke:
+    case HandKind::kPinch:  // between two bodies
+      return {side * std::sin(kTurn * s), 0.0, -down};
     case HandKind::kStir:
       return {side * std::sin(kTurn * s), side * (1.0 - std::cos(kTurn * s)), -down};
     case HandKind::kFlick: {

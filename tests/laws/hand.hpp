@@ -29,10 +29,9 @@ struct HandMotion {
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
 };
 
-/// still: down within a period, then held; press: down and up once a period; stroke, stir: down,
-/// then to and fro along x, or in circles; tap: a dip in a fifth of each period; pinch: to and fro
-/// along x at the depth's height from the start; flick: across by the amplitude and back within a
-/// tenth of the period.
+/// still: down within a period, then held; press: down and up once a period; stroke, and pinch
+/// between two bodies: down, then to and fro along x; stir: then in circles; tap: a dip in a fifth
+/// of each period; flick: across by the amplitude and back in a fifth of each period.
 [[nodiscard]] HandMotion motion_at(const Hand& hand, double time_s) noexcept;
 
 /// "press x_m=0 y_m=0 z_m=0.02 depth_m=0.03 amplitude_m=0.01 period_s=1.3".

@@ -51,10 +51,24 @@ std::vector<bool> moved_from_start(const SceneDescription& scene, const LawCase&
   return moved;
 }
 
+/// On a floor, whose friction holds on a slope as steep as gravity makes it.
+bool is_to_stand(const SceneDescription& scene) {
+  const Eigen::Vector3d& g = scene.gravity_m_s2;
+  const double slope = std::hypot(g.x(), g.y()) / std::max(1e-9, -g.z());
+  const auto holds = [slope](const MaterialDescription& material) {
+    return material.friction > slope && material.contact_damping_N_s_m > 0.0;
+  };
+  const auto is_floor = [](const BodyDescription& body) { return body.kind == BodyKind::kPlane; };
+  return std::all_of(scene.materials.begin(), scene.materials.end(), holds) &&
+         std::any_of(scene.bodies.begin(), scene.bodies.end(), is_floor);
+}
+
 }  // namespace
 
 Finding stands(const LawCase& law_case) {
   const SceneDescription scene = scene_of(law_case);
+  if (!is_to_stand(scene) || law_case.duration_s < 1.25 * kSettle_s)
+    return {.applies = false, .what = "nothing that is to stand"};
   const Creep creep = creep_of(scene, law_case);
   const bool is_stack = law_case.variant == "stack";
   const double moved_m = farthest_m(creep.settled, creep.end);

@@ -2,15 +2,12 @@
 // corpus.
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -46,7 +43,7 @@ struct Arguments {
 };
 
 struct Count {
-  std::array<std::uint64_t, 5> of_outcome{};
+  std::array<std::uint64_t, kOutcomes> of_outcome{};
   std::map<std::string, std::uint64_t> known;    // violated, by step
   std::map<std::string, std::uint64_t> covered;  // tried among those known, by step
   std::uint64_t tried = 0;
@@ -77,7 +74,7 @@ void note(const LawCase& law_case, const Tried& tried, bool shrinks, Count& coun
     ++count.covered[std::string(*step)];
     if (tried.outcome == Outcome::kKnown) ++count.known[std::string(*step)];
   }
-  if (tried.outcome != Outcome::kViolated) return;
+  if (tried.outcome != Outcome::kViolated && tried.outcome != Outcome::kTooLong) return;
   std::cout << line_of(law_case, tried) << " | laws --law " << law_case.law << " --seeds "
             << law_case.seed << ":" << law_case.seed + 1 << std::endl;
   if (shrinks) show_shrunk(law_case, 400);
@@ -95,6 +92,7 @@ void show_count(int law, const Count& count, bool as_json) {
                                 {"known", count.known},
                                 {"covered", count.covered},
                                 {"not_spoken_of", of(Outcome::kNotSpokenOf)},
+                                {"too_long", of(Outcome::kTooLong)},
                                 {"no_data", of(Outcome::kNoData)}}
               << std::endl;
     return;

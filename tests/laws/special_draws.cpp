@@ -123,7 +123,9 @@ void draw_tunnel(LawCase& law_case, Random& random) {
     ball.text("material", "m0");
     ball.number("mass_kg", random.over_decades(0.01, 0.1));
     ball.number("radius_m", radius_m);
-    const double way_m = is_paddle ? amplitude_m * random.between(0.1, 0.8) : 0.06;
+    const double way_m = is_paddle ? amplitude_m * (random.chance(0.5) ? random.between(0.1, 0.9)
+                                                                       : random.between(0.9, 0.99))
+                                   : 0.06;
     ball.vector("position_m", {0.012 + radius_m + way_m,
                                is_paddle ? -0.08 + 0.022 * static_cast<double>(i) : 0.001, 0.002});
   }

@@ -49,7 +49,7 @@ class HapticKillSoak(daemons.SessionTest):
 
     def segment(self):
         """What tells the scene's segment from any other: inode and epoch."""
-        file = pathlib.Path(f"/dev/shm/stillgrid-{self.session}-scene")
+        file = daemons.SHM / f"{self.session}-scene"
         with open(file, "rb") as stream:
             return os.stat(file).st_ino, stream.read(EPOCH_BYTES.stop)[EPOCH_BYTES]
 

@@ -71,8 +71,9 @@ export class Session {
     for (const child of left) child.kill('SIGKILL');
     await Promise.all(left.map((child) => child.ended));
     fs.rmSync(this.folder, { recursive: true });
-    for (const file of fs.readdirSync('/dev/shm')) {
-      if (file.startsWith(`stillgrid-${this.name}-`)) fs.rmSync(path.join('/dev/shm', file));
+    const memory = `/dev/shm/stillgrid-${process.geteuid()}`;
+    for (const file of fs.existsSync(memory) ? fs.readdirSync(memory) : []) {
+      if (file.startsWith(`${this.name}-`)) fs.rmSync(path.join(memory, file));
     }
   }
 }

@@ -46,7 +46,9 @@ class PublishedScene {
     for (std::size_t i = 0; i < radii_m.size(); ++i) image_.records()[i].radius_m = radii_m[i];
   }
 
-  ~PublishedScene() { ::unlink(("/dev/shm/stillgrid-" + session_ + "-scene.lock").c_str()); }
+  ~PublishedScene() {
+    ::unlink((own_segment_path(session_, proto::SegmentKind::kScene) + ".lock").c_str());
+  }
   PublishedScene(const PublishedScene&) = delete;
   PublishedScene& operator=(const PublishedScene&) = delete;
   PublishedScene(PublishedScene&&) = delete;

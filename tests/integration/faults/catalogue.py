@@ -7,7 +7,7 @@ import daemons
 from faults import shared_words
 from faults.fault_run import Fault
 from faults.injections import (fill_disk, kill_guardian, kill_hand_and_start_again, remove_recording, replace_sim,
-                               signal_hand, signal_sim, signal_worker, spoil_scene, spoil_sphere,
+                               signal_hand, signal_sim, signal_worker, spoil_answers, spoil_scene, spoil_sphere,
                                spoil_stopped_scene, stop_and_go, stop_both, stop_hand, stop_sim,
                                truncate, unlink)
 
@@ -31,10 +31,23 @@ velocity_m_s = 0.0
 position_m = [0.0, 0.0, -0.05]
 radius_m = 0.05
 """)
+# Pinned below and held up by its springs: it gives way to the tool, and its images answer.
+BLOCK = ("block.toml", _SCENE.format(stiffness_N_m=1000.0) + """kind = "soft_block"
+nodes = [2, 2, 2]
+size_m = [0.1, 0.1, 0.1]
+position_m = [-0.05, -0.05, -0.1]
+mass_kg = 0.4
+spring_stiffness_N_m = { structural = 2000.0, shear = 500.0, bend = 500.0 }
+spring_damping_N_s_m = 5.0
+spheres = { spacing_m = 0.1, radius_m = 0.05 }
+pinned = [0, 1, 2, 3]
+""")
 STIFF_WALL = ("stiff_wall.toml", _SCENE.format(stiffness_N_m=1e5) + """kind = "plane"
 point_m = [0.0, 0.0, 0.0]
 normal = [0.0, 0.0, 1.0]
 """)
+
+BLOCK_N = 1.0  # on a tool held as the driver's
 
 # Until there is no force, ms, on a machine that grants every tick.
 AT_ONCE = 5.0
@@ -70,7 +83,8 @@ DEVICE = [
     Fault("device", "position is 1e9 m away for 0.3 s", "fault=position_huge,for_s=0.3",
           **WITH_FADE),
     Fault("device", "no position for 0.3 s", "fault=position_missing,for_s=0.3", **WITH_FADE),
-    Fault("device", "orientation is NaN for 0.3 s", "fault=orientation_nan,for_s=0.3"),
+    Fault("device", "orientation is NaN for 0.3 s", "fault=orientation_nan,for_s=0.3",
+          **{**WITH_FADE, "flag": "no_orientation"}),
     Fault("device", "1 m deeper in one tick", "fault=leaps,for_s=0.0005", flag="bad_device",
           is_smooth=True),
     Fault("device", "1 m deeper for good", "fault=leaps", after_N=3.3, may_be_zero=True,
@@ -80,6 +94,9 @@ DEVICE = [
     Fault("device", "stamps go back for 0.3 s", "fault=stamps_back,for_s=0.3", **WITH_FADE),
     Fault("device", "stamps stand still for 0.4 s", "fault=stamps_frozen,for_s=0.4",
           zero_ms=LAST_STAMP + FADE, flag="bad_device", is_smooth=True),
+    Fault("device", "pose stands still under fresh stamps for 0.4 s",
+          "fault=sequence_frozen,for_s=0.4", zero_ms=LAST_STAMP + FADE, flag="frozen",
+          is_smooth=True),
     Fault("device", "stamps 1 s ahead for 0.3 s", "fault=stamps_ahead,for_s=0.3", **WITH_FADE),
     Fault("device", "read fails", "fault=read_fails", says="the cable is out", **DEVICE_FAULT),
     Fault("device", "write fails", "fault=write_fails", says="the cable is out", **DEVICE_FAULT),
@@ -188,6 +205,21 @@ MEMORY = [
           inject=spoil_sphere(shared_words.RADIUS, 1, float("nan")), zero_ms=FADE),
     Fault("memory", "sphere's motion is 1e30 m/s", scene=BALL, inject=spoil_sphere(12, 9, 1e30),
           may_be_zero=True),
+    *(Fault("memory", f"{what} of a block that gives way", scene=BLOCK, inject=inject,
+            full_N=BLOCK_N, after_N=BLOCK_N, may_be_zero=True)
+      for what, inject in (
+          ("answers are 1e30 m/N", spoil_answers(8, 1e30)),
+          ("answers are NaN", spoil_answers(8, float("nan"))),
+          ("answers are 10 m/N", spoil_answers(8, 10.0)),
+          ("the answers' direction is NaN",
+           spoil_scene(shared_words.PAYLOAD + shared_words.ANSWER_DIRECTION, "f8", 3,
+                       float("nan"))),
+          ("the answers' direction is 1e9 long",
+           spoil_scene(shared_words.PAYLOAD + shared_words.ANSWER_DIRECTION, "f8", 3, 1e9)),
+          ("the foresight is 1 ns",
+           spoil_scene(shared_words.PAYLOAD + shared_words.FORESIGHT, "u8", 1, 1)),
+          ("the foresight is 2^60 ns",
+           spoil_scene(shared_words.PAYLOAD + shared_words.FORESIGHT, "u8", 1, 1 << 60)))),
     Fault("memory", "number of the newest slot is 2^60", scene=BALL,
           inject=spoil_scene(shared_words.LATEST, "u8", 1, 1 << 60, False), may_be_zero=True,
           is_smooth=True),

@@ -101,6 +101,7 @@ void spoil(std::uint64_t now_ns, stillgrid_device_state& state) {
   if (fault == "stamps_back") state.time_ns = 2 * driver.began_ns - now_ns;
   if (fault == "stamps_frozen") state.time_ns = driver.began_ns;
   if (fault == "stamps_ahead") state.time_ns = now_ns + 1'000'000'000;
+  if (fault == "sequence_frozen") state.sequence = 1;
   if (fault == "moves") move(now_ns, state.position_m);
 }
 

@@ -74,6 +74,19 @@ def spoil_sphere(offset, count, value):
                        value)
 
 
+def spoil_answers(spheres, value):
+    """Of so many spheres."""
+    def inject(run):
+        words = SharedWords(run.session, "scene")
+        first = shared_words.PAYLOAD + shared_words.FIRST_SPHERE + shared_words.ANSWER
+        places = [place for n in range(spheres)
+                  for place in words.in_slots(first + n * shared_words.SPHERE_BYTES, "f4", 3)]
+        run.begin()
+        spoil(places, value, STAND_STILL_S)
+        run.end()
+    return inject
+
+
 def truncate(kind):
     def inject(run):
         run.begin()

@@ -19,7 +19,7 @@ TestSession::~TestSession() {
 }
 
 std::string TestSession::path(proto::SegmentKind kind) const {
-  return "/dev/shm/" + segment_name(name_, kind);
+  return own_segment_path(name_, kind);
 }
 
 SegmentSpec small_spec(proto::SegmentKind kind) {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "shared/viewer/frame_moment.hpp"
 #include "tests/shared/publication/small_scene.hpp"
 #include "tests/shared/publication/tampering.hpp"
 
@@ -130,7 +131,10 @@ TEST_CASE("Whatever a writer wrote into an image the frame is valid and bounded"
       const std::uint64_t bits = random();
       payload[random() % range] ^= round % 3 == 0 ? std::uint64_t{1} << (bits % 64) : bits;
     }
-    const auto [head, arrays] = decode(frame_message(frame_of(scene, 1)));
+    const Frame frame = frame_of(scene, 1);
+    const std::string message = frame_message(frame);
+    REQUIRE(moment_of(message));  // kept, it opens again
+    const auto [head, arrays] = decode(message);
     REQUIRE(arrays.at("newest").size() <= 3 * kMovingSpheres);
     REQUIRE(arrays.at("voxel_count").size() <= kMovingSpheres);
     if (!arrays.at("voxels").empty()) ++with_voxels;

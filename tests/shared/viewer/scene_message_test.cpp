@@ -1,14 +1,18 @@
 #include "shared/viewer/scene_message.hpp"
 
+#include <bit>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <numeric>
+#include <random>
 #include <vector>
 
 #include "shared/inspection/snapshot.hpp"
 #include "tests/shared/publication/small_scene.hpp"
+#include "tests/shared/publication/tampering.hpp"
 #include "tests/shared/viewer/refusal_line.hpp"
 #include "tests/test_folder.hpp"
 
@@ -103,6 +107,32 @@ TEST_CASE("Surfaces that name what is not there are refused in one line", "[scen
         "--surfaces: /nowhere.json: cannot be read");
   CHECK(refusal_line([&] { static_cast<void>(read_surfaces(folder.path)); }) ==
         "--surfaces: " + folder.path.string() + ": cannot be read");
+}
+
+TEST_CASE("Whatever a writer published, its scene can be kept and opened again",
+          "[scene_message]") {
+  const TestSession session;
+  SmallSceneWriter writer(session);
+  writer.publish_next();
+  const SceneView view(
+      *SegmentReader::open(session.name(), proto::SegmentKind::kScene, proto::kSceneLayoutHash));
+  const Tampering memory(session.path(proto::SegmentKind::kScene));
+  auto* const words = &memory.at<std::uint64_t>(view.scene().static_offset);
+  const std::size_t count = (view.reader().fixed_bytes() - view.scene().static_offset) / 8;
+  std::mt19937_64 random(1);
+  std::size_t not_finite = 0;
+  for (int round = 0; round < 300; ++round) {
+    for (int i = 0; i < 1 + round % 20; ++i)
+      words[random() % count] = round % 2 == 0 ? ~std::uint64_t{0} << (random() % 64) : random();
+    std::vector<proto::SphereRecord> moving(3);
+    moving[0].radius_m = std::bit_cast<float>(static_cast<std::uint32_t>(random()));
+    moving[1].radius_m = std::numeric_limits<float>::quiet_NaN();
+    const std::string message = scene_message(view, "s", "k", moving, {}, 1'000'000);
+    REQUIRE(saved_scene(message));
+    const auto json = nlohmann::json::parse(message);
+    for (const auto& x : json["spheres"]["static_position_m"]) not_finite += x.is_null() ? 1U : 0U;
+  }
+  CHECK(not_finite > 100);
 }
 
 TEST_CASE("A saved scene is one whose spheres and surfaces are whole", "[scene_message]") {
