@@ -8,15 +8,10 @@
 #include <thread>
 #include <utility>
 
-#include "haptic_server/driver_watch.hpp"
-#include "haptic_server/haptic_loop.hpp"
+#include "haptic_server/device_life.hpp"
 #include "haptic_server/last_stop.hpp"
-#include "haptic_server/safety/tick_watchdog.hpp"
-#include "shared/publication/lockstep.hpp"
-#include "shared/publication/segment_watch.hpp"
+#include "haptic_server/run.hpp"
 #include "shared/realtime/periodic_timer.hpp"
-#include "shared/realtime/realtime_guard.hpp"
-#include "shared/realtime/realtime_thread.hpp"
 
 namespace stillgrid {
 namespace {
@@ -24,8 +19,6 @@ namespace {
 constexpr std::uint64_t kScenePatience_ns = 10'000'000'000;
 constexpr std::uint64_t kTellLoading_ns = 2'000'000'000;
 constexpr auto kRecorderPatience = std::chrono::milliseconds(300);
-
-using SceneWatch = SegmentWatch<SceneView>;
 
 /// The scene, or null when stopped; throws when it does not come in time, not counting the time
 /// that its sim_server loads.
@@ -63,123 +56,6 @@ RecordingHead head_of(const DeviceIdentity& device) {
   return head;
 }
 
-/// Everything one run needs, made before the loop starts.
-struct Run {
-  const HapticOptions& options;
-  HapticReport& report;
-  const std::atomic<bool>& stop;
-  std::uint64_t period_ns;
-  Device& device;
-  SceneWatch& watch;
-  ToolWriter& tool;
-  HapticLoop& loop;
-  DriverWatch& driver;
-  Recorder* recorder;
-  TickWatchdog& watchdog;
-  GuardedState& guarded;
-};
-
-[[noreturn]] void throw_fault(Run& run) {
-  run.device.emergency_stop();
-  throw DeviceFault("device '" + run.report.device +
-                    "': " + run.device.error_line(run.loop.device_code()));
-}
-
-bool has_motors(const Device& device) {
-  return (device.descriptor().flags & STILLGRID_DEVICE_NO_MOTORS) == 0;
-}
-
-/// Virtual time stands still for as long as the simulation takes, and a force with it.
-void require_no_motors(const Device& device, const DeviceSpec& spec) {
-  if (has_motors(device))
-    throw DeviceError(DeviceFailure::kBadInput,
-                      "device '" + spec.plugin +
-                          "': --lockstep: expected a device that declares "
-                          "STILLGRID_DEVICE_NO_MOTORS (simulated, recorded or input alone): in "
-                          "virtual time nothing watches over a force");
-}
-
-/// What a deactivate that failed left behind may be a force: stopped here, and by the guardian once
-/// more when this process is gone.
-void deactivate(Run& run) {
-  if (!run.device.is_active()) return;
-  run.watchdog.watch_release();
-  const std::int32_t code = run.device.deactivate();
-  if (code != STILLGRID_DEVICE_OK) {
-    const std::string line = run.device.error_line(code);
-    run.device.emergency_stop();
-    throw DeviceFault("device '" + run.report.device + "': deactivate: " + line);
-  }
-  run.guarded.has_motors = false;
-}
-
-void activate(Run& run) {
-  run.watchdog.watch_call();
-  run.guarded.has_motors = has_motors(run.device);
-  try {
-    run.device.activate();
-  } catch (...) {
-    run.device.emergency_stop();
-    run.guarded.has_motors = false;  // as the driver says
-    throw;
-  }
-}
-
-/// The watchdog has stopped the device, and the loop is back: no force, then a ramp. Not for ever.
-void recover(Run& run) {
-  constexpr std::uint64_t kMostStops = 3;
-  const std::uint64_t stops = run.report.device_stops = run.watchdog.stops();
-  spdlog::warn("no tick for 100 ms or more: the device was stopped");
-  if (stops >= kMostStops)
-    throw DeviceFault("device '" + run.report.device + "': stopped " + std::to_string(stops) +
-                      " times for want of ticks; expected calls that return in time");
-  deactivate(run);
-  activate(run);
-  run.loop.cut();
-  run.watchdog.watch_ticks();
-}
-
-TickEnd tick_in_real_time(Run& run) {
-  RealtimeSection section;
-  PeriodicTimer timer(run.period_ns);
-  const std::uint64_t end_ns =
-      run.options.duration_s ? monotonic_ns() + to_ns(*run.options.duration_s) : proto::kNever;
-  TickEnd end = TickEnd::kGoOn;
-  TickRow row;
-  while (end == TickEnd::kGoOn) {
-    section.begin_tick(run.report.ticks + 1);
-    const PeriodicTimer::Wake wake = timer.wait();
-    if ((run.stop || wake.now_ns >= end_ns) && run.loop.release()) break;
-    if (run.watchdog.is_stopping()) continue;
-    run.watchdog.tick();
-    if (run.watchdog.stops() != run.report.device_stops) recover(run);
-    run.tool.segment().require_whole();
-    const SceneView& scene = *run.watch.acquire(run.loop.may_switch_scene());
-    end = run.loop.sense(scene, wake.now_ns);
-    if (end != TickEnd::kGoOn) break;
-    end = run.loop.act(scene, run.watch.writer_alive(), wake.now_ns, row);
-    row.tick_ns = monotonic_ns() - wake.now_ns;
-    run.report.missed_ticks += wake.skipped > 0 ? 1 : 0;
-    run.report.wake_ns.record(wake.now_ns - wake.deadline_ns);
-    run.loop.note_times(row.tick_ns, wake.now_ns - wake.deadline_ns, run.report.missed_ticks);
-    run.loop.count(row, run.report);
-    run.driver.note(row.flags);
-    if (run.recorder != nullptr) run.recorder->record(row);
-  }
-  return end;
-}
-
-void run_real(Run& run) {
-  run.watch.start();
-  for (const std::string& missing : make_realtime(run.options.cpu))
-    spdlog::warn("running without {}", missing);
-  run.watchdog.watch_ticks();
-  const long faults_before = page_faults();
-  const TickEnd end = tick_in_real_time(run);
-  run.report.page_faults = page_faults() - faults_before;
-  if (end == TickEnd::kDeviceFault) throw_fault(run);
-}
-
 /// From open to close: the time in which a device may be stopped. Both of these calls are watched.
 class OpenDevice {
  public:
@@ -199,62 +75,6 @@ class OpenDevice {
   std::atomic<Device*>& open_device_;
   TickWatchdog& watchdog_;
 };
-
-/// False when stopped.
-bool wait_for(Run& run, const SceneView& scene, std::uint64_t proto::SegmentHeader::*promise,
-              std::uint64_t value) {
-  const auto word = [&] {
-    return HardwareAtomics::load(scene.reader().live().*promise, std::memory_order_acquire);
-  };
-  const auto still_there = [&] { return scene.reader().writer_alive(); };
-  const WaitResult result = wait_for_promise(word, value, still_there, run.stop);
-  if (result == WaitResult::kPeerGone)
-    throw SegmentError("the sim_server died; lockstep cannot go on without it");
-  return result == WaitResult::kReached;
-}
-
-/// The ticks of lockstep: docs/protocol.md, "Lockstep".
-TickEnd tick_in_lockstep(Run& run, const SceneView& scene) {
-  using Header = proto::SegmentHeader;
-  Header& own = run.tool.header();
-  const std::uint64_t end_ns =
-      run.options.duration_s ? to_ns(*run.options.duration_s) : proto::kNever;
-  TickEnd end = TickEnd::kGoOn;
-  TickRow row;
-  for (std::uint64_t now_ns = 0; now_ns < end_ns && end == TickEnd::kGoOn;
-       now_ns += run.period_ns) {
-    if (!wait_for(run, scene, &Header::lockstep_sample_ns, now_ns)) break;
-    end = run.loop.sense(scene, now_ns);
-    if (end != TickEnd::kGoOn) break;
-    HardwareAtomics::store(own.lockstep_sample_ns, now_ns + run.period_ns,
-                           std::memory_order_release);
-    if (!wait_for(run, scene, &Header::lockstep_event_ns, now_ns + 1)) break;
-    end = run.loop.act(scene, true, now_ns, row);
-    HardwareAtomics::store(own.lockstep_event_ns, now_ns + run.period_ns,
-                           std::memory_order_release);
-    run.loop.count(row, run.report);
-    run.driver.note(row.flags);
-    if (run.recorder != nullptr) run.recorder->record_waiting(row);
-  }
-  return end;
-}
-
-void run_lockstep(Run& run) {
-  if (run.options.cpu && !pin_to_cpu(*run.options.cpu))
-    spdlog::warn("running without processor {}", *run.options.cpu);
-  const SceneView& scene = *run.watch.acquire();
-  const TickEnd end = tick_in_lockstep(run, scene);
-  proto::SegmentHeader& own = run.tool.header();
-  HardwareAtomics::store(own.lockstep_sample_ns, proto::kNever, std::memory_order_release);
-  HardwareAtomics::store(own.lockstep_event_ns, proto::kNever, std::memory_order_release);
-  if (end == TickEnd::kDeviceFault) throw_fault(run);
-}
-
-/// Motors off before anything else takes its time to end. A force that no tick could fade is cut.
-void release(Run& run) {
-  if (!run.options.lockstep && !run.loop.release()) run.device.emergency_stop();
-  deactivate(run);
-}
 
 /// A disk may be slow.
 void finish_recording(Run& run) {
@@ -299,7 +119,7 @@ void run_and_release(Run& run) {
     if (run.options.lockstep)
       run_lockstep(run);
     else
-      run_real(run);
+      run_real_time(run);
   } catch (...) {
     fault = std::current_exception();
     run.device.emergency_stop();

@@ -62,7 +62,7 @@ RELEASE = 50.0  # by a process that opens the device anew
 CRASH_HANGS = 100.0 + 100.0 + RELEASE
 SILENCE = 2000.0 + RELEASE  # of the process that holds the device
 CUT_IS_LATE = 100.0
-RELEASE_IS_LATE = 500.0  # by processes and threads that end, begin and have no priority
+RELEASE_IS_LATE = 2000.0  # by processes and threads that end, begin and have no priority
 
 WITH_FADE = {"zero_ms": FADE, "flag": "bad_device", "is_smooth": True}
 CUT = {"zero_ms": AT_ONCE, "is_cut": True, "late_ms": CUT_IS_LATE}

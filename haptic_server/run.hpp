@@ -1,0 +1,44 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "haptic_server/device/device_host.hpp"
+#include "haptic_server/driver_watch.hpp"
+#include "haptic_server/haptic_loop.hpp"
+#include "haptic_server/recording/recorder.hpp"
+#include "haptic_server/safety/guardian.hpp"
+#include "haptic_server/safety/tick_watchdog.hpp"
+#include "haptic_server/server.hpp"
+#include "shared/publication/scene_segment.hpp"
+#include "shared/publication/segment_watch.hpp"
+#include "shared/publication/tool_segment.hpp"
+
+namespace stillgrid {
+
+using SceneWatch = SegmentWatch<SceneView>;
+
+/// Everything one run needs, made before the loop starts.
+struct Run {
+  const HapticOptions& options;
+  HapticReport& report;
+  const std::atomic<bool>& stop;
+  std::uint64_t period_ns;
+  Device& device;
+  SceneWatch& watch;
+  ToolWriter& tool;
+  HapticLoop& loop;
+  DriverWatch& driver;
+  Recorder* recorder;
+  TickWatchdog& watchdog;
+  GuardedState& guarded;
+};
+
+/// Ticks until the duration is over, the run is stopped or the device's recording has ended; in
+/// real time only once the force has faded, but for the recording. Pre: the device is active.
+///
+/// Throws DeviceFault, DeviceError, and SegmentError where a lockstep peer died.
+void run_real_time(Run& run);
+void run_lockstep(Run& run);
+
+}  // namespace stillgrid
