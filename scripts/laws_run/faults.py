@@ -4,7 +4,7 @@ import subprocess
 import sys
 
 # Laws in the order in which they are asked, cheap ones first, with as many scenes as find what is coarse.
-ASKED = ((8, 40), (6, 60), (7, 40), (9, 40), (4, 60), (2, 60), (3, 60), (5, 40), (1, 60), (11, 60), (10, 8), (15, 20))
+ASKED = ((8, 30), (6, 40), (3, 40), (11, 40), (7, 20), (4, 20), (9, 20), (2, 30), (5, 10), (1, 20), (10, 4), (15, 10))
 
 
 def copy_tree(root, copy):

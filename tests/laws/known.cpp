@@ -13,6 +13,17 @@ std::string value_of(const SceneText& scene, std::string_view key) {
   return {};
 }
 
+bool is_explicit(const LawCase& law_case) {
+  const std::string integrator = value_of(law_case.scene, "integrator");
+  return integrator == "\"velocity_verlet\"" || integrator == "\"symplectic_euler\"";
+}
+
+/// Solvers that stiff contacts and long steps beat: the iterate that is then taken is any.
+bool may_not_converge(const LawCase& law_case) {
+  const std::string solver = value_of(law_case.scene, "solver");
+  return solver.starts_with("\"broyden") || solver.starts_with("\"kinsol");
+}
+
 }  // namespace
 
 std::optional<std::string_view> known_violation(const LawCase& law_case) {
@@ -30,8 +41,10 @@ std::optional<std::string_view> known_violation(const LawCase& law_case) {
     case 5:  // foresight sorts the list of pairs anew
       if (variant == "predicted") return "contact core";
       break;
-    case 6:  // impulses in the order of the list
-      if (variant == "reversed list" || variant == "mirrored") return "contact core";
+    case 6:  // impulses in an order that the list, a mirror or the grid's axes decide
+      if (variant == "reversed list" || variant == "mirrored" || is_explicit(law_case) ||
+          may_not_converge(law_case))
+        return "contact core";
       break;
     case 7:  // what is left of the force at a switch goes at 0.2 N/ms, whatever the scene
       if (variant == "force" && answers) return "response per contact";
@@ -43,6 +56,7 @@ std::optional<std::string_view> known_violation(const LawCase& law_case) {
       break;
     case 9: {  // impulses of one pass never rest; trapezoid and DIRK gain energy of stiff contacts
       const std::string integrator = value_of(law_case.scene, "integrator");
+      if (may_not_converge(law_case)) return "contact core";
       if (integrator != "\"implicit_euler\"" && integrator != "\"bdf2\"") return "contact core";
       break;
     }
