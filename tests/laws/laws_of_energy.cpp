@@ -71,6 +71,15 @@ Finding interface_makes_nothing(const LawCase& law_case) {
     finding.measured = made_J;
     finding.what = "J made by the interface up to " + short_number(run.rows[end].time_s) + " s";
   }
+  // Nor does it lose more than the hand put in at most: what one side books with the wrong sign
+  // does.
+  double put_in_J = 0.0;
+  for (const double work : to_hand_J) put_in_J = std::max(put_in_J, -work);
+  const double lost_J = run.rows.empty() ? 0.0 : -(to_hand_J.back() + run.given_J.back());
+  if (finding.holds() && lost_J > put_in_J + finding.allowed)
+    return {.measured = lost_J,
+            .allowed = put_in_J + finding.allowed,
+            .what = "J lost by the interface"};
   return finding;
 }
 
