@@ -30,6 +30,9 @@ std::optional<std::string_view> known_violation(const LawCase& law_case) {
   const std::string& variant = law_case.variant;
   const bool answers = law_case.transition == "answer" && law_case.model == "grid";
   switch (law_case.law) {
+    case 1:  // the derivatives of a force are followed however far the hand goes
+      if (law_case.model == "force_jacobian") return "response per contact";
+      break;
     case 2:  // one push, one direction; images late by their cost
       if (answers) return "response per contact";
       // A damper meets the velocity of the last image all at once.
