@@ -90,7 +90,7 @@ void draw_simulation(LawCase& law_case, Random& random, const Wishes& wishes) {
   // Forward Euler gains energy by itself: only where dampers outdo it.
   if (kind < 0.4) {
     simulation.text("integrator", random.one_of({"velocity_verlet", "symplectic_euler"}));
-  } else if (kind < 0.9) {
+  } else if (kind < 0.96) {
     simulation.text("integrator",
                     random.one_of({"implicit_euler", "implicit_euler", "bdf2", "trapezoid"}));
     simulation.text("solver", random.one_of({"newton", "newton", "newton_lu", "newton_cg",

@@ -1,4 +1,5 @@
-// Laws of cost: deadlines, memory and loading. By the clock only where a stall can but add.
+// Laws of cost: deadlines, memory and loading. By processor time: a stall of the machine is no
+// cost.
 
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -7,6 +8,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <limits>
 #include <string>
 
@@ -19,8 +21,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double seconds(Clock::duration duration) {
-  return std::chrono::duration<double>(duration).count();
+/// Of this thread: what others take of the machine is no delay of a step's own.
+double processor_s() {
+  timespec now{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 /// What a process of its own came to that loaded a scene and took a step.
@@ -94,17 +99,19 @@ Finding keeps_its_deadline(const LawCase& law_case) {
   double least = std::numeric_limits<double>::infinity();
   constexpr int kTries = 6;  // the first has what is built once
   for (int i = 0; i < kTries; ++i) {
+    const double began_s = processor_s();
     const auto start = Clock::now();
     const Budget budget{.deadline = start + std::chrono::duration_cast<Clock::duration>(
                                                 std::chrono::duration<double>(step_s))};
     (void)simulation.step(
         step_s, [] { return std::nullopt; }, budget);
     (void)simulation.look_ahead(step_s, budget);
-    if (i > 0) least = std::min(least, seconds(Clock::now() - start) / step_s);
+    if (i > 0) least = std::min(least, (processor_s() - began_s) / step_s);
   }
   return {.measured = least,
           .allowed = 1.1,
-          .what = "periods that a step of " + std::to_string(simulation.world().spheres.size()) +
+          .what = "periods of processor time that a step of " +
+                  std::to_string(simulation.world().spheres.size()) +
                   " spheres takes with its prediction, the least of " + std::to_string(kTries - 1)};
 }
 

@@ -29,6 +29,23 @@ double stiffness_least_N_m(const SceneDescription& scene) {
   return least;
 }
 
+/// Whether there is a floor, dampers and friction take energy wherever it can go, and there is
+/// time.
+bool is_to_rest(const SceneDescription& scene, double duration_s) {
+  constexpr double kLongEnough_s = 10.0;
+  const auto takes = [](const MaterialDescription& material) {
+    return material.contact_damping_N_s_m > 0.0 && material.friction > 0.0;
+  };
+  const auto is_damped = [](const BodyDescription& body) {
+    return !is_deformable(body) || body.spring_damping_N_s_m > 0.0;
+  };
+  const auto is_floor = [](const BodyDescription& body) { return body.kind == BodyKind::kPlane; };
+  return duration_s >= kLongEnough_s &&
+         std::all_of(scene.materials.begin(), scene.materials.end(), takes) &&
+         std::all_of(scene.bodies.begin(), scene.bodies.end(), is_damped) &&
+         std::any_of(scene.bodies.begin(), scene.bodies.end(), is_floor);
+}
+
 }  // namespace
 
 Finding interface_makes_nothing(const LawCase& law_case) {
@@ -54,6 +71,15 @@ Finding interface_makes_nothing(const LawCase& law_case) {
     finding.measured = made_J;
     finding.what = "J made by the interface up to " + short_number(run.rows[end].time_s) + " s";
   }
+  // Nor does it lose more than the hand put in at most: what one side books with the wrong sign
+  // does.
+  double put_in_J = 0.0;
+  for (const double work : to_hand_J) put_in_J = std::max(put_in_J, -work);
+  const double lost_J = run.rows.empty() ? 0.0 : -(to_hand_J.back() + run.given_J.back());
+  if (finding.holds() && lost_J > put_in_J + finding.allowed)
+    return {.measured = lost_J,
+            .allowed = put_in_J + finding.allowed,
+            .what = "J lost by the interface"};
   return finding;
 }
 
@@ -79,6 +105,8 @@ Finding limits_are_passive(const LawCase& law_case) {
 
 Finding comes_to_rest(const LawCase& law_case) {
   const SceneDescription scene = scene_of(law_case);
+  if (!is_to_rest(scene, law_case.duration_s))
+    return {.applies = false, .what = "nothing that is to rest"};
   std::size_t spheres = 0, asleep = 0;
   double half_J = 0.0, end_J = 0.0, half_flow_J = 0.0, end_flow_J = 0.0, most_J = 0.0;
   double end_s = 0.0, half_s = 0.0, fastest_J = 0.0;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 #include <string>
 
 #include "tests/laws/law.hpp"
@@ -31,11 +32,15 @@ std::vector<Eigen::Vector3d> end_of(SceneDescription scene, double duration_s, i
   return places;
 }
 
-int order_of(IntegratorKind kind) {
-  return kind == IntegratorKind::kVelocityVerlet || kind == IntegratorKind::kBdf2 ||
-                 kind == IntegratorKind::kTrapezoid
-             ? 2
-             : 1;
+/// With dampers Verlet is of first order (docs/algorithms/explicit_step.md).
+int order_of(const SceneDescription& scene) {
+  const IntegratorKind kind = scene.method.integrator;
+  const auto is_damped = [](const BodyDescription& body) {
+    return body.spring_damping_N_s_m > 0.0;
+  };
+  if (kind == IntegratorKind::kVelocityVerlet)
+    return std::any_of(scene.bodies.begin(), scene.bodies.end(), is_damped) ? 1 : 2;
+  return kind == IntegratorKind::kBdf2 || kind == IntegratorKind::kTrapezoid ? 2 : 1;
 }
 
 /// Steps by error: a tenth of the tolerance leaves less error.
@@ -63,14 +68,19 @@ Finding refinement_converges(const LawCase& law_case) {
   SceneDescription verlet = scene;
   verlet.method = {.integrator = IntegratorKind::kVelocityVerlet};
   const Centres exact = end_of(verlet, duration_s, 128 * kSteps);
-  const double coarse_m = farthest_m(end_of(scene, duration_s, kSteps), exact);
+  double coarse_m = std::numeric_limits<double>::infinity();
+  try {
+    coarse_m = farthest_m(end_of(scene, duration_s, kSteps), exact);
+  } catch (const std::domain_error&) {  // a place that is no number
+  }
   const double fine_m = farthest_m(end_of(scene, duration_s, 4 * kSteps), exact);
   if (!std::isfinite(coarse_m) || coarse_m > 0.01)
     return {.applies = false, .what = "steps are beyond stability"};
-  const int order = order_of(scene.method.integrator);
-  // Of order p an error falls to 4^-p; order 1 instead of 2 leaves a quarter.
-  constexpr double kReference_m = 1e-7;
-  const double share = order == 2 ? 0.15 : 0.45;
+  const int order = order_of(scene);
+  // Of order p an error falls to 4^-p: order 1 instead of 2 leaves a quarter. Of first order, modes
+  // that are faster than the step are still far from that.
+  constexpr double kReference_m = 5e-7;
+  const double share = order == 2 ? 0.15 : 0.7;
   return {.measured = fine_m,
           .allowed = std::max(share * coarse_m, kReference_m),
           .what = "m of error at a quarter of the step, order " + std::to_string(order) +

@@ -74,10 +74,12 @@ void note(const LawCase& law_case, const Tried& tried, bool shrinks, Count& coun
     ++count.covered[std::string(*step)];
     if (tried.outcome == Outcome::kKnown) ++count.known[std::string(*step)];
   }
-  if (tried.outcome != Outcome::kViolated && tried.outcome != Outcome::kTooLong) return;
+  const bool is_shown = tried.outcome == Outcome::kViolated || tried.outcome == Outcome::kTooLong ||
+                        (shrinks && tried.outcome == Outcome::kKnown);
+  if (!is_shown) return;
   std::cout << line_of(law_case, tried) << " | laws --law " << law_case.law << " --seeds "
             << law_case.seed << ":" << law_case.seed + 1 << std::endl;
-  if (shrinks) show_shrunk(law_case, 400);
+  if (shrinks && tried.outcome != Outcome::kTooLong) show_shrunk(law_case, 400);
 }
 
 void show_count(int law, const Count& count, bool as_json) {
