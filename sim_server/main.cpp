@@ -250,6 +250,7 @@ int run(Arguments& arguments) {
   if (!arguments.final_state.empty()) write_final_state(simulation.world(), arguments.final_state);
   if (report.ended_by.empty()) report.energy = simulation.energy_account();
   if (!arguments.report.empty()) write_report(report, simulation.world(), arguments.report);
+  if (!report.ended_by.empty()) return status;
   if (report.not_converged > 0)
     spdlog::warn("{} of {} steps did not converge; each used its best iterate",
                  report.not_converged, report.steps);

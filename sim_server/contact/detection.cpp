@@ -17,6 +17,8 @@ constexpr double kMargin = 0.1;
 constexpr double kFastReach = 0.5 + 1.0 + kMargin;
 /// Pairs and contacts that a step may list for each sphere, and for all, however fast they are.
 constexpr std::size_t kPairsPerSphere = 64, kContactsPerSphere = 16, kFreePairs = 20'000;
+/// Half of a path that only a state that is lost takes, and whose square is still a float's.
+constexpr float kLost_m = 1e13F;
 /// Squares whose roots are within a float's range, by far.
 constexpr double kLarge = 1e60;
 
@@ -185,6 +187,7 @@ void Detection::cover_paths(const World& world, double step_s) {
     const double radius_m = (1.0 + kMargin) * world.spheres[i].radius_m;
     paths_[i] = is_free(i) ? cover_path(now_m, straight_m, straight_m + fall_m, radius_m)
                            : cover_path(now_m, straight_m, radius_m);
+    if (!(paths_[i].reach_m < kLost_m)) refuse(world, i, motion_[i]);
   }
 }
 

@@ -44,8 +44,6 @@ std::optional<std::string_view> known_violation(const LawCase& law_case) {
       if (answers && (law_case.latency_share > 0.0 || law_case.jitter > 0.0))
         return "response per contact";
       break;
-    case 4:  // the slew limit holds up a force that falls, too
-      return "safety that makes no energy";
     case 5:  // foresight sorts the list of pairs anew
       if (variant == "predicted") return "contact core";
       break;
@@ -75,8 +73,6 @@ std::optional<std::string_view> known_violation(const LawCase& law_case) {
       break;
     case 12:  // what a step does at once, whatever its budget, takes longer than the deadline is
       return "contact core";
-    case 13:  // load time and a moving body's memory grow with the square
-      return "scenes at their limits";
     default:
       break;
   }
