@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -75,7 +76,9 @@ HWY_INLINE hn::Vec<FloatTag> Near(Vec square) {
   return r;
 #else  // it is good to 8 bits only: a step of Newton's
   const auto half = hn::Mul(hn::Set(d, 0.5F), rough);
-  return hn::Mul(r, hn::NegMulAdd(hn::Mul(half, r), r, hn::Set(d, 1.5F)));
+  const auto better = hn::Mul(r, hn::NegMulAdd(hn::Mul(half, r), r, hn::Set(d, 1.5F)));
+  // Zero where a float ends, as the others estimate: of infinity it would be no number.
+  return hn::IfThenElseZero(hn::Lt(rough, hn::Set(d, std::numeric_limits<float>::max())), better);
 #endif
 }
 

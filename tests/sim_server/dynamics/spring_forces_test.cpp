@@ -204,6 +204,17 @@ TEST_CASE("1 / length is exact to 1e-13 at every length, on every instruction se
   });
 }
 
+TEST_CASE("A spring longer than a float can square pulls by its length alone", "[spring_forces]") {
+  World world = build_world(scene_of({thread(2, {0, 0, 0}, {1, 0, 0}, 0.1, 1000.0)}));
+  world.nodes[1].position_m.x() = 1e30;
+  SpringForces springs(world);
+  on_every_target([&] {
+    ExplicitState state = state_of(world);
+    (void)springs.evaluate(world, state);
+    CHECK(state.force_N[0].x == Approx(1e33));
+  });
+}
+
 TEST_CASE("Rows of a sheet take the widest vector wherever the heap puts them, in copies too",
           "[spring_forces]") {
   const UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
