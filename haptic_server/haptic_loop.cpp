@@ -30,17 +30,6 @@ proto::DisplayedImage displayed_image(const RenderedTick& tick, std::uint64_t sc
           .age_s = tick.age_s};
 }
 
-/// How far the tool's farthest point is from its origin, in the scene's metres.
-double lever_m(const proto::SceneHeader& scene) {
-  double farthest_m = 0.0;
-  for (std::uint32_t i = 0; i < scene.tool_sphere_count; ++i) {
-    const auto& [position_m, radius_m] = scene.tool[i];
-    const Eigen::Vector3d centre_m(position_m[0], position_m[1], position_m[2]);
-    farthest_m = std::max(farthest_m, centre_m.norm() + radius_m);
-  }
-  return farthest_m;
-}
-
 }  // namespace
 
 /// The tool where the device says it is, and how it came there.
@@ -73,6 +62,7 @@ TickEnd HapticLoop::sense(const SceneView& scene, std::uint64_t now_ns) noexcept
   motion_ = {};
   const std::optional<DeviceReading> reading = reading_check_.check(state, now_ns);
   believed_ = reading.has_value();
+  flags_ |= reading_check_.reason();
   if (reading) {
     place(scene.scene().device, *reading);
     buttons_ = reading->buttons;
@@ -103,7 +93,6 @@ TickEnd HapticLoop::act(const SceneView& scene, bool writer_alive, std::uint64_t
   held_ = safety_.apply(
       {.rendered = {rendered_.force.force_N, rendered_.force.torque_N_m / fixed.device.scale},
        .stiffness_N_m = fixed.device.scale * rendered_.force.stiffness_N_m,
-       .lever_m = lever_m(fixed) / fixed.device.scale,
        .image = {.exists = rendered_.generation != 0 && !is_released_,
                  // A stamp of the future would never age.
                  .image_age_s = std::max(rendered_.image_age_s, to_s(now_ns - image_ns_)),
@@ -113,11 +102,13 @@ TickEnd HapticLoop::act(const SceneView& scene, bool writer_alive, std::uint64_t
        .device_m = device_m_,
        .velocity_m_s = pose_.velocity_m_s / fixed.device.scale,
        .motion = motion_,
-       .elapsed_s = elapsed_s_},
+       .elapsed_s = elapsed_s_,
+       .since_told_s = tick_ == 1 ? elapsed_s_ : to_s(time_at(now_ns) - told_ns_)},
       flags_);
   const Eigen::Quaterniond turn = quaternion(fixed.device.orientation_xyzw);
   device_code_ =
       device_.write(now_ns, turn.conjugate() * held_.force_N, turn.conjugate() * held_.torque_N_m);
+  told_ns_ = time_at(now_ns);
 
   row = {.time_s = to_s(now_ns - start_ns_),
          .position_m = pose_.position_m,

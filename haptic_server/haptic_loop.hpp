@@ -29,13 +29,19 @@ enum class TickEnd { kGoOn, kDeviceEnd, kDeviceFault };
 /// allocates nothing, takes no lock, makes no system call but the device's.
 class HapticLoop {
  public:
+  /// The clock of the ticks, by which a tick knows how late in it the device is told; in virtual
+  /// time there is none: a tick takes no time.
+  using Clock = std::uint64_t (*)();
+
   HapticLoop(Device& device, ToolWriter& tool, std::unique_ptr<Renderer> renderer,
-             const SafetyLimits& limits, std::uint64_t period_ns)
+             const SafetyLimits& limits, std::uint64_t period_ns, Clock clock = nullptr)
       : device_(device),
         tool_(tool),
         renderer_(std::move(renderer)),
+        reading_check_(reading_bounds(device.descriptor())),
         safety_(with_period(limits, period_ns)),
-        period_ns_(period_ns) {}
+        period_ns_(period_ns),
+        clock_(clock) {}
 
   /// Reads the device at now_ns, places it in the scene and publishes the tool, and with it
   /// the figures of the tick before.
@@ -74,8 +80,12 @@ class HapticLoop {
   /// Three periods without a tick are no stall, however long a period is.
   [[nodiscard]] static SafetyLimits with_period(SafetyLimits limits,
                                                 std::uint64_t period_ns) noexcept {
-    limits.stall_s = std::max(limits.stall_s, 3e-9 * static_cast<double>(period_ns));
+    limits.period_s = 1e-9 * static_cast<double>(period_ns);
+    limits.stall_s = std::max(limits.stall_s, 3.0 * limits.period_s);
     return limits;
+  }
+  [[nodiscard]] std::uint64_t time_at(std::uint64_t now_ns) const {
+    return clock_ == nullptr ? now_ns : std::max(now_ns, clock_());
   }
   void place(const proto::DeviceFrame& frame, const DeviceReading& reading) noexcept;
 
@@ -87,8 +97,9 @@ class HapticLoop {
   VelocityEstimator velocity_;
   AngularVelocityEstimator angular_velocity_;
   std::uint64_t period_ns_;
+  Clock clock_;
 
-  std::uint64_t tick_ = 0, start_ns_ = 0, tick_ns_ = 0;
+  std::uint64_t tick_ = 0, start_ns_ = 0, tick_ns_ = 0, told_ns_ = 0;
   double elapsed_s_ = 0.0;  // since the tick before
   std::int32_t device_code_ = 0;
   bool has_pose_ = false, has_orientation_ = false, believed_ = false;

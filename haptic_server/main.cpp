@@ -3,8 +3,11 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 
+#include "haptic_server/device/release_device.hpp"
+#include "haptic_server/safety/guardian.hpp"
 #include "haptic_server/server.hpp"
 #include "shared/command_line/number_in.hpp"
 #include "shared/command_line/prepare_daemon.hpp"
@@ -12,6 +15,7 @@
 #include "shared/files/whole_file.hpp"
 #include "shared/publication/segment.hpp"
 #include "shared/realtime/exit_status.hpp"
+#include "shared/realtime/periodic_timer.hpp"
 #include "shared/realtime/realtime_guard.hpp"
 #include "shared/realtime/stop_signal.hpp"
 
@@ -31,7 +35,8 @@ constexpr const char* kDescription =
     "  haptic_server --session demo --device phantom:path=press,hand=light --record run.csv\n"
     "  haptic_server --session ci --lockstep --device replay:file=run.csv --record again.csv\n"
     "\n"
-    "A device is the path of a plugin (.so) or the name of an installed one: phantom, replay.\n";
+    "A device is the path of a plugin (.so) or the name of an installed one: phantom, replay, "
+    "spacemouse.\n";
 
 void add_options(CLI::App& app, Arguments& arguments) {
   HapticOptions& options = arguments.options;
@@ -61,7 +66,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
                "Virtual time, in agreement with sim_server --lockstep; repeatable to the bit");
   app.add_option("--report", arguments.report, "Write a report (JSON) at exit");
   app.add_option("--cpu", options.cpu, "Run the loop on this processor")
-      ->check(CLI::NonNegativeNumber);
+      ->check(integer_in(0, 8191));
   app.add_option("--group", arguments.group,
                  "Let this group of users read the session too; default: only its owner")
       ->check(group_complaint);
@@ -69,8 +74,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
                  "Limit of the force, N; default and upper bound: the device's own")
       ->check(number_in(1e-6, 1e4));
   app.add_option("--max-slew", options.safety.max_slew_N_per_ms,
-                 "Limit of the force's change, N/ms; default: a tenth of its limit in a "
-                 "millisecond; not less than a hundredth, by which it fades in 100 ms")
+                 "Limit of the force's growth and turn, N/ms; default: a tenth of its limit in a "
+                 "millisecond; its norm may fall at once")
       ->check(number_in(1e-9, 1e6));
   app.add_option("--max-stiffness", options.safety.max_stiffness_N_m,
                  "Limit of the stiffness of all contacts together, N/m; default: what the device "
@@ -105,26 +110,32 @@ int name_violations(const std::vector<RealtimeViolation>& violations) {
 }
 
 /// Runs the loop; the report is written however it ended.
-int run(Arguments& arguments) {
+int run(Arguments& arguments, GuardedState& guarded) {
   HapticReport report;
-  int status = kDone;
-  const auto finish_report = [&] {  // returns what came of it
+  int status = kDone, report_status = kDone;
+  const auto finish_report = [&] {
     try {
       if (!arguments.report.empty() && report.ticks > 0) write_report(report, arguments.report);
-      return static_cast<int>(kDone);
     } catch (const std::exception& error) {
-      return fail(error, kBadInput);
+      report_status = fail(error, kBadInput);
     }
   };
-  // The loop stands still in a driver's call and counts nothing; its record is on disk.
+  arguments.options.ended = [&] {
+    if (report.lost_rows > 0)
+      spdlog::warn("{} ticks are missing from the record", report.lost_rows);
+    if (arguments.realtime_guard) report.realtime_violations = realtime_violations();
+    finish_report();
+  };
+  // The loop stands still, in a driver's call or told to, and counts nothing.
   arguments.options.give_up = [&](const std::string& line) {
     std::fprintf(stderr, "haptic_server: %s\n", line.c_str());
-    static_cast<void>(finish_report());
+    finish_report();
+    guarded.end_status = kDeviceFault;
     std::_Exit(kDeviceFault);
   };
   if (!arguments.report.empty()) require_writable(arguments.report);
   try {
-    run_haptics(arguments.options, report, stop_requested());
+    run_haptics(arguments.options, report, guarded, stop_requested());
   } catch (const DeviceError& error) {
     status = fail(error, error.exit_status());
   } catch (const DeviceFault& error) {
@@ -132,14 +143,35 @@ int run(Arguments& arguments) {
   } catch (const SegmentError& error) {
     status = fail(error, kCouldNotStart);
   }
-  if (arguments.realtime_guard) {
-    report.realtime_violations = realtime_violations();
+  if (report.realtime_violations) {
     const int verdict = name_violations(*report.realtime_violations);
     if (status == kDone) status = verdict;
   }
-  if (report.lost_rows > 0) spdlog::warn("{} ticks are missing from the record", report.lost_rows);
-  const int verdict = finish_report();
-  return status == kDone ? verdict : status;
+  if (const int number = rare_stop_signal(); number != 0 && status == kDone) {
+    spdlog::error("ended by signal {} ({})", number, ::strsignal(number));
+    status = kSignalled + number;
+  }
+  return status == kDone ? report_status : status;
+}
+
+GuardedProgram program_of(Arguments& arguments) {
+  const DeviceSpec spec = parse_device_spec(arguments.options.device);
+  const DeviceLoop loop{.period_ns = to_ns(1.0 / arguments.options.rate_hz)};
+  GuardedProgram program;
+  program.subject = "device '" + spec.plugin + "'";
+  program.work = [&arguments](GuardedState& guarded) {
+    prepare_daemon("haptic_server");
+    install_rare_stop_signals();
+    try {
+      return run(arguments, guarded);
+    } catch (const std::exception& error) {
+      return fail(error, kBadInput);
+    }
+  };
+  for (const ReleaseWay way :
+       {ReleaseWay::kEveryCall, ReleaseWay::kStopAlone, ReleaseWay::kWithoutStop})
+    program.releases.push_back([spec, loop, way] { release_device(spec, loop, way); });
+  return program;
 }
 
 }  // namespace
@@ -152,10 +184,9 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   add_options(app, arguments);
   return run_program(app, argc, argv, [&] {
     if (arguments.realtime_guard) require_realtime_guard(argv);
-    prepare_daemon("haptic_server");
     arguments.options.transition = *transition_named(arguments.transition);
     arguments.options.model = *model_named(arguments.model);
     if (!arguments.group.empty()) arguments.options.readers = group_named(arguments.group);
-    return run(arguments);
+    return run_guarded(program_of(arguments));
   });
 }

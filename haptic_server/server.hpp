@@ -14,6 +14,7 @@
 #include "haptic_server/rendering/renderer.hpp"
 #include "haptic_server/report.hpp"
 #include "haptic_server/safety/device_limits.hpp"
+#include "haptic_server/safety/guardian.hpp"
 
 namespace stillgrid {
 
@@ -29,7 +30,11 @@ struct HapticOptions {
   std::filesystem::path record;  // empty: none
   std::optional<int> cpu;
   std::optional<gid_t> readers;  // a group that may read the tool's segment
-  // A driver does not come back from a call: ends the process. Thread: the watchdog's.
+  // The ticks are over and recorded, the motors off; the device is yet to be closed. Thread: the
+  // loop's.
+  std::function<void()> ended;
+  // A driver does not come back from a call, or ends the program: ends the process. Thread: the
+  // watchdog's, or the one that the driver was called from.
   std::function<void(const std::string& line)> give_up;
 };
 
@@ -39,10 +44,11 @@ class DeviceFault : public std::runtime_error {
 };
 
 /// Runs the haptic loop until its duration is over, the device's recording ends, or stop is set;
-/// counts what happened in report, also when it throws.
+/// counts what happened in report, also when it throws. guarded is told of motors that are on.
 ///
 /// Throws DeviceError, DeviceFault, or SegmentError if there is no scene in time or a lockstep peer
 /// dies.
-void run_haptics(const HapticOptions& options, HapticReport& report, const std::atomic<bool>& stop);
+void run_haptics(const HapticOptions& options, HapticReport& report, GuardedState& guarded,
+                 const std::atomic<bool>& stop);
 
 }  // namespace stillgrid

@@ -52,6 +52,10 @@ extern "C" {
 
 /* Driver flags. */
 #define STILLGRID_DEVICE_USES_SYSCALLS 1u /* read or write enter the kernel (USB, ...) */
+/* Simulated, recorded or input alone: no force stays on a hand, whatever becomes of the program.
+ * Only such a device runs in virtual time; any other is released when the program ended without it.
+ */
+#define STILLGRID_DEVICE_NO_MOTORS 2u
 
 typedef struct stillgrid_host_info {
   uint32_t struct_size;
@@ -79,6 +83,7 @@ typedef struct stillgrid_device_descriptor {
   uint64_t max_read_ns;         /* longest that read() or write() may take */
   double motor_time_constant_s; /* thermal, over which max_force_N may exceed continuous_force_N */
   double max_speed_m_s;         /* above it positions or motors are not to be trusted */
+  double max_torque_N_m; /* for a moment, about the tool's origin; 0: as max_force_N at 0.1 m */
 } stillgrid_device_descriptor;
 
 typedef struct stillgrid_device_state {

@@ -132,7 +132,7 @@ struct SnapshotHeader {
   std::uint64_t contacts;      // in the simulation, for inspection
   std::uint64_t foresight_ns;  // the period of drifts and answers, 0: there are none
   std::array<double, 3> answer_direction;  // unit: of the tool's force on the scene, or would be
-  double answer_force_N;                   // the tool's force along it in this image, >= 0
+  double answer_force_N;                   // how hard the tool pushes along it in this image, >= 0
   double longest_answer_m_N;               // of any sphere, 0: none answers
   GridShape grid;
 };

@@ -29,6 +29,14 @@ std::string row(const MethodTrial& trial) {
 
 }  // namespace
 
+std::string target_complaint(const MethodChoice& choice, const SceneDescription& scene) {
+  if (choice.meets_target) return "";
+  return choice.error_floor_m > 0.5 * scene.error_target_m
+             ? "whether the method meets the error target cannot be told: the scene itself makes "
+               "small differences larger than that"
+             : "no method in time meets the error target: this is the most accurate";
+}
+
 std::string explain(const MethodChoice& choice, const SceneDescription& scene) {
   const SceneLoad& load = choice.load;
   const double limit_ms = 1e3 * symplectic_limit_s(load);
@@ -47,11 +55,11 @@ std::string explain(const MethodChoice& choice, const SceneDescription& scene) {
   for (const MethodTrial& trial : choice.trials) text += row(trial);
   text += "\nchosen: " + describe(choice.method) + '\n';
   if (!choice.keeps_rate) text += "no method keeps the rate with room to spare\n";
-  if (!choice.meets_target)
-    text += choice.error_floor_m > 0.5 * scene.error_target_m
-                ? "whether it meets the error target cannot be told: the scene itself makes small "
-                  "differences larger than that\n"
-                : "no method in time meets the error target: this is the most accurate\n";
+  if (const std::string complaint = target_complaint(choice, scene); !complaint.empty())
+    text += complaint + '\n';
+  text +=
+      "errors of methods that were stopped are not known: each had cost half again as much as "
+      "one that keeps the target\n";
   text += print("at 1 kHz a step of velocity_verlet costs %.3g ms, ", choice.haptic_ms);
   text +=
       choice.fits_haptic_rate

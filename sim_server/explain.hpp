@@ -7,6 +7,11 @@
 
 namespace stillgrid {
 
+/// In words that the chosen method misses scene.error_target_m, or that nobody can tell; empty: it
+/// keeps it.
+[[nodiscard]] std::string target_complaint(const MethodChoice& choice,
+                                           const SceneDescription& scene);
+
 /// A table for people: the scene's load, the method chosen, and of every other one its cost
 /// predicted and measured, its error, and why it was refused.
 [[nodiscard]] std::string explain(const MethodChoice& choice, const SceneDescription& scene);

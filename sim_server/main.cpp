@@ -1,11 +1,14 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <exception>
+#include <new>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "shared/command_line/number_in.hpp"
 #include "shared/command_line/prepare_daemon.hpp"
@@ -13,7 +16,11 @@
 #include "shared/files/whole_file.hpp"
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/stop_signal.hpp"
-#include "sim_server/bodies/sphere_packing.hpp"
+#include "sim_server/available_memory.hpp"
+#include "sim_server/bodies/world.hpp"
+#include "sim_server/contact/start_warnings.hpp"
+#include "sim_server/dynamics/memory_need.hpp"
+#include "sim_server/dynamics/predicted_cost.hpp"
 #include "sim_server/explain.hpp"
 #include "sim_server/method_record.hpp"
 #include "sim_server/report.hpp"
@@ -81,7 +88,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--jitter", server.jitter,
                  "Draw each period from P (1 + u), u uniform in +-FRACTION; virtual time only")
       ->check(number_in(0.0, 0.95));
-  auto* seed = app.add_option("--seed", server.seed, "Of the jitter; default 1");
+  auto* seed = app.add_option("--seed", server.seed, "Of the jitter; default 1")
+                   ->check(integer_in(0, 999'999'999'999'999));
   auto* report = app.add_option("--report", arguments.report, "Write a report (JSON) at exit");
   auto* final_state = app.add_option("--final-state", arguments.final_state,
                                      "Write nodes and bodies (CSV) at exit");
@@ -91,7 +99,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
           ->check(group_complaint)
           ->excludes(offline);
   auto* cpu =
-      app.add_option("--cpu", server.cpu, "Run on this processor")->check(CLI::NonNegativeNumber);
+      app.add_option("--cpu", server.cpu, "Run on this processor")->check(integer_in(0, 8191));
   // What only a run needs: elsewhere it would do nothing.
   for (auto* of_run : {session, duration, seed, report, final_state, group, cpu})
     of_run->excludes(explain)->excludes(surfaces);
@@ -114,19 +122,26 @@ void check(const Arguments& arguments, double period_s) {
                                                 std::to_string(period_s) + " s");
 }
 
-/// Memory and time grow with the spheres: a thin box without a spacing may ask for billions.
-void check_sphere_count(const SceneDescription& scene, const std::string& file) {
-  constexpr double kMostSpheres = 1e6;
-  double total = 0.0;
-  for (const BodyDescription& body : scene.bodies) {
-    const double count = sphere_count(body);
-    total += count;
-    if (total > kMostSpheres)
-      throw std::runtime_error(file + ": body '" + body.name + "': spheres: value " +
-                               std::to_string(static_cast<std::uint64_t>(count)) +
-                               ": expected at most 1000000 in a scene; give "
-                               "it a larger spacing_m");
-  }
+/// Refuses what would not fit; says what is likely not meant.
+World checked_world(const SceneDescription& scene, const Arguments& arguments) {
+  const std::string file = arguments.scene.string();
+  Memory room = available_memory();
+  if (arguments.offline || arguments.explain || !arguments.surfaces.empty())
+    room.shared_bytes = INFINITY;  // nothing is published
+  SceneDescription cheapest = scene;
+  if (scene.choose_method) cheapest.method.integrator = IntegratorKind::kVelocityVerlet;
+  require_room(cheapest, file, room);
+  World world = build_world(scene);
+  for (const std::string& warning : start_warnings(scene, world, file)) spdlog::warn("{}", warning);
+  const Method& method = scene.method;
+  if (scene.choose_method || !is_explicit(method.integrator) || method.substeps == 0) return world;
+  const int stable = stable_substeps(load_of(world), scene.period_s);
+  if (method.substeps < stable)
+    spdlog::warn(
+        "{}: simulation.substeps: value {}: not stable in a step of {} s; {} would be, and so is "
+        "leaving it out",
+        file, method.substeps, scene.period_s, stable);
+  return world;
 }
 
 int fail(const std::exception& error, ExitStatus status) {
@@ -163,6 +178,8 @@ void settle_method(const Arguments& arguments, SceneDescription& scene) {
   spdlog::info("method chosen: {}; --explain tells why", describe(scene.method));
   if (!choice.keeps_rate)
     spdlog::warn("no method keeps the scene's rate with room to spare: images may be late");
+  if (const std::string complaint = target_complaint(choice, scene); !complaint.empty())
+    spdlog::warn("error_target_m {}: {}", scene.error_target_m, complaint);
   if (!arguments.choice.empty())
     write_method_record(choice, scene, arguments.scene, arguments.choice);
 }
@@ -175,8 +192,8 @@ int explain_choice(const Arguments& arguments, const SceneDescription& scene) {
   return kDone;
 }
 
-int write_surfaces_of(const Arguments& arguments, const SceneDescription& scene) {
-  const World world = build_world(scene);
+int write_surfaces_of(const Arguments& arguments, const SceneDescription& scene,
+                      const World& world) {
   write_surfaces(scene.name, world.spheres.size() + world.still_spheres.size(),
                  rest_surfaces(scene, world), arguments.surfaces);
   return kDone;
@@ -196,28 +213,39 @@ int run(Arguments& arguments) {
   const bool is_read = std::filesystem::exists(arguments.choice) && !arguments.explain;
   if (!arguments.choice.empty() && !is_read) require_writable(arguments.choice);
   if (!arguments.group.empty()) arguments.server.readers = group_named(arguments.group);
-  check_sphere_count(scene, arguments.scene.string());
+  World world = checked_world(scene, arguments);
   if (arguments.explain) return explain_choice(arguments, scene);
-  if (!arguments.surfaces.empty()) return write_surfaces_of(arguments, scene);
+  if (!arguments.surfaces.empty()) return write_surfaces_of(arguments, scene, world);
   settle_method(arguments, scene);
-  Simulation simulation(scene);
+  Simulation simulation(scene, std::move(world));
   SimulationReport report;
   report.scene = scene.name;
   report.solver = describe(scene.method);
   report.rate_hz = 1.0 / scene.period_s;
   if (!arguments.report.empty()) simulation.account_energy();
   int status = kDone;
+  install_stop_signal();  // before, a signal ends the process: there is nothing to leave behind
   try {
     run_simulation(scene, arguments.server, simulation, report, stop_requested());
   } catch (const SegmentError& error) {
     status = fail(error, kCouldNotStart);
+  } catch (const std::domain_error& error) {  // the state is no number
+    status = fail(error, kBadInput);
+    report.ended_by = error.what();
+  } catch (const std::bad_alloc&) {
+    status = fail(std::runtime_error("out of memory"), kCouldNotStart);
+    report.ended_by = "out of memory";
   }
   if (!arguments.final_state.empty()) write_final_state(simulation.world(), arguments.final_state);
-  report.energy = simulation.energy_account();
+  if (report.ended_by.empty()) report.energy = simulation.energy_account();
   if (!arguments.report.empty()) write_report(report, simulation.world(), arguments.report);
   if (report.not_converged > 0)
     spdlog::warn("{} of {} steps did not converge; each used its best iterate",
                  report.not_converged, report.steps);
+  // In real time the clock may have cut every step short, which is no fault of the method.
+  if (status == kDone && arguments.server.clock != SimulationClock::kReal && report.steps > 0 &&
+      report.not_converged == report.steps)
+    status = kNotConverged;
   if (report.out_of_budget > 0)
     spdlog::warn("{} of {} steps were out of time or iterations; each ended by one iteration",
                  report.out_of_budget, report.steps);
@@ -236,7 +264,7 @@ int main(int argc, char** argv) {
   Arguments arguments;
   add_options(app, arguments);
   return run_program(app, argc, argv, [&] {
-    prepare_daemon("sim_server");
+    prepare_log("sim_server");
     return run(arguments);
   });
 }

@@ -46,6 +46,8 @@ void count_step(SimulationReport& report, const StepReport& step) {
   report.out_of_budget += step.out_of_budget ? 1 : 0;
   report.corrected += step.corrected ? 1 : 0;
   report.asleep_spheres += static_cast<std::uint64_t>(step.asleep_spheres);
+  report.substeps += static_cast<std::uint64_t>(step.substeps);
+  report.divided += step.substeps > 1 ? 1 : 0;
   report.crossings_left += static_cast<std::uint64_t>(step.crossings_left);
   report.contacts += static_cast<std::uint64_t>(step.contacts);
   if (!report.measures_time) return;
@@ -78,9 +80,12 @@ void write_report(const SimulationReport& report, const World& world,
                            {"not_converged", report.not_converged},
                            {"out_of_budget", report.out_of_budget},
                            {"corrected", report.corrected}}},
+                         {"substeps", static_cast<double>(report.substeps) / steps},
+                         {"divided", report.divided},
                          {"crossings_left", report.crossings_left},
                          {"energy_J", mechanical_energy_J(world)},
                          {"generations", report.generations}};
+  if (!report.ended_by.empty()) json["ended_by"] = report.ended_by;
   if (report.energy) json["energy"] = energy_json(*report.energy);
   json["momentum_kg_m_s"] = vector_json(momentum_kg_m_s(world));
   json["angular_momentum_kg_m2_s"] = vector_json(angular_momentum_kg_m2_s(world));
@@ -90,8 +95,10 @@ void write_report(const SimulationReport& report, const World& world,
     json["phases_ms"] = {{"detect", percentiles_ms(report.detect_ns)},
                          {"respond", percentiles_ms(report.respond_ns)},
                          {"integrate", percentiles_ms(report.integrate_ns)}};
-    if (report.publish_ns.count() > 0)
+    if (report.publish_ns.count() > 0) {
+      json["phases_ms"]["foresee"] = percentiles_ms(report.foresee_ns);
       json["phases_ms"]["publish"] = percentiles_ms(report.publish_ns);
+    }
   }
   write_json(file, json);
 }

@@ -58,12 +58,13 @@ class Session {
 };
 
 /// What a step that begins now may cost, if the next is due at deadline_ns.
-Budget budget_until(std::uint64_t deadline_ns) {
+Budget budget_until(std::uint64_t deadline_ns, const std::atomic<bool>& stop) {
   const std::uint64_t now_ns = monotonic_ns();
   const double left_ns = deadline_ns > now_ns ? static_cast<double>(deadline_ns - now_ns) : 0.0;
   return {.iterations = kMostIterations,
           .deadline = std::chrono::steady_clock::now() +
-                      std::chrono::nanoseconds(static_cast<std::int64_t>(kStepShare * left_ns))};
+                      std::chrono::nanoseconds(static_cast<std::int64_t>(kStepShare * left_ns)),
+          .stop = &stop};
 }
 
 void run_offline(const SceneDescription& scene, const ServerOptions& options,
@@ -74,8 +75,10 @@ void run_offline(const SceneDescription& scene, const ServerOptions& options,
   while (simulation.world().time_s < end_s - 1e-9 && !stop) {
     const double step_s = scene.period_s * (1.0 + spread(random));
     const std::uint64_t began_ns = monotonic_ns();
-    count_step(report, simulation.step(step_s, [] { return std::nullopt; },
-                                       {.iterations = kMostIterations}));
+    const StepReport step = simulation.step(step_s, [] { return std::nullopt; },
+                                            {.iterations = kMostIterations, .stop = &stop});
+    if (step.stopped) return;
+    count_step(report, step);
     report.step_ns.record(monotonic_ns() - began_ns);
   }
 }
@@ -108,10 +111,14 @@ void run_real(const SceneDescription& scene, const ServerOptions& options, Simul
     const PeriodicTimer::Wake wake = timer.wait(&stop);
     if (stop) break;
     report.late_steps += wake.skipped;
-    const Budget budget = budget_until(wake.deadline_ns + to_ns(scene.period_s));
+    const Budget budget = budget_until(wake.deadline_ns + to_ns(scene.period_s), stop);
     const StepReport step = simulation.step(
         scene.period_s, [&] { return session.take_tool(); }, budget);
-    publish(wake.deadline_ns, wake.now_ns, step, simulation.look_ahead(scene.period_s, budget));
+    if (step.stopped) return;
+    const std::uint64_t stepped_ns = monotonic_ns();
+    const ImageForesight foresight = simulation.look_ahead(scene.period_s, budget);
+    report.foresee_ns.record(monotonic_ns() - stepped_ns);
+    publish(wake.deadline_ns, wake.now_ns, step, foresight);
     count_step(report, step);
     report.step_ns.record(monotonic_ns() - wake.now_ns);
   }
@@ -178,7 +185,8 @@ void run_lockstep(const SceneDescription& scene, const ServerOptions& options,
     // A sample taken before T_n is complete when the peer's next one lies after it.
     if (stop || !peer.wait(&proto::SegmentHeader::lockstep_sample_ns, image.sample_ns + 1)) break;
     const StepReport step = simulation.step(to_s(image.step_ns), [&] { return peer.sample(); },
-                                            {.iterations = kMostIterations});
+                                            {.iterations = kMostIterations, .stop = &stop});
+    if (step.stopped) break;
     const ImageForesight foresight = simulation.look_ahead(scene.period_s);
     count_step(report, step);
     session.writer().segment().require_whole();

@@ -16,9 +16,9 @@ namespace {
 constexpr std::size_t kLongestErrorLine = 1024;
 
 bool is_sane(const stillgrid_device_descriptor& d) {
-  const std::array limits = {d.position_resolution_m, d.max_force_N, d.continuous_force_N,
-                             d.nominal_stiffness_N_m, d.rate_hz,     d.motor_time_constant_s,
-                             d.max_speed_m_s};
+  const std::array limits = {d.position_resolution_m, d.max_force_N,   d.continuous_force_N,
+                             d.nominal_stiffness_N_m, d.rate_hz,       d.motor_time_constant_s,
+                             d.max_speed_m_s,         d.max_torque_N_m};
   bool sane = std::all_of(limits.begin(), limits.end(),
                           [](double limit) { return std::isfinite(limit) && limit >= 0.0; });
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -112,6 +112,7 @@ void Device::identify() {
 }
 
 void Device::activate() {
+  is_stopped_ = false;
   require(call_driver([&] { return api_.activate(device_); }), "activate");
   is_active_ = true;
 }
@@ -140,17 +141,19 @@ std::int32_t Device::read(std::uint64_t now_ns, stillgrid_device_state& state) n
 std::int32_t Device::write(std::uint64_t now_ns, const Eigen::Vector3d& force_N,
                            const Eigen::Vector3d& torque_N_m) noexcept {
   if (!is_active_) return STILLGRID_DEVICE_E_ORDER;
+  if (is_stopped_.load(std::memory_order_relaxed)) return STILLGRID_DEVICE_OK;
   return call_driver(
       [&] { return api_.write(device_, now_ns, force_N.data(), torque_N_m.data()); });
 }
 
-void Device::deactivate() noexcept {
-  if (!is_active_) return;
+std::int32_t Device::deactivate() noexcept {
+  if (!is_active_) return STILLGRID_DEVICE_OK;
   is_active_ = false;
-  call_driver([&] { return api_.deactivate(device_); });
+  return call_driver([&] { return api_.deactivate(device_); });
 }
 
 void Device::emergency_stop() noexcept {
+  is_stopped_ = true;
   call_driver([&] {
     api_.emergency_stop(device_);
     return STILLGRID_DEVICE_OK;

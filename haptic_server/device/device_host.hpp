@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <atomic>
 #include <cstdint>
 #include <string>
 
@@ -53,18 +54,22 @@ class Device {
   [[nodiscard]] std::int32_t read(std::uint64_t now_ns, stillgrid_device_state& state) noexcept;
 
   /// Force and torque on the user's hand from now_ns on, device frame. Returns the driver's code.
+  /// Once an emergency stop has begun the driver is told nothing until the next activate().
   ///
   /// Realtime: the driver's write() and nothing else.
   [[nodiscard]] std::int32_t write(std::uint64_t now_ns, const Eigen::Vector3d& force_N,
                                    const Eigen::Vector3d& torque_N_m) noexcept;
 
-  /// Zero force, motors off; later reads and writes return STILLGRID_DEVICE_E_ORDER. Called
-  /// twice, it does nothing twice.
-  void deactivate() noexcept;
+  /// Zero force, motors off; later reads and writes return STILLGRID_DEVICE_E_ORDER. Returns the
+  /// driver's code: but for STILLGRID_DEVICE_OK the motors may still be on. Called twice, it does
+  /// nothing twice.
+  std::int32_t deactivate() noexcept;
 
   /// Zero force at once, until the device was deactivated and is activated again. From any thread
   /// while the device lives.
   void emergency_stop() noexcept;
+
+  [[nodiscard]] bool is_active() const noexcept { return is_active_; }
 
   /// One line on a code that read() or write() returned. Not for the haptic loop.
   [[nodiscard]] std::string error_line(std::int32_t code) const;
@@ -83,6 +88,7 @@ class Device {
   DeviceIdentity identity_;
   stillgrid_device* device_ = nullptr;
   bool is_active_ = false;
+  std::atomic<bool> is_stopped_ = false;
 };
 
 }  // namespace stillgrid

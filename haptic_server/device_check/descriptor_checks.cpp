@@ -13,7 +13,7 @@ namespace {
 
 using Descriptor = stillgrid_device_descriptor;
 
-constexpr std::array<std::pair<const char*, double Descriptor::*>, 7> kFigures = {{
+constexpr std::array<std::pair<const char*, double Descriptor::*>, 8> kFigures = {{
     {"position_resolution_m", &Descriptor::position_resolution_m},
     {"max_force_N", &Descriptor::max_force_N},
     {"continuous_force_N", &Descriptor::continuous_force_N},
@@ -21,6 +21,7 @@ constexpr std::array<std::pair<const char*, double Descriptor::*>, 7> kFigures =
     {"rate_hz", &Descriptor::rate_hz},
     {"motor_time_constant_s", &Descriptor::motor_time_constant_s},
     {"max_speed_m_s", &Descriptor::max_speed_m_s},
+    {"max_torque_N_m", &Descriptor::max_torque_N_m},
 }};
 
 Outcome check_name(const Subject& subject) {

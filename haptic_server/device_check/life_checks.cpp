@@ -1,14 +1,17 @@
 #include <array>
+#include <cfenv>
 #include <chrono>
 #include <cstddef>
 #include <cstring>
 #include <filesystem>
 #include <iterator>
+#include <optional>
 #include <string>
 #include <thread>
 
 #include "haptic_server/device_check/check.hpp"
 #include "haptic_server/device_check/checked_device.hpp"
+#include "shared/realtime/process_state.hpp"
 
 namespace stillgrid {
 namespace {
@@ -71,6 +74,40 @@ Outcome check_leftovers(const Subject& subject) {
   return {Verdict::kWarn, left + " more after close() than before the library was loaded", {}};
 }
 
+/// A thread's view of what no driver may change.
+struct Surroundings {
+  ProcessState process = process_state();
+  int rounding = std::fegetround();
+};
+
+void require_same(const Surroundings& before, const Surroundings& after, const char* when) {
+  for (std::size_t i = 0; i < kProcessParts.size(); ++i)
+    if (after.process.parts[i] != before.process.parts[i])
+      broken(std::string(kProcessParts[i]) + " changes " + when + ": '" + before.process.parts[i] +
+             "', then '" + after.process.parts[i] + "'");
+  if (after.rounding != before.rounding) broken("the rounding mode changes " + std::string(when));
+}
+
+Outcome check_surroundings(const Subject& subject) {
+  const Surroundings before;
+  CheckedDevice device(subject);
+  device.activate();
+  std::optional<Surroundings> first;
+  run_ticks(kTicks, [&](std::uint64_t now_ns) {
+    if (!first) first.emplace();
+    stillgrid_device_state state{};
+    const std::int32_t code = device.read(now_ns, state);
+    device.require(code, "read()");
+    if (code != STILLGRID_DEVICE_END) device.require(device.write(now_ns, {}), "write()");
+    require_same(*first, Surroundings(), "in read() or write()");
+    return code != STILLGRID_DEVICE_END;
+  });
+  device.deactivate();
+  device.close();
+  require_same(before, Surroundings(), "in the calls of the main thread");
+  return {};
+}
+
 Outcome check_exit(const Subject& subject) {
   CheckedDevice device(subject);
   live(device);
@@ -88,6 +125,9 @@ constexpr std::array kChecks = {
           check_again},
     Check{"life.leftovers", "leaves no thread and no open file behind after close", "life.order",
           check_leftovers},
+    Check{"life.surroundings",
+          "leaves signal mask, umask, folder, scheduling and rounding mode as they were",
+          "life.order", check_surroundings},
     Check{"life.exit", "lets the program end", "life.order", check_exit, CheckProcess::kExits},
 };
 

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <span>
@@ -8,6 +9,7 @@
 
 #include "haptic_server/device_check/check.hpp"
 #include "haptic_server/device_check/checked_device.hpp"
+#include "haptic_server/safety/device_reading.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 
 namespace stillgrid {
@@ -15,6 +17,7 @@ namespace {
 
 struct Sample {
   stillgrid_device_state state;
+  std::uint64_t tick_ns;
   std::uint64_t after_ns;  // when read() had returned
 };
 
@@ -26,6 +29,7 @@ std::vector<Sample> samples_of(CheckedDevice& device) {
   device.activate();
   run_ticks(kTicks, [&](std::uint64_t now_ns) {
     Sample sample{};
+    sample.tick_ns = now_ns;
     const std::int32_t code = device.read(now_ns, sample.state);
     sample.after_ns = monotonic_ns();
     device.require(code, "read()");
@@ -115,6 +119,23 @@ Outcome check_sequence(const Subject& subject) {
   return {};
 }
 
+Outcome check_believed(const Subject& subject) {
+  CheckedDevice device(subject);
+  DeviceReadingCheck reading(reading_bounds(device.describe()));
+  const std::vector<Sample> samples = samples_of(device);
+  for (std::size_t n = 0; n < samples.size(); ++n) {
+    const stillgrid_device_state& state = samples[n].state;
+    if (reading.check(state, samples[n].tick_ns)) continue;
+    const int flag = std::countr_zero(reading.reason());
+    const auto& at_m = state.position_m;
+    broken_at(n, "haptic_server would not believe it: " +
+                     std::string(kSafetyFlagNames.at(static_cast<std::size_t>(flag))) + ", at " +
+                     number_text(at_m[0]) + " " + number_text(at_m[1]) + " " +
+                     number_text(at_m[2]) + " m; are these metres?");
+  }
+  return {};
+}
+
 Outcome check_workspace(const Subject& subject) {
   CheckedDevice device(subject);
   const stillgrid_device_descriptor declared = device.describe();
@@ -144,8 +165,10 @@ constexpr std::array kChecks = {
     Check{"read.time", "stamps states with CLOCK_MONOTONIC, never back in time", "life.order",
           check_time},
     Check{"read.sequence", "counts fresh states, never back", "life.order", check_sequence},
-    Check{"read.workspace", "stays in the workspace that it declares",
-          "read.fields descriptor.figures", check_workspace},
+    Check{"read.believed", "gives what haptic_server believes: metres, in reach, without leaps",
+          "read.fields read.time read.sequence descriptor.figures", check_believed},
+    Check{"read.workspace", "stays in the workspace that it declares", "read.believed",
+          check_workspace},
 };
 
 }  // namespace

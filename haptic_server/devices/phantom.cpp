@@ -138,6 +138,7 @@ class PhantomDriver {
     const PhantomProfile device = settings().device;
     descriptor.position_resolution_m = device.resolution_m;
     descriptor.max_force_N = device.max_force_N;
+    descriptor.flags = STILLGRID_DEVICE_NO_MOTORS;
     descriptor.max_read_ns = 200'000;
     if (!declares_limits_) return;
     Eigen::Map<Eigen::Vector3d>(descriptor.workspace_min_m) = -0.5 * device.workspace_m;

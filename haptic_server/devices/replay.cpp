@@ -59,6 +59,7 @@ class ReplayDriver {
   /// No workspace: where the recording goes is not an edge of hardware.
   void describe(stillgrid_device_descriptor& descriptor) {
     load();
+    descriptor.flags = STILLGRID_DEVICE_NO_MOTORS;
     descriptor.max_read_ns = 20'000;
   }
 

@@ -48,6 +48,7 @@ class SpacemouseDriver {
 
   /// No force limit, as there are no motors, and no workspace: range_m is no edge of hardware.
   static void describe(stillgrid_device_descriptor& descriptor) noexcept {
+    descriptor.flags = STILLGRID_DEVICE_NO_MOTORS;
     descriptor.max_read_ns = 20'000;
   }
 

@@ -42,8 +42,7 @@ double yield_to_push(const proto::SceneHeader& scene, const ToolPush& push,
   const auto excess_N = [&](double to_N) {
     yield(touched, to_N - at_N);
     at_N = to_N;
-    const ToolForce force = sphere_force(scene, touched, tool, pose, ForceOf::kAnswering);
-    return -push.direction.dot(force.force_N) - push.force_N - to_N;
+    return push_ahead_N(scene, touched, tool, pose, push.direction) - push.force_N - to_N;
   };
   // The push falls by nothing at least while they yield a newton more: it is met on this side.
   double low_N = change_N, low_excess_N = excess_N(low_N);

@@ -20,6 +20,8 @@ constexpr double kShortestRest_s = 3e-3;
 constexpr double kSlack_N = 0.5;
 /// Far below what a hand feels, or a motor resolves.
 constexpr double kTolerance_N = 1e-5;
+/// Of a tool sphere's radius: an image that lies farther off than this was not foreseen at all.
+constexpr double kFarthestShift = 0.5;
 /// No push moves a sphere farther, whatever a segment says.
 constexpr double kFarthest_m = 1.0;
 
@@ -55,6 +57,11 @@ Yielding AnswerRenderer::yielding(const Shown& shown, std::uint64_t now_ns) cons
   return own;
 }
 
+Eigen::Vector3d AnswerRenderer::rest_N(std::uint64_t now_ns) const noexcept {
+  return left(shown_.began_ns, rest_duration_s(shown_.snapshot, shown_.rest_N), now_ns) *
+         shown_.rest_N;
+}
+
 /// The force of what was displayed a tick ago, led on to the present; it stays in touched_.
 ToolForce AnswerRenderer::last_image_force(const SceneView& scene,
                                            std::span<const PlacedToolSphere> tool,
@@ -75,11 +82,10 @@ ToolForce AnswerRenderer::last_image_force(const SceneView& scene,
 
 /// The shift by which the next image shows what the tool touches where the last one showed it, on
 /// average over the contacts by their depth.
-void AnswerRenderer::continue_from(const GridView& grid, const ToolForce& answering,
+void AnswerRenderer::continue_from(const GridView& grid, double push_N,
                                    std::span<const PlacedToolSphere> tool, std::uint64_t now_ns,
                                    Shown& next) const noexcept {
-  const ToolPush push = tool_push(next.snapshot);
-  next.change_N = std::max(0.0, -push.direction.dot(answering.force_N)) - push.force_N;
+  next.change_N = push_N - tool_push(next.snapshot).force_N;
   next.began_ns = now_ns;
   next.shift_m.setZero();
   const Yielding by_push = yielding(next, now_ns);
@@ -96,7 +102,10 @@ void AnswerRenderer::continue_from(const GridView& grid, const ToolForce& answer
     depth_m += own_m;
   }
   const Eigen::Vector3d shift_m = sum_m / std::max(depth_m, 1e-12);
-  if (shift_m.squaredNorm() <= kFarthest_m * kFarthest_m) next.shift_m = shift_m;
+  // Written so that a NaN stays zero. What is cut off is in the rest of the force.
+  const double farthest_m = kFarthestShift * radius_m_;
+  if (const double norm_m = shift_m.norm(); norm_m > 0.0)
+    next.shift_m = std::min(1.0, farthest_m / norm_m) * shift_m;
 }
 
 RenderedTick AnswerRenderer::render(const SceneView& scene, const ToolPose& pose,
@@ -117,6 +126,7 @@ RenderedTick AnswerRenderer::render(const SceneView& scene, const ToolPose& pose
   const auto lead_on = [&] {
     if (!before) before = last_image_force(scene, tool, pose, now_ns);
   };
+  std::optional<double> switch_jump_N;
 
   Shown next;
   const ReadResult read = read_latest(scene.buffer(), [&](const std::uint64_t* payload) {
@@ -128,8 +138,9 @@ RenderedTick AnswerRenderer::render(const SceneView& scene, const ToolPose& pose
     next.weights = image_weights(Transition::kAnswer, {}, snapshot, now_ns);
     const GridView grid = scene.moving_grid(payload, snapshot);
     if (is_switch)
-      continue_from(grid, sphere_force(scene.scene(), *touched_, tool, pose, ForceOf::kAnswering),
-                    tool, now_ns, next);
+      continue_from(
+          grid, push_ahead_N(scene.scene(), *touched_, tool, pose, tool_push(snapshot).direction),
+          tool, now_ns, next);
     const Yielding now = yielding(next, now_ns);
     fresh_->clear();
     gather_touched(grid, {next.weights, is_switch ? next.weights : shown_.weights, now}, tool,
@@ -149,6 +160,7 @@ RenderedTick AnswerRenderer::render(const SceneView& scene, const ToolPose& pose
                                   next.change_N, kTolerance_N, *touched_);
     force = sphere_force(scene.scene(), *touched_, tool, pose);
     if (is_new && had_image) {
+      switch_jump_N = (force.force_N - before->force_N + rest_N(now_ns)).norm();
       next.rest_N = before->force_N - force.force_N;
       next.rest_N_m = before->torque_N_m - force.torque_N_m;
     }
@@ -164,6 +176,7 @@ RenderedTick AnswerRenderer::render(const SceneView& scene, const ToolPose& pose
   RenderedTick tick = tick_showing(shown_.snapshot, now_ns);
   tick.contended = contended;
   tick.is_new = is_new;
+  tick.switch_jump_N = switch_jump_N;
   tick.alpha = 1.0 - left(shown_.began_ns, shift_duration_s(shown_.snapshot), now_ns);
   tick.stands = shown_.weights.stands;
   const Yielding yielded = yielding(shown_, now_ns);
@@ -173,7 +186,6 @@ RenderedTick AnswerRenderer::render(const SceneView& scene, const ToolPose& pose
   tick.cut = touched_->cut || still_.cut;
   for (const TouchedSpheres* touched : {touched_, &still_})
     for (const TouchedSphere& sphere : touched->all()) tick.swept = tick.swept || sphere.swept;
-  if (is_new && had_image) tick.switch_jump_N = (force.force_N - before->force_N).norm();
   tick.force = tool_force(scene.scene(), still_, tool, pose);
   tick.force.force_N += force.force_N;
   tick.force.torque_N_m += force.torque_N_m;

@@ -36,11 +36,12 @@ class AnswerRenderer final : public Renderer {
     Eigen::Vector3d rest_N_m = Eigen::Vector3d::Zero();
   };
   [[nodiscard]] Yielding yielding(const Shown& shown, std::uint64_t now_ns) const noexcept;
+  /// What is left of the rest of the force that the image came with.
+  [[nodiscard]] Eigen::Vector3d rest_N(std::uint64_t now_ns) const noexcept;
   ToolForce last_image_force(const SceneView& scene, std::span<const PlacedToolSphere> tool,
                              const ToolPose& pose, std::uint64_t now_ns) noexcept;
-  void continue_from(const GridView& grid, const ToolForce& answering,
-                     std::span<const PlacedToolSphere> tool, std::uint64_t now_ns,
-                     Shown& next) const noexcept;
+  void continue_from(const GridView& grid, double push_N, std::span<const PlacedToolSphere> tool,
+                     std::uint64_t now_ns, Shown& next) const noexcept;
 
   std::uint64_t epoch_ = 0;    // of the segment that what follows came from
   std::uint64_t tick_ns_ = 0;  // of the last tick

@@ -34,16 +34,18 @@ inline constexpr std::array<std::string_view, 7> kModelNames = {
 /// What one tick rendered.
 struct RenderedTick {
   ToolForce force;
-  std::uint64_t generation = 0;         // of the image shown, 0: none yet
-  bool is_new = false;                  // the first tick that shows it
-  double alpha = 1.0;                   // progress of the transition to it
-  bool stands = false;                  // what is displayed waits for the next image
-  double age_s = 0.0;                   // of the simulated state shown newest
-  double image_age_s = 0.0;             // since its publication
-  bool contended = false;               // no fresh read: the last good sample was used
-  bool cut = false;                     // the tick's bound on work was met
-  bool swept = false;                   // a contact that was only on the way to this tick
-  std::optional<double> switch_jump_N;  // at a switch: |force by new image - force by old one|
+  std::uint64_t generation = 0;  // of the image shown, 0: none yet
+  bool is_new = false;           // the first tick that shows it
+  double alpha = 1.0;            // progress of the transition to it
+  bool stands = false;           // what is displayed waits for the next image
+  double age_s = 0.0;            // of the simulated state shown newest
+  double image_age_s = 0.0;      // since its publication
+  bool contended = false;        // no fresh read: the last good sample was used
+  bool cut = false;              // the tick's bound on work was met
+  bool swept = false;            // a contact that was only on the way to this tick
+  // At a switch: |force by the new image - force by the old one|, same place and time; what a model
+  // adds so that the hand does not feel it (the rest of `answer`) is left out of both.
+  std::optional<double> switch_jump_N;
   // Where its spheres were displayed; of a model that displays none, the image as it is.
   ImageWeights weights;
   double answer_N = 0.0;                              // times each sphere's answer

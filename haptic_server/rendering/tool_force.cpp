@@ -1,5 +1,7 @@
 #include "haptic_server/rendering/tool_force.hpp"
 
+#include <algorithm>
+
 namespace stillgrid {
 
 ToolContact contact_with(const TouchedSphere& sphere, const PlacedToolSphere& probe) noexcept {
@@ -39,18 +41,36 @@ void add_contact(ToolForce& sum, const ContactMaterial& material, const ToolCont
   ++sum.contacts;
 }
 
+namespace {
+
+void add_sphere(ToolForce& sum, const proto::SceneHeader& scene, const TouchedSphere& sphere,
+                std::span<const PlacedToolSphere> tool, const ToolPose& pose) noexcept {
+  // A tick may show the spheres of the tick before, gathered for a tool of another scene.
+  if (sphere.material >= scene.material_count || sphere.tool_sphere >= tool.size()) return;
+  add_contact(sum, contact_material(scene, sphere.material),
+              contact_with(sphere, tool[sphere.tool_sphere]), pose, sphere.presence);
+}
+
+}  // namespace
+
 ToolForce sphere_force(const proto::SceneHeader& scene, const TouchedSpheres& touched,
-                       std::span<const PlacedToolSphere> tool, const ToolPose& pose,
-                       ForceOf spheres) noexcept {
+                       std::span<const PlacedToolSphere> tool, const ToolPose& pose) noexcept {
   ToolForce sum;
-  for (const TouchedSphere& sphere : touched.all()) {
-    if (spheres == ForceOf::kAnswering && !sphere.answers) continue;
-    // A tick may show the spheres of the tick before, gathered for a tool of another scene.
-    if (sphere.material >= scene.material_count || sphere.tool_sphere >= tool.size()) continue;
-    add_contact(sum, contact_material(scene, sphere.material),
-                contact_with(sphere, tool[sphere.tool_sphere]), pose, sphere.presence);
-  }
+  for (const TouchedSphere& sphere : touched.all()) add_sphere(sum, scene, sphere, tool, pose);
   return sum;
+}
+
+double push_ahead_N(const proto::SceneHeader& scene, const TouchedSpheres& touched,
+                    std::span<const PlacedToolSphere> tool, const ToolPose& pose,
+                    const Eigen::Vector3d& direction) noexcept {
+  double push_N = 0.0;
+  for (const TouchedSphere& sphere : touched.all()) {
+    if (!sphere.answers) continue;
+    ToolForce one;
+    add_sphere(one, scene, sphere, tool, pose);
+    push_N += std::max(0.0, -direction.dot(one.force_N));
+  }
+  return push_N;
 }
 
 ToolForce tool_force(const proto::SceneHeader& scene, const TouchedSpheres& touched,

@@ -53,15 +53,18 @@ struct ToolContact {
 void add_contact(ToolForce& sum, const ContactMaterial& material, const ToolContact& contact,
                  const ToolPose& pose, double presence = 1.0) noexcept;
 
-/// Which touched spheres a force is summed over: all, or those that answer it.
-enum class ForceOf { kAll, kAnswering };
-
 /// Sums the contact law over touched spheres; the simulation uses the same law.
 ///
 /// Realtime: allocates nothing. Spheres of unknown material are left out.
 [[nodiscard]] ToolForce sphere_force(const proto::SceneHeader& scene, const TouchedSpheres& touched,
-                                     std::span<const PlacedToolSphere> tool, const ToolPose& pose,
-                                     ForceOf spheres = ForceOf::kAll) noexcept;
+                                     std::span<const PlacedToolSphere> tool,
+                                     const ToolPose& pose) noexcept;
+
+/// How hard the tool pushes along that direction on touched spheres that answer, N: what others
+/// push back with, from the other side, is no part of it. Realtime: as sphere_force().
+[[nodiscard]] double push_ahead_N(const proto::SceneHeader& scene, const TouchedSpheres& touched,
+                                  std::span<const PlacedToolSphere> tool, const ToolPose& pose,
+                                  const Eigen::Vector3d& direction) noexcept;
 
 /// The same over touched spheres and the scene's planes. Realtime: as sphere_force().
 [[nodiscard]] ToolForce tool_force(const proto::SceneHeader& scene, const TouchedSpheres& touched,

@@ -1,8 +1,6 @@
 #include "haptic_server/safety/device_limits.hpp"
 
 #include <algorithm>
-#include <sstream>
-#include <stdexcept>
 
 namespace stillgrid {
 namespace {
@@ -16,16 +14,6 @@ double declared_or(double declared, double otherwise) {
   return declared > 0.0 ? declared : otherwise;
 }
 
-double slew_limit_N_per_ms(const SafetyOptions& options, double max_force_N) {
-  const double slew = options.max_slew_N_per_ms.value_or(kDefaultSlew_per_ms * max_force_N);
-  if (slew >= least_slew_N_per_ms(max_force_N)) return slew;
-  std::ostringstream line;
-  line << "--max-slew: value '" << slew << "': expected at least "
-       << least_slew_N_per_ms(max_force_N) << " N/ms, by which " << max_force_N
-       << " N, the limit of the force, fade in 100 ms";
-  throw std::runtime_error(line.str());
-}
-
 }  // namespace
 
 SafetyLimits safety_limits(const SafetyOptions& options,
@@ -33,7 +21,10 @@ SafetyLimits safety_limits(const SafetyOptions& options,
   const double device_N = declared_or(device.max_force_N, kUndeclaredForce_N);
   SafetyLimits limits;
   limits.max_force_N = std::min(options.max_force_N.value_or(device_N), device_N);
-  limits.max_slew_N_per_ms = slew_limit_N_per_ms(options, limits.max_force_N);
+  // A user who asks for less force gets less torque, too.
+  if (device.max_torque_N_m > 0.0) limits.lever_m = device.max_torque_N_m / device_N;
+  limits.max_slew_N_per_ms =
+      options.max_slew_N_per_ms.value_or(kDefaultSlew_per_ms * limits.max_force_N);
   limits.stiffness_N_m =
       options.max_stiffness_N_m.value_or(declared_or(device.nominal_stiffness_N_m, kNone));
   limits.continuous_force_N = declared_or(device.continuous_force_N, kNone);

@@ -19,10 +19,8 @@ struct SafetyOptions {
 /// The limits that a device is held to: as declared, and as asked for where that is stricter or the
 /// user knows better. A device that declares no force is held to 40 N; one that declares no
 /// stiffness, speed, workspace or continuous force is not held to any; a motor's time constant that
-/// is not declared is taken for 10 s. By default the force changes by a tenth of its limit in a
-/// millisecond.
-///
-/// Throws std::runtime_error, one line, if the slew limit asked for would hold up a fade.
+/// is not declared is taken for 10 s, a torque that is not for that of the force's limit at 0.1 m.
+/// By default the force grows by a tenth of its limit in a millisecond.
 [[nodiscard]] SafetyLimits safety_limits(const SafetyOptions& options,
                                          const stillgrid_device_descriptor& device);
 

@@ -1,5 +1,6 @@
 #include "haptic_server/safety/device_reading.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace stillgrid {
@@ -14,11 +15,23 @@ constexpr std::uint64_t kLeapBelieved_ns = 100'000'000;
 /// Encoder steps and rounding, where two readings come in no time.
 constexpr double kSlack_m = 1e-3;
 
-bool has_position(const stillgrid_device_state& state) {
-  const Eigen::Vector3d position_m(state.position_m);
-  return (state.valid & STILLGRID_STATE_POSITION) != 0 && position_m.norm() <= kFarthest_m;
+/// A device that declares a speed may be moved faster, but not this many times.
+constexpr double kSpeedMargin = 3.0;
+constexpr double kLeastMargin_m = 0.05;
+constexpr double kMargin = 0.5;  // of the workspace's extent
+
+/// Whether a position is where the device cannot be: encoders in other units, a lost reference.
+bool is_outside(const Workspace& workspace, const Eigen::Vector3d& position_m) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const double min_m = workspace.min_m[axis], max_m = workspace.max_m[axis];
+    if (!(max_m > min_m)) continue;
+    const double margin_m = std::max(kLeastMargin_m, kMargin * (max_m - min_m));
+    if (position_m[axis] < min_m - margin_m || position_m[axis] > max_m + margin_m) return true;
+  }
+  return false;
 }
 
+/// Unit, or nothing.
 std::optional<Eigen::Quaterniond> orientation(const stillgrid_device_state& state) {
   const auto& xyzw = state.orientation_xyzw;
   const Eigen::Quaterniond q(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
@@ -29,25 +42,63 @@ std::optional<Eigen::Quaterniond> orientation(const stillgrid_device_state& stat
 
 }  // namespace
 
-std::optional<DeviceReading> DeviceReadingCheck::check(const stillgrid_device_state& state,
-                                                       std::uint64_t now_ns) noexcept {
-  if (!has_position(state)) return std::nullopt;
-  const bool is_repeated = state.time_ns == stamp_ns_;
-  const bool is_stale = state.time_ns + kStale_ns < now_ns || state.time_ns > now_ns + kStale_ns;
-  if (state.time_ns < stamp_ns_ || is_stale) return std::nullopt;
-  stamp_ns_ = state.time_ns;
+ReadingBounds reading_bounds(const stillgrid_device_descriptor& device) noexcept {
+  ReadingBounds bounds;
+  bounds.workspace = {Eigen::Vector3d(device.workspace_min_m),
+                      Eigen::Vector3d(device.workspace_max_m)};
+  if (device.max_speed_m_s > 0.0) bounds.max_speed_m_s = device.max_speed_m_s;
+  return bounds;
+}
 
-  const Place place{now_ns, Eigen::Vector3d(state.position_m)};
-  const auto is_near = [&place](const Place& before) {
-    const double since_s = 1e-9 * static_cast<double>(place.tick_ns - before.tick_ns);
-    return (place.position_m - before.position_m).norm() <= kSlack_m + kFastest_m_s * since_s;
+std::uint32_t DeviceReadingCheck::fault_of_pose(
+    const stillgrid_device_state& state) const noexcept {
+  const Eigen::Vector3d position_m(state.position_m);
+  if ((state.valid & STILLGRID_STATE_POSITION) == 0) return kFlagNoPosition;
+  if (position_m.hasNaN()) return kFlagNoNumber;
+  if (!(position_m.stableNorm() <= kFarthest_m))
+    return position_m.allFinite() ? kFlagTooFar : kFlagNoNumber;
+  if (is_outside(bounds_.workspace, position_m)) return kFlagOutside;
+  if ((state.valid & STILLGRID_STATE_ORIENTATION) != 0 && !orientation(state))
+    return kFlagNoOrientation;
+  return 0;
+}
+
+std::uint32_t DeviceReadingCheck::fault_of_time(const stillgrid_device_state& state,
+                                                std::uint64_t now_ns) noexcept {
+  if (state.time_ns < stamp_ns_) return kFlagStampBack;
+  if (state.time_ns + kStale_ns < now_ns || state.time_ns > now_ns + kStale_ns)
+    return kFlagStampOff;
+  if (sequence_ != state.sequence) fresh_ns_ = now_ns;
+  sequence_ = state.sequence;
+  return now_ns - fresh_ns_ > kStale_ns ? kFlagFrozen : 0U;
+}
+
+bool DeviceReadingCheck::has_leapt(const Place& place, std::uint64_t now_ns) noexcept {
+  const double fastest_m_s = std::min(kFastest_m_s, kSpeedMargin * bounds_.max_speed_m_s);
+  const auto is_near = [&](const Place& before) {
+    const double since_s = 1e-9 * static_cast<double>(now_ns - before.since_ns);
+    return (place.position_m - before.position_m).norm() <= kSlack_m + fastest_m_s * since_s;
   };
   // First: from the place last believed any leap is a hand's motion after a while.
-  const bool has_leapt = leapt_ && is_near(*leapt_);
-  if (has_leapt || (believed_ && !is_near(*believed_))) {
-    if (!has_leapt) leapt_at_ns_ = now_ns;
-    leapt_ = place;
-    if (now_ns - leapt_at_ns_ < kLeapBelieved_ns) return std::nullopt;
+  const bool is_there = leapt_ && is_near(*leapt_);
+  if (!is_there && (!believed_ || is_near(*believed_))) return false;
+  if (!is_there) leapt_at_ns_ = now_ns;
+  leapt_ = place;
+  return now_ns - leapt_at_ns_ < kLeapBelieved_ns;
+}
+
+std::optional<DeviceReading> DeviceReadingCheck::check(const stillgrid_device_state& state,
+                                                       std::uint64_t now_ns) noexcept {
+  const bool is_repeated = state.time_ns == stamp_ns_;
+  reason_ = fault_of_pose(state);
+  if (reason_ == 0) reason_ = fault_of_time(state, now_ns);
+  if (reason_ != 0) return std::nullopt;
+  stamp_ns_ = state.time_ns;
+
+  const Place place{fresh_ns_, Eigen::Vector3d(state.position_m)};
+  if (has_leapt(place, now_ns)) {
+    reason_ = kFlagLeap;
+    return std::nullopt;
   }
   believed_ = place;
   leapt_.reset();

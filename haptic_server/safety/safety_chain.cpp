@@ -4,15 +4,27 @@
 #include <cassert>
 #include <cmath>
 
+#include "haptic_server/safety/slew_limit.hpp"
+
 namespace stillgrid {
 namespace {
 
 constexpr double kFade_s = 0.1;
 constexpr double kStaleAfterPeriods = 1.5;
+/// Whatever period is declared: a hand does not wait longer for a world that may have gone.
+constexpr double kLongestPatience_s = 1.0;
 
 bool is_fresh(const ImageFreshness& image) {
   return image.exists && image.writer_alive &&
-         image.image_age_s <= kStaleAfterPeriods * image.period_s;
+         image.image_age_s <= std::min(kStaleAfterPeriods * image.period_s, kLongestPatience_s);
+}
+
+/// Slower than encoder noise in the estimate, and than a hand that does anything.
+bool is_at_rest(const SafetyInput& input) {
+  constexpr double kAtRest_m_s = 0.02;
+  constexpr double kAtRest_rad_s = 0.2;
+  return input.velocity_m_s.norm() < kAtRest_m_s &&
+         input.motion.turned_rad.norm() < kAtRest_rad_s * input.elapsed_s;
 }
 
 void lead(double& share, bool upwards, double elapsed_s) {
@@ -26,6 +38,7 @@ SafetyChain::SafetyChain(const SafetyLimits& limits)
       governor_(limits.stiffness_N_m),
       budget_(limits.continuous_force_N, limits.motor_time_constant_s) {
   assert(std::isfinite(limits.max_force_N) && limits.max_force_N > 0.0);
+  assert(limits.lever_m > 0.0 && limits.period_s > 0.0);
   if (limits.passivity_mass_kg) passivity_control_.emplace(*limits.passivity_mass_kg);
 }
 
@@ -48,22 +61,12 @@ void SafetyChain::ramp(const SafetyInput& input, std::uint32_t& flags) noexcept 
   if (ramp_share_ < 1.0) flags |= kFlagRamped;
 }
 
-Wrench SafetyChain::apply(const SafetyInput& input, std::uint32_t& flags) noexcept {
-  observe(energy_, told_, input.motion);
-  budget_.spend(told_.force_N.norm(), input.elapsed_s);
-  if (input.elapsed_s >= limits_.stall_s) {
-    cut();
-    flags |= kFlagStalled | kFlagRamped;
-    return told_;
-  }
-
-  ramp(input, flags);
+/// The rendered force as far as each stage lets it through.
+Wrench SafetyChain::limited(const SafetyInput& input, double energy_share,
+                            std::uint32_t& flags) noexcept {
   Wrench next = input.rendered;
   double limit_N = limits_.max_force_N;
-  if (!next.force_N.allFinite() || !next.torque_N_m.allFinite()) {
-    next = {};
-    flags |= kFlagRejected;
-  }
+  const double lever_m = limits_.lever_m;
   const auto keep = [&](double share, std::uint32_t flag) {
     if (share < 1.0) flags |= flag;
     next *= share;
@@ -76,26 +79,50 @@ Wrench SafetyChain::apply(const SafetyInput& input, std::uint32_t& flags) noexce
     flags |= kFlagStiffness;
   next *= governed;  // not the limit: a force at its limit has no stiffness
   if (const double budget_N = budget_.limit_N(limits_.max_force_N); budget_N < limit_N) {
-    if (shorten(next, budget_N, input.lever_m)) flags |= kFlagBudget;
+    if (shorten(next, budget_N, lever_m)) flags |= kFlagBudget;
     limit_N = budget_N;
   }
   keep(workspace_share(limits_.workspace, input.device_m), kFlagWorkspace);
   if (limit_drive(next.force_N, input.velocity_m_s, limits_.max_speed_m_s)) flags |= kFlagSpeed;
+  const auto clamp = [&] {
+    if (shorten(next, limit_N, lever_m)) flags |= kFlagClamped;
+  };
+  clamp();
+  if (energy_share < 1.0 &&
+      limit_norm(next, energy_share * norm_N(input.rendered, lever_m), lever_m))
+    flags |= kFlagEnergy;
   if (passivity_control_ && input.image.exists)
     next.force_N += passivity_control_->damp(energy_, input.motion, input.elapsed_s, flags);
-  if (shorten(next, limit_N, input.lever_m)) flags |= kFlagClamped;
-
-  Wrench change{next.force_N - told_.force_N, next.torque_N_m - told_.torque_N_m};
-  if (shorten(change, limits_.max_slew_N_per_ms * input.elapsed_s * 1e3, input.lever_m)) {
-    next = {told_.force_N + change.force_N, told_.torque_N_m + change.torque_N_m};
-    flags |= kFlagSlewed;
-  }
-  told_ = next;
-  return told_;
+  clamp();
+  return next;
 }
 
-double least_slew_N_per_ms(double max_force_N) noexcept {
-  return max_force_N / (kFade_s * 1e3);
+Wrench SafetyChain::apply(const SafetyInput& input, std::uint32_t& flags) noexcept {
+  observe(energy_, told_, input.motion);
+  contact_.observe(told_, input.motion, limits_.lever_m);
+  budget_.spend(told_.force_N.norm(), input.elapsed_s);
+  const bool is_number =
+      input.rendered.force_N.allFinite() && input.rendered.torque_N_m.allFinite();
+  const double energy_share = is_number ? contact_.share(input.rendered, input.stiffness_N_m,
+                                                         is_at_rest(input), input.elapsed_s)
+                                        : contact_.skip();
+  if (input.elapsed_s >= limits_.stall_s) {
+    cut();
+    flags |= kFlagStalled | kFlagRamped;
+    return told_;
+  }
+
+  ramp(input, flags);
+  Wrench next;
+  if (is_number)
+    next = limited(input, energy_share, flags);
+  else
+    flags |= kFlagRejected;
+  const double granted_s = std::clamp(input.since_told_s, 0.0, limits_.period_s);
+  if (limit_slew(next, told_, limits_.max_slew_N_per_ms * granted_s * 1e3, limits_.lever_m))
+    flags |= kFlagSlewed;
+  told_ = next;
+  return told_;
 }
 
 }  // namespace stillgrid

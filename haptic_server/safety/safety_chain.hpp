@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 
+#include "haptic_server/safety/contact_energy.hpp"
 #include "haptic_server/safety/energy_observer.hpp"
 #include "haptic_server/safety/force_budget.hpp"
 #include "haptic_server/safety/motion_limits.hpp"
@@ -18,12 +19,14 @@ namespace stillgrid {
 /// What a chain holds a device to. Infinite: no such limit; of the first there always is one.
 struct SafetyLimits {
   double max_force_N = 40.0;  // finite, > 0: norm of the force
+  double lever_m = 0.1;       // > 0: the torque is limited to that of max_force_N at its end
   double max_slew_N_per_ms = std::numeric_limits<double>::infinity();
   double stiffness_N_m = std::numeric_limits<double>::infinity();
   double continuous_force_N = std::numeric_limits<double>::infinity();
   double motor_time_constant_s = 10.0;  // > 0
   double max_speed_m_s = std::numeric_limits<double>::infinity();
   Workspace workspace = {};  // device frame
+  double period_s = 1e-3;    // > 0, of the loop: no growth is granted for more in one tick
   // No tick for so long is a stall; longer than the stalls of a shared machine, shorter than a hand
   // takes to react.
   double stall_s = 0.05;
@@ -43,25 +46,28 @@ struct ImageFreshness {
 struct SafetyInput {
   Wrench rendered = {};
   Eigen::Matrix3d stiffness_N_m = Eigen::Matrix3d::Zero();  // of its contacts: sum of k n n^T
-  double lever_m = 1.0;  // > 0: of the tool's point that is farthest from its origin
   ImageFreshness image = {};
   bool device_believed = true;                         // in this tick
   Eigen::Vector3d device_m = Eigen::Vector3d::Zero();  // device frame
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
-  DeviceMotion motion = {};  // since the tick before
-  double elapsed_s = 1e-3;   // since the tick before
+  DeviceMotion motion = {};    // since the tick before
+  double elapsed_s = 1e-3;     // since the tick before
+  double since_told_s = 1e-3;  // since the device was told the last force
 };
 
 /// All that stands between a rendered force and a hand, in this order: readings that are not
 /// believed, forces that are no number, the image's age, the ramp at the start and after any gap,
-/// the stiffness governor, the motors' budget, the edge of the workspace, the speed limit, control
-/// of the energy, the limit of the norm, the limit of its change. docs/safety.md has the reasons.
+/// the stiffness governor, the motors' budget, the edge of the workspace, the speed limit, the
+/// limit of the norm, what the contact took, control of the energy, the limit of growth and turn.
+/// docs/safety.md has the reasons.
 ///
-/// Each stage may only shorten the force, and what it shortens by shortens the limit of the norm
-/// too: so a force far above the limit fades as smoothly as one below it, and what the energy's
-/// control adds fades with them. A stall of 50 ms or more cuts to zero at once, exempt from the
-/// slew limit; all else is slewed. Nothing switches the limit of the norm off.
-/// Thread: the haptic loop's. Realtime: yes.
+/// Each stage but the damper of the energy's control shortens the wrench, the speed limit one
+/// component of its force; what it shortens by shortens the limit of the norm too: so a force far
+/// above the limit fades as smoothly as one below it, and what the energy's control adds fades with
+/// them. No stage makes energy: a contact gives the hand no more than it took or the rendered force
+/// would have given, but for what comes back within a second where the hand rests
+/// (contact_energy.hpp). A stall of 50 ms or more cuts to zero at once. Nothing switches the limit
+/// of the norm off. Thread: the haptic loop's. Realtime: yes.
 class SafetyChain {
  public:
   explicit SafetyChain(const SafetyLimits& limits);
@@ -81,18 +87,18 @@ class SafetyChain {
 
  private:
   void ramp(const SafetyInput& input, std::uint32_t& flags) noexcept;
+  [[nodiscard]] Wrench limited(const SafetyInput& input, double energy_share,
+                               std::uint32_t& flags) noexcept;
 
   SafetyLimits limits_;
   StiffnessGovernor governor_;
   ForceBudget budget_;
   std::optional<PassivityController> passivity_control_;
   HandEnergy energy_;
+  ContactEnergy contact_;
   double image_share_ = 1.0;  // falls while no image comes
   double ramp_share_ = 0.0;   // from the start, and from any gap on
   Wrench told_;
 };
-
-/// The least slew limit that lets a fade end in time, N/ms: of a force at its limit.
-[[nodiscard]] double least_slew_N_per_ms(double max_force_N) noexcept;
 
 }  // namespace stillgrid

@@ -4,6 +4,7 @@
 
 namespace stillgrid {
 
+using proto::kDeviceReasonMask;
 using proto::kSafetyFlagNames;
 using proto::SafetyFlag;
 using enum proto::SafetyFlag;

@@ -29,19 +29,21 @@ def rows_of(command):
 def measure_speed(benchmark, rounds, most):
     """Rows and notes."""
     measured, note = rows_of([benchmark, rounds, most])
-    samples, overlaps = {}, {}
+    samples, pairs = {}, {}
     for row in measured:
         key = row["motion"], row["method"], int(row["spheres"])
         samples.setdefault(key, []).append(float(row["ns"]))
-        overlaps.setdefault(key, []).append(float(row["overlaps_each"]))
+        pairs.setdefault(key, []).append(float(row["pairs_each"]))
     rows = []
     for (motion, method, spheres), ns in samples.items():
         low, median, high = statistics.quantiles(ns, n=4, method="inclusive") if len(ns) > 1 else ns * 3
         rows.append({"motion": motion, "method": method, "spheres": spheres, "ns": f"{median:.4g}",
                      "iqr_ns": f"{high - low:.2g}", "least_ns": f"{min(ns):.4g}", "rounds": len(ns),
-                     "overlaps_each": f"{statistics.mean(overlaps[motion, method, spheres]):.3f}"})
-    return rows, [note, "slow: straight on, a twentieth of a radius a step; far: three radii, so "
-                        "that every step is a full search."]
+                     "pairs_each": f"{statistics.mean(pairs[motion, method, spheres]):.3f}"})
+    return rows, [note, "0.95 pairs a sphere overlap, radii from half to one and a half of the mean; slow: "
+                        "straight on, a twentieth of the mean a step; far: three, so that every step is a full search.",
+                        "ours, in a step: what the simulation does to find its contacts, which are what may touch "
+                        "within the step."]
 
 
 def measure_ratio(figures):

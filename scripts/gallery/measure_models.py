@@ -4,7 +4,8 @@
 Paths are scripted (written here) or recordings made by others, in $STILLGRID_DATA or ../shared/data;
 a recording that is not there leaves its rows out, and says so. Each path goes through every model by
 the program compare_models, without and with jitter; the largest stable stiffness is of stability_lab's
-body that is most like the scene. Others: spacing_rate, the tissue's spheres and the rate against what
+body that is most like the scene, by one seed of the jitter in runs of 6 s; limits that the table has stay, for
+they take hours: take a row away to have its limit sought. Others: spacing_rate, the tissue's spheres and the rate against what
 the force errs; paper_figures, the forces of Figs. 6 to 8; cold_tick, a tick with caches flushed.
 """
 import concurrent.futures
@@ -19,7 +20,7 @@ import tempfile
 
 import measuring
 from measuring import ROOT, parser_of
-from tables import write_rows
+from tables import read_rows, write_rows, write_text
 
 SCENES = ROOT / "sim_server/scene/scenes"
 DATA = measuring.DATA / "trajectories"
@@ -120,13 +121,22 @@ def stable_stiffness(build, body, name, jitter):
     is_model = name in ("force_held", "force_jacobian", "plane", "sphere", "proxy", "crossfade")
     text = run(build, "stability_lab", "limit", "--scene", body, "--device", "light",
                "--period", period_s, "--latency", COST, "--jitter", jitter, "--friction", 0.3,
-               "--duration", 6, "--transition", "hold" if is_model or held else name,
+               "--duration", 6, "--seeds", 1, "--transition", "hold" if is_model or held else name,
                "--model", name if is_model else "grid")
     return "0" if text.startswith("unstable") else text.strip()
 
 
-def measure_table(build, pool, is_small):
+def known_limits(file):
+    """Of the table that is there, by body, model and jitter."""
+    if not file.exists():
+        return {}
+    return {(row["body"], row["model"], float(row["jitter"])): row["stable_stiffness_N_m"]
+            for row in read_rows(file) if row["model"] != "reference"}
+
+
+def measure_table(build, pool, is_small, file):
     """Small: two paths, shortened, with jitter, which the charts show; stiffness is not searched."""
+    known = known_limits(file)
     with tempfile.TemporaryDirectory() as folder:
         jobs = []
         for name, scene, path, since, seconds, body in SMALL_PATHS if is_small else PATHS:
@@ -137,7 +147,7 @@ def measure_table(build, pool, is_small):
             for jitter in JITTERS[1:] if is_small else JITTERS:
                 jobs.append((name, body, jitter, pool.submit(
                     compare, build, scene, device, jitter, since, seconds)))
-        rows, limits = [], {}
+        rows, limits = [], dict(known)
         for name, body, jitter, job in jobs:
             for row in job.result():
                 key = body, row["model"], jitter
@@ -146,7 +156,8 @@ def measure_table(build, pool, is_small):
                 rows.append({"path": name, "jitter": jitter, "body": body, **row})
     for row in rows:
         key = row["body"], row["model"], row["jitter"]
-        row["stable_stiffness_N_m"] = limits[key].result() if key in limits else ""
+        limit = limits.get(key, "")
+        row["stable_stiffness_N_m"] = limit if isinstance(limit, str) else limit.result()
     return rows
 
 
@@ -155,9 +166,9 @@ FINE_M = 0.005
 RATES_HZ = (20, 33, 100, 1000)
 
 
-def measure_ticks(build, pool, is_small):
+def measure_ticks(build, pool, is_small, file):
     """With caches flushed; one after the other, for nothing else may run beside them."""
-    del pool
+    del pool, file
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for name, scene, path, since, _, _ in (PATHS[2],) if is_small else (PATHS[0], PATHS[2]):
@@ -184,11 +195,27 @@ def spaced(scene, spacing_m, folder):
             raise RuntimeError(f"{scene}: expected {old}")
         text = text.replace(old, new, 1)
     file = pathlib.Path(folder) / f"{scene.stem}_{1e3 * spacing_m:g}mm.toml"
-    file.write_text(text)
+    write_text(file, text)  # others may be reading it
     return file
 
 
-def measure_spacing(build, pool, is_small):
+def compare_spaced(build, scene, spacing_m, rates_hz, device, since, end, folder):
+    """Rows of each rate and transition, and last the reference's."""
+    text = run(build, "compare_models", "--scene", spaced(scene, spacing_m, folder),
+               "--reference-scene", spaced(scene, FINE_M, folder), "--device", device, "--period",
+               *(1.0 / rate_hz for rate_hz in rates_hz), "--latency", COST, "--from", since,
+               "--duration", end, "--models", *FIGURE_MODELS)
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+def spaced_row(name, spacing_m, row, true):
+    return {"path": name, "spacing_mm": 1e3 * spacing_m,
+            "rate_hz": f"{1e3 / float(row['period_ms']):.4g}",
+            "error_share": f"{float(row['rms_error_N']) / float(true['force_rms_N']):.4g}", **row}
+
+
+def measure_spacing(build, pool, is_small, file):
+    del file
     with tempfile.TemporaryDirectory() as folder:
         jobs = []
         for name, scene, path, since, _, _ in (PATHS[4],) if is_small else (PATHS[0], PATHS[4]):
@@ -197,21 +224,13 @@ def measure_spacing(build, pool, is_small):
             if device is None:
                 print(f"skipped: {name}: its recording is not in {DATA}", file=sys.stderr)
                 continue
-            fine = spaced(scene, FINE_M, folder)
             for spacing_m in SPACINGS_M[:2] if is_small else SPACINGS_M:
                 jobs.append((name, spacing_m, pool.submit(
-                    run, build, "compare_models", "--scene", spaced(scene, spacing_m, folder),
-                    "--reference-scene", fine, "--device", device, "--period",
-                    *(1.0 / rate_hz for rate_hz in RATES_HZ), "--latency", COST, "--from", since,
-                    "--duration", end, "--models", "hold", "linear", "answer")))
+                    compare_spaced, build, scene, spacing_m, RATES_HZ, device, since, end, folder)))
         rows = []
         for name, spacing_m, job in jobs:
-            *mine, true = csv.DictReader(io.StringIO(job.result()))
-            true_N = float(true["force_rms_N"])
-            rows += [{"path": name, "spacing_mm": 1e3 * spacing_m,
-                      "rate_hz": f"{1e3 / float(row['period_ms']):.4g}",
-                      "error_share": f"{float(row['rms_error_N']) / true_N:.4g}", **row}
-                     for row in mine]
+            *mine, true = job.result()
+            rows += [spaced_row(name, spacing_m, row, true) for row in mine]
     return rows
 
 
@@ -228,21 +247,21 @@ def record(build, transition, period_s, cost, device, folder):
         return list(csv.DictReader(line for line in stream if not line.startswith("#")))
 
 
-def measure_figures(build, pool, is_small):
+def figure_rows(build, label, folder):
+    """Of a transition, or of held images at 1 kHz."""
+    device = device_of(ride_sphere, 3.0, folder)
+    shown = ("hold", 0.001, 0.0) if label == "reference" else (label, PERIOD_S, COST)
+    return [{"model": label, "time_s": row["time_s"], "force_N": row[FORCE_COLUMN], "image": row[IMAGE_COLUMN]}
+            for row in record(build, *shown, device, folder)
+            if FIGURE_S[0] <= float(row["time_s"]) < FIGURE_S[1]]
+
+
+def measure_figures(build, pool, is_small, file):
     """The force on a tool that goes with the moving sphere, and the generation shown, tick by
     tick; small as it is."""
-    del pool, is_small
+    del pool, is_small, file
     with tempfile.TemporaryDirectory() as folder:
-        device = device_of(ride_sphere, 3.0, folder)
-        rows = []
-        for name, period_s, cost in [(name, PERIOD_S, COST) for name in FIGURE_MODELS] + [
-                ("hold", 0.001, 0.0)]:
-            label = name if cost else "reference"
-            for row in record(build, name, period_s, cost, device, folder):
-                if FIGURE_S[0] <= float(row["time_s"]) < FIGURE_S[1]:
-                    rows.append({"model": label, "time_s": row["time_s"],
-                                 "force_N": row[FORCE_COLUMN], "image": row[IMAGE_COLUMN]})
-    return rows
+        return [row for label in (*FIGURE_MODELS, "reference") for row in figure_rows(build, label, folder)]
 
 
 FORCE_COLUMN, IMAGE_COLUMN = "fx_N", "generation"
@@ -260,8 +279,8 @@ def main():
     try:
         with concurrent.futures.ThreadPoolExecutor(arguments.threads) as pool:
             for table in arguments.tables:
-                write_rows(arguments.charts / f"{table}.csv",
-                           TABLES[table](arguments.build, pool, arguments.small))
+                file = arguments.charts / f"{table}.csv"
+                write_rows(file, TABLES[table](arguments.build, pool, arguments.small, file))
     except (OSError, RuntimeError, KeyError, IndexError) as error:
         measuring.fail(f"{type(error).__name__}: {error}")
 

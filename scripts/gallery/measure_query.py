@@ -25,12 +25,14 @@ HANDBOOK = {
 }
 
 
-def one_run(benchmark, sizes, folder):
+def one_run(benchmark, sizes, folder, last_cache_mb):
     out = pathlib.Path(folder) / "run.json"
     output_of([benchmark, "--benchmark_min_time=0.05", f"--benchmark_filter=/({sizes})(/|$)",
                f"--benchmark_out={out}",
                "--benchmark_out_format=json"])
-    for run in json.loads(out.read_text())["benchmarks"]:
+    report = json.loads(out.read_text())
+    last_cache_mb.append(report["context"]["last_cache_mb"])
+    for run in report["benchmarks"]:
         if run.get("error_occurred"):
             fail(f"{run['name']}: {run['error_message']}")
         question, method, spheres = run["name"].split("/")[:3]
@@ -40,10 +42,11 @@ def one_run(benchmark, sizes, folder):
 def main():
     arguments = parser_of(__doc__, "two runs, not nine, up to 40,000 spheres of 400,000").parse_args()
     runs, sizes = (2, "400|40000") if arguments.small else (9, "[0-9]+")
-    times = {}
+    times, last_cache_mb = {}, []
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(runs):
-            for key, ns in one_run(program(arguments.build, "query_benchmark"), sizes, folder):
+            for key, ns in one_run(program(arguments.build, "query_benchmark"), sizes, folder,
+                                   last_cache_mb):
                 times.setdefault(key, []).append(ns)
     rows = []
     for (question, method, spheres), samples in times.items():
@@ -52,8 +55,10 @@ def main():
                      "median_ns": f"{median:.4g}", "spread_ns": f"{high - low:.2g}",
                      "handbook_ns": HANDBOOK[question, method][SIZES.index(spheres)]})
     write_rows(arguments.charts / "query_speed.csv", rows,
-               [f"medians and quartile distances of {runs} runs, ns a query; handbook: another machine, "
-                "its cell list beside our grid"])
+               [f"medians and quartile distances of {runs} runs, ns a query; 0.95 pairs a sphere, radii from half "
+                "to one and a half of the mean",
+                f"flushed: 1.25 times the last cache, {last_cache_mb[-1]} MB here, read and written before "
+                "each query; handbook: another machine, its cell list beside our grid"])
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ from tables import read_rows
 STYLES = {  # method: label, colour, line and marker
     "ours": ("ours", "#0072B2", "o-"),
     "ours, and shown": ("ours, images shown too", "#56B4E9", "o:"),
+    "ours, in a step": ("ours, contacts of a step", "#CC79A7", "o-"),
     "ours, SCALAR": ("ours, no vectors", "#0072B2", "o--"),
     "paper's grid": ("the paper's grid, stamps", "#009E73", "s-"),
     "Bullet axis sweep": ("Bullet, axis sweep", "#888888", "^-"),
@@ -35,7 +36,7 @@ def draw_speed(charts):
         axes.set_xscale("log")
         axes.set_yscale("log")
         axes.set_title(title, fontsize=10, loc="left")
-        axes.set_xlabel("moving spheres, 0.95 overlaps each")
+        axes.set_xlabel("moving spheres of mixed radii, 0.95 pairs each")
         axes.xaxis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda x, _: f"{x:,.0f}"))
         axes.grid(axis="y", color="0.93")
     panels[0].set_ylim(bottom=min(float(row["ns"]) for row in rows) / 2)

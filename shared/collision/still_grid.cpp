@@ -19,9 +19,6 @@ constexpr std::size_t kRecordWords = sizeof(proto::SphereRecord) / 8;
 /// Cells that a level may take for each of its spheres, and at least.
 constexpr std::size_t kCellsPerSphere = 8, kLeastCells = 64;
 
-/// Beyond the last array, so that vectors may be read over its end.
-constexpr std::size_t kSparedWords = 16;
-
 std::size_t words_for_u32(std::size_t count) {
   return (count + 1) / 2;
 }

@@ -16,6 +16,8 @@ using proto::Cover;
 
 /// A query looks at so many covers at once, and may look beyond the last one of a grid.
 inline constexpr std::uint32_t kCoversAtOnce = 4;
+/// Words of a StillGrid beyond its last array, so that wider vectors may be read over the end.
+inline constexpr std::size_t kSparedWords = 16;
 
 /// Where the arrays of a grid stand in a block of 8-byte words, for a given capacity.
 struct GridLayout {

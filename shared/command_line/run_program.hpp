@@ -3,15 +3,17 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <new>
 #include <system_error>
 
 #include "shared/realtime/exit_status.hpp"
+#include "shared/realtime/stop_signal.hpp"
 
 namespace stillgrid {
 
 /// Parses a program's options and does its work: the exit status that main() returns. --help is
-/// printed; any other exception is one line on standard error that names the program, and bad
-/// input.
+/// printed; StopRequested is a line and done; any other exception is one line on standard error
+/// that names the program, and bad input.
 template <class Work>
 int run_program(CLI::App& app, int argc, char** argv, const Work& work) {
   try {
@@ -19,6 +21,12 @@ int run_program(CLI::App& app, int argc, char** argv, const Work& work) {
     return work();
   } catch (const CLI::CallForHelp& help) {
     return app.exit(help);
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "%s: out of memory\n", app.get_name().c_str());
+    return kCouldNotStart;
+  } catch (const StopRequested& stop) {
+    std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), stop.what());
+    return kDone;
   } catch (const std::system_error& error) {
     // The library's own line for a thread that the system refuses has no subject.
     const bool is_thread = error.code() == std::errc::resource_unavailable_try_again;

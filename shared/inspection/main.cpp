@@ -49,6 +49,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
       ->needs(json);
   app.add_option("--max-spheres", arguments.json.most_spheres,
                  "With --json: moving and static spheres, at most so many of each; default 100000")
+      ->check(integer_in(0, 1'000'000'000))
       ->needs(json);
   app.add_flag("--remove-dead", arguments.remove_dead,
                "Remove what killed servers left; what lives is not touched")

@@ -10,6 +10,10 @@ enum ExitStatus : int {
       2,  // permissions, version mismatch, no segment in time, a lockstep peer that died
   kDeviceFault = 3,
   kRealtimeViolation = 4,  // a test mode's: docs/realtime.md
+  kToleranceNotReached =
+      4,              // sphere_decompose: files are written, farther from the mesh than asked
+  kNotConverged = 5,  // in virtual time: not one step of a simulation
+  kSignalled = 128,   // and the signal's number: ended by it, as shells have it
 };
 
 }  // namespace stillgrid

@@ -52,7 +52,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
   session->excludes(open)->excludes(recording);
   open->excludes(recording);
   app.add_option("--port", arguments.port, "Of the page; 0: any that is free; default 8765")
-      ->check(CLI::Range(0, 65535));
+      ->check(integer_in(0, 65535));
   app.add_option("--surfaces", arguments.surfaces,
                  "Surfaces of the bodies (JSON), from sim_server --surfaces")
       ->needs(session);

@@ -17,24 +17,31 @@ constexpr std::size_t kMostLanes = 8;
 using FloatTag = hn::CappedTag<float, kMostLanes>;
 
 #if HWY_TARGET != HWY_SCALAR
+/// Pairs that are tested at once: as many as a vector has lanes for certain.
+#if HWY_HAVE_SCALABLE  // known only when the program runs
+constexpr std::size_t kPairs = 4;
+#else
+constexpr std::size_t kPairs = hn::MaxLanes(FloatTag());
+#endif
+using PairTag = hn::FixedTag<float, kPairs>;
+
 /// The balls of pairs as one vector each, four floats a ball.
 template <class Number>
 HWY_INLINE auto LoadBalls(const SpherePair* pairs, const Cover* balls, Number number) {
-  const FloatTag d;
   const auto load = [&](std::size_t k) HWY_ATTR {
     return hn::LoadU(hn::FixedTag<float, 4>(), balls[number(pairs[k])].centre_m.data());
   };
-  if constexpr (hn::MaxLanes(d) == kMostLanes)
-    return hn::Combine(d, load(4), load(0));
+  if constexpr (kPairs == kMostLanes)
+    return hn::Combine(PairTag(), load(4), load(0));
   else
     return load(0);
 }
 
-/// As many pairs at a time as a vector has lanes: each makes one row (dx, dy, dz, ra + rb) of
-/// matrices of four by four. Returns a bit for each that overlaps.
+/// kPairs pairs: each makes one row (dx, dy, dz, ra + rb) of matrices of four by four. Returns a
+/// bit for each that overlaps.
 HWY_INLINE std::uint32_t OverlappingBits(const SpherePair* pairs, const Cover* balls) {
-  const FloatTag d;
-  const hn::RepartitionToWide<FloatTag> wide;
+  const PairTag d;
+  const hn::RepartitionToWide<PairTag> wide;
   alignas(16) constexpr float kSign[4] = {0.0F, 0.0F, 0.0F, -0.0F};
   const auto sign = hn::LoadDup128(d, kSign);
   const auto squares = [&](std::size_t k) HWY_ATTR {
@@ -62,10 +69,9 @@ std::size_t Overlapping(const SpherePair* pairs, std::size_t count, const Cover*
                         SpherePair* found) {
   std::size_t kept = 0, i = 0;
 #if HWY_TARGET != HWY_SCALAR
-  constexpr std::size_t kLanes = hn::MaxLanes(FloatTag());
-  for (; i + kLanes <= count; i += kLanes, pairs += kLanes) {
+  for (; i + kPairs <= count; i += kPairs, pairs += kPairs) {
     const std::uint32_t bits = OverlappingBits(pairs, balls);
-    for (std::size_t k = 0; k < kLanes; ++k) {
+    for (std::size_t k = 0; k < kPairs; ++k) {
       found[kept] = pairs[k];
       kept += (bits >> k) & 1U;
     }

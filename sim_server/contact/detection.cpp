@@ -13,6 +13,10 @@ namespace {
 
 /// Slack round a sphere's predicted path, of its radius: what a push within the step may add.
 constexpr double kMargin = 0.1;
+/// Reach of a path over the radius from which on a sphere is fast: half of its way, and the slack.
+constexpr double kFastReach = 0.5 + 1.0 + kMargin;
+/// Pairs and contacts that a step may list for each sphere, and for all, however fast they are.
+constexpr std::size_t kPairsPerSphere = 64, kContactsPerSphere = 16, kFreePairs = 20'000;
 /// Squares whose roots are within a float's range, by far.
 constexpr double kLarge = 1e60;
 
@@ -50,6 +54,29 @@ const ContactMaterial& material_of(const World& world, int material) {
   return world.materials[static_cast<std::size_t>(material)];
 }
 
+/// What may be listed of a scene without a thought of memory.
+std::size_t most_pairs(const World& world) {
+  return kPairsPerSphere * world.spheres.size() + kFreePairs;
+}
+std::size_t most_contacts(const World& world) {
+  return kContactsPerSphere * world.spheres.size() + kFreePairs;
+}
+
+/// Spheres of a rigid body never touch each other, nor do those of all that is prescribed.
+std::vector<std::uint32_t> groups_of(const World& world) {
+  constexpr std::uint32_t kPrescribed = 0xffff'fffe;
+  std::vector<std::uint32_t> groups;
+  for (const SphereBinding& sphere : world.spheres) {
+    if (sphere.rigid < 0)
+      groups.push_back(kNoGroup);
+    else if (!world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].free)
+      groups.push_back(kPrescribed);
+    else
+      groups.push_back(static_cast<std::uint32_t>(sphere.rigid));
+  }
+  return groups;
+}
+
 /// A contact of moving sphere i, yet without what it touches.
 Contact& add_contact(std::vector<Contact>& contacts, const World& world, std::uint32_t i) {
   Contact& contact = contacts.emplace_back();
@@ -72,7 +99,7 @@ std::vector<proto::SphereRecord> still_records(const World& world) {
 
 Detection::Detection(const World& world, double voxel_ratio)
     : self_collision_(world),
-      moving_(world.spheres.size(), static_cast<float>(voxel_ratio)),
+      moving_(world.spheres.size(), static_cast<float>(voxel_ratio), groups_of(world)),
       still_(0, world.still_spheres.size()),
       motion_(world.spheres.size()),
       paths_(world.spheres.size()),
@@ -125,12 +152,25 @@ void Detection::show(const World& world) {
   moving_.show(images_);
 }
 
-void Detection::find_contacts(const World& world, double step_s) {
+bool Detection::find_contacts(const World& world, double step_s, bool must) {
   contacts_.clear();
   cover_paths(world, step_s);
-  add_pairs(world);
-  add_still(world);
-  add_planes(world, step_s);
+  if (add_pairs(world, must)) {
+    add_still(world);
+    if (contacts_.size() <= most_contacts(world) || must || !is_fast(world)) {
+      add_planes(world, step_s);
+      return true;
+    }
+  }
+  contacts_.clear();
+  return false;
+}
+
+/// Whether something that moves goes farther within the step than its radius.
+bool Detection::is_fast(const World& world) const {
+  for (std::size_t i = 0; i < paths_.size(); ++i)
+    if (moves(i) && paths_[i].reach_m > kFastReach * world.spheres[i].radius_m) return true;
+  return false;
 }
 
 void Detection::cover_paths(const World& world, double step_s) {
@@ -160,12 +200,18 @@ bool Detection::strayed(const World& world, std::span<const SphereMotion> end) c
   return false;
 }
 
-void Detection::add_pairs(const World& world) {
+/// False where there would be too many.
+bool Detection::add_pairs(const World& world, bool must) {
   const auto may_collide = [&](std::uint32_t i, std::uint32_t j) {
     return (is_free(i) || is_free(j)) &&
            self_collision_.may_collide(world.spheres[i], world.spheres[j]);
   };
-  for (const auto& [i, j] : moving_.find(paths_, may_collide)) {
+  auto found = moving_.find_at_most(paths_, may_collide, most_pairs(world));
+  if (!found || found->size() > most_contacts(world)) {
+    if (!must && is_fast(world)) return false;
+    found = moving_.find(paths_, may_collide);
+  }
+  for (const auto& [i, j] : *found) {
     if (!moves(i) && !moves(j)) continue;
     const SphereBinding &a = world.spheres[i], &b = world.spheres[j];
     Contact& contact = add_contact(contacts_, world, i);
@@ -176,6 +222,7 @@ void Detection::add_pairs(const World& world) {
     contact.depth_before_m =
         a.radius_m + b.radius_m - (motion_[i].position_m - motion_[j].position_m).norm();
   }
+  return true;
 }
 
 void Detection::add_still(const World& world) {

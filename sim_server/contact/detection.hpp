@@ -36,7 +36,11 @@ class Detection {
   /// Makes contacts() every pair of spheres, and of spheres and planes, that may touch within a
   /// step of step_s, each once. Throws std::domain_error, naming body and sphere, where a sphere's
   /// place is no number. Pre: `world` has the bodies that the constructor saw.
-  void find_contacts(const World& world, double step_s);
+  ///
+  /// False, and there are none, where that would be more than 64 pairs or 16 contacts a sphere and
+  /// something goes farther than its radius: what is that fast gathers all along its path, and a
+  /// shorter step takes less memory. A call that `must` find them lists however many there are.
+  bool find_contacts(const World& world, double step_s, bool must = false);
 
   /// Takes note of who is asleep: such bodies stay where they are, without work, and have contacts
   /// only with what moves. Call it when that changed. Throws as find_contacts().
@@ -67,9 +71,13 @@ class Detection {
 
   [[nodiscard]] const std::vector<Contact>& contacts() const noexcept { return contacts_; }
 
+  /// Pairs of moving spheres that memory was taken for.
+  [[nodiscard]] std::size_t room_for_pairs() const noexcept { return moving_.room_for_pairs(); }
+
  private:
   void cover_paths(const World& world, double step_s);
-  void add_pairs(const World& world);
+  [[nodiscard]] bool is_fast(const World& world) const;
+  [[nodiscard]] bool add_pairs(const World& world, bool must);
   void add_still(const World& world);
   void add_planes(const World& world, double step_s);
   void move_spheres(const World& world);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <utility>
 
 #include "shared/collision/grid_query.hpp"
 #include "shared/collision/sphere_history.hpp"
@@ -67,7 +68,8 @@ float needed_reach_m(const std::array<float, 3>& centre_m, const std::array<floa
 
 }  // namespace
 
-MovingSpheres::MovingSpheres(std::size_t count, float voxel_ratio)
+MovingSpheres::MovingSpheres(std::size_t count, float voxel_ratio,
+                             std::vector<std::uint32_t> groups)
     : grid_(sizeof(proto::SnapshotHeader), count),
       chooses_voxel_(!(voxel_ratio > 0.0F)),
       voxel_ratio_(chooses_voxel_ ? kLeastRatio : voxel_ratio),
@@ -75,19 +77,29 @@ MovingSpheres::MovingSpheres(std::size_t count, float voxel_ratio)
       entered_(count),
       grown_(count),
       moves_m_(count, Eigen::Vector3f::Zero()),
+      groups_(std::move(groups)),
       sorted_(count),
-      leavers_(std::max(kLeastLeavers, count / kLeaversPart)) {}
+      leavers_(std::max(kLeastLeavers, count / kLeaversPart)) {
+  assert(groups_.empty() || groups_.size() == count);
+}
 
-std::span<const SpherePair> MovingSpheres::find(std::span<const Cover> balls,
-                                                const PairFilter& may_collide) {
+std::optional<std::span<const SpherePair>> MovingSpheres::find_at_most(
+    std::span<const Cover> balls, const PairFilter& may_collide, std::size_t most) {
   assert(balls.size() == covers_.size());
   ++steps_;
   if (!is_listed_ || !list_holds(balls, may_collide)) {
     enter(balls);
-    list_pairs(may_collide);
+    if (!list_pairs(may_collide, most)) {
+      if (life_ == 1) return std::nullopt;
+      // Covers that are to last gather more than those of this step alone.
+      life_ = 1;
+      make_covers(balls);
+      fill_grid();
+      if (!list_pairs(may_collide, most)) return std::nullopt;
+    }
   }
   found_ = overlapping_pairs({candidates_.data(), listed_}, balls, pairs_);
-  return {pairs_.data(), found_};
+  return std::span<const SpherePair>(pairs_.data(), found_);
 }
 
 /// Whether the list of pairs is good for these balls, if need be after a few covers are widened.
@@ -116,7 +128,7 @@ bool MovingSpheres::widen(std::uint32_t sphere, const Cover& ball, const PairFil
     if (listed_ == candidates_.size()) candidates_.resize(2 * listed_ + 64);
     candidates_[listed_++] = pair;
   });
-  if (pairs_.size() < candidates_.size()) pairs_.resize(candidates_.size());
+  if (pairs_.size() < listed_) pairs_.resize(2 * listed_);
   return listed_ <= 2 * listed_when_entered_ + covers_.size() / 4;
 }
 
@@ -207,8 +219,13 @@ void MovingSpheres::fill_grid() {
   }
 }
 
-void MovingSpheres::list_pairs(const PairFilter& may_collide) {
-  listed_ = search_pairs(grid_.view(), sorted_, candidates_);
+/// False where there are more than `most`.
+bool MovingSpheres::list_pairs(const PairFilter& may_collide, std::size_t most) {
+  listed_ = search_pairs(grid_.view(), groups_, most, sorted_, candidates_);
+  if (listed_ > most) {
+    listed_ = 0;
+    return false;
+  }
   if (may_collide) {
     const auto end = candidates_.begin() + static_cast<std::ptrdiff_t>(listed_);
     const auto kept = std::remove_if(candidates_.begin(), end, [&](const SpherePair& pair) {
@@ -217,8 +234,9 @@ void MovingSpheres::list_pairs(const PairFilter& may_collide) {
     listed_ = static_cast<std::size_t>(kept - candidates_.begin());
   }
   listed_when_entered_ = listed_;
-  if (pairs_.size() < candidates_.size()) pairs_.resize(candidates_.size());
+  if (pairs_.size() < listed_) pairs_.resize(listed_ + listed_ / 4);
   is_listed_ = true;
+  return true;
 }
 
 void MovingSpheres::show(std::span<const proto::SphereImage> images) {

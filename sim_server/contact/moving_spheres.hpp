@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -27,8 +29,10 @@ using PairFilter = std::function<bool(std::uint32_t, std::uint32_t)>;
 /// Nothing is allocated once the lists have been as long as the scene needs.
 class MovingSpheres {
  public:
-  /// voxel_ratio: as for StillGrid::enter(); none or negative: chosen from the scene.
-  MovingSpheres(std::size_t count, float voxel_ratio);
+  /// voxel_ratio: as for StillGrid::enter(); none or negative: chosen from the scene. groups: of
+  /// each sphere, kNoGroup or one whose spheres are never paired with each other, and cost no
+  /// memory for it; none: there are no groups.
+  MovingSpheres(std::size_t count, float voxel_ratio, std::vector<std::uint32_t> groups = {});
 
   /// Radius, material and body are the owner's to write.
   [[nodiscard]] std::span<proto::SphereRecord> records() noexcept { return grid_.records(); }
@@ -38,7 +42,15 @@ class MovingSpheres {
   /// step. Throws std::domain_error, naming the sphere, at a ball that is no number.
   /// `may_collide` must answer the same at every call. Pre: balls.size() is the count.
   std::span<const SpherePair> find(std::span<const Cover> balls,
-                                   const PairFilter& may_collide = {});
+                                   const PairFilter& may_collide = {}) {
+    return *find_at_most(balls, may_collide, std::numeric_limits<std::size_t>::max());
+  }
+
+  /// The same, or nothing where more than `most` pairs would have to be listed, each of which takes
+  /// memory; then the next call lists them anew.
+  std::optional<std::span<const SpherePair>> find_at_most(std::span<const Cover> balls,
+                                                          const PairFilter& may_collide,
+                                                          std::size_t most);
 
   /// One more image of every sphere: the grid then holds the whole history, ready to publish.
   /// Pre: images.size() is the count.
@@ -55,6 +67,10 @@ class MovingSpheres {
   /// How often all covers were made anew, and pairs that are tested every step.
   [[nodiscard]] std::uint64_t entered_count() const noexcept { return entered_count_; }
   [[nodiscard]] std::size_t listed_pairs() const noexcept { return listed_; }
+  /// Pairs that memory was taken for.
+  [[nodiscard]] std::size_t room_for_pairs() const noexcept {
+    return candidates_.capacity() + pairs_.capacity();
+  }
 
  private:
   [[nodiscard]] bool list_holds(std::span<const Cover> balls, const PairFilter& may_collide);
@@ -63,7 +79,7 @@ class MovingSpheres {
   void plan(std::span<const Cover> balls);
   void make_covers(std::span<const Cover> balls);
   void fill_grid();
-  void list_pairs(const PairFilter& may_collide);
+  [[nodiscard]] bool list_pairs(const PairFilter& may_collide, std::size_t most);
   void reshape();
 
   StillGrid grid_;
@@ -74,6 +90,7 @@ class MovingSpheres {
   std::vector<Cover> entered_;            // the balls as they were entered
   std::vector<Cover> grown_;              // scratch: covers as they are published
   std::vector<Eigen::Vector3f> moves_m_;  // of each sphere in a step, as last measured
+  std::vector<std::uint32_t> groups_;
   SortedCovers sorted_;
   std::vector<SpherePair> candidates_;  // the first listed_ of them
   std::vector<SpherePair> pairs_;       // room for as many

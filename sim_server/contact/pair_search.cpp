@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <span>
 
 #include "shared/collision/grid_query.hpp"
+#include "sim_server/contact/vector_row.hpp"
 
 // One code for every instruction set that Highway knows; the best is chosen when the program runs.
 #undef HWY_TARGET_INCLUDE
@@ -18,7 +20,7 @@ namespace stillgrid {
 namespace {
 
 /// Covers that one look at a run of cells tests: as many bits.
-constexpr std::uint32_t kLook = 8;
+constexpr std::uint32_t kCovers = kLook;
 
 /// A search that can stop for want of room, and go on.
 struct Search {
@@ -26,6 +28,7 @@ struct Search {
   const SortedCovers& covers;
   const std::uint32_t* starts;
   const std::uint32_t* numbers;
+  bool has_groups;
   std::uint32_t next = 0;  // cover whose pairs come next
   SpherePair* pairs;
   std::size_t room;
@@ -35,6 +38,11 @@ struct Search {
 struct Run {
   std::uint32_t first, end;
 };
+
+template <class Numbers>
+auto row_of(Numbers& numbers) {
+  return VectorRow(numbers.data(), std::span(numbers));
+}
 
 /// Whether all pairs of the grid are between cells next to each other, counted along one line
 /// through all cells: there is one level, which does not repeat, its voxels are wider than two
@@ -67,7 +75,9 @@ using FloatTag = hn::CappedTag<float, kLook>;
 void Unpack(const GridView& view, SortedCovers& to) {
   const FloatTag d;
   const hn::RebindToSigned<FloatTag> di;
-  const auto* from = reinterpret_cast<const float*>(view.words + view.layout.covers);
+  const auto* words = reinterpret_cast<const float*>(view.words);
+  const VectorRow<const float> from(words + 2 * view.layout.covers,
+                                    {words, 2 * (view.layout.total_words + kSparedWords)});
   const proto::GridLevel& level = view.shape.levels[0];
   const auto inverse = hn::Set(d, 1.0F / level.voxel_m);
   const auto stride_y = hn::Set(di, static_cast<std::int32_t>(level.cells[0]));
@@ -79,65 +89,78 @@ void Unpack(const GridView& view, SortedCovers& to) {
     return hn::Sub(hn::Add(whole, hn::BitCast(di, hn::VecFromMask(d, above))),
                    hn::Set(di, level.lowest_voxel[axis]));
   };
-  // Whole vectors: the arrays have room for one beyond the last cover, and so do the grid's words,
-  // where its numbers follow.
+  // Whole vectors: the arrays have room for one beyond the last cover, and so do the grid's words.
   for (std::size_t i = 0; i < view.shape.sphere_count; i += hn::Lanes(d)) {
     hn::Vec<FloatTag> x, y, z, reach;
-    hn::LoadInterleaved4(d, from + 4 * i, x, y, z, reach);
-    hn::StoreU(x, d, to.x_m.data() + i);
-    hn::StoreU(y, d, to.y_m.data() + i);
-    hn::StoreU(z, d, to.z_m.data() + i);
-    hn::StoreU(reach, d, to.reach_m.data() + i);
+    hn::LoadInterleaved4(d, from.at(i, 4), x, y, z, reach);
+    hn::StoreU(x, d, row_of(to.x_m).at(i));
+    hn::StoreU(y, d, row_of(to.y_m).at(i));
+    hn::StoreU(z, d, row_of(to.z_m).at(i));
+    hn::StoreU(reach, d, row_of(to.reach_m).at(i));
     const auto cell = hn::Add(
         voxel(x, 0), hn::Add(hn::Mul(stride_y, voxel(y, 1)), hn::Mul(stride_z, voxel(z, 2))));
-    hn::StoreU(cell, di, reinterpret_cast<std::int32_t*>(to.cell.data()) + i);
+    hn::StoreU(cell, di, reinterpret_cast<std::int32_t*>(row_of(to.cell).at(i)));
   }
 }
 
-/// One cover against others, kLook at a time.
+/// One cover against others, kCovers at a time. It keeps numbers, for a vector may have no size
+/// that the compiler knows (SVE).
 class Looker {
  public:
   Looker(const SortedCovers& covers, std::uint32_t i)
       : covers_(covers),
-        x_(hn::Set(d_, covers.x_m[i])),
-        y_(hn::Set(d_, covers.y_m[i])),
-        z_(hn::Set(d_, covers.z_m[i])),
-        reach_(hn::Set(d_, covers.reach_m[i])) {}
+        x_(covers.x_m[i]),
+        y_(covers.y_m[i]),
+        z_(covers.z_m[i]),
+        reach_(covers.reach_m[i]) {}
 
-  /// Bit k: cover first + k meets this one. Looks at kLook covers, whatever they are.
+  /// Bit k: cover first + k meets this one. Looks at kCovers covers, whatever they are.
   HWY_INLINE std::uint32_t Meeting(std::uint32_t first) const {
+    const FloatTag d;
+    const auto load = [&](const std::vector<float>& numbers, std::uint32_t k)
+                          HWY_ATTR { return hn::LoadU(d, (row_of(numbers) + first).at(k)); };
     std::uint32_t bits = 0;
-    for (std::uint32_t k = 0; k < kLook; k += static_cast<std::uint32_t>(hn::Lanes(d_))) {
-      const std::size_t i = first + k;
-      const auto x = hn::Sub(hn::LoadU(d_, covers_.x_m.data() + i), x_);
-      const auto y = hn::Sub(hn::LoadU(d_, covers_.y_m.data() + i), y_);
-      const auto z = hn::Sub(hn::LoadU(d_, covers_.z_m.data() + i), z_);
-      const auto reach = hn::Add(hn::LoadU(d_, covers_.reach_m.data() + i), reach_);
+    for (std::uint32_t k = 0; k < kCovers; k += static_cast<std::uint32_t>(hn::Lanes(d))) {
+      const auto x = hn::Sub(load(covers_.x_m, k), hn::Set(d, x_));
+      const auto y = hn::Sub(load(covers_.y_m, k), hn::Set(d, y_));
+      const auto z = hn::Sub(load(covers_.z_m, k), hn::Set(d, z_));
+      const auto reach = hn::Add(load(covers_.reach_m, k), hn::Set(d, reach_));
       const auto distance2 = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
       std::uint8_t lanes[8];
-      hn::StoreMaskBits(d_, hn::Le(distance2, hn::Mul(reach, reach)), lanes);
+      hn::StoreMaskBits(d, hn::Le(distance2, hn::Mul(reach, reach)), lanes);
       bits |= static_cast<std::uint32_t>(lanes[0]) << k;
     }
     return bits;
   }
 
  private:
-  FloatTag d_;
   const SortedCovers& covers_;
-  hn::Vec<FloatTag> x_, y_, z_, reach_;
+  float x_, y_, z_, reach_;
 };
 
+/// Whether the cover whose pairs are looked for and that at `place` are of one group.
+HWY_INLINE bool AreOfOneGroup(const Search& search, std::uint32_t place) {
+  if (!search.has_groups) return false;
+  const std::uint32_t group = search.covers.group[search.next];
+  return group != kNoGroup && search.covers.group[place] == group;
+}
+
 HWY_INLINE void AddPair(Search& search, std::uint32_t own, std::uint32_t place) {
+  if (AreOfOneGroup(search, place)) return;
   const std::uint32_t other = search.numbers[place];
   search.pairs[search.count++] = {std::min(own, other), std::max(own, other)};
 }
 
 /// All that meet within one run, of any length. False for want of room.
 HWY_INLINE bool SearchRun(Search& search, const Looker& looker, std::uint32_t own, Run run) {
-  for (std::uint32_t first = run.first; first < run.end; first += kLook) {
-    if (search.count + kLook > search.room) return false;
+  for (std::uint32_t first = run.first; first < run.end; first += kCovers) {
+    if (AreOfOneGroup(search, first)) {
+      first = search.covers.group_end[first];
+      if (first >= run.end) break;
+    }
+    if (search.count + kCovers > search.room) return false;
     std::uint32_t bits = looker.Meeting(first);
-    if (run.end - first < kLook) bits &= (1U << (run.end - first)) - 1U;
+    if (run.end - first < kCovers) bits &= (1U << (run.end - first)) - 1U;
     for (; bits != 0; bits &= bits - 1)
       AddPair(search, own, first + static_cast<std::uint32_t>(std::countr_zero(bits)));
   }
@@ -165,7 +188,7 @@ bool SearchPlain(Search& search, std::uint32_t end) {
       firsts[r] = first;
       const std::uint32_t length = stop - first;
       longest = std::max(longest, length);
-      const std::uint32_t valid = (1U << std::min(length, kLook)) - 1U;
+      const std::uint32_t valid = (1U << std::min(length, kCovers)) - 1U;
       bits |= std::uint64_t{looker.Meeting(first) & valid} << (8 * r);
     };
     look(0, i + 1, start_of(cell + 2));
@@ -173,7 +196,7 @@ bool SearchPlain(Search& search, std::uint32_t end) {
     look(2, start_of(cell + layer - row - 1), start_of(cell + layer - row + 2));
     look(3, start_of(cell + layer - 1), start_of(cell + layer + 2));
     look(4, start_of(cell + layer + row - 1), start_of(cell + layer + row + 2));
-    if (HWY_UNLIKELY(longest > kLook)) {
+    if (HWY_UNLIKELY(longest > kCovers)) {
       const std::size_t before = search.count;
       const std::uint32_t steps[4] = {row, layer - row, layer, layer + row};
       bool has_room = SearchRun(search, looker, own, {i + 1, start_of(cell + 2)});
@@ -184,7 +207,7 @@ bool SearchPlain(Search& search, std::uint32_t end) {
       search.count = before;
       return false;
     }
-    if (HWY_UNLIKELY(search.count + 5 * kLook > search.room)) return false;
+    if (HWY_UNLIKELY(search.count + 5 * kCovers > search.room)) return false;
     for (; bits != 0; bits &= bits - 1) {
       const int bit = std::countr_zero(bits);
       AddPair(search, own, firsts[bit / 8] + static_cast<std::uint32_t>(bit % 8));
@@ -260,30 +283,47 @@ namespace {
 HWY_EXPORT(Unpack);
 HWY_EXPORT(SearchPlainGrid);
 HWY_EXPORT(SearchAny);
+
+/// Notes the groups of the sorted covers.
+void sort_groups(std::span<const std::uint32_t> groups, const std::uint32_t* numbers,
+                 std::uint32_t count, SortedCovers& sorted) {
+  sorted.group.resize(count);
+  sorted.group_end.resize(count);
+  for (std::uint32_t i = count; i-- > 0;) {
+    const std::uint32_t group = sorted.group[i] = groups[numbers[i]];
+    const bool goes_on = i + 1 < count && group != kNoGroup && sorted.group[i + 1] == group;
+    sorted.group_end[i] = goes_on ? sorted.group_end[i + 1] : i + 1;
+  }
+}
+
 }  // namespace
 
 SortedCovers::SortedCovers(std::size_t capacity)
-    : x_m(capacity + kLook),
-      y_m(capacity + kLook),
-      z_m(capacity + kLook),
-      reach_m(capacity + kLook),
-      cell(capacity + kLook) {}
+    : x_m(capacity + kCovers),
+      y_m(capacity + kCovers),
+      z_m(capacity + kCovers),
+      reach_m(capacity + kCovers),
+      cell(capacity + kCovers) {}
 
-std::size_t search_pairs(const GridView& view, SortedCovers& sorted,
-                         std::vector<SpherePair>& pairs) {
+std::size_t search_pairs(const GridView& view, std::span<const std::uint32_t> groups,
+                         std::size_t most, SortedCovers& sorted, std::vector<SpherePair>& pairs) {
   if (view.shape.sphere_count < 2) return 0;
   HWY_DYNAMIC_DISPATCH(Unpack)(view, sorted);
+  const auto* numbers = reinterpret_cast<const std::uint32_t*>(view.words + view.layout.numbers);
+  if (!groups.empty()) sort_groups(groups, numbers, view.shape.sphere_count, sorted);
   const bool plain = is_plain(view.shape);
   Search search{view,
                 sorted,
                 reinterpret_cast<const std::uint32_t*>(view.words + view.layout.cell_starts),
-                reinterpret_cast<const std::uint32_t*>(view.words + view.layout.numbers),
+                numbers,
+                !groups.empty(),
                 0,
                 pairs.data(),
                 pairs.size()};
   while (!(plain ? HWY_DYNAMIC_DISPATCH(SearchPlainGrid)(search)
                  : HWY_DYNAMIC_DISPATCH(SearchAny)(search))) {
-    pairs.resize(2 * pairs.size() + 64 * kLook);
+    if (search.count > most) break;
+    pairs.resize(2 * pairs.size() + 64 * kCovers);
     search.pairs = pairs.data();
     search.room = pairs.size();
   }

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "shared/collision/still_grid.hpp"
@@ -9,19 +10,30 @@
 
 namespace stillgrid {
 
+/// The group of a sphere that may be paired with any other.
+inline constexpr std::uint32_t kNoGroup = 0xffff'ffff;
+
 /// The covers of a filled grid in the order of its cells, as a structure of arrays, with room for a
 /// vector to read over the end.
 struct SortedCovers {
   std::vector<float> x_m, y_m, z_m, reach_m;
   std::vector<std::uint32_t> cell;  // of each cover, where search_pairs() walks from cell to cell
 
+  // Of each cover, where there are groups: which, and where the next cover of another one stands.
+  std::vector<std::uint32_t> group, group_end;
+
   explicit SortedCovers(std::size_t capacity);
 };
 
-/// Writes to `pairs` every two spheres whose covers meet (grid_query.hpp: meet), each once. Grows
-/// `pairs` where it has no room, and returns how many of it hold.
+/// Writes to `pairs` every two spheres whose covers meet (grid_query.hpp: meet), each once, but for
+/// those of one group. Grows `pairs` where it has no room, and returns how many of it hold; more
+/// than `most`, and only that, where there are.
+///
+/// groups: of each sphere; none: there are no groups. Covers of one group that stand together in
+/// the grid, as a rigid body's do, cost one look however many they are.
 /// Pre: `sorted` has the capacity of the grid.
-[[nodiscard]] std::size_t search_pairs(const GridView& view, SortedCovers& sorted,
+[[nodiscard]] std::size_t search_pairs(const GridView& view, std::span<const std::uint32_t> groups,
+                                       std::size_t most, SortedCovers& sorted,
                                        std::vector<SpherePair>& pairs);
 
 }  // namespace stillgrid

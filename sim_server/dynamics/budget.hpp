@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <limits>
 
@@ -10,8 +11,12 @@ struct Budget {
   int iterations = std::numeric_limits<int>::max();  // of nonlinear solvers, all substeps together
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
 
+  const std::atomic<bool>* stop = nullptr;  // set: nobody waits for the step any more
+
+  [[nodiscard]] bool is_stopped() const { return stop != nullptr && *stop; }
   /// Never asks the clock without a deadline.
   [[nodiscard]] bool is_late() const {
+    if (is_stopped()) return true;
     return deadline != std::chrono::steady_clock::time_point::max() &&
            std::chrono::steady_clock::now() >= deadline;
   }

@@ -54,6 +54,12 @@ EnergyFlow contact_flow(const Contact& contact, const Side& a, const Side& b, do
   return flow;
 }
 
+/// Of its spring, at the step's start.
+double stored_J(const Contact& contact) {
+  const double depth_m = std::max(0.0, contact.depth_before_m);
+  return 0.5 * contact.material.stiffness_N_m * depth_m * depth_m;
+}
+
 double overlap_energy_J(const World& world, const std::vector<ToolSphereMotion>& tool) {
   World awake = world;
   for (BodyRange& body : awake.bodies) body.asleep = false;
@@ -62,10 +68,7 @@ double overlap_energy_J(const World& world, const std::vector<ToolSphereMotion>&
   detection.find_contacts(awake, 0.0);
   detection.find_tool_contacts(awake, tool);
   double energy_J = 0.0;
-  for (const Contact& contact : detection.contacts())
-    if (contact.depth_before_m > 0.0)
-      energy_J +=
-          0.5 * contact.material.stiffness_N_m * contact.depth_before_m * contact.depth_before_m;
+  for (const Contact& contact : detection.contacts()) energy_J += stored_J(contact);
   return energy_J;
 }
 
@@ -94,6 +97,13 @@ Energies energies(const World& world, const std::vector<ToolSphereMotion>& tool)
                                      world.nodes[static_cast<std::size_t>(spring.b)]);
   sum.contacts_J = overlap_energy_J(world, tool);
   return sum;
+}
+
+double tool_energy_J(std::span<const Contact> contacts) {
+  double energy_J = 0.0;
+  for (const Contact& contact : contacts)
+    if (contact.is_tool) energy_J += stored_J(contact);
+  return energy_J;
 }
 
 EnergyFlow energy_flow(const World& before, const Trial& after, std::span<const Contact> contacts,

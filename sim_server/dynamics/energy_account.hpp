@@ -39,6 +39,9 @@ struct EnergyAccount {
 /// tool: its spheres where they are; none without a tool.
 [[nodiscard]] Energies energies(const World& world, const std::vector<ToolSphereMotion>& tool);
 
+/// What the springs of the tool's contacts hold at the start of the step that they were found for.
+[[nodiscard]] double tool_energy_J(std::span<const Contact> contacts);
+
 /// What flows over a step of an integrator that looks at its end only: every force as it is there,
 /// along the way that velocities there make of the step. The approach damper takes its mean force
 /// times how much deeper it came, as contact_force() has it. Friction and springs' dampers take

@@ -37,7 +37,7 @@ SolveReport ExplicitIntegrator::advance(const World& world, std::span<const Cont
   SolveReport report{.converged = true};
   for (; report.iterations < substeps_; ++report.iterations) {
     const int i = report.iterations;
-    if (i % kSubstepsALook == kSubstepsALook - 1 && budget.is_late()) {
+    if (budget.is_stopped() || (i % kSubstepsALook == kSubstepsALook - 1 && budget.is_late())) {
       report.converged = false;
       break;
     }

@@ -14,8 +14,13 @@ constexpr double kMostShare = 0.1;
 /// Of the drift: the next image corrects what it leaves.
 constexpr double kTolerance_m_s = 1e-6;
 constexpr int kMostIterations = 3;
+/// Of the residual, that the last iteration leaves at most.
+constexpr double kProgress = 0.9;
 /// Of the answer, relative.
 constexpr double kAccuracy = 1e-4;
+/// Of the forces on the tool, that their sum along the net one is where all of it responds: below,
+/// they pinch more than they push.
+constexpr double kLeastAlong = 0.5;
 
 SideMotion side_of(const World& world, int sphere) {
   const SphereBinding& binding = world.spheres[static_cast<std::size_t>(sphere)];
@@ -67,15 +72,37 @@ void Foresight::take_contacts(const World& world, std::span<const Contact> conta
   }
 }
 
+/// The push of a newton of net force, on what that force presses. A tool between bodies has hardly
+/// a net force while each body presses: divided by it the push would have no bound, and of the
+/// wrong sign on one side. So it fades out as the net force does, and as the forces turn across it;
+/// no contact is pushed with more than two newtons. A tool touched from one side has the whole
+/// push.
+double Foresight::push_ahead(const Eigen::Vector3d& net_N) {
+  const Eigen::Vector3d direction = net_N.normalized();
+  double ahead_N = 0.0, magnitudes_N = 0.0;
+  for (const Touch& touch : touches_) {
+    const double along_N = direction.dot(touch.force_N);
+    if (!(along_N > 0.0)) continue;
+    system_.push_sphere(*touch.sphere, touch.force_N, touch.couple_N_m, tool_push_);
+    ahead_N += along_N;
+    magnitudes_N += touch.force_N.norm();
+  }
+  const double along_share = std::min(1.0, ahead_N / (kLeastAlong * magnitudes_N));
+  tool_push_ *= net_N.norm() / (ahead_N * ahead_N) * along_share * along_share;
+  return ahead_N;
+}
+
 void Foresight::take_tool(const World& world, std::span<const Contact> contacts) {
   tool_force_.setZero(system_.size());
   tool_push_.setZero(system_.size());
-  Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
+  touches_.clear();
+  Eigen::Vector3d net_N = Eigen::Vector3d::Zero();
   const Contact* nearest = nullptr;
   double nearest_m = 0.0;
   for (const Contact& contact : contacts) {
-    const ContactMotion motion = motion_of(world, contact);
     const SphereBinding& sphere = world.spheres[static_cast<std::size_t>(contact.a)];
+    if (is_given(world, sphere)) continue;
+    const ContactMotion motion = motion_of(world, contact);
     const double depth_m = contact_depth_m(contact, motion.position_m);
     if (nearest == nullptr || depth_m > nearest_m) {
       nearest = &contact;
@@ -84,20 +111,31 @@ void Foresight::take_tool(const World& world, std::span<const Contact> contacts)
     const ContactForce law = contact_force(contact, motion, 0.0, nullptr);
     if (!law.touching) continue;
     const Eigen::Vector3d couple_N_m = -contact_shares(contact).a * law.arm_m.cross(law.friction_N);
+    touches_.push_back({&sphere, law.force_N, couple_N_m});
     system_.push_sphere(sphere, law.force_N, couple_N_m, tool_force_);
-    force_N += law.force_N;
+    net_N += law.force_N;
   }
-  const double norm_N = force_N.norm();
-  if (norm_N > 0.0) {
-    tool_push_ = tool_force_ / norm_N;
-    force_N /= norm_N;
-  } else if (nearest != nullptr) {
-    force_N = motion_of(world, *nearest).position_m.stableNormalized();
-    system_.push_sphere(world.spheres[static_cast<std::size_t>(nearest->a)], force_N,
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();
+  if (const double norm_N = net_N.norm(); norm_N > 0.0) {
+    direction = net_N / norm_N;
+    image_.answer_force_N = push_ahead(net_N);
+  } else if (nearest != nullptr && touches_.empty()) {
+    direction = motion_of(world, *nearest).position_m.stableNormalized();
+    system_.push_sphere(world.spheres[static_cast<std::size_t>(nearest->a)], direction,
                         Eigen::Vector3d::Zero(), tool_push_);
   }
-  image_.answer_force_N = norm_N;
-  image_.answer_direction = {force_N.x(), force_N.y(), force_N.z()};
+  image_.answer_direction = {direction.x(), direction.y(), direction.z()};
+}
+
+/// False where the last iteration stalled, as at the onset of a contact: what it leads to then,
+/// with speeds of its own making, is not where the step leads.
+bool Foresight::solve(ImplicitStage& stage, Eigen::VectorXd& velocity, Budget budget) {
+  budget.iterations = kMostIterations - 1;
+  const SolveReport first = solver_.solve(stage, velocity, budget);
+  if (first.converged || !std::isfinite(first.residual)) return first.converged;
+  budget.iterations = 1;
+  const SolveReport last = solver_.solve(stage, velocity, budget);
+  return last.converged || last.residual < kProgress * first.residual;
 }
 
 void Foresight::look(const World& world, std::span<const Contact> contacts, double step_s,
@@ -121,8 +159,7 @@ void Foresight::look(const World& world, std::span<const Contact> contacts, doub
   const Eigen::VectorXd push = step_s * tool_force_;
   stage.push(push);
   Eigen::VectorXd velocity = stage.initial_guess(), change;
-  budget.iterations = kMostIterations;
-  if (!std::isfinite(solver_.solve(stage, velocity, budget).residual)) return;
+  if (!solve(stage, velocity, budget)) return;
   const bool answers =
       !tool_push_.isZero(0.0) && !budget.is_late() &&
       slopes_.solve(stage, Slope::kDefinite, step_s * tool_push_, kAccuracy, budget, change);

@@ -9,6 +9,7 @@
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/contact.hpp"
 #include "sim_server/dynamics/budget.hpp"
+#include "sim_server/dynamics/implicit_stage.hpp"
 #include "sim_server/dynamics/mechanical_system.hpp"
 #include "sim_server/dynamics/newton.hpp"
 #include "sim_server/dynamics/slope_solver.hpp"
@@ -36,11 +37,20 @@ class Foresight {
  private:
   void take_contacts(const World& world, std::span<const Contact> contacts, double step_s);
   void take_tool(const World& world, std::span<const Contact> contacts);
+  bool solve(ImplicitStage& stage, Eigen::VectorXd& velocity, Budget budget);
+  double push_ahead(const Eigen::Vector3d& net_N);
+
+  /// A contact with the tool that presses.
+  struct Touch {
+    const SphereBinding* sphere;
+    Eigen::Vector3d force_N, couple_N_m;  // on the sphere
+  };
 
   std::vector<Contact> near_;  // of the scene with itself, that may touch within the step
   MechanicalSystem system_;
   NewtonSolver solver_;
   MatrixFreeSlope slopes_;
+  std::vector<Touch> touches_;
   Eigen::VectorXd tool_force_, tool_push_;  // as it is; per newton along its direction
   std::vector<SphereForesight> spheres_;
   ImageForesight image_;

@@ -41,6 +41,7 @@ SolveReport ImplicitIntegrator::advance(const World& world, std::span<const Cont
   const SolveReport report = solver_->solve(stage, velocity_, budget);
   displacement_ = stage.displacement();
   is_true_ = report.converged;
+  if (!is_true_ && budget.is_stopped()) return report;
   if (!is_true_) make_safe(start_velocity, duration_s);
   trial_ = system_.trial();
   return report;

@@ -18,7 +18,7 @@ std::unique_ptr<NonlinearSolver> make_solver(const Method& method) {
       return std::make_unique<BroydenSolver>(BroydenStart::kMass, method.tolerance_m_s);
     case SolverKind::kKinsolNewtonKrylov:
     case SolverKind::kKinsolAnderson:
-      return std::make_unique<KinsolSolver>(method.solver, method.tolerance_m_s);
+      return make_kinsol_solver(method.solver, method.tolerance_m_s);
     case SolverKind::kNewton:
     case SolverKind::kNewtonLu:
     case SolverKind::kNewtonCg:
@@ -39,7 +39,7 @@ void Integrator::commit(World& world, double duration_s) {
 std::unique_ptr<Integrator> make_integrator(const Method& method) {
   if (is_explicit(method.integrator)) return std::make_unique<ExplicitIntegrator>(method);
   if (chooses_steps(method.integrator))
-    return std::make_unique<SundialsIntegrator>(method.integrator, method.tolerance_m_s);
+    return make_sundials_integrator(method.integrator, method.tolerance_m_s);
   return std::make_unique<ImplicitIntegrator>(method.integrator, make_solver(method));
 }
 

@@ -46,7 +46,7 @@ struct KinsolSolver::Run {
   SolverKind kind;
   double tolerance;
   NonlinearSystem* system = nullptr;
-  Budget clock;  // the deadline alone
+  Budget clock;  // deadline and stop alone
   Eigen::VectorXd u, residual, best, product;
   Eigen::Matrix3Xd inverse_blocks;
   double least_error = 0.0;
@@ -148,6 +148,7 @@ SolveReport KinsolSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Bud
   Run& run = *run_;
   run.system = &system;
   run.clock.deadline = budget.deadline;
+  run.clock.stop = budget.stop;
   run.residual.resize(u.size());
   run.product.resize(u.size());
   run.best = u;
@@ -175,6 +176,10 @@ SolveReport KinsolSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Bud
   report.residual = run.least_error;
   report.converged = report.residual <= tolerance_;
   return report;
+}
+
+std::unique_ptr<NonlinearSolver> make_kinsol_solver(SolverKind kind, double tolerance) {
+  return std::make_unique<KinsolSolver>(kind, tolerance);
 }
 
 }  // namespace stillgrid

@@ -27,4 +27,8 @@ class KinsolSolver : public NonlinearSolver {
   std::unique_ptr<Run> run_;  // of the size last solved
 };
 
+/// The same. Throws std::runtime_error in a build without SUNDIALS (that for 64-bit ARM).
+[[nodiscard]] std::unique_ptr<NonlinearSolver> make_kinsol_solver(SolverKind kind,
+                                                                  double tolerance);
+
 }  // namespace stillgrid

@@ -110,6 +110,7 @@ bool NewtonSolver::descent_step(NonlinearSystem& system, Eigen::VectorXd& u, con
   const double first_slope = step_.dot(residual_);
   double length = 1.0, near = 0.0, near_slope = first_slope;
   for (int trial = 0; trial < 12; ++trial) {
+    if (budget.is_stopped()) return false;
     length_ = length;
     if (!load_trial(system, u, length)) {
       length *= 0.1;

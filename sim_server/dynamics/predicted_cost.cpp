@@ -76,6 +76,12 @@ double symplectic_limit_s(const SceneLoad& load) {
   return std::sqrt(half * half + 4.0 / stiffness) - half;
 }
 
+int stable_substeps(const SceneLoad& load, double step_s) {
+  constexpr double kSpare = 1.1, kMost = 1e9;
+  return static_cast<int>(
+      std::clamp(std::ceil(kSpare * step_s / symplectic_limit_s(load)), 1.0, kMost));
+}
+
 double predicted_ms(const SceneLoad& load, const Method& method, double step_s) {
   const double contacts = 0.5 * load.spheres;
   const double detection_ns = kDetection * load.spheres;

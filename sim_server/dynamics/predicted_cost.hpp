@@ -22,6 +22,10 @@ struct SceneLoad {
 /// together). Infinite without either.
 [[nodiscard]] double symplectic_limit_s(const SceneLoad& load);
 
+/// Equal substeps of a step of step_s at which symplectic Euler and Verlet are stable, with a tenth
+/// to spare for what springs stiffen.
+[[nodiscard]] int stable_substeps(const SceneLoad& load, double step_s);
+
 /// What a step of step_s should cost, ms: counts times the cost of each operation as measured in
 /// tests/performance, so right to a factor of about three. Explicit methods take as many substeps
 /// as stability asks if none are given.

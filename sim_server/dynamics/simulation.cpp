@@ -18,6 +18,7 @@ constexpr int kLastIterations = 200;               // of one that may not
 constexpr int kChosenSteps = 20'000;               // of a part whose integrator divides it itself
 constexpr int kMostShortenings = 64;               // of a step in which spheres cross
 constexpr double kLeastExplicitPart_s = 1e-4;      // in which a stray sphere goes no farther
+constexpr double kShortestHalf = 1e-3;             // of a step, below which no memory is spared
 constexpr double kLeastShare = 1e-6;               // of a step, so that every part moves it on
 
 /// The last iteration of a step that is out of time has a tenth of the step, and no more.
@@ -58,7 +59,7 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
   double longest = 1.0 / std::max({1, parts_asked(method_, step_s), substeps_ / 2});
   Part part{.end = longest};
   const auto start = Clock::now();
-  detection_.find_contacts(world_, step_s * part.end);
+  find_contacts(step_s, part);
   take(take_tool(), report);
   find_tool_contacts(part);
   report.detect += Clock::now() - start;
@@ -69,6 +70,10 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
         part.must_end || part.end - part.start <= kShortest || is_explicit(method_.integrator);
     part.may_shorten = shortenings < kMostShortenings && !part.must_end;
     const Attempt attempt = advance(part, step);
+    if (step.budget.is_stopped() && !(attempt.advanced && part.end >= 1.0)) {
+      report.stopped = true;
+      return report;
+    }
     if (attempt.advanced) {
       if (part.end >= 1.0) break;
       part.start = part.end;
@@ -84,7 +89,7 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
     part.must_end = step.budget.spent();
     if (part.must_end) part.end = 1.0;
     const auto again = Clock::now();
-    detection_.find_contacts(world_, step_s * (part.end - part.start));
+    find_contacts(step_s, part);
     if (const auto sample = later_sample(step)) {
       tool_.redirect(*sample, part.start);
       report.tool_time_ns = sample->time_ns;
@@ -109,7 +114,8 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
 void Simulation::take(const std::optional<ToolSample>& sample, StepReport& report) {
   // A tool that comes or goes while it overlaps something brings or takes what their contact holds.
   const auto held_J = [&] {
-    return energies(world_, tool_.over(1.0, 1.0)).contacts_J - energies(world_, {}).contacts_J;
+    detection_.find_tool_contacts(world_, tool_.over(1.0, 1.0));
+    return tool_energy_J(detection_.contacts());
   };
   const bool was_here = tool_.is_here();
   if (account_ && was_here && !sample) account_->flow.given_J -= held_J();
@@ -129,6 +135,13 @@ std::optional<ToolSample> Simulation::later_sample(const Step& step) const {
   std::optional<ToolSample> sample = step.take_tool();
   if (sample && sample->time_ns <= step.report.tool_time_ns) sample.reset();
   return sample;
+}
+
+/// Halves the part as often as that spares memory, within reason.
+void Simulation::find_contacts(double step_s, Part& part) {
+  const auto length = [&] { return part.end - part.start; };
+  while (!detection_.find_contacts(world_, step_s * length(), length() < kShortestHalf))
+    part.end = part.start + 0.5 * length();
 }
 
 void Simulation::find_tool_contacts(const Part& part) {
@@ -156,6 +169,7 @@ Simulation::Attempt Simulation::advance(const Part& part, Step& step) {
   if (chooses_steps(method_.integrator)) own.iterations = kChosenSteps;
   own.iterations = std::min(own.iterations, budget.iterations);
   if (part.must_end) own = {.iterations = 1, .deadline = grace(budget, step.length_s)};
+  own.stop = budget.stop;
   const auto prepared = Clock::now();
   SolveReport solve = integrator_->advance(world_, detection_.contacts(), duration_s, own);
   const bool corrected = solve.converged && part.end >= 1.0 && correct(part, step, solve);
@@ -163,7 +177,7 @@ Simulation::Attempt Simulation::advance(const Part& part, Step& step) {
   report.solve.iterations += solve.iterations;
   if (needs_solver(method_.integrator)) budget.iterations -= solve.iterations;
   report.integrate += Clock::now() - prepared;
-  if (!solve.converged && !part.must_advance) return {};
+  if (budget.is_stopped() || (!solve.converged && !part.must_advance)) return {};
 
   // Forces may have led elsewhere than the velocities before them.
   const Trial& trial = integrator_->trial();
@@ -205,7 +219,8 @@ bool Simulation::correct(const Part& part, Step& step, SolveReport& solve) {
   tool_.redirect(*sample, part.start);
   find_tool_contacts(part);
   Budget own{.iterations = std::min(kIterations, step.budget.iterations - solve.iterations),
-             .deadline = step.budget.deadline};
+             .deadline = step.budget.deadline,
+             .stop = step.budget.stop};
   // What takes longer than its sample is newer makes the image older.
   const std::chrono::nanoseconds newer(static_cast<std::int64_t>(
       std::min(sample->time_ns - step.report.tool_time_ns, std::uint64_t{1'000'000'000})));
@@ -252,7 +267,7 @@ void Simulation::note_sleep() {
 
 ImageForesight Simulation::look_ahead(double step_s, const Budget& budget) {
   if (budget.is_late()) return {};
-  detection_.find_contacts(world_, step_s);  // what may touch by then
+  if (!detection_.find_contacts(world_, step_s)) return {};  // what may touch by then
   detection_.find_tool_contacts(world_, tool_.over(1.0, 1.0));
   foresight_->look(world_, detection_.contacts(), step_s, budget);
   detection_.foretell(foresight_->spheres(), proto::kForesightPeriods * step_s,

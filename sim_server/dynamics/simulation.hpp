@@ -26,6 +26,7 @@ struct StepReport {
   SolveReport solve;  // iterations of all substeps, the worst residual
   int substeps = 0;
   bool out_of_budget = false;      // so that its end was computed by one iteration
+  bool stopped = false;            // by the budget, before its end: the world is where a part ended
   int crossings_left = 0;          // substeps in which spheres may have passed through one another
   int contacts = 0;                // that touch at the step's end
   int asleep_spheres = 0;          // at the step's end
@@ -59,7 +60,8 @@ class Simulation {
   /// A substep also ends where spheres would pass each other unseen, or come too deep at once: so
   /// nothing, the tool on its straight path since its last sample included, crosses a body however
   /// fast it moves (docs/algorithms/fast_bodies.md). A step is shortened so 64 times at most; the
-  /// report counts what that left.
+  /// report counts what that left. Where bodies are so many and fast that a substep would gather
+  /// more contacts than memory should hold (Detection), it is halved before.
   ///
   /// Explicit integrators take parts of 4 ms at most, divide them as stability asks, and take them
   /// in halves where something left its foreseen way (docs/algorithms/explicit_step.md).
@@ -118,6 +120,7 @@ class Simulation {
 
   void take(const std::optional<ToolSample>& sample, StepReport& report);
   [[nodiscard]] std::optional<ToolSample> later_sample(const Step& step) const;
+  void find_contacts(double step_s, Part& part);
   void find_tool_contacts(const Part& part);
   Attempt advance(const Part& part, Step& step);
   bool correct(const Part& part, Step& step, SolveReport& solve);

@@ -2,10 +2,17 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <future>
+#include <thread>
+#include <utility>
 
 namespace stillgrid {
 namespace {
+
+/// Entries of a matrix whose factorisation may take ten milliseconds and more.
+constexpr Eigen::Index kLongFactorisation = 200'000;
 
 int most_iterations(Eigen::Index size) {
   return static_cast<int>(2 * size) + 20;
@@ -13,7 +20,7 @@ int most_iterations(Eigen::Index size) {
 
 /// Looks at the clock now and then only.
 bool is_late(const Budget& budget, int iteration) {
-  return iteration % 16 == 15 && budget.is_late();
+  return budget.is_stopped() || (iteration % 16 == 15 && budget.is_late());
 }
 
 }  // namespace
@@ -31,26 +38,48 @@ bool FactorisedSlope::Pattern::take(const Eigen::SparseMatrix<double>& matrix) {
   return true;
 }
 
-bool FactorisedSlope::solve(NonlinearSystem& system, Slope slope, const Eigen::VectorXd& residual,
-                            double, const Budget&, Eigen::VectorXd& step) {
-  system.jacobian(slope, matrix_);
+bool FactorisedSlope::Factors::factorise(Slope slope) {
   if (slope == Slope::kExact) {
-    if (lu_pattern_.take(matrix_)) lu_.analyzePattern(matrix_);
-    lu_.factorize(matrix_);
-    if (lu_.info() != Eigen::Success) return false;
-    step = lu_.solve(residual);
-    return step.allFinite();
+    if (lu_pattern.take(matrix)) lu.analyzePattern(matrix);
+    lu.factorize(matrix);
+    return lu.info() == Eigen::Success;
   }
-  if (cholesky_pattern_.take(matrix_)) cholesky_.analyzePattern(matrix_);
-  cholesky_.factorize(matrix_);
-  if (cholesky_.info() != Eigen::Success || !(cholesky_.vectorD().array() > 0.0).all())
+  if (cholesky_pattern.take(matrix)) cholesky.analyzePattern(matrix);
+  cholesky.factorize(matrix);
+  return cholesky.info() == Eigen::Success && (cholesky.vectorD().array() > 0.0).all();
+}
+
+bool FactorisedSlope::factorise(Slope slope, const Budget& budget) {
+  if (budget.stop == nullptr || factors_->matrix.nonZeros() < kLongFactorisation)
+    return factors_->factorise(slope);
+  if (budget.is_stopped()) return false;
+  std::packaged_task<bool()> task(
+      [factors = factors_, slope] { return factors->factorise(slope); });
+  std::future<bool> done = task.get_future();
+  std::thread(std::move(task)).detach();
+  while (done.wait_for(std::chrono::milliseconds(5)) != std::future_status::ready) {
+    if (!budget.is_stopped()) continue;
+    factors_ = std::make_shared<Factors>();
     return false;
-  step = cholesky_.solve(residual);
+  }
+  return done.get();
+}
+
+bool FactorisedSlope::solve(NonlinearSystem& system, Slope slope, const Eigen::VectorXd& residual,
+                            double, const Budget& budget, Eigen::VectorXd& step) {
+  if (budget.is_stopped()) return false;
+  system.jacobian(slope, factors_->matrix);
+  if (!factorise(slope, budget)) return false;
+  if (slope == Slope::kExact)
+    step = factors_->lu.solve(residual);
+  else
+    step = factors_->cholesky.solve(residual);
   return step.allFinite();
 }
 
 bool MatrixFreeSlope::solve(NonlinearSystem& system, Slope slope, const Eigen::VectorXd& residual,
                             double accuracy, const Budget& budget, Eigen::VectorXd& step) {
+  if (budget.is_stopped()) return false;
   system.linearise(slope);
   const bool symmetric = slope != Slope::kExact;
   if (!invert_blocks(system.block_diagonal(), symmetric)) return false;
@@ -108,6 +137,7 @@ bool MatrixFreeSlope::bicgstab(NonlinearSystem& system, const Eigen::VectorXd& r
                                double accuracy, const Budget& budget, Eigen::VectorXd& step) {
   const Eigen::VectorXd& scale = system.residual_scale();
   step.setZero(residual.size());
+  if (residual.isZero(0.0)) return true;
   rest_ = residual;
   shadow_ = rest_.cwiseProduct(scale);  // the product's angles are those of velocities
   search_ = rest_;

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseLU>
-#include <chrono>
+#include <memory>
 #include <vector>
 
 #include "sim_server/dynamics/nonlinear_solver.hpp"
@@ -28,7 +28,8 @@ class SlopeSolver {
 };
 
 /// By sparse factors: LDL^T of the symmetric slopes, LU of the exact one. Their pattern is analysed
-/// only when it changed.
+/// only when it changed. A long factorisation runs on a thread of its own, and is left to itself,
+/// as if it had failed, when the budget is stopped: the library has no other way to leave it.
 class FactorisedSlope : public SlopeSolver {
  public:
   bool solve(NonlinearSystem& system, Slope slope, const Eigen::VectorXd& residual, double accuracy,
@@ -40,10 +41,19 @@ class FactorisedSlope : public SlopeSolver {
     std::vector<int> outer, inner;
     bool take(const Eigen::SparseMatrix<double>& matrix);  // whether it was another
   };
-  Eigen::SparseMatrix<double> matrix_;
-  Pattern cholesky_pattern_, lu_pattern_;
-  Eigen::SparseLU<Eigen::SparseMatrix<double>> lu_;
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> cholesky_;
+  /// All that a factorisation touches, so that one nobody waits for can end by itself.
+  struct Factors {
+    Eigen::SparseMatrix<double> matrix;
+    Pattern cholesky_pattern, lu_pattern;
+    Eigen::SparseLU<Eigen::SparseMatrix<double>> lu;
+    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> cholesky;
+
+    /// Whether the matrix has factors that a Newton step may be made of.
+    bool factorise(Slope slope);
+  };
+  [[nodiscard]] bool factorise(Slope slope, const Budget& budget);
+
+  std::shared_ptr<Factors> factors_ = std::make_shared<Factors>();
 };
 
 /// Without a matrix, by products with the slope, preconditioned by its diagonal blocks: conjugate

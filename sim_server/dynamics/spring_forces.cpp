@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <utility>
 
@@ -35,42 +37,46 @@ HWY_BEFORE_NAMESPACE();
 namespace stillgrid::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
+// A vector may have no size that the compiler knows (SVE): none is kept in a structure.
 using Tag = hn::CappedTag<double, kLook>;
 using Vec = hn::Vec<Tag>;
 using FloatTag = hn::Rebind<float, Tag>;
 using FourTag = hn::CappedTag<double, 4>;
+using Row = VectorRow<double>;
+using ConstRow = VectorRow<const double>;
 
-struct Vec3 {
-  Vec x, y, z;
-};
-/// Where x, y and z of a column are: after the first of a row of x, which rows of y and z follow.
-struct Place {
-  std::size_t x, y, z;
-
-  HWY_INLINE Place(std::size_t column, std::size_t stride)
-      : x(column), y(column + stride), z(column + 2 * stride) {}
-};
-HWY_INLINE Vec3 Load3(const double* row, const Place& at) {
-  const Tag d;
-  return {hn::LoadU(d, row + at.x), hn::LoadU(d, row + at.y), hn::LoadU(d, row + at.z)};
+HWY_INLINE Vec Load(const ConstRow& row, std::size_t i) {
+  return hn::Load(Tag(), row.aligned(i));
 }
-HWY_INLINE Vec3 Minus(const Vec3& a, const Vec3& b) {
-  return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
+HWY_INLINE Vec LoadU(const ConstRow& row, std::size_t i) {
+  return hn::LoadU(Tag(), row.at(i));
 }
-HWY_INLINE Vec3 Plus(const Vec3& a, const Vec3& b) {
-  return {hn::Add(a.x, b.x), hn::Add(a.y, b.y), hn::Add(a.z, b.z)};
+HWY_INLINE void Store(Vec v, const Row& row, std::size_t i) {
+  hn::Store(v, Tag(), row.aligned(i));
+}
+HWY_INLINE void StoreU(Vec v, const Row& row, std::size_t i) {
+  hn::StoreU(v, Tag(), row.at(i));
+}
+/// b - a.
+HWY_INLINE Vec Apart(const ConstRow& a, const ConstRow& b, std::size_t i) {
+  return hn::Sub(LoadU(b, i), LoadU(a, i));
 }
 /// a . b + more.
-HWY_INLINE Vec Dot(const Vec3& a, const Vec3& b, Vec more) {
-  return hn::MulAdd(a.z, b.z, hn::MulAdd(a.y, b.y, hn::MulAdd(a.x, b.x, more)));
-}
-HWY_INLINE Vec3 Times(Vec s, const Vec3& a) {
-  return {hn::Mul(s, a.x), hn::Mul(s, a.y), hn::Mul(s, a.z)};
+HWY_INLINE Vec Dot(Vec ax, Vec ay, Vec az, Vec bx, Vec by, Vec bz, Vec more) {
+  return hn::MulAdd(az, bz, hn::MulAdd(ay, by, hn::MulAdd(ax, bx, more)));
 }
 
 /// An estimate of 1 / sqrt(square), good to 11 bits.
 HWY_INLINE hn::Vec<FloatTag> Near(Vec square) {
-  return hn::ApproximateReciprocalSqrt(hn::DemoteTo(FloatTag(), square));
+  const FloatTag d;
+  const auto rough = hn::DemoteTo(d, square), r = hn::ApproximateReciprocalSqrt(rough);
+#if HWY_TARGET == HWY_SSSE3 || HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_AVX2 || \
+    HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+  return r;
+#else  // it is good to 8 bits only: a step of Newton's
+  const auto half = hn::Mul(hn::Set(d, 0.5F), rough);
+  return hn::Mul(r, hn::NegMulAdd(hn::Mul(half, r), r, hn::Set(d, 1.5F)));
+#endif
 }
 
 /// Springs' tension over length, k - push / length, and their dampers' power. With r near 1 /
@@ -95,55 +101,46 @@ HWY_INLINE Vec Pull(Vec square, hn::Vec<FloatTag> near, Vec along, Vec stiffness
 
 /// Rows of x, y and z of the nodes of one row and of the two after it.
 struct Stencil {
-  const double* x[3];
-  const double* v[3];
-  double* own[3];   // forces
-  double* next[2];  // against forces of the next column
-  double* after;    // of the one after, of the first row
-  double* pull;     // a row a kind
-  double *squares, *alongs, *nears;
-  std::size_t stride;
+  Row x[3], v[3];
+  Row own[3];   // forces
+  Row next[2];  // against forces of the next column
+  Row after;    // of the one after, of the first row
+  Row pull;     // a row a kind
+  Row squares, alongs;
+  VectorRow<float> nears;
+  std::size_t stride = 0;
 };
-
-HWY_INLINE void Store3(const Vec3& v, double* row, const Place& at) {
-  const Tag d;
-  hn::StoreU(v.x, d, row + at.x);
-  hn::StoreU(v.y, d, row + at.y);
-  hn::StoreU(v.z, d, row + at.z);
-}
 
 /// Tension over length of the springs of one kind that begin in one row, in two loops: one alone is
 /// such a long chain that the processor would mostly wait. Beyond its last spring they are zero.
 template <bool damped>
-HWY_INLINE Vec PullKind(const Stencil& s, const Ends& ends, double* HWY_RESTRICT to,
+HWY_INLINE Vec PullKind(const Stencil& s, const Ends& ends, const Row& to,
                         const SpringKind& springs, std::size_t columns, Vec power) {
   const Tag d;
-  const std::size_t stride = s.stride;
-  const double* const HWY_RESTRICT a = s.x[ends.a_row] + ends.a_column;
-  const double* const HWY_RESTRICT b = s.x[ends.b_row] + ends.b_column;
-  const double* const HWY_RESTRICT a_v = s.v[ends.a_row] + ends.a_column;
-  const double* const HWY_RESTRICT b_v = s.v[ends.b_row] + ends.b_column;
-  double* const HWY_RESTRICT squares = s.squares;
-  double* const HWY_RESTRICT alongs = s.alongs;
-  auto* const HWY_RESTRICT nears = reinterpret_cast<float*>(s.nears);
+  const std::size_t y = s.stride, z = 2 * s.stride;
+  const auto from = static_cast<std::ptrdiff_t>(ends.a_column);
+  const auto end = static_cast<std::ptrdiff_t>(ends.b_column);
+  const ConstRow a = s.x[ends.a_row] + from, b = s.x[ends.b_row] + end;
+  const ConstRow a_v = s.v[ends.a_row] + from, b_v = s.v[ends.b_row] + end;
   for (std::size_t i = 0; i < columns; i += hn::Lanes(d)) {
-    const Place at(i, stride);
-    const Vec3 line = Minus(Load3(b, at), Load3(a, at));
-    const Vec square = Dot(line, line, hn::Set(d, kShortest_m2));
-    hn::Store(square, d, squares + i);
-    hn::Store(Near(square), FloatTag(), nears + i);
+    const Vec dx = Apart(a, b, i), dy = Apart(a, b, i + y), dz = Apart(a, b, i + z);
+    const Vec square = Dot(dx, dy, dz, dx, dy, dz, hn::Set(d, kShortest_m2));
+    Store(square, s.squares, i);
+    hn::Store(Near(square), FloatTag(), s.nears.aligned(i));
     if (damped)
-      hn::Store(Dot(line, Minus(Load3(b_v, at), Load3(a_v, at)), hn::Zero(d)), d, alongs + i);
+      Store(Dot(dx, dy, dz, Apart(a_v, b_v, i), Apart(a_v, b_v, i + y), Apart(a_v, b_v, i + z),
+                hn::Zero(d)),
+            s.alongs, i);
   }
   const Vec k = hn::Set(d, springs.stiffness_N_m), c = hn::Set(d, springs.damping_N_s_m);
   const Vec push = hn::Set(d, springs.stiffness_N_m * springs.rest_length_m);
   const std::size_t reach = std::max(ends.a_column, ends.b_column);
   const std::size_t count = columns > reach ? columns - reach : 0;
   const auto pull = [&](std::size_t i, Vec k_i, Vec push_i, Vec c_i) HWY_ATTR {
-    const Vec square = hn::Load(d, squares + i);
-    const Vec along = damped ? hn::Load(d, alongs + i) : square;
-    hn::Store(Pull<damped>(square, hn::Load(FloatTag(), nears + i), along, k_i, push_i, c_i, power),
-              d, to + i);
+    const Vec square = Load(s.squares, i);
+    const Vec along = damped ? Load(s.alongs, i) : square;
+    const auto near = hn::Load(FloatTag(), s.nears.aligned(i));
+    Store(Pull<damped>(square, near, along, k_i, push_i, c_i, power), to, i);
   };
   std::size_t i = 0;
   for (; i + hn::Lanes(d) <= count; i += hn::Lanes(d)) pull(i, k, push, c);
@@ -155,69 +152,72 @@ HWY_INLINE Vec PullKind(const Stencil& s, const Ends& ends, double* HWY_RESTRICT
   return power;
 }
 
-/// Makes forces of them. All stores are where the same look loads, so that none waits for another:
-/// what belongs to the next columns is kept apart until the row is done.
-HWY_INLINE void AddForces(const Stencil& s, std::size_t columns) {
-  const Tag d;
-  const double *const HWY_RESTRICT x0 = s.x[0], *const HWY_RESTRICT x1 = s.x[1],
-                                   *const HWY_RESTRICT x2 = s.x[2];
-  double *const HWY_RESTRICT own0 = s.own[0], *const HWY_RESTRICT own1 = s.own[1],
-                             *const HWY_RESTRICT own2 = s.own[2],
-                             *const HWY_RESTRICT after = s.after;
-  double *const HWY_RESTRICT next0 = s.next[0], *const HWY_RESTRICT next1 = s.next[1];
+/// What the springs that begin at one node pull at it and at the others, times their lines: of one
+/// coordinate. All stores are where the same look loads, so that none waits for another: what
+/// belongs to the next columns is kept apart until the row is done.
+HWY_INLINE void AddForces(const Stencil& s, std::size_t i, Vec right_pull, Vec down_pull,
+                          Vec diagonal_pull, Vec other_pull, Vec right2_pull, Vec down2_pull) {
+  const Vec x00 = LoadU(s.x[0], i), x01 = LoadU(s.x[0] + 1, i), x10 = LoadU(s.x[1], i);
+  const Vec right = hn::Mul(right_pull, hn::Sub(x01, x00));
+  const Vec other = hn::Mul(other_pull, hn::Sub(x10, x01));
+  StoreU(hn::Add(LoadU(s.next[0], i), hn::Sub(right, other)), s.next[0], i);
+  const Vec down = hn::Mul(down_pull, hn::Sub(x10, x00));
+  StoreU(hn::Sub(LoadU(s.own[1], i), hn::Add(down, other)), s.own[1], i);
+  const Vec diagonal = hn::Mul(diagonal_pull, hn::Sub(LoadU(s.x[1] + 1, i), x00));
+  StoreU(diagonal, s.next[1], i);
+  const Vec right2 = hn::Mul(right2_pull, hn::Sub(LoadU(s.x[0] + 2, i), x00));
+  StoreU(right2, s.after, i);
+  const Vec up2 = hn::Mul(down2_pull, hn::Sub(x00, LoadU(s.x[2], i)));
+  StoreU(up2, s.own[2], i);
+  StoreU(hn::Add(hn::Add(LoadU(s.own[0], i), hn::Add(right, down)),
+                 hn::Add(diagonal, hn::Sub(right2, up2))),
+         s.own[0], i);
+}
+
+HWY_INLINE void AddForcesOfRow(const Stencil& s, std::size_t columns) {
   const std::size_t stride = s.stride;
-  const double *const HWY_RESTRICT pulls = s.pull, *const HWY_RESTRICT more = pulls + 3 * stride;
-  for (std::size_t i = 0; i < columns; i += hn::Lanes(d)) {
-    const Place at(i, stride);
-    const Vec3 x00 = Load3(x0, at), x01 = Load3(x0 + 1, at), x10 = Load3(x1, at);
-    const auto force = [&](const double* pull, std::size_t place, const Vec3& from, const Vec3& to)
-                           HWY_ATTR { return Times(hn::Load(d, pull + place), Minus(to, from)); };
-    const Vec3 right = force(pulls, at.x, x00, x01), other = force(more, at.x, x01, x10);
-    Store3(Plus(Load3(next0, at), Minus(right, other)), next0, at);
-    const Vec3 down = force(pulls, at.y, x00, x10);
-    Store3(Minus(Load3(own1, at), Plus(down, other)), own1, at);
-    const Vec3 diagonal = force(pulls, at.z, x00, Load3(x1 + 1, at));
-    Store3(diagonal, next1, at);
-    const Vec3 right2 = force(more, at.y, x00, Load3(x0 + 2, at));
-    Store3(right2, after, at);
-    const Vec3 up2 = force(more, at.z, Load3(x2, at), x00);
-    Store3(up2, own2, at);
-    Store3(Plus(Plus(Load3(own0, at), Plus(right, down)), Plus(diagonal, Minus(right2, up2))), own0,
-           at);
+  for (std::size_t i = 0; i < columns; i += hn::Lanes(Tag())) {
+    const Vec right = Load(s.pull, i), down = Load(s.pull, i + stride);
+    const Vec diagonal = Load(s.pull, i + 2 * stride), other = Load(s.pull, i + 3 * stride);
+    const Vec right2 = Load(s.pull, i + 4 * stride), down2 = Load(s.pull, i + 5 * stride);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      AddForces(s, i + axis * stride, right, down, diagonal, other, right2, down2);
   }
 }
 
 /// Transposes a row of nodes.
-HWY_INLINE void Unpack(const PackedVector* HWY_RESTRICT from, std::size_t columns,
-                       double* HWY_RESTRICT to, std::size_t stride) {
+HWY_INLINE void Unpack(const PackedVector* HWY_RESTRICT from, std::size_t columns, const Row& to,
+                       std::size_t stride) {
   const Tag d;
   std::size_t i = 0;
   for (; i + hn::Lanes(d) <= columns; i += hn::Lanes(d)) {
     Vec x, y, z, zero;
     hn::LoadInterleaved4(d, &from[i].x, x, y, z, zero);
-    Store3({x, y, z}, to, Place(i, stride));
+    StoreU(x, to, i);
+    StoreU(y, to, i + stride);
+    StoreU(z, to, i + 2 * stride);
   }
   for (; i < columns; ++i) {
-    to[i] = from[i].x;
-    to[i + stride] = from[i].y;
-    to[i + 2 * stride] = from[i].z;
+    *to.at(i) = from[i].x;
+    *to.at(i + stride) = from[i].y;
+    *to.at(i + 2 * stride) = from[i].z;
   }
 }
 
-/// Forces of a row whose springs are all done.
+/// Forces of a row whose springs are all done: of one coordinate.
+HWY_INLINE Vec Force(const Stencil& s, std::size_t i) {
+  return hn::Sub(hn::Sub(LoadU(s.own[0], i), LoadU(s.next[0] + -1, i)), LoadU(s.after + -2, i));
+}
+
 HWY_INLINE void PackForces(const Stencil& s, std::size_t columns, PackedVector* HWY_RESTRICT to) {
   const Tag d;
-  const Vec zero = hn::Zero(d);
-  const double *const HWY_RESTRICT own = s.own[0], *const HWY_RESTRICT next = s.next[0] - 1,
-                                   *const HWY_RESTRICT after = s.after - 2;
   for (std::size_t i = 0; i < columns; i += hn::Lanes(d)) {
-    const Place at(i, s.stride);
-    const Vec3 sum = Minus(Minus(Load3(own, at), Load3(next, at)), Load3(after, at));
+    const Vec x = Force(s, i), y = Force(s, i + s.stride), z = Force(s, i + 2 * s.stride);
     if (i + hn::Lanes(d) <= columns) {
-      hn::StoreInterleaved4(sum.x, sum.y, sum.z, zero, d, &to[i].x);
+      hn::StoreInterleaved4(x, y, z, hn::Zero(d), d, &to[i].x);
     } else {
       PackedVector rest[kLook];
-      hn::StoreInterleaved4(sum.x, sum.y, sum.z, zero, d, &rest[0].x);
+      hn::StoreInterleaved4(x, y, z, hn::Zero(d), d, &rest[0].x);
       std::copy(rest, rest + (columns - i), to + i);
     }
   }
@@ -235,11 +235,11 @@ double PullSheet(SpringSheet& sheet, ExplicitState& state) {
              sheet.stride);
   };
   for (std::size_t row = 0; row < std::min<std::size_t>(2, sheet.rows); ++row) enter(row);
-  std::fill(rows[SheetRows::kForces], rows[SheetRows::kPulls] - kLook, 0.0);
+  std::fill(rows[SheetRows::kForces].at(0), rows[SheetRows::kPulls].at(0) - kLook, 0.0);
   Vec power = hn::Zero(Tag());
   for (std::size_t row = 0; row < sheet.rows; ++row) {
     if (row + 2 < sheet.rows) enter(row + 2);
-    Stencil s{};
+    Stencil s;
     for (std::size_t ahead = 0; ahead < 3; ++ahead) {
       const std::size_t place = 3 * ((row + ahead) % 3);
       s.x[ahead] = rows[SheetRows::kPositions + place];
@@ -250,16 +250,17 @@ double PullSheet(SpringSheet& sheet, ExplicitState& state) {
     s.after = rows[SheetRows::kAfterNext];
     s.pull = rows[SheetRows::kPulls];
     s.squares = rows[SheetRows::kScratch];
-    s.nears = rows[SheetRows::kScratch + 1];
+    s.nears = rows.floats(SheetRows::kScratch + 1);
     s.alongs = rows[SheetRows::kScratch + 2];
     s.stride = sheet.stride;
     const SpringKind none;
     for (std::size_t kind = 0; kind < kSpringKinds; ++kind) {
       const bool fits = row + kEnds[kind].b_row < sheet.rows;
-      power = PullKind<damped>(s, kEnds[kind], s.pull + kind * s.stride,
-                               fits ? sheet.kinds[kind] : none, sheet.columns, power);
+      power =
+          PullKind<damped>(s, kEnds[kind], s.pull + static_cast<std::ptrdiff_t>(kind * s.stride),
+                           fits ? sheet.kinds[kind] : none, sheet.columns, power);
     }
-    AddForces(s, sheet.columns);
+    AddForcesOfRow(s, sheet.columns);
     PackForces(s, sheet.columns, &state.force_N[sheet.first_node + row * sheet.columns]);
   }
   return hn::GetLane(hn::SumOfLanes(Tag(), power));
@@ -269,50 +270,65 @@ double PullAnySheet(SpringSheet& sheet, ExplicitState& state) {
   return sheet.damped ? PullSheet<true>(sheet, state) : PullSheet<false>(sheet, state);
 }
 
-/// The difference of two nodes' vectors.
-HWY_INLINE void Difference(const PackedVector& to, const PackedVector& from, double* difference) {
+/// The numbers of a node's vector from number k on, where a part of it is loaded.
+template <class Packed>
+HWY_INLINE auto* Part(Packed& vector, std::size_t k) {
+  assert(reinterpret_cast<std::uintptr_t>(&vector) % (4 * sizeof(double)) == 0);
+  return &vector.x + k;
+}
+
+HWY_INLINE void Difference(const PackedVector& to, const PackedVector& from,
+                           PackedVector& difference) {
   const FourTag d;
   for (std::size_t k = 0; k < 4; k += hn::Lanes(d))
-    hn::Store(hn::Sub(hn::Load(d, &to.x + k), hn::Load(d, &from.x + k)), d, difference + k);
+    hn::Store(hn::Sub(hn::Load(d, Part(to, k)), hn::Load(d, Part(from, k))), d,
+              Part(difference, k));
+}
+
+/// Adds what one spring pulls: force = pull * line.
+HWY_INLINE void AddForce(double pull, const PackedVector& line, PackedVector& a, PackedVector& b) {
+  const FourTag d;
+  for (std::size_t k = 0; k < 4; k += hn::Lanes(d)) {
+    const auto force = hn::Mul(hn::Set(d, pull), hn::Load(d, Part(line, k)));
+    hn::Store(hn::Add(hn::Load(d, Part(a, k)), force), d, Part(a, k));
+    hn::Store(hn::Sub(hn::Load(d, Part(b, k)), force), d, Part(b, k));
+  }
 }
 
 template <bool damped>
 double PullGroup(const SpringGroup& group, ExplicitState& state) {
   const Tag d;
-  const FourTag d4;
+  const ConstRow stiffness(group.stiffness_N_m.data(), group.stiffness_N_m);
+  const ConstRow push(group.push_N.data(), group.push_N);
+  const ConstRow dampings(group.damping_N_s_m.data(), group.damping_N_s_m);
+  PackedVector lines[kLook], speeds[kLook];
+  Look pulls;
+  const Row pull(pulls.lanes, pulls.lanes);
   Vec power = hn::Zero(d);
-  alignas(64) double lines[4 * kLook], speeds[4 * kLook], pulls[kLook];
   for (std::size_t i = 0; i < group.a.size(); i += kLook) {
     for (std::size_t k = 0; k < kLook; ++k) {
       const std::size_t a = group.a[i + k], b = group.b[i + k];
-      Difference(state.position_m[b], state.position_m[a], lines + 4 * k);
-      if (damped) Difference(state.velocity_m_s[b], state.velocity_m_s[a], speeds + 4 * k);
+      Difference(state.position_m[b], state.position_m[a], lines[k]);
+      if (damped) Difference(state.velocity_m_s[b], state.velocity_m_s[a], speeds[k]);
     }
     for (std::size_t k = 0; k < kLook; k += hn::Lanes(d)) {
-      Vec3 line, speed;
-      Vec zero;
-      hn::LoadInterleaved4(d, lines + 4 * k, line.x, line.y, line.z, zero);
-      const Vec square = Dot(line, line, hn::Set(d, kShortest_m2));
+      Vec x, y, z, zero;
+      hn::LoadInterleaved4(d, &lines[k].x, x, y, z, zero);
+      const Vec square = Dot(x, y, z, x, y, z, hn::Set(d, kShortest_m2));
       Vec along = zero, damping = zero;
       if (damped) {
-        hn::LoadInterleaved4(d, speeds + 4 * k, speed.x, speed.y, speed.z, zero);
-        along = Dot(line, speed, zero);
-        damping = hn::LoadU(d, group.damping_N_s_m.data() + i + k);
+        Vec v_x, v_y, v_z;
+        hn::LoadInterleaved4(d, &speeds[k].x, v_x, v_y, v_z, zero);
+        along = Dot(x, y, z, v_x, v_y, v_z, zero);
+        damping = LoadU(dampings, i + k);
       }
-      hn::Store(Pull<damped>(square, Near(square), along,
-                             hn::LoadU(d, group.stiffness_N_m.data() + i + k),
-                             hn::LoadU(d, group.push_N.data() + i + k), damping, power),
-                d, pulls + k);
+      Store(Pull<damped>(square, Near(square), along, LoadU(stiffness, i + k), LoadU(push, i + k),
+                         damping, power),
+            pull, k);
     }
-    for (std::size_t k = 0; k < kLook; ++k) {
-      double* a = &state.force_N[group.a[i + k]].x;
-      double* b = &state.force_N[group.b[i + k]].x;
-      for (std::size_t l = 0; l < 4; l += hn::Lanes(d4)) {
-        const auto force = hn::Mul(hn::Set(d4, pulls[k]), hn::Load(d4, lines + 4 * k + l));
-        hn::Store(hn::Add(hn::Load(d4, a + l), force), d4, a + l);
-        hn::Store(hn::Sub(hn::Load(d4, b + l), force), d4, b + l);
-      }
-    }
+    for (std::size_t k = 0; k < kLook; ++k)
+      AddForce(pulls.lanes[k], lines[k], state.force_N[group.a[i + k]],
+               state.force_N[group.b[i + k]]);
   }
   return hn::GetLane(hn::SumOfLanes(d, power));
 }
@@ -328,15 +344,15 @@ void MoveNodes(const Move& move, const PackedVector& gravity_m_s2, ExplicitState
   for (std::size_t i = 0; i < state.position_m.size(); ++i) {
     const auto per_mass = hn::Set(d, state.per_mass_kg[i]);
     const auto feels = hn::Gt(per_mass, hn::Zero(d));
-    double *position = &state.position_m[i].x, *velocity = &state.velocity_m_s[i].x;
+    PackedVector &position = state.position_m[i], &velocity = state.velocity_m_s[i];
     for (std::size_t k = 0; k < 4; k += hn::Lanes(d)) {
-      const auto a = hn::MulAdd(per_mass, hn::Load(d, &state.force_N[i].x + k),
-                                hn::Load(d, &gravity_m_s2.x + k));
-      const auto x = hn::Load(d, position + k), v = hn::Load(d, velocity + k);
+      const auto a = hn::MulAdd(per_mass, hn::Load(d, Part(state.force_N[i], k)),
+                                hn::Load(d, Part(gravity_m_s2, k)));
+      const auto x = hn::Load(d, Part(position, k)), v = hn::Load(d, Part(velocity, k));
       const auto faster = hn::MulAdd(kick, hn::IfThenElseZero(feels, a), v);
       const auto farther = hn::MulAdd(drift, hn::IfThenElseZero(feels, forward ? v : faster), x);
-      hn::Store(faster, d, velocity + k);
-      hn::Store(farther, d, position + k);
+      hn::Store(faster, d, Part(velocity, k));
+      hn::Store(farther, d, Part(position, k));
     }
   }
 }

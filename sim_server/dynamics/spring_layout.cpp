@@ -73,7 +73,7 @@ std::optional<SpringSheet> sheet_of(const World& world, std::size_t index) {
   // Beyond the last column stand nodes that are nowhere near, so that lengths are numbers.
   for (std::size_t row = SheetRows::kPositions; row < SheetRows::kVelocities; ++row)
     for (std::size_t i = 0; i < sheet.stride - kLook; ++i)
-      rows[row][i] = 1e3 * static_cast<double>(i + 1);
+      *rows[row].at(i) = 1e3 * static_cast<double>(i + 1);
   sheet.kinds = *kinds;
   for (const SpringKind& kind : *kinds) sheet.damped = sheet.damped || kind.damping_N_s_m > 0.0;
   return sheet;

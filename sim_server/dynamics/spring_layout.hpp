@@ -4,19 +4,20 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "sim_server/bodies/world.hpp"
+#include "sim_server/contact/vector_row.hpp"
 #include "sim_server/dynamics/explicit_state.hpp"
 
 namespace stillgrid {
 
-/// Springs or nodes of one look; a multiple of every vector's lanes.
-inline constexpr std::size_t kLook = 8;
 /// What the widest vector of any target loads at once, aligned so wherever it is copied.
 struct alignas(kLook * sizeof(double)) Look {
   double lanes[kLook];
 };
+static_assert(sizeof(Look) == 64 && alignof(Look) == 64);
 /// Of a regular sheet: along both axes, both diagonals, and past one node along both axes.
 inline constexpr std::size_t kSpringKinds = 6;
 
@@ -56,11 +57,19 @@ class SheetRows {
   static constexpr std::size_t kCount = kScratch + 3;
 
   explicit SheetRows(SpringSheet& sheet)
-      : first_(sheet.storage.front().lanes + kLook), stride_(sheet.stride) {}
-  [[nodiscard]] double* operator[](std::size_t row) const { return first_ + row * stride_; }
+      : storage_(sheet.storage.front().lanes, kLook * sheet.storage.size()),
+        stride_(sheet.stride) {}
+  [[nodiscard]] VectorRow<double> operator[](std::size_t row) const {
+    return {storage_.data() + kLook + row * stride_, storage_};
+  }
+  /// A row that holds floats, half as long.
+  [[nodiscard]] VectorRow<float> floats(std::size_t row) const {
+    auto* const first = reinterpret_cast<float*>(storage_.data() + kLook + row * stride_);
+    return {first, {first, stride_}};
+  }
 
  private:
-  double* first_;
+  std::span<double> storage_;
   std::size_t stride_;
 };
 

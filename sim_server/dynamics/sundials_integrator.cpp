@@ -74,7 +74,7 @@ struct SundialsIntegrator::Run {
   bool passed = false;  // steps may have gone beyond now_s
   Eigen::VectorXd displacement, velocity, force;
   N_Vector weights = nullptr;  // of errors, SUNDIALS'
-  Budget clock;                // the deadline alone
+  Budget clock;                // deadline and stop alone
   std::exception_ptr thrown;
 };
 
@@ -307,6 +307,7 @@ SolveReport SundialsIntegrator::advance(const World& world, std::span<const Cont
   Run& run = *run_;
   run.take(contacts, duration_s);
   run.clock.deadline = budget.deadline;
+  run.clock.stop = budget.stop;
   const long before = run.steps_taken();
   report.converged = !budget.spent() && run.integrate(contacts.empty(), budget.iterations);
   report.iterations = static_cast<int>(run.steps_taken() - before);
@@ -333,6 +334,10 @@ void SundialsIntegrator::commit(World& world, double duration_s) {
 void SundialsIntegrator::restart() {
   run_.reset();
   run_is_world_ = false;
+}
+
+std::unique_ptr<Integrator> make_sundials_integrator(IntegratorKind kind, double tolerance_m_s) {
+  return std::make_unique<SundialsIntegrator>(kind, tolerance_m_s);
 }
 
 }  // namespace stillgrid

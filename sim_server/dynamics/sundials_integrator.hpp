@@ -35,4 +35,8 @@ class SundialsIntegrator : public Integrator {
   bool run_is_world_ = false;  // the last trial was committed
 };
 
+/// The same. Throws std::runtime_error in a build without SUNDIALS (that for 64-bit ARM).
+[[nodiscard]] std::unique_ptr<Integrator> make_sundials_integrator(IntegratorKind kind,
+                                                                   double tolerance_m_s);
+
 }  // namespace stillgrid

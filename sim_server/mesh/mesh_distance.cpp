@@ -12,6 +12,8 @@
 #include <stdexcept>
 #include <unordered_map>
 
+#include "shared/realtime/stop_signal.hpp"
+
 namespace stillgrid {
 namespace {
 
@@ -81,6 +83,7 @@ struct MeshDistance::Tree {
   TriangleMesh mesh;
   std::vector<Eigen::Vector3d> face_normals, vertex_normals;
   std::vector<std::array<Eigen::Vector3d, 3>> edge_normals;  // of corner i to the next
+  Eigen::AlignedBox3d box;
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
   double to_unit = 1.0;  // metres to the units of Embree's scene
   RTCDevice device = nullptr;
@@ -89,17 +92,22 @@ struct MeshDistance::Tree {
   explicit Tree(const TriangleMesh& closed) : mesh(closed) {
     make_normals();
     make_scene();
+    if (stop_requested()) {
+      release();
+      throw_if_stopped();
+    }
   }
-  ~Tree() {
-    rtcReleaseScene(scene);
-    rtcReleaseDevice(device);
-  }
+  ~Tree() { release(); }
   Tree(const Tree&) = delete;
   Tree& operator=(const Tree&) = delete;
 
   [[nodiscard]] std::array<Eigen::Vector3d, 3> corners_of(std::size_t triangle) const;
   void make_normals();
   void make_scene();
+  void release() {
+    rtcReleaseScene(scene);
+    rtcReleaseDevice(device);
+  }
   [[nodiscard]] SurfacePoint closest(const Eigen::Vector3d& point_m) const;
   [[nodiscard]] Eigen::Vector3d normal_at(std::size_t triangle, Feature feature) const;
   /// No point of the triangle is nearer; of a sliver, whose plane rounding may turn, none that is
@@ -122,6 +130,7 @@ void MeshDistance::Tree::make_normals() {
   vertex_normals.assign(mesh.vertices_m.size(), Eigen::Vector3d::Zero());
   std::unordered_map<std::uint64_t, Eigen::Vector3d> of_edge;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    throw_if_stopped();
     const auto corners = corners_of(i);
     face_normals.push_back((corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized());
     for (std::size_t k = 0; k < 3; ++k) {
@@ -140,13 +149,9 @@ void MeshDistance::Tree::make_normals() {
 }
 
 void MeshDistance::Tree::make_scene() {
-  Eigen::Vector3d low = mesh.vertices_m.front(), high = low;
-  for (const Eigen::Vector3d& vertex : mesh.vertices_m) {
-    low = low.cwiseMin(vertex);
-    high = high.cwiseMax(vertex);
-  }
-  centre_m = 0.5 * (low + high);
-  to_unit = 1.0 / (high - low).maxCoeff();
+  for (const Eigen::Vector3d& vertex : mesh.vertices_m) box.extend(vertex);
+  centre_m = box.center();
+  to_unit = 1.0 / box.sizes().maxCoeff();
 
   // One thread: the tree, and with it the order of equally near triangles, is always the same.
   device = rtcNewDevice("threads=1,set_affinity=0");
@@ -170,6 +175,10 @@ void MeshDistance::Tree::make_scene() {
   scene = rtcNewScene(device);
   rtcAttachGeometry(scene, geometry);
   rtcReleaseGeometry(geometry);
+  // A large tree takes seconds, which a stop ends.
+  rtcSetSceneProgressMonitorFunction(
+      scene, [](void*, double) { return !stop_requested().load(std::memory_order_relaxed); },
+      nullptr);
   rtcCommitScene(scene);
 }
 
@@ -183,6 +192,7 @@ Eigen::Vector3d MeshDistance::Tree::normal_at(std::size_t triangle, Feature feat
 
 SurfacePoint MeshDistance::Tree::closest(const Eigen::Vector3d& point_m) const {
   assert(point_m.allFinite());
+  throw_if_stopped();
   struct Search {
     const Tree& tree;
     const Eigen::Vector3d& point_m;
@@ -227,6 +237,7 @@ SurfacePoint MeshDistance::Tree::closest(const Eigen::Vector3d& point_m) const {
 
 std::vector<int> MeshDistance::triangles_near(const Eigen::Vector3d& point_m,
                                               double reach_m) const {
+  throw_if_stopped();
   std::vector<int> triangles;
   const Eigen::Vector3d unit = (point_m - tree_->centre_m) * tree_->to_unit;
   const double reach = reach_m * tree_->to_unit + kFloatSlack * (1.0 + unit.norm());
@@ -256,6 +267,8 @@ SurfacePoint MeshDistance::closest(const Eigen::Vector3d& point_m) const {
 double MeshDistance::signed_distance_m(const Eigen::Vector3d& point_m) const {
   const SurfacePoint nearest = tree_->closest(point_m);
   const Eigen::Vector3d away = point_m - nearest.point_m;
+  // Of a mesh that cuts itself, normals may say else.
+  if (!tree_->box.contains(point_m)) return away.norm();
   return away.dot(nearest.normal) < 0.0 ? -away.norm() : away.norm();
 }
 

@@ -20,7 +20,8 @@ struct SurfacePoint {
 /// Embree finds the triangles in question, distances are computed in double precision. At an edge
 /// or a vertex the normal is the faces' mean weighted by angle, which gives the right sign
 /// everywhere [Baerentzen and Aanaes, IEEE TVCG 11(3), 2005].
-/// Queries may run in several threads at once; the same mesh and point give the same answer.
+/// Queries may run in several threads at once; the same mesh and point give the same answer. All,
+/// and making it, throw StopRequested after a stop signal: what asks often takes long.
 class MeshDistance {
  public:
   /// Pre: closed, as make_closed() leaves it. The mesh is copied.
@@ -32,7 +33,8 @@ class MeshDistance {
   /// Pre: point_m is finite.
   [[nodiscard]] SurfacePoint closest(const Eigen::Vector3d& point_m) const;
 
-  /// Distance to the surface, m, negative inside the solid. Pre: point_m is finite.
+  /// Distance to the surface, m, negative inside the solid, never outside of the mesh's box. Pre:
+  /// point_m is finite.
   [[nodiscard]] double signed_distance_m(const Eigen::Vector3d& point_m) const;
 
   /// The triangles within reach_m of a point, ascending, and some that are a little farther.

@@ -11,9 +11,10 @@
 #include <unordered_map>
 #include <vector>
 
+#include "shared/realtime/stop_signal.hpp"
 #include "sim_server/mesh/mesh_crossings.hpp"
-#include "sim_server/mesh/mesh_distance.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
+#include "sim_server/mesh/mesh_pieces.hpp"
 
 namespace stillgrid {
 namespace {
@@ -105,20 +106,31 @@ int weld(TriangleMesh& mesh) {
   const double reach_m = kWeldShare * diagonal_m(mesh);
   const double reach_squared_m2 = reach_m * reach_m;
   const Eigen::Vector3d low = mesh.vertices_m.front();
-  using Cell = std::array<std::int64_t, 3>;
-  // Cells of many reaches keep the numbers small; neighbours are looked up all the same.
-  const double cell_m = std::max(reach_m, 1e-300);
-  std::map<Cell, std::vector<int>> cells;
+  // Of cells two reaches wide only the own and the nearer neighbour along each axis matter; the box
+  // is 500,000 of them across at most, so that a cell's three numbers fit in one.
+  const double cell_m = std::max(2.0 * reach_m, 1e-300);
+  constexpr std::int64_t kAcross = 1 << 21;
+  std::unordered_map<std::int64_t, std::vector<int>> cells;
   std::vector<int> kept(mesh.vertices_m.size());
   int welded = 0;
   for (std::size_t i = 0; i < kept.size(); ++i) {
-    const Eigen::Array3d place = ((mesh.vertices_m[i] - low) / cell_m).array().floor();
-    const Cell cell = {static_cast<std::int64_t>(place[0]), static_cast<std::int64_t>(place[1]),
-                       static_cast<std::int64_t>(place[2])};
+    throw_if_stopped();
+    std::int64_t own[3], nearer[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      const double place = (mesh.vertices_m[i][axis] - low[axis]) / cell_m,
+                   cell = std::floor(place);
+      own[axis] = static_cast<std::int64_t>(cell);
+      nearer[axis] = own[axis] + (place - cell < 0.5 ? -1 : 1);
+    }
+    const auto key = [&](int n) {
+      std::int64_t number = 0;
+      for (int axis = 0; axis < 3; ++axis)
+        number = number * kAcross + ((n >> axis & 1) != 0 ? nearer : own)[axis] + kAcross / 2;
+      return number;
+    };
     kept[i] = static_cast<int>(i);
-    for (int n = 0; n < 27 && kept[i] == static_cast<int>(i); ++n) {
-      const auto found =
-          cells.find({cell[0] + n % 3 - 1, cell[1] + n / 3 % 3 - 1, cell[2] + n / 9 - 1});
+    for (int n = 0; n < 8 && kept[i] == static_cast<int>(i); ++n) {
+      const auto found = cells.find(key(n));
       if (found == cells.end()) continue;
       for (const int other : found->second)
         if ((mesh.vertices_m[index(other)] - mesh.vertices_m[i]).squaredNorm() <=
@@ -128,7 +140,7 @@ int weld(TriangleMesh& mesh) {
           break;
         }
     }
-    if (kept[i] == static_cast<int>(i)) cells[cell].push_back(kept[i]);
+    if (kept[i] == static_cast<int>(i)) cells[key(0)].push_back(kept[i]);
   }
   for (Eigen::Vector3i& triangle : mesh.triangles)
     for (int& vertex : triangle) vertex = kept[index(vertex)];
@@ -145,6 +157,7 @@ int drop_degenerate(TriangleMesh& mesh) {
 int drop_doubled(TriangleMesh& mesh) {
   std::map<std::array<int, 3>, int> seen;
   return static_cast<int>(std::erase_if(mesh.triangles, [&](const Eigen::Vector3i& t) {
+    throw_if_stopped();
     std::array<int, 3> corners = {t[0], t[1], t[2]};
     std::sort(corners.begin(), corners.end());
     return seen[corners]++ > 0;
@@ -190,6 +203,7 @@ Pieces orient(TriangleMesh& mesh, const std::vector<HalfEdge>& edges, const std:
     std::vector<int> piece = {static_cast<int>(seed)};
     pieces.of_face[seed] = pieces.count;
     for (std::size_t i = 0; i < piece.size(); ++i) {
+      throw_if_stopped();
       const int face = piece[i];
       for (const auto& [other, agrees] : neighbours[index(face)]) {
         const char wanted =
@@ -238,6 +252,7 @@ int split_pinched(TriangleMesh& mesh, const std::vector<HalfEdge>& edges) {
   std::unordered_map<int, int> own;  // fan: its vertex
   TriangleMesh result = mesh;
   for (int c = 0; c < static_cast<int>(3 * mesh.triangles.size()); ++c) {
+    throw_if_stopped();
     const int vertex = mesh.triangles[index(c / 3)][c % 3], fan = fans.root(c);
     if (fan_of[index(vertex)] < 0) fan_of[index(vertex)] = fan;
     if (fan_of[index(vertex)] == fan) continue;
@@ -266,74 +281,6 @@ void drop_unused_vertices(TriangleMesh& mesh) {
   mesh.vertices_m = std::move(used);
 }
 
-/// The surface of one piece by itself.
-TriangleMesh piece_of(const TriangleMesh& mesh, const Pieces& pieces, int piece) {
-  TriangleMesh part{mesh.vertices_m, {}};
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
-    if (pieces.of_face[i] == piece) part.triangles.push_back(mesh.triangles[i]);
-  drop_unused_vertices(part);
-  return part;
-}
-
-double signed_volume_m3(const TriangleMesh& mesh) {
-  double six_volumes = 0.0;
-  const Eigen::Vector3d origin_m = mesh.vertices_m.front();
-  for (const Eigen::Vector3i& t : mesh.triangles)
-    six_volumes += (mesh.vertices_m[index(t[0])] - origin_m)
-                       .dot((mesh.vertices_m[index(t[1])] - origin_m)
-                                .cross(mesh.vertices_m[index(t[2])] - origin_m));
-  return six_volumes / 6.0;
-}
-
-/// Turns the pieces that are inside out. Returns how many.
-int turn_pieces(TriangleMesh& mesh, const Pieces& pieces, const std::string& name) {
-  struct Piece {
-    TriangleMesh mesh;
-    double volume_m3;
-  };
-  std::vector<Piece> parts;
-  for (int i = 0; i < pieces.count; ++i) {
-    TriangleMesh part = piece_of(mesh, pieces, i);
-    const double volume_m3 = signed_volume_m3(part), size_m = diagonal_m(part);
-    if (std::abs(volume_m3) < 1e-12 * size_m * size_m * size_m)
-      throw MeshError(name + ": piece " + std::to_string(i + 1) + " of " +
-                      std::to_string(pieces.count) + ", " + std::to_string(part.triangles.size()) +
-                      " faces: encloses no volume: expected a solid");
-    parts.push_back({std::move(part), volume_m3});
-  }
-  // Pieces do not cut one another, so one vertex tells whether a piece lies within another.
-  std::vector<std::vector<int>> holders(parts.size());
-  for (std::size_t outer = 0; parts.size() > 1 && outer < parts.size(); ++outer) {
-    TriangleMesh outward = parts[outer].mesh;
-    if (parts[outer].volume_m3 < 0.0)
-      for (Eigen::Vector3i& t : outward.triangles) std::swap(t[0], t[1]);
-    const MeshDistance distance(outward);
-    for (std::size_t inner = 0; inner < parts.size(); ++inner)
-      if (inner != outer && std::abs(parts[inner].volume_m3) < std::abs(parts[outer].volume_m3) &&
-          distance.signed_distance_m(parts[inner].mesh.vertices_m.front()) < 0.0)
-        holders[inner].push_back(static_cast<int>(outer));
-  }
-  std::vector<char> turn(parts.size(), 0);
-  int turned = 0, doubtful = 0;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    turn[i] = holders[i].empty() && parts[i].volume_m3 < 0.0;
-    for (const int holder : holders[i]) {
-      // A file that is wholly inside out has its cavities turned as well.
-      if (holders[index(holder)].empty()) turn[i] = parts[index(holder)].volume_m3 < 0.0;
-    }
-    turned += turn[i] ? 1 : 0;
-    const bool is_outward = (parts[i].volume_m3 > 0.0) != static_cast<bool>(turn[i]);
-    doubtful += is_outward != (holders[i].size() % 2 == 0) ? 1 : 0;
-  }
-  if (doubtful > 0)
-    throw MeshError(name + ": " + std::to_string(doubtful) + " of " + std::to_string(pieces.count) +
-                    " pieces lie within another and face the same way: expected a cavity that "
-                    "faces the other way, or no piece there");
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
-    if (turn[index(pieces.of_face[i])]) std::swap(mesh.triangles[i][0], mesh.triangles[i][1]);
-  return turned;
-}
-
 }  // namespace
 
 ClosedMesh make_closed(TriangleMesh mesh, std::string_view mesh_name) {
@@ -354,12 +301,12 @@ ClosedMesh make_closed(TriangleMesh mesh, std::string_view mesh_name) {
   edges = sorted_edges(mesh);
   const Pieces pieces = orient(mesh, edges, name);
   repair.turned_faces = pieces.turned;
-  const Crossings crossings = count_crossings(mesh, pieces.of_face);
+  const Crossings crossings = count_crossings(mesh, pieces.of_face, name);
   if (crossings.between_pieces > 0)
     throw MeshError(name + ": its " + std::to_string(pieces.count) +
                     " pieces cut one another: " + std::to_string(crossings.between_pieces) +
                     " edges pierce a face of another piece: expected pieces that keep apart");
-  repair.turned_components = turn_pieces(mesh, pieces, name);
+  repair.turned_components = turn_pieces(mesh, pieces.of_face, pieces.count, name);
   drop_unused_vertices(mesh);
   return {std::move(mesh), repair, pieces.count, crossings.within_pieces};
 }

@@ -40,6 +40,8 @@ TriangleMesh read_closed(TableReader& table) {
   const double scale = table.number_or("scale", Bound::kPositive, 1.0);
   try {
     return make_closed(load_mesh(path, scale), path.string()).mesh;
+  } catch (const StopRequested&) {
+    throw;
   } catch (const std::exception& error) {
     table.refuse("file", std::string("a mesh that bounds a solid; ") + error.what());
   }
@@ -64,6 +66,8 @@ std::vector<Ball> decomposed(TableReader& spheres, const TriangleMesh& mesh,
     const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
     notes.push_back(note_of(body, result, time.count()));
     return result.balls;
+  } catch (const StopRequested&) {
+    throw;
   } catch (const std::exception& error) {
     spheres.refuse(kTolerance, std::string("one that spheres can hold; ") + error.what());
   }
@@ -75,6 +79,8 @@ std::vector<Ball> from_file(TableReader& spheres, const TriangleMesh& mesh) {
   std::vector<Ball> balls;
   try {
     balls = read_spheres(path);
+  } catch (const StopRequested&) {
+    throw;
   } catch (const std::exception& error) {
     spheres.refuse(kFile, std::string("a file of sphere_decompose; ") + error.what());
   }
@@ -131,6 +137,8 @@ double read_stiffness_scale(TableReader& table, const TriangleMesh& mesh,
   try {
     return stiffness_scale(balls, sample_surface(mesh, kSurfaceSamples), tool_radius_m,
                            press_depth_m);
+  } catch (const StopRequested&) {
+    throw;
   } catch (const std::exception& error) {
     normalise.refuse("press_depth_m", std::string("a depth with a force; ") + error.what());
   }

@@ -50,6 +50,7 @@ struct SpherePacking {
 /// One [[body]] of a scene file. Which geometry fields count depends on the kind.
 struct BodyDescription {
   std::string name;
+  unsigned line = 0;  // of the scene file, where it begins
   BodyKind kind = BodyKind::kSphere;
   Motion motion = Motion::kFree;
   PrescribedMotion prescribed;

@@ -8,12 +8,14 @@
 #include <sstream>
 #include <string>
 #include <string_view>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
 #include "proto/segment_header.hpp"
 #include "sim_server/scene/body_reader.hpp"
 #include "sim_server/scene/refusal.hpp"
+#include "sim_server/scene/toml_depth.hpp"
 #include "sim_server/scene/toml_reader.hpp"
 
 namespace stillgrid {
@@ -21,7 +23,7 @@ namespace {
 
 constexpr int kFormat = 1;
 constexpr std::size_t kMostMaterials = 64;
-constexpr std::ptrdiff_t kMostPlanes = 64;
+constexpr std::size_t kMostPlanes = 64;
 constexpr double kShortestPeriod_s = 1e-5, kLongestPeriod_s = 100.0;
 constexpr int kMostSubsteps = 10000;
 constexpr std::size_t kMostToolSpheres = 16;
@@ -46,6 +48,9 @@ std::string line_of(const std::string& text, toml::source_index line) {
 }
 
 toml::table parse_text(const std::string& text, const std::string& file) {
+  if (const auto deep = find_deep_place(text))
+    throw scene_error(file, {deep->line, deep->column}, "syntax", line_of(text, deep->line),
+                      deep->expected);
   try {
     return toml::parse(std::string_view(text));
   } catch (const toml::parse_error& error) {
@@ -155,32 +160,36 @@ MaterialDescription read_material(TableReader& table) {
   return material;
 }
 
-template <typename Named>
-void add_named(TableReader& table, Named item, std::vector<Named>& items) {
-  const auto has_same_name = [&item](const Named& other) { return other.name == item.name; };
-  if (std::any_of(items.begin(), items.end(), has_same_name)) {
-    table.refuse("name", "a name that nothing else of its sort has");
-  }
-  items.push_back(std::move(item));
+/// Notes a name, which nothing else of its sort may have.
+void take_name(TableReader& table, const std::string& name,
+               std::unordered_set<std::string>& names) {
+  if (!names.insert(name).second) table.refuse("name", "a name that nothing else of its sort has");
 }
 
-void read_contents(TableReader& document, SceneDescription& scene) {
+void read_materials(TableReader& document, SceneDescription& scene) {
+  std::unordered_set<std::string> names;
   for (TableReader& table : document.tables("material")) {
     if (scene.materials.size() == kMostMaterials) {
       table.refuse("name", "at most " + std::to_string(kMostMaterials) + " materials");
     }
-    add_named(table, read_material(table), scene.materials);
+    scene.materials.push_back(read_material(table));
+    take_name(table, scene.materials.back().name, names);
   }
+}
+
+void read_bodies(TableReader& document, SceneDescription& scene) {
+  std::unordered_set<std::string> names;
+  std::size_t planes = 0, scaled = 0;
   for (TableReader& table : document.tables("body")) {
-    add_named(table, read_body(table, scene.materials, scene.notes), scene.bodies);
-    const auto is_plane = [](const BodyDescription& body) { return body.kind == BodyKind::kPlane; };
-    if (std::count_if(scene.bodies.begin(), scene.bodies.end(), is_plane) > kMostPlanes) {
+    const BodyDescription& body =
+        scene.bodies.emplace_back(read_body(table, scene.materials, scene.notes));
+    take_name(table, body.name, names);
+    planes += body.kind == BodyKind::kPlane ? 1 : 0;
+    if (planes > kMostPlanes) {
       table.refuse("kind", "at most " + std::to_string(kMostPlanes) + " planes");
     }
     // A body whose stiffness is its own is published with a material of its own.
-    const auto is_scaled = [](const BodyDescription& body) { return body.stiffness_scale != 1.0; };
-    const auto scaled = static_cast<std::size_t>(
-        std::count_if(scene.bodies.begin(), scene.bodies.end(), is_scaled));
+    scaled += body.stiffness_scale != 1.0 ? 1 : 0;
     if (scene.materials.size() + scaled > kMostMaterials)
       table.refuse(table.has("normalise") ? "normalise" : "stiffness_scale",
                    "at most " + std::to_string(kMostMaterials) +
@@ -204,7 +213,8 @@ SceneDescription read_scene(const std::string& text, const std::filesystem::path
   read_grid(document.table("grid"), scene);
   read_tool(document.table("tool"), scene);
   read_device(document.table("device"), scene);
-  read_contents(document, scene);
+  read_materials(document, scene);
+  read_bodies(document, scene);
   document.finish();
   return scene;
 }

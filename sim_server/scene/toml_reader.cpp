@@ -205,6 +205,9 @@ const toml::array& TableReader::require_array(std::string_view key, std::string_
 
 double TableReader::number_at(std::string_view key, const toml::node& node, Bound bound) const {
   if (!node.is_number()) refuse_type(key, node, numbers_within(bound));
+  // Digits of another base are a slip where something is measured.
+  if (node.is_integer() && node.as_integer()->flags() != toml::value_flags::none)
+    refuse_at(key, node, std::string(numbers_within(bound)) + ", in decimal digits");
   const double value = node.value<double>().value_or(0.0);
   // Written so that NaN is refused.
   const bool is_within = value >= lowest_of(bound) && value <= kLargest;

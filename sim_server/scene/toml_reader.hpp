@@ -79,6 +79,9 @@ class TableReader {
   /// Throws at the value of the key, or at the table when the key is missing.
   [[noreturn]] void refuse(std::string_view key, std::string_view expected);
 
+  /// The line that the table begins at, from one.
+  [[nodiscard]] unsigned line() const noexcept { return where_.line; }
+
   /// Throws at a key that nobody asked for. Call it once everything was read.
   void finish() const;
 

@@ -79,7 +79,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--levels", arguments.levels,
                  "Levels of detail, written to FILE_1.csv (coarse) and on; default 1, to FILE.csv")
       ->needs(tolerance)
-      ->check(CLI::Range(1, 12));
+      ->check(integer_in(1, 12));
   app.add_flag(
       "--blobs", arguments.with_blobs,
       "Melt each level into blobs too, written to FILE_blobs.csv; their softness is in its "
@@ -173,6 +173,7 @@ int run(const Arguments& arguments) {
   nlohmann::json json = {{"mesh", mesh_fields(read, closed)},
                          {"levels", nlohmann::json::array()},
                          {"time_s", time.count()}};
+  int status = kDone;
   json["mesh"]["file"] = arguments.mesh.string();
   json["mesh"]["scale"] = arguments.scale;
   add_fineness(arguments, json);
@@ -182,6 +183,13 @@ int run(const Arguments& arguments) {
     std::printf("%s: %zu spheres; mesh within %.3g m of them, they within %.3g m of it\n",
                 file.string().c_str(), levels[i].balls.size(), levels[i].mesh_to_union_m,
                 levels[i].union_to_mesh_m);
+    if (arguments.tolerance_m > 0.0 && !levels[i].is_reached()) {
+      std::fprintf(stderr,
+                   "sphere_decompose: warning: %s: the tolerance of %.3g m was not reached, "
+                   "%.3g m was; a coarser one may be, or a mesh that does not cut itself\n",
+                   file.string().c_str(), levels[i].tolerance_m, levels[i].hausdorff_m);
+      status = kToleranceNotReached;
+    }
     nlohmann::json level = level_fields(levels[i], press);
     level["file"] = file.string();
     if (arguments.with_blobs)
@@ -189,7 +197,7 @@ int run(const Arguments& arguments) {
     json["levels"].push_back(std::move(level));
   }
   if (!arguments.report.empty()) write_json(arguments.report, json);
-  return kDone;
+  return status;
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "shared/realtime/stop_signal.hpp"
 #include "sim_server/mesh/mass_properties.hpp"
 #include "sim_server/spheres/decomposition_candidates.hpp"
 #include "sim_server/spheres/decomposition_cover.hpp"
@@ -22,13 +23,16 @@ constexpr double kCovered = 0.96;    // what covers must hold to; the rest is fo
 constexpr double kInside = 0.02;     // what lies deep is covered by so much
 constexpr double kSlack = 0.1;       // of a medial ball
 constexpr double kSpacing = 0.15;    // of the patches that are looked at between rounds
+constexpr double kSmall = 0.5;       // of a ball where the inside is in doubt
 constexpr double kPrecision = 0.02;  // of the final bounds
 
 constexpr std::size_t kMostCandidates = 8000, kMostPlaces = 12'000, kLeastSamples = 3000,
                       kMostSamples = 40'000;
 constexpr double kMostHeld = 1e7;  // pairs of a candidate and a sample
 constexpr std::uint64_t kFirstVisits = 60'000'000, kMoreVisits = 15'000'000;  // of a search
-constexpr int kSearchedRounds = 16, kMostRounds = 100;
+constexpr int kSearchedRounds = 16, kMostRounds = 60;
+// Comparisons, about; some ten to the nine take a second.
+constexpr std::uint64_t kMostWork = 30'000'000'000, kWorkOfPatch = 1000;
 
 /// A point that a ball must come to within reach_m of, and a ball inside the solid that does.
 struct Demand {
@@ -68,6 +72,7 @@ class Covering {
     for (std::size_t i = 0; i < before; ++i) {
       const Ball ball = balls_[i];
       double radius_m = ball.radius_m;
+      work_ += points_m.size();
       for (const Eigen::Vector3d& point_m : points_m)
         radius_m = std::min(radius_m, (point_m - ball.centre_m).norm());
       radius_m = std::max(radius_m, inscribed_m_[i]);
@@ -86,9 +91,14 @@ class Covering {
   }
 
   void solve(std::uint64_t visits) {
+    work_ += visits;
     cover_.cover_greedily();
     cover_.improve(visits);
   }
+
+  /// Comparisons so far bound the time, on no clock; once they are spent no demand is taken.
+  void spend(std::uint64_t comparisons) { work_ += comparisons; }
+  [[nodiscard]] bool is_spent() const { return work_ >= kMostWork; }
 
   [[nodiscard]] std::vector<Ball> balls() const {
     std::vector<Ball> chosen;
@@ -101,13 +111,19 @@ class Covering {
     const double reach_m = std::max(0.0, ball.radius_m + demand.reach_m);
     return (ball.centre_m - demand.point_m).squaredNorm() <= reach_m * reach_m;
   }
-  /// A ball inside the solid that meets the demand.
+  /// A ball that meets the demand: one inside the solid or, where a mesh cuts itself and its inside
+  /// is in doubt, a small one about the surface; of no radius where neither does.
   [[nodiscard]] Ball own_ball(const Demand& demand) const {
-    if (!demand.normal.isZero(0.0))
-      return medial_ball(solid_, demand.sample_m, demand.normal, kSlack * tolerance_m_);
-    return {demand.point_m, -solid_.distance.signed_distance_m(demand.point_m)};
+    if (demand.normal.isZero(0.0))
+      return {demand.point_m, -solid_.distance.signed_distance_m(demand.point_m)};
+    const Ball inside = medial_ball(solid_, demand.sample_m, demand.normal, kSlack * tolerance_m_);
+    if (inside.radius_m > 0.0 && holds(inside, demand)) return inside;
+    return {demand.point_m, kSmall * tolerance_m_};
   }
   void add_ball(const Ball& ball, double inscribed_m) {
+    work_ += demands_.size();
+    if (!(ball.radius_m > 0.0)) return;  // a place outside the solid has no ball
+    throw_if_stopped();
     std::vector<std::uint32_t> held;
     for (std::size_t i = 0; i < demands_.size(); ++i)
       if (holds(ball, demands_[i])) held.push_back(static_cast<std::uint32_t>(i));
@@ -116,7 +132,9 @@ class Covering {
     inscribed_m_.push_back(inscribed_m);
   }
   void add_demand(const Demand& demand) {
+    if (is_spent()) return;
     const auto sets = [&] {
+      work_ += balls_.size();
       std::vector<std::uint32_t> found;
       for (std::size_t i = 0; i < balls_.size(); ++i)
         if (holds(balls_[i], demand)) found.push_back(static_cast<std::uint32_t>(i));
@@ -136,6 +154,7 @@ class Covering {
   std::vector<double> inscribed_m_;  // a ball's radius before it grew
   std::vector<Demand> demands_;
   SetCover cover_;
+  std::uint64_t work_ = 0;
 };
 
 void check_tolerance(double tolerance_m, double size_m) {
@@ -215,7 +234,7 @@ Decomposition decompose(const TriangleMesh& closed, double tolerance_m,
   Covering covering = first_demands(solid, tolerance_m);
   Decomposition best;
   double spacing_m = kSpacing * tolerance_m;
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMostRounds && !covering.is_spent(); ++round) {
     const bool is_searched = round < kSearchedRounds;
     if (!is_searched && !best.balls.empty()) return best;
     tell("fewest spheres", is_searched ? static_cast<double>(round) / kSearchedRounds : 1.0);
@@ -223,9 +242,11 @@ Decomposition decompose(const TriangleMesh& closed, double tolerance_m,
     const std::vector<Ball> balls = covering.balls();
     if (!best.balls.empty() && balls.size() >= best.balls.size()) return best;
     const TooFar far = find_too_far(solid, balls, (1.0 - kPrecision) * tolerance_m, spacing_m);
+    covering.spend(kWorkOfPatch * far.patches);
     if (far.none()) {
       Decomposition result = with_error(solid, balls, kPrecision * tolerance_m);
-      if (result.hausdorff_m <= tolerance_m) best = std::move(result);
+      result.tolerance_m = tolerance_m;
+      if (result.is_reached()) best = std::move(result);
       if (best.balls.empty()) spacing_m *= 0.5;
     }
     covering.keep_clear(far.filled_m);
@@ -235,7 +256,11 @@ Decomposition decompose(const TriangleMesh& closed, double tolerance_m,
       covering.demand_inside(far.hollows_m[i]);
   }
   if (!best.balls.empty()) return best;
-  throw std::runtime_error("decomposition: the tolerance was not reached: expected a coarser one");
+  tell("error", 1.0);
+  covering.solve(0);
+  Decomposition result = with_error(solid, covering.balls(), kPrecision * tolerance_m);
+  result.tolerance_m = tolerance_m;
+  return result;
 }
 
 }  // namespace stillgrid

@@ -5,6 +5,8 @@
 #include <queue>
 #include <utility>
 
+#include "shared/realtime/stop_signal.hpp"
+
 namespace stillgrid {
 namespace {
 
@@ -142,6 +144,7 @@ void SetCover::cover_greedily() {
   for (std::uint32_t set = 0; set < sets(); ++set)
     if (!is_chosen_[set] && !is_forbidden_[set]) gains.emplace(gain(set), key(set));
   while (!uncovered_.empty()) {
+    throw_if_stopped();
     assert(!gains.empty());
     const auto [known, code] = gains.top();
     gains.pop();
@@ -180,6 +183,7 @@ void SetCover::improve(std::uint64_t most_visits) {
   std::uint32_t last = kNowhere;
   visits_ = 0;
   while (visits_ < most_visits && chosen_.size() > 1) {
+    throw_if_stopped();
     ++step_;
     visits_ += 2 * chosen_.size();
     if (uncovered_.empty()) {

@@ -4,9 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <queue>
 #include <utility>
+
+#include "shared/realtime/stop_signal.hpp"
+#include "sim_server/mesh/mesh_crossings.hpp"
+#include "sim_server/spheres/ball_tree.hpp"
 
 namespace stillgrid {
 namespace {
@@ -16,7 +21,7 @@ using Corners = std::array<Eigen::Vector3d, 3>;
 /// A part of a triangle or of a sphere, and the balls that matter to it.
 struct Patch {
   Corners corners;                   // of a sphere's: unit directions
-  std::vector<std::size_t> near;     // balls, ascending
+  std::vector<std::uint32_t> near;   // balls, ascending
   std::size_t owner = 0;             // triangle or ball
   double low_m = 0.0, high_m = 0.0;  // bounds of its largest distance
   double radius_m = 0.0;
@@ -67,7 +72,7 @@ double way_pushed_m(const Patch& patch, std::span<const Ball> balls, Eigen::Vect
   for (int push = 0; push < kMostPushes; ++push) {
     double deepest_m = 0.0;
     std::size_t ball = balls.size();
-    for (const std::size_t i : patch.near) {
+    for (const std::uint32_t i : patch.near) {
       const double depth_m = balls[i].radius_m - (point_m - balls[i].centre_m).norm();
       if (depth_m <= deepest_m) continue;
       deepest_m = depth_m;
@@ -145,7 +150,7 @@ bool bound_on_union(const MeshSolid& solid, std::span<const Ball> balls, double 
         std::max(patch.radius_m, ball.radius_m * (corner.normalized() - middle).norm());
   bool is_buried = false, is_exposed = true;
   std::size_t kept = 0;
-  for (const std::size_t i : patch.near) {
+  for (const std::uint32_t i : patch.near) {
     const double gap_m = (patch.centre_m - balls[i].centre_m).norm() - balls[i].radius_m;
     is_buried = is_buried || gap_m < -patch.radius_m;
     is_exposed = is_exposed && gap_m >= 0.0;
@@ -154,9 +159,10 @@ bool bound_on_union(const MeshSolid& solid, std::span<const Ball> balls, double 
   patch.near.resize(kept);
   if (is_buried) return false;
   const double signed_m = solid.distance.signed_distance_m(patch.centre_m);
-  // Outside the solid no point of a ball is farther than it sticks out.
-  patch.high_m =
-      std::max(std::min(signed_m + patch.radius_m, sticks_out_m), patch.radius_m - signed_m);
+  // Outside the solid no point of a ball is farther than it sticks out, if one knows the outside.
+  patch.high_m = solid.cuts_itself ? std::abs(signed_m) + patch.radius_m
+                                   : std::max(std::min(signed_m + patch.radius_m, sticks_out_m),
+                                              patch.radius_m - signed_m);
   patch.low_m = is_exposed ? std::abs(signed_m) : 0.0;
   return true;
 }
@@ -170,11 +176,10 @@ struct MeshSide {
   const MeshSolid& solid;
   std::span<const Ball> balls;
   double reach_m;  // how far a ball may stick out, about
+  BallTree tree{balls};
 
   template <typename Take>
   void for_each_root(Take&& take) const {
-    std::vector<std::size_t> all(balls.size());
-    for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
     for (std::size_t t = 0; t < solid.mesh.triangles.size(); ++t) {
       Patch patch;
       for (std::size_t k = 0; k < 3; ++k)
@@ -182,13 +187,27 @@ struct MeshSide {
             solid.mesh
                 .vertices_m[static_cast<std::size_t>(solid.mesh.triangles[t][static_cast<int>(k)])];
       patch.owner = t;
-      patch.near = all;
+      patch.near = balls_that_matter(patch.corners);
       if (bound(patch)) take(std::move(patch));
     }
   }
   bool bound(Patch& patch) const {
     bound_on_mesh(solid.size_m, balls, reach_m, patch);
     return true;
+  }
+
+ private:
+  /// All that bound_on_mesh() keeps: no corner is farther outside the nearest ball than the middle
+  /// and the way there.
+  [[nodiscard]] std::vector<std::uint32_t> balls_that_matter(const Corners& c) const {
+    const Eigen::Vector3d centre_m = (c[0] + c[1] + c[2]) / 3.0;
+    double radius_m = 0.0;
+    for (const Eigen::Vector3d& corner : c)
+      radius_m = std::max(radius_m, (corner - centre_m).norm());
+    const double outside_m = tree.least_gap_m(centre_m) + radius_m;
+    constexpr double kRounding = 1.0 + 1e-9;
+    return tree.balls_within(centre_m,
+                             kRounding * (std::max(outside_m, kReaches * reach_m) + radius_m));
   }
 };
 
@@ -197,36 +216,21 @@ struct UnionSide {
   std::span<const Ball> balls;
   std::vector<double> out_m;  // each ball sticks out
 
-  double widest_m = 0.0;                                  // of all radii
-  std::vector<std::pair<double, std::size_t>> along_x_m;  // each ball's centre, ascending
+  BallTree tree;
 
-  UnionSide(const MeshSolid& of, std::span<const Ball> with) : solid(of), balls(with) {
-    for (std::size_t i = 0; i < balls.size(); ++i) {
-      out_m.push_back(sticks_out_m(solid, balls[i]));
-      widest_m = std::max(widest_m, balls[i].radius_m);
-      along_x_m.emplace_back(balls[i].centre_m.x(), i);
-    }
-    std::sort(along_x_m.begin(), along_x_m.end());
+  UnionSide(const MeshSolid& of, std::span<const Ball> with) : solid(of), balls(with), tree(with) {
+    for (const Ball& ball : balls) out_m.push_back(sticks_out_m(solid, ball));
   }
   /// Ascending.
-  [[nodiscard]] std::vector<std::size_t> balls_that_meet(std::size_t i) const {
-    std::vector<std::size_t> near;
-    const double x_m = balls[i].centre_m.x(), reach_m = balls[i].radius_m + widest_m;
-    for (auto at = std::lower_bound(along_x_m.begin(), along_x_m.end(),
-                                    std::pair(x_m - reach_m, std::size_t{0}));
-         at != along_x_m.end() && at->first <= x_m + reach_m; ++at) {
-      const Ball& other = balls[at->second];
-      if (at->second != i &&
-          (balls[i].centre_m - other.centre_m).norm() < balls[i].radius_m + other.radius_m)
-        near.push_back(at->second);
-    }
-    std::sort(near.begin(), near.end());
+  [[nodiscard]] std::vector<std::uint32_t> balls_that_meet(std::size_t i) const {
+    auto near = tree.balls_within(balls[i].centre_m, balls[i].radius_m);
+    std::erase(near, static_cast<std::uint32_t>(i));
     return near;
   }
   template <typename Take>
   void for_each_root(Take&& take) const {
     for (std::size_t i = 0; i < balls.size(); ++i) {
-      const std::vector<std::size_t> near = balls_that_meet(i);
+      const std::vector<std::uint32_t> near = balls_that_meet(i);
       for (int octant = 0; octant < 8; ++octant) {
         Patch patch;
         for (int k = 0; k < 3; ++k)
@@ -243,6 +247,7 @@ struct UnionSide {
 
 template <typename Side, typename Take>
 void split(const Side& side, const Patch& patch, Take&& take) {
+  throw_if_stopped();
   for (const Corners& corners : quarters(patch.corners)) {
     Patch part;
     part.corners = corners;
@@ -255,6 +260,10 @@ void split(const Side& side, const Patch& patch, Take&& take) {
   }
 }
 
+/// Patches cut for one distance, and more for each triangle or ball, and kept at a time: what is
+/// left then is bounded less tightly.
+constexpr std::size_t kMostSplits = 4'000'000, kMostSplitsOfEach = 2'000, kMostPatches = 2'000'000;
+
 /// The largest distance on one side, from above.
 template <typename Side>
 double largest_m(const Side& side, double precision_m) {
@@ -266,11 +275,14 @@ double largest_m(const Side& side, double precision_m) {
   };
   side.for_each_root(keep);
   double given_up_m = 0.0;
+  std::size_t splits = 0;
+  const std::size_t most_splits = kMostSplits + kMostSplitsOfEach * side.balls.size();
   while (!patches.empty() && patches.top().high_m > std::max(found_m + precision_m, given_up_m)) {
     const Patch patch = patches.top();
     patches.pop();
     // A filled crevice has no distance found: its way out is a bound that cutting does not better.
-    if (patch.radius_m < 0.1 * precision_m)
+    if (patch.radius_m < 0.1 * precision_m || ++splits > most_splits ||
+        patches.size() > kMostPatches)
       given_up_m = std::max(given_up_m, patch.high_m);
     else
       split(side, patch, keep);
@@ -278,24 +290,34 @@ double largest_m(const Side& side, double precision_m) {
   return std::max(found_m + precision_m, given_up_m);
 }
 
-/// Calls visit on the patches of about spacing_m that are farther than limit_m.
+/// Most places that are looked for at once; where there are more, others are found once these are
+/// mended.
+constexpr std::size_t kMostPlaces = 200'000;
+
+/// Calls visit on the patches of about spacing_m that are farther than limit_m; it tells whether it
+/// kept a place. Returns how many patches were looked at.
 template <typename Side, typename Visit>
-void visit_farther(const Side& side, double limit_m, double spacing_m, Visit&& visit) {
+std::size_t visit_farther(const Side& side, double limit_m, double spacing_m, Visit&& visit) {
   std::vector<Patch> stack;
+  std::size_t places = 0, patches = 0;
   const auto keep = [&](Patch&& patch) {
     if (patch.high_m > limit_m) stack.push_back(std::move(patch));
   };
   side.for_each_root([&](Patch&& root) {
-    keep(std::move(root));
-    while (!stack.empty()) {
+    if (places < kMostPlaces) keep(std::move(root));
+    while (!stack.empty() && places < kMostPlaces) {
       const Patch patch = std::move(stack.back());
       stack.pop_back();
-      if (patch.radius_m <= spacing_m)
-        visit(patch);
-      else
+      ++patches;
+      if (patch.radius_m <= spacing_m) {
+        places += visit(patch) ? 1U : 0U;
+      } else {
         split(side, patch, keep);
+      }
     }
+    stack.clear();
   });
+  return patches;
 }
 
 }  // namespace
@@ -307,12 +329,15 @@ MeshSolid::MeshSolid(const TriangleMesh& closed) : mesh(closed), distance(closed
     high = high.cwiseMax(vertex);
   }
   size_m = (high - low).norm();
+  const std::vector<int> one_piece(mesh.triangles.size(), 0);
+  cuts_itself = count_crossings(mesh, one_piece, "mesh").within_pieces > 0;
 }
 
 TooFar find_too_far(const MeshSolid& solid, std::span<const Ball> balls, double limit_m,
                     double spacing_m) {
   TooFar far;
-  visit_farther(MeshSide{solid, balls, limit_m}, limit_m, spacing_m, [&](const Patch& patch) {
+  const MeshSide of_mesh{solid, balls, limit_m};
+  far.patches += visit_farther(of_mesh, limit_m, spacing_m, [&](const Patch& patch) {
     if (patch.is_filled) {
       far.filled_m.push_back(patch.centre_m);
     } else if (patch.low_m > limit_m) {
@@ -320,11 +345,16 @@ TooFar find_too_far(const MeshSolid& solid, std::span<const Ball> balls, double 
       far.uncovered.normals.push_back((patch.corners[1] - patch.corners[0])
                                           .cross(patch.corners[2] - patch.corners[0])
                                           .normalized());
+    } else {
+      return false;
     }
+    return true;
   });
-  visit_farther(UnionSide(solid, balls), limit_m, spacing_m, [&](const Patch& patch) {
-    if (patch.low_m <= limit_m - patch.radius_m) return;
+  const UnionSide of_union(solid, balls);
+  far.patches += visit_farther(of_union, limit_m, spacing_m, [&](const Patch& patch) {
+    if (patch.low_m <= limit_m - patch.radius_m) return false;
     far.hollows_m.push_back(patch.centre_m);
+    return true;
   });
   return far;
 }

@@ -15,7 +15,8 @@ namespace stillgrid {
 struct MeshSolid {
   TriangleMesh mesh;
   MeshDistance distance;
-  double size_m = 0.0;  // diagonal of the box
+  double size_m = 0.0;       // diagonal of the box
+  bool cuts_itself = false;  // then its normals may take outside for inside
 
   /// Pre: closed, as make_closed() leaves it.
   explicit MeshSolid(const TriangleMesh& closed);
@@ -26,18 +27,20 @@ struct TooFar {
   SurfaceSamples uncovered;                // on the mesh, outside all balls
   std::vector<Eigen::Vector3d> filled_m;   // on the mesh, in crevices that balls fill
   std::vector<Eigen::Vector3d> hollows_m;  // on the union's surface, deep inside the solid
+  std::size_t patches = 0;                 // that were looked at
   [[nodiscard]] bool none() const {
     return uncovered.points_m.empty() && filled_m.empty() && hollows_m.empty();
   }
 };
 
 /// Looks for such places, patch by patch; a patch is given up below spacing_m. Places that are
-/// missed are no farther than limit_m + spacing_m.
+/// missed are no farther than limit_m + spacing_m, unless 200,000 were found before.
 [[nodiscard]] TooFar find_too_far(const MeshSolid& solid, std::span<const Ball> balls,
                                   double limit_m, double spacing_m);
 
 /// The decomposition that these balls are, with upper bounds of its two distances that exceed them
-/// by at most precision_m, but at narrow crevices that balls fill, where the first is larger.
+/// by at most precision_m, but at narrow crevices that balls fill, where the first is larger, and
+/// where millions of patches do not suffice.
 ///
 /// Triangles and spheres are cut into patches, the worst first, until the bound is that near to a
 /// distance found. On the mesh, outside the union: a distance from a ball is convex, so largest at

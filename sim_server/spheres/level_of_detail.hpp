@@ -7,7 +7,8 @@
 namespace stillgrid {
 
 /// Decompositions of the same solid from coarse to fine, each with its error; the last holds
-/// finest_tolerance_m, each before it `factor` times the tolerance of the next.
+/// finest_tolerance_m, each before it `factor` times the tolerance of the next, as far as
+/// decompose() reaches them; each tells its tolerance_m.
 ///
 /// Levels that need no fewer spheres than the next finer one are left out, so there may be fewer
 /// than `levels`. Throws as decompose().

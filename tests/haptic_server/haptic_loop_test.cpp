@@ -164,7 +164,7 @@ TEST_CASE("Passivity control leaves a wall alone whose damper takes more than it
 TEST_CASE("The limits of force hold for the control's damping too", "[haptic_loop]") {
   const LoopRun run = run_loop(wall_scene(5000.0F), pushed_phantom(), 2000, 1e6);
   REQUIRE(damped_ticks(run) > 0);
-  CHECK(run.report.force_max_N == Approx(40.0));
+  CHECK(run.report.force_max_N <= 40.0 * (1.0 + 1e-12));
   CHECK(run.report.flags[9] > 0);  // clamped
 }
 

@@ -20,7 +20,7 @@ TABLE = chart_table.read()
 
 def run_charts(*arguments, **environment):
     return subprocess.run([daemons.ROOT / "scripts/charts", *map(str, arguments)], capture_output=True,
-                          text=True, timeout=100, check=False,
+                          text=True, timeout=100 * daemons.PATIENCE, check=False,
                           env={**os.environ, **{name: str(value) for name, value in environment.items()}})
 
 

@@ -34,7 +34,7 @@ class SourceTreeTest(unittest.TestCase):
 
     def run_script(self, name):
         return subprocess.run([SCRIPTS / name, self.root], capture_output=True, text=True,
-                              timeout=30, check=False)
+                              timeout=30 * daemons.PATIENCE, check=False)
 
 
 class CheckLayersTest(SourceTreeTest):

@@ -5,6 +5,7 @@ With --charts FOLDER it writes faults.csv, the table, and fault_traces.csv, the 
 import argparse
 import concurrent.futures
 import pathlib
+import signal
 import sys
 import unittest
 
@@ -40,8 +41,13 @@ def row_of(outcome):
             "zero_ms": number(measured.zero_ms, 1),
             "limit_ms": number(fault.zero_ms, 0),
             "full_again_ms": number(measured.recovered_ms, 0),
-            "in_the_end": f"exit {fault.status}" if fault.after_N is None
-                          else f"{fault.after_N:g} N"}
+            "in_the_end": end_of(fault)}
+
+
+def end_of(fault):
+    if fault.after_N is not None:
+        return f"{fault.after_N:g} N"
+    return f"exit {fault.status}" if fault.status >= 0 else signal.Signals(-fault.status).name
 
 
 def trace_of(outcome):

@@ -36,7 +36,7 @@ class FitRunTest(daemons.SessionTest):
         self.reference = self.folder / "ref.csv"
 
     def run_program(self, *arguments):
-        return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=60)
+        return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=60 * daemons.PATIENCE)
 
     def results(self, *arguments):
         """The one line of a run that is done."""
@@ -96,7 +96,7 @@ class FitRunTest(daemons.SessionTest):
                 (PROGRAM, {"TMPDIR": self.folder / "none"}, "$TMPDIR"),
                 (alone, {"STILLGRID_DEVICE_PATH": ""}, "device: value 'replay'")]:
             with self.subTest(word):
-                done = subprocess.run([program, *arguments], capture_output=True, text=True, timeout=60,
+                done = subprocess.run([program, *arguments], capture_output=True, text=True, timeout=60 * daemons.PATIENCE,
                                       env={**os.environ, **environment})
                 self.assertEqual((done.returncode, done.stdout), (COULD_NOT_START, ""), done.stderr)
                 self.assertEqual(done.stderr.count("\n"), 1, done.stderr)

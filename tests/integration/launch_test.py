@@ -16,17 +16,18 @@ class LaunchTest(daemons.SessionTest):
                           "--session", self.session, *arguments)
 
     def daemons_of_session(self):
-        """Process numbers of the servers that run in this test's session."""
-        found = []
-        for folder in pathlib.Path("/proc").iterdir():
+        """Process numbers of the servers that run in this test's session, without their children."""
+        found, parents = [], {}
+        for folder in pathlib.Path("/proc").glob("[0-9]*"):
             try:
                 words = (folder / "cmdline").read_bytes().split(b"\0")
+                parents[int(folder.name)] = int((folder / "stat").read_text().rsplit(")", 1)[1].split()[1])
             except (NotADirectoryError, FileNotFoundError, ProcessLookupError):
                 continue
             is_server = words[0].endswith((b"/sim_server", b"/haptic_server", b"/scene_viewer"))
             if is_server and self.session.encode() in words:
                 found.append(int(folder.name))
-        return found
+        return [pid for pid in found if parents[pid] not in found]
 
     def assert_nobody_left(self):
         self.wait_until(lambda: not self.daemons_of_session(), 6.0, "all daemons ended")

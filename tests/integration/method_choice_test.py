@@ -4,7 +4,7 @@ import json
 import subprocess
 
 import daemons
-from daemons import BAD_INPUT, DONE
+from daemons import BAD_INPUT, DONE, NOT_CONVERGED
 
 SCENE = """
 format = 1
@@ -46,7 +46,7 @@ class MethodChoiceTest(daemons.SessionTest):
     def run_program(self, *arguments):
         command = [daemons.BUILD / "bin" / "sim_server", "--scene", self.scene, *arguments]
         return subprocess.run([str(each) for each in command], capture_output=True, text=True,
-                              timeout=60)
+                              timeout=60 * daemons.PATIENCE)
 
     def test_explain_names_the_chosen_method_and_why_others_were_refused(self):
         result = self.explain()
@@ -89,6 +89,16 @@ class MethodChoiceTest(daemons.SessionTest):
             self.assertEqual(result.returncode, BAD_INPUT)
             self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
             self.assertIn(f"choice.json: {key}: value", result.stderr)
+
+    def test_a_run_of_which_no_step_converged_says_so_by_its_exit_status_too(self):
+        stiff = SCENE.replace("structural = 50.0", "structural = 1e6").replace(
+            'solver = "auto"\nerror_target_m = 1e-3', 'solver = "broyden_mass"').replace("rate_hz = 50.0", "rate_hz = 10.0")
+        for scene, status in ((stiff, NOT_CONVERGED), (stiff.replace("broyden_mass", "newton"), DONE)):
+            self.write("auto.toml", scene)
+            result = self.offline()
+            self.assertEqual(result.returncode, status, result.stderr)
+            self.assertEqual("5 of 5 steps did not converge" in result.stderr, status == NOT_CONVERGED)
+            self.assertTrue(self.end.exists())
 
     def test_a_damaged_record_is_refused_and_names_the_key(self):
         self.explain()

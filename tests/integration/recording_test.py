@@ -144,7 +144,7 @@ class RecordingTest(daemons.SessionTest):
         report, recording = self.write("haptic.json", "the one before"), self.folder / "recording.csv"
         hand = self.haptic_server(PRESS, "--report", report, "--record", recording)
         self.wait_until(lambda: recording.exists() and recording.stat().st_size > 2000, 5.0, "rows")
-        subprocess.run(["prlimit", "--pid", str(hand.process.pid), "--fsize=500"], check=True)
+        subprocess.run(["prlimit", "--pid", str(hand.pid), "--fsize=500"], check=True)
         hand.signal(signal.SIGINT)
         self.assertEqual(hand.wait(), BAD_INPUT, hand.lines())
         self.assertIn("haptic.json: could not be written", hand.lines()[-1])

@@ -33,7 +33,7 @@ class ReplayCheckTest(daemons.SessionTest):
         environment = os.environ if draws else {**os.environ, "PYTHONPATH": str(without)}
         return subprocess.run([program, scene, hand or self.hand, expected or self.expected, *build,
                                *map(str, arguments)], cwd=self.folder, capture_output=True, text=True,
-                              timeout=60, check=False, env=environment)
+                              timeout=60 * daemons.PATIENCE, check=False, env=environment)
 
     def assert_says(self, run, status, *words):
         self.assertEqual(run.returncode, status, run.stdout + run.stderr)

@@ -53,7 +53,7 @@ class SoakScriptTest(unittest.TestCase):
         for name, report in reports.items():
             (self.folder / f"{name}.json").write_text(json.dumps(report))
         return subprocess.run([daemons.ROOT / "scripts" / "soak", what, "--print-only", "--out",
-                               self.folder], capture_output=True, text=True, timeout=30,
+                               self.folder], capture_output=True, text=True, timeout=30 * daemons.PATIENCE,
                               check=False)
 
     def assert_prints(self, run, status, *words):

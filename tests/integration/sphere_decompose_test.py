@@ -59,7 +59,7 @@ class SphereDecomposeTest(daemons.SessionTest):
 
     def run_program(self, *arguments):
         return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True,
-                              timeout=100, check=False)
+                              timeout=100 * daemons.PATIENCE, check=False)
 
     def decompose(self, mesh, *arguments):
         result = self.run_program(mesh, "--out", self.out, *arguments)

@@ -22,7 +22,7 @@ class StabilityLabTest(daemons.SessionTest):
     def lab(self, *arguments):
         program = daemons.BUILD / "tests" / "stability_lab"
         return subprocess.run([program, *map(str, arguments)], check=True, text=True,
-                              capture_output=True, timeout=60).stdout
+                              capture_output=True, timeout=60 * daemons.PATIENCE).stdout
 
     def assert_same_as_daemons(self, body, transition):
         text = self.lab("scene", "--scene", body, "--period", PERIOD_S, "--stiffness",

@@ -8,7 +8,7 @@ import threading
 
 import numpy
 
-from daemons import BAD_INPUT, BUILD, DONE, SCENES, SessionTest, main, read_recording
+from daemons import BAD_INPUT, BUILD, DONE, PATIENCE, SCENES, SessionTest, main, read_recording
 from viewer_client import Page
 
 PRESS = "phantom:path=press,centre_z_m=0,depth_m=0.03,period_s=0.5,hand=light"
@@ -197,7 +197,7 @@ class Options(ViewerTest):
                        ("--choice", "c.json")):
             result = subprocess.run(
                 [BUILD / "bin" / "sim_server", "--scene", SCENES / "wall.toml", "--surfaces",
-                 surfaces, *map(str, option)], capture_output=True, text=True, timeout=20)
+                 surfaces, *map(str, option)], capture_output=True, text=True, timeout=20 * PATIENCE)
             self.assertEqual(result.returncode, BAD_INPUT, option)
             self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
             self.assertIn(option[0], result.stderr)
@@ -237,7 +237,7 @@ class Options(ViewerTest):
                 (("--session", "a", "--save", self.folder / "no" / "b.view"), ("--save", "b.view"))):
             result = subprocess.run([BUILD / "bin" / "scene_viewer", *map(str, arguments)],
                                     stdin=subprocess.DEVNULL, capture_output=True, text=True,
-                                    timeout=20)
+                                    timeout=20 * PATIENCE)
             self.assertEqual(result.returncode, BAD_INPUT, arguments)
             lines = result.stderr.splitlines()
             self.assertEqual(len(lines), 1, lines)

@@ -22,8 +22,8 @@ namespace stillgrid {
 namespace {
 
 constexpr std::uint64_t kTick_ns = 1'000'000;
-constexpr std::uint64_t kTimedEach =
-    3;  // ticks; a flush takes many times as long as what it delays
+/// Ticks; a flush takes many times as long as what it delays.
+constexpr std::uint64_t kTimedEach = 10;
 
 struct Measured {
   std::string name;

@@ -18,12 +18,17 @@ namespace {
 constexpr std::size_t kSpheres = 400;
 constexpr std::uint64_t kPeriod_ns = 33 * kMillisecond_ns;
 
+std::vector<float> radii_m(const SphereCloud& cloud) {
+  std::vector<float> radii_m;
+  for (std::size_t i = 0; i < cloud.count(); ++i) radii_m.push_back(cloud.radius_m(i));
+  return radii_m;
+}
+
 /// A probe that creeps round the centre of one sphere of a cloud whose images come anew.
 struct CrowdedScene {
   SphereCloud cloud{kSpheres};
   PublishedScene scene{plain_scene(500.0F, static_cast<float>(SphereCloud::kRadius_m)),
-                       std::vector<float>(kSpheres, static_cast<float>(SphereCloud::kRadius_m)),
-                       kPeriod_ns};
+                       radii_m(cloud), kPeriod_ns};
   std::uint64_t now_ns = 0;
   int ticks = 0;
 

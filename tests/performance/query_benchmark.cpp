@@ -21,7 +21,7 @@ std::vector<PlainSphere> still_spheres(const SphereCloud& cloud) {
   std::vector<PlainSphere> spheres;
   for (std::size_t i = 0; i < cloud.count(); ++i) {
     const Eigen::Vector3f p = cloud.position_m(i).cast<float>();
-    spheres.push_back({p.x(), p.y(), p.z(), kRadius_m});
+    spheres.push_back({p.x(), p.y(), p.z(), cloud.radius_m(i)});
   }
   return spheres;
 }
@@ -105,9 +105,10 @@ void query_hot(benchmark::State& state) {
 /// A probe that is anywhere in the cloud at each query; what is searched may stay in the caches.
 template <class Method>
 void query_anywhere(benchmark::State& state) {
-  auto& [cloud, method, is_right] = checked<Method>(state);
+  Checked<Method>& found = checked<Method>(state);
+  const Method& method = found.method;
   std::vector<PlainSphere> places;
-  for (int i = 0; i < 65536; ++i) places.push_back(probe_at(cloud.place_within()));
+  for (int i = 0; i < 65536; ++i) places.push_back(probe_at(found.cloud.place_within()));
   std::size_t i = 0;
   for (auto _ : state) benchmark::DoNotOptimize(method.force_N(places[i++ % 65536]));
 }
@@ -116,12 +117,13 @@ void query_anywhere(benchmark::State& state) {
 /// the clock, which the counter tells.
 template <class Method>
 void query_flushed(benchmark::State& state) {
-  auto& [cloud, method, is_right] = checked<Method>(state);
+  Checked<Method>& found = checked<Method>(state);
+  const Method& method = found.method;  // a lambda takes no structured binding before clang 16
   CacheFlush flush;
   double clock_s = 0.0;
   std::vector<double> times_s;
   for (auto _ : state) {
-    const PlainSphere probe = probe_at(cloud.place_within());
+    const PlainSphere probe = probe_at(found.cloud.place_within());
     flush();
     clock_s += seconds_of([] {});
     times_s.push_back(seconds_of([&] { benchmark::DoNotOptimize(method.force_N(probe)); }));
@@ -159,6 +161,7 @@ int main(int argc, char** argv) {
   add_method<BulletTree>("Bullet_dbvt");
   add_method<NanoflannTree>("nanoflann");
   benchmark::Initialize(&argc, argv);
+  benchmark::AddCustomContext("last_cache_mb", std::to_string(last_cache_bytes() >> 20));
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
   benchmark::RunSpecifiedBenchmarks();
   return 0;

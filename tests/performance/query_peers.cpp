@@ -2,6 +2,7 @@
 
 #include <BulletCollision/BroadphaseCollision/btDbvt.h>
 
+#include <algorithm>
 #include <array>
 #include <nanoflann.hpp>
 
@@ -84,7 +85,10 @@ using Index =
 
 struct NanoflannTree::Tree {
   explicit Tree(std::span<const PlainSphere> spheres)
-      : points{{spheres.begin(), spheres.end()}}, index(3, points) {}
+      : points{{spheres.begin(), spheres.end()}}, index(3, points) {
+    for (const PlainSphere& sphere : spheres) largest_m = std::max(largest_m, sphere.radius_m);
+  }
+  float largest_m = 0.0F;
   Points points;
   Index index;
 };
@@ -95,7 +99,7 @@ NanoflannTree::NanoflannTree(std::span<const PlainSphere> spheres)
 NanoflannTree::~NanoflannTree() = default;
 
 Eigen::Vector3f NanoflannTree::force_N(const PlainSphere& probe) const {
-  const float reach_m = 2.0F * probe.radius_m;
+  const float reach_m = probe.radius_m + tree_->largest_m;
   SumOfPoints sum{tree_->points.spheres, probe, reach_m * reach_m};
   const std::array<float, 3> centre_m{probe.x_m, probe.y_m, probe.z_m};
   tree_->index.findNeighbors(sum, centre_m.data(), nanoflann::SearchParams());

@@ -41,8 +41,7 @@ class BulletTree {
   std::unique_ptr<Tree> tree_;
 };
 
-/// nanoflann's tree of points, searched within the reach of two equal spheres.
-/// Pre: all spheres are of one radius.
+/// nanoflann's tree of points, searched as far as the probe and the largest sphere reach.
 class NanoflannTree {
  public:
   explicit NanoflannTree(std::span<const PlainSphere> spheres);

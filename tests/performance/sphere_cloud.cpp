@@ -1,19 +1,34 @@
 #include "tests/performance/sphere_cloud.hpp"
 
 #include <benchmark/benchmark.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <numbers>
+#include <string>
 
 namespace stillgrid {
 namespace {
 
-constexpr double kOverlaps = 0.95;
+constexpr double kPairs = 0.95;  // that overlap, a sphere
 
-/// Edge of the cube in which `count` spheres have kOverlaps others within two radii each.
+/// Edge of the cube in which `count` spheres overlap 2 kPairs others each. The mean of (a + b)^3 is
+/// 9 R^3: 2^3 of equal ones, and 3 * 2 times the sum's variance of 2 / 12.
 double edge_for(std::size_t count) {
-  const double reach_m3 = 4.0 / 3.0 * std::numbers::pi * std::pow(2.0 * SphereCloud::kRadius_m, 3);
-  return std::cbrt(static_cast<double>(count) * reach_m3 / kOverlaps);
+  const double reach_m3 = 4.0 / 3.0 * std::numbers::pi * 9.0 * std::pow(SphereCloud::kRadius_m, 3);
+  return std::cbrt(static_cast<double>(count) * reach_m3 / (2.0 * kPairs));
+}
+
+/// "32768K" as the kernel writes it; 0 if it is not there.
+std::size_t kernel_cache_bytes(int index) {
+  std::ifstream file("/sys/devices/system/cpu/cpu0/cache/index" + std::to_string(index) + "/size");
+  std::size_t size = 0;
+  char unit = ' ';
+  if (!(file >> size)) return 0;
+  file >> unit;
+  return unit == 'K' ? size << 10 : unit == 'M' ? size << 20 : size;
 }
 
 }  // namespace
@@ -21,8 +36,10 @@ double edge_for(std::size_t count) {
 SphereCloud::SphereCloud(std::size_t count, unsigned seed, double move_m)
     : edge_m_(edge_for(count)), random_(seed) {
   std::uniform_real_distribution<double> place_m(-0.5 * edge_m_, 0.5 * edge_m_);
+  std::uniform_real_distribution<double> radius_m(0.5 * kRadius_m, kLargest_m);
   std::normal_distribution<double> direction;
   for (std::size_t i = 0; i < count; ++i) {
+    radii_m_.push_back(static_cast<float>(radius_m(random_)));
     positions_m_.emplace_back(place_m(random_), place_m(random_), place_m(random_));
     const Eigen::Vector3d way(direction(random_), direction(random_), direction(random_));
     steps_m_.push_back(move_m * way.normalized());
@@ -41,7 +58,7 @@ void SphereCloud::move() {
 void SphereCloud::write_to(std::span<Cover> balls) const {
   for (std::size_t i = 0; i < positions_m_.size(); ++i) {
     const Eigen::Vector3f p = positions_m_[i].cast<float>();
-    balls[i] = {{p.x(), p.y(), p.z()}, static_cast<float>(kRadius_m)};
+    balls[i] = {{p.x(), p.y(), p.z()}, radii_m_[i]};
   }
 }
 
@@ -55,7 +72,7 @@ void SphereCloud::write_to(std::span<proto::SphereRecord> records) const {
     records[i].newest = image(0);
     records[i].older = {image(1), image(2)};
     records[i].oldest_position_m = image(3).position_m;
-    records[i].radius_m = static_cast<float>(kRadius_m);
+    records[i].radius_m = radii_m_[i];
   }
 }
 
@@ -67,6 +84,14 @@ Eigen::Vector3d SphereCloud::velocity_m_s(std::size_t i) const {
 Eigen::Vector3d SphereCloud::place_within() {
   std::uniform_real_distribution<double> place_m(-0.4 * edge_m_, 0.4 * edge_m_);
   return {place_m(random_), place_m(random_), place_m(random_)};
+}
+
+std::size_t last_cache_bytes() {
+  std::size_t most = 0;
+  for (int index = 0; index < 8; ++index) most = std::max(most, kernel_cache_bytes(index));
+  for (const int name : {_SC_LEVEL2_CACHE_SIZE, _SC_LEVEL3_CACHE_SIZE, _SC_LEVEL4_CACHE_SIZE})
+    most = std::max(most, static_cast<std::size_t>(std::max(0L, ::sysconf(name))));
+  return most > 0 ? most : std::size_t{64} << 20;
 }
 
 void CacheFlush::operator()() {

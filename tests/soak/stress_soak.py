@@ -71,7 +71,7 @@ class MemoryWatch(threading.Thread):
         began_s = time.monotonic()
         while any(process.runs() for process in self.processes.values()):
             for name, process in self.processes.items():
-                kib = resident_kib(process.process.pid)
+                kib = resident_kib(process.pid)
                 if kib is not None:
                     self.samples[name].append((time.monotonic() - began_s, kib))
             time.sleep(1.0)

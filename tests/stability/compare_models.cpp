@@ -32,7 +32,7 @@ constexpr const char* kHead =
 void print_row(const std::string& name, double period_s, const ComparedRun& run) {
   const auto& [switches, slew, error, plateau, vibration, energy_given_J] = run.metrics;
   std::printf(
-      "%s,%.6g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.0f,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g"
+      "%s,%.6g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g"
       ",%.4g,%.4g,%.4g,%.4g\n",
       name.c_str(), 1e3 * period_s, switches.jump_N.max, switches.jump_N.p99, switches.jump_jnd.max,
       switches.jump_jnd.p99, slew.max, slew.p99, run.stages.jnd.max, run.stages.jnd.p99,

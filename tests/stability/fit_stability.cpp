@@ -222,8 +222,7 @@ std::optional<double> HeldPresses::largest_margin() const {
   const auto rounded = [](double margin) { return std::round(100.0 * margin) / 100.0; };
   const auto holds = [&](double margin) { return at(rounded(margin)).stable == true; };
   const auto largest = largest_stable_stiffness_N_m(
-      holds,
-      {.lowest_N_m = 1.0, .highest_N_m = 1.001 * kMostMargin, .step = std::cbrt(2.0), .stride = 3});
+      holds, {.lowest_N_m = 1.0, .highest_N_m = 1.001 * kMostMargin, .step = std::cbrt(2.0)});
   return largest ? std::optional(rounded(*largest)) : std::nullopt;
 }
 

@@ -59,6 +59,7 @@ class SimulationSide {
         schedule_(scene.period_s, options.jitter, options.seed, options.latency_s),
         image_(schedule_.next()) {
     writer_.publish(simulation_.detection().image(), {.state_ns = 0, .publish_ns = 0});
+    if (options.accounts_energy) simulation_.account_energy();
     const World& world = simulation_.world();
     run_.simulation.moving_spheres = world.spheres.size();
     run_.simulation.spheres = world.spheres.size() + world.still_spheres.size();
@@ -83,6 +84,9 @@ class SimulationSide {
     }
   }
 
+  /// To the scene up to the newest state; zero where nobody accounts.
+  [[nodiscard]] double given_J() const noexcept { return given_J_; }
+
  private:
   void step(const ToolView& tool) {
     const double began_s = measures_ ? processor_s() : 0.0;
@@ -95,6 +99,7 @@ class SimulationSide {
                                                take_tool, {.iterations = kMostIterations});
     times_ = times_of(image_, report);
     foresight_ = simulation_.look_ahead(period_s_);
+    if (const auto account = simulation_.energy_account()) given_J_ = account->flow.given_J;
     if (measures_) run_.simulation.step_s.push_back(processor_s() - began_s);
     ++run_.simulation.steps;
     run_.simulation.not_converged += report.solve.converged ? 0 : 1;
@@ -113,6 +118,7 @@ class SimulationSide {
   double period_s_;
   bool measures_;
   double state_interval_s_;
+  double given_J_ = 0.0;
   double start_s_ = 0.0;  // the world's time when the run began
   LabRun& run_;
   Simulation simulation_;
@@ -162,6 +168,7 @@ LabRun run_lab(const SceneDescription& scene, const LabOptions& options) {
       if (loop->rendered().switch_jump_N)
         run.jumps.push_back({run.rows.size() - 1, *loop->rendered().switch_jump_N});
       loop->count(run.rows.back(), run.report);
+      if (options.accounts_energy) run.given_J.push_back(simulation.given_J());
     }
     run.device_failed = end == TickEnd::kDeviceFault;
     if (end != TickEnd::kGoOn) break;

@@ -19,8 +19,9 @@ struct LabCell {
   double period_s = 0.01;      // of the simulation
   double latency_share = 0.0;  // what a step costs, of the period
   double jitter = 0.0;
-  std::uint64_t seed = 1;
-  double resolution_m = 30e-6;                         // of the encoders, and
+  std::uint64_t seed = 1;       // of the jitter
+  int seeds = 8;                // of a verdict: seed and those after it, the worst of which counts
+  double resolution_m = 30e-6;  // of the encoders, and
   double device_friction_N = 0.0;                      // of light, hand and none
   double contact_damping_N_s_m = 0.0, friction = 0.0;  // of wall, free, chain and block
   double duration_s = 20.0;
@@ -37,7 +38,7 @@ struct LabCell {
 /// Throws std::runtime_error that names the option and its value.
 [[nodiscard]] LabOptions options_of(const LabCell& cell);
 
-/// Metric 6 of the cell.
+/// Metric 6 of the cell: the least over its seeds, which without jitter are all alike.
 [[nodiscard]] std::optional<double> largest_stable_stiffness_N_m(const LabCell& cell,
                                                                  const StiffnessSearch& search);
 

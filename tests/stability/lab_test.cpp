@@ -29,10 +29,8 @@ LabCell exact_cell(const std::string& scene, const std::string& device,
 
 /// The cell's limit over the expected one, looked for near it by 1 %.
 double limit_ratio(const LabCell& cell, double expected_N_m) {
-  const auto found_N_m = largest_stable_stiffness_N_m(cell, {.lowest_N_m = 0.85 * expected_N_m,
-                                                             .highest_N_m = 1.15 * expected_N_m,
-                                                             .step = 1.01,
-                                                             .stride = 4});
+  const auto found_N_m = largest_stable_stiffness_N_m(
+      cell, {.lowest_N_m = 0.85 * expected_N_m, .highest_N_m = 1.15 * expected_N_m, .step = 1.01});
   return found_N_m.value_or(0.0) / expected_N_m;
 }
 
@@ -62,14 +60,35 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("Late images of a free body are stable as far as the two-rate analysis says", "[lab]") {
-  const auto [transition, analysed_N_m] =
-      GENERATE(table<std::string, double>({{"hold", 633.8}, {"linear", 1483.6}}));
-  LabCell cell = exact_cell("free:0.1", "light", transition);
+/// The limit of both servers' code at 33 ms over what docs/charts/two_rate.csv has.
+double ratio_to_analysis(const std::string& body, const std::string& device, double latency_share,
+                         const std::string& transition, double analysed_N_m) {
+  LabCell cell = exact_cell(body, device, transition);
   cell.period_s = 0.033;
-  cell.latency_share = 1.0;
-  const double ratio = limit_ratio(cell, analysed_N_m);
+  cell.latency_share = latency_share;
+  return limit_ratio(cell, analysed_N_m);
+}
+
+TEST_CASE("The laboratory loses hold and linear where the two-rate analysis says", "[lab]") {
+  const auto [body, device, latency_share, transition, analysed_N_m] =
+      GENERATE(table<std::string, std::string, double, std::string, double>(
+          {{"free:0.1", "light", 1.0, "hold", 633.8},
+           {"free:0.1", "light", 1.0, "linear", 1483.6},
+           {"free:1", "light", 0.0, "hold", 13211.9},
+           {"free:0.1", "light", 0.0, "linear", 9523.8},
+           {"free:0.1", "hand", 0.0, "hold", 20957.4},
+           {"free:1", "hand", 0.0, "linear", 4143.3},
+           {"free:1", "hand", 1.0, "linear", 884.5}}));
+  CAPTURE(body, device, latency_share, transition);
+  const double ratio = ratio_to_analysis(body, device, latency_share, transition, analysed_N_m);
   CHECK(ratio > 0.92);  // large motions may not decay where small ones do
+  CHECK(ratio < 1.03);
+}
+
+// The analysis leaves out what `answer` ramps out at a switch: 13.5 kN/m, not 9.4.
+TEST_CASE("The laboratory loses answer where the two-rate analysis says", "[lab][!shouldfail]") {
+  const double ratio = ratio_to_analysis("free:1", "light", 1.0, "answer", 9355.4);
+  CHECK(ratio > 0.92);
   CHECK(ratio < 1.03);
 }
 

@@ -186,8 +186,7 @@ constexpr int kMinute_ticks = 60'000;
 WallRun run_on_wall(double stiffness_N_m, std::optional<double> passivity_mass_kg,
                     const HeldLoop& loop = kDevice, int ticks = 10'000) {
   constexpr double kTick_s = 1e-3;
-  constexpr double kLever_m = 0.005;
-  SafetyInput input{.lever_m = kLever_m, .image = {true, 0.0, 0.033, true}, .elapsed_s = kTick_s};
+  SafetyInput input{.image = {true, 0.0, 0.033, true}, .elapsed_s = kTick_s};
   SafetyChain chain({.max_force_N = 1e12, .passivity_mass_kg = passivity_mass_kg});
   std::uint32_t flags = 0;
   for (int tick = 0; tick < 101; ++tick) (void)chain.apply(input, flags);

@@ -52,7 +52,7 @@ void add_shared_options(CLI::App& app, Arguments& arguments) {
       ->check(number_in(0.0, 1e6));
   app.add_option("--friction", cell.friction, "Of contacts of our scenes")
       ->check(number_in(0.0, 10.0));
-  app.add_option("--seed", cell.seed, "Of the jitter");
+  app.add_option("--seed", cell.seed, "Of the jitter; of a limit the first");
   app.add_option("--duration", cell.duration_s, "Of a run, s; default 20")
       ->check(number_in(0.01, 1e5));
 }
@@ -84,11 +84,13 @@ void add_cell_options(CLI::App& app, Arguments& arguments) {
   add_shared_options(app, arguments);
 }
 
-void add_search_options(CLI::App& app, StiffnessSearch& search) {
+void add_search_options(CLI::App& app, Arguments& arguments) {
+  StiffnessSearch& search = arguments.search;
+  app.add_option("--seeds", arguments.cell.seeds,
+                 "Of the jitter, one after the other: the least limit counts; default 8")
+      ->check(number_in(1, 1000));
   app.add_option("--lowest", search.lowest_N_m, "Of the search, N/m")->check(number_in(1.0, 1e6));
   app.add_option("--highest", search.highest_N_m, "Of the search, N/m")->check(number_in(1.0, 1e6));
-  app.add_option("--stride", search.stride, "Grid points of 5 % at a time; 1 leaves none out")
-      ->check(CLI::PositiveNumber);
 }
 
 void add_map_options(CLI::App& app, Arguments& arguments) {
@@ -99,7 +101,7 @@ void add_map_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--out", arguments.out, "CSV, a row a cell; rows that are there stay")->required();
   app.add_option("--threads", arguments.threads)->check(number_in(1, 64));
   add_shared_options(app, arguments);
-  add_search_options(app, arguments.search);
+  add_search_options(app, arguments);
 }
 
 nlohmann::json to_json(const Extremes& extremes) {
@@ -182,7 +184,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   text->add_option("--stiffness", arguments.stiffness_N_m)->check(number_in(1e-6, 1e9));
   auto* limit = app.add_subcommand("limit", "The largest stable stiffness, N/m");
   add_cell_options(*limit, arguments);
-  add_search_options(*limit, arguments.search);
+  add_search_options(*limit, arguments);
   auto* map =
       app.add_subcommand("map", "The largest stable stiffness of every combination, as CSV");
   add_map_options(*map, arguments);

@@ -20,6 +20,13 @@ constexpr const char* kColumns =
     "scene,device,model,transition,period_s,latency_share,jitter,seed,resolution_m,"
     "device_friction_N,contact_damping_N_s_m,friction,duration_s,limit_N_m";
 
+/// "1", or "1-8".
+std::string seeds_of(const LabCell& cell) {
+  const std::string first = std::to_string(cell.seed);
+  if (cell.seeds == 1) return first;
+  return first + '-' + std::to_string(cell.seed + static_cast<std::uint64_t>(cell.seeds) - 1);
+}
+
 /// A row's fields up to its limit.
 std::string key_of(const LabCell& cell) {
   std::ostringstream key;
@@ -27,7 +34,7 @@ std::string key_of(const LabCell& cell) {
   const char* const quote = is_quoted ? "\"" : "";
   key << cell.scene << ',' << quote << cell.device << quote << ',' << cell.model << ','
       << cell.transition << ',' << cell.period_s << ',' << cell.latency_share << ',' << cell.jitter
-      << ',' << cell.seed << ',' << cell.resolution_m << ',' << cell.device_friction_N << ','
+      << ',' << seeds_of(cell) << ',' << cell.resolution_m << ',' << cell.device_friction_N << ','
       << cell.contact_damping_N_s_m << ',' << cell.friction << ',' << cell.duration_s;
   return key.str();
 }

@@ -2,10 +2,23 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <limits>
 
 namespace stillgrid {
+namespace {
+
+/// As a text of four digits reads back.
+double four_digits(double number) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.4g", number);
+  return std::strtod(text.data(), nullptr);
+}
+
+}  // namespace
 
 double swing_m(std::span<const TickRow> rows, double window_s) {
   constexpr double kNowhere_m = std::numeric_limits<double>::infinity();
@@ -28,18 +41,13 @@ std::optional<double> largest_stable_stiffness_N_m(
     const std::function<bool(double stiffness_N_m)>& is_stable, const StiffnessSearch& search) {
   const int last = static_cast<int>(
       std::floor(std::log(search.highest_N_m / search.lowest_N_m) / std::log(search.step)));
-  const auto stiffness_N_m = [&](int i) { return search.lowest_N_m * std::pow(search.step, i); };
-  if (!is_stable(stiffness_N_m(0))) return std::nullopt;
-  int stable = 0;
-  while (stable < last) {
-    const int next = std::min(stable + search.stride, last);
-    if (!is_stable(stiffness_N_m(next))) {
-      while (stable + 1 < next && is_stable(stiffness_N_m(stable + 1))) ++stable;
-      break;
-    }
-    stable = next;
-  }
-  return stiffness_N_m(stable);
+  const auto stiffness_N_m = [&](int i) {
+    return four_digits(search.lowest_N_m * std::pow(search.step, i));
+  };
+  int lost = 0;
+  while (lost <= last && is_stable(stiffness_N_m(lost))) ++lost;
+  if (lost == 0) return std::nullopt;
+  return stiffness_N_m(lost - 1);
 }
 
 }  // namespace stillgrid

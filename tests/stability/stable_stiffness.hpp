@@ -21,18 +21,17 @@ struct Oscillation {
 /// Whether the tool still swings at the end of a run, or is nowhere.
 [[nodiscard]] bool oscillates(std::span<const TickRow> rows, const Oscillation& oscillation = {});
 
-/// Where the largest stable stiffness is looked for: on the grid lowest, lowest * step, ...
+/// Where the largest stable stiffness is looked for: on the grid lowest, lowest * step, ... of four
+/// digits each, so that what is printed can be asked for again.
 struct StiffnessSearch {
   double lowest_N_m = 50.0;
   double highest_N_m = 30000.0;
   double step = 1.05;
-  int stride = 4;  // grid points that a first pass goes up at a time; 1: none is left out
 };
 
-/// The last stiffness of the grid before the first loss of stability, looked for upward: in strides
-/// up to the first stride whose end is unstable, then point by point from its beginning. So a loss
-/// is the first but for regions of instability narrower than a stride (1.22 by the defaults).
-/// Nothing when the lowest is unstable already; the highest when none is.
+/// The last stiffness of the grid before the first loss of stability, looked for upward, point by
+/// point: all below it on the grid are stable, and what loses it within less than a step is not
+/// seen. Nothing when the lowest is unstable already; the highest when none is.
 [[nodiscard]] std::optional<double> largest_stable_stiffness_N_m(
     const std::function<bool(double stiffness_N_m)>& is_stable, const StiffnessSearch& search = {});
 

@@ -175,7 +175,8 @@ double shown_force_N(const Image* images, const ImageWeights& weights, double ne
 }
 
 /// A free body's loop in the time domain: the greatest force in the last tenth of a run, by that in
-/// the tenth before.
+/// the tenth before. It checks the algebra of the matrix; that the product displays by these
+/// weights is for lab_test to see.
 double growth(const Loop& loop, double contact_N_m) {
   const int period_ticks = static_cast<int>(loop.cycle.size());
   const double period_s = period_ticks * kTick_s, mass_kg = loop.body.mass_kg;

@@ -1,9 +1,12 @@
 #include <fcntl.h>
+#include <signal.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cfenv>
 #include <chrono>
 #include <cmath>
 #include <cstddef>
@@ -118,7 +121,7 @@ std::int32_t describe(stillgrid_device* handle, stillgrid_device_descriptor* out
   if (is("endless_name")) std::memset(descriptor.name, 'x', sizeof descriptor.name);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     descriptor.workspace_min_m[axis] = is("inside_out") ? 0.2 : -0.1;
-    descriptor.workspace_max_m[axis] = is("leaves_workspace") ? -0.05 : 0.1;
+    descriptor.workspace_max_m[axis] = is("leaves_workspace") ? -0.01 : 0.1;
   }
   descriptor.workspace_min_m[1] = descriptor.workspace_max_m[1] = -0.2;  // equal: no edge
   descriptor.max_force_N = is("nan_force") ? std::nan("") : 3.0;
@@ -126,8 +129,9 @@ std::int32_t describe(stillgrid_device* handle, stillgrid_device_descriptor* out
   descriptor.rate_hz =
       is("drifting_rate") && handle != nullptr && device.was_active ? 999.0 : 1000.0;
   descriptor.max_read_ns = is("no_max_read") ? 0 : 300'000;
-  descriptor.flags =
-      is("declared_system_call") || is("declared_allocation") ? STILLGRID_DEVICE_USES_SYSCALLS : 0;
+  descriptor.flags = is("declared_system_call") || is("declared_allocation") || is("masks_signals")
+                         ? STILLGRID_DEVICE_USES_SYSCALLS
+                         : 0;
   return hand_over(descriptor, out, offsetof(stillgrid_device_descriptor, workspace_min_m),
                    "descriptor_overrun", "descriptor_resized");
 }
@@ -137,6 +141,8 @@ std::int32_t activate(stillgrid_device* handle) {
   if (self == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
   if (self->is_active && !is("activates_twice")) return STILLGRID_DEVICE_E_ORDER;
   if (is("activate_hangs")) hang();
+  if (is("opens_umask")) ::umask(0);
+  if (is("leaves_folder") && ::chdir("/") != 0) crash();
   if (is("unplugged")) return STILLGRID_DEVICE_E_NO_DEVICE;
   if (is("activates_once") && self->was_active) return STILLGRID_DEVICE_E_IO;
   if (is("stop_stays") && self->is_stopped) return STILLGRID_DEVICE_E_IO;
@@ -162,6 +168,12 @@ void disturb_realtime(Device& self) {
   if (is("locks")) const std::lock_guard one_at_a_time(self.mutex);
   const bool asks_kernel = is("system_call") || is("declared_system_call");
   if (asks_kernel && ::write(self.file, "x", 1) != 1) crash();
+  if (is("rounds_up")) std::fesetround(FE_UPWARD);
+  if (is("masks_signals")) {
+    sigset_t all;
+    ::sigfillset(&all);
+    ::pthread_sigmask(SIG_BLOCK, &all, nullptr);
+  }
   if (is("slow")) busy_for(std::chrono::microseconds(700));
   if (is("throws_inside")) {
     try {
@@ -185,6 +197,8 @@ void fill_in(Device& self, std::uint64_t now_ns, stillgrid_device_state& state) 
   if (is("sequence_lies") && n % 16 == 15) state.sequence -= 1;
   state.position_m[0] = 1e-5 * static_cast<double>(n % 100);
   if (is("sequence_stays")) state.position_m[0] = 0.0;
+  if (is("millimetres")) state.position_m[0] = 50.0 + 1e-2 * static_cast<double>(n % 100);
+  if (is("slips") && n % 16 == 15) state.position_m[1] = 0.09;
   if (is("nan_position") && n % 16 == 15) state.position_m[1] = std::nan("");
   state.orientation_xyzw[3] = is("long_quaternion") ? 1.5 : 1.0;
 }

@@ -7,6 +7,9 @@
 #include <stillgrid/device_plugin.h>
 #include <string.h>
 
+#ifndef STILLGRID_DEVICE_NO_MOTORS /* an older header lacks it */
+#define STILLGRID_DEVICE_NO_MOTORS 2u
+#endif
 #define MASS_KG 0.1
 #define DAMPING_N_S_M 2.0
 #define MAX_FORCE_N 3.0
@@ -74,6 +77,7 @@ static int32_t handle_describe(stillgrid_device* device, stillgrid_device_descri
   if (device == NULL || out == NULL) return STILLGRID_DEVICE_E_ARGUMENT;
   stillgrid_device_descriptor d = {0}; /* zero: unknown, or no such limit */
   strcpy(d.name, "handle");
+  d.flags = STILLGRID_DEVICE_NO_MOTORS; /* it is simulated; a real device leaves this out */
   for (int axis = 0; axis < 3; ++axis) {
     d.workspace_min_m[axis] = -0.08;
     d.workspace_max_m[axis] = 0.08;

@@ -6,8 +6,8 @@ import numpy
 import daemons
 from faults import shared_words
 from faults.fault_run import Fault
-from faults.injections import (fill_disk, kill_hand_and_start_again, remove_recording,
-                               replace_sim, signal_hand, signal_sim, spoil_scene, spoil_sphere,
+from faults.injections import (fill_disk, kill_guardian, kill_hand_and_start_again, remove_recording, replace_sim,
+                               signal_hand, signal_sim, signal_worker, spoil_answers, spoil_scene, spoil_sphere,
                                spoil_stopped_scene, stop_and_go, stop_both, stop_hand, stop_sim,
                                truncate, unlink)
 
@@ -31,10 +31,23 @@ velocity_m_s = 0.0
 position_m = [0.0, 0.0, -0.05]
 radius_m = 0.05
 """)
+# Pinned below and held up by its springs: it gives way to the tool, and its images answer.
+BLOCK = ("block.toml", _SCENE.format(stiffness_N_m=1000.0) + """kind = "soft_block"
+nodes = [2, 2, 2]
+size_m = [0.1, 0.1, 0.1]
+position_m = [-0.05, -0.05, -0.1]
+mass_kg = 0.4
+spring_stiffness_N_m = { structural = 2000.0, shear = 500.0, bend = 500.0 }
+spring_damping_N_s_m = 5.0
+spheres = { spacing_m = 0.1, radius_m = 0.05 }
+pinned = [0, 1, 2, 3]
+""")
 STIFF_WALL = ("stiff_wall.toml", _SCENE.format(stiffness_N_m=1e5) + """kind = "plane"
 point_m = [0.0, 0.0, 0.0]
 normal = [0.0, 0.0, 1.0]
 """)
+
+BLOCK_N = 1.0  # on a tool held as the driver's
 
 # Until there is no force, ms, on a machine that grants every tick.
 AT_ONCE = 5.0
@@ -44,7 +57,12 @@ STALE = 1.5 * PERIOD
 LOCK_IS_FREE = 10.0  # as a poll finds
 LAST_STAMP = 100.0  # that a device's stamp may be old
 WATCHDOG = 111.0  # without a tick, and its polls
+STOP_HANGS = WATCHDOG + 300.0 + 150.0  # that is waited for; and for the one of the release
+RELEASE = 50.0  # by a process that opens the device anew
+CRASH_HANGS = 100.0 + 100.0 + RELEASE
+SILENCE = 2000.0 + RELEASE  # of the process that holds the device
 CUT_IS_LATE = 100.0
+RELEASE_IS_LATE = 500.0  # by processes and threads that end, begin and have no priority
 
 WITH_FADE = {"zero_ms": FADE, "flag": "bad_device", "is_smooth": True}
 CUT = {"zero_ms": AT_ONCE, "is_cut": True, "late_ms": CUT_IS_LATE}
@@ -65,7 +83,8 @@ DEVICE = [
     Fault("device", "position is 1e9 m away for 0.3 s", "fault=position_huge,for_s=0.3",
           **WITH_FADE),
     Fault("device", "no position for 0.3 s", "fault=position_missing,for_s=0.3", **WITH_FADE),
-    Fault("device", "orientation is NaN for 0.3 s", "fault=orientation_nan,for_s=0.3"),
+    Fault("device", "orientation is NaN for 0.3 s", "fault=orientation_nan,for_s=0.3",
+          **{**WITH_FADE, "flag": "no_orientation"}),
     Fault("device", "1 m deeper in one tick", "fault=leaps,for_s=0.0005", flag="bad_device",
           is_smooth=True),
     Fault("device", "1 m deeper for good", "fault=leaps", after_N=3.3, may_be_zero=True,
@@ -75,6 +94,9 @@ DEVICE = [
     Fault("device", "stamps go back for 0.3 s", "fault=stamps_back,for_s=0.3", **WITH_FADE),
     Fault("device", "stamps stand still for 0.4 s", "fault=stamps_frozen,for_s=0.4",
           zero_ms=LAST_STAMP + FADE, flag="bad_device", is_smooth=True),
+    Fault("device", "pose stands still under fresh stamps for 0.4 s",
+          "fault=sequence_frozen,for_s=0.4", zero_ms=LAST_STAMP + FADE, flag="frozen",
+          is_smooth=True),
     Fault("device", "stamps 1 s ahead for 0.3 s", "fault=stamps_ahead,for_s=0.3", **WITH_FADE),
     Fault("device", "read fails", "fault=read_fails", says="the cable is out", **DEVICE_FAULT),
     Fault("device", "write fails", "fault=write_fails", says="the cable is out", **DEVICE_FAULT),
@@ -98,6 +120,64 @@ DEVICE = [
     Fault("device", "leaves its workspace",
           "fault=moves,to_x_m=0.06,speed_m_s=0.3,workspace_m=0.05", zero_ms=50.0 / 0.3 + 2.0,
           after_N=0.0, flag="workspace"),
+]
+
+RELEASED = {**DEVICE_FAULT, "zero_ms": RELEASE, "late_ms": RELEASE_IS_LATE,
+            "leaves_report": False}
+BY_GUARDIAN = "its motors were released"
+GIVEN_UP = {**DEVICE_FAULT, "zero_ms": STOP_HANGS, "late_ms": RELEASE_IS_LATE,
+            "says": BY_GUARDIAN}
+LEFT_ON = {**DEVICE_FAULT, "says": BY_GUARDIAN}
+
+
+def crashed(number):
+    return {**ENDS_AT_ONCE, "status": 128 + number, "leaves_report": False, "says": BY_GUARDIAN}
+
+
+def leaving(call):
+    """A driver that ends its program in a call of the loop."""
+    return [
+        Fault("driver", f"{call} calls exit", f"fault={call}_exits",
+              **{**LEFT_ON, "says": "a call ended the program"}),
+        Fault("driver", f"{call} calls _exit", f"fault={call}_exits_at_once", **RELEASED,
+              says="a call ended its process, with exit status 0"),
+        Fault("driver", f"{call} calls pthread_exit", f"fault={call}_ends_its_thread",
+              **crashed(signal.SIGABRT)),
+        Fault("driver", f"{call} aborts", f"fault={call}_aborts", **crashed(signal.SIGABRT)),
+        Fault("driver", f"{call} crashes", f"fault={call}_crashes", **crashed(signal.SIGSEGV)),
+    ]
+
+
+# Two faults at a time, the second where the first is to be mended.
+DRIVER = leaving("read") + leaving("write") + [
+    Fault("driver", "read hangs for ever, emergency_stop too",
+          "fault=read_hangs_for_ever+emergency_stop_hangs_for_ever", **GIVEN_UP),
+    Fault("driver", "read hangs for 0.4 s, emergency_stop for ever",
+          "fault=read_hangs+emergency_stop_hangs_for_ever", **GIVEN_UP),
+    Fault("driver", "read fails, emergency_stop hangs for ever",
+          "fault=read_fails+emergency_stop_hangs_for_ever", **GIVEN_UP),
+    Fault("driver", "read fails, emergency_stop calls exit",
+          "fault=read_fails+emergency_stop_exits", **{**RELEASED, "says": BY_GUARDIAN}),
+    Fault("driver", "read fails, emergency_stop calls _exit",
+          "fault=read_fails+emergency_stop_exits_at_once", **{**RELEASED, "says": BY_GUARDIAN}),
+    Fault("driver", "read fails, emergency_stop crashes",
+          "fault=read_fails+emergency_stop_crashes",
+          **{**crashed(signal.SIGSEGV), "zero_ms": CRASH_HANGS, "late_ms": RELEASE_IS_LATE}),
+    Fault("driver", "read crashes, emergency_stop hangs for ever",
+          "fault=read_crashes+emergency_stop_hangs_for_ever",
+          **{**RELEASED, "says": "crashed, hung and was killed", "zero_ms": CRASH_HANGS}),
+    Fault("driver", "the recording ends, emergency_stop hangs for ever",
+          "fault=read_ends+emergency_stop_hangs_for_ever", **GIVEN_UP),
+    Fault("driver", "the recording ends, deactivate fails", "fault=read_ends+deactivate_fails",
+          **{**LEFT_ON, "says": "deactivate: the cable is out"}),
+    Fault("driver", "the recording ends, deactivate throws", "fault=read_ends+deactivate_throws",
+          **LEFT_ON),
+    Fault("driver", "the recording ends, deactivate hangs for ever",
+          "fault=read_ends+deactivate_hangs_for_ever", **{**LEFT_ON, "ends_after_s": 40.0}),
+    Fault("driver", "the recording ends, deactivate calls _exit",
+          "fault=read_ends+deactivate_exits_at_once", **{**LEFT_ON, "leaves_report": False}),
+    Fault("driver", "the recording ends, deactivate crashes",
+          "fault=read_ends+deactivate_crashes", **crashed(signal.SIGSEGV)),
 ]
 
 SIMULATION = [
@@ -125,6 +205,21 @@ MEMORY = [
           inject=spoil_sphere(shared_words.RADIUS, 1, float("nan")), zero_ms=FADE),
     Fault("memory", "sphere's motion is 1e30 m/s", scene=BALL, inject=spoil_sphere(12, 9, 1e30),
           may_be_zero=True),
+    *(Fault("memory", f"{what} of a block that gives way", scene=BLOCK, inject=inject,
+            full_N=BLOCK_N, after_N=BLOCK_N, may_be_zero=True)
+      for what, inject in (
+          ("answers are 1e30 m/N", spoil_answers(8, 1e30)),
+          ("answers are NaN", spoil_answers(8, float("nan"))),
+          ("answers are 10 m/N", spoil_answers(8, 10.0)),
+          ("the answers' direction is NaN",
+           spoil_scene(shared_words.PAYLOAD + shared_words.ANSWER_DIRECTION, "f8", 3,
+                       float("nan"))),
+          ("the answers' direction is 1e9 long",
+           spoil_scene(shared_words.PAYLOAD + shared_words.ANSWER_DIRECTION, "f8", 3, 1e9)),
+          ("the foresight is 1 ns",
+           spoil_scene(shared_words.PAYLOAD + shared_words.FORESIGHT, "u8", 1, 1)),
+          ("the foresight is 2^60 ns",
+           spoil_scene(shared_words.PAYLOAD + shared_words.FORESIGHT, "u8", 1, 1 << 60)))),
     Fault("memory", "number of the newest slot is 2^60", scene=BALL,
           inject=spoil_scene(shared_words.LATEST, "u8", 1, 1 << 60, False), may_be_zero=True,
           is_smooth=True),
@@ -173,4 +268,25 @@ OTHERS = [
           flag="clamped", **FREE_BEFORE),
 ]
 
-FAULTS = DEVICE + SIMULATION + MEMORY + CLOCK + OTHERS
+SIGNALS = [
+    *(Fault("signal", f"{number.name} to the loop", inject=signal_worker(number),
+            **crashed(number))
+      for number in (signal.SIGSEGV, signal.SIGBUS, signal.SIGFPE, signal.SIGILL, signal.SIGABRT,
+                     signal.SIGTRAP, signal.SIGSYS)),
+    Fault("signal", "SIGKILL to the loop", inject=signal_worker(signal.SIGKILL),
+          **{**crashed(signal.SIGKILL), "zero_ms": RELEASE, "late_ms": RELEASE_IS_LATE}),
+    Fault("signal", "SIGSTOP to the loop, for ever", inject=signal_worker(signal.SIGSTOP),
+          **{**RELEASED, "zero_ms": SILENCE, "says": "stood still for 2 s and was killed"}),
+    *(Fault("signal", name, inject=signal_hand(number), **ENDED, status=128 + number,
+            says="ended by signal")
+      for name, number in (("SIGQUIT", signal.SIGQUIT), ("SIGUSR1", signal.SIGUSR1),
+                           ("SIGALRM", signal.SIGALRM), ("SIGXCPU", signal.SIGXCPU),
+                           ("SIGRTMIN", signal.SIGRTMIN))),
+    *(Fault("signal", f"{number.name} to the guardian", inject=signal_hand(number), **ENDED,
+            status=-number)
+      for number in (signal.SIGSEGV, signal.SIGABRT)),
+    Fault("signal", "SIGKILL to the guardian", inject=kill_guardian, **ENDED,
+          status=-signal.SIGKILL),
+]
+
+FAULTS = DEVICE + DRIVER + SIMULATION + MEMORY + CLOCK + OTHERS + SIGNALS

@@ -1,3 +1,6 @@
+#include <pthread.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -34,6 +37,7 @@ struct Driver {
                                                        {"speed_m_s", 0.0},
                                                        {"for_s", 0.0},
                                                        {"workspace_m", 0.0},
+                                                       {"no_motors", 0},
                                                        {"stiffness_N_m", 0},
                                                        {"continuous_force_N", 0},
                                                        {"motor_time_constant_s", 0},
@@ -97,17 +101,36 @@ void spoil(std::uint64_t now_ns, stillgrid_device_state& state) {
   if (fault == "stamps_back") state.time_ns = 2 * driver.began_ns - now_ns;
   if (fault == "stamps_frozen") state.time_ns = driver.began_ns;
   if (fault == "stamps_ahead") state.time_ns = now_ns + 1'000'000'000;
+  if (fault == "sequence_frozen") state.sequence = 1;
   if (fault == "moves") move(now_ns, state.position_m);
 }
 
-/// What is wrong with a call.
-std::int32_t misbehave(std::string_view call, stillgrid_device_state* state) {
-  const std::string_view fault = driver.fault;
-  if (fault.substr(0, call.size()) != call) {
-    if (fault == "oversteps" && state != nullptr) std::memset(state + 1, 0x5A, 16);
-    return STILLGRID_DEVICE_OK;
+/// How the fault that the option names for a call shows: "_hangs"; empty where there is none.
+/// Several are joined by '+'.
+std::string_view fault_of(std::string_view call) {
+  std::string_view rest = driver.fault;
+  while (!rest.empty()) {
+    const std::string_view fault = rest.substr(0, rest.find('+'));
+    rest.remove_prefix(std::min(fault.size() + 1, rest.size()));
+    if (fault.substr(0, call.size()) == call) return fault.substr(call.size());
   }
-  const std::string_view how = fault.substr(call.size());
+  return {};
+}
+
+/// Ends the program by the driver's own hand, if it is to.
+void leave(std::string_view how) {
+  if (how == "_exits") std::exit(0);
+  if (how == "_exits_at_once") ::_exit(0);
+  if (how == "_ends_its_thread") ::pthread_exit(nullptr);
+  if (how == "_aborts") std::abort();
+  if (how == "_crashes") *static_cast<volatile int*>(nullptr) = 0;
+}
+
+/// What is wrong with a call.
+std::int32_t misbehave(std::string_view call, stillgrid_device_state* state = nullptr) {
+  if (driver.fault == "oversteps" && state != nullptr) std::memset(state + 1, 0x5A, 16);
+  const std::string_view how = fault_of(call);
+  leave(how);
   if (how == "_fails") return fail(STILLGRID_DEVICE_E_IO, "the cable is out");
   if (how == "_ends") return fail(STILLGRID_DEVICE_END, "the recording has come to its end");
   if (how == "_throws") throw std::runtime_error("a driver's own");
@@ -123,6 +146,8 @@ std::int32_t enumerate() {
   return 1;
 }
 std::int32_t open_device(std::uint32_t /*index*/, stillgrid_device** out) {
+  if (const char* const fault = std::getenv("FAULT_BEFORE_OPTIONS")) driver.fault = fault;
+  if (const std::int32_t code = misbehave("open"); code != STILLGRID_DEVICE_OK) return code;
   *out = reinterpret_cast<stillgrid_device*>(&driver);
   return STILLGRID_DEVICE_OK;
 }
@@ -142,6 +167,7 @@ std::int32_t configure(stillgrid_device* /*device*/, const char* key, const char
 }
 std::int32_t describe(stillgrid_device* /*device*/, stillgrid_device_descriptor* out) {
   std::strncpy(out->name, "faulty", sizeof out->name - 1);
+  if (driver.number["no_motors"] != 0.0) out->flags = STILLGRID_DEVICE_NO_MOTORS;
   out->max_force_N = 3.3;
   out->continuous_force_N = driver.number["continuous_force_N"];
   out->motor_time_constant_s = driver.number["motor_time_constant_s"];
@@ -156,6 +182,7 @@ std::int32_t describe(stillgrid_device* /*device*/, stillgrid_device_descriptor*
 std::int32_t activate(stillgrid_device* /*device*/) {
   if (driver.is_active) return fail(STILLGRID_DEVICE_E_ORDER, "active already");
   if (driver.is_broken) return fail(STILLGRID_DEVICE_E_IO, "the device is gone");
+  if (const std::int32_t code = misbehave("activate"); code != STILLGRID_DEVICE_OK) return code;
   driver.log.add(Call::kActivate);
   driver.is_stopped = false;
   driver.is_active = true;
@@ -175,18 +202,22 @@ std::int32_t read(stillgrid_device* /*device*/, std::uint64_t now_ns, stillgrid_
 std::int32_t write(stillgrid_device* /*device*/, std::uint64_t now_ns, const double* force_N,
                    const double* /*torque_N_m*/) {
   driver.log.add(driver.is_stopped ? Call::kIgnoredWrite : Call::kWrite, now_ns, force_N);
-  return is_on(now_ns) ? misbehave("write", nullptr) : STILLGRID_DEVICE_OK;
+  return is_on(now_ns) ? misbehave("write") : STILLGRID_DEVICE_OK;
 }
 std::int32_t deactivate(stillgrid_device* /*device*/) {
   if (!driver.is_active) return fail(STILLGRID_DEVICE_E_ORDER, "not active");
+  if (const std::int32_t code = misbehave("deactivate"); code != STILLGRID_DEVICE_OK) return code;
   driver.log.add(Call::kDeactivate);
   driver.is_active = false;
   return STILLGRID_DEVICE_OK;
 }
-void close_device(stillgrid_device* device) {
-  deactivate(device);
+void close_device(stillgrid_device* /*device*/) {
+  misbehave("close");
+  if (driver.is_active) driver.log.add(Call::kDeactivate);
+  driver.is_active = false;
 }
 void emergency_stop(stillgrid_device* /*device*/) {
+  misbehave("emergency_stop");
   driver.is_stopped = true;
   driver.log.add(Call::kEmergencyStop);
 }

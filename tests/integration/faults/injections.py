@@ -74,6 +74,19 @@ def spoil_sphere(offset, count, value):
                        value)
 
 
+def spoil_answers(spheres, value):
+    """Of so many spheres."""
+    def inject(run):
+        words = SharedWords(run.session, "scene")
+        first = shared_words.PAYLOAD + shared_words.FIRST_SPHERE + shared_words.ANSWER
+        places = [place for n in range(spheres)
+                  for place in words.in_slots(first + n * shared_words.SPHERE_BYTES, "f4", 3)]
+        run.begin()
+        spoil(places, value, STAND_STILL_S)
+        run.end()
+    return inject
+
+
 def truncate(kind):
     def inject(run):
         run.begin()
@@ -110,7 +123,7 @@ def stop_both(run):
 def fill_disk(run):
     run.begin()
     size = run.recording.stat().st_size
-    subprocess.run(["prlimit", "--pid", str(run.hand.process.pid), f"--fsize={size + 5000}"],
+    subprocess.run(["prlimit", "--pid", str(run.hand.pid), f"--fsize={size + 5000}"],
                    check=True)
 
 
@@ -124,6 +137,19 @@ def signal_hand(number):
         run.begin()
         run.hand.signal(number)
     return inject
+
+
+def signal_worker(number):
+    """To the process that holds the device."""
+    def inject(run):
+        run.begin()
+        os.kill(run.hand.pid, number)
+    return inject
+
+
+def kill_guardian(run):
+    run.begin()
+    run.hand.process.kill()
 
 
 def kill_hand_and_start_again(run):

@@ -9,7 +9,8 @@ import numpy
 LATEST, SLOT_OFFSETS, MATERIALS = 256, 64, 1000
 SEQUENCE, PAYLOAD = 0, 64
 PUBLISH_TIMES, FIRST_SPHERE = 48, 576
-RADIUS = 48  # in a sphere
+FORESIGHT, ANSWER_DIRECTION = 104, 112  # in a payload, too
+SPHERE_BYTES, ANSWER, RADIUS = 128, 36, 48  # of a sphere, and in it
 
 
 def segment_file(session, kind):

@@ -188,4 +188,66 @@ TEST_CASE("A flat sheet does not touch itself, a rigid body never does", "[detec
 }
 
 }  // namespace
+/// A cube of n x n x n spheres that fills 5 cm, its centre at x_m, along x at speed_m_s.
+BodyDescription cube_of(int n, double x_m, double speed_m_s) {
+  const double spacing_m = 0.05 / n;
+  return moving(box({x_m, 0, 0}, {0.05, 0.05, 0.05}, 0.1, {spacing_m, 0.5 * spacing_m}),
+                {speed_m_s, 0, 0});
+}
+
+TEST_CASE("However fast a rigid body moves, its spheres take no memory for pairs of their own",
+          "[detection]") {
+  const int n = GENERATE(6, 12, 24);
+  const double speed_m_s = GENERATE(0.0, 2.0, 20.0);
+  const World world = build_world(scene_of({cube_of(n, 0.0, speed_m_s)}, material_of(100.0)));
+  REQUIRE(world.spheres.size() == static_cast<std::size_t>(n * n * n));
+  Detection detection(world, 0.0);
+  for (int step = 0; step < 3; ++step) CHECK(detection.find_contacts(world, kStep_s));
+  CHECK(detection.contacts().empty());
+  CHECK(detection.room_for_pairs() < 1000);  // one vector's, whatever the cube
+}
+
+TEST_CASE("Two fast cubes of many spheres that meet have all contacts between them",
+          "[detection]") {
+  const double speed_m_s = GENERATE(0.1, 0.5);
+  const World world = build_world(
+      scene_of({cube_of(9, 0.0, speed_m_s), cube_of(9, 0.052, -speed_m_s)}, material_of(100.0)));
+  Detection detection(world, 0.0);
+  REQUIRE(detection.find_contacts(world, kStep_s, true));
+  Pairs expected;
+  const int half = static_cast<int>(world.spheres.size() / 2);
+  for (int i = 0; i < half; ++i)
+    for (int j = half; j < 2 * half; ++j) {
+      const auto at = [&](int k) -> const SphereBinding& {
+        return world.spheres[static_cast<std::size_t>(k)];
+      };
+      if (nearest_m(sphere_motion(world, at(i)), sphere_motion(world, at(j))) <
+          at(i).radius_m + at(j).radius_m)
+        expected.insert({i, j});
+    }
+  REQUIRE(expected.size() > 80);
+  const Pairs found = found_pairs(detection);
+  CHECK(std::includes(found.begin(), found.end(), expected.begin(), expected.end()));
+}
+
+TEST_CASE(
+    "What is so fast that its contacts would take memory by the square asks for a shorter step",
+    "[detection]") {
+  const auto bytes_at = [](int n) {
+    const World world =
+        build_world(scene_of({cube_of(n, 0.0, 2.0), cube_of(n, 0.0505, -2.0)}, material_of(100.0)));
+    Detection detection(world, 0.0);
+    CHECK_FALSE(detection.find_contacts(world, kStep_s));
+    CHECK(detection.contacts().empty());
+    double step_s = kStep_s;
+    while (!detection.find_contacts(world, step_s)) step_s *= 0.5;
+    CHECK(step_s > 1e-3 * kStep_s);
+    CHECK_FALSE(detection.contacts().empty());
+    const std::size_t bytes = detection.room_for_pairs() * sizeof(SpherePair) +
+                              detection.contacts().capacity() * sizeof(Contact);
+    return static_cast<double>(bytes) / static_cast<double>(world.spheres.size());
+  };
+  CHECK(bytes_at(24) < 1.5 * bytes_at(12));
+}
+
 }  // namespace stillgrid

@@ -1,7 +1,5 @@
 #include "sim_server/contact/moving_spheres.hpp"
 
-#include <hwy/targets.h>
-
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -11,26 +9,12 @@
 #include "shared/collision/sphere_history.hpp"
 #include "tests/haptic_server/devices/allocation_counter.hpp"
 #include "tests/sim_server/contact/sphere_clouds.hpp"
+#include "tests/sim_server/every_target.hpp"
 
 namespace stillgrid {
 namespace {
 
 constexpr float kAutomatic = 0.0F;
-
-/// Runs a call with each instruction set that this program holds and this processor has; says which
-/// they were. AVX-512 is among them only on a processor that has it.
-template <class Call>
-void on_every_target(Call&& call) {
-  static bool said = false;
-  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
-    hwy::SetSupportedTargetsForTest(target);
-    INFO(hwy::TargetName(target));
-    if (!said) std::printf("ran on %s\n", hwy::TargetName(target));
-    call();
-  }
-  said = true;
-  hwy::SetSupportedTargetsForTest(0);
-}
 
 std::vector<proto::SphereImage> images_of(std::span<const Cover> balls) {
   std::vector<proto::SphereImage> images;
@@ -110,6 +94,29 @@ TEST_CASE("What rests or trembles is entered once, what moves slowly seldom", "[
   CHECK(entered_in_200_steps(Drift::kTrembling) == 1);
   CHECK(entered_in_200_steps(Drift::kSlow) < 40);
   CHECK(entered_in_200_steps(Drift::kFast) > 100);
+}
+
+TEST_CASE("Spheres of one group are never paired, all others are, in every scene and motion",
+          "[moving_spheres]") {
+  for (int cloud = 0; cloud < static_cast<int>(Cloud::kCount); ++cloud)
+    for (int drift = 0; drift < static_cast<int>(Drift::kCount); ++drift)
+      for (const std::uint32_t group_size : {1U, 7U, 60U, 400U}) {
+        DriftingCloud spheres(static_cast<Cloud>(cloud), static_cast<Drift>(drift), 240, 9);
+        std::vector<std::uint32_t> groups;
+        for (std::uint32_t i = 0; i < 240; ++i)
+          groups.push_back(i % 11 == 0 ? kNoGroup : i / group_size);
+        MovingSpheres grouped(240, kAutomatic, groups), filtered(240, kAutomatic);
+        const PairFilter may_collide = [&](std::uint32_t a, std::uint32_t b) {
+          return groups[a] == kNoGroup || groups[a] != groups[b];
+        };
+        for (int step = 0; step < 6; ++step, spheres.step()) {
+          const auto found = grouped.find(spheres.balls());
+          const auto expected = filtered.find(spheres.balls(), may_collide);
+          // In the same order, so that no sum over contacts comes out otherwise.
+          if (!std::equal(found.begin(), found.end(), expected.begin(), expected.end()))
+            FAIL_CHECK(spheres.description() << ": groups of " << group_size);
+        }
+      }
 }
 
 TEST_CASE("Pairs that may not collide are never found, the others all", "[moving_spheres]") {

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <filesystem>
 #include <string>
 
@@ -34,37 +35,78 @@ double fastest_m_s(const World& world) {
   return speed_m_s;
 }
 
-TEST_CASE("Tissue and blocks lose energy step by step and come to rest above the floor",
-          "[shipped_scenes]") {
-  const SceneDescription scene = shipped("tissue_and_blocks");
-  Simulation simulation(scene);
-  const double start_J = mechanical_energy_J(simulation.world());
-  double highest_J = start_J;
+/// A scene left to itself: how far its energy, that of contacts included, ever rose above its
+/// lowest, and what it came to.
+struct Settled {
+  double most_risen_J = 0.0;
   int missed = 0;
-  for (int i = 0; i < static_cast<int>(3.0 / scene.period_s); ++i) {
-    if (!advance(simulation, scene.period_s, 1)) ++missed;
-    REQUIRE(is_finite(simulation.world()));
-    highest_J = std::max(highest_J, mechanical_energy_J(simulation.world()));
-  }
+  EnergyAccount account;
+  double fastest_m_s = 0.0;
+  int asleep = 0, bodies = 0;
+  World world;
+};
 
-  CHECK(missed == 0);
-  CHECK(highest_J <= start_J + 1e-9);
-  CHECK(fastest_m_s(simulation.world()) < 0.02);
-  for (const RigidBody& block : simulation.world().rigid_bodies) {
+Settled settled(const std::string& name, double duration_s) {
+  const SceneDescription scene = shipped(name);
+  Simulation simulation(scene);
+  simulation.account_energy();
+  double lowest_J = simulation.energy_account()->start.total_J();
+  Settled result;
+  for (int i = 0; i < static_cast<int>(duration_s / scene.period_s); ++i) {
+    if (!advance(simulation, scene.period_s, 1)) ++result.missed;
+    REQUIRE(is_finite(simulation.world()));
+    const double now_J = simulation.energy_account()->end.total_J();
+    result.most_risen_J = std::max(result.most_risen_J, now_J - lowest_J);
+    lowest_J = std::min(lowest_J, now_J);
+  }
+  result.world = simulation.world();
+  result.account = *simulation.energy_account();
+  result.fastest_m_s = fastest_m_s(result.world);
+  for (const BodyRange& body : result.world.bodies) {
+    const bool is_free = body.rigid >= 0 || body.node_count > 0;
+    if (is_free) ++result.bodies;
+    if (is_free && body.asleep) ++result.asleep;
+  }
+  return result;
+}
+
+TEST_CASE("Tissue and blocks lose energy, that of contacts included, and come to rest",
+          "[shipped_scenes]") {
+  const Settled end = settled("tissue_and_blocks", 10.0);
+  const double lost_J = end.account.start.total_J() - end.account.end.total_J();
+
+  CHECK(end.missed == 0);
+  CHECK(lost_J > 0.05);
+  CHECK(end.most_risen_J < 1e-3 * lost_J);
+  CHECK(end.fastest_m_s < 1e-3);
+  for (const RigidBody& block : end.world.rigid_bodies) {
     CHECK(block.position_m.z() > -0.1);  // none has sunk into the floor
     CHECK(block.position_m.z() < 0.05);
   }
 }
 
-TEST_CASE("Hanging threads settle where they hang", "[shipped_scenes]") {
-  const SceneDescription scene = shipped("threads");
-  Simulation simulation(scene);
-  const double start_J = mechanical_energy_J(simulation.world());
-  CHECK(advance(simulation, scene.period_s, static_cast<int>(3.0 / scene.period_s)));
+// One pass of impulses a substep does not hold what rests: these fail until contacts converge.
+TEST_CASE("Tissue and blocks sleep within half a minute", "[shipped_scenes][!shouldfail]") {
+  const Settled end = settled("tissue_and_blocks", 30.0);
+  CHECK(end.asleep == end.bodies);
+}
 
-  REQUIRE(is_finite(simulation.world()));
-  CHECK(mechanical_energy_J(simulation.world()) <= start_J);
-  CHECK(fastest_m_s(simulation.world()) < 1e-3);
+TEST_CASE("The friction of tissue and blocks takes no more than the scene loses",
+          "[shipped_scenes][!shouldfail]") {
+  const Settled end = settled("tissue_and_blocks", 10.0);
+  const double lost_J = end.account.start.total_J() - end.account.end.total_J();
+  CHECK(end.account.numerical_J() > -0.01 * lost_J);
+}
+
+TEST_CASE("Hanging threads lose energy and settle where they hang", "[shipped_scenes]") {
+  const Settled end = settled("threads", 10.0);
+  const double lost_J = end.account.start.total_J() - end.account.end.total_J();
+
+  CHECK(end.missed == 0);
+  CHECK(lost_J > 1e-5);
+  CHECK(end.most_risen_J < 1e-3 * lost_J);
+  CHECK(std::abs(end.account.numerical_J()) < 0.01 * lost_J);
+  CHECK(end.asleep == end.bodies);
 }
 
 TEST_CASE("The soft organ and its rigid cast come to rest, and the organ gives way to the tool",

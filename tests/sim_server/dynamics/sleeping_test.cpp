@@ -84,6 +84,25 @@ TEST_CASE("A stack at rest sleeps, and moves by no bit while it does", "[sleepin
   }
 }
 
+/// Bodies of so many asleep after so long.
+int asleep_after(SceneDescription scene, IntegratorKind integrator, double duration_s) {
+  scene.method.integrator = integrator;
+  Simulation simulation(scene);
+  for (int i = 0; i < std::lround(duration_s / kStep_s); ++i)
+    (void)simulation.step(kStep_s, no_tool);
+  return count_asleep(simulation);
+}
+
+TEST_CASE("A stack sleeps with every integrator that scenes may name", "[sleeping]") {
+  const auto integrator =
+      GENERATE(IntegratorKind::kImplicitEuler, IntegratorKind::kBdf2, IntegratorKind::kTrapezoid,
+               IntegratorKind::kSymplecticEuler, IntegratorKind::kVelocityVerlet,
+               IntegratorKind::kCvodeBdf, IntegratorKind::kArkodeDirk);
+  CAPTURE(name_of(integrator));
+  CHECK(asleep_after(sleeping_scene(stack(1)), integrator, 10.0) == 1);
+  CHECK(asleep_after(sleeping_scene(stack(3)), integrator, 20.0) == 3);
+}
+
 TEST_CASE("What falls asleep was slower than the threshold for half a second", "[sleeping]") {
   Simulation simulation(sleeping_scene(stack(3)));
   const Sleeping promises(simulation.world());

@@ -2,10 +2,15 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <optional>
 #include <random>
+#include <utility>
 
 #include "sim_server/dynamics/mechanical_system.hpp"
+#include "tests/sim_server/every_target.hpp"
 #include "tests/sim_server/scene_builders.hpp"
+#include "tests/sim_server/unkind_heap.hpp"
 
 namespace stillgrid {
 namespace {
@@ -45,21 +50,24 @@ ExplicitState state_of(const World& world) {
   return state;
 }
 
-/// The largest difference to MechanicalSystem's forces, over the largest push of a spring.
+/// Of all instruction sets, the largest difference to MechanicalSystem's forces, over the largest
+/// push of a spring.
 double worst_difference(const World& world) {
-  ExplicitState state = state_of(world);
-  SpringForces springs(world);
-  (void)springs.evaluate(world, state);
   MechanicalSystem system(world, {});
   system.place(Eigen::VectorXd::Zero(world.unknown_count), system.velocity(), 0.0);
   Eigen::VectorXd force(world.unknown_count);
   system.force(1.0, force);
   double worst_N = 0.0, push_N = 0.0;
-  for (std::size_t i = 0; i < world.nodes.size(); ++i) {
-    const int unknown = world.nodes[i].unknown;
-    if (unknown == kNoUnknown) continue;
-    worst_N = std::max(worst_N, (force.segment<3>(unknown) - state.force_N[i].map()).norm());
-  }
+  on_every_target([&] {
+    ExplicitState state = state_of(world);
+    SpringForces springs(world);
+    (void)springs.evaluate(world, state);
+    for (std::size_t i = 0; i < world.nodes.size(); ++i) {
+      const int unknown = world.nodes[i].unknown;
+      if (unknown == kNoUnknown) continue;
+      worst_N = std::max(worst_N, (force.segment<3>(unknown) - state.force_N[i].map()).norm());
+    }
+  });
   for (const Spring& spring : world.springs)
     push_N = std::max(push_N, spring.stiffness_N_m * spring.rest_length_m);
   return worst_N / push_N;
@@ -68,6 +76,7 @@ double worst_difference(const World& world) {
 TEST_CASE("Forces of a sheet's springs are those of the mechanical system", "[spring_forces]") {
   const double damping_N_s_m = GENERATE(0.0, 0.3);
   const double shake_m = GENERATE(0.0, 1e-6, 0.008);
+  const UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
   const Eigen::Vector2i nodes = GENERATE(
       Eigen::Vector2i(1, 7), Eigen::Vector2i(7, 1), Eigen::Vector2i(2, 2), Eigen::Vector2i(3, 5),
       Eigen::Vector2i(8, 8), Eigen::Vector2i(9, 17), Eigen::Vector2i(17, 9));
@@ -77,6 +86,7 @@ TEST_CASE("Forces of a sheet's springs are those of the mechanical system", "[sp
 
 TEST_CASE("Springs that are no regular sheet have the same forces", "[spring_forces]") {
   const double damping_N_s_m = GENERATE(0.0, 0.3);
+  const UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
   BodyDescription rope = thread(11, {0, 0, 0}, {0.3, 0.1, 0}, 0.001, 200.0);
   rope.bend_stiffness_N_m = 20.0;
   BodyDescription block = soft_block({3, 4, 3}, 0.02, 0.002, 400.0, {0.02, 0.009});
@@ -97,16 +107,18 @@ TEST_CASE("Springs that are no regular sheet have the same forces", "[spring_for
 TEST_CASE("Inner forces of a free body sum to nothing", "[spring_forces]") {
   const Eigen::Vector2i nodes = GENERATE(Eigen::Vector2i(6, 7), Eigen::Vector2i(13, 4));
   const World world = shaken(cloth(nodes, 0.2), 0.005);
-  ExplicitState state = state_of(world);
   SpringForces springs(world);
-  (void)springs.evaluate(world, state);
-  Eigen::Vector3d sum_N = Eigen::Vector3d::Zero();
-  double most_N = 0.0;
-  for (const PackedVector& force_N : state.force_N) {
-    sum_N += force_N.map();
-    most_N = std::max(most_N, force_N.map().norm());
-  }
-  CHECK(sum_N.norm() < 1e-13 * most_N * static_cast<double>(world.nodes.size()));
+  on_every_target([&] {
+    ExplicitState state = state_of(world);
+    (void)springs.evaluate(world, state);
+    Eigen::Vector3d sum_N = Eigen::Vector3d::Zero();
+    double most_N = 0.0;
+    for (const PackedVector& force_N : state.force_N) {
+      sum_N += force_N.map();
+      most_N = std::max(most_N, force_N.map().norm());
+    }
+    CHECK(sum_N.norm() < 1e-13 * most_N * static_cast<double>(world.nodes.size()));
+  });
 }
 
 TEST_CASE("The power of dampers is the work of their forces", "[spring_forces]") {
@@ -153,10 +165,113 @@ TEST_CASE("Forces of a body asleep are left alone, others' are as they were", "[
 TEST_CASE("Nodes in one place are pushed nowhere", "[spring_forces]") {
   World world = build_world(scene_of({cloth({4, 4}, 0.1)}));
   for (Node& node : world.nodes) node.position_m.setZero();
-  ExplicitState state = state_of(world);
   SpringForces springs(world);
-  (void)springs.evaluate(world, state);
-  for (const PackedVector& force_N : state.force_N) CHECK(force_N.map().norm() == 0.0);
+  on_every_target([&] {
+    ExplicitState state = state_of(world);
+    (void)springs.evaluate(world, state);
+    for (const PackedVector& force_N : state.force_N) CHECK(force_N.map().norm() == 0.0);
+  });
+}
+
+TEST_CASE("1 / length is exact to 1e-13 at every length, on every instruction set",
+          "[spring_forces]") {
+  constexpr int kSprings = 4096;
+  constexpr double kRest_m = 0.01, kStiffness_N_m = 200.0;
+  World world =
+      build_world(scene_of({thread(2 * kSprings, {0, 0, 0}, {20, 0, 0}, 0.001, kStiffness_N_m)}));
+  // One spring for every two nodes, of lengths over four octaves about its rest.
+  world.springs.clear();
+  std::vector<double> lengths_m;
+  for (int i = 0; i < kSprings; ++i) {
+    world.springs.push_back({2 * i, 2 * i + 1, kRest_m, kStiffness_N_m, 0.0});
+    lengths_m.push_back(kRest_m * std::exp2(4.0 * i / kSprings - 2.0));
+    world.nodes[static_cast<std::size_t>(2 * i)].position_m.setZero();
+    world.nodes[static_cast<std::size_t>(2 * i + 1)].position_m = {lengths_m.back(), 0.0, 0.0};
+  }
+  world.bodies[0].first_spring = 0;
+  world.bodies[0].spring_count = kSprings;
+  SpringForces springs(world);
+  on_every_target([&] {
+    ExplicitState state = state_of(world);
+    (void)springs.evaluate(world, state);
+    double worst = 0.0;
+    for (std::size_t i = 0; i < lengths_m.size(); ++i) {
+      // The force is k (length - rest length * unit), where the unit is length * (1 / length).
+      const double unit = (lengths_m[i] - state.force_N[2 * i].x / kStiffness_N_m) / kRest_m;
+      worst = std::max(worst, std::abs(unit - 1.0));
+    }
+    CHECK(worst < 1e-13);
+  });
+}
+
+TEST_CASE("Rows of a sheet take the widest vector wherever the heap puts them, in copies too",
+          "[spring_forces]") {
+  const UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
+  const auto check = [](SpringSheet& sheet) {
+    const SheetRows rows(sheet);
+    for (std::size_t row = 0; row < SheetRows::kCount; ++row) {
+      CHECK(is_aligned_look(rows[row].at(0)));
+      (void)rows[row].at(sheet.columns + 1);  // in assertion builds: with room for the widest
+    }
+  };
+  for (int columns = 1; columns <= 18; ++columns) {
+    const World world = build_world(scene_of({cloth({columns, 3}, 0.1)}));
+    std::optional<SpringSheet> sheet = sheet_of(world, 0);
+    REQUIRE(sheet);
+    check(*sheet);
+    SpringSheet copy = *sheet, assigned;
+    check(copy);
+    assigned = copy;
+    check(assigned);
+    std::vector<SpringSheet> grown;
+    for (int i = 0; i < 5; ++i) grown.push_back(*sheet);
+    grown.push_back(std::move(copy));
+    for (SpringSheet& one : grown) check(one);
+  }
+}
+
+TEST_CASE("Copies of springs and states pull to the bit as they do, on every instruction set",
+          "[spring_forces]") {
+  const UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
+  const bool regular = GENERATE(true, false);
+  World world = shaken(cloth({9, 6}, 0.3), 0.005);
+  if (!regular) world.bodies[0].sheet_nodes.setZero();
+  on_every_target([&] {
+    SpringForces springs(world);
+    ExplicitState state = state_of(world), copied = state;
+    SpringForces copied_springs = springs;
+    const std::vector<double> between(3);  // what follows on the heap lies elsewhere
+    ExplicitState moved = std::move(copied);
+    SpringForces moved_springs = std::move(copied_springs);
+    CHECK(springs.evaluate(world, state) == moved_springs.evaluate(world, moved));
+    for (std::size_t i = 0; i < state.force_N.size(); ++i)
+      CHECK(state.force_N[i].map() == moved.force_N[i].map());
+  });
+}
+
+TEST_CASE("Nodes move by their forces alike on every instruction set", "[spring_forces]") {
+  const UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
+  const Move move{.kick_s = 0.003, .drift_s = 0.002, .forward = GENERATE(true, false)};
+  const Eigen::Vector3d gravity_m_s2(0.1, 0.2, -9.8);
+  const World world = shaken(cloth({5, 3}, 0.1), 0.005);
+  on_every_target([&] {
+    const ExplicitState before = state_of(world);
+    ExplicitState state = before;
+    move_nodes(move, gravity_m_s2, state);
+    for (std::size_t i = 0; i < world.nodes.size(); ++i) {
+      const Eigen::Vector3d x_m = before.position_m[i].map(), v_m_s = before.velocity_m_s[i].map();
+      const double per_mass_kg = before.per_mass_kg[i];
+      const Eigen::Vector3d faster_m_s =
+          per_mass_kg == 0.0
+              ? v_m_s
+              : Eigen::Vector3d(v_m_s + move.kick_s *
+                                            (per_mass_kg * before.force_N[i].map() + gravity_m_s2));
+      const Eigen::Vector3d drift_m = move.drift_s * (move.forward ? v_m_s : faster_m_s);
+      const Eigen::Vector3d farther_m = per_mass_kg == 0.0 ? x_m : Eigen::Vector3d(x_m + drift_m);
+      CHECK((state.velocity_m_s[i].map() - faster_m_s).norm() <= 1e-15 * (1.0 + faster_m_s.norm()));
+      CHECK((state.position_m[i].map() - farther_m).norm() <= 1e-15 * (1.0 + farther_m.norm()));
+    }
+  });
 }
 
 }  // namespace

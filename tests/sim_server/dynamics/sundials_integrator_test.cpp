@@ -286,6 +286,24 @@ TEST_CASE("A state that is no number comes back at rest", "[sundials]") {
   }
 }
 
+TEST_CASE("What no force acts on goes straight on, and what rests stays", "[sundials]") {
+  const IntegratorKind kind = GENERATE(from_range(kKinds));
+  const double speed_m_s = GENERATE(0.3, 0.0);
+  CAPTURE(name_of(kind), speed_m_s);
+  Simulation simulation(integrated(
+      scene_of({moving(sphere({0, 0, 0}, 0.01, 0.1), {speed_m_s, 0, 0}, {0, 0, 10.0 * speed_m_s}),
+                moving(thread(3, {0, 1, 0}, {0.1, 1, 0}, 0.01, 100.0), {speed_m_s, 0, 0})}),
+      kind, 1e-6));
+
+  for (int i = 0; i < 100; ++i) REQUIRE(simulation.step(0.01, no_tool).solve.converged);
+
+  const RigidBody& ball = simulation.world().rigid_bodies[0];
+  CHECK((ball.position_m - Eigen::Vector3d(speed_m_s, 0, 0)).norm() < 1e-8);
+  CHECK((ball.angular_velocity_rad_s - Eigen::Vector3d(0, 0, 10.0 * speed_m_s)).norm() < 1e-8);
+  CHECK((simulation.world().nodes[2].position_m - Eigen::Vector3d(0.1 + speed_m_s, 1, 0)).norm() <
+        1e-8);
+}
+
 TEST_CASE("Nothing free is nothing to integrate", "[sundials]") {
   const IntegratorKind kind = GENERATE(from_range(kKinds));
   Simulation simulation(integrated(scene_of({floor_at(0.0)}), kind, 1e-6));

@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/sim_server/scene/temporary_scene.hpp"
@@ -98,6 +99,11 @@ constexpr BadScene kBadFiles[] = {
 // Each text stands from the third line on, after a format and a material "m", in a [[body]].
 constexpr BadScene kBadBodies[] = {
     {"kind = 'sphere'", "3:1", "body.name", "missing", "a name"},
+    {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmass_kg = 1\nradius_m = 0x10", "8:12",
+     "body.radius_m", "0x10", "a number from 1e-9 to 1e12, in decimal digits"},
+    {"name = 'b'\nkind = 'thread'\nmaterial = 'm'\nmass_kg = 1\nnodes = 3\nfrom_m = [0, 0, 0]\n"
+     "to_m = [0.1, 0, 0]\nspheres = { radius_m = 5.0 }",
+     "11:24", "body.spheres.radius_m", "5", "at most the body's longest side"},
     {"name = 'a,b'", "4:8", "body.name", "'a,b'", "a name without comma"},
     {"name = 'b'", "3:1", "body.kind", "missing",
      "one of sheet, thread, soft_block, rigid_box, mesh, sphere, plane"},
@@ -240,4 +246,38 @@ TEST_CASE("A refusal is one line whatever the file holds", "[scene_file]") {
   CHECK(refusal.find('\n') == std::string::npos);
   CHECK(refusal.find('\x1b') == std::string::npos);
   CHECK(refusal.find("2:1: a key: value ") == 0);
+}
+
+TEST_CASE("What nests too deep for a parser is refused where it stands", "[scene_file]") {
+  constexpr std::size_t kParts = 40'000;
+  std::string key = "a";
+  for (std::size_t i = 1; i < kParts; ++i) key += ".a";
+  const std::string within(kParts, '['), behind(kParts, ']');
+  std::string tables;
+  for (std::size_t i = 0; i < kParts; ++i) tables += "{ a = ";
+  const std::string_view expects_key = ": expected a key of at most 16 parts";
+  const std::string_view expects_value = ": expected a value of at most 16 brackets";
+  const std::pair<std::string, std::string_view> deep[] = {
+      {key + " = 1", expects_key},
+      {"[" + key + "]", expects_key},
+      {"[[ a ." + key + "]]", expects_key},
+      {"a = { " + key + " = 1 }", expects_key},
+      {"'a'.\"b\"." + key + " = 1", expects_key},
+      {"a = " + within + behind, expects_value},
+      {"a = " + tables, expects_value}};
+  for (const auto& [text, expected] : deep) {
+    const std::string refusal = refusal_of("format = 1\n" + text);
+    INFO(refusal);
+    CHECK(refusal.find("2:") == 0);
+    REQUIRE(refusal.size() > expected.size());
+    CHECK(refusal.substr(refusal.size() - expected.size()) == expected);
+  }
+  // Dots and brackets within texts and comments are none, and numbers' dots are no keys'.
+  std::string numbers;
+  for (int i = 0; i < 100; ++i) numbers += "1.5, ";
+  const std::string shallow = "format = 1 # " + key + within + "\nname = '" + within + "'";
+  CHECK(refusal_of(shallow).find("2:1: name: value ") == 0);
+  CHECK(refusal_of("format = 1\na = [" + numbers + "]").find("2:1: a: value ") == 0);
+  CHECK(refusal_of("format = 1\na = \"\"\"" + within + "\\\"" + key + "\"\"\"").find("2:1: a: ") ==
+        0);
 }

@@ -1,7 +1,9 @@
 #include "sim_server/scene/scene_file.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <ctime>
 #include <string>
 #include <vector>
 
@@ -209,4 +211,36 @@ TEST_CASE("A scene has at most 64 planes, for a segment has room for no more", "
   text.append(
       "[[body]]\nkind = \"plane\"\nnormal = [0, 0, 1]\nmaterial = \"m\"\nname = \"one more\"\n");
   CHECK(refusal_of(text).find("at most 64 planes") != std::string::npos);
+}
+
+namespace {
+
+/// A scene of so many spheres, a line of them.
+std::string many_spheres(int count) {
+  std::string text = "format = 1\n[[material]]\nname = 'm'\ncontact_stiffness_N_m = 1\n";
+  for (int i = 0; i < count; ++i)
+    text += "[[body]]\nname = 'ball" + std::to_string(i) +
+            "'\nkind = 'sphere'\nradius_m = 0.01\nmass_kg = 1\nmaterial = 'm'\nposition_m = [0.0, "
+            "0.0, " +
+            std::to_string(i) + ".0]\n";
+  return text;
+}
+
+/// Processor time that a text takes to be read, s: the least of three, which is the work.
+double reading_s(const std::string& text) {
+  double least_s = 1e9;
+  for (int i = 0; i < 3; ++i) {
+    const std::clock_t began = std::clock();
+    REQUIRE_FALSE(scene_of(text).bodies.empty());
+    least_s = std::min(least_s, static_cast<double>(std::clock() - began) / CLOCKS_PER_SEC);
+  }
+  return least_s;
+}
+
+}  // namespace
+
+TEST_CASE("The time that a scene takes to be read grows with its bodies, no faster",
+          "[scene_file]") {
+  // Looking through all names for each took 25 times as long here.
+  CHECK(reading_s(many_spheres(24'000)) < 14.0 * reading_s(many_spheres(3'000)));
 }

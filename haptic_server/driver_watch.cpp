@@ -1,0 +1,108 @@
+#include "haptic_server/driver_watch.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <cfenv>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <string_view>
+#include <utility>
+
+#include "haptic_server/safety/safety_flag.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr auto kPoll = std::chrono::milliseconds(50);
+constexpr int kPollsALook = 20;
+
+/// What a reason means to a user, in the order of its flags.
+constexpr std::array<std::string_view, 9> kReasonLines = {
+    "no position is marked valid",
+    "a position is no number",
+    "a position is farther than 10 m from its origin",
+    "a position is far outside the workspace that it declares",
+    "an orientation is no number, or no unit quaternion",
+    "a time stamp goes back",
+    "a time stamp is more than 100 ms from now",
+    "its sequence stands still under fresh time stamps",
+    "a position leaps, faster than the device declares or any hand moves"};
+constexpr std::size_t kFirstReason = 16;
+static_assert(kFlagNoPosition == 1U << kFirstReason &&
+              kFirstReason + kReasonLines.size() == kSafetyFlagNames.size());
+
+void add(std::atomic<std::uint64_t>& count) {  // one writer
+  count.store(count.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+}
+
+}  // namespace
+
+DriverWatch::DriverWatch(std::string device)
+    : device_(std::move(device)),
+      before_(process_state()),
+      thread_([this](const std::stop_token& end) { keep_watch(end); }) {}
+
+DriverWatch::~DriverWatch() {
+  thread_.request_stop();
+  thread_.join();
+  if (ticks_ > 0) look_at_process();
+  say_new();
+  std::string counts;
+  const auto list = [&counts](std::string_view what, std::uint64_t count) {
+    if (count > 0) counts.append(", ").append(what).append(" ").append(std::to_string(count));
+  };
+  for (std::size_t i = kFirstReason; i < kSafetyFlagNames.size(); ++i)
+    list(kSafetyFlagNames[i], bad_ticks_[i]);
+  if (!counts.empty())
+    spdlog::warn("device '{}': not believed in {} of {} ticks{}", device_, unbelieved_.load(),
+                 ticks_.load(), counts);
+}
+
+void DriverWatch::note(std::uint32_t flags) noexcept {
+  add(ticks_);
+  if ((flags & kFlagBadDevice) != 0) add(unbelieved_);
+  if (const std::uint32_t reasons = flags & kDeviceReasonMask; reasons != 0)
+    for (std::size_t i = kFirstReason; i < kSafetyFlagNames.size(); ++i)
+      if ((reasons >> i & 1U) != 0) add(bad_ticks_[i]);
+  if (std::fegetround() == FE_TONEAREST) return;
+  std::fesetround(FE_TONEAREST);
+  add(changes_[kRoundingMode]);
+}
+
+void DriverWatch::keep_watch(const std::stop_token& end) {
+  std::mutex mutex;
+  std::condition_variable_any changed;
+  std::unique_lock lock(mutex);
+  for (int poll = 1; !end.stop_requested(); ++poll) {
+    changed.wait_for(lock, end, kPoll, [] { return false; });
+    if (poll % kPollsALook == 0 && ticks_ > 0) look_at_process();
+    say_new();
+  }
+}
+
+void DriverWatch::look_at_process() {
+  const ProcessState now = process_state(before_.thread);
+  constexpr auto kSchedule = static_cast<std::size_t>(ProcessPart::kSchedule);
+  if (!std::exchange(has_schedule_, true)) before_.parts[kSchedule] = now.parts[kSchedule];
+  for (std::size_t i = 0; i < kProcessParts.size(); ++i)
+    if (now.parts[i] != before_.parts[i]) add(changes_[i]);
+}
+
+void DriverWatch::say_new() {
+  const auto is_new = [this](std::size_t bit, std::uint64_t count) {
+    if (count == 0 || (said_ >> bit & 1U) != 0) return false;
+    said_ |= std::uint64_t{1} << bit;
+    return true;
+  };
+  for (std::size_t i = 0; i < kReasonLines.size(); ++i)
+    if (is_new(i, bad_ticks_[kFirstReason + i]))
+      spdlog::warn("device '{}': not believed: {}; the force fades", device_, kReasonLines[i]);
+  for (std::size_t i = 0; i < kChanges; ++i)
+    if (is_new(32 + i, changes_[i]))
+      spdlog::warn("device '{}': {} of the process has changed since the device was opened{}",
+                   device_, i == kRoundingMode ? "the rounding mode" : kProcessParts[i],
+                   i == kRoundingMode ? ", and is set back" : "");
+}
+
+}  // namespace stillgrid

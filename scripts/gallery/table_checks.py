@@ -1,0 +1,200 @@
+"""What of the published tables is measured again, and how: each check draws rows of a table, has the
+program that wrote them write them again, and yields (row's key, column, published, measured) of every
+figure that no clock decides. What needs the real inputs yields nothing where they are absent."""
+import csv
+import io
+import math
+import pathlib
+import subprocess
+import tempfile
+
+import measure_decomposition
+import measure_models
+import measure_printed
+import recorded_forces
+from measuring import DATA, output_of, program
+from tables import read_rows
+
+CLOCKED = ("tick_median_us", "processor_ms_per_s", "stable_stiffness_N_m", "time_s")
+
+
+class Tables:
+    """The published tables, a build to measure them with, and what draws rows."""
+
+    def __init__(self, charts, build, random, rows):
+        self.charts, self.build, self.random, self.rows = charts, build, random, rows
+
+    def published(self, table):
+        return read_rows(self.charts / f"{table}.csv")
+
+    def draw(self, some):
+        some = list(some)
+        return self.random.sample(some, min(self.rows, len(some)))
+
+    def run(self, name, *options):
+        return list(csv.DictReader(
+            line for line in io.StringIO(output_of([program(self.build, name), *options]))
+            if not line.startswith("#")))
+
+
+def differences(key, published, measured, columns):
+    for column in columns:
+        yield key, column, published[column], measured.get(column, "") if measured else "(no such row)"
+
+
+def printed(table, keys, options=(), columns=None, count=40):
+    """Of a program that prints a whole table; `options` may have it print a part."""
+    def check(tables):
+        measured = {tuple(row[key] for key in keys): row
+                    for row in tables.run(measure_printed.PROGRAMS.get(table, f"{table}_figures"), *options)}
+        rows = [row for row in tables.published(table)
+                if not options or tuple(row[key] for key in keys) in measured]
+        for row in tables.random.sample(rows, min(count, len(rows))):
+            key = tuple(row[name] for name in keys)
+            yield from differences(key, row, measured.get(key),
+                                   columns or [name for name in row if name not in keys])
+    return check
+
+
+def check_voxel_ratio(tables):
+    keys = ("shape", "engine", "ratio")
+    measured = {tuple(row[key] for key in keys): row for row in tables.run("voxel_ratio_figures")}
+    for row in tables.published("voxel_ratio"):
+        if row["engine"] == "paper":
+            key = tuple(row[name] for name in keys)
+            yield from differences(key, row, measured.get(key), ("entries", "visits", "tests"))
+
+
+def check_model_table(tables):
+    """A path, with or without jitter, and some of its models; one of them with its stable stiffness."""
+    rows = tables.published("model_table")
+    path = tables.random.choice([path for path in measure_models.PATHS if path[0] != "tissue and blocks, all"])
+    name, scene, way, since, seconds, _ = path
+    jitter = tables.random.choice(measure_models.JITTERS)
+    mine = [row for row in rows if row["path"] == name and float(row["jitter"]) == jitter]
+    drawn = tables.draw([row for row in mine if row["model"] != "reference"])
+    with tempfile.TemporaryDirectory() as folder:
+        device = measure_models.device_of(way, seconds, folder)
+        if device is None:
+            return
+        names = [row["model"] for row in drawn]
+        measured = {row["model"]: row for row in measure_models.compare(
+            tables.build, scene, device, jitter, since, seconds, "--models", *names)}
+    for row in [row for row in mine if row["model"] == "reference"] + drawn:
+        key = name, f"jitter {jitter}", row["model"]
+        yield from differences(key, row, measured.get(row["model"]),
+                               [column for column in measured["reference"]
+                                if column not in CLOCKED + ("model",)])
+
+
+def check_spacing_rate(tables):
+    rows = tables.published("spacing_rate")
+    path = next(path for path in measure_models.PATHS if path[0] == tables.random.choice(rows)["path"])
+    name, scene, way, since, _, _ = path
+    spacing_m = tables.random.choice(measure_models.SPACINGS_M[:3])  # the finest take minutes
+    rate_hz = tables.random.choice(measure_models.RATES_HZ[:3])
+    with tempfile.TemporaryDirectory() as folder:
+        device = measure_models.device_of(way, since + 4.0, folder)
+        if device is None:
+            return
+        *mine, true = measure_models.compare_spaced(
+            tables.build, scene, spacing_m, (rate_hz,), device, since, since + 4.0, folder)
+    measured = {row["model"]: measure_models.spaced_row(name, spacing_m, row, true) for row in mine}
+    for row in rows:
+        if (row["path"], float(row["spacing_mm"]), float(row["rate_hz"])) == (
+                name, 1e3 * spacing_m, float(f"{rate_hz:.4g}")):
+            yield from differences((name, row["spacing_mm"], row["rate_hz"], row["model"]), row,
+                                   measured.get(row["model"]),
+                                   [column for column in row if column not in CLOCKED + ("model", "path")])
+
+
+def check_paper_figures(tables):
+    label = tables.random.choice(("reference", *measure_models.FIGURE_MODELS))
+    with tempfile.TemporaryDirectory() as folder:
+        measured = {row["time_s"]: row for row in measure_models.figure_rows(tables.build, label, folder)}
+    for row in tables.draw(row for row in tables.published("paper_figures") if row["model"] == label):
+        yield from differences((label, row["time_s"]), row, measured.get(row["time_s"]), ("force_N", "image"))
+
+
+def next_on_grid(limit_N_m):
+    """The stiffness after that of the laboratory's grid: five per cent up from where its searches begin, of four
+    digits."""
+    for lowest_N_m in (50.0, 100.0, 200.0):
+        i = round(math.log(limit_N_m / lowest_N_m) / math.log(1.05))
+        if f"{lowest_N_m * 1.05 ** i:.4g}" == f"{limit_N_m:.6g}":
+            return float(f"{lowest_N_m * 1.05 ** (i + 1):.4g}")
+    raise ValueError(f"stability: limit_N_m: value {limit_N_m}: expected a point of a grid")
+
+
+def is_stable(tables, row, stiffness_N_m, seed):
+    options = ["--scene", row["scene"], "--device", row["device"], "--model", row["model"],
+               "--transition", row["transition"], "--period", row["period_s"],
+               "--latency", row["latency_share"], "--jitter", row["jitter"], "--seed", seed,
+               "--resolution", row["resolution_m"], "--device-friction", row["device_friction_N"],
+               "--damping", row["contact_damping_N_s_m"], "--friction", row["friction"],
+               "--duration", row["duration_s"], "--stiffness", f"{stiffness_N_m:.6g}"]
+    return output_of([program(tables.build, "stability_lab"), "run", *options]).strip() == "stable"
+
+
+def check_stability(tables):
+    """Stable at the limit by each seed, and by one of them not a point of the grid above. Rows of one seed are
+    of an older search (docs/algorithms/stability.md), which claimed no more than it found there and then."""
+    rows = [row for row in tables.published("stability")
+            if "-" in row["seed"] and row["limit_N_m"] and float(row["limit_N_m"]) < 28000.0]
+    for row in tables.draw(rows):
+        first, _, last = row["seed"].partition("-")
+        seeds = range(int(first), int(last or first) + 1)
+        limit_N_m = float(row["limit_N_m"])
+        above_N_m = next_on_grid(limit_N_m)
+        verdict = ("stable" if all(is_stable(tables, row, limit_N_m, seed) for seed in seeds) else "lost") + \
+            (", stable above" if all(is_stable(tables, row, above_N_m, seed) for seed in seeds)
+             else ", lost above")
+        key = tuple(row[name] for name in ("scene", "device", "transition", "period_s", "latency_share",
+                                           "jitter", "seed", "limit_N_m"))
+        yield key, "verdict", "stable, lost above", verdict
+
+
+def check_decomposition(tables):
+    if not (DATA / "meshes").is_dir():
+        return
+    rows = tables.published("decomposition_error")
+    for row in tables.random.sample(rows, 1):
+        measured = measure_decomposition.measure(
+            tables.build / "bin/sphere_decompose", row["mesh"], (float(row["tolerance"]),))[0][0]
+        measured["spheres"] = str(measured["spheres"])
+        yield from differences((row["mesh"], row["tolerance"]), row, measured,
+                               [column for column in row if column not in ("mesh", "tolerance", "time_s")])
+
+
+def check_contour(tables):
+    if not recorded_forces.CONTOUR_MESH.exists():
+        return
+    row = tables.random.choice(tables.published("contour_forces"))
+    with tempfile.TemporaryDirectory() as folder:
+        scene, file = pathlib.Path(folder) / "scene.toml", pathlib.Path(folder) / "recording.csv"
+        scene.write_text(recorded_forces.contour_scene())
+        name = row["demonstration"]
+        subprocess.run([recorded_forces.ROOT / "scripts/launch", scene, "--lockstep", "--device",
+                        recorded_forces.contour_device(name), "--duration",
+                        str(recorded_forces.contour_duration_s(name)), "--record", file,
+                        "--build", tables.build], check=True, stdout=subprocess.DEVNULL)
+        share, cosine = recorded_forces.compare_contour(name, file)
+    yield from differences((name,), row, {"in_contact": f"{share:.4f}", "mean_cosine": f"{cosine:.4f}"},
+                           ("in_contact", "mean_cosine"))
+
+
+# Seconds are of a quiet machine.
+CHECKS = {
+    "row_ripple": printed("row_ripple", ("quantity", "spacing_mm", "x")),
+    "ku_contact": printed("ku_contact", ("model", "step_mm", "demonstration")),
+    "broyden_iterations": printed("broyden_iterations", ("scene", "solver", "k_h2_per_m")),
+    "two_rate": printed("two_rate", ("device", "period_ms", "cost_share", "body", "law"), ("--small",)),
+    "velocity": printed("velocity", ("estimator", "setting_ms", "quantity", "of"), ("--small",)),
+    "voxel_ratio": check_voxel_ratio,
+    "model_table": check_model_table,
+    "spacing_rate": check_spacing_rate,
+    "paper_figures": check_paper_figures,
+    "stability": check_stability,
+    "decomposition_error": check_decomposition,
+    "contour_forces": check_contour,
+}

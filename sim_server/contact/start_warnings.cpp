@@ -1,0 +1,176 @@
+#include "sim_server/contact/start_warnings.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "sim_server/bodies/sphere_motion.hpp"
+#include "sim_server/contact/detection.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr double kLongest_m = 10.0, kShortest_m = 1e-3;  // of a body
+constexpr double kFastest_m_s = 50.0;
+constexpr double kFarthest_m = 1000.0;  // floats are 60 um apart beyond
+constexpr double kDeep = 0.5;           // of the smaller radius
+constexpr std::size_t kMostLines = 10;
+
+std::string print(const char* format, auto... values) {
+  std::string text(300, '\0');
+  text.resize(static_cast<std::size_t>(
+      std::max(0, std::snprintf(text.data(), text.size(), format, values...))));
+  return text;
+}
+
+/// The spheres of one body at the start.
+struct Shape {
+  Eigen::AlignedBox3d centres_m;
+  double radius_m = 0.0;          // the largest
+  std::vector<double> highest_m;  // of a centre above each plane
+};
+
+std::vector<Shape> shapes_of(const World& world) {
+  std::vector<Shape> shapes(world.bodies.size());
+  const auto include = [&](int body, const Eigen::Vector3d& at_m, double radius_m) {
+    Shape& shape = shapes[static_cast<std::size_t>(body)];
+    shape.centres_m.extend(at_m);
+    shape.radius_m = std::max(shape.radius_m, radius_m);
+    shape.highest_m.resize(world.planes.size(), -std::numeric_limits<double>::infinity());
+    for (std::size_t i = 0; i < world.planes.size(); ++i)
+      shape.highest_m[i] =
+          std::max(shape.highest_m[i], world.planes[i].normal.dot(at_m) - world.planes[i].offset_m);
+  };
+  for (const SphereBinding& sphere : world.spheres)
+    include(sphere.body, sphere.rest_position_m, sphere.radius_m);
+  for (const StillSphere& sphere : world.still_spheres)
+    include(sphere.body, sphere.position_m, sphere.radius_m);
+  return shapes;
+}
+
+double speed_m_s(const BodyDescription& body) {
+  if (body.motion == Motion::kFree) return body.velocity_m_s.norm();
+  if (body.motion == Motion::kStatic) return 0.0;
+  return std::abs(body.prescribed.velocity_m_s) +
+         2.0 * std::numbers::pi * body.prescribed.frequency_hz * body.prescribed.amplitude_m;
+}
+
+class Warnings {
+ public:
+  Warnings(const SceneDescription& scene, const std::string& file) : scene_(scene), file_(file) {}
+
+  void add(int body, const std::string& what) {
+    ++count_;
+    if (lines_.size() == kMostLines) return;
+    const BodyDescription& of = scene_.bodies[static_cast<std::size_t>(body)];
+    lines_.push_back(file_ + ":" + std::to_string(of.line) + ": body '" + of.name + "': " + what);
+  }
+
+  [[nodiscard]] std::string name(int body) const {
+    return "'" + scene_.bodies[static_cast<std::size_t>(body)].name + "'";
+  }
+
+  [[nodiscard]] std::vector<std::string> lines() && {
+    if (count_ > lines_.size())
+      lines_.push_back(file_ + ": and " + std::to_string(count_ - lines_.size()) +
+                       " more of the kind");
+    return std::move(lines_);
+  }
+
+ private:
+  const SceneDescription& scene_;
+  const std::string& file_;
+  std::vector<std::string> lines_;
+  std::size_t count_ = 0;
+};
+
+void warn_of_shape(const SceneDescription& scene, const World& world, int number,
+                   const Shape& shape, Warnings& warnings) {
+  const BodyDescription& body = scene.bodies[static_cast<std::size_t>(number)];
+  if (speed_m_s(body) > kFastest_m_s)
+    warnings.add(number, print("moves at %.3g m/s: speeds are in m/s", speed_m_s(body)));
+  if (shape.highest_m.empty() && shape.centres_m.isEmpty()) return;
+  const double side_m = shape.centres_m.sizes().maxCoeff() + 2.0 * shape.radius_m;
+  if (side_m > kLongest_m || side_m < kShortest_m)
+    warnings.add(number, print("is %.3g m long: lengths are in m", side_m));
+  const double far_m = std::max(shape.centres_m.min().cwiseAbs().maxCoeff(),
+                                shape.centres_m.max().cwiseAbs().maxCoeff());
+  if (far_m > kFarthest_m)
+    warnings.add(number, print("is %.3g m from the origin: images are in floats, there %.2g mm "
+                               "apart, and forces as coarse",
+                               far_m, 1e3 * far_m * std::numeric_limits<float>::epsilon()));
+  if (body.motion != Motion::kFree) return;
+  for (std::size_t i = 0; i < shape.highest_m.size(); ++i)
+    if (shape.highest_m[i] < -shape.radius_m)
+      warnings.add(number, print("lies %.3g m below plane ", -shape.highest_m[i]) +
+                               warnings.name(world.planes[i].body) +
+                               ", behind its normal: the plane will throw it out");
+}
+
+/// The body that a contact's other side is of.
+int other_body(const World& world, const Contact& contact) {
+  if (contact.b >= 0) return world.spheres[static_cast<std::size_t>(contact.b)].body;
+  if (contact.is_plane) {
+    for (const StillPlane& plane : world.planes)
+      if (plane.normal == contact.plane_normal && plane.offset_m == contact.plane_offset_m)
+        return plane.body;
+    return -1;
+  }
+  for (const StillSphere& sphere : world.still_spheres)
+    if (sphere.position_m == contact.position_b_m) return sphere.body;
+  return -1;
+}
+
+void warn_of_overlaps(const World& world, const std::vector<Shape>& shapes, Warnings& warnings) {
+  Detection detection(world, 0.0);
+  detection.find_contacts(world, 0.0, true);
+  struct Overlap {
+    double depth_m = 0.0;
+    const Contact* contact = nullptr;
+  };
+  std::map<std::pair<int, int>, Overlap> deepest;  // by body, and the other where it moves
+  for (const Contact& contact : detection.contacts()) {
+    const double smaller_m =
+        contact.is_plane ? contact.radius_a_m : std::min(contact.radius_a_m, contact.radius_b_m);
+    if (contact.depth_before_m <= kDeep * smaller_m * (contact.is_plane ? 2.0 : 1.0)) continue;
+    const int body = world.spheres[static_cast<std::size_t>(contact.a)].body;
+    if (contact.is_plane) {
+      const std::vector<double>& highest_m = shapes[static_cast<std::size_t>(body)].highest_m;
+      const auto own = std::find_if(world.planes.begin(), world.planes.end(), [&](const auto& p) {
+        return p.normal == contact.plane_normal && p.offset_m == contact.plane_offset_m;
+      });
+      if (highest_m[static_cast<std::size_t>(own - world.planes.begin())] <
+          -shapes[static_cast<std::size_t>(body)].radius_m)
+        continue;  // said already
+    }
+    const int other = contact.b >= 0 ? world.spheres[static_cast<std::size_t>(contact.b)].body : -1;
+    Overlap& overlap = deepest[{body, other}];
+    if (contact.depth_before_m > overlap.depth_m) overlap = {contact.depth_before_m, &contact};
+  }
+  for (const auto& [bodies, overlap] : deepest) {
+    const int other = other_body(world, *overlap.contact);
+    warnings.add(bodies.first,
+                 print("overlaps ") +
+                     (other == bodies.first ? "itself" : "body " + warnings.name(other)) +
+                     print(" by %.3g m at the start: they will burst apart", overlap.depth_m));
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> start_warnings(const SceneDescription& scene, const World& world,
+                                        const std::string& file) {
+  Warnings warnings(scene, file);
+  const std::vector<Shape> shapes = shapes_of(world);
+  for (std::size_t i = 0; i < shapes.size(); ++i)
+    warn_of_shape(scene, world, static_cast<int>(i), shapes[i], warnings);
+  warn_of_overlaps(world, shapes, warnings);
+  return std::move(warnings).lines();
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sim_server/bodies/world.hpp"
+#include "sim_server/scene/scene_description.hpp"
+
+namespace stillgrid {
+
+/// What a scene says that is legal but seldom meant, a line each, `FILE:LINE: body 'NAME': ...`:
+/// bodies below a plane, deep overlaps at the start, sizes and speeds that no scene has that a hand
+/// feels, places where an image's floats are coarse. Ten lines at most and how many more there are.
+///
+/// Finds the contacts of the start once: linear in the spheres. Pre: `world` is build_world(scene).
+[[nodiscard]] std::vector<std::string> start_warnings(const SceneDescription& scene,
+                                                      const World& world, const std::string& file);
+
+}  // namespace stillgrid

@@ -1,0 +1,130 @@
+// Laws of energy: across the interface, by limits, and at rest.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "tests/laws/law.hpp"
+#include "tests/laws/moved_scene.hpp"
+
+namespace stillgrid {
+namespace {
+
+/// Work of a held force on the hand up to each tick, of the device's own way.
+std::vector<double> work_J(const std::vector<TickRow>& rows, Eigen::Vector3d TickRow::*force,
+                           double scale) {
+  std::vector<double> work(rows.size(), 0.0);
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const Eigen::Vector3d moved_m = (rows[i].position_m - rows[i - 1].position_m) / scale;
+    work[i] = work[i - 1] + (rows[i - 1].*force).dot(moved_m);
+  }
+  return work;
+}
+
+double stiffness_least_N_m(const SceneDescription& scene) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const MaterialDescription& material : scene.materials)
+    least = std::min(least, material.contact_stiffness_N_m);
+  return least;
+}
+
+}  // namespace
+
+Finding interface_makes_nothing(const LawCase& law_case) {
+  const SceneDescription scene = scene_of(law_case);
+  CaseLoop loop = loop_of(law_case, scene);
+  loop.options.accounts_energy = true;
+  const LabRun run = run_lab(scene, loop.options);
+  const std::vector<double> to_hand_J = work_J(run.rows, &TickRow::rendered_N, 1.0);
+  double most_N = 0.0;
+  for (const TickRow& row : run.rows) most_N = std::max(most_N, row.rendered_N.norm());
+  // What the springs of contact hold is with the simulation a while before or after the hand.
+  const double held_J = 0.5 * most_N * most_N / stiffness_least_N_m(scene);
+  Finding finding{.allowed = 2.0 * held_J + 1e-6, .what = "J"};
+  // Over a second or longer: what is made again and again adds up.
+  const auto second = static_cast<std::size_t>(loop.options.tick_rate_hz);
+  finding.measured = -std::numeric_limits<double>::infinity();
+  double least_J = std::numeric_limits<double>::infinity();
+  for (std::size_t end = second; end < run.rows.size(); ++end) {
+    const std::size_t start = end - second;
+    least_J = std::min(least_J, to_hand_J[start] + run.given_J[start]);
+    const double made_J = to_hand_J[end] + run.given_J[end] - least_J;
+    if (made_J <= finding.measured) continue;
+    finding.measured = made_J;
+    finding.what = "J made by the interface up to " + short_number(run.rows[end].time_s) + " s";
+  }
+  return finding;
+}
+
+Finding limits_are_passive(const LawCase& law_case) {
+  const SceneDescription scene = scene_of(law_case);
+  const CaseLoop loop = loop_of(law_case, scene);
+  const LabRun run = run_lab(scene, loop.options);
+  // The ramp at the start is no limit: a force that sets in on a hand that is there already is new.
+  constexpr double kRamp_s = 0.12;
+  const std::vector<double> told = work_J(run.rows, &TickRow::force_N, scene.device.scale);
+  const std::vector<double> free = work_J(run.rows, &TickRow::rendered_N, scene.device.scale);
+  const auto first = static_cast<std::size_t>(kRamp_s * loop.options.tick_rate_hz);
+  double most_told_J = 0.0, most_free_J = 0.0, taken_J = 0.0;
+  for (std::size_t i = first; i < run.rows.size(); ++i) {
+    most_told_J = std::max(most_told_J, told[i] - told[first]);
+    most_free_J = std::max(most_free_J, free[i] - free[first]);
+    taken_J = std::max(taken_J, free[first] - free[i]);
+  }
+  return {.measured = most_told_J,
+          .allowed = most_free_J + 1e-4 + 0.01 * taken_J,
+          .what = "J given to the hand by the limited force at most; allowed: the unlimited one"};
+}
+
+Finding comes_to_rest(const LawCase& law_case) {
+  const SceneDescription scene = scene_of(law_case);
+  std::size_t spheres = 0, asleep = 0;
+  double half_J = 0.0, end_J = 0.0, half_flow_J = 0.0, end_flow_J = 0.0, most_J = 0.0;
+  double end_s = 0.0, half_s = 0.0, fastest_J = 0.0;
+  const double look_s = 0.75 * law_case.duration_s;
+  move_scene(
+      scene, law_case, tool_path_of(law_case),
+      [&](Simulation& simulation, const StepReport& report, double time_s) {
+        if (time_s == 0.0 || end_s == 0.0) simulation.account_energy();
+        end_s = time_s;
+        asleep = static_cast<std::size_t>(report.asleep_spheres);
+        spheres = 0;
+        for (const SphereBinding& sphere : simulation.world().spheres) {
+          const int rigid = sphere.rigid;
+          if (rigid < 0 || simulation.world().rigid_bodies[static_cast<std::size_t>(rigid)].free)
+            ++spheres;
+        }
+        const bool is_end = time_s >= law_case.duration_s;
+        if (!is_end && (time_s < look_s || half_s > 0.0)) return true;
+        const auto account = simulation.energy_account();
+        const double flow_J = std::abs(account->flow.friction_J) +
+                              std::abs(account->flow.spring_damping_J) +
+                              std::abs(account->flow.contact_damping_J);
+        (is_end ? end_J : half_J) = account->end.total_J();
+        (is_end ? end_flow_J : half_flow_J) = flow_J;
+        most_J = std::max(most_J, account->start.total_J() - account->end.gravity_J);
+        fastest_J = account->end.kinetic_J;
+        if (!is_end) half_s = time_s;
+        return true;
+      });
+  // Nothing that is said to rest moves faster than a millimetre a second, or warms up.
+  double mass_kg = 0.0;
+  for (const BodyDescription& body : scene.bodies) mass_kg += body.mass_kg;
+  const double rate_W = std::abs(end_flow_J - half_flow_J) / std::max(1e-3, end_s - half_s);
+  const double rise_W = (end_J - half_J) / std::max(1e-3, end_s - half_s);
+  const double still_J = 0.5 * mass_kg * 1e-6;
+  const double still_W = 1e-3 * mass_kg * 1e-3;
+  if (!std::isfinite(end_J))
+    return {.measured = std::numeric_limits<double>::infinity(), .what = "energy is no number"};
+  if (fastest_J > still_J)
+    return {.measured = fastest_J, .allowed = still_J, .what = "J of motion at the end"};
+  if (rise_W > still_W)
+    return {.measured = rise_W, .allowed = still_W, .what = "W by which the energy grows at rest"};
+  if (rate_W > still_W)
+    return {.measured = rate_W, .allowed = still_W, .what = "W by which accounts grow at rest"};
+  const double awake = static_cast<double>(spheres) - static_cast<double>(asleep);
+  return {.measured = scene.sleeping ? awake : 0.0, .allowed = 0.0, .what = "spheres awake"};
+}
+
+}  // namespace stillgrid

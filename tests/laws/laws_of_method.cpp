@@ -1,0 +1,109 @@
+// Laws of methods: refinement, and vectors of any width.
+
+#include <hwy/targets.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "tests/laws/law.hpp"
+#include "tests/laws/moved_scene.hpp"
+
+namespace stillgrid {
+namespace {
+
+using Centres = std::vector<Eigen::Vector3d>;
+
+/// All nodes and rigid bodies after the case's duration, in so many steps, each a substep.
+std::vector<Eigen::Vector3d> end_of(SceneDescription scene, double duration_s, int steps) {
+  scene.method.substeps = 1;
+  scene.method.tolerance_m_s = 1e-12;
+  Simulation simulation(scene);
+  for (int step = 0; step < steps; ++step)
+    (void)simulation.step(duration_s / steps, [] { return std::nullopt; });
+  std::vector<Eigen::Vector3d> places;
+  for (const Node& node : simulation.world().nodes) places.push_back(node.position_m);
+  for (const RigidBody& body : simulation.world().rigid_bodies) {
+    places.push_back(body.position_m);
+    places.push_back(body.orientation * Eigen::Vector3d(0.01, 0.02, 0.0));
+  }
+  return places;
+}
+
+int order_of(IntegratorKind kind) {
+  return kind == IntegratorKind::kVelocityVerlet || kind == IntegratorKind::kBdf2 ||
+                 kind == IntegratorKind::kTrapezoid
+             ? 2
+             : 1;
+}
+
+/// Steps by error: a tenth of the tolerance leaves less error.
+Finding tolerance_converges(SceneDescription scene, const LawCase& law_case) {
+  const ToolPath nobody = [](double) { return std::nullopt; };
+  const auto at = [&](double tolerance_m_s) {
+    scene.method.tolerance_m_s = tolerance_m_s;
+    return stillgrid::end_of(scene, law_case, nobody);
+  };
+  const Centres exact = at(1e-11);
+  const double coarse_m = farthest_m(at(1e-4), exact), fine_m = farthest_m(at(1e-7), exact);
+  return {.measured = fine_m,
+          .allowed = std::max(1e-8, 0.2 * coarse_m),
+          .what = "m of error at 1e-7; allowed: a fifth of that at 1e-4"};
+}
+
+}  // namespace
+
+Finding refinement_converges(const LawCase& law_case) {
+  const SceneDescription scene = scene_of(law_case);
+  if (chooses_steps(scene.method.integrator)) return tolerance_converges(scene, law_case);
+  constexpr int kSteps = 64;
+  const double duration_s = law_case.duration_s;
+  // Another method's own, so that what one of them leaves out shows.
+  SceneDescription verlet = scene;
+  verlet.method = {.integrator = IntegratorKind::kVelocityVerlet};
+  const Centres exact = end_of(verlet, duration_s, 128 * kSteps);
+  const double coarse_m = farthest_m(end_of(scene, duration_s, kSteps), exact);
+  const double fine_m = farthest_m(end_of(scene, duration_s, 4 * kSteps), exact);
+  if (!std::isfinite(coarse_m) || coarse_m > 0.01)
+    return {.applies = false, .what = "steps are beyond stability"};
+  const int order = order_of(scene.method.integrator);
+  // Of order p an error falls to 4^-p; order 1 instead of 2 leaves a quarter.
+  constexpr double kReference_m = 1e-7;
+  const double share = order == 2 ? 0.15 : 0.45;
+  return {.measured = fine_m,
+          .allowed = std::max(share * coarse_m, kReference_m),
+          .what = "m of error at a quarter of the step, order " + std::to_string(order) +
+                  "; allowed: " + short_number(share) + " of that at the step"};
+}
+
+Finding every_vector_alike(const LawCase& law_case) {
+  const SceneDescription scene = scene_of(law_case);
+  const ToolPath path = tool_path_of(law_case);
+  const auto end_with = [&](std::int64_t targets) {
+    hwy::SetSupportedTargetsForTest(targets);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    return stillgrid::end_of(scene, law_case, path);
+  };
+  const std::int64_t all = hwy::SupportedTargets() & HWY_TARGETS;
+  const Centres widest = end_with(all);
+  Finding finding;
+  const bool solves = !is_explicit(scene.method.integrator);
+  finding.allowed = std::max({1e-8, 100.0 * rounding_m(scene, law_case, path),
+                              solves ? 100.0 * scene.method.tolerance_m_s : 0.0});
+  int tried = 0;
+  for (std::int64_t rest = all; rest != 0; rest &= rest - 1, ++tried) {
+    const std::int64_t target = rest & -rest;
+    const double apart_m = farthest_m(end_with(target), widest);
+    if (!(apart_m < finding.measured)) {
+      finding.measured = apart_m;
+      finding.what = std::string("m between centres, ") + hwy::TargetName(target);
+    }
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  finding.what += ", " + std::to_string(tried) + " targets";
+  return finding;
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,199 @@
+// Laws of the simulation's motion alone: looking, order, frames, units.
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include "shared/publication/scene_segment.hpp"
+#include "shared/realtime/periodic_timer.hpp"
+#include "sim_server/published_scene.hpp"
+#include "tests/laws/law.hpp"
+#include "tests/laws/moved_scene.hpp"
+
+namespace stillgrid {
+namespace {
+
+using Centres = std::vector<Eigen::Vector3d>;
+
+/// How a scene is seen from elsewhere: mirrored at x = 0, turned, then moved, and moving.
+struct Frame {
+  bool mirrored = false;
+  Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+  Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
+
+  [[nodiscard]] Eigen::Vector3d direction(Eigen::Vector3d v) const {
+    if (mirrored) v.x() = -v.x();
+    return turn * v;
+  }
+  [[nodiscard]] Eigen::Vector3d point(const Eigen::Vector3d& p) const {
+    return direction(p) + shift_m;
+  }
+  /// A mirrored rotation turns the other way about what lies in the mirror's plane.
+  [[nodiscard]] Eigen::Quaterniond orientation(const Eigen::Quaterniond& q) const {
+    return turn * (mirrored ? Eigen::Quaterniond(q.w(), q.x(), -q.y(), -q.z()) : q);
+  }
+  [[nodiscard]] Eigen::Vector3d axial(const Eigen::Vector3d& v) const {
+    return turn * (mirrored ? Eigen::Vector3d(v.x(), -v.y(), -v.z()) : v);
+  }
+};
+
+SceneDescription seen_from(const Frame& frame, SceneDescription scene) {
+  scene.gravity_m_s2 = frame.direction(scene.gravity_m_s2);
+  for (BodyDescription& body : scene.bodies) {
+    body.position_m = frame.point(body.position_m);
+    body.orientation = frame.orientation(body.orientation);
+    body.velocity_m_s = frame.direction(body.velocity_m_s) + frame.velocity_m_s;
+    body.angular_velocity_rad_s = frame.axial(body.angular_velocity_rad_s);
+    body.normal = frame.direction(body.normal);
+    body.from_m = frame.point(body.from_m);
+    body.to_m = frame.point(body.to_m);
+    body.prescribed.direction = frame.direction(body.prescribed.direction);
+  }
+  return scene;
+}
+
+ToolPath seen_from(const Frame& frame, const ToolPath& path) {
+  return [frame, path](double time_s) {
+    auto sample = path(time_s);
+    if (sample) {
+      sample->position_m = frame.point(sample->position_m) + time_s * frame.velocity_m_s;
+      sample->velocity_m_s = frame.direction(sample->velocity_m_s) + frame.velocity_m_s;
+      sample->orientation = frame.orientation(sample->orientation);
+    }
+    return sample;
+  };
+}
+
+Frame frame_of(const std::string& variant) {
+  Frame frame;
+  if (variant == "moved by 1 m") frame.shift_m = {1.0, 0.0, 0.0};
+  if (variant == "turned by 90 degrees")
+    frame.turn = Eigen::AngleAxisd(std::acos(0.0), Eigen::Vector3d::UnitX());
+  if (variant == "mirrored") frame.mirrored = true;
+  if (variant == "at 1 m/s") frame.velocity_m_s = {1.0, 0.0, 0.0};
+  return frame;
+}
+
+/// What rounding may come to: a hundred times what a change of the last digits of all masses does,
+/// or what solvers are asked to leave.
+double allowed_m(const SceneDescription& scene, const LawCase& law_case, const ToolPath& path) {
+  constexpr double kRounding_m = 1e-8;
+  const double left_m = 100.0 * scene.method.tolerance_m_s * law_case.duration_s;
+  const bool solves = !is_explicit(scene.method.integrator);
+  return std::max({kRounding_m, solves ? left_m : 0.0, 100.0 * rounding_m(scene, law_case, path)});
+}
+
+/// The bodies' centres in the frame of `scene`, those of a reversed list in its order.
+Finding compare(const Centres& one, const Centres& other, double allowed_m,
+                const std::string& variant) {
+  return {.measured = farthest_m(one, other),
+          .allowed = allowed_m,
+          .what = "m between centres, " + variant};
+}
+
+Finding moved_by_looking(const LawCase& law_case, const SceneDescription& scene,
+                         const std::string& variant) {
+  const ToolPath path = tool_path_of(law_case);
+  std::vector<Centres> plain;
+  move_scene(scene, law_case, path, [&](Simulation& simulation, const StepReport&, double) {
+    plain.push_back(centres_m(simulation.world()));
+    return true;
+  });
+  double worst_m = 0.0;
+  std::size_t step = 0;
+  std::optional<SceneWriter> writer;
+  std::uint64_t stamp_ns = 0;
+  move_scene(scene, law_case, path, [&](Simulation& simulation, const StepReport&, double) {
+    if (variant == "predicted") (void)simulation.look_ahead(scene.period_s);
+    if (variant == "accounted") {
+      if (step == 0) simulation.account_energy();
+      (void)simulation.energy_account();
+    }
+    if (variant == "published") {
+      if (!writer)
+        writer.emplace("law-" + std::to_string(::getpid()), static_scene(scene, simulation),
+                       simulation.world().spheres.size(), to_ns(scene.period_s),
+                       proto::Clock::kVirtual, 0);
+      writer->publish(simulation.detection().image(),
+                      {.state_ns = stamp_ns, .publish_ns = stamp_ns});
+      stamp_ns += 1000;
+    }
+    worst_m = std::max(worst_m, farthest_m(plain[step++], centres_m(simulation.world())));
+    return true;
+  });
+  return {.measured = worst_m, .allowed = 0.0, .what = "m between centres, " + variant};
+}
+
+}  // namespace
+
+Finding looking_changes_nothing(const LawCase& law_case) {
+  const SceneDescription scene = scene_of(law_case);
+  return moved_by_looking(law_case, scene, law_case.variant);
+}
+
+Finding order_and_frame_change_nothing(const LawCase& law_case) {
+  const SceneDescription scene = scene_of(law_case);
+  const ToolPath path = tool_path_of(law_case);
+  const double allowed = allowed_m(scene, law_case, path);
+  Centres plain = end_of(scene, law_case, path);
+  if (law_case.variant == "reversed list") {
+    SceneDescription reversed = scene;
+    std::reverse(reversed.bodies.begin(), reversed.bodies.end());
+    Centres other = end_of(reversed, law_case, path);
+    std::reverse(other.begin(), other.end());
+    return compare(plain, other, allowed, law_case.variant);
+  }
+  const Frame frame = frame_of(law_case.variant);
+  Centres other = end_of(seen_from(frame, scene), law_case, seen_from(frame, path));
+  double end_s = 0.0;
+  move_scene(scene, law_case, path, [&](Simulation&, const StepReport&, double time_s) {
+    end_s = time_s;
+    return true;
+  });
+  for (Eigen::Vector3d& centre : plain) centre = frame.point(centre) + end_s * frame.velocity_m_s;
+  return compare(plain, other, allowed, law_case.variant);
+}
+
+Finding units_change_nothing(const LawCase& law_case) {
+  constexpr double kUnit = 10.0;
+  const SceneDescription scene = scene_of(law_case);
+  SceneDescription other = scene;
+  for (MaterialDescription& material : other.materials) {
+    material.contact_stiffness_N_m *= kUnit;
+    material.contact_damping_N_s_m *= kUnit;
+  }
+  for (BodyDescription& body : other.bodies) {
+    body.mass_kg *= kUnit;
+    body.structural_stiffness_N_m *= kUnit;
+    body.shear_stiffness_N_m *= kUnit;
+    body.bend_stiffness_N_m *= kUnit;
+    body.spring_damping_N_s_m *= kUnit;
+  }
+  const ToolPath path = tool_path_of(law_case);
+  const double allowed = allowed_m(scene, law_case, path);
+  if (law_case.variant != "force")
+    return compare(end_of(scene, law_case, path), end_of(other, law_case, path), allowed,
+                   "masses and stiffnesses times 10");
+
+  const CaseLoop loop = loop_of(law_case, scene);
+  const LabRun one = run_lab(scene, loop.options), ten = run_lab(other, loop.options);
+  double most_N = 0.0, worst_N = 0.0, at_s = 0.0, stiffest_N_m = 0.0;
+  for (const MaterialDescription& material : scene.materials)
+    stiffest_N_m = std::max(stiffest_N_m, material.contact_stiffness_N_m);
+  for (std::size_t i = 0; i < std::min(one.rows.size(), ten.rows.size()); ++i) {
+    const double apart_N = (kUnit * one.rows[i].rendered_N - ten.rows[i].rendered_N).norm();
+    most_N = std::max(most_N, kUnit * one.rows[i].rendered_N.norm());
+    if (apart_N > worst_N) {
+      worst_N = apart_N;
+      at_s = one.rows[i].time_s;
+    }
+  }
+  return {.measured = worst_N,
+          .allowed = 1e-5 * most_N + 1e-6 + 100.0 * kUnit * stiffest_N_m * allowed,
+          .what = "N between ten times the force and that of ten times the scene, at " +
+                  short_number(at_s) + " s"};
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,80 @@
+#include "tests/laws/moved_scene.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "sim_server/lockstep_schedule.hpp"
+#include "sim_server/published_scene.hpp"
+
+namespace stillgrid {
+
+ToolPath tool_path_of(const LawCase& law_case) {
+  if (!law_case.hand) return [](double) { return std::nullopt; };
+  return [hand = *law_case.hand](double time_s) -> std::optional<ToolSample> {
+    const HandMotion motion = motion_at(hand, time_s);
+    ToolSample sample;
+    sample.time_ns = 1 + static_cast<std::uint64_t>(time_s * 1e9);
+    sample.position_m = motion.position_m;
+    sample.velocity_m_s = motion.velocity_m_s;
+    return sample;
+  };
+}
+
+void move_scene(const SceneDescription& scene, const LawCase& law_case, const ToolPath& path,
+                const AfterStep& after) {
+  constexpr int kLeastSteps = 3;
+  Simulation simulation(scene);
+  LockstepSchedule schedule(scene.period_s, law_case.jitter, law_case.seed, 0.0);
+  double time_s = 0.0;
+  for (int steps = 0; time_s < law_case.duration_s || steps < kLeastSteps; ++steps) {
+    const ScheduledImage image = schedule.next();
+    const double step_s = static_cast<double>(image.step_ns) * 1e-9;
+    time_s = static_cast<double>(image.state_ns) * 1e-9;
+    const StepReport report =
+        simulation.step(step_s, [&] { return path(time_s); }, {.iterations = kMostIterations});
+    if (!after(simulation, report, time_s)) return;
+  }
+}
+
+std::vector<Eigen::Vector3d> centres_m(const World& world) {
+  std::vector<Eigen::Vector3d> centres;
+  for (const BodyRange& body : world.bodies) {
+    if (body.rigid >= 0) {
+      centres.push_back(world.rigid_bodies[static_cast<std::size_t>(body.rigid)].position_m);
+    } else if (body.node_count > 0) {
+      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+      for (int node = body.first_node; node < body.first_node + body.node_count; ++node)
+        sum += world.nodes[static_cast<std::size_t>(node)].position_m;
+      centres.emplace_back(sum / body.node_count);
+    }
+  }
+  return centres;
+}
+
+double farthest_m(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen::Vector3d>& b) {
+  double farthest = a.size() == b.size() ? 0.0 : std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
+    const double apart = (a[i] - b[i]).norm();
+    farthest =
+        std::isfinite(apart) ? std::max(farthest, apart) : std::numeric_limits<double>::infinity();
+  }
+  return farthest;
+}
+
+std::vector<Eigen::Vector3d> end_of(const SceneDescription& scene, const LawCase& law_case,
+                                    const ToolPath& path) {
+  std::vector<Eigen::Vector3d> end;
+  move_scene(scene, law_case, path, [&](Simulation& simulation, const StepReport&, double) {
+    end = centres_m(simulation.world());
+    return true;
+  });
+  return end;
+}
+
+double rounding_m(const SceneDescription& scene, const LawCase& law_case, const ToolPath& path) {
+  SceneDescription other = scene;
+  for (BodyDescription& body : other.bodies) body.mass_kg *= 1.0 + 1e-13;
+  return farthest_m(end_of(scene, law_case, path), end_of(other, law_case, path));
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,101 @@
+#include "tests/sim_server/every_target.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <random>
+
+#include "shared/collision/grid_query.hpp"
+#include "tests/sim_server/contact/sphere_clouds.hpp"
+#include "tests/sim_server/unkind_heap.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr std::size_t kOffsets_B[] = {0, 16, 32, 48};
+
+/// Numbers of spheres and pairs about the lanes of every vector, and many.
+constexpr std::size_t kCounts[] = {2, 3, 4, 5, 7, 8, 9, 15, 16, 17, 31, 33, 500};
+
+TEST_CASE("Overlapping pairs are those of plain arithmetic, in order, on every instruction set",
+          "[every_target]") {
+  for (const std::size_t offset_B : kOffsets_B)
+    for (const std::size_t count : kCounts) {
+      const UnkindHeap heap(offset_B);
+      const DriftingCloud cloud(Cloud::kEqual, Drift::kNone, 24, count);
+      const std::vector<Cover> balls(cloud.balls().begin(), cloud.balls().end());
+      std::mt19937 random(static_cast<unsigned>(count));
+      std::uniform_int_distribution<std::uint32_t> any(0, 22);
+      std::vector<SpherePair> pairs, expected;
+      while (pairs.size() < count) {
+        const std::uint32_t a = any(random);
+        pairs.push_back({a, a + 1});
+      }
+      for (const SpherePair& pair : pairs) {
+        const auto& [p, r] = balls[pair.a];
+        const auto& [q, s] = balls[pair.b];
+        const float x = p[0] - q[0], y = p[1] - q[1], z = p[2] - q[2];
+        if (x * x + y * y + z * z < (r + s) * (r + s)) expected.push_back(pair);
+      }
+      on_every_target([&] {
+        std::vector<SpherePair> found(pairs.size());
+        found.resize(overlapping_pairs(pairs, balls, found));
+        CAPTURE(offset_B, count);
+        CHECK(found == expected);
+      });
+    }
+}
+
+TEST_CASE("Balls that left their covers are found on every instruction set", "[every_target]") {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> move(0.0F, 0.0013F);
+  for (const std::size_t offset_B : kOffsets_B)
+    for (const std::size_t count : kCounts) {
+      const UnkindHeap heap(offset_B);
+      const DriftingCloud cloud(Cloud::kTwoDecades, Drift::kNone, count, count);
+      std::vector<Cover> balls(cloud.balls().begin(), cloud.balls().end()), covers = balls;
+      for (Cover& cover : covers) cover.reach_m += 0.001F;
+      for (Cover& ball : balls) ball.centre_m[0] += move(random);
+      balls[count / 2].centre_m[1] = std::numeric_limits<float>::quiet_NaN();
+      std::vector<std::uint32_t> expected;
+      for (std::uint32_t i = 0; i < count; ++i)
+        if (!holds(covers[i], balls[i])) expected.push_back(i);
+      CAPTURE(offset_B, count);
+      on_every_target([&] {
+        std::vector<std::uint32_t> leavers(expected.size()), few(expected.size() - 1);
+        CHECK(find_leavers(balls, covers, leavers) == expected.size());
+        CHECK(leavers == expected);
+        CHECK(find_leavers(balls, covers, few) > few.size());
+      });
+    }
+}
+
+TEST_CASE("Covers that meet are found in one order on every instruction set", "[every_target]") {
+  const auto kind =
+      GENERATE(Cloud::kEqual, Cloud::kTwoDecades, Cloud::kSheet, Cloud::kCoincident, Cloud::kWide);
+  for (const std::size_t offset_B : kOffsets_B)
+    for (const std::size_t count : kCounts) {
+      const UnkindHeap heap(offset_B);
+      const DriftingCloud cloud(kind, Drift::kNone, count, count);
+      const std::span<const Cover> balls = cloud.balls();
+      StillGrid grid(0, count);
+      grid.enter(balls, 1.0F);
+      std::size_t expected = 0;
+      for (std::size_t b = 0; b < count; ++b)
+        for (std::size_t a = 0; a < b; ++a) expected += meet(balls[a], balls[b]) ? 1U : 0U;
+      std::vector<std::vector<SpherePair>> found;
+      on_every_target([&] {
+        SortedCovers sorted(count);
+        std::vector<SpherePair> pairs;
+        pairs.resize(search_pairs(grid.view(), sorted, pairs));
+        found.push_back(pairs);
+      });
+      CAPTURE(cloud.description(), offset_B);
+      CHECK(found[0].size() == expected);
+      for (const SpherePair& pair : found[0]) CHECK(meet(balls[pair.a], balls[pair.b]));
+      for (const auto& pairs : found) CHECK(pairs == found[0]);
+    }
+}
+
+}  // namespace
+}  // namespace stillgrid

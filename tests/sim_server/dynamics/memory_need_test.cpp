@@ -1,0 +1,76 @@
+#include "sim_server/dynamics/memory_need.hpp"
+
+#include <catch2/catch.hpp>
+#include <limits>
+#include <string>
+
+#include "sim_server/bodies/world.hpp"
+#include "tests/sim_server/scene_builders.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+const Method kExplicit{.integrator = IntegratorKind::kVelocityVerlet};
+
+double private_bytes(int side, const Method& method) {
+  return memory_need(sheet({side, side}, 0.01, 1e-4, 100.0), method).private_bytes;
+}
+
+std::string refusal_of(const SceneDescription& scene, const Memory& available) {
+  try {
+    require_room(scene, "a.toml", available);
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST_CASE("Without factors memory grows with a sheet's nodes, with them little faster",
+          "[memory_need]") {
+  CHECK(private_bytes(400, kExplicit) ==
+        Approx(16.0 * private_bytes(100, kExplicit)).epsilon(0.01));
+  const Method newton;
+  CHECK(private_bytes(400, newton) > 16.0 * private_bytes(100, newton));
+  CHECK(private_bytes(400, newton) < 24.0 * private_bytes(100, newton));
+}
+
+TEST_CASE("What is reckoned is what a world takes at least", "[memory_need]") {
+  const BodyDescription body = sheet({60, 60}, 0.01, 1e-4, 100.0);
+  const World world = build_world(scene_of({body}));
+  const auto bytes = static_cast<double>(world.nodes.size() * sizeof(Node) +
+                                         world.springs.size() * sizeof(Spring) +
+                                         world.spheres.size() * sizeof(SphereBinding));
+  CHECK(memory_need(body, kExplicit).private_bytes > bytes);
+  CHECK(memory_need(body, kExplicit).private_bytes < 10.0 * bytes);
+}
+
+TEST_CASE("A scene that does not fit is refused at the body that takes most", "[memory_need]") {
+  SceneDescription scene =
+      scene_of({sphere({0, 0, 0}, 0.01, 1.0), sheet({900, 900}, 0.01, 1e-4, 100.0)});
+  scene.bodies[0].line = 7;
+  scene.bodies[1].line = 12;
+  scene.bodies[1].name = "cloth";
+  const std::string refusal = refusal_of(scene, {20e9, kUnlimited});
+  CHECK(refusal.find("a.toml:12: body 'cloth': memory: value ") == 0);
+  CHECK(refusal.find("expected at most 20.0 GB, what this machine has left") != std::string::npos);
+  CHECK(refusal.find('\n') == std::string::npos);
+
+  scene.method = kExplicit;
+  CHECK(refusal_of(scene, {20e9, kUnlimited}).empty());
+  CHECK(refusal_of(scene, {20e9, 64e6}).find("expected at most 64 MB, what /dev/shm has left") !=
+        std::string::npos);
+}
+
+TEST_CASE("A scene of more than a million spheres is refused, whatever there is", "[memory_need]") {
+  SceneDescription scene =
+      scene_of({box({0, 0, 0}, {1.0, 1.0, 1e-6}, 1.0, {1e-9, 1e-9}), sphere({0, 0, 1}, 0.01, 1.0)});
+  scene.bodies[0].line = 3;
+  scene.bodies[0].name = "plate";
+  CHECK(
+      refusal_of(scene, {kUnlimited, kUnlimited}).find("a.toml:3: body 'plate': spheres: value ") ==
+      0);
+}
+
+}  // namespace
+}  // namespace stillgrid
