@@ -135,6 +135,7 @@ ObservedSegment observe(const SegmentFile& file) {
     refuse(segment, "its name is none that a session can have");
     return segment;
   }
+  if (path.empty()) return segment;  // its owner has no folder any more
   const RawObject raw = raw_object(path);
   segment.summary.size_bytes = raw.size_bytes;
   if (raw.is_there && !raw.is_regular) {  // to open a pipe would wait for its other end

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <filesystem>
+#include <set>
 #include <system_error>
 
 namespace stillgrid {
@@ -133,15 +134,18 @@ std::optional<ObjectId> segment_id(std::string_view session, proto::SegmentKind 
 
 std::vector<SegmentFile> list_segments() {
   std::vector<SegmentFile> found;
+  std::set<uid_t> owners;
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(kSharedMemory, error)) {
     const std::string folder = entry.path().filename();
     if (!folder.starts_with(kFolderPrefix)) continue;
     const std::string_view rest = std::string_view(folder).substr(kFolderPrefix.size());
     const auto owner = number_of_user(rest.substr(0, rest.find('.')));
-    if (owner && folder_of(*owner) == entry.path().string() + "/")
-      list_folder(entry.path(), *owner, found);
+    if (owner) owners.insert(*owner);
   }
+  for (const uid_t owner : owners)
+    if (const std::string folder = folder_of(owner); !folder.empty())
+      list_folder(folder, owner, found);
   if (error)
     throw SegmentError("cannot list " + std::string(kSharedMemory) + ": " + error.message());
   std::sort(found.begin(), found.end());
@@ -172,6 +176,7 @@ bool remove_dead_segment(std::string_view session, proto::SegmentKind kind) {
     throw SegmentError("session '" + std::string(session) +
                        "' is another user's, who alone may remove what is left of it");
   const std::string path = segment_path(session, kind), lock_path = path + std::string(kLock);
+  if (path.empty()) return false;
   if (::access(path.c_str(), F_OK) != 0 && ::access(lock_path.c_str(), F_OK) != 0) return false;
   const auto lock = try_lock(lock_path);
   if (!lock) return false;

@@ -8,6 +8,8 @@
 #include <cerrno>
 #include <charconv>
 #include <filesystem>
+#include <map>
+#include <mutex>
 #include <system_error>
 
 namespace stillgrid {
@@ -52,20 +54,32 @@ bool is_folder_of(const std::string& path, uid_t owner) {
   return ::lstat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode) && status.st_uid == owner;
 }
 
+/// Of several the first by name; empty where there is none.
+std::string search_folder(const std::string& first, uid_t owner) {
+  std::string found;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(kSharedMemory, error)) {
+    const std::string path = entry.path();
+    if (path.starts_with(first + ".") && is_folder_of(path, owner) &&
+        (found.empty() || path < found))
+      found = path;
+  }
+  return found;
+}
+
 std::string own_folder() {
   const uid_t user = ::geteuid();
+  std::string folder = folder_of(user);
+  if (!folder.empty()) return folder;
   const std::string first = first_folder(user);
   std::string path = first;
-  for (std::size_t number = 1;; ++number) {
-    std::string folder = folder_of(user);
-    if (!folder.empty()) return folder;
-    if (::mkdir(path.c_str(), kFolderMode) == 0)
-      ::chmod(path.c_str(), kFolderMode);  // whatever the umask
-    else if (errno == EEXIST)
-      path = first + "." + std::to_string(number);  // a stranger's, or just made by ours
-    else
-      throw SegmentError("cannot make " + path + ": " + error_text(errno));
+  for (std::size_t number = 1; ::mkdir(path.c_str(), kFolderMode) != 0; ++number) {
+    if (errno != EEXIST) throw SegmentError("cannot make " + path + ": " + error_text(errno));
+    if (is_folder_of(path, user)) break;  // just made by another program of ours
+    path = first + "." + std::to_string(number);
   }
+  ::chmod(path.c_str(), kFolderMode);  // whatever the umask
+  return folder_of(user);              // of two made at once, the one that all take
 }
 
 }  // namespace
@@ -82,18 +96,15 @@ std::optional<uid_t> number_of_user(std::string_view text) {
 }
 
 std::string folder_of(uid_t owner) {
-  // Of several the first by name. Shared memory is sticky: once it is there no other user can put
-  // another in its place.
   const std::string first = first_folder(owner);
   if (is_folder_of(first, owner)) return first + "/";
-  std::string found;
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(kSharedMemory, error)) {
-    const std::string path = entry.path();
-    if (path.starts_with(first + ".") && is_folder_of(path, owner) &&
-        (found.empty() || path < found))
-      found = path;
-  }
+  // Strangers may have taken any number of names: what was found is looked for once. Shared memory
+  // is sticky, so that no other user can put another in its place.
+  static std::mutex mutex;
+  static std::map<uid_t, std::string> found_before;
+  const std::lock_guard lock(mutex);
+  std::string& found = found_before[owner];
+  if (!is_folder_of(found, owner)) found = search_folder(first, owner);
   return found.empty() ? "" : found + "/";
 }
 
