@@ -87,7 +87,7 @@ TEST_CASE("Covers that meet are found in one order on every instruction set", "[
       on_every_target([&] {
         SortedCovers sorted(count);
         std::vector<SpherePair> pairs;
-        pairs.resize(search_pairs(grid.view(), sorted, pairs));
+        pairs.resize(search_pairs(grid.view(), {}, count * count, sorted, pairs));
         found.push_back(pairs);
       });
       CAPTURE(cloud.description(), offset_B);
