@@ -51,7 +51,9 @@ TEST_CASE("A file that ends early, or says more than it holds, is refused with i
   refused(read_stl, "solid\nvertex 0 0 0\n", "m:2: vertex: outside of a loop");
   refused(read_stl, "solid\nouter loop\nvertex 0 0 0\n", "m:3: ends within a loop");
   refused(read_stl, std::string(83, 'x'), "value 83 bytes");
-  refused(read_stl, std::string(80, 'x') + "\xff\xff\xff\xff", "value 84 bytes");
+  std::string endless(80, 'x');
+  endless.append(4, '\xff');
+  refused(read_stl, endless, "value 84 bytes");
   const std::string head = "ply\nformat ascii 1.0\nelement vertex 2\n";
   refused(read_ply, head.substr(0, 20), "ends within its header");
   refused(read_ply, head + "end_header\n", "element: expected properties");
