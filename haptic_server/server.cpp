@@ -107,7 +107,8 @@ void require_believed(const HapticReport& report) {
 
 /// The user learns what the chain holds a torque to where no driver says it.
 void tell_undeclared_torque(const stillgrid_device_descriptor& device, const SafetyLimits& limits) {
-  if (device.max_force_N > 0.0 && device.max_torque_N_m == 0.0)
+  const bool has_motors = (device.flags & STILLGRID_DEVICE_NO_MOTORS) == 0;
+  if (has_motors && device.max_force_N > 0.0 && device.max_torque_N_m == 0.0)
     spdlog::info("device '{}' declares no torque: none beyond {:.3g} N m, its force at {} m",
                  device.name, limits.max_force_N * limits.lever_m, limits.lever_m);
 }

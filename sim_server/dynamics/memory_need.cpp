@@ -60,8 +60,10 @@ double slot_bytes(double spheres) {
 
 std::string size_text(double bytes) {
   std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), bytes < 1e9 ? "%.0f MB" : "%.1f GB",
-                bytes < 1e9 ? 1e-6 * bytes : 1e-9 * bytes);
+  const bool is_giga = bytes >= 1e9;
+  const double size = (is_giga ? 1e-9 : 1e-6) * bytes;
+  std::snprintf(text.data(), text.size(), size < 10.0 ? "%.1f %s" : "%.0f %s", size,
+                is_giga ? "GB" : "MB");
   return text.data();
 }
 

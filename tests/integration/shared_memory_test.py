@@ -9,7 +9,7 @@ import struct
 import unittest
 
 import daemons
-from daemons import COULD_NOT_START, DONE, SHM
+from daemons import BAD_INPUT, COULD_NOT_START, DONE, SHM
 
 LONG = ("--duration", "60")
 NOBODY = ("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups")
@@ -48,7 +48,8 @@ class SharedMemoryTest(daemons.SessionTest):
         daemon = self.start("unshare", "--mount", "sh", "-c", inside, "sh",
                             daemons.BUILD / "bin" / "sim_server", "--session", self.session,
                             "--scene", daemons.SCENES / "tissue_and_blocks.toml", *LONG)
-        self.assert_refused(daemon, COULD_NOT_START, "cannot reserve", "No space left", "bytes")
+        self.assert_refused(daemon, BAD_INPUT, "tissue_and_blocks.toml:", "body 'tissue': memory: ",
+                            "expected at most 0.1 MB, what /dev/shm has left")
 
     def test_a_session_of_another_user_is_refused_unless_it_is_opened_to_a_group(self):
         self.require_root()

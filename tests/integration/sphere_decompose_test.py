@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """sphere_decompose takes what bounds a solid, says in one line why not, and leaves nothing half done."""
 import itertools
+import json
 import math
 import pathlib
 import signal
@@ -104,7 +105,7 @@ class OutputTest(SphereDecomposeTest):
         self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
         self.assertIn("the tolerance of 0.4 m was not reached", result.stderr)
         self.assertTrue(all(sphere[3] > 0.0 for sphere in read_spheres(self.out)))
-        level = self.json_of(self.report)["levels"][0]
+        level = json.loads(self.report.read_text())["levels"][0]
         self.assertGreater(level["hausdorff_m"], 0.4)
 
     def test_a_scene_takes_the_file(self):

@@ -198,7 +198,7 @@ test('a killed simulation is shown as such, and another one as alive', async () 
 });
 
 test('a killed hand is shown as such', async () => {
-  hand.kill('SIGKILL');
+  session.kill_worker(hand);
   await until_text('hand-badge', 'hand dead');
   await until_text('banner', 'hand dead');
 });

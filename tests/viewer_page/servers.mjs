@@ -27,6 +27,12 @@ export class Session {
     return child;
   }
 
+  /// Ends the child that does the work, which its guardian outlives.
+  kill_worker(daemon) {
+    const children = fs.readFileSync(`/proc/${daemon.pid}/task/${daemon.pid}/children`, 'utf8');
+    process.kill(Number(children.trim().split(' ')[0]), 'SIGKILL');
+  }
+
   /// Of a scene that ships, or of a file in the session's folder.
   scene_file(scene) {
     const own = path.join(this.folder, `${scene}.toml`);

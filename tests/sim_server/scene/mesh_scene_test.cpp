@@ -125,7 +125,7 @@ TEST_CASE("A scene samples a mesh evenly, below its surface or through its volum
   REQUIRE(volume.bodies.at(0).balls.size() == 64);
   CHECK(volume.bodies[0].balls[0].radius_m == Approx(0.005 * (1 + std::sqrt(3.0)) / 4));
   REQUIRE(volume.notes.size() == 1);
-  CHECK(volume.notes[0] == "body 'b': 64 even spheres");
+  CHECK(volume.notes[0].starts_with("body 'b': 64 even spheres, in "));
 
   const SceneDescription surface = scene("surface_spacing_m");
   CHECK(surface.bodies.at(0).balls.size() > 50);  // on 28 cm^2
