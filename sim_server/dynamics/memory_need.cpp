@@ -62,7 +62,7 @@ std::string size_text(double bytes) {
   std::array<char, 40> text{};
   const bool is_giga = bytes >= 1e9;
   const double size = (is_giga ? 1e-9 : 1e-6) * bytes;
-  std::snprintf(text.data(), text.size(), size < 10.0 ? "%.1f %s" : "%.0f %s", size,
+  std::snprintf(text.data(), text.size(), size < 10.0 || is_giga ? "%.1f %s" : "%.0f %s", size,
                 is_giga ? "GB" : "MB");
   return text.data();
 }
