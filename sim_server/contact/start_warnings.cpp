@@ -2,7 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdarg>
 #include <cstdio>
 #include <limits>
 #include <map>
@@ -21,11 +23,13 @@ constexpr double kFarthest_m = 1000.0;  // floats are 60 um apart beyond
 constexpr double kDeep = 0.5;           // of the smaller radius
 constexpr std::size_t kMostLines = 10;
 
-std::string print(const char* format, auto... values) {
-  std::string text(300, '\0');
-  text.resize(static_cast<std::size_t>(
-      std::max(0, std::snprintf(text.data(), text.size(), format, values...))));
-  return text;
+[[gnu::format(printf, 1, 2)]] std::string print(const char* format, ...) {
+  std::array<char, 300> text{};
+  va_list values;
+  va_start(values, format);
+  std::vsnprintf(text.data(), text.size(), format, values);
+  va_end(values);
+  return text.data();
 }
 
 /// The spheres of one body at the start.

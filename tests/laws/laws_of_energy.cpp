@@ -5,6 +5,9 @@
 #include <limits>
 #include <vector>
 
+#include "haptic_server/device/device_host.hpp"
+#include "haptic_server/safety/device_limits.hpp"
+#include "haptic_server/safety/safety_flag.hpp"
 #include "tests/laws/law.hpp"
 #include "tests/laws/moved_scene.hpp"
 
@@ -83,10 +86,34 @@ Finding interface_makes_nothing(const LawCase& law_case) {
   return finding;
 }
 
+namespace {
+
+/// A limit takes no more than it says: a force without torque whose growth along one direction is
+/// cut grows by the whole of the limit, but for a rounding.
+Finding slew_is_whole(const CaseLoop& loop, const LabRun& run, double scale) {
+  const Device device(parse_device_spec(loop.options.device), {.is_virtual = true});
+  const SafetyLimits limits = safety_limits(loop.options.safety, device.descriptor());
+  const double whole_N = limits.max_slew_N_per_ms * 1e3 / loop.options.tick_rate_hz;
+  Finding finding{.allowed = 0.1, .what = "of the slew limit that a cut growth left unused"};
+  for (std::size_t i = 1; i < run.rows.size(); ++i) {
+    const TickRow &row = run.rows[i], &before = run.rows[i - 1];
+    const double told_N = row.force_N.norm(), before_N = before.force_N.norm();
+    const bool is_along = row.force_N.dot(before.force_N) > 0.999999 * told_N * before_N;
+    if (row.flags != kFlagSlewed || !is_along || before_N < whole_N || told_N < before_N) continue;
+    if (row.torque_N_m.norm() > 1e-6 * scale * limits.lever_m * told_N) continue;
+    finding.measured = std::max(finding.measured, 1.0 - (told_N - before_N) / whole_N);
+  }
+  return finding;
+}
+
+}  // namespace
+
 Finding limits_are_passive(const LawCase& law_case) {
   const SceneDescription scene = scene_of(law_case);
   const CaseLoop loop = loop_of(law_case, scene);
   const LabRun run = run_lab(scene, loop.options);
+  if (const Finding whole = slew_is_whole(loop, run, scene.device.scale); !whole.holds())
+    return whole;
   // The ramp at the start is no limit: a force that sets in on a hand that is there already is new.
   constexpr double kRamp_s = 0.12;
   const std::vector<double> told = work_J(run.rows, &TickRow::force_N, scene.device.scale);

@@ -32,7 +32,7 @@ Tried try_here(const LawCase& law_case) {
   if (!tried.finding.applies)
     tried.outcome = Outcome::kNotSpokenOf;
   else if (!tried.finding.holds())
-    tried.outcome = known_violation(law_case) ? Outcome::kKnown : Outcome::kViolated;
+    tried.outcome = known_violation(law_case, tried.finding) ? Outcome::kKnown : Outcome::kViolated;
   return tried;
 }
 
