@@ -119,14 +119,18 @@ Finding limits_are_passive(const LawCase& law_case) {
   const std::vector<double> told = work_J(run.rows, &TickRow::force_N, scene.device.scale);
   const std::vector<double> free = work_J(run.rows, &TickRow::rendered_N, scene.device.scale);
   const auto first = static_cast<std::size_t>(kRamp_s * loop.options.tick_rate_hz);
-  double most_told_J = 0.0, most_free_J = 0.0, taken_J = 0.0;
+  // What was withheld comes back while the hand rests: at most what contacts store.
+  const double least_N_m = stiffness_least_N_m(scene);
+  double most_told_J = 0.0, most_free_J = 0.0, taken_J = 0.0, returned_J = 0.0;
   for (std::size_t i = first; i < run.rows.size(); ++i) {
     most_told_J = std::max(most_told_J, told[i] - told[first]);
     most_free_J = std::max(most_free_J, free[i] - free[first]);
     taken_J = std::max(taken_J, free[first] - free[i]);
+    if ((run.rows[i].flags & kFlagEnergy) != 0)
+      returned_J = std::max(returned_J, 0.5 * run.rows[i].rendered_N.squaredNorm() / least_N_m);
   }
   return {.measured = most_told_J,
-          .allowed = most_free_J + 1e-4 + 0.01 * taken_J,
+          .allowed = most_free_J + 1e-4 + 0.01 * taken_J + returned_J,
           .what = "J given to the hand by the limited force at most; allowed: the unlimited one"};
 }
 
