@@ -4,6 +4,8 @@
 
 #include <string>
 
+#include "shared/realtime/stop_signal.hpp"
+
 namespace stillgrid {
 namespace {
 
@@ -39,6 +41,7 @@ void activate(Run& run) {
   run.guarded.has_motors = has_motors(run.device);
   try {
     run.device.activate();
+    install_stop_signal();  // a driver's own handlers must not keep a stop from us
   } catch (...) {
     run.device.emergency_stop();
     run.guarded.has_motors = false;  // as the driver says

@@ -1,5 +1,7 @@
 #include "haptic_server/last_stop.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <csignal>
@@ -17,6 +19,7 @@ GuardedState* state = nullptr;
 std::function<void()> end_after_exit;
 std::array<struct sigaction, kCrashes.size()> actions_before;
 std::atomic<bool> has_stopped = false;
+pid_t owner = 0;  // a process that a driver forked has all of this too, and no device
 alignas(16) std::array<std::byte, 65536> handler_stack;
 
 void stop_once() {
@@ -24,18 +27,19 @@ void stop_once() {
   if (Device* const open_device = *device) open_device->emergency_stop();
 }
 
-void on_crash(int number, siginfo_t* info, void* /*context*/) {
+void on_crash(int number) {
   const auto which = std::find(kCrashes.begin(), kCrashes.end(), number) - kCrashes.begin();
   ::sigaction(number, &actions_before[static_cast<std::size_t>(which)], nullptr);
-  state->is_crashing = true;
-  stop_once();
-  state->is_crashing = false;
-  // What an instruction caused it causes again.
-  if (info->si_code <= 0 || number == SIGTRAP) ::raise(number);
+  if (::getpid() == owner) {
+    state->is_crashing = true;
+    stop_once();
+    state->is_crashing = false;
+  }
+  ::raise(number);  // delivered on return; not every cause comes again by itself
 }
 
 void on_exit() {
-  if (state->end_status != GuardedState::kRuns) return;
+  if (::getpid() != owner || state->end_status != GuardedState::kRuns) return;
   if (has_stopped) std::_Exit(EXIT_FAILURE);  // by emergency_stop itself
   stop_once();
   end_after_exit();
@@ -45,6 +49,7 @@ void on_exit() {
 
 void stop_device_at_last(std::atomic<Device*>& open_device, GuardedState& guarded,
                          std::function<void()> end) {
+  owner = ::getpid();
   device = &open_device;
   state = &guarded;
   end_after_exit = std::move(end);
@@ -56,8 +61,8 @@ void stop_device_at_last(std::atomic<Device*>& open_device, GuardedState& guarde
   ::sigaltstack(&stack, nullptr);
   for (std::size_t i = 0; i < kCrashes.size(); ++i) {
     struct sigaction action {};
-    action.sa_sigaction = on_crash;
-    action.sa_flags = SA_SIGINFO | SA_ONSTACK;
+    action.sa_handler = on_crash;
+    action.sa_flags = SA_ONSTACK;
     ::sigemptyset(&action.sa_mask);
     ::sigaction(kCrashes[i], &action, &actions_before[i]);
   }

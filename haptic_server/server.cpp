@@ -66,6 +66,8 @@ class OpenDevice {
   }
   ~OpenDevice() {
     open_device_ = nullptr;
+    // A stop is at most 300 ms; closed meanwhile the driver would use what it has freed.
+    while (watchdog_.is_stopping()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     watchdog_.watch_call();
   }
   OpenDevice(const OpenDevice&) = delete;

@@ -33,6 +33,17 @@ double kilobytes_of(const std::filesystem::path& file, const std::string& key) {
   return kUnlimited;
 }
 
+/// What a group holds of files, which the kernel drops when memory is asked for.
+double file_cache_bytes(const std::filesystem::path& folder, bool is_second) {
+  std::ifstream stream(folder / "memory.stat");
+  const std::string before = is_second ? "" : "total_";
+  std::string word;
+  double bytes = 0.0;
+  for (double number = 0.0; stream >> word >> number;)
+    if (word == before + "inactive_file" || word == before + "active_file") bytes += number;
+  return bytes;
+}
+
 /// The folders of the control groups that this process is in, of either version, and those above.
 double left_by_groups(const std::filesystem::path& root) {
   const std::filesystem::path groups = root / "sys/fs/cgroup";
@@ -52,7 +63,10 @@ double left_by_groups(const std::filesystem::path& root) {
           number_in_file(folder / (is_second ? "memory.max" : "memory.limit_in_bytes"));
       const auto taken =
           number_in_file(folder / (is_second ? "memory.current" : "memory.usage_in_bytes"));
-      if (most && taken) left = std::min(left, std::max(0.0, *most - *taken));
+      if (most && taken)
+        left = std::min(
+            left,
+            std::max(0.0, *most - std::max(0.0, *taken - file_cache_bytes(folder, is_second))));
       if (within.empty()) break;
       within = within.parent_path();
     }

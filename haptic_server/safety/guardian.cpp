@@ -4,6 +4,7 @@
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
+#include <sys/ptrace.h>
 #include <sys/resource.h>
 #include <sys/types.h>
 #include <sys/wait.h>
@@ -110,7 +111,10 @@ struct End {
 End outlive(pid_t child, const GuardedState& state, const sigset_t& awaited) {
   End end;
   Patience patience;
-  while (::waitpid(child, &end.status, WNOHANG) != child) {
+  while (::waitpid(child, &end.status, WNOHANG) != child || WIFSTOPPED(end.status)) {
+    // A driver that asked to be traced stops here at each signal.
+    if (WIFSTOPPED(end.status))
+      ::ptrace(PTRACE_DETACH, child, nullptr, WSTOPSIG(std::exchange(end.status, 0)));
     const int signal = ::sigtimedwait(&awaited, nullptr, &kPoll);
     if (signal > 0 && signal != SIGCHLD) ::kill(child, signal);
     const char* const lost = patience.lost(state);

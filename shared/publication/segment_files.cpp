@@ -100,6 +100,7 @@ SessionLock::~SessionLock() {
 
 bool is_writer_loading(std::string_view session, proto::SegmentKind kind) {
   const std::string path = segment_path(session, kind);
+  if (path.empty()) return false;
   const FileDescriptor lock = open_as_found(path + ".lock"), object = open_as_found(path);
   const auto is_held = [](const FileDescriptor& file) {
     return file.get() >= 0 && is_object_locked(file.get());

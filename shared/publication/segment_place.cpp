@@ -70,7 +70,10 @@ std::string search_folder(const std::string& first, uid_t owner) {
 std::string own_folder() {
   const uid_t user = ::geteuid();
   std::string folder = folder_of(user);
-  if (!folder.empty()) return folder;
+  if (!folder.empty()) {
+    ::chmod(folder.c_str(), kFolderMode);  // whoever made it, with whatever mode
+    return folder;
+  }
   const std::string first = first_folder(user);
   std::string path = first;
   for (std::size_t number = 1; ::mkdir(path.c_str(), kFolderMode) != 0; ++number) {

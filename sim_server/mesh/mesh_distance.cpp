@@ -9,7 +9,9 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <new>
 #include <stdexcept>
+#include <string>
 #include <unordered_map>
 
 #include "shared/realtime/stop_signal.hpp"
@@ -163,7 +165,7 @@ void MeshDistance::Tree::make_scene() {
   auto* indices = static_cast<unsigned*>(
       rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                               3 * sizeof(unsigned), mesh.triangles.size()));
-  if (vertices == nullptr || indices == nullptr) throw std::runtime_error("Embree: no memory");
+  if (vertices == nullptr || indices == nullptr) throw std::bad_alloc();
   for (std::size_t i = 0; i < mesh.vertices_m.size(); ++i) {
     const Eigen::Vector3f vertex = ((mesh.vertices_m[i] - centre_m) * to_unit).cast<float>();
     std::copy(vertex.data(), vertex.data() + 3, vertices + 3 * i);
@@ -180,6 +182,11 @@ void MeshDistance::Tree::make_scene() {
       scene, [](void*, double) { return !stop_requested().load(std::memory_order_relaxed); },
       nullptr);
   rtcCommitScene(scene);
+  const RTCError error = rtcGetDeviceError(device);
+  if (error == RTC_ERROR_NONE) return;
+  throw_if_stopped();
+  if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+  throw std::runtime_error("Embree: error " + std::to_string(error));
 }
 
 Eigen::Vector3d MeshDistance::Tree::normal_at(std::size_t triangle, Feature feature) const {

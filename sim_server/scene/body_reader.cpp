@@ -171,6 +171,8 @@ SpherePacking read_packing(TableReader& table, double longest_side_m) {
   if (packing.spacing_m > 0.0 && longest_side_m > kMostSpheresPerSide * packing.spacing_m) {
     spheres.refuse("spacing_m", "at least a thousandth of the body's longest side");
   }
+  if (packing.spacing_m > longest_side_m)
+    spheres.refuse("spacing_m", "at most the body's longest side");
   if (packing.radius_m > longest_side_m)
     spheres.refuse("radius_m", "at most the body's longest side");
   return packing;

@@ -45,6 +45,8 @@ TriangleMesh read_closed(TableReader& table) {
     return make_closed(load_mesh(path, scale), path.string()).mesh;
   } catch (const StopRequested&) {
     throw;
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& error) {
     table.refuse("file", std::string("a mesh that bounds a solid; ") + error.what());
   }
@@ -99,6 +101,8 @@ std::vector<Ball> decomposed(TableReader& spheres, const TriangleMesh& mesh,
     return made_or_kept(cache, body, notes, [&] { return decompose(mesh, tolerance_m); });
   } catch (const StopRequested&) {
     throw;
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& error) {
     spheres.refuse(kTolerance, std::string("one that spheres can hold; ") + error.what());
   }
@@ -111,6 +115,8 @@ std::vector<Ball> from_file(TableReader& spheres, const TriangleMesh& mesh) {
   try {
     balls = read_spheres(path);
   } catch (const StopRequested&) {
+    throw;
+  } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {
     spheres.refuse(kFile, std::string("a file of sphere_decompose; ") + error.what());
@@ -172,6 +178,8 @@ double read_stiffness_scale(TableReader& table, const TriangleMesh& mesh,
     return stiffness_scale(balls, sample_surface(mesh, kSurfaceSamples), tool_radius_m,
                            press_depth_m);
   } catch (const StopRequested&) {
+    throw;
+  } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {
     normalise.refuse("press_depth_m", std::string("a depth with a force; ") + error.what());

@@ -52,9 +52,11 @@ class Walker {
       const char c = text_[at_];
       if (quote == '"' && c == '\\')
         ++at_;
-      else if (is_long && text_.substr(at_, 3) == std::string(3, quote))
-        return advance(3);
-      else if (!is_long && (c == quote || c == '\n'))
+      else if (is_long && text_.substr(at_, 3) == std::string(3, quote)) {
+        advance(3);  // and one or two quotes that the string ends with
+        for (int k = 0; k < 2 && at_ < text_.size() && text_[at_] == quote; ++k) advance(1);
+        return;
+      } else if (!is_long && (c == quote || c == '\n'))
         return advance(1);
     }
   }

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
@@ -215,6 +216,10 @@ int main(int argc, char** argv) {
     return run(arguments);
   } catch (const CLI::CallForHelp& help) {
     return app.exit(help);
+  } catch (const std::bad_alloc&) {
+    clear_progress();
+    std::fprintf(stderr, "sphere_decompose: out of memory\n");
+    return kCouldNotStart;
   } catch (const std::exception& error) {
     clear_progress();
     std::fprintf(stderr, "sphere_decompose: %s\n", error.what());

@@ -1,5 +1,8 @@
 #include "sim_server/spheres/sphere_cache.hpp"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -31,6 +34,14 @@ class Hash {
  private:
   std::uint64_t value_ = 0xcbf29ce484222325ULL;
 };
+
+/// A folder that nobody else can have put anything into: links and pipes of others are not
+/// followed.
+bool is_own(const std::filesystem::path& folder) {
+  struct stat status {};
+  return ::lstat(folder.c_str(), &status) == 0 && S_ISDIR(status.st_mode) &&
+         status.st_uid == ::geteuid() && (status.st_mode & (S_IWGRP | S_IWOTH)) == 0;
+}
 
 std::string name_of(const TriangleMesh& closed, std::string_view way, double value_m) {
   Hash hash;
@@ -65,6 +76,9 @@ std::string SphereCache::first_line(const Decomposition& made) const {
 }
 
 std::optional<Decomposition> SphereCache::read() const {
+  if (!is_own(file_.parent_path()) ||
+      !std::filesystem::is_regular_file(std::filesystem::symlink_status(file_)))
+    return std::nullopt;
   std::ifstream in(file_);
   std::string line;
   Decomposition kept;
@@ -86,8 +100,12 @@ std::optional<Decomposition> SphereCache::read() const {
 
 void SphereCache::write(const Decomposition& made) const {
   std::error_code error;
-  std::filesystem::create_directory(file_.parent_path(), error);
+  if (std::filesystem::create_directory(file_.parent_path(), error))
+    std::filesystem::permissions(file_.parent_path(), std::filesystem::perms(0755), error);
   if (error) throw std::runtime_error(file_.string() + ": cannot be written: " + error.message());
+  if (!is_own(file_.parent_path()))
+    throw std::runtime_error(file_.parent_path().string() +
+                             ": expected a folder of this user's that only this user may write");
   write_spheres(made.balls, file_, first_line(made));
 }
 

@@ -80,8 +80,8 @@ TEST_CASE("A glitch of one reading is left out, and the motion goes on", "[devic
 }
 
 TEST_CASE("A reading has its sample's time if that is at most 10 ms ago", "[device_reading]") {
-  const std::uint64_t now_ns = 500 * kMillisecond_ns;
-  const auto time_of = [now_ns](std::uint64_t stamp_ns) {
+  constexpr std::uint64_t now_ns = 500 * kMillisecond_ns;
+  const auto time_of = [](std::uint64_t stamp_ns) {
     DeviceReadingCheck check;
     return check.check(state_at(stamp_ns, 0.0), now_ns)->time_ns;
   };

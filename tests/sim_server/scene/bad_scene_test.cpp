@@ -262,6 +262,7 @@ TEST_CASE("What nests too deep for a parser is refused where it stands", "[scene
       {"[" + key + "]", expects_key},
       {"[[ a ." + key + "]]", expects_key},
       {"a = { " + key + " = 1 }", expects_key},
+      {"a = { x = \"\"\"a\"\"\"\", " + key + " = 1 }", expects_key},
       {"'a'.\"b\"." + key + " = 1", expects_key},
       {"a = " + within + behind, expects_value},
       {"a = " + tables, expects_value}};
