@@ -98,8 +98,10 @@ Finding slew_is_whole(const CaseLoop& loop, const LabRun& run, double scale) {
   for (std::size_t i = 1; i < run.rows.size(); ++i) {
     const TickRow &row = run.rows[i], &before = run.rows[i - 1];
     const double told_N = row.force_N.norm(), before_N = before.force_N.norm();
-    const bool is_along = row.force_N.dot(before.force_N) > 0.999999 * told_N * before_N;
-    if (row.flags != kFlagSlewed || !is_along || before_N < whole_N || told_N < before_N) continue;
+    const bool is_along = row.force_N.dot(before.force_N) > 0.9999 * told_N * before_N;
+    constexpr std::uint32_t kOdd = kFlagContended | kFlagCut | kFlagSwept;
+    if ((row.flags & ~kOdd) != kFlagSlewed || !is_along || before_N < 0.05 * whole_N) continue;
+    if (told_N < before_N) continue;
     if (row.torque_N_m.norm() > 1e-6 * scale * limits.lever_m * told_N) continue;
     finding.measured = std::max(finding.measured, 1.0 - (told_N - before_N) / whole_N);
   }
