@@ -52,13 +52,11 @@ double ContactEnergy::share(const Wrench& rendered, const Eigen::Matrix3d& stiff
   }
   if (!std::isfinite(told_J_) || !std::isfinite(rendered_J_)) told_J_ = rendered_J_ = 0.0;
   if (!is_known) return 1.0;
-  // What the rendered force dissipated of what it took, the told one dissipates of what that took.
-  const double kept = rendered_J_ < -stored_J ? stored_J / -rendered_J_ : 1.0;
   // A share s gives s now_J by the end of this tick and s stored_J after it.
-  const double wanted_J = stored_J + kept * now_J;
-  const auto left_J = [&] { return std::max(0.0, rendered_J_ + stored_J) - kept * told_J_; };
-  if (is_at_rest && kept > 0.0 && left_J() < wanted_J)
-    told_J_ -= std::min((wanted_J - left_J()) / kept, stored_J * elapsed_s / kReturn_s);
+  const double wanted_J = stored_J + now_J;
+  const auto left_J = [&] { return std::max(0.0, rendered_J_ + stored_J) - told_J_; };
+  if (is_at_rest && left_J() < wanted_J)
+    told_J_ -= std::min(wanted_J - left_J(), stored_J * elapsed_s / kReturn_s);
   if (!(left_J() < wanted_J - kRounding * stored_J)) return 1.0;
   return left_J() > 0.0 ? left_J() / wanted_J : 0.0;
 }
