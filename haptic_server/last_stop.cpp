@@ -27,7 +27,7 @@ void stop_once() {
   if (Device* const open_device = *device) open_device->emergency_stop();
 }
 
-void on_crash(int number) {
+void on_crash(int number, siginfo_t* info, void* /*context*/) {
   const auto which = std::find(kCrashes.begin(), kCrashes.end(), number) - kCrashes.begin();
   ::sigaction(number, &actions_before[static_cast<std::size_t>(which)], nullptr);
   if (::getpid() == owner) {
@@ -35,7 +35,8 @@ void on_crash(int number) {
     stop_once();
     state->is_crashing = false;
   }
-  ::raise(number);  // delivered on return; not every cause comes again by itself
+  // What an instruction caused it causes again, but for a call that a filter refused.
+  if (info->si_code <= 0 || number == SIGTRAP || number == SIGSYS) ::raise(number);
 }
 
 void on_exit() {
@@ -61,8 +62,8 @@ void stop_device_at_last(std::atomic<Device*>& open_device, GuardedState& guarde
   ::sigaltstack(&stack, nullptr);
   for (std::size_t i = 0; i < kCrashes.size(); ++i) {
     struct sigaction action {};
-    action.sa_handler = on_crash;
-    action.sa_flags = SA_ONSTACK;
+    action.sa_sigaction = on_crash;
+    action.sa_flags = SA_SIGINFO | SA_ONSTACK;
     ::sigemptyset(&action.sa_mask);
     ::sigaction(kCrashes[i], &action, &actions_before[i]);
   }
