@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "sim_server/dynamics/memory_need.hpp"
+#include "sim_server/dynamics/choice/memory_need.hpp"
 
 namespace stillgrid {
 

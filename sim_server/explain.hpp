@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "sim_server/dynamics/method_choice.hpp"
+#include "sim_server/dynamics/choice/method_choice.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
 namespace stillgrid {

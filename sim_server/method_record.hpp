@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "sim_server/dynamics/method_choice.hpp"
+#include "sim_server/dynamics/choice/method_choice.hpp"
 #include "sim_server/scene/method.hpp"
 #include "sim_server/scene/scene_description.hpp"
 

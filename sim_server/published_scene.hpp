@@ -2,7 +2,7 @@
 
 #include "proto/tool_segment.hpp"
 #include "shared/publication/scene_segment.hpp"
-#include "sim_server/dynamics/simulation.hpp"
+#include "sim_server/dynamics/step/simulation.hpp"
 #include "sim_server/lockstep_schedule.hpp"
 #include "sim_server/scene/scene_description.hpp"
 

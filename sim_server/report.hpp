@@ -8,7 +8,7 @@
 #include "shared/publication/scene_segment.hpp"
 #include "shared/realtime/histogram.hpp"
 #include "sim_server/bodies/world.hpp"
-#include "sim_server/dynamics/simulation.hpp"
+#include "sim_server/dynamics/step/simulation.hpp"
 
 namespace stillgrid {
 

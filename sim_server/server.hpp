@@ -9,7 +9,7 @@
 #include "shared/publication/scene_segment.hpp"
 #include "shared/publication/segment_watch.hpp"
 #include "shared/publication/tool_segment.hpp"
-#include "sim_server/dynamics/simulation.hpp"
+#include "sim_server/dynamics/step/simulation.hpp"
 #include "sim_server/report.hpp"
 #include "sim_server/scene/scene_description.hpp"
 

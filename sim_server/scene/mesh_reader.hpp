@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "sim_server/scene/scene_description.hpp"
-#include "sim_server/scene/toml_reader.hpp"
+#include "sim_server/toml/toml_reader.hpp"
 
 namespace stillgrid {
 

@@ -18,9 +18,27 @@ enum class IntegratorKind {
   kCvodeBdf,    // SUNDIALS: variable order and step
   kArkodeDirk,  // SUNDIALS: diagonally implicit Runge-Kutta of order 4
 };
-inline constexpr std::array<std::string_view, 8> kIntegratorNames = {
-    "forward_euler", "symplectic_euler", "velocity_verlet", "implicit_euler",
-    "bdf2",          "trapezoid",        "cvode_bdf",       "arkode_dirk"};
+
+/// What an integrator asks of a scene file, and of memory.
+enum class IntegratorFamily {
+  kExplicit,         // solves nothing, and is stable only below a step of its own
+  kImplicitStage,    // its equations are solved by one of our solvers
+  kErrorControlled,  // divides a step by its error, and solves by itself
+};
+struct IntegratorEntry {
+  std::string_view name;  // in scene files and reports
+  IntegratorFamily family;
+};
+/// In the order of IntegratorKind.
+inline constexpr std::array<IntegratorEntry, 8> kIntegrators = {
+    {{"forward_euler", IntegratorFamily::kExplicit},
+     {"symplectic_euler", IntegratorFamily::kExplicit},
+     {"velocity_verlet", IntegratorFamily::kExplicit},
+     {"implicit_euler", IntegratorFamily::kImplicitStage},
+     {"bdf2", IntegratorFamily::kImplicitStage},
+     {"trapezoid", IntegratorFamily::kImplicitStage},
+     {"cvode_bdf", IntegratorFamily::kErrorControlled},
+     {"arkode_dirk", IntegratorFamily::kErrorControlled}}};
 
 /// What solves the equations of an implicit step of ours.
 enum class SolverKind {
@@ -33,14 +51,31 @@ enum class SolverKind {
   kKinsolNewtonKrylov,  // SUNDIALS: GMRES
   kKinsolAnderson,      // SUNDIALS: accelerated fixed point
 };
-inline constexpr std::array<std::string_view, 8> kSolverNames = {"newton",
-                                                                 "newton_lu",
-                                                                 "newton_cg",
-                                                                 "newton_bicgstab",
-                                                                 "broyden",
-                                                                 "broyden_mass",
-                                                                 "kinsol_newton_krylov",
-                                                                 "kinsol_anderson"};
+
+struct SolverEntry {
+  std::string_view name;  // in scene files and reports
+  bool factorises;        // a matrix, whose factors take memory
+};
+/// In the order of SolverKind.
+inline constexpr std::array<SolverEntry, 8> kSolvers = {{{"newton", true},
+                                                         {"newton_lu", true},
+                                                         {"newton_cg", false},
+                                                         {"newton_bicgstab", false},
+                                                         {"broyden", true},
+                                                         {"broyden_mass", false},
+                                                         {"kinsol_newton_krylov", false},
+                                                         {"kinsol_anderson", false}}};
+
+/// The names of a table, in its order.
+template <class Entry, std::size_t kCount>
+[[nodiscard]] constexpr std::array<std::string_view, kCount> names_of(
+    const std::array<Entry, kCount>& table) {
+  std::array<std::string_view, kCount> names;
+  for (std::size_t i = 0; i < kCount; ++i) names[i] = table[i].name;
+  return names;
+}
+inline constexpr auto kIntegratorNames = names_of(kIntegrators);
+inline constexpr auto kSolverNames = names_of(kSolvers);
 
 /// How a scene is integrated.
 struct Method {
@@ -59,20 +94,25 @@ struct Method {
 [[nodiscard]] constexpr std::string_view name_of(SolverKind kind) {
   return kSolverNames[static_cast<std::size_t>(kind)];
 }
+[[nodiscard]] constexpr IntegratorFamily family_of(IntegratorKind kind) {
+  return kIntegrators[static_cast<std::size_t>(kind)].family;
+}
 /// These divide a step themselves, by its error.
 [[nodiscard]] constexpr bool chooses_steps(IntegratorKind kind) {
-  return kind == IntegratorKind::kCvodeBdf || kind == IntegratorKind::kArkodeDirk;
+  return family_of(kind) == IntegratorFamily::kErrorControlled;
 }
 /// Explicit methods need no solver and are stable only below a step of their own.
 [[nodiscard]] constexpr bool is_explicit(IntegratorKind kind) {
-  return kind == IntegratorKind::kForwardEuler || kind == IntegratorKind::kSymplecticEuler ||
-         kind == IntegratorKind::kVelocityVerlet;
+  return family_of(kind) == IntegratorFamily::kExplicit;
 }
-
 /// Implicit methods of ours, whose equations one of our solvers solves.
 [[nodiscard]] constexpr bool needs_solver(IntegratorKind kind) {
-  return kind == IntegratorKind::kImplicitEuler || kind == IntegratorKind::kBdf2 ||
-         kind == IntegratorKind::kTrapezoid;
+  return family_of(kind) == IntegratorFamily::kImplicitStage;
+}
+/// Whether steps of this method factorise a matrix.
+[[nodiscard]] constexpr bool factorises(const Method& method) {
+  return needs_solver(method.integrator) &&
+         kSolvers[static_cast<std::size_t>(method.solver)].factorises;
 }
 
 /// "symplectic_euler", "bdf2, newton_cg, 4 substeps": for reports.

@@ -14,9 +14,9 @@
 
 #include "proto/segment_header.hpp"
 #include "sim_server/scene/body_reader.hpp"
-#include "sim_server/scene/refusal.hpp"
-#include "sim_server/scene/toml_depth.hpp"
-#include "sim_server/scene/toml_reader.hpp"
+#include "sim_server/toml/refusal.hpp"
+#include "sim_server/toml/toml_depth.hpp"
+#include "sim_server/toml/toml_reader.hpp"
 
 namespace stillgrid {
 namespace {

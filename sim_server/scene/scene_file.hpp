@@ -1,20 +1,12 @@
 #pragma once
 
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 
 #include "sim_server/scene/scene_description.hpp"
+#include "sim_server/toml/scene_error.hpp"
 
 namespace stillgrid {
-
-/// A scene file that was refused.
-///
-/// what() is one line: `FILE:LINE:COLUMN: KEY: value V: expected ...`, with `missing` for V
-/// where there is none. Lines and columns count from one.
-struct SceneError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 /// Reads and checks a scene; docs/formats.md describes the file.
 ///

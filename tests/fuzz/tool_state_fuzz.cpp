@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "shared/publication/tool_segment.hpp"
-#include "sim_server/dynamics/simulation.hpp"
+#include "sim_server/dynamics/step/simulation.hpp"
 #include "tests/fuzz/hostile_object.hpp"
 #include "tests/fuzz/patch.hpp"
 #include "tests/fuzz/valid_segment.hpp"

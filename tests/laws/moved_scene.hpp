@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "sim_server/dynamics/simulation.hpp"
+#include "sim_server/dynamics/step/simulation.hpp"
 #include "tests/laws/law_case.hpp"
 
 namespace stillgrid {

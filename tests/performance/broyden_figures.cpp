@@ -2,8 +2,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "sim_server/dynamics/broyden.hpp"
-#include "sim_server/dynamics/kinsol_solver.hpp"
+#include "sim_server/dynamics/solvers/broyden.hpp"
+#include "sim_server/dynamics/solvers/kinsol_solver.hpp"
 #include "tests/sim_server/dynamics/hanging_chain.hpp"
 
 namespace stillgrid {

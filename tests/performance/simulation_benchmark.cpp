@@ -5,8 +5,8 @@
 #include <memory>
 #include <string>
 
-#include "sim_server/dynamics/explicit_integrators.hpp"
-#include "sim_server/dynamics/simulation.hpp"
+#include "sim_server/dynamics/integrators/explicit_integrators.hpp"
+#include "sim_server/dynamics/step/simulation.hpp"
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 

@@ -6,8 +6,8 @@
 #include <optional>
 #include <stdexcept>
 
-#include "sim_server/dynamics/method_choice.hpp"
-#include "sim_server/dynamics/simulation.hpp"
+#include "sim_server/dynamics/choice/method_choice.hpp"
+#include "sim_server/dynamics/step/simulation.hpp"
 
 namespace stillgrid {
 namespace {

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "shared/files/whole_file.hpp"
-#include "sim_server/dynamics/simulation.hpp"
+#include "sim_server/dynamics/step/simulation.hpp"
 #include "sim_server/published_scene.hpp"
 #include "tests/stability/csv_file.hpp"
 

@@ -17,7 +17,7 @@
 #include "shared/files/whole_file.hpp"
 #include "shared/publication/segment.hpp"
 #include "shared/realtime/exit_status.hpp"
-#include "sim_server/dynamics/method_choice.hpp"
+#include "sim_server/dynamics/choice/method_choice.hpp"
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/stability/cannot_start.hpp"
 #include "tests/stability/fit_json.hpp"

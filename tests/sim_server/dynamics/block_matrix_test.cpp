@@ -1,4 +1,4 @@
-#include "sim_server/dynamics/block_matrix.hpp"
+#include "sim_server/dynamics/forces/block_matrix.hpp"
 
 #include <Eigen/SparseLU>
 #include <catch2/catch.hpp>

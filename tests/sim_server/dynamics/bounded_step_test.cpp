@@ -3,8 +3,8 @@
 #include <limits>
 
 #include "sim_server/contact/detection.hpp"
-#include "sim_server/dynamics/integrator.hpp"
-#include "sim_server/dynamics/mechanical_system.hpp"
+#include "sim_server/dynamics/integrators/integrator.hpp"
+#include "sim_server/dynamics/forces/mechanical_system.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid {

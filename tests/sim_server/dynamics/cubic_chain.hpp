@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "sim_server/dynamics/nonlinear_solver.hpp"
+#include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
 
 namespace stillgrid {
 

@@ -1,4 +1,4 @@
-#include "sim_server/dynamics/energy_account.hpp"
+#include "sim_server/dynamics/step/energy_account.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "sim_server/dynamics/explicit_integrators.hpp"
+#include "sim_server/dynamics/integrators/explicit_integrators.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

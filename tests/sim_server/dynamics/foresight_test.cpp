@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "shared/collision/sphere_history.hpp"
-#include "sim_server/dynamics/simulation.hpp"
+#include "sim_server/dynamics/step/simulation.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid {

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "sim_server/dynamics/implicit_stage.hpp"
-#include "sim_server/dynamics/newton.hpp"
+#include "sim_server/dynamics/integrators/implicit_stage.hpp"
+#include "sim_server/dynamics/solvers/newton.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid {

@@ -1,4 +1,4 @@
-#include "sim_server/dynamics/kinsol_solver.hpp"
+#include "sim_server/dynamics/solvers/kinsol_solver.hpp"
 
 #include <catch2/catch.hpp>
 #include <chrono>

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "sim_server/dynamics/simulation.hpp"
+#include "sim_server/dynamics/step/simulation.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid {

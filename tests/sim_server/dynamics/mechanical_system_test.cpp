@@ -1,4 +1,4 @@
-#include "sim_server/dynamics/mechanical_system.hpp"
+#include "sim_server/dynamics/forces/mechanical_system.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -6,7 +6,7 @@
 #include <random>
 
 #include "sim_server/contact/detection.hpp"
-#include "sim_server/dynamics/implicit_stage.hpp"
+#include "sim_server/dynamics/integrators/implicit_stage.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid {

@@ -1,4 +1,4 @@
-#include "sim_server/dynamics/memory_need.hpp"
+#include "sim_server/dynamics/choice/memory_need.hpp"
 
 #include <catch2/catch.hpp>
 #include <limits>

@@ -1,4 +1,4 @@
-#include "sim_server/dynamics/method_choice.hpp"
+#include "sim_server/dynamics/choice/method_choice.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -7,7 +7,7 @@
 #include <set>
 #include <string>
 
-#include "sim_server/dynamics/predicted_cost.hpp"
+#include "sim_server/dynamics/choice/predicted_cost.hpp"
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 

@@ -1,4 +1,4 @@
-#include "sim_server/dynamics/newton.hpp"
+#include "sim_server/dynamics/solvers/newton.hpp"
 
 #include <Eigen/IterativeLinearSolvers>
 #include <catch2/catch.hpp>
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "sim_server/contact/detection.hpp"
-#include "sim_server/dynamics/implicit_stage.hpp"
+#include "sim_server/dynamics/integrators/implicit_stage.hpp"
 #include "tests/sim_server/dynamics/cubic_chain.hpp"
 #include "tests/sim_server/dynamics/hanging_chain.hpp"
 #include "tests/sim_server/scene_builders.hpp"

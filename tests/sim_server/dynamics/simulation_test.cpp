@@ -1,4 +1,4 @@
-#include "sim_server/dynamics/simulation.hpp"
+#include "sim_server/dynamics/step/simulation.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "sim_server/dynamics/sleeping.hpp"
+#include "sim_server/dynamics/step/sleeping.hpp"
 
 #include <algorithm>
 #include <array>

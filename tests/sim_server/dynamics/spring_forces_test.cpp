@@ -1,4 +1,4 @@
-#include "sim_server/dynamics/spring_forces.hpp"
+#include "sim_server/dynamics/forces/spring_forces.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -7,7 +7,7 @@
 #include <random>
 #include <utility>
 
-#include "sim_server/dynamics/mechanical_system.hpp"
+#include "sim_server/dynamics/forces/mechanical_system.hpp"
 #include "tests/sim_server/every_target.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 #include "tests/sim_server/unkind_heap.hpp"

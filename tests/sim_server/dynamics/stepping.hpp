@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "sim_server/dynamics/simulation.hpp"
+#include "sim_server/dynamics/step/simulation.hpp"
 
 namespace stillgrid {
 

@@ -3,8 +3,8 @@
 #include <limits>
 #include <stdexcept>
 
-#include "sim_server/dynamics/predicted_cost.hpp"
-#include "sim_server/dynamics/simulation.hpp"
+#include "sim_server/dynamics/choice/predicted_cost.hpp"
+#include "sim_server/dynamics/step/simulation.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid {

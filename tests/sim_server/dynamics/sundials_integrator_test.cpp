@@ -1,4 +1,4 @@
-#include "sim_server/dynamics/sundials_integrator.hpp"
+#include "sim_server/dynamics/integrators/sundials_integrator.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <random>
 
-#include "sim_server/dynamics/implicit_stage.hpp"
-#include "sim_server/dynamics/newton.hpp"
+#include "sim_server/dynamics/integrators/implicit_stage.hpp"
+#include "sim_server/dynamics/solvers/newton.hpp"
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim_server/dynamics/explicit_integrators.hpp"
+#include "sim_server/dynamics/integrators/explicit_integrators.hpp"
 #include "tests/sim_server/dynamics/known_answers/slope.hpp"
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim_server/dynamics/integrator.hpp"
+#include "sim_server/dynamics/integrators/integrator.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid {

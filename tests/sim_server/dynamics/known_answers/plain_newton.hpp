@@ -3,7 +3,7 @@
 #include <Eigen/Dense>
 #include <Eigen/SparseCore>
 
-#include "sim_server/dynamics/nonlinear_solver.hpp"
+#include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
 
 namespace stillgrid {
 

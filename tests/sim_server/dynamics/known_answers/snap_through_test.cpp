@@ -2,8 +2,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "sim_server/dynamics/implicit_stage.hpp"
-#include "sim_server/dynamics/newton.hpp"
+#include "sim_server/dynamics/integrators/implicit_stage.hpp"
+#include "sim_server/dynamics/solvers/newton.hpp"
 #include "tests/sim_server/dynamics/known_answers/plain_newton.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 

@@ -1,0 +1,122 @@
+#include "sim_server/dynamics/choice/memory_need.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <stdexcept>
+
+#include "shared/collision/still_grid.hpp"
+#include "sim_server/bodies/sphere_packing.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr double kMostSpheres = 1e6;
+
+// Bytes that one of each takes: in the world, in trials and packed copies, in lists of contacts.
+constexpr double kBodyBytes = 2500.0, kNodeBytes = 400.0, kSpringBytes = 110.0;
+constexpr double kSphereBytes = 900.0, kStillSphereBytes = 400.0;
+// More of an implicit step: slopes of a spring, vectors of a node, and what each entry of a factor
+// costs with its index, LDL^T and LU together, and while they are made.
+constexpr double kSpringSlopeBytes = 450.0, kNodeVectorBytes = 700.0, kFillBytes = 85.0;
+
+double node_count(const BodyDescription& body) {
+  if (body.motion == Motion::kStatic || !is_deformable(body)) return 0.0;
+  if (!body.lattice.nodes_m.empty()) return static_cast<double>(body.lattice.nodes_m.size());
+  return body.nodes.cast<double>().prod();
+}
+
+/// Springs of a node, where many nodes surround it.
+double springs_per_node(const BodyDescription& body) {
+  const double structural = 1.0, bend = body.bend_stiffness_N_m > 0.0 ? 1.0 : 0.0;
+  const double shear = body.shear_stiffness_N_m > 0.0 ? 1.0 : 0.0;
+  if (body.kind == BodyKind::kThread) return structural + bend;
+  if (body.kind == BodyKind::kSheet) return 2.0 * (structural + shear + bend);
+  return 3.0 * structural + 10.0 * shear + 3.0 * bend;
+}
+
+/// Entries of a factor: a curve's bandwidth, a surface's n log n, a solid's n^(4/3).
+double fill_of(const BodyDescription& body, double nodes) {
+  if (body.kind == BodyKind::kThread) return 9.0 * 3.0 * nodes;
+  if (body.kind == BodyKind::kSheet) return 9.0 * 4.0 * nodes * std::log2(nodes + 1.0);
+  return 9.0 * 2.0 * std::pow(nodes, 4.0 / 3.0);
+}
+
+/// What spheres take of one slot of a segment.
+double slot_bytes(double spheres) {
+  const auto count = static_cast<std::size_t>(spheres);
+  return 8.0 *
+         static_cast<double>(grid_layout(0, count).total_words - grid_layout(0, 0).total_words);
+}
+
+std::string size_text(double bytes) {
+  std::array<char, 40> text{};
+  const bool is_giga = bytes >= 1e9;
+  const double size = (is_giga ? 1e-9 : 1e-6) * bytes;
+  std::snprintf(text.data(), text.size(), size < 10.0 || is_giga ? "%.1f %s" : "%.0f %s", size,
+                is_giga ? "GB" : "MB");
+  return text.data();
+}
+
+[[noreturn]] void refuse(const BodyDescription& body, const std::string& file,
+                         const std::string& what) {
+  throw std::runtime_error(file + ":" + std::to_string(body.line) + ": body '" + body.name +
+                           "': " + what);
+}
+
+}  // namespace
+
+Memory memory_need(const BodyDescription& body, const Method& method) {
+  const double spheres = sphere_count(body), nodes = node_count(body);
+  const double springs = nodes * springs_per_node(body);
+  const double slot = slot_bytes(std::min(spheres, kMostSpheres));
+  if (body.motion == Motion::kStatic)
+    return {kBodyBytes + kStillSphereBytes * spheres + 2.0 * slot, slot};
+  Memory need{
+      kBodyBytes + kSphereBytes * spheres + kNodeBytes * nodes + kSpringBytes * springs + slot,
+      2.0 * slot};
+  if (is_explicit(method.integrator)) return need;
+  need.private_bytes += kNodeVectorBytes * nodes + kSpringSlopeBytes * springs;
+  if (factorises(method)) need.private_bytes += kFillBytes * fill_of(body, nodes);
+  return need;
+}
+
+void require_room(const SceneDescription& scene, const std::string& file, const Memory& available) {
+  double spheres = 0.0;
+  Memory total, most;
+  const BodyDescription *largest = nullptr, *most_shared = nullptr;
+  for (const BodyDescription& body : scene.bodies) {
+    const double count = sphere_count(body);
+    spheres += count;
+    if (spheres > kMostSpheres)
+      refuse(body, file,
+             "spheres: value " + std::to_string(static_cast<std::uint64_t>(std::min(count, 1e18))) +
+                 ": expected at most 1000000 in a scene; give it a larger spacing_m");
+    const Memory need = memory_need(body, scene.method);
+    total.private_bytes += need.private_bytes;
+    total.shared_bytes += need.shared_bytes;
+    if (need.private_bytes > most.private_bytes) {
+      most.private_bytes = need.private_bytes;
+      largest = &body;
+    }
+    if (need.shared_bytes > most.shared_bytes) {
+      most.shared_bytes = need.shared_bytes;
+      most_shared = &body;
+    }
+  }
+  const auto check = [&](const BodyDescription* body, double own, double all, double left,
+                         const std::string& where) {
+    if (body == nullptr || all <= left) return;
+    refuse(*body, file,
+           "memory: value " + size_text(own) + " of about " + size_text(all) +
+               " that the scene takes: expected at most " + size_text(left) + ", what " + where +
+               " has left; fewer nodes or spheres, or an integrator or solver without factors, " +
+               "take less");
+  };
+  check(largest, most.private_bytes, total.private_bytes, available.private_bytes, "this machine");
+  check(most_shared, most.shared_bytes, total.shared_bytes, available.shared_bytes, "/dev/shm");
+}
+
+}  // namespace stillgrid

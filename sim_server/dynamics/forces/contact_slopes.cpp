@@ -1,0 +1,188 @@
+#include "sim_server/dynamics/forces/contact_slopes.hpp"
+
+#include "sim_server/bodies/rotation.hpp"
+
+namespace stillgrid {
+namespace {
+
+using Response = Eigen::Matrix<double, 6, 3>;  // of force and couple
+
+/// Relative motion of a contact.
+struct Change {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+  Eigen::Vector3d spin = Eigen::Vector3d::Zero();
+};
+
+void add_change(const ContactSide& side, double stage_s, bool is_exact, const Eigen::VectorXd& x,
+                Change& change) {
+  if (side.body == kNoUnknown) {
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+    for (std::size_t i = 0; i < static_cast<std::size_t>(side.node_count); ++i)
+      velocity += side.weights[i] * x.segment<3>(side.unknowns[i]);
+    change.velocity += side.sign * velocity;
+    if (is_exact) change.position += side.sign * stage_s * velocity;
+    return;
+  }
+  const Eigen::Vector3d linear = x.segment<3>(side.body), spin = x.segment<3>(side.body + 3);
+  change.velocity += side.sign * (linear + spin.cross(side.arm_m));
+  change.spin += side.share * spin;
+  if (!is_exact) return;
+  // The arm turns, and carries the sphere with the spin that it has.
+  const Eigen::Vector3d arm_moves = (side.turn_s * spin).cross(side.arm_m);
+  change.position += side.sign * (stage_s * linear + arm_moves);
+  change.velocity += side.sign * side.spin_rad_s.cross(arm_moves);
+}
+
+void push(const ContactSide& side, const Eigen::Vector3d& force, const Eigen::Vector3d& couple,
+          Eigen::VectorXd& y) {
+  if (side.body != kNoUnknown) {
+    y.segment<3>(side.body) += side.sign * force;
+    y.segment<3>(side.body + 3) += side.sign * side.arm_m.cross(force) + side.share * couple;
+    return;
+  }
+  for (std::size_t i = 0; i < static_cast<std::size_t>(side.node_count); ++i)
+    y.segment<3>(side.unknowns[i]) += side.sign * side.weights[i] * force;
+}
+
+/// d(r x F) = dr x F: the lever itself turns with the body.
+Eigen::Vector3d lever_turns(const ContactSide& side, const Eigen::Vector3d& force_N,
+                            const Eigen::Vector3d& spin) {
+  return side.sign * (side.turn_s * spin).cross(side.arm_m).cross(force_N);
+}
+
+/// What moving a side does: by its place or its nodes' and, if it is a body, by its spin.
+struct SideResponse {
+  Response linear, spin;
+};
+
+SideResponse response_of(const ContactSlope& slope, const ContactSide& side, double stage_s) {
+  SideResponse response;
+  response.linear = side.sign * slope.by_motion.leftCols<3>();
+  if (slope.is_exact) response.linear += side.sign * stage_s * slope.by_position;
+  if (side.body == kNoUnknown) return response;
+  const Eigen::Matrix3d lever = -cross_matrix(side.arm_m);
+  Eigen::Matrix3d velocity = lever;
+  if (slope.is_exact) velocity += cross_matrix(side.spin_rad_s) * lever * side.turn_s;
+  response.spin = side.sign * slope.by_motion.leftCols<3>() * velocity +
+                  side.share * slope.by_motion.rightCols<3>();
+  if (slope.is_exact) response.spin += side.sign * slope.by_position * lever * side.turn_s;
+  return response;
+}
+
+Eigen::Matrix3d torque_of(const ContactSide& side, const Response& response) {
+  return side.sign * cross_matrix(side.arm_m) * response.topRows<3>() +
+         side.share * response.bottomRows<3>();
+}
+
+/// All that a response does to a side; `row_only`: the one row to add, or kNoUnknown for all.
+void add_column(const ContactSide& pushed, const Response& response, double factor, int column,
+                bool diagonal_only, std::vector<SlopeBlock>& blocks) {
+  const auto wanted = [&](int row) { return !diagonal_only || row == column; };
+  if (pushed.body != kNoUnknown) {
+    if (wanted(pushed.body))
+      blocks.push_back({pushed.body, column, factor * pushed.sign * response.topRows<3>()});
+    if (wanted(pushed.body + 3))
+      blocks.push_back({pushed.body + 3, column, factor * torque_of(pushed, response)});
+    return;
+  }
+  for (std::size_t i = 0; i < static_cast<std::size_t>(pushed.node_count); ++i)
+    if (wanted(pushed.unknowns[i]))
+      blocks.push_back({pushed.unknowns[i], column,
+                        factor * pushed.sign * pushed.weights[i] * response.topRows<3>()});
+}
+
+}  // namespace
+
+ContactSide contact_side(std::span<const Node> nodes, std::span<const RigidBody> rigid_bodies,
+                         std::span<const Eigen::Matrix3d> turn_s, const SphereBinding& sphere,
+                         double sign, double share) {
+  ContactSide side;
+  side.sign = sign;
+  side.share = share;
+  if (sphere.rigid >= 0) {
+    const auto index = static_cast<std::size_t>(sphere.rigid);
+    const RigidBody& body = rigid_bodies[index];
+    side.body = body.unknown;
+    if (body.unknown == kNoUnknown) return side;
+    side.arm_m = body.orientation * sphere.local_m;
+    side.spin_rad_s = body.angular_velocity_rad_s;
+    side.turn_s = turn_s[index];
+    return side;
+  }
+  for (std::size_t i = 0; i < static_cast<std::size_t>(sphere.node_count); ++i) {
+    const int unknown = nodes[static_cast<std::size_t>(sphere.nodes[i])].unknown;
+    if (unknown == kNoUnknown) continue;
+    const auto at = static_cast<std::size_t>(side.node_count++);
+    side.unknowns[at] = unknown;
+    side.weights[at] = sphere.weights[i];
+  }
+  return side;
+}
+
+ContactSlope contact_slope(const ContactForce& force, const ContactSlopes& slopes, Slope slope,
+                           double stage_s) {
+  ContactSlope result;
+  result.is_exact = slope == Slope::kExact;
+  const Eigen::Matrix3d arm = cross_matrix(force.arm_m);
+  if (result.is_exact) {
+    result.force_N = force.force_N;
+    result.by_position << slopes.force_by_position,
+        cross_matrix(force.friction_N) * slopes.arm_by_position - arm * slopes.friction_by_position;
+    result.by_motion << slopes.force_by_velocity, slopes.force_by_spin,
+        -arm * slopes.friction_by_velocity, -arm * slopes.friction_by_spin;
+    return result;
+  }
+  const Eigen::Matrix3d& drag = slopes.drag_N_s_m;
+  const Eigen::Matrix3d slide = drag * slopes.across, turn = drag * arm;
+  Eigen::Matrix3d stiffness = slopes.normal_stiffness_N_m;
+  if (slope == Slope::kSymmetric) stiffness -= slopes.sideways_softness_N_m * slopes.across;
+  result.by_motion << -stage_s * stiffness - slide, -turn, arm * slide, arm * turn;
+  return result;
+}
+
+void multiply_add(const ContactSlope& slope, double stage_s, const Eigen::VectorXd& x,
+                  Eigen::VectorXd& y) {
+  Change change;
+  add_change(slope.a, stage_s, slope.is_exact, x, change);
+  add_change(slope.b, stage_s, slope.is_exact, x, change);
+  Eigen::Matrix<double, 6, 1> response;
+  response.noalias() = slope.by_motion.leftCols<3>() * change.velocity;
+  response.noalias() += slope.by_motion.rightCols<3>() * change.spin;
+  if (slope.is_exact) response.noalias() += slope.by_position * change.position;
+  const Eigen::Vector3d force = -stage_s * response.head<3>(),
+                        couple = -stage_s * response.tail<3>();
+  push(slope.a, force, couple, y);
+  push(slope.b, force, couple, y);
+  if (!slope.is_exact) return;
+  for (const ContactSide* side : {&slope.a, &slope.b})
+    if (side->body != kNoUnknown)
+      y.segment<3>(side->body + 3) -=
+          stage_s * lever_turns(*side, slope.force_N, x.segment<3>(side->body + 3));
+}
+
+void add_blocks(const ContactSlope& slope, double stage_s, bool diagonal_only,
+                std::vector<SlopeBlock>& blocks) {
+  for (const ContactSide* moved : {&slope.a, &slope.b}) {
+    if (!moved->moves()) continue;
+    const SideResponse response = response_of(slope, *moved, stage_s);
+    for (const ContactSide* pushed : {&slope.a, &slope.b}) {
+      if (moved->body == kNoUnknown) {
+        for (std::size_t i = 0; i < static_cast<std::size_t>(moved->node_count); ++i)
+          add_column(*pushed, response.linear, -stage_s * moved->weights[i], moved->unknowns[i],
+                     diagonal_only, blocks);
+        continue;
+      }
+      add_column(*pushed, response.linear, -stage_s, moved->body, diagonal_only, blocks);
+      add_column(*pushed, response.spin, -stage_s, moved->body + 3, diagonal_only, blocks);
+    }
+    if (slope.is_exact && moved->body != kNoUnknown) {
+      Eigen::Matrix3d own;
+      for (int i = 0; i < 3; ++i)
+        own.col(i) = -stage_s * lever_turns(*moved, slope.force_N, Eigen::Vector3d::Unit(i));
+      blocks.push_back({moved->body + 3, moved->body + 3, own});
+    }
+  }
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <span>
+#include <vector>
+
+#include "sim_server/bodies/world.hpp"
+#include "sim_server/contact/contact.hpp"
+#include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
+
+namespace stillgrid {
+
+/// One side of a contact: what moves its sphere, a rigid body or nodes, and how.
+struct ContactSide {
+  double sign = 0.0;                                // of the force on it
+  double share = 0.0;                               // of the line of centres
+  int body = kNoUnknown;                            // first unknown of a rigid body; or the nodes
+  Eigen::Vector3d arm_m = Eigen::Vector3d::Zero();  // from the body's centre to the sphere's
+  Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();  // of the body
+  Eigen::Matrix3d turn_s = Eigen::Matrix3d::Zero();      // d(its turning, world frame) / d spin
+  int node_count = 0;
+  std::array<int, 4> unknowns{};
+  std::array<double, 4> weights{};
+
+  [[nodiscard]] bool moves() const { return body != kNoUnknown || node_count > 0; }
+};
+
+/// A side from where its sphere's nodes or body are. turn_s: of each rigid body; not read where it
+/// has no unknowns.
+[[nodiscard]] ContactSide contact_side(std::span<const Node> nodes,
+                                       std::span<const RigidBody> rigid_bodies,
+                                       std::span<const Eigen::Matrix3d> turn_s,
+                                       const SphereBinding& sphere, double sign, double share);
+
+/// How a contact resists over an implicit stage. The force on a and, below it, the couple that
+/// friction exerts on either side's spin change by
+///   by_position * d(place of a seen from b) + by_motion * (d velocity; d spin).
+/// A symmetric slope has what the place changes in by_motion: places change by the stage's time
+/// times velocities.
+struct ContactSlope {
+  ContactSide a, b;
+  bool is_exact = false;
+  Eigen::Matrix<double, 6, 3> by_position = Eigen::Matrix<double, 6, 3>::Zero();
+  Eigen::Matrix<double, 6, 6> by_motion;
+  Eigen::Vector3d force_N = Eigen::Vector3d::Zero();  // on a
+};
+
+/// The slope of a contact that touches; sides are left to the caller.
+[[nodiscard]] ContactSlope contact_slope(const ContactForce& force, const ContactSlopes& slopes,
+                                         Slope slope, double stage_s);
+
+/// y += d(momentum - s force) / du x.
+void multiply_add(const ContactSlope& slope, double stage_s, const Eigen::VectorXd& x,
+                  Eigen::VectorXd& y);
+
+/// A block of a slope by its first row and column.
+struct SlopeBlock {
+  int row, column;
+  Eigen::Matrix3d block;
+};
+/// Appends the same by blocks, or only those on the diagonal; a place may come several times.
+void add_blocks(const ContactSlope& slope, double stage_s, bool diagonal_only,
+                std::vector<SlopeBlock>& blocks);
+
+}  // namespace stillgrid

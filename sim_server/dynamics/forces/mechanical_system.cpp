@@ -1,0 +1,323 @@
+#include "sim_server/dynamics/forces/mechanical_system.hpp"
+
+#include <algorithm>
+
+#include "sim_server/bodies/rotation.hpp"
+#include "sim_server/bodies/sphere_motion.hpp"
+
+namespace stillgrid {
+namespace {
+
+SideMotion side_of(int sphere, const World& world, const Trial& trial) {
+  const auto index = static_cast<std::size_t>(sphere);
+  SideMotion side{trial.spheres[index].position_m, trial.spheres[index].velocity_m_s};
+  const int rigid = world.spheres[index].rigid;
+  if (rigid >= 0)
+    side.spin_rad_s = trial.rigid_bodies[static_cast<std::size_t>(rigid)].angular_velocity_rad_s;
+  return side;
+}
+
+ContactMotion relative_motion(const Contact& contact, const World& world, const Trial& trial,
+                              double step_share) {
+  return stillgrid::relative_motion(
+      contact, side_of(contact.a, world, trial),
+      contact.b >= 0 ? side_of(contact.b, world, trial) : given_side(contact, step_share));
+}
+
+bool is_awake(const World& world, const SphereBinding& sphere) {
+  if (sphere.rigid >= 0)
+    return world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].unknown != kNoUnknown;
+  return !world.bodies[static_cast<std::size_t>(sphere.body)].asleep;
+}
+
+bool moves(const World& world, int sphere) {
+  return sphere >= 0 && is_awake(world, world.spheres[static_cast<std::size_t>(sphere)]);
+}
+
+}  // namespace
+
+void MechanicalSystem::take(const World& world, std::span<const Contact> contacts) {
+  world_ = &world;
+  contacts_ = contacts;
+  mass_.setOnes(world.unknown_count);
+  scale_.setOnes(world.unknown_count);
+  trial_.nodes = world.nodes;
+  trial_.rigid_bodies = world.rigid_bodies;
+  trial_.spheres.resize(world.spheres.size());
+  for (std::size_t i = 0; i < world.spheres.size(); ++i)
+    if (!is_awake(world, world.spheres[i]))
+      trial_.spheres[i] = sphere_motion(world, world.spheres[i]);
+  turned_rad_.assign(world.rigid_bodies.size(), Eigen::Vector3d::Zero());
+  turn_s_.resize(world.rigid_bodies.size());
+  candidates_.clear();
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Contact& contact = contacts[i];
+    if (moves(world, contact.a) || moves(world, contact.b))
+      candidates_.push_back(
+          {static_cast<int>(i), contact.a, contact.b, contact.radius_a_m + contact.radius_b_m});
+  }
+  springs_.clear();
+  const std::span<const Spring> springs = world.springs;
+  for (const BodyRange& body : world.bodies)
+    if (!body.asleep && body.spring_count > 0)
+      springs_.push_back(springs.subspan(static_cast<std::size_t>(body.first_spring),
+                                         static_cast<std::size_t>(body.spring_count)));
+  for (const Node& node : world.nodes)
+    if (node.unknown != kNoUnknown) mass_.segment<3>(node.unknown).setConstant(node.mass_kg);
+  for (const RigidBody& body : world.rigid_bodies) {
+    if (body.unknown == kNoUnknown) continue;
+    mass_.segment<3>(body.unknown).setConstant(body.mass_kg);
+    mass_.segment<3>(body.unknown + 3).setConstant(body.inertia_kg_m2.maxCoeff());
+  }
+  scale_ = mass_.cwiseInverse();
+  for (const RigidBody& body : world.rigid_bodies)
+    if (body.unknown != kNoUnknown) scale_.segment<3>(body.unknown + 3) *= body.reach_m;
+}
+
+Eigen::VectorXd MechanicalSystem::velocity() const {
+  Eigen::VectorXd u(size());
+  for (const Node& node : world_->nodes)
+    if (node.unknown != kNoUnknown) u.segment<3>(node.unknown) = node.velocity_m_s;
+  for (const RigidBody& body : world_->rigid_bodies)
+    if (body.unknown != kNoUnknown) {
+      u.segment<3>(body.unknown) = body.velocity_m_s;
+      u.segment<3>(body.unknown + 3) = body.angular_velocity_rad_s;
+    }
+  return u;
+}
+
+void MechanicalSystem::place(const Eigen::VectorXd& displacement, const Eigen::VectorXd& u,
+                             double time_s, double step_share) {
+  step_share_ = step_share;
+  for (std::size_t i = 0; i < trial_.nodes.size(); ++i) {
+    Node& node = trial_.nodes[i];
+    if (node.unknown == kNoUnknown) continue;
+    node.velocity_m_s = u.segment<3>(node.unknown);
+    node.position_m = world_->nodes[i].position_m + displacement.segment<3>(node.unknown);
+  }
+  for (std::size_t i = 0; i < trial_.rigid_bodies.size(); ++i) {
+    RigidBody& body = trial_.rigid_bodies[i];
+    const RigidBody& before = world_->rigid_bodies[i];
+    if (!body.free) {
+      const PrescribedState state = prescribed_state(body, world_->time_s + time_s);
+      body.position_m = state.position_m;
+      body.velocity_m_s = state.velocity_m_s;
+    }
+    if (body.unknown == kNoUnknown) continue;
+    turned_rad_[i] = displacement.segment<3>(body.unknown + 3);
+    body.velocity_m_s = u.segment<3>(body.unknown);
+    body.angular_velocity_rad_s = u.segment<3>(body.unknown + 3);
+    body.position_m = before.position_m + displacement.segment<3>(body.unknown);
+    body.orientation = (rotation_of(turned_rad_[i]) * before.orientation).normalized();
+  }
+  for (const BodyRange& range : world_->bodies) {
+    if (range.asleep) continue;
+    for (int i = range.first_sphere; i < range.first_sphere + range.sphere_count; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      trial_.spheres[at] = sphere_motion(trial_.nodes, trial_.rigid_bodies, world_->spheres[at]);
+    }
+  }
+}
+
+void MechanicalSystem::momentum(Eigen::VectorXd& momentum) const {
+  momentum.resize(size());
+  for (const Node& node : trial_.nodes)
+    if (node.unknown != kNoUnknown)
+      momentum.segment<3>(node.unknown) = node.mass_kg * node.velocity_m_s;
+  for (const RigidBody& body : trial_.rigid_bodies) {
+    if (body.unknown == kNoUnknown) continue;
+    momentum.segment<3>(body.unknown) = body.mass_kg * body.velocity_m_s;
+    momentum.segment<3>(body.unknown + 3) = world_inertia_kg_m2(body) * body.angular_velocity_rad_s;
+  }
+}
+
+double MechanicalSystem::energy_J() {
+  double energy_J = 0.0;
+  const Eigen::Vector3d& gravity_m_s2 = world_->gravity_m_s2;
+  for (const Node& node : trial_.nodes)
+    if (node.unknown != kNoUnknown)
+      energy_J += node.mass_kg *
+                  (0.5 * node.velocity_m_s.squaredNorm() - gravity_m_s2.dot(node.position_m));
+  for (const RigidBody& body : trial_.rigid_bodies)
+    if (body.unknown != kNoUnknown)
+      energy_J += kinetic_energy_J(body) - body.mass_kg * gravity_m_s2.dot(body.position_m);
+  for (const auto springs : springs_)
+    for (const Spring& spring : springs)
+      energy_J += spring_energy_J(spring, trial_.nodes[static_cast<std::size_t>(spring.a)],
+                                  trial_.nodes[static_cast<std::size_t>(spring.b)]);
+  find_touching();
+  for (const int index : touching_) {
+    const Contact& contact = contacts_[static_cast<std::size_t>(index)];
+    const double depth_m =
+        contact_depth_m(contact, relative_motion(contact, *world_, trial_, step_share_).position_m);
+    if (depth_m > 0.0) energy_J += 0.5 * contact.material.stiffness_N_m * depth_m * depth_m;
+  }
+  return energy_J;
+}
+
+void MechanicalSystem::force(double contact_step_s, Eigen::VectorXd& force) {
+  force.setZero(size());
+  for (const Node& node : trial_.nodes)
+    if (node.unknown != kNoUnknown)
+      force.segment<3>(node.unknown) = node.mass_kg * world_->gravity_m_s2;
+  for (const RigidBody& body : trial_.rigid_bodies)
+    if (body.unknown != kNoUnknown)
+      force.segment<3>(body.unknown) = body.mass_kg * world_->gravity_m_s2;
+  for (const auto springs : springs_)
+    for (const Spring& spring : springs) {
+      const Node& a = trial_.nodes[static_cast<std::size_t>(spring.a)];
+      const Node& b = trial_.nodes[static_cast<std::size_t>(spring.b)];
+      const Eigen::Vector3d force_N = spring_force_N(spring, a, b);
+      if (a.unknown != kNoUnknown) force.segment<3>(a.unknown) -= force_N;
+      if (b.unknown != kNoUnknown) force.segment<3>(b.unknown) += force_N;
+    }
+  add_contact_forces(contact_step_s, force);
+}
+
+/// Most contacts are only possible: what does not touch is told apart here, cheaply.
+void MechanicalSystem::find_touching() {
+  touching_.clear();
+  for (const Candidate& own : candidates_) {
+    if (own.b >= 0) {
+      const Eigen::Vector3d line_m = trial_.spheres[static_cast<std::size_t>(own.a)].position_m -
+                                     trial_.spheres[static_cast<std::size_t>(own.b)].position_m;
+      // By a little too many: rounding is the contact law's affair.
+      if (line_m.squaredNorm() > (1.0 + 1e-9) * own.reach_m * own.reach_m) continue;
+    }
+    touching_.push_back(own.contact);
+  }
+}
+
+void MechanicalSystem::add_contact_forces(double contact_step_s, Eigen::VectorXd& force) {
+  find_touching();
+  trial_.touching = 0;
+  for (const int index : touching_) {
+    const Contact& contact = contacts_[static_cast<std::size_t>(index)];
+    const ContactForce law = contact_force(
+        contact, relative_motion(contact, *world_, trial_, step_share_), contact_step_s, nullptr);
+    if (!law.touching) continue;
+    ++trial_.touching;
+    const ContactShares shares = contact_shares(contact);
+    const Eigen::Vector3d couple_N_m = -law.arm_m.cross(law.friction_N);
+    push_sphere(world_->spheres[static_cast<std::size_t>(contact.a)], law.force_N,
+                shares.a * couple_N_m, force);
+    if (contact.b >= 0)
+      push_sphere(world_->spheres[static_cast<std::size_t>(contact.b)], -law.force_N,
+                  shares.b * couple_N_m, force);
+  }
+}
+
+void MechanicalSystem::push_sphere(const SphereBinding& sphere, const Eigen::Vector3d& force_N,
+                                   const Eigen::Vector3d& couple_N_m,
+                                   Eigen::VectorXd& force) const {
+  if (sphere.rigid >= 0) {
+    const RigidBody& body = trial_.rigid_bodies[static_cast<std::size_t>(sphere.rigid)];
+    if (body.unknown == kNoUnknown) return;
+    const Eigen::Vector3d arm_m = body.orientation * sphere.local_m;
+    force.segment<3>(body.unknown) += force_N;
+    force.segment<3>(body.unknown + 3) += arm_m.cross(force_N) + couple_N_m;
+    return;
+  }
+  for (std::size_t i = 0; i < static_cast<std::size_t>(sphere.node_count); ++i) {
+    const int unknown = trial_.nodes[static_cast<std::size_t>(sphere.nodes[i])].unknown;
+    if (unknown != kNoUnknown) force.segment<3>(unknown) += sphere.weights[i] * force_N;
+  }
+}
+
+void MechanicalSystem::linearise(Slope slope, double stage_s, double contact_step_s) {
+  take_slopes(slope, stage_s, contact_step_s);
+  diagonal_.setZero(3, size());
+  const auto add = [&](int unknown, const Eigen::Matrix3d& block) {
+    if (unknown != kNoUnknown) diagonal_.middleCols<3>(unknown) += block;
+  };
+  for (const InertiaSlope& own : inertia_slopes_) add(own.unknown, own.block);
+  for (const SpringSlope& spring : spring_slopes_) {
+    const Eigen::Matrix3d block = spring.block();
+    add(spring.a, block);
+    add(spring.b, block);
+  }
+  contact_blocks_.clear();
+  for (const ContactSlope& contact : contact_slopes_)
+    add_blocks(contact, stage_s, true, contact_blocks_);
+  for (const SlopeBlock& own : contact_blocks_) add(own.row, own.block);
+}
+
+void MechanicalSystem::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
+  y.resize(size());
+  for (const InertiaSlope& own : inertia_slopes_)
+    y.segment<3>(own.unknown).noalias() = own.block * x.segment<3>(own.unknown);
+  multiply_add(spring_slopes_, x, y);
+  for (const ContactSlope& contact : contact_slopes_) multiply_add(contact, stage_s_, x, y);
+}
+
+void MechanicalSystem::jacobian(Slope slope, double stage_s, double contact_step_s,
+                                Eigen::SparseMatrix<double>& matrix) {
+  take_slopes(slope, stage_s, contact_step_s);
+  blocks_.reset(size());
+  for (const InertiaSlope& own : inertia_slopes_) blocks_.add(own.unknown, own.unknown, own.block);
+  for (const SpringSlope& spring : spring_slopes_) {
+    const Eigen::Matrix3d block = spring.block();
+    if (spring.a != kNoUnknown) blocks_.add(spring.a, spring.a, block);
+    if (spring.b != kNoUnknown) blocks_.add(spring.b, spring.b, block);
+    if (spring.a == kNoUnknown || spring.b == kNoUnknown) continue;
+    blocks_.add(spring.a, spring.b, -block);
+    blocks_.add(spring.b, spring.a, -block);
+  }
+  for (const ContactSlope& contact : contact_slopes_) {
+    contact_blocks_.clear();
+    add_blocks(contact, stage_s, false, contact_blocks_);
+    for (const SlopeBlock& own : contact_blocks_) blocks_.add(own.row, own.column, own.block);
+  }
+  blocks_.write_to(matrix);
+}
+
+void MechanicalSystem::take_slopes(Slope slope, double stage_s, double contact_step_s) {
+  stage_s_ = stage_s;
+  add_inertia_slopes(slope);
+  spring_slopes_.clear();
+  for (const auto springs : springs_)
+    add_spring_slopes(springs, trial_.nodes, slope, stage_s, spring_slopes_);
+  add_contact_slopes(slope, contact_step_s);
+}
+
+void MechanicalSystem::add_inertia_slopes(Slope slope) {
+  inertia_slopes_.clear();
+  for (const Node& node : trial_.nodes)
+    if (node.unknown != kNoUnknown)
+      inertia_slopes_.push_back({node.unknown, node.mass_kg * Eigen::Matrix3d::Identity()});
+  for (std::size_t i = 0; i < trial_.rigid_bodies.size(); ++i) {
+    const RigidBody& body = trial_.rigid_bodies[i];
+    if (body.unknown == kNoUnknown) continue;
+    inertia_slopes_.push_back({body.unknown, body.mass_kg * Eigen::Matrix3d::Identity()});
+    turn_s_[i] = stage_s_ * left_jacobian(turned_rad_[i]);
+    Eigen::Matrix3d inertia = world_inertia_kg_m2(body);
+    if (slope == Slope::kExact) {
+      // d(I w) = I dw + d theta x (I w) - I (d theta x w), d theta = turn_s dw.
+      const Eigen::Vector3d& w = body.angular_velocity_rad_s;
+      inertia += (inertia * cross_matrix(w) - cross_matrix(inertia * w)) * turn_s_[i];
+    }
+    inertia_slopes_.push_back({body.unknown + 3, inertia});
+  }
+}
+
+void MechanicalSystem::add_contact_slopes(Slope slope, double contact_step_s) {
+  contact_slopes_.clear();
+  const auto side = [&](int sphere, double sign, double share) {
+    return contact_side(trial_.nodes, trial_.rigid_bodies, turn_s_,
+                        world_->spheres[static_cast<std::size_t>(sphere)], sign, share);
+  };
+  find_touching();
+  for (const int index : touching_) {
+    const Contact& contact = contacts_[static_cast<std::size_t>(index)];
+    ContactSlopes slopes;
+    const ContactForce force = contact_force(
+        contact, relative_motion(contact, *world_, trial_, step_share_), contact_step_s, &slopes);
+    if (!force.touching) continue;
+    const ContactShares shares = contact_shares(contact);
+    ContactSlope& own = contact_slopes_.emplace_back(contact_slope(force, slopes, slope, stage_s_));
+    own.a = side(contact.a, 1.0, shares.a);
+    if (contact.b >= 0) own.b = side(contact.b, -1.0, shares.b);
+  }
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,124 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <span>
+#include <vector>
+
+#include "sim_server/bodies/world.hpp"
+#include "sim_server/contact/contact.hpp"
+#include "sim_server/dynamics/forces/block_matrix.hpp"
+#include "sim_server/dynamics/forces/contact_slopes.hpp"
+#include "sim_server/dynamics/forces/trial.hpp"
+#include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
+#include "sim_server/dynamics/forces/spring_slopes.hpp"
+
+namespace stillgrid {
+
+/// Everything of a world that is free to move, as one system of momentum and force,
+///   d (M(q) u) / dt = f(t, q, u),
+/// with velocities u (m/s; rad/s) in blocks of three, numbered as in World: three a node, six a
+/// rigid body, linear then angular. Configurations q are given as displacements from the world's
+/// own: metres, and rotation vectors (rad, world frame) of rigid bodies.
+///
+/// Its slope is what masses, springs and contacts each resist, and by that an operator; the matrix
+/// is their sum. The symmetric slope leaves out gyroscopic terms, the turning of levers and of
+/// dampers, friction's change with pressure and place; the definite one also the sideways push of
+/// compressed springs and of contacts. What sleeps costs nothing.
+class MechanicalSystem {
+ public:
+  MechanicalSystem() = default;
+  MechanicalSystem(const World& world, std::span<const Contact> contacts) { take(world, contacts); }
+
+  /// From now on this world with these contacts; memory is kept. Pre: both stay as they are while
+  /// it is used.
+  void take(const World& world, std::span<const Contact> contacts);
+
+  [[nodiscard]] Eigen::Index size() const { return mass_.size(); }
+
+  /// Masses, and for rotations the largest principal moment of inertia (kg; kg m2).
+  [[nodiscard]] const Eigen::VectorXd& mass_diagonal() const { return mass_; }
+
+  /// Factors that turn momenta into velocities in one unit (m/s): 1 / mass, and for rotations the
+  /// body's reach over its inertia.
+  [[nodiscard]] const Eigen::VectorXd& momentum_scale() const { return scale_; }
+
+  /// The world's velocities.
+  [[nodiscard]] Eigen::VectorXd velocity() const;
+
+  /// Places all that is awake `displacement` from where the world has it, with velocities u;
+  /// prescribed bodies where they are time_s later, and given spheres, as the tool's, where a step
+  /// of which this share is over has them.
+  void place(const Eigen::VectorXd& displacement, const Eigen::VectorXd& u, double time_s,
+             double step_share = 1.0);
+
+  /// M(q) u where all was placed last.
+  void momentum(Eigen::VectorXd& momentum) const;
+
+  /// Forces and torques where all was placed last: gravity, springs, contacts. contact_step_s: the
+  /// time since the contacts' depth_before_m, over which their dampers act.
+  void force(double contact_step_s, Eigen::VectorXd& force);
+
+  /// Kinetic energy, and that of gravity, springs and the springs of contacts, of what is awake and
+  /// of what touches it, where all was placed last, J.
+  [[nodiscard]] double energy_J();
+
+  /// d(momentum - stage_s * force) / du where all was placed last, if displacement and velocity
+  /// change by stage_s and 1 a unit of u: the slope of an implicit stage. contact_step_s: as of
+  /// force(), not zero.
+  void jacobian(Slope slope, double stage_s, double contact_step_s,
+                Eigen::SparseMatrix<double>& matrix);
+
+  /// The same as an operator: takes the slope here, for multiply() and block_diagonal().
+  void linearise(Slope slope, double stage_s, double contact_step_s);
+  void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
+  [[nodiscard]] const Eigen::Matrix3Xd& block_diagonal() const { return diagonal_; }
+
+  /// Adds to `force` one at a sphere's centre, and a couple that only a rigid body can take up,
+  /// where all was placed last.
+  void push_sphere(const SphereBinding& sphere, const Eigen::Vector3d& force_N,
+                   const Eigen::Vector3d& couple_N_m, Eigen::VectorXd& force) const;
+
+  /// Everything where it was placed last.
+  [[nodiscard]] const Trial& trial() const noexcept { return trial_; }
+
+ private:
+  void add_contact_forces(double contact_step_s, Eigen::VectorXd& force);
+  void take_slopes(Slope slope, double stage_s, double contact_step_s);
+  void add_inertia_slopes(Slope slope);
+  void add_contact_slopes(Slope slope, double contact_step_s);
+  void find_touching();
+
+  /// A contact with a side awake, as little of it as tells whether it touches.
+  struct Candidate {
+    int contact, a, b;
+    double reach_m;  // of both spheres
+  };
+  /// d(momentum) / du of a block of three.
+  struct InertiaSlope {
+    int unknown;
+    Eigen::Matrix3d block;
+  };
+
+  const World* world_ = nullptr;
+  std::span<const Contact> contacts_;
+  std::vector<Candidate> candidates_;
+  std::vector<int> touching_;  // or nearly so: contacts, where all was placed last
+  std::vector<std::span<const Spring>> springs_;  // of bodies awake
+  Eigen::VectorXd mass_, scale_;
+  Trial trial_;
+  std::vector<Eigen::Vector3d> turned_rad_;  // of each rigid body, from the world's orientation
+  double step_share_ = 1.0;
+
+  // The slope taken last.
+  double stage_s_ = 0.0;
+  std::vector<InertiaSlope> inertia_slopes_;
+  std::vector<SpringSlope> spring_slopes_;
+  std::vector<ContactSlope> contact_slopes_;
+  std::vector<Eigen::Matrix3d> turn_s_;  // of each rigid body: d(turned, world frame) / d spin
+  std::vector<SlopeBlock> contact_blocks_;
+  Eigen::Matrix3Xd diagonal_;
+  BlockMatrix blocks_;
+};
+
+}  // namespace stillgrid

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "sim_server/bodies/world.hpp"
+#include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
+
+namespace stillgrid {
+
+/// How a spring resists over an implicit stage of s: d(momentum - s force) / du on its node b by
+/// that node's velocity unknowns is along * by^T + sideways * I; by node a's the negative of it.
+struct SpringSlope {
+  int a = kNoUnknown, b = kNoUnknown;  // first unknowns of its nodes
+  Eigen::Vector3d along, by;
+  double sideways = 0.0;
+
+  [[nodiscard]] Eigen::Matrix3d block() const {
+    Eigen::Matrix3d block = along * by.transpose();
+    block.diagonal().array() += sideways;
+    return block;
+  }
+};
+
+/// Force of a spring on its node b.
+[[nodiscard]] Eigen::Vector3d spring_force_N(const Spring& spring, const Node& a, const Node& b);
+
+/// Appends the slopes of springs that move anything, with the nodes where they are given.
+void add_spring_slopes(std::span<const Spring> springs, std::span<const Node> nodes, Slope slope,
+                       double stage_s, std::vector<SpringSlope>& slopes);
+
+/// y += slope x.
+void multiply_add(std::span<const SpringSlope> slopes, const Eigen::VectorXd& x,
+                  Eigen::VectorXd& y);
+
+}  // namespace stillgrid

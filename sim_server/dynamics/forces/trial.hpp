@@ -1,0 +1,28 @@
+#pragma once
+
+#include <vector>
+
+#include "sim_server/bodies/sphere_motion.hpp"
+#include "sim_server/bodies/world.hpp"
+
+namespace stillgrid {
+
+/// Where a step led, not yet the world's own.
+struct Trial {
+  std::vector<Node> nodes;              // as World::nodes
+  std::vector<RigidBody> rigid_bodies;  // as World::rigid_bodies
+  std::vector<SphereMotion> spheres;    // of World::spheres
+  int touching = 0;                     // contacts that touch at its end
+  bool struck = false;                  // something touched on the way, where that was looked at
+};
+
+/// Energy that left or entered by other ways than gravity, springs and contact springs, J. Losses
+/// are positive.
+struct EnergyFlow {
+  double spring_damping_J = 0.0;
+  double contact_damping_J = 0.0;
+  double friction_J = 0.0;
+  double given_J = 0.0;  // work done on the world by what is moved from outside: tool, prescribed
+};
+
+}  // namespace stillgrid

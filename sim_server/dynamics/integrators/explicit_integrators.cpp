@@ -1,0 +1,205 @@
+#include "sim_server/dynamics/integrators/explicit_integrators.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim_server/bodies/rotation.hpp"
+#include "sim_server/bodies/sphere_motion.hpp"
+
+namespace stillgrid {
+namespace {
+
+/// What power iteration misses, and what springs stiffen within a step, of their eigenvalues.
+constexpr double kSpringMargin = 1.1;
+/// Substeps in which springs do not deform so much that their eigenvalues need another look.
+constexpr int kSubstepsALook = 16;
+constexpr double kMostSubsteps = 1e6;
+/// Contacts are those met on the way, so the way is short.
+constexpr double kLongestPart_s = 4e-3;
+
+void turn_inertia(RigidState& body) {
+  body.rotation = body.orientation.toRotationMatrix();
+  const Eigen::Matrix3d& r = body.rotation;
+  body.per_inertia_kg_m2 = r * body.per_principal_kg_m2.asDiagonal() * r.transpose();
+}
+
+}  // namespace
+
+IntegratorTraits ExplicitIntegrator::traits() const noexcept {
+  IntegratorTraits traits{.always_advances = true, .divides_itself = true};
+  if (method_.substeps > 0) return traits;  // as asked, however far apart
+  traits.looks_within = true;
+  traits.longest_part_s = kLongestPart_s;
+  return traits;
+}
+
+SolveReport ExplicitIntegrator::advance(const World& world, std::span<const Contact> contacts,
+                                        double duration_s, Budget& budget) {
+  if (!springs_) springs_.emplace(world);
+  pack(world);
+  contacts_.take(world, contacts, state_);
+  flow_ = {};
+  substeps_ = substeps_for(world, duration_s);
+  since_look_ += substeps_;
+  const double substep_s = duration_s / substeps_;
+  const bool forward = method_.integrator == IntegratorKind::kForwardEuler;
+  const bool halves = method_.integrator == IntegratorKind::kVelocityVerlet;
+  SolveReport report{.converged = true};
+  for (; report.iterations < substeps_; ++report.iterations) {
+    const int i = report.iterations;
+    if (budget.is_stopped() || (i % kSubstepsALook == kSubstepsALook - 1 && budget.is_late())) {
+      report.converged = false;
+      break;
+    }
+    const double kick_s = halves && i == 0 ? 0.5 * substep_s : substep_s;
+    substep(world, i * substep_s, {kick_s, substep_s, forward}, duration_s);
+  }
+  if (halves)
+    substep(world, report.iterations * substep_s, {.kick_s = 0.5 * substep_s}, duration_s);
+  report.converged = unpack(world, duration_s) && report.converged;
+  return report;
+}
+
+void ExplicitIntegrator::restart() {
+  springs_.reset();
+  spectrum_.restart();
+  since_look_ = kNeverLooked;
+}
+
+void ExplicitIntegrator::pack(const World& world) {
+  state_.position_m.resize(world.nodes.size());
+  state_.velocity_m_s.resize(world.nodes.size());
+  state_.force_N.resize(world.nodes.size());
+  state_.per_mass_kg.resize(world.nodes.size());
+  for (std::size_t i = 0; i < world.nodes.size(); ++i) {
+    const Node& node = world.nodes[i];
+    state_.position_m[i].map() = node.position_m;
+    state_.velocity_m_s[i].map() = node.velocity_m_s;
+    state_.per_mass_kg[i] = node.unknown == kNoUnknown ? 0.0 : 1.0 / node.mass_kg;
+  }
+  state_.rigid.resize(world.rigid_bodies.size());
+  for (std::size_t i = 0; i < world.rigid_bodies.size(); ++i) {
+    const RigidBody& body = world.rigid_bodies[i];
+    RigidState& state = state_.rigid[i];
+    state = {};
+    state.position_m = body.position_m;
+    state.velocity_m_s = body.velocity_m_s;
+    state.orientation = body.orientation;
+    state.free = body.unknown != kNoUnknown;
+    if (state.free) state.per_principal_kg_m2 = body.inertia_kg_m2.cwiseInverse();
+    turn_inertia(state);
+    if (!state.free) continue;
+    state.spin_rad_s = body.angular_velocity_rad_s;
+    state.per_mass_kg = 1.0 / body.mass_kg;
+    state.angular_momentum_N_m_s =
+        body.orientation *
+        body.inertia_kg_m2.cwiseProduct(body.orientation.conjugate() * body.angular_velocity_rad_s);
+  }
+}
+
+int ExplicitIntegrator::substeps_for(const World& world, double duration_s) {
+  if (method_.substeps > 0) return method_.substeps;
+  if (since_look_ >= kSubstepsALook) {
+    rates_ = spectrum_.follow(world, state_);
+    since_look_ = 0;
+  }
+  const ExplicitContacts::Rates contacts = contacts_.rates(state_, duration_s);
+  const double k_per_s2 = kSpringMargin * rates_.stiffness_per_s2 + contacts.stiffness_per_s2;
+  const double c_per_s = kSpringMargin * rates_.damping_per_s;
+  // The largest h with h^2 k + 2 h c = 4, as a rate so that none is zero.
+  const double per_s = 0.25 * (c_per_s + std::sqrt(c_per_s * c_per_s + 4.0 * k_per_s2));
+  const double asked = duration_s * std::max(per_s, contacts.substeps_per_s);
+  // Written so that no number asks for one.
+  return asked > 1.0 ? static_cast<int>(std::ceil(std::min(asked, kMostSubsteps))) : 1;
+}
+
+void ExplicitIntegrator::substep(const World& world, double from_s, const Move& move,
+                                 double step_s) {
+  for (std::size_t i = 0; i < state_.rigid.size(); ++i) {
+    const RigidBody& body = world.rigid_bodies[i];
+    if (body.free) continue;
+    const PrescribedState state = prescribed_state(body, world.time_s + from_s);
+    state_.rigid[i].position_m = state.position_m;
+    state_.rigid[i].velocity_m_s = state.velocity_m_s;
+  }
+  flow_.spring_damping_J += move.kick_s * springs_->evaluate(world, state_);
+  contacts_.push(from_s / step_s, state_);
+  move_nodes(move, world.gravity_m_s2, state_);
+  if (move.forward) drift(move.drift_s);
+  kick(world, move.kick_s);
+  // What resistance changes of nodes' velocities still moves them, if by the new velocities.
+  contacts_.resist(move.kick_s, step_s, move.forward ? 0.0 : move.drift_s, state_, flow_);
+  if (!move.forward && move.drift_s > 0.0) drift(move.drift_s);
+}
+
+void ExplicitIntegrator::kick(const World& world, double kick_s) {
+  for (RigidState& body : state_.rigid) {
+    if (!body.free) continue;
+    body.velocity_m_s += kick_s * (body.per_mass_kg * body.force_N + world.gravity_m_s2);
+    body.angular_momentum_N_m_s += kick_s * body.torque_N_m;
+    body.spin_rad_s = body.per_inertia_kg_m2 * body.angular_momentum_N_m_s;
+    body.force_N.setZero();
+    body.torque_N_m.setZero();
+  }
+}
+
+void ExplicitIntegrator::drift(double drift_s) {
+  for (RigidState& body : state_.rigid) {
+    if (!body.free) continue;
+    body.position_m += drift_s * body.velocity_m_s;
+    body.orientation = (rotation_of(drift_s * body.spin_rad_s) * body.orientation).normalized();
+    turn_inertia(body);
+    body.spin_rad_s = body.per_inertia_kg_m2 * body.angular_momentum_N_m_s;
+  }
+}
+
+/// False, and the trial is the world at rest, if something is no number.
+bool ExplicitIntegrator::unpack(const World& world, double duration_s) {
+  trial_.nodes = world.nodes;
+  trial_.rigid_bodies = world.rigid_bodies;
+  bool finite = true;
+  for (std::size_t i = 0; i < trial_.nodes.size(); ++i) {
+    Node& node = trial_.nodes[i];
+    if (node.unknown == kNoUnknown) continue;
+    node.position_m = state_.position_m[i].map();
+    node.velocity_m_s = state_.velocity_m_s[i].map();
+    finite = finite && node.position_m.allFinite() && node.velocity_m_s.allFinite();
+  }
+  for (std::size_t i = 0; i < trial_.rigid_bodies.size(); ++i) {
+    RigidBody& body = trial_.rigid_bodies[i];
+    RigidState& state = state_.rigid[i];
+    if (!body.free) {
+      const PrescribedState end = prescribed_state(body, world.time_s + duration_s);
+      state.position_m = body.position_m = end.position_m;
+      state.velocity_m_s = body.velocity_m_s = end.velocity_m_s;
+    }
+    if (!state.free) continue;
+    body.position_m = state.position_m;
+    body.velocity_m_s = state.velocity_m_s;
+    body.orientation = state.orientation;
+    body.angular_velocity_rad_s = state.spin_rad_s;
+    finite = finite && body.position_m.allFinite() && body.velocity_m_s.allFinite() &&
+             body.orientation.coeffs().allFinite() && body.angular_velocity_rad_s.allFinite();
+  }
+  trial_.struck = contacts_.struck();
+  trial_.touching = finite ? contacts_.count_touching(state_) : 0;
+  if (!finite) rest(world);
+  trial_.spheres.resize(world.spheres.size());
+  SphereMotions motion_of(trial_.nodes, trial_.rigid_bodies);
+  for (std::size_t i = 0; i < world.spheres.size(); ++i)
+    trial_.spheres[i] = motion_of(world.spheres[i]);
+  return finite;
+}
+
+void ExplicitIntegrator::rest(const World& world) {
+  trial_.nodes = world.nodes;
+  trial_.rigid_bodies = world.rigid_bodies;
+  for (Node& node : trial_.nodes) node.velocity_m_s.setZero();
+  for (RigidBody& body : trial_.rigid_bodies) {
+    body.velocity_m_s.setZero();
+    body.angular_velocity_rad_s.setZero();
+  }
+  flow_ = {};
+}
+
+}  // namespace stillgrid

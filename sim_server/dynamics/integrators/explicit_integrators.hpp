@@ -1,0 +1,62 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "sim_server/dynamics/forces/explicit_contacts.hpp"
+#include "sim_server/dynamics/forces/explicit_state.hpp"
+#include "sim_server/dynamics/integrators/integrator.hpp"
+#include "sim_server/dynamics/forces/spring_forces.hpp"
+#include "sim_server/dynamics/forces/spring_spectrum.hpp"
+
+namespace stillgrid {
+
+/// Explicit integration in substeps: v += h a(x, v), then x += h v by the new velocities
+/// (symplectic) or by the old (forward, which without dampers is unstable at every step). Velocity
+/// Verlet is the symplectic one with half of the first kick, and the other half by the forces at
+/// the end: of second order, but for dampers and friction.
+///
+/// With dampers the symplectic ones are stable where h^2 lambda_K + 2 h lambda_C < 4, for the
+/// largest eigenvalues of M^-1 K and M^-1 C. Without a given number of substeps there are as many
+/// as that asks. Rigid bodies carry their angular momentum, so that a free one keeps it exactly.
+/// Contact dampers and friction: see ExplicitContacts.
+class ExplicitIntegrator : public Integrator {
+ public:
+  /// Pre: is_explicit(method.integrator).
+  explicit ExplicitIntegrator(const Method& method) : method_(method) {}
+
+  [[nodiscard]] IntegratorTraits traits() const noexcept override;
+
+  /// An iteration is a substep, and the budget's iterations are not asked. Beyond its deadline the
+  /// trial is the state reached: the world runs late, unharmed, and did not converge.
+  SolveReport advance(const World& world, std::span<const Contact> contacts, double duration_s,
+                      Budget& budget) override;
+
+  [[nodiscard]] std::optional<EnergyFlow> flow() const override { return flow_; }
+  void restart() override;
+
+  /// Of the last advance().
+  [[nodiscard]] int substeps() const noexcept { return substeps_; }
+
+ private:
+  void pack(const World& world);
+  [[nodiscard]] int substeps_for(const World& world, double duration_s);
+  void substep(const World& world, double from_s, const Move& move, double step_s);
+  void kick(const World& world, double kick_s);
+  void drift(double drift_s);
+  [[nodiscard]] bool unpack(const World& world, double duration_s);
+  void rest(const World& world);
+
+  Method method_;
+  std::optional<SpringForces> springs_;
+  static constexpr int kNeverLooked = 1 << 20;
+  SpringSpectrum spectrum_;
+  SpringRates rates_;
+  int since_look_ = kNeverLooked;  // substeps since the spectrum was followed
+  ExplicitContacts contacts_;
+  ExplicitState state_;
+  EnergyFlow flow_;
+  int substeps_ = 0;
+};
+
+}  // namespace stillgrid

@@ -1,0 +1,94 @@
+#include "sim_server/dynamics/integrators/implicit_integrators.hpp"
+
+#include <array>
+#include <cmath>
+
+namespace stillgrid {
+namespace {
+
+constexpr double kMostGrowth = 2.0;      // of BDF2's steps; it is stable up to 1 + sqrt 2
+constexpr std::size_t kMostBrakes = 24;  // of a step that did not converge
+
+}  // namespace
+
+StageRule ImplicitIntegrator::rule(const Eigen::VectorXd& start_velocity, double duration_s) {
+  StageRule rule = implicit_euler_rule(system_, duration_s);
+  start_momentum_ = rule.momentum;
+  if (kind_ == IntegratorKind::kTrapezoid) {
+    rule.stage_s = rule.contact_step_s = 0.5 * duration_s;
+    rule.displacement = rule.stage_s * start_velocity;
+    Eigen::VectorXd force;
+    system_.force(rule.contact_step_s, force);
+    rule.momentum += rule.stage_s * force;
+  }
+  if (kind_ == IntegratorKind::kBdf2 && history_.duration_s > 0.0 &&
+      duration_s <= kMostGrowth * history_.duration_s && history_.end_velocity == start_velocity) {
+    const double growth = duration_s / history_.duration_s;
+    const double weight = growth * growth / (1.0 + 2.0 * growth);
+    rule.stage_s = duration_s * (1.0 + growth) / (1.0 + 2.0 * growth);
+    rule.displacement = weight * history_.displacement;
+    rule.momentum += weight * (rule.momentum - history_.momentum);
+  }
+  return rule;
+}
+
+SolveReport ImplicitIntegrator::advance(const World& world, std::span<const Contact> contacts,
+                                        double duration_s, Budget& budget) {
+  system_.take(world, contacts);
+  const Eigen::VectorXd start_velocity = system_.velocity();
+  velocity_ = start_velocity;
+  ImplicitStage stage(system_, rule(start_velocity, duration_s));
+  const SolveReport report = solver_->solve(stage, velocity_, budget);
+  displacement_ = stage.displacement();
+  is_true_ = report.converged;
+  if (!is_true_ && budget.is_stopped()) return report;
+  if (!is_true_) make_safe(start_velocity, duration_s);
+  trial_ = system_.trial();
+  return report;
+}
+
+SolveReport ImplicitIntegrator::correct(const World& world, std::span<const Contact> contacts,
+                                        double duration_s, Budget& budget) {
+  if (!is_true_) return {};
+  system_.take(world, contacts);
+  ImplicitStage stage(system_, rule(system_.velocity(), duration_s));
+  Eigen::VectorXd velocity = velocity_;
+  const SolveReport report = solver_->solve(stage, velocity, budget);
+  if (!report.converged) return report;
+  velocity_.swap(velocity);
+  displacement_ = stage.displacement();
+  trial_ = system_.trial();
+  return report;
+}
+
+void ImplicitIntegrator::make_safe(const Eigen::VectorXd& start_velocity, double duration_s) {
+  system_.place(Eigen::VectorXd::Zero(system_.size()), start_velocity, duration_s);
+  const double start_J = system_.energy_J();
+  const double most_J = start_J + 1e-12 * std::abs(start_J);  // rounding is no gain
+  // A small gain takes a little of the speed, not half.
+  constexpr std::array<double, 4> kFirstBrakes = {1.0, 0.98, 0.9, 0.7};
+  for (std::size_t brakes = 0; brakes <= kMostBrakes; ++brakes) {
+    const bool is_last = brakes == kMostBrakes;
+    const double brake = brakes < kFirstBrakes.size() ? kFirstBrakes[brakes] : 0.5;
+    displacement_ *= brake;
+    velocity_ *= brake;
+    if (is_last) {  // at rest where it was, even of what is no number
+      displacement_.setZero(system_.size());
+      velocity_.setZero(system_.size());
+    }
+    system_.place(displacement_, velocity_, duration_s);
+    if (is_last || system_.energy_J() <= most_J) break;
+  }
+  Eigen::VectorXd force;
+  system_.force(duration_s, force);  // counts the contacts that touch there
+}
+
+void ImplicitIntegrator::commit(World& world, double duration_s) {
+  Integrator::commit(world, duration_s);
+  history_.duration_s = is_true_ ? duration_s : 0.0;  // a brake is no motion to go on with
+  history_.displacement.swap(displacement_);
+  history_.momentum.swap(start_momentum_);
+  history_.end_velocity.swap(velocity_);
+}
+
+}  // namespace stillgrid

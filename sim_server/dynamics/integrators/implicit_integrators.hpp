@@ -1,0 +1,64 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <utility>
+
+#include "sim_server/dynamics/integrators/implicit_stage.hpp"
+#include "sim_server/dynamics/integrators/integrator.hpp"
+#include "sim_server/dynamics/forces/mechanical_system.hpp"
+
+namespace stillgrid {
+
+/// Implicit integrators of one stage a step, in velocities; h is the step:
+///   implicit Euler      q* = 0                p* = p_n                        s = h
+///   BDF2, even steps    q* = (q_n-q_{n-1})/3  p* = p_n + (p_n-p_{n-1})/3      s = 2h/3
+///   trapezoid           q* = h/2 u_n          p* = p_n + h/2 f_n              s = h/2
+/// with the formula for uneven steps where BDF2's steps differ [Hairer, Norsett, Wanner 1993,
+/// III.5]. Implicit Euler [Davanne 2002, section 5] is of first order and takes energy out; BDF2 is
+/// of second order, L-stable, and takes out little of what its step resolves; the trapezoid takes
+/// out none, so it rings where a step is too long. Rotations follow the same formulas by rotation
+/// vectors.
+///
+/// BDF2 begins anew, with implicit Euler, after restart(), after a step of less than half the
+/// length or one that did not converge, and when the world's velocities are not those it left. The
+/// approach dampers of contacts act over h, in the trapezoid over h/2, where alone its end's forces
+/// act.
+///
+/// A step that does not converge is led back towards rest where it was, velocities and
+/// displacements alike, until it has no more energy (kinetic, gravity, springs, springs of
+/// contacts) than at its start; what is given, as the tool, is taken to have moved first, and may
+/// so have worked.
+class ImplicitIntegrator : public Integrator {
+ public:
+  /// Pre: kind is kImplicitEuler, kBdf2 or kTrapezoid.
+  ImplicitIntegrator(IntegratorKind kind, std::unique_ptr<NonlinearSolver> solver)
+      : kind_(kind), solver_(std::move(solver)) {}
+
+  [[nodiscard]] IntegratorTraits traits() const noexcept override { return {.solves = true}; }
+  SolveReport advance(const World& world, std::span<const Contact> contacts, double duration_s,
+                      Budget& budget) override;
+  SolveReport correct(const World& world, std::span<const Contact> contacts, double duration_s,
+                      Budget& budget) override;
+  void commit(World& world, double duration_s) override;
+  void restart() override { history_.duration_s = 0.0; }
+
+ private:
+  /// The step before: how far it led, and the momentum it began with.
+  struct History {
+    double duration_s = 0.0;  // zero: none
+    Eigen::VectorXd displacement, momentum;
+    Eigen::VectorXd end_velocity;
+  };
+  StageRule rule(const Eigen::VectorXd& start_velocity, double duration_s);
+  void make_safe(const Eigen::VectorXd& start_velocity, double duration_s);
+
+  IntegratorKind kind_;
+  bool is_true_ = true;  // the last advance() converged
+  std::unique_ptr<NonlinearSolver> solver_;
+  History history_;
+  MechanicalSystem system_;
+  Eigen::VectorXd velocity_, start_momentum_, displacement_;  // of the trial
+};
+
+}  // namespace stillgrid

@@ -1,0 +1,48 @@
+#include "sim_server/dynamics/integrators/implicit_stage.hpp"
+
+#include <utility>
+
+namespace stillgrid {
+
+StageRule implicit_euler_rule(MechanicalSystem& system, double end_s) {
+  StageRule rule{Eigen::VectorXd::Zero(system.size()), {}, end_s, end_s, end_s};
+  system.place(rule.displacement, system.velocity(), 0.0, 0.0);
+  system.momentum(rule.momentum);
+  return rule;
+}
+
+ImplicitStage::ImplicitStage(MechanicalSystem& system, StageRule rule)
+    : system_(system), rule_(std::move(rule)) {}
+
+ImplicitStage::ImplicitStage(MechanicalSystem& system, double step_s)
+    : ImplicitStage(system, implicit_euler_rule(system, step_s)) {}
+
+void ImplicitStage::residual(const Eigen::VectorXd& u, Eigen::VectorXd& residual) {
+  displacement_ = rule_.displacement + rule_.stage_s * u;
+  system_.place(displacement_, u, rule_.end_s);
+  system_.momentum(residual);
+  system_.force(rule_.contact_step_s, force_);
+  residual -= rule_.momentum + rule_.stage_s * force_;
+}
+
+void ImplicitStage::jacobian(Slope slope, Eigen::SparseMatrix<double>& matrix) {
+  system_.jacobian(slope, rule_.stage_s, rule_.contact_step_s, matrix);
+}
+
+void ImplicitStage::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
+  system_.multiply(x, y);
+}
+
+const Eigen::Matrix3Xd& ImplicitStage::block_diagonal() const {
+  return system_.block_diagonal();
+}
+
+const Eigen::VectorXd& ImplicitStage::mass_diagonal() const {
+  return system_.mass_diagonal();
+}
+
+const Eigen::VectorXd& ImplicitStage::residual_scale() const {
+  return system_.momentum_scale();
+}
+
+}  // namespace stillgrid

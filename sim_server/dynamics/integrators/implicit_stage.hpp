@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "sim_server/dynamics/forces/mechanical_system.hpp"
+#include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
+
+namespace stillgrid {
+
+/// What an implicit method makes of a step: q* (a displacement from the world's configuration), p*
+/// (a momentum), s and the time over which contacts' dampers act.
+struct StageRule {
+  Eigen::VectorXd displacement, momentum;
+  double stage_s = 0.0;         // s
+  double end_s = 0.0;           // from the world's time to the stage's
+  double contact_step_s = 0.0;  // a deepening over it is the dampers' rate
+};
+
+/// Implicit Euler's over end_s: q* = 0, p* the world's momentum, s = end_s. Leaves the system at
+/// the world's own state.
+[[nodiscard]] StageRule implicit_euler_rule(MechanicalSystem& system, double end_s);
+
+/// One stage of an implicit method, in the velocities u at its end:
+///   r(u) = M(q1) u - p* - s f(t1, q1, u) = 0,   q1 = q* + s u.
+/// For rotations the balance is that of angular momentum itself: the gyroscopic term is in it.
+class ImplicitStage : public NonlinearSystem {
+ public:
+  /// Pre: the system outlives it. rule.stage_s > 0.
+  ImplicitStage(MechanicalSystem& system, StageRule rule);
+  /// Implicit Euler's. Pre: step_s > 0.
+  ImplicitStage(MechanicalSystem& system, double step_s);
+
+  [[nodiscard]] Eigen::Index size() const override { return system_.size(); }
+  void residual(const Eigen::VectorXd& u, Eigen::VectorXd& residual) override;
+  void jacobian(Slope slope, Eigen::SparseMatrix<double>& matrix) override;
+  void linearise(Slope slope) override {
+    system_.linearise(slope, rule_.stage_s, rule_.contact_step_s);
+  }
+  void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const override;
+  [[nodiscard]] const Eigen::Matrix3Xd& block_diagonal() const override;
+  [[nodiscard]] const Eigen::VectorXd& mass_diagonal() const override;
+  [[nodiscard]] const Eigen::VectorXd& residual_scale() const override;
+
+  /// The velocities at the step's start: a first guess.
+  [[nodiscard]] Eigen::VectorXd initial_guess() const { return system_.velocity(); }
+
+  /// q* + s u, where the last residual() was.
+  [[nodiscard]] const Eigen::VectorXd& displacement() const { return displacement_; }
+
+ private:
+  MechanicalSystem& system_;
+  StageRule rule_;
+  Eigen::VectorXd displacement_, force_;
+};
+
+}  // namespace stillgrid

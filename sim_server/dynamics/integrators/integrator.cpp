@@ -1,0 +1,46 @@
+#include "sim_server/dynamics/integrators/integrator.hpp"
+
+#include "sim_server/dynamics/solvers/broyden.hpp"
+#include "sim_server/dynamics/integrators/explicit_integrators.hpp"
+#include "sim_server/dynamics/integrators/implicit_integrators.hpp"
+#include "sim_server/dynamics/solvers/kinsol_solver.hpp"
+#include "sim_server/dynamics/solvers/newton.hpp"
+#include "sim_server/dynamics/integrators/sundials_integrator.hpp"
+
+namespace stillgrid {
+namespace {
+
+std::unique_ptr<NonlinearSolver> make_solver(const Method& method) {
+  switch (method.solver) {
+    case SolverKind::kBroyden:
+      return std::make_unique<BroydenSolver>(BroydenStart::kJacobian, method.tolerance_m_s);
+    case SolverKind::kBroydenMass:
+      return std::make_unique<BroydenSolver>(BroydenStart::kMass, method.tolerance_m_s);
+    case SolverKind::kKinsolNewtonKrylov:
+    case SolverKind::kKinsolAnderson:
+      return make_kinsol_solver(method.solver, method.tolerance_m_s);
+    case SolverKind::kNewton:
+    case SolverKind::kNewtonLu:
+    case SolverKind::kNewtonCg:
+    case SolverKind::kNewtonBicgstab:
+      break;
+  }
+  return std::make_unique<NewtonSolver>(method.solver, method.tolerance_m_s);
+}
+
+}  // namespace
+
+void Integrator::commit(World& world, double duration_s) {
+  world.nodes = trial_.nodes;
+  world.rigid_bodies = trial_.rigid_bodies;
+  world.time_s += duration_s;
+}
+
+std::unique_ptr<Integrator> make_integrator(const Method& method) {
+  if (is_explicit(method.integrator)) return std::make_unique<ExplicitIntegrator>(method);
+  if (chooses_steps(method.integrator))
+    return make_sundials_integrator(method.integrator, method.tolerance_m_s);
+  return std::make_unique<ImplicitIntegrator>(method.integrator, make_solver(method));
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "sim_server/bodies/world.hpp"
+#include "sim_server/contact/contact.hpp"
+#include "sim_server/dynamics/forces/trial.hpp"
+#include "sim_server/dynamics/solvers/budget.hpp"
+#include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
+#include "sim_server/scene/method.hpp"
+
+namespace stillgrid {
+
+/// What an integrator can, by which the simulation divides a step and judges what came of it.
+struct IntegratorTraits {
+  bool solves = false;  // by a NonlinearSolver: its iterations are the budget's, and correct() works
+  bool always_advances = false;  // a trial that did not converge is taken too: time runs late
+  bool divides_itself = false;   // Method::substeps are made within advance(), not by the simulation
+  bool looks_within = false;     // meets on its way what it was given contacts with
+  double longest_part_s =        // after which contacts have to be found anew
+      std::numeric_limits<double>::infinity();
+  int most_iterations = 0;  // of a part; 0: as few as let a part that does not converge be halved
+};
+
+/// Moves a world on under springs, gravity and contacts. One object serves one world: it may
+/// keep what earlier steps taught it.
+class Integrator {
+ public:
+  Integrator() = default;
+  virtual ~Integrator() = default;
+  Integrator(const Integrator&) = delete;
+  Integrator& operator=(const Integrator&) = delete;
+  Integrator(Integrator&&) = delete;
+  Integrator& operator=(Integrator&&) = delete;
+
+  [[nodiscard]] virtual IntegratorTraits traits() const noexcept = 0;
+
+  /// Computes where the world will be after duration_s; the world stays as it is. contacts: all
+  /// pairs that may touch within that time. Of a step that did not converge the trial is the best
+  /// there was; if that is no number, the trial is the world's own state at rest.
+  virtual SolveReport advance(const World& world, std::span<const Contact> contacts,
+                              double duration_s, Budget& budget) = 0;
+
+  /// Leads on where the last advance() led, if that converged, to what other contacts with what is
+  /// given, as the tool, make of the step: world and duration are the same. Begins at its trial,
+  /// and leaves that as it is unless this converges too. By default there is no such way.
+  virtual SolveReport correct(const World& /*world*/, std::span<const Contact> /*contacts*/,
+                              double /*duration_s*/, Budget& /*budget*/) {
+    return {};
+  }
+
+  /// Where the last advance() or correct() led.
+  [[nodiscard]] const Trial& trial() const noexcept { return trial_; }
+
+  /// The energy that flowed over the last advance(), of an integrator that looked within its step.
+  [[nodiscard]] virtual std::optional<EnergyFlow> flow() const { return std::nullopt; }
+
+  /// The trial becomes the world's state, duration_s later. The integrator learns of it: a step
+  /// that was not committed leaves no trace in its history.
+  virtual void commit(World& world, double duration_s);
+
+  /// Forgets earlier steps: the world was changed from outside, or its unknowns numbered anew.
+  virtual void restart() {}
+
+ protected:
+  Trial trial_;
+};
+
+[[nodiscard]] std::unique_ptr<Integrator> make_integrator(const Method& method);
+
+}  // namespace stillgrid

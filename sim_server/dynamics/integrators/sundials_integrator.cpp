@@ -1,0 +1,343 @@
+#include "sim_server/dynamics/integrators/sundials_integrator.hpp"
+
+#include <arkode/arkode_arkstep.h>
+#include <arkode/arkode_ls.h>
+#include <cvode/cvode.h>
+#include <cvode/cvode_ls.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sim_server/bodies/rotation.hpp"
+#include "sim_server/dynamics/integrators/implicit_stage.hpp"
+#include "sim_server/dynamics/forces/mechanical_system.hpp"
+#include "sim_server/dynamics/solvers/slope_solver.hpp"
+#include "sim_server/dynamics/solvers/sundials_memory.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr double kMostTurn_rad = 2.0;  // from the base; at a whole turn rotation vectors end
+constexpr double kByVelocity = 0.0;    // contact dampers act on velocities
+
+/// Whether what is free stands and moves in `world` exactly as in `trial`.
+bool same_state(const World& world, const Trial& trial) {
+  const auto same = [](const auto& a, const auto& b) {
+    return a.unknown == b.unknown && a.position_m == b.position_m &&
+           a.velocity_m_s == b.velocity_m_s;
+  };
+  const auto same_body = [&](const RigidBody& a, const RigidBody& b) {
+    return same(a, b) && a.orientation.coeffs() == b.orientation.coeffs() &&
+           a.angular_velocity_rad_s == b.angular_velocity_rad_s;
+  };
+  return std::ranges::equal(world.nodes, trial.nodes, same) &&
+         std::ranges::equal(world.rigid_bodies, trial.rigid_bodies, same_body);
+}
+
+}  // namespace
+
+/// The equations of motion, first order, in y = [displacements from a base; velocities]:
+///   q' = u (rotation vectors: J^-1 u),  u' = M^-1 (f - gyroscopic torque).
+struct SundialsIntegrator::Run {
+  Run(IntegratorKind kind, double tolerance_m_s, const World& world, double duration_s);
+
+  void take(std::span<const Contact> next, double duration_s);
+  bool integrate(bool may_pass, long most_steps);
+  int derivative(double at_s, N_Vector y, N_Vector result);
+  int solve_linear(N_Vector x, N_Vector b, double tolerance);
+  void load(double at_s);
+  Eigen::VectorXd stiffness_times(const Eigen::VectorXd& direction);
+  void date_back(Contact& contact, double stage_s) const;
+  [[nodiscard]] double share_of(double at_s) const {  // of the step that is over then
+    return std::clamp((at_s - start_s) / (end_s - start_s), 0.0, 1.0);
+  }
+  [[nodiscard]] bool turned_far() const;
+  [[nodiscard]] long steps_taken() const;
+  [[nodiscard]] Eigen::Index size() const { return base.unknown_count; }
+
+  // Freed in the reverse order: the context last.
+  SunContext context = make_sun_context();
+  SunVector state;
+  SunLinearSolver linear;
+  SunMemory<CVodeFree> cvode;
+  SunMemory<ARKStepFree> arkode;
+
+  IntegratorKind kind;
+  World base;
+  std::vector<Contact> contacts;
+  MechanicalSystem system;
+  MatrixFreeSlope slopes;
+  double now_s = 0.0, start_s = 0.0, end_s = 0.0;  // since the base
+  double loaded_s = 0.0;
+  bool passed = false;  // steps may have gone beyond now_s
+  Eigen::VectorXd displacement, velocity, force;
+  N_Vector weights = nullptr;  // of errors, SUNDIALS'
+  Budget clock;                // deadline and stop alone
+  std::exception_ptr thrown;
+};
+
+namespace {
+
+/// The solver SUNDIALS asks for (1 - gamma J) x = b, as an object of its kind.
+template <class Run>
+SunLinearSolver make_linear_solver(Run& run, SUNContext context) {
+  SunLinearSolver solver(sun_checked(SUNLinSolNewEmpty(context)));
+  solver->content = &run;
+  solver->ops->gettype = [](SUNLinearSolver) { return SUNLINEARSOLVER_MATRIX_EMBEDDED; };
+  solver->ops->setscalingvectors = [](SUNLinearSolver self, N_Vector weights, N_Vector) {
+    static_cast<Run*>(self->content)->weights = weights;
+    return 0;
+  };
+  solver->ops->solve = [](SUNLinearSolver self, SUNMatrix, N_Vector x, N_Vector b,
+                          realtype tolerance) {
+    Run& owner = *static_cast<Run*>(self->content);
+    const int result =
+        keep_exception(owner.thrown, [&] { return owner.solve_linear(x, b, tolerance); });
+    return result == kSunStop ? static_cast<int>(SUNLS_PACKAGE_FAIL_UNREC) : result;
+  };
+  solver->ops->free = [](SUNLinearSolver self) {
+    SUNLinSolFreeEmpty(self);
+    return 0;
+  };
+  return solver;
+}
+
+}  // namespace
+
+SundialsIntegrator::Run::Run(IntegratorKind integrator, double tolerance_m_s, const World& world,
+                             double duration_s)
+    : state(make_sun_vector(2 * world.unknown_count, context.get())),
+      linear(make_linear_solver(*this, context.get())),
+      kind(integrator),
+      base(world) {
+  system.take(base, {});
+  values_of(state.get()).head(size()).setZero();
+  values_of(state.get()).tail(size()) = system.velocity();
+  // Scales turn momenta into speeds, so scale times mass is what makes a speed of an unknown.
+  const SunVector absolute = make_sun_vector(2 * size(), context.get());
+  const Eigen::VectorXd speed =
+      tolerance_m_s * system.momentum_scale().cwiseProduct(system.mass_diagonal()).cwiseInverse();
+  values_of(absolute.get()).head(size()) = duration_s * speed;
+  values_of(absolute.get()).tail(size()) = speed;
+
+  const auto slope_at = [](realtype at_s, N_Vector y, N_Vector result, void* data) {
+    Run& run = *static_cast<Run*>(data);
+    return keep_exception(run.thrown, [&] { return run.derivative(at_s, y, result); });
+  };
+  int failures = 0;
+  if (kind == IntegratorKind::kCvodeBdf) {
+    cvode.reset(sun_checked(CVodeCreate(CV_BDF, context.get())));
+    failures |= CVodeSetErrHandlerFn(cvode.get(), ignore_message, nullptr);
+    failures |= CVodeSetUserData(cvode.get(), this);
+    failures |= CVodeInit(cvode.get(), slope_at, 0.0, state.get());
+    failures |= CVodeSVtolerances(cvode.get(), tolerance_m_s, absolute.get());
+    failures |= CVodeSetLinearSolver(cvode.get(), linear.get(), nullptr);
+  } else {
+    arkode.reset(sun_checked(ARKStepCreate(nullptr, slope_at, 0.0, state.get(), context.get())));
+    failures |= ARKStepSetErrHandlerFn(arkode.get(), ignore_message, nullptr);
+    failures |= ARKStepSetUserData(arkode.get(), this);
+    failures |= ARKStepSetOrder(arkode.get(), 4);
+    failures |= ARKStepSVtolerances(arkode.get(), tolerance_m_s, absolute.get());
+    failures |= ARKStepSetLinearSolver(arkode.get(), linear.get(), nullptr);
+  }
+  if (failures != 0) throw std::bad_alloc();
+}
+
+/// The contacts to come, from now for duration_s.
+void SundialsIntegrator::Run::take(std::span<const Contact> next, double duration_s) {
+  contacts.assign(next.begin(), next.end());
+  system.take(base, contacts);
+  start_s = now_s;
+  end_s = now_s + duration_s;
+}
+
+/// On to end_s; whether it got there.
+bool SundialsIntegrator::Run::integrate(bool may_pass, long most_steps) {
+  passed = may_pass;
+  constexpr double kFar_s = 1e9;  // a stop once set cannot be taken back
+  const double stop_s = may_pass ? kFar_s : end_s;
+  int flag = 0;
+  if (kind == IntegratorKind::kCvodeBdf) {
+    CVodeSetMaxNumSteps(cvode.get(), most_steps);
+    CVodeSetStopTime(cvode.get(), stop_s);
+    flag = CVode(cvode.get(), end_s, state.get(), &now_s, CV_NORMAL);
+  } else {
+    ARKStepSetMaxNumSteps(arkode.get(), most_steps);
+    ARKStepSetStopTime(arkode.get(), stop_s);
+    flag = ARKStepEvolve(arkode.get(), end_s, state.get(), &now_s, ARK_NORMAL);
+  }
+  if (thrown) std::rethrow_exception(thrown);
+  return flag >= 0 && now_s == end_s;
+}
+
+/// Places the system where displacement and velocity say, and finds the forces there.
+void SundialsIntegrator::Run::load(double at_s) {
+  loaded_s = at_s;
+  system.place(displacement, velocity, at_s, share_of(at_s));
+  system.force(kByVelocity, force);
+}
+
+int SundialsIntegrator::Run::derivative(double at_s, N_Vector y, N_Vector result) {
+  if (clock.spent()) return kSunStop;
+  displacement = values_of(y).head(size());
+  velocity = values_of(y).tail(size());
+  if (!displacement.allFinite() || !velocity.allFinite()) return kSunRetry;
+  load(at_s);
+  auto moves = values_of(result).head(size());
+  auto changes = values_of(result).tail(size());
+  moves = velocity;
+  changes = force.cwiseQuotient(system.mass_diagonal());
+  for (const RigidBody& body : system.trial().rigid_bodies) {
+    if (body.unknown == kNoUnknown) continue;
+    const Eigen::Index turn = body.unknown + 3;
+    const Eigen::Vector3d w = body.angular_velocity_rad_s;
+    const Eigen::Matrix3d inertia = world_inertia_kg_m2(body);
+    moves.segment<3>(turn) = left_jacobian(displacement.segment<3>(turn)).inverse() * w;
+    changes.segment<3>(turn) = inertia.inverse() * (force.segment<3>(turn) - w.cross(inertia * w));
+  }
+  return changes.allFinite() ? kSunDone : kSunRetry;
+}
+
+/// How the forces change with the displacement along `direction`, where all was loaded last.
+Eigen::VectorXd SundialsIntegrator::Run::stiffness_times(const Eigen::VectorXd& direction) {
+  constexpr double kSmall_m = 1e-7;
+  const double most = direction.cwiseAbs().maxCoeff();
+  if (!(most > 0.0)) return Eigen::VectorXd::Zero(size());
+  const Eigen::VectorXd here_m = displacement, here_N = force;
+  displacement += kSmall_m / most * direction;
+  load(loaded_s);
+  const Eigen::VectorXd change = most / kSmall_m * (force - here_N);
+  displacement = here_m;
+  load(loaded_s);
+  return change;
+}
+
+/// Solves (1 - gamma J) x = b where the derivative was asked for last. With D and K the forces'
+/// slopes by velocity and displacement, b = [r; s] and x = [r + gamma z; z] it is
+///   (M - gamma D - gamma^2 K) z = M s + gamma K r,
+/// of half the size, symmetric but for friction and spin, and an implicit stage's own slope.
+int SundialsIntegrator::Run::solve_linear(N_Vector x, N_Vector b, double tolerance) {
+  double gamma_s = 0.0;
+  if (cvode) CVodeGetCurrentGamma(cvode.get(), &gamma_s);
+  if (arkode) ARKStepGetCurrentGamma(arkode.get(), &gamma_s);
+  const auto moved = values_of(b).head(size()), sped = values_of(b).tail(size());
+  Eigen::VectorXd right = system.mass_diagonal().cwiseProduct(sped);
+  for (const RigidBody& body : system.trial().rigid_bodies)
+    if (body.unknown != kNoUnknown)
+      right.segment<3>(body.unknown + 3) =
+          world_inertia_kg_m2(body) * sped.segment<3>(body.unknown + 3);
+  right += gamma_s * stiffness_times(moved);
+
+  for (Contact& contact : contacts) date_back(contact, gamma_s);
+  StageRule rule;
+  rule.stage_s = rule.contact_step_s = gamma_s;
+  rule.end_s = loaded_s;
+  ImplicitStage stage(system, rule);
+  // The solver's norm is of momenta: where a spin weighs little it must look closer.
+  const Eigen::VectorXd& scale = system.momentum_scale();
+  const double accuracy = std::clamp(tolerance / N_VWL2Norm(b, weights), 1e-9, 0.02) *
+                          scale.minCoeff() / scale.maxCoeff();
+  const bool symmetric = contacts.empty() && base.rigid_bodies.empty();
+  Eigen::VectorXd z(size());
+  if (!slopes.solve(stage, symmetric ? Slope::kSymmetric : Slope::kExact, right, accuracy, clock,
+                    z))
+    return SUNLS_CONV_FAIL;
+  values_of(x).tail(size()) = z;
+  for (const RigidBody& body : base.rigid_bodies)
+    if (body.unknown != kNoUnknown) {
+      const Eigen::Matrix3d by_turn = left_jacobian(displacement.segment<3>(body.unknown + 3));
+      z.segment<3>(body.unknown + 3) = (by_turn.inverse() * z.segment<3>(body.unknown + 3)).eval();
+    }
+  values_of(x).head(size()) = moved + gamma_s * z;
+  return SUNLS_SUCCESS;
+}
+
+/// Slopes know a damper's rate by the depth a stage before: the depth that means the speed of now.
+void SundialsIntegrator::Run::date_back(Contact& contact, double stage_s) const {
+  const std::vector<SphereMotion>& spheres = system.trial().spheres;
+  SphereMotion relative = spheres[static_cast<std::size_t>(contact.a)];
+  Eigen::Vector3d normal = contact.plane_normal;
+  if (!contact.is_plane) {
+    const SphereMotion given{given_position_m(contact, share_of(loaded_s)), contact.velocity_b_m_s};
+    const SphereMotion& other =
+        contact.b >= 0 ? spheres[static_cast<std::size_t>(contact.b)] : given;
+    relative.position_m -= other.position_m;
+    relative.velocity_m_s -= other.velocity_m_s;
+    normal = relative.position_m.normalized();
+  }
+  contact.depth_before_m =
+      contact_depth_m(contact, relative.position_m) + stage_s * normal.dot(relative.velocity_m_s);
+}
+
+bool SundialsIntegrator::Run::turned_far() const {
+  return std::ranges::any_of(base.rigid_bodies, [&](const RigidBody& body) {
+    return body.unknown != kNoUnknown &&
+           displacement.segment<3>(body.unknown + 3).norm() > kMostTurn_rad;
+  });
+}
+
+long SundialsIntegrator::Run::steps_taken() const {
+  long steps = 0;
+  if (cvode) CVodeGetNumSteps(cvode.get(), &steps);
+  if (arkode) ARKStepGetNumSteps(arkode.get(), &steps);
+  return steps;
+}
+
+SundialsIntegrator::SundialsIntegrator(IntegratorKind kind, double tolerance_m_s)
+    : kind_(kind), tolerance_m_s_(tolerance_m_s) {}
+SundialsIntegrator::~SundialsIntegrator() = default;
+
+SolveReport SundialsIntegrator::advance(const World& world, std::span<const Contact> contacts,
+                                        double duration_s, Budget& budget) {
+  SolveReport report;
+  report.converged = true;
+  if (world.unknown_count == 0) {
+    MechanicalSystem still(world, contacts);
+    still.place(Eigen::VectorXd(), Eigen::VectorXd(), duration_s);
+    trial_ = still.trial();
+    return report;
+  }
+  const bool goes_on = run_ && run_is_world_ && run_->size() == world.unknown_count &&
+                       !(run_->passed && !contacts.empty()) && !run_->turned_far() &&
+                       same_state(world, trial_);
+  if (!goes_on) run_ = std::make_unique<Run>(kind_, tolerance_m_s_, world, duration_s);
+  run_is_world_ = false;
+  Run& run = *run_;
+  run.take(contacts, duration_s);
+  run.clock.deadline = budget.deadline;
+  run.clock.stop = budget.stop;
+  const long before = run.steps_taken();
+  report.converged = !budget.spent() && run.integrate(contacts.empty(), budget.iterations);
+  report.iterations = static_cast<int>(run.steps_taken() - before);
+  budget.iterations -= report.iterations;
+  report.residual = report.converged ? tolerance_m_s_ : std::numeric_limits<double>::infinity();
+  run.displacement = values_of(run.state.get()).head(run.size());
+  run.velocity = values_of(run.state.get()).tail(run.size());
+  if (!run.displacement.allFinite() || !run.velocity.allFinite()) {
+    report.converged = false;
+    run_ = std::make_unique<Run>(kind_, tolerance_m_s_, world, duration_s);
+    run_->take(contacts, duration_s);
+    run_->displacement = run_->velocity = Eigen::VectorXd::Zero(run_->size());
+  }
+  run_->load(run_->now_s);
+  trial_ = run_->system.trial();
+  return report;
+}
+
+void SundialsIntegrator::commit(World& world, double duration_s) {
+  Integrator::commit(world, duration_s);
+  run_is_world_ = run_ && run_->now_s == run_->end_s;
+}
+
+void SundialsIntegrator::restart() {
+  run_.reset();
+  run_is_world_ = false;
+}
+
+std::unique_ptr<Integrator> make_sundials_integrator(IntegratorKind kind, double tolerance_m_s) {
+  return std::make_unique<SundialsIntegrator>(kind, tolerance_m_s);
+}
+
+}  // namespace stillgrid

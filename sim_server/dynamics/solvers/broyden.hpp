@@ -1,0 +1,42 @@
+#pragma once
+
+#include <Eigen/SparseCholesky>
+#include <vector>
+
+#include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
+
+namespace stillgrid {
+
+/// What Broyden's method takes for the Jacobian at first.
+enum class BroydenStart {
+  kMass,      // the mass diagonal: no matrix is ever formed [Hilde, Meseure, Chaillou 2001]
+  kJacobian,  // the definite slope at the first guess, factorised once
+};
+
+/// Broyden's (first, "good") method: every step adds to the Jacobian's estimate what the last step
+/// taught, by a matrix of rank one, so that a system costs one residual an iteration.
+///
+/// Full steps and no safeguard, as published: on stiff systems it needs many iterations or none
+/// suffices (docs/algorithms/broyden.md). It then returns the best iterate, as any solver here.
+/// The inverse is kept as a product of rank-one factors in the steps themselves [Kelley 1995,
+/// section 7.3]: iteration k costs k dot products and k vectors of memory.
+class BroydenSolver : public NonlinearSolver {
+ public:
+  /// tolerance: of the scaled residual, rms.
+  BroydenSolver(BroydenStart start, double tolerance) : start_(start), tolerance_(tolerance) {}
+  SolveReport solve(NonlinearSystem& system, Eigen::VectorXd& u, Budget& budget) override;
+
+ private:
+  bool prepare(NonlinearSystem& system);
+  void find_step(const NonlinearSystem& system, std::size_t taken);
+
+  BroydenStart start_;
+  double tolerance_;
+  Eigen::SparseMatrix<double> matrix_;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> cholesky_;
+  std::vector<Eigen::VectorXd> steps_;  // memory is kept from one solve to the next
+  std::vector<double> squares_;         // of their norms
+  Eigen::VectorXd residual_, best_;
+};
+
+}  // namespace stillgrid

@@ -1,0 +1,169 @@
+#include "sim_server/dynamics/solvers/slope_solver.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <future>
+#include <thread>
+#include <utility>
+
+namespace stillgrid {
+namespace {
+
+/// Entries of a matrix whose factorisation may take ten milliseconds and more.
+constexpr Eigen::Index kLongFactorisation = 200'000;
+
+int most_iterations(Eigen::Index size) {
+  return static_cast<int>(2 * size) + 20;
+}
+
+/// Looks at the clock now and then only.
+bool is_late(const Budget& budget, int iteration) {
+  return budget.is_stopped() || (iteration % 16 == 15 && budget.is_late());
+}
+
+}  // namespace
+
+bool FactorisedSlope::Pattern::take(const Eigen::SparseMatrix<double>& matrix) {
+  const int* const outer_begin = matrix.outerIndexPtr();
+  const int* const outer_end = outer_begin + matrix.outerSize() + 1;
+  const int* const inner_begin = matrix.innerIndexPtr();
+  const int* const inner_end = inner_begin + matrix.nonZeros();
+  if (std::equal(outer_begin, outer_end, outer.begin(), outer.end()) &&
+      std::equal(inner_begin, inner_end, inner.begin(), inner.end()))
+    return false;
+  outer.assign(outer_begin, outer_end);
+  inner.assign(inner_begin, inner_end);
+  return true;
+}
+
+bool FactorisedSlope::Factors::factorise(Slope slope) {
+  if (slope == Slope::kExact) {
+    if (lu_pattern.take(matrix)) lu.analyzePattern(matrix);
+    lu.factorize(matrix);
+    return lu.info() == Eigen::Success;
+  }
+  if (cholesky_pattern.take(matrix)) cholesky.analyzePattern(matrix);
+  cholesky.factorize(matrix);
+  return cholesky.info() == Eigen::Success && (cholesky.vectorD().array() > 0.0).all();
+}
+
+bool FactorisedSlope::factorise(Slope slope, const Budget& budget) {
+  if (budget.stop == nullptr || factors_->matrix.nonZeros() < kLongFactorisation)
+    return factors_->factorise(slope);
+  if (budget.is_stopped()) return false;
+  std::packaged_task<bool()> task(
+      [factors = factors_, slope] { return factors->factorise(slope); });
+  std::future<bool> done = task.get_future();
+  std::thread(std::move(task)).detach();
+  while (done.wait_for(std::chrono::milliseconds(5)) != std::future_status::ready) {
+    if (!budget.is_stopped()) continue;
+    factors_ = std::make_shared<Factors>();
+    return false;
+  }
+  return done.get();
+}
+
+bool FactorisedSlope::solve(NonlinearSystem& system, Slope slope, const Eigen::VectorXd& residual,
+                            double, const Budget& budget, Eigen::VectorXd& step) {
+  if (budget.is_stopped()) return false;
+  system.jacobian(slope, factors_->matrix);
+  if (!factorise(slope, budget)) return false;
+  if (slope == Slope::kExact)
+    step = factors_->lu.solve(residual);
+  else
+    step = factors_->cholesky.solve(residual);
+  return step.allFinite();
+}
+
+bool MatrixFreeSlope::solve(NonlinearSystem& system, Slope slope, const Eigen::VectorXd& residual,
+                            double accuracy, const Budget& budget, Eigen::VectorXd& step) {
+  if (budget.is_stopped()) return false;
+  system.linearise(slope);
+  const bool symmetric = slope != Slope::kExact;
+  if (!invert_blocks(system.block_diagonal(), symmetric)) return false;
+  const bool solved = symmetric ? conjugate_gradients(system, residual, accuracy, budget, step)
+                                : bicgstab(system, residual, accuracy, budget, step);
+  return solved && step.allFinite();
+}
+
+bool MatrixFreeSlope::invert_blocks(const Eigen::Matrix3Xd& blocks, bool definite) {
+  inverse_.resize(3, blocks.cols());
+  for (Eigen::Index i = 0; i < blocks.cols(); i += 3) {
+    const Eigen::Matrix3d block = blocks.middleCols<3>(i);
+    const double minor = block(0, 0) * block(1, 1) - block(0, 1) * block(1, 0);
+    const double determinant = block.determinant();
+    // A slope is no more definite than its blocks.
+    if (definite && !(block(0, 0) > 0.0 && minor > 0.0 && determinant > 0.0)) return false;
+    if (determinant == 0.0 || !std::isfinite(determinant)) return false;
+    inverse_.middleCols<3>(i) = block.inverse();
+  }
+  return true;
+}
+
+void MatrixFreeSlope::precondition(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
+  y.resize(x.size());
+  for (Eigen::Index i = 0; i < x.size(); i += 3)
+    y.segment<3>(i).noalias() = inverse_.middleCols<3>(i) * x.segment<3>(i);
+}
+
+bool MatrixFreeSlope::conjugate_gradients(NonlinearSystem& system, const Eigen::VectorXd& residual,
+                                          double accuracy, const Budget& budget,
+                                          Eigen::VectorXd& step) {
+  step.setZero(residual.size());
+  rest_ = residual;
+  precondition(rest_, preconditioned_);
+  search_ = preconditioned_;
+  double rest2 = rest_.dot(preconditioned_);
+  const double enough2 = accuracy * accuracy * rest2;
+  const int most = most_iterations(residual.size());
+  for (int i = 0; i < most && rest2 > enough2 && !is_late(budget, i); ++i) {
+    system.multiply(search_, product_);
+    const double curvature = search_.dot(product_);
+    if (!(curvature > 0.0)) return false;
+    const double length = rest2 / curvature;
+    step += length * search_;
+    rest_ -= length * product_;
+    precondition(rest_, preconditioned_);
+    const double before2 = rest2;
+    rest2 = rest_.dot(preconditioned_);
+    search_ = preconditioned_ + rest2 / before2 * search_;
+  }
+  return true;
+}
+
+bool MatrixFreeSlope::bicgstab(NonlinearSystem& system, const Eigen::VectorXd& residual,
+                               double accuracy, const Budget& budget, Eigen::VectorXd& step) {
+  const Eigen::VectorXd& scale = system.residual_scale();
+  step.setZero(residual.size());
+  if (residual.isZero(0.0)) return true;
+  rest_ = residual;
+  shadow_ = rest_.cwiseProduct(scale);  // the product's angles are those of velocities
+  search_ = rest_;
+  double angle = rest_.dot(shadow_);
+  const double enough = accuracy * rest_.cwiseProduct(scale).norm();
+  const int most = most_iterations(residual.size());
+  for (int i = 0; i < most && !is_late(budget, i); ++i) {
+    precondition(search_, preconditioned_);
+    system.multiply(preconditioned_, product_);
+    const double length = angle / product_.dot(shadow_);
+    if (!std::isfinite(length)) return i > 0;
+    step += length * preconditioned_;
+    rest_ -= length * product_;
+    precondition(rest_, second_);
+    system.multiply(second_, second_product_);
+    const double norm2 = second_product_.squaredNorm();
+    const double second_length = norm2 > 0.0 ? second_product_.dot(rest_) / norm2 : 0.0;
+    step += second_length * second_;
+    rest_ -= second_length * second_product_;
+    if (!(rest_.cwiseProduct(scale).norm() > enough)) break;
+    const double before = angle;
+    angle = rest_.dot(shadow_);
+    search_ =
+        rest_ + angle / before * length / second_length * (search_ - second_length * product_);
+  }
+  return true;
+}
+
+}  // namespace stillgrid

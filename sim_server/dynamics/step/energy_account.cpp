@@ -1,0 +1,159 @@
+#include "sim_server/dynamics/step/energy_account.hpp"
+
+#include <algorithm>
+
+#include "sim_server/bodies/rotation.hpp"
+
+namespace stillgrid {
+namespace {
+
+/// One side of a contact over a step.
+struct Side : SideMotion {
+  bool is_given = false;
+  Eigen::Vector3d way_m = Eigen::Vector3d::Zero();  // over the step, of a given side
+};
+
+Side side_of(int sphere, const World& before, const Trial& after) {
+  const auto index = static_cast<std::size_t>(sphere);
+  const SphereMotion& motion = after.spheres[index];
+  Side side{{motion.position_m, motion.velocity_m_s}};
+  if (before.spheres[index].rigid < 0) return side;
+  const auto rigid = static_cast<std::size_t>(before.spheres[index].rigid);
+  side.spin_rad_s = after.rigid_bodies[rigid].angular_velocity_rad_s;
+  side.is_given = !before.rigid_bodies[rigid].free;
+  side.way_m = after.rigid_bodies[rigid].position_m - before.rigid_bodies[rigid].position_m;
+  return side;
+}
+
+Side other_side(const Contact& contact, const World& before, const Trial& after) {
+  if (contact.b >= 0) return side_of(contact.b, before, after);
+  return {given_side(contact, 1.0), true, contact.position_b_m - contact.start_b_m};
+}
+
+EnergyFlow contact_flow(const Contact& contact, const Side& a, const Side& b, double duration_s) {
+  const ContactShares shares = contact_shares(contact);
+  const ContactMotion motion = relative_motion(contact, a, b);
+  const ContactForce force = contact_force(contact, motion, duration_s, nullptr);
+  EnergyFlow flow;
+  if (!force.touching) return flow;
+  const Eigen::Vector3d pressure_N = force.force_N - force.friction_N;
+  const double deepening_m = std::max(0.0, force.depth_m - std::max(contact.depth_before_m, 0.0));
+  flow.contact_damping_J =
+      (pressure_N.norm() - contact.material.stiffness_N_m * force.depth_m) * deepening_m;
+  flow.friction_J = -duration_s * force.friction_N.dot(motion.velocity_m_s -
+                                                       motion.spin_rad_s.cross(force.arm_m));
+  // The points of contact turn with their spheres.
+  if (b.is_given)
+    flow.given_J += pressure_N.dot(b.way_m) +
+                    duration_s * force.friction_N.dot(b.velocity_m_s +
+                                                      shares.b * b.spin_rad_s.cross(force.arm_m));
+  if (a.is_given)
+    flow.given_J -= pressure_N.dot(a.way_m) +
+                    duration_s * force.friction_N.dot(a.velocity_m_s -
+                                                      shares.a * a.spin_rad_s.cross(force.arm_m));
+  return flow;
+}
+
+/// Of its spring, at the step's start.
+double stored_J(const Contact& contact) {
+  const double depth_m = std::max(0.0, contact.depth_before_m);
+  return 0.5 * contact.material.stiffness_N_m * depth_m * depth_m;
+}
+
+double overlap_energy_J(const World& world, const std::vector<ToolSphereMotion>& tool) {
+  World awake = world;
+  for (BodyRange& body : awake.bodies) body.asleep = false;
+  number_unknowns(awake);
+  Detection detection(awake, 0.0);
+  detection.find_contacts(awake, 0.0);
+  detection.find_tool_contacts(awake, tool);
+  double energy_J = 0.0;
+  for (const Contact& contact : detection.contacts()) energy_J += stored_J(contact);
+  return energy_J;
+}
+
+}  // namespace
+
+double kinetic_energy_J(const World& world, const BodyRange& body) {
+  double energy_J = 0.0;
+  for (int i = 0; i < body.node_count; ++i) {
+    const Node& node = world.nodes[static_cast<std::size_t>(body.first_node + i)];
+    if (!node.pinned) energy_J += 0.5 * node.mass_kg * node.velocity_m_s.squaredNorm();
+  }
+  if (body.rigid < 0) return energy_J;
+  const RigidBody& rigid = world.rigid_bodies[static_cast<std::size_t>(body.rigid)];
+  return rigid.free ? energy_J + kinetic_energy_J(rigid) : energy_J;
+}
+
+Energies energies(const World& world, const std::vector<ToolSphereMotion>& tool) {
+  Energies sum;
+  for (const BodyRange& body : world.bodies) sum.kinetic_J += kinetic_energy_J(world, body);
+  for (const Node& node : world.nodes)
+    if (!node.pinned) sum.gravity_J -= node.mass_kg * world.gravity_m_s2.dot(node.position_m);
+  for (const RigidBody& body : world.rigid_bodies)
+    if (body.free) sum.gravity_J -= body.mass_kg * world.gravity_m_s2.dot(body.position_m);
+  for (const Spring& spring : world.springs)
+    sum.springs_J += spring_energy_J(spring, world.nodes[static_cast<std::size_t>(spring.a)],
+                                     world.nodes[static_cast<std::size_t>(spring.b)]);
+  sum.contacts_J = overlap_energy_J(world, tool);
+  return sum;
+}
+
+double tool_energy_J(std::span<const Contact> contacts) {
+  double energy_J = 0.0;
+  for (const Contact& contact : contacts)
+    if (contact.is_tool) energy_J += stored_J(contact);
+  return energy_J;
+}
+
+EnergyFlow energy_flow(const World& before, const Trial& after, std::span<const Contact> contacts,
+                       double duration_s) {
+  EnergyFlow sum;
+  for (const BodyRange& body : before.bodies) {
+    if (body.asleep) continue;
+    for (int i = 0; i < body.spring_count; ++i) {
+      const Spring& spring = before.springs[static_cast<std::size_t>(body.first_spring + i)];
+      const Node& a = after.nodes[static_cast<std::size_t>(spring.a)];
+      const Node& b = after.nodes[static_cast<std::size_t>(spring.b)];
+      const double lengthening_m_s =
+          (b.position_m - a.position_m).stableNormalized().dot(b.velocity_m_s - a.velocity_m_s);
+      sum.spring_damping_J += duration_s * spring.damping_N_s_m * lengthening_m_s * lengthening_m_s;
+    }
+  }
+  for (const Contact& contact : contacts)
+    sum += contact_flow(contact, side_of(contact.a, before, after),
+                        other_side(contact, before, after), duration_s);
+  return sum;
+}
+
+EnergyFlow& operator+=(EnergyFlow& sum, const EnergyFlow& flow) {
+  sum.spring_damping_J += flow.spring_damping_J;
+  sum.contact_damping_J += flow.contact_damping_J;
+  sum.friction_J += flow.friction_J;
+  sum.given_J += flow.given_J;
+  return sum;
+}
+
+Eigen::Vector3d momentum_kg_m_s(const World& world) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Node& node : world.nodes)
+    if (!node.pinned) sum += node.mass_kg * node.velocity_m_s;
+  for (const RigidBody& body : world.rigid_bodies)
+    if (body.free) sum += body.mass_kg * body.velocity_m_s;
+  return sum;
+}
+
+Eigen::Vector3d angular_momentum_kg_m2_s(const World& world) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Node& node : world.nodes)
+    if (!node.pinned) sum += node.mass_kg * node.position_m.cross(node.velocity_m_s);
+  for (const RigidBody& body : world.rigid_bodies) {
+    if (!body.free) continue;
+    const Eigen::Matrix3d r = body.orientation.toRotationMatrix();
+    sum += body.mass_kg * body.position_m.cross(body.velocity_m_s) +
+           r * body.inertia_kg_m2.cwiseProduct(r.transpose() * body.angular_velocity_rad_s);
+  }
+  return sum;
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+#include "sim_server/bodies/world.hpp"
+#include "sim_server/contact/contact.hpp"
+#include "sim_server/contact/detection.hpp"
+#include "sim_server/dynamics/integrators/integrator.hpp"
+
+namespace stillgrid {
+
+/// The energy that a world holds, J: of all that is not prescribed, awake or asleep.
+struct Energies {
+  double kinetic_J = 0.0;
+  double gravity_J = 0.0;  // zero at the origin
+  double springs_J = 0.0;
+  double contacts_J = 0.0;  // of the springs that touching spheres press, the tool's too
+
+  [[nodiscard]] double total_J() const { return kinetic_J + gravity_J + springs_J + contacts_J; }
+};
+
+/// What became of a run's energy: start + given - damping - friction - slept - numerical = end.
+struct EnergyAccount {
+  Energies start, end;
+  EnergyFlow flow;
+  double slept_J = 0.0;  // kinetic energy of what fell asleep
+
+  /// What the integrator lost; negative if it gained.
+  [[nodiscard]] double numerical_J() const {
+    return start.total_J() + flow.given_J - flow.spring_damping_J - flow.contact_damping_J -
+           flow.friction_J - slept_J - end.total_J();
+  }
+};
+
+[[nodiscard]] double kinetic_energy_J(const World& world, const BodyRange& body);
+
+/// Contacts are looked for anew, among sleeping bodies too, which costs far more than a step.
+/// tool: its spheres where they are; none without a tool.
+[[nodiscard]] Energies energies(const World& world, const std::vector<ToolSphereMotion>& tool);
+
+/// What the springs of the tool's contacts hold at the start of the step that they were found for.
+[[nodiscard]] double tool_energy_J(std::span<const Contact> contacts);
+
+/// What flows over a step of an integrator that looks at its end only: every force as it is there,
+/// along the way that velocities there make of the step. The approach damper takes its mean force
+/// times how much deeper it came, as contact_force() has it. Friction and springs' dampers take
+/// force times velocity; what the tool or a prescribed body gives is the force on the other side
+/// times the way of this one.
+/// Pre: after is where a step of duration_s from `before` led.
+[[nodiscard]] EnergyFlow energy_flow(const World& before, const Trial& after,
+                                     std::span<const Contact> contacts, double duration_s);
+
+EnergyFlow& operator+=(EnergyFlow& sum, const EnergyFlow& flow);
+
+/// Of everything that is free.
+[[nodiscard]] Eigen::Vector3d momentum_kg_m_s(const World& world);
+/// About the origin.
+[[nodiscard]] Eigen::Vector3d angular_momentum_kg_m2_s(const World& world);
+
+}  // namespace stillgrid

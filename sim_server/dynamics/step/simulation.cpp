@@ -1,0 +1,283 @@
+#include "sim_server/dynamics/step/simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "sim_server/contact/crossing.hpp"
+
+namespace stillgrid {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int kMostSubsteps = 8;                   // of a step that does not converge
+constexpr double kShortest = 1.5 / kMostSubsteps;  // of a step: it is not halved again
+constexpr int kIterations = 15;                    // of a part that may be halved
+constexpr int kLastIterations = 200;               // of one that may not
+constexpr int kMostShortenings = 64;               // of a step in which spheres cross
+constexpr double kLeastExplicitPart_s = 1e-4;      // in which a stray sphere goes no farther
+constexpr double kShortestHalf = 1e-3;             // of a step, below which no memory is spared
+constexpr double kLeastShare = 1e-6;               // of a step, so that every part moves it on
+
+/// The last iteration of a step that is out of time has a tenth of the step, and no more.
+Clock::time_point grace(const Budget& budget, double step_s) {
+  if (budget.deadline == Clock::time_point::max()) return budget.deadline;
+  return std::max(budget.deadline, Clock::now()) +
+         std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(0.1 * step_s));
+}
+
+/// Into how many parts a step is divided, contacts being found at the start of each.
+int parts_asked(const IntegratorTraits& traits, const Method& method, double step_s) {
+  if (!traits.divides_itself) return method.substeps;
+  return std::max(1, static_cast<int>(std::ceil(step_s / traits.longest_part_s)));
+}
+
+}  // namespace
+
+Simulation::Simulation(const SceneDescription& scene) : Simulation(scene, build_world(scene)) {}
+
+Simulation::Simulation(const SceneDescription& scene, World world)
+    : world_(std::move(world)),
+      detection_(world_, scene.voxel_ratio),
+      method_(scene.method),
+      integrator_(make_integrator(method_)),
+      traits_(integrator_->traits()),
+      tool_(scene.tool),
+      start_(world_.spheres.size()),
+      end_(world_.spheres.size()) {
+  if (scene.sleeping) sleeping_.emplace(world_);
+}
+
+StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget budget) {
+  Step step{.length_s = step_s, .take_tool = take_tool, .budget = budget};
+  StepReport& report = step.report;
+  report.solve.converged = true;
+  // Halving is exact; a part that ends before a crossing may have any length.
+  double longest = 1.0 / std::max({1, parts_asked(traits_, method_, step_s), substeps_ / 2});
+  Part part{.end = longest};
+  const auto start = Clock::now();
+  find_contacts(step_s, part);
+  take(take_tool(), report);
+  find_tool_contacts(part);
+  report.detect += Clock::now() - start;
+
+  int shortenings = 0;
+  while (true) {
+    part.must_advance =
+        part.must_end || part.end - part.start <= kShortest || traits_.always_advances;
+    part.may_shorten = shortenings < kMostShortenings && !part.must_end;
+    const Attempt attempt = advance(part, step);
+    if (step.budget.is_stopped() && !(attempt.advanced && part.end >= 1.0)) {
+      report.stopped = true;
+      return report;
+    }
+    if (attempt.advanced) {
+      if (part.end >= 1.0) break;
+      part.start = part.end;
+      part.end = std::min(1.0, part.start + longest);
+      if (1.0 - part.end < kLeastShare) part.end = 1.0;
+    } else if (attempt.share < 1.0) {
+      ++shortenings;
+      part.end = part.start + std::max(kLeastShare, attempt.share * (part.end - part.start));
+    } else if (!attempt.woke) {
+      longest = halved_below(longest, part.end - part.start);
+      part.end = part.start + longest;
+    }
+    part.must_end = step.budget.spent();
+    if (part.must_end) part.end = 1.0;
+    const auto again = Clock::now();
+    find_contacts(step_s, part);
+    if (const auto sample = later_sample(step)) {
+      tool_.redirect(*sample, part.start);
+      report.tool_time_ns = sample->time_ns;
+    }
+    find_tool_contacts(part);
+    report.detect += Clock::now() - again;
+  }
+  substeps_ = static_cast<int>(1.0 / longest);
+  if (sleeping_) {
+    const bool is_sure = report.solve.converged && !report.out_of_budget;
+    if (const auto slept_J = sleeping_->settle(world_, detection_.contacts(),
+                                               integrator_->trial().spheres, step_s, is_sure)) {
+      if (account_) account_->slept_J += *slept_J;
+      note_sleep();
+    }
+    report.asleep_spheres = sleeping_->asleep_spheres();
+  }
+  detection_.show(world_);
+  return report;
+}
+
+void Simulation::take(const std::optional<ToolSample>& sample, StepReport& report) {
+  // A tool that comes or goes while it overlaps something brings or takes what their contact holds.
+  const auto held_J = [&] {
+    detection_.find_tool_contacts(world_, tool_.over(1.0, 1.0));
+    return tool_energy_J(detection_.contacts());
+  };
+  const bool was_here = tool_.is_here();
+  if (account_ && was_here && !sample) account_->flow.given_J -= held_J();
+  if (sample) {
+    report.tool_time_ns = sample->time_ns;
+    tool_.place(*sample);
+  } else {
+    tool_.remove();
+  }
+  if (account_ && !was_here && sample) account_->flow.given_J += held_J();
+}
+
+/// None if nothing is newer than what the step has taken, or the tool has gone: that the next one
+/// sees.
+std::optional<ToolSample> Simulation::later_sample(const Step& step) const {
+  if (!tool_.is_here()) return std::nullopt;
+  std::optional<ToolSample> sample = step.take_tool();
+  if (sample && sample->time_ns <= step.report.tool_time_ns) sample.reset();
+  return sample;
+}
+
+/// Halves the part as often as that spares memory, within reason.
+void Simulation::find_contacts(double step_s, Part& part) {
+  const auto length = [&] { return part.end - part.start; };
+  while (!detection_.find_contacts(world_, step_s * length(), length() < kShortestHalf))
+    part.end = part.start + 0.5 * length();
+}
+
+void Simulation::find_tool_contacts(const Part& part) {
+  detection_.find_tool_contacts(world_, tool_.over(part.start, part.end));
+}
+
+/// One step of the integrator. Leaves the world as it was if it did not converge and need not
+/// advance, if spheres crossed and it may be shortened, or if someone woke.
+Simulation::Attempt Simulation::advance(const Part& part, Step& step) {
+  const auto start = Clock::now();
+  StepReport& report = step.report;
+  Budget& budget = step.budget;
+  const double duration_s = step.length_s * (part.end - part.start);
+  foresee(duration_s);
+  if (wake_touched(end_)) return {.woke = true};
+  if (!traits_.looks_within && part.may_shorten) {
+    const double share = share_before_crossings(detection_.contacts(), start_, end_);
+    if (share < 1.0) return {.share = share};
+  }
+  // What must end has one iteration, however late it is.
+  Budget own{.iterations = part.must_advance ? kLastIterations : kIterations,
+             .deadline = budget.deadline};
+  if (traits_.most_iterations > 0) own.iterations = traits_.most_iterations;
+  own.iterations = std::min(own.iterations, budget.iterations);
+  if (part.must_end) own = {.iterations = 1, .deadline = grace(budget, step.length_s)};
+  own.stop = budget.stop;
+  const auto prepared = Clock::now();
+  SolveReport solve = integrator_->advance(world_, detection_.contacts(), duration_s, own);
+  const bool corrected = solve.converged && part.end >= 1.0 && correct(part, step, solve);
+  report.respond += prepared - start;
+  report.solve.iterations += solve.iterations;
+  if (traits_.solves) budget.iterations -= solve.iterations;
+  report.integrate += Clock::now() - prepared;
+  if (budget.is_stopped() || (!solve.converged && !part.must_advance)) return {};
+
+  // Forces may have led elsewhere than the velocities before them.
+  const Trial& trial = integrator_->trial();
+  if (wake_touched(trial.spheres)) return {.woke = true};
+  // Struck off its foreseen path a sphere may meet what is on no list, but not in shorter parts.
+  if (traits_.looks_within && trial.struck && duration_s > kLeastExplicitPart_s && !part.must_end &&
+      detection_.strayed(world_, trial.spheres))
+    return {};
+  const double reached =
+      traits_.looks_within ? 1.0 : share_before_crossings(detection_.contacts(), start_, trial.spheres);
+  if (reached < 1.0 && part.may_shorten) return {.share = reached};
+  if (account_) {
+    const auto flow = integrator_->flow();
+    account_->flow += flow ? *flow : energy_flow(world_, trial, detection_.contacts(), duration_s);
+  }
+  integrator_->commit(world_, duration_s);
+  report.out_of_budget = report.out_of_budget || part.must_end ||
+                         (traits_.always_advances && !solve.converged && budget.spent());
+  ++report.substeps;
+  report.crossings_left += reached < 1.0 ? 1 : 0;
+  report.contacts = trial.touching;
+  report.corrected = corrected;
+  report.solve.converged = report.solve.converged && solve.converged;
+  // The worst of all substeps, and what is no number is the worst.
+  double& worst = report.solve.residual;
+  if (!std::isnan(worst) && !(solve.residual <= worst)) worst = solve.residual;
+  return {.advanced = true};
+}
+
+/// Leads a step's converged end on to a sample that came while it was solved, so that the image's
+/// tool is as old as this takes, not as the whole solution took. Adds to solve what it did; false,
+/// and nothing changed, if there is no such sample or this did not converge.
+bool Simulation::correct(const Part& part, Step& step, SolveReport& solve) {
+  if (!step.may_correct || !traits_.solves) return false;
+  const std::optional<ToolSample> sample = later_sample(step);
+  if (!sample) return false;
+  step.may_correct = false;
+  const ToolMotion before = tool_;
+  tool_.redirect(*sample, part.start);
+  find_tool_contacts(part);
+  Budget own{.iterations = std::min(kIterations, step.budget.iterations - solve.iterations),
+             .deadline = step.budget.deadline,
+             .stop = step.budget.stop};
+  // What takes longer than its sample is newer makes the image older.
+  const std::chrono::nanoseconds newer(static_cast<std::int64_t>(
+      std::min(sample->time_ns - step.report.tool_time_ns, std::uint64_t{1'000'000'000})));
+  if (own.deadline != Clock::time_point::max())
+    own.deadline = std::min(own.deadline, Clock::now() + newer);
+  const double duration_s = step.length_s * (part.end - part.start);
+  const SolveReport again = integrator_->correct(world_, detection_.contacts(), duration_s, own);
+  solve.iterations += again.iterations;
+  if (again.converged) {
+    solve.residual = again.residual;
+    step.report.tool_time_ns = sample->time_ns;
+    return true;
+  }
+  tool_ = before;
+  find_tool_contacts(part);
+  return false;
+}
+
+/// Where every sphere is, and where its velocity leads.
+void Simulation::foresee(double duration_s) {
+  for (const BodyRange& body : world_.bodies) {
+    if (body.asleep) continue;  // where note_sleep() saw it
+    for (int sphere = body.first_sphere; sphere < body.first_sphere + body.sphere_count; ++sphere) {
+      const auto i = static_cast<std::size_t>(sphere);
+      start_[i] = detection_.motions()[i];
+      end_[i].position_m = start_[i].position_m + duration_s * start_[i].velocity_m_s;
+    }
+  }
+}
+
+bool Simulation::wake_touched(std::span<const SphereMotion> end) {
+  if (!sleeping_ || !sleeping_->wake_touched(world_, detection_.contacts(), start_, end))
+    return false;
+  note_sleep();
+  return true;
+}
+
+void Simulation::note_sleep() {
+  integrator_->restart();
+  detection_.note_sleep(world_);
+  for (std::size_t i = 0; i < world_.spheres.size(); ++i)
+    start_[i] = end_[i] = sphere_motion(world_, world_.spheres[i]);
+}
+
+ImageForesight Simulation::look_ahead(double step_s, const Budget& budget) {
+  if (budget.is_late()) return {};
+  if (!detection_.find_contacts(world_, step_s)) return {};  // what may touch by then
+  detection_.find_tool_contacts(world_, tool_.over(1.0, 1.0));
+  foresight_->look(world_, detection_.contacts(), step_s, budget);
+  detection_.foretell(foresight_->spheres(), proto::kForesightPeriods * step_s,
+                      proto::kForesightLag_s);
+  return foresight_->image();
+}
+
+void Simulation::account_energy() {
+  account_.emplace().start = energies(world_, tool_.over(1.0, 1.0));
+}
+
+std::optional<EnergyAccount> Simulation::energy_account() {
+  if (account_) account_->end = energies(world_, tool_.over(1.0, 1.0));
+  return account_;
+}
+
+}  // namespace stillgrid

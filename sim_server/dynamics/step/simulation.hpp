@@ -1,0 +1,144 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sim_server/bodies/world.hpp"
+#include "sim_server/contact/detection.hpp"
+#include "sim_server/dynamics/solvers/budget.hpp"
+#include "sim_server/dynamics/step/energy_account.hpp"
+#include "sim_server/dynamics/step/foresight.hpp"
+#include "sim_server/dynamics/integrators/integrator.hpp"
+#include "sim_server/dynamics/step/sleeping.hpp"
+#include "sim_server/dynamics/step/tool_motion.hpp"
+#include "sim_server/scene/scene_description.hpp"
+
+namespace stillgrid {
+
+/// What one step did and what each of its phases cost.
+struct StepReport {
+  SolveReport solve;  // iterations of all substeps, the worst residual
+  int substeps = 0;
+  bool out_of_budget = false;      // so that its end was computed by one iteration
+  bool stopped = false;            // by the budget, before its end: the world is where a part ended
+  int crossings_left = 0;          // substeps in which spheres may have passed through one another
+  int contacts = 0;                // that touch at the step's end
+  int asleep_spheres = 0;          // at the step's end
+  std::uint64_t tool_time_ns = 0;  // of the latest sample it took, 0: none
+  bool corrected = false;          // its end was led on to a sample that came as it was solved
+  std::chrono::nanoseconds detect{}, respond{}, integrate{};
+};
+
+/// Asked for the tool's newest sample; none: there is no tool.
+using TakeTool = std::function<std::optional<ToolSample>()>;
+
+/// The longest part of a step, halved until it is shorter than one of `length` by more than the
+/// rounding of its ends: parts that begin where spheres would have crossed have any length.
+[[nodiscard]] inline double halved_below(double longest, double length) noexcept {
+  while (longest > 0.75 * length) longest /= 2.0;
+  return longest;
+}
+
+/// A scene's world and all that moves it on.
+class Simulation {
+ public:
+  explicit Simulation(const SceneDescription& scene);
+  /// The same from another state. Pre: `world` is build_world(scene), moved.
+  Simulation(const SceneDescription& scene, World world);
+
+  /// Advances the world by step_s: in one implicit step, or where that does not converge, as when
+  /// stiff contacts set in, in substeps of down to an eighth. The next step begins with half as
+  /// many. If the shortest does not converge either, its iterate of least residual is taken and the
+  /// report says so.
+  ///
+  /// A substep also ends where spheres would pass each other unseen, or come too deep at once: so
+  /// nothing, the tool on its straight path since its last sample included, crosses a body however
+  /// fast it moves (docs/algorithms/fast_bodies.md). A step is shortened so 64 times at most; the
+  /// report counts what that left. Where bodies are so many and fast that a substep would gather
+  /// more contacts than memory should hold (Detection), it is halved before.
+  ///
+  /// Explicit integrators take parts of 4 ms at most, divide them as stability asks, and take them
+  /// in halves where something left its foreseen way (docs/algorithms/explicit_step.md).
+  ///
+  /// A substep in which a sleeping body would be touched wakes it first, and is computed with it
+  /// (docs/algorithms/sleeping.md).
+  ///
+  /// A step whose budget is spent goes to its end at once, in one part of one iteration: bodies
+  /// move on safely if not exactly, and the image comes in time. The report says so.
+  ///
+  /// The tool is asked for as late as the step allows: after the contacts among bodies were found,
+  /// just before its own are [Davanne 2002, section 3]; while it is there, again for each part, and
+  /// once more when a solver of ours has converged on the last one, which is then corrected. A
+  /// sample that is no later than the last changes nothing, to the bit; from where it is then, the
+  /// tool moves evenly to a later one over the rest of the step
+  /// (docs/algorithms/prompt_images.md).
+  StepReport step(double step_s, const TakeTool& take_tool, Budget budget = {});
+
+  /// Adds to the image of the last step where the next one of step_s would lead
+  /// (docs/algorithms/answer.md). The world stays as it is. Nothing is
+  /// foreseen when the budget is spent.
+  [[nodiscard]] ImageForesight look_ahead(double step_s, const Budget& budget = {});
+
+  /// Accounts for energy from now on. No step comes out otherwise for it.
+  void account_energy();
+  /// Of all steps since then; none if it was not asked for.
+  [[nodiscard]] std::optional<EnergyAccount> energy_account();
+
+  [[nodiscard]] const World& world() const noexcept { return world_; }
+  [[nodiscard]] World& world() noexcept { return world_; }
+  [[nodiscard]] const Detection& detection() const noexcept { return detection_; }
+
+ private:
+  /// A part of a step, as shares of it, and what limits it.
+  struct Part {
+    double start = 0.0, end = 1.0;
+    bool must_advance = false;  // though the solver did not converge
+    bool may_shorten = true;    // to keep spheres from crossing
+    bool must_end = false;      // the step: its budget is spent
+  };
+  /// What came of an attempt: done, or how much of it to try, or to try it again.
+  struct Attempt {
+    bool advanced = false;
+    double share = 1.0;  // less than 1: spheres would cross beyond it
+    bool woke = false;   // who woke is yet to be reckoned with
+  };
+
+  /// What a step was asked for, and what it has come to.
+  struct Step {
+    double length_s;
+    const TakeTool& take_tool;
+    Budget budget;
+    StepReport report = {};
+    bool may_correct = true;
+  };
+
+  void take(const std::optional<ToolSample>& sample, StepReport& report);
+  [[nodiscard]] std::optional<ToolSample> later_sample(const Step& step) const;
+  void find_contacts(double step_s, Part& part);
+  void find_tool_contacts(const Part& part);
+  Attempt advance(const Part& part, Step& step);
+  bool correct(const Part& part, Step& step, SolveReport& solve);
+  void foresee(double duration_s);
+  bool wake_touched(std::span<const SphereMotion> end);
+  void note_sleep();
+
+  World world_;
+  Detection detection_;
+  Method method_;
+  std::unique_ptr<Integrator> integrator_;
+  IntegratorTraits traits_;
+  ToolMotion tool_;
+  std::optional<Sleeping> sleeping_;
+  std::optional<EnergyAccount> account_;
+  std::unique_ptr<Foresight> foresight_ = std::make_unique<Foresight>();
+  std::vector<SphereMotion> start_, end_;  // of every sphere over a part
+  int substeps_ = 1;                       // that the end of the last step took, were it all alike
+};
+
+}  // namespace stillgrid

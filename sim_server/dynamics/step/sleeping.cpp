@@ -1,0 +1,183 @@
+#include "sim_server/dynamics/step/sleeping.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "sim_server/dynamics/step/energy_account.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr double kRestRadii_s = 0.03;                     // of the smallest radius, a second
+constexpr double kRestSlip = 0.2;                         // of the slip speed
+constexpr double kLongestLook_s = Sleeping::kRest_s / 8;  // so that several steps are looked at
+constexpr double kJoined = 0.01;  // of the smaller radius: a gap that still joins an island
+
+bool is_free(const World& world, const BodyRange& body) {
+  return body.node_count > 0 ||
+         (body.rigid >= 0 && world.rigid_bodies[static_cast<std::size_t>(body.rigid)].free);
+}
+
+double fastest_m_s(const World& world, const BodyRange& body) {
+  double squared_m2_s2 = 0.0;
+  for (int i = 0; i < body.node_count; ++i)
+    squared_m2_s2 = std::max(
+        squared_m2_s2,
+        world.nodes[static_cast<std::size_t>(body.first_node + i)].velocity_m_s.squaredNorm());
+  if (body.rigid < 0) return std::sqrt(squared_m2_s2);
+  const RigidBody& rigid = world.rigid_bodies[static_cast<std::size_t>(body.rigid)];
+  return rigid.velocity_m_s.norm() + rigid.reach_m * rigid.angular_velocity_rad_s.norm();
+}
+
+std::size_t body_of(const World& world, int sphere) {
+  return static_cast<std::size_t>(world.spheres[static_cast<std::size_t>(sphere)].body);
+}
+
+/// Centre of a contact's first sphere from that of its second.
+Eigen::Vector3d offset_m(const Contact& contact, std::span<const SphereMotion> spheres,
+                         const Eigen::Vector3d& given_m) {
+  const Eigen::Vector3d& a_m = spheres[static_cast<std::size_t>(contact.a)].position_m;
+  if (contact.b < 0) return a_m - given_m;
+  return a_m - spheres[static_cast<std::size_t>(contact.b)].position_m;
+}
+
+/// Whether two spheres overlap anywhere on a straight way.
+bool meet(const Contact& contact, std::span<const SphereMotion> start,
+          std::span<const SphereMotion> end) {
+  const Eigen::Vector3d from_m = offset_m(contact, start, contact.start_b_m);
+  const Eigen::Vector3d move_m = offset_m(contact, end, contact.position_b_m) - from_m;
+  const double length2_m2 = move_m.squaredNorm();
+  const double nearest =
+      length2_m2 > 0.0 ? std::clamp(-from_m.dot(move_m) / length2_m2, 0.0, 1.0) : 0.0;
+  return (from_m + nearest * move_m).norm() < contact.radius_a_m + contact.radius_b_m;
+}
+
+}  // namespace
+
+Sleeping::Sleeping(const World& world)
+    : rest_speed_m_s_(world.bodies.size(), 0.0),
+      is_fixture_(world.bodies.size()),
+      rested_s_(world.bodies.size(), 0.0),
+      parent_(world.bodies.size()),
+      is_restless_(world.bodies.size()),
+      island_(world.bodies.size()) {
+  for (std::size_t body = 0; body < world.bodies.size(); ++body) {
+    const BodyRange& range = world.bodies[body];
+    is_fixture_[body] = range.rigid >= 0 && !is_free(world, range) &&
+                        !is_moved(world.rigid_bodies[static_cast<std::size_t>(range.rigid)]);
+    if (!is_free(world, range) || range.sphere_count == 0) continue;
+    double speed_m_s = std::numeric_limits<double>::max();
+    for (int i = 0; i < range.sphere_count; ++i) {
+      const SphereBinding& sphere = world.spheres[static_cast<std::size_t>(range.first_sphere + i)];
+      const ContactMaterial& material = world.materials[static_cast<std::size_t>(sphere.material)];
+      speed_m_s = std::min(
+          {speed_m_s, kRestRadii_s * sphere.radius_m, kRestSlip * material.slip_speed_m_s});
+    }
+    rest_speed_m_s_[body] = speed_m_s;
+  }
+}
+
+double Sleeping::rest_speed_m_s(int body) const {
+  return rest_speed_m_s_[static_cast<std::size_t>(body)];
+}
+
+bool Sleeping::wake_touched(World& world, std::span<const Contact> contacts,
+                            std::span<const SphereMotion> start,
+                            std::span<const SphereMotion> end) {
+  if (asleep_spheres_ == 0) return false;
+  bool woke = false;
+  const auto wake = [&](std::size_t sleeper) {
+    const std::size_t island = island_[sleeper];
+    for (std::size_t body = 0; body < world.bodies.size(); ++body) {
+      BodyRange& range = world.bodies[body];
+      if (!range.asleep || island_[body] != island) continue;
+      range.asleep = false;
+      rested_s_[body] = 0.0;
+      asleep_spheres_ -= range.sphere_count;
+    }
+    woke = true;
+  };
+  for (const Contact& contact : contacts) {
+    // What is still among still things has no contacts: a sphere that sleeps here meets what moves.
+    const std::size_t a = body_of(world, contact.a);
+    const std::size_t b = contact.b < 0 ? a : body_of(world, contact.b);
+    if (!world.bodies[a].asleep && !world.bodies[b].asleep) continue;
+    if (!meet(contact, start, end)) continue;
+    for (const std::size_t body : {a, b})
+      if (world.bodies[body].asleep) wake(body);
+  }
+  if (woke) number_unknowns(world);
+  return woke;
+}
+
+std::optional<double> Sleeping::settle(World& world, std::span<const Contact> contacts,
+                                       std::span<const SphereMotion> spheres, double step_s,
+                                       bool is_sure) {
+  if (!note_speeds(world, step_s, is_sure)) return std::nullopt;
+  join_islands(world, contacts, spheres);
+  std::optional<double> slept_J;
+  for (std::size_t body = 0; body < world.bodies.size(); ++body) {
+    if (rest_speed_m_s_[body] == 0.0 || world.bodies[body].asleep || is_restless_[root(body)])
+      continue;
+    slept_J = slept_J.value_or(0.0) + kinetic_energy_J(world, world.bodies[body]);
+    lay_down(world, body);
+  }
+  if (slept_J) number_unknowns(world);
+  return slept_J;
+}
+
+/// Whether one has been at rest for long enough.
+bool Sleeping::note_speeds(const World& world, double step_s, bool is_sure) {
+  bool one_rests = false;
+  for (std::size_t body = 0; body < world.bodies.size(); ++body) {
+    const BodyRange& range = world.bodies[body];
+    if (range.asleep || rest_speed_m_s_[body] == 0.0) continue;
+    const bool is_slow = is_sure && fastest_m_s(world, range) < rest_speed_m_s_[body];
+    rested_s_[body] = is_slow ? rested_s_[body] + std::min(step_s, kLongestLook_s) : 0.0;
+    one_rests = one_rests || rested_s_[body] >= kRest_s;
+  }
+  return one_rests;
+}
+
+void Sleeping::join_islands(const World& world, std::span<const Contact> contacts,
+                            std::span<const SphereMotion> spheres) {
+  std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+  for (std::size_t body = 0; body < parent_.size(); ++body)
+    is_restless_[body] = rested_s_[body] < kRest_s;
+  for (const Contact& contact : contacts) {
+    // Floors and walls keep no one awake.
+    if (contact.b < 0 && !contact.is_tool) continue;
+    if (is_fixture_[body_of(world, contact.a)]) continue;
+    if (contact.b >= 0 && is_fixture_[body_of(world, contact.b)]) continue;
+    const double near_m = kJoined * std::min(contact.radius_a_m, contact.radius_b_m);
+    if (offset_m(contact, spheres, contact.position_b_m).norm() >
+        contact.radius_a_m + contact.radius_b_m + near_m)
+      continue;
+    const std::size_t a = root(body_of(world, contact.a));
+    const std::size_t b = contact.b < 0 ? a : root(body_of(world, contact.b));
+    is_restless_[a] = is_restless_[a] || is_restless_[b] || contact.is_tool;
+    parent_[b] = a;
+  }
+}
+
+void Sleeping::lay_down(World& world, std::size_t body) {
+  BodyRange& range = world.bodies[body];
+  range.asleep = true;
+  island_[body] = root(body);
+  asleep_spheres_ += range.sphere_count;
+  for (int i = 0; i < range.node_count; ++i)
+    world.nodes[static_cast<std::size_t>(range.first_node + i)].velocity_m_s.setZero();
+  if (range.rigid < 0) return;
+  RigidBody& rigid = world.rigid_bodies[static_cast<std::size_t>(range.rigid)];
+  rigid.velocity_m_s.setZero();
+  rigid.angular_velocity_rad_s.setZero();
+}
+
+std::size_t Sleeping::root(std::size_t body) {
+  while (parent_[body] != body) body = parent_[body] = parent_[parent_[body]];
+  return body;
+}
+
+}  // namespace stillgrid

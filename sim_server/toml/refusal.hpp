@@ -1,0 +1,29 @@
+#pragma once
+
+#include <toml++/toml.h>
+
+#include <string>
+#include <string_view>
+
+#include "sim_server/toml/scene_error.hpp"
+
+namespace stillgrid {
+
+/// A refusal as one line, whatever its parts hold.
+[[nodiscard]] SceneError scene_error(std::string_view file, const toml::source_position& where,
+                                     std::string_view key, std::string_view value,
+                                     std::string_view expected);
+
+/// The text as it is shown for a value: cut when it is long, never within a character.
+[[nodiscard]] std::string shortened(std::string text);
+
+/// A value much as the file has it, on one line.
+[[nodiscard]] std::string shown(const toml::node& node);
+
+/// The type of a value in words: "a string".
+[[nodiscard]] std::string_view type_of(const toml::node& node) noexcept;
+
+/// Whether a character would break or disturb a line.
+[[nodiscard]] bool is_control(char c) noexcept;
+
+}  // namespace stillgrid
