@@ -1,5 +1,7 @@
 #include "sim_server/published_scene.hpp"
 
+#include "sim_server/publication/sphere_records.hpp"
+
 namespace stillgrid {
 
 StaticScene static_scene(const SceneDescription& scene, const Simulation& simulation) {

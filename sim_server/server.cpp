@@ -98,7 +98,7 @@ void run_real(const SceneDescription& scene, const ServerOptions& options, Simul
                            .tool_ns = step.tool_time_ns,
                            .step_ns = now_ns - began_ns,
                            .contacts = static_cast<std::uint64_t>(step.contacts)};
-    session.writer().publish(simulation.detection().image(), times, foresight);
+    session.writer().publish(simulation.snapshot(), times, foresight);
     report.publish_ns.record(monotonic_ns() - computed_ns);
     count_image(report, times);
   };
@@ -173,7 +173,7 @@ void run_lockstep(const SceneDescription& scene, const ServerOptions& options,
   proto::SegmentHeader& header = session.writer().header();
   LockstepSchedule schedule(scene.period_s, options.jitter, options.seed, options.latency_s);
   ScheduledImage image = schedule.next();
-  session.writer().publish(simulation.detection().image(), {.state_ns = 0, .publish_ns = 0});
+  session.writer().publish(simulation.snapshot(), {.state_ns = 0, .publish_ns = 0});
   ++report.generations;
   promise(header.lockstep_sample_ns, image.sample_ns);
   promise(header.lockstep_event_ns, image.publish_ns);
@@ -195,7 +195,7 @@ void run_lockstep(const SceneDescription& scene, const ServerOptions& options,
     image = schedule.next();
     promise(header.lockstep_sample_ns, image.sample_ns);
     if (!peer.wait(&proto::SegmentHeader::lockstep_event_ns, times.publish_ns)) break;
-    session.writer().publish(simulation.detection().image(), times, foresight);
+    session.writer().publish(simulation.snapshot(), times, foresight);
     count_image(report, times);
     promise(header.lockstep_event_ns, image.publish_ns);
   }

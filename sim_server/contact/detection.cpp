@@ -6,7 +6,6 @@
 #include <string>
 
 #include "shared/collision/grid_query.hpp"
-#include "shared/collision/sphere_history.hpp"
 
 namespace stillgrid {
 namespace {
@@ -25,18 +24,19 @@ constexpr double kLarge = 1e60;
 /// Edge of the still grid's voxels, over twice its covers' reach, where the scene asks for none.
 constexpr float kStillRatio = 1.5F;
 
-proto::SphereImage image_of(const SphereMotion& motion) {
-  const Eigen::Vector3f p = motion.position_m.cast<float>();
-  const Eigen::Vector3f v = motion.velocity_m_s.cast<float>();
-  return {{p.x(), p.y(), p.z()}, {v.x(), v.y(), v.z()}};
+/// A sphere where it is, in a grid's floats.
+Cover ball_of(const Eigen::Vector3d& centre_m, double radius_m) {
+  const Eigen::Vector3f c = centre_m.cast<float>();
+  return {{c.x(), c.y(), c.z()}, static_cast<float>(radius_m)};
 }
 
-/// What a body's spheres are on both sides, but for where.
-template <class Sphere>
-void describe(const Sphere& sphere, proto::SphereRecord& record) {
-  record.radius_m = static_cast<float>(sphere.radius_m);
-  record.material = static_cast<std::uint32_t>(sphere.material);
-  record.body = static_cast<std::uint32_t>(sphere.body);
+/// Covers of the spheres that never move, as a reader of their published floats would make them.
+std::vector<Cover> still_covers(const World& world) {
+  std::vector<Cover> covers;
+  for (const StillSphere& sphere : world.still_spheres)
+    covers.push_back(cover_round(sphere.position_m.cast<float>().cast<double>(),
+                                 static_cast<float>(sphere.radius_m)));
+  return covers;
 }
 
 /// Its place among the spheres of its body tells a user more than its number in the scene.
@@ -89,35 +89,22 @@ Contact& add_contact(std::vector<Contact>& contacts, const World& world, std::ui
 
 }  // namespace
 
-std::vector<proto::SphereRecord> still_records(const World& world) {
-  std::vector<proto::SphereRecord> records;
-  for (const StillSphere& sphere : world.still_spheres) {
-    proto::SphereRecord& record = records.emplace_back();
-    fill_history(record, image_of({sphere.position_m, Eigen::Vector3d::Zero()}));
-    describe(sphere, record);
-  }
-  return records;
-}
-
 Detection::Detection(const World& world, double voxel_ratio)
     : self_collision_(world),
       moving_(world.spheres.size(), static_cast<float>(voxel_ratio), groups_of(world)),
       still_(0, world.still_spheres.size()),
       motion_(world.spheres.size()),
-      paths_(world.spheres.size()),
-      images_(world.spheres.size()) {
-  const auto records = still_records(world);
-  std::copy(records.begin(), records.end(), still_.records().begin());
-  still_.enter(history_covers(records),
+      paths_(world.spheres.size()) {
+  still_.enter(still_covers(world),
                voxel_ratio > 0.0 ? static_cast<float>(voxel_ratio) : kStillRatio);
-  for (std::size_t i = 0; i < world.spheres.size(); ++i) {
-    const SphereBinding& sphere = world.spheres[i];
-    describe(sphere, moving_.records()[i]);
+  for (const SphereBinding& sphere : world.spheres)
     is_free_.push_back(sphere.rigid < 0 ||
                        world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].free);
-  }
   note_sleep(world);
-  show(world);
+  std::vector<Cover> balls;
+  for (std::size_t i = 0; i < world.spheres.size(); ++i)
+    balls.push_back(ball_of(motion_[i].position_m, world.spheres[i].radius_m));
+  moving_.enter(balls);
 }
 
 void Detection::note_sleep(const World& world) {
@@ -128,7 +115,6 @@ void Detection::note_sleep(const World& world) {
     const bool asleep = world.bodies[static_cast<std::size_t>(sphere.body)].asleep;
     moves_[i] = !asleep && (is_free(i) ||
                             is_moved(world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)]));
-    images_[i] = image_of(motion_[i]);
     const Eigen::Vector3d& at_m = motion_[i].position_m;
     if (!moves(i)) paths_[i] = cover_path(at_m, at_m, (1.0 + kMargin) * sphere.radius_m);
   }
@@ -145,13 +131,6 @@ void Detection::move_spheres(const World& world) {
     if (!position_m.cast<float>().allFinite() || !velocity_m_s.cast<float>().allFinite())
       refuse(world, i, motion_[i]);
   }
-}
-
-void Detection::show(const World& world) {
-  move_spheres(world);
-  for (std::size_t i = 0; i < images_.size(); ++i)
-    if (moves(i)) images_[i] = image_of(motion_[i]);
-  moving_.show(images_);
 }
 
 bool Detection::find_contacts(const World& world, double step_s, bool must) {

@@ -54,19 +54,14 @@ class Detection {
   /// call. After find_contacts() of the same step.
   void find_tool_contacts(const World& world, const std::vector<ToolSphereMotion>& tool);
 
-  /// Takes the world as it is for the next image to publish. Throws as find_contacts().
-  void show(const World& world);
+  /// Takes where the spheres of the world are, for motions(). Throws as find_contacts().
+  void move_spheres(const World& world);
 
-  /// Adds to the image shown last what is foreseen of each moving sphere, and room to drift from
-  /// lag_s before it to drift_s after.
-  void foretell(std::span<const SphereForesight> foresight, double drift_s, double lag_s) {
-    moving_.foretell(foresight, drift_s, lag_s);
-  }
+  /// The moving spheres, in a grid whose records are the owner's to write.
+  [[nodiscard]] MovingSpheres& spheres() noexcept { return moving_; }
+  [[nodiscard]] const MovingSpheres& spheres() const noexcept { return moving_; }
 
-  /// The moving spheres in the last images shown, in a grid that holds them.
-  [[nodiscard]] const StillGrid& image() const noexcept { return moving_.grid(); }
-
-  /// Of each moving sphere, as the last find_contacts() or show() saw it.
+  /// Of each moving sphere, as the last find_contacts() or move_spheres() saw it.
   [[nodiscard]] std::span<const SphereMotion> motions() const noexcept { return motion_; }
 
   [[nodiscard]] const std::vector<Contact>& contacts() const noexcept { return contacts_; }
@@ -80,7 +75,6 @@ class Detection {
   [[nodiscard]] bool add_pairs(const World& world, bool must);
   void add_still(const World& world);
   void add_planes(const World& world, double step_s);
-  void move_spheres(const World& world);
   [[nodiscard]] bool is_free(std::size_t sphere) const { return is_free_[sphere] != 0; }
   [[nodiscard]] bool moves(std::size_t sphere) const { return moves_[sphere] != 0; }
 
@@ -91,11 +85,7 @@ class Detection {
   std::vector<std::uint8_t> moves_;    // neither asleep nor prescribed to stay
   std::vector<SphereMotion> motion_;
   std::vector<Cover> paths_;  // of each moving sphere in this step
-  std::vector<proto::SphereImage> images_;
   std::vector<Contact> contacts_;
 };
-
-/// Records of the still spheres, in the order of World::still_spheres.
-[[nodiscard]] std::vector<proto::SphereRecord> still_records(const World& world);
 
 }  // namespace stillgrid

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "shared/collision/grid_query.hpp"
-#include "shared/collision/sphere_history.hpp"
 
 namespace stillgrid {
 namespace {
@@ -133,13 +132,11 @@ bool MovingSpheres::widen(std::uint32_t sphere, const Cover& ball, const PairFil
 }
 
 void MovingSpheres::enter(std::span<const Cover> balls) {
-  is_entered_ = is_listed_ = false;  // should it throw
+  is_listed_ = false;  // should it throw
   plan(balls);
   make_covers(balls);
   fill_grid();
   std::copy(balls.begin(), balls.end(), entered_.begin());
-  is_entered_ = true;
-  is_shown_ = false;
   steps_ = 0;
   ++entered_count_;
 }
@@ -239,62 +236,6 @@ bool MovingSpheres::list_pairs(const PairFilter& may_collide, std::size_t most) 
   return true;
 }
 
-void MovingSpheres::show(std::span<const proto::SphereImage> images) {
-  grid_.push_image(images);
-  const auto records = grid_.records();
-  if (!is_entered_) {  // the first image, before any step
-    for (std::size_t i = 0; i < images.size(); ++i)
-      entered_[i] = {images[i].position_m, records[i].radius_m};
-    enter(std::vector<Cover>(entered_));
-  }
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    const proto::SphereRecord& record = records[i];
-    const Eigen::Array3f centre_m = vector(covers_[i].centre_m);
-    const auto distance_m2 = [&](const std::array<float, 3>& position_m) {
-      return (vector(position_m).array() - centre_m).square().sum();
-    };
-    float farthest_m2 = distance_m2(record.newest.position_m);
-    if (!is_shown_)  // since the spheres were entered
-      farthest_m2 = std::max({farthest_m2, distance_m2(record.older[0].position_m),
-                              distance_m2(record.older[1].position_m),
-                              distance_m2(record.oldest_position_m)});
-    const float room_m = (1.0F - kCoverSlack) * covers_[i].reach_m - record.radius_m;
-    if (farthest_m2 > room_m * std::abs(room_m))
-      grid_.grow(i, (std::sqrt(farthest_m2) + record.radius_m) * (1.0F + kCoverSlack));
-  }
-  is_shown_ = true;
-  reshape();
-}
-
-void MovingSpheres::foretell(std::span<const SphereForesight> foresight, double drift_s,
-                             double lag_s) {
-  const auto records = grid_.records();
-  for (std::size_t i = 0; i < foresight.size(); ++i) {
-    proto::SphereRecord& record = records[i];
-    const Eigen::Vector3f drift_m_s = foresight[i].drift_m_s.cast<float>();
-    const Eigen::Vector3f answer_m_N = foresight[i].answer_m_N.cast<float>();
-    record.drift_m_s = {drift_m_s.x(), drift_m_s.y(), drift_m_s.z()};
-    record.answer_m_N = {answer_m_N.x(), answer_m_N.y(), answer_m_N.z()};
-    // The grid may have been entered anew since the images were shown: their places too.
-    const Cover& cover = grid_.cover(i);
-    const Eigen::Vector3f newest_m = vector(record.newest.position_m);
-    float far_m = 0.0F;
-    const auto hold = [&](const Eigen::Vector3f& at_m) {
-      far_m = std::max(far_m, (at_m - vector(cover.centre_m)).norm());
-    };
-    for (std::size_t age = 0; age < proto::kHistoryLength; ++age)
-      hold(vector(position_m(record, age)));
-    hold(newest_m + static_cast<float>(drift_s) * drift_m_s);
-    hold(newest_m - static_cast<float>(lag_s) * drift_m_s);
-    const float reach_m = (far_m + record.radius_m) * (1.0F + kCoverSlack);
-    if (reach_m > cover.reach_m) grid_.grow(i, reach_m);
-  }
-  is_shown_ = true;
-  reshape();
-}
-
-/// Puts covers that have grown beyond their level's octave where they belong: else one sphere that
-/// was far away an image ago would make every query of its level look as far.
 void MovingSpheres::reshape() {
   const proto::GridShape shape = grid_.view().shape;
   const auto outgrown = [&](const proto::GridLevel& level) {

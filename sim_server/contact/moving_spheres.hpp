@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "shared/collision/still_grid.hpp"
-#include "sim_server/bodies/sphere_motion.hpp"
 #include "sim_server/contact/pair_search.hpp"
 
 namespace stillgrid {
@@ -18,7 +17,7 @@ namespace stillgrid {
 /// Which two spheres may collide at all; empty: any two.
 using PairFilter = std::function<bool(std::uint32_t, std::uint32_t)>;
 
-/// Spheres that move: which of them overlap, and their still image to publish.
+/// Spheres that move: which of them overlap, and the grid that holds them.
 ///
 /// Each sphere has a cover, ahead of it and wider than it needs. The grid is filled by covers and
 /// its pairs of covers that meet are listed; while every sphere stays within its cover a step only
@@ -34,8 +33,9 @@ class MovingSpheres {
   /// memory for it; none: there are no groups.
   MovingSpheres(std::size_t count, float voxel_ratio, std::vector<std::uint32_t> groups = {});
 
-  /// Radius, material and body are the owner's to write.
-  [[nodiscard]] std::span<proto::SphereRecord> records() noexcept { return grid_.records(); }
+  /// Enters the spheres as they are, before the first find(), which else does so. Throws as find().
+  /// Pre: balls.size() is the count.
+  void enter(std::span<const Cover> balls);
 
   /// The pairs of balls that overlap, (dx dx + dy dy + dz dz) < (ra + rb)^2 in float arithmetic,
   /// and that `may_collide` admits, each once. balls[i]: all that sphere i may take up during this
@@ -52,17 +52,17 @@ class MovingSpheres {
                                                           const PairFilter& may_collide,
                                                           std::size_t most);
 
-  /// One more image of every sphere: the grid then holds the whole history, ready to publish.
-  /// Pre: images.size() is the count.
-  void show(std::span<const proto::SphereImage> images);
-
-  /// What is foreseen of every sphere of the last show(), though find() was called since: covers
-  /// hold all images, and from lag_s before the newest to drift_s after it on the drift. Pre:
-  /// foresight.size() is the count.
-  void foretell(std::span<const SphereForesight> foresight, double drift_s, double lag_s);
-
-  /// Every cover holds its sphere's ball of the last find() and all images of the last show().
+  /// Every cover holds its sphere's ball of the last find(). The owner may write the records, which
+  /// nothing here reads, and let covers grow: reshape() follows.
+  [[nodiscard]] StillGrid& grid() noexcept { return grid_; }
   [[nodiscard]] const StillGrid& grid() const noexcept { return grid_; }
+
+  /// What the list of pairs holds for, of a sphere that was entered: its cover before it grew.
+  [[nodiscard]] const Cover& cover(std::size_t sphere) const noexcept { return covers_[sphere]; }
+
+  /// Puts covers that have grown beyond their level's octave where they belong: else one sphere
+  /// that was far away an image ago would make every query of its level look as far.
+  void reshape();
 
   /// How often all covers were made anew, and pairs that are tested every step.
   [[nodiscard]] std::uint64_t entered_count() const noexcept { return entered_count_; }
@@ -75,12 +75,10 @@ class MovingSpheres {
  private:
   [[nodiscard]] bool list_holds(std::span<const Cover> balls, const PairFilter& may_collide);
   [[nodiscard]] bool widen(std::uint32_t sphere, const Cover& ball, const PairFilter& may_collide);
-  void enter(std::span<const Cover> balls);
   void plan(std::span<const Cover> balls);
   void make_covers(std::span<const Cover> balls);
   void fill_grid();
   [[nodiscard]] bool list_pairs(const PairFilter& may_collide, std::size_t most);
-  void reshape();
 
   StillGrid grid_;
   bool chooses_voxel_;
@@ -97,7 +95,7 @@ class MovingSpheres {
   std::size_t listed_ = 0, listed_when_entered_ = 0, found_ = 0;
   std::vector<std::uint32_t> leavers_;  // room for as many as are widened at once
   std::uint64_t entered_count_ = 0;
-  bool is_entered_ = false, is_listed_ = false, is_shown_ = false;  // the grid holds the history
+  bool is_listed_ = false;
   int steps_ = 0;         // since the spheres were entered
   int life_ = 1;          // steps that the covers are made for
   float lead_ = 0.0F;     // part of its last move that a sphere is expected to repeat

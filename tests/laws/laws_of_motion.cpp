@@ -116,8 +116,7 @@ Finding moved_by_looking(const LawCase& law_case, const SceneDescription& scene,
         writer.emplace("law-" + std::to_string(::getpid()), static_scene(scene, simulation),
                        simulation.world().spheres.size(), to_ns(scene.period_s),
                        proto::Clock::kVirtual, 0);
-      writer->publish(simulation.detection().image(),
-                      {.state_ns = stamp_ns, .publish_ns = stamp_ns});
+      writer->publish(simulation.snapshot(), {.state_ns = stamp_ns, .publish_ns = stamp_ns});
       stamp_ns += 1000;
     }
     worst_m = std::max(worst_m, farthest_m(plain[step++], centres_m(simulation.world())));

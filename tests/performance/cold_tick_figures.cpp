@@ -103,7 +103,7 @@ void measure(const std::string& scene_file, const std::string& path_file, double
     const ToolPose pose{.position_m = path_m[i]};
     if (now_ns >= image_ns) {
       const bool is_first = image_ns == 0;
-      writer.publish(simulation.detection().image(),
+      writer.publish(simulation.snapshot(),
                      {.state_ns = image_ns, .publish_ns = image_ns, .tool_ns = image_ns},
                      is_first ? ImageForesight{} : simulation.look_ahead(scene.period_s));
       image_ns += period_ns;

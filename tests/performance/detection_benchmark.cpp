@@ -14,6 +14,7 @@
 
 #include "sim_server/contact/detection.hpp"
 #include "sim_server/contact/moving_spheres.hpp"
+#include "sim_server/publication/moving_snapshot.hpp"
 #include "tests/performance/detection_peers.hpp"
 #include "tests/performance/paper_grid.hpp"
 #include "tests/performance/sphere_cloud.hpp"
@@ -50,18 +51,20 @@ Method ours(const std::string& name, const SphereCloud& cloud, std::int64_t targ
   const std::size_t count = cloud.count();
   struct State {
     MovingSpheres spheres;
+    MovingSnapshot snapshot;
     std::vector<proto::SphereImage> images;
   };
   auto state = std::make_shared<State>(
-      State{MovingSpheres(count, 0.0F), std::vector<proto::SphereImage>(count)});
-  for (std::size_t i = 0; i < count; ++i) state->spheres.records()[i].radius_m = cloud.radius_m(i);
+      State{MovingSpheres(count, 0.0F), {}, std::vector<proto::SphereImage>(count)});
+  for (std::size_t i = 0; i < count; ++i)
+    state->spheres.grid().records()[i].radius_m = cloud.radius_m(i);
   return {name,
           [=](const Frame& balls) {
             const std::size_t found = state->spheres.find(balls).size();
             if (shows) {
               for (std::size_t i = 0; i < balls.size(); ++i)
                 state->images[i].position_m = balls[i].centre_m;
-              state->spheres.show(state->images);
+              state->snapshot.show(state->images, state->spheres);
             }
             return found;
           },

@@ -58,7 +58,7 @@ class SimulationSide {
                 to_ns(scene.period_s), proto::Clock::kVirtual, 0),
         schedule_(scene.period_s, options.jitter, options.seed, options.latency_s),
         image_(schedule_.next()) {
-    writer_.publish(simulation_.detection().image(), {.state_ns = 0, .publish_ns = 0});
+    writer_.publish(simulation_.snapshot(), {.state_ns = 0, .publish_ns = 0});
     if (options.accounts_energy) simulation_.account_energy();
     const World& world = simulation_.world();
     run_.simulation.moving_spheres = world.spheres.size();
@@ -77,7 +77,7 @@ class SimulationSide {
       }
       if (times_->publish_ns > now_ns) return;
       const double began_s = measures_ ? processor_s() : 0.0;
-      writer_.publish(simulation_.detection().image(), *times_, foresight_);
+      writer_.publish(simulation_.snapshot(), *times_, foresight_);
       if (measures_) run_.simulation.step_s.back() += processor_s() - began_s;
       times_.reset();
       image_ = schedule_.next();

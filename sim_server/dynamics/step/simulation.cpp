@@ -40,6 +40,7 @@ Simulation::Simulation(const SceneDescription& scene) : Simulation(scene, build_
 Simulation::Simulation(const SceneDescription& scene, World world)
     : world_(std::move(world)),
       detection_(world_, scene.voxel_ratio),
+      snapshot_(world_, detection_),
       method_(scene.method),
       integrator_(make_integrator(method_)),
       traits_(integrator_->traits()),
@@ -105,7 +106,8 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
     }
     report.asleep_spheres = sleeping_->asleep_spheres();
   }
-  detection_.show(world_);
+  detection_.move_spheres(world_);
+  snapshot_.show(detection_);
   return report;
 }
 
@@ -182,8 +184,9 @@ Simulation::Attempt Simulation::advance(const Part& part, Step& step) {
   if (traits_.looks_within && trial.struck && duration_s > kLeastExplicitPart_s && !part.must_end &&
       detection_.strayed(world_, trial.spheres))
     return {};
-  const double reached =
-      traits_.looks_within ? 1.0 : share_before_crossings(detection_.contacts(), start_, trial.spheres);
+  const double reached = traits_.looks_within
+                             ? 1.0
+                             : share_before_crossings(detection_.contacts(), start_, trial.spheres);
   if (reached < 1.0 && part.may_shorten) return {.share = reached};
   if (account_) {
     const auto flow = integrator_->flow();
@@ -266,8 +269,8 @@ ImageForesight Simulation::look_ahead(double step_s, const Budget& budget) {
   if (!detection_.find_contacts(world_, step_s)) return {};  // what may touch by then
   detection_.find_tool_contacts(world_, tool_.over(1.0, 1.0));
   foresight_->look(world_, detection_.contacts(), step_s, budget);
-  detection_.foretell(foresight_->spheres(), proto::kForesightPeriods * step_s,
-                      proto::kForesightLag_s);
+  snapshot_.foretell(foresight_->spheres(), proto::kForesightPeriods * step_s,
+                     proto::kForesightLag_s, detection_.spheres());
   return foresight_->image();
 }
 

@@ -11,12 +11,13 @@
 
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/detection.hpp"
+#include "sim_server/dynamics/integrators/integrator.hpp"
 #include "sim_server/dynamics/solvers/budget.hpp"
 #include "sim_server/dynamics/step/energy_account.hpp"
 #include "sim_server/dynamics/step/foresight.hpp"
-#include "sim_server/dynamics/integrators/integrator.hpp"
 #include "sim_server/dynamics/step/sleeping.hpp"
 #include "sim_server/dynamics/step/tool_motion.hpp"
+#include "sim_server/publication/moving_snapshot.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
 namespace stillgrid {
@@ -93,6 +94,8 @@ class Simulation {
   [[nodiscard]] const World& world() const noexcept { return world_; }
   [[nodiscard]] World& world() noexcept { return world_; }
   [[nodiscard]] const Detection& detection() const noexcept { return detection_; }
+  /// All moving spheres as they are, ready to publish.
+  [[nodiscard]] const StillGrid& snapshot() const noexcept { return detection_.spheres().grid(); }
 
  private:
   /// A part of a step, as shares of it, and what limits it.
@@ -130,6 +133,7 @@ class Simulation {
 
   World world_;
   Detection detection_;
+  MovingSnapshot snapshot_;
   Method method_;
   std::unique_ptr<Integrator> integrator_;
   IntegratorTraits traits_;

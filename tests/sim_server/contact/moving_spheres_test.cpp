@@ -7,6 +7,7 @@
 
 #include "shared/collision/grid_query.hpp"
 #include "shared/collision/sphere_history.hpp"
+#include "sim_server/publication/moving_snapshot.hpp"
 #include "tests/haptic_server/devices/allocation_counter.hpp"
 #include "tests/sim_server/contact/sphere_clouds.hpp"
 #include "tests/sim_server/every_target.hpp"
@@ -130,19 +131,17 @@ TEST_CASE("Pairs that may not collide are never found, the others all", "[moving
   }
 }
 
-TEST_CASE("Few spheres that are shown before the first step obey the filter too",
+TEST_CASE("Few spheres that are entered before the first step obey the filter too",
           "[moving_spheres]") {
   const std::size_t count = GENERATE(2U, 3U, 4U);
   const std::vector<Cover> balls(count, Cover{{0.0F, 0.0F, 0.0F}, 0.01F});
   MovingSpheres moving(count, kAutomatic);
-  for (proto::SphereRecord& record : moving.records()) record.radius_m = 0.01F;
-  moving.show(images_of(balls));
+  moving.enter(balls);
   const PairFilter never = [](std::uint32_t, std::uint32_t) { return false; };
   for (int step = 0; step < 5; ++step) CHECK(moving.find(balls, never).empty());
 
   MovingSpheres unfiltered(count, kAutomatic);
-  for (proto::SphereRecord& record : unfiltered.records()) record.radius_m = 0.01F;
-  unfiltered.show(images_of(balls));
+  unfiltered.enter(balls);
   for (int step = 0; step < 5; ++step)
     CHECK(unfiltered.find(balls).size() == count * (count - 1) / 2);
 }
@@ -156,11 +155,12 @@ TEST_CASE("A query is not cut short because one sphere far from it was fast", "[
   for (Cover& ball : balls) ball = {{place(random), place(random), place(random)}, 0.005F};
   balls[0].centre_m = {-1.5F, 0.0F, 0.0F};
   MovingSpheres moving(kCount, kAutomatic);
-  for (proto::SphereRecord& record : moving.records()) record.radius_m = 0.005F;
+  for (proto::SphereRecord& record : moving.grid().records()) record.radius_m = 0.005F;
+  MovingSnapshot snapshot;
   const Cover probe = cover_round({0.1, 0.1, 0.1}, 0.01);
   for (int step = 0; step < 12; ++step) {
     (void)moving.find(balls);
-    moving.show(images_of(balls));
+    snapshot.show(images_of(balls), moving);
     CHECK_FALSE(for_each_candidate(moving.grid().view(), probe, kMostVisits, [](std::uint32_t) {}));
     if (step < 6) balls[0].centre_m[0] += 0.3F;  // then it stands still
     for (std::size_t i = 1; i < kCount; ++i) balls[i].centre_m[1] += 0.0002F;
@@ -171,12 +171,15 @@ TEST_CASE("The published grid holds every sphere in all its images", "[moving_sp
   const auto drift = GENERATE(Drift::kSlow, Drift::kFast, Drift::kMixed, Drift::kTeleport);
   DriftingCloud spheres(GENERATE(Cloud::kEqual, Cloud::kTwoDecades), drift, 300, 9);
   MovingSpheres moving(300, kAutomatic);
-  for (std::size_t i = 0; i < 300; ++i) moving.records()[i].radius_m = spheres.balls()[i].reach_m;
-  moving.show(images_of(spheres.balls()));
+  for (std::size_t i = 0; i < 300; ++i)
+    moving.grid().records()[i].radius_m = spheres.balls()[i].reach_m;
+  MovingSnapshot snapshot;
+  moving.enter(spheres.balls());
+  snapshot.show(images_of(spheres.balls()), moving);
   for (int step = 0; step < 40; ++step) {
     if (step % 5 != 0) (void)moving.find(spheres.balls());
     spheres.step();
-    moving.show(images_of(spheres.balls()));
+    snapshot.show(images_of(spheres.balls()), moving);
 
     const StillGrid& grid = moving.grid();
     REQUIRE(is_consistent(grid.view().shape, grid.layout()));
@@ -202,6 +205,7 @@ TEST_CASE("Nothing is allocated once the lists have their length", "[moving_sphe
   }
   DriftingCloud spheres(Cloud::kEqual, GENERATE(Drift::kSlow, Drift::kFast), 3000, 10);
   MovingSpheres moving(3000, kAutomatic);
+  MovingSnapshot snapshot;
   std::vector<proto::SphereImage> images = images_of(spheres.balls());
   std::uint64_t allocated = 0;
   for (int step = 0; step < 200; ++step, spheres.step()) {
@@ -209,7 +213,7 @@ TEST_CASE("Nothing is allocated once the lists have their length", "[moving_sphe
       images[i].position_m = spheres.balls()[i].centre_m;
     const std::uint64_t before = *allocation_count();
     (void)moving.find(spheres.balls());
-    moving.show(images);
+    snapshot.show(images, moving);
     if (step >= 100) allocated += *allocation_count() - before;
   }
   CHECK(allocated == 0);

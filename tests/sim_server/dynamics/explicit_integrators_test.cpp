@@ -64,7 +64,7 @@ Balance balance_of(World world, double step_s, int steps, const Method& method) 
         mechanical_energy_J(world) + contact_energy_J(world, detection.contacts()) - before_J;
     balance.given_J += flow.given_J;
     balance.lost_J += flow.spring_damping_J + flow.contact_damping_J + flow.friction_J;
-    detection.show(world);
+    detection.move_spheres(world);
   }
   return balance;
 }

@@ -42,7 +42,7 @@ Eigen::Vector3d vector(const std::array<float, 3>& v) {
   return Eigen::Map<const Eigen::Vector3f>(v.data()).cast<double>();
 }
 const proto::SphereRecord& record(const Simulation& simulation, std::size_t sphere) {
-  return simulation.detection().image().records()[sphere];
+  return simulation.snapshot().records()[sphere];
 }
 Eigen::Vector3d position_m(const Simulation& simulation, std::size_t sphere) {
   return sphere_motion(simulation.world(), simulation.world().spheres[sphere]).position_m;
@@ -247,7 +247,7 @@ TEST_CASE("Covers hold what drifts for two periods", "[foresight]") {
   step_with_tool(simulation, 0.0);
   static_cast<void>(simulation.look_ahead(kStep_s));
   const auto& sphere = record(simulation, 0);
-  const Cover& cover = simulation.detection().image().cover(0);
+  const Cover& cover = simulation.snapshot().cover(0);
   const Eigen::Vector3d far_m = vector(sphere.newest.position_m) +
                                 proto::kForesightPeriods * kStep_s * vector(sphere.drift_m_s);
   REQUIRE(vector(sphere.drift_m_s).norm() * kStep_s > 0.001);
@@ -265,7 +265,7 @@ TEST_CASE("Covers hold the whole history after looking ahead, though the grid wa
   for (int step = 0; step < 80; ++step) {
     static_cast<void>(simulation.step(kStep_s, [] { return std::nullopt; }));
     static_cast<void>(simulation.look_ahead(kStep_s));
-    const StillGrid& image = simulation.detection().image();
+    const StillGrid& image = simulation.snapshot();
     for (std::size_t i = 0; i < image.records().size(); ++i)
       for (std::size_t age = 0; age < proto::kHistoryLength; ++age) {
         const auto& centre_m = image.cover(i).centre_m;

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <vector>
+
+#include "proto/scene_segment.hpp"
+#include "sim_server/bodies/sphere_motion.hpp"
+#include "sim_server/bodies/world.hpp"
+
+namespace stillgrid {
+
+/// Where a sphere is and how it moves, as it is published: in floats.
+[[nodiscard]] proto::SphereImage image_of(const SphereMotion& motion) noexcept;
+
+/// Writes what a record tells of a sphere but where it is: radius, material, body.
+template <class Sphere>
+void describe(const Sphere& sphere, proto::SphereRecord& record) noexcept {
+  record.radius_m = static_cast<float>(sphere.radius_m);
+  record.material = static_cast<std::uint32_t>(sphere.material);
+  record.body = static_cast<std::uint32_t>(sphere.body);
+}
+
+/// Records of the spheres that never move, in the order of World::still_spheres.
+[[nodiscard]] std::vector<proto::SphereRecord> still_records(const World& world);
+
+}  // namespace stillgrid
