@@ -18,13 +18,14 @@
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/stop_signal.hpp"
 #include "sim_server/available_memory.hpp"
-#include "sim_server/bodies/world.hpp"
+#include "sim_server/bodies/body_in_world.hpp"
 #include "sim_server/contact/start_warnings.hpp"
 #include "sim_server/dynamics/choice/memory_need.hpp"
 #include "sim_server/dynamics/choice/predicted_cost.hpp"
 #include "sim_server/explain.hpp"
 #include "sim_server/method_record.hpp"
 #include "sim_server/report.hpp"
+#include "sim_server/scene/build_world.hpp"
 #include "sim_server/scene/scene_file.hpp"
 #include "sim_server/server.hpp"
 #include "sim_server/surface_file.hpp"
@@ -196,7 +197,7 @@ int explain_choice(const Arguments& arguments, const SceneDescription& scene) {
 int write_surfaces_of(const Arguments& arguments, const SceneDescription& scene,
                       const World& world) {
   write_surfaces(scene.name, world.spheres.size() + world.still_spheres.size(),
-                 rest_surfaces(scene, world), arguments.surfaces);
+                 rest_surfaces(scene.bodies, world), arguments.surfaces);
   return kDone;
 }
 

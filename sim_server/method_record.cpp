@@ -30,13 +30,15 @@ std::string hash_of(const std::filesystem::path& file, const SceneDescription& s
   };
   for (std::istreambuf_iterator<char> byte(stream), end; byte != end; ++byte) add(*byte);
   for (const BodyDescription& body : scene.bodies) {
-    for (const Ball& ball : body.balls) {
+    for (const Ball& ball : balls_of(body)) {
       std::array<char, 100> text{};  // not the bits: another machine's last digit is another
       std::snprintf(text.data(), text.size(), "%.5g %.5g %.5g %.5g", ball.centre_m.x(),
                     ball.centre_m.y(), ball.centre_m.z(), ball.radius_m);
       for (const char byte : std::string_view(text.data())) add(byte);
     }
-    for (const char byte : std::to_string(body.lattice.nodes_m.size())) add(byte);
+    const SoftLattice* lattice = lattice_of(body);
+    const std::size_t nodes = lattice != nullptr ? lattice->nodes_m.size() : 0;
+    for (const char byte : std::to_string(nodes)) add(byte);
   }
   std::array<char, 17> digits{};
   std::snprintf(digits.data(), digits.size(), "%016llx", static_cast<unsigned long long>(hash));

@@ -5,9 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <utility>
-
-#include "sim_server/bodies/sphere_packing.hpp"
 
 namespace stillgrid {
 namespace {
@@ -67,138 +64,6 @@ SurfacePoint at_sphere(int number) {
   return point;
 }
 
-/// The spheres of a body where it rests, and their first number.
-struct BodySpheres {
-  std::vector<Eigen::Vector3d> centres_m;
-  int first = 0;
-};
-
-BodySpheres spheres_of(const World& world, int body) {
-  const BodyRange& range = world.bodies[static_cast<std::size_t>(body)];
-  BodySpheres spheres;
-  spheres.first = range.first_sphere;
-  for (int i = 0; i < range.sphere_count; ++i)
-    spheres.centres_m.push_back(
-        world.spheres[static_cast<std::size_t>(range.first_sphere + i)].rest_position_m);
-  for (std::size_t i = 0; i < world.still_spheres.size(); ++i) {
-    if (world.still_spheres[i].body != body) continue;
-    if (spheres.centres_m.empty()) spheres.first = static_cast<int>(world.spheres.size() + i);
-    spheres.centres_m.push_back(world.still_spheres[i].position_m);
-  }
-  return spheres;
-}
-
-/// A triangle mesh in the world, bound to the spheres; without vertices where they span no space.
-BodySurface bound(const TriangleMesh& mesh, const BodyDescription& body,
-                  const BodySpheres& spheres) {
-  BodySurface surface;
-  for (const Eigen::Vector3d& vertex_m : mesh.vertices_m) {
-    const auto point = bind_to_spheres(spheres.centres_m, spheres.first,
-                                       body.position_m + body.orientation * vertex_m);
-    if (!point) return {};
-    surface.vertices.push_back(*point);
-  }
-  surface.triangles = mesh.triangles;
-  return surface;
-}
-
-void add_quad(TriangleMesh& mesh, int a, int b, int c, int d) {
-  mesh.triangles.emplace_back(a, b, c);
-  mesh.triangles.emplace_back(a, c, d);
-}
-
-/// In the body's frame; vertex x + 2 y + 4 z.
-TriangleMesh box_mesh(const Eigen::Vector3d& size_m) {
-  TriangleMesh mesh;
-  for (int corner = 0; corner < 8; ++corner)
-    mesh.vertices_m.emplace_back(((corner & 1) - 0.5) * size_m.x(),
-                                 ((corner >> 1 & 1) - 0.5) * size_m.y(),
-                                 ((corner >> 2) - 0.5) * size_m.z());
-  add_quad(mesh, 0, 2, 3, 1);
-  add_quad(mesh, 4, 5, 7, 6);
-  add_quad(mesh, 0, 1, 5, 4);
-  add_quad(mesh, 2, 6, 7, 3);
-  add_quad(mesh, 0, 4, 6, 2);
-  add_quad(mesh, 1, 3, 7, 5);
-  return mesh;
-}
-
-/// The faces between a filled cell and none.
-TriangleMesh skin_of(const SoftLattice& lattice) {
-  TriangleMesh skin;
-  std::vector<int> vertex_at(lattice.node_at.size(), -1);
-  const Eigen::Vector3i places = lattice.cells + Eigen::Vector3i::Ones();
-  const auto vertex = [&](const Eigen::Vector3i& place) {
-    const auto at =
-        static_cast<std::size_t>(place.x() + places.x() * (place.y() + places.y() * place.z()));
-    if (vertex_at[at] < 0) {
-      vertex_at[at] = static_cast<int>(skin.vertices_m.size());
-      skin.vertices_m.push_back(lattice.nodes_m[static_cast<std::size_t>(lattice.node_at[at])]);
-    }
-    return vertex_at[at];
-  };
-  const auto is_filled = [&](const Eigen::Vector3i& cell) {
-    if ((cell.array() < 0).any() || (cell.array() >= lattice.cells.array()).any()) return false;
-    const int at = cell.x() + lattice.cells.x() * (cell.y() + lattice.cells.y() * cell.z());
-    return lattice.is_filled[static_cast<std::size_t>(at)] != 0;
-  };
-  const auto add_faces = [&](const Eigen::Vector3i& cell) {
-    for (int axis = 0; axis < 3; ++axis)
-      for (const int side : {-1, 1}) {
-        const Eigen::Vector3i out = side * Eigen::Vector3i::Unit(axis);
-        if (is_filled(cell + out)) continue;
-        // Turned so that the second edge is counter-clockwise from the first seen from outside.
-        const Eigen::Vector3i u = Eigen::Vector3i::Unit((axis + (side > 0 ? 1 : 2)) % 3);
-        const Eigen::Vector3i v = Eigen::Vector3i::Unit((axis + (side > 0 ? 2 : 1)) % 3);
-        const Eigen::Vector3i corner = cell + (side > 0 ? out : Eigen::Vector3i::Zero());
-        add_quad(skin, vertex(corner), vertex(corner + u), vertex(corner + u + v),
-                 vertex(corner + v));
-      }
-  };
-  for (int z = 0; z < lattice.cells.z(); ++z)
-    for (int y = 0; y < lattice.cells.y(); ++y)
-      for (int x = 0; x < lattice.cells.x(); ++x)
-        if (is_filled({x, y, z})) add_faces({x, y, z});
-  return skin;
-}
-
-/// Its own spheres, joined along rows and columns.
-BodySurface grid_surface(const BodySpheres& spheres, int columns) {
-  BodySurface surface;
-  const int count = static_cast<int>(spheres.centres_m.size()), rows = count / columns;
-  for (int i = 0; i < count; ++i) surface.vertices.push_back(at_sphere(spheres.first + i));
-  if (columns < 2 || rows < 2) {
-    for (int i = 0; i + 1 < count; ++i) surface.lines.emplace_back(i, i + 1);
-    return surface;
-  }
-  for (int y = 0; y + 1 < rows; ++y)
-    for (int x = 0; x + 1 < columns; ++x) {
-      const int corner = x + columns * y;
-      surface.triangles.emplace_back(corner, corner + 1, corner + columns + 1);
-      surface.triangles.emplace_back(corner, corner + columns + 1, corner + columns);
-    }
-  return surface;
-}
-
-BodySurface surface_of(const BodyDescription& body, const BodySpheres& spheres) {
-  switch (body.kind) {
-    case BodyKind::kSheet:
-      return grid_surface(spheres, sheet_spheres(body).x());
-    case BodyKind::kThread:
-      return grid_surface(spheres, 1);
-    case BodyKind::kRigidBox:
-      return bound(box_mesh(body.size_m), body, spheres);
-    case BodyKind::kSoftBlock:
-      return bound(skin_of(body.lattice), body, spheres);
-    case BodyKind::kMesh:
-      return bound(body.surface, body, spheres);
-    case BodyKind::kSphere:
-    case BodyKind::kPlane:
-      break;
-  }
-  return {};
-}
-
 }  // namespace
 
 std::optional<SurfacePoint> bind_to_spheres(std::span<const Eigen::Vector3d> centres_m, int first,
@@ -238,16 +103,54 @@ std::optional<SurfacePoint> bind_to_spheres(std::span<const Eigen::Vector3d> cen
   return point;
 }
 
-std::vector<BodySurface> rest_surfaces(const SceneDescription& scene, const World& world) {
-  std::vector<BodySurface> surfaces;
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    const BodyDescription& body = scene.bodies[i];
-    const int number = static_cast<int>(i);
-    BodySurface surface = surface_of(body, spheres_of(world, number));
-    surface.body = number;
-    if (!surface.vertices.empty()) surfaces.push_back(std::move(surface));
+RestSpheres rest_spheres(const World& world, int body) {
+  const BodyRange& range = world.bodies[static_cast<std::size_t>(body)];
+  RestSpheres spheres;
+  spheres.first = range.first_sphere;
+  for (int i = 0; i < range.sphere_count; ++i)
+    spheres.centres_m.push_back(
+        world.spheres[static_cast<std::size_t>(range.first_sphere + i)].rest_position_m);
+  for (std::size_t i = 0; i < world.still_spheres.size(); ++i) {
+    if (world.still_spheres[i].body != body) continue;
+    if (spheres.centres_m.empty()) spheres.first = static_cast<int>(world.spheres.size() + i);
+    spheres.centres_m.push_back(world.still_spheres[i].position_m);
   }
-  return surfaces;
+  return spheres;
+}
+
+BodySurface bound_surface(const TriangleMesh& mesh, const Eigen::Vector3d& position_m,
+                          const Eigen::Quaterniond& orientation, const RestSpheres& spheres) {
+  BodySurface surface;
+  for (const Eigen::Vector3d& vertex_m : mesh.vertices_m) {
+    const auto point =
+        bind_to_spheres(spheres.centres_m, spheres.first, position_m + orientation * vertex_m);
+    if (!point) return {};
+    surface.vertices.push_back(*point);
+  }
+  surface.triangles = mesh.triangles;
+  return surface;
+}
+
+void add_quad(TriangleMesh& mesh, int a, int b, int c, int d) {
+  mesh.triangles.emplace_back(a, b, c);
+  mesh.triangles.emplace_back(a, c, d);
+}
+
+BodySurface grid_surface(const RestSpheres& spheres, int columns) {
+  BodySurface surface;
+  const int count = static_cast<int>(spheres.centres_m.size()), rows = count / columns;
+  for (int i = 0; i < count; ++i) surface.vertices.push_back(at_sphere(spheres.first + i));
+  if (columns < 2 || rows < 2) {
+    for (int i = 0; i + 1 < count; ++i) surface.lines.emplace_back(i, i + 1);
+    return surface;
+  }
+  for (int y = 0; y + 1 < rows; ++y)
+    for (int x = 0; x + 1 < columns; ++x) {
+      const int corner = x + columns * y;
+      surface.triangles.emplace_back(corner, corner + 1, corner + columns + 1);
+      surface.triangles.emplace_back(corner, corner + columns + 1, corner + columns);
+    }
+  return surface;
 }
 
 }  // namespace stillgrid

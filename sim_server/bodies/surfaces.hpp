@@ -1,12 +1,14 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "sim_server/bodies/world.hpp"
+#include "sim_server/mesh/triangle_mesh.hpp"
 
 namespace stillgrid {
 
@@ -32,11 +34,24 @@ struct BodySurface {
 [[nodiscard]] std::optional<SurfacePoint> bind_to_spheres(
     std::span<const Eigen::Vector3d> centres_m, int first, const Eigen::Vector3d& point_m);
 
-/// The surfaces of a world that was just built from that scene: of a sheet the grid of its spheres,
-/// of a thread the line through them, of a box its faces, of a soft block its lattice's skin, of a
-/// mesh its triangles. Planes and spheres have none, nor has a box or a mesh whose spheres span no
-/// space, such as one row or one layer of them.
-[[nodiscard]] std::vector<BodySurface> rest_surfaces(const SceneDescription& scene,
-                                                     const World& world);
+/// The spheres of a body where it rests, and their first number.
+struct RestSpheres {
+  std::vector<Eigen::Vector3d> centres_m;
+  int first = 0;
+};
+/// Of a world that was just built. body: its number there.
+[[nodiscard]] RestSpheres rest_spheres(const World& world, int body);
+
+/// A mesh of a body that stands there, bound to its spheres; without vertices where they span no
+/// space.
+[[nodiscard]] BodySurface bound_surface(const TriangleMesh& mesh, const Eigen::Vector3d& position_m,
+                                        const Eigen::Quaterniond& orientation,
+                                        const RestSpheres& spheres);
+
+/// The spheres themselves, joined along rows and columns.
+[[nodiscard]] BodySurface grid_surface(const RestSpheres& spheres, int columns);
+
+/// Adds a face of four corners as two triangles.
+void add_quad(TriangleMesh& mesh, int a, int b, int c, int d);
 
 }  // namespace stillgrid

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "shared/collision/contact_law.hpp"
-#include "sim_server/scene/scene_description.hpp"
+#include "sim_server/bodies/motion.hpp"
 
 namespace stillgrid {
 
@@ -103,10 +103,6 @@ struct World {
   std::vector<BodyRange> bodies;  // in the order of the scene file
   int unknown_count = 0;
 };
-
-/// Lays out bodies, springs and spheres as the scene says. Pre: the scene was checked by
-/// load_scene().
-[[nodiscard]] World build_world(const SceneDescription& scene);
 
 /// Numbers the velocities of all that is free and awake. Call it when `asleep` of a body changed.
 void number_unknowns(World& world);

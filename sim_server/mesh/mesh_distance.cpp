@@ -110,7 +110,7 @@ struct MeshDistance::Tree {
     rtcReleaseScene(scene);
     rtcReleaseDevice(device);
   }
-  [[nodiscard]] SurfacePoint closest(const Eigen::Vector3d& point_m) const;
+  [[nodiscard]] NearestPoint closest(const Eigen::Vector3d& point_m) const;
   [[nodiscard]] Eigen::Vector3d normal_at(std::size_t triangle, Feature feature) const;
   /// No point of the triangle is nearer; of a sliver, whose plane rounding may turn, none that is
   /// not its neighbour's too.
@@ -197,7 +197,7 @@ Eigen::Vector3d MeshDistance::Tree::normal_at(std::size_t triangle, Feature feat
   return face_normals[triangle];
 }
 
-SurfacePoint MeshDistance::Tree::closest(const Eigen::Vector3d& point_m) const {
+NearestPoint MeshDistance::Tree::closest(const Eigen::Vector3d& point_m) const {
   assert(point_m.allFinite());
   throw_if_stopped();
   struct Search {
@@ -267,12 +267,12 @@ MeshDistance::~MeshDistance() = default;
 MeshDistance::MeshDistance(MeshDistance&&) noexcept = default;
 MeshDistance& MeshDistance::operator=(MeshDistance&&) noexcept = default;
 
-SurfacePoint MeshDistance::closest(const Eigen::Vector3d& point_m) const {
+NearestPoint MeshDistance::closest(const Eigen::Vector3d& point_m) const {
   return tree_->closest(point_m);
 }
 
 double MeshDistance::signed_distance_m(const Eigen::Vector3d& point_m) const {
-  const SurfacePoint nearest = tree_->closest(point_m);
+  const NearestPoint nearest = tree_->closest(point_m);
   const Eigen::Vector3d away = point_m - nearest.point_m;
   // Of a mesh that cuts itself, normals may say else.
   if (!tree_->box.contains(point_m)) return away.norm();

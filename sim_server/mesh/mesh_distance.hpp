@@ -9,7 +9,7 @@
 namespace stillgrid {
 
 /// The point of a surface that is nearest to another.
-struct SurfacePoint {
+struct NearestPoint {
   Eigen::Vector3d point_m = Eigen::Vector3d::Zero();
   int triangle = -1;                                  // it lies on this one
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // outwards; a face's, or between faces
@@ -31,7 +31,7 @@ class MeshDistance {
   MeshDistance& operator=(MeshDistance&&) noexcept;
 
   /// Pre: point_m is finite.
-  [[nodiscard]] SurfacePoint closest(const Eigen::Vector3d& point_m) const;
+  [[nodiscard]] NearestPoint closest(const Eigen::Vector3d& point_m) const;
 
   /// Distance to the surface, m, negative inside the solid, never outside of the mesh's box. Pre:
   /// point_m is finite.

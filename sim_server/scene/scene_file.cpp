@@ -10,6 +10,7 @@
 #include <string_view>
 #include <unordered_set>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "proto/segment_header.hpp"
@@ -184,7 +185,7 @@ void read_bodies(TableReader& document, SceneDescription& scene) {
     const BodyDescription& body =
         scene.bodies.emplace_back(read_body(table, scene.materials, scene.notes));
     take_name(table, body.name, names);
-    planes += body.kind == BodyKind::kPlane ? 1 : 0;
+    if (std::holds_alternative<PlaneBody>(body.shape)) ++planes;
     if (planes > kMostPlanes) {
       table.refuse("kind", "at most " + std::to_string(kMostPlanes) + " planes");
     }

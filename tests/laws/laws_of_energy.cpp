@@ -40,9 +40,12 @@ bool is_to_rest(const SceneDescription& scene, double duration_s) {
     return material.contact_damping_N_s_m > 0.0 && material.friction > 0.0;
   };
   const auto is_damped = [](const BodyDescription& body) {
-    return !is_deformable(body) || body.spring_damping_N_s_m > 0.0;
+    const SpringDescription* springs = springs_of(body);
+    return springs == nullptr || springs->spring_damping_N_s_m > 0.0;
   };
-  const auto is_floor = [](const BodyDescription& body) { return body.kind == BodyKind::kPlane; };
+  const auto is_floor = [](const BodyDescription& body) {
+    return std::holds_alternative<PlaneBody>(body.shape);
+  };
   return duration_s >= kLongEnough_s &&
          std::all_of(scene.materials.begin(), scene.materials.end(), takes) &&
          std::all_of(scene.bodies.begin(), scene.bodies.end(), is_damped) &&

@@ -42,8 +42,8 @@ double depth_in_planes_m(const SceneDescription& scene, const Eigen::Vector3d& a
                          double tool_m) {
   double depth_m = 0.0;
   for (const BodyDescription& body : scene.bodies)
-    if (body.kind == BodyKind::kPlane)
-      depth_m = std::max(depth_m, tool_m - body.normal.dot(at_m - body.position_m));
+    if (const auto* plane = std::get_if<PlaneBody>(&body.shape))
+      depth_m = std::max(depth_m, tool_m - plane->normal.dot(at_m - body.position_m));
   return depth_m;
 }
 

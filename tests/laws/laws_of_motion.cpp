@@ -46,9 +46,12 @@ SceneDescription seen_from(const Frame& frame, SceneDescription scene) {
     body.orientation = frame.orientation(body.orientation);
     body.velocity_m_s = frame.direction(body.velocity_m_s) + frame.velocity_m_s;
     body.angular_velocity_rad_s = frame.axial(body.angular_velocity_rad_s);
-    body.normal = frame.direction(body.normal);
-    body.from_m = frame.point(body.from_m);
-    body.to_m = frame.point(body.to_m);
+    if (auto* plane = std::get_if<PlaneBody>(&body.shape))
+      plane->normal = frame.direction(plane->normal);
+    if (auto* thread = std::get_if<ThreadBody>(&body.shape)) {
+      thread->from_m = frame.point(thread->from_m);
+      thread->to_m = frame.point(thread->to_m);
+    }
     body.prescribed.direction = frame.direction(body.prescribed.direction);
   }
   return scene;
@@ -155,6 +158,17 @@ Finding order_and_frame_change_nothing(const LawCase& law_case) {
   return compare(plain, other, allowed, law_case.variant);
 }
 
+template <class Shape>
+void scale_springs(Shape& shape, double factor) {
+  if constexpr (requires { shape.springs; }) {
+    shape.springs.structural_stiffness_N_m *= factor;
+    shape.springs.bend_stiffness_N_m *= factor;
+    shape.springs.spring_damping_N_s_m *= factor;
+  }
+  if constexpr (requires { shape.springs.shear_stiffness_N_m; })
+    shape.springs.shear_stiffness_N_m *= factor;
+}
+
 Finding units_change_nothing(const LawCase& law_case) {
   constexpr double kUnit = 10.0;
   const SceneDescription scene = scene_of(law_case);
@@ -165,10 +179,7 @@ Finding units_change_nothing(const LawCase& law_case) {
   }
   for (BodyDescription& body : other.bodies) {
     body.mass_kg *= kUnit;
-    body.structural_stiffness_N_m *= kUnit;
-    body.shear_stiffness_N_m *= kUnit;
-    body.bend_stiffness_N_m *= kUnit;
-    body.spring_damping_N_s_m *= kUnit;
+    std::visit([](auto& shape) { scale_springs(shape, kUnit); }, body.shape);
   }
   const ToolPath path = tool_path_of(law_case);
   const double allowed = allowed_m(scene, law_case, path);

@@ -58,7 +58,9 @@ bool is_to_stand(const SceneDescription& scene) {
   const auto holds = [slope](const MaterialDescription& material) {
     return material.friction > slope && material.contact_damping_N_s_m > 0.0;
   };
-  const auto is_floor = [](const BodyDescription& body) { return body.kind == BodyKind::kPlane; };
+  const auto is_floor = [](const BodyDescription& body) {
+    return std::holds_alternative<PlaneBody>(body.shape);
+  };
   return std::all_of(scene.materials.begin(), scene.materials.end(), holds) &&
          std::any_of(scene.bodies.begin(), scene.bodies.end(), is_floor);
 }

@@ -35,7 +35,7 @@ void compare(const std::filesystem::path& data) {
   // Everywhere in contact, pushed along the normal of whichever face is nearest.
   print_agreement("nearest face", 0.0, 0, 0.0, demonstrations,
                   [&](const Eigen::Vector3d& tool_m) -> Eigen::Vector3d {
-                    const SurfacePoint point = distance.closest(tool_m);
+                    const NearestPoint point = distance.closest(tool_m);
                     const auto corner_m = [&](int i) {
                       const auto triangle = static_cast<std::size_t>(point.triangle);
                       return mesh.vertices_m[static_cast<std::size_t>(mesh.triangles[triangle][i])];

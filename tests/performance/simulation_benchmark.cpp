@@ -70,20 +70,19 @@ SceneDescription lying_blocks(bool sleeping) {
   SceneDescription scene;
   scene.sleeping = sleeping;
   scene.materials = {{"block", 500.0, 1.0, 0.3}};
-  const auto add = [&](BodyKind kind, Motion motion, const Eigen::Vector3d& position_m) {
+  const auto add = [&](const BodyShape& shape, Motion motion, const Eigen::Vector3d& position_m) {
     BodyDescription& body = scene.bodies.emplace_back();
     body.name = "block " + std::to_string(scene.bodies.size());
-    body.kind = kind;
+    body.shape = shape;
     body.motion = motion;
     body.position_m = position_m;
-    body.size_m = {0.03, 0.03, 0.02};
     body.mass_kg = 0.02;
-    body.spheres = {0.01, 0.005};
   };
-  add(BodyKind::kPlane, Motion::kStatic, {0, 0, 0});
+  const RigidBoxBody block{{0.03, 0.03, 0.02}, {0.01, 0.005}};
+  add(PlaneBody{}, Motion::kStatic, {0, 0, 0});
   for (int i = 0; i < 400; ++i)
-    add(BodyKind::kRigidBox, Motion::kFree, {0.04 * (i % 20), 0.04 * (i / 20), 0.0099});
-  add(BodyKind::kRigidBox, Motion::kPrescribed, {0.4, 0.4, 0.05});
+    add(block, Motion::kFree, {0.04 * (i % 20), 0.04 * (i / 20), 0.0099});
+  add(block, Motion::kPrescribed, {0.4, 0.4, 0.05});
   scene.bodies.back().prescribed = {Eigen::Vector3d::UnitX(), 0.0, 0.3, 0.5};
   return scene;
 }
@@ -134,9 +133,9 @@ BENCHMARK(haptic_rate)
 void swing_cloth(benchmark::State& state) {
   const auto side = static_cast<int>(state.range(0));
   BodyDescription body = sheet({side, side}, 1.0 / (side - 1), 1.0 / (side * side), 1e4);
-  body.shear_stiffness_N_m = 5e3;
-  body.bend_stiffness_N_m = 1e3;
-  body.pinned_nodes = {0, side - 1};
+  shear_stiffness_N_m(body) = 5e3;
+  springs(body).bend_stiffness_N_m = 1e3;
+  springs(body).pinned_nodes = {0, side - 1};
   World world = build_world(scene_of({body}, {}, {0.0, 0.0, -9.81}));
   ExplicitIntegrator integrator({.integrator = IntegratorKind::kSymplecticEuler});
   Budget budget;

@@ -168,7 +168,8 @@ Eigen::Matrix3Xd bullet_at_rest_m(const SceneDescription& scene, double step_s, 
 std::vector<Curve> bullet_curves(const ChartScene& scene) {
   const auto& bodies = scene.scene.bodies;
   if (!scene.smooth || std::any_of(bodies.begin(), bodies.end(), [](const BodyDescription& body) {
-        return body.spring_damping_N_s_m > 0.0;
+        const SpringDescription* springs = springs_of(body);
+        return springs != nullptr && springs->spring_damping_N_s_m > 0.0;
       }))
     return {};
   std::vector<Curve> curves(2);

@@ -25,10 +25,10 @@ SceneDescription shipped(const char* name) {
 ChartScene cloth_scene(int nodes, double stiffness_N_m) {
   BodyDescription cloth =
       sheet({nodes, nodes}, 1.0 / (nodes - 1), 1.0 / (nodes * nodes), stiffness_N_m);
-  cloth.shear_stiffness_N_m = 0.5 * stiffness_N_m;
-  cloth.bend_stiffness_N_m = 0.1 * stiffness_N_m;
-  cloth.pinned_nodes = {0, nodes - 1};
-  cloth.spheres = {.spacing_m = 1.0, .radius_m = 1e-4};
+  shear_stiffness_N_m(cloth) = 0.5 * stiffness_N_m;
+  springs(cloth).bend_stiffness_N_m = 0.1 * stiffness_N_m;
+  springs(cloth).pinned_nodes = {0, nodes - 1};
+  packing(cloth) = {.spacing_m = 1.0, .radius_m = 1e-4};
   std::array<char, 64> name{};
   std::snprintf(name.data(), name.size(), "cloth_%dx%d_1e%.0f", nodes, nodes,
                 std::log10(stiffness_N_m));

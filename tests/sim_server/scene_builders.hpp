@@ -2,8 +2,10 @@
 
 #include <Eigen/Core>
 #include <utility>
+#include <variant>
 #include <vector>
 
+#include "sim_server/scene/build_world.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
 namespace stillgrid {
@@ -27,104 +29,112 @@ namespace stillgrid {
   return {"test", stiffness_N_m, damping_N_s_m, friction, slip_speed_m_s};
 }
 
+/// The springs of a body that has them, and the stiffness of their diagonals, to change.
+[[nodiscard]] inline SpringDescription& springs(BodyDescription& body) {
+  return const_cast<SpringDescription&>(*springs_of(body));
+}
+[[nodiscard]] inline double& shear_stiffness_N_m(BodyDescription& body) {
+  double* found = nullptr;
+  std::visit(
+      [&](auto& shape) {
+        if constexpr (requires { shape.springs.shear_stiffness_N_m; })
+          found = &shape.springs.shear_stiffness_N_m;
+      },
+      body.shape);
+  return *found;
+}
+/// The packing of a body that is packed, to change.
+[[nodiscard]] inline SpherePacking& packing(BodyDescription& body) {
+  SpherePacking* found = nullptr;
+  std::visit(
+      [&](auto& shape) {
+        if constexpr (requires { shape.spheres; }) found = &shape.spheres;
+      },
+      body.shape);
+  return *found;
+}
+
+/// A body of that shape and mass, where its frame's origin is.
+template <class Shape>
+[[nodiscard]] BodyDescription body_of(Shape shape, double mass_kg,
+                                      const Eigen::Vector3d& position_m = Eigen::Vector3d::Zero()) {
+  BodyDescription body;
+  body.position_m = position_m;
+  body.mass_kg = mass_kg;
+  body.shape = std::move(shape);
+  return body;
+}
+
 /// A thread whose nodes have each node_mass_kg, covered thinly.
 [[nodiscard]] inline BodyDescription thread(int nodes, const Eigen::Vector3d& from_m,
                                             const Eigen::Vector3d& to_m, double node_mass_kg,
                                             double stiffness_N_m, std::vector<int> pinned = {}) {
-  BodyDescription body;
-  body.kind = BodyKind::kThread;
-  body.nodes = {nodes, 1, 1};
-  body.from_m = from_m;
-  body.to_m = to_m;
-  body.position_m = 0.5 * (from_m + to_m);
-  body.mass_kg = node_mass_kg * nodes;
-  body.structural_stiffness_N_m = stiffness_N_m;
-  body.pinned_nodes = std::move(pinned);
-  body.spheres.radius_m = 0.1 * (to_m - from_m).norm() / (nodes - 1);
-  return body;
+  ThreadBody thread{.nodes = nodes, .from_m = from_m, .to_m = to_m};
+  thread.springs.structural_stiffness_N_m = stiffness_N_m;
+  thread.springs.pinned_nodes = std::move(pinned);
+  thread.spheres.radius_m = 0.1 * (to_m - from_m).norm() / (nodes - 1);
+  return body_of(thread, node_mass_kg * nodes, 0.5 * (from_m + to_m));
 }
 
 /// A level sheet of nodes each of node_mass_kg, structural springs only.
 [[nodiscard]] inline BodyDescription sheet(const Eigen::Vector2i& nodes, double spacing_m,
                                            double node_mass_kg, double stiffness_N_m) {
-  BodyDescription body;
-  body.kind = BodyKind::kSheet;
-  body.nodes = {nodes.x(), nodes.y(), 1};
-  body.size_m = {spacing_m * (nodes.x() - 1), spacing_m * (nodes.y() - 1), 0.0};
-  body.mass_kg = node_mass_kg * nodes.prod();
-  body.structural_stiffness_N_m = stiffness_N_m;
-  return body;
+  SheetBody sheet{.nodes = nodes,
+                  .size_m = {spacing_m * (nodes.x() - 1), spacing_m * (nodes.y() - 1)}};
+  sheet.springs.structural_stiffness_N_m = stiffness_N_m;
+  return body_of(sheet, node_mass_kg * nodes.prod());
 }
 
 [[nodiscard]] inline BodyDescription sphere(const Eigen::Vector3d& position_m, double radius_m,
                                             double mass_kg) {
-  BodyDescription body;
-  body.kind = BodyKind::kSphere;
-  body.position_m = position_m;
-  body.radius_m = radius_m;
-  body.mass_kg = mass_kg;
-  return body;
+  return body_of(SphereBody{radius_m}, mass_kg, position_m);
 }
 
 [[nodiscard]] inline BodyDescription box(const Eigen::Vector3d& position_m,
                                          const Eigen::Vector3d& size_m, double mass_kg,
                                          const SpherePacking& spheres) {
-  BodyDescription body;
-  body.kind = BodyKind::kRigidBox;
-  body.position_m = position_m;
-  body.size_m = size_m;
-  body.mass_kg = mass_kg;
-  body.spheres = spheres;
-  return body;
+  return body_of(RigidBoxBody{size_m, spheres}, mass_kg, position_m);
+}
+
+/// Structural and shear springs.
+[[nodiscard]] inline ShearSprings solid_springs(double stiffness_N_m) {
+  ShearSprings springs;
+  springs.structural_stiffness_N_m = stiffness_N_m;
+  springs.shear_stiffness_N_m = 0.5 * stiffness_N_m;
+  return springs;
 }
 
 /// A soft block of nodes each of node_mass_kg, structural and shear springs, centred at the origin.
 [[nodiscard]] inline BodyDescription soft_block(const Eigen::Vector3i& nodes, double spacing_m,
                                                 double node_mass_kg, double stiffness_N_m,
                                                 const SpherePacking& spheres) {
-  BodyDescription body;
-  body.kind = BodyKind::kSoftBlock;
-  body.nodes = nodes;
-  body.size_m = spacing_m * (nodes.array() - 1).cast<double>();
-  body.lattice = block_lattice(body.size_m, nodes);
-  body.mass_kg = node_mass_kg * nodes.prod();
-  body.structural_stiffness_N_m = stiffness_N_m;
-  body.shear_stiffness_N_m = 0.5 * stiffness_N_m;
-  body.spheres = spheres;
-  return body;
+  SoftBlockBody block{.size_m = spacing_m * (nodes.array() - 1).cast<double>(),
+                      .spheres = spheres,
+                      .springs = solid_springs(stiffness_N_m)};
+  block.lattice = block_lattice(block.size_m, nodes);
+  return body_of(block, node_mass_kg * nodes.prod());
 }
 
 /// A soft solid of the shape of these balls on a lattice, springs as a soft block's.
 [[nodiscard]] inline BodyDescription soft_mesh(std::vector<Ball> balls, double lattice_m,
                                                double node_mass_kg, double stiffness_N_m) {
-  BodyDescription body;
-  body.kind = BodyKind::kMesh;
-  body.balls = std::move(balls);
-  body.lattice = lattice_round(body.balls, lattice_m);
-  body.mass_kg = node_mass_kg * static_cast<double>(body.lattice.nodes_m.size());
-  body.structural_stiffness_N_m = stiffness_N_m;
-  body.shear_stiffness_N_m = 0.5 * stiffness_N_m;
-  return body;
+  SoftMeshBody mesh{.balls = std::move(balls), .springs = solid_springs(stiffness_N_m)};
+  mesh.lattice = lattice_round(mesh.balls, lattice_m);
+  const double mass_kg = node_mass_kg * static_cast<double>(mesh.lattice.nodes_m.size());
+  return body_of(mesh, mass_kg);
 }
 
 /// A rigid body of the shape of these balls, about their common frame.
 [[nodiscard]] inline BodyDescription rigid_mesh(std::vector<Ball> balls,
                                                 const Eigen::Vector3d& inertia_per_kg_m2,
                                                 double mass_kg) {
-  BodyDescription body;
-  body.kind = BodyKind::kMesh;
-  body.balls = std::move(balls);
-  body.inertia_per_kg_m2 = inertia_per_kg_m2;
-  body.mass_kg = mass_kg;
-  return body;
+  return body_of(RigidMeshBody{std::move(balls), {}, inertia_per_kg_m2}, mass_kg);
 }
 
 /// Solid below a height.
 [[nodiscard]] inline BodyDescription floor_at(double height_m) {
-  BodyDescription body;
-  body.kind = BodyKind::kPlane;
+  BodyDescription body = body_of(PlaneBody{}, 0.0, {0.0, 0.0, height_m});
   body.motion = Motion::kStatic;
-  body.position_m = {0.0, 0.0, height_m};
   return body;
 }
 

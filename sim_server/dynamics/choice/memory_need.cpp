@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <stdexcept>
 
 #include "shared/collision/still_grid.hpp"
-#include "sim_server/bodies/sphere_packing.hpp"
+#include "sim_server/bodies/body_in_world.hpp"
 
 namespace stillgrid {
 namespace {
@@ -21,28 +20,6 @@ constexpr double kSphereBytes = 900.0, kStillSphereBytes = 400.0;
 // More of an implicit step: slopes of a spring, vectors of a node, and what each entry of a factor
 // costs with its index, LDL^T and LU together, and while they are made.
 constexpr double kSpringSlopeBytes = 450.0, kNodeVectorBytes = 700.0, kFillBytes = 85.0;
-
-double node_count(const BodyDescription& body) {
-  if (body.motion == Motion::kStatic || !is_deformable(body)) return 0.0;
-  if (!body.lattice.nodes_m.empty()) return static_cast<double>(body.lattice.nodes_m.size());
-  return body.nodes.cast<double>().prod();
-}
-
-/// Springs of a node, where many nodes surround it.
-double springs_per_node(const BodyDescription& body) {
-  const double structural = 1.0, bend = body.bend_stiffness_N_m > 0.0 ? 1.0 : 0.0;
-  const double shear = body.shear_stiffness_N_m > 0.0 ? 1.0 : 0.0;
-  if (body.kind == BodyKind::kThread) return structural + bend;
-  if (body.kind == BodyKind::kSheet) return 2.0 * (structural + shear + bend);
-  return 3.0 * structural + 10.0 * shear + 3.0 * bend;
-}
-
-/// Entries of a factor: a curve's bandwidth, a surface's n log n, a solid's n^(4/3).
-double fill_of(const BodyDescription& body, double nodes) {
-  if (body.kind == BodyKind::kThread) return 9.0 * 3.0 * nodes;
-  if (body.kind == BodyKind::kSheet) return 9.0 * 4.0 * nodes * std::log2(nodes + 1.0);
-  return 9.0 * 2.0 * std::pow(nodes, 4.0 / 3.0);
-}
 
 /// What spheres take of one slot of a segment.
 double slot_bytes(double spheres) {
@@ -69,8 +46,7 @@ std::string size_text(double bytes) {
 }  // namespace
 
 Memory memory_need(const BodyDescription& body, const Method& method) {
-  const double spheres = sphere_count(body), nodes = node_count(body);
-  const double springs = nodes * springs_per_node(body);
+  const auto [spheres, nodes, springs, factor_entries] = counts_of(body);
   const double slot = slot_bytes(std::min(spheres, kMostSpheres));
   if (body.motion == Motion::kStatic)
     return {kBodyBytes + kStillSphereBytes * spheres + 2.0 * slot, slot};
@@ -79,7 +55,7 @@ Memory memory_need(const BodyDescription& body, const Method& method) {
       2.0 * slot};
   if (is_explicit(method.integrator)) return need;
   need.private_bytes += kNodeVectorBytes * nodes + kSpringSlopeBytes * springs;
-  if (factorises(method)) need.private_bytes += kFillBytes * fill_of(body, nodes);
+  if (factorises(method)) need.private_bytes += kFillBytes * factor_entries;
   return need;
 }
 
@@ -88,7 +64,7 @@ void require_room(const SceneDescription& scene, const std::string& file, const 
   Memory total, most;
   const BodyDescription *largest = nullptr, *most_shared = nullptr;
   for (const BodyDescription& body : scene.bodies) {
-    const double count = sphere_count(body);
+    const double count = counts_of(body).spheres;
     spheres += count;
     if (spheres > kMostSpheres)
       refuse(body, file,

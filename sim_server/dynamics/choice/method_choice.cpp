@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "sim_server/dynamics/step/simulation.hpp"
+#include "sim_server/scene/build_world.hpp"
 
 namespace stillgrid {
 namespace {

@@ -9,9 +9,9 @@
 #include "sim_server/contact/contact.hpp"
 #include "sim_server/dynamics/forces/block_matrix.hpp"
 #include "sim_server/dynamics/forces/contact_slopes.hpp"
+#include "sim_server/dynamics/forces/spring_slopes.hpp"
 #include "sim_server/dynamics/forces/trial.hpp"
 #include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
-#include "sim_server/dynamics/forces/spring_slopes.hpp"
 
 namespace stillgrid {
 

@@ -5,9 +5,9 @@
 
 #include "sim_server/dynamics/forces/explicit_contacts.hpp"
 #include "sim_server/dynamics/forces/explicit_state.hpp"
-#include "sim_server/dynamics/integrators/integrator.hpp"
 #include "sim_server/dynamics/forces/spring_forces.hpp"
 #include "sim_server/dynamics/forces/spring_spectrum.hpp"
+#include "sim_server/dynamics/integrators/integrator.hpp"
 
 namespace stillgrid {
 

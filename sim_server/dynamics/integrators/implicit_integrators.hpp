@@ -4,9 +4,9 @@
 #include <memory>
 #include <utility>
 
+#include "sim_server/dynamics/forces/mechanical_system.hpp"
 #include "sim_server/dynamics/integrators/implicit_stage.hpp"
 #include "sim_server/dynamics/integrators/integrator.hpp"
-#include "sim_server/dynamics/forces/mechanical_system.hpp"
 
 namespace stillgrid {
 

@@ -1,11 +1,11 @@
 #include "sim_server/dynamics/integrators/integrator.hpp"
 
-#include "sim_server/dynamics/solvers/broyden.hpp"
 #include "sim_server/dynamics/integrators/explicit_integrators.hpp"
 #include "sim_server/dynamics/integrators/implicit_integrators.hpp"
+#include "sim_server/dynamics/integrators/sundials_integrator.hpp"
+#include "sim_server/dynamics/solvers/broyden.hpp"
 #include "sim_server/dynamics/solvers/kinsol_solver.hpp"
 #include "sim_server/dynamics/solvers/newton.hpp"
-#include "sim_server/dynamics/integrators/sundials_integrator.hpp"
 
 namespace stillgrid {
 namespace {

@@ -16,11 +16,12 @@ namespace stillgrid {
 
 /// What an integrator can, by which the simulation divides a step and judges what came of it.
 struct IntegratorTraits {
-  bool solves = false;  // by a NonlinearSolver: its iterations are the budget's, and correct() works
+  bool solves =
+      false;  // by a NonlinearSolver: its iterations are the budget's, and correct() works
   bool always_advances = false;  // a trial that did not converge is taken too: time runs late
-  bool divides_itself = false;   // Method::substeps are made within advance(), not by the simulation
-  bool looks_within = false;     // meets on its way what it was given contacts with
-  double longest_part_s =        // after which contacts have to be found anew
+  bool divides_itself = false;  // Method::substeps are made within advance(), not by the simulation
+  bool looks_within = false;    // meets on its way what it was given contacts with
+  double longest_part_s =       // after which contacts have to be found anew
       std::numeric_limits<double>::infinity();
   int most_iterations = 0;  // of a part; 0: as few as let a part that does not converge be halved
 };

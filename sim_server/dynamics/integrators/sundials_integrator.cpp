@@ -11,8 +11,8 @@
 #include <limits>
 
 #include "sim_server/bodies/rotation.hpp"
-#include "sim_server/dynamics/integrators/implicit_stage.hpp"
 #include "sim_server/dynamics/forces/mechanical_system.hpp"
+#include "sim_server/dynamics/integrators/implicit_stage.hpp"
 #include "sim_server/dynamics/solvers/slope_solver.hpp"
 #include "sim_server/dynamics/solvers/sundials_memory.hpp"
 

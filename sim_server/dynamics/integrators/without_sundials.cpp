@@ -1,8 +1,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "sim_server/dynamics/solvers/kinsol_solver.hpp"
 #include "sim_server/dynamics/integrators/sundials_integrator.hpp"
+#include "sim_server/dynamics/solvers/kinsol_solver.hpp"
 
 namespace stillgrid {
 namespace {

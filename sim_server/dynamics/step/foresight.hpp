@@ -8,9 +8,9 @@
 #include "sim_server/bodies/sphere_motion.hpp"
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/contact.hpp"
-#include "sim_server/dynamics/solvers/budget.hpp"
-#include "sim_server/dynamics/integrators/implicit_stage.hpp"
 #include "sim_server/dynamics/forces/mechanical_system.hpp"
+#include "sim_server/dynamics/integrators/implicit_stage.hpp"
+#include "sim_server/dynamics/solvers/budget.hpp"
 #include "sim_server/dynamics/solvers/newton.hpp"
 #include "sim_server/dynamics/solvers/slope_solver.hpp"
 

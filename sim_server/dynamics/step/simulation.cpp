@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "sim_server/contact/crossing.hpp"
+#include "sim_server/scene/build_world.hpp"
 
 namespace stillgrid {
 namespace {

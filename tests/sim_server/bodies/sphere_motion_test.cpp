@@ -14,8 +14,8 @@ World tumbling_world() {
                                     {0.4, -0.3, 0.2}, {5.0, -9.0, 14.0});
   tumbling.orientation = Eigen::AngleAxisd(0.8, Eigen::Vector3d(3, 1, 2).normalized());
   BodyDescription cloth = moving(sheet({4, 3}, 0.02, 0.002, 500.0), {0.1, 0, 0}, {0, 3.0, 1.0});
-  cloth.spheres = {0.011, 0.004};
-  cloth.pinned_nodes = {0};
+  packing(cloth) = {0.011, 0.004};
+  springs(cloth).pinned_nodes = {0};
   return build_world(scene_of({tumbling, cloth}));
 }
 

@@ -1,10 +1,9 @@
-#include "sim_server/bodies/surfaces.hpp"
-
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 #include <set>
 
+#include "sim_server/bodies/body_in_world.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid {
@@ -41,8 +40,9 @@ BodyDescription meshed_body() {
   std::vector<Ball> balls;
   for (int i = 0; i < 60; ++i) balls.push_back({{draw(random), draw(random), draw(random)}, 0.004});
   BodyDescription body = rigid_mesh(balls, {1e-4, 1e-4, 1e-4}, 0.1);
-  body.surface.vertices_m = {{0.03, 0, 0}, {-0.02, 0.02, 0}, {-0.02, -0.02, 0}, {0, 0, 0.03}};
-  body.surface.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  TriangleMesh& surface = std::get<RigidMeshBody>(body.shape).surface;
+  surface.vertices_m = {{0.03, 0, 0}, {-0.02, 0.02, 0}, {-0.02, -0.02, 0}, {0, 0, 0.03}};
+  surface.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
   return body;
 }
 
@@ -67,7 +67,7 @@ TEST_CASE("A box's corners are where they were, and the faces look outward", "[s
   const World world = build_world(scene);
   const auto centres_m = centres_of(world);
 
-  const auto surfaces = rest_surfaces(scene, world);
+  const auto surfaces = rest_surfaces(scene.bodies, world);
 
   REQUIRE(surfaces.size() == 1);
   CHECK(surfaces[0].body == 1);
@@ -90,10 +90,10 @@ TEST_CASE("Whatever turns, moves or strains the centres turns, moves and strains
       soft_block({3, 4, 5}, 0.01, 0.001, 10.0, {0.005, 0.0025}),
       box({0, 0, 0}, {0.03, 0.05, 0.02}, 0.02, {0.01, 0.005}), meshed_body()};
   for (BodyDescription& body : bodies)
-    if (body.kind != BodyKind::kThread) tilt(body);
+    if (!std::holds_alternative<ThreadBody>(body.shape)) tilt(body);
   const SceneDescription scene = scene_of(bodies);
   const World world = build_world(scene);
-  const auto surfaces = rest_surfaces(scene, world);
+  const auto surfaces = rest_surfaces(scene.bodies, world);
   REQUIRE(surfaces.size() == bodies.size());
 
   Eigen::Matrix3d motion =
@@ -115,7 +115,7 @@ TEST_CASE("A soft block shows its lattice's skin, closed", "[surfaces]") {
   tilt(body);
   const SceneDescription scene = scene_of({body});
   const World world = build_world(scene);
-  const auto surfaces = rest_surfaces(scene, world);
+  const auto surfaces = rest_surfaces(scene.bodies, world);
 
   REQUIRE(surfaces.size() == 1);
   const BodySurface& skin = surfaces[0];
@@ -134,14 +134,14 @@ TEST_CASE("A mesh's vertices are where its file has them, by weights that stay s
   tilt(body);
   const SceneDescription scene = scene_of({body});
   const World world = build_world(scene);
-  const auto surfaces = rest_surfaces(scene, world);
+  const auto surfaces = rest_surfaces(scene.bodies, world);
   REQUIRE(surfaces.size() == 1);
   REQUIRE(surfaces[0].vertices.size() == 4);
-  CHECK(surfaces[0].triangles == body.surface.triangles);
+  const TriangleMesh& mesh = std::get<RigidMeshBody>(body.shape).surface;
+  CHECK(surfaces[0].triangles == mesh.triangles);
   for (std::size_t i = 0; i < 4; ++i) {
     const SurfacePoint& point = surfaces[0].vertices[i];
-    CHECK((place_of(point, centres_of(world)) - in_world(body, body.surface.vertices_m[i])).norm() <
-          1e-12);
+    CHECK((place_of(point, centres_of(world)) - in_world(body, mesh.vertices_m[i])).norm() < 1e-12);
     double sum = 0.0;
     for (const double weight : point.weights) sum += std::abs(weight);
     CHECK(sum < 5.0);
@@ -152,7 +152,7 @@ TEST_CASE("A sheet is the grid of its spheres and a thread the line through them
   const SceneDescription scene = scene_of(
       {sheet({4, 3}, 0.02, 0.002, 500.0), thread(7, {0, 0, 1}, {0.3, 0.1, 0.5}, 0.01, 100.0)});
   const World world = build_world(scene);
-  const auto surfaces = rest_surfaces(scene, world);
+  const auto surfaces = rest_surfaces(scene.bodies, world);
   REQUIRE(surfaces.size() == 2);
   CHECK(surfaces[0].vertices.size() == 12);
   CHECK(surfaces[0].triangles.size() == 2 * 3 * 2);
@@ -169,7 +169,7 @@ TEST_CASE("A body whose spheres span no space has no surface, nor has a ball", "
   const SceneDescription scene = scene_of({rod, plate, sphere({1, 1, 1}, 0.01, 0.1)});
   const World world = build_world(scene);
   REQUIRE(world.spheres.size() > 10);
-  CHECK(rest_surfaces(scene, world).empty());
+  CHECK(rest_surfaces(scene.bodies, world).empty());
 }
 
 TEST_CASE("Where the nearest spheres lie flat, wider ones hold the point", "[surfaces]") {

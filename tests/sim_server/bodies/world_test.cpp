@@ -18,8 +18,8 @@ TEST_CASE("Nodes share the mass of their body equally", "[world]") {
 TEST_CASE("An 8x8 sheet has 112 structural springs, and 306 with shear and bend", "[world]") {
   BodyDescription body = sheet({8, 8}, 0.02, 0.002, 500.0);
   CHECK(build_world(scene_of({body})).springs.size() == 112);
-  body.shear_stiffness_N_m = 250.0;
-  body.bend_stiffness_N_m = 100.0;
+  shear_stiffness_N_m(body) = 250.0;
+  springs(body).bend_stiffness_N_m = 100.0;
   const World world = build_world(scene_of({body}));
 
   REQUIRE(world.springs.size() == 306);
@@ -43,7 +43,7 @@ TEST_CASE("An 8x8 sheet has 112 structural springs, and 306 with shear and bend"
 TEST_CASE("A thread of n nodes has n - 1 springs, and n - 2 more against bending", "[world]") {
   BodyDescription body = thread(10, {0, 0, 0}, {0.09, 0, 0}, 0.001, 200.0);
   CHECK(build_world(scene_of({body})).springs.size() == 9);
-  body.bend_stiffness_N_m = 5.0;
+  springs(body).bend_stiffness_N_m = 5.0;
   CHECK(build_world(scene_of({body})).springs.size() == 17);
 }
 
@@ -63,7 +63,7 @@ TEST_CASE("A pinned node neither moves nor counts among the unknowns", "[world]"
 
 TEST_CASE("A body pinned at every node has no unknown", "[world]") {
   BodyDescription body = sheet({2, 2}, 0.1, 0.1, 10.0);
-  body.pinned_nodes = {0, 1, 2, 3};
+  springs(body).pinned_nodes = {0, 1, 2, 3};
 
   CHECK(build_world(scene_of({body})).unknown_count == 0);
 }
@@ -159,10 +159,10 @@ TEST_CASE("A body whose stiffness is scaled has a material of its own, others ke
 TEST_CASE("A soft solid has a node at each corner of its lattice and a spring for each link",
           "[world]") {
   BodyDescription body = soft_block({3, 2, 2}, 0.1, 0.01, 50.0, {0.05, 0.02});
-  body.bend_stiffness_N_m = 5.0;
+  springs(body).bend_stiffness_N_m = 5.0;
   body.position_m = {1, 2, 3};
   body.orientation = Eigen::AngleAxisd(0.5 * 3.14159265358979, Eigen::Vector3d::UnitZ());
-  body.pinned_nodes = {0};
+  springs(body).pinned_nodes = {0};
   body.velocity_m_s = {0, 0, 1};
   const World world = build_world(scene_of({body}));
 
@@ -172,7 +172,7 @@ TEST_CASE("A soft solid has a node at each corner of its lattice and a spring fo
   CHECK(world.nodes[0].velocity_m_s.isZero(0.0));
   CHECK(world.nodes[1].velocity_m_s == Eigen::Vector3d(0, 0, 1));
   CHECK(world.nodes[1].mass_kg == Approx(0.01));
-  REQUIRE(world.springs.size() == lattice_springs(body.lattice).size());
+  REQUIRE(world.springs.size() == lattice_springs(*lattice_of(body)).size());
   for (const Spring& spring : world.springs) {
     const double edges = spring.rest_length_m / 0.1;
     const double expected_N_m = edges < 1.1 ? 50.0 : edges < 1.9 ? 25.0 : 5.0;

@@ -173,7 +173,7 @@ TEST_CASE("Neighbours on a deformable body do not collide, distant parts of it d
 
 TEST_CASE("A flat sheet does not touch itself, a rigid body never does", "[detection]") {
   BodyDescription cloth = sheet({8, 8}, 0.02, 0.002, 500.0);
-  cloth.spheres = {0.01, 0.0065};
+  packing(cloth) = {0.01, 0.0065};
   const World world =
       build_world(scene_of({cloth, moving(box({0, 0, 1}, {0.03, 0.03, 0.02}, 0.02, {0.005, 0.005}),
                                           {0, 0, 0}, {100, 0, 0})},

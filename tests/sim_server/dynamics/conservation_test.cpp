@@ -52,8 +52,8 @@ TEST_CASE("A free box keeps its angular momentum, however fast it tumbles", "[co
 TEST_CASE("What collides keeps its momentum, with friction, dampers and springs",
           "[conservation]") {
   BodyDescription cloth = moving(sheet({6, 6}, 0.02, 0.002, 500.0), {0, 0, 0.5}, {1, 2, 0});
-  cloth.shear_stiffness_N_m = 250.0;
-  cloth.spring_damping_N_s_m = 0.2;
+  shear_stiffness_N_m(cloth) = 250.0;
+  springs(cloth).spring_damping_N_s_m = 0.2;
   const SpherePacking packing{0.01, 0.005};
   const Eigen::Vector3d size_m(0.03, 0.03, 0.02);
   Simulation simulation(scene_of(

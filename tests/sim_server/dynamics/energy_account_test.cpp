@@ -12,7 +12,7 @@ namespace {
 /// A mass of 0.1 kg on a spring of 1000 N/m, 4 mm out.
 Simulation oscillator(double damping_N_s_m) {
   BodyDescription body = thread(2, {0, 0, 0}, {0.1, 0, 0}, 0.1, 1000.0, {0});
-  body.spring_damping_N_s_m = damping_N_s_m;
+  springs(body).spring_damping_N_s_m = damping_N_s_m;
   Simulation simulation(scene_of({body}));
   simulation.world().nodes[1].position_m.x() = 0.104;
   simulation.account_energy();

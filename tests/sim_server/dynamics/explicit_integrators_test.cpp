@@ -72,9 +72,9 @@ Balance balance_of(World world, double step_s, int steps, const Method& method) 
 /// A cloth on a post, a box that slides on the floor, a ball that a prescribed one carries along.
 World bustle() {
   BodyDescription cloth = sheet({6, 6}, 0.02, 0.002, 300.0);
-  cloth.shear_stiffness_N_m = 150.0;
-  cloth.spring_damping_N_s_m = 0.05;
-  cloth.spheres = {0.02, 0.009};
+  shear_stiffness_N_m(cloth) = 150.0;
+  springs(cloth).spring_damping_N_s_m = 0.05;
+  packing(cloth) = {0.02, 0.009};
   cloth.position_m = {0.0, 0.0, 0.045};
   BodyDescription post = sphere({0.0, 0.0, 0.0}, 0.04, 0.0);
   post.motion = Motion::kStatic;

@@ -84,9 +84,9 @@ TEST_CASE("What falls faster and faster meets what it would fall through in a st
 
 TEST_CASE("A shot is stopped by a cloth that it would cross in a step", "[fast_bodies]") {
   BodyDescription cloth = sheet({8, 8}, 0.02, 0.01, 5000.0);
-  cloth.shear_stiffness_N_m = 1000.0;
-  cloth.spheres = {0.01, 0.0065};
-  cloth.pinned_nodes = {0, 7, 56, 63};
+  shear_stiffness_N_m(cloth) = 1000.0;
+  packing(cloth) = {0.01, 0.0065};
+  springs(cloth).pinned_nodes = {0, 7, 56, 63};
   Simulation simulation(scene_of(
       {cloth, moving(sphere({0.003, 0.002, 0.1}, 0.005, 0.005), {0, 0, -8.0})}, material_of(2e4)));
   for (int i = 0; i < 3; ++i) CHECK(simulation.step(kPeriod_s, no_tool).crossings_left == 0);

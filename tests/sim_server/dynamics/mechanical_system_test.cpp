@@ -19,11 +19,11 @@ enum class Kind { kMoving, kStill, kPlane, kTool, kAll };
 /// A crumpled sheet, two boxes in it and in each other, a post, a floor: everything overlaps.
 World tangle(const MaterialDescription& material) {
   BodyDescription cloth = sheet({5, 4}, 0.02, 0.002, 500.0);
-  cloth.shear_stiffness_N_m = 250.0;
-  cloth.bend_stiffness_N_m = 100.0;
-  cloth.spring_damping_N_s_m = 0.3;
-  cloth.spheres = {0.013, 0.009};
-  cloth.pinned_nodes = {0, 4};
+  shear_stiffness_N_m(cloth) = 250.0;
+  springs(cloth).bend_stiffness_N_m = 100.0;
+  springs(cloth).spring_damping_N_s_m = 0.3;
+  packing(cloth) = {0.013, 0.009};
+  springs(cloth).pinned_nodes = {0, 4};
   const Eigen::Vector3d size_m(0.03, 0.04, 0.02);
   BodyDescription one = box({0.0, 0.0, 0.012}, size_m, 0.02, {0.01, 0.006});
   BodyDescription two = box({0.012, 0.014, 0.02}, size_m, 0.03, {0.01, 0.006});

@@ -39,16 +39,16 @@ BodyDescription c_shape() {
   for (const auto& more : {bar({0, 0, 0.035}, {0.06, 0, 0.035}), bar({0, 0, 0}, {0, 0, 0.035})})
     balls.insert(balls.end(), more.begin(), more.end());
   BodyDescription body = soft_mesh(balls, 0.01, 1e-4, 10.0);
-  body.spring_damping_N_s_m = 0.005;
+  springs(body).spring_damping_N_s_m = 0.005;
   return body;
 }
 
 TEST_CASE("A body at rest does not touch itself, though its spheres overlap", "[self_contact]") {
   BodyDescription cloth = sheet({8, 8}, 0.02, 0.002, 500.0);
-  cloth.spheres = {0.01, 0.0065};
+  packing(cloth) = {0.01, 0.0065};
   BodyDescription block = soft_block({4, 4, 4}, 0.01, 1e-3, 100.0, {0.006, 0.005});
   BodyDescription string = thread(12, {0, 0, 0}, {0.1, 0, 0}, 0.01, 100.0);
-  string.spheres = {0.005, 0.004};
+  packing(string) = {0.005, 0.004};
   // By number: what GENERATE_COPY keeps of a temporary is gone when it is read.
   const std::vector<BodyDescription> bodies = {cloth, block, string, c_shape()};
   const std::size_t body = GENERATE(range<std::size_t>(0, 4));
@@ -63,11 +63,11 @@ TEST_CASE("A folded cloth rests on itself", "[self_contact]") {
   constexpr int kColumns = 13, kRows = 7;
   constexpr double kRadius_m = 0.004;
   BodyDescription cloth = sheet({kColumns, kRows}, 0.01, 1e-3, 50.0);
-  cloth.shear_stiffness_N_m = 20.0;
-  cloth.spring_damping_N_s_m = 0.05;
-  cloth.spheres = {0.005, kRadius_m};
+  shear_stiffness_N_m(cloth) = 20.0;
+  springs(cloth).spring_damping_N_s_m = 0.05;
+  packing(cloth) = {0.005, kRadius_m};
   for (int i = 0; i < kColumns * kRows; ++i)
-    if (i % kColumns <= kColumns / 2) cloth.pinned_nodes.push_back(i);
+    if (i % kColumns <= kColumns / 2) springs(cloth).pinned_nodes.push_back(i);
   Simulation simulation(scene_of({cloth}, material_of(500.0, 0.5, 0.3), {0, 0, -9.81}));
   for (Node& node : simulation.world().nodes)
     if (node.position_m.x() > 1e-9) {
@@ -92,10 +92,10 @@ TEST_CASE("A looped thread lies across itself", "[self_contact]") {
   constexpr int kNodes = 40;
   BodyDescription string =
       thread(kNodes, {0, 0, 0}, {kSpacing_m * (kNodes - 1), 0, 0}, 1e-3, 200.0);
-  string.bend_stiffness_N_m = 2.0;
-  string.spring_damping_N_s_m = 0.05;
-  string.spheres = {kSpacing_m, kRadius_m};
-  for (int i = 0; i < 14; ++i) string.pinned_nodes.push_back(i);
+  springs(string).bend_stiffness_N_m = 2.0;
+  springs(string).spring_damping_N_s_m = 0.05;
+  packing(string) = {kSpacing_m, kRadius_m};
+  for (int i = 0; i < 14; ++i) springs(string).pinned_nodes.push_back(i);
   Simulation simulation(
       scene_of({string, floor_at(-kRadius_m)}, material_of(500.0, 0.5, 0.3), {0, 0, -9.81}));
   // Straight along x, round three quarters of a circle that climbs, back across the beginning.

@@ -21,7 +21,7 @@ BodyDescription driven_ball(const PrescribedMotion& motion) {
 
 TEST_CASE("A scene where nothing is free steps all the same", "[simulation]") {
   BodyDescription net = sheet({3, 3}, 0.1, 0.01, 10.0);
-  net.pinned_nodes = {0, 1, 2, 3, 4, 5, 6, 7, 8};
+  springs(net).pinned_nodes = {0, 1, 2, 3, 4, 5, 6, 7, 8};
   const SceneDescription scene =
       GENERATE_COPY(scene_of({}), scene_of({floor_at(0.0)}), scene_of({net}, {}, {0, 0, -9.81}),
                     scene_of({net, driven_ball({Eigen::Vector3d::UnitX(), 0.1, 0, 0})}));
@@ -37,7 +37,7 @@ TEST_CASE("A scene where nothing is free steps all the same", "[simulation]") {
 
 TEST_CASE("The tool may touch a scene where nothing is free", "[simulation]") {
   BodyDescription net = sheet({2, 2}, 0.1, 0.01, 10.0);
-  net.pinned_nodes = {0, 1, 2, 3};
+  springs(net).pinned_nodes = {0, 1, 2, 3};
   SceneDescription scene = scene_of({net}, material_of(100.0, 1.0, 0.5));
   scene.tool = {{Eigen::Vector3d::Zero(), 0.05}};
   Simulation simulation(scene);
@@ -48,7 +48,7 @@ TEST_CASE("The tool may touch a scene where nothing is free", "[simulation]") {
 
 TEST_CASE("A pinned body stays while others collide with it", "[simulation]") {
   BodyDescription net = sheet({4, 4}, 0.02, 0.01, 10.0);
-  for (int i = 0; i < 16; ++i) net.pinned_nodes.push_back(i);
+  for (int i = 0; i < 16; ++i) springs(net).pinned_nodes.push_back(i);
   Simulation simulation(
       scene_of({net, moving(sphere({0, 0, 0.03}, 0.01, 0.05), {0, 0, -0.5})}, material_of(1000.0)));
   const World start = simulation.world();
@@ -176,7 +176,7 @@ TEST_CASE("A very stiff floor does not throw a block that lands on it", "[simula
 
 TEST_CASE("The same scene moves the same way, bit for bit", "[simulation]") {
   BodyDescription cloth = sheet({5, 5}, 0.02, 0.002, 500.0);
-  cloth.pinned_nodes = {0, 4};
+  springs(cloth).pinned_nodes = {0, 4};
   const SceneDescription scene =
       scene_of({cloth, box({0, 0, 0.03}, {0.03, 0.03, 0.02}, 0.02, {0.01, 0.005}), floor_at(-0.05)},
                material_of(500.0, 1.0, 0.3), {0, 0, -9.81});

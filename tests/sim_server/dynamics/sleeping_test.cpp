@@ -193,10 +193,10 @@ TEST_CASE("The tool wakes what it touches in the very step, and keeps it awake",
 TEST_CASE("Nothing pops as it falls asleep or wakes", "[sleeping]") {
   BodyDescription tissue = sheet({6, 6}, 0.02, 0.002, 200.0);
   tissue.position_m.z() = 0.05;
-  tissue.shear_stiffness_N_m = 100.0;
-  tissue.spring_damping_N_s_m = 0.2;
-  tissue.pinned_nodes = {0, 5, 30, 35};
-  tissue.spheres = {0.02, 0.0095};
+  shear_stiffness_N_m(tissue) = 100.0;
+  springs(tissue).spring_damping_N_s_m = 0.2;
+  springs(tissue).pinned_nodes = {0, 5, 30, 35};
+  packing(tissue) = {0.02, 0.0095};
   Simulation simulation(sleeping_scene({tissue, block_at({0, 0, 0.08})}));
   const double bound_m_s = Sleeping(simulation.world()).rest_speed_m_s(0);
   auto before = places(simulation);

@@ -12,8 +12,8 @@ constexpr double kStep_s = 0.01;
 /// A soft cube of 30 mm with its lower face at a height.
 BodyDescription cube_at(double height_m) {
   BodyDescription body = soft_block({4, 4, 4}, 0.01, 1e-3, 100.0, {0.006, 0.004});
-  body.bend_stiffness_N_m = 20.0;
-  body.spring_damping_N_s_m = 0.1;
+  springs(body).bend_stiffness_N_m = 20.0;
+  springs(body).spring_damping_N_s_m = 0.1;
   body.position_m = {0, 0, height_m + 0.015};
   return body;
 }
@@ -68,7 +68,7 @@ TEST_CASE("A soft block that nothing touches keeps its momentum, turning and all
 TEST_CASE("A pinned part of a soft block stays while the tool presses the other side in",
           "[soft_solids]") {
   BodyDescription cube = cube_at(0.0);
-  for (int i = 0; i < 16; ++i) cube.pinned_nodes.push_back(i);  // the lowest layer
+  for (int i = 0; i < 16; ++i) springs(cube).pinned_nodes.push_back(i);  // the lowest layer
   SceneDescription scene = scene_of({cube}, material_of(500.0));
   scene.tool = {{Eigen::Vector3d::Zero(), 0.005}};
   Simulation simulation(scene);

@@ -17,16 +17,16 @@ namespace {
 
 BodyDescription cloth(const Eigen::Vector2i& nodes, double damping_N_s_m) {
   BodyDescription body = sheet(nodes, 0.02, 0.002, 500.0);
-  body.shear_stiffness_N_m = 250.0;
-  body.bend_stiffness_N_m = 50.0;
-  body.spring_damping_N_s_m = damping_N_s_m;
-  body.spheres = {0.02, 0.009};
+  shear_stiffness_N_m(body) = 250.0;
+  springs(body).bend_stiffness_N_m = 50.0;
+  springs(body).spring_damping_N_s_m = damping_N_s_m;
+  packing(body) = {0.02, 0.009};
   return body;
 }
 
 /// Moved and turned about at random, nodes apart.
 World shaken(BodyDescription body, double shake_m) {
-  body.pinned_nodes = {0};
+  springs(body).pinned_nodes = {0};
   body.orientation = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized());
   World world = build_world(scene_of({body}));
   std::mt19937 random(7);
@@ -88,9 +88,9 @@ TEST_CASE("Springs that are no regular sheet have the same forces", "[spring_for
   const double damping_N_s_m = GENERATE(0.0, 0.3);
   const UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
   BodyDescription rope = thread(11, {0, 0, 0}, {0.3, 0.1, 0}, 0.001, 200.0);
-  rope.bend_stiffness_N_m = 20.0;
+  springs(rope).bend_stiffness_N_m = 20.0;
   BodyDescription block = soft_block({3, 4, 3}, 0.02, 0.002, 400.0, {0.02, 0.009});
-  rope.spring_damping_N_s_m = block.spring_damping_N_s_m = damping_N_s_m;
+  springs(rope).spring_damping_N_s_m = springs(block).spring_damping_N_s_m = damping_N_s_m;
   CHECK(worst_difference(shaken(rope, 0.005)) < 1e-12);
   CHECK(worst_difference(shaken(block, 0.005)) < 1e-12);
 

@@ -163,7 +163,7 @@ TEST_CASE("A ball bounces by the law of the approach damper, whose rate is its s
 /// A damped thread that swings down from level, and a spinning ball thrown flat on a smooth floor.
 SceneDescription swing_and_throw() {
   BodyDescription body = thread(4, {0, 1, 1}, {0.3, 1, 1}, 0.01, 200.0, {0});
-  body.spring_damping_N_s_m = 0.2;
+  springs(body).spring_damping_N_s_m = 0.2;
   const BodyDescription ball =
       moving(sphere({0, 0, 0.055}, 0.05, 0.1), {0.5, 0.2, -0.3}, {0.0, 0.0, 3.0});
   return scene_of({body, ball, floor_at(0.0)}, material_of(1000.0, 2.0), {0, 0, -9.81});

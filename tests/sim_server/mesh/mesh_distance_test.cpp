@@ -113,11 +113,11 @@ TEST_CASE("The nearest point is found on slivers too, whose plane rounding leave
 TEST_CASE("The nearest point lies on its triangle, with a unit normal that faces out",
           "[mesh_distance]") {
   const MeshDistance distance(cube_mesh());
-  const SurfacePoint above = distance.closest({0.3, 0.4, 1.5});
+  const NearestPoint above = distance.closest({0.3, 0.4, 1.5});
   CHECK((above.point_m - Eigen::Vector3d(0.3, 0.4, 1.0)).norm() < 1e-15);
   CHECK((above.normal - Eigen::Vector3d::UnitZ()).norm() < 1e-15);
   CHECK((above.triangle == 2 || above.triangle == 3));
-  const SurfacePoint corner = distance.closest({2, 2, 2});
+  const NearestPoint corner = distance.closest({2, 2, 2});
   CHECK((corner.point_m - Eigen::Vector3d(1, 1, 1)).norm() < 1e-15);
   CHECK((corner.normal - Eigen::Vector3d(1, 1, 1).normalized()).norm() < 1e-12);
 }

@@ -72,12 +72,12 @@ TEST_CASE("A rigid mesh stands in its centre of mass along its principal axes", 
   // A quarter turn about z, of the brick's middle.
   CHECK(body.position_m.isApprox(Eigen::Vector3d(1 - 0.01, 2 + 0.02, 3.005)));
   // (b^2 + c^2) / 12 of 40, 20 and 10 mm, ascending.
-  CHECK(body.inertia_per_kg_m2.isApprox(Eigen::Vector3d(5e-4, 17e-4, 20e-4) / 12.0));
-  REQUIRE(body.balls.size() == 3);
-  const Eigen::Vector3d end_m = body.position_m + body.orientation * body.balls[2].centre_m;
+  const auto& rigid = std::get<RigidMeshBody>(body.shape);
+  CHECK(rigid.inertia_per_kg_m2.isApprox(Eigen::Vector3d(5e-4, 17e-4, 20e-4) / 12.0));
+  REQUIRE(rigid.balls.size() == 3);
+  const Eigen::Vector3d end_m = body.position_m + body.orientation * rigid.balls[2].centre_m;
   CHECK(end_m.isApprox(Eigen::Vector3d(1 - 0.01, 2 + 0.035, 3.005)));
-  CHECK(body.balls[1].radius_m == 0.01);
-  CHECK(body.lattice.nodes_m.empty());
+  CHECK(rigid.balls[1].radius_m == 0.01);
   CHECK(body.stiffness_scale == 1.0);
 }
 
@@ -90,17 +90,20 @@ TEST_CASE("A mesh with springs is soft, in the frame of its file, pinned within 
       scene_of(text + "pinned = { low_m = [0.9, -1, -1], high_m = [1.011, 1, 1] }\n").bodies.at(0);
 
   CHECK(body.position_m == Eigen::Vector3d(1, 0, 0));
-  CHECK(body.balls[0].centre_m == Eigen::Vector3d(0.005, 0.01, 0.005));
-  CHECK(body.structural_stiffness_N_m == 10.0);
-  CHECK(body.shear_stiffness_N_m == 5.0);
-  REQUIRE_FALSE(body.pinned_nodes.empty());
-  CHECK(body.pinned_nodes.size() < body.lattice.nodes_m.size());
+  const auto& soft = std::get<SoftMeshBody>(body.shape);
+  CHECK(soft.balls[0].centre_m == Eigen::Vector3d(0.005, 0.01, 0.005));
+  CHECK(soft.springs.structural_stiffness_N_m == 10.0);
+  CHECK(soft.springs.shear_stiffness_N_m == 5.0);
+  REQUIRE_FALSE(soft.springs.pinned_nodes.empty());
+  CHECK(soft.springs.pinned_nodes.size() < soft.lattice.nodes_m.size());
   std::size_t within = 0;
-  for (const Eigen::Vector3d& node_m : body.lattice.nodes_m) within += node_m.x() <= 0.011;
-  CHECK(body.pinned_nodes.size() == within);
-  CHECK(scene_of(text + "pinned = 'none'\n").bodies.at(0).pinned_nodes.empty());
-  CHECK(scene_of(text + "pinned = [2, 0, 2]\n").bodies.at(0).pinned_nodes ==
-        std::vector<int>{0, 2});
+  for (const Eigen::Vector3d& node_m : soft.lattice.nodes_m) within += node_m.x() <= 0.011;
+  CHECK(soft.springs.pinned_nodes.size() == within);
+  const auto pinned = [&](const std::string& line) {
+    return springs_of(scene_of(text + line).bodies.at(0))->pinned_nodes;
+  };
+  CHECK(pinned("pinned = 'none'\n").empty());
+  CHECK(pinned("pinned = [2, 0, 2]\n") == std::vector<int>{0, 2});
 }
 
 TEST_CASE("A scene decomposes a mesh to its tolerance and says so in a note", "[mesh_scene]") {
@@ -122,8 +125,8 @@ TEST_CASE("A scene samples a mesh evenly, below its surface or through its volum
   };
   // 40 x 20 x 10 mm hold 8 x 4 x 2 cells, their corners' cells farthest out.
   const SceneDescription volume = scene("volume_spacing_m");
-  REQUIRE(volume.bodies.at(0).balls.size() == 64);
-  CHECK(volume.bodies[0].balls[0].radius_m == Approx(0.005 * (1 + std::sqrt(3.0)) / 4));
+  REQUIRE(balls_of(volume.bodies.at(0)).size() == 64);
+  CHECK(balls_of(volume.bodies[0])[0].radius_m == Approx(0.005 * (1 + std::sqrt(3.0)) / 4));
   REQUIRE(volume.notes.size() == 1);
   CHECK(volume.notes[0].starts_with("body 'b': 64 even spheres, in "));
 

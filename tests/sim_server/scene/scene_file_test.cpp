@@ -16,7 +16,7 @@ namespace {
 
 /// The nodes that a line about pins leaves pinned on a sheet of 4 x 3 nodes.
 std::vector<int> pinned_sheet_nodes(const std::string& line) {
-  return scene_of(R"(format = 1
+  return springs_of(scene_of(R"(format = 1
 material = [{ name = "m", contact_stiffness_N_m = 1.0 }]
 [[body]]
 name = "sheet"
@@ -27,13 +27,13 @@ mass_kg = 0.1
 spring_stiffness_N_m = { structural = 1.0 }
 material = "m"
 )" + line)
-      .bodies.at(0)
-      .pinned_nodes;
+                        .bodies.at(0))
+      ->pinned_nodes;
 }
 
 /// The same on a thread of 6 nodes.
 std::vector<int> pinned_thread_nodes(const std::string& line) {
-  return scene_of(R"(format = 1
+  return springs_of(scene_of(R"(format = 1
 material = [{ name = "m", contact_stiffness_N_m = 1.0 }]
 [[body]]
 name = "thread"
@@ -45,8 +45,8 @@ mass_kg = 0.1
 spring_stiffness_N_m = { structural = 1.0 }
 material = "m"
 )" + line)
-      .bodies.at(0)
-      .pinned_nodes;
+                        .bodies.at(0))
+      ->pinned_nodes;
 }
 
 }  // namespace
@@ -110,34 +110,30 @@ TEST_CASE("Deforming bodies are read with their springs, spheres and pins", "[sc
   const SceneDescription scene = scene_of(kFullScene);
   REQUIRE(scene.bodies.size() == 7);
 
-  const BodyDescription& cloth = scene.bodies[0];
-  CHECK(cloth.kind == BodyKind::kSheet);
-  CHECK(cloth.motion == Motion::kFree);
-  CHECK(cloth.nodes == Eigen::Vector3i(3, 4, 1));
-  CHECK(cloth.size_m == Eigen::Vector3d(0.2, 0.3, 0.0));
-  CHECK(cloth.structural_stiffness_N_m == 50.0);
-  CHECK(cloth.shear_stiffness_N_m == 20.0);
-  CHECK(cloth.bend_stiffness_N_m == 5.0);
-  CHECK(cloth.spring_damping_N_s_m == 0.1);
+  const auto& cloth = std::get<SheetBody>(scene.bodies[0].shape);
+  CHECK(scene.bodies[0].motion == Motion::kFree);
+  CHECK(cloth.nodes == Eigen::Vector2i(3, 4));
+  CHECK(cloth.size_m == Eigen::Vector2d(0.2, 0.3));
+  CHECK(cloth.springs.structural_stiffness_N_m == 50.0);
+  CHECK(cloth.springs.shear_stiffness_N_m == 20.0);
+  CHECK(cloth.springs.bend_stiffness_N_m == 5.0);
+  CHECK(cloth.springs.spring_damping_N_s_m == 0.1);
   CHECK(cloth.spheres.spacing_m == 0.02);
   CHECK(cloth.spheres.radius_m == 0.015);
-  CHECK(cloth.velocity_m_s == Eigen::Vector3d(0.0, 0.0, 1.0));
+  CHECK(scene.bodies[0].velocity_m_s == Eigen::Vector3d(0.0, 0.0, 1.0));
 
-  const BodyDescription& thread = scene.bodies[1];
-  CHECK(thread.kind == BodyKind::kThread);
-  CHECK(thread.nodes == Eigen::Vector3i(5, 1, 1));
-  CHECK(thread.position_m.isApprox(Eigen::Vector3d(0.0, 0.0, 0.3)));
-  CHECK(thread.shear_stiffness_N_m == 0.0);
-  CHECK(thread.pinned_nodes == std::vector<int>{0, 4});
-  CHECK(thread.material == 0);
+  const auto& thread = std::get<ThreadBody>(scene.bodies[1].shape);
+  CHECK(thread.nodes == 5);
+  CHECK(scene.bodies[1].position_m.isApprox(Eigen::Vector3d(0.0, 0.0, 0.3)));
+  CHECK(thread.springs.pinned_nodes == std::vector<int>{0, 4});
+  CHECK(scene.bodies[1].material == 0);
 
-  const BodyDescription& sponge = scene.bodies[2];
-  CHECK(sponge.kind == BodyKind::kSoftBlock);
-  CHECK(sponge.nodes == Eigen::Vector3i(3, 2, 4));
+  const auto& sponge = std::get<SoftBlockBody>(scene.bodies[2].shape);
+  CHECK(sponge.lattice.cells == Eigen::Vector3i(2, 1, 3));
   CHECK(sponge.lattice.nodes_m.size() == 24);
-  CHECK(sponge.shear_stiffness_N_m == 40.0);
+  CHECK(sponge.springs.shear_stiffness_N_m == 40.0);
   CHECK(sponge.spheres.radius_m == 0.02);
-  CHECK(sponge.pinned_nodes == std::vector<int>{0, 1, 2, 3, 4, 5});  // the lowest layer
+  CHECK(sponge.springs.pinned_nodes == std::vector<int>{0, 1, 2, 3, 4, 5});  // the lowest layer
 }
 
 TEST_CASE("Rigid bodies are read with their motion, directions made unit", "[scene_file]") {
@@ -145,7 +141,7 @@ TEST_CASE("Rigid bodies are read with their motion, directions made unit", "[sce
   REQUIRE(scene.bodies.size() == 7);
 
   const BodyDescription& box = scene.bodies[3];
-  CHECK(box.kind == BodyKind::kRigidBox);
+  CHECK(std::holds_alternative<RigidBoxBody>(box.shape));
   CHECK(box.mass_kg == 0.5);
   CHECK(box.angular_velocity_rad_s == Eigen::Vector3d::UnitX());
   CHECK(box.material == 1);
@@ -165,7 +161,7 @@ TEST_CASE("Rigid bodies are read with their motion, directions made unit", "[sce
   const BodyDescription& floor = scene.bodies[6];
   CHECK(floor.motion == Motion::kStatic);
   CHECK(floor.position_m == Eigen::Vector3d(0.0, 0.0, -1.0));
-  CHECK(floor.normal.isApprox(Eigen::Vector3d(0.0, 0.6, 0.8)));
+  CHECK(std::get<PlaneBody>(floor.shape).normal.isApprox(Eigen::Vector3d(0.0, 0.6, 0.8)));
 }
 
 TEST_CASE("A body of any kind but a plane may be stiffer than its material", "[scene_file]") {

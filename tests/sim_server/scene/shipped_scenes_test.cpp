@@ -21,16 +21,15 @@ long spheres_along(double length_m, double spacing_m) {
 
 /// The spheres that a free body of a shipped scene is covered with, by the rule of SpherePacking.
 long sphere_count(const BodyDescription& body) {
-  const auto [spacing_m, radius_m] = body.spheres;
-  if (body.kind == BodyKind::kThread) {
-    return spheres_along((body.to_m - body.from_m).norm(), spacing_m);
-  }
-  const double rim_m = body.kind == BodyKind::kRigidBox ? 2.0 * radius_m : 0.0;
-  long count = spheres_along(body.size_m.x() - rim_m, spacing_m) *
-               spheres_along(body.size_m.y() - rim_m, spacing_m);
-  if (body.kind == BodyKind::kRigidBox) {
-    count *= spheres_along(body.size_m.z() - rim_m, spacing_m);
-  }
+  if (const auto* thread = std::get_if<ThreadBody>(&body.shape))
+    return spheres_along((thread->to_m - thread->from_m).norm(), thread->spheres.spacing_m);
+  if (const auto* sheet = std::get_if<SheetBody>(&body.shape))
+    return spheres_along(sheet->size_m.x(), sheet->spheres.spacing_m) *
+           spheres_along(sheet->size_m.y(), sheet->spheres.spacing_m);
+  const auto& box = std::get<RigidBoxBody>(body.shape);
+  long count = 1;
+  for (const double side_m : box.size_m)
+    count *= spheres_along(side_m - 2.0 * box.spheres.radius_m, box.spheres.spacing_m);
   return count;
 }
 
@@ -42,18 +41,22 @@ long moving_sphere_count(const SceneDescription& scene) {
   return count;
 }
 
-long count_of(const SceneDescription& scene, BodyKind kind) {
-  return std::count_if(scene.bodies.begin(), scene.bodies.end(),
-                       [kind](const BodyDescription& body) { return body.kind == kind; });
+template <class Shape>
+long count_of(const SceneDescription& scene) {
+  return std::count_if(scene.bodies.begin(), scene.bodies.end(), [](const BodyDescription& body) {
+    return std::holds_alternative<Shape>(body.shape);
+  });
 }
 
 /// Whether no two boxes of the scene overlap at the start, boxes being level.
 bool boxes_are_apart(const SceneDescription& scene) {
   for (const BodyDescription& a : scene.bodies) {
     for (const BodyDescription& b : scene.bodies) {
-      if (a.kind != BodyKind::kRigidBox || b.kind != BodyKind::kRigidBox || &a == &b) continue;
+      const auto* one = std::get_if<RigidBoxBody>(&a.shape);
+      const auto* other = std::get_if<RigidBoxBody>(&b.shape);
+      if (one == nullptr || other == nullptr || one == other) continue;
       const Eigen::Array3d gap_m =
-          (a.position_m - b.position_m).array().abs() - 0.5 * (a.size_m + b.size_m).array();
+          (a.position_m - b.position_m).array().abs() - 0.5 * (one->size_m + other->size_m).array();
       if ((gap_m < 0.0).all()) return false;
     }
   }
@@ -67,12 +70,13 @@ TEST_CASE("Tissue and blocks are the paper's: 8 x 8 nodes, ten blocks, 405 spher
 
   CHECK(scene.name == "tissue_and_blocks");
   CHECK(scene.period_s == Approx(1.0 / 33.0));
-  CHECK(count_of(scene, BodyKind::kRigidBox) == 10);
-  REQUIRE(count_of(scene, BodyKind::kSheet) == 1);
+  CHECK(count_of<RigidBoxBody>(scene) == 10);
+  REQUIRE(count_of<SheetBody>(scene) == 1);
   for (const BodyDescription& body : scene.bodies) {
-    if (body.kind != BodyKind::kSheet) continue;
-    CHECK(body.nodes == Eigen::Vector3i(8, 8, 1));
-    CHECK(body.pinned_nodes == std::vector<int>{0, 7, 56, 63});
+    const auto* sheet = std::get_if<SheetBody>(&body.shape);
+    if (sheet == nullptr) continue;
+    CHECK(sheet->nodes == Eigen::Vector2i(8, 8));
+    CHECK(sheet->springs.pinned_nodes == std::vector<int>{0, 7, 56, 63});
   }
   CHECK(moving_sphere_count(scene) == 405);
   CHECK(boxes_are_apart(scene));
@@ -81,10 +85,11 @@ TEST_CASE("Tissue and blocks are the paper's: 8 x 8 nodes, ten blocks, 405 spher
 TEST_CASE("Threads are forty, hung by their upper ends, 400 spheres", "[scenes]") {
   const SceneDescription scene = shipped("threads");
 
-  CHECK(count_of(scene, BodyKind::kThread) == 40);
+  CHECK(count_of<ThreadBody>(scene) == 40);
   CHECK(scene.bodies.size() == 40);
-  for (const BodyDescription& thread : scene.bodies) {
-    CHECK(thread.pinned_nodes == std::vector<int>{0});
+  for (const BodyDescription& body : scene.bodies) {
+    const auto& thread = std::get<ThreadBody>(body.shape);
+    CHECK(thread.springs.pinned_nodes == std::vector<int>{0});
     CHECK(thread.from_m.z() > thread.to_m.z());
   }
   CHECK(moving_sphere_count(scene) == 400);
@@ -102,7 +107,8 @@ TEST_CASE("The moving sphere's held image jumps by k v P = 1.65 N", "[scenes]") 
   CHECK(material.contact_damping_N_s_m == 0.0);
   CHECK(material.friction == 0.0);
   const double touch_time_s =
-      (-sphere.position_m.x() - sphere.radius_m - scene.tool.at(0).radius_m) /
+      (-sphere.position_m.x() - std::get<SphereBody>(sphere.shape).radius_m -
+       scene.tool.at(0).radius_m) /
       sphere.prescribed.velocity_m_s;
   CHECK(touch_time_s == Approx(0.35));
 }
@@ -111,8 +117,8 @@ TEST_CASE("The wall is 1000 N/m at z = 0 and nothing else", "[scenes]") {
   const SceneDescription scene = shipped("wall");
 
   REQUIRE(scene.bodies.size() == 1);
-  CHECK(scene.bodies[0].kind == BodyKind::kPlane);
-  CHECK(scene.bodies[0].normal == Eigen::Vector3d::UnitZ());
+  REQUIRE(std::holds_alternative<PlaneBody>(scene.bodies[0].shape));
+  CHECK(std::get<PlaneBody>(scene.bodies[0].shape).normal == Eigen::Vector3d::UnitZ());
   CHECK(scene.bodies[0].position_m.isZero(0.0));
   CHECK(scene.materials.at(0).contact_stiffness_N_m == 1000.0);
   CHECK(scene.materials.at(0).contact_damping_N_s_m == 0.0);

@@ -39,8 +39,8 @@ Eigen::VectorXd nonzero(const Eigen::VectorXd& frequencies) {
 BodyDescription chain(int free_nodes, int pinned_ends) {
   const int nodes = free_nodes + pinned_ends;
   BodyDescription body = thread(nodes, {0, 0, 0}, {0.1 * (nodes - 1), 0, 0}, 0.01, 1000.0);
-  if (pinned_ends > 0) body.pinned_nodes = {0};
-  if (pinned_ends > 1) body.pinned_nodes = {0, nodes - 1};
+  if (pinned_ends > 0) springs(body).pinned_nodes = {0};
+  if (pinned_ends > 1) springs(body).pinned_nodes = {0, nodes - 1};
   return body;
 }
 
@@ -76,8 +76,8 @@ TEST_CASE("An 8x8 sheet rings at 980.7853 rad/s at most, with shear and bend at 
             .epsilon(1e-11));
   CHECK(std::abs(structural.maxCoeff() - 980.7853) < 5e-5);
 
-  body.shear_stiffness_N_m = 250.0;
-  body.bend_stiffness_N_m = 100.0;
+  shear_stiffness_N_m(body) = 250.0;
+  springs(body).bend_stiffness_N_m = 100.0;
   CHECK(build_world(scene_of({body})).springs.size() == 306);
   const Eigen::VectorXd full = frequencies_rad_s(body);
 

@@ -18,8 +18,8 @@ BodyDescription hanging_cloth(std::vector<int> pinned) {
   BodyDescription body = sheet({8, 8}, 0.02, 0.002, 500.0);
   body.orientation = Eigen::AngleAxisd(0.5 * std::acos(-1.0), Eigen::Vector3d::UnitX());
   body.position_m.z() = -0.07;  // the upper edge at height 0
-  body.spheres = {0.02, 1e-4};
-  body.pinned_nodes = std::move(pinned);
+  packing(body) = {0.02, 1e-4};
+  springs(body).pinned_nodes = std::move(pinned);
   return body;
 }
 
@@ -55,9 +55,9 @@ TEST_CASE("A cloth pinned at two corners comes to the one state of least energy,
                CornerCase{5000, 2500, 500, -0.0880091398831, -0.0701774331113, NAN});
   const std::uint64_t seed = GENERATE(1u, 2u, 3u);
   BodyDescription body = hanging_cloth({56, 63});
-  body.structural_stiffness_N_m = known.structural;
-  body.shear_stiffness_N_m = known.shear;
-  body.bend_stiffness_N_m = known.bend;
+  springs(body).structural_stiffness_N_m = known.structural;
+  shear_stiffness_N_m(body) = known.shear;
+  springs(body).bend_stiffness_N_m = known.bend;
   SceneDescription scene = scene_of({body}, {}, {0, 0, -9.81});
   scene.method.solver = GENERATE(SolverKind::kNewton, SolverKind::kNewtonCg);
   Simulation simulation(scene);
@@ -79,9 +79,9 @@ TEST_CASE("A cloth pinned at two corners comes to the one state of least energy,
 /// The same cloth, level: of its 62 free nodes none is held against leaving the plane.
 World flat_cloth() {
   BodyDescription body = sheet({8, 8}, 0.02, 0.002, 500.0);
-  body.shear_stiffness_N_m = 250.0;
-  body.bend_stiffness_N_m = 50.0;
-  body.pinned_nodes = {0, 7};
+  shear_stiffness_N_m(body) = 250.0;
+  springs(body).bend_stiffness_N_m = 50.0;
+  springs(body).pinned_nodes = {0, 7};
   return build_world(scene_of({body}, {}, {0, 0, -9.81}));
 }
 

@@ -37,7 +37,7 @@ void run(World& world, const Method& method, double step_s, int steps) {
 constexpr double kRate_rad_s = 100.0;
 World oscillator(double damping_ratio) {
   BodyDescription body = thread(2, {0, 0, 0}, {1, 0, 0}, 0.1, 1000.0, {0});
-  body.spring_damping_N_s_m = 2.0 * damping_ratio * 0.1 * kRate_rad_s;
+  springs(body).spring_damping_N_s_m = 2.0 * damping_ratio * 0.1 * kRate_rad_s;
   World world = build_world(scene_of({body}));
   world.nodes[1].position_m.x() += 1e-3;
   return world;

@@ -13,7 +13,7 @@ namespace {
 /// A mass of 0.1 kg on a spring of 1000 N/m whose other end is pinned, 0.1 m long at rest.
 Simulation oscillator(double damping_N_s_m = 0.0) {
   BodyDescription body = thread(2, {0, 0, 0}, {0.1, 0, 0}, 0.1, 1000.0, {0});
-  body.spring_damping_N_s_m = damping_N_s_m;
+  springs(body).spring_damping_N_s_m = damping_N_s_m;
   return Simulation(scene_of({body}));
 }
 

@@ -1,5 +1,3 @@
-#include "sim_server/scene/mesh_reader.hpp"
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
@@ -8,8 +6,11 @@
 #include <exception>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 
 #include "shared/realtime/stop_signal.hpp"
+#include "sim_server/bodies/body_description.hpp"
+#include "sim_server/bodies/kinds/mesh.hpp"
 #include "sim_server/mesh/mass_properties.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
 #include "sim_server/mesh/mesh_repair.hpp"
@@ -18,6 +19,7 @@
 #include "sim_server/spheres/sampling.hpp"
 #include "sim_server/spheres/sphere_cache.hpp"
 #include "sim_server/spheres/sphere_file.hpp"
+#include "sim_server/toml/toml_reader.hpp"
 
 namespace stillgrid {
 namespace {
@@ -187,42 +189,52 @@ double read_stiffness_scale(TableReader& table, const TriangleMesh& mesh,
 }
 
 /// Moves the body's frame into its centre of mass, along its principal axes.
-void take_principal_frame(const TriangleMesh& mesh, BodyDescription& body) {
+RigidMeshBody in_principal_frame(std::vector<Ball> balls, const TriangleMesh& mesh,
+                                 BodyDescription& body) {
   const MassProperties mass = mass_properties(mesh);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(mass.inertia_per_kg_m2);
   Eigen::Matrix3d axes = solver.eigenvectors();
   if (axes.determinant() < 0.0) axes.col(0) = -axes.col(0);
-  body.inertia_per_kg_m2 = solver.eigenvalues();
+  RigidMeshBody rigid{.balls = std::move(balls), .surface = mesh};
+  rigid.inertia_per_kg_m2 = solver.eigenvalues();
   const auto moved = [&](const Eigen::Vector3d& point_m) -> Eigen::Vector3d {
     return axes.transpose() * (point_m - mass.centre_m);
   };
-  for (Ball& ball : body.balls) ball.centre_m = moved(ball.centre_m);
-  for (Eigen::Vector3d& vertex_m : body.surface.vertices_m) vertex_m = moved(vertex_m);
+  for (Ball& ball : rigid.balls) ball.centre_m = moved(ball.centre_m);
+  for (Eigen::Vector3d& vertex_m : rigid.surface.vertices_m) vertex_m = moved(vertex_m);
   body.position_m += body.orientation * mass.centre_m;
   body.orientation = (body.orientation * Eigen::Quaterniond(axes)).normalized();
+  return rigid;
 }
 
-void read_lattice(TableReader& table, BodyDescription& body) {
+SoftMeshBody on_lattice(TableReader& table, std::vector<Ball> balls, const TriangleMesh& mesh,
+                        const BodyDescription& body) {
   const double spacing_m = table.number("lattice_m", Bound::kPositive);
-  if (place_count(body.balls, spacing_m) > kMostPlaces)
+  if (place_count(balls, spacing_m) > kMostPlaces)
     table.refuse("lattice_m", "a lattice of at most 100000 nodes");
-  body.lattice = lattice_round(body.balls, spacing_m);
+  SoftMeshBody soft;
+  soft.lattice = lattice_round(balls, spacing_m);
+  soft.balls = std::move(balls);
+  soft.surface = mesh;
+  read_springs(table, body.motion, soft.springs);
+  soft.springs.pinned_nodes =
+      read_pinned_in_solid(table, soft.lattice, body.position_m, body.orientation);
+  return soft;
 }
 
 }  // namespace
 
-void read_mesh(TableReader& table, bool is_soft, BodyDescription& body,
-               std::vector<std::string>& notes) {
+void read_mesh(TableReader& table, BodyDescription& body, std::vector<std::string>& notes) {
+  const bool is_soft = table.has("spring_stiffness_N_m");
   body.position_m = table.vector_or("position_m", body.position_m);
   body.orientation = table.orientation_or_identity("orientation_xyzw");
   const TriangleMesh mesh = read_closed(table);
-  body.balls = read_balls(table, mesh, body, notes);
-  body.stiffness_scale = read_stiffness_scale(table, mesh, body.balls);
-  body.surface = mesh;
+  std::vector<Ball> balls = read_balls(table, mesh, body, notes);
+  body.stiffness_scale = read_stiffness_scale(table, mesh, balls);
   if (is_soft)
-    read_lattice(table, body);
+    body.shape = on_lattice(table, std::move(balls), mesh, body);
   else
-    take_principal_frame(mesh, body);
+    body.shape = in_principal_frame(std::move(balls), mesh, body);
 }
 
 }  // namespace stillgrid

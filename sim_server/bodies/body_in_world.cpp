@@ -1,0 +1,146 @@
+#include "sim_server/bodies/body_in_world.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace stillgrid {
+namespace {
+
+void add_deformable(World& world, const BodyDescription& body, const SpringDescription& springs,
+                    const SpringNet& net, BodyRange& range) {
+  range.first_node = static_cast<int>(world.nodes.size());
+  range.node_count = static_cast<int>(net.nodes_m.size());
+  range.sheet_nodes = net.sheet_nodes;
+  Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& point : net.nodes_m) centre_m += point / range.node_count;
+  int index = 0;
+  for (const Eigen::Vector3d& point : net.nodes_m) {
+    const bool pinned =
+        std::binary_search(springs.pinned_nodes.begin(), springs.pinned_nodes.end(), index++);
+    const Eigen::Vector3d velocity_m_s =
+        body.velocity_m_s + body.angular_velocity_rad_s.cross(point - centre_m);
+    world.nodes.push_back({.position_m = point,
+                           .velocity_m_s = pinned ? Eigen::Vector3d::Zero() : velocity_m_s,
+                           .mass_kg = body.mass_kg / range.node_count,
+                           .pinned = pinned});
+  }
+  range.first_spring = static_cast<int>(world.springs.size());
+  for (const SpringNet::Link& link : net.links) {
+    if (link.stiffness_N_m <= 0.0) continue;
+    const auto at = [&](int node) { return net.nodes_m[static_cast<std::size_t>(node)]; };
+    world.springs.push_back({range.first_node + link.a, range.first_node + link.b,
+                             (at(link.b) - at(link.a)).norm(), link.stiffness_N_m,
+                             springs.spring_damping_N_s_m});
+  }
+  range.spring_count = static_cast<int>(world.springs.size()) - range.first_spring;
+}
+
+void add_rigid(World& world, const BodyDescription& body, const RigidShape& shape,
+               BodyRange& range) {
+  range.rigid = static_cast<int>(world.rigid_bodies.size());
+  const bool free = body.motion == Motion::kFree;
+  world.rigid_bodies.push_back({.position_m = body.position_m,
+                                .orientation = body.orientation,
+                                .velocity_m_s = body.velocity_m_s,
+                                .angular_velocity_rad_s = body.angular_velocity_rad_s,
+                                .mass_kg = body.mass_kg,
+                                .inertia_kg_m2 = shape.inertia_kg_m2,
+                                .reach_m = shape.reach_m,
+                                .free = free,
+                                .start_m = body.position_m,
+                                .prescribed = body.prescribed});
+  if (!free) {
+    RigidBody& rigid = world.rigid_bodies.back();
+    rigid.velocity_m_s = prescribed_state(rigid, 0.0).velocity_m_s;
+  }
+}
+
+/// The material of a body's spheres: its own if its stiffness is scaled.
+int material_of(World& world, const BodyDescription& body) {
+  if (body.stiffness_scale == 1.0) return body.material;
+  ContactMaterial material = world.materials[static_cast<std::size_t>(body.material)];
+  material.stiffness_N_m *= body.stiffness_scale;
+  material.damping_N_s_m *= body.stiffness_scale;
+  world.materials.push_back(material);
+  return static_cast<int>(world.materials.size()) - 1;
+}
+
+/// What moves of a body, but for its spheres.
+void add_moving(World& world, const BodyDescription& body, BodyRange& range) {
+  std::visit(
+      [&](const auto& shape) {
+        if constexpr (requires { net_of(shape, body); })
+          add_deformable(world, body, shape.springs, net_of(shape, body), range);
+        else if constexpr (requires { rigid_shape(shape, body.mass_kg); })
+          add_rigid(world, body, rigid_shape(shape, body.mass_kg), range);
+      },
+      body.shape);
+}
+
+void add_spheres(World& world, const BodyDescription& body, int number, BodyRange& range) {
+  const int material = material_of(world, body);
+  range.first_sphere = static_cast<int>(world.spheres.size());
+  for (SphereBinding& sphere : pack_spheres(body)) {
+    sphere.body = number;
+    sphere.material = material;
+    if (body.motion == Motion::kStatic) {
+      world.still_spheres.push_back({sphere.rest_position_m, sphere.radius_m, material, number});
+      continue;
+    }
+    sphere.rigid = range.rigid;
+    for (int& node : sphere.nodes) node += range.first_node;
+    world.spheres.push_back(sphere);
+  }
+  range.sphere_count = static_cast<int>(world.spheres.size()) - range.first_sphere;
+}
+
+}  // namespace
+
+std::vector<SphereBinding> pack_spheres(const BodyDescription& body) {
+  std::vector<SphereBinding> spheres = std::visit(
+      [&](const auto& shape) -> std::vector<SphereBinding> {
+        if constexpr (requires { spheres_of(shape, body); }) return spheres_of(shape, body);
+        return {};
+      },
+      body.shape);
+  for (SphereBinding& sphere : spheres) sphere.material = body.material;
+  return spheres;
+}
+
+BodyCounts counts_of(const BodyDescription& body) {
+  return std::visit([](const auto& shape) { return counts_of(shape); }, body.shape);
+}
+
+void add_body(World& world, const BodyDescription& body) {
+  const int number = static_cast<int>(world.bodies.size());
+  BodyRange& range = world.bodies.emplace_back();
+  range.name = body.name;
+  if (const auto* plane = std::get_if<PlaneBody>(&body.shape)) {
+    world.planes.push_back(
+        {plane->normal, plane->normal.dot(body.position_m), body.material, number});
+    return;
+  }
+  if (body.motion != Motion::kStatic) add_moving(world, body, range);
+  add_spheres(world, body, number, range);
+}
+
+std::vector<BodySurface> rest_surfaces(std::span<const BodyDescription> bodies,
+                                       const World& world) {
+  std::vector<BodySurface> surfaces;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const BodyDescription& body = bodies[i];
+    const int number = static_cast<int>(i);
+    BodySurface surface = std::visit(
+        [&](const auto& shape) -> BodySurface {
+          if constexpr (requires { surface_of(shape, body, rest_spheres(world, number)); })
+            return surface_of(shape, body, rest_spheres(world, number));
+          return {};
+        },
+        body.shape);
+    surface.body = number;
+    if (!surface.vertices.empty()) surfaces.push_back(std::move(surface));
+  }
+  return surfaces;
+}
+
+}  // namespace stillgrid

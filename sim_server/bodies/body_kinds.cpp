@@ -1,0 +1,29 @@
+#include "sim_server/bodies/body_kinds.hpp"
+
+namespace stillgrid {
+namespace {
+
+Motions only_static(TableReader& /*table*/) {
+  return Motions::kStatic;
+}
+Motions free_or_static(TableReader& /*table*/) {
+  return Motions::kFreeOrStatic;
+}
+Motions any(TableReader& /*table*/) {
+  return Motions::kAny;
+}
+Motions any_unless_soft(TableReader& table) {
+  return table.has("spring_stiffness_N_m") ? Motions::kFreeOrStatic : Motions::kAny;
+}
+
+}  // namespace
+
+const std::array<BodyKind, 7> kBodyKinds = {{{"sheet", free_or_static, read_sheet},
+                                             {"thread", free_or_static, read_thread},
+                                             {"soft_block", free_or_static, read_soft_block},
+                                             {"rigid_box", any, read_rigid_box},
+                                             {"mesh", any_unless_soft, read_mesh},
+                                             {"sphere", any, read_sphere},
+                                             {"plane", only_static, read_plane}}};
+
+}  // namespace stillgrid

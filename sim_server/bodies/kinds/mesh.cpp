@@ -1,0 +1,47 @@
+#include "sim_server/bodies/kinds/mesh.hpp"
+
+#include <algorithm>
+
+#include "sim_server/bodies/body_description.hpp"
+#include "sim_server/toml/toml_reader.hpp"
+
+namespace stillgrid {
+
+BodyCounts counts_of(const RigidMeshBody& mesh) {
+  return {.spheres = static_cast<double>(mesh.balls.size())};
+}
+
+BodyCounts counts_of(const SoftMeshBody& mesh) {
+  return counts_of_solid(static_cast<double>(mesh.balls.size()), mesh.lattice, mesh.springs);
+}
+
+SpringNet net_of(const SoftMeshBody& mesh, const BodyDescription& body) {
+  return net_of_solid(mesh.lattice, mesh.springs, body.position_m, body.orientation);
+}
+
+RigidShape rigid_shape(const RigidMeshBody& mesh, double mass_kg) {
+  RigidShape shape{.inertia_kg_m2 = mass_kg * mesh.inertia_per_kg_m2};
+  for (const Ball& ball : mesh.balls)
+    shape.reach_m = std::max(shape.reach_m, ball.centre_m.norm() + ball.radius_m);
+  return shape;
+}
+
+std::vector<SphereBinding> spheres_of(const RigidMeshBody& mesh, const BodyDescription& body) {
+  return fixed_spheres(mesh.balls, body.position_m, body.orientation);
+}
+
+std::vector<SphereBinding> spheres_of(const SoftMeshBody& mesh, const BodyDescription& body) {
+  return spheres_in_solid(mesh.balls, mesh.lattice, body.position_m, body.orientation);
+}
+
+BodySurface surface_of(const RigidMeshBody& mesh, const BodyDescription& body,
+                       const RestSpheres& spheres) {
+  return bound_surface(mesh.surface, body.position_m, body.orientation, spheres);
+}
+
+BodySurface surface_of(const SoftMeshBody& mesh, const BodyDescription& body,
+                       const RestSpheres& spheres) {
+  return bound_surface(mesh.surface, body.position_m, body.orientation, spheres);
+}
+
+}  // namespace stillgrid

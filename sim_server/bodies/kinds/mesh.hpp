@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "sim_server/bodies/kinds/packing.hpp"
+#include "sim_server/bodies/kinds/springs.hpp"
+#include "sim_server/bodies/surfaces.hpp"
+#include "sim_server/mesh/triangle_mesh.hpp"
+#include "sim_server/spheres/ball.hpp"
+
+namespace stillgrid {
+
+class TableReader;
+struct BodyDescription;
+
+/// A mesh from a file as balls that keep their places, in its centre of mass along its principal
+/// axes, whatever frame the file has.
+struct RigidMeshBody {
+  std::vector<Ball> balls = {};
+  TriangleMesh surface = {};                                    // closed; for a display
+  Eigen::Vector3d inertia_per_kg_m2 = Eigen::Vector3d::Zero();  // principal
+};
+
+/// A mesh from a file as balls on a lattice of masses and springs, in the file's frame.
+struct SoftMeshBody {
+  std::vector<Ball> balls = {};
+  TriangleMesh surface = {};  // closed; for a display
+  SoftLattice lattice = {};   // lattice_round()
+  ShearSprings springs = {};
+};
+
+/// Reads its keys into body.shape: a soft mesh if it has springs. Adds a line to notes. Throws
+/// SceneError; a mesh that bounds no solid is refused at `file`. Decomposing may take seconds.
+/// Pre: body.motion is read.
+void read_mesh(TableReader& table, BodyDescription& body, std::vector<std::string>& notes);
+
+[[nodiscard]] BodyCounts counts_of(const RigidMeshBody& mesh);
+[[nodiscard]] BodyCounts counts_of(const SoftMeshBody& mesh);
+
+/// Masses and springs of one that stands where body says.
+[[nodiscard]] SpringNet net_of(const SoftMeshBody& mesh, const BodyDescription& body);
+/// As a rigid body of that mass.
+[[nodiscard]] RigidShape rigid_shape(const RigidMeshBody& mesh, double mass_kg);
+[[nodiscard]] std::vector<SphereBinding> spheres_of(const RigidMeshBody& mesh,
+                                                    const BodyDescription& body);
+[[nodiscard]] std::vector<SphereBinding> spheres_of(const SoftMeshBody& mesh,
+                                                    const BodyDescription& body);
+
+[[nodiscard]] BodySurface surface_of(const RigidMeshBody& mesh, const BodyDescription& body,
+                                     const RestSpheres& spheres);
+[[nodiscard]] BodySurface surface_of(const SoftMeshBody& mesh, const BodyDescription& body,
+                                     const RestSpheres& spheres);
+
+}  // namespace stillgrid
