@@ -18,7 +18,7 @@
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/stop_signal.hpp"
 #include "sim_server/available_memory.hpp"
-#include "sim_server/bodies/body_in_world.hpp"
+#include "sim_server/bodies/kinds/body_in_world.hpp"
 #include "sim_server/contact/start_warnings.hpp"
 #include "sim_server/dynamics/choice/memory_need.hpp"
 #include "sim_server/dynamics/choice/predicted_cost.hpp"

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sim_server/bodies/body_kinds.hpp"
+#include "sim_server/bodies/kinds/body_kinds.hpp"
 
 namespace stillgrid {
 namespace {

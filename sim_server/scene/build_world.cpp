@@ -1,6 +1,6 @@
 #include "sim_server/scene/build_world.hpp"
 
-#include "sim_server/bodies/body_in_world.hpp"
+#include "sim_server/bodies/kinds/body_in_world.hpp"
 
 namespace stillgrid {
 

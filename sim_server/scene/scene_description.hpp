@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sim_server/bodies/body_description.hpp"
+#include "sim_server/bodies/kinds/body_description.hpp"
 #include "sim_server/scene/method.hpp"
 
 namespace stillgrid {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "sim_server/scene/build_world.hpp"
 #include "tests/laws/law.hpp"
 
 namespace stillgrid {

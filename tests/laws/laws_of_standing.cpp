@@ -5,6 +5,7 @@
 #include <limits>
 #include <string>
 
+#include "sim_server/scene/build_world.hpp"
 #include "tests/laws/law.hpp"
 #include "tests/laws/moved_scene.hpp"
 

@@ -12,6 +12,8 @@
 #include <algorithm>
 #include <memory>
 
+#include "sim_server/scene/build_world.hpp"
+
 namespace stillgrid {
 namespace {
 

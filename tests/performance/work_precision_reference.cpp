@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "sim_server/scene/build_world.hpp"
+
 namespace stillgrid {
 
 SpringReference::SpringReference(const World& world)

@@ -11,6 +11,7 @@
 #include "shared/files/whole_file.hpp"
 #include "sim_server/dynamics/step/simulation.hpp"
 #include "sim_server/published_scene.hpp"
+#include "sim_server/scene/build_world.hpp"
 #include "tests/stability/csv_file.hpp"
 
 namespace stillgrid {

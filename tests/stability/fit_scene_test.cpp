@@ -60,8 +60,9 @@ TEST_CASE("A setting is a value in the file, in tables that exist or not", "[fit
        "body.cloth.stiffness_scale=1.96", "material.felt.contact_stiffness_N_m=123.456789012345678",
        "world.gravity_m_s2=[0, 0, -1.5]"});
   CHECK(scene.voxel_ratio == 2.0);
-  CHECK(scene.bodies[0].spheres.spacing_m == 0.02);
-  CHECK(scene.bodies[0].spheres.radius_m == 0.0065);
+  const SpherePacking spheres = std::get<SheetBody>(scene.bodies[0].shape).spheres;
+  CHECK(spheres.spacing_m == 0.02);
+  CHECK(spheres.radius_m == 0.0065);
   CHECK(scene.bodies[1].stiffness_scale == 1.96);
   CHECK(scene.materials[0].contact_stiffness_N_m == 123.456789012345678);
   CHECK(scene.gravity_m_s2.z() == -1.5);

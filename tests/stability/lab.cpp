@@ -15,6 +15,7 @@
 #include "shared/realtime/periodic_timer.hpp"
 #include "sim_server/lockstep_schedule.hpp"
 #include "sim_server/published_scene.hpp"
+#include "sim_server/scene/build_world.hpp"
 #include "tests/stability/path_file.hpp"
 
 namespace stillgrid {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "sim_server/bodies/body_description.hpp"
+#include "sim_server/bodies/kinds/body_description.hpp"
 #include "sim_server/toml/toml_reader.hpp"
 
 namespace stillgrid {

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "shared/realtime/stop_signal.hpp"
-#include "sim_server/bodies/body_description.hpp"
+#include "sim_server/bodies/kinds/body_description.hpp"
 #include "sim_server/bodies/kinds/mesh.hpp"
 #include "sim_server/mesh/mass_properties.hpp"
 #include "sim_server/mesh/mesh_file.hpp"

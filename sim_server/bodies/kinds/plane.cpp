@@ -1,6 +1,6 @@
 #include "sim_server/bodies/kinds/plane.hpp"
 
-#include "sim_server/bodies/body_description.hpp"
+#include "sim_server/bodies/kinds/body_description.hpp"
 #include "sim_server/toml/toml_reader.hpp"
 
 namespace stillgrid {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "sim_server/bodies/body_description.hpp"
+#include "sim_server/bodies/kinds/body_description.hpp"
 #include "sim_server/toml/toml_reader.hpp"
 
 namespace stillgrid {

@@ -3,7 +3,7 @@
 #include <array>
 #include <string_view>
 
-#include "sim_server/bodies/body_description.hpp"
+#include "sim_server/bodies/kinds/body_description.hpp"
 #include "sim_server/toml/toml_reader.hpp"
 
 namespace stillgrid {

@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "shared/collision/still_grid.hpp"
-#include "sim_server/bodies/body_in_world.hpp"
+#include "sim_server/bodies/kinds/body_in_world.hpp"
 
 namespace stillgrid {
 namespace {

@@ -3,7 +3,7 @@
 #include <random>
 #include <set>
 
-#include "sim_server/bodies/body_in_world.hpp"
+#include "sim_server/bodies/kinds/body_in_world.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid {

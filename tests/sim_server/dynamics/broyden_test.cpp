@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "sim_server/scene/build_world.hpp"
 #include "tests/sim_server/dynamics/cubic_chain.hpp"
 #include "tests/sim_server/dynamics/hanging_chain.hpp"
 

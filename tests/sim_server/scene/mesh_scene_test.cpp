@@ -111,7 +111,7 @@ TEST_CASE("A scene decomposes a mesh to its tolerance and says so in a note", "[
   const SceneDescription scene =
       scene_of(kBefore + file_line(mesh.name()) + "spheres = { tolerance_m = 0.003 }\n");
 
-  const std::size_t count = scene.bodies.at(0).balls.size();
+  const std::size_t count = balls_of(scene.bodies.at(0)).size();
   CHECK(count > 1);
   REQUIRE(scene.notes.size() == 1);
   CHECK(scene.notes[0].starts_with("body 'b': " + std::to_string(count) + " spheres within 0.00"));
@@ -131,8 +131,8 @@ TEST_CASE("A scene samples a mesh evenly, below its surface or through its volum
   CHECK(volume.notes[0].starts_with("body 'b': 64 even spheres, in "));
 
   const SceneDescription surface = scene("surface_spacing_m");
-  CHECK(surface.bodies.at(0).balls.size() > 50);  // on 28 cm^2
-  for (const Ball& ball : surface.bodies[0].balls) CHECK(ball.radius_m <= 0.005 + 1e-12);
+  CHECK(balls_of(surface.bodies.at(0)).size() > 50);  // on 28 cm^2
+  for (const Ball& ball : balls_of(surface.bodies[0])) CHECK(ball.radius_m <= 0.005 + 1e-12);
 }
 
 TEST_CASE("A mesh relative to the scene's folder is found", "[mesh_scene]") {

@@ -1,4 +1,4 @@
-#include "sim_server/bodies/body_in_world.hpp"
+#include "sim_server/bodies/kinds/body_in_world.hpp"
 
 #include <algorithm>
 #include <utility>

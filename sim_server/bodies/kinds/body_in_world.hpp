@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "sim_server/bodies/body_description.hpp"
+#include "sim_server/bodies/kinds/body_description.hpp"
 #include "sim_server/bodies/surfaces.hpp"
 #include "sim_server/bodies/world.hpp"
 

@@ -1,4 +1,4 @@
-#include "sim_server/bodies/body_kinds.hpp"
+#include "sim_server/bodies/kinds/body_kinds.hpp"
 
 namespace stillgrid {
 namespace {
