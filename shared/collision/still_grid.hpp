@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "proto/scene_segment.hpp"
-#include "shared/publication/double_buffer.hpp"
+#include "shared/double_buffer/double_buffer.hpp"
 
 namespace stillgrid {
 

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "proto/segment_header.hpp"
-#include "shared/publication/double_buffer.hpp"
+#include "shared/double_buffer/double_buffer.hpp"
 #include "shared/publication/mapping_guard.hpp"
 #include "shared/publication/segment_files.hpp"
 

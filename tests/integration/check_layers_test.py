@@ -30,6 +30,7 @@ class SourceTreeTest(unittest.TestCase):
                    '#include "haptic_server/a.hpp"\n#include "sim_server/b.hpp"\n')
 
     def plant(self, file, text):
+        (self.root / file).parent.mkdir(parents=True, exist_ok=True)
         (self.root / file).write_text(text)
 
     def run_script(self, name):
@@ -86,6 +87,27 @@ class CheckLayersTest(SourceTreeTest):
         self.plant("sim_server/dynamics/forces.cpp", "#include <hwy/highway.h>\n")
         self.assert_found("sim_server/bad.cpp", "<hwy/highway.h>", "sim_server/contact",
                           "sim_server/dynamics")
+
+    def test_a_folder_below_the_top_includes_what_its_arrows_name(self):
+        self.plant("sim_server/scene/reader.cpp", '#include "sim_server/bodies/world.hpp"\n')
+        self.test_a_clean_tree_has_no_violation()
+        self.assert_found("sim_server/bodies/bad.hpp", '"sim_server/scene/scene_file.hpp"',
+                          "sim_server/bodies/ may not include sim_server/scene/")
+
+    def test_a_folder_without_arrows_is_refused(self):
+        self.assert_found("sim_server/garage/bad.hpp", '"sim_server/bodies/world.hpp"',
+                          "sim_server/garage/ is not in the table")
+
+    def test_a_circle_of_arrows_is_refused(self):
+        text = (SCRIPTS / "check_layers").read_text()
+        arrow = '"sim_server/bodies": {'
+        self.assertIn(arrow, text)
+        script = self.root / "check_layers"
+        script.write_text(text.replace(arrow, arrow + '"sim_server/scene", '))
+        result = subprocess.run(["python3", script, self.root], capture_output=True, text=True,
+                                timeout=30 * daemons.PATIENCE, check=False)
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertIn("arrows lead from sim_server/scene/ back to it", result.stdout)
 
 
 class CheckFormatTest(SourceTreeTest):

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "shared/publication/double_buffer.hpp"
+#include "shared/double_buffer/double_buffer.hpp"
 #include "tests/model/relaxed_memory.hpp"
 
 namespace stillgrid::model {

@@ -1,6 +1,6 @@
 #include "tests/soak/soak_image.hpp"
 
-#include "shared/publication/double_buffer.hpp"
+#include "shared/double_buffer/double_buffer.hpp"
 
 namespace stillgrid {
 namespace {

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <thread>
 
-#include "shared/publication/double_buffer.hpp"
+#include "shared/double_buffer/double_buffer.hpp"
 
 namespace stillgrid {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <thread>
 
-#include "shared/publication/double_buffer.hpp"
+#include "shared/double_buffer/double_buffer.hpp"
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "shared/publication/double_buffer.hpp"
+#include "shared/double_buffer/double_buffer.hpp"
 
 #include <algorithm>
 #include <array>
