@@ -109,6 +109,19 @@ class CheckLayersTest(SourceTreeTest):
         self.assertEqual(result.returncode, 1, result.stderr)
         self.assertIn("arrows lead from sim_server/scene/ back to it", result.stdout)
 
+    def test_two_types_of_one_name_in_one_namespace_are_refused(self):
+        point = "namespace stillgrid {\n\nstruct Point {\n  double x = 0.0;\n};\n\n}  // namespace stillgrid\n"
+        self.plant("sim_server/mesh/point.hpp", point)
+        unnamed = point.replace("struct", "namespace {\nstruct").replace("};", "};\n}  // namespace")
+        self.plant("sim_server/bodies/unnamed.cpp", unnamed)
+        self.plant("shared/collision/other.hpp", point.replace("stillgrid", "stillgrid::shapes"))
+        self.test_a_clean_tree_has_no_violation()
+        self.plant("sim_server/spheres/point.hpp", point)
+        result = self.run_script("check_layers")
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertEqual(result.stdout, "sim_server/spheres/point.hpp:3: stillgrid::Point is defined in "
+                                        "sim_server/mesh/point.hpp too\n")
+
 
 class CheckFormatTest(SourceTreeTest):
     def test_a_clean_tree_is_formatted(self):
