@@ -49,7 +49,7 @@ def alike(body):
 
 
 def count_along(size_m, spacing_m):
-    """As the simulation places spheres along a length (sphere_packing.cpp)."""
+    """As the simulation places spheres along a length (bodies/kinds/packing.cpp)."""
     return max(1, int(size_m / spacing_m + 0.5) + 1)
 
 

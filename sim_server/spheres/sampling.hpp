@@ -9,7 +9,7 @@ namespace stillgrid {
 
 /// The paper's other way to spheres: even ones, by a parameter of the surface or the volume
 /// [Davanne 2002, section 2]. More of them than decompose() needs, but all alike, so that the force
-/// varies little over the body. Curves are threads, which sphere_packing.hpp covers.
+/// varies little over the body. Curves are threads, which bodies/kinds/thread.hpp covers.
 
 /// Most balls of a sampling.
 inline constexpr double kMostSampledBalls = 2e5;
