@@ -1,10 +1,15 @@
 #include "sim_server/bodies/kinds/body_in_world.hpp"
 
 #include <algorithm>
+#include <type_traits>
 #include <utility>
 
 namespace stillgrid {
 namespace {
+
+/// A plane is all that has neither spheres nor a motion.
+template <class Shape>
+constexpr bool kNeverMoves = std::is_same_v<std::remove_cvref_t<Shape>, PlaneBody>;
 
 void add_deformable(World& world, const BodyDescription& body, const SpringDescription& springs,
                     const SpringNet& net, BodyRange& range) {
@@ -73,6 +78,8 @@ void add_moving(World& world, const BodyDescription& body, BodyRange& range) {
           add_deformable(world, body, shape.springs, net_of(shape, body), range);
         else if constexpr (requires { rigid_shape(shape, body.mass_kg); })
           add_rigid(world, body, rigid_shape(shape, body.mass_kg), range);
+        else
+          static_assert(kNeverMoves<decltype(shape)>, "a kind has net_of() or rigid_shape()");
       },
       body.shape);
 }
@@ -99,8 +106,10 @@ void add_spheres(World& world, const BodyDescription& body, int number, BodyRang
 std::vector<SphereBinding> pack_spheres(const BodyDescription& body) {
   std::vector<SphereBinding> spheres = std::visit(
       [&](const auto& shape) -> std::vector<SphereBinding> {
-        if constexpr (requires { spheres_of(shape, body); }) return spheres_of(shape, body);
-        return {};
+        if constexpr (kNeverMoves<decltype(shape)>)
+          return {};
+        else
+          return spheres_of(shape, body);
       },
       body.shape);
   for (SphereBinding& sphere : spheres) sphere.material = body.material;
