@@ -15,8 +15,9 @@ if(STILLGRID_SANITIZE)
 endif()
 
 # Much of what compiling takes is reading Eigen: read once for all libraries. Not beside a compiler
-# cache, which could keep nothing then, nor for clang-tidy, which finds the include that a file forgot.
-if(CMAKE_CXX_COMPILER_LAUNCHER OR CMAKE_CXX_CLANG_TIDY)
+# cache, which could keep nothing then, nor for clang-tidy, which finds the include that a file forgot, nor
+# for ARM, whose g++ 12 crashes in <arm_sve.h> behind a precompiled header.
+if(CMAKE_CXX_COMPILER_LAUNCHER OR CMAKE_CXX_CLANG_TIDY OR CMAKE_SYSTEM_PROCESSOR STREQUAL aarch64)
   set(CMAKE_DISABLE_PRECOMPILE_HEADERS ON)
 endif()
 add_library(stillgrid_precompiled STATIC ${CMAKE_CURRENT_LIST_DIR}/precompiled.cpp)

@@ -7,14 +7,22 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <filesystem>
 #include <set>
 #include <system_error>
+#include <thread>
 
 namespace stillgrid {
 namespace {
 
+using std::chrono::milliseconds;
+
 constexpr std::string_view kLock = ".lock";
+/// A writer that was killed, or told to stop, takes a moment to be gone; whoever restarts it at once
+/// need not know.
+constexpr auto kWriterEnds = milliseconds(1000);
+constexpr auto kLockPoll = milliseconds(5);
 
 /// An open-file-description lock over a whole file: freed by the kernel however its holder ends,
 /// and unlike flock() it can be asked for without being taken (F_OFD_GETLK).
@@ -88,6 +96,10 @@ void require_owner(int fd, uid_t owner, const std::string& path) {
 SessionLock::SessionLock(std::string_view session, proto::SegmentKind kind)
     : path_(own_segment_path(session, kind) += kLock) {
   auto file = try_lock(path_);
+  for (auto waited = milliseconds(0); !file && waited < kWriterEnds; waited += kLockPoll) {
+    std::this_thread::sleep_for(kLockPoll);
+    file = try_lock(path_);
+  }
   if (!file)
     throw SegmentError("session '" + std::string(session) +
                        "' already has a writer: stop it, or choose another --session");

@@ -69,10 +69,13 @@ class RecordingTest(daemons.SessionTest):
                 self.assert_refused(daemon, BAD_INPUT, recording.name, "no whole")
                 continue
             self.assertEqual(len(daemons.read_recording(recording)["time_s"]), rows)
-            if rows < 3000 and replayed < 8:
+            if replayed < 8:
                 replayed += 1
-                self.assertEqual(self.rows_by_replay(recording), rows)
-        self.assertGreater(replayed, 0, "no file was short enough to replay")
+                # A fast machine is killed late: what an earlier kill leaves is this file's beginning.
+                recording.write_bytes(left[:moments.randrange(20_000, 200_000)])
+                if (rows := whole_rows(recording)) > 0:
+                    self.assertEqual(self.rows_by_replay(recording), rows)
+        self.assertGreater(replayed, 0)
 
     def test_a_kill_in_real_time_loses_no_more_than_the_last_moment(self):
         self.sim_server("wall")

@@ -8,6 +8,8 @@
 #include <array>
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <chrono>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -197,6 +199,19 @@ TEST_CASE("A second writer is refused while the first lives and disturbs nothing
   REQUIRE(open_small(session));
   CHECK(open_small(session)->writer_alive());
   CHECK(shows_whole_image(*open_small(session)));
+}
+
+TEST_CASE("A writer that is about to end is waited for", "[segment]") {
+  const TestSession session;
+  std::optional<SegmentWriter> first(std::in_place, session.name(), small_spec());
+  std::thread ending([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    first.reset();
+  });
+
+  CHECK_NOTHROW(SegmentWriter(session.name(), small_spec()));
+
+  ending.join();
 }
 
 TEST_CASE("The two segments of a session and those of other sessions have writers of their own",
