@@ -73,7 +73,6 @@ void write_report(const HapticReport& report, const std::filesystem::path& file)
         {"firmware", report.device_identity.firmware},
         {"driver", report.device_identity.driver}}},
       {"transition", report.transition},
-      {"model", report.model},
       {"ticks", report.ticks},
       {"missed_ticks", report.missed_ticks},
       {"contact_ticks", report.contact_ticks},

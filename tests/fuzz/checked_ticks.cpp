@@ -64,10 +64,9 @@ CheckedTicks::CheckedTicks() {
           {.image = {.exists = true, .period_s = 1.0, .writer_alive = true}, .elapsed_s = 0.04},
           flags));
   };
-  for (const std::string_view name : kTransitionNames) add(Model::kGrid, *transition_named(name));
-  for (const std::string_view name : kModelNames)
-    if (const Model model = *model_named(name); model != Model::kGrid)
-      add(model, Transition::kHold);
+  for (const TransitionLaw& law : transitions()) add(Model::kGrid, law.transition);
+  for (const ModelRow& row : models())
+    if (row.model != Model::kGrid) add(row.model, Transition::kHold);
 }
 
 void CheckedTicks::tick(const SceneView& scene, FuzzInput& input) {

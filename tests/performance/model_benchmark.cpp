@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "haptic_server/rendering/renderer.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 #include "tests/performance/sphere_cloud.hpp"
+#include "tests/stability/rivals/rivals.hpp"
 
 namespace stillgrid {
 namespace {
@@ -76,10 +76,10 @@ void new_image(benchmark::State& state, Model model) {
 
 int main(int argc, char** argv) {
   using namespace stillgrid;
-  for (const std::string_view name : kModelNames) {
-    const Model model = *model_named(name);
-    benchmark::RegisterBenchmark(("tick/" + std::string(name)).c_str(), tick, model);
-    benchmark::RegisterBenchmark(("new_image/" + std::string(name)).c_str(), new_image, model)
+  for (const ModelRow& row : models()) {
+    const std::string name(row.name);
+    benchmark::RegisterBenchmark(("tick/" + name).c_str(), tick, row.model);
+    benchmark::RegisterBenchmark(("new_image/" + name).c_str(), new_image, row.model)
         ->UseManualTime()
         ->Iterations(2000);
   }

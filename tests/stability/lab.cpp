@@ -139,7 +139,6 @@ LabRun run_lab(const SceneDescription& scene, const LabOptions& options) {
   run.report.rate_hz = options.tick_rate_hz;
   run.report.scene = scene.name;
   run.report.transition = name_of(options.transition);
-  run.report.model = name_of(options.model);
   run.report.measures_time = options.measures_ticks;
   run.rows.reserve(std::min<std::size_t>(end_ns / tick_ns + 1, 100'000));
 

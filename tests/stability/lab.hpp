@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "haptic_server/recording/recorder.hpp"
-#include "haptic_server/rendering/renderer.hpp"
 #include "haptic_server/report.hpp"
 #include "haptic_server/safety/device_limits.hpp"
 #include "sim_server/scene/scene_description.hpp"
+#include "tests/stability/rivals/rivals.hpp"
 #include "tests/stability/world_state.hpp"
 
 namespace stillgrid {

@@ -55,7 +55,7 @@ SceneDescription scene_of(const LabCell& cell, std::optional<double> stiffness_N
 
 LabOptions options_of(const LabCell& cell) {
   const auto model = model_named(cell.model);
-  if (!model) refuse("--model", cell.model, "a model of haptic_server --help");
+  if (!model) refuse("--model", cell.model, "a model of docs/algorithms/intermediate_models.md");
   const auto transition = transition_named(cell.transition);
   if (!transition) refuse("--transition", cell.transition, "a transition of haptic_server --help");
   const auto hand = lab_hand_named(cell.device);

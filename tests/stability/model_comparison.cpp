@@ -37,11 +37,10 @@ double rms_N(std::span<const TickRow> rows) {
 
 std::vector<Contender> contenders() {
   std::vector<Contender> all;
-  for (std::size_t i = 0; i < kTransitionNames.size(); ++i)
-    all.push_back({std::string(kTransitionNames[i]), Model::kGrid, static_cast<Transition>(i)});
-  for (std::size_t i = 0; i < kModelNames.size(); ++i)
-    if (const auto model = static_cast<Model>(i); model != Model::kGrid)
-      all.push_back({std::string(kModelNames[i]), model});
+  for (const TransitionLaw& law : transitions())
+    all.push_back({std::string(law.name), Model::kGrid, law.transition});
+  for (const ModelRow& row : models())
+    if (row.model != Model::kGrid) all.push_back({std::string(row.name), row.model});
   for (const int rate_hz : {250, 500, 1000})
     all.push_back({"hold at " + std::to_string(rate_hz) + " Hz", Model::kGrid, Transition::kHold,
                    1.0 / rate_hz});

@@ -9,8 +9,8 @@
 #include "haptic_server/rendering/touched_spheres.hpp"
 #include "shared/collision/sphere_history.hpp"
 #include "shared/inspection/snapshot.hpp"
-#include "tests/haptic_server/rendering/image_history.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
+#include "tests/shared/display/image_history.hpp"
 
 namespace stillgrid {
 namespace {
@@ -64,7 +64,8 @@ double distance_m(const std::array<float, 3>& a_m, const Eigen::Vector3d& b_m) {
 TEST_CASE("The viewer displays each sphere where the haptic loop does, whatever the transition",
           "[displayed]") {
   SphereGrid spheres;
-  const auto transition = static_cast<Transition>(GENERATE(range(0, 7)));
+  const auto transition =
+      static_cast<Transition>(GENERATE(range(0, static_cast<int>(transitions().size()))));
   ImageHistory history(transition);
   history.foresee(kPeriod_ns);
   for (const std::uint64_t time_ns : switch_times_ns(6, kPeriod_ns, 0.3, 3, kPeriod_ns))
@@ -98,11 +99,12 @@ TEST_CASE("A tick's force is that of a sphere where the tick is told to have dis
           "[displayed]") {
   constexpr float kStiffness_N_m = 500.0F, kTool_m = 0.01F, kSphere_m = 0.02F;
   constexpr std::uint64_t kTicks = 20;  // a period
-  // `answer` ramps out what is left of the force before, for half a period.
-  const auto transition = static_cast<Transition>(GENERATE(range(0, 7)));
-  const std::uint64_t first = transition == Transition::kAnswer ? kTicks / 2 + 1 : 0;
+  // What gives way ramps out what is left of the force before, for half a period.
+  const auto transition =
+      static_cast<Transition>(GENERATE(range(0, static_cast<int>(transitions().size()))));
+  const std::uint64_t first = law_of(transition).gives_way ? kTicks / 2 + 1 : 0;
   PublishedScene scene(plain_scene(kStiffness_N_m, kTool_m), {kSphere_m}, kTicks * kMillisecond_ns);
-  const auto renderer = make_renderer(Model::kGrid, transition);
+  const auto renderer = make_renderer(transition);
   ShownForesight foresight;
   foresight.image = {.period_ns = kTicks * kMillisecond_ns,
                      .answer_direction = {0.0, 0.0, -1.0},

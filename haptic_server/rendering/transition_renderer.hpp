@@ -1,0 +1,43 @@
+#pragma once
+
+#include <span>
+
+#include "haptic_server/rendering/renderer.hpp"
+#include "haptic_server/rendering/tool_way.hpp"
+#include "haptic_server/rendering/touched_spheres.hpp"
+
+namespace stillgrid {
+
+/// Renders the scene's force from its snapshots: the paper's intermediate model, with every
+/// transition that displays sums of them.
+///
+/// Thread: the haptic loop's only.
+class TransitionRenderer final : public Renderer {
+ public:
+  /// Pre: !law_of(transition).gives_way.
+  explicit TransitionRenderer(Transition transition) : transition_(transition) {}
+
+ private:
+  void forget() noexcept override;
+  void prepare(const TickScene& scene) noexcept override;
+  void gather(const TickScene& scene, const proto::SnapshotHeader& latest,
+              const GridView& moving) noexcept override;
+  void show(const TickScene& scene, const SnapshotLook& look, RenderedTick& tick) noexcept override;
+
+  struct Display {
+    TransitionMemory memory;
+    ImageWeights weights;
+  };
+  Transition transition_;
+  Display shown_;           // of the last accepted snapshot, as it was displayed
+  Display next_;            // being gathered, as are
+  bool is_switch_ = false;  // from the snapshot right before it
+  TouchedSpheres before_switch_;
+  TouchedSpheres buffers_[2];
+  TouchedSpheres* touched_ = &buffers_[0];  // of the last accepted read
+  TouchedSpheres* fresh_ = &buffers_[1];    // being gathered
+  ToolWay way_;
+  std::span<const PlacedToolSphere> tool_;  // of this tick
+};
+
+}  // namespace stillgrid
