@@ -48,14 +48,13 @@ void add(ToolForce& sum, const ToolForce& force) {
 
 }  // namespace
 
-void PredictionRenderer::forget() noexcept {
-  shown_ = {};
-  touched_->clear();
-  static_.clear();
-  way_.forget();
-}
-
-void PredictionRenderer::prepare(const TickScene& scene) noexcept {
+void PredictionRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
+  if (is_other) {
+    shown_ = {};
+    touched_->clear();
+    static_.clear();
+    way_.forget();
+  }
   tool_ = way_.place(scene.fixed(), scene.pose);
   radius_m_ = 0.0;
   for (const PlacedToolSphere& sphere : tool_) radius_m_ = std::max(radius_m_, sphere.radius_m);

@@ -10,8 +10,7 @@ namespace stillgrid {
 RenderedTick Renderer::render(const SceneView& scene, const ToolPose& pose,
                               std::uint64_t now_ns) noexcept {
   const TickScene tick_scene{scene, pose, now_ns};
-  if (reader_.turn_to(scene)) forget();
-  prepare(tick_scene);
+  prepare(tick_scene, reader_.turn_to(scene));
   const SnapshotLook look =
       reader_.look(scene, [&](const proto::SnapshotHeader& latest, const GridView& moving) {
         gather(tick_scene, latest, moving);

@@ -64,10 +64,9 @@ class Renderer {
   [[nodiscard]] const SnapshotReader& reader() const noexcept { return reader_; }
 
  private:
-  /// The scene is another: nothing that was gathered counts.
-  virtual void forget() noexcept = 0;
-  /// Places the tool, before the scene is looked at.
-  virtual void prepare(const TickScene& scene) noexcept = 0;
+  /// Places the tool, before the scene is looked at. is_other: than the tick before; nothing that
+  /// was gathered counts.
+  virtual void prepare(const TickScene& scene, bool is_other) noexcept = 0;
   /// Copies what the tick needs of the latest snapshot, as of SnapshotReader::look().
   virtual void gather(const TickScene& scene, const proto::SnapshotHeader& latest,
                       const GridView& moving) noexcept = 0;

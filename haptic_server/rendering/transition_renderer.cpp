@@ -4,12 +4,11 @@
 
 namespace stillgrid {
 
-void TransitionRenderer::forget() noexcept {
-  touched_->clear();
-  way_.forget();
-}
-
-void TransitionRenderer::prepare(const TickScene& scene) noexcept {
+void TransitionRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
+  if (is_other) {
+    touched_->clear();
+    way_.forget();
+  }
   tool_ = way_.place(scene.fixed(), scene.pose);
   is_switch_ = false;
 }

@@ -18,8 +18,7 @@ class TransitionRenderer final : public Renderer {
   explicit TransitionRenderer(Transition transition) : transition_(transition) {}
 
  private:
-  void forget() noexcept override;
-  void prepare(const TickScene& scene) noexcept override;
+  void prepare(const TickScene& scene, bool is_other) noexcept override;
   void gather(const TickScene& scene, const proto::SnapshotHeader& latest,
               const GridView& moving) noexcept override;
   void show(const TickScene& scene, const SnapshotLook& look, RenderedTick& tick) noexcept override;

@@ -172,13 +172,6 @@ constexpr std::array kTransitions = {
                   "the simulation's own next step, for the hand where it is", true, answer},
 };
 
-constexpr bool is_in_order() {
-  for (std::size_t i = 0; i < kTransitions.size(); ++i)
-    if (kTransitions[i].transition != static_cast<Transition>(i)) return false;
-  return true;
-}
-static_assert(is_in_order());
-
 }  // namespace
 
 std::span<const TransitionLaw> transitions() noexcept {

@@ -1,6 +1,6 @@
 #include "shared/viewer/displayed.hpp"
 
-#include <bit>
+#include <cstring>
 
 #include "shared/display/displayed.hpp"
 
@@ -14,14 +14,6 @@ ImageWeights weights_of(const proto::DisplayedImage& shown) {
           .drift_s = shown.drift_s,
           .answer_lag_s = shown.answer_lag_s,
           .answer_share = shown.answer_N};
-}
-
-RecordLine line_of(const proto::SphereRecord& record) {
-  struct Lines {
-    RecordLine first;
-    std::array<std::byte, sizeof(proto::SphereRecord) - sizeof(RecordLine)> second;
-  };
-  return std::bit_cast<Lines>(record).first;
 }
 
 }  // namespace
@@ -42,7 +34,8 @@ std::optional<proto::DisplayedImage> told_by_later(const proto::DisplayedImage& 
 std::array<float, 3> displayed_m(const proto::SphereRecord& record,
                                  const proto::DisplayedImage& shown) {
   const ImageWeights weights = weights_of(shown);
-  const RecordLine line = line_of(record);
+  RecordLine line;
+  std::memcpy(&line, &record, sizeof line);
   Eigen::Vector3d at_m = displayed(line, weights, [&] { return record; }).position_m +
                          Eigen::Vector3d(shown.shift_m.data()) + compliance_m_per_N(line, weights);
   if (at_m.hasNaN()) at_m = displayed_where_present(record, weights).position_m;

@@ -25,11 +25,9 @@ ToolForce mixed(double share, const ToolForce& newest, const ToolForce& before) 
 
 }  // namespace
 
-void CrossfadeRenderer::forget() noexcept {
-  for (TouchedSpheres& image : *touched_) image.clear();
-}
-
-void CrossfadeRenderer::prepare(const TickScene& scene) noexcept {
+void CrossfadeRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
+  if (is_other)
+    for (TouchedSpheres& image : *touched_) image.clear();
   tool_ = place_tool(scene.fixed(), scene.pose, placed_);
   is_switch_ = false;
 }

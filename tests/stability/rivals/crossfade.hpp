@@ -16,8 +16,7 @@ namespace stillgrid {
 /// Thread: the haptic loop's only.
 class CrossfadeRenderer final : public Renderer {
  private:
-  void forget() noexcept override;
-  void prepare(const TickScene& scene) noexcept override;
+  void prepare(const TickScene& scene, bool is_other) noexcept override;
   void gather(const TickScene& scene, const proto::SnapshotHeader& latest,
               const GridView& moving) noexcept override;
   void show(const TickScene& scene, const SnapshotLook& look, RenderedTick& tick) noexcept override;

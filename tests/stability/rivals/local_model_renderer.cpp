@@ -17,7 +17,7 @@ ToolForce LocalModelRenderer::force(const TickScene& scene) noexcept {
   return model_->force({scene.fixed(), *patch_}, {scene.pose, tool_, scene.now_ns});
 }
 
-void LocalModelRenderer::prepare(const TickScene& scene) noexcept {
+void LocalModelRenderer::prepare(const TickScene& scene, bool) noexcept {
   poses_.push(scene.now_ns, scene.pose);
   tool_ = place_tool(scene.fixed(), scene.pose, placed_);
   before_ = reader().has_snapshot() ? force(scene) : ToolForce{};

@@ -23,8 +23,7 @@ class LocalModelRenderer final : public Renderer {
   explicit LocalModelRenderer(std::unique_ptr<LocalModel> model) : model_(std::move(model)) {}
 
  private:
-  void forget() noexcept override {}
-  void prepare(const TickScene& scene) noexcept override;
+  void prepare(const TickScene& scene, bool is_other) noexcept override;
   void gather(const TickScene& scene, const proto::SnapshotHeader& latest,
               const GridView& moving) noexcept override;
   void show(const TickScene& scene, const SnapshotLook& look, RenderedTick& tick) noexcept override;
