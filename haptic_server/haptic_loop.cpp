@@ -26,7 +26,7 @@ proto::DisplayedImage displayed_image(const RenderedTick& tick, std::uint64_t sc
           .answer_lag_s = tick.weights.answer_lag_s,
           .answer_N = tick.answer_N,
           .shift_m = array(tick.shift_m),
-          .alpha = tick.alpha,
+          .alpha = tick.weights.alpha,
           .age_s = tick.age_s};
 }
 
@@ -116,7 +116,7 @@ TickEnd HapticLoop::act(const SceneView& scene, bool writer_alive, std::uint64_t
          .force_N = held_.force_N,
          .rendered_N = rendered_.force.force_N,
          .generation = rendered_.generation,
-         .alpha = rendered_.alpha,
+         .alpha = rendered_.weights.alpha,
          .contacts = rendered_.force.contacts,
          .age_s = rendered_.age_s,
          .tick_ns = 0,

@@ -172,8 +172,7 @@ void PredictionRenderer::show(const TickScene& scene, const SnapshotLook& look,
   tick_ns_ = now_ns;
   const Yielding yielded = yielding(reader().snapshot(), shown_, now_ns);
   tick.weights = shown_.weights;
-  tick.alpha = 1.0 - left(shown_.began_ns, shown_.shift_s, now_ns);
-  tick.stands = shown_.weights.stands;
+  tick.weights.alpha = 1.0 - left(shown_.began_ns, shown_.shift_s, now_ns);
   tick.answer_N = shown_.weights.answer_share * yielded.change_N;
   tick.shift_m = yielded.shift_m;
   tick.cut = touched_->cut || static_.cut;

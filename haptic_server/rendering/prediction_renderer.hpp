@@ -5,8 +5,8 @@
 #include <optional>
 #include <span>
 
+#include "haptic_server/rendering/placed_tool.hpp"
 #include "haptic_server/rendering/renderer.hpp"
-#include "haptic_server/rendering/tool_way.hpp"
 #include "haptic_server/rendering/touched_spheres.hpp"
 
 namespace stillgrid {

@@ -1,6 +1,5 @@
 #include "haptic_server/rendering/renderer.hpp"
 
-#include "haptic_server/rendering/placed_tool.hpp"
 #include "haptic_server/rendering/prediction_renderer.hpp"
 #include "haptic_server/rendering/transition_renderer.hpp"
 #include "shared/display/stamps.hpp"

@@ -17,8 +17,6 @@ struct RenderedTick {
   ToolForce force;
   std::uint64_t generation = 0;  // of the image shown, 0: none yet
   bool is_new = false;           // the first tick that shows it
-  double alpha = 1.0;            // progress of the transition to it
-  bool stands = false;           // what is displayed waits for the next image
   double age_s = 0.0;            // of the simulated state shown newest
   double image_age_s = 0.0;      // since its publication
   bool contended = false;        // no fresh read: the last good sample was used

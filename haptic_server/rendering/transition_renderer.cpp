@@ -48,8 +48,6 @@ void TransitionRenderer::show(const TickScene& scene, const SnapshotLook& look,
     touched_->drop_swept();
   }
   tick.weights = shown_.weights;
-  tick.alpha = shown_.weights.alpha;
-  tick.stands = shown_.weights.stands;
   tick.cut = touched_->cut;
   tick.swept = touched_->has_swept();
   tick.force = force_by(*touched_);

@@ -117,7 +117,7 @@ void draw_display(LawCase& law_case, Random& random, const Wishes& wishes) {
   if (random.chance(0.6))
     law_case.transition = transitions()[random.index(transitions().size())].name;
   else
-    law_case.model = models()[1 + random.index(models().size() - 1)].name;
+    law_case.model = rivals()[random.index(rivals().size())].name;
 }
 
 /// Returns the tool's reach along z below its origin.

@@ -35,9 +35,8 @@ std::vector<Measured> all_models() {
   std::vector<Measured> all;
   for (const TransitionLaw& law : transitions())
     all.push_back({std::string(law.name), make_renderer(law.transition), {}, {}});
-  for (const ModelRow& row : models())
-    if (row.model != Model::kGrid)
-      all.push_back({std::string(row.name), row.make(Transition::kHold), {}, {}});
+  for (const Rival& rival : rivals())
+    all.push_back({std::string(rival.name), rival.make(), {}, {}});
   return all;
 }
 

@@ -17,8 +17,8 @@ namespace stillgrid {
 
 /// One closed loop of the laboratory: the options of both servers that decide its course.
 struct LabOptions {
-  std::string device;  // as haptic_server --device takes it
-  Model model = Model::kGrid;
+  std::string device;            // as haptic_server --device takes it
+  const Rival* rival = nullptr;  // none: the product's grid, with its transition
   Transition transition = Transition::kAnswer;
   double tick_rate_hz = 1000.0;
   double latency_s = 0.0;  // virtual cost of a step

@@ -59,9 +59,9 @@ void CrossfadeRenderer::show(const TickScene& scene, const SnapshotLook& look,
   const proto::SnapshotHeader& snapshot = reader().snapshot();
   const auto& [newest, before] = *touched_;
   tick.cut = newest.cut || before.cut;
-  tick.alpha = progress(snapshot, 0, scene.now_ns);
+  tick.weights.alpha = progress(snapshot, 0, scene.now_ns);
   const ToolForce by_before = force_by(before);
-  tick.force = mixed(tick.alpha, force_by(newest), by_before);
+  tick.force = mixed(tick.weights.alpha, force_by(newest), by_before);
   if (!look.accepted() || !is_switch_) return;
   add_static(before_switch_);
   const ToolForce old =

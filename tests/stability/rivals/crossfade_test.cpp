@@ -42,7 +42,7 @@ TEST_CASE("Crossfaded forces do not jump at a switch and have passed to the new 
   for (std::uint64_t ms = 331; ms < 370; ++ms) {  // no more images
     const RenderedTick tick = approach.tick(ms);
     if (ms < 363) continue;
-    CHECK(tick.alpha == 1.0);
+    CHECK(tick.weights.alpha == 1.0);
     CHECK(tick.force.force_N.x() == Approx(Approach::force_at_N(330)).margin(1e-4));
   }
 }

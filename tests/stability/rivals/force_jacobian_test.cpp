@@ -29,8 +29,8 @@ RmsErrors extrapolation_errors(double speed_m_s) {
   PublishedScene scene(plain_scene(500.0F, 0.01F), {0.1F}, kPeriod_ns);
   PublishedScene truth(plain_scene(500.0F, 0.01F), {0.1F}, kMillisecond_ns);
   const auto true_force = make_renderer(Transition::kHold);
-  const auto held = make_renderer(Model::kForceHeld, Transition::kHold);
-  const auto linear = make_renderer(Model::kForceJacobian, Transition::kHold);
+  const auto held = rival_named("force_held")->make();
+  const auto linear = rival_named("force_jacobian")->make();
   Eigen::Vector3d newest_N = Eigen::Vector3d::Zero(), before_N = newest_N, squares = newest_N;
   for (int i = 0; i < 4000; ++i) {
     const double time_s = 1e-3 * i;
@@ -82,7 +82,7 @@ TEST_CASE("Force and torque by a turn, a way and a speed are the derivatives of 
   PublishedScene scene(fixed, {0.01F}, kPeriod_ns);
   scene.show({{0.028, 0.004, 0.004}}, {{0.01, 0.0, 0.02}}, 0);
   const auto grid = make_renderer(Transition::kHold);
-  const auto linear = make_renderer(Model::kForceJacobian, Transition::kHold);
+  const auto linear = rival_named("force_jacobian")->make();
   const ToolPose start{
       .position_m = {0.0, 0.0, 0.003},
       .orientation = Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d(0.6, 0.0, 0.8))),
@@ -115,7 +115,7 @@ TEST_CASE("A tool that leaves is held back by a force over position until the ne
   fixed.planes = {{{0.0F, 0.0F, 1.0F}, 0.0F, 0, 0}};
   PublishedScene scene(fixed, {}, kPeriod_ns);
   scene.show({}, 0);
-  const auto linear = make_renderer(Model::kForceJacobian, Transition::kHold);
+  const auto linear = rival_named("force_jacobian")->make();
   const auto lift_N = [&](double height_m) {
     return linear->render(scene.view(), {.position_m = {0.0, 0.0, height_m}}, 0).force.force_N.z();
   };

@@ -43,16 +43,16 @@ void spoil_latest(PublishedScene& scene, std::size_t spheres, std::mt19937& rand
 
 TEST_CASE("Whatever the spheres of an image are, every model's force is finite and bounded work",
           "[hostile_scene]") {
-  const Model model = GENERATE(Model::kGrid, Model::kForceHeld, Model::kForceJacobian,
-                               Model::kPlane, Model::kSphere, Model::kProxy, Model::kCrossfade);
-  CAPTURE(name_of(model));
+  const auto model = GENERATE(as<std::string_view>(), "grid", "force_held", "force_jacobian",
+                              "plane", "sphere", "proxy", "crossfade");
+  CAPTURE(model);
   StaticScene fixed = plain_scene(800.0F, 0.005F);
   fixed.materials[0] = {800.0F, 5.0F, 0.5F, 0.01F};
   fixed.planes = {{{0.0F, 0.0F, 1.0F}, -0.005F, 0, 0}};
   fixed.tool.push_back({{0.01F, 0.0F, 0.0F}, 0.004F});
   constexpr std::size_t kSpheres = 64;
   PublishedScene scene(fixed, std::vector<float>(kSpheres, 0.01F), kMillisecond_ns);
-  const auto renderer = make_renderer(model, Transition::kLinear);
+  const auto renderer = make_renderer(rival_named(model), Transition::kLinear);
   std::mt19937 random(5);
   std::normal_distribution<double> near_m(0.0, 0.01);
   int touching = 0;

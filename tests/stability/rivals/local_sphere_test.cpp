@@ -16,7 +16,7 @@ TEST_CASE("A body that is one sphere is felt through its local sphere exactly, w
           "[local_sphere]") {
   const float radius_m = GENERATE(0.004F, 0.02F, 0.5F);
   PublishedScene scene(plain_scene(800.0F, 0.005F), {radius_m}, kPeriod_ns);
-  const auto sphere = make_renderer(Model::kSphere, Transition::kHold);
+  const auto sphere = rival_named("sphere")->make();
   const double reach_m = static_cast<double>(radius_m) + 0.005;
   const Eigen::Vector3d made_at = Eigen::Vector3d(1.0, 0.4, -0.3).normalized();
   scene.show({{0.0, 0.0, 0.0}}, 0);
@@ -47,7 +47,7 @@ TEST_CASE("Off the place where it was made a local sphere errs with the square o
                        kPeriod_ns);
   scene.show(centres_m, 0);
   const auto grid = make_renderer(Transition::kHold);
-  const auto sphere = make_renderer(Model::kSphere, Transition::kHold);
+  const auto sphere = rival_named("sphere")->make();
   const double height_m = 0.055 - 0.001;
   const auto lift_error_N = [&](double along_m) {
     const ToolPose pose{.position_m = {along_m, 0.0, height_m}};
@@ -73,7 +73,7 @@ TEST_CASE("A plane is felt through a local sphere as a plane", "[local_sphere]")
   PublishedScene scene(fixed, {}, kPeriod_ns);
   scene.show({}, 0);
   const auto grid = make_renderer(Transition::kHold);
-  const auto sphere = make_renderer(Model::kSphere, Transition::kHold);
+  const auto sphere = rival_named("sphere")->make();
   for (const double x_m : {0.0, 0.005, 0.02}) {
     const ToolPose pose{.position_m = {x_m, 0.001 + 0.1 * x_m, 0.001}};
     CHECK((sphere->render(scene.view(), pose, 0).force.force_N -

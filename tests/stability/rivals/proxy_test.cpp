@@ -18,7 +18,7 @@ struct Explored {
   PublishedScene scene;
   std::vector<Eigen::Vector3d> centres_m;
   std::unique_ptr<Renderer> grid = make_renderer(Transition::kHold);
-  std::unique_ptr<Renderer> proxy = make_renderer(Model::kProxy, Transition::kHold);
+  std::unique_ptr<Renderer> proxy = rival_named("proxy")->make();
   int period_ticks, ticks = 0;
 
   explicit Explored(std::vector<Eigen::Vector3d> centres, int period = kPeriod_ticks)
@@ -116,7 +116,7 @@ TEST_CASE("A god-object above a plane has the plane's own force", "[proxy]") {
   PublishedScene scene(fixed, {}, kMillisecond_ns);
   scene.show({}, 0);
   const auto grid = make_renderer(Transition::kHold);
-  const auto proxy = make_renderer(Model::kProxy, Transition::kHold);
+  const auto proxy = rival_named("proxy")->make();
   for (const double height_m : {0.006, 0.004, -0.01, -0.08}) {
     const ToolPose pose{.position_m = {0.3 * height_m, 0.0, height_m},
                         .velocity_m_s = {0.03, 0.0, -0.1}};

@@ -1,8 +1,5 @@
 #include "tests/stability/rivals/rivals.hpp"
 
-#include <array>
-#include <cstddef>
-
 #include "tests/stability/rivals/crossfade.hpp"
 #include "tests/stability/rivals/force_held.hpp"
 #include "tests/stability/rivals/force_jacobian.hpp"
@@ -15,42 +12,37 @@ namespace stillgrid {
 namespace {
 
 template <class Local>
-std::unique_ptr<Renderer> local(Transition) {
+std::unique_ptr<Renderer> local() {
   return std::make_unique<LocalModelRenderer>(std::make_unique<Local>());
 }
 
-std::unique_ptr<Renderer> crossfade(Transition) {
+std::unique_ptr<Renderer> crossfade() {
   return std::make_unique<CrossfadeRenderer>();
 }
 
-constexpr std::array kModels = {
-    ModelRow{Model::kGrid, "grid", make_renderer},
-    ModelRow{Model::kForceHeld, "force_held", local<ForceHeld>},
-    ModelRow{Model::kForceJacobian, "force_jacobian", local<ForceJacobian>},
-    ModelRow{Model::kPlane, "plane", local<LocalPlane>},
-    ModelRow{Model::kSphere, "sphere", local<LocalSphere>},
-    ModelRow{Model::kProxy, "proxy", local<Proxy>},
-    ModelRow{Model::kCrossfade, "crossfade", crossfade},
+constexpr Rival kRivals[] = {
+    {"force_held", local<ForceHeld>},          // the slow process's force
+    {"force_jacobian", local<ForceJacobian>},  // with its derivatives by place and velocity
+    {"plane", local<LocalPlane>},              // the tangent plane, with recovery
+    {"sphere", local<LocalSphere>},            // fitted to the surface near the tool
+    {"proxy", local<Proxy>},                   // a god-object on the spheres near the tool
+    {"crossfade", crossfade},  // the forces of the last two snapshots, one passing to the other
 };
 
 }  // namespace
 
-std::span<const ModelRow> models() noexcept {
-  return kModels;
+std::span<const Rival> rivals() noexcept {
+  return kRivals;
 }
 
-std::string_view name_of(Model model) noexcept {
-  return kModels[static_cast<std::size_t>(model)].name;
+const Rival* rival_named(std::string_view name) noexcept {
+  for (const Rival& rival : kRivals)
+    if (rival.name == name) return &rival;
+  return nullptr;
 }
 
-std::optional<Model> model_named(std::string_view name) noexcept {
-  for (const ModelRow& row : kModels)
-    if (row.name == name) return row.model;
-  return std::nullopt;
-}
-
-std::unique_ptr<Renderer> make_renderer(Model model, Transition transition) {
-  return kModels[static_cast<std::size_t>(model)].make(transition);
+std::unique_ptr<Renderer> make_renderer(const Rival* rival, Transition transition) {
+  return rival != nullptr ? rival->make() : make_renderer(transition);
 }
 
 }  // namespace stillgrid
