@@ -44,7 +44,7 @@ struct SteadyApproach {
   }
 };
 
-TEST_CASE("Held images jump by k v P at each switch, 1.65 N", "[still_image]") {
+TEST_CASE("Held images jump by k v P at each switch, 1.65 N", "[transition_renderer]") {
   SteadyApproach approach(Transition::kHold);
   double previous_N = 0.0;
   int switches = 0;
@@ -65,7 +65,7 @@ TEST_CASE("Held images jump by k v P at each switch, 1.65 N", "[still_image]") {
   CHECK(switches == 9);
 }
 
-TEST_CASE("Held images err by v P / sqrt 3 rms, as sampled at 1 kHz", "[still_image]") {
+TEST_CASE("Held images err by v P / sqrt 3 rms, as sampled at 1 kHz", "[transition_renderer]") {
   SteadyApproach approach(Transition::kHold);
   double squared_m2 = 0.0;
   for (int i = 0; i < 330; ++i) {
@@ -77,7 +77,7 @@ TEST_CASE("Held images err by v P / sqrt 3 rms, as sampled at 1 kHz", "[still_im
   CHECK(std::sqrt(squared_m2 / 330) == Approx(1e-4 * std::sqrt(32.0 * 65.0 / 6.0)).epsilon(1e-5));
 }
 
-TEST_CASE("The paper's transition lags by exactly v P and never jumps", "[still_image]") {
+TEST_CASE("The paper's transition lags by exactly v P and never jumps", "[transition_renderer]") {
   SteadyApproach approach(Transition::kLinear);
   double previous_m = 0.0;
   for (int i = 0; i < 330; ++i) {
@@ -93,7 +93,7 @@ TEST_CASE("The paper's transition lags by exactly v P and never jumps", "[still_
   }
 }
 
-TEST_CASE("With the print's max for min, linear would be hold and jump by v P", "[still_image]") {
+TEST_CASE("With the print's max for min, linear would be hold and jump by v P", "[transition_renderer]") {
   // a(t) = max((t - Tn) / P, 1) = 1 for all t up to the switch: the weights of hold.
   SteadyApproach hold(Transition::kHold), linear(Transition::kLinear);
   for (int i = 0; i < 66; ++i) {
@@ -106,7 +106,7 @@ TEST_CASE("With the print's max for min, linear would be hold and jump by v P", 
   CHECK(largest_min_N < 2e-5);
 }
 
-TEST_CASE("Linear cuts the corner of a curved path by a P^2 / 8", "[still_image]") {
+TEST_CASE("Linear cuts the corner of a curved path by a P^2 / 8", "[transition_renderer]") {
   PublishedScene scene(plain_scene(500.0F, 0.1F), {0.1F}, kPeriod_ns);
   TransitionRenderer renderer(Transition::kLinear);
   const double acceleration_m_s2 = 2.0;
@@ -120,7 +120,7 @@ TEST_CASE("Linear cuts the corner of a curved path by a P^2 / 8", "[still_image]
 }
 
 TEST_CASE("A row of spheres has the force, the ripple and the holes of its formula",
-          "[still_image]") {
+          "[transition_renderer]") {
   // A = 15 mm, depth 2 mm, k = 500 N/m; spacing s, force over a centre and in the middle of a gap.
   struct Row {
     double spacing_m, over_centre_N, in_gap_N;
@@ -141,7 +141,7 @@ TEST_CASE("A row of spheres has the force, the ripple and the holes of its formu
 }
 
 TEST_CASE("A damped contact feels the sphere's own velocity, blended like its place",
-          "[still_image]") {
+          "[transition_renderer]") {
   StaticScene fixed = plain_scene(0.0F, 0.1F);
   fixed.materials[0].damping_N_s_m = 10.0F;
   PublishedScene scene(fixed, {0.1F}, kPeriod_ns);
@@ -157,7 +157,7 @@ TEST_CASE("A damped contact feels the sphere's own velocity, blended like its pl
   CHECK(force_N(44 * kMillisecond_ns) == Approx(1.0 + 2.0 / 3.0).epsilon(1e-5));
 }
 
-TEST_CASE("Before the first image there is no force", "[still_image]") {
+TEST_CASE("Before the first image there is no force", "[transition_renderer]") {
   PublishedScene scene(plain_scene(500.0F, 0.1F), {0.1F}, kPeriod_ns);
   TransitionRenderer renderer(Transition::kLinear);
   const RenderedTick tick = renderer.render(scene.view(), {}, 0);
@@ -165,7 +165,7 @@ TEST_CASE("Before the first image there is no force", "[still_image]") {
   CHECK(tick.force.force_N.norm() == 0.0);
 }
 
-TEST_CASE("A new session's first image replaces what an old one left", "[still_image]") {
+TEST_CASE("A new session's first image replaces what an old one left", "[transition_renderer]") {
   TransitionRenderer renderer(Transition::kHold);
   PublishedScene first(plain_scene(500.0F, 0.1F), {0.1F}, kPeriod_ns);
   first.show({{0.1, 0.0, 0.0}}, 0);
