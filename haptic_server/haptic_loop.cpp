@@ -17,19 +17,6 @@ std::array<double, 3> array(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
 }
 
-proto::DisplayedImage displayed_image(const RenderedTick& tick, std::uint64_t scene_epoch) {
-  return {.scene_epoch = scene_epoch,
-          .generation = tick.generation,
-          .position = tick.weights.position,
-          .velocity_s = tick.weights.velocity_s,
-          .drift_s = tick.weights.drift_s,
-          .answer_lag_s = tick.weights.answer_lag_s,
-          .answer_N = tick.answer_N,
-          .shift_m = array(tick.shift_m),
-          .alpha = tick.weights.alpha,
-          .age_s = tick.age_s};
-}
-
 }  // namespace
 
 /// The tool where the device says it is, and how it came there.

@@ -6,6 +6,20 @@
 
 namespace stillgrid {
 
+proto::DisplayedImage displayed_image(const RenderedTick& tick,
+                                      std::uint64_t scene_epoch) noexcept {
+  return {.scene_epoch = scene_epoch,
+          .generation = tick.generation,
+          .position = tick.weights.position,
+          .velocity_s = tick.weights.velocity_s,
+          .drift_s = tick.weights.drift_s,
+          .answer_lag_s = tick.weights.answer_lag_s,
+          .answer_N = tick.answer_N,
+          .shift_m = {tick.shift_m.x(), tick.shift_m.y(), tick.shift_m.z()},
+          .alpha = tick.weights.alpha,
+          .age_s = tick.age_s};
+}
+
 RenderedTick Renderer::render(const SceneView& scene, const ToolPose& pose,
                               std::uint64_t now_ns) noexcept {
   const TickScene tick_scene{scene, pose, now_ns};

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "haptic_server/rendering/tool_force.hpp"
+#include "proto/tool_segment.hpp"
 #include "shared/display/transition.hpp"
 #include "shared/publication/scene_segment.hpp"
 #include "shared/publication/snapshot_reader.hpp"
@@ -30,6 +31,10 @@ struct RenderedTick {
   double answer_N = 0.0;                              // times each sphere's answer
   Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  // of all
 };
+
+/// What the tick displayed of that scene's segment, for those who look on.
+[[nodiscard]] proto::DisplayedImage displayed_image(const RenderedTick& tick,
+                                                    std::uint64_t scene_epoch) noexcept;
 
 /// One tick to render: the scene, the tool in it, and the instant on the clock of its stamps.
 struct TickScene {
