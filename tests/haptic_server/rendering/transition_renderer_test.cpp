@@ -93,7 +93,8 @@ TEST_CASE("The paper's transition lags by exactly v P and never jumps", "[transi
   }
 }
 
-TEST_CASE("With the print's max for min, linear would be hold and jump by v P", "[transition_renderer]") {
+TEST_CASE("With the print's max for min, linear would be hold and jump by v P",
+          "[transition_renderer]") {
   // a(t) = max((t - Tn) / P, 1) = 1 for all t up to the switch: the weights of hold.
   SteadyApproach hold(Transition::kHold), linear(Transition::kLinear);
   for (int i = 0; i < 66; ++i) {
