@@ -1,7 +1,7 @@
 #include "haptic_server/rendering/renderer.hpp"
 
-#include "haptic_server/rendering/prediction_renderer.hpp"
-#include "haptic_server/rendering/transition_renderer.hpp"
+#include "haptic_server/rendering/compliant_renderer.hpp"
+#include "haptic_server/rendering/snapshot_renderer.hpp"
 #include "shared/display/stamps.hpp"
 
 namespace stillgrid {
@@ -42,8 +42,8 @@ RenderedTick Renderer::render(const SceneView& scene, const ToolPose& pose,
 }
 
 std::unique_ptr<Renderer> make_renderer(Transition transition) {
-  if (law_of(transition).gives_way) return std::make_unique<PredictionRenderer>(transition);
-  return std::make_unique<TransitionRenderer>(transition);
+  if (law_of(transition).gives_way) return std::make_unique<CompliantRenderer>(transition);
+  return std::make_unique<SnapshotRenderer>(transition);
 }
 
 }  // namespace stillgrid

@@ -99,7 +99,7 @@ void gather_touched(const GridView& grid, const DisplayedMotion& shown,
                               false,
                               sphere,
                               own_m_N,
-                              answers(line)};
+                              is_compliant(line)};
           const double reach_m = probe.radius_m + touch.radius_m;
           const double wanted_m = reach_m + yielding.slack_N * own_m_N.norm();
           // Written so that a NaN does not pass.

@@ -34,7 +34,7 @@ inline void add(DisplayedSphere& sum, const proto::SphereImage& image, double we
 }  // namespace detail
 
 /// Whether a sphere gives way to the hand: its record says by how much. Realtime: yes.
-[[nodiscard]] inline bool answers(const RecordLine& line) noexcept {
+[[nodiscard]] inline bool is_compliant(const RecordLine& line) noexcept {
   return line.answer_m_N != std::array<float, 3>{};
 }
 
@@ -51,7 +51,7 @@ template <class LoadRecord>
   const auto& velocity_s = weights.velocity_s;
   DisplayedSphere sum;
   add(sum, line.newest, position[0], velocity_s[0]);
-  const double drift_s = weights.drift_s - (answers(line) ? weights.answer_lag_s : 0.0);
+  const double drift_s = weights.drift_s - (is_compliant(line) ? weights.answer_lag_s : 0.0);
   sum.position_m += drift_s * vector(line.drift_m_s);
   const bool is_newest_only = position[1] == 0.0 && position[2] == 0.0 && position[3] == 0.0 &&
                               velocity_s[1] == 0.0 && velocity_s[2] == 0.0;

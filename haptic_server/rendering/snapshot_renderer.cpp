@@ -1,10 +1,10 @@
-#include "haptic_server/rendering/transition_renderer.hpp"
+#include "haptic_server/rendering/snapshot_renderer.hpp"
 
 #include <utility>
 
 namespace stillgrid {
 
-void TransitionRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
+void SnapshotRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
   if (is_other) {
     touched_->clear();
     way_.forget();
@@ -13,8 +13,8 @@ void TransitionRenderer::prepare(const TickScene& scene, bool is_other) noexcept
   is_switch_ = false;
 }
 
-void TransitionRenderer::gather(const TickScene& scene, const proto::SnapshotHeader& latest,
-                                const GridView& moving) noexcept {
+void SnapshotRenderer::gather(const TickScene& scene, const proto::SnapshotHeader& latest,
+                              const GridView& moving) noexcept {
   const proto::SnapshotHeader& last = reader().snapshot();
   const bool is_first = !reader().has_snapshot();
   const std::uint64_t later = latest.generation - last.generation;
@@ -32,8 +32,8 @@ void TransitionRenderer::gather(const TickScene& scene, const proto::SnapshotHea
   gather_touched(moving, {in_later_image(old, 1), before}, tool_, before_switch_);
 }
 
-void TransitionRenderer::show(const TickScene& scene, const SnapshotLook& look,
-                              RenderedTick& tick) noexcept {
+void SnapshotRenderer::show(const TickScene& scene, const SnapshotLook& look,
+                            RenderedTick& tick) noexcept {
   const auto add_static = [&](TouchedSpheres& touched) {
     gather_touched(scene.view.static_grid(), held_image(0), tool_, touched);
   };

@@ -1,4 +1,4 @@
-#include "haptic_server/rendering/prediction_renderer.hpp"
+#include "haptic_server/rendering/compliant_renderer.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -48,7 +48,7 @@ void add(ToolForce& sum, const ToolForce& force) {
 
 }  // namespace
 
-void PredictionRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
+void CompliantRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
   if (is_other) {
     shown_ = {};
     touched_->clear();
@@ -61,8 +61,8 @@ void PredictionRenderer::prepare(const TickScene& scene, bool is_other) noexcept
   led_on_.reset();
 }
 
-Yielding PredictionRenderer::yielding(const proto::SnapshotHeader& snapshot, const Display& display,
-                                      std::uint64_t now_ns) const noexcept {
+Yielding CompliantRenderer::yielding(const proto::SnapshotHeader& snapshot, const Display& display,
+                                     std::uint64_t now_ns) const noexcept {
   Yielding own;
   const double longest_m_N = display.weights.answer_share * snapshot.longest_answer_m_N;
   own.change_N = longest_m_N > 0.0 ? std::clamp(display.change_N, -kFarthest_m / longest_m_N,
@@ -78,14 +78,14 @@ Yielding PredictionRenderer::yielding(const proto::SnapshotHeader& snapshot, con
 
 /// The force of the moving spheres in touched_, which have yielded to it then. Pre: they are of the
 /// last accepted snapshot.
-ToolForce PredictionRenderer::solve(const TickScene& scene, Display& display) noexcept {
+ToolForce CompliantRenderer::solve(const TickScene& scene, Display& display) noexcept {
   display.change_N = yield_to_push(scene.fixed(), tool_push(reader().snapshot()), tool_, scene.pose,
                                    display.change_N, kTolerance_N, *touched_);
   return sphere_force(scene.fixed(), *touched_, tool_, scene.pose);
 }
 
 /// Leads what was displayed a tick ago on to the present; it stays in touched_.
-void PredictionRenderer::lead_on(const TickScene& scene) noexcept {
+void CompliantRenderer::lead_on(const TickScene& scene) noexcept {
   if (led_on_) return;
   touched_->drop_swept();
   const double tick_s = std::min(seconds_between(tick_ns_, scene.now_ns), 1e-2);
@@ -100,8 +100,8 @@ void PredictionRenderer::lead_on(const TickScene& scene) noexcept {
 
 /// Shifts the next display so that it shows what the tool touches where the last one showed it, on
 /// average over the contacts by their depth.
-void PredictionRenderer::continue_from(const TickScene& scene, const proto::SnapshotHeader& latest,
-                                       const GridView& moving) noexcept {
+void CompliantRenderer::continue_from(const TickScene& scene, const proto::SnapshotHeader& latest,
+                                      const GridView& moving) noexcept {
   const ToolPush push = tool_push(latest);
   next_.change_N =
       push_ahead_N(scene.fixed(), *touched_, tool_, scene.pose, push.direction) - push.force_N;
@@ -127,8 +127,8 @@ void PredictionRenderer::continue_from(const TickScene& scene, const proto::Snap
     next_.shift_m = std::min(1.0, farthest_m / norm_m) * shift_m;
 }
 
-void PredictionRenderer::gather(const TickScene& scene, const proto::SnapshotHeader& latest,
-                                const GridView& moving) noexcept {
+void CompliantRenderer::gather(const TickScene& scene, const proto::SnapshotHeader& latest,
+                               const GridView& moving) noexcept {
   const bool is_switch =
       reader().has_snapshot() && latest.generation != reader().snapshot().generation;
   if (is_switch) lead_on(scene);
@@ -143,8 +143,8 @@ void PredictionRenderer::gather(const TickScene& scene, const proto::SnapshotHea
                  tool_, *fresh_);
 }
 
-void PredictionRenderer::show(const TickScene& scene, const SnapshotLook& look,
-                              RenderedTick& tick) noexcept {
+void CompliantRenderer::show(const TickScene& scene, const SnapshotLook& look,
+                             RenderedTick& tick) noexcept {
   const std::uint64_t now_ns = scene.now_ns;
   ToolForce force;
   if (look.accepted()) {

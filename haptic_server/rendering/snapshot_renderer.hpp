@@ -12,10 +12,10 @@ namespace stillgrid {
 /// transition that displays sums of them.
 ///
 /// Thread: the haptic loop's only.
-class TransitionRenderer final : public Renderer {
+class SnapshotRenderer final : public Renderer {
  public:
   /// Pre: !law_of(transition).gives_way.
-  explicit TransitionRenderer(Transition transition) : transition_(transition) {}
+  explicit SnapshotRenderer(Transition transition) : transition_(transition) {}
 
  private:
   void prepare(const TickScene& scene, bool is_other) noexcept override;

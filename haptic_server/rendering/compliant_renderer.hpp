@@ -18,10 +18,10 @@ namespace stillgrid {
 /// exert it. What a snapshot shows otherwise than was displayed is ramped out, as a shift of the
 /// spheres over half a period, and the little that this leaves of the force within 3 ms.
 /// Thread: the haptic loop's only.
-class PredictionRenderer final : public Renderer {
+class CompliantRenderer final : public Renderer {
  public:
   /// Pre: law_of(transition).gives_way.
-  explicit PredictionRenderer(Transition transition = Transition::kAnswer)
+  explicit CompliantRenderer(Transition transition = Transition::kAnswer)
       : transition_(transition) {}
 
  private:

@@ -1,4 +1,4 @@
-#include "haptic_server/rendering/transition_renderer.hpp"
+#include "haptic_server/rendering/snapshot_renderer.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -16,7 +16,7 @@ constexpr std::uint64_t kPeriod_ns = 33 * kMillisecond_ns;
 /// A sphere of 100 mm moves along x into a still probe; overlap is what its centre's place says.
 struct SteadyApproach {
   PublishedScene scene{plain_scene(500.0F, 0.1F), {0.1F}, kPeriod_ns};
-  TransitionRenderer renderer;
+  SnapshotRenderer renderer;
   std::uint64_t now_ns = 0, next_image_ns = 0;
   // The probe is far inside, so that the contact lasts for the whole experiment.
   ToolPose probe{.position_m = {0.15, 0.0, 0.0}};
@@ -44,7 +44,7 @@ struct SteadyApproach {
   }
 };
 
-TEST_CASE("Held images jump by k v P at each switch, 1.65 N", "[transition_renderer]") {
+TEST_CASE("Held images jump by k v P at each switch, 1.65 N", "[snapshot_renderer]") {
   SteadyApproach approach(Transition::kHold);
   double previous_N = 0.0;
   int switches = 0;
@@ -65,7 +65,7 @@ TEST_CASE("Held images jump by k v P at each switch, 1.65 N", "[transition_rende
   CHECK(switches == 9);
 }
 
-TEST_CASE("Held images err by v P / sqrt 3 rms, as sampled at 1 kHz", "[transition_renderer]") {
+TEST_CASE("Held images err by v P / sqrt 3 rms, as sampled at 1 kHz", "[snapshot_renderer]") {
   SteadyApproach approach(Transition::kHold);
   double squared_m2 = 0.0;
   for (int i = 0; i < 330; ++i) {
@@ -77,7 +77,7 @@ TEST_CASE("Held images err by v P / sqrt 3 rms, as sampled at 1 kHz", "[transiti
   CHECK(std::sqrt(squared_m2 / 330) == Approx(1e-4 * std::sqrt(32.0 * 65.0 / 6.0)).epsilon(1e-5));
 }
 
-TEST_CASE("The paper's transition lags by exactly v P and never jumps", "[transition_renderer]") {
+TEST_CASE("The paper's transition lags by exactly v P and never jumps", "[snapshot_renderer]") {
   SteadyApproach approach(Transition::kLinear);
   double previous_m = 0.0;
   for (int i = 0; i < 330; ++i) {
@@ -94,7 +94,7 @@ TEST_CASE("The paper's transition lags by exactly v P and never jumps", "[transi
 }
 
 TEST_CASE("With the print's max for min, linear would be hold and jump by v P",
-          "[transition_renderer]") {
+          "[snapshot_renderer]") {
   // a(t) = max((t - Tn) / P, 1) = 1 for all t up to the switch: the weights of hold.
   SteadyApproach hold(Transition::kHold), linear(Transition::kLinear);
   for (int i = 0; i < 66; ++i) {
@@ -107,9 +107,9 @@ TEST_CASE("With the print's max for min, linear would be hold and jump by v P",
   CHECK(largest_min_N < 2e-5);
 }
 
-TEST_CASE("Linear cuts the corner of a curved path by a P^2 / 8", "[transition_renderer]") {
+TEST_CASE("Linear cuts the corner of a curved path by a P^2 / 8", "[snapshot_renderer]") {
   PublishedScene scene(plain_scene(500.0F, 0.1F), {0.1F}, kPeriod_ns);
-  TransitionRenderer renderer(Transition::kLinear);
+  SnapshotRenderer renderer(Transition::kLinear);
   const double acceleration_m_s2 = 2.0;
   const auto centre_m = [&](double t) { return 0.5 * acceleration_m_s2 * t * t; };
   scene.show({{centre_m(0.0), 0, 0}}, 0);
@@ -121,7 +121,7 @@ TEST_CASE("Linear cuts the corner of a curved path by a P^2 / 8", "[transition_r
 }
 
 TEST_CASE("A row of spheres has the force, the ripple and the holes of its formula",
-          "[transition_renderer]") {
+          "[snapshot_renderer]") {
   // A = 15 mm, depth 2 mm, k = 500 N/m; spacing s, force over a centre and in the middle of a gap.
   struct Row {
     double spacing_m, over_centre_N, in_gap_N;
@@ -133,7 +133,7 @@ TEST_CASE("A row of spheres has the force, the ripple and the holes of its formu
   PublishedScene scene(plain_scene(500.0F, 0.005F), std::vector<float>(centres_m.size(), 0.010F),
                        kPeriod_ns);
   scene.show(centres_m, 0);
-  TransitionRenderer renderer(Transition::kHold);
+  SnapshotRenderer renderer(Transition::kHold);
   const auto lift_N = [&](double x_m) {
     return renderer.render(scene.view(), {.position_m = {x_m, 0.0, 0.013}}, 0).force.force_N.z();
   };
@@ -142,13 +142,13 @@ TEST_CASE("A row of spheres has the force, the ripple and the holes of its formu
 }
 
 TEST_CASE("A damped contact feels the sphere's own velocity, blended like its place",
-          "[transition_renderer]") {
+          "[snapshot_renderer]") {
   StaticScene fixed = plain_scene(0.0F, 0.1F);
   fixed.materials[0].damping_N_s_m = 10.0F;
   PublishedScene scene(fixed, {0.1F}, kPeriod_ns);
   scene.show({{0.0, 0.0, 0.0}}, {{0.1, 0.0, 0.0}}, 0);
   scene.show({{0.0, 0.0, 0.0}}, {{0.3, 0.0, 0.0}}, kPeriod_ns);
-  TransitionRenderer renderer(Transition::kLinear);
+  SnapshotRenderer renderer(Transition::kLinear);
   const ToolPose probe{.position_m = {0.15, 0.0, 0.0}};
   const auto force_N = [&](std::uint64_t now_ns) {
     return renderer.render(scene.view(), probe, now_ns).force.force_N.x();
@@ -158,16 +158,16 @@ TEST_CASE("A damped contact feels the sphere's own velocity, blended like its pl
   CHECK(force_N(44 * kMillisecond_ns) == Approx(1.0 + 2.0 / 3.0).epsilon(1e-5));
 }
 
-TEST_CASE("Before the first image there is no force", "[transition_renderer]") {
+TEST_CASE("Before the first image there is no force", "[snapshot_renderer]") {
   PublishedScene scene(plain_scene(500.0F, 0.1F), {0.1F}, kPeriod_ns);
-  TransitionRenderer renderer(Transition::kLinear);
+  SnapshotRenderer renderer(Transition::kLinear);
   const RenderedTick tick = renderer.render(scene.view(), {}, 0);
   CHECK(tick.generation == 0);
   CHECK(tick.force.force_N.norm() == 0.0);
 }
 
-TEST_CASE("A new session's first image replaces what an old one left", "[transition_renderer]") {
-  TransitionRenderer renderer(Transition::kHold);
+TEST_CASE("A new session's first image replaces what an old one left", "[snapshot_renderer]") {
+  SnapshotRenderer renderer(Transition::kHold);
   PublishedScene first(plain_scene(500.0F, 0.1F), {0.1F}, kPeriod_ns);
   first.show({{0.1, 0.0, 0.0}}, 0);
   CHECK(renderer.render(first.view(), {}, 0).force.contacts == 1);
