@@ -17,19 +17,6 @@ std::array<double, 3> array(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
 }
 
-proto::DisplayedImage displayed_image(const RenderedTick& tick, std::uint64_t scene_epoch) {
-  return {.scene_epoch = scene_epoch,
-          .generation = tick.generation,
-          .position = tick.weights.position,
-          .velocity_s = tick.weights.velocity_s,
-          .drift_s = tick.weights.drift_s,
-          .answer_lag_s = tick.weights.answer_lag_s,
-          .answer_N = tick.answer_N,
-          .shift_m = array(tick.shift_m),
-          .alpha = tick.alpha,
-          .age_s = tick.age_s};
-}
-
 }  // namespace
 
 /// The tool where the device says it is, and how it came there.
@@ -116,7 +103,7 @@ TickEnd HapticLoop::act(const SceneView& scene, bool writer_alive, std::uint64_t
          .force_N = held_.force_N,
          .rendered_N = rendered_.force.force_N,
          .generation = rendered_.generation,
-         .alpha = rendered_.alpha,
+         .alpha = rendered_.weights.alpha,
          .contacts = rendered_.force.contacts,
          .age_s = rendered_.age_s,
          .tick_ns = 0,

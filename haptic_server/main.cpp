@@ -24,7 +24,7 @@ namespace {
 
 struct Arguments {
   HapticOptions options;
-  std::string transition = "answer", model = "grid", group;
+  std::string transition{name_of(options.transition)}, group;
   std::filesystem::path report;
   bool realtime_guard = false;
 };
@@ -47,17 +47,15 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--device", options.device, "PLUGIN[:key=value,...]")->required();
   app.add_option("--rate", options.rate_hz, "Ticks a second, Hz; default 1000")
       ->check(number_in(10.0, 1e5));
-  app.add_option(
-         "--transition", arguments.transition,
-         "How one image passes to the next: answer (default: the simulation's own next step, for "
-         "the hand where it is), linear (the paper's), hold, restart, hermite, extrapolate, "
-         "playout")
-      ->check(CLI::IsMember(
-          std::vector<std::string>(kTransitionNames.begin(), kTransitionNames.end())));
-  app.add_option("--model", arguments.model,
-                 "Intermediate model: grid (default; the paper's); rivals to measure beside it: "
-                 "force_held, force_jacobian, plane, sphere, proxy, crossfade")
-      ->check(CLI::IsMember(std::vector<std::string>(kModelNames.begin(), kModelNames.end())));
+  std::vector<std::string> names;
+  std::string remarks;
+  for (const TransitionLaw& law : transitions()) {
+    names.emplace_back(law.name);
+    remarks += "; " + names.back() + ": " + std::string(law.remark);
+  }
+  app.add_option("--transition", arguments.transition,
+                 "How one image passes to the next, default " + arguments.transition + remarks)
+      ->check(CLI::IsMember(names));
   app.add_option("--record", options.record, "Record every tick (CSV)");
   app.add_option("--duration", options.duration_s,
                  "Time to run, s; default: until Ctrl-C or the end of a replay")
@@ -185,7 +183,6 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   return run_program(app, argc, argv, [&] {
     if (arguments.realtime_guard) require_realtime_guard(argv);
     arguments.options.transition = *transition_named(arguments.transition);
-    arguments.options.model = *model_named(arguments.model);
     if (!arguments.group.empty()) arguments.options.readers = group_named(arguments.group);
     return run_guarded(program_of(arguments));
   });

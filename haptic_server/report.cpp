@@ -54,7 +54,7 @@ void count_tick(HapticReport& report, const TickRow& row, const RenderedTick& re
   report.slew_uN_per_ms.record(to_micro((row.force_N - previous_N).norm() / (tick_s * 1e3)));
   if (rendered.switch_jump_N) report.switch_jump_uN.record(to_micro(*rendered.switch_jump_N));
   if (rendered.generation != 0) {
-    report.plateau_ticks += rendered.stands ? 1 : 0;
+    report.plateau_ticks += rendered.weights.stands ? 1 : 0;
     report.age_ns.record(static_cast<std::uint64_t>(rendered.age_s * 1e9));
   }
   if (report.measures_time) report.tick_ns.record(row.tick_ns);
@@ -73,7 +73,6 @@ void write_report(const HapticReport& report, const std::filesystem::path& file)
         {"firmware", report.device_identity.firmware},
         {"driver", report.device_identity.driver}}},
       {"transition", report.transition},
-      {"model", report.model},
       {"ticks", report.ticks},
       {"missed_ticks", report.missed_ticks},
       {"contact_ticks", report.contact_ticks},

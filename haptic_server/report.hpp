@@ -19,7 +19,7 @@ namespace stillgrid {
 
 /// Counters of a run, for --report. The loop adds to them; nobody else reads before its end.
 struct HapticReport {
-  std::string scene, device, transition, model;
+  std::string scene, device, transition;
   DeviceIdentity device_identity;
   double rate_hz = 0.0;
   bool measures_time = false;  // lockstep has no wall time to report

@@ -148,7 +148,6 @@ void run_haptics(const HapticOptions& options, HapticReport& report, GuardedStat
   report.rate_hz = options.rate_hz;
   report.measures_time = !options.lockstep;
   report.transition = name_of(options.transition);
-  report.model = name_of(options.model);
   const DeviceSpec spec = parse_device_spec(options.device);
   report.device = spec.plugin;
 
@@ -195,8 +194,8 @@ void run_haptics(const HapticOptions& options, HapticReport& report, GuardedStat
   const SafetyLimits limits = safety_limits(options.safety, device.descriptor());
   tell_undeclared_torque(device.descriptor(), limits);
   const auto loop =
-      std::make_unique<HapticLoop>(device, tool, make_renderer(options.model, options.transition),
-                                   limits, period_ns, options.lockstep ? nullptr : monotonic_ns);
+      std::make_unique<HapticLoop>(device, tool, make_renderer(options.transition), limits,
+                                   period_ns, options.lockstep ? nullptr : monotonic_ns);
   open_recorder = recorder.get();
   Run run{options, report, stop,   period_ns,      device,   watch,
           tool,    *loop,  driver, recorder.get(), watchdog, guarded};

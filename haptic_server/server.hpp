@@ -22,7 +22,6 @@ struct HapticOptions {
   std::string session;
   std::string device;  // "PLUGIN[:key=value,...]"
   double rate_hz = 1000.0;
-  Model model = Model::kGrid;
   Transition transition = Transition::kAnswer;
   bool lockstep = false;
   std::optional<double> duration_s;  // else until stopped, or the device's recording ends

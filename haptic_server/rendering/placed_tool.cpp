@@ -1,8 +1,7 @@
 #include "haptic_server/rendering/placed_tool.hpp"
 
-#include "haptic_server/rendering/stamps.hpp"
-
 namespace stillgrid {
+
 std::span<PlacedToolSphere> place_tool(const proto::SceneHeader& scene, const ToolPose& pose,
                                        ToolSpheres& placed) noexcept {
   for (std::uint32_t i = 0; i < scene.tool_sphere_count; ++i) {
@@ -12,15 +11,6 @@ std::span<PlacedToolSphere> place_tool(const proto::SceneHeader& scene, const To
     placed[i] = {position_m, static_cast<double>(scene.tool[i].radius_m), position_m};
   }
   return {placed.data(), scene.tool_sphere_count};
-}
-
-RenderedTick tick_showing(const proto::SnapshotHeader& snapshot, std::uint64_t now_ns) noexcept {
-  RenderedTick tick;
-  tick.generation = snapshot.generation;
-  tick.weights = held_image(0).now;
-  tick.age_s = seconds_between(snapshot.state_time_ns[0], now_ns);
-  tick.image_age_s = seconds_between(snapshot.publish_time_ns[0], now_ns);
-  return tick;
 }
 
 DisplayedMotion held_image(std::size_t image) noexcept {

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
+#include <cstddef>
 #include <span>
 
-#include "haptic_server/rendering/renderer.hpp"
+#include "haptic_server/rendering/tool_force.hpp"
 #include "haptic_server/rendering/touched_spheres.hpp"
 #include "proto/scene_segment.hpp"
 
@@ -17,9 +17,32 @@ using ToolSpheres = std::array<PlacedToolSphere, proto::kMaxToolSpheres>;
 std::span<PlacedToolSphere> place_tool(const proto::SceneHeader& scene, const ToolPose& pose,
                                        ToolSpheres& placed) noexcept;
 
-/// What a tick at now_ns says of the image that it shows, all but its force.
-[[nodiscard]] RenderedTick tick_showing(const proto::SnapshotHeader& snapshot,
-                                        std::uint64_t now_ns) noexcept;
+/// The tool's spheres with the way that they went since the last tick that saw the scene.
+class ToolWay {
+ public:
+  /// Places the tool. Realtime: allocates nothing. Pre: as of place_tool().
+  std::span<PlacedToolSphere> place(const proto::SceneHeader& scene,
+                                    const ToolPose& pose) noexcept {
+    const ToolSpheres before = spheres_;
+    const std::span<PlacedToolSphere> tool = place_tool(scene, pose, spheres_);
+    if (has_way_)
+      for (std::size_t i = 0; i < tool.size(); ++i) tool[i].before_m = before[i].before_m;
+    return tool;
+  }
+
+  /// The scene was seen: the next way begins here.
+  void end() noexcept {
+    for (PlacedToolSphere& sphere : spheres_) sphere.before_m = sphere.position_m;
+    has_way_ = true;
+  }
+
+  /// There was no scene, or it was another.
+  void forget() noexcept { has_way_ = false; }
+
+ private:
+  ToolSpheres spheres_{};
+  bool has_way_ = false;
+};
 
 /// The image numbered `image` in the history (0: the newest), held.
 [[nodiscard]] DisplayedMotion held_image(std::size_t image) noexcept;

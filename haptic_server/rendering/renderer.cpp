@@ -1,57 +1,49 @@
 #include "haptic_server/rendering/renderer.hpp"
 
-#include <algorithm>
-#include <cstddef>
-
-#include "haptic_server/rendering/answer_renderer.hpp"
-#include "haptic_server/rendering/local_model_renderer.hpp"
-#include "haptic_server/rendering/models/crossfade.hpp"
-#include "haptic_server/rendering/models/force_held.hpp"
-#include "haptic_server/rendering/models/force_jacobian.hpp"
-#include "haptic_server/rendering/models/local_plane.hpp"
-#include "haptic_server/rendering/models/local_sphere.hpp"
-#include "haptic_server/rendering/models/proxy.hpp"
-#include "haptic_server/rendering/still_image.hpp"
+#include "haptic_server/rendering/compliant_renderer.hpp"
+#include "haptic_server/rendering/snapshot_renderer.hpp"
+#include "shared/display/stamps.hpp"
 
 namespace stillgrid {
-namespace {
 
-template <class Local>
-std::unique_ptr<Renderer> local_renderer() {
-  return std::make_unique<LocalModelRenderer>(std::make_unique<Local>());
+proto::DisplayedImage displayed_image(const RenderedTick& tick,
+                                      std::uint64_t scene_epoch) noexcept {
+  return {.scene_epoch = scene_epoch,
+          .generation = tick.generation,
+          .position = tick.weights.position,
+          .velocity_s = tick.weights.velocity_s,
+          .drift_s = tick.weights.drift_s,
+          .answer_lag_s = tick.weights.answer_lag_s,
+          .answer_N = tick.answer_N,
+          .shift_m = {tick.shift_m.x(), tick.shift_m.y(), tick.shift_m.z()},
+          .alpha = tick.weights.alpha,
+          .age_s = tick.age_s};
 }
 
-}  // namespace
-
-std::optional<Model> model_named(std::string_view name) {
-  const auto* const found = std::find(kModelNames.begin(), kModelNames.end(), name);
-  if (found == kModelNames.end()) return std::nullopt;
-  return static_cast<Model>(found - kModelNames.begin());
+RenderedTick Renderer::render(const SceneView& scene, const ToolPose& pose,
+                              std::uint64_t now_ns) noexcept {
+  const TickScene tick_scene{scene, pose, now_ns};
+  prepare(tick_scene, reader_.turn_to(scene));
+  const SnapshotLook look =
+      reader_.look(scene, [&](const proto::SnapshotHeader& latest, const GridView& moving) {
+        gather(tick_scene, latest, moving);
+      });
+  if (look.status == ReadStatus::kEmpty && !reader_.has_snapshot()) return {};
+  const proto::SnapshotHeader& snapshot = reader_.snapshot();
+  RenderedTick tick;
+  tick.generation = snapshot.generation;
+  tick.is_new = look.is_new;
+  tick.contended = !look.accepted();
+  tick.age_s = seconds_between(snapshot.state_time_ns[0], now_ns);
+  tick.image_age_s = seconds_between(snapshot.publish_time_ns[0], now_ns);
+  tick.weights = held_image(0).now;
+  show(tick_scene, look, tick);
+  return tick;
 }
 
-std::string_view name_of(Model model) {
-  return kModelNames[static_cast<std::size_t>(model)];
-}
-
-std::unique_ptr<Renderer> make_renderer(Model model, Transition transition) {
-  switch (model) {
-    case Model::kForceHeld:
-      return local_renderer<ForceHeld>();
-    case Model::kForceJacobian:
-      return local_renderer<ForceJacobian>();
-    case Model::kPlane:
-      return local_renderer<LocalPlane>();
-    case Model::kSphere:
-      return local_renderer<LocalSphere>();
-    case Model::kProxy:
-      return local_renderer<Proxy>();
-    case Model::kCrossfade:
-      return std::make_unique<CrossfadeRenderer>();
-    case Model::kGrid:
-      break;
-  }
-  if (transition == Transition::kAnswer) return std::make_unique<AnswerRenderer>();
-  return std::make_unique<StillImageRenderer>(transition);
+std::unique_ptr<Renderer> make_renderer(Transition transition) {
+  if (law_of(transition).gives_way) return std::make_unique<CompliantRenderer>(transition);
+  return std::make_unique<SnapshotRenderer>(transition);
 }
 
 }  // namespace stillgrid

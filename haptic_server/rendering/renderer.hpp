@@ -1,43 +1,23 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string_view>
 
 #include "haptic_server/rendering/tool_force.hpp"
-#include "haptic_server/rendering/transition.hpp"
+#include "proto/tool_segment.hpp"
+#include "shared/display/transition.hpp"
 #include "shared/publication/scene_segment.hpp"
+#include "shared/publication/snapshot_reader.hpp"
 
 namespace stillgrid {
-
-/// What stands for the scene between two images.
-enum class Model {
-  kGrid,           // the whole still image, passing to the next by a transition: the paper's
-  kForceHeld,      // the slow process's force
-  kForceJacobian,  // that force with its derivatives by the tool's place and velocity
-  kPlane,          // the tangent plane, with recovery
-  kSphere,         // a sphere fitted to the surface near the tool
-  kProxy,          // a god-object on the spheres near the tool
-  kCrossfade,      // the forces of the last two images, one passing to the other
-};
-
-/// Names of models as --model takes them, in the order of the enumeration.
-inline constexpr std::array<std::string_view, 7> kModelNames = {
-    "grid", "force_held", "force_jacobian", "plane", "sphere", "proxy", "crossfade"};
-
-[[nodiscard]] std::optional<Model> model_named(std::string_view name);
-[[nodiscard]] std::string_view name_of(Model model);
 
 /// What one tick rendered.
 struct RenderedTick {
   ToolForce force;
   std::uint64_t generation = 0;  // of the image shown, 0: none yet
   bool is_new = false;           // the first tick that shows it
-  double alpha = 1.0;            // progress of the transition to it
-  bool stands = false;           // what is displayed waits for the next image
   double age_s = 0.0;            // of the simulated state shown newest
   double image_age_s = 0.0;      // since its publication
   bool contended = false;        // no fresh read: the last good sample was used
@@ -52,7 +32,21 @@ struct RenderedTick {
   Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  // of all
 };
 
-/// Computes the force of a scene on the tool, tick by tick, from its images alone.
+/// What the tick displayed of that scene's segment, for those who look on.
+[[nodiscard]] proto::DisplayedImage displayed_image(const RenderedTick& tick,
+                                                    std::uint64_t scene_epoch) noexcept;
+
+/// One tick to render: the scene, the tool in it, and the instant on the clock of its stamps.
+struct TickScene {
+  const SceneView& view;
+  const ToolPose& pose;
+  std::uint64_t now_ns;
+
+  [[nodiscard]] const proto::SceneHeader& fixed() const noexcept { return view.scene(); }
+};
+
+/// Computes the force of a scene on the tool, tick by tick, from its snapshots alone: the one path
+/// from a snapshot to a force. What stands for the scene between two snapshots is a subclass's.
 ///
 /// Thread: the haptic loop's only. Neither copied nor moved.
 class Renderer {
@@ -64,13 +58,29 @@ class Renderer {
   Renderer(Renderer&&) = delete;
   Renderer& operator=(Renderer&&) = delete;
 
-  /// The force on the tool at now_ns, on the clock of the scene's stamps. Where the latest image
-  /// cannot be read the last good sample stands. Realtime: wait-free, allocates nothing.
-  [[nodiscard]] virtual RenderedTick render(const SceneView& scene, const ToolPose& pose,
-                                            std::uint64_t now_ns) noexcept = 0;
+  /// The force on the tool at now_ns, on the clock of the scene's stamps. Where the latest snapshot
+  /// cannot be read what the last good one left stands. Realtime: wait-free, allocates nothing.
+  [[nodiscard]] RenderedTick render(const SceneView& scene, const ToolPose& pose,
+                                    std::uint64_t now_ns) noexcept;
+
+ protected:
+  [[nodiscard]] const SnapshotReader& reader() const noexcept { return reader_; }
+
+ private:
+  /// Places the tool, before the scene is looked at. is_other: than the tick before; nothing that
+  /// was gathered counts.
+  virtual void prepare(const TickScene& scene, bool is_other) noexcept = 0;
+  /// Copies what the tick needs of the latest snapshot, as of SnapshotReader::look().
+  virtual void gather(const TickScene& scene, const proto::SnapshotHeader& latest,
+                      const GridView& moving) noexcept = 0;
+  /// Takes over what was gathered, if it counts, and sums the force. tick: what the look came to is
+  /// filled in.
+  virtual void show(const TickScene& scene, const SnapshotLook& look,
+                    RenderedTick& tick) noexcept = 0;
+
+  SnapshotReader reader_;
 };
 
-/// transition: of the model `grid`; the others have none.
-[[nodiscard]] std::unique_ptr<Renderer> make_renderer(Model model, Transition transition);
+[[nodiscard]] std::unique_ptr<Renderer> make_renderer(Transition transition);
 
 }  // namespace stillgrid

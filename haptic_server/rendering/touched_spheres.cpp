@@ -5,75 +5,25 @@
 #include <optional>
 
 #include "shared/collision/grid_query.hpp"
+#include "shared/display/displayed.hpp"
 
 namespace stillgrid {
 namespace {
 
-Eigen::Vector3d vector(const std::array<float, 3>& v) {
-  return {v[0], v[1], v[2]};
+/// Where the weights alone display a sphere of the grid.
+DisplayedSphere displayed(const GridView& grid, std::uint32_t sphere, const RecordLine& line,
+                          const ImageWeights& weights) {
+  return displayed(line, weights, [&] { return load_record(grid, sphere); });
 }
 
-struct Displayed {
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
-};
-
-void add(Displayed& sum, const proto::SphereImage& image, double weight, double velocity_s) {
-  if (weight == 0.0 && velocity_s == 0.0) return;
-  const Eigen::Vector3d velocity_m_s = vector(image.velocity_m_s);
-  sum.position_m += weight * vector(image.position_m) + velocity_s * velocity_m_s;
-  sum.velocity_m_s += weight * velocity_m_s;
-}
-
-bool is_newest_only(const ImageWeights& weights) {
-  return weights.position[1] == 0.0 && weights.position[2] == 0.0 && weights.position[3] == 0.0 &&
-         weights.velocity_s[1] == 0.0 && weights.velocity_s[2] == 0.0;
-}
-
-/// Of the older images only a record's second cache line knows; it is read when they weigh.
-Displayed displayed(const GridView& grid, std::uint32_t sphere, const RecordLine& line,
-                    const ImageWeights& weights) {
-  Displayed sum;
-  add(sum, line.newest, weights.position[0], weights.velocity_s[0]);
-  const bool answers = line.answer_m_N != std::array<float, 3>{};
-  const double drift_s = weights.drift_s - (answers ? weights.answer_lag_s : 0.0);
-  sum.position_m += drift_s * vector(line.drift_m_s);
-  if (is_newest_only(weights)) return sum;
-  const proto::SphereRecord record = load_record(grid, sphere);
-  add(sum, record.older[0], weights.position[1], weights.velocity_s[1]);
-  add(sum, record.older[1], weights.position[2], weights.velocity_s[2]);
-  sum.position_m += weights.position[3] * vector(record.oldest_position_m);
-  sum.velocity_m_s += weights.position[3] * vector(record.older[1].velocity_m_s);
-  return sum;
-}
-
-/// Displays a sphere that some image lacks by those it is in.
+/// Displays a sphere that some snapshot lacks by those it is in.
 void show_where_present(const GridView& grid, std::uint32_t sphere, const ImageWeights& weights,
                         TouchedSphere& touch) {
-  const proto::SphereRecord record = load_record(grid, sphere);
-  const std::array<proto::SphereImage, proto::kHistoryLength> images = {
-      record.newest,
-      record.older[0],
-      record.older[1],
-      {record.oldest_position_m, record.older[1].velocity_m_s}};
-  Displayed sum;
-  touch.presence = 0.0;
+  const DisplayedSphere shown = displayed_where_present(load_record(grid, sphere), weights);
+  touch.position_m = shown.position_m;
+  touch.velocity_m_s = shown.velocity_m_s;
+  touch.presence = shown.presence;
   touch.yields_m_N.setZero();
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    // Hermite's weights leave [0, 1] a little; what is negative is not there.
-    const double weight = std::max(0.0, weights.position[i]);
-    if (vector(images[i].position_m).hasNaN()) continue;
-    add(sum, images[i], weight, 0.0);
-    touch.presence += weight;
-  }
-  touch.position_m = sum.position_m / touch.presence;
-  touch.velocity_m_s = sum.velocity_m_s / touch.presence;
-  touch.presence = std::min(1.0, touch.presence);
-}
-
-Eigen::Vector3d yields_m_N(const RecordLine& line, const ImageWeights& weights) {
-  if (weights.answer_share == 0.0) return Eigen::Vector3d::Zero();
-  return weights.answer_share * vector(line.answer_m_N);
 }
 
 /// A way shorter than this share of the tool sphere's radius is not swept.
@@ -118,7 +68,7 @@ Eigen::Vector3d displayed_m(const GridView& grid, std::uint32_t number, const Im
                             const Yielding& yielding) noexcept {
   const RecordLine line = load_line(grid, number);
   return displayed(grid, number, line, weights).position_m + yielding.shift_m +
-         yielding.change_N * yields_m_N(line, weights);
+         yielding.change_N * compliance_m_per_N(line, weights);
 }
 
 void TouchedSpheres::drop_swept() noexcept {
@@ -138,8 +88,8 @@ void gather_touched(const GridView& grid, const DisplayedMotion& shown,
     const bool cut =
         for_each_candidate(grid, cover_way(probe, room_m), kMaxVisits, [&](std::uint32_t sphere) {
           const RecordLine line = load_line(grid, sphere);
-          const Displayed now = displayed(grid, sphere, line, shown.now);
-          const Eigen::Vector3d own_m_N = yields_m_N(line, shown.now);
+          const DisplayedSphere now = displayed(grid, sphere, line, shown.now);
+          const Eigen::Vector3d own_m_N = compliance_m_per_N(line, shown.now);
           const Eigen::Vector3d yielded_m = yielding.shift_m + yielding.change_N * own_m_N;
           TouchedSphere touch{now.position_m + yielded_m,
                               now.velocity_m_s,
@@ -149,7 +99,7 @@ void gather_touched(const GridView& grid, const DisplayedMotion& shown,
                               false,
                               sphere,
                               own_m_N,
-                              line.answer_m_N != std::array<float, 3>{}};
+                              is_compliant(line)};
           const double reach_m = probe.radius_m + touch.radius_m;
           const double wanted_m = reach_m + yielding.slack_N * own_m_N.norm();
           // Written so that a NaN does not pass.
@@ -161,7 +111,7 @@ void gather_touched(const GridView& grid, const DisplayedMotion& shown,
             show_where_present(grid, sphere, shown.now, touch);
             if (!is_within(reach_m)) return;
           } else if (!is_touched) {
-            const Displayed before = displayed(grid, sphere, line, shown.before);
+            const DisplayedSphere before = displayed(grid, sphere, line, shown.before);
             const auto closest_m =
                 closest_line_m(probe.before_m - before.position_m - yielded_m,
                                probe.position_m - touch.position_m, reach_m, probe.radius_m);

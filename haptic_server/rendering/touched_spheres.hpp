@@ -1,12 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
 
-#include "haptic_server/rendering/transition.hpp"
 #include "shared/collision/still_grid.hpp"
+#include "shared/display/transition.hpp"
 
 namespace stillgrid {
 
@@ -45,6 +46,9 @@ struct TouchedSpheres {
   void clear() noexcept {
     count = 0;
     cut = false;
+  }
+  [[nodiscard]] bool has_swept() const noexcept {
+    return std::any_of(all().begin(), all().end(), [](const auto& sphere) { return sphere.swept; });
   }
   /// A contact on the way is of one tick; shown in the next it would be where nothing is.
   void drop_swept() noexcept;

@@ -4,7 +4,6 @@ import itertools
 
 FIRST_TRANSITIONS = ("hold", "linear", "answer")
 OTHER_TRANSITIONS = ("restart", "hermite", "extrapolate", "playout")
-MODELS = ("force_held", "force_jacobian", "plane", "sphere", "proxy", "crossfade")
 DEFAULT_TRANSITION = "answer"  # of haptic_server
 
 EXPLICIT = ("forward_euler", "symplectic_euler", "velocity_verlet")
@@ -16,7 +15,7 @@ METHOD_KEYS = ("integrator", "solver", "substeps", "tolerance_m_s", "error_targe
 class Grid:
     """How finely a fit looks."""
     rates_hz: tuple
-    displays: tuple  # other transitions and models, at the best rates
+    displays: tuple  # other transitions, at the best rates
     methods: tuple  # integrator, and of implicit ones solver and substeps
     voxel_ratios: tuple
     best: int  # how many of the best the rounds go on from
@@ -28,7 +27,7 @@ GRIDS = {
                   methods=(("velocity_verlet",), ("implicit_euler", "newton", 1)),
                   voxel_ratios=(1.5,), best=2, rounds=1),
     "full": Grid(rates_hz=(10.0, 14.0, 20.0, 28.0, 40.0, 56.0, 80.0, 110.0, 160.0, 250.0, 500.0, 1000.0),
-                 displays=(*OTHER_TRANSITIONS, *MODELS),
+                 displays=OTHER_TRANSITIONS,
                  methods=(("symplectic_euler",), ("velocity_verlet",), ("implicit_euler", "newton", 1),
                           ("implicit_euler", "newton_cg", 1), ("implicit_euler", "newton_cg", 2),
                           ("implicit_euler", "broyden", 1), ("bdf2", "newton_cg", 1)),
@@ -41,17 +40,13 @@ class Candidate:
     """One way to simulate and to show a scene."""
     rate_hz: float
     transition: str = DEFAULT_TRANSITION
-    model: str = "grid"
     method: tuple = GIVEN
     levels: tuple = ()  # of each group of bodies
     voxel_ratio: float | None = None  # none: as given
 
-    def shown_by(self):
-        return self.transition if self.model == "grid" else self.model
-
     def haptic_options(self):
         """As haptic_server takes them."""
-        return ["--transition", self.transition] if self.model == "grid" else ["--model", self.model]
+        return ["--transition", self.transition]
 
     def but(self, **changes):
         return dataclasses.replace(self, **changes)
@@ -101,7 +96,7 @@ class Space:
 
     def describe(self, candidate):
         """In words."""
-        parts = [f"{candidate.rate_hz:g} Hz", candidate.shown_by()]
+        parts = [f"{candidate.rate_hz:g} Hz", candidate.transition]
         if candidate.method != GIVEN:
             parts.append(method_text(candidate.method))
         parts += [f"{group.name}: {group.levels[level].label}"
@@ -115,8 +110,7 @@ class Space:
                 for rate_hz in self.rates_hz for transition in FIRST_TRANSITIONS]
 
     def other_displays(self, candidate):
-        return [candidate.but(model=name) if name in MODELS else candidate.but(transition=name, model="grid")
-                for name in self.grid.displays]
+        return [candidate.but(transition=name) for name in self.grid.displays]
 
     def coarser(self, candidate):
         """Each group at each level, and all together at each."""
@@ -144,7 +138,7 @@ class Space:
         place = self.rates_hz.index(candidate.rate_hz)
         found = [candidate.but(rate_hz=self.rates_hz[i])
                  for i in range(max(place - 2, 0), min(place + 3, len(self.rates_hz)))]
-        found += [candidate.but(transition=name, model="grid") for name in FIRST_TRANSITIONS]
+        found += [candidate.but(transition=name) for name in FIRST_TRANSITIONS]
         for i, group in enumerate(self.groups):
             for level in (candidate.levels[i] - 1, candidate.levels[i] + 1):
                 if 0 <= level < len(group.levels):

@@ -8,7 +8,7 @@ from candidates import method_text
 JUST_NOTICEABLE = 0.07  # of a force (handbook)
 FAINT_N = 0.1  # a share of a force that is less would be noticed by nobody: it is taken of this
 
-COLUMNS = ("stage", "rate_hz", "transition", "model", "method", "levels", "voxel_ratio", "spheres", "cost_us_per_ms",
+COLUMNS = ("stage", "rate_hz", "transition", "method", "levels", "voxel_ratio", "spheres", "cost_us_per_ms",
            "simulation_us_per_ms", "tick_p50_us", "latency_share", "step_share", "error_share", "jnd", "jnd_p95",
            "felt_share", "alone", "stable", "largest_margin", "role", "verdict")
 
@@ -42,8 +42,7 @@ def row_of(trial, space, goal):
               if level]
     return {
         "stage": trial.stage, "rate_hz": candidate.rate_hz,
-        "transition": candidate.transition if candidate.model == "grid" else "", "model": candidate.model,
-        "method": method_text(candidate.method), "levels": "; ".join(levels),
+        "transition": candidate.transition, "method": method_text(candidate.method), "levels": "; ".join(levels),
         "voxel_ratio": candidate.voxel_ratio, "spheres": at(result, "counts", "spheres"),
         "cost_us_per_ms": at(result, "cost", "processor_us_per_ms"),
         "simulation_us_per_ms": at(result, "cost", "simulation_us_per_ms"),

@@ -89,7 +89,7 @@ def _first_of_each(trials, count):
     """Their candidates, but one of each rate and display."""
     found = {}
     for trial in trials:
-        found.setdefault((trial.candidate.rate_hz, trial.candidate.shown_by()), trial.candidate)
+        found.setdefault((trial.candidate.rate_hz, trial.candidate.transition), trial.candidate)
     return list(found.values())[:count]
 
 

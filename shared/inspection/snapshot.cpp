@@ -9,17 +9,16 @@
 namespace stillgrid {
 namespace {
 
-/// read_latest() again and again while it is overtaken: a look from outside has no priority and may
-/// copy a whole image.
-template <class Gather>
-ReadResult read_patiently(const DoubleBuffer& buffer, Gather&& gather) {
-  ReadResult result;
+/// Looks again and again while it is overtaken, and says whether it was not in the end: a look from
+/// outside has no priority and may copy a whole image.
+template <class Look>
+bool is_accepted_patiently(Look&& look) {
   for (int round = 0; round < 50; ++round) {
-    result = read_latest(buffer, gather);
-    if (result.status != ReadStatus::kContended) break;
+    const ReadStatus status = look();
+    if (status != ReadStatus::kContended) return status == ReadStatus::kAccepted;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  return result;
+  return false;
 }
 
 void copy_spheres(const GridView& view, std::size_t most_spheres,
@@ -69,17 +68,23 @@ GridOccupancy occupancy_of(const GridView& view) {
 }  // namespace
 
 std::optional<SceneSnapshot> read_snapshot(const SceneView& view, std::size_t most_spheres) {
+  SnapshotReader reader;
+  reader.turn_to(view);
+  return read_snapshot(reader, view, most_spheres);
+}
+
+std::optional<SceneSnapshot> read_snapshot(SnapshotReader& reader, const SceneView& view,
+                                           std::size_t most_spheres) {
   SceneSnapshot snapshot;
-  const ReadResult result = read_patiently(view.buffer(), [&](const std::uint64_t* payload) {
-    snapshot.header = load_snapshot(payload);
-    const GridView grid = view.moving_grid(payload, snapshot.header);
-    snapshot.header.grid = grid.shape;
-    copy_spheres(grid, most_spheres, snapshot.spheres);
-    copy_covers(grid, snapshot.covers);
-    snapshot.occupancy = occupancy_of(grid);
-  });
-  if (result.status != ReadStatus::kAccepted) return std::nullopt;
-  snapshot.generation = result.generation;
+  const auto gather = [&](const proto::SnapshotHeader& latest, const GridView& moving) {
+    snapshot.header = latest;
+    snapshot.header.grid = moving.shape;
+    copy_spheres(moving, most_spheres, snapshot.spheres);
+    copy_covers(moving, snapshot.covers);
+    snapshot.occupancy = occupancy_of(moving);
+  };
+  if (!is_accepted_patiently([&] { return reader.look(view, gather).status; })) return std::nullopt;
+  snapshot.generation = snapshot.header.generation;
   snapshot.header.history_count =
       std::clamp<std::uint64_t>(snapshot.header.history_count, 1, proto::kHistoryLength);
   return snapshot;
@@ -99,12 +104,14 @@ std::vector<LevelCover> static_covers(const SceneView& view) {
 
 std::optional<ToolSnapshot> read_tool(const ToolView& view) {
   ToolSnapshot snapshot;
-  const ReadResult result =
-      read_patiently(view.reader().buffer(), [&](const std::uint64_t* payload) {
-        snapshot.state = load_struct<proto::ToolState>(payload);
-      });
-  if (result.status != ReadStatus::kAccepted) return std::nullopt;
-  snapshot.generation = result.generation;
+  const auto look = [&] {
+    const ReadResult read = read_latest(view.reader().buffer(), [&](const std::uint64_t* payload) {
+      snapshot.state = load_struct<proto::ToolState>(payload);
+    });
+    snapshot.generation = read.generation;
+    return read.status;
+  };
+  if (!is_accepted_patiently(look)) return std::nullopt;
   return snapshot;
 }
 

@@ -8,6 +8,7 @@
 #include "proto/scene_segment.hpp"
 #include "proto/tool_segment.hpp"
 #include "shared/publication/scene_segment.hpp"
+#include "shared/publication/snapshot_reader.hpp"
 #include "shared/publication/tool_segment.hpp"
 
 namespace stillgrid {
@@ -38,6 +39,11 @@ struct SceneSnapshot {
 /// The latest image with its first `most_spheres` spheres; nothing before the first, or when it was
 /// overtaken again and again.
 [[nodiscard]] std::optional<SceneSnapshot> read_snapshot(const SceneView& view,
+                                                         std::size_t most_spheres);
+
+/// The same, for who follows the scene. Pre: reader.turn_to(view).
+[[nodiscard]] std::optional<SceneSnapshot> read_snapshot(SnapshotReader& reader,
+                                                         const SceneView& view,
                                                          std::size_t most_spheres);
 
 /// The spheres that never move, the first `most_spheres` of them.

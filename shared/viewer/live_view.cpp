@@ -41,20 +41,19 @@ void LiveView::run(const std::stop_token& stop) {
 void LiveView::read_image(Frame& frame, ToolLook& tool) {
   const SceneView* scene = follower_.scene();
   if (scene == nullptr) return;
-  if (image_epoch_ != scene->header().epoch) image_.reset();
-  image_epoch_ = scene->header().epoch;
+  if (reader_.turn_to(*scene)) image_.reset();
   for (int i = 0; i < kMostLooks; ++i) {
     const std::uint64_t shown = tool.state ? tool.state->before.displayed.generation : 0;
     if (!image_ || shown >= image_->generation || i == 0)
-      if (auto newest = read_snapshot(*scene, kAll)) image_ = std::move(newest);
+      if (auto newest = read_snapshot(reader_, *scene, kAll)) image_ = std::move(newest);
     const bool is_behind = image_ && tool.state && shown < image_->generation &&
-                           tool.state->before.displayed.scene_epoch == image_epoch_;
+                           tool.state->before.displayed.scene_epoch == reader_.epoch();
     if (!is_behind || tool.hand != Life::kAlive || tool.clock == proto::Clock::kVirtual) break;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     tool = sampler_.look();
   }
   frame.image = image_;
-  frame.scene_epoch = image_epoch_;
+  frame.scene_epoch = reader_.epoch();
 }
 
 /// Another key with another number of spheres too: before the first image there are none.

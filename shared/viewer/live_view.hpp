@@ -51,8 +51,8 @@ class LiveView final : public ViewSource {
 
   // Of the thread.
   SegmentFollower follower_;
-  std::optional<SceneSnapshot> image_;
-  std::uint64_t image_epoch_ = 0;
+  SnapshotReader reader_;
+  std::optional<SceneSnapshot> image_;  // the last that it accepted
   std::uint64_t next_frame_ = 1;
   std::unique_ptr<ViewWriter> writer_;
   std::uint64_t next_saved_tick_ = 0;

@@ -1,6 +1,7 @@
 #include "tests/fuzz/checked_ticks.hpp"
 
 #include <cmath>
+#include <utility>
 
 #include "shared/collision/grid_query.hpp"
 
@@ -54,9 +55,9 @@ CheckedTicks::CheckedTicks() {
                             .max_speed_m_s = 2.0};
   SafetyLimits slewed = limits;
   slewed.max_slew_N_per_ms = kMaxSlew_N_per_ms;
-  const auto add = [&](Model model, Transition transition) {
+  const auto add = [&](std::unique_ptr<Renderer> renderer) {
     const SafetyLimits& own = renderings_.size() == kSlewed ? slewed : limits;
-    renderings_.push_back({make_renderer(model, transition), SafetyChain(own)});
+    renderings_.push_back({std::move(renderer), SafetyChain(own)});
     // Past the ramp at the start, which would hide the limits.
     std::uint32_t flags = 0;
     for (int i = 0; i < 3; ++i)
@@ -64,10 +65,8 @@ CheckedTicks::CheckedTicks() {
           {.image = {.exists = true, .period_s = 1.0, .writer_alive = true}, .elapsed_s = 0.04},
           flags));
   };
-  for (const std::string_view name : kTransitionNames) add(Model::kGrid, *transition_named(name));
-  for (const std::string_view name : kModelNames)
-    if (const Model model = *model_named(name); model != Model::kGrid)
-      add(model, Transition::kHold);
+  for (const TransitionLaw& law : transitions()) add(make_renderer(law.transition));
+  for (const Rival& rival : rivals()) add(rival.make());
 }
 
 void CheckedTicks::tick(const SceneView& scene, FuzzInput& input) {
@@ -89,7 +88,8 @@ void CheckedTicks::render(const SceneView& scene, const ToolPose& pose, FuzzInpu
   for (std::size_t i = 0; i < renderings_.size(); ++i) {
     auto& [renderer, safety] = renderings_[i];
     const RenderedTick tick = renderer->render(scene, pose, now_ns_);
-    require(tick.alpha >= 0.0 && tick.alpha <= 1.0, "a transition's progress is within [0, 1]");
+    require(tick.weights.alpha >= 0.0 && tick.weights.alpha <= 1.0,
+            "a transition's progress is within [0, 1]");
     require(tick.age_s >= 0.0 && tick.image_age_s >= 0.0, "an age is no less than zero");
     constexpr auto kMostPlaneContacts = proto::kMaxPlanes * proto::kMaxToolSpheres;
     require(tick.force.contacts >= 0 && static_cast<std::size_t>(tick.force.contacts) <=

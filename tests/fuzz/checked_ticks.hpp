@@ -4,9 +4,9 @@
 #include <memory>
 #include <vector>
 
-#include "haptic_server/rendering/renderer.hpp"
 #include "haptic_server/safety/safety_chain.hpp"
 #include "tests/fuzz/fuzz_input.hpp"
+#include "tests/stability/rivals/rivals.hpp"
 
 namespace stillgrid {
 

@@ -28,7 +28,7 @@ LoopRun run_loop(const StaticScene& fixed, const std::string& device_spec, int t
   device.activate();
   const std::string session = "loop-" + std::to_string(::getpid());
   ToolWriter tool(session, kMillisecond_ns, proto::Clock::kVirtual, 0);
-  HapticLoop loop(device, tool, make_renderer(Model::kGrid, Transition::kHold),
+  HapticLoop loop(device, tool, make_renderer(Transition::kHold),
                   safety_limits({.passivity_mass_kg = passivity_mass_kg}, device.descriptor()),
                   kMillisecond_ns);
   LoopRun run;
@@ -45,7 +45,6 @@ LoopRun run_loop(const StaticScene& fixed, const std::string& device_spec, int t
 
 TEST_CASE("The tool tells what the tick before displayed, felt and took", "[haptic_loop]") {
   const auto transition = GENERATE(Transition::kLinear, Transition::kAnswer, Transition::kHold);
-  const auto model = GENERATE(Model::kGrid, Model::kPlane, Model::kCrossfade);
   PublishedScene scene(plain_scene(500.0F, 0.01F), {0.02F}, 5 * kMillisecond_ns);
   const RecordingFile still("t_s,x_m,y_m,z_m\n0,0,0,0.025\n10,0,0,0.025\n");
   Device device(parse_device_spec(STILLGRID_PLUGIN_DIR "/replay.so:file=" + still.path()),
@@ -56,8 +55,8 @@ TEST_CASE("The tool tells what the tick before displayed, felt and took", "[hapt
   const ToolView told(
       *SegmentReader::open(session, proto::SegmentKind::kTool, proto::kToolLayoutHash));
   ::unlink((own_segment_path(session, proto::SegmentKind::kTool) + ".lock").c_str());
-  HapticLoop loop(device, tool, make_renderer(model, transition),
-                  safety_limits({}, device.descriptor()), kMillisecond_ns);
+  HapticLoop loop(device, tool, make_renderer(transition), safety_limits({}, device.descriptor()),
+                  kMillisecond_ns);
   TickRow row;
   bool is_touched = false;
   for (std::uint64_t tick = 0; tick < 300; ++tick) {
@@ -96,7 +95,6 @@ TEST_CASE("The tool tells what the tick before displayed, felt and took", "[hapt
     loop.note_times(100 + tick, 7, (tick + 1) / 2);
     const RenderedTick& rendered = loop.rendered();
     is_touched = is_touched || rendered.force.contacts > 0;
-    if (model != Model::kGrid) CHECK(rendered.weights.position[0] == 1.0);
   }
   CHECK(is_touched);
 }

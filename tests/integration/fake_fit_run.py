@@ -64,7 +64,7 @@ def candidate(text, settings, options, is_faulty=False):
         mine = value_of(settings, key, kind)
         return value_of(text, key, kind) if mine is None else mine
     rate_hz = value_of(settings, "rate_hz") or value_of(text, "rate_hz") or 1.0 / value_of(text, "period_s")
-    transition = options.get("--model") or options.get("--transition", "answer")
+    transition = options.get("--transition", "answer")
     spacing_m, scale = value("spacing_m"), value("stiffness_scale") or 1.0
     share = error(rate_hz, transition, spacing_m, scale)
     if "far" in options.get("--trajectory", ""):

@@ -114,7 +114,6 @@ class FitRunTest(daemons.SessionTest):
                 ([SCENE, "--trajectory", self.hand, "--reference", self.folder], f"{self.folder}: expected a file"),
                 ([SCENE, *candidate, "--set", "simulation.speed=3"], "--set", "simulation.speed"),
                 ([SCENE, *candidate, "--transition", "jump"], "--transition: value 'jump'"),
-                ([SCENE, *candidate, "--model", "clay"], "--model: value 'clay'"),
                 ([SCENE, *candidate, "--latency-share", "2"], "--latency-share: value '2'"),
                 ([SCENE, *candidate, "--device", "pen", "--margin", "2"], "--device: value 'pen'"),
                 ([SCENE, *candidate, "--settle", "1"], "--settle: value '1"),

@@ -115,9 +115,9 @@ void draw_display(LawCase& law_case, Random& random, const Wishes& wishes) {
     return;
   }
   if (random.chance(0.6))
-    law_case.transition = kTransitionNames[random.index(kTransitionNames.size())];
+    law_case.transition = transitions()[random.index(transitions().size())].name;
   else
-    law_case.model = kModelNames[1 + random.index(kModelNames.size() - 1)];
+    law_case.model = rivals()[random.index(rivals().size())].name;
 }
 
 /// Returns the tool's reach along z below its origin.

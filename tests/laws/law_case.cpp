@@ -130,10 +130,10 @@ CaseLoop loop_of(const LawCase& law_case, const SceneDescription& scene) {
   LabOptions& options = loop.options;
   const auto transition = transition_named(law_case.transition);
   if (!transition) throw std::runtime_error("# transition: '" + law_case.transition + "': unknown");
-  const auto model = model_named(law_case.model);
-  if (!model) throw std::runtime_error("# model: '" + law_case.model + "': unknown");
+  options.rival = rival_named(law_case.model);
+  if (options.rival == nullptr && law_case.model != "grid")
+    throw std::runtime_error("# model: '" + law_case.model + "': unknown");
   options.transition = *transition;
-  options.model = *model;
   options.latency_s = law_case.latency_share * scene.period_s;
   options.jitter = law_case.jitter;
   options.seed = law_case.seed;

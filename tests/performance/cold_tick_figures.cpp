@@ -12,11 +12,11 @@
 #include <string>
 #include <vector>
 
-#include "haptic_server/rendering/renderer.hpp"
 #include "shared/publication/scene_segment.hpp"
 #include "sim_server/published_scene.hpp"
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/performance/sphere_cloud.hpp"
+#include "tests/stability/rivals/rivals.hpp"
 
 namespace stillgrid {
 namespace {
@@ -33,14 +33,10 @@ struct Measured {
 
 std::vector<Measured> all_models() {
   std::vector<Measured> all;
-  for (std::size_t i = 0; i < kTransitionNames.size(); ++i)
-    all.push_back({std::string(kTransitionNames[i]),
-                   make_renderer(Model::kGrid, static_cast<Transition>(i)),
-                   {},
-                   {}});
-  for (const std::string_view name : kModelNames)
-    if (const Model model = *model_named(name); model != Model::kGrid)
-      all.push_back({std::string(name), make_renderer(model, Transition::kHold), {}, {}});
+  for (const TransitionLaw& law : transitions())
+    all.push_back({std::string(law.name), make_renderer(law.transition), {}, {}});
+  for (const Rival& rival : rivals())
+    all.push_back({std::string(rival.name), rival.make(), {}, {}});
   return all;
 }
 

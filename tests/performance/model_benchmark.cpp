@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "haptic_server/rendering/renderer.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 #include "tests/performance/sphere_cloud.hpp"
+#include "tests/stability/rivals/rivals.hpp"
 
 namespace stillgrid {
 namespace {
@@ -47,18 +47,18 @@ struct CrowdedScene {
   }
 };
 
-void tick(benchmark::State& state, Model model) {
+void tick(benchmark::State& state, const Rival* rival) {
   CrowdedScene crowd;
-  const auto renderer = make_renderer(model, Transition::kLinear);
+  const auto renderer = make_renderer(rival, Transition::kLinear);
   for (int i = 0; i < 4; ++i) crowd.show_next();
   double contacts = 0.0;
   for (auto _ : state) contacts += crowd.tick(*renderer).force.contacts;
   state.counters["contacts"] = benchmark::Counter(contacts, benchmark::Counter::kAvgIterations);
 }
 
-void new_image(benchmark::State& state, Model model) {
+void new_image(benchmark::State& state, const Rival* rival) {
   CrowdedScene crowd;
-  const auto renderer = make_renderer(model, Transition::kLinear);
+  const auto renderer = make_renderer(rival, Transition::kLinear);
   std::vector<double> times_s;
   for (auto _ : state) {
     crowd.show_next();
@@ -76,13 +76,14 @@ void new_image(benchmark::State& state, Model model) {
 
 int main(int argc, char** argv) {
   using namespace stillgrid;
-  for (const std::string_view name : kModelNames) {
-    const Model model = *model_named(name);
-    benchmark::RegisterBenchmark(("tick/" + std::string(name)).c_str(), tick, model);
-    benchmark::RegisterBenchmark(("new_image/" + std::string(name)).c_str(), new_image, model)
+  const auto measure = [](const std::string& name, const Rival* rival) {
+    benchmark::RegisterBenchmark(("tick/" + name).c_str(), tick, rival);
+    benchmark::RegisterBenchmark(("new_image/" + name).c_str(), new_image, rival)
         ->UseManualTime()
         ->Iterations(2000);
-  }
+  };
+  measure("grid", nullptr);
+  for (const Rival& rival : rivals()) measure(std::string(rival.name), &rival);
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
   benchmark::RunSpecifiedBenchmarks();

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "tests/haptic_server/rendering/image_history.hpp"
+#include "tests/shared/display/image_history.hpp"
 #include "tests/stability/held_loop.hpp"
 
 namespace stillgrid {
@@ -52,7 +52,7 @@ Carried carry(Transition transition, double stiffness_N_m, std::ptrdiff_t ticks,
 
 TEST_CASE("2.7 A carried device is held by b v on average, whatever is displayed", "[carried]") {
   const auto transition =
-      static_cast<Transition>(GENERATE(range(0, static_cast<int>(kTransitionNames.size()))));
+      static_cast<Transition>(GENERATE(range(0, static_cast<int>(transitions().size()))));
   const double stiffness_N_m = GENERATE(500.0, 2000.0);
   CAPTURE(name_of(transition), stiffness_N_m);
   const double jitter = GENERATE(0.0, 0.3);

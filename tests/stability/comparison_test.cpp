@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "haptic_server/rendering/transition.hpp"
+#include "shared/display/transition.hpp"
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/haptic_server/devices/recording_file.hpp"
 #include "tests/stability/metrics.hpp"

@@ -28,7 +28,6 @@ LabOptions options_of(const FitCandidate& candidate, const FitPath& path,
   LabOptions options = path_options(path);
   options.duration_s =
       std::min(options.duration_s, static_cast<double>(reference.rows.size()) / 1e3);
-  options.model = candidate.model;
   options.transition = candidate.transition;
   options.latency_s = latency_share * candidate.scene.period_s;
   options.start = &reference.start;

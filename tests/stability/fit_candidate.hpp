@@ -16,7 +16,6 @@ namespace stillgrid {
 struct FitCandidate {
   SceneDescription scene;
   Transition transition = Transition::kAnswer;
-  Model model = Model::kGrid;
   std::optional<double> latency_share = {};  // what a step costs, of its period; none: as measured
   int repeats = 1;                           // of the run whose cost counts
 };

@@ -15,11 +15,15 @@ Json or_null(const std::optional<double>& value, double factor = 1.0) {
 }
 
 Json settings_json(const FitSettings& settings) {
-  return {{"set", settings.set},           {"transition", settings.transition},
-          {"model", settings.model},       {"latency_share", or_null(settings.latency_share)},
-          {"settle_s", settings.settle_s}, {"trajectory", settings.trajectory},
-          {"replay", settings.replay},     {"scene", settings.scene},
-          {"method", settings.method},     {"rate_hz", settings.rate_hz}};
+  return {{"set", settings.set},
+          {"transition", settings.transition},
+          {"latency_share", or_null(settings.latency_share)},
+          {"settle_s", settings.settle_s},
+          {"trajectory", settings.trajectory},
+          {"replay", settings.replay},
+          {"scene", settings.scene},
+          {"method", settings.method},
+          {"rate_hz", settings.rate_hz}};
 }
 
 Json reference_json(const FitReference& reference) {

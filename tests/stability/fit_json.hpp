@@ -12,7 +12,7 @@ namespace stillgrid {
 /// What decided a run, for its JSON: enough to repeat it.
 struct FitSettings {
   std::vector<std::string> set;
-  std::string scene, trajectory, replay, transition, model, method;
+  std::string scene, trajectory, replay, transition, method;
   double rate_hz = 0.0;
   std::optional<double> latency_share;
   double settle_s = 0.0;

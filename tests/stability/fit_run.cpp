@@ -65,7 +65,7 @@ constexpr const char* kDescription =
     "no shared memory, no device plugin; 3 something broke.\n";
 
 struct Arguments {
-  std::string scene, transition = "answer", model = "grid", latency = "auto", device = "touch";
+  std::string scene, transition = "answer", latency = "auto", device = "touch";
   FitPath path;
   std::filesystem::path write_reference, reference;
   int steps_per_tick = 1, repeats = 1;
@@ -101,7 +101,6 @@ void add_options(CLI::App& app, Arguments& arguments) {
                    ->allow_extra_args(false));
   of_candidate(
       app.add_option("--transition", arguments.transition, "As haptic_server's; default answer"));
-  of_candidate(app.add_option("--model", arguments.model, "As haptic_server's; default grid"));
   of_candidate(app.add_option("--latency-share", arguments.latency,
                               "How late an image is, in periods; auto (default): as slow as the "
                               "step was measured, in tenths"));
@@ -132,7 +131,6 @@ FitSettings settings_of(const Arguments& arguments, const SceneDescription& scen
           .trajectory = arguments.path.trajectory.string(),
           .replay = arguments.path.replay,
           .transition = arguments.transition,
-          .model = arguments.model,
           .method = describe(scene.method),
           .rate_hz = 1.0 / scene.period_s,
           .latency_share = std::nullopt,
@@ -176,10 +174,7 @@ FitCandidate candidate_of(const Arguments& arguments) {
   const auto transition = transition_named(arguments.transition);
   if (!transition)
     refuse("--transition", arguments.transition, "a transition of haptic_server --help");
-  const auto model = model_named(arguments.model);
-  if (!model) refuse("--model", arguments.model, "a model of haptic_server --help");
   candidate.transition = *transition;
-  candidate.model = *model;
   if (arguments.latency != "auto") {
     if (!number_in(0.0, 1.0)(arguments.latency).empty())
       refuse("--latency-share", arguments.latency, "auto, or a number from 0 to 1");

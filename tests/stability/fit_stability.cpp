@@ -73,7 +73,6 @@ void stiffen(SceneDescription& scene, double margin) {
 struct Loop {
   SceneDescription scene;
   Transition transition = Transition::kHold;
-  Model model = Model::kGrid;
   double latency_s = 0.0;
 };
 
@@ -91,7 +90,6 @@ LabRun run_press(const Loop& loop, const Press& press, const std::vector<PathPoi
   const PathFile path(loop.scene.device, points);
   LabOptions options;
   options.device = device + path.path().string();
-  options.model = loop.model;
   options.transition = loop.transition;
   options.latency_s = loop.latency_s;
   options.duration_s = points.back().time_s + stay_s;
@@ -184,8 +182,7 @@ double HeldPresses::own_swing_m(const Press& press, double margin) const {
 }
 
 FitStability HeldPresses::at(double margin) const {
-  Loop loop{candidate_.scene, candidate_.transition, candidate_.model,
-            latency_share_ * candidate_.scene.period_s};
+  Loop loop{candidate_.scene, candidate_.transition, latency_share_ * candidate_.scene.period_s};
   stiffen(loop.scene, margin);
   FitStability worst;
   for (const Press& press : reference_.presses) {

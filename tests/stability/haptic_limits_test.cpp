@@ -36,7 +36,7 @@ bool is_stable(const HeldLoop& loop, double push_N, double stiffness_N_m) {
   fixed.planes = {{{0.0F, 0.0F, 1.0F}, -0.005F, 0, 0}};  // touched by the tool's origin at 0
   PublishedScene scene(fixed, {}, kMillisecond_ns);
   scene.show({}, 0);
-  StillImageRenderer renderer(Transition::kHold);
+  SnapshotRenderer renderer(Transition::kHold);
   PhantomModel device = make_pushed_device(loop, push_N);
   const int ticks = static_cast<int>(20.0 / loop.tick_s);
   std::vector<double> height_m;

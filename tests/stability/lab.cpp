@@ -140,7 +140,6 @@ LabRun run_lab(const SceneDescription& scene, const LabOptions& options) {
   run.report.rate_hz = options.tick_rate_hz;
   run.report.scene = scene.name;
   run.report.transition = name_of(options.transition);
-  run.report.model = name_of(options.model);
   run.report.measures_time = options.measures_ticks;
   run.rows.reserve(std::min<std::size_t>(end_ns / tick_ns + 1, 100'000));
 
@@ -154,7 +153,7 @@ LabRun run_lab(const SceneDescription& scene, const LabOptions& options) {
   const auto tool_view =
       view_of<ToolView>(session, proto::SegmentKind::kTool, proto::kToolLayoutHash);
   const auto loop =
-      std::make_unique<HapticLoop>(device, tool, make_renderer(options.model, options.transition),
+      std::make_unique<HapticLoop>(device, tool, make_renderer(options.rival, options.transition),
                                    safety_limits(options.safety, device.descriptor()), tick_ns);
 
   const double began_s = processor_s();
@@ -186,7 +185,7 @@ LabRun run_reference(const SceneDescription& scene, const LabOptions& options, c
   fine.period_s = 1.0 / options.tick_rate_hz;
   LabOptions prompt = options;
   prompt.device = "replay:file=" + path.path().string();
-  prompt.model = Model::kGrid;
+  prompt.rival = nullptr;
   prompt.transition = Transition::kHold;
   prompt.latency_s = prompt.jitter = 0.0;
   return run_lab(fine, prompt);

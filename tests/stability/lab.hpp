@@ -7,18 +7,18 @@
 #include <vector>
 
 #include "haptic_server/recording/recorder.hpp"
-#include "haptic_server/rendering/renderer.hpp"
 #include "haptic_server/report.hpp"
 #include "haptic_server/safety/device_limits.hpp"
 #include "sim_server/scene/scene_description.hpp"
+#include "tests/stability/rivals/rivals.hpp"
 #include "tests/stability/world_state.hpp"
 
 namespace stillgrid {
 
 /// One closed loop of the laboratory: the options of both servers that decide its course.
 struct LabOptions {
-  std::string device;  // as haptic_server --device takes it
-  Model model = Model::kGrid;
+  std::string device;            // as haptic_server --device takes it
+  const Rival* rival = nullptr;  // none: the product's grid, with its transition
   Transition transition = Transition::kAnswer;
   double tick_rate_hz = 1000.0;
   double latency_s = 0.0;  // virtual cost of a step

@@ -54,14 +54,15 @@ SceneDescription scene_of(const LabCell& cell, std::optional<double> stiffness_N
 }
 
 LabOptions options_of(const LabCell& cell) {
-  const auto model = model_named(cell.model);
-  if (!model) refuse("--model", cell.model, "a model of haptic_server --help");
+  const Rival* const rival = rival_named(cell.model);
+  if (rival == nullptr && cell.model != "grid")
+    refuse("--model", cell.model, "grid, or a rival of docs/algorithms/intermediate_models.md");
   const auto transition = transition_named(cell.transition);
   if (!transition) refuse("--transition", cell.transition, "a transition of haptic_server --help");
   const auto hand = lab_hand_named(cell.device);
   return {
       .device = hand ? device_text(*hand, cell.resolution_m, cell.device_friction_N) : cell.device,
-      .model = *model,
+      .rival = rival,
       .transition = *transition,
       .latency_s = cell.latency_share * cell.period_s,
       .jitter = cell.jitter,

@@ -37,14 +37,12 @@ double rms_N(std::span<const TickRow> rows) {
 
 std::vector<Contender> contenders() {
   std::vector<Contender> all;
-  for (std::size_t i = 0; i < kTransitionNames.size(); ++i)
-    all.push_back({std::string(kTransitionNames[i]), Model::kGrid, static_cast<Transition>(i)});
-  for (std::size_t i = 0; i < kModelNames.size(); ++i)
-    if (const auto model = static_cast<Model>(i); model != Model::kGrid)
-      all.push_back({std::string(kModelNames[i]), model});
+  for (const TransitionLaw& law : transitions())
+    all.push_back({std::string(law.name), nullptr, law.transition});
+  for (const Rival& rival : rivals()) all.push_back({std::string(rival.name), &rival});
   for (const int rate_hz : {250, 500, 1000})
-    all.push_back({"hold at " + std::to_string(rate_hz) + " Hz", Model::kGrid, Transition::kHold,
-                   1.0 / rate_hz});
+    all.push_back(
+        {"hold at " + std::to_string(rate_hz) + " Hz", nullptr, Transition::kHold, 1.0 / rate_hz});
   return all;
 }
 
@@ -69,7 +67,7 @@ ComparedRun compare(const SceneDescription& scene, const LabOptions& options,
   SceneDescription contended = scene;
   contended.period_s = contender.period_s.value_or(scene.period_s);
   LabOptions own = options;
-  own.model = contender.model;
+  own.rival = contender.rival;
   own.transition = contender.transition;
   own.latency_s *= contended.period_s / scene.period_s;
   own.measures_ticks = true;
@@ -96,7 +94,7 @@ LabRun path_reference(const SceneDescription& scene, const LabOptions& options) 
   SceneDescription fine = scene;
   fine.period_s = 1.0 / options.tick_rate_hz;
   LabOptions prompt = options;
-  prompt.model = Model::kGrid;
+  prompt.rival = nullptr;
   prompt.transition = Transition::kHold;
   prompt.latency_s = prompt.jitter = 0.0;
   return run_lab(fine, prompt);

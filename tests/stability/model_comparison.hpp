@@ -14,7 +14,7 @@ namespace stillgrid {
 /// period.
 struct Contender {
   std::string name;
-  Model model = Model::kGrid;
+  const Rival* rival = nullptr;               // none: the grid
   Transition transition = Transition::kHold;  // of the grid
   std::optional<double> period_s = {};        // none: the scene's
 };

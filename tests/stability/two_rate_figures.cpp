@@ -40,8 +40,11 @@ void print_rows(std::string_view law, const Cycle& cycle, int cost_ticks, double
 void print_all(bool is_small) {
   using Laws = std::vector<std::string_view>;
   const auto periods_ticks = is_small ? std::vector{10, 33} : std::vector{1, 2, 4, 10, 33, 100};
-  const Laws laws = is_small ? Laws{"hold", "linear", "answer"}
-                             : Laws(kTransitionNames.begin(), kTransitionNames.end());
+  Laws laws{"hold", "linear", "answer"};
+  if (!is_small) {
+    laws.clear();
+    for (const TransitionLaw& law : transitions()) laws.push_back(law.name);
+  }
   std::puts("device,period_ms,cost_share,cost_ms,body,law,limit_N_m");
   for (const int period_ticks : periods_ticks)
     for (const double cost : {0.0, 0.1, 0.2, 1.0 / 3.0, 0.5, 1.0}) {

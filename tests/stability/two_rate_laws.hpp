@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "haptic_server/rendering/transition.hpp"
+#include "shared/display/transition.hpp"
 
 /// How a body is displayed between its images, tick by tick, at regular periods.
 namespace stillgrid::two_rate {

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "haptic_server/devices/phantom_model.hpp"
-#include "haptic_server/rendering/answer_renderer.hpp"
+#include "haptic_server/rendering/compliant_renderer.hpp"
 #include "tests/haptic_server/devices/allocation_counter.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 
@@ -34,7 +34,7 @@ ShownForesight foresight(double drift_m_s, double answer_m_N, double force_N,
 /// A sphere of 10 mm below a tool of 10 mm.
 struct Ball {
   PublishedScene scene{plain_scene(static_cast<float>(kStiffness_N_m), 0.01F), {0.01F}, kPeriod_ns};
-  AnswerRenderer renderer;
+  CompliantRenderer renderer;
 
   void show(double height_m, double speed_m_s, std::uint64_t time_ns, const ShownForesight& told) {
     scene.show({{0.0, 0.0, height_m}}, {{0.0, 0.0, speed_m_s}}, time_ns, 0, told);
@@ -169,8 +169,8 @@ TEST_CASE("A free mass whose images are late bears the hand with answer where ho
     const auto [low, high] = std::minmax_element(heights_m.end() - 1000, heights_m.end());
     return *high - *low;
   };
-  AnswerRenderer answer, stiffer;
-  StillImageRenderer hold(Transition::kHold), soft_hold(Transition::kHold);
+  CompliantRenderer answer, stiffer;
+  SnapshotRenderer hold(Transition::kHold), soft_hold(Transition::kHold);
   CHECK(last_swing_m(pressed_mass(answer, 500.0)) < 1e-5);
   CHECK(last_swing_m(pressed_mass(stiffer, 1500.0)) < 1e-5);
   CHECK(last_swing_m(pressed_mass(soft_hold, 500.0)) < 1e-5);  // 634 N/m is its limit
@@ -189,7 +189,7 @@ TEST_CASE("A body that comes from the other side neither adds to the push nor ta
     const double other_m = with_other ? 0.036 : 1.0;
     scene.show({{0.0, 0.0, 0.0}, {0.0, 0.0, other_m}}, {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}, 0, 0,
                told);
-    AnswerRenderer renderer;
+    CompliantRenderer renderer;
     return renderer.render(scene.view(), {.position_m = {0.0, 0.0, 0.017}}, kPeriod_ns).answer_N;
   };
   CHECK(shown(true) == Approx(shown(false)).margin(1e-9));
@@ -222,7 +222,7 @@ TEST_CASE("Whatever drifts and answers are, the force is finite", "[answer]") {
   constexpr std::size_t kSpheres = 32;
   PublishedScene scene(plain_scene(800.0F, 0.005F), std::vector<float>(kSpheres, 0.01F),
                        kPeriod_ns);
-  AnswerRenderer renderer;
+  CompliantRenderer renderer;
   std::mt19937 random(7);
   std::normal_distribution<double> near_m(0.0, 0.01);
   const std::array odd{kNaN, kInfinity, -1e30, 1e-30, 1e3, 0.0};

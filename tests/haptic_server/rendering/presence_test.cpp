@@ -26,7 +26,7 @@ struct Visitor {
   std::uint64_t now_ns = 0;
   Eigen::Vector3d place_m = Eigen::Vector3d(0.3, 0.0, 0.0);
 
-  explicit Visitor(Transition transition) : renderer(make_renderer(Model::kGrid, transition)) {}
+  explicit Visitor(Transition transition) : renderer(make_renderer(transition)) {}
 
   void show(bool is_present) {
     ShownForesight foresight;

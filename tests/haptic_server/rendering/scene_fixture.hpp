@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "haptic_server/rendering/still_image.hpp"
+#include "haptic_server/rendering/snapshot_renderer.hpp"
 #include "shared/publication/scene_segment.hpp"
 #include "tests/shared/collision/sphere_image.hpp"
 

@@ -30,7 +30,7 @@ struct MovingBody {
       : paths(std::move(spheres)),
         scene(plain_scene(static_cast<float>(kStiffness_N_m), static_cast<float>(kRadius_m)),
               std::vector<float>(paths.size(), static_cast<float>(kRadius_m)), kPeriod_ns),
-        renderer(make_renderer(Model::kGrid, transition)) {}
+        renderer(make_renderer(transition)) {}
 
   void show() {
     std::vector<Eigen::Vector3d> places_m, velocities_m_s;

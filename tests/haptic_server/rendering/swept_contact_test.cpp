@@ -30,7 +30,7 @@ struct Pass {
 Pass body_passes(Transition transition, double speed_m_s, double phase, double offset_m) {
   static PublishedScene scene(plain_scene(500.0F, 0.005F), {0.010F}, kPeriod_ns);
   static std::uint64_t now_ns = 0;
-  StillImageRenderer renderer(transition);
+  SnapshotRenderer renderer(transition);
   Pass pass;
   const double step_m = speed_m_s * static_cast<double>(kPeriod_ns) * 1e-9;
   const int images = 6 + static_cast<int>(0.2 / step_m);
@@ -80,7 +80,7 @@ Pass tool_passes(double step_m, double phase, double offset_m) {
   static PublishedScene scene(fixed, {}, kPeriod_ns);
   static const bool shown = (scene.show({}, 0), true);
   REQUIRE(shown);
-  StillImageRenderer renderer(Transition::kLinear);
+  SnapshotRenderer renderer(Transition::kLinear);
   Pass pass;
   const int steps = 2 + static_cast<int>(0.1 / step_m);
   for (int i = -steps; i <= steps; ++i)
@@ -121,7 +121,7 @@ TEST_CASE("A tool that goes through the very centre is pushed back where it came
   fixed.spheres = {still_sphere({0.0F, 0.0F, 0.0F}, 0.010F)};
   PublishedScene scene(fixed, {}, kPeriod_ns);
   scene.show({}, 0);
-  StillImageRenderer renderer(Transition::kHold);
+  SnapshotRenderer renderer(Transition::kHold);
   (void)renderer.render(scene.view(), {.position_m = {-0.1, 0.0, 0.0}}, 0);
   const RenderedTick tick = renderer.render(scene.view(), {.position_m = {0.1, 0.0, 0.0}}, 1);
   CHECK(tick.swept);
@@ -140,14 +140,14 @@ TEST_CASE("Slow motion is never swept, and felt as without the way", "[swept_con
                      0.008F));
   PublishedScene scene(fixed, {}, kPeriod_ns);
   scene.show({}, 0);
-  StillImageRenderer renderer(Transition::kLinear);
+  SnapshotRenderer renderer(Transition::kLinear);
   ToolPose pose;
   int contacts = 0, swept = 0, different = 0;
   for (int tick = 0; tick < 3000; ++tick) {
     pose.position_m += Eigen::Vector3d(step_m(random), step_m(random), step_m(random));
     pose.position_m = pose.position_m.cwiseMax(-0.04).cwiseMin(0.04);
     const RenderedTick on_the_way = renderer.render(scene.view(), pose, 0);
-    StillImageRenderer without_way(Transition::kLinear);  // knows no tick before
+    SnapshotRenderer without_way(Transition::kLinear);  // knows no tick before
     const RenderedTick alone = without_way.render(scene.view(), pose, 0);
     contacts += on_the_way.force.contacts;
     swept += on_the_way.swept ? 1 : 0;
@@ -176,7 +176,7 @@ TEST_CASE("A tool has no way from one scene into another", "[swept_contact]") {
   PublishedScene first(fixed, {}, kPeriod_ns), second(fixed, {}, kPeriod_ns);
   first.show({}, 0);
   second.show({}, 0);
-  StillImageRenderer renderer(Transition::kHold);
+  SnapshotRenderer renderer(Transition::kHold);
   (void)renderer.render(first.view(), {.position_m = {-0.1, 0.0, 0.0}}, 0);
   CHECK_FALSE(renderer.render(second.view(), {.position_m = {0.1, 0.0, 0.0}}, 0).swept);
 }

@@ -14,7 +14,7 @@ TEST_CASE("A plane pushes along its normal with stiffness times depth", "[tool_f
   fixed.planes = {{{0.0F, 0.0F, 1.0F}, 0.0F, 0, 0}};
   PublishedScene scene(fixed, {}, kMillisecond_ns);
   scene.show({}, 0);
-  StillImageRenderer renderer(Transition::kHold);
+  SnapshotRenderer renderer(Transition::kHold);
   const RenderedTick inside = renderer.render(scene.view(), {.position_m = {0, 0, 0.003}}, 0);
   CHECK(inside.force.force_N.z() == Approx(2.0).epsilon(1e-6));
   CHECK(inside.force.contacts == 1);
@@ -27,7 +27,7 @@ TEST_CASE("Each sphere of a tool adds its contacts, turned with the tool", "[too
   fixed.tool = {{{0.01F, 0.0F, 0.0F}, 0.005F}, {{-0.01F, 0.0F, 0.0F}, 0.005F}};
   PublishedScene scene(fixed, {}, kMillisecond_ns);
   scene.show({}, 0);
-  StillImageRenderer renderer(Transition::kHold);
+  SnapshotRenderer renderer(Transition::kHold);
   ToolPose pose{.position_m = {0, 0, 0.004}};
   CHECK(renderer.render(scene.view(), pose, 0).force.contacts == 2);
   pose.orientation = Eigen::AngleAxisd(1.5707963267948966, Eigen::Vector3d::UnitY());
@@ -43,7 +43,7 @@ TEST_CASE("A still sphere of the scene is felt like a moving one", "[tool_force]
   fixed.spheres = {record};
   PublishedScene scene(fixed, {}, kMillisecond_ns);
   scene.show({}, 0);
-  StillImageRenderer renderer(Transition::kLinear);
+  SnapshotRenderer renderer(Transition::kLinear);
   CHECK(renderer.render(scene.view(), {.position_m = {0.013, 0, 0}}, 0).force.force_N.x() ==
         Approx(1.0).epsilon(1e-5));
 }
@@ -85,7 +85,7 @@ TEST_CASE("More contacts than a tick may keep are cut, and said to be", "[tool_f
   PublishedScene scene(plain_scene(1.0F, 0.005F), std::vector<float>(count, 0.005F),
                        kMillisecond_ns);
   scene.show(std::vector<Eigen::Vector3d>(count, {0.001, 0.0, 0.0}), 0);
-  StillImageRenderer renderer(Transition::kHold);
+  SnapshotRenderer renderer(Transition::kHold);
   const RenderedTick tick = renderer.render(scene.view(), {}, 0);
   CHECK(tick.cut);
   CHECK(tick.force.contacts == static_cast<int>(TouchedSpheres::kCapacity));

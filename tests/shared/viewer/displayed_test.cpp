@@ -3,106 +3,29 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <random>
 
 #include "haptic_server/rendering/renderer.hpp"
-#include "haptic_server/rendering/touched_spheres.hpp"
 #include "shared/collision/sphere_history.hpp"
 #include "shared/inspection/snapshot.hpp"
-#include "tests/haptic_server/rendering/image_history.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 
 namespace stillgrid {
 namespace {
 
-constexpr std::size_t kSpheres = 20;
-constexpr std::uint64_t kPeriod_ns = 30'000'000;
-
-/// As the haptic server publishes it.
-proto::DisplayedImage displayed_image(const ImageWeights& weights, const Yielding& yielding) {
-  proto::DisplayedImage shown{};
-  shown.generation = 9;
-  shown.position = weights.position;
-  shown.velocity_s = weights.velocity_s;
-  shown.drift_s = weights.drift_s;
-  shown.answer_lag_s = weights.answer_lag_s;
-  shown.answer_N = weights.answer_share * yielding.change_N;
-  shown.shift_m = {yielding.shift_m.x(), yielding.shift_m.y(), yielding.shift_m.z()};
-  return shown;
-}
-
-/// Spheres with a history, a drift, and for every second an answer.
-class SphereGrid {
- public:
-  SphereGrid() {
-    for (std::size_t i = 0; i < kSpheres; ++i) {
-      proto::SphereRecord& record = grid_.records()[i];
-      record.newest = {triple(0.1F), triple(0.5F)};
-      for (proto::SphereImage& image : record.older) image = {triple(0.1F), triple(0.5F)};
-      record.oldest_position_m = triple(0.1F);
-      record.drift_m_s = triple(0.5F);
-      record.answer_m_N = i % 2 == 0 ? triple(0.001F) : std::array<float, 3>{};
-      record.radius_m = 0.01F;
-    }
-    grid_.enter(history_covers(grid_.records()), 1.0F);
-  }
-  [[nodiscard]] StillGrid& grid() { return grid_; }
-
- private:
-  std::array<float, 3> triple(float size) {
-    std::uniform_real_distribution<float> draw(-size, size);
-    return {draw(random_), draw(random_), draw(random_)};
-  }
-  std::mt19937 random_{7};
-  StillGrid grid_{0, kSpheres};
-};
-
 double distance_m(const std::array<float, 3>& a_m, const Eigen::Vector3d& b_m) {
   return (Eigen::Vector3f(a_m.data()).cast<double>() - b_m).norm();
-}
-
-TEST_CASE("The viewer displays each sphere where the haptic loop does, whatever the transition",
-          "[displayed]") {
-  SphereGrid spheres;
-  const auto transition = static_cast<Transition>(GENERATE(range(0, 7)));
-  ImageHistory history(transition);
-  history.foresee(kPeriod_ns);
-  for (const std::uint64_t time_ns : switch_times_ns(6, kPeriod_ns, 0.3, 3, kPeriod_ns))
-    history.show(time_ns, 0.01 * static_cast<double>(time_ns % 7), 0.2);
-  const Yielding yielding{.change_N = -0.7, .shift_m = {0.001, -0.002, 0.0005}};
-  const GridView view = spheres.grid().view();
-
-  for (std::uint64_t now_ns = 6 * kPeriod_ns; now_ns < 8 * kPeriod_ns; now_ns += kPeriod_ns / 5) {
-    const ImageWeights weights = history.weights(now_ns);
-    const proto::DisplayedImage shown = displayed_image(weights, yielding);
-    for (std::uint32_t i = 0; i < kSpheres; ++i)
-      CHECK(distance_m(displayed_m(spheres.grid().records()[i], shown),
-                       displayed_m(view, i, weights, yielding)) < 2e-8);
-  }
-}
-
-/// What the loop publishes of a tick.
-proto::DisplayedImage displayed_image(const RenderedTick& tick) {
-  proto::DisplayedImage shown{};
-  shown.generation = tick.generation;
-  shown.position = tick.weights.position;
-  shown.velocity_s = tick.weights.velocity_s;
-  shown.drift_s = tick.weights.drift_s;
-  shown.answer_lag_s = tick.weights.answer_lag_s;
-  shown.answer_N = tick.answer_N;
-  shown.shift_m = {tick.shift_m.x(), tick.shift_m.y(), tick.shift_m.z()};
-  return shown;
 }
 
 TEST_CASE("A tick's force is that of a sphere where the tick is told to have displayed it",
           "[displayed]") {
   constexpr float kStiffness_N_m = 500.0F, kTool_m = 0.01F, kSphere_m = 0.02F;
   constexpr std::uint64_t kTicks = 20;  // a period
-  // `answer` ramps out what is left of the force before, for half a period.
-  const auto transition = static_cast<Transition>(GENERATE(range(0, 7)));
-  const std::uint64_t first = transition == Transition::kAnswer ? kTicks / 2 + 1 : 0;
+  // What gives way ramps out what is left of the force before, for half a period.
+  const auto transition =
+      static_cast<Transition>(GENERATE(range(0, static_cast<int>(transitions().size()))));
+  const std::uint64_t first = law_of(transition).gives_way ? kTicks / 2 + 1 : 0;
   PublishedScene scene(plain_scene(kStiffness_N_m, kTool_m), {kSphere_m}, kTicks * kMillisecond_ns);
-  const auto renderer = make_renderer(Model::kGrid, transition);
+  const auto renderer = make_renderer(transition);
   ShownForesight foresight;
   foresight.image = {.period_ns = kTicks * kMillisecond_ns,
                      .answer_direction = {0.0, 0.0, -1.0},
@@ -123,7 +46,7 @@ TEST_CASE("A tick's force is that of a sphere where the tick is told to have dis
     const auto snapshot = read_snapshot(scene.view(), 1);
     REQUIRE(snapshot);
     REQUIRE(snapshot->generation == rendered.generation);
-    const auto at_m = displayed_m(snapshot->spheres[0], displayed_image(rendered));
+    const auto at_m = displayed_m(snapshot->spheres[0], displayed_image(rendered, 0));
     const Eigen::Vector3d line_m = pose.position_m - Eigen::Vector3f(at_m.data()).cast<double>();
     const double depth_m = static_cast<double>(kTool_m) + kSphere_m - line_m.norm();
     const Eigen::Vector3d force_N = kStiffness_N_m * depth_m * line_m.normalized();
@@ -151,8 +74,9 @@ TEST_CASE("A sphere that an image lacks is displayed by the others, and not at a
 
 TEST_CASE("A later image's history tells the same place, as long as it holds the image",
           "[displayed]") {
-  SphereGrid spheres;
-  const proto::SphereRecord before = spheres.grid().records()[1];
+  proto::SphereRecord before{};
+  for (const float x : {0.1F, -0.07F, 0.03F, 0.09F})
+    push_image(before, {{x, 2.0F * x, -x}, {-5.0F * x, x, 0.3F}});
   proto::SphereRecord after = before;
   proto::DisplayedImage shown{};
   shown.position = {0.6, 0.4, 0.0, 0.0};

@@ -1,0 +1,62 @@
+#include "haptic_server/rendering/snapshot_renderer.hpp"
+
+#include <utility>
+
+namespace stillgrid {
+
+void SnapshotRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
+  if (is_other) {
+    touched_->clear();
+    way_.forget();
+  }
+  tool_ = way_.place(scene.fixed(), scene.pose);
+  is_switch_ = false;
+}
+
+void SnapshotRenderer::gather(const TickScene& scene, const proto::SnapshotHeader& latest,
+                              const GridView& moving) noexcept {
+  const proto::SnapshotHeader& last = reader().snapshot();
+  const bool is_first = !reader().has_snapshot();
+  const std::uint64_t later = latest.generation - last.generation;
+  next_.memory = is_first     ? at_first_image()
+                 : later == 0 ? shown_.memory
+                              : after_switch(transition_, shown_.memory, last, latest);
+  next_.weights = image_weights(transition_, next_.memory, latest, scene.now_ns);
+  const ImageWeights before = is_first ? next_.weights : in_later_image(shown_.weights, later);
+  fresh_->clear();
+  gather_touched(moving, {next_.weights, before}, tool_, *fresh_);
+  is_switch_ = !is_first && later == 1;
+  before_switch_.clear();
+  if (!is_switch_) return;
+  const ImageWeights old = image_weights(transition_, shown_.memory, last, scene.now_ns);
+  gather_touched(moving, {in_later_image(old, 1), before}, tool_, before_switch_);
+}
+
+void SnapshotRenderer::show(const TickScene& scene, const SnapshotLook& look,
+                            RenderedTick& tick) noexcept {
+  const auto add_static = [&](TouchedSpheres& touched) {
+    gather_touched(scene.view.static_grid(), held_image(0), tool_, touched);
+  };
+  const auto force_by = [&](const TouchedSpheres& touched) {
+    return tool_force(scene.fixed(), touched, tool_, scene.pose);
+  };
+  if (look.accepted()) {
+    shown_ = next_;
+    add_static(*fresh_);
+    std::swap(touched_, fresh_);
+  } else {
+    touched_->drop_swept();
+  }
+  tick.weights = shown_.weights;
+  tick.cut = touched_->cut;
+  tick.swept = touched_->has_swept();
+  tick.force = force_by(*touched_);
+  if (!look.accepted()) return;
+  if (is_switch_) {
+    add_static(before_switch_);
+    tick.switch_jump_N = (tick.force.force_N - force_by(before_switch_).force_N).norm();
+  }
+  way_.end();  // what a contended tick did not look at is the next one's way
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,242 @@
+#include "shared/display/transition.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include "shared/collision/sphere_history.hpp"
+#include "shared/display/stamps.hpp"
+
+namespace stillgrid {
+namespace {
+
+using proto::SnapshotHeader;
+
+/// How fast the latency of playout changes, of real time: slower or faster bodies are not felt.
+constexpr double kLatencySlew = 0.1;
+/// Share of the way to a smaller latency that it goes an image.
+constexpr double kLatencyDecay = 1.0 / 64.0;
+
+ImageWeights newest_image() noexcept {
+  ImageWeights weights;
+  weights.position[0] = 1.0;
+  weights.stands = true;
+  return weights;
+}
+
+/// Between the last two switches; zero without two.
+double last_period_s(const SnapshotHeader& snapshot) noexcept {
+  return snapshot.history_count > 1
+             ? seconds_between(snapshot.publish_time_ns[1], snapshot.publish_time_ns[0])
+             : 0.0;
+}
+
+/// Progress over a period like the last, from the newest switch.
+double progress(const SnapshotHeader& snapshot, std::uint64_t now_ns) noexcept {
+  const double period_s = last_period_s(snapshot);
+  const double since_s = seconds_between(snapshot.publish_time_ns[0], now_ns);
+  return since_s < period_s ? since_s / period_s : 1.0;
+}
+
+void add(ImageWeights& sum, const ImageWeights& weights, double factor) noexcept {
+  for (std::size_t i = 0; i < sum.position.size(); ++i)
+    sum.position[i] += factor * weights.position[i];
+  for (std::size_t i = 0; i < sum.velocity_s.size(); ++i)
+    sum.velocity_s[i] += factor * weights.velocity_s[i];
+}
+
+// The laws. P: the period, v: a body's speed; lags are behind the scene of the present, for
+// snapshots that are published at once.
+
+/// The latest snapshot as it is: jumps by v P.
+ImageWeights hold(const TransitionMemory&, const SnapshotHeader&, std::uint64_t) noexcept {
+  return newest_image();
+}
+
+/// From the snapshot before to the latest: a(t) = min((t - Tn) / (Tn - Tn-1), 1), the next switch
+/// being expected after a period like the last; lags by v P [Davanne 2002, section 4; the print's
+/// max is a slip, its text fits only min].
+ImageWeights linear(const TransitionMemory&, const SnapshotHeader& snapshot,
+                    std::uint64_t now_ns) noexcept {
+  ImageWeights weights;
+  weights.alpha = progress(snapshot, now_ns);
+  weights.position[0] = weights.alpha;
+  weights.position[1] = 1.0 - weights.alpha;
+  weights.stands = weights.alpha == 1.0;
+  return weights;
+}
+
+/// From what is displayed to the latest over one period: never jumps, lags by v P.
+ImageWeights restart(const TransitionMemory& memory, const SnapshotHeader& snapshot,
+                     std::uint64_t now_ns) noexcept {
+  ImageWeights weights;
+  weights.alpha = progress(snapshot, now_ns);
+  weights.position[0] = weights.alpha;
+  add(weights, memory.at_switch, 1.0 - weights.alpha);
+  weights.stands = weights.alpha == 1.0;
+  return weights;
+}
+
+/// As restart, with the velocities too: no kink, overshoots where a body stops.
+ImageWeights hermite(const TransitionMemory& memory, const SnapshotHeader& snapshot,
+                     std::uint64_t now_ns) noexcept {
+  const double s = progress(snapshot, now_ns), period_s = last_period_s(snapshot);
+  ImageWeights weights;
+  weights.alpha = s;
+  weights.position[0] = s * s * (3.0 - 2.0 * s);
+  weights.velocity_s[0] = period_s * s * s * (s - 1.0);
+  add(weights, memory.at_switch, 1.0 - s * s * (3.0 - 2.0 * s));
+  add(weights, memory.rate_at_switch, period_s * s * (s - 1.0) * (s - 1.0));
+  weights.stands = s == 1.0;
+  return weights;
+}
+
+/// The latest snapshot, moved on by its velocities: no lag, jumps by a P^2 / 2.
+ImageWeights extrapolate(const TransitionMemory&, const SnapshotHeader& snapshot,
+                         std::uint64_t now_ns) noexcept {
+  ImageWeights weights;
+  weights.position[0] = 1.0;
+  const double period_s = snapshot.history_count > 1 ? seconds_between(snapshot.state_time_ns[1],
+                                                                       snapshot.state_time_ns[0])
+                                                     : 0.0;
+  const double age_s = seconds_between(snapshot.state_time_ns[0], now_ns);
+  weights.velocity_s[0] = std::min(age_s, proto::kForesightPeriods * period_s);
+  weights.stands = !(age_s < proto::kForesightPeriods * period_s);
+  return weights;
+}
+
+double latency_s(const TransitionMemory& memory, const SnapshotHeader& snapshot,
+                 std::uint64_t now_ns) noexcept {
+  const double most_s = kLatencySlew * seconds_between(snapshot.publish_time_ns[0], now_ns);
+  return memory.latency_s + std::clamp(memory.latency_target_s - memory.latency_s, -most_s, most_s);
+}
+
+/// The past, as late as snapshots come, linear between the two round the time shown: no jump, no
+/// stage, lags by P and more.
+ImageWeights playout(const TransitionMemory& memory, const SnapshotHeader& snapshot,
+                     std::uint64_t now_ns) noexcept {
+  const auto& state_ns = snapshot.state_time_ns;
+  const double late_s = latency_s(memory, snapshot, now_ns);
+  // Times are counted back from the newest image: how long before it is what is shown?
+  const double back_s = late_s - seconds_between(state_ns[0], now_ns);
+  ImageWeights weights;
+  weights.alpha = 0.0;
+  double newer_s = 0.0;
+  for (std::size_t i = 0; i + 1 < proto::kHistoryLength; ++i) {
+    const double older_s = seconds_between(state_ns[i + 1], state_ns[0]);
+    if (back_s < older_s) {
+      const double share = std::max(0.0, (back_s - newer_s) / (older_s - newer_s));
+      weights.position[i] = 1.0 - share;
+      weights.position[i + 1] = share;
+      if (i == 0) weights.alpha = 1.0 - share;
+      weights.stands = back_s < 0.0;
+      return weights;
+    }
+    newer_s = older_s;
+  }
+  weights.position.back() = 1.0;
+  return weights;
+}
+
+/// The latest snapshot led on by the simulation's own next step: no jump, lags by 0 to 6 ms.
+ImageWeights answer(const TransitionMemory&, const SnapshotHeader& snapshot,
+                    std::uint64_t now_ns) noexcept {
+  ImageWeights weights = newest_image();
+  const double period_s = static_cast<double>(snapshot.foresight_ns) * 1e-9;
+  if (!(period_s > 0.0)) return weights;
+  const double age_s = seconds_between(snapshot.state_time_ns[0], now_ns);
+  weights.stands = !(age_s < proto::kForesightPeriods * period_s);
+  const double led_s = std::min(age_s, proto::kForesightPeriods * period_s);
+  weights.drift_s = led_s;
+  weights.answer_lag_s = drift_lag_s(period_s);
+  const double periods = led_s / period_s;
+  weights.answer_share = periods * periods;
+  return weights;
+}
+
+/// The latency that would have let the image before last until this one came.
+double needed_latency_s(const SnapshotHeader& snapshot) noexcept {
+  return snapshot.history_count > 1
+             ? seconds_between(snapshot.state_time_ns[1], snapshot.publish_time_ns[0])
+             : 0.0;
+}
+
+constexpr std::array kTransitions = {
+    TransitionLaw{Transition::kHold, "hold", "the latest image as it is", false, hold},
+    TransitionLaw{Transition::kLinear, "linear", "the paper's", false, linear},
+    TransitionLaw{Transition::kRestart, "restart", "never jumps", false, restart},
+    TransitionLaw{Transition::kHermite, "hermite", "no kink", false, hermite},
+    TransitionLaw{Transition::kExtrapolate, "extrapolate", "by velocities", false, extrapolate},
+    TransitionLaw{Transition::kPlayout, "playout", "as late as images come", false, playout},
+    TransitionLaw{Transition::kAnswer, "answer",
+                  "the simulation's own next step, for the hand where it is", true, answer},
+};
+
+}  // namespace
+
+std::span<const TransitionLaw> transitions() noexcept {
+  return kTransitions;
+}
+
+const TransitionLaw& law_of(Transition transition) noexcept {
+  return kTransitions[static_cast<std::size_t>(transition)];
+}
+
+std::string_view name_of(Transition transition) noexcept {
+  return law_of(transition).name;
+}
+
+std::optional<Transition> transition_named(std::string_view name) noexcept {
+  for (const TransitionLaw& law : kTransitions)
+    if (law.name == name) return law.transition;
+  return std::nullopt;
+}
+
+ImageWeights image_weights(Transition transition, const TransitionMemory& memory,
+                           const SnapshotHeader& snapshot, std::uint64_t now_ns) noexcept {
+  return law_of(transition).weights(memory, snapshot, now_ns);
+}
+
+TransitionMemory at_first_image() noexcept {
+  TransitionMemory memory;
+  memory.at_switch = newest_image();
+  return memory;
+}
+
+TransitionMemory after_switch(Transition transition, const TransitionMemory& memory,
+                              const SnapshotHeader& before, const SnapshotHeader& now) noexcept {
+  constexpr std::uint64_t kMoment_ns = 1000;
+  const std::uint64_t switch_ns = now.publish_time_ns[0];
+  const std::uint64_t later = now.generation - before.generation;
+  const auto displayed = [&](std::uint64_t time_ns) {
+    return in_later_image(image_weights(transition, memory, before, time_ns), later);
+  };
+  TransitionMemory next;
+  next.at_switch = displayed(switch_ns);
+  if (switch_ns >= kMoment_ns) {
+    constexpr double kPerSecond = 1e9 / static_cast<double>(kMoment_ns);
+    add(next.rate_at_switch, next.at_switch, kPerSecond);
+    add(next.rate_at_switch, displayed(switch_ns - kMoment_ns), -kPerSecond);
+  }
+  const double needed_s = needed_latency_s(now);
+  // An image later than the latency was waited for: the time shown goes on from where it stood.
+  next.latency_s = std::max(needed_s, latency_s(memory, before, switch_ns));
+  next.latency_target_s = std::max(
+      needed_s, memory.latency_target_s + kLatencyDecay * (needed_s - memory.latency_target_s));
+  return next;
+}
+
+ImageWeights in_later_image(const ImageWeights& weights, std::uint64_t later) noexcept {
+  if (later == 0) return weights;
+  ImageWeights shifted;
+  shifted.alpha = weights.alpha;
+  shifted.stands = weights.stands;
+  shifted.position = told_by_later(weights.position, later);
+  shifted.velocity_s = told_by_later(weights.velocity_s, later);
+  // The later image tells no earlier drift; that image's velocity is nearest to it.
+  shifted.velocity_s[std::min<std::uint64_t>(later, shifted.velocity_s.size() - 1)] +=
+      weights.drift_s;
+  return shifted;
+}
+
+}  // namespace stillgrid
