@@ -11,6 +11,7 @@
 #include "haptic_server/device_check/results.hpp"
 #include "shared/command_line/number_in.hpp"
 #include "shared/command_line/run_program.hpp"
+#include "shared/command_line/version.hpp"
 #include "shared/files/json_file.hpp"
 #include "shared/files/whole_file.hpp"
 #include "shared/realtime/exit_status.hpp"
@@ -228,5 +229,6 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   CLI::App app(kDescription, "device_check");
   Arguments arguments;
   add_options(app, arguments);
+  add_version(app, {device_interface()});
   return run_program(app, argc, argv, [&] { return run(arguments, argv); });
 }
