@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""What a contributor has before CI: the commit hook, clang-tidy on what changed, the editor's settings."""
+"""What a contributor has before CI: commit hook, clang-tidy on what changed, editor's settings, pages that lead on."""
 import configparser
 import json
 import os
@@ -134,6 +134,28 @@ class TidyTest(RepositoryTest):
         status, text = self.tidy("--changed", "nowhere")
         self.assertEqual((status, text.count("\n")), (2, 1), text)
         self.assertIn("nowhere", text)
+
+
+class PagesTest(unittest.TestCase):
+    def test_every_file_that_the_pages_for_contributors_name_is_there(self):
+        missing = []
+        for page in ("CONTRIBUTING.md", "SECURITY.md", "CODE_OF_CONDUCT.md", "CHANGELOG.md"):
+            text = (daemons.ROOT / page).read_text()
+            named = re.findall(r"\]\((?!http)([^)#]+)", text)
+            named += re.findall(r"`((?:\.ci|\.github|proto|shared|sim_server|haptic_server|tests|scripts|docs)/[\w./-]+)", text)
+            missing += [f"{page}: {name}" for name in named if not (daemons.ROOT / name).exists()
+                        and "NAME" not in name]
+        self.assertEqual(missing, [])
+
+    def test_the_changelog_is_of_the_form_that_it_names(self):
+        text = (daemons.ROOT / "CHANGELOG.md").read_text()
+        releases = re.findall(r"^## (.*)$", text, re.MULTILINE)
+        self.assertEqual(releases[0], "[Unreleased]")
+        for release in releases[1:]:
+            self.assertRegex(release, r"^\[\d+\.\d+\.\d+\] - \d{4}-\d\d-\d\d$")
+        sections = set(re.findall(r"^### (.*)$", text, re.MULTILINE))
+        self.assertLessEqual(sections, {"Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"})
+        self.assertRegex((daemons.ROOT / "VERSION").read_text(), r"^\d+\.\d+\.\d+\n$")
 
 
 class EditorConfigTest(unittest.TestCase):
