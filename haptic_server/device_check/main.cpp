@@ -72,7 +72,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
 
 /// Those that --only names, or all.
 std::vector<Check> selected_checks(const std::vector<std::string>& only) {
-  const std::vector<Check> all = all_checks();
+  std::vector<Check> all = all_checks();
   if (only.empty()) return all;
   for (const std::string& name : only)
     if (std::none_of(all.begin(), all.end(), [&](const Check& c) { return names(name, c.name); }))
