@@ -12,6 +12,7 @@
 #include "shared/command_line/number_in.hpp"
 #include "shared/command_line/prepare_daemon.hpp"
 #include "shared/command_line/run_program.hpp"
+#include "shared/command_line/version.hpp"
 #include "shared/files/whole_file.hpp"
 #include "shared/publication/segment.hpp"
 #include "shared/realtime/exit_status.hpp"
@@ -180,6 +181,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   CLI::App app(kDescription, "haptic_server");
   Arguments arguments;
   add_options(app, arguments);
+  add_version(app, {segment_interface(), device_interface()});
   return run_program(app, argc, argv, [&] {
     if (arguments.realtime_guard) require_realtime_guard(argv);
     arguments.options.transition = *transition_named(arguments.transition);

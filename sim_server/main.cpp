@@ -14,6 +14,7 @@
 #include "shared/command_line/number_in.hpp"
 #include "shared/command_line/prepare_daemon.hpp"
 #include "shared/command_line/run_program.hpp"
+#include "shared/command_line/version.hpp"
 #include "shared/files/whole_file.hpp"
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/stop_signal.hpp"
@@ -276,6 +277,7 @@ int main(int argc, char** argv) {
   CLI::App app(kDescription, "sim_server");
   Arguments arguments;
   add_options(app, arguments);
+  add_version(app, {segment_interface()});
   return run_program(app, argc, argv, [&] {
     prepare_log("sim_server");
     return run(arguments);

@@ -11,6 +11,7 @@
 #include "haptic_server/device_check/results.hpp"
 #include "shared/command_line/number_in.hpp"
 #include "shared/command_line/run_program.hpp"
+#include "shared/command_line/version.hpp"
 #include "shared/files/json_file.hpp"
 #include "shared/files/whole_file.hpp"
 #include "shared/realtime/exit_status.hpp"
@@ -71,7 +72,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
 
 /// Those that --only names, or all.
 std::vector<Check> selected_checks(const std::vector<std::string>& only) {
-  const std::vector<Check> all = all_checks();
+  std::vector<Check> all = all_checks();
   if (only.empty()) return all;
   for (const std::string& name : only)
     if (std::none_of(all.begin(), all.end(), [&](const Check& c) { return names(name, c.name); }))
@@ -228,5 +229,6 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   CLI::App app(kDescription, "device_check");
   Arguments arguments;
   add_options(app, arguments);
+  add_version(app, {device_interface()});
   return run_program(app, argc, argv, [&] { return run(arguments, argv); });
 }

@@ -36,9 +36,11 @@ function(stillgrid_library name)
   target_precompile_headers(stillgrid_${name} REUSE_FROM stillgrid_precompiled)
 endfunction()
 
-# stillgrid_command_line(TARGET MAIN): a program whose source MAIN reads its options. They are read once
-# a run: making that fast would take half of what compiling the source takes.
+# stillgrid_command_line(TARGET MAIN): a program whose source MAIN reads its options and knows its version.
+# Options are read once a run: making that fast would take half of what compiling the source takes.
 function(stillgrid_command_line target main)
   target_link_libraries(${target} PRIVATE CLI11::CLI11)
-  set_source_files_properties(${main} PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O0>)
+  set_source_files_properties(${main} PROPERTIES
+    COMPILE_DEFINITIONS STILLGRID_VERSION="${PROJECT_VERSION}"
+    COMPILE_OPTIONS $<$<CONFIG:Release>:-O0>)
 endfunction()

@@ -11,16 +11,16 @@
 
 namespace stillgrid {
 
-/// Parses a program's options and does its work: the exit status that main() returns. --help is
-/// printed; StopRequested is a line and done; any other exception is one line on standard error
-/// that names the program, and bad input.
+/// Parses a program's options and does its work: the exit status that main() returns. --help and
+/// --version are printed; StopRequested is a line and done; any other exception is one line on
+/// standard error that names the program, and bad input.
 template <class Work>
 int run_program(CLI::App& app, int argc, char** argv, const Work& work) {
   try {
     app.parse(argc, argv);
     return work();
-  } catch (const CLI::CallForHelp& help) {
-    return app.exit(help);
+  } catch (const CLI::Success& printed) {
+    return app.exit(printed);
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "%s: out of memory\n", app.get_name().c_str());
     return kCouldNotStart;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "shared/command_line/number_in.hpp"
+#include "shared/command_line/version.hpp"
 #include "shared/inspection/inspection_json.hpp"
 #include "shared/inspection/inspection_text.hpp"
 #include "shared/inspection/segment_summary.hpp"
@@ -132,13 +133,14 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   CLI::App app(kDescription, "segment_inspect");
   Arguments arguments;
   add_options(app, arguments);
+  add_version(app, {segment_interface()});
   try {
     app.parse(argc, argv);
     const int status = run(arguments);
     if (std::fflush(stdout) != 0) return fail("cannot write standard output", kCouldNotStart);
     return status;
-  } catch (const CLI::CallForHelp& help) {
-    return app.exit(help);
+  } catch (const CLI::Success& printed) {
+    return app.exit(printed);
   } catch (const CLI::Error& error) {
     return fail(error.what(), kBadInput);
   } catch (const std::exception& error) {

@@ -11,6 +11,7 @@
 #include "shared/command_line/number_in.hpp"
 #include "shared/command_line/prepare_daemon.hpp"
 #include "shared/command_line/run_program.hpp"
+#include "shared/command_line/version.hpp"
 #include "shared/publication/segment_files.hpp"
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/stop_signal.hpp"
@@ -99,6 +100,7 @@ int main(int argc, char** argv) {
   CLI::App app(kDescription, "scene_viewer");
   Arguments arguments;
   add_options(app, arguments);
+  add_version(app, {segment_interface()});
   return run_program(app, argc, argv, [&] {
     prepare_daemon("scene_viewer");
     return run(arguments);

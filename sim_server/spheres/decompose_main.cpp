@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "shared/command_line/number_in.hpp"
+#include "shared/command_line/version.hpp"
 #include "shared/files/json_file.hpp"
 #include "shared/files/whole_file.hpp"
 #include "shared/realtime/exit_status.hpp"
@@ -211,11 +212,12 @@ int main(int argc, char** argv) {
   CLI::App app(kDescription, "sphere_decompose");
   Arguments arguments;
   add_options(app, arguments);
+  add_version(app);
   try {
     app.parse(argc, argv);
     return run(arguments);
-  } catch (const CLI::CallForHelp& help) {
-    return app.exit(help);
+  } catch (const CLI::Success& printed) {
+    return app.exit(printed);
   } catch (const std::bad_alloc&) {
     clear_progress();
     std::fprintf(stderr, "sphere_decompose: out of memory\n");

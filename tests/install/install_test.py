@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Drivers outside the tree are built against an installed Stillgrid, and run in it."""
+"""An installed Stillgrid is whole: programs, licences, and what drivers outside the tree are built against."""
 import os
 import pathlib
 import re
@@ -32,6 +32,9 @@ class InstallTest(daemons.SessionTest):
     def examples(self):
         return self.prefix / "share" / "stillgrid" / "examples"
 
+    def pkg_config(self):
+        return dict(os.environ, PKG_CONFIG_PATH=self.prefix / "lib" / "pkgconfig")
+
     def build(self, example):
         """An example as it is installed, a CMake project of its own, installed beside Stillgrid."""
         build = self.folder / f"build-{example}"
@@ -49,8 +52,7 @@ class InstallTest(daemons.SessionTest):
         (folder / "stillgrid" / "device_plugin.h").write_text(header)
         library = folder / "handle.so"
         flags = self.run_quietly(
-            "pkg-config", "--cflags", "--libs", "stillgrid-device",
-            env=dict(os.environ, PKG_CONFIG_PATH=self.prefix / "lib" / "pkgconfig")).split()
+            "pkg-config", "--cflags", "--libs", "stillgrid-device", env=self.pkg_config()).split()
         self.run_quietly("cc", "-std=c11", "-O2", f"-I{folder}", self.examples() / "handle" / "handle.c", "-o",
                          library, *flags, "-lm")
         return library
@@ -78,6 +80,32 @@ class InstallTest(daemons.SessionTest):
         self.assertEqual(haptic_server.wait(), daemons.DONE, haptic_server.lines())
         self.assertEqual(sim_server.wait(), daemons.DONE, sim_server.lines())
         return recording
+
+    def test_every_program_says_its_version_and_of_which_interfaces(self):
+        version = (ROOT / "VERSION").read_text().strip()
+        segment = re.search(r"kSegmentVersion = (\d+);", (ROOT / "proto" / "segment_header.hpp").read_text())[1]
+        segments, drivers = f"segment version {segment}", "device interface 1"
+        interfaces = {"sim_server": f" ({segments})", "scene_viewer": f" ({segments})",
+                      "segment_inspect": f" ({segments})", "haptic_server": f" ({segments}, {drivers})",
+                      "device_check": f" ({drivers})", "fit_run": f" ({drivers})",
+                      "stability_lab": f" ({drivers})"}
+        programs = [file for folder in ("bin", "libexec/stillgrid") for file in (self.prefix / folder).iterdir()]
+        self.assertLessEqual(set(interfaces), {program.name for program in programs} | {"stability_lab"})
+        programs += [daemons.BUILD / "tests" / "stability_lab", ROOT / "scripts" / "launch"]  # of the tree alone
+        for program in programs:
+            with self.subTest(program.name):
+                self.assertEqual(self.run_quietly(program, "--version"),
+                                 f"{program.name} {version}{interfaces.get(program.name, '')}")
+        self.assertEqual(self.run_quietly("pkg-config", "--modversion", "stillgrid-device", env=self.pkg_config()),
+                         version)
+
+    def test_the_licence_and_the_notices_of_others_are_installed_as_they_stand_in_the_tree(self):
+        for name in ("LICENSE", "THIRD_PARTY_NOTICES.md"):
+            installed = self.prefix / "share" / "doc" / "stillgrid" / name
+            self.assertEqual(installed.read_bytes(), (ROOT / name).read_bytes())
+        page = self.prefix / "share" / "stillgrid" / "viewer"
+        if page.exists():  # not of a sanitizer's build
+            self.assertIn("MIT", (page / "three" / "LICENSE").read_text())
 
     def test_a_driver_in_C11_built_with_the_package_is_found_by_its_name_and_felt(self):
         library = self.build("handle")

@@ -13,6 +13,7 @@
 #include "haptic_server/devices/phantom_model.hpp"
 #include "shared/command_line/number_in.hpp"
 #include "shared/command_line/run_program.hpp"
+#include "shared/command_line/version.hpp"
 #include "shared/files/failing_writes.hpp"
 #include "shared/files/whole_file.hpp"
 #include "shared/publication/segment.hpp"
@@ -270,6 +271,7 @@ int main(int argc, char** argv) {
   CLI::App app(kDescription, "fit_run");
   Arguments arguments;
   add_options(app, arguments);
+  add_version(app, {device_interface()});
   return run_program(app, argc, argv, [&] {
     make_writes_fail();
     return run_guarded(arguments);

@@ -10,6 +10,7 @@
 #include "haptic_server/recording/recorder.hpp"
 #include "shared/command_line/number_in.hpp"
 #include "shared/command_line/run_program.hpp"
+#include "shared/command_line/version.hpp"
 #include "shared/files/json_file.hpp"
 #include "shared/realtime/stop_signal.hpp"
 #include "tests/stability/lab_cell.hpp"
@@ -171,6 +172,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   using namespace stillgrid;
   CLI::App app(kDescription, "stability_lab");
   app.require_subcommand(1);
+  add_version(app, {device_interface()});
   Arguments arguments;
   auto* run = app.add_subcommand("run", "One closed loop");
   add_cell_options(*run, arguments);

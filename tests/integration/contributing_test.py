@@ -1,0 +1,173 @@
+#!/usr/bin/python3
+"""What a contributor has before CI: commit hook, clang-tidy on what changed, editor's settings, pages that lead on."""
+import configparser
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+import daemons
+
+CLEAN = '#include "shared/sum.hpp"\n\nnamespace stillgrid {\nint sum(int a, int b) { return a + b; }\n}  // namespace stillgrid\n'
+HEADER = "#pragma once\n\nnamespace stillgrid {\nint sum(int a, int b);\n}  // namespace stillgrid\n"
+NULL = "namespace stillgrid {\nint* none() { return 0; }\n}  // namespace stillgrid\n"  # modernize-use-nullptr
+
+
+class RepositoryTest(unittest.TestCase):
+    """A repository with our scripts and two clean files."""
+
+    def setUp(self):
+        self.root = pathlib.Path(tempfile.mkdtemp(prefix="stillgrid-test-"))
+        self.addCleanup(shutil.rmtree, self.root)
+        for name in ("setup", "check_format", "check_layers", "tidy", "hooks/pre-commit"):
+            (self.root / "scripts" / name).parent.mkdir(exist_ok=True)
+            shutil.copy(daemons.ROOT / "scripts" / name, self.root / "scripts" / name)
+        for name in (".clang-format", ".clang-tidy"):
+            shutil.copy(daemons.ROOT / name, self.root)
+        self.plant("proto/unit.hpp", "#pragma once\n")
+        self.plant("shared/sum.hpp", HEADER)
+        self.plant("shared/sum.cpp", CLEAN)
+        for folder in ("sim_server", "haptic_server", "tests"):
+            self.plant(f"{folder}/CMakeLists.txt", "")
+        self.run_here("git", "init", "-q")
+        self.stage_all()
+        self.assertEqual(self.commit()[0], 0)
+
+    def plant(self, file, text, is_program=False):
+        path = self.root / file
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+        path.chmod(0o755 if is_program else 0o644)
+
+    def run_here(self, *command, **more):
+        """Exit status and all that was printed, outside any other repository."""
+        names = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
+        result = subprocess.run(command, cwd=self.root, capture_output=True, text=True, check=False,
+                                timeout=60 * daemons.PATIENCE,
+                                env={**names, "GIT_CONFIG_GLOBAL": os.devnull, **more})
+        return result.returncode, result.stdout + result.stderr
+
+    def stage_all(self):
+        self.run_here("git", "add", "--all")
+
+    def commit(self):
+        return self.run_here("git", "-c", "user.name=a", "-c", "user.email=a@b", "commit", "-m", "one more")
+
+
+class CommitHookTest(RepositoryTest):
+    def setUp(self):
+        super().setUp()
+        self.assertEqual(self.run_here("scripts/setup", "--hooks"), (0, ""))
+
+    def assert_refused(self, *words):
+        self.stage_all()
+        status, text = self.commit()
+        self.assertEqual(status, 1, text)
+        for word in words:
+            self.assertIn(word, text)
+
+    def test_what_is_clean_is_committed(self):
+        self.plant("shared/more.hpp", HEADER)
+        self.stage_all()
+        status, text = self.commit()
+        self.assertEqual(status, 0, text)
+
+    def test_bad_format_a_wrong_layer_and_a_wrong_word_are_refused_by_name(self):
+        self.plant("shared/more.hpp", "#pragma once\nint  x ;\n")
+        self.assert_refused("shared/more.hpp:2:", "check_format")
+        self.plant("shared/more.hpp", '#pragma once\n#include "sim_server/a.hpp"\n')
+        self.assert_refused("shared/more.hpp:2:", "check_layers")
+        self.plant("shared/more.hpp", HEADER)
+        self.plant("scripts/check_words", '#!/bin/sh\n! grep -rn slope "$1/shared"\n', is_program=True)
+        self.plant("shared/words.hpp", "#pragma once  // slope\n")
+        self.assert_refused("shared/words.hpp:1:", "check_words")
+
+    def test_what_is_staged_counts_and_not_what_the_folder_holds(self):
+        self.plant("shared/more.hpp", "#pragma once\nint  x ;\n")
+        self.stage_all()
+        self.plant("shared/more.hpp", HEADER)
+        self.assertEqual(self.commit()[0], 1)
+        self.stage_all()
+        self.plant("shared/more.hpp", "#pragma once\nint  x ;\n")
+        status, text = self.commit()
+        self.assertEqual(status, 0, text)
+
+
+class TidyTest(RepositoryTest):
+    def setUp(self):
+        super().setUp()
+        self.plant("shared/null.cpp", NULL)
+        commands = [{"directory": str(self.root), "file": f"shared/{name}.cpp",
+                     "command": f"clang++-14 -std=c++20 -I. -c shared/{name}.cpp"} for name in ("sum", "null", "later")]
+        self.plant("build/compile_commands.json", json.dumps(commands))
+        self.plant(".gitignore", "/build/\n")
+
+    def tidy(self, *arguments, **more):
+        return self.run_here("scripts/tidy", "--build", "build", *arguments, **more)
+
+    def test_a_changed_source_and_one_that_is_not_committed_are_looked_at_and_no_others(self):
+        status, text = self.tidy("--changed", "HEAD")
+        self.assertEqual(status, 1, text)
+        self.assertIn("modernize-use-nullptr", text)
+        self.assertTrue(text.endswith("0 passed, 1 failed\n"), text)
+        self.stage_all()
+        self.commit()
+        self.plant("shared/sum.cpp", CLEAN.replace("a + b", "b + a"))
+        self.assertEqual(self.tidy("--changed", "HEAD"), (0, "shared/sum.cpp: passed\n1 passed, 0 failed\n"))
+
+    def test_a_changed_header_is_looked_at_from_the_source_of_its_name(self):
+        (self.root / "shared" / "null.cpp").unlink()
+        self.plant("shared/sum.hpp", HEADER.replace("sum(int a", "sum(int first"))
+        status, text = self.tidy("--changed", "HEAD")
+        self.assertEqual(status, 1, text)
+        self.assertIn("readability-inconsistent-declaration-parameter-name", text)
+
+    def test_what_the_time_is_too_short_for_is_named(self):
+        self.assertEqual(self.tidy("--changed", "HEAD", STILLGRID_TIDY_S="0"),
+                         (0, "shared/null.cpp: left out for want of time\n0 passed, 0 failed, 1 skipped\n"))
+
+    def test_a_base_that_does_not_exist_is_refused(self):
+        status, text = self.tidy("--changed", "nowhere")
+        self.assertEqual((status, text.count("\n")), (2, 1), text)
+        self.assertIn("nowhere", text)
+
+
+class PagesTest(unittest.TestCase):
+    def test_every_file_that_the_pages_for_contributors_name_is_there(self):
+        missing = []
+        for page in ("CONTRIBUTING.md", "SECURITY.md", "CODE_OF_CONDUCT.md", "CHANGELOG.md"):
+            text = (daemons.ROOT / page).read_text()
+            named = re.findall(r"\]\((?!http)([^)#]+)", text)
+            named += re.findall(r"`((?:\.ci|\.github|proto|shared|sim_server|haptic_server|tests|scripts|docs)/[\w./-]+)", text)
+            missing += [f"{page}: {name}" for name in named if not (daemons.ROOT / name).exists()
+                        and "NAME" not in name]
+        self.assertEqual(missing, [])
+
+    def test_the_changelog_is_of_the_form_that_it_names(self):
+        text = (daemons.ROOT / "CHANGELOG.md").read_text()
+        releases = re.findall(r"^## (.*)$", text, re.MULTILINE)
+        self.assertEqual(releases[0], "[Unreleased]")
+        for release in releases[1:]:
+            self.assertRegex(release, r"^\[\d+\.\d+\.\d+\] - \d{4}-\d\d-\d\d$")
+        sections = set(re.findall(r"^### (.*)$", text, re.MULTILINE))
+        self.assertLessEqual(sections, {"Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"})
+        self.assertRegex((daemons.ROOT / "VERSION").read_text(), r"^\d+\.\d+\.\d+\n$")
+
+
+class EditorConfigTest(unittest.TestCase):
+    def test_editors_and_clang_format_agree_on_widths(self):
+        editor = configparser.ConfigParser(inline_comment_prefixes="#")
+        editor.read_string("[preamble]\n" + (daemons.ROOT / ".editorconfig").read_text())
+        style = subprocess.run(["clang-format-14", "--dump-config", "--style=file"], cwd=daemons.ROOT,
+                               capture_output=True, text=True, check=True).stdout
+        of_cpp = {**editor["*"], **editor["*.{c,h,cpp,hpp}"]}
+        for key, name in (("max_line_length", "ColumnLimit"), ("indent_size", "IndentWidth")):
+            self.assertEqual(of_cpp[key], re.search(rf"^{name}: +(\d+)$", style, re.MULTILINE)[1])
+
+
+if __name__ == "__main__":
+    daemons.main()

@@ -1,0 +1,57 @@
+#!/usr/bin/python3
+"""The workflows for a public CI are well formed, and run what .ci/run runs."""
+import re
+import shlex
+import unittest
+
+import yaml
+
+import daemons
+
+WORKFLOW = daemons.ROOT / ".github" / "workflows" / "ci.yml"
+EXAMPLE = daemons.ROOT / "docs" / "examples" / "github_workflow.yml"
+
+
+def jobs_of(file):
+    return yaml.safe_load(file.read_text())["jobs"]
+
+
+def stages_of_ci():
+    """Of .ci/run: whether a stage is on trial, and its command's words, by name."""
+    text = (daemons.ROOT / ".ci" / "run").read_text().replace("\\\n", " ")
+    for name, words in re.findall(r"^(\w+)=\(([^()]*)\)$", text, re.MULTILINE):
+        text = text.replace(f"${{{name}[*]}}", " ".join(words.split()))
+    return {name: (kind == "trial", shlex.split(command))
+            for kind, name, command in re.findall(r"^(stage|trial) (\w+) (.+)$", text, re.MULTILINE)}
+
+
+class WorkflowTest(unittest.TestCase):
+    def test_every_stage_of_CI_is_run_alike_and_with_the_same_weight(self):
+        matrix = jobs_of(WORKFLOW)["stage"]["strategy"]["matrix"]["include"]
+        there = {entry["stage"]: (entry.get("trial", False), shlex.split(entry["run"])) for entry in matrix}
+        stages = stages_of_ci()
+        self.assertIn("release", stages)
+        self.assertEqual(stages, {name: there.get(name) for name in stages})
+
+    def test_every_script_that_a_stage_runs_is_there_and_knows_its_options(self):
+        for entry in jobs_of(WORKFLOW)["stage"]["strategy"]["matrix"]["include"]:
+            for script in re.findall(r"scripts/\w+", entry["run"].split("[ !")[0]):
+                self.assertTrue((daemons.ROOT / script).exists(), script)
+                for option in re.findall(r" (--[a-z]+)", entry["run"]):
+                    self.assertIn(option, (daemons.ROOT / script).read_text(), entry["stage"])
+
+    def test_every_job_runs_in_Debian_12_within_a_time_by_actions_of_a_named_version(self):
+        for file in (WORKFLOW, EXAMPLE):
+            for name, job in jobs_of(file).items():
+                with self.subTest(f"{file.name}: {name}"):
+                    self.assertIn("debian:12", job["container"].values())
+                    self.assertLessEqual(job["timeout-minutes"], 120)
+                    for step in job["steps"]:
+                        self.assertEqual(("run" in step) + ("uses" in step), 1, step)
+                        self.assertRegex(step.get("uses", "a@v1"), r"^[\w/-]+@v\d+$")
+                    self.assertEqual(job["steps"][-1]["if"], "failure()")
+                    self.assertIn("upload-artifact", job["steps"][-1]["uses"])
+
+
+if __name__ == "__main__":
+    daemons.main()
