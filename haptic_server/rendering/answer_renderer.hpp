@@ -13,7 +13,7 @@
 namespace stillgrid {
 
 /// Renders the force of the transition `answer`: the newest image led on by the simulation's own
-/// next step, for the hand where it is now (docs/algorithms/answer.md).
+/// next step, for the hand where it is now (docs/algorithms/predict.md).
 ///
 /// Each tick finds the one change of the tool's force to which the spheres yield so that they
 /// exert it. What an image shows otherwise than was displayed is ramped out, as a shift of the
