@@ -327,12 +327,12 @@ def draw_ticks(charts):
     return figure
 
 
-PRINTED = (("jump_max_N", "jump max N"), ("jump_p99_N", "p99 N"), ("jump_max_jnd", "max JND"),
-           ("slew_p99_N_per_ms", "slew p99 N/ms"), ("stage_max_jnd", "stage max JND"),
-           ("stage_felt_share", "felt share"), ("rms_error_N", "rms error N"),
-           ("rms_error_at_lag_N", "at lag N"), ("lag_ms", "lag ms"), ("plateau_share", "plateau"),
-           ("vibration_N2", "vibration N²"), ("energy_given_mJ", "energy mJ"),
-           ("tick_median_us", "tick us"), ("stable_stiffness_N_m", "stable N/m"))
+PRINTED = ((("jump_max_N", "jump max N"), ("jump_p99_N", "p99 N"), ("jump_max_jnd", "max JND"),
+            ("slew_p99_N_per_ms", "slew p99 N/ms"), ("stage_max_jnd", "stage max JND"),
+            ("stage_felt_share", "felt share")),
+           (("rms_error_N", "rms error N"), ("rms_error_at_lag_N", "at lag N"), ("lag_ms", "lag ms"),
+            ("plateau_share", "plateau"), ("vibration_N2", "vibration N²"), ("energy_given_mJ", "energy mJ"),
+            ("tick_median_us", "tick us"), ("stable_stiffness_N_m", "stable N/m")))
 
 
 def short(value):
@@ -340,17 +340,19 @@ def short(value):
         return "-"
     if value != 0 and abs(value) < 1e-9:
         value = 0.0
-    return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.2g}"
+    return f"{value:,.0f}" if abs(value) >= 100 else f"{value:.2g}"
 
 
 def print_tables(rows, jitter):
-    for path in dict.fromkeys(row["path"] for row in rows):
+    for path in paths_of(rows):
         mine = of(rows, path, jitter)
-        print(f"\n**{path}** (rms of the true force {mine['reference']['force_rms_N']:.3g} N)\n")
-        print("| model | " + " | ".join(title for _, title in PRINTED) + " |")
-        print("|---" * (len(PRINTED) + 1) + "|")
-        for model, row in mine.items():
-            print(f"| {model} | " + " | ".join(short(row[key]) for key, _ in PRINTED) + " |")
+        print(f"\n### {path[0].upper() + path[1:]}\n")
+        print(f"Rms of the true force: {mine['reference']['force_rms_N']:.3g} N.")
+        for columns in PRINTED:
+            print("\n| model | " + " | ".join(title for _, title in columns) + " |")
+            print("|---" * (len(columns) + 1) + "|")
+            for model, row in mine.items():
+                print(f"| {model} | " + " | ".join(short(row[key]) for key, _ in columns) + " |")
 
 
 def print_goals(rows):

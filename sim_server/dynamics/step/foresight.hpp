@@ -19,7 +19,7 @@ namespace stillgrid {
 /// Where the next step would lead, and how a change of the tool's force would bend it: one
 /// implicit step from the world as it is, with the tool's contacts replaced by the force they exert
 /// now, and its slope. By it a haptic process leads an image on for the hand where it is
-/// now, and stays on the way of the simulation (docs/algorithms/answer.md).
+/// now, and stays on the way of the simulation (docs/algorithms/predict.md).
 class Foresight {
  public:
   Foresight();

@@ -78,11 +78,11 @@ class Simulation {
   /// once more when a solver of ours has converged on the last one, which is then corrected. A
   /// sample that is no later than the last changes nothing, to the bit; from where it is then, the
   /// tool moves evenly to a later one over the rest of the step
-  /// (docs/algorithms/prompt_images.md).
+  /// (docs/algorithms/low_latency_snapshots.md).
   StepReport step(double step_s, const TakeTool& take_tool, Budget budget = {});
 
   /// Adds to the image of the last step where the next one of step_s would lead
-  /// (docs/algorithms/answer.md). The world stays as it is. Nothing is
+  /// (docs/algorithms/predict.md). The world stays as it is. Nothing is
   /// foreseen when the budget is spent.
   [[nodiscard]] ImageForesight look_ahead(double step_s, const Budget& budget = {});
 

@@ -1,4 +1,4 @@
-// What an image tells of the next step: docs/algorithms/answer.md.
+// What an image tells of the next step: docs/algorithms/predict.md.
 
 #include <catch2/catch.hpp>
 #include <chrono>
