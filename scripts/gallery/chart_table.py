@@ -24,7 +24,7 @@ scripts/charts --draw-only             # draws this folder again from its tables
 scripts/charts --list                  # names, and how long each takes
 ```
 
-Small grids take {small} with two processors of their own; the time of a full one stands beside its command.
+Small grids take {small} with two processors of their own; a full one says its time beside its command.
 
 All were measured on a shared virtual machine, two processors of an AMD EPYC, Debian 12: compare ratios within
 a chart, not times between machines. Charts marked *timed* depend on a clock; the others come out the same to
