@@ -21,9 +21,7 @@ const kPictures = {
   viewer_threads: {
     scene: 'threads', device: 'phantom:profile=premium15,path=circle,centre_z_m=0,depth_m=0', least_N: 0.1, keys: [] },
   viewer_organ: {
-    scene: 'organ', device: 'phantom:profile=premium15,path=press', least_N: 0.5, keys: ['s', 'm'] },
-  viewer_moving_sphere: {
-    scene: 'moving_sphere', device: 'phantom:path=still,centre_z_m=0,hand=light', least_N: 0.5, keys: [], least_snapshots: 5 },
+    scene: 'organ', device: 'phantom:profile=premium15,path=press,centre_z_m=0,depth_m=0.04', least_N: 0.3, keys: ['s', 'm'] },
   viewer_wall: { scene: 'wall', device: 'phantom:profile=premium15,path=tap', least_N: 1.0, keys: [] },
 };
 
@@ -43,7 +41,7 @@ function parse(words) {
 }
 
 async function draw(name, charts) {
-  const { scene, device, least_N, keys, least_snapshots = 400 } = kPictures[name];
+  const { scene, device, least_N, keys } = kPictures[name];
   const session = new Session();
   let browser;
   try {
@@ -59,7 +57,7 @@ async function draw(name, charts) {
     for (const key of keys) await page.keyboard.press(key);
     const above = (id, least) => page.waitForFunction(([where, what]) =>
       Number(document.getElementById(where).textContent) > what, [id, least], { polling: 20 });
-    await above('number-generation', least_snapshots);  // 400: the plots are full
+    await above('number-generation', 400);  // the plots are full
     await above('number-force', least_N);
     await page.keyboard.press(' ');
     await page.mouse.move(640, 700);
