@@ -20,8 +20,6 @@ const kPictures = {
     least_N: 0.9, keys: ['s', 'm'] },
   viewer_threads: {
     scene: 'threads', device: 'phantom:profile=premium15,path=circle,centre_z_m=0,depth_m=0', least_N: 0.1, keys: [] },
-  viewer_organ: {
-    scene: 'organ', device: 'phantom:profile=premium15,path=press,centre_z_m=0,depth_m=0.04', least_N: 0.3, keys: ['s', 'm'] },
   viewer_wall: { scene: 'wall', device: 'phantom:profile=premium15,path=tap', least_N: 1.0, keys: [] },
 };
 
