@@ -12,7 +12,7 @@
 namespace stillgrid {
 
 /// Renders the force of a transition whose spheres give way: the newest snapshot led on by the
-/// simulation's own next step, for the hand where it is now (docs/algorithms/answer.md).
+/// simulation's own next step, for the hand where it is now (docs/algorithms/predict.md).
 ///
 /// Each tick finds the one change of the tool's force to which the spheres yield so that they
 /// exert it. What a snapshot shows otherwise than was displayed is ramped out, as a shift of the

@@ -17,8 +17,8 @@ namespace stillgrid {
 /// rendered force is at most R / S. Where no limit acts this is one exactly; where the share is
 /// constant so is the bound. Works are of the mean of the forces at both ends of a tick, as springs
 /// do it: what a held force leaks in a tick is not granted to a limited one as well. It is time
-/// domain passivity [Hannaford and Ryu 2002, cited by the handbook], told beforehand by the energy
-/// stored.
+/// domain passivity [Hannaford and Ryu 2002; docs/cases.md, case 1.8], told beforehand by the
+/// energy stored.
 ///
 /// While the hand is at rest what is withheld comes back within a second: a held force is the
 /// rendered one in the end. Thread: the haptic loop's. Realtime: yes.

@@ -11,7 +11,7 @@ namespace stillgrid {
 /// Takes back the energy that a held force has given, by a damper on the device's own motion.
 ///
 /// Where E = -given_J < 0, the damper alpha = -E / (T v^2) would take it back within one tick
-/// [Hannaford and Ryu 2002, cited by the handbook, 1.8], v being the motion of the tick gone by.
+/// [Hannaford and Ryu 2002; docs/cases.md, case 1.8], v being the motion of the tick gone by.
 /// A slow tick makes that alpha endless and the loop diverge; so it is at most m / T, which stops
 /// the mass m in a tick and does not throw it back. docs/algorithms/passivity.md: what that buys.
 /// Thread: the haptic loop's. Realtime: yes.

@@ -5,7 +5,7 @@ import json
 
 from candidates import method_text
 
-JUST_NOTICEABLE = 0.07  # of a force (handbook)
+JUST_NOTICEABLE = 0.07  # of a force (docs/cases.md, case 1.15)
 FAINT_N = 0.1  # a share of a force that is less would be noticed by nobody: it is taken of this
 
 COLUMNS = ("stage", "rate_hz", "transition", "method", "levels", "voxel_ratio", "spheres", "cost_us_per_ms",

@@ -7,11 +7,14 @@ from measuring import DATA
 
 HERE = pathlib.Path(__file__).resolve().parent
 
+WIDTH = 110
+
 HEAD = """# Charts
 
-Every chart of this project, in the order of the paper: from the scene to the force. Each stands with what it shows, its
-command, its data and the page that discusses it. This page is written by `scripts/charts --page` from
-[scripts/gallery/charts.toml](../../scripts/gallery/charts.toml): change it there.
+Every chart of this project, in the order of the paper: from the scene to the force. Each stands with what it
+shows, its command, its data and the page that discusses it. `scripts/charts --page` writes this page from
+[scripts/gallery/charts.toml](../../scripts/gallery/charts.toml): change it there. Pictures of the scenes are
+in the [gallery](../gallery.md).
 
 ```
 scripts/charts                         # all on small grids, drawn into build/charts
@@ -21,10 +24,11 @@ scripts/charts --draw-only             # draws this folder again from its tables
 scripts/charts --list                  # names, and how long each takes
 ```
 
-Small grids take {small} with two processors of their own; how long a full one takes stands beside its command.
+Small grids take {small} with two processors of their own; a full one says its time beside its command.
 
-Measured on a shared virtual machine, two processors of an AMD EPYC, Debian 12: compare ratios within a chart, not times between
-machines. Charts marked *timed* depend on a clock; the others come out the same to the byte with the same build on the same machine.
+All were measured on a shared virtual machine, two processors of an AMD EPYC, Debian 12: compare ratios within
+a chart, not times between machines. Charts marked *timed* depend on a clock; the others come out the same to
+the byte with the same build on the same machine.
 
 """
 
@@ -49,7 +53,7 @@ def anchor(heading):
 
 
 def paragraph(text):
-    return [textwrap.fill(text, 130, break_long_words=False, break_on_hyphens=False), ""]
+    return [textwrap.fill(text, WIDTH, break_long_words=False, break_on_hyphens=False), ""]
 
 
 def page_of_chart(chart):
@@ -57,7 +61,7 @@ def page_of_chart(chart):
     for picture in chart["pictures"]:
         if "shows" in picture:
             lines += paragraph(picture["shows"])
-        lines += [f"![{picture.get('shows', chart['title'])}]({picture['file']})", ""]
+        lines += [f"![{chart['title']}]({picture['file']})", ""]
     programs = [program.rpartition("/")[2].split()[0] for program in chart["measure"] + [chart.get("draw", "")]
                 if program]
     how = (f"`scripts/charts --only {chart['name']} --full` ({chart['full']}"
@@ -73,12 +77,11 @@ def page(table):
     """docs/charts/README.md."""
     charts = table["chart"]
     lines = [HEAD.replace("{small}", small_words(charts)).rstrip(), ""]
-    lines += ["| | charts |", "|---|---|"]
     sections = {name: [chart for chart in charts if chart["section"] == name] for name in table["sections"]}
     sections = {name: some for name, some in sections.items() if some}
     for name, some in sections.items():
-        links = ", ".join(f"[{chart['title']}](#{anchor(chart['title'])})" for chart in some)
-        lines.append(f"| [{name}](#{anchor(name)}) | {links} |")
+        lines += [f"* [{name}](#{anchor(name)})"]
+        lines += [f"  * [{chart['title']}](#{anchor(chart['title'])})" for chart in some]
     lines.append("")
     for name, some in sections.items():
         lines += [f"## {name}", "", *paragraph(table["sections"][name])]

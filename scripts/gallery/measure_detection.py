@@ -49,7 +49,7 @@ def measure_speed(benchmark, rounds, most):
 def measure_ratio(figures):
     rows, note = rows_of([figures])
     return rows, [note, "4,000 spheres, 0.95 overlaps each; per sphere. ratio: voxel / diameter. "
-                        "expected: the handbook's formulas."]
+                        "expected: docs/cases.md, case 2.8."]
 
 
 def main():

@@ -3,7 +3,7 @@
 
 A row a benchmark of query_benchmark, all of them in turn in one run, the run repeated: the median of
 the runs and the distance between their quartiles. Every method sums the same force or is not
-measured. Figures of the handbook stand beside: another machine's, so compare ratios, not times.
+measured. Figures of another machine stand beside: compare ratios, not times.
 """
 import json
 import pathlib
@@ -13,7 +13,7 @@ import tempfile
 from measuring import fail, output_of, parser_of, program
 from tables import write_rows
 
-# (question, method): ns at N = 400, 40,000, 400,000, of the handbook's table of peers.
+# (question, method): ns at N = 400, 40,000, 400,000, of another machine, where they were measured by a prototype.
 SIZES = (400, 40000, 400000)
 HANDBOOK = {
     ("query_hot", "grid"): (42, 41, 43), ("query_anywhere", "grid"): (94, 148, 199),
@@ -58,7 +58,7 @@ def main():
                [f"medians and quartile distances of {runs} runs, ns a query; 0.95 pairs a sphere, radii from half "
                 "to one and a half of the mean",
                 f"flushed: 1.25 times the last cache, {last_cache_mb[-1]} MB here, read and written before "
-                "each query; handbook: another machine, its cell list beside our grid"])
+                "each query; handbook_ns: another machine, its cell list beside our grid"])
 
 
 if __name__ == "__main__":

@@ -46,7 +46,7 @@ def draw(charts):
     panels[0].set_ylabel("time of one query [ns]")
     handles, labels = panels[0].get_legend_handles_labels()
     handles.append(plt.Line2D([], [], color="black", linestyle=":", alpha=0.45))
-    labels.append("handbook, another machine")
+    labels.append("another machine")
     figure.suptitle("The force on one probe among N still spheres", x=0.01, ha="left", fontsize=13,
                     fontweight="bold")
     figure.tight_layout(rect=(0.0, 0.06, 1.0, 0.98), w_pad=2.5)

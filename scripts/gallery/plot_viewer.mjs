@@ -9,7 +9,7 @@ const kUsage = `scripts/gallery/plot_viewer.mjs [--charts FOLDER] [--only NAME]
 Starts both servers on a scene in real time with a simulated hand, opens the viewer's page in Debian's
 Chromium, waits until the hand presses, and writes a picture of 1280 x 720 pixels. Half a minute each.
   --charts FOLDER   where to; default: docs/charts
-  --only NAME       viewer (tissue_and_blocks) or viewer_laparoscopy; default: both
+  --only NAME       viewer (tissue_and_blocks), or viewer_ and another shipped scene; default: all
 Environment: STILLGRID_BUILD_DIR, default build/release.`;
 
 /// least_N: so hard the hand presses in the picture. keys: pressed before it is taken.
@@ -18,6 +18,9 @@ const kPictures = {
   viewer_laparoscopy: {
     scene: 'laparoscopy', device: 'phantom:profile=premium15,path=stroke,depth_m=0.03,pivot_x_m=0,pivot_y_m=0,pivot_z_m=-0.11',
     least_N: 0.9, keys: ['s', 'm'] },
+  viewer_threads: {
+    scene: 'threads', device: 'phantom:profile=premium15,path=circle,centre_z_m=0,depth_m=0', least_N: 0.1, keys: [] },
+  viewer_wall: { scene: 'wall', device: 'phantom:profile=premium15,path=tap', least_N: 1.0, keys: [] },
 };
 
 function parse(words) {

@@ -58,7 +58,7 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-/// Counts, and what the handbook's formulas have for spheres in a space that repeats.
+/// Counts, and what docs/cases.md, case 2.8, has for spheres in a space that repeats.
 void measure_paper(const Shape& shape, double ratio) {
   const double h = ratio * kDiameter;
   const auto along = static_cast<std::uint32_t>(std::lround(shape.edge / h));

@@ -28,7 +28,7 @@ struct ChartScene {
 /// Ten masses of 10 g on links of 0.1 m and 1,000 N/m, let go 30 degrees from the vertical.
 [[nodiscard]] ChartScene hanging_chain_scene();
 
-/// The chain of the catalogue's order test (handbook, 3.14): ten masses of 10 g on 100 N/m, let go
+/// The chain of the order test (docs/cases.md, case 3.14): ten masses of 10 g on 100 N/m, let go
 /// unstretched, straight down. It is linear.
 [[nodiscard]] ChartScene chain_modes_scene();
 /// Its exact nodes at time_s, from its modes.

@@ -85,7 +85,7 @@ TEST_CASE("Errors fall with the step as theory says", "[work_precision]") {
 }
 
 TEST_CASE("A chain of Bullet's hangs as long as its springs say", "[work_precision]") {
-  // Tip 53.955 mm below its unstretched length (handbook, 3.4).
+  // Tip 53.955 mm below its unstretched length (docs/cases.md, case 3.4).
   const Eigen::Matrix3Xd places_m = bullet_at_rest_m(chain_modes_scene().scene, 1.0, 20);
 
   CHECK(-lowest_m(places_m) - 1.0 == Approx(0.053955).epsilon(1e-6));

@@ -1,4 +1,4 @@
-// Case 2.7 of the handbook: a device without a hand, carried by a body that moves steadily. The
+// docs/cases.md, case 2.7: a device without a hand, carried by a body that moves steadily. The
 // mean force is b v = 0.5 N whatever is displayed; how much it swings is the transition's doing.
 
 #include <algorithm>
@@ -101,7 +101,7 @@ Shaken shaken(Transition transition) {
 
 TEST_CASE("2.7 Under jitter of 30 % linear shakes it much as hold does, restart and hermite less",
           "[carried]") {
-  // The handbook's figures are one seed's that is not known, these the largest of four seeds. Its
+  // The case's figures are one seed's that is not known, these the largest of four seeds. Its
   // hermite swings by 1.19 and 2.60 N, which needs the nominal period; ours by its estimate from
   // the last two images, with which an exact hermite swings as much.
   const Shaken hold = shaken(Transition::kHold), linear = shaken(Transition::kLinear);

@@ -20,8 +20,9 @@ struct FitError {
 /// Whether a tick is in contact: it has one, or a force.
 [[nodiscard]] bool touches(const TickRow& row);
 
-/// What a difference from this force must exceed to be noticed: 7 % of it (handbook, metrics), and
-/// of 0.1 N where it is less, for a share of next to nothing would be noticed by nobody.
+/// What a difference from this force must exceed to be noticed: 7 % of it (docs/cases.md,
+/// case 1.15), and of 0.1 N where it is less, for a share of next to nothing would be noticed by
+/// nobody.
 [[nodiscard]] double just_noticeable_N(const Eigen::Vector3d& force_N);
 
 /// Of the forces as they were rendered. Rows correspond; those that only one has do not count.

@@ -31,7 +31,7 @@ using GivenScene = std::function<const SceneDescription&()>;
 /// is unstable.
 ///
 /// What goes to and fro in the last half second, from peak to peak, is an oscillation where it
-/// exceeds four encoder steps (metric 6 of the handbook, but for a drift in contact, as of a body
+/// exceeds four encoder steps (docs/cases.md, section 5, but for a drift in contact, as of a body
 /// that gives way) and twice what the scene moves the hand by itself: the less of the swing of the
 /// reference's method, held likewise, and of how far its force, on a tool that is held fast at the
 /// press, moves the hand's spring. So a loop that swings in a scene that stands still has no excuse

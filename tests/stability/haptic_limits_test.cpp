@@ -1,5 +1,5 @@
 // Where the loop of device, contact law and held force stops being stable: cases 1.1, 1.2, 1.4 and
-// 1.5 of the handbook, whose figures are marked so.
+// 1.5 of docs/cases.md, whose figures are marked so.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -13,7 +13,7 @@
 namespace stillgrid {
 namespace {
 
-/// Exact for the zero-order hold without delay and virtual damping (handbook, 1.1).
+/// Exact for the zero-order hold without delay and virtual damping (docs/cases.md, case 1.1).
 double exact_limit_N_m(const HeldLoop& loop) {
   const double m = loop.mass_kg, b = loop.damping_N_s_m, T = loop.tick_s;
   const double e = std::exp(-b * T / m);
@@ -129,8 +129,8 @@ TEST_CASE("Virtual damping helps less than the law of short delays says", "[hapt
 }
 
 /// What a device without damping bears with the virtual damping B = beta m / T, in units of m/T^2.
-/// The damper sees backward differences through a low-pass of pole q; q = 0 gives the handbook's
-/// 2 beta (2 - beta) / (2 + beta).
+/// The damper sees backward differences through a low-pass of pole q; q = 0 gives case
+/// 1.5, 2 beta (2 - beta) / (2 + beta).
 ///
 /// The loop's polynomial (z-1)^2 (z-q) + k (z+1)(z-q) / 2 + beta (1-q) (z^2-1) / 2 has its pair of
 /// roots on the unit circle where Jury's last row is zero, 1 - a1 = a0 (a0 - a2): a quadratic in k.
@@ -155,7 +155,7 @@ TEST_CASE("Without a device's damping, stiffness over virtual damping is a close
   const double exact = 2.0 * beta * (2.0 - beta) / (2.0 + beta);
   CHECK(limit_N_m == Approx(exact * kUnit_N_m).epsilon(1e-6));
   CHECK(z_width(beta, 0.0) == Approx(exact).epsilon(1e-12));
-  CHECK(limit_N_m < 68630.0);  // handbook: the top is 68629 N/m at 82.84 N s/m
+  CHECK(limit_N_m < 68630.0);  // case 1.5: the top is 68629 N/m at 82.84 N s/m
 }
 
 TEST_CASE("Virtual damping from 2 m/T on bears no spring at all", "[haptic_limits]") {

@@ -1,4 +1,4 @@
-// The laboratory against cases 1.1, 1.12, 1.13, 2.2 and 2.3 of the handbook.
+// The laboratory against cases 1.1, 1.12, 1.13, 2.2 and 2.3 of docs/cases.md.
 
 #include "tests/stability/lab.hpp"
 

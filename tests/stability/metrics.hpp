@@ -9,7 +9,7 @@
 
 namespace stillgrid {
 
-/// A change of a force is noticed from this share of it on (handbook, metrics).
+/// A change of a force is noticed from this share of it on (docs/cases.md, case 1.15).
 inline constexpr double kJustNoticeable = 0.07;
 /// From which on a force counts as a contact.
 inline constexpr double kContact_N = 0.1;

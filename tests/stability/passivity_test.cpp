@@ -1,5 +1,5 @@
 // Energy that a held force gives, what sees it and what takes it back: cases 1.3 and 1.6 to 1.8 of
-// the handbook, whose figures are marked so.
+// docs/cases.md, whose figures are marked so.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -66,7 +66,7 @@ std::vector<double> sine(int rounds) {
   return cycle_m;
 }
 
-/// Colgate and Schenkel's condition with a delay of d ticks, at theta radians a tick (handbook).
+/// Colgate and Schenkel's condition with a delay of d ticks, at theta radians a tick (case 1.3).
 double required_N_s_m(const VirtualWall& contact, double theta) {
   const double d = contact.delay_ticks;
   return 0.5e-3 * contact.stiffness_N_m * std::sin((d + 0.5) * theta) / std::sin(0.5 * theta) -
@@ -142,7 +142,7 @@ TEST_CASE("A wall gives K v T D (1 - vT / 3D) to who enters and leaves it steadi
     return K * v * 1e-3 * D * (1.0 - v * 1e-3 / (3.0 * D));
   };
   CHECK(leak_J(1000.0, 0.1, 0.01) == Approx(exact_J(1000.0, 0.1, 0.01)).epsilon(1e-5));
-  CHECK(leak_J(1000.0, 0.1, 0.01) == Approx(9.9667e-4).epsilon(1e-4));  // handbook
+  CHECK(leak_J(1000.0, 0.1, 0.01) == Approx(9.9667e-4).epsilon(1e-4));  // case 1.6
   CHECK(leak_J(2500.0, 0.3, 0.002) == Approx(exact_J(2500.0, 0.3, 0.002)).epsilon(1e-4));
   const double damper_J = 2.0 * (1000.0 * 1e-3 / 2.0) * 0.1 * 0.01;  // b = K T/2 over 2 D
   CHECK(leak_J(1000.0, 0.1, 0.01) < damper_J);
@@ -221,7 +221,7 @@ WallRun run_on_wall(double stiffness_N_m, std::optional<double> passivity_mass_k
 TEST_CASE("An observer of the new force sees nothing of a wall that buzzes for ever",
           "[passivity]") {
   const WallRun buzzing = run_on_wall(2500.0, std::nullopt);
-  CHECK(buzzing.swing_m == Approx(1.5e-3).epsilon(0.1));  // handbook
+  CHECK(buzzing.swing_m == Approx(1.5e-3).epsilon(0.1));  // case 1.8
   CHECK(buzzing.energy.given_J > 1e-3);
   CHECK(buzzing.energy.most_given_J >= buzzing.energy.given_J);
   CHECK(buzzing.most_seen_by_new_force_J < 1e-12);
@@ -244,7 +244,7 @@ TEST_CASE("The passivity controller without a cap throws the device away", "[pas
 TEST_CASE("With the cap m/T walls are quiet to micrometres that buzz by millimetres without",
           "[passivity]") {
   struct Row {
-    double stiffness_N_m, off_m, swing_m;  // handbook
+    double stiffness_N_m, off_m, swing_m;  // case 1.8
   };
   const Row row = GENERATE(Row{2500.0, 1.5e-3, 1.6e-5}, Row{5000.0, 3.3e-3, 6.8e-6},
                            Row{10'000.0, 6.7e-3, 3.4e-6}, Row{20'000.0, 13.3e-3, 1.3e-6});
@@ -270,7 +270,7 @@ TEST_CASE("The cap 2 m/T turns the device round in a tick, and fails within a mi
 
 TEST_CASE("A cap far below m/T is too weak for the stiffest wall", "[passivity]") {
   CHECK(run_on_wall(10'000.0, capped(5.0)).swing_m < 1e-6);
-  CHECK(run_on_wall(20'000.0, capped(5.0)).swing_m == Approx(4e-4).epsilon(0.1));  // handbook
+  CHECK(run_on_wall(20'000.0, capped(5.0)).swing_m == Approx(4e-4).epsilon(0.1));  // case 1.8
 }
 
 TEST_CASE("A delay in the device hides most of the energy, and the control is lost",

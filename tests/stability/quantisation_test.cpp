@@ -1,5 +1,5 @@
-// Encoder steps and Coulomb friction: cases 1.9 and 1.10 of the handbook, whose figures are marked
-// so.
+// Encoder steps and Coulomb friction: cases 1.9 and 1.10 of docs/cases.md, whose figures are
+// marked so.
 
 #include <algorithm>
 #include <catch2/catch.hpp>

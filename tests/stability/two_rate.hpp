@@ -19,8 +19,7 @@ struct Device {
   double hand_N_m = 100.0;
 };
 
-/// The light device of the catalogue, and the same in the hand that was measured (1.13, 1.14;
-/// handbook).
+/// The light device, and the same in the hand that was measured (docs/cases.md, cases 1.13, 1.14).
 inline constexpr Device kLightDevice{0.1, 5.0, 100.0};
 inline constexpr Device kDeviceInHand{0.654, 7.45, 135.0};
 
@@ -51,14 +50,15 @@ struct Loop {
   Body body;
   Cycle cycle;
   int sample_age_ticks = 0;  // from the tool's sample to the display of the image made with it,
-                             // 0 to P: the cost of a prompt step; P: case 1.13 (handbook)
+                             // 0 to P: the cost of a prompt step; P: docs/cases.md, 1.13
 };
 
 /// One period's map of the state, from the instant at which the tool is sampled.
 [[nodiscard]] Eigen::MatrixXd monodromy(const Loop& loop, double contact_N_m);
 
 /// The same where not the image but its force is handed over and held for the period: the force at
-/// the sample, between tool and body as they then stand (1.12 and 1.13, "force held"; handbook).
+/// the sample, between tool and body as they then stand (docs/cases.md, 1.12 and 1.13, "force
+/// held").
 [[nodiscard]] Eigen::MatrixXd held_force_monodromy(const Device& device, const Body& body,
                                                    int period_ticks, double contact_N_m);
 

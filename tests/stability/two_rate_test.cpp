@@ -50,7 +50,7 @@ TEST_CASE("A force held for a period bears what a wall at the rate of images bea
   CHECK(held_force_limit_N_m(device, kStill, period_ticks) == Approx(expected_N_m).epsilon(3e-4));
 }
 
-TEST_CASE("Late images of bodies that react bear what the catalogue's table says", "[two_rate]") {
+TEST_CASE("Late images of bodies that react bear what case 1.13 says", "[two_rate]") {
   struct Row {
     Device device;
     int period_ticks;
@@ -93,7 +93,7 @@ double worst_body_N_m(const Device& device, const Cycle& cycle, int sample_age_t
   return worst_N_m;
 }
 
-TEST_CASE("Prompt images of the worst body bear what the handbook's analysis says", "[two_rate]") {
+TEST_CASE("Prompt images of the worst body bear what case 1.17 says", "[two_rate]") {
   struct Row {
     double ramp, step_cost;  // of the period; no ramp: held
     std::array<double, 3> light_N_m, with_hand_N_m;

@@ -1,4 +1,4 @@
-// The transition that shows the past, as late as images come: case 2.6 of the handbook.
+// The transition that shows the past, as late as images come: docs/cases.md, case 2.6.
 
 #include <catch2/catch.hpp>
 #include <cmath>

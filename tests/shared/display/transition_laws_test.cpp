@@ -1,4 +1,4 @@
-// What each transition shows of a body whose motion is known: cases 2.1 to 2.6 of the handbook.
+// What each transition shows of a body whose motion is known: docs/cases.md, 2.1 to 2.6.
 
 #include <catch2/catch.hpp>
 #include <cmath>

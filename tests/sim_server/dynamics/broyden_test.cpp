@@ -66,7 +66,7 @@ TEST_CASE("On the way to a linear system's solution the residual grows 80,000 ti
   CHECK(stiffer.report.iterations < 30);
 }
 
-/// The catalogue's table of the hanging chain (handbook).
+/// The table of the hanging chain (docs/cases.md, case 3.9).
 struct Row {
   double stiffness;  // k h^2 / m
   double mean_mass;

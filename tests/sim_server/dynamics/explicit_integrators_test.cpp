@@ -156,7 +156,7 @@ TEST_CASE(
 }
 
 TEST_CASE("As many substeps as asked, and as stability asks", "[explicit_integrators]") {
-  // w_max = 2 sqrt(k/m) cos(pi/(2 (2 N + 1))): 1 / h >= w_max / 2 (handbook, 3.3).
+  // w_max = 2 sqrt(k/m) cos(pi/(2 (2 N + 1))): 1 / h >= w_max / 2 (docs/cases.md, 3.3).
   const World chain = build_world(scene_of({thread(11, {0, 0, 0}, {1, 0, 0}, 0.01, 1000.0, {0})}));
   Budget budget;
   const IntegratorKind kind = either();

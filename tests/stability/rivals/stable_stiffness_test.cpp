@@ -1,4 +1,4 @@
-// Case 1.12 of the handbook: what the largest stable stiffness of a still wall is when the slow
+// docs/cases.md, case 1.12: what the largest stable stiffness of a still wall is when the slow
 // process's force is held, and when a model of its geometry or of its derivative is asked each
 // tick.
 

@@ -1,4 +1,4 @@
-// Where explicit methods hold and where they fail, as the catalogue predicts (handbook, 3).
+// Where explicit methods hold and where they fail, as docs/cases.md, section 3, has it.
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <catch2/catch.hpp>
