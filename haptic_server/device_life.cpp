@@ -55,10 +55,10 @@ void release(Run& run) {
 }
 
 void recover(Run& run) {
-  constexpr std::uint64_t kMostStops = 3;
+  constexpr std::uint64_t kMaxStops = 3;
   const std::uint64_t stops = run.report.device_stops = run.watchdog.stops();
   spdlog::warn("no tick for 100 ms or more: the device was stopped");
-  if (stops >= kMostStops)
+  if (stops >= kMaxStops)
     throw DeviceFault("device '" + run.report.device + "': stopped " + std::to_string(stops) +
                       " times for want of ticks; expected calls that return in time");
   deactivate(run);

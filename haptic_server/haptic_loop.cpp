@@ -72,37 +72,38 @@ TickEnd HapticLoop::act(const SceneView& scene, bool writer_alive, std::uint64_t
                         TickRow& row) noexcept {
   rendered_ = has_pose_ ? renderer_->render(scene, pose_, now_ns) : RenderedTick{};
   if (rendered_.contended) flags_ |= kFlagContended;
-  if (rendered_.cut) flags_ |= kFlagCut;
+  if (rendered_.truncated) flags_ |= kFlagTruncated;
   if (rendered_.swept) flags_ |= kFlagSwept;
-  if (rendered_.is_new) image_ns_ = now_ns;
+  if (rendered_.is_new) snapshot_ns_ = now_ns;
   const proto::SceneHeader& fixed = scene.scene();
   held_before_N_ = held_.force_N;
   held_ = safety_.apply(
       {.rendered = {rendered_.force.force_N, rendered_.force.torque_N_m / fixed.device.scale},
-       .stiffness_N_m = fixed.device.scale * rendered_.force.stiffness_N_m,
-       .image = {.exists = rendered_.generation != 0 && !is_released_,
-                 // A stamp of the future would never age.
-                 .image_age_s = std::max(rendered_.image_age_s, to_s(now_ns - image_ns_)),
-                 .period_s = to_s(scene.header().period_ns),
-                 .writer_alive = writer_alive},
+       .stiffness_N_per_m = fixed.device.scale * rendered_.force.stiffness_N_per_m,
+       .snapshot = {.exists = rendered_.snapshot_id != 0 && !is_released_,
+                    // A stamp of the future would never age.
+                    .snapshot_age_s =
+                        std::max(rendered_.snapshot_age_s, to_s(now_ns - snapshot_ns_)),
+                    .period_s = to_s(scene.header().period_ns),
+                    .writer_alive = writer_alive},
        .device_believed = believed_,
        .device_m = device_m_,
        .velocity_m_s = pose_.velocity_m_s / fixed.device.scale,
        .motion = motion_,
        .elapsed_s = elapsed_s_,
-       .since_told_s = tick_ == 1 ? elapsed_s_ : to_s(time_at(now_ns) - told_ns_)},
+       .since_command_s = tick_ == 1 ? elapsed_s_ : to_s(time_at(now_ns) - commanded_ns_)},
       flags_);
   const Eigen::Quaterniond turn = quaternion(fixed.device.orientation_xyzw);
   device_code_ =
       device_.write(now_ns, turn.conjugate() * held_.force_N, turn.conjugate() * held_.torque_N_m);
-  told_ns_ = time_at(now_ns);
+  commanded_ns_ = time_at(now_ns);
 
   row = {.time_s = to_s(now_ns - start_ns_),
          .position_m = pose_.position_m,
          .velocity_m_s = pose_.velocity_m_s,
          .force_N = held_.force_N,
          .rendered_N = rendered_.force.force_N,
-         .generation = rendered_.generation,
+         .snapshot_id = rendered_.snapshot_id,
          .alpha = rendered_.weights.alpha,
          .contacts = rendered_.force.contacts,
          .age_s = rendered_.age_s,
@@ -114,16 +115,16 @@ TickEnd HapticLoop::act(const SceneView& scene, bool writer_alive, std::uint64_t
               .contacts = static_cast<std::uint32_t>(rendered_.force.contacts),
               .flags = flags_,
               .work_ns = 0,
-              .wake_late_ns = 0,
+              .wake_up_latency_ns = 0,
               .missed_ticks = figures_.missed_ticks,
-              .displayed = displayed_image(rendered_, scene.header().epoch)};
+              .displayed = displayed_snapshot(rendered_, scene.header().epoch)};
   return device_code_ == STILLGRID_DEVICE_OK ? TickEnd::kGoOn : TickEnd::kDeviceFault;
 }
 
-void HapticLoop::note_times(std::uint64_t work_ns, std::uint64_t wake_late_ns,
+void HapticLoop::note_times(std::uint64_t work_ns, std::uint64_t wake_up_latency_ns,
                             std::uint64_t missed_ticks) noexcept {
   figures_.work_ns = work_ns;
-  figures_.wake_late_ns = wake_late_ns;
+  figures_.wake_up_latency_ns = wake_up_latency_ns;
   figures_.missed_ticks = missed_ticks;
 }
 

@@ -53,7 +53,7 @@ class HapticLoop {
                             TickRow& row) noexcept;
 
   /// Tells readers of the tool what the tick of the last act() took. In lockstep nothing is told.
-  void note_times(std::uint64_t work_ns, std::uint64_t wake_late_ns,
+  void note_times(std::uint64_t work_ns, std::uint64_t wake_up_latency_ns,
                   std::uint64_t missed_ticks) noexcept;
 
   /// Adds the tick of the last act() to the report.
@@ -99,7 +99,7 @@ class HapticLoop {
   std::uint64_t period_ns_;
   Clock clock_;
 
-  std::uint64_t tick_ = 0, start_ns_ = 0, tick_ns_ = 0, told_ns_ = 0;
+  std::uint64_t tick_ = 0, start_ns_ = 0, tick_ns_ = 0, commanded_ns_ = 0;
   double elapsed_s_ = 0.0;  // since the tick before
   std::int32_t device_code_ = 0;
   bool has_pose_ = false, has_orientation_ = false, believed_ = false;
@@ -111,8 +111,8 @@ class HapticLoop {
   Wrench held_;                                         // told to the device, scene's axes
   Eigen::Vector3d held_before_N_ = Eigen::Vector3d::Zero();
   RenderedTick rendered_;
-  proto::TickFigures figures_{};  // of the last act()
-  std::uint64_t image_ns_ = 0;    // when the image shown was first seen
+  proto::TickFigures figures_{};   // of the last act()
+  std::uint64_t snapshot_ns_ = 0;  // when the snapshot shown was first seen
 };
 
 }  // namespace stillgrid

@@ -31,7 +31,7 @@ struct Arguments {
 };
 
 constexpr const char* kDescription =
-    "Computes the force of a session's still images on a device, at 1 kHz.\n"
+    "Computes the force of a session's snapshots on a device, at 1 kHz.\n"
     "\n"
     "  haptic_server --session demo --device phantom:path=press,hand=light --record run.csv\n"
     "  haptic_server --session ci --lockstep --device replay:file=run.csv --record again.csv\n"
@@ -55,7 +55,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
     remarks += "; " + names.back() + ": " + std::string(law.remark);
   }
   app.add_option("--transition", arguments.transition,
-                 "How one image passes to the next, default " + arguments.transition + remarks)
+                 "How one snapshot passes to the next, default " + arguments.transition + remarks)
       ->check(CLI::IsMember(names));
   app.add_option("--record", options.record, "Record every tick (CSV)");
   app.add_option("--duration", options.duration_s,
@@ -76,7 +76,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
                  "Limit of the force's growth and turn, N/ms; default: a tenth of its limit in a "
                  "millisecond; its norm may fall at once")
       ->check(number_in(1e-9, 1e6));
-  app.add_option("--max-stiffness", options.safety.max_stiffness_N_m,
+  app.add_option("--max-stiffness", options.safety.max_stiffness_N_per_m,
                  "Limit of the stiffness of all contacts together, N/m; default: what the device "
                  "declares")
       ->check(number_in(1e-3, 1e9));

@@ -53,8 +53,8 @@ void count_tick(HapticReport& report, const TickRow& row, const RenderedTick& re
   report.energy_J += previous_N.dot(moved_m);
   report.slew_uN_per_ms.record(to_micro((row.force_N - previous_N).norm() / (tick_s * 1e3)));
   if (rendered.switch_jump_N) report.switch_jump_uN.record(to_micro(*rendered.switch_jump_N));
-  if (rendered.generation != 0) {
-    report.plateau_ticks += rendered.weights.stands ? 1 : 0;
+  if (rendered.snapshot_id != 0) {
+    report.plateau_ticks += rendered.weights.is_waiting ? 1 : 0;
     report.age_ns.record(static_cast<std::uint64_t>(rendered.age_s * 1e9));
   }
   if (report.measures_time) report.tick_ns.record(row.tick_ns);

@@ -98,10 +98,10 @@ void finish_recording_soon(Recorder* recorder, HapticReport& report) {
 
 /// A run whose device was hardly ever believed has not run.
 void require_believed(const HapticReport& report) {
-  constexpr double kMost = 0.9;
+  constexpr double kMax = 0.9;
   const std::uint64_t bad = report.flags[0];
   static_assert(kFlagBadDevice == 1U);
-  if (bad == 0 || static_cast<double>(bad) < kMost * static_cast<double>(report.ticks)) return;
+  if (bad == 0 || static_cast<double>(bad) < kMax * static_cast<double>(report.ticks)) return;
   throw DeviceFault("device '" + report.device + "': not believed in " + std::to_string(bad) +
                     " of " + std::to_string(report.ticks) +
                     " ticks; expected readings as device_check asks for");

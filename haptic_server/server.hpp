@@ -22,7 +22,7 @@ struct HapticOptions {
   std::string session;
   std::string device;  // "PLUGIN[:key=value,...]"
   double rate_hz = 1000.0;
-  Transition transition = Transition::kAnswer;
+  Transition transition = Transition::kPredict;
   bool lockstep = false;
   std::optional<double> duration_s;  // else until stopped, or the device's recording ends
   SafetyOptions safety;

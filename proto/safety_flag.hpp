@@ -6,13 +6,13 @@
 
 namespace stillgrid::proto {
 
-/// Reason codes of a tick: why the force told to the device is not the rendered one, in the order
-/// of the safety chain, and what else was odd. Each is counted in the report. A tick whose reading
-/// of the device was not believed has kFlagBadDevice and one of kDeviceReasonMask.
+/// Reason codes of a tick: why the force commanded to the device is not the rendered one, in the
+/// order of the safety chain, and what else was odd. Each is counted in the report. A tick whose
+/// reading of the device was not believed has kFlagBadDevice and one of kDeviceReasonMask.
 enum SafetyFlag : std::uint32_t {
   kFlagBadDevice = 1U << 0U,   // the device's reading was not believed: the last good one stands
   kFlagRejected = 1U << 1U,    // the rendered force was no number
-  kFlagFaded = 1U << 2U,       // no fresh image, or a ramp after one
+  kFlagFaded = 1U << 2U,       // no fresh snapshot, or a ramp after one
   kFlagRamped = 1U << 3U,      // ramp at the start, and after any gap
   kFlagStiffness = 1U << 4U,   // contacts stiffer than the device may render
   kFlagBudget = 1U << 5U,      // more force on average than the motors bear
@@ -23,7 +23,7 @@ enum SafetyFlag : std::uint32_t {
   kFlagSlewed = 1U << 10U,     // grew or turned faster than --max-slew
   kFlagStalled = 1U << 11U,    // the first tick after a stall: zero at once
   kFlagContended = 1U << 12U,  // no fresh read in this tick
-  kFlagCut = 1U << 13U,        // more in reach than a tick may look at
+  kFlagTruncated = 1U << 13U,  // more in radius than a tick may look at
   kFlagSwept = 1U << 14U,      // a contact that was only on the way to this tick
   kFlagEnergy = 1U << 15U,     // more than the contact has taken from the hand, or would give
   // Why a reading was not believed.
@@ -40,7 +40,7 @@ enum SafetyFlag : std::uint32_t {
 inline constexpr std::array<std::string_view, 25> kSafetyFlagNames = {
     "bad_device",     "rejected",    "faded",     "ramped",    "stiffness",
     "budget",         "workspace",   "speed",     "passivity", "clamped",
-    "slewed",         "stalled",     "contended", "cut",       "swept",
+    "slewed",         "stalled",     "contended", "truncated", "swept",
     "energy",         "no_position", "no_number", "too_far",   "outside",
     "no_orientation", "stamp_back",  "stamp_off", "frozen",    "leap"};
 

@@ -4,63 +4,64 @@
 
 namespace stillgrid::proto {
 
-/// Images of the scene that a slot holds: the current one and the three before it.
+/// Snapshots of the scene that a slot holds: the current one and the three before it.
 inline constexpr std::size_t kHistoryLength = 4;
 
-/// A sphere may be shown where its drift leads in so many periods of foresight, and where it led
-/// from so long before: covers hold it.
-inline constexpr double kForesightPeriods = 2.0;
-inline constexpr double kForesightLag_s = 6e-3;
+/// A sphere may be shown where its predicted velocity leads in so many periods of prediction, and
+/// where it led from so long before: swept bounds hold it.
+inline constexpr double kPredictionPeriods = 2.0;
+inline constexpr double kPredictionLag_s = 6e-3;
 
 inline constexpr std::uint32_t kMaxMaterials = 64;
 inline constexpr std::uint32_t kMaxToolSpheres = 16;
 inline constexpr std::uint32_t kMaxPlanes = 64;
 
-/// Levels of a grid: one for each octave of the covers' reach that a scene needs.
+/// Levels of a grid: one for each octave of the swept bounds' radius that a scene needs.
 inline constexpr std::uint32_t kMaxLevels = 8;
 
 /// One sphere at one instant. World frame, SI units.
-struct SphereImage {
+struct SphereState {
   std::array<float, 3> position_m;
   std::array<float, 3> velocity_m_s;
 };
 
-/// One collision sphere in every image of the history: two cache lines, of which a tick that leads
-/// the newest image on reads the first.
+/// One collision sphere in every snapshot of the history: two cache lines, of which a tick that
+/// leads the newest snapshot on reads the first.
 ///
-/// Drift and answer are where the simulation's next step would take it, over foresight_ns: by drift
-/// if the tool's force stays as it is in the image, and by answer more for each newton that it
-/// grows along SnapshotHeader::answer_direction.
+/// Predicted velocity and compliance are where the simulation's next step would take it, over
+/// prediction_ns: at the predicted velocity if the tool's force stays as it is in the snapshot, and
+/// by the compliance more for each newton that it grows along SnapshotHeader::compliance_direction.
 struct SphereRecord {
-  SphereImage newest;  // image n
-  std::array<float, 3> drift_m_s;
-  std::array<float, 3> answer_m_N;
+  SphereState newest;  // snapshot n
+  std::array<float, 3> predicted_velocity_m_s;
+  std::array<float, 3> compliance_m_per_N;
   float radius_m;
   std::uint32_t material;  // index into SceneHeader::materials
   std::uint32_t body;      // order in the scene file
   std::uint32_t reserved;
-  std::array<SphereImage, 2> older;        // images n - 1, n - 2
-  std::array<float, 3> oldest_position_m;  // image n - 3
+  std::array<SphereState, 2> older;        // snapshots n - 1, n - 2
+  std::array<float, 3> oldest_position_m;  // snapshot n - 3
   std::uint32_t padding;
 };
 static_assert(sizeof(SphereRecord) == 128 && offsetof(SphereRecord, older) == 64);
 
-/// A ball that holds a sphere wherever it may be shown while the grid stands: in every image of
+/// A ball that holds a sphere wherever it may be shown while the grid stands: in every snapshot of
 /// the history and at every weighted mean of them, with some room to move. World frame.
-struct Cover {
+struct SweptBound {
   std::array<float, 3> centre_m;
-  float reach_m;
+  float bounding_radius_m;
 };
-static_assert(sizeof(Cover) == 16);
+static_assert(sizeof(SweptBound) == 16);
 
-/// One level of the grid: voxels for the covers of one octave of reach. A cover is entered once,
-/// in the voxel of its centre; voxel (x, y, z) is stored in the cell (x, y, z) - lowest_voxel,
-/// along an axis with fewer cells than voxels modulo the cells, which are a power of two there.
+/// One level of the grid: voxels for the swept bounds of one octave of radius. A swept bound is
+/// entered once, in the voxel of its centre; voxel (x, y, z) is stored in the cell (x, y, z) -
+/// lowest_voxel, along an axis with fewer cells than voxels modulo the cells, which are a power of
+/// two there.
 struct GridLevel {
-  std::array<std::int32_t, 3> lowest_voxel;  // of the covers' centres
+  std::array<std::int32_t, 3> lowest_voxel;  // of the swept bounds' centres
   float voxel_m;
   std::array<std::int32_t, 3> highest_voxel;  // likewise
-  float reach_m;                              // the longest of the covers entered here
+  float bounding_radius_m;                    // the longest of the swept bounds entered here
   std::array<std::uint32_t, 3> cells;         // along each axis, 1 at least
   std::uint32_t first_cell;                   // cell (0, 0, 0) among the cells of all levels
 };
@@ -74,8 +75,8 @@ struct GridShape {
 static_assert(sizeof(GridShape) == 392);
 
 struct Material {
-  float stiffness_N_m;
-  float damping_N_s_m;
+  float stiffness_N_per_m;
+  float damping_N_s_per_m;
   float friction;
   float slip_speed_m_s;
 };
@@ -102,7 +103,7 @@ struct DeviceFrame {
 };
 
 /// What never changes, written once before the magic; follows SegmentHeader. The static grid's
-/// arrays stand at static_offset: records, cell starts, covers, numbers, as in a slot.
+/// arrays stand at static_offset: records, cell starts, swept bounds, numbers, as in a slot.
 struct SceneHeader {
   std::array<char, 64> name;  // zero-terminated
   std::uint32_t material_count;
@@ -119,21 +120,23 @@ struct SceneHeader {
   std::array<ToolSphere, kMaxToolSpheres> tool;
 };
 
-/// Opens a slot's payload: one still image of what can move. Times are on the writer's clock.
+/// Opens a slot's payload: one snapshot of what can move. Times are on the writer's clock.
 struct SnapshotHeader {
-  std::uint64_t generation;
+  std::uint64_t snapshot_id;
   std::uint64_t
-      history_count;  // images that exist, 1 to kHistoryLength; missing ones repeat the oldest
+      history_count;  // snapshots that exist, 1 to kHistoryLength; missing ones repeat the oldest
   std::array<std::uint64_t, kHistoryLength> state_time_ns;  // simulated time, newest first
   std::array<std::uint64_t, kHistoryLength>
       publish_time_ns;         // the instants T_n of the grid switches
-  std::uint64_t tool_time_ns;  // of the tool sample that the newest image contains, 0: none
+  std::uint64_t tool_time_ns;  // of the tool sample that the newest snapshot contains, 0: none
   std::uint64_t step_ns;       // what the step cost, 0 in lockstep
   std::uint64_t contacts;      // in the simulation, for inspection
-  std::uint64_t foresight_ns;  // the period of drifts and answers, 0: there are none
-  std::array<double, 3> answer_direction;  // unit: of the tool's force on the scene, or would be
-  double answer_force_N;                   // how hard the tool pushes along it in this image, >= 0
-  double longest_answer_m_N;               // of any sphere, 0: none answers
+  std::uint64_t
+      prediction_ns;  // the period of predicted velocities and compliances, 0: there are none
+  std::array<double, 3>
+      compliance_direction;       // unit: of the tool's force on the scene, or would be
+  double compliance_force_N;      // how hard the tool pushes along it in this snapshot, >= 0
+  double max_compliance_m_per_N;  // of any sphere, 0: none is compliant
   GridShape grid;
 };
 static_assert(sizeof(SnapshotHeader) % 8 == 0);
@@ -143,8 +146,8 @@ inline constexpr std::uint64_t kSceneLayoutHash = layout_hash<19>(
      offsetof(SegmentHeader, lockstep_sample_ns), sizeof(SceneHeader),
      offsetof(SceneHeader, materials), offsetof(SceneHeader, planes), offsetof(SceneHeader, tool),
      sizeof(SnapshotHeader), offsetof(SnapshotHeader, grid), sizeof(SphereRecord), kHistoryLength,
-     offsetof(SphereRecord, older), offsetof(SnapshotHeader, answer_direction), sizeof(Cover),
-     sizeof(GridLevel), offsetof(GridLevel, cells), sizeof(GridShape), offsetof(GridShape, levels),
-     kMaxLevels});
+     offsetof(SphereRecord, older), offsetof(SnapshotHeader, compliance_direction),
+     sizeof(SweptBound), sizeof(GridLevel), offsetof(GridLevel, cells), sizeof(GridShape),
+     offsetof(GridShape, levels), kMaxLevels});
 
 }  // namespace stillgrid::proto

@@ -45,7 +45,7 @@ struct SegmentHeader {
   std::array<std::uint64_t, 16> reserved_lines;
 
   // Atomic words, one cache line each.
-  alignas(64) std::uint64_t latest;        // generation last published, 0: none yet
+  alignas(64) std::uint64_t latest;        // snapshot last published, 0: none yet
   alignas(64) std::uint64_t heartbeat_ns;  // writer's clock at its last publication
 
   // Lockstep: promises about virtual time, see docs/protocol.md "Lockstep".
@@ -57,7 +57,7 @@ static_assert(sizeof(SegmentHeader) == 448 && offsetof(SegmentHeader, latest) ==
 
 /// Opens every slot; the payload follows after 64 bytes.
 struct alignas(64) SlotHeader {
-  std::uint64_t sequence;  // 2n: generation n is complete; 2n - 1: being written
+  std::uint64_t sequence;  // 2n: snapshot n is complete; 2n - 1: being written
 };
 static_assert(sizeof(SlotHeader) == 64);
 

@@ -5,20 +5,21 @@
 
 namespace stillgrid::proto {
 
-/// Which image of the scene a tick displayed, and where: for those who look on. A sphere was at
+/// Which snapshot of the scene a tick displayed, and where: for those who look on. A sphere was at
 ///   the sum of its positions by `position` (they sum to one) and of its velocities by
-///   `velocity_s`, plus drift_s times its drift, answer_N times its answer, and shift_m;
-/// answer_lag_s is taken from drift_s for a sphere whose answer is not zero.
-struct DisplayedImage {
+///   `velocity_s`, plus prediction_s times its predicted velocity, force_change_N times its
+///   compliance, and shift_m;
+/// compliance_lag_s is taken from prediction_s for a sphere whose compliance is not zero.
+struct DisplayedSnapshot {
   std::uint64_t scene_epoch;                          // of the scene's segment
-  std::uint64_t generation;                           // 0: none
+  std::uint64_t snapshot_id;                          // 0: none
   std::array<double, kHistoryLength> position;        // newest first
   std::array<double, kHistoryLength - 1> velocity_s;  // likewise
-  double drift_s;
-  double answer_lag_s;
-  double answer_N;
+  double prediction_s;
+  double compliance_lag_s;
+  double force_change_N;
   std::array<double, 3> shift_m;
-  double alpha;  // progress of the transition to that image, of 1
+  double alpha;  // progress of the transition to that snapshot, of 1
   double age_s;  // of the simulated state that is its newest
 };
 
@@ -26,11 +27,11 @@ struct DisplayedImage {
 struct TickFigures {
   std::array<double, 3> torque_N_m;  // on the hand, as ToolState::force_N
   std::uint32_t contacts;
-  std::uint32_t flags;         // SafetyFlag
-  std::uint64_t work_ns;       // from waking to its end; in lockstep 0, as the two below
-  std::uint64_t wake_late_ns;  // after its deadline
-  std::uint64_t missed_ticks;  // since the loop began
-  DisplayedImage displayed;
+  std::uint32_t flags;               // SafetyFlag
+  std::uint64_t work_ns;             // from waking to its end; in lockstep 0, as the two below
+  std::uint64_t wake_up_latency_ns;  // after its deadline
+  std::uint64_t missed_ticks;        // since the loop began
+  DisplayedSnapshot displayed;
 };
 
 /// Pose and force of the tool: haptic_server writes it every tick, sim_server reads the latest.

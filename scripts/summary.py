@@ -39,7 +39,7 @@ def print_haptic(report):
         print_row("tick", f"p50 {1e-3 * tick_ns['p50']:.1f} us, p99 {1e-3 * tick_ns['p99']:.1f} us")
     print_row("contact", f"{report['contact_ticks']} ticks ({share(report['contact_ticks'], ticks)})")
     print_row("force", f"mean {force_N['mean']:.2f} N, max {force_N['max']:.2f} N")
-    print_row("image", f"age p50 {1e3 * report['age_s']['p50']:.0f} ms, "
+    print_row("snapshot", f"age p50 {1e3 * report['age_s']['p50']:.0f} ms, "
               f"p99 {1e3 * report['age_s']['p99']:.0f} ms")
     interventions = {name: count for name, count in report["safety"].items() if count}
     print_row("safety", ", ".join(f"{name} {count} ticks" for name, count in interventions.items())
@@ -66,7 +66,7 @@ def print_sim(report):
         print_row("step", f"p50 {step_ms['p50']:.2f} ms, p99 {step_ms['p99']:.2f} ms")
     print_row("solver", f"{solver['name']}, {solver['iterations']:.1f} iterations a step, "
               f"{solver['not_converged']} steps not converged, {solver['out_of_budget']} out of budget")
-    print_row("asleep", f"{share(report['asleep_spheres'], report['moving_spheres'])} of the moving "
+    print_row("sleeping", f"{share(report['sleeping_spheres'], report['moving_spheres'])} of the moving "
               "spheres, on average")
     energy_mJ = {name.removesuffix("_J"): 1e3 * joules for name, joules in report["energy"].items()}
 
@@ -74,7 +74,7 @@ def print_sim(report):
         return ", ".join(f"{name.replace('_', ' ')} {energy_mJ[name]:.3g}" for name in names)
 
     print_row("energy", listed(("kinetic", "gravity", "springs", "contacts")) + " mJ at the end")
-    print_row("flows", listed(("given", "spring_damping", "contact_damping", "friction", "slept",
+    print_row("flows", listed(("given", "spring_damping", "contact_damping", "friction", "sleep_loss",
                                "numerical")) + " mJ")
 
 

@@ -64,7 +64,7 @@ std::string explain(const MethodChoice& choice, const SceneDescription& scene) {
   text +=
       choice.fits_haptic_rate
           ? "so cheap that integrator = \"velocity_verlet\" and --rate 1000 simulate the scene at "
-            "the haptic rate itself: no transition between images is needed then\n"
+            "the haptic rate itself: no transition between snapshots is needed then\n"
           : "too much for the haptic rate: two rates are needed\n";
   return text;
 }

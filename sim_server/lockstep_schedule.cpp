@@ -10,7 +10,7 @@ LockstepSchedule::LockstepSchedule(double period_s, double jitter, std::uint64_t
                                    double latency_s)
     : period_s_(period_s), latency_ns_(to_ns(latency_s)), random_(seed), spread_(-jitter, jitter) {}
 
-ScheduledImage LockstepSchedule::next() {
+ScheduledSnapshot LockstepSchedule::next() {
   last_.step_ns = to_ns(period_s_ * (1.0 + spread_(random_)));
   last_.state_ns += last_.step_ns;
   last_.sample_ns = std::max(last_.state_ns, last_.publish_ns);

@@ -5,15 +5,17 @@
 
 namespace stillgrid {
 
-/// When one image of lockstep is computed and shown, in virtual time: docs/protocol.md, "Lockstep".
-struct ScheduledImage {
+/// When one snapshot of lockstep is computed and shown, in virtual time: docs/protocol.md,
+/// "Lockstep".
+struct ScheduledSnapshot {
   std::uint64_t step_ns = 0;     // the step that ends in it
   std::uint64_t state_ns = 0;    // T_n, of what it shows
   std::uint64_t sample_ns = 0;   // S_n, when the simulation takes the tool for it
   std::uint64_t publish_ns = 0;  // P_n, when it is shown
 };
 
-/// The images of a lockstep run after the one of time zero, known beforehand: no clock has a say.
+/// The snapshots of a lockstep run after the one of time zero, known beforehand: no clock has a
+/// say.
 class LockstepSchedule {
  public:
   /// Each period is drawn from period_s (1 + u), u uniform in +-jitter, by seed. Publication
@@ -21,15 +23,15 @@ class LockstepSchedule {
   /// Pre: period_s > 0, 0 <= jitter < 1, latency_s >= 0.
   LockstepSchedule(double period_s, double jitter, std::uint64_t seed, double latency_s);
 
-  /// The next image, the first by the first call.
-  [[nodiscard]] ScheduledImage next();
+  /// The next snapshot, the first by the first call.
+  [[nodiscard]] ScheduledSnapshot next();
 
  private:
   double period_s_;
   std::uint64_t latency_ns_;
   std::mt19937_64 random_;
   std::uniform_real_distribution<double> spread_;
-  ScheduledImage last_;
+  ScheduledSnapshot last_;
 };
 
 }  // namespace stillgrid

@@ -180,7 +180,7 @@ void settle_method(const Arguments& arguments, SceneDescription& scene) {
   scene.method = choice.method;
   spdlog::info("method chosen: {}; --explain tells why", describe(scene.method));
   if (!choice.keeps_rate)
-    spdlog::warn("no method keeps the scene's rate with room to spare: images may be late");
+    spdlog::warn("no method keeps the scene's rate with room to spare: snapshots may be late");
   if (const std::string complaint = target_complaint(choice, scene); !complaint.empty())
     spdlog::warn("error_target_m {}: {}", scene.error_target_m, complaint);
   if (!arguments.choice.empty())
@@ -197,7 +197,7 @@ int explain_choice(const Arguments& arguments, const SceneDescription& scene) {
 
 int write_surfaces_of(const Arguments& arguments, const SceneDescription& scene,
                       const World& world) {
-  write_surfaces(scene.name, world.spheres.size() + world.still_spheres.size(),
+  write_surfaces(scene.name, world.spheres.size() + world.static_spheres.size(),
                  rest_surfaces(scene.bodies, world), arguments.surfaces);
   return kDone;
 }

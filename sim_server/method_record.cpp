@@ -18,7 +18,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr int kFormat = 1;
-constexpr int kMostSubsteps = 10000;
+constexpr int kMaxSubsteps = 10000;
 
 /// FNV-1a of a scene file's bytes, and of the spheres and nodes that its meshes were made into, as
 /// hexadecimal digits.
@@ -137,7 +137,7 @@ Method read_method_record(const SceneDescription& scene, const std::filesystem::
   record.require("scene_hash", hash_of(scene_file, scene));
   record.require("period_s", scene.period_s);
   record.require("error_target_m", scene.error_target_m);
-  const double substeps = record.number("substeps", 0.0, kMostSubsteps, true);
+  const double substeps = record.number("substeps", 0.0, kMaxSubsteps, true);
   return {.integrator = record.choice<IntegratorKind>("integrator", kIntegratorNames),
           .solver = record.choice<SolverKind>("solver", kSolverNames),
           .substeps = static_cast<int>(substeps),

@@ -11,8 +11,8 @@ StaticScene static_scene(const SceneDescription& scene, const Simulation& simula
   const auto f = [](double value) { return static_cast<float>(value); };
   for (const ContactMaterial& m : world.materials)
     fixed.materials.push_back(
-        {f(m.stiffness_N_m), f(m.damping_N_s_m), f(m.friction), f(m.slip_speed_m_s)});
-  for (const StillPlane& plane : world.planes)
+        {f(m.stiffness_N_per_m), f(m.damping_N_s_per_m), f(m.friction), f(m.slip_speed_m_s)});
+  for (const StaticPlane& plane : world.planes)
     fixed.planes.push_back({{f(plane.normal.x()), f(plane.normal.y()), f(plane.normal.z())},
                             f(plane.offset_m),
                             static_cast<std::uint32_t>(plane.material),
@@ -22,7 +22,7 @@ StaticScene static_scene(const SceneDescription& scene, const Simulation& simula
         {{f(sphere.position_m.x()), f(sphere.position_m.y()), f(sphere.position_m.z())},
          f(sphere.radius_m)});
   fixed.tool_slip_speed_m_s = f(scene.tool_slip_speed_m_s);
-  fixed.spheres = still_records(world);
+  fixed.spheres = static_records(world);
   const DeviceFrame& device = scene.device;
   fixed.device = {{device.position_m.x(), device.position_m.y(), device.position_m.z()},
                   {device.orientation.x(), device.orientation.y(), device.orientation.z(),
@@ -37,9 +37,9 @@ ToolSample sample_of(const proto::ToolState& state) {
           Eigen::Vector3d(state.velocity_m_s.data())};
 }
 
-ImageTimes times_of(const ScheduledImage& image, const StepReport& step) {
-  return {.state_ns = image.state_ns,
-          .publish_ns = image.publish_ns,
+SnapshotTimes times_of(const ScheduledSnapshot& snapshot, const StepReport& step) {
+  return {.state_ns = snapshot.state_ns,
+          .publish_ns = snapshot.publish_ns,
           .tool_ns = step.tool_time_ns,
           .contacts = static_cast<std::uint64_t>(step.contacts)};
 }

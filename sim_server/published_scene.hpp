@@ -9,15 +9,15 @@
 namespace stillgrid {
 
 /// Iterations of a step, on any clock: more than the parts of a step that converges have together.
-inline constexpr int kMostIterations = 1000;
+inline constexpr int kMaxIterations = 1000;
 
-/// What is published of a scene once, before its first image.
+/// What is published of a scene once, before its first snapshot.
 [[nodiscard]] StaticScene static_scene(const SceneDescription& scene, const Simulation& simulation);
 
 /// The tool as the simulation takes it.
 [[nodiscard]] ToolSample sample_of(const proto::ToolState& state);
 
-/// The stamps of an image of lockstep.
-[[nodiscard]] ImageTimes times_of(const ScheduledImage& image, const StepReport& step);
+/// The stamps of a snapshot of lockstep.
+[[nodiscard]] SnapshotTimes times_of(const ScheduledSnapshot& snapshot, const StepReport& step);
 
 }  // namespace stillgrid

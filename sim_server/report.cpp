@@ -33,7 +33,7 @@ nlohmann::json energy_json(const EnergyAccount& account) {
           {"spring_damping_J", account.flow.spring_damping_J},
           {"contact_damping_J", account.flow.contact_damping_J},
           {"friction_J", account.flow.friction_J},
-          {"slept_J", account.slept_J},
+          {"sleep_loss_J", account.sleep_loss_J},
           {"numerical_J", account.numerical_J()}};
 }
 
@@ -45,7 +45,7 @@ void count_step(SimulationReport& report, const StepReport& step) {
   report.not_converged += step.solve.converged ? 0 : 1;
   report.out_of_budget += step.out_of_budget ? 1 : 0;
   report.corrected += step.corrected ? 1 : 0;
-  report.asleep_spheres += static_cast<std::uint64_t>(step.asleep_spheres);
+  report.sleeping_spheres += static_cast<std::uint64_t>(step.sleeping_spheres);
   report.substeps += static_cast<std::uint64_t>(step.substeps);
   report.divided += step.substeps > 1 ? 1 : 0;
   report.crossings_left += static_cast<std::uint64_t>(step.crossings_left);
@@ -57,8 +57,8 @@ void count_step(SimulationReport& report, const StepReport& step) {
   report.integrate_ns.record(ns(step.integrate));
 }
 
-void count_image(SimulationReport& report, const ImageTimes& times) {
-  ++report.generations;
+void count_snapshot(SimulationReport& report, const SnapshotTimes& times) {
+  ++report.snapshots;
   if (times.tool_ns != 0) report.tool_age_ns.record(times.publish_ns - times.tool_ns);
 }
 
@@ -70,9 +70,9 @@ void write_report(const SimulationReport& report, const World& world,
                          {"late_steps", report.late_steps},
                          {"rate_hz", report.rate_hz},
                          {"simulated_s", world.time_s},
-                         {"spheres", world.spheres.size() + world.still_spheres.size()},
+                         {"spheres", world.spheres.size() + world.static_spheres.size()},
                          {"moving_spheres", world.spheres.size()},
-                         {"asleep_spheres", static_cast<double>(report.asleep_spheres) / steps},
+                         {"sleeping_spheres", static_cast<double>(report.sleeping_spheres) / steps},
                          {"contacts", static_cast<double>(report.contacts) / steps},
                          {"solver",
                           {{"name", report.solver},
@@ -84,11 +84,11 @@ void write_report(const SimulationReport& report, const World& world,
                          {"divided", report.divided},
                          {"crossings_left", report.crossings_left},
                          {"energy_J", mechanical_energy_J(world)},
-                         {"generations", report.generations}};
+                         {"snapshots", report.snapshots}};
   if (!report.ended_by.empty()) json["ended_by"] = report.ended_by;
   if (report.energy) json["energy"] = energy_json(*report.energy);
-  json["momentum_kg_m_s"] = vector_json(momentum_kg_m_s(world));
-  json["angular_momentum_kg_m2_s"] = vector_json(angular_momentum_kg_m2_s(world));
+  json["momentum_kg_m_per_s"] = vector_json(momentum_kg_m_per_s(world));
+  json["angular_momentum_kg_m2_per_s"] = vector_json(angular_momentum_kg_m2_per_s(world));
   if (report.tool_age_ns.count() > 0) json["tool_age_ms"] = percentiles_ms(report.tool_age_ns);
   if (report.measures_time) {
     json["step_ms"] = percentiles_ms(report.step_ns);
@@ -96,7 +96,7 @@ void write_report(const SimulationReport& report, const World& world,
                          {"respond", percentiles_ms(report.respond_ns)},
                          {"integrate", percentiles_ms(report.integrate_ns)}};
     if (report.publish_ns.count() > 0) {
-      json["phases_ms"]["foresee"] = percentiles_ms(report.foresee_ns);
+      json["phases_ms"]["predict"] = percentiles_ms(report.predict_ns);
       json["phases_ms"]["publish"] = percentiles_ms(report.publish_ns);
     }
   }

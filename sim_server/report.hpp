@@ -17,21 +17,21 @@ struct SimulationReport {
   std::string scene, solver;
   std::string ended_by;  // what went wrong; empty: the run came to its end, or was stopped
   double rate_hz = 0.0;
-  std::uint64_t steps = 0, late_steps = 0, generations = 0;
+  std::uint64_t steps = 0, late_steps = 0, snapshots = 0;
   std::uint64_t solver_iterations = 0, not_converged = 0, out_of_budget = 0, corrected = 0;
   std::uint64_t substeps = 0, divided = 0;  // parts of all steps, and steps of more than one
-  std::uint64_t crossings_left = 0, contacts = 0, asleep_spheres = 0;
+  std::uint64_t crossings_left = 0, contacts = 0, sleeping_spheres = 0;
   bool measures_time = false;  // lockstep has no wall time to report
   std::optional<EnergyAccount> energy;
-  Histogram step_ns, detect_ns, respond_ns, integrate_ns, foresee_ns, publish_ns;
+  Histogram step_ns, detect_ns, respond_ns, integrate_ns, predict_ns, publish_ns;
   Histogram
-      tool_age_ns;  // of the tool's samples as their images were published, virtual in lockstep
+      tool_age_ns;  // of the tool's samples as their snapshots were published, virtual in lockstep
 };
 
 void count_step(SimulationReport& report, const StepReport& step);
 
-/// Counts an image that was published.
-void count_image(SimulationReport& report, const ImageTimes& times);
+/// Counts a snapshot that was published.
+void count_snapshot(SimulationReport& report, const SnapshotTimes& times);
 
 /// Writes the report of docs/formats.md, "Reports". Throws std::runtime_error if the file cannot be
 /// written.

@@ -61,7 +61,7 @@ class Session {
 Budget budget_until(std::uint64_t deadline_ns, const std::atomic<bool>& stop) {
   const std::uint64_t now_ns = monotonic_ns();
   const double left_ns = deadline_ns > now_ns ? static_cast<double>(deadline_ns - now_ns) : 0.0;
-  return {.iterations = kMostIterations,
+  return {.iterations = kMaxIterations,
           .deadline = std::chrono::steady_clock::now() +
                       std::chrono::nanoseconds(static_cast<std::int64_t>(kStepShare * left_ns)),
           .stop = &stop};
@@ -76,7 +76,7 @@ void run_offline(const SceneDescription& scene, const ServerOptions& options,
     const double step_s = scene.period_s * (1.0 + spread(random));
     const std::uint64_t began_ns = monotonic_ns();
     const StepReport step = simulation.step(step_s, [] { return std::nullopt; },
-                                            {.iterations = kMostIterations, .stop = &stop});
+                                            {.iterations = kMaxIterations, .stop = &stop});
     if (step.stopped) return;
     count_step(report, step);
     report.step_ns.record(monotonic_ns() - began_ns);
@@ -89,18 +89,18 @@ void run_real(const SceneDescription& scene, const ServerOptions& options, Simul
   Session session(scene, options, simulation, proto::Clock::kMonotonic, start_ns);
   session.tool().start();
   const auto publish = [&](std::uint64_t state_ns, std::uint64_t began_ns, const StepReport& step,
-                           const ImageForesight& foresight) {
+                           const SnapshotPrediction& prediction) {
     const std::uint64_t computed_ns = monotonic_ns();
     session.writer().segment().require_whole();
     const std::uint64_t now_ns = monotonic_ns();
-    const ImageTimes times{.state_ns = state_ns,
-                           .publish_ns = now_ns,
-                           .tool_ns = step.tool_time_ns,
-                           .step_ns = now_ns - began_ns,
-                           .contacts = static_cast<std::uint64_t>(step.contacts)};
-    session.writer().publish(simulation.snapshot(), times, foresight);
+    const SnapshotTimes times{.state_ns = state_ns,
+                              .publish_ns = now_ns,
+                              .tool_ns = step.tool_time_ns,
+                              .step_ns = now_ns - began_ns,
+                              .contacts = static_cast<std::uint64_t>(step.contacts)};
+    session.writer().publish(simulation.snapshot(), times, prediction);
     report.publish_ns.record(monotonic_ns() - computed_ns);
-    count_image(report, times);
+    count_snapshot(report, times);
   };
   publish(start_ns, start_ns, {}, {});
 
@@ -116,9 +116,9 @@ void run_real(const SceneDescription& scene, const ServerOptions& options, Simul
         scene.period_s, [&] { return session.take_tool(); }, budget);
     if (step.stopped) return;
     const std::uint64_t stepped_ns = monotonic_ns();
-    const ImageForesight foresight = simulation.look_ahead(scene.period_s, budget);
-    report.foresee_ns.record(monotonic_ns() - stepped_ns);
-    publish(wake.deadline_ns, wake.now_ns, step, foresight);
+    const SnapshotPrediction prediction = simulation.predict_next(scene.period_s, budget);
+    report.predict_ns.record(monotonic_ns() - stepped_ns);
+    publish(wake.deadline_ns, wake.now_ns, step, prediction);
     count_step(report, step);
     report.step_ns.record(monotonic_ns() - wake.now_ns);
   }
@@ -172,32 +172,33 @@ void run_lockstep(const SceneDescription& scene, const ServerOptions& options,
   Session session(scene, options, simulation, proto::Clock::kVirtual, 0);
   proto::SegmentHeader& header = session.writer().header();
   LockstepSchedule schedule(scene.period_s, options.jitter, options.seed, options.latency_s);
-  ScheduledImage image = schedule.next();
+  ScheduledSnapshot snapshot = schedule.next();
   session.writer().publish(simulation.snapshot(), {.state_ns = 0, .publish_ns = 0});
-  ++report.generations;
-  promise(header.lockstep_sample_ns, image.sample_ns);
-  promise(header.lockstep_event_ns, image.publish_ns);
+  ++report.snapshots;
+  promise(header.lockstep_sample_ns, snapshot.sample_ns);
+  promise(header.lockstep_event_ns, snapshot.publish_ns);
 
   LockstepPeer peer(session, stop);
   peer.wait_for_arrival(options.session);
   const std::uint64_t end_ns = options.duration_s ? to_ns(*options.duration_s) : proto::kNever;
-  while (image.state_ns <= end_ns) {
+  while (snapshot.state_ns <= end_ns) {
     // A sample taken before T_n is complete when the peer's next one lies after it.
-    if (stop || !peer.wait(&proto::SegmentHeader::lockstep_sample_ns, image.sample_ns + 1)) break;
-    const StepReport step = simulation.step(to_s(image.step_ns), [&] { return peer.sample(); },
-                                            {.iterations = kMostIterations, .stop = &stop});
+    if (stop || !peer.wait(&proto::SegmentHeader::lockstep_sample_ns, snapshot.sample_ns + 1))
+      break;
+    const StepReport step = simulation.step(to_s(snapshot.step_ns), [&] { return peer.sample(); },
+                                            {.iterations = kMaxIterations, .stop = &stop});
     if (step.stopped) break;
-    const ImageForesight foresight = simulation.look_ahead(scene.period_s);
+    const SnapshotPrediction prediction = simulation.predict_next(scene.period_s);
     count_step(report, step);
     session.writer().segment().require_whole();
 
-    const ImageTimes times = times_of(image, step);
-    image = schedule.next();
-    promise(header.lockstep_sample_ns, image.sample_ns);
+    const SnapshotTimes times = times_of(snapshot, step);
+    snapshot = schedule.next();
+    promise(header.lockstep_sample_ns, snapshot.sample_ns);
     if (!peer.wait(&proto::SegmentHeader::lockstep_event_ns, times.publish_ns)) break;
-    session.writer().publish(simulation.snapshot(), times, foresight);
-    count_image(report, times);
-    promise(header.lockstep_event_ns, image.publish_ns);
+    session.writer().publish(simulation.snapshot(), times, prediction);
+    count_snapshot(report, times);
+    promise(header.lockstep_event_ns, snapshot.publish_ns);
   }
   promise(header.lockstep_sample_ns, proto::kNever);
   promise(header.lockstep_event_ns, proto::kNever);

@@ -33,8 +33,8 @@ using Settings = PhantomSettings;
 constexpr std::array kNumberOptions = {
     NumberOption{"mass_kg", Bounds::kPositive,
                  [](Settings& s) -> double& { return s.device.mass_kg; }},
-    NumberOption{"damping_N_s_m", Bounds::kNotNegative,
-                 [](Settings& s) -> double& { return s.device.damping_N_s_m; }},
+    NumberOption{"damping_N_s_per_m", Bounds::kNotNegative,
+                 [](Settings& s) -> double& { return s.device.damping_N_s_per_m; }},
     NumberOption{"friction_N", Bounds::kNotNegative,
                  [](Settings& s) -> double& { return s.device.friction_N; }},
     NumberOption{"resolution_m", Bounds::kNotNegative,
@@ -43,10 +43,10 @@ constexpr std::array kNumberOptions = {
                  [](Settings& s) -> double& { return s.device.max_force_N; }},
     NumberOption{"hand_mass_kg", Bounds::kNotNegative,
                  [](Settings& s) -> double& { return s.hand.mass_kg; }},
-    NumberOption{"hand_damping_N_s_m", Bounds::kNotNegative,
-                 [](Settings& s) -> double& { return s.hand.damping_N_s_m; }},
-    NumberOption{"hand_stiffness_N_m", Bounds::kNotNegative,
-                 [](Settings& s) -> double& { return s.hand.stiffness_N_m; }},
+    NumberOption{"hand_damping_N_s_per_m", Bounds::kNotNegative,
+                 [](Settings& s) -> double& { return s.hand.damping_N_s_per_m; }},
+    NumberOption{"hand_stiffness_N_per_m", Bounds::kNotNegative,
+                 [](Settings& s) -> double& { return s.hand.stiffness_N_per_m; }},
     NumberOption{"noise_m", Bounds::kNotNegative, [](Settings& s) -> double& { return s.noise_m; }},
     NumberOption{"push_x_N", Bounds::kFinite, [](Settings& s) -> double& { return s.push_N.x(); }},
     NumberOption{"push_y_N", Bounds::kFinite, [](Settings& s) -> double& { return s.push_N.y(); }},
@@ -246,7 +246,7 @@ class PhantomDriver {
   /// Moves the model to now_ns, the force held. What a stall takes beyond 50 ticks is skipped,
   /// or catching up would make the next read late in its turn.
   void catch_up(std::uint64_t now_ns, bool is_stopped) noexcept {
-    constexpr std::uint64_t kMostSubsteps = 50 * kSubstepsPerTick;
+    constexpr std::uint64_t kMaxSubsteps = 50 * kSubstepsPerTick;
     if (is_stopped) release_force(model_);
     if (!has_started_) start_ns_ = now_ns;
     has_started_ = true;
@@ -254,8 +254,8 @@ class PhantomDriver {
     const std::uint64_t target = elapsed_ns * kSubstepsPerTick / period_ns_;
     if (target <= model_.substeps_done) return;
     const std::uint64_t due = target - model_.substeps_done;
-    if (due > kMostSubsteps) start_ns_ += (due - kMostSubsteps) * period_ns_ / kSubstepsPerTick;
-    advance_phantom(model_, std::min(due, kMostSubsteps));
+    if (due > kMaxSubsteps) start_ns_ += (due - kMaxSubsteps) * period_ns_ / kSubstepsPerTick;
+    advance_phantom(model_, std::min(due, kMaxSubsteps));
   }
 
   PhantomProfile profile_ = *phantom_profile("touch");

@@ -9,11 +9,11 @@ namespace {
 /// exp(rate * duration) for the motion of one axis under a held force:
 ///   d/dt (x, v, F) = ((0, 1, 0), (-k/m, -b/m, 1/m), (0, 0, 0)) (x, v, F).
 /// A Taylor series of the halved argument, squared back: exact to rounding.
-Eigen::Matrix3d held_force_motion(double mass_kg, double damping_N_s_m, double stiffness_N_m,
-                                  double duration_s) {
+Eigen::Matrix3d held_force_motion(double mass_kg, double damping_N_s_per_m,
+                                  double stiffness_N_per_m, double duration_s) {
   Eigen::Matrix3d rate;
-  rate << 0.0, 1.0, 0.0,                                                  //
-      -stiffness_N_m / mass_kg, -damping_N_s_m / mass_kg, 1.0 / mass_kg,  //
+  rate << 0.0, 1.0, 0.0,                                                          //
+      -stiffness_N_per_m / mass_kg, -damping_N_s_per_m / mass_kg, 1.0 / mass_kg,  //
       0.0, 0.0, 0.0;
   Eigen::Matrix3d argument = rate * duration_s;
   int halvings = 0;
@@ -45,10 +45,10 @@ double draw(std::uint64_t& state) noexcept {
 /// origin, which the transition holds already.
 Eigen::Vector3d outer_force(const PhantomModel& model, double time_s) noexcept {
   const HandProfile& hand = model.settings.hand;
-  if (hand.stiffness_N_m == 0.0 && hand.damping_N_s_m == 0.0) return model.settings.push_N;
+  if (hand.stiffness_N_per_m == 0.0 && hand.damping_N_s_per_m == 0.0) return model.settings.push_N;
   const MotionPoint aim = path_at(model.settings.path, time_s);
-  return model.settings.push_N + hand.stiffness_N_m * aim.position_m +
-         hand.damping_N_s_m * aim.velocity_m_s;
+  return model.settings.push_N + hand.stiffness_N_per_m * aim.position_m +
+         hand.damping_N_s_per_m * aim.velocity_m_s;
 }
 
 void advance_substep(PhantomModel& model, double substep_s) noexcept {
@@ -58,7 +58,7 @@ void advance_substep(PhantomModel& model, double substep_s) noexcept {
   const double friction_N = model.settings.device.friction_N;
 
   const bool is_at_rest = model.velocity_m_s.isZero(0.0);
-  const double pull_N = (force_N - model.settings.hand.stiffness_N_m * model.position_m).norm();
+  const double pull_N = (force_N - model.settings.hand.stiffness_N_per_m * model.position_m).norm();
   if (friction_N > 0.0 && is_at_rest && pull_N <= friction_N) return;
 
   const Eigen::Vector3d start_m = model.position_m;
@@ -89,7 +89,7 @@ std::optional<PhantomProfile> phantom_profile(std::string_view name) noexcept {
   // as a contact's direction is not known beforehand. Assumptions, for want of a source: of
   // all three the viscous damping, the motors' time constant and the greatest speed, which a
   // hand at work stays well below; of touchx and premium15 the mass and the friction.
-  constexpr double kAssumedDamping_N_s_m = 0.005;
+  constexpr double kAssumedDamping_N_s_per_m = 0.005;
   constexpr double kAssumedMotorTimeConstant_s = 10.0;
   constexpr double kAssumedMaxSpeed_m_s = 2.0;
   PhantomProfile touch;
@@ -101,7 +101,7 @@ std::optional<PhantomProfile> phantom_profile(std::string_view name) noexcept {
   touch.nominal_stiffness_N_m = 1020.0;
   touch.max_speed_m_s = kAssumedMaxSpeed_m_s;
   touch.mass_kg = 0.045;
-  touch.damping_N_s_m = kAssumedDamping_N_s_m;
+  touch.damping_N_s_per_m = kAssumedDamping_N_s_per_m;
   touch.friction_N = 0.26;
   if (name == "touch") return touch;
 
@@ -140,8 +140,8 @@ PhantomModel make_phantom(const PhantomSettings& settings) {
   PhantomModel model;
   model.settings = settings;
   const Eigen::Matrix3d motion = held_force_motion(
-      mass_kg, settings.device.damping_N_s_m + settings.hand.damping_N_s_m,
-      settings.hand.stiffness_N_m, settings.tick_s / static_cast<double>(kSubstepsPerTick));
+      mass_kg, settings.device.damping_N_s_per_m + settings.hand.damping_N_s_per_m,
+      settings.hand.stiffness_N_per_m, settings.tick_s / static_cast<double>(kSubstepsPerTick));
   model.transition = motion.topLeftCorner<2, 2>();
   model.force_gain = motion.topRightCorner<2, 1>();
   model.position_m = settings.start_m;

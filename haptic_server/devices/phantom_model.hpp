@@ -22,15 +22,15 @@ struct PhantomProfile {
   double nominal_stiffness_N_m = 0.0;
   double max_speed_m_s = 0.0;
   double mass_kg = 0.0;  // apparent, at the tip
-  double damping_N_s_m = 0.0;
+  double damping_N_s_per_m = 0.0;
   double friction_N = 0.0;  // Coulomb's, norm
 };
 
 /// A hand: a mass held to the device, and a spring and damper that draw it along its path.
 struct HandProfile {
   double mass_kg = 0.0;
-  double damping_N_s_m = 0.0;
-  double stiffness_N_m = 0.0;
+  double damping_N_s_per_m = 0.0;
+  double stiffness_N_per_m = 0.0;
 };
 
 /// The devices touch, touchx and premium15. Their figures come from secondary sources, and

@@ -22,7 +22,7 @@ struct TickRow {
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();     // that the device was told
   Eigen::Vector3d rendered_N = Eigen::Vector3d::Zero();  // before the safety chain
-  std::uint64_t generation = 0;
+  std::uint64_t snapshot_id = 0;
   double alpha = 1.0;
   int contacts = 0;
   double age_s = 0.0;

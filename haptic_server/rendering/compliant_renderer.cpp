@@ -4,13 +4,13 @@
 #include <cmath>
 #include <utility>
 
-#include "haptic_server/rendering/answer.hpp"
+#include "haptic_server/rendering/compliant_prediction.hpp"
 #include "shared/display/stamps.hpp"
 
 namespace stillgrid {
 namespace {
 
-/// Of a period of foresight: over which a shift is ramped out.
+/// Of a period of prediction: over which a shift is ramped out.
 constexpr double kShiftPeriods = 0.5;
 /// How fast the rest of a force is, but within half a period, and not faster than in 3 ms.
 constexpr double kRestSlew_N_s = 200.0;
@@ -19,7 +19,7 @@ constexpr double kShortestRest_s = 3e-3;
 constexpr double kSlack_N = 0.5;
 /// Far below what a hand feels, or a motor resolves.
 constexpr double kTolerance_N = 1e-5;
-/// Of a tool sphere's radius: an image that lies farther off than this was not foreseen at all.
+/// Of a tool sphere's radius: a snapshot that lies farther off than this was not predicted at all.
 constexpr double kFarthestShift = 0.5;
 /// No push moves a sphere farther, whatever a segment says.
 constexpr double kFarthest_m = 1.0;
@@ -31,19 +31,19 @@ double left(std::uint64_t began_ns, double duration_s, std::uint64_t now_ns) {
 }
 
 double shift_duration_s(const proto::SnapshotHeader& snapshot) {
-  return kShiftPeriods * 1e-9 * static_cast<double>(snapshot.foresight_ns);
+  return kShiftPeriods * 1e-9 * static_cast<double>(snapshot.prediction_ns);
 }
 
-double rest_duration_s(const proto::SnapshotHeader& snapshot, const Eigen::Vector3d& rest_N) {
+double rest_duration_s(const proto::SnapshotHeader& snapshot, const Eigen::Vector3d& residual_N) {
   const double longest_s = std::max(kShortestRest_s, shift_duration_s(snapshot));
-  return std::clamp(rest_N.norm() / kRestSlew_N_s, kShortestRest_s, longest_s);
+  return std::clamp(residual_N.norm() / kRestSlew_N_s, kShortestRest_s, longest_s);
 }
 
 void add(ToolForce& sum, const ToolForce& force) {
   sum.force_N += force.force_N;
   sum.torque_N_m += force.torque_N_m;
   sum.contacts += force.contacts;
-  sum.stiffness_N_m += force.stiffness_N_m;
+  sum.stiffness_N_per_m += force.stiffness_N_per_m;
 }
 
 }  // namespace
@@ -61,26 +61,28 @@ void CompliantRenderer::prepare(const TickScene& scene, bool is_other) noexcept 
   led_on_.reset();
 }
 
-Yielding CompliantRenderer::yielding(const proto::SnapshotHeader& snapshot, const Display& display,
-                                     std::uint64_t now_ns) const noexcept {
-  Yielding own;
-  const double longest_m_N = display.weights.answer_share * snapshot.longest_answer_m_N;
-  own.change_N = longest_m_N > 0.0 ? std::clamp(display.change_N, -kFarthest_m / longest_m_N,
-                                                kFarthest_m / longest_m_N)
+CompliantDisplay CompliantRenderer::compliant_display(const proto::SnapshotHeader& snapshot,
+                                                      const Display& display,
+                                                      std::uint64_t now_ns) const noexcept {
+  CompliantDisplay own;
+  const double max_m_per_N = display.weights.compliance_share * snapshot.max_compliance_m_per_N;
+  own.change_N = max_m_per_N > 0.0 ? std::clamp(display.change_N, -kFarthest_m / max_m_per_N,
+                                                kFarthest_m / max_m_per_N)
                                    : display.change_N;
-  // More than this a sphere does not yield in a tick.
-  const double most_N = kFarthestYield * radius_m_ / longest_m_N;
-  own.slack_N = std::min(kSlack_N + std::abs(display.change_N + snapshot.answer_force_N), most_N);
-  if (longest_m_N >= 0.0 && longest_m_N * own.slack_N <= kFarthest_m) own.longest_m_N = longest_m_N;
+  // More than this a sphere does not give way in a tick.
+  const double most_N = kMaxCompliantShift * radius_m_ / max_m_per_N;
+  own.slack_N =
+      std::min(kSlack_N + std::abs(display.change_N + snapshot.compliance_force_N), most_N);
+  if (max_m_per_N >= 0.0 && max_m_per_N * own.slack_N <= kFarthest_m) own.max_m_per_N = max_m_per_N;
   own.shift_m = left(display.began_ns, display.shift_s, now_ns) * display.shift_m;
   return own;
 }
 
-/// The force of the moving spheres in touched_, which have yielded to it then. Pre: they are of the
-/// last accepted snapshot.
+/// The force of the moving spheres in touched_, which have given way to it then. Pre: they are of
+/// the last accepted snapshot.
 ToolForce CompliantRenderer::solve(const TickScene& scene, Display& display) noexcept {
-  display.change_N = yield_to_push(scene.fixed(), tool_push(reader().snapshot()), tool_, scene.pose,
-                                   display.change_N, kTolerance_N, *touched_);
+  display.change_N = solve_compliance(scene.fixed(), tool_push(reader().snapshot()), tool_,
+                                      scene.pose, display.change_N, kTolerance_N, *touched_);
   return sphere_force(scene.fixed(), *touched_, tool_, scene.pose);
 }
 
@@ -93,8 +95,8 @@ void CompliantRenderer::lead_on(const TickScene& scene) noexcept {
     touched_->spheres[i].position_m += tick_s * touched_->spheres[i].velocity_m_s;
   ToolForce force = solve(scene, shown_);
   const double rest = left(shown_.began_ns, shown_.rest_s, scene.now_ns);
-  force.force_N += rest * shown_.rest_N;
-  force.torque_N_m += rest * shown_.rest_N_m;
+  force.force_N += rest * shown_.residual_N;
+  force.torque_N_m += rest * shown_.residual_N_m;
   led_on_ = force;
 }
 
@@ -107,7 +109,7 @@ void CompliantRenderer::continue_from(const TickScene& scene, const proto::Snaps
       push_ahead_N(scene.fixed(), *touched_, tool_, scene.pose, push.direction) - push.force_N;
   next_.began_ns = scene.now_ns;
   next_.shift_m.setZero();
-  const Yielding by_push = yielding(latest, next_, scene.now_ns);
+  const CompliantDisplay by_push = compliant_display(latest, next_, scene.now_ns);
   Eigen::Vector3d sum_m = Eigen::Vector3d::Zero();
   double depth_m = 0.0;
   for (const TouchedSphere& sphere : touched_->all()) {
@@ -116,7 +118,7 @@ void CompliantRenderer::continue_from(const TickScene& scene, const proto::Snaps
     if (!(own_m > 0.0)) continue;
     const Eigen::Vector3d own_shift_m =
         sphere.position_m - displayed_m(moving, sphere.number, next_.weights, by_push);
-    if (!own_shift_m.allFinite()) continue;  // not in the next image
+    if (!own_shift_m.allFinite()) continue;  // not in the next snapshot
     sum_m += own_m * own_shift_m;
     depth_m += own_m;
   }
@@ -130,16 +132,16 @@ void CompliantRenderer::continue_from(const TickScene& scene, const proto::Snaps
 void CompliantRenderer::gather(const TickScene& scene, const proto::SnapshotHeader& latest,
                                const GridView& moving) noexcept {
   const bool is_switch =
-      reader().has_snapshot() && latest.generation != reader().snapshot().generation;
+      reader().has_snapshot() && latest.snapshot_id != reader().snapshot().snapshot_id;
   if (is_switch) lead_on(scene);
   next_ = shown_;
-  next_.weights = image_weights(transition_, {}, latest, scene.now_ns);
+  next_.weights = snapshot_weights(transition_, {}, latest, scene.now_ns);
   next_.shift_s = shift_duration_s(latest);
   if (is_switch) continue_from(scene, latest, moving);
   fresh_->clear();
   gather_touched(moving,
                  {next_.weights, is_switch ? next_.weights : shown_.weights,
-                  yielding(latest, next_, scene.now_ns)},
+                  compliant_display(latest, next_, scene.now_ns)},
                  tool_, *fresh_);
 }
 
@@ -152,17 +154,17 @@ void CompliantRenderer::show(const TickScene& scene, const SnapshotLook& look,
     force = solve(scene, next_);
     if (look.is_new && !look.is_first) {
       const double rest = left(shown_.began_ns, shown_.rest_s, now_ns);
-      tick.switch_jump_N = (force.force_N - led_on_->force_N + rest * shown_.rest_N).norm();
-      next_.rest_N = led_on_->force_N - force.force_N;
-      next_.rest_N_m = led_on_->torque_N_m - force.torque_N_m;
-      next_.rest_s = rest_duration_s(reader().snapshot(), next_.rest_N);
+      tick.switch_jump_N = (force.force_N - led_on_->force_N + rest * shown_.residual_N).norm();
+      next_.residual_N = led_on_->force_N - force.force_N;
+      next_.residual_N_m = led_on_->torque_N_m - force.torque_N_m;
+      next_.rest_s = rest_duration_s(reader().snapshot(), next_.residual_N);
     }
     const double rest = left(next_.began_ns, next_.rest_s, now_ns);
-    force.force_N += rest * next_.rest_N;
-    force.torque_N_m += rest * next_.rest_N_m;
+    force.force_N += rest * next_.residual_N;
+    force.torque_N_m += rest * next_.residual_N_m;
     shown_ = next_;
     static_.clear();
-    gather_touched(scene.view.static_grid(), held_image(0), tool_, static_);
+    gather_touched(scene.view.static_grid(), held_snapshot(0), tool_, static_);
     way_.end();  // what a contended tick did not look at is the next one's way
   } else {
     lead_on(scene);
@@ -170,12 +172,12 @@ void CompliantRenderer::show(const TickScene& scene, const SnapshotLook& look,
     static_.drop_swept();
   }
   tick_ns_ = now_ns;
-  const Yielding yielded = yielding(reader().snapshot(), shown_, now_ns);
+  const CompliantDisplay yielded = compliant_display(reader().snapshot(), shown_, now_ns);
   tick.weights = shown_.weights;
   tick.weights.alpha = 1.0 - left(shown_.began_ns, shown_.shift_s, now_ns);
-  tick.answer_N = shown_.weights.answer_share * yielded.change_N;
+  tick.force_change_N = shown_.weights.compliance_share * yielded.change_N;
   tick.shift_m = yielded.shift_m;
-  tick.cut = touched_->cut || static_.cut;
+  tick.truncated = touched_->truncated || static_.truncated;
   tick.swept = touched_->has_swept() || static_.has_swept();
   tick.force = tool_force(scene.fixed(), static_, tool_, scene.pose);
   add(tick.force, force);

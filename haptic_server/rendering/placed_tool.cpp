@@ -13,9 +13,9 @@ std::span<PlacedToolSphere> place_tool(const proto::SceneHeader& scene, const To
   return {placed.data(), scene.tool_sphere_count};
 }
 
-DisplayedMotion held_image(std::size_t image) noexcept {
-  ImageWeights weights;
-  weights.position[image] = 1.0;
+DisplayedMotion held_snapshot(std::size_t age) noexcept {
+  SnapshotWeights weights;
+  weights.position[age] = 1.0;
   return {weights, weights};
 }
 

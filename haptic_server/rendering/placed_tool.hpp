@@ -18,14 +18,14 @@ std::span<PlacedToolSphere> place_tool(const proto::SceneHeader& scene, const To
                                        ToolSpheres& placed) noexcept;
 
 /// The tool's spheres with the way that they went since the last tick that saw the scene.
-class ToolWay {
+class ToolSweep {
  public:
   /// Places the tool. Realtime: allocates nothing. Pre: as of place_tool().
   std::span<PlacedToolSphere> place(const proto::SceneHeader& scene,
                                     const ToolPose& pose) noexcept {
     const ToolSpheres before = spheres_;
     const std::span<PlacedToolSphere> tool = place_tool(scene, pose, spheres_);
-    if (has_way_)
+    if (has_sweep_)
       for (std::size_t i = 0; i < tool.size(); ++i) tool[i].before_m = before[i].before_m;
     return tool;
   }
@@ -33,18 +33,18 @@ class ToolWay {
   /// The scene was seen: the next way begins here.
   void end() noexcept {
     for (PlacedToolSphere& sphere : spheres_) sphere.before_m = sphere.position_m;
-    has_way_ = true;
+    has_sweep_ = true;
   }
 
   /// There was no scene, or it was another.
-  void forget() noexcept { has_way_ = false; }
+  void forget() noexcept { has_sweep_ = false; }
 
  private:
   ToolSpheres spheres_{};
-  bool has_way_ = false;
+  bool has_sweep_ = false;
 };
 
-/// The image numbered `image` in the history (0: the newest), held.
-[[nodiscard]] DisplayedMotion held_image(std::size_t image) noexcept;
+/// The snapshot numbered `snapshot` in the history (0: the newest), held.
+[[nodiscard]] DisplayedMotion held_snapshot(std::size_t age) noexcept;
 
 }  // namespace stillgrid

@@ -6,15 +6,15 @@
 
 namespace stillgrid {
 
-proto::DisplayedImage displayed_image(const RenderedTick& tick,
-                                      std::uint64_t scene_epoch) noexcept {
+proto::DisplayedSnapshot displayed_snapshot(const RenderedTick& tick,
+                                            std::uint64_t scene_epoch) noexcept {
   return {.scene_epoch = scene_epoch,
-          .generation = tick.generation,
+          .snapshot_id = tick.snapshot_id,
           .position = tick.weights.position,
           .velocity_s = tick.weights.velocity_s,
-          .drift_s = tick.weights.drift_s,
-          .answer_lag_s = tick.weights.answer_lag_s,
-          .answer_N = tick.answer_N,
+          .prediction_s = tick.weights.prediction_s,
+          .compliance_lag_s = tick.weights.compliance_lag_s,
+          .force_change_N = tick.force_change_N,
           .shift_m = {tick.shift_m.x(), tick.shift_m.y(), tick.shift_m.z()},
           .alpha = tick.weights.alpha,
           .age_s = tick.age_s};
@@ -31,12 +31,12 @@ RenderedTick Renderer::render(const SceneView& scene, const ToolPose& pose,
   if (look.status == ReadStatus::kEmpty && !reader_.has_snapshot()) return {};
   const proto::SnapshotHeader& snapshot = reader_.snapshot();
   RenderedTick tick;
-  tick.generation = snapshot.generation;
+  tick.snapshot_id = snapshot.snapshot_id;
   tick.is_new = look.is_new;
   tick.contended = !look.accepted();
   tick.age_s = seconds_between(snapshot.state_time_ns[0], now_ns);
-  tick.image_age_s = seconds_between(snapshot.publish_time_ns[0], now_ns);
-  tick.weights = held_image(0).now;
+  tick.snapshot_age_s = seconds_between(snapshot.publish_time_ns[0], now_ns);
+  tick.weights = held_snapshot(0).now;
   show(tick_scene, look, tick);
   return tick;
 }

@@ -16,25 +16,25 @@ namespace stillgrid {
 /// What one tick rendered.
 struct RenderedTick {
   ToolForce force;
-  std::uint64_t generation = 0;  // of the image shown, 0: none yet
-  bool is_new = false;           // the first tick that shows it
-  double age_s = 0.0;            // of the simulated state shown newest
-  double image_age_s = 0.0;      // since its publication
-  bool contended = false;        // no fresh read: the last good sample was used
-  bool cut = false;              // the tick's bound on work was met
-  bool swept = false;            // a contact that was only on the way to this tick
-  // At a switch: |force by the new image - force by the old one|, same place and time; what a model
-  // adds so that the hand does not feel it (the rest of `answer`) is left out of both.
+  std::uint64_t snapshot_id = 0;  // of the snapshot shown, 0: none yet
+  bool is_new = false;            // the first tick that shows it
+  double age_s = 0.0;             // of the simulated state shown newest
+  double snapshot_age_s = 0.0;    // since its publication
+  bool contended = false;         // no fresh read: the last good sample was used
+  bool truncated = false;         // the tick's bound on work was met
+  bool swept = false;             // a contact that was only on the way to this tick
+  // At a switch: |force by the new snapshot - force by the old one|, same place and time; what a
+  // model adds so that the hand does not feel it (the rest of `predict`) is left out of both.
   std::optional<double> switch_jump_N;
-  // Where its spheres were displayed; of a model that displays none, the image as it is.
-  ImageWeights weights;
-  double answer_N = 0.0;                              // times each sphere's answer
+  // Where its spheres were displayed; of a model that displays none, the snapshot as it is.
+  SnapshotWeights weights;
+  double force_change_N = 0.0;                        // times each sphere's compliance
   Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  // of all
 };
 
 /// What the tick displayed of that scene's segment, for those who look on.
-[[nodiscard]] proto::DisplayedImage displayed_image(const RenderedTick& tick,
-                                                    std::uint64_t scene_epoch) noexcept;
+[[nodiscard]] proto::DisplayedSnapshot displayed_snapshot(const RenderedTick& tick,
+                                                          std::uint64_t scene_epoch) noexcept;
 
 /// One tick to render: the scene, the tool in it, and the instant on the clock of its stamps.
 struct TickScene {

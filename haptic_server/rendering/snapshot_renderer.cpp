@@ -17,25 +17,26 @@ void SnapshotRenderer::gather(const TickScene& scene, const proto::SnapshotHeade
                               const GridView& moving) noexcept {
   const proto::SnapshotHeader& last = reader().snapshot();
   const bool is_first = !reader().has_snapshot();
-  const std::uint64_t later = latest.generation - last.generation;
-  next_.memory = is_first     ? at_first_image()
+  const std::uint64_t later = latest.snapshot_id - last.snapshot_id;
+  next_.memory = is_first     ? at_first_snapshot()
                  : later == 0 ? shown_.memory
                               : after_switch(transition_, shown_.memory, last, latest);
-  next_.weights = image_weights(transition_, next_.memory, latest, scene.now_ns);
-  const ImageWeights before = is_first ? next_.weights : in_later_image(shown_.weights, later);
+  next_.weights = snapshot_weights(transition_, next_.memory, latest, scene.now_ns);
+  const SnapshotWeights before =
+      is_first ? next_.weights : in_later_snapshot(shown_.weights, later);
   fresh_->clear();
   gather_touched(moving, {next_.weights, before}, tool_, *fresh_);
   is_switch_ = !is_first && later == 1;
   before_switch_.clear();
   if (!is_switch_) return;
-  const ImageWeights old = image_weights(transition_, shown_.memory, last, scene.now_ns);
-  gather_touched(moving, {in_later_image(old, 1), before}, tool_, before_switch_);
+  const SnapshotWeights old = snapshot_weights(transition_, shown_.memory, last, scene.now_ns);
+  gather_touched(moving, {in_later_snapshot(old, 1), before}, tool_, before_switch_);
 }
 
 void SnapshotRenderer::show(const TickScene& scene, const SnapshotLook& look,
                             RenderedTick& tick) noexcept {
   const auto add_static = [&](TouchedSpheres& touched) {
-    gather_touched(scene.view.static_grid(), held_image(0), tool_, touched);
+    gather_touched(scene.view.static_grid(), held_snapshot(0), tool_, touched);
   };
   const auto force_by = [&](const TouchedSpheres& touched) {
     return tool_force(scene.fixed(), touched, tool_, scene.pose);
@@ -48,7 +49,7 @@ void SnapshotRenderer::show(const TickScene& scene, const SnapshotLook& look,
     touched_->drop_swept();
   }
   tick.weights = shown_.weights;
-  tick.cut = touched_->cut;
+  tick.truncated = touched_->truncated;
   tick.swept = touched_->has_swept();
   tick.force = force_by(*touched_);
   if (!look.accepted()) return;

@@ -25,7 +25,7 @@ class SnapshotRenderer final : public Renderer {
 
   struct Display {
     TransitionMemory memory;
-    ImageWeights weights;
+    SnapshotWeights weights;
   };
   Transition transition_;
   Display shown_;           // of the last accepted snapshot, as it was displayed
@@ -35,7 +35,7 @@ class SnapshotRenderer final : public Renderer {
   TouchedSpheres buffers_[2];
   TouchedSpheres* touched_ = &buffers_[0];  // of the last accepted read
   TouchedSpheres* fresh_ = &buffers_[1];    // being gathered
-  ToolWay way_;
+  ToolSweep way_;
   std::span<const PlacedToolSphere> tool_;  // of this tick
 };
 

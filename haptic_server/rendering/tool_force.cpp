@@ -6,11 +6,11 @@ namespace stillgrid {
 
 ToolContact contact_with(const TouchedSphere& sphere, const PlacedToolSphere& probe) noexcept {
   const Eigen::Vector3d line_m = probe.position_m - sphere.position_m;
-  const double distance_m = line_m.norm(), reach_m = probe.radius_m + sphere.radius_m;
+  const double distance_m = line_m.norm(), contact_distance_m = probe.radius_m + sphere.radius_m;
   const Eigen::Vector3d normal =
       distance_m > 1e-12 ? Eigen::Vector3d(line_m / distance_m) : Eigen::Vector3d::UnitZ();
-  return {reach_m - distance_m, normal, probe.position_m - probe.radius_m / reach_m * line_m,
-          sphere.velocity_m_s};
+  return {contact_distance_m - distance_m, normal,
+          probe.position_m - probe.radius_m / contact_distance_m * line_m, sphere.velocity_m_s};
 }
 
 ToolContact contact_with(const proto::Plane& plane, const PlacedToolSphere& probe) noexcept {
@@ -21,7 +21,7 @@ ToolContact contact_with(const proto::Plane& plane, const PlacedToolSphere& prob
 
 ContactMaterial contact_material(const proto::SceneHeader& scene, std::uint32_t material) noexcept {
   const proto::Material& m = scene.materials[material];
-  return tool_material({m.stiffness_N_m, m.damping_N_s_m, m.friction, m.slip_speed_m_s},
+  return tool_material({m.stiffness_N_per_m, m.damping_N_s_per_m, m.friction, m.slip_speed_m_s},
                        scene.tool_slip_speed_m_s);
 }
 
@@ -36,8 +36,8 @@ void add_contact(ToolForce& sum, const ContactMaterial& material, const ToolCont
                                  velocity_m_s - contact.touched_velocity_m_s);
   sum.force_N += force_N;
   sum.torque_N_m += lever_m.cross(force_N);
-  sum.stiffness_N_m +=
-      presence * material.stiffness_N_m * contact.normal * contact.normal.transpose();
+  sum.stiffness_N_per_m +=
+      presence * material.stiffness_N_per_m * contact.normal * contact.normal.transpose();
   ++sum.contacts;
 }
 
@@ -65,7 +65,7 @@ double push_ahead_N(const proto::SceneHeader& scene, const TouchedSpheres& touch
                     const Eigen::Vector3d& direction) noexcept {
   double push_N = 0.0;
   for (const TouchedSphere& sphere : touched.all()) {
-    if (!sphere.answers) continue;
+    if (!sphere.compliant) continue;
     ToolForce one;
     add_sphere(one, scene, sphere, tool, pose);
     push_N += std::max(0.0, -direction.dot(one.force_N));

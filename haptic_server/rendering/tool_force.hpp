@@ -24,7 +24,7 @@ struct ToolForce {
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
   Eigen::Vector3d torque_N_m = Eigen::Vector3d::Zero();
   int contacts = 0;
-  Eigen::Matrix3d stiffness_N_m = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d stiffness_N_per_m = Eigen::Matrix3d::Zero();
 };
 
 /// Where a sphere of the tool meets something, or how far it is from it.
@@ -60,8 +60,8 @@ void add_contact(ToolForce& sum, const ContactMaterial& material, const ToolCont
                                      std::span<const PlacedToolSphere> tool,
                                      const ToolPose& pose) noexcept;
 
-/// How hard the tool pushes along that direction on touched spheres that answer, N: what others
-/// push back with, from the other side, is no part of it. Realtime: as sphere_force().
+/// How hard the tool pushes along that direction on touched spheres that are compliant, N: what
+/// others push back with, from the other side, is no part of it. Realtime: as sphere_force().
 [[nodiscard]] double push_ahead_N(const proto::SceneHeader& scene, const TouchedSpheres& touched,
                                   std::span<const PlacedToolSphere> tool, const ToolPose& pose,
                                   const Eigen::Vector3d& direction) noexcept;

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-#include "shared/collision/still_grid.hpp"
+#include "shared/collision/voxel_grid.hpp"
 #include "shared/display/transition.hpp"
 
 namespace stillgrid {
@@ -26,11 +26,12 @@ struct TouchedSphere {
   std::uint32_t material;
   std::uint32_t tool_sphere;  // which one overlaps it
   bool swept;  // only on the way to this tick; then position_m is where the two were closest
-  std::uint32_t number = 0;                              // in its grid
-  Eigen::Vector3d yields_m_N = Eigen::Vector3d::Zero();  // a newton that the tool's force changes
-  bool answers = false;  // its force is part of the push to which spheres yield
+  std::uint32_t number = 0;  // in its grid
+  Eigen::Vector3d compliance_m_per_N =
+      Eigen::Vector3d::Zero();  // a newton that the tool's force changes
+  bool compliant = false;       // its force is part of the push to which spheres give way
   double presence =
-      1.0;  // weight of the displayed images in which it is; its force is so much less
+      1.0;  // weight of the displayed snapshots in which it is; its force is so much less
 };
 
 /// What a tick gathered, in memory of its own and of fixed size.
@@ -38,14 +39,14 @@ struct TouchedSpheres {
   static constexpr std::size_t kCapacity = 512;
   std::array<TouchedSphere, kCapacity> spheres;
   std::size_t count = 0;
-  bool cut = false;  // more was there than may be looked at or kept in a tick
+  bool truncated = false;  // more was there than may be looked at or kept in a tick
 
   [[nodiscard]] std::span<const TouchedSphere> all() const noexcept {
     return {spheres.data(), count};
   }
   void clear() noexcept {
     count = 0;
-    cut = false;
+    truncated = false;
   }
   [[nodiscard]] bool has_swept() const noexcept {
     return std::any_of(all().begin(), all().end(), [](const auto& sphere) { return sphere.swept; });
@@ -58,38 +59,38 @@ struct TouchedSpheres {
 /// says.
 inline constexpr std::uint32_t kMaxVisits = 8192;
 
-/// How spheres are displayed that answer the tool's force.
-struct Yielding {
-  double change_N = 0.0;     // of the force, from that in the image, to which they have yielded
-  double slack_N = 0.0;      // of it, either way, for which all contacts are wanted
-  double longest_m_N = 0.0;  // that any sphere yields
+/// How spheres are displayed that give way to the tool's force.
+struct CompliantDisplay {
+  double change_N = 0.0;  // of the force, from that in the snapshot, to which they have given way
+  double slack_N = 0.0;   // of it, either way, for which all contacts are wanted
+  double max_m_per_N = 0.0;                           // that any sphere gives way
   Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  // of all
 };
 
 /// How a grid's spheres are displayed in this tick, and were in the tick before.
 struct DisplayedMotion {
-  ImageWeights now;
-  ImageWeights before;
-  Yielding yielding = {};
+  SnapshotWeights now;
+  SnapshotWeights before;
+  CompliantDisplay compliant_display = {};
 };
 
 /// Where sphere `number` of a grid is displayed. Realtime: safe on words that change or lie.
 /// Pre: number < grid.shape.sphere_count.
 [[nodiscard]] Eigen::Vector3d displayed_m(const GridView& grid, std::uint32_t number,
-                                          const ImageWeights& weights,
-                                          const Yielding& yielding) noexcept;
+                                          const SnapshotWeights& weights,
+                                          const CompliantDisplay& compliant_display) noexcept;
 
 /// Adds to `touched` the spheres of a grid that overlap the tool where `shown` displays them, or
-/// would if they yielded by less or more within the slack.
-/// [Davanne 2002, section 3: the still grid as intermediate model, the tool never entered.]
+/// would if they given way by less or more within the slack.
+/// [Davanne 2002, section 3: the static grid as intermediate model, the tool never entered.]
 ///
 /// Swept: where tool and sphere moved past one another by more than half the tool sphere's radius
 /// since the tick before, and overlap at neither end, they are also tested where they came closest
 /// on the straight way. Shorter moves can miss no overlap deeper than a 32nd of that radius.
-/// A sphere is absent from the images in which its position is not a number: it is displayed by the
-/// others, and not swept.
-/// Realtime: wait-free, allocates nothing. Safe on words that change or lie; what was gathered
-/// counts only once the read was accepted, and only finite overlaps are kept.
+/// A sphere is absent from the snapshots in which its position is not a number: it is displayed by
+/// the others, and not swept. Realtime: wait-free, allocates nothing. Safe on words that change or
+/// lie; what was gathered counts only once the read was accepted, and only finite overlaps are
+/// kept.
 void gather_touched(const GridView& grid, const DisplayedMotion& shown,
                     std::span<const PlacedToolSphere> tool, TouchedSpheres& touched) noexcept;
 

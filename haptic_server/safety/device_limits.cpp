@@ -25,8 +25,8 @@ SafetyLimits safety_limits(const SafetyOptions& options,
   if (device.max_torque_N_m > 0.0) limits.lever_m = device.max_torque_N_m / device_N;
   limits.max_slew_N_per_ms =
       options.max_slew_N_per_ms.value_or(kDefaultSlew_per_ms * limits.max_force_N);
-  limits.stiffness_N_m =
-      options.max_stiffness_N_m.value_or(declared_or(device.nominal_stiffness_N_m, kNone));
+  limits.stiffness_N_per_m =
+      options.max_stiffness_N_per_m.value_or(declared_or(device.nominal_stiffness_N_m, kNone));
   limits.continuous_force_N = declared_or(device.continuous_force_N, kNone);
   limits.motor_time_constant_s =
       declared_or(device.motor_time_constant_s, kUndeclaredTimeConstant_s);

@@ -11,7 +11,7 @@ namespace stillgrid {
 struct SafetyOptions {
   std::optional<double> max_force_N = {};  // the device's own is the upper bound
   std::optional<double> max_slew_N_per_ms = {};
-  std::optional<double> max_stiffness_N_m = {};
+  std::optional<double> max_stiffness_N_per_m = {};
   std::optional<double> max_speed_m_s = {};
   std::optional<double> passivity_mass_kg = {};  // of the control of energy, if there is to be one
 };

@@ -16,7 +16,7 @@ struct DeviceMotion {
 /// Energy that crossed from the device to the user since the loop began, J.
 struct HandEnergy {
   double given_J = 0.0;       // what springs still hold is negative here
-  double most_given_J = 0.0;  // the most it ever was; over still bodies more than zero is a leak
+  double most_given_J = 0.0;  // the most it ever was; over static bodies more than zero is a leak
   double dissipated_by_control_J = 0.0;
 };
 

@@ -12,9 +12,9 @@ Eigen::Vector3d PassivityController::damp(HandEnergy& account, const DeviceMotio
   if (!(account.given_J > 0.0 && moved_squared_m2 > 0.0)) return added_N_;
 
   // alpha v = E / (T v^2) v, with v = moved / T.
-  const double alpha_N_s_m =
+  const double alpha_N_s_per_m =
       std::min(account.given_J * tick_s / moved_squared_m2, mass_kg_ / tick_s);
-  added_N_ = -alpha_N_s_m / tick_s * motion.moved_m;
+  added_N_ = -alpha_N_s_per_m / tick_s * motion.moved_m;
   flags |= kFlagPassivity;
   return added_N_;
 }

@@ -14,9 +14,10 @@ constexpr double kStaleAfterPeriods = 1.5;
 /// Whatever period is declared: a hand does not wait longer for a world that may have gone.
 constexpr double kLongestPatience_s = 1.0;
 
-bool is_fresh(const ImageFreshness& image) {
-  return image.exists && image.writer_alive &&
-         image.image_age_s <= std::min(kStaleAfterPeriods * image.period_s, kLongestPatience_s);
+bool is_fresh(const SnapshotFreshness& snapshot) {
+  return snapshot.exists && snapshot.writer_alive &&
+         snapshot.snapshot_age_s <=
+             std::min(kStaleAfterPeriods * snapshot.period_s, kLongestPatience_s);
 }
 
 /// Slower than encoder noise in the estimate, and than a hand that does anything.
@@ -35,7 +36,7 @@ void lead(double& share, bool upwards, double elapsed_s) {
 
 SafetyChain::SafetyChain(const SafetyLimits& limits)
     : limits_(limits),
-      governor_(limits.stiffness_N_m),
+      governor_(limits.stiffness_N_per_m),
       budget_(limits.continuous_force_N, limits.motor_time_constant_s) {
   assert(std::isfinite(limits.max_force_N) && limits.max_force_N > 0.0);
   assert(limits.lever_m > 0.0 && limits.period_s > 0.0);
@@ -43,21 +44,21 @@ SafetyChain::SafetyChain(const SafetyLimits& limits)
 }
 
 void SafetyChain::cut() noexcept {
-  told_ = {};
+  commanded_ = {};
   ramp_share_ = 0.0;
 }
 
 bool SafetyChain::is_silent() const noexcept {
-  return std::min(image_share_, ramp_share_) == 0.0 && told_.force_N.isZero(0.0) &&
-         told_.torque_N_m.isZero(0.0);
+  return std::min(freshness_share_, ramp_share_) == 0.0 && commanded_.force_N.isZero(0.0) &&
+         commanded_.torque_N_m.isZero(0.0);
 }
 
-/// How far image and device are to be followed.
+/// How far snapshot and device are to be followed.
 void SafetyChain::ramp(const SafetyInput& input, std::uint32_t& flags) noexcept {
-  lead(image_share_, is_fresh(input.image), input.elapsed_s);
+  lead(freshness_share_, is_fresh(input.snapshot), input.elapsed_s);
   lead(ramp_share_, input.device_believed, input.elapsed_s);
   if (!input.device_believed) flags |= kFlagBadDevice;
-  if (image_share_ < 1.0) flags |= kFlagFaded;
+  if (freshness_share_ < 1.0) flags |= kFlagFaded;
   if (ramp_share_ < 1.0) flags |= kFlagRamped;
 }
 
@@ -72,9 +73,9 @@ Wrench SafetyChain::limited(const SafetyInput& input, double energy_share,
     next *= share;
     limit_N *= share;
   };
-  keep(std::min(image_share_, ramp_share_), 0);
+  keep(std::min(freshness_share_, ramp_share_), 0);
   const double governed =
-      governor_.share(input.stiffness_N_m, !told_.force_N.isZero(0.0), input.elapsed_s);
+      governor_.share(input.stiffness_N_per_m, !commanded_.force_N.isZero(0.0), input.elapsed_s);
   if (governed < 1.0 && !(next.force_N.isZero(0.0) && next.torque_N_m.isZero(0.0)))
     flags |= kFlagStiffness;
   next *= governed;  // not the limit: a force at its limit has no stiffness
@@ -92,25 +93,25 @@ Wrench SafetyChain::limited(const SafetyInput& input, double energy_share,
   if (!passivity_control_ && energy_share < 1.0 &&
       limit_norm(next, energy_share * norm_N(input.rendered, lever_m), lever_m))
     flags |= kFlagEnergy;
-  if (passivity_control_ && input.image.exists)
+  if (passivity_control_ && input.snapshot.exists)
     next.force_N += passivity_control_->damp(energy_, input.motion, input.elapsed_s, flags);
   clamp();
   return next;
 }
 
 Wrench SafetyChain::apply(const SafetyInput& input, std::uint32_t& flags) noexcept {
-  observe(energy_, told_, input.motion);
-  contact_.observe(told_, input.motion, limits_.lever_m);
-  budget_.spend(told_.force_N.norm(), input.elapsed_s);
+  observe(energy_, commanded_, input.motion);
+  contact_.observe(commanded_, input.motion, limits_.lever_m);
+  budget_.spend(commanded_.force_N.norm(), input.elapsed_s);
   const bool is_number =
       input.rendered.force_N.allFinite() && input.rendered.torque_N_m.allFinite();
-  const double energy_share = is_number ? contact_.share(input.rendered, input.stiffness_N_m,
+  const double energy_share = is_number ? contact_.share(input.rendered, input.stiffness_N_per_m,
                                                          is_at_rest(input), input.elapsed_s)
                                         : contact_.skip();
   if (input.elapsed_s >= limits_.stall_s) {
     cut();
     flags |= kFlagStalled | kFlagRamped;
-    return told_;
+    return commanded_;
   }
 
   ramp(input, flags);
@@ -119,11 +120,11 @@ Wrench SafetyChain::apply(const SafetyInput& input, std::uint32_t& flags) noexce
     next = limited(input, energy_share, flags);
   else
     flags |= kFlagRejected;
-  const double granted_s = std::clamp(input.since_told_s, 0.0, limits_.period_s);
-  if (limit_slew(next, told_, limits_.max_slew_N_per_ms * granted_s * 1e3, limits_.lever_m))
+  const double granted_s = std::clamp(input.since_command_s, 0.0, limits_.period_s);
+  if (limit_slew(next, commanded_, limits_.max_slew_N_per_ms * granted_s * 1e3, limits_.lever_m))
     flags |= kFlagSlewed;
-  told_ = next;
-  return told_;
+  commanded_ = next;
+  return commanded_;
 }
 
 }  // namespace stillgrid

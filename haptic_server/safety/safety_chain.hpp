@@ -21,7 +21,7 @@ struct SafetyLimits {
   double max_force_N = 40.0;  // finite, > 0: norm of the force
   double lever_m = 0.1;       // > 0: the torque is limited to that of max_force_N at its end
   double max_slew_N_per_ms = std::numeric_limits<double>::infinity();
-  double stiffness_N_m = std::numeric_limits<double>::infinity();
+  double stiffness_N_per_m = std::numeric_limits<double>::infinity();
   double continuous_force_N = std::numeric_limits<double>::infinity();
   double motor_time_constant_s = 10.0;  // > 0
   double max_speed_m_s = std::numeric_limits<double>::infinity();
@@ -33,11 +33,11 @@ struct SafetyLimits {
   std::optional<double> passivity_mass_kg = {};  // no control of the energy
 };
 
-/// How fresh the image is that a force was rendered from.
-struct ImageFreshness {
+/// How fresh the snapshot is that a force was rendered from.
+struct SnapshotFreshness {
   bool exists = false;
-  double image_age_s = 0.0;  // since its publication
-  double period_s = 0.0;     // declared by the simulation
+  double snapshot_age_s = 0.0;  // since its publication
+  double period_s = 0.0;        // declared by the simulation
   bool writer_alive = false;
 };
 
@@ -45,19 +45,19 @@ struct ImageFreshness {
 /// said; lengths of the device's own scale.
 struct SafetyInput {
   Wrench rendered = {};
-  Eigen::Matrix3d stiffness_N_m = Eigen::Matrix3d::Zero();  // of its contacts: sum of k n n^T
-  ImageFreshness image = {};
+  Eigen::Matrix3d stiffness_N_per_m = Eigen::Matrix3d::Zero();  // of its contacts: sum of k n n^T
+  SnapshotFreshness snapshot = {};
   bool device_believed = true;                         // in this tick
   Eigen::Vector3d device_m = Eigen::Vector3d::Zero();  // device frame
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
-  DeviceMotion motion = {};    // since the tick before
-  double elapsed_s = 1e-3;     // since the tick before
-  double since_told_s = 1e-3;  // since the device was told the last force
+  DeviceMotion motion = {};       // since the tick before
+  double elapsed_s = 1e-3;        // since the tick before
+  double since_command_s = 1e-3;  // since the device was told the last force
 };
 
 /// All that stands between a rendered force and a hand, in this order: readings that are not
-/// believed, forces that are no number, the image's age, the ramp at the start and after any gap,
-/// the stiffness governor, the motors' budget, the edge of the workspace, the speed limit, the
+/// believed, forces that are no number, the snapshot's age, the ramp at the start and after any
+/// gap, the stiffness governor, the motors' budget, the edge of the workspace, the speed limit, the
 /// limit of the norm, what the contact took, control of the energy, the limit of growth and turn.
 /// docs/safety.md has the reasons.
 ///
@@ -96,9 +96,9 @@ class SafetyChain {
   std::optional<PassivityController> passivity_control_;
   HandEnergy energy_;
   ContactEnergy contact_;
-  double image_share_ = 1.0;  // falls while no image comes
-  double ramp_share_ = 0.0;   // from the start, and from any gap on
-  Wrench told_;
+  double freshness_share_ = 1.0;  // falls while no snapshot comes
+  double ramp_share_ = 0.0;       // from the start, and from any gap on
+  Wrench commanded_;
 };
 
 }  // namespace stillgrid

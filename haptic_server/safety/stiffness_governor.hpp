@@ -13,16 +13,16 @@ namespace stillgrid {
 /// once, or the first touch would be a pulse. Thread: the haptic loop's. Realtime: yes.
 class StiffnessGovernor {
  public:
-  /// limit_N_m: > 0, infinite for none.
-  explicit StiffnessGovernor(double limit_N_m) : limit_N_m_(limit_N_m) {}
+  /// limit_N_per_m: > 0, infinite for none.
+  explicit StiffnessGovernor(double limit_N_per_m) : limit_N_per_m_(limit_N_per_m) {}
 
-  /// The share of the force to keep, in (0, 1]. stiffness_N_m: symmetric, the sum over contacts of
-  /// k n n^T. is_felt: whether any force is held now. elapsed_s: since the tick before.
-  [[nodiscard]] double share(const Eigen::Matrix3d& stiffness_N_m, bool is_felt,
+  /// The share of the force to keep, in (0, 1]. stiffness_N_per_m: symmetric, the sum over contacts
+  /// of k n n^T. is_felt: whether any force is held now. elapsed_s: since the tick before.
+  [[nodiscard]] double share(const Eigen::Matrix3d& stiffness_N_per_m, bool is_felt,
                              double elapsed_s) noexcept;
 
  private:
-  double limit_N_m_;
+  double limit_N_per_m_;
   double share_ = 1.0;
 };
 

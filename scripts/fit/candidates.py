@@ -2,9 +2,9 @@
 import dataclasses
 import itertools
 
-FIRST_TRANSITIONS = ("hold", "linear", "answer")
+FIRST_TRANSITIONS = ("hold", "linear", "predict")
 OTHER_TRANSITIONS = ("restart", "hermite", "extrapolate", "playout")
-DEFAULT_TRANSITION = "answer"  # of haptic_server
+DEFAULT_TRANSITION = "predict"  # of haptic_server
 
 EXPLICIT = ("forward_euler", "symplectic_euler", "velocity_verlet")
 GIVEN = ("as given",)

@@ -23,7 +23,7 @@ from tables import write_rows
 
 PIVOT_M, DEVICE_M = numpy.array([0.0, 0.0, 0.18]), numpy.array([0.0, 0.0, 0.29])  # of the scene
 SCENE = ROOT / "sim_server/scene/scenes/laparoscopy.toml"
-HAND_N_M = 300.0  # hand=light
+HAND_N_PER_M = 300.0  # hand=light
 PIVOT = "pivot_x_m=0,pivot_y_m=0,pivot_z_m=-0.11"
 HAND = f"phantom:profile=premium15,depth_m=0.03,{PIVOT}"
 
@@ -64,10 +64,10 @@ def measure_times(build, folder, runs, seconds):
 
 def measure_stroke(build, folder):
     _, _, run = launch(build, folder, f"{HAND},path=stroke", 6, "--lockstep")
-    told_N, felt_N = rows_of(run, "f{}_N"), force_at_handle_N(run, PIVOT_M)
+    commanded_N, felt_N = rows_of(run, "f{}_N"), force_at_handle_N(run, PIVOT_M)
     return [{"time_s": f"{run['time_s'][i]:.3f}", "handle_x_mm": f"{1e3 * run['x_m'][i]:.3f}",
              "inserted_mm": f"{1e3 * (0.25 - distance_of(run, PIVOT_M)[i]):.2f}",
-             "scene_x_N": f"{told_N[i, 0]:.4f}", "scene_z_N": f"{told_N[i, 2]:.4f}",
+             "scene_x_N": f"{commanded_N[i, 0]:.4f}", "scene_z_N": f"{commanded_N[i, 2]:.4f}",
              "torque_y_Nm": f"{run['ty_Nm'][i]:.5f}",
              "handle_x_N": f"{felt_N[i, 0]:.4f}", "handle_z_N": f"{felt_N[i, 2]:.4f}"}
             for i in range(0, len(run["time_s"]), 10)]
@@ -85,7 +85,7 @@ def held(build, folder, distance_m, tilt_rad):
     device = (f"phantom:friction_N=0,resolution_m=0,limits=0,max_force_N=20,{PIVOT},"
               f"path={folder / 'path.csv'}")
     _, _, run = launch(build, folder, device, 3, "--lockstep")
-    pull_N = HAND_N_M * (at_m + DEVICE_M - rows_of(run, "{}_m")[-1])
+    pull_N = HAND_N_PER_M * (at_m + DEVICE_M - rows_of(run, "{}_m")[-1])
     force_N, torque_N_m = rows_of(run, "f{}_N")[-1], rows_of(run, "t{}_Nm")[-1]
     shaft = shaft_of(run)[-1]
     turning_N = numpy.cross(shaft, force_N)

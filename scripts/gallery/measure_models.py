@@ -130,7 +130,7 @@ def known_limits(file):
     """Of the table that is there, by body, model and jitter."""
     if not file.exists():
         return {}
-    return {(row["body"], row["model"], float(row["jitter"])): row["stable_stiffness_N_m"]
+    return {(row["body"], row["model"], float(row["jitter"])): row["stable_stiffness_N_per_m"]
             for row in read_rows(file) if row["model"] != "reference"}
 
 
@@ -157,7 +157,7 @@ def measure_table(build, pool, is_small, file):
     for row in rows:
         key = row["body"], row["model"], row["jitter"]
         limit = limits.get(key, "")
-        row["stable_stiffness_N_m"] = limit if isinstance(limit, str) else limit.result()
+        row["stable_stiffness_N_per_m"] = limit if isinstance(limit, str) else limit.result()
     return rows
 
 
@@ -186,9 +186,9 @@ def spaced(scene, spacing_m, folder):
     share = (side_m / round(side_m / spacing_m) / 0.01) ** 2
     text = scene.read_text()
     for old, new in (
-            ('name = "tissue"\ncontact_stiffness_N_m = 500.0\ncontact_damping_N_s_m = 1.0',
-             f'name = "tissue"\ncontact_stiffness_N_m = {500.0 * share}\n'
-             f'contact_damping_N_s_m = {share}'),
+            ('name = "tissue"\ncontact_stiffness_N_per_m = 500.0\ncontact_damping_N_s_per_m = 1.0',
+             f'name = "tissue"\ncontact_stiffness_N_per_m = {500.0 * share}\n'
+             f'contact_damping_N_s_per_m = {share}'),
             ("spheres = { spacing_m = 0.01, radius_m = 0.0065 }",
              f"spheres = {{ spacing_m = {spacing_m}, radius_m = 0.0065 }}")):
         if old not in text:
@@ -234,7 +234,7 @@ def measure_spacing(build, pool, is_small, file):
     return rows
 
 
-FIGURE_MODELS = ("hold", "linear", "answer")
+FIGURE_MODELS = ("hold", "linear", "predict")
 FIGURE_S = (2.0, 2.5)
 
 
@@ -248,23 +248,23 @@ def record(build, transition, period_s, cost, device, folder):
 
 
 def figure_rows(build, label, folder):
-    """Of a transition, or of held images at 1 kHz."""
+    """Of a transition, or of held snapshots at 1 kHz."""
     device = device_of(ride_sphere, 3.0, folder)
     shown = ("hold", 0.001, 0.0) if label == "reference" else (label, PERIOD_S, COST)
-    return [{"model": label, "time_s": row["time_s"], "force_N": row[FORCE_COLUMN], "image": row[IMAGE_COLUMN]}
+    return [{"model": label, "time_s": row["time_s"], "force_N": row[FORCE_COLUMN], "snapshot": row[SNAPSHOT_COLUMN]}
             for row in record(build, *shown, device, folder)
             if FIGURE_S[0] <= float(row["time_s"]) < FIGURE_S[1]]
 
 
 def measure_figures(build, pool, is_small, file):
-    """The force on a tool that goes with the moving sphere, and the generation shown, tick by
+    """The force on a tool that goes with the moving sphere, and the snapshot id shown, tick by
     tick; small as it is."""
     del pool, is_small, file
     with tempfile.TemporaryDirectory() as folder:
         return [row for label in (*FIGURE_MODELS, "reference") for row in figure_rows(build, label, folder)]
 
 
-FORCE_COLUMN, IMAGE_COLUMN = "fx_N", "generation"
+FORCE_COLUMN, SNAPSHOT_COLUMN = "fx_N", "snapshot_id"
 TABLES = {"model_table": measure_table, "spacing_rate": measure_spacing,
           "paper_figures": measure_figures, "cold_tick": measure_ticks}
 

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Measures the publication and writes docs/charts/publication_{speed,reads}.csv.
 
-publication_speed: publishing an image of N spheres, and memcpy of as many bytes between private
+publication_speed: publishing a snapshot of N spheres, and memcpy of as many bytes between private
 memories; medians of Google Benchmark's repetitions in random order. publication_reads: what the soaks
 `publication` and `kills` of scripts/soak count, a row a soak; read times, and for the baseline
 (cyclictest) and the reader's own timer how late it woke. The soaks take 20 minutes.
@@ -17,7 +17,7 @@ from benchmark_report import processor_name, run_benchmark, samples_by_benchmark
 from measuring import ROOT, fail, parser_of, program
 from tables import write_rows
 
-SOAKS = ("images_1ms", "words_512", "full_speed", "kills", "without_last_check")
+SOAKS = ("snapshots_1ms", "words_512", "full_speed", "kills", "without_last_check")
 COUNTS = ("ticks", "accepted", "torn", "mixed", "backwards", "nothing_shown", "rejected_attempts")
 FAILED = ("failed_0", "failed_1", "failed_2")
 SHARES = {"p50": 0.5, "p99": 0.99, "p999": 0.999}
@@ -35,7 +35,7 @@ def measure_speed(benchmark, repetitions, sizes, folder):
     rows = []
     for n in sorted(bytes_of):
         row = {"spheres": n, "bytes": bytes_of[n]}
-        for column, name in (("publish", "publish/scene_image"), ("memcpy", "publish/memcpy")):
+        for column, name in (("publish", "publish/scene_snapshot"), ("memcpy", "publish/memcpy")):
             low, median, high = statistics.quantiles(
                 [1e-3 * ns for ns in samples[name, n]], n=4, method="inclusive")
             row |= {f"{column}_us": f"{median:.4g}", f"{column}_iqr_us": f"{high - low:.2g}"}
@@ -77,7 +77,7 @@ def collect_reads(folder):
         ticks, percentiles = baseline_us(folder / "cyclictest.json")
         rows.append({"soak": "cyclictest", "time": "wake", "ticks": ticks,
                      **{f"{p}_us": value for p, value in zip(SHARES, percentiles)}})
-    return rows, [f"{processor_name()}; images of 1 MiB, the writer in another process; 1 kHz and "
+    return rows, [f"{processor_name()}; snapshots of 1 MiB, the writer in another process; 1 kHz and "
                   "SCHED_FIFO, but full_speed and without_last_check.",
                   "read: time of a read with all its attempts; wake: how late a timer of 1 ms woke."]
 

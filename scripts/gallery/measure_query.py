@@ -15,7 +15,7 @@ from tables import write_rows
 
 # (question, method): ns at N = 400, 40,000, 400,000, of another machine, where they were measured by a prototype.
 SIZES = (400, 40000, 400000)
-HANDBOOK = {
+PUBLISHED = {
     ("query_hot", "grid"): (42, 41, 43), ("query_anywhere", "grid"): (94, 148, 199),
     ("query_flushed", "grid"): (1653, 2354, 2614),
     ("query_hot", "Bullet_dbvt"): (124, 250, 292), ("query_anywhere", "Bullet_dbvt"): (351, 2608, 6848),
@@ -53,12 +53,12 @@ def main():
         low, median, high = statistics.quantiles(samples, n=4, method="inclusive")
         rows.append({"question": question, "method": method, "spheres": spheres,
                      "median_ns": f"{median:.4g}", "spread_ns": f"{high - low:.2g}",
-                     "handbook_ns": HANDBOOK[question, method][SIZES.index(spheres)]})
+                     "published_ns": PUBLISHED[question, method][SIZES.index(spheres)]})
     write_rows(arguments.charts / "query_speed.csv", rows,
                [f"medians and quartile distances of {runs} runs, ns a query; 0.95 pairs a sphere, radii from half "
                 "to one and a half of the mean",
                 f"flushed: 1.25 times the last cache, {last_cache_mb[-1]} MB here, read and written before "
-                "each query; handbook_ns: another machine, its cell list beside our grid"])
+                "each query; published_ns: another machine, its cell list beside our grid"])
 
 
 if __name__ == "__main__":

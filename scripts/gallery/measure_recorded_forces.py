@@ -31,7 +31,7 @@ def measure_spring(build, charts, folder):
     time_s, place_m, measured_N, ours_N = spring.compare(file)
     second = time_s >= spring.half_s
     rms_N = numpy.sqrt(((ours_N - measured_N)[second] ** 2).mean())
-    print(f"spring {spring.stiffness_N_m:.1f} N/m, at rest at {1e3 * spring.rest_m:.3f} mm; second half: "
+    print(f"spring {spring.stiffness_N_per_m:.1f} N/m, at rest at {1e3 * spring.rest_m:.3f} mm; second half: "
           f"{rms_N:.4f} N rms, {100.0 * rms_N / measured_N[second].mean():.2f} % of the mean force")
     write_rows(charts / "spring_recording.csv", [
         {"time_s": f"{time_s[i]:.3f}", "place_mm": f"{1e3 * place_m[i]:.4f}",

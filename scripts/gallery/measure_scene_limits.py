@@ -13,14 +13,14 @@ import tempfile
 from measuring import parser_of
 from tables import write_rows
 
-HEAD = """format = 1
+HEAD = """format = 2
 [simulation]
 integrator = "velocity_verlet"
 period_s = 0.001
 [[material]]
 name = "m"
-contact_stiffness_N_m = 500.0
-contact_damping_N_s_m = 0.2
+contact_stiffness_N_per_m = 500.0
+contact_damping_N_s_per_m = 0.2
 """
 SPACING_M = 0.002
 COUNTS, SMALL_COUNTS = (400, 4_000, 40_000, 400_000), (400, 4_000)
@@ -47,7 +47,7 @@ def sheet(count):
     return (f'[[body]]\nname = "sheet"\nkind = "sheet"\nmass_kg = {1e-5 * side * side}\n'
             f'material = "m"\nnodes = [{side}, {side}]\n'
             f'size_m = [{SPACING_M * (side - 1)}, {SPACING_M * (side - 1)}]\n'
-            'spring_stiffness_N_m = { structural = 20.0, shear = 10.0, bend = 2.0 }\n')
+            'spring_stiffness_N_per_m = { structural = 20.0, shear = 10.0, bend = 2.0 }\n')
 
 
 # Of each its text, and how many spheres it has of those asked for.

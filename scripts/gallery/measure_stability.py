@@ -23,7 +23,7 @@ RIVALS = ["restart", "hermite", "extrapolate", "playout"]
 def small_maps():
     """A corner of the grid: free bodies at 33 ms."""
     few = {"device": ["light"], "period": [0.033], "latency": [0.1, 1], "scene": ["free:0.1", "free:1"],
-           "duration": 6, "seeds": 1, "lowest": 100, "transition": ["hold", "linear", "answer"]}
+           "duration": 6, "seeds": 1, "lowest": 100, "transition": ["hold", "linear", "predict"]}
     yield few | {"jitter": 0.3}
     yield few | {"jitter": 0}
 
@@ -32,7 +32,7 @@ def maps(every):
     """Maps in the order in which they are measured: what matters most comes first."""
     bodies = [{"scene": LIGHT, "duration": SECONDS}, HEAVY, BLOCK]
     base = {"device": DEVICES, "period": PERIODS_S, "latency": COSTS, "jitter": 0.3, "lowest": 100}
-    three = {"transition": ["hold", "linear", "answer"]}
+    three = {"transition": ["hold", "linear", "predict"]}
     at_once = {"latency": [0.1]}
     regular = {"jitter": 0}
     for body in bodies:

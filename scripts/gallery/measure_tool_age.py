@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Measures how old the tool's sample is when its image is published: docs/charts/tool_age.csv.
+"""Measures how old the tool's sample is when its snapshot is published: docs/charts/tool_age.csv.
 
 Runs both daemons on tissue_and_blocks, a hand pressing through to the tissue, with one method and
 rate after the other, and keeps what sim_server's report says. Rows of other builds stay in the

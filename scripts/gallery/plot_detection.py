@@ -5,7 +5,7 @@ from tables import read_rows
 
 STYLES = {  # method: label, colour, line and marker
     "ours": ("ours", "#0072B2", "o-"),
-    "ours, and shown": ("ours, images shown too", "#56B4E9", "o:"),
+    "ours, and shown": ("ours, snapshots shown too", "#56B4E9", "o:"),
     "ours, in a step": ("ours, contacts of a step", "#CC79A7", "o-"),
     "ours, SCALAR": ("ours, no vectors", "#0072B2", "o--"),
     "paper's grid": ("the paper's grid, stamps", "#009E73", "s-"),

@@ -6,10 +6,10 @@ import math
 from drawing import draw_charts, matplotlib, plt, show_plain_numbers
 import tables
 
-TRANSITIONS = ("hold", "linear", "restart", "hermite", "extrapolate", "playout", "answer")
+TRANSITIONS = ("hold", "linear", "restart", "hermite", "extrapolate", "playout", "predict")
 RIVALS = ("force_held", "force_jacobian", "plane", "sphere", "proxy", "crossfade")
 FAST = ("hold at 250 Hz", "hold at 500 Hz", "hold at 1000 Hz")
-COLOURS = {"answer": "#D55E00", "hold": "#0072B2", "linear": "#009E73"}
+COLOURS = {"predict": "#D55E00", "hold": "#0072B2", "linear": "#009E73"}
 WHOLE = "tissue and blocks, all"
 TOLERANCE = 0.07
 
@@ -44,7 +44,7 @@ COLUMNS = (
     ("lag_ms", "effective latency [ms]", "linear"),
     ("vibration_N2", "vibration 20-500 Hz [N²]", "log"),
     ("tick_median_us", "tick, median [µs]", "log"),
-    ("stable_stiffness_N_m", "stable stiffness [N/m]", "log"),
+    ("stable_stiffness_N_per_m", "stable stiffness [N/m]", "log"),
 )
 FLOOR = {"jump_max_N": 1e-5, "vibration_N2": 1e-7, "error_share": 1e-4}
 
@@ -87,7 +87,7 @@ def draw_table(charts):
                     x=0.01, ha="left", y=0.985,
                     fontsize=12, fontweight="bold")
     figure.text(0.01, 0.925, "Left edge (dotted): that or less. Error against the true state at 1 kHz; "
-                "last three rows: held images of a simulation that is that fast.", fontsize=9,
+                "last three rows: held snapshots of a simulation that is that fast.", fontsize=9,
                 color="0.3")
     figure.tight_layout(rect=(0, 0.05, 1, 0.92))
     figure.legend(loc="lower center", ncols=len(paths), frameon=False)
@@ -106,14 +106,14 @@ def front(rows, x, y):
 
 # Of the Pareto charts: each model its own marker, for names would lie over each other.
 MARKERS = {"hold": "o", "linear": "o", "restart": "v", "hermite": "^", "extrapolate": ">", "playout": "<",
-           "answer": "*", "force_held": "o", "force_jacobian": "s", "plane": "D", "sphere": "h",
+           "predict": "*", "force_held": "o", "force_jacobian": "s", "plane": "D", "sphere": "h",
            "proxy": "P", "crossfade": "X"}
 FLOOR_N = 1e-6
 
 
 def mark(axes, name, x, y, is_pale=False):
     axes.plot(x, max(y, FLOOR_N), MARKERS[name], color=colour_of(name), alpha=0.35 if is_pale else 1.0,
-              markersize=13 if name == "answer" else 7, markeredgewidth=0, clip_on=False)
+              markersize=13 if name == "predict" else 7, markeredgewidth=0, clip_on=False)
 
 
 def draw_pareto_panel(axes, mine):
@@ -140,7 +140,7 @@ def draw_jump_panel(axes, mine):
             mark(axes, name, mine[name]["lag_ms"], mine[name]["jump_max_N"])
     axes.axhline(0.01 * mine["hold"]["jump_max_N"], color=COLOURS["hold"], linewidth=0.9,
                  linestyle="--")
-    axes.axvline(mine["answer"]["longest_period_ms"], color="0.5", linewidth=0.9, linestyle=":")
+    axes.axvline(mine["predict"]["longest_period_ms"], color="0.5", linewidth=0.9, linestyle=":")
     axes.set_yscale("log")
     axes.set_xlim(-3, None)
     axes.set_xlabel("effective latency [ms]")
@@ -165,14 +165,14 @@ def draw_pareto(charts):
             if number % columns == 0:
                 axes.set_ylabel(label)
     handles = [plt.Line2D([], [], color=colour_of(name), marker=marker, linestyle="", markeredgewidth=0,
-                          markersize=12 if name == "answer" else 7) for name, marker in MARKERS.items()]
+                          markersize=12 if name == "predict" else 7) for name, marker in MARKERS.items()]
     handles += [plt.Line2D([], [], color=COLOURS["hold"], linestyle="--", linewidth=0.9),
                 plt.Line2D([], [], color="0.5", linestyle=":", linewidth=0.9)]
     figure.suptitle("Speed against accuracy (above), and jump against lag (below)", x=0.01, y=0.99,
                     ha="left", fontsize=13, fontweight="bold")
     height_in = 6.4 * lines
     figure.text(0.01, 1.0 - 0.75 / height_in,
-                "33 Hz, a step costs a tenth, jitter 30 %. Above: pale is beaten in both; numbers: held images "
+                "33 Hz, a step costs a tenth, jitter 30 %. Above: pale is beaten in both; numbers: held snapshots "
                 "of a simulation\nat so many Hz. Below: at the bottom edge no jump.", color="0.3")
     figure.tight_layout(rect=(0, 0.9 / height_in, 1, 1.0 - 0.8 / height_in), h_pad=1.2)
     figure.legend(handles, [name.replace("_", " ") for name in MARKERS]
@@ -264,9 +264,9 @@ def print_cheapest(path, rows):
 
 
 FIGURES = (("hold", "Fig. 6: a discontinuity at each switch (hold)"),
-           ("linear", "Figs. 7 and 8: a progressive transition, continuous if images are regular "
+           ("linear", "Figs. 7 and 8: a progressive transition, continuous if snapshots are regular "
                       "(linear)"),
-           ("answer", "Beside them: the simulation's next step, for the hand where it is (answer)"))
+           ("predict", "Beside them: the simulation's next step, for the hand where it is (predict)"))
 
 
 def draw_figures(charts):
@@ -276,7 +276,7 @@ def draw_figures(charts):
     for axes, (model, title) in zip(panels, FIGURES):
         mine = [row for row in rows if row["model"] == model]
         for before, row in zip(mine, mine[1:]):
-            if row["image"] != before["image"]:
+            if row["snapshot"] != before["snapshot"]:
                 axes.axvline(row["time_s"], color="0.75", linewidth=0.8, linestyle="--")
         axes.plot([row["time_s"] for row in true], [abs(row["force_N"]) for row in true], "k-",
                   linewidth=0.9, label="true state, 1 kHz")
@@ -285,7 +285,7 @@ def draw_figures(charts):
         axes.set_title(title, fontsize=10, loc="left", fontweight="bold")
         axes.set_ylabel("force [N]")
         axes.legend(frameon=False, fontsize=8.5, loc="upper right")
-    panels[-1].set_xlabel("time [s]; dashed lines: switches of images, 33 Hz with 30 % jitter, "
+    panels[-1].set_xlabel("time [s]; dashed lines: switches of snapshots, 33 Hz with 30 % jitter, "
                           "a step costs a tenth")
     figure.suptitle("The paper's figures of continuity, from our own runs: a tool that goes with a "
                     "sphere at 0.1 m/s", x=0.01, ha="left", fontsize=12, fontweight="bold")
@@ -294,12 +294,12 @@ def draw_figures(charts):
 
 
 def draw_ticks(charts):
-    """Medians and 99 % of a tick that stands on an image, and of the first on a new one."""
+    """Medians and 99 % of a tick that stands on a snapshot, and of the first on a new one."""
     rows = [row for row in read_rows(charts / "cold_tick.csv") if row["model"] != "clock"]
     paths = list(dict.fromkeys(row["path"] for row in rows))
     models = list(dict.fromkeys(row["model"] for row in rows))
-    kinds = {"standing": ("#0072B2", "an image that was there", -0.15),
-             "new_image": ("#D55E00", "the first tick of an image", 0.15)}
+    kinds = {"standing": ("#0072B2", "a snapshot that was there", -0.15),
+             "new_snapshot": ("#D55E00", "the first tick of a snapshot", 0.15)}
     figure, panels = plt.subplots(1, len(paths), figsize=(4.6 * len(paths) + 1.6, 4.6), sharey=True,
                                   squeeze=False)
     for axes, path in zip(panels[0], paths):
@@ -315,7 +315,7 @@ def draw_ticks(charts):
         axes.set_ylim(len(models) - 0.5, -0.5)
         axes.set_xscale("log")
         show_plain_numbers(axes.xaxis)
-        axes.set_xlim(4.0, 3.0 * max(row["new_image_p50_us"] for row in rows))
+        axes.set_xlim(4.0, 3.0 * max(row["new_snapshot_p50_us"] for row in rows))
         axes.set_xlabel("tick, caches flushed [µs]: half (dot), 99 % (bar)")
         axes.set_title(path, loc="left", fontsize=10.5, fontweight="bold")
         axes.grid(axis="x", color="0.93")
@@ -332,7 +332,7 @@ PRINTED = ((("jump_max_N", "jump max N"), ("jump_p99_N", "p99 N"), ("jump_max_jn
             ("stage_felt_share", "felt share")),
            (("rms_error_N", "rms error N"), ("rms_error_at_lag_N", "at lag N"), ("lag_ms", "lag ms"),
             ("plateau_share", "plateau"), ("vibration_N2", "vibration N²"), ("energy_given_mJ", "energy mJ"),
-            ("tick_median_us", "tick us"), ("stable_stiffness_N_m", "stable N/m")))
+            ("tick_median_us", "tick us"), ("stable_stiffness_N_per_m", "stable N/m")))
 
 
 def short(value):
@@ -358,12 +358,12 @@ def print_tables(rows, jitter):
 def print_goals(rows):
     for path in dict.fromkeys(row["path"] for row in rows):
         mine = of(rows, path, 0.3)
-        answer, hold, true = mine["answer"], mine["hold"], mine["reference"]
-        print(f"{path}: jump {answer['jump_max_N'] / hold['jump_max_N']:.2g} of hold's; stages above "
-              f"7 %: {answer['stage_felt_share']:.1%} of contact (true {true['stage_felt_share']:.1%},"
+        predict, hold, true = mine["predict"], mine["hold"], mine["reference"]
+        print(f"{path}: jump {predict['jump_max_N'] / hold['jump_max_N']:.2g} of hold's; stages above "
+              f"7 %: {predict['stage_felt_share']:.1%} of contact (true {true['stage_felt_share']:.1%},"
               f" hold {hold['stage_felt_share']:.1%}, linear {mine['linear']['stage_felt_share']:.1%}"
-              f"); lag {answer['lag_ms']:.0f} ms of {answer['longest_period_ms']:.0f}; error "
-              f"{answer['rms_error_N']:.3g} N (hold {hold['rms_error_N']:.3g}, linear "
+              f"); lag {predict['lag_ms']:.0f} ms of {predict['longest_period_ms']:.0f}; error "
+              f"{predict['rms_error_N']:.3g} N (hold {hold['rms_error_N']:.3g}, linear "
               f"{mine['linear']['rms_error_N']:.3g}, 1 kHz {mine[FAST[-1]]['rms_error_N']:.3g})")
 
 

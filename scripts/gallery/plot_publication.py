@@ -4,7 +4,7 @@ from drawing import draw_charts, matplotlib, plt
 from tables import read_rows
 
 OURS, THEIRS, REJECTED = "#0072B2", "#888888", "#D55E00"
-SOAKS = {"images_1ms": "a tick each ms,\nall 131,072 words",
+SOAKS = {"snapshots_1ms": "a tick each ms,\nall 131,072 words",
          "words_512": "a tick each ms,\n512 words",
          "kills": "writers at full speed,\nkilled; 512 words",
          "full_speed": "both at full speed, not\nreal-time; all words"}
@@ -25,7 +25,7 @@ def draw_speed(charts):
     memcpy_us = [float(row["memcpy_us"]) for row in rows]
     figure, (times, ratio) = plt.subplots(2, 1, figsize=(7.6, 6.6), sharex=True,
                                           height_ratios=(3, 1))
-    times.plot(spheres, publish_us, "o-", color=OURS, label="publishing an image")
+    times.plot(spheres, publish_us, "o-", color=OURS, label="publishing a snapshot")
     times.plot(spheres, memcpy_us, "s--", color=THEIRS, markersize=5,
                label="memcpy of as many bytes between private memories")
     times.axhline(1000.0, color="0.8", linewidth=1.0, zorder=0)
@@ -49,11 +49,11 @@ def draw_speed(charts):
     ratio.axhline(1.0, color=THEIRS, linestyle="--", linewidth=1.0)
     ratio.set_ylim(0.0, max(2.0, 1.15 * max(shares)))
     ratio.set_ylabel("publish : memcpy")
-    ratio.set_xlabel("moving spheres in the image")
+    ratio.set_xlabel("moving spheres in the snapshot")
     ratio.grid(axis="y", color="0.93")
     ratio.xaxis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda n, _: f"{n:,.0f}"))
     ratio.xaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
-    figure.suptitle("Publishing a still image of N moving spheres", x=0.02, ha="left",
+    figure.suptitle("Publishing a snapshot of N moving spheres", x=0.02, ha="left",
                     fontsize=13, fontweight="bold")
     figure.tight_layout()
     return figure
@@ -119,7 +119,7 @@ def draw_reads(charts):
     draw_times(times, rows)
     ticks, bad = (sum(int(row[key]) for row in soaks for key in keys)
                   for keys in (("ticks",), ("torn", "backwards")))
-    figure.suptitle(f"Reading images of 1 MiB that another process writes: {ticks:,} reads, "
+    figure.suptitle(f"Reading snapshots of 1 MiB that another process writes: {ticks:,} reads, "
                     f"{bad:,} torn, mixed or backwards", x=0.01, ha="left", fontsize=13,
                     fontweight="bold")
     figure.tight_layout(w_pad=2.5)

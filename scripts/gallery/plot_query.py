@@ -19,7 +19,7 @@ def draw_panel(axes, question, rows):
         median = [float(row["median_ns"]) for row in mine]
         half = [float(row["spread_ns"]) / 2 for row in mine]
         axes.errorbar(n, median, yerr=[[min(bar, 0.9 * y) for bar, y in zip(half, median)], half], color=colour, marker=marker, capsize=3, label=name)
-        axes.plot(n, [float(row["handbook_ns"]) for row in mine], color=colour, marker=marker,
+        axes.plot(n, [float(row["published_ns"]) for row in mine], color=colour, marker=marker,
                   linestyle=":", alpha=0.45, markerfacecolor="none")
         for x, y, bar in zip(n, median, half):
             end = {-1: max(y - bar, 0.7 * y), 0: y, 1: min(y + bar, 1.4 * y)}[side]
@@ -29,11 +29,11 @@ def draw_panel(axes, question, rows):
     axes.set_yscale("log")
     axes.set_xlim(150, 1800000)
     shown = [float(row[column]) for row in rows if row["question"] == question
-             for column in ("median_ns", "handbook_ns")]
+             for column in ("median_ns", "published_ns")]
     # A run that lost the processor may spread beyond all measure: its bar ends at the frame.
     axes.set_ylim(0.6 * min(shown), 2.0 * max(shown))
     axes.yaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
-    axes.set_xlabel("still spheres N")
+    axes.set_xlabel("static spheres N")
     axes.grid(alpha=0.25)
     axes.set_title(TITLES[question], loc="left", fontsize=10.5)
 
@@ -47,7 +47,7 @@ def draw(charts):
     handles, labels = panels[0].get_legend_handles_labels()
     handles.append(plt.Line2D([], [], color="black", linestyle=":", alpha=0.45))
     labels.append("another machine")
-    figure.suptitle("The force on one probe among N still spheres", x=0.01, ha="left", fontsize=13,
+    figure.suptitle("The force on one probe among N static spheres", x=0.01, ha="left", fontsize=13,
                     fontweight="bold")
     figure.tight_layout(rect=(0.0, 0.06, 1.0, 0.98), w_pad=2.5)
     figure.legend(handles, labels, loc="lower center", ncol=4, frameon=False)

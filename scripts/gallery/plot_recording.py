@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""Draws a recording of haptic_server: path of the tool, force, transition, age of the image.
+"""Draws a recording of haptic_server: path of the tool, force, transition, age of the snapshot.
 
 The left column shows the whole run; the right one a window of it, in which the switches from
-image to image can be told apart.
+snapshot to snapshot can be told apart.
 """
 import argparse
 import pathlib
@@ -71,7 +71,7 @@ def shade_faded(axes, recording):
 def draw_age(axes, recording):
     axes.plot(recording["time_s"], 1e3 * recording["age_s"], color=AGE_COLOUR, linewidth=0.9,
               label="age")
-    axes.set_ylabel("age of the image [ms]")
+    axes.set_ylabel("age of the snapshot [ms]")
     axes.set_ylim(bottom=0.0)
 
 
@@ -84,8 +84,8 @@ def draw_alpha(axes, recording):
 
 def mark_switches(axes, recording, window):
     time_s = recording["time_s"]
-    switches = numpy.flatnonzero(numpy.diff(recording["generation"]) != 0) + 1
-    label = "switch of images"
+    switches = numpy.flatnonzero(numpy.diff(recording["snapshot_id"]) != 0) + 1
+    label = "switch of snapshots"
     for switch in switches:
         if window[0] <= time_s[switch] <= window[1]:
             axes.axvline(time_s[switch], color=SWITCH_COLOUR, linewidth=0.7, zorder=0, label=label)
@@ -96,7 +96,7 @@ def fit_height(axes, window):
     """Scales the vertical axis to what the window shows."""
     shown = []
     for line in axes.get_lines():
-        if line.get_label().startswith("_") or line.get_label() == "switch of images":
+        if line.get_label().startswith("_") or line.get_label() == "switch of snapshots":
             continue
         time_s, values = line.get_data()
         shown.append(values[(time_s >= window[0]) & (time_s <= window[1])])

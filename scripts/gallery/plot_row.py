@@ -78,7 +78,7 @@ def draw(charts):
     mean.text(0.97, 0.9, f"largest difference {worst(means):.1e} of the largest", ha="right",
               transform=mean.transAxes, color="0.35")
 
-    sheets = curves["sheet_N_m_by_mm"]
+    sheets = curves["sheet_N_per_m_by_mm"]
     draw_against_formula(sheet, sheets, 2)
     sheet.axhline(0.0, color="0.75", linewidth=1.0, zorder=0)
     sheet.set_xlabel("depth [mm]")

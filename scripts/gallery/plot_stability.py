@@ -6,9 +6,9 @@ import numpy
 from drawing import draw_charts, plt
 from tables import read_rows
 
-WALL_N_M = {"light": 10084.0, "hand": 14928.0}  # what a rigid wall bears at 1 kHz, exactly
+WALL_N_PER_M = {"light": 10084.0, "hand": 14928.0}  # what a rigid wall bears at 1 kHz, exactly
 DEVICES = {"light": "light device", "hand": "with the hand"}
-LAWS = {"hold": "#0072B2", "linear": "#D55E00", "answer": "#009E73"}
+LAWS = {"hold": "#0072B2", "linear": "#D55E00", "predict": "#009E73"}
 OTHERS = {"restart": "#E69F00", "hermite": "#CC79A7", "extrapolate": "#56B4E9",
           "playout": "#8C564B", "force_held": "black"}
 FREE = ("free:0.05", "free:0.1", "free:0.5", "free:1", "free:5")
@@ -16,8 +16,8 @@ BODIES = (*FREE, "chain", "block")
 PERIODS_S = (0.01, 0.033, 0.1)
 COSTS = (0.0, 0.1, 0.333333, 1.0)
 COST_NAMES = ("0", "P/10", "P/3", "P")
-UNSTABLE_N_M = 50.0  # drawn where the lowest stiffness was unstable
-MOST_N_M = 28000.0   # nothing was lost up to here
+UNSTABLE_N_PER_M = 50.0  # drawn where the lowest stiffness was unstable
+MOST_N_PER_M = 28000.0   # nothing was lost up to here
 
 
 def read_limits(charts):
@@ -29,7 +29,7 @@ def read_limits(charts):
         law = row["transition"] if row["model"] == "grid" else row["model"]
         key = (row["scene"], row["device"], law, float(row["period_s"]), float(row["latency_share"]),
                float(row["jitter"]), float(row["device_friction_N"]))
-        limits[key] = float(row["limit_N_m"] or UNSTABLE_N_M)
+        limits[key] = float(row["limit_N_per_m"] or UNSTABLE_N_PER_M)
     return limits
 
 
@@ -45,7 +45,7 @@ def worst(limits, device, law, period_s, cost):
 
 
 def thousands(value):
-    return "≥28 k" if value > MOST_N_M else f"{1e-3 * value:.1f} k"
+    return "≥28 k" if value > MOST_N_PER_M else f"{1e-3 * value:.1f} k"
 
 
 def draw_map(charts):
@@ -54,7 +54,7 @@ def draw_map(charts):
     for row, device in zip(panels, DEVICES):
         for axes, law in zip(row, LAWS):
             cells = [[worst(limits, device, law, p, c) for c in COSTS] for p in PERIODS_S]
-            ratio = numpy.array([[cell[0] / WALL_N_M[device] for cell in line] for line in cells])
+            ratio = numpy.array([[cell[0] / WALL_N_PER_M[device] for cell in line] for line in cells])
             # White is the goal, half of what a wall bears.
             image = axes.imshow(numpy.log2(2.0 * ratio), cmap="RdBu", vmin=-4, vmax=4,
                                 aspect="auto")
@@ -94,8 +94,8 @@ def draw_mass(charts):
                 axes.plot(masses, [numpy.nan if v is None else v for v in values],
                           "o-" if bold else ".--", color=colour, linewidth=2 if bold else 1,
                           label=law.replace("_", " "), zorder=3 if bold else 2)
-            axes.axhline(WALL_N_M[device], color="0.3", linewidth=1, label="a rigid wall")
-            axes.axhline(0.5 * WALL_N_M[device], color="0.3", linewidth=1, linestyle="--",
+            axes.axhline(WALL_N_PER_M[device], color="0.3", linewidth=1, label="a rigid wall")
+            axes.axhline(0.5 * WALL_N_PER_M[device], color="0.3", linewidth=1, linestyle="--",
                          label="half of that: the goal")
             axes.set(xscale="log", yscale="log")
             axes.set_title(f"{DEVICES[device]}, {name}", loc="left", fontsize=10,
@@ -138,7 +138,7 @@ def draw_jitter(charts):
 
 def read_linear(charts):
     return {(row["body"], row["device"], row["law"], float(row["period_ms"]), float(row["cost_share"])):
-            float(row["limit_N_m"]) for row in read_rows(charts / "two_rate.csv")}
+            float(row["limit_N_per_m"]) for row in read_rows(charts / "two_rate.csv")}
 
 
 def draw_linear(charts):
@@ -177,20 +177,20 @@ def draw_linear(charts):
 
 def print_goals(limits):
     """Half of the wall's at up to a tenth of the period; nowhere 15 % under the better of both."""
-    print("goal,scene,device,period_s,cost,hold,linear,answer,met")
+    print("goal,scene,device,period_s,cost,hold,linear,predict,met")
     for device in DEVICES:
         for period_s in PERIODS_S:
             for cost in COSTS:
                 for body in BODIES:
-                    hold, linear, answer = (limit(limits, body, device, law, period_s, cost)
+                    hold, linear, predict = (limit(limits, body, device, law, period_s, cost)
                                             for law in LAWS)
-                    if None in (hold, linear, answer):
+                    if None in (hold, linear, predict):
                         continue
                     cell = (f"{body},{device},{period_s:g},{cost:.2g},{hold:.0f},{linear:.0f},"
-                            f"{answer:.0f}")
+                            f"{predict:.0f}")
                     if cost <= 0.1:
-                        print(f"half,{cell},{'yes' if answer >= 0.5 * WALL_N_M[device] else 'NO'}")
-                    print(f"better,{cell},{'yes' if answer >= 0.85 * max(hold, linear) else 'NO'}")
+                        print(f"half,{cell},{'yes' if predict >= 0.5 * WALL_N_PER_M[device] else 'NO'}")
+                    print(f"better,{cell},{'yes' if predict >= 0.85 * max(hold, linear) else 'NO'}")
 
 
 def main():

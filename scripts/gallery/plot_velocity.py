@@ -74,7 +74,7 @@ def draw(charts):
         axes.set_title(title, loc="left", fontsize=10.5, fontweight="bold")
     even.set_ylabel("noise [mm/s rms]")
     draw_panel(loop, candidates,
-               lambda values: (values["damper_N_s_m", DAMPER], noise_mm_s(values, "even")),
+               lambda values: (values["damper_N_s_per_m", DAMPER], noise_mm_s(values, "even")),
                lambda a, b: a >= b)
     loop.set_xlim(85, 10)
     loop.set_xlabel("damper borne, one tick late [N s/m]")

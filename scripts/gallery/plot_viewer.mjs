@@ -55,7 +55,7 @@ async function draw(name, charts) {
     for (const key of keys) await page.keyboard.press(key);
     const above = (id, least) => page.waitForFunction(([where, what]) =>
       Number(document.getElementById(where).textContent) > what, [id, least], { polling: 20 });
-    await above('number-generation', 400);  // the plots are full
+    await above('number-snapshot_id', 400);  // the plots are full
     await above('number-force', least_N);
     await page.keyboard.press(' ');
     await page.mouse.move(640, 700);

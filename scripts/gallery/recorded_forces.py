@@ -18,14 +18,14 @@ DEMONSTRATIONS = ("a_1", "a_2", "b_1", "b_2", "c_1", "c_2", "d_1", "d_2")
 LEVER_M = 0.075
 TOOL_M = 0.005  # radius
 
-SCENE = """format = 1
+SCENE = """format = 2
 [world]
 gravity_m_s2 = [0.0, 0.0, 0.0]
 [tool]
 radius_m = {tool_m}
 [[material]]
 name = "recorded"
-contact_stiffness_N_m = {stiffness_N_m!r}
+contact_stiffness_N_per_m = {stiffness_N_per_m!r}
 [[body]]
 name = "recorded"
 material = "recorded"
@@ -48,14 +48,14 @@ class Spring:
         self.place_m, self.force_N = LEVER_M * angle, torque_N_m / LEVER_M
         self.half_s = 0.5 * self.time_s[-1]
         first = self.time_s < self.half_s
-        self.stiffness_N_m, at_zero_N = numpy.polyfit(self.place_m[first], self.force_N[first], 1)
-        self.rest_m = -at_zero_N / self.stiffness_N_m
+        self.stiffness_N_per_m, at_zero_N = numpy.polyfit(self.place_m[first], self.force_N[first], 1)
+        self.rest_m = -at_zero_N / self.stiffness_N_per_m
 
     def scene(self):
         """A wall of the stiffness fitted on the first half, at the place where its force is zero."""
         body = (f'kind = "plane"\npoint_m = [{self.rest_m + TOOL_M!r}, 0.0, 0.0]\n'
                 "normal = [-1.0, 0.0, 0.0]")
-        return SCENE.format(tool_m=TOOL_M, stiffness_N_m=float(self.stiffness_N_m), body=body)
+        return SCENE.format(tool_m=TOOL_M, stiffness_N_per_m=float(self.stiffness_N_per_m), body=body)
 
     def device(self):
         return f"replay:file={SPRING},map=x_m:slave_rad*{LEVER_M}"
@@ -75,7 +75,7 @@ def contour_scene():
     """The printed contour, of spheres 4 mm apart under its surface, that does not move."""
     body = (f'kind = "mesh"\nfile = "{CONTOUR_MESH}"\nscale = 0.001\nmotion = "static"\n'
             "spheres = { surface_spacing_m = 0.004 }")
-    return SCENE.format(tool_m=TOOL_M, stiffness_N_m=1000.0, body=body)
+    return SCENE.format(tool_m=TOOL_M, stiffness_N_per_m=1000.0, body=body)
 
 
 def contour_device(name):

@@ -15,7 +15,7 @@ import recorded_forces
 from measuring import DATA, output_of, program
 from tables import read_rows
 
-CLOCKED = ("tick_median_us", "processor_ms_per_s", "stable_stiffness_N_m", "time_s")
+CLOCKED = ("tick_median_us", "processor_ms_per_s", "stable_stiffness_N_per_m", "time_s")
 
 
 class Tables:
@@ -114,16 +114,16 @@ def check_paper_figures(tables):
     with tempfile.TemporaryDirectory() as folder:
         measured = {row["time_s"]: row for row in measure_models.figure_rows(tables.build, label, folder)}
     for row in tables.draw(row for row in tables.published("paper_figures") if row["model"] == label):
-        yield from differences((label, row["time_s"]), row, measured.get(row["time_s"]), ("force_N", "image"))
+        yield from differences((label, row["time_s"]), row, measured.get(row["time_s"]), ("force_N", "snapshot"))
 
 
-def is_stable(tables, row, stiffness_N_m, seed):
+def is_stable(tables, row, stiffness_N_per_m, seed):
     options = ["--scene", row["scene"], "--device", row["device"], "--model", row["model"],
                "--transition", row["transition"], "--period", row["period_s"],
                "--latency", row["latency_share"], "--jitter", row["jitter"], "--seed", seed,
                "--resolution", row["resolution_m"], "--device-friction", row["device_friction_N"],
-               "--damping", row["contact_damping_N_s_m"], "--friction", row["friction"],
-               "--duration", row["duration_s"], "--stiffness", f"{stiffness_N_m:.6g}"]
+               "--damping", row["contact_damping_N_s_per_m"], "--friction", row["friction"],
+               "--duration", row["duration_s"], "--stiffness", f"{stiffness_N_per_m:.6g}"]
     return output_of([program(tables.build, "stability_lab"), "run", *options]).strip() == "stable"
 
 
@@ -131,14 +131,14 @@ def check_stability(tables):
     """Stable at the limit by each seed: a lower bound is what a limit promises. Rows of one seed are
     of an older search (docs/algorithms/stability.md), which claimed no more than it found there and then."""
     rows = [row for row in tables.published("stability")
-            if "-" in row["seed"] and row["limit_N_m"] and float(row["limit_N_m"]) < 28000.0]
+            if "-" in row["seed"] and row["limit_N_per_m"] and float(row["limit_N_per_m"]) < 28000.0]
     for row in tables.draw(rows):
         first, _, last = row["seed"].partition("-")
         seeds = range(int(first), int(last or first) + 1)
-        limit_N_m = float(row["limit_N_m"])
-        verdict = "stable" if all(is_stable(tables, row, limit_N_m, seed) for seed in seeds) else "lost"
+        limit_N_per_m = float(row["limit_N_per_m"])
+        verdict = "stable" if all(is_stable(tables, row, limit_N_per_m, seed) for seed in seeds) else "lost"
         key = tuple(row[name] for name in ("scene", "device", "transition", "period_s", "latency_share",
-                                           "jitter", "seed", "limit_N_m"))
+                                           "jitter", "seed", "limit_N_per_m"))
         yield key, "verdict", "stable", verdict
 
 

@@ -48,7 +48,7 @@ def read_forces(file):
         if len(row) != len(header):
             raise Unusable(f"{file}:{number}: {len(row)} fields: expected {len(header)}")
     columns = {}
-    for name in (*TIME_NAMES, *FORCE_NAMES, *POSITION_NAMES, "contacts", "generation"):
+    for name in (*TIME_NAMES, *FORCE_NAMES, *POSITION_NAMES, "contacts", "snapshot_id"):
         if header.count(name) > 1:
             raise Unusable(f"{file}:{header_line}: column {name}: given twice")
         if name in header:

@@ -6,10 +6,10 @@ namespace stillgrid {
 
 /// The constants of one contact.
 struct ContactMaterial {
-  double stiffness_N_m = 0.0;
-  double damping_N_s_m = 0.0;    // acts while the spheres approach
-  double friction = 0.0;         // Coulomb's coefficient
-  double slip_speed_m_s = 1e-3;  // below it friction is viscous
+  double stiffness_N_per_m = 0.0;
+  double damping_N_s_per_m = 0.0;  // acts while the spheres approach
+  double friction = 0.0;           // Coulomb's coefficient
+  double slip_speed_m_s = 1e-3;    // below it friction is viscous
 };
 
 /// The constants between two materials: harmonic means of stiffness and of damping, the smaller

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "shared/collision/still_grid.hpp"
+#include "shared/collision/voxel_grid.hpp"
 
 namespace stillgrid {
 
@@ -43,7 +43,7 @@ using Long2 = std::uint64_t __attribute__((vector_size(16)));
 /// going round at `cells`. The fourth of each says nothing.
 struct CellBlock {
   Unsigned4 first, count, cells;
-  bool is_empty;  // no cover's centre can be there
+  bool is_empty;  // no swept bound's centre can be there
 };
 
 /// Where the centres can be that are no farther than distance_m from `centre_m` in exact
@@ -72,17 +72,18 @@ struct CellBlock {
           (none[0] | none[1] | none[2]) != 0};
 }
 
-[[nodiscard]] inline Cover load_cover(const GridView& view, std::size_t i) noexcept {
-  return load_struct<Cover>(view.words + view.layout.covers + 2 * i);
+[[nodiscard]] inline SweptBound load_bound(const GridView& view, std::size_t i) noexcept {
+  return load_struct<SweptBound>(view.words + view.layout.swept_bounds + 2 * i);
 }
 [[nodiscard]] inline std::uint32_t load_number(const GridView& view, std::size_t i) noexcept {
   return load_u32(view.words + view.layout.numbers, i);
 }
 
-/// The first cache line of a SphereRecord: all that a tick needs which leads the newest image on.
+/// The first cache line of a SphereRecord: all that a tick needs which leads the newest snapshot
+/// on.
 struct RecordLine {
-  proto::SphereImage newest;
-  std::array<float, 3> drift_m_s, answer_m_N;
+  proto::SphereState newest;
+  std::array<float, 3> predicted_velocity_m_s, compliance_m_per_N;
   float radius_m;
   std::uint32_t material, body, reserved;
 };
@@ -99,11 +100,12 @@ static_assert(sizeof(RecordLine) == 64);
   return load_struct<proto::SphereRecord>(view.words + record_word(view, sphere));
 }
 
-/// Whether two covers meet. Covers are rounded outwards by more than this test rounds.
-[[nodiscard]] inline bool meet(const Cover& a, const Cover& b) noexcept {
+/// Whether two swept bounds meet. Swept bounds are rounded outwards by more than this test rounds.
+[[nodiscard]] inline bool meet(const SweptBound& a, const SweptBound& b) noexcept {
   const float x = a.centre_m[0] - b.centre_m[0], y = a.centre_m[1] - b.centre_m[1],
-              z = a.centre_m[2] - b.centre_m[2], reach_m = a.reach_m + b.reach_m;
-  return x * x + y * y + z * z <= reach_m * reach_m;
+              z = a.centre_m[2] - b.centre_m[2],
+              bounding_radius_m = a.bounding_radius_m + b.bounding_radius_m;
+  return x * x + y * y + z * z <= bounding_radius_m * bounding_radius_m;
 }
 
 /// No limit: for the simulation, which trusts its own grid.
@@ -111,22 +113,22 @@ inline constexpr std::uint32_t kAllVisits = std::numeric_limits<std::uint32_t>::
 
 namespace detail {
 
-/// Counts down the covers and rows of cells a query may look at.
+/// Counts down the swept bounds and rows of cells a query may look at.
 struct VisitBudget {
   std::uint32_t left;
-  bool cut = false;
+  bool truncated = false;
   bool spend(std::uint32_t wanted) noexcept {
-    cut = wanted > left;
-    left = cut ? 0 : left - wanted;
-    return !cut;
+    truncated = wanted > left;
+    left = truncated ? 0 : left - wanted;
+    return !truncated;
   }
 };
 
-/// Which of the four covers from number `i` on meet the probe, a bit each.
-[[nodiscard]] inline unsigned meet4(const std::uint64_t* covers, std::size_t i,
-                                    const Cover& probe) noexcept {
-  const auto load = [&](std::size_t cover) {
-    const std::uint64_t* words = covers + 2 * cover;
+/// Which of the four swept bounds from number `i` on meet the probe, a bit each.
+[[nodiscard]] inline unsigned meet4(const std::uint64_t* swept_bounds, std::size_t i,
+                                    const SweptBound& probe) noexcept {
+  const auto load = [&](std::size_t swept_bound) {
+    const std::uint64_t* words = swept_bounds + 2 * swept_bound;
     return std::bit_cast<Float4>(Long2{load_word(words, 0), load_word(words, 1)});
   };
   const Float4 a = load(i), b = load(i + 1), c = load(i + 2), d = load(i + 3);
@@ -137,28 +139,29 @@ struct VisitBudget {
   const Float4 x = __builtin_shufflevector(xy_ab, xy_cd, 0, 1, 4, 5) - probe.centre_m[0];
   const Float4 y = __builtin_shufflevector(xy_ab, xy_cd, 2, 3, 6, 7) - probe.centre_m[1];
   const Float4 z = __builtin_shufflevector(zr_ab, zr_cd, 0, 1, 4, 5) - probe.centre_m[2];
-  const Float4 reach = __builtin_shufflevector(zr_ab, zr_cd, 2, 3, 6, 7) + probe.reach_m;
+  const Float4 bounding_radius =
+      __builtin_shufflevector(zr_ab, zr_cd, 2, 3, 6, 7) + probe.bounding_radius_m;
   constexpr Int4 kBits{1, 2, 4, 8};
-  const Int4 met = (x * x + y * y + z * z <= reach * reach) & kBits;
+  const Int4 met = (x * x + y * y + z * z <= bounding_radius * bounding_radius) & kBits;
   const auto halves = std::bit_cast<std::array<std::uint64_t, 2>>(met);
   const std::uint64_t pairs = halves[0] | halves[1];
   return static_cast<unsigned>(pairs | (pairs >> 32U));
 }
 
-/// Visits the covers of the cells [first, end) that meet the probe, by fours: a run's length is
-/// what a processor cannot foresee.
+/// Visits the swept bounds of the cells [first, end) that meet the probe, by fours: a run's length
+/// is what a processor cannot predict.
 template <class Visit>
 void visit_run(const GridView& view, std::size_t first_cell, std::size_t end_cell,
-               const Cover& probe, VisitBudget& budget, Visit& visit) {
+               const SweptBound& probe, VisitBudget& budget, Visit& visit) {
   const std::uint64_t* starts = view.words + view.layout.cell_starts;
   const std::uint32_t first = load_u32(starts, first_cell);
   const std::uint32_t end = std::min(load_u32(starts, end_cell), view.shape.sphere_count);
   if (first >= end) return;
   const std::uint32_t left = budget.left;
   const std::uint32_t stop = budget.spend(end - first) ? end : first + left;
-  for (std::uint32_t i = first; i < stop; i += kCoversAtOnce) {
-    unsigned met = meet4(view.words + view.layout.covers, i, probe);
-    met &= 0xFU >> (kCoversAtOnce - std::min(stop - i, kCoversAtOnce));
+  for (std::uint32_t i = first; i < stop; i += kBoundsAtOnce) {
+    unsigned met = meet4(view.words + view.layout.swept_bounds, i, probe);
+    met &= 0xFU >> (kBoundsAtOnce - std::min(stop - i, kBoundsAtOnce));
     for (; met != 0; met &= met - 1) {
       const std::uint32_t sphere =
           load_number(view, i + static_cast<unsigned>(std::countr_zero(met)));
@@ -168,10 +171,11 @@ void visit_run(const GridView& view, std::size_t first_cell, std::size_t end_cel
 }
 
 template <class Visit>
-void visit_level(const GridView& view, const proto::GridLevel& level, const Cover& probe,
+void visit_level(const GridView& view, const proto::GridLevel& level, const SweptBound& probe,
                  VisitBudget& budget, Visit& visit) {
   const CellBlock block =
-      cell_block(level, probe.centre_m, probe.reach_m + level.reach_m, 1.0F / level.voxel_m);
+      cell_block(level, probe.centre_m, probe.bounding_radius_m + level.bounding_radius_m,
+                 1.0F / level.voxel_m);
   if (block.is_empty) return;
   const auto& [first, count, cells, is_empty] = block;
   const std::uint32_t straight = std::min(count[0], cells[0] - first[0]);
@@ -186,7 +190,7 @@ void visit_level(const GridView& view, const proto::GridLevel& level, const Cove
           std::size_t{cells[0]} * (wrapped(first[1] + j, cells[1]) +
                                    std::size_t{cells[1]} * wrapped(first[2] + k, cells[2]));
       visit_run(view, row + first[0], row + first[0] + straight, probe, budget, visit);
-      if (budget.cut) return;
+      if (budget.truncated) return;
       if (straight < count[0])  // the row goes round
         visit_run(view, row, row + (count[0] - straight), probe, budget, visit);
     }
@@ -194,17 +198,17 @@ void visit_level(const GridView& view, const proto::GridLevel& level, const Cove
 
 }  // namespace detail
 
-/// Calls visit(sphere number) once for each sphere whose cover meets the probe's. Looks at
-/// `max_visits` covers and rows of cells at most and returns whether it was cut short there.
+/// Calls visit(sphere number) once for each sphere whose swept bound meets the probe's. Looks at
+/// `max_visits` swept bounds and rows of cells at most and returns whether it was cut short there.
 ///
 /// Realtime: wait-free; safe on words that change or lie, given is_consistent(view.shape).
 template <class Visit>
-bool for_each_candidate(const GridView& view, const Cover& probe, std::uint32_t max_visits,
+bool for_each_candidate(const GridView& view, const SweptBound& probe, std::uint32_t max_visits,
                         Visit&& visit) {
   detail::VisitBudget budget{max_visits};
-  for (std::uint32_t i = 0; i < view.shape.level_count && !budget.cut; ++i)
+  for (std::uint32_t i = 0; i < view.shape.level_count && !budget.truncated; ++i)
     detail::visit_level(view, view.shape.levels[i], probe, budget, visit);
-  return budget.cut;
+  return budget.truncated;
 }
 
 }  // namespace stillgrid

@@ -23,11 +23,11 @@ namespace detail {
   return {v[0], v[1], v[2]};
 }
 
-inline void add(DisplayedSphere& sum, const proto::SphereImage& image, double weight,
+inline void add(DisplayedSphere& sum, const proto::SphereState& snapshot, double weight,
                 double velocity_s) noexcept {
   if (weight == 0.0 && velocity_s == 0.0) return;
-  const Eigen::Vector3d velocity_m_s = vector(image.velocity_m_s);
-  sum.position_m += weight * vector(image.position_m) + velocity_s * velocity_m_s;
+  const Eigen::Vector3d velocity_m_s = vector(snapshot.velocity_m_s);
+  sum.position_m += weight * vector(snapshot.position_m) + velocity_s * velocity_m_s;
   sum.velocity_m_s += weight * velocity_m_s;
 }
 
@@ -35,7 +35,7 @@ inline void add(DisplayedSphere& sum, const proto::SphereImage& image, double we
 
 /// Whether a sphere gives way to the hand: its record says by how much. Realtime: yes.
 [[nodiscard]] inline bool is_compliant(const RecordLine& line) noexcept {
-  return line.answer_m_N != std::array<float, 3>{};
+  return line.compliance_m_per_N != std::array<float, 3>{};
 }
 
 /// Where the weights display a sphere: the law of docs/algorithms/transitions.md, for whoever shows
@@ -44,15 +44,16 @@ inline void add(DisplayedSphere& sum, const proto::SphereImage& image, double we
 /// load_record(): the whole record, asked for only where older snapshots weigh.
 /// Realtime: yes; safe on numbers that lie.
 template <class LoadRecord>
-[[nodiscard]] DisplayedSphere displayed(const RecordLine& line, const ImageWeights& weights,
+[[nodiscard]] DisplayedSphere displayed(const RecordLine& line, const SnapshotWeights& weights,
                                         LoadRecord&& load_record) noexcept {
   using detail::add, detail::vector;
   const auto& position = weights.position;
   const auto& velocity_s = weights.velocity_s;
   DisplayedSphere sum;
   add(sum, line.newest, position[0], velocity_s[0]);
-  const double drift_s = weights.drift_s - (is_compliant(line) ? weights.answer_lag_s : 0.0);
-  sum.position_m += drift_s * vector(line.drift_m_s);
+  const double prediction_s =
+      weights.prediction_s - (is_compliant(line) ? weights.compliance_lag_s : 0.0);
+  sum.position_m += prediction_s * vector(line.predicted_velocity_m_s);
   const bool is_newest_only = position[1] == 0.0 && position[2] == 0.0 && position[3] == 0.0 &&
                               velocity_s[1] == 0.0 && velocity_s[2] == 0.0;
   if (is_newest_only) return sum;
@@ -67,26 +68,26 @@ template <class LoadRecord>
 /// How far the displayed sphere gives way, for each newton by which the hand pushes more than in
 /// the snapshot. Realtime: yes.
 [[nodiscard]] inline Eigen::Vector3d compliance_m_per_N(const RecordLine& line,
-                                                        const ImageWeights& weights) noexcept {
-  if (weights.answer_share == 0.0) return Eigen::Vector3d::Zero();
-  return weights.answer_share * detail::vector(line.answer_m_N);
+                                                        const SnapshotWeights& weights) noexcept {
+  if (weights.compliance_share == 0.0) return Eigen::Vector3d::Zero();
+  return weights.compliance_share * detail::vector(line.compliance_m_per_N);
 }
 
 /// A sphere that some snapshot lacks, displayed by those that it is in; not a number where it is in
 /// none. Realtime: yes.
-[[nodiscard]] inline DisplayedSphere displayed_where_present(const proto::SphereRecord& record,
-                                                             const ImageWeights& weights) noexcept {
-  const std::array<proto::SphereImage, proto::kHistoryLength> images = {
+[[nodiscard]] inline DisplayedSphere displayed_where_present(
+    const proto::SphereRecord& record, const SnapshotWeights& weights) noexcept {
+  const std::array<proto::SphereState, proto::kHistoryLength> snapshots = {
       record.newest,
       record.older[0],
       record.older[1],
       {record.oldest_position_m, record.older[1].velocity_m_s}};
   DisplayedSphere sum{.presence = 0.0};
-  for (std::size_t i = 0; i < images.size(); ++i) {
+  for (std::size_t i = 0; i < snapshots.size(); ++i) {
     // Hermite's weights leave [0, 1] a little; what is negative is not there.
     const double weight = std::max(0.0, weights.position[i]);
-    if (detail::vector(images[i].position_m).hasNaN()) continue;
-    detail::add(sum, images[i], weight, 0.0);
+    if (detail::vector(snapshots[i].position_m).hasNaN()) continue;
+    detail::add(sum, snapshots[i], weight, 0.0);
     sum.presence += weight;
   }
   sum.position_m /= sum.presence;

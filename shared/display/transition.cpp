@@ -14,13 +14,13 @@ using proto::SnapshotHeader;
 
 /// How fast the latency of playout changes, of real time: slower or faster bodies are not felt.
 constexpr double kLatencySlew = 0.1;
-/// Share of the way to a smaller latency that it goes an image.
+/// Share of the way to a smaller latency that it goes a snapshot.
 constexpr double kLatencyDecay = 1.0 / 64.0;
 
-ImageWeights newest_image() noexcept {
-  ImageWeights weights;
+SnapshotWeights newest_snapshot() noexcept {
+  SnapshotWeights weights;
   weights.position[0] = 1.0;
-  weights.stands = true;
+  weights.is_waiting = true;
   return weights;
 }
 
@@ -38,7 +38,7 @@ double progress(const SnapshotHeader& snapshot, std::uint64_t now_ns) noexcept {
   return since_s < period_s ? since_s / period_s : 1.0;
 }
 
-void add(ImageWeights& sum, const ImageWeights& weights, double factor) noexcept {
+void add(SnapshotWeights& sum, const SnapshotWeights& weights, double factor) noexcept {
   for (std::size_t i = 0; i < sum.position.size(); ++i)
     sum.position[i] += factor * weights.position[i];
   for (std::size_t i = 0; i < sum.velocity_s.size(); ++i)
@@ -49,59 +49,59 @@ void add(ImageWeights& sum, const ImageWeights& weights, double factor) noexcept
 // snapshots that are published at once.
 
 /// The latest snapshot as it is: jumps by v P.
-ImageWeights hold(const TransitionMemory&, const SnapshotHeader&, std::uint64_t) noexcept {
-  return newest_image();
+SnapshotWeights hold(const TransitionMemory&, const SnapshotHeader&, std::uint64_t) noexcept {
+  return newest_snapshot();
 }
 
 /// From the snapshot before to the latest: a(t) = min((t - Tn) / (Tn - Tn-1), 1), the next switch
 /// being expected after a period like the last; lags by v P [Davanne 2002, section 4; the print's
 /// max is a slip, its text fits only min].
-ImageWeights linear(const TransitionMemory&, const SnapshotHeader& snapshot,
-                    std::uint64_t now_ns) noexcept {
-  ImageWeights weights;
+SnapshotWeights linear(const TransitionMemory&, const SnapshotHeader& snapshot,
+                       std::uint64_t now_ns) noexcept {
+  SnapshotWeights weights;
   weights.alpha = progress(snapshot, now_ns);
   weights.position[0] = weights.alpha;
   weights.position[1] = 1.0 - weights.alpha;
-  weights.stands = weights.alpha == 1.0;
+  weights.is_waiting = weights.alpha == 1.0;
   return weights;
 }
 
 /// From what is displayed to the latest over one period: never jumps, lags by v P.
-ImageWeights restart(const TransitionMemory& memory, const SnapshotHeader& snapshot,
-                     std::uint64_t now_ns) noexcept {
-  ImageWeights weights;
+SnapshotWeights restart(const TransitionMemory& memory, const SnapshotHeader& snapshot,
+                        std::uint64_t now_ns) noexcept {
+  SnapshotWeights weights;
   weights.alpha = progress(snapshot, now_ns);
   weights.position[0] = weights.alpha;
   add(weights, memory.at_switch, 1.0 - weights.alpha);
-  weights.stands = weights.alpha == 1.0;
+  weights.is_waiting = weights.alpha == 1.0;
   return weights;
 }
 
 /// As restart, with the velocities too: no kink, overshoots where a body stops.
-ImageWeights hermite(const TransitionMemory& memory, const SnapshotHeader& snapshot,
-                     std::uint64_t now_ns) noexcept {
+SnapshotWeights hermite(const TransitionMemory& memory, const SnapshotHeader& snapshot,
+                        std::uint64_t now_ns) noexcept {
   const double s = progress(snapshot, now_ns), period_s = last_period_s(snapshot);
-  ImageWeights weights;
+  SnapshotWeights weights;
   weights.alpha = s;
   weights.position[0] = s * s * (3.0 - 2.0 * s);
   weights.velocity_s[0] = period_s * s * s * (s - 1.0);
   add(weights, memory.at_switch, 1.0 - s * s * (3.0 - 2.0 * s));
   add(weights, memory.rate_at_switch, period_s * s * (s - 1.0) * (s - 1.0));
-  weights.stands = s == 1.0;
+  weights.is_waiting = s == 1.0;
   return weights;
 }
 
 /// The latest snapshot, moved on by its velocities: no lag, jumps by a P^2 / 2.
-ImageWeights extrapolate(const TransitionMemory&, const SnapshotHeader& snapshot,
-                         std::uint64_t now_ns) noexcept {
-  ImageWeights weights;
+SnapshotWeights extrapolate(const TransitionMemory&, const SnapshotHeader& snapshot,
+                            std::uint64_t now_ns) noexcept {
+  SnapshotWeights weights;
   weights.position[0] = 1.0;
   const double period_s = snapshot.history_count > 1 ? seconds_between(snapshot.state_time_ns[1],
                                                                        snapshot.state_time_ns[0])
                                                      : 0.0;
   const double age_s = seconds_between(snapshot.state_time_ns[0], now_ns);
-  weights.velocity_s[0] = std::min(age_s, proto::kForesightPeriods * period_s);
-  weights.stands = !(age_s < proto::kForesightPeriods * period_s);
+  weights.velocity_s[0] = std::min(age_s, proto::kPredictionPeriods * period_s);
+  weights.is_waiting = !(age_s < proto::kPredictionPeriods * period_s);
   return weights;
 }
 
@@ -113,13 +113,13 @@ double latency_s(const TransitionMemory& memory, const SnapshotHeader& snapshot,
 
 /// The past, as late as snapshots come, linear between the two round the time shown: no jump, no
 /// stage, lags by P and more.
-ImageWeights playout(const TransitionMemory& memory, const SnapshotHeader& snapshot,
-                     std::uint64_t now_ns) noexcept {
+SnapshotWeights playout(const TransitionMemory& memory, const SnapshotHeader& snapshot,
+                        std::uint64_t now_ns) noexcept {
   const auto& state_ns = snapshot.state_time_ns;
   const double late_s = latency_s(memory, snapshot, now_ns);
-  // Times are counted back from the newest image: how long before it is what is shown?
+  // Times are counted back from the newest snapshot: how long before it is what is shown?
   const double back_s = late_s - seconds_between(state_ns[0], now_ns);
-  ImageWeights weights;
+  SnapshotWeights weights;
   weights.alpha = 0.0;
   double newer_s = 0.0;
   for (std::size_t i = 0; i + 1 < proto::kHistoryLength; ++i) {
@@ -129,7 +129,7 @@ ImageWeights playout(const TransitionMemory& memory, const SnapshotHeader& snaps
       weights.position[i] = 1.0 - share;
       weights.position[i + 1] = share;
       if (i == 0) weights.alpha = 1.0 - share;
-      weights.stands = back_s < 0.0;
+      weights.is_waiting = back_s < 0.0;
       return weights;
     }
     newer_s = older_s;
@@ -139,22 +139,22 @@ ImageWeights playout(const TransitionMemory& memory, const SnapshotHeader& snaps
 }
 
 /// The latest snapshot led on by the simulation's own next step: no jump, lags by 0 to 6 ms.
-ImageWeights answer(const TransitionMemory&, const SnapshotHeader& snapshot,
-                    std::uint64_t now_ns) noexcept {
-  ImageWeights weights = newest_image();
-  const double period_s = static_cast<double>(snapshot.foresight_ns) * 1e-9;
+SnapshotWeights predict(const TransitionMemory&, const SnapshotHeader& snapshot,
+                        std::uint64_t now_ns) noexcept {
+  SnapshotWeights weights = newest_snapshot();
+  const double period_s = static_cast<double>(snapshot.prediction_ns) * 1e-9;
   if (!(period_s > 0.0)) return weights;
   const double age_s = seconds_between(snapshot.state_time_ns[0], now_ns);
-  weights.stands = !(age_s < proto::kForesightPeriods * period_s);
-  const double led_s = std::min(age_s, proto::kForesightPeriods * period_s);
-  weights.drift_s = led_s;
-  weights.answer_lag_s = drift_lag_s(period_s);
+  weights.is_waiting = !(age_s < proto::kPredictionPeriods * period_s);
+  const double led_s = std::min(age_s, proto::kPredictionPeriods * period_s);
+  weights.prediction_s = led_s;
+  weights.compliance_lag_s = prediction_lag_s(period_s);
   const double periods = led_s / period_s;
-  weights.answer_share = periods * periods;
+  weights.compliance_share = periods * periods;
   return weights;
 }
 
-/// The latency that would have let the image before last until this one came.
+/// The latency that would have let the snapshot before last until this one came.
 double needed_latency_s(const SnapshotHeader& snapshot) noexcept {
   return snapshot.history_count > 1
              ? seconds_between(snapshot.state_time_ns[1], snapshot.publish_time_ns[0])
@@ -162,14 +162,14 @@ double needed_latency_s(const SnapshotHeader& snapshot) noexcept {
 }
 
 constexpr std::array kTransitions = {
-    TransitionLaw{Transition::kHold, "hold", "the latest image as it is", false, hold},
+    TransitionLaw{Transition::kHold, "hold", "the latest snapshot as it is", false, hold},
     TransitionLaw{Transition::kLinear, "linear", "the paper's", false, linear},
     TransitionLaw{Transition::kRestart, "restart", "never jumps", false, restart},
     TransitionLaw{Transition::kHermite, "hermite", "no kink", false, hermite},
     TransitionLaw{Transition::kExtrapolate, "extrapolate", "by velocities", false, extrapolate},
-    TransitionLaw{Transition::kPlayout, "playout", "as late as images come", false, playout},
-    TransitionLaw{Transition::kAnswer, "answer",
-                  "the simulation's own next step, for the hand where it is", true, answer},
+    TransitionLaw{Transition::kPlayout, "playout", "as late as snapshots come", false, playout},
+    TransitionLaw{Transition::kPredict, "predict",
+                  "the simulation's own next step, for the hand where it is", true, predict},
 };
 
 }  // namespace
@@ -192,14 +192,14 @@ std::optional<Transition> transition_named(std::string_view name) noexcept {
   return std::nullopt;
 }
 
-ImageWeights image_weights(Transition transition, const TransitionMemory& memory,
-                           const SnapshotHeader& snapshot, std::uint64_t now_ns) noexcept {
+SnapshotWeights snapshot_weights(Transition transition, const TransitionMemory& memory,
+                                 const SnapshotHeader& snapshot, std::uint64_t now_ns) noexcept {
   return law_of(transition).weights(memory, snapshot, now_ns);
 }
 
-TransitionMemory at_first_image() noexcept {
+TransitionMemory at_first_snapshot() noexcept {
   TransitionMemory memory;
-  memory.at_switch = newest_image();
+  memory.at_switch = newest_snapshot();
   return memory;
 }
 
@@ -207,9 +207,9 @@ TransitionMemory after_switch(Transition transition, const TransitionMemory& mem
                               const SnapshotHeader& before, const SnapshotHeader& now) noexcept {
   constexpr std::uint64_t kMoment_ns = 1000;
   const std::uint64_t switch_ns = now.publish_time_ns[0];
-  const std::uint64_t later = now.generation - before.generation;
+  const std::uint64_t later = now.snapshot_id - before.snapshot_id;
   const auto displayed = [&](std::uint64_t time_ns) {
-    return in_later_image(image_weights(transition, memory, before, time_ns), later);
+    return in_later_snapshot(snapshot_weights(transition, memory, before, time_ns), later);
   };
   TransitionMemory next;
   next.at_switch = displayed(switch_ns);
@@ -219,23 +219,24 @@ TransitionMemory after_switch(Transition transition, const TransitionMemory& mem
     add(next.rate_at_switch, displayed(switch_ns - kMoment_ns), -kPerSecond);
   }
   const double needed_s = needed_latency_s(now);
-  // An image later than the latency was waited for: the time shown goes on from where it stood.
+  // A snapshot later than the latency was waited for: the time shown goes on from where it stood.
   next.latency_s = std::max(needed_s, latency_s(memory, before, switch_ns));
   next.latency_target_s = std::max(
       needed_s, memory.latency_target_s + kLatencyDecay * (needed_s - memory.latency_target_s));
   return next;
 }
 
-ImageWeights in_later_image(const ImageWeights& weights, std::uint64_t later) noexcept {
+SnapshotWeights in_later_snapshot(const SnapshotWeights& weights, std::uint64_t later) noexcept {
   if (later == 0) return weights;
-  ImageWeights shifted;
+  SnapshotWeights shifted;
   shifted.alpha = weights.alpha;
-  shifted.stands = weights.stands;
-  shifted.position = told_by_later(weights.position, later);
-  shifted.velocity_s = told_by_later(weights.velocity_s, later);
-  // The later image tells no earlier drift; that image's velocity is nearest to it.
+  shifted.is_waiting = weights.is_waiting;
+  shifted.position = in_later_history(weights.position, later);
+  shifted.velocity_s = in_later_history(weights.velocity_s, later);
+  // The later snapshot tells no earlier predicted velocity; that snapshot's velocity is nearest to
+  // it.
   shifted.velocity_s[std::min<std::uint64_t>(later, shifted.velocity_s.size() - 1)] +=
-      weights.drift_s;
+      weights.prediction_s;
   return shifted;
 }
 

@@ -42,7 +42,7 @@ struct PayloadPart {
   std::span<const std::uint64_t> words;
 };
 
-/// Publishes generation n = 1, 2, ... : one writer, any number of readers, nobody waits.
+/// Publishes snapshot n = 1, 2, ... : one writer, any number of readers, nobody waits.
 ///
 /// Thread: the writer's only. Realtime: wait-free, one store a word.
 template <class Atomics = HardwareAtomics>
@@ -68,15 +68,15 @@ enum class ReadStatus { kAccepted, kEmpty, kContended };
 /// What a read came to; `attempts` that failed were rejected, never shown.
 struct ReadResult {
   ReadStatus status = ReadStatus::kEmpty;
-  std::uint64_t generation = 0;
+  std::uint64_t snapshot_id = 0;
   int attempts = 0;
 };
 
-/// Reads the latest generation: at most two attempts, and never a torn or mixed one.
+/// Reads the latest snapshot: at most two attempts, and never a torn or mixed one.
 ///
 /// gather(payload) copies the words it needs, each by a relaxed load, into memory of its own; what
 /// it copied may be used only after kAccepted. It may be called twice and must bound every index by
-/// itself, for the words it sees may be of two generations.
+/// itself, for the words it sees may be of two snapshots.
 /// Thread: any reader. Realtime: wait-free.
 template <class Atomics = HardwareAtomics, class Gather>
 ReadResult read_latest(const DoubleBuffer& buffer, Gather&& gather) {
@@ -92,7 +92,7 @@ ReadResult read_latest(const DoubleBuffer& buffer, Gather&& gather) {
     Atomics::fence(std::memory_order_acquire);                                  // R4
     if (Atomics::load(sequence, std::memory_order_acquire) != 2 * n) continue;  // R5
     result.status = ReadStatus::kAccepted;
-    result.generation = n;
+    result.snapshot_id = n;
     return result;
   }
   return result;

@@ -11,7 +11,7 @@
 namespace stillgrid {
 namespace {
 
-constexpr std::size_t kMostMaterials = 8, kMostPlanes = 8;  // shown; --json has all
+constexpr std::size_t kMaxMaterials = 8, kMaxPlanes = 8;  // shown; --json has all
 
 /// One line: a name, and what is to say of it.
 std::string line(std::string_view name, const std::string& value) {
@@ -42,7 +42,7 @@ std::string header_lines(const SegmentSummary& summary) {
                        size_text(header.size_bytes), hexadecimal(header.epoch))) +
       line("rate",
            fmt::format("declared {:.1f} Hz, measured {}", rate_of(header.period_ns), measured)) +
-      line("generation", std::to_string(header.latest));
+      line("snapshot_id", std::to_string(header.latest));
   if (header.clock == proto::Clock::kVirtual) {
     const auto promise = [](std::uint64_t time_ns) {
       return time_ns == proto::kNever
@@ -59,22 +59,22 @@ std::string header_lines(const SegmentSummary& summary) {
 std::string fixed_lines(const SceneView& view) {
   const proto::SceneHeader& scene = view.scene();
   std::string text = line("scene", printable(scene.name.data()));
-  for (std::size_t i = 0; i < std::min<std::size_t>(scene.material_count, kMostMaterials); ++i) {
+  for (std::size_t i = 0; i < std::min<std::size_t>(scene.material_count, kMaxMaterials); ++i) {
     const proto::Material& material = scene.materials[i];
-    text += line(
-        fmt::format("material {}", i),
-        fmt::format("{:g} N/m, {:g} N s/m, friction {:g} above {:g} m/s", material.stiffness_N_m,
-                    material.damping_N_s_m, material.friction, material.slip_speed_m_s));
+    text += line(fmt::format("material {}", i),
+                 fmt::format("{:g} N/m, {:g} N s/m, friction {:g} above {:g} m/s",
+                             material.stiffness_N_per_m, material.damping_N_s_per_m,
+                             material.friction, material.slip_speed_m_s));
   }
-  text += more_text(scene.material_count, kMostMaterials);
-  for (std::size_t i = 0; i < std::min<std::size_t>(scene.plane_count, kMostPlanes); ++i) {
+  text += more_text(scene.material_count, kMaxMaterials);
+  for (std::size_t i = 0; i < std::min<std::size_t>(scene.plane_count, kMaxPlanes); ++i) {
     const proto::Plane& plane = scene.planes[i];
     text +=
         line(fmt::format("plane {}", i),
              fmt::format("normal {}, offset {:g} m, material {}, body {}",
                          vector_text(plane.normal), plane.offset_m, plane.material, plane.body));
   }
-  text += more_text(scene.plane_count, kMostPlanes);
+  text += more_text(scene.plane_count, kMaxPlanes);
   for (std::size_t i = 0; i < scene.tool_sphere_count; ++i)
     text += line(fmt::format("tool sphere {}", i),
                  fmt::format("at {}, radius {:g} m", vector_text(scene.tool[i].position_m, " m"),
@@ -105,7 +105,7 @@ std::string grid_lines(const SceneSnapshot& snapshot, std::uint32_t static_spher
 std::string scene_lines(const ObservedSegment& segment) {
   const auto snapshot = read_snapshot(*segment.scene, 0);
   const std::string fixed = fixed_lines(*segment.scene);
-  if (!snapshot) return fixed + line("image", "none yet, or overtaken at each attempt");
+  if (!snapshot) return fixed + line("snapshot", "none yet, or overtaken at each attempt");
   const std::uint64_t now_ns = monotonic_ns();
   const proto::SnapshotHeader& header = snapshot->header;
   const auto age = [&](std::uint64_t time_ns) {
@@ -120,13 +120,14 @@ std::string scene_lines(const ObservedSegment& segment) {
   for (std::size_t i = 0; i < header.history_count; ++i)
     ages += (i == 0 ? "" : ", ") + age(header.publish_time_ns[i]);
   return fixed +
-         line("image",
-              fmt::format("{}, {} contacts, step cost {}", snapshot->generation, header.contacts,
+         line("snapshot",
+              fmt::format("{}, {} contacts, step cost {}", snapshot->snapshot_id, header.contacts,
                           ms_text(static_cast<double>(header.step_ns) * 1e-9))) +
          line("age",
               fmt::format("state {}, published {}, tool sample {}", age(header.state_time_ns[0]),
                           age(header.publish_time_ns[0]), tool_age)) +
-         line("history", fmt::format("{} images, published {} ago", header.history_count, ages)) +
+         line("history",
+              fmt::format("{} snapshots, published {} ago", header.history_count, ages)) +
          grid_lines(*snapshot, segment.scene->static_grid().shape.sphere_count);
 }
 

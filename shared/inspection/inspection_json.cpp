@@ -20,7 +20,7 @@ Json optional(const std::optional<T>& value) {
   return value ? Json(*value) : Json();
 }
 
-/// Of a history, only the images that exist.
+/// Of a history, only the snapshots that exist.
 Json times(const std::array<std::uint64_t, proto::kHistoryLength>& times_ns, std::size_t count) {
   Json json = Json::array();
   for (std::size_t i = 0; i < count; ++i) json.push_back(times_ns[i]);
@@ -54,7 +54,7 @@ Json grid_json(const proto::GridShape& grid) {
   for (std::uint32_t i = 0; i < grid.level_count; ++i) {
     const proto::GridLevel& level = grid.levels[i];
     levels.push_back({{"voxel_m", number(level.voxel_m)},
-                      {"reach_m", number(level.reach_m)},
+                      {"bounding_radius_m", number(level.bounding_radius_m)},
                       {"lowest_voxel", level.lowest_voxel},
                       {"highest_voxel", level.highest_voxel},
                       {"cells", level.cells}});
@@ -62,24 +62,25 @@ Json grid_json(const proto::GridShape& grid) {
   return {{"spheres", grid.sphere_count}, {"levels", std::move(levels)}};
 }
 
-Json image_json(const proto::SphereImage& image) {
-  return {{"position_m", numbers(image.position_m)}, {"velocity_m_s", numbers(image.velocity_m_s)}};
+Json state_json(const proto::SphereState& snapshot) {
+  return {{"position_m", numbers(snapshot.position_m)},
+          {"velocity_m_s", numbers(snapshot.velocity_m_s)}};
 }
 
-/// images: of which each sphere's history tells those before the newest; 0: no history.
-Json spheres_json(const std::vector<proto::SphereRecord>& spheres, std::size_t images) {
+/// snapshots: of which each sphere's history tells those before the newest; 0: no history.
+Json spheres_json(const std::vector<proto::SphereRecord>& spheres, std::size_t snapshots) {
   Json json = Json::array();
   for (const proto::SphereRecord& record : spheres) {
-    Json sphere = image_json(record.newest);
-    sphere["drift_m_s"] = numbers(record.drift_m_s);
-    sphere["answer_m_N"] = numbers(record.answer_m_N);
+    Json sphere = state_json(record.newest);
+    sphere["predicted_velocity_m_s"] = numbers(record.predicted_velocity_m_s);
+    sphere["compliance_m_per_N"] = numbers(record.compliance_m_per_N);
     sphere["radius_m"] = number(record.radius_m);
     sphere["material"] = record.material;
     sphere["body"] = record.body;
-    if (images > 0) sphere["history"] = Json::array();
-    for (std::size_t age = 1; age < images; ++age)
+    if (snapshots > 0) sphere["history"] = Json::array();
+    for (std::size_t age = 1; age < snapshots; ++age)
       sphere["history"].push_back(age <= record.older.size()
-                                      ? image_json(record.older[age - 1])
+                                      ? state_json(record.older[age - 1])
                                       : Json{{"position_m", numbers(record.oldest_position_m)}});
     json.push_back(std::move(sphere));
   }
@@ -90,25 +91,25 @@ Json snapshot_json(const SceneView& view, const JsonOptions& options) {
   const auto snapshot = read_snapshot(view, options.most_spheres);
   if (!snapshot) return {};
   const proto::SnapshotHeader& header = snapshot->header;
-  const auto images = static_cast<std::size_t>(header.history_count);
+  const auto snapshots = static_cast<std::size_t>(header.history_count);
   Json grid = grid_json(header.grid);
   grid["cells"] = snapshot->occupancy.cells;
   grid["occupied_cells"] = snapshot->occupancy.occupied_cells;
   grid["fullest_cell_spheres"] = snapshot->occupancy.fullest_cell;
-  return {{"generation", snapshot->generation},
-          {"history_count", images},
-          {"state_time_ns", times(header.state_time_ns, images)},
-          {"publish_time_ns", times(header.publish_time_ns, images)},
+  return {{"snapshot_id", snapshot->snapshot_id},
+          {"history_count", snapshots},
+          {"state_time_ns", times(header.state_time_ns, snapshots)},
+          {"publish_time_ns", times(header.publish_time_ns, snapshots)},
           {"tool_time_ns", time(header.tool_time_ns)},
           {"step_ns", header.step_ns},
           {"contacts", header.contacts},
-          {"foresight",
-           {{"period_ns", header.foresight_ns},
-            {"answer_direction", numbers(header.answer_direction)},
-            {"answer_force_N", number(header.answer_force_N)},
-            {"longest_answer_m_N", number(header.longest_answer_m_N)}}},
+          {"prediction",
+           {{"period_ns", header.prediction_ns},
+            {"compliance_direction", numbers(header.compliance_direction)},
+            {"compliance_force_N", number(header.compliance_force_N)},
+            {"max_compliance_m_per_N", number(header.max_compliance_m_per_N)}}},
           {"grid", std::move(grid)},
-          {"spheres", spheres_json(snapshot->spheres, options.history ? images : 0)},
+          {"spheres", spheres_json(snapshot->spheres, options.history ? snapshots : 0)},
           {"spheres_left_out", header.grid.sphere_count - snapshot->spheres.size()}};
 }
 
@@ -121,21 +122,21 @@ Json flags_json(std::uint32_t flags) {
 }
 
 Json tick_json(const proto::TickFigures& tick) {
-  const proto::DisplayedImage& shown = tick.displayed;
+  const proto::DisplayedSnapshot& shown = tick.displayed;
   return {{"torque_N_m", numbers(tick.torque_N_m)},
           {"contacts", tick.contacts},
           {"flags", flags_json(tick.flags)},
           {"work_ns", tick.work_ns},
-          {"wake_late_ns", tick.wake_late_ns},
+          {"wake_up_latency_ns", tick.wake_up_latency_ns},
           {"missed_ticks", tick.missed_ticks},
           {"displayed",
            {{"scene_epoch", hexadecimal(shown.scene_epoch)},
-            {"generation", shown.generation},
+            {"snapshot_id", shown.snapshot_id},
             {"position", numbers(shown.position)},
             {"velocity_s", numbers(shown.velocity_s)},
-            {"drift_s", number(shown.drift_s)},
-            {"answer_lag_s", number(shown.answer_lag_s)},
-            {"answer_N", number(shown.answer_N)},
+            {"prediction_s", number(shown.prediction_s)},
+            {"compliance_lag_s", number(shown.compliance_lag_s)},
+            {"force_change_N", number(shown.force_change_N)},
             {"shift_m", numbers(shown.shift_m)},
             {"alpha", number(shown.alpha)},
             {"age_s", number(shown.age_s)}}}};
@@ -145,7 +146,7 @@ Json tool_json(const ToolView& view) {
   const auto snapshot = read_tool(view);
   if (!snapshot) return {};
   const proto::ToolState& state = snapshot->state;
-  return {{"generation", snapshot->generation},
+  return {{"snapshot_id", snapshot->snapshot_id},
           {"time_ns", state.time_ns},
           {"tick", state.tick},
           {"position_m", numbers(state.position_m)},
@@ -185,8 +186,8 @@ nlohmann::ordered_json json_of_fixed_part(const SceneView& view, const JsonOptio
             {"static_grid", grid_json(scene.static_grid)}};
   for (std::size_t i = 0; i < scene.material_count; ++i) {
     const proto::Material& material = scene.materials[i];
-    json["materials"].push_back({{"stiffness_N_m", number(material.stiffness_N_m)},
-                                 {"damping_N_s_m", number(material.damping_N_s_m)},
+    json["materials"].push_back({{"stiffness_N_per_m", number(material.stiffness_N_per_m)},
+                                 {"damping_N_s_per_m", number(material.damping_N_s_per_m)},
                                  {"friction", number(material.friction)},
                                  {"slip_speed_m_s", number(material.slip_speed_m_s)}});
   }
@@ -218,7 +219,7 @@ nlohmann::ordered_json json_of(const SegmentSummary& summary) {
   json["clock"] = of_header([](const auto& h) { return name_of(h.clock); });
   json["declared_rate_hz"] = of_header([](const auto& h) { return rate_of(h.period_ns); });
   json["measured_rate_hz"] = optional(summary.measured_rate_hz);
-  json["generation"] = of_header([](const auto& h) { return h.latest; });
+  json["snapshot_id"] = of_header([](const auto& h) { return h.latest; });
   json["age_s"] = optional(summary.age_s);
   json["moving_spheres"] = optional(summary.moving_spheres);
   json["static_spheres"] = optional(summary.static_spheres);

@@ -11,7 +11,7 @@ namespace stillgrid {
 /// How much of a scene goes into its JSON.
 struct JsonOptions {
   std::size_t most_spheres = 100'000;  // moving and static, each
-  bool history = false;                // the images before the newest too
+  bool history = false;                // the snapshots before the newest too
 };
 
 /// The names are those of docs/formats.md, "segment_inspect". What is not known, and a number that

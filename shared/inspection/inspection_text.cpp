@@ -12,8 +12,8 @@ namespace {
 
 constexpr std::size_t kColumns = 11;
 using Row = std::array<std::string, kColumns>;
-const Row kHead{"SESSION",  "KIND",       "WRITER", "VERSION", "CLOCK", "DECLARED",
-                "MEASURED", "GENERATION", "AGE",    "SPHERES", "SIZE"};
+const Row kHead{"SESSION",  "KIND",     "WRITER", "VERSION", "CLOCK", "DECLARED",
+                "MEASURED", "SNAPSHOT", "AGE",    "SPHERES", "SIZE"};
 constexpr std::size_t kFirstRightAligned = 5;
 
 /// A dash for what is not known.

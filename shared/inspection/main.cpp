@@ -30,7 +30,7 @@ constexpr const char* kDescription =
     "\n"
     "  segment_inspect                              every session: who writes, how fast, how old\n"
     "  segment_inspect --session demo               one in detail\n"
-    "  segment_inspect --session demo --json        its latest image, every sphere of it\n"
+    "  segment_inspect --session demo --json        its latest snapshot, every sphere of it\n"
     "  segment_inspect --session demo --json | jq '.scene.snapshot.spheres[0].position_m'\n"
     "  watch -n 1 segment_inspect                   again and again\n"
     "  segment_inspect --remove-dead                clears what killed servers left behind\n"
@@ -46,7 +46,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
                                "Measure the rates for that long, s; 0: not at all; default: 0.3, "
                                "or up to 2 where a slow simulation asks for it")
                     ->check(number_in(0.0, 3600.0));
-  app.add_flag("--history", arguments.json.history, "With --json: earlier images of each sphere")
+  app.add_flag("--history", arguments.json.history, "With --json: earlier snapshots of each sphere")
       ->needs(json);
   app.add_option("--max-spheres", arguments.json.most_spheres,
                  "With --json: moving and static spheres, at most so many of each; default 100000")

@@ -87,15 +87,15 @@ void open_segment(ObservedSegment& segment, const std::string& path) {
 
 /// Publications seen by polling one segment.
 struct Count {
-  std::uint64_t start, first, last;  // generations: before, at the first change, at the last
+  std::uint64_t start, first, last;  // snapshots: before, at the first change, at the last
   std::uint64_t first_ns = 0, last_ns = 0;
 
-  void note(std::uint64_t generation, std::uint64_t now_ns) {
-    if (generation <= last) return;
-    last = generation;
+  void note(std::uint64_t snapshot_id, std::uint64_t now_ns) {
+    if (snapshot_id <= last) return;
+    last = snapshot_id;
     last_ns = now_ns;
     if (first_ns != 0) return;
-    first = generation;
+    first = snapshot_id;
     first_ns = now_ns;
   }
 

@@ -32,8 +32,8 @@ struct SegmentSummary {
   std::uint64_t size_bytes = 0;
   std::optional<proto::SegmentHeader> header;  // as checked; the words that change are the newest
   std::optional<double> measured_rate_hz;      // publications in real time; 0: none was seen
-  std::optional<double> age_s;  // since the latest image or tool state; nothing in virtual time
-  std::optional<std::uint32_t> moving_spheres;  // in the latest image
+  std::optional<double> age_s;  // since the latest snapshot or tool state; nothing in virtual time
+  std::optional<std::uint32_t> moving_spheres;  // in the latest snapshot
   std::optional<std::uint32_t> static_spheres;
 };
 
@@ -48,7 +48,7 @@ struct ObservedSegment {
 };
 
 /// Looks at what stands under the name, whatever it is, without disturbing anybody. Never throws
-/// for what it finds there. At most MappingGuard::kMost may be held at one time.
+/// for what it finds there. At most MappingGuard::kMax may be held at one time.
 [[nodiscard]] ObservedSegment observe(const SegmentFile& file);
 
 /// Brings the summary of a readable segment up to date.

@@ -10,7 +10,7 @@ namespace stillgrid {
 namespace {
 
 /// Looks again and again while it is overtaken, and says whether it was not in the end: a look from
-/// outside has no priority and may copy a whole image.
+/// outside has no priority and may copy a whole snapshot.
 template <class Look>
 bool is_accepted_patiently(Look&& look) {
   for (int round = 0; round < 50; ++round) {
@@ -31,15 +31,15 @@ void copy_spheres(const GridView& view, std::size_t most_spheres,
 }
 
 /// Bounded by the layout whatever the words say, given a consistent shape.
-void copy_covers(const GridView& view, std::vector<LevelCover>& covers) {
-  covers.resize(view.shape.sphere_count);
+void copy_bounds(const GridView& view, std::vector<LevelBound>& swept_bounds) {
+  swept_bounds.resize(view.shape.sphere_count);
   const std::uint64_t* starts = view.words + view.layout.cell_starts;
   std::uint32_t level = 0;
   for (std::uint32_t i = 0; i < view.shape.sphere_count; ++i) {
     while (level + 1 < view.shape.level_count &&
            load_u32(starts, view.shape.levels[level + 1].first_cell) <= i)
       ++level;
-    covers[i] = {load_cover(view, i), level};
+    swept_bounds[i] = {load_bound(view, i), level};
   }
 }
 
@@ -80,11 +80,11 @@ std::optional<SceneSnapshot> read_snapshot(SnapshotReader& reader, const SceneVi
     snapshot.header = latest;
     snapshot.header.grid = moving.shape;
     copy_spheres(moving, most_spheres, snapshot.spheres);
-    copy_covers(moving, snapshot.covers);
+    copy_bounds(moving, snapshot.swept_bounds);
     snapshot.occupancy = occupancy_of(moving);
   };
   if (!is_accepted_patiently([&] { return reader.look(view, gather).status; })) return std::nullopt;
-  snapshot.generation = snapshot.header.generation;
+  snapshot.snapshot_id = snapshot.header.snapshot_id;
   snapshot.header.history_count =
       std::clamp<std::uint64_t>(snapshot.header.history_count, 1, proto::kHistoryLength);
   return snapshot;
@@ -96,10 +96,10 @@ std::vector<proto::SphereRecord> static_spheres(const SceneView& view, std::size
   return spheres;
 }
 
-std::vector<LevelCover> static_covers(const SceneView& view) {
-  std::vector<LevelCover> covers;
-  copy_covers(view.static_grid(), covers);
-  return covers;
+std::vector<LevelBound> static_bounds(const SceneView& view) {
+  std::vector<LevelBound> swept_bounds;
+  copy_bounds(view.static_grid(), swept_bounds);
+  return swept_bounds;
 }
 
 std::optional<ToolSnapshot> read_tool(const ToolView& view) {
@@ -108,7 +108,7 @@ std::optional<ToolSnapshot> read_tool(const ToolView& view) {
     const ReadResult read = read_latest(view.reader().buffer(), [&](const std::uint64_t* payload) {
       snapshot.state = load_struct<proto::ToolState>(payload);
     });
-    snapshot.generation = read.generation;
+    snapshot.snapshot_id = read.snapshot_id;
     return read.status;
   };
   if (!is_accepted_patiently(look)) return std::nullopt;

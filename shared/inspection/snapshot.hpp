@@ -20,24 +20,24 @@ struct GridOccupancy {
   std::uint32_t fullest_cell = 0;  // spheres in it
 };
 
-/// A sphere's cover, and the level of the grid that it is entered in.
-struct LevelCover {
-  proto::Cover cover;
+/// A sphere's swept bound, and the level of the grid that it is entered in.
+struct LevelBound {
+  proto::SweptBound swept_bound;
   std::uint32_t level = 0;
 };
 
-/// A copy of one image of a scene, whole as it was published; its numbers are the writer's, and may
-/// be none.
+/// A copy of one snapshot of a scene, whole as it was published; its numbers are the writer's, and
+/// may be none.
 struct SceneSnapshot {
-  std::uint64_t generation = 0;
+  std::uint64_t snapshot_id = 0;
   proto::SnapshotHeader header{};  // its grid has no sphere if it was not consistent
   std::vector<proto::SphereRecord> spheres;
-  std::vector<LevelCover> covers;  // of all spheres, in the order of the levels
+  std::vector<LevelBound> swept_bounds;  // of all spheres, in the order of the levels
   GridOccupancy occupancy;
 };
 
-/// The latest image with its first `most_spheres` spheres; nothing before the first, or when it was
-/// overtaken again and again.
+/// The latest snapshot with its first `most_spheres` spheres; nothing before the first, or when it
+/// was overtaken again and again.
 [[nodiscard]] std::optional<SceneSnapshot> read_snapshot(const SceneView& view,
                                                          std::size_t most_spheres);
 
@@ -50,12 +50,12 @@ struct SceneSnapshot {
 [[nodiscard]] std::vector<proto::SphereRecord> static_spheres(const SceneView& view,
                                                               std::size_t most_spheres);
 
-/// The covers of all spheres that never move, in the order of the levels of the static grid.
-[[nodiscard]] std::vector<LevelCover> static_covers(const SceneView& view);
+/// The swept bounds of all spheres that never move, in the order of the levels of the static grid.
+[[nodiscard]] std::vector<LevelBound> static_bounds(const SceneView& view);
 
 /// The latest state of a tool as its writer wrote it, sound or not, and which it is.
 struct ToolSnapshot {
-  std::uint64_t generation = 0;
+  std::uint64_t snapshot_id = 0;
   proto::ToolState state{};
 };
 [[nodiscard]] std::optional<ToolSnapshot> read_tool(const ToolView& view);

@@ -29,7 +29,7 @@ struct Entry {
 };
 static_assert(std::atomic<std::uintptr_t>::is_always_lock_free);
 
-std::array<Entry, MappingGuard::kMost> entries;
+std::array<Entry, MappingGuard::kMax> entries;
 struct sigaction action_before;
 
 /// Async-signal-safe. Whether the address was in a guarded mapping, which is then all zeros.
@@ -82,7 +82,7 @@ MappingGuard::MappingGuard(std::span<const std::byte> mapping, Access access) : 
   for (std::size_t i = 0; i < entries.size() && entry_ == kNone; ++i)
     if (!entries[i].is_taken.exchange(true)) entry_ = i;
   if (entry_ == kNone)
-    throw SegmentError("more than " + std::to_string(kMost) + " segments at a time");
+    throw SegmentError("more than " + std::to_string(kMax) + " segments at a time");
   Entry& entry = entries[entry_];
   entry.is_lost = false;
   entry.size_bytes = mapping.size();

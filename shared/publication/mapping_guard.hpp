@@ -16,7 +16,7 @@ class MappingGuard {
   enum class Access { kRead, kWrite };
 
   /// Pre: the bytes are a mapping that outlives the guard, page-aligned. Throws SegmentError when
-  /// kMost guards stand.
+  /// kMax guards stand.
   MappingGuard(std::span<const std::byte> mapping, Access access);
   ~MappingGuard();
   MappingGuard(MappingGuard&& other) noexcept;
@@ -28,7 +28,7 @@ class MappingGuard {
   [[nodiscard]] bool is_lost() const noexcept;
 
   /// Guards at one time in a process.
-  static constexpr std::size_t kMost = 64;
+  static constexpr std::size_t kMax = 64;
 
  private:
   std::size_t entry_;

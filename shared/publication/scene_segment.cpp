@@ -14,14 +14,14 @@ namespace {
 constexpr std::size_t kStaticOffset =
     (sizeof(proto::SegmentHeader) + sizeof(proto::SceneHeader) + 63) / 64 * 64;
 
-StillGrid static_grid_of(const StaticScene& scene) {
-  StillGrid grid(0, scene.spheres.size());
+VoxelGrid static_grid_of(const StaticScene& scene) {
+  VoxelGrid grid(0, scene.spheres.size());
   std::copy(scene.spheres.begin(), scene.spheres.end(), grid.records().begin());
-  grid.enter(history_covers(scene.spheres), scene.voxel_ratio);
+  grid.enter(history_bounds(scene.spheres), scene.voxel_ratio);
   return grid;
 }
 
-proto::SceneHeader scene_header(const StaticScene& scene, const StillGrid& static_grid,
+proto::SceneHeader scene_header(const StaticScene& scene, const VoxelGrid& static_grid,
                                 const GridLayout& moving) {
   assert(scene.materials.size() <= proto::kMaxMaterials);
   assert(scene.planes.size() <= proto::kMaxPlanes && scene.tool.size() <= proto::kMaxToolSpheres);
@@ -73,8 +73,10 @@ bool is_sound(const proto::SceneHeader& scene) {
                std::abs(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0) < 1e-3;
   for (std::uint32_t i = 0; i < scene.material_count; ++i) {
     const auto& m = scene.materials[i];
-    sound = sound && all_finite(m.stiffness_N_m, m.damping_N_s_m, m.friction, m.slip_speed_m_s) &&
-            m.stiffness_N_m >= 0 && m.damping_N_s_m >= 0 && m.friction >= 0 && m.slip_speed_m_s > 0;
+    sound = sound &&
+            all_finite(m.stiffness_N_per_m, m.damping_N_s_per_m, m.friction, m.slip_speed_m_s) &&
+            m.stiffness_N_per_m >= 0 && m.damping_N_s_per_m >= 0 && m.friction >= 0 &&
+            m.slip_speed_m_s > 0;
   }
   for (std::uint32_t i = 0; i < scene.plane_count; ++i) {
     const auto& [n, offset_m, material, body] = scene.planes[i];
@@ -104,33 +106,33 @@ SceneWriter::SceneWriter(std::string_view session, const StaticScene& scene,
   segment_.announce();
 }
 
-void SceneWriter::publish(const StillGrid& image, const ImageTimes& times,
-                          const ImageForesight& foresight) noexcept {
-  assert(image.layout() == moving_);
+void SceneWriter::publish(const VoxelGrid& snapshot, const SnapshotTimes& times,
+                          const SnapshotPrediction& prediction) noexcept {
+  assert(snapshot.layout() == moving_);
   const auto push = [&](std::array<std::uint64_t, proto::kHistoryLength>& history,
                         std::uint64_t newest) {
     std::rotate(history.rbegin(), history.rbegin() + 1, history.rend());
     history[0] = newest;
-    if (snapshot_.generation == 0) history.fill(newest);
+    if (snapshot_.snapshot_id == 0) history.fill(newest);
   };
   push(snapshot_.state_time_ns, times.state_ns);
   push(snapshot_.publish_time_ns, times.publish_ns);
-  ++snapshot_.generation;
+  ++snapshot_.snapshot_id;
   snapshot_.history_count =
       std::min<std::uint64_t>(snapshot_.history_count + 1, proto::kHistoryLength);
   snapshot_.tool_time_ns = times.tool_ns;
   snapshot_.step_ns = times.step_ns;
   snapshot_.contacts = times.contacts;
-  snapshot_.foresight_ns = foresight.period_ns;
-  snapshot_.answer_direction = foresight.answer_direction;
-  snapshot_.answer_force_N = foresight.answer_force_N;
-  snapshot_.longest_answer_m_N = foresight.longest_answer_m_N;
-  snapshot_.grid = image.view().shape;
+  snapshot_.prediction_ns = prediction.period_ns;
+  snapshot_.compliance_direction = prediction.compliance_direction;
+  snapshot_.compliance_force_N = prediction.compliance_force_N;
+  snapshot_.max_compliance_m_per_N = prediction.max_compliance_m_per_N;
+  snapshot_.grid = snapshot.view().shape;
 
   const auto header =
       std::bit_cast<std::array<std::uint64_t, sizeof(proto::SnapshotHeader) / 8>>(snapshot_);
-  const auto parts = image.filled_parts();
-  stillgrid::publish(segment_.buffer(), snapshot_.generation,
+  const auto parts = snapshot.filled_parts();
+  stillgrid::publish(segment_.buffer(), snapshot_.snapshot_id,
                      {{0, header}, parts[0], parts[1], parts[2], parts[3]});
   HardwareAtomics::store(segment_.header().heartbeat_ns, times.publish_ns,
                          std::memory_order_relaxed);

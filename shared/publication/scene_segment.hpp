@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "proto/scene_segment.hpp"
-#include "shared/collision/still_grid.hpp"
+#include "shared/collision/voxel_grid.hpp"
 #include "shared/publication/segment.hpp"
 
 namespace stillgrid {
@@ -23,8 +23,8 @@ struct StaticScene {
   float voxel_ratio = 2.0F;  // of the static grid; twice a probe's own size is searched fastest
 };
 
-/// The times of one image, on the writer's clock.
-struct ImageTimes {
+/// The times of one snapshot, on the writer's clock.
+struct SnapshotTimes {
   std::uint64_t state_ns = 0;    // simulated
   std::uint64_t publish_ns = 0;  // of the switch, T_n
   std::uint64_t tool_ns = 0;     // of the tool sample it contains, 0: none
@@ -32,38 +32,39 @@ struct ImageTimes {
   std::uint64_t contacts = 0;
 };
 
-/// What an image tells of the simulation's next step, beside each sphere's drift and answer.
-struct ImageForesight {
-  std::uint64_t period_ns = 0;  // of that step; 0: nothing is foreseen
-  std::array<double, 3> answer_direction{};
-  double answer_force_N = 0.0;
-  double longest_answer_m_N = 0.0;
+/// What a snapshot tells of the simulation's next step, beside each sphere's predicted velocity and
+/// compliance.
+struct SnapshotPrediction {
+  std::uint64_t period_ns = 0;  // of that step; 0: nothing is predicted
+  std::array<double, 3> compliance_direction{};
+  double compliance_force_N = 0.0;
+  double max_compliance_m_per_N = 0.0;
 };
 
 /// The simulation's end of the scene segment.
 ///
-/// Images are made in the simulation's own StillGrid and copied whole. Thread: one.
+/// Snapshots are made in the simulation's own VoxelGrid and copied whole. Thread: one.
 class SceneWriter {
  public:
-  /// Announces the segment with no image yet. readers: a group that may read it too. Throws
+  /// Announces the segment with no snapshot yet. readers: a group that may read it too. Throws
   /// SegmentError.
   SceneWriter(std::string_view session, const StaticScene& scene, std::size_t moving_count,
               std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns,
               std::optional<gid_t> readers = std::nullopt);
 
-  /// Shows the next image, entered where its spheres may be displayed (cover_history).
-  /// Pre: image has room for sizeof(SnapshotHeader) before moving_count spheres.
-  void publish(const StillGrid& image, const ImageTimes& times,
-               const ImageForesight& foresight = {}) noexcept;
+  /// Shows the next snapshot, entered where its spheres may be displayed (bound_history).
+  /// Pre: snapshot has room for sizeof(SnapshotHeader) before moving_count spheres.
+  void publish(const VoxelGrid& snapshot, const SnapshotTimes& times,
+               const SnapshotPrediction& prediction = {}) noexcept;
 
   [[nodiscard]] proto::SegmentHeader& header() noexcept { return segment_.header(); }
   [[nodiscard]] const SegmentWriter& segment() const noexcept { return segment_; }
   [[nodiscard]] GridView static_grid() const noexcept { return static_grid_.view(); }
-  [[nodiscard]] std::uint64_t generation() const noexcept { return snapshot_.generation; }
+  [[nodiscard]] std::uint64_t snapshot_id() const noexcept { return snapshot_.snapshot_id; }
 
  private:
   GridLayout moving_;
-  StillGrid static_grid_;
+  VoxelGrid static_grid_;
   proto::SnapshotHeader snapshot_{};
   SegmentWriter segment_;
 };

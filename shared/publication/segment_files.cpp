@@ -19,8 +19,8 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr std::string_view kLock = ".lock";
-/// A writer that was killed, or told to stop, takes a moment to be gone; whoever restarts it at once
-/// need not know.
+/// A writer that was killed, or told to stop, takes a moment to be gone; whoever restarts it at
+/// once need not know.
 constexpr auto kWriterEnds = milliseconds(1000);
 constexpr auto kLockPoll = milliseconds(5);
 

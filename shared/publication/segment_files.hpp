@@ -51,8 +51,8 @@ void require_owner(int fd, uid_t owner, const std::string& path);
 /// holder ends. Removes that file at the end. Thread: any.
 class SessionLock {
  public:
-  /// Waits up to a second for a holder that is about to end. Throws SegmentError where another still
-  /// holds it then, and where its file is another user's.
+  /// Waits up to a second for a holder that is about to end. Throws SegmentError where another
+  /// still holds it then, and where its file is another user's.
   SessionLock(std::string_view session, proto::SegmentKind kind);
   ~SessionLock();
   SessionLock(SessionLock&&) = delete;

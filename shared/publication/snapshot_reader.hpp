@@ -45,7 +45,7 @@ class SnapshotReader {
     });
     SnapshotLook look{.status = read.status};
     if (!look.accepted()) return look;
-    look.is_new = latest.generation != snapshot_.generation;
+    look.is_new = latest.snapshot_id != snapshot_.snapshot_id;
     look.is_first = look.is_new && !has_snapshot();
     snapshot_ = latest;
     return look;
@@ -53,7 +53,7 @@ class SnapshotReader {
 
   /// Of the last accepted snapshot; while gather() runs, of the one before.
   [[nodiscard]] const proto::SnapshotHeader& snapshot() const noexcept { return snapshot_; }
-  [[nodiscard]] bool has_snapshot() const noexcept { return snapshot_.generation != 0; }
+  [[nodiscard]] bool has_snapshot() const noexcept { return snapshot_.snapshot_id != 0; }
   [[nodiscard]] std::uint64_t epoch() const noexcept { return epoch_; }
 
  private:

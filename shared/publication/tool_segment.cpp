@@ -29,12 +29,13 @@ bool is_sound(const proto::ToolState& state) {
 
 bool has_sound_figures(const proto::ToolState& state) noexcept {
   const proto::TickFigures& figures = state.before;
-  const proto::DisplayedImage& shown = figures.displayed;
+  const proto::DisplayedSnapshot& shown = figures.displayed;
   return are_plausible(figures.torque_N_m) && (figures.flags & ~proto::kSafetyFlagMask) == 0 &&
          are_plausible(shown.position) && are_plausible(shown.velocity_s) &&
-         are_plausible(shown.shift_m) && is_plausible(shown.drift_s) &&
-         is_plausible(shown.answer_lag_s) && is_plausible(shown.answer_N) && shown.alpha >= 0.0 &&
-         shown.alpha <= 1.0 && shown.age_s >= 0.0 && is_plausible(shown.age_s);
+         are_plausible(shown.shift_m) && is_plausible(shown.prediction_s) &&
+         is_plausible(shown.compliance_lag_s) && is_plausible(shown.force_change_N) &&
+         shown.alpha >= 0.0 && shown.alpha <= 1.0 && shown.age_s >= 0.0 &&
+         is_plausible(shown.age_s);
 }
 
 ToolWriter::ToolWriter(std::string_view session, std::uint64_t period_ns, proto::Clock clock,
@@ -52,7 +53,7 @@ ToolWriter::ToolWriter(std::string_view session, std::uint64_t period_ns, proto:
 
 void ToolWriter::publish(const proto::ToolState& state) noexcept {
   const auto words = std::bit_cast<std::array<std::uint64_t, sizeof(proto::ToolState) / 8>>(state);
-  stillgrid::publish(segment_.buffer(), ++generation_, {{0, words}});
+  stillgrid::publish(segment_.buffer(), ++count_, {{0, words}});
   HardwareAtomics::store(segment_.header().heartbeat_ns, state.time_ns, std::memory_order_relaxed);
 }
 

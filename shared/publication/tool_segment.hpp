@@ -23,7 +23,7 @@ class ToolWriter {
 
  private:
   SegmentWriter segment_;
-  std::uint64_t generation_ = 0;
+  std::uint64_t count_ = 0;
 };
 
 /// Whether the figures of the tick before are numbers within kLargestNumber, and their flags known

@@ -8,32 +8,32 @@ namespace stillgrid {
 namespace {
 
 /// The hand's change of force is in the share.
-ImageWeights weights_of(const proto::DisplayedImage& shown) {
+SnapshotWeights weights_of(const proto::DisplayedSnapshot& shown) {
   return {.position = shown.position,
           .velocity_s = shown.velocity_s,
-          .drift_s = shown.drift_s,
-          .answer_lag_s = shown.answer_lag_s,
-          .answer_share = shown.answer_N};
+          .prediction_s = shown.prediction_s,
+          .compliance_lag_s = shown.compliance_lag_s,
+          .compliance_share = shown.force_change_N};
 }
 
 }  // namespace
 
-std::optional<proto::DisplayedImage> told_by_later(const proto::DisplayedImage& shown,
-                                                   std::uint64_t later) {
+std::optional<proto::DisplayedSnapshot> in_later_history(const proto::DisplayedSnapshot& shown,
+                                                         std::uint64_t later) {
   if (later >= proto::kHistoryLength) return std::nullopt;
-  const ImageWeights weights = in_later_image(weights_of(shown), later);
-  proto::DisplayedImage told = shown;
+  const SnapshotWeights weights = in_later_snapshot(weights_of(shown), later);
+  proto::DisplayedSnapshot told = shown;
   told.position = weights.position;
   told.velocity_s = weights.velocity_s;
-  told.drift_s = weights.drift_s;
-  told.answer_lag_s = weights.answer_lag_s;
-  told.answer_N = weights.answer_share;
+  told.prediction_s = weights.prediction_s;
+  told.compliance_lag_s = weights.compliance_lag_s;
+  told.force_change_N = weights.compliance_share;
   return told;
 }
 
 std::array<float, 3> displayed_m(const proto::SphereRecord& record,
-                                 const proto::DisplayedImage& shown) {
-  const ImageWeights weights = weights_of(shown);
+                                 const proto::DisplayedSnapshot& shown) {
+  const SnapshotWeights weights = weights_of(shown);
   RecordLine line;
   std::memcpy(&line, &record, sizeof line);
   Eigen::Vector3d at_m = displayed(line, weights, [&] { return record; }).position_m +

@@ -9,14 +9,14 @@
 
 namespace stillgrid {
 
-/// The same image told by the history of one that came `later` images after it; nothing if that
-/// history does not hold it. What a later image cannot tell is told as nearly as it can: the drift
-/// by that image's velocity, and no answer.
-[[nodiscard]] std::optional<proto::DisplayedImage> told_by_later(const proto::DisplayedImage& shown,
-                                                                 std::uint64_t later);
+/// The same snapshot told by the history of one that came `later` snapshots after it; nothing if
+/// that history does not hold it. What a later snapshot cannot tell is told as nearly as it can:
+/// the predicted velocity by that snapshot's velocity, and no compliance.
+[[nodiscard]] std::optional<proto::DisplayedSnapshot> in_later_history(
+    const proto::DisplayedSnapshot& shown, std::uint64_t later);
 
 /// Where a sphere was displayed; not a number in any axis where it was absent.
 [[nodiscard]] std::array<float, 3> displayed_m(const proto::SphereRecord& record,
-                                               const proto::DisplayedImage& shown);
+                                               const proto::DisplayedSnapshot& shown);
 
 }  // namespace stillgrid

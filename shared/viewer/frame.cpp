@@ -16,16 +16,16 @@ using Json = nlohmann::ordered_json;
 using json_number::number;
 using json_number::numbers;
 
-/// Of the newest image; where no image is known, of the one that was displayed.
-Json generation_json(const Frame& frame) {
-  if (frame.image) return frame.image->generation;
-  const std::uint64_t shown = frame.tool ? frame.tool->before.displayed.generation : 0;
+/// Of the newest snapshot; where no snapshot is known, of the one that was displayed.
+Json snapshot_id_json(const Frame& frame) {
+  if (frame.snapshot) return frame.snapshot->snapshot_id;
+  const std::uint64_t shown = frame.tool ? frame.tool->before.displayed.snapshot_id : 0;
   return shown != 0 ? Json(shown) : Json();
 }
 
-Json image_json(const Frame& frame) {
-  if (!frame.image) return {};
-  const proto::SnapshotHeader& header = frame.image->header;
+Json state_json(const Frame& frame) {
+  if (!frame.snapshot) return {};
+  const proto::SnapshotHeader& header = frame.snapshot->header;
   const auto time_s = [&](std::uint64_t time_ns) { return number(frame.axis.seconds(time_ns)); };
   return {{"state_time_s", time_s(header.state_time_ns[0])},
           {"publish_time_s", time_s(header.publish_time_ns[0])},
@@ -33,40 +33,40 @@ Json image_json(const Frame& frame) {
           {"age_s", TimeAxis{header.state_time_ns[0]}.seconds(frame.now_ns)},
           {"step_ms", static_cast<double>(header.step_ns) * 1e-6},
           {"contacts", header.contacts},
-          {"foresight_ms", static_cast<double>(header.foresight_ns) * 1e-6},
+          {"prediction_ms", static_cast<double>(header.prediction_ns) * 1e-6},
           {"history_count", header.history_count}};
 }
 
 Json levels_json(const Frame& frame) {
   Json levels = Json::array();
-  if (!frame.image) return levels;
-  const proto::GridShape& grid = frame.image->header.grid;
+  if (!frame.snapshot) return levels;
+  const proto::GridShape& grid = frame.snapshot->header.grid;
   for (std::uint32_t i = 0; i < grid.level_count; ++i)
     levels.push_back({{"voxel_m", number(grid.levels[i].voxel_m)},
-                      {"reach_m", number(grid.levels[i].reach_m)},
+                      {"bounding_radius_m", number(grid.levels[i].bounding_radius_m)},
                       {"cells", grid.levels[i].cells}});
   return levels;
 }
 
-/// What the last tick displayed, as the history of the frame's image tells it.
-std::optional<proto::DisplayedImage> displayed_image(const Frame& frame) {
-  if (!frame.image || !frame.tool) return std::nullopt;
-  const proto::DisplayedImage& shown = frame.tool->before.displayed;
-  if (shown.generation == 0 || shown.scene_epoch != frame.scene_epoch ||
-      shown.generation > frame.image->generation)
+/// What the last tick displayed, as the history of the frame's snapshot tells it.
+std::optional<proto::DisplayedSnapshot> displayed_snapshot(const Frame& frame) {
+  if (!frame.snapshot || !frame.tool) return std::nullopt;
+  const proto::DisplayedSnapshot& shown = frame.tool->before.displayed;
+  if (shown.snapshot_id == 0 || shown.scene_epoch != frame.scene_epoch ||
+      shown.snapshot_id > frame.snapshot->snapshot_id)
     return std::nullopt;
-  return told_by_later(shown, frame.image->generation - shown.generation);
+  return in_later_history(shown, frame.snapshot->snapshot_id - shown.snapshot_id);
 }
 
-Json display_json(const std::optional<proto::DisplayedImage>& shown) {
+Json display_json(const std::optional<proto::DisplayedSnapshot>& shown) {
   if (!shown) return {};
-  return {{"generation", shown->generation},
+  return {{"snapshot_id", shown->snapshot_id},
           {"alpha", shown->alpha},
           {"weights", numbers(shown->position)},
           {"velocity_s", numbers(shown->velocity_s)},
-          {"drift_s", shown->drift_s},
-          {"answer_lag_s", shown->answer_lag_s},
-          {"answer_N", shown->answer_N},
+          {"prediction_s", shown->prediction_s},
+          {"compliance_lag_s", shown->compliance_lag_s},
+          {"force_change_N", shown->force_change_N},
           {"shift_m", numbers(shown->shift_m)},
           {"age_s", shown->age_s}};
 }
@@ -104,20 +104,20 @@ Json ticks_json(const TickSummary& ticks) {
 }  // namespace
 
 std::string frame_message(const Frame& frame) {
-  const std::optional<proto::DisplayedImage> shown = displayed_image(frame);
+  const std::optional<proto::DisplayedSnapshot> shown = displayed_snapshot(frame);
   std::vector<float> newest, previous, displayed, voxels;
   std::vector<std::uint32_t> voxel_count;
   const auto append = [](std::vector<float>& to, const std::array<float, 3>& at_m) {
     to.insert(to.end(), at_m.begin(), at_m.end());
   };
-  if (frame.image) {
-    for (const proto::SphereRecord& record : frame.image->spheres) {
+  if (frame.snapshot) {
+    for (const proto::SphereRecord& record : frame.snapshot->spheres) {
       append(newest, record.newest.position_m);
       append(previous, position_m(record, 1));
       if (shown) append(displayed, displayed_m(record, *shown));
     }
     for (const OccupiedVoxel& voxel :
-         occupied_voxels(frame.image->header.grid, frame.image->covers)) {
+         occupied_voxels(frame.snapshot->header.grid, frame.snapshot->swept_bounds)) {
       append(voxels, voxel.centre_m);
       voxels.push_back(voxel.edge_m);
       voxel_count.push_back(voxel.spheres);
@@ -129,8 +129,8 @@ std::string frame_message(const Frame& frame) {
        {"scene_key", frame.scene_key},
        {"sim", name_of(frame.sim)},
        {"hand", name_of(frame.hand)},
-       {"generation", generation_json(frame)},
-       {"image", image_json(frame)},
+       {"snapshot_id", snapshot_id_json(frame)},
+       {"snapshot", state_json(frame)},
        {"grid", {{"levels", levels_json(frame)}}},
        {"display", display_json(shown)},
        {"tool", tool_json(frame)},

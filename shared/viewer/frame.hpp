@@ -29,7 +29,7 @@ struct Frame {
   std::string scene_key;
   std::uint64_t scene_epoch = 0;
   Life sim = Life::kAbsent, hand = Life::kAbsent;
-  std::optional<SceneSnapshot> image;
+  std::optional<SceneSnapshot> snapshot;
   std::optional<proto::ToolState> tool;  // checked, and its figures too
   TickSummary ticks;
 };

@@ -74,8 +74,8 @@ std::optional<FrameMoment> moment_of(const std::string& frame_message) {
   const Json head = Json::parse(rest.substr(0, length), nullptr, false);
   const bool is_sound = at(head, "frame").is_number_unsigned() && at(head, "time_s").is_number() &&
                         at(head, "scene_key").is_string() && is_state(at(head, "sim")) &&
-                        is_state(at(head, "hand")) && is_number_or_null(at(head, "generation")) &&
-                        is_null_or_has_number(at(head, "image"), "step_ms") &&
+                        is_state(at(head, "hand")) && is_number_or_null(at(head, "snapshot_id")) &&
+                        is_null_or_has_number(at(head, "snapshot"), "step_ms") &&
                         is_null_or_has_number(at(head, "display"), "alpha") &&
                         is_tool(at(head, "tool")) && are_levels(at(at(head, "grid"), "levels")) &&
                         are_ticks(at(head, "ticks")) &&

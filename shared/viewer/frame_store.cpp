@@ -8,7 +8,7 @@ void FrameStore::add(std::string message, double wall_s) {
   const std::lock_guard lock(mutex_);
   bytes_ += message.size();
   frames_.push_back({std::make_shared<const std::string>(std::move(message)), wall_s});
-  while (frames_.size() > 1 && (bytes_ > kMostBytes || wall_s - frames_.front().wall_s > kKept_s)) {
+  while (frames_.size() > 1 && (bytes_ > kMaxBytes || wall_s - frames_.front().wall_s > kKept_s)) {
     bytes_ -= frames_.front().message->size();
     frames_.pop_front();
     ++first_;

@@ -15,7 +15,7 @@ using Message = std::shared_ptr<const std::string>;
 class FrameStore {
  public:
   static constexpr double kKept_s = 60.0;
-  static constexpr std::size_t kMostBytes = std::size_t{256} << 20U;
+  static constexpr std::size_t kMaxBytes = std::size_t{256} << 20U;
 
   /// One more, which has the number last() + 1; wall_s: any clock that goes on.
   void add(std::string message, double wall_s);

@@ -13,10 +13,10 @@
 namespace stillgrid {
 namespace {
 
-constexpr std::size_t kMostScenes = 16;
+constexpr std::size_t kMaxScenes = 16;
 constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
-/// A tick that displays a new image comes a millisecond or two after it.
-constexpr int kMostLooks = 5;
+/// A tick that displays a new snapshot comes a millisecond or two after it.
+constexpr int kMaxLooks = 5;
 
 }  // namespace
 
@@ -33,34 +33,34 @@ LiveView::LiveView(const LiveOptions& options)
 }
 
 void LiveView::run(const std::stop_token& stop) {
-  PeriodicTimer timer(to_ns(1.0 / options_.images_per_s));
+  PeriodicTimer timer(to_ns(1.0 / options_.frames_per_s));
   for (timer.wait(); !stop.stop_requested(); timer.wait()) capture();
 }
 
-/// The newest image, and if the loop lives the state of a tick that displayed it.
-void LiveView::read_image(Frame& frame, ToolLook& tool) {
+/// The newest snapshot, and if the loop lives the state of a tick that displayed it.
+void LiveView::read_newest(Frame& frame, ToolLook& tool) {
   const SceneView* scene = follower_.scene();
   if (scene == nullptr) return;
-  if (reader_.turn_to(*scene)) image_.reset();
-  for (int i = 0; i < kMostLooks; ++i) {
-    const std::uint64_t shown = tool.state ? tool.state->before.displayed.generation : 0;
-    if (!image_ || shown >= image_->generation || i == 0)
-      if (auto newest = read_snapshot(reader_, *scene, kAll)) image_ = std::move(newest);
-    const bool is_behind = image_ && tool.state && shown < image_->generation &&
+  if (reader_.turn_to(*scene)) snapshot_.reset();
+  for (int i = 0; i < kMaxLooks; ++i) {
+    const std::uint64_t shown = tool.state ? tool.state->before.displayed.snapshot_id : 0;
+    if (!snapshot_ || shown >= snapshot_->snapshot_id || i == 0)
+      if (auto newest = read_snapshot(reader_, *scene, kAll)) snapshot_ = std::move(newest);
+    const bool is_behind = snapshot_ && tool.state && shown < snapshot_->snapshot_id &&
                            tool.state->before.displayed.scene_epoch == reader_.epoch();
     if (!is_behind || tool.hand != Life::kAlive || tool.clock == proto::Clock::kVirtual) break;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     tool = sampler_.look();
   }
-  frame.image = image_;
+  frame.snapshot = snapshot_;
   frame.scene_epoch = reader_.epoch();
 }
 
-/// Another key with another number of spheres too: before the first image there are none.
+/// Another key with another number of spheres too: before the first snapshot there are none.
 void LiveView::set_scene(Frame& frame, const ToolLook& tool) {
   if (follower_.scene() == nullptr) return;
   const std::vector<proto::SphereRecord> none;
-  const auto& moving = frame.image ? frame.image->spheres : none;
+  const auto& moving = frame.snapshot ? frame.snapshot->spheres : none;
   frame.scene_key = hexadecimal(frame.scene_epoch) + "-" + std::to_string(moving.size()) +
                     (tool.period_ns != 0 ? "-h" : "");
   if (scenes_.back().first == frame.scene_key) return;  // written by this thread only
@@ -70,7 +70,7 @@ void LiveView::set_scene(Frame& frame, const ToolLook& tool) {
   const std::lock_guard lock(mutex_);
   scenes_.emplace_back(frame.scene_key, message);
   // Not the first, which frames without a scene have.
-  if (scenes_.size() > kMostScenes) scenes_.erase(scenes_.begin() + 1);
+  if (scenes_.size() > kMaxScenes) scenes_.erase(scenes_.begin() + 1);
 }
 
 Frame LiveView::look() {
@@ -78,7 +78,7 @@ Frame LiveView::look() {
   Frame frame;
   frame.number = next_frame_++;
   ToolLook tool = sampler_.look();
-  read_image(frame, tool);
+  read_newest(frame, tool);
   set_scene(frame, tool);
   frame.sim = follower_.life();
   frame.hand = tool.hand;
@@ -90,7 +90,7 @@ Frame LiveView::look() {
   frame.axis = is_virtual ? TimeAxis{} : real_axis_;
   frame.now_ns = monotonic_ns();
   if (is_virtual)
-    frame.now_ns = std::max(frame.image ? frame.image->header.publish_time_ns[0] : 0,
+    frame.now_ns = std::max(frame.snapshot ? frame.snapshot->header.publish_time_ns[0] : 0,
                             frame.tool ? frame.tool->time_ns : 0);
   tell(frame, tool);
   return frame;

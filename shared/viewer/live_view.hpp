@@ -19,7 +19,7 @@ namespace stillgrid {
 
 struct LiveOptions {
   std::string session;
-  double images_per_s = 30.0;
+  double frames_per_s = 30.0;
   Surfaces surfaces;
   std::filesystem::path save;  // empty: nothing is saved
 };
@@ -39,7 +39,7 @@ class LiveView final : public ViewSource {
   void run(const std::stop_token& stop);
   void capture();
   Frame look();
-  void read_image(Frame& frame, ToolLook& tool);
+  void read_newest(Frame& frame, ToolLook& tool);
   void set_scene(Frame& frame, const ToolLook& tool);
   void save(const std::string& key, const std::string& frame);
   void tell(const Frame& frame, const ToolLook& tool);
@@ -52,7 +52,7 @@ class LiveView final : public ViewSource {
   // Of the thread.
   SegmentFollower follower_;
   SnapshotReader reader_;
-  std::optional<SceneSnapshot> image_;  // the last that it accepted
+  std::optional<SceneSnapshot> snapshot_;  // the last that it accepted
   std::uint64_t next_frame_ = 1;
   std::unique_ptr<ViewWriter> writer_;
   std::uint64_t next_saved_tick_ = 0;

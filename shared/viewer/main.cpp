@@ -60,7 +60,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--save", arguments.live.save,
                  "Keep what is shown, frame by frame, for --open; some MB a minute")
       ->needs(session);
-  app.add_option("--images-per-s", arguments.live.images_per_s, "Frames a second; default 30")
+  app.add_option("--frames-per-s", arguments.live.frames_per_s, "Frames a second; default 30")
       ->check(number_in(1.0, 120.0))
       ->needs(session);
 }

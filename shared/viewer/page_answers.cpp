@@ -15,7 +15,7 @@
 namespace stillgrid {
 namespace {
 
-constexpr std::size_t kMostTicks = 65'536;  // of one answer
+constexpr std::size_t kMaxTicks = 65'536;  // of one answer
 constexpr const char* kJson = "application/json";
 constexpr const char* kBinary = "application/octet-stream";
 
@@ -78,7 +78,7 @@ PageAnswer ticks_answer(const ViewSource& view, std::string_view query) {
   const auto from = whole_number(query_value(query, "from").value_or(""));
   const auto most = whole_number(query_value(query, "most").value_or(""));
   if (!from || !most) return refuse(400, "from, most: expected whole numbers");
-  const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(*most, kMostTicks));
+  const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(*most, kMaxTicks));
   return {.type = kBinary, .body = message_of(view.ticks(*from, count))};
 }
 

@@ -19,8 +19,8 @@ using std::chrono::seconds;
 
 constexpr seconds kRequest{2};  // from the end of the last answer to a request's last byte
 constexpr seconds kAnswer{5};   // from an answer's first byte to its last
-constexpr std::size_t kMostHead = 8192;
-constexpr std::size_t kMostReceived = 2 * kMostHead;
+constexpr std::size_t kMaxHead = 8192;
+constexpr std::size_t kMaxReceived = 2 * kMaxHead;
 
 /// The page may load and ask nothing but what is served here. The hash is of the import map in
 /// index.html: where that has changed the browser's console tells the new one.
@@ -61,11 +61,11 @@ std::string_view view_of(beast::string_view text) {
 PageConnection::PageConnection(asio::ip::tcp::socket&& socket, const AnswerPage& answer,
                                ConnectionLists& lists)
     : stream_(std::move(socket)),
-      received_(kMostReceived),
+      received_(kMaxReceived),
       answer_(answer),
       lists_(lists),
       list_(&lists.strangers) {
-  if (list_->size() >= ConnectionLists::kMostStrangers) list_->front()->end();
+  if (list_->size() >= ConnectionLists::kMaxStrangers) list_->front()->end();
   place_ = list_->insert(list_->end(), this);
   beast::error_code ignored;
   stream_.socket().set_option(asio::ip::tcp::no_delay(true), ignored);
@@ -83,14 +83,14 @@ void PageConnection::end() {
 
 void PageConnection::befriend() {
   const bool is_new = list_ != &lists_.known;
-  if (is_new && lists_.known.size() >= ConnectionLists::kMostKnown) lists_.known.front()->end();
+  if (is_new && lists_.known.size() >= ConnectionLists::kMaxKnown) lists_.known.front()->end();
   lists_.known.splice(lists_.known.end(), *list_, place_);
   list_ = &lists_.known;
 }
 
 void PageConnection::read() {
   parser_.emplace();
-  parser_->header_limit(kMostHead);
+  parser_->header_limit(kMaxHead);
   stream_.expires_after(kRequest);
   http::async_read(stream_, received_, *parser_,
                    [self = shared_from_this()](beast::error_code error, std::size_t) {

@@ -21,8 +21,8 @@ class PageConnection;
 /// request, those that have shown the key; so strangers, however many, end one another and not
 /// them.
 struct ConnectionLists {
-  static constexpr std::size_t kMostStrangers = 256;  // whose first request has not come yet
-  static constexpr std::size_t kMostKnown = 16;       // a browser opens six
+  static constexpr std::size_t kMaxStrangers = 256;  // whose first request has not come yet
+  static constexpr std::size_t kMaxKnown = 16;       // a browser opens six
   std::list<PageConnection*> strangers, known;
 };
 

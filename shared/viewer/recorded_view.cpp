@@ -89,8 +89,8 @@ std::vector<std::pair<std::string_view, Take>> known_columns() {
   add_columns(
       columns, {"qx", "qy", "qz", "qw"},
       [](RecordedTick & tick) -> auto& { return tick.orientation_xyzw; });
-  add("generation",
-      [](RecordedTick& tick, double value) { tick.sample.generation = count_of(value); });
+  add("snapshot_id",
+      [](RecordedTick& tick, double value) { tick.sample.snapshot_id = count_of(value); });
   add("contacts", [](RecordedTick& tick, double value) {
     tick.sample.contacts = static_cast<std::uint32_t>(std::clamp(value, 0.0, 1e9));
   });
@@ -225,7 +225,7 @@ Message RecordedView::frame(std::optional<std::uint64_t> number) const {
   state.before.torque_N_m = row.torque_N_m;
   state.before.contacts = row.sample.contacts;
   state.before.flags = row.sample.flags;
-  state.before.displayed.generation = row.sample.generation;
+  state.before.displayed.snapshot_id = row.sample.snapshot_id;
   state.before.displayed.age_s = row.sample.age_s;
   frame.ticks = summary_of(std::span(samples_).first(row.sample.tick));
   return std::make_shared<const std::string>(frame_message(frame));

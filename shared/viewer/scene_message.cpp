@@ -45,7 +45,7 @@ Json opening(ViewKind kind, const std::string& session, const std::string& key) 
 void add_spheres(Json& json, std::span<const proto::SphereRecord> moving,
                  std::span<const proto::SphereRecord> still) {
   Json radius_m = Json::array(), body = Json::array(), material = Json::array(),
-       still_m = Json::array();
+       static_place_m = Json::array();
   for (const auto spheres : {moving, still})
     for (const proto::SphereRecord& record : spheres) {
       radius_m.push_back(json_number::number(record.radius_m));
@@ -53,10 +53,11 @@ void add_spheres(Json& json, std::span<const proto::SphereRecord> moving,
       material.push_back(record.material);
     }
   for (const proto::SphereRecord& record : still)
-    for (const float x : record.newest.position_m) still_m.push_back(json_number::number(x));
-  json["spheres"] = {{"count", moving.size()},          {"static_count", still.size()},
-                     {"radius_m", std::move(radius_m)}, {"body", std::move(body)},
-                     {"material", std::move(material)}, {"static_position_m", std::move(still_m)}};
+    for (const float x : record.newest.position_m) static_place_m.push_back(json_number::number(x));
+  json["spheres"] = {
+      {"count", moving.size()},          {"static_count", still.size()},
+      {"radius_m", std::move(radius_m)}, {"body", std::move(body)},
+      {"material", std::move(material)}, {"static_position_m", std::move(static_place_m)}};
 }
 
 void add_voxels(Json& json, std::span<const OccupiedVoxel> voxels) {
@@ -111,9 +112,9 @@ bool are_whole(const Json& json, std::size_t count) {
 
 /// The spheres of a saved scene: lists of as many as it counts.
 bool are_spheres(const Json& json) {
-  constexpr std::size_t kMost = 1U << 30U;
+  constexpr std::size_t kMax = 1U << 30U;
   for (const char* name : {"count", "static_count"})
-    if (!is_index(at(json, name), kMost)) return false;
+    if (!is_index(at(json, name), kMax)) return false;
   const auto still = json["static_count"].get<std::size_t>();
   const std::size_t count = json["count"].get<std::size_t>() + still;
   return are_numbers_or_null(at(json, "radius_m"), count) && are_whole(at(json, "body"), count) &&
@@ -159,7 +160,7 @@ std::string scene_message(const SceneView& view, const std::string& session, con
       tick_period_ns != 0 ? Json(static_cast<double>(tick_period_ns) * 1e-9) : Json();
   const auto still = static_spheres(view, kAll);
   add_spheres(json, moving, still);
-  add_voxels(json, occupied_voxels(view.static_grid().shape, static_covers(view)));
+  add_voxels(json, occupied_voxels(view.static_grid().shape, static_bounds(view)));
   const bool fit = surfaces.sphere_count == moving.size() + still.size();
   json["surfaces"] = fit ? Json::parse(surfaces.text) : Json();
   return text_of(json);

@@ -23,8 +23,9 @@ struct Surfaces {
 /// Throws std::runtime_error, one line, where that is none or names what is not there.
 [[nodiscard]] Surfaces read_surfaces(const std::string& file);
 
-/// The answer of /api/scene, JSON: docs/viewer.md. moving: of any image. Surfaces of another number
-/// of spheres are another scene's and left out. tick_period_ns: 0 where no haptic loop is known.
+/// The answer of /api/scene, JSON: docs/viewer.md. moving: of any snapshot. Surfaces of another
+/// number of spheres are another scene's and left out. tick_period_ns: 0 where no haptic loop is
+/// known.
 [[nodiscard]] std::string scene_message(const SceneView& view, const std::string& session,
                                         const std::string& key,
                                         std::span<const proto::SphereRecord> moving,

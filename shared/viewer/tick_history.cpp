@@ -10,7 +10,7 @@ namespace stillgrid {
 namespace {
 
 constexpr double kKept_s = 60.0;
-constexpr std::size_t kMostTicks = 120'000;  // whatever the rate
+constexpr std::size_t kMaxTicks = 120'000;  // whatever the rate
 
 /// Sorts the values.
 TickPercentiles percentiles_of(std::vector<double>& values) {
@@ -49,7 +49,7 @@ TickSummary summary_of(std::span<const TickSample> samples) {
 }
 
 std::string tick_message(std::span<const TickSample> samples) {
-  std::vector<double> tick, time_s, generation;
+  std::vector<double> tick, time_s, snapshot_id;
   std::vector<float> position_m, force_N, age_s, work_us, wake_us;
   std::vector<std::uint32_t> flags, contacts;
   for (const TickSample& sample : samples) {
@@ -62,13 +62,13 @@ std::string tick_message(std::span<const TickSample> samples) {
     wake_us.push_back(static_cast<float>(sample.wake_us));
     flags.push_back(sample.flags);
     contacts.push_back(sample.contacts);
-    generation.push_back(static_cast<double>(sample.generation));
+    snapshot_id.push_back(static_cast<double>(sample.snapshot_id));
   }
   return binary_message({array_of("tick", tick), array_of("time_s", time_s),
                          array_of("position_m", position_m), array_of("force_N", force_N),
                          array_of("age_s", age_s), array_of("tick_us", work_us),
                          array_of("wake_us", wake_us), array_of("flags", flags),
-                         array_of("generation", generation), array_of("contacts", contacts)});
+                         array_of("snapshot_id", snapshot_id), array_of("contacts", contacts)});
 }
 
 std::span<const TickSample> ticks_from(std::span<const TickSample> samples, std::uint64_t from,
@@ -83,12 +83,11 @@ std::span<const TickSample> ticks_from(std::span<const TickSample> samples, std:
 void TickHistory::add(const TickSample& sample) {
   const std::lock_guard lock(mutex_);
   samples_.push_back(sample);
-  if (samples_.size() < 2 * kMostTicks &&
-      !(sample.time_s - samples_.front().time_s > 2.0 * kKept_s))
+  if (samples_.size() < 2 * kMaxTicks && !(sample.time_s - samples_.front().time_s > 2.0 * kKept_s))
     return;
   const auto is_old = [&](const TickSample& old) { return sample.time_s - old.time_s > kKept_s; };
   const auto kept = std::find_if_not(samples_.begin(), samples_.end(), is_old);
-  const auto most = static_cast<std::ptrdiff_t>(kMostTicks);
+  const auto most = static_cast<std::ptrdiff_t>(kMaxTicks);
   samples_.erase(
       samples_.begin(),
       std::max(kept, samples_.end() - std::min(samples_.end() - samples_.begin(), most)));

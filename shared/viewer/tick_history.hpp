@@ -22,7 +22,7 @@ struct TickSample {
   double wake_us = 0.0;
   std::uint32_t flags = 0;  // proto::SafetyFlag
   std::uint32_t contacts = 0;
-  std::uint64_t generation = 0;
+  std::uint64_t snapshot_id = 0;
   std::uint64_t missed = 0;  // since the loop began
 };
 static_assert(std::is_trivially_copyable_v<TickSample> && sizeof(TickSample) == 112);

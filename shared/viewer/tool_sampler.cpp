@@ -54,10 +54,10 @@ void ToolSampler::sample() {
                 .force_N = state->force_N,
                 .age_s = figures.displayed.age_s,
                 .work_us = static_cast<double>(figures.work_ns) * 1e-3,
-                .wake_us = static_cast<double>(figures.wake_late_ns) * 1e-3,
+                .wake_us = static_cast<double>(figures.wake_up_latency_ns) * 1e-3,
                 .flags = figures.flags,
                 .contacts = figures.contacts,
-                .generation = figures.displayed.generation,
+                .snapshot_id = figures.displayed.snapshot_id,
                 .missed = figures.missed_ticks});
   const std::lock_guard lock(mutex_);
   look_.state = state;

@@ -9,11 +9,11 @@
 namespace stillgrid {
 
 std::vector<OccupiedVoxel> occupied_voxels(const proto::GridShape& grid,
-                                           std::span<const LevelCover> covers) {
+                                           std::span<const LevelBound> swept_bounds) {
   using Place = std::array<std::int32_t, 4>;  // level, z, y, x
   std::vector<Place> places;
-  for (const auto& [cover, level] : covers) {
-    const auto& centre_m = cover.centre_m;
+  for (const auto& [swept_bound, level] : swept_bounds) {
+    const auto& centre_m = swept_bound.centre_m;
     if (!std::all_of(centre_m.begin(), centre_m.end(), [](float x) { return std::isfinite(x); }))
       continue;
     const float inverse_voxel_per_m = 1.0F / grid.levels[level].voxel_m;

@@ -18,6 +18,6 @@ struct OccupiedVoxel {
 
 /// Every occupied voxel once, by level, z, y, x. Covers that are nowhere are left out.
 [[nodiscard]] std::vector<OccupiedVoxel> occupied_voxels(const proto::GridShape& grid,
-                                                         std::span<const LevelCover> covers);
+                                                         std::span<const LevelBound> swept_bounds);
 
 }  // namespace stillgrid

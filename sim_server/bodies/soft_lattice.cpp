@@ -9,7 +9,7 @@ namespace stillgrid {
 namespace {
 
 /// A ball that reaches less than this part of the spacing into a cell does not fill it.
-constexpr double kLeastReach = 0.1;
+constexpr double kLeastRadius = 0.1;
 
 std::size_t place(const Eigen::Vector3i& counts, int x, int y, int z) {
   return static_cast<std::size_t>(x) +
@@ -75,20 +75,21 @@ Eigen::Array3d cell_counts(const Extent& extent, double spacing_m) {
 }
 
 void fill_cells(SoftLattice& lattice, const Ball& ball) {
-  const double reach_m = ball.radius_m - kLeastReach * lattice.spacing_m.x();
+  const double search_radius_m = ball.radius_m - kLeastRadius * lattice.spacing_m.x();
   const Eigen::Vector3i holding = cell_of(lattice, ball.centre_m);
   lattice.is_filled[place(lattice.cells, holding)] = 1;
-  if (reach_m <= 0.0) return;
-  const Eigen::Vector3d reach(reach_m, reach_m, reach_m);
-  for_each_place(cell_of(lattice, ball.centre_m - reach), cell_of(lattice, ball.centre_m + reach),
-                 [&](const Eigen::Vector3i& cell) {
-                   const Eigen::Vector3d low_m =
-                       lattice.origin_m + cell.cast<double>().cwiseProduct(lattice.spacing_m);
-                   const Eigen::Vector3d nearest_m =
-                       ball.centre_m.cwiseMax(low_m).cwiseMin(low_m + lattice.spacing_m);
-                   if ((nearest_m - ball.centre_m).squaredNorm() < reach_m * reach_m)
-                     lattice.is_filled[place(lattice.cells, cell)] = 1;
-                 });
+  if (search_radius_m <= 0.0) return;
+  const Eigen::Vector3d reach(search_radius_m, search_radius_m, search_radius_m);
+  for_each_place(
+      cell_of(lattice, ball.centre_m - reach), cell_of(lattice, ball.centre_m + reach),
+      [&](const Eigen::Vector3i& cell) {
+        const Eigen::Vector3d low_m =
+            lattice.origin_m + cell.cast<double>().cwiseProduct(lattice.spacing_m);
+        const Eigen::Vector3d nearest_m =
+            ball.centre_m.cwiseMax(low_m).cwiseMin(low_m + lattice.spacing_m);
+        if ((nearest_m - ball.centre_m).squaredNorm() < search_radius_m * search_radius_m)
+          lattice.is_filled[place(lattice.cells, cell)] = 1;
+      });
 }
 
 /// Edges in a row: the nodes on either side of a node, if an edge leads to each.

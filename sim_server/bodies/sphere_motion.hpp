@@ -13,11 +13,11 @@ struct SphereMotion {
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
 };
 
-/// Where the next step would take a sphere: by its drift if the tool's force stays as it is, and by
-/// its answer more for each newton that the force grows.
-struct SphereForesight {
-  Eigen::Vector3d drift_m_s = Eigen::Vector3d::Zero();
-  Eigen::Vector3d answer_m_N = Eigen::Vector3d::Zero();
+/// Where the next step would take a sphere: at its predicted velocity if the tool's force stays as
+/// it is, and by its compliance more for each newton that the force grows.
+struct SpherePrediction {
+  Eigen::Vector3d predicted_velocity_m_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d compliance_m_per_N = Eigen::Vector3d::Zero();
 };
 
 /// Where a sphere is, from the nodes or the rigid body it is bound to.

@@ -9,12 +9,12 @@
 namespace stillgrid {
 namespace {
 
-constexpr std::size_t kMostSpheres = 8;
+constexpr std::size_t kMaxSpheres = 8;
 /// Weights that add up to more without their signs would show each rounding of a centre.
 constexpr double kWideEnough = 4.0;
 constexpr double kExact = 1e-9;  // of the spheres' distance
 
-using Columns = Eigen::Matrix<double, 4, Eigen::Dynamic, 0, 4, kMostSpheres>;
+using Columns = Eigen::Matrix<double, 4, Eigen::Dynamic, 0, 4, kMaxSpheres>;
 
 /// The weights w of the least norm with sum w = 1 and sum w (c - p) = 0, by the normal equations of
 /// the smaller side; empty where there are none.
@@ -43,11 +43,11 @@ std::vector<double> least_weights(std::span<const Eigen::Vector3d> centres_m,
 /// Of numbers in the order of their distance, the first and those farthest from all before.
 std::vector<int> spread_out(std::span<const Eigen::Vector3d> centres_m,
                             std::span<const int> nearest) {
-  if (nearest.size() <= kMostSpheres) return {nearest.begin(), nearest.end()};
+  if (nearest.size() <= kMaxSpheres) return {nearest.begin(), nearest.end()};
   const auto at = [&](int i) { return centres_m[static_cast<std::size_t>(i)]; };
   std::vector<int> chosen = {nearest[0]};
   std::vector<double> apart_m2(nearest.size(), std::numeric_limits<double>::infinity());
-  while (chosen.size() < kMostSpheres) {
+  while (chosen.size() < kMaxSpheres) {
     for (std::size_t i = 0; i < nearest.size(); ++i)
       apart_m2[i] = std::min(apart_m2[i], (at(nearest[i]) - at(chosen.back())).squaredNorm());
     const auto farthest = std::max_element(apart_m2.begin(), apart_m2.end()) - apart_m2.begin();
@@ -77,7 +77,7 @@ std::optional<SurfacePoint> bind_to_spheres(std::span<const Eigen::Vector3d> cen
   std::vector<int> best;
   std::vector<double> best_weights;
   double best_sum = std::numeric_limits<double>::infinity();
-  for (std::size_t within = kMostSpheres; best_sum > kWideEnough; within *= 2) {
+  for (std::size_t within = kMaxSpheres; best_sum > kWideEnough; within *= 2) {
     const std::size_t count = std::min(within, order.size());
     std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count),
                       order.end(), is_nearer);
@@ -110,10 +110,10 @@ RestSpheres rest_spheres(const World& world, int body) {
   for (int i = 0; i < range.sphere_count; ++i)
     spheres.centres_m.push_back(
         world.spheres[static_cast<std::size_t>(range.first_sphere + i)].rest_position_m);
-  for (std::size_t i = 0; i < world.still_spheres.size(); ++i) {
-    if (world.still_spheres[i].body != body) continue;
+  for (std::size_t i = 0; i < world.static_spheres.size(); ++i) {
+    if (world.static_spheres[i].body != body) continue;
     if (spheres.centres_m.empty()) spheres.first = static_cast<int>(world.spheres.size() + i);
-    spheres.centres_m.push_back(world.still_spheres[i].position_m);
+    spheres.centres_m.push_back(world.static_spheres[i].position_m);
   }
   return spheres;
 }

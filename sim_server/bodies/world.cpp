@@ -16,11 +16,11 @@ void number_unknowns(World& world) {
   for (const BodyRange& body : world.bodies) {
     for (int i = 0; i < body.node_count; ++i) {
       Node& node = world.nodes[static_cast<std::size_t>(body.first_node + i)];
-      node.unknown = take(!node.pinned && !body.asleep, 3);
+      node.unknown = take(!node.pinned && !body.is_sleeping, 3);
     }
     if (body.rigid < 0) continue;
     RigidBody& rigid = world.rigid_bodies[static_cast<std::size_t>(body.rigid)];
-    rigid.unknown = take(rigid.free && !body.asleep, 6);
+    rigid.unknown = take(rigid.free && !body.is_sleeping, 6);
   }
 }
 
@@ -52,7 +52,7 @@ double kinetic_energy_J(const RigidBody& body) {
 
 double spring_energy_J(const Spring& spring, const Node& a, const Node& b) {
   const double stretch_m = (b.position_m - a.position_m).norm() - spring.rest_length_m;
-  return 0.5 * spring.stiffness_N_m * stretch_m * stretch_m;
+  return 0.5 * spring.stiffness_N_per_m * stretch_m * stretch_m;
 }
 
 double mechanical_energy_J(const World& world) {

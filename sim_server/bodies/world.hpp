@@ -20,15 +20,15 @@ struct Node {
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
   double mass_kg = 0.0;
   bool pinned = false;
-  int unknown = kNoUnknown;  // first of three velocity unknowns, or pinned or asleep
+  int unknown = kNoUnknown;  // first of three velocity unknowns, or pinned or sleeping
 };
 
 /// A spring with a damper along it, between two nodes.
 struct Spring {
   int a = 0, b = 0;  // nodes
   double rest_length_m = 0.0;
-  double stiffness_N_m = 0.0;
-  double damping_N_s_m = 0.0;
+  double stiffness_N_per_m = 0.0;
+  double damping_N_s_per_m = 0.0;
 };
 
 /// A rigid body, free or moved as prescribed.
@@ -39,9 +39,10 @@ struct RigidBody {
   Eigen::Vector3d angular_velocity_rad_s = Eigen::Vector3d::Zero();  // world frame
   double mass_kg = 0.0;
   Eigen::Vector3d inertia_kg_m2 = Eigen::Vector3d::Zero();  // principal, body frame
-  double reach_m = 0.0;      // farthest point from the centre: turns spin into a speed
-  bool free = false;         // not prescribed
-  int unknown = kNoUnknown;  // first of six: velocity, then angular velocity; or not free or asleep
+  double bounding_radius_m = 0.0;  // farthest point from the centre: turns spin into a speed
+  bool free = false;               // not prescribed
+  int unknown =
+      kNoUnknown;  // first of six: velocity, then angular velocity; or not free or sleeping
 
   Eigen::Vector3d start_m = Eigen::Vector3d::Zero();  // prescribed: where the motion begins
   PrescribedMotion prescribed;
@@ -62,7 +63,7 @@ struct SphereBinding {
 };
 
 /// A sphere that never moves.
-struct StillSphere {
+struct StaticSphere {
   Eigen::Vector3d position_m;
   double radius_m;
   int material;
@@ -70,7 +71,7 @@ struct StillSphere {
 };
 
 /// Solid below: points with normal . x < offset_m are inside.
-struct StillPlane {
+struct StaticPlane {
   Eigen::Vector3d normal;
   double offset_m;
   int material;
@@ -85,7 +86,7 @@ struct BodyRange {
   int first_sphere = 0, sphere_count = 0;
   Eigen::Vector2i sheet_nodes = Eigen::Vector2i::Zero();  // of a sheet: along x, y
   int rigid = -1;
-  bool asleep = false;  // stays as it is, out of the work, until something touches it
+  bool is_sleeping = false;  // stays as it is, out of the work, until something touches it
 };
 
 /// All that is simulated, as plain arrays joined by indices. SI units, world frame.
@@ -96,15 +97,15 @@ struct World {
   std::vector<Spring> springs;
   std::vector<RigidBody> rigid_bodies;
   std::vector<SphereBinding> spheres;  // of free and of prescribed bodies
-  std::vector<StillSphere> still_spheres;
-  std::vector<StillPlane> planes;
+  std::vector<StaticSphere> static_spheres;
+  std::vector<StaticPlane> planes;
   std::vector<ContactMaterial> materials;
   double tool_slip_speed_m_s = 0.05;
   std::vector<BodyRange> bodies;  // in the order of the scene file
   int unknown_count = 0;
 };
 
-/// Numbers the velocities of all that is free and awake. Call it when `asleep` of a body changed.
+/// Numbers the velocities of all that is free and awake. Call it when `sleeping` of a body changed.
 void number_unknowns(World& world);
 
 /// Position and velocity of a prescribed motion at time_s.

@@ -13,8 +13,8 @@ namespace stillgrid::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 /// As many lanes as a mask of one byte has bits.
-constexpr std::size_t kMostLanes = 8;
-using FloatTag = hn::CappedTag<float, kMostLanes>;
+constexpr std::size_t kMaxLanes = 8;
+using FloatTag = hn::CappedTag<float, kMaxLanes>;
 
 #if HWY_TARGET != HWY_SCALAR
 /// Pairs that are tested at once: as many as a vector has lanes for certain.
@@ -27,11 +27,11 @@ using PairTag = hn::FixedTag<float, kPairs>;
 
 /// The balls of pairs as one vector each, four floats a ball.
 template <class Number>
-HWY_INLINE auto LoadBalls(const SpherePair* pairs, const Cover* balls, Number number) {
+HWY_INLINE auto LoadBalls(const SpherePair* pairs, const SweptBound* balls, Number number) {
   const auto load = [&](std::size_t k) HWY_ATTR {
     return hn::LoadU(hn::FixedTag<float, 4>(), balls[number(pairs[k])].centre_m.data());
   };
-  if constexpr (kPairs == kMostLanes)
+  if constexpr (kPairs == kMaxLanes)
     return hn::Combine(PairTag(), load(4), load(0));
   else
     return load(0);
@@ -39,7 +39,7 @@ HWY_INLINE auto LoadBalls(const SpherePair* pairs, const Cover* balls, Number nu
 
 /// kPairs pairs: each makes one row (dx, dy, dz, ra + rb) of matrices of four by four. Returns a
 /// bit for each that overlaps.
-HWY_INLINE std::uint32_t OverlappingBits(const SpherePair* pairs, const Cover* balls) {
+HWY_INLINE std::uint32_t OverlappingBits(const SpherePair* pairs, const SweptBound* balls) {
   const PairTag d;
   const hn::RepartitionToWide<PairTag> wide;
   alignas(16) constexpr float kSign[4] = {0.0F, 0.0F, 0.0F, -0.0F};
@@ -58,14 +58,14 @@ HWY_INLINE std::uint32_t OverlappingBits(const SpherePair* pairs, const Cover* b
   const auto x = hn::BitCast(d, hn::InterleaveLower(wide, xy01, xy23));
   const auto y = hn::BitCast(d, hn::InterleaveUpper(wide, xy01, xy23));
   const auto z = hn::BitCast(d, hn::InterleaveLower(wide, zr01, zr23));
-  const auto reach = hn::BitCast(d, hn::InterleaveUpper(wide, zr01, zr23));
+  const auto bounding_radius = hn::BitCast(d, hn::InterleaveUpper(wide, zr01, zr23));
   std::uint8_t mask[8];
-  hn::StoreMaskBits(d, hn::Lt(hn::Add(hn::Add(x, y), z), reach), mask);
+  hn::StoreMaskBits(d, hn::Lt(hn::Add(hn::Add(x, y), z), bounding_radius), mask);
   return mask[0];
 }
 #endif
 
-std::size_t Overlapping(const SpherePair* pairs, std::size_t count, const Cover* balls,
+std::size_t Overlapping(const SpherePair* pairs, std::size_t count, const SweptBound* balls,
                         SpherePair* found) {
   std::size_t kept = 0, i = 0;
 #if HWY_TARGET != HWY_SCALAR
@@ -80,31 +80,31 @@ std::size_t Overlapping(const SpherePair* pairs, std::size_t count, const Cover*
   for (; i < count; ++i, ++pairs) {
     const auto& [a, ra] = balls[pairs->a];
     const auto& [b, rb] = balls[pairs->b];
-    const float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2], reach = ra + rb;
-    if (x * x + y * y + z * z < reach * reach) found[kept++] = *pairs;
+    const float x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2], bounding_radius = ra + rb;
+    if (x * x + y * y + z * z < bounding_radius * bounding_radius) found[kept++] = *pairs;
   }
   return kept;
 }
 
-/// Whether each ball is within its cover, but for the slack that covers have.
-std::size_t FindLeavers(const Cover* balls, const Cover* covers, std::size_t count,
-                        std::uint32_t* leavers, std::size_t room) {
+/// Whether each ball is within its swept bound, but for the slack that swept bounds have.
+std::size_t FindEscaped(const SweptBound* balls, const SweptBound* swept_bounds, std::size_t count,
+                        std::uint32_t* escaped, std::size_t room) {
   const FloatTag d;
   const std::size_t lanes = hn::Lanes(d);
-  const auto slack = hn::Set(d, 1.0F - 0.5F * kCoverSlack);
+  const auto slack = hn::Set(d, 1.0F - 0.5F * kBoundSlack);
   std::size_t found = 0, i = 0;
   const auto add = [&](std::size_t number) HWY_ATTR {
-    if (found < room) leavers[found] = static_cast<std::uint32_t>(number);
+    if (found < room) escaped[found] = static_cast<std::uint32_t>(number);
     ++found;
   };
   for (; i + lanes <= count && found <= room; i += lanes) {
-    hn::Vec<FloatTag> x, y, z, radius, cx, cy, cz, reach;
+    hn::Vec<FloatTag> x, y, z, radius, cx, cy, cz, bounding_radius;
     hn::LoadInterleaved4(d, balls[i].centre_m.data(), x, y, z, radius);
-    hn::LoadInterleaved4(d, covers[i].centre_m.data(), cx, cy, cz, reach);
+    hn::LoadInterleaved4(d, swept_bounds[i].centre_m.data(), cx, cy, cz, bounding_radius);
     x = hn::Sub(x, cx);
     y = hn::Sub(y, cy);
     z = hn::Sub(z, cz);
-    const auto left = hn::Sub(hn::Mul(reach, slack), radius);
+    const auto left = hn::Sub(hn::Mul(bounding_radius, slack), radius);
     const auto distance2 = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
     const auto held = hn::And(hn::Le(distance2, hn::Mul(left, left)), hn::Ge(left, hn::Zero(d)));
     if (HWY_LIKELY(hn::AllTrue(d, held))) continue;
@@ -114,7 +114,7 @@ std::size_t FindLeavers(const Cover* balls, const Cover* covers, std::size_t cou
       if (((mask[0] >> k) & 1U) == 0) add(i + k);
   }
   for (; i < count && found <= room; ++i)
-    if (!holds(covers[i], balls[i])) add(i);
+    if (!holds(swept_bounds[i], balls[i])) add(i);
   return found;
 }
 
@@ -125,28 +125,29 @@ HWY_AFTER_NAMESPACE();
 namespace stillgrid {
 namespace {
 HWY_EXPORT(Overlapping);
-HWY_EXPORT(FindLeavers);
+HWY_EXPORT(FindEscaped);
 }  // namespace
 
-bool holds(const Cover& cover, const Cover& ball) noexcept {
-  const auto& [c, reach_m] = cover;
+bool holds(const SweptBound& swept_bound, const SweptBound& ball) noexcept {
+  const auto& [c, bounding_radius_m] = swept_bound;
   const auto& [p, radius_m] = ball;
   const float x = p[0] - c[0], y = p[1] - c[1], z = p[2] - c[2];
-  const float left_m = reach_m * (1.0F - 0.5F * kCoverSlack) - radius_m;
+  const float left_m = bounding_radius_m * (1.0F - 0.5F * kBoundSlack) - radius_m;
   return x * x + y * y + z * z <= left_m * left_m && left_m >= 0.0F;
 }
 
-std::size_t overlapping_pairs(std::span<const SpherePair> pairs, std::span<const Cover> balls,
+std::size_t overlapping_pairs(std::span<const SpherePair> pairs, std::span<const SweptBound> balls,
                               std::span<SpherePair> found) {
   assert(found.size() >= pairs.size());
   return HWY_DYNAMIC_DISPATCH(Overlapping)(pairs.data(), pairs.size(), balls.data(), found.data());
 }
 
-std::size_t find_leavers(std::span<const Cover> balls, std::span<const Cover> covers,
-                         std::span<std::uint32_t> leavers) {
-  assert(balls.size() == covers.size());
-  return HWY_DYNAMIC_DISPATCH(FindLeavers)(balls.data(), covers.data(), balls.size(),
-                                           leavers.data(), leavers.size());
+std::size_t find_escaped(std::span<const SweptBound> balls,
+                         std::span<const SweptBound> swept_bounds,
+                         std::span<std::uint32_t> escaped) {
+  assert(balls.size() == swept_bounds.size());
+  return HWY_DYNAMIC_DISPATCH(FindEscaped)(balls.data(), swept_bounds.data(), balls.size(),
+                                           escaped.data(), escaped.size());
 }
 
 }  // namespace stillgrid

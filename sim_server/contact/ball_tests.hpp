@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "shared/collision/still_grid.hpp"
+#include "shared/collision/voxel_grid.hpp"
 
 namespace stillgrid {
 
@@ -18,20 +18,21 @@ struct SpherePair {
 /// arithmetic; in their order. Returns how many.
 /// Pre: found.size() >= pairs.size().
 [[nodiscard]] std::size_t overlapping_pairs(std::span<const SpherePair> pairs,
-                                            std::span<const Cover> balls,
+                                            std::span<const SweptBound> balls,
                                             std::span<SpherePair> found);
 
-/// Writes to `leavers`, ascending, the numbers of the balls that their covers do not hold (a ball
-/// that is no number is held by none). Gives up where there are more than leavers.size(), and
+/// Writes to `escaped`, ascending, the numbers of the balls that their swept bounds do not hold (a
+/// ball that is no number is held by none). Gives up where there are more than escaped.size(), and
 /// returns a larger number than that.
-[[nodiscard]] std::size_t find_leavers(std::span<const Cover> balls, std::span<const Cover> covers,
-                                       std::span<std::uint32_t> leavers);
+[[nodiscard]] std::size_t find_escaped(std::span<const SweptBound> balls,
+                                       std::span<const SweptBound> swept_bounds,
+                                       std::span<std::uint32_t> escaped);
 
-/// Whether a cover holds a ball, with that slack to spare which covers have.
-[[nodiscard]] bool holds(const Cover& cover, const Cover& ball) noexcept;
+/// Whether a swept bound holds a ball, with that slack to spare which swept bounds have.
+[[nodiscard]] bool holds(const SweptBound& swept_bound, const SweptBound& ball) noexcept;
 
-/// A cover's reach, as a factor on what it must hold, so that rounding in any test of ours, here or
-/// in meet(), never loses a pair whose balls overlap.
-inline constexpr float kCoverSlack = 4e-6F;
+/// A swept bound's radius, as a factor on what it must hold, so that rounding in any test of ours,
+/// here or in meet(), never loses a pair whose balls overlap.
+inline constexpr float kBoundSlack = 4e-6F;
 
 }  // namespace stillgrid

@@ -31,13 +31,13 @@ Geometry geometry_of(const Contact& contact, const Eigen::Vector3d& position_m) 
 
 }  // namespace
 
-Eigen::Vector3d given_position_m(const Contact& contact, double step_share) {
+Eigen::Vector3d kinematic_position_m(const Contact& contact, double step_share) {
   if (step_share == 1.0) return contact.position_b_m;  // without rounding
   return contact.start_b_m + step_share * (contact.position_b_m - contact.start_b_m);
 }
 
-SideMotion given_side(const Contact& contact, double step_share) {
-  return {given_position_m(contact, step_share), contact.velocity_b_m_s, contact.spin_b_rad_s};
+SideMotion kinematic_side(const Contact& contact, double step_share) {
+  return {kinematic_position_m(contact, step_share), contact.velocity_b_m_s, contact.spin_b_rad_s};
 }
 
 ContactMotion relative_motion(const Contact& contact, const SideMotion& a, const SideMotion& b) {
@@ -60,7 +60,7 @@ double contact_depth_m(const Contact& contact, const Eigen::Vector3d& position_m
 }
 
 ContactForce contact_force(const Contact& contact, const ContactMotion& motion, double step_s,
-                           ContactSlopes* slopes) {
+                           ContactDerivatives* derivatives) {
   const Geometry geometry = geometry_of(contact, motion.position_m);
   ContactForce result;
   result.depth_m = geometry.depth_m;
@@ -71,20 +71,20 @@ ContactForce contact_force(const Contact& contact, const ContactMotion& motion, 
   const double deepening_m = geometry.depth_m - std::max(contact.depth_before_m, 0.0);
   const double separation_m_s = n.dot(motion.velocity_m_s);
   const double approach_m_s = step_s > 0.0 ? deepening_m / step_s : -separation_m_s;
-  const double pressure_N = normal_force_N(material, geometry.depth_m, approach_m_s);
+  const double normal_load_N = normal_force_N(material, geometry.depth_m, approach_m_s);
   const Eigen::Vector3d slip_m_s =
       motion.velocity_m_s - separation_m_s * n - motion.spin_rad_s.cross(geometry.arm_m);
   result.touching = true;
   result.arm_m = geometry.arm_m;
-  result.friction_N = friction_force_N(material, pressure_N, slip_m_s);
-  result.force_N = pressure_N * n + result.friction_N;
-  if (slopes == nullptr) return result;
+  result.friction_N = friction_force_N(material, normal_load_N, slip_m_s);
+  result.force_N = normal_load_N * n + result.friction_N;
+  if (derivatives == nullptr) return result;
 
   const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
   const Eigen::Matrix3d across = identity - n * n.transpose();
-  const double hardness_N_m =
-      material.stiffness_N_m + (deepening_m > 0.0 ? material.damping_N_s_m / step_s : 0.0);
-  const Eigen::RowVector3d pressure_by_position = -hardness_N_m * n.transpose();
+  const double hardness_N_per_m =
+      material.stiffness_N_per_m + (deepening_m > 0.0 ? material.damping_N_s_per_m / step_s : 0.0);
+  const Eigen::RowVector3d normal_load_by_position = -hardness_N_per_m * n.transpose();
 
   // d(slip): P v turns with n; the spin term follows the arm.
   const Eigen::Matrix3d slip_by_position =
@@ -100,21 +100,21 @@ ContactForce contact_force(const Contact& contact, const ContactMotion& motion, 
       slip_norm_m_s > material.slip_speed_m_s
           ? Eigen::Matrix3d((identity - direction * direction.transpose()) / scale_m_s)
           : Eigen::Matrix3d(identity / scale_m_s);
-  const Eigen::Matrix3d friction_by_slip = -material.friction * pressure_N * direction_by_slip;
+  const Eigen::Matrix3d friction_by_slip = -material.friction * normal_load_N * direction_by_slip;
 
-  slopes->friction_by_position =
-      friction_by_slip * slip_by_position - material.friction * direction * pressure_by_position;
-  slopes->friction_by_velocity = friction_by_slip * across;
-  slopes->friction_by_spin = friction_by_slip * slip_by_spin;
-  slopes->force_by_position = slopes->friction_by_position + n * pressure_by_position +
-                              pressure_N * geometry.turn_per_m * across;
-  slopes->force_by_velocity = slopes->friction_by_velocity;
-  slopes->force_by_spin = slopes->friction_by_spin;
-  slopes->arm_by_position = geometry.arm_moves * identity;
-  slopes->normal_stiffness_N_m = hardness_N_m * n * n.transpose();
-  slopes->drag_N_s_m = -friction_by_slip;
-  slopes->across = across;
-  slopes->sideways_softness_N_m = pressure_N * geometry.turn_per_m;
+  derivatives->friction_by_position =
+      friction_by_slip * slip_by_position - material.friction * direction * normal_load_by_position;
+  derivatives->friction_by_velocity = friction_by_slip * across;
+  derivatives->friction_by_spin = friction_by_slip * slip_by_spin;
+  derivatives->force_by_position = derivatives->friction_by_position + n * normal_load_by_position +
+                                   normal_load_N * geometry.turn_per_m * across;
+  derivatives->force_by_velocity = derivatives->friction_by_velocity;
+  derivatives->force_by_spin = derivatives->friction_by_spin;
+  derivatives->arm_by_position = geometry.arm_moves * identity;
+  derivatives->normal_stiffness_N_per_m = hardness_N_per_m * n * n.transpose();
+  derivatives->drag_N_s_per_m = -friction_by_slip;
+  derivatives->across = across;
+  derivatives->sideways_softness_N_per_m = normal_load_N * geometry.turn_per_m;
   return result;
 }
 

@@ -7,7 +7,7 @@
 namespace stillgrid {
 
 /// A possible contact during one step: two moving spheres, or a moving sphere and something given:
-/// a still sphere, a plane or a sphere of the tool.
+/// a static sphere, a plane or a sphere of the tool.
 struct Contact {
   int a = 0;   // moving sphere, index into World::spheres
   int b = -1;  // moving sphere, or -1: the fields below
@@ -28,7 +28,7 @@ struct Contact {
 };
 
 /// Where the given sphere of a contact is when this share of the step is over.
-[[nodiscard]] Eigen::Vector3d given_position_m(const Contact& contact, double step_share);
+[[nodiscard]] Eigen::Vector3d kinematic_position_m(const Contact& contact, double step_share);
 
 /// Relative motion in a contact, of a seen from b.
 struct ContactMotion {
@@ -45,7 +45,7 @@ struct SideMotion {
 };
 
 /// The given side of a contact when this share of the step is over. Pre: contact.b is -1.
-[[nodiscard]] SideMotion given_side(const Contact& contact, double step_share);
+[[nodiscard]] SideMotion kinematic_side(const Contact& contact, double step_share);
 
 [[nodiscard]] ContactMotion relative_motion(const Contact& contact, const SideMotion& a,
                                             const SideMotion& b);
@@ -68,17 +68,17 @@ struct ContactForce {
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
   Eigen::Vector3d friction_N = Eigen::Vector3d::Zero();
 };
-struct ContactSlopes {
+struct ContactDerivatives {
   Eigen::Matrix3d force_by_position, force_by_velocity, force_by_spin;
   Eigen::Matrix3d friction_by_position, friction_by_velocity, friction_by_spin;
   Eigen::Matrix3d arm_by_position;
 
   // What resists: the part that is symmetric and definite.
-  Eigen::Matrix3d normal_stiffness_N_m;  // along the normal
-  Eigen::Matrix3d drag_N_s_m;            // of friction on the slip
-  Eigen::Matrix3d across;                // projects a velocity on the plane of contact
+  Eigen::Matrix3d normal_stiffness_N_per_m;  // along the normal
+  Eigen::Matrix3d drag_N_s_per_m;            // of friction on the slip
+  Eigen::Matrix3d across;                    // projects a velocity on the plane of contact
   // What gives way: sideways, pressure pushes further, as the normal turns.
-  double sideways_softness_N_m;
+  double sideways_softness_N_per_m;
 };
 
 /// The contact law over one implicit step of step_s.
@@ -88,10 +88,11 @@ struct ContactSlopes {
 /// the mean of the law's force over the step, tends to the law as the step shrinks, and unlike the
 /// law itself grows from zero at touch, so that a solver can converge on a stiff onset.
 ///
-/// A step_s of zero asks for the law itself, the damper by the velocities; without slopes then.
+/// A step_s of zero asks for the law itself, the damper by the velocities; without derivatives
+/// then.
 ///
-/// slopes: filled in when not null and touching; exact but at the law's kinks.
+/// derivatives: filled in when not null and touching; exact but at the law's kinks.
 [[nodiscard]] ContactForce contact_force(const Contact& contact, const ContactMotion& motion,
-                                         double step_s, ContactSlopes* slopes);
+                                         double step_s, ContactDerivatives* derivatives);
 
 }  // namespace stillgrid

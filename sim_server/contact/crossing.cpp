@@ -17,7 +17,8 @@ constexpr double kShortestPath = 0.4;
 double share_before_crossing(const RelativePath& path, double radius_a_m,
                              double radius_b_m) noexcept {
   const Eigen::Vector3d move_m = path.to_m - path.from_m;
-  const double smaller_m = std::min(radius_a_m, radius_b_m), reach_m = radius_a_m + radius_b_m;
+  const double smaller_m = std::min(radius_a_m, radius_b_m),
+               contact_distance_m = radius_a_m + radius_b_m;
   const double length_m = move_m.norm();
   if (length_m <= kShortestPath * smaller_m) return 1.0;
   const double nearest_share = -path.from_m.dot(move_m) / (length_m * length_m);
@@ -25,9 +26,10 @@ double share_before_crossing(const RelativePath& path, double radius_a_m,
   if (!(nearest_share > 0.0 && nearest_share < 1.0)) return 1.0;
 
   const double nearest_m = (path.from_m + nearest_share * move_m).norm();
-  if (nearest_m > reach_m - kGraze * smaller_m) return 1.0;
-  const double start_m = std::min(path.from_m.norm(), reach_m);
-  const bool is_seen = path.from_m.norm() < reach_m || path.to_m.norm() < reach_m;
+  if (nearest_m > contact_distance_m - kGraze * smaller_m) return 1.0;
+  const double start_m = std::min(path.from_m.norm(), contact_distance_m);
+  const bool is_seen =
+      path.from_m.norm() < contact_distance_m || path.to_m.norm() < contact_distance_m;
   if (is_seen && start_m - nearest_m <= kDeepest * smaller_m) return 1.0;
   const double stop_m = std::max(nearest_m, start_m - kDeepest * smaller_m);
   const double before_m = std::sqrt(std::max(0.0, stop_m * stop_m - nearest_m * nearest_m));

@@ -12,8 +12,9 @@ namespace {
 
 /// Slack round a sphere's predicted path, of its radius: what a push within the step may add.
 constexpr double kMargin = 0.1;
-/// Reach of a path over the radius from which on a sphere is fast: half of its way, and the slack.
-constexpr double kFastReach = 0.5 + 1.0 + kMargin;
+/// Bounding radius of a path over the radius from which on a sphere is fast: half of its way, and
+/// the slack.
+constexpr double kFastBound = 0.5 + 1.0 + kMargin;
 /// Pairs and contacts that a step may list for each sphere, and for all, however fast they are.
 constexpr std::size_t kPairsPerSphere = 64, kContactsPerSphere = 16, kFreePairs = 20'000;
 /// Half of a path that only a state that is lost takes, and whose square is still a float's.
@@ -21,22 +22,24 @@ constexpr float kLost_m = 1e13F;
 /// Squares whose roots are within a float's range, by far.
 constexpr double kLarge = 1e60;
 
-/// Edge of the still grid's voxels, over twice its covers' reach, where the scene asks for none.
-constexpr float kStillRatio = 1.5F;
+/// Edge of the static grid's voxels, over twice its swept bounds' radius, where the scene asks for
+/// none.
+constexpr float kStaticRatio = 1.5F;
 
 /// A sphere where it is, in a grid's floats.
-Cover ball_of(const Eigen::Vector3d& centre_m, double radius_m) {
+SweptBound ball_of(const Eigen::Vector3d& centre_m, double radius_m) {
   const Eigen::Vector3f c = centre_m.cast<float>();
   return {{c.x(), c.y(), c.z()}, static_cast<float>(radius_m)};
 }
 
-/// Covers of the spheres that never move, as a reader of their published floats would make them.
-std::vector<Cover> still_covers(const World& world) {
-  std::vector<Cover> covers;
-  for (const StillSphere& sphere : world.still_spheres)
-    covers.push_back(cover_round(sphere.position_m.cast<float>().cast<double>(),
-                                 static_cast<float>(sphere.radius_m)));
-  return covers;
+/// Swept bounds of the spheres that never move, as a reader of their published floats would make
+/// them.
+std::vector<SweptBound> still_covers(const World& world) {
+  std::vector<SweptBound> swept_bounds;
+  for (const StaticSphere& sphere : world.static_spheres)
+    swept_bounds.push_back(bound_sphere(sphere.position_m.cast<float>().cast<double>(),
+                                        static_cast<float>(sphere.radius_m)));
+  return swept_bounds;
 }
 
 /// Its place among the spheres of its body tells a user more than its number in the scene.
@@ -92,16 +95,16 @@ Contact& add_contact(std::vector<Contact>& contacts, const World& world, std::ui
 Detection::Detection(const World& world, double voxel_ratio)
     : self_collision_(world),
       moving_(world.spheres.size(), static_cast<float>(voxel_ratio), groups_of(world)),
-      still_(0, world.still_spheres.size()),
+      static_(0, world.static_spheres.size()),
       motion_(world.spheres.size()),
       paths_(world.spheres.size()) {
-  still_.enter(still_covers(world),
-               voxel_ratio > 0.0 ? static_cast<float>(voxel_ratio) : kStillRatio);
+  static_.enter(still_covers(world),
+                voxel_ratio > 0.0 ? static_cast<float>(voxel_ratio) : kStaticRatio);
   for (const SphereBinding& sphere : world.spheres)
     is_free_.push_back(sphere.rigid < 0 ||
                        world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].free);
   note_sleep(world);
-  std::vector<Cover> balls;
+  std::vector<SweptBound> balls;
   for (std::size_t i = 0; i < world.spheres.size(); ++i)
     balls.push_back(ball_of(motion_[i].position_m, world.spheres[i].radius_m));
   moving_.enter(balls);
@@ -112,11 +115,12 @@ void Detection::note_sleep(const World& world) {
   move_spheres(world);
   for (std::size_t i = 0; i < world.spheres.size(); ++i) {
     const SphereBinding& sphere = world.spheres[i];
-    const bool asleep = world.bodies[static_cast<std::size_t>(sphere.body)].asleep;
-    moves_[i] = !asleep && (is_free(i) ||
-                            is_moved(world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)]));
+    const bool is_sleeping = world.bodies[static_cast<std::size_t>(sphere.body)].is_sleeping;
+    moves_[i] =
+        !is_sleeping &&
+        (is_free(i) || is_moved(world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)]));
     const Eigen::Vector3d& at_m = motion_[i].position_m;
-    if (!moves(i)) paths_[i] = cover_path(at_m, at_m, (1.0 + kMargin) * sphere.radius_m);
+    if (!moves(i)) paths_[i] = bound_sweep(at_m, at_m, (1.0 + kMargin) * sphere.radius_m);
   }
 }
 
@@ -135,9 +139,9 @@ void Detection::move_spheres(const World& world) {
 
 bool Detection::find_contacts(const World& world, double step_s, bool must) {
   contacts_.clear();
-  cover_paths(world, step_s);
+  bound_sweeps(world, step_s);
   if (add_pairs(world, must)) {
-    add_still(world);
+    add_static(world);
     if (contacts_.size() <= most_contacts(world) || must || !is_fast(world)) {
       add_planes(world, step_s);
       return true;
@@ -150,11 +154,12 @@ bool Detection::find_contacts(const World& world, double step_s, bool must) {
 /// Whether something that moves goes farther within the step than its radius.
 bool Detection::is_fast(const World& world) const {
   for (std::size_t i = 0; i < paths_.size(); ++i)
-    if (moves(i) && paths_[i].reach_m > kFastReach * world.spheres[i].radius_m) return true;
+    if (moves(i) && paths_[i].bounding_radius_m > kFastBound * world.spheres[i].radius_m)
+      return true;
   return false;
 }
 
-void Detection::cover_paths(const World& world, double step_s) {
+void Detection::bound_sweeps(const World& world, double step_s) {
   move_spheres(world);
   const Eigen::Vector3d fall_m = step_s * step_s * world.gravity_m_s2;
   for (std::size_t i = 0; i < world.spheres.size(); ++i) {
@@ -164,19 +169,19 @@ void Detection::cover_paths(const World& world, double step_s) {
     const Eigen::Vector3d& now_m = motion_[i].position_m;
     const Eigen::Vector3d straight_m = now_m + step_s * motion_[i].velocity_m_s;
     const double radius_m = (1.0 + kMargin) * world.spheres[i].radius_m;
-    paths_[i] = is_free(i) ? cover_path(now_m, straight_m, straight_m + fall_m, radius_m)
-                           : cover_path(now_m, straight_m, radius_m);
-    if (!(paths_[i].reach_m < kLost_m)) refuse(world, i, motion_[i]);
+    paths_[i] = is_free(i) ? bound_sweep(now_m, straight_m, straight_m + fall_m, radius_m)
+                           : bound_sweep(now_m, straight_m, radius_m);
+    if (!(paths_[i].bounding_radius_m < kLost_m)) refuse(world, i, motion_[i]);
   }
 }
 
 bool Detection::strayed(const World& world, std::span<const SphereMotion> end) const {
   for (std::size_t i = 0; i < end.size(); ++i) {
     if (!moves(i) || !is_free(i)) continue;
-    const Cover& path = paths_[i];
+    const SweptBound& path = paths_[i];
     const Eigen::Vector3d centre_m(path.centre_m[0], path.centre_m[1], path.centre_m[2]);
-    // The path's reach has the radius and its slack in it.
-    const double within_m = path.reach_m - world.spheres[i].radius_m;
+    // The path's radius has the radius and its slack in it.
+    const double within_m = path.bounding_radius_m - world.spheres[i].radius_m;
     if ((end[i].position_m - centre_m).squaredNorm() > within_m * within_m) return true;
   }
   return false;
@@ -207,13 +212,13 @@ bool Detection::add_pairs(const World& world, bool must) {
   return true;
 }
 
-void Detection::add_still(const World& world) {
-  if (world.still_spheres.empty()) return;
-  const GridView view = still_.view();
+void Detection::add_static(const World& world) {
+  if (world.static_spheres.empty()) return;
+  const GridView view = static_.view();
   for (std::uint32_t i = 0; i < world.spheres.size(); ++i) {
     if (!is_free(i) || !moves(i)) continue;
     for_each_candidate(view, paths_[i], kAllVisits, [&](std::uint32_t j) {
-      const StillSphere& b = world.still_spheres[j];
+      const StaticSphere& b = world.static_spheres[j];
       Contact& contact = add_contact(contacts_, world, i);
       contact.material = pair_material(material_of(world, world.spheres[i].material),
                                        material_of(world, b.material));
@@ -227,7 +232,7 @@ void Detection::add_still(const World& world) {
 }
 
 void Detection::add_planes(const World& world, double step_s) {
-  for (const StillPlane& plane : world.planes) {
+  for (const StaticPlane& plane : world.planes) {
     const double fall_m = step_s * step_s * plane.normal.dot(world.gravity_m_s2);
     for (std::uint32_t i = 0; i < world.spheres.size(); ++i) {
       if (!is_free(i) || !moves(i)) continue;
@@ -250,7 +255,7 @@ void Detection::find_tool_contacts(const World& world, const std::vector<ToolSph
   while (!contacts_.empty() && contacts_.back().is_tool) contacts_.pop_back();
   const GridView view = moving_.grid().view();
   for (const ToolSphereMotion& b : tool) {
-    const Cover path = cover_path(b.position_before_m, b.position_m, b.radius_m);
+    const SweptBound path = bound_sweep(b.position_before_m, b.position_m, b.radius_m);
     for_each_candidate(view, path, kAllVisits, [&](std::uint32_t i) {
       if (!is_free(i) || !meet(paths_[i], path)) return;
       Contact& contact = add_contact(contacts_, world, i);

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "shared/collision/still_grid.hpp"
+#include "shared/collision/voxel_grid.hpp"
 #include "sim_server/bodies/sphere_motion.hpp"
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/contact.hpp"
@@ -23,14 +23,14 @@ struct ToolSphereMotion {
   Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();
 };
 
-/// The paper's collision detection [Davanne 2002, Figs. 2 and 3]: still spheres are entered in a
+/// The paper's collision detection [Davanne 2002, Figs. 2 and 3]: static spheres are entered in a
 /// voxel grid once, moving ones when they have moved far; the tool is checked last and never
 /// entered. Paths count, not places: two spheres that pass through each other within a step are
 /// found.
 class Detection {
  public:
-  /// voxel_ratio: edge of a voxel over twice the reach of the spheres' covers; none or negative:
-  /// chosen from the scene.
+  /// voxel_ratio: edge of a voxel over twice the reach of the spheres' swept bounds; none or
+  /// negative: chosen from the scene.
   Detection(const World& world, double voxel_ratio);
 
   /// Makes contacts() every pair of spheres, and of spheres and planes, that may touch within a
@@ -42,12 +42,12 @@ class Detection {
   /// shorter step takes less memory. A call that `must` find them lists however many there are.
   bool find_contacts(const World& world, double step_s, bool must = false);
 
-  /// Takes note of who is asleep: such bodies stay where they are, without work, and have contacts
-  /// only with what moves. Call it when that changed. Throws as find_contacts().
+  /// Takes note of who is sleeping: such bodies stay where they are, without work, and have
+  /// contacts only with what moves. Call it when that changed. Throws as find_contacts().
   void note_sleep(const World& world);
 
   /// Whether a sphere that is free ends elsewhere than on the way that the last find_contacts()
-  /// foresaw, so that it may have met what contacts() does not list. end: of all spheres.
+  /// predicted, so that it may have met what contacts() does not list. end: of all spheres.
   [[nodiscard]] bool strayed(const World& world, std::span<const SphereMotion> end) const;
 
   /// Appends the contacts of the tool with the moving spheres, in place of those of an earlier
@@ -70,21 +70,21 @@ class Detection {
   [[nodiscard]] std::size_t room_for_pairs() const noexcept { return moving_.room_for_pairs(); }
 
  private:
-  void cover_paths(const World& world, double step_s);
+  void bound_sweeps(const World& world, double step_s);
   [[nodiscard]] bool is_fast(const World& world) const;
   [[nodiscard]] bool add_pairs(const World& world, bool must);
-  void add_still(const World& world);
+  void add_static(const World& world);
   void add_planes(const World& world, double step_s);
   [[nodiscard]] bool is_free(std::size_t sphere) const { return is_free_[sphere] != 0; }
   [[nodiscard]] bool moves(std::size_t sphere) const { return moves_[sphere] != 0; }
 
   SelfCollision self_collision_;
   MovingSpheres moving_;
-  StillGrid still_;
+  VoxelGrid static_;
   std::vector<std::uint8_t> is_free_;  // of each moving sphere: not prescribed
-  std::vector<std::uint8_t> moves_;    // neither asleep nor prescribed to stay
+  std::vector<std::uint8_t> moves_;    // neither sleeping nor prescribed to stay
   std::vector<SphereMotion> motion_;
-  std::vector<Cover> paths_;  // of each moving sphere in this step
+  std::vector<SweptBound> paths_;  // of each moving sphere in this step
   std::vector<Contact> contacts_;
 };
 

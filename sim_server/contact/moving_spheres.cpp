@@ -12,9 +12,9 @@ namespace {
 
 /// Entering a sphere and finding its pairs costs as much as so many tests of a listed pair.
 constexpr float kEntryOverTest = 25.0F;
-/// Steps that covers are made for, at most.
-constexpr int kLongestLife = 64;
-/// Least room of a cover that is to last, of its radius: what trembles does not leave.
+/// Steps that swept bounds are made for, at most.
+constexpr int kMaxRebuildInterval = 64;
+/// Least room of a swept bound that is to last, of its radius: what trembles does not leave.
 constexpr float kLeastRoom = 0.02F;
 /// Beyond the expected error of its prediction.
 constexpr float kErrorRoom = 1.5F;
@@ -24,27 +24,27 @@ constexpr float kFirstError = 0.1F;
 constexpr float kFewPairs = 0.05F;
 /// Spheres that the motion is measured on, about.
 constexpr std::size_t kSamples = 256;
-/// A cover that was left is widened by this part of the radius more than need be, and up to so many
-/// radii at all.
+/// A swept bound that was left is widened by this part of the radius more than need be, and up to
+/// so many radii at all.
 constexpr float kWiden = 0.25F, kWidest = 4.0F;
 /// Other spheres in a sphere's own voxel, of the voxel that is chosen: three voxels in a row then
 /// make a vector that is full enough, seldom too long.
-constexpr float kCompany = 0.8F;
-/// Edges of voxels over twice the covers' reach that may be chosen. Just above 1 the neighbours of
-/// a voxel are those that touch it, whatever is rounded.
-constexpr float kLeastRatio = 1.01F, kMostRatio = 4.0F;
+constexpr float kOccupancy = 0.8F;
+/// Edges of voxels over twice the swept bounds' radius that may be chosen. Just above 1 the
+/// neighbours of a voxel are those that touch it, whatever is rounded.
+constexpr float kLeastRatio = 1.01F, kMaxRatio = 4.0F;
 /// A ratio that is within this part of the wished one is kept.
 constexpr float kNearRatio = 0.15F;
 constexpr int kFirstTries = 8;
-/// Of all spheres, how many may leave their covers at once, or at least.
-constexpr std::size_t kLeaversPart = 64, kLeastLeavers = 4;
+/// Of all spheres, how many may leave their swept bounds at once, or at least.
+constexpr std::size_t kEscapedPart = 64, kLeastEscaped = 4;
 
 Eigen::Map<const Eigen::Vector3f> vector(const std::array<float, 3>& v) {
   return Eigen::Map<const Eigen::Vector3f>(v.data());
 }
 
 /// Other spheres in the voxel of a sphere, on average; from some of the cells.
-float company(const GridView& view) {
+float occupancy(const GridView& view) {
   const auto* starts = reinterpret_cast<const std::uint32_t*>(view.words + view.layout.cell_starts);
   const proto::GridLevel& last = view.shape.levels[view.shape.level_count - 1];
   const std::size_t cells =
@@ -59,10 +59,10 @@ float company(const GridView& view) {
   return squares / std::max(spheres, 1.0F) - 1.0F;
 }
 
-/// What a cover round `centre_m` must reach to hold a ball, whatever is rounded.
-float needed_reach_m(const std::array<float, 3>& centre_m, const std::array<float, 3>& position_m,
-                     float radius_m) {
-  return ((vector(position_m) - vector(centre_m)).norm() + radius_m) * (1.0F + kCoverSlack);
+/// What a swept bound round `centre_m` must extend to hold a ball, whatever is rounded.
+float needed_radius_m(const std::array<float, 3>& centre_m, const std::array<float, 3>& position_m,
+                      float radius_m) {
+  return ((vector(position_m) - vector(centre_m)).norm() + radius_m) * (1.0F + kBoundSlack);
 }
 
 }  // namespace
@@ -72,27 +72,27 @@ MovingSpheres::MovingSpheres(std::size_t count, float voxel_ratio,
     : grid_(sizeof(proto::SnapshotHeader), count),
       chooses_voxel_(!(voxel_ratio > 0.0F)),
       voxel_ratio_(chooses_voxel_ ? kLeastRatio : voxel_ratio),
-      covers_(count),
+      swept_bounds_(count),
       entered_(count),
       grown_(count),
       moves_m_(count, Eigen::Vector3f::Zero()),
       groups_(std::move(groups)),
       sorted_(count),
-      leavers_(std::max(kLeastLeavers, count / kLeaversPart)) {
+      escaped_(std::max(kLeastEscaped, count / kEscapedPart)) {
   assert(groups_.empty() || groups_.size() == count);
 }
 
 std::optional<std::span<const SpherePair>> MovingSpheres::find_at_most(
-    std::span<const Cover> balls, const PairFilter& may_collide, std::size_t most) {
-  assert(balls.size() == covers_.size());
+    std::span<const SweptBound> balls, const PairFilter& may_collide, std::size_t most) {
+  assert(balls.size() == swept_bounds_.size());
   ++steps_;
   if (!is_listed_ || !list_holds(balls, may_collide)) {
     enter(balls);
     if (!list_pairs(may_collide, most)) {
-      if (life_ == 1) return std::nullopt;
-      // Covers that are to last gather more than those of this step alone.
-      life_ = 1;
-      make_covers(balls);
+      if (rebuild_interval_ == 1) return std::nullopt;
+      // Swept bounds that are to last gather more than those of this step alone.
+      rebuild_interval_ = 1;
+      make_bounds(balls);
       fill_grid();
       if (!list_pairs(may_collide, most)) return std::nullopt;
     }
@@ -101,51 +101,55 @@ std::optional<std::span<const SpherePair>> MovingSpheres::find_at_most(
   return std::span<const SpherePair>(pairs_.data(), found_);
 }
 
-/// Whether the list of pairs is good for these balls, if need be after a few covers are widened.
-bool MovingSpheres::list_holds(std::span<const Cover> balls, const PairFilter& may_collide) {
-  const std::size_t leaving = find_leavers(balls, covers_, leavers_);
-  if (leaving > leavers_.size()) return false;
+/// Whether the list of pairs is good for these balls, if need be after a few swept bounds are
+/// widened.
+bool MovingSpheres::list_holds(std::span<const SweptBound> balls, const PairFilter& may_collide) {
+  const std::size_t leaving = find_escaped(balls, swept_bounds_, escaped_);
+  if (leaving > escaped_.size()) return false;
   for (std::size_t i = 0; i < leaving; ++i)
-    if (!widen(leavers_[i], balls[leavers_[i]], may_collide)) return false;
+    if (!widen(escaped_[i], balls[escaped_[i]], may_collide)) return false;
   return true;
 }
 
-/// Widens one cover in place and lists the pairs that come to meet by it. False if it would be too
-/// wide, or no number.
-bool MovingSpheres::widen(std::uint32_t sphere, const Cover& ball, const PairFilter& may_collide) {
-  const Cover before = covers_[sphere];
-  Cover now = before;
-  now.reach_m =
-      needed_reach_m(before.centre_m, ball.centre_m, ball.reach_m) + kWiden * ball.reach_m;
-  if (!(now.reach_m <= kWidest * ball.reach_m)) return false;
-  grid_.grow(sphere, now.reach_m);
-  covers_[sphere] = now;
+/// Widens one swept bound in place and lists the pairs that come to meet by it. False if it would
+/// be too wide, or no number.
+bool MovingSpheres::widen(std::uint32_t sphere, const SweptBound& ball,
+                          const PairFilter& may_collide) {
+  const SweptBound before = swept_bounds_[sphere];
+  SweptBound now = before;
+  now.bounding_radius_m = needed_radius_m(before.centre_m, ball.centre_m, ball.bounding_radius_m) +
+                          kWiden * ball.bounding_radius_m;
+  if (!(now.bounding_radius_m <= kWidest * ball.bounding_radius_m)) return false;
+  grid_.grow(sphere, now.bounding_radius_m);
+  swept_bounds_[sphere] = now;
   for_each_candidate(grid_.view(), now, kAllVisits, [&](std::uint32_t other) {
-    if (other == sphere || !meet(now, covers_[other]) || meet(before, covers_[other])) return;
+    if (other == sphere || !meet(now, swept_bounds_[other]) || meet(before, swept_bounds_[other]))
+      return;
     const SpherePair pair{std::min(sphere, other), std::max(sphere, other)};
     if (may_collide && !may_collide(pair.a, pair.b)) return;
     if (listed_ == candidates_.size()) candidates_.resize(2 * listed_ + 64);
     candidates_[listed_++] = pair;
   });
   if (pairs_.size() < listed_) pairs_.resize(2 * listed_);
-  return listed_ <= 2 * listed_when_entered_ + covers_.size() / 4;
+  return listed_ <= 2 * listed_when_entered_ + swept_bounds_.size() / 4;
 }
 
-void MovingSpheres::enter(std::span<const Cover> balls) {
+void MovingSpheres::enter(std::span<const SweptBound> balls) {
   is_listed_ = false;  // should it throw
   plan(balls);
-  make_covers(balls);
+  make_bounds(balls);
   fill_grid();
   std::copy(balls.begin(), balls.end(), entered_.begin());
   steps_ = 0;
   ++entered_count_;
 }
 
-/// Measures how the spheres moved since they were entered, and decides how long the next covers
-/// shall last: wider ones list more pairs, which every step tests, and are made anew less often.
-void MovingSpheres::plan(std::span<const Cover> balls) {
+/// Measures how the spheres moved since they were entered, and decides how long the next swept
+/// bounds shall last: wider ones list more pairs, which every step tests, and are made anew less
+/// often.
+void MovingSpheres::plan(std::span<const SweptBound> balls) {
   if (entered_count_ == 0) {
-    life_ = kLongestLife;  // as if nothing moved
+    rebuild_interval_ = kMaxRebuildInterval;  // as if nothing moved
     return;
   }
   const float per_step = 1.0F / static_cast<float>(std::max(1, steps_));
@@ -159,7 +163,7 @@ void MovingSpheres::plan(std::span<const Cover> balls) {
     repeated_m2 += now_m.dot(before_m);
     before_m2 += before_m.squaredNorm();
     move_m += now_m.norm();
-    radius_m += balls[i].reach_m;
+    radius_m += balls[i].bounding_radius_m;
   }
   lead_ = before_m2 > 0.0F ? std::clamp(repeated_m2 / before_m2, 0.0F, 1.0F) : 1.0F;
   for (std::size_t i = 0; i < balls.size(); i += stride)
@@ -172,45 +176,48 @@ void MovingSpheres::plan(std::span<const Cover> balls) {
   const float wider = (0.5F * lead_ * move_m + kErrorRoom * error_m) / radius_m;  // a step
   const float pairs =
       std::max(kFewPairs, static_cast<float>(found_) / static_cast<float>(balls.size()));
-  const auto cost = [&](int life) {  // of a step and sphere, in tests
-    const float wide = life == 1 ? 1.0F : 1.0F + static_cast<float>(life) * wider;
-    return kEntryOverTest / static_cast<float>(life) + pairs * wide * wide * wide;
+  const auto cost = [&](int rebuild_interval) {  // of a step and sphere, in tests
+    const float wide =
+        rebuild_interval == 1 ? 1.0F : 1.0F + static_cast<float>(rebuild_interval) * wider;
+    return kEntryOverTest / static_cast<float>(rebuild_interval) + pairs * wide * wide * wide;
   };
-  life_ = 1;
-  for (int life = 2; life <= kLongestLife; ++life)
-    if (cost(life) < cost(life_)) life_ = life;
+  rebuild_interval_ = 1;
+  for (int rebuild_interval = 2; rebuild_interval <= kMaxRebuildInterval; ++rebuild_interval)
+    if (cost(rebuild_interval) < cost(rebuild_interval_)) rebuild_interval_ = rebuild_interval;
 }
 
-void MovingSpheres::make_covers(std::span<const Cover> balls) {
-  const float life = static_cast<float>(life_);
+void MovingSpheres::make_bounds(std::span<const SweptBound> balls) {
+  const float rebuild_interval = static_cast<float>(rebuild_interval_);
   for (std::size_t i = 0; i < balls.size(); ++i) {
     const auto& [position_m, radius_m] = balls[i];
-    Cover& cover = covers_[i];
-    cover = balls[i];
-    if (life_ == 1) {
-      cover.reach_m *= 1.0F + kCoverSlack;
+    SweptBound& swept_bound = swept_bounds_[i];
+    swept_bound = balls[i];
+    if (rebuild_interval_ == 1) {
+      swept_bound.bounding_radius_m *= 1.0F + kBoundSlack;
       continue;
     }
-    Eigen::Vector3f ahead_m = 0.5F * life * lead_ * moves_m_[i];
+    Eigen::Vector3f ahead_m = 0.5F * rebuild_interval * lead_ * moves_m_[i];
     ahead_m *= std::min(1.0F, radius_m / std::max(ahead_m.norm(), radius_m));
     for (std::size_t axis = 0; axis < 3; ++axis)
-      cover.centre_m[axis] += ahead_m[static_cast<Eigen::Index>(axis)];
-    const float room_m =
-        std::min(std::max(kLeastRoom * radius_m, kErrorRoom * life * error_m_), radius_m);
-    cover.reach_m = needed_reach_m(cover.centre_m, position_m, radius_m + room_m);
+      swept_bound.centre_m[axis] += ahead_m[static_cast<Eigen::Index>(axis)];
+    const float room_m = std::min(
+        std::max(kLeastRoom * radius_m, kErrorRoom * rebuild_interval * error_m_), radius_m);
+    swept_bound.bounding_radius_m =
+        needed_radius_m(swept_bound.centre_m, position_m, radius_m + room_m);
   }
 }
 
-/// Enters the covers. A voxel that is chosen follows what the last one held; the first is found by
-/// trying.
+/// Enters the swept bounds. A voxel that is chosen follows what the last one held; the first is
+/// found by trying.
 void MovingSpheres::fill_grid() {
-  if (!chooses_voxel_ || covers_.size() < 2) return grid_.enter(covers_, voxel_ratio_);
+  if (!chooses_voxel_ || swept_bounds_.size() < 2) return grid_.enter(swept_bounds_, voxel_ratio_);
   float longest_m = 0.0F;
-  for (const Cover& cover : covers_) longest_m = std::max(longest_m, cover.reach_m);
+  for (const SweptBound& swept_bound : swept_bounds_)
+    longest_m = std::max(longest_m, swept_bound.bounding_radius_m);
   for (int tries = entered_count_ == 0 ? kFirstTries : 1; tries > 0; --tries) {
-    voxel_ratio_ = std::clamp(0.5F * voxel_m_ / longest_m, kLeastRatio, kMostRatio);
-    grid_.enter(covers_, voxel_ratio_);
-    const float wished = std::cbrt(kCompany / std::max(company(grid_.view()), 1e-3F));
+    voxel_ratio_ = std::clamp(0.5F * voxel_m_ / longest_m, kLeastRatio, kMaxRatio);
+    grid_.enter(swept_bounds_, voxel_ratio_);
+    const float wished = std::cbrt(kOccupancy / std::max(occupancy(grid_.view()), 1e-3F));
     if (std::abs(wished - 1.0F) < kNearRatio) break;
     voxel_m_ = 2.0F * longest_m * voxel_ratio_ * std::clamp(wished, 0.5F, 2.0F);
   }
@@ -239,11 +246,11 @@ bool MovingSpheres::list_pairs(const PairFilter& may_collide, std::size_t most) 
 void MovingSpheres::reshape() {
   const proto::GridShape shape = grid_.view().shape;
   const auto outgrown = [&](const proto::GridLevel& level) {
-    return level.reach_m * voxel_ratio_ > level.voxel_m;  // shaped for half of that
+    return level.bounding_radius_m * voxel_ratio_ > level.voxel_m;  // shaped for half of that
   };
   const auto* const end = shape.levels.data() + shape.level_count;
   if (std::none_of(shape.levels.data(), end, outgrown)) return;
-  for (std::size_t i = 0; i < grown_.size(); ++i) grown_[i] = grid_.cover(i);
+  for (std::size_t i = 0; i < grown_.size(); ++i) grown_[i] = grid_.swept_bound(i);
   grid_.enter(grown_, voxel_ratio_);
 }
 

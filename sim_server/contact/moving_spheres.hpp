@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "shared/collision/still_grid.hpp"
+#include "shared/collision/voxel_grid.hpp"
 #include "sim_server/contact/pair_search.hpp"
 
 namespace stillgrid {
@@ -19,52 +19,56 @@ using PairFilter = std::function<bool(std::uint32_t, std::uint32_t)>;
 
 /// Spheres that move: which of them overlap, and the grid that holds them.
 ///
-/// Each sphere has a cover, ahead of it and wider than it needs. The grid is filled by covers and
-/// its pairs of covers that meet are listed; while every sphere stays within its cover a step only
-/// tests the pairs of the list. The few that leave theirs are widened in place; when many do, or
-/// one strays far, all are covered and entered anew. How far covers reach depends on how the
-/// spheres moved and on how many pairs there are, never on a clock (docs/algorithms/voxel_grid.md).
+/// Each sphere has a swept bound, ahead of it and wider than it needs. The grid is filled by swept
+/// bounds and its pairs of swept bounds that meet are listed; while every sphere stays within its
+/// swept bound a step only tests the pairs of the list. The few that leave theirs are widened in
+/// place; when many do, or one strays far, all are covered and entered anew. How far swept bounds
+/// extend depends on how the spheres moved and on how many pairs there are, never on a clock
+/// (docs/algorithms/voxel_grid.md).
 ///
 /// Nothing is allocated once the lists have been as long as the scene needs.
 class MovingSpheres {
  public:
-  /// voxel_ratio: as for StillGrid::enter(); none or negative: chosen from the scene. groups: of
+  /// voxel_ratio: as for VoxelGrid::enter(); none or negative: chosen from the scene. groups: of
   /// each sphere, kNoGroup or one whose spheres are never paired with each other, and cost no
   /// memory for it; none: there are no groups.
   MovingSpheres(std::size_t count, float voxel_ratio, std::vector<std::uint32_t> groups = {});
 
   /// Enters the spheres as they are, before the first find(), which else does so. Throws as find().
   /// Pre: balls.size() is the count.
-  void enter(std::span<const Cover> balls);
+  void enter(std::span<const SweptBound> balls);
 
   /// The pairs of balls that overlap, (dx dx + dy dy + dz dz) < (ra + rb)^2 in float arithmetic,
   /// and that `may_collide` admits, each once. balls[i]: all that sphere i may take up during this
   /// step. Throws std::domain_error, naming the sphere, at a ball that is no number.
   /// `may_collide` must answer the same at every call. Pre: balls.size() is the count.
-  std::span<const SpherePair> find(std::span<const Cover> balls,
+  std::span<const SpherePair> find(std::span<const SweptBound> balls,
                                    const PairFilter& may_collide = {}) {
     return *find_at_most(balls, may_collide, std::numeric_limits<std::size_t>::max());
   }
 
   /// The same, or nothing where more than `most` pairs would have to be listed, each of which takes
   /// memory; then the next call lists them anew.
-  std::optional<std::span<const SpherePair>> find_at_most(std::span<const Cover> balls,
+  std::optional<std::span<const SpherePair>> find_at_most(std::span<const SweptBound> balls,
                                                           const PairFilter& may_collide,
                                                           std::size_t most);
 
-  /// Every cover holds its sphere's ball of the last find(). The owner may write the records, which
-  /// nothing here reads, and let covers grow: reshape() follows.
-  [[nodiscard]] StillGrid& grid() noexcept { return grid_; }
-  [[nodiscard]] const StillGrid& grid() const noexcept { return grid_; }
+  /// Every swept bound holds its sphere's ball of the last find(). The owner may write the records,
+  /// which nothing here reads, and let swept bounds grow: reshape() follows.
+  [[nodiscard]] VoxelGrid& grid() noexcept { return grid_; }
+  [[nodiscard]] const VoxelGrid& grid() const noexcept { return grid_; }
 
-  /// What the list of pairs holds for, of a sphere that was entered: its cover before it grew.
-  [[nodiscard]] const Cover& cover(std::size_t sphere) const noexcept { return covers_[sphere]; }
+  /// What the list of pairs holds for, of a sphere that was entered: its swept bound before it
+  /// grew.
+  [[nodiscard]] const SweptBound& swept_bound(std::size_t sphere) const noexcept {
+    return swept_bounds_[sphere];
+  }
 
-  /// Puts covers that have grown beyond their level's octave where they belong: else one sphere
-  /// that was far away an image ago would make every query of its level look as far.
+  /// Puts swept bounds that have grown beyond their level's octave where they belong: else one
+  /// sphere that was far away a snapshot ago would make every query of its level look as far.
   void reshape();
 
-  /// How often all covers were made anew, and pairs that are tested every step.
+  /// How often all swept bounds were made anew, and pairs that are tested every step.
   [[nodiscard]] std::uint64_t entered_count() const noexcept { return entered_count_; }
   [[nodiscard]] std::size_t listed_pairs() const noexcept { return listed_; }
   /// Pairs that memory was taken for.
@@ -73,33 +77,34 @@ class MovingSpheres {
   }
 
  private:
-  [[nodiscard]] bool list_holds(std::span<const Cover> balls, const PairFilter& may_collide);
-  [[nodiscard]] bool widen(std::uint32_t sphere, const Cover& ball, const PairFilter& may_collide);
-  void plan(std::span<const Cover> balls);
-  void make_covers(std::span<const Cover> balls);
+  [[nodiscard]] bool list_holds(std::span<const SweptBound> balls, const PairFilter& may_collide);
+  [[nodiscard]] bool widen(std::uint32_t sphere, const SweptBound& ball,
+                           const PairFilter& may_collide);
+  void plan(std::span<const SweptBound> balls);
+  void make_bounds(std::span<const SweptBound> balls);
   void fill_grid();
   [[nodiscard]] bool list_pairs(const PairFilter& may_collide, std::size_t most);
 
-  StillGrid grid_;
+  VoxelGrid grid_;
   bool chooses_voxel_;
   float voxel_ratio_;
   float voxel_m_ = 0.0F;                  // that is chosen, if it can be
-  std::vector<Cover> covers_;             // of each sphere: what the list holds for
-  std::vector<Cover> entered_;            // the balls as they were entered
-  std::vector<Cover> grown_;              // scratch: covers as they are published
+  std::vector<SweptBound> swept_bounds_;  // of each sphere: what the list holds for
+  std::vector<SweptBound> entered_;       // the balls as they were entered
+  std::vector<SweptBound> grown_;         // scratch: swept bounds as they are published
   std::vector<Eigen::Vector3f> moves_m_;  // of each sphere in a step, as last measured
   std::vector<std::uint32_t> groups_;
-  SortedCovers sorted_;
+  SortedBounds sorted_;
   std::vector<SpherePair> candidates_;  // the first listed_ of them
   std::vector<SpherePair> pairs_;       // room for as many
   std::size_t listed_ = 0, listed_when_entered_ = 0, found_ = 0;
-  std::vector<std::uint32_t> leavers_;  // room for as many as are widened at once
+  std::vector<std::uint32_t> escaped_;  // room for as many as are widened at once
   std::uint64_t entered_count_ = 0;
   bool is_listed_ = false;
-  int steps_ = 0;         // since the spheres were entered
-  int life_ = 1;          // steps that the covers are made for
-  float lead_ = 0.0F;     // part of its last move that a sphere is expected to repeat
-  float error_m_ = 0.0F;  // of that expectation, a step
+  int steps_ = 0;             // since the spheres were entered
+  int rebuild_interval_ = 1;  // steps that the swept bounds are made for
+  float lead_ = 0.0F;         // part of its last move that a sphere is expected to repeat
+  float error_m_ = 0.0F;      // of that expectation, a step
 };
 
 }  // namespace stillgrid

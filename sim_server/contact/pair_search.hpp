@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "shared/collision/still_grid.hpp"
+#include "shared/collision/voxel_grid.hpp"
 #include "sim_server/contact/ball_tests.hpp"
 
 namespace stillgrid {
@@ -13,27 +13,29 @@ namespace stillgrid {
 /// The group of a sphere that may be paired with any other.
 inline constexpr std::uint32_t kNoGroup = 0xffff'ffff;
 
-/// The covers of a filled grid in the order of its cells, as a structure of arrays, with room for a
-/// vector to read over the end.
-struct SortedCovers {
-  std::vector<float> x_m, y_m, z_m, reach_m;
-  std::vector<std::uint32_t> cell;  // of each cover, where search_pairs() walks from cell to cell
+/// The swept bounds of a filled grid in the order of its cells, as a structure of arrays, with room
+/// for a vector to read over the end.
+struct SortedBounds {
+  std::vector<float> x_m, y_m, z_m, bounding_radius_m;
+  std::vector<std::uint32_t>
+      cell;  // of each swept bound, where search_pairs() walks from cell to cell
 
-  // Of each cover, where there are groups: which, and where the next cover of another one stands.
+  // Of each swept bound, where there are groups: which, and where the next swept bound of another
+  // one stands.
   std::vector<std::uint32_t> group, group_end;
 
-  explicit SortedCovers(std::size_t capacity);
+  explicit SortedBounds(std::size_t capacity);
 };
 
-/// Writes to `pairs` every two spheres whose covers meet (grid_query.hpp: meet), each once, but for
-/// those of one group. Grows `pairs` where it has no room, and returns how many of it hold; more
-/// than `most`, and only that, where there are.
+/// Writes to `pairs` every two spheres whose swept bounds meet (grid_query.hpp: meet), each once,
+/// but for those of one group. Grows `pairs` where it has no room, and returns how many of it hold;
+/// more than `most`, and only that, where there are.
 ///
-/// groups: of each sphere; none: there are no groups. Covers of one group that stand together in
-/// the grid, as a rigid body's do, cost one look however many they are.
-/// Pre: `sorted` has the capacity of the grid.
+/// groups: of each sphere; none: there are no groups. Swept bounds of one group that stand together
+/// in the grid, as a rigid body's do, cost one look however many they are. Pre: `sorted` has the
+/// capacity of the grid.
 [[nodiscard]] std::size_t search_pairs(const GridView& view, std::span<const std::uint32_t> groups,
-                                       std::size_t most, SortedCovers& sorted,
+                                       std::size_t most, SortedBounds& sorted,
                                        std::vector<SpherePair>& pairs);
 
 }  // namespace stillgrid

@@ -21,7 +21,7 @@ constexpr double kLongest_m = 10.0, kShortest_m = 1e-3;  // of a body
 constexpr double kFastest_m_s = 50.0;
 constexpr double kFarthest_m = 1000.0;  // floats are 60 um apart beyond
 constexpr double kDeep = 0.5;           // of the smaller radius
-constexpr std::size_t kMostLines = 10;
+constexpr std::size_t kMaxLines = 10;
 
 [[gnu::format(printf, 1, 2)]] std::string print(const char* format, ...) {
   std::array<char, 300> text{};
@@ -52,7 +52,7 @@ std::vector<Shape> shapes_of(const World& world) {
   };
   for (const SphereBinding& sphere : world.spheres)
     include(sphere.body, sphere.rest_position_m, sphere.radius_m);
-  for (const StillSphere& sphere : world.still_spheres)
+  for (const StaticSphere& sphere : world.static_spheres)
     include(sphere.body, sphere.position_m, sphere.radius_m);
   return shapes;
 }
@@ -70,7 +70,7 @@ class Warnings {
 
   void add(int body, const std::string& what) {
     ++count_;
-    if (lines_.size() == kMostLines) return;
+    if (lines_.size() == kMaxLines) return;
     const BodyDescription& of = scene_.bodies[static_cast<std::size_t>(body)];
     lines_.push_back(file_ + ":" + std::to_string(of.line) + ": body '" + of.name + "': " + what);
   }
@@ -105,7 +105,7 @@ void warn_of_shape(const SceneDescription& scene, const World& world, int number
   const double far_m = std::max(shape.centres_m.min().cwiseAbs().maxCoeff(),
                                 shape.centres_m.max().cwiseAbs().maxCoeff());
   if (far_m > kFarthest_m)
-    warnings.add(number, print("is %.3g m from the origin: images are in floats, there %.2g mm "
+    warnings.add(number, print("is %.3g m from the origin: snapshots are in floats, there %.2g mm "
                                "apart, and forces as coarse",
                                far_m, 1e3 * far_m * std::numeric_limits<float>::epsilon()));
   if (body.motion != Motion::kFree) return;
@@ -120,12 +120,12 @@ void warn_of_shape(const SceneDescription& scene, const World& world, int number
 int other_body(const World& world, const Contact& contact) {
   if (contact.b >= 0) return world.spheres[static_cast<std::size_t>(contact.b)].body;
   if (contact.is_plane) {
-    for (const StillPlane& plane : world.planes)
+    for (const StaticPlane& plane : world.planes)
       if (plane.normal == contact.plane_normal && plane.offset_m == contact.plane_offset_m)
         return plane.body;
     return -1;
   }
-  for (const StillSphere& sphere : world.still_spheres)
+  for (const StaticSphere& sphere : world.static_spheres)
     if (sphere.position_m == contact.position_b_m) return sphere.body;
   return -1;
 }

@@ -10,7 +10,8 @@ namespace stillgrid {
 
 /// What a scene says that is legal but seldom meant, a line each, `FILE:LINE: body 'NAME': ...`:
 /// bodies below a plane, deep overlaps at the start, sizes and speeds that no scene has that a hand
-/// feels, places where an image's floats are coarse. Ten lines at most and how many more there are.
+/// feels, places where a snapshot's floats are coarse. Ten lines at most and how many more there
+/// are.
 ///
 /// Finds the contacts of the start once: linear in the spheres. Pre: `world` is build_world(scene).
 [[nodiscard]] std::vector<std::string> start_warnings(const SceneDescription& scene,

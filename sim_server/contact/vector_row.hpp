@@ -10,12 +10,12 @@ namespace stillgrid {
 
 /// Numbers of one look: what the widest vector of any target holds of doubles, to which all vectors
 /// are capped; a multiple of every vector's lanes.
-inline constexpr std::size_t kLook = 8;
+inline constexpr std::size_t kLanes = 8;
 
-/// Whether a vector of kLook numbers may be loaded from here as an aligned one, on every target.
+/// Whether a vector of kLanes numbers may be loaded from here as an aligned one, on every target.
 template <class T>
-[[nodiscard]] bool is_aligned_look(const T* place) noexcept {
-  return reinterpret_cast<std::uintptr_t>(place) % (kLook * sizeof(T)) == 0;
+[[nodiscard]] bool is_aligned_lanes(const T* place) noexcept {
+  return reinterpret_cast<std::uintptr_t>(place) % (kLanes * sizeof(T)) == 0;
 }
 
 /// Numbers that vectors are loaded from and stored to, look after look.
@@ -56,21 +56,21 @@ class VectorRow {
   /// Where a vector that begins with lane i is loaded or stored, unaligned; or several, of numbers
   /// that are interleaved. Pre: i is a multiple of the vector's lanes.
   [[nodiscard]] T* at(std::size_t i, std::size_t interleaved = 1) const noexcept {
-    assert(holds_look(i, interleaved) && "the widest vector leaves its storage");
+    assert(holds_lanes(i, interleaved) && "the widest vector leaves its storage");
     return first_ + interleaved * i;
   }
   /// The same, aligned.
   [[nodiscard]] T* aligned(std::size_t i) const noexcept {
-    assert(is_aligned_look(first_ + i / kLook * kLook) && "not aligned to the widest vector");
+    assert(is_aligned_lanes(first_ + i / kLanes * kLanes) && "not aligned to the widest vector");
     return at(i);
   }
 
  private:
 #ifndef NDEBUG
-  [[nodiscard]] bool holds_look(std::size_t i, std::size_t interleaved) const noexcept {
-    const T* const look = first_ + interleaved * (i / kLook * kLook);
+  [[nodiscard]] bool holds_lanes(std::size_t i, std::size_t interleaved) const noexcept {
+    const T* const look = first_ + interleaved * (i / kLanes * kLanes);
     return look >= storage_.data() &&
-           look + interleaved * kLook <= storage_.data() + storage_.size();
+           look + interleaved * kLanes <= storage_.data() + storage_.size();
   }
 #endif
 

@@ -26,7 +26,7 @@ MassProperties mass_properties(const TriangleMesh& closed) {
   const Eigen::Vector3d centre = first / volume;
   properties.centre_m = origin_m + centre;
   const Eigen::Matrix3d central = second / volume - centre * centre.transpose();
-  properties.inertia_per_kg_m2 = central.trace() * Eigen::Matrix3d::Identity() - central;
+  properties.inverse_inertia_per_kg_m2 = central.trace() * Eigen::Matrix3d::Identity() - central;
   return properties;
 }
 

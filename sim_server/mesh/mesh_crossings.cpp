@@ -41,7 +41,7 @@ bool pierces(const TriangleMesh& mesh, const Eigen::Vector3d& p, const Eigen::Ve
 
 Crossings count_crossings(const TriangleMesh& mesh, std::span<const int> piece_of_face,
                           const std::string& name) {
-  constexpr std::size_t kMostPairs = 500'000'000;
+  constexpr std::size_t kMaxPairs = 500'000'000;
   const MeshDistance surface(mesh);
   std::size_t pairs = 0;
   Crossings crossings;
@@ -53,7 +53,7 @@ Crossings count_crossings(const TriangleMesh& mesh, std::span<const int> piece_o
       const Eigen::Vector3d& q = mesh.vertices_m[static_cast<std::size_t>(b)];
       const std::vector<int> near = surface.triangles_near(0.5 * (p + q), 0.5 * (q - p).norm());
       pairs += near.size();
-      if (pairs > kMostPairs)
+      if (pairs > kMaxPairs)
         throw MeshError(name + ": " + std::to_string(mesh.triangles.size()) +
                         " triangles, so many of them long and near one another that what cuts "
                         "itself cannot be told: expected shorter edges");

@@ -243,11 +243,11 @@ NearestPoint MeshDistance::Tree::closest(const Eigen::Vector3d& point_m) const {
 }
 
 std::vector<int> MeshDistance::triangles_near(const Eigen::Vector3d& point_m,
-                                              double reach_m) const {
+                                              double search_radius_m) const {
   throw_if_stopped();
   std::vector<int> triangles;
   const Eigen::Vector3d unit = (point_m - tree_->centre_m) * tree_->to_unit;
-  const double reach = reach_m * tree_->to_unit + kFloatSlack * (1.0 + unit.norm());
+  const double reach = search_radius_m * tree_->to_unit + kFloatSlack * (1.0 + unit.norm());
   RTCPointQuery query{static_cast<float>(unit.x()), static_cast<float>(unit.y()),
                       static_cast<float>(unit.z()), 0.0F, static_cast<float>(reach)};
   RTCPointQueryContext context;

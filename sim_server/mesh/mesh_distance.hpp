@@ -37,10 +37,10 @@ class MeshDistance {
   /// point_m is finite.
   [[nodiscard]] double signed_distance_m(const Eigen::Vector3d& point_m) const;
 
-  /// The triangles within reach_m of a point, ascending, and some that are a little farther.
-  /// Pre: point_m and reach_m are finite.
+  /// The triangles within search_radius_m of a point, ascending, and some that are a little
+  /// farther. Pre: point_m and search_radius_m are finite.
   [[nodiscard]] std::vector<int> triangles_near(const Eigen::Vector3d& point_m,
-                                                double reach_m) const;
+                                                double search_radius_m) const;
 
  private:
   struct Tree;

@@ -16,7 +16,7 @@
 namespace stillgrid {
 namespace {
 
-constexpr std::uintmax_t kMostBytes = 512U << 20U;
+constexpr std::uintmax_t kMaxBytes = 512U << 20U;
 
 using Reader = PolygonMesh (*)(std::string_view, const std::string&);
 
@@ -44,7 +44,7 @@ std::string bytes_of(const std::filesystem::path& path) {
     bytes.resize(before + kPiece);
     file.read(bytes.data() + before, kPiece);
     bytes.resize(before + static_cast<std::size_t>(file.gcount()));
-    if (bytes.size() > kMostBytes)
+    if (bytes.size() > kMaxBytes)
       throw MeshError(name + ": is larger than 512 MiB: expected a smaller mesh");
   }
   if (file.bad()) throw MeshError(name + ": could not be read to its end");
@@ -55,13 +55,13 @@ void check_size(const TriangleMesh& mesh, const std::string& name) {
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3i& triangle : mesh.triangles)
     for (const int vertex : triangle) box.extend(mesh.vertices_m[static_cast<std::size_t>(vertex)]);
-  constexpr double kLeast_m = 1e-6, kMost_m = 1e3;
+  constexpr double kLeast_m = 1e-6, kMax_m = 1e3;
   const double size_m = box.sizes().maxCoeff();
   const double farthest_m = box.max().cwiseAbs().cwiseMax(box.min().cwiseAbs()).maxCoeff();
   std::ostringstream value;
-  if (size_m < kLeast_m || size_m > kMost_m)
+  if (size_m < kLeast_m || size_m > kMax_m)
     value << ": longest side of the box: value " << size_m;
-  else if (farthest_m > kMost_m)
+  else if (farthest_m > kMax_m)
     value << ": farthest coordinate: value " << farthest_m;
   else
     return;

@@ -19,7 +19,7 @@ class MeshError : public std::runtime_error {
 ///
 /// Nothing is repaired: see make_closed(). Throws MeshError on a file that cannot be read, is
 /// larger than 512 MiB, has faces that cannot be cut (polygon_mesh.hpp), no triangle or more than
-/// kMostTriangles, a number that is none, or is larger than a kilometre or smaller than a
+/// kMaxTriangles, a number that is none, or is larger than a kilometre or smaller than a
 /// micrometre after scaling; StopRequested after a stop signal. Takes memory in proportion to the
 /// file. Pre: scale > 0 and finite.
 [[nodiscard]] TriangleMesh load_mesh(const std::filesystem::path& path, double scale);

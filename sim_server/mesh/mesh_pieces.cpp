@@ -83,9 +83,9 @@ std::vector<std::vector<int>> holders_of(const std::vector<Piece>& parts) {
 
 int turn_pieces(TriangleMesh& mesh, std::span<const int> piece_of_face, int count,
                 const std::string& name) {
-  if (count > kMostPieces)
+  if (count > kMaxPieces)
     throw MeshError(name + ": " + std::to_string(count) + " separate pieces: expected at most " +
-                    std::to_string(kMostPieces));
+                    std::to_string(kMaxPieces));
   std::vector<Piece> parts = parts_of(mesh, piece_of_face, count);
   for (std::size_t i = 0; i < parts.size(); ++i) {
     parts[i].volume_m3 = signed_volume_m3(parts[i].mesh);

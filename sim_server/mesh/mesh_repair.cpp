@@ -103,12 +103,12 @@ void check_numbers(const TriangleMesh& mesh, const std::string& name) {
 
 /// Gives vertices at one place one number.
 int weld(TriangleMesh& mesh) {
-  const double reach_m = kWeldShare * diagonal_m(mesh);
-  const double reach_squared_m2 = reach_m * reach_m;
+  const double search_radius_m = kWeldShare * diagonal_m(mesh);
+  const double search_radius_squared_m2 = search_radius_m * search_radius_m;
   const Eigen::Vector3d low = mesh.vertices_m.front();
   // Of cells two reaches wide only the own and the nearer neighbour along each axis matter; the box
   // is 500,000 of them across at most, so that a cell's three numbers fit in one.
-  const double cell_m = std::max(2.0 * reach_m, 1e-300);
+  const double cell_m = std::max(2.0 * search_radius_m, 1e-300);
   constexpr std::int64_t kAcross = 1 << 21;
   std::unordered_map<std::int64_t, std::vector<int>> cells;
   std::vector<int> kept(mesh.vertices_m.size());
@@ -134,7 +134,7 @@ int weld(TriangleMesh& mesh) {
       if (found == cells.end()) continue;
       for (const int other : found->second)
         if ((mesh.vertices_m[index(other)] - mesh.vertices_m[i]).squaredNorm() <=
-            reach_squared_m2) {
+            search_radius_squared_m2) {
           kept[i] = other;
           ++welded;
           break;

@@ -80,8 +80,8 @@ class MeshText {
 
   /// A word for a message: short, and without what a terminal would obey.
   [[nodiscard]] static std::string shown(std::string_view text) {
-    constexpr std::size_t kMost = 40;
-    std::string result(text.substr(0, kMost));
+    constexpr std::size_t kMax = 40;
+    std::string result(text.substr(0, kMax));
     for (char& c : result)
       if (c < ' ' || c > '~') c = '?';
     return result;

@@ -46,7 +46,7 @@ Type type_named(const MeshText& text, std::string_view word) {
 }
 
 void read_property(MeshText& text, Header& header) {
-  constexpr std::size_t kMostProperties = 256;
+  constexpr std::size_t kMaxProperties = 256;
   if (header.elements.empty()) text.refuse("property: expected an element before it");
   Property property;
   std::string_view word = text.word();
@@ -59,8 +59,8 @@ void read_property(MeshText& text, Header& header) {
   property.type = type_named(text, word);
   property.name = text.word();
   header.elements.back().properties.push_back(property);
-  if (header.elements.back().properties.size() > kMostProperties)
-    text.refuse("property: expected at most " + std::to_string(kMostProperties));
+  if (header.elements.back().properties.size() > kMaxProperties)
+    text.refuse("property: expected at most " + std::to_string(kMaxProperties));
 }
 
 /// Leaves the text behind the header's last line.

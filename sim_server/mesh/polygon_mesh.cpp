@@ -184,18 +184,18 @@ void check_vertices(const PolygonMesh& polygons, const std::string& name) {
 }  // namespace
 
 void PolygonMesh::add_vertex(double x, double y, double z) {
-  check_room(vertices.size(), 3 * kMostTriangles, name, "vertices");
+  check_room(vertices.size(), 3 * kMaxTriangles, name, "vertices");
   vertices.emplace_back(x, y, z);
 }
 
 void PolygonMesh::add_corner(std::int64_t vertex) {
-  check_room(corners.size(), 4 * kMostTriangles, name, "corners");
+  check_room(corners.size(), 4 * kMaxTriangles, name, "corners");
   corners.push_back(vertex >= 0 && vertex <= INT32_MAX ? static_cast<std::int32_t>(vertex)
                                                        : kNoVertex);
 }
 
 void PolygonMesh::end_face() {
-  check_room(face_ends.size(), kMostTriangles, name, "faces");
+  check_room(face_ends.size(), kMaxTriangles, name, "faces");
   face_ends.push_back(corners.size());
 }
 
@@ -220,8 +220,8 @@ TriangleMesh cut_into_triangles(PolygonMesh polygons) {
         refuse("names a vertex that is none: expected one of " +
                std::to_string(polygons.vertices.size()));
     if (corners.size() < 3) continue;
-    if (triangles.size() + corners.size() - 2 > kMostTriangles)
-      refuse("is too much: expected at most " + std::to_string(kMostTriangles) + " triangles");
+    if (triangles.size() + corners.size() - 2 > kMaxTriangles)
+      refuse("is too much: expected at most " + std::to_string(kMaxTriangles) + " triangles");
     switch (cut_face(polygons, corners, budget, triangles)) {
       case Outcome::kCut:
         break;

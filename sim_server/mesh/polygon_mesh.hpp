@@ -11,7 +11,7 @@
 namespace stillgrid {
 
 /// Most triangles of a mesh: what comes after takes up to a kilobyte for each.
-inline constexpr std::size_t kMostTriangles = 2'000'000;
+inline constexpr std::size_t kMaxTriangles = 2'000'000;
 
 /// The faces of a mesh file as they stand there: corners of any number, nothing checked but that
 /// each may be a vertex's number. In the file's own unit.
@@ -23,7 +23,7 @@ struct PolygonMesh {
   std::vector<std::int32_t> corners;   // of all faces, one after the other
   std::vector<std::size_t> face_ends;  // into corners, ascending
 
-  /// Each throws MeshError beyond what kMostTriangles may need, so that a file's memory is bounded
+  /// Each throws MeshError beyond what kMaxTriangles may need, so that a file's memory is bounded
   /// by 300 MB besides its bytes.
   void add_vertex(double x, double y, double z);
   /// A corner as a file names it, from 0; what cannot be a vertex's number becomes kNoVertex.
@@ -38,7 +38,7 @@ struct PolygonMesh {
 ///
 /// Throws MeshError naming the face, from 1: a corner that is no vertex, a vertex that is no number
 /// or beyond 1e30, an outline that crosses itself or turns back, concave outlines so long that they
-/// take more than some seconds, more than kMostTriangles.
+/// take more than some seconds, more than kMaxTriangles.
 [[nodiscard]] TriangleMesh cut_into_triangles(PolygonMesh polygons);
 
 }  // namespace stillgrid

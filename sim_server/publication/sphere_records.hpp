@@ -9,7 +9,7 @@
 namespace stillgrid {
 
 /// Where a sphere is and how it moves, as it is published: in floats.
-[[nodiscard]] proto::SphereImage image_of(const SphereMotion& motion) noexcept;
+[[nodiscard]] proto::SphereState state_of(const SphereMotion& motion) noexcept;
 
 /// Writes what a record tells of a sphere but where it is: radius, material, body.
 template <class Sphere>
@@ -19,7 +19,7 @@ void describe(const Sphere& sphere, proto::SphereRecord& record) noexcept {
   record.body = static_cast<std::uint32_t>(sphere.body);
 }
 
-/// Records of the spheres that never move, in the order of World::still_spheres.
-[[nodiscard]] std::vector<proto::SphereRecord> still_records(const World& world);
+/// Records of the spheres that never move, in the order of World::static_spheres.
+[[nodiscard]] std::vector<proto::SphereRecord> static_records(const World& world);
 
 }  // namespace stillgrid

@@ -10,7 +10,7 @@
 namespace stillgrid {
 namespace {
 
-constexpr double kMostStiffnessScale = 1e6;  // so that a stiffness stays a float's
+constexpr double kMaxStiffnessScale = 1e6;  // so that a stiffness stays a float's
 
 const BodyKind& read_kind(TableReader& table) {
   std::array<std::string_view, kBodyKinds.size()> names;
@@ -69,7 +69,7 @@ void read_dynamics(TableReader& table, BodyDescription& body) {
 void read_stiffness_scale(TableReader& table, BodyDescription& body) {
   if (!table.has("stiffness_scale")) return;
   const double scale = table.number("stiffness_scale", Bound::kPositive);
-  if (scale < 1.0 / kMostStiffnessScale || scale > kMostStiffnessScale)
+  if (scale < 1.0 / kMaxStiffnessScale || scale > kMaxStiffnessScale)
     table.refuse("stiffness_scale", "a number from 1e-6 to 1e6");
   body.stiffness_scale *= scale;
 }

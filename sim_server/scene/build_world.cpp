@@ -9,8 +9,9 @@ World build_world(const SceneDescription& scene) {
   world.gravity_m_s2 = scene.gravity_m_s2;
   world.tool_slip_speed_m_s = scene.tool_slip_speed_m_s;
   for (const MaterialDescription& material : scene.materials)
-    world.materials.push_back({material.contact_stiffness_N_m, material.contact_damping_N_s_m,
-                               material.friction, material.slip_speed_m_s});
+    world.materials.push_back({material.contact_stiffness_N_per_m,
+                               material.contact_damping_N_s_per_m, material.friction,
+                               material.slip_speed_m_s});
   for (const BodyDescription& body : scene.bodies) add_body(world, body);
   number_unknowns(world);
   return world;

@@ -14,10 +14,10 @@ namespace stillgrid {
 /// material.
 struct MaterialDescription {
   std::string name;
-  double contact_stiffness_N_m = 0.0;
-  double contact_damping_N_s_m = 0.0;  // acts while spheres approach
-  double friction = 0.0;               // Coulomb's coefficient
-  double slip_speed_m_s = 1e-3;        // below it friction is viscous (regularised)
+  double contact_stiffness_N_per_m = 0.0;
+  double contact_damping_N_s_per_m = 0.0;  // acts while spheres approach
+  double friction = 0.0;                   // Coulomb's coefficient
+  double slip_speed_m_s = 1e-3;            // below it friction is viscous (regularised)
 };
 
 /// A sphere of the tool, in the tool's frame.

@@ -23,11 +23,11 @@ namespace stillgrid {
 namespace {
 
 constexpr int kFormat = 1;
-constexpr std::size_t kMostMaterials = 64;
-constexpr std::size_t kMostPlanes = 64;
+constexpr std::size_t kMaxMaterials = 64;
+constexpr std::size_t kMaxPlanes = 64;
 constexpr double kShortestPeriod_s = 1e-5, kLongestPeriod_s = 100.0;
-constexpr int kMostSubsteps = 10000;
-constexpr std::size_t kMostToolSpheres = 16;
+constexpr int kMaxSubsteps = 10000;
+constexpr std::size_t kMaxToolSpheres = 16;
 constexpr double kDefaultToolRadius_m = 0.005;
 
 std::optional<std::string> read_text(const std::filesystem::path& path) {
@@ -90,7 +90,7 @@ void read_method(TableReader& table, SceneDescription& scene) {
   if (is_explicit(method.integrator) && table.has("tolerance_m_s"))
     table.refuse("tolerance_m_s",
                  "no such key beside an explicit integrator, which solves nothing");
-  if (table.has("substeps")) method.substeps = table.integer("substeps", {1, kMostSubsteps});
+  if (table.has("substeps")) method.substeps = table.integer("substeps", {1, kMaxSubsteps});
   method.tolerance_m_s = table.number_or("tolerance_m_s", Bound::kPositive, method.tolerance_m_s);
 }
 
@@ -124,8 +124,8 @@ void read_tool(TableReader table, SceneDescription& scene) {
                             sphere.number("radius_m", Bound::kPositive)});
       sphere.finish();
     }
-    if (scene.tool.empty() || scene.tool.size() > kMostToolSpheres) {
-      table.refuse("spheres", "1 to " + std::to_string(kMostToolSpheres) + " spheres, found " +
+    if (scene.tool.empty() || scene.tool.size() > kMaxToolSpheres) {
+      table.refuse("spheres", "1 to " + std::to_string(kMaxToolSpheres) + " spheres, found " +
                                   std::to_string(scene.tool.size()));
     }
   } else {
@@ -151,9 +151,9 @@ void read_device(TableReader table, SceneDescription& scene) {
 MaterialDescription read_material(TableReader& table) {
   MaterialDescription material;
   material.name = table.name("name");
-  material.contact_stiffness_N_m = table.number("contact_stiffness_N_m", Bound::kPositive);
-  material.contact_damping_N_s_m =
-      table.number_or("contact_damping_N_s_m", Bound::kNotNegative, 0.0);
+  material.contact_stiffness_N_per_m = table.number("contact_stiffness_N_per_m", Bound::kPositive);
+  material.contact_damping_N_s_per_m =
+      table.number_or("contact_damping_N_s_per_m", Bound::kNotNegative, 0.0);
   material.friction = table.number_or("friction", Bound::kNotNegative, 0.0);
   material.slip_speed_m_s =
       table.number_or("slip_speed_m_s", Bound::kPositive, material.slip_speed_m_s);
@@ -170,8 +170,8 @@ void take_name(TableReader& table, const std::string& name,
 void read_materials(TableReader& document, SceneDescription& scene) {
   std::unordered_set<std::string> names;
   for (TableReader& table : document.tables("material")) {
-    if (scene.materials.size() == kMostMaterials) {
-      table.refuse("name", "at most " + std::to_string(kMostMaterials) + " materials");
+    if (scene.materials.size() == kMaxMaterials) {
+      table.refuse("name", "at most " + std::to_string(kMaxMaterials) + " materials");
     }
     scene.materials.push_back(read_material(table));
     take_name(table, scene.materials.back().name, names);
@@ -186,14 +186,14 @@ void read_bodies(TableReader& document, SceneDescription& scene) {
         scene.bodies.emplace_back(read_body(table, scene.materials, scene.notes));
     take_name(table, body.name, names);
     if (std::holds_alternative<PlaneBody>(body.shape)) ++planes;
-    if (planes > kMostPlanes) {
-      table.refuse("kind", "at most " + std::to_string(kMostPlanes) + " planes");
+    if (planes > kMaxPlanes) {
+      table.refuse("kind", "at most " + std::to_string(kMaxPlanes) + " planes");
     }
     // A body whose stiffness is its own is published with a material of its own.
     scaled += body.stiffness_scale != 1.0 ? 1 : 0;
-    if (scene.materials.size() + scaled > kMostMaterials)
+    if (scene.materials.size() + scaled > kMaxMaterials)
       table.refuse(table.has("normalise") ? "normalise" : "stiffness_scale",
-                   "at most " + std::to_string(kMostMaterials) +
+                   "at most " + std::to_string(kMaxMaterials) +
                        " materials and bodies of a stiffness of their own together");
   }
 }

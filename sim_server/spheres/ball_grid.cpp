@@ -9,8 +9,8 @@ namespace {
 
 /// Calls visit(cell index) for each cell that comes within reach of a ball.
 template <class Visit>
-void for_each_cell(const BallGrid& grid, const Ball& ball, double reach_m, Visit&& visit) {
-  const double radius_m = ball.radius_m + reach_m;
+void for_each_cell(const BallGrid& grid, const Ball& ball, double search_radius_m, Visit&& visit) {
+  const double radius_m = ball.radius_m + search_radius_m;
   const Eigen::Array3d place_m = ball.centre_m - grid.low_m;
   const auto cell_of = [&](const Eigen::Array3d& at_m) {
     return (at_m / grid.cell_m).floor().cast<int>().max(0).min(grid.cells.array() - 1).eval();
@@ -27,12 +27,12 @@ void for_each_cell(const BallGrid& grid, const Ball& ball, double reach_m, Visit
 }
 
 /// Cells large enough that there are not many more of them than balls.
-void lay_out(BallGrid& grid, std::span<const Ball> balls, double reach_m) {
+void lay_out(BallGrid& grid, std::span<const Ball> balls, double search_radius_m) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Eigen::Array3d low_m = Eigen::Array3d::Constant(kInfinity), high_m = -low_m;
   for (const Ball& ball : balls) {
-    low_m = low_m.min(ball.centre_m.array() - ball.radius_m - reach_m);
-    high_m = high_m.max(ball.centre_m.array() + ball.radius_m + reach_m);
+    low_m = low_m.min(ball.centre_m.array() - ball.radius_m - search_radius_m);
+    high_m = high_m.max(ball.centre_m.array() + ball.radius_m + search_radius_m);
   }
   const Eigen::Array3d size_m = (high_m - low_m).max(1e-12);
   const double wanted = std::clamp(8.0 * static_cast<double>(balls.size()), 512.0, 262144.0);
@@ -44,19 +44,19 @@ void lay_out(BallGrid& grid, std::span<const Ball> balls, double reach_m) {
 
 }  // namespace
 
-BallGrid make_ball_grid(std::span<const Ball> balls, double reach_m) {
+BallGrid make_ball_grid(std::span<const Ball> balls, double search_radius_m) {
   BallGrid grid;
   if (balls.empty()) return grid;
-  lay_out(grid, balls, reach_m);
+  lay_out(grid, balls, search_radius_m);
   const auto cell_count = static_cast<std::size_t>(grid.cells.prod());
   grid.starts.assign(cell_count + 1, 0);
   for (const Ball& ball : balls)
-    for_each_cell(grid, ball, reach_m, [&](std::size_t cell) { ++grid.starts[cell + 1]; });
+    for_each_cell(grid, ball, search_radius_m, [&](std::size_t cell) { ++grid.starts[cell + 1]; });
   for (std::size_t cell = 0; cell < cell_count; ++cell) grid.starts[cell + 1] += grid.starts[cell];
   grid.entries.resize(grid.starts.back());
   std::vector<std::uint32_t> next(grid.starts.begin(), grid.starts.end() - 1);
   for (std::uint32_t i = 0; i < balls.size(); ++i)
-    for_each_cell(grid, balls[i], reach_m,
+    for_each_cell(grid, balls[i], search_radius_m,
                   [&](std::size_t cell) { grid.entries[next[cell]++] = i; });
   return grid;
 }

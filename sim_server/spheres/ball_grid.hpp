@@ -20,9 +20,9 @@ struct BallGrid {
   std::vector<std::uint32_t> entries;               // balls, ascending in each cell
 };
 
-/// The grid of balls for points up to reach_m from a ball's surface; about eight cells a ball, from
-/// 512 to 262,144. Pre: radii >= 0, reach_m >= 0, all finite.
-[[nodiscard]] BallGrid make_ball_grid(std::span<const Ball> balls, double reach_m);
+/// The grid of balls for points up to search_radius_m from a ball's surface; about eight cells a
+/// ball, from 512 to 262,144. Pre: radii >= 0, search_radius_m >= 0, all finite.
+[[nodiscard]] BallGrid make_ball_grid(std::span<const Ball> balls, double search_radius_m);
 
 /// All balls whose surface is within the grid's reach of the point, and some others; none far from
 /// all. Realtime: reads one cell; never allocates, locks or throws; NaN meets no ball.

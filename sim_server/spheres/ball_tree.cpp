@@ -68,16 +68,16 @@ double BallTree::least_gap_m(const Eigen::Vector3d& point_m) const {
 }
 
 std::vector<std::uint32_t> BallTree::balls_within(const Eigen::Vector3d& point_m,
-                                                  double reach_m) const {
+                                                  double search_radius_m) const {
   std::vector<std::uint32_t> found, stack = {0};
   while (!stack.empty()) {
     const std::uint32_t place = stack.back();
     const Node& node = nodes_[place];
     stack.pop_back();
-    if (least_possible_m(node, point_m) > reach_m) continue;
+    if (least_possible_m(node, point_m) > search_radius_m) continue;
     if (node.right == 0) {
       for (std::uint32_t i = node.begin; i < node.end; ++i)
-        if (gap_m(order_[i], point_m) <= reach_m) found.push_back(order_[i]);
+        if (gap_m(order_[i], point_m) <= search_radius_m) found.push_back(order_[i]);
     } else {
       stack.push_back(node.right);
       stack.push_back(place + 1);

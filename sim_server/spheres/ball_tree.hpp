@@ -20,9 +20,9 @@ class BallTree {
   /// The least distance from a point to a ball's surface, m; negative within a ball.
   [[nodiscard]] double least_gap_m(const Eigen::Vector3d& point_m) const;
 
-  /// The balls whose surface is no farther than reach_m, ascending.
+  /// The balls whose surface is no farther than search_radius_m, ascending.
   [[nodiscard]] std::vector<std::uint32_t> balls_within(const Eigen::Vector3d& point_m,
-                                                        double reach_m) const;
+                                                        double search_radius_m) const;
 
  private:
   struct Node {

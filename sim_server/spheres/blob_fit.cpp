@@ -12,11 +12,11 @@ using Matrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
 Eigen::VectorXd differences_m(const BlobBody& body, std::span<const DistanceTarget> targets) {
   // Out of all reach counts as just there.
-  const double reach_m = body.tool_radius_m + kFadeTo * body.softness_m;
+  const double search_radius_m = body.tool_radius_m + kFadeTo * body.softness_m;
   Eigen::VectorXd difference_m(static_cast<Eigen::Index>(targets.size()));
   for (std::size_t i = 0; i < targets.size(); ++i)
     difference_m[static_cast<Eigen::Index>(i)] =
-        std::min(sample_blobs(body, targets[i].point_m).distance_m, reach_m) -
+        std::min(sample_blobs(body, targets[i].point_m).distance_m, search_radius_m) -
         targets[i].distance_m;
   return difference_m;
 }
@@ -24,11 +24,11 @@ Eigen::VectorXd differences_m(const BlobBody& body, std::span<const DistanceTarg
 /// How the smooth distances at the targets change with each ball's centre and radius, four columns
 /// a ball, and with the softness, the last column. With p_i the share of ball i in the sum and g_i
 /// the distance to its surface: -p_i (x - c_i) / |x - c_i|, -p_i and (s - sum p_i g_i) / softness.
-Matrix slopes_at(const BlobBody& body, std::span<const DistanceTarget> targets,
-                 const Eigen::VectorXd& difference_m) {
+Matrix derivatives_at(const BlobBody& body, std::span<const DistanceTarget> targets,
+                      const Eigen::VectorXd& difference_m) {
   constexpr double kNegligible = 1e-3;
   const int last = 4 * static_cast<int>(body.balls.size());
-  std::vector<Eigen::Triplet<double>> slopes;
+  std::vector<Eigen::Triplet<double>> jacobians;
   for (std::size_t i = 0; i < targets.size(); ++i) {
     const int row = static_cast<int>(i);
     const double distance_m = difference_m[row] + targets[i].distance_m;
@@ -41,13 +41,14 @@ Matrix slopes_at(const BlobBody& body, std::span<const DistanceTarget> targets,
       mean_gap_m += share * gap_m;
       const int column = 4 * static_cast<int>(j);
       const Eigen::Vector3d by_centre = -share * apart_m.normalized();
-      for (int axis = 0; axis < 3; ++axis) slopes.emplace_back(row, column + axis, by_centre[axis]);
-      slopes.emplace_back(row, column + 3, -share);
+      for (int axis = 0; axis < 3; ++axis)
+        jacobians.emplace_back(row, column + axis, by_centre[axis]);
+      jacobians.emplace_back(row, column + 3, -share);
     }
-    slopes.emplace_back(row, last, (distance_m - mean_gap_m) / body.softness_m);
+    jacobians.emplace_back(row, last, (distance_m - mean_gap_m) / body.softness_m);
   }
   Matrix matrix(static_cast<int>(targets.size()), last + 1);
-  matrix.setFromTriplets(slopes.begin(), slopes.end());
+  matrix.setFromTriplets(jacobians.begin(), jacobians.end());
   return matrix;
 }
 
@@ -83,25 +84,25 @@ BlobBody moved(const BlobBody& body, const Eigen::VectorXd& step_m) {
 
 /// The step of damped least squares: conjugate gradients on the normal equations, each unknown in
 /// proportion to its own slopes, roughly, for Levenberg's step needs no more.
-Eigen::VectorXd damped_step_m(const Matrix& slopes, const Eigen::VectorXd& difference_m,
+Eigen::VectorXd damped_step_m(const Matrix& jacobians, const Eigen::VectorXd& difference_m,
                               double damping) {
   constexpr int kMaxIterations = 60;
   constexpr double kTolerance = 1e-2;
-  Eigen::VectorXd squares = Eigen::VectorXd::Zero(slopes.cols());
-  for (int row = 0; row < slopes.outerSize(); ++row)
-    for (Matrix::InnerIterator entry(slopes, row); entry; ++entry)
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(jacobians.cols());
+  for (int row = 0; row < jacobians.outerSize(); ++row)
+    for (Matrix::InnerIterator entry(jacobians, row); entry; ++entry)
       squares[entry.col()] += entry.value() * entry.value();
   damping *= squares.mean();
   const Eigen::ArrayXd scale = (squares.array() + damping).inverse();
 
-  Eigen::VectorXd step_m = Eigen::VectorXd::Zero(slopes.cols());
-  Eigen::VectorXd residual = -(slopes.transpose() * difference_m);
+  Eigen::VectorXd step_m = Eigen::VectorXd::Zero(jacobians.cols());
+  Eigen::VectorXd residual = -(jacobians.transpose() * difference_m);
   Eigen::VectorXd direction = (scale * residual.array()).matrix();
   double size = residual.dot(direction);
   const double enough = kTolerance * kTolerance * size;
   for (int i = 0; i < kMaxIterations && size > enough; ++i) {
-    const Eigen::VectorXd image = slopes * direction;
-    const Eigen::VectorXd turned = slopes.transpose() * image + damping * direction;
+    const Eigen::VectorXd snapshot = jacobians * direction;
+    const Eigen::VectorXd turned = jacobians.transpose() * snapshot + damping * direction;
     const double along = size / direction.dot(turned);
     step_m += along * direction;
     residual -= along * turned;
@@ -139,10 +140,10 @@ BlobBody fit_blobs(std::span<const Ball> balls, std::span<const DistanceTarget> 
   Eigen::VectorXd difference_m = differences_m(body, targets);
   double damping = 1e-2, gain = 1.0;
   for (int step = 0; step < kMaxSteps && gain > kLeastGain; ++step) {
-    const Matrix slopes = slopes_at(body, targets, difference_m);
+    const Matrix jacobians = derivatives_at(body, targets, difference_m);
     const double squares_m2 = difference_m.squaredNorm();
     for (gain = 0.0; gain == 0.0 && damping < 1e4;) {
-      BlobBody next = moved(body, damped_step_m(slopes, difference_m, damping));
+      BlobBody next = moved(body, damped_step_m(jacobians, difference_m, damping));
       const Eigen::VectorXd next_m = differences_m(next, targets);
       damping *= next_m.squaredNorm() < squares_m2 ? 0.3 : 5.0;
       if (next_m.squaredNorm() >= squares_m2) continue;

@@ -43,14 +43,14 @@ BlobBody make_blob_body(std::span<const Ball> balls, double softness_m, double t
 }
 
 BlobSample sample_blobs(const BlobBody& body, const Eigen::Vector3d& point_m) noexcept {
-  const double reach_m = body.tool_radius_m + kFadeTo * body.softness_m;
+  const double search_radius_m = body.tool_radius_m + kFadeTo * body.softness_m;
   double sum = 0.0;
   Eigen::Vector3d slopes = Eigen::Vector3d::Zero();
   for (const std::uint32_t i : balls_near(body.grid, point_m)) {
     const Eigen::Vector3d apart_m = point_m - body.balls[i].centre_m;
     const double distance_m = apart_m.norm();
     const double gap_m = distance_m - body.balls[i].radius_m;
-    if (!(gap_m < reach_m)) continue;
+    if (!(gap_m < search_radius_m)) continue;
     const Term term = term_at(body, gap_m);
     sum += term.value;
     if (distance_m > 0.0) slopes += term.slope / distance_m * apart_m;

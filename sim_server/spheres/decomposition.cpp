@@ -26,18 +26,19 @@ constexpr double kSpacing = 0.15;    // of the patches that are looked at betwee
 constexpr double kSmall = 0.5;       // of a ball where the inside is in doubt
 constexpr double kPrecision = 0.02;  // of the final bounds
 
-constexpr std::size_t kMostCandidates = 8000, kMostPlaces = 12'000, kLeastSamples = 3000,
-                      kMostSamples = 40'000;
-constexpr double kMostHeld = 1e7;  // pairs of a candidate and a sample
+constexpr std::size_t kMaxCandidates = 8000, kMaxPlaces = 12'000, kLeastSamples = 3000,
+                      kMaxSamples = 40'000;
+constexpr double kMaxHeld = 1e7;  // pairs of a candidate and a sample
 constexpr std::uint64_t kFirstVisits = 60'000'000, kMoreVisits = 15'000'000;  // of a search
-constexpr int kSearchedRounds = 16, kMostRounds = 60;
+constexpr int kSearchedRounds = 16, kMaxRounds = 60;
 // Comparisons, about; some ten to the nine take a second.
-constexpr std::uint64_t kMostWork = 30'000'000'000, kWorkOfPatch = 1000;
+constexpr std::uint64_t kMaxWork = 30'000'000'000, kWorkOfPatch = 1000;
 
-/// A point that a ball must come to within reach_m of, and a ball inside the solid that does.
+/// A point that a ball must come to within search_radius_m of, and a ball inside the solid that
+/// does.
 struct Demand {
   Eigen::Vector3d point_m;
-  double reach_m;
+  double search_radius_m;
   Eigen::Vector3d sample_m, normal;  // of the surface above it; the normal is zero deep inside
 };
 
@@ -98,7 +99,7 @@ class Covering {
 
   /// Comparisons so far bound the time, on no clock; once they are spent no demand is taken.
   void spend(std::uint64_t comparisons) { work_ += comparisons; }
-  [[nodiscard]] bool is_spent() const { return work_ >= kMostWork; }
+  [[nodiscard]] bool is_spent() const { return work_ >= kMaxWork; }
 
   [[nodiscard]] std::vector<Ball> balls() const {
     std::vector<Ball> chosen;
@@ -108,8 +109,8 @@ class Covering {
 
  private:
   [[nodiscard]] static bool holds(const Ball& ball, const Demand& demand) {
-    const double reach_m = std::max(0.0, ball.radius_m + demand.reach_m);
-    return (ball.centre_m - demand.point_m).squaredNorm() <= reach_m * reach_m;
+    const double search_radius_m = std::max(0.0, ball.radius_m + demand.search_radius_m);
+    return (ball.centre_m - demand.point_m).squaredNorm() <= search_radius_m * search_radius_m;
   }
   /// A ball that meets the demand: one inside the solid or, where a mesh cuts itself and its inside
   /// is in doubt, a small one about the surface; of no radius where neither does.
@@ -194,19 +195,19 @@ Covering first_demands(const MeshSolid& solid, double tolerance_m) {
   Covering covering(solid, tolerance_m);
   const double wanted = surface_area_m2(solid.mesh) / (tolerance_m * tolerance_m);
   auto count = static_cast<std::size_t>(
-      std::clamp(wanted, static_cast<double>(kLeastSamples), static_cast<double>(kMostSamples)));
+      std::clamp(wanted, static_cast<double>(kLeastSamples), static_cast<double>(kMaxSamples)));
   SurfaceSamples samples = sample_surface(solid.mesh, count);
   const auto candidates_of = [&](std::size_t most) {
     const SurfaceSamples places =
-        sample_surface(solid.mesh, std::min(samples.points_m.size(), kMostPlaces));
+        sample_surface(solid.mesh, std::min(samples.points_m.size(), kMaxPlaces));
     return medial_balls(solid, places, kSlack * tolerance_m, 0.5 * tolerance_m, most);
   };
-  std::vector<Ball> candidates = candidates_of(kMostCandidates);
+  std::vector<Ball> candidates = candidates_of(kMaxCandidates);
   // Where balls hold much each, as in a body that is nearly a ball, fewer of both will do.
   const double held = share_held(candidates, samples, kGrown * tolerance_m) *
                       static_cast<double>(candidates.size()) * static_cast<double>(count);
-  if (held > kMostHeld) {
-    const double kept = std::sqrt(kMostHeld / held);
+  if (held > kMaxHeld) {
+    const double kept = std::sqrt(kMaxHeld / held);
     count = static_cast<std::size_t>(kept * static_cast<double>(count)) + 1;
     samples = sample_surface(solid.mesh, count);
     candidates =
@@ -234,7 +235,7 @@ Decomposition decompose(const TriangleMesh& closed, double tolerance_m,
   Covering covering = first_demands(solid, tolerance_m);
   Decomposition best;
   double spacing_m = kSpacing * tolerance_m;
-  for (int round = 0; round < kMostRounds && !covering.is_spent(); ++round) {
+  for (int round = 0; round < kMaxRounds && !covering.is_spent(); ++round) {
     const bool is_searched = round < kSearchedRounds;
     if (!is_searched && !best.balls.empty()) return best;
     tell("fewest spheres", is_searched ? static_cast<double>(round) / kSearchedRounds : 1.0);

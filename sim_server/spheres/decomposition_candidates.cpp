@@ -27,9 +27,9 @@ std::vector<Ball> one_a_cell(const std::vector<Ball>& balls, double cell_m) {
 
 Ball medial_ball(const MeshSolid& solid, const Eigen::Vector3d& point_m,
                  const Eigen::Vector3d& normal, double slack_m) {
-  constexpr int kMostSteps = 40;
+  constexpr int kMaxSteps = 40;
   double radius_m = 0.5 * solid.size_m;
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     const Eigen::Vector3d centre_m = point_m - radius_m * normal;
     const Eigen::Vector3d nearest_m = solid.distance.closest(centre_m).point_m;
     if ((nearest_m - centre_m).norm() >= radius_m - slack_m) break;

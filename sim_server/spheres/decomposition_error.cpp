@@ -68,8 +68,8 @@ double way_along_m(const Patch& patch, std::span<const Ball> balls, const Eigen:
 
 /// The same along any path: pushed out of one ball after the other, from a start nearby.
 double way_pushed_m(const Patch& patch, std::span<const Ball> balls, Eigen::Vector3d point_m) {
-  constexpr int kMostPushes = 12;
-  for (int push = 0; push < kMostPushes; ++push) {
+  constexpr int kMaxPushes = 12;
+  for (int push = 0; push < kMaxPushes; ++push) {
     double deepest_m = 0.0;
     std::size_t ball = balls.size();
     for (const std::uint32_t i : patch.near) {
@@ -89,7 +89,8 @@ double way_pushed_m(const Patch& patch, std::span<const Ball> balls, Eigen::Vect
 constexpr double kReaches = 4.0;  // ways out are followed so far
 
 /// Bounds a part of a triangle; drops the balls that are nowhere the nearest, nor on a way out.
-void bound_on_mesh(double size_m, std::span<const Ball> balls, double reach_m, Patch& patch) {
+void bound_on_mesh(double size_m, std::span<const Ball> balls, double search_radius_m,
+                   Patch& patch) {
   const Corners& c = patch.corners;
   patch.centre_m = (c[0] + c[1] + c[2]) / 3.0;
   patch.radius_m = 0.0;
@@ -115,7 +116,7 @@ void bound_on_mesh(double size_m, std::span<const Ball> balls, double reach_m, P
   }
   std::size_t kept = 0;
   for (std::size_t k = 0; k < patch.near.size(); ++k)
-    if (gaps_m[k] - patch.radius_m <= std::max(outside_m, kReaches * reach_m))
+    if (gaps_m[k] - patch.radius_m <= std::max(outside_m, kReaches * search_radius_m))
       patch.near[kept++] = patch.near[k];
   patch.near.resize(kept);
 
@@ -127,10 +128,11 @@ void bound_on_mesh(double size_m, std::span<const Ball> balls, double reach_m, P
   if (least_m >= patch.radius_m) return;  // no ball reaches it
   const Eigen::Vector3d face = (c[1] - c[0]).cross(c[2] - c[0]).normalized();
   double way_m = way_along_m(patch, balls, face);
-  if (way_m > std::max(patch.high_m, 0.9 * reach_m))
+  if (way_m > std::max(patch.high_m, 0.9 * search_radius_m))
     for (const double start : {0.0, 0.5, 1.0})
-      way_m = std::min(way_m, way_pushed_m(patch, balls, patch.centre_m + start * reach_m * face));
-  if (!(way_m <= kReaches * reach_m)) way_m = size_m;  // past the balls that were kept
+      way_m = std::min(way_m,
+                       way_pushed_m(patch, balls, patch.centre_m + start * search_radius_m * face));
+  if (!(way_m <= kReaches * search_radius_m)) way_m = size_m;  // past the balls that were kept
   if (way_m > patch.high_m) {
     patch.high_m = way_m;
     patch.is_filled = true;
@@ -179,7 +181,7 @@ double sticks_out_m(const MeshSolid& solid, const Ball& ball) {
 struct MeshSide {
   const MeshSolid& solid;
   std::span<const Ball> balls;
-  double reach_m;  // how far a ball may stick out, about
+  double search_radius_m;  // how far a ball may stick out, about
   BallTree tree{balls};
 
   template <typename Take>
@@ -196,7 +198,7 @@ struct MeshSide {
     }
   }
   bool bound(Patch& patch) const {
-    bound_on_mesh(solid.size_m, balls, reach_m, patch);
+    bound_on_mesh(solid.size_m, balls, search_radius_m, patch);
     return true;
   }
 
@@ -210,8 +212,8 @@ struct MeshSide {
       radius_m = std::max(radius_m, (corner - centre_m).norm());
     const double outside_m = tree.least_gap_m(centre_m) + radius_m;
     constexpr double kRounding = 1.0 + 1e-9;
-    return tree.balls_within(centre_m,
-                             kRounding * (std::max(outside_m, kReaches * reach_m) + radius_m));
+    return tree.balls_within(
+        centre_m, kRounding * (std::max(outside_m, kReaches * search_radius_m) + radius_m));
   }
 };
 
@@ -266,7 +268,7 @@ void split(const Side& side, const Patch& patch, Take&& take) {
 
 /// Patches cut for one distance, and more for each triangle or ball, and kept at a time: what is
 /// left then is bounded less tightly.
-constexpr std::size_t kMostSplits = 4'000'000, kMostSplitsOfEach = 2'000, kMostPatches = 2'000'000;
+constexpr std::size_t kMaxSplits = 4'000'000, kMaxSplitsOfEach = 2'000, kMaxPatches = 2'000'000;
 
 /// The largest distance on one side, from above.
 template <typename Side>
@@ -280,13 +282,13 @@ double largest_m(const Side& side, double precision_m) {
   side.for_each_root(keep);
   double given_up_m = 0.0;
   std::size_t splits = 0;
-  const std::size_t most_splits = kMostSplits + kMostSplitsOfEach * side.balls.size();
+  const std::size_t most_splits = kMaxSplits + kMaxSplitsOfEach * side.balls.size();
   while (!patches.empty() && patches.top().high_m > std::max(found_m + precision_m, given_up_m)) {
     const Patch patch = patches.top();
     patches.pop();
     // A filled crevice has no distance found: its way out is a bound that cutting does not better.
     if (patch.radius_m < 0.1 * precision_m || ++splits > most_splits ||
-        patches.size() > kMostPatches)
+        patches.size() > kMaxPatches)
       given_up_m = std::max(given_up_m, patch.high_m);
     else
       split(side, patch, keep);
@@ -296,7 +298,7 @@ double largest_m(const Side& side, double precision_m) {
 
 /// Most places that are looked for at once; where there are more, others are found once these are
 /// mended.
-constexpr std::size_t kMostPlaces = 200'000;
+constexpr std::size_t kMaxPlaces = 200'000;
 
 /// Calls visit on the patches of about spacing_m that are farther than limit_m; it tells whether it
 /// kept a place. Returns how many patches were looked at.
@@ -308,8 +310,8 @@ std::size_t visit_farther(const Side& side, double limit_m, double spacing_m, Vi
     if (patch.high_m > limit_m) stack.push_back(std::move(patch));
   };
   side.for_each_root([&](Patch&& root) {
-    if (places < kMostPlaces) keep(std::move(root));
-    while (!stack.empty() && places < kMostPlaces) {
+    if (places < kMaxPlaces) keep(std::move(root));
+    while (!stack.empty() && places < kMaxPlaces) {
       const Patch patch = std::move(stack.back());
       stack.pop_back();
       ++patches;

@@ -14,7 +14,7 @@ BallBody make_ball_body(std::span<const Ball> balls, double tool_radius_m) {
 }
 
 Eigen::Vector3d unit_force_m(const BallBody& body, const Eigen::Vector3d& tool_m) noexcept {
-  constexpr ContactMaterial kUnit{.stiffness_N_m = 1.0};
+  constexpr ContactMaterial kUnit{.stiffness_N_per_m = 1.0};
   Eigen::Vector3d force_m = Eigen::Vector3d::Zero();
   for (const std::uint32_t i : balls_near(body.grid, tool_m)) {
     const Eigen::Vector3d apart_m = tool_m - body.balls[i].centre_m;

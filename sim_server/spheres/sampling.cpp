@@ -43,9 +43,9 @@ class Spread {
 };
 
 void require_few(double balls) {
-  if (balls <= kMostSampledBalls) return;
+  if (balls <= kMaxSampledBalls) return;
   std::ostringstream line;
-  line << "sampling: about " << balls << " balls: expected at most " << kMostSampledBalls;
+  line << "sampling: about " << balls << " balls: expected at most " << kMaxSampledBalls;
   throw std::invalid_argument(line.str());
 }
 

@@ -12,19 +12,19 @@ namespace stillgrid {
 /// varies little over the body. Curves are threads, which bodies/kinds/thread.hpp covers.
 
 /// Most balls of a sampling.
-inline constexpr double kMostSampledBalls = 2e5;
+inline constexpr double kMaxSampledBalls = 2e5;
 
 /// Balls under a surface that touch it from inside, any two at least spacing_m apart where they
 /// touch, and none of the surface much farther than that from a ball's place. Smaller ones where
 /// the solid is too thin for radius_m. Throws std::invalid_argument where they would be more than
-/// kMostSampledBalls, or none.
+/// kMaxSampledBalls, or none.
 /// Pre: closed, as make_closed() leaves it; spacing_m, radius_m > 0.
 [[nodiscard]] std::vector<Ball> surface_balls(const TriangleMesh& closed, double spacing_m,
                                               double radius_m);
 
 /// Balls at the points of a cubic lattice that lie inside the solid. The lattice halves its cells
 /// about the box's middle: a cube of edge n spacing_m holds n^3 points. Throws
-/// std::invalid_argument where the box holds more than kMostSampledBalls points, or the solid none.
+/// std::invalid_argument where the box holds more than kMaxSampledBalls points, or the solid none.
 /// Pre: as surface_balls().
 [[nodiscard]] std::vector<Ball> volume_balls(const TriangleMesh& closed, double spacing_m,
                                              double radius_m);

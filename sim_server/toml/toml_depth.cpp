@@ -5,7 +5,7 @@
 namespace stillgrid {
 namespace {
 
-constexpr int kMostKeyParts = 16, kMostBrackets = 16;
+constexpr int kMaxKeyParts = 16, kMaxBrackets = 16;
 
 /// Walks through a text from one token that matters to the next.
 class Walker {
@@ -26,13 +26,13 @@ class Walker {
       }
       ++at_;
       if (c == '.') {
-        if (++parts_ > kMostKeyParts) return place(begin, "key", kMostKeyParts, "parts");
+        if (++parts_ > kMaxKeyParts) return place(begin, "key", kMaxKeyParts, "parts");
         continue;
       }
       if (!is_within_key(c)) parts_ = 1;
       if (c == '[' || c == '{') ++depth_;
       if ((c == ']' || c == '}') && depth_ > 0) --depth_;
-      if (depth_ > kMostBrackets) return place(begin, "value", kMostBrackets, "brackets");
+      if (depth_ > kMaxBrackets) return place(begin, "value", kMaxBrackets, "brackets");
     }
     return std::nullopt;
   }

@@ -26,7 +26,7 @@ ToolPose take_pose(FuzzInput& input) {
   return pose;
 }
 
-void check_visits(const GridView& grid, const Cover& probe, std::uint32_t max_visits) {
+void check_visits(const GridView& grid, const SweptBound& probe, std::uint32_t max_visits) {
   std::uint32_t visits = 0;
   for_each_candidate(grid, probe, max_visits, [&](std::uint32_t sphere) {
     require(sphere < grid.shape.sphere_count, "a query visits spheres of its grid");
@@ -36,7 +36,7 @@ void check_visits(const GridView& grid, const Cover& probe, std::uint32_t max_vi
 }
 
 void check_queries(const SceneView& scene, const ToolPose& pose, std::uint32_t max_visits) {
-  const Cover probe = cover_round(pose.position_m, 0.02);
+  const SweptBound probe = bound_sphere(pose.position_m, 0.02);
   check_visits(scene.static_grid(), probe, max_visits);
   for (const std::uint64_t* payload : scene.buffer().payload) {
     if (scene.header().payload_bytes < sizeof(proto::SnapshotHeader)) continue;
@@ -50,7 +50,7 @@ void check_queries(const SceneView& scene, const ToolPose& pose, std::uint32_t m
 CheckedTicks::CheckedTicks() {
   const SafetyLimits limits{.max_force_N = kMaxForce_N,
                             .lever_m = kLever_m,
-                            .stiffness_N_m = 1000.0,
+                            .stiffness_N_per_m = 1000.0,
                             .continuous_force_N = 0.9,
                             .max_speed_m_s = 2.0};
   SafetyLimits slewed = limits;
@@ -62,7 +62,7 @@ CheckedTicks::CheckedTicks() {
     std::uint32_t flags = 0;
     for (int i = 0; i < 3; ++i)
       static_cast<void>(renderings_.back().safety.apply(
-          {.image = {.exists = true, .period_s = 1.0, .writer_alive = true}, .elapsed_s = 0.04},
+          {.snapshot = {.exists = true, .period_s = 1.0, .writer_alive = true}, .elapsed_s = 0.04},
           flags));
   };
   for (const TransitionLaw& law : transitions()) add(make_renderer(law.transition));
@@ -90,31 +90,32 @@ void CheckedTicks::render(const SceneView& scene, const ToolPose& pose, FuzzInpu
     const RenderedTick tick = renderer->render(scene, pose, now_ns_);
     require(tick.weights.alpha >= 0.0 && tick.weights.alpha <= 1.0,
             "a transition's progress is within [0, 1]");
-    require(tick.age_s >= 0.0 && tick.image_age_s >= 0.0, "an age is no less than zero");
-    constexpr auto kMostPlaneContacts = proto::kMaxPlanes * proto::kMaxToolSpheres;
+    require(tick.age_s >= 0.0 && tick.snapshot_age_s >= 0.0, "an age is no less than zero");
+    constexpr auto kMaxPlaneContacts = proto::kMaxPlanes * proto::kMaxToolSpheres;
     require(tick.force.contacts >= 0 && static_cast<std::size_t>(tick.force.contacts) <=
-                                            TouchedSpheres::kCapacity + kMostPlaneContacts,
+                                            TouchedSpheres::kCapacity + kMaxPlaneContacts,
             "a tick's contacts are bounded");
     std::uint32_t flags = 0;
-    const Wrench told = safety.apply({.rendered = {tick.force.force_N, tick.force.torque_N_m},
-                                      .stiffness_N_m = tick.force.stiffness_N_m,
-                                      .image = {.exists = tick.generation != 0,
-                                                .image_age_s = tick.image_age_s,
-                                                .period_s = period_s,
-                                                .writer_alive = writer_alive},
-                                      .velocity_m_s = pose.velocity_m_s,
-                                      .elapsed_s = elapsed_s},
-                                     flags);
-    const double growth_N = told.force_N.norm() - slewed_N_.norm();
-    require(told.torque_N_m.norm() <= kLever_m * kMaxForce_N * (1.0 + 1e-9),
+    const Wrench commanded = safety.apply({.rendered = {tick.force.force_N, tick.force.torque_N_m},
+                                           .stiffness_N_per_m = tick.force.stiffness_N_per_m,
+                                           .snapshot = {.exists = tick.snapshot_id != 0,
+                                                        .snapshot_age_s = tick.snapshot_age_s,
+                                                        .period_s = period_s,
+                                                        .writer_alive = writer_alive},
+                                           .velocity_m_s = pose.velocity_m_s,
+                                           .elapsed_s = elapsed_s},
+                                          flags);
+    const double growth_N = commanded.force_N.norm() - slewed_N_.norm();
+    require(commanded.torque_N_m.norm() <= kLever_m * kMaxForce_N * (1.0 + 1e-9),
             "the torque told is within what the force's limit makes at the lever");
     if (i == kSlewed && (flags & kFlagStalled) == 0)
       require(growth_N <= kMaxSlew_N_per_ms * (1.0 + 1e-9),
               "the force grows no faster than the slew limit");
-    if (i == kSlewed) slewed_N_ = told.force_N;
-    const Eigen::Vector3d told_N = turn.conjugate() * told.force_N;
-    require(told_N.allFinite(), "the force told to the device is finite");
-    require(told_N.norm() <= kMaxForce_N * (1.0 + 1e-9), "the force told is within the limit");
+    if (i == kSlewed) slewed_N_ = commanded.force_N;
+    const Eigen::Vector3d commanded_N = turn.conjugate() * commanded.force_N;
+    require(commanded_N.allFinite(), "the force commanded to the device is finite");
+    require(commanded_N.norm() <= kMaxForce_N * (1.0 + 1e-9),
+            "the force commanded is within the limit");
   }
 }
 

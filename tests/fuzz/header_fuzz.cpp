@@ -26,7 +26,7 @@ enum Flag : unsigned {
   kShrunk = 16,
   kOurs = 32
 };
-constexpr std::size_t kMostTicks = 3, kPageBytes = 4096;
+constexpr std::size_t kMaxTicks = 3, kPageBytes = 4096;
 
 std::vector<std::byte> object_from(FuzzInput& input, unsigned flags) {
   static const std::vector<std::byte> scene = valid_scene(), tool = valid_tool();
@@ -42,7 +42,7 @@ std::vector<std::byte> object_from(FuzzInput& input, unsigned flags) {
       part(0, sizeof(proto::SegmentHeader)),
       part(sizeof(proto::SegmentHeader), 256),  // counts and numbers of a scene
       part(sizeof(proto::SegmentHeader), sizeof(proto::SceneHeader)),
-      part(sizeof(proto::SegmentHeader) + sizeof(proto::SceneHeader), 4096),  // the still grid
+      part(sizeof(proto::SegmentHeader) + sizeof(proto::SceneHeader), 4096),  // the static grid
       all};
   apply_patches(regions, input);
   return bytes;
@@ -111,7 +111,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace stillgrid;
   FuzzInput input({data, size});
   const unsigned flags = input.take<std::uint8_t>();
-  const std::size_t ticks = input.take<std::uint8_t>() % (kMostTicks + 1);
+  const std::size_t ticks = input.take<std::uint8_t>() % (kMaxTicks + 1);
   std::vector<std::byte> bytes;
   if ((flags & kRaw) != 0) {
     const auto raw = std::as_bytes(input.take_rest());

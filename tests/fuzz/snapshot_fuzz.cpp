@@ -10,13 +10,13 @@
 /// and anything else a tick later.
 ///
 /// Input: for each of at most four ticks flags u8 (1: the other slot is published as the next
-/// generation, so that its words are accepted; 2: the rest of the input fills its payload, 4: from
+/// snapshot id, so that its words are accepted; 2: the rest of the input fills its payload, 4: from
 /// the records on), patches, then what CheckedTicks takes.
 namespace stillgrid {
 namespace {
 
 enum Flag : unsigned { kPublished = 1, kRaw = 2, kSoundHeader = 4 };
-constexpr int kMostTicks = 4;
+constexpr int kMaxTicks = 4;
 
 /// Mapped once; each input starts from the same valid words.
 class HostileScene {
@@ -33,7 +33,7 @@ class HostileScene {
     const std::span slot = std::span(parts_).subspan(is_odd ? 1 + parts_.size() / 2 : 1);
     if ((flags & kPublished) != 0) {
       *reinterpret_cast<std::uint64_t*>(slot[0].data()) = 2 * latest;
-      *reinterpret_cast<std::uint64_t*>(slot[1].data()) = latest;  // SnapshotHeader::generation
+      *reinterpret_cast<std::uint64_t*>(slot[1].data()) = latest;  // SnapshotHeader::snapshot_id
     }
     apply_patches(parts_, input);
     if ((flags & kRaw) == 0) return;
@@ -63,7 +63,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   FuzzInput input({data, size});
   scene.restore();
   const auto checked = std::make_unique<CheckedTicks>();
-  for (int i = 0; i < kMostTicks && (i == 0 || !input.is_empty()); ++i) {
+  for (int i = 0; i < kMaxTicks && (i == 0 || !input.is_empty()); ++i) {
     scene.spoil(input);
     checked->tick(scene.view(), input);
   }

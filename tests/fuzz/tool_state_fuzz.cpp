@@ -23,7 +23,7 @@ namespace stillgrid {
 namespace {
 
 enum Flag : unsigned { kKept = 1, kSequenced = 2 };
-constexpr int kMostSteps = 3;
+constexpr int kMaxSteps = 3;
 constexpr double kStep_s = 0.02;
 
 std::size_t simulated_one_of = 1;  // inputs; in a replay all of them
@@ -106,7 +106,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   tool.restore();
   std::optional<Simulation> simulation;
   if (is_simulated({reinterpret_cast<const char*>(data), size})) simulation.emplace(scene);
-  for (int i = 0; i < kMostSteps && (i == 0 || !input.is_empty()); ++i) {
+  for (int i = 0; i < kMaxSteps && (i == 0 || !input.is_empty()); ++i) {
     tool.spoil(input);
     const std::optional<ToolSample> sample = tool.sample();
     if (!simulation || !sample) continue;

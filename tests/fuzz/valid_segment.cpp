@@ -7,7 +7,7 @@
 #include "shared/publication/tool_segment.hpp"
 #include "tests/fuzz/fuzz_input.hpp"
 #include "tests/fuzz/hostile_object.hpp"
-#include "tests/shared/collision/sphere_image.hpp"
+#include "tests/shared/collision/sphere_state.hpp"
 
 namespace stillgrid {
 namespace {
@@ -21,9 +21,9 @@ StaticScene small_scene() {
   scene.materials = {{500.0F, 1.0F, 0.2F, 1e-3F}, {2000.0F, 4.0F, 0.4F, 2e-3F}};
   scene.planes = {{{0.0F, 0.0F, 1.0F}, -0.02F, 1, 5}};
   scene.tool = {{{0.0F, 0.0F, 0.0F}, 0.02F}, {{0.0F, 0.0F, 0.01F}, 0.01F}};
-  scene.spheres = {still_sphere({0.0F, 0.0F, -0.03F}, 0.02F),
-                   still_sphere({0.02F, 0.0F, -0.03F}, 0.01F),
-                   still_sphere({0.0F, 0.0F, -0.03F}, 0.2F)};
+  scene.spheres = {static_sphere({0.0F, 0.0F, -0.03F}, 0.02F),
+                   static_sphere({0.02F, 0.0F, -0.03F}, 0.01F),
+                   static_sphere({0.0F, 0.0F, -0.03F}, 0.2F)};
   for (proto::SphereRecord& sphere : scene.spheres) sphere.material = 1;
   scene.device = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.6, 0.8}, 2.0};
   return scene;
@@ -66,20 +66,20 @@ const proto::SegmentHeader& header_of(std::span<const std::byte> segment) {
 std::vector<std::byte> valid_scene() {
   SceneWriter writer(HostileObject::session(), small_scene(), kMovingSpheres, kPeriod_ns,
                      proto::Clock::kVirtual, 0);
-  StillGrid image(sizeof(proto::SnapshotHeader), kMovingSpheres);
+  VoxelGrid snapshot(sizeof(proto::SnapshotHeader), kMovingSpheres);
   for (std::uint32_t i = 0; i < kMovingSpheres; ++i) {
-    image.records()[i].radius_m = i >= kMovingSpheres / 2 ? 0.1F : 0.01F;  // of two levels
-    image.records()[i].material = i % 2;
-    image.records()[i].body = i;
+    snapshot.records()[i].radius_m = i >= kMovingSpheres / 2 ? 0.1F : 0.01F;  // of two levels
+    snapshot.records()[i].material = i % 2;
+    snapshot.records()[i].body = i;
   }
   for (std::uint64_t n = 1; n <= 3; ++n) {
-    std::vector<proto::SphereImage> images;
+    std::vector<proto::SphereState> snapshots;
     for (std::size_t i = 0; i < kMovingSpheres; ++i)
-      images.push_back(sphere_image(
+      snapshots.push_back(sphere_state(
           {0.01 * static_cast<double>(i), 0.004 * static_cast<double>(n), 0.0}, {0.5, 0.0, 0.1}));
-    image.push_image(images);
-    image.enter(history_covers(image.records()), 1.0F);
-    writer.publish(image, {.state_ns = n * kPeriod_ns, .publish_ns = n * kPeriod_ns + 5});
+    snapshot.push_snapshot(snapshots);
+    snapshot.enter(history_bounds(snapshot.records()), 1.0F);
+    writer.publish(snapshot, {.state_ns = n * kPeriod_ns, .publish_ns = n * kPeriod_ns + 5});
   }
   return with_gaps(published(proto::SegmentKind::kScene, proto::kSceneLayoutHash));
 }
@@ -106,7 +106,7 @@ std::vector<std::span<std::byte>> changing_parts(std::span<std::byte> segment) {
     std::memcpy(&scene, &segment[sizeof header], sizeof scene);
     const GridLayout layout = grid_layout(sizeof(proto::SnapshotHeader), scene.moving_capacity);
     for (const std::size_t word :
-         {layout.records, layout.cell_starts, layout.covers, layout.numbers})
+         {layout.records, layout.cell_starts, layout.swept_bounds, layout.numbers})
       starts.push_back(8 * word);
   }
   starts.push_back(static_cast<std::size_t>(header.payload_bytes));

@@ -13,8 +13,8 @@ namespace stillgrid {
 /// Bytes between the parts of a valid segment that no reader has a reason to look at.
 inline constexpr std::size_t kGapBytes = 4096;
 
-/// A scene segment as SceneWriter makes it after three images, but with gaps behind the fixed part
-/// and behind each slot: the start that inputs are changes of. The same on every run.
+/// A scene segment as SceneWriter makes it after three snapshots, but with gaps behind the fixed
+/// part and behind each slot: the start that inputs are changes of. The same on every run.
 [[nodiscard]] std::vector<std::byte> valid_scene();
 
 /// A tool segment as ToolWriter makes it after two states, with the same gaps.

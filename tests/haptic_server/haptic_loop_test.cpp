@@ -44,15 +44,15 @@ LoopRun run_loop(const StaticScene& fixed, const std::string& device_spec, int t
 }
 
 TEST_CASE("The tool tells what the tick before displayed, felt and took", "[haptic_loop]") {
-  const auto transition = GENERATE(Transition::kLinear, Transition::kAnswer, Transition::kHold);
+  const auto transition = GENERATE(Transition::kLinear, Transition::kPredict, Transition::kHold);
   PublishedScene scene(plain_scene(500.0F, 0.01F), {0.02F}, 5 * kMillisecond_ns);
   const RecordingFile still("t_s,x_m,y_m,z_m\n0,0,0,0.025\n10,0,0,0.025\n");
   Device device(parse_device_spec(STILLGRID_PLUGIN_DIR "/replay.so:file=" + still.path()),
                 {.period_ns = kMillisecond_ns, .is_virtual = true});
   device.activate();
-  const std::string session = "told-" + std::to_string(::getpid());
+  const std::string session = "commanded-" + std::to_string(::getpid());
   ToolWriter tool(session, kMillisecond_ns, proto::Clock::kVirtual, 0);
-  const ToolView told(
+  const ToolView commanded(
       *SegmentReader::open(session, proto::SegmentKind::kTool, proto::kToolLayoutHash));
   ::unlink((own_segment_path(session, proto::SegmentKind::kTool) + ".lock").c_str());
   HapticLoop loop(device, tool, make_renderer(transition), safety_limits({}, device.descriptor()),
@@ -63,23 +63,23 @@ TEST_CASE("The tool tells what the tick before displayed, felt and took", "[hapt
     const std::uint64_t now_ns = tick * kMillisecond_ns;
     if (tick % 5 == 0) {
       const double x_m = 1e-5 * static_cast<double>(tick);
-      ShownForesight foresight;
-      foresight.image = {.period_ns = 5 * kMillisecond_ns,
-                         .answer_direction = {0.0, 0.0, -1.0},
-                         .answer_force_N = 0.1,
-                         .longest_answer_m_N = 1e-4};
-      foresight.answer_m_N = {{0.0, 0.0, -1e-4}};
-      scene.show({{x_m, 0.0, 0.0}}, {{0.002, 0.0, 0.0}}, now_ns, 0, foresight);
+      ShownPrediction prediction;
+      prediction.snapshot = {.period_ns = 5 * kMillisecond_ns,
+                             .compliance_direction = {0.0, 0.0, -1.0},
+                             .compliance_force_N = 0.1,
+                             .max_compliance_m_per_N = 1e-4};
+      prediction.compliance_m_per_N = {{0.0, 0.0, -1e-4}};
+      scene.show({{x_m, 0.0, 0.0}}, {{0.002, 0.0, 0.0}}, now_ns, 0, prediction);
     }
     REQUIRE(loop.sense(scene.view(), now_ns) == TickEnd::kGoOn);
-    const auto state = told.read();
+    const auto state = commanded.read();
     REQUIRE(state);
     CHECK(state->tick == tick + 1);
     CHECK(has_sound_figures(*state));
     const proto::TickFigures& figures = state->before;
     CHECK(figures.contacts == static_cast<std::uint32_t>(tick == 0 ? 0 : row.contacts));
     CHECK(figures.flags == (tick == 0 ? 0U : row.flags));
-    CHECK(figures.displayed.generation == row.generation);
+    CHECK(figures.displayed.snapshot_id == row.snapshot_id);
     CHECK(figures.displayed.age_s == row.age_s);
     CHECK(figures.missed_ticks == tick / 2);
     if (tick > 0) {
@@ -87,7 +87,7 @@ TEST_CASE("The tool tells what the tick before displayed, felt and took", "[hapt
       CHECK(figures.displayed.alpha == row.alpha);
       CHECK(figures.torque_N_m[1] == row.torque_N_m.y());
       CHECK(figures.work_ns == 100 + tick - 1);
-      CHECK(figures.wake_late_ns == 7);
+      CHECK(figures.wake_up_latency_ns == 7);
       const auto& weights = figures.displayed.position;
       CHECK(weights[0] + weights[1] + weights[2] + weights[3] == Approx(1.0));
     }
@@ -100,15 +100,16 @@ TEST_CASE("The tool tells what the tick before displayed, felt and took", "[hapt
 }
 
 /// Touched by the tool's origin at z = 0.
-StaticScene wall_scene(float stiffness_N_m) {
-  StaticScene scene = plain_scene(stiffness_N_m, 0.005F);
+StaticScene wall_scene(float stiffness_N_per_m) {
+  StaticScene scene = plain_scene(stiffness_N_per_m, 0.005F);
   scene.planes = {{{0.0F, 0.0F, 1.0F}, -0.005F, 0, 0}};
   return scene;
 }
 
 /// The device of 0.1 kg and 1 N s/m, pushed against the wall for ever.
 std::string pushed_phantom() {
-  return "phantom.so:hand=none,path=still,mass_kg=0.1,damping_N_s_m=1,friction_N=0,max_force_N=0,"
+  return "phantom.so:hand=none,path=still,mass_kg=0.1,damping_N_s_per_m=1,friction_N=0,max_force_N="
+         "0,"
          "centre_z_m=0,velocity_z_m_s=-0.05,push_z_N=-1,resolution_m=0,limits=0";
 }
 
@@ -148,7 +149,7 @@ TEST_CASE("The report tells the energy of a wall that buzzes, and what the contr
 TEST_CASE("Passivity control leaves a wall alone whose damper takes more than its hold gives",
           "[haptic_loop]") {
   StaticScene damped = wall_scene(500.0F);
-  damped.materials[0].damping_N_s_m = 2.0F;
+  damped.materials[0].damping_N_s_per_m = 2.0F;
   const std::string device = pushed_phantom() + ",start_z_m=0.1";  // arrives after the fade
   const LoopRun off = run_loop(damped, device, 2000);
   REQUIRE(off.report.contact_ticks > 1000);

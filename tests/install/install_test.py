@@ -114,7 +114,7 @@ class InstallTest(daemons.SessionTest):
 
         self.check("handle")
 
-        first, second = (self.run_in_lockstep("handle:stiffness_N_m=100,rest_z_m=-0.04")
+        first, second = (self.run_in_lockstep("handle:stiffness_N_per_m=100,rest_z_m=-0.04")
                          for _ in range(2))
         recording = daemons.read_recording(first)
         self.assertGreater(recording["contacts"].max(), 0)

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""A scene too heavy for its rate: steps are cut short, images come all the same. Gates on counts: a
+"""A scene too heavy for its rate: steps are cut short, snapshots come all the same. Gates on counts: a
 shared machine stalls now and then."""
 import unittest
 
@@ -7,14 +7,14 @@ import daemons
 from daemons import DONE
 
 RATE_HZ = 33.0
-MATERIAL = """format = 1
+MATERIAL = """format = 2
 [simulation]
 rate_hz = {rate_hz}
 sleeping = false
 [[material]]
 name = "stiff"
-contact_stiffness_N_m = 1e6
-contact_damping_N_s_m = 5.0
+contact_stiffness_N_per_m = 1e6
+contact_damping_N_s_per_m = 5.0
 friction = 0.5
 [[body]]
 name = "floor"
@@ -55,7 +55,7 @@ class BudgetTest(daemons.SessionTest):
         self.assertGreater(daemons.read_report(unbound)["step_ms"]["p50"], 1e3 / RATE_HZ)
         report = daemons.read_report(bound)
         self.assertGreater(report["solver"]["out_of_budget"], 0.3 * report["steps"])
-        self.assertEqual(report["generations"], report["steps"] + 1)
+        self.assertEqual(report["snapshots"], report["steps"] + 1)
         self.assertLess(report["late_steps"], 0.3 * report["steps"], report)
         self.assertIn("out of time or iterations", "".join(sim_server.lines()))
 

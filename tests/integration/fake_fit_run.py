@@ -11,7 +11,7 @@ import re
 import sys
 import time
 
-SHOWN = {"answer": 1.0, "linear": 3.0, "hold": 2.0}
+SHOWN = {"predict": 1.0, "linear": 3.0, "hold": 2.0}
 GIVEN_M = 0.01
 HERE = os.path.dirname(os.path.abspath(__file__))
 
@@ -30,11 +30,11 @@ def actual_m(spacing_m):
 
 def cost_us(rate_hz, transition, spacing_m, integrator):
     spheres = (int(0.14 / spacing_m + 0.5) + 1) ** 2
-    return rate_hz * spheres * (0.002 if integrator == "implicit_euler" else 0.001) + 1.0 + (transition == "answer")
+    return rate_hz * spheres * (0.002 if integrator == "implicit_euler" else 0.001) + 1.0 + (transition == "predict")
 
 
-def is_stable(rate_hz, stiffness_N_m):
-    return stiffness_N_m <= 50.0 * rate_hz
+def is_stable(rate_hz, stiffness_N_per_m):
+    return stiffness_N_per_m <= 50.0 * rate_hz
 
 
 def value_of(text, key, kind=float):
@@ -64,17 +64,17 @@ def candidate(text, settings, options, is_faulty=False):
         mine = value_of(settings, key, kind)
         return value_of(text, key, kind) if mine is None else mine
     rate_hz = value_of(settings, "rate_hz") or value_of(text, "rate_hz") or 1.0 / value_of(text, "period_s")
-    transition = options.get("--transition", "answer")
+    transition = options.get("--transition", "predict")
     spacing_m, scale = value("spacing_m"), value("stiffness_scale") or 1.0
     share = error(rate_hz, transition, spacing_m, scale)
     if "far" in options.get("--trajectory", ""):
         share += 0.5
     if is_faulty and value("voxel_ratio"):
         share += 0.003
-    stiffness_N_m = value("contact_stiffness_N_m")
-    stability = {"stable": is_stable(rate_hz, float(options.get("--margin", 1.0)) * stiffness_N_m), "swing_m": 0.0}
+    stiffness_N_per_m = value("contact_stiffness_N_per_m")
+    stability = {"stable": is_stable(rate_hz, float(options.get("--margin", 1.0)) * stiffness_N_per_m), "swing_m": 0.0}
     if "--search-margin" in options:
-        stability["largest_margin"] = 50.0 * rate_hz / stiffness_N_m
+        stability["largest_margin"] = 50.0 * rate_hz / stiffness_N_per_m
     return {"settings": {"latency_share": 0.1}, "reference": {"force_rms_N": 1.0, "contact_share": 0.5},
             "error": {"rms_N": share, "share": share, "jnd": share / 0.07},
             "cost": {"processor_us_per_ms": cost_us(rate_hz, transition, spacing_m, value("integrator", str)),

@@ -36,7 +36,7 @@ def row_of(outcome):
     fault, measured = outcome.fault, outcome.measured
     return {"kind": fault.kind, "fault": fault.name,
             "force_N": number(measured.force_N, 2),
-            "step_N_ms": number(measured.step_N_ms, 3),
+            "step_N_per_ms": number(measured.step_N_per_ms, 3),
             "cut_N": number(measured.cut_N if fault.is_cut else 0.0, 2),
             "zero_ms": number(measured.zero_ms, 1),
             "limit_ms": number(fault.zero_ms, 0),
@@ -51,7 +51,7 @@ def end_of(fault):
 
 
 def trace_of(outcome):
-    """Told forces round the moment of the fault, as the corners of a line."""
+    """Commanded forces round the moment of the fault, as the corners of a line."""
     if outcome.records is None:
         return []
     records = outcome.records
@@ -90,7 +90,7 @@ def print_table(rows, outcomes):
     kind = ""
     for row, outcome in zip(rows, outcomes):
         zero = row["zero_ms"] + (", cut" if float(row["cut_N"]) > 0.0 else "")
-        cells = (row["kind"] if row["kind"] != kind else "", row["fault"], row["step_N_ms"], zero,
+        cells = (row["kind"] if row["kind"] != kind else "", row["fault"], row["step_N_per_ms"], zero,
                  row["limit_ms"], row["full_again_ms"], row["in_the_end"])
         print("".join(f"| {cell} " if cell else "| " for cell in cells) + "|")
         kind = row["kind"]

@@ -22,13 +22,13 @@ class BadInputTest(daemons.SessionTest):
         self.assert_refused(self.haptic_server(device, *LONG), BAD_INPUT, *words)
 
     def test_a_bad_scene_is_named_with_its_key_and_line(self):
-        self.assert_scene_refused("format = 1\n[tool]\nradius_m = -1.0\n", ":3:", "radius_m", "-1")
+        self.assert_scene_refused("format = 2\n[tool]\nradius_m = -1.0\n", ":3:", "radius_m", "-1")
 
     def test_an_unknown_key_of_a_scene_is_named(self):
-        self.assert_scene_refused("format = 1\n[world]\ngravity = [0, 0, -9.81]\n", "gravity")
+        self.assert_scene_refused("format = 2\n[world]\ngravity = [0, 0, -9.81]\n", "gravity")
 
     def test_a_scene_that_is_no_TOML_is_refused_at_its_line(self):
-        self.assert_scene_refused("format = 1\n[world\n", ":2:")
+        self.assert_scene_refused("format = 2\n[world\n", ":2:")
 
     def test_a_missing_scene_is_named(self):
         daemon = self.sim_server(self.folder / "absent.toml", *LONG)

@@ -67,7 +67,7 @@ class OneIsAsCheap(Formulas):
     def results(self, what, requests, *_, **__):
         found = super().results(what, requests)
         for (arguments, _), result in zip(requests, found):
-            is_given = "--set" not in arguments and "answer" in arguments
+            is_given = "--set" not in arguments and "predict" in arguments
             given_us = self.ALONE_US if "--repeats" in arguments else self.BESIDE_US
             result["cost"]["processor_us_per_ms"] = given_us if is_given else 100.0
         return found
@@ -122,14 +122,14 @@ class SearchTest(daemons.SessionTest):
         self.assertEqual(methods, {"as given", "velocity_verlet"})
 
     def test_of_those_that_cost_as_much_the_most_accurate_is_taken(self):
-        """Costs that differ by a hundredth are one cost; linear errs three times as much as answer."""
+        """Costs that differ by a hundredth are one cost; linear errs three times as much as predict."""
         def cost_us(rate_hz, transition, spacing_m, integrator):
-            shown = {"linear": 50.0, "answer": 50.5}.get(transition, 100.0)
+            shown = {"linear": 50.0, "predict": 50.5}.get(transition, 100.0)
             return shown + rate_hz + 1e3 * spacing_m + 10.0 * (integrator == "implicit_euler")
 
         with unittest.mock.patch.object(fake_fit_run, "cost_us", cost_us):
             answer = self.fit(force_error=0.2)
-        self.assertEqual(answer["choice"]["transition"], "answer")
+        self.assertEqual(answer["choice"]["transition"], "predict")
         self.assertGreater(answer["choice"]["cost_us_per_ms"], min(row["cost_us_per_ms"] for row in answer["runs"]))
 
     def test_the_choice_costs_no_more_than_the_scene_as_given_which_is_left_as_it_is_at_a_tie(self):

@@ -40,7 +40,7 @@ class InspectTest(daemons.SessionTest):
     def start_both(self, *haptic):
         sim = self.sim_server("tissue_and_blocks")
         hand = self.haptic_server(PRESSING_HAND, *haptic)
-        self.wait_until(lambda: [bool(row["generation"]) for row in self.rows().values()] == [True] * 2,
+        self.wait_until(lambda: [bool(row["snapshot_id"]) for row in self.rows().values()] == [True] * 2,
                         5.0, "both servers at work")
         return sim, hand
 
@@ -83,7 +83,7 @@ class ShowTest(InspectTest):
         self.assertAlmostEqual(tool["declared_rate_hz"], 1000.0, delta=0.01)
         # By the count beside it: a busy machine holds the servers up.
         for row in (scene, tool):
-            rate_hz = (row["generation"] - before[row["kind"]]["generation"]) / watched_s
+            rate_hz = (row["snapshot_id"] - before[row["kind"]]["snapshot_id"]) / watched_s
             self.assertAlmostEqual(row["measured_rate_hz"], rate_hz, delta=4.0 + 0.25 * rate_hz)
         self.assertEqual((scene["moving_spheres"], scene["static_spheres"]), (SPHERES, 0))
         for row in (scene, tool):
@@ -103,10 +103,10 @@ class ShowTest(InspectTest):
 
     def test_a_session_is_shown_in_detail(self):
         self.start_both()
-        self.wait_until(lambda: self.rows()["scene"]["generation"] >= 4, 10.0, "a full history")
+        self.wait_until(lambda: self.rows()["scene"]["snapshot_id"] >= 4, 10.0, "a full history")
         text = self.show("--session", self.session)
         for words in ("tissue_and_blocks", "material 2", "plane 0", f"{SPHERES} moving, 0 static",
-                      "occupancy", "history          4 images", "step cost", "position", "force"):
+                      "occupancy", "history          4 snapshots", "step cost", "position", "force"):
             self.assertIn(words, text)
 
     def test_a_session_as_JSON_holds_each_sphere_and_the_tool(self):
@@ -129,14 +129,14 @@ class ShowTest(InspectTest):
         self.assertGreater(snapshot["grid"]["occupied_cells"], 0)
         tool = session["tool"]["latest_state"]
         self.assertLess(tool["time_ns"], session["now_ns"])
-        self.assertGreaterEqual(tool["generation"], 1)
+        self.assertGreaterEqual(tool["snapshot_id"], 1)
         self.assertAlmostEqual(sum(q * q for q in tool["orientation_xyzw"]), 1.0, delta=1e-6)
 
     def test_two_sessions_at_once_are_both_listed_each_with_its_own_scene(self):
         self.start_both()
         first = self.second_session()
         self.sim_server("wall")
-        self.wait_until(lambda: self.rows().get("scene", {}).get("generation"), 5.0, "the second")
+        self.wait_until(lambda: self.rows().get("scene", {}).get("snapshot_id"), 5.0, "the second")
         self.assertEqual(set(self.rows(first)), {"scene", "tool"})
         self.assertEqual(set(self.rows()), {"scene"})
         names = [self.show_json("--session", session, "--watch-s", 0)["scene"]["fixed"]["name"]
@@ -147,7 +147,7 @@ class ShowTest(InspectTest):
         self.sim_server("wall")
         strange = SHARED_MEMORY / f"{self.session}-tool"
         strange.write_bytes(b"x" * 8192)
-        self.wait_until(lambda: self.rows().get("scene", {}).get("generation"), 5.0, "the scene")
+        self.wait_until(lambda: self.rows().get("scene", {}).get("snapshot_id"), 5.0, "the scene")
         rows = self.rows()
         self.assertEqual(rows["tool"]["state"], "refused")
         self.assertIn("not a Stillgrid segment", rows["tool"]["refusal"])
@@ -174,7 +174,7 @@ class RefusalTest(InspectTest):
 
 
 class RemoveTest(InspectTest):
-    def test_after_a_kill_it_says_dead_and_shows_the_last_image(self):
+    def test_after_a_kill_it_says_dead_and_shows_the_last_snapshot(self):
         sim, _ = self.start_both()
         self.kill(sim)
         rows = self.rows()
@@ -212,7 +212,7 @@ class ReaderTest(InspectTest):
 
         alone = record()
         done = threading.Event()
-        images = [[] for _ in range(4)]
+        snapshots = [[] for _ in range(4)]
 
         def poll(seen):
             while not done.is_set():
@@ -221,9 +221,9 @@ class ReaderTest(InspectTest):
                     continue  # before the start, or after the end
                 session = json.loads(result.stdout)
                 if session["scene"] and session["scene"].get("snapshot"):
-                    seen.append(session["scene"]["snapshot"]["generation"])
+                    seen.append(session["scene"]["snapshot"]["snapshot_id"])
 
-        readers = [threading.Thread(target=poll, args=(seen,)) for seen in images]
+        readers = [threading.Thread(target=poll, args=(seen,)) for seen in snapshots]
         for reader in readers:
             reader.start()
         try:
@@ -234,9 +234,9 @@ class ReaderTest(InspectTest):
                 reader.join()
 
         self.assertEqual(alone, watched)
-        for seen in images:
-            self.assertEqual(seen, sorted(seen), "an image went back")
-        self.assertGreater(len(set().union(*images)), 3, "the readers saw it move")
+        for seen in snapshots:
+            self.assertEqual(seen, sorted(seen), "a snapshot went back")
+        self.assertGreater(len(set().union(*snapshots)), 3, "the readers saw it move")
 
 
 if __name__ == "__main__":

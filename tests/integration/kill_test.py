@@ -102,7 +102,7 @@ class KillTest(daemons.SessionTest):
         self.assertEqual(hand.stop(), DONE, hand.lines())
         recording = daemons.read_recording(file)
         force_N = recording.force_norm_N()
-        last_switch = numpy.flatnonzero(numpy.diff(recording["generation"]))[-1] + 1
+        last_switch = numpy.flatnonzero(numpy.diff(recording["snapshot_id"]))[-1] + 1
         self.assertGreater(recording["contacts"][last_switch:].max(), 0, "touching when killed")
         self.assertTrue((force_N[-100:] == 0.0).all())
         # The rendered force may change as the hand moves on; the share that is told may not jump.

@@ -11,7 +11,7 @@ from instrument import distance_of, force_at_handle_N, rows_of, shaft_of
 
 PIVOT_M = numpy.array([0.0, 0.0, 0.18])  # of the scene
 DEVICE_M = numpy.array([0.0, 0.0, 0.29])
-HAND_N_M = 300.0  # hand=light
+HAND_N_PER_M = 300.0  # hand=light
 TIP_M = 0.25
 # Nothing but the hand's spring stands against the force; the safety chain stays out of it.
 DEVICE = ("phantom:friction_N=0,resolution_m=0,limits=0,max_force_N=20,"
@@ -53,7 +53,7 @@ class LaparoscopyTest(daemons.SessionTest):
 
     def assert_hand_rests(self, recording, aim_m, felt_N):
         """At the end the hand's spring holds the force at the handle, and nothing else does."""
-        pull_N = HAND_N_M * (aim_m - rows_of(recording, "{}_m")[-1])
+        pull_N = HAND_N_PER_M * (aim_m - rows_of(recording, "{}_m")[-1])
         numpy.testing.assert_allclose(pull_N, -felt_N[-1], atol=0.02)
 
     def test_pressing_with_the_tip_is_felt_along_the_shaft(self):
@@ -91,11 +91,11 @@ class LaparoscopyTest(daemons.SessionTest):
         _, recording, _, _ = self.sweep("--report", report)
         felt_N, at_m = force_at_handle_N(recording, PIVOT_M), rows_of(recording, "{}_m")
         work_J = numpy.sum(felt_N[:-1] * numpy.diff(at_m, axis=0))
-        told_J = numpy.sum(rows_of(recording, "f{}_N")[:-1] * numpy.diff(at_m, axis=0))
+        commanded_J = numpy.sum(rows_of(recording, "f{}_N")[:-1] * numpy.diff(at_m, axis=0))
         given_J = daemons.read_report(report)["energy"]["given_J"]
         self.assertLess(work_J, -1e-3)
         self.assertAlmostEqual(work_J / given_J, 1.0, delta=2e-3)
-        self.assertGreater(abs(told_J / given_J - 1.0), 0.1)  # the torque is most of it
+        self.assertGreater(abs(commanded_J / given_J - 1.0), 0.1)  # the torque is most of it
 
     def test_a_recording_replays_with_the_shaft_where_it_was(self):
         file, recording, _, _ = self.sweep("--max-force", 20)

@@ -11,12 +11,12 @@ import unittest
 import daemons
 from daemons import BAD_INPUT, BUILD, COULD_NOT_START
 
-SHEET = """format = 1
+SHEET = """format = 2
 [simulation]
 {simulation}
 [[material]]
 name = "m"
-contact_stiffness_N_m = 500.0
+contact_stiffness_N_per_m = 500.0
 [[body]]
 name = "cloth"
 kind = "sheet"
@@ -24,7 +24,7 @@ nodes = [{side}, {side}]
 size_m = [{size_m}, {size_m}]
 mass_kg = 0.2
 material = "m"
-spring_stiffness_N_m = {{ structural = 100.0, shear = 50.0, bend = 10.0 }}
+spring_stiffness_N_per_m = {{ structural = 100.0, shear = 50.0, bend = 10.0 }}
 pinned = "corners"
 """
 TRIES = 8
@@ -73,8 +73,8 @@ class LimitsTest(daemons.SessionTest):
 
     def test_a_signal_ends_a_load_and_leaves_nothing(self):
         body = '[[body]]\nname = "b{}"\nkind = "sphere"\nradius_m = 0.01\nmass_kg = 1\nmaterial = "m"\n'
-        scene = self.write("many.toml", 'format = 1\n[[material]]\nname = "m"\n'
-                           'contact_stiffness_N_m = 1\n' + "".join(map(body.format, range(200_000))))
+        scene = self.write("many.toml", 'format = 2\n[[material]]\nname = "m"\n'
+                           'contact_stiffness_N_per_m = 1\n' + "".join(map(body.format, range(200_000))))
         before = set(self.folder.iterdir())
         report = self.folder / "report.json"
         self.assert_heeded(lambda: self.sim_server(scene, "--report", report), 0.3)
@@ -89,8 +89,8 @@ class LimitsTest(daemons.SessionTest):
                             "expected at most", "this machine has left")
 
     def test_no_memory_left_is_one_line(self):
-        scene = self.write("some.toml", "format = 1\nmaterial = [" + 200_000 * (
-            '{ name = "m", contact_stiffness_N_m = 1 },\n') + "]")
+        scene = self.write("some.toml", "format = 2\nmaterial = [" + 200_000 * (
+            '{ name = "m", contact_stiffness_N_per_m = 1 },\n') + "]")
         daemon = self.start("prlimit", f"--as={200 << 20}", BUILD / "bin" / "sim_server",
                             "--scene", scene, "--offline", "--duration", 1)
         self.assert_refused(daemon, COULD_NOT_START, "out of memory", timeout_s=60.0)
@@ -115,7 +115,7 @@ class LimitsTest(daemons.SessionTest):
                               ("--cpu", "1.5"), ("--rate", "0x40"), ("--duration", "nan")),
                "haptic_server": (("--cpu", "-1"), ("--rate", "9"), ("--max-force", "0x1")),
                "segment_inspect": (("--max-spheres", "-1"), ("--watch-s", "nan")),
-               "scene_viewer": (("--port", "65536"), ("--port", "-1"), ("--images-per-s", "0")),
+               "scene_viewer": (("--port", "65536"), ("--port", "-1"), ("--frames-per-s", "0")),
                "sphere_decompose": (("--levels", "0"), ("--levels", "1.5"), ("--scale", "-1"))}
         given = {"sim_server": ["--scene", scene, "--session", self.session],
                  "haptic_server": ["--session", self.session, "--device", "phantom"],

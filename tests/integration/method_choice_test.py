@@ -7,14 +7,14 @@ import daemons
 from daemons import BAD_INPUT, DONE, NOT_CONVERGED
 
 SCENE = """
-format = 1
+format = 2
 [simulation]
 rate_hz = 50.0
 solver = "auto"
 error_target_m = 1e-3
 [[material]]
 name = "thread"
-contact_stiffness_N_m = 200.0
+contact_stiffness_N_per_m = 200.0
 [[body]]
 name = "thread"
 kind = "thread"
@@ -22,7 +22,7 @@ nodes = 6
 from_m = [0.0, 0.0, 0.0]
 to_m = [0.05, 0.0, 0.0]
 mass_kg = 0.01
-spring_stiffness_N_m = { structural = 50.0 }
+spring_stiffness_N_per_m = { structural = 50.0 }
 spheres = { radius_m = 0.002 }
 pinned = "start"
 material = "thread"

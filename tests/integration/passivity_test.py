@@ -5,7 +5,7 @@ import unittest
 import daemons
 
 # Against the shipped wall of 1000 N/m: it buzzes from 600 N/m on.
-BUZZING = ("phantom:hand=none,path=still,mass_kg=0.1,damping_N_s_m=0.3,friction_N=0,resolution_m=0,"
+BUZZING = ("phantom:hand=none,path=still,mass_kg=0.1,damping_N_s_per_m=0.3,friction_N=0,resolution_m=0,"
            "centre_z_m=0.005,push_z_N=-1,limits=0")
 
 

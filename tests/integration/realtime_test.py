@@ -41,7 +41,7 @@ class RealTimeTest(daemons.SessionTest):
 
         sim = daemons.read_report(files["sim.json"])
         self.assertGreater(sim["steps"], 40)  # of 99
-        self.assertEqual(sim["generations"], sim["steps"] + 1)
+        self.assertEqual(sim["snapshots"], sim["steps"] + 1)
         self.assertEqual(sim["moving_spheres"], 405)
 
 

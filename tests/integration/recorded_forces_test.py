@@ -12,7 +12,7 @@ class RecordedForcesTest(daemons.SessionTest):
     def replay(self, scene, device, duration_s):
         return self.run_lockstep(self.write("recorded.toml", scene), device, duration_s)
 
-    def test_a_wall_fitted_to_half_of_a_springs_recording_foretells_the_other_half_as_well_as_any_line(self):
+    def test_a_wall_fitted_to_half_of_a_springs_recording_predicts_the_other_half_as_well_as_any_line(self):
         if not recorded_forces.SPRING.exists():
             self.skipTest(f"skipped: {recorded_forces.SPRING} is absent")
         spring = recorded_forces.Spring()
@@ -25,8 +25,8 @@ class RecordedForcesTest(daemons.SessionTest):
         least_N = numpy.sqrt(((numpy.polyval(best, place_m[second]) - measured_N[second]) ** 2).mean())
         self.assertLess(rms_N, 2.5 * least_N)
         # A wall a tenth stiffer or softer, or a millimetre off, would not do.
-        for stiffness_N_m, rest_m in ((1.1, 0.0), (0.9, 0.0), (1.0, 1e-3), (1.0, -1e-3)):
-            wrong_N = stiffness_N_m * spring.stiffness_N_m * (place_m - spring.rest_m - rest_m)
+        for stiffness_N_per_m, rest_m in ((1.1, 0.0), (0.9, 0.0), (1.0, 1e-3), (1.0, -1e-3)):
+            wrong_N = stiffness_N_per_m * spring.stiffness_N_per_m * (place_m - spring.rest_m - rest_m)
             wrong_rms_N = numpy.sqrt(((wrong_N - measured_N)[second] ** 2).mean())
             self.assertGreater(wrong_rms_N, 2.5 * least_N)
 

@@ -54,8 +54,8 @@ class ReplayCheckTest(daemons.SessionTest):
 
     def stiffer_wall(self):
         text = (daemons.SCENES / "wall.toml").read_text()
-        self.assertIn("contact_stiffness_N_m = 1000.0", text)
-        return self.write("stiffer.toml", text.replace("_N_m = 1000.0", "_N_m = 1100.0"))
+        self.assertIn("contact_stiffness_N_per_m = 1000.0", text)
+        return self.write("stiffer.toml", text.replace("_N_per_m = 1000.0", "_N_per_m = 1100.0"))
 
     def replace_field(self, recording, line, name, value):
         """EXPECTED with one field changed; lines count from one."""
@@ -150,7 +150,7 @@ class ReplayCheckTest(daemons.SessionTest):
         before = self.write_expected() and self.expected.read_bytes()
         always = ("--write-expected",)
         self.assert_one_line(self.check("no_such_scene", *always), "no_such_scene: no such scene")
-        bad_scene = self.write("bad.toml", "format = 1\n[world\n")
+        bad_scene = self.write("bad.toml", "format = 2\n[world\n")
         self.assert_one_line(self.check(bad_scene, *always), "sim_server: ", "bad.toml:2:")
         bad_hand = self.write("bad.csv", "time_s,x_m,y_m,z_m\n0,0,nothing,0\n")
         self.assert_one_line(self.check("wall", *always, hand=bad_hand), "bad.csv:2: column y_m")

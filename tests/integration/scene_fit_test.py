@@ -69,7 +69,7 @@ class SceneFitTest(daemons.SessionTest):
         answer, run = self.fitted("--check", self.write("far.csv", self.hand.read_text()), status=MISSED)
         best = cheapest(0.05)
         self.assert_is(answer["choice"], best)
-        self.assert_is(answer["given"], next(one for one in candidates() if one[2:] == (50.0, "answer", 0.01)))
+        self.assert_is(answer["given"], next(one for one in candidates() if one[2:] == (50.0, "predict", 0.01)))
         cheaper = answer["next_cheaper"]
         self.assertLess(cheaper["cost_us_per_ms"], best[0])
         self.assertRegex(cheaper["verdict"], "^errs by ")
@@ -225,7 +225,7 @@ class SceneFitTest(daemons.SessionTest):
                 self.assertFalse(self.out.exists())
 
     def test_installed_it_fits_a_real_scene_and_the_fitted_file_gives_the_very_forces(self):
-        """A sphere that comes at 0.1 m/s: an image that is held is late by its age, the answer is not. It leaves the
+        """A sphere that comes at 0.1 m/s: a snapshot that is held is late by its age, the answer is not. It leaves the
         hand that stays, so that stability cannot be tested."""
         prefix = self.folder / "prefix"
         subprocess.run(["cmake", "--install", daemons.BUILD, "--prefix", prefix, "--component", "scene_fit"],
@@ -235,7 +235,7 @@ class SceneFitTest(daemons.SessionTest):
         answer, run = self.fitted(scene=daemons.SCENES / "moving_sphere.toml", hand=hand,
                                   program=prefix / "bin" / "scene_fit", draws=True, status=MISSED)
         self.assertEqual(answer["choice"]["verdict"], "stability not tested: the hand that presses touches nothing")
-        self.assertEqual(answer["choice"]["transition"], "answer")
+        self.assertEqual(answer["choice"]["transition"], "predict")
         held = [row for row in answer["runs"] if row["transition"] == "hold" and row["rate_hz"] == 10.0]
         self.assertGreater(held[0]["error_share"], 0.05)
         self.assertEqual((self.out / "fit.png").read_bytes()[:8], b"\x89PNG\r\n\x1a\n")

@@ -4,7 +4,7 @@ import itertools
 import fake_fit_run
 
 SCENE = """# A sheet, for formulas.
-format = 1
+format = 2
 
 [simulation]   # how it runs
 period_s = 0.02  # 50 Hz
@@ -12,7 +12,7 @@ integrator = "velocity_verlet"
 
 [[material]]
 name = "skin"
-contact_stiffness_N_m = 200.0
+contact_stiffness_N_per_m = 200.0
 
 [[body]]
 name = "sheet"
@@ -36,9 +36,9 @@ def candidates():
                fake_fit_run.error(rate_hz, transition, spacing_m, scale), rate_hz, transition, spacing_m)
 
 
-def cheapest(tolerance, stiffness_N_m=400.0):
+def cheapest(tolerance, stiffness_N_per_m=400.0):
     return min(one for one in candidates()
-               if one[1] <= tolerance and fake_fit_run.is_stable(one[2], stiffness_N_m))
+               if one[1] <= tolerance and fake_fit_run.is_stable(one[2], stiffness_N_per_m))
 
 
 def assert_is(test, one, expected):

@@ -18,7 +18,7 @@ COUNTS = dict.fromkeys(("torn", "mixed", "backwards", "nothing_shown", "rejected
 PUBLICATION = {"ticks": 60003, "accepted_share": 1.0, **COUNTS, "read_ns": READ_NS,
                "broken_laws": []}
 KILLS = {**PUBLICATION, "killed": {"half_made": 3, "in_mid_write": 27}, "locks_left": 0,
-         "images_lost": 0, "leftovers": 0,
+         "snapshots_lost": 0, "leftovers": 0,
          "later_writer_read_ns": {**READ_NS, "mean": 8.5e6, "count": 29}}
 STEPS = {"steps_per_s": 59.5, "steps": 595, "late_steps": 5, "not_converged": 0}
 HAPTIC = {"killed": STEPS, "undisturbed": STEPS, "step_rate_ratio": 1.0, "compared": True}
@@ -33,7 +33,7 @@ def stress_slice(missed, **more):
                        "slew_N_per_ms": {"max": 0.85}, "safety": {"stalled": 0}, **more},
             "growth_kib": {"haptic_server": 0, "sim_server": 100},
             "sim": {"steps": 3600, "late_steps": 0},
-            "images": {"images": 3600, "continued": 3599, "reads": 120000, "torn": 0},
+            "snapshots": {"snapshots": 3600, "continued": 3599, "reads": 120000, "torn": 0},
             "steal_share": 0.01}
 
 
@@ -63,10 +63,10 @@ class SoakScriptTest(unittest.TestCase):
             self.assertIn(word, run.stdout)
 
     def test_a_report_of_each_kind_is_printed_beside_the_others(self):
-        run = self.print_only("all", images_1ms=PUBLICATION, kills=KILLS, haptic=HAPTIC,
+        run = self.print_only("all", snapshots_1ms=PUBLICATION, kills=KILLS, haptic=HAPTIC,
                               stress=stress([stress_slice(6)], [1]), replay=REPLAY,
                               cyclictest=CYCLICTEST)
-        self.assert_prints(run, 0, "images_1ms", "60,003", "cyclictest (wake)", "27 in mid write",
+        self.assert_prints(run, 0, "snapshots_1ms", "60,003", "cyclictest (wake)", "27 in mid write",
                            "(29 times): mean 8.5 ms", "haptic, undisturbed: 59.50 steps/s",
                            "step rates compared", "60,000 ticks in 1 slices, 0.010 % missed",
                            "circle: 11,021 rows, 20 runs alike, 62 % in contact",

@@ -110,8 +110,8 @@ class OutputTest(SphereDecomposeTest):
 
     def test_a_scene_takes_the_file(self):
         self.decompose(self.box, "--tolerance", 0.2)
-        scene = self.write("scene.toml", f"""format = 1
-material = [{{ name = "m", contact_stiffness_N_m = 100.0 }}]
+        scene = self.write("scene.toml", f"""format = 2
+material = [{{ name = "m", contact_stiffness_N_per_m = 100.0 }}]
 [[body]]
 name = "b"
 kind = "mesh"

@@ -7,7 +7,7 @@ import daemons
 
 # A device in the measured hand, as the laboratory's own: encoders, friction, a push of 1 N.
 DEVICE = ("phantom:profile=premium15,path=still,centre_z_m=0,push_z_N=-1,mass_kg=0.1,"
-          "damping_N_s_m=1,hand=measured,friction_N=0.02")
+          "damping_N_s_per_m=1,hand=measured,friction_N=0.02")
 DURATION_S, PERIOD_S = 2.0, 0.033
 LATENCY_SHARE, JITTER, SEED = 0.3, 0.3, 7
 
@@ -39,10 +39,10 @@ class StabilityLabTest(daemons.SessionTest):
         self.assertGreater(contacts.mean(), 0.5, "the tool touched too little")
         self.assertEqual(rows(recording), rows(daemons_recording))
 
-    def test_late_and_jittery_images_of_a_free_body_give_the_same_bytes(self):
+    def test_late_and_jittery_snapshots_of_a_free_body_give_the_same_bytes(self):
         self.assert_same_as_daemons("free:0.1", "linear")
 
-    def test_late_and_jittery_images_of_a_chain_give_the_same_bytes(self):
+    def test_late_and_jittery_snapshots_of_a_chain_give_the_same_bytes(self):
         self.assert_same_as_daemons("chain", "hold")
 
 

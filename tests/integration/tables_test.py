@@ -48,7 +48,7 @@ class TablesTest(unittest.TestCase):
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
             text = (CHARTS / "paper_figures.csv").read_text().splitlines()
-            wrong = [text[0], *(f"{label},{time},{float(force) + 0.01},{image}" for label, time, force, image in
+            wrong = [text[0], *(f"{label},{time},{float(force) + 0.01},{snapshot}" for label, time, force, snapshot in
                                 (line.split(",") for line in text[1:]))]
             (folder / "paper_figures.csv").write_text("\n".join(wrong) + "\n")
             run = check("paper_figures", "--charts", folder, "--seed", 1)

@@ -10,15 +10,15 @@ CONTOUR_MESH = daemons.DATA / "meshes" / "ku_contour.stl"
 TISSUE = daemons.ROOT / "tests" / "stability" / "scenes" / "tissue.toml"
 
 # The printed contour that the demonstrations were recorded on, in place, of even spheres.
-CONTOUR_SCENE = """format = 1
+CONTOUR_SCENE = """format = 2
 [simulation]
 rate_hz = 30.0
 [tool]
 radius_m = 0.003
 [[material]]
 name = "print"
-contact_stiffness_N_m = 1000.0
-contact_damping_N_s_m = 1.0
+contact_stiffness_N_per_m = 1000.0
+contact_damping_N_s_per_m = 1.0
 friction = 0.2
 [[body]]
 name = "contour"

@@ -9,8 +9,8 @@ import daemons
 # Of the scene moving_sphere.
 PERIOD_S = 0.033
 SPEED_M_S = 0.1
-STIFFNESS_N_M = 500.0
-REACH_M = 0.015  # radii of sphere and tool
+STIFFNESS_N_PER_M = 500.0
+CONTACT_DISTANCE_M = 0.015  # radii of sphere and tool
 START_M = -0.05
 TOUCH_S, CENTRE_S = 0.35, 0.5
 TOLERANCE = 1e-3  # relative
@@ -28,10 +28,10 @@ class TransitionTest(daemons.SessionTest):
         step_N = numpy.diff(force_N)
         # Touched both before and after, and not yet on the tool's other side.
         touching = (force_N[:-1] > 0.0) & (time_s[1:] < CENTRE_S)
-        switching = numpy.diff(recording["generation"]) == 1
+        switching = numpy.diff(recording["snapshot_id"]) == 1
         jumps_N = step_N[touching & switching]
         self.assertEqual(len(jumps_N), 4)
-        numpy.testing.assert_allclose(jumps_N, STIFFNESS_N_M * SPEED_M_S * PERIOD_S,
+        numpy.testing.assert_allclose(jumps_N, STIFFNESS_N_PER_M * SPEED_M_S * PERIOD_S,
                                       rtol=TOLERANCE)
         self.assertEqual(abs(step_N[~switching]).max(), 0.0)
         self.assertTrue((recording["alpha"] == 1.0).all())
@@ -40,37 +40,37 @@ class TransitionTest(daemons.SessionTest):
         recording = self.record("linear")
         time_s, force_N = recording["time_s"], recording["rendered_fx_N"]
         touching = (time_s > TOUCH_S + PERIOD_S) & (time_s < CENTRE_S + PERIOD_S - 1e-9)
-        displayed_m = force_N[touching] / STIFFNESS_N_M - REACH_M
+        displayed_m = force_N[touching] / STIFFNESS_N_PER_M - CONTACT_DISTANCE_M
         lag_m = START_M + SPEED_M_S * time_s[touching] - displayed_m
         numpy.testing.assert_allclose(lag_m, SPEED_M_S * PERIOD_S, rtol=TOLERANCE)
         # What a smooth force changes in a tick of 1 ms.
         numpy.testing.assert_allclose(numpy.diff(force_N[touching]),
-                                      STIFFNESS_N_M * SPEED_M_S * 1e-3, rtol=TOLERANCE)
+                                      STIFFNESS_N_PER_M * SPEED_M_S * 1e-3, rtol=TOLERANCE)
 
     def test_alpha_grows_from_zero_at_a_switch_to_one_a_period_later(self):
         recording = self.record("linear")
         since_switch = numpy.arange(len(recording["alpha"])) % 33
-        shown = recording["generation"] > 1  # the first image has none before it
+        shown = recording["snapshot_id"] > 1  # the first snapshot has none before it
         numpy.testing.assert_allclose(recording["alpha"][shown], since_switch[shown] / 33,
                                       atol=1e-9)
 
-    def test_alpha_stays_at_one_when_an_image_is_late(self):
+    def test_alpha_stays_at_one_when_a_snapshot_is_late(self):
         recording = self.record("linear", 3.0, sim=("--jitter", 0.3))
         switch_s = recording["time_s"] - recording["age_s"]  # without latency, T_n is both
-        generation = recording["generation"].astype(int)
-        switch_of = dict(zip(generation, switch_s))
+        snapshot_id = recording["snapshot_id"].astype(int)
+        switch_of = dict(zip(snapshot_id, switch_s))
         late = 0
-        for row in numpy.flatnonzero(generation > 2):
-            n = generation[row]
+        for row in numpy.flatnonzero(snapshot_id > 2):
+            n = snapshot_id[row]
             period_s = switch_of[n] - switch_of[n - 1]
             expected = min((recording["time_s"][row] - switch_of[n]) / period_s, 1.0)
             self.assertAlmostEqual(recording["alpha"][row], expected, delta=1e-6)
             late += expected == 1.0
         self.assertGreater(late, 50)
 
-    def test_an_image_that_waits_for_its_latency_is_older_by_it(self):
+    def test_a_snapshot_that_waits_for_its_latency_is_older_by_it(self):
         recording = self.record("hold", sim=("--latency", 0.02))
-        first_rows = numpy.flatnonzero(numpy.diff(recording["generation"]) == 1) + 1
+        first_rows = numpy.flatnonzero(numpy.diff(recording["snapshot_id"]) == 1) + 1
         age_s = recording["age_s"][first_rows]
         self.assertGreaterEqual(age_s.min(), 0.02 - 1e-9)
         self.assertLess(age_s.max(), 0.021)

@@ -110,7 +110,7 @@ class Attackers(viewer_test.ViewerTest):
     def test_no_part_of_an_answer_is_served_nor_what_lies_beyond_it(self):
         page = self.live_viewer()
         self.sim_server("wall")
-        self.wait_for_frame(page, lambda frame, _: frame["generation"], "an image")
+        self.wait_for_frame(page, lambda frame, _: frame["snapshot_id"], "a snapshot")
         key = page.frame()[0]["scene_key"]
         for path in (f"/api/scene?key={key}", "/api/frame?number=1", "/api/ticks?from=0&most=10", "/",
                      "/main.js", "/three/three.core.js"):

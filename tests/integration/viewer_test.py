@@ -74,8 +74,8 @@ class Session(ViewerTest):
         self.assertEqual(arrays["voxel_count"].sum(), count)
         self.assertEqual(arrays["voxels"].size, 4 * arrays["voxel_count"].size)
         self.assertEqual((frame["sim"], frame["hand"]), ("alive", "alive"))
-        self.assertLess(frame["image"]["age_s"], 2.0)
-        # What is displayed is near the newest image, but not it: a transition is under way.
+        self.assertLess(frame["snapshot"]["age_s"], 2.0)
+        # What is displayed is near the newest snapshot, but not it: a transition is under way.
         apart_m = numpy.abs(arrays["displayed"] - arrays["newest"])
         self.assertLess(apart_m.max(), 0.1)
         self.assertGreater(apart_m.max(), 0.0)
@@ -94,14 +94,14 @@ class Session(ViewerTest):
         first = self.sim_server("moving_sphere")
         haptic = self.haptic_server(self.still_device(0, 0, 0.02))
         frame, _ = self.wait_for_frame(page, lambda frame, _: frame["hand"] == "alive"
-                                       and frame["generation"], "both alive")
+                                       and frame["snapshot_id"], "both alive")
         first.kill()
         dead, _ = self.wait_for_frame(page, lambda frame, _: frame["sim"] == "dead", "death shown")
-        self.assertGreaterEqual(dead["generation"], frame["generation"])  # the last image stands
+        self.assertGreaterEqual(dead["snapshot_id"], frame["snapshot_id"])  # the last snapshot stands
         self.assertEqual(page.status()["sim"], "dead")
         self.sim_server("moving_sphere")
         back, _ = self.wait_for_frame(
-            page, lambda frame, _: frame["sim"] == "alive" and frame["generation"], "life shown")
+            page, lambda frame, _: frame["sim"] == "alive" and frame["snapshot_id"], "life shown")
         self.assertNotEqual(back["scene_key"], dead["scene_key"])
         self.assertEqual(page.scene()["scene_key"].partition("-")[0],
                          back["scene_key"].partition("-")[0])
@@ -115,11 +115,11 @@ class Session(ViewerTest):
 
     def test_in_virtual_time_the_last_tick_is_shown_where_it_was(self):
         """In lockstep nothing moves on when the hand has ended."""
-        page = self.live_viewer("--images-per-s", 100)
+        page = self.live_viewer("--frames-per-s", 100)
         recording = self.folder / "recording.csv"
         self.sim_server("moving_sphere", "--lockstep")
         haptic = self.haptic_server(self.still_device(0, 0, 0.02), "--lockstep", "--record", recording)
-        self.wait_for_frame(page, lambda frame, _: frame["tool"] and frame["generation"], "a tick")
+        self.wait_for_frame(page, lambda frame, _: frame["tool"] and frame["snapshot_id"], "a tick")
         self.assertEqual(haptic.stop(), DONE, haptic.lines())
         frame, _ = self.wait_for_frame(page, lambda frame, _: frame["hand"] == "absent", "the end")
         rows = read_recording(recording)
@@ -176,7 +176,7 @@ class Session(ViewerTest):
         self.assertEqual(made.wait(), DONE, made.lines())
         page = self.live_viewer("--surfaces", surfaces)
         self.sim_server("tissue_and_blocks")
-        _, arrays = self.wait_for_frame(page, lambda frame, _: frame["generation"], "an image")
+        _, arrays = self.wait_for_frame(page, lambda frame, _: frame["snapshot_id"], "a snapshot")
         scene = page.scene()
         self.assertEqual(scene["surfaces"], json.loads(surfaces.read_text()))
         centres_m = arrays["newest"].reshape(-1, 3)
@@ -227,7 +227,7 @@ class Options(ViewerTest):
                 (("--session", "a", "--port", "70000"), ("--port", "70000")),
                 (("--session", "a", "--port", taken, "--save", self.write("kept.view", "kept")),
                  ("--port", taken, "free port")),
-                (("--session", "a", "--images-per-s", "nan"), ("--images-per-s", "nan")),
+                (("--session", "a", "--frames-per-s", "nan"), ("--frames-per-s", "nan")),
                 (("--session", "a", "--open", text), ("--open",)),
                 (("--open", text), ("text.view", "expected a view")),
                 (("--open", text, "--save", "b.view"), ("--save",)),

@@ -28,9 +28,9 @@ std::string draw_orientation(Random& random) {
 /// Springs of nodes of that mass, damped by a share of critical.
 void draw_springs(SceneSection& body, Random& random, const BodyWishes& wishes, double node_kg,
                   bool is_thread) {
-  const double fastest_N_m = 0.1 * node_kg * kFastest_rad_s * kFastest_rad_s;
-  const double structural = std::min(fastest_N_m, random.over_decades(30.0, 3000.0));
-  body.set("spring_stiffness_N_m",
+  const double fastest_N_per_m = 0.1 * node_kg * kFastest_rad_s * kFastest_rad_s;
+  const double structural = std::min(fastest_N_per_m, random.over_decades(30.0, 3000.0));
+  body.set("spring_stiffness_N_per_m",
            is_thread ? braces({{"structural", structural}, {"bend", 0.13 * structural}})
                      : braces({{"structural", structural},
                                {"shear", 0.51 * structural},
@@ -39,7 +39,7 @@ void draw_springs(SceneSection& body, Random& random, const BodyWishes& wishes, 
                        : wishes.damped ? random.over_decades(0.1, 1.0)
                                        : random.over_decades(0.01, 1.0);
   if (share > 0.0)
-    body.number("spring_damping_N_s_m", 2.0 * share * std::sqrt(structural * node_kg));
+    body.number("spring_damping_N_s_per_m", 2.0 * share * std::sqrt(structural * node_kg));
 }
 
 void draw_motion(SceneSection& body, Random& random, const BodyWishes& wishes, double mass_kg,
@@ -145,14 +145,16 @@ std::string draw_material(SceneText& scene, Random& random, const BodyWishes& wi
   const std::string name = "m" + std::to_string(count);
   SceneSection& material = scene.add("[[material]]");
   material.text("name", name);
-  const double stiffness_N_m = random.over_decades(50.0, 5000.0);
-  material.number("contact_stiffness_N_m", stiffness_N_m);
+  const double stiffness_N_per_m = random.over_decades(50.0, 5000.0);
+  material.number("contact_stiffness_N_per_m", stiffness_N_per_m);
   // Against a mass of 50 g.
-  const double critical_N_s_m = 2.0 * std::sqrt(0.05 * stiffness_N_m);
+  const double critical_N_s_per_m = 2.0 * std::sqrt(0.05 * stiffness_N_per_m);
   if (wishes.damped)
-    material.number("contact_damping_N_s_m", random.over_decades(0.1, 1.0) * critical_N_s_m);
+    material.number("contact_damping_N_s_per_m",
+                    random.over_decades(0.1, 1.0) * critical_N_s_per_m);
   else if (!wishes.undamped && random.chance(0.8))
-    material.number("contact_damping_N_s_m", random.over_decades(0.01, 1.0) * critical_N_s_m);
+    material.number("contact_damping_N_s_per_m",
+                    random.over_decades(0.01, 1.0) * critical_N_s_per_m);
   if (wishes.damped)
     material.number("friction", random.between(0.3, 1.0));
   else if (!wishes.undamped && random.chance(0.7))

@@ -147,11 +147,12 @@ struct Target {
 };
 
 /// Two threads, held at their far ends, between whose spheres a tool is pinched.
-Target draw_gap(SceneText& scene, Random& random, const BodyWishes& bodies, double reach_m) {
+Target draw_gap(SceneText& scene, Random& random, const BodyWishes& bodies,
+                double contact_distance_m) {
   const std::string material = draw_material(scene, random, bodies);
   const Eigen::Vector3d middle_m(0.001, -0.25, 0.001);  // beside all others
   const double radius_m = random.between(0.004, 0.007);
-  const double half_m = reach_m + radius_m - random.between(-0.0005, 0.0015);
+  const double half_m = contact_distance_m + radius_m - random.between(-0.0005, 0.0015);
   for (const double side : {1.0, -1.0}) {
     SceneSection& thread = scene.add("[[body]]");
     thread.text("name", side > 0.0 ? "right" : "left");
@@ -164,9 +165,10 @@ Target draw_gap(SceneText& scene, Random& random, const BodyWishes& bodies, doub
     thread.set("spheres", "{ spacing_m = 0.03, radius_m = " + short_number(radius_m) + " }");
     const double mass_kg = random.over_decades(0.01, 0.2);
     thread.number("mass_kg", mass_kg);
-    const double stiffness_N_m = random.over_decades(100.0, 2000.0);
-    thread.set("spring_stiffness_N_m", "{ structural = " + short_number(stiffness_N_m) + " }");
-    thread.number("spring_damping_N_s_m", 0.2 * std::sqrt(stiffness_N_m * mass_kg / 4.0));
+    const double stiffness_N_per_m = random.over_decades(100.0, 2000.0);
+    thread.set("spring_stiffness_N_per_m",
+               "{ structural = " + short_number(stiffness_N_per_m) + " }");
+    thread.number("spring_damping_N_s_per_m", 0.2 * std::sqrt(stiffness_N_per_m * mass_kg / 4.0));
   }
   return {.place_m = middle_m, .height_m = radius_m, .is_gap = true};
 }
@@ -198,7 +200,7 @@ std::vector<Target> draw_bodies(SceneText& scene, Random& random, const Wishes& 
   return targets;
 }
 
-Hand draw_hand(Random& random, const Target& target, double reach_m, bool is_pinch) {
+Hand draw_hand(Random& random, const Target& target, double contact_distance_m, bool is_pinch) {
   Hand hand;
   do hand.kind = static_cast<HandKind>(random.index(kHandNames.size()));
   while (hand.kind == HandKind::kPinch);
@@ -207,8 +209,8 @@ Hand draw_hand(Random& random, const Target& target, double reach_m, bool is_pin
   const double into_m = random.between(0.001, 0.008);
   hand.centre_m =
       target.place_m + Eigen::Vector3d(random.between(-0.005, 0.005), random.between(-0.005, 0.005),
-                                       target.height_m + reach_m + gap_m);
-  hand.depth_m = gap_m + (is_pinch ? reach_m + target.height_m : into_m);
+                                       target.height_m + contact_distance_m + gap_m);
+  hand.depth_m = gap_m + (is_pinch ? contact_distance_m + target.height_m : into_m);
   hand.amplitude_m = is_pinch ? random.between(0.0005, 0.003) : random.between(0.002, 0.015);
   hand.period_s = random.over_decades(0.15, 1.2);
   return hand;
@@ -244,11 +246,11 @@ std::string draw_recorded(Random& random, const Hand& aim) {
 }
 
 void draw_mover(LawCase& law_case, Random& random, const Wishes& wishes,
-                const std::vector<Target>& targets, double reach_m) {
+                const std::vector<Target>& targets, double contact_distance_m) {
   if (wishes.mover == Mover::kNobody) return;
   const bool is_pinch = targets.front().is_gap;
   const Target& target = is_pinch ? targets.front() : targets[random.index(targets.size())];
-  const Hand hand = draw_hand(random, target, reach_m, is_pinch);
+  const Hand hand = draw_hand(random, target, contact_distance_m, is_pinch);
   const double who = random.between(0.0, 1.0);
   if (wishes.mover == Mover::kFormula || who < 0.4)
     law_case.hand = hand;
@@ -265,7 +267,7 @@ LawCase draw_case(int law, std::uint64_t seed) {
   LawCase law_case;
   law_case.law = law;
   law_case.seed = seed;
-  law_case.scene.add("").set("format", "1");
+  law_case.scene.add("").set("format", "2");
   if (!draw_special(law_case, random)) {
     Wishes wishes = wishes_of(law);
     law_case.variant = draw_variant(law, random);
@@ -279,15 +281,16 @@ LawCase draw_case(int law, std::uint64_t seed) {
       law_case.scene.add("[world]").set("gravity_m_s2", "[0.0, 0.0, 0.0]");
     draw_simulation(law_case, random, wishes);
     draw_display(law_case, random, wishes);
-    const double reach_m = wishes.mover == Mover::kNobody ? 0.0 : draw_tool(law_case.scene, random);
+    const double contact_distance_m =
+        wishes.mover == Mover::kNobody ? 0.0 : draw_tool(law_case.scene, random);
     std::vector<Target> targets;
     const bool may_pinch =
         wishes.mover != Mover::kNobody && wishes.bodies.soft && wishes.bodies.pinned;
     if (may_pinch && random.chance(0.15))
-      targets.push_back(draw_gap(law_case.scene, random, wishes.bodies, reach_m));
+      targets.push_back(draw_gap(law_case.scene, random, wishes.bodies, contact_distance_m));
     for (const Target& target : draw_bodies(law_case.scene, random, wishes))
       targets.push_back(target);
-    draw_mover(law_case, random, wishes, targets, reach_m);
+    draw_mover(law_case, random, wishes, targets, contact_distance_m);
   }
   // What is run is what is printed.
   return parse_case(print_case(law_case));

@@ -28,23 +28,23 @@ bool may_not_converge(const LawCase& law_case) {
 
 std::optional<std::string_view> known_violation(const LawCase& law_case) {
   const std::string& variant = law_case.variant;
-  const bool answers = law_case.transition == "answer" && law_case.model == "grid";
+  const bool answers = law_case.transition == "predict" && law_case.model == "grid";
   switch (law_case.law) {
     case 1:  // the derivatives of a force are followed however far the hand goes
       if (law_case.model == "force_jacobian") return "response per contact";
       break;
-    case 2:  // one push, one direction; images late by their cost
+    case 2:  // one push, one direction; snapshots late by their cost
       if (answers) return "response per contact";
-      // A damper meets the velocity of the last image all at once.
+      // A damper meets the velocity of the last snapshot all at once.
       if (law_case.transition == "linear" &&
-          !value_of(law_case.scene, "contact_damping_N_s_m").empty())
+          !value_of(law_case.scene, "contact_damping_N_s_per_m").empty())
         return "response per contact";
       break;
     case 3:
       if (answers && (law_case.latency_share > 0.0 || law_case.jitter > 0.0))
         return "response per contact";
       break;
-    case 5:  // foresight sorts the list of pairs anew
+    case 5:  // prediction sorts the list of pairs anew
       if (variant == "predicted") return "contact core";
       break;
     case 6:  // impulses in an order that the list, a mirror or the grid's axes decide

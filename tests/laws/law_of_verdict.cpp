@@ -12,25 +12,26 @@ Finding verdict_is_the_worst(const LawCase& law_case) {
   constexpr int kSeeds = 8;
   const SceneDescription scene = scene_of(law_case);
   CaseLoop loop = loop_of(law_case, scene);
-  const auto limit_N_m = [&](std::uint64_t seed) {
-    const auto is_stable = [&](double stiffness_N_m) {
+  const auto limit_N_per_m = [&](std::uint64_t seed) {
+    const auto is_stable = [&](double stiffness_N_per_m) {
       SceneDescription stiff = scene;
-      stiff.materials.front().contact_stiffness_N_m = stiffness_N_m;
+      stiff.materials.front().contact_stiffness_N_per_m = stiffness_N_per_m;
       LabOptions options = loop.options;
       options.seed = seed;
       return !oscillates(run_lab(stiff, options).rows);
     };
-    return largest_stable_stiffness_N_m(is_stable, {.lowest_N_m = 100.0, .highest_N_m = 10'000.0})
+    return largest_stable_stiffness_N_per_m(is_stable,
+                                            {.lowest_N_per_m = 100.0, .highest_N_per_m = 10'000.0})
         .value_or(0.0);
   };
   // What `stability_lab limit` prints.
-  const double verdict_N_m = limit_N_m(law_case.seed);
-  double worst_N_m = verdict_N_m;
+  const double verdict_N_per_m = limit_N_per_m(law_case.seed);
+  double worst_N_per_m = verdict_N_per_m;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed)
-    worst_N_m = std::min(worst_N_m, limit_N_m(law_case.seed + seed));
+    worst_N_per_m = std::min(worst_N_per_m, limit_N_per_m(law_case.seed + seed));
   constexpr double kStride = 1.22;  // of the search
-  return {.measured = verdict_N_m,
-          .allowed = kStride * worst_N_m,
+  return {.measured = verdict_N_per_m,
+          .allowed = kStride * worst_N_per_m,
           .what = "N/m borne by the verdict; allowed: a stride over the worst of " +
                   std::to_string(kSeeds) + " seeds"};
 }

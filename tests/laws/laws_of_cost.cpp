@@ -105,7 +105,7 @@ Finding keeps_its_deadline(const LawCase& law_case) {
                                                 std::chrono::duration<double>(step_s))};
     (void)simulation.step(
         step_s, [] { return std::nullopt; }, budget);
-    (void)simulation.look_ahead(step_s, budget);
+    (void)simulation.predict_next(step_s, budget);
     if (i > 0) least = std::min(least, (processor_s() - began_s) / step_s);
   }
   return {.measured = least,

@@ -25,10 +25,10 @@ std::vector<double> work_J(const std::vector<TickRow>& rows, Eigen::Vector3d Tic
   return work;
 }
 
-double stiffness_least_N_m(const SceneDescription& scene) {
+double stiffness_least_N_per_m(const SceneDescription& scene) {
   double least = std::numeric_limits<double>::infinity();
   for (const MaterialDescription& material : scene.materials)
-    least = std::min(least, material.contact_stiffness_N_m);
+    least = std::min(least, material.contact_stiffness_N_per_m);
   return least;
 }
 
@@ -37,11 +37,11 @@ double stiffness_least_N_m(const SceneDescription& scene) {
 bool is_to_rest(const SceneDescription& scene, double duration_s) {
   constexpr double kLongEnough_s = 10.0;
   const auto takes = [](const MaterialDescription& material) {
-    return material.contact_damping_N_s_m > 0.0 && material.friction > 0.0;
+    return material.contact_damping_N_s_per_m > 0.0 && material.friction > 0.0;
   };
   const auto is_damped = [](const BodyDescription& body) {
     const SpringDescription* springs = springs_of(body);
-    return springs == nullptr || springs->spring_damping_N_s_m > 0.0;
+    return springs == nullptr || springs->spring_damping_N_s_per_m > 0.0;
   };
   const auto is_floor = [](const BodyDescription& body) {
     return std::holds_alternative<PlaneBody>(body.shape);
@@ -63,7 +63,7 @@ Finding interface_makes_nothing(const LawCase& law_case) {
   double most_N = 0.0;
   for (const TickRow& row : run.rows) most_N = std::max(most_N, row.rendered_N.norm());
   // What the springs of contact hold is with the simulation a while before or after the hand.
-  const double held_J = 0.5 * most_N * most_N / stiffness_least_N_m(scene);
+  const double held_J = 0.5 * most_N * most_N / stiffness_least_N_per_m(scene);
   Finding finding{.allowed = 2.0 * held_J + 1e-6, .what = "J"};
   // Over a second or longer: what is made again and again adds up.
   const auto second = static_cast<std::size_t>(loop.options.tick_rate_hz);
@@ -100,13 +100,13 @@ Finding slew_is_whole(const CaseLoop& loop, const LabRun& run, double scale) {
   Finding finding{.allowed = 0.1, .what = "of the slew limit that a cut growth left unused"};
   for (std::size_t i = 1; i < run.rows.size(); ++i) {
     const TickRow &row = run.rows[i], &before = run.rows[i - 1];
-    const double told_N = row.force_N.norm(), before_N = before.force_N.norm();
-    const bool is_along = row.force_N.dot(before.force_N) > 0.9999 * told_N * before_N;
-    constexpr std::uint32_t kOdd = kFlagContended | kFlagCut | kFlagSwept;
+    const double commanded_N = row.force_N.norm(), before_N = before.force_N.norm();
+    const bool is_along = row.force_N.dot(before.force_N) > 0.9999 * commanded_N * before_N;
+    constexpr std::uint32_t kOdd = kFlagContended | kFlagTruncated | kFlagSwept;
     if ((row.flags & ~kOdd) != kFlagSlewed || !is_along || before_N < 0.05 * whole_N) continue;
-    if (told_N < before_N) continue;
-    if (row.torque_N_m.norm() > 1e-6 * scale * limits.lever_m * told_N) continue;
-    finding.measured = std::max(finding.measured, 1.0 - (told_N - before_N) / whole_N);
+    if (commanded_N < before_N) continue;
+    if (row.torque_N_m.norm() > 1e-6 * scale * limits.lever_m * commanded_N) continue;
+    finding.measured = std::max(finding.measured, 1.0 - (commanded_N - before_N) / whole_N);
   }
   return finding;
 }
@@ -125,16 +125,16 @@ Finding limits_are_passive(const LawCase& law_case) {
   const std::vector<double> free = work_J(run.rows, &TickRow::rendered_N, scene.device.scale);
   const auto first = static_cast<std::size_t>(kRamp_s * loop.options.tick_rate_hz);
   // What was withheld comes back while the hand rests: at most what contacts store.
-  const double least_N_m = stiffness_least_N_m(scene);
-  double most_told_J = 0.0, most_free_J = 0.0, taken_J = 0.0, returned_J = 0.0;
+  const double least_N_per_m = stiffness_least_N_per_m(scene);
+  double most_commanded_J = 0.0, most_free_J = 0.0, taken_J = 0.0, returned_J = 0.0;
   for (std::size_t i = first; i < run.rows.size(); ++i) {
-    most_told_J = std::max(most_told_J, told[i] - told[first]);
+    most_commanded_J = std::max(most_commanded_J, told[i] - told[first]);
     most_free_J = std::max(most_free_J, free[i] - free[first]);
     taken_J = std::max(taken_J, free[first] - free[i]);
     if ((run.rows[i].flags & kFlagEnergy) != 0)
-      returned_J = std::max(returned_J, 0.5 * run.rows[i].rendered_N.squaredNorm() / least_N_m);
+      returned_J = std::max(returned_J, 0.5 * run.rows[i].rendered_N.squaredNorm() / least_N_per_m);
   }
-  return {.measured = most_told_J,
+  return {.measured = most_commanded_J,
           .allowed = most_free_J + 1e-4 + 0.01 * taken_J + returned_J,
           .what = "J given to the hand by the limited force at most; allowed: the unlimited one"};
 }
@@ -143,7 +143,7 @@ Finding comes_to_rest(const LawCase& law_case) {
   const SceneDescription scene = scene_of(law_case);
   if (!is_to_rest(scene, law_case.duration_s))
     return {.applies = false, .what = "nothing that is to rest"};
-  std::size_t spheres = 0, asleep = 0;
+  std::size_t spheres = 0, is_sleeping = 0;
   double half_J = 0.0, end_J = 0.0, half_flow_J = 0.0, end_flow_J = 0.0, most_J = 0.0;
   double end_s = 0.0, half_s = 0.0, fastest_J = 0.0;
   const double look_s = 0.75 * law_case.duration_s;
@@ -152,7 +152,7 @@ Finding comes_to_rest(const LawCase& law_case) {
       [&](Simulation& simulation, const StepReport& report, double time_s) {
         if (time_s == 0.0 || end_s == 0.0) simulation.account_energy();
         end_s = time_s;
-        asleep = static_cast<std::size_t>(report.asleep_spheres);
+        is_sleeping = static_cast<std::size_t>(report.sleeping_spheres);
         spheres = 0;
         for (const SphereBinding& sphere : simulation.world().spheres) {
           const int rigid = sphere.rigid;
@@ -187,7 +187,7 @@ Finding comes_to_rest(const LawCase& law_case) {
     return {.measured = rise_W, .allowed = still_W, .what = "W by which the energy grows at rest"};
   if (rate_W > still_W)
     return {.measured = rate_W, .allowed = still_W, .what = "W by which accounts grow at rest"};
-  const double awake = static_cast<double>(spheres) - static_cast<double>(asleep);
+  const double awake = static_cast<double>(spheres) - static_cast<double>(is_sleeping);
   return {.measured = scene.sleeping ? awake : 0.0, .allowed = 0.0, .what = "spheres awake"};
 }
 

@@ -13,28 +13,28 @@ namespace {
 
 /// The stiffest contact that the tool can have, and how deep one can be.
 struct Contacts {
-  double stiffness_N_m = 0.0, damping_N_s_m = 0.0, friction = 0.0;
-  double reach_m = 0.0;  // of a sphere's contact
-  double tool_m = 0.0;   // from the tool's origin to its farthest point
+  double stiffness_N_per_m = 0.0, damping_N_s_per_m = 0.0, friction = 0.0;
+  double contact_distance_m = 0.0;  // of a sphere's contact
+  double tool_m = 0.0;              // from the tool's origin to its farthest point
 };
 
 Contacts contacts_of(const SceneDescription& scene) {
   const World world = build_world(scene);
   Contacts most;
   for (const ContactMaterial& material : world.materials) {
-    most.stiffness_N_m = std::max(most.stiffness_N_m, material.stiffness_N_m);
-    most.damping_N_s_m = std::max(most.damping_N_s_m, material.damping_N_s_m);
+    most.stiffness_N_per_m = std::max(most.stiffness_N_per_m, material.stiffness_N_per_m);
+    most.damping_N_s_per_m = std::max(most.damping_N_s_per_m, material.damping_N_s_per_m);
     most.friction = std::max(most.friction, material.friction);
   }
   double widest_m = 0.0, tool_m = 0.0;
   for (const SphereBinding& sphere : world.spheres) widest_m = std::max(widest_m, sphere.radius_m);
-  for (const StillSphere& sphere : world.still_spheres)
+  for (const StaticSphere& sphere : world.static_spheres)
     widest_m = std::max(widest_m, sphere.radius_m);
   for (const ToolSphere& sphere : scene.tool) {
     tool_m = std::max(tool_m, sphere.radius_m);
     most.tool_m = std::max(most.tool_m, sphere.position_m.norm() + sphere.radius_m);
   }
-  most.reach_m = widest_m + tool_m;
+  most.contact_distance_m = widest_m + tool_m;
   return most;
 }
 
@@ -129,10 +129,10 @@ std::vector<double> own_steps_N(const SceneDescription& scene, const LabRun& run
   }
   speeds = most_around(speeds, window);
   touched = most_around(touched, 1);
-  const double stiffness_N_m = contacts_of(scene).stiffness_N_m;
+  const double stiffness_N_per_m = contacts_of(scene).stiffness_N_per_m;
   std::vector<double> allowed(run.rows.size());
   for (std::size_t i = 0; i < run.rows.size(); ++i)
-    allowed[i] = touched[i] * stiffness_N_m * (speeds[i] * tick_s + resolution_m) + 0.05;
+    allowed[i] = touched[i] * stiffness_N_per_m * (speeds[i] * tick_s + resolution_m) + 0.05;
   return allowed;
 }
 
@@ -150,7 +150,7 @@ Finding finite_and_bounded(const LawCase& law_case) {
       return {.measured = kInfinite, .what = "state at " + short_number(state.time_s) + " s"};
 
   int touched = 1;
-  double fastest_m_s = 0.0, deepest_m = most.reach_m;
+  double fastest_m_s = 0.0, deepest_m = most.contact_distance_m;
   for (std::size_t i = 0; i < run.rows.size(); ++i) {
     const TickRow& row = run.rows[i];
     touched = std::max(touched, row.contacts);
@@ -163,7 +163,7 @@ Finding finite_and_bounded(const LawCase& law_case) {
   constexpr double kThrown_m_s = 5.0;
   const double bound_N =
       touched *
-      (most.stiffness_N_m * deepest_m + most.damping_N_s_m * (fastest_m_s + kThrown_m_s)) *
+      (most.stiffness_N_per_m * deepest_m + most.damping_N_s_per_m * (fastest_m_s + kThrown_m_s)) *
       (1.0 + most.friction);
   Finding finding{.allowed = bound_N, .what = "N"};
   for (const TickRow& row : run.rows) {
@@ -184,7 +184,7 @@ Finding no_step_of_its_own(const LawCase& law_case) {
   const CaseLoop loop = loop_of(law_case, scene);
   const LabRun run = run_lab(scene, loop.options);
   const double tick_s = 1.0 / loop.options.tick_rate_hz;
-  // An image shows what was by a period, its cost and the lag of what answers.
+  // A snapshot shows what was by a period, its cost and the lag of what is compliant.
   const double old_s = scene.period_s * (1.0 + law_case.jitter) + loop.options.latency_s + 0.006;
   const auto window = static_cast<std::size_t>(std::ceil(old_s / tick_s));
   const double resolution_m = law_case.hand ? 0.0 : 55e-6;

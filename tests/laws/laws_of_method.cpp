@@ -37,7 +37,7 @@ int order_of(const SceneDescription& scene) {
   const IntegratorKind kind = scene.method.integrator;
   const auto is_damped = [](const BodyDescription& body) {
     const SpringDescription* springs = springs_of(body);
-    return springs != nullptr && springs->spring_damping_N_s_m > 0.0;
+    return springs != nullptr && springs->spring_damping_N_s_per_m > 0.0;
   };
   if (kind == IntegratorKind::kVelocityVerlet)
     return std::any_of(scene.bodies.begin(), scene.bodies.end(), is_damped) ? 1 : 2;

@@ -109,7 +109,7 @@ Finding moved_by_looking(const LawCase& law_case, const SceneDescription& scene,
   std::optional<SceneWriter> writer;
   std::uint64_t stamp_ns = 0;
   move_scene(scene, law_case, path, [&](Simulation& simulation, const StepReport&, double) {
-    if (variant == "predicted") (void)simulation.look_ahead(scene.period_s);
+    if (variant == "predicted") (void)simulation.predict_next(scene.period_s);
     if (variant == "accounted") {
       if (step == 0) simulation.account_energy();
       (void)simulation.energy_account();
@@ -161,12 +161,12 @@ Finding order_and_frame_change_nothing(const LawCase& law_case) {
 template <class Shape>
 void scale_springs(Shape& shape, double factor) {
   if constexpr (requires { shape.springs; }) {
-    shape.springs.structural_stiffness_N_m *= factor;
-    shape.springs.bend_stiffness_N_m *= factor;
-    shape.springs.spring_damping_N_s_m *= factor;
+    shape.springs.structural_stiffness_N_per_m *= factor;
+    shape.springs.bend_stiffness_N_per_m *= factor;
+    shape.springs.spring_damping_N_s_per_m *= factor;
   }
-  if constexpr (requires { shape.springs.shear_stiffness_N_m; })
-    shape.springs.shear_stiffness_N_m *= factor;
+  if constexpr (requires { shape.springs.shear_stiffness_N_per_m; })
+    shape.springs.shear_stiffness_N_per_m *= factor;
 }
 
 Finding units_change_nothing(const LawCase& law_case) {
@@ -174,8 +174,8 @@ Finding units_change_nothing(const LawCase& law_case) {
   const SceneDescription scene = scene_of(law_case);
   SceneDescription other = scene;
   for (MaterialDescription& material : other.materials) {
-    material.contact_stiffness_N_m *= kUnit;
-    material.contact_damping_N_s_m *= kUnit;
+    material.contact_stiffness_N_per_m *= kUnit;
+    material.contact_damping_N_s_per_m *= kUnit;
   }
   for (BodyDescription& body : other.bodies) {
     body.mass_kg *= kUnit;
@@ -189,9 +189,9 @@ Finding units_change_nothing(const LawCase& law_case) {
 
   const CaseLoop loop = loop_of(law_case, scene);
   const LabRun one = run_lab(scene, loop.options), ten = run_lab(other, loop.options);
-  double most_N = 0.0, worst_N = 0.0, at_s = 0.0, stiffest_N_m = 0.0;
+  double most_N = 0.0, worst_N = 0.0, at_s = 0.0, stiffest_N_per_m = 0.0;
   for (const MaterialDescription& material : scene.materials)
-    stiffest_N_m = std::max(stiffest_N_m, material.contact_stiffness_N_m);
+    stiffest_N_per_m = std::max(stiffest_N_per_m, material.contact_stiffness_N_per_m);
   for (std::size_t i = 0; i < std::min(one.rows.size(), ten.rows.size()); ++i) {
     const double apart_N = (kUnit * one.rows[i].rendered_N - ten.rows[i].rendered_N).norm();
     most_N = std::max(most_N, kUnit * one.rows[i].rendered_N.norm());
@@ -201,7 +201,7 @@ Finding units_change_nothing(const LawCase& law_case) {
     }
   }
   return {.measured = worst_N,
-          .allowed = 1e-5 * most_N + 1e-6 + 100.0 * kUnit * stiffest_N_m * allowed,
+          .allowed = 1e-5 * most_N + 1e-6 + 100.0 * kUnit * stiffest_N_per_m * allowed,
           .what = "N between ten times the force and that of ten times the scene, at " +
                   short_number(at_s) + " s"};
 }

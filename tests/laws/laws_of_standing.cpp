@@ -57,7 +57,7 @@ bool is_to_stand(const SceneDescription& scene) {
   const Eigen::Vector3d& g = scene.gravity_m_s2;
   const double slope = std::hypot(g.x(), g.y()) / std::max(1e-9, -g.z());
   const auto holds = [slope](const MaterialDescription& material) {
-    return material.friction > slope && material.contact_damping_N_s_m > 0.0;
+    return material.friction > slope && material.contact_damping_N_s_per_m > 0.0;
   };
   const auto is_floor = [](const BodyDescription& body) {
     return std::holds_alternative<PlaneBody>(body.shape);

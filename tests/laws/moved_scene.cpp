@@ -27,11 +27,11 @@ void move_scene(const SceneDescription& scene, const LawCase& law_case, const To
   LockstepSchedule schedule(scene.period_s, law_case.jitter, law_case.seed, 0.0);
   double time_s = 0.0;
   for (int steps = 0; time_s < law_case.duration_s || steps < kLeastSteps; ++steps) {
-    const ScheduledImage image = schedule.next();
-    const double step_s = static_cast<double>(image.step_ns) * 1e-9;
-    time_s = static_cast<double>(image.state_ns) * 1e-9;
+    const ScheduledSnapshot snapshot = schedule.next();
+    const double step_s = static_cast<double>(snapshot.step_ns) * 1e-9;
+    time_s = static_cast<double>(snapshot.state_ns) * 1e-9;
     const StepReport report =
-        simulation.step(step_s, [&] { return path(time_s); }, {.iterations = kMostIterations});
+        simulation.step(step_s, [&] { return path(time_s); }, {.iterations = kMaxIterations});
     if (!after(simulation, report, time_s)) return;
   }
 }

@@ -42,12 +42,12 @@ void add_box(SceneText& scene, Random& random, const std::string& name, double m
                          ", radius_m = " + short_number(radius_m) + " }");
 }
 
-SceneSection& add_material(SceneText& scene, double stiffness_N_m, double damping_N_s_m,
+SceneSection& add_material(SceneText& scene, double stiffness_N_per_m, double damping_N_s_per_m,
                            double friction) {
   SceneSection& material = scene.add("[[material]]");
   material.text("name", "m0");
-  material.number("contact_stiffness_N_m", stiffness_N_m);
-  material.number("contact_damping_N_s_m", damping_N_s_m);
+  material.number("contact_stiffness_N_per_m", stiffness_N_per_m);
+  material.number("contact_damping_N_s_per_m", damping_N_s_per_m);
   material.number("friction", friction);
   return material;
 }
@@ -68,10 +68,10 @@ void draw_standing(LawCase& law_case, Random& random) {
   simulation.text("integrator", random.one_of({"velocity_verlet", "symplectic_euler",
                                                "implicit_euler", "bdf2", "trapezoid"}));
   if (random.chance(0.5)) simulation.set("sleeping", "false");
-  const double stiffness_N_m = random.over_decades(2000.0, 10'000.0);
+  const double stiffness_N_per_m = random.over_decades(2000.0, 10'000.0);
   const double mass_kg = random.over_decades(0.01, 0.04);
-  add_material(scene, stiffness_N_m,
-               random.between(0.3, 0.9) * 2.0 * std::sqrt(mass_kg * stiffness_N_m), friction);
+  add_material(scene, stiffness_N_per_m,
+               random.between(0.3, 0.9) * 2.0 * std::sqrt(mass_kg * stiffness_N_per_m), friction);
   add_floor(scene, 0.0, "m0");
   const std::size_t boxes = is_stack ? 2 + random.index(3) : 1;
   const double side_m = random.between(0.03, 0.04), height_m = random.between(0.02, 0.025);

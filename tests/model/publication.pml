@@ -5,10 +5,10 @@
  *
  * The writer may die before each of its steps. -DRESTART=n: up to n successors, which know of the
  * death by a kernel lock, go on in the same memory and may die like it.
- * -DGENS=n generations, -DREADS=n reads of TRIES attempts each.
+ * -DGENS=n snapshots, -DREADS=n reads of TRIES attempts each.
  * Mutants, each of which must violate an assertion: -DNO_W1 -DNO_W2 -DNO_R4 -DONE_SLOT
  * -DCHECK_LATEST -DW1_RELAXED -DW4_W5_RELAXED -DW5_RELAXED -DR1_RELAXED -DR1_R2_RELAXED
- * -DR2_RELAXED -DR5_RELAXED. Harmless: -DW4_RELAXED. -DIMAGES_ONLY asserts nothing of progress.
+ * -DR2_RELAXED -DR5_RELAXED. Harmless: -DW4_RELAXED. -DSNAPSHOTS_ONLY asserts nothing of progress.
  * tests/model/check_spin knows what to expect of each.
  */
 #ifndef GENS
@@ -166,7 +166,7 @@ proctype Reader() {
   byte current[LOCATIONS];  /* no load is answered by an older message */
   byte pending[LOCATIONS];  /* what an acquire fence would make of it */
   byte g, s, q, word0, word1, publication, tries, reads, k, m;
-  byte accepted, before;    /* generations: last accepted, of the attempt before */
+  byte accepted, before;    /* snapshots: last accepted, of the attempt before */
   bool ok;
 
 #define LOAD(l, target, order) atomic { \
@@ -202,7 +202,7 @@ proctype Reader() {
         :: g == 0 -> break
         :: else
         fi;
-#ifndef IMAGES_ONLY
+#ifndef SNAPSHOTS_ONLY
         assert(g > before);          /* the attempt before failed for a later publication */
 #endif
         s = SLOT(g);
@@ -218,7 +218,7 @@ proctype Reader() {
            ok = (q == 2 * g)
         :: else
         fi;
-#ifndef IMAGES_ONLY
+#ifndef SNAPSHOTS_ONLY
         assert(ok || q >= 2 * (g + 2) - 1);  /* it failed for the next but one */
 #endif
         before = g;

@@ -14,7 +14,7 @@ constexpr std::size_t kNever = std::numeric_limits<std::size_t>::max();
 /// A reader between two reads.
 struct State {
   Reader reader;
-  std::uint64_t accepted = 0;  // generation, 0: none yet
+  std::uint64_t accepted = 0;  // snapshot, 0: none yet
 
   auto operator<=>(const State&) const = default;  // NOLINT(modernize-use-nullptr): misled
 };
@@ -36,13 +36,13 @@ std::set<Law> laws_broken(const ReadRecord& read, std::uint64_t accepted_before)
     };
     if (!all_are(read.words.front())) broken.insert(Law::kWhole);
     if (!all_are(read.attempts.back().publication)) broken.insert(Law::kReported);
-    if (read.result.generation < accepted_before) broken.insert(Law::kForward);
+    if (read.result.snapshot_id < accepted_before) broken.insert(Law::kForward);
   }
   const std::size_t failed = read.attempts.size() - (is_accepted ? 1 : 0);
   for (std::size_t i = 0; i < failed; ++i) {
     const Attempt& attempt = read.attempts[i];
-    if (attempt.sequence < 2 * (attempt.generation + 2) - 1) broken.insert(Law::kProgress);
-    if (i + 1 < read.attempts.size() && read.attempts[i + 1].generation <= attempt.generation)
+    if (attempt.sequence < 2 * (attempt.snapshot_id + 2) - 1) broken.insert(Law::kProgress);
+    if (i + 1 < read.attempts.size() && read.attempts[i + 1].snapshot_id <= attempt.snapshot_id)
       broken.insert(Law::kProgress);
   }
   return broken;
@@ -72,13 +72,13 @@ class Check {
  private:
   [[nodiscard]] PublicationModel run(const std::vector<std::size_t>& deaths) const {
     PublicationModel model(mutant_, bounds_.payload_words);
-    for (const std::size_t death : deaths) model.write(bounds_.generations, death);
+    for (const std::size_t death : deaths) model.write(bounds_.snapshots, death);
     return model;
   }
 
   [[nodiscard]] std::size_t last_writer_steps(const std::vector<std::size_t>& deaths,
                                               std::size_t death) const {
-    return run(deaths).write(bounds_.generations, death);
+    return run(deaths).write(bounds_.snapshots, death);
   }
 
   void check_quiescent(PublicationModel& model) {
@@ -87,7 +87,7 @@ class Check {
     const ReadRecord& read = model.read(reader, newest);
     const bool is_published = model.latest() > 0;
     const ReadStatus expected = is_published ? ReadStatus::kAccepted : ReadStatus::kEmpty;
-    if (read.result.status != expected || read.result.generation != model.latest() ||
+    if (read.result.status != expected || read.result.snapshot_id != model.latest() ||
         read.result.attempts != (is_published ? 1 : 0))
       report(model, Law::kQuiescent, read.steps);
   }
@@ -108,7 +108,7 @@ class Check {
         ++findings_.executions;
         for (const Law law : laws_broken(read, state.accepted))
           if (!findings_.broken.contains(law)) report(model, law, steps_to(visits, next, read));
-        if (read.result.status == ReadStatus::kAccepted) state.accepted = read.result.generation;
+        if (read.result.status == ReadStatus::kAccepted) state.accepted = read.result.snapshot_id;
         if (seen.insert(state).second) visits.push_back({state, next, read.steps});
       } while (choices.next());
     }
@@ -139,15 +139,15 @@ class Check {
 std::ostream& operator<<(std::ostream& out, Law law) {
   switch (law) {
     case Law::kWhole:
-      return out << "an image is whole";
+      return out << "a snapshot is whole";
     case Law::kReported:
-      return out << "an image is the one reported";
+      return out << "a snapshot is the one reported";
     case Law::kForward:
-      return out << "generations never go backwards";
+      return out << "snapshots never go backwards";
     case Law::kProgress:
       return out << "two attempts fail only when two publications began";
     case Law::kQuiescent:
-      return out << "the image of a dead writer is accepted at once";
+      return out << "the snapshot of a dead writer is accepted at once";
   }
   return out;
 }

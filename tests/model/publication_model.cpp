@@ -45,13 +45,13 @@ PublicationModel::PublicationModel(const Mutant& mutant, std::size_t payload_wor
   record_.words.resize(payload_words);
 }
 
-std::size_t PublicationModel::write(std::uint64_t last_generation, std::size_t killed_before) {
+std::size_t PublicationModel::write(std::uint64_t last_snapshot_id, std::size_t killed_before) {
   memory_.start_writer();
   writer_steps_ = 0;
   killed_before_ = killed_before;
   ModelAtomics::model = this;
   const bool counts_afresh = mutant_.successor_counts_afresh && memory_.writer() > 1;
-  for (std::uint64_t n = counts_afresh ? 1 : latest() + 1; n <= last_generation; ++n) {
+  for (std::uint64_t n = counts_afresh ? 1 : latest() + 1; n <= last_snapshot_id; ++n) {
     const std::vector<std::uint64_t> payload(payload_words_, publication_of(n, memory_.writer()));
     publish<ModelAtomics>(buffer_, n, {{0, payload}});
   }

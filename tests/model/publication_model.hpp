@@ -19,20 +19,20 @@ enum class Step : std::uint8_t { kW1, kW2, kW3, kW4, kW5, kR1, kR2, kR3, kR4, kR
 struct Mutant {
   std::bitset<10> relaxed{};             // by Step: loads and stores made relaxed, fences left out
   bool has_odd_mark = true;              // false: W1 left out
-  bool has_two_slots = true;             // false: every generation goes to the same slot
+  bool has_two_slots = true;             // false: every snapshot goes to the same slot
   bool checks_sequence = true;           // false: R2 and R5 ask whether `latest` is still n
-  bool successor_counts_afresh = false;  // it publishes generation 1, whatever `latest` says
+  bool successor_counts_afresh = false;  // it publishes snapshot 1, whatever `latest` says
 };
 
 /// One publication of one writer; every word that it writes to its payload holds this number.
-[[nodiscard]] constexpr std::uint64_t publication_of(std::uint64_t generation,
+[[nodiscard]] constexpr std::uint64_t publication_of(std::uint64_t snapshot_id,
                                                      std::uint8_t writer) noexcept {
-  return 16 * generation + writer;
+  return 16 * snapshot_id + writer;
 }
 
 /// What one attempt of a read has seen.
 struct Attempt {
-  std::uint64_t generation;   // that R1 read
+  std::uint64_t snapshot_id;  // that R1 read
   std::uint64_t publication;  // that stored what R1 read
   std::uint64_t sequence;     // that R2 or R5 read last
 };
@@ -58,15 +58,15 @@ class PublicationModel {
  public:
   PublicationModel(const Mutant& mutant, std::size_t payload_words);
 
-  /// A new writer publishes all generations after `latest` up to last_generation, unless it is
+  /// A new writer publishes all snapshots after `latest` up to last_snapshot_id, unless it is
   /// killed before that step of its own; stores and fences are steps. Returns the steps it made.
-  std::size_t write(std::uint64_t last_generation, std::size_t killed_before);
+  std::size_t write(std::uint64_t last_snapshot_id, std::size_t killed_before);
 
   /// One read; which message each load gets is chosen by `choices`, 0 being the newest. The record
   /// is valid until the next read.
   const ReadRecord& read(Reader& reader, Choices& choices);
 
-  /// Generation last published; nobody can miss it who has seen the last writer dead.
+  /// Snapshot id last published; nobody can miss it who has seen the last writer dead.
   [[nodiscard]] std::uint64_t latest() const;
 
   /// What the writers did up to the last message that one of these steps has read, a line each;

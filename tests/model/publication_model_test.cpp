@@ -47,41 +47,41 @@ void check_within(Bounds bounds, std::uint64_t least_executions) {
   INFO(findings.counterexamples);
   REQUIRE(findings.broken == kNone);
   CHECK(findings.executions >= least_executions);
-  std::cout << "model: " << bounds.generations << " generations, " << bounds.payload_words
-            << " words, " << bounds.writers << " writers: " << findings.histories << " histories, "
+  std::cout << "model: " << bounds.snapshots << " snapshots, " << bounds.payload_words << " words, "
+            << bounds.writers << " writers: " << findings.histories << " histories, "
             << findings.states << " states, " << findings.executions << " reads, "
             << elapsed_s.count() << " s\n"
             << std::flush;
 }
 
 TEST_CASE("Publication keeps its laws whatever its readers may see", "[model]") {
-  check_within({.generations = 8, .payload_words = 2, .writers = 1}, 300'000);
+  check_within({.snapshots = 8, .payload_words = 2, .writers = 1}, 300'000);
 }
 
 TEST_CASE("Publication keeps its laws when writers follow one another in the same memory",
           "[model]") {
-  check_within({.generations = 5, .payload_words = 2, .writers = 2}, 300'000);
-  check_within({.generations = 4, .payload_words = 2, .writers = 3}, 1'000'000);
-  check_within({.generations = 3, .payload_words = 1, .writers = 4}, 100'000);
+  check_within({.snapshots = 5, .payload_words = 2, .writers = 2}, 300'000);
+  check_within({.snapshots = 4, .payload_words = 2, .writers = 3}, 1'000'000);
+  check_within({.snapshots = 3, .payload_words = 1, .writers = 4}, 100'000);
 }
 
-TEST_CASE("Publication keeps its laws over many generations, words and writers", "[.long]") {
-  check_within({.generations = 12, .payload_words = 2, .writers = 1}, 1'000'000);
-  check_within({.generations = 8, .payload_words = 2, .writers = 2}, 10'000'000);
-  check_within({.generations = 6, .payload_words = 3, .writers = 2}, 5'000'000);
-  check_within({.generations = 5, .payload_words = 3, .writers = 3}, 10'000'000);
-  check_within({.generations = 4, .payload_words = 2, .writers = 4}, 10'000'000);
+TEST_CASE("Publication keeps its laws over many snapshots, words and writers", "[.long]") {
+  check_within({.snapshots = 12, .payload_words = 2, .writers = 1}, 1'000'000);
+  check_within({.snapshots = 8, .payload_words = 2, .writers = 2}, 10'000'000);
+  check_within({.snapshots = 6, .payload_words = 3, .writers = 2}, 5'000'000);
+  check_within({.snapshots = 5, .payload_words = 3, .writers = 3}, 10'000'000);
+  check_within({.snapshots = 4, .payload_words = 2, .writers = 4}, 10'000'000);
 }
 
-TEST_CASE("Without the fence W2 a reader accepts a torn image", "[model]") {
+TEST_CASE("Without the fence W2 a reader accepts a torn snapshot", "[model]") {
   CHECK(broken_in_fresh_memory(relaxed({Step::kW2})) == kTorn);
 }
 
-TEST_CASE("Without the fence R4 a reader accepts a torn image", "[model]") {
+TEST_CASE("Without the fence R4 a reader accepts a torn snapshot", "[model]") {
   CHECK(broken_in_fresh_memory(relaxed({Step::kR4})) == kTorn);
 }
 
-TEST_CASE("Without the odd mark W1 a reader accepts a torn image", "[model]") {
+TEST_CASE("Without the odd mark W1 a reader accepts a torn snapshot", "[model]") {
   CHECK(broken_in_fresh_memory({.has_odd_mark = false}) == kTorn);
 }
 
@@ -105,14 +105,14 @@ TEST_CASE("A reader that asks latest instead of the sequence fails for one publi
   CHECK(broken_in_fresh_memory({.checks_sequence = false}) == Laws{Law::kProgress});
 }
 
-TEST_CASE("With W1 or R5 relaxed both attempts fail for one publication, no image is torn",
+TEST_CASE("With W1 or R5 relaxed both attempts fail for one publication, no snapshot is torn",
           "[model]") {
   const Step step = GENERATE(Step::kW1, Step::kR5);
   CHECK(broken_in_fresh_memory(relaxed({step})) == Laws{Law::kProgress});
   CHECK(broken_with_successor(relaxed({step})) == Laws{Law::kProgress});
 }
 
-TEST_CASE("With W5, R1 or R2 relaxed attempts fail for nothing, no image is torn", "[model]") {
+TEST_CASE("With W5, R1 or R2 relaxed attempts fail for nothing, no snapshot is torn", "[model]") {
   const Step step = GENERATE(Step::kW5, Step::kR1, Step::kR2);
   CHECK(broken_in_fresh_memory(relaxed({step})) == Laws{Law::kProgress});
 }
@@ -123,7 +123,7 @@ TEST_CASE("With R1 relaxed a reader mixes a dead writer with its successor in th
   CHECK(broken == Laws{Law::kWhole, Law::kReported, Law::kProgress});
 }
 
-TEST_CASE("W4 alone may be relaxed, for W5 releases the image too", "[model]") {
+TEST_CASE("W4 alone may be relaxed, for W5 releases the snapshot too", "[model]") {
   CHECK(broken_in_fresh_memory(relaxed({Step::kW4})) == kNone);
   CHECK(broken_with_successor(relaxed({Step::kW4})) == kNone);
 }
@@ -139,10 +139,11 @@ constexpr Step kOrdered[] = {Step::kW1, Step::kW2, Step::kW4, Step::kW5,
 /// The laws that a protocol must break whose steps `kept` have their orders and the others none.
 Laws expected_broken(const std::set<Step>& kept, bool has_successor) {
   const auto has = [&](Step step) { return kept.contains(step); };
-  const bool images_pass = (has(Step::kW4) && has(Step::kR2)) || (has(Step::kW5) && has(Step::kR1));
+  const bool snapshots_pass =
+      (has(Step::kW4) && has(Step::kR2)) || (has(Step::kW5) && has(Step::kR1));
   const bool writers_differ = !has_successor || has(Step::kR1);
   Laws broken;
-  if (!images_pass || !has(Step::kW2) || !has(Step::kR4) || !writers_differ)
+  if (!snapshots_pass || !has(Step::kW2) || !has(Step::kR4) || !writers_differ)
     broken.insert(Law::kReported);
   const bool end_passes_latest = has(Step::kW4) || has(Step::kW2);
   if (!has(Step::kW1) || !has(Step::kW5) || !has(Step::kR1) || !has(Step::kR2) || !has(Step::kR5) ||
@@ -164,7 +165,7 @@ TEST_CASE("It is known of each set of weakened steps which laws it breaks", "[mo
       }
     }
     INFO("relaxed: " << mutant.relaxed << ", bit 0 is W1, bit 9 is R5");
-    // An image of one word cannot be torn, but shows a wrong word at an eighth of the cost.
+    // A snapshot of one word cannot be torn, but shows a wrong word at an eighth of the cost.
     const Findings findings = check_publication(
         mutant,
         {.payload_words = 1, .writers = has_successor ? 2 : 1, .has_reads_for_each_death = false});

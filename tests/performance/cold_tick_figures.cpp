@@ -1,6 +1,6 @@
 // What a tick of the renderer costs with caches flushed before it, as the tick of a millisecond
-// later finds them, of every model in turn on the same images: a row of CSV each. Times include a
-// look at the clock, which the last row tells.
+// later finds them, of every model in turn on the same snapshots: a row of CSV each. Times include
+// a look at the clock, which the last row tells.
 
 #include <unistd.h>
 
@@ -28,7 +28,7 @@ constexpr std::uint64_t kTimedEach = 19;
 struct Measured {
   std::string name;
   std::unique_ptr<Renderer> renderer;
-  std::vector<double> standing_s, new_image_s;  // ticks in contact
+  std::vector<double> standing_s, new_snapshot_s;  // ticks in contact
 };
 
 std::vector<Measured> all_models() {
@@ -62,7 +62,7 @@ void time_tick(Measured& measured, const SceneView& view, const ToolPose& pose,
   RenderedTick tick;
   const double took_s = seconds_of([&] { tick = measured.renderer->render(view, pose, now_ns); });
   if (flush == nullptr || tick.force.contacts == 0) return;
-  (tick.is_new ? measured.new_image_s : measured.standing_s).push_back(took_s);
+  (tick.is_new ? measured.new_snapshot_s : measured.standing_s).push_back(took_s);
 }
 
 double percentile_us(std::vector<double>& times_s, double share) {
@@ -74,10 +74,10 @@ double percentile_us(std::vector<double>& times_s, double share) {
 }
 
 void print(const std::string& name, std::vector<double>& standing_s,
-           std::vector<double>& new_image_s) {
+           std::vector<double>& new_snapshot_s) {
   std::printf("%s,%.3f,%.3f,%.3f,%.3f,%zu\n", name.c_str(), percentile_us(standing_s, 0.5),
-              percentile_us(standing_s, 0.99), percentile_us(new_image_s, 0.5),
-              percentile_us(new_image_s, 0.99), standing_s.size() + new_image_s.size());
+              percentile_us(standing_s, 0.99), percentile_us(new_snapshot_s, 0.5),
+              percentile_us(new_snapshot_s, 0.99), standing_s.size() + new_snapshot_s.size());
 }
 
 /// Simulation and ticks in turn; every model sees every tick. A step costs nothing here.
@@ -93,19 +93,19 @@ void measure(const std::string& scene_file, const std::string& path_file, double
       *SegmentReader::open(session, proto::SegmentKind::kScene, proto::kSceneLayoutHash));
   std::vector<Measured> models = all_models();
   CacheFlush flush;
-  std::uint64_t image_ns = 0;
+  std::uint64_t snapshot_ns = 0;
   for (std::size_t i = 0; i < path_m.size(); ++i) {
     const std::uint64_t now_ns = i * kTick_ns;
     const ToolPose pose{.position_m = path_m[i]};
-    if (now_ns >= image_ns) {
-      const bool is_first = image_ns == 0;
+    if (now_ns >= snapshot_ns) {
+      const bool is_first = snapshot_ns == 0;
       writer.publish(simulation.snapshot(),
-                     {.state_ns = image_ns, .publish_ns = image_ns, .tool_ns = image_ns},
-                     is_first ? ImageForesight{} : simulation.look_ahead(scene.period_s));
-      image_ns += period_ns;
+                     {.state_ns = snapshot_ns, .publish_ns = snapshot_ns, .tool_ns = snapshot_ns},
+                     is_first ? SnapshotPrediction{} : simulation.predict_next(scene.period_s));
+      snapshot_ns += period_ns;
       simulation.step(scene.period_s, [&]() -> std::optional<ToolSample> {
-        const auto place_m = path_m[std::min(image_ns / kTick_ns, path_m.size() - 1)];
-        return ToolSample{image_ns, place_m, Eigen::Quaterniond::Identity(),
+        const auto place_m = path_m[std::min(snapshot_ns / kTick_ns, path_m.size() - 1)];
+        return ToolSample{snapshot_ns, place_m, Eigen::Quaterniond::Identity(),
                           Eigen::Vector3d::Zero()};
       });
     }
@@ -113,8 +113,10 @@ void measure(const std::string& scene_file, const std::string& path_file, double
     for (Measured& measured : models)
       time_tick(measured, view, pose, now_ns, is_timed ? &flush : nullptr);
   }
-  std::printf("model,standing_p50_us,standing_p99_us,new_image_p50_us,new_image_p99_us,ticks\n");
-  for (Measured& measured : models) print(measured.name, measured.standing_s, measured.new_image_s);
+  std::printf(
+      "model,standing_p50_us,standing_p99_us,new_snapshot_p50_us,new_snapshot_p99_us,ticks\n");
+  for (Measured& measured : models)
+    print(measured.name, measured.standing_s, measured.new_snapshot_s);
   std::vector<double> clock_s(1000), none;
   for (double& time_s : clock_s) time_s = seconds_of([] {});
   print("clock", clock_s, none);

@@ -23,7 +23,7 @@
 namespace stillgrid {
 namespace {
 
-using Frame = std::vector<Cover>;
+using Frame = std::vector<SweptBound>;
 
 struct Method {
   std::string name;
@@ -52,10 +52,10 @@ Method ours(const std::string& name, const SphereCloud& cloud, std::int64_t targ
   struct State {
     MovingSpheres spheres;
     MovingSnapshot snapshot;
-    std::vector<proto::SphereImage> images;
+    std::vector<proto::SphereState> snapshots;
   };
   auto state = std::make_shared<State>(
-      State{MovingSpheres(count, 0.0F), {}, std::vector<proto::SphereImage>(count)});
+      State{MovingSpheres(count, 0.0F), {}, std::vector<proto::SphereState>(count)});
   for (std::size_t i = 0; i < count; ++i)
     state->spheres.grid().records()[i].radius_m = cloud.radius_m(i);
   return {name,
@@ -63,8 +63,8 @@ Method ours(const std::string& name, const SphereCloud& cloud, std::int64_t targ
             const std::size_t found = state->spheres.find(balls).size();
             if (shows) {
               for (std::size_t i = 0; i < balls.size(); ++i)
-                state->images[i].position_m = balls[i].centre_m;
-              state->snapshot.show(state->images, state->spheres);
+                state->snapshots[i].position_m = balls[i].centre_m;
+              state->snapshot.show(state->snapshots, state->spheres);
             }
             return found;
           },

@@ -11,10 +11,10 @@ namespace {
 
 class FclTree : public DetectionPeer {
  public:
-  explicit FclTree(std::span<const Cover> balls) {
+  explicit FclTree(std::span<const SweptBound> balls) {
     for (std::size_t i = 0; i < balls.size(); ++i) {
       objects_.push_back(std::make_unique<fcl::CollisionObjectf>(
-          std::make_shared<fcl::Spheref>(balls[i].reach_m)));
+          std::make_shared<fcl::Spheref>(balls[i].bounding_radius_m)));
       place(i, balls[i]);
       objects_.back()->setUserData(reinterpret_cast<void*>(i));
     }
@@ -25,17 +25,18 @@ class FclTree : public DetectionPeer {
     manager_.setup();
   }
 
-  std::size_t find(std::span<const Cover> balls) override {
+  std::size_t find(std::span<const SweptBound> balls) override {
     for (std::size_t i = 0; i < balls.size(); ++i) place(i, balls[i]);
     manager_.update();
     Query query{balls};
     manager_.collide(&query, [](fcl::CollisionObjectf* a, fcl::CollisionObjectf* b, void* data) {
       auto& [all, found] = *static_cast<Query*>(data);
-      const Cover& p = all[reinterpret_cast<std::size_t>(a->getUserData())];
-      const Cover& q = all[reinterpret_cast<std::size_t>(b->getUserData())];
+      const SweptBound& p = all[reinterpret_cast<std::size_t>(a->getUserData())];
+      const SweptBound& q = all[reinterpret_cast<std::size_t>(b->getUserData())];
       const float x = p.centre_m[0] - q.centre_m[0], y = p.centre_m[1] - q.centre_m[1],
-                  z = p.centre_m[2] - q.centre_m[2], reach_m = p.reach_m + q.reach_m;
-      found += x * x + y * y + z * z < reach_m * reach_m;
+                  z = p.centre_m[2] - q.centre_m[2],
+                  bounding_radius_m = p.bounding_radius_m + q.bounding_radius_m;
+      found += x * x + y * y + z * z < bounding_radius_m * bounding_radius_m;
       return false;  // go on
     });
     return query.found;
@@ -43,10 +44,10 @@ class FclTree : public DetectionPeer {
 
  private:
   struct Query {
-    std::span<const Cover> balls;
+    std::span<const SweptBound> balls;
     std::size_t found = 0;
   };
-  void place(std::size_t i, const Cover& ball) {
+  void place(std::size_t i, const SweptBound& ball) {
     const auto& c = ball.centre_m;
     objects_[i]->setTranslation(fcl::Vector3f(c[0], c[1], c[2]));
     objects_[i]->computeAABB();
@@ -58,7 +59,7 @@ class FclTree : public DetectionPeer {
 
 }  // namespace
 
-std::unique_ptr<DetectionPeer> fcl_tree(std::span<const Cover> balls) {
+std::unique_ptr<DetectionPeer> fcl_tree(std::span<const SweptBound> balls) {
   return std::make_unique<FclTree>(balls);
 }
 

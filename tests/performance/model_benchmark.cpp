@@ -1,5 +1,5 @@
-// What a tick costs with each intermediate model, in a cloud of 400 spheres. tick: while an image
-// stands. new_image: the tick that finds a new one, a look at the clock included.
+// What a tick costs with each intermediate model, in a cloud of 400 spheres. tick: while a snapshot
+// stands. new_snapshot: the tick that finds a new one, a look at the clock included.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ std::vector<float> radii_m(const SphereCloud& cloud) {
   return radii_m;
 }
 
-/// A probe that creeps round the centre of one sphere of a cloud whose images come anew.
+/// A probe that creeps round the centre of one sphere of a cloud whose snapshots come anew.
 struct CrowdedScene {
   SphereCloud cloud{kSpheres};
   PublishedScene scene{plain_scene(500.0F, static_cast<float>(SphereCloud::kRadius_m)),
@@ -56,7 +56,7 @@ void tick(benchmark::State& state, const Rival* rival) {
   state.counters["contacts"] = benchmark::Counter(contacts, benchmark::Counter::kAvgIterations);
 }
 
-void new_image(benchmark::State& state, const Rival* rival) {
+void new_snapshot(benchmark::State& state, const Rival* rival) {
   CrowdedScene crowd;
   const auto renderer = make_renderer(rival, Transition::kLinear);
   std::vector<double> times_s;
@@ -78,7 +78,7 @@ int main(int argc, char** argv) {
   using namespace stillgrid;
   const auto measure = [](const std::string& name, const Rival* rival) {
     benchmark::RegisterBenchmark(("tick/" + name).c_str(), tick, rival);
-    benchmark::RegisterBenchmark(("new_image/" + name).c_str(), new_image, rival)
+    benchmark::RegisterBenchmark(("new_snapshot/" + name).c_str(), new_snapshot, rival)
         ->UseManualTime()
         ->Iterations(2000);
   };

@@ -15,14 +15,14 @@ PaperGrid<Stamp>::PaperGrid(float voxel_m, const std::array<std::uint32_t, 3>& c
 
 template <class Stamp>
 template <class Visit>
-void PaperGrid<Stamp>::for_each_voxel(const Cover& ball, Visit&& visit) {
+void PaperGrid<Stamp>::for_each_voxel(const SweptBound& ball, Visit&& visit) {
   std::array<std::uint32_t, 3> low, count;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto voxel = [&](float x_m) {
       return static_cast<std::int64_t>(std::floor(x_m * inverse_voxel_per_m_));
     };
-    const std::int64_t first = voxel(ball.centre_m[axis] - ball.reach_m);
-    const std::int64_t last = voxel(ball.centre_m[axis] + ball.reach_m);
+    const std::int64_t first = voxel(ball.centre_m[axis] - ball.bounding_radius_m);
+    const std::int64_t last = voxel(ball.centre_m[axis] + ball.bounding_radius_m);
     const std::int64_t cells = cells_[axis];
     low[axis] = static_cast<std::uint32_t>((first % cells + cells) % cells);
     count[axis] = static_cast<std::uint32_t>(std::min(last - first + 1, cells));
@@ -45,33 +45,35 @@ void PaperGrid<Stamp>::put(std::uint32_t sphere, std::uint32_t& first,
 }
 
 template <class Stamp>
-void PaperGrid<Stamp>::enter_still(std::span<const Cover> balls) {
-  for (const Cover& ball : balls) {
-    const auto number = static_cast<std::uint32_t>(still_.size());
-    still_.push_back(ball);
-    for_each_voxel(ball, [&](VoxelList& voxel) { put(number, voxel.first_still, still_entries_); });
+void PaperGrid<Stamp>::enter_static(std::span<const SweptBound> balls) {
+  for (const SweptBound& ball : balls) {
+    const auto number = static_cast<std::uint32_t>(static_.size());
+    static_.push_back(ball);
+    for_each_voxel(ball,
+                   [&](VoxelList& voxel) { put(number, voxel.first_static, static_entries_); });
   }
 }
 
 template <class Stamp>
-PaperCounts PaperGrid<Stamp>::find(std::span<const Cover> balls, std::vector<SpherePair>& pairs) {
+PaperCounts PaperGrid<Stamp>::find(std::span<const SweptBound> balls,
+                                   std::vector<SpherePair>& pairs) {
   const auto moving = static_cast<std::uint32_t>(balls.size());
-  tested_.resize(balls.size() + still_.size());
+  tested_.resize(balls.size() + static_.size());
   entries_.clear();
   pairs.clear();
   ++step_;
   PaperCounts counts;
   for (std::uint32_t i = 0; i < moving; ++i) {
     ++check_;
-    const auto check = [&](std::uint32_t j, const Cover& other) {
+    const auto check = [&](std::uint32_t j, const SweptBound& other) {
       ++counts.visits;
       if (tested_[j] == check_) return;
       tested_[j] = check_;
       ++counts.tests;
       const auto &p = balls[i].centre_m, &q = other.centre_m;
       const float x = p[0] - q[0], y = p[1] - q[1], z = p[2] - q[2];
-      const float reach_m = balls[i].reach_m + other.reach_m;
-      if (x * x + y * y + z * z < reach_m * reach_m)
+      const float bounding_radius_m = balls[i].bounding_radius_m + other.bounding_radius_m;
+      if (x * x + y * y + z * z < bounding_radius_m * bounding_radius_m)
         pairs.push_back({std::min(i, j), std::max(i, j)});
     };
     for_each_voxel(balls[i], [&](VoxelList& voxel) {
@@ -81,8 +83,8 @@ PaperCounts PaperGrid<Stamp>::find(std::span<const Cover> balls, std::vector<Sph
       }
       for (std::uint32_t e = voxel.first; e != kNone; e = entries_[e].next)
         check(entries_[e].sphere, balls[entries_[e].sphere]);
-      for (std::uint32_t e = voxel.first_still; e != kNone; e = still_entries_[e].next)
-        check(moving + still_entries_[e].sphere, still_[still_entries_[e].sphere]);
+      for (std::uint32_t e = voxel.first_static; e != kNone; e = static_entries_[e].next)
+        check(moving + static_entries_[e].sphere, static_[static_entries_[e].sphere]);
       put(i, voxel.first, entries_);
     });
   }

@@ -26,8 +26,8 @@ TEST_CASE("Motionless spheres, entered once, are found as if they had been enter
   DriftingCloud moving(Cloud::kEqual, Drift::kSlow, 200, 2),
       still(Cloud::kEqual, Drift::kNone, 200, 3);
   PaperGrid<std::uint32_t> grid(0.01F, {16, 16, 16});
-  grid.enter_still(still.balls());
-  std::vector<Cover> all(moving.balls().begin(), moving.balls().end());
+  grid.enter_static(still.balls());
+  std::vector<SweptBound> all(moving.balls().begin(), moving.balls().end());
   all.insert(all.end(), still.balls().begin(), still.balls().end());
   Pairs pairs;
   for (int step = 0; step < 5; ++step, moving.step()) {
@@ -43,7 +43,7 @@ TEST_CASE("Motionless spheres, entered once, are found as if they had been enter
 /// each other: how often the pair is missed.
 template <class Stamp>
 int missed(std::uint32_t others, int steps_apart, Stamp first_stamp = 0) {
-  std::vector<Cover> balls{{{0.0F, 0.0F, 0.0F}, 0.5F}, {{0.6F, 0.0F, 0.0F}, 0.5F}};
+  std::vector<SweptBound> balls{{{0.0F, 0.0F, 0.0F}, 0.5F}, {{0.6F, 0.0F, 0.0F}, 0.5F}};
   for (std::uint32_t i = 0; i < others; ++i)
     balls.push_back({{4.0F + 4.0F * static_cast<float>(i), 4.0F, 0.0F}, 0.5F});
   PaperGrid<Stamp> grid(1.0F, {1024, 16, 16}, first_stamp);
@@ -91,7 +91,7 @@ TEST_CASE("Entries, visits and tests follow their formulas within 3 %", "[paper_
   Pairs pairs;
   constexpr int kDraws = 40;
   for (int draw = 0; draw < kDraws; ++draw) {
-    std::vector<Cover> balls;
+    std::vector<SweptBound> balls;
     for (int i = 0; i < 400; ++i)
       balls.push_back({{place(random), place(random), place(random)}, kRadius});
     const PaperCounts counts = grid.find(balls, pairs);

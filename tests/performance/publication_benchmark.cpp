@@ -11,29 +11,29 @@
 namespace stillgrid {
 namespace {
 
-/// One image only, as a first publication has.
-StillGrid first_image(const SphereCloud& cloud) {
-  StillGrid grid(sizeof(proto::SnapshotHeader), cloud.count());
+/// One snapshot only, as a first publication has.
+VoxelGrid first_snapshot(const SphereCloud& cloud) {
+  VoxelGrid grid(sizeof(proto::SnapshotHeader), cloud.count());
   const auto records = grid.records();
   cloud.write_to(records);
   for (proto::SphereRecord& record : records) {
     fill_history(record, record.newest);
   }
-  grid.enter(history_covers(records), 1.0F);
+  grid.enter(history_bounds(records), 1.0F);
   return grid;
 }
 
-/// Showing a filled image of N moving spheres in the scene segment.
-void publish_image(benchmark::State& state) {
+/// Showing a filled snapshot of N moving spheres in the scene segment.
+void publish_snapshot(benchmark::State& state) {
   const SphereCloud cloud(static_cast<std::size_t>(state.range(0)));
   StaticScene scene;
   scene.name = "cloud";
   scene.device = {{0, 0, 0}, {0, 0, 0, 1}, 1.0};
   SceneWriter writer("benchmark", scene, cloud.count(), 10'000'000, proto::Clock::kVirtual, 0);
-  const StillGrid image = first_image(cloud);
-  for (int i = 0; i < 2; ++i) writer.publish(image, {});  // both slots have been touched
+  const VoxelGrid snapshot = first_snapshot(cloud);
+  for (int i = 0; i < 2; ++i) writer.publish(snapshot, {});  // both slots have been touched
   for (auto _ : state) {
-    writer.publish(image, {});
+    writer.publish(snapshot, {});
     benchmark::ClobberMemory();
   }
 }
@@ -48,9 +48,9 @@ std::uint64_t* apart_from(const std::uint64_t* source, std::uint64_t* target) {
 }
 
 /// As many bytes, by memcpy between private memories: the least that a copy can cost.
-void copy_image(benchmark::State& state) {
+void copy_snapshot(benchmark::State& state) {
   const SphereCloud cloud(static_cast<std::size_t>(state.range(0)));
-  StillGrid grid = first_image(cloud);
+  VoxelGrid grid = first_snapshot(cloud);
   const auto parts = grid.filled_parts();
   constexpr std::size_t kPageWords = 512;
   const std::size_t slot_words = (grid.layout().total_words / kPageWords + 1) * kPageWords;
@@ -75,8 +75,8 @@ void sphere_counts(benchmark::internal::Benchmark* measured) {
     measured->Arg(n);
 }
 
-BENCHMARK(publish_image)->Name("publish/scene_image")->Apply(sphere_counts);
-BENCHMARK(copy_image)->Name("publish/memcpy")->Apply(sphere_counts);
+BENCHMARK(publish_snapshot)->Name("publish/scene_snapshot")->Apply(sphere_counts);
+BENCHMARK(copy_snapshot)->Name("publish/memcpy")->Apply(sphere_counts);
 
 }  // namespace
 }  // namespace stillgrid

@@ -1,4 +1,4 @@
-// The force on one probe among N still spheres: the 1 kHz side's query, beside Bullet's and
+// The force on one probe among N static spheres: the 1 kHz side's query, beside Bullet's and
 // nanoflann's trees in the same run.
 #include <benchmark/benchmark.h>
 
@@ -7,7 +7,7 @@
 
 #include "shared/collision/grid_query.hpp"
 #include "shared/collision/sphere_history.hpp"
-#include "shared/collision/still_grid.hpp"
+#include "shared/collision/voxel_grid.hpp"
 #include "shared/publication/scene_segment.hpp"
 #include "tests/performance/query_peers.hpp"
 #include "tests/performance/sphere_cloud.hpp"
@@ -17,7 +17,7 @@ namespace {
 
 constexpr auto kRadius_m = static_cast<float>(SphereCloud::kRadius_m);
 
-std::vector<PlainSphere> still_spheres(const SphereCloud& cloud) {
+std::vector<PlainSphere> static_spheres(const SphereCloud& cloud) {
   std::vector<PlainSphere> spheres;
   for (std::size_t i = 0; i < cloud.count(); ++i) {
     const Eigen::Vector3f p = cloud.position_m(i).cast<float>();
@@ -37,11 +37,11 @@ class OurGrid {
     for (std::size_t i = 0; i < spheres.size(); ++i) {
       const auto& [x_m, y_m, z_m, radius_m] = spheres[i];
       proto::SphereRecord& record = grid_.records()[i];
-      const proto::SphereImage image{{x_m, y_m, z_m}, {}};
-      fill_history(record, image);
+      const proto::SphereState snapshot{{x_m, y_m, z_m}, {}};
+      fill_history(record, snapshot);
       record.radius_m = radius_m;
     }
-    grid_.enter(history_covers(grid_.records()), StaticScene{}.voxel_ratio);
+    grid_.enter(history_bounds(grid_.records()), StaticScene{}.voxel_ratio);
     view_ = grid_.view();
   }
 
@@ -58,7 +58,7 @@ class OurGrid {
   }
 
  private:
-  StillGrid grid_;
+  VoxelGrid grid_;
   GridView view_;
 };
 
@@ -66,8 +66,8 @@ class OurGrid {
 /// sphere in turn.
 template <class Method>
 struct Checked {
-  explicit Checked(std::size_t count) : cloud(count), method(still_spheres(cloud)) {
-    const std::vector<PlainSphere> spheres = still_spheres(cloud);
+  explicit Checked(std::size_t count) : cloud(count), method(static_spheres(cloud)) {
+    const std::vector<PlainSphere> spheres = static_spheres(cloud);
     for (int i = 0; i < 50; ++i) {
       const PlainSphere probe = probe_at(cloud.place_within());
       Eigen::Vector3f sum_N = Eigen::Vector3f::Zero();

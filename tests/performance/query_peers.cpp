@@ -67,7 +67,7 @@ struct Points {
 struct SumOfPoints {
   const std::vector<PlainSphere>& spheres;
   const PlainSphere& probe;
-  float reach_squared_m2;
+  float search_radius_squared_m2;
   Eigen::Vector3f sum_N = Eigen::Vector3f::Zero();
 
   [[nodiscard]] bool full() const { return true; }
@@ -75,7 +75,9 @@ struct SumOfPoints {
     sum_N += push_N(probe, spheres[i]);
     return true;
   }
-  [[nodiscard]] float worstDist() const { return reach_squared_m2; }  // NOLINT: nanoflann's name
+  [[nodiscard]] float worstDist() const {
+    return search_radius_squared_m2;
+  }  // NOLINT: nanoflann's name
 };
 
 using Index =
@@ -99,8 +101,8 @@ NanoflannTree::NanoflannTree(std::span<const PlainSphere> spheres)
 NanoflannTree::~NanoflannTree() = default;
 
 Eigen::Vector3f NanoflannTree::force_N(const PlainSphere& probe) const {
-  const float reach_m = probe.radius_m + tree_->largest_m;
-  SumOfPoints sum{tree_->points.spheres, probe, reach_m * reach_m};
+  const float bounding_radius_m = probe.radius_m + tree_->largest_m;
+  SumOfPoints sum{tree_->points.spheres, probe, bounding_radius_m * bounding_radius_m};
   const std::array<float, 3> centre_m{probe.x_m, probe.y_m, probe.z_m};
   tree_->index.findNeighbors(sum, centre_m.data(), nanoflann::SearchParams());
   return sum.sum_N;

@@ -8,20 +8,22 @@
 
 namespace stillgrid {
 
-/// A still sphere as the peers keep it: 16 bytes.
+/// A static sphere as the peers keep it: 16 bytes.
 struct PlainSphere {
   float x_m, y_m, z_m, radius_m;
 };
 
 /// A spring on the depth, along the line of the centres: what every method sums here.
 [[nodiscard]] inline Eigen::Vector3f push_N(const PlainSphere& probe, const PlainSphere& sphere) {
-  constexpr float kStiffness_N_m = 500.0F;
+  constexpr float kStiffness_N_per_m = 500.0F;
   const Eigen::Vector3f apart_m(probe.x_m - sphere.x_m, probe.y_m - sphere.y_m,
                                 probe.z_m - sphere.z_m);
-  const float reach_m = probe.radius_m + sphere.radius_m, squared_m2 = apart_m.squaredNorm();
-  if (!(squared_m2 < reach_m * reach_m) || squared_m2 == 0.0F) return Eigen::Vector3f::Zero();
+  const float bounding_radius_m = probe.radius_m + sphere.radius_m,
+              squared_m2 = apart_m.squaredNorm();
+  if (!(squared_m2 < bounding_radius_m * bounding_radius_m) || squared_m2 == 0.0F)
+    return Eigen::Vector3f::Zero();
   const float distance_m = std::sqrt(squared_m2);
-  return kStiffness_N_m * (reach_m - distance_m) / distance_m * apart_m;
+  return kStiffness_N_per_m * (bounding_radius_m - distance_m) / distance_m * apart_m;
 }
 
 /// Bullet's dynamic tree of boxes, built anew from the top, which is its best.

@@ -8,10 +8,10 @@
 namespace stillgrid {
 namespace {
 
-constexpr double kReach_m = 0.015;  // radius of a ball and of the tool, together
+constexpr double kContactDistance_m = 0.015;  // radius of a ball and of the tool, together
 constexpr double kTool_m = 0.005;
 constexpr double kDepth_m = 0.002;
-constexpr double kStiffness_N_m = 500.0;
+constexpr double kStiffness_N_per_m = 500.0;
 constexpr double kPi = 3.14159265358979323846;
 
 std::vector<Ball> lattice(double spacing_m, int rows) {
@@ -20,7 +20,7 @@ std::vector<Ball> lattice(double spacing_m, int rows) {
   std::vector<Ball> balls;
   for (int y = -each_across; y <= each_across; ++y)
     for (int x = -kEachWay; x <= kEachWay; ++x)
-      balls.push_back({{x * spacing_m, y * spacing_m, 0.0}, kReach_m - kTool_m});
+      balls.push_back({{x * spacing_m, y * spacing_m, 0.0}, kContactDistance_m - kTool_m});
   return balls;
 }
 
@@ -31,7 +31,7 @@ SurfaceSamples one_period(double spacing_m, int along, int across) {
     for (int x = 0; x < along; ++x) {
       samples.points_m.emplace_back((x + 0.5) / along * spacing_m,
                                     across > 1 ? (y + 0.5) / across * spacing_m : 0.0,
-                                    kReach_m - kTool_m);
+                                    kContactDistance_m - kTool_m);
       samples.normals.emplace_back(0.0, 0.0, 1.0);
     }
   return samples;
@@ -52,29 +52,30 @@ void print_line(double spacing_m) {
   for (int i = -200; i <= 200; ++i) {
     const double x_m = i * 1e-4;
     const Eigen::Vector3d force_N =
-        kStiffness_N_m * unit_force_m(body, {x_m, 0.0, kReach_m - kDepth_m});
+        kStiffness_N_per_m * unit_force_m(body, {x_m, 0.0, kContactDistance_m - kDepth_m});
     print_row("force_N_along_mm", spacing_m, 1e3 * x_m, force_N.z(), NAN);
   }
 }
 
 void print_ripple(double spacing_m) {
-  const double h_m = kReach_m - kDepth_m, c_m = std::sqrt(kReach_m * kReach_m - h_m * h_m);
-  const double mean_N =
-      kStiffness_N_m * h_m / spacing_m * (2.0 * kReach_m * std::asinh(c_m / h_m) - 2.0 * c_m);
+  const double h_m = kContactDistance_m - kDepth_m,
+               c_m = std::sqrt(kContactDistance_m * kContactDistance_m - h_m * h_m);
+  const double mean_N = kStiffness_N_per_m * h_m / spacing_m *
+                        (2.0 * kContactDistance_m * std::asinh(c_m / h_m) - 2.0 * c_m);
   const ForceMap map = map_of(lattice(spacing_m, 1), one_period(spacing_m, 4000, 1), kDepth_m);
-  print_row("mean_N", spacing_m, 1e3 * spacing_m, kStiffness_N_m * map.mean_m, mean_N);
+  print_row("mean_N", spacing_m, 1e3 * spacing_m, kStiffness_N_per_m * map.mean_m, mean_N);
   print_row("ripple", spacing_m, 1e3 * spacing_m, map.ripple, NAN);
   print_row("least_over_most", spacing_m, 1e3 * spacing_m, map.min_over_max, NAN);
   print_row("holes", spacing_m, 1e3 * spacing_m, map.hole_share, NAN);
 }
 
 void print_sheet(double spacing_m, double depth_m) {
-  const double stiffness_N_m = kPi * kStiffness_N_m *
-                               (2.0 * kReach_m * depth_m - 3.0 * depth_m * depth_m) /
-                               (spacing_m * spacing_m);
+  const double stiffness_N_per_m = kPi * kStiffness_N_per_m *
+                                   (2.0 * kContactDistance_m * depth_m - 3.0 * depth_m * depth_m) /
+                                   (spacing_m * spacing_m);
   const ForceMap map = map_of(lattice(spacing_m, 2), one_period(spacing_m, 300, 300), depth_m);
-  print_row("sheet_N_m_by_mm", spacing_m, 1e3 * depth_m, kStiffness_N_m * map.effective_stiffness,
-            stiffness_N_m);
+  print_row("sheet_N_per_m_by_mm", spacing_m, 1e3 * depth_m,
+            kStiffness_N_per_m * map.effective_stiffness, stiffness_N_per_m);
 }
 
 }  // namespace

@@ -91,16 +91,16 @@ SceneDescription lying_blocks(bool sleeping) {
 void step_lying_blocks(benchmark::State& state, bool sleeping) {
   RunningScene running(lying_blocks(sleeping));
   while (running.simulation.world().time_s < 3.0) (void)running.step();
-  int asleep = 0;
-  for (auto _ : state) asleep = running.step().asleep_spheres;
-  state.counters["asleep"] = asleep;
+  int is_sleeping = 0;
+  for (auto _ : state) is_sleeping = running.step().sleeping_spheres;
+  state.counters["is_sleeping"] = is_sleeping;
 }
 BENCHMARK_CAPTURE(step_lying_blocks, awake, false)
     ->Name("step/lying_blocks/awake")
     ->Unit(benchmark::kMicrosecond)
     ->Iterations(100);
-BENCHMARK_CAPTURE(step_lying_blocks, asleep, true)
-    ->Name("step/lying_blocks/asleep")
+BENCHMARK_CAPTURE(step_lying_blocks, is_sleeping, true)
+    ->Name("step/lying_blocks/is_sleeping")
     ->Unit(benchmark::kMicrosecond)
     ->Iterations(1000);
 
@@ -133,8 +133,8 @@ BENCHMARK(haptic_rate)
 void swing_cloth(benchmark::State& state) {
   const auto side = static_cast<int>(state.range(0));
   BodyDescription body = sheet({side, side}, 1.0 / (side - 1), 1.0 / (side * side), 1e4);
-  shear_stiffness_N_m(body) = 5e3;
-  springs(body).bend_stiffness_N_m = 1e3;
+  shear_stiffness_N_per_m(body) = 5e3;
+  springs(body).bend_stiffness_N_per_m = 1e3;
   springs(body).pinned_nodes = {0, side - 1};
   World world = build_world(scene_of({body}, {}, {0.0, 0.0, -9.81}));
   ExplicitIntegrator integrator({.integrator = IntegratorKind::kSymplecticEuler});

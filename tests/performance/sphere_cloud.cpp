@@ -17,8 +17,9 @@ constexpr double kPairs = 0.95;  // that overlap, a sphere
 /// Edge of the cube in which `count` spheres overlap 2 kPairs others each. The mean of (a + b)^3 is
 /// 9 R^3: 2^3 of equal ones, and 3 * 2 times the sum's variance of 2 / 12.
 double edge_for(std::size_t count) {
-  const double reach_m3 = 4.0 / 3.0 * std::numbers::pi * 9.0 * std::pow(SphereCloud::kRadius_m, 3);
-  return std::cbrt(static_cast<double>(count) * reach_m3 / (2.0 * kPairs));
+  const double bounding_volume_m3 =
+      4.0 / 3.0 * std::numbers::pi * 9.0 * std::pow(SphereCloud::kRadius_m, 3);
+  return std::cbrt(static_cast<double>(count) * bounding_volume_m3 / (2.0 * kPairs));
 }
 
 /// "32768K" as the kernel writes it; 0 if it is not there.
@@ -55,7 +56,7 @@ void SphereCloud::move() {
     }
 }
 
-void SphereCloud::write_to(std::span<Cover> balls) const {
+void SphereCloud::write_to(std::span<SweptBound> balls) const {
   for (std::size_t i = 0; i < positions_m_.size(); ++i) {
     const Eigen::Vector3f p = positions_m_[i].cast<float>();
     balls[i] = {{p.x(), p.y(), p.z()}, radii_m_[i]};
@@ -64,14 +65,14 @@ void SphereCloud::write_to(std::span<Cover> balls) const {
 
 void SphereCloud::write_to(std::span<proto::SphereRecord> records) const {
   for (std::size_t i = 0; i < positions_m_.size(); ++i) {
-    const auto image = [&](int age) {
+    const auto snapshot = [&](int age) {
       const Eigen::Vector3f p = (positions_m_[i] - age * steps_m_[i]).cast<float>();
       const Eigen::Vector3f v = velocity_m_s(i).cast<float>();
-      return proto::SphereImage{{p.x(), p.y(), p.z()}, {v.x(), v.y(), v.z()}};
+      return proto::SphereState{{p.x(), p.y(), p.z()}, {v.x(), v.y(), v.z()}};
     };
-    records[i].newest = image(0);
-    records[i].older = {image(1), image(2)};
-    records[i].oldest_position_m = image(3).position_m;
+    records[i].newest = snapshot(0);
+    records[i].older = {snapshot(1), snapshot(2)};
+    records[i].oldest_position_m = snapshot(3).position_m;
     records[i].radius_m = radii_m_[i];
   }
 }

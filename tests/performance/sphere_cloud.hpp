@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "shared/collision/still_grid.hpp"
+#include "shared/collision/voxel_grid.hpp"
 
 namespace stillgrid {
 
@@ -24,9 +24,9 @@ class SphereCloud {
   void move();
 
   /// Writes the spheres as they are.
-  void write_to(std::span<Cover> balls) const;
+  void write_to(std::span<SweptBound> balls) const;
 
-  /// Writes the spheres to a grid's records, as images n to n - 3 of a history a step apart.
+  /// Writes the spheres to a grid's records, as snapshots n to n - 3 of a history a step apart.
   void write_to(std::span<proto::SphereRecord> records) const;
 
   [[nodiscard]] double edge_m() const noexcept { return edge_m_; }

@@ -38,20 +38,20 @@ struct Reading {
 
 Motion smooth(const std::string& name, int axes, const Trajectory& recorded,
               double knot_spacing_s) {
-  constexpr int kReach = 24;  // four standard deviations of 6 ms
+  constexpr int kKernelHalfWidth = 24;  // four standard deviations of 6 ms
   const TrajectoryCurve rough = make_curve(recorded, Resampling::kCubic, knot_spacing_s);
   const int count = static_cast<int>(recorded.time_s.back() / kTick_s);
   Trajectory motion;
-  for (int i = kReach; i < count - kReach; ++i) {
+  for (int i = kKernelHalfWidth; i < count - kKernelHalfWidth; ++i) {
     Eigen::Vector3d sum_m = Eigen::Vector3d::Zero();
     double weights = 0.0;
     CurveCursor cursor;
-    for (int k = -kReach; k <= kReach; ++k) {
+    for (int k = -kKernelHalfWidth; k <= kKernelHalfWidth; ++k) {
       const double weight = std::exp(-k * k / 72.0);
       sum_m += weight * curve_at(rough, kTick_s * (i + k), cursor).position_m;
       weights += weight;
     }
-    motion.time_s.push_back(kTick_s * (i - kReach));
+    motion.time_s.push_back(kTick_s * (i - kKernelHalfWidth));
     motion.position_m.emplace_back(sum_m / weights);
   }
   return {name, axes, make_curve(motion, Resampling::kCubic), motion.time_s.back()};
@@ -170,8 +170,8 @@ PhantomSettings still_device(int delay_ticks) {
 }
 
 /// Whether 0.1 kg without damping of its own comes to rest under it, to four steps.
-bool is_borne(const VelocityCandidate& candidate, int delay_ticks, double spring_N_m,
-              double damper_N_s_m) {
+bool is_borne(const VelocityCandidate& candidate, int delay_ticks, double spring_N_per_m,
+              double damper_N_s_per_m) {
   PhantomSettings settings = still_device(delay_ticks);
   settings.device.mass_kg = 0.1;
   settings.device.resolution_m = kStep_m;
@@ -179,7 +179,7 @@ bool is_borne(const VelocityCandidate& candidate, int delay_ticks, double spring
   run(
       make_phantom(settings), candidate.start(kStep_m),
       [&](double place_m, double velocity_m_s) {
-        return -spring_N_m * place_m - damper_N_s_m * velocity_m_s;
+        return -spring_N_per_m * place_m - damper_N_s_per_m * velocity_m_s;
       },
       [&](double place_m, double) { moved_m.add(place_m); });
   return moved_m.width() < 4.0 * kStep_m;
@@ -237,12 +237,14 @@ void compare(const std::filesystem::path& folder, bool is_small) {
     for (const int ticks : {0, 1, 2}) {
       if (is_small && ticks != 1) continue;
       const std::string late = std::to_string(ticks) + " ticks late";
-      print(candidate, "damper_N_s_m", late, last_borne(2.0, 400.0, [&](double damper_N_s_m) {
-              return is_borne(candidate, ticks, 0.0, damper_N_s_m);
+      print(candidate, "damper_N_s_per_m", late,
+            last_borne(2.0, 400.0, [&](double damper_N_s_per_m) {
+              return is_borne(candidate, ticks, 0.0, damper_N_s_per_m);
             }));
       if (is_small) continue;
-      print(candidate, "stiffness_N_m", late, last_borne(100.0, 1e5, [&](double spring_N_m) {
-              return is_borne(candidate, ticks, spring_N_m, 2.0);
+      print(candidate, "stiffness_N_per_m", late,
+            last_borne(100.0, 1e5, [&](double spring_N_per_m) {
+              return is_borne(candidate, ticks, spring_N_per_m, 2.0);
             }));
     }
     for (const double friction_N : {1.0, 1.65, 2.5}) {

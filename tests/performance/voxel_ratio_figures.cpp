@@ -38,17 +38,17 @@ double thread_ns() {
 }
 
 /// The draws put a sheet or thread at all places between voxels, evenly.
-std::vector<Cover> strewn(const Shape& shape, double edge, double h, int draw,
-                          std::mt19937& random) {
+std::vector<SweptBound> strewn(const Shape& shape, double edge, double h, int draw,
+                               std::mt19937& random) {
   std::uniform_real_distribution<double> along(0.0, edge);
   const double place[3] = {0.0, h * (1.0 + (draw * 7 % kDraws + 0.5) / kDraws),
                            h * (1.0 + (draw + 0.5) / kDraws)};
-  std::vector<Cover> balls(kCount);
-  for (Cover& ball : balls) {
+  std::vector<SweptBound> balls(kCount);
+  for (SweptBound& ball : balls) {
     for (std::size_t axis = 0; axis < 3; ++axis)
       ball.centre_m[axis] = static_cast<float>(
           static_cast<int>(axis) < shape.dimension ? along(random) : place[axis]);
-    ball.reach_m = static_cast<float>(kRadius);
+    ball.bounding_radius_m = static_cast<float>(kRadius);
   }
   return balls;
 }
@@ -70,7 +70,7 @@ void measure_paper(const Shape& shape, double ratio) {
   std::vector<double> ns;
   double entries = 0, visits = 0, tests = 0;
   for (int draw = 0; draw < kDraws; ++draw) {
-    const std::vector<Cover> balls = strewn(shape, edge, h, draw, random);
+    const std::vector<SweptBound> balls = strewn(shape, edge, h, draw, random);
     const double start_ns = thread_ns();
     const PaperCounts counts = grid.find(balls, pairs);
     ns.push_back((thread_ns() - start_ns) / kCount);
@@ -100,7 +100,7 @@ void measure_ours(const Shape& shape, std::span<const double> ratios) {
   choices.push_back({{kCount, 0.0F}, {}});
   std::mt19937 random(1);
   for (int draw = 0; draw < kDraws; ++draw) {
-    const std::vector<Cover> balls = strewn(shape, shape.edge, 1.0, draw, random);
+    const std::vector<SweptBound> balls = strewn(shape, shape.edge, 1.0, draw, random);
     for (Choice& choice : choices) {
       const double start_ns = thread_ns();
       (void)choice.spheres.find(balls);

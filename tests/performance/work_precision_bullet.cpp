@@ -95,7 +95,7 @@ class BulletWorld {
     body_ = std::make_unique<btSoftBody>(&world_.getWorldInfo(), static_cast<int>(places.size()),
                                          places.data(), masses.data());
     for (const Spring& spring : world.springs) {
-      body_->appendLink(spring.a, spring.b, material_of(spring.stiffness_N_m));
+      body_->appendLink(spring.a, spring.b, material_of(spring.stiffness_N_per_m));
       body_->m_links[body_->m_links.size() - 1].m_rl = spring.rest_length_m;
     }
     for (std::size_t i = 0; i < world.nodes.size(); ++i)
@@ -126,11 +126,11 @@ class BulletWorld {
   }
 
  private:
-  btSoftBody::Material* material_of(double stiffness_N_m) {
+  btSoftBody::Material* material_of(double stiffness_N_per_m) {
     for (int i = 0; i < body_->m_materials.size(); ++i)
-      if (body_->m_materials[i]->m_kLST == stiffness_N_m) return body_->m_materials[i];
+      if (body_->m_materials[i]->m_kLST == stiffness_N_per_m) return body_->m_materials[i];
     btSoftBody::Material* material = body_->appendMaterial();
-    material->m_kLST = stiffness_N_m;
+    material->m_kLST = stiffness_N_per_m;
     return material;
   }
 
@@ -171,7 +171,7 @@ std::vector<Curve> bullet_curves(const ChartScene& scene) {
   const auto& bodies = scene.scene.bodies;
   if (!scene.smooth || std::any_of(bodies.begin(), bodies.end(), [](const BodyDescription& body) {
         const SpringDescription* springs = springs_of(body);
-        return springs != nullptr && springs->spring_damping_N_s_m > 0.0;
+        return springs != nullptr && springs->spring_damping_N_s_per_m > 0.0;
       }))
     return {};
   std::vector<Curve> curves(2);

@@ -33,7 +33,7 @@ double SpringReference::stable_step_s() const {
   std::vector<double> sums(inverse_masses_.size(), 0.0);
   for (const Spring& spring : springs_)
     for (const int node : {spring.a, spring.b})
-      sums[static_cast<std::size_t>(node)] += spring.stiffness_N_m;
+      sums[static_cast<std::size_t>(node)] += spring.stiffness_N_per_m;
   double square_rad2_s2 = 0.0;
   for (std::size_t i = 0; i < sums.size(); ++i)
     square_rad2_s2 = std::max(square_rad2_s2, 2.0 * sums[i] * inverse_masses_[i]);
@@ -47,13 +47,13 @@ void SpringReference::accelerate(const Eigen::Matrix3Xd& positions_m,
   for (const Spring& spring : springs_) {
     const Eigen::Vector3d apart_m = positions_m.col(spring.b) - positions_m.col(spring.a);
     const double length_m = apart_m.norm();
-    double pull_N_m = spring.stiffness_N_m * (1.0 - spring.rest_length_m / length_m);
-    if (spring.damping_N_s_m > 0.0)
-      pull_N_m += spring.damping_N_s_m *
-                  apart_m.dot(velocities_m_s.col(spring.b) - velocities_m_s.col(spring.a)) /
-                  (length_m * length_m);
-    accelerations_m_s2.col(spring.a) += pull_N_m * apart_m;
-    accelerations_m_s2.col(spring.b) -= pull_N_m * apart_m;
+    double pull_N_per_m = spring.stiffness_N_per_m * (1.0 - spring.rest_length_m / length_m);
+    if (spring.damping_N_s_per_m > 0.0)
+      pull_N_per_m += spring.damping_N_s_per_m *
+                      apart_m.dot(velocities_m_s.col(spring.b) - velocities_m_s.col(spring.a)) /
+                      (length_m * length_m);
+    accelerations_m_s2.col(spring.a) += pull_N_per_m * apart_m;
+    accelerations_m_s2.col(spring.b) -= pull_N_per_m * apart_m;
   }
   for (Eigen::Index i = 0; i < accelerations_m_s2.cols(); ++i) {
     const double inverse_mass = inverse_masses_[static_cast<std::size_t>(i)];
@@ -63,17 +63,17 @@ void SpringReference::accelerate(const Eigen::Matrix3Xd& positions_m,
 }
 
 void SpringReference::step(double step_s) {
-  constexpr std::array<double, 4> kReach{0.5, 0.5, 1.0, 0.0}, kWeight{1.0, 2.0, 2.0, 1.0};
+  constexpr std::array<double, 4> kBoundingRadius{0.5, 0.5, 1.0, 0.0}, kWeight{1.0, 2.0, 2.0, 1.0};
   moved_m_ = positions_m_;
   speeds_m_s_ = velocities_m_s_;
   sum_m_.setZero(3, positions_m_.cols());
   sum_m_s_.setZero(3, positions_m_.cols());
-  for (std::size_t stage = 0; stage < kReach.size(); ++stage) {
+  for (std::size_t stage = 0; stage < kBoundingRadius.size(); ++stage) {
     accelerate(moved_m_, speeds_m_s_, slope_m_s2_);
     sum_m_ += kWeight[stage] * speeds_m_s_;
     sum_m_s_ += kWeight[stage] * slope_m_s2_;
-    moved_m_ = positions_m_ + kReach[stage] * step_s * speeds_m_s_;
-    speeds_m_s_ = velocities_m_s_ + kReach[stage] * step_s * slope_m_s2_;
+    moved_m_ = positions_m_ + kBoundingRadius[stage] * step_s * speeds_m_s_;
+    speeds_m_s_ = velocities_m_s_ + kBoundingRadius[stage] * step_s * slope_m_s2_;
   }
   positions_m_ += step_s / 6.0 * sum_m_;
   velocities_m_s_ += step_s / 6.0 * sum_m_s_;

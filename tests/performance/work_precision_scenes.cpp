@@ -22,16 +22,16 @@ SceneDescription shipped(const char* name) {
 
 }  // namespace
 
-ChartScene cloth_scene(int nodes, double stiffness_N_m) {
+ChartScene cloth_scene(int nodes, double stiffness_N_per_m) {
   BodyDescription cloth =
-      sheet({nodes, nodes}, 1.0 / (nodes - 1), 1.0 / (nodes * nodes), stiffness_N_m);
-  shear_stiffness_N_m(cloth) = 0.5 * stiffness_N_m;
-  springs(cloth).bend_stiffness_N_m = 0.1 * stiffness_N_m;
+      sheet({nodes, nodes}, 1.0 / (nodes - 1), 1.0 / (nodes * nodes), stiffness_N_per_m);
+  shear_stiffness_N_per_m(cloth) = 0.5 * stiffness_N_per_m;
+  springs(cloth).bend_stiffness_N_per_m = 0.1 * stiffness_N_per_m;
   springs(cloth).pinned_nodes = {0, nodes - 1};
   packing(cloth) = {.spacing_m = 1.0, .radius_m = 1e-4};
   std::array<char, 64> name{};
   std::snprintf(name.data(), name.size(), "cloth_%dx%d_1e%.0f", nodes, nodes,
-                std::log10(stiffness_N_m));
+                std::log10(stiffness_N_per_m));
   return {.name = name.data(),
           .scene = scene_of({cloth}, material_of(1.0), kGravity_m_s2),
           .limit_s = nodes > 8 ? 2.0 : 0.25};
@@ -90,8 +90,8 @@ ChartScene tissue_scene() {
 std::vector<ChartScene> chart_scenes() {
   std::vector<ChartScene> scenes;
   for (const int nodes : {8, 32})
-    for (const double stiffness_N_m : {1e3, 1e4, 1e5})
-      scenes.push_back(cloth_scene(nodes, stiffness_N_m));
+    for (const double stiffness_N_per_m : {1e3, 1e4, 1e5})
+      scenes.push_back(cloth_scene(nodes, stiffness_N_per_m));
   scenes.push_back(hanging_chain_scene());
   scenes.push_back(threads_scene());
   scenes.push_back(tissue_scene());

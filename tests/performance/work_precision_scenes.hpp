@@ -23,7 +23,7 @@ struct ChartScene {
 /// A cloth of nodes x nodes, 1 m x 1 m and 1 kg, level, pinned at two corners of one side, let go
 /// under gravity. Shear springs have half and bend springs a tenth of the stiffness; nothing damps.
 /// Its four collision spheres are too small to meet.
-[[nodiscard]] ChartScene cloth_scene(int nodes, double stiffness_N_m);
+[[nodiscard]] ChartScene cloth_scene(int nodes, double stiffness_N_per_m);
 
 /// Ten masses of 10 g on links of 0.1 m and 1,000 N/m, let go 30 degrees from the vertical.
 [[nodiscard]] ChartScene hanging_chain_scene();

@@ -23,22 +23,23 @@ namespace stillgrid {
   return scene;
 }
 
-[[nodiscard]] inline MaterialDescription material_of(double stiffness_N_m, double damping_N_s_m = 0,
+[[nodiscard]] inline MaterialDescription material_of(double stiffness_N_per_m,
+                                                     double damping_N_s_per_m = 0,
                                                      double friction = 0,
                                                      double slip_speed_m_s = 1e-3) {
-  return {"test", stiffness_N_m, damping_N_s_m, friction, slip_speed_m_s};
+  return {"test", stiffness_N_per_m, damping_N_s_per_m, friction, slip_speed_m_s};
 }
 
 /// The springs of a body that has them, and the stiffness of their diagonals, to change.
 [[nodiscard]] inline SpringDescription& springs(BodyDescription& body) {
   return const_cast<SpringDescription&>(*springs_of(body));
 }
-[[nodiscard]] inline double& shear_stiffness_N_m(BodyDescription& body) {
+[[nodiscard]] inline double& shear_stiffness_N_per_m(BodyDescription& body) {
   double* found = nullptr;
   std::visit(
       [&](auto& shape) {
-        if constexpr (requires { shape.springs.shear_stiffness_N_m; })
-          found = &shape.springs.shear_stiffness_N_m;
+        if constexpr (requires { shape.springs.shear_stiffness_N_per_m; })
+          found = &shape.springs.shear_stiffness_N_per_m;
       },
       body.shape);
   return *found;
@@ -68,9 +69,10 @@ template <class Shape>
 /// A thread whose nodes have each node_mass_kg, covered thinly.
 [[nodiscard]] inline BodyDescription thread(int nodes, const Eigen::Vector3d& from_m,
                                             const Eigen::Vector3d& to_m, double node_mass_kg,
-                                            double stiffness_N_m, std::vector<int> pinned = {}) {
+                                            double stiffness_N_per_m,
+                                            std::vector<int> pinned = {}) {
   ThreadBody thread{.nodes = nodes, .from_m = from_m, .to_m = to_m};
-  thread.springs.structural_stiffness_N_m = stiffness_N_m;
+  thread.springs.structural_stiffness_N_per_m = stiffness_N_per_m;
   thread.springs.pinned_nodes = std::move(pinned);
   thread.spheres.radius_m = 0.1 * (to_m - from_m).norm() / (nodes - 1);
   return body_of(thread, node_mass_kg * nodes, 0.5 * (from_m + to_m));
@@ -78,10 +80,10 @@ template <class Shape>
 
 /// A level sheet of nodes each of node_mass_kg, structural springs only.
 [[nodiscard]] inline BodyDescription sheet(const Eigen::Vector2i& nodes, double spacing_m,
-                                           double node_mass_kg, double stiffness_N_m) {
+                                           double node_mass_kg, double stiffness_N_per_m) {
   SheetBody sheet{.nodes = nodes,
                   .size_m = {spacing_m * (nodes.x() - 1), spacing_m * (nodes.y() - 1)}};
-  sheet.springs.structural_stiffness_N_m = stiffness_N_m;
+  sheet.springs.structural_stiffness_N_per_m = stiffness_N_per_m;
   return body_of(sheet, node_mass_kg * nodes.prod());
 }
 
@@ -97,28 +99,28 @@ template <class Shape>
 }
 
 /// Structural and shear springs.
-[[nodiscard]] inline ShearSprings solid_springs(double stiffness_N_m) {
+[[nodiscard]] inline ShearSprings solid_springs(double stiffness_N_per_m) {
   ShearSprings springs;
-  springs.structural_stiffness_N_m = stiffness_N_m;
-  springs.shear_stiffness_N_m = 0.5 * stiffness_N_m;
+  springs.structural_stiffness_N_per_m = stiffness_N_per_m;
+  springs.shear_stiffness_N_per_m = 0.5 * stiffness_N_per_m;
   return springs;
 }
 
 /// A soft block of nodes each of node_mass_kg, structural and shear springs, centred at the origin.
 [[nodiscard]] inline BodyDescription soft_block(const Eigen::Vector3i& nodes, double spacing_m,
-                                                double node_mass_kg, double stiffness_N_m,
+                                                double node_mass_kg, double stiffness_N_per_m,
                                                 const SpherePacking& spheres) {
   SoftBlockBody block{.size_m = spacing_m * (nodes.array() - 1).cast<double>(),
                       .spheres = spheres,
-                      .springs = solid_springs(stiffness_N_m)};
+                      .springs = solid_springs(stiffness_N_per_m)};
   block.lattice = block_lattice(block.size_m, nodes);
   return body_of(block, node_mass_kg * nodes.prod());
 }
 
 /// A soft solid of the shape of these balls on a lattice, springs as a soft block's.
 [[nodiscard]] inline BodyDescription soft_mesh(std::vector<Ball> balls, double lattice_m,
-                                               double node_mass_kg, double stiffness_N_m) {
-  SoftMeshBody mesh{.balls = std::move(balls), .springs = solid_springs(stiffness_N_m)};
+                                               double node_mass_kg, double stiffness_N_per_m) {
+  SoftMeshBody mesh{.balls = std::move(balls), .springs = solid_springs(stiffness_N_per_m)};
   mesh.lattice = lattice_round(mesh.balls, lattice_m);
   const double mass_kg = node_mass_kg * static_cast<double>(mesh.lattice.nodes_m.size());
   return body_of(mesh, mass_kg);
@@ -126,9 +128,9 @@ template <class Shape>
 
 /// A rigid body of the shape of these balls, about their common frame.
 [[nodiscard]] inline BodyDescription rigid_mesh(std::vector<Ball> balls,
-                                                const Eigen::Vector3d& inertia_per_kg_m2,
+                                                const Eigen::Vector3d& inverse_inertia_per_kg_m2,
                                                 double mass_kg) {
-  return body_of(RigidMeshBody{std::move(balls), {}, inertia_per_kg_m2}, mass_kg);
+  return body_of(RigidMeshBody{std::move(balls), {}, inverse_inertia_per_kg_m2}, mass_kg);
 }
 
 /// Solid below a height.

@@ -29,11 +29,12 @@ constexpr const char* kDescription =
     "(SIGKILL)\n"
     "  publication_soak --publications 20000 --spacing-us 0 --without-last-check\n"
     "\n"
-    "Laws: no read is torn (a word of another generation), mixed (words of two) or backwards. At "
+    "Laws: no read is torn (a word of another snapshot), mixed (words of two) or backwards. At "
     "a\n"
     "spacing every tick has something to show and 99 % are accepted; a killed writer leaves its "
     "last\n"
-    "image whole, no lock, and after an orderly end no file. Exit status 1 if a law is broken.\n";
+    "snapshot whole, no lock, and after an orderly end no file. Exit status 1 if a law is "
+    "broken.\n";
 
 struct Arguments {
   SoakPlan plan;
@@ -45,20 +46,20 @@ struct Arguments {
 void add_options(CLI::App& app, Arguments& arguments) {
   SoakPlan& plan = arguments.plan;
   auto* const what = app.add_option_group("what");
-  what->add_option("--publications", plan.publications, "Images to publish")
+  what->add_option("--publications", plan.publications, "Snapshots to publish")
       ->check(CLI::Range(1UL, 1'000'000'000UL));
   what->add_option("--kills", plan.kills, "Writers to kill, one after the other")
-      ->check(CLI::Range(1UL, kMostKills));
+      ->check(CLI::Range(1UL, kMaxKills));
   what->require_option(1);
   app.add_option("--spacing-us", arguments.spacing_us,
                  "Time between publications, us; 0: full speed; default: 1000, or 0 with --kills")
       ->check(CLI::Range(0UL, 1'000'000UL));
-  app.add_option("--bytes", plan.bytes, "Size of an image, a multiple of 8; default: 1 MiB")
+  app.add_option("--bytes", plan.bytes, "Size of a snapshot, a multiple of 8; default: 1 MiB")
       ->default_val(std::size_t{1} << 20U)
       ->check(CLI::Range(64UL, 1UL << 28U));
   app.add_option(
          "--words", arguments.words,
-         "Words that a tick gathers, strewn over the image; 0: all; default: 0, or 512 with "
+         "Words that a tick gathers, strewn over the snapshot; 0: all; default: 0, or 512 with "
          "--kills, where all are read once more after each tick")
       ->check(CLI::Range(0UL, 1UL << 20U));
   app.add_option("--seed", plan.seed, "Of the instants of the kills; default: 1")->default_val(1);

@@ -5,8 +5,8 @@
 #include "shared/publication/segment_watch.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/realtime/realtime_thread.hpp"
-#include "tests/soak/soak_image.hpp"
 #include "tests/soak/soak_processes.hpp"
+#include "tests/soak/soak_snapshot.hpp"
 
 namespace stillgrid {
 namespace {
@@ -52,7 +52,7 @@ class SoakReader {
     });
     const std::uint64_t ended_ns = monotonic_ns();
     if (read.status == ReadStatus::kEmpty) {
-      ++(last_generation_ == 0 ? tally_.ticks_before_an_image : tally_.backwards);
+      ++(last_snapshot_id_ == 0 ? tally_.ticks_before_a_snapshot : tally_.backwards);
       return;
     }
     ++tally_.ticks;
@@ -60,11 +60,11 @@ class SoakReader {
     const bool is_accepted = read.status == ReadStatus::kAccepted;
     ++tally_.failed_attempts.at(static_cast<std::size_t>(read.attempts - (is_accepted ? 1 : 0)));
     if (!is_accepted) {
-      if (last_generation_ == 0) ++tally_.nothing_shown;
+      if (last_snapshot_id_ == 0) ++tally_.nothing_shown;
     } else {
       ++tally_.accepted;
-      if (last_generation_ == 0) note_first_read(segment, ended_ns);
-      count(gathered, read.generation);
+      if (last_snapshot_id_ == 0) note_first_read(segment, ended_ns);
+      count(gathered, read.snapshot_id);
     }
     if (plan_.kills > 0) inspect(segment);
   }
@@ -73,7 +73,7 @@ class SoakReader {
   void take_up(const SegmentReader& segment) {
     if (segment.header().epoch == epoch_) return;
     epoch_ = segment.header().epoch;
-    last_generation_ = 0;
+    last_snapshot_id_ = 0;
     was_alive_ = false;
     ++tally_.segments;
   }
@@ -84,31 +84,31 @@ class SoakReader {
     state_.writer_read = segment.header().writer_pid;
   }
 
-  void count(const Gathered& gathered, std::uint64_t generation) {
-    const Verdict verdict = judge(gathered, epoch_, generation);
+  void count(const Gathered& gathered, std::uint64_t snapshot_id) {
+    const Verdict verdict = judge(gathered, epoch_, snapshot_id);
     if (verdict != Verdict::kWhole) ++tally_.torn;
     if (verdict == Verdict::kMixed) ++tally_.mixed;
-    if (generation < last_generation_) ++tally_.backwards;
-    if (generation > last_generation_) ++tally_.images;
-    last_generation_ = generation;
-    state_.generation_read = generation;
+    if (snapshot_id < last_snapshot_id_) ++tally_.backwards;
+    if (snapshot_id > last_snapshot_id_) ++tally_.snapshots;
+    last_snapshot_id_ = snapshot_id;
+    state_.snapshot_id_read = snapshot_id;
   }
 
-  /// Every word of the image, where a tick reads only some. No tick waits for it: beside a writer
-  /// at full speed it is often rejected, beside a dead one never.
+  /// Every word of the snapshot, where a tick reads only some. No tick waits for it: beside a
+  /// writer at full speed it is often rejected, beside a dead one never.
   void inspect(const SegmentReader& segment) {
     Gathered gathered;
     const ReadResult read = read_latest<Atomics>(segment.buffer(), [&](const auto* payload) {
       gathered = gather_all(payload, plan_.words());
     });
     ++(read.status == ReadStatus::kAccepted ? tally_.inspected : tally_.inspections_rejected);
-    if (read.status == ReadStatus::kAccepted) count(gathered, read.generation);
+    if (read.status == ReadStatus::kAccepted) count(gathered, read.snapshot_id);
   }
 
   const SoakPlan& plan_;
   SoakState& state_;
   ReaderTally& tally_;
-  std::uint64_t epoch_ = 0, last_generation_ = 0;
+  std::uint64_t epoch_ = 0, last_snapshot_id_ = 0;
   bool was_alive_ = false;
 };
 
@@ -137,13 +137,13 @@ void run_reader(const SoakPlan& plan, SoakState& state) {
     if (view == nullptr) continue;
     state.writer_alive = watch.writer_alive();
     reader.tick(view->reader(), state.writer_alive);
-    if (plan.publications > 0 && state.generation_read == plan.publications) break;
+    if (plan.publications > 0 && state.snapshot_id_read == plan.publications) break;
   }
 }
 
 }  // namespace
 
-void read_images(const SoakPlan& plan, SoakState& state) {
+void read_snapshots(const SoakPlan& plan, SoakState& state) {
   if (plan.skips_last_check) return run_reader<WithoutLastCheck>(plan, state);
   run_reader<HardwareAtomics>(plan, state);
 }

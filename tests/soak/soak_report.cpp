@@ -48,7 +48,7 @@ std::vector<Law> laws_of(const SoakPlan& plan, const ReaderTally& reader, const 
           {kills.read_ns.count() + 1 == plan.kills, "every kill but the last is measured"},
           {reader.inspected > 0, "inspected > 0"},
           {kills.locks_left == 0, "locks left = 0"},
-          {kills.images_lost == 0, "images lost = 0"},
+          {kills.snapshots_lost == 0, "snapshots lost = 0"},
           {kills.leftovers == 0, "leftovers = 0"},
           {kills.last_death_seen, "the last death is seen"},
           {kills.last_writer_read, "the last writer is read"}};
@@ -62,7 +62,7 @@ nlohmann::ordered_json of_kills(const KillTally& kills) {
   later["count"] = kills.read_ns.count();
   return {{"killed", deaths},
           {"locks_left", kills.locks_left},
-          {"images_lost", kills.images_lost},
+          {"snapshots_lost", kills.snapshots_lost},
           {"leftovers", kills.leftovers},
           {"later_writer_read_ns", later}};
 }
@@ -80,10 +80,10 @@ nlohmann::ordered_json soak_report(const SoakPlan& plan, const SoakState& state,
       {"spacing_us", plan.spacing_ns / 1000},
       {"seconds", seconds},
       {"publications", state.publish_ns.count()},
-      {"images_read", reader.images},
+      {"snapshots_read", reader.snapshots},
       {"ticks", reader.ticks},
       {"missed_ticks", reader.missed_ticks},
-      {"ticks_before_an_image", reader.ticks_before_an_image},
+      {"ticks_before_a_snapshot", reader.ticks_before_a_snapshot},
       {"accepted", reader.accepted},
       {"accepted_share", share(reader.accepted, reader.ticks)},
       {"torn", reader.torn},

@@ -15,8 +15,8 @@
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/realtime/stop_signal.hpp"
 #include "tests/soak/process.hpp"
-#include "tests/soak/soak_image.hpp"
 #include "tests/soak/soak_processes.hpp"
+#include "tests/soak/soak_snapshot.hpp"
 
 namespace stillgrid {
 namespace {
@@ -70,11 +70,11 @@ Death examine(const SoakPlan& plan, const std::optional<ObjectId>& before, KillT
     gathered = gather_all(payload, plan.words());
   });
   const bool is_whole = read.status == ReadStatus::kAccepted && read.attempts == 1 &&
-                        judge(gathered, dead->header().epoch, read.generation) == Verdict::kWhole;
-  if (read.status != ReadStatus::kEmpty && !is_whole) ++kills.images_lost;
+                        judge(gathered, dead->header().epoch, read.snapshot_id) == Verdict::kWhole;
+  if (read.status != ReadStatus::kEmpty && !is_whole) ++kills.snapshots_lost;
   for (const std::uint64_t* sequence : dead->buffer().sequence)
     if (load_word(sequence, 0) % 2 == 1) return Death::kInMidWrite;
-  return read.status == ReadStatus::kEmpty ? Death::kBeforeAnImage : Death::kBetweenImages;
+  return read.status == ReadStatus::kEmpty ? Death::kBeforeAnSnapshot : Death::kBetweenSnapshots;
 }
 
 /// One in five writers is killed while it starts, from its first instant on; the others live long
@@ -98,7 +98,7 @@ bool kill_writers(const SoakPlan& plan, SoakState& state, Process& reader, KillT
   Progress progress;
   for (std::uint64_t i = 0; i < plan.kills && !stop_requested(); ++i) {
     const auto before = segment_id(plan.session, kKind);
-    Process writer([&] { write_images(plan, state); });
+    Process writer([&] { write_snapshots(plan, state); });
     sleep_ns(draw_life_ns(random, i + 1 == plan.kills));
     if (writer.status() || reader.status()) return false;
     killed.push_back({writer.id(), monotonic_ns()});
@@ -156,14 +156,14 @@ struct Cleaner {
 
 bool run_publications(const SoakPlan& plan, SoakState& state) {
   const Cleaner cleaner(plan.session);
-  Process reader([&] { read_images(plan, state); });
-  Process writer([&] { write_images(plan, state); });
+  Process reader([&] { read_snapshots(plan, state); });
+  Process writer([&] { write_snapshots(plan, state); });
   Progress progress;
   std::uint64_t last = 0, give_up_ns = monotonic_ns() + kPatience_ns;
   while (!reader.status()) {
     if (stop_requested() || writer.status() || monotonic_ns() > give_up_ns) return false;
-    if (state.generation_read != last) give_up_ns = monotonic_ns() + kPatience_ns;
-    last = state.generation_read;
+    if (state.snapshot_id_read != last) give_up_ns = monotonic_ns() + kPatience_ns;
+    last = state.snapshot_id_read;
     progress.tell(last, plan.publications, "publications");
     sleep_ns(5'000'000);
   }
@@ -173,13 +173,13 @@ bool run_publications(const SoakPlan& plan, SoakState& state) {
 
 bool run_kills(const SoakPlan& plan, SoakState& state, KillTally& kills) {
   const Cleaner cleaner(plan.session);
-  Process reader([&] { read_images(plan, state); });
+  Process reader([&] { read_snapshots(plan, state); });
   std::vector<Killed> killed;
   if (!kill_writers(plan, state, reader, kills, killed)) return false;
   kills.last_death_seen = wait_until([&] { return !state.writer_alive; });
   bool is_well = true;
   {
-    Process writer([&] { write_images(plan, state); });
+    Process writer([&] { write_snapshots(plan, state); });
     kills.last_writer_read =
         wait_until([&] { return state.writer_read == static_cast<std::uint32_t>(writer.id()); });
     state.writer_may_end = true;

@@ -16,7 +16,7 @@ struct SoakPlan {
   std::uint64_t publications = 0;  // 0: until killed
   std::uint64_t kills = 0;
   std::uint64_t spacing_ns = 0;  // between publications; 0: at full speed
-  std::size_t bytes = 0;         // of an image, a multiple of 8
+  std::size_t bytes = 0;         // of a snapshot, a multiple of 8
   std::size_t words_a_tick = 0;  // 0: all
   std::uint64_t seed = 0;
   bool skips_last_check = false;  // negative control: a reader without R5
@@ -26,15 +26,15 @@ struct SoakPlan {
 
 inline constexpr std::uint64_t kSoakTick_ns = 1'000'000;
 inline constexpr std::uint64_t kSoakLayoutHash = 0x50A4;
-inline constexpr std::uint64_t kMostKills = 100'000;
+inline constexpr std::uint64_t kMaxKills = 100'000;
 
-/// What the reader counted. A tick counts once its segment holds an image. A missed tick is a wake
-/// that skipped deadlines, one or many, as in haptic_server's report.
+/// What the reader counted. A tick counts once its segment holds a snapshot. A missed tick is a
+/// wake that skipped deadlines, one or many, as in haptic_server's report.
 struct ReaderTally {
-  std::uint64_t ticks = 0, missed_ticks = 0, ticks_before_an_image = 0;
-  std::uint64_t accepted = 0, images = 0;
+  std::uint64_t ticks = 0, missed_ticks = 0, ticks_before_a_snapshot = 0;
+  std::uint64_t accepted = 0, snapshots = 0;
   std::uint64_t torn = 0, mixed = 0, backwards = 0;
-  std::uint64_t nothing_shown = 0;                 // both attempts failed, no earlier image
+  std::uint64_t nothing_shown = 0;                 // both attempts failed, no earlier snapshot
   std::array<std::uint64_t, 3> failed_attempts{};  // ticks with 0, 1, 2 of them
   std::uint64_t inspected = 0, inspections_rejected = 0;
   std::uint64_t segments = 0, deaths_seen = 0, refusals = 0;
@@ -42,7 +42,7 @@ struct ReaderTally {
   Histogram read_ns, wake_ns;
 };
 
-/// The first accepted read of a writer's images.
+/// The first accepted read of a writer's snapshots.
 struct FirstRead {
   std::uint32_t writer_pid = 0;
   std::uint64_t time_ns = 0;
@@ -53,13 +53,13 @@ struct FirstRead {
 struct SoakState {
   std::atomic<bool> reader_may_end = false;
   std::atomic<bool> writer_may_end = false;
-  std::atomic<std::uint64_t> generation_read = 0;
+  std::atomic<std::uint64_t> snapshot_id_read = 0;
   std::atomic<std::uint32_t> writer_read = 0;  // pid
   std::atomic<bool> writer_alive = false;      // as the reader last saw it
   ReaderTally reader;
   Histogram publish_ns;
   std::uint64_t first_read_count = 0;
-  std::array<FirstRead, kMostKills + 2> first_reads{};
+  std::array<FirstRead, kMaxKills + 2> first_reads{};
 };
 
 /// A SoakState that child processes share.

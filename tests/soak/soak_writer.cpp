@@ -4,12 +4,12 @@
 
 #include "shared/publication/segment.hpp"
 #include "shared/realtime/periodic_timer.hpp"
-#include "tests/soak/soak_image.hpp"
 #include "tests/soak/soak_processes.hpp"
+#include "tests/soak/soak_snapshot.hpp"
 
 namespace stillgrid {
 
-void write_images(const SoakPlan& plan, SoakState& state) {
+void write_snapshots(const SoakPlan& plan, SoakState& state) {
   SegmentWriter writer(plan.session, {.kind = proto::SegmentKind::kScene,
                                       .layout_hash = kSoakLayoutHash,
                                       .period_ns = std::max(plan.spacing_ns, kSoakTick_ns),
@@ -18,15 +18,15 @@ void write_images(const SoakPlan& plan, SoakState& state) {
                                       .fixed_bytes = sizeof(proto::SegmentHeader),
                                       .payload_bytes = plan.bytes});
   writer.announce();
-  std::vector<std::uint64_t> image(plan.words());
+  std::vector<std::uint64_t> snapshot(plan.words());
   std::optional<PeriodicTimer> timer;
   if (plan.spacing_ns > 0) timer.emplace(plan.spacing_ns);
   const std::uint64_t last = plan.publications > 0 ? plan.publications : UINT64_MAX;
   for (std::uint64_t n = 1; n <= last && !state.writer_may_end; ++n) {
-    fill_image(image, image_base(writer.header().epoch, n));
+    fill_snapshot(snapshot, snapshot_base(writer.header().epoch, n));
     if (timer) timer->wait();
     const std::uint64_t began_ns = monotonic_ns();
-    publish(writer.buffer(), n, {{0, image}});
+    publish(writer.buffer(), n, {{0, snapshot}});
     state.publish_ns.record(monotonic_ns() - began_ns);
   }
   while (!state.writer_may_end) std::this_thread::sleep_for(std::chrono::milliseconds(1));

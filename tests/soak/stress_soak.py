@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""Both daemons under load: stress-ng beside them, a reader that checks every image, and the
+"""Both daemons under load: stress-ng beside them, a reader that checks every snapshot, and the
 real-time guard on the 1 kHz thread.
 
 The daemons run in slices of 60 s, and after each slice cyclictest runs for 10 s under the same
-load, as the baseline of the machine. Counts are summed over the slices. Laws: no torn image; no violation
+load, as the baseline of the machine. Counts are summed over the slices. Laws: no torn snapshot; no violation
 of the guard; no page fault after start; of 10,000 ticks, begun or whole, at most one is contended
 (both of its reads failed); no force above the device's limit and no change above a tenth of it in a
 millisecond; neither daemon's memory grows; and the share of missed ticks is at most the baseline's plus
@@ -43,7 +43,7 @@ LEAST_MARGIN = 0.001  # of the share of missed ticks
 MARGIN_OF_ONE_SLICE = 0.01
 SUMMED = {"haptic": ("ticks", "missed_ticks", "contended", "page_faults"),
           "sim": ("steps", "late_steps"),
-          "images": ("images", "continued", "reads", "torn")}
+          "snapshots": ("snapshots", "continued", "reads", "torn")}
 
 
 def processor_times():
@@ -110,20 +110,20 @@ class Stress(daemons.SessionTest):
         return {**figures, "steal_share": steal_share}
 
     def run_daemons(self, seconds):
-        """Reports of haptic_server, sim_server and image_watch."""
+        """Reports of haptic_server, sim_server and snapshot_watch."""
         files = {name: self.folder / f"{name}.json" for name in SUMMED}
         sim = self.sim_server("tissue_and_blocks", "--report", files["sim"])
         hand = self.haptic_server(HAND, "--realtime-guard", "--duration", seconds, "--report",
                                   files["haptic"], "--record", self.folder / "record.csv")
         memory = MemoryWatch(sim_server=sim, haptic_server=hand)
-        with open(files["images"], "w") as out:
-            images = subprocess.run([BUILD / "tests" / "image_watch", "--session", self.session,
+        with open(files["snapshots"], "w") as out:
+            snapshots = subprocess.run([BUILD / "tests" / "snapshot_watch", "--session", self.session,
                                      "--duration", str(seconds)], stdout=out)
         self.assertEqual(hand.wait(60), DONE, hand.lines())
         self.assertEqual(sim.stop(), DONE, sim.lines())
         reports = {name: daemons.read_report(file) for name, file in files.items()}
-        # Its status tells of torn images, which are a law, or that it saw none.
-        self.assertGreater(reports["images"]["images"], 0, images)
+        # Its status tells of torn snapshots, which are a law, or that it saw none.
+        self.assertGreater(reports["snapshots"]["snapshots"], 0, snapshots)
         reports["growth_kib"] = memory.growth_kib()
         return reports
 
@@ -171,7 +171,7 @@ def sum_up(slices, baselines):
 
 def broken_laws(figures):
     most_missed = figures["baseline"]["missed_share"] + figures["margin"]
-    laws = {"a torn image": figures["torn"] == 0,
+    laws = {"a torn snapshot": figures["torn"] == 0,
             "a violation of the real-time guard": figures["realtime_violations"] == 0,
             "page faults after the start": figures["page_faults"] == 0,
             "more than one tick in 10,000 contended":
@@ -199,7 +199,7 @@ def describe(figures):
             f"tick p50 {statistics.median(p50_us):.1f} us, p99 {max(p99_us):.1f} us (median and "
             f"largest of {len(p50_us)} slices); steps {figures['steps']}, late "
             f"{figures['late_steps']}\n"
-            f"images {figures['images']}, of which {figures['continued']} follow the one before; "
+            f"snapshots {figures['snapshots']}, of which {figures['continued']} follow the one before; "
             f"read {figures['reads']} times, torn {figures['torn']}\n"
             f"force at most {figures['force_max_N']:.2f} N, change at most "
             f"{figures['slew_max_N_per_ms']:.3f} N/ms; memory grew by "

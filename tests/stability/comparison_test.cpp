@@ -1,4 +1,4 @@
-// The default beside the paper's transition and its images held, on one path.
+// The default beside the paper's transition and its snapshots held, on one path.
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -39,7 +39,8 @@ Contender contender_named(const std::string& name) {
 }
 
 TEST_CASE(
-    "On a moving rigid body, images 30 % early or late, answer does not jump, and errs and lags "
+    "On a moving rigid body, snapshots 30 % early or late, predict does not jump, and errs and "
+    "lags "
     "less than hold and linear",
     "[comparison]") {
   const RecordingFile path(ride());
@@ -56,15 +57,15 @@ TEST_CASE(
     return compare(scene, options, contender_named(name), reference, 0.5);
   };
   const ComparedRun hold = measured("hold"), linear = measured("linear"),
-                    answer = measured("answer");
+                    predict = measured("predict");
 
   CHECK(hold.metrics.switches.jump_N.max > 1.0);  // 500 * 0.1 * 0.033 and more
-  CHECK(answer.metrics.switches.jump_N.max < 0.01 * hold.metrics.switches.jump_N.max);
-  CHECK(answer.metrics.error.rms_N < hold.metrics.error.rms_N);
-  CHECK(answer.metrics.error.rms_N < linear.metrics.error.rms_N);
-  CHECK(answer.metrics.error.lag_s < linear.metrics.error.lag_s);
-  CHECK(answer.metrics.error.lag_s < scene.period_s);
-  CHECK(answer.stages.jnd.max < 1.0);
+  CHECK(predict.metrics.switches.jump_N.max < 0.01 * hold.metrics.switches.jump_N.max);
+  CHECK(predict.metrics.error.rms_N < hold.metrics.error.rms_N);
+  CHECK(predict.metrics.error.rms_N < linear.metrics.error.rms_N);
+  CHECK(predict.metrics.error.lag_s < linear.metrics.error.lag_s);
+  CHECK(predict.metrics.error.lag_s < scene.period_s);
+  CHECK(predict.stages.jnd.max < 1.0);
   CHECK(hold.stages.jnd.max > 1.0);
   CHECK(linear.stages.jnd.max > 1.0);
 }

@@ -88,9 +88,9 @@ void CsvFile::refuse(std::size_t row, const std::string& found, const std::strin
 
 void CsvFile::refuse_line(std::size_t line, const std::string& found,
                           const std::string& expected) const {
-  constexpr std::size_t kMostShown = 60;
+  constexpr std::size_t kMaxShown = 60;
   throw std::runtime_error(file_.string() + ":" + std::to_string(line) + ": value '" +
-                           found.substr(0, kMostShown) + "': expected " + expected);
+                           found.substr(0, kMaxShown) + "': expected " + expected);
 }
 
 }  // namespace stillgrid

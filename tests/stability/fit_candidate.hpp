@@ -15,7 +15,7 @@ namespace stillgrid {
 /// One way to simulate and to show a scene.
 struct FitCandidate {
   SceneDescription scene;
-  Transition transition = Transition::kAnswer;
+  Transition transition = Transition::kPredict;
   std::optional<double> latency_share = {};  // what a step costs, of its period; none: as measured
   int repeats = 1;                           // of the run whose cost counts
 };
@@ -25,7 +25,7 @@ struct FitCost {
   double processor_us_per_ms = 0.0;  // of both sides
   double simulation_us_per_ms = 0.0;
   double tick_p50_us = 0.0, tick_p99_us = 0.0;  // in contact, if there is any
-  double step_p50_ms = 0.0, step_p95_ms = 0.0;  // with its image
+  double step_p50_ms = 0.0, step_p95_ms = 0.0;  // with its snapshot
   double step_share = 0.0;                      // of the period: the slow step's, p95
 };
 

@@ -21,13 +21,13 @@ constexpr double kTick_s = 1e-3;
 constexpr double kLongestRun_s = 600.0;
 constexpr double kStateInterval_s = 0.25;
 constexpr double kBeforePress_s = 1.0;
-constexpr std::size_t kMostPresses = 3, kPressesApart = 500, kPeakWindow = 100;  // ticks
-constexpr double kLeastPress = 0.1;                                              // of the strongest
+constexpr std::size_t kMaxPresses = 3, kPressesApart = 500, kPeakWindow = 100;  // ticks
+constexpr double kLeastPress = 0.1;                                             // of the strongest
 constexpr const char* kColumns =
     "time_s,x_m,y_m,z_m,rendered_fx_N,rendered_fy_N,rendered_fz_N,contacts";
 constexpr const char* kStart = "start";
 constexpr std::size_t kContacts = 7;
-constexpr double kMost = 1e6;  // m, N or contacts: what no tool meets is somebody's slip
+constexpr double kMax = 1e6;  // m, N or contacts: what no tool meets is somebody's slip
 
 std::string press_name(std::size_t number) {
   return "press_" + std::to_string(number + 1);
@@ -39,7 +39,7 @@ WorldState settled(const SceneDescription& scene, double settle_s) {
   const auto no_tool = []() -> std::optional<ToolSample> { return std::nullopt; };
   const auto steps = std::lround(settle_s / fine.period_s);
   for (long i = 0; i < steps; ++i)
-    (void)simulation.step(fine.period_s, no_tool, {.iterations = kMostIterations});
+    (void)simulation.step(fine.period_s, no_tool, {.iterations = kMaxIterations});
   return state_of(simulation.world());
 }
 
@@ -47,7 +47,7 @@ std::vector<TickRow> read_rows(const CsvFile& csv) {
   std::vector<TickRow> rows;
   for (std::size_t i = 0; i < csv.rows(); ++i) {
     const auto vector = [&](std::size_t column) {
-      const auto number = [&](std::size_t at) { return csv.number(i, at, {-kMost, kMost}); };
+      const auto number = [&](std::size_t at) { return csv.number(i, at, {-kMax, kMax}); };
       return Eigen::Vector3d(number(column), number(column + 1), number(column + 2));
     };
     TickRow row;
@@ -56,7 +56,7 @@ std::vector<TickRow> read_rows(const CsvFile& csv) {
       csv.refuse(i, csv.text(i, 0), "a time after that of the row before");
     row.position_m = vector(1);
     row.rendered_N = vector(4);
-    const double contacts = csv.number(i, kContacts, {0.0, kMost});
+    const double contacts = csv.number(i, kContacts, {0.0, kMax});
     if (contacts != std::floor(contacts))
       csv.refuse(i, csv.text(i, kContacts), "a number of contacts");
     row.contacts = static_cast<int>(contacts);
@@ -128,7 +128,7 @@ std::vector<std::size_t> strongest_presses(const std::vector<TickRow>& rows) {
   std::vector<std::size_t> presses;
   for (const std::size_t tick : order) {
     const double force_N = rows[tick].rendered_N.norm();
-    if (presses.size() == kMostPresses || !(force_N > 0.0)) break;
+    if (presses.size() == kMaxPresses || !(force_N > 0.0)) break;
     if (!presses.empty() && force_N < kLeastPress * rows[presses.front()].rendered_N.norm()) break;
     const bool is_apart = std::all_of(presses.begin(), presses.end(), [&](std::size_t other) {
       return std::max(tick, other) - std::min(tick, other) >= kPressesApart;
@@ -173,12 +173,12 @@ FitReference read_reference(const std::filesystem::path& file, const SceneDescri
     throw std::runtime_error(file.string() + ": expected rows, a tick each");
   const World world = build_world(scene);
   const std::vector<NamedState> states = read_states(state_file_of(file), world);
-  const bool is_still = world.nodes.empty() && world.rigid_bodies.empty();
+  const bool is_static = world.nodes.empty() && world.rigid_bodies.empty();
   const auto state_at = [&](const std::string& name, double time_s) {
     const auto found = std::find_if(states.begin(), states.end(),
                                     [&](const NamedState& state) { return state.name == name; });
     if (found != states.end()) return found->state;
-    if (!is_still)
+    if (!is_static)
       throw std::runtime_error(state_file_of(file).string() + ": expected a world at moment '" +
                                name + "': it belongs to another reference");
     WorldState state = state_of(world);

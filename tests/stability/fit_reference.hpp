@@ -40,7 +40,7 @@ struct FitReference {
 [[nodiscard]] SceneDescription reference_scene(const SceneDescription& scene, int steps_per_tick);
 
 /// Runs the reference: the scene settles for settle_s without the tool, at 1 kHz, then follows the
-/// path, each image shown at once. `run`: what came of it besides.
+/// path, each snapshot shown at once. `run`: what came of it besides.
 [[nodiscard]] FitReference make_reference(const SceneDescription& scene, const FitPath& path,
                                           int steps_per_tick, double settle_s, LabRun& run);
 

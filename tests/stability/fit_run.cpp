@@ -35,7 +35,8 @@ constexpr const char* kDescription =
     "says by how much the force errs and what it costs, as one line of JSON.\n"
     "\n"
     "  fit_run organ --trajectory hand.csv --write-reference ref.csv\n"
-    "      the truth: the scene as given, one implicit Euler step a millisecond, each image shown "
+    "      the truth: the scene as given, one implicit Euler step a millisecond, each snapshot "
+    "shown "
     "at once\n"
     "  fit_run organ --trajectory hand.csv --reference ref.csv --set simulation.rate_hz=20 "
     "--margin "
@@ -66,7 +67,7 @@ constexpr const char* kDescription =
     "no shared memory, no device plugin; 3 something broke.\n";
 
 struct Arguments {
-  std::string scene, transition = "answer", latency = "auto", device = "touch";
+  std::string scene, transition = "predict", latency = "auto", device = "touch";
   FitPath path;
   std::filesystem::path write_reference, reference;
   int steps_per_tick = 1, repeats = 1;
@@ -101,9 +102,9 @@ void add_options(CLI::App& app, Arguments& arguments) {
   of_candidate(app.add_option("--set", arguments.set, "KEY=VALUE: another value in the scene")
                    ->allow_extra_args(false));
   of_candidate(
-      app.add_option("--transition", arguments.transition, "As haptic_server's; default answer"));
+      app.add_option("--transition", arguments.transition, "As haptic_server's; default predict"));
   of_candidate(app.add_option("--latency-share", arguments.latency,
-                              "How late an image is, in periods; auto (default): as slow as the "
+                              "How late a snapshot is, in periods; auto (default): as slow as the "
                               "step was measured, in tenths"));
   of_candidate(app.add_option("--repeats", arguments.repeats, "Cost is the median of so many runs")
                    ->check(CLI::Range(1, 1000)));

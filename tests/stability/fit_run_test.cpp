@@ -52,7 +52,7 @@ TEST_CASE("A candidate that is the reference errs by nothing, to the bit", "[fit
   CHECK(result.cost->simulation_us_per_ms > 0.0);
 }
 
-TEST_CASE("Of a body in steady motion, images held at 10 Hz err by v times their age",
+TEST_CASE("Of a body in steady motion, snapshots held at 10 Hz err by v times their age",
           "[fit_run]") {
   const TestFolder folder;
   const FitPath path{.trajectory = folder.write("ride.csv", ride(2.0))};
@@ -86,7 +86,7 @@ TEST_CASE("A step's share is imitated in tenths, rounded up", "[fit_run]") {
   CHECK(latency_share_of(0.95) == Approx(1.0));
 }
 
-TEST_CASE("Images are late by the share of a period that was given", "[fit_run]") {
+TEST_CASE("Snapshots are late by the share of a period that was given", "[fit_run]") {
   const TestFolder folder;
   const FitPath path{.trajectory = folder.write("ride.csv", ride(1.0))};
   const FitReference reference = reference_of(moving_sphere(), path);
@@ -123,13 +123,13 @@ TEST_CASE("A run with settings is to the bit that of the file with those values"
   CHECK(by_file.jnd_p95 == by_settings.jnd_p95);
 }
 
-constexpr const char* kFalling = R"(format = 1
+constexpr const char* kFalling = R"(format = 2
 [simulation]
 rate_hz = 50.0
 [[material]]
 name = "m"
-contact_stiffness_N_m = 500.0
-contact_damping_N_s_m = 1.0
+contact_stiffness_N_per_m = 500.0
+contact_damping_N_s_per_m = 1.0
 friction = 0.3
 [[body]]
 name = "floor"
@@ -153,7 +153,7 @@ from_m = [0.1, 0.0, 0.1]
 to_m = [0.2, 0.0, 0.1]
 mass_kg = 0.01
 pinned = "start"
-spring_stiffness_N_m = { structural = 100.0 }
+spring_stiffness_N_per_m = { structural = 100.0 }
 material = "m"
 )";
 

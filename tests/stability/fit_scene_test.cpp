@@ -13,7 +13,7 @@
 namespace stillgrid {
 namespace {
 
-constexpr const char* kScene = R"(format = 1
+constexpr const char* kScene = R"(format = 2
 [simulation]
 period_s = 0.03
 integrator = "implicit_euler"
@@ -21,7 +21,7 @@ solver = "broyden"
 tolerance_m_s = 1e-6
 [[material]]
 name = "felt"
-contact_stiffness_N_m = 400.0
+contact_stiffness_N_per_m = 400.0
 [[body]]
 name = "cloth.fine"
 kind = "sheet"
@@ -55,16 +55,17 @@ std::string refusal(const std::vector<std::string>& settings) {
 }
 
 TEST_CASE("A setting is a value in the file, in tables that exist or not", "[fit_scene]") {
-  const SceneDescription scene = with(
-      {"grid.voxel_ratio=2", "body.cloth.fine.spheres.spacing_m=0.02",
-       "body.cloth.stiffness_scale=1.96", "material.felt.contact_stiffness_N_m=123.456789012345678",
-       "world.gravity_m_s2=[0, 0, -1.5]"});
+  const SceneDescription scene =
+      with({"grid.voxel_ratio=2", "body.cloth.fine.spheres.spacing_m=0.02",
+            "body.cloth.stiffness_scale=1.96",
+            "material.felt.contact_stiffness_N_per_m=123.456789012345678",
+            "world.gravity_m_s2=[0, 0, -1.5]"});
   CHECK(scene.voxel_ratio == 2.0);
   const SpherePacking spheres = std::get<SheetBody>(scene.bodies[0].shape).spheres;
   CHECK(spheres.spacing_m == 0.02);
   CHECK(spheres.radius_m == 0.0065);
   CHECK(scene.bodies[1].stiffness_scale == 1.96);
-  CHECK(scene.materials[0].contact_stiffness_N_m == 123.456789012345678);
+  CHECK(scene.materials[0].contact_stiffness_N_per_m == 123.456789012345678);
   CHECK(scene.gravity_m_s2.z() == -1.5);
   CHECK(scene.method.solver == SolverKind::kBroyden);  // what is not set stays
 }
@@ -83,7 +84,7 @@ TEST_CASE("What a setting contradicts goes, unless it is set too", "[fit_scene]"
   const SceneDescription chosen = with({"simulation.solver='auto'"});
   CHECK(chosen.choose_method);
   const std::string automatic =
-      "format = 1\n[simulation]\nsolver = 'auto'\nerror_target_m = 1e-4\n";
+      "format = 2\n[simulation]\nsolver = 'auto'\nerror_target_m = 1e-4\n";
   CHECK_FALSE(
       read_scene(with_settings(automatic, {"simulation.solver='newton'"}), "s.toml").choose_method);
 
@@ -131,7 +132,7 @@ TEST_CASE("A bad setting is refused in one line that shows it", "[fit_scene]") {
 
 TEST_CASE("What is wrong with the file itself is told of the file", "[fit_scene]") {
   const TestFolder folder;
-  for (const std::string text : {"format = 1\nbody = {", "format = 1\n[simulation]\nspeed = 3\n"}) {
+  for (const std::string text : {"format = 2\nbody = {", "format = 2\n[simulation]\nspeed = 3\n"}) {
     const auto file = folder.write("scene.toml", text);
     CHECK_THROWS_WITH(load_scene_with(file, {"grid.voxel_ratio=2"}),
                       Catch::StartsWith(file.string() + ":"));
@@ -141,7 +142,7 @@ TEST_CASE("What is wrong with the file itself is told of the file", "[fit_scene]
 TEST_CASE("A scene is a file, or one that ships", "[fit_scene]") {
   CHECK(find_scene("organ").filename() == "organ.toml");
   const TestFolder folder;
-  const auto file = folder.write("mine.toml", "format = 1\n");
+  const auto file = folder.write("mine.toml", "format = 2\n");
   CHECK(find_scene(file.string()) == file);
   CHECK_THROWS_WITH(
       find_scene("nowhere"),

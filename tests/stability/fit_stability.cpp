@@ -21,7 +21,7 @@ namespace {
 constexpr double kStay_s = 1.5, kWindow_s = 0.5;
 constexpr double kOutside_m = 0.02, kApproach_s = 0.5;
 constexpr double kEncoderSteps = 4.001;  // four, however they were rounded
-constexpr double kMostMargin = 16.0;
+constexpr double kMaxMargin = 16.0;
 constexpr const char* kHand = "light";
 
 /// 1 at time zero, 0 from kApproach_s on, smooth.
@@ -59,14 +59,15 @@ std::vector<PathPoint> meant_path(std::vector<PathPoint> points, const FitRefere
   const Eigen::Vector3d force_N = std::prev(last)->rendered_N;
   const double borne_N = force_N.norm() + phantom_profile(profile)->friction_N;
   const Eigen::Vector3d deeper_m =
-      -scale * borne_N / hand_profile(kHand)->stiffness_N_m * force_N.normalized();
+      -scale * borne_N / hand_profile(kHand)->stiffness_N_per_m * force_N.normalized();
   const double end_s = points.back().time_s;
   for (PathPoint& point : points) point.position_m += fade(end_s - point.time_s) * deeper_m;
   return points;
 }
 
 void stiffen(SceneDescription& scene, double margin) {
-  for (MaterialDescription& material : scene.materials) material.contact_stiffness_N_m *= margin;
+  for (MaterialDescription& material : scene.materials)
+    material.contact_stiffness_N_per_m *= margin;
 }
 
 /// How a scene is simulated and shown while it is pressed.
@@ -77,10 +78,10 @@ struct Loop {
 };
 
 /// As the reference is simulated and shown, but for the margin.
-Loop prompt_loop(const SceneDescription& given, double margin) {
-  Loop prompt{.scene = reference_scene(given, 1)};
-  stiffen(prompt.scene, margin);
-  return prompt;
+Loop low_latency_loop(const SceneDescription& given, double margin) {
+  Loop low_latency{.scene = reference_scene(given, 1)};
+  stiffen(low_latency.scene, margin);
+  return low_latency;
 }
 
 /// A press by that device, PLUGIN and options, but for its path. It ends at the path's end, or
@@ -155,7 +156,7 @@ double spring_swing_m(const Loop& loop, const Press& press, std::vector<PathPoin
   points.push_back({points.back().time_s + kStay_s, points.back().position_m});
   const LabRun run = run_press(loop, press, points, "replay:file=", 0.0);
   return loop.scene.device.scale * to_and_fro(window_of(run), &TickRow::rendered_N) /
-         hand_profile(kHand)->stiffness_N_m;
+         hand_profile(kHand)->stiffness_N_per_m;
 }
 
 }  // namespace
@@ -171,14 +172,14 @@ HeldPresses::HeldPresses(const FitCandidate& candidate, double latency_share,
                candidate.scene.device.scale) {}
 
 double HeldPresses::own_swing_m(const Press& press, double margin) const {
-  const Loop prompt = prompt_loop(given_(), margin);
+  const Loop low_latency = low_latency_loop(given_(), margin);
   double held_fast_m = 0.0;
   try {
-    held_fast_m = spring_swing_m(prompt, press, press_path(reference_, press));
+    held_fast_m = spring_swing_m(low_latency, press, press_path(reference_, press));
   } catch (const std::domain_error&) {  // a scene that falls apart by itself excuses nothing
   }
   if (2.0 * held_fast_m <= limit_m_) return held_fast_m;  // the scene stands still
-  return std::min(held_fast_m, hold_press(prompt, press, reference_, profile_).swing_m);
+  return std::min(held_fast_m, hold_press(low_latency, press, reference_, profile_).swing_m);
 }
 
 FitStability HeldPresses::at(double margin) const {
@@ -200,7 +201,7 @@ FitStability HeldPresses::at(double margin) const {
     }
     if (held.late_drift_m > limit_m_ || !(held.contact_share > 0.0)) {
       const HeldPress truth =
-          hold_press(prompt_loop(given_(), margin), press, reference_, profile_);
+          hold_press(low_latency_loop(given_(), margin), press, reference_, profile_);
       if (held.late_drift_m > limit_m_ && held.late_drift_m > 2.0 * truth.drift_m)
         found = {false, held.late_drift_m, truth.drift_m, held.contact_share};
       else if (!(held.contact_share > 0.0) && truth.contact_share > 0.0)
@@ -218,8 +219,9 @@ std::optional<double> HeldPresses::largest_margin() const {
   // As it is told, so that it can be asked for again.
   const auto rounded = [](double margin) { return std::round(100.0 * margin) / 100.0; };
   const auto holds = [&](double margin) { return at(rounded(margin)).stable == true; };
-  const auto largest = largest_stable_stiffness_N_m(
-      holds, {.lowest_N_m = 1.0, .highest_N_m = 1.001 * kMostMargin, .step = std::cbrt(2.0)});
+  const auto largest = largest_stable_stiffness_N_per_m(
+      holds,
+      {.lowest_N_per_m = 1.0, .highest_N_per_m = 1.001 * kMaxMargin, .step = std::cbrt(2.0)});
   return largest ? std::optional(rounded(*largest)) : std::nullopt;
 }
 

@@ -19,11 +19,11 @@ FitReference reference_of(const SceneDescription& scene, const FitPath& path) {
 
 /// A free sphere of 0.1 kg, drawn up against the tool by 1 N.
 std::string free_scene(double rate_hz) {
-  return "format = 1\nworld.gravity_m_s2 = [0.0, 0.0, 10.0]\nsimulation.rate_hz = " +
+  return "format = 2\nworld.gravity_m_s2 = [0.0, 0.0, 10.0]\nsimulation.rate_hz = " +
          std::to_string(rate_hz) + R"(
 [[material]]
 name = "stiff"
-contact_stiffness_N_m = 3000.0
+contact_stiffness_N_per_m = 3000.0
 [[body]]
 name = "free"
 kind = "sphere"
@@ -34,7 +34,7 @@ material = "stiff"
 )";
 }
 
-TEST_CASE("A hand that presses a stiff light body swings on late images, not on prompt ones",
+TEST_CASE("A hand that presses a stiff light body swings on late snapshots, not on prompt ones",
           "[fit_stability]") {
   const TestFolder folder;
   const FitPath path{.trajectory = folder.write("still.csv", trajectory_text(0.6, [](double) {
@@ -58,13 +58,13 @@ TEST_CASE("A hand that presses a stiff light body swings on late images, not on 
     const FitCandidate candidate{.scene = scene, .transition = transition};
     return HeldPresses(candidate, 0.0, reference, given, "premium15").largest_margin();
   };
-  const auto margin = largest(Transition::kAnswer);
+  const auto margin = largest(Transition::kPredict);
   REQUIRE(margin);
-  CHECK(held(10.0, Transition::kAnswer, *margin).stable == true);
+  CHECK(held(10.0, Transition::kPredict, *margin).stable == true);
   CHECK_FALSE(largest(Transition::kLinear));
 }
 
-/// How a hand is held by a scene, each image shown at once, where it pressed the reference's.
+/// How a hand is held by a scene, each snapshot shown at once, where it pressed the reference's.
 FitStability held_where(const SceneDescription& reference_scene, const SceneDescription& scene,
                         const std::string& trajectory, double margin) {
   const TestFolder folder;
@@ -77,12 +77,12 @@ FitStability held_where(const SceneDescription& reference_scene, const SceneDesc
   return presses.at(margin);
 }
 
-/// A wall, each image of which is shown at once at 1 kHz, and a press into it.
-SceneDescription wall(double stiffness_N_m, const std::string& height_m = "0") {
-  return load_scene_with(find_scene("wall"),
-                         {"simulation.rate_hz=1000",
-                          "material.wall.contact_stiffness_N_m=" + std::to_string(stiffness_N_m),
-                          "body.wall.point_m=[0, 0, " + height_m + "]"});
+/// A wall, each snapshot of which is shown at once at 1 kHz, and a press into it.
+SceneDescription wall(double stiffness_N_per_m, const std::string& height_m = "0") {
+  return load_scene_with(find_scene("wall"), {"simulation.rate_hz=1000",
+                                              "material.wall.contact_stiffness_N_per_m=" +
+                                                  std::to_string(stiffness_N_per_m),
+                                              "body.wall.point_m=[0, 0, " + height_m + "]"});
 }
 std::string press(double depth_m) {
   return trajectory_text(1.2, [=](double t_s) {
@@ -105,12 +105,12 @@ TEST_CASE("A hand that a loop swings is unstable, though the reference swings as
 /// A stiff ball that is moved so, beside a hand that presses it by 1 mm at first.
 FitStability held_by_ball(const std::string& motion) {
   const TestFolder folder;
-  const SceneDescription ball = load_scene(folder.write("ball.toml", R"(format = 1
+  const SceneDescription ball = load_scene(folder.write("ball.toml", R"(format = 2
 simulation.rate_hz = 1000
 [[material]]
 name = "elastic"
-contact_stiffness_N_m = 2000.0
-contact_damping_N_s_m = 2.0
+contact_stiffness_N_per_m = 2000.0
+contact_damping_N_s_per_m = 2.0
 [[body]]
 name = "ball"
 kind = "sphere"

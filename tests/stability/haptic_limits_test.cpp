@@ -14,8 +14,8 @@ namespace stillgrid {
 namespace {
 
 /// Exact for the zero-order hold without delay and virtual damping (docs/cases.md, case 1.1).
-double exact_limit_N_m(const HeldLoop& loop) {
-  const double m = loop.mass_kg, b = loop.damping_N_s_m, T = loop.tick_s;
+double exact_limit_N_per_m(const HeldLoop& loop) {
+  const double m = loop.mass_kg, b = loop.damping_N_s_per_m, T = loop.tick_s;
   const double e = std::exp(-b * T / m);
   const double swinging = b * b * (1.0 - e) / (m * (1.0 - e) - b * T * e);
   const double flipping_divisor = b * T * (1.0 + e) - 2.0 * m * (1.0 - e);
@@ -23,16 +23,18 @@ double exact_limit_N_m(const HeldLoop& loop) {
                                 : swinging;
 }
 
-double product_limit_N_m(const HeldLoop& loop, double damping_N_s_m = 0.0,
-                         VelocitySource source = VelocitySource::kBackwardDifference) {
-  return first_loss_N_m(
-      [&](double stiffness_N_m) { return tick_growth(loop, stiffness_N_m, damping_N_s_m, source); },
+double product_limit_N_per_m(const HeldLoop& loop, double damping_N_s_per_m = 0.0,
+                             VelocitySource source = VelocitySource::kBackwardDifference) {
+  return first_loss_N_per_m(
+      [&](double stiffness_N_per_m) {
+        return tick_growth(loop, stiffness_N_per_m, damping_N_s_per_m, source);
+      },
       1.0);
 }
 
 /// 20 s against a wall; unstable if the last decile still swings, and no less than the one before.
-bool is_stable(const HeldLoop& loop, double push_N, double stiffness_N_m) {
-  StaticScene fixed = plain_scene(static_cast<float>(stiffness_N_m), 0.005F);
+bool is_stable(const HeldLoop& loop, double push_N, double stiffness_N_per_m) {
+  StaticScene fixed = plain_scene(static_cast<float>(stiffness_N_per_m), 0.005F);
   fixed.planes = {{{0.0F, 0.0F, 1.0F}, -0.005F, 0, 0}};  // touched by the tool's origin at 0
   PublishedScene scene(fixed, {}, kMillisecond_ns);
   scene.show({}, 0);
@@ -53,13 +55,13 @@ bool is_stable(const HeldLoop& loop, double push_N, double stiffness_N_m) {
 }
 
 /// What the wall bears in the time domain, as a share of what it should.
-double measured_share(const HeldLoop& loop, double push_N, double limit_N_m) {
+double measured_share(const HeldLoop& loop, double push_N, double limit_N_per_m) {
   double stable = 0.9, unstable = 1.1;
-  REQUIRE(is_stable(loop, push_N, stable * limit_N_m));
-  REQUIRE_FALSE(is_stable(loop, push_N, unstable * limit_N_m));
+  REQUIRE(is_stable(loop, push_N, stable * limit_N_per_m));
+  REQUIRE_FALSE(is_stable(loop, push_N, unstable * limit_N_per_m));
   while (unstable - stable > 0.001) {
     const double middle = 0.5 * (stable + unstable);
-    (is_stable(loop, push_N, middle * limit_N_m) ? stable : unstable) = middle;
+    (is_stable(loop, push_N, middle * limit_N_per_m) ? stable : unstable) = middle;
   }
   return stable;
 }
@@ -68,21 +70,21 @@ TEST_CASE("The tick's eigenvalues leave the unit circle at the held force's exac
           "[haptic_limits]") {
   struct Row {
     HeldLoop loop;
-    double handbook_N_m;
+    double published_N_per_m;
   };
-  const auto [loop, handbook_N_m] =
+  const auto [loop, published_N_per_m] =
       GENERATE(Row{{0.1, 1.0, 1e-3}, 2003.34}, Row{{0.1, 5.0, 1e-3}, 10084.03},
                Row{{0.1, 5.0, 1e-2}, 1090.50}, Row{{0.1, 5.0, 1.0 / 30.0}, 408.56},
                Row{{0.1, 5.0, 0.1}, 165.19});  // the last flips its sign every tick
-  CHECK(product_limit_N_m(loop) == Approx(exact_limit_N_m(loop)).epsilon(1e-6));
-  CHECK(exact_limit_N_m(loop) == Approx(handbook_N_m).epsilon(2e-5));
+  CHECK(product_limit_N_per_m(loop) == Approx(exact_limit_N_per_m(loop)).epsilon(1e-6));
+  CHECK(exact_limit_N_per_m(loop) == Approx(published_N_per_m).epsilon(2e-5));
 }
 
 TEST_CASE("A device on our wall is stable up to the exact limit of the held force",
           "[haptic_limits]") {
   const HeldLoop loop = GENERATE(HeldLoop{0.1, 1.0, 1e-3}, HeldLoop{0.1, 5.0, 1e-3},
                                  HeldLoop{0.1, 5.0, 1e-2}, HeldLoop{0.1, 5.0, 0.1});
-  const double share = measured_share(loop, 1.0, exact_limit_N_m(loop));
+  const double share = measured_share(loop, 1.0, exact_limit_N_per_m(loop));
   // A little low, for decay takes for ever at the limit itself.
   CHECK(share > 0.97);
   CHECK(share < 1.01);
@@ -90,19 +92,19 @@ TEST_CASE("A device on our wall is stable up to the exact limit of the held forc
 
 TEST_CASE("What a wall bears does not depend on how hard it is pushed", "[haptic_limits]") {
   const HeldLoop loop{0.1, 1.0};
-  const double exact_N_m = exact_limit_N_m(loop);
-  const double share = measured_share(loop, 1.0, exact_N_m);
-  CHECK(measured_share(loop, 0.1, exact_N_m) == Approx(share).margin(0.002));
-  CHECK(measured_share(loop, 5.0, exact_N_m) == Approx(share).margin(0.002));
+  const double exact_N_per_m = exact_limit_N_per_m(loop);
+  const double share = measured_share(loop, 1.0, exact_N_per_m);
+  CHECK(measured_share(loop, 0.1, exact_N_per_m) == Approx(share).margin(0.002));
+  CHECK(measured_share(loop, 5.0, exact_N_per_m) == Approx(share).margin(0.002));
 }
 
 TEST_CASE("A delay of ticks takes from the limit as its exact root says", "[haptic_limits]") {
-  const auto [ticks, handbook_N_m] =
+  const auto [ticks, published_N_per_m] =
       GENERATE(table<int, double>({{1, 668.5}, {3, 287.4}, {10, 96.9}, {33, 31.40}}));
-  const double limit_N_m = product_limit_N_m({0.1, 1.0, 1e-3, ticks});
-  CHECK(limit_N_m == Approx(handbook_N_m).epsilon(4e-4));  // rounded there
+  const double limit_N_per_m = product_limit_N_per_m({0.1, 1.0, 1e-3, ticks});
+  CHECK(limit_N_per_m == Approx(published_N_per_m).epsilon(4e-4));  // rounded there
   const double delay_s = (0.5 + ticks) * 1e-3;  // K < b / (T/2 + t_d), and its correction
-  CHECK(limit_N_m == Approx((1.0 + delay_s / 0.6) / delay_s).epsilon(4e-3));
+  CHECK(limit_N_per_m == Approx((1.0 + delay_s / 0.6) / delay_s).epsilon(4e-3));
 }
 
 TEST_CASE("One tick of delay costs a wall two thirds of its limit", "[haptic_limits]") {
@@ -113,19 +115,20 @@ TEST_CASE("One tick of delay costs a wall two thirds of its limit", "[haptic_lim
 
 TEST_CASE("Virtual damping helps less than the law of short delays says", "[haptic_limits]") {
   struct Row {
-    double damping_N_s_m;
+    double damping_N_s_per_m;
     int delay_ticks;
-    double handbook_N_m, law_N_m;
+    double published_N_per_m, law_N_per_m;
   };
   const Row row = GENERATE(Row{0.5, 0, 2990.0, 3000.0}, Row{1.0, 0, 3967.0, 4000.0},
                            Row{5.0, 0, 11436.6, 12000.0}, Row{20.0, 0, 34456.8, 42000.0},
                            Row{100.0, 0, 67969.0, 202000.0}, Row{20.0, 2, 5904.9, 8400.0},
                            Row{40.0, 2, 5483.0, 16400.0});
-  const double limit_N_m = product_limit_N_m({0.1, 1.0, 1e-3, row.delay_ticks}, row.damping_N_s_m);
-  CHECK(limit_N_m == Approx(row.handbook_N_m).epsilon(4e-5));
-  CHECK(row.law_N_m ==
-        Approx((1.0 + row.damping_N_s_m) / ((0.5 + row.delay_ticks) * 1e-3)).epsilon(1e-9));
-  CHECK(limit_N_m < row.law_N_m);
+  const double limit_N_per_m =
+      product_limit_N_per_m({0.1, 1.0, 1e-3, row.delay_ticks}, row.damping_N_s_per_m);
+  CHECK(limit_N_per_m == Approx(row.published_N_per_m).epsilon(4e-5));
+  CHECK(row.law_N_per_m ==
+        Approx((1.0 + row.damping_N_s_per_m) / ((0.5 + row.delay_ticks) * 1e-3)).epsilon(1e-9));
+  CHECK(limit_N_per_m < row.law_N_per_m);
 }
 
 /// What a device without damping bears with the virtual damping B = beta m / T, in units of m/T^2.
@@ -145,36 +148,36 @@ double z_width(double beta, double q) {
 }
 
 constexpr HeldLoop kUndamped{0.1, 0.0};
-constexpr double kUnit_N_m = 0.1 / (1e-3 * 1e-3);  // m/T^2
-constexpr double kUnit_N_s_m = 0.1 / 1e-3;         // m/T
+constexpr double kUnit_N_per_m = 0.1 / (1e-3 * 1e-3);  // m/T^2
+constexpr double kUnit_N_s_per_m = 0.1 / 1e-3;         // m/T
 
 TEST_CASE("Without a device's damping, stiffness over virtual damping is a closed curve",
           "[haptic_limits]") {
   const double beta = GENERATE(0.05, 0.3, 2.0 * std::sqrt(2.0) - 2.0, 1.3, 1.9);
-  const double limit_N_m = product_limit_N_m(kUndamped, beta * kUnit_N_s_m);
+  const double limit_N_per_m = product_limit_N_per_m(kUndamped, beta * kUnit_N_s_per_m);
   const double exact = 2.0 * beta * (2.0 - beta) / (2.0 + beta);
-  CHECK(limit_N_m == Approx(exact * kUnit_N_m).epsilon(1e-6));
+  CHECK(limit_N_per_m == Approx(exact * kUnit_N_per_m).epsilon(1e-6));
   CHECK(z_width(beta, 0.0) == Approx(exact).epsilon(1e-12));
-  CHECK(limit_N_m < 68630.0);  // case 1.5: the top is 68629 N/m at 82.84 N s/m
+  CHECK(limit_N_per_m < 68630.0);  // case 1.5: the top is 68629 N/m at 82.84 N s/m
 }
 
 TEST_CASE("Virtual damping from 2 m/T on bears no spring at all", "[haptic_limits]") {
-  CHECK(tick_growth(kUndamped, 10.0, 1.99 * kUnit_N_s_m) < 1.0);
-  CHECK(tick_growth(kUndamped, 10.0, 2.01 * kUnit_N_s_m) > 1.0);
+  CHECK(tick_growth(kUndamped, 10.0, 1.99 * kUnit_N_s_per_m) < 1.0);
+  CHECK(tick_growth(kUndamped, 10.0, 2.01 * kUnit_N_s_per_m) > 1.0);
 }
 
 TEST_CASE("Our velocity, 5 ms late, bears a seventh of the stiffness that a bare difference bears",
           "[haptic_limits]") {
   const double pole = std::exp(-1e-3 / 5e-3);
   const double beta = GENERATE(0.05, 0.3, 0.6, 1.3, 1.9);
-  CHECK(product_limit_N_m(kUndamped, beta * kUnit_N_s_m, VelocitySource::kProduct) ==
-        Approx(z_width(beta, pole) * kUnit_N_m).epsilon(1e-6));
+  CHECK(product_limit_N_per_m(kUndamped, beta * kUnit_N_s_per_m, VelocitySource::kProduct) ==
+        Approx(z_width(beta, pole) * kUnit_N_per_m).epsilon(1e-6));
 
   double top = 0.0;
   for (double b = 0.01; b < 2.0; b += 0.01) top = std::max(top, z_width(b, pole));
-  CHECK(top * kUnit_N_m == Approx(9499.0).epsilon(1e-3));
-  CHECK(tick_growth(kUndamped, 10.0, 1.99 * kUnit_N_s_m, VelocitySource::kProduct) < 1.0);
-  CHECK(tick_growth(kUndamped, 10.0, 2.01 * kUnit_N_s_m, VelocitySource::kProduct) > 1.0);
+  CHECK(top * kUnit_N_per_m == Approx(9499.0).epsilon(1e-3));
+  CHECK(tick_growth(kUndamped, 10.0, 1.99 * kUnit_N_s_per_m, VelocitySource::kProduct) < 1.0);
+  CHECK(tick_growth(kUndamped, 10.0, 2.01 * kUnit_N_s_per_m, VelocitySource::kProduct) > 1.0);
 }
 
 }  // namespace

@@ -14,14 +14,15 @@
 namespace stillgrid {
 namespace {
 
-constexpr float kReach_m = 0.05F;
+constexpr float kContactDistance_m = 0.05F;
 constexpr double kUnit = 0x1p-10;  // of a state: the spring is one within its reach only
 
-proto::SceneHeader scene_of(double stiffness_N_m, double damping_N_s_m, float tool_radius_m) {
+proto::SceneHeader scene_of(double stiffness_N_per_m, double damping_N_s_per_m,
+                            float tool_radius_m) {
   proto::SceneHeader scene{};
   scene.material_count = 1;
-  scene.materials[0] = {static_cast<float>(stiffness_N_m), static_cast<float>(damping_N_s_m), 0.0F,
-                        1e-3F};
+  scene.materials[0] = {static_cast<float>(stiffness_N_per_m),
+                        static_cast<float>(damping_N_s_per_m), 0.0F, 1e-3F};
   scene.plane_count = 1;
   scene.planes[0] = {{0.0F, 0.0F, 1.0F}, 0.0F, 0, 0};
   scene.tool_sphere_count = 1;
@@ -74,7 +75,7 @@ Eigen::VectorXd next_tick(PhantomModel device, const proto::SceneHeader& scene,
 PhantomModel make_device(const HeldLoop& loop) {
   PhantomSettings settings;
   settings.device.mass_kg = loop.mass_kg;
-  settings.device.damping_N_s_m = loop.damping_N_s_m;
+  settings.device.damping_N_s_per_m = loop.damping_N_s_per_m;
   settings.device.friction_N = loop.friction_N;
   settings.device.resolution_m = loop.resolution_m;
   settings.path.kind = PathKind::kStill;
@@ -90,12 +91,13 @@ PhantomModel make_pushed_device(const HeldLoop& loop, double push_N) {
   return device;
 }
 
-proto::SceneHeader wall(double stiffness_N_m) {
-  return scene_of(stiffness_N_m, 0.0, 0.0F);
+proto::SceneHeader wall(double stiffness_N_per_m) {
+  return scene_of(stiffness_N_per_m, 0.0, 0.0F);
 }
 
-proto::SceneHeader spring(double stiffness_N_m, double damping_N_s_m) {
-  proto::SceneHeader scene = scene_of(0.5 * stiffness_N_m, damping_N_s_m, kReach_m);
+proto::SceneHeader spring(double stiffness_N_per_m, double damping_N_s_per_m) {
+  proto::SceneHeader scene =
+      scene_of(0.5 * stiffness_N_per_m, damping_N_s_per_m, kContactDistance_m);
   scene.plane_count = 2;
   scene.planes[1] = {{0.0F, 0.0F, -1.0F}, 0.0F, 0, 0};
   return scene;
@@ -110,10 +112,10 @@ double force_N(const proto::SceneHeader& scene, double z_m, double velocity_m_s)
   return tool_force(scene, kNoSpheres, {&tool, 1}, pose).force_N.z();
 }
 
-double tick_growth(const HeldLoop& loop, double stiffness_N_m, double damping_N_s_m,
+double tick_growth(const HeldLoop& loop, double stiffness_N_per_m, double damping_N_s_per_m,
                    VelocitySource source) {
   const PhantomModel device = make_device(loop);
-  const proto::SceneHeader scene = spring(stiffness_N_m, damping_N_s_m);
+  const proto::SceneHeader scene = spring(stiffness_N_per_m, damping_N_s_per_m);
   const Eigen::Index size = 4 + loop.delay_ticks;
   Eigen::MatrixXd matrix(size, size);
   for (Eigen::Index i = 0; i < size; ++i)
@@ -122,12 +124,12 @@ double tick_growth(const HeldLoop& loop, double stiffness_N_m, double damping_N_
   return matrix.eigenvalues().cwiseAbs().maxCoeff();
 }
 
-double first_loss_N_m(const std::function<double(double)>& growth, double lowest_N_m) {
+double first_loss_N_per_m(const std::function<double(double)>& growth, double lowest_N_per_m) {
   constexpr double kRounding = 1e-11;
-  const auto is_stable = [&](double stiffness_N_m) {
-    return growth(stiffness_N_m) <= 1.0 + kRounding;
+  const auto is_stable = [&](double stiffness_N_per_m) {
+    return growth(stiffness_N_per_m) <= 1.0 + kRounding;
   };
-  double stable = lowest_N_m, unstable = 1.1 * lowest_N_m;
+  double stable = lowest_N_per_m, unstable = 1.1 * lowest_N_per_m;
   while (is_stable(unstable)) stable = std::exchange(unstable, 1.1 * unstable);
   while (unstable - stable > 1e-9 * stable) {
     const double middle = 0.5 * (stable + unstable);

@@ -11,7 +11,7 @@ namespace stillgrid {
 
 /// The simulated device in a loop along z: no hand, no limit of force.
 struct HeldLoop {
-  double mass_kg, damping_N_s_m, tick_s = 1e-3;
+  double mass_kg, damping_N_s_per_m, tick_s = 1e-3;
   int delay_ticks = 0;
   double friction_N = 0.0;
   double resolution_m = 0.0;  // of the encoders; 0 exact
@@ -23,12 +23,12 @@ struct HeldLoop {
 [[nodiscard]] PhantomModel make_pushed_device(const HeldLoop& loop, double push_N);
 
 /// A wall below z = 0, touched by the tool's origin.
-[[nodiscard]] proto::SceneHeader wall(double stiffness_N_m);
+[[nodiscard]] proto::SceneHeader wall(double stiffness_N_per_m);
 
 /// A spring and a damper on both sides of z = 0: two walls that face each other, each pressed
 /// 50 mm deep and with half of the stiffness. Each damps where the tool approaches it, so that
 /// together the contact law is -K z - B v. Pre: |z| < 50 mm.
-[[nodiscard]] proto::SceneHeader spring(double stiffness_N_m, double damping_N_s_m = 0.0);
+[[nodiscard]] proto::SceneHeader spring(double stiffness_N_per_m, double damping_N_s_per_m = 0.0);
 
 /// The force of such a scene on the tool along z.
 [[nodiscard]] double force_N(const proto::SceneHeader& scene, double z_m, double velocity_m_s = 0);
@@ -38,13 +38,14 @@ enum class VelocitySource { kBackwardDifference, kProduct };
 
 /// Largest magnitude of an eigenvalue of the map from one tick to the next, by running the device,
 /// the contact law and the velocity estimator for one tick from each unit state.
-[[nodiscard]] double tick_growth(const HeldLoop& loop, double stiffness_N_m,
-                                 double damping_N_s_m = 0.0,
+[[nodiscard]] double tick_growth(const HeldLoop& loop, double stiffness_N_per_m,
+                                 double damping_N_s_per_m = 0.0,
                                  VelocitySource source = VelocitySource::kBackwardDifference);
 
 /// The stiffness at which a spring stops being stable for the first time: scanned upwards in steps
-/// of a tenth, then halved down. Pre: stable at lowest_N_m.
-[[nodiscard]] double first_loss_N_m(const std::function<double(double)>& growth, double lowest_N_m);
+/// of a tenth, then halved down. Pre: stable at lowest_N_per_m.
+[[nodiscard]] double first_loss_N_per_m(const std::function<double(double)>& growth,
+                                        double lowest_N_per_m);
 
 /// Highest less lowest.
 [[nodiscard]] double peak_to_peak(std::vector<double>::const_iterator first,

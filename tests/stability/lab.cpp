@@ -58,30 +58,30 @@ class SimulationSide {
         writer_(session, static_scene(scene, simulation_), simulation_.world().spheres.size(),
                 to_ns(scene.period_s), proto::Clock::kVirtual, 0),
         schedule_(scene.period_s, options.jitter, options.seed, options.latency_s),
-        image_(schedule_.next()) {
+        snapshot_(schedule_.next()) {
     writer_.publish(simulation_.snapshot(), {.state_ns = 0, .publish_ns = 0});
     if (options.accounts_energy) simulation_.account_energy();
     const World& world = simulation_.world();
     run_.simulation.moving_spheres = world.spheres.size();
-    run_.simulation.spheres = world.spheres.size() + world.still_spheres.size();
+    run_.simulation.spheres = world.spheres.size() + world.static_spheres.size();
     start_s_ = world.time_s;
     keep_state();
   }
 
   /// Takes the tool at each sample that is due before now_ns, or with `at_now` also at that time,
-  /// and shows each image due by then.
+  /// and shows each snapshot due by then.
   void run_to(std::uint64_t now_ns, bool at_now, const ToolView& tool) {
     while (true) {
       if (!times_) {
-        if (image_.sample_ns > now_ns || (image_.sample_ns == now_ns && !at_now)) return;
+        if (snapshot_.sample_ns > now_ns || (snapshot_.sample_ns == now_ns && !at_now)) return;
         step(tool);
       }
       if (times_->publish_ns > now_ns) return;
       const double began_s = measures_ ? processor_s() : 0.0;
-      writer_.publish(simulation_.snapshot(), *times_, foresight_);
+      writer_.publish(simulation_.snapshot(), *times_, prediction_);
       if (measures_) run_.simulation.step_s.back() += processor_s() - began_s;
       times_.reset();
-      image_ = schedule_.next();
+      snapshot_ = schedule_.next();
     }
   }
 
@@ -96,10 +96,10 @@ class SimulationSide {
       if (!state) return std::nullopt;
       return sample_of(*state);
     };
-    const StepReport report = simulation_.step(static_cast<double>(image_.step_ns) * 1e-9,
-                                               take_tool, {.iterations = kMostIterations});
-    times_ = times_of(image_, report);
-    foresight_ = simulation_.look_ahead(period_s_);
+    const StepReport report = simulation_.step(static_cast<double>(snapshot_.step_ns) * 1e-9,
+                                               take_tool, {.iterations = kMaxIterations});
+    times_ = times_of(snapshot_, report);
+    prediction_ = simulation_.predict_next(period_s_);
     if (const auto account = simulation_.energy_account()) given_J_ = account->flow.given_J;
     if (measures_) run_.simulation.step_s.push_back(processor_s() - began_s);
     ++run_.simulation.steps;
@@ -125,9 +125,9 @@ class SimulationSide {
   Simulation simulation_;
   SceneWriter writer_;
   LockstepSchedule schedule_;
-  ScheduledImage image_;             // the next, or computed and not yet shown
-  std::optional<ImageTimes> times_;  // of an image that is computed
-  ImageForesight foresight_;
+  ScheduledSnapshot snapshot_;          // the next, or computed and not yet shown
+  std::optional<SnapshotTimes> times_;  // of a snapshot that is computed
+  SnapshotPrediction prediction_;
 };
 
 }  // namespace
@@ -183,12 +183,12 @@ LabRun run_reference(const SceneDescription& scene, const LabOptions& options, c
   const PathFile path(scene.device, points);
   SceneDescription fine = scene;
   fine.period_s = 1.0 / options.tick_rate_hz;
-  LabOptions prompt = options;
-  prompt.device = "replay:file=" + path.path().string();
-  prompt.rival = nullptr;
-  prompt.transition = Transition::kHold;
-  prompt.latency_s = prompt.jitter = 0.0;
-  return run_lab(fine, prompt);
+  LabOptions low_latency = options;
+  low_latency.device = "replay:file=" + path.path().string();
+  low_latency.rival = nullptr;
+  low_latency.transition = Transition::kHold;
+  low_latency.latency_s = low_latency.jitter = 0.0;
+  return run_lab(fine, low_latency);
 }
 
 }  // namespace stillgrid

@@ -19,7 +19,7 @@ namespace stillgrid {
 struct LabOptions {
   std::string device;            // as haptic_server --device takes it
   const Rival* rival = nullptr;  // none: the product's grid, with its transition
-  Transition transition = Transition::kAnswer;
+  Transition transition = Transition::kPredict;
   double tick_rate_hz = 1000.0;
   double latency_s = 0.0;  // virtual cost of a step
   double jitter = 0.0;     // of the simulation's periods
@@ -33,7 +33,7 @@ struct LabOptions {
   double state_interval_s = 0.0;      // how often LabRun::states takes the world; 0: never
 };
 
-/// A switch of images, as its jump at the same place and time.
+/// A switch of snapshots, as its jump at the same place and time.
 struct SwitchJump {
   std::size_t tick = 0;  // row of its run
   double jump_N = 0.0;
@@ -44,7 +44,7 @@ struct LabSimulation {
   std::size_t spheres = 0, moving_spheres = 0;
   std::uint64_t steps = 0, not_converged = 0;
   std::uint64_t contacts = 0;  // sum over the steps
-  std::vector<double> step_s;  // processor time of each step with its image, if measured
+  std::vector<double> step_s;  // processor time of each step with its snapshot, if measured
 };
 
 /// What came of a run, tick by tick.

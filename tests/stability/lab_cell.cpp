@@ -30,26 +30,26 @@ LabScene parse_scene(const LabCell& cell) {
     if (error != std::errc{} || stop != end || !(scene.mass_kg > 0.0)) refuse_scene();
   }
   scene.period_s = cell.period_s;
-  scene.contact_damping_N_s_m = cell.contact_damping_N_s_m;
+  scene.contact_damping_N_s_per_m = cell.contact_damping_N_s_per_m;
   scene.friction = cell.friction;
   return scene;
 }
 
 }  // namespace
 
-std::string scene_text_of(const LabCell& cell, double stiffness_N_m) {
+std::string scene_text_of(const LabCell& cell, double stiffness_N_per_m) {
   LabScene scene = parse_scene(cell);
-  scene.contact_stiffness_N_m = stiffness_N_m;
+  scene.contact_stiffness_N_per_m = stiffness_N_per_m;
   return scene_text(scene);
 }
 
-SceneDescription scene_of(const LabCell& cell, std::optional<double> stiffness_N_m) {
+SceneDescription scene_of(const LabCell& cell, std::optional<double> stiffness_N_per_m) {
   const bool is_file = cell.scene.ends_with(".toml");
   SceneDescription scene = is_file ? load_scene(cell.scene) : lab_scene(parse_scene(cell));
   scene.period_s = cell.period_s;
-  if (stiffness_N_m && scene.materials.empty())
-    refuse("--stiffness", std::to_string(*stiffness_N_m), "a scene with a material");
-  if (stiffness_N_m) scene.materials.front().contact_stiffness_N_m = *stiffness_N_m;
+  if (stiffness_N_per_m && scene.materials.empty())
+    refuse("--stiffness", std::to_string(*stiffness_N_per_m), "a scene with a material");
+  if (stiffness_N_per_m) scene.materials.front().contact_stiffness_N_per_m = *stiffness_N_per_m;
   return scene;
 }
 
@@ -70,21 +70,21 @@ LabOptions options_of(const LabCell& cell) {
       .duration_s = cell.duration_s};
 }
 
-std::optional<double> largest_stable_stiffness_N_m(const LabCell& cell,
-                                                   const StiffnessSearch& search) {
+std::optional<double> largest_stable_stiffness_N_per_m(const LabCell& cell,
+                                                       const StiffnessSearch& search) {
   LabOptions options = options_of(cell);
-  const auto is_stable = [&](double stiffness_N_m) {
-    return !oscillates(run_lab(scene_of(cell, stiffness_N_m), options).rows);
+  const auto is_stable = [&](double stiffness_N_per_m) {
+    return !oscillates(run_lab(scene_of(cell, stiffness_N_per_m), options).rows);
   };
   StiffnessSearch below = search;  // what another seed has lost already
-  std::optional<double> least_N_m;
+  std::optional<double> least_N_per_m;
   for (int i = 0; i < (cell.jitter > 0.0 ? cell.seeds : 1); ++i) {
     options.seed = cell.seed + static_cast<std::uint64_t>(i);
-    least_N_m = largest_stable_stiffness_N_m(is_stable, below);
-    if (!least_N_m) break;
-    below.highest_N_m = *least_N_m * std::sqrt(search.step);
+    least_N_per_m = largest_stable_stiffness_N_per_m(is_stable, below);
+    if (!least_N_per_m) break;
+    below.highest_N_per_m = *least_N_per_m * std::sqrt(search.step);
   }
-  return least_N_m;
+  return least_N_per_m;
 }
 
 }  // namespace stillgrid

@@ -18,12 +18,12 @@ std::string text(double number) {
 }
 
 std::string head(const LabScene& scene, double gravity_m_s2) {
-  return "format = 1\n\n[world]\ngravity_m_s2 = [0.0, 0.0, " + text(gravity_m_s2) +
+  return "format = 2\n\n[world]\ngravity_m_s2 = [0.0, 0.0, " + text(gravity_m_s2) +
          "]\n\n[simulation]\nperiod_s = " + text(scene.period_s) +
          "\nsleeping = false\n\n[tool]\nradius_m = " + text(kToolRadius_m) +
-         "\n\n[[material]]\nname = \"touched\"\ncontact_stiffness_N_m = " +
-         text(scene.contact_stiffness_N_m) +
-         "\ncontact_damping_N_s_m = " + text(scene.contact_damping_N_s_m) +
+         "\n\n[[material]]\nname = \"touched\"\ncontact_stiffness_N_per_m = " +
+         text(scene.contact_stiffness_N_per_m) +
+         "\ncontact_damping_N_s_per_m = " + text(scene.contact_damping_N_s_per_m) +
          "\nfriction = " + text(scene.friction) + "\n";
 }
 
@@ -64,7 +64,8 @@ spheres = { spacing_m = 0.03, radius_m = 0.005 }
 material = "touched"
 mass_kg = )" +
          text(11.0 * scene.mass_kg) +
-         "\nspring_stiffness_N_m = { structural = " + text(scene.link_stiffness_N_m) + " }\n";
+         "\nspring_stiffness_N_per_m = { structural = " + text(scene.link_stiffness_N_per_m) +
+         " }\n";
 }
 
 /// The tissue and a block of tissue_and_blocks.toml; the tool stands on the block's middle sphere.
@@ -72,8 +73,8 @@ std::string block(const LabScene& scene) {
   return R"(
 [[material]]
 name = "tissue"
-contact_stiffness_N_m = 500.0
-contact_damping_N_s_m = 1.0
+contact_stiffness_N_per_m = 500.0
+contact_damping_N_s_per_m = 1.0
 friction = 0.3
 
 [[body]]
@@ -94,8 +95,8 @@ position_m = [0.0, 0.0, -0.0315]
 nodes = [8, 8]
 size_m = [0.14, 0.14]
 mass_kg = 0.128
-spring_stiffness_N_m = { structural = 500.0, shear = 250.0, bend = 50.0 }
-spring_damping_N_s_m = 0.2
+spring_stiffness_N_per_m = { structural = 500.0, shear = 250.0, bend = 50.0 }
+spring_damping_N_s_per_m = 0.2
 spheres = { spacing_m = 0.01, radius_m = 0.0065 }
 pinned = "corners"
 material = "tissue"
@@ -151,13 +152,13 @@ std::string device_text(LabHand hand, double resolution_m, double friction_N) {
   std::string device = "phantom:profile=premium15,path=still,centre_z_m=0,push_z_N=-1,";
   switch (hand) {
     case LabHand::kLight:
-      device += "mass_kg=0.1,damping_N_s_m=5,hand=none,hand_stiffness_N_m=100";
+      device += "mass_kg=0.1,damping_N_s_per_m=5,hand=none,hand_stiffness_N_per_m=100";
       break;
     case LabHand::kHand:
-      device += "mass_kg=0.1,damping_N_s_m=1,hand=measured";
+      device += "mass_kg=0.1,damping_N_s_per_m=1,hand=measured";
       break;
     case LabHand::kNone:
-      device += "mass_kg=0.1,damping_N_s_m=5,hand=none";
+      device += "mass_kg=0.1,damping_N_s_per_m=5,hand=none";
       break;
   }
   // Amplifiers without a limit: what is sought is where oscillations begin, not where they end.

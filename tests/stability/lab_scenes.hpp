@@ -36,10 +36,10 @@ inline constexpr std::array<std::string_view, 4> kLabBodyNames = {"wall", "free"
 /// What a map varies of a scene. Implicit Euler, solved by Newton, as the analyses assume.
 struct LabScene {
   LabBody body = LabBody::kWall;
-  double mass_kg = 0.1;                 // of the free body, a mass of the chain, or the block
-  double link_stiffness_N_m = 1000.0;   // of the chain
-  double contact_stiffness_N_m = 1000;  // of the contact with the tool
-  double contact_damping_N_s_m = 0.0;
+  double mass_kg = 0.1;                     // of the free body, a mass of the chain, or the block
+  double link_stiffness_N_per_m = 1000.0;   // of the chain
+  double contact_stiffness_N_per_m = 1000;  // of the contact with the tool
+  double contact_damping_N_s_per_m = 0.0;
   double friction = 0.0;
   double period_s = 0.01;
 };

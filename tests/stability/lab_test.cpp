@@ -28,27 +28,30 @@ LabCell exact_cell(const std::string& scene, const std::string& device,
 }
 
 /// The cell's limit over the expected one, looked for near it by 1 %.
-double limit_ratio(const LabCell& cell, double expected_N_m) {
-  const auto found_N_m = largest_stable_stiffness_N_m(
-      cell, {.lowest_N_m = 0.85 * expected_N_m, .highest_N_m = 1.15 * expected_N_m, .step = 1.01});
-  return found_N_m.value_or(0.0) / expected_N_m;
+double limit_ratio(const LabCell& cell, double expected_N_per_m) {
+  const auto found_N_per_m =
+      largest_stable_stiffness_N_per_m(cell, {.lowest_N_per_m = 0.85 * expected_N_per_m,
+                                              .highest_N_per_m = 1.15 * expected_N_per_m,
+                                              .step = 1.01});
+  return found_N_per_m.value_or(0.0) / expected_N_per_m;
 }
 
 TEST_CASE("A rigid wall bears the exact limit of the held force", "[lab]") {
-  const auto [device, exact_N_m] = GENERATE(table<std::string, double>({
+  const auto [device, exact_N_per_m] = GENERATE(table<std::string, double>({
       {"none", 10084.03},
       {"hand", 14928.6},
-      {"phantom:profile=premium15,path=still,centre_z_m=0,push_z_N=-1,mass_kg=0.1,damping_N_s_m=1,"
+      {"phantom:profile=premium15,path=still,centre_z_m=0,push_z_N=-1,mass_kg=0.1,damping_N_s_per_"
+       "m=1,"
        "hand=none,max_force_N=1000,friction_N=0,resolution_m=0",
        2003.34},
   }));
-  const double ratio = limit_ratio(exact_cell("wall", device, "hold"), exact_N_m);
+  const double ratio = limit_ratio(exact_cell("wall", device, "hold"), exact_N_per_m);
   CHECK(ratio > 0.95);
   CHECK(ratio < 1.03);
 }
 
 TEST_CASE(
-    "On a wall that stays the limit does not depend on the rate of images nor on how they "
+    "On a wall that stays the limit does not depend on the rate of snapshots nor on how they "
     "follow one another",
     "[lab]") {
   LabCell cell = exact_cell("wall", "light", GENERATE("hold", "linear", "extrapolate"));
@@ -62,15 +65,15 @@ TEST_CASE(
 
 /// The limit of both servers' code at 33 ms over what docs/charts/two_rate.csv has.
 double ratio_to_analysis(const std::string& body, const std::string& device, double latency_share,
-                         const std::string& transition, double analysed_N_m) {
+                         const std::string& transition, double analysed_N_per_m) {
   LabCell cell = exact_cell(body, device, transition);
   cell.period_s = 0.033;
   cell.latency_share = latency_share;
-  return limit_ratio(cell, analysed_N_m);
+  return limit_ratio(cell, analysed_N_per_m);
 }
 
 TEST_CASE("The laboratory loses hold and linear where the two-rate analysis says", "[lab]") {
-  const auto [body, device, latency_share, transition, analysed_N_m] =
+  const auto [body, device, latency_share, transition, analysed_N_per_m] =
       GENERATE(table<std::string, std::string, double, std::string, double>(
           {{"free:0.1", "light", 1.0, "hold", 633.8},
            {"free:0.1", "light", 1.0, "linear", 1483.6},
@@ -80,14 +83,14 @@ TEST_CASE("The laboratory loses hold and linear where the two-rate analysis says
            {"free:1", "hand", 0.0, "linear", 4143.3},
            {"free:1", "hand", 1.0, "linear", 884.5}}));
   CAPTURE(body, device, latency_share, transition);
-  const double ratio = ratio_to_analysis(body, device, latency_share, transition, analysed_N_m);
+  const double ratio = ratio_to_analysis(body, device, latency_share, transition, analysed_N_per_m);
   CHECK(ratio > 0.92);  // large motions may not decay where small ones do
   CHECK(ratio < 1.03);
 }
 
-// The analysis leaves out what `answer` ramps out at a switch: 13.5 kN/m, not 9.4.
-TEST_CASE("The laboratory loses answer where the two-rate analysis says", "[lab][!shouldfail]") {
-  const double ratio = ratio_to_analysis("free:1", "light", 1.0, "answer", 9355.4);
+// The analysis leaves out what `predict` ramps out at a switch: 13.5 kN/m, not 9.4.
+TEST_CASE("The laboratory loses predict where the two-rate analysis says", "[lab][!shouldfail]") {
+  const double ratio = ratio_to_analysis("free:1", "light", 1.0, "predict", 9355.4);
   CHECK(ratio > 0.92);
   CHECK(ratio < 1.03);
 }
@@ -123,14 +126,14 @@ TEST_CASE("A run repeats to the bit, and by another seed it does not", "[lab]") 
 /// A sphere that presses evenly deeper into a tool that stays, 0.01 m/s at 500 N/m.
 SceneDescription advancing_sphere() {
   return read_scene(R"(
-format = 1
+format = 2
 [world]
 gravity_m_s2 = [0.0, 0.0, 0.0]
 [simulation]
 period_s = 0.1
 [[material]]
 name = "elastic"
-contact_stiffness_N_m = 500.0
+contact_stiffness_N_per_m = 500.0
 [[body]]
 name = "sphere"
 kind = "sphere"
@@ -144,7 +147,7 @@ material = "elastic"
 }
 
 TEST_CASE(
-    "On a body that advances evenly, held images err by k v P / sqrt 3 and jump, blended ones "
+    "On a body that advances evenly, held snapshots err by k v P / sqrt 3 and jump, blended ones "
     "err by k v P and do not",
     "[lab]") {
   constexpr double kStep_N = 500.0 * 0.01 * 0.1;  // k v P
@@ -182,17 +185,17 @@ TEST_CASE("On a wall a run is its own reference", "[lab]") {
   CHECK(metrics.slew_N_per_ms.max > 0.0);
 }
 
-TEST_CASE("In a schedule no tool is sampled before the image before it is shown", "[lab]") {
+TEST_CASE("In a schedule no tool is sampled before the snapshot before it is shown", "[lab]") {
   LockstepSchedule schedule(0.01, 0.3, 7, 0.009);
-  ScheduledImage before = schedule.next();
+  ScheduledSnapshot before = schedule.next();
   for (int i = 0; i < 1000; ++i) {
-    const ScheduledImage image = schedule.next();
-    CHECK(image.state_ns == before.state_ns + image.step_ns);
-    CHECK(image.step_ns >= 7'000'000);
-    CHECK(image.step_ns <= 13'000'000);
-    CHECK(image.sample_ns == std::max(image.state_ns, before.publish_ns));
-    CHECK(image.publish_ns == image.sample_ns + 9'000'000);
-    before = image;
+    const ScheduledSnapshot snapshot = schedule.next();
+    CHECK(snapshot.state_ns == before.state_ns + snapshot.step_ns);
+    CHECK(snapshot.step_ns >= 7'000'000);
+    CHECK(snapshot.step_ns <= 13'000'000);
+    CHECK(snapshot.sample_ns == std::max(snapshot.state_ns, before.publish_ns));
+    CHECK(snapshot.publish_ns == snapshot.sample_ns + 9'000'000);
+    before = snapshot;
   }
 }
 

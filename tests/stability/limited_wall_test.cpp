@@ -13,7 +13,7 @@ namespace stillgrid {
 namespace {
 
 constexpr double kTick_s = 1e-3;
-constexpr double kWall_N_m = 1000.0;  // touch: 1020 advised
+constexpr double kWall_N_per_m = 1000.0;  // touch: 1020 advised
 
 PhantomSettings touch(double mass_kg) {
   PhantomSettings settings;
@@ -45,11 +45,11 @@ LimitedRun run_on_wall(const PhantomSettings& settings, const SafetyLimits& limi
   PhantomModel device = make_phantom(settings);
   SafetyChain chain(limits);
   LimitedRun run;
-  SafetyInput input{.image = {true, 0.0, 0.033, true}};
+  SafetyInput input{.snapshot = {true, 0.0, 0.033, true}};
   std::uint32_t ignored = 0;
   for (int tick = 0; tick < 101; ++tick) (void)chain.apply(input, ignored);
 
-  const proto::SceneHeader scene = wall(kWall_N_m);
+  const proto::SceneHeader scene = wall(kWall_N_per_m);
   Eigen::Vector3d before_m = read_encoders(device);
   for (int tick = 0; tick < static_cast<int>(time_s / kTick_s); ++tick) {
     const Eigen::Vector3d now_m = read_encoders(device);
@@ -57,8 +57,8 @@ LimitedRun run_on_wall(const PhantomSettings& settings, const SafetyLimits& limi
     before_m = now_m;
     input.velocity_m_s = device.velocity_m_s;
     input.rendered.force_N = {0.0, 0.0, force_N(scene, now_m.z())};
-    input.stiffness_N_m.setZero();
-    if (now_m.z() < 0.0) input.stiffness_N_m(2, 2) = kWall_N_m;
+    input.stiffness_N_per_m.setZero();
+    if (now_m.z() < 0.0) input.stiffness_N_per_m(2, 2) = kWall_N_per_m;
     command_force(device, chain.apply(input, run.flags).force_N);
     advance_phantom(device, kSubstepsPerTick);
     run.rebound_m_s = std::max(run.rebound_m_s, device.velocity_m_s.z());

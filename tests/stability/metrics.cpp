@@ -80,13 +80,13 @@ Plateau plateau(std::span<const TickRow> rows, double rate_hz) {
   Plateau result;
   std::size_t shown = 0, standing = 0, run = 0, longest = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (rows[i].generation == 0) continue;
+    if (rows[i].snapshot_id == 0) continue;
     ++shown;
-    if (i > 0 && rows[i - 1].generation != 0 && rows[i].generation != rows[i - 1].generation)
+    if (i > 0 && rows[i - 1].snapshot_id != 0 && rows[i].snapshot_id != rows[i - 1].snapshot_id)
       result.left_over = std::max(result.left_over, 1.0 - rows[i - 1].alpha);
-    const bool stands = rows[i].alpha >= 1.0;
-    run = stands ? run + 1 : 0;
-    if (stands) ++standing;
+    const bool is_waiting = rows[i].alpha >= 1.0;
+    run = is_waiting ? run + 1 : 0;
+    if (is_waiting) ++standing;
     longest = std::max(longest, run);
   }
   result.share = shown > 0 ? static_cast<double>(standing) / static_cast<double>(shown) : 0.0;

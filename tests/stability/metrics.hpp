@@ -44,15 +44,15 @@ struct Vibration {
 [[nodiscard]] Vibration vibration(std::span<const Eigen::Vector3d> error_N, double rate_hz,
                                   double simulation_rate_hz);
 
-/// Metric 4: how long the display stood at an image, waiting for the next.
+/// Metric 4: how long the display stood at a snapshot, waiting for the next.
 struct Plateau {
-  double share = 0.0;  // of the ticks that show an image
+  double share = 0.0;  // of the ticks that show a snapshot
   double longest_s = 0.0;
-  double left_over = 0.0;  // the most of a way between images that was cut off by the next one
+  double left_over = 0.0;  // the most of a way between snapshots that was cut off by the next one
 };
 [[nodiscard]] Plateau plateau(std::span<const TickRow> rows, double rate_hz);
 
-/// How unevenly a force changes, as where it stands at an image and then goes on: the change over
+/// How unevenly a force changes, as where it stands at a snapshot and then goes on: the change over
 /// 10 ms against the mean of those over the 10 ms before and after, over what is just noticeable
 /// there. An even change has none, a jump all of itself. Contact that comes and goes, below 0.1 N
 /// at either end, is no stage.

@@ -92,16 +92,17 @@ TEST_CASE("A signal shorter than a segment has no spectrum", "[metrics]") {
   CHECK(welch(std::vector<double>(1023, 1.0), kRate_hz).density_per_hz.empty());
 }
 
-TEST_CASE("A plateau is what stands at an image, and what the next image cuts off is left over",
-          "[metrics]") {
-  // Before the first image nothing is shown; the first stands for two ticks, the second is cut
+TEST_CASE(
+    "A plateau is what stands at a snapshot, and what the next snapshot cuts off is left over",
+    "[metrics]") {
+  // Before the first snapshot nothing is shown; the first stands for two ticks, the second is cut
   // off at three quarters, the third stands for three.
   const std::vector<std::pair<std::uint64_t, double>> shown = {
       {0, 1.0},  {1, 0.5}, {1, 1.0}, {1, 1.0}, {2, 0.25},
       {2, 0.75}, {3, 0.0}, {3, 1.0}, {3, 1.0}, {3, 1.0}};
   std::vector<TickRow> rows(shown.size());
   for (std::size_t i = 0; i < rows.size(); ++i)
-    std::tie(rows[i].generation, rows[i].alpha) = shown[i];
+    std::tie(rows[i].snapshot_id, rows[i].alpha) = shown[i];
   const Plateau found = plateau(rows, kRate_hz);
   CHECK(found.share == Approx(5.0 / 9.0));
   CHECK(found.longest_s == Approx(0.003));

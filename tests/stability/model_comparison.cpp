@@ -20,7 +20,7 @@ double tick_median_s(std::span<const TickRow> rows) {
 double longest_period_s(std::span<const TickRow> rows) {
   double longest_s = 0.0, since_s = -1.0;
   for (std::size_t i = 1; i < rows.size(); ++i) {
-    if (rows[i].generation == rows[i - 1].generation) continue;
+    if (rows[i].snapshot_id == rows[i - 1].snapshot_id) continue;
     if (since_s >= 0.0) longest_s = std::max(longest_s, rows[i].time_s - since_s);
     since_s = rows[i].time_s;
   }
@@ -93,11 +93,11 @@ ComparedRun compare_reference(const LabRun& reference, double from_s) {
 LabRun path_reference(const SceneDescription& scene, const LabOptions& options) {
   SceneDescription fine = scene;
   fine.period_s = 1.0 / options.tick_rate_hz;
-  LabOptions prompt = options;
-  prompt.rival = nullptr;
-  prompt.transition = Transition::kHold;
-  prompt.latency_s = prompt.jitter = 0.0;
-  return run_lab(fine, prompt);
+  LabOptions low_latency = options;
+  low_latency.rival = nullptr;
+  low_latency.transition = Transition::kHold;
+  low_latency.latency_s = low_latency.jitter = 0.0;
+  return run_lab(fine, low_latency);
 }
 
 }  // namespace stillgrid

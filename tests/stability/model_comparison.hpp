@@ -19,7 +19,7 @@ struct Contender {
   std::optional<double> period_s = {};        // none: the scene's
 };
 
-/// The grid with every transition, every rival, and held images "simulated as fast as a step
+/// The grid with every transition, every rival, and held snapshots "simulated as fast as a step
 /// allows": at 250 Hz, 500 Hz and 1 kHz.
 [[nodiscard]] std::vector<Contender> contenders();
 
@@ -31,7 +31,7 @@ struct ComparedRun {
   RunMetrics metrics;
   Stages stages;
   double force_rms_N = 0.0;
-  double longest_period_s = 0.0;   // between images, by their publication
+  double longest_period_s = 0.0;   // between snapshots, by their publication
   double tick_median_s = 0.0;      // in contact, by the clock; no repeatable figure
   double processor_s_per_s = 0.0;  // of both sides, a simulated second; likewise
 };

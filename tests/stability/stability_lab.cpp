@@ -22,7 +22,7 @@ namespace {
 
 struct Arguments {
   LabCell cell;
-  std::optional<double> stiffness_N_m;
+  std::optional<double> stiffness_N_per_m;
   std::filesystem::path record, metrics;
   StiffnessSearch search;
   StabilityMap map;
@@ -49,7 +49,7 @@ void add_shared_options(CLI::App& app, Arguments& arguments) {
       ->check(number_in(0.0, 1.0));
   app.add_option("--device-friction", cell.device_friction_N, "Coulomb's, of light, hand, none, N")
       ->check(number_in(0.0, 100.0));
-  app.add_option("--damping", cell.contact_damping_N_s_m, "Of contacts of our scenes, N s/m")
+  app.add_option("--damping", cell.contact_damping_N_s_per_m, "Of contacts of our scenes, N s/m")
       ->check(number_in(0.0, 1e6));
   app.add_option("--friction", cell.friction, "Of contacts of our scenes")
       ->check(number_in(0.0, 10.0));
@@ -69,7 +69,7 @@ template <class Names, class Numbers>
 void add_axes(CLI::App& app, Axes<Names, Numbers> axes) {
   app.add_option("--scene", axes.scene, "Default wall");
   app.add_option("--device", axes.device, "Default light");
-  app.add_option("--transition", axes.transition, "Default answer");
+  app.add_option("--transition", axes.transition, "Default predict");
   app.add_option("--model", axes.model, "Default grid");
   app.add_option("--period", axes.period_s, "Of the simulation, s; default 0.01")
       ->check(number_in(1e-4, 10.0));
@@ -90,8 +90,10 @@ void add_search_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--seeds", arguments.cell.seeds,
                  "Of the jitter, one after the other: the least limit counts; default 8")
       ->check(number_in(1, 1000));
-  app.add_option("--lowest", search.lowest_N_m, "Of the search, N/m")->check(number_in(1.0, 1e6));
-  app.add_option("--highest", search.highest_N_m, "Of the search, N/m")->check(number_in(1.0, 1e6));
+  app.add_option("--lowest", search.lowest_N_per_m, "Of the search, N/m")
+      ->check(number_in(1.0, 1e6));
+  app.add_option("--highest", search.highest_N_per_m, "Of the search, N/m")
+      ->check(number_in(1.0, 1e6));
 }
 
 void add_map_options(CLI::App& app, Arguments& arguments) {
@@ -141,7 +143,7 @@ void write_metrics(const Arguments& arguments, const SceneDescription& scene,
 }
 
 void run_cell(const Arguments& arguments) {
-  const SceneDescription scene = scene_of(arguments.cell, arguments.stiffness_N_m);
+  const SceneDescription scene = scene_of(arguments.cell, arguments.stiffness_N_per_m);
   LabOptions options = options_of(arguments.cell);
   const LabRun run = run_lab(scene, options);
   if (!arguments.metrics.empty()) {
@@ -158,11 +160,11 @@ void run_cell(const Arguments& arguments) {
 }
 
 void find_limit(const Arguments& arguments) {
-  const auto limit_N_m = largest_stable_stiffness_N_m(arguments.cell, arguments.search);
-  if (limit_N_m)
-    std::printf("%.6g\n", *limit_N_m);
+  const auto limit_N_per_m = largest_stable_stiffness_N_per_m(arguments.cell, arguments.search);
+  if (limit_N_per_m)
+    std::printf("%.6g\n", *limit_N_per_m);
   else
-    std::printf("unstable at %.6g\n", arguments.search.lowest_N_m);
+    std::printf("unstable at %.6g\n", arguments.search.lowest_N_per_m);
 }
 
 }  // namespace
@@ -176,14 +178,14 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   Arguments arguments;
   auto* run = app.add_subcommand("run", "One closed loop");
   add_cell_options(*run, arguments);
-  run->add_option("--stiffness", arguments.stiffness_N_m, "Of the scene's first material, N/m")
+  run->add_option("--stiffness", arguments.stiffness_N_per_m, "Of the scene's first material, N/m")
       ->check(number_in(1e-6, 1e9));
   run->add_option("--record", arguments.record, "Record every tick (CSV), as haptic_server does");
   run->add_option("--metrics", arguments.metrics,
                   "Write the metrics against the reference (JSON), and what a tick takes here");
   auto* text = app.add_subcommand("scene", "Print the file of a scene of ours");
   add_cell_options(*text, arguments);
-  text->add_option("--stiffness", arguments.stiffness_N_m)->check(number_in(1e-6, 1e9));
+  text->add_option("--stiffness", arguments.stiffness_N_per_m)->check(number_in(1e-6, 1e9));
   auto* limit = app.add_subcommand("limit", "The largest stable stiffness, N/m");
   add_cell_options(*limit, arguments);
   add_search_options(*limit, arguments);
@@ -194,8 +196,9 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
     if (map->parsed()) install_stop_signal();
     if (run->parsed()) run_cell(arguments);
     if (text->parsed())
-      std::fputs(scene_text_of(arguments.cell, arguments.stiffness_N_m.value_or(1000.0)).c_str(),
-                 stdout);
+      std::fputs(
+          scene_text_of(arguments.cell, arguments.stiffness_N_per_m.value_or(1000.0)).c_str(),
+          stdout);
     if (limit->parsed()) find_limit(arguments);
     if (map->parsed()) {
       arguments.map.common = arguments.cell;

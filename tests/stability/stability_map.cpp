@@ -18,7 +18,7 @@ namespace {
 
 constexpr const char* kColumns =
     "scene,device,model,transition,period_s,latency_share,jitter,seed,resolution_m,"
-    "device_friction_N,contact_damping_N_s_m,friction,duration_s,limit_N_m";
+    "device_friction_N,contact_damping_N_s_per_m,friction,duration_s,limit_N_per_m";
 
 /// "1", or "1-8".
 std::string seeds_of(const LabCell& cell) {
@@ -35,7 +35,7 @@ std::string key_of(const LabCell& cell) {
   key << cell.scene << ',' << quote << cell.device << quote << ',' << cell.model << ','
       << cell.transition << ',' << cell.period_s << ',' << cell.latency_share << ',' << cell.jitter
       << ',' << seeds_of(cell) << ',' << cell.resolution_m << ',' << cell.device_friction_N << ','
-      << cell.contact_damping_N_s_m << ',' << cell.friction << ',' << cell.duration_s;
+      << cell.contact_damping_N_s_per_m << ',' << cell.friction << ',' << cell.duration_s;
   return key.str();
 }
 
@@ -113,9 +113,9 @@ void draw_map(const StabilityMap& map, const StiffnessSearch& search, unsigned t
           const std::lock_guard lock(mutex);
           if (rows.contains(key) || failure || stop_requested()) continue;
         }
-        const auto limit_N_m = largest_stable_stiffness_N_m(cells[i], search);
+        const auto limit_N_per_m = largest_stable_stiffness_N_per_m(cells[i], search);
         std::ostringstream text;
-        if (limit_N_m) text << *limit_N_m;
+        if (limit_N_per_m) text << *limit_N_per_m;
         const std::lock_guard lock(mutex);
         rows[key] = text.str();
         std::ofstream(file, std::ios::app) << key << ',' << text.str() << '\n';

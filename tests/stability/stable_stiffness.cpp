@@ -37,17 +37,17 @@ bool oscillates(std::span<const TickRow> rows, const Oscillation& oscillation) {
   return swing_m(rows, oscillation.window_s) > oscillation.limit_m;
 }
 
-std::optional<double> largest_stable_stiffness_N_m(
-    const std::function<bool(double stiffness_N_m)>& is_stable, const StiffnessSearch& search) {
+std::optional<double> largest_stable_stiffness_N_per_m(
+    const std::function<bool(double stiffness_N_per_m)>& is_stable, const StiffnessSearch& search) {
   const int last = static_cast<int>(
-      std::floor(std::log(search.highest_N_m / search.lowest_N_m) / std::log(search.step)));
-  const auto stiffness_N_m = [&](int i) {
-    return four_digits(search.lowest_N_m * std::pow(search.step, i));
+      std::floor(std::log(search.highest_N_per_m / search.lowest_N_per_m) / std::log(search.step)));
+  const auto stiffness_N_per_m = [&](int i) {
+    return four_digits(search.lowest_N_per_m * std::pow(search.step, i));
   };
   int lost = 0;
-  while (lost <= last && is_stable(stiffness_N_m(lost))) ++lost;
+  while (lost <= last && is_stable(stiffness_N_per_m(lost))) ++lost;
   if (lost == 0) return std::nullopt;
-  return stiffness_N_m(lost - 1);
+  return stiffness_N_per_m(lost - 1);
 }
 
 }  // namespace stillgrid

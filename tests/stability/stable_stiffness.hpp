@@ -24,15 +24,16 @@ struct Oscillation {
 /// Where the largest stable stiffness is looked for: on the grid lowest, lowest * step, ... of four
 /// digits each, so that what is printed can be asked for again.
 struct StiffnessSearch {
-  double lowest_N_m = 50.0;
-  double highest_N_m = 30000.0;
+  double lowest_N_per_m = 50.0;
+  double highest_N_per_m = 30000.0;
   double step = 1.05;
 };
 
 /// The last stiffness of the grid before the first loss of stability, looked for upward, point by
 /// point: all below it on the grid are stable, and what loses it within less than a step is not
 /// seen. Nothing when the lowest is unstable already; the highest when none is.
-[[nodiscard]] std::optional<double> largest_stable_stiffness_N_m(
-    const std::function<bool(double stiffness_N_m)>& is_stable, const StiffnessSearch& search = {});
+[[nodiscard]] std::optional<double> largest_stable_stiffness_N_per_m(
+    const std::function<bool(double stiffness_N_per_m)>& is_stable,
+    const StiffnessSearch& search = {});
 
 }  // namespace stillgrid

@@ -35,25 +35,25 @@ TEST_CASE("A run that ends nowhere is not stable", "[stable_stiffness]") {
 TEST_CASE("The search ends at the last stable stiffness before the first loss, however narrow",
           "[stable_stiffness]") {
   // Stable again above, at once or soon.
-  const double again_N_m = GENERATE(1051.0, 1200.0, 4000.0, 1e9);
+  const double again_N_per_m = GENERATE(1051.0, 1200.0, 4000.0, 1e9);
   int asked = 0;
-  const auto found_N_m = largest_stable_stiffness_N_m([&](double stiffness_N_m) {
+  const auto found_N_per_m = largest_stable_stiffness_N_per_m([&](double stiffness_N_per_m) {
     ++asked;
-    return stiffness_N_m <= 1000.0 || stiffness_N_m > again_N_m;
+    return stiffness_N_per_m <= 1000.0 || stiffness_N_per_m > again_N_per_m;
   });
-  REQUIRE(found_N_m);
-  CHECK(*found_N_m <= 1000.0);
-  CHECK(*found_N_m == 980.7);  // 50 * 1.05^61, of four digits
+  REQUIRE(found_N_per_m);
+  CHECK(*found_N_per_m <= 1000.0);
+  CHECK(*found_N_per_m == 980.7);  // 50 * 1.05^61, of four digits
   CHECK(asked == 63);  // ln(1000 / 50) / ln(1.05) = 61.4: 62 stable ones and the first that is not
 }
 
 TEST_CASE("The search says when all is stable, and when nothing is", "[stable_stiffness]") {
-  const StiffnessSearch search{.lowest_N_m = 100.0, .highest_N_m = 1000.0};
-  CHECK_FALSE(largest_stable_stiffness_N_m([](double) { return false; }, search));
-  const auto all_N_m = largest_stable_stiffness_N_m([](double) { return true; }, search);
-  REQUIRE(all_N_m);
-  CHECK(*all_N_m > 950.0);
-  CHECK(*all_N_m <= 1000.0);
+  const StiffnessSearch search{.lowest_N_per_m = 100.0, .highest_N_per_m = 1000.0};
+  CHECK_FALSE(largest_stable_stiffness_N_per_m([](double) { return false; }, search));
+  const auto all_N_per_m = largest_stable_stiffness_N_per_m([](double) { return true; }, search);
+  REQUIRE(all_N_per_m);
+  CHECK(*all_N_per_m > 950.0);
+  CHECK(*all_N_per_m <= 1000.0);
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ void print_rows(std::string_view law, const Cycle& cycle, int cost_ticks, double
       const auto limit = stiffness_limit(Loop{device, body, cycle, cost_ticks});
       std::printf("%s,%d,%.3g,%d,%s,%s,%.6g\n", device_name, period_ticks, cost, cost_ticks,
                   name_of(body).c_str(), std::string(law).c_str(),
-                  limit ? limit->limit_N_m : INFINITY);
+                  limit ? limit->limit_N_per_m : INFINITY);
     }
   };
   print_device("light", kLightDevice);
@@ -40,12 +40,12 @@ void print_rows(std::string_view law, const Cycle& cycle, int cost_ticks, double
 void print_all(bool is_small) {
   using Laws = std::vector<std::string_view>;
   const auto periods_ticks = is_small ? std::vector{10, 33} : std::vector{1, 2, 4, 10, 33, 100};
-  Laws laws{"hold", "linear", "answer"};
+  Laws laws{"hold", "linear", "predict"};
   if (!is_small) {
     laws.clear();
     for (const TransitionLaw& law : transitions()) laws.push_back(law.name);
   }
-  std::puts("device,period_ms,cost_share,cost_ms,body,law,limit_N_m");
+  std::puts("device,period_ms,cost_share,cost_ms,body,law,limit_N_per_m");
   for (const int period_ticks : periods_ticks)
     for (const double cost : {0.0, 0.1, 0.2, 1.0 / 3.0, 0.5, 1.0}) {
       const int cost_ticks = static_cast<int>(std::lround(cost * period_ticks));

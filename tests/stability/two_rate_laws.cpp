@@ -11,16 +11,16 @@ namespace {
 constexpr int kSettling = 200;
 constexpr std::uint64_t kTick_ns = 1'000'000;
 
-/// The stamps of image `number` of a regular stream.
+/// The stamps of snapshot `number` of a regular stream.
 proto::SnapshotHeader stamps(int number, int period_ticks, int latency_ticks) {
   proto::SnapshotHeader header{};
-  header.generation = static_cast<std::uint64_t>(number);
-  header.history_count = std::min<std::uint64_t>(header.generation, proto::kHistoryLength);
-  header.foresight_ns = static_cast<std::uint64_t>(period_ticks) * kTick_ns;
+  header.snapshot_id = static_cast<std::uint64_t>(number);
+  header.history_count = std::min<std::uint64_t>(header.snapshot_id, proto::kHistoryLength);
+  header.prediction_ns = static_cast<std::uint64_t>(period_ticks) * kTick_ns;
   for (std::size_t i = 0; i < proto::kHistoryLength; ++i) {
-    const std::uint64_t image =
-        header.generation - std::min<std::uint64_t>(i, header.history_count - 1);
-    header.state_time_ns[i] = image * header.foresight_ns;
+    const std::uint64_t snapshot =
+        header.snapshot_id - std::min<std::uint64_t>(i, header.history_count - 1);
+    header.state_time_ns[i] = snapshot * header.prediction_ns;
     header.publish_time_ns[i] =
         header.state_time_ns[i] + static_cast<std::uint64_t>(latency_ticks) * kTick_ns;
   }
@@ -31,7 +31,7 @@ proto::SnapshotHeader stamps(int number, int period_ticks, int latency_ticks) {
 }  // namespace
 
 Cycle cycle_of(Transition transition, int period_ticks, int latency_ticks) {
-  TransitionMemory memory = at_first_image();
+  TransitionMemory memory = at_first_snapshot();
   proto::SnapshotHeader shown = stamps(1, period_ticks, latency_ticks);
   for (int number = 2; number <= kSettling; ++number) {
     const proto::SnapshotHeader next = stamps(number, period_ticks, latency_ticks);
@@ -41,16 +41,16 @@ Cycle cycle_of(Transition transition, int period_ticks, int latency_ticks) {
   Cycle cycle;
   for (int ticks = 0; ticks < period_ticks; ++ticks)
     cycle.push_back(
-        image_weights(transition, memory, shown,
-                      shown.publish_time_ns[0] + static_cast<std::uint64_t>(ticks) * kTick_ns));
+        snapshot_weights(transition, memory, shown,
+                         shown.publish_time_ns[0] + static_cast<std::uint64_t>(ticks) * kTick_ns));
   return cycle;
 }
 
 Cycle cycle_of(const Law& law, int period_ticks) {
-  ImageWeights at_switch;
+  SnapshotWeights at_switch;
   at_switch.position[1] = 1.0;
   for (int i = 0; i < kSettling; ++i)
-    at_switch = in_later_image(law(period_ticks, period_ticks, at_switch), 1);
+    at_switch = in_later_snapshot(law(period_ticks, period_ticks, at_switch), 1);
   Cycle cycle;
   for (int ticks = 0; ticks < period_ticks; ++ticks)
     cycle.push_back(law(ticks, period_ticks, at_switch));
@@ -58,10 +58,10 @@ Cycle cycle_of(const Law& law, int period_ticks) {
 }
 
 Law ramp(double share, double most_ticks) {
-  return [share, most_ticks](int ticks, int period_ticks, const ImageWeights& at_switch) {
+  return [share, most_ticks](int ticks, int period_ticks, const SnapshotWeights& at_switch) {
     const double length_ticks = std::min(share * period_ticks, most_ticks);
     const double progress = std::min(1.0, (ticks + 1) / length_ticks);
-    ImageWeights displayed = at_switch;
+    SnapshotWeights displayed = at_switch;
     for (double& weight : displayed.position) weight *= 1.0 - progress;
     for (double& time_s : displayed.velocity_s) time_s *= 1.0 - progress;
     displayed.position[0] += progress;

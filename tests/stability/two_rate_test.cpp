@@ -15,21 +15,22 @@ Body free_body(double mass_kg) {
 /// As good as a wall, or as a body on a prescribed path.
 const Body kStill{1, 1e9, 0.0};
 
-double limit_N_m(const Device& device, const Body& body, const Cycle& cycle, int sample_age_ticks) {
+double limit_N_per_m(const Device& device, const Body& body, const Cycle& cycle,
+                     int sample_age_ticks) {
   const auto limit = stiffness_limit(Loop{device, body, cycle, sample_age_ticks});
   REQUIRE(limit);
-  return limit->limit_N_m;
+  return limit->limit_N_per_m;
 }
 
-double held_force_limit_N_m(const Device& device, const Body& body, int period_ticks) {
-  const auto limit = stiffness_limit([&](double contact_N_m) {
-    return held_force_monodromy(device, body, period_ticks, contact_N_m);
+double held_force_limit_N_per_m(const Device& device, const Body& body, int period_ticks) {
+  const auto limit = stiffness_limit([&](double contact_N_per_m) {
+    return held_force_monodromy(device, body, period_ticks, contact_N_per_m);
   });
   REQUIRE(limit);
-  return limit->limit_N_m;
+  return limit->limit_N_per_m;
 }
 
-TEST_CASE("A still body's image bears what a wall at 1 kHz bears, at every rate of images",
+TEST_CASE("A static body's snapshot bears what a wall at 1 kHz bears, at every rate of snapshots",
           "[two_rate]") {
   const int period_ticks = GENERATE(1, 10, 33, 100);
   const int sample_age_ticks = GENERATE_COPY(0, period_ticks);
@@ -37,20 +38,24 @@ TEST_CASE("A still body's image bears what a wall at 1 kHz bears, at every rate 
       GENERATE(Transition::kHold, Transition::kLinear, Transition::kExtrapolate);
   const Cycle cycle = cycle_of(transition, period_ticks, sample_age_ticks);
 
-  CHECK(limit_N_m(kLightDevice, kStill, cycle, sample_age_ticks) == Approx(10084.9).epsilon(1e-5));
-  CHECK(limit_N_m(kDeviceInHand, kStill, cycle, sample_age_ticks) == Approx(14928.6).epsilon(1e-5));
+  CHECK(limit_N_per_m(kLightDevice, kStill, cycle, sample_age_ticks) ==
+        Approx(10084.9).epsilon(1e-5));
+  CHECK(limit_N_per_m(kDeviceInHand, kStill, cycle, sample_age_ticks) ==
+        Approx(14928.6).epsilon(1e-5));
 }
 
-TEST_CASE("A force held for a period bears what a wall at the rate of images bears", "[two_rate]") {
-  const auto [device, period_ticks, expected_N_m] =
+TEST_CASE("A force held for a period bears what a wall at the rate of snapshots bears",
+          "[two_rate]") {
+  const auto [device, period_ticks, expected_N_per_m] =
       GENERATE(std::tuple(kLightDevice, 10, 1099.9), std::tuple(kLightDevice, 33, 454.6),
                std::tuple(kLightDevice, 100, 119.2), std::tuple(kDeviceInHand, 10, 1521.5),
                std::tuple(kDeviceInHand, 100, 220.8));
 
-  CHECK(held_force_limit_N_m(device, kStill, period_ticks) == Approx(expected_N_m).epsilon(3e-4));
+  CHECK(held_force_limit_N_per_m(device, kStill, period_ticks) ==
+        Approx(expected_N_per_m).epsilon(3e-4));
 }
 
-TEST_CASE("Late images of bodies that react bear what case 1.13 says", "[two_rate]") {
+TEST_CASE("Late snapshots of bodies that react bear what case 1.13 says", "[two_rate]") {
   struct Row {
     Device device;
     int period_ticks;
@@ -69,34 +74,34 @@ TEST_CASE("Late images of bodies that react bear what case 1.13 says", "[two_rat
   const int period_ticks = row.period_ticks;
   const Body body = free_body(row.mass_kg);
   // Shown from T_n, made with the tool at T_(n-1).
-  const auto late_N_m = [&](Transition transition) {
-    return limit_N_m(row.device, body, cycle_of(transition, period_ticks, 0), period_ticks);
+  const auto late_N_per_m = [&](Transition transition) {
+    return limit_N_per_m(row.device, body, cycle_of(transition, period_ticks, 0), period_ticks);
   };
   INFO(period_ticks << " ms, " << row.mass_kg << " kg");
 
   const double printed = 1.5e-3;  // all digits of the table
-  CHECK(late_N_m(Transition::kHold) == Approx(row.hold).epsilon(printed));
-  CHECK(late_N_m(Transition::kLinear) == Approx(row.linear).epsilon(printed));
-  CHECK(late_N_m(Transition::kExtrapolate) == Approx(row.extrapolated).epsilon(printed));
-  CHECK(held_force_limit_N_m(row.device, body, period_ticks) ==
+  CHECK(late_N_per_m(Transition::kHold) == Approx(row.hold).epsilon(printed));
+  CHECK(late_N_per_m(Transition::kLinear) == Approx(row.linear).epsilon(printed));
+  CHECK(late_N_per_m(Transition::kExtrapolate) == Approx(row.extrapolated).epsilon(printed));
+  CHECK(held_force_limit_N_per_m(row.device, body, period_ticks) ==
         Approx(row.force_held).epsilon(printed));
 }
 
 /// The last stable stiffness of twenty a decade over all the bodies.
-double worst_body_N_m(const Device& device, const Cycle& cycle, int sample_age_ticks) {
+double worst_body_N_per_m(const Device& device, const Cycle& cycle, int sample_age_ticks) {
   const StiffnessGrid grid{10.0, 1e5, 81};
-  double worst_N_m = grid.highest_N_m;
+  double worst_N_per_m = grid.highest_N_per_m;
   for (const Body& body : reacting_bodies()) {
     const auto limit = stiffness_limit(Loop{device, body, cycle, sample_age_ticks}, grid);
-    if (limit) worst_N_m = std::min(worst_N_m, limit->last_stable_N_m);
+    if (limit) worst_N_per_m = std::min(worst_N_per_m, limit->last_stable_N_per_m);
   }
-  return worst_N_m;
+  return worst_N_per_m;
 }
 
-TEST_CASE("Prompt images of the worst body bear what case 1.17 says", "[two_rate]") {
+TEST_CASE("Low-latency snapshots of the worst body bear what case 1.17 says", "[two_rate]") {
   struct Row {
     double ramp, step_cost;  // of the period; no ramp: held
-    std::array<double, 3> light_N_m, with_hand_N_m;
+    std::array<double, 3> light_N_per_m, with_hand_N_per_m;
   };
   const Row row = GENERATE(values<Row>({
       {0.0, 0.0, {10000, 12589, 11220}, {44668, 19953, 14125}},
@@ -112,10 +117,10 @@ TEST_CASE("Prompt images of the worst body bear what case 1.17 says", "[two_rate
                                        : cycle_of(Transition::kHold, periods_ticks[i], cost_ticks);
     INFO(periods_ticks[i] << " ms, the step costs " << cost_ticks);
 
-    CHECK(worst_body_N_m(kLightDevice, cycle, cost_ticks) ==
-          Approx(row.light_N_m[i]).epsilon(1e-3));
-    CHECK(worst_body_N_m(kDeviceInHand, cycle, cost_ticks) ==
-          Approx(row.with_hand_N_m[i]).epsilon(1e-3));
+    CHECK(worst_body_N_per_m(kLightDevice, cycle, cost_ticks) ==
+          Approx(row.light_N_per_m[i]).epsilon(1e-3));
+    CHECK(worst_body_N_per_m(kDeviceInHand, cycle, cost_ticks) ==
+          Approx(row.with_hand_N_per_m[i]).epsilon(1e-3));
   }
 }
 
@@ -133,69 +138,74 @@ TEST_CASE("At regular periods restart and playout show what linear shows", "[two
 }
 
 TEST_CASE(
-    "Shown with their answers, prompt images of every body bear half of what a rigid wall does",
+    "Shown with their answers, low-latency snapshots of every body bear half of what a rigid wall "
+    "does",
     "[two_rate]") {
   const double step_cost = GENERATE(0.0, 0.1);
   const int period_ticks = GENERATE(10, 33, 100);
   const int cost_ticks = static_cast<int>(std::lround(step_cost * period_ticks));
-  const Cycle cycle = cycle_of(Transition::kAnswer, period_ticks, cost_ticks);
+  const Cycle cycle = cycle_of(Transition::kPredict, period_ticks, cost_ticks);
 
-  CHECK(worst_body_N_m(kLightDevice, cycle, cost_ticks) > 0.5 * 10084.9);
-  CHECK(worst_body_N_m(kDeviceInHand, cycle, cost_ticks) > 0.5 * 14928.6);
+  CHECK(worst_body_N_per_m(kLightDevice, cycle, cost_ticks) > 0.5 * 10084.9);
+  CHECK(worst_body_N_per_m(kDeviceInHand, cycle, cost_ticks) > 0.5 * 14928.6);
 }
 
-struct Image {
-  double position_m, velocity_m_s, drift_m_s, force_N;
+struct Snapshot {
+  double position_m, velocity_m_s, predicted_velocity_m_s, force_N;
 };
 
-/// The image after `last` of a free body, by implicit Euler against the tool as it stands.
-Image next_image(const Image& last, double mass_kg, double period_s, double contact_N_m,
-                 double tool_m) {
-  Image next;
+/// The snapshot after `last` of a free body, by implicit Euler against the tool as it stands.
+Snapshot next_snapshot(const Snapshot& last, double mass_kg, double period_s,
+                       double contact_N_per_m, double tool_m) {
+  Snapshot next;
   // m (v' - v) = P K (tool - c - P v').
   next.velocity_m_s =
-      (mass_kg * last.velocity_m_s + period_s * contact_N_m * (tool_m - last.position_m)) /
-      (mass_kg + period_s * period_s * contact_N_m);
+      (mass_kg * last.velocity_m_s + period_s * contact_N_per_m * (tool_m - last.position_m)) /
+      (mass_kg + period_s * period_s * contact_N_per_m);
   next.position_m = last.position_m + period_s * next.velocity_m_s;
-  next.force_N = contact_N_m * (tool_m - next.position_m);
-  next.drift_m_s = next.velocity_m_s + period_s * next.force_N / mass_kg;
+  next.force_N = contact_N_per_m * (tool_m - next.position_m);
+  next.predicted_velocity_m_s = next.velocity_m_s + period_s * next.force_N / mass_kg;
   return next;
 }
 
 /// The force of the contact that a history, newest first, shows by `weights`.
-double shown_force_N(const Image* images, const ImageWeights& weights, double newton_moves_m,
-                     double contact_N_m, double tool_m) {
-  double shown_m = (weights.drift_s - weights.answer_lag_s) * images[0].drift_m_s;
+double shown_force_N(const Snapshot* snapshots, const SnapshotWeights& weights,
+                     double newton_moves_m, double contact_N_per_m, double tool_m) {
+  double shown_m =
+      (weights.prediction_s - weights.compliance_lag_s) * snapshots[0].predicted_velocity_m_s;
   for (std::size_t i = 0; i < weights.position.size(); ++i)
-    shown_m += weights.position[i] * images[i].position_m;
+    shown_m += weights.position[i] * snapshots[i].position_m;
   for (std::size_t i = 0; i < weights.velocity_s.size(); ++i)
-    shown_m += weights.velocity_s[i] * images[i].velocity_m_s;
-  const double answer_m_N = weights.answer_share * newton_moves_m;
-  return (tool_m - shown_m + answer_m_N * images[0].force_N) / (1.0 / contact_N_m + answer_m_N);
+    shown_m += weights.velocity_s[i] * snapshots[i].velocity_m_s;
+  const double compliance_m_per_N = weights.compliance_share * newton_moves_m;
+  return (tool_m - shown_m + compliance_m_per_N * snapshots[0].force_N) /
+         (1.0 / contact_N_per_m + compliance_m_per_N);
 }
 
 /// A free body's loop in the time domain: the greatest force in the last tenth of a run, by that in
 /// the tenth before. It checks the algebra of the matrix; that the product displays by these
 /// weights is for lab_test to see.
-double growth(const Loop& loop, double contact_N_m) {
+double growth(const Loop& loop, double contact_N_per_m) {
   const int period_ticks = static_cast<int>(loop.cycle.size());
   const double period_s = period_ticks * kTick_s, mass_kg = loop.body.mass_kg;
   const HeldTick device = held_tick(loop.device);
   Eigen::Vector2d tool(1e-3, 0.0);
-  std::array<Image, proto::kHistoryLength + 1> images{};  // newest made first
+  std::array<Snapshot, proto::kHistoryLength + 1> snapshots{};  // newest made first
   std::array<double, 10> greatest_N{};
   const int tenth = 3000 / period_ticks * period_ticks;
   for (int tick = 0; tick < 10 * tenth; ++tick) {
     const int in_period = tick % period_ticks;
     if (in_period == 0) {
-      const Image next = next_image(images[0], mass_kg, period_s, contact_N_m, tool[0]);
-      std::copy_backward(images.begin(), images.end() - 1, images.end());
-      images[0] = next;
+      const Snapshot next =
+          next_snapshot(snapshots[0], mass_kg, period_s, contact_N_per_m, tool[0]);
+      std::copy_backward(snapshots.begin(), snapshots.end() - 1, snapshots.end());
+      snapshots[0] = next;
     }
     const int since_display = in_period - loop.sample_age_ticks;
     const auto k = static_cast<std::size_t>((since_display + period_ticks) % period_ticks);
-    const double force_N = shown_force_N(images.data() + (since_display < 0 ? 1 : 0), loop.cycle[k],
-                                         period_s * period_s / mass_kg, contact_N_m, tool[0]);
+    const double force_N =
+        shown_force_N(snapshots.data() + (since_display < 0 ? 1 : 0), loop.cycle[k],
+                      period_s * period_s / mass_kg, contact_N_per_m, tool[0]);
     tool = device.transition * tool - device.input * force_N;
     double& greatest = greatest_N[static_cast<std::size_t>(tick / tenth)];
     greatest = std::max(greatest, std::abs(force_N));
@@ -208,19 +218,19 @@ TEST_CASE("In the time domain the loop dies away below the limit and grows above
   const Device device = GENERATE(kLightDevice, kDeviceInHand);
   const Transition transition =
       GENERATE(Transition::kHold, Transition::kLinear, Transition::kHermite,
-               Transition::kExtrapolate, Transition::kAnswer);
+               Transition::kExtrapolate, Transition::kPredict);
   const int latency_ticks = GENERATE(0, 11, 33);
   const Loop loop{device, free_body(0.1), cycle_of(transition, 33, latency_ticks), latency_ticks};
   const auto limit = stiffness_limit(loop, {10.0, 1e5, 481});
   INFO(name_of(transition) << ", late by " << latency_ticks << " ms, bears "
-                           << (limit ? limit->limit_N_m : INFINITY));
+                           << (limit ? limit->limit_N_per_m : INFINITY));
 
   if (!limit) {
     CHECK(growth(loop, 9e4) < 1.0);
     return;
   }
-  CHECK(growth(loop, 0.97 * limit->limit_N_m) < 1.0);
-  CHECK(growth(loop, 1.03 * limit->limit_N_m) > 1.0);
+  CHECK(growth(loop, 0.97 * limit->limit_N_per_m) < 1.0);
+  CHECK(growth(loop, 1.03 * limit->limit_N_per_m) > 1.0);
 }
 
 }  // namespace

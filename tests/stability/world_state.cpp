@@ -16,7 +16,7 @@ constexpr const char* kColumns =
     "wz_rad_s";
 constexpr std::size_t kMoment = 0, kTime = 1, kBody = 2, kNode = 3, kPosition = 4, kVelocity = 7,
                       kOrientation = 10, kSpin = 14;
-constexpr double kMost = 1e6;  // m, m/s or rad/s: what no scene has is somebody's slip
+constexpr double kMax = 1e6;  // m, m/s or rad/s: what no scene has is somebody's slip
 
 /// Calls what is given with each body's name, the number of the node within it, and where the state
 /// has it: a node, or a rigid body.
@@ -30,7 +30,7 @@ void for_each_part(const World& world, const OfNode& of_node, const OfRigid& of_
 }
 
 Eigen::Vector3d vector_at(const CsvFile& csv, std::size_t row, std::size_t column) {
-  const auto number = [&](std::size_t at) { return csv.number(row, at, {-kMost, kMost}); };
+  const auto number = [&](std::size_t at) { return csv.number(row, at, {-kMax, kMax}); };
   return {number(column), number(column + 1), number(column + 2)};
 }
 
@@ -54,7 +54,7 @@ class StateReader {
           WorldState::Rigid& rigid = state.rigid_bodies[index];
           take(named.name, body, node, rigid);
           rigid.orientation.coeffs() << vector_at(csv_, row_, kOrientation),
-              csv_.number(row_, kOrientation + 3, {-kMost, kMost});
+              csv_.number(row_, kOrientation + 3, {-kMax, kMax});
           if (!(std::abs(rigid.orientation.norm() - 1.0) < 1e-6))
             csv_.refuse(row_, csv_.text(row_, kOrientation), "a unit quaternion");
           rigid.angular_velocity_rad_s = vector_at(csv_, row_, kSpin);

@@ -79,7 +79,7 @@ test('play that comes to the newest frame is live; in a saved view it ends, and 
 function ticks(from, count, time_of = (tick) => tick / 1000) {
   const numbers = Float64Array.from({ length: count }, (_, i) => from + i);
   const columns = { tick: numbers, time_s: numbers.map(time_of) };
-  for (const name of ['age_s', 'tick_us', 'wake_us', 'flags', 'generation']) columns[name] = new Float32Array(count);
+  for (const name of ['age_s', 'tick_us', 'wake_us', 'flags', 'snapshot_id']) columns[name] = new Float32Array(count);
   for (const name of ['position_m', 'force_N']) columns[name] = new Float32Array(3 * count);
   return columns;
 }

@@ -75,7 +75,7 @@ test('the scene is drawn, every sphere of it', async () => {
 });
 
 test('figures change as the servers go on', async () => {
-  await until_above('number-generation', await number('number-generation') + 3);
+  await until_above('number-snapshot_id', await number('number-snapshot_id') + 3);
   await until_above('number-rate', 0);
   await until_above('number-force', 0.1);
   await until_above('number-contacts', 0);
@@ -153,9 +153,9 @@ test('paused, the picture stands while history goes on', async () => {
 });
 
 test('scrubbing shows older images, a step at a time too, and live leads back', async () => {
-  const generation = await number('number-generation');
+  const snapshot_id = await number('number-snapshot_id');
   await page.keyboard.press('Shift+ArrowLeft');
-  await until((newer) => Number(document.getElementById('number-generation').textContent) < newer, generation);
+  await until((newer) => Number(document.getElementById('number-snapshot_id').textContent) < newer, snapshot_id);
   const frame = await page.locator('#time').getAttribute('title');
   await page.keyboard.press('ArrowRight');
   await until((before) => document.getElementById('time').title === before, `frame ${Number(frame.slice(6)) + 1}`);
@@ -163,7 +163,7 @@ test('scrubbing shows older images, a step at a time too, and live leads back', 
   await page.keyboard.press('Home');
   await until(() => document.getElementById('timeline').value === document.getElementById('timeline').min);
   await page.locator('#live').click();
-  await until_above('number-generation', generation);
+  await until_above('number-snapshot_id', snapshot_id);
 });
 
 test('the camera turns, and the help opens', async () => {

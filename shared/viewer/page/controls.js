@@ -5,8 +5,8 @@ const byId = (id) => document.getElementById(id);
 /// name, label, key, on at first.
 const kSwitches = [
   ['displayed', 'displayed', 'd', true],
-  ['newest', 'newest image', 'n', false],
-  ['previous', 'previous image', 'p', false],
+  ['newest', 'newest snapshot', 'n', false],
+  ['previous', 'previous snapshot', 'p', false],
   ['spheres', 'spheres', 's', true],
   ['surfaces', 'surfaces', 'm', false],
   ['planes', 'planes', 'l', true],

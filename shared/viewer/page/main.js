@@ -145,7 +145,7 @@ function banner() {
   if (frame.sim === 'dead') return ['simulation dead', 'dead'];
   if (frame.hand === 'dead') return ['hand dead', 'dead'];
   if (status.note) return [status.note];
-  if (scene?.source === 'view' && frame.generation === null) return ['no image yet: space plays on'];
+  if (scene?.source === 'view' && frame.snapshot_id === null) return ['no snapshot yet: space plays on'];
   return [no_picture];
 }
 

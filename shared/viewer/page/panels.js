@@ -13,10 +13,10 @@ const kNumbers = [
   ['force', 'force, N', (f) => fixed(f.tool ? Math.hypot(...f.tool.force_N) : NaN, 2), 'Norm of the force on the hand'],
   ['contacts', 'contacts', (f) => fixed(f.tool?.contacts, 0), 'Contacts of the tool in this tick'],
   ['work', 'work p50 / p99, µs', (f) => pair(f.ticks?.tick_us, 1), 'Work of a tick, last second'],
-  ['generation', 'image', (f) => fixed(f.generation, 0), 'Number of the newest image'],
-  ['alpha', 'alpha', (f) => fixed(f.display?.alpha, 2), 'How far the transition has come to the newest image, of 1'],
-  ['age', 'age, ms', (f) => fixed(f.tool ? 1000 * f.tool.age_s : NaN, 1), 'Age of the image that the hand feels'],
-  ['step', 'step, ms', (f) => fixed(f.image?.step_ms, 2), 'Work of the simulation on the newest image'],
+  ['snapshot_id', 'snapshot', (f) => fixed(f.snapshot_id, 0), 'Number of the newest snapshot'],
+  ['alpha', 'alpha', (f) => fixed(f.display?.alpha, 2), 'How far the transition has come to the newest snapshot, of 1'],
+  ['age', 'age, ms', (f) => fixed(f.tool ? 1000 * f.tool.age_s : NaN, 1), 'Age of the snapshot that the hand feels'],
+  ['step', 'step, ms', (f) => fixed(f.snapshot?.step_ms, 2), 'Work of the simulation on the newest snapshot'],
   ['wake', 'late p50 / p99, µs', (f) => pair(f.ticks?.wake_us, 0), 'How late a tick woke, last second'],
 ];
 

@@ -1,8 +1,8 @@
-// What is plotted of the ticks: force, age of the image, work and wake, safety flags.
+// What is plotted of the ticks: force, age of the snapshot, work and wake, safety flags.
 import { PlotCanvas, round_up } from './plot_canvas.js';
 
 export const kWindow_s = 10;
-const kAgeWindow_s = 1;  // in which single images can be told apart
+const kAgeWindow_s = 1;  // in which single snapshots can be told apart
 const kBin_s = 0.25;  // of which percentiles are taken
 
 export const kColours = {
@@ -44,7 +44,7 @@ export function flag_spans(times, flags, begin, end, flag_count) {
 
 const kPlots = [
   ['force', 'Force on the hand, its norm and its components, in newtons'],
-  ['age', 'Age of the image in milliseconds, with marks where an image came'],
+  ['age', 'Age of the snapshot in milliseconds, with marks where a snapshot came'],
   ['time', 'Work of a tick and lateness of its wake in microseconds, median and 99th percentile'],
   ['flags', 'Safety flags, a strip each'],
 ];
@@ -117,19 +117,19 @@ export class Plots {
   }
 
   #draw_age({ from_s, to_s, begin, end }, pointed) {
-    const { time_s, age_s, generation } = this.ticks.columns;
+    const { time_s, age_s, snapshot_id } = this.ticks.columns;
     let most = 0;
     const marks = [];
     for (let i = begin; i < end; ++i) {
       most = Math.max(most, age_s[i]);
-      if (i > begin && generation[i] !== generation[i - 1]) marks.push(time_s[i]);
+      if (i > begin && snapshot_id[i] !== snapshot_id[i - 1]) marks.push(time_s[i]);
     }
     const top = this.#top('age', 1000 * most, 20);
     this.age.begin(from_s, to_s, 0, top);
     this.age.grid([0, top / 2, top]);
     this.age.line(time_s, begin, end, (i) => 1000 * age_s[i], kColours.age);
     this.age.marks(marks, kColours.mark);
-    this.age.title('age of the image, ms (1 s)', [
+    this.age.title('age of the snapshot, ms (1 s)', [
       ['publications', kColours.mark],
       [fixed(pointed >= begin ? 1000 * age_s[pointed] : NaN, 1), kColours.age]]);
     this.age.cursor(this.hover_s);
@@ -152,7 +152,7 @@ export class Plots {
         this.time.line(times, 0, rows.length, (i) => log(rows[i][share]), kColours[name], width, 2 * kBin_s);
       }
     }
-    this.time.title('tick, p50 and p99 (10 s)', [['work', kColours.work], ['wake late', kColours.wake]]);
+    this.time.title('tick, p50 and p99 (10 s)', [['work', kColours.work], ['wake-up latency', kColours.wake]]);
     this.time.cursor(this.hover_s);
   }
 

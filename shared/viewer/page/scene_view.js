@@ -1,4 +1,4 @@
-// The picture: bodies as spheres or surfaces, both images and the displayed one, planes, voxels, tool.
+// The picture: bodies as spheres or surfaces, both snapshots and the displayed one, planes, voxels, tool.
 import * as THREE from 'three';
 import { Camera } from './camera.js';
 import { body_colour } from './palette.js';
@@ -72,8 +72,8 @@ export class SceneView {
     this.solid.colour((i) => body_colour(body[i]));
     this.still = new SphereSet(radius_m.slice(moving));
     this.still.colour((i) => body_colour(body[moving + i]));
-    Object.assign(this, { body, still_body: body.slice(moving), still_m: static_m,
-      still_voxels: scene.static_voxels });
+    Object.assign(this, { body, static_body: body.slice(moving), static_place_m: static_m,
+      static_voxels: scene.static_voxels });
     this.ghosts = {};
     for (const [name, colour] of Object.entries(kGhostColours)) {
       this.ghosts[name] = new SphereSet(moving_m, { ghost: true, colour });
@@ -101,11 +101,11 @@ export class SceneView {
   place(frame, ticks, begin, end) {
     const { switches } = this;
     const { newest = [], previous = [], displayed = [], voxels, voxel_count } = frame.arrays;
-    // Without a hand nothing is displayed: then the newest image is what there is.
+    // Without a hand nothing is displayed: then the newest snapshot is what there is.
     const shown = displayed.length ? displayed : newest;
     // As surfaces: bodies that have none are spheres there, too.
     const hides = (body) => !switches.spheres && (!switches.surfaces || this.surfaces.skinned.has(body));
-    this.spheres_shown = this.still.place(this.still_m, (i) => hides(this.still_body[i])) +
+    this.spheres_shown = this.still.place(this.static_place_m, (i) => hides(this.static_body[i])) +
       this.solid.place(shown, (i) => !switches.displayed || hides(this.body[i]));
     this.surfaces.object.visible = switches.surfaces && switches.displayed;
     if (this.surfaces.object.visible && shown.length) this.surfaces.place(shown);
@@ -115,7 +115,7 @@ export class SceneView {
     }
     this.voxels.object.visible = switches.voxels;
     if (switches.voxels) {
-      this.voxels.place([{ box_m: voxels, count: voxel_count }, this.still_voxels], switches.voxel_edge_m);
+      this.voxels.place([{ box_m: voxels, count: voxel_count }, this.static_voxels], switches.voxel_edge_m);
     }
     this.planes.visible = switches.planes;
     this.tool.object.visible = Boolean(frame.tool);

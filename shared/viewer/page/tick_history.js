@@ -6,7 +6,7 @@ const kKept = 1 << 16;
 /// Columns, and how many numbers a tick has in each.
 const kColumns = {
   tick: 1, time_s: 1, position_m: 3, force_N: 3, age_s: 1, tick_us: 1, wake_us: 1, flags: 1,
-  generation: 1,
+  snapshot_id: 1,
 };
 
 export class TickHistory {

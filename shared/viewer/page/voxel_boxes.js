@@ -1,7 +1,7 @@
 // Occupied voxels as boxes of wire, coloured by how many spheres are entered.
 import * as THREE from 'three';
 
-const kMost = 20000;  // boxes; more would only hide each other
+const kMax = 20000;  // boxes; more would only hide each other
 
 function box_edges() {
   const corners = [];
@@ -34,8 +34,8 @@ export class VoxelBoxes {
   constructor() {
     const geometry = new THREE.InstancedBufferGeometry();
     geometry.setAttribute('position', new THREE.BufferAttribute(box_edges(), 3));
-    this.box = new THREE.InstancedBufferAttribute(new Float32Array(4 * kMost), 4);
-    this.tint = new THREE.InstancedBufferAttribute(new Float32Array(3 * kMost), 3);
+    this.box = new THREE.InstancedBufferAttribute(new Float32Array(4 * kMax), 4);
+    this.tint = new THREE.InstancedBufferAttribute(new Float32Array(3 * kMax), 3);
     geometry.setAttribute('box', this.box);
     geometry.setAttribute('tint', this.tint);
     geometry.instanceCount = 0;
@@ -66,7 +66,7 @@ export class VoxelBoxes {
   place(grids, edge_m) {
     const counts = [];
     for (const { box_m, count } of grids) {
-      for (let i = 0; i < count.length && counts.length < kMost; ++i) {
+      for (let i = 0; i < count.length && counts.length < kMax; ++i) {
         if (edge_m !== null && Math.abs(box_m[4 * i + 3] - edge_m) >= 1e-4 * edge_m) continue;
         for (let k = 0; k < 4; ++k) this.box.array[4 * counts.length + k] = box_m[4 * i + k];
         counts.push(count[i]);

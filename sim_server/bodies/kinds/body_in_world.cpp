@@ -31,11 +31,11 @@ void add_deformable(World& world, const BodyDescription& body, const SpringDescr
   }
   range.first_spring = static_cast<int>(world.springs.size());
   for (const SpringNet::Link& link : net.links) {
-    if (link.stiffness_N_m <= 0.0) continue;
+    if (link.stiffness_N_per_m <= 0.0) continue;
     const auto at = [&](int node) { return net.nodes_m[static_cast<std::size_t>(node)]; };
     world.springs.push_back({range.first_node + link.a, range.first_node + link.b,
-                             (at(link.b) - at(link.a)).norm(), link.stiffness_N_m,
-                             springs.spring_damping_N_s_m});
+                             (at(link.b) - at(link.a)).norm(), link.stiffness_N_per_m,
+                             springs.spring_damping_N_s_per_m});
   }
   range.spring_count = static_cast<int>(world.springs.size()) - range.first_spring;
 }
@@ -50,7 +50,7 @@ void add_rigid(World& world, const BodyDescription& body, const RigidShape& shap
                                 .angular_velocity_rad_s = body.angular_velocity_rad_s,
                                 .mass_kg = body.mass_kg,
                                 .inertia_kg_m2 = shape.inertia_kg_m2,
-                                .reach_m = shape.reach_m,
+                                .bounding_radius_m = shape.bounding_radius_m,
                                 .free = free,
                                 .start_m = body.position_m,
                                 .prescribed = body.prescribed});
@@ -64,8 +64,8 @@ void add_rigid(World& world, const BodyDescription& body, const RigidShape& shap
 int material_of(World& world, const BodyDescription& body) {
   if (body.stiffness_scale == 1.0) return body.material;
   ContactMaterial material = world.materials[static_cast<std::size_t>(body.material)];
-  material.stiffness_N_m *= body.stiffness_scale;
-  material.damping_N_s_m *= body.stiffness_scale;
+  material.stiffness_N_per_m *= body.stiffness_scale;
+  material.damping_N_s_per_m *= body.stiffness_scale;
   world.materials.push_back(material);
   return static_cast<int>(world.materials.size()) - 1;
 }
@@ -91,7 +91,7 @@ void add_spheres(World& world, const BodyDescription& body, int number, BodyRang
     sphere.body = number;
     sphere.material = material;
     if (body.motion == Motion::kStatic) {
-      world.still_spheres.push_back({sphere.rest_position_m, sphere.radius_m, material, number});
+      world.static_spheres.push_back({sphere.rest_position_m, sphere.radius_m, material, number});
       continue;
     }
     sphere.rigid = range.rigid;

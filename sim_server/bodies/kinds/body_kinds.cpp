@@ -13,7 +13,7 @@ Motions any(TableReader& /*table*/) {
   return Motions::kAny;
 }
 Motions any_unless_soft(TableReader& table) {
-  return table.has("spring_stiffness_N_m") ? Motions::kFreeOrStatic : Motions::kAny;
+  return table.has("spring_stiffness_N_per_m") ? Motions::kFreeOrStatic : Motions::kAny;
 }
 
 }  // namespace

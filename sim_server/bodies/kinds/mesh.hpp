@@ -19,8 +19,8 @@ struct BodyDescription;
 /// axes, whatever frame the file has.
 struct RigidMeshBody {
   std::vector<Ball> balls = {};
-  TriangleMesh surface = {};                                    // closed; for a display
-  Eigen::Vector3d inertia_per_kg_m2 = Eigen::Vector3d::Zero();  // principal
+  TriangleMesh surface = {};                                            // closed; for a display
+  Eigen::Vector3d inverse_inertia_per_kg_m2 = Eigen::Vector3d::Zero();  // principal
 };
 
 /// A mesh from a file as balls on a lattice of masses and springs, in the file's frame.

@@ -26,7 +26,7 @@ namespace {
 
 constexpr double kFinestTolerance = 1e-3;  // of the longest side
 constexpr std::size_t kSurfaceSamples = 2000;
-constexpr double kMostPlaces = 1e5;  // of a lattice's nodes
+constexpr double kMaxPlaces = 1e5;  // of a lattice's nodes
 
 // Keys of `spheres`.
 constexpr std::string_view kTolerance = "tolerance_m";
@@ -192,11 +192,11 @@ double read_stiffness_scale(TableReader& table, const TriangleMesh& mesh,
 RigidMeshBody in_principal_frame(std::vector<Ball> balls, const TriangleMesh& mesh,
                                  BodyDescription& body) {
   const MassProperties mass = mass_properties(mesh);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(mass.inertia_per_kg_m2);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(mass.inverse_inertia_per_kg_m2);
   Eigen::Matrix3d axes = solver.eigenvectors();
   if (axes.determinant() < 0.0) axes.col(0) = -axes.col(0);
   RigidMeshBody rigid{.balls = std::move(balls), .surface = mesh};
-  rigid.inertia_per_kg_m2 = solver.eigenvalues();
+  rigid.inverse_inertia_per_kg_m2 = solver.eigenvalues();
   const auto moved = [&](const Eigen::Vector3d& point_m) -> Eigen::Vector3d {
     return axes.transpose() * (point_m - mass.centre_m);
   };
@@ -210,7 +210,7 @@ RigidMeshBody in_principal_frame(std::vector<Ball> balls, const TriangleMesh& me
 SoftMeshBody on_lattice(TableReader& table, std::vector<Ball> balls, const TriangleMesh& mesh,
                         const BodyDescription& body) {
   const double spacing_m = table.number("lattice_m", Bound::kPositive);
-  if (place_count(balls, spacing_m) > kMostPlaces)
+  if (place_count(balls, spacing_m) > kMaxPlaces)
     table.refuse("lattice_m", "a lattice of at most 100000 nodes");
   SoftMeshBody soft;
   soft.lattice = lattice_round(balls, spacing_m);
@@ -225,7 +225,7 @@ SoftMeshBody on_lattice(TableReader& table, std::vector<Ball> balls, const Trian
 }  // namespace
 
 void read_mesh(TableReader& table, BodyDescription& body, std::vector<std::string>& notes) {
-  const bool is_soft = table.has("spring_stiffness_N_m");
+  const bool is_soft = table.has("spring_stiffness_N_per_m");
   body.position_m = table.vector_or("position_m", body.position_m);
   body.orientation = table.orientation_or_identity("orientation_xyzw");
   const TriangleMesh mesh = read_closed(table);

@@ -8,7 +8,7 @@
 namespace stillgrid {
 namespace {
 
-constexpr double kMostSpheresPerSide = 1000.0;
+constexpr double kMaxSpheresPerSide = 1000.0;
 
 /// Edge lengths between the centres of a box's outermost spheres.
 Eigen::Vector3d inner_size_m(const Eigen::Vector3d& size_m, double radius_m) {
@@ -28,7 +28,7 @@ SpherePacking read_packing(TableReader& table, double longest_side_m) {
       spheres.has("spacing_m") ? spheres.number("spacing_m", Bound::kPositive) : 0.0;
   packing.radius_m = spheres.has("radius_m") ? spheres.number("radius_m", Bound::kPositive) : 0.0;
   spheres.finish();
-  if (packing.spacing_m > 0.0 && longest_side_m > kMostSpheresPerSide * packing.spacing_m) {
+  if (packing.spacing_m > 0.0 && longest_side_m > kMaxSpheresPerSide * packing.spacing_m) {
     spheres.refuse("spacing_m", "at least a thousandth of the body's longest side");
   }
   if (packing.spacing_m > longest_side_m)

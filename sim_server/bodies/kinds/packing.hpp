@@ -37,7 +37,7 @@ struct BodyCounts {
 /// A rigid body's resistance to turning, and how far it reaches.
 struct RigidShape {
   Eigen::Vector3d inertia_kg_m2 = Eigen::Vector3d::Zero();  // principal, body frame
-  double reach_m = 0.0;                                     // farthest point from the centre
+  double bounding_radius_m = 0.0;                           // farthest point from the centre
 };
 
 /// Reads `spheres`. Throws SceneError. Pre: longest_side_m is the body's.

@@ -11,7 +11,7 @@
 namespace stillgrid {
 namespace {
 
-constexpr int kMostNodesPerSide = 1000;
+constexpr int kMaxNodesPerSide = 1000;
 constexpr std::array<std::string_view, 5> kPins = {"none", "corners", "two_corners", "edges",
                                                    "top"};
 
@@ -49,7 +49,7 @@ Eigen::Vector2i spheres_along_sides(const SheetBody& sheet) {
 
 void read_sheet(TableReader& table, BodyDescription& body, std::vector<std::string>& /*notes*/) {
   SheetBody sheet;
-  const std::vector<int> nodes = table.integers("nodes", {2, kMostNodesPerSide});
+  const std::vector<int> nodes = table.integers("nodes", {2, kMaxNodesPerSide});
   if (nodes.size() != 2) table.refuse("nodes", "two integers, along x and along y");
   sheet.nodes = {nodes[0], nodes[1]};
   const std::vector<double> size_m = table.numbers("size_m", 2, Bound::kPositive);
@@ -65,8 +65,8 @@ void read_sheet(TableReader& table, BodyDescription& body, std::vector<std::stri
 
 BodyCounts counts_of(const SheetBody& sheet) {
   const double spacing_m = packing_of(sheet).spacing_m;
-  const double bend = sheet.springs.bend_stiffness_N_m > 0.0 ? 1.0 : 0.0;
-  const double shear = sheet.springs.shear_stiffness_N_m > 0.0 ? 1.0 : 0.0;
+  const double bend = sheet.springs.bend_stiffness_N_per_m > 0.0 ? 1.0 : 0.0;
+  const double shear = sheet.springs.shear_stiffness_N_per_m > 0.0 ? 1.0 : 0.0;
   const double nodes = sheet.nodes.cast<double>().prod();
   return {.spheres = spheres_along(sheet.size_m.x(), spacing_m) *
                      spheres_along(sheet.size_m.y(), spacing_m),
@@ -87,19 +87,19 @@ SpringNet net_of(const SheetBody& sheet, const BodyDescription& body) {
                                   (fraction(y, ny) - 0.5) * sheet.size_m.y(), 0.0);
       net.nodes_m.emplace_back(body.position_m + body.orientation * local);
     }
-  const auto join = [&](int x, int y, int dx, int dy, double stiffness_N_m) {
+  const auto join = [&](int x, int y, int dx, int dy, double stiffness_N_per_m) {
     if (x + dx < 0 || x + dx >= nx || y + dy >= ny) return;
-    net.links.push_back({x + nx * y, x + dx + nx * (y + dy), stiffness_N_m});
+    net.links.push_back({x + nx * y, x + dx + nx * (y + dy), stiffness_N_per_m});
   };
   const ShearSprings& springs = sheet.springs;
   for (int y = 0; y < ny; ++y)
     for (int x = 0; x < nx; ++x) {
-      join(x, y, 1, 0, springs.structural_stiffness_N_m);
-      join(x, y, 0, 1, springs.structural_stiffness_N_m);
-      join(x, y, 1, 1, springs.shear_stiffness_N_m);
-      join(x, y, -1, 1, springs.shear_stiffness_N_m);
-      join(x, y, 2, 0, springs.bend_stiffness_N_m);
-      join(x, y, 0, 2, springs.bend_stiffness_N_m);
+      join(x, y, 1, 0, springs.structural_stiffness_N_per_m);
+      join(x, y, 0, 1, springs.structural_stiffness_N_per_m);
+      join(x, y, 1, 1, springs.shear_stiffness_N_per_m);
+      join(x, y, -1, 1, springs.shear_stiffness_N_per_m);
+      join(x, y, 2, 0, springs.bend_stiffness_N_per_m);
+      join(x, y, 0, 2, springs.bend_stiffness_N_per_m);
     }
   return net;
 }

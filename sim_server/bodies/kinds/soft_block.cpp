@@ -9,8 +9,8 @@
 namespace stillgrid {
 namespace {
 
-constexpr int kMostNodesPerSide = 1000;
-constexpr double kMostNodes = 1e5;
+constexpr int kMaxNodesPerSide = 1000;
+constexpr double kMaxNodes = 1e5;
 
 /// The faces between a filled cell and none.
 TriangleMesh skin_of(const SoftLattice& lattice) {
@@ -56,10 +56,10 @@ TriangleMesh skin_of(const SoftLattice& lattice) {
 void read_soft_block(TableReader& table, BodyDescription& body,
                      std::vector<std::string>& /*notes*/) {
   SoftBlockBody block;
-  const std::vector<int> sides = table.integers("nodes", {2, kMostNodesPerSide});
+  const std::vector<int> sides = table.integers("nodes", {2, kMaxNodesPerSide});
   if (sides.size() != 3) table.refuse("nodes", "three integers, along x, along y and along z");
   const Eigen::Vector3i nodes(sides[0], sides[1], sides[2]);
-  if (nodes.cast<double>().prod() > kMostNodes) table.refuse("nodes", "at most 100000 nodes");
+  if (nodes.cast<double>().prod() > kMaxNodes) table.refuse("nodes", "at most 100000 nodes");
   const RigidBoxBody box = read_box(table, body);
   block.size_m = box.size_m;
   block.spheres = box.spheres;

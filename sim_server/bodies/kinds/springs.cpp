@@ -10,17 +10,18 @@
 namespace stillgrid {
 namespace {
 
-constexpr std::string_view kStiffness = "spring_stiffness_N_m";
+constexpr std::string_view kStiffness = "spring_stiffness_N_per_m";
 
 void read_structural(TableReader& stiffness, Motion motion, SpringDescription& springs) {
   if (motion == Motion::kFree || stiffness.has("structural"))
-    springs.structural_stiffness_N_m = stiffness.number("structural", Bound::kPositive);
+    springs.structural_stiffness_N_per_m = stiffness.number("structural", Bound::kPositive);
 }
 
 void read_others(TableReader& table, TableReader& stiffness, SpringDescription& springs) {
-  springs.bend_stiffness_N_m = stiffness.number_or("bend", Bound::kNotNegative, 0.0);
+  springs.bend_stiffness_N_per_m = stiffness.number_or("bend", Bound::kNotNegative, 0.0);
   stiffness.finish();
-  springs.spring_damping_N_s_m = table.number_or("spring_damping_N_s_m", Bound::kNotNegative, 0.0);
+  springs.spring_damping_N_s_per_m =
+      table.number_or("spring_damping_N_s_per_m", Bound::kNotNegative, 0.0);
 }
 
 std::vector<int> read_list(TableReader& table, int node_count) {
@@ -31,8 +32,9 @@ std::vector<int> read_list(TableReader& table, int node_count) {
 }
 
 double stiffness_of(LatticeLink link, const ShearSprings& springs) {
-  if (link == LatticeLink::kStructural) return springs.structural_stiffness_N_m;
-  return link == LatticeLink::kShear ? springs.shear_stiffness_N_m : springs.bend_stiffness_N_m;
+  if (link == LatticeLink::kStructural) return springs.structural_stiffness_N_per_m;
+  return link == LatticeLink::kShear ? springs.shear_stiffness_N_per_m
+                                     : springs.bend_stiffness_N_per_m;
 }
 
 }  // namespace
@@ -46,7 +48,7 @@ void read_springs(TableReader& table, Motion motion, SpringDescription& springs)
 void read_springs(TableReader& table, Motion motion, ShearSprings& springs) {
   TableReader stiffness = table.table(kStiffness);
   read_structural(stiffness, motion, springs);
-  springs.shear_stiffness_N_m = stiffness.number_or("shear", Bound::kNotNegative, 0.0);
+  springs.shear_stiffness_N_per_m = stiffness.number_or("shear", Bound::kNotNegative, 0.0);
   read_others(table, stiffness, springs);
 }
 
@@ -106,8 +108,8 @@ std::vector<SphereBinding> spheres_in_solid(std::span<const Ball> balls, const S
 
 BodyCounts counts_of_solid(double spheres, const SoftLattice& lattice,
                            const ShearSprings& springs) {
-  const double bend = springs.bend_stiffness_N_m > 0.0 ? 1.0 : 0.0;
-  const double shear = springs.shear_stiffness_N_m > 0.0 ? 1.0 : 0.0;
+  const double bend = springs.bend_stiffness_N_per_m > 0.0 ? 1.0 : 0.0;
+  const double shear = springs.shear_stiffness_N_per_m > 0.0 ? 1.0 : 0.0;
   const auto nodes = static_cast<double>(lattice.nodes_m.size());
   return {.spheres = spheres,
           .nodes = nodes,

@@ -17,29 +17,29 @@ class TableReader;
 
 /// Springs of a body of masses: between neighbours, and between every second of them.
 struct SpringDescription {
-  double structural_stiffness_N_m = 0.0;
-  double bend_stiffness_N_m = 0.0;
-  double spring_damping_N_s_m = 0.0;  // along each spring
-  std::vector<int> pinned_nodes;      // ascending, without repeats; node x + nx (y + ny z)
+  double structural_stiffness_N_per_m = 0.0;
+  double bend_stiffness_N_per_m = 0.0;
+  double spring_damping_N_s_per_m = 0.0;  // along each spring
+  std::vector<int> pinned_nodes;          // ascending, without repeats; node x + nx (y + ny z)
 };
 /// The same of what has diagonals.
 struct ShearSprings : SpringDescription {
-  double shear_stiffness_N_m = 0.0;
+  double shear_stiffness_N_per_m = 0.0;
 };
 
 /// A body as masses and springs, before it stands in a world.
 struct SpringNet {
   struct Link {
     int a = 0, b = 0;  // nodes
-    double stiffness_N_m = 0.0;
+    double stiffness_N_per_m = 0.0;
   };
   std::vector<Eigen::Vector3d> nodes_m;  // at rest, world frame
   std::vector<Link> links;
   Eigen::Vector2i sheet_nodes = Eigen::Vector2i::Zero();  // of a sheet: along x, y
 };
 
-/// Reads `spring_stiffness_N_m` and `spring_damping_N_s_m`. Throws SceneError. A body that is not
-/// free need not have them.
+/// Reads `spring_stiffness_N_per_m` and `spring_damping_N_s_per_m`. Throws SceneError. A body that
+/// is not free need not have them.
 void read_springs(TableReader& table, Motion motion, SpringDescription& springs);
 void read_springs(TableReader& table, Motion motion, ShearSprings& springs);
 

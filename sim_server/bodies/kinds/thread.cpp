@@ -9,7 +9,7 @@
 namespace stillgrid {
 namespace {
 
-constexpr int kMostNodes = 1000;
+constexpr int kMaxNodes = 1000;
 constexpr std::array<std::string_view, 4> kPins = {"none", "start", "end", "both"};
 
 std::vector<int> read_pins(TableReader& table, int nodes) {
@@ -33,7 +33,7 @@ SpherePacking packing_of(const ThreadBody& thread) {
 
 void read_thread(TableReader& table, BodyDescription& body, std::vector<std::string>& /*notes*/) {
   ThreadBody thread;
-  thread.nodes = table.integer("nodes", {2, kMostNodes});
+  thread.nodes = table.integer("nodes", {2, kMaxNodes});
   thread.from_m = table.vector("from_m");
   thread.to_m = table.vector("to_m");
   if (length_m(thread) < 1e-9) table.refuse("to_m", "another point than from_m");
@@ -46,7 +46,7 @@ void read_thread(TableReader& table, BodyDescription& body, std::vector<std::str
 }
 
 BodyCounts counts_of(const ThreadBody& thread) {
-  const double bend = thread.springs.bend_stiffness_N_m > 0.0 ? 1.0 : 0.0;
+  const double bend = thread.springs.bend_stiffness_N_per_m > 0.0 ? 1.0 : 0.0;
   const double nodes = thread.nodes;
   return {.spheres = spheres_along(length_m(thread), packing_of(thread).spacing_m),
           .nodes = nodes,
@@ -61,12 +61,12 @@ SpringNet net_of(const ThreadBody& thread, const BodyDescription& /*body*/) {
     const double u = thread.nodes > 1 ? double(x) / double(thread.nodes - 1) : 0.0;
     net.nodes_m.emplace_back(thread.from_m + u * (thread.to_m - thread.from_m));
   }
-  const auto join = [&](int x, int dx, double stiffness_N_m) {
-    if (x + dx < thread.nodes) net.links.push_back({x, x + dx, stiffness_N_m});
+  const auto join = [&](int x, int dx, double stiffness_N_per_m) {
+    if (x + dx < thread.nodes) net.links.push_back({x, x + dx, stiffness_N_per_m});
   };
   for (int x = 0; x < thread.nodes; ++x) {
-    join(x, 1, thread.springs.structural_stiffness_N_m);
-    join(x, 2, thread.springs.bend_stiffness_N_m);
+    join(x, 1, thread.springs.structural_stiffness_N_per_m);
+    join(x, 2, thread.springs.bend_stiffness_N_per_m);
   }
   return net;
 }

@@ -6,20 +6,20 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include "shared/collision/still_grid.hpp"
+#include "shared/collision/voxel_grid.hpp"
 #include "sim_server/bodies/kinds/body_in_world.hpp"
 
 namespace stillgrid {
 namespace {
 
-constexpr double kMostSpheres = 1e6;
+constexpr double kMaxSpheres = 1e6;
 
 // Bytes that one of each takes: in the world, in trials and packed copies, in lists of contacts.
 constexpr double kBodyBytes = 2500.0, kNodeBytes = 400.0, kSpringBytes = 110.0;
-constexpr double kSphereBytes = 900.0, kStillSphereBytes = 400.0;
-// More of an implicit step: slopes of a spring, vectors of a node, and what each entry of a factor
-// costs with its index, LDL^T and LU together, and while they are made.
-constexpr double kSpringSlopeBytes = 450.0, kNodeVectorBytes = 700.0, kFillBytes = 85.0;
+constexpr double kSphereBytes = 900.0, kStaticSphereBytes = 400.0;
+// More of an implicit step: Jacobians of a spring, vectors of a node, and what each entry of a
+// factor costs with its index, LDL^T and LU together, and while they are made.
+constexpr double kSpringJacobianBytes = 450.0, kNodeVectorBytes = 700.0, kFillBytes = 85.0;
 
 /// What spheres take of one slot of a segment.
 double slot_bytes(double spheres) {
@@ -47,14 +47,14 @@ std::string size_text(double bytes) {
 
 Memory memory_need(const BodyDescription& body, const Method& method) {
   const auto [spheres, nodes, springs, factor_entries] = counts_of(body);
-  const double slot = slot_bytes(std::min(spheres, kMostSpheres));
+  const double slot = slot_bytes(std::min(spheres, kMaxSpheres));
   if (body.motion == Motion::kStatic)
-    return {kBodyBytes + kStillSphereBytes * spheres + 2.0 * slot, slot};
+    return {kBodyBytes + kStaticSphereBytes * spheres + 2.0 * slot, slot};
   Memory need{
       kBodyBytes + kSphereBytes * spheres + kNodeBytes * nodes + kSpringBytes * springs + slot,
       2.0 * slot};
   if (is_explicit(method.integrator)) return need;
-  need.private_bytes += kNodeVectorBytes * nodes + kSpringSlopeBytes * springs;
+  need.private_bytes += kNodeVectorBytes * nodes + kSpringJacobianBytes * springs;
   if (factorises(method)) need.private_bytes += kFillBytes * factor_entries;
   return need;
 }
@@ -66,7 +66,7 @@ void require_room(const SceneDescription& scene, const std::string& file, const 
   for (const BodyDescription& body : scene.bodies) {
     const double count = counts_of(body).spheres;
     spheres += count;
-    if (spheres > kMostSpheres)
+    if (spheres > kMaxSpheres)
       refuse(body, file,
              "spheres: value " + std::to_string(static_cast<std::uint64_t>(std::min(count, 1e18))) +
                  ": expected at most 1000000 in a scene; give it a larger spacing_m");

@@ -16,7 +16,7 @@ constexpr double kHorizon_s = 0.5;              // of the scene's time, of each 
 constexpr double kReferenceBudget_ms = 2000.0;  // by prediction
 constexpr int kFewestSteps = 8;
 constexpr int kReferenceDivision = 4;      // of the stable step
-constexpr double kMostDivisions = 1e4;     // of a period by the explicit reference
+constexpr double kMaxDivisions = 1e4;      // of a period by the explicit reference
 constexpr double kContactPeriod_s = 1e-3;  // the reference finds contacts so often
 constexpr double kWorthTrying = 12.0;      // predicted cost over the least
 constexpr double kCheapTrial_ms = 0.2;     // predicted: tried however the others are
@@ -156,7 +156,7 @@ Reference make_reference(SceneDescription scene, const SceneLoad& load, int step
   scene.period_s /= pieces;
   const auto run = [&](double share) {
     const int substeps = static_cast<int>(std::ceil(std::max(2.0, divisions / pieces) * share));
-    const Method method = divisions <= kMostDivisions
+    const Method method = divisions <= kMaxDivisions
                               ? verlet(substeps)
                               : Method{.integrator = IntegratorKind::kBdf2,
                                        .substeps = static_cast<int>(2.0 * share)};
@@ -171,7 +171,7 @@ Reference make_reference(SceneDescription scene, const SceneLoad& load, int step
 
 /// A heavy scene is watched for less of its time.
 int steps_of(const SceneLoad& load, double period_s) {
-  const double divisions = std::min(kMostDivisions, divisions_of(load, period_s));
+  const double divisions = std::min(kMaxDivisions, divisions_of(load, period_s));
   const double reference_ms =
       predicted_ms(load, verlet(static_cast<int>(std::max(1.0, divisions))), period_s);
   return static_cast<int>(

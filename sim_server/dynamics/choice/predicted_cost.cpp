@@ -13,7 +13,7 @@ namespace {
 // Costs of one operation, ns.
 constexpr double kSpringForce = 2.0, kNodeStep = 5.0, kContactForce = 80.0, kRigidStep = 100.0;
 constexpr double kDetection = 60.0;  // a moving sphere in a step
-constexpr double kSpringSlope = 60.0, kContactSlope = 1000.0, kFillEntry = 8.0;
+constexpr double kSpringJacobian = 60.0, kContactJacobian = 1000.0, kFillEntry = 8.0;
 constexpr double kSpringProduct = 8.0, kContactProduct = 100.0;
 constexpr double kNewtonIterations = 4.0;
 
@@ -21,7 +21,7 @@ SpringRates spring_rates(const World& world) {
   ExplicitState state;
   for (const Node& node : world.nodes) {
     state.position_m.emplace_back().map() = node.position_m;
-    state.per_mass_kg.push_back(node.pinned ? 0.0 : 1.0 / node.mass_kg);
+    state.inverse_mass_per_kg.push_back(node.pinned ? 0.0 : 1.0 / node.mass_kg);
   }
   return SpringSpectrum().follow(world, state);
 }
@@ -63,7 +63,7 @@ SceneLoad load_of(const World& world) {
     const double count = rigid ? std::max(1.0, body.sphere_count / 3.0)
                                : std::max(1.0, double(body.sphere_count) / body.node_count);
     load.contact_rad_s =
-        std::max(load.contact_rad_s, std::sqrt(count * material.stiffness_N_m / mass_kg));
+        std::max(load.contact_rad_s, std::sqrt(count * material.stiffness_N_per_m / mass_kg));
   }
   return load;
 }
@@ -77,9 +77,9 @@ double symplectic_limit_s(const SceneLoad& load) {
 }
 
 int stable_substeps(const SceneLoad& load, double step_s) {
-  constexpr double kSpare = 1.1, kMost = 1e9;
+  constexpr double kSpare = 1.1, kMax = 1e9;
   return static_cast<int>(
-      std::clamp(std::ceil(kSpare * step_s / symplectic_limit_s(load)), 1.0, kMost));
+      std::clamp(std::ceil(kSpare * step_s / symplectic_limit_s(load)), 1.0, kMax));
 }
 
 double predicted_ms(const SceneLoad& load, const Method& method, double step_s) {
@@ -102,7 +102,8 @@ double predicted_ms(const SceneLoad& load, const Method& method, double step_s) 
     const double products = std::min(load.unknowns, 5.0 + radius);
     iteration_ns = products * (kSpringProduct * load.springs + kContactProduct * contacts);
   } else {
-    iteration_ns = kSpringSlope * load.springs + kContactSlope * contacts + kFillEntry * load.fill;
+    iteration_ns =
+        kSpringJacobian * load.springs + kContactJacobian * contacts + kFillEntry * load.fill;
   }
   return 1e-6 * substeps * (detection_ns + kNewtonIterations * iteration_ns);
 }

@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 /// without damper then stays below 2.5 %.
 constexpr double kUndampedPhase_rad = 0.5;
 /// Of the smaller radius, that two spheres come nearer in a substep: none passes another unseen.
-constexpr double kMostApproach = 0.5;
+constexpr double kMaxApproach = 0.5;
 
 std::size_t index_of(int i) {
   return static_cast<std::size_t>(i);
@@ -36,8 +36,8 @@ void ExplicitContacts::take(const World& world, std::span<const Contact> contact
     entered.binding = &world.spheres[index_of(sphere)];
     for (std::size_t i = 0; i < index_of(entered.binding->node_count); ++i) {
       const double weight = entered.binding->weights[i];
-      entered.per_mass_kg +=
-          weight * weight * state.per_mass_kg[index_of(entered.binding->nodes[i])];
+      entered.inverse_mass_per_kg +=
+          weight * weight * state.inverse_mass_per_kg[index_of(entered.binding->nodes[i])];
     }
     return place;
   };
@@ -72,14 +72,14 @@ std::optional<ExplicitContacts::Touch> ExplicitContacts::touch_of(const Pair& pa
                  contact.radius_a_m - height_m};
   }
   const Vector3d other_m =
-      pair.b >= 0 ? spheres_[index_of(pair.b)].position_m : given_position_m(contact, share);
+      pair.b >= 0 ? spheres_[index_of(pair.b)].position_m : kinematic_position_m(contact, share);
   const Vector3d line_m = position_m - other_m;
   const double squared_m2 = line_m.squaredNorm();
-  if (!(squared_m2 < pair.reach_m * pair.reach_m)) return std::nullopt;
+  if (!(squared_m2 < pair.contact_distance_m * pair.contact_distance_m)) return std::nullopt;
   const double distance_m = std::sqrt(squared_m2);
   // Concentric spheres push along any one direction: up.
-  if (distance_m < 1e-12) return Touch{&pair, Vector3d::UnitZ(), line_m, pair.reach_m};
-  return Touch{&pair, line_m / distance_m, line_m, pair.reach_m - distance_m};
+  if (distance_m < 1e-12) return Touch{&pair, Vector3d::UnitZ(), line_m, pair.contact_distance_m};
+  return Touch{&pair, line_m / distance_m, line_m, pair.contact_distance_m - distance_m};
 }
 
 void ExplicitContacts::push(double share, ExplicitState& state) {
@@ -90,7 +90,8 @@ void ExplicitContacts::push(double share, ExplicitState& state) {
     if (!touch) continue;
     struck_ = true;
     touches_.push_back(*touch);
-    const Vector3d force_N = pair.contact->material.stiffness_N_m * touch->depth_m * touch->normal;
+    const Vector3d force_N =
+        pair.contact->material.stiffness_N_per_m * touch->depth_m * touch->normal;
     press(spheres_[index_of(pair.a)], force_N, state);
     if (pair.b >= 0) press(spheres_[index_of(pair.b)], -force_N, state);
   }
@@ -142,32 +143,33 @@ class ExplicitContacts::Side {
     return rigid_->velocity_m_s + rigid_->spin_rad_s.cross(sphere_->arm_m + to_point_m_);
   }
   /// 1 / mass that a push along unit vector u feels, at the centre or at the point of contact.
-  [[nodiscard]] double per_mass_kg(const Vector3d& u, bool at_point) const {
+  [[nodiscard]] double inverse_mass_per_kg(const Vector3d& u, bool at_point) const {
     if (sphere_ == nullptr) return 0.0;
-    if (rigid_ == nullptr) return sphere_->per_mass_kg;
+    if (rigid_ == nullptr) return sphere_->inverse_mass_per_kg;
     const Vector3d turn_m = arm_m(at_point).cross(u);
-    return rigid_->per_mass_kg + turn_m.dot(rigid_->per_inertia_kg_m2 * turn_m);
+    return rigid_->inverse_mass_per_kg + turn_m.dot(rigid_->inverse_inertia_per_kg_m2 * turn_m);
   }
-  void strike(const Vector3d& impulse_N_s, bool at_point) {
+  void apply_impulse(const Vector3d& impulse_N_s, bool at_point) {
     if (sphere_ == nullptr) return;
     if (rigid_ != nullptr) {
       if (!rigid_->free) return;
       const Vector3d turn_N_m_s = arm_m(at_point).cross(impulse_N_s);
-      rigid_->velocity_m_s += rigid_->per_mass_kg * impulse_N_s;
+      rigid_->velocity_m_s += rigid_->inverse_mass_per_kg * impulse_N_s;
       rigid_->angular_momentum_N_m_s += turn_N_m_s;
-      rigid_->spin_rad_s += rigid_->per_inertia_kg_m2 * turn_N_m_s;
+      rigid_->spin_rad_s += rigid_->inverse_inertia_per_kg_m2 * turn_N_m_s;
       return;
     }
     const SphereBinding& binding = *sphere_->binding;
     for (std::size_t i = 0; i < index_of(binding.node_count); ++i) {
       const std::size_t node = index_of(binding.nodes[i]);
-      const Vector3d change_m_s = binding.weights[i] * state_.per_mass_kg[node] * impulse_N_s;
+      const Vector3d change_m_s =
+          binding.weights[i] * state_.inverse_mass_per_kg[node] * impulse_N_s;
       state_.velocity_m_s[node].map() += change_m_s;
       state_.position_m[node].map() += drift_s_ * change_m_s;
     }
   }
   /// Moved from outside, so that what pushes it is worked against.
-  [[nodiscard]] bool is_led() const {
+  [[nodiscard]] bool is_kinematic() const {
     return sphere_ == nullptr || (rigid_ != nullptr && !rigid_->free);
   }
 
@@ -194,44 +196,46 @@ struct ExplicitContacts::Meeting {
 
   /// An impulse on a, against it on b.
   void oppose(double impulse_N_s, const Vector3d& along, bool at_point) {
-    a.strike(impulse_N_s * along, at_point);
-    b.strike(-impulse_N_s * along, at_point);
+    a.apply_impulse(impulse_N_s * along, at_point);
+    b.apply_impulse(-impulse_N_s * along, at_point);
     const auto speed = [&](const Side& side) {
       return along.dot(at_point ? side.point_velocity() : side.velocity());
     };
-    if (b.is_led()) flow.given_J += impulse_N_s * speed(b);
-    if (a.is_led()) flow.given_J -= impulse_N_s * speed(a);
+    if (b.is_kinematic()) flow.given_J += impulse_N_s * speed(b);
+    if (a.is_kinematic()) flow.given_J -= impulse_N_s * speed(a);
   }
 
   /// The approach damper; returns its force, N.
   double damp() {
-    if (!(material.damping_N_s_m > 0.0)) return 0.0;
+    if (!(material.damping_N_s_per_m > 0.0)) return 0.0;
     const double approach_m_s = -normal.dot(a.velocity() - b.velocity());
     if (!(approach_m_s > 0.0)) return 0.0;
-    const double per_mass_kg = a.per_mass_kg(normal, false) + b.per_mass_kg(normal, false);
+    const double inverse_mass_per_kg =
+        a.inverse_mass_per_kg(normal, false) + b.inverse_mass_per_kg(normal, false);
     const double after_m_s =
-        approach_m_s / (1.0 + duration_s * material.damping_N_s_m * per_mass_kg);
-    const double force_N = material.damping_N_s_m * after_m_s;
+        approach_m_s / (1.0 + duration_s * material.damping_N_s_per_m * inverse_mass_per_kg);
+    const double force_N = material.damping_N_s_per_m * after_m_s;
     flow.contact_damping_J += 0.5 * duration_s * force_N * (approach_m_s + after_m_s);
     oppose(duration_s * force_N, normal, false);
     return force_N;
   }
 
-  void rub(double pressure_N) {
+  void apply_friction(double normal_load_N) {
     if (!(material.friction > 0.0)) return;
     Vector3d slip_m_s = a.point_velocity() - b.point_velocity();
     slip_m_s -= normal.dot(slip_m_s) * normal;
     const double speed_m_s = slip_m_s.norm();
     if (!(speed_m_s > 0.0)) return;
     const Vector3d back = -slip_m_s / speed_m_s;
-    const double slowing_m_s = duration_s * material.friction * pressure_N *
-                               (a.per_mass_kg(back, true) + b.per_mass_kg(back, true));
+    const double slowing_m_s =
+        duration_s * material.friction * normal_load_N *
+        (a.inverse_mass_per_kg(back, true) + b.inverse_mass_per_kg(back, true));
     // Sliding still at its end, or creeping.
     const double creep_m_s = material.slip_speed_m_s;
     const double after_m_s = speed_m_s - slowing_m_s >= creep_m_s
                                  ? speed_m_s - slowing_m_s
                                  : speed_m_s * creep_m_s / (creep_m_s + slowing_m_s);
-    const double force_N = material.friction * pressure_N * std::min(1.0, after_m_s / creep_m_s);
+    const double force_N = material.friction * normal_load_N * std::min(1.0, after_m_s / creep_m_s);
     flow.friction_J += 0.5 * duration_s * force_N * (speed_m_s + after_m_s);
     oppose(duration_s * force_N, back, true);
   }
@@ -251,15 +255,15 @@ void ExplicitContacts::resist(double duration_s, double step_s, double drift_s,
         n,
         duration_s,
         flow};
-    const double push_N = contact.material.stiffness_N_m * touch.depth_m;
+    const double push_N = contact.material.stiffness_N_per_m * touch.depth_m;
     // The spring's work on what is led is by its path, the others' by its velocity.
     if (other == nullptr)
       flow.given_J +=
           duration_s / step_s * push_N * n.dot(contact.position_b_m - contact.start_b_m);
-    else if (meeting.b.is_led())
+    else if (meeting.b.is_kinematic())
       flow.given_J += duration_s * push_N * n.dot(meeting.b.velocity());
-    if (meeting.a.is_led()) flow.given_J -= duration_s * push_N * n.dot(meeting.a.velocity());
-    meeting.rub(push_N + meeting.damp());
+    if (meeting.a.is_kinematic()) flow.given_J -= duration_s * push_N * n.dot(meeting.a.velocity());
+    meeting.apply_friction(push_N + meeting.damp());
   }
 }
 
@@ -291,33 +295,34 @@ ExplicitContacts::Rates ExplicitContacts::rates(const ExplicitState& state, doub
   node_load_.assign(state.position_m.size(), 0.0);
   rigid_load_.assign(state.rigid.size(), {});
   place(state);
-  const auto load = [&](const Sphere& sphere, double stiffness_N_m) {
+  const auto load = [&](const Sphere& sphere, double stiffness_N_per_m) {
     const SphereBinding& binding = *sphere.binding;
     if (binding.rigid >= 0) {
       RigidLoad& on = rigid_load_[index_of(binding.rigid)];
-      on.pushing_N_m += stiffness_N_m;
-      on.turning_N += stiffness_N_m * sphere.arm_m.norm();
+      on.pushing_N_per_m += stiffness_N_per_m;
+      on.turning_N += stiffness_N_per_m * sphere.arm_m.norm();
       return;
     }
     for (std::size_t i = 0; i < index_of(binding.node_count); ++i)
-      node_load_[index_of(binding.nodes[i])] += stiffness_N_m * binding.weights[i];
+      node_load_[index_of(binding.nodes[i])] += stiffness_N_per_m * binding.weights[i];
   };
   for (const Pair& pair : pairs_) {
-    load(spheres_[index_of(pair.a)], pair.contact->material.stiffness_N_m);
-    if (pair.b >= 0) load(spheres_[index_of(pair.b)], pair.contact->material.stiffness_N_m);
+    load(spheres_[index_of(pair.a)], pair.contact->material.stiffness_N_per_m);
+    if (pair.b >= 0) load(spheres_[index_of(pair.b)], pair.contact->material.stiffness_N_per_m);
   }
   const auto row = [&](const Sphere& sphere) {
     const SphereBinding& binding = *sphere.binding;
     if (binding.rigid >= 0) {
       const RigidState& body = state.rigid[index_of(binding.rigid)];
       const RigidLoad& on = rigid_load_[index_of(binding.rigid)];
-      return body.per_mass_kg * on.pushing_N_m +
-             body.per_principal_kg_m2.maxCoeff() * sphere.arm_m.norm() * on.turning_N;
+      return body.inverse_mass_per_kg * on.pushing_N_per_m +
+             body.inverse_principal_inertia_per_kg_m2.maxCoeff() * sphere.arm_m.norm() *
+                 on.turning_N;
     }
     double sum_per_s2 = 0.0;
     for (std::size_t i = 0; i < index_of(binding.node_count); ++i) {
       const std::size_t node = index_of(binding.nodes[i]);
-      sum_per_s2 += binding.weights[i] * state.per_mass_kg[node] * node_load_[node];
+      sum_per_s2 += binding.weights[i] * state.inverse_mass_per_kg[node] * node_load_[node];
     }
     return sum_per_s2;
   };
@@ -330,13 +335,13 @@ ExplicitContacts::Rates ExplicitContacts::rates(const ExplicitState& state, doub
     // A damper of damping ratio zeta takes 1.5 zeta of a bounce, of which the step may give back
     // 0.11 phase^2; stability ends at 2.
     const double damping_ratio =
-        material.stiffness_N_m > 0.0
-            ? 0.5 * rate_rad_s * material.damping_N_s_m / material.stiffness_N_m
+        material.stiffness_N_per_m > 0.0
+            ? 0.5 * rate_rad_s * material.damping_N_s_per_m / material.stiffness_N_per_m
             : 0.0;
     const double phase_rad = std::min(2.0, kUndampedPhase_rad + 4.0 * damping_ratio);
     most.stiffness_per_s2 = std::max(most.stiffness_per_s2, per_s2);
     most.substeps_per_s = std::max({most.substeps_per_s, rate_rad_s / phase_rad,
-                                    approach_per_s(pair, state, step_s) / kMostApproach});
+                                    approach_per_s(pair, state, step_s) / kMaxApproach});
   }
   return most;
 }

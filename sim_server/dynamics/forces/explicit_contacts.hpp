@@ -52,12 +52,12 @@ class ExplicitContacts {
     int number;  // of World::spheres
     const SphereBinding* binding;
     Eigen::Vector3d position_m, arm_m;  // centre; from its rigid body's centre
-    double per_mass_kg = 0.0;           // of the nodes together
+    double inverse_mass_per_kg = 0.0;   // of the nodes together
   };
   /// Two spheres, or a sphere and what stands in the contact.
   struct Pair {
     int a, b;  // indices into spheres_; -1: given
-    double reach_m;
+    double contact_distance_m;
     const Contact* contact;
   };
   struct Touch {
@@ -66,7 +66,7 @@ class ExplicitContacts {
     double depth_m;
   };
   struct RigidLoad {
-    double pushing_N_m = 0.0, turning_N = 0.0;
+    double pushing_N_per_m = 0.0, turning_N = 0.0;
   };
   class Side;
   struct Meeting;

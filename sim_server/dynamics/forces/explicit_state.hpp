@@ -24,9 +24,9 @@ struct RigidState {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // the orientation's
   Eigen::Vector3d angular_momentum_N_m_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();
-  double per_mass_kg = 0.0;
-  Eigen::Vector3d per_principal_kg_m2 = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d per_inertia_kg_m2 = Eigen::Matrix3d::Zero();  // world frame
+  double inverse_mass_per_kg = 0.0;
+  Eigen::Vector3d inverse_principal_inertia_per_kg_m2 = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d inverse_inertia_per_kg_m2 = Eigen::Matrix3d::Zero();  // world frame
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
   Eigen::Vector3d torque_N_m = Eigen::Vector3d::Zero();
   bool free = false;  // feels forces
@@ -41,7 +41,7 @@ struct Move {
 /// All that an explicit integrator moves, as it needs it.
 struct ExplicitState {
   std::vector<PackedVector> position_m, velocity_m_s, force_N;  // as World::nodes
-  std::vector<double> per_mass_kg;                              // zero: pinned or asleep
+  std::vector<double> inverse_mass_per_kg;                      // zero: pinned or sleeping
   std::vector<RigidState> rigid;                                // as World::rigid_bodies
 };
 

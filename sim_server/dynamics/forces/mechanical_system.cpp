@@ -21,13 +21,13 @@ ContactMotion relative_motion(const Contact& contact, const World& world, const 
                               double step_share) {
   return stillgrid::relative_motion(
       contact, side_of(contact.a, world, trial),
-      contact.b >= 0 ? side_of(contact.b, world, trial) : given_side(contact, step_share));
+      contact.b >= 0 ? side_of(contact.b, world, trial) : kinematic_side(contact, step_share));
 }
 
 bool is_awake(const World& world, const SphereBinding& sphere) {
   if (sphere.rigid >= 0)
     return world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].unknown != kNoUnknown;
-  return !world.bodies[static_cast<std::size_t>(sphere.body)].asleep;
+  return !world.bodies[static_cast<std::size_t>(sphere.body)].is_sleeping;
 }
 
 bool moves(const World& world, int sphere) {
@@ -59,7 +59,7 @@ void MechanicalSystem::take(const World& world, std::span<const Contact> contact
   springs_.clear();
   const std::span<const Spring> springs = world.springs;
   for (const BodyRange& body : world.bodies)
-    if (!body.asleep && body.spring_count > 0)
+    if (!body.is_sleeping && body.spring_count > 0)
       springs_.push_back(springs.subspan(static_cast<std::size_t>(body.first_spring),
                                          static_cast<std::size_t>(body.spring_count)));
   for (const Node& node : world.nodes)
@@ -71,7 +71,7 @@ void MechanicalSystem::take(const World& world, std::span<const Contact> contact
   }
   scale_ = mass_.cwiseInverse();
   for (const RigidBody& body : world.rigid_bodies)
-    if (body.unknown != kNoUnknown) scale_.segment<3>(body.unknown + 3) *= body.reach_m;
+    if (body.unknown != kNoUnknown) scale_.segment<3>(body.unknown + 3) *= body.bounding_radius_m;
 }
 
 Eigen::VectorXd MechanicalSystem::velocity() const {
@@ -111,7 +111,7 @@ void MechanicalSystem::place(const Eigen::VectorXd& displacement, const Eigen::V
     body.orientation = (rotation_of(turned_rad_[i]) * before.orientation).normalized();
   }
   for (const BodyRange& range : world_->bodies) {
-    if (range.asleep) continue;
+    if (range.is_sleeping) continue;
     for (int i = range.first_sphere; i < range.first_sphere + range.sphere_count; ++i) {
       const auto at = static_cast<std::size_t>(i);
       trial_.spheres[at] = sphere_motion(trial_.nodes, trial_.rigid_bodies, world_->spheres[at]);
@@ -150,7 +150,7 @@ double MechanicalSystem::energy_J() {
     const Contact& contact = contacts_[static_cast<std::size_t>(index)];
     const double depth_m =
         contact_depth_m(contact, relative_motion(contact, *world_, trial_, step_share_).position_m);
-    if (depth_m > 0.0) energy_J += 0.5 * contact.material.stiffness_N_m * depth_m * depth_m;
+    if (depth_m > 0.0) energy_J += 0.5 * contact.material.stiffness_N_per_m * depth_m * depth_m;
   }
   return energy_J;
 }
@@ -182,7 +182,8 @@ void MechanicalSystem::find_touching() {
       const Eigen::Vector3d line_m = trial_.spheres[static_cast<std::size_t>(own.a)].position_m -
                                      trial_.spheres[static_cast<std::size_t>(own.b)].position_m;
       // By a little too many: rounding is the contact law's affair.
-      if (line_m.squaredNorm() > (1.0 + 1e-9) * own.reach_m * own.reach_m) continue;
+      if (line_m.squaredNorm() > (1.0 + 1e-9) * own.bounding_radius_m * own.bounding_radius_m)
+        continue;
     }
     touching_.push_back(own.contact);
   }
@@ -224,38 +225,39 @@ void MechanicalSystem::push_sphere(const SphereBinding& sphere, const Eigen::Vec
   }
 }
 
-void MechanicalSystem::linearise(Slope slope, double stage_s, double contact_step_s) {
-  take_slopes(slope, stage_s, contact_step_s);
+void MechanicalSystem::linearise(JacobianKind kind, double stage_s, double contact_step_s) {
+  take_jacobians(kind, stage_s, contact_step_s);
   diagonal_.setZero(3, size());
   const auto add = [&](int unknown, const Eigen::Matrix3d& block) {
     if (unknown != kNoUnknown) diagonal_.middleCols<3>(unknown) += block;
   };
-  for (const InertiaSlope& own : inertia_slopes_) add(own.unknown, own.block);
-  for (const SpringSlope& spring : spring_slopes_) {
+  for (const InertiaJacobian& own : inertia_jacobians_) add(own.unknown, own.block);
+  for (const SpringJacobian& spring : spring_jacobians_) {
     const Eigen::Matrix3d block = spring.block();
     add(spring.a, block);
     add(spring.b, block);
   }
   contact_blocks_.clear();
-  for (const ContactSlope& contact : contact_slopes_)
+  for (const ContactJacobian& contact : contact_jacobians_)
     add_blocks(contact, stage_s, true, contact_blocks_);
-  for (const SlopeBlock& own : contact_blocks_) add(own.row, own.block);
+  for (const JacobianBlock& own : contact_blocks_) add(own.row, own.block);
 }
 
 void MechanicalSystem::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
   y.resize(size());
-  for (const InertiaSlope& own : inertia_slopes_)
+  for (const InertiaJacobian& own : inertia_jacobians_)
     y.segment<3>(own.unknown).noalias() = own.block * x.segment<3>(own.unknown);
-  multiply_add(spring_slopes_, x, y);
-  for (const ContactSlope& contact : contact_slopes_) multiply_add(contact, stage_s_, x, y);
+  multiply_add(spring_jacobians_, x, y);
+  for (const ContactJacobian& contact : contact_jacobians_) multiply_add(contact, stage_s_, x, y);
 }
 
-void MechanicalSystem::jacobian(Slope slope, double stage_s, double contact_step_s,
+void MechanicalSystem::jacobian(JacobianKind kind, double stage_s, double contact_step_s,
                                 Eigen::SparseMatrix<double>& matrix) {
-  take_slopes(slope, stage_s, contact_step_s);
+  take_jacobians(kind, stage_s, contact_step_s);
   blocks_.reset(size());
-  for (const InertiaSlope& own : inertia_slopes_) blocks_.add(own.unknown, own.unknown, own.block);
-  for (const SpringSlope& spring : spring_slopes_) {
+  for (const InertiaJacobian& own : inertia_jacobians_)
+    blocks_.add(own.unknown, own.unknown, own.block);
+  for (const SpringJacobian& spring : spring_jacobians_) {
     const Eigen::Matrix3d block = spring.block();
     if (spring.a != kNoUnknown) blocks_.add(spring.a, spring.a, block);
     if (spring.b != kNoUnknown) blocks_.add(spring.b, spring.b, block);
@@ -263,45 +265,45 @@ void MechanicalSystem::jacobian(Slope slope, double stage_s, double contact_step
     blocks_.add(spring.a, spring.b, -block);
     blocks_.add(spring.b, spring.a, -block);
   }
-  for (const ContactSlope& contact : contact_slopes_) {
+  for (const ContactJacobian& contact : contact_jacobians_) {
     contact_blocks_.clear();
     add_blocks(contact, stage_s, false, contact_blocks_);
-    for (const SlopeBlock& own : contact_blocks_) blocks_.add(own.row, own.column, own.block);
+    for (const JacobianBlock& own : contact_blocks_) blocks_.add(own.row, own.column, own.block);
   }
   blocks_.write_to(matrix);
 }
 
-void MechanicalSystem::take_slopes(Slope slope, double stage_s, double contact_step_s) {
+void MechanicalSystem::take_jacobians(JacobianKind kind, double stage_s, double contact_step_s) {
   stage_s_ = stage_s;
-  add_inertia_slopes(slope);
-  spring_slopes_.clear();
+  add_inertia_jacobians(kind);
+  spring_jacobians_.clear();
   for (const auto springs : springs_)
-    add_spring_slopes(springs, trial_.nodes, slope, stage_s, spring_slopes_);
-  add_contact_slopes(slope, contact_step_s);
+    add_spring_jacobians(springs, trial_.nodes, kind, stage_s, spring_jacobians_);
+  add_contact_jacobians(kind, contact_step_s);
 }
 
-void MechanicalSystem::add_inertia_slopes(Slope slope) {
-  inertia_slopes_.clear();
+void MechanicalSystem::add_inertia_jacobians(JacobianKind kind) {
+  inertia_jacobians_.clear();
   for (const Node& node : trial_.nodes)
     if (node.unknown != kNoUnknown)
-      inertia_slopes_.push_back({node.unknown, node.mass_kg * Eigen::Matrix3d::Identity()});
+      inertia_jacobians_.push_back({node.unknown, node.mass_kg * Eigen::Matrix3d::Identity()});
   for (std::size_t i = 0; i < trial_.rigid_bodies.size(); ++i) {
     const RigidBody& body = trial_.rigid_bodies[i];
     if (body.unknown == kNoUnknown) continue;
-    inertia_slopes_.push_back({body.unknown, body.mass_kg * Eigen::Matrix3d::Identity()});
+    inertia_jacobians_.push_back({body.unknown, body.mass_kg * Eigen::Matrix3d::Identity()});
     turn_s_[i] = stage_s_ * left_jacobian(turned_rad_[i]);
     Eigen::Matrix3d inertia = world_inertia_kg_m2(body);
-    if (slope == Slope::kExact) {
+    if (kind == JacobianKind::kExact) {
       // d(I w) = I dw + d theta x (I w) - I (d theta x w), d theta = turn_s dw.
       const Eigen::Vector3d& w = body.angular_velocity_rad_s;
       inertia += (inertia * cross_matrix(w) - cross_matrix(inertia * w)) * turn_s_[i];
     }
-    inertia_slopes_.push_back({body.unknown + 3, inertia});
+    inertia_jacobians_.push_back({body.unknown + 3, inertia});
   }
 }
 
-void MechanicalSystem::add_contact_slopes(Slope slope, double contact_step_s) {
-  contact_slopes_.clear();
+void MechanicalSystem::add_contact_jacobians(JacobianKind kind, double contact_step_s) {
+  contact_jacobians_.clear();
   const auto side = [&](int sphere, double sign, double share) {
     return contact_side(trial_.nodes, trial_.rigid_bodies, turn_s_,
                         world_->spheres[static_cast<std::size_t>(sphere)], sign, share);
@@ -309,12 +311,14 @@ void MechanicalSystem::add_contact_slopes(Slope slope, double contact_step_s) {
   find_touching();
   for (const int index : touching_) {
     const Contact& contact = contacts_[static_cast<std::size_t>(index)];
-    ContactSlopes slopes;
-    const ContactForce force = contact_force(
-        contact, relative_motion(contact, *world_, trial_, step_share_), contact_step_s, &slopes);
+    ContactDerivatives jacobians;
+    const ContactForce force =
+        contact_force(contact, relative_motion(contact, *world_, trial_, step_share_),
+                      contact_step_s, &jacobians);
     if (!force.touching) continue;
     const ContactShares shares = contact_shares(contact);
-    ContactSlope& own = contact_slopes_.emplace_back(contact_slope(force, slopes, slope, stage_s_));
+    ContactJacobian& own =
+        contact_jacobians_.emplace_back(contact_jacobian(force, jacobians, kind, stage_s_));
     own.a = side(contact.a, 1.0, shares.a);
     if (contact.b >= 0) own.b = side(contact.b, -1.0, shares.b);
   }

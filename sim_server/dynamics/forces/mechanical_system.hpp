@@ -8,8 +8,8 @@
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/contact.hpp"
 #include "sim_server/dynamics/forces/block_matrix.hpp"
-#include "sim_server/dynamics/forces/contact_slopes.hpp"
-#include "sim_server/dynamics/forces/spring_slopes.hpp"
+#include "sim_server/dynamics/forces/contact_jacobian.hpp"
+#include "sim_server/dynamics/forces/spring_jacobian.hpp"
 #include "sim_server/dynamics/forces/trial.hpp"
 #include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
 
@@ -21,10 +21,10 @@ namespace stillgrid {
 /// rigid body, linear then angular. Configurations q are given as displacements from the world's
 /// own: metres, and rotation vectors (rad, world frame) of rigid bodies.
 ///
-/// Its slope is what masses, springs and contacts each resist, and by that an operator; the matrix
-/// is their sum. The symmetric slope leaves out gyroscopic terms, the turning of levers and of
-/// dampers, friction's change with pressure and place; the definite one also the sideways push of
-/// compressed springs and of contacts. What sleeps costs nothing.
+/// Its Jacobian is what masses, springs and contacts each resist, and by that an operator; the
+/// matrix is their sum. The symmetric Jacobian leaves out gyroscopic terms, the turning of levers
+/// and of dampers, friction's change with pressure and place; the definite one also the sideways
+/// push of compressed springs and of contacts. What sleeps costs nothing.
 class MechanicalSystem {
  public:
   MechanicalSystem() = default;
@@ -64,13 +64,13 @@ class MechanicalSystem {
   [[nodiscard]] double energy_J();
 
   /// d(momentum - stage_s * force) / du where all was placed last, if displacement and velocity
-  /// change by stage_s and 1 a unit of u: the slope of an implicit stage. contact_step_s: as of
+  /// change by stage_s and 1 a unit of u: the Jacobian of an implicit stage. contact_step_s: as of
   /// force(), not zero.
-  void jacobian(Slope slope, double stage_s, double contact_step_s,
+  void jacobian(JacobianKind kind, double stage_s, double contact_step_s,
                 Eigen::SparseMatrix<double>& matrix);
 
-  /// The same as an operator: takes the slope here, for multiply() and block_diagonal().
-  void linearise(Slope slope, double stage_s, double contact_step_s);
+  /// The same as an operator: takes the Jacobian here, for multiply() and block_diagonal().
+  void linearise(JacobianKind kind, double stage_s, double contact_step_s);
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
   [[nodiscard]] const Eigen::Matrix3Xd& block_diagonal() const { return diagonal_; }
 
@@ -84,18 +84,18 @@ class MechanicalSystem {
 
  private:
   void add_contact_forces(double contact_step_s, Eigen::VectorXd& force);
-  void take_slopes(Slope slope, double stage_s, double contact_step_s);
-  void add_inertia_slopes(Slope slope);
-  void add_contact_slopes(Slope slope, double contact_step_s);
+  void take_jacobians(JacobianKind kind, double stage_s, double contact_step_s);
+  void add_inertia_jacobians(JacobianKind kind);
+  void add_contact_jacobians(JacobianKind kind, double contact_step_s);
   void find_touching();
 
   /// A contact with a side awake, as little of it as tells whether it touches.
   struct Candidate {
     int contact, a, b;
-    double reach_m;  // of both spheres
+    double bounding_radius_m;  // of both spheres
   };
   /// d(momentum) / du of a block of three.
-  struct InertiaSlope {
+  struct InertiaJacobian {
     int unknown;
     Eigen::Matrix3d block;
   };
@@ -110,13 +110,13 @@ class MechanicalSystem {
   std::vector<Eigen::Vector3d> turned_rad_;  // of each rigid body, from the world's orientation
   double step_share_ = 1.0;
 
-  // The slope taken last.
+  // The Jacobian taken last.
   double stage_s_ = 0.0;
-  std::vector<InertiaSlope> inertia_slopes_;
-  std::vector<SpringSlope> spring_slopes_;
-  std::vector<ContactSlope> contact_slopes_;
+  std::vector<InertiaJacobian> inertia_jacobians_;
+  std::vector<SpringJacobian> spring_jacobians_;
+  std::vector<ContactJacobian> contact_jacobians_;
   std::vector<Eigen::Matrix3d> turn_s_;  // of each rigid body: d(turned, world frame) / d spin
-  std::vector<SlopeBlock> contact_blocks_;
+  std::vector<JacobianBlock> contact_blocks_;
   Eigen::Matrix3Xd diagonal_;
   BlockMatrix blocks_;
 };

@@ -39,7 +39,7 @@ namespace stillgrid::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // A vector may have no size that the compiler knows (SVE): none is kept in a structure.
-using Tag = hn::CappedTag<double, kLook>;
+using Tag = hn::CappedTag<double, kLanes>;
 using Vec = hn::Vec<Tag>;
 using FloatTag = hn::Rebind<float, Tag>;
 using FourTag = hn::CappedTag<double, 4>;
@@ -135,8 +135,8 @@ HWY_INLINE Vec PullKind(const Stencil& s, const Ends& ends, const Row& to,
                 hn::Zero(d)),
             s.alongs, i);
   }
-  const Vec k = hn::Set(d, springs.stiffness_N_m), c = hn::Set(d, springs.damping_N_s_m);
-  const Vec push = hn::Set(d, springs.stiffness_N_m * springs.rest_length_m);
+  const Vec k = hn::Set(d, springs.stiffness_N_per_m), c = hn::Set(d, springs.damping_N_s_per_m);
+  const Vec push = hn::Set(d, springs.stiffness_N_per_m * springs.rest_length_m);
   const std::size_t reach = std::max(ends.a_column, ends.b_column);
   const std::size_t count = columns > reach ? columns - reach : 0;
   const auto pull = [&](std::size_t i, Vec k_i, Vec push_i, Vec c_i) HWY_ATTR {
@@ -219,7 +219,7 @@ HWY_INLINE void PackForces(const Stencil& s, std::size_t columns, PackedVector* 
     if (i + hn::Lanes(d) <= columns) {
       hn::StoreInterleaved4(x, y, z, hn::Zero(d), d, &to[i].x);
     } else {
-      PackedVector rest[kLook];
+      PackedVector rest[kLanes];
       hn::StoreInterleaved4(x, y, z, hn::Zero(d), d, &rest[0].x);
       std::copy(rest, rest + (columns - i), to + i);
     }
@@ -238,7 +238,7 @@ double PullSheet(SpringSheet& sheet, ExplicitState& state) {
              sheet.stride);
   };
   for (std::size_t row = 0; row < std::min<std::size_t>(2, sheet.rows); ++row) enter(row);
-  std::fill(rows[SheetRows::kForces].at(0), rows[SheetRows::kPulls].at(0) - kLook, 0.0);
+  std::fill(rows[SheetRows::kForces].at(0), rows[SheetRows::kPulls].at(0) - kLanes, 0.0);
   Vec power = hn::Zero(Tag());
   for (std::size_t row = 0; row < sheet.rows; ++row) {
     if (row + 2 < sheet.rows) enter(row + 2);
@@ -301,20 +301,20 @@ HWY_INLINE void AddForce(double pull, const PackedVector& line, PackedVector& a,
 template <bool damped>
 double PullGroup(const SpringGroup& group, ExplicitState& state) {
   const Tag d;
-  const ConstRow stiffness(group.stiffness_N_m.data(), group.stiffness_N_m);
+  const ConstRow stiffness(group.stiffness_N_per_m.data(), group.stiffness_N_per_m);
   const ConstRow push(group.push_N.data(), group.push_N);
-  const ConstRow dampings(group.damping_N_s_m.data(), group.damping_N_s_m);
-  PackedVector lines[kLook], speeds[kLook];
+  const ConstRow dampings(group.damping_N_s_per_m.data(), group.damping_N_s_per_m);
+  PackedVector lines[kLanes], speeds[kLanes];
   Look pulls;
   const Row pull(pulls.lanes, pulls.lanes);
   Vec power = hn::Zero(d);
-  for (std::size_t i = 0; i < group.a.size(); i += kLook) {
-    for (std::size_t k = 0; k < kLook; ++k) {
+  for (std::size_t i = 0; i < group.a.size(); i += kLanes) {
+    for (std::size_t k = 0; k < kLanes; ++k) {
       const std::size_t a = group.a[i + k], b = group.b[i + k];
       Difference(state.position_m[b], state.position_m[a], lines[k]);
       if (damped) Difference(state.velocity_m_s[b], state.velocity_m_s[a], speeds[k]);
     }
-    for (std::size_t k = 0; k < kLook; k += hn::Lanes(d)) {
+    for (std::size_t k = 0; k < kLanes; k += hn::Lanes(d)) {
       Vec x, y, z, zero;
       hn::LoadInterleaved4(d, &lines[k].x, x, y, z, zero);
       const Vec square = Dot(x, y, z, x, y, z, hn::Set(d, kShortest_m2));
@@ -329,7 +329,7 @@ double PullGroup(const SpringGroup& group, ExplicitState& state) {
                          damping, power),
             pull, k);
     }
-    for (std::size_t k = 0; k < kLook; ++k)
+    for (std::size_t k = 0; k < kLanes; ++k)
       AddForce(pulls.lanes[k], lines[k], state.force_N[group.a[i + k]],
                state.force_N[group.b[i + k]]);
   }
@@ -345,11 +345,11 @@ void MoveNodes(const Move& move, const PackedVector& gravity_m_s2, ExplicitState
   const FourTag d;
   const auto kick = hn::Set(d, move.kick_s), drift = hn::Set(d, move.drift_s);
   for (std::size_t i = 0; i < state.position_m.size(); ++i) {
-    const auto per_mass = hn::Set(d, state.per_mass_kg[i]);
-    const auto feels = hn::Gt(per_mass, hn::Zero(d));
+    const auto inverse_mass = hn::Set(d, state.inverse_mass_per_kg[i]);
+    const auto feels = hn::Gt(inverse_mass, hn::Zero(d));
     PackedVector &position = state.position_m[i], &velocity = state.velocity_m_s[i];
     for (std::size_t k = 0; k < 4; k += hn::Lanes(d)) {
-      const auto a = hn::MulAdd(per_mass, hn::Load(d, Part(state.force_N[i], k)),
+      const auto a = hn::MulAdd(inverse_mass, hn::Load(d, Part(state.force_N[i], k)),
                                 hn::Load(d, Part(gravity_m_s2, k)));
       const auto x = hn::Load(d, Part(position, k)), v = hn::Load(d, Part(velocity, k));
       const auto faster = hn::MulAdd(kick, hn::IfThenElseZero(feels, a), v);
@@ -392,11 +392,11 @@ SpringForces::SpringForces(const World& world) {
 double SpringForces::evaluate(const World& world, ExplicitState& state) {
   double power_W = 0.0;
   for (SpringSheet& sheet : sheets_)
-    if (!world.bodies[sheet.body].asleep)
+    if (!world.bodies[sheet.body].is_sleeping)
       power_W += HWY_DYNAMIC_DISPATCH(PullAnySheet)(sheet, state);
   for (const SpringGroup& group : groups_) {
     const BodyRange& body = world.bodies[group.body];
-    if (body.asleep) continue;
+    if (body.is_sleeping) continue;
     std::fill_n(state.force_N.begin() + body.first_node, body.node_count, PackedVector{});
     power_W += HWY_DYNAMIC_DISPATCH(PullAnyGroup)(group, state);
   }

@@ -41,10 +41,10 @@ std::optional<Kinds> kinds_of(const World& world, const BodyRange& body) {
     std::uint8_t& place = seen[kSpringKinds * static_cast<std::size_t>(from) + kind];
     if (place++ != 0) return std::nullopt;
     if (counts[kind]++ == 0)
-      kinds[kind] = {spring.stiffness_N_m, spring.rest_length_m, spring.damping_N_s_m};
-    if (!alike(kinds[kind].stiffness_N_m, spring.stiffness_N_m) ||
+      kinds[kind] = {spring.stiffness_N_per_m, spring.rest_length_m, spring.damping_N_s_per_m};
+    if (!alike(kinds[kind].stiffness_N_per_m, spring.stiffness_N_per_m) ||
         !alike(kinds[kind].rest_length_m, spring.rest_length_m) ||
-        !alike(kinds[kind].damping_N_s_m, spring.damping_N_s_m))
+        !alike(kinds[kind].damping_N_s_per_m, spring.damping_N_s_per_m))
       return std::nullopt;
   }
   for (std::size_t kind = 0; kind < kinds.size(); ++kind) {
@@ -67,15 +67,15 @@ std::optional<SpringSheet> sheet_of(const World& world, std::size_t index) {
   sheet.columns = static_cast<std::size_t>(body.sheet_nodes.x());
   sheet.rows = static_cast<std::size_t>(body.sheet_nodes.y());
   // An odd number of cache lines, so that rows do not compete for the same ones.
-  sheet.stride = kLook * (((sheet.columns + kLook - 1) / kLook + 2) | 1U);
-  sheet.storage.resize(SheetRows::kCount * sheet.stride / kLook);
+  sheet.stride = kLanes * (((sheet.columns + kLanes - 1) / kLanes + 2) | 1U);
+  sheet.storage.resize(SheetRows::kCount * sheet.stride / kLanes);
   const SheetRows rows(sheet);
   // Beyond the last column stand nodes that are nowhere near, so that lengths are numbers.
   for (std::size_t row = SheetRows::kPositions; row < SheetRows::kVelocities; ++row)
-    for (std::size_t i = 0; i < sheet.stride - kLook; ++i)
+    for (std::size_t i = 0; i < sheet.stride - kLanes; ++i)
       *rows[row].at(i) = 1e3 * static_cast<double>(i + 1);
   sheet.kinds = *kinds;
-  for (const SpringKind& kind : *kinds) sheet.damped = sheet.damped || kind.damping_N_s_m > 0.0;
+  for (const SpringKind& kind : *kinds) sheet.damped = sheet.damped || kind.damping_N_s_per_m > 0.0;
   return sheet;
 }
 
@@ -84,18 +84,18 @@ SpringGroup group_of(const World& world, std::size_t index) {
   SpringGroup group;
   group.body = index;
   const auto count = static_cast<std::size_t>(body.spring_count);
-  const std::size_t stride = (count + kLook - 1) / kLook;
-  for (std::size_t k = 0; k < kLook * stride; ++k) {
+  const std::size_t stride = (count + kLanes - 1) / kLanes;
+  for (std::size_t k = 0; k < kLanes * stride; ++k) {
     // Those of a look are far apart in the list.
-    const std::size_t i = (k % kLook) * stride + k / kLook;
+    const std::size_t i = (k % kLanes) * stride + k / kLanes;
     Spring spring{body.first_node, body.first_node, 0.0, 0.0, 0.0};
     if (i < count) spring = world.springs[static_cast<std::size_t>(body.first_spring) + i];
     group.a.push_back(static_cast<std::uint32_t>(spring.a));
     group.b.push_back(static_cast<std::uint32_t>(spring.b));
-    group.stiffness_N_m.push_back(spring.stiffness_N_m);
-    group.push_N.push_back(spring.stiffness_N_m * spring.rest_length_m);
-    group.damping_N_s_m.push_back(spring.damping_N_s_m);
-    group.damped = group.damped || spring.damping_N_s_m > 0.0;
+    group.stiffness_N_per_m.push_back(spring.stiffness_N_per_m);
+    group.push_N.push_back(spring.stiffness_N_per_m * spring.rest_length_m);
+    group.damping_N_s_per_m.push_back(spring.damping_N_s_per_m);
+    group.damped = group.damped || spring.damping_N_s_per_m > 0.0;
   }
   return group;
 }

@@ -14,8 +14,8 @@
 namespace stillgrid {
 
 /// What the widest vector of any target loads at once, aligned so wherever it is copied.
-struct alignas(kLook * sizeof(double)) Look {
-  double lanes[kLook];
+struct alignas(kLanes * sizeof(double)) Look {
+  double lanes[kLanes];
 };
 static_assert(sizeof(Look) == 64 && alignof(Look) == 64);
 /// Of a regular sheet: along both axes, both diagonals, and past one node along both axes.
@@ -23,7 +23,7 @@ inline constexpr std::size_t kSpringKinds = 6;
 
 /// One of the kinds of springs of a sheet; zeros: none.
 struct SpringKind {
-  double stiffness_N_m = 0.0, rest_length_m = 0.0, damping_N_s_m = 0.0;
+  double stiffness_N_per_m = 0.0, rest_length_m = 0.0, damping_N_s_per_m = 0.0;
 };
 
 /// A body whose springs are a stencil over rows of nodes.
@@ -41,10 +41,11 @@ struct SpringGroup {
   std::size_t body = 0;
   bool damped = false;
   std::vector<std::uint32_t> a, b;  // nodes; filled up to whole looks by springs of no stiffness
-  std::vector<double> stiffness_N_m, push_N, damping_N_s_m;  // push: stiffness * rest length
+  std::vector<double> stiffness_N_per_m, push_N,
+      damping_N_s_per_m;  // push: stiffness * rest length
 };
 
-/// Rows of a sheet's scratch and constants, each with kLook zeros before and room after it.
+/// Rows of a sheet's scratch and constants, each with kLanes zeros before and room after it.
 class SheetRows {
  public:
   static constexpr std::size_t kPositions = 0;                // three rows of x, y, z
@@ -57,14 +58,14 @@ class SheetRows {
   static constexpr std::size_t kCount = kScratch + 3;
 
   explicit SheetRows(SpringSheet& sheet)
-      : storage_(sheet.storage.front().lanes, kLook * sheet.storage.size()),
+      : storage_(sheet.storage.front().lanes, kLanes * sheet.storage.size()),
         stride_(sheet.stride) {}
   [[nodiscard]] VectorRow<double> operator[](std::size_t row) const {
-    return {storage_.data() + kLook + row * stride_, storage_};
+    return {storage_.data() + kLanes + row * stride_, storage_};
   }
   /// A row that holds floats, half as long.
   [[nodiscard]] VectorRow<float> floats(std::size_t row) const {
-    auto* const first = reinterpret_cast<float*>(storage_.data() + kLook + row * stride_);
+    auto* const first = reinterpret_cast<float*>(storage_.data() + kLanes + row * stride_);
     return {first, {first, stride_}};
   }
 

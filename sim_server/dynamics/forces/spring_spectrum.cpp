@@ -15,7 +15,7 @@ constexpr int kFirstIterations = 30;
 template <class Visit>
 void for_each_spring(const World& world, const ExplicitState& state, const Visit& visit) {
   for (const BodyRange& body : world.bodies) {
-    if (body.asleep) continue;
+    if (body.is_sleeping) continue;
     for (int i = body.first_spring; i < body.first_spring + body.spring_count; ++i) {
       const Spring& spring = world.springs[static_cast<std::size_t>(i)];
       const auto a = static_cast<std::size_t>(spring.a), b = static_cast<std::size_t>(spring.b);
@@ -57,30 +57,31 @@ SpringRates SpringSpectrum::follow(const World& world, const ExplicitState& stat
     damping_ = stretching_;
   }
   SpringRates rates;
-  const auto root = [&](std::size_t node) { return std::sqrt(state.per_mass_kg[node]); };
+  const auto root = [&](std::size_t node) { return std::sqrt(state.inverse_mass_per_kg[node]); };
   rates.stiffness_per_s2 = iterate(stretching_, times, [&](const auto& x, auto& y) {
-    for_each_spring(world, state,
-                    [&](const Spring& spring, std::size_t a, std::size_t b, const Vector3d& n,
-                        double length_m) {
-                      const double sideways_N_m =
-                          spring.stiffness_N_m *
-                          std::max(0.0, 1.0 - spring.rest_length_m / length_m);
-                      const Vector3d d = root(b) * x[b].map() - root(a) * x[a].map();
-                      const Vector3d force =
-                          (spring.stiffness_N_m - sideways_N_m) * n.dot(d) * n + sideways_N_m * d;
-                      y[a].map() -= root(a) * force;
-                      y[b].map() += root(b) * force;
-                    });
+    for_each_spring(
+        world, state,
+        [&](const Spring& spring, std::size_t a, std::size_t b, const Vector3d& n,
+            double length_m) {
+          const double sideways_N_per_m =
+              spring.stiffness_N_per_m * std::max(0.0, 1.0 - spring.rest_length_m / length_m);
+          const Vector3d d = root(b) * x[b].map() - root(a) * x[a].map();
+          const Vector3d force =
+              (spring.stiffness_N_per_m - sideways_N_per_m) * n.dot(d) * n + sideways_N_per_m * d;
+          y[a].map() -= root(a) * force;
+          y[b].map() += root(b) * force;
+        });
   });
-  const bool damped = std::any_of(world.springs.begin(), world.springs.end(),
-                                  [](const Spring& spring) { return spring.damping_N_s_m > 0.0; });
+  const bool damped =
+      std::any_of(world.springs.begin(), world.springs.end(),
+                  [](const Spring& spring) { return spring.damping_N_s_per_m > 0.0; });
   if (!damped) return rates;
   rates.damping_per_s = iterate(damping_, times, [&](const auto& x, auto& y) {
     for_each_spring(
         world, state,
         [&](const Spring& spring, std::size_t a, std::size_t b, const Vector3d& n, double) {
           const double force =
-              spring.damping_N_s_m * n.dot(root(b) * x[b].map() - root(a) * x[a].map());
+              spring.damping_N_s_per_m * n.dot(root(b) * x[b].map() - root(a) * x[a].map());
           y[a].map() -= root(a) * force * n;
           y[b].map() += root(b) * force * n;
         });

@@ -13,14 +13,15 @@ namespace {
 constexpr double kSpringMargin = 1.1;
 /// Substeps in which springs do not deform so much that their eigenvalues need another look.
 constexpr int kSubstepsALook = 16;
-constexpr double kMostSubsteps = 1e6;
+constexpr double kMaxSubsteps = 1e6;
 /// Contacts are those met on the way, so the way is short.
 constexpr double kLongestPart_s = 4e-3;
 
 void turn_inertia(RigidState& body) {
   body.rotation = body.orientation.toRotationMatrix();
   const Eigen::Matrix3d& r = body.rotation;
-  body.per_inertia_kg_m2 = r * body.per_principal_kg_m2.asDiagonal() * r.transpose();
+  body.inverse_inertia_per_kg_m2 =
+      r * body.inverse_principal_inertia_per_kg_m2.asDiagonal() * r.transpose();
 }
 
 }  // namespace
@@ -70,12 +71,12 @@ void ExplicitIntegrator::pack(const World& world) {
   state_.position_m.resize(world.nodes.size());
   state_.velocity_m_s.resize(world.nodes.size());
   state_.force_N.resize(world.nodes.size());
-  state_.per_mass_kg.resize(world.nodes.size());
+  state_.inverse_mass_per_kg.resize(world.nodes.size());
   for (std::size_t i = 0; i < world.nodes.size(); ++i) {
     const Node& node = world.nodes[i];
     state_.position_m[i].map() = node.position_m;
     state_.velocity_m_s[i].map() = node.velocity_m_s;
-    state_.per_mass_kg[i] = node.unknown == kNoUnknown ? 0.0 : 1.0 / node.mass_kg;
+    state_.inverse_mass_per_kg[i] = node.unknown == kNoUnknown ? 0.0 : 1.0 / node.mass_kg;
   }
   state_.rigid.resize(world.rigid_bodies.size());
   for (std::size_t i = 0; i < world.rigid_bodies.size(); ++i) {
@@ -86,11 +87,11 @@ void ExplicitIntegrator::pack(const World& world) {
     state.velocity_m_s = body.velocity_m_s;
     state.orientation = body.orientation;
     state.free = body.unknown != kNoUnknown;
-    if (state.free) state.per_principal_kg_m2 = body.inertia_kg_m2.cwiseInverse();
+    if (state.free) state.inverse_principal_inertia_per_kg_m2 = body.inertia_kg_m2.cwiseInverse();
     turn_inertia(state);
     if (!state.free) continue;
     state.spin_rad_s = body.angular_velocity_rad_s;
-    state.per_mass_kg = 1.0 / body.mass_kg;
+    state.inverse_mass_per_kg = 1.0 / body.mass_kg;
     state.angular_momentum_N_m_s =
         body.orientation *
         body.inertia_kg_m2.cwiseProduct(body.orientation.conjugate() * body.angular_velocity_rad_s);
@@ -110,7 +111,7 @@ int ExplicitIntegrator::substeps_for(const World& world, double duration_s) {
   const double per_s = 0.25 * (c_per_s + std::sqrt(c_per_s * c_per_s + 4.0 * k_per_s2));
   const double asked = duration_s * std::max(per_s, contacts.substeps_per_s);
   // Written so that no number asks for one.
-  return asked > 1.0 ? static_cast<int>(std::ceil(std::min(asked, kMostSubsteps))) : 1;
+  return asked > 1.0 ? static_cast<int>(std::ceil(std::min(asked, kMaxSubsteps))) : 1;
 }
 
 void ExplicitIntegrator::substep(const World& world, double from_s, const Move& move,
@@ -135,9 +136,9 @@ void ExplicitIntegrator::substep(const World& world, double from_s, const Move& 
 void ExplicitIntegrator::kick(const World& world, double kick_s) {
   for (RigidState& body : state_.rigid) {
     if (!body.free) continue;
-    body.velocity_m_s += kick_s * (body.per_mass_kg * body.force_N + world.gravity_m_s2);
+    body.velocity_m_s += kick_s * (body.inverse_mass_per_kg * body.force_N + world.gravity_m_s2);
     body.angular_momentum_N_m_s += kick_s * body.torque_N_m;
-    body.spin_rad_s = body.per_inertia_kg_m2 * body.angular_momentum_N_m_s;
+    body.spin_rad_s = body.inverse_inertia_per_kg_m2 * body.angular_momentum_N_m_s;
     body.force_N.setZero();
     body.torque_N_m.setZero();
   }
@@ -149,7 +150,7 @@ void ExplicitIntegrator::drift(double drift_s) {
     body.position_m += drift_s * body.velocity_m_s;
     body.orientation = (rotation_of(drift_s * body.spin_rad_s) * body.orientation).normalized();
     turn_inertia(body);
-    body.spin_rad_s = body.per_inertia_kg_m2 * body.angular_momentum_N_m_s;
+    body.spin_rad_s = body.inverse_inertia_per_kg_m2 * body.angular_momentum_N_m_s;
   }
 }
 

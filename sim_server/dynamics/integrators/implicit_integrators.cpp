@@ -6,8 +6,8 @@
 namespace stillgrid {
 namespace {
 
-constexpr double kMostGrowth = 2.0;      // of BDF2's steps; it is stable up to 1 + sqrt 2
-constexpr std::size_t kMostBrakes = 24;  // of a step that did not converge
+constexpr double kMaxGrowth = 2.0;      // of BDF2's steps; it is stable up to 1 + sqrt 2
+constexpr std::size_t kMaxBrakes = 24;  // of a step that did not converge
 
 }  // namespace
 
@@ -22,7 +22,7 @@ StageRule ImplicitIntegrator::rule(const Eigen::VectorXd& start_velocity, double
     rule.momentum += rule.stage_s * force;
   }
   if (kind_ == IntegratorKind::kBdf2 && history_.duration_s > 0.0 &&
-      duration_s <= kMostGrowth * history_.duration_s && history_.end_velocity == start_velocity) {
+      duration_s <= kMaxGrowth * history_.duration_s && history_.end_velocity == start_velocity) {
     const double growth = duration_s / history_.duration_s;
     const double weight = growth * growth / (1.0 + 2.0 * growth);
     rule.stage_s = duration_s * (1.0 + growth) / (1.0 + 2.0 * growth);
@@ -67,8 +67,8 @@ void ImplicitIntegrator::make_safe(const Eigen::VectorXd& start_velocity, double
   const double most_J = start_J + 1e-12 * std::abs(start_J);  // rounding is no gain
   // A small gain takes a little of the speed, not half.
   constexpr std::array<double, 4> kFirstBrakes = {1.0, 0.98, 0.9, 0.7};
-  for (std::size_t brakes = 0; brakes <= kMostBrakes; ++brakes) {
-    const bool is_last = brakes == kMostBrakes;
+  for (std::size_t brakes = 0; brakes <= kMaxBrakes; ++brakes) {
+    const bool is_last = brakes == kMaxBrakes;
     const double brake = brakes < kFirstBrakes.size() ? kFirstBrakes[brakes] : 0.5;
     displacement_ *= brake;
     velocity_ *= brake;

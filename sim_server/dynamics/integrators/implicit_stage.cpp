@@ -25,8 +25,8 @@ void ImplicitStage::residual(const Eigen::VectorXd& u, Eigen::VectorXd& residual
   residual -= rule_.momentum + rule_.stage_s * force_;
 }
 
-void ImplicitStage::jacobian(Slope slope, Eigen::SparseMatrix<double>& matrix) {
-  system_.jacobian(slope, rule_.stage_s, rule_.contact_step_s, matrix);
+void ImplicitStage::jacobian(JacobianKind kind, Eigen::SparseMatrix<double>& matrix) {
+  system_.jacobian(kind, rule_.stage_s, rule_.contact_step_s, matrix);
 }
 
 void ImplicitStage::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {

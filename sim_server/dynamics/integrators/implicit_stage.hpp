@@ -32,9 +32,9 @@ class ImplicitStage : public NonlinearSystem {
 
   [[nodiscard]] Eigen::Index size() const override { return system_.size(); }
   void residual(const Eigen::VectorXd& u, Eigen::VectorXd& residual) override;
-  void jacobian(Slope slope, Eigen::SparseMatrix<double>& matrix) override;
-  void linearise(Slope slope) override {
-    system_.linearise(slope, rule_.stage_s, rule_.contact_step_s);
+  void jacobian(JacobianKind kind, Eigen::SparseMatrix<double>& matrix) override;
+  void linearise(JacobianKind kind) override {
+    system_.linearise(kind, rule_.stage_s, rule_.contact_step_s);
   }
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const override;
   [[nodiscard]] const Eigen::Matrix3Xd& block_diagonal() const override;

@@ -13,14 +13,14 @@
 #include "sim_server/bodies/rotation.hpp"
 #include "sim_server/dynamics/forces/mechanical_system.hpp"
 #include "sim_server/dynamics/integrators/implicit_stage.hpp"
-#include "sim_server/dynamics/solvers/slope_solver.hpp"
+#include "sim_server/dynamics/solvers/linear_solver.hpp"
 #include "sim_server/dynamics/solvers/sundials_memory.hpp"
 
 namespace stillgrid {
 namespace {
 
-constexpr double kMostTurn_rad = 2.0;  // from the base; at a whole turn rotation vectors end
-constexpr double kByVelocity = 0.0;    // contact dampers act on velocities
+constexpr double kMaxTurn_rad = 2.0;  // from the base; at a whole turn rotation vectors end
+constexpr double kByVelocity = 0.0;   // contact dampers act on velocities
 
 /// Whether what is free stands and moves in `world` exactly as in `trial`.
 bool same_state(const World& world, const Trial& trial) {
@@ -68,7 +68,7 @@ struct SundialsIntegrator::Run {
   World base;
   std::vector<Contact> contacts;
   MechanicalSystem system;
-  MatrixFreeSlope slopes;
+  KrylovLinearSolver jacobians;
   double now_s = 0.0, start_s = 0.0, end_s = 0.0;  // since the base
   double loaded_s = 0.0;
   bool passed = false;  // steps may have gone beyond now_s
@@ -215,9 +215,9 @@ Eigen::VectorXd SundialsIntegrator::Run::stiffness_times(const Eigen::VectorXd& 
 }
 
 /// Solves (1 - gamma J) x = b where the derivative was asked for last. With D and K the forces'
-/// slopes by velocity and displacement, b = [r; s] and x = [r + gamma z; z] it is
+/// Jacobians by velocity and displacement, b = [r; s] and x = [r + gamma z; z] it is
 ///   (M - gamma D - gamma^2 K) z = M s + gamma K r,
-/// of half the size, symmetric but for friction and spin, and an implicit stage's own slope.
+/// of half the size, symmetric but for friction and spin, and an implicit stage's own Jacobian.
 int SundialsIntegrator::Run::solve_linear(N_Vector x, N_Vector b, double tolerance) {
   double gamma_s = 0.0;
   if (cvode) CVodeGetCurrentGamma(cvode.get(), &gamma_s);
@@ -241,8 +241,8 @@ int SundialsIntegrator::Run::solve_linear(N_Vector x, N_Vector b, double toleran
                           scale.minCoeff() / scale.maxCoeff();
   const bool symmetric = contacts.empty() && base.rigid_bodies.empty();
   Eigen::VectorXd z(size());
-  if (!slopes.solve(stage, symmetric ? Slope::kSymmetric : Slope::kExact, right, accuracy, clock,
-                    z))
+  if (!jacobians.solve(stage, symmetric ? JacobianKind::kSymmetric : JacobianKind::kExact, right,
+                       accuracy, clock, z))
     return SUNLS_CONV_FAIL;
   values_of(x).tail(size()) = z;
   for (const RigidBody& body : base.rigid_bodies)
@@ -254,13 +254,15 @@ int SundialsIntegrator::Run::solve_linear(N_Vector x, N_Vector b, double toleran
   return SUNLS_SUCCESS;
 }
 
-/// Slopes know a damper's rate by the depth a stage before: the depth that means the speed of now.
+/// Jacobians know a damper's rate by the depth a stage before: the depth that means the speed of
+/// now.
 void SundialsIntegrator::Run::date_back(Contact& contact, double stage_s) const {
   const std::vector<SphereMotion>& spheres = system.trial().spheres;
   SphereMotion relative = spheres[static_cast<std::size_t>(contact.a)];
   Eigen::Vector3d normal = contact.plane_normal;
   if (!contact.is_plane) {
-    const SphereMotion given{given_position_m(contact, share_of(loaded_s)), contact.velocity_b_m_s};
+    const SphereMotion given{kinematic_position_m(contact, share_of(loaded_s)),
+                             contact.velocity_b_m_s};
     const SphereMotion& other =
         contact.b >= 0 ? spheres[static_cast<std::size_t>(contact.b)] : given;
     relative.position_m -= other.position_m;
@@ -274,7 +276,7 @@ void SundialsIntegrator::Run::date_back(Contact& contact, double stage_s) const 
 bool SundialsIntegrator::Run::turned_far() const {
   return std::ranges::any_of(base.rigid_bodies, [&](const RigidBody& body) {
     return body.unknown != kNoUnknown &&
-           displacement.segment<3>(body.unknown + 3).norm() > kMostTurn_rad;
+           displacement.segment<3>(body.unknown + 3).norm() > kMaxTurn_rad;
   });
 }
 

@@ -35,7 +35,7 @@ SolveReport BroydenSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Bu
 
 bool BroydenSolver::prepare(NonlinearSystem& system) {
   if (start_ == BroydenStart::kMass) return true;
-  system.jacobian(Slope::kDefinite, matrix_);
+  system.jacobian(JacobianKind::kDefinite, matrix_);
   cholesky_.compute(matrix_);
   return cholesky_.info() == Eigen::Success;
 }

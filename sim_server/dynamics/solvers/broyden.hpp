@@ -10,7 +10,7 @@ namespace stillgrid {
 /// What Broyden's method takes for the Jacobian at first.
 enum class BroydenStart {
   kMass,      // the mass diagonal: no matrix is ever formed [Hilde, Meseure, Chaillou 2001]
-  kJacobian,  // the definite slope at the first guess, factorised once
+  kJacobian,  // the definite Jacobian at the first guess, factorised once
 };
 
 /// Broyden's (first, "good") method: every step adds to the Jacobian's estimate what the last step

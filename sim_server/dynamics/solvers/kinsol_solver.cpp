@@ -126,7 +126,7 @@ int KinsolSolver::Run::evaluate(N_Vector at, N_Vector result) {
 
 int KinsolSolver::Run::prepare(N_Vector at) {
   load(at);  // the line search may have looked further last
-  system->linearise(Slope::kExact);
+  system->linearise(JacobianKind::kExact);
   invert_blocks(system->block_diagonal(), inverse_blocks);
   return kSunDone;
 }
@@ -159,7 +159,7 @@ SolveReport KinsolSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Bud
   values_of(run.unknown_scale.get()) = system.residual_scale().cwiseProduct(system.mass_diagonal());
   const bool anderson = kind_ == SolverKind::kKinsolAnderson;
   if (anderson) {
-    system.linearise(Slope::kDefinite);
+    system.linearise(JacobianKind::kDefinite);
     invert_blocks(system.block_diagonal(), run.inverse_blocks);
   }
   KINSetNumMaxIters(run.memory.get(), budget.iterations);

@@ -8,9 +8,11 @@
 namespace stillgrid {
 
 /// SUNDIALS' KINSOL as a solver (docs/algorithms/sundials.md):
-///   kKinsolNewtonKrylov: Newton's steps by GMRES on the exact slope as an operator, block-Jacobi
+///   kKinsolNewtonKrylov: Newton's steps by GMRES on the exact Jacobian as an operator,
+///   block-Jacobi
 ///     preconditioned, cut short by a line search;
-///   kKinsolAnderson: the fixed point u - D^-1 r(u), D the diagonal blocks of the definite slope at
+///   kKinsolAnderson: the fixed point u - D^-1 r(u), D the diagonal blocks of the definite Jacobian
+///   at
 ///     the first guess, accelerated over the last five iterates [Anderson 1965].
 /// It stops, as any solver here, when the scaled residual's rms is within the tolerance.
 class KinsolSolver : public NonlinearSolver {

@@ -9,9 +9,9 @@ namespace {
 
 // After an exact step failed, this much less of the residual makes the next one worth its cost.
 constexpr double kRetryBelow = 0.1;
-// A step along a symmetric slope that leaves more of the residual is slow.
+// A step along a symmetric Jacobian that leaves more of the residual is slow.
 constexpr double kSlow = 0.2;
-// Every so many iterations the exact slope is tried, slow or not.
+// Every so many iterations the exact Jacobian is tried, slow or not.
 constexpr int kTryAgain = 5;
 // Of the residual: the first step of a solver that iterates leaves so much.
 constexpr double kFirstAccuracy = 0.1;
@@ -27,9 +27,9 @@ NewtonSolver::NewtonSolver(SolverKind kind, double tolerance)
       tolerance_(tolerance) {
   assert(factorises(kind) || kind == SolverKind::kNewtonCg || kind == SolverKind::kNewtonBicgstab);
   if (factorises(kind))
-    slopes_ = std::make_unique<FactorisedSlope>();
+    linear_solver_ = std::make_unique<DirectLinearSolver>();
   else
-    slopes_ = std::make_unique<MatrixFreeSlope>();
+    linear_solver_ = std::make_unique<KrylovLinearSolver>();
 }
 
 SolveReport NewtonSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Budget& budget) {
@@ -54,7 +54,7 @@ SolveReport NewtonSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Bud
       if (try_exact) try_exact_below = kRetryBelow * error_;
       stuck = !descent_step(system, u, budget);
       if (stuck) break;
-      // A shortened step met a kink, of which the exact slope knows no more.
+      // A shortened step met a kink, of which the exact Jacobian knows no more.
       slow = length_ == 1.0 && error_ > kSlow * before;
     }
     // No more accurate than the residual's fall promises.
@@ -88,27 +88,30 @@ void NewtonSolver::take_trial(Eigen::VectorXd& u) {
 }
 
 bool NewtonSolver::exact_step(NonlinearSystem& system, Eigen::VectorXd& u, const Budget& budget) {
-  if (!slopes_->solve(system, Slope::kExact, residual_, accuracy_, budget, step_)) return false;
+  if (!linear_solver_->solve(system, JacobianKind::kExact, residual_, accuracy_, budget, step_))
+    return false;
   // A step against which the residual does not work leads uphill, to a saddle perhaps.
   if (!(step_.dot(residual_) > 0.0)) return false;
   if (load_trial(system, u, 1.0) && trial_error_ <= 0.5 * error_) {
     take_trial(u);
     return true;
   }
-  system.residual(u, residual_);  // the state that the next slope is of
+  system.residual(u, residual_);  // the state that the next Jacobian is of
   return false;
 }
 
 bool NewtonSolver::descent_step(NonlinearSystem& system, Eigen::VectorXd& u, const Budget& budget) {
-  const bool symmetric = !exact_first_ && slopes_->solve(system, Slope::kSymmetric, residual_,
-                                                         accuracy_, budget, step_);
-  if (!symmetric && !slopes_->solve(system, Slope::kDefinite, residual_, accuracy_, budget, step_))
+  const bool symmetric =
+      !exact_first_ &&
+      linear_solver_->solve(system, JacobianKind::kSymmetric, residual_, accuracy_, budget, step_);
+  if (!symmetric &&
+      !linear_solver_->solve(system, JacobianKind::kDefinite, residual_, accuracy_, budget, step_))
     return false;
 
-  // step . residual is the slope along the step; past the valley it turns negative. Regula falsi
-  // finds where, to half the first slope.
-  const double first_slope = step_.dot(residual_);
-  double length = 1.0, near = 0.0, near_slope = first_slope;
+  // step . residual is the Jacobian along the step; past the valley it turns negative. Regula falsi
+  // finds where, to half the first Jacobian.
+  const double first_derivative = step_.dot(residual_);
+  double length = 1.0, near = 0.0, near_derivative = first_derivative;
   for (int trial = 0; trial < 12; ++trial) {
     if (budget.is_stopped()) return false;
     length_ = length;
@@ -116,9 +119,9 @@ bool NewtonSolver::descent_step(NonlinearSystem& system, Eigen::VectorXd& u, con
       length *= 0.1;
       continue;
     }
-    const double slope = step_.dot(trial_residual_);
-    if (slope >= -0.5 * first_slope) break;
-    const double zero = near + (length - near) * near_slope / (near_slope - slope);
+    const double derivative = step_.dot(trial_residual_);
+    if (derivative >= -0.5 * first_derivative) break;
+    const double zero = near + (length - near) * near_derivative / (near_derivative - derivative);
     length = std::clamp(zero, near + 0.1 * (length - near), near + 0.9 * (length - near));
   }
   if (!std::isfinite(trial_error_)) return false;

@@ -2,19 +2,19 @@
 
 #include <memory>
 
-#include "sim_server/dynamics/solvers/slope_solver.hpp"
+#include "sim_server/dynamics/solvers/linear_solver.hpp"
 #include "sim_server/scene/method.hpp"
 
 namespace stillgrid {
 
-/// Newton's method, safeguarded; the kind decides which slope its steps follow first:
+/// Newton's method, safeguarded; the kind decides which Jacobian its steps follow first:
 ///   kNewton, kNewtonCg: the symmetric one, or where that is not positive definite the definite
 ///     one, as far along as the residual still works against the step: for a system with a
 ///     potential that is a descent, so it passes saddles and the kinks of contacts that come and
 ///     go. If a whole step leaves much of the residual, as where friction couples strongly, and now
-///     and then, a step by the exact slope is tried.
+///     and then, a step by the exact Jacobian is tried.
 ///   kNewtonLu, kNewtonBicgstab: the exact one. Its step is kept if it at least halves the
-///     residual; otherwise one by the definite slope is taken.
+///     residual; otherwise one by the definite Jacobian is taken.
 /// kNewton and kNewtonLu factorise; the others form no matrix, and solve each step no more
 /// accurately than its residual asks for [Eisenstat, Walker 1996].
 class NewtonSolver : public NonlinearSolver {
@@ -31,9 +31,9 @@ class NewtonSolver : public NonlinearSolver {
 
   bool exact_first_;
   double tolerance_;
-  std::unique_ptr<SlopeSolver> slopes_;
+  std::unique_ptr<LinearSolver> linear_solver_;
   double error_ = 0.0, trial_error_ = 0.0, accuracy_ = 0.0;
-  double length_ = 1.0;  // of the last step by a symmetric slope, as a share of Newton's
+  double length_ = 1.0;  // of the last step by a symmetric Jacobian, as a share of Newton's
   Eigen::VectorXd residual_, trial_, trial_residual_, step_, best_;
 };
 

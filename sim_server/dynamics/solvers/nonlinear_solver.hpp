@@ -8,7 +8,7 @@
 namespace stillgrid {
 
 /// Which derivative of the residual a solver asks for.
-enum class Slope {
+enum class JacobianKind {
   kExact,      // the true one, not symmetric where there is friction or rotation
   kSymmetric,  // without what is not symmetric: friction's change with pressure, gyroscopic terms,
                // the turning of levers; indefinite where something softens
@@ -33,11 +33,11 @@ class NonlinearSystem {
   virtual void residual(const Eigen::VectorXd& u, Eigen::VectorXd& residual) = 0;
 
   /// dr/du at the u of the last residual().
-  virtual void jacobian(Slope slope, Eigen::SparseMatrix<double>& matrix) = 0;
+  virtual void jacobian(JacobianKind kind, Eigen::SparseMatrix<double>& matrix) = 0;
 
   /// Takes dr/du at the u of the last residual() for multiply() and block_diagonal(), without
   /// forming a matrix.
-  virtual void linearise(Slope slope) = 0;
+  virtual void linearise(JacobianKind kind) = 0;
 
   /// y = dr/du x, of the last linearise(). Pre: x.size() == size(), x and y are not the same.
   virtual void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const = 0;

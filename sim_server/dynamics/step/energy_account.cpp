@@ -9,8 +9,8 @@ namespace {
 
 /// One side of a contact over a step.
 struct Side : SideMotion {
-  bool is_given = false;
-  Eigen::Vector3d way_m = Eigen::Vector3d::Zero();  // over the step, of a given side
+  bool is_kinematic = false;
+  Eigen::Vector3d displacement_m = Eigen::Vector3d::Zero();  // over the step, of a given side
 };
 
 Side side_of(int sphere, const World& before, const Trial& after) {
@@ -20,14 +20,15 @@ Side side_of(int sphere, const World& before, const Trial& after) {
   if (before.spheres[index].rigid < 0) return side;
   const auto rigid = static_cast<std::size_t>(before.spheres[index].rigid);
   side.spin_rad_s = after.rigid_bodies[rigid].angular_velocity_rad_s;
-  side.is_given = !before.rigid_bodies[rigid].free;
-  side.way_m = after.rigid_bodies[rigid].position_m - before.rigid_bodies[rigid].position_m;
+  side.is_kinematic = !before.rigid_bodies[rigid].free;
+  side.displacement_m =
+      after.rigid_bodies[rigid].position_m - before.rigid_bodies[rigid].position_m;
   return side;
 }
 
 Side other_side(const Contact& contact, const World& before, const Trial& after) {
   if (contact.b >= 0) return side_of(contact.b, before, after);
-  return {given_side(contact, 1.0), true, contact.position_b_m - contact.start_b_m};
+  return {kinematic_side(contact, 1.0), true, contact.position_b_m - contact.start_b_m};
 }
 
 EnergyFlow contact_flow(const Contact& contact, const Side& a, const Side& b, double duration_s) {
@@ -36,19 +37,19 @@ EnergyFlow contact_flow(const Contact& contact, const Side& a, const Side& b, do
   const ContactForce force = contact_force(contact, motion, duration_s, nullptr);
   EnergyFlow flow;
   if (!force.touching) return flow;
-  const Eigen::Vector3d pressure_N = force.force_N - force.friction_N;
+  const Eigen::Vector3d normal_load_N = force.force_N - force.friction_N;
   const double deepening_m = std::max(0.0, force.depth_m - std::max(contact.depth_before_m, 0.0));
   flow.contact_damping_J =
-      (pressure_N.norm() - contact.material.stiffness_N_m * force.depth_m) * deepening_m;
+      (normal_load_N.norm() - contact.material.stiffness_N_per_m * force.depth_m) * deepening_m;
   flow.friction_J = -duration_s * force.friction_N.dot(motion.velocity_m_s -
                                                        motion.spin_rad_s.cross(force.arm_m));
   // The points of contact turn with their spheres.
-  if (b.is_given)
-    flow.given_J += pressure_N.dot(b.way_m) +
+  if (b.is_kinematic)
+    flow.given_J += normal_load_N.dot(b.displacement_m) +
                     duration_s * force.friction_N.dot(b.velocity_m_s +
                                                       shares.b * b.spin_rad_s.cross(force.arm_m));
-  if (a.is_given)
-    flow.given_J -= pressure_N.dot(a.way_m) +
+  if (a.is_kinematic)
+    flow.given_J -= normal_load_N.dot(a.displacement_m) +
                     duration_s * force.friction_N.dot(a.velocity_m_s -
                                                       shares.a * a.spin_rad_s.cross(force.arm_m));
   return flow;
@@ -57,12 +58,12 @@ EnergyFlow contact_flow(const Contact& contact, const Side& a, const Side& b, do
 /// Of its spring, at the step's start.
 double stored_J(const Contact& contact) {
   const double depth_m = std::max(0.0, contact.depth_before_m);
-  return 0.5 * contact.material.stiffness_N_m * depth_m * depth_m;
+  return 0.5 * contact.material.stiffness_N_per_m * depth_m * depth_m;
 }
 
 double overlap_energy_J(const World& world, const std::vector<ToolSphereMotion>& tool) {
   World awake = world;
-  for (BodyRange& body : awake.bodies) body.asleep = false;
+  for (BodyRange& body : awake.bodies) body.is_sleeping = false;
   number_unknowns(awake);
   Detection detection(awake, 0.0);
   detection.find_contacts(awake, 0.0);
@@ -110,14 +111,15 @@ EnergyFlow energy_flow(const World& before, const Trial& after, std::span<const 
                        double duration_s) {
   EnergyFlow sum;
   for (const BodyRange& body : before.bodies) {
-    if (body.asleep) continue;
+    if (body.is_sleeping) continue;
     for (int i = 0; i < body.spring_count; ++i) {
       const Spring& spring = before.springs[static_cast<std::size_t>(body.first_spring + i)];
       const Node& a = after.nodes[static_cast<std::size_t>(spring.a)];
       const Node& b = after.nodes[static_cast<std::size_t>(spring.b)];
       const double lengthening_m_s =
           (b.position_m - a.position_m).stableNormalized().dot(b.velocity_m_s - a.velocity_m_s);
-      sum.spring_damping_J += duration_s * spring.damping_N_s_m * lengthening_m_s * lengthening_m_s;
+      sum.spring_damping_J +=
+          duration_s * spring.damping_N_s_per_m * lengthening_m_s * lengthening_m_s;
     }
   }
   for (const Contact& contact : contacts)
@@ -134,7 +136,7 @@ EnergyFlow& operator+=(EnergyFlow& sum, const EnergyFlow& flow) {
   return sum;
 }
 
-Eigen::Vector3d momentum_kg_m_s(const World& world) {
+Eigen::Vector3d momentum_kg_m_per_s(const World& world) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const Node& node : world.nodes)
     if (!node.pinned) sum += node.mass_kg * node.velocity_m_s;
@@ -143,7 +145,7 @@ Eigen::Vector3d momentum_kg_m_s(const World& world) {
   return sum;
 }
 
-Eigen::Vector3d angular_momentum_kg_m2_s(const World& world) {
+Eigen::Vector3d angular_momentum_kg_m2_per_s(const World& world) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const Node& node : world.nodes)
     if (!node.pinned) sum += node.mass_kg * node.position_m.cross(node.velocity_m_s);

@@ -10,7 +10,7 @@
 
 namespace stillgrid {
 
-/// The energy that a world holds, J: of all that is not prescribed, awake or asleep.
+/// The energy that a world holds, J: of all that is not prescribed, awake or sleeping.
 struct Energies {
   double kinetic_J = 0.0;
   double gravity_J = 0.0;  // zero at the origin
@@ -20,16 +20,17 @@ struct Energies {
   [[nodiscard]] double total_J() const { return kinetic_J + gravity_J + springs_J + contacts_J; }
 };
 
-/// What became of a run's energy: start + given - damping - friction - slept - numerical = end.
+/// What became of a run's energy: start + given - damping - friction - sleep loss - numerical =
+/// end.
 struct EnergyAccount {
   Energies start, end;
   EnergyFlow flow;
-  double slept_J = 0.0;  // kinetic energy of what fell asleep
+  double sleep_loss_J = 0.0;  // kinetic energy of what went to sleep
 
   /// What the integrator lost; negative if it gained.
   [[nodiscard]] double numerical_J() const {
     return start.total_J() + flow.given_J - flow.spring_damping_J - flow.contact_damping_J -
-           flow.friction_J - slept_J - end.total_J();
+           flow.friction_J - sleep_loss_J - end.total_J();
   }
 };
 
@@ -54,8 +55,8 @@ struct EnergyAccount {
 EnergyFlow& operator+=(EnergyFlow& sum, const EnergyFlow& flow);
 
 /// Of everything that is free.
-[[nodiscard]] Eigen::Vector3d momentum_kg_m_s(const World& world);
+[[nodiscard]] Eigen::Vector3d momentum_kg_m_per_s(const World& world);
 /// About the origin.
-[[nodiscard]] Eigen::Vector3d angular_momentum_kg_m2_s(const World& world);
+[[nodiscard]] Eigen::Vector3d angular_momentum_kg_m2_per_s(const World& world);
 
 }  // namespace stillgrid

@@ -12,14 +12,14 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kMostSubsteps = 8;                   // of a step that does not converge
-constexpr double kShortest = 1.5 / kMostSubsteps;  // of a step: it is not halved again
-constexpr int kIterations = 15;                    // of a part that may be halved
-constexpr int kLastIterations = 200;               // of one that may not
-constexpr int kMostShortenings = 64;               // of a step in which spheres cross
-constexpr double kLeastExplicitPart_s = 1e-4;      // in which a stray sphere goes no farther
-constexpr double kShortestHalf = 1e-3;             // of a step, below which no memory is spared
-constexpr double kLeastShare = 1e-6;               // of a step, so that every part moves it on
+constexpr int kMaxSubsteps = 8;                   // of a step that does not converge
+constexpr double kShortest = 1.5 / kMaxSubsteps;  // of a step: it is not halved again
+constexpr int kIterations = 15;                   // of a part that may be halved
+constexpr int kLastIterations = 200;              // of one that may not
+constexpr int kMaxShortenings = 64;               // of a step in which spheres cross
+constexpr double kLeastExplicitPart_s = 1e-4;     // in which a stray sphere goes no farther
+constexpr double kShortestHalf = 1e-3;            // of a step, below which no memory is spared
+constexpr double kLeastShare = 1e-6;              // of a step, so that every part moves it on
 
 /// The last iteration of a step that is out of time has a tenth of the step, and no more.
 Clock::time_point grace(const Budget& budget, double step_s) {
@@ -68,7 +68,7 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
   while (true) {
     part.must_advance =
         part.must_end || part.end - part.start <= kShortest || traits_.always_advances;
-    part.may_shorten = shortenings < kMostShortenings && !part.must_end;
+    part.may_shorten = shortenings < kMaxShortenings && !part.must_end;
     const Attempt attempt = advance(part, step);
     if (step.budget.is_stopped() && !(attempt.advanced && part.end >= 1.0)) {
       report.stopped = true;
@@ -100,12 +100,12 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
   substeps_ = static_cast<int>(1.0 / longest);
   if (sleeping_) {
     const bool is_sure = report.solve.converged && !report.out_of_budget;
-    if (const auto slept_J = sleeping_->settle(world_, detection_.contacts(),
-                                               integrator_->trial().spheres, step_s, is_sure)) {
-      if (account_) account_->slept_J += *slept_J;
+    if (const auto sleep_loss_J = sleeping_->settle(
+            world_, detection_.contacts(), integrator_->trial().spheres, step_s, is_sure)) {
+      if (account_) account_->sleep_loss_J += *sleep_loss_J;
       note_sleep();
     }
-    report.asleep_spheres = sleeping_->asleep_spheres();
+    report.sleeping_spheres = sleeping_->sleeping_spheres();
   }
   detection_.move_spheres(world_);
   snapshot_.show(detection_);
@@ -156,7 +156,7 @@ Simulation::Attempt Simulation::advance(const Part& part, Step& step) {
   StepReport& report = step.report;
   Budget& budget = step.budget;
   const double duration_s = step.length_s * (part.end - part.start);
-  foresee(duration_s);
+  take_prediction(duration_s);
   if (wake_touched(end_)) return {.woke = true};
   if (!traits_.looks_within && part.may_shorten) {
     const double share = share_before_crossings(detection_.contacts(), start_, end_);
@@ -181,7 +181,7 @@ Simulation::Attempt Simulation::advance(const Part& part, Step& step) {
   // Forces may have led elsewhere than the velocities before them.
   const Trial& trial = integrator_->trial();
   if (wake_touched(trial.spheres)) return {.woke = true};
-  // Struck off its foreseen path a sphere may meet what is on no list, but not in shorter parts.
+  // Struck off its predicted path a sphere may meet what is on no list, but not in shorter parts.
   if (traits_.looks_within && trial.struck && duration_s > kLeastExplicitPart_s && !part.must_end &&
       detection_.strayed(world_, trial.spheres))
     return {};
@@ -207,9 +207,9 @@ Simulation::Attempt Simulation::advance(const Part& part, Step& step) {
   return {.advanced = true};
 }
 
-/// Leads a step's converged end on to a sample that came while it was solved, so that the image's
-/// tool is as old as this takes, not as the whole solution took. Adds to solve what it did; false,
-/// and nothing changed, if there is no such sample or this did not converge.
+/// Leads a step's converged end on to a sample that came while it was solved, so that the
+/// snapshot's tool is as old as this takes, not as the whole solution took. Adds to solve what it
+/// did; false, and nothing changed, if there is no such sample or this did not converge.
 bool Simulation::correct(const Part& part, Step& step, SolveReport& solve) {
   if (!step.may_correct || !traits_.solves) return false;
   const std::optional<ToolSample> sample = later_sample(step);
@@ -221,7 +221,7 @@ bool Simulation::correct(const Part& part, Step& step, SolveReport& solve) {
   Budget own{.iterations = std::min(kIterations, step.budget.iterations - solve.iterations),
              .deadline = step.budget.deadline,
              .stop = step.budget.stop};
-  // What takes longer than its sample is newer makes the image older.
+  // What takes longer than its sample is newer makes the snapshot older.
   const std::chrono::nanoseconds newer(static_cast<std::int64_t>(
       std::min(sample->time_ns - step.report.tool_time_ns, std::uint64_t{1'000'000'000})));
   if (own.deadline != Clock::time_point::max())
@@ -240,9 +240,9 @@ bool Simulation::correct(const Part& part, Step& step, SolveReport& solve) {
 }
 
 /// Where every sphere is, and where its velocity leads.
-void Simulation::foresee(double duration_s) {
+void Simulation::take_prediction(double duration_s) {
   for (const BodyRange& body : world_.bodies) {
-    if (body.asleep) continue;  // where note_sleep() saw it
+    if (body.is_sleeping) continue;  // where note_sleep() saw it
     for (int sphere = body.first_sphere; sphere < body.first_sphere + body.sphere_count; ++sphere) {
       const auto i = static_cast<std::size_t>(sphere);
       start_[i] = detection_.motions()[i];
@@ -265,14 +265,14 @@ void Simulation::note_sleep() {
     start_[i] = end_[i] = sphere_motion(world_, world_.spheres[i]);
 }
 
-ImageForesight Simulation::look_ahead(double step_s, const Budget& budget) {
+SnapshotPrediction Simulation::predict_next(double step_s, const Budget& budget) {
   if (budget.is_late()) return {};
   if (!detection_.find_contacts(world_, step_s)) return {};  // what may touch by then
   detection_.find_tool_contacts(world_, tool_.over(1.0, 1.0));
-  foresight_->look(world_, detection_.contacts(), step_s, budget);
-  snapshot_.foretell(foresight_->spheres(), proto::kForesightPeriods * step_s,
-                     proto::kForesightLag_s, detection_.spheres());
-  return foresight_->image();
+  prediction_->look(world_, detection_.contacts(), step_s, budget);
+  snapshot_.take_predictions(prediction_->spheres(), proto::kPredictionPeriods * step_s,
+                             proto::kPredictionLag_s, detection_.spheres());
+  return prediction_->snapshot();
 }
 
 void Simulation::account_energy() {

@@ -14,7 +14,7 @@
 #include "sim_server/dynamics/integrators/integrator.hpp"
 #include "sim_server/dynamics/solvers/budget.hpp"
 #include "sim_server/dynamics/step/energy_account.hpp"
-#include "sim_server/dynamics/step/foresight.hpp"
+#include "sim_server/dynamics/step/prediction.hpp"
 #include "sim_server/dynamics/step/sleeping.hpp"
 #include "sim_server/dynamics/step/tool_motion.hpp"
 #include "sim_server/publication/moving_snapshot.hpp"
@@ -30,7 +30,7 @@ struct StepReport {
   bool stopped = false;            // by the budget, before its end: the world is where a part ended
   int crossings_left = 0;          // substeps in which spheres may have passed through one another
   int contacts = 0;                // that touch at the step's end
-  int asleep_spheres = 0;          // at the step's end
+  int sleeping_spheres = 0;        // at the step's end
   std::uint64_t tool_time_ns = 0;  // of the latest sample it took, 0: none
   bool corrected = false;          // its end was led on to a sample that came as it was solved
   std::chrono::nanoseconds detect{}, respond{}, integrate{};
@@ -65,13 +65,13 @@ class Simulation {
   /// more contacts than memory should hold (Detection), it is halved before.
   ///
   /// Explicit integrators take parts of 4 ms at most, divide them as stability asks, and take them
-  /// in halves where something left its foreseen way (docs/algorithms/explicit_step.md).
+  /// in halves where something left its predicted way (docs/algorithms/explicit_step.md).
   ///
   /// A substep in which a sleeping body would be touched wakes it first, and is computed with it
   /// (docs/algorithms/sleeping.md).
   ///
   /// A step whose budget is spent goes to its end at once, in one part of one iteration: bodies
-  /// move on safely if not exactly, and the image comes in time. The report says so.
+  /// move on safely if not exactly, and the snapshot comes in time. The report says so.
   ///
   /// The tool is asked for as late as the step allows: after the contacts among bodies were found,
   /// just before its own are [Davanne 2002, section 3]; while it is there, again for each part, and
@@ -81,10 +81,10 @@ class Simulation {
   /// (docs/algorithms/low_latency_snapshots.md).
   StepReport step(double step_s, const TakeTool& take_tool, Budget budget = {});
 
-  /// Adds to the image of the last step where the next one of step_s would lead
+  /// Adds to the snapshot of the last step where the next one of step_s would lead
   /// (docs/algorithms/predict.md). The world stays as it is. Nothing is
-  /// foreseen when the budget is spent.
-  [[nodiscard]] ImageForesight look_ahead(double step_s, const Budget& budget = {});
+  /// predicted when the budget is spent.
+  [[nodiscard]] SnapshotPrediction predict_next(double step_s, const Budget& budget = {});
 
   /// Accounts for energy from now on. No step comes out otherwise for it.
   void account_energy();
@@ -95,7 +95,7 @@ class Simulation {
   [[nodiscard]] World& world() noexcept { return world_; }
   [[nodiscard]] const Detection& detection() const noexcept { return detection_; }
   /// All moving spheres as they are, ready to publish.
-  [[nodiscard]] const StillGrid& snapshot() const noexcept { return detection_.spheres().grid(); }
+  [[nodiscard]] const VoxelGrid& snapshot() const noexcept { return detection_.spheres().grid(); }
 
  private:
   /// A part of a step, as shares of it, and what limits it.
@@ -127,7 +127,7 @@ class Simulation {
   void find_tool_contacts(const Part& part);
   Attempt advance(const Part& part, Step& step);
   bool correct(const Part& part, Step& step, SolveReport& solve);
-  void foresee(double duration_s);
+  void take_prediction(double duration_s);
   bool wake_touched(std::span<const SphereMotion> end);
   void note_sleep();
 
@@ -140,7 +140,7 @@ class Simulation {
   ToolMotion tool_;
   std::optional<Sleeping> sleeping_;
   std::optional<EnergyAccount> account_;
-  std::unique_ptr<Foresight> foresight_ = std::make_unique<Foresight>();
+  std::unique_ptr<Prediction> prediction_ = std::make_unique<Prediction>();
   std::vector<SphereMotion> start_, end_;  // of every sphere over a part
   int substeps_ = 1;                       // that the end of the last step took, were it all alike
 };

@@ -28,7 +28,7 @@ double fastest_m_s(const World& world, const BodyRange& body) {
         world.nodes[static_cast<std::size_t>(body.first_node + i)].velocity_m_s.squaredNorm());
   if (body.rigid < 0) return std::sqrt(squared_m2_s2);
   const RigidBody& rigid = world.rigid_bodies[static_cast<std::size_t>(body.rigid)];
-  return rigid.velocity_m_s.norm() + rigid.reach_m * rigid.angular_velocity_rad_s.norm();
+  return rigid.velocity_m_s.norm() + rigid.bounding_radius_m * rigid.angular_velocity_rad_s.norm();
 }
 
 std::size_t body_of(const World& world, int sphere) {
@@ -86,16 +86,16 @@ double Sleeping::rest_speed_m_s(int body) const {
 bool Sleeping::wake_touched(World& world, std::span<const Contact> contacts,
                             std::span<const SphereMotion> start,
                             std::span<const SphereMotion> end) {
-  if (asleep_spheres_ == 0) return false;
+  if (sleeping_spheres_ == 0) return false;
   bool woke = false;
   const auto wake = [&](std::size_t sleeper) {
     const std::size_t island = island_[sleeper];
     for (std::size_t body = 0; body < world.bodies.size(); ++body) {
       BodyRange& range = world.bodies[body];
-      if (!range.asleep || island_[body] != island) continue;
-      range.asleep = false;
+      if (!range.is_sleeping || island_[body] != island) continue;
+      range.is_sleeping = false;
       rested_s_[body] = 0.0;
-      asleep_spheres_ -= range.sphere_count;
+      sleeping_spheres_ -= range.sphere_count;
     }
     woke = true;
   };
@@ -103,10 +103,10 @@ bool Sleeping::wake_touched(World& world, std::span<const Contact> contacts,
     // What is still among still things has no contacts: a sphere that sleeps here meets what moves.
     const std::size_t a = body_of(world, contact.a);
     const std::size_t b = contact.b < 0 ? a : body_of(world, contact.b);
-    if (!world.bodies[a].asleep && !world.bodies[b].asleep) continue;
+    if (!world.bodies[a].is_sleeping && !world.bodies[b].is_sleeping) continue;
     if (!meet(contact, start, end)) continue;
     for (const std::size_t body : {a, b})
-      if (world.bodies[body].asleep) wake(body);
+      if (world.bodies[body].is_sleeping) wake(body);
   }
   if (woke) number_unknowns(world);
   return woke;
@@ -117,15 +117,15 @@ std::optional<double> Sleeping::settle(World& world, std::span<const Contact> co
                                        bool is_sure) {
   if (!note_speeds(world, step_s, is_sure)) return std::nullopt;
   join_islands(world, contacts, spheres);
-  std::optional<double> slept_J;
+  std::optional<double> sleep_loss_J;
   for (std::size_t body = 0; body < world.bodies.size(); ++body) {
-    if (rest_speed_m_s_[body] == 0.0 || world.bodies[body].asleep || is_restless_[root(body)])
+    if (rest_speed_m_s_[body] == 0.0 || world.bodies[body].is_sleeping || is_restless_[root(body)])
       continue;
-    slept_J = slept_J.value_or(0.0) + kinetic_energy_J(world, world.bodies[body]);
+    sleep_loss_J = sleep_loss_J.value_or(0.0) + kinetic_energy_J(world, world.bodies[body]);
     lay_down(world, body);
   }
-  if (slept_J) number_unknowns(world);
-  return slept_J;
+  if (sleep_loss_J) number_unknowns(world);
+  return sleep_loss_J;
 }
 
 /// Whether one has been at rest for long enough.
@@ -133,7 +133,7 @@ bool Sleeping::note_speeds(const World& world, double step_s, bool is_sure) {
   bool one_rests = false;
   for (std::size_t body = 0; body < world.bodies.size(); ++body) {
     const BodyRange& range = world.bodies[body];
-    if (range.asleep || rest_speed_m_s_[body] == 0.0) continue;
+    if (range.is_sleeping || rest_speed_m_s_[body] == 0.0) continue;
     const bool is_slow = is_sure && fastest_m_s(world, range) < rest_speed_m_s_[body];
     rested_s_[body] = is_slow ? rested_s_[body] + std::min(step_s, kLongestLook_s) : 0.0;
     one_rests = one_rests || rested_s_[body] >= kRest_s;
@@ -164,9 +164,9 @@ void Sleeping::join_islands(const World& world, std::span<const Contact> contact
 
 void Sleeping::lay_down(World& world, std::size_t body) {
   BodyRange& range = world.bodies[body];
-  range.asleep = true;
+  range.is_sleeping = true;
   island_[body] = root(body);
-  asleep_spheres_ += range.sphere_count;
+  sleeping_spheres_ += range.sphere_count;
   for (int i = 0; i < range.node_count; ++i)
     world.nodes[static_cast<std::size_t>(range.first_node + i)].velocity_m_s.setZero();
   if (range.rigid < 0) return;

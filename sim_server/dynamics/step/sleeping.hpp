@@ -12,8 +12,8 @@
 
 namespace stillgrid {
 
-/// Lets free bodies that are at rest sleep: they leave the work of a step, not the image, and stay
-/// where they are to the bit until something touches them (docs/algorithms/sleeping.md).
+/// Lets free bodies that are at rest sleep: they leave the work of a step, not the snapshot, and
+/// stay where they are to the bit until something touches them (docs/algorithms/sleeping.md).
 ///
 /// A body is at rest while its fastest point is slower than its rest_speed_m_s(). Bodies that touch
 /// each other are an island: they sleep once all of them have been at rest for kRest_s, and wake
@@ -36,13 +36,13 @@ class Sleeping {
                     std::span<const SphereMotion> start, std::span<const SphereMotion> end);
 
   /// Takes note of a step's end, spheres being there and contacts all that may touch. If an island
-  /// fell asleep, its velocities are now zero and the unknowns numbered anew: returns the kinetic
+  /// went to sleep, its velocities are now zero and the unknowns numbered anew: returns the kinetic
   /// energy that took. is_sure: the step converged; one that did not tells of no rest.
   std::optional<double> settle(World& world, std::span<const Contact> contacts,
                                std::span<const SphereMotion> spheres, double step_s, bool is_sure);
 
-  /// Spheres of all that is asleep.
-  [[nodiscard]] int asleep_spheres() const noexcept { return asleep_spheres_; }
+  /// Spheres of all that is sleeping.
+  [[nodiscard]] int sleeping_spheres() const noexcept { return sleeping_spheres_; }
 
  private:
   bool note_speeds(const World& world, double step_s, bool is_sure);
@@ -57,9 +57,9 @@ class Sleeping {
   std::vector<double> rested_s_;
   std::vector<std::size_t> parent_;  // towards its island's representative
   std::vector<bool> is_restless_;    // of a representative: something of the island must not sleep
-  std::vector<std::size_t> island_;  // that a sleeping body fell asleep with
+  std::vector<std::size_t> island_;  // that a sleeping body went to sleep with
 
-  int asleep_spheres_ = 0;
+  int sleeping_spheres_ = 0;
 };
 
 }  // namespace stillgrid

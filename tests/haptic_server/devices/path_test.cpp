@@ -47,13 +47,13 @@ TEST_CASE("A press goes straight down by the depth and comes back", "[path]") {
 TEST_CASE("A stroke and a circle stay down and keep within their amplitude", "[path]") {
   const char* const name = GENERATE("stroke", "circle");
   const Path path = path_named(name);
-  double reach_m = 0.0;
+  double extent_m = 0.0;
   for (int n = 1000; n < 10'000; ++n) {
     const Eigen::Vector3d position_m = path_at(path, 1e-3 * n).position_m;
     REQUIRE(position_m.z() == Approx(-0.01).margin(1e-12));
-    reach_m = std::max(reach_m, position_m.head<2>().norm());
+    extent_m = std::max(extent_m, position_m.head<2>().norm());
   }
-  CHECK(reach_m == Approx(path.amplitude_m).epsilon(1e-4));
+  CHECK(extent_m == Approx(path.amplitude_m).epsilon(1e-4));
 }
 
 TEST_CASE("A circle keeps its radius once it is reached", "[path]") {

@@ -173,7 +173,7 @@ TEST_CASE("What moves the hand is the force at the handle, cut to what the motor
   for (const auto& [key, value] :
        std::array<std::array<std::string, 2>, 7>{{{"hand", "none"},
                                                   {"mass_kg", "0.1"},
-                                                  {"damping_N_s_m", "0"},
+                                                  {"damping_N_s_per_m", "0"},
                                                   {"friction_N", "0"},
                                                   {"resolution_m", "0"},
                                                   {"pivot_y_m", "0"},

@@ -12,10 +12,10 @@ namespace stillgrid {
 namespace {
 
 /// A bare mass and damper: no hand, friction, encoder or limit.
-PhantomSettings bare_device(double mass_kg, double damping_N_s_m) {
+PhantomSettings bare_device(double mass_kg, double damping_N_s_per_m) {
   PhantomSettings settings;
   settings.device.mass_kg = mass_kg;
-  settings.device.damping_N_s_m = damping_N_s_m;
+  settings.device.damping_N_s_per_m = damping_N_s_per_m;
   settings.path.kind = PathKind::kStill;
   settings.path.centre_m.setZero();
   return settings;
@@ -27,30 +27,30 @@ void tick(PhantomModel& model, const Eigen::Vector3d& force_N) {
 }
 
 /// The largest |x| over the last tenth of the ticks, against a bilateral spring.
-double late_swing_m(PhantomModel model, double stiffness_N_m, int ticks) {
+double late_swing_m(PhantomModel model, double stiffness_N_per_m, int ticks) {
   double swing_m = 0.0;
   for (int n = 0; n < ticks; ++n) {
     const double x_m = read_encoders(model).x();
     if (n > ticks - ticks / 10) swing_m = std::max(swing_m, std::abs(x_m));
-    tick(model, {-stiffness_N_m * x_m, 0.0, 0.0});
+    tick(model, {-stiffness_N_per_m * x_m, 0.0, 0.0});
   }
   return swing_m;
 }
 
 /// The largest modulus of the eigenvalues of one tick under force -K x.
-double spectral_radius(const PhantomSettings& settings, double stiffness_N_m) {
+double spectral_radius(const PhantomSettings& settings, double stiffness_N_per_m) {
   Eigen::Matrix2d map;
   for (Eigen::Index column = 0; column < 2; ++column) {
     PhantomSettings unit = settings;
     (column == 0 ? unit.start_m : unit.start_velocity_m_s).x() = 1.0;
     PhantomModel model = make_phantom(unit);
-    tick(model, {-stiffness_N_m * model.position_m.x(), 0.0, 0.0});
+    tick(model, {-stiffness_N_per_m * model.position_m.x(), 0.0, 0.0});
     map.col(column) << model.position_m.x(), model.velocity_m_s.x();
   }
   return map.eigenvalues().cwiseAbs().maxCoeff();
 }
 
-double largest_stable_stiffness_N_m(const PhantomSettings& settings) {
+double largest_stable_stiffness_N_per_m(const PhantomSettings& settings) {
   double stable = 0.0;
   double unstable = 1e6;
   for (int n = 0; n < 60; ++n) {
@@ -114,40 +114,40 @@ TEST_CASE("A hand on a moving path is followed to second order", "[phantom_model
 
 TEST_CASE("The largest stable stiffness is that of the exact zero-order hold", "[phantom_model]") {
   struct Row {
-    double damping_N_s_m, tick_s, limit_N_m;
+    double damping_N_s_per_m, tick_s, limit_N_per_m;
   };
   const auto row =
       GENERATE(Row{1.0, 1e-3, 2003.34}, Row{5.0, 1e-3, 10084.03}, Row{5.0, 1e-2, 1090.50},
                Row{5.0, 0.1 / 3.0, 408.56}, Row{5.0, 0.1, 165.19});
-  PhantomSettings settings = bare_device(0.1, row.damping_N_s_m);
+  PhantomSettings settings = bare_device(0.1, row.damping_N_s_per_m);
   settings.tick_s = row.tick_s;
-  CHECK(largest_stable_stiffness_N_m(settings) == Approx(row.limit_N_m).epsilon(2e-5));
+  CHECK(largest_stable_stiffness_N_per_m(settings) == Approx(row.limit_N_per_m).epsilon(2e-5));
 }
 
 TEST_CASE("In the measured hand the limit is the published one", "[phantom_model]") {
   struct Row {
-    double tick_s, limit_N_m;
+    double tick_s, limit_N_per_m;
   };
   const auto row =
       GENERATE(Row{1e-3, 14928.6}, Row{1e-2, 1521.5}, Row{0.1 / 3.0, 486.6}, Row{0.1, 220.8});
   PhantomSettings settings = bare_device(0.1, 1.0);
   settings.hand = *hand_profile("measured");
   settings.tick_s = row.tick_s;
-  CHECK(largest_stable_stiffness_N_m(settings) == Approx(row.limit_N_m).epsilon(3e-4));
+  CHECK(largest_stable_stiffness_N_per_m(settings) == Approx(row.limit_N_per_m).epsilon(3e-4));
 }
 
-TEST_CASE("A delay of whole ticks lowers the limit as K (T/2 + td) < b foretells",
+TEST_CASE("A delay of whole ticks lowers the limit as K (T/2 + td) < b predicts",
           "[phantom_model]") {
   struct Row {
     int delay_ticks;
-    double limit_N_m;
+    double limit_N_per_m;
   };
   const auto row = GENERATE(Row{1, 668.5}, Row{3, 287.4}, Row{10, 96.9}, Row{33, 31.40});
   PhantomSettings settings = bare_device(0.1, 1.0);
   settings.start_m.x() = 1e-3;
   settings.delay_ticks = row.delay_ticks;
-  CHECK(late_swing_m(make_phantom(settings), 0.97 * row.limit_N_m, 20'000) < 1e-3);
-  CHECK(late_swing_m(make_phantom(settings), 1.03 * row.limit_N_m, 20'000) > 1e-3);
+  CHECK(late_swing_m(make_phantom(settings), 0.97 * row.limit_N_per_m, 20'000) < 1e-3);
+  CHECK(late_swing_m(make_phantom(settings), 1.03 * row.limit_N_per_m, 20'000) > 1e-3);
 }
 
 TEST_CASE("A command acts after exactly the delay, and for one tick each", "[phantom_model]") {
@@ -251,7 +251,7 @@ TEST_CASE("Profiles and hands are found by name", "[phantom_model]") {
   CHECK(phantom_profile("premium15")->nominal_stiffness_N_m == 3500.0);
   CHECK_FALSE(phantom_profile("omega"));
   CHECK(hand_profile("none")->mass_kg == 0.0);
-  CHECK(hand_profile("measured")->stiffness_N_m == 135.0);
+  CHECK(hand_profile("measured")->stiffness_N_per_m == 135.0);
   CHECK_FALSE(hand_profile("heavy"));
 }
 

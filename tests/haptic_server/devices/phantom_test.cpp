@@ -19,7 +19,7 @@ void make_bare(const Plugin& phantom) {
                                                         {"path", "still"},
                                                         {"centre_z_m", "0"},
                                                         {"mass_kg", "0.1"},
-                                                        {"damping_N_s_m", "0"},
+                                                        {"damping_N_s_per_m", "0"},
                                                         {"friction_N", "0"},
                                                         {"resolution_m", "0"}}) {
     REQUIRE(phantom.configure(key, value) == STILLGRID_DEVICE_OK);

@@ -52,30 +52,30 @@ class FullDisk {
   ::rlimit before_{};
 };
 
-constexpr int kGenerationColumn = 13;
+constexpr int kSnapshotIdColumn = 13;
 
-/// Generations of the rows below the head, each of which must be whole and later than the one
+/// Snapshots of the rows below the head, each of which must be whole and later than the one
 /// above.
 std::vector<std::uint64_t> whole_rows(const std::filesystem::path& file) {
-  std::vector<std::uint64_t> generations;
+  std::vector<std::uint64_t> snapshots;
   auto lines = lines_of(file);
   for (std::size_t i = 3; i < lines.size(); ++i) {
     if (std::count(lines[i].begin(), lines[i].end(), ',') != 25)
       throw std::runtime_error("no whole row: " + lines[i]);
     std::size_t start = 0;
-    for (int column = 0; column < kGenerationColumn; ++column)
+    for (int column = 0; column < kSnapshotIdColumn; ++column)
       start = lines[i].find(',', start) + 1;
-    generations.push_back(std::stoull(lines[i].substr(start)));
-    if (generations.size() > 1 && *(generations.end() - 2) >= generations.back())
+    snapshots.push_back(std::stoull(lines[i].substr(start)));
+    if (snapshots.size() > 1 && *(snapshots.end() - 2) >= snapshots.back())
       throw std::runtime_error("rows out of order at " + lines[i]);
   }
-  return generations;
+  return snapshots;
 }
 
 TickRow numbered(int i) {
   TickRow row;
   row.time_s = i * 1e-3;
-  row.generation = static_cast<std::uint64_t>(i);
+  row.snapshot_id = static_cast<std::uint64_t>(i);
   return row;
 }
 

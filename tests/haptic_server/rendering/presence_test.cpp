@@ -1,4 +1,4 @@
-// Spheres that appear and vanish: absent from an image in which their position is not a number.
+// Spheres that appear and vanish: absent from a snapshot in which their position is not a number.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -29,12 +29,12 @@ struct Visitor {
   explicit Visitor(Transition transition) : renderer(make_renderer(transition)) {}
 
   void show(bool is_present) {
-    ShownForesight foresight;
-    foresight.image.period_ns = kPeriod_ns;
+    ShownPrediction prediction;
+    prediction.snapshot.period_ns = kPeriod_ns;
     const Eigen::Vector3d away_m(0.3, 1.0, 0.0);
     const Eigen::Vector3d still = Eigen::Vector3d::Zero();
     scene.show({is_present ? place_m : absent(), away_m, absent()},
-               {is_present ? still : absent(), still, still}, now_ns, 0, foresight);
+               {is_present ? still : absent(), still, still}, now_ns, 0, prediction);
   }
   RenderedTick tick() const {
     return renderer->render(scene.view(), {.position_m = {0.3, 0.0, 0.016}}, now_ns);
@@ -59,7 +59,7 @@ double largest_step(std::vector<double> forces_N, double before_N) {
   return most_N;
 }
 
-TEST_CASE("Held images show a sphere that appears at once, and one that vanishes no more",
+TEST_CASE("Held snapshots show a sphere that appears at once, and one that vanishes no more",
           "[presence]") {
   Visitor visitor(Transition::kHold);
   visitor.show(false);
@@ -70,7 +70,7 @@ TEST_CASE("Held images show a sphere that appears at once, and one that vanishes
   CHECK(visitor.forces_N() == std::vector<double>(32, 0.0));
 }
 
-TEST_CASE("A sphere that appears or vanishes is felt by the weights of the images it is in",
+TEST_CASE("A sphere that appears or vanishes is felt by the weights of the snapshots it is in",
           "[presence]") {
   Visitor visitor(Transition::kLinear);
   for (int i = 0; i < 5; ++i) {
@@ -102,10 +102,11 @@ TEST_CASE("It is displayed where it was or will be, not drawn to where it is not
   CHECK(force_N.x() / force_N.z() == Approx(-0.006 / 0.016).epsilon(1e-4));
 }
 
-TEST_CASE("Of an early image too restart, hermite, playout and answer let nothing appear by a jump",
-          "[presence]") {
+TEST_CASE(
+    "Of an early snapshot too restart, hermite, playout and predict let nothing appear by a jump",
+    "[presence]") {
   const Transition transition = GENERATE(Transition::kRestart, Transition::kHermite,
-                                         Transition::kPlayout, Transition::kAnswer);
+                                         Transition::kPlayout, Transition::kPredict);
   CAPTURE(name_of(transition));
   Visitor visitor(transition);
   double last_N = 0.0, most_N = 0.0, full_N = 0.0;
@@ -120,15 +121,15 @@ TEST_CASE("Of an early image too restart, hermite, playout and answer let nothin
   CHECK(most_N < 0.125 * kFull_N);  // whole within 8 ms at the quickest
 }
 
-TEST_CASE("Answer goes on from the force that it showed when a sphere appears or vanishes",
+TEST_CASE("Predict goes on from the force that it showed when a sphere appears or vanishes",
           "[presence]") {
-  Visitor visitor(Transition::kAnswer);
+  Visitor visitor(Transition::kPredict);
   visitor.show(false);
   visitor.forces_N();
   for (const bool is_present : {true, false}) {
     visitor.show(is_present);
     const RenderedTick tick = visitor.tick();
-    REQUIRE(tick.switch_jump_N);  // of the images, which no shift hides
+    REQUIRE(tick.switch_jump_N);  // of the snapshots, which no shift hides
     CHECK(*tick.switch_jump_N == Approx(kFull_N).epsilon(1e-4));
     CHECK(tick.force.force_N.z() == Approx(is_present ? 0.0 : kFull_N).margin(1e-4));
     CHECK(visitor.forces_N().back() == Approx(is_present ? kFull_N : 0.0).margin(1e-4));

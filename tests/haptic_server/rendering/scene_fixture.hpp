@@ -10,28 +10,28 @@
 
 #include "haptic_server/rendering/snapshot_renderer.hpp"
 #include "shared/publication/scene_segment.hpp"
-#include "tests/shared/collision/sphere_image.hpp"
+#include "tests/shared/collision/sphere_state.hpp"
 
 namespace stillgrid {
 
 inline constexpr std::uint64_t kMillisecond_ns = 1'000'000;
 
 /// One material and a tool of one sphere: enough for the known answers.
-inline StaticScene plain_scene(float stiffness_N_m, float tool_radius_m) {
+inline StaticScene plain_scene(float stiffness_N_per_m, float tool_radius_m) {
   StaticScene scene;
   scene.name = "fixture";
-  scene.materials = {{stiffness_N_m, 0.0F, 0.0F, 1e-3F}};
+  scene.materials = {{stiffness_N_per_m, 0.0F, 0.0F, 1e-3F}};
   scene.tool = {{{0.0F, 0.0F, 0.0F}, tool_radius_m}};
   scene.device = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0}, 1.0};
   return scene;
 }
 
-/// What an image tells beside the present.
-struct ShownForesight {
-  ImageForesight image;                     // without a period nothing is foreseen
-  std::vector<Eigen::Vector3d> drift_m_s;   // of each sphere; none: its velocity
-  std::vector<Eigen::Vector3d> answer_m_N;  // likewise; none: it does not answer
-  std::uint64_t late_ns = 0;                // published so long after what it shows
+/// What a snapshot tells beside the present.
+struct ShownPrediction {
+  SnapshotPrediction snapshot;                          // without a period nothing is predicted
+  std::vector<Eigen::Vector3d> predicted_velocity_m_s;  // of each sphere; none: its velocity
+  std::vector<Eigen::Vector3d> compliance_m_per_N;      // likewise; none: it is not compliant
+  std::uint64_t late_ns = 0;                            // published so long after what it shows
 };
 
 /// Both ends of a scene segment in one process: what is shown goes through shared memory.
@@ -42,8 +42,8 @@ class PublishedScene {
       : session_("render-" + std::to_string(::getpid()) + "-" + std::to_string(count_++)),
         writer_(session_, scene, radii_m.size(), period_ns, proto::Clock::kVirtual, 0),
         view_(*SegmentReader::open(session_, proto::SegmentKind::kScene, proto::kSceneLayoutHash)),
-        image_(sizeof(proto::SnapshotHeader), radii_m.size()) {
-    for (std::size_t i = 0; i < radii_m.size(); ++i) image_.records()[i].radius_m = radii_m[i];
+        snapshot_(sizeof(proto::SnapshotHeader), radii_m.size()) {
+    for (std::size_t i = 0; i < radii_m.size(); ++i) snapshot_.records()[i].radius_m = radii_m[i];
   }
 
   ~PublishedScene() {
@@ -58,24 +58,25 @@ class PublishedScene {
   /// they are taken to be computed with, 0: none. NaN: a sphere is absent.
   void show(const std::vector<Eigen::Vector3d>& positions_m,
             const std::vector<Eigen::Vector3d>& velocities_m_s, std::uint64_t time_ns,
-            std::uint64_t tool_ns = 0, const ShownForesight& foresight = {}) {
-    std::vector<proto::SphereImage> images;
+            std::uint64_t tool_ns = 0, const ShownPrediction& prediction = {}) {
+    std::vector<proto::SphereState> snapshots;
     for (std::size_t i = 0; i < positions_m.size(); ++i)
-      images.push_back(sphere_image(positions_m[i], velocities_m_s[i]));
-    image_.push_image(images);
+      snapshots.push_back(sphere_state(positions_m[i], velocities_m_s[i]));
+    snapshot_.push_snapshot(snapshots);
     const auto tell = [](std::array<float, 3>& number, const Eigen::Vector3d& value) {
       Eigen::Map<Eigen::Vector3f>(number.data()) = value.cast<float>();
     };
-    for (std::size_t i = 0; i < foresight.drift_m_s.size(); ++i)
-      tell(image_.records()[i].drift_m_s, foresight.drift_m_s[i]);
-    for (std::size_t i = 0; i < foresight.answer_m_N.size(); ++i)
-      tell(image_.records()[i].answer_m_N, foresight.answer_m_N[i]);
-    const double foreseen_s = 1e-9 * static_cast<double>(foresight.image.period_ns);
-    image_.enter(history_covers(image_.records(), proto::kForesightPeriods * foreseen_s), 1.0F);
+    for (std::size_t i = 0; i < prediction.predicted_velocity_m_s.size(); ++i)
+      tell(snapshot_.records()[i].predicted_velocity_m_s, prediction.predicted_velocity_m_s[i]);
+    for (std::size_t i = 0; i < prediction.compliance_m_per_N.size(); ++i)
+      tell(snapshot_.records()[i].compliance_m_per_N, prediction.compliance_m_per_N[i]);
+    const double predicted_s = 1e-9 * static_cast<double>(prediction.snapshot.period_ns);
+    snapshot_.enter(history_bounds(snapshot_.records(), proto::kPredictionPeriods * predicted_s),
+                    1.0F);
     writer_.publish(
-        image_,
-        {.state_ns = time_ns, .publish_ns = time_ns + foresight.late_ns, .tool_ns = tool_ns},
-        foresight.image);
+        snapshot_,
+        {.state_ns = time_ns, .publish_ns = time_ns + prediction.late_ns, .tool_ns = tool_ns},
+        prediction.snapshot);
   }
   void show(const std::vector<Eigen::Vector3d>& positions_m, std::uint64_t time_ns) {
     show(positions_m, std::vector<Eigen::Vector3d>(positions_m.size(), Eigen::Vector3d::Zero()),
@@ -90,7 +91,7 @@ class PublishedScene {
   std::string session_;
   SceneWriter writer_;
   SceneView view_;
-  StillGrid image_;
+  VoxelGrid snapshot_;
 };
 
 }  // namespace stillgrid

@@ -10,7 +10,7 @@ namespace stillgrid {
 namespace {
 
 constexpr std::uint64_t kPeriod_ns = 34 * kMillisecond_ns;
-constexpr double kPeriod_s = 34e-3, kStiffness_N_m = 500.0, kRadius_m = 0.01;
+constexpr double kPeriod_s = 34e-3, kStiffness_N_per_m = 500.0, kRadius_m = 0.01;
 
 /// Where a sphere and how fast it moves at a time.
 using Path = std::function<Eigen::Vector3d(double)>;
@@ -19,7 +19,8 @@ double seconds(std::uint64_t time_ns) {
   return static_cast<double>(time_ns) * 1e-9;
 }
 
-/// Spheres on paths, shown every period; drifts lead to where they are a period later.
+/// Spheres on paths, shown every period; predicted velocities lead to where they are a period
+/// later.
 struct MovingBody {
   std::vector<Path> paths;
   PublishedScene scene;
@@ -28,24 +29,24 @@ struct MovingBody {
 
   MovingBody(Transition transition, std::vector<Path> spheres)
       : paths(std::move(spheres)),
-        scene(plain_scene(static_cast<float>(kStiffness_N_m), static_cast<float>(kRadius_m)),
+        scene(plain_scene(static_cast<float>(kStiffness_N_per_m), static_cast<float>(kRadius_m)),
               std::vector<float>(paths.size(), static_cast<float>(kRadius_m)), kPeriod_ns),
         renderer(make_renderer(transition)) {}
 
   void show() {
     std::vector<Eigen::Vector3d> places_m, velocities_m_s;
-    ShownForesight foresight;
-    foresight.image.period_ns = kPeriod_ns;
+    ShownPrediction prediction;
+    prediction.snapshot.period_ns = kPeriod_ns;
     const double t = seconds(now_ns), moment_s = 1e-6;
     for (const Path& path : paths) {
       places_m.push_back(path(t));
       velocities_m_s.push_back((path(t + moment_s) - path(t - moment_s)) / (2.0 * moment_s));
-      foresight.drift_m_s.push_back((path(t + kPeriod_s) - path(t)) / kPeriod_s);
+      prediction.predicted_velocity_m_s.push_back((path(t + kPeriod_s) - path(t)) / kPeriod_s);
     }
-    scene.show(places_m, velocities_m_s, now_ns, 0, foresight);
+    scene.show(places_m, velocities_m_s, now_ns, 0, prediction);
   }
 
-  /// Six images, ticks between, and then so long after the last one.
+  /// Six snapshots, ticks between, and then so long after the last one.
   void run(std::uint64_t after_ns) {
     for (int n = 0; n < 6; ++n) {
       if (n > 0) now_ns += kPeriod_ns;
@@ -59,7 +60,7 @@ struct MovingBody {
   [[nodiscard]] Eigen::Vector3d seen_m(const Eigen::Vector3d& tool_m) {
     const ToolForce force = renderer->render(scene.view(), {.position_m = tool_m}, now_ns).force;
     const double push_N = force.force_N.norm();
-    return tool_m - (2.0 * kRadius_m - push_N / kStiffness_N_m) * force.force_N / push_N;
+    return tool_m - (2.0 * kRadius_m - push_N / kStiffness_N_per_m) * force.force_N / push_N;
   }
 };
 
@@ -76,7 +77,7 @@ std::vector<Path> turning_ring() {
   return paths;
 }
 
-/// The ring's radius as it is felt so long after an image, seen from outside. lag_s: of the angle
+/// The ring's radius as it is felt so long after a snapshot, seen from outside. lag_s: of the angle
 /// at which it is displayed.
 double felt_radius(Transition transition, std::uint64_t after_ns, double lag_s) {
   MovingBody ring(transition, turning_ring());
@@ -106,11 +107,11 @@ TEST_CASE("Extrapolation lets a body that turns grow on the tangent, by 11.8 % i
         Approx(std::sqrt(1.0 + kTurn_rad * kTurn_rad)).epsilon(1e-4));
 }
 
-TEST_CASE("Answer shrinks on the chord to the foreseen image as linear does, but without lag",
+TEST_CASE("Predict shrinks on the chord to the predicted snapshot as linear does, but without lag",
           "[shape]") {
-  CHECK(1.0 - felt_radius(Transition::kAnswer, kPeriod_ns / 2, 0.0) ==
+  CHECK(1.0 - felt_radius(Transition::kPredict, kPeriod_ns / 2, 0.0) ==
         Approx(0.03109).epsilon(1e-3));
-  CHECK(felt_radius(Transition::kAnswer, kPeriod_ns - 1, 0.0) == Approx(1.0).epsilon(1e-4));
+  CHECK(felt_radius(Transition::kPredict, kPeriod_ns - 1, 0.0) == Approx(1.0).epsilon(1e-4));
 }
 
 /// A row of spheres that stretches and bends, each sphere at its own steady speed.
@@ -133,7 +134,7 @@ TEST_CASE("A deforming body has the shape of one instant, a period ago or of the
   const Row row =
       GENERATE(Row{Transition::kLinear, kPeriod_s}, Row{Transition::kRestart, kPeriod_s},
                Row{Transition::kHermite, kPeriod_s}, Row{Transition::kPlayout, kPeriod_s},
-               Row{Transition::kExtrapolate, 0.0}, Row{Transition::kAnswer, 0.0});
+               Row{Transition::kExtrapolate, 0.0}, Row{Transition::kPredict, 0.0});
   CAPTURE(name_of(row.transition));
   const std::uint64_t after_ns = GENERATE(as<std::uint64_t>(), 3, 17, 29) * kMillisecond_ns;
   MovingBody body(row.transition, deforming_row());

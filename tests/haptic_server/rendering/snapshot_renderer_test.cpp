@@ -10,14 +10,14 @@ namespace stillgrid {
 namespace {
 
 constexpr double kSpeed_m_s = 0.1;
-constexpr double kStiffness_N_m = 500.0;
+constexpr double kStiffness_N_per_m = 500.0;
 constexpr std::uint64_t kPeriod_ns = 33 * kMillisecond_ns;
 
 /// A sphere of 100 mm moves along x into a still probe; overlap is what its centre's place says.
 struct SteadyApproach {
   PublishedScene scene{plain_scene(500.0F, 0.1F), {0.1F}, kPeriod_ns};
   SnapshotRenderer renderer;
-  std::uint64_t now_ns = 0, next_image_ns = 0;
+  std::uint64_t now_ns = 0, next_snapshot_ns = 0;
   // The probe is far inside, so that the contact lasts for the whole experiment.
   ToolPose probe{.position_m = {0.15, 0.0, 0.0}};
 
@@ -27,11 +27,11 @@ struct SteadyApproach {
     return kSpeed_m_s * static_cast<double>(time_ns) * 1e-9;
   }
 
-  /// One tick of 1 ms; images come every period.
+  /// One tick of 1 ms; snapshots come every period.
   RenderedTick tick() {
-    if (now_ns == next_image_ns) {
+    if (now_ns == next_snapshot_ns) {
       scene.show({{centre_m(now_ns), 0.0, 0.0}}, now_ns);
-      next_image_ns += kPeriod_ns;
+      next_snapshot_ns += kPeriod_ns;
     }
     const RenderedTick result = renderer.render(scene.view(), probe, now_ns);
     now_ns += kMillisecond_ns;
@@ -40,11 +40,11 @@ struct SteadyApproach {
 
   /// Where the rendered force says the sphere is shown.
   [[nodiscard]] double shown_m(const RenderedTick& tick) const {
-    return probe.position_m.x() - 0.2 + tick.force.force_N.norm() / kStiffness_N_m;
+    return probe.position_m.x() - 0.2 + tick.force.force_N.norm() / kStiffness_N_per_m;
   }
 };
 
-TEST_CASE("Held images jump by k v P at each switch, 1.65 N", "[snapshot_renderer]") {
+TEST_CASE("Held snapshots jump by k v P at each switch, 1.65 N", "[snapshot_renderer]") {
   SteadyApproach approach(Transition::kHold);
   double previous_N = 0.0;
   int switches = 0;
@@ -65,7 +65,7 @@ TEST_CASE("Held images jump by k v P at each switch, 1.65 N", "[snapshot_rendere
   CHECK(switches == 9);
 }
 
-TEST_CASE("Held images err by v P / sqrt 3 rms, as sampled at 1 kHz", "[snapshot_renderer]") {
+TEST_CASE("Held snapshots err by v P / sqrt 3 rms, as sampled at 1 kHz", "[snapshot_renderer]") {
   SteadyApproach approach(Transition::kHold);
   double squared_m2 = 0.0;
   for (int i = 0; i < 330; ++i) {
@@ -116,7 +116,7 @@ TEST_CASE("Linear cuts the corner of a curved path by a P^2 / 8", "[snapshot_ren
   scene.show({{centre_m(0.034), 0, 0}}, 34 * kMillisecond_ns);
   const ToolPose probe{.position_m = {0.15, 0.0, 0.0}};
   const RenderedTick middle = renderer.render(scene.view(), probe, 51 * kMillisecond_ns);
-  const double shown_m = -0.05 + middle.force.force_N.norm() / kStiffness_N_m;
+  const double shown_m = -0.05 + middle.force.force_N.norm() / kStiffness_N_per_m;
   CHECK(shown_m - centre_m(0.017) == Approx(acceleration_m_s2 * 0.034 * 0.034 / 8.0).epsilon(1e-4));
 }
 
@@ -144,7 +144,7 @@ TEST_CASE("A row of spheres has the force, the ripple and the holes of its formu
 TEST_CASE("A damped contact feels the sphere's own velocity, blended like its place",
           "[snapshot_renderer]") {
   StaticScene fixed = plain_scene(0.0F, 0.1F);
-  fixed.materials[0].damping_N_s_m = 10.0F;
+  fixed.materials[0].damping_N_s_per_m = 10.0F;
   PublishedScene scene(fixed, {0.1F}, kPeriod_ns);
   scene.show({{0.0, 0.0, 0.0}}, {{0.1, 0.0, 0.0}}, 0);
   scene.show({{0.0, 0.0, 0.0}}, {{0.3, 0.0, 0.0}}, kPeriod_ns);
@@ -158,15 +158,15 @@ TEST_CASE("A damped contact feels the sphere's own velocity, blended like its pl
   CHECK(force_N(44 * kMillisecond_ns) == Approx(1.0 + 2.0 / 3.0).epsilon(1e-5));
 }
 
-TEST_CASE("Before the first image there is no force", "[snapshot_renderer]") {
+TEST_CASE("Before the first snapshot there is no force", "[snapshot_renderer]") {
   PublishedScene scene(plain_scene(500.0F, 0.1F), {0.1F}, kPeriod_ns);
   SnapshotRenderer renderer(Transition::kLinear);
   const RenderedTick tick = renderer.render(scene.view(), {}, 0);
-  CHECK(tick.generation == 0);
+  CHECK(tick.snapshot_id == 0);
   CHECK(tick.force.force_N.norm() == 0.0);
 }
 
-TEST_CASE("A new session's first image replaces what an old one left", "[snapshot_renderer]") {
+TEST_CASE("A new session's first snapshot replaces what an old one left", "[snapshot_renderer]") {
   SnapshotRenderer renderer(Transition::kHold);
   PublishedScene first(plain_scene(500.0F, 0.1F), {0.1F}, kPeriod_ns);
   first.show({{0.1, 0.0, 0.0}}, 0);

@@ -36,7 +36,7 @@ TEST_CASE("Each sphere of a tool adds its contacts, turned with the tool", "[too
   CHECK(upright.force_N.z() == Approx(11.0).epsilon(1e-4));  // 4 - 10 - 5 = -11 mm
 }
 
-TEST_CASE("A still sphere of the scene is felt like a moving one", "[tool_force]") {
+TEST_CASE("A static sphere of the scene is felt like a moving one", "[tool_force]") {
   StaticScene fixed = plain_scene(500.0F, 0.005F);
   proto::SphereRecord record{};
   record.radius_m = 0.01F;
@@ -87,21 +87,21 @@ TEST_CASE("More contacts than a tick may keep are cut, and said to be", "[tool_f
   scene.show(std::vector<Eigen::Vector3d>(count, {0.001, 0.0, 0.0}), 0);
   SnapshotRenderer renderer(Transition::kHold);
   const RenderedTick tick = renderer.render(scene.view(), {}, 0);
-  CHECK(tick.cut);
+  CHECK(tick.truncated);
   CHECK(tick.force.contacts == static_cast<int>(TouchedSpheres::kCapacity));
   CHECK(tick.force.force_N.allFinite());
 }
 
 TEST_CASE("A sphere that is no number is never touched", "[tool_force]") {
-  StillGrid grid(0, 1);
-  grid.records()[0] = still_sphere({0.0F, 0.0F, 0.0F}, 0.01F);
-  grid.enter(history_covers(grid.records()), 1.0F);
+  VoxelGrid grid(0, 1);
+  grid.records()[0] = static_sphere({0.0F, 0.0F, 0.0F}, 0.01F);
+  grid.enter(history_bounds(grid.records()), 1.0F);
   const std::array<PlacedToolSphere, 1> tool{{{{0.001, 0.0, 0.0}, 0.005, {0.001, 0.0, 0.0}}}};
   const auto touched_with = [&](float x_m, float speed_m_s) {
-    const proto::SphereImage image{{x_m, 0.0F, 0.0F}, {speed_m_s, 0.0F, 0.0F}};
-    grid.records()[0].newest = image;  // words changed after the sphere was entered
+    const proto::SphereState snapshot{{x_m, 0.0F, 0.0F}, {speed_m_s, 0.0F, 0.0F}};
+    grid.records()[0].newest = snapshot;  // words changed after the sphere was entered
     TouchedSpheres touched;
-    const ImageWeights newest{.position = {1.0, 0.0, 0.0, 0.0}};
+    const SnapshotWeights newest{.position = {1.0, 0.0, 0.0, 0.0}};
     gather_touched(grid.view(), {newest, newest}, tool, touched);
     return touched.count;
   };

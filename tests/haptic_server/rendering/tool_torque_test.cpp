@@ -10,10 +10,10 @@ namespace {
 constexpr double kSlipSpeed_m_s = 0.01;
 
 /// A floor at z = 0 of one material.
-proto::SceneHeader floor_of(float stiffness_N_m, float friction) {
+proto::SceneHeader floor_of(float stiffness_N_per_m, float friction) {
   proto::SceneHeader scene{};
   scene.material_count = 1;
-  scene.materials[0] = {stiffness_N_m, 0.0F, friction, 1e-3F};
+  scene.materials[0] = {stiffness_N_per_m, 0.0F, friction, 1e-3F};
   scene.tool_slip_speed_m_s = static_cast<float>(kSlipSpeed_m_s);
   scene.plane_count = 1;
   scene.planes[0] = {{0.0F, 0.0F, 1.0F}, 0.0F, 0, 0};
@@ -76,7 +76,7 @@ TEST_CASE("Tool and touched sphere get opposite forces at one point, whoever is 
           "[tool_torque]") {
   proto::SceneHeader scene = floor_of(800.0F, 0.4F);
   scene.plane_count = 0;
-  scene.materials[0].damping_N_s_m = 3.0F;
+  scene.materials[0].damping_N_s_per_m = 3.0F;
   std::mt19937_64 random(4);
   std::uniform_real_distribution<double> share(-1.0, 1.0);
   const auto any = [&] { return Eigen::Vector3d(share(random), share(random), share(random)); };

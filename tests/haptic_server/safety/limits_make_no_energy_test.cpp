@@ -21,7 +21,7 @@ constexpr int kTicks = 4000;
 struct Obstacle {
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::UnitZ();
   double radius_m = std::numeric_limits<double>::infinity();
-  double stiffness_N_m = 1000.0, damping_N_s_m = 0.0;
+  double stiffness_N_per_m = 1000.0, damping_N_s_per_m = 0.0;
   double swing_m = 0.0, swing_hz = 0.0;  // along z: a body that moves
 };
 
@@ -34,13 +34,13 @@ struct World {
 std::vector<World> worlds() {
   const Obstacle wall{};
   Obstacle soft = wall, stiff = wall, damped = wall, moves = wall;
-  soft.stiffness_N_m = 300.0;
-  stiff.stiffness_N_m = 4000.0;
-  damped.damping_N_s_m = 3.0;
+  soft.stiffness_N_per_m = 300.0;
+  stiff.stiffness_N_per_m = 4000.0;
+  damped.damping_N_s_per_m = 3.0;
   moves.swing_m = 0.004;
   moves.swing_hz = 3.0;
   const auto ball = [](double x_m, double y_m) {
-    return Obstacle{.centre_m = {x_m, y_m, -0.02}, .radius_m = 0.02, .stiffness_N_m = 600.0};
+    return Obstacle{.centre_m = {x_m, y_m, -0.02}, .radius_m = 0.02, .stiffness_N_per_m = 600.0};
   };
   return {{"wall", {wall}},
           {"soft wall", {soft}},
@@ -87,8 +87,8 @@ class Motion {
 
 struct Rendered {
   Wrench wrench;
-  double stored_J = 0.0, damping_N_s_m = 0.0;
-  Eigen::Matrix3d stiffness_N_m = Eigen::Matrix3d::Zero();
+  double stored_J = 0.0, damping_N_s_per_m = 0.0;
+  Eigen::Matrix3d stiffness_N_per_m = Eigen::Matrix3d::Zero();
 };
 
 Rendered render(const World& world, const Hand& hand, const Hand& before, double time_s) {
@@ -107,12 +107,12 @@ Rendered render(const World& world, const Hand& hand, const Hand& before, double
     if (depth_m <= 0.0) continue;
     const double inwards_m_s = std::max(0.0, -(at_m - was_m).dot(normal) / kTick_s);
     const Eigen::Vector3d force_N =
-        (body.stiffness_N_m * depth_m + body.damping_N_s_m * inwards_m_s) * normal;
+        (body.stiffness_N_per_m * depth_m + body.damping_N_s_per_m * inwards_m_s) * normal;
     sum.wrench.force_N += force_N;
     sum.wrench.torque_N_m += (at_m - hand.at_m).cross(force_N);
-    sum.damping_N_s_m += body.damping_N_s_m;
-    sum.stored_J += 0.5 * body.stiffness_N_m * depth_m * depth_m;
-    sum.stiffness_N_m += body.stiffness_N_m * normal * normal.transpose();
+    sum.damping_N_s_per_m += body.damping_N_s_per_m;
+    sum.stored_J += 0.5 * body.stiffness_N_per_m * depth_m * depth_m;
+    sum.stiffness_N_per_m += body.stiffness_N_per_m * normal * normal.transpose();
   }
   return sum;
 }
@@ -120,7 +120,7 @@ Rendered render(const World& world, const Hand& hand, const Hand& before, double
 struct Stage {
   const char* name;
   SafetyLimits limits;
-  bool loses_image = false, loses_device = false;  // now and then
+  bool loses_snapshot = false, loses_device = false;  // now and then
 };
 
 /// Each stage by itself, and all.
@@ -128,13 +128,13 @@ std::vector<Stage> stages() {
   constexpr double kEnough_N = 1e3;
   const SafetyLimits none{.max_force_N = kEnough_N, .lever_m = 1.0};
   std::vector<Stage> all = {
-      {"norm", none},      {"torque", none},      {"slew", none},
-      {"stiffness", none}, {"budget", none},      {"workspace", none},
-      {"speed", none},     {"image", none, true}, {"device", none, false, true}};
+      {"norm", none},      {"torque", none},         {"slew", none},
+      {"stiffness", none}, {"budget", none},         {"workspace", none},
+      {"speed", none},     {"snapshot", none, true}, {"device", none, false, true}};
   all[0].limits.max_force_N = 2.0;
   all[1].limits.lever_m = 1e-4;
   all[2].limits.max_slew_N_per_ms = 0.15;
-  all[3].limits.stiffness_N_m = 500.0;
+  all[3].limits.stiffness_N_per_m = 500.0;
   all[4].limits.continuous_force_N = 0.5;
   all[4].limits.motor_time_constant_s = 0.3;
   all[5].limits.workspace = {{-0.006, -0.006, -0.004}, {0.006, 0.006, 0.02}};
@@ -142,7 +142,7 @@ std::vector<Stage> stages() {
   all.push_back({"all of a touch",
                  {.max_force_N = 3.3,
                   .max_slew_N_per_ms = 0.33,
-                  .stiffness_N_m = 1020.0,
+                  .stiffness_N_per_m = 1020.0,
                   .continuous_force_N = 0.88,
                   .motor_time_constant_s = 0.5,
                   .max_speed_m_s = 0.3,
@@ -163,35 +163,36 @@ Excess excess_of(const World& world, const Stage& stage, unsigned seed) {
   const Motion motion(seed);
   SafetyChain chain(stage.limits);
   Excess excess;
-  Wrench told;
+  Wrench commanded;
   Rendered before;
-  double told_J = 0.0, rendered_J = 0.0, could_J = 0.0, rest_J = 0.0, tick_J = 0.0;
+  double commanded_J = 0.0, rendered_J = 0.0, could_J = 0.0, rest_J = 0.0, tick_J = 0.0;
   Hand was = motion.at(0.0);
   for (int tick = 0; tick < kTicks; ++tick) {
     const double time_s = kTick_s * tick;
     const Hand hand = motion.at(time_s);
     const DeviceMotion moved{hand.at_m - was.at_m,
                              Eigen::Vector3d(0.0, hand.angle_rad - was.angle_rad, 0.0)};
-    told_J += 0.5 * work_J(told, moved);
+    commanded_J += 0.5 * work_J(commanded, moved);
     rendered_J += 0.5 * work_J(before.wrench, moved);
     // The first and the last tick of a contact, in part without.
     const double arm_m = moved.moved_m.norm() + world.arm_m * moved.turned_rad.norm();
-    const double slope_N_m = before.stiffness_N_m.trace() + before.damping_N_s_m / kTick_s;
-    tick_J = std::max(tick_J, 0.5 * slope_N_m * arm_m * arm_m);
+    const double secant_N_per_m =
+        before.stiffness_N_per_m.trace() + before.damping_N_s_per_m / kTick_s;
+    tick_J = std::max(tick_J, 0.5 * secant_N_per_m * arm_m * arm_m);
     const Rendered now = render(world, hand, was, time_s);
     if (now.wrench.force_N.isZero(0.0)) {
       if (!before.wrench.force_N.isZero(0.0)) {
         ++excess.contacts;
-        excess.most_J = std::max(excess.most_J, told_J - could_J - rest_J - tick_J);
-        excess.limited_J += std::abs(told_J - rendered_J);
+        excess.most_J = std::max(excess.most_J, commanded_J - could_J - rest_J - tick_J);
+        excess.limited_J += std::abs(commanded_J - rendered_J);
       }
-      told_J = rendered_J = could_J = rest_J = tick_J = 0.0;
+      commanded_J = rendered_J = could_J = rest_J = tick_J = 0.0;
     }
     rendered_J += 0.5 * work_J(now.wrench, moved);
     could_J = std::max(could_J, rendered_J + now.stored_J);
     SafetyInput input{.rendered = now.wrench,
-                      .stiffness_N_m = now.stiffness_N_m,
-                      .image = {true, 0.0, 0.033, !stage.loses_image || tick % 700 > 250},
+                      .stiffness_N_per_m = now.stiffness_N_per_m,
+                      .snapshot = {true, 0.0, 0.033, !stage.loses_snapshot || tick % 700 > 250},
                       .device_believed = !stage.loses_device || tick % 900 > 200,
                       .device_m = hand.at_m,
                       .velocity_m_s = moved.moved_m / kTick_s,
@@ -199,10 +200,10 @@ Excess excess_of(const World& world, const Stage& stage, unsigned seed) {
     // What comes back at rest, within a second.
     if (input.velocity_m_s.norm() < 0.02 && moved.turned_rad.norm() < 0.2 * kTick_s)
       rest_J += kTick_s * 0.5 * now.wrench.force_N.squaredNorm() /
-                std::max(1.0, now.stiffness_N_m.trace());
+                std::max(1.0, now.stiffness_N_per_m.trace());
     std::uint32_t flags = 0;
-    told = chain.apply(input, flags);
-    told_J += 0.5 * work_J(told, moved);
+    commanded = chain.apply(input, flags);
+    commanded_J += 0.5 * work_J(commanded, moved);
     before = now;
     was = hand;
   }

@@ -50,8 +50,8 @@ TEST_CASE("However much was given, the damper only stops the mass in a tick",
   HandEnergy account{.given_J = 1e6};
   std::uint32_t flags = 0;
   const Eigen::Vector3d added_N = controller.damp(account, moved(2e-4, 0.0, 0.0), kTick_s, flags);
-  const double momentum_kg_m_s = kMass_kg * 2e-4 / kTick_s;
-  CHECK(added_N.x() == Approx(-momentum_kg_m_s / kTick_s));
+  const double momentum_kg_m_per_s = kMass_kg * 2e-4 / kTick_s;
+  CHECK(added_N.x() == Approx(-momentum_kg_m_per_s / kTick_s));
 }
 
 TEST_CASE("Nothing is damped that rests or has given nothing", "[passivity_controller]") {

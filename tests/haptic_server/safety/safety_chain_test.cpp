@@ -13,34 +13,35 @@ constexpr double kLever_m = 0.1;  // of a device that declares no torque
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
-/// A fresh image, a believed device, and this force.
+/// A fresh snapshot, a believed device, and this force.
 SafetyInput push(double x_N, double y_N = 0.0, double z_N = 0.0) {
-  return {.rendered = {{x_N, y_N, z_N}, Eigen::Vector3d::Zero()},
-          .image = {.exists = true, .image_age_s = 0.0, .period_s = 0.033, .writer_alive = true},
-          .elapsed_s = kTick_s};
+  return {
+      .rendered = {{x_N, y_N, z_N}, Eigen::Vector3d::Zero()},
+      .snapshot = {.exists = true, .snapshot_age_s = 0.0, .period_s = 0.033, .writer_alive = true},
+      .elapsed_s = kTick_s};
 }
 
 SafetyInput dead(SafetyInput input) {
-  input.image.writer_alive = false;
+  input.snapshot.writer_alive = false;
   return input;
 }
 
-struct Told {
+struct Commanded {
   Wrench wrench;
   std::uint32_t flags = 0;
   [[nodiscard]] double x_N() const { return wrench.force_N.x(); }
 };
 
-Told tick(SafetyChain& chain, const SafetyInput& input) {
-  Told told;
-  told.wrench = chain.apply(input, told.flags);
-  return told;
+Commanded tick(SafetyChain& chain, const SafetyInput& input) {
+  Commanded commanded;
+  commanded.wrench = chain.apply(input, commanded.flags);
+  return commanded;
 }
 
-Told after(SafetyChain& chain, const SafetyInput& input, int ticks) {
-  Told told;
-  for (int i = 0; i < ticks; ++i) told = tick(chain, input);
-  return told;
+Commanded after(SafetyChain& chain, const SafetyInput& input, int ticks) {
+  Commanded commanded;
+  for (int i = 0; i < ticks; ++i) commanded = tick(chain, input);
+  return commanded;
 }
 
 /// A chain past its ramp, holding nothing.
@@ -52,16 +53,16 @@ SafetyChain warmed_up(const SafetyLimits& limits) {
 
 TEST_CASE("A force within the limits passes unchanged and unflagged", "[safety_chain]") {
   SafetyChain chain = warmed_up({.max_force_N = 3.3});
-  const Told told = tick(chain, push(1.0, -2.0, 0.5));
-  CHECK(told.wrench.force_N == Eigen::Vector3d(1.0, -2.0, 0.5));
-  CHECK(told.flags == 0);
+  const Commanded commanded = tick(chain, push(1.0, -2.0, 0.5));
+  CHECK(commanded.wrench.force_N == Eigen::Vector3d(1.0, -2.0, 0.5));
+  CHECK(commanded.flags == 0);
 }
 
 TEST_CASE("The norm is cut to the limit and the direction kept", "[safety_chain]") {
   SafetyChain chain = warmed_up({.max_force_N = 3.3});
-  const Told told = tick(chain, push(30.0, 40.0));
-  CHECK((told.wrench.force_N - Eigen::Vector3d(1.98, 2.64, 0.0)).norm() < 1e-12);
-  CHECK(told.flags == kFlagClamped);
+  const Commanded commanded = tick(chain, push(30.0, 40.0));
+  CHECK((commanded.wrench.force_N - Eigen::Vector3d(1.98, 2.64, 0.0)).norm() < 1e-12);
+  CHECK(commanded.flags == kFlagClamped);
 }
 
 TEST_CASE("The torque is shortened, slewed and faded with its force", "[safety_chain]") {
@@ -72,7 +73,7 @@ TEST_CASE("The torque is shortened, slewed and faded with its force", "[safety_c
         1e-12);
 
   SafetyChain slewing = warmed_up({.max_force_N = 100.0, .max_slew_N_per_ms = 1.0});
-  const Told slewed = tick(slewing, input);
+  const Commanded slewed = tick(slewing, input);
   const double asked_N = norm_N(input.rendered, kLever_m);
   CHECK((slewed.wrench.torque_N_m - input.rendered.torque_N_m / asked_N).norm() < 1e-12);
 
@@ -85,12 +86,12 @@ TEST_CASE("A couple without a force is limited to what the force's limit makes a
   SafetyInput couple = push(0.0);
   couple.rendered.torque_N_m = {0.0, 50.0, 0.0};
   SafetyChain clamping = warmed_up({.max_force_N = 5.0});
-  const Told clamped = tick(clamping, couple);
+  const Commanded clamped = tick(clamping, couple);
   CHECK(clamped.wrench.torque_N_m.y() == Approx(5.0 * kLever_m));
   CHECK(clamped.flags == kFlagClamped);
 
   SafetyChain slewing = warmed_up({.max_force_N = 5.0, .max_slew_N_per_ms = 0.1});
-  const Told slewed = tick(slewing, couple);
+  const Commanded slewed = tick(slewing, couple);
   CHECK(slewed.wrench.torque_N_m.y() == Approx(0.1 * kLever_m));
   CHECK((slewed.flags & kFlagSlewed) != 0);
 }
@@ -107,39 +108,39 @@ TEST_CASE("A force or torque that is no number becomes zero, with the other", "[
     bad.rendered.torque_N_m.x() = kNaN;
   }
   SafetyChain chain = warmed_up({.max_force_N = 3.3});
-  const Told told = tick(chain, bad);
-  CHECK(told.wrench.force_N.isZero(0.0));
-  CHECK(told.wrench.torque_N_m.isZero(0.0));
-  CHECK(told.flags == kFlagRejected);
+  const Commanded commanded = tick(chain, bad);
+  CHECK(commanded.wrench.force_N.isZero(0.0));
+  CHECK(commanded.wrench.torque_N_m.isZero(0.0));
+  CHECK(commanded.flags == kFlagRejected);
 }
 
 TEST_CASE("The force ramps in from zero over 100 ms", "[safety_chain]") {
   SafetyChain chain({.max_force_N = 3.3});
   for (int ms = 1; ms <= 100; ++ms) {
-    const Told told = tick(chain, push(1.0));
-    CHECK(told.x_N() == Approx(0.01 * ms));
-    if (ms < 100) CHECK(told.flags == kFlagRamped);
+    const Commanded commanded = tick(chain, push(1.0));
+    CHECK(commanded.x_N() == Approx(0.01 * ms));
+    if (ms < 100) CHECK(commanded.flags == kFlagRamped);
   }
   CHECK(tick(chain, push(1.0)).flags == 0);
 }
 
-TEST_CASE("A stale image fades to zero between 1.5 periods and 100 ms later", "[safety_chain]") {
+TEST_CASE("A stale snapshot fades to zero between 1.5 periods and 100 ms later", "[safety_chain]") {
   SafetyChain chain = warmed_up({.max_force_N = 3.3});
   (void)tick(chain, push(1.0));
   SafetyInput ageing = push(1.0);
   double previous_N = 1.0;
   for (int ms = 1; ms <= 160; ++ms) {
-    ageing.image.image_age_s = ms * 1e-3;
-    const Told told = tick(chain, ageing);
-    CHECK(previous_N - told.x_N() < 0.0101);
-    if (ms <= 49) CHECK(told.x_N() == 1.0);
-    if (ms >= 150) CHECK(told.x_N() == 0.0);
-    if (ms >= 50) CHECK(told.flags == kFlagFaded);
-    previous_N = told.x_N();
+    ageing.snapshot.snapshot_age_s = ms * 1e-3;
+    const Commanded commanded = tick(chain, ageing);
+    CHECK(previous_N - commanded.x_N() < 0.0101);
+    if (ms <= 49) CHECK(commanded.x_N() == 1.0);
+    if (ms >= 150) CHECK(commanded.x_N() == 0.0);
+    if (ms >= 50) CHECK(commanded.flags == kFlagFaded);
+    previous_N = commanded.x_N();
   }
 }
 
-TEST_CASE("A dead simulation fades at once, whatever the image's age", "[safety_chain]") {
+TEST_CASE("A dead simulation fades at once, whatever the snapshot's age", "[safety_chain]") {
   SafetyChain chain = warmed_up({.max_force_N = 3.3});
   (void)tick(chain, push(1.0));
   for (int ms = 1; ms <= 99; ++ms)
@@ -176,7 +177,7 @@ TEST_CASE("A device that is not believed fades its force, and ramps in again", "
   SafetyChain chain = warmed_up({.max_force_N = 3.3});
   SafetyInput lost = push(1.0);
   lost.device_believed = false;
-  const Told first = tick(chain, lost);
+  const Commanded first = tick(chain, lost);
   CHECK(first.x_N() == Approx(0.99));
   CHECK(first.flags == (kFlagBadDevice | kFlagRamped));
   CHECK(after(chain, lost, 100).x_N() == 0.0);
@@ -192,52 +193,52 @@ TEST_CASE("A stall cuts to zero at once, beyond any slew limit, and a ramp follo
   late.elapsed_s = 0.049;
   CHECK(tick(chain, late).x_N() == 2.0);
   late.elapsed_s = 0.05;
-  const Told told = tick(chain, late);
-  CHECK(told.x_N() == 0.0);
-  CHECK((told.flags & kFlagStalled) != 0);
+  const Commanded commanded = tick(chain, late);
+  CHECK(commanded.x_N() == 0.0);
+  CHECK((commanded.flags & kFlagStalled) != 0);
   CHECK(tick(chain, push(2.0)).x_N() == Approx(0.02));
   chain.cut();
   CHECK(tick(chain, push(2.0)).x_N() == Approx(0.02));
 }
 
-Eigen::Matrix3d spring(double stiffness_N_m, const Eigen::Vector3d& way) {
+Eigen::Matrix3d spring(double stiffness_N_per_m, const Eigen::Vector3d& way) {
   const Eigen::Vector3d normal = way.normalized();
-  return stiffness_N_m * normal * normal.transpose();
+  return stiffness_N_per_m * normal * normal.transpose();
 }
 
 TEST_CASE("Contacts together are governed to the device's stiffness, along their own direction",
           "[safety_chain]") {
-  SafetyChain chain = warmed_up({.max_force_N = 10.0, .stiffness_N_m = 1000.0});
+  SafetyChain chain = warmed_up({.max_force_N = 10.0, .stiffness_N_per_m = 1000.0});
   SafetyInput stiff = push(2.0);
-  stiff.stiffness_N_m = spring(4000.0, {1.0, 2.0, -0.5});
-  const Told told = after(chain, stiff, 100);
-  CHECK(told.x_N() == Approx(0.5));
-  CHECK(told.flags == kFlagStiffness);
+  stiff.stiffness_N_per_m = spring(4000.0, {1.0, 2.0, -0.5});
+  const Commanded commanded = after(chain, stiff, 100);
+  CHECK(commanded.x_N() == Approx(0.5));
+  CHECK(commanded.flags == kFlagStiffness);
 
   SafetyInput corner = push(2.0);
-  corner.stiffness_N_m = 900.0 * Eigen::Matrix3d::Identity();  // 900 along any direction
+  corner.stiffness_N_per_m = 900.0 * Eigen::Matrix3d::Identity();  // 900 along any direction
   CHECK(after(chain, corner, 101).x_N() == 2.0);
 
   SafetyInput held_by_two = push(2.0);
-  held_by_two.stiffness_N_m = spring(600.0, {0.0, 0.0, 1.0}) + spring(600.0, {0.0, 0.0, -1.0});
+  held_by_two.stiffness_N_per_m = spring(600.0, {0.0, 0.0, 1.0}) + spring(600.0, {0.0, 0.0, -1.0});
   CHECK(after(chain, held_by_two, 100).x_N() == Approx(2.0 / 1.2));
 }
 
 TEST_CASE("The first touch of a contact that is too stiff is no pulse", "[safety_chain]") {
-  SafetyChain chain = warmed_up({.max_force_N = 10.0, .stiffness_N_m = 1000.0});
+  SafetyChain chain = warmed_up({.max_force_N = 10.0, .stiffness_N_per_m = 1000.0});
   for (int ms = 1; ms <= 20; ++ms) {
     SafetyInput input = push(2.0 * ms);
-    input.stiffness_N_m = spring(4000.0, {1.0, 0.0, 0.0});
+    input.stiffness_N_per_m = spring(4000.0, {1.0, 0.0, 0.0});
     CHECK(tick(chain, input).x_N() == Approx(0.5 * ms));
   }
 }
 
 TEST_CASE("One contact more is no step of the governed force", "[safety_chain]") {
-  SafetyChain chain = warmed_up({.max_force_N = 10.0, .stiffness_N_m = 1000.0});
+  SafetyChain chain = warmed_up({.max_force_N = 10.0, .stiffness_N_per_m = 1000.0});
   SafetyInput input = push(1.0);
-  input.stiffness_N_m = spring(1000.0, {1.0, 0.0, 0.0});
+  input.stiffness_N_per_m = spring(1000.0, {1.0, 0.0, 0.0});
   double before_N = tick(chain, input).x_N();
-  input.stiffness_N_m *= 2.0;
+  input.stiffness_N_per_m *= 2.0;
   for (int i = 0; i < 20; ++i) {
     const double force_N = tick(chain, input).x_N();
     CHECK(before_N - force_N < 0.1001);
@@ -253,9 +254,9 @@ TEST_CASE("No force, for however long, is warmer than the continuous one", "[saf
   std::uint32_t flags = 0;
   double force_N = 0.0;
   for (int ms = 0; ms < 60'000; ++ms) {
-    const Told told = tick(chain, push(ms % 5000 < 3000 ? 20.0 : 1.0));
-    force_N = told.x_N();
-    flags |= told.flags;
+    const Commanded commanded = tick(chain, push(ms % 5000 < 3000 ? 20.0 : 1.0));
+    force_N = commanded.x_N();
+    flags |= commanded.flags;
     heat_N2 += kTick_s / 2.0 * (force_N * force_N - heat_N2);
     most_N2 = std::max(most_N2, heat_N2);
     if (ms == 10) CHECK(force_N == 8.0);  // cold motors bear a peak
@@ -317,7 +318,7 @@ TEST_CASE("What the control of energy adds fades with a dead simulation", "[safe
   SafetyInput input = push(1.0);
   (void)tick(chain, input);
   input.motion.moved_m = {0.01, 0.0, 0.0};  // 10 mJ are given
-  const Told damped = tick(chain, input);
+  const Commanded damped = tick(chain, input);
   REQUIRE((damped.flags & kFlagPassivity) != 0);
   REQUIRE(damped.x_N() < 1.0);
   CHECK(after(chain, dead(input), 101).wrench.force_N.isZero(0.0));
@@ -335,10 +336,10 @@ TEST_CASE("Energy is booked of what was told, not of what was rendered", "[safet
 TEST_CASE("The norm falls at once, and grows and turns by the slew limit", "[safety_chain]") {
   SafetyChain chain = warmed_up({.max_force_N = 3.3, .max_slew_N_per_ms = 0.5});
   CHECK(after(chain, push(3.0), 6).x_N() == Approx(3.0));
-  const Told fallen = tick(chain, push(0.2));
+  const Commanded fallen = tick(chain, push(0.2));
   CHECK(fallen.x_N() == 0.2);
   CHECK(fallen.flags == 0);
-  const Told grown = tick(chain, push(3.0));
+  const Commanded grown = tick(chain, push(3.0));
   CHECK(grown.x_N() == Approx(0.7));
   CHECK(grown.flags == kFlagSlewed);
 
@@ -348,7 +349,7 @@ TEST_CASE("The norm falls at once, and grows and turns by the slew limit", "[saf
   CHECK(turned_N.y() == Approx(0.5 / std::sqrt(2.0)));
   const double small_rad = 0.05;
   REQUIRE(after(chain, push(3.0), 12).x_N() == Approx(3.0));
-  const Told nudged = tick(chain, push(3.0 * std::cos(small_rad), 3.0 * std::sin(small_rad)));
+  const Commanded nudged = tick(chain, push(3.0 * std::cos(small_rad), 3.0 * std::sin(small_rad)));
   CHECK(nudged.flags == 0);
 }
 
@@ -357,26 +358,26 @@ TEST_CASE("Growth is granted for the time since the last write, and for a period
   SafetyChain chain = warmed_up({.max_force_N = 3.3, .max_slew_N_per_ms = 0.3});
   SafetyInput input = push(3.0);
   input.elapsed_s = 0.02;  // a tick that came late
-  input.since_told_s = 0.0205;
+  input.since_command_s = 0.0205;
   CHECK(tick(chain, input).x_N() == Approx(0.3));
-  input.since_told_s = 0.2e-3;  // and was told late: the next is told soon after
+  input.since_command_s = 0.2e-3;  // and was told late: the next is told soon after
   CHECK(tick(chain, input).x_N() == Approx(0.36));
 }
 
 TEST_CASE("A press that a slow force did not stop is not paid back", "[safety_chain]") {
   SafetyChain chain = warmed_up({.max_force_N = 10.0, .max_slew_N_per_ms = 0.1});
   SafetyInput input = push(0.0);
-  input.stiffness_N_m(0, 0) = 1000.0;
+  input.stiffness_N_per_m(0, 0) = 1000.0;
   input.velocity_m_s = {-1.0, 0.0, 0.0};
-  double given_J = 0.0, told_N = 0.0;
+  double given_J = 0.0, commanded_N = 0.0;
   std::uint32_t flags = 0;
   for (int step = 0; step < 10; ++step) {  // 5 mm in, 5 mm out
     input.motion.moved_m.x() = step < 5 ? -1e-3 : 1e-3;
-    given_J += told_N * input.motion.moved_m.x();
+    given_J += commanded_N * input.motion.moved_m.x();
     input.rendered.force_N.x() = step < 5 ? 1.0 + step : 9.0 - step;
-    const Told told = tick(chain, input);
-    told_N = told.x_N();
-    flags |= told.flags;
+    const Commanded commanded = tick(chain, input);
+    commanded_N = commanded.x_N();
+    flags |= commanded.flags;
   }
   CHECK(given_J <= 0.5 * 1000.0 * 5 * 1e-6);  // what a hold leaks
   CHECK((flags & kFlagEnergy) != 0);
@@ -385,7 +386,7 @@ TEST_CASE("A press that a slow force did not stop is not paid back", "[safety_ch
 TEST_CASE("What was withheld comes back within a second where the hand rests", "[safety_chain]") {
   SafetyChain chain = warmed_up({.max_force_N = 10.0});
   SafetyInput pressed = push(2.0);
-  pressed.stiffness_N_m(0, 0) = 1000.0;
+  pressed.stiffness_N_per_m(0, 0) = 1000.0;
   pressed.velocity_m_s = {-0.1, 0.0, 0.0};
   (void)tick(chain, dead(push(0.0)));
   for (int ms = 0; ms < 110; ++ms) {  // 2 mm deep while there is no force
@@ -399,14 +400,14 @@ TEST_CASE("What was withheld comes back within a second where the hand rests", "
   CHECK(after(chain, pressed, 1001).x_N() == 2.0);
 }
 
-TEST_CASE("An image is waited for no longer than a second, whatever period is declared",
+TEST_CASE("A snapshot is waited for no longer than a second, whatever period is declared",
           "[safety_chain]") {
   SafetyChain chain = warmed_up({.max_force_N = 3.3});
   SafetyInput slow = push(1.0);
-  slow.image.period_s = 100.0;
-  slow.image.image_age_s = 0.99;
+  slow.snapshot.period_s = 100.0;
+  slow.snapshot.snapshot_age_s = 0.99;
   CHECK(tick(chain, slow).flags == 0);
-  slow.image.image_age_s = 1.01;
+  slow.snapshot.snapshot_age_s = 1.01;
   CHECK(after(chain, slow, 101).x_N() == 0.0);
 }
 
@@ -414,7 +415,7 @@ TEST_CASE("Whatever comes in, the force is within its limit and slews no faster 
           "[safety_chain]") {
   SafetyChain chain({.max_force_N = 3.3,
                      .max_slew_N_per_ms = 0.05,
-                     .stiffness_N_m = 1000.0,
+                     .stiffness_N_per_m = 1000.0,
                      .continuous_force_N = 0.9,
                      .max_speed_m_s = 1.0,
                      .workspace = {{-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1}},
@@ -433,24 +434,24 @@ TEST_CASE("Whatever comes in, the force is within its limit and slews no faster 
   for (int i = 0; i < 20'000; ++i) {
     SafetyInput input = push(0.0);
     input.rendered = {vector(3.0), vector(0.1)};
-    input.stiffness_N_m = spring(any(2000.0), {1.0, 0.3, 0.1});
+    input.stiffness_N_per_m = spring(any(2000.0), {1.0, 0.3, 0.1});
     input.device_believed = random() % 10 != 0;
-    input.image.writer_alive = random() % 10 != 0;
-    input.image.image_age_s = any(0.03);
+    input.snapshot.writer_alive = random() % 10 != 0;
+    input.snapshot.snapshot_age_s = any(0.03);
     input.device_m = vector(0.05);
     input.velocity_m_s = vector(1.0);
     input.motion.moved_m = Eigen::Vector3d::Constant(1e-4 * static_cast<double>(random() % 3));
     input.elapsed_s = 1e-3 * static_cast<double>(1 + random() % 8);
-    const Told told = tick(chain, input);
-    REQUIRE(told.wrench.force_N.allFinite());
-    REQUIRE(told.wrench.force_N.norm() <= 3.3 * (1.0 + 1e-12));
-    REQUIRE(told.wrench.torque_N_m.norm() <= 3.3 * kLever_m * (1.0 + 1e-12));
-    const double now_N = norm_N(told.wrench, kLever_m), before_N = norm_N(before, kLever_m);
+    const Commanded commanded = tick(chain, input);
+    REQUIRE(commanded.wrench.force_N.allFinite());
+    REQUIRE(commanded.wrench.force_N.norm() <= 3.3 * (1.0 + 1e-12));
+    REQUIRE(commanded.wrench.torque_N_m.norm() <= 3.3 * kLever_m * (1.0 + 1e-12));
+    const double now_N = norm_N(commanded.wrench, kLever_m), before_N = norm_N(before, kLever_m);
     if (before_N > now_N) before *= now_N / before_N;  // a fall is free
-    const Wrench change{told.wrench.force_N - before.force_N,
-                        told.wrench.torque_N_m - before.torque_N_m};
+    const Wrench change{commanded.wrench.force_N - before.force_N,
+                        commanded.wrench.torque_N_m - before.torque_N_m};
     REQUIRE(norm_N(change, kLever_m) <= 0.05 * (1.0 + 1e-9));
-    before = told.wrench;
+    before = commanded.wrench;
   }
 }
 

@@ -11,13 +11,13 @@
 #define STILLGRID_DEVICE_NO_MOTORS 2u
 #endif
 #define MASS_KG 0.1
-#define DAMPING_N_S_M 2.0
+#define DAMPING_N_S_PER_M 2.0
 #define MAX_FORCE_N 3.0
 #define NEVER UINT64_MAX
 
 /* The host sees no more of it than a pointer. */
 struct stillgrid_device {
-  double rest_z_m, stiffness_N_m; /* options: where the spring pulls to, and how hard */
+  double rest_z_m, stiffness_N_per_m; /* options: where the spring pulls to, and how hard */
   bool is_active;
   atomic_bool is_stopped; /* emergency_stop() comes from any thread, also during a read() */
   uint64_t time_ns;       /* of the state below, or NEVER before the first read */
@@ -37,12 +37,12 @@ static int32_t handle_open(uint32_t index, stillgrid_device** out) {
   stillgrid_device* device = calloc(1, sizeof *device);
   if (device == NULL) return STILLGRID_DEVICE_E_IO;
   device->rest_z_m = -0.02;
-  device->stiffness_N_m = 50.0;
+  device->stiffness_N_per_m = 50.0;
   *out = device;
   return STILLGRID_DEVICE_OK;
 }
 
-/* One option of --device handle:rest_z_m=-0.03,stiffness_N_m=100 */
+/* One option of --device handle:rest_z_m=-0.03,stiffness_N_per_m=100 */
 static int32_t handle_configure(stillgrid_device* device, const char* key, const char* value) {
   if (device == NULL || key == NULL || value == NULL) return STILLGRID_DEVICE_E_ARGUMENT;
   if (device->is_active) return STILLGRID_DEVICE_E_ORDER;
@@ -51,10 +51,11 @@ static int32_t handle_configure(stillgrid_device* device, const char* key, const
   const bool is_number = end != value && *end == '\0' && isfinite(number);
   if (strcmp(key, "rest_z_m") == 0 && is_number && fabs(number) <= 0.06) {
     device->rest_z_m = number;
-  } else if (strcmp(key, "stiffness_N_m") == 0 && is_number && number > 0.0 && number <= 1000.0) {
-    device->stiffness_N_m = number;
+  } else if (strcmp(key, "stiffness_N_per_m") == 0 && is_number && number > 0.0 &&
+             number <= 1000.0) {
+    device->stiffness_N_per_m = number;
   } else { /* the host has named key and value */
-    device->error = "expected rest_z_m from -0.06 to 0.06, or stiffness_N_m above 0, to 1000";
+    device->error = "expected rest_z_m from -0.06 to 0.06, or stiffness_N_per_m above 0, to 1000";
     return STILLGRID_DEVICE_E_ARGUMENT;
   }
   return STILLGRID_DEVICE_OK;
@@ -110,8 +111,8 @@ static void advance(stillgrid_device* device, uint64_t now_ns) {
   device->time_ns = now_ns;
   while (left_s > 0.0) {
     const double step_s = fmin(left_s, 1e-4);
-    const double spring_N = device->stiffness_N_m * (device->rest_z_m - device->z_m);
-    const double total_N = spring_N - DAMPING_N_S_M * device->velocity_m_s + device->force_N;
+    const double spring_N = device->stiffness_N_per_m * (device->rest_z_m - device->z_m);
+    const double total_N = spring_N - DAMPING_N_S_PER_M * device->velocity_m_s + device->force_N;
     device->velocity_m_s += step_s * total_N / MASS_KG;
     device->z_m += step_s * device->velocity_m_s;
     left_s -= step_s;

@@ -99,12 +99,12 @@ class Socket {
   /// Whether three numbers came within that time: the newest that wait, for after a stall there are
   /// many. From now on they are answered where they came from.
   [[nodiscard]] bool receive(Vector& position_m, int patience_ms) {
-    constexpr int kMost = 1000;  // more than wait in a socket: a flood does not keep us here
+    constexpr int kMax = 1000;  // more than wait in a socket: a flood does not keep us here
     pollfd ready{file_, POLLIN, 0};
     if (poll(&ready, 1, patience_ms) <= 0) return false;
     std::array<char, 256> text;
     bool is_fresh = false;
-    for (int packets = 0; packets < kMost; ++packets) {
+    for (int packets = 0; packets < kMax; ++packets) {
       socklen_t size = sizeof there_;
       const ssize_t bytes = recvfrom(file_, text.data(), text.size(), MSG_DONTWAIT,
                                      reinterpret_cast<sockaddr*>(&there_), &size);

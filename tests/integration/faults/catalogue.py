@@ -7,11 +7,11 @@ import daemons
 from faults import shared_words
 from faults.fault_run import Fault
 from faults.injections import (fill_disk, kill_guardian, kill_hand_and_start_again, remove_recording, replace_sim,
-                               signal_hand, signal_sim, signal_worker, spoil_answers, spoil_scene, spoil_sphere,
+                               signal_hand, signal_sim, signal_worker, spoil_compliances, spoil_scene, spoil_sphere,
                                spoil_stopped_scene, stop_and_go, stop_both, stop_hand, stop_sim,
                                truncate, unlink)
 
-_SCENE = """format = 1
+_SCENE = """format = 2
 [world]
 gravity_m_s2 = [0.0, 0.0, 0.0]
 [simulation]
@@ -20,29 +20,29 @@ rate_hz = 30.0
 radius_m = 0.005
 [[material]]
 name = "material"
-contact_stiffness_N_m = {stiffness_N_m}
+contact_stiffness_N_per_m = {stiffness_N_per_m}
 [[body]]
 name = "body"
 material = "material"
 """
-BALL = ("ball.toml", _SCENE.format(stiffness_N_m=1000.0) + """kind = "sphere"
+BALL = ("ball.toml", _SCENE.format(stiffness_N_per_m=1000.0) + """kind = "sphere"
 motion = "prescribed"
 velocity_m_s = 0.0
 position_m = [0.0, 0.0, -0.05]
 radius_m = 0.05
 """)
-# Pinned below and held up by its springs: it gives way to the tool, and its images answer.
-BLOCK = ("block.toml", _SCENE.format(stiffness_N_m=1000.0) + """kind = "soft_block"
+# Pinned below and held up by its springs: it gives way to the tool, and its snapshots are compliant.
+BLOCK = ("block.toml", _SCENE.format(stiffness_N_per_m=1000.0) + """kind = "soft_block"
 nodes = [2, 2, 2]
 size_m = [0.1, 0.1, 0.1]
 position_m = [0.0, 0.0, -0.05]
 mass_kg = 0.4
-spring_stiffness_N_m = { structural = 2000.0, shear = 500.0, bend = 500.0 }
-spring_damping_N_s_m = 5.0
+spring_stiffness_N_per_m = { structural = 2000.0, shear = 500.0, bend = 500.0 }
+spring_damping_N_s_per_m = 5.0
 spheres = { spacing_m = 0.1, radius_m = 0.05 }
 pinned = [0, 1, 2, 3]
 """)
-STIFF_WALL = ("stiff_wall.toml", _SCENE.format(stiffness_N_m=1e5) + """kind = "plane"
+STIFF_WALL = ("stiff_wall.toml", _SCENE.format(stiffness_N_per_m=1e5) + """kind = "plane"
 point_m = [0.0, 0.0, 0.0]
 normal = [0.0, 0.0, 1.0]
 """)
@@ -70,8 +70,8 @@ ENDS_AT_ONCE = {**CUT, "after_N": None}
 DEVICE_FAULT = {**ENDS_AT_ONCE, "status": daemons.DEVICE_FAULT}
 STOPPED = {**CUT, "zero_ms": WATCHDOG}
 STOPPED_FOR_GOOD = {**DEVICE_FAULT, "zero_ms": WATCHDOG}
-STALE_IMAGE = {"zero_ms": STALE + FADE, "flag": "faded", "is_smooth": True}
-DEAD_WRITER = {**STALE_IMAGE, "zero_ms": LOCK_IS_FREE + FADE, "late_ms": STALE - LOCK_IS_FREE}
+STALE_SNAPSHOT = {"zero_ms": STALE + FADE, "flag": "faded", "is_smooth": True}
+DEAD_WRITER = {**STALE_SNAPSHOT, "zero_ms": LOCK_IS_FREE + FADE, "late_ms": STALE - LOCK_IS_FREE}
 ENDED = {"zero_ms": FADE, "after_N": None, "is_smooth": True}
 FREE_BEFORE = {"full_N": 0.0, "may_be_zero": True}
 PRESS = "fault=moves,z_m=0.006,speed_m_s=0.05"
@@ -184,7 +184,7 @@ SIMULATION = [
     Fault("simulation", "killed", inject=signal_sim(signal.SIGKILL), after_N=0.0, **DEAD_WRITER),
     Fault("simulation", "Ctrl-C", inject=signal_sim(signal.SIGINT), after_N=0.0,
           **{**DEAD_WRITER, "zero_ms": PERIOD + LOCK_IS_FREE + FADE}),
-    Fault("simulation", "stopped for 0.4 s", inject=stop_sim, **STALE_IMAGE),
+    Fault("simulation", "stopped for 0.4 s", inject=stop_sim, **STALE_SNAPSHOT),
     Fault("simulation", "stops for 80 ms, four times", inject=stop_and_go, flag="faded",
           is_smooth=True),
     Fault("simulation", "killed, replaced at once", inject=replace_sim("wall"), **DEAD_WRITER),
@@ -208,27 +208,27 @@ MEMORY = [
     *(Fault("memory", f"{what} of a block that gives way", scene=BLOCK, inject=inject,
             full_N=BLOCK_N, after_N=BLOCK_N, may_be_zero=True)
       for what, inject in (
-          ("answers are 1e30 m/N", spoil_answers(1, 1e30)),
-          ("answers are NaN", spoil_answers(1, float("nan"))),
-          ("answers are 10 m/N", spoil_answers(1, 10.0)),
-          ("the answers' direction is NaN",
-           spoil_scene(shared_words.PAYLOAD + shared_words.ANSWER_DIRECTION, "f8", 3,
+          ("compliances are 1e30 m/N", spoil_compliances(1, 1e30)),
+          ("compliances are NaN", spoil_compliances(1, float("nan"))),
+          ("compliances are 10 m/N", spoil_compliances(1, 10.0)),
+          ("the compliances' direction is NaN",
+           spoil_scene(shared_words.PAYLOAD + shared_words.COMPLIANCE_DIRECTION, "f8", 3,
                        float("nan"))),
-          ("the answers' direction is 1e9 long",
-           spoil_scene(shared_words.PAYLOAD + shared_words.ANSWER_DIRECTION, "f8", 3, 1e9)),
-          ("the foresight is 1 ns",
-           spoil_scene(shared_words.PAYLOAD + shared_words.FORESIGHT, "u8", 1, 1)),
-          ("the foresight is 2^60 ns",
-           spoil_scene(shared_words.PAYLOAD + shared_words.FORESIGHT, "u8", 1, 1 << 60)))),
+          ("the compliances' direction is 1e9 long",
+           spoil_scene(shared_words.PAYLOAD + shared_words.COMPLIANCE_DIRECTION, "f8", 3, 1e9)),
+          ("the prediction is 1 ns",
+           spoil_scene(shared_words.PAYLOAD + shared_words.PREDICTION, "u8", 1, 1)),
+          ("the prediction is 2^60 ns",
+           spoil_scene(shared_words.PAYLOAD + shared_words.PREDICTION, "u8", 1, 1 << 60)))),
     Fault("memory", "number of the newest slot is 2^60", scene=BALL,
           inject=spoil_scene(shared_words.LATEST, "u8", 1, 1 << 60, False), may_be_zero=True,
           is_smooth=True),
     Fault("memory", "number of the newest slot is 0", scene=BALL,
           inject=spoil_scene(shared_words.LATEST, "u8", 1, 0, False), may_be_zero=True,
           is_smooth=True),
-    Fault("memory", "an image is 0xFF throughout", scene=BALL,
+    Fault("memory", "a snapshot is 0xFF throughout", scene=BALL,
           inject=spoil_scene(shared_words.PAYLOAD, "u1", 600, 0xFF), zero_ms=STALE + FADE),
-    Fault("memory", "an image is random bytes", scene=BALL,
+    Fault("memory", "a snapshot is random bytes", scene=BALL,
           inject=spoil_scene(shared_words.PAYLOAD, "u1", 2048,
                              numpy.random.default_rng(2002).integers(0, 256, 2048, "u1")),
           may_be_zero=True),
@@ -236,8 +236,8 @@ MEMORY = [
           inject=spoil_scene(shared_words.SEQUENCE, "u8", 1, 7), may_be_zero=True, is_smooth=True),
     Fault("memory", "a material is NaN",
           inject=spoil_scene(shared_words.MATERIALS, "f4", 4, float("nan"), False)),
-    Fault("memory", "stopped, the image's stamps 60 s ahead", inject=spoil_stopped_scene,
-          **STALE_IMAGE),
+    Fault("memory", "stopped, the snapshot's stamps 60 s ahead", inject=spoil_stopped_scene,
+          **STALE_SNAPSHOT),
     Fault("memory", "scene cut off to 0 bytes", inject=truncate("scene"), after_N=0.0,
           says="was shrunk", **DEAD_WRITER),
     Fault("memory", "scene's name removed", inject=unlink("scene")),
@@ -259,7 +259,7 @@ OTHERS = [
     Fault("operator", "terminal closed", inject=signal_hand(signal.SIGHUP), **ENDED),
     Fault("operator", "haptic_server killed, started again", inject=kill_hand_and_start_again,
           may_be_zero=True, is_cut=True),
-    Fault("force", "contact of 1e5 N/m, device for 1000", PRESS + ",stiffness_N_m=1000",
+    Fault("force", "contact of 1e5 N/m, device for 1000", PRESS + ",stiffness_N_per_m=1000",
           scene=STIFF_WALL, flag="stiffness", **FREE_BEFORE),
     Fault("force", "pressed above the continuous force of 1 N",
           PRESS + ",continuous_force_N=1,motor_time_constant_s=0.2", after_N=1.0, flag="budget",

@@ -9,7 +9,7 @@ import numpy
 
 import daemons
 from faults import call_log
-from faults.measure import (FADE_N_MS, STALL_MS, Measured, broken_limits, fault_moments_ms,
+from faults.measure import (FADE_N_PER_MS, STALL_MS, Measured, broken_limits, fault_moments_ms,
                             measure)
 
 DRIVER = daemons.BUILD / "tests" / "integration" / "faults" / "faulty_driver.so"
@@ -147,14 +147,14 @@ class FaultRun(daemons.SessionTest):
         if call_log.force_norms_N(records)[-1] != 0.0:
             complaints.append("the device was left with a force")
         if fault.inject is None and fault.status not in (daemons.DONE, daemons.BAD_INPUT):
-            complaints += self._told_after_fault(fault, records)
+            complaints += self._commanded_after_fault(fault, records)
         complaints += self._broken_records(fault)
         if complaints:
             complaints += self.hand.lines() + self.sim.lines()
         return Outcome(fault, measured, before_stop, began_ms, ended_ms, complaints)
 
     @staticmethod
-    def _told_after_fault(fault, records):
+    def _commanded_after_fault(fault, records):
         """A broken device is told nothing but to stop."""
         first = numpy.flatnonzero(records["call"] == call_log.FAULT_BEGINS)[0]
         stop = first + numpy.flatnonzero(numpy.isin(
@@ -186,8 +186,8 @@ class FaultRun(daemons.SessionTest):
                 broken.append(f"no force only {measured.zero_ms:.1f} ms later, expected "
                               f"{fault.zero_ms} (longest gap {measured.gap_ms:.1f} ms)")
         # What is left of a fade where another force ramps in may be of that one, too.
-        if fault.is_smooth and measured.step_N_ms > 1.5 * FADE_N_MS:
-            broken.append(f"{measured.step_N_ms:.3g} N/ms, expected the {FADE_N_MS} of a fade")
+        if fault.is_smooth and measured.step_N_per_ms > 1.5 * FADE_N_PER_MS:
+            broken.append(f"{measured.step_N_per_ms:.3g} N/ms, expected the {FADE_N_PER_MS} of a fade")
         if measured.cut_N > 0.0 and not (fault.is_cut or is_stalled):
             broken.append(f"{measured.cut_N:.3g} N cut at once")
         return broken

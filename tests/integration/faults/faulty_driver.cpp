@@ -38,7 +38,7 @@ struct Driver {
                                                        {"for_s", 0.0},
                                                        {"workspace_m", 0.0},
                                                        {"no_motors", 0},
-                                                       {"stiffness_N_m", 0},
+                                                       {"stiffness_N_per_m", 0},
                                                        {"continuous_force_N", 0},
                                                        {"motor_time_constant_s", 0},
                                                        {"max_speed_m_s", 0}};
@@ -171,7 +171,7 @@ std::int32_t describe(stillgrid_device* /*device*/, stillgrid_device_descriptor*
   out->max_force_N = 3.3;
   out->continuous_force_N = driver.number["continuous_force_N"];
   out->motor_time_constant_s = driver.number["motor_time_constant_s"];
-  out->nominal_stiffness_N_m = driver.number["stiffness_N_m"];
+  out->nominal_stiffness_N_m = driver.number["stiffness_N_per_m"];
   out->max_speed_m_s = driver.number["max_speed_m_s"];
   for (std::size_t axis = 0; axis < 3; ++axis) {
     out->workspace_min_m[axis] = -driver.number["workspace_m"];

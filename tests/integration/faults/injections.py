@@ -58,7 +58,7 @@ def spoil_scene(offset, type_, count, value, is_in_slots=True):
 
 
 def spoil_stopped_scene(run):
-    """The last image claims to be of the time to come, and no other follows."""
+    """The last snapshot claims to be of the time to come, and no other follows."""
     words = SharedWords(run.session, "scene").in_slots(
         shared_words.PAYLOAD + shared_words.PUBLISH_TIMES, "u8", 4)
     run.begin()
@@ -74,11 +74,11 @@ def spoil_sphere(offset, count, value):
                        value)
 
 
-def spoil_answers(spheres, value):
+def spoil_compliances(spheres, value):
     """Of so many spheres."""
     def inject(run):
         words = SharedWords(run.session, "scene")
-        first = shared_words.PAYLOAD + shared_words.FIRST_SPHERE + shared_words.ANSWER
+        first = shared_words.PAYLOAD + shared_words.FIRST_SPHERE + shared_words.COMPLIANCE
         places = [place for n in range(spheres)
                   for place in words.in_slots(first + n * shared_words.SPHERE_BYTES, "f4", 3)]
         run.begin()

@@ -8,8 +8,8 @@ from faults.call_log import (ACTIVATE, DEACTIVATE, EMERGENCY_STOP, FAULT_BEGINS,
                              IGNORED_WRITE, WRITE, force_norms_N)
 
 MAX_FORCE_N = 3.3  # as faulty_driver.cpp declares
-MAX_SLEW_N_MS = 0.1 * MAX_FORCE_N
-FADE_N_MS = MAX_FORCE_N / 100.0  # of a force at the limit
+MAX_SLEW_N_PER_MS = 0.1 * MAX_FORCE_N
+FADE_N_PER_MS = MAX_FORCE_N / 100.0  # of a force at the limit
 STALL_MS = 50.0  # without a tick: zero at once
 ROUNDING = 1e-6
 
@@ -18,7 +18,7 @@ ROUNDING = 1e-6
 class Measured:
     """Times in ms from the moment the fault began; none: it did not come to that."""
     force_N: float  # the largest
-    step_N_ms: float  # the fastest change, cuts left out
+    step_N_per_ms: float  # the fastest change, cuts left out
     cut_N: float  # the largest force that went to zero at once
     zero_ms: typing.Optional[float]
     recovered_ms: typing.Optional[float]  # from the end of the fault to the full force, which stays
@@ -42,7 +42,7 @@ def growth_N(held, force):
 
 
 def steps(records):
-    """Changes from one told force to the next: size, time between the ticks, whether a cut, index,
+    """Changes from one commanded force to the next: size, time between the ticks, whether a cut, index,
     how much of it is growth or turn, and the time between the writes.
 
     A tick's stamp is the host's; broken_limits() holds it to real time.
@@ -74,9 +74,9 @@ def broken_limits(records):
         broken.append(f"told {force_N.max():.6g} N, limit {MAX_FORCE_N}")
     for _, _, is_cut, i, grown_N, apart_ms in steps(records):
         # From write to write; one that comes late is granted no more than a period's growth.
-        if not is_cut and grown_N > MAX_SLEW_N_MS * min(apart_ms, 1.0) * (1.0 + ROUNDING):
+        if not is_cut and grown_N > MAX_SLEW_N_PER_MS * min(apart_ms, 1.0) * (1.0 + ROUNDING):
             broken.append(f"call {i}: grown by {grown_N:.4g} N in {apart_ms:.4g} ms, limit "
-                          f"{MAX_SLEW_N_MS:.4g} N/ms")
+                          f"{MAX_SLEW_N_PER_MS:.4g} N/ms")
             break
     writes = records[records["call"] == WRITE]
     if (writes["tick_ns"] > writes["time_ns"]).any() or \
@@ -100,7 +100,7 @@ def measure(records, began_ms, ended_ms, full_N):
         recovered_ms = max(back_ms - ended_ms, 0.0)
     return Measured(
         force_N=force_N[after].max(initial=0.0),
-        step_N_ms=max((change_N / passed_ms for change_N, passed_ms, is_cut, *_ in taken
+        step_N_per_ms=max((change_N / passed_ms for change_N, passed_ms, is_cut, *_ in taken
                        if not is_cut), default=0.0),
         cut_N=max((change_N for change_N, _, is_cut, *_ in taken if is_cut), default=0.0),
         zero_ms=time_ms[zeros[0]] - began_ms if len(zeros) else None,

@@ -9,8 +9,8 @@ import numpy
 LATEST, SLOT_OFFSETS, MATERIALS = 256, 64, 1000
 SEQUENCE, PAYLOAD = 0, 64
 PUBLISH_TIMES, FIRST_SPHERE = 48, 576
-FORESIGHT, ANSWER_DIRECTION = 104, 112  # in a payload, too
-SPHERE_BYTES, ANSWER, RADIUS = 128, 36, 48  # of a sphere, and in it
+PREDICTION, COMPLIANCE_DIRECTION = 104, 112  # in a payload, too
+SPHERE_BYTES, COMPLIANCE, RADIUS = 128, 36, 48  # of a sphere, and in it
 
 
 def segment_file(session, kind):

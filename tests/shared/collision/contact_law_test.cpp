@@ -9,17 +9,17 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-ContactMaterial spring_only(double stiffness_N_m) {
-  return {.stiffness_N_m = stiffness_N_m, .damping_N_s_m = 0.0, .friction = 0.0};
+ContactMaterial spring_only(double stiffness_N_per_m) {
+  return {.stiffness_N_per_m = stiffness_N_per_m, .damping_N_s_per_m = 0.0, .friction = 0.0};
 }
 
 /// The force on a probe that presses a row of spheres along x.
 struct Row {
-  double reach_m = 0.015;  // sum of the probe's radius and a sphere's
-  double depth_m = 0.002;  // under the row's top
+  double bounding_radius_m = 0.015;  // sum of the probe's radius and a sphere's
+  double depth_m = 0.002;            // under the row's top
   double spacing_m;
 
-  [[nodiscard]] double height_m() const { return reach_m - depth_m; }
+  [[nodiscard]] double height_m() const { return bounding_radius_m - depth_m; }
 
   [[nodiscard]] Eigen::Vector3d force_N(double along_m) const {
     Eigen::Vector3d sum_N = Eigen::Vector3d::Zero();
@@ -27,8 +27,8 @@ struct Row {
     for (int i = -5; i <= 5; ++i) {
       const Eigen::Vector3d apart_m = probe_m - Eigen::Vector3d(i * spacing_m, 0.0, 0.0);
       const double distance_m = apart_m.norm();
-      sum_N += contact_force_N(spring_only(500.0), reach_m - distance_m, apart_m / distance_m,
-                               Eigen::Vector3d::Zero());
+      sum_N += contact_force_N(spring_only(500.0), bounding_radius_m - distance_m,
+                               apart_m / distance_m, Eigen::Vector3d::Zero());
     }
     return sum_N;
   }
@@ -76,7 +76,7 @@ TEST_CASE("A row opens a hole where its spheres stand 14.967 mm apart", "[contac
 }
 
 TEST_CASE("A sphere pushes a probe that is off its axis further off", "[contact_law]") {
-  const Row row{.spacing_m = 1.0};  // neighbours out of reach
+  const Row row{.spacing_m = 1.0};  // neighbours out of radius
   constexpr double kStep_m = 1e-7;
 
   CHECK(row.force_N(kStep_m).x() / kStep_m == Approx(76.92).margin(0.01));  // force / distance
@@ -87,17 +87,17 @@ TEST_CASE("Between two materials springs and dampers act in series", "[contact_l
   const ContactMaterial hard{2000.0, 4.0, 0.6, 2e-3};
   const ContactMaterial pair = pair_material(soft, hard);
 
-  CHECK(pair.stiffness_N_m == Approx(800.0));
-  CHECK(pair.damping_N_s_m == Approx(1.6));
+  CHECK(pair.stiffness_N_per_m == Approx(800.0));
+  CHECK(pair.damping_N_s_per_m == Approx(1.6));
   CHECK(pair.friction == 0.2);
   CHECK(pair.slip_speed_m_s == 2e-3);
 
   const ContactMaterial alike = pair_material(soft, soft);
-  CHECK(alike.stiffness_N_m == Approx(500.0));
-  CHECK(alike.damping_N_s_m == Approx(1.0));
+  CHECK(alike.stiffness_N_per_m == Approx(500.0));
+  CHECK(alike.damping_N_s_per_m == Approx(1.0));
 
   const ContactMaterial none = pair_material(spring_only(0.0), spring_only(0.0));
-  CHECK(none.stiffness_N_m == 0.0);
+  CHECK(none.stiffness_N_per_m == 0.0);
 }
 
 TEST_CASE("Without overlap there is no force", "[contact_law]") {
@@ -124,9 +124,10 @@ TEST_CASE("The damper acts only while two bodies approach", "[contact_law]") {
 TEST_CASE("A damped impact returns the known share of its speed", "[contact_law]") {
   const double damping_ratio = GENERATE(0.0, 0.2, 0.5);
   const double known_share = damping_ratio == 0.2 ? 0.756135 : damping_ratio == 0.5 ? 0.546293 : 1.;
-  constexpr double kMass_kg = 0.1, kStiffness_N_m = 1000.0, kStep_s = 1e-6;
-  const ContactMaterial material{
-      kStiffness_N_m, 2.0 * damping_ratio * std::sqrt(kStiffness_N_m * kMass_kg), 0.0, 1e-3};
+  constexpr double kMass_kg = 0.1, kStiffness_N_per_m = 1000.0, kStep_s = 1e-6;
+  const ContactMaterial material{kStiffness_N_per_m,
+                                 2.0 * damping_ratio * std::sqrt(kStiffness_N_per_m * kMass_kg),
+                                 0.0, 1e-3};
 
   double depth_m = 0.0, speed_m_s = 1.0;  // into the other body
   do {
@@ -140,11 +141,11 @@ TEST_CASE("A damped impact returns the known share of its speed", "[contact_law]
 
 TEST_CASE("Friction opposes the slip and never exceeds Coulomb's limit", "[contact_law]") {
   const ContactMaterial material{500.0, 0.0, 0.3, 1e-3};
-  constexpr double kPressure_N = 2.0;
+  constexpr double kNormalLoad_N = 2.0;
   const Eigen::Vector3d direction = Eigen::Vector3d(0.6, 0.0, -0.8);
   const double speed_m_s = GENERATE(1e-6, 0.25e-3, 0.999e-3, 1e-3, 2e-3, 1.0, 1e3);
 
-  const Eigen::Vector3d force_N = friction_force_N(material, kPressure_N, speed_m_s * direction);
+  const Eigen::Vector3d force_N = friction_force_N(material, kNormalLoad_N, speed_m_s * direction);
 
   CHECK(force_N.normalized().isApprox(-direction, 1e-12));
   CHECK(force_N.norm() == Approx(0.6 * std::min(1.0, speed_m_s / 1e-3)));

@@ -16,12 +16,12 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 struct Query {
   std::vector<std::uint32_t> visited;
-  bool was_cut = false;
+  bool was_truncated = false;
 };
 
-Query query(const GridView& view, const Cover& probe, std::uint32_t max_visits) {
+Query query(const GridView& view, const SweptBound& probe, std::uint32_t max_visits) {
   Query result;
-  result.was_cut = for_each_candidate(
+  result.was_truncated = for_each_candidate(
       view, probe, max_visits, [&](std::uint32_t sphere) { result.visited.push_back(sphere); });
   return result;
 }
@@ -30,7 +30,7 @@ Query query(const GridView& view, const Cover& probe, std::uint32_t max_visits) 
 proto::GridLevel random_level(std::mt19937_64& random, std::size_t cell_capacity) {
   proto::GridLevel level{};
   level.voxel_m = random() % 4 ? 0.01F : 1e-30F;
-  level.reach_m = random() % 4 ? 0.01F : 1e30F;
+  level.bounding_radius_m = random() % 4 ? 0.01F : 1e30F;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     level.cells[axis] = 1U << (random() % 4);
     const bool is_extreme = random() % 4 == 0;
@@ -59,18 +59,18 @@ TEST_CASE("A grid of random words never leads outside it and its visits are boun
     if (!is_consistent(view.shape, view.layout)) continue;
     // In a block of the exact size, so that the address sanitizer sees one word too far.
     std::vector<std::uint64_t> words(view.layout.total_words);
-    // All numbers small, all of any size, or small starts of cells that lead to any covers.
+    // All numbers small, all of any size, or small starts of cells that lead to any swept bounds.
     constexpr std::uint64_t kSmall = 0x0000003F0000003FULL;
     for (std::size_t word = 0; word < words.size(); ++word) {
-      const bool is_small = round % 3 == 0 || (round % 3 == 1 && word < view.layout.covers);
+      const bool is_small = round % 3 == 0 || (round % 3 == 1 && word < view.layout.swept_bounds);
       words[word] = random() & (is_small ? kSmall : ~std::uint64_t{0});
     }
     view.words = words.data();
 
-    const float reach_m = round % 8 ? 0.015F : kInfinity;
-    const Query result = query(view, {{0.005F, 0.005F, 0.0F}, reach_m}, kMaxVisits);
+    const float bounding_radius_m = round % 8 ? 0.015F : kInfinity;
+    const Query result = query(view, {{0.005F, 0.005F, 0.0F}, bounding_radius_m}, kMaxVisits);
 
-    if (result.was_cut) ++cut;
+    if (result.was_truncated) ++cut;
     visited += result.visited.size();
     if (result.visited.size() > kMaxVisits) ++over_limit;
     for (const std::uint32_t sphere : result.visited)
@@ -85,14 +85,14 @@ TEST_CASE("A grid of random words never leads outside it and its visits are boun
 
 TEST_CASE("A query that is cut short says so, and one that is not is whole", "[hostile_grid]") {
   const RandomScene scene = random_scene(SceneKind::kScattered, 5, 250);
-  const StillGrid grid = grid_of(scene);
-  const Cover probe{{0.0F, 0.0F, 0.0F}, 0.3F};
+  const VoxelGrid grid = grid_of(scene);
+  const SweptBound probe{{0.0F, 0.0F, 0.0F}, 0.3F};
   const Query whole = query(grid.view(), probe, kAllVisits);
-  REQUIRE_FALSE(whole.was_cut);
+  REQUIRE_FALSE(whole.was_truncated);
   REQUIRE(whole.visited.size() > 5);
 
   std::uint32_t enough = 0;
-  while (query(grid.view(), probe, enough).was_cut) {
+  while (query(grid.view(), probe, enough).was_truncated) {
     const Query part = query(grid.view(), probe, enough);
     REQUIRE(part.visited.size() <= enough);
     REQUIRE(std::equal(part.visited.begin(), part.visited.end(), whole.visited.begin()));
@@ -102,30 +102,31 @@ TEST_CASE("A query that is cut short says so, and one that is not is whole", "[h
 }
 
 TEST_CASE("Cells that claim all spheres cost no more than the limit", "[hostile_grid]") {
-  StillGrid grid = grid_of(random_scene(SceneKind::kScattered, 5, 250));
+  VoxelGrid grid = grid_of(random_scene(SceneKind::kScattered, 5, 250));
   const GridView view = grid.view();
   const auto starts = grid.words().subspan(view.layout.cell_starts);
-  for (std::size_t word = 0; word < view.layout.covers - view.layout.cell_starts; ++word)
+  for (std::size_t word = 0; word < view.layout.swept_bounds - view.layout.cell_starts; ++word)
     starts[word] = word % 2 ? ~std::uint64_t{0} : std::uint64_t{0};
 
   const Query result = query(view, {{0.0F, 0.0F, 0.0F}, 0.5F}, 20);
 
-  CHECK(result.was_cut);
+  CHECK(result.was_truncated);
   CHECK(result.visited.size() <= 20);
 }
 
 TEST_CASE("A probe that is nowhere, everywhere or inside out is answered within the limit",
           "[hostile_grid]") {
-  const StillGrid grid = grid_of(random_scene(SceneKind::kScattered, 5, 250));
+  const VoxelGrid grid = grid_of(random_scene(SceneKind::kScattered, 5, 250));
   const std::uint32_t count = grid.view().shape.sphere_count;
 
-  for (const Cover& nowhere : {Cover{{kNaN, 0.0F, 0.0F}, 0.1F}, Cover{{0.0F, 0.0F, 0.0F}, kNaN}})
+  for (const SweptBound& nowhere :
+       {SweptBound{{kNaN, 0.0F, 0.0F}, 0.1F}, SweptBound{{0.0F, 0.0F, 0.0F}, kNaN}})
     CHECK(query(grid.view(), nowhere, 1000).visited.empty());
-  const Cover everywhere{{0.0F, 0.0F, 0.0F}, kInfinity};
+  const SweptBound everywhere{{0.0F, 0.0F, 0.0F}, kInfinity};
   const Query all = query(grid.view(), everywhere, kAllVisits);
-  CHECK_FALSE(all.was_cut);
+  CHECK_FALSE(all.was_truncated);
   CHECK(all.visited.size() == count);
-  CHECK(query(grid.view(), everywhere, count / 2).was_cut);
+  CHECK(query(grid.view(), everywhere, count / 2).was_truncated);
   CHECK(query(grid.view(), {{0.0F, 0.0F, 0.0F}, -1.0F}, 1000).visited.size() <= count);
 }
 
@@ -163,8 +164,8 @@ TEST_CASE("A shape that does not fit its layout is called inconsistent", "[hosti
   }));
   for (const float voxel_m : {0.0F, -0.01F, kNaN, 1e-45F})
     CHECK(level_refused([&](auto& level) { level.voxel_m = voxel_m; }));
-  for (const float reach_m : {-0.01F, kNaN, kInfinity})
-    CHECK(level_refused([&](auto& level) { level.reach_m = reach_m; }));
+  for (const float bounding_radius_m : {-0.01F, kNaN, kInfinity})
+    CHECK(level_refused([&](auto& level) { level.bounding_radius_m = bounding_radius_m; }));
 }
 
 }  // namespace

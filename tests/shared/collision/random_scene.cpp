@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "tests/shared/collision/sphere_image.hpp"
+#include "tests/shared/collision/sphere_state.hpp"
 
 namespace stillgrid {
 namespace {
@@ -25,14 +25,14 @@ std::array<float, 3> somewhere(Random& random, float low_m, float high_m) {
           uniform(random, low_m, high_m)};
 }
 
-constexpr float kReach_m = 1.0F / 64.0F;  // of equal covers, a power of two
+constexpr float kContactDistance_m = 1.0F / 64.0F;  // of equal swept bounds, a power of two
 
-Cover random_cover(SceneKind kind, Random& random, float spread_m) {
+SweptBound random_bound(SceneKind kind, Random& random, float spread_m) {
   switch (kind) {
     case SceneKind::kOnBorders: {
       std::uniform_int_distribution<int> place(-12, 12);
-      const auto border_m = [&] { return static_cast<float>(place(random)) * kReach_m; };
-      return {{border_m(), border_m(), border_m()}, kReach_m};
+      const auto border_m = [&] { return static_cast<float>(place(random)) * kContactDistance_m; };
+      return {{border_m(), border_m(), border_m()}, kContactDistance_m};
     }
     case SceneKind::kCoincident: {
       std::uniform_int_distribution<int> place(-2, 2);
@@ -45,7 +45,7 @@ Cover random_cover(SceneKind kind, Random& random, float spread_m) {
       return {at_m, decades(random, 0.01F, 1.0F)};
     }
     case SceneKind::kWide:
-      return {somewhere(random, -spread_m, spread_m), kReach_m};
+      return {somewhere(random, -spread_m, spread_m), kContactDistance_m};
     default:
       return {somewhere(random, -spread_m, spread_m), decades(random, 0.001F, 0.1F)};
   }
@@ -65,11 +65,11 @@ RandomScene random_scene(SceneKind kind, std::uint64_t seed, std::size_t count) 
   const float grown = std::cbrt(static_cast<float>(std::max<std::size_t>(count, 300)) / 300.0F);
   const float spread_m = kind == SceneKind::kWide ? 30.0F * grown : 0.5F * grown;
   for (std::size_t i = 0; i < count; ++i)
-    scene.covers.push_back(random_cover(kind, random, spread_m));
+    scene.swept_bounds.push_back(random_bound(kind, random, spread_m));
   if (kind == SceneKind::kWide)  // neighbours, or nothing would ever touch
     for (std::size_t i = 1; i < count; i += 2) {
-      scene.covers[i] = scene.covers[i - 1];
-      scene.covers[i].centre_m[0] += uniform(random, 0.0F, 3.0F * kReach_m);
+      scene.swept_bounds[i] = scene.swept_bounds[i - 1];
+      scene.swept_bounds[i].centre_m[0] += uniform(random, 0.0F, 3.0F * kContactDistance_m);
     }
   return scene;
 }
@@ -80,9 +80,9 @@ RandomScene random_scene(SceneKind kind, std::uint64_t seed) {
                       seed < 3 ? seed : std::uniform_int_distribution<std::size_t>(0, 300)(random));
 }
 
-StillGrid grid_of(const RandomScene& scene) {
-  StillGrid grid(0, scene.covers.size());
-  grid.enter(scene.covers, scene.voxel_ratio);
+VoxelGrid grid_of(const RandomScene& scene) {
+  VoxelGrid grid(0, scene.swept_bounds.size());
+  grid.enter(scene.swept_bounds, scene.voxel_ratio);
   return grid;
 }
 
@@ -91,7 +91,7 @@ std::vector<proto::SphereRecord> random_histories(std::uint64_t seed, std::size_
   std::vector<proto::SphereRecord> records;
   for (std::size_t i = 0; i < count; ++i) {
     std::array<float, 3> at_m = somewhere(random, -0.5F, 0.5F);
-    records.push_back(still_sphere(at_m, decades(random, 0.001F, 0.1F)));
+    records.push_back(static_sphere(at_m, decades(random, 0.001F, 0.1F)));
     const float step_m = decades(random, 0.001F, 0.1F);
     proto::SphereRecord& sphere = records.back();
     for (auto* position_m :
@@ -103,14 +103,14 @@ std::vector<proto::SphereRecord> random_histories(std::uint64_t seed, std::size_
   return records;
 }
 
-bool meet_exactly(const Cover& a, const Cover& b) {
+bool meet_exactly(const SweptBound& a, const SweptBound& b) {
   double distance_squared_m2 = 0.0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double apart_m = double{a.centre_m[axis]} - double{b.centre_m[axis]};
     distance_squared_m2 += apart_m * apart_m;
   }
-  const double reach_m = double{a.reach_m} + double{b.reach_m};
-  return distance_squared_m2 <= reach_m * reach_m;
+  const double bounding_radius_m = double{a.bounding_radius_m} + double{b.bounding_radius_m};
+  return distance_squared_m2 <= bounding_radius_m * bounding_radius_m;
 }
 
 }  // namespace stillgrid

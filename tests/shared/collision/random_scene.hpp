@@ -4,13 +4,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "shared/collision/still_grid.hpp"
+#include "shared/collision/voxel_grid.hpp"
 
 namespace stillgrid {
 
-/// Covers that a seed decides, and the ratio to enter them with.
+/// Swept bounds that a seed decides, and the ratio to enter them with.
 struct RandomScene {
-  std::vector<Cover> covers;
+  std::vector<SweptBound> swept_bounds;
   float voxel_ratio = 1.0F;
 };
 
@@ -18,7 +18,7 @@ struct RandomScene {
 enum class SceneKind {
   kScattered,   // reaches over two decades: several levels
   kOnBorders,   // centres and faces exactly on borders between voxels
-  kCoincident,  // many covers at one centre
+  kCoincident,  // many swept bounds at one centre
   kFarAway,     // 1e6 m from the origin, on its negative side
   kWide,        // far wider than the cells, so that the grid repeats
   kCount
@@ -29,14 +29,14 @@ enum class SceneKind {
 /// Of the first seeds: no sphere, one, two, then up to 300.
 [[nodiscard]] RandomScene random_scene(SceneKind kind, std::uint64_t seed);
 
-/// A grid with the scene's covers entered; records are left empty.
-[[nodiscard]] StillGrid grid_of(const RandomScene& scene);
+/// A grid with the scene's swept bounds entered; records are left empty.
+[[nodiscard]] VoxelGrid grid_of(const RandomScene& scene);
 
-/// Spheres that move through the images of their history by up to a tenth of a metre.
+/// Spheres that move through the snapshots of their history by up to a tenth of a metre.
 [[nodiscard]] std::vector<proto::SphereRecord> random_histories(std::uint64_t seed,
                                                                 std::size_t count);
 
 /// Whether two balls meet, exactly up to double's rounding.
-[[nodiscard]] bool meet_exactly(const Cover& a, const Cover& b);
+[[nodiscard]] bool meet_exactly(const SweptBound& a, const SweptBound& b);
 
 }  // namespace stillgrid

@@ -1,9 +1,9 @@
-// The transition that shows the past, as late as images come: docs/cases.md, case 2.6.
+// The transition that shows the past, as late as snapshots come: docs/cases.md, case 2.6.
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "tests/shared/display/image_history.hpp"
+#include "tests/shared/display/snapshot_history.hpp"
 
 namespace stillgrid {
 namespace {
@@ -17,7 +17,7 @@ struct Lags {
 };
 
 Lags lags(const std::vector<std::uint64_t>& times_ns, std::size_t settled) {
-  ImageHistory history(Transition::kPlayout);
+  SnapshotHistory history(Transition::kPlayout);
   Lags seen;
   for (std::size_t n = 0; n + 1 < times_ns.size(); ++n) {
     const std::uint64_t now_ns = times_ns[n];
@@ -37,7 +37,7 @@ double largest(const std::vector<double>& values) {
   return most;
 }
 
-TEST_CASE("Playout lags by exactly the period of regular images, without jump or stage",
+TEST_CASE("Playout lags by exactly the period of regular snapshots, without jump or stage",
           "[playout]") {
   const Lags seen = lags(switch_times_ns(100, kPeriod_ns, 0.0, 1, kPeriod_ns), 4);
   CHECK(largest(seen.jumps_s) < 1e-12);
@@ -62,31 +62,31 @@ TEST_CASE("Under jitter playout never jumps, seldom stalls and lags by the longe
   CHECK(slowest <= 1.0001);  // it stands, and never goes back
 }
 
-TEST_CASE("Playout takes back what a late image cost it, a tenth slower or faster at most",
+TEST_CASE("Playout takes back what a late snapshot cost it, a tenth slower or faster at most",
           "[playout]") {
   auto times_ns = switch_times_ns(800, kPeriod_ns, 0.0, 1, kPeriod_ns);
   for (std::size_t i = 20; i < times_ns.size(); ++i) times_ns[i] += 12'000'000;
   const Lags seen = lags(times_ns, 19);
   CHECK(largest(seen.jumps_s) < 1e-12);
-  CHECK(largest(seen.lag_s) == Approx(45e-3).epsilon(1e-6));  // the late image's
+  CHECK(largest(seen.lag_s) == Approx(45e-3).epsilon(1e-6));  // the late snapshot's
   CHECK(seen.lag_s.back() == Approx(33e-3).epsilon(1e-3));
 }
 
 TEST_CASE("Playout shows a published delay as more lag, to the nanosecond", "[playout]") {
   proto::SnapshotHeader first{}, second{};
-  first.generation = 1;
+  first.snapshot_id = 1;
   first.history_count = 1;
   first.state_time_ns.fill(100 * kTick_ns);
   first.publish_time_ns.fill(120 * kTick_ns);
   second = first;
-  second.generation = second.history_count = 2;
+  second.snapshot_id = second.history_count = 2;
   second.state_time_ns[0] = 200 * kTick_ns;
   second.publish_time_ns[0] = 220 * kTick_ns;
   const TransitionMemory memory =
-      after_switch(Transition::kPlayout, at_first_image(), first, second);
+      after_switch(Transition::kPlayout, at_first_snapshot(), first, second);
   CHECK(memory.latency_s == Approx(120 * 250e-6));
   const auto shown = [&](std::uint64_t now_ns) {
-    return image_weights(Transition::kPlayout, memory, second, now_ns).position;
+    return snapshot_weights(Transition::kPlayout, memory, second, now_ns).position;
   };
   CHECK(shown(221 * kTick_ns)[1] == Approx(0.99));
   CHECK(shown(270 * kTick_ns)[0] == Approx(0.5));

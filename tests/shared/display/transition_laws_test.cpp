@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/shared/display/image_history.hpp"
+#include "tests/shared/display/snapshot_history.hpp"
 
 namespace stillgrid {
 namespace {
@@ -45,9 +45,9 @@ struct Seen {
   std::vector<double> stage_s;          // of each period, in which nothing moved
 };
 
-/// Shows images at these instants; what came in the first `settled` of them does not count.
-Seen watch(ImageHistory history, const Motion& motion, const std::vector<std::uint64_t>& times_ns,
-           std::size_t settled = 8) {
+/// Shows snapshots at these instants; what came in the first `settled` of them does not count.
+Seen watch(SnapshotHistory history, const Motion& motion,
+           const std::vector<std::uint64_t>& times_ns, std::size_t settled = 8) {
   constexpr int kSamples = 32;
   Seen seen;
   for (std::size_t n = 0; n + 1 < times_ns.size(); ++n) {
@@ -91,8 +91,8 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
   return most;
 }
 
-TEST_CASE("2.2 Held images jump by v P and lag by v P / 2 on average", "[transition_laws]") {
-  const Seen seen = watch(ImageHistory(Transition::kHold), steady(), regular());
+TEST_CASE("2.2 Held snapshots jump by v P and lag by v P / 2 on average", "[transition_laws]") {
+  const Seen seen = watch(SnapshotHistory(Transition::kHold), steady(), regular());
   for (const double jump_m : seen.jumps_m) CHECK(jump_m == Approx(kStep_m).epsilon(1e-9));
   std::vector<double> lag_m;
   for (std::size_t i = 0; i < seen.true_m.size(); ++i)
@@ -106,7 +106,7 @@ TEST_CASE("2.3 Linear, restart, hermite and playout lag by exactly v P and never
   const Transition transition = GENERATE(Transition::kLinear, Transition::kRestart,
                                          Transition::kHermite, Transition::kPlayout);
   CAPTURE(name_of(transition));
-  const Seen seen = watch(ImageHistory(transition), steady(), regular());
+  const Seen seen = watch(SnapshotHistory(transition), steady(), regular());
   CHECK(largest(seen.jumps_m) < 1e-12);
   CHECK(largest_difference(seen.displayed_m, seen.one_period_late) < 1e-10);
   CHECK(largest(seen.stage_s) == 0.0);
@@ -115,19 +115,19 @@ TEST_CASE("2.3 Linear, restart, hermite and playout lag by exactly v P and never
 TEST_CASE("2.3 Linear cuts a sine's corners by A w^2 P^2 / 8, and so does playout",
           "[transition_laws]") {
   const Transition transition = GENERATE(Transition::kLinear, Transition::kPlayout);
-  const Seen seen = watch(ImageHistory(transition), swinging(), regular(400));
+  const Seen seen = watch(SnapshotHistory(transition), swinging(), regular(400));
   const double cut_m = largest_difference(seen.displayed_m, seen.one_period_late);
   CHECK(cut_m < 0.2150e-3);
   CHECK(cut_m == Approx(0.2142e-3).epsilon(0.003));
 }
 
-TEST_CASE("2.4 Linear: an early image jumps by v (P_n - P_n+1), a late one stalls for the rest",
+TEST_CASE("2.4 Linear: an early snapshot jumps by v (P_n - P_n+1), a late one stalls for the rest",
           "[transition_laws]") {
   const std::int64_t off_ns = GENERATE(-10'000'000, 10'000'000);
   auto times_ns = regular(12);
   for (std::size_t i = 10; i < times_ns.size(); ++i)
     times_ns[i] = static_cast<std::uint64_t>(static_cast<std::int64_t>(times_ns[i]) + off_ns);
-  const Seen seen = watch(ImageHistory(Transition::kLinear), steady(), times_ns, 9);
+  const Seen seen = watch(SnapshotHistory(Transition::kLinear), steady(), times_ns, 9);
   const double jump_m = seen.jumps_m[1], stage_s = seen.stage_s[0];
   CHECK(jump_m == Approx(off_ns < 0 ? 1e-3 : 0.0).margin(1e-12));
   CHECK(stage_s == Approx(off_ns > 0 ? 0.010 : 0.0).margin(0.043 / 32));
@@ -137,7 +137,7 @@ TEST_CASE("2.4 Under jitter linear jumps half of the times, by v P j / 3 and at 
           "[transition_laws]") {
   constexpr double kJitter = 0.3;
   const auto seed = static_cast<unsigned>(GENERATE(1, 2, 3));
-  const Seen seen = watch(ImageHistory(Transition::kLinear), steady(),
+  const Seen seen = watch(SnapshotHistory(Transition::kLinear), steady(),
                           switch_times_ns(20'000, kPeriod_ns, kJitter, seed, 100 * kPeriod_ns));
   double jumps = 0.0;
   for (const double jump_m : seen.jumps_m) jumps += jump_m > 1e-9 ? 1.0 : 0.0;
@@ -155,16 +155,16 @@ TEST_CASE("2.5 With a wrong estimate of the period linear jumps by (1 - 1/g) v P
   };
   const Row row =
       GENERATE(Row{1.5, kStep_m / 3.0}, Row{2.0, kStep_m / 2.0}, Row{1.0, 0.0}, Row{0.5, 0.0});
-  const Seen seen = watch(ImageHistory(Transition::kLinear, row.estimate), steady(), regular());
+  const Seen seen = watch(SnapshotHistory(Transition::kLinear, row.estimate), steady(), regular());
   for (const double jump_m : seen.jumps_m) CHECK(jump_m == Approx(row.jump_m).margin(1e-9));
 }
 
-TEST_CASE("2.5 Restart lags by g v P, and jumps by what a history of four images forgets",
+TEST_CASE("2.5 Restart lags by g v P, and jumps by what a history of four snapshots forgets",
           "[transition_laws]") {
   const double estimate = GENERATE(0.5, 1.0, 1.25, 1.5, 2.0);
   const double forgotten = std::pow(std::max(0.0, 1.0 - 1.0 / estimate), 3);
   CAPTURE(estimate);
-  ImageHistory history(Transition::kRestart, estimate);
+  SnapshotHistory history(Transition::kRestart, estimate);
   for (const double jump_m : watch(history, steady(), regular()).jumps_m)
     CHECK(jump_m == Approx(forgotten * kStep_m).margin(1e-9));
   const auto times_ns = regular(80);
@@ -177,7 +177,7 @@ TEST_CASE("2.5 Restart lags by g v P, and jumps by what a history of four images
 TEST_CASE("2.5 Restart's error contracts by 1 - 1/g a period, without overshoot",
           "[transition_laws]") {
   const double estimate = GENERATE(1.25, 1.5, 2.0, 3.0);
-  ImageHistory history(Transition::kRestart, estimate);
+  SnapshotHistory history(Transition::kRestart, estimate);
   for (std::uint64_t n = 1; n <= 4; ++n) history.show(n * kPeriod_ns, 0.0, 0.0);
   double error_m = 1.0;  // it has moved at once, and stands
   for (std::uint64_t n = 5; n <= 7; ++n) {
@@ -193,7 +193,7 @@ struct Break {
 
 Break largest_break(Transition transition, const std::vector<std::uint64_t>& times_ns) {
   constexpr std::uint64_t kMoment_ns = 1000;
-  ImageHistory history(transition);
+  SnapshotHistory history(transition);
   const Motion motion = swinging();
   Break most;
   for (std::size_t n = 0; n < times_ns.size(); ++n) {
@@ -209,8 +209,9 @@ Break largest_break(Transition transition, const std::vector<std::uint64_t>& tim
   return most;
 }
 
-TEST_CASE("2.6 Restart and hermite do not jump at an early image, and hermite has no kink either",
-          "[transition_laws]") {
+TEST_CASE(
+    "2.6 Restart and hermite do not jump at an early snapshot, and hermite has no kink either",
+    "[transition_laws]") {
   auto times_ns = regular(200);
   for (std::size_t i = 0; i < times_ns.size(); i += 5) times_ns[i] -= 10'000'000;
   const Break restart = largest_break(Transition::kRestart, times_ns);
@@ -233,7 +234,7 @@ TEST_CASE("2.6 Under jitter restart and hermite jump by less than a hundredth of
 }
 
 TEST_CASE("2.6 Hermite follows a smooth path to a'' P^4 / 384", "[transition_laws]") {
-  const Seen seen = watch(ImageHistory(Transition::kHermite), swinging(), regular(400));
+  const Seen seen = watch(SnapshotHistory(Transition::kHermite), swinging(), regular(400));
   const double w = 4.0 * std::numbers::pi;
   const double bound_m = 0.01 * std::pow(w * kPeriod_s, 4) / 384.0;
   CHECK(bound_m == Approx(7.7e-7).epsilon(0.01));
@@ -242,12 +243,12 @@ TEST_CASE("2.6 Hermite follows a smooth path to a'' P^4 / 384", "[transition_law
   CHECK(error_m > 0.9 * bound_m);
 }
 
-/// How far beyond `beyond_m` the displayed goes in the period after the last of these images.
-double overshoot_m(Transition transition, const std::vector<std::pair<double, double>>& images,
+/// How far beyond `beyond_m` the displayed goes in the period after the last of these snapshots.
+double overshoot_m(Transition transition, const std::vector<std::pair<double, double>>& snapshots,
                    double beyond_m) {
-  ImageHistory history(transition);
+  SnapshotHistory history(transition);
   std::uint64_t now_ns = kPeriod_ns;
-  for (const auto& [position_m, velocity_m_s] : images)
+  for (const auto& [position_m, velocity_m_s] : snapshots)
     history.show(now_ns += kPeriod_ns, position_m, velocity_m_s);
   double most_m = 0.0;
   for (std::uint64_t t_ns = now_ns; t_ns <= now_ns + kPeriod_ns; t_ns += 10'000)
@@ -277,7 +278,7 @@ TEST_CASE("2.6 Extrapolation errs and jumps by a P^2 / 2, by a P^2 from backward
                         }};
   const double jump_m = kPeriod_s * kPeriod_s * 2.0;
   const auto seen = [&](const Motion& motion) {
-    return watch(ImageHistory(Transition::kExtrapolate), motion, regular());
+    return watch(SnapshotHistory(Transition::kExtrapolate), motion, regular());
   };
   for (const double jump : seen(truly).jumps_m) CHECK(jump == Approx(0.5 * jump_m).epsilon(1e-6));
   for (const double jump : seen(backward).jumps_m) CHECK(jump == Approx(2.178e-3).epsilon(1e-3));
@@ -286,7 +287,7 @@ TEST_CASE("2.6 Extrapolation errs and jumps by a P^2 / 2, by a P^2 from backward
 
 TEST_CASE("2.6 Extrapolation has no lag on a steady body, and overshoots by v P at an impact",
           "[transition_laws]") {
-  const Seen seen = watch(ImageHistory(Transition::kExtrapolate), steady(),
+  const Seen seen = watch(SnapshotHistory(Transition::kExtrapolate), steady(),
                           switch_times_ns(200, kPeriod_ns, 0.3, 5, 100 * kPeriod_ns));
   CHECK(largest_difference(seen.displayed_m, seen.true_m) < 1e-12);
   const double overshoot =
@@ -295,10 +296,10 @@ TEST_CASE("2.6 Extrapolation has no lag on a steady body, and overshoots by v P 
 }
 
 TEST_CASE(
-    "Answer has no lag on a steady body that does not answer, and no jump, whatever the jitter",
+    "Predict has no lag on a steady body that is not compliant, and no jump, whatever the jitter",
     "[transition_laws]") {
-  ImageHistory history(Transition::kAnswer);
-  history.foresee(kPeriod_ns);
+  SnapshotHistory history(Transition::kPredict);
+  history.predict(kPeriod_ns);
   const Seen seen =
       watch(history, steady(), switch_times_ns(200, kPeriod_ns, 0.3, 6, 100 * kPeriod_ns));
   CHECK(largest(seen.jumps_m) < 1e-12);

@@ -29,9 +29,9 @@ Words gather_all(const std::uint64_t* payload) {
   return load_struct<Words>(payload);
 }
 
-bool is_whole(const Words& words, std::uint64_t generation) {
+bool is_whole(const Words& words, std::uint64_t snapshot_id) {
   return std::all_of(words.begin(), words.end(),
-                     [&](std::uint64_t word) { return word == word_of(generation); });
+                     [&](std::uint64_t word) { return word == word_of(snapshot_id); });
 }
 
 TEST_CASE("Before the first publication there is nothing to read", "[double_buffer]") {
@@ -46,7 +46,7 @@ TEST_CASE("Before the first publication there is nothing to read", "[double_buff
   CHECK_FALSE(was_gathered);
 }
 
-TEST_CASE("A reader always gets the generation last published", "[double_buffer]") {
+TEST_CASE("A reader always gets the snapshot last published", "[double_buffer]") {
   Memory memory;
   for (std::uint64_t n = 1; n <= 5; ++n) {
     publish_small(memory.buffer(), n);
@@ -55,13 +55,13 @@ TEST_CASE("A reader always gets the generation last published", "[double_buffer]
         memory.buffer(), [&](const std::uint64_t* payload) { words = gather_all(payload); });
 
     REQUIRE(result.status == ReadStatus::kAccepted);
-    CHECK(result.generation == n);
+    CHECK(result.snapshot_id == n);
     CHECK(result.attempts == 1);
     CHECK(is_whole(words, n));
   }
 }
 
-TEST_CASE("Parts of an image go where they belong and leave the rest alone", "[double_buffer]") {
+TEST_CASE("Parts of a snapshot go where they belong and leave the rest alone", "[double_buffer]") {
   Memory memory;
   const std::array<std::uint64_t, 2> head{1, 2};
   const std::array<std::uint64_t, 1> tail{3};
@@ -79,7 +79,7 @@ TEST_CASE("A slot left half written is never shown", "[double_buffer]") {
   Memory memory;
   publish_small(memory.buffer(), 1);
   publish_small(memory.buffer(), 2);
-  memory.sequence[0] = 2 * 4 - 1;  // generation 4 begun, 3 never announced
+  memory.sequence[0] = 2 * 4 - 1;  // snapshot 4 begun, 3 never announced
   int gathers = 0;
 
   const ReadResult result = read_latest(memory.buffer(), [&](const std::uint64_t*) { ++gathers; });
@@ -99,7 +99,8 @@ struct DyingWriter : HardwareAtomics {
   }
 };
 
-TEST_CASE("A writer that dies at any store leaves the image before it whole", "[double_buffer]") {
+TEST_CASE("A writer that dies at any store leaves the snapshot before it whole",
+          "[double_buffer]") {
   constexpr std::size_t kStores = 1 + Memory::kWords + 2;  // W1, W3, W4, W5
   Words third{};
   third.fill(word_of(3));
@@ -116,8 +117,8 @@ TEST_CASE("A writer that dies at any store leaves the image before it whole", "[
         memory.buffer(), [&](const std::uint64_t* payload) { words = gather_all(payload); });
 
     REQUIRE(result.status == ReadStatus::kAccepted);
-    REQUIRE(result.generation == (stores == kStores ? 3 : 2));
-    REQUIRE(is_whole(words, result.generation));
+    REQUIRE(result.snapshot_id == (stores == kStores ? 3 : 2));
+    REQUIRE(is_whole(words, result.snapshot_id));
   }
 }
 
@@ -135,38 +136,38 @@ struct WithoutLastCheck : HardwareAtomics {
 template <class Atomics>
 std::pair<ReadResult, Words> read_overtaken(int overtaken_gathers) {
   Memory memory;
-  std::uint64_t generation = 1;
-  publish_small(memory.buffer(), generation);
+  std::uint64_t snapshot_id = 1;
+  publish_small(memory.buffer(), snapshot_id);
   Words words{};
   const ReadResult result =
       read_latest<Atomics>(memory.buffer(), [&](const std::uint64_t* payload) {
         for (std::size_t i = 0; i < words.size(); ++i) {
           if (i == words.size() / 2 && overtaken_gathers-- > 0)
-            for (int k = 0; k < 2; ++k) publish_small(memory.buffer(), ++generation);
+            for (int k = 0; k < 2; ++k) publish_small(memory.buffer(), ++snapshot_id);
           words[i] = load_word(payload, i);
         }
       });
   return {result, words};
 }
 
-TEST_CASE("An overtaken read is rejected and the second attempt gets the newer image",
+TEST_CASE("An overtaken read is rejected and the second attempt gets the newer snapshot",
           "[double_buffer]") {
   const auto [result, words] = read_overtaken<HardwareAtomics>(1);
 
   REQUIRE(result.status == ReadStatus::kAccepted);
   CHECK(result.attempts == 2);
-  CHECK(result.generation == 3);
+  CHECK(result.snapshot_id == 3);
   CHECK(is_whole(words, 3));
 }
 
-TEST_CASE("A read overtaken twice gives up rather than show a mixed image", "[double_buffer]") {
+TEST_CASE("A read overtaken twice gives up rather than show a mixed snapshot", "[double_buffer]") {
   const auto [result, words] = read_overtaken<HardwareAtomics>(2);
 
   CHECK(result.status == ReadStatus::kContended);
   CHECK(result.attempts == 2);
 }
 
-TEST_CASE("Without its last check the same reader shows a mixed image", "[double_buffer]") {
+TEST_CASE("Without its last check the same reader shows a mixed snapshot", "[double_buffer]") {
   const auto [result, words] = read_overtaken<WithoutLastCheck>(1);
 
   REQUIRE(result.status == ReadStatus::kAccepted);
@@ -174,7 +175,7 @@ TEST_CASE("Without its last check the same reader shows a mixed image", "[double
   CHECK(words.back() == word_of(3));
 }
 
-TEST_CASE("Beside a writer that never rests no image is torn or older than the last",
+TEST_CASE("Beside a writer that never rests no snapshot is torn or older than the last",
           "[double_buffer]") {
   Memory memory;
   std::atomic<bool> stop = false;
@@ -188,9 +189,9 @@ TEST_CASE("Beside a writer that never rests no image is torn or older than the l
     const ReadResult result = read_latest(
         memory.buffer(), [&](const std::uint64_t* payload) { words = gather_all(payload); });
     if (result.status != ReadStatus::kAccepted) return false;
-    if (!is_whole(words, result.generation)) ++torn;
-    if (result.generation < last) ++backwards;
-    last = result.generation;
+    if (!is_whole(words, result.snapshot_id)) ++torn;
+    if (result.snapshot_id < last) ++backwards;
+    last = result.snapshot_id;
     return true;
   };
   while (HardwareAtomics::load(memory.latest, std::memory_order_relaxed) < 500000) read_and_check();

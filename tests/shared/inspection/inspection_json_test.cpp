@@ -53,7 +53,7 @@ TEST_CASE("A session's JSON holds every sphere as it was published", "[inspectio
   CHECK(fixed["tool_spheres"].size() == 2);
   CHECK(fixed["static_spheres"].size() == 10);
   const Json& snapshot = json["scene"]["snapshot"];
-  CHECK(snapshot["generation"] == 5);
+  CHECK(snapshot["snapshot_id"] == 5);
   CHECK(snapshot["state_time_ns"] ==
         Json({5 * kPeriod_ns, 4 * kPeriod_ns, 3 * kPeriod_ns, 2 * kPeriod_ns}));
   CHECK(snapshot["contacts"] == 5);
@@ -64,12 +64,12 @@ TEST_CASE("A session's JSON holds every sphere as it was published", "[inspectio
     CHECK(sphere["material"] == 1);
     REQUIRE(sphere["history"].size() == 3);
     for (std::uint64_t age = 0; age < 4; ++age) {
-      const Json& image = age == 0 ? sphere : sphere["history"][age - 1];
-      CHECK(vector(image["position_m"]) == SmallSceneWriter::position_m(i, 5 - age).cast<float>());
+      const Json& state = age == 0 ? sphere : sphere["history"][age - 1];
+      CHECK(vector(state["position_m"]) == SmallSceneWriter::position_m(i, 5 - age).cast<float>());
       if (age == 3)
-        CHECK_FALSE(image.contains("velocity_m_s"));  // the oldest's is not kept
+        CHECK_FALSE(state.contains("velocity_m_s"));  // the oldest's is not kept
       else
-        CHECK(vector(image["velocity_m_s"]) ==
+        CHECK(vector(state["velocity_m_s"]) ==
               SmallSceneWriter::velocity_m_s(i, 5 - age).cast<float>());
     }
   }
@@ -136,7 +136,7 @@ TEST_CASE("Strings of any bytes make valid JSON", "[inspection_json]") {
   CHECK(Json::parse(text_of(json_of(std::span(&summary, 1)))).size() == 1);
 }
 
-TEST_CASE("Whatever a writer wrote into an image the JSON is valid and bounded",
+TEST_CASE("Whatever a writer wrote into a snapshot the JSON is valid and bounded",
           "[inspection_json]") {
   const TestSession session;
   SmallSceneWriter writer(session);

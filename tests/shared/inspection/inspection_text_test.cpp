@@ -58,7 +58,7 @@ TEST_CASE("A long refusal does not widen the other rows", "[inspection_text]") {
   CHECK(table.find('\n') < 150);
 }
 
-TEST_CASE("A session in detail tells the scene, its image and what is absent",
+TEST_CASE("A session in detail tells the scene, its snapshot and what is absent",
           "[inspection_text]") {
   const TestSession session;
   SmallSceneWriter writer(session);

@@ -260,7 +260,7 @@ TEST_CASE("An object that is shrunk while it is watched is refused", "[segment_s
 }
 
 TEST_CASE("A survey has a row for each segment however many there are", "[segment_summary]") {
-  constexpr std::size_t kMany = MappingGuard::kMost + 10;
+  constexpr std::size_t kMany = MappingGuard::kMax + 10;
   const std::vector<TestSession> sessions(kMany);
   leave_dead_scene(sessions[0]);
   std::vector<SegmentFile> files;

@@ -44,8 +44,8 @@ TEST_CASE("A fixed part with a count out of range is refused", "[corrupted_scene
 
 TEST_CASE("A fixed part with a number that is none is refused", "[corrupted_scene]") {
   for (const float bad : {kNaN, INFINITY, -INFINITY}) {
-    CHECK(is_refused([&](auto& scene) { scene.materials[1].stiffness_N_m = bad; }));
-    CHECK(is_refused([&](auto& scene) { scene.materials[1].damping_N_s_m = bad; }));
+    CHECK(is_refused([&](auto& scene) { scene.materials[1].stiffness_N_per_m = bad; }));
+    CHECK(is_refused([&](auto& scene) { scene.materials[1].damping_N_s_per_m = bad; }));
     CHECK(is_refused([&](auto& scene) { scene.materials[1].friction = bad; }));
     CHECK(is_refused([&](auto& scene) { scene.materials[1].slip_speed_m_s = bad; }));
     CHECK(is_refused([&](auto& scene) { scene.planes[0].offset_m = bad; }));
@@ -60,8 +60,8 @@ TEST_CASE("A fixed part with a number that is none is refused", "[corrupted_scen
 }
 
 TEST_CASE("A fixed part with an impossible number is refused", "[corrupted_scene]") {
-  CHECK(is_refused([](auto& scene) { scene.materials[0].stiffness_N_m = -1.0F; }));
-  CHECK(is_refused([](auto& scene) { scene.materials[0].damping_N_s_m = -1.0F; }));
+  CHECK(is_refused([](auto& scene) { scene.materials[0].stiffness_N_per_m = -1.0F; }));
+  CHECK(is_refused([](auto& scene) { scene.materials[0].damping_N_s_per_m = -1.0F; }));
   CHECK(is_refused([](auto& scene) { scene.materials[0].friction = -0.1F; }));
   CHECK(is_refused([](auto& scene) { scene.materials[0].slip_speed_m_s = 0.0F; }));
   CHECK(is_refused([](auto& scene) { scene.planes[0].normal = {0.0F, 0.0F, 1.1F}; }));

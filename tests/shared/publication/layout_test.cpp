@@ -45,20 +45,20 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(TickFigures, contacts) == 24);
   CHECK(offsetof(TickFigures, flags) == 28);
   CHECK(offsetof(TickFigures, work_ns) == 32);
-  CHECK(offsetof(TickFigures, wake_late_ns) == 40);
+  CHECK(offsetof(TickFigures, wake_up_latency_ns) == 40);
   CHECK(offsetof(TickFigures, missed_ticks) == 48);
   CHECK(offsetof(TickFigures, displayed) == 56);
   CHECK(sizeof(TickFigures) == 192);
-  CHECK(offsetof(DisplayedImage, generation) == 8);
-  CHECK(offsetof(DisplayedImage, position) == 16);
-  CHECK(offsetof(DisplayedImage, velocity_s) == 48);
-  CHECK(offsetof(DisplayedImage, drift_s) == 72);
-  CHECK(offsetof(DisplayedImage, answer_lag_s) == 80);
-  CHECK(offsetof(DisplayedImage, answer_N) == 88);
-  CHECK(offsetof(DisplayedImage, shift_m) == 96);
-  CHECK(offsetof(DisplayedImage, alpha) == 120);
-  CHECK(offsetof(DisplayedImage, age_s) == 128);
-  CHECK(sizeof(DisplayedImage) == 136);
+  CHECK(offsetof(DisplayedSnapshot, snapshot_id) == 8);
+  CHECK(offsetof(DisplayedSnapshot, position) == 16);
+  CHECK(offsetof(DisplayedSnapshot, velocity_s) == 48);
+  CHECK(offsetof(DisplayedSnapshot, prediction_s) == 72);
+  CHECK(offsetof(DisplayedSnapshot, compliance_lag_s) == 80);
+  CHECK(offsetof(DisplayedSnapshot, force_change_N) == 88);
+  CHECK(offsetof(DisplayedSnapshot, shift_m) == 96);
+  CHECK(offsetof(DisplayedSnapshot, alpha) == 120);
+  CHECK(offsetof(DisplayedSnapshot, age_s) == 128);
+  CHECK(sizeof(DisplayedSnapshot) == 136);
 
   CHECK(offsetof(SceneHeader, material_count) == 64);
   CHECK(offsetof(SceneHeader, tool_slip_speed_m_s) == 84);
@@ -76,10 +76,10 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(SnapshotHeader, tool_time_ns) == 80);
   CHECK(offsetof(SnapshotHeader, step_ns) == 88);
   CHECK(offsetof(SnapshotHeader, contacts) == 96);
-  CHECK(offsetof(SnapshotHeader, foresight_ns) == 104);
-  CHECK(offsetof(SnapshotHeader, answer_direction) == 112);
-  CHECK(offsetof(SnapshotHeader, answer_force_N) == 136);
-  CHECK(offsetof(SnapshotHeader, longest_answer_m_N) == 144);
+  CHECK(offsetof(SnapshotHeader, prediction_ns) == 104);
+  CHECK(offsetof(SnapshotHeader, compliance_direction) == 112);
+  CHECK(offsetof(SnapshotHeader, compliance_force_N) == 136);
+  CHECK(offsetof(SnapshotHeader, max_compliance_m_per_N) == 144);
   CHECK(offsetof(SnapshotHeader, grid) == 152);
   CHECK(sizeof(SnapshotHeader) == 544);
 
@@ -90,17 +90,17 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(GridLevel, lowest_voxel) == 0);
   CHECK(offsetof(GridLevel, voxel_m) == 12);
   CHECK(offsetof(GridLevel, highest_voxel) == 16);
-  CHECK(offsetof(GridLevel, reach_m) == 28);
+  CHECK(offsetof(GridLevel, bounding_radius_m) == 28);
   CHECK(offsetof(GridLevel, cells) == 32);
   CHECK(offsetof(GridLevel, first_cell) == 44);
   CHECK(sizeof(GridLevel) == 48);
-  CHECK(offsetof(Cover, reach_m) == 12);
-  CHECK(sizeof(Cover) == 16);
+  CHECK(offsetof(SweptBound, bounding_radius_m) == 12);
+  CHECK(sizeof(SweptBound) == 16);
 
-  CHECK(sizeof(SphereImage) == 24);
+  CHECK(sizeof(SphereState) == 24);
   CHECK(offsetof(SphereRecord, radius_m) == 48);
-  CHECK(offsetof(SphereRecord, drift_m_s) == 24);
-  CHECK(offsetof(SphereRecord, answer_m_N) == 36);
+  CHECK(offsetof(SphereRecord, predicted_velocity_m_s) == 24);
+  CHECK(offsetof(SphereRecord, compliance_m_per_N) == 36);
   CHECK(offsetof(SphereRecord, older) == 64);
   CHECK(offsetof(SphereRecord, oldest_position_m) == 112);
   CHECK(offsetof(SphereRecord, material) == 52);
@@ -117,15 +117,15 @@ TEST_CASE("A tool segment is one page with its slots at 448 and 832", "[layout]"
   CHECK(writer.header().payload_bytes == 320);
 }
 
-TEST_CASE("A scene segment is its header, its still grid and two slots", "[layout]") {
+TEST_CASE("A scene segment is its header, its static grid and two slots", "[layout]") {
   const TestSession session;
   SmallSceneWriter scene(session);
   const SegmentHeader& header = scene.writer().header();
 
   // Starts of 8 cells a sphere and 512 more, to a multiple of 64 bytes.
-  const std::size_t still_bytes = 128 * 10 + 2432 + 16 * 13 + 4 * 10;
+  const std::size_t static_bytes = 128 * 10 + 2432 + 16 * 13 + 4 * 10;
   const std::size_t payload_bytes = 576 + 128 * 7 + 2304 + 16 * 10 + (4 * 7 + 4);
-  const std::size_t first_slot = (3840 + still_bytes + 63) / 64 * 64;
+  const std::size_t first_slot = (3840 + static_bytes + 63) / 64 * 64;
   CHECK(header.slot_offset[0] == first_slot);
   CHECK(header.slot_offset[1] == first_slot + 64 + (payload_bytes + 63) / 64 * 64);
   CHECK(header.payload_bytes == payload_bytes);

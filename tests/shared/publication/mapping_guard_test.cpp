@@ -122,7 +122,7 @@ TEST_CASE("A mapping that is no longer guarded is no longer replaced", "[mapping
   const Mapped memory(PROT_READ);
   { const MappingGuard guard(memory.bytes(), MappingGuard::Access::kRead); }
   std::vector<MappingGuard> all;  // places in the table are free again
-  for (std::size_t i = 0; i < MappingGuard::kMost; ++i)
+  for (std::size_t i = 0; i < MappingGuard::kMax; ++i)
     all.emplace_back(memory.bytes(), MappingGuard::Access::kRead);
   CHECK_THROWS(MappingGuard(memory.bytes(), MappingGuard::Access::kRead));
 }

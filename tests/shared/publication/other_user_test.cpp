@@ -49,7 +49,7 @@ OtherProcess as_user(uid_t user, const Work& work) {
   });
 }
 
-/// Publishes one image in a session of the user's own until it is killed.
+/// Publishes one snapshot in a session of the user's own until it is killed.
 OtherProcess publisher(uid_t user, const std::string& session, mode_t mode = 0600) {
   return as_user(user, [=](const auto& ready) {
     SegmentWriter writer(session, small_spec());

@@ -12,7 +12,7 @@
 namespace stillgrid {
 namespace {
 
-using Image = std::array<std::uint64_t, proto::kHistoryLength>;
+using Times = std::array<std::uint64_t, proto::kHistoryLength>;
 constexpr auto kScene = proto::SegmentKind::kScene;
 
 SceneView view_of(const TestSession& session) {
@@ -21,7 +21,7 @@ SceneView view_of(const TestSession& session) {
   return SceneView(std::move(*reader));
 }
 
-constexpr Cover kNearFirst{{0.0F, 0.0F, -0.25F}, 0.025F};
+constexpr SweptBound kNearFirst{{0.0F, 0.0F, -0.25F}, 0.025F};
 
 /// A snapshot as a reader of the scene copies it out.
 struct Snapshot {
@@ -41,18 +41,18 @@ Snapshot read_snapshot(const SceneView& view) {
                        [&](std::uint32_t sphere) { snapshot.near_first.push_back(sphere); });
   });
   REQUIRE(result.status == ReadStatus::kAccepted);
-  CHECK(result.generation == snapshot.header.generation);
+  CHECK(result.snapshot_id == snapshot.header.snapshot_id);
   return snapshot;
 }
 
-/// The image n that a record shows `age` images back.
+/// The snapshot n that a record shows `age` snapshots back.
 bool shows(const proto::SphereRecord& record, std::size_t i, std::size_t age, std::uint64_t n) {
   const auto p = SmallSceneWriter::position_m(i, n).cast<float>().eval();
   const auto v = SmallSceneWriter::velocity_m_s(i, n).cast<float>().eval();
   const bool is_there = position_m(record, age) == std::array{p.x(), p.y(), p.z()};
   if (age > record.older.size()) return is_there;  // the oldest has no velocity
-  const proto::SphereImage& image = age == 0 ? record.newest : record.older[age - 1];
-  return is_there && image.velocity_m_s == std::array{v.x(), v.y(), v.z()};
+  const proto::SphereState& snapshot = age == 0 ? record.newest : record.older[age - 1];
+  return is_there && snapshot.velocity_m_s == std::array{v.x(), v.y(), v.z()};
 }
 
 TEST_CASE("The fixed part is read as it was written", "[scene_segment]") {
@@ -93,14 +93,14 @@ TEST_CASE("Both sides find the same static spheres", "[scene_segment]") {
   CHECK(found_in(view.static_grid()) == found_in(writer.writer().static_grid()));
 }
 
-TEST_CASE("Before the first image there is none to read", "[scene_segment]") {
+TEST_CASE("Before the first snapshot there is none to read", "[scene_segment]") {
   const TestSession session;
   const SmallSceneWriter writer(session);
   const SceneView view = view_of(session);
   CHECK(read_latest(view.buffer(), [](const std::uint64_t*) {}).status == ReadStatus::kEmpty);
 }
 
-TEST_CASE("The first image stands for the whole history", "[scene_segment]") {
+TEST_CASE("The first snapshot stands for the whole history", "[scene_segment]") {
   const TestSession session;
   SmallSceneWriter writer(session);
   const SceneView view = view_of(session);
@@ -109,14 +109,14 @@ TEST_CASE("The first image stands for the whole history", "[scene_segment]") {
   const Snapshot snapshot = read_snapshot(view);
 
   CHECK(snapshot.header.history_count == 1);
-  CHECK(snapshot.header.state_time_ns == Image{kPeriod_ns, kPeriod_ns, kPeriod_ns, kPeriod_ns});
+  CHECK(snapshot.header.state_time_ns == Times{kPeriod_ns, kPeriod_ns, kPeriod_ns, kPeriod_ns});
   REQUIRE(snapshot.spheres.size() == kMovingSpheres);
   for (std::size_t i = 0; i < kMovingSpheres; ++i)
     for (std::size_t age = 0; age < proto::kHistoryLength; ++age)
       CHECK(shows(snapshot.spheres[i], i, age, 1));
 }
 
-TEST_CASE("Each image pushes the others one down the history", "[scene_segment]") {
+TEST_CASE("Each snapshot pushes the others one down the history", "[scene_segment]") {
   const TestSession session;
   SmallSceneWriter writer(session);
   const SceneView view = view_of(session);
@@ -125,18 +125,18 @@ TEST_CASE("Each image pushes the others one down the history", "[scene_segment]"
     const Snapshot snapshot = read_snapshot(view);
     const proto::SnapshotHeader& header = snapshot.header;
 
-    CHECK(header.generation == n);
+    CHECK(header.snapshot_id == n);
     CHECK(header.history_count == std::min<std::uint64_t>(n, proto::kHistoryLength));
     CHECK(header.tool_time_ns == n * kPeriod_ns - 9);
     CHECK(header.step_ns == 1000 + n);
     CHECK(header.contacts == n);
     CHECK(view.reader().live().heartbeat_ns == n * kPeriod_ns + 5);
     for (std::size_t age = 0; age < proto::kHistoryLength; ++age) {
-      const std::uint64_t image = n > age ? n - age : 1;  // missing ones repeat the oldest
-      CHECK(header.state_time_ns[age] == image * kPeriod_ns);
-      CHECK(header.publish_time_ns[age] == image * kPeriod_ns + 5);
+      const std::uint64_t number = n > age ? n - age : 1;  // missing ones repeat the oldest
+      CHECK(header.state_time_ns[age] == number * kPeriod_ns);
+      CHECK(header.publish_time_ns[age] == number * kPeriod_ns + 5);
       for (std::size_t i = 0; i < kMovingSpheres; ++i)
-        CHECK(shows(snapshot.spheres[i], i, age, image));
+        CHECK(shows(snapshot.spheres[i], i, age, number));
     }
     for (std::size_t i = 0; i < kMovingSpheres; ++i) {
       CHECK(snapshot.spheres[i].radius_m == 0.01F);
@@ -155,23 +155,23 @@ TEST_CASE("A published grid finds what the writer's own finds", "[scene_segment]
   const Snapshot snapshot = read_snapshot(view);
 
   std::vector<std::uint32_t> expected;
-  for_each_candidate(writer.image().view(), kNearFirst, kAllVisits,
+  for_each_candidate(writer.snapshot().view(), kNearFirst, kAllVisits,
                      [&](std::uint32_t sphere) { expected.push_back(sphere); });
   CHECK(expected.size() == 2);  // 30 mm apart, of radius 10 mm
   CHECK(snapshot.near_first == expected);
 }
 
-TEST_CASE("A scene without moving or still spheres can be published too", "[scene_segment]") {
+TEST_CASE("A scene without moving or static spheres can be published too", "[scene_segment]") {
   const TestSession session;
   StaticScene scene = small_scene();
   scene.spheres.clear();
   SceneWriter writer(session.name(), scene, 0, kPeriod_ns, proto::Clock::kVirtual, 0);
   const SceneView view = view_of(session);
-  writer.publish(StillGrid(sizeof(proto::SnapshotHeader), 0), {.state_ns = kPeriod_ns});
+  writer.publish(VoxelGrid(sizeof(proto::SnapshotHeader), 0), {.state_ns = kPeriod_ns});
 
   const Snapshot snapshot = read_snapshot(view);
 
-  CHECK(snapshot.header.generation == 1);
+  CHECK(snapshot.header.snapshot_id == 1);
   CHECK(snapshot.spheres.empty());
 }
 

@@ -21,18 +21,18 @@ namespace {
 
 constexpr auto kScene = proto::SegmentKind::kScene;
 
-/// Whether the newest image is there and all its words are of one generation.
-bool shows_whole_image(const SegmentReader& reader) {
+/// Whether the newest snapshot is there and all its words are of one snapshot.
+bool shows_whole_snapshot(const SegmentReader& reader) {
   std::array<std::uint64_t, kSmallPayloadWords> words{};
   const ReadResult result = read_latest(reader.buffer(), [&](const std::uint64_t* payload) {
     words = load_struct<decltype(words)>(payload);
   });
   return result.status == ReadStatus::kAccepted &&
          std::all_of(words.begin(), words.end(),
-                     [&](std::uint64_t word) { return word == word_of(result.generation); });
+                     [&](std::uint64_t word) { return word == word_of(result.snapshot_id); });
 }
 
-/// What a writer does that is to be killed when it has published one image.
+/// What a writer does that is to be killed when it has published one snapshot.
 template <class Ready>
 void publish_and_rest(const TestSession& session, const Ready& ready) {
   SegmentWriter writer(session.name(), small_spec());
@@ -91,7 +91,7 @@ TEST_CASE("A reader sees what the writer declared and published", "[segment]") {
   CHECK(header.payload_bytes == kSmallPayloadWords * 8);
   CHECK(reader->fixed_bytes() == sizeof(proto::SegmentHeader));
   CHECK(reader->writer_alive());
-  CHECK(shows_whole_image(*reader));
+  CHECK(shows_whole_snapshot(*reader));
 }
 
 TEST_CASE("Without a writer there is no segment and before announce() nothing to read",
@@ -198,7 +198,7 @@ TEST_CASE("A second writer is refused while the first lives and disturbs nothing
   CHECK(segment_id(session.name(), kScene) == id);
   REQUIRE(open_small(session));
   CHECK(open_small(session)->writer_alive());
-  CHECK(shows_whole_image(*open_small(session)));
+  CHECK(shows_whole_snapshot(*open_small(session)));
 }
 
 TEST_CASE("A writer that is about to end is waited for", "[segment]") {
@@ -222,7 +222,7 @@ TEST_CASE("The two segments of a session and those of other sessions have writer
   CHECK_NOTHROW(SegmentWriter(other.name(), small_spec()));
 }
 
-TEST_CASE("When a writer ends its segment's name is free and readers keep the last image",
+TEST_CASE("When a writer ends its segment's name is free and readers keep the last snapshot",
           "[segment]") {
   const TestSession session;
   std::optional<SegmentReader> reader;
@@ -235,7 +235,7 @@ TEST_CASE("When a writer ends its segment's name is free and readers keep the la
   CHECK_FALSE(segment_id(session.name(), kScene));
   CHECK_FALSE(open_small(session));
   CHECK_FALSE(reader->writer_alive());
-  CHECK(shows_whole_image(*reader));
+  CHECK(shows_whole_snapshot(*reader));
   CHECK_NOTHROW(SegmentWriter(session.name(), small_spec()));
 }
 
@@ -294,7 +294,7 @@ TEST_CASE("A killed writer is known to be dead and the next one makes a fresh se
   killed.kill();
 
   CHECK_FALSE(reader->writer_alive());
-  CHECK(shows_whole_image(*reader));
+  CHECK(shows_whole_snapshot(*reader));
   const std::uint64_t epoch_before = reader->header().epoch;
 
   SegmentWriter writer(session.name(), small_spec());
@@ -303,13 +303,13 @@ TEST_CASE("A killed writer is known to be dead and the next one makes a fresh se
   REQUIRE(again);
   CHECK_FALSE(again->id() == reader->id());
   CHECK(again->header().epoch != epoch_before);
-  CHECK(again->header().latest == 0);  // nothing of the old image
+  CHECK(again->header().latest == 0);  // nothing of the old snapshot
   CHECK(again->writer_alive());
   CHECK_FALSE(reader->writer_alive());
-  CHECK(shows_whole_image(*reader));
+  CHECK(shows_whole_snapshot(*reader));
 }
 
-TEST_CASE("A writer killed at any instant leaves a whole image", "[segment]") {
+TEST_CASE("A writer killed at any instant leaves a whole snapshot", "[segment]") {
   int whole = 0;
   for (int kill = 0; kill < 50; ++kill) {
     const TestSession session;
@@ -323,7 +323,7 @@ TEST_CASE("A writer killed at any instant leaves a whole image", "[segment]") {
     const auto reader = open_small(session);
     REQUIRE(reader);
     killed.kill();
-    if (shows_whole_image(*reader) && !reader->writer_alive()) ++whole;
+    if (shows_whole_snapshot(*reader) && !reader->writer_alive()) ++whole;
   }
   CHECK(whole == 50);
 }

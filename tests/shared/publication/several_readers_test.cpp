@@ -23,7 +23,7 @@ using Words = std::array<std::uint64_t, kSmallPayloadWords>;
 
 /// What one reader has seen so far.
 struct Seen {
-  std::uint64_t accepted = 0, images = 0, torn = 0, backwards = 0, last = 0;
+  std::uint64_t accepted = 0, snapshots = 0, torn = 0, backwards = 0, last = 0;
 
   void read(const SegmentReader& reader) {
     Words words{};
@@ -32,21 +32,21 @@ struct Seen {
     });
     if (result.status != ReadStatus::kAccepted) return;
     ++accepted;
-    const auto is_of_it = [&](std::uint64_t word) { return word == word_of(result.generation); };
+    const auto is_of_it = [&](std::uint64_t word) { return word == word_of(result.snapshot_id); };
     if (!std::all_of(words.begin(), words.end(), is_of_it)) ++torn;
-    if (result.generation < last) ++backwards;
-    if (result.generation > last)
-      ++images;
+    if (result.snapshot_id < last) ++backwards;
+    if (result.snapshot_id > last)
+      ++snapshots;
     else
       std::this_thread::yield();  // to the writer: on a small machine it may not be running
-    last = result.generation;
+    last = result.snapshot_id;
   }
 };
 
-TEST_CASE("Of several readers at once each sees whole images that never go back",
+TEST_CASE("Of several readers at once each sees whole snapshots that never go back",
           "[several_readers]") {
   constexpr std::size_t kReaders = 6;
-  constexpr std::uint64_t kImages = 300;
+  constexpr std::uint64_t kSnapshots = 300;
   const TestSession session;
   SegmentWriter writer(session.name(), small_spec());
   writer.announce();
@@ -57,7 +57,7 @@ TEST_CASE("Of several readers at once each sees whole images that never go back"
   for (Seen& mine : seen)
     threads.emplace_back([&] {
       const auto reader = open_small(session);  // a mapping of its own
-      while (reader && mine.images < kImages) mine.read(*reader);
+      while (reader && mine.snapshots < kSnapshots) mine.read(*reader);
       ++done;
     });
 
@@ -66,7 +66,7 @@ TEST_CASE("Of several readers at once each sees whole images that never go back"
   threads.clear();
 
   for (const Seen& mine : seen) {
-    CHECK(mine.images == kImages);
+    CHECK(mine.snapshots == kSnapshots);
     CHECK(mine.torn == 0);
     CHECK(mine.backwards == 0);
     CHECK(mine.last <= n);
@@ -107,7 +107,7 @@ TEST_CASE("A reader killed in mid-read changes nothing for the writer or other r
   CHECK(seen.torn == 0);
 }
 
-TEST_CASE("Readers killed one after the other while all read leave the others whole images",
+TEST_CASE("Readers killed one after the other while all read leave the others whole snapshots",
           "[several_readers]") {
   const TestSession session;
   SegmentWriter writer(session.name(), small_spec());
@@ -126,8 +126,8 @@ TEST_CASE("Readers killed one after the other while all read leave the others wh
       for (;;) its.read(*reader);
     });
     REQUIRE(killed.was_ready());
-    const std::uint64_t before = seen.images;
-    while (seen.images < before + 5) seen.read(*survivor);
+    const std::uint64_t before = seen.snapshots;
+    while (seen.snapshots < before + 5) seen.read(*survivor);
   }
   CHECK(seen.torn == 0);
   CHECK(seen.backwards == 0);

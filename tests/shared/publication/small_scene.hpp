@@ -1,7 +1,7 @@
 #pragma once
 
 #include "shared/publication/scene_segment.hpp"
-#include "tests/shared/collision/sphere_image.hpp"
+#include "tests/shared/collision/sphere_state.hpp"
 #include "tests/shared/publication/test_session.hpp"
 
 namespace stillgrid {
@@ -14,7 +14,7 @@ inline StaticScene small_scene() {
   scene.planes = {{{0.0F, 0.0F, 1.0F}, -0.1F, 1, 5}};
   scene.tool = {{{0.0F, 0.0F, 0.0F}, 0.005F}, {{0.0F, 0.0F, 0.01F}, 0.004F}};
   for (int i = 0; i < 10; ++i) {
-    scene.spheres.push_back(still_sphere({0.01F * static_cast<float>(i), 0.0F, -0.05F}, 0.008F));
+    scene.spheres.push_back(static_sphere({0.01F * static_cast<float>(i), 0.0F, -0.05F}, 0.008F));
     scene.spheres.back().material = 1;
     scene.spheres.back().body = 6;
   }
@@ -32,14 +32,14 @@ class SmallSceneWriter {
       : writer_(session.name(), small_scene(), kMovingSpheres, kPeriod_ns, proto::Clock::kVirtual,
                 0) {
     for (std::uint32_t i = 0; i < kMovingSpheres; ++i) {
-      proto::SphereRecord& record = image_.records()[i];
+      proto::SphereRecord& record = snapshot_.records()[i];
       record.radius_m = 0.01F;
       record.material = 1;
       record.body = i;
     }
   }
 
-  /// Where image n shows sphere i, and how fast.
+  /// Where snapshot n shows sphere i, and how fast.
   [[nodiscard]] static Eigen::Vector3d position_m(std::size_t i, std::uint64_t n) {
     return {0.03 * static_cast<double>(i), 0.004 * static_cast<double>(n), -0.25};
   }
@@ -48,24 +48,24 @@ class SmallSceneWriter {
   }
 
   void publish_next() {
-    const std::uint64_t n = writer_.generation() + 1;
-    std::vector<proto::SphereImage> images;
+    const std::uint64_t n = writer_.snapshot_id() + 1;
+    std::vector<proto::SphereState> snapshots;
     for (std::size_t i = 0; i < kMovingSpheres; ++i)
-      images.push_back(sphere_image(position_m(i, n), velocity_m_s(i, n)));
-    image_.push_image(images);
-    image_.enter(history_covers(image_.records()), 1.0F);
-    writer_.publish(image_, {.state_ns = n * kPeriod_ns,
-                             .publish_ns = n * kPeriod_ns + 5,
-                             .tool_ns = n * kPeriod_ns - 9,
-                             .step_ns = 1000 + n,
-                             .contacts = n});
+      snapshots.push_back(sphere_state(position_m(i, n), velocity_m_s(i, n)));
+    snapshot_.push_snapshot(snapshots);
+    snapshot_.enter(history_bounds(snapshot_.records()), 1.0F);
+    writer_.publish(snapshot_, {.state_ns = n * kPeriod_ns,
+                                .publish_ns = n * kPeriod_ns + 5,
+                                .tool_ns = n * kPeriod_ns - 9,
+                                .step_ns = 1000 + n,
+                                .contacts = n});
   }
 
   [[nodiscard]] SceneWriter& writer() noexcept { return writer_; }
-  [[nodiscard]] const StillGrid& image() const noexcept { return image_; }
+  [[nodiscard]] const VoxelGrid& snapshot() const noexcept { return snapshot_; }
 
  private:
-  StillGrid image_{sizeof(proto::SnapshotHeader), kMovingSpheres};
+  VoxelGrid snapshot_{sizeof(proto::SnapshotHeader), kMovingSpheres};
   SceneWriter writer_;
 };
 

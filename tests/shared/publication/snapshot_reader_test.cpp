@@ -31,7 +31,7 @@ TEST_CASE("A snapshot is new once, and the first of its segment once", "[snapsho
     CHECK((first.accepted() && again.accepted()));
     CHECK((first.is_new && !again.is_new));
     CHECK((first.is_first == (n == 1) && !again.is_first));
-    CHECK(reader.snapshot().generation == n);
+    CHECK(reader.snapshot().snapshot_id == n);
   }
 }
 
@@ -49,10 +49,10 @@ TEST_CASE("The last snapshot stands when the latest is overtaken, or its memory 
   writer.publish_next();
   *buffer.sequence[0] = 3;  // the second's slot is being written
   CHECK(look(reader, view).status == ReadStatus::kContended);
-  CHECK(reader.snapshot().generation == 1);
+  CHECK(reader.snapshot().snapshot_id == 1);
   *buffer.latest = 0;  // as a shrunk object reads
   CHECK(look(reader, view).status == ReadStatus::kEmpty);
-  CHECK(reader.snapshot().generation == 1);
+  CHECK(reader.snapshot().snapshot_id == 1);
 
   CHECK(reader.turn_to(view_of(other)));
   CHECK_FALSE(reader.has_snapshot());

@@ -36,8 +36,8 @@ std::optional<SegmentReader> open_small(const TestSession& session) {
   return SegmentReader::open(session.name(), proto::SegmentKind::kScene, kSmallLayoutHash);
 }
 
-std::uint64_t word_of(std::uint64_t generation) {
-  return (generation + 1) * 0x9E3779B97F4A7C15ULL;
+std::uint64_t word_of(std::uint64_t snapshot_id) {
+  return (snapshot_id + 1) * 0x9E3779B97F4A7C15ULL;
 }
 
 void publish_small(const DoubleBuffer& buffer, std::uint64_t n) {

@@ -32,9 +32,9 @@ inline constexpr std::size_t kSmallPayloadWords = 64;
 
 [[nodiscard]] std::optional<SegmentReader> open_small(const TestSession& session);
 
-/// Publishes generation n of a small segment: every word is word_of(n).
+/// Publishes snapshot n of a small segment: every word is word_of(n).
 void publish_small(const DoubleBuffer& buffer, std::uint64_t n);
-[[nodiscard]] std::uint64_t word_of(std::uint64_t generation);
+[[nodiscard]] std::uint64_t word_of(std::uint64_t snapshot_id);
 
 /// What a refusal says; empty if the call does not refuse.
 template <class Call>

@@ -28,15 +28,15 @@ proto::ToolState sound_state() {
                      .contacts = 3,
                      .flags = proto::kFlagSlewed,
                      .work_ns = 12'000,
-                     .wake_late_ns = 40'000,
+                     .wake_up_latency_ns = 40'000,
                      .missed_ticks = 1,
                      .displayed = {.scene_epoch = 77,
-                                   .generation = 9,
+                                   .snapshot_id = 9,
                                    .position = {0.75, 0.25, 0.0, 0.0},
                                    .velocity_s = {0.01, 0.0, 0.0},
-                                   .drift_s = 0.02,
-                                   .answer_lag_s = 0.006,
-                                   .answer_N = -1.5,
+                                   .prediction_s = 0.02,
+                                   .compliance_lag_s = 0.006,
+                                   .force_change_N = -1.5,
                                    .shift_m = {0.0, 1e-3, 0.0},
                                    .alpha = 0.5,
                                    .age_s = 0.03}}};
@@ -126,9 +126,9 @@ TEST_CASE("Figures of a tick that are none, or flags that nobody knows, are not 
     CHECK_FALSE(is_shown([&](auto& tick) { tick.torque_N_m[1] = bad; }));
     CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.position[3] = bad; }));
     CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.velocity_s[2] = bad; }));
-    CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.drift_s = bad; }));
-    CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.answer_lag_s = bad; }));
-    CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.answer_N = bad; }));
+    CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.prediction_s = bad; }));
+    CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.compliance_lag_s = bad; }));
+    CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.force_change_N = bad; }));
     CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.shift_m[0] = bad; }));
     CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.alpha = bad; }));
     CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.age_s = bad; }));

@@ -30,10 +30,10 @@ TEST_CASE("Frames of more than a minute ago are let go", "[frame_store]") {
 
 TEST_CASE("Large frames are held as far as memory goes, one of them always", "[frame_store]") {
   FrameStore store;
-  const std::string large(FrameStore::kMostBytes / 4, 'x');
+  const std::string large(FrameStore::kMaxBytes / 4, 'x');
   for (int i = 0; i < 10; ++i) store.add(large, 0.0);
   CHECK(store.last() - store.first() + 1 == 4);
-  store.add(std::string(FrameStore::kMostBytes + 1, 'y'), 0.0);
+  store.add(std::string(FrameStore::kMaxBytes + 1, 'y'), 0.0);
   CHECK(store.first() == 11);
   CHECK(store.get(std::nullopt)->front() == 'y');
 }

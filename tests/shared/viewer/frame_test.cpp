@@ -44,15 +44,15 @@ SceneView view_of(const TestSession& session) {
       *SegmentReader::open(session.name(), proto::SegmentKind::kScene, proto::kSceneLayoutHash));
 }
 
-/// A tick that displayed image `generation` of the scene half way from the one before.
-proto::ToolState half_way(const SceneView& scene, std::uint64_t generation) {
+/// A tick that displayed snapshot `snapshot_id` of the scene half way from the one before.
+proto::ToolState half_way(const SceneView& scene, std::uint64_t snapshot_id) {
   proto::ToolState state{};
   state.orientation_xyzw = {0.0, 0.0, 0.0, 1.0};
   state.tick = 12;
   state.before.flags = proto::kFlagFaded | proto::kFlagSwept;
-  proto::DisplayedImage& shown = state.before.displayed;
+  proto::DisplayedSnapshot& shown = state.before.displayed;
   shown.scene_epoch = scene.header().epoch;
-  shown.generation = generation;
+  shown.snapshot_id = snapshot_id;
   shown.position = {0.5, 0.5, 0.0, 0.0};
   shown.alpha = 0.5;
   return state;
@@ -62,39 +62,40 @@ Frame frame_of(const SceneView& scene, std::uint64_t shown) {
   Frame frame;
   frame.now_ns = 4 * kPeriod_ns;
   frame.scene_epoch = scene.header().epoch;
-  frame.image = read_snapshot(scene, kAll);
+  frame.snapshot = read_snapshot(scene, kAll);
   frame.tool = half_way(scene, shown);
   return frame;
 }
 
-TEST_CASE("A frame tells both images and the displayed one between them", "[frame]") {
+TEST_CASE("A frame tells both snapshots and the displayed one between them", "[frame]") {
   const TestSession session;
   SmallSceneWriter writer(session);
-  for (int image = 0; image < 4; ++image) writer.publish_next();
+  for (int snapshot = 0; snapshot < 4; ++snapshot) writer.publish_next();
   const SceneView scene = view_of(session);
 
   const auto [head, arrays] = decode(frame_message(frame_of(scene, 4)));
 
-  CHECK(head["generation"] == 4);
-  CHECK(head["image"]["history_count"] == 4);
-  CHECK(head["image"]["age_s"] == 0.0);
-  CHECK(head["image"]["state_time_s"].get<double>() == Approx(0.12));
-  CHECK(head["display"]["generation"] == 4);
+  CHECK(head["snapshot_id"] == 4);
+  CHECK(head["snapshot"]["history_count"] == 4);
+  CHECK(head["snapshot"]["age_s"] == 0.0);
+  CHECK(head["snapshot"]["state_time_s"].get<double>() == Approx(0.12));
+  CHECK(head["display"]["snapshot_id"] == 4);
   CHECK(head["tool"]["flags"] == Json({"faded", "swept"}));
-  for (const auto& [name, image] :
+  for (const auto& [name, snapshot] :
        {std::pair{"newest", 4.0}, {"previous", 3.0}, {"displayed", 3.5}}) {
     REQUIRE(arrays.at(name).size() == 3 * kMovingSpheres);
     CHECK(arrays.at(name)[3 * 2] == Approx(0.06));
-    CHECK(arrays.at(name)[3 * 2 + 1] == Approx(0.004 * image));
+    CHECK(arrays.at(name)[3 * 2 + 1] == Approx(0.004 * snapshot));
   }
   CHECK(arrays.at("voxels").size() == 4 * arrays.at("voxel_count").size());
 }
 
-TEST_CASE("A tick of an earlier image is displayed where that was, one of another scene not at all",
-          "[frame]") {
+TEST_CASE(
+    "A tick of an earlier snapshot is displayed where that was, one of another scene not at all",
+    "[frame]") {
   const TestSession session;
   SmallSceneWriter writer(session);
-  for (int image = 0; image < 4; ++image) writer.publish_next();
+  for (int snapshot = 0; snapshot < 4; ++snapshot) writer.publish_next();
   const SceneView scene = view_of(session);
 
   const auto earlier = decode(frame_message(frame_of(scene, 3)));
@@ -108,12 +109,12 @@ TEST_CASE("A tick of an earlier image is displayed where that was, one of anothe
   };
   CHECK(is_displayed([](Frame&) {}));
   CHECK_FALSE(is_displayed([](Frame& f) { ++f.tool->before.displayed.scene_epoch; }));
-  CHECK_FALSE(is_displayed([](Frame& f) { f.tool->before.displayed.generation = 0; }));
-  CHECK_FALSE(is_displayed([](Frame& f) { f.tool->before.displayed.generation = 5; }));
+  CHECK_FALSE(is_displayed([](Frame& f) { f.tool->before.displayed.snapshot_id = 0; }));
+  CHECK_FALSE(is_displayed([](Frame& f) { f.tool->before.displayed.snapshot_id = 5; }));
   CHECK_FALSE(is_displayed([](Frame& f) { f.tool.reset(); }));
 }
 
-TEST_CASE("Whatever a writer wrote into an image the frame is valid and bounded", "[frame]") {
+TEST_CASE("Whatever a writer wrote into a snapshot the frame is valid and bounded", "[frame]") {
   const TestSession session;
   SmallSceneWriter writer(session);
   writer.publish_next();
@@ -146,9 +147,9 @@ TEST_CASE("Whatever a writer wrote into an image the frame is valid and bounded"
 TEST_CASE("Before there is anything a frame says so", "[frame]") {
   const auto [head, arrays] = decode(frame_message({}));
   CHECK(head["sim"] == "absent");
-  CHECK(head["generation"].is_null());
+  CHECK(head["snapshot_id"].is_null());
   CHECK(head["tool"].is_null());
-  CHECK(head["image"].is_null());
+  CHECK(head["snapshot"].is_null());
   CHECK(arrays.at("newest").empty());
 }
 

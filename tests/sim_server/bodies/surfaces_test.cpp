@@ -13,7 +13,7 @@ namespace {
 std::vector<Eigen::Vector3d> centres_of(const World& world) {
   std::vector<Eigen::Vector3d> centres_m;
   for (const SphereBinding& sphere : world.spheres) centres_m.push_back(sphere.rest_position_m);
-  for (const StillSphere& sphere : world.still_spheres) centres_m.push_back(sphere.position_m);
+  for (const StaticSphere& sphere : world.static_spheres) centres_m.push_back(sphere.position_m);
   return centres_m;
 }
 

@@ -18,8 +18,8 @@ TEST_CASE("Nodes share the mass of their body equally", "[world]") {
 TEST_CASE("An 8x8 sheet has 112 structural springs, and 306 with shear and bend", "[world]") {
   BodyDescription body = sheet({8, 8}, 0.02, 0.002, 500.0);
   CHECK(build_world(scene_of({body})).springs.size() == 112);
-  shear_stiffness_N_m(body) = 250.0;
-  springs(body).bend_stiffness_N_m = 100.0;
+  shear_stiffness_N_per_m(body) = 250.0;
+  springs(body).bend_stiffness_N_per_m = 100.0;
   const World world = build_world(scene_of({body}));
 
   REQUIRE(world.springs.size() == 306);
@@ -32,9 +32,9 @@ TEST_CASE("An 8x8 sheet has 112 structural springs, and 306 with shear and bend"
     CHECK(spring.rest_length_m == Approx(length_m).epsilon(1e-15));
     const double spacings = length_m / 0.02;
     const bool is_known_kind =
-        (spring.stiffness_N_m == 500.0 && spacings == Approx(1.0)) ||
-        (spring.stiffness_N_m == 250.0 && spacings == Approx(std::sqrt(2.0))) ||
-        (spring.stiffness_N_m == 100.0 && spacings == Approx(2.0));
+        (spring.stiffness_N_per_m == 500.0 && spacings == Approx(1.0)) ||
+        (spring.stiffness_N_per_m == 250.0 && spacings == Approx(std::sqrt(2.0))) ||
+        (spring.stiffness_N_per_m == 100.0 && spacings == Approx(2.0));
     CHECK(is_known_kind);
   }
   CHECK(pairs.size() == 306);  // no pair twice
@@ -43,7 +43,7 @@ TEST_CASE("An 8x8 sheet has 112 structural springs, and 306 with shear and bend"
 TEST_CASE("A thread of n nodes has n - 1 springs, and n - 2 more against bending", "[world]") {
   BodyDescription body = thread(10, {0, 0, 0}, {0.09, 0, 0}, 0.001, 200.0);
   CHECK(build_world(scene_of({body})).springs.size() == 9);
-  springs(body).bend_stiffness_N_m = 5.0;
+  springs(body).bend_stiffness_N_per_m = 5.0;
   CHECK(build_world(scene_of({body})).springs.size() == 17);
 }
 
@@ -101,7 +101,7 @@ TEST_CASE("Box and ball have the inertia of the textbook", "[world]") {
   CHECK(world.unknown_count == 12);
 }
 
-TEST_CASE("What is static is still spheres and planes, nothing to solve", "[world]") {
+TEST_CASE("What is static is static spheres and planes, nothing to solve", "[world]") {
   BodyDescription wall = box({0, 0, 0.5}, {0.2, 0.2, 0.2}, 0.0, {0.1, 0.05});
   wall.motion = Motion::kStatic;
   BodyDescription net = sheet({3, 3}, 0.1, 0.0, 0.0);
@@ -112,7 +112,7 @@ TEST_CASE("What is static is still spheres and planes, nothing to solve", "[worl
   CHECK(world.nodes.empty());
   CHECK(world.rigid_bodies.empty());
   CHECK(world.spheres.empty());
-  CHECK(world.still_spheres.size() == 8 + 9);
+  CHECK(world.static_spheres.size() == 8 + 9);
   REQUIRE(world.planes.size() == 1);
   CHECK(world.planes[0].offset_m == -0.25);
   CHECK(world.bodies.size() == 3);
@@ -147,11 +147,11 @@ TEST_CASE("A body whose stiffness is scaled has a material of its own, others ke
   REQUIRE(world.materials.size() == 3);
   CHECK(world.spheres[0].material == 0);
   CHECK(world.spheres[1].material == 1);
-  CHECK(world.still_spheres[0].material == 2);
-  CHECK(world.materials[0].stiffness_N_m == 400.0);
+  CHECK(world.static_spheres[0].material == 2);
+  CHECK(world.materials[0].stiffness_N_per_m == 400.0);
   for (std::size_t i = 1; i < 3; ++i) {
-    CHECK(world.materials[i].stiffness_N_m == 100.0);
-    CHECK(world.materials[i].damping_N_s_m == 2.0);
+    CHECK(world.materials[i].stiffness_N_per_m == 100.0);
+    CHECK(world.materials[i].damping_N_s_per_m == 2.0);
     CHECK(world.materials[i].friction == 0.3);
   }
 }
@@ -159,7 +159,7 @@ TEST_CASE("A body whose stiffness is scaled has a material of its own, others ke
 TEST_CASE("A soft solid has a node at each corner of its lattice and a spring for each link",
           "[world]") {
   BodyDescription body = soft_block({3, 2, 2}, 0.1, 0.01, 50.0, {0.05, 0.02});
-  springs(body).bend_stiffness_N_m = 5.0;
+  springs(body).bend_stiffness_N_per_m = 5.0;
   body.position_m = {1, 2, 3};
   body.orientation = Eigen::AngleAxisd(0.5 * 3.14159265358979, Eigen::Vector3d::UnitZ());
   springs(body).pinned_nodes = {0};
@@ -175,8 +175,8 @@ TEST_CASE("A soft solid has a node at each corner of its lattice and a spring fo
   REQUIRE(world.springs.size() == lattice_springs(*lattice_of(body)).size());
   for (const Spring& spring : world.springs) {
     const double edges = spring.rest_length_m / 0.1;
-    const double expected_N_m = edges < 1.1 ? 50.0 : edges < 1.9 ? 25.0 : 5.0;
-    CHECK(spring.stiffness_N_m == expected_N_m);
+    const double expected_N_per_m = edges < 1.1 ? 50.0 : edges < 1.9 ? 25.0 : 5.0;
+    CHECK(spring.stiffness_N_per_m == expected_N_per_m);
   }
 }
 

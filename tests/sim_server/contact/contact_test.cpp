@@ -71,7 +71,7 @@ TEST_CASE("Over a step the approach damper's impulse is the damping times the de
   const Contact contact = spheres(before_m);
   const ContactMotion motion{at_depth_m(contact, 0.002), {0, 0, 0}, {0, 0, 0}};
   Contact undamped = contact;
-  undamped.material.damping_N_s_m = 0.0;
+  undamped.material.damping_N_s_per_m = 0.0;
 
   const double impulse_N_s =
       step_s * normal_of(contact).dot(contact_force(contact, motion, step_s, nullptr).force_N -
@@ -82,12 +82,12 @@ TEST_CASE("Over a step the approach damper's impulse is the damping times the de
 
 TEST_CASE("Force grows from zero at touch", "[contact]") {
   const Contact contact = GENERATE(spheres(-0.01), plane(-0.01));
-  const double hardness_N_m = 800.0 + 3.0 / kStep_s;
+  const double hardness_N_per_m = 800.0 + 3.0 / kStep_s;
 
   for (const double depth_m : {1e-3, 1e-6, 1e-9}) {
     const ContactMotion motion{at_depth_m(contact, depth_m), -normal_of(contact), {0, 0, 0}};
     const ContactForce force = contact_force(contact, motion, kStep_s, nullptr);
-    CHECK(force.force_N.norm() == Approx(hardness_N_m * depth_m).epsilon(1e-6));
+    CHECK(force.force_N.norm() == Approx(hardness_N_per_m * depth_m).epsilon(1e-6));
   }
 }
 
@@ -130,8 +130,8 @@ TEST_CASE("Friction is Coulomb's against the slip, and viscous below the slip sp
 
   const ContactForce force = contact_force(contact, motion, kStep_s, nullptr);
 
-  const double pressure_N = 800.0 * 0.005;
-  const double expected_N = 0.4 * pressure_N * std::min(slip_m_s / 0.05, 1.0);
+  const double normal_load_N = 800.0 * 0.005;
+  const double expected_N = 0.4 * normal_load_N * std::min(slip_m_s / 0.05, 1.0);
   CHECK((force.friction_N + expected_N * along).norm() < 1e-12);
 }
 
@@ -166,17 +166,17 @@ TEST_CASE("Seen from the other sphere the force is the opposite", "[contact]") {
 }
 
 TEST_CASE("Concentric spheres push apart along some direction", "[contact]") {
-  ContactSlopes slopes;
+  ContactDerivatives derivatives;
   const ContactForce force =
-      contact_force(spheres(0.02), {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}}, kStep_s, &slopes);
+      contact_force(spheres(0.02), {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}}, kStep_s, &derivatives);
 
   CHECK(force.force_N.allFinite());
   CHECK((force.force_N - force.friction_N).norm() == Approx((800.0 * 0.03 + 300.0 * 0.01)));
-  CHECK(slopes.force_by_position.allFinite());
+  CHECK(derivatives.force_by_position.allFinite());
 }
 
 /// Force and friction by the nine numbers of a motion.
-using NineSlopes = Eigen::Matrix<double, 6, 9>;
+using NineDerivatives = Eigen::Matrix<double, 6, 9>;
 
 Eigen::Matrix<double, 6, 1> forces_at(const Contact& contact, const ContactMotion& motion,
                                       const Eigen::Matrix<double, 9, 1>& change) {
@@ -194,11 +194,12 @@ TEST_CASE("The slopes of a contact are the derivatives of its force", "[contact]
   const double speed = GENERATE(0.02, 2.0);  // either side of the slip speed
   const ContactMotion motion{at_depth_m(contact, 0.002), speed * Eigen::Vector3d(0.5, -0.7, -0.2),
                              speed * Eigen::Vector3d(3, 5, -8)};
-  ContactSlopes slopes;
-  (void)contact_force(contact, motion, kStep_s, &slopes);
-  NineSlopes exact, measured;
-  exact << slopes.force_by_position, slopes.force_by_velocity, slopes.force_by_spin,
-      slopes.friction_by_position, slopes.friction_by_velocity, slopes.friction_by_spin;
+  ContactDerivatives derivatives;
+  (void)contact_force(contact, motion, kStep_s, &derivatives);
+  NineDerivatives exact, measured;
+  exact << derivatives.force_by_position, derivatives.force_by_velocity, derivatives.force_by_spin,
+      derivatives.friction_by_position, derivatives.friction_by_velocity,
+      derivatives.friction_by_spin;
 
   constexpr double kChange = 1e-6;
   for (int i = 0; i < 9; ++i) {

@@ -6,10 +6,10 @@
 namespace stillgrid {
 namespace {
 
-constexpr double kRadiusA_m = 0.01, kRadiusB_m = 0.005, kReach_m = 0.015;
+constexpr double kRadiusA_m = 0.01, kRadiusB_m = 0.005, kContactDistance_m = 0.015;
 
 double depth_at(const RelativePath& path, double share) {
-  return kReach_m - (path.from_m + share * (path.to_m - path.from_m)).norm();
+  return kContactDistance_m - (path.from_m + share * (path.to_m - path.from_m)).norm();
 }
 
 double share_of(const RelativePath& path) {
@@ -42,7 +42,7 @@ TEST_CASE("However two spheres cross, the part that is left leads to where they 
     const Eigen::Vector3d any(place(random), place(random), place(random));
     const Eigen::Vector3d along = nearest_m.cross(any).normalized();
     const RelativePath path{nearest_m - length(random) * along, nearest_m + length(random) * along};
-    const double deepest_m = kReach_m - nearest_m.norm();
+    const double deepest_m = kContactDistance_m - nearest_m.norm();
     const double share = share_of(path);
     if (depth_at(path, 0.0) > 0.0 || depth_at(path, 1.0) > 0.0) continue;
     if (deepest_m < 0.01 * kRadiusB_m) {
@@ -91,16 +91,16 @@ TEST_CASE("Of several contacts the first crossing counts; planes and numbers tha
   const auto relative = [&](const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m) {
     return RelativePath{start[0].position_m - from_m, end[0].position_m - to_m};
   };
-  const double by_still = share_of(relative(still.start_b_m, still.position_b_m));
+  const double by_static = share_of(relative(still.start_b_m, still.position_b_m));
   const double by_pair = share_of(relative(start[1].position_m, end[1].position_m));
-  CHECK(by_still == 1.0);  // it left the way in time
+  CHECK(by_static == 1.0);  // it left the way in time
 
   CHECK(share_before_crossings(std::vector{plane, still}, start, end) == 1.0);
   CHECK(share_before_crossings(std::vector{pair, plane, still}, start, end) == by_pair);
   still.start_b_m = still.position_b_m;
   const std::vector<SphereMotion> level{{{0.9, 0, 0}, {0, 0, 0}}, {{0.3, 0, 0}, {0, 0, 0}}};
   const double first = share_before_crossings(std::vector{still, pair}, start, level);
-  CHECK(first == Approx((0.3 - kReach_m + 0.5 * kRadiusB_m) / 0.9));
+  CHECK(first == Approx((0.3 - kContactDistance_m + 0.5 * kRadiusB_m) / 0.9));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   CHECK(share_of({{nan, 0, 0}, {0, 0, 0}}) == 1.0);
 }

@@ -60,9 +60,9 @@ bool paths_meet(const World& world, const SphereBinding& a, const SphereBinding&
                   (fallen_m - end_m).norm()});
     return std::pair(motion.position_m, length_m + 1.1 * sphere.radius_m);
   };
-  const auto [from_a_m, reach_a_m] = path_of(a);
-  const auto [from_b_m, reach_b_m] = path_of(b);
-  return (from_a_m - from_b_m).norm() <= reach_a_m + reach_b_m + 1e-5;
+  const auto [from_a_m, bounding_radius_a_m] = path_of(a);
+  const auto [from_b_m, bounding_radius_b_m] = path_of(b);
+  return (from_a_m - from_b_m).norm() <= bounding_radius_a_m + bounding_radius_b_m + 1e-5;
 }
 
 Pairs found_pairs(const Detection& detection) {
@@ -97,7 +97,7 @@ TEST_CASE("Every pair of moving spheres that may touch within the step is found,
   CHECK(found.size() >= static_cast<std::size_t>(touching));
 }
 
-TEST_CASE("Every still sphere and plane that may be touched within the step is found, once",
+TEST_CASE("Every static sphere and plane that may be touched within the step is found, once",
           "[detection]") {
   const World world = random_world(GENERATE(11U, 12U, 13U), GENERATE(60, 300));
   Detection detection(world, 1.0);
@@ -110,7 +110,7 @@ TEST_CASE("Every still sphere and plane that may be touched within the step is f
       return std::count_if(detection.contacts().begin(), detection.contacts().end(),
                            [&](const Contact& c) { return c.a == i && c.b < 0 && is_it(c); });
     };
-    for (const StillSphere& b : world.still_spheres) {
+    for (const StaticSphere& b : world.static_spheres) {
       const auto times = count_where(
           [&](const Contact& c) { return !c.is_plane && c.position_b_m == b.position_m; });
       const bool touch =
@@ -144,7 +144,7 @@ TEST_CASE("A contact knows how deep it was when the step began", "[detection]") 
             : (a_m - (contact.b >= 0 ? centre_m(contact.b) : contact.position_b_m)).norm();
     CHECK(contact.depth_before_m ==
           Approx(contact.radius_a_m + contact.radius_b_m - gap_m).margin(1e-15));
-    CHECK(contact.material.stiffness_N_m == 100.0);
+    CHECK(contact.material.stiffness_N_per_m == 100.0);
   }
 }
 

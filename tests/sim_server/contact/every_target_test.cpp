@@ -23,7 +23,7 @@ TEST_CASE("Overlapping pairs are those of plain arithmetic, in order, on every i
     for (const std::size_t count : kCounts) {
       const UnkindHeap heap(offset_B);
       const DriftingCloud cloud(Cloud::kEqual, Drift::kNone, 24, count);
-      const std::vector<Cover> balls(cloud.balls().begin(), cloud.balls().end());
+      const std::vector<SweptBound> balls(cloud.balls().begin(), cloud.balls().end());
       std::mt19937 random(static_cast<unsigned>(count));
       std::uniform_int_distribution<std::uint32_t> any(0, 22);
       std::vector<SpherePair> pairs, expected;
@@ -46,46 +46,49 @@ TEST_CASE("Overlapping pairs are those of plain arithmetic, in order, on every i
     }
 }
 
-TEST_CASE("Balls that left their covers are found on every instruction set", "[every_target]") {
+TEST_CASE("Balls that left their swept bounds are found on every instruction set",
+          "[every_target]") {
   std::mt19937 random(5);
   std::uniform_real_distribution<float> move(0.0F, 0.0013F);
   for (const std::size_t offset_B : kOffsets_B)
     for (const std::size_t count : kCounts) {
       const UnkindHeap heap(offset_B);
       const DriftingCloud cloud(Cloud::kTwoDecades, Drift::kNone, count, count);
-      std::vector<Cover> balls(cloud.balls().begin(), cloud.balls().end()), covers = balls;
-      for (Cover& cover : covers) cover.reach_m += 0.001F;
-      for (Cover& ball : balls) ball.centre_m[0] += move(random);
+      std::vector<SweptBound> balls(cloud.balls().begin(), cloud.balls().end()),
+          swept_bounds = balls;
+      for (SweptBound& swept_bound : swept_bounds) swept_bound.bounding_radius_m += 0.001F;
+      for (SweptBound& ball : balls) ball.centre_m[0] += move(random);
       balls[count / 2].centre_m[1] = std::numeric_limits<float>::quiet_NaN();
       std::vector<std::uint32_t> expected;
       for (std::uint32_t i = 0; i < count; ++i)
-        if (!holds(covers[i], balls[i])) expected.push_back(i);
+        if (!holds(swept_bounds[i], balls[i])) expected.push_back(i);
       CAPTURE(offset_B, count);
       on_every_target([&] {
-        std::vector<std::uint32_t> leavers(expected.size()), few(expected.size() - 1);
-        CHECK(find_leavers(balls, covers, leavers) == expected.size());
-        CHECK(leavers == expected);
-        CHECK(find_leavers(balls, covers, few) > few.size());
+        std::vector<std::uint32_t> escaped(expected.size()), few(expected.size() - 1);
+        CHECK(find_escaped(balls, swept_bounds, escaped) == expected.size());
+        CHECK(escaped == expected);
+        CHECK(find_escaped(balls, swept_bounds, few) > few.size());
       });
     }
 }
 
-TEST_CASE("Covers that meet are found in one order on every instruction set", "[every_target]") {
+TEST_CASE("Swept bounds that meet are found in one order on every instruction set",
+          "[every_target]") {
   const auto kind =
       GENERATE(Cloud::kEqual, Cloud::kTwoDecades, Cloud::kSheet, Cloud::kCoincident, Cloud::kWide);
   for (const std::size_t offset_B : kOffsets_B)
     for (const std::size_t count : kCounts) {
       const UnkindHeap heap(offset_B);
       const DriftingCloud cloud(kind, Drift::kNone, count, count);
-      const std::span<const Cover> balls = cloud.balls();
-      StillGrid grid(0, count);
+      const std::span<const SweptBound> balls = cloud.balls();
+      VoxelGrid grid(0, count);
       grid.enter(balls, 1.0F);
       std::size_t expected = 0;
       for (std::size_t b = 0; b < count; ++b)
         for (std::size_t a = 0; a < b; ++a) expected += meet(balls[a], balls[b]) ? 1U : 0U;
       std::vector<std::vector<SpherePair>> found;
       on_every_target([&] {
-        SortedCovers sorted(count);
+        SortedBounds sorted(count);
         std::vector<SpherePair> pairs;
         pairs.resize(search_pairs(grid.view(), {}, count * count, sorted, pairs));
         found.push_back(pairs);

@@ -17,10 +17,10 @@ namespace {
 
 constexpr float kAutomatic = 0.0F;
 
-std::vector<proto::SphereImage> images_of(std::span<const Cover> balls) {
-  std::vector<proto::SphereImage> images;
-  for (const Cover& ball : balls) images.push_back({ball.centre_m, {0.0F, 0.0F, 0.0F}});
-  return images;
+std::vector<proto::SphereState> states_of(std::span<const SweptBound> balls) {
+  std::vector<proto::SphereState> snapshots;
+  for (const SweptBound& ball : balls) snapshots.push_back({ball.centre_m, {0.0F, 0.0F, 0.0F}});
+  return snapshots;
 }
 
 void check_pairs(MovingSpheres& spheres, const DriftingCloud& cloud) {
@@ -134,7 +134,7 @@ TEST_CASE("Pairs that may not collide are never found, the others all", "[moving
 TEST_CASE("Few spheres that are entered before the first step obey the filter too",
           "[moving_spheres]") {
   const std::size_t count = GENERATE(2U, 3U, 4U);
-  const std::vector<Cover> balls(count, Cover{{0.0F, 0.0F, 0.0F}, 0.01F});
+  const std::vector<SweptBound> balls(count, SweptBound{{0.0F, 0.0F, 0.0F}, 0.01F});
   MovingSpheres moving(count, kAutomatic);
   moving.enter(balls);
   const PairFilter never = [](std::uint32_t, std::uint32_t) { return false; };
@@ -148,49 +148,49 @@ TEST_CASE("Few spheres that are entered before the first step obey the filter to
 
 TEST_CASE("A query is not cut short because one sphere far from it was fast", "[moving_spheres]") {
   constexpr std::size_t kCount = 20'000;
-  constexpr std::uint32_t kMostVisits = 8192;
+  constexpr std::uint32_t kMaxVisits = 8192;
   std::mt19937_64 random(4);
   std::uniform_real_distribution<float> place(-0.4F, 0.4F);
-  std::vector<Cover> balls(kCount);
-  for (Cover& ball : balls) ball = {{place(random), place(random), place(random)}, 0.005F};
+  std::vector<SweptBound> balls(kCount);
+  for (SweptBound& ball : balls) ball = {{place(random), place(random), place(random)}, 0.005F};
   balls[0].centre_m = {-1.5F, 0.0F, 0.0F};
   MovingSpheres moving(kCount, kAutomatic);
   for (proto::SphereRecord& record : moving.grid().records()) record.radius_m = 0.005F;
   MovingSnapshot snapshot;
-  const Cover probe = cover_round({0.1, 0.1, 0.1}, 0.01);
+  const SweptBound probe = bound_sphere({0.1, 0.1, 0.1}, 0.01);
   for (int step = 0; step < 12; ++step) {
     (void)moving.find(balls);
-    snapshot.show(images_of(balls), moving);
-    CHECK_FALSE(for_each_candidate(moving.grid().view(), probe, kMostVisits, [](std::uint32_t) {}));
+    snapshot.show(states_of(balls), moving);
+    CHECK_FALSE(for_each_candidate(moving.grid().view(), probe, kMaxVisits, [](std::uint32_t) {}));
     if (step < 6) balls[0].centre_m[0] += 0.3F;  // then it stands still
     for (std::size_t i = 1; i < kCount; ++i) balls[i].centre_m[1] += 0.0002F;
   }
 }
 
-TEST_CASE("The published grid holds every sphere in all its images", "[moving_spheres]") {
+TEST_CASE("The published grid holds every sphere in all its snapshots", "[moving_spheres]") {
   const auto drift = GENERATE(Drift::kSlow, Drift::kFast, Drift::kMixed, Drift::kTeleport);
   DriftingCloud spheres(GENERATE(Cloud::kEqual, Cloud::kTwoDecades), drift, 300, 9);
   MovingSpheres moving(300, kAutomatic);
   for (std::size_t i = 0; i < 300; ++i)
-    moving.grid().records()[i].radius_m = spheres.balls()[i].reach_m;
+    moving.grid().records()[i].radius_m = spheres.balls()[i].bounding_radius_m;
   MovingSnapshot snapshot;
   moving.enter(spheres.balls());
-  snapshot.show(images_of(spheres.balls()), moving);
+  snapshot.show(states_of(spheres.balls()), moving);
   for (int step = 0; step < 40; ++step) {
     if (step % 5 != 0) (void)moving.find(spheres.balls());
     spheres.step();
-    snapshot.show(images_of(spheres.balls()), moving);
+    snapshot.show(states_of(spheres.balls()), moving);
 
-    const StillGrid& grid = moving.grid();
+    const VoxelGrid& grid = moving.grid();
     REQUIRE(is_consistent(grid.view().shape, grid.layout()));
     for (std::size_t i = 0; i < 300; ++i) {
       const proto::SphereRecord& record = grid.records()[i];
-      const Cover& cover = grid.cover(i);
+      const SweptBound& swept_bound = grid.swept_bound(i);
       for (std::size_t age = 0; age < proto::kHistoryLength; ++age) {
         const Eigen::Vector3d apart_m =
             Eigen::Map<const Eigen::Vector3f>(position_m(record, age).data()).cast<double>() -
-            Eigen::Map<const Eigen::Vector3f>(cover.centre_m.data()).cast<double>();
-        if (!(apart_m.norm() + double{record.radius_m} <= double{cover.reach_m}))
+            Eigen::Map<const Eigen::Vector3f>(swept_bound.centre_m.data()).cast<double>();
+        if (!(apart_m.norm() + double{record.radius_m} <= double{swept_bound.bounding_radius_m}))
           FAIL("sphere " << i << " at step " << step);
       }
     }
@@ -206,14 +206,14 @@ TEST_CASE("Nothing is allocated once the lists have their length", "[moving_sphe
   DriftingCloud spheres(Cloud::kEqual, GENERATE(Drift::kSlow, Drift::kFast), 3000, 10);
   MovingSpheres moving(3000, kAutomatic);
   MovingSnapshot snapshot;
-  std::vector<proto::SphereImage> images = images_of(spheres.balls());
+  std::vector<proto::SphereState> snapshots = states_of(spheres.balls());
   std::uint64_t allocated = 0;
   for (int step = 0; step < 200; ++step, spheres.step()) {
-    for (std::size_t i = 0; i < images.size(); ++i)
-      images[i].position_m = spheres.balls()[i].centre_m;
+    for (std::size_t i = 0; i < snapshots.size(); ++i)
+      snapshots[i].position_m = spheres.balls()[i].centre_m;
     const std::uint64_t before = *allocation_count();
     (void)moving.find(spheres.balls());
-    snapshot.show(images, moving);
+    snapshot.show(snapshots, moving);
     if (step >= 100) allocated += *allocation_count() - before;
   }
   CHECK(allocated == 0);
@@ -225,10 +225,10 @@ TEST_CASE("A sphere whose place is no number is refused by its number, and does 
   MovingSpheres moving(100, kAutomatic);
   const bool entered_before = GENERATE(true, false);
   if (entered_before) (void)moving.find(spheres.balls());
-  std::vector<Cover> balls(spheres.balls().begin(), spheres.balls().end());
+  std::vector<SweptBound> balls(spheres.balls().begin(), spheres.balls().end());
   const float bad =
       GENERATE(std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity());
-  (GENERATE(true, false) ? balls[17].centre_m[1] : balls[17].reach_m) = bad;
+  (GENERATE(true, false) ? balls[17].centre_m[1] : balls[17].bounding_radius_m) = bad;
 
   CHECK_THROWS_WITH(moving.find(balls), Catch::Contains("sphere 17 "));
   check_pairs(moving, spheres);

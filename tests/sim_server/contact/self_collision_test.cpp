@@ -41,7 +41,7 @@ TEST_CASE("Different bodies may collide, a rigid one not with itself", "[self_co
 TEST_CASE("What a spring joins does not collide, whatever its distance", "[self_collision]") {
   BodyDescription body = string_of(8);
   const World loose = build_world(scene_of({body}));
-  springs(body).bend_stiffness_N_m = 1.0;
+  springs(body).bend_stiffness_N_per_m = 1.0;
   const World bent = build_world(scene_of({body}));
 
   CHECK_FALSE(may_collide(loose, 3, 4));  // gap 4 mm, more than half a radius
@@ -52,8 +52,8 @@ TEST_CASE("What a spring joins does not collide, whatever its distance", "[self_
 
 TEST_CASE("Spheres that hang on a node in common do not collide", "[self_collision]") {
   BodyDescription body = thread(3, {0, 0, 0}, {0.1, 0, 0}, 0.01, 10.0);
-  springs(body).structural_stiffness_N_m = 0.0;  // no spring at all
-  packing(body) = {0.0125, 0.001};               // four between two nodes
+  springs(body).structural_stiffness_N_per_m = 0.0;  // no spring at all
+  packing(body) = {0.0125, 0.001};                   // four between two nodes
   const World world = build_world(scene_of({body}));
   REQUIRE(world.spheres.size() == 9);
 

@@ -25,10 +25,11 @@ float extent_for(Cloud cloud, std::size_t count) {
   }
 }
 
-bool overlap(const Cover& a, const Cover& b) {
+bool overlap(const SweptBound& a, const SweptBound& b) {
   const float x = a.centre_m[0] - b.centre_m[0], y = a.centre_m[1] - b.centre_m[1],
-              z = a.centre_m[2] - b.centre_m[2], reach_m = a.reach_m + b.reach_m;
-  return x * x + y * y + z * z < reach_m * reach_m;
+              z = a.centre_m[2] - b.centre_m[2],
+              bounding_radius_m = a.bounding_radius_m + b.bounding_radius_m;
+  return x * x + y * y + z * z < bounding_radius_m * bounding_radius_m;
 }
 
 bool is_before(const SpherePair& p, const SpherePair& q) {
@@ -78,7 +79,7 @@ void DriftingCloud::step() {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       float& x_m = balls_[i].centre_m[axis];
       if (drift_ == Drift::kTrembling)
-        x_m = home_[i].centre_m[axis] + 0.004F * balls_[i].reach_m * unit(random_);
+        x_m = home_[i].centre_m[axis] + 0.004F * balls_[i].bounding_radius_m * unit(random_);
       else
         x_m += moves_m_[i][axis];
     }
@@ -91,10 +92,12 @@ std::string DriftingCloud::description() const {
          " spheres, seed " + std::to_string(seed_);
 }
 
-std::vector<SpherePair> tested_pairs(std::span<const Cover> balls) {
+std::vector<SpherePair> tested_pairs(std::span<const SweptBound> balls) {
   std::vector<std::uint32_t> order(balls.size());
   std::iota(order.begin(), order.end(), 0U);
-  const auto low_m = [&](std::uint32_t i) { return balls[i].centre_m[0] - balls[i].reach_m; };
+  const auto low_m = [&](std::uint32_t i) {
+    return balls[i].centre_m[0] - balls[i].bounding_radius_m;
+  };
   const bool sweep = balls.size() > 1000;
   if (sweep)
     std::sort(order.begin(), order.end(),
@@ -102,7 +105,7 @@ std::vector<SpherePair> tested_pairs(std::span<const Cover> balls) {
   std::vector<SpherePair> pairs;
   for (std::size_t k = 0; k < order.size(); ++k) {
     const std::uint32_t i = order[k];
-    const float high_m = balls[i].centre_m[0] + 1.0001F * balls[i].reach_m;
+    const float high_m = balls[i].centre_m[0] + 1.0001F * balls[i].bounding_radius_m;
     for (std::size_t l = k + 1; l < order.size(); ++l) {
       const std::uint32_t j = order[l];
       if (sweep && low_m(j) > high_m) break;

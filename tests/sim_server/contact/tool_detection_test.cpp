@@ -91,8 +91,8 @@ TEST_CASE("A contact with the tool has the touched body's material and the tool'
 
   REQUIRE(detection.contacts().size() == 1);
   const Contact& contact = detection.contacts()[0];
-  CHECK(contact.material.stiffness_N_m == 123.0);
-  CHECK(contact.material.damping_N_s_m == 4.0);
+  CHECK(contact.material.stiffness_N_per_m == 123.0);
+  CHECK(contact.material.damping_N_s_per_m == 4.0);
   CHECK(contact.material.friction == 0.5);
   CHECK(contact.material.slip_speed_m_s == std::max(slip_speed_m_s, 0.04));
   CHECK(contact.velocity_b_m_s == Eigen::Vector3d(0, 0, -1));
@@ -100,16 +100,16 @@ TEST_CASE("A contact with the tool has the touched body's material and the tool'
   CHECK(contact.depth_before_m == Approx(0.025 - 0.05));  // from where the tool was a step ago
 }
 
-TEST_CASE("The records of still spheres follow the world's order", "[detection]") {
+TEST_CASE("The records of static spheres follow the world's order", "[detection]") {
   const World world = crowd(5);
-  const auto records = still_records(world);
+  const auto records = static_records(world);
 
-  REQUIRE(records.size() == world.still_spheres.size());
+  REQUIRE(records.size() == world.static_spheres.size());
   for (std::size_t i = 0; i < records.size(); ++i) {
     const Eigen::Vector3f p(records[i].newest.position_m.data());
-    CHECK((p.cast<double>() - world.still_spheres[i].position_m).norm() < 1e-8);
+    CHECK((p.cast<double>() - world.static_spheres[i].position_m).norm() < 1e-8);
     CHECK(records[i].oldest_position_m == records[i].newest.position_m);
-    CHECK(records[i].body == static_cast<std::uint32_t>(world.still_spheres[i].body));
+    CHECK(records[i].body == static_cast<std::uint32_t>(world.static_spheres[i].body));
     CHECK(records[i].radius_m == 0.01F);
   }
 }

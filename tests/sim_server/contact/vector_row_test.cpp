@@ -15,16 +15,16 @@ namespace stillgrid {
 namespace {
 
 struct alignas(64) Numbers {
-  std::array<double, 6 * kLook> of{};
+  std::array<double, 6 * kLanes> of{};
 };
 
 TEST_CASE("Only multiples of 64 bytes take the widest vector of doubles", "[vector_row]") {
   Numbers numbers;
   for (std::size_t i = 0; i < numbers.of.size(); ++i)
-    CHECK(is_aligned_look(numbers.of.data() + i) == (i % kLook == 0));
+    CHECK(is_aligned_lanes(numbers.of.data() + i) == (i % kLanes == 0));
   const auto* const floats = reinterpret_cast<const float*>(numbers.of.data());
-  for (std::size_t i = 0; i < 4 * kLook; ++i)
-    CHECK(is_aligned_look(floats + i) == (i % kLook == 0));
+  for (std::size_t i = 0; i < 4 * kLanes; ++i)
+    CHECK(is_aligned_lanes(floats + i) == (i % kLanes == 0));
 }
 
 TEST_CASE("The heap of these tests is as unkind as it may be", "[vector_row]") {
@@ -60,7 +60,7 @@ TEST_CASE("An access that the widest vector could not make is stopped on any pro
           "[vector_row]") {
   Numbers numbers;
   double* const first = numbers.of.data();
-  const VectorRow<double> row(first + kLook, numbers.of);
+  const VectorRow<double> row(first + kLanes, numbers.of);
   const auto at = [&](std::ptrdiff_t shift, std::size_t i) {
     return is_stopped([&] { (void)(row + shift).at(i); });
   };

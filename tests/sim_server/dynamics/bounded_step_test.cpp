@@ -41,7 +41,7 @@ World stack() {
 /// A crumpled sheet of stiff springs.
 World crumpled_sheet() {
   BodyDescription body = sheet({6, 6}, 0.02, 0.002, 5000.0);
-  shear_stiffness_N_m(body) = 2500.0;
+  shear_stiffness_N_per_m(body) = 2500.0;
   World world = build_world(scene_of({body}, {}, kGravity_m_s2));
   for (std::size_t i = 0; i < world.nodes.size(); ++i)
     world.nodes[i].position_m *= 0.7 + 0.05 * std::sin(3.0 * static_cast<double>(i));

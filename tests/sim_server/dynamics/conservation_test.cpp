@@ -37,7 +37,8 @@ TEST_CASE("A free box keeps its angular momentum, however fast it tumbles", "[co
                                          {0.1, 0.2, 0.3}, spin_rad_s)}));
   const RigidBody& body = simulation.world().rigid_bodies[0];
   // sqrt(6) equations of the residual in N m s: tolerance * I / reach each.
-  const double allowed = std::sqrt(6.0) * kTolerance * body.inertia_kg_m2.maxCoeff() / body.reach_m;
+  const double allowed =
+      std::sqrt(6.0) * kTolerance * body.inertia_kg_m2.maxCoeff() / body.bounding_radius_m;
 
   Eigen::Vector3d before = world_inertia(body) * body.angular_velocity_rad_s;
   for (int i = 0; i < 300; ++i) {
@@ -52,8 +53,8 @@ TEST_CASE("A free box keeps its angular momentum, however fast it tumbles", "[co
 TEST_CASE("What collides keeps its momentum, with friction, dampers and springs",
           "[conservation]") {
   BodyDescription cloth = moving(sheet({6, 6}, 0.02, 0.002, 500.0), {0, 0, 0.5}, {1, 2, 0});
-  shear_stiffness_N_m(cloth) = 250.0;
-  springs(cloth).spring_damping_N_s_m = 0.2;
+  shear_stiffness_N_per_m(cloth) = 250.0;
+  springs(cloth).spring_damping_N_s_per_m = 0.2;
   const SpherePacking packing{0.01, 0.005};
   const Eigen::Vector3d size_m(0.03, 0.03, 0.02);
   Simulation simulation(scene_of(

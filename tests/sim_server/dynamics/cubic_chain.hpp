@@ -15,13 +15,13 @@ class CubicChain : public NonlinearSystem {
   [[nodiscard]] Eigen::Index size() const override { return kSize; }
   void residual(const Eigen::VectorXd& u, Eigen::VectorXd& residual) override {
     at_ = u;
-    residual = slope(0.0) * u + strength_ * u.array().cube().matrix() - ones_;
+    residual = derivative(0.0) * u + strength_ * u.array().cube().matrix() - ones_;
   }
-  void jacobian(Slope, Eigen::SparseMatrix<double>& matrix) override {
-    matrix = slope(strength_).sparseView();
+  void jacobian(JacobianKind, Eigen::SparseMatrix<double>& matrix) override {
+    matrix = derivative(strength_).sparseView();
   }
-  void linearise(Slope) override {
-    matrix_ = slope(strength_);
+  void linearise(JacobianKind) override {
+    matrix_ = derivative(strength_);
     for (Eigen::Index i = 0; i < kSize; i += 3)
       diagonal_.middleCols<3>(i) = matrix_.block<3, 3>(i, i);
   }
@@ -31,12 +31,12 @@ class CubicChain : public NonlinearSystem {
   [[nodiscard]] const Eigen::VectorXd& residual_scale() const override { return ones_; }
 
  private:
-  [[nodiscard]] Eigen::MatrixXd slope(double strength) const {
-    Eigen::MatrixXd slope = 2.0 * Eigen::MatrixXd::Identity(kSize, kSize);
-    slope.diagonal(1).setConstant(-1.0);
-    slope.diagonal(-1).setConstant(-1.0);
-    if (strength != 0.0) slope.diagonal() += 3.0 * strength * at_.cwiseAbs2();
-    return slope;
+  [[nodiscard]] Eigen::MatrixXd derivative(double strength) const {
+    Eigen::MatrixXd derivative = 2.0 * Eigen::MatrixXd::Identity(kSize, kSize);
+    derivative.diagonal(1).setConstant(-1.0);
+    derivative.diagonal(-1).setConstant(-1.0);
+    if (strength != 0.0) derivative.diagonal() += 3.0 * strength * at_.cwiseAbs2();
+    return derivative;
   }
 
   double strength_;

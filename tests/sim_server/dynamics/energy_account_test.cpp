@@ -10,9 +10,9 @@ namespace stillgrid {
 namespace {
 
 /// A mass of 0.1 kg on a spring of 1000 N/m, 4 mm out.
-Simulation oscillator(double damping_N_s_m) {
+Simulation oscillator(double damping_N_s_per_m) {
   BodyDescription body = thread(2, {0, 0, 0}, {0.1, 0, 0}, 0.1, 1000.0, {0});
-  springs(body).spring_damping_N_s_m = damping_N_s_m;
+  springs(body).spring_damping_N_s_per_m = damping_N_s_per_m;
   Simulation simulation(scene_of({body}));
   simulation.world().nodes[1].position_m.x() = 0.104;
   simulation.account_energy();
@@ -72,11 +72,11 @@ TEST_CASE("Friction takes mu m g d from a sliding block", "[energy]") {
 
 TEST_CASE("The approach damper takes what a bounce does not restore", "[energy]") {
   // zeta = 0.2: restitution exp(-(z/q) acos z) = 0.756135
-  constexpr double kStiffness_N_m = 1000.0, kMass_kg = 0.1;
-  const double damping_N_s_m = 0.4 * std::sqrt(kStiffness_N_m * kMass_kg);
+  constexpr double kStiffness_N_per_m = 1000.0, kMass_kg = 0.1;
+  const double damping_N_s_per_m = 0.4 * std::sqrt(kStiffness_N_per_m * kMass_kg);
   Simulation simulation(
       scene_of({moving(sphere({0, 0, 0.05}, 0.05, kMass_kg), {0, 0, -1.0}), floor_at(0.0)},
-               material_of(kStiffness_N_m, damping_N_s_m)));
+               material_of(kStiffness_N_per_m, damping_N_s_per_m)));
   simulation.account_energy();
 
   REQUIRE(advance(simulation, 1e-5, 6000));
@@ -163,13 +163,13 @@ CollisionRun run_collision(double step_s, IntegratorKind integrator) {
   scene.method.integrator = integrator;
   Simulation simulation(scene);
   simulation.account_energy();
-  const Eigen::Vector3d momentum = momentum_kg_m_s(simulation.world());
-  const Eigen::Vector3d angular = angular_momentum_kg_m2_s(simulation.world());
+  const Eigen::Vector3d momentum = momentum_kg_m_per_s(simulation.world());
+  const Eigen::Vector3d angular = angular_momentum_kg_m2_per_s(simulation.world());
   CHECK((momentum - Eigen::Vector3d(0.003, 0, -0.003)).norm() < 1e-15);
   REQUIRE(advance(simulation, step_s, static_cast<int>(std::lround(0.1 / step_s))));
-  CHECK((momentum_kg_m_s(simulation.world()) - momentum).norm() < 1e-13);
+  CHECK((momentum_kg_m_per_s(simulation.world()) - momentum).norm() < 1e-13);
   return {*simulation.energy_account(),
-          (angular_momentum_kg_m2_s(simulation.world()) - angular).norm() / angular.norm()};
+          (angular_momentum_kg_m2_per_s(simulation.world()) - angular).norm() / angular.norm()};
 }
 
 TEST_CASE("A collision keeps momentum, and its energy is accounted for", "[energy]") {
@@ -197,20 +197,20 @@ TEST_CASE("What sleeps keeps its energy but for the kinetic, which is counted", 
   Simulation simulation(scene);
   simulation.account_energy();
   EnergyAccount awake;
-  for (int i = 0; i < 1000 && !simulation.world().bodies[0].asleep; ++i) {
+  for (int i = 0; i < 1000 && !simulation.world().bodies[0].is_sleeping; ++i) {
     awake = *simulation.energy_account();
     (void)simulation.step(0.01, no_tool);
   }
-  REQUIRE(simulation.world().bodies[0].asleep);
+  REQUIRE(simulation.world().bodies[0].is_sleeping);
 
-  const EnergyAccount asleep = *simulation.energy_account();
+  const EnergyAccount is_sleeping = *simulation.energy_account();
 
   // m g (m g / 2 k) on four spheres
-  CHECK(asleep.end.contacts_J == Approx(0.981 * 0.981 / (2.0 * 5000.0)).epsilon(1e-3));
-  CHECK(asleep.end.kinetic_J == 0.0);
-  CHECK(asleep.slept_J > 0.0);
-  CHECK(asleep.slept_J < 0.5 * 0.1 * 0.15e-3 * 0.15e-3);
-  CHECK(asleep.numerical_J() == Approx(awake.numerical_J()).epsilon(1e-6));
+  CHECK(is_sleeping.end.contacts_J == Approx(0.981 * 0.981 / (2.0 * 5000.0)).epsilon(1e-3));
+  CHECK(is_sleeping.end.kinetic_J == 0.0);
+  CHECK(is_sleeping.sleep_loss_J > 0.0);
+  CHECK(is_sleeping.sleep_loss_J < 0.5 * 0.1 * 0.15e-3 * 0.15e-3);
+  CHECK(is_sleeping.numerical_J() == Approx(awake.numerical_J()).epsilon(1e-6));
 }
 
 TEST_CASE("Accounting changes no step", "[energy]") {

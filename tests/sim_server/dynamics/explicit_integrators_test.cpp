@@ -36,7 +36,7 @@ double contact_energy_J(const World& world, const std::vector<Contact>& contacts
     else
       depth_m = contact.radius_a_m + contact.radius_b_m -
                 (a_m - (contact.b >= 0 ? at(contact.b) : contact.position_b_m)).norm();
-    if (depth_m > 0.0) energy_J += 0.5 * contact.material.stiffness_N_m * depth_m * depth_m;
+    if (depth_m > 0.0) energy_J += 0.5 * contact.material.stiffness_N_per_m * depth_m * depth_m;
   }
   return energy_J;
 }
@@ -72,8 +72,8 @@ Balance balance_of(World world, double step_s, int steps, const Method& method) 
 /// A cloth on a post, a box that slides on the floor, a ball that a prescribed one carries along.
 World bustle() {
   BodyDescription cloth = sheet({6, 6}, 0.02, 0.002, 300.0);
-  shear_stiffness_N_m(cloth) = 150.0;
-  springs(cloth).spring_damping_N_s_m = 0.05;
+  shear_stiffness_N_per_m(cloth) = 150.0;
+  springs(cloth).spring_damping_N_s_per_m = 0.05;
   packing(cloth) = {0.02, 0.009};
   cloth.position_m = {0.0, 0.0, 0.045};
   BodyDescription post = sphere({0.0, 0.0, 0.0}, 0.04, 0.0);

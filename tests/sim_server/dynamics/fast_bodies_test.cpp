@@ -9,7 +9,7 @@ namespace stillgrid {
 namespace {
 
 constexpr double kPeriod_s = 0.0333;
-constexpr double kReach_m = 0.015;  // 10 mm + 5 mm
+constexpr double kContactDistance_m = 0.015;  // 10 mm + 5 mm
 
 BodyDescription target() {
   BodyDescription body = sphere({0, 0, 0}, 0.01, 0.0);
@@ -19,8 +19,8 @@ BodyDescription target() {
 
 /// Whether a ball of 5 mm that flies along x is seen by its places at the steps' ends alone.
 bool is_seen_at_ends(double start_m, double speed_m_s) {
-  for (double x_m = start_m; x_m < kReach_m; x_m += speed_m_s * kPeriod_s)
-    if (std::abs(x_m) < kReach_m) return true;
+  for (double x_m = start_m; x_m < kContactDistance_m; x_m += speed_m_s * kPeriod_s)
+    if (std::abs(x_m) < kContactDistance_m) return true;
   return false;
 }
 
@@ -47,13 +47,13 @@ TEST_CASE("Steps' ends alone miss 1 - 2 A / (v P) of the balls that cross, the s
   constexpr int kBalls = 4000, kFlown = 40;
   int missed = 0, missed_by_us = 0;
   for (int i = 0; i < kBalls; ++i) {
-    const double start_m = -kReach_m - stride_m * (0.001 + phase(random));
+    const double start_m = -kContactDistance_m - stride_m * (0.001 + phase(random));
     if (!is_seen_at_ends(start_m, speed_m_s)) ++missed;
     if (i < kFlown && !is_deflected(start_m, speed_m_s, 0.0)) ++missed_by_us;
   }
 
   CHECK(double(missed) / kBalls ==
-        Approx(std::max(0.0, 1.0 - 2.0 * kReach_m / stride_m)).margin(0.02));
+        Approx(std::max(0.0, 1.0 - 2.0 * kContactDistance_m / stride_m)).margin(0.02));
   CHECK(missed_by_us == 0);
 }
 
@@ -64,8 +64,8 @@ TEST_CASE("A ball that meets its target off centre is deflected, one that passes
   for (int i = 0; i < 100; ++i) {
     const double aside_m = aside(random), start_m = start(random), speed_m_s = speed(random);
     INFO("aside " << aside_m << " m, from " << start_m << " m at " << speed_m_s << " m/s");
-    if (aside_m > kReach_m) CHECK_FALSE(is_deflected(start_m, speed_m_s, aside_m));
-    if (aside_m < kReach_m - 5e-5) CHECK(is_deflected(start_m, speed_m_s, aside_m));
+    if (aside_m > kContactDistance_m) CHECK_FALSE(is_deflected(start_m, speed_m_s, aside_m));
+    if (aside_m < kContactDistance_m - 5e-5) CHECK(is_deflected(start_m, speed_m_s, aside_m));
   }
 }
 
@@ -84,7 +84,7 @@ TEST_CASE("What falls faster and faster meets what it would fall through in a st
 
 TEST_CASE("A shot is stopped by a cloth that it would cross in a step", "[fast_bodies]") {
   BodyDescription cloth = sheet({8, 8}, 0.02, 0.01, 5000.0);
-  shear_stiffness_N_m(cloth) = 1000.0;
+  shear_stiffness_N_per_m(cloth) = 1000.0;
   packing(cloth) = {0.01, 0.0065};
   springs(cloth).pinned_nodes = {0, 7, 56, 63};
   Simulation simulation(scene_of(
@@ -135,7 +135,7 @@ TEST_CASE("A tool that comes into the scene has no path", "[fast_bodies]") {
 
 TEST_CASE("What is struck within a step does not pass its neighbour, whatever the integrator",
           "[fast_bodies]") {
-  // The ball leaves the hammer's path at up to twice its speed, towards one that no step foresaw.
+  // The ball leaves the hammer's path at up to twice its speed, towards one that no step predicted.
   const double speed_m_s = GENERATE(5.0, 10.0, 20.0);
   const double lead = GENERATE(0.0, 0.03, 0.06, 0.09);  // of the step, before the hammer meets it
   const auto integrator = GENERATE(IntegratorKind::kImplicitEuler, IntegratorKind::kSymplecticEuler,

@@ -20,7 +20,7 @@ struct ChainSolves {
 [[nodiscard]] inline ChainSolves solve_hanging_chain(NonlinearSolver& solver, double stiffness,
                                                      double tolerance_m_s) {
   constexpr double kMass_kg = 0.01, kStep_s = 1.0 / 30.0;
-  constexpr int kMasses = 10, kSteps = 40, kMostIterations = 200;
+  constexpr int kMasses = 10, kSteps = 40, kMaxIterations = 200;
   World world =
       build_world(scene_of({thread(kMasses + 1, {0, 0, 0}, {0.1 * kMasses, 0, 0}, kMass_kg,
                                    stiffness * kMass_kg / (kStep_s * kStep_s), {0})},
@@ -31,13 +31,13 @@ struct ChainSolves {
     MechanicalSystem system(world, {});
     ImplicitStage stage(system, kStep_s);
     Eigen::VectorXd u = Eigen::VectorXd::Zero(stage.size());
-    Budget budget{.iterations = kMostIterations};
+    Budget budget{.iterations = kMaxIterations};
     const SolveReport report = solver.solve(stage, u, budget);
     result.mean_iterations += static_cast<double>(report.iterations) / kSteps;
     result.failures += report.converged ? 0 : 1;
 
     u = stage.initial_guess();
-    Budget plenty{.iterations = kMostIterations};
+    Budget plenty{.iterations = kMaxIterations};
     newton.solve(stage, u, plenty);
     world.nodes = system.trial().nodes;
   }
@@ -52,7 +52,7 @@ struct ChainSolves {
   const World world = build_world(
       scene_of({moving(sphere({0, 0, kRadius_m + kGap_m}, kRadius_m, kMass_kg), {0, 0, -1})}));
   Contact contact;
-  contact.material.stiffness_N_m = stiffness * kMass_kg / (kStep_s * kStep_s);
+  contact.material.stiffness_N_per_m = stiffness * kMass_kg / (kStep_s * kStep_s);
   contact.material.slip_speed_m_s = 1e-3;
   contact.radius_a_m = kRadius_m;
   contact.depth_before_m = -kGap_m;

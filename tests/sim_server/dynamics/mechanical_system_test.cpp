@@ -19,9 +19,9 @@ enum class Kind { kMoving, kStill, kPlane, kTool, kAll };
 /// A crumpled sheet, two boxes in it and in each other, a post, a floor: everything overlaps.
 World tangle(const MaterialDescription& material) {
   BodyDescription cloth = sheet({5, 4}, 0.02, 0.002, 500.0);
-  shear_stiffness_N_m(cloth) = 250.0;
-  springs(cloth).bend_stiffness_N_m = 100.0;
-  springs(cloth).spring_damping_N_s_m = 0.3;
+  shear_stiffness_N_per_m(cloth) = 250.0;
+  springs(cloth).bend_stiffness_N_per_m = 100.0;
+  springs(cloth).spring_damping_N_s_per_m = 0.3;
   packing(cloth) = {0.013, 0.009};
   springs(cloth).pinned_nodes = {0, 4};
   const Eigen::Vector3d size_m(0.03, 0.04, 0.02);
@@ -71,11 +71,11 @@ std::vector<Contact> contacts_of(const World& world, Kind kind) {
   return chosen;
 }
 
-Eigen::MatrixXd jacobian_at(ImplicitStage& step, const Eigen::VectorXd& u, Slope slope) {
+Eigen::MatrixXd jacobian_at(ImplicitStage& step, const Eigen::VectorXd& u, JacobianKind kind) {
   Eigen::VectorXd residual(u.size());
   step.residual(u, residual);
   Eigen::SparseMatrix<double> matrix;
-  step.jacobian(slope, matrix);
+  step.jacobian(kind, matrix);
   return matrix;
 }
 
@@ -88,7 +88,7 @@ TEST_CASE("The exact Jacobian is the derivative of the residual", "[mechanical_s
   MechanicalSystem system(world, contacts);
   ImplicitStage step(system, kStep_s);
   const Eigen::VectorXd u = random_velocities(world);
-  const Eigen::MatrixXd exact = jacobian_at(step, u, Slope::kExact);
+  const Eigen::MatrixXd exact = jacobian_at(step, u, JacobianKind::kExact);
   REQUIRE(system.trial().touching >= 3);
 
   constexpr double kChange = 1e-6;
@@ -98,8 +98,8 @@ TEST_CASE("The exact Jacobian is the derivative of the residual", "[mechanical_s
     const Eigen::VectorXd change = kChange * Eigen::VectorXd::Unit(u.size(), i);
     step.residual(u + change, more);
     step.residual(u - change, less);
-    const Eigen::VectorXd slope = (more - less) / (2.0 * kChange);
-    worst = std::max(worst, (slope - exact.col(i)).norm() / exact.col(i).norm());
+    const Eigen::VectorXd column = (more - less) / (2.0 * kChange);
+    worst = std::max(worst, (column - exact.col(i)).norm() / exact.col(i).norm());
   }
   CHECK(worst < 1e-6);
 }
@@ -112,7 +112,8 @@ TEST_CASE("The definite slope is symmetric and positive definite in any state",
   MechanicalSystem system(world, contacts);
   ImplicitStage step(system, kStep_s);
 
-  const Eigen::MatrixXd definite = jacobian_at(step, random_velocities(world), Slope::kDefinite);
+  const Eigen::MatrixXd definite =
+      jacobian_at(step, random_velocities(world), JacobianKind::kDefinite);
 
   CHECK((definite - definite.transpose()).norm() < 1e-14 * definite.norm());
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(definite);
@@ -130,10 +131,10 @@ TEST_CASE("The symmetric slope is the definite one less what softens", "[mechani
   ImplicitStage step(system, kStep_s);
   const Eigen::VectorXd u = random_velocities(world);
 
-  const Eigen::MatrixXd symmetric = jacobian_at(step, u, Slope::kSymmetric);
+  const Eigen::MatrixXd symmetric = jacobian_at(step, u, JacobianKind::kSymmetric);
 
   CHECK((symmetric - symmetric.transpose()).norm() < 1e-14 * symmetric.norm());
-  const Eigen::MatrixXd softening = jacobian_at(step, u, Slope::kDefinite) - symmetric;
+  const Eigen::MatrixXd softening = jacobian_at(step, u, JacobianKind::kDefinite) - symmetric;
   const Eigen::VectorXd values =
       Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(softening).eigenvalues();
   CHECK(values.minCoeff() > -1e-12 * symmetric.norm());
@@ -154,26 +155,27 @@ TEST_CASE(
   ImplicitStage step(system, kStep_s);
   const Eigen::VectorXd still = Eigen::VectorXd::Zero(system.size());
 
-  const Eigen::MatrixXd exact = jacobian_at(step, still, Slope::kExact);
+  const Eigen::MatrixXd exact = jacobian_at(step, still, JacobianKind::kExact);
 
   REQUIRE(system.trial().touching >= 3);
-  CHECK((exact - jacobian_at(step, still, Slope::kSymmetric)).norm() < 1e-14 * exact.norm());
-  CHECK((exact - jacobian_at(step, still, Slope::kDefinite)).norm() > 1e-3 * exact.norm());
+  CHECK((exact - jacobian_at(step, still, JacobianKind::kSymmetric)).norm() < 1e-14 * exact.norm());
+  CHECK((exact - jacobian_at(step, still, JacobianKind::kDefinite)).norm() > 1e-3 * exact.norm());
 }
 
 TEST_CASE("The slope as an operator is the matrix, whoever sleeps", "[mechanical_system]") {
   World world = tangle(material_of(900.0, 2.0, 0.4, GENERATE(1e-3, 30.0)));
-  const int asleep = GENERATE(-1, 0, 1);  // nobody, the cloth, a box
-  if (asleep >= 0) world.bodies[static_cast<std::size_t>(asleep)].asleep = true;
+  const int is_sleeping = GENERATE(-1, 0, 1);  // nobody, the cloth, a box
+  if (is_sleeping >= 0) world.bodies[static_cast<std::size_t>(is_sleeping)].is_sleeping = true;
   number_unknowns(world);
   const std::vector<Contact> contacts = contacts_of(world, Kind::kAll);
   MechanicalSystem system(world, contacts);
   ImplicitStage step(system, kStep_s);
   const Eigen::VectorXd u = Eigen::VectorXd::Random(system.size());
-  const Slope slope = GENERATE(Slope::kExact, Slope::kSymmetric, Slope::kDefinite);
-  const Eigen::MatrixXd matrix = jacobian_at(step, u, slope);
+  const JacobianKind kind =
+      GENERATE(JacobianKind::kExact, JacobianKind::kSymmetric, JacobianKind::kDefinite);
+  const Eigen::MatrixXd matrix = jacobian_at(step, u, kind);
 
-  step.linearise(slope);
+  step.linearise(kind);
 
   const Eigen::VectorXd x = Eigen::VectorXd::Random(system.size());
   Eigen::VectorXd product;
@@ -192,9 +194,10 @@ TEST_CASE("Where nothing softens both slopes are one", "[mechanical_system]") {
   Eigen::VectorXd stretching = Eigen::VectorXd::Zero(world.unknown_count);
   for (Eigen::Index i = 0; i < 5; ++i) stretching[3 * i] = double(i + 1);
 
-  const Eigen::MatrixXd exact = jacobian_at(step, stretching, Slope::kExact);
+  const Eigen::MatrixXd exact = jacobian_at(step, stretching, JacobianKind::kExact);
 
-  CHECK((exact - jacobian_at(step, stretching, Slope::kDefinite)).norm() < 1e-15 * exact.norm());
+  CHECK((exact - jacobian_at(step, stretching, JacobianKind::kDefinite)).norm() <
+        1e-15 * exact.norm());
 }
 
 TEST_CASE("Free fall solves the step exactly", "[mechanical_system]") {

@@ -42,9 +42,9 @@ class PricedClock {
 };
 
 /// A chain that swings down from the level.
-SceneDescription swinging_chain(double stiffness_N_m = 50.0) {
-  SceneDescription scene = scene_of({thread(6, {0, 0, 0}, {0.5, 0, 0}, 0.01, stiffness_N_m, {0})},
-                                    {}, {0.0, 0.0, -9.81});
+SceneDescription swinging_chain(double stiffness_N_per_m = 50.0) {
+  SceneDescription scene = scene_of(
+      {thread(6, {0, 0, 0}, {0.5, 0, 0}, 0.01, stiffness_N_per_m, {0})}, {}, {0.0, 0.0, -9.81});
   scene.period_s = 0.02;
   return scene;
 }
@@ -166,7 +166,7 @@ TEST_CASE("The predicted limit of stability is that of the oscillator", "[method
   // cases: a mass on one spring, w = sqrt(k / m) = 100 rad/s: 2 / w, and with zeta = 0.2 less.
   SceneDescription scene = scene_of({thread(2, {0, 0, 0}, {0.1, 0, 0}, 0.1, 1000.0, {0})});
   const double free_s = symplectic_limit_s(load_of(build_world(scene)));
-  springs(scene.bodies[0]).spring_damping_N_s_m = 2.0 * 0.2 * std::sqrt(1000.0 * 0.1);
+  springs(scene.bodies[0]).spring_damping_N_s_per_m = 2.0 * 0.2 * std::sqrt(1000.0 * 0.1);
   const double damped_s = symplectic_limit_s(load_of(build_world(scene)));
 
   CHECK(free_s == Approx(0.0200).epsilon(0.06));

@@ -98,7 +98,7 @@ TEST_CASE(
   step.residual(u, residual);
   REQUIRE(system.trial().touching == 9);
   Eigen::SparseMatrix<double> exact;
-  step.jacobian(Slope::kExact, exact);
+  step.jacobian(JacobianKind::kExact, exact);
   CHECK((Eigen::MatrixXd(exact) - Eigen::MatrixXd(exact).transpose()).norm() > 0.01 * exact.norm());
   Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper> gradients;
   gradients.setMaxIterations(600);  // a hundred times as many as a symmetric system needs

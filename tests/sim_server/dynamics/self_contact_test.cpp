@@ -39,7 +39,7 @@ BodyDescription c_shape() {
   for (const auto& more : {bar({0, 0, 0.035}, {0.06, 0, 0.035}), bar({0, 0, 0}, {0, 0, 0.035})})
     balls.insert(balls.end(), more.begin(), more.end());
   BodyDescription body = soft_mesh(balls, 0.01, 1e-4, 10.0);
-  springs(body).spring_damping_N_s_m = 0.005;
+  springs(body).spring_damping_N_s_per_m = 0.005;
   return body;
 }
 
@@ -63,8 +63,8 @@ TEST_CASE("A folded cloth rests on itself", "[self_contact]") {
   constexpr int kColumns = 13, kRows = 7;
   constexpr double kRadius_m = 0.004;
   BodyDescription cloth = sheet({kColumns, kRows}, 0.01, 1e-3, 50.0);
-  shear_stiffness_N_m(cloth) = 20.0;
-  springs(cloth).spring_damping_N_s_m = 0.05;
+  shear_stiffness_N_per_m(cloth) = 20.0;
+  springs(cloth).spring_damping_N_s_per_m = 0.05;
   packing(cloth) = {0.005, kRadius_m};
   for (int i = 0; i < kColumns * kRows; ++i)
     if (i % kColumns <= kColumns / 2) springs(cloth).pinned_nodes.push_back(i);
@@ -92,8 +92,8 @@ TEST_CASE("A looped thread lies across itself", "[self_contact]") {
   constexpr int kNodes = 40;
   BodyDescription string =
       thread(kNodes, {0, 0, 0}, {kSpacing_m * (kNodes - 1), 0, 0}, 1e-3, 200.0);
-  springs(string).bend_stiffness_N_m = 2.0;
-  springs(string).spring_damping_N_s_m = 0.05;
+  springs(string).bend_stiffness_N_per_m = 2.0;
+  springs(string).spring_damping_N_s_per_m = 0.05;
   packing(string) = {kSpacing_m, kRadius_m};
   for (int i = 0; i < 14; ++i) springs(string).pinned_nodes.push_back(i);
   Simulation simulation(

@@ -30,8 +30,9 @@ double fastest_m_s(const World& world) {
   double speed_m_s = 0.0;
   for (const Node& node : world.nodes) speed_m_s = std::max(speed_m_s, node.velocity_m_s.norm());
   for (const RigidBody& body : world.rigid_bodies)
-    speed_m_s = std::max(
-        speed_m_s, body.velocity_m_s.norm() + body.reach_m * body.angular_velocity_rad_s.norm());
+    speed_m_s =
+        std::max(speed_m_s, body.velocity_m_s.norm() +
+                                body.bounding_radius_m * body.angular_velocity_rad_s.norm());
   return speed_m_s;
 }
 
@@ -42,7 +43,7 @@ struct Settled {
   int missed = 0;
   EnergyAccount account;
   double fastest_m_s = 0.0;
-  int asleep = 0, bodies = 0;
+  int is_sleeping = 0, bodies = 0;
   World world;
 };
 
@@ -65,7 +66,7 @@ Settled settled(const std::string& name, double duration_s) {
   for (const BodyRange& body : result.world.bodies) {
     const bool is_free = body.rigid >= 0 || body.node_count > 0;
     if (is_free) ++result.bodies;
-    if (is_free && body.asleep) ++result.asleep;
+    if (is_free && body.is_sleeping) ++result.is_sleeping;
   }
   return result;
 }
@@ -88,7 +89,7 @@ TEST_CASE("Tissue and blocks lose energy, that of contacts included, and come to
 // One pass of impulses a substep does not hold what rests: these fail until contacts converge.
 TEST_CASE("Tissue and blocks sleep within half a minute", "[shipped_scenes][!shouldfail]") {
   const Settled end = settled("tissue_and_blocks", 30.0);
-  CHECK(end.asleep == end.bodies);
+  CHECK(end.is_sleeping == end.bodies);
 }
 
 TEST_CASE("The friction of tissue and blocks takes no more than the scene loses",
@@ -106,7 +107,7 @@ TEST_CASE("Hanging threads lose energy and settle where they hang", "[shipped_sc
   CHECK(lost_J > 1e-5);
   CHECK(end.most_risen_J < 1e-3 * lost_J);
   CHECK(std::abs(end.account.numerical_J()) < 0.01 * lost_J);
-  CHECK(end.asleep == end.bodies);
+  CHECK(end.is_sleeping == end.bodies);
 }
 
 TEST_CASE("The soft organ and its rigid cast come to rest, and the organ gives way to the tool",

@@ -138,18 +138,18 @@ TEST_CASE("A step reports the contacts that touch and what its phases cost", "[s
 }
 
 /// A block that comes down on the floor, sliding and turning a little.
-SceneDescription landing(double stiffness_N_m, double approach_m_s) {
+SceneDescription landing(double stiffness_N_per_m, double approach_m_s) {
   BodyDescription block = box({0, 0, 0.021}, {0.03, 0.03, 0.04}, 0.02, {0.01, 0.005});
   return scene_of({moving(block, {0.4, 0, -approach_m_s}, {0.5, 0, 0}), floor_at(0.0)},
-                  material_of(stiffness_N_m, 0.0035 * std::sqrt(stiffness_N_m), 0.5),
+                  material_of(stiffness_N_per_m, 0.0035 * std::sqrt(stiffness_N_per_m), 0.5),
                   {0, 0, -9.81});
 }
 
 TEST_CASE("A block lands on a stiff floor step by step, by substeps if need be", "[simulation]") {
   // k h^2 / m of a sphere up to 3000, and nine of them touch at once.
-  const double stiffness_N_m = GENERATE(5e2, 5e3, 5e4), approach_m_s = GENERATE(0.1, 1.0);
+  const double stiffness_N_per_m = GENERATE(5e2, 5e3, 5e4), approach_m_s = GENERATE(0.1, 1.0);
   const double step_s = GENERATE(0.01, 0.033);
-  Simulation simulation(landing(stiffness_N_m, approach_m_s));
+  Simulation simulation(landing(stiffness_N_per_m, approach_m_s));
   const double start_J = mechanical_energy_J(simulation.world());
 
   for (int i = 0; i < 60; ++i) {

@@ -33,10 +33,10 @@ std::vector<BodyDescription> stack(int blocks) {
   return bodies;
 }
 
-int count_asleep(const Simulation& simulation) {
+int count_sleeping(const Simulation& simulation) {
   const auto& bodies = simulation.world().bodies;
   return static_cast<int>(std::count_if(bodies.begin(), bodies.end(),
-                                        [](const BodyRange& body) { return body.asleep; }));
+                                        [](const BodyRange& body) { return body.is_sleeping; }));
 }
 
 std::vector<Eigen::Vector3d> places(const Simulation& simulation) {
@@ -55,9 +55,9 @@ double farthest_m(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen
 
 /// Steps until so many bodies sleep, twenty seconds at most.
 void lull(Simulation& simulation, int bodies) {
-  for (int i = 0; i < 2000 && count_asleep(simulation) < bodies; ++i)
+  for (int i = 0; i < 2000 && count_sleeping(simulation) < bodies; ++i)
     (void)simulation.step(kStep_s, no_tool);
-  REQUIRE(count_asleep(simulation) == bodies);
+  REQUIRE(count_sleeping(simulation) == bodies);
 }
 
 StepReport step_with_tool_at(Simulation& simulation, const Eigen::Vector3d& position_m) {
@@ -73,7 +73,7 @@ TEST_CASE("A stack at rest sleeps, and moves by no bit while it does", "[sleepin
     const StepReport report = simulation.step(kStep_s, no_tool);
     REQUIRE(report.solve.converged);
     CHECK(report.contacts == 0);
-    CHECK(report.asleep_spheres == static_cast<int>(before.size()));
+    CHECK(report.sleeping_spheres == static_cast<int>(before.size()));
   }
 
   CHECK(simulation.world().unknown_count == 0);
@@ -84,13 +84,13 @@ TEST_CASE("A stack at rest sleeps, and moves by no bit while it does", "[sleepin
   }
 }
 
-/// Bodies of so many asleep after so long.
-int asleep_after(SceneDescription scene, IntegratorKind integrator, double duration_s) {
+/// Bodies of so many sleeping after so long.
+int sleeping_after(SceneDescription scene, IntegratorKind integrator, double duration_s) {
   scene.method.integrator = integrator;
   Simulation simulation(scene);
   for (int i = 0; i < std::lround(duration_s / kStep_s); ++i)
     (void)simulation.step(kStep_s, no_tool);
-  return count_asleep(simulation);
+  return count_sleeping(simulation);
 }
 
 TEST_CASE("A stack sleeps with every integrator that scenes may name", "[sleeping]") {
@@ -99,23 +99,24 @@ TEST_CASE("A stack sleeps with every integrator that scenes may name", "[sleepin
                IntegratorKind::kSymplecticEuler, IntegratorKind::kVelocityVerlet,
                IntegratorKind::kCvodeBdf, IntegratorKind::kArkodeDirk);
   CAPTURE(name_of(integrator));
-  CHECK(asleep_after(sleeping_scene(stack(1)), integrator, 10.0) == 1);
-  CHECK(asleep_after(sleeping_scene(stack(3)), integrator, 20.0) == 3);
+  CHECK(sleeping_after(sleeping_scene(stack(1)), integrator, 10.0) == 1);
+  CHECK(sleeping_after(sleeping_scene(stack(3)), integrator, 20.0) == 3);
 }
 
-TEST_CASE("What falls asleep was slower than the threshold for half a second", "[sleeping]") {
+TEST_CASE("What goes to sleep was slower than the threshold for half a second", "[sleeping]") {
   Simulation simulation(sleeping_scene(stack(3)));
   const Sleeping promises(simulation.world());
   // 3 % of 5 mm a second, below a fifth of 1 mm/s.
   CHECK(promises.rest_speed_m_s(1) == Approx(0.15e-3));
   std::vector<double> speeds_m_s;
-  while (count_asleep(simulation) == 0 && speeds_m_s.size() < 2000) {
+  while (count_sleeping(simulation) == 0 && speeds_m_s.size() < 2000) {
     (void)simulation.step(kStep_s, no_tool);
     const RigidBody& top = simulation.world().rigid_bodies[2];
-    speeds_m_s.push_back(top.velocity_m_s.norm() + top.reach_m * top.angular_velocity_rad_s.norm());
+    speeds_m_s.push_back(top.velocity_m_s.norm() +
+                         top.bounding_radius_m * top.angular_velocity_rad_s.norm());
   }
 
-  REQUIRE(count_asleep(simulation) == 3);
+  REQUIRE(count_sleeping(simulation) == 3);
   REQUIRE(speeds_m_s.size() > 50);
   CHECK(*std::max_element(speeds_m_s.end() - 50, speeds_m_s.end()) < promises.rest_speed_m_s(3));
 }
@@ -128,14 +129,14 @@ TEST_CASE("A pile wakes as one when something falls on it, and sleeps again", "[
   REQUIRE(simulation.world().rigid_bodies[4].position_m.z() > 0.3);  // still in the air
   bool was_struck = false;
   for (int i = 0; i < 300 && !was_struck; ++i) {
-    const int asleep = count_asleep(simulation);
+    const int is_sleeping = count_sleeping(simulation);
     const double falling_m_s = simulation.world().rigid_bodies[4].velocity_m_s.z();
     (void)simulation.step(kStep_s, no_tool);
     // Awake all or none, before the ball feels anything.
-    CHECK((count_asleep(simulation) == 0 || count_asleep(simulation) == 4));
+    CHECK((count_sleeping(simulation) == 0 || count_sleeping(simulation) == 4));
     const bool is_struck = simulation.world().rigid_bodies[4].velocity_m_s.z() > falling_m_s;
-    CHECK((!is_struck || count_asleep(simulation) == 0));
-    was_struck = is_struck && asleep == 4;
+    CHECK((!is_struck || count_sleeping(simulation) == 0));
+    was_struck = is_struck && is_sleeping == 4;
   }
   REQUIRE(was_struck);
   CHECK(simulation.world().rigid_bodies[3].velocity_m_s.z() < -0.01);  // the uppermost gave way
@@ -152,14 +153,14 @@ TEST_CASE("A blow moves a sleeper as it moves one that never slept", "[sleeping]
     bodies.back().prescribed = {-Eigen::Vector3d::UnitX(), 0.05, 0.0, 0.0};  // there after 3.4 s
     Simulation simulation(sleeping_scene(bodies, sleeping));
     std::vector<double> speeds_m_s;
-    bool slept = false;
+    bool was_sleeping = false;
     for (int i = 0; i < 400; ++i) {
       (void)simulation.step(kStep_s, no_tool);
-      slept = slept || count_asleep(simulation) > 0;
+      was_sleeping = was_sleeping || count_sleeping(simulation) > 0;
       speeds_m_s.push_back(simulation.world().rigid_bodies[0].velocity_m_s.x());
     }
-    CHECK(slept == sleeping);
-    CHECK(count_asleep(simulation) == 0);
+    CHECK(was_sleeping == sleeping);
+    CHECK(count_sleeping(simulation) == 0);
     return speeds_m_s;
   };
 
@@ -178,33 +179,33 @@ TEST_CASE("The tool wakes what it touches in the very step, and keeps it awake",
     return Eigen::Vector3d(0.01, 0.01, top_m + 0.005 + clear_m);
   };
   (void)step_with_tool_at(simulation, above(0.005));
-  REQUIRE(count_asleep(simulation) == 2);
+  REQUIRE(count_sleeping(simulation) == 2);
 
   const StepReport touch = step_with_tool_at(simulation, above(-0.001));
 
   CHECK(touch.contacts > 0);
-  CHECK(count_asleep(simulation) == 0);
+  CHECK(count_sleeping(simulation) == 0);
   CHECK(simulation.world().rigid_bodies[1].velocity_m_s.z() < 0.0);
   for (int i = 0; i < 300; ++i) (void)step_with_tool_at(simulation, above(-0.001));
-  CHECK(count_asleep(simulation) == 0);
+  CHECK(count_sleeping(simulation) == 0);
   lull(simulation, 2);  // without it they sleep again
 }
 
-TEST_CASE("Nothing pops as it falls asleep or wakes", "[sleeping]") {
+TEST_CASE("Nothing pops as it goes to sleep or wakes", "[sleeping]") {
   BodyDescription tissue = sheet({6, 6}, 0.02, 0.002, 200.0);
   tissue.position_m.z() = 0.05;
-  shear_stiffness_N_m(tissue) = 100.0;
-  springs(tissue).spring_damping_N_s_m = 0.2;
+  shear_stiffness_N_per_m(tissue) = 100.0;
+  springs(tissue).spring_damping_N_s_per_m = 0.2;
   springs(tissue).pinned_nodes = {0, 5, 30, 35};
   packing(tissue) = {0.02, 0.0095};
   Simulation simulation(sleeping_scene({tissue, block_at({0, 0, 0.08})}));
   const double bound_m_s = Sleeping(simulation.world()).rest_speed_m_s(0);
   auto before = places(simulation);
-  for (int i = 0; i < 4000 && count_asleep(simulation) < 2; ++i) {
+  for (int i = 0; i < 4000 && count_sleeping(simulation) < 2; ++i) {
     before = places(simulation);
     (void)simulation.step(kStep_s, no_tool);
   }
-  REQUIRE(count_asleep(simulation) == 2);
+  REQUIRE(count_sleeping(simulation) == 2);
   CHECK(farthest_m(places(simulation), before) < kStep_s * bound_m_s);
 
   // The tool only just touches the block: what moves after that is what sleep had held.
@@ -218,12 +219,12 @@ TEST_CASE("Nothing pops as it falls asleep or wakes", "[sleeping]") {
     before = places(simulation);
     (void)step_with_tool_at(simulation, touching_m);
     fastest_m_s = std::max(fastest_m_s, farthest_m(places(simulation), before) / kStep_s);
-    if (i == 0) CHECK(count_asleep(simulation) == 0);
+    if (i == 0) CHECK(count_sleeping(simulation) == 0);
   }
   CHECK(fastest_m_s < 2.0 * bound_m_s);
 }
 
-TEST_CASE("A pendulum does not fall asleep at its turning point", "[sleeping]") {
+TEST_CASE("A pendulum does not go to sleep at its turning point", "[sleeping]") {
   // A rod of 1 m, that swings at 3.1 rad/s; slow steps look at few points of its way.
   const double angle_rad = GENERATE(0.01, 0.1, 1.0), step_s = GENERATE(0.01, 0.1);
   const Eigen::Vector3d end_m(std::sin(angle_rad), 0, -std::cos(angle_rad));
@@ -231,7 +232,7 @@ TEST_CASE("A pendulum does not fall asleep at its turning point", "[sleeping]") 
 
   for (double time_s = 0.0; time_s < 4.0; time_s += step_s) {
     (void)simulation.step(step_s, no_tool);
-    CHECK(count_asleep(simulation) == 0);
+    CHECK(count_sleeping(simulation) == 0);
   }
 }
 
@@ -247,7 +248,7 @@ TEST_CASE("What creeps down a slope stays awake", "[sleeping]") {
 
   for (int i = 0; i < 300; ++i) {
     (void)simulation.step(kStep_s, no_tool);
-    CHECK(count_asleep(simulation) == 0);
+    CHECK(count_sleeping(simulation) == 0);
   }
 
   CHECK(simulation.world().rigid_bodies[0].velocity_m_s.x() == Approx(0.58776e-3).epsilon(1e-3));
@@ -274,7 +275,7 @@ TEST_CASE("A block whose support is taken away falls", "[sleeping]") {
     Simulation simulation(sleeping_scene({floor_at(0.0), shelf, block_at({0, 0, 0.115})}));
     for (int i = 0; i < 150; ++i) {
       (void)simulation.step(kStep_s, no_tool);
-      CHECK(count_asleep(simulation) == 0);
+      CHECK(count_sleeping(simulation) == 0);
     }
     lull(simulation, 1);
     CHECK(simulation.world().rigid_bodies[1].position_m.z() == Approx(0.5 * kEdge_m).margin(1e-3));
@@ -290,7 +291,7 @@ TEST_CASE("On a shelf that is prescribed to stay a block sleeps as on the floor"
 
   for (int i = 0; i < 50; ++i) {
     (void)simulation.step(kStep_s, no_tool);
-    CHECK(count_asleep(simulation) == 1);
+    CHECK(count_sleeping(simulation) == 1);
   }
 }
 
@@ -298,14 +299,14 @@ TEST_CASE("Sleep repeats to the bit", "[sleeping]") {
   auto bodies = stack(3);
   bodies.push_back(moving(sphere({0.004, 0, 0.5}, 0.0125, 0.02), {0, 0, 5.0}));
   Simulation one(sleeping_scene(bodies)), other(sleeping_scene(bodies));
-  int most_asleep = 0;
+  int most_sleeping = 0;
   for (int i = 0; i < 400; ++i) {
     (void)one.step(kStep_s, no_tool);
     (void)other.step(kStep_s, no_tool);
-    most_asleep = std::max(most_asleep, count_asleep(one));
+    most_sleeping = std::max(most_sleeping, count_sleeping(one));
     REQUIRE(farthest_m(places(one), places(other)) == 0.0);
   }
-  CHECK(most_asleep > 0);
+  CHECK(most_sleeping > 0);
 }
 
 }  // namespace

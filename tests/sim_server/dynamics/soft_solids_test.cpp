@@ -12,8 +12,8 @@ constexpr double kStep_s = 0.01;
 /// A soft cube of 30 mm with its lower face at a height.
 BodyDescription cube_at(double height_m) {
   BodyDescription body = soft_block({4, 4, 4}, 0.01, 1e-3, 100.0, {0.006, 0.004});
-  springs(body).bend_stiffness_N_m = 20.0;
-  springs(body).spring_damping_N_s_m = 0.1;
+  springs(body).bend_stiffness_N_per_m = 20.0;
+  springs(body).spring_damping_N_s_per_m = 0.1;
   body.position_m = {0, 0, height_m + 0.015};
   return body;
 }

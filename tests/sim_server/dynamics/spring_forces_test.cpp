@@ -15,11 +15,11 @@
 namespace stillgrid {
 namespace {
 
-BodyDescription cloth(const Eigen::Vector2i& nodes, double damping_N_s_m) {
+BodyDescription cloth(const Eigen::Vector2i& nodes, double damping_N_s_per_m) {
   BodyDescription body = sheet(nodes, 0.02, 0.002, 500.0);
-  shear_stiffness_N_m(body) = 250.0;
-  springs(body).bend_stiffness_N_m = 50.0;
-  springs(body).spring_damping_N_s_m = damping_N_s_m;
+  shear_stiffness_N_per_m(body) = 250.0;
+  springs(body).bend_stiffness_N_per_m = 50.0;
+  springs(body).spring_damping_N_s_per_m = damping_N_s_per_m;
   packing(body) = {0.02, 0.009};
   return body;
 }
@@ -45,7 +45,7 @@ ExplicitState state_of(const World& world) {
     state.position_m.emplace_back().map() = node.position_m;
     state.velocity_m_s.emplace_back().map() = node.velocity_m_s;
     state.force_N.push_back({7.0, 7.0, 7.0});
-    state.per_mass_kg.push_back(node.unknown == kNoUnknown ? 0.0 : 1.0 / node.mass_kg);
+    state.inverse_mass_per_kg.push_back(node.unknown == kNoUnknown ? 0.0 : 1.0 / node.mass_kg);
   }
   return state;
 }
@@ -69,33 +69,34 @@ double worst_difference(const World& world) {
     }
   });
   for (const Spring& spring : world.springs)
-    push_N = std::max(push_N, spring.stiffness_N_m * spring.rest_length_m);
+    push_N = std::max(push_N, spring.stiffness_N_per_m * spring.rest_length_m);
   return worst_N / push_N;
 }
 
 TEST_CASE("Forces of a sheet's springs are those of the mechanical system", "[spring_forces]") {
-  const double damping_N_s_m = GENERATE(0.0, 0.3);
+  const double damping_N_s_per_m = GENERATE(0.0, 0.3);
   const double shake_m = GENERATE(0.0, 1e-6, 0.008);
   const UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
   const Eigen::Vector2i nodes = GENERATE(
       Eigen::Vector2i(1, 7), Eigen::Vector2i(7, 1), Eigen::Vector2i(2, 2), Eigen::Vector2i(3, 5),
       Eigen::Vector2i(8, 8), Eigen::Vector2i(9, 17), Eigen::Vector2i(17, 9));
   CAPTURE(nodes.transpose());
-  CHECK(worst_difference(shaken(cloth(nodes, damping_N_s_m), shake_m)) < 1e-12);
+  CHECK(worst_difference(shaken(cloth(nodes, damping_N_s_per_m), shake_m)) < 1e-12);
 }
 
 TEST_CASE("Springs that are no regular sheet have the same forces", "[spring_forces]") {
-  const double damping_N_s_m = GENERATE(0.0, 0.3);
+  const double damping_N_s_per_m = GENERATE(0.0, 0.3);
   const UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
   BodyDescription rope = thread(11, {0, 0, 0}, {0.3, 0.1, 0}, 0.001, 200.0);
-  springs(rope).bend_stiffness_N_m = 20.0;
+  springs(rope).bend_stiffness_N_per_m = 20.0;
   BodyDescription block = soft_block({3, 4, 3}, 0.02, 0.002, 400.0, {0.02, 0.009});
-  springs(rope).spring_damping_N_s_m = springs(block).spring_damping_N_s_m = damping_N_s_m;
+  springs(rope).spring_damping_N_s_per_m = springs(block).spring_damping_N_s_per_m =
+      damping_N_s_per_m;
   CHECK(worst_difference(shaken(rope, 0.005)) < 1e-12);
   CHECK(worst_difference(shaken(block, 0.005)) < 1e-12);
 
-  World uneven = shaken(cloth({6, 5}, damping_N_s_m), 0.005);
-  uneven.springs[17].stiffness_N_m *= 1.5;
+  World uneven = shaken(cloth({6, 5}, damping_N_s_per_m), 0.005);
+  uneven.springs[17].stiffness_N_per_m *= 1.5;
   CHECK(worst_difference(uneven) < 1e-12);
   uneven.springs[3].rest_length_m *= 0.9;
   CHECK(worst_difference(uneven) < 1e-12);
@@ -128,7 +129,7 @@ TEST_CASE("The power of dampers is the work of their forces", "[spring_forces]")
   ExplicitState damped = state_of(world);
   SpringForces springs(world);
   const double power_W = springs.evaluate(world, damped);
-  for (Spring& spring : world.springs) spring.damping_N_s_m = 0.0;
+  for (Spring& spring : world.springs) spring.damping_N_s_per_m = 0.0;
   ExplicitState undamped = state_of(world);
   SpringForces without(world);
   CHECK(without.evaluate(world, undamped) == 0.0);
@@ -140,7 +141,7 @@ TEST_CASE("The power of dampers is the work of their forces", "[spring_forces]")
   CHECK(power_W == Approx(work_W).epsilon(1e-12));
 }
 
-TEST_CASE("Forces of a body asleep are left alone, others' are as they were", "[spring_forces]") {
+TEST_CASE("Forces of a body sleeping are left alone, others' are as they were", "[spring_forces]") {
   BodyDescription other = cloth({5, 4}, 0.1);
   other.position_m = {1.0, 0.0, 0.0};
   BodyDescription rope = thread(6, {2, 0, 0}, {2, 1, 0}, 0.001, 200.0);
@@ -150,14 +151,14 @@ TEST_CASE("Forces of a body asleep are left alone, others' are as they were", "[
   SpringForces springs(world);
   (void)springs.evaluate(world, awake);
   const int sleeper = GENERATE(0, 1, 2);
-  world.bodies[static_cast<std::size_t>(sleeper)].asleep = true;
+  world.bodies[static_cast<std::size_t>(sleeper)].is_sleeping = true;
   ExplicitState state = state_of(world);
   (void)springs.evaluate(world, state);
   for (const BodyRange& body : world.bodies)
     for (int i = body.first_node; i < body.first_node + body.node_count; ++i) {
       const auto node = static_cast<std::size_t>(i);
       const Eigen::Vector3d expected_N =
-          body.asleep ? Eigen::Vector3d(7, 7, 7) : Eigen::Vector3d(awake.force_N[node].map());
+          body.is_sleeping ? Eigen::Vector3d(7, 7, 7) : Eigen::Vector3d(awake.force_N[node].map());
       CHECK(state.force_N[node].map() == expected_N);
     }
 }
@@ -176,14 +177,14 @@ TEST_CASE("Nodes in one place are pushed nowhere", "[spring_forces]") {
 TEST_CASE("1 / length is exact to 1e-13 at every length, on every instruction set",
           "[spring_forces]") {
   constexpr int kSprings = 4096;
-  constexpr double kRest_m = 0.01, kStiffness_N_m = 200.0;
-  World world =
-      build_world(scene_of({thread(2 * kSprings, {0, 0, 0}, {20, 0, 0}, 0.001, kStiffness_N_m)}));
+  constexpr double kRest_m = 0.01, kStiffness_N_per_m = 200.0;
+  World world = build_world(
+      scene_of({thread(2 * kSprings, {0, 0, 0}, {20, 0, 0}, 0.001, kStiffness_N_per_m)}));
   // One spring for every two nodes, of lengths over four octaves about its rest.
   world.springs.clear();
   std::vector<double> lengths_m;
   for (int i = 0; i < kSprings; ++i) {
-    world.springs.push_back({2 * i, 2 * i + 1, kRest_m, kStiffness_N_m, 0.0});
+    world.springs.push_back({2 * i, 2 * i + 1, kRest_m, kStiffness_N_per_m, 0.0});
     lengths_m.push_back(kRest_m * std::exp2(4.0 * i / kSprings - 2.0));
     world.nodes[static_cast<std::size_t>(2 * i)].position_m.setZero();
     world.nodes[static_cast<std::size_t>(2 * i + 1)].position_m = {lengths_m.back(), 0.0, 0.0};
@@ -197,7 +198,7 @@ TEST_CASE("1 / length is exact to 1e-13 at every length, on every instruction se
     double worst = 0.0;
     for (std::size_t i = 0; i < lengths_m.size(); ++i) {
       // The force is k (length - rest length * unit), where the unit is length * (1 / length).
-      const double unit = (lengths_m[i] - state.force_N[2 * i].x / kStiffness_N_m) / kRest_m;
+      const double unit = (lengths_m[i] - state.force_N[2 * i].x / kStiffness_N_per_m) / kRest_m;
       worst = std::max(worst, std::abs(unit - 1.0));
     }
     CHECK(worst < 1e-13);
@@ -221,7 +222,7 @@ TEST_CASE("Rows of a sheet take the widest vector wherever the heap puts them, i
   const auto check = [](SpringSheet& sheet) {
     const SheetRows rows(sheet);
     for (std::size_t row = 0; row < SheetRows::kCount; ++row) {
-      CHECK(is_aligned_look(rows[row].at(0)));
+      CHECK(is_aligned_lanes(rows[row].at(0)));
       (void)rows[row].at(sheet.columns + 1);  // in assertion builds: with room for the widest
     }
   };
@@ -271,14 +272,16 @@ TEST_CASE("Nodes move by their forces alike on every instruction set", "[spring_
     move_nodes(move, gravity_m_s2, state);
     for (std::size_t i = 0; i < world.nodes.size(); ++i) {
       const Eigen::Vector3d x_m = before.position_m[i].map(), v_m_s = before.velocity_m_s[i].map();
-      const double per_mass_kg = before.per_mass_kg[i];
+      const double inverse_mass_per_kg = before.inverse_mass_per_kg[i];
       const Eigen::Vector3d faster_m_s =
-          per_mass_kg == 0.0
+          inverse_mass_per_kg == 0.0
               ? v_m_s
-              : Eigen::Vector3d(v_m_s + move.kick_s *
-                                            (per_mass_kg * before.force_N[i].map() + gravity_m_s2));
+              : Eigen::Vector3d(v_m_s +
+                                move.kick_s *
+                                    (inverse_mass_per_kg * before.force_N[i].map() + gravity_m_s2));
       const Eigen::Vector3d drift_m = move.drift_s * (move.forward ? v_m_s : faster_m_s);
-      const Eigen::Vector3d farther_m = per_mass_kg == 0.0 ? x_m : Eigen::Vector3d(x_m + drift_m);
+      const Eigen::Vector3d farther_m =
+          inverse_mass_per_kg == 0.0 ? x_m : Eigen::Vector3d(x_m + drift_m);
       CHECK((state.velocity_m_s[i].map() - faster_m_s).norm() <= 1e-15 * (1.0 + faster_m_s.norm()));
       CHECK((state.position_m[i].map() - farther_m).norm() <= 1e-15 * (1.0 + farther_m.norm()));
     }

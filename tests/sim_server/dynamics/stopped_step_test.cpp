@@ -13,8 +13,8 @@ namespace {
 /// A hanging sheet by a method; large enough that its factors are made on a thread of their own.
 SceneDescription hanging_sheet(const Method& method, int side) {
   BodyDescription body = sheet({side, side}, 0.01, 1e-4, 20.0);
-  shear_stiffness_N_m(body) = 10.0;
-  springs(body).bend_stiffness_N_m = 2.0;
+  shear_stiffness_N_per_m(body) = 10.0;
+  springs(body).bend_stiffness_N_per_m = 2.0;
   springs(body).pinned_nodes = {0, side - 1};
   SceneDescription scene = scene_of({body}, material_of(100.0), {0, 0, -9.81});
   scene.method = method;

@@ -24,19 +24,19 @@ SceneDescription integrated(SceneDescription scene, IntegratorKind kind, double 
 }
 
 constexpr int kMasses = 10;
-constexpr double kMass_kg = 0.01, kStiffness_N_m = 1000.0, kLink_m = 0.1;
+constexpr double kMass_kg = 0.01, kStiffness_N_per_m = 1000.0, kLink_m = 0.1;
 
 /// Where the masses of a chain, held at one end and stretched by 1 mm a link, are after time_s:
 /// its modes, each a cosine.
 Eigen::VectorXd modal_displacement_m(double time_s) {
-  Eigen::MatrixXd slope = Eigen::MatrixXd::Zero(kMasses, kMasses);
+  Eigen::MatrixXd stiffness = Eigen::MatrixXd::Zero(kMasses, kMasses);
   for (int i = 0; i < kMasses; ++i) {
-    slope(i, i) += kStiffness_N_m;
+    stiffness(i, i) += kStiffness_N_per_m;
     if (i + 1 == kMasses) break;
-    slope(i, i) += kStiffness_N_m;
-    slope(i, i + 1) = slope(i + 1, i) = -kStiffness_N_m;
+    stiffness(i, i) += kStiffness_N_per_m;
+    stiffness(i, i + 1) = stiffness(i + 1, i) = -kStiffness_N_per_m;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(slope / kMass_kg);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(stiffness / kMass_kg);
   const Eigen::VectorXd start_m = Eigen::VectorXd::LinSpaced(kMasses, 0.001, 0.001 * kMasses);
   const Eigen::VectorXd phases = modes.eigenvalues().cwiseSqrt() * time_s;
   return modes.eigenvectors() *
@@ -47,7 +47,7 @@ Eigen::VectorXd modal_displacement_m(double time_s) {
 double chain_error_m(IntegratorKind kind, double tolerance_m_s) {
   Simulation simulation(
       integrated(scene_of({thread(kMasses + 1, {0, 0, 0}, {kMasses * kLink_m, 0, 0}, kMass_kg,
-                                  kStiffness_N_m, {0})}),
+                                  kStiffness_N_per_m, {0})}),
                  kind, tolerance_m_s));
   auto& nodes = simulation.world().nodes;
   for (int i = 1; i <= kMasses; ++i) nodes[static_cast<std::size_t>(i)].position_m.x() += 0.001 * i;
@@ -125,12 +125,12 @@ struct Bounce {
 };
 
 /// A ball of 0.1 kg that meets a floor of 1000 N/m at 1 m/s, until it is off again.
-Bounce bounce(IntegratorKind kind, double damping_N_s_m, double gravity_m_s2,
+Bounce bounce(IntegratorKind kind, double damping_N_s_per_m, double gravity_m_s2,
               double tolerance_m_s) {
   constexpr double kRadius_m = 0.05;
   Simulation simulation(integrated(
       scene_of({moving(sphere({0, 0, kRadius_m}, kRadius_m, 0.1), {0, 0, -1}), floor_at(0.0)},
-               material_of(1000.0, damping_N_s_m), {0, 0, -gravity_m_s2}),
+               material_of(1000.0, damping_N_s_per_m), {0, 0, -gravity_m_s2}),
       kind, tolerance_m_s));
   const RigidBody& ball = simulation.world().rigid_bodies[0];
   Bounce result;
@@ -150,8 +150,8 @@ TEST_CASE("A ball bounces by the law of the approach damper, whose rate is its s
           "[sundials]") {
   const IntegratorKind kind = GENERATE(from_range(kKinds));
   for (const auto& [zeta, expected] : {std::pair(0.2, 0.756135), std::pair(0.5, 0.546293)}) {
-    const double damping_N_s_m = 2.0 * zeta * std::sqrt(1000.0 * 0.1);
-    const double restitution = bounce(kind, damping_N_s_m, 0.0, 1e-7).speed_m_s;
+    const double damping_N_s_per_m = 2.0 * zeta * std::sqrt(1000.0 * 0.1);
+    const double restitution = bounce(kind, damping_N_s_per_m, 0.0, 1e-7).speed_m_s;
     CHECK(std::abs(restitution - expected) < 1e-4);
   }
   // Its greatest depth is sampled each 0.1 ms: g / 8 * 1e-8 below, and then some.
@@ -163,7 +163,7 @@ TEST_CASE("A ball bounces by the law of the approach damper, whose rate is its s
 /// A damped thread that swings down from level, and a spinning ball thrown flat on a smooth floor.
 SceneDescription swing_and_throw() {
   BodyDescription body = thread(4, {0, 1, 1}, {0.3, 1, 1}, 0.01, 200.0, {0});
-  springs(body).spring_damping_N_s_m = 0.2;
+  springs(body).spring_damping_N_s_per_m = 0.2;
   const BodyDescription ball =
       moving(sphere({0, 0, 0.055}, 0.05, 0.1), {0.5, 0.2, -0.3}, {0.0, 0.0, 3.0});
   return scene_of({body, ball, floor_at(0.0)}, material_of(1000.0, 2.0), {0, 0, -9.81});

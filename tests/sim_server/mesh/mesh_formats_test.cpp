@@ -97,7 +97,7 @@ TEST_CASE("Text and both orders of bytes of a PLY file are one mesh", "[mesh_for
 
 TEST_CASE("A mesh has at most two million triangles", "[mesh_formats]") {
   PolygonMesh mesh{"large", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, {}};
-  for (std::size_t i = 0; i < kMostTriangles; ++i) mesh.end_face();
+  for (std::size_t i = 0; i < kMaxTriangles; ++i) mesh.end_face();
   CHECK_THROWS_WITH(mesh.end_face(), Contains("large: more than 2000000 faces"));
 }
 

@@ -31,68 +31,68 @@ void check_refusal(const BadScene& scene, const std::string& text) {
 
 // Each text is the whole file.
 constexpr BadScene kBadFiles[] = {
-    {"", "1:1", "format", "missing", "1"},
-    {"format = 2", "1:10", "format", "2", "1"},
-    {"format = '1'", "1:10", "format", "'1'", "1, found a string"},
-    {"format = 1\nformat = 1", "2:10", "syntax", "\"format = 1\"", "TOML: "},
-    {"format = 1\nworld = {", "2:10", "syntax", "\"world = {\"", "TOML: "},
-    {"format = 1\n[world\n", "2:7", "syntax", "\"[world\"", "TOML: "},
-    {"format = 1\ncolour = 'red'", "2:1", "colour", "'red'", "no such key here, but body, "},
-    {"format = 1\nworld = 3", "2:9", "world", "3", "a table, found an integer"},
-    {"format = 1\n[world]\ngravity = 3.5", "3:1", "world.gravity", "3.5", "no such key here, but "},
-    {"format = 1\n[world]\ngravity_m_s2 = -9.81", "3:16", "world.gravity_m_s2", "-9.81",
+    {"", "1:1", "format", "missing", "an integer from 1 to 2"},
+    {"format = 3", "1:10", "format", "3", "an integer from 1 to 2"},
+    {"format = '1'", "1:10", "format", "'1'", "an integer from 1 to 2, found a string"},
+    {"format = 2\nformat = 2", "2:10", "syntax", "\"format = 2\"", "TOML: "},
+    {"format = 2\nworld = {", "2:10", "syntax", "\"world = {\"", "TOML: "},
+    {"format = 2\n[world\n", "2:7", "syntax", "\"[world\"", "TOML: "},
+    {"format = 2\ncolour = 'red'", "2:1", "colour", "'red'", "no such key here, but body, "},
+    {"format = 2\nworld = 3", "2:9", "world", "3", "a table, found an integer"},
+    {"format = 2\n[world]\ngravity = 3.5", "3:1", "world.gravity", "3.5", "no such key here, but "},
+    {"format = 2\n[world]\ngravity_m_s2 = -9.81", "3:16", "world.gravity_m_s2", "-9.81",
      "3 numbers, each a number from -1e12 to 1e12, found a number"},
-    {"format = 1\n[world]\ngravity_m_s2 = [0.0, -9.81]", "3:16", "world.gravity_m_s2", "[0, -9.81]",
+    {"format = 2\n[world]\ngravity_m_s2 = [0.0, -9.81]", "3:16", "world.gravity_m_s2", "[0, -9.81]",
      "3 numbers"},
-    {"format = 1\n[world]\ngravity_m_s2 = [0.0, 0.0, 'down']", "3:27", "world.gravity_m_s2",
+    {"format = 2\n[world]\ngravity_m_s2 = [0.0, 0.0, 'down']", "3:27", "world.gravity_m_s2",
      "'down'", "a number from -1e12 to 1e12, found a string"},
-    {"format = 1\n[world]\ngravity_m_s2 = [0.0, 0.0, nan]", "3:27", "world.gravity_m_s2", "nan",
+    {"format = 2\n[world]\ngravity_m_s2 = [0.0, 0.0, nan]", "3:27", "world.gravity_m_s2", "nan",
      "a number from"},
-    {"format = 1\n[simulation]\nrate_hz = 0.0", "3:11", "simulation.rate_hz", "0",
+    {"format = 2\n[simulation]\nrate_hz = 0.0", "3:11", "simulation.rate_hz", "0",
      "a number from 1e-9 to 1e12"},
-    {"format = 1\n[simulation]\nrate_hz = 10\nperiod_s = 0.1", "4:12", "simulation.period_s", "0.1",
+    {"format = 2\n[simulation]\nrate_hz = 10\nperiod_s = 0.1", "4:12", "simulation.period_s", "0.1",
      "rate_hz or period_s, not both"},
-    {"format = 1\n[simulation]\nrate_hz = 1e10", "3:11", "simulation.rate_hz", "1e+10",
+    {"format = 2\n[simulation]\nrate_hz = 1e10", "3:11", "simulation.rate_hz", "1e+10",
      "a period from 1e-05 to 100 s"},
-    {"format = 1\n[simulation]\nperiod_s = 1000.0", "3:12", "simulation.period_s", "1000",
+    {"format = 2\n[simulation]\nperiod_s = 1000.0", "3:12", "simulation.period_s", "1000",
      "a period from 1e-05 to 100 s"},
-    {"format = 1\n[simulation]\nperiod_s = -0.01", "3:12", "simulation.period_s", "-0.01",
+    {"format = 2\n[simulation]\nperiod_s = -0.01", "3:12", "simulation.period_s", "-0.01",
      "a number from 1e-9"},
-    {"format = 1\n[simulation]\nintegrator = 'leapfrog'", "3:14", "simulation.integrator",
+    {"format = 2\n[simulation]\nintegrator = 'leapfrog'", "3:14", "simulation.integrator",
      "'leapfrog'", "one of forward_euler"},
-    {"format = 1\n[simulation]\nsolver = true", "3:10", "simulation.solver", "true",
+    {"format = 2\n[simulation]\nsolver = true", "3:10", "simulation.solver", "true",
      "one of newton, newton_lu"},
-    {"format = 1\n[simulation]\nsleeping = 1", "3:12", "simulation.sleeping", "1",
+    {"format = 2\n[simulation]\nsleeping = 1", "3:12", "simulation.sleeping", "1",
      "true or false, found"},
-    {"format = 1\n[grid]\nvoxel_ratio = inf", "3:15", "grid.voxel_ratio", "inf", "a number from"},
-    {"format = 1\n[tool]\nradius_m = 1e-3\nspheres = []", "4:11", "tool.spheres", "[]",
+    {"format = 2\n[grid]\nvoxel_ratio = inf", "3:15", "grid.voxel_ratio", "inf", "a number from"},
+    {"format = 2\n[tool]\nradius_m = 1e-3\nspheres = []", "4:11", "tool.spheres", "[]",
      "radius_m or spheres, not both"},
-    {"format = 1\n[tool]\nspheres = []", "3:11", "tool.spheres", "[]", "1 to 16 spheres, found 0"},
-    {"format = 1\n[tool]\nspheres = [{ position_m = [0, 0, 0] }]", "3:12", "tool.spheres.radius_m",
+    {"format = 2\n[tool]\nspheres = []", "3:11", "tool.spheres", "[]", "1 to 16 spheres, found 0"},
+    {"format = 2\n[tool]\nspheres = [{ position_m = [0, 0, 0] }]", "3:12", "tool.spheres.radius_m",
      "missing", "a number from 1e-9"},
-    {"format = 1\n[tool]\nspheres = [{ radius_m = 1, mass_kg = 1 }]", "3:28",
+    {"format = 2\n[tool]\nspheres = [{ radius_m = 1, mass_kg = 1 }]", "3:28",
      "tool.spheres.mass_kg", "1", "no such key here, but position_m, radius_m"},
-    {"format = 1\n[device]\norientation_xyzw = [0, 0, 0, 0]", "3:20", "device.orientation_xyzw",
+    {"format = 2\n[device]\norientation_xyzw = [0, 0, 0, 0]", "3:20", "device.orientation_xyzw",
      "[0, 0, 0, 0]", "a quaternion x, y, z, w whose norm"},
-    {"format = 1\n[device]\norientation_xyzw = [0.0, 0.0, 0.0, 1.002]", "3:20",
+    {"format = 2\n[device]\norientation_xyzw = [0.0, 0.0, 0.0, 1.002]", "3:20",
      "device.orientation_xyzw", "[0, 0, 0, 1.002]", "a quaternion"},
-    {"format = 1\n[device]\nposition_m = [0, 2e6, 0]", "3:14", "device.position_m", "[0, 2e+06, 0]",
+    {"format = 2\n[device]\nposition_m = [0, 2e6, 0]", "3:14", "device.position_m", "[0, 2e+06, 0]",
      "numbers from -1e6 to 1e6"},
-    {"format = 1\n[device]\nscale = 1e7", "3:9", "device.scale", "1e+07", "at most 1e6"},
-    {"format = 1\n[material]\nname = 'm'", "2:1", "material", "{...}",
+    {"format = 2\n[device]\nscale = 1e7", "3:9", "device.scale", "1e+07", "at most 1e6"},
+    {"format = 2\n[material]\nname = 'm'", "2:1", "material", "{...}",
      "an array of tables, found a table"},
-    {"format = 1\n[[material]]\nname = 'm'", "2:1", "material.contact_stiffness_N_m", "missing",
+    {"format = 2\n[[material]]\nname = 'm'", "2:1", "material.contact_stiffness_N_per_m", "missing",
      "a number from"},
-    {"format = 1\n[[material]]\nname = 'm'\ncontact_stiffness_N_m = 0", "4:25",
-     "material.contact_stiffness_N_m", "0", "a number from 1e-9"},
-    {"format = 1\n[[material]]\nname = 'm'\ncontact_stiffness_N_m = 1\nfriction = -0.1", "5:12",
+    {"format = 2\n[[material]]\nname = 'm'\ncontact_stiffness_N_per_m = 0", "4:29",
+     "material.contact_stiffness_N_per_m", "0", "a number from 1e-9"},
+    {"format = 2\n[[material]]\nname = 'm'\ncontact_stiffness_N_per_m = 1\nfriction = -0.1", "5:12",
      "material.friction", "-0.1", "a number from 0 to 1e12"},
-    {"format = 1\n[[material]]\nname = ''\ncontact_stiffness_N_m = 1", "3:8", "material.name", "''",
-     "a name without comma"},
-    {"format = 1\nmaterial = [{ name = 'm', contact_stiffness_N_m = 1 },\n"
-     "{ name = 'm', contact_stiffness_N_m = 1 }]",
+    {"format = 2\n[[material]]\nname = ''\ncontact_stiffness_N_per_m = 1", "3:8", "material.name",
+     "''", "a name without comma"},
+    {"format = 2\nmaterial = [{ name = 'm', contact_stiffness_N_per_m = 1 },\n"
+     "{ name = 'm', contact_stiffness_N_per_m = 1 }]",
      "3:10", "material.name", "'m'", "a name that nothing else of its sort has"},
-    {"format = 1\n[[body]]\nname = 'b'\nkind = 'plane'\nmaterial = 'm'", "5:12", "body.material",
+    {"format = 2\n[[body]]\nname = 'b'\nkind = 'plane'\nmaterial = 'm'", "5:12", "body.material",
      "'m'", "a [[material]] of the scene, which has none"},
 };
 
@@ -119,12 +119,12 @@ constexpr BadScene kBadBodies[] = {
      "body.size_m", "missing", "3 numbers"},
     {"name = 'b'\nkind = 'soft_block'\nmaterial = 'm'\nmass_kg = 1\nnodes = [2, 2, 2]\n"
      "size_m = [1, 1, 1]",
-     "3:1", "body.spring_stiffness_N_m.structural", "missing", "a number from 1e-9"},
+     "3:1", "body.spring_stiffness_N_per_m.structural", "missing", "a number from 1e-9"},
     {"name = 'b'\nkind = 'soft_block'\nmaterial = 'm'\nmass_kg = 1\nnodes = [2, 2, 2]\n"
-     "size_m = [1, 1, 1]\nspring_stiffness_N_m = { structural = 1 }\npinned = 'corners'",
+     "size_m = [1, 1, 1]\nspring_stiffness_N_per_m = { structural = 1 }\npinned = 'corners'",
      "11:10", "body.pinned", "'corners'", "one of none"},
     {"name = 'b'\nkind = 'soft_block'\nmaterial = 'm'\nmass_kg = 1\nnodes = [2, 2, 2]\n"
-     "size_m = [1, 1, 1]\nspring_stiffness_N_m = { structural = 1 }\npinned = [8]",
+     "size_m = [1, 1, 1]\nspring_stiffness_N_per_m = { structural = 1 }\npinned = [8]",
      "11:11", "body.pinned", "8", "an integer from 0 to 7"},
     {"name = 'b'\nkind = 'soft_block'\nmaterial = 'm'\nmotion = 'prescribed'", "7:10",
      "body.motion", "'prescribed'", "one of free, static"},
@@ -186,16 +186,17 @@ constexpr BadScene kBadBodies[] = {
      "10:8", "body.to_m", "[1, 1, 1]", "another point than from_m"},
     {"name = 'b'\nkind = 'thread'\nmaterial = 'm'\nmass_kg = 1\nnodes = 3\n"
      "from_m = [0, 1, 1]\nto_m = [1, 1, 1]",
-     "3:1", "body.spring_stiffness_N_m.structural", "missing", "a number from 1e-9"},
+     "3:1", "body.spring_stiffness_N_per_m.structural", "missing", "a number from 1e-9"},
     {"name = 'b'\nkind = 'thread'\nmaterial = 'm'\nmass_kg = 1\nnodes = 3\n"
-     "from_m = [0, 1, 1]\nto_m = [1, 1, 1]\nspring_stiffness_N_m = { structural = 1, shear = 1 }",
-     "11:42", "body.spring_stiffness_N_m.shear", "1", "no such key here, but bend, structural"},
+     "from_m = [0, 1, 1]\nto_m = [1, 1, 1]\nspring_stiffness_N_per_m = { structural = 1, shear = 1 "
+     "}",
+     "11:46", "body.spring_stiffness_N_per_m.shear", "1", "no such key here, but bend, structural"},
     {"name = 'b'\nkind = 'thread'\nmaterial = 'm'\nmass_kg = 1\nnodes = 3\n"
-     "from_m = [0, 1, 1]\nto_m = [1, 1, 1]\nspring_stiffness_N_m = { structural = 1 }\n"
+     "from_m = [0, 1, 1]\nto_m = [1, 1, 1]\nspring_stiffness_N_per_m = { structural = 1 }\n"
      "pinned = 'corners'",
      "12:10", "body.pinned", "'corners'", "one of none, start, end, both"},
     {"name = 'b'\nkind = 'thread'\nmaterial = 'm'\nmass_kg = 1\nnodes = 3\n"
-     "from_m = [0, 1, 1]\nto_m = [1, 1, 1]\nspring_stiffness_N_m = { structural = 1 }\n"
+     "from_m = [0, 1, 1]\nto_m = [1, 1, 1]\nspring_stiffness_N_per_m = { structural = 1 }\n"
      "pinned = [0, 3]",
      "12:14", "body.pinned", "3", "an integer from 0 to 2"},
     {"name = 'b'\nkind = 'plane'\nmaterial = 'm'\nnormal = [0, 0, 1]\n[[body]]\nname = 'b'\n"
@@ -211,21 +212,22 @@ TEST_CASE("A fault outside of bodies is refused where it stands", "[scene_file]"
 
 TEST_CASE("A fault in a body is refused where it stands", "[scene_file]") {
   const std::string before =
-      "format = 1\nmaterial = [{ name = 'm', contact_stiffness_N_m = 1 }]\n[[body]]\n";
+      "format = 2\nmaterial = [{ name = 'm', contact_stiffness_N_per_m = 1 }]\n[[body]]\n";
   for (const BadScene& scene : kBadBodies) check_refusal(scene, before + std::string(scene.text));
 }
 
 TEST_CASE("More than 64 materials or 16 tool spheres are refused", "[scene_file]") {
-  std::string materials = "format = 1\n";
+  std::string materials = "format = 2\n";
   for (int i = 0; i < 64; ++i) {
-    materials += "[[material]]\nname = '" + std::to_string(i) + "'\ncontact_stiffness_N_m = 1\n";
+    materials +=
+        "[[material]]\nname = '" + std::to_string(i) + "'\ncontact_stiffness_N_per_m = 1\n";
   }
   CHECK(refusal_of(materials).empty());
   materials += "[[material]]\nname = 'more'\n";
   CHECK(refusal_of(materials) ==
         "195:8: material.name: value 'more': expected at most 64 materials");
 
-  std::string spheres = "format = 1\ntool.spheres = [{ radius_m = 0.1 }";
+  std::string spheres = "format = 2\ntool.spheres = [{ radius_m = 0.1 }";
   for (int i = 1; i < 16; ++i) spheres += ", { radius_m = 0.1 }";
   CHECK(refusal_of(spheres + "]").empty());
   const std::string refusal = refusal_of(spheres + ", { radius_m = 0.1 }]");
@@ -242,7 +244,7 @@ TEST_CASE("A file that cannot be read is refused by name", "[scene_file]") {
 
 TEST_CASE("A refusal is one line whatever the file holds", "[scene_file]") {
   const std::string refusal =
-      refusal_of("format = 1\n\"a\\nkey\" = \"\"\"two\nlines and \\u001b more\"\"\"");
+      refusal_of("format = 2\n\"a\\nkey\" = \"\"\"two\nlines and \\u001b more\"\"\"");
   CHECK(refusal.find('\n') == std::string::npos);
   CHECK(refusal.find('\x1b') == std::string::npos);
   CHECK(refusal.find("2:1: a key: value ") == 0);
@@ -267,7 +269,7 @@ TEST_CASE("What nests too deep for a parser is refused where it stands", "[scene
       {"a = " + within + behind, expects_value},
       {"a = " + tables, expects_value}};
   for (const auto& [text, expected] : deep) {
-    const std::string refusal = refusal_of("format = 1\n" + text);
+    const std::string refusal = refusal_of("format = 2\n" + text);
     INFO(refusal);
     CHECK(refusal.find("2:") == 0);
     REQUIRE(refusal.size() > expected.size());
@@ -276,9 +278,9 @@ TEST_CASE("What nests too deep for a parser is refused where it stands", "[scene
   // Dots and brackets within texts and comments are none, and numbers' dots are no keys'.
   std::string numbers;
   for (int i = 0; i < 100; ++i) numbers += "1.5, ";
-  const std::string shallow = "format = 1 # " + key + within + "\nname = '" + within + "'";
+  const std::string shallow = "format = 2 # " + key + within + "\nname = '" + within + "'";
   CHECK(refusal_of(shallow).find("2:1: name: value ") == 0);
-  CHECK(refusal_of("format = 1\na = [" + numbers + "]").find("2:1: a: value ") == 0);
-  CHECK(refusal_of("format = 1\na = \"\"\"" + within + "\\\"" + key + "\"\"\"").find("2:1: a: ") ==
+  CHECK(refusal_of("format = 2\na = [" + numbers + "]").find("2:1: a: value ") == 0);
+  CHECK(refusal_of("format = 2\na = \"\"\"" + within + "\\\"" + key + "\"\"\"").find("2:1: a: ") ==
         0);
 }

@@ -5,7 +5,7 @@
 namespace stillgrid {
 
 /// A scene with every section, kind and motion.
-inline constexpr std::string_view kFullScene = R"(format = 1
+inline constexpr std::string_view kFullScene = R"(format = 2
 [world]
 gravity_m_s2 = [0.0, -1.5, 0]
 [simulation]
@@ -22,11 +22,11 @@ orientation_xyzw = [0.0, 0.0, 0.7071, 0.7071]
 scale = 2.0
 [[material]]
 name = "soft"
-contact_stiffness_N_m = 300
+contact_stiffness_N_per_m = 300
 [[material]]
 name = "hard"
-contact_stiffness_N_m = 900.0
-contact_damping_N_s_m = 2.0
+contact_stiffness_N_per_m = 900.0
+contact_damping_N_s_per_m = 2.0
 friction = 0.4
 slip_speed_m_s = 0.005
 [[body]]
@@ -36,8 +36,8 @@ nodes = [3, 4]
 position_m = [0.0, 0.0, 0.1]
 size_m = [0.2, 0.3]
 mass_kg = 0.12
-spring_stiffness_N_m = { structural = 50.0, shear = 20.0, bend = 5.0 }
-spring_damping_N_s_m = 0.1
+spring_stiffness_N_per_m = { structural = 50.0, shear = 20.0, bend = 5.0 }
+spring_damping_N_s_per_m = 0.1
 spheres = { spacing_m = 0.02, radius_m = 0.015 }
 velocity_m_s = [0.0, 0.0, 1.0]
 pinned = "two_corners"
@@ -49,7 +49,7 @@ nodes = 5
 from_m = [0.0, 0.0, 0.4]
 to_m = [0.0, 0.0, 0.2]
 mass_kg = 0.01
-spring_stiffness_N_m = { structural = 10.0 }
+spring_stiffness_N_per_m = { structural = 10.0 }
 pinned = [4, 0, 4]
 material = "soft"
 [[body]]
@@ -59,7 +59,7 @@ nodes = [3, 2, 4]
 position_m = [2.0, 0.0, 0.0]
 size_m = [0.2, 0.1, 0.3]
 mass_kg = 0.24
-spring_stiffness_N_m = { structural = 80.0, shear = 40.0 }
+spring_stiffness_N_per_m = { structural = 80.0, shear = 40.0 }
 spheres = { spacing_m = 0.04, radius_m = 0.02 }
 pinned = { low_m = [-9, -9, -9], high_m = [9, 9, -0.1] }
 material = "soft"

@@ -49,7 +49,7 @@ constexpr const char* kSpheres =
     "x_m,y_m,z_m,radius_m\n0.005,0.01,0.005,0.005\n0.02,0.01,0.005,0.01\n0.035,0.01,0.005,0.005\n";
 
 const std::string kBefore =
-    "format = 1\nmaterial = [{ name = 'm', contact_stiffness_N_m = 100.0 }]\n[[body]]\n"
+    "format = 2\nmaterial = [{ name = 'm', contact_stiffness_N_per_m = 100.0 }]\n[[body]]\n"
     "name = 'b'\nkind = 'mesh'\nmaterial = 'm'\nmass_kg = 2.0\nscale = 0.01\n";
 // What stands on line 9.
 std::string file_line(const std::string& name) {
@@ -58,7 +58,7 @@ std::string file_line(const std::string& name) {
 std::string spheres_line(const TemporaryFile& file) {
   return "spheres = { file = '" + file.name() + "' }\n";
 }
-const std::string kSprings = "spring_stiffness_N_m = { structural = 10.0, shear = 5.0 }\n";
+const std::string kSprings = "spring_stiffness_N_per_m = { structural = 10.0, shear = 5.0 }\n";
 
 }  // namespace
 
@@ -73,7 +73,7 @@ TEST_CASE("A rigid mesh stands in its centre of mass along its principal axes", 
   CHECK(body.position_m.isApprox(Eigen::Vector3d(1 - 0.01, 2 + 0.02, 3.005)));
   // (b^2 + c^2) / 12 of 40, 20 and 10 mm, ascending.
   const auto& rigid = std::get<RigidMeshBody>(body.shape);
-  CHECK(rigid.inertia_per_kg_m2.isApprox(Eigen::Vector3d(5e-4, 17e-4, 20e-4) / 12.0));
+  CHECK(rigid.inverse_inertia_per_kg_m2.isApprox(Eigen::Vector3d(5e-4, 17e-4, 20e-4) / 12.0));
   REQUIRE(rigid.balls.size() == 3);
   const Eigen::Vector3d end_m = body.position_m + body.orientation * rigid.balls[2].centre_m;
   CHECK(end_m.isApprox(Eigen::Vector3d(1 - 0.01, 2 + 0.035, 3.005)));
@@ -92,8 +92,8 @@ TEST_CASE("A mesh with springs is soft, in the frame of its file, pinned within 
   CHECK(body.position_m == Eigen::Vector3d(1, 0, 0));
   const auto& soft = std::get<SoftMeshBody>(body.shape);
   CHECK(soft.balls[0].centre_m == Eigen::Vector3d(0.005, 0.01, 0.005));
-  CHECK(soft.springs.structural_stiffness_N_m == 10.0);
-  CHECK(soft.springs.shear_stiffness_N_m == 5.0);
+  CHECK(soft.springs.structural_stiffness_N_per_m == 10.0);
+  CHECK(soft.springs.shear_stiffness_N_per_m == 5.0);
   REQUIRE_FALSE(soft.springs.pinned_nodes.empty());
   CHECK(soft.springs.pinned_nodes.size() < soft.lattice.nodes_m.size());
   std::size_t within = 0;
@@ -163,9 +163,10 @@ TEST_CASE("A normalised body has a stiffness of its own, smaller the more sphere
 TEST_CASE("Materials and bodies of a stiffness of their own together are at most 64",
           "[mesh_scene]") {
   const TemporaryFile mesh(brick(), ".obj"), spheres(kSpheres, ".csv");
-  std::string materials = "format = 1\n";
+  std::string materials = "format = 2\n";
   for (int i = 0; i < 64; ++i)
-    materials += "[[material]]\nname = '" + std::to_string(i) + "'\ncontact_stiffness_N_m = 1\n";
+    materials +=
+        "[[material]]\nname = '" + std::to_string(i) + "'\ncontact_stiffness_N_per_m = 1\n";
   const std::string body =
       "[[body]]\nname = 'b'\nkind = 'mesh'\nmaterial = '0'\nmass_kg = 1\nscale = 0.01\n" +
       file_line(mesh.name()) + spheres_line(spheres);

@@ -16,15 +16,15 @@ namespace {
 
 /// The nodes that a line about pins leaves pinned on a sheet of 4 x 3 nodes.
 std::vector<int> pinned_sheet_nodes(const std::string& line) {
-  return springs_of(scene_of(R"(format = 1
-material = [{ name = "m", contact_stiffness_N_m = 1.0 }]
+  return springs_of(scene_of(R"(format = 2
+material = [{ name = "m", contact_stiffness_N_per_m = 1.0 }]
 [[body]]
 name = "sheet"
 kind = "sheet"
 nodes = [4, 3]
 size_m = [0.3, 0.2]
 mass_kg = 0.1
-spring_stiffness_N_m = { structural = 1.0 }
+spring_stiffness_N_per_m = { structural = 1.0 }
 material = "m"
 )" + line)
                         .bodies.at(0))
@@ -33,8 +33,8 @@ material = "m"
 
 /// The same on a thread of 6 nodes.
 std::vector<int> pinned_thread_nodes(const std::string& line) {
-  return springs_of(scene_of(R"(format = 1
-material = [{ name = "m", contact_stiffness_N_m = 1.0 }]
+  return springs_of(scene_of(R"(format = 2
+material = [{ name = "m", contact_stiffness_N_per_m = 1.0 }]
 [[body]]
 name = "thread"
 kind = "thread"
@@ -42,7 +42,7 @@ nodes = 6
 from_m = [0, 0, 0]
 to_m = [1, 0, 0]
 mass_kg = 0.1
-spring_stiffness_N_m = { structural = 1.0 }
+spring_stiffness_N_per_m = { structural = 1.0 }
 material = "m"
 )" + line)
                         .bodies.at(0))
@@ -52,7 +52,7 @@ material = "m"
 }  // namespace
 
 TEST_CASE("A scene of format 1 alone has every default", "[scene_file]") {
-  const SceneDescription scene = scene_of("format = 1\n");
+  const SceneDescription scene = scene_of("format = 2\n");
 
   CHECK(scene.gravity_m_s2 == Eigen::Vector3d(0.0, 0.0, -9.81));
   CHECK(scene.period_s == 0.01);
@@ -68,17 +68,17 @@ TEST_CASE("A scene of format 1 alone has every default", "[scene_file]") {
 }
 
 TEST_CASE("Bodies may sleep unless the scene says no", "[scene_file]") {
-  CHECK(scene_of("format = 1\n").sleeping);
-  CHECK_FALSE(scene_of("format = 1\nsimulation.sleeping = false\n").sleeping);
+  CHECK(scene_of("format = 2\n").sleeping);
+  CHECK_FALSE(scene_of("format = 2\nsimulation.sleeping = false\n").sleeping);
 }
 
 TEST_CASE("A rate is the inverse of a period", "[scene_file]") {
-  CHECK(scene_of("format = 1\nsimulation.rate_hz = 33\n").period_s == Approx(1.0 / 33.0));
-  CHECK(scene_of("format = 1\nsimulation.period_s = 0.033\n").period_s == 0.033);
+  CHECK(scene_of("format = 2\nsimulation.rate_hz = 33\n").period_s == Approx(1.0 / 33.0));
+  CHECK(scene_of("format = 2\nsimulation.period_s = 0.033\n").period_s == 0.033);
 }
 
 TEST_CASE("A scene is named after its file", "[scene_file]") {
-  const TemporaryScene file("format = 1");
+  const TemporaryScene file("format = 2");
   CHECK(load_scene(file.path()).name == file.path().stem());
 }
 
@@ -95,7 +95,7 @@ TEST_CASE("What a scene says of the world, the tool and the device is read", "[s
   CHECK(scene.device.scale == 2.0);
   REQUIRE(scene.materials.size() == 2);
   CHECK(scene.materials[0].slip_speed_m_s == 1e-3);
-  CHECK(scene.materials[1].contact_stiffness_N_m == 900.0);
+  CHECK(scene.materials[1].contact_stiffness_N_per_m == 900.0);
   CHECK(scene.materials[1].slip_speed_m_s == 0.005);
 }
 
@@ -114,10 +114,10 @@ TEST_CASE("Deforming bodies are read with their springs, spheres and pins", "[sc
   CHECK(scene.bodies[0].motion == Motion::kFree);
   CHECK(cloth.nodes == Eigen::Vector2i(3, 4));
   CHECK(cloth.size_m == Eigen::Vector2d(0.2, 0.3));
-  CHECK(cloth.springs.structural_stiffness_N_m == 50.0);
-  CHECK(cloth.springs.shear_stiffness_N_m == 20.0);
-  CHECK(cloth.springs.bend_stiffness_N_m == 5.0);
-  CHECK(cloth.springs.spring_damping_N_s_m == 0.1);
+  CHECK(cloth.springs.structural_stiffness_N_per_m == 50.0);
+  CHECK(cloth.springs.shear_stiffness_N_per_m == 20.0);
+  CHECK(cloth.springs.bend_stiffness_N_per_m == 5.0);
+  CHECK(cloth.springs.spring_damping_N_s_per_m == 0.1);
   CHECK(cloth.spheres.spacing_m == 0.02);
   CHECK(cloth.spheres.radius_m == 0.015);
   CHECK(scene.bodies[0].velocity_m_s == Eigen::Vector3d(0.0, 0.0, 1.0));
@@ -131,7 +131,7 @@ TEST_CASE("Deforming bodies are read with their springs, spheres and pins", "[sc
   const auto& sponge = std::get<SoftBlockBody>(scene.bodies[2].shape);
   CHECK(sponge.lattice.cells == Eigen::Vector3i(2, 1, 3));
   CHECK(sponge.lattice.nodes_m.size() == 24);
-  CHECK(sponge.springs.shear_stiffness_N_m == 40.0);
+  CHECK(sponge.springs.shear_stiffness_N_per_m == 40.0);
   CHECK(sponge.spheres.radius_m == 0.02);
   CHECK(sponge.springs.pinned_nodes == std::vector<int>{0, 1, 2, 3, 4, 5});  // the lowest layer
 }
@@ -166,7 +166,8 @@ TEST_CASE("Rigid bodies are read with their motion, directions made unit", "[sce
 
 TEST_CASE("A body of any kind but a plane may be stiffer than its material", "[scene_file]") {
   const std::string before =
-      "format = 1\nmaterial = [{ name = 'm', contact_stiffness_N_m = 1 }]\n[[body]]\nname = 'b'\n"
+      "format = 2\nmaterial = [{ name = 'm', contact_stiffness_N_per_m = 1 }]\n[[body]]\nname = "
+      "'b'\n"
       "material = 'm'\nmotion = 'static'\n";
   for (const std::string kind :
        {"kind = 'sheet'\nnodes = [2, 2]\nsize_m = [1, 1]\n",
@@ -198,7 +199,7 @@ TEST_CASE("A word pins the nodes it names", "[scene_file]") {
 }
 
 TEST_CASE("A scene has at most 64 planes, for a segment has room for no more", "[scene_file]") {
-  std::string text = "format = 1\nmaterial = [{ name = \"m\", contact_stiffness_N_m = 1.0 }]\n";
+  std::string text = "format = 2\nmaterial = [{ name = \"m\", contact_stiffness_N_per_m = 1.0 }]\n";
   for (int i = 0; i < 64; ++i)
     text.append("[[body]]\nkind = \"plane\"\nnormal = [0, 0, 1]\nmaterial = \"m\"\nname = \"p")
         .append(std::to_string(i))
@@ -213,7 +214,7 @@ namespace {
 
 /// A scene of so many spheres, a line of them.
 std::string many_spheres(int count) {
-  std::string text = "format = 1\n[[material]]\nname = 'm'\ncontact_stiffness_N_m = 1\n";
+  std::string text = "format = 2\n[[material]]\nname = 'm'\ncontact_stiffness_N_per_m = 1\n";
   for (int i = 0; i < count; ++i)
     text += "[[body]]\nname = 'ball" + std::to_string(i) +
             "'\nkind = 'sphere'\nradius_m = 0.01\nmass_kg = 1\nmaterial = 'm'\nposition_m = [0.0, "

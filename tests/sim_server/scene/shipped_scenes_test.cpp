@@ -95,16 +95,16 @@ TEST_CASE("Threads are forty, hung by their upper ends, 400 spheres", "[scenes]"
   CHECK(moving_sphere_count(scene) == 400);
 }
 
-TEST_CASE("The moving sphere's held image jumps by k v P = 1.65 N", "[scenes]") {
+TEST_CASE("The moving sphere's held snapshot jumps by k v P = 1.65 N", "[scenes]") {
   const SceneDescription scene = shipped("moving_sphere");
 
   REQUIRE(scene.bodies.size() == 1);
   const BodyDescription& sphere = scene.bodies[0];
   const MaterialDescription& material = scene.materials.at(0);
   CHECK(sphere.motion == Motion::kPrescribed);
-  CHECK(material.contact_stiffness_N_m * sphere.prescribed.velocity_m_s * scene.period_s ==
+  CHECK(material.contact_stiffness_N_per_m * sphere.prescribed.velocity_m_s * scene.period_s ==
         Approx(1.65));
-  CHECK(material.contact_damping_N_s_m == 0.0);
+  CHECK(material.contact_damping_N_s_per_m == 0.0);
   CHECK(material.friction == 0.0);
   const double touch_time_s =
       (-sphere.position_m.x() - std::get<SphereBody>(sphere.shape).radius_m -
@@ -120,8 +120,8 @@ TEST_CASE("The wall is 1000 N/m at z = 0 and nothing else", "[scenes]") {
   REQUIRE(std::holds_alternative<PlaneBody>(scene.bodies[0].shape));
   CHECK(std::get<PlaneBody>(scene.bodies[0].shape).normal == Eigen::Vector3d::UnitZ());
   CHECK(scene.bodies[0].position_m.isZero(0.0));
-  CHECK(scene.materials.at(0).contact_stiffness_N_m == 1000.0);
-  CHECK(scene.materials.at(0).contact_damping_N_s_m == 0.0);
+  CHECK(scene.materials.at(0).contact_stiffness_N_per_m == 1000.0);
+  CHECK(scene.materials.at(0).contact_damping_N_s_per_m == 0.0);
   CHECK(scene.materials.at(0).friction == 0.0);
   CHECK(scene.gravity_m_s2.isZero(0.0));
 }

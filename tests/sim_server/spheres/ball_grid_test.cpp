@@ -19,15 +19,15 @@ TEST_CASE("No ball within reach is left out, whatever its size", "[ball_grid]") 
     std::vector<Ball> balls;
     for (std::size_t i = 0; i < count; ++i)
       balls.push_back({place(), std::pow(10.0, decade(random))});
-    const double reach_m = GENERATE(0.0, 0.03);
-    const BallGrid grid = make_ball_grid(balls, reach_m);
+    const double search_radius_m = GENERATE(0.0, 0.03);
+    const BallGrid grid = make_ball_grid(balls, search_radius_m);
 
     for (int i = 0; i < 500; ++i) {
       const Eigen::Vector3d point_m = 1.5 * place();
       const auto near = balls_near(grid, point_m);
       REQUIRE(std::adjacent_find(near.begin(), near.end(), std::greater_equal<>()) == near.end());
       for (std::uint32_t j = 0; j < balls.size(); ++j)
-        if ((point_m - balls[j].centre_m).norm() <= balls[j].radius_m + reach_m)
+        if ((point_m - balls[j].centre_m).norm() <= balls[j].radius_m + search_radius_m)
           REQUIRE(std::binary_search(near.begin(), near.end(), j));
     }
   }

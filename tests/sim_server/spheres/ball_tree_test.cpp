@@ -18,16 +18,16 @@ TEST_CASE("A tree of balls finds what asking each of them finds", "[ball_tree]")
     const BallTree tree(balls);
     for (int i = 0; i < 200; ++i) {
       const Eigen::Vector3d point_m(place(random), place(random), place(random));
-      const double reach_m = size(random) - 0.2;
+      const double search_radius_m = size(random) - 0.2;
       double least_m = std::numeric_limits<double>::infinity();
       std::vector<std::uint32_t> within;
       for (std::size_t k = 0; k < balls.size(); ++k) {
         const double gap_m = (point_m - balls[k].centre_m).norm() - balls[k].radius_m;
         least_m = std::min(least_m, gap_m);
-        if (gap_m <= reach_m) within.push_back(static_cast<std::uint32_t>(k));
+        if (gap_m <= search_radius_m) within.push_back(static_cast<std::uint32_t>(k));
       }
       CHECK(tree.least_gap_m(point_m) == least_m);
-      CHECK(tree.balls_within(point_m, reach_m) == within);
+      CHECK(tree.balls_within(point_m, search_radius_m) == within);
     }
   }
 }

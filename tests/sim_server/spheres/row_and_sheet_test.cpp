@@ -9,10 +9,10 @@
 namespace stillgrid {
 namespace {
 
-constexpr double kReach_m = 0.015;  // A, of which the tool's radius is a third
+constexpr double kContactDistance_m = 0.015;  // A, of which the tool's radius is a third
 constexpr double kTool_m = 0.005;
-constexpr double kBall_m = kReach_m - kTool_m;
-constexpr double kStiffness_N_m = 500.0;
+constexpr double kBall_m = kContactDistance_m - kTool_m;
+constexpr double kStiffness_N_per_m = 500.0;
 constexpr double kPi = 3.14159265358979323846;
 
 std::vector<Ball> lattice(double spacing_m, int rows) {
@@ -44,7 +44,7 @@ SurfaceSamples one_period(double spacing_m, int along, int across) {
 
 Eigen::Vector3d force_at_N(const std::vector<Ball>& balls, double x_m, double depth_m) {
   const BallBody body = make_ball_body(balls, kTool_m);
-  return kStiffness_N_m * unit_force_m(body, {x_m, 0.0, kReach_m - depth_m});
+  return kStiffness_N_per_m * unit_force_m(body, {x_m, 0.0, kContactDistance_m - depth_m});
 }
 
 ForceMap map_of(const std::vector<Ball>& balls, const SurfaceSamples& samples, double depth_m) {
@@ -54,14 +54,17 @@ ForceMap map_of(const std::vector<Ball>& balls, const SurfaceSamples& samples, d
 }
 
 double row_mean_N(double spacing_m, double depth_m) {
-  const double h_m = kReach_m - depth_m, c_m = std::sqrt(kReach_m * kReach_m - h_m * h_m);
-  return kStiffness_N_m * h_m / spacing_m * (2.0 * kReach_m * std::asinh(c_m / h_m) - 2.0 * c_m);
+  const double h_m = kContactDistance_m - depth_m,
+               c_m = std::sqrt(kContactDistance_m * kContactDistance_m - h_m * h_m);
+  return kStiffness_N_per_m * h_m / spacing_m *
+         (2.0 * kContactDistance_m * std::asinh(c_m / h_m) - 2.0 * c_m);
 }
 double sheet_mean_N(double spacing_m, double depth_m) {
-  return kPi * kStiffness_N_m * (kReach_m - depth_m) * depth_m * depth_m / (spacing_m * spacing_m);
+  return kPi * kStiffness_N_per_m * (kContactDistance_m - depth_m) * depth_m * depth_m /
+         (spacing_m * spacing_m);
 }
-double sheet_stiffness_N_m(double spacing_m, double depth_m) {
-  return kPi * kStiffness_N_m * (2.0 * kReach_m * depth_m - 3.0 * depth_m * depth_m) /
+double sheet_stiffness_N_per_m(double spacing_m, double depth_m) {
+  return kPi * kStiffness_N_per_m * (2.0 * kContactDistance_m * depth_m - 3.0 * depth_m * depth_m) /
          (spacing_m * spacing_m);
 }
 
@@ -86,14 +89,14 @@ TEST_CASE("A row pushes upon its balls and between them as derived", "[force_map
   }
   CHECK(weakest_N / strongest_N == Approx(known.weakest_over_strongest).epsilon(1e-4));
   const ForceMap map = map_of(balls, one_period(known.spacing_m, 2000, 1), 0.002);
-  CHECK(kStiffness_N_m * map.mean_m == Approx(known.mean_N).epsilon(1e-4));
+  CHECK(kStiffness_N_per_m * map.mean_m == Approx(known.mean_N).epsilon(1e-4));
 }
 
 TEST_CASE("A row's mean force follows one formula at every spacing and depth", "[force_map]") {
   const double spacing_m = GENERATE(0.004, 0.007, 0.010, 0.0127, 0.015, 0.02);
   const double depth_m = GENERATE(0.0005, 0.002, 0.006, 0.0107);
   const ForceMap map = map_of(row(spacing_m), one_period(spacing_m, 4000, 1), depth_m);
-  CHECK(kStiffness_N_m * map.mean_m == Approx(row_mean_N(spacing_m, depth_m)).epsilon(1e-4));
+  CHECK(kStiffness_N_per_m * map.mean_m == Approx(row_mean_N(spacing_m, depth_m)).epsilon(1e-4));
 }
 
 TEST_CASE("A row has holes from a spacing of twice the half chord on", "[force_map]") {
@@ -121,44 +124,45 @@ TEST_CASE("A sheet's mean force and stiffness follow 1 / spacing^2", "[force_map
   const double depth_m = GENERATE(0.002, 0.005, 0.010);
   const SurfaceSamples samples = one_period(spacing_m, 500, 500);
   const ForceMap map = map_of(sheet(spacing_m), samples, depth_m);
-  CHECK(kStiffness_N_m * map.mean_m == Approx(sheet_mean_N(spacing_m, depth_m)).epsilon(1e-4));
+  CHECK(kStiffness_N_per_m * map.mean_m == Approx(sheet_mean_N(spacing_m, depth_m)).epsilon(1e-4));
   // Two thirds through the slope is zero: 1e-4 of its peak.
-  CHECK(kStiffness_N_m * map.effective_stiffness ==
-        Approx(sheet_stiffness_N_m(spacing_m, depth_m))
+  CHECK(kStiffness_N_per_m * map.effective_stiffness ==
+        Approx(sheet_stiffness_N_per_m(spacing_m, depth_m))
             .epsilon(0.0)
-            .margin(1e-4 * sheet_stiffness_N_m(spacing_m, kReach_m / 3.0)));
+            .margin(1e-4 * sheet_stiffness_N_per_m(spacing_m, kContactDistance_m / 3.0)));
 }
 
 TEST_CASE("A sheet is stiffest a third through, and gives way two thirds through", "[force_map]") {
   struct Case {
-    double spacing_m, stiffness_N_m, push_through_N;
+    double spacing_m, stiffness_N_per_m, push_through_N;
   };
   const auto known = GENERATE(Case{0.010, 1178.1, 7.854}, Case{0.005, 4712.4, 31.416});
   const SurfaceSamples samples = one_period(known.spacing_m, 200, 200);
   const auto map = [&](double depth_m) { return map_of(sheet(known.spacing_m), samples, depth_m); };
-  CHECK(kStiffness_N_m * map(kReach_m / 3.0).effective_stiffness ==
-        Approx(known.stiffness_N_m).epsilon(1e-4));
-  const double most_m = map(2.0 * kReach_m / 3.0).mean_m;
-  CHECK(kStiffness_N_m * most_m == Approx(known.push_through_N).epsilon(1e-4));
-  CHECK(map(0.60 * kReach_m).mean_m < most_m);
-  CHECK(map(0.73 * kReach_m).mean_m < most_m);
+  CHECK(kStiffness_N_per_m * map(kContactDistance_m / 3.0).effective_stiffness ==
+        Approx(known.stiffness_N_per_m).epsilon(1e-4));
+  const double most_m = map(2.0 * kContactDistance_m / 3.0).mean_m;
+  CHECK(kStiffness_N_per_m * most_m == Approx(known.push_through_N).epsilon(1e-4));
+  CHECK(map(0.60 * kContactDistance_m).mean_m < most_m);
+  CHECK(map(0.73 * kContactDistance_m).mean_m < most_m);
 }
 
 TEST_CASE("A row gives way at 0.7116 A", "[force_map]") {
   const SurfaceSamples samples = one_period(0.010, 4000, 1);
   const auto mean_N = [&](double depth_m) {
-    return kStiffness_N_m * map_of(row(0.010), samples, depth_m).mean_m;
+    return kStiffness_N_per_m * map_of(row(0.010), samples, depth_m).mean_m;
   };
-  CHECK(mean_N(0.7116 * kReach_m) == Approx(6.214).epsilon(1e-4));
-  CHECK(mean_N(0.70 * kReach_m) < mean_N(0.7116 * kReach_m));
-  CHECK(mean_N(0.73 * kReach_m) < mean_N(0.7116 * kReach_m));
+  CHECK(mean_N(0.7116 * kContactDistance_m) == Approx(6.214).epsilon(1e-4));
+  CHECK(mean_N(0.70 * kContactDistance_m) < mean_N(0.7116 * kContactDistance_m));
+  CHECK(mean_N(0.73 * kContactDistance_m) < mean_N(0.7116 * kContactDistance_m));
 }
 
 TEST_CASE("A single ball gives way at its centre, then pushes to the other side", "[force_map]") {
   const std::vector<Ball> ball{{Eigen::Vector3d::Zero(), kBall_m}};
-  CHECK(force_at_N(ball, 0.0, kReach_m - 1e-9).z() == Approx(7.5).epsilon(1e-4));
-  CHECK(force_at_N(ball, 0.0, kReach_m + 1e-9).z() == Approx(-7.5).epsilon(1e-4));
-  CHECK(force_at_N(ball, 0.0, kReach_m).isZero(0.0));  // no direction, and no number that is none
+  CHECK(force_at_N(ball, 0.0, kContactDistance_m - 1e-9).z() == Approx(7.5).epsilon(1e-4));
+  CHECK(force_at_N(ball, 0.0, kContactDistance_m + 1e-9).z() == Approx(-7.5).epsilon(1e-4));
+  CHECK(force_at_N(ball, 0.0, kContactDistance_m)
+            .isZero(0.0));  // no direction, and no number that is none
 }
 
 TEST_CASE("Sideways a ball pushes a tool off, as stiff as force over distance", "[force_map]") {

@@ -8,10 +8,10 @@
 
 namespace stillgrid {
 
-/// The force by the image before passes to that by the latest over one period, each held and felt
-/// where the tool now is [HAPI's interpolation of force effects, as H3D calls it: over the last
-/// frame]. At a switch the mix before it is dropped for the image before alone, so an early image
-/// jumps.
+/// The force by the snapshot before passes to that by the latest over one period, each held and
+/// felt where the tool now is [HAPI's interpolation of force effects, as H3D calls it: over the
+/// last frame]. At a switch the mix before it is dropped for the snapshot before alone, so an early
+/// snapshot jumps.
 ///
 /// Thread: the haptic loop's only.
 class CrossfadeRenderer final : public Renderer {
@@ -21,12 +21,12 @@ class CrossfadeRenderer final : public Renderer {
               const GridView& moving) noexcept override;
   void show(const TickScene& scene, const SnapshotLook& look, RenderedTick& tick) noexcept override;
 
-  using Images = std::array<TouchedSpheres, 2>;  // the newest, and the one before
-  Images buffers_[2];
-  Images* touched_ = &buffers_[0];  // of the last accepted read
-  Images* fresh_ = &buffers_[1];    // being gathered
-  TouchedSpheres before_switch_;    // in the image before the one before
-  bool is_switch_ = false;          // to the image right after
+  using Snapshots = std::array<TouchedSpheres, 2>;  // the newest, and the one before
+  Snapshots buffers_[2];
+  Snapshots* touched_ = &buffers_[0];  // of the last accepted read
+  Snapshots* fresh_ = &buffers_[1];    // being gathered
+  TouchedSpheres before_switch_;       // in the snapshot before the one before
+  bool is_switch_ = false;             // to the snapshot right after
   ToolSpheres placed_;
   std::span<const PlacedToolSphere> tool_;
 };

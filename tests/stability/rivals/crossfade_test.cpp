@@ -7,15 +7,15 @@
 namespace stillgrid {
 namespace {
 
-constexpr double kSpeed_m_s = 0.1, kStiffness_N_m = 500.0;
+constexpr double kSpeed_m_s = 0.1, kStiffness_N_per_m = 500.0;
 
-/// A sphere of 100 mm comes towards a still probe; its images come at the given times in ms.
+/// A sphere of 100 mm comes towards a still probe; its snapshots come at the given times in ms.
 struct Approach {
   PublishedScene scene{plain_scene(500.0F, 0.1F), {0.1F}, 33 * kMillisecond_ns};
   CrossfadeRenderer renderer;
 
-  static double force_at_N(std::uint64_t ms) {  // by the image of that time, held
-    return kStiffness_N_m * (0.05 + kSpeed_m_s * 1e-3 * static_cast<double>(ms));
+  static double force_at_N(std::uint64_t ms) {  // by the snapshot of that time, held
+    return kStiffness_N_per_m * (0.05 + kSpeed_m_s * 1e-3 * static_cast<double>(ms));
   }
   void show(std::uint64_t ms) {
     scene.show({{kSpeed_m_s * 1e-3 * static_cast<double>(ms), 0.0, 0.0}}, ms * kMillisecond_ns);
@@ -25,8 +25,9 @@ struct Approach {
   }
 };
 
-TEST_CASE("Crossfaded forces do not jump at a switch and have passed to the new image in a period",
-          "[crossfade]") {
+TEST_CASE(
+    "Crossfaded forces do not jump at a switch and have passed to the new snapshot in a period",
+    "[crossfade]") {
   Approach approach;
   double previous_N = Approach::force_at_N(0);
   for (std::uint64_t ms = 0; ms <= 330; ++ms) {
@@ -35,11 +36,11 @@ TEST_CASE("Crossfaded forces do not jump at a switch and have passed to the new 
     const double force_N = tick.force.force_N.x();
     // As slow as the force itself grows, from the first switch on.
     if (ms > 33)
-      CHECK(force_N - previous_N == Approx(kStiffness_N_m * kSpeed_m_s * 1e-3).margin(1e-4));
+      CHECK(force_N - previous_N == Approx(kStiffness_N_per_m * kSpeed_m_s * 1e-3).margin(1e-4));
     if (ms > 0 && ms % 33 == 0) CHECK(tick.switch_jump_N.value_or(1.0) < 1e-4);
     previous_N = force_N;
   }
-  for (std::uint64_t ms = 331; ms < 370; ++ms) {  // no more images
+  for (std::uint64_t ms = 331; ms < 370; ++ms) {  // no more snapshots
     const RenderedTick tick = approach.tick(ms);
     if (ms < 363) continue;
     CHECK(tick.weights.alpha == 1.0);
@@ -47,7 +48,7 @@ TEST_CASE("Crossfaded forces do not jump at a switch and have passed to the new 
   }
 }
 
-TEST_CASE("An early image drops what of the fade was left, and jumps by it", "[crossfade]") {
+TEST_CASE("An early snapshot drops what of the fade was left, and jumps by it", "[crossfade]") {
   Approach approach;
   for (const std::uint64_t ms : {0U, 33U, 66U}) {
     approach.show(ms);
@@ -63,7 +64,7 @@ TEST_CASE("An early image drops what of the fade was left, and jumps by it", "[c
   CHECK(*early.switch_jump_N == Approx(third_N).margin(1e-4));
 }
 
-TEST_CASE("Each image is felt where the tool now is", "[crossfade]") {
+TEST_CASE("Each snapshot is felt where the tool now is", "[crossfade]") {
   Approach approach;
   approach.show(0);
   approach.show(33);
@@ -72,9 +73,9 @@ TEST_CASE("Each image is felt where the tool now is", "[crossfade]") {
         .render(approach.scene.view(), {.position_m = {probe_m, 0.0, 0.0}}, 49'500'000)
         .force.force_N.x();
   };
-  CHECK(force_N(0.15) - force_N(0.16) == Approx(kStiffness_N_m * 0.01).epsilon(1e-5));
-  // Out of reach of the image before, it is the newest one's share alone.
-  CHECK(force_N(0.202) == Approx(0.5 * kStiffness_N_m * 0.0013).epsilon(1e-3));
+  CHECK(force_N(0.15) - force_N(0.16) == Approx(kStiffness_N_per_m * 0.01).epsilon(1e-5));
+  // Out of reach of the snapshot before, it is the newest one's share alone.
+  CHECK(force_N(0.202) == Approx(0.5 * kStiffness_N_per_m * 0.0013).epsilon(1e-3));
 }
 
 }  // namespace

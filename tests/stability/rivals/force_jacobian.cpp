@@ -65,7 +65,7 @@ ToolForce ForceJacobian::force(const LocalScene&, const PlacedTool& tool) noexce
   const Twist gained = stacked(tool.pose.velocity_m_s - pose_.velocity_m_s,
                                tool.pose.angular_velocity_rad_s - pose_.angular_velocity_rad_s);
   const Twist wrench = wrench_ + by_place_ * way + by_velocity_ * gained;
-  return {wrench.head<3>(), wrench.tail<3>(), at_sample_.contacts, at_sample_.stiffness_N_m};
+  return {wrench.head<3>(), wrench.tail<3>(), at_sample_.contacts, at_sample_.stiffness_N_per_m};
 }
 
 }  // namespace stillgrid

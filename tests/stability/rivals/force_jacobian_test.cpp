@@ -24,7 +24,7 @@ struct RmsErrors {
 
 /// rms distance from the true force, over four seconds, of a force held, extrapolated over time
 /// from the last two, and extrapolated over the device's position; the body, a sphere of 100 mm,
-/// rises at speed_m_s. Images are made of the tool as it is at their switch.
+/// rises at speed_m_s. Snapshots are made of the tool as it is at their switch.
 RmsErrors extrapolation_errors(double speed_m_s) {
   PublishedScene scene(plain_scene(500.0F, 0.01F), {0.1F}, kPeriod_ns);
   PublishedScene truth(plain_scene(500.0F, 0.01F), {0.1F}, kMillisecond_ns);
@@ -109,7 +109,7 @@ TEST_CASE("Force and torque by a turn, a way and a speed are the derivatives of 
   CHECK(whole[1] / half[1] == Approx(4.0).epsilon(0.15));
 }
 
-TEST_CASE("A tool that leaves is held back by a force over position until the next image",
+TEST_CASE("A tool that leaves is held back by a force over position until the next snapshot",
           "[force_jacobian]") {
   StaticScene fixed = plain_scene(1000.0F, 0.005F);
   fixed.planes = {{{0.0F, 0.0F, 1.0F}, 0.0F, 0, 0}};

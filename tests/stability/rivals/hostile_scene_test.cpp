@@ -27,11 +27,11 @@ float any_number(std::mt19937& random) {
   return std::bit_cast<float>(static_cast<std::uint32_t>(random()));
 }
 
-/// Writes three such numbers into every record of the image that was published last.
+/// Writes three such numbers into every record of the snapshot that was published last.
 void spoil_latest(PublishedScene& scene, std::size_t spheres, std::mt19937& random) {
   const GridLayout layout = grid_layout(sizeof(proto::SnapshotHeader), spheres);
   std::uint64_t* payload =
-      scene.writer().segment().buffer().payload[scene.writer().generation() % 2];
+      scene.writer().segment().buffer().payload[scene.writer().snapshot_id() % 2];
   constexpr std::size_t kNumbers = sizeof(proto::SphereRecord) / sizeof(float);
   auto* record = reinterpret_cast<unsigned char*>(payload + layout.records);
   for (std::size_t i = 0; i < spheres; ++i, record += sizeof(proto::SphereRecord))
@@ -41,7 +41,7 @@ void spoil_latest(PublishedScene& scene, std::size_t spheres, std::mt19937& rand
     }
 }
 
-TEST_CASE("Whatever the spheres of an image are, every model's force is finite and bounded work",
+TEST_CASE("Whatever the spheres of a snapshot are, every model's force is finite and bounded work",
           "[hostile_scene]") {
   const auto model = GENERATE(as<std::string_view>(), "grid", "force_held", "force_jacobian",
                               "plane", "sphere", "proxy", "crossfade");

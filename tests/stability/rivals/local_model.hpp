@@ -10,7 +10,7 @@
 
 namespace stillgrid {
 
-/// What the slow process would hand over: the spheres near the tool in one image, and what never
+/// What the slow process would hand over: the spheres near the tool in one snapshot, and what never
 /// changes. A sphere of the patch is there for one sphere of the tool, overlapping it or not.
 struct LocalScene {
   const proto::SceneHeader& fixed;
@@ -24,7 +24,8 @@ struct PlacedTool {
   std::uint64_t time_ns = 0;                  // of the tick; nothing needs a sample's
 };
 
-/// An intermediate model of the scene near the tool: made anew from each image, asked at each tick.
+/// An intermediate model of the scene near the tool: made anew from each snapshot, asked at each
+/// tick.
 ///
 /// All functions: Realtime: bounded work, allocates nothing.
 class LocalModel {
@@ -39,8 +40,8 @@ class LocalModel {
   /// Widens the balls that a patch is gathered in, one a tool sphere, by what the model stands on.
   virtual void widen(std::span<PlacedToolSphere>) const noexcept {}
 
-  /// Makes the model of a new image. sampled: the tool that the image was computed with; present:
-  /// the tool of this tick. is_first: whatever was there before is of no account.
+  /// Makes the model of a new snapshot. sampled: the tool that the snapshot was computed with;
+  /// present: the tool of this tick. is_first: whatever was there before is of no account.
   virtual void update(const LocalScene& scene, const PlacedTool& sampled, const PlacedTool& present,
                       bool is_first) noexcept = 0;
 

@@ -5,7 +5,7 @@
 namespace stillgrid {
 namespace {
 
-/// Of the tool sample that an image contains; none: the newest.
+/// Of the tool sample that a snapshot contains; none: the newest.
 std::uint64_t sample_time_ns(const proto::SnapshotHeader& snapshot) {
   return snapshot.tool_time_ns != 0 ? snapshot.tool_time_ns
                                     : std::numeric_limits<std::uint64_t>::max();
@@ -25,19 +25,19 @@ void LocalModelRenderer::prepare(const TickScene& scene, bool) noexcept {
 
 void LocalModelRenderer::gather(const TickScene& scene, const proto::SnapshotHeader& latest,
                                 const GridView& moving) noexcept {
-  if (latest.generation == reader().snapshot().generation) return;
+  if (latest.snapshot_id == reader().snapshot().snapshot_id) return;
   balls_ = place_tool(scene.fixed(), poses_.at(sample_time_ns(latest)), placed_balls_);
-  for (PlacedToolSphere& ball : balls_) ball.radius_m *= kPatchReach;
+  for (PlacedToolSphere& ball : balls_) ball.radius_m *= kPatchMargin;
   if (reader().has_snapshot()) model_->widen(balls_);
   fresh_->clear();
-  gather_touched(moving, held_image(0), balls_, *fresh_);
+  gather_touched(moving, held_snapshot(0), balls_, *fresh_);
 }
 
 void LocalModelRenderer::show(const TickScene& scene, const SnapshotLook& look,
                               RenderedTick& tick) noexcept {
   tick.force = before_;
   if (look.is_new) {
-    gather_touched(scene.view.static_grid(), held_image(0), balls_, *fresh_);
+    gather_touched(scene.view.static_grid(), held_snapshot(0), balls_, *fresh_);
     std::swap(patch_, fresh_);
     const ToolPose& pose = poses_.at(sample_time_ns(reader().snapshot()));
     ToolSpheres sampled;
@@ -46,7 +46,7 @@ void LocalModelRenderer::show(const TickScene& scene, const SnapshotLook& look,
     tick.force = force(scene);
     if (!look.is_first) tick.switch_jump_N = (tick.force.force_N - before_.force_N).norm();
   }
-  tick.cut = patch_->cut;
+  tick.truncated = patch_->truncated;
 }
 
 }  // namespace stillgrid

@@ -11,11 +11,11 @@
 namespace stillgrid {
 
 /// A patch is gathered as far from a tool sphere as this many of its radii.
-inline constexpr double kPatchReach = 2.0;
+inline constexpr double kPatchMargin = 2.0;
 
-/// Renders the scene's force from a model of what was near the tool: at each new image it gathers
-/// the patch round the tool's pose that the image was computed with, as a slow process would hand
-/// it over, and asks the model at each tick.
+/// Renders the scene's force from a model of what was near the tool: at each new snapshot it
+/// gathers the patch round the tool's pose that the snapshot was computed with, as a slow process
+/// would hand it over, and asks the model at each tick.
 ///
 /// Thread: the haptic loop's only.
 class LocalModelRenderer final : public Renderer {

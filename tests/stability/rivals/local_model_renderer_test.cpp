@@ -15,7 +15,7 @@ StaticScene floor_scene() {
   return scene;
 }
 
-TEST_CASE("A model is made where the tool was that the image was computed with",
+TEST_CASE("A model is made where the tool was that the snapshot was computed with",
           "[local_model_renderer]") {
   PublishedScene scene(floor_scene(), {}, kMillisecond_ns);
   LocalModelRenderer renderer(std::make_unique<ForceHeld>());
@@ -23,19 +23,19 @@ TEST_CASE("A model is made where the tool was that the image was computed with",
     const ToolPose pose{.position_m = {0.0, 0.0, 0.005 - 1e-4 * static_cast<double>(ms)}};
     return renderer.render(scene.view(), pose, ms * kMillisecond_ns);
   };
-  for (std::uint64_t ms = 0; ms < 10; ++ms) CHECK(tick(ms).generation == 0);
+  for (std::uint64_t ms = 0; ms < 10; ++ms) CHECK(tick(ms).snapshot_id == 0);
   scene.show({}, {}, 10 * kMillisecond_ns, 4 * kMillisecond_ns);
   const RenderedTick late = tick(10);
   CHECK(late.is_new);
   CHECK(late.force.force_N.z() == Approx(0.4).epsilon(1e-4));
   CHECK_FALSE(late.switch_jump_N);
-  CHECK(late.weights.position[0] == 1.0);  // for who looks on: the image as it is
+  CHECK(late.weights.position[0] == 1.0);  // for who looks on: the snapshot as it is
   CHECK(tick(11).force.force_N.z() == late.force.force_N.z());
   scene.show({}, {}, 12 * kMillisecond_ns);  // no sample told: the tool as it is
-  const RenderedTick prompt = tick(12);
-  CHECK(prompt.force.force_N.z() == Approx(1.2).epsilon(1e-4));
-  REQUIRE(prompt.switch_jump_N);
-  CHECK(*prompt.switch_jump_N == Approx(0.8).epsilon(1e-4));
+  const RenderedTick low_latency = tick(12);
+  CHECK(low_latency.force.force_N.z() == Approx(1.2).epsilon(1e-4));
+  REQUIRE(low_latency.switch_jump_N);
+  CHECK(*low_latency.switch_jump_N == Approx(0.8).epsilon(1e-4));
 }
 
 TEST_CASE("Of a sample older than is kept the oldest pose kept stands for it",
@@ -49,9 +49,9 @@ TEST_CASE("Of a sample older than is kept the oldest pose kept stands for it",
   CHECK(history.at(1'000'000).position_m.x() == static_cast<double>(PoseHistory::kCapacity + 100));
 }
 
-TEST_CASE("Still spheres and planes are in the patch like moving ones", "[local_model_renderer]") {
+TEST_CASE("Static spheres and planes are in the patch like moving ones", "[local_model_renderer]") {
   StaticScene fixed = floor_scene();
-  fixed.spheres = {still_sphere({0.010F, 0.0F, 0.005F}, 0.01F)};
+  fixed.spheres = {static_sphere({0.010F, 0.0F, 0.005F}, 0.01F)};
   PublishedScene scene(fixed, {0.01F}, kMillisecond_ns);
   scene.show({{-0.012, 0.0, 0.005}}, 0);
   LocalModelRenderer renderer(std::make_unique<ForceHeld>());
@@ -59,7 +59,7 @@ TEST_CASE("Still spheres and planes are in the patch like moving ones", "[local_
   CHECK(force.contacts == 3);
 }
 
-TEST_CASE("A new session's first image replaces the model of the old one",
+TEST_CASE("A new session's first snapshot replaces the model of the old one",
           "[local_model_renderer]") {
   LocalModelRenderer renderer(std::make_unique<Proxy>());
   PublishedScene first(floor_scene(), {}, kMillisecond_ns);
@@ -69,7 +69,7 @@ TEST_CASE("A new session's first image replaces the model of the old one",
   pose.position_m.z() = -0.02;
   CHECK(renderer.render(first.view(), pose, 0).force.force_N.z() == Approx(25.0).epsilon(1e-4));
   PublishedScene second(plain_scene(1000.0F, 0.005F), {}, kMillisecond_ns);
-  CHECK(renderer.render(second.view(), pose, 0).generation == 0);
+  CHECK(renderer.render(second.view(), pose, 0).snapshot_id == 0);
   second.show({}, 0);
   CHECK(renderer.render(second.view(), pose, 0).force.contacts == 0);
 }

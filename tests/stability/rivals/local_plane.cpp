@@ -19,7 +19,7 @@ void LocalPlane::update(const LocalScene& scene, const PlacedTool& sampled,
   std::array<double, proto::kMaxToolSpheres> pressed_N{};
   for (std::size_t i = 0; i < present.spheres.size() && !is_first; ++i)
     if (planes_[i])
-      pressed_N[i] = planes_[i]->surface.material.stiffness_N_m *
+      pressed_N[i] = planes_[i]->surface.material.stiffness_N_per_m *
                      std::max(0.0, depth_m(*planes_[i], present.spheres[i], present.time_ns));
   updated_ns_ = present.time_ns;
   for (std::uint32_t i = 0; i < present.spheres.size(); ++i) {
@@ -28,9 +28,9 @@ void LocalPlane::update(const LocalScene& scene, const PlacedTool& sampled,
     if (!surface) continue;
     Plane plane{*surface, sampled.spheres[i].position_m};
     const double deep_m = depth_m(plane, present.spheres[i], present.time_ns);
-    const double stiffness_N_m = surface->material.stiffness_N_m;
-    if (deep_m > 0.0 && stiffness_N_m > 0.0)
-      plane.set_back_m = deep_m - pressed_N[i] / stiffness_N_m;
+    const double stiffness_N_per_m = surface->material.stiffness_N_per_m;
+    if (deep_m > 0.0 && stiffness_N_per_m > 0.0)
+      plane.set_back_m = deep_m - pressed_N[i] / stiffness_N_per_m;
     planes_[i] = plane;
   }
 }

@@ -10,7 +10,7 @@
 namespace stillgrid {
 namespace {
 
-constexpr double kStiffness_N_m = 500.0;
+constexpr double kStiffness_N_per_m = 500.0;
 constexpr double kJump_m = 0.0033;  // 0.1 m/s over 33 ms
 
 /// The force on a still probe, tick by tick from the switch on, when a sphere of 100 mm has jumped
@@ -37,8 +37,8 @@ std::vector<double> forces_round_a_jump_N(double recovery_s, double depth_m) {
 TEST_CASE("A recovering plane's jump is spread over ten ticks, without recovery it is K times it",
           "[local_plane]") {
   const double depth_m = GENERATE(0.002, 0.0, -0.001);  // before the jump
-  const double before_N = kStiffness_N_m * std::max(0.0, depth_m);
-  const double after_N = kStiffness_N_m * (depth_m + kJump_m);
+  const double before_N = kStiffness_N_per_m * std::max(0.0, depth_m);
+  const double after_N = kStiffness_N_per_m * (depth_m + kJump_m);
   const auto at_once_N = forces_round_a_jump_N(0.0, depth_m);
   CHECK(at_once_N[0] == Approx(before_N).margin(1e-4));
   CHECK(at_once_N[1] == Approx(after_N).margin(1e-4));

@@ -47,12 +47,12 @@ ToolForce LocalSphere::force(const LocalScene&, const PlacedTool& tool) noexcept
   ToolForce sum;
   for (std::size_t i = 0; i < tool.spheres.size(); ++i) {
     if (!spheres_[i]) continue;
-    const auto& [surface, centre_m, reach_m] = *spheres_[i];
+    const auto& [surface, centre_m, contact_distance_m] = *spheres_[i];
     const Eigen::Vector3d line_m = tool.spheres[i].position_m - centre_m;
     const double distance_m = line_m.norm();
     const Eigen::Vector3d normal =
         distance_m > 1e-12 ? Eigen::Vector3d(line_m / distance_m) : surface.normal;
-    add_surface(sum, surface, reach_m - distance_m, normal, tool.spheres[i], tool.pose);
+    add_surface(sum, surface, contact_distance_m - distance_m, normal, tool.spheres[i], tool.pose);
   }
   return sum;
 }

@@ -19,7 +19,7 @@ class LocalSphere final : public LocalModel {
   struct Sphere {
     LocalSurface surface;
     Eigen::Vector3d centre_m;
-    double reach_m;  // its radius and the tool sphere's
+    double contact_distance_m;  // its radius and the tool sphere's
   };
   std::array<std::optional<Sphere>, proto::kMaxToolSpheres> spheres_;
 };

@@ -17,19 +17,20 @@ TEST_CASE("A body that is one sphere is felt through its local sphere exactly, w
   const float radius_m = GENERATE(0.004F, 0.02F, 0.5F);
   PublishedScene scene(plain_scene(800.0F, 0.005F), {radius_m}, kPeriod_ns);
   const auto sphere = rival_named("sphere")->make();
-  const double reach_m = static_cast<double>(radius_m) + 0.005;
+  const double contact_distance_m = static_cast<double>(radius_m) + 0.005;
   const Eigen::Vector3d made_at = Eigen::Vector3d(1.0, 0.4, -0.3).normalized();
   scene.show({{0.0, 0.0, 0.0}}, 0);
   // Made before contact, from 1 mm away.
-  static_cast<void>(sphere->render(scene.view(), {.position_m = (reach_m + 0.001) * made_at}, 0));
+  static_cast<void>(
+      sphere->render(scene.view(), {.position_m = (contact_distance_m + 0.001) * made_at}, 0));
   std::mt19937 random(3);
   std::uniform_real_distribution<double> any(-1.0, 1.0);
   int touching = 0;
   for (int i = 0; i < 200; ++i) {
-    const double distance_m = reach_m + 0.002 * any(random);
+    const double distance_m = contact_distance_m + 0.002 * any(random);
     const Eigen::Vector3d side =
         Eigen::Vector3d(any(random), any(random), any(random)).normalized();
-    const Eigen::Vector3d law_N = 800.0 * std::max(0.0, reach_m - distance_m) * side;
+    const Eigen::Vector3d law_N = 800.0 * std::max(0.0, contact_distance_m - distance_m) * side;
     const ToolForce by_sphere =
         sphere->render(scene.view(), {.position_m = distance_m * side}, 0).force;
     CHECK((by_sphere.force_N - law_N).norm() < 1e-4);  // floats of half a metre

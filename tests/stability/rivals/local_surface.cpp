@@ -21,33 +21,33 @@ std::optional<LocalSurface> fit_surface(const LocalScene& scene, std::uint32_t t
                                         const PlacedToolSphere& probe) noexcept {
   std::optional<LocalSurface> nearest;
   Eigen::Vector3d sum_N = Eigen::Vector3d::Zero(), momentum = Eigen::Vector3d::Zero();
-  double pressure_N = 0.0;
+  double normal_load_N = 0.0;
   for_each_contact(
       scene, tool_sphere, probe, [&](const ContactMaterial& material, const ToolContact& contact) {
         if (!nearest || contact.depth_m > nearest->depth_m)
           nearest = {contact.normal, contact.depth_m, material, contact.touched_velocity_m_s};
         if (!(contact.depth_m > 0.0)) return;
-        const double spring_N = material.stiffness_N_m * contact.depth_m;
+        const double spring_N = material.stiffness_N_per_m * contact.depth_m;
         sum_N += spring_N * contact.normal;
-        pressure_N += spring_N;
+        normal_load_N += spring_N;
         momentum += spring_N * contact.touched_velocity_m_s;
       });
   // Contacts that cancel have no common normal; the deepest one's is as good as any.
   constexpr double kCancelled = 1e-6;
-  if (!(sum_N.norm() > kCancelled * pressure_N)) return nearest;
+  if (!(sum_N.norm() > kCancelled * normal_load_N)) return nearest;
 
   LocalSurface surface = *nearest;  // friction is the deepest's
   surface.normal = sum_N.normalized();
-  surface.velocity_m_s = momentum / pressure_N;
-  surface.material.stiffness_N_m = surface.material.damping_N_s_m = 0.0;
-  for_each_contact(scene, tool_sphere, probe,
-                   [&](const ContactMaterial& material, const ToolContact& contact) {
-                     if (!(contact.depth_m > 0.0)) return;
-                     const double share = contact.normal.dot(surface.normal);
-                     surface.material.stiffness_N_m += share * share * material.stiffness_N_m;
-                     surface.material.damping_N_s_m += share * share * material.damping_N_s_m;
-                   });
-  surface.depth_m = sum_N.norm() / surface.material.stiffness_N_m;
+  surface.velocity_m_s = momentum / normal_load_N;
+  surface.material.stiffness_N_per_m = surface.material.damping_N_s_per_m = 0.0;
+  for_each_contact(
+      scene, tool_sphere, probe, [&](const ContactMaterial& material, const ToolContact& contact) {
+        if (!(contact.depth_m > 0.0)) return;
+        const double share = contact.normal.dot(surface.normal);
+        surface.material.stiffness_N_per_m += share * share * material.stiffness_N_per_m;
+        surface.material.damping_N_s_per_m += share * share * material.damping_N_s_per_m;
+      });
+  surface.depth_m = sum_N.norm() / surface.material.stiffness_N_per_m;
   return surface;
 }
 

@@ -8,7 +8,7 @@
 
 namespace stillgrid {
 
-/// The tool's poses of the last ticks, as far back as the oldest sample an image may contain.
+/// The tool's poses of the last ticks, as far back as the oldest sample a snapshot may contain.
 class PoseHistory {
  public:
   static constexpr std::size_t kCapacity = 512;

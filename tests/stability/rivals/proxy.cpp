@@ -34,10 +34,10 @@ void Proxy::update(const LocalScene&, const PlacedTool&, const PlacedTool& prese
 void Proxy::find_half_spaces(const LocalScene& scene, std::uint32_t tool_sphere,
                              const PlacedToolSphere& at, const Eigen::Vector3d& goal_m) noexcept {
   // The nearest place is no farther from the goal than `at` is.
-  const double reach_m = 2.0 * (goal_m - at.position_m).norm() + at.radius_m;
+  const double search_radius_m = 2.0 * (goal_m - at.position_m).norm() + at.radius_m;
   count_ = 0;
   const auto add = [&](const ToolContact& contact, std::uint32_t material) {
-    if (contact.depth_m < -reach_m) return;
+    if (contact.depth_m < -search_radius_m) return;
     half_spaces_[count_++] = {contact.normal, contact.normal.dot(at.position_m) + contact.depth_m,
                               0.0, material, contact.touched_velocity_m_s};
   };
@@ -78,16 +78,16 @@ void Proxy::add_spring(ToolForce& sum, const LocalScene& scene, const Eigen::Vec
       surface.material.slip_speed_m_s = material.slip_speed_m_s;
       most_m = half.push_m;
     }
-    surface.material.stiffness_N_m += half.push_m * material.stiffness_N_m;
-    surface.material.damping_N_s_m += half.push_m * material.damping_N_s_m;
+    surface.material.stiffness_N_per_m += half.push_m * material.stiffness_N_per_m;
+    surface.material.damping_N_s_per_m += half.push_m * material.damping_N_s_per_m;
     surface.velocity_m_s += half.push_m * half.velocity_m_s;
     pushed_m += half.push_m;
   }
   const Eigen::Vector3d spring_m = place_m - probe.position_m;
   const double depth_m = spring_m.norm();
   if (!(pushed_m > 0.0) || !(depth_m > 0.0)) return;
-  surface.material.stiffness_N_m /= pushed_m;
-  surface.material.damping_N_s_m /= pushed_m;
+  surface.material.stiffness_N_per_m /= pushed_m;
+  surface.material.damping_N_s_per_m /= pushed_m;
   surface.velocity_m_s /= pushed_m;
   add_surface(sum, surface, depth_m, spring_m / depth_m, probe, pose);
 }

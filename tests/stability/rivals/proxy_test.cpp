@@ -9,11 +9,11 @@
 namespace stillgrid {
 namespace {
 
-constexpr double kStiffness_N_m = 500.0;
-constexpr double kReach_m = 0.015;  // 10 mm of a sphere, 5 mm of the tool
+constexpr double kStiffness_N_per_m = 500.0;
+constexpr double kContactDistance_m = 0.015;  // 10 mm of a sphere, 5 mm of the tool
 constexpr int kPeriod_ticks = 33;
 
-/// A scene of spheres of 10 mm that stands still, an image every period, and both models in it.
+/// A scene of spheres of 10 mm that stands still, a snapshot every period, and both models in it.
 struct Explored {
   PublishedScene scene;
   std::vector<Eigen::Vector3d> centres_m;
@@ -53,7 +53,7 @@ TEST_CASE("A god-object stays above a thin sheet that spheres' penalties push th
   for (double height_m = 0.02; height_m > -0.03; height_m -= 1e-4) {
     const auto [grid_N, proxy_N] = sheet.move_to({0.002, 0.001, height_m});
     least_grid_N = std::min(least_grid_N, grid_N.z());
-    const double place_m = height_m + proxy_N.z() / kStiffness_N_m;
+    const double place_m = height_m + proxy_N.z() / kStiffness_N_per_m;
     if (proxy_N.z() > 0.0) CHECK(place_m > 0.012);  // where no sphere reaches between
     if (height_m < 0.010) CHECK(proxy_N.z() > 0.0);
   }
@@ -64,7 +64,7 @@ TEST_CASE("On one sphere a god-object's force is the penalty's, sliding included
   Explored ball({{0.0, 0.0, 0.0}});
   for (int i = 0; i < 1000; ++i) {
     const double angle = 1e-3 * i;  // 12 mm in a second
-    const double distance_m = kReach_m + 0.001 - std::min(0.004, 1e-4 * i);
+    const double distance_m = kContactDistance_m + 0.001 - std::min(0.004, 1e-4 * i);
     const auto [grid_N, proxy_N] = ball.move_to(
         distance_m * Eigen::Vector3d(std::sin(angle), 0.3, std::cos(angle)).normalized());
     CHECK((proxy_N - grid_N).norm() < 1e-3);
@@ -85,9 +85,9 @@ TEST_CASE("However a tool wanders, its god-object is outside every sphere", "[pr
     velocity = 0.98 * velocity + 4e-5 * vector() - 2e-5 * tool_m / 0.05;
     tool_m += velocity;
     const Eigen::Vector3d proxy_N = cloud.move_to(tool_m).proxy_N;
-    const Eigen::Vector3d place_m = tool_m + proxy_N / kStiffness_N_m;
+    const Eigen::Vector3d place_m = tool_m + proxy_N / kStiffness_N_per_m;
     for (const Eigen::Vector3d& centre_m : centres_m)
-      deepest_m = std::max(deepest_m, kReach_m - (place_m - centre_m).norm());
+      deepest_m = std::max(deepest_m, kContactDistance_m - (place_m - centre_m).norm());
     pressed += proxy_N.norm() > 0.0 ? 1 : 0;
   }
   CAPTURE(pressed, deepest_m);
@@ -106,7 +106,7 @@ TEST_CASE("A god-object on local spheres knows nothing of what a far move leads 
     CHECK(grid_N.z() > 0.5);
     CHECK(proxy_N.norm() == 0.0);
   }
-  CHECK(bodies.move_to({0.06, 0.0, 0.013}).proxy_N.z() > 0.5);  // with the next image
+  CHECK(bodies.move_to({0.06, 0.0, 0.013}).proxy_N.z() > 0.5);  // with the next snapshot
 }
 
 TEST_CASE("A god-object above a plane has the plane's own force", "[proxy]") {

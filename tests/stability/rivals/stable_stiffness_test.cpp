@@ -24,20 +24,20 @@ double peak_to_peak(std::span<const double> values) {
 /// m = 0.1 kg, b = 5 N s/m, a hand's spring of 100 N/m that presses with 1 N on the wall, let go at
 /// rest so high above it, or else a twentieth of its depth below its equilibrium: whether 10 s
 /// later it swings less.
-bool is_stable(std::string_view model, int period_ticks, double stiffness_N_m,
+bool is_stable(std::string_view model, int period_ticks, double stiffness_N_per_m,
                std::optional<double> height_above_m = std::nullopt) {
-  constexpr double kPush_N = 1.0, kHand_N_m = 100.0;
-  StaticScene fixed = plain_scene(static_cast<float>(stiffness_N_m), 0.005F);
+  constexpr double kPush_N = 1.0, kHand_N_per_m = 100.0;
+  StaticScene fixed = plain_scene(static_cast<float>(stiffness_N_per_m), 0.005F);
   fixed.planes = {{{0.0F, 0.0F, 1.0F}, 0.0F, 0, 0}};
   PublishedScene scene(fixed, {}, static_cast<std::uint64_t>(period_ticks) * kMillisecond_ns);
   const auto renderer = make_renderer(rival_named(model), Transition::kHold);
   PhantomSettings settings;
   settings.device.mass_kg = 0.1;
-  settings.device.damping_N_s_m = 5.0;
-  settings.hand.stiffness_N_m = kHand_N_m;
+  settings.device.damping_N_s_per_m = 5.0;
+  settings.hand.stiffness_N_per_m = kHand_N_per_m;
   settings.path.kind = PathKind::kStill;
-  const double depth_m = kPush_N / stiffness_N_m;
-  settings.path.centre_m = {0.0, 0.0, 0.005 - depth_m - kPush_N / kHand_N_m};
+  const double depth_m = kPush_N / stiffness_N_per_m;
+  settings.path.centre_m = {0.0, 0.0, 0.005 - depth_m - kPush_N / kHand_N_per_m};
   settings.start_m = {0.0, 0.0, 0.005 + height_above_m.value_or(-1.05 * depth_m)};
   PhantomModel device = make_phantom(settings);
   command_force(device, {0.0, 0.0, kPush_N});
@@ -63,22 +63,22 @@ TEST_CASE("Held over its period the slow force bears 9 to 85 times less than a r
           "[stable_stiffness]") {
   struct Limit {
     int period_ticks;
-    double limit_N_m;
+    double limit_N_per_m;
   };
   const Limit limit = GENERATE(Limit{10, 1099.9}, Limit{33, 454.6}, Limit{100, 119.2});
-  CHECK(is_stable("force_held", limit.period_ticks, 0.95 * limit.limit_N_m));
-  CHECK_FALSE(is_stable("force_held", limit.period_ticks, 1.03 * limit.limit_N_m));
+  CHECK(is_stable("force_held", limit.period_ticks, 0.95 * limit.limit_N_per_m));
+  CHECK_FALSE(is_stable("force_held", limit.period_ticks, 1.03 * limit.limit_N_per_m));
 }
 
 TEST_CASE("On a still wall a model asked each tick bears what the wall bears at any period",
           "[stable_stiffness]") {
-  constexpr double kLimit_N_m = 10084.9;
+  constexpr double kLimit_N_per_m = 10084.9;
   const auto model = GENERATE(as<std::string_view>(), "grid", "force_jacobian", "plane", "sphere",
                               "proxy", "crossfade");
   const int period_ticks = GENERATE(10, 33, 100);
   CAPTURE(model, period_ticks);
-  CHECK(is_stable(model, period_ticks, 0.95 * kLimit_N_m));
-  CHECK_FALSE(is_stable(model, period_ticks, 1.03 * kLimit_N_m));
+  CHECK(is_stable(model, period_ticks, 0.95 * kLimit_N_per_m));
+  CHECK_FALSE(is_stable(model, period_ticks, 1.03 * kLimit_N_per_m));
 }
 
 TEST_CASE("Let go above a wall, a plane comes to rest on it, a force over position not always",
@@ -86,8 +86,8 @@ TEST_CASE("Let go above a wall, a plane comes to rest on it, a force over positi
   const int period_ticks = GENERATE(10, 33, 100);
   const auto restless = [&](std::string_view model) {
     int count = 0;
-    for (double stiffness_N_m = 500.0; stiffness_N_m < 9600.0; stiffness_N_m += 500.0)
-      count += is_stable(model, period_ticks, stiffness_N_m, 0.003) ? 0 : 1;
+    for (double stiffness_N_per_m = 500.0; stiffness_N_per_m < 9600.0; stiffness_N_per_m += 500.0)
+      count += is_stable(model, period_ticks, stiffness_N_per_m, 0.003) ? 0 : 1;
     return count;
   };
   CHECK(restless("plane") == 0);

@@ -9,7 +9,7 @@
 namespace stillgrid {
 namespace {
 
-constexpr double kRadius_m = 0.05, kMass_kg = 0.1, kStiffness_N_m = 1000.0;  // 100 rad/s
+constexpr double kRadius_m = 0.05, kMass_kg = 0.1, kStiffness_N_per_m = 1000.0;  // 100 rad/s
 
 struct Bounce {
   double restitution = 0.0;  // speed after over speed before
@@ -17,10 +17,11 @@ struct Bounce {
 };
 
 /// A ball that comes down on the floor at 1 m/s from gap_m above it, until it is off again.
-Bounce bounce(double step_s, double gap_m, double damping_N_s_m = 0.0, double gravity_m_s2 = 0.0) {
+Bounce bounce(double step_s, double gap_m, double damping_N_s_per_m = 0.0,
+              double gravity_m_s2 = 0.0) {
   Simulation simulation(scene_of(
       {moving(sphere({0, 0, kRadius_m + gap_m}, kRadius_m, kMass_kg), {0, 0, -1}), floor_at(0.0)},
-      material_of(kStiffness_N_m, damping_N_s_m), {0, 0, -gravity_m_s2}));
+      material_of(kStiffness_N_per_m, damping_N_s_per_m), {0, 0, -gravity_m_s2}));
   const RigidBody& ball = simulation.world().rigid_bodies[0];
   Bounce result;
   for (bool touched = false;;) {
@@ -39,8 +40,8 @@ double scalar_restitution(double step_s, double gap_m) {
   double height_m = gap_m, velocity_m_s = -1.0;
   while (velocity_m_s < 0.0 || height_m < 0.0) {
     if (height_m + step_s * velocity_m_s < 0.0)
-      velocity_m_s = (velocity_m_s - step_s * kStiffness_N_m / kMass_kg * height_m) /
-                     (1.0 + step_s * step_s * kStiffness_N_m / kMass_kg);
+      velocity_m_s = (velocity_m_s - step_s * kStiffness_N_per_m / kMass_kg * height_m) /
+                     (1.0 + step_s * step_s * kStiffness_N_per_m / kMass_kg);
     height_m += step_s * velocity_m_s;
   }
   return velocity_m_s;
@@ -80,9 +81,9 @@ TEST_CASE("Implicit Euler's own restitution is (1 + w^2 h^2)^(-pi / (2 atan wh))
 }
 
 /// The limit of vanishing steps from two of them, the error being of first order.
-Bounce limit(double damping_N_s_m, double gravity_m_s2) {
-  const Bounce coarse = bounce(2e-5, 0.0, damping_N_s_m, gravity_m_s2);
-  const Bounce fine = bounce(1e-5, 0.0, damping_N_s_m, gravity_m_s2);
+Bounce limit(double damping_N_s_per_m, double gravity_m_s2) {
+  const Bounce coarse = bounce(2e-5, 0.0, damping_N_s_per_m, gravity_m_s2);
+  const Bounce fine = bounce(1e-5, 0.0, damping_N_s_per_m, gravity_m_s2);
   return {2.0 * fine.restitution - coarse.restitution, 2.0 * fine.depth_m - coarse.depth_m};
 }
 
@@ -92,7 +93,7 @@ TEST_CASE("The approach damper restores exp(-(z/q) acos z), not the two-sided da
   const double q = std::sqrt(1.0 - zeta * zeta);
   const double law = std::exp(-zeta / q * std::acos(zeta));
 
-  const Bounce result = limit(2.0 * zeta * std::sqrt(kStiffness_N_m * kMass_kg), 0.0);
+  const Bounce result = limit(2.0 * zeta * std::sqrt(kStiffness_N_per_m * kMass_kg), 0.0);
 
   // Second order is left: (wh)^2 = 1e-6 and 4e-6, some tens of times.
   CHECK(std::abs(law - expected) < 5e-7);
@@ -111,7 +112,7 @@ TEST_CASE("Restitution converges to the law in first order", "[known_answers]") 
 TEST_CASE("An undamped drop sinks 11.0290 mm and bounces back whole", "[known_answers]") {
   const Bounce result = limit(0.0, 9.81);
 
-  const double static_m = kMass_kg * 9.81 / kStiffness_N_m;
+  const double static_m = kMass_kg * 9.81 / kStiffness_N_per_m;
   const double law_m = static_m + std::sqrt(static_m * static_m + 1e-4);
   CHECK(std::abs(law_m - 0.0110290) < 5e-8);
   CHECK(std::abs(result.depth_m - law_m) < 1e-7);

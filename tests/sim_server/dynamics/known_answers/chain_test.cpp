@@ -19,7 +19,7 @@ Eigen::VectorXd frequencies_rad_s(const BodyDescription& body) {
   Eigen::VectorXd u = Eigen::VectorXd::Zero(world.unknown_count), residual(u.size());
   step.residual(u, residual);
   Eigen::SparseMatrix<double> jacobian;
-  step.jacobian(Slope::kExact, jacobian);
+  step.jacobian(JacobianKind::kExact, jacobian);
   Eigen::MatrixXd mass = Eigen::MatrixXd::Zero(u.size(), u.size());
   for (const Node& node : world.nodes)
     if (node.unknown != kNoUnknown)
@@ -76,8 +76,8 @@ TEST_CASE("An 8x8 sheet rings at 980.7853 rad/s at most, with shear and bend at 
             .epsilon(1e-11));
   CHECK(std::abs(structural.maxCoeff() - 980.7853) < 5e-5);
 
-  shear_stiffness_N_m(body) = 250.0;
-  springs(body).bend_stiffness_N_m = 100.0;
+  shear_stiffness_N_per_m(body) = 250.0;
+  springs(body).bend_stiffness_N_per_m = 100.0;
   CHECK(build_world(scene_of({body})).springs.size() == 306);
   const Eigen::VectorXd full = frequencies_rad_s(body);
 
@@ -107,13 +107,13 @@ constexpr int kLinks = 10;
 constexpr double kLength_m = 1.2, kLinkWeight_N = 0.01 * 9.81;
 
 /// Sag of an elastic chain of 1.2 m between supports 1 m apart: one unknown, the horizontal force.
-double exact_sag_m(double stiffness_N_m) {
+double exact_sag_m(double stiffness_N_per_m) {
   const auto sum = [&](double horizontal_N, bool of_drop, int links) {
     double total_m = 0.0;
     for (int i = 0; i < links; ++i) {
       const double vertical_N = (0.5 * (kLinks - 1) - i) * kLinkWeight_N;
       const double tension_N = std::hypot(horizontal_N, vertical_N);
-      total_m += (kLength_m / kLinks + tension_N / stiffness_N_m) *
+      total_m += (kLength_m / kLinks + tension_N / stiffness_N_per_m) *
                  (of_drop ? vertical_N : horizontal_N) / tension_N;
     }
     return total_m;
@@ -126,10 +126,10 @@ double exact_sag_m(double stiffness_N_m) {
   return sum(low_N, true, kLinks / 2);
 }
 
-double simulated_sag_m(double stiffness_N_m) {
-  Simulation simulation(
-      scene_of({thread(kLinks + 1, {-0.6, 0, 0}, {0.6, 0, 0}, 0.01, stiffness_N_m, {0, kLinks})},
-               {}, {0, 0, -9.81}));
+double simulated_sag_m(double stiffness_N_per_m) {
+  Simulation simulation(scene_of(
+      {thread(kLinks + 1, {-0.6, 0, 0}, {0.6, 0, 0}, 0.01, stiffness_N_per_m, {0, kLinks})}, {},
+      {0, 0, -9.81}));
   // Begin as a taut V between the supports.
   auto& nodes = simulation.world().nodes;
   for (Node& node : nodes) {

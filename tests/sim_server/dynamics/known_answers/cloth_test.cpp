@@ -55,9 +55,9 @@ TEST_CASE("A cloth pinned at two corners comes to the one state of least energy,
                CornerCase{5000, 2500, 500, -0.0880091398831, -0.0701774331113, NAN});
   const std::uint64_t seed = GENERATE(1u, 2u, 3u);
   BodyDescription body = hanging_cloth({56, 63});
-  springs(body).structural_stiffness_N_m = known.structural;
-  shear_stiffness_N_m(body) = known.shear;
-  springs(body).bend_stiffness_N_m = known.bend;
+  springs(body).structural_stiffness_N_per_m = known.structural;
+  shear_stiffness_N_per_m(body) = known.shear;
+  springs(body).bend_stiffness_N_per_m = known.bend;
   SceneDescription scene = scene_of({body}, {}, {0, 0, -9.81});
   scene.method.solver = GENERATE(SolverKind::kNewton, SolverKind::kNewtonCg);
   Simulation simulation(scene);
@@ -79,8 +79,8 @@ TEST_CASE("A cloth pinned at two corners comes to the one state of least energy,
 /// The same cloth, level: of its 62 free nodes none is held against leaving the plane.
 World flat_cloth() {
   BodyDescription body = sheet({8, 8}, 0.02, 0.002, 500.0);
-  shear_stiffness_N_m(body) = 250.0;
-  springs(body).bend_stiffness_N_m = 50.0;
+  shear_stiffness_N_per_m(body) = 250.0;
+  springs(body).bend_stiffness_N_per_m = 50.0;
   springs(body).pinned_nodes = {0, 7};
   return build_world(scene_of({body}, {}, {0, 0, -9.81}));
 }
@@ -94,7 +94,7 @@ TEST_CASE("Plain Newton cannot take a flat cloth to where it hangs: its static s
   Eigen::VectorXd u = Eigen::VectorXd::Zero(stage.size()), residual(u.size());
   stage.residual(u, residual);
   Eigen::SparseMatrix<double> exact;
-  stage.jacobian(Slope::kExact, exact);
+  stage.jacobian(JacobianKind::kExact, exact);
 
   const Eigen::FullPivLU<Eigen::MatrixXd> factors{Eigen::MatrixXd(exact)};
   CHECK(factors.rank() == 2 * 62);

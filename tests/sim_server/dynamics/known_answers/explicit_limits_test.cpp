@@ -37,7 +37,7 @@ void run(World& world, const Method& method, double step_s, int steps) {
 constexpr double kRate_rad_s = 100.0;
 World oscillator(double damping_ratio) {
   BodyDescription body = thread(2, {0, 0, 0}, {1, 0, 0}, 0.1, 1000.0, {0});
-  springs(body).spring_damping_N_s_m = 2.0 * damping_ratio * 0.1 * kRate_rad_s;
+  springs(body).spring_damping_N_s_per_m = 2.0 * damping_ratio * 0.1 * kRate_rad_s;
   World world = build_world(scene_of({body}));
   world.nodes[1].position_m.x() += 1e-3;
   return world;
@@ -100,20 +100,20 @@ TEST_CASE("Symplectic Euler and Verlet hold below (2 / w) (sqrt(1 + zeta^2) - ze
 /// sum of modes.
 double chain_error_m(IntegratorKind kind, double step_s) {
   constexpr int kMasses = 10;
-  const double stiffness_N_m = 100.0, mass_kg = 0.01, pull_m = 0.001;
+  const double stiffness_N_per_m = 100.0, mass_kg = 0.01, pull_m = 0.001;
   World world = build_world(
-      scene_of({thread(kMasses + 1, {0, 0, 0}, {1, 0, 0}, mass_kg, stiffness_N_m, {0})}));
+      scene_of({thread(kMasses + 1, {0, 0, 0}, {1, 0, 0}, mass_kg, stiffness_N_per_m, {0})}));
   Eigen::VectorXd start_m(kMasses);
   for (int i = 0; i < kMasses; ++i) {
     start_m[i] = pull_m * (i + 1);
     world.nodes[static_cast<std::size_t>(i) + 1].position_m.x() += start_m[i];
   }
   const World rest = build_world(
-      scene_of({thread(kMasses + 1, {0, 0, 0}, {1, 0, 0}, mass_kg, stiffness_N_m, {0})}));
+      scene_of({thread(kMasses + 1, {0, 0, 0}, {1, 0, 0}, mass_kg, stiffness_N_per_m, {0})}));
   Eigen::MatrixXd chain = 2.0 * Eigen::MatrixXd::Identity(kMasses, kMasses);
   chain(kMasses - 1, kMasses - 1) = 1.0;
   for (int i = 0; i + 1 < kMasses; ++i) chain(i, i + 1) = chain(i + 1, i) = -1.0;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(stiffness_N_m / mass_kg * chain);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(stiffness_N_per_m / mass_kg * chain);
   const Eigen::VectorXd amplitude = modes.eigenvectors().transpose() * start_m;
   const Eigen::ArrayXd rates = modes.eigenvalues().array().sqrt();
   double worst_m = 0.0;

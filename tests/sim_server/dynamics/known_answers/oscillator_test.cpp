@@ -11,9 +11,9 @@ namespace stillgrid {
 namespace {
 
 /// A mass of 0.1 kg on a spring of 1000 N/m whose other end is pinned, 0.1 m long at rest.
-Simulation oscillator(double damping_N_s_m = 0.0) {
+Simulation oscillator(double damping_N_s_per_m = 0.0) {
   BodyDescription body = thread(2, {0, 0, 0}, {0.1, 0, 0}, 0.1, 1000.0, {0});
-  springs(body).spring_damping_N_s_m = damping_N_s_m;
+  springs(body).spring_damping_N_s_per_m = damping_N_s_per_m;
   return Simulation(scene_of({body}));
 }
 
@@ -44,12 +44,12 @@ TEST_CASE("An oscillator loses energy by 1 + w^2 h^2 a step", "[known_answers]")
 }
 
 TEST_CASE("A damped oscillator shrinks by 1 + h c / m + h^2 k / m a step", "[known_answers]") {
-  const double damping_N_s_m = GENERATE(0.0, 2.0, 20.0);
+  const double damping_N_s_per_m = GENERATE(0.0, 2.0, 20.0);
   const double step_s = GENERATE(0.001, 0.01, 0.1);
   // Two states span the plane: the determinant of one step is |lambda|^2.
   Eigen::Matrix2d start = 1e-3 * Eigen::Matrix2d::Identity(), end;
   for (int i = 0; i < 2; ++i) {
-    Simulation simulation = oscillator(damping_N_s_m);
+    Simulation simulation = oscillator(damping_N_s_per_m);
     set_state(simulation, start.col(i));
     REQUIRE(advance(simulation, step_s, 1));
     end.col(i) = state_of(simulation);
@@ -57,9 +57,10 @@ TEST_CASE("A damped oscillator shrinks by 1 + h c / m + h^2 k / m a step", "[kno
 
   const double shrinking = (end * start.inverse()).determinant();
 
-  const double law = 1.0 / (1.0 + step_s * damping_N_s_m / 0.1 + step_s * step_s * 1000.0 / 0.1);
+  const double law =
+      1.0 / (1.0 + step_s * damping_N_s_per_m / 0.1 + step_s * step_s * 1000.0 / 0.1);
   CHECK(shrinking == Approx(law).epsilon(1e-9));
-  if (damping_N_s_m == 2.0 && step_s == 0.01) CHECK(std::abs(shrinking - 0.454545) < 5e-7);
+  if (damping_N_s_per_m == 2.0 && step_s == 0.01) CHECK(std::abs(shrinking - 0.454545) < 5e-7);
 }
 
 TEST_CASE("A stiff dumbbell's spin fades as implicit Euler's does", "[known_answers]") {

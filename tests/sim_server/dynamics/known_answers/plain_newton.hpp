@@ -12,7 +12,7 @@ namespace stillgrid {
 inline void plain_newton_step(NonlinearSystem& system, const Eigen::VectorXd& residual,
                               Eigen::VectorXd& u) {
   Eigen::SparseMatrix<double> exact;
-  system.jacobian(Slope::kExact, exact);
+  system.jacobian(JacobianKind::kExact, exact);
   u -= Eigen::MatrixXd(exact).partialPivLu().solve(residual);
 }
 

@@ -13,7 +13,7 @@ namespace {
 // Faces meet in four spheres, 10 mm off the middle along both axes.
 constexpr int kBlocks = 10;
 constexpr double kEdge_m = 0.03, kWeight_N = 0.1 * 9.81, kArm_m = 0.01;
-constexpr double kStiffness_N_m = 40000.0, kFace_N_m = 4.0 * kStiffness_N_m;
+constexpr double kStiffness_N_per_m = 40000.0, kFace_N_per_m = 4.0 * kStiffness_N_per_m;
 
 /// Ten blocks on a floor, just touching. Friction only holds the spheres on top of each other.
 SceneDescription stack_of_ten(double uppermost_off_m) {
@@ -21,7 +21,7 @@ SceneDescription stack_of_ten(double uppermost_off_m) {
   for (int i = 0; i < kBlocks; ++i)
     bodies.push_back(box({i + 1 == kBlocks ? uppermost_off_m : 0.0, 0, (i + 0.5) * kEdge_m},
                          Eigen::Vector3d::Constant(kEdge_m), 0.1, {2.0 * kArm_m, 0.005}));
-  return scene_of(bodies, material_of(kStiffness_N_m, 5.0, 0.5), {0, 0, -9.81});
+  return scene_of(bodies, material_of(kStiffness_N_per_m, 5.0, 0.5), {0, 0, -9.81});
 }
 
 /// How far the farthest block is from the column's axis.
@@ -35,8 +35,8 @@ double off_axis_m(const World& world) {
 TEST_CASE("The stack of ten blocks is too stiff to buckle by its own weight", "[known_answers]") {
   // Joints of rotational stiffness c at distances h bear a column of w newtons a metre while
   // 7.84 c h > w L^3.
-  const double joint_N_m_rad = kFace_N_m * kArm_m * kArm_m, length_m = kBlocks * kEdge_m;
-  CHECK(7.84 * joint_N_m_rad * kEdge_m >
+  const double joint_N_m_per_rad = kFace_N_per_m * kArm_m * kArm_m, length_m = kBlocks * kEdge_m;
+  CHECK(7.84 * joint_N_m_per_rad * kEdge_m >
         4.0 * kWeight_N / kEdge_m * length_m * length_m * length_m);
 }
 
@@ -49,11 +49,11 @@ TEST_CASE("In a stack of ten blocks each sinks by the weight that it carries", "
   for (int i = 0; i < kBlocks; ++i) {
     const RigidBody& block = simulation.world().rigid_bodies[static_cast<std::size_t>(i)];
     const double depth_m = kEdge_m - (block.position_m.z() - height_m);
-    CHECK(depth_m == Approx((kBlocks - i) * kWeight_N / kFace_N_m).epsilon(1e-5));
+    CHECK(depth_m == Approx((kBlocks - i) * kWeight_N / kFace_N_per_m).epsilon(1e-5));
     height_m = block.position_m.z();
     sum_m += depth_m;
   }
-  CHECK(sum_m == Approx(55.0 * kWeight_N / kFace_N_m).epsilon(1e-5));
+  CHECK(sum_m == Approx(55.0 * kWeight_N / kFace_N_per_m).epsilon(1e-5));
   CHECK(off_axis_m(simulation.world()) < 1e-6);
 }
 

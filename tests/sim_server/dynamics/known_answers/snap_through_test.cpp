@@ -10,13 +10,13 @@
 namespace stillgrid {
 namespace {
 
-constexpr double kHalfSpan_m = 0.1, kHeight_m = 0.03, kStiffness_N_m = 1000.0, kMass_kg = 0.1;
+constexpr double kHalfSpan_m = 0.1, kHeight_m = 0.03, kStiffness_N_per_m = 1000.0, kMass_kg = 0.1;
 
 /// Two bars that lean on each other, loaded at the top by its weight.
 World truss(double load_N) {
   World world = build_world(scene_of(
-      {thread(3, {-kHalfSpan_m, 0, 0}, {kHalfSpan_m, 0, 0}, kMass_kg, kStiffness_N_m, {0, 2})}, {},
-      {0, 0, -load_N / kMass_kg}));
+      {thread(3, {-kHalfSpan_m, 0, 0}, {kHalfSpan_m, 0, 0}, kMass_kg, kStiffness_N_per_m, {0, 2})},
+      {}, {0, 0, -load_N / kMass_kg}));
   world.nodes[1].position_m.z() = kHeight_m;
   for (Spring& bar : world.springs) bar.rest_length_m = std::hypot(kHalfSpan_m, kHeight_m);
   return world;
@@ -29,8 +29,8 @@ struct Limit {
 Limit limit() {
   const double length_m = std::hypot(kHalfSpan_m, kHeight_m), b2 = kHalfSpan_m * kHalfSpan_m;
   const double height_m = std::sqrt(std::pow(length_m * b2, 2.0 / 3.0) - b2);
-  return {height_m,
-          2.0 * kStiffness_N_m * height_m * (length_m / std::hypot(kHalfSpan_m, height_m) - 1.0)};
+  return {height_m, 2.0 * kStiffness_N_per_m * height_m *
+                        (length_m / std::hypot(kHalfSpan_m, height_m) - 1.0)};
 }
 
 constexpr double kStep_s = 100.0;  // so long that nothing but statics is left

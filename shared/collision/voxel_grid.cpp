@@ -1,4 +1,4 @@
-#include "shared/collision/still_grid.hpp"
+#include "shared/collision/voxel_grid.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -51,8 +51,8 @@ std::array<std::uint32_t, 3> cells_for(const proto::GridLevel& level, std::size_
 }
 
 bool is_consistent_level(const proto::GridLevel& level, std::size_t cell_capacity) {
-  if (!(level.voxel_m > 0.0F) || !std::isfinite(1.0F / level.voxel_m) || !(level.reach_m >= 0.0F) ||
-      !std::isfinite(level.reach_m))
+  if (!(level.voxel_m > 0.0F) || !std::isfinite(1.0F / level.voxel_m) ||
+      !(level.bounding_radius_m >= 0.0F) || !std::isfinite(level.bounding_radius_m))
     return false;
   std::uint64_t cells = 1;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -69,60 +69,61 @@ bool is_consistent_level(const proto::GridLevel& level, std::size_t cell_capacit
 
 using Four = Eigen::Array4f;
 
-/// A cover as four floats: centre, then reach.
-Eigen::Map<const Four> four(const Cover& cover) {
-  return Eigen::Map<const Four>(cover.centre_m.data());
+/// A swept bound as four floats: centre, then radius.
+Eigen::Map<const Four> four(const SweptBound& swept_bound) {
+  return Eigen::Map<const Four>(swept_bound.centre_m.data());
 }
 
-/// The least and the greatest of some covers' centres and reaches.
+/// The least and the greatest of some swept bounds' centres and reaches.
 struct Bounds {
   Four low = Four::Constant(std::numeric_limits<float>::max());
   Four high = Four::Constant(std::numeric_limits<float>::lowest());
-  void include(const Four& cover) {
-    low = low.min(cover);
-    high = high.max(cover);
+  void include(const Four& swept_bound) {
+    low = low.min(swept_bound);
+    high = high.max(swept_bound);
   }
 };
 
-[[noreturn]] void refuse(std::span<const Cover> covers) {
+[[noreturn]] void refuse(std::span<const SweptBound> swept_bounds) {
   std::size_t i = 0;
-  while (four(covers[i]).isFinite().all() && covers[i].reach_m > 0.0F) ++i;
-  const auto& [c, reach_m] = covers[i];
-  throw std::domain_error("sphere " + std::to_string(i) + " is nowhere: its cover at " +
+  while (four(swept_bounds[i]).isFinite().all() && swept_bounds[i].bounding_radius_m > 0.0F) ++i;
+  const auto& [c, bounding_radius_m] = swept_bounds[i];
+  throw std::domain_error("sphere " + std::to_string(i) + " is nowhere: its swept bound at " +
                           std::to_string(c[0]) + ", " + std::to_string(c[1]) + ", " +
-                          std::to_string(c[2]) + " m reaches " + std::to_string(reach_m) +
+                          std::to_string(c[2]) + " m reaches " + std::to_string(bounding_radius_m) +
                           " m: expected finite numbers");
 }
 
-/// Bounds of all. Throws at a cover that is none.
-Bounds bounds_of(std::span<const Cover> covers) {
+/// Bounds of all. Throws at a swept bound that is none.
+Bounds bounds_of(std::span<const SweptBound> swept_bounds) {
   Bounds bounds;
   Four nothing = Four::Zero();  // no number, once one of them is none
-  for (const Cover& cover : covers) {
-    bounds.include(four(cover));
-    nothing += four(cover) * 0.0F;
+  for (const SweptBound& swept_bound : swept_bounds) {
+    bounds.include(four(swept_bound));
+    nothing += four(swept_bound) * 0.0F;
   }
-  if (!nothing.isFinite().all() || !(bounds.low[3] > 0.0F)) refuse(covers);
+  if (!nothing.isFinite().all() || !(bounds.low[3] > 0.0F)) refuse(swept_bounds);
   return bounds;
 }
 
-/// The octave of a reach, counted from the longest; wider than an octave where eight do not do.
+/// The octave of a radius, counted from the longest; wider than an octave where eight do not do.
 class Octaves {
  public:
   Octaves(float longest_m, float shortest_m)
       : longest_m_(longest_m), most_(octaves_below(shortest_m)) {}
   [[nodiscard]] std::uint32_t most() const { return std::min(most_, proto::kMaxLevels - 1); }
-  [[nodiscard]] std::uint8_t of(float reach_m) const {
-    const std::uint32_t octaves = octaves_below(reach_m);
+  [[nodiscard]] std::uint8_t of(float bounding_radius_m) const {
+    const std::uint32_t octaves = octaves_below(bounding_radius_m);
     return static_cast<std::uint8_t>(
         most_ < proto::kMaxLevels ? octaves : octaves * (proto::kMaxLevels - 1) / most_);
   }
 
  private:
-  /// The whole part of log2(longest / reach), which is the exponent of the quotient.
-  [[nodiscard]] std::uint32_t octaves_below(float reach_m) const {
+  /// The whole part of log2(longest / radius), which is the exponent of the quotient.
+  [[nodiscard]] std::uint32_t octaves_below(float bounding_radius_m) const {
     constexpr std::uint32_t kMantissaBits = 23, kBias = 127;
-    const float quotient = std::min(longest_m_ / reach_m, std::numeric_limits<float>::max());
+    const float quotient =
+        std::min(longest_m_ / bounding_radius_m, std::numeric_limits<float>::max());
     return (std::bit_cast<std::uint32_t>(quotient) >> kMantissaBits) - kBias;
   }
 
@@ -150,8 +151,8 @@ struct CellOf {
   }
 
   /// As cell_block() has it.
-  [[nodiscard]] std::uint32_t operator()(const Cover& cover) const {
-    const Int4 voxel = voxel_index(std::bit_cast<Float4>(cover), inverse_voxel_per_m);
+  [[nodiscard]] std::uint32_t operator()(const SweptBound& swept_bound) const {
+    const Int4 voxel = voxel_index(std::bit_cast<Float4>(swept_bound), inverse_voxel_per_m);
     // Unsigned: what is as far apart as voxels can be is 2^31 of them.
     const Unsigned4 at =
         (std::bit_cast<Unsigned4>(voxel) - std::bit_cast<Unsigned4>(lowest)) & mask;
@@ -170,8 +171,8 @@ GridLayout grid_layout(std::size_t header_bytes, std::size_t sphere_capacity) {
   layout.cell_capacity = kCellsPerSphere * sphere_capacity + kLeastCells * proto::kMaxLevels;
   layout.records = (header_bytes + 63) / 64 * 8;
   layout.cell_starts = layout.records + sphere_capacity * kRecordWords;
-  layout.covers = layout.cell_starts + (words_for_u32(layout.cell_capacity + 1) + 7) / 8 * 8;
-  layout.numbers = layout.covers + (sphere_capacity + kCoversAtOnce - 1) * 2;
+  layout.swept_bounds = layout.cell_starts + (words_for_u32(layout.cell_capacity + 1) + 7) / 8 * 8;
+  layout.numbers = layout.swept_bounds + (sphere_capacity + kBoundsAtOnce - 1) * 2;
   layout.total_words = layout.numbers + words_for_u32(sphere_capacity);
   return layout;
 }
@@ -184,60 +185,61 @@ bool is_consistent(const proto::GridShape& shape, const GridLayout& layout) noex
   return true;
 }
 
-StillGrid::StillGrid(std::size_t header_bytes, std::size_t sphere_capacity)
+VoxelGrid::VoxelGrid(std::size_t header_bytes, std::size_t sphere_capacity)
     : layout_(grid_layout(header_bytes, sphere_capacity)),
       words_(layout_.total_words + kSparedWords, 0),
       level_of_(sphere_capacity),
       place_of_(sphere_capacity) {}
 
-std::span<proto::SphereRecord> StillGrid::records() noexcept {
+std::span<proto::SphereRecord> VoxelGrid::records() noexcept {
   return {reinterpret_cast<proto::SphereRecord*>(words_.data() + layout_.records),
           layout_.sphere_capacity};
 }
 
-std::span<const proto::SphereRecord> StillGrid::records() const noexcept {
+std::span<const proto::SphereRecord> VoxelGrid::records() const noexcept {
   return {reinterpret_cast<const proto::SphereRecord*>(words_.data() + layout_.records),
           layout_.sphere_capacity};
 }
 
-std::uint32_t* StillGrid::u32_at(std::size_t word) noexcept {
+std::uint32_t* VoxelGrid::u32_at(std::size_t word) noexcept {
   return reinterpret_cast<std::uint32_t*>(words_.data() + word);
 }
 
-void StillGrid::push_image(std::span<const proto::SphereImage> images) noexcept {
-  assert(images.size() == layout_.sphere_capacity);
+void VoxelGrid::push_snapshot(std::span<const proto::SphereState> snapshots) noexcept {
+  assert(snapshots.size() == layout_.sphere_capacity);
   const auto spheres = records();
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    if (has_image_)
-      stillgrid::push_image(spheres[i], images[i]);
+  for (std::size_t i = 0; i < snapshots.size(); ++i) {
+    if (has_snapshot_)
+      stillgrid::push_snapshot(spheres[i], snapshots[i]);
     else
-      fill_history(spheres[i], images[i]);
+      fill_history(spheres[i], snapshots[i]);
   }
-  has_image_ = true;
+  has_snapshot_ = true;
 }
 
-void StillGrid::enter(std::span<const Cover> covers, float voxel_ratio) {
-  assert(covers.size() <= layout_.sphere_capacity && voxel_ratio > 0.0F);
-  shape_levels(covers, voxel_ratio);
-  sort_covers(covers);
+void VoxelGrid::enter(std::span<const SweptBound> swept_bounds, float voxel_ratio) {
+  assert(swept_bounds.size() <= layout_.sphere_capacity && voxel_ratio > 0.0F);
+  shape_levels(swept_bounds, voxel_ratio);
+  sort_bounds(swept_bounds);
 }
 
 /// Levels, the level of each sphere, and the cells that each level takes.
-void StillGrid::shape_levels(std::span<const Cover> covers, float voxel_ratio) {
+void VoxelGrid::shape_levels(std::span<const SweptBound> swept_bounds, float voxel_ratio) {
   std::array<Bounds, proto::kMaxLevels> bounds;
   std::array<std::size_t, proto::kMaxLevels> spheres{};
-  if (!covers.empty()) bounds[0] = bounds_of(covers);  // throws before anything is changed
+  if (!swept_bounds.empty())
+    bounds[0] = bounds_of(swept_bounds);  // throws before anything is changed
   shape_ = {};
-  shape_.sphere_count = static_cast<std::uint32_t>(covers.size());
-  if (covers.empty()) return;
+  shape_.sphere_count = static_cast<std::uint32_t>(swept_bounds.size());
+  if (swept_bounds.empty()) return;
 
   shape_.level_count = 1;
-  spheres[0] = covers.size();
+  spheres[0] = swept_bounds.size();
   const Octaves octaves(bounds[0].high[3], bounds[0].low[3]);
   if (octaves.most() > 0) {
     std::array<std::size_t, proto::kMaxLevels> count{};
-    for (std::size_t i = 0; i < covers.size(); ++i) {
-      level_of_[i] = octaves.of(covers[i].reach_m);
+    for (std::size_t i = 0; i < swept_bounds.size(); ++i) {
+      level_of_[i] = octaves.of(swept_bounds[i].bounding_radius_m);
       ++count[level_of_[i]];
     }
     // From octaves, many of them empty, to levels, coarse to fine.
@@ -249,17 +251,17 @@ void StillGrid::shape_levels(std::span<const Cover> covers, float voxel_ratio) {
       spheres[shape_.level_count - 1] += count[octave];
     }
     bounds.fill({});
-    for (std::size_t i = 0; i < covers.size(); ++i) {
+    for (std::size_t i = 0; i < swept_bounds.size(); ++i) {
       level_of_[i] = level_of_octave[level_of_[i]];
-      bounds[level_of_[i]].include(four(covers[i]));
+      bounds[level_of_[i]].include(four(swept_bounds[i]));
     }
   }
 
   std::uint64_t first_cell = 0;
   for (std::uint32_t i = 0; i < shape_.level_count; ++i) {
     proto::GridLevel& level = shape_.levels[i];
-    level.reach_m = bounds[i].high[3];
-    level.voxel_m = 2.0F * voxel_ratio * level.reach_m;
+    level.bounding_radius_m = bounds[i].high[3];
+    level.voxel_m = 2.0F * voxel_ratio * level.bounding_radius_m;
     const float inverse_voxel_per_m = 1.0F / level.voxel_m;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto k = static_cast<Eigen::Index>(axis);
@@ -273,8 +275,8 @@ void StillGrid::shape_levels(std::span<const Cover> covers, float voxel_ratio) {
   assert(first_cell <= layout_.cell_capacity);
 }
 
-/// Counting sort of the covers by cell.
-void StillGrid::sort_covers(std::span<const Cover> covers) {
+/// Counting sort of the swept bounds by cell.
+void VoxelGrid::sort_bounds(std::span<const SweptBound> swept_bounds) {
   std::uint32_t* starts = u32_at(layout_.cell_starts);
   std::size_t cells = 0;
   for (std::uint32_t i = 0; i < shape_.level_count; ++i) {
@@ -282,57 +284,59 @@ void StillGrid::sort_covers(std::span<const Cover> covers) {
   }
   std::fill_n(starts, cells + 1, 0U);
   const auto count = [&](std::size_t i, const CellOf& cell_of_level) {
-    place_of_[i] = cell_of_level(covers[i]);
+    place_of_[i] = cell_of_level(swept_bounds[i]);
     ++starts[place_of_[i]];
   };
   std::array<CellOf, proto::kMaxLevels> cell_of;
   for (std::uint32_t i = 0; i < shape_.level_count; ++i) cell_of[i] = CellOf(shape_.levels[i]);
   if (shape_.level_count == 1)
-    for (std::size_t i = 0; i < covers.size(); ++i) count(i, cell_of[0]);
+    for (std::size_t i = 0; i < swept_bounds.size(); ++i) count(i, cell_of[0]);
   else
-    for (std::size_t i = 0; i < covers.size(); ++i) count(i, cell_of[level_of_[i]]);
+    for (std::size_t i = 0; i < swept_bounds.size(); ++i) count(i, cell_of[level_of_[i]]);
   std::uint32_t sum = 0;
   for (std::size_t cell = 0; cell <= cells; ++cell) {
     sum += starts[cell];
     starts[cell] = sum;
   }
-  auto* sorted = reinterpret_cast<Cover*>(words_.data() + layout_.covers);
+  auto* sorted = reinterpret_cast<SweptBound*>(words_.data() + layout_.swept_bounds);
   std::uint32_t* numbers = u32_at(layout_.numbers);
   // Backwards, so that each start ends where its cell begins and numbers ascend.
-  for (std::size_t i = covers.size(); i-- > 0;) {
+  for (std::size_t i = swept_bounds.size(); i-- > 0;) {
     const std::uint32_t place = --starts[place_of_[i]];
     place_of_[i] = place;
-    sorted[place] = covers[i];
+    sorted[place] = swept_bounds[i];
     numbers[place] = static_cast<std::uint32_t>(i);
   }
 }
 
-void StillGrid::grow(std::size_t sphere, float reach_m) noexcept {
-  float& cover_m =
-      reinterpret_cast<Cover*>(words_.data() + layout_.covers)[place_of_[sphere]].reach_m;
-  cover_m = std::max(cover_m, reach_m);
-  float& level_m = shape_.levels[shape_.level_count > 1 ? level_of_[sphere] : 0].reach_m;
-  level_m = std::max(level_m, reach_m);
+void VoxelGrid::grow(std::size_t sphere, float bounding_radius_m) noexcept {
+  float& level_radius_m =
+      reinterpret_cast<SweptBound*>(words_.data() + layout_.swept_bounds)[place_of_[sphere]]
+          .bounding_radius_m;
+  level_radius_m = std::max(level_radius_m, bounding_radius_m);
+  float& level_m = shape_.levels[shape_.level_count > 1 ? level_of_[sphere] : 0].bounding_radius_m;
+  level_m = std::max(level_m, bounding_radius_m);
 }
 
-const Cover& StillGrid::cover(std::size_t sphere) const noexcept {
-  return sorted_covers()[place_of_[sphere]];
+const SweptBound& VoxelGrid::swept_bound(std::size_t sphere) const noexcept {
+  return sorted_bounds()[place_of_[sphere]];
 }
 
-GridView StillGrid::view() const noexcept {
+GridView VoxelGrid::view() const noexcept {
   return {shape_, layout_, words_.data()};
 }
 
-std::span<const Cover> StillGrid::sorted_covers() const noexcept {
-  return {reinterpret_cast<const Cover*>(words_.data() + layout_.covers), shape_.sphere_count};
+std::span<const SweptBound> VoxelGrid::sorted_bounds() const noexcept {
+  return {reinterpret_cast<const SweptBound*>(words_.data() + layout_.swept_bounds),
+          shape_.sphere_count};
 }
 
-std::span<const std::uint32_t> StillGrid::sorted_numbers() const noexcept {
+std::span<const std::uint32_t> VoxelGrid::sorted_numbers() const noexcept {
   return {reinterpret_cast<const std::uint32_t*>(words_.data() + layout_.numbers),
           shape_.sphere_count};
 }
 
-std::array<PayloadPart, 4> StillGrid::filled_parts() const noexcept {
+std::array<PayloadPart, 4> VoxelGrid::filled_parts() const noexcept {
   std::size_t cells = 0;
   for (std::uint32_t i = 0; i < shape_.level_count; ++i) cells += cell_count(shape_.levels[i]);
   const std::span<const std::uint64_t> all(words_.data(), layout_.total_words);
@@ -341,7 +345,7 @@ std::array<PayloadPart, 4> StillGrid::filled_parts() const noexcept {
   };
   return {part(layout_.records, shape_.sphere_count * kRecordWords),
           part(layout_.cell_starts, words_for_u32(cells + 1)),
-          part(layout_.covers, std::size_t{2} * shape_.sphere_count),
+          part(layout_.swept_bounds, std::size_t{2} * shape_.sphere_count),
           part(layout_.numbers, words_for_u32(shape_.sphere_count))};
 }
 

@@ -1,4 +1,4 @@
-#include "sim_server/dynamics/step/foresight.hpp"
+#include "sim_server/dynamics/step/prediction.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,12 +8,12 @@
 namespace stillgrid {
 namespace {
 
-/// Of a step, that looking ahead may take of real time: the age of an image is what costs
+/// Of a step, that looking ahead may take of real time: the age of a snapshot is what costs
 /// stability.
-constexpr double kMostShare = 0.1;
-/// Of the drift: the next image corrects what it leaves.
+constexpr double kMaxShare = 0.1;
+/// Of the predicted velocity: the next snapshot corrects what it leaves.
 constexpr double kTolerance_m_s = 1e-6;
-constexpr int kMostIterations = 3;
+constexpr int kMaxIterations = 3;
 /// Of the residual, that the last iteration leaves at most.
 constexpr double kProgress = 0.9;
 /// Of the answer, relative.
@@ -34,7 +34,7 @@ SideMotion side_of(const World& world, int sphere) {
 
 ContactMotion motion_of(const World& world, const Contact& contact) {
   return relative_motion(contact, side_of(world, contact.a),
-                         contact.b >= 0 ? side_of(world, contact.b) : given_side(contact, 1.0));
+                         contact.b >= 0 ? side_of(world, contact.b) : kinematic_side(contact, 1.0));
 }
 
 /// The next step under a force of the tool that stays as it is.
@@ -51,17 +51,17 @@ class PushedStage final : public ImplicitStage {
   const Eigen::VectorXd* push_ = nullptr;
 };
 
-bool is_given(const World& world, const SphereBinding& sphere) {
+bool is_kinematic(const World& world, const SphereBinding& sphere) {
   return sphere.rigid >= 0 &&
          world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].unknown == kNoUnknown;
 }
 
 }  // namespace
 
-Foresight::Foresight() : solver_(SolverKind::kNewtonCg, kTolerance_m_s) {}
+Prediction::Prediction() : solver_(SolverKind::kNewtonCg, kTolerance_m_s) {}
 
-void Foresight::take_contacts(const World& world, std::span<const Contact> contacts,
-                              double step_s) {
+void Prediction::take_contacts(const World& world, std::span<const Contact> contacts,
+                               double step_s) {
   near_.clear();
   for (const Contact& contact : contacts) {
     const ContactMotion motion = motion_of(world, contact);
@@ -77,7 +77,7 @@ void Foresight::take_contacts(const World& world, std::span<const Contact> conta
 /// wrong sign on one side. So it fades out as the net force does, and as the forces turn across it;
 /// no contact is pushed with more than two newtons. A tool touched from one side has the whole
 /// push.
-double Foresight::push_ahead(const Eigen::Vector3d& net_N) {
+double Prediction::push_ahead(const Eigen::Vector3d& net_N) {
   const Eigen::Vector3d direction = net_N.normalized();
   double ahead_N = 0.0, magnitudes_N = 0.0;
   for (const Touch& touch : touches_) {
@@ -92,7 +92,7 @@ double Foresight::push_ahead(const Eigen::Vector3d& net_N) {
   return ahead_N;
 }
 
-void Foresight::take_tool(const World& world, std::span<const Contact> contacts) {
+void Prediction::take_tool(const World& world, std::span<const Contact> contacts) {
   tool_force_.setZero(system_.size());
   tool_push_.setZero(system_.size());
   touches_.clear();
@@ -101,7 +101,7 @@ void Foresight::take_tool(const World& world, std::span<const Contact> contacts)
   double nearest_m = 0.0;
   for (const Contact& contact : contacts) {
     const SphereBinding& sphere = world.spheres[static_cast<std::size_t>(contact.a)];
-    if (is_given(world, sphere)) continue;
+    if (is_kinematic(world, sphere)) continue;
     const ContactMotion motion = motion_of(world, contact);
     const double depth_m = contact_depth_m(contact, motion.position_m);
     if (nearest == nullptr || depth_m > nearest_m) {
@@ -118,19 +118,19 @@ void Foresight::take_tool(const World& world, std::span<const Contact> contacts)
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();
   if (const double norm_N = net_N.norm(); norm_N > 0.0) {
     direction = net_N / norm_N;
-    image_.answer_force_N = push_ahead(net_N);
+    snapshot_.compliance_force_N = push_ahead(net_N);
   } else if (nearest != nullptr && touches_.empty()) {
     direction = motion_of(world, *nearest).position_m.stableNormalized();
     system_.push_sphere(world.spheres[static_cast<std::size_t>(nearest->a)], direction,
                         Eigen::Vector3d::Zero(), tool_push_);
   }
-  image_.answer_direction = {direction.x(), direction.y(), direction.z()};
+  snapshot_.compliance_direction = {direction.x(), direction.y(), direction.z()};
 }
 
 /// False where the last iteration stalled, as at the onset of a contact: what it leads to then,
 /// with speeds of its own making, is not where the step leads.
-bool Foresight::solve(ImplicitStage& stage, Eigen::VectorXd& velocity, Budget budget) {
-  budget.iterations = kMostIterations - 1;
+bool Prediction::solve(ImplicitStage& stage, Eigen::VectorXd& velocity, Budget budget) {
+  budget.iterations = kMaxIterations - 1;
   const SolveReport first = solver_.solve(stage, velocity, budget);
   if (first.converged || !std::isfinite(first.residual)) return first.converged;
   budget.iterations = 1;
@@ -138,17 +138,17 @@ bool Foresight::solve(ImplicitStage& stage, Eigen::VectorXd& velocity, Budget bu
   return last.converged || last.residual < kProgress * first.residual;
 }
 
-void Foresight::look(const World& world, std::span<const Contact> contacts, double step_s,
-                     Budget budget) {
+void Prediction::look(const World& world, std::span<const Contact> contacts, double step_s,
+                      Budget budget) {
   using Clock = std::chrono::steady_clock;
   if (budget.deadline != Clock::time_point::max())
     budget.deadline = std::min(
         budget.deadline, Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                            std::chrono::duration<double>(kMostShare * step_s)));
+                                            std::chrono::duration<double>(kMaxShare * step_s)));
   spheres_.assign(world.spheres.size(), {});
   for (std::size_t i = 0; i < spheres_.size(); ++i)
-    spheres_[i].drift_m_s = sphere_motion(world, world.spheres[i]).velocity_m_s;
-  image_ = {.period_ns = static_cast<std::uint64_t>(std::llround(step_s * 1e9))};
+    spheres_[i].predicted_velocity_m_s = sphere_motion(world, world.spheres[i]).velocity_m_s;
+  snapshot_ = {.period_ns = static_cast<std::uint64_t>(std::llround(step_s * 1e9))};
   const auto tool = std::find_if(contacts.begin(), contacts.end(),
                                  [](const Contact& contact) { return contact.is_tool; });
   take_contacts(world, {contacts.begin(), tool}, step_s);
@@ -160,20 +160,21 @@ void Foresight::look(const World& world, std::span<const Contact> contacts, doub
   stage.push(push);
   Eigen::VectorXd velocity = stage.initial_guess(), change;
   if (!solve(stage, velocity, budget)) return;
-  const bool answers =
-      !tool_push_.isZero(0.0) && !budget.is_late() &&
-      slopes_.solve(stage, Slope::kDefinite, step_s * tool_push_, kAccuracy, budget, change);
+  const bool answers = !tool_push_.isZero(0.0) && !budget.is_late() &&
+                       linear_solver_.solve(stage, JacobianKind::kDefinite, step_s * tool_push_,
+                                            kAccuracy, budget, change);
   system_.place(step_s * velocity, velocity, step_s);
   for (std::size_t i = 0; i < spheres_.size(); ++i)
-    spheres_[i].drift_m_s = (system_.trial().spheres[i].position_m -
-                             sphere_motion(world, world.spheres[i]).position_m) /
-                            step_s;
+    spheres_[i].predicted_velocity_m_s = (system_.trial().spheres[i].position_m -
+                                          sphere_motion(world, world.spheres[i]).position_m) /
+                                         step_s;
   if (!answers) return;
   system_.place(step_s * velocity, change, step_s);  // `change`: velocities a newton makes
   for (std::size_t i = 0; i < spheres_.size(); ++i) {
-    if (is_given(world, world.spheres[i])) continue;
-    spheres_[i].answer_m_N = step_s * system_.trial().spheres[i].velocity_m_s;
-    image_.longest_answer_m_N = std::max(image_.longest_answer_m_N, spheres_[i].answer_m_N.norm());
+    if (is_kinematic(world, world.spheres[i])) continue;
+    spheres_[i].compliance_m_per_N = step_s * system_.trial().spheres[i].velocity_m_s;
+    snapshot_.max_compliance_m_per_N =
+        std::max(snapshot_.max_compliance_m_per_N, spheres_[i].compliance_m_per_N.norm());
   }
 }
 

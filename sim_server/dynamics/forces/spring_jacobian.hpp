@@ -11,7 +11,7 @@ namespace stillgrid {
 
 /// How a spring resists over an implicit stage of s: d(momentum - s force) / du on its node b by
 /// that node's velocity unknowns is along * by^T + sideways * I; by node a's the negative of it.
-struct SpringSlope {
+struct SpringJacobian {
   int a = kNoUnknown, b = kNoUnknown;  // first unknowns of its nodes
   Eigen::Vector3d along, by;
   double sideways = 0.0;
@@ -26,12 +26,13 @@ struct SpringSlope {
 /// Force of a spring on its node b.
 [[nodiscard]] Eigen::Vector3d spring_force_N(const Spring& spring, const Node& a, const Node& b);
 
-/// Appends the slopes of springs that move anything, with the nodes where they are given.
-void add_spring_slopes(std::span<const Spring> springs, std::span<const Node> nodes, Slope slope,
-                       double stage_s, std::vector<SpringSlope>& slopes);
+/// Appends the Jacobians of springs that move anything, with the nodes where they are given.
+void add_spring_jacobians(std::span<const Spring> springs, std::span<const Node> nodes,
+                          JacobianKind kind, double stage_s,
+                          std::vector<SpringJacobian>& jacobians);
 
-/// y += slope x.
-void multiply_add(std::span<const SpringSlope> slopes, const Eigen::VectorXd& x,
+/// y += Jacobian x.
+void multiply_add(std::span<const SpringJacobian> jacobians, const Eigen::VectorXd& x,
                   Eigen::VectorXd& y);
 
 }  // namespace stillgrid

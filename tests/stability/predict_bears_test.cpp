@@ -7,8 +7,8 @@ namespace stillgrid {
 namespace {
 
 /// Half of what a rigid wall bears at 1 kHz (1.1), for the light device and with the hand.
-constexpr double kHalfWallLight_N_m = 5042.0;
-constexpr double kHalfWallHand_N_m = 7464.0;
+constexpr double kHalfWallLight_N_per_m = 5042.0;
+constexpr double kHalfWallHand_N_per_m = 7464.0;
 
 /// 33 ms, 30 % jitter, 30 um encoders; cost: of a step, of the period.
 bool is_stable(const std::string& body, const std::string& device, const std::string& transition,
@@ -22,17 +22,18 @@ bool is_stable(const std::string& body, const std::string& device, const std::st
   cell.jitter = 0.3;
   cell.friction = body == "block" ? 0.3 : 0.0;
   cell.duration_s = 5.0;
-  const double stiffness_N_m = device == "light" ? kHalfWallLight_N_m : kHalfWallHand_N_m;
-  return !oscillates(run_lab(scene_of(cell, stiffness_N_m), options_of(cell)).rows);
+  const double stiffness_N_per_m =
+      device == "light" ? kHalfWallLight_N_per_m : kHalfWallHand_N_per_m;
+  return !oscillates(run_lab(scene_of(cell, stiffness_N_per_m), options_of(cell)).rows);
 }
 
 }  // namespace
 
-TEST_CASE("With answer what gives way bears half of what a rigid wall bears at 1 kHz") {
+TEST_CASE("With predict what gives way bears half of what a rigid wall bears at 1 kHz") {
   for (const char* const device : {"light", "hand"})
     for (const char* const body : {"free:0.05", "free:0.1", "chain", "block"}) {
       CAPTURE(device, body);
-      CHECK(is_stable(body, device, "answer", 0.1));
+      CHECK(is_stable(body, device, "predict", 0.1));
     }
 }
 
@@ -44,10 +45,10 @@ TEST_CASE("The linear transition does not bear it with the hand, nor hold a bloc
   CHECK_FALSE(is_stable("block", "light", "hold", 0.1));
 }
 
-TEST_CASE("Late images lose a chain in the hand by hold and by linear, not by answer") {
+TEST_CASE("Late snapshots lose a chain in the hand by hold and by linear, not by predict") {
   CHECK_FALSE(is_stable("chain", "hand", "hold", 1.0));
   CHECK_FALSE(is_stable("chain", "hand", "linear", 1.0));
-  CHECK(is_stable("chain", "hand", "answer", 1.0));
+  CHECK(is_stable("chain", "hand", "predict", 1.0));
 }
 
 }  // namespace stillgrid

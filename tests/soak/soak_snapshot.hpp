@@ -6,16 +6,16 @@
 
 namespace stillgrid {
 
-/// What the soak publishes: images of which every word follows from the writer's epoch, the
-/// generation and the word's index, so that a reader can judge each word it was shown.
+/// What the soak publishes: snapshots of which every word follows from the writer's epoch, the
+/// snapshot and the word's index, so that a reader can judge each word it was shown.
 ///
-/// word(i) = base + i * kIndexStep, where the base stands for epoch and generation.
+/// word(i) = base + i * kIndexStep, where the base stands for epoch and snapshot.
 inline constexpr std::uint64_t kIndexStep = 0x9E3779B97F4A7C15ULL;
 
-[[nodiscard]] std::uint64_t image_base(std::uint64_t epoch, std::uint64_t generation) noexcept;
+[[nodiscard]] std::uint64_t snapshot_base(std::uint64_t epoch, std::uint64_t snapshot_id) noexcept;
 
-/// Fills an image. image[i] = word(i).
-void fill_image(std::span<std::uint64_t> image, std::uint64_t base) noexcept;
+/// Fills a snapshot. snapshot[i] = word(i).
+void fill_snapshot(std::span<std::uint64_t> snapshot, std::uint64_t base) noexcept;
 
 /// What a gather found, before anybody knows whether the read is accepted.
 struct Gathered {
@@ -32,10 +32,10 @@ struct Gathered {
 [[nodiscard]] Gathered gather_strewn(const std::uint64_t* payload, std::size_t words,
                                      std::size_t count, std::uint64_t tick) noexcept;
 
-/// Of an accepted read. Torn: a word is not of the generation that was reported. Mixed: torn, and
-/// what was shown are words of two generations of this writer.
+/// Of an accepted read. Torn: a word is not of the snapshot that was reported. Mixed: torn, and
+/// what was shown are words of two snapshots of this writer.
 enum class Verdict { kWhole, kTorn, kMixed };
 [[nodiscard]] Verdict judge(const Gathered& gathered, std::uint64_t epoch,
-                            std::uint64_t generation) noexcept;
+                            std::uint64_t snapshot_id) noexcept;
 
 }  // namespace stillgrid

@@ -1,5 +1,5 @@
-// Reads whole images of a running session, 2000 times a second, as a viewer would: each must be of
-// one generation, and must continue the one before it sphere by sphere.
+// Reads whole snapshots of a running session, 2000 times a second, as a viewer would: each must be
+// of one snapshot, and must continue the one before it sphere by sphere.
 #include <CLI/CLI.hpp>
 #include <cstring>
 #include <iostream>
@@ -15,22 +15,22 @@
 namespace stillgrid {
 namespace {
 
-struct Image {
+struct Snapshot {
   std::uint64_t epoch = 0;
   proto::SnapshotHeader header{};
   std::vector<proto::SphereRecord> spheres;
 };
 
 struct Counts {
-  std::uint64_t reads = 0, accepted = 0, contended = 0, images = 0, continued = 0, torn = 0;
+  std::uint64_t reads = 0, accepted = 0, contended = 0, snapshots = 0, continued = 0, torn = 0;
 };
 
-bool is_same(const proto::SphereImage& a, const proto::SphereImage& b) {
+bool is_same(const proto::SphereState& a, const proto::SphereState& b) {
   return std::memcmp(&a, &b, sizeof a) == 0;
 }
 
 /// Whether `after` shows in its past what `before` showed as its present.
-bool continues(const Image& before, const Image& after) {
+bool continues(const Snapshot& before, const Snapshot& after) {
   if (before.spheres.size() != after.spheres.size()) return false;
   for (std::size_t i = 0; i < after.spheres.size(); ++i)
     if (!is_same(after.spheres[i].older[0], before.spheres[i].newest) ||
@@ -39,32 +39,32 @@ bool continues(const Image& before, const Image& after) {
   return after.header.state_time_ns[1] == before.header.state_time_ns[0];
 }
 
-ReadResult read_image(const SceneView& view, Image& image) {
-  image.epoch = view.header().epoch;
+ReadResult read_snapshot(const SceneView& view, Snapshot& snapshot) {
+  snapshot.epoch = view.header().epoch;
   return read_latest(view.buffer(), [&](const std::uint64_t* payload) {
-    image.header = load_struct<proto::SnapshotHeader>(payload);
-    const GridView grid = view.moving_grid(payload, image.header);
-    image.spheres.resize(grid.shape.sphere_count);
-    for (std::size_t i = 0; i < image.spheres.size(); ++i)
-      image.spheres[i] = load_record(grid, static_cast<std::uint32_t>(i));
+    snapshot.header = load_struct<proto::SnapshotHeader>(payload);
+    const GridView grid = view.moving_grid(payload, snapshot.header);
+    snapshot.spheres.resize(grid.shape.sphere_count);
+    for (std::size_t i = 0; i < snapshot.spheres.size(); ++i)
+      snapshot.spheres[i] = load_record(grid, static_cast<std::uint32_t>(i));
   });
 }
 
-/// Counts one read; keeps the image if it is new.
-void check(const SceneView& view, Image& fresh, Image& last, Counts& counts) {
+/// Counts one read; keeps the snapshot if it is new.
+void check(const SceneView& view, Snapshot& fresh, Snapshot& last, Counts& counts) {
   ++counts.reads;
-  const ReadResult read = read_image(view, fresh);
+  const ReadResult read = read_snapshot(view, fresh);
   if (read.status == ReadStatus::kContended) ++counts.contended;
   if (read.status != ReadStatus::kAccepted) return;
   ++counts.accepted;
   const bool is_new =
-      fresh.epoch != last.epoch || fresh.header.generation != last.header.generation;
+      fresh.epoch != last.epoch || fresh.header.snapshot_id != last.header.snapshot_id;
   const bool is_next =
-      fresh.epoch == last.epoch && fresh.header.generation == last.header.generation + 1;
-  if (fresh.header.generation != read.generation || (is_next && !continues(last, fresh)))
+      fresh.epoch == last.epoch && fresh.header.snapshot_id == last.header.snapshot_id + 1;
+  if (fresh.header.snapshot_id != read.snapshot_id || (is_next && !continues(last, fresh)))
     ++counts.torn;
   counts.continued += is_next ? 1 : 0;
-  counts.images += is_new ? 1 : 0;
+  counts.snapshots += is_new ? 1 : 0;
   if (is_new) std::swap(fresh, last);
 }
 
@@ -75,7 +75,7 @@ Counts watch_session(const std::string& session, double duration_s) {
   watch.start();
   PeriodicTimer timer(500'000);
   Counts counts;
-  Image fresh, last;
+  Snapshot fresh, last;
   const std::uint64_t end_ns = monotonic_ns() + to_ns(duration_s);
   while (monotonic_ns() < end_ns && !stop_requested()) {
     timer.wait();
@@ -90,7 +90,7 @@ Counts watch_session(const std::string& session, double duration_s) {
 int main(int argc, char** argv) {
   using namespace stillgrid;
   CLI::App app(
-      "Checks that the images of a running session are whole and continue each other.\n"
+      "Checks that the snapshots of a running session are whole and continue each other.\n"
       "Prints counts as JSON; exit status 1 if one was torn or mixed.");
   std::string session;
   double duration_s = 1e8;
@@ -100,8 +100,8 @@ int main(int argc, char** argv) {
   install_stop_signal();
   const Counts counts = watch_session(session, duration_s);
   const nlohmann::json json = {{"reads", counts.reads},         {"accepted", counts.accepted},
-                               {"contended", counts.contended}, {"images", counts.images},
+                               {"contended", counts.contended}, {"snapshots", counts.snapshots},
                                {"continued", counts.continued}, {"torn", counts.torn}};
   std::cout << json.dump() << '\n';
-  return counts.torn == 0 && counts.images > 0 ? 0 : 1;
+  return counts.torn == 0 && counts.snapshots > 0 ? 0 : 1;
 }

@@ -1,4 +1,4 @@
-#include "sim_server/dynamics/forces/spring_slopes.hpp"
+#include "sim_server/dynamics/forces/spring_jacobian.hpp"
 
 #include <algorithm>
 
@@ -15,13 +15,14 @@ Eigen::Vector3d spring_force_N(const Spring& spring, const Node& a, const Node& 
   const double length_m = line_m.norm();
   if (length_m < kNoLength_m) return Eigen::Vector3d::Zero();
   const Eigen::Vector3d n = line_m / length_m;
-  const double tension_N = spring.stiffness_N_m * (length_m - spring.rest_length_m) +
-                           spring.damping_N_s_m * n.dot(b.velocity_m_s - a.velocity_m_s);
+  const double tension_N = spring.stiffness_N_per_m * (length_m - spring.rest_length_m) +
+                           spring.damping_N_s_per_m * n.dot(b.velocity_m_s - a.velocity_m_s);
   return -tension_N * n;
 }
 
-void add_spring_slopes(std::span<const Spring> springs, std::span<const Node> nodes, Slope slope,
-                       double stage_s, std::vector<SpringSlope>& slopes) {
+void add_spring_jacobians(std::span<const Spring> springs, std::span<const Node> nodes,
+                          JacobianKind kind, double stage_s,
+                          std::vector<SpringJacobian>& jacobians) {
   for (const Spring& spring : springs) {
     const Node& a = nodes[static_cast<std::size_t>(spring.a)];
     const Node& b = nodes[static_cast<std::size_t>(spring.b)];
@@ -32,24 +33,24 @@ void add_spring_slopes(std::span<const Spring> springs, std::span<const Node> no
     const Eigen::Vector3d n = line_m / length_m;
     const Eigen::Vector3d velocity_m_s = b.velocity_m_s - a.velocity_m_s;
     const double lengthening_m_s = n.dot(velocity_m_s);
-    const double tension_N = spring.stiffness_N_m * (length_m - spring.rest_length_m) +
-                             spring.damping_N_s_m * lengthening_m_s;
-    const double pull_N = slope == Slope::kDefinite ? std::max(tension_N, 0.0) : tension_N;
+    const double tension_N = spring.stiffness_N_per_m * (length_m - spring.rest_length_m) +
+                             spring.damping_N_s_per_m * lengthening_m_s;
+    const double pull_N = kind == JacobianKind::kDefinite ? std::max(tension_N, 0.0) : tension_N;
     const double sideways = stage_s * stage_s * pull_N / length_m;
     const double along =
-        stage_s * (stage_s * spring.stiffness_N_m + spring.damping_N_s_m) - sideways;
-    SpringSlope& own =
-        slopes.emplace_back(SpringSlope{a.unknown, b.unknown, n, along * n, sideways});
+        stage_s * (stage_s * spring.stiffness_N_per_m + spring.damping_N_s_per_m) - sideways;
+    SpringJacobian& own =
+        jacobians.emplace_back(SpringJacobian{a.unknown, b.unknown, n, along * n, sideways});
     // The damper's direction turns with the spring.
-    if (slope == Slope::kExact)
-      own.by += stage_s * stage_s * spring.damping_N_s_m / length_m *
+    if (kind == JacobianKind::kExact)
+      own.by += stage_s * stage_s * spring.damping_N_s_per_m / length_m *
                 (velocity_m_s - lengthening_m_s * n);
   }
 }
 
-void multiply_add(std::span<const SpringSlope> slopes, const Eigen::VectorXd& x,
+void multiply_add(std::span<const SpringJacobian> jacobians, const Eigen::VectorXd& x,
                   Eigen::VectorXd& y) {
-  for (const SpringSlope& spring : slopes) {
+  for (const SpringJacobian& spring : jacobians) {
     Eigen::Vector3d change = Eigen::Vector3d::Zero();
     if (spring.b != kNoUnknown) change += x.segment<3>(spring.b);
     if (spring.a != kNoUnknown) change -= x.segment<3>(spring.a);

@@ -14,17 +14,17 @@
 namespace stillgrid {
 
 /// A body on a line, shown by a transition as a renderer shows a sphere, but in double precision.
-class ImageHistory {
+class SnapshotHistory {
  public:
   /// estimate: the period that the stamps tell, over the true one.
-  explicit ImageHistory(Transition transition, double estimate = 1.0)
+  explicit SnapshotHistory(Transition transition, double estimate = 1.0)
       : transition_(transition), estimate_(estimate) {}
 
-  /// Image of time_ns, published at once. Times must grow.
+  /// Snapshot of time_ns, published at once. Times must grow.
   void show(std::uint64_t time_ns, double position_m, double velocity_m_s) {
     const proto::SnapshotHeader before = snapshot_;
-    ++snapshot_.generation;
-    if (before.generation == 0) {
+    ++snapshot_.snapshot_id;
+    if (before.snapshot_id == 0) {
       position_m_.fill(position_m);
       velocity_m_s_.fill(velocity_m_s);
       snapshot_.publish_time_ns.fill(time_ns);
@@ -37,22 +37,22 @@ class ImageHistory {
     push(snapshot_.publish_time_ns, time_ns);
     snapshot_.publish_time_ns[1] =
         time_ns - static_cast<std::uint64_t>(std::llround(estimate_ * period_ns));
-    snapshot_.history_count = std::min<std::uint64_t>(snapshot_.generation, proto::kHistoryLength);
-    memory_ = before.generation == 0 ? at_first_image()
-                                     : after_switch(transition_, memory_, before, snapshot_);
+    snapshot_.history_count = std::min<std::uint64_t>(snapshot_.snapshot_id, proto::kHistoryLength);
+    memory_ = before.snapshot_id == 0 ? at_first_snapshot()
+                                      : after_switch(transition_, memory_, before, snapshot_);
   }
 
-  /// Of drifts and answers.
-  void foresee(std::uint64_t period_ns) { snapshot_.foresight_ns = period_ns; }
+  /// Of predicted velocities and compliances.
+  void predict(std::uint64_t period_ns) { snapshot_.prediction_ns = period_ns; }
 
-  [[nodiscard]] ImageWeights weights(std::uint64_t now_ns) const {
-    return image_weights(transition_, memory_, snapshot_, now_ns);
+  [[nodiscard]] SnapshotWeights weights(std::uint64_t now_ns) const {
+    return snapshot_weights(transition_, memory_, snapshot_, now_ns);
   }
 
-  /// Where the body is displayed; it drifts by its velocity.
+  /// Where the body is displayed; it moves on at its velocity.
   [[nodiscard]] double at(std::uint64_t now_ns) const {
-    const ImageWeights shown = weights(now_ns);
-    double sum_m = shown.drift_s * velocity_m_s_[0];
+    const SnapshotWeights shown = weights(now_ns);
+    double sum_m = shown.prediction_s * velocity_m_s_[0];
     for (std::size_t i = 0; i < shown.position.size(); ++i)
       sum_m += shown.position[i] * position_m_[i];
     for (std::size_t i = 0; i < shown.velocity_s.size(); ++i)
@@ -70,7 +70,7 @@ class ImageHistory {
   Transition transition_;
   double estimate_;
   proto::SnapshotHeader snapshot_{};
-  TransitionMemory memory_ = at_first_image();
+  TransitionMemory memory_ = at_first_snapshot();
   std::array<double, proto::kHistoryLength> position_m_{}, velocity_m_s_{};
 };
 

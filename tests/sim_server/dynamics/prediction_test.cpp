@@ -1,4 +1,4 @@
-// What an image tells of the next step: docs/algorithms/predict.md.
+// What a snapshot tells of the next step: docs/algorithms/predict.md.
 
 #include <catch2/catch.hpp>
 #include <chrono>
@@ -13,7 +13,7 @@ namespace stillgrid {
 namespace {
 
 constexpr double kStep_s = 0.01;
-constexpr double kStiffness_N_m = 200.0;
+constexpr double kStiffness_N_per_m = 200.0;
 
 const Method kImplicit{.integrator = IntegratorKind::kImplicitEuler,
                        .solver = SolverKind::kNewton,
@@ -21,7 +21,8 @@ const Method kImplicit{.integrator = IntegratorKind::kImplicitEuler,
 
 SceneDescription touched_scene(std::vector<BodyDescription> bodies,
                                const Eigen::Vector3d& gravity_m_s2 = Eigen::Vector3d::Zero()) {
-  SceneDescription scene = scene_of(std::move(bodies), material_of(kStiffness_N_m), gravity_m_s2);
+  SceneDescription scene =
+      scene_of(std::move(bodies), material_of(kStiffness_N_per_m), gravity_m_s2);
   scene.tool = {{Eigen::Vector3d::Zero(), 0.01}};
   scene.method = kImplicit;
   return scene;
@@ -48,141 +49,149 @@ Eigen::Vector3d position_m(const Simulation& simulation, std::size_t sphere) {
   return sphere_motion(simulation.world(), simulation.world().spheres[sphere]).position_m;
 }
 
-TEST_CASE("A free body drifts to the end of its next step, and does not answer without a tool",
-          "[foresight]") {
+TEST_CASE("A free body is predicted the end of its next step, and is not compliant without a tool",
+          "[prediction]") {
   Simulation simulation(touched_scene({sphere({0, 0, 1}, 0.01, 0.1)}, {0, 0, -9.81}));
   REQUIRE(simulation.step(kStep_s, [] { return std::nullopt; }).solve.converged);
-  const ImageForesight foresight = simulation.look_ahead(kStep_s);
+  const SnapshotPrediction prediction = simulation.predict_next(kStep_s);
 
-  CHECK(foresight.period_ns == 10'000'000);
-  CHECK(foresight.answer_force_N == 0.0);
-  CHECK(foresight.longest_answer_m_N == 0.0);
-  CHECK(record(simulation, 0).drift_m_s[2] == Approx(-2.0 * 9.81 * kStep_s).epsilon(1e-6));
+  CHECK(prediction.period_ns == 10'000'000);
+  CHECK(prediction.compliance_force_N == 0.0);
+  CHECK(prediction.max_compliance_m_per_N == 0.0);
+  CHECK(record(simulation, 0).predicted_velocity_m_s[2] ==
+        Approx(-2.0 * 9.81 * kStep_s).epsilon(1e-6));
 }
 
-TEST_CASE("A free body answers a newton by P^2 over its mass, along the push", "[foresight]") {
+TEST_CASE("A free body gives way to a newton by P^2 over its mass, along the push",
+          "[prediction]") {
   Simulation simulation(touched_scene({sphere({0.019, 0, 0}, 0.01, 0.1)}));
   step_with_tool(simulation, 0.0);
   const double depth_m = 0.02 - position_m(simulation, 0).x();
   const double speed_m_s = simulation.world().rigid_bodies[0].velocity_m_s.x();
-  const ImageForesight foresight = simulation.look_ahead(kStep_s);
+  const SnapshotPrediction prediction = simulation.predict_next(kStep_s);
 
-  CHECK(foresight.answer_direction[0] == Approx(1.0));
-  CHECK(foresight.answer_force_N == Approx(kStiffness_N_m * depth_m));
-  CHECK(foresight.longest_answer_m_N == Approx(kStep_s * kStep_s / 0.1));
+  CHECK(prediction.compliance_direction[0] == Approx(1.0));
+  CHECK(prediction.compliance_force_N == Approx(kStiffness_N_per_m * depth_m));
+  CHECK(prediction.max_compliance_m_per_N == Approx(kStep_s * kStep_s / 0.1));
   const auto& sphere = record(simulation, 0);
-  CHECK(sphere.answer_m_N[0] == Approx(kStep_s * kStep_s / 0.1));
-  CHECK(sphere.drift_m_s[0] ==
-        Approx(speed_m_s + kStep_s * foresight.answer_force_N / 0.1).epsilon(1e-6));
+  CHECK(sphere.compliance_m_per_N[0] == Approx(kStep_s * kStep_s / 0.1));
+  CHECK(sphere.predicted_velocity_m_s[0] ==
+        Approx(speed_m_s + kStep_s * prediction.compliance_force_N / 0.1).epsilon(1e-6));
 }
 
-TEST_CASE("A tool that is near but does not touch is answered along the line of the centres",
-          "[foresight]") {
+TEST_CASE("A tool that is near but does not touch is given way to along the line of the centres",
+          "[prediction]") {
   Simulation simulation(touched_scene({sphere({0.0201, 0, 0}, 0.01, 0.1)}));
   step_with_tool(simulation, 0.0);
-  const ImageForesight foresight = simulation.look_ahead(kStep_s);
-  CHECK(foresight.answer_force_N == 0.0);
-  CHECK(foresight.answer_direction[0] == Approx(1.0));
-  CHECK(foresight.longest_answer_m_N == Approx(kStep_s * kStep_s / 0.1));
+  const SnapshotPrediction prediction = simulation.predict_next(kStep_s);
+  CHECK(prediction.compliance_force_N == 0.0);
+  CHECK(prediction.compliance_direction[0] == Approx(1.0));
+  CHECK(prediction.max_compliance_m_per_N == Approx(kStep_s * kStep_s / 0.1));
 }
 
-/// How far the next step leads from where drift and answer say, for the force that it finds, as a
-/// share of how far it leads at all.
-double foretold_error(Simulation& simulation, double tool_x_m, std::size_t sphere) {
-  const ImageForesight foresight = simulation.look_ahead(kStep_s);
+/// How far the next step leads from where predicted velocity and compliance say, for the force that
+/// it finds, as a share of how far it leads at all.
+double prediction_error(Simulation& simulation, double tool_x_m, std::size_t sphere) {
+  const SnapshotPrediction prediction = simulation.predict_next(kStep_s);
   const proto::SphereRecord told = record(simulation, sphere);
   const Eigen::Vector3d before_m = position_m(simulation, sphere);
   step_with_tool(simulation, tool_x_m);
   const Eigen::Vector3d after_m = position_m(simulation, sphere);
-  const double reach_m = 0.01 + double{told.radius_m};
+  const double bounding_radius_m = 0.01 + double{told.radius_m};
   const double force_N =
-      kStiffness_N_m * std::max(0.0, reach_m - (after_m - Eigen::Vector3d(tool_x_m, 0, 0)).norm());
-  const Eigen::Vector3d expected_m = before_m + kStep_s * vector(told.drift_m_s) +
-                                     (force_N - foresight.answer_force_N) * vector(told.answer_m_N);
+      kStiffness_N_per_m *
+      std::max(0.0, bounding_radius_m - (after_m - Eigen::Vector3d(tool_x_m, 0, 0)).norm());
+  const Eigen::Vector3d expected_m =
+      before_m + kStep_s * vector(told.predicted_velocity_m_s) +
+      (force_N - prediction.compliance_force_N) * vector(told.compliance_m_per_N);
   return (after_m - expected_m).norm() / (after_m - before_m).norm();
 }
 
-TEST_CASE("The next implicit step leads where drift and answer say, whatever the tool does",
-          "[foresight]") {
+TEST_CASE(
+    "The next implicit step leads where predicted velocity and compliance say, whatever the tool "
+    "does",
+    "[prediction]") {
   SECTION("of a free body") {
     Simulation simulation(touched_scene({sphere({0.019, 0, 0}, 0.01, 0.1)}));
     step_with_tool(simulation, 0.0);
     for (const double tool_x_m : {0.0002, 0.001, 0.003, 0.0})
-      CHECK(foretold_error(simulation, tool_x_m, 0) < 1e-5);
+      CHECK(prediction_error(simulation, tool_x_m, 0) < 1e-5);
   }
   SECTION("of a chain that is pinned at its end, within what bends it") {
     BodyDescription chain = thread(10, {0.0115, 0, 0}, {0.2, 0, 0}, 0.01, 300.0, {9});
     Simulation simulation(touched_scene({chain}));
     step_with_tool(simulation, 0.0);
     for (const double tool_x_m : {0.0001, 0.0003, 0.0002})
-      CHECK(foretold_error(simulation, tool_x_m, 0) < 2e-2);
+      CHECK(prediction_error(simulation, tool_x_m, 0) < 2e-2);
   }
   SECTION("of a body with another behind it, which is pushed too") {
     Simulation simulation(
         touched_scene({sphere({0.019, 0, 0}, 0.01, 0.1), sphere({0.0385, 0, 0}, 0.01, 0.1)}));
     step_with_tool(simulation, 0.0);
     for (const double tool_x_m : {0.0002, 0.0005})
-      CHECK(foretold_error(simulation, tool_x_m, 0) < 1e-2);
-    const double alone_m_N = kStep_s * kStep_s / 0.1;
-    static_cast<void>(simulation.look_ahead(kStep_s));
-    CHECK(record(simulation, 0).answer_m_N[0] < 0.95 * alone_m_N);
-    CHECK(record(simulation, 1).answer_m_N[0] > 0.01 * alone_m_N);
+      CHECK(prediction_error(simulation, tool_x_m, 0) < 1e-2);
+    const double alone_m_per_N = kStep_s * kStep_s / 0.1;
+    static_cast<void>(simulation.predict_next(kStep_s));
+    CHECK(record(simulation, 0).compliance_m_per_N[0] < 0.95 * alone_m_per_N);
+    CHECK(record(simulation, 1).compliance_m_per_N[0] > 0.01 * alone_m_per_N);
   }
 }
 
-TEST_CASE("However a tool is pinched, no newton of its net force is answered by more than two",
-          "[foresight]") {
-  const double alone_m_N = kStep_s * kStep_s / 0.1;
+TEST_CASE("However a tool is pinched, no newton of its net force is given way to by more than two",
+          "[prediction]") {
+  const double alone_m_per_N = kStep_s * kStep_s / 0.1;
   const double ahead_m = GENERATE(1e-3, 1e-4, 1e-6, 1e-9, 0.0);  // deeper in one than in the other
   const double across_m = GENERATE(0.0, 1e-6, 2e-3);             // out of the line between them
   Simulation simulation(touched_scene({sphere({0.019 - ahead_m, across_m, 0}, 0.01, 0.1),
                                        sphere({-0.019, across_m, 0}, 0.01, 0.1)}));
   step_with_tool(simulation, 0.0);
-  const ImageForesight foresight = simulation.look_ahead(kStep_s);
-  CHECK(foresight.longest_answer_m_N <= 2.0 * alone_m_N * (1.0 + 1e-9));
+  const SnapshotPrediction prediction = simulation.predict_next(kStep_s);
+  CHECK(prediction.max_compliance_m_per_N <= 2.0 * alone_m_per_N * (1.0 + 1e-9));
   for (std::size_t i = 0; i < 2; ++i) {
-    const Eigen::Vector3d answer_m_N = vector(record(simulation, i).answer_m_N);
-    CHECK(answer_m_N.dot(Eigen::Map<const Eigen::Vector3d>(foresight.answer_direction.data())) >=
+    const Eigen::Vector3d compliance_m_per_N = vector(record(simulation, i).compliance_m_per_N);
+    CHECK(compliance_m_per_N.dot(
+              Eigen::Map<const Eigen::Vector3d>(prediction.compliance_direction.data())) >=
           0.0);  // none comes towards the tool as it pushes on
   }
 }
 
-TEST_CASE("A tool between a free body and a prescribed one is answered as by the free one alone",
-          "[foresight]") {
+TEST_CASE(
+    "A tool between a free body and a prescribed one is given way to as by the free one alone",
+    "[prediction]") {
   BodyDescription piston = sphere({-0.0185, 0, 0}, 0.01, 0.1);
   piston.motion = Motion::kPrescribed;
   Simulation pinched(touched_scene({sphere({0.019, 0, 0}, 0.01, 0.1), piston}));
   Simulation alone(touched_scene({sphere({0.019, 0, 0}, 0.01, 0.1)}));
   step_with_tool(pinched, 0.0);
   step_with_tool(alone, 0.0);
-  const ImageForesight of_pinched = pinched.look_ahead(kStep_s),
-                       of_alone = alone.look_ahead(kStep_s);
-  CHECK(of_pinched.answer_force_N == Approx(of_alone.answer_force_N));
-  CHECK(record(pinched, 0).answer_m_N == record(alone, 0).answer_m_N);
+  const SnapshotPrediction of_pinched = pinched.predict_next(kStep_s),
+                           of_alone = alone.predict_next(kStep_s);
+  CHECK(of_pinched.compliance_force_N == Approx(of_alone.compliance_force_N));
+  CHECK(record(pinched, 0).compliance_m_per_N == record(alone, 0).compliance_m_per_N);
 }
 
-TEST_CASE("A prescribed body drifts to where it will be and does not answer", "[foresight]") {
+TEST_CASE("A prescribed body is predicted where it will be and is not compliant", "[prediction]") {
   BodyDescription shaker = sphere({0.015, 0, 0}, 0.01, 0.1);
   shaker.motion = Motion::kPrescribed;
   shaker.prescribed.amplitude_m = 0.02;
   shaker.prescribed.frequency_hz = 3.0;
   Simulation simulation(touched_scene({shaker}));
   for (int i = 0; i < 7; ++i) step_with_tool(simulation, 0.0);
-  const ImageForesight foresight = simulation.look_ahead(kStep_s);
-  const Eigen::Vector3d told_m =
-      position_m(simulation, 0) + kStep_s * vector(record(simulation, 0).drift_m_s);
-  CHECK(foresight.longest_answer_m_N == 0.0);
+  const SnapshotPrediction prediction = simulation.predict_next(kStep_s);
+  const Eigen::Vector3d predicted_m =
+      position_m(simulation, 0) + kStep_s * vector(record(simulation, 0).predicted_velocity_m_s);
+  CHECK(prediction.max_compliance_m_per_N == 0.0);
   step_with_tool(simulation, 0.0);
-  CHECK((position_m(simulation, 0) - told_m).norm() < 1e-7);
+  CHECK((position_m(simulation, 0) - predicted_m).norm() < 1e-7);
 }
 
-TEST_CASE("Looking ahead leaves the world itself as it is", "[foresight]") {
+TEST_CASE("Looking ahead leaves the world itself as it is", "[prediction]") {
   Simulation simulation(
       touched_scene({sphere({0.019, 0, 0}, 0.01, 0.1), sphere({0.0385, 0.001, 0}, 0.01, 0.1)}));
   for (int i = 0; i < 20; ++i) {
     step_with_tool(simulation, 1e-4 * i);
     const World before = simulation.world();
-    static_cast<void>(simulation.look_ahead(kStep_s));
+    static_cast<void>(simulation.predict_next(kStep_s));
     for (std::size_t k = 0; k < 2; ++k) {
       const RigidBody &was = before.rigid_bodies[k], &is = simulation.world().rigid_bodies[k];
       CHECK(is.position_m == was.position_m);
@@ -207,8 +216,8 @@ SceneDescription heap(IntegratorKind integrator) {
   return scene;
 }
 
-/// By how much the heap has moved elsewhere after so many steps because it was foreseen.
-double moved_by_foresight_m(IntegratorKind integrator, int steps) {
+/// By how much the heap has moved elsewhere after so many steps because it was predicted.
+double moved_by_prediction_m(IntegratorKind integrator, int steps) {
   Simulation looking(heap(integrator)), other(heap(integrator));
   double most_m = 0.0;
   int contacts = 0;
@@ -224,7 +233,7 @@ double moved_by_foresight_m(IntegratorKind integrator, int steps) {
                                                })
                                         .contacts);
     }
-    static_cast<void>(looking.look_ahead(kStep_s));
+    static_cast<void>(looking.predict_next(kStep_s));
     for (std::size_t k = 0; k < looking.world().spheres.size(); ++k)
       most_m = std::max(most_m, (position_m(looking, k) - position_m(other, k)).norm());
   }
@@ -232,30 +241,32 @@ double moved_by_foresight_m(IntegratorKind integrator, int steps) {
   return most_m;
 }
 
-// Foresight lists the pairs of spheres anew, in another order: these fail until that leaves the
+// Prediction lists the pairs of spheres anew, in another order: these fail until that leaves the
 // next step alone.
-TEST_CASE("Looking ahead changes no bit of implicit steps", "[foresight][!shouldfail]") {
-  CHECK(moved_by_foresight_m(IntegratorKind::kImplicitEuler, 30) == 0.0);
+TEST_CASE("Looking ahead changes no bit of implicit steps", "[prediction][!shouldfail]") {
+  CHECK(moved_by_prediction_m(IntegratorKind::kImplicitEuler, 30) == 0.0);
 }
 
-TEST_CASE("Looking ahead changes no bit of explicit steps", "[foresight][!shouldfail]") {
-  CHECK(moved_by_foresight_m(IntegratorKind::kVelocityVerlet, 30) == 0.0);
+TEST_CASE("Looking ahead changes no bit of explicit steps", "[prediction][!shouldfail]") {
+  CHECK(moved_by_prediction_m(IntegratorKind::kVelocityVerlet, 30) == 0.0);
 }
 
-TEST_CASE("Covers hold what drifts for two periods", "[foresight]") {
+TEST_CASE("Covers hold what moves on for two periods", "[prediction]") {
   Simulation simulation(touched_scene({sphere({0.019, 0, 0}, 0.01, 0.001)}));
   step_with_tool(simulation, 0.0);
-  static_cast<void>(simulation.look_ahead(kStep_s));
+  static_cast<void>(simulation.predict_next(kStep_s));
   const auto& sphere = record(simulation, 0);
-  const Cover& cover = simulation.snapshot().cover(0);
-  const Eigen::Vector3d far_m = vector(sphere.newest.position_m) +
-                                proto::kForesightPeriods * kStep_s * vector(sphere.drift_m_s);
-  REQUIRE(vector(sphere.drift_m_s).norm() * kStep_s > 0.001);
-  CHECK((far_m - vector(cover.centre_m)).norm() + 0.01 <= double{cover.reach_m});
+  const SweptBound& swept_bound = simulation.snapshot().swept_bound(0);
+  const Eigen::Vector3d far_m =
+      vector(sphere.newest.position_m) +
+      proto::kPredictionPeriods * kStep_s * vector(sphere.predicted_velocity_m_s);
+  REQUIRE(vector(sphere.predicted_velocity_m_s).norm() * kStep_s > 0.001);
+  CHECK((far_m - vector(swept_bound.centre_m)).norm() + 0.01 <=
+        double{swept_bound.bounding_radius_m});
 }
 
 TEST_CASE("Covers hold the whole history after looking ahead, though the grid was entered anew",
-          "[foresight]") {
+          "[prediction]") {
   std::vector<BodyDescription> bodies{floor_at(0.0)};
   for (int i = 0; i < 8; ++i)
     bodies.push_back(
@@ -264,28 +275,28 @@ TEST_CASE("Covers hold the whole history after looking ahead, though the grid wa
   int outside = 0;
   for (int step = 0; step < 80; ++step) {
     static_cast<void>(simulation.step(kStep_s, [] { return std::nullopt; }));
-    static_cast<void>(simulation.look_ahead(kStep_s));
-    const StillGrid& image = simulation.snapshot();
-    for (std::size_t i = 0; i < image.records().size(); ++i)
+    static_cast<void>(simulation.predict_next(kStep_s));
+    const VoxelGrid& snapshot = simulation.snapshot();
+    for (std::size_t i = 0; i < snapshot.records().size(); ++i)
       for (std::size_t age = 0; age < proto::kHistoryLength; ++age) {
-        const auto& centre_m = image.cover(i).centre_m;
+        const auto& centre_m = snapshot.swept_bound(i).centre_m;
         const double far_m =
-            (vector(stillgrid::position_m(image.records()[i], age)) - vector(centre_m)).norm();
-        if (far_m + 0.01 > double{image.cover(i).reach_m}) ++outside;
+            (vector(stillgrid::position_m(snapshot.records()[i], age)) - vector(centre_m)).norm();
+        if (far_m + 0.01 > double{snapshot.swept_bound(i).bounding_radius_m}) ++outside;
       }
   }
   CHECK(outside == 0);
 }
 
-TEST_CASE("Without time to look ahead a body drifts by its velocity and does not answer",
-          "[foresight]") {
+TEST_CASE("Without time to look ahead a body moves on at its velocity and is not compliant",
+          "[prediction]") {
   Simulation simulation(touched_scene({sphere({0.019, 0, 0}, 0.01, 0.1)}));
   step_with_tool(simulation, 0.0);
-  const ImageForesight foresight = simulation.look_ahead(
+  const SnapshotPrediction prediction = simulation.predict_next(
       kStep_s,
       {.iterations = 1000, .deadline = std::chrono::steady_clock::now() - std::chrono::seconds(1)});
-  CHECK(foresight.period_ns == 0);
-  CHECK(record(simulation, 0).drift_m_s == record(simulation, 0).newest.velocity_m_s);
+  CHECK(prediction.period_ns == 0);
+  CHECK(record(simulation, 0).predicted_velocity_m_s == record(simulation, 0).newest.velocity_m_s);
 }
 
 }  // namespace

@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "shared/collision/still_grid.hpp"
+#include "shared/collision/voxel_grid.hpp"
 
 namespace stillgrid {
 namespace {
 
-/// More than the test of two covers (meet) can round off.
+/// More than the test of two swept bounds (meet) can round off.
 constexpr double kOutwards = 1.0 + 1e-6;
 
 Eigen::Vector3d vector(const std::array<float, 3>& v) {
@@ -15,7 +15,7 @@ Eigen::Vector3d vector(const std::array<float, 3>& v) {
 
 /// The ball round `centre_m` that reaches radius_m beyond the farthest of `points`.
 template <class... Points>
-Cover cover_points(const Eigen::Vector3d& centre_m, double radius_m, const Points&... points) {
+SweptBound bound_points(const Eigen::Vector3d& centre_m, double radius_m, const Points&... points) {
   // What rounding moves the centre is bounded, not measured: g++ 12 folds the way to float and back
   // away when it vectorises it.
   constexpr double kHalfUlp = 1.0 / (1U << 24U);
@@ -27,44 +27,45 @@ Cover cover_points(const Eigen::Vector3d& centre_m, double radius_m, const Point
 
 }  // namespace
 
-Cover cover_round(const Eigen::Vector3d& centre_m, double radius_m) noexcept {
-  return cover_points(centre_m, radius_m, centre_m, centre_m);
+SweptBound bound_sphere(const Eigen::Vector3d& centre_m, double radius_m) noexcept {
+  return bound_points(centre_m, radius_m, centre_m, centre_m);
 }
 
-Cover cover_path(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m,
-                 double radius_m) noexcept {
-  return cover_points(0.5 * (from_m + to_m), radius_m, from_m, to_m);
+SweptBound bound_sweep(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m,
+                       double radius_m) noexcept {
+  return bound_points(0.5 * (from_m + to_m), radius_m, from_m, to_m);
 }
 
-Cover cover_path(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m,
-                 const Eigen::Vector3d& or_to_m, double radius_m) noexcept {
+SweptBound bound_sweep(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m,
+                       const Eigen::Vector3d& or_to_m, double radius_m) noexcept {
   const Eigen::Vector3d low_m = from_m.cwiseMin(to_m).cwiseMin(or_to_m);
   const Eigen::Vector3d high_m = from_m.cwiseMax(to_m).cwiseMax(or_to_m);
-  return cover_points(0.5 * (low_m + high_m), radius_m, from_m, to_m, or_to_m);
+  return bound_points(0.5 * (low_m + high_m), radius_m, from_m, to_m, or_to_m);
 }
 
-Cover cover_history(const proto::SphereRecord& record, double drift_s) noexcept {
+SweptBound bound_history(const proto::SphereRecord& record, double prediction_s) noexcept {
   const Eigen::Vector3d newest_m = vector(record.newest.position_m);
   Eigen::Vector3d p[] = {newest_m, vector(record.older[0].position_m),
                          vector(record.older[1].position_m), vector(record.oldest_position_m),
-                         newest_m + drift_s * vector(record.drift_m_s)};
+                         newest_m + prediction_s * vector(record.predicted_velocity_m_s)};
   const auto is_present = [](const Eigen::Vector3d& point_m) { return !point_m.hasNaN(); };
   const auto* const present = std::find_if(std::begin(p), std::end(p), is_present);
-  if (present == std::end(p)) return cover_round(Eigen::Vector3d::Zero(), record.radius_m);
+  if (present == std::end(p)) return bound_sphere(Eigen::Vector3d::Zero(), record.radius_m);
   const Eigen::Vector3d somewhere_m = *present;
   std::replace_if(
       std::begin(p), std::end(p), [&](const auto& q) { return !is_present(q); }, somewhere_m);
   const auto low_m = p[0].cwiseMin(p[1]).cwiseMin(p[2]).cwiseMin(p[3]).cwiseMin(p[4]);
   const auto high_m = p[0].cwiseMax(p[1]).cwiseMax(p[2]).cwiseMax(p[3]).cwiseMax(p[4]);
-  return cover_points(0.5 * (low_m + high_m), record.radius_m, p[0], p[1], p[2], p[3], p[4]);
+  return bound_points(0.5 * (low_m + high_m), record.radius_m, p[0], p[1], p[2], p[3], p[4]);
 }
 
-std::vector<Cover> history_covers(std::span<const proto::SphereRecord> records, double drift_s) {
-  std::vector<Cover> covers;
-  covers.reserve(records.size());
+std::vector<SweptBound> history_bounds(std::span<const proto::SphereRecord> records,
+                                       double prediction_s) {
+  std::vector<SweptBound> swept_bounds;
+  swept_bounds.reserve(records.size());
   for (const proto::SphereRecord& record : records)
-    covers.push_back(cover_history(record, drift_s));
-  return covers;
+    swept_bounds.push_back(bound_history(record, prediction_s));
+  return swept_bounds;
 }
 
 }  // namespace stillgrid

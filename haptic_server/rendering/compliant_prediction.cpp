@@ -1,4 +1,4 @@
-#include "haptic_server/rendering/answer.hpp"
+#include "haptic_server/rendering/compliant_prediction.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,16 +12,16 @@ double farthest_N(const TouchedSpheres& touched, std::span<const PlacedToolSpher
   double most_per_N = 0.0;
   for (const TouchedSphere& sphere : touched.all())
     if (sphere.tool_sphere < tool.size())
-      most_per_N =
-          std::max(most_per_N, sphere.yields_m_N.norm() / tool[sphere.tool_sphere].radius_m);
-  return most_per_N > 0.0 ? kFarthestYield / most_per_N : std::numeric_limits<double>::max();
+      most_per_N = std::max(most_per_N,
+                            sphere.compliance_m_per_N.norm() / tool[sphere.tool_sphere].radius_m);
+  return most_per_N > 0.0 ? kMaxCompliantShift / most_per_N : std::numeric_limits<double>::max();
 }
 
 }  // namespace
 
 ToolPush tool_push(const proto::SnapshotHeader& snapshot) noexcept {
-  const Eigen::Vector3d direction(snapshot.answer_direction.data());
-  const double force_N = snapshot.answer_force_N;
+  const Eigen::Vector3d direction(snapshot.compliance_direction.data());
+  const double force_N = snapshot.compliance_force_N;
   // Written so that a NaN does not pass.
   if (!(std::abs(direction.squaredNorm() - 1.0) < 1e-3) ||
       !(force_N >= 0.0 && force_N <= proto::kLargestNumber))
@@ -29,22 +29,22 @@ ToolPush tool_push(const proto::SnapshotHeader& snapshot) noexcept {
   return {direction, force_N};
 }
 
-void yield(TouchedSpheres& touched, double change_N) noexcept {
+void apply_compliance(TouchedSpheres& touched, double change_N) noexcept {
   for (std::size_t i = 0; i < touched.count; ++i)
-    touched.spheres[i].position_m += change_N * touched.spheres[i].yields_m_N;
+    touched.spheres[i].position_m += change_N * touched.spheres[i].compliance_m_per_N;
 }
 
-double yield_to_push(const proto::SceneHeader& scene, const ToolPush& push,
-                     std::span<const PlacedToolSphere> tool, const ToolPose& pose, double change_N,
-                     double tolerance_N, TouchedSpheres& touched) noexcept {
+double solve_compliance(const proto::SceneHeader& scene, const ToolPush& push,
+                        std::span<const PlacedToolSphere> tool, const ToolPose& pose,
+                        double change_N, double tolerance_N, TouchedSpheres& touched) noexcept {
   double at_N = change_N;
-  // How much more the tool pushes than the spheres have yielded to.
+  // How much more the tool pushes than the spheres have given way to.
   const auto excess_N = [&](double to_N) {
-    yield(touched, to_N - at_N);
+    apply_compliance(touched, to_N - at_N);
     at_N = to_N;
     return push_ahead_N(scene, touched, tool, pose, push.direction) - push.force_N - to_N;
   };
-  // The push falls by nothing at least while they yield a newton more: it is met on this side.
+  // The push falls by nothing at least while they give way a newton more: it is met on this side.
   double low_N = change_N, low_excess_N = excess_N(low_N);
   if (!(std::abs(low_excess_N) > tolerance_N)) return at_N;
   double high_N = low_N + std::copysign(std::min(std::abs(low_excess_N), farthest_N(touched, tool)),
@@ -55,8 +55,8 @@ double yield_to_push(const proto::SceneHeader& scene, const ToolPush& push,
     std::swap(low_N, high_N);
     std::swap(low_excess_N, high_excess_N);
   }
-  constexpr int kMostSteps = 8;
-  for (int i = 0, side = 0; i < kMostSteps; ++i) {
+  constexpr int kMaxSteps = 8;
+  for (int i = 0, side = 0; i < kMaxSteps; ++i) {
     const double next_N =
         (low_N * high_excess_N - high_N * low_excess_N) / (high_excess_N - low_excess_N);
     const double excess = excess_N(next_N);

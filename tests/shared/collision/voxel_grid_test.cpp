@@ -1,4 +1,4 @@
-#include "shared/collision/still_grid.hpp"
+#include "shared/collision/voxel_grid.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -11,7 +11,7 @@
 #include "shared/collision/grid_query.hpp"
 #include "shared/collision/sphere_history.hpp"
 #include "tests/shared/collision/random_scene.hpp"
-#include "tests/shared/collision/sphere_image.hpp"
+#include "tests/shared/collision/sphere_state.hpp"
 
 namespace stillgrid {
 namespace {
@@ -23,31 +23,31 @@ std::size_t cells_of(const proto::GridLevel& level) {
   return std::size_t{level.cells[0]} * level.cells[1] * level.cells[2];
 }
 
-/// Covers of a reach each, side by side.
-std::vector<Cover> covers_of(const std::vector<float>& reaches_m) {
-  std::vector<Cover> covers;
+/// Swept bounds of a radius each, side by side.
+std::vector<SweptBound> bounds_of_spheres(const std::vector<float>& bounding_radii_m) {
+  std::vector<SweptBound> swept_bounds;
   float x_m = 0.0F;
-  for (const float reach_m : reaches_m) {
-    covers.push_back({{x_m, 0.0F, 0.0F}, reach_m});
-    x_m += reach_m;
+  for (const float bounding_radius_m : bounding_radii_m) {
+    swept_bounds.push_back({{x_m, 0.0F, 0.0F}, bounding_radius_m});
+    x_m += bounding_radius_m;
   }
-  return covers;
+  return swept_bounds;
 }
 
-std::uint32_t levels_of(const std::vector<float>& reaches_m) {
-  return grid_of({covers_of(reaches_m), 1.0F}).view().shape.level_count;
+std::uint32_t levels_of(const std::vector<float>& bounding_radii_m) {
+  return grid_of({bounds_of_spheres(bounding_radii_m), 1.0F}).view().shape.level_count;
 }
 
 TEST_CASE("Each sphere is entered once, by number within its cell, and the room is never outgrown",
-          "[still_grid]") {
+          "[voxel_grid]") {
   const auto kind = static_cast<SceneKind>(GENERATE(range(0, static_cast<int>(SceneKind::kCount))));
   std::size_t misplaced = 0, disordered = 0, outgrown = 0, inconsistent = 0;
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     const RandomScene scene = random_scene(kind, seed);
-    const StillGrid grid = grid_of(scene);
+    const VoxelGrid grid = grid_of(scene);
     const GridView view = grid.view();
     if (!is_consistent(view.shape, view.layout)) ++inconsistent;
-    std::vector<int> entered(scene.covers.size(), 0);
+    std::vector<int> entered(scene.swept_bounds.size(), 0);
     std::size_t cells = 0;
     for (std::uint32_t i = 0; i < view.shape.level_count; ++i) {
       CHECK(view.shape.levels[i].first_cell == cells);
@@ -59,8 +59,10 @@ TEST_CASE("Each sphere is entered once, by number within its cell, and the room 
       for (std::uint32_t i = load_u32(starts, cell); i < load_u32(starts, cell + 1); ++i) {
         const std::uint32_t sphere = grid.sorted_numbers()[i];
         ++entered[sphere];
-        const Cover &sorted = grid.sorted_covers()[i], &given = scene.covers[sphere];
-        if (sorted.centre_m != given.centre_m || sorted.reach_m != given.reach_m) ++misplaced;
+        const SweptBound &sorted = grid.sorted_bounds()[i], &given = scene.swept_bounds[sphere];
+        if (sorted.centre_m != given.centre_m ||
+            sorted.bounding_radius_m != given.bounding_radius_m)
+          ++misplaced;
         if (i > load_u32(starts, cell) && grid.sorted_numbers()[i - 1] >= sphere) ++disordered;
       }
     misplaced += static_cast<std::size_t>(
@@ -72,7 +74,7 @@ TEST_CASE("Each sphere is entered once, by number within its cell, and the room 
   CHECK(inconsistent == 0);
 }
 
-TEST_CASE("There is one level unless the reaches of a scene need more", "[still_grid]") {
+TEST_CASE("There is one level unless the reaches of a scene need more", "[voxel_grid]") {
   CHECK(levels_of(std::vector<float>(100, 0.01F)) == 1);
   std::vector<float> within_an_octave, two_octaves, two_decades;
   for (int i = 0; i < 100; ++i) {
@@ -93,76 +95,79 @@ TEST_CASE("There is one level unless the reaches of a scene need more", "[still_
   CHECK(levels_of(twenty_octaves) == proto::kMaxLevels);
 }
 
-TEST_CASE("A level's voxels are the ratio times twice its longest reach", "[still_grid]") {
+TEST_CASE("A level's voxels are the ratio times twice its longest radius", "[voxel_grid]") {
   const float ratio = GENERATE(0.25F, 1.0F, 3.0F);
-  std::vector<float> reaches_m(100, 0.008F);
-  reaches_m.resize(200, 0.0005F);
-  reaches_m[7] = 0.01F;
-  const StillGrid grid = grid_of({covers_of(reaches_m), ratio});
+  std::vector<float> bounding_radii_m(100, 0.008F);
+  bounding_radii_m.resize(200, 0.0005F);
+  bounding_radii_m[7] = 0.01F;
+  const VoxelGrid grid = grid_of({bounds_of_spheres(bounding_radii_m), ratio});
   const proto::GridShape shape = grid.view().shape;
   REQUIRE(shape.level_count == 2);
-  CHECK(shape.levels[0].reach_m == 0.01F);
+  CHECK(shape.levels[0].bounding_radius_m == 0.01F);
   CHECK(shape.levels[0].voxel_m == Approx(ratio * 0.02));
-  CHECK(shape.levels[1].reach_m == 0.0005F);
+  CHECK(shape.levels[1].bounding_radius_m == 0.0005F);
   CHECK(shape.levels[1].voxel_m == Approx(ratio * 0.001));
 }
 
 TEST_CASE("A sphere that is nowhere is refused by number and leaves the grid as it was",
-          "[still_grid]") {
+          "[voxel_grid]") {
   const auto field = static_cast<std::size_t>(GENERATE(range(0, 4)));
   const float value = GENERATE(as<float>{}, kNaN, kInfinity, -kInfinity);
   RandomScene scene = random_scene(SceneKind::kScattered, 9, 50);
-  StillGrid grid = grid_of(scene);
+  VoxelGrid grid = grid_of(scene);
   const auto before = std::vector<std::uint64_t>(grid.words().begin(), grid.words().end());
 
-  Cover& bad = scene.covers[17];
-  (field < 3 ? bad.centre_m[field] : bad.reach_m) = value;
+  SweptBound& bad = scene.swept_bounds[17];
+  (field < 3 ? bad.centre_m[field] : bad.bounding_radius_m) = value;
 
-  CHECK_THROWS_WITH(grid.enter(scene.covers, 1.0F),
+  CHECK_THROWS_WITH(grid.enter(scene.swept_bounds, 1.0F),
                     Catch::Contains("sphere 17 is nowhere") && Catch::Contains("expected"));
   CHECK(std::equal(before.begin(), before.end(), grid.words().begin()));
   CHECK(is_consistent(grid.view().shape, grid.layout()));
   CHECK(grid.view().shape.sphere_count == 50);
 }
 
-TEST_CASE("A sphere without reach is refused", "[still_grid]") {
-  const float reach_m = GENERATE(0.0F, -0.01F);
-  StillGrid grid(0, 1);
-  CHECK_THROWS_AS(grid.enter(covers_of({reach_m}), 1.0F), std::domain_error);
+TEST_CASE("A sphere without radius is refused", "[voxel_grid]") {
+  const float bounding_radius_m = GENERATE(0.0F, -0.01F);
+  VoxelGrid grid(0, 1);
+  CHECK_THROWS_AS(grid.enter(bounds_of_spheres({bounding_radius_m}), 1.0F), std::domain_error);
 }
 
-TEST_CASE("A cover holds its sphere in every image and on the way between", "[still_grid]") {
+TEST_CASE("A swept bound holds its sphere in every snapshot and on the way between",
+          "[voxel_grid]") {
   std::size_t outside = 0;
   for (const proto::SphereRecord& record : random_histories(3, 2000)) {
-    const Cover cover = cover_history(record);
+    const SweptBound swept_bound = bound_history(record);
     const auto add = [&](const std::array<float, 3>& a) {
       double squared_m2 = 0.0;
       for (std::size_t axis = 0; axis < 3; ++axis)
-        squared_m2 += std::pow(double{a[axis]} - double{cover.centre_m[axis]}, 2);
-      if (std::sqrt(squared_m2) + double{record.radius_m} > double{cover.reach_m}) ++outside;
+        squared_m2 += std::pow(double{a[axis]} - double{swept_bound.centre_m[axis]}, 2);
+      if (std::sqrt(squared_m2) + double{record.radius_m} > double{swept_bound.bounding_radius_m})
+        ++outside;
     };
-    // A ball that holds the images holds every weighted mean of them.
+    // A ball that holds the snapshots holds every weighted mean of them.
     for (std::size_t age = 0; age < proto::kHistoryLength; ++age) add(position_m(record, age));
   }
   CHECK(outside == 0);
 
   const Eigen::Vector3d from_m(1e5, -3.0, 0.125), to_m(1e5 + 0.3, -3.1, 0.5);
-  const Cover path = cover_path(from_m, to_m, 0.01);
+  const SweptBound path = bound_sweep(from_m, to_m, 0.01);
   for (const Eigen::Vector3d& end_m : {from_m, to_m}) {
     const Eigen::Vector3d centre_m =
         Eigen::Vector3f(path.centre_m[0], path.centre_m[1], path.centre_m[2]).cast<double>();
-    CHECK((end_m - centre_m).norm() + 0.01 <= double{path.reach_m});
-    CHECK((end_m - centre_m).norm() + 0.03 > double{path.reach_m});
+    CHECK((end_m - centre_m).norm() + 0.01 <= double{path.bounding_radius_m});
+    CHECK((end_m - centre_m).norm() + 0.03 > double{path.bounding_radius_m});
   }
 }
 
-TEST_CASE("A cover holds a sphere in the images that it is in, and is finite if it is in none",
-          "[still_grid]") {
-  proto::SphereRecord record = still_sphere({5.0F, 6.0F, 7.0F}, 0.25F);
-  const auto is_round_its_place = [&](double drift_s) {
-    const Cover cover = cover_history(record, drift_s);
-    return cover.centre_m == std::array<float, 3>{5.0F, 6.0F, 7.0F} &&
-           cover.reach_m == Approx(0.25F).epsilon(1e-5);
+TEST_CASE(
+    "A swept bound holds a sphere in the snapshots that it is in, and is finite if it is in none",
+    "[voxel_grid]") {
+  proto::SphereRecord record = static_sphere({5.0F, 6.0F, 7.0F}, 0.25F);
+  const auto is_round_its_place = [&](double prediction_s) {
+    const SweptBound swept_bound = bound_history(record, prediction_s);
+    return swept_bound.centre_m == std::array<float, 3>{5.0F, 6.0F, 7.0F} &&
+           swept_bound.bounding_radius_m == Approx(0.25F).epsilon(1e-5);
   };
   const std::array<float, 3> absent{kNaN, kNaN, kNaN};
   record.oldest_position_m = record.older[1].position_m = absent;
@@ -170,22 +175,23 @@ TEST_CASE("A cover holds a sphere in the images that it is in, and is finite if 
   record.older[0].position_m = {5.0F, kNaN, 7.0F};
   CHECK(is_round_its_place(0.1));
   std::swap(record.newest.position_m, record.oldest_position_m);
-  record.drift_m_s = absent;
+  record.predicted_velocity_m_s = absent;
   CHECK(is_round_its_place(0.1));
 
   record.oldest_position_m = absent;
-  StillGrid grid(0, 1);
-  grid.enter(std::array{cover_history(record)}, 1.0F);
-  CHECK(cover_history(record).reach_m == Approx(0.25F).epsilon(1e-5));
+  VoxelGrid grid(0, 1);
+  grid.enter(std::array{bound_history(record)}, 1.0F);
+  CHECK(bound_history(record).bounding_radius_m == Approx(0.25F).epsilon(1e-5));
   record.newest.position_m = {kInfinity, 0.0F, 0.0F};
-  CHECK_THROWS_AS(grid.enter(std::array{cover_history(record)}, 1.0F), std::domain_error);
+  CHECK_THROWS_AS(grid.enter(std::array{bound_history(record)}, 1.0F), std::domain_error);
 }
 
-TEST_CASE("The first image fills the history and each later one pushes it down", "[still_grid]") {
-  StillGrid grid(0, 1);
+TEST_CASE("The first snapshot fills the history and each later one pushes it down",
+          "[voxel_grid]") {
+  VoxelGrid grid(0, 1);
   const auto push = [&](double x_m) {
-    const std::array image{sphere_image({x_m, 0.0, 0.0})};
-    grid.push_image(image);
+    const std::array snapshot{sphere_state({x_m, 0.0, 0.0})};
+    grid.push_snapshot(snapshot);
   };
   const auto history = [&] {
     const proto::SphereRecord& r = grid.records()[0];
@@ -202,7 +208,7 @@ TEST_CASE("The first image fills the history and each later one pushes it down",
   CHECK(history() == std::array{5.0F, 4.0F, 3.0F, 2.0F});
 }
 
-TEST_CASE("Voxels never go backwards and far coordinates stay in range", "[still_grid]") {
+TEST_CASE("Voxels never go backwards and far coordinates stay in range", "[voxel_grid]") {
   constexpr std::int32_t kFarthest = 1 << 30;
   CHECK(voxel_index(0.0F, 100.0F) == 0);
   CHECK(voxel_index(-0.0F, 100.0F) == 0);
@@ -223,9 +229,9 @@ TEST_CASE("Voxels never go backwards and far coordinates stay in range", "[still
   }));
 }
 
-TEST_CASE("The parts to publish are all that a reader of the grid needs", "[still_grid]") {
+TEST_CASE("The parts to publish are all that a reader of the grid needs", "[voxel_grid]") {
   const RandomScene scene = random_scene(SceneKind::kScattered, 21, 250);
-  const StillGrid grid = grid_of(scene);
+  const VoxelGrid grid = grid_of(scene);
   std::vector<std::uint64_t> copy(grid.layout().total_words, ~std::uint64_t{0});
   for (const PayloadPart& part : grid.filled_parts()) {
     REQUIRE(part.first_word + part.words.size() <= copy.size());
@@ -235,7 +241,7 @@ TEST_CASE("The parts to publish are all that a reader of the grid needs", "[stil
 
   const auto visited_in = [&](const GridView& view) {
     std::vector<std::uint32_t> visited;
-    for (const Cover& probe : scene.covers)
+    for (const SweptBound& probe : scene.swept_bounds)
       for_each_candidate(view, probe, kAllVisits,
                          [&](std::uint32_t sphere) { visited.push_back(sphere); });
     return visited;
@@ -246,14 +252,14 @@ TEST_CASE("The parts to publish are all that a reader of the grid needs", "[stil
   CHECK(visited_in(copied) == visited_in(grid.view()));
 }
 
-TEST_CASE("A grid filled again forgets what it held", "[still_grid]") {
+TEST_CASE("A grid filled again forgets what it held", "[voxel_grid]") {
   const RandomScene first = random_scene(SceneKind::kScattered, 30, 201);
   const RandomScene second = random_scene(SceneKind::kOnBorders, 31, 101);
-  StillGrid grid = grid_of(first);
-  grid.enter(second.covers, second.voxel_ratio);
+  VoxelGrid grid = grid_of(first);
+  grid.enter(second.swept_bounds, second.voxel_ratio);
 
-  StillGrid fresh(0, first.covers.size());
-  fresh.enter(second.covers, second.voxel_ratio);
+  VoxelGrid fresh(0, first.swept_bounds.size());
+  fresh.enter(second.swept_bounds, second.voxel_ratio);
   for (std::size_t i = 0; i < 4; ++i) {
     const auto again = grid.filled_parts()[i].words, once = fresh.filled_parts()[i].words;
     REQUIRE(again.size() == once.size());
@@ -263,15 +269,15 @@ TEST_CASE("A grid filled again forgets what it held", "[still_grid]") {
   }
 }
 
-TEST_CASE("An empty grid holds no candidate", "[still_grid]") {
-  StillGrid grid(0, 0);
+TEST_CASE("An empty grid holds no candidate", "[voxel_grid]") {
+  VoxelGrid grid(0, 0);
   grid.enter({}, 1.0F);
   int visited = 0;
-  const bool was_cut = for_each_candidate(grid.view(), {{0, 0, 0}, 1}, kAllVisits,
-                                          [&](std::uint32_t) { ++visited; });
+  const bool was_truncated = for_each_candidate(grid.view(), {{0, 0, 0}, 1}, kAllVisits,
+                                                [&](std::uint32_t) { ++visited; });
   CHECK(is_consistent(grid.view().shape, grid.layout()));
   CHECK(visited == 0);
-  CHECK_FALSE(was_cut);
+  CHECK_FALSE(was_truncated);
 }
 
 }  // namespace

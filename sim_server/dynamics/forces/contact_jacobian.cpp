@@ -1,4 +1,4 @@
-#include "sim_server/dynamics/forces/contact_slopes.hpp"
+#include "sim_server/dynamics/forces/contact_jacobian.hpp"
 
 #include "sim_server/bodies/rotation.hpp"
 
@@ -56,17 +56,17 @@ struct SideResponse {
   Response linear, spin;
 };
 
-SideResponse response_of(const ContactSlope& slope, const ContactSide& side, double stage_s) {
+SideResponse response_of(const ContactJacobian& jacobian, const ContactSide& side, double stage_s) {
   SideResponse response;
-  response.linear = side.sign * slope.by_motion.leftCols<3>();
-  if (slope.is_exact) response.linear += side.sign * stage_s * slope.by_position;
+  response.linear = side.sign * jacobian.by_motion.leftCols<3>();
+  if (jacobian.is_exact) response.linear += side.sign * stage_s * jacobian.by_position;
   if (side.body == kNoUnknown) return response;
   const Eigen::Matrix3d lever = -cross_matrix(side.arm_m);
   Eigen::Matrix3d velocity = lever;
-  if (slope.is_exact) velocity += cross_matrix(side.spin_rad_s) * lever * side.turn_s;
-  response.spin = side.sign * slope.by_motion.leftCols<3>() * velocity +
-                  side.share * slope.by_motion.rightCols<3>();
-  if (slope.is_exact) response.spin += side.sign * slope.by_position * lever * side.turn_s;
+  if (jacobian.is_exact) velocity += cross_matrix(side.spin_rad_s) * lever * side.turn_s;
+  response.spin = side.sign * jacobian.by_motion.leftCols<3>() * velocity +
+                  side.share * jacobian.by_motion.rightCols<3>();
+  if (jacobian.is_exact) response.spin += side.sign * jacobian.by_position * lever * side.turn_s;
   return response;
 }
 
@@ -77,7 +77,7 @@ Eigen::Matrix3d torque_of(const ContactSide& side, const Response& response) {
 
 /// All that a response does to a side; `row_only`: the one row to add, or kNoUnknown for all.
 void add_column(const ContactSide& pushed, const Response& response, double factor, int column,
-                bool diagonal_only, std::vector<SlopeBlock>& blocks) {
+                bool diagonal_only, std::vector<JacobianBlock>& blocks) {
   const auto wanted = [&](int row) { return !diagonal_only || row == column; };
   if (pushed.body != kNoUnknown) {
     if (wanted(pushed.body))
@@ -120,53 +120,55 @@ ContactSide contact_side(std::span<const Node> nodes, std::span<const RigidBody>
   return side;
 }
 
-ContactSlope contact_slope(const ContactForce& force, const ContactSlopes& slopes, Slope slope,
-                           double stage_s) {
-  ContactSlope result;
-  result.is_exact = slope == Slope::kExact;
+ContactJacobian contact_jacobian(const ContactForce& force, const ContactDerivatives& derivatives,
+                                 JacobianKind jacobian, double stage_s) {
+  ContactJacobian result;
+  result.is_exact = jacobian == JacobianKind::kExact;
   const Eigen::Matrix3d arm = cross_matrix(force.arm_m);
   if (result.is_exact) {
     result.force_N = force.force_N;
-    result.by_position << slopes.force_by_position,
-        cross_matrix(force.friction_N) * slopes.arm_by_position - arm * slopes.friction_by_position;
-    result.by_motion << slopes.force_by_velocity, slopes.force_by_spin,
-        -arm * slopes.friction_by_velocity, -arm * slopes.friction_by_spin;
+    result.by_position << derivatives.force_by_position,
+        cross_matrix(force.friction_N) * derivatives.arm_by_position -
+            arm * derivatives.friction_by_position;
+    result.by_motion << derivatives.force_by_velocity, derivatives.force_by_spin,
+        -arm * derivatives.friction_by_velocity, -arm * derivatives.friction_by_spin;
     return result;
   }
-  const Eigen::Matrix3d& drag = slopes.drag_N_s_m;
-  const Eigen::Matrix3d slide = drag * slopes.across, turn = drag * arm;
-  Eigen::Matrix3d stiffness = slopes.normal_stiffness_N_m;
-  if (slope == Slope::kSymmetric) stiffness -= slopes.sideways_softness_N_m * slopes.across;
+  const Eigen::Matrix3d& drag = derivatives.drag_N_s_per_m;
+  const Eigen::Matrix3d slide = drag * derivatives.across, turn = drag * arm;
+  Eigen::Matrix3d stiffness = derivatives.normal_stiffness_N_per_m;
+  if (jacobian == JacobianKind::kSymmetric)
+    stiffness -= derivatives.sideways_softness_N_per_m * derivatives.across;
   result.by_motion << -stage_s * stiffness - slide, -turn, arm * slide, arm * turn;
   return result;
 }
 
-void multiply_add(const ContactSlope& slope, double stage_s, const Eigen::VectorXd& x,
+void multiply_add(const ContactJacobian& jacobian, double stage_s, const Eigen::VectorXd& x,
                   Eigen::VectorXd& y) {
   Change change;
-  add_change(slope.a, stage_s, slope.is_exact, x, change);
-  add_change(slope.b, stage_s, slope.is_exact, x, change);
+  add_change(jacobian.a, stage_s, jacobian.is_exact, x, change);
+  add_change(jacobian.b, stage_s, jacobian.is_exact, x, change);
   Eigen::Matrix<double, 6, 1> response;
-  response.noalias() = slope.by_motion.leftCols<3>() * change.velocity;
-  response.noalias() += slope.by_motion.rightCols<3>() * change.spin;
-  if (slope.is_exact) response.noalias() += slope.by_position * change.position;
+  response.noalias() = jacobian.by_motion.leftCols<3>() * change.velocity;
+  response.noalias() += jacobian.by_motion.rightCols<3>() * change.spin;
+  if (jacobian.is_exact) response.noalias() += jacobian.by_position * change.position;
   const Eigen::Vector3d force = -stage_s * response.head<3>(),
                         couple = -stage_s * response.tail<3>();
-  push(slope.a, force, couple, y);
-  push(slope.b, force, couple, y);
-  if (!slope.is_exact) return;
-  for (const ContactSide* side : {&slope.a, &slope.b})
+  push(jacobian.a, force, couple, y);
+  push(jacobian.b, force, couple, y);
+  if (!jacobian.is_exact) return;
+  for (const ContactSide* side : {&jacobian.a, &jacobian.b})
     if (side->body != kNoUnknown)
       y.segment<3>(side->body + 3) -=
-          stage_s * lever_turns(*side, slope.force_N, x.segment<3>(side->body + 3));
+          stage_s * lever_turns(*side, jacobian.force_N, x.segment<3>(side->body + 3));
 }
 
-void add_blocks(const ContactSlope& slope, double stage_s, bool diagonal_only,
-                std::vector<SlopeBlock>& blocks) {
-  for (const ContactSide* moved : {&slope.a, &slope.b}) {
+void add_blocks(const ContactJacobian& jacobian, double stage_s, bool diagonal_only,
+                std::vector<JacobianBlock>& blocks) {
+  for (const ContactSide* moved : {&jacobian.a, &jacobian.b}) {
     if (!moved->moves()) continue;
-    const SideResponse response = response_of(slope, *moved, stage_s);
-    for (const ContactSide* pushed : {&slope.a, &slope.b}) {
+    const SideResponse response = response_of(jacobian, *moved, stage_s);
+    for (const ContactSide* pushed : {&jacobian.a, &jacobian.b}) {
       if (moved->body == kNoUnknown) {
         for (std::size_t i = 0; i < static_cast<std::size_t>(moved->node_count); ++i)
           add_column(*pushed, response.linear, -stage_s * moved->weights[i], moved->unknowns[i],
@@ -176,10 +178,10 @@ void add_blocks(const ContactSlope& slope, double stage_s, bool diagonal_only,
       add_column(*pushed, response.linear, -stage_s, moved->body, diagonal_only, blocks);
       add_column(*pushed, response.spin, -stage_s, moved->body + 3, diagonal_only, blocks);
     }
-    if (slope.is_exact && moved->body != kNoUnknown) {
+    if (jacobian.is_exact && moved->body != kNoUnknown) {
       Eigen::Matrix3d own;
       for (int i = 0; i < 3; ++i)
-        own.col(i) = -stage_s * lever_turns(*moved, slope.force_N, Eigen::Vector3d::Unit(i));
+        own.col(i) = -stage_s * lever_turns(*moved, jacobian.force_N, Eigen::Vector3d::Unit(i));
       blocks.push_back({moved->body + 3, moved->body + 3, own});
     }
   }

@@ -10,30 +10,31 @@
 
 namespace stillgrid {
 
-/// Solves slope * step = residual, where the residual was evaluated last: a Newton step.
-class SlopeSolver {
+/// Solves Jacobian * step = residual, where the residual was evaluated last: a Newton step.
+class LinearSolver {
  public:
-  SlopeSolver() = default;
-  virtual ~SlopeSolver() = default;
-  SlopeSolver(const SlopeSolver&) = delete;
-  SlopeSolver& operator=(const SlopeSolver&) = delete;
-  SlopeSolver(SlopeSolver&&) = delete;
-  SlopeSolver& operator=(SlopeSolver&&) = delete;
+  LinearSolver() = default;
+  virtual ~LinearSolver() = default;
+  LinearSolver(const LinearSolver&) = delete;
+  LinearSolver& operator=(const LinearSolver&) = delete;
+  LinearSolver(LinearSolver&&) = delete;
+  LinearSolver& operator=(LinearSolver&&) = delete;
 
   /// accuracy: how much of the residual may be left, relative, by a solver that iterates. False if
-  /// a symmetric slope is not positive definite, an exact one singular, or the result no number.
-  [[nodiscard]] virtual bool solve(NonlinearSystem& system, Slope slope,
+  /// a symmetric Jacobian is not positive definite, an exact one singular, or the result no number.
+  [[nodiscard]] virtual bool solve(NonlinearSystem& system, JacobianKind kind,
                                    const Eigen::VectorXd& residual, double accuracy,
                                    const Budget& budget, Eigen::VectorXd& step) = 0;
 };
 
-/// By sparse factors: LDL^T of the symmetric slopes, LU of the exact one. Their pattern is analysed
-/// only when it changed. A long factorisation runs on a thread of its own, and is left to itself,
-/// as if it had failed, when the budget is stopped: the library has no other way to leave it.
-class FactorisedSlope : public SlopeSolver {
+/// By sparse factors: LDL^T of the symmetric Jacobians, LU of the exact one. Their pattern is
+/// analysed only when it changed. A long factorisation runs on a thread of its own, and is left to
+/// itself, as if it had failed, when the budget is stopped: the library has no other way to leave
+/// it.
+class DirectLinearSolver : public LinearSolver {
  public:
-  bool solve(NonlinearSystem& system, Slope slope, const Eigen::VectorXd& residual, double accuracy,
-             const Budget& budget, Eigen::VectorXd& step) override;
+  bool solve(NonlinearSystem& system, JacobianKind kind, const Eigen::VectorXd& residual,
+             double accuracy, const Budget& budget, Eigen::VectorXd& step) override;
 
  private:
   /// Of a matrix, to know it again.
@@ -49,20 +50,21 @@ class FactorisedSlope : public SlopeSolver {
     Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> cholesky;
 
     /// Whether the matrix has factors that a Newton step may be made of.
-    bool factorise(Slope slope);
+    bool factorise(JacobianKind kind);
   };
-  [[nodiscard]] bool factorise(Slope slope, const Budget& budget);
+  [[nodiscard]] bool factorise(JacobianKind kind, const Budget& budget);
 
   std::shared_ptr<Factors> factors_ = std::make_shared<Factors>();
 };
 
-/// Without a matrix, by products with the slope, preconditioned by its diagonal blocks: conjugate
-/// gradients for the symmetric slopes, which find out where one is not definite, and BiCGSTAB
-/// [van der Vorst 1992] for the exact one. What is reached when the deadline passes is the step.
-class MatrixFreeSlope : public SlopeSolver {
+/// Without a matrix, by products with the Jacobian, preconditioned by its diagonal blocks:
+/// conjugate gradients for the symmetric Jacobians, which find out where one is not definite, and
+/// BiCGSTAB [van der Vorst 1992] for the exact one. What is reached when the deadline passes is the
+/// step.
+class KrylovLinearSolver : public LinearSolver {
  public:
-  bool solve(NonlinearSystem& system, Slope slope, const Eigen::VectorXd& residual, double accuracy,
-             const Budget& budget, Eigen::VectorXd& step) override;
+  bool solve(NonlinearSystem& system, JacobianKind kind, const Eigen::VectorXd& residual,
+             double accuracy, const Budget& budget, Eigen::VectorXd& step) override;
 
  private:
   bool invert_blocks(const Eigen::Matrix3Xd& blocks, bool definite);

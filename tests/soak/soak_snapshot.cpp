@@ -1,11 +1,11 @@
-#include "tests/soak/soak_image.hpp"
+#include "tests/soak/soak_snapshot.hpp"
 
 #include "shared/double_buffer/double_buffer.hpp"
 
 namespace stillgrid {
 namespace {
 
-constexpr std::uint64_t kGenerationStep = 0xD1342543DE82EF95ULL;  // odd, so it has an inverse
+constexpr std::uint64_t kSnapshotIdStep = 0xD1342543DE82EF95ULL;  // odd, so it has an inverse
 
 /// Of an odd number modulo 2^64, by Newton's method: each round doubles the bits that are right.
 constexpr std::uint64_t inverse(std::uint64_t odd) {
@@ -13,13 +13,13 @@ constexpr std::uint64_t inverse(std::uint64_t odd) {
   for (int i = 0; i < 6; ++i) x *= 2 - odd * x;
   return x;
 }
-static_assert(kGenerationStep * inverse(kGenerationStep) == 1);
+static_assert(kSnapshotIdStep * inverse(kSnapshotIdStep) == 1);
 
-/// Whether a base can be that of a generation of this writer: no soak publishes 2^40 images, and a
+/// Whether a base can be that of a snapshot of this writer: no soak publishes 2^40 snapshots, and a
 /// word of anything else looks like one with a probability of 2^-24.
 bool is_of(std::uint64_t base, std::uint64_t epoch) {
-  const std::uint64_t generation = (base - epoch) * inverse(kGenerationStep);
-  return generation >= 1 && generation < (std::uint64_t{1} << 40U);
+  const std::uint64_t snapshot_id = (base - epoch) * inverse(kSnapshotIdStep);
+  return snapshot_id >= 1 && snapshot_id < (std::uint64_t{1} << 40U);
 }
 
 void compare(Gathered& gathered, std::uint64_t word, std::size_t index) {
@@ -30,12 +30,12 @@ void compare(Gathered& gathered, std::uint64_t word, std::size_t index) {
 
 }  // namespace
 
-std::uint64_t image_base(std::uint64_t epoch, std::uint64_t generation) noexcept {
-  return epoch + generation * kGenerationStep;
+std::uint64_t snapshot_base(std::uint64_t epoch, std::uint64_t snapshot_id) noexcept {
+  return epoch + snapshot_id * kSnapshotIdStep;
 }
 
-void fill_image(std::span<std::uint64_t> image, std::uint64_t base) noexcept {
-  for (std::size_t i = 0; i < image.size(); ++i) image[i] = base + i * kIndexStep;
+void fill_snapshot(std::span<std::uint64_t> snapshot, std::uint64_t base) noexcept {
+  for (std::size_t i = 0; i < snapshot.size(); ++i) snapshot[i] = base + i * kIndexStep;
 }
 
 Gathered gather_all(const std::uint64_t* payload, std::size_t words) noexcept {
@@ -58,8 +58,9 @@ Gathered gather_strewn(const std::uint64_t* payload, std::size_t words, std::siz
   return gathered;
 }
 
-Verdict judge(const Gathered& gathered, std::uint64_t epoch, std::uint64_t generation) noexcept {
-  const bool is_whole = gathered.wrong_words == 0 && gathered.base == image_base(epoch, generation);
+Verdict judge(const Gathered& gathered, std::uint64_t epoch, std::uint64_t snapshot_id) noexcept {
+  const bool is_whole =
+      gathered.wrong_words == 0 && gathered.base == snapshot_base(epoch, snapshot_id);
   if (is_whole) return Verdict::kWhole;
   const bool is_mixed =
       gathered.wrong_words > 0 && is_of(gathered.base, epoch) && is_of(gathered.other_base, epoch);

@@ -11,28 +11,28 @@
 #include "sim_server/dynamics/forces/mechanical_system.hpp"
 #include "sim_server/dynamics/integrators/implicit_stage.hpp"
 #include "sim_server/dynamics/solvers/budget.hpp"
+#include "sim_server/dynamics/solvers/linear_solver.hpp"
 #include "sim_server/dynamics/solvers/newton.hpp"
-#include "sim_server/dynamics/solvers/slope_solver.hpp"
 
 namespace stillgrid {
 
 /// Where the next step would lead, and how a change of the tool's force would bend it: one
 /// implicit step from the world as it is, with the tool's contacts replaced by the force they exert
-/// now, and its slope. By it a haptic process leads an image on for the hand where it is
+/// now, and its Jacobian. By it a haptic process leads a snapshot on for the hand where it is
 /// now, and stays on the way of the simulation (docs/algorithms/predict.md).
-class Foresight {
+class Prediction {
  public:
-  Foresight();
+  Prediction();
 
   /// contacts: of the world as it is, those of the tool last. If nothing touches the tool, the
   /// answer is to a push where, of these, it is nearest to touch. Three iterations at most: an
-  /// impact is foreseen as far as they lead. What is not solved in a tenth of the step,
-  /// or when the budget is spent, drifts by its velocity and does not answer; a budget without a
+  /// impact is predicted as far as they lead. What is not solved in a tenth of the step,
+  /// or when the budget is spent, moves on at its velocity and is not compliant; a budget without a
   /// deadline asks no clock.
   void look(const World& world, std::span<const Contact> contacts, double step_s, Budget budget);
 
-  [[nodiscard]] std::span<const SphereForesight> spheres() const noexcept { return spheres_; }
-  [[nodiscard]] const ImageForesight& image() const noexcept { return image_; }
+  [[nodiscard]] std::span<const SpherePrediction> spheres() const noexcept { return spheres_; }
+  [[nodiscard]] const SnapshotPrediction& snapshot() const noexcept { return snapshot_; }
 
  private:
   void take_contacts(const World& world, std::span<const Contact> contacts, double step_s);
@@ -49,11 +49,11 @@ class Foresight {
   std::vector<Contact> near_;  // of the scene with itself, that may touch within the step
   MechanicalSystem system_;
   NewtonSolver solver_;
-  MatrixFreeSlope slopes_;
+  KrylovLinearSolver linear_solver_;
   std::vector<Touch> touches_;
   Eigen::VectorXd tool_force_, tool_push_;  // as it is; per newton along its direction
-  std::vector<SphereForesight> spheres_;
-  ImageForesight image_;
+  std::vector<SpherePrediction> spheres_;
+  SnapshotPrediction snapshot_;
 };
 
 }  // namespace stillgrid

@@ -36,9 +36,9 @@ struct ContactSide {
 /// How a contact resists over an implicit stage. The force on a and, below it, the couple that
 /// friction exerts on either side's spin change by
 ///   by_position * d(place of a seen from b) + by_motion * (d velocity; d spin).
-/// A symmetric slope has what the place changes in by_motion: places change by the stage's time
+/// A symmetric Jacobian has what the place changes in by_motion: places change by the stage's time
 /// times velocities.
-struct ContactSlope {
+struct ContactJacobian {
   ContactSide a, b;
   bool is_exact = false;
   Eigen::Matrix<double, 6, 3> by_position = Eigen::Matrix<double, 6, 3>::Zero();
@@ -46,21 +46,22 @@ struct ContactSlope {
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();  // on a
 };
 
-/// The slope of a contact that touches; sides are left to the caller.
-[[nodiscard]] ContactSlope contact_slope(const ContactForce& force, const ContactSlopes& slopes,
-                                         Slope slope, double stage_s);
+/// The Jacobian of a contact that touches; sides are left to the caller.
+[[nodiscard]] ContactJacobian contact_jacobian(const ContactForce& force,
+                                               const ContactDerivatives& derivatives,
+                                               JacobianKind jacobian, double stage_s);
 
 /// y += d(momentum - s force) / du x.
-void multiply_add(const ContactSlope& slope, double stage_s, const Eigen::VectorXd& x,
+void multiply_add(const ContactJacobian& jacobian, double stage_s, const Eigen::VectorXd& x,
                   Eigen::VectorXd& y);
 
-/// A block of a slope by its first row and column.
-struct SlopeBlock {
+/// A block of a Jacobian by its first row and column.
+struct JacobianBlock {
   int row, column;
   Eigen::Matrix3d block;
 };
 /// Appends the same by blocks, or only those on the diagonal; a place may come several times.
-void add_blocks(const ContactSlope& slope, double stage_s, bool diagonal_only,
-                std::vector<SlopeBlock>& blocks);
+void add_blocks(const ContactJacobian& jacobian, double stage_s, bool diagonal_only,
+                std::vector<JacobianBlock>& blocks);
 
 }  // namespace stillgrid

@@ -1,4 +1,4 @@
-#include "sim_server/dynamics/solvers/slope_solver.hpp"
+#include "sim_server/dynamics/solvers/linear_solver.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -25,7 +25,7 @@ bool is_late(const Budget& budget, int iteration) {
 
 }  // namespace
 
-bool FactorisedSlope::Pattern::take(const Eigen::SparseMatrix<double>& matrix) {
+bool DirectLinearSolver::Pattern::take(const Eigen::SparseMatrix<double>& matrix) {
   const int* const outer_begin = matrix.outerIndexPtr();
   const int* const outer_end = outer_begin + matrix.outerSize() + 1;
   const int* const inner_begin = matrix.innerIndexPtr();
@@ -38,8 +38,8 @@ bool FactorisedSlope::Pattern::take(const Eigen::SparseMatrix<double>& matrix) {
   return true;
 }
 
-bool FactorisedSlope::Factors::factorise(Slope slope) {
-  if (slope == Slope::kExact) {
+bool DirectLinearSolver::Factors::factorise(JacobianKind kind) {
+  if (kind == JacobianKind::kExact) {
     if (lu_pattern.take(matrix)) lu.analyzePattern(matrix);
     lu.factorize(matrix);
     return lu.info() == Eigen::Success;
@@ -49,12 +49,11 @@ bool FactorisedSlope::Factors::factorise(Slope slope) {
   return cholesky.info() == Eigen::Success && (cholesky.vectorD().array() > 0.0).all();
 }
 
-bool FactorisedSlope::factorise(Slope slope, const Budget& budget) {
+bool DirectLinearSolver::factorise(JacobianKind kind, const Budget& budget) {
   if (budget.stop == nullptr || factors_->matrix.nonZeros() < kLongFactorisation)
-    return factors_->factorise(slope);
+    return factors_->factorise(kind);
   if (budget.is_stopped()) return false;
-  std::packaged_task<bool()> task(
-      [factors = factors_, slope] { return factors->factorise(slope); });
+  std::packaged_task<bool()> task([factors = factors_, kind] { return factors->factorise(kind); });
   std::future<bool> done = task.get_future();
   std::thread(std::move(task)).detach();
   while (done.wait_for(std::chrono::milliseconds(5)) != std::future_status::ready) {
@@ -65,36 +64,38 @@ bool FactorisedSlope::factorise(Slope slope, const Budget& budget) {
   return done.get();
 }
 
-bool FactorisedSlope::solve(NonlinearSystem& system, Slope slope, const Eigen::VectorXd& residual,
-                            double, const Budget& budget, Eigen::VectorXd& step) {
+bool DirectLinearSolver::solve(NonlinearSystem& system, JacobianKind kind,
+                               const Eigen::VectorXd& residual, double, const Budget& budget,
+                               Eigen::VectorXd& step) {
   if (budget.is_stopped()) return false;
-  system.jacobian(slope, factors_->matrix);
-  if (!factorise(slope, budget)) return false;
-  if (slope == Slope::kExact)
+  system.jacobian(kind, factors_->matrix);
+  if (!factorise(kind, budget)) return false;
+  if (kind == JacobianKind::kExact)
     step = factors_->lu.solve(residual);
   else
     step = factors_->cholesky.solve(residual);
   return step.allFinite();
 }
 
-bool MatrixFreeSlope::solve(NonlinearSystem& system, Slope slope, const Eigen::VectorXd& residual,
-                            double accuracy, const Budget& budget, Eigen::VectorXd& step) {
+bool KrylovLinearSolver::solve(NonlinearSystem& system, JacobianKind kind,
+                               const Eigen::VectorXd& residual, double accuracy,
+                               const Budget& budget, Eigen::VectorXd& step) {
   if (budget.is_stopped()) return false;
-  system.linearise(slope);
-  const bool symmetric = slope != Slope::kExact;
+  system.linearise(kind);
+  const bool symmetric = kind != JacobianKind::kExact;
   if (!invert_blocks(system.block_diagonal(), symmetric)) return false;
   const bool solved = symmetric ? conjugate_gradients(system, residual, accuracy, budget, step)
                                 : bicgstab(system, residual, accuracy, budget, step);
   return solved && step.allFinite();
 }
 
-bool MatrixFreeSlope::invert_blocks(const Eigen::Matrix3Xd& blocks, bool definite) {
+bool KrylovLinearSolver::invert_blocks(const Eigen::Matrix3Xd& blocks, bool definite) {
   inverse_.resize(3, blocks.cols());
   for (Eigen::Index i = 0; i < blocks.cols(); i += 3) {
     const Eigen::Matrix3d block = blocks.middleCols<3>(i);
     const double minor = block(0, 0) * block(1, 1) - block(0, 1) * block(1, 0);
     const double determinant = block.determinant();
-    // A slope is no more definite than its blocks.
+    // A Jacobian is no more definite than its blocks.
     if (definite && !(block(0, 0) > 0.0 && minor > 0.0 && determinant > 0.0)) return false;
     if (determinant == 0.0 || !std::isfinite(determinant)) return false;
     inverse_.middleCols<3>(i) = block.inverse();
@@ -102,15 +103,15 @@ bool MatrixFreeSlope::invert_blocks(const Eigen::Matrix3Xd& blocks, bool definit
   return true;
 }
 
-void MatrixFreeSlope::precondition(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
+void KrylovLinearSolver::precondition(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
   y.resize(x.size());
   for (Eigen::Index i = 0; i < x.size(); i += 3)
     y.segment<3>(i).noalias() = inverse_.middleCols<3>(i) * x.segment<3>(i);
 }
 
-bool MatrixFreeSlope::conjugate_gradients(NonlinearSystem& system, const Eigen::VectorXd& residual,
-                                          double accuracy, const Budget& budget,
-                                          Eigen::VectorXd& step) {
+bool KrylovLinearSolver::conjugate_gradients(NonlinearSystem& system,
+                                             const Eigen::VectorXd& residual, double accuracy,
+                                             const Budget& budget, Eigen::VectorXd& step) {
   step.setZero(residual.size());
   rest_ = residual;
   precondition(rest_, preconditioned_);
@@ -133,8 +134,8 @@ bool MatrixFreeSlope::conjugate_gradients(NonlinearSystem& system, const Eigen::
   return true;
 }
 
-bool MatrixFreeSlope::bicgstab(NonlinearSystem& system, const Eigen::VectorXd& residual,
-                               double accuracy, const Budget& budget, Eigen::VectorXd& step) {
+bool KrylovLinearSolver::bicgstab(NonlinearSystem& system, const Eigen::VectorXd& residual,
+                                  double accuracy, const Budget& budget, Eigen::VectorXd& step) {
   const Eigen::VectorXd& scale = system.residual_scale();
   step.setZero(residual.size());
   if (residual.isZero(0.0)) return true;
