@@ -16,6 +16,7 @@
 #include "haptic_server/devices/phantom_model.hpp"
 #include "haptic_server/devices/plugin_options.hpp"
 #include "haptic_server/devices/plugin_support.hpp"
+#include "shared/files/old_names.hpp"
 
 namespace stillgrid {
 namespace {
@@ -95,11 +96,14 @@ class PhantomDriver {
  public:
   static constexpr const char* kName = "phantom";
 
-  explicit PhantomDriver(const HostLoop& loop) : period_ns_(loop.period_ns) {
+  explicit PhantomDriver(const HostLoop& loop) : period_ns_(loop.period_ns), log_(loop.log) {
     recording_.resampling = Resampling::kCubic;  // a hand's velocity does not step
   }
 
-  void configure(std::string_view key, std::string_view value) {
+  void configure(std::string_view given_key, std::string_view value) {
+    const std::string_view key = name_of_today(kOldDeviceOptions, given_key);
+    if (key != given_key)
+      log_.warn("option " + std::string(given_key) + " is now " + std::string(key));
     if (set_recording_option(recording_, key, value)) return;
     const auto* const number =
         std::find_if(kNumberOptions.begin(), kNumberOptions.end(),
@@ -269,6 +273,7 @@ class PhantomDriver {
   std::array<std::optional<double>, 3> pivot_m_;  // as configured
 
   std::uint64_t period_ns_;
+  HostLog log_;
   PhantomModel model_;
   std::optional<Eigen::Vector3d> pivot_;
   Instrument instrument_;  // as last read

@@ -1,8 +1,12 @@
 """Reads a recording: the CSV of docs/formats.md, as haptic_server --record writes it."""
 import csv
 import pathlib
+import sys
 
 import numpy
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent / "replay"))
+from old_names import columns_of_today, flags_of_today
 
 
 class Recording:
@@ -17,9 +21,9 @@ class Recording:
         rows = list(csv.reader(line for line in lines if not line.startswith("#")))
         if len(rows) < 2:
             raise ValueError(f"{file}: expected a header and a row at least")
-        self.columns = {name: numpy.array(column) if name == "flags"
+        self.columns = {name: numpy.array([flags_of_today(text) for text in column]) if name == "flags"
                         else numpy.array(column, float)
-                        for name, column in zip(rows[0], zip(*rows[1:]))}
+                        for name, column in zip(columns_of_today(rows[0]), zip(*rows[1:]))}
 
     def __getitem__(self, name):
         return self.columns[name]

@@ -4,6 +4,8 @@ import pathlib
 
 import numpy
 
+from old_names import columns_of_today
+
 TIME_NAMES = ("time_s", "t_s")
 FORCE_NAMES = ("fx_N", "fy_N", "fz_N")
 POSITION_NAMES = ("x_m", "y_m", "z_m")
@@ -47,7 +49,7 @@ def read_forces(file):
     for number, row in rows:
         if len(row) != len(header):
             raise Unusable(f"{file}:{number}: {len(row)} fields: expected {len(header)}")
-    columns = {}
+    columns, header = {}, columns_of_today(header)
     for name in (*TIME_NAMES, *FORCE_NAMES, *POSITION_NAMES, "contacts", "snapshot_id"):
         if header.count(name) > 1:
             raise Unusable(f"{file}:{header_line}: column {name}: given twice")

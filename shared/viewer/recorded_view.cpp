@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "shared/files/number_text.hpp"
+#include "shared/files/old_names.hpp"
 #include "shared/viewer/frame.hpp"
 #include "shared/viewer/scene_message.hpp"
 
@@ -43,7 +44,8 @@ Take number_to(Store&& store) {
 
 std::string take_flags(std::string_view text, RecordedTick& tick) {
   if (text.empty()) return {};
-  for (const std::string_view name : split(text, '|')) {
+  for (const std::string_view written : split(text, '|')) {
+    const std::string_view name = name_of_today(kOldFlags, written);
     const auto* const found =
         std::find(proto::kSafetyFlagNames.begin(), proto::kSafetyFlagNames.end(), name);
     if (found == proto::kSafetyFlagNames.end()) return "expected names of flags, joined by |";
@@ -131,7 +133,8 @@ class RecordingReader {
   }
 
  private:
-  std::string take_names(const std::vector<std::string_view>& names) {
+  std::string take_names(std::vector<std::string_view> names) {
+    for (std::string_view& name : names) name = name_of_today(kOldColumns, name);
     names_.assign(names.begin(), names.end());
     for (std::size_t i = 0; i < kNeeded; ++i)
       if (std::count(names.begin(), names.end(), known_[i].first) != 1)

@@ -10,11 +10,33 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "shared/files/old_names.hpp"
+
 namespace stillgrid {
 namespace {
 
 /// Opens the file: the name, the version, and bytes to come.
-constexpr std::array<char, 16> kHead = {'S', 'T', 'L', 'G', 'V', 'I', 'E', 'W', 1};
+constexpr std::size_t kVersionByte = 8;
+constexpr char kOldestVersion = 1;
+constexpr std::array<char, 16> kHead = {'S', 'T', 'L', 'G', 'V', 'I', 'E', 'W', 2};
+
+/// A frame of version 1 with the keys of today; what is no frame as it is.
+std::string renewed(const std::string& frame) {
+  std::uint32_t length = 0;
+  if (frame.size() < sizeof length) return frame;
+  std::memcpy(&length, frame.data(), sizeof length);
+  if (length > frame.size() - sizeof length) return frame;
+  std::string head = frame.substr(sizeof length, length);
+  for (const auto& [before, now] : kOldFrameKeys) {
+    const std::string old = '"' + std::string(before) + "\":", key = '"' + std::string(now) + "\":";
+    for (std::size_t at = head.find(old); at != std::string::npos; at = head.find(old, at))
+      head.replace(at, old.size(), key);
+  }
+  head.append((4 - head.size() % 4) % 4, ' ');  // the arrays stay aligned
+  const auto new_length = static_cast<std::uint32_t>(head.size());
+  std::string message(reinterpret_cast<const char*>(&new_length), sizeof new_length);
+  return message.append(head).append(frame, sizeof length + length);
+}
 
 struct RecordHead {
   ViewRecord kind;
@@ -75,10 +97,13 @@ ViewReader::ViewReader(const std::filesystem::path& file)
     throw std::runtime_error("--open: " + file.string() + ": " + error_text(errno));
   const auto size = static_cast<std::uint64_t>(status.st_size);
   std::array<char, kHead.size()> start{};
-  if (!S_ISREG(status.st_mode) || !read_all(file_.get(), start.data(), start.size(), 0) ||
-      start != kHead)
+  const bool is_whole =
+      S_ISREG(status.st_mode) && read_all(file_.get(), start.data(), start.size(), 0);
+  is_old_ = start[kVersionByte] == kOldestVersion;
+  if (is_old_) start[kVersionByte] = kHead[kVersionByte];
+  if (!is_whole || start != kHead)
     throw std::runtime_error("--open: " + file.string() +
-                             ": expected a view that scene_viewer --save wrote, of version 1");
+                             ": expected a view that scene_viewer --save wrote, of version 1 or 2");
   RecordHead head{};
   for (std::uint64_t offset = kHead.size(); read_all(file_.get(), &head, sizeof head, offset);
        offset += sizeof head + head.bytes) {
@@ -103,7 +128,8 @@ std::optional<std::string> ViewReader::scene(std::size_t i) const {
 }
 
 std::optional<std::string> ViewReader::frame(std::size_t i) const {
-  return read(frames_[i]);
+  auto frame = read(frames_[i]);
+  return frame && is_old_ ? renewed(*frame) : frame;
 }
 
 std::vector<TickSample> ViewReader::ticks(std::uint64_t from, std::size_t most) const {

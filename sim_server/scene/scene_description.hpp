@@ -50,7 +50,8 @@ struct SceneDescription {
   std::vector<ToolSphere> tool;
   double tool_slip_speed_m_s = 0.05;  // least slip speed of a contact with the tool
   DeviceFrame device;
-  std::vector<std::string> notes;  // for the log: what was made of each mesh, a line each
+  std::vector<std::string> notes;     // for the log: what was made of each mesh, a line each
+  std::vector<std::string> warnings;  // likewise: names of format 1 and what they are now
 };
 
 }  // namespace stillgrid

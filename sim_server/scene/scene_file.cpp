@@ -15,6 +15,7 @@
 
 #include "proto/segment_header.hpp"
 #include "sim_server/scene/body_reader.hpp"
+#include "sim_server/scene/format_1.hpp"
 #include "sim_server/toml/refusal.hpp"
 #include "sim_server/toml/toml_depth.hpp"
 #include "sim_server/toml/toml_reader.hpp"
@@ -22,7 +23,7 @@
 namespace stillgrid {
 namespace {
 
-constexpr int kFormat = 1;
+constexpr int kOldestFormat = 1, kFormat = 2;
 constexpr std::size_t kMaxMaterials = 64;
 constexpr std::size_t kMaxPlanes = 64;
 constexpr double kShortestPeriod_s = 1e-5, kLongestPeriod_s = 100.0;
@@ -202,13 +203,14 @@ void read_bodies(TableReader& document, SceneDescription& scene) {
 
 SceneDescription read_scene(const std::string& text, const std::filesystem::path& path) {
   const std::string file = path.string();
-  const toml::table parsed = parse_text(text, file);
+  toml::table parsed = parse_text(text, file);
   TableReader document(parsed, file);
 
   SceneDescription scene;
   scene.name = path.stem().string();
   // First of all: under another format every other key may mean something else.
-  (void)document.integer("format", {kFormat, kFormat});
+  const int format = document.integer("format", {kOldestFormat, kFormat});
+  if (format < kFormat) scene.warnings = renew_format_1(parsed, file);
   read_world(document.table("world"), scene);
   read_simulation(document.table("simulation"), scene);
   read_grid(document.table("grid"), scene);

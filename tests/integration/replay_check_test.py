@@ -11,6 +11,8 @@ import daemons
 
 sys.path.append(str(daemons.ROOT / "scripts" / "replay"))
 import forces  # after the path it needs
+import old_names
+import recording
 
 EQUAL, DIFFERENT, COULD_NOT_RUN = 0, 1, 2
 DURATION_S = 0.4
@@ -137,6 +139,13 @@ class ReplayCheckTest(daemons.SessionTest):
                             ("time_s,fx_N\n0,\xe9\n", ":2: column fx_N")):
             with self.subTest(text), self.assertRaisesRegex(forces.Unusable, f"bad.csv.*{words}"):
                 forces.read_forces(self.write("bad.csv", text))
+
+    def test_the_old_name_of_a_column_is_read_as_that_of_today(self):
+        (column,), (flag,) = old_names.COLUMNS, old_names.FLAGS
+        old = self.write("old.csv", f"time_s,fx_N,{column},flags\n0,1,7,{flag}|swept\n1,1,8,\n")
+        self.assertEqual(list(forces.read_forces(old).columns["snapshot_id"]), [7.0, 8.0])
+        self.assertEqual(list(recording.Recording(old)["snapshot_id"]), [7.0, 8.0])
+        self.assertEqual(list(recording.Recording(old)["flags"]), ["truncated|swept", ""])
 
     def test_a_table_cut_off_anywhere_is_read_up_to_its_last_whole_row(self):
         text = "# key: value\ntime_s,fx_N\n0,1\n0.5,2\n0.5,3\n1,4.25\n"

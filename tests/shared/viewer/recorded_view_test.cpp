@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 
+#include "shared/files/old_names.hpp"
 #include "tests/shared/viewer/refusal_line.hpp"
 #include "tests/test_folder.hpp"
 
@@ -21,6 +22,21 @@ TEST_CASE("A recording's rows are its ticks, with what it tells of them", "[reco
   CHECK(rows[1].sample.age_s == 0.02);
   CHECK(rows[1].sample.flags == (proto::kFlagFaded | proto::kFlagSlewed));
   CHECK(rows[1].orientation_xyzw == std::array{0.0, 0.0, 0.0, 1.0});
+}
+
+TEST_CASE("A recording of the old names of columns and flags is read alike", "[recorded_view]") {
+  const TestFolder folder;
+  const auto read = [&](std::string_view column, std::string_view flag) {
+    return read_recording(folder.write("run.csv", "time_s,x_m,y_m,z_m,flags," +
+                                                      std::string(column) + "\n0,1,2,3,faded|" +
+                                                      std::string(flag) + ",7\n"));
+  };
+  const auto old = read(kOldColumns[0].before, kOldFlags[0].before);
+  const auto now = read("snapshot_id", "truncated");
+  CHECK(now[0].sample.snapshot_id == 7);
+  CHECK(now[0].sample.flags == (proto::kFlagFaded | proto::kFlagTruncated));
+  CHECK(old[0].sample.snapshot_id == now[0].sample.snapshot_id);
+  CHECK(old[0].sample.flags == now[0].sample.flags);
 }
 
 TEST_CASE("A last row without the end of its line is kept if all of it is there",

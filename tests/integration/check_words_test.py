@@ -1,0 +1,52 @@
+#!/usr/bin/python3
+"""The check of words finds what is planted, in code, keys and pages, and nothing in what is clean."""
+import subprocess
+import unittest
+
+import daemons
+from check_layers_test import SourceTreeTest
+
+
+class CheckWordsTest(SourceTreeTest):
+    def words_in(self, file, text):
+        (self.root / file).parent.mkdir(parents=True, exist_ok=True)
+        self.plant(file, text)
+        result = self.run_script("check_words")
+        self.assertEqual(result.returncode, 1 if result.stdout else 0, result.stderr)
+        return result.stdout.splitlines()
+
+    def test_clean_sources_and_this_tree_hold_no_old_word(self):
+        self.assertEqual(self.words_in("proto/clean.hpp", "double stiffness_N_per_m, torque_N_m, per_mm;\n"), [])
+        tree = subprocess.run([daemons.ROOT / "scripts" / "check_words"], capture_output=True, text=True, check=False)
+        self.assertEqual((tree.returncode, tree.stdout), (0, ""), tree.stderr)
+
+    def test_a_planted_word_is_named_with_its_place_and_what_is_said_instead(self):
+        for file, text, instead in (
+                ("shared/a.hpp", "struct StillGrid {};", "voxel grid"),
+                ("shared/a.cpp", "std::uint64_t generation = 0;", "snapshot_id"),
+                ("sim_server/a.cpp", "// bodies that are asleep", "sleeping"),
+                ("sim_server/a.hpp", "constexpr int kMostSteps = 3;", "kMax"),
+                ("haptic_server/a.cpp", 'log("the newest image is late");', "snapshot"),
+                ("scripts/a.py", "told_J = 0.0", "commanded"),
+                ("docs/a.md", "The told force is bounded.", "commanded"),
+                ("docs/b.md", "as the handbook says", "docs/cases.md")):
+            with self.subTest(text):
+                lines = self.words_in(file, f"\n{text}\n")
+                self.assertEqual(len(lines), 1, lines)
+                self.assertTrue(lines[0].startswith(f"{file}:2: '"), lines)
+                self.assertIn(instead, lines[0])
+                (self.root / file).unlink()
+
+    def test_a_unit_that_can_be_read_in_two_ways_is_named(self):
+        for name in ("stiffness_N_m", "damping_N_s_m", "answers_m_N", "slew_N_ms", "WALL_N_M", "per_mass_kg"):
+            with self.subTest(name):
+                lines = self.words_in("docs/a.toml", f"{name} = 1.0\n")
+                self.assertEqual(len(lines), 1, lines)
+                self.assertIn("ambiguous unit", lines[0])
+
+    def test_old_names_may_stand_where_old_files_are_read(self):
+        self.assertEqual(self.words_in("shared/files/old_names.hpp", '"contact_stiffness_N_m"\n'), [])
+
+
+if __name__ == "__main__":
+    daemons.main()

@@ -1,0 +1,67 @@
+#include <catch2/catch.hpp>
+#include <string>
+
+#include "shared/files/old_names.hpp"
+#include "sim_server/scene/scene_file.hpp"
+#include "tests/sim_server/scene/full_scene.hpp"
+#include "tests/sim_server/scene/temporary_scene.hpp"
+
+using namespace stillgrid;
+
+namespace {
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at))
+    text.replace(at, from.size(), to);
+  return text;
+}
+
+/// The full scene as it was written in format 1.
+std::string full_scene_of_format_1() {
+  std::string text = replaced(std::string(kFullScene), "format = 2", "format = 1");
+  for (const auto& [before, now] : kOldSceneKeys)
+    text = replaced(text, std::string(now), std::string(before));
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("A scene of format 1 is read as the same of format 2, and each old key told once",
+          "[format_1]") {
+  const SceneDescription old = scene_of(full_scene_of_format_1());
+  const SceneDescription now = scene_of(std::string(kFullScene));
+  REQUIRE(old.materials.size() == now.materials.size());
+  for (std::size_t i = 0; i < now.materials.size(); ++i) {
+    CHECK(old.materials[i].contact_stiffness_N_per_m == now.materials[i].contact_stiffness_N_per_m);
+    CHECK(old.materials[i].contact_damping_N_s_per_m == now.materials[i].contact_damping_N_s_per_m);
+  }
+  REQUIRE(old.bodies.size() == now.bodies.size());
+  for (std::size_t i = 0; i < now.bodies.size(); ++i) {
+    CHECK(old.bodies[i].structural_stiffness_N_per_m == now.bodies[i].structural_stiffness_N_per_m);
+    CHECK(old.bodies[i].shear_stiffness_N_per_m == now.bodies[i].shear_stiffness_N_per_m);
+    CHECK(old.bodies[i].bend_stiffness_N_per_m == now.bodies[i].bend_stiffness_N_per_m);
+    CHECK(old.bodies[i].spring_damping_N_s_per_m == now.bodies[i].spring_damping_N_s_per_m);
+    CHECK(old.bodies[i].mass_kg == now.bodies[i].mass_kg);
+  }
+  CHECK(now.warnings.empty());
+  REQUIRE(old.warnings.size() == kOldSceneKeys.size());
+  for (std::size_t i = 0; i < kOldSceneKeys.size(); ++i)
+    CHECK_THAT(old.warnings[i], Catch::Contains(std::string(kOldSceneKeys[i].before) +
+                                                " is of format 1: format 2 names it " +
+                                                std::string(kOldSceneKeys[i].now)));
+  CHECK_THAT(old.warnings[0], Catch::Contains(":18:1: "));
+}
+
+TEST_CASE("A value of format 1 is refused where it stands", "[format_1]") {
+  CHECK_THROWS_WITH(scene_of("format = 1\n[[material]]\nname = 'm'\ncontact_stiffness_N_m = 0"),
+                    Catch::Contains(":4:25: material.contact_stiffness_N_per_m: value 0"));
+}
+
+TEST_CASE("Format 2 knows no name of format 1", "[format_1]") {
+  CHECK_THROWS_WITH(scene_of("format = 2\n[[material]]\nname = 'm'\n"
+                             "contact_stiffness_N_per_m = 1\ncontact_damping_N_s_m = 1"),
+                    Catch::Contains(":5:1: material.contact_damping_N_s_m: value 1"));
+  CHECK_THROWS_WITH(scene_of("format = 1\nmaterial = [{ name = 'm', contact_stiffness_N_m = 1, "
+                             "contact_stiffness_N_per_m = 1 }]"),
+                    Catch::Contains("material.contact_stiffness_N_m: value 1"));
+}
