@@ -63,7 +63,7 @@ class LaunchTest(daemons.SessionTest):
         self.assertGreater(daemons.read_report(self.folder / "sim.json")["steps"], 1)
 
     def test_a_bad_scene_ends_both_with_its_status(self):
-        launch = self.launch(str(self.write("bad.toml", "format = 2\n")))
+        launch = self.launch(str(self.write("bad.toml", "format = 9\n")))
         self.assertEqual(launch.wait(10.0), BAD_INPUT, launch.lines())
         self.assertEqual(len(launch.lines()), 1, launch.lines())
         self.assert_nobody_left()
