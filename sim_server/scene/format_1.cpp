@@ -17,7 +17,7 @@ void renew(toml::table& table, Places& places) {
     const auto found = table.find(before);
     if (found == table.end() || table.contains(now)) continue;
     if (!places[i]) places[i] = found->first.source().begin;
-    found->second.visit([&](auto& value) { table.insert(now, std::move(value)); });
+    found->second.visit([&](auto& value) { table.insert(kOldSceneKeys[i].now, std::move(value)); });
     table.erase(before);
   }
 }
