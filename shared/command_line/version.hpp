@@ -9,7 +9,7 @@
 
 namespace stillgrid {
 
-/// The segments that a program reads or writes: "segment version 5" (docs/protocol.md).
+/// The segments that a program reads or writes: "segment version 6" (docs/protocol.md).
 [[nodiscard]] inline std::string segment_interface() {
   return "segment version " + std::to_string(proto::kSegmentVersion);
 }

@@ -152,7 +152,7 @@ test('paused, the picture stands while history goes on', async () => {
   assert.ok(picture.equals(await page.locator('#scene-canvas').screenshot()));
 });
 
-test('scrubbing shows older images, a step at a time too, and live leads back', async () => {
+test('scrubbing shows older snapshots, a step at a time too, and live leads back', async () => {
   const snapshot_id = await number('number-snapshot_id');
   await page.keyboard.press('Shift+ArrowLeft');
   await until((newer) => Number(document.getElementById('number-snapshot_id').textContent) < newer, snapshot_id);
