@@ -1,5 +1,6 @@
 #include <fcntl.h>
 #include <grp.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -19,10 +20,18 @@ constexpr auto kScene = proto::SegmentKind::kScene;
 constexpr uid_t kUser = 64321, kStranger = 65534;  // neither runs anything of ours
 const std::string kFolder = "/dev/shm/stillgrid-64321";
 
-/// Two users who leave nothing. Only root can be both: elsewhere a test says that it was skipped.
+/// Two users who leave nothing, of one test at a time: tests run beside one another. Only root can
+/// be both: elsewhere a test says that it was skipped.
 struct TwoUsers {
-  TwoUsers() { clear(); }
-  ~TwoUsers() { clear(); }
+  TwoUsers() : turn_(::open("/tmp/stillgrid-two-users", O_CREAT | O_RDWR | O_CLOEXEC, 0600)) {
+    REQUIRE(::flock(turn_, LOCK_EX) == 0);
+    clear();
+  }
+  ~TwoUsers() {
+    clear();
+    ::flock(turn_, LOCK_UN);  // for children that hold it too
+    ::close(turn_);
+  }
   TwoUsers(const TwoUsers&) = delete;
   TwoUsers& operator=(const TwoUsers&) = delete;
   TwoUsers(TwoUsers&&) = delete;
@@ -37,6 +46,9 @@ struct TwoUsers {
     for (const char* left : {"64321", "64321.1", "64321.2", "65534"})
       std::filesystem::remove_all(std::string("/dev/shm/stillgrid-") + left);
   }
+
+ private:
+  int turn_;
 };
 
 /// Work that returns ends the process.
