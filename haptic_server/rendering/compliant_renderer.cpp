@@ -13,7 +13,7 @@ namespace {
 /// Of a period of prediction: over which a shift is ramped out.
 constexpr double kShiftPeriods = 0.5;
 /// How fast the rest of a force is, but within half a period, and not faster than in 3 ms.
-constexpr double kRestSlew_N_s = 200.0;
+constexpr double kRestSlew_N_per_s = 200.0;
 constexpr double kShortestRest_s = 3e-3;
 /// How far the force may change in a tick before a contact is seen a tick late.
 constexpr double kSlack_N = 0.5;
@@ -36,7 +36,7 @@ double shift_duration_s(const proto::SnapshotHeader& snapshot) {
 
 double rest_duration_s(const proto::SnapshotHeader& snapshot, const Eigen::Vector3d& residual_N) {
   const double longest_s = std::max(kShortestRest_s, shift_duration_s(snapshot));
-  return std::clamp(residual_N.norm() / kRestSlew_N_s, kShortestRest_s, longest_s);
+  return std::clamp(residual_N.norm() / kRestSlew_N_per_s, kShortestRest_s, longest_s);
 }
 
 void add(ToolForce& sum, const ToolForce& force) {

@@ -17,7 +17,9 @@ void renew(toml::table& table, Places& places) {
     const auto found = table.find(before);
     if (found == table.end() || table.contains(now)) continue;
     if (!places[i]) places[i] = found->first.source().begin;
-    found->second.visit([&](auto& value) { table.insert(kOldSceneKeys[i].now, std::move(value)); });
+    // The place goes with the key: a refusal names it.
+    const toml::key renamed(now, toml::source_region(found->first.source()));
+    found->second.visit([&](auto& value) { table.insert(renamed, std::move(value)); });
     table.erase(before);
   }
 }

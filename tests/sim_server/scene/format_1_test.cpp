@@ -73,6 +73,11 @@ TEST_CASE("A value of format 1 is refused where it stands", "[format_1]") {
                     Catch::Contains(":4:25: material.contact_stiffness_N_per_m: value 0"));
 }
 
+TEST_CASE("A key of format 1 that does not belong there is refused where it stands", "[format_1]") {
+  CHECK_THROWS_WITH(scene_of("format = 1\n[world]\ncontact_stiffness_N_m = 3"),
+                    Catch::Contains(":3:1: world.contact_stiffness_N_per_m: value 3"));
+}
+
 TEST_CASE("Format 2 knows no name of format 1", "[format_1]") {
   CHECK_THROWS_WITH(scene_of("format = 2\n[[material]]\nname = 'm'\n"
                              "contact_stiffness_N_per_m = 1\ncontact_damping_N_s_m = 1"),
