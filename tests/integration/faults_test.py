@@ -178,6 +178,7 @@ class SessionFaultTest(daemons.SessionTest):
             killed, other = (sim, hand) if victim == "sim_server" else (hand, sim)
             killed.signal(signal.SIGKILL)
             self.assert_refused(other, COULD_NOT_START, victim)
+            killed.wait()  # or the next hand may join what is about to be gone
 
 
 if __name__ == "__main__":
