@@ -1,6 +1,6 @@
 #include "sim_server/published_scene.hpp"
 
-#include "sim_server/publication/sphere_records.hpp"
+#include "sim_server/snapshot/sphere_records.hpp"
 
 namespace stillgrid {
 

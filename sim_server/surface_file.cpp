@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "shared/files/json_number.hpp"
 #include "shared/files/whole_file.hpp"
-#include "shared/inspection/json_number.hpp"
 
 namespace stillgrid {
 namespace {

@@ -27,7 +27,7 @@ DATA = measuring.DATA / "trajectories"
 PERIOD_S = 1.0 / 33.0
 COST = 0.1  # of a period, a step
 JITTERS = (0.0, 0.3)
-TISSUE = ROOT / "tests/stability/scenes/tissue.toml"
+TISSUE = ROOT / "shared/tools/laboratory/scenes/tissue.toml"
 
 
 def ease(t, start, end):
@@ -100,7 +100,7 @@ def device_of(path, seconds, folder):
 
 
 def run(build, program, *options):
-    command = [str(build / "tests" / program), *map(str, options)]
+    command = [str(build / "bin" / program), *map(str, options)]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
         raise RuntimeError(f"{' '.join(command)}: {done.stderr.strip()}")

@@ -8,7 +8,7 @@ import tempfile
 from measuring import DATA, ROOT, fail, parser_of
 from tables import write_bytes
 
-TISSUE = ROOT / "tests/stability/scenes/tissue.toml"
+TISSUE = ROOT / "shared/tools/laboratory/scenes/tissue.toml"
 ROBOT = DATA / "trajectories/franka_1khz/franka_20260223_162545.csv"
 INTO_SCENE = "scale=0.15,offset_x_m=-0.0852,offset_y_m=-0.0025,offset_z_m=0.005,resample=cubic"
 RIGHT, WRONG = "contact_stiffness_N_per_m = 500.0", "contact_stiffness_N_per_m = 510.0"

@@ -28,11 +28,11 @@ def fail(what):
 
 
 def program(build, name):
-    """A test program's file; it must be there."""
-    file = build / "tests" / name
-    if not file.exists():
-        fail(f"{file}: expected a program; run scripts/build")
-    return file
+    """The file of a benchmark, of a program that prints figures or of a tool; it must be there."""
+    for folder in ("tests", "bin"):
+        if (file := build / folder / name).exists():
+            return file
+    fail(f"{file}: expected a program; run scripts/build")
 
 
 def output_of(command):

@@ -91,7 +91,7 @@ class InstallTest(daemons.SessionTest):
                       "stability_lab": f" ({drivers})"}
         programs = [file for folder in ("bin", "libexec/stillgrid") for file in (self.prefix / folder).iterdir()]
         self.assertLessEqual(set(interfaces), {program.name for program in programs} | {"stability_lab"})
-        programs += [daemons.BUILD / "tests" / "stability_lab", ROOT / "scripts" / "launch"]  # of the tree alone
+        programs += [daemons.BUILD / "bin" / "stability_lab", ROOT / "scripts" / "launch"]  # of the tree alone
         for program in programs:
             with self.subTest(program.name):
                 self.assertEqual(self.run_quietly(program, "--version"),

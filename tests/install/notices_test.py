@@ -13,7 +13,7 @@ sys.path.append(str(ROOT / "tests" / "integration"))
 import daemons  # after the path it needs
 
 NOTICES = (ROOT / "THIRD_PARTY_NOTICES.md").read_text()
-SOURCES = ("proto", "shared", "sim_server", "haptic_server", "tests/stability")  # the last: fit_run
+SOURCES = ("proto", "shared", "sim_server", "haptic_server")
 OF_THE_KERNEL = {"linux/", "sys/"}
 
 
@@ -26,7 +26,7 @@ def rows():
 
 
 def page_packages():
-    return json.loads((ROOT / "shared/viewer/page/package.json").read_text())["dependencies"]
+    return json.loads((ROOT / "shared/tools/scene_viewer/page/package.json").read_text())["dependencies"]
 
 
 def linked_libraries():
@@ -65,7 +65,7 @@ class NoticesTest(unittest.TestCase):
 
     def test_every_package_that_the_page_serves_is_listed_under_its_licence(self):
         licences = {pattern: licence for _, licence, patterns in rows() for pattern in patterns}
-        locked = json.loads((ROOT / "shared/viewer/page/package-lock.json").read_text())["packages"]
+        locked = json.loads((ROOT / "shared/tools/scene_viewer/page/package-lock.json").read_text())["packages"]
         for package in page_packages():
             self.assertEqual(licences.get(package), locked[f"node_modules/{package}"]["license"], package)
 

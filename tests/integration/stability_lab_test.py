@@ -20,7 +20,7 @@ def rows(file):
 
 class StabilityLabTest(daemons.SessionTest):
     def lab(self, *arguments):
-        program = daemons.BUILD / "tests" / "stability_lab"
+        program = daemons.BUILD / "bin" / "stability_lab"
         return subprocess.run([program, *map(str, arguments)], check=True, text=True,
                               capture_output=True, timeout=60 * daemons.PATIENCE).stdout
 

@@ -7,10 +7,10 @@
 #include <stdexcept>
 #include <string>
 
+#include "shared/tools/laboratory/lab.hpp"
 #include "sim_server/scene/scene_description.hpp"
 #include "tests/laws/hand.hpp"
 #include "tests/laws/scene_text.hpp"
-#include "tests/stability/lab.hpp"
 
 namespace stillgrid {
 

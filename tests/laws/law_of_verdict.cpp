@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <string>
 
+#include "shared/tools/laboratory/lab_cell.hpp"
 #include "tests/laws/law.hpp"
-#include "tests/stability/lab_cell.hpp"
 
 namespace stillgrid {
 

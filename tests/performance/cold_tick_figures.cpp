@@ -13,10 +13,10 @@
 #include <vector>
 
 #include "shared/publication/scene_segment.hpp"
+#include "shared/tools/laboratory/rivals/rivals.hpp"
 #include "sim_server/published_scene.hpp"
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/performance/sphere_cloud.hpp"
-#include "tests/stability/rivals/rivals.hpp"
 
 namespace stillgrid {
 namespace {

@@ -14,7 +14,7 @@
 
 #include "sim_server/contact/detection.hpp"
 #include "sim_server/contact/moving_spheres.hpp"
-#include "sim_server/publication/moving_snapshot.hpp"
+#include "sim_server/snapshot/moving_snapshot.hpp"
 #include "tests/performance/detection_peers.hpp"
 #include "tests/performance/paper_grid.hpp"
 #include "tests/performance/sphere_cloud.hpp"

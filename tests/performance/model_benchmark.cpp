@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "shared/tools/laboratory/rivals/rivals.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 #include "tests/performance/sphere_cloud.hpp"
-#include "tests/stability/rivals/rivals.hpp"
 
 namespace stillgrid {
 namespace {

@@ -1,6 +1,6 @@
 // The laboratory against cases 1.1, 1.12, 1.13, 2.2 and 2.3 of docs/cases.md.
 
-#include "tests/stability/lab.hpp"
+#include "shared/tools/laboratory/lab.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "shared/tools/laboratory/lab_cell.hpp"
+#include "shared/tools/laboratory/metrics.hpp"
 #include "sim_server/lockstep_schedule.hpp"
 #include "sim_server/scene/scene_file.hpp"
-#include "tests/stability/lab_cell.hpp"
-#include "tests/stability/metrics.hpp"
 
 namespace stillgrid {
 namespace {

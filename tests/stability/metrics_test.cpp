@@ -1,6 +1,6 @@
 // Every measure on signals whose answer is known.
 
-#include "tests/stability/metrics.hpp"
+#include "shared/tools/laboratory/metrics.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "tests/stability/spectrum.hpp"
+#include "shared/tools/laboratory/spectrum.hpp"
 
 namespace stillgrid {
 namespace {

@@ -1,7 +1,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-#include "tests/stability/lab_cell.hpp"
+#include "shared/tools/laboratory/lab_cell.hpp"
 
 namespace stillgrid {
 namespace {

@@ -1,4 +1,4 @@
-#include "tests/stability/stable_stiffness.hpp"
+#include "shared/tools/laboratory/stable_stiffness.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

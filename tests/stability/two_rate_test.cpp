@@ -1,4 +1,4 @@
-#include "tests/stability/two_rate.hpp"
+#include "shared/tools/laboratory/two_rate.hpp"
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "tests/stability/two_rate.hpp"
+#include "shared/tools/laboratory/two_rate.hpp"
 
 namespace stillgrid::two_rate {
 namespace {

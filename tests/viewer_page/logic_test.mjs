@@ -1,10 +1,10 @@
 // What the page decides without a browser: which frame is next, which ticks are missing, how bytes are read.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { decode } from '../../shared/viewer/page/api.js';
-import { Playback } from '../../shared/viewer/page/playback.js';
-import { binned_percentiles, flag_spans } from '../../shared/viewer/page/plots.js';
-import { TickHistory } from '../../shared/viewer/page/tick_history.js';
+import { decode } from '../../shared/tools/scene_viewer/page/api.js';
+import { Playback } from '../../shared/tools/scene_viewer/page/playback.js';
+import { binned_percentiles, flag_spans } from '../../shared/tools/scene_viewer/page/plots.js';
+import { TickHistory } from '../../shared/tools/scene_viewer/page/tick_history.js';
 
 function message(head, ...arrays) {
   let text = JSON.stringify(head);

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import fs from 'node:fs';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
-import { kColours } from '../../shared/viewer/page/plots.js';
+import { kColours } from '../../shared/tools/scene_viewer/page/plots.js';
 import { look_at, need_chromium, open_browser } from './browser.mjs';
 import { kBuild, kHand, Session } from './servers.mjs';
 

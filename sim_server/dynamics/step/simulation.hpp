@@ -17,8 +17,8 @@
 #include "sim_server/dynamics/step/prediction.hpp"
 #include "sim_server/dynamics/step/sleeping.hpp"
 #include "sim_server/dynamics/step/tool_motion.hpp"
-#include "sim_server/publication/moving_snapshot.hpp"
 #include "sim_server/scene/scene_description.hpp"
+#include "sim_server/snapshot/moving_snapshot.hpp"
 
 namespace stillgrid {
 

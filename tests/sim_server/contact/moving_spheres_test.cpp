@@ -7,7 +7,7 @@
 
 #include "shared/collision/grid_query.hpp"
 #include "shared/collision/sphere_history.hpp"
-#include "sim_server/publication/moving_snapshot.hpp"
+#include "sim_server/snapshot/moving_snapshot.hpp"
 #include "tests/haptic_server/devices/allocation_counter.hpp"
 #include "tests/sim_server/contact/sphere_clouds.hpp"
 #include "tests/sim_server/every_target.hpp"

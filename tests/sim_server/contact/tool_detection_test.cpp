@@ -3,7 +3,7 @@
 #include <random>
 
 #include "sim_server/contact/detection.hpp"
-#include "sim_server/publication/sphere_records.hpp"
+#include "sim_server/snapshot/sphere_records.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid {

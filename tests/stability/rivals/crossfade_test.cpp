@@ -1,4 +1,4 @@
-#include "tests/stability/rivals/crossfade.hpp"
+#include "shared/tools/laboratory/rivals/crossfade.hpp"
 
 #include <catch2/catch.hpp>
 

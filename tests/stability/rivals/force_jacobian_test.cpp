@@ -1,10 +1,10 @@
-#include "tests/stability/rivals/force_jacobian.hpp"
+#include "shared/tools/laboratory/rivals/force_jacobian.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "shared/tools/laboratory/rivals/rivals.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
-#include "tests/stability/rivals/rivals.hpp"
 
 namespace stillgrid {
 namespace {

@@ -1,10 +1,10 @@
-#include "tests/stability/rivals/local_model_renderer.hpp"
+#include "shared/tools/laboratory/rivals/local_model_renderer.hpp"
 
 #include <catch2/catch.hpp>
 
+#include "shared/tools/laboratory/rivals/force_held.hpp"
+#include "shared/tools/laboratory/rivals/proxy.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
-#include "tests/stability/rivals/force_held.hpp"
-#include "tests/stability/rivals/proxy.hpp"
 
 namespace stillgrid {
 namespace {

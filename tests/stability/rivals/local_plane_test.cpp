@@ -1,11 +1,11 @@
-#include "tests/stability/rivals/local_plane.hpp"
+#include "shared/tools/laboratory/rivals/local_plane.hpp"
 
 #include <catch2/catch.hpp>
 #include <random>
 
+#include "shared/tools/laboratory/rivals/local_model_renderer.hpp"
+#include "shared/tools/laboratory/rivals/rivals.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
-#include "tests/stability/rivals/local_model_renderer.hpp"
-#include "tests/stability/rivals/rivals.hpp"
 
 namespace stillgrid {
 namespace {

@@ -1,11 +1,11 @@
-#include "tests/stability/rivals/local_sphere.hpp"
+#include "shared/tools/laboratory/rivals/local_sphere.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 
+#include "shared/tools/laboratory/rivals/rivals.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
-#include "tests/stability/rivals/rivals.hpp"
 
 namespace stillgrid {
 namespace {

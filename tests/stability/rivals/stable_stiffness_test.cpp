@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "haptic_server/devices/phantom_model.hpp"
+#include "shared/tools/laboratory/rivals/rivals.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
-#include "tests/stability/rivals/rivals.hpp"
 
 namespace stillgrid {
 namespace {

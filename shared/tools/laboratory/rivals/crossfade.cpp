@@ -1,0 +1,72 @@
+#include "shared/tools/laboratory/rivals/crossfade.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace stillgrid {
+namespace {
+
+/// How far the force has passed to the snapshot numbered `newest` in the history.
+double progress(const proto::SnapshotHeader& snapshot, std::size_t newest, std::uint64_t now_ns) {
+  const std::uint64_t switch_ns = snapshot.publish_time_ns[newest];
+  const std::uint64_t before_ns = snapshot.publish_time_ns[newest + 1];
+  if (snapshot.history_count <= newest + 1 || before_ns >= switch_ns) return 1.0;
+  if (now_ns <= switch_ns) return 0.0;
+  return std::min(
+      1.0, static_cast<double>(now_ns - switch_ns) / static_cast<double>(switch_ns - before_ns));
+}
+
+ToolForce mixed(double share, const ToolForce& newest, const ToolForce& before) {
+  return {share * newest.force_N + (1.0 - share) * before.force_N,
+          share * newest.torque_N_m + (1.0 - share) * before.torque_N_m,
+          std::max(newest.contacts, before.contacts),
+          share * newest.stiffness_N_per_m + (1.0 - share) * before.stiffness_N_per_m};
+}
+
+}  // namespace
+
+void CrossfadeRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
+  if (is_other)
+    for (TouchedSpheres& age : *touched_) age.clear();
+  tool_ = place_tool(scene.fixed(), scene.pose, placed_);
+  is_switch_ = false;
+}
+
+void CrossfadeRenderer::gather(const TickScene&, const proto::SnapshotHeader& latest,
+                               const GridView& moving) noexcept {
+  const auto gather_snapshot = [&](std::size_t age, TouchedSpheres& touched) {
+    touched.clear();
+    gather_touched(moving, held_snapshot(age), tool_, touched);
+  };
+  gather_snapshot(0, (*fresh_)[0]);
+  gather_snapshot(1, (*fresh_)[1]);
+  is_switch_ = reader().has_snapshot() && latest.snapshot_id == reader().snapshot().snapshot_id + 1;
+  if (is_switch_) gather_snapshot(2, before_switch_);
+}
+
+void CrossfadeRenderer::show(const TickScene& scene, const SnapshotLook& look,
+                             RenderedTick& tick) noexcept {
+  const auto add_static = [&](TouchedSpheres& touched) {
+    gather_touched(scene.view.static_grid(), held_snapshot(0), tool_, touched);
+  };
+  const auto force_by = [&](const TouchedSpheres& touched) {
+    return tool_force(scene.fixed(), touched, tool_, scene.pose);
+  };
+  if (look.accepted()) {
+    for (TouchedSpheres& age : *fresh_) add_static(age);
+    std::swap(touched_, fresh_);
+  }
+  const proto::SnapshotHeader& snapshot = reader().snapshot();
+  const auto& [newest, before] = *touched_;
+  tick.truncated = newest.truncated || before.truncated;
+  tick.weights.alpha = progress(snapshot, 0, scene.now_ns);
+  const ToolForce by_before = force_by(before);
+  tick.force = mixed(tick.weights.alpha, force_by(newest), by_before);
+  if (!look.accepted() || !is_switch_) return;
+  add_static(before_switch_);
+  const ToolForce old =
+      mixed(progress(snapshot, 1, scene.now_ns), by_before, force_by(before_switch_));
+  tick.switch_jump_N = (tick.force.force_N - old.force_N).norm();
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,52 @@
+#include "shared/tools/laboratory/rivals/local_model_renderer.hpp"
+
+#include <limits>
+
+namespace stillgrid {
+namespace {
+
+/// Of the tool sample that a snapshot contains; none: the newest.
+std::uint64_t sample_time_ns(const proto::SnapshotHeader& snapshot) {
+  return snapshot.tool_time_ns != 0 ? snapshot.tool_time_ns
+                                    : std::numeric_limits<std::uint64_t>::max();
+}
+
+}  // namespace
+
+ToolForce LocalModelRenderer::force(const TickScene& scene) noexcept {
+  return model_->force({scene.fixed(), *patch_}, {scene.pose, tool_, scene.now_ns});
+}
+
+void LocalModelRenderer::prepare(const TickScene& scene, bool) noexcept {
+  poses_.push(scene.now_ns, scene.pose);
+  tool_ = place_tool(scene.fixed(), scene.pose, placed_);
+  before_ = reader().has_snapshot() ? force(scene) : ToolForce{};
+}
+
+void LocalModelRenderer::gather(const TickScene& scene, const proto::SnapshotHeader& latest,
+                                const GridView& moving) noexcept {
+  if (latest.snapshot_id == reader().snapshot().snapshot_id) return;
+  balls_ = place_tool(scene.fixed(), poses_.at(sample_time_ns(latest)), placed_balls_);
+  for (PlacedToolSphere& ball : balls_) ball.radius_m *= kPatchMargin;
+  if (reader().has_snapshot()) model_->widen(balls_);
+  fresh_->clear();
+  gather_touched(moving, held_snapshot(0), balls_, *fresh_);
+}
+
+void LocalModelRenderer::show(const TickScene& scene, const SnapshotLook& look,
+                              RenderedTick& tick) noexcept {
+  tick.force = before_;
+  if (look.is_new) {
+    gather_touched(scene.view.static_grid(), held_snapshot(0), balls_, *fresh_);
+    std::swap(patch_, fresh_);
+    const ToolPose& pose = poses_.at(sample_time_ns(reader().snapshot()));
+    ToolSpheres sampled;
+    model_->update({scene.fixed(), *patch_}, {pose, place_tool(scene.fixed(), pose, sampled)},
+                   {scene.pose, tool_, scene.now_ns}, look.is_first);
+    tick.force = force(scene);
+    if (!look.is_first) tick.switch_jump_N = (tick.force.force_N - before_.force_N).norm();
+  }
+  tick.truncated = patch_->truncated;
+}
+
+}  // namespace stillgrid

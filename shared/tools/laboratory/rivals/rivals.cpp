@@ -1,0 +1,48 @@
+#include "shared/tools/laboratory/rivals/rivals.hpp"
+
+#include "shared/tools/laboratory/rivals/crossfade.hpp"
+#include "shared/tools/laboratory/rivals/force_held.hpp"
+#include "shared/tools/laboratory/rivals/force_jacobian.hpp"
+#include "shared/tools/laboratory/rivals/local_model_renderer.hpp"
+#include "shared/tools/laboratory/rivals/local_plane.hpp"
+#include "shared/tools/laboratory/rivals/local_sphere.hpp"
+#include "shared/tools/laboratory/rivals/proxy.hpp"
+
+namespace stillgrid {
+namespace {
+
+template <class Local>
+std::unique_ptr<Renderer> local() {
+  return std::make_unique<LocalModelRenderer>(std::make_unique<Local>());
+}
+
+std::unique_ptr<Renderer> crossfade() {
+  return std::make_unique<CrossfadeRenderer>();
+}
+
+constexpr Rival kRivals[] = {
+    {"force_held", local<ForceHeld>},          // the slow process's force
+    {"force_jacobian", local<ForceJacobian>},  // with its derivatives by place and velocity
+    {"plane", local<LocalPlane>},              // the tangent plane, with recovery
+    {"sphere", local<LocalSphere>},            // fitted to the surface near the tool
+    {"proxy", local<Proxy>},                   // a god-object on the spheres near the tool
+    {"crossfade", crossfade},  // the forces of the last two snapshots, one passing to the other
+};
+
+}  // namespace
+
+std::span<const Rival> rivals() noexcept {
+  return kRivals;
+}
+
+const Rival* rival_named(std::string_view name) noexcept {
+  for (const Rival& rival : kRivals)
+    if (rival.name == name) return &rival;
+  return nullptr;
+}
+
+std::unique_ptr<Renderer> make_renderer(const Rival* rival, Transition transition) {
+  return rival != nullptr ? rival->make() : make_renderer(transition);
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,209 @@
+// The laboratory from the command line: one cell as a recording, its largest stable stiffness,
+// maps.
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "haptic_server/recording/recorder.hpp"
+#include "shared/command_line/number_in.hpp"
+#include "shared/command_line/run_program.hpp"
+#include "shared/command_line/version.hpp"
+#include "shared/files/json_file.hpp"
+#include "shared/realtime/stop_signal.hpp"
+#include "shared/tools/laboratory/lab_cell.hpp"
+#include "shared/tools/laboratory/metrics.hpp"
+#include "shared/tools/laboratory/stability_map.hpp"
+
+namespace stillgrid {
+namespace {
+
+struct Arguments {
+  LabCell cell;
+  std::optional<double> stiffness_N_per_m;
+  std::filesystem::path record, metrics;
+  StiffnessSearch search;
+  StabilityMap map;
+  std::filesystem::path out;
+  unsigned threads = 2;
+};
+
+constexpr const char* kDescription =
+    "The laboratory for stability: sim_server's and haptic_server's code in one process, in "
+    "virtual "
+    "time.\n"
+    "\n"
+    "  stability_lab run --scene free:0.1 --period 0.033 --latency 0.1 --stiffness 2000 --record "
+    "a.csv\n"
+    "  stability_lab limit --scene chain --device hand --transition hold --period 0.01\n"
+    "  stability_lab map --scene free:0.05 free:0.1 chain --period 0.1 0.033 0.01 --out map.csv\n"
+    "\n"
+    "A scene is wall, free[:KG], chain[:KG], block[:KG], or a FILE.toml; a device is light, hand, "
+    "none, or as haptic_server takes it.\n";
+
+void add_shared_options(CLI::App& app, Arguments& arguments) {
+  LabCell& cell = arguments.cell;
+  app.add_option("--resolution", cell.resolution_m, "Encoder step of light, hand, none, m")
+      ->check(number_in(0.0, 1.0));
+  app.add_option("--device-friction", cell.device_friction_N, "Coulomb's, of light, hand, none, N")
+      ->check(number_in(0.0, 100.0));
+  app.add_option("--damping", cell.contact_damping_N_s_per_m, "Of contacts of our scenes, N s/m")
+      ->check(number_in(0.0, 1e6));
+  app.add_option("--friction", cell.friction, "Of contacts of our scenes")
+      ->check(number_in(0.0, 10.0));
+  app.add_option("--seed", cell.seed, "Of the jitter; of a limit the first");
+  app.add_option("--duration", cell.duration_s, "Of a run, s; default 20")
+      ->check(number_in(0.01, 1e5));
+}
+
+/// What a cell has one of and a map several: numbers and names, or lists of them.
+template <class Names, class Numbers>
+struct Axes {
+  Names &scene, &device, &transition, &model;
+  Numbers &period_s, &latency_share, &jitter;
+};
+
+template <class Names, class Numbers>
+void add_axes(CLI::App& app, Axes<Names, Numbers> axes) {
+  app.add_option("--scene", axes.scene, "Default wall");
+  app.add_option("--device", axes.device, "Default light");
+  app.add_option("--transition", axes.transition, "Default predict");
+  app.add_option("--model", axes.model, "Default grid");
+  app.add_option("--period", axes.period_s, "Of the simulation, s; default 0.01")
+      ->check(number_in(1e-4, 10.0));
+  app.add_option("--latency", axes.latency_share, "What a step costs, of its period; default 0")
+      ->check(number_in(0.0, 1.0));
+  app.add_option("--jitter", axes.jitter, "Of the periods, default 0")->check(number_in(0.0, 0.95));
+}
+
+void add_cell_options(CLI::App& app, Arguments& arguments) {
+  LabCell& cell = arguments.cell;
+  add_axes<std::string, double>(app, {cell.scene, cell.device, cell.transition, cell.model,
+                                      cell.period_s, cell.latency_share, cell.jitter});
+  add_shared_options(app, arguments);
+}
+
+void add_search_options(CLI::App& app, Arguments& arguments) {
+  StiffnessSearch& search = arguments.search;
+  app.add_option("--seeds", arguments.cell.seeds,
+                 "Of the jitter, one after the other: the least limit counts; default 8")
+      ->check(number_in(1, 1000));
+  app.add_option("--lowest", search.lowest_N_per_m, "Of the search, N/m")
+      ->check(number_in(1.0, 1e6));
+  app.add_option("--highest", search.highest_N_per_m, "Of the search, N/m")
+      ->check(number_in(1.0, 1e6));
+}
+
+void add_map_options(CLI::App& app, Arguments& arguments) {
+  StabilityMap& map = arguments.map;
+  add_axes<std::vector<std::string>, std::vector<double>>(
+      app, {map.scenes, map.devices, map.transitions, map.models, map.periods_s, map.latency_shares,
+            map.jitters});
+  app.add_option("--out", arguments.out, "CSV, a row a cell; rows that are there stay")->required();
+  app.add_option("--threads", arguments.threads)->check(number_in(1, 64));
+  add_shared_options(app, arguments);
+  add_search_options(app, arguments);
+}
+
+nlohmann::json to_json(const Extremes& extremes) {
+  return {{"p99", extremes.p99}, {"max", extremes.max}};
+}
+
+/// All metrics of a run but the stable stiffness, which takes many.
+void write_metrics(const Arguments& arguments, const SceneDescription& scene,
+                   const LabOptions& options, const LabRun& run) {
+  const RunMetrics metrics =
+      metrics_of(run, run_reference(scene, options, run), 1.0 / arguments.cell.period_s);
+  const auto& [switches, slew_N_per_ms, error, plateau, vibration, energy_given_J] = metrics;
+  const auto ns_at = [](const Histogram& times, double share) { return times.percentile(share); };
+  write_json(
+      arguments.metrics,
+      {{"scene", scene.name},
+       {"transition", run.report.transition},
+       {"model", arguments.cell.model},
+       {"oscillates", oscillates(run.rows)},
+       {"switches", switches.count},
+       {"switch_jump_N", to_json(switches.jump_N)},
+       {"switch_jump_jnd", to_json(switches.jump_jnd)},
+       {"slew_N_per_ms", to_json(slew_N_per_ms)},
+       {"error_N",
+        {{"rms", error.rms_N}, {"rms_at_lag", error.rms_at_lag_N}, {"lag_s", error.lag_s}}},
+       {"plateau",
+        {{"share", plateau.share},
+         {"longest_s", plateau.longest_s},
+         {"left_over", plateau.left_over}}},
+       {"vibration_N2",
+        {{"power", vibration.power_N2}, {"at_harmonics", vibration.at_harmonics_N2}}},
+       {"energy_given_J", energy_given_J},
+       {"age_s", 1e-9 * static_cast<double>(ns_at(run.report.age_ns, 0.5))},
+       {"tick_ns",
+        {{"p50", ns_at(run.report.tick_ns, 0.5)}, {"p99", ns_at(run.report.tick_ns, 0.99)}}}});
+}
+
+void run_cell(const Arguments& arguments) {
+  const SceneDescription scene = scene_of(arguments.cell, arguments.stiffness_N_per_m);
+  LabOptions options = options_of(arguments.cell);
+  const LabRun run = run_lab(scene, options);
+  if (!arguments.metrics.empty()) {
+    options.measures_ticks = true;  // in a run of its own: a recording has no times
+    write_metrics(arguments, scene, options, run_lab(scene, options));
+  }
+  if (!arguments.record.empty()) {
+    Recorder recorder(arguments.record, scene.name, run.report.device);
+    for (const TickRow& row : run.rows) recorder.record_waiting(row);
+    if (recorder.finish() > 0)
+      throw std::runtime_error(arguments.record.string() + ": could not be written");
+  }
+  std::printf("%s\n", oscillates(run.rows) ? "oscillates" : "stable");
+}
+
+void find_limit(const Arguments& arguments) {
+  const auto limit_N_per_m = largest_stable_stiffness_N_per_m(arguments.cell, arguments.search);
+  if (limit_N_per_m)
+    std::printf("%.6g\n", *limit_N_per_m);
+  else
+    std::printf("unstable at %.6g\n", arguments.search.lowest_N_per_m);
+}
+
+}  // namespace
+}  // namespace stillgrid
+
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
+  using namespace stillgrid;
+  CLI::App app(kDescription, "stability_lab");
+  app.require_subcommand(1);
+  add_version(app, {device_interface()});
+  Arguments arguments;
+  auto* run = app.add_subcommand("run", "One closed loop");
+  add_cell_options(*run, arguments);
+  run->add_option("--stiffness", arguments.stiffness_N_per_m, "Of the scene's first material, N/m")
+      ->check(number_in(1e-6, 1e9));
+  run->add_option("--record", arguments.record, "Record every tick (CSV), as haptic_server does");
+  run->add_option("--metrics", arguments.metrics,
+                  "Write the metrics against the reference (JSON), and what a tick takes here");
+  auto* text = app.add_subcommand("scene", "Print the file of a scene of ours");
+  add_cell_options(*text, arguments);
+  text->add_option("--stiffness", arguments.stiffness_N_per_m)->check(number_in(1e-6, 1e9));
+  auto* limit = app.add_subcommand("limit", "The largest stable stiffness, N/m");
+  add_cell_options(*limit, arguments);
+  add_search_options(*limit, arguments);
+  auto* map =
+      app.add_subcommand("map", "The largest stable stiffness of every combination, as CSV");
+  add_map_options(*map, arguments);
+  return run_program(app, argc, argv, [&] {
+    if (map->parsed()) install_stop_signal();
+    if (run->parsed()) run_cell(arguments);
+    if (text->parsed())
+      std::fputs(
+          scene_text_of(arguments.cell, arguments.stiffness_N_per_m.value_or(1000.0)).c_str(),
+          stdout);
+    if (limit->parsed()) find_limit(arguments);
+    if (map->parsed()) {
+      arguments.map.common = arguments.cell;
+      draw_map(arguments.map, arguments.search, arguments.threads, arguments.out);
+    }
+    return kDone;
+  });
+}

@@ -1,0 +1,87 @@
+#include "shared/tools/scene_viewer/frame_moment.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "shared/tools/scene_viewer/checked_json.hpp"
+
+namespace stillgrid {
+namespace {
+
+using Json = nlohmann::json;
+
+bool is_state(const Json& json) {
+  return json == "alive" || json == "dead" || json == "absent";
+}
+
+bool is_tool(const Json& tool) {
+  if (tool.is_null()) return true;
+  return at(tool, "tick").is_number_unsigned() && at(tool, "contacts").is_number_unsigned() &&
+         at(tool, "time_s").is_number() && is_number_or_null(at(tool, "age_s")) &&
+         at(tool, "flags").is_array() && are_numbers_or_null(at(tool, "position_m"), 3) &&
+         are_numbers_or_null(at(tool, "orientation_xyzw"), 4) &&
+         are_numbers_or_null(at(tool, "force_N"), 3);
+}
+
+/// Percentiles, and what is counted.
+bool are_ticks(const Json& ticks) {
+  const auto are_percentiles = [](const Json& us) {
+    return at(us, "p50").is_number() && at(us, "p99").is_number() && at(us, "p999").is_number();
+  };
+  return at(ticks, "per_s").is_number() && at(ticks, "missed").is_number_unsigned() &&
+         are_percentiles(at(ticks, "tick_us")) && are_percentiles(at(ticks, "wake_us"));
+}
+
+bool is_null_or_has_number(const Json& json, const char* name) {
+  return json.is_null() || at(json, name).is_number();
+}
+
+/// The arrays, which are all that follows: three numbers a sphere, four and a count a voxel.
+bool are_arrays(const Json& arrays, std::size_t bytes) {
+  constexpr std::size_t kBytes = 4;  // of a number
+  if (!arrays.is_array()) return false;
+  std::map<std::string, std::size_t> counts;
+  std::size_t told = 0;
+  for (const Json& array : arrays) {
+    const Json &name = at(array, "name"), &type = at(array, "type"), &count = at(array, "count");
+    if (!name.is_string() || !count.is_number_unsigned() || count.get<std::size_t>() > bytes ||
+        type != (name == "voxel_count" ? "u32" : "f32"))
+      return false;
+    counts[name.get<std::string>()] = count.get<std::size_t>();
+    told += kBytes * count.get<std::size_t>();
+  }
+  for (const char* name : {"newest", "previous", "displayed", "voxels", "voxel_count"})
+    if (!counts.contains(name)) return false;
+  const std::size_t newest = counts["newest"], displayed = counts["displayed"];
+  return counts.size() == arrays.size() && told == bytes && newest % 3 == 0 &&
+         counts["previous"] == newest && (displayed == newest || displayed == 0) &&
+         counts["voxels"] == 4 * counts["voxel_count"];
+}
+
+}  // namespace
+
+std::optional<FrameMoment> moment_of(const std::string& frame_message) {
+  constexpr std::size_t kLengthBytes = 4;
+  if (frame_message.size() < kLengthBytes) return std::nullopt;
+  std::size_t length = 0;
+  for (std::size_t i = 0; i < kLengthBytes; ++i)
+    length |= std::size_t{static_cast<unsigned char>(frame_message[i])} << (8 * i);
+  const std::string_view rest = std::string_view(frame_message).substr(kLengthBytes);
+  if (length > rest.size()) return std::nullopt;
+  const Json head = Json::parse(rest.substr(0, length), nullptr, false);
+  const bool is_sound = at(head, "frame").is_number_unsigned() && at(head, "time_s").is_number() &&
+                        at(head, "scene_key").is_string() && is_state(at(head, "sim")) &&
+                        is_state(at(head, "hand")) && is_number_or_null(at(head, "snapshot_id")) &&
+                        is_null_or_has_number(at(head, "snapshot"), "step_ms") &&
+                        is_null_or_has_number(at(head, "display"), "alpha") &&
+                        is_tool(at(head, "tool")) && are_levels(at(at(head, "grid"), "levels")) &&
+                        are_ticks(at(head, "ticks")) &&
+                        are_arrays(at(head, "arrays"), rest.size() - length);
+  if (!is_sound) return std::nullopt;
+  return FrameMoment{head["time_s"].get<double>(), head["scene_key"].get<std::string>()};
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,108 @@
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "shared/command_line/number_in.hpp"
+#include "shared/command_line/prepare_daemon.hpp"
+#include "shared/command_line/run_program.hpp"
+#include "shared/command_line/version.hpp"
+#include "shared/publication/segment_files.hpp"
+#include "shared/realtime/exit_status.hpp"
+#include "shared/realtime/stop_signal.hpp"
+#include "shared/tools/scene_viewer/live_view.hpp"
+#include "shared/tools/scene_viewer/page_server.hpp"
+#include "shared/tools/scene_viewer/recorded_view.hpp"
+#include "shared/tools/scene_viewer/saved_view.hpp"
+#include "shared/tools/scene_viewer/scene_message.hpp"
+
+namespace stillgrid {
+namespace {
+
+struct Arguments {
+  LiveOptions live;
+  std::string surfaces, open, recording;
+  int port = 8765;
+};
+
+constexpr const char* kDescription =
+    "Shows a session, or what was kept of one, as a page for a browser on this machine. It only\n"
+    "reads, at low priority: the servers notice nothing of it.\n"
+    "\n"
+    "  scene_viewer --session demo                        then open the address that it prints\n"
+    "  sim_server --scene wall.toml --surfaces wall.json  bodies with a skin: the viewer's\n"
+    "  scene_viewer --session demo --surfaces wall.json   --surfaces\n"
+    "  scene_viewer --session demo --save run.view        and keep all that is shown\n"
+    "  scene_viewer --open run.view                       to look at it again\n"
+    "  scene_viewer --recording run.csv                   what haptic_server --record wrote\n"
+    "\n"
+    "It waits for servers that are not there yet. Ctrl-C ends it.\n";
+
+void add_options(CLI::App& app, Arguments& arguments) {
+  auto* session = app.add_option("--session", arguments.live.session,
+                                 "Name that joins the two servers; USER/NAME: with USER's")
+                      ->transform(CLI::Validator(settle_session, ""));
+  auto* open = app.add_option("--open", arguments.open, "A view that --save kept");
+  auto* recording = app.add_option("--recording", arguments.recording,
+                                   "A recording (CSV) of haptic_server: the tool, no bodies");
+  session->excludes(open)->excludes(recording);
+  open->excludes(recording);
+  app.add_option("--port", arguments.port, "Of the page; 0: any that is free; default 8765")
+      ->check(integer_in(0, 65535));
+  app.add_option("--surfaces", arguments.surfaces,
+                 "Surfaces of the bodies (JSON), from sim_server --surfaces")
+      ->needs(session);
+  app.add_option("--save", arguments.live.save,
+                 "Keep what is shown, frame by frame, for --open; some MB a minute")
+      ->needs(session);
+  app.add_option("--frames-per-s", arguments.live.frames_per_s, "Frames a second; default 30")
+      ->check(number_in(1.0, 120.0))
+      ->needs(session);
+}
+
+std::unique_ptr<ViewSource> make_view(Arguments& arguments) {
+  if (!arguments.open.empty()) return std::make_unique<SavedView>(arguments.open);
+  if (!arguments.recording.empty()) return std::make_unique<RecordedView>(arguments.recording);
+  if (arguments.live.session.empty())
+    throw CLI::ValidationError("--session", "or --open or --recording is required");
+  if (!arguments.surfaces.empty()) arguments.live.surfaces = read_surfaces(arguments.surfaces);
+  return std::make_unique<LiveView>(arguments.live);
+}
+
+int run(Arguments& arguments) {
+  // What others have to do comes first; threads made from here on have it from us.
+  ::setpriority(PRIO_PROCESS, 0, 10);
+  const auto program = std::filesystem::read_symlink("/proc/self/exe");
+  const auto page = program.parent_path().parent_path() / "share" / "stillgrid" / "viewer";
+  // Bad input is found before a view begins: that would empty the file of --save, and talk.
+  std::unique_ptr<ViewSource> view;
+  PageServer server(arguments.port);
+  view = make_view(arguments);
+  if (!std::filesystem::exists(page / "index.html"))
+    spdlog::warn("{}: no page is there, only /api is served", page.string());
+  server.start(*view, page);
+  std::printf("%s\n", server.address().c_str());
+  std::fflush(stdout);
+  while (!stop_requested()) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  return kDone;
+}
+
+}  // namespace
+}  // namespace stillgrid
+
+int main(int argc, char** argv) {
+  using namespace stillgrid;
+  CLI::App app(kDescription, "scene_viewer");
+  Arguments arguments;
+  add_options(app, arguments);
+  add_version(app, {segment_interface()});
+  return run_program(app, argc, argv, [&] {
+    prepare_daemon("scene_viewer");
+    return run(arguments);
+  });
+}

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "shared/tools/scene_viewer/view_source.hpp"
+
+namespace stillgrid {
+
+/// Serves a page and what it shows over HTTP on 127.0.0.1, to those who know its address: the first
+/// part of every path is a key, drawn at random for each server, so that other users of the machine
+/// get nothing. A request that names another host is refused too, so that no page from elsewhere
+/// reads it through a name that it lets point here. Nothing but GET and HEAD of the page's files
+/// and of the API; bounds: PageConnection.
+class PageServer {
+ public:
+  /// Binds; port 0: any that is free. Throws std::runtime_error in one line where it cannot.
+  explicit PageServer(int port);
+  /// Ends all connections, answered or not.
+  ~PageServer();
+  PageServer(const PageServer&) = delete;
+  PageServer& operator=(const PageServer&) = delete;
+  PageServer(PageServer&&) = delete;
+  PageServer& operator=(PageServer&&) = delete;
+
+  /// http://127.0.0.1:PORT/KEY/
+  [[nodiscard]] std::string address() const;
+
+  /// Serves the files that the page's folder holds now, and the view, in a thread of its own until
+  /// destruction. Pre: the view outlives it.
+  void start(const ViewSource& view, const std::filesystem::path& page);
+
+ private:
+  struct Server;
+  std::unique_ptr<Server> server_;
+};
+
+}  // namespace stillgrid

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "shared/tools/segment_inspect/segment_summary.hpp"
+
+namespace stillgrid {
+
+/// Of the writer of a session's segment.
+enum class Life {
+  kAbsent,  // not come yet, or ended
+  kAlive,
+  kDead,  // killed: its segment stands
+};
+[[nodiscard]] std::string_view name_of(Life life) noexcept;
+
+/// Keeps to the newest segment under a name while its writers come and go; the last one is kept
+/// for reading after its writer's end. Thread: one.
+class SegmentFollower {
+ public:
+  SegmentFollower(std::string session, proto::SegmentKind kind) : file_{std::move(session), kind} {}
+
+  /// Looks at what stands under the name now. Some system calls.
+  void look();
+
+  [[nodiscard]] Life life() const noexcept { return life_; }
+  /// Why what stands there cannot be read, one line; empty where it can.
+  [[nodiscard]] const std::string& refusal() const noexcept { return refusal_; }
+  [[nodiscard]] const SceneView* scene() const noexcept;
+  [[nodiscard]] const ToolView* tool() const noexcept;
+
+ private:
+  SegmentFile file_;
+  std::optional<ObservedSegment> segment_;
+  Life life_ = Life::kAbsent;
+  std::string refusal_;
+};
+
+}  // namespace stillgrid

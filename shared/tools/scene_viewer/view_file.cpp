@@ -1,0 +1,152 @@
+#include "shared/tools/scene_viewer/view_file.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+#include "shared/files/old_names.hpp"
+
+namespace stillgrid {
+namespace {
+
+/// Opens the file: the name, the version, and bytes to come.
+constexpr std::size_t kVersionByte = 8;
+constexpr char kOldestVersion = 1;
+constexpr std::array<char, 16> kHead = {'S', 'T', 'L', 'G', 'V', 'I', 'E', 'W', 2};
+
+/// A frame of version 1 with the keys of today; what is no frame as it is.
+std::string renewed(const std::string& frame) {
+  std::uint32_t length = 0;
+  if (frame.size() < sizeof length) return frame;
+  std::memcpy(&length, frame.data(), sizeof length);
+  if (length > frame.size() - sizeof length) return frame;
+  std::string head = frame.substr(sizeof length, length);
+  for (const auto& [before, now] : kOldFrameKeys) {
+    const std::string old = '"' + std::string(before) + "\":", key = '"' + std::string(now) + "\":";
+    for (std::size_t at = head.find(old); at != std::string::npos; at = head.find(old, at))
+      head.replace(at, old.size(), key);
+  }
+  head.append((4 - head.size() % 4) % 4, ' ');  // the arrays stay aligned
+  const auto new_length = static_cast<std::uint32_t>(head.size());
+  std::string message(reinterpret_cast<const char*>(&new_length), sizeof new_length);
+  return message.append(head).append(frame, sizeof length + length);
+}
+
+struct RecordHead {
+  ViewRecord kind;
+  std::uint32_t bytes;
+};
+
+[[noreturn]] void fail_to_write(const std::filesystem::path& path) {
+  throw std::runtime_error("--save: " + path.string() +
+                           " could not be written: " + error_text(errno));
+}
+
+void write_all(int file, std::string_view bytes, const std::filesystem::path& path) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(file, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) fail_to_write(path);
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+bool read_all(int file, void* bytes, std::size_t count, std::uint64_t offset) {
+  auto* at = static_cast<char*>(bytes);
+  while (count > 0) {
+    const ssize_t read = ::pread(file, at, count, static_cast<off_t>(offset));
+    if (read < 0 && errno == EINTR) continue;
+    if (read <= 0) return false;
+    at += read;
+    offset += static_cast<std::uint64_t>(read);
+    count -= static_cast<std::size_t>(read);
+  }
+  return true;
+}
+
+}  // namespace
+
+ViewWriter::ViewWriter(const std::filesystem::path& file)
+    : path_(file), file_(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) {
+  if (file_.get() < 0) fail_to_write(path_);
+  write_all(file_.get(), {kHead.data(), kHead.size()}, path_);
+}
+
+void ViewWriter::add(ViewRecord kind, std::string_view bytes) {
+  const RecordHead head{kind, static_cast<std::uint32_t>(bytes.size())};
+  buffer_.assign(reinterpret_cast<const char*>(&head), sizeof head);
+  buffer_ += bytes;
+  write_all(file_.get(), buffer_, path_);
+}
+
+void ViewWriter::add(std::span<const TickSample> samples) {
+  if (samples.empty()) return;
+  add(ViewRecord::kTicks, {reinterpret_cast<const char*>(samples.data()), samples.size_bytes()});
+}
+
+ViewReader::ViewReader(const std::filesystem::path& file)
+    : file_(::open(file.c_str(), O_RDONLY | O_CLOEXEC)) {
+  struct stat status {};
+  if (file_.get() < 0 || ::fstat(file_.get(), &status) != 0)
+    throw std::runtime_error("--open: " + file.string() + ": " + error_text(errno));
+  const auto size = static_cast<std::uint64_t>(status.st_size);
+  std::array<char, kHead.size()> start{};
+  const bool is_whole =
+      S_ISREG(status.st_mode) && read_all(file_.get(), start.data(), start.size(), 0);
+  is_old_ = start[kVersionByte] == kOldestVersion;
+  if (is_old_) start[kVersionByte] = kHead[kVersionByte];
+  if (!is_whole || start != kHead)
+    throw std::runtime_error("--open: " + file.string() +
+                             ": expected a view that scene_viewer --save wrote, of version 1 or 2");
+  RecordHead head{};
+  for (std::uint64_t offset = kHead.size(); read_all(file_.get(), &head, sizeof head, offset);
+       offset += sizeof head + head.bytes) {
+    Place place{.offset = offset + sizeof head, .bytes = head.bytes};
+    if (place.offset + place.bytes > size) break;
+    if (head.kind == ViewRecord::kScene) scenes_.push_back(place);
+    if (head.kind == ViewRecord::kFrame) frames_.push_back(place);
+    if (head.kind == ViewRecord::kTicks && head.bytes >= sizeof(TickSample) &&
+        read_all(file_.get(), &place.first_tick, sizeof place.first_tick, place.offset))
+      ticks_.push_back(place);
+  }
+}
+
+std::optional<std::string> ViewReader::read(const Place& place) const {
+  std::string bytes(place.bytes, '\0');
+  if (!read_all(file_.get(), bytes.data(), bytes.size(), place.offset)) return std::nullopt;
+  return bytes;
+}
+
+std::optional<std::string> ViewReader::scene(std::size_t i) const {
+  return read(scenes_[i]);
+}
+
+std::optional<std::string> ViewReader::frame(std::size_t i) const {
+  auto frame = read(frames_[i]);
+  return frame && is_old_ ? renewed(*frame) : frame;
+}
+
+std::vector<TickSample> ViewReader::ticks(std::uint64_t from, std::size_t most) const {
+  std::vector<TickSample> found;
+  auto place = std::upper_bound(
+      ticks_.begin(), ticks_.end(), from,
+      [](std::uint64_t tick, const Place& later) { return tick < later.first_tick; });
+  if (place != ticks_.begin()) --place;
+  for (; place != ticks_.end() && found.size() < most; ++place) {
+    const auto bytes = read(*place);
+    if (!bytes) break;
+    std::vector<TickSample> samples(bytes->size() / sizeof(TickSample));
+    std::memcpy(samples.data(), bytes->data(), samples.size() * sizeof(TickSample));
+    const auto wanted = ticks_from(samples, from, most - found.size());
+    found.insert(found.end(), wanted.begin(), wanted.end());
+  }
+  return found;
+}
+
+}  // namespace stillgrid

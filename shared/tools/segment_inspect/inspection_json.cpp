@@ -1,0 +1,249 @@
+#include "shared/tools/segment_inspect/inspection_json.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "shared/files/json_number.hpp"
+#include "shared/realtime/periodic_timer.hpp"
+#include "shared/tools/segment_inspect/inspection_text.hpp"
+#include "shared/tools/segment_inspect/snapshot.hpp"
+
+namespace stillgrid {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using json_number::number;
+using json_number::numbers;
+
+template <class T>
+Json optional(const std::optional<T>& value) {
+  return value ? Json(*value) : Json();
+}
+
+/// Of a history, only the snapshots that exist.
+Json times(const std::array<std::uint64_t, proto::kHistoryLength>& times_ns, std::size_t count) {
+  Json json = Json::array();
+  for (std::size_t i = 0; i < count; ++i) json.push_back(times_ns[i]);
+  return json;
+}
+
+/// 0, no time, is null; so is a promise of nothing more.
+Json time(std::uint64_t time_ns) {
+  return time_ns == 0 || time_ns == proto::kNever ? Json() : Json(time_ns);
+}
+
+Json header_json(const proto::SegmentHeader& header) {
+  return {{"version", header.version},
+          {"layout_hash", hexadecimal(header.layout_hash)},
+          {"epoch", hexadecimal(header.epoch)},
+          {"size_bytes", header.size_bytes},
+          {"period_ns", header.period_ns},
+          {"clock", name_of(header.clock)},
+          {"writer_pid", header.writer_pid},
+          {"start_ns", header.start_ns},
+          {"slot_offset", header.slot_offset},
+          {"payload_bytes", header.payload_bytes},
+          {"latest", header.latest},
+          {"heartbeat_ns", time(header.heartbeat_ns)},
+          {"lockstep_sample_ns", time(header.lockstep_sample_ns)},
+          {"lockstep_event_ns", time(header.lockstep_event_ns)}};
+}
+
+Json grid_json(const proto::GridShape& grid) {
+  Json levels = Json::array();
+  for (std::uint32_t i = 0; i < grid.level_count; ++i) {
+    const proto::GridLevel& level = grid.levels[i];
+    levels.push_back({{"voxel_m", number(level.voxel_m)},
+                      {"bounding_radius_m", number(level.bounding_radius_m)},
+                      {"lowest_voxel", level.lowest_voxel},
+                      {"highest_voxel", level.highest_voxel},
+                      {"cells", level.cells}});
+  }
+  return {{"spheres", grid.sphere_count}, {"levels", std::move(levels)}};
+}
+
+Json state_json(const proto::SphereState& snapshot) {
+  return {{"position_m", numbers(snapshot.position_m)},
+          {"velocity_m_s", numbers(snapshot.velocity_m_s)}};
+}
+
+/// snapshots: of which each sphere's history tells those before the newest; 0: no history.
+Json spheres_json(const std::vector<proto::SphereRecord>& spheres, std::size_t snapshots) {
+  Json json = Json::array();
+  for (const proto::SphereRecord& record : spheres) {
+    Json sphere = state_json(record.newest);
+    sphere["predicted_velocity_m_s"] = numbers(record.predicted_velocity_m_s);
+    sphere["compliance_m_per_N"] = numbers(record.compliance_m_per_N);
+    sphere["radius_m"] = number(record.radius_m);
+    sphere["material"] = record.material;
+    sphere["body"] = record.body;
+    if (snapshots > 0) sphere["history"] = Json::array();
+    for (std::size_t age = 1; age < snapshots; ++age)
+      sphere["history"].push_back(age <= record.older.size()
+                                      ? state_json(record.older[age - 1])
+                                      : Json{{"position_m", numbers(record.oldest_position_m)}});
+    json.push_back(std::move(sphere));
+  }
+  return json;
+}
+
+Json snapshot_json(const SceneView& view, const JsonOptions& options) {
+  const auto snapshot = read_snapshot(view, options.most_spheres);
+  if (!snapshot) return {};
+  const proto::SnapshotHeader& header = snapshot->header;
+  const auto snapshots = static_cast<std::size_t>(header.history_count);
+  Json grid = grid_json(header.grid);
+  grid["cells"] = snapshot->occupancy.cells;
+  grid["occupied_cells"] = snapshot->occupancy.occupied_cells;
+  grid["fullest_cell_spheres"] = snapshot->occupancy.fullest_cell;
+  return {{"snapshot_id", snapshot->snapshot_id},
+          {"history_count", snapshots},
+          {"state_time_ns", times(header.state_time_ns, snapshots)},
+          {"publish_time_ns", times(header.publish_time_ns, snapshots)},
+          {"tool_time_ns", time(header.tool_time_ns)},
+          {"step_ns", header.step_ns},
+          {"contacts", header.contacts},
+          {"prediction",
+           {{"period_ns", header.prediction_ns},
+            {"compliance_direction", numbers(header.compliance_direction)},
+            {"compliance_force_N", number(header.compliance_force_N)},
+            {"max_compliance_m_per_N", number(header.max_compliance_m_per_N)}}},
+          {"grid", std::move(grid)},
+          {"spheres", spheres_json(snapshot->spheres, options.history ? snapshots : 0)},
+          {"spheres_left_out", header.grid.sphere_count - snapshot->spheres.size()}};
+}
+
+/// Unknown flags are left out.
+Json flags_json(std::uint32_t flags) {
+  Json json = Json::array();
+  for (std::size_t i = 0; i < proto::kSafetyFlagNames.size(); ++i)
+    if ((flags & (1U << i)) != 0) json.push_back(proto::kSafetyFlagNames[i]);
+  return json;
+}
+
+Json tick_json(const proto::TickFigures& tick) {
+  const proto::DisplayedSnapshot& shown = tick.displayed;
+  return {{"torque_N_m", numbers(tick.torque_N_m)},
+          {"contacts", tick.contacts},
+          {"flags", flags_json(tick.flags)},
+          {"work_ns", tick.work_ns},
+          {"wake_up_latency_ns", tick.wake_up_latency_ns},
+          {"missed_ticks", tick.missed_ticks},
+          {"displayed",
+           {{"scene_epoch", hexadecimal(shown.scene_epoch)},
+            {"snapshot_id", shown.snapshot_id},
+            {"position", numbers(shown.position)},
+            {"velocity_s", numbers(shown.velocity_s)},
+            {"prediction_s", number(shown.prediction_s)},
+            {"compliance_lag_s", number(shown.compliance_lag_s)},
+            {"force_change_N", number(shown.force_change_N)},
+            {"shift_m", numbers(shown.shift_m)},
+            {"alpha", number(shown.alpha)},
+            {"age_s", number(shown.age_s)}}}};
+}
+
+Json tool_json(const ToolView& view) {
+  const auto snapshot = read_tool(view);
+  if (!snapshot) return {};
+  const proto::ToolState& state = snapshot->state;
+  return {{"snapshot_id", snapshot->snapshot_id},
+          {"time_ns", state.time_ns},
+          {"tick", state.tick},
+          {"position_m", numbers(state.position_m)},
+          {"orientation_xyzw", numbers(state.orientation_xyzw)},
+          {"velocity_m_s", numbers(state.velocity_m_s)},
+          {"force_N", numbers(state.force_N)},
+          {"buttons", state.buttons},
+          {"tick_before", tick_json(state.before)}};
+}
+
+Json segment_json(const ObservedSegment* segment, const JsonOptions& options) {
+  if (segment == nullptr) return {};
+  Json json = json_of(segment->summary);
+  if (segment->summary.header) json["header"] = header_json(*segment->summary.header);
+  if (segment->scene) {
+    json["fixed"] = json_of_fixed_part(*segment->scene, options);
+    json["snapshot"] = snapshot_json(*segment->scene, options);
+  }
+  if (segment->tool) json["latest_state"] = tool_json(*segment->tool);
+  return json;
+}
+
+}  // namespace
+
+nlohmann::ordered_json json_of_fixed_part(const SceneView& view, const JsonOptions& options) {
+  const proto::SceneHeader& scene = view.scene();
+  Json json{{"name", scene.name.data()},
+            {"materials", Json::array()},
+            {"planes", Json::array()},
+            {"tool_spheres", Json::array()},
+            {"tool_slip_speed_m_s", number(scene.tool_slip_speed_m_s)},
+            {"device",
+             {{"position_m", numbers(scene.device.position_m)},
+              {"orientation_xyzw", numbers(scene.device.orientation_xyzw)},
+              {"scale", number(scene.device.scale)}}},
+            {"moving_capacity", scene.moving_capacity},
+            {"static_grid", grid_json(scene.static_grid)}};
+  for (std::size_t i = 0; i < scene.material_count; ++i) {
+    const proto::Material& material = scene.materials[i];
+    json["materials"].push_back({{"stiffness_N_per_m", number(material.stiffness_N_per_m)},
+                                 {"damping_N_s_per_m", number(material.damping_N_s_per_m)},
+                                 {"friction", number(material.friction)},
+                                 {"slip_speed_m_s", number(material.slip_speed_m_s)}});
+  }
+  for (std::size_t i = 0; i < scene.plane_count; ++i) {
+    const proto::Plane& plane = scene.planes[i];
+    json["planes"].push_back({{"normal", numbers(plane.normal)},
+                              {"offset_m", number(plane.offset_m)},
+                              {"material", plane.material},
+                              {"body", plane.body}});
+  }
+  for (std::size_t i = 0; i < scene.tool_sphere_count; ++i)
+    json["tool_spheres"].push_back({{"position_m", numbers(scene.tool[i].position_m)},
+                                    {"radius_m", number(scene.tool[i].radius_m)}});
+  const auto spheres = static_spheres(view, options.most_spheres);
+  json["static_spheres"] = spheres_json(spheres, 0);
+  json["static_spheres_left_out"] = view.static_grid().shape.sphere_count - spheres.size();
+  return json;
+}
+
+nlohmann::ordered_json json_of(const SegmentSummary& summary) {
+  const auto& header = summary.header;
+  const auto of_header = [&](auto&& value) { return header ? Json(value(*header)) : Json(); };
+  Json json{{"session", summary.file.session},
+            {"kind", name_of(summary.file.kind)},
+            {"state", name_of(summary.state)},
+            {"refusal", summary.refusal.empty() ? Json() : Json(summary.refusal)}};
+  json["writer_pid"] = of_header([](const auto& h) { return h.writer_pid; });
+  json["version"] = of_header([](const auto& h) { return h.version; });
+  json["clock"] = of_header([](const auto& h) { return name_of(h.clock); });
+  json["declared_rate_hz"] = of_header([](const auto& h) { return rate_of(h.period_ns); });
+  json["measured_rate_hz"] = optional(summary.measured_rate_hz);
+  json["snapshot_id"] = of_header([](const auto& h) { return h.latest; });
+  json["age_s"] = optional(summary.age_s);
+  json["moving_spheres"] = optional(summary.moving_spheres);
+  json["static_spheres"] = optional(summary.static_spheres);
+  json["size_bytes"] = summary.size_bytes;
+  return json;
+}
+
+nlohmann::ordered_json json_of(std::span<const SegmentSummary> summaries) {
+  Json json = Json::array();
+  for (const SegmentSummary& summary : summaries) json.push_back(json_of(summary));
+  return json;
+}
+
+nlohmann::ordered_json json_of(const std::string& session, const ObservedSegment* scene,
+                               const ObservedSegment* tool, const JsonOptions& options) {
+  Json json{{"session", session}};
+  json["scene"] = segment_json(scene, options);
+  json["tool"] = segment_json(tool, options);
+  json["now_ns"] = monotonic_ns();
+  return json;
+}
+
+std::string text_of(const nlohmann::ordered_json& json) {
+  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+}  // namespace stillgrid

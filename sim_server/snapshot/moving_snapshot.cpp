@@ -1,0 +1,88 @@
+#include "sim_server/snapshot/moving_snapshot.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "shared/collision/sphere_history.hpp"
+#include "sim_server/snapshot/sphere_records.hpp"
+
+namespace stillgrid {
+namespace {
+
+Eigen::Map<const Eigen::Vector3f> vector(const std::array<float, 3>& v) {
+  return Eigen::Map<const Eigen::Vector3f>(v.data());
+}
+
+}  // namespace
+
+MovingSnapshot::MovingSnapshot(const World& world, Detection& detection)
+    : snapshots_(world.spheres.size()) {
+  const auto records = detection.spheres().grid().records();
+  for (std::size_t i = 0; i < records.size(); ++i) describe(world.spheres[i], records[i]);
+  show(detection);
+}
+
+void MovingSnapshot::show(Detection& detection) {
+  const std::span<const SphereMotion> motions = detection.motions();
+  for (std::size_t i = 0; i < snapshots_.size(); ++i) snapshots_[i] = state_of(motions[i]);
+  show(snapshots_, detection.spheres());
+}
+
+void MovingSnapshot::show(std::span<const proto::SphereState> snapshots, MovingSpheres& spheres) {
+  VoxelGrid& grid = spheres.grid();
+  grid.push_snapshot(snapshots);
+  const auto records = grid.records();
+  const bool is_entered_anew = spheres.entered_count() != shown_entry_;
+  for (std::size_t i = 0; i < snapshots.size(); ++i) {
+    const proto::SphereRecord& record = records[i];
+    const Eigen::Array3f centre_m = vector(spheres.swept_bound(i).centre_m);
+    const auto distance_m2 = [&](const std::array<float, 3>& position_m) {
+      return (vector(position_m).array() - centre_m).square().sum();
+    };
+    float farthest_m2 = distance_m2(record.newest.position_m);
+    if (is_entered_anew)
+      farthest_m2 = std::max({farthest_m2, distance_m2(record.older[0].position_m),
+                              distance_m2(record.older[1].position_m),
+                              distance_m2(record.oldest_position_m)});
+    const float room_m =
+        (1.0F - kBoundSlack) * spheres.swept_bound(i).bounding_radius_m - record.radius_m;
+    if (farthest_m2 > room_m * std::abs(room_m))
+      grid.grow(i, (std::sqrt(farthest_m2) + record.radius_m) * (1.0F + kBoundSlack));
+  }
+  shown_entry_ = spheres.entered_count();
+  spheres.reshape();
+}
+
+void MovingSnapshot::take_predictions(std::span<const SpherePrediction> prediction,
+                                      double prediction_s, double lag_s, MovingSpheres& spheres) {
+  VoxelGrid& grid = spheres.grid();
+  const auto records = grid.records();
+  for (std::size_t i = 0; i < prediction.size(); ++i) {
+    proto::SphereRecord& record = records[i];
+    const Eigen::Vector3f predicted_velocity_m_s =
+        prediction[i].predicted_velocity_m_s.cast<float>();
+    const Eigen::Vector3f compliance_m_per_N = prediction[i].compliance_m_per_N.cast<float>();
+    record.predicted_velocity_m_s = {predicted_velocity_m_s.x(), predicted_velocity_m_s.y(),
+                                     predicted_velocity_m_s.z()};
+    record.compliance_m_per_N = {compliance_m_per_N.x(), compliance_m_per_N.y(),
+                                 compliance_m_per_N.z()};
+    // The grid may have been entered anew since the snapshots were shown: their places too.
+    const SweptBound& swept_bound = grid.swept_bound(i);
+    const Eigen::Vector3f newest_m = vector(record.newest.position_m);
+    float far_m = 0.0F;
+    const auto hold = [&](const Eigen::Vector3f& at_m) {
+      far_m = std::max(far_m, (at_m - vector(swept_bound.centre_m)).norm());
+    };
+    for (std::size_t age = 0; age < proto::kHistoryLength; ++age)
+      hold(vector(position_m(record, age)));
+    hold(newest_m + static_cast<float>(prediction_s) * predicted_velocity_m_s);
+    hold(newest_m - static_cast<float>(lag_s) * predicted_velocity_m_s);
+    const float bounding_radius_m = (far_m + record.radius_m) * (1.0F + kBoundSlack);
+    if (bounding_radius_m > swept_bound.bounding_radius_m) grid.grow(i, bounding_radius_m);
+  }
+  shown_entry_ = spheres.entered_count();
+  spheres.reshape();
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,88 @@
+#include "shared/tools/scene_viewer/page_answers.hpp"
+
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <random>
+
+#include "tests/test_folder.hpp"
+
+namespace stillgrid {
+namespace {
+
+/// A view of one frame and one scene, the latter under the empty key.
+class SmallView final : public ViewSource {
+ public:
+  [[nodiscard]] ViewStatus status() const override { return {}; }
+  [[nodiscard]] Message scene(std::optional<std::string_view> key) const override {
+    return !key || key->empty() || *key == "a b" ? text_ : nullptr;
+  }
+  [[nodiscard]] Message frame(std::optional<std::uint64_t> number) const override {
+    if (number == 2) throw std::runtime_error("damaged");
+    return number.value_or(1) == 1 ? text_ : nullptr;
+  }
+  [[nodiscard]] std::string ticks(std::uint64_t, std::size_t most) const override {
+    return std::to_string(most);
+  }
+
+ private:
+  Message text_ = std::make_shared<const std::string>("text");
+};
+
+TEST_CASE("A query's value is decoded once, and a broken code stands", "[page_answers]") {
+  CHECK_FALSE(query_value("", "a"));
+  CHECK_FALSE(query_value("ab=1&b=2", "a"));
+  CHECK(query_value("a", "a") == "");
+  CHECK(query_value("b=2&a=1=2&a=3", "a") == "1=2");
+  CHECK(query_value("a=%41%2541%", "a") == "A%41%");
+  CHECK(query_value("a=%4&b", "a") == "%4");
+  CHECK(query_value("a=%zz%+1%-1", "a") == "%zz%+1%-1");
+}
+
+TEST_CASE("Only the key opens, and only this machine's name", "[page_answers]") {
+  const TestFolder folder;
+  std::ofstream(folder.path / "index.html") << "page";
+  std::ofstream(folder.path / "secret.txt") << "secret";
+  const SmallView view;
+  const PageAnswers answers(view, "key", folder.path);
+  const auto status = [&](std::string_view target, std::string_view host = "localhost:1",
+                          std::string_view method = "GET") {
+    const PageAnswer answer = answers.to({.method = method, .target = target, .host = host});
+    CHECK(answer.is_to_stranger == (answer.status == 403));
+    return answer.status;
+  };
+  CHECK(status("/key/") == 200);
+  CHECK(status("/key/", "127.0.0.1") == 200);
+  for (const char* target : {"", "/", "key/", "/key", "/ke/", "/keyy/", "//key/", "/?/key/", "*",
+                             "http://localhost/key/"})
+    CHECK(status(target) == 403);
+  for (const char* host : {"", "localhost.", "evil", "127.0.0.1.evil", "[::1]", "a@localhost"})
+    CHECK(status("/key/", host) == 403);
+  CHECK(status("/key/", "localhost", "POST") == 405);
+  for (const char* target :
+       {"/key/index.html", "/key/secret.txt", "/key//", "/key/../key/", "/key/api",
+        "/key/api/frame?number=2", "/key/api/frame?number=3", "/key/api/scene?key=b"})
+    CHECK(status(target) == 404);
+  for (const char* target : {"/key/?x", "/key/api/status", "/key/api/frame?number=latest",
+                             "/key/api/frame?number=1", "/key/api/scene", "/key/api/scene?key=",
+                             "/key/api/scene?key=a%20b", "/key/api/ticks?most=1&from=0"})
+    CHECK(status(target) == 200);
+  CHECK(*answers.to({"GET", "/key/api/ticks?from=0&most=99999999", "localhost"}).body == "65536");
+}
+
+TEST_CASE("Whatever is asked, there is an answer", "[page_answers]") {
+  const SmallView view;
+  const PageAnswers answers(view, "key", "no such folder");
+  std::mt19937 random(1);
+  for (int i = 0; i < 20'000; ++i) {
+    std::string target = "/key/api/frame?number=%31&from=1&most=%";
+    for (std::uint32_t spoilt = random() % 8; spoilt > 0; --spoilt)
+      target[random() % target.size()] = static_cast<char>(random());
+    target.resize(random() % (target.size() + 1));
+    const PageAnswer answer = answers.to({"GET", target, "localhost"});
+    REQUIRE(answer.body);
+    REQUIRE((answer.status == 200 || answer.body->back() == '\n'));
+  }
+}
+
+}  // namespace
+}  // namespace stillgrid

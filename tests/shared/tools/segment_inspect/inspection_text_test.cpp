@@ -1,0 +1,79 @@
+#include "shared/tools/segment_inspect/inspection_text.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "tests/shared/publication/small_scene.hpp"
+
+namespace stillgrid {
+namespace {
+
+constexpr auto kScene = proto::SegmentKind::kScene;
+
+SegmentSummary refused(const std::string& session, const std::string& why) {
+  SegmentSummary summary;
+  summary.file = {session, kScene};
+  summary.state = SegmentState::kRefused;
+  summary.refusal = why;
+  return summary;
+}
+
+TEST_CASE("A size is told in the unit that suits it", "[inspection_text]") {
+  CHECK(size_text(0) == "0 B");
+  CHECK(size_text(1023) == "1023 B");
+  CHECK(size_text(4096) == "4.0 KiB");
+  CHECK(size_text(1024 * 1024 - 1) == "1.0 MiB");
+  CHECK(size_text(3ULL << 29U) == "1.5 GiB");
+  CHECK(size_text(UINT64_MAX) == "16777216.0 TiB");
+}
+
+TEST_CASE("A table has one line for each segment whatever its name holds", "[inspection_text]") {
+  const TestSession session;
+  SmallSceneWriter writer(session);
+  writer.publish_next();
+  const std::array summaries{refused("a\n\x1B[2J", "it is not ours"),
+                             observe({session.name(), kScene}).summary};
+
+  const std::string table = table_of(summaries);
+
+  CHECK(std::count(table.begin(), table.end(), '\n') == 3);
+  CHECK(table.find('\x1B') == std::string::npos);
+  CHECK(table.find("refused: it is not ours\n") != std::string::npos);
+  CHECK(table.find(session.name()) != std::string::npos);
+  CHECK(table.find("33.3 Hz") != std::string::npos);
+  CHECK(table.find(" 7+10 ") != std::string::npos);
+  CHECK(table.find("virtual") != std::string::npos);
+}
+
+TEST_CASE("A table of nothing says so", "[inspection_text]") {
+  CHECK(table_of({}) == "no session in shared memory\n");
+}
+
+TEST_CASE("A long refusal does not widen the other rows", "[inspection_text]") {
+  const TestSession session;
+  const SmallSceneWriter writer(session);
+  const std::array summaries{refused("a", std::string(300, 'x')),
+                             observe({session.name(), kScene}).summary};
+  const std::string table = table_of(summaries);
+  CHECK(table.find('\n') < 150);
+}
+
+TEST_CASE("A session in detail tells the scene, its snapshot and what is absent",
+          "[inspection_text]") {
+  const TestSession session;
+  SmallSceneWriter writer(session);
+  const auto detail = [&] {
+    const ObservedSegment scene = observe({session.name(), kScene});
+    return detail_of(session.name(), &scene, nullptr);
+  };
+  CHECK(detail().find("none yet") != std::string::npos);
+  writer.publish_next();
+  const std::string text = detail();
+  for (const char* words :
+       {"small", "500 N/m", "2000 N/m", "normal (0, 0, 1)", "tool sphere 1", "scale 2",
+        "7 moving, 10 static", "1 contacts", "cells", "tool, of haptic_server: none"})
+    CHECK(text.find(words) != std::string::npos);
+}
+
+}  // namespace
+}  // namespace stillgrid
