@@ -150,6 +150,10 @@ void run_haptics(const HapticOptions& options, HapticReport& report, GuardedStat
   report.transition = name_of(options.transition);
   const DeviceSpec spec = parse_device_spec(options.device);
   report.device = spec.plugin;
+  const auto clock = options.lockstep ? proto::Clock::kVirtual : proto::Clock::kMonotonic;
+  // Before the device is opened: a session that has a writer is no reason to touch one.
+  auto lock = SessionLock::take(options.session, proto::SegmentKind::kTool, stop);
+  if (!lock) return;
 
   std::unique_ptr<Recorder> recorder;
   std::atomic<Recorder*> open_recorder = nullptr;
@@ -175,7 +179,6 @@ void run_haptics(const HapticOptions& options, HapticReport& report, GuardedStat
   report.device_identity = device.identity();
   // A segment refused at the start ends the program; one refused later leaves the old one in use.
   bool is_waiting = true;
-  const auto clock = options.lockstep ? proto::Clock::kVirtual : proto::Clock::kMonotonic;
   SceneWatch watch(options.session, proto::SegmentKind::kScene, proto::kSceneLayoutHash, clock,
                    [&](const std::string& refusal) {
                      if (is_waiting) throw SegmentError(refusal);
@@ -186,7 +189,7 @@ void run_haptics(const HapticOptions& options, HapticReport& report, GuardedStat
   if (scene == nullptr) return;
   report.scene = scene->scene().name.data();
 
-  ToolWriter tool(options.session, period_ns, clock, options.lockstep ? 0 : monotonic_ns(),
+  ToolWriter tool(std::move(*lock), period_ns, clock, options.lockstep ? 0 : monotonic_ns(),
                   options.readers);
   if (!options.record.empty())
     recorder = std::make_unique<Recorder>(options.record, report.scene, report.device,

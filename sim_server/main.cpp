@@ -205,10 +205,10 @@ int write_surfaces_of(const Arguments& arguments, const SceneDescription& scene,
 /// Runs the scene; report and final state are written however it ended.
 int run(Arguments& arguments) {
   // While it is held without a segment, haptic_server waits for the scene to be loaded.
-  std::optional<SessionLock> loading;
+  std::optional<SessionLock> lock;
   try {
     if (!arguments.server.session.empty())
-      loading.emplace(arguments.server.session, proto::SegmentKind::kScene);
+      lock.emplace(arguments.server.session, proto::SegmentKind::kScene);
   } catch (const SegmentError& error) {
     return fail(error, kCouldNotStart);
   }
@@ -238,9 +238,8 @@ int run(Arguments& arguments) {
   int status = kDone;
   // Before, a signal ends the process, which leaves at worst the file of the lock, and it is free.
   install_stop_signal();
-  loading.reset();  // the segment's writer takes it again
   try {
-    run_simulation(scene, arguments.server, simulation, report, stop_requested());
+    run_simulation(scene, arguments.server, std::move(lock), simulation, report, stop_requested());
   } catch (const SegmentError& error) {
     status = fail(error, kCouldNotStart);
   } catch (const std::domain_error& error) {  // the state is no number

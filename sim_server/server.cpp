@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "shared/publication/lockstep.hpp"
 #include "shared/realtime/periodic_timer.hpp"
@@ -27,9 +28,9 @@ double to_s(std::uint64_t ns) {
 /// The simulation's side of the session: its own segment, and the tool's as it comes and goes.
 class Session {
  public:
-  Session(const SceneDescription& scene, const ServerOptions& options, const Simulation& simulation,
-          proto::Clock clock, std::uint64_t start_ns)
-      : writer_(options.session, static_scene(scene, simulation), simulation.world().spheres.size(),
+  Session(const SceneDescription& scene, const ServerOptions& options, SessionLock lock,
+          const Simulation& simulation, proto::Clock clock, std::uint64_t start_ns)
+      : writer_(std::move(lock), static_scene(scene, simulation), simulation.world().spheres.size(),
                 to_ns(scene.period_s), clock, start_ns, options.readers),
         tool_(options.session, proto::SegmentKind::kTool, proto::kToolLayoutHash, clock,
               [clock](const std::string& refusal) {
@@ -83,10 +84,10 @@ void run_offline(const SceneDescription& scene, const ServerOptions& options,
   }
 }
 
-void run_real(const SceneDescription& scene, const ServerOptions& options, Simulation& simulation,
-              SimulationReport& report, const std::atomic<bool>& stop) {
+void run_real(const SceneDescription& scene, const ServerOptions& options, SessionLock lock,
+              Simulation& simulation, SimulationReport& report, const std::atomic<bool>& stop) {
   const std::uint64_t start_ns = monotonic_ns();
-  Session session(scene, options, simulation, proto::Clock::kMonotonic, start_ns);
+  Session session(scene, options, std::move(lock), simulation, proto::Clock::kMonotonic, start_ns);
   session.tool().start();
   const auto publish = [&](std::uint64_t state_ns, std::uint64_t began_ns, const StepReport& step,
                            const SnapshotPrediction& prediction) {
@@ -167,9 +168,9 @@ void promise(std::uint64_t& word, std::uint64_t time_ns) {
   HardwareAtomics::store(word, time_ns, std::memory_order_release);
 }
 
-void run_lockstep(const SceneDescription& scene, const ServerOptions& options,
+void run_lockstep(const SceneDescription& scene, const ServerOptions& options, SessionLock lock,
                   Simulation& simulation, SimulationReport& report, const std::atomic<bool>& stop) {
-  Session session(scene, options, simulation, proto::Clock::kVirtual, 0);
+  Session session(scene, options, std::move(lock), simulation, proto::Clock::kVirtual, 0);
   proto::SegmentHeader& header = session.writer().header();
   LockstepSchedule schedule(scene.period_s, options.jitter, options.seed, options.latency_s);
   ScheduledSnapshot snapshot = schedule.next();
@@ -207,16 +208,16 @@ void run_lockstep(const SceneDescription& scene, const ServerOptions& options,
 }  // namespace
 
 void run_simulation(const SceneDescription& scene, const ServerOptions& options,
-                    Simulation& simulation, SimulationReport& report,
-                    const std::atomic<bool>& stop) {
+                    std::optional<SessionLock> lock, Simulation& simulation,
+                    SimulationReport& report, const std::atomic<bool>& stop) {
   if (options.cpu && !pin_to_cpu(*options.cpu))
     spdlog::warn("running without processor {}: there is none of that number for us", *options.cpu);
   report.measures_time = options.clock != SimulationClock::kLockstep;
   switch (options.clock) {
     case SimulationClock::kReal:
-      return run_real(scene, options, simulation, report, stop);
+      return run_real(scene, options, std::move(*lock), simulation, report, stop);
     case SimulationClock::kLockstep:
-      return run_lockstep(scene, options, simulation, report, stop);
+      return run_lockstep(scene, options, std::move(*lock), simulation, report, stop);
     case SimulationClock::kOffline:
       return run_offline(scene, options, simulation, report, stop);
   }

@@ -33,10 +33,11 @@ struct ServerOptions {
 };
 
 /// Runs a scene until its duration is over or stop is set, and counts what happened in report.
+/// lock: of the session's scene segment; none offline.
 ///
-/// Throws SegmentError if the session cannot be had, or if a lockstep peer does not come or dies.
+/// Throws SegmentError if memory is short, or if a lockstep peer does not come or dies.
 void run_simulation(const SceneDescription& scene, const ServerOptions& options,
-                    Simulation& simulation, SimulationReport& report,
-                    const std::atomic<bool>& stop);
+                    std::optional<SessionLock> lock, Simulation& simulation,
+                    SimulationReport& report, const std::atomic<bool>& stop);
 
 }  // namespace stillgrid

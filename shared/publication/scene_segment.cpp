@@ -92,12 +92,12 @@ bool is_sound(const proto::SceneHeader& scene) {
 
 }  // namespace
 
-SceneWriter::SceneWriter(std::string_view session, const StaticScene& scene,
-                         std::size_t moving_count, std::uint64_t period_ns, proto::Clock clock,
-                         std::uint64_t start_ns, std::optional<gid_t> readers)
+SceneWriter::SceneWriter(SessionLock lock, const StaticScene& scene, std::size_t moving_count,
+                         std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns,
+                         std::optional<gid_t> readers)
     : moving_(grid_layout(sizeof(proto::SnapshotHeader), moving_count)),
       static_grid_(static_grid_of(scene)),
-      segment_(session,
+      segment_(std::move(lock),
                scene_spec(static_grid_.layout(), moving_, period_ns, clock, start_ns, readers)) {
   const proto::SceneHeader fixed = scene_header(scene, static_grid_, moving_);
   std::memcpy(segment_.bytes() + sizeof(proto::SegmentHeader), &fixed, sizeof fixed);

@@ -47,10 +47,16 @@ struct SnapshotPrediction {
 class SceneWriter {
  public:
   /// Announces the segment with no snapshot yet. readers: a group that may read it too. Throws
-  /// SegmentError.
-  SceneWriter(std::string_view session, const StaticScene& scene, std::size_t moving_count,
+  /// SegmentError. Pre: the lock is that of a scene segment.
+  SceneWriter(SessionLock lock, const StaticScene& scene, std::size_t moving_count,
               std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns,
               std::optional<gid_t> readers = std::nullopt);
+
+  /// The same by a lock of its own.
+  SceneWriter(std::string_view session, const StaticScene& scene, std::size_t moving_count,
+              std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns)
+      : SceneWriter(SessionLock(session, proto::SegmentKind::kScene), scene, moving_count,
+                    period_ns, clock, start_ns) {}
 
   /// Shows the next snapshot, entered where its spheres may be displayed (bound_history).
   /// Pre: snapshot has room for sizeof(SnapshotHeader) before moving_count spheres.

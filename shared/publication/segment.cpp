@@ -118,7 +118,10 @@ void touch_pages(std::span<const std::byte> bytes) {
 }  // namespace
 
 SegmentWriter::SegmentWriter(std::string_view session, const SegmentSpec& spec)
-    : path_(own_segment_path(session, spec.kind)), session_lock_(session, spec.kind) {
+    : SegmentWriter(SessionLock(session, spec.kind), spec) {}
+
+SegmentWriter::SegmentWriter(SessionLock lock, const SegmentSpec& spec)
+    : path_(lock.segment_path()), session_lock_(std::move(lock)) {
   const std::size_t first_slot = round_up(spec.fixed_bytes, 64);
   const std::size_t slot_bytes = kSlotHeaderBytes + round_up(spec.payload_bytes, 64);
   const std::size_t size_bytes = round_up(first_slot + 2 * slot_bytes, 4096);

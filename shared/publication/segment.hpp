@@ -33,7 +33,11 @@ struct SegmentSpec {
 /// Thread: one. Not real-time, but for publish() on buffer().
 class SegmentWriter {
  public:
-  /// Throws SegmentError if another writer lives or memory is short; nothing of others is touched.
+  /// Throws SegmentError if memory is short; nothing of others is touched. Pre: the lock is that of
+  /// a segment of the spec's kind.
+  SegmentWriter(SessionLock lock, const SegmentSpec& spec);
+
+  /// The same by a lock of its own. Throws SegmentError also if another writer lives.
   SegmentWriter(std::string_view session, const SegmentSpec& spec);
   ~SegmentWriter();
   SegmentWriter(const SegmentWriter&) = delete;

@@ -23,6 +23,7 @@ constexpr std::string_view kLock = ".lock";
 /// once need not know.
 constexpr auto kWriterEnds = milliseconds(1000);
 constexpr auto kLockPoll = milliseconds(5);
+constexpr std::atomic<bool> kNoStop = false;
 
 /// An open-file-description lock over a whole file: freed by the kernel however its holder ends,
 /// and unlike flock() it can be asked for without being taken (F_OFD_GETLK).
@@ -93,21 +94,32 @@ void require_owner(int fd, uid_t owner, const std::string& path) {
                        std::to_string(status.st_uid) + ", expected user " + std::to_string(owner));
 }
 
+SessionLock::SessionLock(std::string segment_path, FileDescriptor file) noexcept
+    : segment_path_(std::move(segment_path)), file_(std::move(file)) {}
+
 SessionLock::SessionLock(std::string_view session, proto::SegmentKind kind)
-    : path_(own_segment_path(session, kind) += kLock) {
-  auto file = try_lock(path_);
+    : SessionLock(*take(session, kind, kNoStop)) {}
+
+std::optional<SessionLock> SessionLock::take(std::string_view session, proto::SegmentKind kind,
+                                             const std::atomic<bool>& stop) {
+  std::string path = own_segment_path(session, kind);
+  const std::string lock_path = path + std::string(kLock);
+  auto file = try_lock(lock_path);
   for (auto waited = milliseconds(0); !file && waited < kWriterEnds; waited += kLockPoll) {
+    if (stop) return std::nullopt;
     std::this_thread::sleep_for(kLockPoll);
-    file = try_lock(path_);
+    file = try_lock(lock_path);
   }
   if (!file)
     throw SegmentError("session '" + std::string(session) +
                        "' already has a writer: stop it, or choose another --session");
-  file_ = std::move(*file);
+  return SessionLock(std::move(path), std::move(*file));
 }
 
 SessionLock::~SessionLock() {
-  if (bears_name(file_.get(), path_)) ::unlink(path_.c_str());  // while it is still held
+  if (file_.get() < 0) return;
+  const std::string path = segment_path_ + std::string(kLock);
+  if (bears_name(file_.get(), path)) ::unlink(path.c_str());  // while it is still held
 }
 
 bool is_writer_loading(std::string_view session, proto::SegmentKind kind) {

@@ -2,6 +2,7 @@
 
 #include <sys/types.h>
 
+#include <atomic>
 #include <compare>
 #include <cstdint>
 #include <optional>
@@ -54,15 +55,25 @@ class SessionLock {
   /// Waits up to a second for a holder that is about to end. Throws SegmentError where another
   /// still holds it then, and where its file is another user's.
   SessionLock(std::string_view session, proto::SegmentKind kind);
+
+  /// The same; nothing where stop is set in the wait, which it ends within 5 ms.
+  static std::optional<SessionLock> take(std::string_view session, proto::SegmentKind kind,
+                                         const std::atomic<bool>& stop);
+
   ~SessionLock();
-  SessionLock(SessionLock&&) = delete;
+  SessionLock(SessionLock&&) noexcept = default;
   SessionLock& operator=(SessionLock&&) = delete;
   SessionLock(const SessionLock&) = delete;
   SessionLock& operator=(const SessionLock&) = delete;
 
+  /// Where its holder makes the segment's object.
+  [[nodiscard]] const std::string& segment_path() const noexcept { return segment_path_; }
+
  private:
-  std::string path_;
-  FileDescriptor file_;
+  SessionLock(std::string segment_path, FileDescriptor file) noexcept;
+
+  std::string segment_path_;
+  FileDescriptor file_;  // none: moved from
 };
 
 /// Whether somebody who lives holds a session's lock and has made no segment yet: sim_server, while

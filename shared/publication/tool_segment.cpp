@@ -38,16 +38,16 @@ bool has_sound_figures(const proto::ToolState& state) noexcept {
          is_plausible(shown.age_s);
 }
 
-ToolWriter::ToolWriter(std::string_view session, std::uint64_t period_ns, proto::Clock clock,
+ToolWriter::ToolWriter(SessionLock lock, std::uint64_t period_ns, proto::Clock clock,
                        std::uint64_t start_ns, std::optional<gid_t> readers)
-    : segment_(session, {.kind = proto::SegmentKind::kTool,
-                         .layout_hash = proto::kToolLayoutHash,
-                         .period_ns = period_ns,
-                         .clock = clock,
-                         .start_ns = start_ns,
-                         .fixed_bytes = sizeof(proto::SegmentHeader),
-                         .payload_bytes = sizeof(proto::ToolState),
-                         .readers = readers}) {
+    : segment_(std::move(lock), {.kind = proto::SegmentKind::kTool,
+                                 .layout_hash = proto::kToolLayoutHash,
+                                 .period_ns = period_ns,
+                                 .clock = clock,
+                                 .start_ns = start_ns,
+                                 .fixed_bytes = sizeof(proto::SegmentHeader),
+                                 .payload_bytes = sizeof(proto::ToolState),
+                                 .readers = readers}) {
   segment_.announce();
 }
 

@@ -11,9 +11,15 @@ namespace stillgrid {
 /// The haptic server's end: one ToolState a tick.
 class ToolWriter {
  public:
-  /// Announces the segment. readers: a group that may read it too. Throws SegmentError.
+  /// Announces the segment. readers: a group that may read it too. Throws SegmentError. Pre: the
+  /// lock is that of a tool segment.
+  ToolWriter(SessionLock lock, std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns,
+             std::optional<gid_t> readers = std::nullopt);
+
+  /// The same by a lock of its own.
   ToolWriter(std::string_view session, std::uint64_t period_ns, proto::Clock clock,
-             std::uint64_t start_ns, std::optional<gid_t> readers = std::nullopt);
+             std::uint64_t start_ns)
+      : ToolWriter(SessionLock(session, proto::SegmentKind::kTool), period_ns, clock, start_ns) {}
 
   /// Realtime: wait-free.
   void publish(const proto::ToolState& state) noexcept;

@@ -3,6 +3,7 @@ import itertools
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -157,6 +158,13 @@ class SessionTest(unittest.TestCase):
         self.assertRegex(lines[0], "^(sim|haptic)_server: ")
         for word in words:
             self.assertIn(word, lines[0])
+
+
+def heeds(pid, number):
+    """Whether a process has a handler for the signal."""
+    status = pathlib.Path(f"/proc/{pid}/status").read_text()
+    caught = int(re.search(r"^SigCgt:\s+(\w+)", status, re.M)[1], 16)
+    return caught >> (number - 1) & 1
 
 
 def read_recording(file):

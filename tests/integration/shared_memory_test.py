@@ -1,18 +1,21 @@
 #!/usr/bin/python3
 """What may stand in /dev/shm when a daemon starts or while it runs: one clear line, and nobody's
 files but its own are touched."""
+import fcntl
 import os
 import pathlib
 import shutil
 import signal
 import struct
+import time
 import unittest
 
 import daemons
-from daemons import BAD_INPUT, COULD_NOT_START, DONE, SHM
+from daemons import BAD_INPUT, COULD_NOT_START, DONE, SHM, heeds
 
 LONG = ("--duration", "60")
 NOBODY = ("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups")
+WRITE_LOCK = struct.pack("hhqqi", fcntl.F_WRLCK, os.SEEK_SET, 0, 0, 0)  # struct flock: a whole file
 VERSION_AT = 8  # bytes from a segment's start: docs/protocol.md
 
 
@@ -124,6 +127,22 @@ class SharedMemoryTest(daemons.SessionTest):
         self.assertEqual(hand.wait(), DONE, hand.lines())
         self.assertEqual(again.stop(), DONE)
         self.assertEqual(again.lines(), [])
+
+    def test_a_stop_ends_the_wait_for_another_writer_with_the_device_untouched(self):
+        self.assertEqual(self.sim_server("wall", "--duration", 0.1).wait(), DONE)  # makes the folder
+        lock = (SHM / f"{self.session}-tool.lock").open("w")
+        self.addCleanup(lock.close)
+        fcntl.fcntl(lock, fcntl.F_OFD_SETLK, WRITE_LOCK)
+        hand = self.haptic_server("phantom", *LONG)
+        self.wait_until(lambda: hand.pid != hand.process.pid and heeds(hand.pid, signal.SIGTERM),
+                        5.0, "its handlers")
+        time.sleep(0.1)
+        self.assertNotIn("phantom.so", pathlib.Path(f"/proc/{hand.pid}/maps").read_text())
+        begin = time.monotonic()
+        hand.signal(signal.SIGTERM)
+        self.assertEqual(hand.wait(5.0), DONE, hand.lines())
+        self.assertLess(time.monotonic() - begin, daemons.PATIENCE * 0.2)
+        self.assertEqual(hand.lines(), [])
 
     def test_daemons_that_end_leave_nothing_and_other_sessions_alone(self):
         others = [SHM / f"{self.session}-other-{kind}" for kind in

@@ -3,13 +3,11 @@
 status, a line that names the device, and no force. What it does in the midst of a force is in the
 fault table."""
 import concurrent.futures
-import pathlib
-import re
 import signal
 import unittest
 
 import daemons
-from daemons import BAD_INPUT, DEVICE_FAULT
+from daemons import BAD_INPUT, DEVICE_FAULT, heeds
 from faults import call_log
 from faults.fault_run import DRIVER
 
@@ -108,13 +106,6 @@ class SignalTest(daemons.SessionTest):
             hand.signal(number)
             self.assertEqual(hand.wait(5.0), 128 + number, hand.lines())
             self.assertIn(f"ended by signal {int(number)} ", hand.lines()[0])
-
-
-def heeds(pid, number):
-    """Whether a process has a handler for the signal."""
-    status = pathlib.Path(f"/proc/{pid}/status").read_text()
-    caught = int(re.search(r"^SigCgt:\s+(\w+)", status, re.M)[1], 16)
-    return caught >> (number - 1) & 1
 
 
 if __name__ == "__main__":

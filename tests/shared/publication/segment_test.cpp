@@ -11,6 +11,7 @@
 #include <chrono>
 #include <optional>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "tests/shared/publication/other_process.hpp"
@@ -212,6 +213,33 @@ TEST_CASE("A writer that is about to end is waited for", "[segment]") {
   CHECK_NOTHROW(SegmentWriter(session.name(), small_spec()));
 
   ending.join();
+}
+
+TEST_CASE("A stop ends the wait for another writer, who keeps the session", "[segment]") {
+  const TestSession session;
+  const SessionLock held(session.name(), kScene);
+  std::atomic<bool> stop = false;
+  std::thread stopping([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+    stop = true;
+  });
+  const auto begin = std::chrono::steady_clock::now();
+
+  CHECK_FALSE(SessionLock::take(session.name(), kScene, stop));
+
+  CHECK(std::chrono::steady_clock::now() - begin < std::chrono::milliseconds(500));
+  stopping.join();
+  CHECK(is_writer_loading(session.name(), kScene));
+}
+
+TEST_CASE("A lock that was handed on is free once its last holder ends, no sooner", "[segment]") {
+  const TestSession session;
+  {
+    SessionLock first(session.name(), kScene);
+    const SegmentWriter writer(std::move(first), small_spec());
+    CHECK_THROWS_AS(SegmentWriter(session.name(), small_spec()), SegmentError);
+  }
+  CHECK_NOTHROW(SegmentWriter(session.name(), small_spec()));
 }
 
 TEST_CASE("The two segments of a session and those of other sessions have writers of their own",
