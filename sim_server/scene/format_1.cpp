@@ -1,22 +1,41 @@
 #include "sim_server/scene/format_1.hpp"
 
-#include <array>
+#include <algorithm>
 #include <utility>
 
 #include "shared/files/old_names.hpp"
+#include "sim_server/toml/refusal.hpp"
 
 namespace stillgrid {
 namespace {
 
-/// Where each old key stands first; a line of zero: nowhere.
-using Places = std::array<toml::source_position, kOldSceneKeys.size()>;
+/// Calls visit(table, prefix of its keys in messages) for each table of a document, outer first.
+template <class Node, class Visit>
+void for_each_table(Node& node, const std::string& prefix, const Visit& visit) {
+  if (auto* const table = node.as_table()) {
+    visit(*table, prefix);
+    for (auto&& [key, value] : *table)
+      for_each_table(value, prefix + std::string(key.str()) + ".", visit);
+  } else if (auto* const array = node.as_array()) {
+    for (auto& value : *array) for_each_table(value, prefix, visit);
+  }
+}
 
-void renew(toml::table& table, Places& places) {
-  for (std::size_t i = 0; i < kOldSceneKeys.size(); ++i) {
-    const auto& [before, now] = kOldSceneKeys[i];
+void renew(toml::table& table, const std::string& prefix, const std::string& file,
+           std::vector<RenewedKey>& renewed) {
+  for (const auto& [before, now] : kOldSceneKeys) {
     const auto found = table.find(before);
-    if (found == table.end() || table.contains(now)) continue;
-    if (!places[i]) places[i] = found->first.source().begin;
+    if (found == table.end()) continue;
+    const toml::source_position where = found->first.source().begin;
+    if (table.contains(now))
+      throw scene_error(file, where, prefix + std::string(before), shown(found->second),
+                        std::string(now) + " alone, which is the same key");
+    const auto known = std::find_if(renewed.begin(), renewed.end(),
+                                    [name = now](const auto& key) { return key.now == name; });
+    if (known == renewed.end())
+      renewed.push_back({before, now, where});
+    else
+      known->where = std::min(known->where, where);
     // The place goes with the key: a refusal names it.
     const toml::key renamed(now, toml::source_region(found->first.source()));
     found->second.visit([&](auto& value) { table.insert(renamed, std::move(value)); });
@@ -24,28 +43,45 @@ void renew(toml::table& table, Places& places) {
   }
 }
 
-void renew_all(toml::node& node, Places& places) {
-  if (toml::table* const table = node.as_table()) {
-    renew(*table, places);
-    for (auto&& [key, value] : *table) renew_all(value, places);
-  } else if (toml::array* const array = node.as_array()) {
-    for (toml::node& value : *array) renew_all(value, places);
-  }
-}
-
 }  // namespace
 
-std::vector<std::string> renew_format_1(toml::table& document, const std::string& file) {
-  Places places{};
-  renew_all(document, places);
+std::vector<RenewedKey> renew_format_1(toml::table& document, const std::string& file) {
+  std::vector<RenewedKey> renewed;
+  for_each_table(document, "", [&](toml::table& table, const std::string& prefix) {
+    renew(table, prefix, file, renewed);
+  });
+  std::sort(renewed.begin(), renewed.end(),
+            [](const RenewedKey& a, const RenewedKey& b) { return a.where < b.where; });
+  return renewed;
+}
+
+void refuse_format_1(const toml::table& document, const std::string& file) {
+  for_each_table(document, "", [&](const toml::table& table, const std::string& prefix) {
+    for (const auto& [before, now] : kOldSceneKeys)
+      if (const auto found = table.find(before); found != table.end())
+        throw scene_error(file, found->first.source().begin, prefix + std::string(before),
+                          shown(found->second),
+                          "no such key: format 2 calls it " + std::string(now));
+  });
+}
+
+std::vector<std::string> lines_of(const std::vector<RenewedKey>& renewed, const std::string& file) {
   std::vector<std::string> lines;
-  for (std::size_t i = 0; i < places.size(); ++i)
-    if (places[i])
-      lines.push_back(file + ":" + std::to_string(places[i].line) + ":" +
-                      std::to_string(places[i].column) + ": " +
-                      std::string(kOldSceneKeys[i].before) + " is of format 1: format 2 names it " +
-                      std::string(kOldSceneKeys[i].now));
+  for (const auto& [before, now, where] : renewed)
+    lines.push_back(file + ":" + std::to_string(where.line) + ":" + std::to_string(where.column) +
+                    ": " + std::string(before) + " is of format 1: format 2 calls it " +
+                    std::string(now));
   return lines;
+}
+
+SceneError with_names_of_file(const SceneError& refusal, const std::vector<RenewedKey>& renewed) {
+  std::string names;
+  for (const auto& [before, now, where] : renewed)
+    names.append(names.empty() ? "; of format 1: " : ", ")
+        .append(before)
+        .append(", which format 2 calls ")
+        .append(now);
+  return SceneError(refusal.what() + names);
 }
 
 }  // namespace stillgrid

@@ -199,6 +199,17 @@ void read_bodies(TableReader& document, SceneDescription& scene) {
   }
 }
 
+void read_tables(TableReader& document, SceneDescription& scene) {
+  read_world(document.table("world"), scene);
+  read_simulation(document.table("simulation"), scene);
+  read_grid(document.table("grid"), scene);
+  read_tool(document.table("tool"), scene);
+  read_device(document.table("device"), scene);
+  read_materials(document, scene);
+  read_bodies(document, scene);
+  document.finish();
+}
+
 }  // namespace
 
 SceneDescription read_scene(const std::string& text, const std::filesystem::path& path) {
@@ -210,15 +221,18 @@ SceneDescription read_scene(const std::string& text, const std::filesystem::path
   scene.name = path.stem().string();
   // First of all: under another format every other key may mean something else.
   const int format = document.integer("format", {kOldestFormat, kFormat});
-  if (format < kFormat) scene.warnings = renew_format_1(parsed, file);
-  read_world(document.table("world"), scene);
-  read_simulation(document.table("simulation"), scene);
-  read_grid(document.table("grid"), scene);
-  read_tool(document.table("tool"), scene);
-  read_device(document.table("device"), scene);
-  read_materials(document, scene);
-  read_bodies(document, scene);
-  document.finish();
+  if (format == kFormat) {
+    refuse_format_1(parsed, file);
+    read_tables(document, scene);
+    return scene;
+  }
+  const std::vector<RenewedKey> renewed = renew_format_1(parsed, file);
+  scene.warnings = lines_of(renewed, file);
+  try {
+    read_tables(document, scene);
+  } catch (const SceneError& refusal) {
+    throw with_names_of_file(refusal, renewed);
+  }
   return scene;
 }
 

@@ -10,6 +10,8 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "shared/files/old_names.hpp"
+#include "sim_server/scene/format_1.hpp"
 #include "sim_server/scene/scene_file.hpp"
 
 namespace stillgrid {
@@ -139,6 +141,7 @@ std::filesystem::path find_scene(const std::string& name) {
 
 std::string with_settings(const std::string& text, const std::vector<std::string>& settings) {
   toml::table root = toml::parse(std::string_view(text));
+  if (root["format"].value<int>() == 1) (void)renew_format_1(root, "scene");
   struct Done {
     toml::table* table;
     std::string key;
@@ -160,8 +163,9 @@ std::string with_settings(const std::string& text, const std::vector<std::string
     const toml::node& value = *setting.value.get("value");
     if (table == &root || value.is_table() || (*table)[path.back()].is_table())
       refuse(one, "TABLE.KEY=VALUE where VALUE is a number, a string, true, false or a list");
-    table->insert_or_assign(path.back(), value);
-    done.push_back({table, path.back()});
+    const std::string key(name_of_today(kOldSceneKeys, path.back()));
+    table->insert_or_assign(key, value);
+    done.push_back({table, key});
   }
   std::set<const toml::node*> set;
   for (const Done& one : done) set.insert(one.table->get(one.key));
@@ -179,6 +183,8 @@ SceneDescription load_scene_with(const std::filesystem::path& file,
     text = with_settings(read_text(file), settings);
   } catch (const toml::parse_error&) {
     return load_scene(file);  // refuses the file, and says where
+  } catch (const SceneError&) {
+    return load_scene(file);
   }
   try {
     return read_scene(text, file);

@@ -63,26 +63,43 @@ TEST_CASE("A scene of format 1 is read as the same of format 2, and each old key
   REQUIRE(old.warnings.size() == kOldSceneKeys.size());
   for (std::size_t i = 0; i < kOldSceneKeys.size(); ++i)
     CHECK_THAT(old.warnings[i], Catch::Contains(std::string(kOldSceneKeys[i].before) +
-                                                " is of format 1: format 2 names it " +
+                                                " is of format 1: format 2 calls it " +
                                                 std::string(kOldSceneKeys[i].now)));
   CHECK_THAT(old.warnings[0], Catch::Contains(":18:1: "));
 }
 
-TEST_CASE("A value of format 1 is refused where it stands", "[format_1]") {
-  CHECK_THROWS_WITH(scene_of("format = 1\n[[material]]\nname = 'm'\ncontact_stiffness_N_m = 0"),
-                    Catch::Contains(":4:25: material.contact_stiffness_N_per_m: value 0"));
-}
-
-TEST_CASE("A key of format 1 that does not belong there is refused where it stands", "[format_1]") {
+TEST_CASE("A refused scene of format 1 is told where it is wrong and which keys were renamed",
+          "[format_1]") {
+  CHECK_THROWS_WITH(
+      scene_of("format = 1\n[[material]]\nname = 'm'\ncontact_stiffness_N_m = 0\n"
+               "contact_damping_N_s_m = 1"),
+      Catch::Contains(":4:25: material.contact_stiffness_N_per_m: value 0") &&
+          Catch::EndsWith("; of format 1: contact_stiffness_N_m, which format 2 calls "
+                          "contact_stiffness_N_per_m, contact_damping_N_s_m, which format 2 calls "
+                          "contact_damping_N_s_per_m"));
   CHECK_THROWS_WITH(scene_of("format = 1\n[world]\ncontact_stiffness_N_m = 3"),
-                    Catch::Contains(":3:1: world.contact_stiffness_N_per_m: value 3"));
+                    Catch::Contains(":3:1: world.contact_stiffness_N_per_m: value 3") &&
+                        Catch::Contains("of format 1: contact_stiffness_N_m"));
+  CHECK_THROWS_WITH(scene_of("format = 1\n[world]\nspeed = 3"),
+                    !Catch::Contains("which format 2 calls"));
 }
 
-TEST_CASE("Format 2 knows no name of format 1", "[format_1]") {
-  CHECK_THROWS_WITH(scene_of("format = 2\n[[material]]\nname = 'm'\n"
-                             "contact_stiffness_N_per_m = 1\ncontact_damping_N_s_m = 1"),
-                    Catch::Contains(":5:1: material.contact_damping_N_s_m: value 1"));
-  CHECK_THROWS_WITH(scene_of("format = 1\nmaterial = [{ name = 'm', contact_stiffness_N_m = 1, "
-                             "contact_stiffness_N_per_m = 1 }]"),
-                    Catch::Contains("material.contact_stiffness_N_m: value 1"));
+TEST_CASE("A key of format 1 in a scene of format 2 is refused by the name of today",
+          "[format_1]") {
+  for (const auto& [before, now] : kOldSceneKeys)
+    CHECK_THROWS_WITH(
+        scene_of("format = 2\n[[material]]\nname = 'm'\nadhesion = { " + std::string(before) +
+                 " = 1 }"),
+        Catch::EndsWith(":4:14: material.adhesion." + std::string(before) +
+                        ": value 1: expected no such key: format 2 calls it " + std::string(now)));
+}
+
+TEST_CASE("A key under both its names is refused in either format", "[format_1]") {
+  const std::string both =
+      "\nmaterial = [{ name = 'm', contact_stiffness_N_m = 1, contact_stiffness_N_per_m = 1 }]";
+  CHECK_THROWS_WITH(scene_of("format = 1" + both),
+                    Catch::EndsWith(":2:27: material.contact_stiffness_N_m: value 1: expected "
+                                    "contact_stiffness_N_per_m alone, which is the same key"));
+  CHECK_THROWS_WITH(scene_of("format = 2" + both),
+                    Catch::EndsWith("format 2 calls it contact_stiffness_N_per_m"));
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "shared/files/old_names.hpp"
 #include "shared/tools/fit_run/fit_candidate.hpp"
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/shared/tools/fit_run/fit_files.hpp"
@@ -70,6 +71,20 @@ TEST_CASE("A setting is a value in the file, in tables that exist or not", "[fit
   CHECK(scene.method.solver == SolverKind::kBroyden);  // what is not set stays
 }
 
+TEST_CASE("A setting by a key's name of format 1 or 2 changes that key in a scene of either",
+          "[fit_scene]") {
+  for (const std::string format : {"format = 1", "format = 2"}) {
+    const OldName& key = kOldSceneKeys[0];
+    const std::string text = format + "\n[[material]]\nname = 'felt'\n" +
+                             std::string(format == "format = 1" ? key.before : key.now) + " = 400";
+    for (const std::string_view name : {key.before, key.now}) {
+      const SceneDescription scene =
+          read_scene(with_settings(text, {"material.felt." + std::string(name) + "=7"}), "s.toml");
+      CHECK(scene.materials[0].contact_stiffness_N_per_m == 7.0);
+    }
+  }
+}
+
 TEST_CASE("What a setting contradicts goes, unless it is set too", "[fit_scene]") {
   CHECK(with({"simulation.rate_hz=50"}).period_s == 0.02);
   CHECK(with({"simulation.period_s=0.04"}).period_s == 0.04);
@@ -132,7 +147,9 @@ TEST_CASE("A bad setting is refused in one line that shows it", "[fit_scene]") {
 
 TEST_CASE("What is wrong with the file itself is told of the file", "[fit_scene]") {
   const TestFolder folder;
-  for (const std::string text : {"format = 2\nbody = {", "format = 2\n[simulation]\nspeed = 3\n"}) {
+  for (const std::string text :
+       {"format = 2\nbody = {", "format = 2\n[simulation]\nspeed = 3\n",
+        "format = 1\nmaterial = [{contact_damping_N_s_m = 1, contact_damping_N_s_per_m = 1}]"}) {
     const auto file = folder.write("scene.toml", text);
     CHECK_THROWS_WITH(load_scene_with(file, {"grid.voxel_ratio=2"}),
                       Catch::StartsWith(file.string() + ":"));
