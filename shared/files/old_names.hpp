@@ -26,9 +26,18 @@ inline constexpr std::array kOldColumns = {OldName{"generation", "snapshot_id"}}
 /// Flags in the column `flags` of recordings.
 inline constexpr std::array kOldFlags = {OldName{"cut", "truncated"}};
 
-/// Keys of a frame in saved views of version 1.
-inline constexpr std::array kOldFrameKeys = {OldName{"generation", "snapshot_id"},
-                                             OldName{"image", "snapshot"}};
+/// Keys of scenes and frames in saved views of version 1, at any depth; their flags are kOldFlags.
+inline constexpr std::array kOldViewKeys = {
+    OldName{"generation", "snapshot_id"},
+    OldName{"image", "snapshot"},
+    OldName{"foresight_ms", "prediction_ms"},
+    OldName{"reach_m", "bounding_radius_m"},
+    OldName{"drift_s", "prediction_s"},
+    OldName{"answer_lag_s", "compliance_lag_s"},
+    OldName{"answer_N", "force_change_N"},
+    OldName{"stiffness_N_m", "stiffness_N_per_m"},
+    OldName{"damping_N_s_m", "damping_N_s_per_m"},
+};
 
 /// Options of the device `phantom`.
 inline constexpr std::array kOldDeviceOptions = {

@@ -2,10 +2,20 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <string_view>
 
 namespace stillgrid {
 
 // What a saved view holds is checked with these before it is shown; Json: either of nlohmann's.
+
+/// Text of a stranger as JSON, discarded where it is none. What nests deeper than a viewer writes
+/// is left out: to copy or to print it would take stack without end.
+template <class Json>
+[[nodiscard]] Json parse_shallow(std::string_view text) {
+  constexpr int kMaxDepth = 16;
+  return Json::parse(
+      text, [](int depth, auto, const Json&) { return depth <= kMaxDepth; }, false);
+}
 
 /// A member, or null where there is none.
 template <class Json>

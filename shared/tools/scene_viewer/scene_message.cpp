@@ -179,7 +179,7 @@ std::string empty_scene_message(ViewKind kind, const std::string& name, const st
 }
 
 std::optional<SavedScene> saved_scene(const std::string& message) {
-  Json json = Json::parse(message, nullptr, false);
+  Json json = parse_shallow<Json>(message);
   if (!at(json, "scene_key").is_string() || !are_spheres(at(json, "spheres")) ||
       !is_static_grid(json) || !are_voxels(at(json, "static_voxels")) ||
       !json.contains("surfaces") ||

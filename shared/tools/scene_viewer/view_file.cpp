@@ -10,7 +10,7 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "shared/files/old_names.hpp"
+#include "shared/tools/scene_viewer/old_view.hpp"
 
 namespace stillgrid {
 namespace {
@@ -19,24 +19,6 @@ namespace {
 constexpr std::size_t kVersionByte = 8;
 constexpr char kOldestVersion = 1;
 constexpr std::array<char, 16> kHead = {'S', 'T', 'L', 'G', 'V', 'I', 'E', 'W', 2};
-
-/// A frame of version 1 with the keys of today; what is no frame as it is.
-std::string renewed(const std::string& frame) {
-  std::uint32_t length = 0;
-  if (frame.size() < sizeof length) return frame;
-  std::memcpy(&length, frame.data(), sizeof length);
-  if (length > frame.size() - sizeof length) return frame;
-  std::string head = frame.substr(sizeof length, length);
-  for (const auto& [before, now] : kOldFrameKeys) {
-    const std::string old = '"' + std::string(before) + "\":", key = '"' + std::string(now) + "\":";
-    for (std::size_t at = head.find(old); at != std::string::npos; at = head.find(old, at))
-      head.replace(at, old.size(), key);
-  }
-  head.append((4 - head.size() % 4) % 4, ' ');  // the arrays stay aligned
-  const auto new_length = static_cast<std::uint32_t>(head.size());
-  std::string message(reinterpret_cast<const char*>(&new_length), sizeof new_length);
-  return message.append(head).append(frame, sizeof length + length);
-}
 
 struct RecordHead {
   ViewRecord kind;
@@ -124,12 +106,13 @@ std::optional<std::string> ViewReader::read(const Place& place) const {
 }
 
 std::optional<std::string> ViewReader::scene(std::size_t i) const {
-  return read(scenes_[i]);
+  auto scene = read(scenes_[i]);
+  return scene && is_old_ ? scene_of_version_1(*scene) : scene;
 }
 
 std::optional<std::string> ViewReader::frame(std::size_t i) const {
   auto frame = read(frames_[i]);
-  return frame && is_old_ ? renewed(*frame) : frame;
+  return frame && is_old_ ? frame_of_version_1(*frame) : frame;
 }
 
 std::vector<TickSample> ViewReader::ticks(std::uint64_t from, std::size_t most) const {

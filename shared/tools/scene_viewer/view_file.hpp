@@ -64,7 +64,7 @@ class ViewReader {
 
   FileDescriptor file_;
   std::vector<Place> scenes_, frames_, ticks_;
-  bool is_old_ = false;  // of version 1, whose frames have other keys
+  bool is_old_ = false;  // of version 1, whose messages have other keys
 };
 
 }  // namespace stillgrid

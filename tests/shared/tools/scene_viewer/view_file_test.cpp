@@ -3,7 +3,6 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 
-#include "shared/files/old_names.hpp"
 #include "shared/tools/scene_viewer/frame.hpp"
 #include "shared/tools/scene_viewer/frame_moment.hpp"
 #include "shared/tools/scene_viewer/saved_view.hpp"
@@ -50,32 +49,6 @@ TEST_CASE("A saved view gives back what was put in", "[view_file]") {
   for (std::size_t i = 0; i < ticks.size(); ++i) CHECK(ticks[i].tick == 45 + i);
   CHECK(reader.ticks(99, 1000).size() == 2);
   CHECK(reader.ticks(101, 1).empty());
-}
-
-TEST_CASE("A saved view of version 1 gives frames with the keys of today", "[view_file]") {
-  const TestFolder folder;
-  const auto file = folder.path / "old.view";
-  Frame frame;
-  frame.scene_key = "key";
-  const std::string now = frame_message(frame);
-  std::string old = now;
-  for (const auto& [before, today] : kOldFrameKeys) {
-    const std::string key = '"' + std::string(today) + "\":";
-    const std::size_t at = old.find(key);
-    REQUIRE(at != std::string::npos);
-    // As long as today's, so that the length of the head stays.
-    old.replace(at, key.size(),
-                '"' + std::string(before) + "\":" + std::string(today.size() - before.size(), ' '));
-  }
-  ViewWriter(file).add(ViewRecord::kFrame, old);
-  std::fstream(file, std::ios::in | std::ios::out | std::ios::binary).seekp(8).put(1);
-  const auto renewed = ViewReader(file).frame(0);
-  REQUIRE(renewed);
-  CHECK(moment_of(*renewed));
-  for (const auto& [before, today] : kOldFrameKeys) {
-    CHECK(renewed->find('"' + std::string(before) + '"') == std::string::npos);
-    CHECK(renewed->find('"' + std::string(today) + '"') != std::string::npos);
-  }
 }
 
 TEST_CASE("A saved view that was cut anywhere reads up to its last whole record", "[view_file]") {
