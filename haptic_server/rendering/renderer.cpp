@@ -28,9 +28,11 @@ RenderedTick Renderer::render(const SceneView& scene, const ToolPose& pose,
       reader_.look(scene, [&](const proto::SnapshotHeader& latest, const GridView& moving) {
         gather(tick_scene, latest, moving);
       });
-  if (look.status == ReadStatus::kEmpty && !reader_.has_snapshot()) return {};
-  const proto::SnapshotHeader& snapshot = reader_.snapshot();
   RenderedTick tick;
+  tick.contended = look.status == ReadStatus::kContended;
+  // No force, not even of planes: they are shown from the first snapshot on.
+  if (!reader_.has_snapshot()) return tick;
+  const proto::SnapshotHeader& snapshot = reader_.snapshot();
   tick.snapshot_id = snapshot.snapshot_id;
   tick.is_new = look.is_new;
   tick.contended = !look.accepted();

@@ -59,7 +59,8 @@ class Renderer {
   Renderer& operator=(Renderer&&) = delete;
 
   /// The force on the tool at now_ns, on the clock of the scene's stamps. Where the latest snapshot
-  /// cannot be read what the last good one left stands. Realtime: wait-free, allocates nothing.
+  /// cannot be read what the last good one left stands; before the first there is no force.
+  /// Realtime: wait-free, allocates nothing.
   [[nodiscard]] RenderedTick render(const SceneView& scene, const ToolPose& pose,
                                     std::uint64_t now_ns) noexcept;
 
