@@ -31,7 +31,8 @@ class SnapshotReader {
   }
 
   /// Looks at the latest snapshot; unless accepted, the last one stands. Empty after a snapshot:
-  /// its memory was lost.
+  /// its memory was lost. A snapshot whose header does not bear the number that it was published
+  /// under, or an earlier one than the last of this segment, counts as contended: its writer lies.
   ///
   /// gather(header, grid) reads what it needs of the moving spheres, as of read_latest(): it may be
   /// called twice or not at all, and what it read counts once the look was accepted.
@@ -45,6 +46,8 @@ class SnapshotReader {
     });
     SnapshotLook look{.status = read.status};
     if (!look.accepted()) return look;
+    if (latest.snapshot_id != read.snapshot_id || latest.snapshot_id < snapshot_.snapshot_id)
+      return {.status = ReadStatus::kContended};
     look.is_new = latest.snapshot_id != snapshot_.snapshot_id;
     look.is_first = look.is_new && !has_snapshot();
     snapshot_ = latest;

@@ -58,5 +58,28 @@ TEST_CASE("The last snapshot stands when the latest is overtaken, or its memory 
   CHECK_FALSE(reader.has_snapshot());
 }
 
+TEST_CASE("A snapshot under another number than its header's, or an earlier one, is not believed",
+          "[snapshot_reader]") {
+  const TestSession session;
+  SmallSceneWriter writer(session);
+  const SceneView view = view_of(session);
+  const DoubleBuffer& buffer = writer.writer().segment().buffer();
+  SnapshotReader reader;
+  reader.turn_to(view);
+  const std::uint64_t lie = GENERATE(0, 1, 4, 6, ~std::uint64_t{0});
+  for (int n = 1; n <= 5; ++n) writer.publish_next();
+  *buffer.payload[1] = lie;  // the fifth's header begins with its number
+  CHECK(look(reader, view).status == ReadStatus::kContended);
+  CHECK_FALSE(reader.has_snapshot());
+
+  *buffer.payload[1] = 5;
+  CHECK(look(reader, view).accepted());
+  *buffer.latest = 4;  // whole, under its own number, but before the last
+  CHECK(look(reader, view).status == ReadStatus::kContended);
+  CHECK(reader.snapshot().snapshot_id == 5);
+  *buffer.latest = 5;
+  CHECK(look(reader, view).accepted());
+}
+
 }  // namespace
 }  // namespace stillgrid
