@@ -16,7 +16,6 @@
 #include "haptic_server/devices/phantom_model.hpp"
 #include "haptic_server/devices/plugin_options.hpp"
 #include "haptic_server/devices/plugin_support.hpp"
-#include "shared/files/old_names.hpp"
 
 namespace stillgrid {
 namespace {
@@ -101,7 +100,7 @@ class PhantomDriver {
   }
 
   void configure(std::string_view given_key, std::string_view value) {
-    const std::string_view key = name_of_today(kOldDeviceOptions, given_key);
+    const std::string_view key = names_.key_of(given_key, value);
     if (key != given_key)
       log_.warn("option " + std::string(given_key) + " is now " + std::string(key));
     if (set_recording_option(recording_, key, value)) return;
@@ -269,6 +268,7 @@ class PhantomDriver {
   int delay_ticks_ = 0;
   std::uint64_t seed_ = 1;
   bool declares_limits_ = true;
+  OptionNames names_;
   std::vector<std::pair<const NumberOption*, double>> overrides_;
   std::array<std::optional<double>, 3> pivot_m_;  // as configured
 

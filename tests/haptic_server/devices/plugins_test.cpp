@@ -147,6 +147,19 @@ TEST_CASE("The phantom takes its options by their old names too", "[plugins]") {
   }
 }
 
+TEST_CASE("The phantom refuses an option under its old name and today's together", "[plugins]") {
+  for (const auto& [before, today] : kOldDeviceOptions) {
+    const std::string old(before), now(today);
+    for (const auto& [first, second] : {std::pair(old, now), std::pair(now, old)}) {
+      const Plugin plugin("phantom");
+      CHECK(plugin.configure(first, "0.5") == STILLGRID_DEVICE_OK);
+      CHECK(plugin.configure(second, "0.5") == STILLGRID_DEVICE_E_ARGUMENT);
+      CHECK(plugin.line() ==
+            second + ": value '0.5': expected " + first + " alone, which is the same option");
+    }
+  }
+}
+
 TEST_CASE("An unknown key is refused with the keys there are", "[plugins]") {
   const Plugin plugin(GENERATE("phantom", "replay"));
   CHECK(plugin.configure("colour", "red") == STILLGRID_DEVICE_E_ARGUMENT);
