@@ -19,7 +19,7 @@ constexpr auto kBatchPause = std::chrono::milliseconds(10);
 constexpr std::size_t kBatchBytes = 65536;
 constexpr const char* kColumns =
     "time_s,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s,fx_N,fy_N,fz_N,rendered_fx_N,rendered_fy_N,"
-    "rendered_fz_N,snapshot_id,alpha,contacts,age_s,tick_ns,flags,tx_Nm,ty_Nm,tz_Nm,"
+    "rendered_fz_N,snapshot_id,alpha,contacts,age_s,tick_ns,flags,tx_N_m,ty_N_m,tz_N_m,"
     "qx,qy,qz,qw";
 
 template <class Number>

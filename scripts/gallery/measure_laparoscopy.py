@@ -68,7 +68,7 @@ def measure_stroke(build, folder):
     return [{"time_s": f"{run['time_s'][i]:.3f}", "handle_x_mm": f"{1e3 * run['x_m'][i]:.3f}",
              "inserted_mm": f"{1e3 * (0.25 - distance_of(run, PIVOT_M)[i]):.2f}",
              "scene_x_N": f"{commanded_N[i, 0]:.4f}", "scene_z_N": f"{commanded_N[i, 2]:.4f}",
-             "torque_y_Nm": f"{run['ty_Nm'][i]:.5f}",
+             "torque_y_N_m": f"{run['ty_N_m'][i]:.5f}",
              "handle_x_N": f"{felt_N[i, 0]:.4f}", "handle_z_N": f"{felt_N[i, 2]:.4f}"}
             for i in range(0, len(run["time_s"]), 10)]
 
@@ -86,7 +86,7 @@ def held(build, folder, distance_m, tilt_rad):
               f"path={folder / 'path.csv'}")
     _, _, run = launch(build, folder, device, 3, "--lockstep")
     pull_N = HAND_N_PER_M * (at_m + DEVICE_M - rows_of(run, "{}_m")[-1])
-    force_N, torque_N_m = rows_of(run, "f{}_N")[-1], rows_of(run, "t{}_Nm")[-1]
+    force_N, torque_N_m = rows_of(run, "f{}_N")[-1], rows_of(run, "t{}_N_m")[-1]
     shaft = shaft_of(run)[-1]
     turning_N = numpy.cross(shaft, force_N)
     across = numpy.cross(turning_N, shaft) / numpy.linalg.norm(turning_N)

@@ -78,7 +78,7 @@ def draw_times(axes, rows):
 def draw_stroke(axes, rows):
     time_s, scene_N, felt_N, torque_N_m = (
         numpy.array([float(row[name]) for row in rows])
-        for name in ("time_s", "scene_x_N", "handle_x_N", "torque_y_Nm"))
+        for name in ("time_s", "scene_x_N", "handle_x_N", "torque_y_N_m"))
     axes.axhline(0.0, color="0.8", linewidth=0.8)
     axes.plot(time_s, scene_N, color=FORCE, linewidth=1.4, label="scene on the rod, x [N]")
     axes.plot(time_s, felt_N, color=FELT, linewidth=1.4, label="felt at the handle, x [N]")

@@ -6,7 +6,7 @@ import sys
 import numpy
 
 sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent / "replay"))
-from old_names import columns_of_today, flags_of_today
+from old_names import columns_of_today, flags_of_today, given_twice
 
 
 class Recording:
@@ -21,6 +21,8 @@ class Recording:
         rows = list(csv.reader(line for line in lines if not line.startswith("#")))
         if len(rows) < 2:
             raise ValueError(f"{file}: expected a header and a row at least")
+        if name := given_twice(rows[0]):
+            raise ValueError(f"{file}: column {name}: given twice, by this name or an earlier one")
         self.columns = {name: numpy.array([flags_of_today(text) for text in column]) if name == "flags"
                         else numpy.array(column, float)
                         for name, column in zip(columns_of_today(rows[0]), zip(*rows[1:]))}

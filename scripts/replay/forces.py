@@ -4,7 +4,7 @@ import pathlib
 
 import numpy
 
-from old_names import columns_of_today
+from old_names import columns_of_today, given_twice
 
 TIME_NAMES = ("time_s", "t_s")
 FORCE_NAMES = ("fx_N", "fy_N", "fz_N")
@@ -49,6 +49,8 @@ def read_forces(file):
     for number, row in rows:
         if len(row) != len(header):
             raise Unusable(f"{file}:{number}: {len(row)} fields: expected {len(header)}")
+    if name := given_twice(header):
+        raise Unusable(f"{file}:{header_line}: column {name}: given twice, by this name or an earlier one")
     columns, header = {}, columns_of_today(header)
     for name in (*TIME_NAMES, *FORCE_NAMES, *POSITION_NAMES, "contacts", "snapshot_id"):
         if header.count(name) > 1:

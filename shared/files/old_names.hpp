@@ -21,7 +21,9 @@ inline constexpr std::array kOldSceneKeys = {
 };
 
 /// Columns of recordings.
-inline constexpr std::array kOldColumns = {OldName{"generation", "snapshot_id"}};
+inline constexpr std::array kOldColumns = {OldName{"generation", "snapshot_id"},
+                                           OldName{"tx_Nm", "tx_N_m"}, OldName{"ty_Nm", "ty_N_m"},
+                                           OldName{"tz_Nm", "tz_N_m"}};
 
 /// Flags in the column `flags` of recordings.
 inline constexpr std::array kOldFlags = {OldName{"cut", "truncated"}};

@@ -77,7 +77,7 @@ class LaparoscopyTest(daemons.SessionTest):
         self.assertGreater((swept_y_m - y_m).max(), 0.002)  # the tip goes towards +y
 
         force_N, felt_N = rows_of(recording, "f{}_N")[-1], force_at_handle_N(recording, PIVOT_M)
-        touched_m = numpy.linalg.norm(rows_of(recording, "t{}_Nm")[-1]) / numpy.linalg.norm(force_N)
+        touched_m = numpy.linalg.norm(rows_of(recording, "t{}_N_m")[-1]) / numpy.linalg.norm(force_N)
         distance_m = distance_of(recording, PIVOT_M)[-1]
         self.assertLess(force_N[1], -0.5)
         self.assertLess(touched_m, TIP_M - 0.01)  # by its side, not its tip
@@ -103,7 +103,7 @@ class LaparoscopyTest(daemons.SessionTest):
                                    (), ("--max-force", 20))
         again = daemons.read_recording(replay)
         self.assertGreater(recording["contacts"].max(), 0)
-        for name in ("f{}_N", "t{}_Nm"):
+        for name in ("f{}_N", "t{}_N_m"):
             numpy.testing.assert_allclose(rows_of(again, name), rows_of(recording, name), atol=1e-6)
 
     @unittest.skipUnless(LIVER.exists(), f"skipped: {LIVER} is absent")

@@ -86,7 +86,7 @@ std::vector<std::pair<std::string_view, Take>> known_columns() {
       columns, {"fx_N", "fy_N", "fz_N"},
       [](RecordedTick & tick) -> auto& { return tick.sample.force_N; });
   add_columns(
-      columns, {"tx_Nm", "ty_Nm", "tz_Nm"},
+      columns, {"tx_N_m", "ty_N_m", "tz_N_m"},
       [](RecordedTick & tick) -> auto& { return tick.torque_N_m; });
   add_columns(
       columns, {"qx", "qy", "qz", "qw"},
@@ -139,6 +139,9 @@ class RecordingReader {
     for (std::size_t i = 0; i < kNeeded; ++i)
       if (std::count(names.begin(), names.end(), known_[i].first) != 1)
         return "column " + std::string(known_[i].first) + ": expected once";
+    for (const auto& [name, take] : known_)
+      if (std::count(names.begin(), names.end(), name) > 1)
+        return "column " + std::string(name) + ": given twice, by this name or an earlier one";
     for (const std::string_view name : names) {
       const auto found = std::find_if(known_.begin(), known_.end(),
                                       [&](const auto& column) { return column.first == name; });

@@ -130,7 +130,7 @@ TEST_CASE("A row has a field for each column, and columns known before keep thei
   REQUIRE(lines.size() == 4);
   CHECK_THAT(lines[2],
              Catch::Matchers::StartsWith("time_s,x_m,y_m,z_m,vx_m_s,") &&
-                 Catch::Matchers::EndsWith(",tick_ns,flags,tx_Nm,ty_Nm,tz_Nm,qx,qy,qz,qw"));
+                 Catch::Matchers::EndsWith(",tick_ns,flags,tx_N_m,ty_N_m,tz_N_m,qx,qy,qz,qw"));
   CHECK(std::count(lines[3].begin(), lines[3].end(), ',') ==
         std::count(lines[2].begin(), lines[2].end(), ','));
 }

@@ -26,17 +26,32 @@ TEST_CASE("A recording's rows are its ticks, with what it tells of them", "[reco
 
 TEST_CASE("A recording of the old names of columns and flags is read alike", "[recorded_view]") {
   const TestFolder folder;
-  const auto read = [&](std::string_view column, std::string_view flag) {
-    return read_recording(folder.write("run.csv", "time_s,x_m,y_m,z_m,flags," +
-                                                      std::string(column) + "\n0,1,2,3,faded|" +
-                                                      std::string(flag) + ",7\n"));
+  const auto read = [&](bool is_old) {
+    std::string names = "time_s,x_m,y_m,z_m,flags", row = "0,1,2,3,faded|";
+    row += is_old ? kOldFlags[0].before : kOldFlags[0].now;
+    for (std::size_t i = 0; i < kOldColumns.size(); ++i) {
+      names.append(",").append(is_old ? kOldColumns[i].before : kOldColumns[i].now);
+      row += "," + std::to_string(7 + i);
+    }
+    return read_recording(folder.write("run.csv", names + "\n" + row + "\n"));
   };
-  const auto old = read(kOldColumns[0].before, kOldFlags[0].before);
-  const auto now = read("snapshot_id", "truncated");
-  CHECK(now[0].sample.snapshot_id == 7);
-  CHECK(now[0].sample.flags == (proto::kFlagFaded | proto::kFlagTruncated));
-  CHECK(old[0].sample.snapshot_id == now[0].sample.snapshot_id);
-  CHECK(old[0].sample.flags == now[0].sample.flags);
+  for (const auto& rows : {read(true), read(false)}) {
+    CHECK(rows[0].sample.snapshot_id == 7);
+    CHECK(rows[0].torque_N_m == std::array{8.0, 9.0, 10.0});
+    CHECK(rows[0].sample.flags == (proto::kFlagFaded | proto::kFlagTruncated));
+  }
+}
+
+TEST_CASE("A recording with a column under its old name and today's is refused in one line",
+          "[recorded_view]") {
+  const TestFolder folder;
+  for (const auto& [before, now] : kOldColumns) {
+    const auto file = folder.write("run.csv", "time_s,x_m,y_m,z_m," + std::string(before) + "," +
+                                                  std::string(now) + "\n0,1,2,3,4,5\n");
+    CHECK(refusal_line([&] { (void)read_recording(file); })
+              .ends_with("run.csv:1: column " + std::string(now) +
+                         ": given twice, by this name or an earlier one"));
+  }
 }
 
 TEST_CASE("A last row without the end of its line is kept if all of it is there",
