@@ -53,9 +53,9 @@ Eigen::Vector3d force_at_handle_N(const Instrument& instrument, const Eigen::Vec
                                   const Eigen::Vector3d& torque_N_m) noexcept {
   constexpr double kLeastNearness = 1e-3;  // keeps the roll's part bounded, 2.6 degrees from up
   const Eigen::Vector3d& u = instrument.shaft;
-  const double roll_N_m = u.dot(torque_N_m) / std::max(nearness_to_down(u), kLeastNearness);
-  const Eigen::Vector3d across_N_m = torque_N_m + roll_N_m * Eigen::Vector3d::UnitZ();
-  return force_N + u.cross(across_N_m) / std::max(instrument.distance_m, kLeastInstrument_m);
+  const double roll_torque_N_m = u.dot(torque_N_m) / std::max(nearness_to_down(u), kLeastNearness);
+  const Eigen::Vector3d cross_torque_N_m = torque_N_m + roll_torque_N_m * Eigen::Vector3d::UnitZ();
+  return force_N + u.cross(cross_torque_N_m) / std::max(instrument.distance_m, kLeastInstrument_m);
 }
 
 bool holds_instrument(const Eigen::Vector3d& handle_m, const Eigen::Vector3d& pivot_m) noexcept {

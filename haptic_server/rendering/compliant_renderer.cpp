@@ -53,9 +53,9 @@ void CompliantRenderer::prepare(const TickScene& scene, bool is_other) noexcept 
     shown_ = {};
     touched_->clear();
     static_.clear();
-    way_.forget();
+    sweep_.forget();
   }
-  tool_ = way_.place(scene.fixed(), scene.pose);
+  tool_ = sweep_.place(scene.fixed(), scene.pose);
   radius_m_ = 0.0;
   for (const PlacedToolSphere& sphere : tool_) radius_m_ = std::max(radius_m_, sphere.radius_m);
   led_on_.reset();
@@ -96,7 +96,7 @@ void CompliantRenderer::lead_on(const TickScene& scene) noexcept {
   ToolForce force = solve(scene, shown_);
   const double rest = left(shown_.began_ns, shown_.rest_s, scene.now_ns);
   force.force_N += rest * shown_.residual_N;
-  force.torque_N_m += rest * shown_.residual_N_m;
+  force.torque_N_m += rest * shown_.residual_torque_N_m;
   led_on_ = force;
 }
 
@@ -156,16 +156,16 @@ void CompliantRenderer::show(const TickScene& scene, const SnapshotLook& look,
       const double rest = left(shown_.began_ns, shown_.rest_s, now_ns);
       tick.switch_jump_N = (force.force_N - led_on_->force_N + rest * shown_.residual_N).norm();
       next_.residual_N = led_on_->force_N - force.force_N;
-      next_.residual_N_m = led_on_->torque_N_m - force.torque_N_m;
+      next_.residual_torque_N_m = led_on_->torque_N_m - force.torque_N_m;
       next_.rest_s = rest_duration_s(reader().snapshot(), next_.residual_N);
     }
     const double rest = left(next_.began_ns, next_.rest_s, now_ns);
     force.force_N += rest * next_.residual_N;
-    force.torque_N_m += rest * next_.residual_N_m;
+    force.torque_N_m += rest * next_.residual_torque_N_m;
     shown_ = next_;
     static_.clear();
     gather_touched(scene.view.static_grid(), held_snapshot(0), tool_, static_);
-    way_.end();  // what a contended tick did not look at is the next one's way
+    sweep_.end();  // what a contended tick did not look at the next one sweeps
   } else {
     lead_on(scene);
     force = *led_on_;

@@ -38,7 +38,7 @@ class CompliantRenderer final : public Renderer {
     Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();     // when it came
     double shift_s = 0.0;                                  // over which that is ramped out
     Eigen::Vector3d residual_N = Eigen::Vector3d::Zero();  // of the force when it came
-    Eigen::Vector3d residual_N_m = Eigen::Vector3d::Zero();
+    Eigen::Vector3d residual_torque_N_m = Eigen::Vector3d::Zero();
     double rest_s = 0.0;
   };
   [[nodiscard]] CompliantDisplay compliant_display(const proto::SnapshotHeader& snapshot,
@@ -57,7 +57,7 @@ class CompliantRenderer final : public Renderer {
   TouchedSpheres* touched_ = &buffers_[0];  // moving ones, of the last accepted read
   TouchedSpheres* fresh_ = &buffers_[1];    // being gathered
   TouchedSpheres static_;                   // of the static grid
-  ToolSweep way_;
+  ToolSweep sweep_;
   std::span<const PlacedToolSphere> tool_;  // of this tick
   double radius_m_ = 0.0;                   // the largest of the tool's
   std::optional<ToolForce> led_on_;  // of what was displayed a tick ago; where it was asked for

@@ -7,9 +7,9 @@ namespace stillgrid {
 void SnapshotRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
   if (is_other) {
     touched_->clear();
-    way_.forget();
+    sweep_.forget();
   }
-  tool_ = way_.place(scene.fixed(), scene.pose);
+  tool_ = sweep_.place(scene.fixed(), scene.pose);
   is_switch_ = false;
 }
 
@@ -57,7 +57,7 @@ void SnapshotRenderer::show(const TickScene& scene, const SnapshotLook& look,
     add_static(before_switch_);
     tick.switch_jump_N = (tick.force.force_N - force_by(before_switch_).force_N).norm();
   }
-  way_.end();  // what a contended tick did not look at is the next one's way
+  sweep_.end();  // what a contended tick did not look at the next one sweeps
 }
 
 }  // namespace stillgrid

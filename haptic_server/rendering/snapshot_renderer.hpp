@@ -35,7 +35,7 @@ class SnapshotRenderer final : public Renderer {
   TouchedSpheres buffers_[2];
   TouchedSpheres* touched_ = &buffers_[0];  // of the last accepted read
   TouchedSpheres* fresh_ = &buffers_[1];    // being gathered
-  ToolSweep way_;
+  ToolSweep sweep_;
   std::span<const PlacedToolSphere> tool_;  // of this tick
 };
 

@@ -22,7 +22,7 @@ def force_at_handle_N(recording, pivot_m):
     """What a hand feels that holds the handle as a ball joint, in a [device] that is not turned."""
     shaft, torque_N_m = shaft_of(recording), rows_of(recording, "t{}_N_m")
     down = numpy.array([0.0, 0.0, -1.0])
-    roll_N_m = numpy.sum(shaft * torque_N_m, axis=1) / (1.0 + shaft @ down)
-    across_N_m = torque_N_m - roll_N_m[:, None] * down
+    roll_torque_N_m = numpy.sum(shaft * torque_N_m, axis=1) / (1.0 + shaft @ down)
+    cross_torque_N_m = torque_N_m - roll_torque_N_m[:, None] * down
     return (rows_of(recording, "f{}_N")
-            + numpy.cross(shaft, across_N_m) / distance_of(recording, pivot_m)[:, None])
+            + numpy.cross(shaft, cross_torque_N_m) / distance_of(recording, pivot_m)[:, None])

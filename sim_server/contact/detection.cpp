@@ -34,7 +34,7 @@ SweptBound ball_of(const Eigen::Vector3d& centre_m, double radius_m) {
 
 /// Swept bounds of the spheres that never move, as a reader of their published floats would make
 /// them.
-std::vector<SweptBound> still_covers(const World& world) {
+std::vector<SweptBound> static_bounds(const World& world) {
   std::vector<SweptBound> swept_bounds;
   for (const StaticSphere& sphere : world.static_spheres)
     swept_bounds.push_back(bound_sphere(sphere.position_m.cast<float>().cast<double>(),
@@ -98,7 +98,7 @@ Detection::Detection(const World& world, double voxel_ratio)
       static_(0, world.static_spheres.size()),
       motion_(world.spheres.size()),
       paths_(world.spheres.size()) {
-  static_.enter(still_covers(world),
+  static_.enter(static_bounds(world),
                 voxel_ratio > 0.0 ? static_cast<float>(voxel_ratio) : kStaticRatio);
   for (const SphereBinding& sphere : world.spheres)
     is_free_.push_back(sphere.rigid < 0 ||

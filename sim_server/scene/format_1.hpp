@@ -17,8 +17,8 @@ struct RenewedKey {
 };
 
 /// Gives the keys of a scene of format 1 the names of format 2 (shared/files/old_names.hpp), with
-/// their values and places in the file; returns each old name once, in the file's order. Throws SceneError for a table
-/// that has both names of a key.
+/// their values and places in the file; returns each old name once, in the file's order. Throws
+/// SceneError for a table that has both names of a key.
 [[nodiscard]] std::vector<RenewedKey> renew_format_1(toml::table& document,
                                                      const std::string& file);
 

@@ -177,12 +177,12 @@ void SetCover::drop_spare() {
   }
 }
 
-void SetCover::improve(std::uint64_t most_visits) {
+void SetCover::improve(std::uint64_t max_visits) {
   drop_spare();
   std::vector<std::uint32_t> best = chosen();
   std::uint32_t last = kNowhere;
   visits_ = 0;
-  while (visits_ < most_visits && chosen_.size() > 1) {
+  while (visits_ < max_visits && chosen_.size() > 1) {
     throw_if_stopped();
     ++step_;
     visits_ += 2 * chosen_.size();

@@ -32,9 +32,9 @@ class SetCover {
   /// Pre: each element is in a set.
   void cover_greedily();
 
-  /// Looks for fewer sets for as long as that costs about `most_visits` visits of an element or a
+  /// Looks for fewer sets for as long as that costs about `max_visits` visits of an element or a
   /// set. Pre: as cover_greedily().
-  void improve(std::uint64_t most_visits);
+  void improve(std::uint64_t max_visits);
 
   [[nodiscard]] std::vector<std::uint32_t> chosen() const;  // ascending
   [[nodiscard]] std::size_t sets() const { return elements_of_.size(); }

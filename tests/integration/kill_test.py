@@ -15,7 +15,7 @@ DEPTH_POINT = (0, 0, 0.003)
 FORCE_N = 2.0
 FADE_S = 0.1
 # A linear fade changes the force by this in a second; a stall longer than 50 ms may cut it at once.
-FADE_N_S = FORCE_N / FADE_S
+FADE_N_PER_S = FORCE_N / FADE_S
 STALL_S = 0.05
 FADE_ROWS = 120  # and some more, at the end of a run
 
@@ -121,7 +121,7 @@ class KillTest(daemons.SessionTest):
         """The force changes no faster than a fade does, but for what a stall cuts."""
         passed_s = numpy.diff(recording["time_s"])
         change_N = abs(numpy.diff(recording.force_norm_N()))
-        self.assertLess((change_N - FADE_N_S * passed_s)[passed_s < STALL_S].max(), 1e-3 * FORCE_N)
+        self.assertLess((change_N - FADE_N_PER_S * passed_s)[passed_s < STALL_S].max(), 1e-3 * FORCE_N)
 
     def wait_for_more(self, file):
         size = file.stat().st_size

@@ -43,19 +43,19 @@ Json opening(ViewKind kind, const std::string& session, const std::string& key) 
 }
 
 void add_spheres(Json& json, std::span<const proto::SphereRecord> moving,
-                 std::span<const proto::SphereRecord> still) {
+                 std::span<const proto::SphereRecord> static_records) {
   Json radius_m = Json::array(), body = Json::array(), material = Json::array(),
        static_place_m = Json::array();
-  for (const auto spheres : {moving, still})
+  for (const auto spheres : {moving, static_records})
     for (const proto::SphereRecord& record : spheres) {
       radius_m.push_back(json_number::number(record.radius_m));
       body.push_back(record.body);
       material.push_back(record.material);
     }
-  for (const proto::SphereRecord& record : still)
+  for (const proto::SphereRecord& record : static_records)
     for (const float x : record.newest.position_m) static_place_m.push_back(json_number::number(x));
   json["spheres"] = {
-      {"count", moving.size()},          {"static_count", still.size()},
+      {"count", moving.size()},          {"static_count", static_records.size()},
       {"radius_m", std::move(radius_m)}, {"body", std::move(body)},
       {"material", std::move(material)}, {"static_position_m", std::move(static_place_m)}};
 }
@@ -115,11 +115,11 @@ bool are_spheres(const Json& json) {
   constexpr std::size_t kMax = 1U << 30U;
   for (const char* name : {"count", "static_count"})
     if (!is_index(at(json, name), kMax)) return false;
-  const auto still = json["static_count"].get<std::size_t>();
-  const std::size_t count = json["count"].get<std::size_t>() + still;
+  const auto static_count = json["static_count"].get<std::size_t>();
+  const std::size_t count = json["count"].get<std::size_t>() + static_count;
   return are_numbers_or_null(at(json, "radius_m"), count) && are_whole(at(json, "body"), count) &&
          are_whole(at(json, "material"), count) &&
-         are_numbers_or_null(at(json, "static_position_m"), 3 * still);
+         are_numbers_or_null(at(json, "static_position_m"), 3 * static_count);
 }
 
 /// The static grid of a saved scene; what has no scene has none.
@@ -152,16 +152,16 @@ std::string scene_message(const SceneView& view, const std::string& session, con
                           std::span<const proto::SphereRecord> moving, const Surfaces& surfaces,
                           std::uint64_t tick_period_ns) {
   Json json = opening(ViewKind::kSession, session, key);
-  json.update(json_of_fixed_part(view, {.most_spheres = 0}));
+  json.update(json_of_fixed_part(view, {.max_spheres = 0}));
   for (const char* name : {"static_spheres", "static_spheres_left_out", "moving_capacity"})
     json.erase(name);
   json["period_s"] = static_cast<double>(view.header().period_ns) * 1e-9;
   json["tick_period_s"] =
       tick_period_ns != 0 ? Json(static_cast<double>(tick_period_ns) * 1e-9) : Json();
-  const auto still = static_spheres(view, kAll);
-  add_spheres(json, moving, still);
+  const auto static_records = static_spheres(view, kAll);
+  add_spheres(json, moving, static_records);
   add_voxels(json, occupied_voxels(view.static_grid().shape, static_bounds(view)));
-  const bool fit = surfaces.sphere_count == moving.size() + still.size();
+  const bool fit = surfaces.sphere_count == moving.size() + static_records.size();
   json["surfaces"] = fit ? Json::parse(surfaces.text) : Json();
   return text_of(json);
 }

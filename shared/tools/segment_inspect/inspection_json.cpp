@@ -88,7 +88,7 @@ Json spheres_json(const std::vector<proto::SphereRecord>& spheres, std::size_t s
 }
 
 Json snapshot_json(const SceneView& view, const JsonOptions& options) {
-  const auto snapshot = read_snapshot(view, options.most_spheres);
+  const auto snapshot = read_snapshot(view, options.max_spheres);
   if (!snapshot) return {};
   const proto::SnapshotHeader& header = snapshot->header;
   const auto snapshots = static_cast<std::size_t>(header.history_count);
@@ -201,7 +201,7 @@ nlohmann::ordered_json json_of_fixed_part(const SceneView& view, const JsonOptio
   for (std::size_t i = 0; i < scene.tool_sphere_count; ++i)
     json["tool_spheres"].push_back({{"position_m", numbers(scene.tool[i].position_m)},
                                     {"radius_m", number(scene.tool[i].radius_m)}});
-  const auto spheres = static_spheres(view, options.most_spheres);
+  const auto spheres = static_spheres(view, options.max_spheres);
   json["static_spheres"] = spheres_json(spheres, 0);
   json["static_spheres_left_out"] = view.static_grid().shape.sphere_count - spheres.size();
   return json;

@@ -10,8 +10,8 @@ namespace stillgrid {
 
 /// How much of a scene goes into its JSON.
 struct JsonOptions {
-  std::size_t most_spheres = 100'000;  // moving and static, each
-  bool history = false;                // the snapshots before the newest too
+  std::size_t max_spheres = 100'000;  // moving and static, each
+  bool history = false;               // the snapshots before the newest too
 };
 
 /// The names are those of docs/formats.md, "segment_inspect". What is not known, and a number that

@@ -48,7 +48,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
                     ->check(number_in(0.0, 3600.0));
   app.add_flag("--history", arguments.json.history, "With --json: earlier snapshots of each sphere")
       ->needs(json);
-  app.add_option("--max-spheres", arguments.json.most_spheres,
+  app.add_option("--max-spheres", arguments.json.max_spheres,
                  "With --json: moving and static spheres, at most so many of each; default 100000")
       ->check(integer_in(0, 1'000'000'000))
       ->needs(json);

@@ -21,10 +21,10 @@ bool is_accepted_patiently(Look&& look) {
   return false;
 }
 
-void copy_spheres(const GridView& view, std::size_t most_spheres,
+void copy_spheres(const GridView& view, std::size_t max_spheres,
                   std::vector<proto::SphereRecord>& spheres) {
   const auto count =
-      static_cast<std::uint32_t>(std::min<std::size_t>(view.shape.sphere_count, most_spheres));
+      static_cast<std::uint32_t>(std::min<std::size_t>(view.shape.sphere_count, max_spheres));
   spheres.resize(count);
   for (std::uint32_t sphere = 0; sphere < count; ++sphere)
     spheres[sphere] = load_record(view, sphere);
@@ -67,19 +67,19 @@ GridOccupancy occupancy_of(const GridView& view) {
 
 }  // namespace
 
-std::optional<SceneSnapshot> read_snapshot(const SceneView& view, std::size_t most_spheres) {
+std::optional<SceneSnapshot> read_snapshot(const SceneView& view, std::size_t max_spheres) {
   SnapshotReader reader;
   reader.turn_to(view);
-  return read_snapshot(reader, view, most_spheres);
+  return read_snapshot(reader, view, max_spheres);
 }
 
 std::optional<SceneSnapshot> read_snapshot(SnapshotReader& reader, const SceneView& view,
-                                           std::size_t most_spheres) {
+                                           std::size_t max_spheres) {
   SceneSnapshot snapshot;
   const auto gather = [&](const proto::SnapshotHeader& latest, const GridView& moving) {
     snapshot.header = latest;
     snapshot.header.grid = moving.shape;
-    copy_spheres(moving, most_spheres, snapshot.spheres);
+    copy_spheres(moving, max_spheres, snapshot.spheres);
     copy_bounds(moving, snapshot.swept_bounds);
     snapshot.occupancy = occupancy_of(moving);
   };
@@ -90,9 +90,9 @@ std::optional<SceneSnapshot> read_snapshot(SnapshotReader& reader, const SceneVi
   return snapshot;
 }
 
-std::vector<proto::SphereRecord> static_spheres(const SceneView& view, std::size_t most_spheres) {
+std::vector<proto::SphereRecord> static_spheres(const SceneView& view, std::size_t max_spheres) {
   std::vector<proto::SphereRecord> spheres;
-  copy_spheres(view.static_grid(), most_spheres, spheres);
+  copy_spheres(view.static_grid(), max_spheres, spheres);
   return spheres;
 }
 

@@ -36,19 +36,19 @@ struct SceneSnapshot {
   GridOccupancy occupancy;
 };
 
-/// The latest snapshot with its first `most_spheres` spheres; nothing before the first, or when it
+/// The latest snapshot with its first `max_spheres` spheres; nothing before the first, or when it
 /// was overtaken again and again.
 [[nodiscard]] std::optional<SceneSnapshot> read_snapshot(const SceneView& view,
-                                                         std::size_t most_spheres);
+                                                         std::size_t max_spheres);
 
 /// The same, for who follows the scene. Pre: reader.turn_to(view).
 [[nodiscard]] std::optional<SceneSnapshot> read_snapshot(SnapshotReader& reader,
                                                          const SceneView& view,
-                                                         std::size_t most_spheres);
+                                                         std::size_t max_spheres);
 
-/// The spheres that never move, the first `most_spheres` of them.
+/// The spheres that never move, the first `max_spheres` of them.
 [[nodiscard]] std::vector<proto::SphereRecord> static_spheres(const SceneView& view,
-                                                              std::size_t most_spheres);
+                                                              std::size_t max_spheres);
 
 /// The swept bounds of all spheres that never move, in the order of the levels of the static grid.
 [[nodiscard]] std::vector<LevelBound> static_bounds(const SceneView& view);

@@ -153,10 +153,10 @@ class ExplicitContacts::Side {
     if (sphere_ == nullptr) return;
     if (rigid_ != nullptr) {
       if (!rigid_->free) return;
-      const Vector3d turn_N_m_s = arm_m(at_point).cross(impulse_N_s);
+      const Vector3d angular_impulse_N_m_s = arm_m(at_point).cross(impulse_N_s);
       rigid_->velocity_m_s += rigid_->inverse_mass_per_kg * impulse_N_s;
-      rigid_->angular_momentum_N_m_s += turn_N_m_s;
-      rigid_->spin_rad_s += rigid_->inverse_inertia_per_kg_m2 * turn_N_m_s;
+      rigid_->angular_momentum_N_m_s += angular_impulse_N_m_s;
+      rigid_->spin_rad_s += rigid_->inverse_inertia_per_kg_m2 * angular_impulse_N_m_s;
       return;
     }
     const SphereBinding& binding = *sphere_->binding;

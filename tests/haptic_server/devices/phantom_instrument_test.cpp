@@ -188,8 +188,8 @@ TEST_CASE("What moves the hand is the force at the handle, cut to what the motor
   const double felt_N = most_N == "0" ? 2.0 * (0.14 - 0.25) / 0.14 : -1.0;
   CHECK(phantom.state.position_m[0] == Approx(0.5 * felt_N / 0.1 * 1e-6).epsilon(1e-9));
 
-  const std::array nan_N_m = {0.0, std::numeric_limits<double>::quiet_NaN(), 0.0};
-  CHECK(phantom.api.write(phantom.device, kTick_ns, force_N.data(), nan_N_m.data()) ==
+  const std::array nan_torque_N_m = {0.0, std::numeric_limits<double>::quiet_NaN(), 0.0};
+  CHECK(phantom.api.write(phantom.device, kTick_ns, force_N.data(), nan_torque_N_m.data()) ==
         STILLGRID_DEVICE_E_ARGUMENT);
 }
 

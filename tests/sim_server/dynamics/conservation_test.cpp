@@ -61,7 +61,7 @@ TEST_CASE("What collides keeps its momentum, with friction, dampers and springs"
       {cloth, moving(box({-0.02, 0, 0.04}, size_m, 0.02, packing), {0.1, 0, -0.3}, {3, 0, 9}),
        moving(box({0.02, 0.01, 0.05}, size_m, 0.03, packing), {-0.2, 0, -0.4}, {0, 7, 0})},
       material_of(500.0, 1.0, 0.4)));
-  const Eigen::Vector3d before_N_s = momentum_N_s(simulation.world());
+  const Eigen::Vector3d momentum_before_N_s = momentum_N_s(simulation.world());
 
   int most_contacts = 0;
   for (int i = 0; i < 200; ++i) {
@@ -73,7 +73,7 @@ TEST_CASE("What collides keeps its momentum, with friction, dampers and springs"
   REQUIRE(most_contacts > 5);
   // Contacts and springs cancel in every equation's sum, so Newton's linear steps keep it to
   // rounding: 200 steps of 1e-16 of momenta near 0.04 N s, with room for the linear solves.
-  CHECK((momentum_N_s(simulation.world()) - before_N_s).norm() < 1e-13);
+  CHECK((momentum_N_s(simulation.world()) - momentum_before_N_s).norm() < 1e-13);
 }
 
 /// Two spinning boxes that graze each other with friction. Returns the angular momentum gained, and

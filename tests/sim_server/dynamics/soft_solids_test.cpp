@@ -24,7 +24,7 @@ Eigen::Vector3d momentum_N_s(const World& world) {
   return sum;
 }
 
-Eigen::Vector3d spin_N_m_s(const World& world) {
+Eigen::Vector3d angular_momentum_N_m_s(const World& world) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const Node& node : world.nodes)
     sum += node.position_m.cross(node.mass_kg * node.velocity_m_s);
@@ -58,11 +58,11 @@ TEST_CASE("A soft block that nothing touches keeps its momentum, turning and all
   Simulation simulation(scene_of({cube}));
   const Eigen::Vector3d momentum = momentum_N_s(simulation.world());
   CHECK((momentum / cube.mass_kg - cube.velocity_m_s).norm() < 1e-12);
-  const Eigen::Vector3d spin = spin_N_m_s(simulation.world());
+  const Eigen::Vector3d spin = angular_momentum_N_m_s(simulation.world());
   CHECK(advance(simulation, 1e-4, 100));
 
   CHECK((momentum_N_s(simulation.world()) - momentum).norm() < 1e-9);
-  CHECK((spin_N_m_s(simulation.world()) - spin).norm() < 1e-8);
+  CHECK((angular_momentum_N_m_s(simulation.world()) - spin).norm() < 1e-8);
 }
 
 TEST_CASE("A pinned part of a soft block stays while the tool presses the other side in",

@@ -70,8 +70,8 @@ export class SceneView {
       ...tool ? tool_centres(scene.tool_spheres, tool) : []]);
     this.solid = new SphereSet(moving_m);
     this.solid.colour((i) => body_colour(body[i]));
-    this.still = new SphereSet(radius_m.slice(moving));
-    this.still.colour((i) => body_colour(body[moving + i]));
+    this.static_spheres = new SphereSet(radius_m.slice(moving));
+    this.static_spheres.colour((i) => body_colour(body[moving + i]));
     Object.assign(this, { body, static_body: body.slice(moving), static_place_m: static_m,
       static_voxels: scene.static_voxels });
     this.ghosts = {};
@@ -88,7 +88,7 @@ export class SceneView {
     this.planes = planes.group;
     this.scales = { metres_per_N: this.tool.metres_per_N,
       cell_m: scene.planes.length ? planes.cell_m : null };
-    this.content.add(this.solid.mesh, this.still.mesh, this.ghosts.newest.mesh, this.ghosts.previous.mesh,
+    this.content.add(this.solid.mesh, this.static_spheres.mesh, this.ghosts.newest.mesh, this.ghosts.previous.mesh,
       this.surfaces.object, this.voxels.object, this.tool.object, this.planes);
     // The same scene once more, of a simulation that was started again: who looks at it goes on so.
     const known = `${scene.name} ${radius_m.length}`;
@@ -105,7 +105,7 @@ export class SceneView {
     const shown = displayed.length ? displayed : newest;
     // As surfaces: bodies that have none are spheres there, too.
     const hides = (body) => !switches.spheres && (!switches.surfaces || this.surfaces.skinned.has(body));
-    this.spheres_shown = this.still.place(this.static_place_m, (i) => hides(this.static_body[i])) +
+    this.spheres_shown = this.static_spheres.place(this.static_place_m, (i) => hides(this.static_body[i])) +
       this.solid.place(shown, (i) => !switches.displayed || hides(this.body[i]));
     this.surfaces.object.visible = switches.surfaces && switches.displayed;
     if (this.surfaces.object.visible && shown.length) this.surfaces.place(shown);

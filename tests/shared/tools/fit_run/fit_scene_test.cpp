@@ -147,9 +147,10 @@ TEST_CASE("A bad setting is refused in one line that shows it", "[fit_scene]") {
 
 TEST_CASE("What is wrong with the file itself is told of the file", "[fit_scene]") {
   const TestFolder folder;
-  for (const std::string text :
-       {"format = 2\nbody = {", "format = 2\n[simulation]\nspeed = 3\n",
-        "format = 1\nmaterial = [{contact_damping_N_s_m = 1, contact_damping_N_s_per_m = 1}]"}) {
+  for (const std::string& text :
+       std::vector<std::string>{"format = 2\nbody = {", "format = 2\n[simulation]\nspeed = 3\n",
+                                "format = 1\nworld = {" + std::string(kOldSceneKeys[0].before) +
+                                    " = 1, " + std::string(kOldSceneKeys[0].now) + " = 1}"}) {
     const auto file = folder.write("scene.toml", text);
     CHECK_THROWS_WITH(load_scene_with(file, {"grid.voxel_ratio=2"}),
                       Catch::StartsWith(file.string() + ":"));

@@ -89,7 +89,7 @@ TEST_CASE("The spheres of a JSON can be limited and it says how many it left out
   const TestSession session;
   SmallSceneWriter writer(session);
   writer.publish_next();
-  const Json json = session_json(session, {.most_spheres = 3});
+  const Json json = session_json(session, {.max_spheres = 3});
   CHECK(json["scene"]["snapshot"]["spheres"].size() == 3);
   CHECK(json["scene"]["snapshot"]["spheres_left_out"] == kMovingSpheres - 3);
   CHECK(json["scene"]["fixed"]["static_spheres"].size() == 3);

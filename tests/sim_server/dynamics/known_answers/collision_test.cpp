@@ -13,7 +13,7 @@ constexpr double kRadius_m = 0.05;
 struct Collision {
   double velocity_a_m_s = 0.0, velocity_b_m_s = 0.0;  // after it
   double time_s = 0.0, depth_m = 0.0;                 // of contact, greatest
-  double drift_N_s = 0.0;                             // of momentum, greatest
+  double momentum_drift_N_s = 0.0;                    // of momentum, greatest
 };
 
 /// Balls of 0.1 and 0.3 kg at 1 and -0.2 m/s, gap_m apart, of 1000 N/m.
@@ -30,8 +30,8 @@ Collision collide(double step_s, double gap_m) {
     REQUIRE(report.solve.converged);
     result.depth_m =
         std::max(result.depth_m, 2.0 * kRadius_m - (b.position_m - a.position_m).norm());
-    result.drift_N_s = std::max(
-        result.drift_N_s,
+    result.momentum_drift_N_s = std::max(
+        result.momentum_drift_N_s,
         (0.1 * a.velocity_m_s + 0.3 * b.velocity_m_s - Eigen::Vector3d(0.04, 0, 0)).norm());
     if (report.contacts > 0) result.time_s += step_s;
     if (touched && report.contacts == 0) break;
@@ -71,8 +71,8 @@ TEST_CASE("Two balls leave as implicit Euler's restitution says", "[known_answer
 
 TEST_CASE("Two balls keep their momentum to rounding", "[known_answers]") {
   // 1e-15 of 0.04 N s is seven units in its last place; a step may round by one or two.
-  CHECK(collide(1e-3, 0.0005).drift_N_s <= 1e-15);
-  CHECK(collide(1e-4, 0.00005).drift_N_s <= 4e-15);
+  CHECK(collide(1e-3, 0.0005).momentum_drift_N_s <= 1e-15);
+  CHECK(collide(1e-4, 0.00005).momentum_drift_N_s <= 4e-15);
 }
 
 TEST_CASE("As the step shrinks two balls exchange velocities as in a perfect collision",

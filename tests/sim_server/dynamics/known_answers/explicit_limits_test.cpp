@@ -197,18 +197,18 @@ TEST_CASE("Two balls exchange velocities, momentum and time as in a perfect coll
   Simulation simulation(scene);
   const RigidBody& a = simulation.world().rigid_bodies[0];
   const RigidBody& b = simulation.world().rigid_bodies[1];
-  double time_s = 0.0, depth_m = 0.0, drift_N_s = 0.0;
+  double time_s = 0.0, depth_m = 0.0, momentum_drift_N_s = 0.0;
   for (int i = 0; i < 250; ++i) {
     time_s += simulation.step(kStep_s, no_tool).contacts > 0 ? kStep_s : 0.0;
     depth_m = std::max(depth_m, 2.0 * kRadius_m - (b.position_m - a.position_m).norm());
-    drift_N_s =
-        std::max(drift_N_s, std::abs(0.1 * a.velocity_m_s.x() + 0.3 * b.velocity_m_s.x() - 0.04));
+    momentum_drift_N_s = std::max(
+        momentum_drift_N_s, std::abs(0.1 * a.velocity_m_s.x() + 0.3 * b.velocity_m_s.x() - 0.04));
   }
   CHECK(a.velocity_m_s.x() == Approx(-0.8).margin(2e-3));
   CHECK(b.velocity_m_s.x() == Approx(0.4).margin(1e-3));
   CHECK(time_s == Approx(0.027207).margin(2.0 * kStep_s));
   CHECK(depth_m == Approx(0.0103923).margin(1e-5));
-  CHECK(drift_N_s < 1e-15);
+  CHECK(momentum_drift_N_s < 1e-15);
 }
 
 Slide slide_on(double angle_deg, const Method& method) {
