@@ -58,6 +58,19 @@ class RepositoryTest(unittest.TestCase):
         return self.run_here("git", "-c", "user.name=a", "-c", "user.email=a@b", "commit", "-m", "one more")
 
 
+class VersionTest(unittest.TestCase):
+    def test_a_script_that_finds_no_file_of_the_version_says_so_in_one_line_and_fails(self):
+        with tempfile.TemporaryDirectory(prefix="stillgrid-test-") as root:
+            shutil.copytree(daemons.ROOT / "scripts", pathlib.Path(root) / "scripts")
+            for script in ("replay_check", "scene_fit", "launch"):
+                with self.subTest(script):
+                    run = subprocess.run([pathlib.Path(root) / "scripts" / script, "--version"], capture_output=True,
+                                         text=True, check=False)
+                    self.assertNotEqual(run.returncode, 0)
+                    self.assertEqual(run.stdout, "")
+                    self.assertRegex(run.stderr, f"\\A{script}: .*VERSION.*\n\\Z")
+
+
 class CommitHookTest(RepositoryTest):
     def setUp(self):
         super().setUp()
