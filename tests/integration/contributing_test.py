@@ -11,6 +11,7 @@ import tempfile
 import unittest
 
 import daemons
+from faults.catalogue import FAULTS
 
 CLEAN = '#include "shared/sum.hpp"\n\nnamespace stillgrid {\nint sum(int a, int b) { return a + b; }\n}  // namespace stillgrid\n'
 HEADER = "#pragma once\n\nnamespace stillgrid {\nint sum(int a, int b);\n}  // namespace stillgrid\n"
@@ -159,6 +160,28 @@ class PagesTest(unittest.TestCase):
             missing += [f"{page}: {name}" for name in named if not (daemons.ROOT / name).exists()
                         and "NAME" not in name]
         self.assertEqual(missing, [])
+
+    def test_what_the_pages_count_is_as_many_in_the_tree(self):
+        def text_of(page):
+            return " ".join((daemons.ROOT / page).read_text().split())
+
+        def rows(file, pattern):
+            return len(re.findall(pattern, (daemons.ROOT / file).read_text(), re.MULTILINE))
+        numbers = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+        stages = numbers[rows("docs/safety.md", r"^\| \d+ \| ")]
+        transitions = numbers[rows("shared/display/transition.cpp", r"^    TransitionLaw\{")]
+        rivals = numbers[rows("shared/tools/laboratory/rivals/rivals.cpp", r'^    \{"\w+", ')]
+        for page, sentence in (
+                ("README.md", f"{stages} stages between every force and the hand, tried with {len(FAULTS)} injected faults"),
+                ("README.md", f"{transitions} ways to pass from one snapshot to the next"),
+                ("README.md", f"{rivals} rival models"),
+                ("docs/README.md", f"{len(FAULTS)} injected faults"), ("docs/README.md", f"{rivals} rivals"),
+                ("docs/safety.md", f"injects {len(FAULTS)} faults"), ("docs/faq.md", f"one of {rivals} rivals"),
+                ("docs/algorithms/snapshot_renderer.md", f"All {transitions} transitions"),
+                ("docs/architecture.md", f"{rivals} [models of others]")):
+            self.assertIn(sentence, text_of(page), page)
+        faults = rows("docs/safety.md", r"^\| \w* ?\| .+ \|.*\| (?:[\d.]+ N|exit \d+|SIG[A-Z]+) \|$")
+        self.assertEqual(faults, len(FAULTS), "rows of the table of faults in docs/safety.md")
 
     def test_the_changelog_is_of_the_form_that_it_names(self):
         text = (daemons.ROOT / "CHANGELOG.md").read_text()
