@@ -13,9 +13,9 @@ namespace {
 constexpr double kMaxStiffnessScale = 1e6;  // so that a stiffness stays a float's
 
 const BodyKind& read_kind(TableReader& table) {
-  std::array<std::string_view, kBodyKinds.size()> names;
-  for (std::size_t i = 0; i < names.size(); ++i) names[i] = kBodyKinds[i].name;
-  return kBodyKinds[table.choice("kind", names)];
+  std::vector<std::string_view> names;
+  for (const BodyKind& kind : body_kinds()) names.push_back(kind.name);
+  return body_kinds()[table.choice("kind", names)];
 }
 
 int read_material(TableReader& table, std::span<const MaterialDescription> materials) {

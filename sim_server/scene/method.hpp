@@ -30,15 +30,15 @@ struct IntegratorEntry {
   IntegratorFamily family;
 };
 /// In the order of IntegratorKind.
-inline constexpr std::array<IntegratorEntry, 8> kIntegrators = {
-    {{"forward_euler", IntegratorFamily::kExplicit},
-     {"symplectic_euler", IntegratorFamily::kExplicit},
-     {"velocity_verlet", IntegratorFamily::kExplicit},
-     {"implicit_euler", IntegratorFamily::kImplicitStage},
-     {"bdf2", IntegratorFamily::kImplicitStage},
-     {"trapezoid", IntegratorFamily::kImplicitStage},
-     {"cvode_bdf", IntegratorFamily::kErrorControlled},
-     {"arkode_dirk", IntegratorFamily::kErrorControlled}}};
+inline constexpr auto kIntegrators =
+    std::to_array<IntegratorEntry>({{"forward_euler", IntegratorFamily::kExplicit},
+                                    {"symplectic_euler", IntegratorFamily::kExplicit},
+                                    {"velocity_verlet", IntegratorFamily::kExplicit},
+                                    {"implicit_euler", IntegratorFamily::kImplicitStage},
+                                    {"bdf2", IntegratorFamily::kImplicitStage},
+                                    {"trapezoid", IntegratorFamily::kImplicitStage},
+                                    {"cvode_bdf", IntegratorFamily::kErrorControlled},
+                                    {"arkode_dirk", IntegratorFamily::kErrorControlled}});
 
 /// What solves the equations of an implicit step of ours.
 enum class SolverKind {
@@ -57,14 +57,14 @@ struct SolverEntry {
   bool factorises;        // a matrix, whose factors take memory
 };
 /// In the order of SolverKind.
-inline constexpr std::array<SolverEntry, 8> kSolvers = {{{"newton", true},
-                                                         {"newton_lu", true},
-                                                         {"newton_cg", false},
-                                                         {"newton_bicgstab", false},
-                                                         {"broyden", true},
-                                                         {"broyden_mass", false},
-                                                         {"kinsol_newton_krylov", false},
-                                                         {"kinsol_anderson", false}}};
+inline constexpr auto kSolvers = std::to_array<SolverEntry>({{"newton", true},
+                                                             {"newton_lu", true},
+                                                             {"newton_cg", false},
+                                                             {"newton_bicgstab", false},
+                                                             {"broyden", true},
+                                                             {"broyden_mass", false},
+                                                             {"kinsol_newton_krylov", false},
+                                                             {"kinsol_anderson", false}});
 
 /// The names of a table, in its order.
 template <class Entry, std::size_t kCount>

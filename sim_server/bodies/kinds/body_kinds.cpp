@@ -16,14 +16,18 @@ Motions any_unless_soft(TableReader& table) {
   return table.has("spring_stiffness_N_per_m") ? Motions::kFreeOrStatic : Motions::kAny;
 }
 
+constexpr BodyKind kBodyKinds[] = {{"sheet", free_or_static, read_sheet},
+                                   {"thread", free_or_static, read_thread},
+                                   {"soft_block", free_or_static, read_soft_block},
+                                   {"rigid_box", any, read_rigid_box},
+                                   {"mesh", any_unless_soft, read_mesh},
+                                   {"sphere", any, read_sphere},
+                                   {"plane", only_static, read_plane}};
+
 }  // namespace
 
-const std::array<BodyKind, 7> kBodyKinds = {{{"sheet", free_or_static, read_sheet},
-                                             {"thread", free_or_static, read_thread},
-                                             {"soft_block", free_or_static, read_soft_block},
-                                             {"rigid_box", any, read_rigid_box},
-                                             {"mesh", any_unless_soft, read_mesh},
-                                             {"sphere", any, read_sphere},
-                                             {"plane", only_static, read_plane}}};
+std::span<const BodyKind> body_kinds() noexcept {
+  return kBodyKinds;
+}
 
 }  // namespace stillgrid

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <array>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,6 +25,6 @@ struct BodyKind {
 };
 
 /// Every kind, in the order in which a refusal lists them.
-extern const std::array<BodyKind, 7> kBodyKinds;
+[[nodiscard]] std::span<const BodyKind> body_kinds() noexcept;
 
 }  // namespace stillgrid
