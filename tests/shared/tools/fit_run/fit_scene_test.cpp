@@ -17,7 +17,7 @@ constexpr const char* kScene = R"(format = 2
 [simulation]
 period_s = 0.03
 integrator = "implicit_euler"
-solver = "broyden"
+solver = "newton_lu"
 tolerance_m_s = 1e-6
 [[material]]
 name = "felt"
@@ -67,7 +67,7 @@ TEST_CASE("A setting is a value in the file, in tables that exist or not", "[fit
   CHECK(scene.bodies[1].stiffness_scale == 1.96);
   CHECK(scene.materials[0].contact_stiffness_N_per_m == 123.456789012345678);
   CHECK(scene.gravity_m_s2.z() == -1.5);
-  CHECK(scene.method.solver == SolverKind::kBroyden);  // what is not set stays
+  CHECK(scene.method.solver == SolverKind::kNewtonLu);  // what is not set stays
 }
 
 TEST_CASE("What a setting contradicts goes, unless it is set too", "[fit_scene]") {
