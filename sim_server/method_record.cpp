@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -80,14 +81,14 @@ class Record {
       refuse(key, expected.dump() + ", as the scene has it now: choose anew (delete the file)");
   }
 
-  template <class Kind, std::size_t N>
-  Kind choice(const char* key, const std::array<std::string_view, N>& names) const {
+  template <class Kind>
+  const Kind& choice(const char* key, std::span<const Kind> kinds) const {
     const auto found = json_.find(key);
     const std::string text =
         found != json_.end() && found->is_string() ? found->get<std::string>() : "";
-    const auto name = std::find(names.begin(), names.end(), text);
-    if (name == names.end()) refuse(key, "a name that docs/formats.md lists");
-    return static_cast<Kind>(name - names.begin());
+    const auto kind = std::ranges::find(kinds, text, &Kind::name);
+    if (kind == kinds.end()) refuse(key, "a name that docs/formats.md lists");
+    return *kind;
   }
 
   double number(const char* key, double least, double most, bool whole = false) const {
@@ -138,8 +139,8 @@ Method read_method_record(const SceneDescription& scene, const std::filesystem::
   record.require("period_s", scene.period_s);
   record.require("error_target_m", scene.error_target_m);
   const double substeps = record.number("substeps", 0.0, kMaxSubsteps, true);
-  return {.integrator = record.choice<IntegratorKind>("integrator", kIntegratorNames),
-          .solver = record.choice<SolverKind>("solver", kSolverNames),
+  return {.integrator = record.choice("integrator", kMethods.integrators),
+          .solver = record.choice("solver", kMethods.solvers),
           .substeps = static_cast<int>(substeps),
           .tolerance_m_s = record.number("tolerance_m_s", 1e-15, 1e3)};
 }

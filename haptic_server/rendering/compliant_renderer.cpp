@@ -164,7 +164,7 @@ void CompliantRenderer::show(const TickScene& scene, const SnapshotLook& look,
     force.torque_N_m += rest * next_.residual_torque_N_m;
     shown_ = next_;
     static_.clear();
-    gather_touched(scene.view.static_grid(), held_snapshot(0), tool_, static_);
+    scene.gather_static(tool_, static_);
     sweep_.end();  // what a contended tick did not look at the next one sweeps
   } else {
     lead_on(scene);
@@ -179,7 +179,7 @@ void CompliantRenderer::show(const TickScene& scene, const SnapshotLook& look,
   tick.shift_m = yielded.shift_m;
   tick.truncated = touched_->truncated || static_.truncated;
   tick.swept = touched_->has_swept() || static_.has_swept();
-  tick.force = tool_force(scene.fixed(), static_, tool_, scene.pose);
+  tick.force = scene.force_of(static_, tool_);
   add(tick.force, force);
 }
 

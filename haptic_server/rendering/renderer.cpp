@@ -20,6 +20,16 @@ proto::DisplayedSnapshot displayed_snapshot(const RenderedTick& tick,
           .age_s = tick.age_s};
 }
 
+void TickScene::gather_static(std::span<const PlacedToolSphere> tool,
+                              TouchedSpheres& touched) const noexcept {
+  gather_touched(view.static_grid(), held_snapshot(0), tool, touched);
+}
+
+ToolForce TickScene::force_of(const TouchedSpheres& touched,
+                              std::span<const PlacedToolSphere> tool) const noexcept {
+  return tool_force(fixed(), touched, tool, pose);
+}
+
 RenderedTick Renderer::render(const SceneView& scene, const ToolPose& pose,
                               std::uint64_t now_ns) noexcept {
   const TickScene tick_scene{scene, pose, now_ns};

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "haptic_server/rendering/tool_force.hpp"
 #include "proto/tool_segment.hpp"
@@ -43,6 +44,14 @@ struct TickScene {
   std::uint64_t now_ns;
 
   [[nodiscard]] const proto::SceneHeader& fixed() const noexcept { return view.scene(); }
+
+  /// Adds the static spheres that the tool touches. Realtime: as gather_touched().
+  void gather_static(std::span<const PlacedToolSphere> tool,
+                     TouchedSpheres& touched) const noexcept;
+  /// The force on the tool, at `pose`, of touched spheres and the planes. Realtime: as
+  /// tool_force().
+  [[nodiscard]] ToolForce force_of(const TouchedSpheres& touched,
+                                   std::span<const PlacedToolSphere> tool) const noexcept;
 };
 
 /// Computes the force of a scene on the tool, tick by tick, from its snapshots alone: the one path

@@ -35,15 +35,9 @@ void SnapshotRenderer::gather(const TickScene& scene, const proto::SnapshotHeade
 
 void SnapshotRenderer::show(const TickScene& scene, const SnapshotLook& look,
                             RenderedTick& tick) noexcept {
-  const auto add_static = [&](TouchedSpheres& touched) {
-    gather_touched(scene.view.static_grid(), held_snapshot(0), tool_, touched);
-  };
-  const auto force_by = [&](const TouchedSpheres& touched) {
-    return tool_force(scene.fixed(), touched, tool_, scene.pose);
-  };
   if (look.accepted()) {
     shown_ = next_;
-    add_static(*fresh_);
+    scene.gather_static(tool_, *fresh_);
     std::swap(touched_, fresh_);
   } else {
     touched_->drop_swept();
@@ -51,11 +45,12 @@ void SnapshotRenderer::show(const TickScene& scene, const SnapshotLook& look,
   tick.weights = shown_.weights;
   tick.truncated = touched_->truncated;
   tick.swept = touched_->has_swept();
-  tick.force = force_by(*touched_);
+  tick.force = scene.force_of(*touched_, tool_);
   if (!look.accepted()) return;
   if (is_switch_) {
-    add_static(before_switch_);
-    tick.switch_jump_N = (tick.force.force_N - force_by(before_switch_).force_N).norm();
+    scene.gather_static(tool_, before_switch_);
+    tick.switch_jump_N =
+        (tick.force.force_N - scene.force_of(before_switch_, tool_).force_N).norm();
   }
   sweep_.end();  // what a contended tick did not look at the next one sweeps
 }

@@ -6,7 +6,7 @@ FIRST_TRANSITIONS = ("hold", "linear", "predict")
 OTHER_TRANSITIONS = ("restart", "hermite", "extrapolate", "playout")
 DEFAULT_TRANSITION = "predict"  # of haptic_server
 
-EXPLICIT = ("forward_euler", "symplectic_euler", "velocity_verlet")
+EXPLICIT = ("symplectic_euler", "velocity_verlet")
 GIVEN = ("as given",)
 METHOD_KEYS = ("integrator", "solver", "substeps", "tolerance_m_s", "error_target_m")  # of [simulation]
 
@@ -30,7 +30,7 @@ GRIDS = {
                  displays=OTHER_TRANSITIONS,
                  methods=(("symplectic_euler",), ("velocity_verlet",), ("implicit_euler", "newton", 1),
                           ("implicit_euler", "newton_cg", 1), ("implicit_euler", "newton_cg", 2),
-                          ("implicit_euler", "broyden", 1), ("bdf2", "newton_cg", 1)),
+                          ("bdf2", "newton_cg", 1)),
                  voxel_ratios=(1.0, 1.5, 2.0, 3.0), best=3, rounds=4),
 }
 

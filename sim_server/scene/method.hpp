@@ -1,86 +1,103 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
+#include <memory>
+#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace stillgrid {
 
-/// How velocities and positions are moved on in time.
-enum class IntegratorKind {
-  kForwardEuler,     // explicit; kept to show where it fails
-  kSymplecticEuler,  // explicit: velocities first, positions by the new velocities
-  kVelocityVerlet,   // explicit: the same, with half of the first and of the last force
-  kImplicitEuler,
-  kBdf2,
-  kTrapezoid,
-  kCvodeBdf,    // SUNDIALS: variable order and step
-  kArkodeDirk,  // SUNDIALS: diagonally implicit Runge-Kutta of order 4
-};
+class Integrator;
+class NonlinearSolver;
+struct Method;
 
 /// What an integrator asks of a scene file, and of memory.
 enum class IntegratorFamily {
   kExplicit,         // solves nothing, and is stable only below a step of its own
-  kImplicitStage,    // its equations are solved by one of our solvers
+  kImplicitStage,    // its equations are solved by a NonlinearSolver
   kErrorControlled,  // divides a step by its error, and solves by itself
 };
-struct IntegratorEntry {
+
+/// How velocities and positions are moved on in time. Two of one name are one.
+struct IntegratorKind {
   std::string_view name;  // in scene files and reports
   IntegratorFamily family;
-};
-/// In the order of IntegratorKind.
-inline constexpr auto kIntegrators =
-    std::to_array<IntegratorEntry>({{"forward_euler", IntegratorFamily::kExplicit},
-                                    {"symplectic_euler", IntegratorFamily::kExplicit},
-                                    {"velocity_verlet", IntegratorFamily::kExplicit},
-                                    {"implicit_euler", IntegratorFamily::kImplicitStage},
-                                    {"bdf2", IntegratorFamily::kImplicitStage},
-                                    {"trapezoid", IntegratorFamily::kImplicitStage},
-                                    {"cvode_bdf", IntegratorFamily::kErrorControlled},
-                                    {"arkode_dirk", IntegratorFamily::kErrorControlled}});
+  /// Null: one of those below, which make_integrator() knows.
+  std::unique_ptr<Integrator> (*make)(const Method& method) = nullptr;
 
-/// What solves the equations of an implicit step of ours.
-enum class SolverKind {
-  kNewton,              // symmetric blocks, projected where they are not definite; sparse Cholesky
-  kNewtonLu,            // exact Jacobian, sparse LU
-  kNewtonCg,            // as newton, matrix-free: conjugate gradients
-  kNewtonBicgstab,      // exact Jacobian, matrix-free: BiCGSTAB
-  kBroyden,             // from the Jacobian at the step's start
-  kBroydenMass,         // from the mass matrix: the paper's
-  kKinsolNewtonKrylov,  // SUNDIALS: GMRES
-  kKinsolAnderson,      // SUNDIALS: accelerated fixed point
-};
+  static const IntegratorKind kSymplecticEuler;  // velocities first, positions by the new ones
+  static const IntegratorKind kVelocityVerlet;   // the same, with half of the first and last force
+  static const IntegratorKind kImplicitEuler;
+  static const IntegratorKind kBdf2;
+  static const IntegratorKind kTrapezoid;
+  static const IntegratorKind kCvodeBdf;  // SUNDIALS: variable order and step
 
-struct SolverEntry {
+  friend constexpr bool operator==(const IntegratorKind& a, const IntegratorKind& b) {
+    return a.name == b.name;
+  }
+};
+inline constexpr IntegratorKind IntegratorKind::kSymplecticEuler{"symplectic_euler",
+                                                                 IntegratorFamily::kExplicit};
+inline constexpr IntegratorKind IntegratorKind::kVelocityVerlet{"velocity_verlet",
+                                                                IntegratorFamily::kExplicit};
+inline constexpr IntegratorKind IntegratorKind::kImplicitEuler{"implicit_euler",
+                                                               IntegratorFamily::kImplicitStage};
+inline constexpr IntegratorKind IntegratorKind::kBdf2{"bdf2", IntegratorFamily::kImplicitStage};
+inline constexpr IntegratorKind IntegratorKind::kTrapezoid{"trapezoid",
+                                                           IntegratorFamily::kImplicitStage};
+inline constexpr IntegratorKind IntegratorKind::kCvodeBdf{"cvode_bdf",
+                                                          IntegratorFamily::kErrorControlled};
+
+/// What solves the equations of an implicit stage. Two of one name are one.
+struct SolverKind {
   std::string_view name;  // in scene files and reports
   bool factorises;        // a matrix, whose factors take memory
-};
-/// In the order of SolverKind.
-inline constexpr auto kSolvers = std::to_array<SolverEntry>({{"newton", true},
-                                                             {"newton_lu", true},
-                                                             {"newton_cg", false},
-                                                             {"newton_bicgstab", false},
-                                                             {"broyden", true},
-                                                             {"broyden_mass", false},
-                                                             {"kinsol_newton_krylov", false},
-                                                             {"kinsol_anderson", false}});
+  /// Null: one of those below, all Newton's method. tolerance: of the scaled residual, rms.
+  std::unique_ptr<NonlinearSolver> (*make)(double tolerance) = nullptr;
 
-/// The names of a table, in its order.
-template <class Entry, std::size_t kCount>
-[[nodiscard]] constexpr std::array<std::string_view, kCount> names_of(
-    const std::array<Entry, kCount>& table) {
-  std::array<std::string_view, kCount> names;
-  for (std::size_t i = 0; i < kCount; ++i) names[i] = table[i].name;
+  static const SolverKind kNewton;    // symmetric blocks, projected where they are not definite;
+                                      // sparse Cholesky
+  static const SolverKind kNewtonLu;  // exact Jacobian, sparse LU
+  static const SolverKind kNewtonCg;  // as newton, matrix-free: conjugate gradients
+  static const SolverKind kNewtonBicgstab;  // exact Jacobian, matrix-free: BiCGSTAB
+
+  friend constexpr bool operator==(const SolverKind& a, const SolverKind& b) {
+    return a.name == b.name;
+  }
+};
+inline constexpr SolverKind SolverKind::kNewton{"newton", true};
+inline constexpr SolverKind SolverKind::kNewtonLu{"newton_lu", true};
+inline constexpr SolverKind SolverKind::kNewtonCg{"newton_cg", false};
+inline constexpr SolverKind SolverKind::kNewtonBicgstab{"newton_bicgstab", false};
+
+/// The methods that a scene file may name.
+struct MethodTable {
+  std::span<const IntegratorKind> integrators;
+  std::span<const SolverKind> solvers;  // the first where a scene names none
+};
+inline constexpr std::array kIntegrators = {
+    IntegratorKind::kSymplecticEuler, IntegratorKind::kVelocityVerlet,
+    IntegratorKind::kImplicitEuler,   IntegratorKind::kBdf2,
+    IntegratorKind::kTrapezoid,       IntegratorKind::kCvodeBdf};
+inline constexpr std::array kSolvers = {SolverKind::kNewton, SolverKind::kNewtonLu,
+                                        SolverKind::kNewtonCg, SolverKind::kNewtonBicgstab};
+/// What sim_server offers; the laboratory adds those that are measured beside.
+inline constexpr MethodTable kMethods{kIntegrators, kSolvers};
+
+/// Their names, in their order.
+template <class Kind>
+[[nodiscard]] std::vector<std::string_view> names_of(std::span<const Kind> kinds) {
+  std::vector<std::string_view> names;
+  for (const Kind& kind : kinds) names.push_back(kind.name);
   return names;
 }
-inline constexpr auto kIntegratorNames = names_of(kIntegrators);
-inline constexpr auto kSolverNames = names_of(kSolvers);
 
 /// How a scene is integrated.
 struct Method {
   IntegratorKind integrator = IntegratorKind::kImplicitEuler;
-  SolverKind solver = SolverKind::kNewton;  // implicit steps of ours only
+  SolverKind solver = SolverKind::kNewton;  // of an implicit stage only
   int substeps = 0;  // of a step, all alike; 0: explicit: as many as stability asks, implicit: 1
   double tolerance_m_s = 1e-8;  // what a solver leaves of a velocity's error, rms; SUNDIALS'
                                 // integrators: a step's error of velocities, and relative
@@ -88,31 +105,27 @@ struct Method {
   bool operator==(const Method&) const = default;
 };
 
-[[nodiscard]] constexpr std::string_view name_of(IntegratorKind kind) {
-  return kIntegratorNames[static_cast<std::size_t>(kind)];
+[[nodiscard]] constexpr std::string_view name_of(const IntegratorKind& kind) {
+  return kind.name;
 }
-[[nodiscard]] constexpr std::string_view name_of(SolverKind kind) {
-  return kSolverNames[static_cast<std::size_t>(kind)];
-}
-[[nodiscard]] constexpr IntegratorFamily family_of(IntegratorKind kind) {
-  return kIntegrators[static_cast<std::size_t>(kind)].family;
+[[nodiscard]] constexpr std::string_view name_of(const SolverKind& kind) {
+  return kind.name;
 }
 /// These divide a step themselves, by its error.
-[[nodiscard]] constexpr bool chooses_steps(IntegratorKind kind) {
-  return family_of(kind) == IntegratorFamily::kErrorControlled;
+[[nodiscard]] constexpr bool chooses_steps(const IntegratorKind& kind) {
+  return kind.family == IntegratorFamily::kErrorControlled;
 }
 /// Explicit methods need no solver and are stable only below a step of their own.
-[[nodiscard]] constexpr bool is_explicit(IntegratorKind kind) {
-  return family_of(kind) == IntegratorFamily::kExplicit;
+[[nodiscard]] constexpr bool is_explicit(const IntegratorKind& kind) {
+  return kind.family == IntegratorFamily::kExplicit;
 }
-/// Implicit methods of ours, whose equations one of our solvers solves.
-[[nodiscard]] constexpr bool needs_solver(IntegratorKind kind) {
-  return family_of(kind) == IntegratorFamily::kImplicitStage;
+/// Implicit methods, whose equations a NonlinearSolver solves.
+[[nodiscard]] constexpr bool needs_solver(const IntegratorKind& kind) {
+  return kind.family == IntegratorFamily::kImplicitStage;
 }
 /// Whether steps of this method factorise a matrix.
 [[nodiscard]] constexpr bool factorises(const Method& method) {
-  return needs_solver(method.integrator) &&
-         kSolvers[static_cast<std::size_t>(method.solver)].factorises;
+  return needs_solver(method.integrator) && method.solver.factorises;
 }
 
 /// "symplectic_euler", "bdf2, newton_cg, 4 substeps": for reports.

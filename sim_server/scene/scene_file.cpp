@@ -1,7 +1,5 @@
 #include "sim_server/scene/scene_file.hpp"
 
-#include <algorithm>
-#include <array>
 #include <fstream>
 #include <iterator>
 #include <optional>
@@ -68,12 +66,11 @@ void read_world(TableReader table, SceneDescription& scene) {
 }
 
 /// "auto" leaves all of the method to choose; else each part of it may be given.
-void read_method(TableReader& table, SceneDescription& scene) {
-  std::array<std::string_view, kSolverNames.size() + 1> solvers{};
-  std::copy(kSolverNames.begin(), kSolverNames.end(), solvers.begin());
-  solvers.back() = "auto";
+void read_method(TableReader& table, const MethodTable& methods, SceneDescription& scene) {
+  std::vector<std::string_view> solvers = names_of(methods.solvers);
+  solvers.push_back("auto");
   const std::size_t solver = table.has("solver") ? table.choice("solver", solvers) : 0;
-  scene.choose_method = solver == kSolverNames.size();
+  scene.choose_method = solver == methods.solvers.size();
   if (scene.choose_method) {
     for (const char* key : {"integrator", "substeps", "tolerance_m_s"})
       if (table.has(key))
@@ -83,9 +80,10 @@ void read_method(TableReader& table, SceneDescription& scene) {
     return;
   }
   Method& method = scene.method;
-  method.solver = static_cast<SolverKind>(solver);
+  method.solver = methods.solvers[solver];
   if (table.has("integrator"))
-    method.integrator = static_cast<IntegratorKind>(table.choice("integrator", kIntegratorNames));
+    method.integrator =
+        methods.integrators[table.choice("integrator", names_of(methods.integrators))];
   if (!needs_solver(method.integrator) && table.has("solver"))
     table.refuse("solver", "no such key beside this integrator, which has no solver of ours");
   if (is_explicit(method.integrator) && table.has("tolerance_m_s"))
@@ -95,7 +93,7 @@ void read_method(TableReader& table, SceneDescription& scene) {
   method.tolerance_m_s = table.number_or("tolerance_m_s", Bound::kPositive, method.tolerance_m_s);
 }
 
-void read_simulation(TableReader table, SceneDescription& scene) {
+void read_simulation(TableReader table, const MethodTable& methods, SceneDescription& scene) {
   if (table.has("rate_hz") && table.has("period_s")) {
     table.refuse("period_s", "rate_hz or period_s, not both");
   }
@@ -105,7 +103,7 @@ void read_simulation(TableReader table, SceneDescription& scene) {
     table.refuse(table.has("period_s") ? "period_s" : "rate_hz",
                  "a period from 1e-05 to 100 s, a rate from 0.01 to 100000 Hz");
   }
-  read_method(table, scene);
+  read_method(table, methods, scene);
   scene.sleeping = table.flag_or("sleeping", scene.sleeping);
   table.finish();
 }
@@ -199,9 +197,9 @@ void read_bodies(TableReader& document, SceneDescription& scene) {
   }
 }
 
-void read_tables(TableReader& document, SceneDescription& scene) {
+void read_tables(TableReader& document, const MethodTable& methods, SceneDescription& scene) {
   read_world(document.table("world"), scene);
-  read_simulation(document.table("simulation"), scene);
+  read_simulation(document.table("simulation"), methods, scene);
   read_grid(document.table("grid"), scene);
   read_tool(document.table("tool"), scene);
   read_device(document.table("device"), scene);
@@ -212,7 +210,8 @@ void read_tables(TableReader& document, SceneDescription& scene) {
 
 }  // namespace
 
-SceneDescription read_scene(const std::string& text, const std::filesystem::path& path) {
+SceneDescription read_scene(const std::string& text, const std::filesystem::path& path,
+                            const MethodTable& methods) {
   const std::string file = path.string();
   toml::table parsed = parse_text(text, file);
   TableReader document(parsed, file);
@@ -223,24 +222,24 @@ SceneDescription read_scene(const std::string& text, const std::filesystem::path
   const int format = document.integer("format", {kOldestFormat, kFormat});
   if (format == kFormat) {
     refuse_format_1(parsed, file);
-    read_tables(document, scene);
+    read_tables(document, methods, scene);
     return scene;
   }
   const std::vector<RenewedKey> renewed = renew_format_1(parsed, file);
   scene.warnings = lines_of(renewed, file);
   try {
-    read_tables(document, scene);
+    read_tables(document, methods, scene);
   } catch (const SceneError& refusal) {
     throw with_names_of_file(refusal, renewed);
   }
   return scene;
 }
 
-SceneDescription load_scene(const std::filesystem::path& path) {
+SceneDescription load_scene(const std::filesystem::path& path, const MethodTable& methods) {
   const std::string file = path.string();
   const std::optional<std::string> text = read_text(path);
   if (!text) throw scene_error(file, {1, 1}, "file", '"' + file + '"', "a file that can be read");
-  return read_scene(*text, path);
+  return read_scene(*text, path, methods);
 }
 
 }  // namespace stillgrid

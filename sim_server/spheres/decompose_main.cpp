@@ -20,7 +20,6 @@
 #include "shared/realtime/exit_status.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
 #include "sim_server/mesh/mesh_repair.hpp"
-#include "sim_server/spheres/blob_fit.hpp"
 #include "sim_server/spheres/decompose_report.hpp"
 #include "sim_server/spheres/decomposition_error.hpp"
 #include "sim_server/spheres/level_of_detail.hpp"
@@ -36,7 +35,6 @@ struct Arguments {
   double scale = 1.0;
   double tool_radius_m = 0.0, press_depth_m = 0.0;  // 0: by the mesh's size
   int levels = 1;
-  bool with_blobs = false;
 };
 
 constexpr const char* kDescription =
@@ -55,8 +53,6 @@ constexpr const char* kDescription =
     "      a file in millimetres; counts, errors and volumes beside\n"
     "  sphere_decompose part.stl --scale 0.001 --tolerance 0.0005 --levels 4 --out part.csv\n"
     "      part_1.csv (tolerance 4 mm) to part_4.csv (0.5 mm)\n"
-    "  sphere_decompose part.stl --scale 0.001 --tolerance 0.002 --out part.csv --blobs\n"
-    "      part_blobs.csv beside: as many blobs, whose force ripples less\n"
     "  sphere_decompose part.stl --scale 0.001 --surface-spacing 0.004 --out part.csv\n"
     "      even spheres, 4 mm apart below the surface\n";
 
@@ -82,10 +78,6 @@ void add_options(CLI::App& app, Arguments& arguments) {
                  "Levels of detail, written to FILE_1.csv (coarse) and on; default 1, to FILE.csv")
       ->needs(tolerance)
       ->check(integer_in(1, 12));
-  app.add_flag(
-      "--blobs", arguments.with_blobs,
-      "Melt each level into blobs too, written to FILE_blobs.csv; their softness is in its "
-      "first line");
   app.add_option("--tool-radius", arguments.tool_radius_m,
                  "Radius of the tool whose force is reported, m; default 2 % of the box's diagonal")
       ->check(number_in(1e-9, 1e3));
@@ -110,13 +102,11 @@ void clear_progress() {
   if (isatty(STDERR_FILENO) != 0) std::fprintf(stderr, "\r%26s\r", "");
 }
 
-std::filesystem::path with_suffix(const std::filesystem::path& file, const std::string& suffix) {
-  return file.parent_path() / (file.stem().string() + suffix + file.extension().string());
-}
-
 std::filesystem::path file_of_level(const Arguments& arguments, std::size_t level) {
-  if (arguments.levels == 1) return arguments.out;
-  return with_suffix(arguments.out, "_" + std::to_string(level + 1));
+  const std::filesystem::path& file = arguments.out;
+  if (arguments.levels == 1) return file;
+  return file.parent_path() /
+         (file.stem().string() + '_' + std::to_string(level + 1) + file.extension().string());
 }
 
 /// The spheres asked for, from coarse to fine.
@@ -139,27 +129,6 @@ void add_fineness(const Arguments& arguments, nlohmann::json& json) {
   if (arguments.volume_spacing_m > 0.0) json["volume_spacing_m"] = arguments.volume_spacing_m;
 }
 
-void require_few_enough_for_blobs(const std::vector<Decomposition>& levels, const Press& press) {
-  const std::size_t most = press.targets.size() / 4;  // as fit_blobs() demands
-  for (const Decomposition& level : levels)
-    if (level.balls.size() > most)
-      throw std::runtime_error("--blobs: value " + std::to_string(level.balls.size()) +
-                               " spheres: expected at most " + std::to_string(most));
-}
-
-/// Fits, writes and reports a level's blobs.
-nlohmann::json make_blobs(const Press& press, const std::vector<Ball>& balls,
-                          const std::filesystem::path& file) {
-  const BlobBody blobs = fit_blobs(balls, press.targets, press.tool_radius_m);
-  char comment[96];
-  std::snprintf(comment, sizeof comment, "softness_m = %.17g, tool_radius_m = %.17g",
-                blobs.softness_m, blobs.tool_radius_m);
-  write_spheres(blobs.balls, file, comment);
-  nlohmann::json fields = blob_fields(blobs, press);
-  fields["file"] = file.string();
-  return fields;
-}
-
 int run(const Arguments& arguments) {
   for (const auto& file : {arguments.out, arguments.report})
     if (!file.empty()) require_writable(file);
@@ -172,7 +141,6 @@ int run(const Arguments& arguments) {
   const std::vector<Decomposition> levels = make_levels(arguments, closed.mesh);
   const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
   clear_progress();
-  if (arguments.with_blobs) require_few_enough_for_blobs(levels, press);
 
   nlohmann::json json = {{"mesh", mesh_fields(read, closed)},
                          {"levels", nlohmann::json::array()},
@@ -196,8 +164,6 @@ int run(const Arguments& arguments) {
     }
     nlohmann::json level = level_fields(levels[i], press);
     level["file"] = file.string();
-    if (arguments.with_blobs)
-      level["blobs"] = make_blobs(press, levels[i].balls, with_suffix(file, "_blobs"));
     json["levels"].push_back(std::move(level));
   }
   if (!arguments.report.empty()) write_json(arguments.report, json);

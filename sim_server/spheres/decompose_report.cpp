@@ -15,8 +15,10 @@ namespace stillgrid {
 namespace {
 
 /// Forces for a contact stiffness of 1 N/m.
-nlohmann::json force_fields(const Press& press, const UnitForce& force) {
-  const ForceMap map = map_force(press.surface, press.tool_radius_m, press.depth_m, force);
+nlohmann::json force_fields(const Press& press, const BallBody& body) {
+  const ForceMap map =
+      map_force(press.surface, press.tool_radius_m, press.depth_m,
+                [&](const Eigen::Vector3d& tool_m) { return unit_force_m(body, tool_m); });
   return {{"tool_radius_m", press.tool_radius_m},
           {"press_depth_m", press.depth_m},
           {"places", press.surface.points_m.size()},
@@ -48,12 +50,12 @@ Press make_press(const TriangleMesh& closed, double tool_radius_m, double press_
   const double depth_m =
       given_or(press_depth_m, std::min(quarter_m, given_or(tolerance_m, quarter_m)));
   const MeshDistance distance(closed);
-  const SurfaceSamples all = sample_surface(closed, kSamples);
-  SurfaceSamples reachable = reachable_samples(all, distance, radius_m, depth_m);
+  SurfaceSamples reachable =
+      reachable_samples(sample_surface(closed, kSamples), distance, radius_m, depth_m);
   if (reachable.points_m.empty())
     throw std::runtime_error("--tool-radius " + std::to_string(radius_m) +
                              ": expected one that fits somewhere on the mesh");
-  return {std::move(reachable), distance_targets(all, distance, radius_m), radius_m, depth_m};
+  return {std::move(reachable), radius_m, depth_m};
 }
 
 nlohmann::json mesh_fields(const TriangleMesh& read, const ClosedMesh& closed) {
@@ -78,24 +80,11 @@ nlohmann::json mesh_fields(const TriangleMesh& read, const ClosedMesh& closed) {
 }
 
 nlohmann::json level_fields(const Decomposition& level, const Press& press) {
-  const BallBody body = make_ball_body(level.balls, press.tool_radius_m);
   return {{"balls", level.balls.size()},
           {"hausdorff_m", level.hausdorff_m},
           {"mesh_to_union_m", level.mesh_to_union_m},
           {"union_to_mesh_m", level.union_to_mesh_m},
-          {"force", force_fields(press, [&](const Eigen::Vector3d& tool_m) {
-             return unit_force_m(body, tool_m);
-           })}};
-}
-
-nlohmann::json blob_fields(const BlobBody& blobs, const Press& press) {
-  const BlobFit fit = blob_fit(blobs, press.targets);
-  return {{"softness_m", blobs.softness_m},
-          {"distance_error_rms_m", fit.rms_m},
-          {"distance_error_max_m", fit.max_m},
-          {"force", force_fields(press, [&](const Eigen::Vector3d& tool_m) {
-             return unit_blob_force_m(blobs, press.tool_radius_m, tool_m);
-           })}};
+          {"force", force_fields(press, make_ball_body(level.balls, press.tool_radius_m))}};
 }
 
 }  // namespace stillgrid

@@ -1,12 +1,8 @@
 #pragma once
 
-#include <cstddef>
 #include <nlohmann/json_fwd.hpp>
-#include <string_view>
-#include <vector>
 
 #include "sim_server/mesh/mesh_repair.hpp"
-#include "sim_server/spheres/blob_fit.hpp"
 #include "sim_server/spheres/decomposition.hpp"
 #include "sim_server/spheres/surface_samples.hpp"
 
@@ -14,8 +10,7 @@ namespace stillgrid {
 
 /// What the force of all levels is measured with.
 struct Press {
-  SurfaceSamples surface;               // where the tool can be pressed
-  std::vector<DistanceTarget> targets;  // what blobs are fitted to
+  SurfaceSamples surface;  // where the tool can be pressed
   double tool_radius_m = 0.0, depth_m = 0.0;
 };
 
@@ -31,8 +26,5 @@ struct Press {
 
 /// Count, errors and force of a level.
 [[nodiscard]] nlohmann::json level_fields(const Decomposition& level, const Press& press);
-
-/// Softness, fit and force of a level's blobs. Pre: blobs.tool_radius_m == press.tool_radius_m.
-[[nodiscard]] nlohmann::json blob_fields(const BlobBody& blobs, const Press& press);
 
 }  // namespace stillgrid

@@ -17,14 +17,14 @@ class SourceTreeTest(unittest.TestCase):
     def setUp(self):
         self.root = pathlib.Path(tempfile.mkdtemp(prefix="stillgrid-test-"))
         self.addCleanup(shutil.rmtree, self.root)
-        for folder in ("proto", "shared/publication", "sim_server/dynamics", "haptic_server",
+        for folder in ("proto", "shared/publication", "sim_server", "haptic_server",
                        "tests"):
             (self.root / folder).mkdir(parents=True)
         shutil.copy(daemons.ROOT / ".clang-format", self.root)
         self.plant("proto/header.hpp", "#pragma once\n")
         self.plant("shared/publication/segment.hpp",
                    '#include <boost/interprocess/mapped_region.hpp>\n\n#include "proto/header.hpp"\n')
-        self.plant("sim_server/dynamics/solver.cpp",
+        self.plant("sim_server/dynamics/integrators/solver.cpp",
                    '#include <cvode/cvode.h>\n\n#include "shared/publication/segment.hpp"\n')
         self.plant("tests/solver_test.cpp",
                    '#include "haptic_server/a.hpp"\n#include "sim_server/b.hpp"\n')

@@ -53,7 +53,7 @@ class OneThatSolves(Formulas):
         for (arguments, _), result in zip(requests, found):
             scene, settings, _ = fake_fit_run.parsed(arguments)
             told = f"{settings}\n{(self.folder / scene).read_text()}"
-            if "broyden" in told:
+            if "bdf2" in told:
                 result["cost"]["step_share"] = (fake_fit_run.value_of(told, "rate_hz") or 50.0) / 30.0
             else:
                 result["error"] = {key: 0.1 + value for key, value in result["error"].items()}
@@ -181,7 +181,7 @@ class SearchTest(daemons.SessionTest):
         with unittest.mock.patch.object(space.Space, "neighbours", lambda *_: []):
             answer = self.fit(SCENE, "full", OneThatSolves)
         self.assertTrue(answer["fits"])
-        self.assertIn("broyden", answer["choice"]["method"])
+        self.assertIn("bdf2", answer["choice"]["method"])
         self.assertEqual(answer["choice"]["rate_hz"], 20.0)  # of 10, 14, 20, 28: nine tenths of 30 and no more
 
     def test_what_is_unstable_at_the_margin_is_passed_over_and_told(self):

@@ -55,7 +55,7 @@ class MethodChoiceTest(daemons.SessionTest):
         lines = result.stdout.splitlines()
         chosen = [line for line in lines if line.startswith("* ")]
         self.assertEqual(len(chosen), 1, result.stdout)
-        for method in ("forward_euler", "broyden_mass", "cvode_bdf", "kinsol_anderson"):
+        for method in ("trapezoid", "newton_lu", "newton_bicgstab", "cvode_bdf"):
             row = next(line for line in lines if method in line)
             self.assertGreater(len(row.split("  ")[-1]), 10, row)
         record = json.loads(self.record.read_text())
@@ -92,8 +92,8 @@ class MethodChoiceTest(daemons.SessionTest):
 
     def test_a_run_of_which_no_step_converged_says_so_by_its_exit_status_too(self):
         stiff = SCENE.replace("structural = 50.0", "structural = 1e6").replace(
-            'solver = "auto"\nerror_target_m = 1e-3', 'solver = "broyden_mass"').replace("rate_hz = 50.0", "rate_hz = 10.0")
-        for scene, status in ((stiff, NOT_CONVERGED), (stiff.replace("broyden_mass", "newton"), DONE)):
+            'solver = "auto"\nerror_target_m = 1e-3', 'solver = "newton"\ntolerance_m_s = 1e-30').replace("rate_hz = 50.0", "rate_hz = 10.0")
+        for scene, status in ((stiff, NOT_CONVERGED), (stiff.replace("1e-30", "1e-8"), DONE)):
             self.write("auto.toml", scene)
             result = self.offline()
             self.assertEqual(result.returncode, status, result.stderr)

@@ -159,7 +159,7 @@ class SceneFitTest(daemons.SessionTest):
 
     def test_what_keeps_a_run_from_starting_stops_the_fit_and_is_not_held_against_the_candidate(self):
         one = self.runs_of(self.folder / "fit")
-        requests = self.requests("simulation.rate_hz=10.0", "simulation.solver=newton", "simulation.solver=broyden")
+        requests = self.requests("simulation.rate_hz=10.0", "simulation.solver=newton", "simulation.solver=newton_lu")
         full = self.build / "bin" / "full"
         full.touch()
         with self.assertRaisesRegex(runs.Unusable, "^/tmp: no space left$"):

@@ -3,7 +3,6 @@
 import itertools
 import json
 import math
-import pathlib
 import signal
 import subprocess
 import time
@@ -139,8 +138,8 @@ material = "m"
         counts = [level["balls"] for level in levels]
         self.assertEqual(counts, sorted(set(counts)))
 
-    def test_the_report_tells_mesh_errors_force_and_blobs(self):
-        self.decompose(self.box, "--tolerance", 0.2, "--blobs", "--report", self.report,
+    def test_the_report_tells_mesh_errors_and_force(self):
+        self.decompose(self.box, "--tolerance", 0.2, "--report", self.report,
                        "--tool-radius", 0.3, "--press-depth", 0.1)
         report = daemons.read_report(self.report)
         mesh, level = report["mesh"], report["levels"][0]
@@ -153,18 +152,11 @@ material = "m"
         self.assertEqual(set(mesh["repair"].values()), {0})
         self.assertEqual(level["hausdorff_m"],
                          max(level["mesh_to_union_m"], level["union_to_mesh_m"]))
-        blobs = level["blobs"]
-        for force in (level["force"], blobs["force"]):
-            self.assertEqual((force["tool_radius_m"], force["press_depth_m"]), (0.3, 0.1))
-            self.assertGreater(force["places"], 1000)
-            self.assertAlmostEqual(force["stiffness_scale"] * force["effective_stiffness"], 1.0)
-            self.assertTrue(0.0 <= force["ripple"] < 3.0)
-        file = pathlib.Path(blobs["file"])
-        self.assertEqual(file, self.folder / "out_blobs.csv")
-        first, rest = file.read_text().split("\n", 1)
-        self.assertTrue(first.startswith(f"# softness_m = {blobs['softness_m']!r}, "), first)
-        self.assertEqual(len(rest.splitlines()), 1 + level["balls"])
-        self.assertTrue(0.0 < blobs["distance_error_rms_m"] < blobs["distance_error_max_m"])
+        force = level["force"]
+        self.assertEqual((force["tool_radius_m"], force["press_depth_m"]), (0.3, 0.1))
+        self.assertGreater(force["places"], 1000)
+        self.assertAlmostEqual(force["stiffness_scale"] * force["effective_stiffness"], 1.0)
+        self.assertTrue(0.0 <= force["ripple"] < 3.0)
 
     def test_even_spheres_are_spaced_as_asked_and_their_error_is_measured(self):
         for option, key in (("--surface-spacing", "surface_spacing_m"),
@@ -209,10 +201,6 @@ class RefusalTest(SphereDecomposeTest):
     def test_too_many_even_spheres_are_refused_with_their_number(self):
         for option in ("--surface-spacing", "--volume-spacing"):
             self.assert_refused(self.box, option, 0.001, words=["balls: expected at most 200000"])
-
-    def test_more_spheres_than_blobs_can_be_fitted_to_are_refused(self):
-        self.assert_refused(self.box, "--surface-spacing", 0.05, "--blobs",
-                            words=["--blobs: value ", "expected at most 4500"])
 
     def test_a_place_that_cannot_be_written_is_refused_before_the_work(self):
         began_s = time.monotonic()

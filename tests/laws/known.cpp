@@ -18,12 +18,6 @@ bool is_explicit(const LawCase& law_case) {
   return integrator == "\"velocity_verlet\"" || integrator == "\"symplectic_euler\"";
 }
 
-/// Solvers that stiff contacts and long steps beat: the iterate that is then taken is any.
-bool may_not_converge(const LawCase& law_case) {
-  const std::string solver = value_of(law_case.scene, "solver");
-  return solver.starts_with("\"broyden") || solver.starts_with("\"kinsol");
-}
-
 }  // namespace
 
 std::optional<std::string_view> known_violation(const LawCase& law_case) {
@@ -48,8 +42,7 @@ std::optional<std::string_view> known_violation(const LawCase& law_case) {
       if (variant == "predicted") return "contact core";
       break;
     case 6:  // impulses in an order that the list, a mirror or the grid's axes decide
-      if (variant == "reversed list" || variant == "mirrored" || is_explicit(law_case) ||
-          may_not_converge(law_case))
+      if (variant == "reversed list" || variant == "mirrored" || is_explicit(law_case))
         return "contact core";
       break;
     case 7:  // what is left of the force at a switch goes at 0.2 N/ms, whatever the scene
@@ -60,9 +53,8 @@ std::optional<std::string_view> known_violation(const LawCase& law_case) {
           value_of(law_case.scene, "kind") == "\"rigid_box\"")
         return "contact core";
       break;
-    case 9: {  // impulses of one pass never rest; trapezoid and DIRK gain energy of stiff contacts
+    case 9: {  // impulses of one pass never rest; the trapezoid gains energy of stiff contacts
       const std::string integrator = value_of(law_case.scene, "integrator");
-      if (may_not_converge(law_case)) return "contact core";
       if (integrator != "\"implicit_euler\"" && integrator != "\"bdf2\"") return "contact core";
       break;
     }

@@ -14,9 +14,9 @@ constexpr std::uint64_t kLongSeeds = 1000;  // from here on cases are of full le
 void draw_swing(LawCase& law_case, Random& random) {
   SceneText& scene = law_case.scene;
   SceneSection& simulation = scene.section("[simulation]");
-  simulation.text("integrator", random.one_of({"forward_euler", "symplectic_euler",
-                                               "velocity_verlet", "implicit_euler", "bdf2",
-                                               "trapezoid", "cvode_bdf", "arkode_dirk"}));
+  simulation.text("integrator",
+                  random.one_of({"symplectic_euler", "velocity_verlet", "implicit_euler", "bdf2",
+                                 "trapezoid", "cvode_bdf"}));
   simulation.set("sleeping", "false");
   BodyWishes wishes{.still = false, .prescribed = false, .moving = false, .meshes = false};
   const std::string material = draw_material(scene, random, wishes);

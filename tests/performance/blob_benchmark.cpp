@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "shared/tools/laboratory/blobs/blob_fit.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
 #include "sim_server/mesh/mesh_repair.hpp"
-#include "sim_server/spheres/blob_fit.hpp"
 #include "sim_server/spheres/level_of_detail.hpp"
 #include "tests/sim_server/spheres/recorded_contact.hpp"
 

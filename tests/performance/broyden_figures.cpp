@@ -2,8 +2,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "sim_server/dynamics/solvers/broyden.hpp"
-#include "sim_server/dynamics/solvers/kinsol_solver.hpp"
+#include "shared/tools/laboratory/methods/broyden.hpp"
+#include "shared/tools/laboratory/methods/kinsol_solver.hpp"
 #include "tests/sim_server/dynamics/hanging_chain.hpp"
 
 namespace stillgrid {
@@ -30,8 +30,8 @@ int main() {
   BroydenSolver from_mass(BroydenStart::kMass, kTolerance_m_s);
   BroydenSolver from_jacobian(BroydenStart::kJacobian, kTolerance_m_s);
   NewtonSolver newton(SolverKind::kNewton, kTolerance_m_s);
-  KinsolSolver krylov(SolverKind::kKinsolNewtonKrylov, kTolerance_m_s);
-  KinsolSolver anderson(SolverKind::kKinsolAnderson, kTolerance_m_s);
+  KinsolSolver krylov(KinsolStrategy::kNewtonKrylov, kTolerance_m_s);
+  KinsolSolver anderson(KinsolStrategy::kAnderson, kTolerance_m_s);
   std::printf("scene,solver,k_h2_per_m,iterations,failures\n");
   print_solver("broyden_mass", from_mass);
   print_solver("broyden", from_jacobian);

@@ -3,9 +3,9 @@
 #include <Eigen/Geometry>
 #include <cstdio>
 
+#include "shared/tools/laboratory/blobs/blob_fit.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
 #include "sim_server/mesh/mesh_repair.hpp"
-#include "sim_server/spheres/blob_fit.hpp"
 #include "sim_server/spheres/decomposition.hpp"
 #include "sim_server/spheres/sampling.hpp"
 #include "tests/sim_server/spheres/recorded_contact.hpp"

@@ -21,9 +21,8 @@ struct Measured {
 RunResult run_point(const ChartScene& scene, const ChartPoint& point) {
   const double rivals_s = 3.0 * scene.limit_s;
   if (point.integrator == "bullet") return run_bullet(scene, point, rivals_s);
-  const bool rival = point.method.integrator == IntegratorKind::kCvodeBdf ||
-                     point.method.integrator == IntegratorKind::kArkodeDirk;
-  return run_ours(scene, point, rival ? rivals_s : scene.limit_s);
+  const bool is_sundials = chooses_steps(point.method.integrator);
+  return run_ours(scene, point, is_sundials ? rivals_s : scene.limit_s);
 }
 
 double ms_per_10ms(const RunResult& run) {

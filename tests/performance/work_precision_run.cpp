@@ -6,6 +6,9 @@
 #include <optional>
 #include <stdexcept>
 
+#include "shared/tools/laboratory/methods/arkode_integrator.hpp"
+#include "shared/tools/laboratory/methods/forward_euler.hpp"
+#include "shared/tools/laboratory/methods/laboratory_methods.hpp"
 #include "sim_server/dynamics/choice/method_choice.hpp"
 #include "sim_server/dynamics/step/simulation.hpp"
 
@@ -25,7 +28,7 @@ double loose_tolerance_m_s(double step_s) {
   return 1e-2 * step_s;
 }
 
-Curve implicit_curve(IntegratorKind integrator, SolverKind solver) {
+Curve implicit_curve(const IntegratorKind& integrator, const SolverKind& solver) {
   Curve curve;
   for (const double step_s : {0.05, 0.025, 0.01, 0.005, 0.0025, 0.001, 0.0005, 0.00025, 0.0001})
     curve.push_back({std::string(name_of(integrator)), std::string(name_of(solver)), "step_s",
@@ -36,7 +39,7 @@ Curve implicit_curve(IntegratorKind integrator, SolverKind solver) {
   return curve;
 }
 
-Curve explicit_curve(IntegratorKind integrator) {
+Curve explicit_curve(const IntegratorKind& integrator) {
   Curve curve;
   for (const int substeps : {4, 10, 20, 40, 100, 200, 400, 1000})
     curve.push_back({std::string(name_of(integrator)), "", "step_s", 0.01 / substeps, 0.01,
@@ -44,7 +47,7 @@ Curve explicit_curve(IntegratorKind integrator) {
   return curve;
 }
 
-Curve adaptive_curve(IntegratorKind integrator) {
+Curve adaptive_curve(const IntegratorKind& integrator) {
   Curve curve;
   for (const double tolerance : {1e-1, 3e-2, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6})
     curve.push_back({std::string(name_of(integrator)), "", "tolerance", tolerance, 0.01,
@@ -150,15 +153,15 @@ Curve auto_curve(const ChartScene& scene) {
 }
 
 std::vector<Curve> our_curves(const ChartScene& scene) {
-  using enum IntegratorKind;
-  std::vector<Curve> curves{explicit_curve(kForwardEuler), explicit_curve(kSymplecticEuler),
-                            explicit_curve(kVelocityVerlet)};
-  for (std::size_t i = 0; i < kSolverNames.size(); ++i)
-    curves.push_back(implicit_curve(kImplicitEuler, static_cast<SolverKind>(i)));
-  for (const IntegratorKind integrator : {kBdf2, kTrapezoid})
-    for (const SolverKind solver : {SolverKind::kNewton, SolverKind::kNewtonCg})
+  std::vector<Curve> curves{explicit_curve(kForwardEuler),
+                            explicit_curve(IntegratorKind::kSymplecticEuler),
+                            explicit_curve(IntegratorKind::kVelocityVerlet)};
+  for (const SolverKind& solver : laboratory_methods().solvers)
+    curves.push_back(implicit_curve(IntegratorKind::kImplicitEuler, solver));
+  for (const IntegratorKind& integrator : {IntegratorKind::kBdf2, IntegratorKind::kTrapezoid})
+    for (const SolverKind& solver : {SolverKind::kNewton, SolverKind::kNewtonCg})
       curves.push_back(implicit_curve(integrator, solver));
-  for (const IntegratorKind integrator : {kCvodeBdf, kArkodeDirk})
+  for (const IntegratorKind& integrator : {IntegratorKind::kCvodeBdf, kArkodeDirk})
     curves.push_back(adaptive_curve(integrator));
   // A step must divide the scene's times.
   for (Curve& curve : curves)

@@ -74,10 +74,11 @@ TEST_CASE("The reference follows a chain's modes and converges with order four",
 }
 
 TEST_CASE("Errors fall with the step as theory says", "[work_precision]") {
-  using enum IntegratorKind;
+  using Kind = IntegratorKind;
   const auto [integrator, expected] =
-      GENERATE(std::pair{kSymplecticEuler, 1.0}, std::pair{kVelocityVerlet, 2.0},
-               std::pair{kImplicitEuler, 1.0}, std::pair{kBdf2, 2.0}, std::pair{kTrapezoid, 2.0});
+      GENERATE(std::pair{Kind::kSymplecticEuler, 1.0}, std::pair{Kind::kVelocityVerlet, 2.0},
+               std::pair{Kind::kImplicitEuler, 1.0}, std::pair{Kind::kBdf2, 2.0},
+               std::pair{Kind::kTrapezoid, 2.0});
   CAPTURE(name_of(integrator));
 
   CHECK(order(chain_error_m(integrator, 4e-4), chain_error_m(integrator, 2e-4)) ==

@@ -56,7 +56,7 @@ constexpr const char* kDescription =
     "processor time; only it differs from run to run.\n"
     "\n"
     "--set KEY=VALUE, VALUE as TOML has it: simulation.rate_hz=50, "
-    "simulation.solver='\"broyden\"', "
+    "simulation.solver='\"newton_cg\"', "
     "grid.voxel_ratio=2, body.NAME.spheres.spacing_m=0.02, body.NAME.stiffness_scale=1.96, "
     "material.NAME.friction=0.1. What it contradicts goes: rate_hz replaces period_s and the "
     "reverse; an integrator, or solver \"auto\", the whole method of the file; one way to make a "

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "shared/tools/laboratory/methods/laboratory_methods.hpp"
 #include "sim_server/scene/scene_file.hpp"
 
 namespace stillgrid {
@@ -45,7 +46,8 @@ std::string scene_text_of(const LabCell& cell, double stiffness_N_per_m) {
 
 SceneDescription scene_of(const LabCell& cell, std::optional<double> stiffness_N_per_m) {
   const bool is_file = cell.scene.ends_with(".toml");
-  SceneDescription scene = is_file ? load_scene(cell.scene) : lab_scene(parse_scene(cell));
+  SceneDescription scene =
+      is_file ? load_scene(cell.scene, laboratory_methods()) : lab_scene(parse_scene(cell));
   scene.period_s = cell.period_s;
   if (stiffness_N_per_m && scene.materials.empty())
     refuse("--stiffness", std::to_string(*stiffness_N_per_m), "a scene with a material");

@@ -40,8 +40,8 @@ constexpr const char* kDescription =
     "  stability_lab limit --scene chain --device hand --transition hold --period 0.01\n"
     "  stability_lab map --scene free:0.05 free:0.1 chain --period 0.1 0.033 0.01 --out map.csv\n"
     "\n"
-    "A scene is wall, free[:KG], chain[:KG], block[:KG], or a FILE.toml; a device is light, hand, "
-    "none, or as haptic_server takes it.\n";
+    "A scene is wall, free[:KG], chain[:KG], block[:KG], or a FILE.toml, whose method may be one "
+    "that only the laboratory has; a device is light, hand, none, or as haptic_server takes it.\n";
 
 void add_shared_options(CLI::App& app, Arguments& arguments) {
   LabCell& cell = arguments.cell;

@@ -92,14 +92,20 @@ double ball_count_of_box(const Eigen::Vector3d& size_m, const SpherePacking& pac
          spheres_along(inner_m.z(), spacing_m);
 }
 
+SphereBinding placed_sphere(const Ball& ball, const Eigen::Vector3d& position_m,
+                            const Eigen::Quaterniond& orientation) {
+  SphereBinding sphere;
+  sphere.radius_m = ball.radius_m;
+  sphere.rest_position_m = position_m + orientation * ball.centre_m;
+  return sphere;
+}
+
 std::vector<SphereBinding> fixed_spheres(std::span<const Ball> balls,
                                          const Eigen::Vector3d& position_m,
                                          const Eigen::Quaterniond& orientation) {
   std::vector<SphereBinding> spheres;
   for (const Ball& ball : balls) {
-    SphereBinding& sphere = spheres.emplace_back();
-    sphere.radius_m = ball.radius_m;
-    sphere.rest_position_m = position_m + orientation * ball.centre_m;
+    SphereBinding& sphere = spheres.emplace_back(placed_sphere(ball, position_m, orientation));
     sphere.local_m = ball.centre_m;
   }
   return spheres;

@@ -70,6 +70,10 @@ void bind(SphereBinding& sphere, int node, double weight);
                                              const SpherePacking& packing);
 [[nodiscard]] double ball_count_of_box(const Eigen::Vector3d& size_m, const SpherePacking& packing);
 
+/// A ball of a body's frame as a sphere of the body that stands there, bound to nothing yet.
+[[nodiscard]] SphereBinding placed_sphere(const Ball& ball, const Eigen::Vector3d& position_m,
+                                          const Eigen::Quaterniond& orientation);
+
 /// Balls of a body's frame as spheres fixed in a rigid body that stands there.
 [[nodiscard]] std::vector<SphereBinding> fixed_spheres(std::span<const Ball> balls,
                                                        const Eigen::Vector3d& position_m,

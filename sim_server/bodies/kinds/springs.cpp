@@ -96,9 +96,7 @@ std::vector<SphereBinding> spheres_in_solid(std::span<const Ball> balls, const S
                                             const Eigen::Quaterniond& orientation) {
   std::vector<SphereBinding> spheres;
   for (const Ball& ball : balls) {
-    SphereBinding& sphere = spheres.emplace_back();
-    sphere.radius_m = ball.radius_m;
-    sphere.rest_position_m = position_m + orientation * ball.centre_m;
+    SphereBinding& sphere = spheres.emplace_back(placed_sphere(ball, position_m, orientation));
     const LatticePoint point = bind_to_lattice(lattice, ball.centre_m);
     for (std::size_t i = 0; i < point.nodes.size(); ++i)
       bind(sphere, point.nodes[i], point.weights[i]);

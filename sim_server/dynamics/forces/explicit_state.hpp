@@ -32,10 +32,9 @@ struct RigidState {
   bool free = false;  // feels forces
 };
 
-/// For how long forces change velocities, and velocities, old (forward) or new, positions.
+/// For how long forces change velocities, and the new velocities positions.
 struct Move {
   double kick_s = 0.0, drift_s = 0.0;
-  bool forward = false;
 };
 
 /// All that an explicit integrator moves, as it needs it.

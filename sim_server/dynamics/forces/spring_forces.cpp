@@ -340,8 +340,7 @@ double PullAnyGroup(const SpringGroup& group, ExplicitState& state) {
   return group.damped ? PullGroup<true>(group, state) : PullGroup<false>(group, state);
 }
 
-template <bool forward>
-void MoveNodes(const Move& move, const PackedVector& gravity_m_s2, ExplicitState& state) {
+void MoveAll(const Move& move, const PackedVector& gravity_m_s2, ExplicitState& state) {
   const FourTag d;
   const auto kick = hn::Set(d, move.kick_s), drift = hn::Set(d, move.drift_s);
   for (std::size_t i = 0; i < state.position_m.size(); ++i) {
@@ -353,18 +352,11 @@ void MoveNodes(const Move& move, const PackedVector& gravity_m_s2, ExplicitState
                                 hn::Load(d, Part(gravity_m_s2, k)));
       const auto x = hn::Load(d, Part(position, k)), v = hn::Load(d, Part(velocity, k));
       const auto faster = hn::MulAdd(kick, hn::IfThenElseZero(feels, a), v);
-      const auto farther = hn::MulAdd(drift, hn::IfThenElseZero(feels, forward ? v : faster), x);
+      const auto farther = hn::MulAdd(drift, hn::IfThenElseZero(feels, faster), x);
       hn::Store(faster, d, Part(velocity, k));
       hn::Store(farther, d, Part(position, k));
     }
   }
-}
-
-void MoveAll(const Move& move, const PackedVector& gravity_m_s2, ExplicitState& state) {
-  if (move.forward)
-    MoveNodes<true>(move, gravity_m_s2, state);
-  else
-    MoveNodes<false>(move, gravity_m_s2, state);
 }
 
 }  // namespace stillgrid::HWY_NAMESPACE

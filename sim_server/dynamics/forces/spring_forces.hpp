@@ -30,8 +30,7 @@ class SpringForces {
   std::vector<SpringGroup> groups_;
 };
 
-/// v += kick (f / m + g) and x += drift v, by the old v (forward) or by the new; where 1 / m is
-/// zero neither changes.
+/// v += kick (f / m + g), then x += drift v; where 1 / m is zero neither changes.
 void move_nodes(const Move& move, const Eigen::Vector3d& gravity_m_s2, ExplicitState& state);
 
 }  // namespace stillgrid

@@ -43,7 +43,6 @@ SolveReport ExplicitIntegrator::advance(const World& world, std::span<const Cont
   substeps_ = substeps_for(world, duration_s);
   since_look_ += substeps_;
   const double substep_s = duration_s / substeps_;
-  const bool forward = method_.integrator == IntegratorKind::kForwardEuler;
   const bool halves = method_.integrator == IntegratorKind::kVelocityVerlet;
   SolveReport report{.converged = true};
   for (; report.iterations < substeps_; ++report.iterations) {
@@ -53,7 +52,7 @@ SolveReport ExplicitIntegrator::advance(const World& world, std::span<const Cont
       break;
     }
     const double kick_s = halves && i == 0 ? 0.5 * substep_s : substep_s;
-    substep(world, i * substep_s, {kick_s, substep_s, forward}, duration_s);
+    substep(world, i * substep_s, {kick_s, substep_s}, duration_s);
   }
   if (halves)
     substep(world, report.iterations * substep_s, {.kick_s = 0.5 * substep_s}, duration_s);
@@ -125,12 +124,14 @@ void ExplicitIntegrator::substep(const World& world, double from_s, const Move& 
   }
   flow_.spring_damping_J += move.kick_s * springs_->evaluate(world, state_);
   contacts_.push(from_s / step_s, state_);
+  this->move(world, move, step_s);
+}
+
+void ExplicitIntegrator::move(const World& world, const Move& move, double step_s) {
   move_nodes(move, world.gravity_m_s2, state_);
-  if (move.forward) drift(move.drift_s);
   kick(world, move.kick_s);
-  // What resistance changes of nodes' velocities still moves them, if by the new velocities.
-  contacts_.resist(move.kick_s, step_s, move.forward ? 0.0 : move.drift_s, state_, flow_);
-  if (!move.forward && move.drift_s > 0.0) drift(move.drift_s);
+  resist(move.kick_s, step_s, move.drift_s);  // what it changes of nodes' velocities moves them too
+  if (move.drift_s > 0.0) drift(move.drift_s);
 }
 
 void ExplicitIntegrator::kick(const World& world, double kick_s) {

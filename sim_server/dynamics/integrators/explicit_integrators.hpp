@@ -12,11 +12,10 @@
 namespace stillgrid {
 
 /// Explicit integration in substeps: v += h a(x, v), then x += h v by the new velocities
-/// (symplectic) or by the old (forward, which without dampers is unstable at every step). Velocity
-/// Verlet is the symplectic one with half of the first kick, and the other half by the forces at
-/// the end: of second order, but for dampers and friction.
+/// (symplectic Euler). Velocity Verlet is the same with half of the first kick, and the other half
+/// by the forces at the end: of second order, but for dampers and friction.
 ///
-/// With dampers the symplectic ones are stable where h^2 lambda_K + 2 h lambda_C < 4, for the
+/// With dampers both are stable where h^2 lambda_K + 2 h lambda_C < 4, for the
 /// largest eigenvalues of M^-1 K and M^-1 C. Without a given number of substeps there are as many
 /// as that asks. Rigid bodies carry their angular momentum, so that a free one keeps it exactly.
 /// Contact dampers and friction: see ExplicitContacts.
@@ -38,12 +37,23 @@ class ExplicitIntegrator : public Integrator {
   /// Of the last advance().
   [[nodiscard]] int substeps() const noexcept { return substeps_; }
 
+ protected:
+  /// What a substep makes of the forces: by the order of its parts a method differs. step_s: of the
+  /// whole advance().
+  virtual void move(const World& world, const Move& move, double step_s);
+  [[nodiscard]] ExplicitState& state() noexcept { return state_; }
+  /// Forces change the velocities of rigid bodies; these move them.
+  void kick(const World& world, double kick_s);
+  void drift(double drift_s);
+  /// Dampers and friction of contacts, as ExplicitContacts::resist().
+  void resist(double kick_s, double step_s, double drift_s) {
+    contacts_.resist(kick_s, step_s, drift_s, state_, flow_);
+  }
+
  private:
   void pack(const World& world);
   [[nodiscard]] int substeps_for(const World& world, double duration_s);
   void substep(const World& world, double from_s, const Move& move, double step_s);
-  void kick(const World& world, double kick_s);
-  void drift(double drift_s);
   [[nodiscard]] bool unpack(const World& world, double duration_s);
   void rest(const World& world);
 

@@ -32,7 +32,7 @@ namespace stillgrid {
 class ImplicitIntegrator : public Integrator {
  public:
   /// Pre: kind is kImplicitEuler, kBdf2 or kTrapezoid.
-  ImplicitIntegrator(IntegratorKind kind, std::unique_ptr<NonlinearSolver> solver)
+  ImplicitIntegrator(const IntegratorKind& kind, std::unique_ptr<NonlinearSolver> solver)
       : kind_(kind), solver_(std::move(solver)) {}
 
   [[nodiscard]] IntegratorTraits traits() const noexcept override { return {.solves = true}; }

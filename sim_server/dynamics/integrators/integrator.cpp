@@ -3,28 +3,13 @@
 #include "sim_server/dynamics/integrators/explicit_integrators.hpp"
 #include "sim_server/dynamics/integrators/implicit_integrators.hpp"
 #include "sim_server/dynamics/integrators/sundials_integrator.hpp"
-#include "sim_server/dynamics/solvers/broyden.hpp"
-#include "sim_server/dynamics/solvers/kinsol_solver.hpp"
 #include "sim_server/dynamics/solvers/newton.hpp"
 
 namespace stillgrid {
 namespace {
 
 std::unique_ptr<NonlinearSolver> make_solver(const Method& method) {
-  switch (method.solver) {
-    case SolverKind::kBroyden:
-      return std::make_unique<BroydenSolver>(BroydenStart::kJacobian, method.tolerance_m_s);
-    case SolverKind::kBroydenMass:
-      return std::make_unique<BroydenSolver>(BroydenStart::kMass, method.tolerance_m_s);
-    case SolverKind::kKinsolNewtonKrylov:
-    case SolverKind::kKinsolAnderson:
-      return make_kinsol_solver(method.solver, method.tolerance_m_s);
-    case SolverKind::kNewton:
-    case SolverKind::kNewtonLu:
-    case SolverKind::kNewtonCg:
-    case SolverKind::kNewtonBicgstab:
-      break;
-  }
+  if (method.solver.make != nullptr) return method.solver.make(method.tolerance_m_s);
   return std::make_unique<NewtonSolver>(method.solver, method.tolerance_m_s);
 }
 
@@ -37,9 +22,9 @@ void Integrator::commit(World& world, double duration_s) {
 }
 
 std::unique_ptr<Integrator> make_integrator(const Method& method) {
+  if (method.integrator.make != nullptr) return method.integrator.make(method);
   if (is_explicit(method.integrator)) return std::make_unique<ExplicitIntegrator>(method);
-  if (chooses_steps(method.integrator))
-    return make_sundials_integrator(method.integrator, method.tolerance_m_s);
+  if (chooses_steps(method.integrator)) return make_cvode_integrator(method.tolerance_m_s);
   return std::make_unique<ImplicitIntegrator>(method.integrator, make_solver(method));
 }
 

@@ -1,10 +1,5 @@
 #include "sim_server/dynamics/integrators/sundials_integrator.hpp"
 
-#include <arkode/arkode_arkstep.h>
-#include <arkode/arkode_ls.h>
-#include <cvode/cvode.h>
-#include <cvode/cvode_ls.h>
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -13,8 +8,8 @@
 #include "sim_server/bodies/rotation.hpp"
 #include "sim_server/dynamics/forces/mechanical_system.hpp"
 #include "sim_server/dynamics/integrators/implicit_stage.hpp"
+#include "sim_server/dynamics/integrators/sundials_stepper.hpp"
 #include "sim_server/dynamics/solvers/linear_solver.hpp"
-#include "sim_server/dynamics/solvers/sundials_memory.hpp"
 
 namespace stillgrid {
 namespace {
@@ -41,7 +36,7 @@ bool same_state(const World& world, const Trial& trial) {
 /// The equations of motion, first order, in y = [displacements from a base; velocities]:
 ///   q' = u (rotation vectors: J^-1 u),  u' = M^-1 (f - gyroscopic torque).
 struct SundialsIntegrator::Run {
-  Run(IntegratorKind kind, double tolerance_m_s, const World& world, double duration_s);
+  Run(MakeStepper make_stepper, double tolerance_m_s, const World& world, double duration_s);
 
   void take(std::span<const Contact> next, double duration_s);
   bool integrate(bool may_pass, long most_steps);
@@ -54,17 +49,14 @@ struct SundialsIntegrator::Run {
     return std::clamp((at_s - start_s) / (end_s - start_s), 0.0, 1.0);
   }
   [[nodiscard]] bool turned_far() const;
-  [[nodiscard]] long steps_taken() const;
   [[nodiscard]] Eigen::Index size() const { return base.unknown_count; }
 
   // Freed in the reverse order: the context last.
   SunContext context = make_sun_context();
   SunVector state;
   SunLinearSolver linear;
-  SunMemory<CVodeFree> cvode;
-  SunMemory<ARKStepFree> arkode;
+  std::unique_ptr<SundialsStepper> stepper;
 
-  IntegratorKind kind;
   World base;
   std::vector<Contact> contacts;
   MechanicalSystem system;
@@ -106,11 +98,10 @@ SunLinearSolver make_linear_solver(Run& run, SUNContext context) {
 
 }  // namespace
 
-SundialsIntegrator::Run::Run(IntegratorKind integrator, double tolerance_m_s, const World& world,
+SundialsIntegrator::Run::Run(MakeStepper make_stepper, double tolerance_m_s, const World& world,
                              double duration_s)
     : state(make_sun_vector(2 * world.unknown_count, context.get())),
       linear(make_linear_solver(*this, context.get())),
-      kind(integrator),
       base(world) {
   system.take(base, {});
   values_of(state.get()).head(size()).setZero();
@@ -126,23 +117,13 @@ SundialsIntegrator::Run::Run(IntegratorKind integrator, double tolerance_m_s, co
     Run& run = *static_cast<Run*>(data);
     return keep_exception(run.thrown, [&] { return run.derivative(at_s, y, result); });
   };
-  int failures = 0;
-  if (kind == IntegratorKind::kCvodeBdf) {
-    cvode.reset(sun_checked(CVodeCreate(CV_BDF, context.get())));
-    failures |= CVodeSetErrHandlerFn(cvode.get(), ignore_message, nullptr);
-    failures |= CVodeSetUserData(cvode.get(), this);
-    failures |= CVodeInit(cvode.get(), slope_at, 0.0, state.get());
-    failures |= CVodeSVtolerances(cvode.get(), tolerance_m_s, absolute.get());
-    failures |= CVodeSetLinearSolver(cvode.get(), linear.get(), nullptr);
-  } else {
-    arkode.reset(sun_checked(ARKStepCreate(nullptr, slope_at, 0.0, state.get(), context.get())));
-    failures |= ARKStepSetErrHandlerFn(arkode.get(), ignore_message, nullptr);
-    failures |= ARKStepSetUserData(arkode.get(), this);
-    failures |= ARKStepSetOrder(arkode.get(), 4);
-    failures |= ARKStepSVtolerances(arkode.get(), tolerance_m_s, absolute.get());
-    failures |= ARKStepSetLinearSolver(arkode.get(), linear.get(), nullptr);
-  }
-  if (failures != 0) throw std::bad_alloc();
+  stepper = make_stepper({.context = context.get(),
+                          .state = state.get(),
+                          .slope = slope_at,
+                          .data = this,
+                          .relative_tolerance = tolerance_m_s,
+                          .absolute_tolerances = absolute.get(),
+                          .linear = linear.get()});
 }
 
 /// The contacts to come, from now for duration_s.
@@ -157,19 +138,9 @@ void SundialsIntegrator::Run::take(std::span<const Contact> next, double duratio
 bool SundialsIntegrator::Run::integrate(bool may_pass, long most_steps) {
   passed = may_pass;
   constexpr double kFar_s = 1e9;  // a stop once set cannot be taken back
-  const double stop_s = may_pass ? kFar_s : end_s;
-  int flag = 0;
-  if (kind == IntegratorKind::kCvodeBdf) {
-    CVodeSetMaxNumSteps(cvode.get(), most_steps);
-    CVodeSetStopTime(cvode.get(), stop_s);
-    flag = CVode(cvode.get(), end_s, state.get(), &now_s, CV_NORMAL);
-  } else {
-    ARKStepSetMaxNumSteps(arkode.get(), most_steps);
-    ARKStepSetStopTime(arkode.get(), stop_s);
-    flag = ARKStepEvolve(arkode.get(), end_s, state.get(), &now_s, ARK_NORMAL);
-  }
+  const bool went_on = stepper->evolve(end_s, may_pass ? kFar_s : end_s, most_steps, now_s);
   if (thrown) std::rethrow_exception(thrown);
-  return flag >= 0 && now_s == end_s;
+  return went_on && now_s == end_s;
 }
 
 /// Places the system where displacement and velocity say, and finds the forces there.
@@ -219,9 +190,7 @@ Eigen::VectorXd SundialsIntegrator::Run::stiffness_times(const Eigen::VectorXd& 
 ///   (M - gamma D - gamma^2 K) z = M s + gamma K r,
 /// of half the size, symmetric but for friction and spin, and an implicit stage's own Jacobian.
 int SundialsIntegrator::Run::solve_linear(N_Vector x, N_Vector b, double tolerance) {
-  double gamma_s = 0.0;
-  if (cvode) CVodeGetCurrentGamma(cvode.get(), &gamma_s);
-  if (arkode) ARKStepGetCurrentGamma(arkode.get(), &gamma_s);
+  const double gamma_s = stepper->gamma_s();
   const auto moved = values_of(b).head(size()), sped = values_of(b).tail(size());
   Eigen::VectorXd right = system.mass_diagonal().cwiseProduct(sped);
   for (const RigidBody& body : system.trial().rigid_bodies)
@@ -280,15 +249,8 @@ bool SundialsIntegrator::Run::turned_far() const {
   });
 }
 
-long SundialsIntegrator::Run::steps_taken() const {
-  long steps = 0;
-  if (cvode) CVodeGetNumSteps(cvode.get(), &steps);
-  if (arkode) ARKStepGetNumSteps(arkode.get(), &steps);
-  return steps;
-}
-
-SundialsIntegrator::SundialsIntegrator(IntegratorKind kind, double tolerance_m_s)
-    : kind_(kind), tolerance_m_s_(tolerance_m_s) {}
+SundialsIntegrator::SundialsIntegrator(MakeStepper make_stepper, double tolerance_m_s)
+    : make_stepper_(make_stepper), tolerance_m_s_(tolerance_m_s) {}
 SundialsIntegrator::~SundialsIntegrator() = default;
 
 SolveReport SundialsIntegrator::advance(const World& world, std::span<const Contact> contacts,
@@ -304,22 +266,22 @@ SolveReport SundialsIntegrator::advance(const World& world, std::span<const Cont
   const bool goes_on = run_ && run_is_world_ && run_->size() == world.unknown_count &&
                        !(run_->passed && !contacts.empty()) && !run_->turned_far() &&
                        same_state(world, trial_);
-  if (!goes_on) run_ = std::make_unique<Run>(kind_, tolerance_m_s_, world, duration_s);
+  if (!goes_on) run_ = std::make_unique<Run>(make_stepper_, tolerance_m_s_, world, duration_s);
   run_is_world_ = false;
   Run& run = *run_;
   run.take(contacts, duration_s);
   run.clock.deadline = budget.deadline;
   run.clock.stop = budget.stop;
-  const long before = run.steps_taken();
+  const long before = run.stepper->steps_taken();
   report.converged = !budget.spent() && run.integrate(contacts.empty(), budget.iterations);
-  report.iterations = static_cast<int>(run.steps_taken() - before);
+  report.iterations = static_cast<int>(run.stepper->steps_taken() - before);
   budget.iterations -= report.iterations;
   report.residual = report.converged ? tolerance_m_s_ : std::numeric_limits<double>::infinity();
   run.displacement = values_of(run.state.get()).head(run.size());
   run.velocity = values_of(run.state.get()).tail(run.size());
   if (!run.displacement.allFinite() || !run.velocity.allFinite()) {
     report.converged = false;
-    run_ = std::make_unique<Run>(kind_, tolerance_m_s_, world, duration_s);
+    run_ = std::make_unique<Run>(make_stepper_, tolerance_m_s_, world, duration_s);
     run_->take(contacts, duration_s);
     run_->displacement = run_->velocity = Eigen::VectorXd::Zero(run_->size());
   }
@@ -338,8 +300,8 @@ void SundialsIntegrator::restart() {
   run_is_world_ = false;
 }
 
-std::unique_ptr<Integrator> make_sundials_integrator(IntegratorKind kind, double tolerance_m_s) {
-  return std::make_unique<SundialsIntegrator>(kind, tolerance_m_s);
+std::unique_ptr<Integrator> make_cvode_integrator(double tolerance_m_s) {
+  return std::make_unique<SundialsIntegrator>(make_cvode_stepper, tolerance_m_s);
 }
 
 }  // namespace stillgrid

@@ -6,19 +6,23 @@
 
 namespace stillgrid {
 
-/// SUNDIALS' integrators, for accuracy on demand: they choose order and steps so that the error of
-/// each of their steps stays below a tolerance (docs/algorithms/sundials.md).
-///   kCvodeBdf: CVODE's backward differentiation formulas of order 1 to 5;
-///   kArkodeDirk: ARKODE's diagonally implicit Runge-Kutta method of order 4.
-/// Of a step that fails, the state last reached is the trial: time runs late, nothing leaps.
+struct SundialsProblem;
+class SundialsStepper;
+/// Begins one of SUNDIALS' integrators (sundials_stepper.hpp).
+using MakeStepper = std::unique_ptr<SundialsStepper> (*)(const SundialsProblem& problem);
+
+/// The equations of motion for SUNDIALS' integrators, for accuracy on demand: they choose order and
+/// steps so that the error of each of their steps stays below a tolerance
+/// (docs/algorithms/sundials.md). Of a step that fails, the state last reached is the trial: time
+/// runs late, nothing leaps.
 ///
-/// CVODE's history is kept from one advance() to the next while the world is the one committed and
+/// Their history is kept from one advance() to the next while the world is the one committed and
 /// nothing may touch, or contacts go on; else it begins anew at order 1.
 class SundialsIntegrator : public Integrator {
  public:
   /// tolerance_m_s: of a step's error: relative; of velocities, and of displacements times the
-  /// duration of the first advance() since its history began. Pre: kind is one of the above.
-  SundialsIntegrator(IntegratorKind kind, double tolerance_m_s);
+  /// duration of the first advance() since its history began.
+  SundialsIntegrator(MakeStepper make_stepper, double tolerance_m_s);
   ~SundialsIntegrator() override;
 
   [[nodiscard]] IntegratorTraits traits() const noexcept override {
@@ -33,14 +37,14 @@ class SundialsIntegrator : public Integrator {
 
  private:
   struct Run;
-  IntegratorKind kind_;
+  MakeStepper make_stepper_;
   double tolerance_m_s_;
   std::unique_ptr<Run> run_;   // since its history began
   bool run_is_world_ = false;  // the last trial was committed
 };
 
-/// The same. Throws std::runtime_error in a build without SUNDIALS (that for 64-bit ARM).
-[[nodiscard]] std::unique_ptr<Integrator> make_sundials_integrator(IntegratorKind kind,
-                                                                   double tolerance_m_s);
+/// By CVODE's backward differentiation formulas. Throws std::runtime_error in a build without
+/// SUNDIALS (that for 64-bit ARM).
+[[nodiscard]] std::unique_ptr<Integrator> make_cvode_integrator(double tolerance_m_s);
 
 }  // namespace stillgrid

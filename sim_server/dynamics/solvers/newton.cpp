@@ -16,17 +16,13 @@ constexpr int kTryAgain = 5;
 // Of the residual: the first step of a solver that iterates leaves so much.
 constexpr double kFirstAccuracy = 0.1;
 
-bool factorises(SolverKind kind) {
-  return kind == SolverKind::kNewton || kind == SolverKind::kNewtonLu;
-}
-
 }  // namespace
 
-NewtonSolver::NewtonSolver(SolverKind kind, double tolerance)
+NewtonSolver::NewtonSolver(const SolverKind& kind, double tolerance)
     : exact_first_(kind == SolverKind::kNewtonLu || kind == SolverKind::kNewtonBicgstab),
       tolerance_(tolerance) {
-  assert(factorises(kind) || kind == SolverKind::kNewtonCg || kind == SolverKind::kNewtonBicgstab);
-  if (factorises(kind))
+  assert(kind.make == nullptr);
+  if (kind.factorises)
     linear_solver_ = std::make_unique<DirectLinearSolver>();
   else
     linear_solver_ = std::make_unique<KrylovLinearSolver>();

@@ -20,7 +20,7 @@ namespace stillgrid {
 class NewtonSolver : public NonlinearSolver {
  public:
   /// tolerance: of the scaled residual, rms. Pre: kind is one of the above.
-  NewtonSolver(SolverKind kind, double tolerance);
+  NewtonSolver(const SolverKind& kind, double tolerance);
   SolveReport solve(NonlinearSystem& system, Eigen::VectorXd& u, Budget& budget) override;
 
  private:

@@ -5,51 +5,14 @@
 #include <limits>
 #include <random>
 
+#include "tests/haptic_server/safety/safety_input.hpp"
+
 namespace stillgrid {
 namespace {
 
-constexpr double kTick_s = 1e-3;
 constexpr double kLever_m = 0.1;  // of a device that declares no torque
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
-
-/// A fresh snapshot, a believed device, and this force.
-SafetyInput push(double x_N, double y_N = 0.0, double z_N = 0.0) {
-  return {
-      .rendered = {{x_N, y_N, z_N}, Eigen::Vector3d::Zero()},
-      .snapshot = {.exists = true, .snapshot_age_s = 0.0, .period_s = 0.033, .writer_alive = true},
-      .elapsed_s = kTick_s};
-}
-
-SafetyInput dead(SafetyInput input) {
-  input.snapshot.writer_alive = false;
-  return input;
-}
-
-struct Commanded {
-  Wrench wrench;
-  std::uint32_t flags = 0;
-  [[nodiscard]] double x_N() const { return wrench.force_N.x(); }
-};
-
-Commanded tick(SafetyChain& chain, const SafetyInput& input) {
-  Commanded commanded;
-  commanded.wrench = chain.apply(input, commanded.flags);
-  return commanded;
-}
-
-Commanded after(SafetyChain& chain, const SafetyInput& input, int ticks) {
-  Commanded commanded;
-  for (int i = 0; i < ticks; ++i) commanded = tick(chain, input);
-  return commanded;
-}
-
-/// A chain past its ramp, holding nothing.
-SafetyChain warmed_up(const SafetyLimits& limits) {
-  SafetyChain chain(limits);
-  (void)after(chain, push(0.0), 101);
-  return chain;
-}
 
 TEST_CASE("A force within the limits passes unchanged and unflagged", "[safety_chain]") {
   SafetyChain chain = warmed_up({.max_force_N = 3.3});
@@ -114,93 +77,7 @@ TEST_CASE("A force or torque that is no number becomes zero, with the other", "[
   CHECK(commanded.flags == kFlagRejected);
 }
 
-TEST_CASE("The force ramps in from zero over 100 ms", "[safety_chain]") {
-  SafetyChain chain({.max_force_N = 3.3});
-  for (int ms = 1; ms <= 100; ++ms) {
-    const Commanded commanded = tick(chain, push(1.0));
-    CHECK(commanded.x_N() == Approx(0.01 * ms));
-    if (ms < 100) CHECK(commanded.flags == kFlagRamped);
-  }
-  CHECK(tick(chain, push(1.0)).flags == 0);
-}
-
-TEST_CASE("A stale snapshot fades to zero between 1.5 periods and 100 ms later", "[safety_chain]") {
-  SafetyChain chain = warmed_up({.max_force_N = 3.3});
-  (void)tick(chain, push(1.0));
-  SafetyInput ageing = push(1.0);
-  double previous_N = 1.0;
-  for (int ms = 1; ms <= 160; ++ms) {
-    ageing.snapshot.snapshot_age_s = ms * 1e-3;
-    const Commanded commanded = tick(chain, ageing);
-    CHECK(previous_N - commanded.x_N() < 0.0101);
-    if (ms <= 49) CHECK(commanded.x_N() == 1.0);
-    if (ms >= 150) CHECK(commanded.x_N() == 0.0);
-    if (ms >= 50) CHECK(commanded.flags == kFlagFaded);
-    previous_N = commanded.x_N();
-  }
-}
-
-TEST_CASE("A dead simulation fades at once, whatever the snapshot's age", "[safety_chain]") {
-  SafetyChain chain = warmed_up({.max_force_N = 3.3});
-  (void)tick(chain, push(1.0));
-  for (int ms = 1; ms <= 99; ++ms)
-    CHECK(tick(chain, dead(push(1.0))).x_N() == Approx(1.0 - 0.01 * ms));
-  (void)tick(chain, dead(push(1.0)));
-  CHECK(tick(chain, dead(push(1.0))).x_N() == 0.0);
-  CHECK(chain.is_silent());
-}
-
-TEST_CASE("A force far above the limit fades as evenly as one below it", "[safety_chain]") {
-  SafetyChain chain = warmed_up({.max_force_N = 2.0});
-  (void)tick(chain, push(1000.0));
-  for (int ms = 1; ms <= 99; ++ms)
-    CHECK(tick(chain, dead(push(1000.0))).x_N() == Approx(2.0 - 0.02 * ms));
-}
-
-TEST_CASE("The fade of a dead simulation ends in 100 ms also where ticks are missed",
-          "[safety_chain]") {
-  SafetyChain chain = warmed_up({.max_force_N = 2.0, .max_slew_N_per_ms = 0.02});
-  for (int i = 0; i < 200; ++i) (void)tick(chain, push(2.0));
-  std::mt19937 random(7);
-  std::uniform_int_distribution<int> missed(0, 20);
-  double since_s = 0.0, force_N = 2.0;
-  while (force_N > 0.0) {
-    SafetyInput input = dead(push(2.0));
-    input.elapsed_s = 1e-3 * (1 + missed(random));
-    since_s += input.elapsed_s;
-    force_N = tick(chain, input).x_N();
-    CHECK((force_N <= 0.0) == (since_s > 0.1 - 1e-9));
-  }
-}
-
-TEST_CASE("A device that is not believed fades its force, and ramps in again", "[safety_chain]") {
-  SafetyChain chain = warmed_up({.max_force_N = 3.3});
-  SafetyInput lost = push(1.0);
-  lost.device_believed = false;
-  const Commanded first = tick(chain, lost);
-  CHECK(first.x_N() == Approx(0.99));
-  CHECK(first.flags == (kFlagBadDevice | kFlagRamped));
-  CHECK(after(chain, lost, 100).x_N() == 0.0);
-  CHECK(tick(chain, push(1.0)).x_N() == Approx(0.01));
-  CHECK(after(chain, push(1.0), 99).x_N() == Approx(1.0));
-}
-
-TEST_CASE("A stall cuts to zero at once, beyond any slew limit, and a ramp follows",
-          "[safety_chain]") {
-  SafetyChain chain = warmed_up({.max_force_N = 3.3, .max_slew_N_per_ms = 0.05});
-  REQUIRE(after(chain, push(2.0), 100).x_N() == 2.0);
-  SafetyInput late = push(2.0);
-  late.elapsed_s = 0.049;
-  CHECK(tick(chain, late).x_N() == 2.0);
-  late.elapsed_s = 0.05;
-  const Commanded commanded = tick(chain, late);
-  CHECK(commanded.x_N() == 0.0);
-  CHECK((commanded.flags & kFlagStalled) != 0);
-  CHECK(tick(chain, push(2.0)).x_N() == Approx(0.02));
-  chain.cut();
-  CHECK(tick(chain, push(2.0)).x_N() == Approx(0.02));
-}
-
+/// Of one contact whose normal is along that way.
 Eigen::Matrix3d spring(double stiffness_N_per_m, const Eigen::Vector3d& way) {
   const Eigen::Vector3d normal = way.normalized();
   return stiffness_N_per_m * normal * normal.transpose();
@@ -313,17 +190,6 @@ TEST_CASE("Above the speed limit a force resists and no longer drives", "[safety
   CHECK(force_at(-3.0) == Eigen::Vector3d(1.0, 1.0, 0.0));
 }
 
-TEST_CASE("What the control of energy adds fades with a dead simulation", "[safety_chain]") {
-  SafetyChain chain = warmed_up({.max_force_N = 3.3, .passivity_mass_kg = 0.1});
-  SafetyInput input = push(1.0);
-  (void)tick(chain, input);
-  input.motion.moved_m = {0.01, 0.0, 0.0};  // 10 mJ are given
-  const Commanded damped = tick(chain, input);
-  REQUIRE((damped.flags & kFlagPassivity) != 0);
-  REQUIRE(damped.x_N() < 1.0);
-  CHECK(after(chain, dead(input), 101).wrench.force_N.isZero(0.0));
-}
-
 TEST_CASE("Energy is booked of what was told, not of what was rendered", "[safety_chain]") {
   SafetyChain chain = warmed_up({.max_force_N = 1.0});
   SafetyInput input = push(50.0);
@@ -331,84 +197,6 @@ TEST_CASE("Energy is booked of what was told, not of what was rendered", "[safet
   input.motion.moved_m = {0.001, 0.0, 0.0};
   (void)tick(chain, input);
   CHECK(chain.energy().given_J == Approx(1e-3));
-}
-
-TEST_CASE("The norm falls at once, and grows and turns by the slew limit", "[safety_chain]") {
-  SafetyChain chain = warmed_up({.max_force_N = 3.3, .max_slew_N_per_ms = 0.5});
-  CHECK(after(chain, push(3.0), 6).x_N() == Approx(3.0));
-  const Commanded fallen = tick(chain, push(0.2));
-  CHECK(fallen.x_N() == 0.2);
-  CHECK(fallen.flags == 0);
-  const Commanded grown = tick(chain, push(3.0));
-  CHECK(grown.x_N() == Approx(0.7));
-  CHECK(grown.flags == kFlagSlewed);
-
-  REQUIRE(after(chain, push(3.0), 6).x_N() == Approx(3.0));
-  const Eigen::Vector3d turned_N = tick(chain, push(0.0, 3.0)).wrench.force_N;
-  CHECK(turned_N.x() == 0.0);  // no force but along the rendered one
-  CHECK(turned_N.y() == Approx(0.5 / std::sqrt(2.0)));
-  const double small_rad = 0.05;
-  REQUIRE(after(chain, push(3.0), 12).x_N() == Approx(3.0));
-  const Commanded nudged = tick(chain, push(3.0 * std::cos(small_rad), 3.0 * std::sin(small_rad)));
-  CHECK(nudged.flags == 0);
-}
-
-TEST_CASE("Growth is granted for the time since the last write, and for a period at most",
-          "[safety_chain]") {
-  SafetyChain chain = warmed_up({.max_force_N = 3.3, .max_slew_N_per_ms = 0.3});
-  SafetyInput input = push(3.0);
-  input.elapsed_s = 0.02;  // a tick that came late
-  input.since_command_s = 0.0205;
-  CHECK(tick(chain, input).x_N() == Approx(0.3));
-  input.since_command_s = 0.2e-3;  // and was told late: the next is told soon after
-  CHECK(tick(chain, input).x_N() == Approx(0.36));
-}
-
-TEST_CASE("A press that a slow force did not stop is not paid back", "[safety_chain]") {
-  SafetyChain chain = warmed_up({.max_force_N = 10.0, .max_slew_N_per_ms = 0.1});
-  SafetyInput input = push(0.0);
-  input.stiffness_N_per_m(0, 0) = 1000.0;
-  input.velocity_m_s = {-1.0, 0.0, 0.0};
-  double given_J = 0.0, commanded_N = 0.0;
-  std::uint32_t flags = 0;
-  for (int step = 0; step < 10; ++step) {  // 5 mm in, 5 mm out
-    input.motion.moved_m.x() = step < 5 ? -1e-3 : 1e-3;
-    given_J += commanded_N * input.motion.moved_m.x();
-    input.rendered.force_N.x() = step < 5 ? 1.0 + step : 9.0 - step;
-    const Commanded commanded = tick(chain, input);
-    commanded_N = commanded.x_N();
-    flags |= commanded.flags;
-  }
-  CHECK(given_J <= 0.5 * 1000.0 * 5 * 1e-6);  // what a hold leaks
-  CHECK((flags & kFlagEnergy) != 0);
-}
-
-TEST_CASE("What was withheld comes back within a second where the hand rests", "[safety_chain]") {
-  SafetyChain chain = warmed_up({.max_force_N = 10.0});
-  SafetyInput pressed = push(2.0);
-  pressed.stiffness_N_per_m(0, 0) = 1000.0;
-  pressed.velocity_m_s = {-0.1, 0.0, 0.0};
-  (void)tick(chain, dead(push(0.0)));
-  for (int ms = 0; ms < 110; ++ms) {  // 2 mm deep while there is no force
-    SafetyInput going = dead(pressed);
-    going.rendered.force_N.x() = 0.02 * std::min(ms + 1, 100);
-    going.motion.moved_m.x() = ms == 0 || ms > 99 ? 0.0 : -2e-5;
-    (void)tick(chain, going);
-  }
-  CHECK(after(chain, pressed, 101).x_N() < 1.6);  // some was felt before it had faded
-  pressed.velocity_m_s.setZero();
-  CHECK(after(chain, pressed, 1001).x_N() == 2.0);
-}
-
-TEST_CASE("A snapshot is waited for no longer than a second, whatever period is declared",
-          "[safety_chain]") {
-  SafetyChain chain = warmed_up({.max_force_N = 3.3});
-  SafetyInput slow = push(1.0);
-  slow.snapshot.period_s = 100.0;
-  slow.snapshot.snapshot_age_s = 0.99;
-  CHECK(tick(chain, slow).flags == 0);
-  slow.snapshot.snapshot_age_s = 1.01;
-  CHECK(after(chain, slow, 101).x_N() == 0.0);
 }
 
 TEST_CASE("Whatever comes in, the force is within its limit and slews no faster than it may",

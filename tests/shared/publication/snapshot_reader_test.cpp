@@ -66,7 +66,7 @@ TEST_CASE("A snapshot under another number than its header's, or an earlier one,
   const DoubleBuffer& buffer = writer.writer().segment().buffer();
   SnapshotReader reader;
   reader.turn_to(view);
-  const std::uint64_t lie = GENERATE(0, 1, 4, 6, ~std::uint64_t{0});
+  const std::uint64_t lie = GENERATE(as<std::uint64_t>{}, 0, 1, 4, 6, ~std::uint64_t{0});
   for (int n = 1; n <= 5; ++n) writer.publish_next();
   *buffer.payload[1] = lie;  // the fifth's header begins with its number
   CHECK(look(reader, view).status == ReadStatus::kContended);

@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include "shared/tools/laboratory/methods/laboratory_methods.hpp"
 #include "sim_server/dynamics/integrators/integrator.hpp"
 
 namespace stillgrid {
@@ -7,8 +8,7 @@ namespace {
 
 TEST_CASE("What an integrator can is what its family in scene files promises",
           "[integrator_traits]") {
-  for (std::size_t i = 0; i < kIntegrators.size(); ++i) {
-    const auto kind = static_cast<IntegratorKind>(i);
+  for (const IntegratorKind& kind : laboratory_methods().integrators) {
     INFO(name_of(kind));
     const IntegratorTraits traits = make_integrator({.integrator = kind})->traits();
     CHECK(traits.solves == needs_solver(kind));

@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "shared/tools/laboratory/methods/broyden.hpp"
+#include "shared/tools/laboratory/methods/kinsol_solver.hpp"
 #include "sim_server/dynamics/step/simulation.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
@@ -56,8 +58,8 @@ TEST_CASE("An implicit step is led on to a sample that came while it was solved"
   const Method method =
       GENERATE(implicit(IntegratorKind::kImplicitEuler, SolverKind::kNewton),
                implicit(IntegratorKind::kImplicitEuler, SolverKind::kNewtonBicgstab),
-               implicit(IntegratorKind::kImplicitEuler, SolverKind::kBroyden),
-               implicit(IntegratorKind::kImplicitEuler, SolverKind::kKinsolNewtonKrylov),
+               implicit(IntegratorKind::kImplicitEuler, kBroyden),
+               implicit(IntegratorKind::kImplicitEuler, kKinsolNewtonKrylov),
                implicit(IntegratorKind::kBdf2, SolverKind::kNewton),
                implicit(IntegratorKind::kTrapezoid, SolverKind::kNewton));
   Simulation late(pushed_ball(method)), early(pushed_ball(method)),

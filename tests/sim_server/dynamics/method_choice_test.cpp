@@ -114,10 +114,10 @@ TEST_CASE("Every method is either tried or refused with a reason", "[method_choi
     return std::any_of(choice.trials.begin(), choice.trials.end(),
                        [&](const MethodTrial& trial) { return wanted(trial.method); });
   };
-  for (std::size_t i = 0; i < kIntegratorNames.size(); ++i)
-    CHECK(some([&](const Method& m) { return m.integrator == static_cast<IntegratorKind>(i); }));
-  for (std::size_t i = 0; i < kSolverNames.size(); ++i)
-    CHECK(some([&](const Method& m) { return m.solver == static_cast<SolverKind>(i); }));
+  for (const IntegratorKind& kind : kIntegrators)
+    CHECK(some([&](const Method& m) { return m.integrator == kind; }));
+  for (const SolverKind& kind : kSolvers)
+    CHECK(some([&](const Method& m) { return m.solver == kind; }));
   const auto chosen = std::count_if(choice.trials.begin(), choice.trials.end(),
                                     [](const MethodTrial& trial) { return trial.refusal.empty(); });
   CHECK(chosen == 1);

@@ -94,10 +94,7 @@ int sleeping_after(SceneDescription scene, IntegratorKind integrator, double dur
 }
 
 TEST_CASE("A stack sleeps with every integrator that scenes may name", "[sleeping]") {
-  const auto integrator =
-      GENERATE(IntegratorKind::kImplicitEuler, IntegratorKind::kBdf2, IntegratorKind::kTrapezoid,
-               IntegratorKind::kSymplecticEuler, IntegratorKind::kVelocityVerlet,
-               IntegratorKind::kCvodeBdf, IntegratorKind::kArkodeDirk);
+  const IntegratorKind integrator = GENERATE(from_range(kIntegrators));
   CAPTURE(name_of(integrator));
   CHECK(sleeping_after(sleeping_scene(stack(1)), integrator, 10.0) == 1);
   CHECK(sleeping_after(sleeping_scene(stack(3)), integrator, 20.0) == 3);

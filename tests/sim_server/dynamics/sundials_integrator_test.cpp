@@ -9,13 +9,14 @@
 #include <utility>
 #include <vector>
 
+#include "shared/tools/laboratory/methods/arkode_integrator.hpp"
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid {
 namespace {
 
-const std::vector<IntegratorKind> kKinds = {IntegratorKind::kCvodeBdf, IntegratorKind::kArkodeDirk};
+const std::vector<IntegratorKind> kKinds = {IntegratorKind::kCvodeBdf, kArkodeDirk};
 
 SceneDescription integrated(SceneDescription scene, IntegratorKind kind, double tolerance_m_s) {
   scene.method.integrator = kind;
@@ -41,6 +42,10 @@ Eigen::VectorXd modal_displacement_m(double time_s) {
   const Eigen::VectorXd phases = modes.eigenvalues().cwiseSqrt() * time_s;
   return modes.eigenvectors() *
          phases.array().cos().matrix().cwiseProduct(modes.eigenvectors().transpose() * start_m);
+}
+
+std::unique_ptr<Integrator> begun(const IntegratorKind& kind, double tolerance_m_s) {
+  return make_integrator({.integrator = kind, .tolerance_m_s = tolerance_m_s});
 }
 
 /// The largest error of any mass at the end of any step over half a second.
@@ -210,8 +215,8 @@ SceneDescription ringing_chain() {
 TEST_CASE("CVODE keeps its history while nothing disturbs the world", "[sundials]") {
   const IntegratorKind kind = IntegratorKind::kCvodeBdf;
   World world = build_world(ringing_chain());
-  SundialsIntegrator kept(kind, 1e-6), forgetful(kind, 1e-6);
-  const auto steps_of = [](SundialsIntegrator& integrator, World of_world, bool restarts) {
+  const auto kept = begun(kind, 1e-6), forgetful = begun(kind, 1e-6);
+  const auto steps_of = [](Integrator& integrator, World of_world, bool restarts) {
     int steps = 0;
     for (int i = 0; i < 20; ++i) {
       if (restarts) integrator.restart();
@@ -224,29 +229,29 @@ TEST_CASE("CVODE keeps its history while nothing disturbs the world", "[sundials
     return steps;
   };
 
-  const int kept_steps = steps_of(kept, world, false);
-  const int forgetful_steps = steps_of(forgetful, world, true);
+  const int kept_steps = steps_of(*kept, world, false);
+  const int forgetful_steps = steps_of(*forgetful, world, true);
   CHECK(kept_steps < 0.8 * forgetful_steps);
 }
 
 TEST_CASE("A step not committed leaves no trace, nor does a world that was changed", "[sundials]") {
   const IntegratorKind kind = GENERATE(from_range(kKinds));
   World world = build_world(ringing_chain());
-  SundialsIntegrator used(kind, 1e-6);
+  const auto used = begun(kind, 1e-6);
   Budget budget;
-  REQUIRE(used.advance(world, {}, 0.01, budget).converged);
-  used.commit(world, 0.01);
-  REQUIRE(used.advance(world, {}, 0.01, budget).converged);  // and not committed
+  REQUIRE(used->advance(world, {}, 0.01, budget).converged);
+  used->commit(world, 0.01);
+  REQUIRE(used->advance(world, {}, 0.01, budget).converged);  // and not committed
 
   const auto check_as_fresh = [&] {
-    SundialsIntegrator fresh(kind, 1e-6);
-    REQUIRE(used.advance(world, {}, 0.005, budget).converged);
-    REQUIRE(fresh.advance(world, {}, 0.005, budget).converged);
+    const auto fresh = begun(kind, 1e-6);
+    REQUIRE(used->advance(world, {}, 0.005, budget).converged);
+    REQUIRE(fresh->advance(world, {}, 0.005, budget).converged);
     for (std::size_t i = 0; i < world.nodes.size(); ++i)
-      CHECK(used.trial().nodes[i].position_m == fresh.trial().nodes[i].position_m);
+      CHECK(used->trial().nodes[i].position_m == fresh->trial().nodes[i].position_m);
   };
   check_as_fresh();
-  used.commit(world, 0.005);
+  used->commit(world, 0.005);
   world.nodes.back().velocity_m_s.z() += 0.1;
   check_as_fresh();
 }
@@ -254,35 +259,35 @@ TEST_CASE("A step not committed leaves no trace, nor does a world that was chang
 TEST_CASE("Out of steps or of time, SUNDIALS returns the state it reached", "[sundials]") {
   const IntegratorKind kind = GENERATE(from_range(kKinds));
   World world = build_world(ringing_chain());
-  SundialsIntegrator integrator(kind, 1e-8);
+  const auto integrator = begun(kind, 1e-8);
 
   Budget few{.iterations = 3};
-  const SolveReport report = integrator.advance(world, {}, 0.1, few);
+  const SolveReport report = integrator->advance(world, {}, 0.1, few);
   CHECK_FALSE(report.converged);
   CHECK(report.iterations == 3);
   CHECK(few.iterations == 0);
-  const Node& end = integrator.trial().nodes.back();
+  const Node& end = integrator->trial().nodes.back();
   CHECK(end.velocity_m_s.z() < 0.0);
   CHECK(end.velocity_m_s.z() > -9.81 * 0.1);  // less than the whole fall
   CHECK(end.position_m.z() < 0.0);
 
   Budget late{.deadline = std::chrono::steady_clock::now()};
-  CHECK_FALSE(integrator.advance(world, {}, 0.1, late).converged);
-  CHECK(integrator.trial().nodes.back().position_m == world.nodes.back().position_m);
+  CHECK_FALSE(integrator->advance(world, {}, 0.1, late).converged);
+  CHECK(integrator->trial().nodes.back().position_m == world.nodes.back().position_m);
 }
 
 TEST_CASE("A state that is no number comes back at rest", "[sundials]") {
   const IntegratorKind kind = GENERATE(from_range(kKinds));
   World world = build_world(ringing_chain());
   world.nodes.back().velocity_m_s.z() = std::numeric_limits<double>::quiet_NaN();
-  SundialsIntegrator integrator(kind, 1e-6);
+  const auto integrator = begun(kind, 1e-6);
 
   Budget budget{.iterations = 1000};
-  CHECK_FALSE(integrator.advance(world, {}, 0.01, budget).converged);
+  CHECK_FALSE(integrator->advance(world, {}, 0.01, budget).converged);
 
   for (std::size_t i = 0; i < world.nodes.size(); ++i) {
-    CHECK(integrator.trial().nodes[i].position_m == world.nodes[i].position_m);
-    CHECK(integrator.trial().nodes[i].velocity_m_s.isZero());
+    CHECK(integrator->trial().nodes[i].position_m == world.nodes[i].position_m);
+    CHECK(integrator->trial().nodes[i].velocity_m_s.isZero());
   }
 }
 

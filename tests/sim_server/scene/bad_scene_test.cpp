@@ -59,7 +59,7 @@ constexpr BadScene kBadFiles[] = {
     {"format = 2\n[simulation]\nperiod_s = -0.01", "3:12", "simulation.period_s", "-0.01",
      "a number from 1e-9"},
     {"format = 2\n[simulation]\nintegrator = 'leapfrog'", "3:14", "simulation.integrator",
-     "'leapfrog'", "one of forward_euler"},
+     "'leapfrog'", "one of symplectic_euler"},
     {"format = 2\n[simulation]\nsolver = true", "3:10", "simulation.solver", "true",
      "one of newton, newton_lu"},
     {"format = 2\n[simulation]\nsleeping = 1", "3:12", "simulation.sleeping", "1",

@@ -46,26 +46,20 @@ void CrossfadeRenderer::gather(const TickScene&, const proto::SnapshotHeader& la
 
 void CrossfadeRenderer::show(const TickScene& scene, const SnapshotLook& look,
                              RenderedTick& tick) noexcept {
-  const auto add_static = [&](TouchedSpheres& touched) {
-    gather_touched(scene.view.static_grid(), held_snapshot(0), tool_, touched);
-  };
-  const auto force_by = [&](const TouchedSpheres& touched) {
-    return tool_force(scene.fixed(), touched, tool_, scene.pose);
-  };
   if (look.accepted()) {
-    for (TouchedSpheres& age : *fresh_) add_static(age);
+    for (TouchedSpheres& age : *fresh_) scene.gather_static(tool_, age);
     std::swap(touched_, fresh_);
   }
   const proto::SnapshotHeader& snapshot = reader().snapshot();
   const auto& [newest, before] = *touched_;
   tick.truncated = newest.truncated || before.truncated;
   tick.weights.alpha = progress(snapshot, 0, scene.now_ns);
-  const ToolForce by_before = force_by(before);
-  tick.force = mixed(tick.weights.alpha, force_by(newest), by_before);
+  const ToolForce by_before = scene.force_of(before, tool_);
+  tick.force = mixed(tick.weights.alpha, scene.force_of(newest, tool_), by_before);
   if (!look.accepted() || !is_switch_) return;
-  add_static(before_switch_);
+  scene.gather_static(tool_, before_switch_);
   const ToolForce old =
-      mixed(progress(snapshot, 1, scene.now_ns), by_before, force_by(before_switch_));
+      mixed(progress(snapshot, 1, scene.now_ns), by_before, scene.force_of(before_switch_, tool_));
   tick.switch_jump_N = (tick.force.force_N - old.force_N).norm();
 }
 

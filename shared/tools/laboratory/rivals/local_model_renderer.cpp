@@ -37,7 +37,7 @@ void LocalModelRenderer::show(const TickScene& scene, const SnapshotLook& look,
                               RenderedTick& tick) noexcept {
   tick.force = before_;
   if (look.is_new) {
-    gather_touched(scene.view.static_grid(), held_snapshot(0), balls_, *fresh_);
+    scene.gather_static(balls_, *fresh_);
     std::swap(patch_, fresh_);
     const ToolPose& pose = poses_.at(sample_time_ns(reader().snapshot()));
     ToolSpheres sampled;

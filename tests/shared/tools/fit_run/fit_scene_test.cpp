@@ -18,7 +18,7 @@ constexpr const char* kScene = R"(format = 2
 [simulation]
 period_s = 0.03
 integrator = "implicit_euler"
-solver = "broyden"
+solver = "newton_lu"
 tolerance_m_s = 1e-6
 [[material]]
 name = "felt"
@@ -68,7 +68,7 @@ TEST_CASE("A setting is a value in the file, in tables that exist or not", "[fit
   CHECK(scene.bodies[1].stiffness_scale == 1.96);
   CHECK(scene.materials[0].contact_stiffness_N_per_m == 123.456789012345678);
   CHECK(scene.gravity_m_s2.z() == -1.5);
-  CHECK(scene.method.solver == SolverKind::kBroyden);  // what is not set stays
+  CHECK(scene.method.solver == SolverKind::kNewtonLu);  // what is not set stays
 }
 
 TEST_CASE("A setting by a key's name of format 1 or 2 changes that key in a scene of either",

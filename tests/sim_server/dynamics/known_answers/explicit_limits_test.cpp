@@ -6,14 +6,12 @@
 #include <numbers>
 
 #include "sim_server/dynamics/integrators/explicit_integrators.hpp"
+#include "tests/sim_server/dynamics/known_answers/oscillator.hpp"
 #include "tests/sim_server/dynamics/known_answers/slope.hpp"
-#include "tests/sim_server/dynamics/stepping.hpp"
-#include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid {
 namespace {
 
-constexpr auto kForward = IntegratorKind::kForwardEuler;
 constexpr auto kSymplectic = IntegratorKind::kSymplecticEuler;
 constexpr auto kVerlet = IntegratorKind::kVelocityVerlet;
 
@@ -22,51 +20,6 @@ Method explicit_method(IntegratorKind kind, int substeps) {
   method.integrator = kind;
   method.substeps = substeps;
   return method;
-}
-
-void run(World& world, const Method& method, double step_s, int steps) {
-  ExplicitIntegrator integrator(method);
-  Budget budget;
-  for (int i = 0; i < steps; ++i) {
-    (void)integrator.advance(world, {}, step_s, budget);
-    integrator.commit(world, step_s);
-  }
-}
-
-/// A mass of 0.1 kg on a spring of 1000 N/m, 100 rad/s, pulled by 1 mm.
-constexpr double kRate_rad_s = 100.0;
-World oscillator(double damping_ratio) {
-  BodyDescription body = thread(2, {0, 0, 0}, {1, 0, 0}, 0.1, 1000.0, {0});
-  springs(body).spring_damping_N_s_per_m = 2.0 * damping_ratio * 0.1 * kRate_rad_s;
-  World world = build_world(scene_of({body}));
-  world.nodes[1].position_m.x() += 1e-3;
-  return world;
-}
-
-/// Steps of as many substeps each.
-double energy_growth(double damping_ratio, IntegratorKind kind, double substep_s, int steps,
-                     int substeps = 1) {
-  World world = oscillator(damping_ratio);
-  const double before_J = mechanical_energy_J(world);
-  run(world, explicit_method(kind, substeps), substeps * substep_s, steps);
-  return mechanical_energy_J(world) / before_J;
-}
-
-TEST_CASE("Forward Euler without damper grows at every step, by sqrt(1 + w^2 h^2)",
-          "[explicit_limits]") {
-  const auto [step_s, steps] =
-      GENERATE(std::pair(1e-5, 2000), std::pair(1e-3, 500), std::pair(1e-2, 12));
-  const double wh = kRate_rad_s * step_s;
-  CHECK(energy_growth(0.0, kForward, step_s, steps) ==
-        Approx(std::pow(1.0 + wh * wh, steps)).epsilon(1e-8));
-}
-
-TEST_CASE("Forward Euler with damper decays below 2 zeta / w and grows above",
-          "[explicit_limits]") {
-  const double damping_ratio = GENERATE(0.05, 0.2, 0.5);
-  const double limit_s = 2.0 * damping_ratio / kRate_rad_s;
-  CHECK(energy_growth(damping_ratio, kForward, 0.99 * limit_s, 40000) < 0.5);
-  CHECK(energy_growth(damping_ratio, kForward, 1.01 * limit_s, 40000) > 2.0);
 }
 
 TEST_CASE("Symplectic Euler and Verlet hold below (2 / w) (sqrt(1 + zeta^2) - zeta) and not above",

@@ -1,4 +1,4 @@
-#include "sim_server/spheres/blob_fit.hpp"
+#include "shared/tools/laboratory/blobs/blob_fit.hpp"
 
 #include <Eigen/SparseCore>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "sim_server/dynamics/solvers/broyden.hpp"
+#include "shared/tools/laboratory/methods/broyden.hpp"
 
 #include <cmath>
 
@@ -57,6 +57,14 @@ void BroydenSolver::find_step(const NonlinearSystem& system, std::size_t taken) 
     step += steps_[j].dot(step) / squares_[j] * steps_[j + 1];
   if (taken > 0) step /= 1.0 - steps_[taken - 1].dot(step) / squares_[taken - 1];
   squares_[taken] = step.squaredNorm();
+}
+
+std::unique_ptr<NonlinearSolver> make_broyden(double tolerance) {
+  return std::make_unique<BroydenSolver>(BroydenStart::kJacobian, tolerance);
+}
+
+std::unique_ptr<NonlinearSolver> make_broyden_from_mass(double tolerance) {
+  return std::make_unique<BroydenSolver>(BroydenStart::kMass, tolerance);
 }
 
 }  // namespace stillgrid

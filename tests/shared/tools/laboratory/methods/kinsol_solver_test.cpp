@@ -1,4 +1,4 @@
-#include "sim_server/dynamics/solvers/kinsol_solver.hpp"
+#include "shared/tools/laboratory/methods/kinsol_solver.hpp"
 
 #include <catch2/catch.hpp>
 #include <chrono>
@@ -12,8 +12,8 @@
 namespace stillgrid {
 namespace {
 
-const SolverKind kKrylov = SolverKind::kKinsolNewtonKrylov;
-const SolverKind kAnderson = SolverKind::kKinsolAnderson;
+constexpr KinsolStrategy kKrylov = KinsolStrategy::kNewtonKrylov,
+                         kAnderson = KinsolStrategy::kAnderson;
 
 TEST_CASE("KINSOL finds the solution that Newton's method finds", "[kinsol]") {
   CubicChain system(1.0);
@@ -21,10 +21,10 @@ TEST_CASE("KINSOL finds the solution that Newton's method finds", "[kinsol]") {
   Budget plenty{.iterations = 100};
   REQUIRE(NewtonSolver(SolverKind::kNewton, 1e-12).solve(system, expected, plenty).converged);
 
-  for (const SolverKind kind : {kKrylov, kAnderson}) {
+  for (const KinsolStrategy strategy : {kKrylov, kAnderson}) {
     Eigen::VectorXd u = Eigen::VectorXd::Ones(system.size());
     Budget budget{.iterations = 100};
-    KinsolSolver solver(kind, 1e-10);
+    KinsolSolver solver(way, 1e-10);
     const SolveReport report = solver.solve(system, u, budget);
 
     CHECK(report.converged);
@@ -67,12 +67,12 @@ TEST_CASE("KINSOL's Newton-Krylov meets a stiff contact where it sets in", "[kin
 }
 
 TEST_CASE("KINSOL stops when its budget is spent, at the best iterate", "[kinsol]") {
-  const SolverKind kind = GENERATE(kKrylov, kAnderson);
+  const KinsolStrategy strategy = GENERATE(kKrylov, kAnderson);
   CubicChain system(1.0);
   Eigen::VectorXd u = Eigen::VectorXd::Ones(system.size()), residual(u.size());
   system.residual(u, residual);
   const double first = scaled_rms(system, residual);
-  KinsolSolver solver(kind, 1e-12);
+  KinsolSolver solver(way, 1e-12);
 
   Budget few{.iterations = 2};
   const SolveReport report = solver.solve(system, u, few);
@@ -98,21 +98,21 @@ class BreakingChain : public CubicChain {
 };
 
 TEST_CASE("What a system throws passes through KINSOL", "[kinsol]") {
-  const SolverKind kind = GENERATE(kKrylov, kAnderson);
+  const KinsolStrategy strategy = GENERATE(kKrylov, kAnderson);
   BreakingChain system(1.0);
   Eigen::VectorXd u = Eigen::VectorXd::Ones(system.size());
   Budget budget{.iterations = 100};
 
-  CHECK_THROWS_WITH(KinsolSolver(kind, 1e-10).solve(system, u, budget), "the third");
+  CHECK_THROWS_WITH(KinsolSolver(way, 1e-10).solve(system, u, budget), "the third");
 }
 
 TEST_CASE("KINSOL does not call solved what is no number", "[kinsol]") {
-  const SolverKind kind = GENERATE(kKrylov, kAnderson);
+  const KinsolStrategy strategy = GENERATE(kKrylov, kAnderson);
   CubicChain broken(std::numeric_limits<double>::quiet_NaN());
   Eigen::VectorXd u = Eigen::VectorXd::Ones(broken.size());
   Budget budget{.iterations = 100};
 
-  CHECK_FALSE(KinsolSolver(kind, 1e-10).solve(broken, u, budget).converged);
+  CHECK_FALSE(KinsolSolver(way, 1e-10).solve(broken, u, budget).converged);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "sim_server/dynamics/solvers/broyden.hpp"
+#include "shared/tools/laboratory/methods/broyden.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,4 +1,4 @@
-#include "sim_server/spheres/blobs.hpp"
+#include "shared/tools/laboratory/blobs/blobs.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

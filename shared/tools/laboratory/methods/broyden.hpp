@@ -1,9 +1,11 @@
 #pragma once
 
 #include <Eigen/SparseCholesky>
+#include <memory>
 #include <vector>
 
 #include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
+#include "sim_server/scene/method.hpp"
 
 namespace stillgrid {
 
@@ -38,5 +40,12 @@ class BroydenSolver : public NonlinearSolver {
   std::vector<double> squares_;         // of their norms
   Eigen::VectorXd residual_, best_;
 };
+
+/// tolerance: as BroydenSolver's.
+[[nodiscard]] std::unique_ptr<NonlinearSolver> make_broyden(double tolerance);
+[[nodiscard]] std::unique_ptr<NonlinearSolver> make_broyden_from_mass(double tolerance);
+/// As a scene names them: from the Jacobian at the step's start; from the mass, the paper's.
+inline constexpr SolverKind kBroyden{"broyden", true, make_broyden};
+inline constexpr SolverKind kBroydenMass{"broyden_mass", false, make_broyden_from_mass};
 
 }  // namespace stillgrid

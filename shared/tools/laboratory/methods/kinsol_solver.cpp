@@ -1,4 +1,4 @@
-#include "sim_server/dynamics/solvers/kinsol_solver.hpp"
+#include "shared/tools/laboratory/methods/kinsol_solver.hpp"
 
 #include <kinsol/kinsol.h>
 #include <kinsol/kinsol_ls.h>
@@ -7,7 +7,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "sim_server/dynamics/solvers/sundials_memory.hpp"
+#include "sim_server/dynamics/integrators/sundials_memory.hpp"
 
 namespace stillgrid {
 namespace {
@@ -31,7 +31,7 @@ void multiply_blocks(const Eigen::Matrix3Xd& blocks, Eigen::Map<Eigen::VectorXd>
 
 /// KINSOL's memory for one size of system, and what its callbacks share.
 struct KinsolSolver::Run {
-  Run(SolverKind kind, double tolerance, Eigen::Index size);
+  Run(KinsolStrategy strategy, double tolerance, Eigen::Index size);
 
   int evaluate(N_Vector at, N_Vector result);
   int prepare(N_Vector at);
@@ -43,7 +43,7 @@ struct KinsolSolver::Run {
   SunLinearSolver krylov;
   SunMemory<KINFree> memory;
 
-  SolverKind kind;
+  KinsolStrategy strategy;
   double tolerance;
   NonlinearSystem* system = nullptr;
   Budget clock;  // deadline and stop alone
@@ -53,12 +53,12 @@ struct KinsolSolver::Run {
   std::exception_ptr thrown;
 };
 
-KinsolSolver::Run::Run(SolverKind solver_kind, double rms_tolerance, Eigen::Index size)
+KinsolSolver::Run::Run(KinsolStrategy taken_way, double rms_tolerance, Eigen::Index size)
     : unknowns(make_sun_vector(size, context.get())),
       unknown_scale(make_sun_vector(size, context.get())),
       residual_scale(make_sun_vector(size, context.get())),
       memory(sun_checked(KINCreate(context.get()))),
-      kind(solver_kind),
+      way(taken_way),
       tolerance(rms_tolerance) {
   void* const kinsol = memory.get();
   const auto residual_at = [](N_Vector at, N_Vector result, void* data) {
@@ -67,13 +67,13 @@ KinsolSolver::Run::Run(SolverKind solver_kind, double rms_tolerance, Eigen::Inde
   };
   KINSetErrHandlerFn(kinsol, ignore_message, nullptr);
   KINSetUserData(kinsol, this);
-  if (kind == SolverKind::kKinsolAnderson) KINSetMAA(kinsol, kAndersonVectors);
+  if (way == KinsolStrategy::kAnderson) KINSetMAA(kinsol, kAndersonVectors);
   if (KINInit(kinsol, residual_at, unknowns.get()) != KIN_SUCCESS) throw std::bad_alloc();
   // The callback stops at the tolerance; KINSOL's own tests are of other norms.
   KINSetFuncNormTol(kinsol, 1e-300);
   KINSetScaledStepTol(kinsol, 1e-14);
   KINSetMaxNewtonStep(kinsol, kLongestStep);
-  if (kind == SolverKind::kKinsolAnderson) return;
+  if (way == KinsolStrategy::kAnderson) return;
 
   krylov.reset(
       sun_checked(SUNLinSol_SPGMR(unknowns.get(), SUN_PREC_RIGHT, kKrylovVectors, context.get())));
@@ -117,7 +117,7 @@ int KinsolSolver::Run::evaluate(N_Vector at, N_Vector result) {
   }
   if (error <= tolerance || clock.spent()) return kSunStop;
   values_of(result) = residual;
-  if (kind == SolverKind::kKinsolAnderson) {
+  if (way == KinsolStrategy::kAnderson) {
     multiply_blocks(inverse_blocks, values_of(result));
     values_of(result) = u - values_of(result);
   }
@@ -131,8 +131,8 @@ int KinsolSolver::Run::prepare(N_Vector at) {
   return kSunDone;
 }
 
-KinsolSolver::KinsolSolver(SolverKind kind, double tolerance)
-    : kind_(kind), tolerance_(tolerance) {}
+KinsolSolver::KinsolSolver(KinsolStrategy strategy, double tolerance)
+    : strategy_(strategy), tolerance_(tolerance) {}
 KinsolSolver::~KinsolSolver() = default;
 
 SolveReport KinsolSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Budget& budget) {
@@ -144,7 +144,7 @@ SolveReport KinsolSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Bud
   if (report.converged || budget.spent() || !std::isfinite(report.residual)) return report;
 
   if (!run_ || run_->best.size() != u.size())
-    run_ = std::make_unique<Run>(kind_, tolerance_, u.size());
+    run_ = std::make_unique<Run>(strategy_, tolerance_, u.size());
   Run& run = *run_;
   run.system = &system;
   run.clock.deadline = budget.deadline;
@@ -157,7 +157,7 @@ SolveReport KinsolSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Bud
   values_of(run.unknowns.get()) = u;
   values_of(run.residual_scale.get()) = system.residual_scale();
   values_of(run.unknown_scale.get()) = system.residual_scale().cwiseProduct(system.mass_diagonal());
-  const bool anderson = kind_ == SolverKind::kKinsolAnderson;
+  const bool anderson = strategy_ == KinsolStrategy::kAnderson;
   if (anderson) {
     system.linearise(JacobianKind::kDefinite);
     invert_blocks(system.block_diagonal(), run.inverse_blocks);
@@ -178,8 +178,12 @@ SolveReport KinsolSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Bud
   return report;
 }
 
-std::unique_ptr<NonlinearSolver> make_kinsol_solver(SolverKind kind, double tolerance) {
-  return std::make_unique<KinsolSolver>(kind, tolerance);
+std::unique_ptr<NonlinearSolver> make_kinsol_newton_krylov(double tolerance) {
+  return std::make_unique<KinsolSolver>(KinsolStrategy::kNewtonKrylov, tolerance);
+}
+
+std::unique_ptr<NonlinearSolver> make_kinsol_anderson(double tolerance) {
+  return std::make_unique<KinsolSolver>(KinsolStrategy::kAnderson, tolerance);
 }
 
 }  // namespace stillgrid

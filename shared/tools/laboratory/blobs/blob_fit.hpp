@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
+#include "shared/tools/laboratory/blobs/blobs.hpp"
 #include "sim_server/mesh/mesh_distance.hpp"
-#include "sim_server/spheres/blobs.hpp"
 #include "sim_server/spheres/surface_samples.hpp"
 
 namespace stillgrid {

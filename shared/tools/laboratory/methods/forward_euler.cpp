@@ -1,0 +1,18 @@
+#include "shared/tools/laboratory/methods/forward_euler.hpp"
+
+namespace stillgrid {
+
+void ForwardEuler::move(const World& world, const Move& move, double step_s) {
+  ExplicitState& state = this->state();
+  move_nodes({.drift_s = move.drift_s}, world.gravity_m_s2, state);
+  drift(move.drift_s);
+  move_nodes({.kick_s = move.kick_s}, world.gravity_m_s2, state);
+  kick(world, move.kick_s);
+  resist(move.kick_s, step_s, 0.0);  // what it changes of velocities moves nothing before the next
+}
+
+std::unique_ptr<Integrator> make_forward_euler(const Method& method) {
+  return std::make_unique<ForwardEuler>(method);
+}
+
+}  // namespace stillgrid

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <atomic>
+#include <catch2/catch.hpp>
+
+#include "sim_server/dynamics/step/simulation.hpp"
+#include "tests/sim_server/scene_builders.hpp"
+
+namespace stillgrid {
+
+/// A hanging sheet by a method; large enough that its factors are made on a thread of their own.
+[[nodiscard]] inline SceneDescription hanging_sheet(const Method& method, int side) {
+  BodyDescription body = sheet({side, side}, 0.01, 1e-4, 20.0);
+  shear_stiffness_N_per_m(body) = 10.0;
+  springs(body).bend_stiffness_N_per_m = 2.0;
+  springs(body).pinned_nodes = {0, side - 1};
+  SceneDescription scene = scene_of({body}, material_of(100.0), {0, 0, -9.81});
+  scene.method = method;
+  return scene;
+}
+
+[[nodiscard]] inline bool same_nodes(const World& a, const World& b) {
+  for (std::size_t i = 0; i < a.nodes.size(); ++i)
+    if (a.nodes[i].position_m != b.nodes[i].position_m ||
+        a.nodes[i].velocity_m_s != b.nodes[i].velocity_m_s)
+      return false;
+  return a.time_s == b.time_s;
+}
+
+/// A step that is stopped leaves the world where it was, and the next takes it up again.
+inline void check_stopped_step(const Method& method) {
+  INFO(describe(method));
+  const SceneDescription scene = hanging_sheet(method, 50);
+  Simulation simulation(scene);
+  const World before = simulation.world();
+  std::atomic<bool> stop = false;
+  const StepReport report =
+      simulation.step(0.01,
+                      [&] {
+                        stop = true;  // after the contacts were found, before anything is solved
+                        return std::nullopt;
+                      },
+                      {.stop = &stop});
+  CHECK(report.stopped);
+  CHECK(report.solve.iterations <= 1);
+  CHECK(same_nodes(simulation.world(), before));
+  if (method.substeps > 1) return;  // its million substeps are of no interest
+
+  stop = false;
+  CHECK_FALSE(simulation.step(0.01, [] { return std::nullopt; }, {.stop = &stop}).stopped);
+  Simulation fresh(scene);
+  (void)fresh.step(0.01, [] { return std::nullopt; });
+  CHECK(same_nodes(simulation.world(), fresh.world()));
+}
+
+}  // namespace stillgrid
