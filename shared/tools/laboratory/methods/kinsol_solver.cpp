@@ -53,12 +53,12 @@ struct KinsolSolver::Run {
   std::exception_ptr thrown;
 };
 
-KinsolSolver::Run::Run(KinsolStrategy taken_way, double rms_tolerance, Eigen::Index size)
+KinsolSolver::Run::Run(KinsolStrategy taken_strategy, double rms_tolerance, Eigen::Index size)
     : unknowns(make_sun_vector(size, context.get())),
       unknown_scale(make_sun_vector(size, context.get())),
       residual_scale(make_sun_vector(size, context.get())),
       memory(sun_checked(KINCreate(context.get()))),
-      way(taken_way),
+      strategy(taken_strategy),
       tolerance(rms_tolerance) {
   void* const kinsol = memory.get();
   const auto residual_at = [](N_Vector at, N_Vector result, void* data) {
@@ -67,13 +67,13 @@ KinsolSolver::Run::Run(KinsolStrategy taken_way, double rms_tolerance, Eigen::In
   };
   KINSetErrHandlerFn(kinsol, ignore_message, nullptr);
   KINSetUserData(kinsol, this);
-  if (way == KinsolStrategy::kAnderson) KINSetMAA(kinsol, kAndersonVectors);
+  if (strategy == KinsolStrategy::kAnderson) KINSetMAA(kinsol, kAndersonVectors);
   if (KINInit(kinsol, residual_at, unknowns.get()) != KIN_SUCCESS) throw std::bad_alloc();
   // The callback stops at the tolerance; KINSOL's own tests are of other norms.
   KINSetFuncNormTol(kinsol, 1e-300);
   KINSetScaledStepTol(kinsol, 1e-14);
   KINSetMaxNewtonStep(kinsol, kLongestStep);
-  if (way == KinsolStrategy::kAnderson) return;
+  if (strategy == KinsolStrategy::kAnderson) return;
 
   krylov.reset(
       sun_checked(SUNLinSol_SPGMR(unknowns.get(), SUN_PREC_RIGHT, kKrylovVectors, context.get())));
@@ -117,7 +117,7 @@ int KinsolSolver::Run::evaluate(N_Vector at, N_Vector result) {
   }
   if (error <= tolerance || clock.spent()) return kSunStop;
   values_of(result) = residual;
-  if (way == KinsolStrategy::kAnderson) {
+  if (strategy == KinsolStrategy::kAnderson) {
     multiply_blocks(inverse_blocks, values_of(result));
     values_of(result) = u - values_of(result);
   }
