@@ -124,10 +124,10 @@ void ExplicitIntegrator::substep(const World& world, double from_s, const Move& 
   }
   flow_.spring_damping_J += move.kick_s * springs_->evaluate(world, state_);
   contacts_.push(from_s / step_s, state_);
-  this->move(world, move, step_s);
+  apply(move, world, step_s);
 }
 
-void ExplicitIntegrator::move(const World& world, const Move& move, double step_s) {
+void ExplicitIntegrator::apply(const Move& move, const World& world, double step_s) {
   move_nodes(move, world.gravity_m_s2, state_);
   kick(world, move.kick_s);
   resist(move.kick_s, step_s, move.drift_s);  // what it changes of nodes' velocities moves them too

@@ -40,7 +40,7 @@ class ExplicitIntegrator : public Integrator {
  protected:
   /// What a substep makes of the forces: by the order of its parts a method differs. step_s: of the
   /// whole advance().
-  virtual void move(const World& world, const Move& move, double step_s);
+  virtual void apply(const Move& move, const World& world, double step_s);
   [[nodiscard]] ExplicitState& state() noexcept { return state_; }
   /// Forces change the velocities of rigid bodies; these move them.
   void kick(const World& world, double kick_s);

@@ -2,11 +2,11 @@
 
 namespace stillgrid {
 
-void ForwardEuler::move(const World& world, const Move& move, double step_s) {
-  ExplicitState& state = this->state();
-  move_nodes({.drift_s = move.drift_s}, world.gravity_m_s2, state);
+void ForwardEuler::apply(const Move& move, const World& world, double step_s) {
+  ExplicitState& moved = state();
+  move_nodes({.drift_s = move.drift_s}, world.gravity_m_s2, moved);
   drift(move.drift_s);
-  move_nodes({.kick_s = move.kick_s}, world.gravity_m_s2, state);
+  move_nodes({.kick_s = move.kick_s}, world.gravity_m_s2, moved);
   kick(world, move.kick_s);
   resist(move.kick_s, step_s, 0.0);  // what it changes of velocities moves nothing before the next
 }

@@ -12,7 +12,7 @@ class ForwardEuler : public ExplicitIntegrator {
   using ExplicitIntegrator::ExplicitIntegrator;
 
  private:
-  void move(const World& world, const Move& move, double step_s) override;
+  void apply(const Move& move, const World& world, double step_s) override;
 };
 
 [[nodiscard]] std::unique_ptr<Integrator> make_forward_euler(const Method& method);
