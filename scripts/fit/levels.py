@@ -13,6 +13,8 @@ MESH_FACTORS = (1.5, 2.0, 4.0)
 # In place of a file of spheres, whose tolerance nobody knows: parts of the mesh's diagonal, from coarse to fine.
 DIAGONAL_PARTS = (20.0, 28.0, 40.0, 56.0, 80.0, 110.0, 160.0)
 MOST_LEVELS = 4
+SPACED = ("sheet", "thread", "soft_block", "rigid_box")  # kinds whose spheres have a spacing
+WITHOUT_LEVELS = ("plane", "sphere")
 PLACES = ("name", "position_m", "orientation_xyzw", "from_m", "to_m", "velocity_m_s", "angular_velocity_rad_s",
           "motion", "direction", "amplitude_m", "frequency_hz", "pinned")
 MOST_MATERIALS = 64  # of a scene, and of bodies with a stiffness of their own, together
@@ -180,8 +182,10 @@ def groups_of(document, decomposer, report):
     """All groups of the scene that have a coarser level. report: told what is left out."""
     together = {}
     for body in document.get("body", []):
-        if body["kind"] not in ("plane", "sphere"):
+        if body["kind"] in (*SPACED, "mesh"):
             together.setdefault(alike(body), []).append(body)
+        elif body["kind"] not in WITHOUT_LEVELS:
+            report(f"{body['name']}: left as it is: of the kind {body['kind']} no coarser spheres are known")
     free = MOST_MATERIALS - len(document.get("material", []))
     groups = []
     for bodies in together.values():

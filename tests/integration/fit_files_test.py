@@ -52,6 +52,13 @@ class SceneFilesTest(daemons.SessionTest):
         self.out = self.folder / "fits" / "one"
         self.files = scene_files.SceneFiles(self.write("skin.toml", MESHES), self.out)
 
+    def test_a_body_of_an_unknown_kind_is_left_as_it_is_with_a_line_that_says_so(self):
+        lines = []
+        known = self.files.copied["body"][0]
+        groups = levels.groups_of({"body": [{"name": "hat", "kind": "cone"}, known]}, None, lines.append)
+        self.assertEqual([group.bodies for group in groups], [[known["name"]]])
+        self.assertEqual(lines, ["hat: left as it is: of the kind cone no coarser spheres are known"])
+
     def test_meshes_get_fewer_spheres_and_the_fitted_scene_finds_all_files(self):
         program = self.write("decompose", DECOMPOSE)
         program.chmod(0o755)
