@@ -183,6 +183,12 @@ class PagesTest(unittest.TestCase):
         faults = rows("docs/safety.md", r"^\| \w* ?\| .+ \|.*\| (?:[\d.]+ N|exit \d+|SIG[A-Z]+) \|$")
         self.assertEqual(faults, len(FAULTS), "rows of the table of faults in docs/safety.md")
 
+    def test_the_page_of_the_protocol_is_of_the_version_that_segments_have(self):
+        header = (daemons.ROOT / "proto/segment_header.hpp").read_text()
+        version = re.search(r"kSegmentVersion = (\d+);", header)[1]
+        self.assertIn(f"This is version {version} (`kSegmentVersion`, `proto/segment_header.hpp`)",
+                      (daemons.ROOT / "docs/protocol.md").read_text())
+
     def test_the_changelog_is_of_the_form_that_it_names(self):
         text = (daemons.ROOT / "CHANGELOG.md").read_text()
         releases = re.findall(r"^## (.*)$", text, re.MULTILINE)
