@@ -24,7 +24,7 @@ TEST_CASE("KINSOL finds the solution that Newton's method finds", "[kinsol]") {
   for (const KinsolStrategy strategy : {kKrylov, kAnderson}) {
     Eigen::VectorXd u = Eigen::VectorXd::Ones(system.size());
     Budget budget{.iterations = 100};
-    KinsolSolver solver(way, 1e-10);
+    KinsolSolver solver(strategy, 1e-10);
     const SolveReport report = solver.solve(system, u, budget);
 
     CHECK(report.converged);
@@ -72,7 +72,7 @@ TEST_CASE("KINSOL stops when its budget is spent, at the best iterate", "[kinsol
   Eigen::VectorXd u = Eigen::VectorXd::Ones(system.size()), residual(u.size());
   system.residual(u, residual);
   const double first = scaled_rms(system, residual);
-  KinsolSolver solver(way, 1e-12);
+  KinsolSolver solver(strategy, 1e-12);
 
   Budget few{.iterations = 2};
   const SolveReport report = solver.solve(system, u, few);
@@ -103,7 +103,7 @@ TEST_CASE("What a system throws passes through KINSOL", "[kinsol]") {
   Eigen::VectorXd u = Eigen::VectorXd::Ones(system.size());
   Budget budget{.iterations = 100};
 
-  CHECK_THROWS_WITH(KinsolSolver(way, 1e-10).solve(system, u, budget), "the third");
+  CHECK_THROWS_WITH(KinsolSolver(strategy, 1e-10).solve(system, u, budget), "the third");
 }
 
 TEST_CASE("KINSOL does not call solved what is no number", "[kinsol]") {
@@ -112,7 +112,7 @@ TEST_CASE("KINSOL does not call solved what is no number", "[kinsol]") {
   Eigen::VectorXd u = Eigen::VectorXd::Ones(broken.size());
   Budget budget{.iterations = 100};
 
-  CHECK_FALSE(KinsolSolver(way, 1e-10).solve(broken, u, budget).converged);
+  CHECK_FALSE(KinsolSolver(strategy, 1e-10).solve(broken, u, budget).converged);
 }
 
 }  // namespace
