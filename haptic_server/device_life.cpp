@@ -6,10 +6,10 @@
 
 #include "shared/realtime/stop_signal.hpp"
 
-namespace stillgrid {
+namespace stillgrid::haptic_server {
 namespace {
 
-bool has_motors(const Device& device) {
+bool has_motors(const device::Device& device) {
   return (device.descriptor().flags & STILLGRID_DEVICE_NO_MOTORS) == 0;
 }
 
@@ -27,13 +27,14 @@ void deactivate(Run& run) {
 
 }  // namespace
 
-void require_no_motors(const Device& device, const DeviceSpec& spec) {
+void require_no_motors(const device::Device& device, const device::DeviceSpec& spec) {
   if (has_motors(device))
-    throw DeviceError(DeviceFailure::kBadInput,
-                      "device '" + spec.plugin +
-                          "': --lockstep: expected a device that declares "
-                          "STILLGRID_DEVICE_NO_MOTORS (simulated, recorded or input alone): in "
-                          "virtual time nothing watches over a force");
+    throw device::DeviceError(
+        device::DeviceFailure::kBadInput,
+        "device '" + spec.plugin +
+            "': --lockstep: expected a device that declares "
+            "STILLGRID_DEVICE_NO_MOTORS (simulated, recorded or input alone): in "
+            "virtual time nothing watches over a force");
 }
 
 void activate(Run& run) {
@@ -41,7 +42,7 @@ void activate(Run& run) {
   run.guarded.has_motors = has_motors(run.device);
   try {
     run.device.activate();
-    install_stop_signal();  // a driver's own handlers must not keep a stop from us
+    realtime::install_stop_signal();  // a driver's own handlers must not keep a stop from us
   } catch (...) {
     run.device.emergency_stop();
     run.guarded.has_motors = false;  // as the driver says
@@ -73,4 +74,4 @@ void throw_fault(Run& run) {
                     "': " + run.device.error_line(run.loop.device_code()));
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::haptic_server

@@ -11,7 +11,7 @@
 
 #include "haptic_server/safety/safety_flag.hpp"
 
-namespace stillgrid {
+namespace stillgrid::haptic_server {
 namespace {
 
 constexpr auto kPoll = std::chrono::milliseconds(50);
@@ -29,11 +29,11 @@ constexpr std::array<std::string_view, 9> kReasonLines = {
     "its sequence stands still under fresh time stamps",
     "a position leaps, faster than the device declares or any hand moves"};
 constexpr std::size_t kFirstReason = 16;
-static_assert(kFlagNoPosition == 1U << kFirstReason &&
-              kFirstReason + kReasonLines.size() == kSafetyFlagNames.size());
+static_assert(safety::kFlagNoPosition == 1U << kFirstReason &&
+              kFirstReason + kReasonLines.size() == safety::kSafetyFlagNames.size());
 
 std::string_view name_of_change(std::size_t i) {
-  return i < kProcessParts.size() ? kProcessParts[i] : "the rounding mode";
+  return i < realtime::kProcessParts.size() ? realtime::kProcessParts[i] : "the rounding mode";
 }
 
 void add(std::atomic<std::uint64_t>& count) {  // one writer
@@ -44,7 +44,7 @@ void add(std::atomic<std::uint64_t>& count) {  // one writer
 
 DriverWatch::DriverWatch(std::string device)
     : device_(std::move(device)),
-      before_(process_state()),
+      before_(realtime::process_state()),
       thread_([this](const std::stop_token& end) { keep_watch(end); }) {}
 
 DriverWatch::~DriverWatch() {
@@ -56,8 +56,8 @@ DriverWatch::~DriverWatch() {
   const auto list = [&counts](std::string_view what, std::uint64_t count) {
     if (count > 0) counts.append(", ").append(what).append(" ").append(std::to_string(count));
   };
-  for (std::size_t i = kFirstReason; i < kSafetyFlagNames.size(); ++i)
-    list(kSafetyFlagNames[i], bad_ticks_[i]);
+  for (std::size_t i = kFirstReason; i < safety::kSafetyFlagNames.size(); ++i)
+    list(safety::kSafetyFlagNames[i], bad_ticks_[i]);
   if (!counts.empty())
     spdlog::warn("device '{}': not believed in {} of {} ticks{}", device_, unbelieved_.load(),
                  ticks_.load(), counts);
@@ -68,9 +68,9 @@ DriverWatch::~DriverWatch() {
 
 void DriverWatch::note(std::uint32_t flags) noexcept {
   add(ticks_);
-  if ((flags & kFlagBadDevice) != 0) add(unbelieved_);
-  if (const std::uint32_t reasons = flags & kDeviceReasonMask; reasons != 0)
-    for (std::size_t i = kFirstReason; i < kSafetyFlagNames.size(); ++i)
+  if ((flags & safety::kFlagBadDevice) != 0) add(unbelieved_);
+  if (const std::uint32_t reasons = flags & safety::kDeviceReasonMask; reasons != 0)
+    for (std::size_t i = kFirstReason; i < safety::kSafetyFlagNames.size(); ++i)
       if ((reasons >> i & 1U) != 0) add(bad_ticks_[i]);
   if (std::fegetround() == FE_TONEAREST) return;
   std::fesetround(FE_TONEAREST);
@@ -89,10 +89,10 @@ void DriverWatch::keep_watch(const std::stop_token& end) {
 }
 
 void DriverWatch::look_at_process() {
-  const ProcessState now = process_state(before_.thread);
-  constexpr auto kSchedule = static_cast<std::size_t>(ProcessPart::kSchedule);
+  const realtime::ProcessState now = realtime::process_state(before_.thread);
+  constexpr auto kSchedule = static_cast<std::size_t>(realtime::ProcessPart::kSchedule);
   if (!std::exchange(has_schedule_, true)) before_.parts[kSchedule] = now.parts[kSchedule];
-  for (std::size_t i = 0; i < kProcessParts.size(); ++i)
+  for (std::size_t i = 0; i < realtime::kProcessParts.size(); ++i)
     if (now.parts[i] != before_.parts[i]) add(changes_[i]);
 }
 
@@ -111,4 +111,4 @@ void DriverWatch::say_new() {
                    device_, name_of_change(i), i == kRoundingMode ? ", and is set back" : "");
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::haptic_server

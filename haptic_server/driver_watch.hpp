@@ -10,7 +10,7 @@
 
 #include "shared/realtime/process_state.hpp"
 
-namespace stillgrid {
+namespace stillgrid::haptic_server {
 
 /// Says, from a thread of its own, what is wrong with a device while the loop runs: one line at the
 /// first of each kind, one at the end with how often.
@@ -33,7 +33,7 @@ class DriverWatch {
   void note(std::uint32_t flags) noexcept;
 
  private:
-  static constexpr std::size_t kRoundingMode = kProcessParts.size();
+  static constexpr std::size_t kRoundingMode = realtime::kProcessParts.size();
   static constexpr std::size_t kChanges = kRoundingMode + 1;
 
   void keep_watch(const std::stop_token& end);
@@ -41,7 +41,7 @@ class DriverWatch {
   void say_new();
 
   std::string device_;
-  ProcessState before_;
+  realtime::ProcessState before_;
   bool has_schedule_ = false;  // of the loop's thread, real-time only once it ticks
   std::array<std::atomic<std::uint64_t>, 32> bad_ticks_{};  // by the bit of the reason
   std::atomic<std::uint64_t> ticks_ = 0, unbelieved_ = 0;
@@ -50,4 +50,4 @@ class DriverWatch {
   std::jthread thread_;     // last: joined before what it uses is gone
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::haptic_server

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <optional>
 
-namespace stillgrid {
+namespace stillgrid::haptic_server {
 namespace {
 
 constexpr double to_s(std::uint64_t ns) {
@@ -20,7 +20,8 @@ std::array<double, 3> array(const Eigen::Vector3d& v) {
 }  // namespace
 
 /// The tool where the device says it is, and how it came there.
-void HapticLoop::place(const proto::DeviceFrame& frame, const DeviceReading& reading) noexcept {
+void HapticLoop::place(const proto::DeviceFrame& frame,
+                       const safety::DeviceReading& reading) noexcept {
   const Eigen::Quaterniond turn = quaternion(frame.orientation_xyzw);
   if (has_pose_) motion_.moved_m = turn * (reading.position_m - device_m_);
   device_m_ = reading.position_m;
@@ -30,13 +31,14 @@ void HapticLoop::place(const proto::DeviceFrame& frame, const DeviceReading& rea
   if (reading.orientation) {
     const Eigen::Quaterniond before = pose_.orientation;
     pose_.orientation = (turn * *reading.orientation).normalized();
-    if (has_orientation_) motion_.turned_rad = rotation_rad(pose_.orientation * before.conjugate());
+    if (has_orientation_)
+      motion_.turned_rad = rendering::rotation_rad(pose_.orientation * before.conjugate());
     has_orientation_ = true;
   }
   pose_.angular_velocity_rad_s = angular_velocity_.update(reading.time_ns, pose_.orientation);
 }
 
-TickEnd HapticLoop::sense(const SceneView& scene, std::uint64_t now_ns) noexcept {
+TickEnd HapticLoop::sense(const publication::SceneView& scene, std::uint64_t now_ns) noexcept {
   elapsed_s_ = to_s(++tick_ == 1 ? period_ns_ : now_ns - tick_ns_);
   if (tick_ == 1) start_ns_ = now_ns;
   tick_ns_ = now_ns;
@@ -47,7 +49,7 @@ TickEnd HapticLoop::sense(const SceneView& scene, std::uint64_t now_ns) noexcept
   if (device_code_ != STILLGRID_DEVICE_OK) return TickEnd::kDeviceFault;
 
   motion_ = {};
-  const std::optional<DeviceReading> reading = reading_check_.check(state, now_ns);
+  const std::optional<safety::DeviceReading> reading = reading_check_.check(state, now_ns);
   believed_ = reading.has_value();
   flags_ |= reading_check_.reason();
   if (reading) {
@@ -68,12 +70,12 @@ TickEnd HapticLoop::sense(const SceneView& scene, std::uint64_t now_ns) noexcept
   return TickEnd::kGoOn;
 }
 
-TickEnd HapticLoop::act(const SceneView& scene, bool writer_alive, std::uint64_t now_ns,
-                        TickRow& row) noexcept {
-  rendered_ = has_pose_ ? renderer_->render(scene, pose_, now_ns) : RenderedTick{};
-  if (rendered_.contended) flags_ |= kFlagContended;
-  if (rendered_.truncated) flags_ |= kFlagTruncated;
-  if (rendered_.swept) flags_ |= kFlagSwept;
+TickEnd HapticLoop::act(const publication::SceneView& scene, bool writer_alive,
+                        std::uint64_t now_ns, recording::TickRow& row) noexcept {
+  rendered_ = has_pose_ ? renderer_->render(scene, pose_, now_ns) : rendering::RenderedTick{};
+  if (rendered_.contended) flags_ |= safety::kFlagContended;
+  if (rendered_.truncated) flags_ |= safety::kFlagTruncated;
+  if (rendered_.swept) flags_ |= safety::kFlagSwept;
   if (rendered_.is_new) snapshot_ns_ = now_ns;
   const proto::SceneHeader& fixed = scene.scene();
   held_before_N_ = held_.force_N;
@@ -117,7 +119,7 @@ TickEnd HapticLoop::act(const SceneView& scene, bool writer_alive, std::uint64_t
               .work_ns = 0,
               .wake_up_latency_ns = 0,
               .missed_ticks = figures_.missed_ticks,
-              .displayed = displayed_snapshot(rendered_, scene.header().epoch)};
+              .displayed = rendering::displayed_snapshot(rendered_, scene.header().epoch)};
   return device_code_ == STILLGRID_DEVICE_OK ? TickEnd::kGoOn : TickEnd::kDeviceFault;
 }
 
@@ -128,10 +130,10 @@ void HapticLoop::note_times(std::uint64_t work_ns, std::uint64_t wake_up_latency
   figures_.missed_ticks = missed_ticks;
 }
 
-void HapticLoop::count(const TickRow& row, HapticReport& report) noexcept {
+void HapticLoop::count(const recording::TickRow& row, HapticReport& report) noexcept {
   count_tick(report, row, rendered_, held_before_N_, motion_.moved_m, elapsed_s_);
   report.energy = safety_.energy();
   if (rendered_.is_new) ++report.snapshots;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::haptic_server

@@ -17,7 +17,7 @@
 #include "shared/publication/scene_segment.hpp"
 #include "shared/publication/tool_segment.hpp"
 
-namespace stillgrid {
+namespace stillgrid::haptic_server {
 
 /// What a tick came to.
 enum class TickEnd { kGoOn, kDeviceEnd, kDeviceFault };
@@ -33,31 +33,32 @@ class HapticLoop {
   /// time there is none: a tick takes no time.
   using Clock = std::uint64_t (*)();
 
-  HapticLoop(Device& device, ToolWriter& tool, std::unique_ptr<Renderer> renderer,
-             const SafetyLimits& limits, std::uint64_t period_ns, Clock clock = nullptr)
+  HapticLoop(device::Device& device, publication::ToolWriter& tool,
+             std::unique_ptr<rendering::Renderer> renderer, const safety::SafetyLimits& limits,
+             std::uint64_t period_ns, Clock clock = nullptr)
       : device_(device),
         tool_(tool),
         renderer_(std::move(renderer)),
-        reading_check_(reading_bounds(device.descriptor())),
+        reading_check_(safety::reading_bounds(device.descriptor())),
         safety_(with_period(limits, period_ns)),
         period_ns_(period_ns),
         clock_(clock) {}
 
   /// Reads the device at now_ns, places it in the scene and publishes the tool, and with it
   /// the figures of the tick before.
-  [[nodiscard]] TickEnd sense(const SceneView& scene, std::uint64_t now_ns) noexcept;
+  [[nodiscard]] TickEnd sense(const publication::SceneView& scene, std::uint64_t now_ns) noexcept;
 
   /// Renders the force, guards it, gives it to the device, and counts. row: of this tick, for a
   /// record; its tick_ns is the caller's to fill in before count().
-  [[nodiscard]] TickEnd act(const SceneView& scene, bool writer_alive, std::uint64_t now_ns,
-                            TickRow& row) noexcept;
+  [[nodiscard]] TickEnd act(const publication::SceneView& scene, bool writer_alive,
+                            std::uint64_t now_ns, recording::TickRow& row) noexcept;
 
   /// Tells readers of the tool what the tick of the last act() took. In lockstep nothing is told.
   void note_times(std::uint64_t work_ns, std::uint64_t wake_up_latency_ns,
                   std::uint64_t missed_ticks) noexcept;
 
   /// Adds the tick of the last act() to the report.
-  void count(const TickRow& row, HapticReport& report) noexcept;
+  void count(const recording::TickRow& row, HapticReport& report) noexcept;
 
   /// Whether the next tick may be of another scene: only when no force is felt. Realtime: yes.
   [[nodiscard]] bool may_switch_scene() const noexcept { return safety_.is_silent(); }
@@ -74,12 +75,12 @@ class HapticLoop {
 
   [[nodiscard]] std::int32_t device_code() const noexcept { return device_code_; }
   /// What the last act() rendered.
-  [[nodiscard]] const RenderedTick& rendered() const noexcept { return rendered_; }
+  [[nodiscard]] const rendering::RenderedTick& rendered() const noexcept { return rendered_; }
 
  private:
   /// Three periods without a tick are no stall, however long a period is.
-  [[nodiscard]] static SafetyLimits with_period(SafetyLimits limits,
-                                                std::uint64_t period_ns) noexcept {
+  [[nodiscard]] static safety::SafetyLimits with_period(safety::SafetyLimits limits,
+                                                        std::uint64_t period_ns) noexcept {
     limits.period_s = 1e-9 * static_cast<double>(period_ns);
     limits.stall_s = std::max(limits.stall_s, 3.0 * limits.period_s);
     return limits;
@@ -87,15 +88,15 @@ class HapticLoop {
   [[nodiscard]] std::uint64_t time_at(std::uint64_t now_ns) const {
     return clock_ == nullptr ? now_ns : std::max(now_ns, clock_());
   }
-  void place(const proto::DeviceFrame& frame, const DeviceReading& reading) noexcept;
+  void place(const proto::DeviceFrame& frame, const safety::DeviceReading& reading) noexcept;
 
-  Device& device_;
-  ToolWriter& tool_;
-  std::unique_ptr<Renderer> renderer_;
-  DeviceReadingCheck reading_check_;
-  SafetyChain safety_;
-  VelocityEstimator velocity_;
-  AngularVelocityEstimator angular_velocity_;
+  device::Device& device_;
+  publication::ToolWriter& tool_;
+  std::unique_ptr<rendering::Renderer> renderer_;
+  safety::DeviceReadingCheck reading_check_;
+  safety::SafetyChain safety_;
+  rendering::VelocityEstimator velocity_;
+  rendering::AngularVelocityEstimator angular_velocity_;
   std::uint64_t period_ns_;
   Clock clock_;
 
@@ -104,15 +105,15 @@ class HapticLoop {
   std::int32_t device_code_ = 0;
   bool has_pose_ = false, has_orientation_ = false, believed_ = false;
   bool is_released_ = false;
-  ToolPose pose_;  // scene frame
+  rendering::ToolPose pose_;  // scene frame
   std::uint32_t flags_ = 0, buttons_ = 0;
   Eigen::Vector3d device_m_ = Eigen::Vector3d::Zero();  // device frame
-  DeviceMotion motion_;                                 // since the tick before, scene's axes
-  Wrench held_;                                         // told to the device, scene's axes
+  safety::DeviceMotion motion_;                         // since the tick before, scene's axes
+  safety::Wrench held_;                                 // told to the device, scene's axes
   Eigen::Vector3d held_before_N_ = Eigen::Vector3d::Zero();
-  RenderedTick rendered_;
+  rendering::RenderedTick rendered_;
   proto::TickFigures figures_{};   // of the last act()
   std::uint64_t snapshot_ns_ = 0;  // when the snapshot shown was first seen
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::haptic_server

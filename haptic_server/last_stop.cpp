@@ -9,13 +9,13 @@
 #include <cstdlib>
 #include <utility>
 
-namespace stillgrid {
+namespace stillgrid::haptic_server {
 namespace {
 
 constexpr std::array kCrashes = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTRAP, SIGSYS};
 
-std::atomic<Device*>* device = nullptr;
-GuardedState* state = nullptr;
+std::atomic<device::Device*>* device = nullptr;
+safety::GuardedState* state = nullptr;
 std::function<void()> end_after_exit;
 std::array<struct sigaction, kCrashes.size()> actions_before;
 std::atomic<bool> has_stopped = false;
@@ -24,7 +24,7 @@ alignas(16) std::array<std::byte, 65536> handler_stack;
 
 void stop_once() {
   if (has_stopped.exchange(true)) return;
-  if (Device* const open_device = *device) open_device->emergency_stop();
+  if (device::Device* const open_device = *device) open_device->emergency_stop();
 }
 
 void on_crash(int number, siginfo_t* info, void* /*context*/) {
@@ -40,7 +40,7 @@ void on_crash(int number, siginfo_t* info, void* /*context*/) {
 }
 
 void on_exit() {
-  if (::getpid() != owner || state->end_status != GuardedState::kRuns) return;
+  if (::getpid() != owner || state->end_status != safety::GuardedState::kRuns) return;
   if (has_stopped) std::_Exit(EXIT_FAILURE);  // by emergency_stop itself
   stop_once();
   end_after_exit();
@@ -48,7 +48,7 @@ void on_exit() {
 
 }  // namespace
 
-void stop_device_at_last(std::atomic<Device*>& open_device, GuardedState& guarded,
+void stop_device_at_last(std::atomic<device::Device*>& open_device, safety::GuardedState& guarded,
                          std::function<void()> end) {
   owner = ::getpid();
   device = &open_device;
@@ -69,4 +69,4 @@ void stop_device_at_last(std::atomic<Device*>& open_device, GuardedState& guarde
   }
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::haptic_server

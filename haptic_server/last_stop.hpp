@@ -6,7 +6,7 @@
 #include "haptic_server/device/device_host.hpp"
 #include "haptic_server/safety/guardian.hpp"
 
-namespace stillgrid {
+namespace stillgrid::haptic_server {
 
 /// From now on a crash of this process (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTRAP, SIGSYS),
 /// and a call of exit() that is not its own, first call emergency_stop of the device that is open,
@@ -19,7 +19,7 @@ namespace stillgrid {
 ///
 /// open_device and guarded outlive the process's threads. Once per process, from the thread of the
 /// loop, whose overflowed stack is then no hindrance.
-void stop_device_at_last(std::atomic<Device*>& open_device, GuardedState& guarded,
+void stop_device_at_last(std::atomic<device::Device*>& open_device, safety::GuardedState& guarded,
                          std::function<void()> end);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::haptic_server

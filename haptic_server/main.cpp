@@ -20,12 +20,12 @@
 #include "shared/realtime/realtime_guard.hpp"
 #include "shared/realtime/stop_signal.hpp"
 
-namespace stillgrid {
+namespace stillgrid::haptic_server {
 namespace {
 
 struct Arguments {
   HapticOptions options;
-  std::string transition{name_of(options.transition)}, group;
+  std::string transition{display::name_of(options.transition)}, group;
   std::filesystem::path report;
   bool realtime_guard = false;
 };
@@ -44,13 +44,13 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--session", options.session,
                  "Name that joins the two servers; USER/NAME: with USER's")
       ->required()
-      ->transform(CLI::Validator(settle_session, ""));
+      ->transform(CLI::Validator(publication::settle_session, ""));
   app.add_option("--device", options.device, "PLUGIN[:key=value,...]")->required();
   app.add_option("--rate", options.rate_hz, "Ticks a second, Hz; default 1000")
-      ->check(number_in(10.0, 1e5));
+      ->check(command_line::number_in(10.0, 1e5));
   std::vector<std::string> names;
   std::string remarks;
-  for (const TransitionLaw& law : transitions()) {
+  for (const display::TransitionLaw& law : display::transitions()) {
     names.emplace_back(law.name);
     remarks += "; " + names.back() + ": " + std::string(law.remark);
   }
@@ -60,34 +60,34 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--record", options.record, "Record every tick (CSV)");
   app.add_option("--duration", options.duration_s,
                  "Time to run, s; default: until Ctrl-C or the end of a replay")
-      ->check(number_in(1e-6, 1e8));
+      ->check(command_line::number_in(1e-6, 1e8));
   app.add_flag("--lockstep", options.lockstep,
                "Virtual time, in agreement with sim_server --lockstep; repeatable to the bit");
   app.add_option("--report", arguments.report, "Write a report (JSON) at exit");
   app.add_option("--cpu", options.cpu, "Run the loop on this processor")
-      ->check(integer_in(0, 8191));
+      ->check(command_line::integer_in(0, 8191));
   app.add_option("--group", arguments.group,
                  "Let this group of users read the session too; default: only its owner")
-      ->check(group_complaint);
+      ->check(publication::group_complaint);
   app.add_option("--max-force", options.safety.max_force_N,
                  "Limit of the force, N; default and upper bound: the device's own")
-      ->check(number_in(1e-6, 1e4));
+      ->check(command_line::number_in(1e-6, 1e4));
   app.add_option("--max-slew", options.safety.max_slew_N_per_ms,
                  "Limit of the force's growth and turn, N/ms; default: a tenth of its limit in a "
                  "millisecond; its norm may fall at once")
-      ->check(number_in(1e-9, 1e6));
+      ->check(command_line::number_in(1e-9, 1e6));
   app.add_option("--max-stiffness", options.safety.max_stiffness_N_per_m,
                  "Limit of the stiffness of all contacts together, N/m; default: what the device "
                  "declares")
-      ->check(number_in(1e-3, 1e9));
+      ->check(command_line::number_in(1e-3, 1e9));
   app.add_option("--max-speed", options.safety.max_speed_m_s,
                  "Speed above which the force no longer drives the device, m/s; default: what the "
                  "device declares")
-      ->check(number_in(1e-3, 1e3));
+      ->check(command_line::number_in(1e-3, 1e3));
   app.add_option("--passivity-control", options.safety.passivity_mass_kg,
                  "Damp away the energy that the held force gives. KG: apparent mass of the device "
                  "with the hand, which the damper stops in no less than a tick; default: off")
-      ->check(number_in(1e-4, 100.0))
+      ->check(command_line::number_in(1e-4, 100.0))
       ->type_name("KG");
   app.add_flag("--realtime-guard", arguments.realtime_guard,
                "Test mode: counts and names every call of the 1 kHz loop that may block; exit "
@@ -101,91 +101,97 @@ int fail(const std::exception& error, int status) {
 }
 
 /// A line a call. Returns the exit status.
-int name_violations(const std::vector<RealtimeViolation>& violations) {
-  for (const RealtimeViolation& violation : violations)
+int name_violations(const std::vector<realtime::RealtimeViolation>& violations) {
+  for (const realtime::RealtimeViolation& violation : violations)
     spdlog::error("real-time violation: {}, {} times, first from {} at tick {}", violation.call,
                   violation.count, violation.first_caller, violation.first_tick);
-  return violations.empty() ? kDone : kRealtimeViolation;
+  return violations.empty() ? realtime::kDone : realtime::kRealtimeViolation;
 }
 
 /// Runs the loop; the report is written however it ended.
-int run(Arguments& arguments, GuardedState& guarded) {
+int run(Arguments& arguments, safety::GuardedState& guarded) {
   HapticReport report;
-  int status = kDone, report_status = kDone;
+  int status = realtime::kDone, report_status = realtime::kDone;
   const auto finish_report = [&] {
     try {
       if (!arguments.report.empty() && report.ticks > 0) write_report(report, arguments.report);
     } catch (const std::exception& error) {
-      report_status = fail(error, kBadInput);
+      report_status = fail(error, realtime::kBadInput);
     }
   };
   arguments.options.ended = [&] {
     if (report.lost_rows > 0)
       spdlog::warn("{} ticks are missing from the record", report.lost_rows);
-    if (arguments.realtime_guard) report.realtime_violations = realtime_violations();
+    if (arguments.realtime_guard) report.realtime_violations = realtime::realtime_violations();
     finish_report();
   };
   // The loop stands still, in a driver's call or told to, and counts nothing.
   arguments.options.give_up = [&](const std::string& line) {
     std::fprintf(stderr, "haptic_server: %s\n", line.c_str());
     finish_report();
-    guarded.end_status = kDeviceFault;
-    std::_Exit(kDeviceFault);
+    guarded.end_status = realtime::kDeviceFault;
+    std::_Exit(realtime::kDeviceFault);
   };
-  if (!arguments.report.empty()) require_writable(arguments.report);
+  if (!arguments.report.empty()) files::require_writable(arguments.report);
   try {
-    run_haptics(arguments.options, report, guarded, stop_requested());
-  } catch (const DeviceError& error) {
+    run_haptics(arguments.options, report, guarded, realtime::stop_requested());
+  } catch (const device::DeviceError& error) {
     status = fail(error, error.exit_status());
   } catch (const DeviceFault& error) {
-    status = fail(error, kDeviceFault);
-  } catch (const SegmentError& error) {
-    status = fail(error, kCouldNotStart);
+    status = fail(error, realtime::kDeviceFault);
+  } catch (const publication::SegmentError& error) {
+    status = fail(error, realtime::kCouldNotStart);
   }
   if (report.realtime_violations) {
     const int verdict = name_violations(*report.realtime_violations);
-    if (status == kDone) status = verdict;
+    if (status == realtime::kDone) status = verdict;
   }
-  if (const int number = rare_stop_signal(); number != 0 && status == kDone) {
+  if (const int number = realtime::rare_stop_signal(); number != 0 && status == realtime::kDone) {
     spdlog::error("ended by signal {} ({})", number, ::strsignal(number));
-    status = kSignalled + number;
+    status = realtime::kSignalled + number;
   }
-  return status == kDone ? report_status : status;
+  return status == realtime::kDone ? report_status : status;
 }
 
-GuardedProgram program_of(Arguments& arguments) {
-  const DeviceSpec spec = parse_device_spec(arguments.options.device);
-  const DeviceLoop loop{.period_ns = to_ns(1.0 / arguments.options.rate_hz)};
-  GuardedProgram program;
+safety::GuardedProgram program_of(Arguments& arguments) {
+  const device::DeviceSpec spec = device::parse_device_spec(arguments.options.device);
+  const device::DeviceLoop loop{.period_ns = realtime::to_ns(1.0 / arguments.options.rate_hz)};
+  safety::GuardedProgram program;
   program.subject = "device '" + spec.plugin + "'";
-  program.work = [&arguments](GuardedState& guarded) {
-    prepare_daemon("haptic_server");
-    install_rare_stop_signals();
+  program.work = [&arguments](safety::GuardedState& guarded) {
+    command_line::prepare_daemon("haptic_server");
+    realtime::install_rare_stop_signals();
     try {
       return run(arguments, guarded);
     } catch (const std::exception& error) {
-      return fail(error, kBadInput);
+      return fail(error, realtime::kBadInput);
     }
   };
-  for (const ReleaseWay way :
-       {ReleaseWay::kEveryCall, ReleaseWay::kStopAlone, ReleaseWay::kWithoutStop})
-    program.releases.push_back([spec, loop, way] { release_device(spec, loop, way); });
+  for (const device::ReleaseWay way :
+       {device::ReleaseWay::kEveryCall, device::ReleaseWay::kStopAlone,
+        device::ReleaseWay::kWithoutStop})
+    program.releases.push_back([spec, loop, way] { device::release_device(spec, loop, way); });
   return program;
 }
 
-}  // namespace
-}  // namespace stillgrid
-
-int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
-  using namespace stillgrid;
+int program_main(int argc, char** argv) {
   CLI::App app(kDescription, "haptic_server");
   Arguments arguments;
   add_options(app, arguments);
-  add_version(app, {segment_interface(), device_interface()});
-  return run_program(app, argc, argv, [&] {
-    if (arguments.realtime_guard) require_realtime_guard(argv);
-    arguments.options.transition = *transition_named(arguments.transition);
-    if (!arguments.group.empty()) arguments.options.readers = group_named(arguments.group);
-    return run_guarded(program_of(arguments));
+  command_line::add_version(app,
+                            {command_line::segment_interface(), command_line::device_interface()});
+  return command_line::run_program(app, argc, argv, [&] {
+    if (arguments.realtime_guard) realtime::require_realtime_guard(argv);
+    arguments.options.transition = *display::transition_named(arguments.transition);
+    if (!arguments.group.empty())
+      arguments.options.readers = publication::group_named(arguments.group);
+    return safety::run_guarded(program_of(arguments));
   });
+}
+
+}  // namespace
+}  // namespace stillgrid::haptic_server
+
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
+  return stillgrid::haptic_server::program_main(argc, argv);
 }

@@ -6,7 +6,7 @@
 
 #include "shared/files/json_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::haptic_server {
 namespace {
 
 constexpr double kMicro = 1e-6;
@@ -17,7 +17,7 @@ std::uint64_t to_micro(double value) {
                       : std::uint64_t{1} << 60U;
 }
 
-nlohmann::json percentiles(const Histogram& histogram, double unit) {
+nlohmann::json percentiles(const realtime::Histogram& histogram, double unit) {
   const auto at = [&](double share) {
     return static_cast<double>(histogram.percentile(share)) * unit;
   };
@@ -27,10 +27,10 @@ nlohmann::json percentiles(const Histogram& histogram, double unit) {
           {"max", static_cast<double>(histogram.max()) * unit}};
 }
 
-nlohmann::json counts(const std::vector<RealtimeViolation>& violations) {
+nlohmann::json counts(const std::vector<realtime::RealtimeViolation>& violations) {
   nlohmann::json json;
   std::uint64_t total = 0;
-  for (const RealtimeViolation& violation : violations) {
+  for (const realtime::RealtimeViolation& violation : violations) {
     json[violation.call] = violation.count;
     total += violation.count;
   }
@@ -40,9 +40,9 @@ nlohmann::json counts(const std::vector<RealtimeViolation>& violations) {
 
 }  // namespace
 
-void count_tick(HapticReport& report, const TickRow& row, const RenderedTick& rendered,
-                const Eigen::Vector3d& previous_N, const Eigen::Vector3d& moved_m,
-                double tick_s) noexcept {
+void count_tick(HapticReport& report, const recording::TickRow& row,
+                const rendering::RenderedTick& rendered, const Eigen::Vector3d& previous_N,
+                const Eigen::Vector3d& moved_m, double tick_s) noexcept {
   ++report.ticks;
   report.contact_ticks += row.contacts > 0 ? 1 : 0;
   report.contended += rendered.contended ? 1 : 0;
@@ -64,7 +64,7 @@ void write_report(const HapticReport& report, const std::filesystem::path& file)
   const double ticks = static_cast<double>(std::max<std::uint64_t>(report.ticks, 1));
   nlohmann::json safety;
   for (std::size_t i = 0; i < report.flags.size(); ++i)
-    safety[std::string(kSafetyFlagNames[i])] = report.flags[i];
+    safety[std::string(safety::kSafetyFlagNames[i])] = report.flags[i];
   nlohmann::json json = {
       {"scene", report.scene},
       {"device", report.device},
@@ -98,7 +98,7 @@ void write_report(const HapticReport& report, const std::filesystem::path& file)
     json["wake_ns"] = percentiles(report.wake_ns, 1.0);
   }
   if (report.realtime_violations) json["realtime_violations"] = counts(*report.realtime_violations);
-  write_json(file, json);
+  files::write_json(file, json);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::haptic_server

@@ -15,34 +15,35 @@
 #include "shared/realtime/histogram.hpp"
 #include "shared/realtime/realtime_guard.hpp"
 
-namespace stillgrid {
+namespace stillgrid::haptic_server {
 
 /// Counters of a run, for --report. The loop adds to them; nobody else reads before its end.
 struct HapticReport {
   std::string scene, device, transition;
-  DeviceIdentity device_identity;
+  device::DeviceIdentity device_identity;
   double rate_hz = 0.0;
   bool measures_time = false;  // lockstep has no wall time to report
 
   std::uint64_t ticks = 0, missed_ticks = 0, contact_ticks = 0, plateau_ticks = 0;
   std::uint64_t snapshots = 0, contended = 0, lost_rows = 0;
-  std::array<std::uint64_t, kSafetyFlagNames.size()> flags{};
-  Histogram tick_ns, wake_ns, age_ns, slew_uN_per_ms, switch_jump_uN;
-  HandEnergy energy;
+  std::array<std::uint64_t, safety::kSafetyFlagNames.size()> flags{};
+  realtime::Histogram tick_ns, wake_ns, age_ns, slew_uN_per_ms, switch_jump_uN;
+  safety::HandEnergy energy;
   double force_sum_N = 0.0, force_max_N = 0.0, energy_J = 0.0;
   std::uint64_t device_stops = 0;  // by the watchdog
   long page_faults = 0;
-  std::optional<std::vector<RealtimeViolation>> realtime_violations;  // with --realtime-guard only
+  std::optional<std::vector<realtime::RealtimeViolation>>
+      realtime_violations;  // with --realtime-guard only
 };
 
 /// Counts one tick. previous_N: the force of the tick before, moved_m: of the device since then,
 /// both in one frame and the device's own scale. Realtime: yes.
-void count_tick(HapticReport& report, const TickRow& row, const RenderedTick& rendered,
-                const Eigen::Vector3d& previous_N, const Eigen::Vector3d& moved_m,
-                double tick_s) noexcept;
+void count_tick(HapticReport& report, const recording::TickRow& row,
+                const rendering::RenderedTick& rendered, const Eigen::Vector3d& previous_N,
+                const Eigen::Vector3d& moved_m, double tick_s) noexcept;
 
 /// Writes the report of docs/formats.md, "Reports". Throws std::runtime_error if it cannot be
 /// written.
 void write_report(const HapticReport& report, const std::filesystem::path& file);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::haptic_server

@@ -14,9 +14,9 @@
 #include "shared/publication/segment_watch.hpp"
 #include "shared/publication/tool_segment.hpp"
 
-namespace stillgrid {
+namespace stillgrid::haptic_server {
 
-using SceneWatch = SegmentWatch<SceneView>;
+using SceneWatch = publication::SegmentWatch<publication::SceneView>;
 
 /// Everything one run needs, made before the loop starts.
 struct Run {
@@ -24,14 +24,14 @@ struct Run {
   HapticReport& report;
   const std::atomic<bool>& stop;
   std::uint64_t period_ns;
-  Device& device;
+  device::Device& device;
   SceneWatch& watch;
-  ToolWriter& tool;
+  publication::ToolWriter& tool;
   HapticLoop& loop;
   DriverWatch& driver;
-  Recorder* recorder;
-  TickWatchdog& watchdog;
-  GuardedState& guarded;
+  recording::Recorder* recorder;
+  safety::TickWatchdog& watchdog;
+  safety::GuardedState& guarded;
 };
 
 /// Ticks until the duration is over, the run is stopped or the device's recording has ended; in
@@ -41,4 +41,4 @@ struct Run {
 void run_real_time(Run& run);
 void run_lockstep(Run& run);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::haptic_server

@@ -13,7 +13,7 @@
 #include "haptic_server/run.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 
-namespace stillgrid {
+namespace stillgrid::haptic_server {
 namespace {
 
 constexpr std::uint64_t kScenePatience_ns = 10'000'000'000;
@@ -22,31 +22,32 @@ constexpr auto kRecorderPatience = std::chrono::milliseconds(300);
 
 /// The scene, or null when stopped; throws when it does not come in time, not counting the time
 /// that its sim_server loads.
-const SceneView* wait_for_scene(SceneWatch& watch, const HapticOptions& options,
-                                const std::atomic<bool>& stop) {
-  const std::uint64_t begin_ns = monotonic_ns();
+const publication::SceneView* wait_for_scene(SceneWatch& watch, const HapticOptions& options,
+                                             const std::atomic<bool>& stop) {
+  const std::uint64_t begin_ns = realtime::monotonic_ns();
   std::uint64_t alone_since_ns = begin_ns;
   bool is_told = false;
-  const SceneView* scene = nullptr;
+  const publication::SceneView* scene = nullptr;
   while ((scene = watch.acquire()) == nullptr && !stop) {
     watch.poll();
-    const std::uint64_t now_ns = monotonic_ns();
-    if (is_writer_loading(options.session, proto::SegmentKind::kScene)) {
+    const std::uint64_t now_ns = realtime::monotonic_ns();
+    if (publication::is_writer_loading(options.session, proto::SegmentKind::kScene)) {
       alone_since_ns = now_ns;
       if (!is_told && now_ns - begin_ns > kTellLoading_ns)
         spdlog::info("waiting for sim_server, which is loading");
       is_told = is_told || now_ns - begin_ns > kTellLoading_ns;
     }
     if (now_ns - alone_since_ns > kScenePatience_ns)
-      throw SegmentError("no sim_server in session '" + options.session + "' after 10 s");
+      throw publication::SegmentError("no sim_server in session '" + options.session +
+                                      "' after 10 s");
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   return scene;
 }
 
 /// What a recording tells of its device, as far as the device told it.
-RecordingHead head_of(const DeviceIdentity& device) {
-  RecordingHead head;
+recording::RecordingHead head_of(const device::DeviceIdentity& device) {
+  recording::RecordingHead head;
   const auto add = [&head](const char* key, const std::string& value) {
     if (!value.empty()) head.emplace_back(key, value);
   };
@@ -59,7 +60,8 @@ RecordingHead head_of(const DeviceIdentity& device) {
 /// From open to close: the time in which a device may be stopped. Both of these calls are watched.
 class OpenDevice {
  public:
-  OpenDevice(Device& device, std::atomic<Device*>& open_device, TickWatchdog& watchdog)
+  OpenDevice(device::Device& device, std::atomic<device::Device*>& open_device,
+             safety::TickWatchdog& watchdog)
       : open_device_(open_device), watchdog_(watchdog) {
     watchdog_.rest();
     open_device_ = &device;
@@ -74,8 +76,8 @@ class OpenDevice {
   OpenDevice& operator=(const OpenDevice&) = delete;
 
  private:
-  std::atomic<Device*>& open_device_;
-  TickWatchdog& watchdog_;
+  std::atomic<device::Device*>& open_device_;
+  safety::TickWatchdog& watchdog_;
 };
 
 /// A disk may be slow.
@@ -85,7 +87,7 @@ void finish_recording(Run& run) {
 }
 
 /// Where the device cannot be waited for, neither can a disk.
-void finish_recording_soon(Recorder* recorder, HapticReport& report) {
+void finish_recording_soon(recording::Recorder* recorder, HapticReport& report) {
   if (recorder == nullptr) return;
   std::promise<std::uint64_t> finished;
   auto lost_rows = finished.get_future();
@@ -100,7 +102,7 @@ void finish_recording_soon(Recorder* recorder, HapticReport& report) {
 void require_believed(const HapticReport& report) {
   constexpr double kMax = 0.9;
   const std::uint64_t bad = report.flags[0];
-  static_assert(kFlagBadDevice == 1U);
+  static_assert(safety::kFlagBadDevice == 1U);
   if (bad == 0 || static_cast<double>(bad) < kMax * static_cast<double>(report.ticks)) return;
   throw DeviceFault("device '" + report.device + "': not believed in " + std::to_string(bad) +
                     " of " + std::to_string(report.ticks) +
@@ -108,7 +110,8 @@ void require_believed(const HapticReport& report) {
 }
 
 /// The user learns what the chain holds a torque to where no driver says it.
-void tell_undeclared_torque(const stillgrid_device_descriptor& device, const SafetyLimits& limits) {
+void tell_undeclared_torque(const stillgrid_device_descriptor& device,
+                            const safety::SafetyLimits& limits) {
   const bool has_motors = (device.flags & STILLGRID_DEVICE_NO_MOTORS) == 0;
   if (has_motors && device.max_force_N > 0.0 && device.max_torque_N_m == 0.0)
     spdlog::info("device '{}' declares no torque: none beyond {:.3g} N m, its force at {} m",
@@ -142,36 +145,37 @@ void run_and_release(Run& run) {
 
 }  // namespace
 
-void run_haptics(const HapticOptions& options, HapticReport& report, GuardedState& guarded,
+void run_haptics(const HapticOptions& options, HapticReport& report, safety::GuardedState& guarded,
                  const std::atomic<bool>& stop) {
-  const std::uint64_t period_ns = to_ns(1.0 / options.rate_hz);
+  const std::uint64_t period_ns = realtime::to_ns(1.0 / options.rate_hz);
   report.rate_hz = options.rate_hz;
   report.measures_time = !options.lockstep;
-  report.transition = name_of(options.transition);
-  const DeviceSpec spec = parse_device_spec(options.device);
+  report.transition = display::name_of(options.transition);
+  const device::DeviceSpec spec = device::parse_device_spec(options.device);
   report.device = spec.plugin;
   const auto clock = options.lockstep ? proto::Clock::kVirtual : proto::Clock::kMonotonic;
   // Before the device is opened: a session that has a writer is no reason to touch one.
-  auto lock = SessionLock::take(options.session, proto::SegmentKind::kTool, stop);
+  auto lock = publication::SessionLock::take(options.session, proto::SegmentKind::kTool, stop);
   if (!lock) return;
 
-  std::unique_ptr<Recorder> recorder;
-  std::atomic<Recorder*> open_recorder = nullptr;
+  std::unique_ptr<recording::Recorder> recorder;
+  std::atomic<recording::Recorder*> open_recorder = nullptr;
   const auto give_up = [&](const char* why) {
     finish_recording_soon(open_recorder, report);
     options.give_up("device '" + report.device + "': " + why);
   };
-  static std::atomic<Device*> open_device = nullptr;  // asked for up to the end of the process
-  TickWatchdog watchdog(  // outlives the device: each of its calls may hang
+  static std::atomic<device::Device*> open_device =
+      nullptr;                    // asked for up to the end of the process
+  safety::TickWatchdog watchdog(  // outlives the device: each of its calls may hang
       period_ns,
       [] {
-        if (Device* const device = open_device) device->emergency_stop();
+        if (device::Device* const device = open_device) device->emergency_stop();
       },
       [&] { give_up("a call did not return in time"); },
       [&guarded] { guarded.beats.fetch_add(1, std::memory_order_relaxed); });
   watchdog.watch_call();
   DriverWatch driver(spec.plugin);
-  Device device(spec, {.period_ns = period_ns, .is_virtual = options.lockstep});
+  device::Device device(spec, {.period_ns = period_ns, .is_virtual = options.lockstep});
   if (options.lockstep) require_no_motors(device, spec);
   const OpenDevice while_open(device, open_device, watchdog);
   stop_device_at_last(open_device, guarded, [&] { give_up("a call ended the program"); });
@@ -181,24 +185,24 @@ void run_haptics(const HapticOptions& options, HapticReport& report, GuardedStat
   bool is_waiting = true;
   SceneWatch watch(options.session, proto::SegmentKind::kScene, proto::kSceneLayoutHash, clock,
                    [&](const std::string& refusal) {
-                     if (is_waiting) throw SegmentError(refusal);
+                     if (is_waiting) throw publication::SegmentError(refusal);
                      spdlog::warn("{}", refusal);
                    });
-  const SceneView* scene = wait_for_scene(watch, options, stop);
+  const publication::SceneView* scene = wait_for_scene(watch, options, stop);
   is_waiting = false;
   if (scene == nullptr) return;
   report.scene = scene->scene().name.data();
 
-  ToolWriter tool(std::move(*lock), period_ns, clock, options.lockstep ? 0 : monotonic_ns(),
-                  options.readers);
+  publication::ToolWriter tool(std::move(*lock), period_ns, clock,
+                               options.lockstep ? 0 : realtime::monotonic_ns(), options.readers);
   if (!options.record.empty())
-    recorder = std::make_unique<Recorder>(options.record, report.scene, report.device,
-                                          head_of(device.identity()));
-  const SafetyLimits limits = safety_limits(options.safety, device.descriptor());
+    recorder = std::make_unique<recording::Recorder>(options.record, report.scene, report.device,
+                                                     head_of(device.identity()));
+  const safety::SafetyLimits limits = safety::safety_limits(options.safety, device.descriptor());
   tell_undeclared_torque(device.descriptor(), limits);
-  const auto loop =
-      std::make_unique<HapticLoop>(device, tool, make_renderer(options.transition), limits,
-                                   period_ns, options.lockstep ? nullptr : monotonic_ns);
+  const auto loop = std::make_unique<HapticLoop>(
+      device, tool, rendering::make_renderer(options.transition), limits, period_ns,
+      options.lockstep ? nullptr : realtime::monotonic_ns);
   open_recorder = recorder.get();
   Run run{options, report, stop,   period_ns,      device,   watch,
           tool,    *loop,  driver, recorder.get(), watchdog, guarded};
@@ -206,4 +210,4 @@ void run_haptics(const HapticOptions& options, HapticReport& report, GuardedStat
   require_believed(report);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::haptic_server

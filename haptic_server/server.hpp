@@ -16,16 +16,16 @@
 #include "haptic_server/safety/device_limits.hpp"
 #include "haptic_server/safety/guardian.hpp"
 
-namespace stillgrid {
+namespace stillgrid::haptic_server {
 
 struct HapticOptions {
   std::string session;
   std::string device;  // "PLUGIN[:key=value,...]"
   double rate_hz = 1000.0;
-  Transition transition = Transition::kPredict;
+  display::Transition transition = display::Transition::kPredict;
   bool lockstep = false;
   std::optional<double> duration_s;  // else until stopped, or the device's recording ends
-  SafetyOptions safety;
+  safety::SafetyOptions safety;
   std::filesystem::path record;  // empty: none
   std::optional<int> cpu;
   std::optional<gid_t> readers;  // a group that may read the tool's segment
@@ -47,7 +47,7 @@ class DeviceFault : public std::runtime_error {
 ///
 /// Throws DeviceError, DeviceFault, or SegmentError if there is no scene in time or a lockstep peer
 /// dies.
-void run_haptics(const HapticOptions& options, HapticReport& report, GuardedState& guarded,
+void run_haptics(const HapticOptions& options, HapticReport& report, safety::GuardedState& guarded,
                  const std::atomic<bool>& stop);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::haptic_server

@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-namespace stillgrid {
+namespace stillgrid::sim_server {
 namespace {
 
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
@@ -84,8 +84,8 @@ double left_of_address_space(const std::filesystem::path& root) {
 
 }  // namespace
 
-Memory available_memory(const std::filesystem::path& root) {
-  Memory memory{kUnlimited, kUnlimited};
+dynamics::Memory available_memory(const std::filesystem::path& root) {
+  dynamics::Memory memory{kUnlimited, kUnlimited};
   memory.private_bytes = std::min({kShare * kilobytes_of(root / "proc/meminfo", "MemAvailable:"),
                                    left_by_groups(root), left_of_address_space(root)});
   struct statvfs space {};
@@ -94,4 +94,4 @@ Memory available_memory(const std::filesystem::path& root) {
   return memory;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::sim_server

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <optional>
 
-namespace stillgrid {
+namespace stillgrid::sim_server {
 namespace {
 
 template <class... Values>
@@ -19,17 +19,18 @@ std::string cell(const std::optional<double>& value) {
   return value && std::isfinite(*value) ? print("%10.3g", *value) : "         -";
 }
 
-std::string row(const MethodTrial& trial) {
+std::string row(const dynamics::MethodTrial& trial) {
   const std::string mark = trial.refusal.empty() && trial.error_m ? "* " : "  ";
   const auto error_mm = trial.error_m ? std::optional<double>(1e3 * *trial.error_m) : std::nullopt;
-  return mark + print("%-36s", describe(trial.method).c_str()) + cell(trial.predicted_ms) +
+  return mark + print("%-36s", scene::describe(trial.method).c_str()) + cell(trial.predicted_ms) +
          cell(trial.measured_ms) + cell(trial.slow_ms) + cell(error_mm) + "  " +
          (trial.refusal.empty() ? "chosen" : trial.refusal) + '\n';
 }
 
 }  // namespace
 
-std::string target_complaint(const MethodChoice& choice, const SceneDescription& scene) {
+std::string target_complaint(const dynamics::MethodChoice& choice,
+                             const scene::SceneDescription& scene) {
   if (choice.meets_target) return "";
   return choice.error_floor_m > 0.5 * scene.error_target_m
              ? "whether the method meets the error target cannot be told: the scene itself makes "
@@ -37,9 +38,9 @@ std::string target_complaint(const MethodChoice& choice, const SceneDescription&
              : "no method in time meets the error target: this is the most accurate";
 }
 
-std::string explain(const MethodChoice& choice, const SceneDescription& scene) {
-  const SceneLoad& load = choice.load;
-  const double limit_ms = 1e3 * symplectic_limit_s(load);
+std::string explain(const dynamics::MethodChoice& choice, const scene::SceneDescription& scene) {
+  const dynamics::SceneLoad& load = choice.load;
+  const double limit_ms = 1e3 * dynamics::symplectic_limit_s(load);
   std::string text = print(
       "%s: %.0f nodes, %.0f springs, %.0f rigid bodies, %.0f moving spheres\n"
       "stiffest: springs %.3g rad/s, contacts %.3g rad/s; symplectic_euler is stable below about "
@@ -52,8 +53,8 @@ std::string explain(const MethodChoice& choice, const SceneDescription& scene) {
   text += print("  %-36s%10s%10s%10s%10s  %s\n", "method", "predicted", "measured", "9 of 10",
                 "error", "");
   text += print("  %-36s%10s%10s%10s%10s\n", "", "ms a step", "ms a step", "ms a step", "mm");
-  for (const MethodTrial& trial : choice.trials) text += row(trial);
-  text += "\nchosen: " + describe(choice.method) + '\n';
+  for (const dynamics::MethodTrial& trial : choice.trials) text += row(trial);
+  text += "\nchosen: " + scene::describe(choice.method) + '\n';
   if (!choice.keeps_rate) text += "no method keeps the rate with room to spare\n";
   if (const std::string complaint = target_complaint(choice, scene); !complaint.empty())
     text += complaint + '\n';
@@ -69,4 +70,4 @@ std::string explain(const MethodChoice& choice, const SceneDescription& scene) {
   return text;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::sim_server

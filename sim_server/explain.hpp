@@ -5,15 +5,16 @@
 #include "sim_server/dynamics/choice/method_choice.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
-namespace stillgrid {
+namespace stillgrid::sim_server {
 
 /// In words that the chosen method misses scene.error_target_m, or that nobody can tell; empty: it
 /// keeps it.
-[[nodiscard]] std::string target_complaint(const MethodChoice& choice,
-                                           const SceneDescription& scene);
+[[nodiscard]] std::string target_complaint(const dynamics::MethodChoice& choice,
+                                           const scene::SceneDescription& scene);
 
 /// A table for people: the scene's load, the method chosen, and of every other one its cost
 /// predicted and measured, its error, and why it was refused.
-[[nodiscard]] std::string explain(const MethodChoice& choice, const SceneDescription& scene);
+[[nodiscard]] std::string explain(const dynamics::MethodChoice& choice,
+                                  const scene::SceneDescription& scene);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::sim_server

@@ -4,18 +4,21 @@
 
 #include "shared/realtime/periodic_timer.hpp"
 
-namespace stillgrid {
+namespace stillgrid::sim_server {
 
 LockstepSchedule::LockstepSchedule(double period_s, double jitter, std::uint64_t seed,
                                    double latency_s)
-    : period_s_(period_s), latency_ns_(to_ns(latency_s)), random_(seed), spread_(-jitter, jitter) {}
+    : period_s_(period_s),
+      latency_ns_(realtime::to_ns(latency_s)),
+      random_(seed),
+      spread_(-jitter, jitter) {}
 
 ScheduledSnapshot LockstepSchedule::next() {
-  last_.step_ns = to_ns(period_s_ * (1.0 + spread_(random_)));
+  last_.step_ns = realtime::to_ns(period_s_ * (1.0 + spread_(random_)));
   last_.state_ns += last_.step_ns;
   last_.sample_ns = std::max(last_.state_ns, last_.publish_ns);
   last_.publish_ns = last_.sample_ns + latency_ns_;
   return last_;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::sim_server

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <random>
 
-namespace stillgrid {
+namespace stillgrid::sim_server {
 
 /// When one snapshot of lockstep is computed and shown, in virtual time: docs/protocol.md,
 /// "Lockstep".
@@ -34,4 +34,4 @@ class LockstepSchedule {
   ScheduledSnapshot last_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::sim_server

@@ -31,7 +31,7 @@
 #include "sim_server/server.hpp"
 #include "sim_server/surface_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::sim_server {
 namespace {
 
 struct Arguments {
@@ -59,13 +59,13 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--scene", arguments.scene, "Scene file (TOML), see docs/formats.md")->required();
   auto* session = app.add_option("--session", server.session,
                                  "Name that joins the two servers; USER/NAME: with USER's")
-                      ->transform(CLI::Validator(settle_session, ""));
+                      ->transform(CLI::Validator(publication::settle_session, ""));
   auto* rate =
       app.add_option("--rate", arguments.rate_hz, "Steps a second, Hz; default: the scene's")
-          ->check(number_in(0.01, 1e5));
+          ->check(command_line::number_in(0.01, 1e5));
   auto* duration =
       app.add_option("--duration", server.duration_s, "Simulated time, s; default: until Ctrl-C")
-          ->check(number_in(1e-6, 1e8));
+          ->check(command_line::number_in(1e-6, 1e8));
   auto* lockstep = app.add_flag("--lockstep", arguments.lockstep,
                                 "Virtual time, in agreement with haptic_server --lockstep");
   auto* offline = app.add_flag("--offline", arguments.offline,
@@ -86,23 +86,23 @@ void add_options(CLI::App& app, Arguments& arguments) {
       "Record (JSON) of the method chosen where the scene says solver = \"auto\": read "
       "if it is there, else written; virtual time needs one");
   app.add_option("--latency", server.latency_s, "Virtual cost of a step, s; only with --lockstep")
-      ->check(number_in(0.0, 100.0))
+      ->check(command_line::number_in(0.0, 100.0))
       ->needs(lockstep);
   app.add_option("--jitter", server.jitter,
                  "Draw each period from P (1 + u), u uniform in +-FRACTION; virtual time only")
-      ->check(number_in(0.0, 0.95));
+      ->check(command_line::number_in(0.0, 0.95));
   auto* seed = app.add_option("--seed", server.seed, "Of the jitter; default 1")
-                   ->check(integer_in(0, 999'999'999'999'999));
+                   ->check(command_line::integer_in(0, 999'999'999'999'999));
   auto* report = app.add_option("--report", arguments.report, "Write a report (JSON) at exit");
   auto* final_state = app.add_option("--final-state", arguments.final_state,
                                      "Write nodes and bodies (CSV) at exit");
   auto* group =
       app.add_option("--group", arguments.group,
                      "Let this group of users read the session too; default: only its owner")
-          ->check(group_complaint)
+          ->check(publication::group_complaint)
           ->excludes(offline);
-  auto* cpu =
-      app.add_option("--cpu", server.cpu, "Run on this processor")->check(integer_in(0, 8191));
+  auto* cpu = app.add_option("--cpu", server.cpu, "Run on this processor")
+                  ->check(command_line::integer_in(0, 8191));
   // What only a run needs: elsewhere it would do nothing.
   for (auto* of_run : {session, duration, seed, report, final_state, group, cpu})
     of_run->excludes(explain)->excludes(surfaces);
@@ -126,19 +126,21 @@ void check(const Arguments& arguments, double period_s) {
 }
 
 /// Refuses what would not fit; says what is likely not meant.
-World checked_world(const SceneDescription& scene, const Arguments& arguments) {
+bodies::World checked_world(const scene::SceneDescription& scene, const Arguments& arguments) {
   const std::string file = arguments.scene.string();
-  Memory room = available_memory();
+  dynamics::Memory room = available_memory();
   if (arguments.offline || arguments.explain || !arguments.surfaces.empty())
     room.shared_bytes = INFINITY;  // nothing is published
-  SceneDescription cheapest = scene;
-  if (scene.choose_method) cheapest.method.integrator = IntegratorKind::kVelocityVerlet;
-  require_room(cheapest, file, room);
-  World world = build_world(scene);
-  for (const std::string& warning : start_warnings(scene, world, file)) spdlog::warn("{}", warning);
-  const Method& method = scene.method;
-  if (scene.choose_method || !is_explicit(method.integrator) || method.substeps == 0) return world;
-  const int stable = stable_substeps(load_of(world), scene.period_s);
+  scene::SceneDescription cheapest = scene;
+  if (scene.choose_method) cheapest.method.integrator = scene::IntegratorKind::kVelocityVerlet;
+  dynamics::require_room(cheapest, file, room);
+  bodies::World world = scene::build_world(scene);
+  for (const std::string& warning : contact::start_warnings(scene, world, file))
+    spdlog::warn("{}", warning);
+  const scene::Method& method = scene.method;
+  if (scene.choose_method || !scene::is_explicit(method.integrator) || method.substeps == 0)
+    return world;
+  const int stable = dynamics::stable_substeps(dynamics::load_of(world), scene.period_s);
   if (method.substeps < stable)
     spdlog::warn(
         "{}: simulation.substeps: value {}: not stable in a step of {} s; {} would be, and so is "
@@ -147,28 +149,29 @@ World checked_world(const SceneDescription& scene, const Arguments& arguments) {
   return world;
 }
 
-int fail(const std::exception& error, ExitStatus status) {
+int fail(const std::exception& error, realtime::ExitStatus status) {
   std::fprintf(stderr, "sim_server: %s\n", error.what());
   return status;
 }
 
 /// By this thread's processor time: what else the machine does costs no method its place.
-MethodChoice choose(const SceneDescription& scene) {
+dynamics::MethodChoice choose(const scene::SceneDescription& scene) {
   const auto now_s = [] {
     timespec now{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
   };
-  return choose_method(scene, now_s, [](const std::string& line) { spdlog::info("{}", line); });
+  return dynamics::choose_method(scene, now_s,
+                                 [](const std::string& line) { spdlog::info("{}", line); });
 }
 
 /// Sets the scene's method where that was left to us. Virtual time takes what was recorded: there
 /// no clock decides.
-void settle_method(const Arguments& arguments, SceneDescription& scene) {
+void settle_method(const Arguments& arguments, scene::SceneDescription& scene) {
   if (!scene.choose_method) return;
   if (!arguments.choice.empty() && std::filesystem::exists(arguments.choice)) {
     scene.method = read_method_record(scene, arguments.scene, arguments.choice);
-    spdlog::info("method, as recorded: {}", describe(scene.method));
+    spdlog::info("method, as recorded: {}", scene::describe(scene.method));
     return;
   }
   if (arguments.lockstep || arguments.offline)
@@ -176,9 +179,9 @@ void settle_method(const Arguments& arguments, SceneDescription& scene) {
                              ": simulation.solver: value \"auto\": expected --choice FILE with a "
                              "record in virtual time; sim_server --scene FILE --explain --choice "
                              "FILE writes one");
-  const MethodChoice choice = choose(scene);
+  const dynamics::MethodChoice choice = choose(scene);
   scene.method = choice.method;
-  spdlog::info("method chosen: {}; --explain tells why", describe(scene.method));
+  spdlog::info("method chosen: {}; --explain tells why", scene::describe(scene.method));
   if (!choice.keeps_rate)
     spdlog::warn("no method keeps the scene's rate with room to spare: snapshots may be late");
   if (const std::string complaint = target_complaint(choice, scene); !complaint.empty())
@@ -187,32 +190,32 @@ void settle_method(const Arguments& arguments, SceneDescription& scene) {
     write_method_record(choice, scene, arguments.scene, arguments.choice);
 }
 
-int explain_choice(const Arguments& arguments, const SceneDescription& scene) {
-  const MethodChoice choice = choose(scene);
+int explain_choice(const Arguments& arguments, const scene::SceneDescription& scene) {
+  const dynamics::MethodChoice choice = choose(scene);
   std::fputs(explain(choice, scene).c_str(), stdout);
   if (!arguments.choice.empty())
     write_method_record(choice, scene, arguments.scene, arguments.choice);
-  return kDone;
+  return realtime::kDone;
 }
 
-int write_surfaces_of(const Arguments& arguments, const SceneDescription& scene,
-                      const World& world) {
+int write_surfaces_of(const Arguments& arguments, const scene::SceneDescription& scene,
+                      const bodies::World& world) {
   write_surfaces(scene.name, world.spheres.size() + world.static_spheres.size(),
-                 rest_surfaces(scene.bodies, world), arguments.surfaces);
-  return kDone;
+                 bodies::rest_surfaces(scene.bodies, world), arguments.surfaces);
+  return realtime::kDone;
 }
 
 /// Runs the scene; report and final state are written however it ended.
 int run(Arguments& arguments) {
   // While it is held without a segment, haptic_server waits for the scene to be loaded.
-  std::optional<SessionLock> lock;
+  std::optional<publication::SessionLock> lock;
   try {
     if (!arguments.server.session.empty())
       lock.emplace(arguments.server.session, proto::SegmentKind::kScene);
-  } catch (const SegmentError& error) {
-    return fail(error, kCouldNotStart);
+  } catch (const publication::SegmentError& error) {
+    return fail(error, realtime::kCouldNotStart);
   }
-  SceneDescription scene = load_scene(arguments.scene);
+  scene::SceneDescription scene = scene::load_scene(arguments.scene);
   for (const std::string& warning : scene.warnings) spdlog::warn("{}", warning);
   for (const std::string& note : scene.notes) spdlog::info("{}", note);
   if (arguments.rate_hz) scene.period_s = 1.0 / *arguments.rate_hz;
@@ -221,32 +224,34 @@ int run(Arguments& arguments) {
                            : arguments.lockstep ? SimulationClock::kLockstep
                                                 : SimulationClock::kReal;
   for (const auto& file : {arguments.report, arguments.final_state, arguments.surfaces})
-    if (!file.empty()) require_writable(file);
+    if (!file.empty()) files::require_writable(file);
   const bool is_read = std::filesystem::exists(arguments.choice) && !arguments.explain;
-  if (!arguments.choice.empty() && !is_read) require_writable(arguments.choice);
-  if (!arguments.group.empty()) arguments.server.readers = group_named(arguments.group);
-  World world = checked_world(scene, arguments);
+  if (!arguments.choice.empty() && !is_read) files::require_writable(arguments.choice);
+  if (!arguments.group.empty())
+    arguments.server.readers = publication::group_named(arguments.group);
+  bodies::World world = checked_world(scene, arguments);
   if (arguments.explain) return explain_choice(arguments, scene);
   if (!arguments.surfaces.empty()) return write_surfaces_of(arguments, scene, world);
   settle_method(arguments, scene);
-  Simulation simulation(scene, std::move(world));
+  dynamics::Simulation simulation(scene, std::move(world));
   SimulationReport report;
   report.scene = scene.name;
-  report.solver = describe(scene.method);
+  report.solver = scene::describe(scene.method);
   report.rate_hz = 1.0 / scene.period_s;
   if (!arguments.report.empty()) simulation.account_energy();
-  int status = kDone;
+  int status = realtime::kDone;
   // Before, a signal ends the process, which leaves at worst the file of the lock, and it is free.
-  install_stop_signal();
+  realtime::install_stop_signal();
   try {
-    run_simulation(scene, arguments.server, std::move(lock), simulation, report, stop_requested());
-  } catch (const SegmentError& error) {
-    status = fail(error, kCouldNotStart);
+    run_simulation(scene, arguments.server, std::move(lock), simulation, report,
+                   realtime::stop_requested());
+  } catch (const publication::SegmentError& error) {
+    status = fail(error, realtime::kCouldNotStart);
   } catch (const std::domain_error& error) {  // the state is no number
-    status = fail(error, kBadInput);
+    status = fail(error, realtime::kBadInput);
     report.ended_by = error.what();
   } catch (const std::bad_alloc&) {
-    status = fail(std::runtime_error("out of memory"), kCouldNotStart);
+    status = fail(std::runtime_error("out of memory"), realtime::kCouldNotStart);
     report.ended_by = "out of memory";
   }
   if (!arguments.final_state.empty()) write_final_state(simulation.world(), arguments.final_state);
@@ -257,9 +262,9 @@ int run(Arguments& arguments) {
     spdlog::warn("{} of {} steps did not converge; each used its best iterate",
                  report.not_converged, report.steps);
   // In real time the clock may have cut every step short, which is no fault of the method.
-  if (status == kDone && arguments.server.clock != SimulationClock::kReal && report.steps > 0 &&
-      report.not_converged == report.steps)
-    status = kNotConverged;
+  if (status == realtime::kDone && arguments.server.clock != SimulationClock::kReal &&
+      report.steps > 0 && report.not_converged == report.steps)
+    status = realtime::kNotConverged;
   if (report.out_of_budget > 0)
     spdlog::warn("{} of {} steps were out of time or iterations; each ended by one iteration",
                  report.out_of_budget, report.steps);
@@ -269,17 +274,20 @@ int run(Arguments& arguments) {
   return status;
 }
 
-}  // namespace
-}  // namespace stillgrid
-
-int main(int argc, char** argv) {
-  using namespace stillgrid;
+int program_main(int argc, char** argv) {
   CLI::App app(kDescription, "sim_server");
   Arguments arguments;
   add_options(app, arguments);
-  add_version(app, {segment_interface()});
-  return run_program(app, argc, argv, [&] {
-    prepare_log("sim_server");
+  command_line::add_version(app, {command_line::segment_interface()});
+  return command_line::run_program(app, argc, argv, [&] {
+    command_line::prepare_log("sim_server");
     return run(arguments);
   });
+}
+
+}  // namespace
+}  // namespace stillgrid::sim_server
+
+int main(int argc, char** argv) {
+  return stillgrid::sim_server::program_main(argc, argv);
 }

@@ -13,7 +13,7 @@
 
 #include "shared/files/json_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::sim_server {
 namespace {
 
 using Json = nlohmann::json;
@@ -23,21 +23,21 @@ constexpr int kMaxSubsteps = 10000;
 
 /// FNV-1a of a scene file's bytes, and of the spheres and nodes that its meshes were made into, as
 /// hexadecimal digits.
-std::string hash_of(const std::filesystem::path& file, const SceneDescription& scene) {
+std::string hash_of(const std::filesystem::path& file, const scene::SceneDescription& scene) {
   std::ifstream stream(file, std::ios::binary);
   std::uint64_t hash = 0xcbf29ce484222325;
   const auto add = [&](char byte) {
     hash = (hash ^ static_cast<unsigned char>(byte)) * 0x100000001b3;
   };
   for (std::istreambuf_iterator<char> byte(stream), end; byte != end; ++byte) add(*byte);
-  for (const BodyDescription& body : scene.bodies) {
-    for (const Ball& ball : balls_of(body)) {
+  for (const bodies::BodyDescription& body : scene.bodies) {
+    for (const spheres::Ball& ball : bodies::balls_of(body)) {
       std::array<char, 100> text{};  // not the bits: another machine's last digit is another
       std::snprintf(text.data(), text.size(), "%.5g %.5g %.5g %.5g", ball.centre_m.x(),
                     ball.centre_m.y(), ball.centre_m.z(), ball.radius_m);
       for (const char byte : std::string_view(text.data())) add(byte);
     }
-    const SoftLattice* lattice = lattice_of(body);
+    const bodies::SoftLattice* lattice = bodies::lattice_of(body);
     const std::size_t nodes = lattice != nullptr ? lattice->nodes_m.size() : 0;
     for (const char byte : std::to_string(nodes)) add(byte);
   }
@@ -46,14 +46,14 @@ std::string hash_of(const std::filesystem::path& file, const SceneDescription& s
   return digits.data();
 }
 
-Json json_of(const Method& method) {
-  return {{"integrator", name_of(method.integrator)},
-          {"solver", name_of(method.solver)},
+Json json_of(const scene::Method& method) {
+  return {{"integrator", scene::name_of(method.integrator)},
+          {"solver", scene::name_of(method.solver)},
           {"substeps", method.substeps},
           {"tolerance_m_s", method.tolerance_m_s}};
 }
 
-Json json_of(const MethodTrial& trial) {
+Json json_of(const dynamics::MethodTrial& trial) {
   Json json = json_of(trial.method);
   const auto add = [&](const char* key, const std::optional<double>& value) {
     if (value && std::isfinite(*value)) json[key] = *value;
@@ -114,7 +114,7 @@ class Record {
 
 }  // namespace
 
-void write_method_record(const MethodChoice& choice, const SceneDescription& scene,
+void write_method_record(const dynamics::MethodChoice& choice, const scene::SceneDescription& scene,
                          const std::filesystem::path& scene_file,
                          const std::filesystem::path& file) {
   Json json = json_of(choice.method);
@@ -127,22 +127,23 @@ void write_method_record(const MethodChoice& choice, const SceneDescription& sce
   json["meets_target"] = choice.meets_target;
   json["haptic_step_ms"] = choice.haptic_ms;
   json["fits_haptic_rate"] = choice.fits_haptic_rate;
-  for (const MethodTrial& trial : choice.trials) json["trials"].push_back(json_of(trial));
-  write_json(file, json);
+  for (const dynamics::MethodTrial& trial : choice.trials) json["trials"].push_back(json_of(trial));
+  files::write_json(file, json);
 }
 
-Method read_method_record(const SceneDescription& scene, const std::filesystem::path& scene_file,
-                          const std::filesystem::path& file) {
+scene::Method read_method_record(const scene::SceneDescription& scene,
+                                 const std::filesystem::path& scene_file,
+                                 const std::filesystem::path& file) {
   const Record record(file);
   record.require("format", kFormat);
   record.require("scene_hash", hash_of(scene_file, scene));
   record.require("period_s", scene.period_s);
   record.require("error_target_m", scene.error_target_m);
   const double substeps = record.number("substeps", 0.0, kMaxSubsteps, true);
-  return {.integrator = record.choice("integrator", kMethods.integrators),
-          .solver = record.choice("solver", kMethods.solvers),
+  return {.integrator = record.choice("integrator", scene::kMethods.integrators),
+          .solver = record.choice("solver", scene::kMethods.solvers),
           .substeps = static_cast<int>(substeps),
           .tolerance_m_s = record.number("tolerance_m_s", 1e-15, 1e3)};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::sim_server

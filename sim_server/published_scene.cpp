@@ -2,28 +2,29 @@
 
 #include "sim_server/snapshot/sphere_records.hpp"
 
-namespace stillgrid {
+namespace stillgrid::sim_server {
 
-StaticScene static_scene(const SceneDescription& scene, const Simulation& simulation) {
-  const World& world = simulation.world();
-  StaticScene fixed;
+publication::StaticScene static_scene(const scene::SceneDescription& scene,
+                                      const dynamics::Simulation& simulation) {
+  const bodies::World& world = simulation.world();
+  publication::StaticScene fixed;
   fixed.name = scene.name;
   const auto f = [](double value) { return static_cast<float>(value); };
-  for (const ContactMaterial& m : world.materials)
+  for (const collision::ContactMaterial& m : world.materials)
     fixed.materials.push_back(
         {f(m.stiffness_N_per_m), f(m.damping_N_s_per_m), f(m.friction), f(m.slip_speed_m_s)});
-  for (const StaticPlane& plane : world.planes)
+  for (const bodies::StaticPlane& plane : world.planes)
     fixed.planes.push_back({{f(plane.normal.x()), f(plane.normal.y()), f(plane.normal.z())},
                             f(plane.offset_m),
                             static_cast<std::uint32_t>(plane.material),
                             static_cast<std::uint32_t>(plane.body)});
-  for (const ToolSphere& sphere : scene.tool)
+  for (const scene::ToolSphere& sphere : scene.tool)
     fixed.tool.push_back(
         {{f(sphere.position_m.x()), f(sphere.position_m.y()), f(sphere.position_m.z())},
          f(sphere.radius_m)});
   fixed.tool_slip_speed_m_s = f(scene.tool_slip_speed_m_s);
-  fixed.spheres = static_records(world);
-  const DeviceFrame& device = scene.device;
+  fixed.spheres = snapshot::static_records(world);
+  const scene::DeviceFrame& device = scene.device;
   fixed.device = {{device.position_m.x(), device.position_m.y(), device.position_m.z()},
                   {device.orientation.x(), device.orientation.y(), device.orientation.z(),
                    device.orientation.w()},
@@ -31,17 +32,18 @@ StaticScene static_scene(const SceneDescription& scene, const Simulation& simula
   return fixed;
 }
 
-ToolSample sample_of(const proto::ToolState& state) {
+dynamics::ToolSample sample_of(const proto::ToolState& state) {
   const auto& [x, y, z, w] = state.orientation_xyzw;
   return {state.time_ns, Eigen::Vector3d(state.position_m.data()), Eigen::Quaterniond(w, x, y, z),
           Eigen::Vector3d(state.velocity_m_s.data())};
 }
 
-SnapshotTimes times_of(const ScheduledSnapshot& snapshot, const StepReport& step) {
+publication::SnapshotTimes times_of(const ScheduledSnapshot& snapshot,
+                                    const dynamics::StepReport& step) {
   return {.state_ns = snapshot.state_ns,
           .publish_ns = snapshot.publish_ns,
           .tool_ns = step.tool_time_ns,
           .contacts = static_cast<std::uint64_t>(step.contacts)};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::sim_server

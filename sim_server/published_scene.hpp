@@ -6,18 +6,20 @@
 #include "sim_server/lockstep_schedule.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
-namespace stillgrid {
+namespace stillgrid::sim_server {
 
 /// Iterations of a step, on any clock: more than the parts of a step that converges have together.
 inline constexpr int kMaxIterations = 1000;
 
 /// What is published of a scene once, before its first snapshot.
-[[nodiscard]] StaticScene static_scene(const SceneDescription& scene, const Simulation& simulation);
+[[nodiscard]] publication::StaticScene static_scene(const scene::SceneDescription& scene,
+                                                    const dynamics::Simulation& simulation);
 
 /// The tool as the simulation takes it.
-[[nodiscard]] ToolSample sample_of(const proto::ToolState& state);
+[[nodiscard]] dynamics::ToolSample sample_of(const proto::ToolState& state);
 
 /// The stamps of a snapshot of lockstep.
-[[nodiscard]] SnapshotTimes times_of(const ScheduledSnapshot& snapshot, const StepReport& step);
+[[nodiscard]] publication::SnapshotTimes times_of(const ScheduledSnapshot& snapshot,
+                                                  const dynamics::StepReport& step);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::sim_server

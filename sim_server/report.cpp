@@ -8,10 +8,10 @@
 #include "shared/files/json_file.hpp"
 #include "shared/files/whole_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::sim_server {
 namespace {
 
-nlohmann::json percentiles_ms(const Histogram& histogram) {
+nlohmann::json percentiles_ms(const realtime::Histogram& histogram) {
   const auto ms = [](std::uint64_t ns) { return static_cast<double>(ns) * 1e-6; };
   return {{"p50", ms(histogram.percentile(0.5))},
           {"p99", ms(histogram.percentile(0.99))},
@@ -23,7 +23,7 @@ nlohmann::json vector_json(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
 }
 
-nlohmann::json energy_json(const EnergyAccount& account) {
+nlohmann::json energy_json(const dynamics::EnergyAccount& account) {
   return {{"kinetic_J", account.end.kinetic_J},
           {"gravity_J", account.end.gravity_J},
           {"springs_J", account.end.springs_J},
@@ -39,7 +39,7 @@ nlohmann::json energy_json(const EnergyAccount& account) {
 
 }  // namespace
 
-void count_step(SimulationReport& report, const StepReport& step) {
+void count_step(SimulationReport& report, const dynamics::StepReport& step) {
   ++report.steps;
   report.solver_iterations += static_cast<std::uint64_t>(step.solve.iterations);
   report.not_converged += step.solve.converged ? 0 : 1;
@@ -57,12 +57,12 @@ void count_step(SimulationReport& report, const StepReport& step) {
   report.integrate_ns.record(ns(step.integrate));
 }
 
-void count_snapshot(SimulationReport& report, const SnapshotTimes& times) {
+void count_snapshot(SimulationReport& report, const publication::SnapshotTimes& times) {
   ++report.snapshots;
   if (times.tool_ns != 0) report.tool_age_ns.record(times.publish_ns - times.tool_ns);
 }
 
-void write_report(const SimulationReport& report, const World& world,
+void write_report(const SimulationReport& report, const bodies::World& world,
                   const std::filesystem::path& file) {
   const double steps = static_cast<double>(report.steps > 0 ? report.steps : 1);
   nlohmann::json json = {{"scene", report.scene},
@@ -83,12 +83,12 @@ void write_report(const SimulationReport& report, const World& world,
                          {"substeps", static_cast<double>(report.substeps) / steps},
                          {"divided", report.divided},
                          {"crossings_left", report.crossings_left},
-                         {"energy_J", mechanical_energy_J(world)},
+                         {"energy_J", bodies::mechanical_energy_J(world)},
                          {"snapshots", report.snapshots}};
   if (!report.ended_by.empty()) json["ended_by"] = report.ended_by;
   if (report.energy) json["energy"] = energy_json(*report.energy);
-  json["momentum_kg_m_per_s"] = vector_json(momentum_kg_m_per_s(world));
-  json["angular_momentum_kg_m2_per_s"] = vector_json(angular_momentum_kg_m2_per_s(world));
+  json["momentum_kg_m_per_s"] = vector_json(dynamics::momentum_kg_m_per_s(world));
+  json["angular_momentum_kg_m2_per_s"] = vector_json(dynamics::angular_momentum_kg_m2_per_s(world));
   if (report.tool_age_ns.count() > 0) json["tool_age_ms"] = percentiles_ms(report.tool_age_ns);
   if (report.measures_time) {
     json["step_ms"] = percentiles_ms(report.step_ns);
@@ -100,11 +100,11 @@ void write_report(const SimulationReport& report, const World& world,
       json["phases_ms"]["publish"] = percentiles_ms(report.publish_ns);
     }
   }
-  write_json(file, json);
+  files::write_json(file, json);
 }
 
-void write_final_state(const World& world, const std::filesystem::path& file) {
-  write_whole(file, [&](std::ostream& out) {
+void write_final_state(const bodies::World& world, const std::filesystem::path& file) {
+  files::write_whole(file, [&](std::ostream& out) {
     out.precision(std::numeric_limits<double>::max_digits10);
     out << "body,node,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s\n";
     const auto row = [&](const std::string& name, int node, const Eigen::Vector3d& x,
@@ -112,16 +112,16 @@ void write_final_state(const World& world, const std::filesystem::path& file) {
       out << name << ',' << node << ',' << x.x() << ',' << x.y() << ',' << x.z() << ',' << v.x()
           << ',' << v.y() << ',' << v.z() << '\n';
     };
-    for (const BodyRange& body : world.bodies) {
+    for (const bodies::BodyRange& body : world.bodies) {
       for (int i = 0; i < body.node_count; ++i) {
-        const Node& node = world.nodes[static_cast<std::size_t>(body.first_node + i)];
+        const bodies::Node& node = world.nodes[static_cast<std::size_t>(body.first_node + i)];
         row(body.name, i, node.position_m, node.velocity_m_s);
       }
       if (body.rigid < 0) continue;
-      const RigidBody& rigid = world.rigid_bodies[static_cast<std::size_t>(body.rigid)];
+      const bodies::RigidBody& rigid = world.rigid_bodies[static_cast<std::size_t>(body.rigid)];
       row(body.name, 0, rigid.position_m, rigid.velocity_m_s);
     }
   });
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::sim_server

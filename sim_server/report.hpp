@@ -10,7 +10,7 @@
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/dynamics/step/simulation.hpp"
 
-namespace stillgrid {
+namespace stillgrid::sim_server {
 
 /// Counters of a run, for --report.
 struct SimulationReport {
@@ -22,24 +22,24 @@ struct SimulationReport {
   std::uint64_t substeps = 0, divided = 0;  // parts of all steps, and steps of more than one
   std::uint64_t crossings_left = 0, contacts = 0, sleeping_spheres = 0;
   bool measures_time = false;  // lockstep has no wall time to report
-  std::optional<EnergyAccount> energy;
-  Histogram step_ns, detect_ns, respond_ns, integrate_ns, predict_ns, publish_ns;
-  Histogram
+  std::optional<dynamics::EnergyAccount> energy;
+  realtime::Histogram step_ns, detect_ns, respond_ns, integrate_ns, predict_ns, publish_ns;
+  realtime::Histogram
       tool_age_ns;  // of the tool's samples as their snapshots were published, virtual in lockstep
 };
 
-void count_step(SimulationReport& report, const StepReport& step);
+void count_step(SimulationReport& report, const dynamics::StepReport& step);
 
 /// Counts a snapshot that was published.
-void count_snapshot(SimulationReport& report, const SnapshotTimes& times);
+void count_snapshot(SimulationReport& report, const publication::SnapshotTimes& times);
 
 /// Writes the report of docs/formats.md, "Reports". Throws std::runtime_error if the file cannot be
 /// written.
-void write_report(const SimulationReport& report, const World& world,
+void write_report(const SimulationReport& report, const bodies::World& world,
                   const std::filesystem::path& file);
 
 /// Writes `body,node,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s`, a row a node; a rigid body as node 0.
 /// Throws std::runtime_error if the file cannot be written.
-void write_final_state(const World& world, const std::filesystem::path& file);
+void write_final_state(const bodies::World& world, const std::filesystem::path& file);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::sim_server

@@ -13,7 +13,7 @@
 #include "sim_server/lockstep_schedule.hpp"
 #include "sim_server/published_scene.hpp"
 
-namespace stillgrid {
+namespace stillgrid::sim_server {
 namespace {
 
 constexpr std::uint64_t kPeerPatience_ns = 10'000'000'000;
@@ -28,19 +28,20 @@ double to_s(std::uint64_t ns) {
 /// The simulation's side of the session: its own segment, and the tool's as it comes and goes.
 class Session {
  public:
-  Session(const SceneDescription& scene, const ServerOptions& options, SessionLock lock,
-          const Simulation& simulation, proto::Clock clock, std::uint64_t start_ns)
+  Session(const scene::SceneDescription& scene, const ServerOptions& options,
+          publication::SessionLock lock, const dynamics::Simulation& simulation, proto::Clock clock,
+          std::uint64_t start_ns)
       : writer_(std::move(lock), static_scene(scene, simulation), simulation.world().spheres.size(),
-                to_ns(scene.period_s), clock, start_ns, options.readers),
+                realtime::to_ns(scene.period_s), clock, start_ns, options.readers),
         tool_(options.session, proto::SegmentKind::kTool, proto::kToolLayoutHash, clock,
               [clock](const std::string& refusal) {
                 // Lockstep cannot go on without its peer; real time can, until a better one comes.
-                if (clock == proto::Clock::kVirtual) throw SegmentError(refusal);
+                if (clock == proto::Clock::kVirtual) throw publication::SegmentError(refusal);
                 spdlog::warn("{}", refusal);
               }) {}
 
-  [[nodiscard]] std::optional<ToolSample> take_tool() {
-    const ToolView* view = tool_.acquire();
+  [[nodiscard]] std::optional<dynamics::ToolSample> take_tool() {
+    const publication::ToolView* view = tool_.acquire();
     if (view == nullptr || !tool_.writer_alive()) {
       last_tool_.reset();
     } else if (const auto state = view->read()) {
@@ -49,18 +50,18 @@ class Session {
     return last_tool_;
   }
 
-  [[nodiscard]] SceneWriter& writer() noexcept { return writer_; }
-  [[nodiscard]] SegmentWatch<ToolView>& tool() noexcept { return tool_; }
+  [[nodiscard]] publication::SceneWriter& writer() noexcept { return writer_; }
+  [[nodiscard]] publication::SegmentWatch<publication::ToolView>& tool() noexcept { return tool_; }
 
  private:
-  SceneWriter writer_;
-  SegmentWatch<ToolView> tool_;
-  std::optional<ToolSample> last_tool_;
+  publication::SceneWriter writer_;
+  publication::SegmentWatch<publication::ToolView> tool_;
+  std::optional<dynamics::ToolSample> last_tool_;
 };
 
 /// What a step that begins now may cost, if the next is due at deadline_ns.
-Budget budget_until(std::uint64_t deadline_ns, const std::atomic<bool>& stop) {
-  const std::uint64_t now_ns = monotonic_ns();
+dynamics::Budget budget_until(std::uint64_t deadline_ns, const std::atomic<bool>& stop) {
+  const std::uint64_t now_ns = realtime::monotonic_ns();
   const double left_ns = deadline_ns > now_ns ? static_cast<double>(deadline_ns - now_ns) : 0.0;
   return {.iterations = kMaxIterations,
           .deadline = std::chrono::steady_clock::now() +
@@ -68,60 +69,65 @@ Budget budget_until(std::uint64_t deadline_ns, const std::atomic<bool>& stop) {
           .stop = &stop};
 }
 
-void run_offline(const SceneDescription& scene, const ServerOptions& options,
-                 Simulation& simulation, SimulationReport& report, const std::atomic<bool>& stop) {
+void run_offline(const scene::SceneDescription& scene, const ServerOptions& options,
+                 dynamics::Simulation& simulation, SimulationReport& report,
+                 const std::atomic<bool>& stop) {
   std::mt19937_64 random(options.seed);
   std::uniform_real_distribution<double> spread(-options.jitter, options.jitter);
   const double end_s = options.duration_s.value_or(INFINITY);
   while (simulation.world().time_s < end_s - 1e-9 && !stop) {
     const double step_s = scene.period_s * (1.0 + spread(random));
-    const std::uint64_t began_ns = monotonic_ns();
-    const StepReport step = simulation.step(step_s, [] { return std::nullopt; },
-                                            {.iterations = kMaxIterations, .stop = &stop});
+    const std::uint64_t began_ns = realtime::monotonic_ns();
+    const dynamics::StepReport step = simulation.step(
+        step_s, [] { return std::nullopt; }, {.iterations = kMaxIterations, .stop = &stop});
     if (step.stopped) return;
     count_step(report, step);
-    report.step_ns.record(monotonic_ns() - began_ns);
+    report.step_ns.record(realtime::monotonic_ns() - began_ns);
   }
 }
 
-void run_real(const SceneDescription& scene, const ServerOptions& options, SessionLock lock,
-              Simulation& simulation, SimulationReport& report, const std::atomic<bool>& stop) {
-  const std::uint64_t start_ns = monotonic_ns();
+void run_real(const scene::SceneDescription& scene, const ServerOptions& options,
+              publication::SessionLock lock, dynamics::Simulation& simulation,
+              SimulationReport& report, const std::atomic<bool>& stop) {
+  const std::uint64_t start_ns = realtime::monotonic_ns();
   Session session(scene, options, std::move(lock), simulation, proto::Clock::kMonotonic, start_ns);
   session.tool().start();
-  const auto publish = [&](std::uint64_t state_ns, std::uint64_t began_ns, const StepReport& step,
-                           const SnapshotPrediction& prediction) {
-    const std::uint64_t computed_ns = monotonic_ns();
+  const auto publish = [&](std::uint64_t state_ns, std::uint64_t began_ns,
+                           const dynamics::StepReport& step,
+                           const publication::SnapshotPrediction& prediction) {
+    const std::uint64_t computed_ns = realtime::monotonic_ns();
     session.writer().segment().require_whole();
-    const std::uint64_t now_ns = monotonic_ns();
-    const SnapshotTimes times{.state_ns = state_ns,
-                              .publish_ns = now_ns,
-                              .tool_ns = step.tool_time_ns,
-                              .step_ns = now_ns - began_ns,
-                              .contacts = static_cast<std::uint64_t>(step.contacts)};
+    const std::uint64_t now_ns = realtime::monotonic_ns();
+    const publication::SnapshotTimes times{.state_ns = state_ns,
+                                           .publish_ns = now_ns,
+                                           .tool_ns = step.tool_time_ns,
+                                           .step_ns = now_ns - began_ns,
+                                           .contacts = static_cast<std::uint64_t>(step.contacts)};
     session.writer().publish(simulation.snapshot(), times, prediction);
-    report.publish_ns.record(monotonic_ns() - computed_ns);
+    report.publish_ns.record(realtime::monotonic_ns() - computed_ns);
     count_snapshot(report, times);
   };
   publish(start_ns, start_ns, {}, {});
 
-  PeriodicTimer timer(to_ns(scene.period_s));
+  realtime::PeriodicTimer timer(realtime::to_ns(scene.period_s));
   const std::uint64_t end_ns =
-      options.duration_s ? start_ns + to_ns(*options.duration_s) : proto::kNever;
-  while (!stop && monotonic_ns() < end_ns) {
-    const PeriodicTimer::Wake wake = timer.wait(&stop);
+      options.duration_s ? start_ns + realtime::to_ns(*options.duration_s) : proto::kNever;
+  while (!stop && realtime::monotonic_ns() < end_ns) {
+    const realtime::PeriodicTimer::Wake wake = timer.wait(&stop);
     if (stop) break;
     report.late_steps += wake.skipped;
-    const Budget budget = budget_until(wake.deadline_ns + to_ns(scene.period_s), stop);
-    const StepReport step = simulation.step(
+    const dynamics::Budget budget =
+        budget_until(wake.deadline_ns + realtime::to_ns(scene.period_s), stop);
+    const dynamics::StepReport step = simulation.step(
         scene.period_s, [&] { return session.take_tool(); }, budget);
     if (step.stopped) return;
-    const std::uint64_t stepped_ns = monotonic_ns();
-    const SnapshotPrediction prediction = simulation.predict_next(scene.period_s, budget);
-    report.predict_ns.record(monotonic_ns() - stepped_ns);
+    const std::uint64_t stepped_ns = realtime::monotonic_ns();
+    const publication::SnapshotPrediction prediction =
+        simulation.predict_next(scene.period_s, budget);
+    report.predict_ns.record(realtime::monotonic_ns() - stepped_ns);
     publish(wake.deadline_ns, wake.now_ns, step, prediction);
     count_step(report, step);
-    report.step_ns.record(monotonic_ns() - wake.now_ns);
+    report.step_ns.record(realtime::monotonic_ns() - wake.now_ns);
   }
 }
 
@@ -131,45 +137,49 @@ class LockstepPeer {
   LockstepPeer(Session& session, const std::atomic<bool>& stop) : session_(session), stop_(stop) {}
 
   void wait_for_arrival(const std::string& name) {
-    const std::uint64_t give_up_ns = monotonic_ns() + kPeerPatience_ns;
+    const std::uint64_t give_up_ns = realtime::monotonic_ns() + kPeerPatience_ns;
     while (view() == nullptr && !stop_) {
       session_.tool().poll();
-      if (monotonic_ns() > give_up_ns)
-        throw SegmentError("no haptic_server --lockstep in session '" + name + "' after 10 s");
+      if (realtime::monotonic_ns() > give_up_ns)
+        throw publication::SegmentError("no haptic_server --lockstep in session '" + name +
+                                        "' after 10 s");
     }
   }
 
   /// False when stopped.
   bool wait(std::uint64_t proto::SegmentHeader::*promise, std::uint64_t value) {
     const auto word = [&] {
-      return HardwareAtomics::load(view()->reader().live().*promise, std::memory_order_acquire);
+      return double_buffer::HardwareAtomics::load(view()->reader().live().*promise,
+                                                  std::memory_order_acquire);
     };
     const auto still_there = [&] { return view()->reader().writer_alive(); };
-    const WaitResult result = wait_for_promise(word, value, still_there, stop_);
-    if (result == WaitResult::kPeerGone)
-      throw SegmentError("the haptic_server died; lockstep cannot go on without it");
-    return result == WaitResult::kReached;
+    const publication::WaitResult result =
+        publication::wait_for_promise(word, value, still_there, stop_);
+    if (result == publication::WaitResult::kPeerGone)
+      throw publication::SegmentError("the haptic_server died; lockstep cannot go on without it");
+    return result == publication::WaitResult::kReached;
   }
 
-  std::optional<ToolSample> sample() {
+  std::optional<dynamics::ToolSample> sample() {
     const auto state = view()->read();
     if (!state) return std::nullopt;
     return sample_of(*state);
   }
 
  private:
-  const ToolView* view() { return session_.tool().acquire(); }
+  const publication::ToolView* view() { return session_.tool().acquire(); }
 
   Session& session_;
   const std::atomic<bool>& stop_;
 };
 
 void promise(std::uint64_t& word, std::uint64_t time_ns) {
-  HardwareAtomics::store(word, time_ns, std::memory_order_release);
+  double_buffer::HardwareAtomics::store(word, time_ns, std::memory_order_release);
 }
 
-void run_lockstep(const SceneDescription& scene, const ServerOptions& options, SessionLock lock,
-                  Simulation& simulation, SimulationReport& report, const std::atomic<bool>& stop) {
+void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& options,
+                  publication::SessionLock lock, dynamics::Simulation& simulation,
+                  SimulationReport& report, const std::atomic<bool>& stop) {
   Session session(scene, options, std::move(lock), simulation, proto::Clock::kVirtual, 0);
   proto::SegmentHeader& header = session.writer().header();
   LockstepSchedule schedule(scene.period_s, options.jitter, options.seed, options.latency_s);
@@ -181,19 +191,21 @@ void run_lockstep(const SceneDescription& scene, const ServerOptions& options, S
 
   LockstepPeer peer(session, stop);
   peer.wait_for_arrival(options.session);
-  const std::uint64_t end_ns = options.duration_s ? to_ns(*options.duration_s) : proto::kNever;
+  const std::uint64_t end_ns =
+      options.duration_s ? realtime::to_ns(*options.duration_s) : proto::kNever;
   while (snapshot.state_ns <= end_ns) {
     // A sample taken before T_n is complete when the peer's next one lies after it.
     if (stop || !peer.wait(&proto::SegmentHeader::lockstep_sample_ns, snapshot.sample_ns + 1))
       break;
-    const StepReport step = simulation.step(to_s(snapshot.step_ns), [&] { return peer.sample(); },
-                                            {.iterations = kMaxIterations, .stop = &stop});
+    const dynamics::StepReport step =
+        simulation.step(to_s(snapshot.step_ns), [&] { return peer.sample(); },
+                        {.iterations = kMaxIterations, .stop = &stop});
     if (step.stopped) break;
-    const SnapshotPrediction prediction = simulation.predict_next(scene.period_s);
+    const publication::SnapshotPrediction prediction = simulation.predict_next(scene.period_s);
     count_step(report, step);
     session.writer().segment().require_whole();
 
-    const SnapshotTimes times = times_of(snapshot, step);
+    const publication::SnapshotTimes times = times_of(snapshot, step);
     snapshot = schedule.next();
     promise(header.lockstep_sample_ns, snapshot.sample_ns);
     if (!peer.wait(&proto::SegmentHeader::lockstep_event_ns, times.publish_ns)) break;
@@ -207,10 +219,10 @@ void run_lockstep(const SceneDescription& scene, const ServerOptions& options, S
 
 }  // namespace
 
-void run_simulation(const SceneDescription& scene, const ServerOptions& options,
-                    std::optional<SessionLock> lock, Simulation& simulation,
+void run_simulation(const scene::SceneDescription& scene, const ServerOptions& options,
+                    std::optional<publication::SessionLock> lock, dynamics::Simulation& simulation,
                     SimulationReport& report, const std::atomic<bool>& stop) {
-  if (options.cpu && !pin_to_cpu(*options.cpu))
+  if (options.cpu && !realtime::pin_to_cpu(*options.cpu))
     spdlog::warn("running without processor {}: there is none of that number for us", *options.cpu);
   report.measures_time = options.clock != SimulationClock::kLockstep;
   switch (options.clock) {
@@ -223,4 +235,4 @@ void run_simulation(const SceneDescription& scene, const ServerOptions& options,
   }
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::sim_server

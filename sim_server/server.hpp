@@ -13,7 +13,7 @@
 #include "sim_server/report.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
-namespace stillgrid {
+namespace stillgrid::sim_server {
 
 enum class SimulationClock {
   kReal,      // steps at their deadlines on CLOCK_MONOTONIC
@@ -36,8 +36,8 @@ struct ServerOptions {
 /// lock: of the session's scene segment; none offline.
 ///
 /// Throws SegmentError if memory is short, or if a lockstep peer does not come or dies.
-void run_simulation(const SceneDescription& scene, const ServerOptions& options,
-                    std::optional<SessionLock> lock, Simulation& simulation,
+void run_simulation(const scene::SceneDescription& scene, const ServerOptions& options,
+                    std::optional<publication::SessionLock> lock, dynamics::Simulation& simulation,
                     SimulationReport& report, const std::atomic<bool>& stop);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::sim_server

@@ -7,23 +7,24 @@
 #include "shared/files/json_number.hpp"
 #include "shared/files/whole_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::sim_server {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json point_json(const SurfacePoint& point) {
+Json point_json(const bodies::SurfacePoint& point) {
   Json spheres = Json::array(), weights = Json::array();
   for (std::size_t i = 0; i < static_cast<std::size_t>(point.count); ++i) {
     spheres.push_back(point.spheres[i]);
-    weights.push_back(json_number::number(static_cast<float>(point.weights[i])));
+    weights.push_back(files::json_number::number(static_cast<float>(point.weights[i])));
   }
   return {{"spheres", std::move(spheres)}, {"weights", std::move(weights)}};
 }
 
-Json surface_json(const BodySurface& surface) {
+Json surface_json(const bodies::BodySurface& surface) {
   Json json{{"body", surface.body}, {"vertices", Json::array()}};
-  for (const SurfacePoint& point : surface.vertices) json["vertices"].push_back(point_json(point));
+  for (const bodies::SurfacePoint& point : surface.vertices)
+    json["vertices"].push_back(point_json(point));
   const bool is_lines = surface.triangles.empty();
   Json& faces = json[is_lines ? "lines" : "triangles"] = Json::array();
   for (const Eigen::Vector3i& t : surface.triangles) faces.push_back({t.x(), t.y(), t.z()});
@@ -34,14 +35,15 @@ Json surface_json(const BodySurface& surface) {
 }  // namespace
 
 void write_surfaces(const std::string& scene, std::size_t sphere_count,
-                    std::span<const BodySurface> surfaces, const std::filesystem::path& file) {
+                    std::span<const bodies::BodySurface> surfaces,
+                    const std::filesystem::path& file) {
   const auto text = [](const Json& json) {
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
   };
-  write_whole(file, [&](std::ostream& out) {
+  files::write_whole(file, [&](std::ostream& out) {
     out << "{\"scene\":" << text(scene) << ",\"spheres\":" << sphere_count << ",\"bodies\":[";
     const char* separator = "\n";
-    for (const BodySurface& surface : surfaces) {
+    for (const bodies::BodySurface& surface : surfaces) {
       out << separator << text(surface_json(surface));
       separator = ",\n";
     }
@@ -49,4 +51,4 @@ void write_surfaces(const std::string& scene, std::size_t sphere_count,
   });
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::sim_server

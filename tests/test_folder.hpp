@@ -7,7 +7,7 @@
 #include <string>
 #include <system_error>
 
-namespace stillgrid {
+namespace stillgrid::tests {
 
 /// A folder of a test's own, gone afterwards.
 struct TestFolder {
@@ -32,4 +32,4 @@ struct TestFolder {
   std::filesystem::path path;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::tests

@@ -10,7 +10,7 @@
 #include "haptic_server/device/driver_text.hpp"
 #include "haptic_server/device/negotiation.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device {
 namespace {
 
 constexpr std::size_t kLongestErrorLine = 1024;
@@ -177,4 +177,4 @@ void Device::require(std::int32_t code, const std::string& step) const {
               step + ": " + error_line(code));
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device

@@ -9,7 +9,7 @@
 #include "haptic_server/device/device_spec.hpp"
 #include "proto/device_plugin.h"
 
-namespace stillgrid {
+namespace stillgrid::device {
 
 /// How the host will call the device.
 struct DeviceLoop {
@@ -91,4 +91,4 @@ class Device {
   std::atomic<bool> is_stopped_ = false;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device

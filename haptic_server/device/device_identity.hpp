@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace stillgrid {
+namespace stillgrid::device {
 
 /// Which device this is, in the driver's words; empty where it did not say. One line of UTF-8 each.
 struct DeviceIdentity {
@@ -10,4 +10,4 @@ struct DeviceIdentity {
   std::string driver;  // name and version of the driver itself
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device

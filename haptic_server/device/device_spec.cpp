@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <system_error>
 
-namespace stillgrid {
+namespace stillgrid::device {
 namespace {
 
 namespace fs = std::filesystem;
@@ -88,4 +88,4 @@ std::filesystem::path find_device_plugin(const std::string& plugin) {
   refuse(plugin, "a path to a .so, or a plugin installed in " + searched);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::device {
 
 /// What went wrong before the loops started; the value is the program's exit status.
 enum class DeviceFailure : int {
@@ -54,4 +54,4 @@ struct DeviceSpec {
 /// Throws DeviceError (kBadInput) when there is no such file.
 [[nodiscard]] std::filesystem::path find_device_plugin(const std::string& plugin);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device

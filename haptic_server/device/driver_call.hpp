@@ -6,7 +6,7 @@
 
 #include "proto/device_plugin.h"
 
-namespace stillgrid {
+namespace stillgrid::device {
 
 /// The code of a call to a driver. It is asked never to let an exception out; one that does must
 /// not take us along: STILLGRID_DEVICE_E_IO.
@@ -35,4 +35,4 @@ struct Fenced {
   }
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device

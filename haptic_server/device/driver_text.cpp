@@ -5,7 +5,7 @@
 #include <cstring>
 #include <string_view>
 
-namespace stillgrid {
+namespace stillgrid::device {
 namespace {
 
 /// The bytes of the character that text begins with, 0 where it is none (RFC 3629: neither overlong
@@ -45,4 +45,4 @@ std::string line_of(const char* text, std::size_t most_bytes) {
   return line;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device

@@ -9,7 +9,7 @@
 #include "haptic_server/device/driver_text.hpp"
 #include "proto/device_plugin.h"
 
-namespace stillgrid {
+namespace stillgrid::device {
 namespace {
 
 struct LogOwner {
@@ -49,4 +49,4 @@ void set_log_owner(const std::string& plugin) {
   owner.plugin = plugin;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device

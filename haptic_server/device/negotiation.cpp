@@ -9,7 +9,7 @@
 #include "haptic_server/device/driver_text.hpp"
 #include "haptic_server/device/host_extensions.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device {
 namespace {
 
 stillgrid_device_negotiate_fn load_negotiator(const std::string& plugin) {
@@ -75,4 +75,4 @@ stillgrid_device_api negotiate_device(const std::string& plugin, const DeviceLoo
   return api;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device

@@ -6,7 +6,7 @@
 #include "haptic_server/device/device_spec.hpp"
 #include "proto/device_plugin.h"
 
-namespace stillgrid {
+namespace stillgrid::device {
 
 /// Loads the plugin for good (its code may go on running in a thread of its own) and agrees on a
 /// version. Every function of the table up to strerror is there; what an older driver does not know
@@ -23,4 +23,4 @@ namespace stillgrid {
 [[noreturn]] void fail_device(DeviceFailure failure, const std::string& plugin,
                               const std::string& line);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device

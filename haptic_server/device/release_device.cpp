@@ -8,7 +8,7 @@
 
 #include "haptic_server/device/negotiation.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device {
 namespace {
 
 constexpr auto kLongestStop = std::chrono::milliseconds(100);
@@ -36,4 +36,4 @@ void release_device(const DeviceSpec& spec, const DeviceLoop& loop, ReleaseWay w
                 "deactivate: " + device->error_line(code));
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device

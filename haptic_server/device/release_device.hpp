@@ -3,7 +3,7 @@
 #include "haptic_server/device/device_host.hpp"
 #include "haptic_server/device/device_spec.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device {
 
 /// What is called on a device once it is open; a driver that cannot bear one of these calls may
 /// bear the others. Each leaves zero force by the contract of drivers.
@@ -19,4 +19,4 @@ enum class ReleaseWay {
 /// For a process that does nothing else: a driver may crash, hang or end it. Throws DeviceError.
 void release_device(const DeviceSpec& spec, const DeviceLoop& loop, ReleaseWay way);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::devices {
 namespace {
 
 // A Blackman window over so many zeros of the sinc to either side blurs its edge by 0.17 of the
@@ -85,4 +85,4 @@ TrajectoryCurve band_limited(const TrajectoryCurve& curve, double tick_s) {
   return limited;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

@@ -2,7 +2,7 @@
 
 #include "haptic_server/devices/trajectory_curve.hpp"
 
-namespace stillgrid {
+namespace stillgrid::devices {
 
 /// The curve without what is too fast for its knots or for the ticks that read it.
 ///
@@ -14,4 +14,4 @@ namespace stillgrid {
 /// Pre: the invariants of TrajectoryCurve; tick_s > 0.
 [[nodiscard]] TrajectoryCurve band_limited(const TrajectoryCurve& curve, double tick_s);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

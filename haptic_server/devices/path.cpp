@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-namespace stillgrid {
+namespace stillgrid::devices {
 namespace {
 
 /// A scalar and its derivative in time.
@@ -97,4 +97,4 @@ MotionPoint path_at(const Path& path, double time_s) noexcept {
   return point;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

@@ -6,7 +6,7 @@
 
 #include "haptic_server/devices/trajectory_curve.hpp"
 
-namespace stillgrid {
+namespace stillgrid::devices {
 
 /// How the hand means to move. z points up.
 enum class PathKind {
@@ -40,4 +40,4 @@ struct Path {
 /// Pre: period_s > 0; a recorded path has a knot; time_s is not NaN.
 [[nodiscard]] MotionPoint path_at(const Path& path, double time_s) noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

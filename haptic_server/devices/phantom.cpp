@@ -17,7 +17,7 @@
 #include "haptic_server/devices/plugin_options.hpp"
 #include "haptic_server/devices/plugin_support.hpp"
 
-namespace stillgrid {
+namespace stillgrid::devices {
 namespace {
 
 /// A numeric option, and the setting it takes the place of.
@@ -283,9 +283,9 @@ class PhantomDriver {
 };
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::devices
 
 extern "C" std::int32_t stillgrid_device_negotiate(const stillgrid_host_info* host,
                                                    stillgrid_device_api* out) {
-  return stillgrid::PluginAdapter<stillgrid::PhantomDriver>::negotiate(host, out);
+  return stillgrid::devices::PluginAdapter<stillgrid::devices::PhantomDriver>::negotiate(host, out);
 }

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::devices {
 namespace {
 
 /// 1 + e . u of a shaft: twice the squared cosine of half the angle from -z.
@@ -71,4 +71,4 @@ std::optional<Eigen::Vector3d> unfit_point_m(const Path& path, const Eigen::Vect
   return std::nullopt;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

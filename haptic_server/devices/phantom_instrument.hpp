@@ -6,7 +6,7 @@
 
 #include "haptic_server/devices/path.hpp"
 
-namespace stillgrid {
+namespace stillgrid::devices {
 
 /// The nearest that a path may bring the handle of an instrument to its pivot.
 inline constexpr double kLeastInstrument_m = 0.02;
@@ -56,4 +56,4 @@ struct Instrument {
 [[nodiscard]] std::optional<Eigen::Vector3d> unfit_point_m(const Path& path,
                                                            const Eigen::Vector3d& pivot_m);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

@@ -3,7 +3,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace stillgrid {
+namespace stillgrid::devices {
 namespace {
 
 /// exp(rate * duration) for the motion of one axis under a held force:
@@ -184,4 +184,4 @@ Eigen::Vector3d read_encoders(PhantomModel& model) noexcept {
   return read_m;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

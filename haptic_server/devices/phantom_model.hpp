@@ -9,7 +9,7 @@
 
 #include "haptic_server/devices/path.hpp"
 
-namespace stillgrid {
+namespace stillgrid::devices {
 
 /// What a device is. Its motors are taken to compensate gravity.
 struct PhantomProfile {
@@ -110,4 +110,4 @@ void advance_phantom(PhantomModel& model, std::uint64_t substeps) noexcept;
 /// Realtime: as command_force().
 [[nodiscard]] Eigen::Vector3d read_encoders(PhantomModel& model) noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

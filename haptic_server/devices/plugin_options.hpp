@@ -14,7 +14,7 @@
 #include "haptic_server/devices/trajectory_curve.hpp"
 #include "shared/files/old_names.hpp"
 
-namespace stillgrid {
+namespace stillgrid::devices {
 
 /// Throws the one line that an option's bad value deserves.
 [[noreturn]] inline void refuse_option(std::string_view key, std::string_view value,
@@ -52,7 +52,7 @@ class OptionNames {
  public:
   /// Today's name. Throws as refuse_option() where the option was given by its other name before.
   std::string_view key_of(std::string_view given, std::string_view value) {
-    const std::string_view key = name_of_today(kOldDeviceOptions, given);
+    const std::string_view key = files::name_of_today(files::kOldDeviceOptions, given);
     const auto [first, is_new] = given_.try_emplace(std::string(key), given);
     if (!is_new && first->second != given)
       refuse_option(given, value, first->second + " alone, which is the same option");
@@ -112,4 +112,4 @@ struct RecordingOptions {
                     options.knot_spacing_s, tick_s);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

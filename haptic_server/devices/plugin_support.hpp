@@ -16,7 +16,7 @@
 
 #include "proto/device_plugin.h"
 
-namespace stillgrid {
+namespace stillgrid::devices {
 
 /// Lines for the user, where the host prints any. Thread: any but the real-time one.
 struct HostLog {
@@ -291,4 +291,4 @@ struct PluginAdapter {
   }
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

@@ -11,7 +11,7 @@
 #include "haptic_server/devices/plugin_support.hpp"
 #include "haptic_server/devices/trajectory_curve.hpp"
 
-namespace stillgrid {
+namespace stillgrid::devices {
 namespace {
 
 /// How long a hand takes from the recording's end back to its start: at most 0.2 m/s and 2 rad/s,
@@ -146,9 +146,9 @@ class ReplayDriver {
 };
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::devices
 
 extern "C" std::int32_t stillgrid_device_negotiate(const stillgrid_host_info* host,
                                                    stillgrid_device_api* out) {
-  return stillgrid::PluginAdapter<stillgrid::ReplayDriver>::negotiate(host, out);
+  return stillgrid::devices::PluginAdapter<stillgrid::devices::ReplayDriver>::negotiate(host, out);
 }

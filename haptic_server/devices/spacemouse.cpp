@@ -10,7 +10,7 @@
 #include "haptic_server/devices/spacemouse_client.hpp"
 #include "haptic_server/devices/spacemouse_motion.hpp"
 
-namespace stillgrid {
+namespace stillgrid::devices {
 namespace {
 
 /// A 3D mouse for people at a desk: its cap steers the tool. It has no motors, so that forces are
@@ -104,9 +104,10 @@ class SpacemouseDriver {
 };
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::devices
 
 extern "C" std::int32_t stillgrid_device_negotiate(const stillgrid_host_info* host,
                                                    stillgrid_device_api* out) {
-  return stillgrid::PluginAdapter<stillgrid::SpacemouseDriver>::negotiate(host, out);
+  return stillgrid::devices::PluginAdapter<stillgrid::devices::SpacemouseDriver>::negotiate(host,
+                                                                                            out);
 }

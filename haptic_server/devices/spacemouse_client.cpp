@@ -11,7 +11,7 @@
 #include <csignal>
 #include <ctime>
 
-namespace stillgrid {
+namespace stillgrid::devices {
 namespace {
 
 /// While it lives this thread and those it starts take no signals; one of a broken pipe is lost.
@@ -146,4 +146,4 @@ void SpacemouseClient::let_go() noexcept {
   buttons_.store(0, std::memory_order_release);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

@@ -8,7 +8,7 @@
 
 #include "haptic_server/devices/plugin_support.hpp"
 
-namespace stillgrid {
+namespace stillgrid::devices {
 
 /// The connection to spacenavd, the daemon that reads the mouse: a thread of its own takes the
 /// events and leaves the newest state where the haptic loop reads it without a lock or a call.
@@ -78,4 +78,4 @@ class SpacemouseClient {
   std::thread thread_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

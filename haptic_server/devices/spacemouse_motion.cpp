@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace stillgrid {
+namespace stillgrid::devices {
 namespace {
 
 /// Three of the counts as a share of full deflection, device axes, its norm at most one.
@@ -31,4 +31,4 @@ void steer(SteeredPose& pose, const CapCounts& counts, const SpacemouseSettings&
   pose.orientation = (turn * pose.orientation).normalized();
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <array>
 
-namespace stillgrid {
+namespace stillgrid::devices {
 
 /// What a SpaceMouse's cap shows: x, y, z, rx, ry, rz in the daemon's counts.
 using CapCounts = std::array<int, 6>;
@@ -36,4 +36,4 @@ struct SteeredPose {
 void steer(SteeredPose& pose, const CapCounts& counts, const SpacemouseSettings& settings,
            double duration_s) noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

@@ -10,7 +10,7 @@
 
 #include "haptic_server/devices/number.hpp"
 
-namespace stillgrid {
+namespace stillgrid::devices {
 namespace {
 
 [[noreturn]] void refuse_value(const CsvRow& row, const std::string& column, std::string_view value,
@@ -142,4 +142,4 @@ Trajectory read_trajectory(const std::string& file, const TrajectoryOptions& opt
   return trajectory;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

@@ -7,7 +7,7 @@
 
 #include "haptic_server/devices/trajectory_columns.hpp"
 
-namespace stillgrid {
+namespace stillgrid::devices {
 
 /// A motion as it was recorded, one sample a row, in the recording's frame after scale and
 /// offset.
@@ -42,4 +42,4 @@ struct TrajectoryOptions {
 [[nodiscard]] Trajectory read_trajectory(const std::string& file,
                                          const TrajectoryOptions& options = {});
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

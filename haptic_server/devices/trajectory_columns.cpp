@@ -6,7 +6,7 @@
 
 #include "haptic_server/devices/number.hpp"
 
-namespace stillgrid {
+namespace stillgrid::devices {
 namespace {
 
 constexpr std::array<std::string_view, 3> kAxisNames = {"x_m", "y_m", "z_m"};
@@ -129,4 +129,4 @@ AxisMap parse_axis_map(std::string_view text) {
   return map;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::devices {
 
 /// A column of the file, and what one of its units is in metres.
 struct MappedColumn {
@@ -64,4 +64,4 @@ struct TrajectoryColumns {
 [[noreturn]] void refuse_column(const CsvRow& row, const std::string& column,
                                 const std::string& fault);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

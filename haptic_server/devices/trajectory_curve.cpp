@@ -6,7 +6,7 @@
 
 #include "haptic_server/devices/band_limit.hpp"
 
-namespace stillgrid {
+namespace stillgrid::devices {
 namespace {
 
 constexpr double kLongestStale_s = 0.05;  // a sensor slower than 20 Hz is taken for a rest
@@ -147,4 +147,4 @@ Eigen::Quaterniond orientation_at(const TrajectoryCurve& curve, double time_s,
   return curve.orientation[i].slerp(fraction, curve.orientation[i + 1]).normalized();
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

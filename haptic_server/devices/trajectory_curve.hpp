@@ -7,7 +7,7 @@
 
 #include "haptic_server/devices/trajectory.hpp"
 
-namespace stillgrid {
+namespace stillgrid::devices {
 
 /// How a recording is evaluated between its samples.
 enum class Resampling {
@@ -76,4 +76,4 @@ struct MotionPoint {
 [[nodiscard]] Eigen::Quaterniond orientation_at(const TrajectoryCurve& curve, double time_s,
                                                 CurveCursor& cursor) noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

@@ -8,7 +8,7 @@
 #include <cstring>
 #include <stdexcept>
 
-namespace stillgrid {
+namespace stillgrid::recording {
 
 LineFile::LineFile(const std::filesystem::path& file)
     : descriptor_(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666)) {
@@ -52,4 +52,4 @@ std::uint64_t LineFile::end() noexcept {
   return static_cast<std::uint64_t>(std::count(waiting_.begin(), waiting_.end(), '\n'));
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::recording

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace stillgrid {
+namespace stillgrid::recording {
 
 /// A text file that grows by lines, whatever becomes of the disk under it.
 ///
@@ -44,4 +44,4 @@ class LineFile {
   std::size_t half_line_bytes_ = 0;  // at the file's end
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::recording

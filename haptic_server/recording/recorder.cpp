@@ -11,7 +11,7 @@
 
 #include "haptic_server/safety/safety_flag.hpp"
 
-namespace stillgrid {
+namespace stillgrid::recording {
 namespace {
 
 constexpr std::size_t kRingRows = 16384;  // 16 s at 1 kHz
@@ -57,10 +57,10 @@ void append_row(const TickRow& row, std::string& line) {
   append(line, row.age_s);
   append(line, row.tick_ns);
   const char* separator = "";
-  for (std::size_t i = 0; i < kSafetyFlagNames.size(); ++i) {
+  for (std::size_t i = 0; i < safety::kSafetyFlagNames.size(); ++i) {
     if ((row.flags & (1U << i)) == 0) continue;
     line += separator;
-    line += kSafetyFlagNames[i];
+    line += safety::kSafetyFlagNames[i];
     separator = "|";
   }
   line += ',';
@@ -140,4 +140,4 @@ int Recorder::write_rows() {
   return 0;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::recording

@@ -13,7 +13,7 @@
 #include "haptic_server/recording/line_file.hpp"
 #include "shared/realtime/spsc_ring.hpp"
 
-namespace stillgrid {
+namespace stillgrid::recording {
 
 /// One tick as recorded; docs/formats.md, "Recorded trajectories". Scene frame, SI units.
 struct TickRow {
@@ -77,10 +77,10 @@ class Recorder {
   std::filesystem::path path_;
   LineFile file_;
   std::string line_;
-  SpscRing<TickRow> ring_;
+  realtime::SpscRing<TickRow> ring_;
   std::atomic<std::uint64_t> lost_ = 0;
   std::atomic<bool> is_failing_ = false;
   std::jthread thread_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::recording

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 namespace {
 
 double farthest_N(const TouchedSpheres& touched, std::span<const PlacedToolSphere> tool) {
@@ -76,4 +76,4 @@ double solve_compliance(const proto::SceneHeader& scene, const ToolPush& push,
   return at_N;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

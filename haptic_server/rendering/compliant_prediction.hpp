@@ -7,7 +7,7 @@
 #include "haptic_server/rendering/touched_spheres.hpp"
 #include "proto/scene_segment.hpp"
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 
 /// Of a tool sphere's radius: no sphere gives way farther in a tick, for beyond its centre the tool
 /// is on the other side, where a push draws.
@@ -38,4 +38,4 @@ void apply_compliance(TouchedSpheres& touched, double change_N) noexcept;
                                       double change_N, double tolerance_N,
                                       TouchedSpheres& touched) noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

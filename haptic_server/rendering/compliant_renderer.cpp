@@ -7,7 +7,7 @@
 #include "haptic_server/rendering/compliant_prediction.hpp"
 #include "shared/display/stamps.hpp"
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 namespace {
 
 /// Of a period of prediction: over which a shift is ramped out.
@@ -26,7 +26,7 @@ constexpr double kFarthest_m = 1.0;
 
 /// What is left at now_ns of what is ramped out from began_ns on.
 double left(std::uint64_t began_ns, double duration_s, std::uint64_t now_ns) {
-  const double since_s = seconds_between(began_ns, now_ns);
+  const double since_s = display::seconds_between(began_ns, now_ns);
   return since_s < duration_s ? 1.0 - since_s / duration_s : 0.0;
 }
 
@@ -90,7 +90,7 @@ ToolForce CompliantRenderer::solve(const TickScene& scene, Display& display) noe
 void CompliantRenderer::lead_on(const TickScene& scene) noexcept {
   if (led_on_) return;
   touched_->drop_swept();
-  const double tick_s = std::min(seconds_between(tick_ns_, scene.now_ns), 1e-2);
+  const double tick_s = std::min(display::seconds_between(tick_ns_, scene.now_ns), 1e-2);
   for (std::size_t i = 0; i < touched_->count; ++i)
     touched_->spheres[i].position_m += tick_s * touched_->spheres[i].velocity_m_s;
   ToolForce force = solve(scene, shown_);
@@ -103,7 +103,7 @@ void CompliantRenderer::lead_on(const TickScene& scene) noexcept {
 /// Shifts the next display so that it shows what the tool touches where the last one showed it, on
 /// average over the contacts by their depth.
 void CompliantRenderer::continue_from(const TickScene& scene, const proto::SnapshotHeader& latest,
-                                      const GridView& moving) noexcept {
+                                      const collision::GridView& moving) noexcept {
   const ToolPush push = tool_push(latest);
   next_.change_N =
       push_ahead_N(scene.fixed(), *touched_, tool_, scene.pose, push.direction) - push.force_N;
@@ -130,12 +130,12 @@ void CompliantRenderer::continue_from(const TickScene& scene, const proto::Snaps
 }
 
 void CompliantRenderer::gather(const TickScene& scene, const proto::SnapshotHeader& latest,
-                               const GridView& moving) noexcept {
+                               const collision::GridView& moving) noexcept {
   const bool is_switch =
       reader().has_snapshot() && latest.snapshot_id != reader().snapshot().snapshot_id;
   if (is_switch) lead_on(scene);
   next_ = shown_;
-  next_.weights = snapshot_weights(transition_, {}, latest, scene.now_ns);
+  next_.weights = display::snapshot_weights(transition_, {}, latest, scene.now_ns);
   next_.shift_s = shift_duration_s(latest);
   if (is_switch) continue_from(scene, latest, moving);
   fresh_->clear();
@@ -145,7 +145,7 @@ void CompliantRenderer::gather(const TickScene& scene, const proto::SnapshotHead
                  tool_, *fresh_);
 }
 
-void CompliantRenderer::show(const TickScene& scene, const SnapshotLook& look,
+void CompliantRenderer::show(const TickScene& scene, const publication::SnapshotLook& look,
                              RenderedTick& tick) noexcept {
   const std::uint64_t now_ns = scene.now_ns;
   ToolForce force;
@@ -183,4 +183,4 @@ void CompliantRenderer::show(const TickScene& scene, const SnapshotLook& look,
   add(tick.force, force);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

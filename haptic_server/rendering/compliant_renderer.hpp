@@ -9,7 +9,7 @@
 #include "haptic_server/rendering/renderer.hpp"
 #include "haptic_server/rendering/touched_spheres.hpp"
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 
 /// Renders the force of a transition whose spheres give way: the newest snapshot led on by the
 /// simulation's own next step, for the hand where it is now (docs/algorithms/predict.md).
@@ -21,18 +21,19 @@ namespace stillgrid {
 class CompliantRenderer final : public Renderer {
  public:
   /// Pre: law_of(transition).gives_way.
-  explicit CompliantRenderer(Transition transition = Transition::kPredict)
+  explicit CompliantRenderer(display::Transition transition = display::Transition::kPredict)
       : transition_(transition) {}
 
  private:
   void prepare(const TickScene& scene, bool is_other) noexcept override;
   void gather(const TickScene& scene, const proto::SnapshotHeader& latest,
-              const GridView& moving) noexcept override;
-  void show(const TickScene& scene, const SnapshotLook& look, RenderedTick& tick) noexcept override;
+              const collision::GridView& moving) noexcept override;
+  void show(const TickScene& scene, const publication::SnapshotLook& look,
+            RenderedTick& tick) noexcept override;
 
   /// A snapshot as it is displayed, and what it is ramped out with.
   struct Display {
-    SnapshotWeights weights;
+    display::SnapshotWeights weights;
     std::uint64_t began_ns = 0;                            // the first tick that displayed it
     double change_N = 0.0;                                 // as the last tick solved it
     Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();     // when it came
@@ -47,9 +48,9 @@ class CompliantRenderer final : public Renderer {
   [[nodiscard]] ToolForce solve(const TickScene& scene, Display& display) noexcept;
   void lead_on(const TickScene& scene) noexcept;
   void continue_from(const TickScene& scene, const proto::SnapshotHeader& latest,
-                     const GridView& moving) noexcept;
+                     const collision::GridView& moving) noexcept;
 
-  Transition transition_;
+  display::Transition transition_;
   Display shown_;              // of the last accepted snapshot
   Display next_;               // being gathered
   std::uint64_t tick_ns_ = 0;  // of the last tick
@@ -63,4 +64,4 @@ class CompliantRenderer final : public Renderer {
   std::optional<ToolForce> led_on_;  // of what was displayed a tick ago; where it was asked for
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

@@ -1,6 +1,6 @@
 #include "haptic_server/rendering/placed_tool.hpp"
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 
 std::span<PlacedToolSphere> place_tool(const proto::SceneHeader& scene, const ToolPose& pose,
                                        ToolSpheres& placed) noexcept {
@@ -14,9 +14,9 @@ std::span<PlacedToolSphere> place_tool(const proto::SceneHeader& scene, const To
 }
 
 DisplayedMotion held_snapshot(std::size_t age) noexcept {
-  SnapshotWeights weights;
+  display::SnapshotWeights weights;
   weights.position[age] = 1.0;
   return {weights, weights};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

@@ -8,7 +8,7 @@
 #include "haptic_server/rendering/touched_spheres.hpp"
 #include "proto/scene_segment.hpp"
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 
 using ToolSpheres = std::array<PlacedToolSphere, proto::kMaxToolSpheres>;
 
@@ -47,4 +47,4 @@ class ToolSweep {
 /// The snapshot numbered `snapshot` in the history (0: the newest), held.
 [[nodiscard]] DisplayedMotion held_snapshot(std::size_t age) noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

@@ -4,7 +4,7 @@
 #include "haptic_server/rendering/snapshot_renderer.hpp"
 #include "shared/display/stamps.hpp"
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 
 proto::DisplayedSnapshot displayed_snapshot(const RenderedTick& tick,
                                             std::uint64_t scene_epoch) noexcept {
@@ -30,32 +30,32 @@ ToolForce TickScene::force_of(const TouchedSpheres& touched,
   return tool_force(fixed(), touched, tool, pose);
 }
 
-RenderedTick Renderer::render(const SceneView& scene, const ToolPose& pose,
+RenderedTick Renderer::render(const publication::SceneView& scene, const ToolPose& pose,
                               std::uint64_t now_ns) noexcept {
   const TickScene tick_scene{scene, pose, now_ns};
   prepare(tick_scene, reader_.turn_to(scene));
-  const SnapshotLook look =
-      reader_.look(scene, [&](const proto::SnapshotHeader& latest, const GridView& moving) {
+  const publication::SnapshotLook look = reader_.look(
+      scene, [&](const proto::SnapshotHeader& latest, const collision::GridView& moving) {
         gather(tick_scene, latest, moving);
       });
   RenderedTick tick;
-  tick.contended = look.status == ReadStatus::kContended;
+  tick.contended = look.status == double_buffer::ReadStatus::kContended;
   // No force, not even of planes: they are shown from the first snapshot on.
   if (!reader_.has_snapshot()) return tick;
   const proto::SnapshotHeader& snapshot = reader_.snapshot();
   tick.snapshot_id = snapshot.snapshot_id;
   tick.is_new = look.is_new;
   tick.contended = !look.accepted();
-  tick.age_s = seconds_between(snapshot.state_time_ns[0], now_ns);
-  tick.snapshot_age_s = seconds_between(snapshot.publish_time_ns[0], now_ns);
+  tick.age_s = display::seconds_between(snapshot.state_time_ns[0], now_ns);
+  tick.snapshot_age_s = display::seconds_between(snapshot.publish_time_ns[0], now_ns);
   tick.weights = held_snapshot(0).now;
   show(tick_scene, look, tick);
   return tick;
 }
 
-std::unique_ptr<Renderer> make_renderer(Transition transition) {
-  if (law_of(transition).gives_way) return std::make_unique<CompliantRenderer>(transition);
+std::unique_ptr<Renderer> make_renderer(display::Transition transition) {
+  if (display::law_of(transition).gives_way) return std::make_unique<CompliantRenderer>(transition);
   return std::make_unique<SnapshotRenderer>(transition);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

@@ -12,7 +12,7 @@
 #include "shared/publication/scene_segment.hpp"
 #include "shared/publication/snapshot_reader.hpp"
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 
 /// What one tick rendered.
 struct RenderedTick {
@@ -28,7 +28,7 @@ struct RenderedTick {
   // model adds so that the hand does not feel it (the rest of `predict`) is left out of both.
   std::optional<double> switch_jump_N;
   // Where its spheres were displayed; of a model that displays none, the snapshot as it is.
-  SnapshotWeights weights;
+  display::SnapshotWeights weights;
   double force_change_N = 0.0;                        // times each sphere's compliance
   Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  // of all
 };
@@ -39,7 +39,7 @@ struct RenderedTick {
 
 /// One tick to render: the scene, the tool in it, and the instant on the clock of its stamps.
 struct TickScene {
-  const SceneView& view;
+  const publication::SceneView& view;
   const ToolPose& pose;
   std::uint64_t now_ns;
 
@@ -70,11 +70,11 @@ class Renderer {
   /// The force on the tool at now_ns, on the clock of the scene's stamps. Where the latest snapshot
   /// cannot be read what the last good one left stands; before the first there is no force.
   /// Realtime: wait-free, allocates nothing.
-  [[nodiscard]] RenderedTick render(const SceneView& scene, const ToolPose& pose,
+  [[nodiscard]] RenderedTick render(const publication::SceneView& scene, const ToolPose& pose,
                                     std::uint64_t now_ns) noexcept;
 
  protected:
-  [[nodiscard]] const SnapshotReader& reader() const noexcept { return reader_; }
+  [[nodiscard]] const publication::SnapshotReader& reader() const noexcept { return reader_; }
 
  private:
   /// Places the tool, before the scene is looked at. is_other: than the tick before; nothing that
@@ -82,15 +82,15 @@ class Renderer {
   virtual void prepare(const TickScene& scene, bool is_other) noexcept = 0;
   /// Copies what the tick needs of the latest snapshot, as of SnapshotReader::look().
   virtual void gather(const TickScene& scene, const proto::SnapshotHeader& latest,
-                      const GridView& moving) noexcept = 0;
+                      const collision::GridView& moving) noexcept = 0;
   /// Takes over what was gathered, if it counts, and sums the force. tick: what the look came to is
   /// filled in.
-  virtual void show(const TickScene& scene, const SnapshotLook& look,
+  virtual void show(const TickScene& scene, const publication::SnapshotLook& look,
                     RenderedTick& tick) noexcept = 0;
 
-  SnapshotReader reader_;
+  publication::SnapshotReader reader_;
 };
 
-[[nodiscard]] std::unique_ptr<Renderer> make_renderer(Transition transition);
+[[nodiscard]] std::unique_ptr<Renderer> make_renderer(display::Transition transition);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 
 void SnapshotRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
   if (is_other) {
@@ -14,26 +14,27 @@ void SnapshotRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
 }
 
 void SnapshotRenderer::gather(const TickScene& scene, const proto::SnapshotHeader& latest,
-                              const GridView& moving) noexcept {
+                              const collision::GridView& moving) noexcept {
   const proto::SnapshotHeader& last = reader().snapshot();
   const bool is_first = !reader().has_snapshot();
   const std::uint64_t later = latest.snapshot_id - last.snapshot_id;
-  next_.memory = is_first     ? at_first_snapshot()
+  next_.memory = is_first     ? display::at_first_snapshot()
                  : later == 0 ? shown_.memory
-                              : after_switch(transition_, shown_.memory, last, latest);
-  next_.weights = snapshot_weights(transition_, next_.memory, latest, scene.now_ns);
-  const SnapshotWeights before =
-      is_first ? next_.weights : in_later_snapshot(shown_.weights, later);
+                              : display::after_switch(transition_, shown_.memory, last, latest);
+  next_.weights = display::snapshot_weights(transition_, next_.memory, latest, scene.now_ns);
+  const display::SnapshotWeights before =
+      is_first ? next_.weights : display::in_later_snapshot(shown_.weights, later);
   fresh_->clear();
   gather_touched(moving, {next_.weights, before}, tool_, *fresh_);
   is_switch_ = !is_first && later == 1;
   before_switch_.clear();
   if (!is_switch_) return;
-  const SnapshotWeights old = snapshot_weights(transition_, shown_.memory, last, scene.now_ns);
-  gather_touched(moving, {in_later_snapshot(old, 1), before}, tool_, before_switch_);
+  const display::SnapshotWeights old =
+      display::snapshot_weights(transition_, shown_.memory, last, scene.now_ns);
+  gather_touched(moving, {display::in_later_snapshot(old, 1), before}, tool_, before_switch_);
 }
 
-void SnapshotRenderer::show(const TickScene& scene, const SnapshotLook& look,
+void SnapshotRenderer::show(const TickScene& scene, const publication::SnapshotLook& look,
                             RenderedTick& tick) noexcept {
   if (look.accepted()) {
     shown_ = next_;
@@ -55,4 +56,4 @@ void SnapshotRenderer::show(const TickScene& scene, const SnapshotLook& look,
   sweep_.end();  // what a contended tick did not look at the next one sweeps
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

@@ -6,7 +6,7 @@
 #include "haptic_server/rendering/renderer.hpp"
 #include "haptic_server/rendering/touched_spheres.hpp"
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 
 /// Renders the scene's force from its snapshots: the paper's intermediate model, with every
 /// transition that displays sums of them.
@@ -15,19 +15,20 @@ namespace stillgrid {
 class SnapshotRenderer final : public Renderer {
  public:
   /// Pre: !law_of(transition).gives_way.
-  explicit SnapshotRenderer(Transition transition) : transition_(transition) {}
+  explicit SnapshotRenderer(display::Transition transition) : transition_(transition) {}
 
  private:
   void prepare(const TickScene& scene, bool is_other) noexcept override;
   void gather(const TickScene& scene, const proto::SnapshotHeader& latest,
-              const GridView& moving) noexcept override;
-  void show(const TickScene& scene, const SnapshotLook& look, RenderedTick& tick) noexcept override;
+              const collision::GridView& moving) noexcept override;
+  void show(const TickScene& scene, const publication::SnapshotLook& look,
+            RenderedTick& tick) noexcept override;
 
   struct Display {
-    TransitionMemory memory;
-    SnapshotWeights weights;
+    display::TransitionMemory memory;
+    display::SnapshotWeights weights;
   };
-  Transition transition_;
+  display::Transition transition_;
   Display shown_;           // of the last accepted snapshot, as it was displayed
   Display next_;            // being gathered, as are
   bool is_switch_ = false;  // from the snapshot right before it
@@ -39,4 +40,4 @@ class SnapshotRenderer final : public Renderer {
   std::span<const PlacedToolSphere> tool_;  // of this tick
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

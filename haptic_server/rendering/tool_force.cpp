@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 
 ToolContact contact_with(const TouchedSphere& sphere, const PlacedToolSphere& probe) noexcept {
   const Eigen::Vector3d line_m = probe.position_m - sphere.position_m;
@@ -19,21 +19,23 @@ ToolContact contact_with(const proto::Plane& plane, const PlacedToolSphere& prob
           probe.position_m - probe.radius_m * normal, Eigen::Vector3d::Zero()};
 }
 
-ContactMaterial contact_material(const proto::SceneHeader& scene, std::uint32_t material) noexcept {
+collision::ContactMaterial contact_material(const proto::SceneHeader& scene,
+                                            std::uint32_t material) noexcept {
   const proto::Material& m = scene.materials[material];
-  return tool_material({m.stiffness_N_per_m, m.damping_N_s_per_m, m.friction, m.slip_speed_m_s},
-                       scene.tool_slip_speed_m_s);
+  return collision::tool_material(
+      {m.stiffness_N_per_m, m.damping_N_s_per_m, m.friction, m.slip_speed_m_s},
+      scene.tool_slip_speed_m_s);
 }
 
-void add_contact(ToolForce& sum, const ContactMaterial& material, const ToolContact& contact,
-                 const ToolPose& pose, double presence) noexcept {
+void add_contact(ToolForce& sum, const collision::ContactMaterial& material,
+                 const ToolContact& contact, const ToolPose& pose, double presence) noexcept {
   if (!(contact.depth_m > 0.0)) return;
   const Eigen::Vector3d lever_m = contact.point_m - pose.position_m;
   const Eigen::Vector3d velocity_m_s =
       pose.velocity_m_s + pose.angular_velocity_rad_s.cross(lever_m);
   const Eigen::Vector3d force_N =
-      presence * contact_force_N(material, contact.depth_m, contact.normal,
-                                 velocity_m_s - contact.touched_velocity_m_s);
+      presence * collision::contact_force_N(material, contact.depth_m, contact.normal,
+                                            velocity_m_s - contact.touched_velocity_m_s);
   sum.force_N += force_N;
   sum.torque_N_m += lever_m.cross(force_N);
   sum.stiffness_N_per_m +=
@@ -78,11 +80,11 @@ ToolForce tool_force(const proto::SceneHeader& scene, const TouchedSpheres& touc
   ToolForce sum = sphere_force(scene, touched, tool, pose);
   for (std::uint32_t i = 0; i < scene.plane_count; ++i) {
     const proto::Plane& plane = scene.planes[i];
-    const ContactMaterial material = contact_material(scene, plane.material);
+    const collision::ContactMaterial material = contact_material(scene, plane.material);
     for (const PlacedToolSphere& probe : tool)
       add_contact(sum, material, contact_with(plane, probe), pose);
   }
   return sum;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

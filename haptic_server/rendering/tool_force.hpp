@@ -8,7 +8,7 @@
 #include "proto/scene_segment.hpp"
 #include "shared/collision/contact_law.hpp"
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 
 /// The tool in the scene, for one tick.
 struct ToolPose {
@@ -43,15 +43,15 @@ struct ToolContact {
 
 /// The constants of the tool's contact with that material. Realtime: yes.
 /// Pre: material < scene.material_count.
-[[nodiscard]] ContactMaterial contact_material(const proto::SceneHeader& scene,
-                                               std::uint32_t material) noexcept;
+[[nodiscard]] collision::ContactMaterial contact_material(const proto::SceneHeader& scene,
+                                                          std::uint32_t material) noexcept;
 
 /// Adds the share `presence` of a contact's force by the contact law; without overlap nothing.
 ///
 /// Damper and friction see the velocity of the tool at the point of contact, its rotation included,
 /// and the touched body's own. Realtime: yes.
-void add_contact(ToolForce& sum, const ContactMaterial& material, const ToolContact& contact,
-                 const ToolPose& pose, double presence = 1.0) noexcept;
+void add_contact(ToolForce& sum, const collision::ContactMaterial& material,
+                 const ToolContact& contact, const ToolPose& pose, double presence = 1.0) noexcept;
 
 /// Sums the contact law over touched spheres; the simulation uses the same law.
 ///
@@ -71,4 +71,4 @@ void add_contact(ToolForce& sum, const ContactMaterial& material, const ToolCont
                                    std::span<const PlacedToolSphere> tool,
                                    const ToolPose& pose) noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

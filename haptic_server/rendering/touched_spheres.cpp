@@ -7,19 +7,21 @@
 #include "shared/collision/grid_query.hpp"
 #include "shared/display/displayed.hpp"
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 namespace {
 
 /// Where the weights alone display a sphere of the grid.
-DisplayedSphere displayed(const GridView& grid, std::uint32_t sphere, const RecordLine& line,
-                          const SnapshotWeights& weights) {
-  return displayed(line, weights, [&] { return load_record(grid, sphere); });
+display::DisplayedSphere displayed(const collision::GridView& grid, std::uint32_t sphere,
+                                   const collision::RecordLine& line,
+                                   const display::SnapshotWeights& weights) {
+  return display::displayed(line, weights, [&] { return collision::load_record(grid, sphere); });
 }
 
 /// Displays a sphere that some snapshot lacks by those it is in.
-void show_where_present(const GridView& grid, std::uint32_t sphere, const SnapshotWeights& weights,
-                        TouchedSphere& touch) {
-  const DisplayedSphere shown = displayed_where_present(load_record(grid, sphere), weights);
+void show_where_present(const collision::GridView& grid, std::uint32_t sphere,
+                        const display::SnapshotWeights& weights, TouchedSphere& touch) {
+  const display::DisplayedSphere shown =
+      display::displayed_where_present(collision::load_record(grid, sphere), weights);
   touch.position_m = shown.position_m;
   touch.velocity_m_s = shown.velocity_m_s;
   touch.presence = shown.presence;
@@ -31,14 +33,14 @@ constexpr double kShortSweep = 0.5;
 
 /// A ball that the tool sphere did not leave since the tick before, seen by what is displayed up
 /// to room_m from where its cover is.
-SweptBound bound_tool_sweep(const PlacedToolSphere& probe, double room_m) {
+collision::SweptBound bound_tool_sweep(const PlacedToolSphere& probe, double room_m) {
   const double moved_m2 = (probe.position_m - probe.before_m).squaredNorm();
   const double short_m = kShortSweep * probe.radius_m;
   // Written so that a NaN takes the simple side.
   if (!(moved_m2 > short_m * short_m))
-    return bound_sphere(probe.position_m,
-                        probe.radius_m + room_m + (moved_m2 > 0.0 ? std::sqrt(moved_m2) : 0.0));
-  return bound_sweep(probe.before_m, probe.position_m, probe.radius_m + room_m);
+    return collision::bound_sphere(
+        probe.position_m, probe.radius_m + room_m + (moved_m2 > 0.0 ? std::sqrt(moved_m2) : 0.0));
+  return collision::bound_sweep(probe.before_m, probe.position_m, probe.radius_m + room_m);
 }
 
 /// The line from the sphere to the tool when they were closest, if they moved far past one another
@@ -65,12 +67,12 @@ std::optional<Eigen::Vector3d> closest_line_m(const Eigen::Vector3d& before_m,
 
 }  // namespace
 
-Eigen::Vector3d displayed_m(const GridView& grid, std::uint32_t number,
-                            const SnapshotWeights& weights,
+Eigen::Vector3d displayed_m(const collision::GridView& grid, std::uint32_t number,
+                            const display::SnapshotWeights& weights,
                             const CompliantDisplay& compliant_display) noexcept {
-  const RecordLine line = load_line(grid, number);
+  const collision::RecordLine line = collision::load_line(grid, number);
   return displayed(grid, number, line, weights).position_m + compliant_display.shift_m +
-         compliant_display.change_N * compliance_m_per_N(line, weights);
+         compliant_display.change_N * display::compliance_m_per_N(line, weights);
 }
 
 void TouchedSpheres::drop_swept() noexcept {
@@ -80,7 +82,7 @@ void TouchedSpheres::drop_swept() noexcept {
   count = static_cast<std::size_t>(last - spheres.begin());
 }
 
-void gather_touched(const GridView& grid, const DisplayedMotion& shown,
+void gather_touched(const collision::GridView& grid, const DisplayedMotion& shown,
                     std::span<const PlacedToolSphere> tool, TouchedSpheres& touched) noexcept {
   const CompliantDisplay& compliant_display = shown.compliant_display;
   const double room_m = compliant_display.shift_m.norm() +
@@ -88,11 +90,11 @@ void gather_touched(const GridView& grid, const DisplayedMotion& shown,
                             compliant_display.max_m_per_N;
   for (std::uint32_t i = 0; i < tool.size(); ++i) {
     const PlacedToolSphere& probe = tool[i];
-    const bool truncated = for_each_candidate(
+    const bool truncated = collision::for_each_candidate(
         grid, bound_tool_sweep(probe, room_m), kMaxVisits, [&](std::uint32_t sphere) {
-          const RecordLine line = load_line(grid, sphere);
-          const DisplayedSphere now = displayed(grid, sphere, line, shown.now);
-          const Eigen::Vector3d own_m_per_N = compliance_m_per_N(line, shown.now);
+          const collision::RecordLine line = collision::load_line(grid, sphere);
+          const display::DisplayedSphere now = displayed(grid, sphere, line, shown.now);
+          const Eigen::Vector3d own_m_per_N = display::compliance_m_per_N(line, shown.now);
           const Eigen::Vector3d yielded_m =
               compliant_display.shift_m + compliant_display.change_N * own_m_per_N;
           TouchedSphere touch{now.position_m + yielded_m,
@@ -103,7 +105,7 @@ void gather_touched(const GridView& grid, const DisplayedMotion& shown,
                               false,
                               sphere,
                               own_m_per_N,
-                              is_compliant(line)};
+                              display::is_compliant(line)};
           const double contact_distance_m = probe.radius_m + touch.radius_m;
           const double wanted_m =
               contact_distance_m + compliant_display.slack_N * own_m_per_N.norm();
@@ -116,7 +118,7 @@ void gather_touched(const GridView& grid, const DisplayedMotion& shown,
             show_where_present(grid, sphere, shown.now, touch);
             if (!is_within(contact_distance_m)) return;
           } else if (!is_touched) {
-            const DisplayedSphere before = displayed(grid, sphere, line, shown.before);
+            const display::DisplayedSphere before = displayed(grid, sphere, line, shown.before);
             const auto closest_m = closest_line_m(probe.before_m - before.position_m - yielded_m,
                                                   probe.position_m - touch.position_m,
                                                   contact_distance_m, probe.radius_m);
@@ -135,4 +137,4 @@ void gather_touched(const GridView& grid, const DisplayedMotion& shown,
   }
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

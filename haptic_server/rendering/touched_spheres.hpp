@@ -9,7 +9,7 @@
 #include "shared/collision/voxel_grid.hpp"
 #include "shared/display/transition.hpp"
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 
 /// A sphere of the tool, placed in the scene for one tick.
 struct PlacedToolSphere {
@@ -69,15 +69,15 @@ struct CompliantDisplay {
 
 /// How a grid's spheres are displayed in this tick, and were in the tick before.
 struct DisplayedMotion {
-  SnapshotWeights now;
-  SnapshotWeights before;
+  display::SnapshotWeights now;
+  display::SnapshotWeights before;
   CompliantDisplay compliant_display = {};
 };
 
 /// Where sphere `number` of a grid is displayed. Realtime: safe on words that change or lie.
 /// Pre: number < grid.shape.sphere_count.
-[[nodiscard]] Eigen::Vector3d displayed_m(const GridView& grid, std::uint32_t number,
-                                          const SnapshotWeights& weights,
+[[nodiscard]] Eigen::Vector3d displayed_m(const collision::GridView& grid, std::uint32_t number,
+                                          const display::SnapshotWeights& weights,
                                           const CompliantDisplay& compliant_display) noexcept;
 
 /// Adds to `touched` the spheres of a grid that overlap the tool where `shown` displays them, or
@@ -91,7 +91,7 @@ struct DisplayedMotion {
 /// the others, and not swept. Realtime: wait-free, allocates nothing. Safe on words that change or
 /// lie; what was gathered counts only once the read was accepted, and only finite overlaps are
 /// kept.
-void gather_touched(const GridView& grid, const DisplayedMotion& shown,
+void gather_touched(const collision::GridView& grid, const DisplayedMotion& shown,
                     std::span<const PlacedToolSphere> tool, TouchedSpheres& touched) noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 namespace {
 
 constexpr double kTimeConstant_s = 0.005;
@@ -44,4 +44,4 @@ Eigen::Vector3d AngularVelocityEstimator::update(std::uint64_t time_ns,
   return velocity_rad_s_;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 
 /// Velocity of the tool from its positions alone, for drivers' own estimates are often wrong:
 /// the slopes between samples through a first-order low-pass of 5 ms.
@@ -44,4 +44,4 @@ class AngularVelocityEstimator {
   Eigen::Vector3d velocity_rad_s_ = Eigen::Vector3d::Zero();
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

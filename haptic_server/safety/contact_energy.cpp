@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace stillgrid {
+namespace stillgrid::safety {
 namespace {
 
 constexpr double kReturn_s = 1.0;
@@ -61,4 +61,4 @@ double ContactEnergy::share(const Wrench& rendered, const Eigen::Matrix3d& stiff
   return left_J() > 0.0 ? left_J() / wanted_J : 0.0;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

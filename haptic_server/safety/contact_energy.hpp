@@ -5,7 +5,7 @@
 #include "haptic_server/safety/energy_observer.hpp"
 #include "haptic_server/safety/wrench.hpp"
 
-namespace stillgrid {
+namespace stillgrid::safety {
 
 /// Holds what a contact gives back to what it took: no limit makes energy.
 ///
@@ -49,4 +49,4 @@ class ContactEnergy {
   double rendered_J_ = 0.0, commanded_J_ = 0.0;  // given since the contact began
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace stillgrid {
+namespace stillgrid::safety {
 namespace {
 
 constexpr double kUndeclaredForce_N = 40.0;
@@ -37,4 +37,4 @@ SafetyLimits safety_limits(const SafetyOptions& options,
   return limits;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

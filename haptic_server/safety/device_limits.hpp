@@ -5,7 +5,7 @@
 #include "haptic_server/safety/safety_chain.hpp"
 #include "proto/device_plugin.h"
 
-namespace stillgrid {
+namespace stillgrid::safety {
 
 /// What a user asks of the chain; nothing: what the device declares.
 struct SafetyOptions {
@@ -24,4 +24,4 @@ struct SafetyOptions {
 [[nodiscard]] SafetyLimits safety_limits(const SafetyOptions& options,
                                          const stillgrid_device_descriptor& device);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace stillgrid {
+namespace stillgrid::safety {
 namespace {
 
 constexpr double kFarthest_m = 10.0;
@@ -108,4 +108,4 @@ std::optional<DeviceReading> DeviceReadingCheck::check(const stillgrid_device_st
                        (state.valid & STILLGRID_STATE_BUTTONS) != 0 ? state.buttons : 0U};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

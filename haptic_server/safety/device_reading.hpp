@@ -10,7 +10,7 @@
 #include "haptic_server/safety/safety_flag.hpp"
 #include "proto/device_plugin.h"
 
-namespace stillgrid {
+namespace stillgrid::safety {
 
 /// What a device said, as far as it is believed; device frame.
 struct DeviceReading {
@@ -72,4 +72,4 @@ class DeviceReadingCheck {
   std::uint64_t fresh_ns_ = 0;  // the tick that saw this sequence first
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace stillgrid {
+namespace stillgrid::safety {
 
 double work_J(const Wrench& held, const DeviceMotion& motion) noexcept {
   return held.force_N.dot(motion.moved_m) + held.torque_N_m.dot(motion.turned_rad);
@@ -13,4 +13,4 @@ void observe(HandEnergy& account, const Wrench& held, const DeviceMotion& motion
   account.most_given_J = std::max(account.most_given_J, account.given_J);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

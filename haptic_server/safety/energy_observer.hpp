@@ -4,7 +4,7 @@
 
 #include "haptic_server/safety/wrench.hpp"
 
-namespace stillgrid {
+namespace stillgrid::safety {
 
 /// How the device moved in a tick: of the tool's origin in the device's own scale, and the rotation
 /// about it as axis times angle; both in the axes of the forces. Zero where it is not known.
@@ -30,4 +30,4 @@ struct HandEnergy {
 /// hold and of the other sign: it never shows one (docs/algorithms/passivity.md). Realtime: yes.
 void observe(HandEnergy& account, const Wrench& held, const DeviceMotion& motion) noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace stillgrid {
+namespace stillgrid::safety {
 
 double ForceBudget::limit_N(double max_force_N) const noexcept {
   constexpr double kWarm = 0.8;
@@ -18,4 +18,4 @@ void ForceBudget::spend(double force_N, double elapsed_s) noexcept {
   heat_N2_ += -std::expm1(-elapsed_s / time_constant_s_) * (force_N * force_N - heat_N2_);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

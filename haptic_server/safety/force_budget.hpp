@@ -1,6 +1,6 @@
 #pragma once
 
-namespace stillgrid {
+namespace stillgrid::safety {
 
 /// What the motors bear: more than their continuous force only for as long as their heat allows.
 ///
@@ -26,4 +26,4 @@ class ForceBudget {
   double heat_N2_ = 0.0;  // filtered square of the force
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

@@ -26,7 +26,7 @@
 
 #include "shared/realtime/exit_status.hpp"
 
-namespace stillgrid {
+namespace stillgrid::safety {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -137,7 +137,7 @@ End outlive(pid_t child, const GuardedState& state, const sigset_t& awaited) {
     std::fprintf(stderr, "haptic_server: %s: while its motors were released: %s\n",
                  program.subject.c_str(), error.what());
   }
-  ::_exit(kDone);
+  ::_exit(realtime::kDone);
 }
 
 /// Whether one of the ways was gone to its end, in time.
@@ -175,11 +175,12 @@ std::string cause(const End& end, const GuardedState& state) {
 }
 
 int exit_status(const End& end, const GuardedState& state) {
-  if (was_killed_here(end)) return kDeviceFault;
-  if (WIFSIGNALED(end.status)) return kSignalled + WTERMSIG(end.status);
+  if (was_killed_here(end)) return realtime::kDeviceFault;
+  if (WIFSIGNALED(end.status)) return realtime::kSignalled + WTERMSIG(end.status);
   const int status = WEXITSTATUS(end.status);
-  const bool was_meant = status == state.end_status && !(status == kDone && state.has_motors);
-  return was_meant ? status : kDeviceFault;
+  const bool was_meant =
+      status == state.end_status && !(status == realtime::kDone && state.has_motors);
+  return was_meant ? status : realtime::kDeviceFault;
 }
 
 /// Above the loop's own priority; without the right to it, as any other process.
@@ -227,4 +228,4 @@ int run_guarded(const GuardedProgram& program) {
   return status;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

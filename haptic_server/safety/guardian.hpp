@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::safety {
 
 /// What the process that holds a device lets its guardian know, in memory that both share.
 ///
@@ -46,4 +46,4 @@ struct GuardedProgram {
 /// Throws std::system_error if there is no process to be had.
 [[nodiscard]] int run_guarded(const GuardedProgram& program);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

@@ -5,7 +5,7 @@
 
 #include "haptic_server/safety/wrench.hpp"
 
-namespace stillgrid {
+namespace stillgrid::safety {
 
 /// Where a device may be told a force, device frame. An axis with min >= max has no edge.
 struct Workspace {
@@ -46,4 +46,4 @@ inline bool limit_drive(Eigen::Vector3d& force_N, const Eigen::Vector3d& velocit
   return true;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace stillgrid {
+namespace stillgrid::safety {
 
 Eigen::Vector3d PassivityController::damp(HandEnergy& account, const DeviceMotion& motion,
                                           double tick_s, std::uint32_t& flags) noexcept {
@@ -19,4 +19,4 @@ Eigen::Vector3d PassivityController::damp(HandEnergy& account, const DeviceMotio
   return added_N_;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

@@ -6,7 +6,7 @@
 #include "haptic_server/safety/energy_observer.hpp"
 #include "haptic_server/safety/safety_flag.hpp"
 
-namespace stillgrid {
+namespace stillgrid::safety {
 
 /// Takes back the energy that a held force has given, by a damper on the device's own motion.
 ///
@@ -33,4 +33,4 @@ class PassivityController {
   Eigen::Vector3d added_N_ = Eigen::Vector3d::Zero();  // in the tick before
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

@@ -6,7 +6,7 @@
 
 #include "haptic_server/safety/slew_limit.hpp"
 
-namespace stillgrid {
+namespace stillgrid::safety {
 namespace {
 
 constexpr double kFade_s = 0.1;
@@ -127,4 +127,4 @@ Wrench SafetyChain::apply(const SafetyInput& input, std::uint32_t& flags) noexce
   return commanded_;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

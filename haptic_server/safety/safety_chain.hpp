@@ -14,7 +14,7 @@
 #include "haptic_server/safety/stiffness_governor.hpp"
 #include "haptic_server/safety/wrench.hpp"
 
-namespace stillgrid {
+namespace stillgrid::safety {
 
 /// What a chain holds a device to. Infinite: no such limit; of the first there always is one.
 struct SafetyLimits {
@@ -101,4 +101,4 @@ class SafetyChain {
   Wrench commanded_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

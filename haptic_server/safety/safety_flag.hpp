@@ -2,11 +2,11 @@
 
 #include "proto/safety_flag.hpp"
 
-namespace stillgrid {
+namespace stillgrid::safety {
 
 using proto::kDeviceReasonMask;
 using proto::kSafetyFlagNames;
 using proto::SafetyFlag;
 using enum proto::SafetyFlag;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

@@ -5,7 +5,7 @@
 
 #include "haptic_server/safety/wrench.hpp"
 
-namespace stillgrid {
+namespace stillgrid::safety {
 
 /// Shortens a wrench so that it grows and turns by no more than step_N since the last one; whether
 /// it had to.
@@ -30,4 +30,4 @@ inline bool limit_slew(Wrench& next, const Wrench& last, double step_N, double l
   return true;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

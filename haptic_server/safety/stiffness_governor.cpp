@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
-namespace stillgrid {
+namespace stillgrid::safety {
 namespace {
 
 constexpr double kFall_s = 0.01;
@@ -30,4 +30,4 @@ double StiffnessGovernor::share(const Eigen::Matrix3d& stiffness_N_per_m, bool i
   return share_;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

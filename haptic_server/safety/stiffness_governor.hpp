@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-namespace stillgrid {
+namespace stillgrid::safety {
 
 /// Keeps the stiffness of all contacts together within what a device can render.
 ///
@@ -26,4 +26,4 @@ class StiffnessGovernor {
   double share_ = 1.0;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

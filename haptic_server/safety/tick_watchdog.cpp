@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace stillgrid {
+namespace stillgrid::safety {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -103,4 +103,4 @@ void TickWatchdog::keep_watch(const std::stop_token& end) {
   }
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

@@ -8,7 +8,7 @@
 #include <mutex>
 #include <thread>
 
-namespace stillgrid {
+namespace stillgrid::safety {
 
 /// Sees a loop that no longer ticks, and a driver that does not come back, from threads of its own.
 ///
@@ -78,4 +78,4 @@ class TickWatchdog {
   std::jthread stopping_, watching_;  // last: joined before what they use is gone
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace stillgrid {
+namespace stillgrid::safety {
 
 /// A force and its moment about the tool's origin.
 struct Wrench {
@@ -47,4 +47,4 @@ inline bool shorten(Wrench& wrench, double limit_N, double lever_m) noexcept {
   return true;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace stillgrid {
+namespace stillgrid::collision {
 namespace {
 
 double harmonic_mean(double a, double b) noexcept {
@@ -45,4 +45,4 @@ Eigen::Vector3d contact_force_N(const ContactMaterial& material, double depth_m,
   return normal_load_N * normal + friction_force_N(material, normal_load_N, slip_m_s);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::collision

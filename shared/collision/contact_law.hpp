@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-namespace stillgrid {
+namespace stillgrid::collision {
 
 /// The constants of one contact.
 struct ContactMaterial {
@@ -44,4 +44,4 @@ struct ContactMaterial {
     const ContactMaterial& material, double depth_m, const Eigen::Vector3d& normal,
     const Eigen::Vector3d& relative_velocity_m_s) noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::collision

@@ -10,7 +10,7 @@
 
 #include "shared/collision/voxel_grid.hpp"
 
-namespace stillgrid {
+namespace stillgrid::collision {
 
 /// The voxel that holds a coordinate. Monotone, saturating. Realtime: yes.
 [[nodiscard]] inline std::int32_t voxel_index(float coordinate_m,
@@ -73,10 +73,10 @@ struct CellBlock {
 }
 
 [[nodiscard]] inline SweptBound load_bound(const GridView& view, std::size_t i) noexcept {
-  return load_struct<SweptBound>(view.words + view.layout.swept_bounds + 2 * i);
+  return double_buffer::load_struct<SweptBound>(view.words + view.layout.swept_bounds + 2 * i);
 }
 [[nodiscard]] inline std::uint32_t load_number(const GridView& view, std::size_t i) noexcept {
-  return load_u32(view.words + view.layout.numbers, i);
+  return double_buffer::load_u32(view.words + view.layout.numbers, i);
 }
 
 /// The first cache line of a SphereRecord: all that a tick needs which leads the newest snapshot
@@ -93,11 +93,11 @@ static_assert(sizeof(RecordLine) == 64);
   return view.layout.records + std::size_t{sphere} * (sizeof(proto::SphereRecord) / 8);
 }
 [[nodiscard]] inline RecordLine load_line(const GridView& view, std::uint32_t sphere) noexcept {
-  return load_struct<RecordLine>(view.words + record_word(view, sphere));
+  return double_buffer::load_struct<RecordLine>(view.words + record_word(view, sphere));
 }
 [[nodiscard]] inline proto::SphereRecord load_record(const GridView& view,
                                                      std::uint32_t sphere) noexcept {
-  return load_struct<proto::SphereRecord>(view.words + record_word(view, sphere));
+  return double_buffer::load_struct<proto::SphereRecord>(view.words + record_word(view, sphere));
 }
 
 /// Whether two swept bounds meet. Swept bounds are rounded outwards by more than this test rounds.
@@ -129,7 +129,8 @@ struct VisitBudget {
                                     const SweptBound& probe) noexcept {
   const auto load = [&](std::size_t swept_bound) {
     const std::uint64_t* words = swept_bounds + 2 * swept_bound;
-    return std::bit_cast<Float4>(Long2{load_word(words, 0), load_word(words, 1)});
+    return std::bit_cast<Float4>(
+        Long2{double_buffer::load_word(words, 0), double_buffer::load_word(words, 1)});
   };
   const Float4 a = load(i), b = load(i + 1), c = load(i + 2), d = load(i + 3);
   const Float4 xy_ab = __builtin_shufflevector(a, b, 0, 4, 1, 5);
@@ -154,8 +155,9 @@ template <class Visit>
 void visit_run(const GridView& view, std::size_t first_cell, std::size_t end_cell,
                const SweptBound& probe, VisitBudget& budget, Visit& visit) {
   const std::uint64_t* starts = view.words + view.layout.cell_starts;
-  const std::uint32_t first = load_u32(starts, first_cell);
-  const std::uint32_t end = std::min(load_u32(starts, end_cell), view.shape.sphere_count);
+  const std::uint32_t first = double_buffer::load_u32(starts, first_cell);
+  const std::uint32_t end =
+      std::min(double_buffer::load_u32(starts, end_cell), view.shape.sphere_count);
   if (first >= end) return;
   const std::uint32_t left = budget.left;
   const std::uint32_t stop = budget.spend(end - first) ? end : first + left;
@@ -211,4 +213,4 @@ bool for_each_candidate(const GridView& view, const SweptBound& probe, std::uint
   return budget.truncated;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::collision

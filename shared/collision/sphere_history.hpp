@@ -7,7 +7,7 @@
 
 #include "proto/scene_segment.hpp"
 
-namespace stillgrid {
+namespace stillgrid::collision {
 
 /// Where a sphere is in snapshot n - age of its history. Pre: age < kHistoryLength. Realtime: yes.
 [[nodiscard]] inline const std::array<float, 3>& position_m(const proto::SphereRecord& record,
@@ -46,4 +46,4 @@ template <std::size_t N>
   return told;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::collision

@@ -3,7 +3,7 @@
 
 #include "shared/collision/voxel_grid.hpp"
 
-namespace stillgrid {
+namespace stillgrid::collision {
 namespace {
 
 /// More than the test of two swept bounds (meet) can round off.
@@ -68,4 +68,4 @@ std::vector<SweptBound> history_bounds(std::span<const proto::SphereRecord> reco
   return swept_bounds;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::collision

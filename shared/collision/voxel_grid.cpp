@@ -11,7 +11,7 @@
 #include "shared/collision/grid_query.hpp"
 #include "shared/collision/sphere_history.hpp"
 
-namespace stillgrid {
+namespace stillgrid::collision {
 namespace {
 
 constexpr std::size_t kRecordWords = sizeof(proto::SphereRecord) / 8;
@@ -210,7 +210,7 @@ void VoxelGrid::push_snapshot(std::span<const proto::SphereState> snapshots) noe
   const auto spheres = records();
   for (std::size_t i = 0; i < snapshots.size(); ++i) {
     if (has_snapshot_)
-      stillgrid::push_snapshot(spheres[i], snapshots[i]);
+      collision::push_snapshot(spheres[i], snapshots[i]);
     else
       fill_history(spheres[i], snapshots[i]);
   }
@@ -336,12 +336,12 @@ std::span<const std::uint32_t> VoxelGrid::sorted_numbers() const noexcept {
           shape_.sphere_count};
 }
 
-std::array<PayloadPart, 4> VoxelGrid::filled_parts() const noexcept {
+std::array<double_buffer::PayloadPart, 4> VoxelGrid::filled_parts() const noexcept {
   std::size_t cells = 0;
   for (std::uint32_t i = 0; i < shape_.level_count; ++i) cells += cell_count(shape_.levels[i]);
   const std::span<const std::uint64_t> all(words_.data(), layout_.total_words);
   const auto part = [&](std::size_t first, std::size_t count) {
-    return PayloadPart{first, all.subspan(first, count)};
+    return double_buffer::PayloadPart{first, all.subspan(first, count)};
   };
   return {part(layout_.records, shape_.sphere_count * kRecordWords),
           part(layout_.cell_starts, words_for_u32(cells + 1)),
@@ -349,4 +349,4 @@ std::array<PayloadPart, 4> VoxelGrid::filled_parts() const noexcept {
           part(layout_.numbers, words_for_u32(shape_.sphere_count))};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::collision

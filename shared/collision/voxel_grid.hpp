@@ -10,7 +10,7 @@
 #include "proto/scene_segment.hpp"
 #include "shared/double_buffer/double_buffer.hpp"
 
-namespace stillgrid {
+namespace stillgrid::collision {
 
 using proto::SweptBound;
 
@@ -92,7 +92,7 @@ class VoxelGrid {
   [[nodiscard]] std::span<const std::uint32_t> sorted_numbers() const noexcept;
 
   /// The words that a publication of the filled grid must copy, the header apart.
-  [[nodiscard]] std::array<PayloadPart, 4> filled_parts() const noexcept;
+  [[nodiscard]] std::array<double_buffer::PayloadPart, 4> filled_parts() const noexcept;
 
  private:
   [[nodiscard]] std::uint32_t* u32_at(std::size_t word) noexcept;
@@ -126,4 +126,4 @@ class VoxelGrid {
 [[nodiscard]] std::vector<SweptBound> history_bounds(std::span<const proto::SphereRecord> records,
                                                      double prediction_s = 0.0);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::collision

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <string>
 
-namespace stillgrid {
+namespace stillgrid::command_line {
 
 /// A check for command lines: a number within [low, high], in decimal digits. Unlike CLI11's own,
 /// it refuses what is no number: a NaN compares false with every bound.
@@ -37,4 +37,4 @@ namespace stillgrid {
           "INTEGER"};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::command_line

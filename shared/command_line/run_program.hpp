@@ -9,7 +9,7 @@
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/stop_signal.hpp"
 
-namespace stillgrid {
+namespace stillgrid::command_line {
 
 /// Parses a program's options and does its work: the exit status that main() returns. --help and
 /// --version are printed; StopRequested is a line and done; any other exception is one line on
@@ -23,20 +23,20 @@ int run_program(CLI::App& app, int argc, char** argv, const Work& work) {
     return app.exit(printed);
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "%s: out of memory\n", app.get_name().c_str());
-    return kCouldNotStart;
-  } catch (const StopRequested& stop) {
+    return realtime::kCouldNotStart;
+  } catch (const realtime::StopRequested& stop) {
     std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), stop.what());
-    return kDone;
+    return realtime::kDone;
   } catch (const std::system_error& error) {
     // The library's own line for a thread that the system refuses has no subject.
     const bool is_thread = error.code() == std::errc::resource_unavailable_try_again;
     std::fprintf(stderr, "%s: %s%s\n", app.get_name().c_str(),
                  is_thread ? "cannot make a thread (ulimit -u): " : "", error.what());
-    return kBadInput;
+    return realtime::kBadInput;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), error.what());
-    return kBadInput;
+    return realtime::kBadInput;
   }
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::command_line

@@ -7,7 +7,7 @@
 #include "proto/device_plugin.h"
 #include "proto/segment_header.hpp"
 
-namespace stillgrid {
+namespace stillgrid::command_line {
 
 /// The segments that a program reads or writes: "segment version 6" (docs/protocol.md).
 [[nodiscard]] inline std::string segment_interface() {
@@ -34,4 +34,4 @@ inline void add_version(CLI::App& app, std::initializer_list<std::string> interf
   app.set_version_flag("--version", line, "Print the version, and end");
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::command_line

@@ -8,7 +8,7 @@
 #include "shared/collision/grid_query.hpp"
 #include "shared/display/transition.hpp"
 
-namespace stillgrid {
+namespace stillgrid::display {
 
 /// A sphere as it is displayed. World frame.
 struct DisplayedSphere {
@@ -34,7 +34,7 @@ inline void add(DisplayedSphere& sum, const proto::SphereState& snapshot, double
 }  // namespace detail
 
 /// Whether a sphere gives way to the hand: its record says by how much. Realtime: yes.
-[[nodiscard]] inline bool is_compliant(const RecordLine& line) noexcept {
+[[nodiscard]] inline bool is_compliant(const collision::RecordLine& line) noexcept {
   return line.compliance_m_per_N != std::array<float, 3>{};
 }
 
@@ -44,7 +44,8 @@ inline void add(DisplayedSphere& sum, const proto::SphereState& snapshot, double
 /// load_record(): the whole record, asked for only where older snapshots weigh.
 /// Realtime: yes; safe on numbers that lie.
 template <class LoadRecord>
-[[nodiscard]] DisplayedSphere displayed(const RecordLine& line, const SnapshotWeights& weights,
+[[nodiscard]] DisplayedSphere displayed(const collision::RecordLine& line,
+                                        const SnapshotWeights& weights,
                                         LoadRecord&& load_record) noexcept {
   using detail::add, detail::vector;
   const auto& position = weights.position;
@@ -67,7 +68,7 @@ template <class LoadRecord>
 
 /// How far the displayed sphere gives way, for each newton by which the hand pushes more than in
 /// the snapshot. Realtime: yes.
-[[nodiscard]] inline Eigen::Vector3d compliance_m_per_N(const RecordLine& line,
+[[nodiscard]] inline Eigen::Vector3d compliance_m_per_N(const collision::RecordLine& line,
                                                         const SnapshotWeights& weights) noexcept {
   if (weights.compliance_share == 0.0) return Eigen::Vector3d::Zero();
   return weights.compliance_share * detail::vector(line.compliance_m_per_N);
@@ -96,4 +97,4 @@ template <class LoadRecord>
   return sum;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::display

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace stillgrid {
+namespace stillgrid::display {
 
 /// From one stamp to a later one; zero if it is no later. Realtime: yes.
 [[nodiscard]] constexpr double seconds_between(std::uint64_t from_ns,
@@ -10,4 +10,4 @@ namespace stillgrid {
   return to_ns > from_ns ? static_cast<double>(to_ns - from_ns) * 1e-9 : 0.0;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::display

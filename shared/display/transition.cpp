@@ -7,7 +7,7 @@
 #include "shared/collision/sphere_history.hpp"
 #include "shared/display/stamps.hpp"
 
-namespace stillgrid {
+namespace stillgrid::display {
 namespace {
 
 using proto::SnapshotHeader;
@@ -231,8 +231,8 @@ SnapshotWeights in_later_snapshot(const SnapshotWeights& weights, std::uint64_t 
   SnapshotWeights shifted;
   shifted.alpha = weights.alpha;
   shifted.is_waiting = weights.is_waiting;
-  shifted.position = in_later_history(weights.position, later);
-  shifted.velocity_s = in_later_history(weights.velocity_s, later);
+  shifted.position = collision::in_later_history(weights.position, later);
+  shifted.velocity_s = collision::in_later_history(weights.velocity_s, later);
   // The later snapshot tells no earlier predicted velocity; that snapshot's velocity is nearest to
   // it.
   shifted.velocity_s[std::min<std::uint64_t>(later, shifted.velocity_s.size() - 1)] +=
@@ -240,4 +240,4 @@ SnapshotWeights in_later_snapshot(const SnapshotWeights& weights, std::uint64_t 
   return shifted;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::display

@@ -8,7 +8,7 @@
 
 #include "proto/scene_segment.hpp"
 
-namespace stillgrid {
+namespace stillgrid::display {
 
 /// How the displayed scene passes from one snapshot to the next: a row of transitions() each.
 enum class Transition { kHold, kLinear, kRestart, kHermite, kExtrapolate, kPlayout, kPredict };
@@ -83,4 +83,4 @@ struct TransitionLaw {
 [[nodiscard]] SnapshotWeights in_later_snapshot(const SnapshotWeights& weights,
                                                 std::uint64_t later) noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::display

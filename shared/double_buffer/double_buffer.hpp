@@ -11,7 +11,7 @@
 
 #include "proto/segment_header.hpp"
 
-namespace stillgrid {
+namespace stillgrid::double_buffer {
 
 /// The machine's own atomics. The protocol below is written over such a policy, so that a checker
 /// can run the same lines over a model of relaxed memory.
@@ -120,4 +120,4 @@ template <class T, class Atomics = HardwareAtomics>
   return std::bit_cast<T>(local);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::double_buffer

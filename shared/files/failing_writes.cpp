@@ -2,11 +2,11 @@
 
 #include <csignal>
 
-namespace stillgrid {
+namespace stillgrid::files {
 
 void make_writes_fail() {
   std::signal(SIGXFSZ, SIG_IGN);
   std::signal(SIGPIPE, SIG_IGN);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::files

@@ -6,11 +6,11 @@
 
 #include "shared/files/whole_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::files {
 
 void write_json(const std::filesystem::path& file, const nlohmann::json& json) {
   const std::string text = json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
   write_whole(file, [&](std::ostream& out) { out << text << '\n'; });
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::files

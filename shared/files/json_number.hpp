@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <nlohmann/json.hpp>
 
-namespace stillgrid::json_number {
+namespace stillgrid::files::json_number {
 
 /// What is no number is null.
 [[nodiscard]] inline nlohmann::ordered_json number(double value) {
@@ -30,4 +30,4 @@ template <class T, std::size_t N>
   return json;
 }
 
-}  // namespace stillgrid::json_number
+}  // namespace stillgrid::files::json_number

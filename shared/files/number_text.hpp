@@ -6,7 +6,7 @@
 #include <string_view>
 #include <system_error>
 
-namespace stillgrid {
+namespace stillgrid::files {
 
 /// The finite number that the whole text spells, in the C locale whatever the program's, or
 /// nothing.
@@ -18,4 +18,4 @@ namespace stillgrid {
   return value;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::files

@@ -5,7 +5,7 @@
 #include <span>
 #include <string_view>
 
-namespace stillgrid {
+namespace stillgrid::files {
 
 /// A name that files and commands of earlier versions used, and today's.
 struct OldName {
@@ -57,4 +57,4 @@ inline constexpr std::array kOldDeviceOptions = {
   return found == end ? name : found->now;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::files

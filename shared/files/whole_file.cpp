@@ -7,7 +7,7 @@
 #include <string>
 #include <system_error>
 
-namespace stillgrid {
+namespace stillgrid::files {
 namespace {
 
 /// Where to write until all is there.
@@ -54,4 +54,4 @@ void require_writable(const std::filesystem::path& file) {
   if (part_of(file) != file) std::filesystem::remove(part_of(file));
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::files

@@ -4,7 +4,7 @@
 #include <functional>
 #include <iosfwd>
 
-namespace stillgrid {
+namespace stillgrid::files {
 
 /// Writes a file that appears whole or not at all, whatever stops the program: what `write` puts
 /// out goes to FILE.part, which then takes the file's name. What exists and is no file, as a pipe
@@ -16,4 +16,4 @@ void write_whole(const std::filesystem::path& file,
 /// Throws std::runtime_error unless write_whole() can begin: asked before work that takes long.
 void require_writable(const std::filesystem::path& file);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::files

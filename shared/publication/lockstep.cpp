@@ -4,7 +4,7 @@
 
 #include <chrono>
 
-namespace stillgrid {
+namespace stillgrid::publication {
 
 WaitResult wait_for_promise(const std::function<std::uint64_t()>& word, std::uint64_t value,
                             const std::function<bool()>& still_there,
@@ -24,4 +24,4 @@ WaitResult wait_for_promise(const std::function<std::uint64_t()>& word, std::uin
   }
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <functional>
 
-namespace stillgrid {
+namespace stillgrid::publication {
 
 enum class WaitResult { kReached, kStopped, kPeerGone };
 
@@ -17,4 +17,4 @@ WaitResult wait_for_promise(const std::function<std::uint64_t()>& word, std::uin
                             const std::function<bool()>& still_there,
                             const std::atomic<bool>& stop);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

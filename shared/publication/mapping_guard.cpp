@@ -15,7 +15,7 @@
 
 #include "shared/publication/segment_files.hpp"
 
-namespace stillgrid {
+namespace stillgrid::publication {
 namespace {
 
 constexpr std::size_t kNone = SIZE_MAX;
@@ -103,4 +103,4 @@ bool MappingGuard::is_lost() const noexcept {
   return entries[entry_].is_lost.load(std::memory_order_acquire);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <span>
 
-namespace stillgrid {
+namespace stillgrid::publication {
 
 /// Lets this process outlive a shared-memory object that somebody shrinks while it is mapped:
 /// touching what is gone raises SIGBUS, and shared memory cannot be sealed against it.
@@ -34,4 +34,4 @@ class MappingGuard {
   std::size_t entry_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

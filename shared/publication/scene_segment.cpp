@@ -8,21 +8,21 @@
 #include <cstring>
 #include <utility>
 
-namespace stillgrid {
+namespace stillgrid::publication {
 namespace {
 
 constexpr std::size_t kStaticOffset =
     (sizeof(proto::SegmentHeader) + sizeof(proto::SceneHeader) + 63) / 64 * 64;
 
-VoxelGrid static_grid_of(const StaticScene& scene) {
-  VoxelGrid grid(0, scene.spheres.size());
+collision::VoxelGrid static_grid_of(const StaticScene& scene) {
+  collision::VoxelGrid grid(0, scene.spheres.size());
   std::copy(scene.spheres.begin(), scene.spheres.end(), grid.records().begin());
-  grid.enter(history_bounds(scene.spheres), scene.voxel_ratio);
+  grid.enter(collision::history_bounds(scene.spheres), scene.voxel_ratio);
   return grid;
 }
 
-proto::SceneHeader scene_header(const StaticScene& scene, const VoxelGrid& static_grid,
-                                const GridLayout& moving) {
+proto::SceneHeader scene_header(const StaticScene& scene, const collision::VoxelGrid& static_grid,
+                                const collision::GridLayout& moving) {
   assert(scene.materials.size() <= proto::kMaxMaterials);
   assert(scene.planes.size() <= proto::kMaxPlanes && scene.tool.size() <= proto::kMaxToolSpheres);
   proto::SceneHeader header{};
@@ -41,8 +41,9 @@ proto::SceneHeader scene_header(const StaticScene& scene, const VoxelGrid& stati
   return header;
 }
 
-SegmentSpec scene_spec(const GridLayout& still, const GridLayout& moving, std::uint64_t period_ns,
-                       proto::Clock clock, std::uint64_t start_ns, std::optional<gid_t> readers) {
+SegmentSpec scene_spec(const collision::GridLayout& still, const collision::GridLayout& moving,
+                       std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns,
+                       std::optional<gid_t> readers) {
   return {.kind = proto::SegmentKind::kScene,
           .layout_hash = proto::kSceneLayoutHash,
           .period_ns = period_ns,
@@ -95,7 +96,7 @@ bool is_sound(const proto::SceneHeader& scene) {
 SceneWriter::SceneWriter(SessionLock lock, const StaticScene& scene, std::size_t moving_count,
                          std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns,
                          std::optional<gid_t> readers)
-    : moving_(grid_layout(sizeof(proto::SnapshotHeader), moving_count)),
+    : moving_(collision::grid_layout(sizeof(proto::SnapshotHeader), moving_count)),
       static_grid_(static_grid_of(scene)),
       segment_(std::move(lock),
                scene_spec(static_grid_.layout(), moving_, period_ns, clock, start_ns, readers)) {
@@ -106,7 +107,7 @@ SceneWriter::SceneWriter(SessionLock lock, const StaticScene& scene, std::size_t
   segment_.announce();
 }
 
-void SceneWriter::publish(const VoxelGrid& snapshot, const SnapshotTimes& times,
+void SceneWriter::publish(const collision::VoxelGrid& snapshot, const SnapshotTimes& times,
                           const SnapshotPrediction& prediction) noexcept {
   assert(snapshot.layout() == moving_);
   const auto push = [&](std::array<std::uint64_t, proto::kHistoryLength>& history,
@@ -132,22 +133,22 @@ void SceneWriter::publish(const VoxelGrid& snapshot, const SnapshotTimes& times,
   const auto header =
       std::bit_cast<std::array<std::uint64_t, sizeof(proto::SnapshotHeader) / 8>>(snapshot_);
   const auto parts = snapshot.filled_parts();
-  stillgrid::publish(segment_.buffer(), snapshot_.snapshot_id,
-                     {{0, header}, parts[0], parts[1], parts[2], parts[3]});
-  HardwareAtomics::store(segment_.header().heartbeat_ns, times.publish_ns,
-                         std::memory_order_relaxed);
+  double_buffer::publish(segment_.buffer(), snapshot_.snapshot_id,
+                         {{0, header}, parts[0], parts[1], parts[2], parts[3]});
+  double_buffer::HardwareAtomics::store(segment_.header().heartbeat_ns, times.publish_ns,
+                                        std::memory_order_relaxed);
 }
 
 proto::SnapshotHeader load_snapshot(const std::uint64_t* payload) noexcept {
   constexpr std::size_t kLevels =
       offsetof(proto::SnapshotHeader, grid) + offsetof(proto::GridShape, levels);
   proto::SnapshotHeader snapshot{};
-  const auto head = load_struct<std::array<std::uint64_t, kLevels / 8>>(payload);
+  const auto head = double_buffer::load_struct<std::array<std::uint64_t, kLevels / 8>>(payload);
   std::memcpy(static_cast<void*>(&snapshot), head.data(), sizeof head);
   auto& [sphere_count, level_count, levels] = snapshot.grid;
   for (std::size_t i = 0; i < std::min(level_count, proto::kMaxLevels); ++i)
-    levels[i] =
-        load_struct<proto::GridLevel>(payload + kLevels / 8 + i * (sizeof(proto::GridLevel) / 8));
+    levels[i] = double_buffer::load_struct<proto::GridLevel>(payload + kLevels / 8 +
+                                                             i * (sizeof(proto::GridLevel) / 8));
   return snapshot;
 }
 
@@ -167,21 +168,21 @@ SceneView::SceneView(SegmentReader&& reader) : reader_(std::move(reader)) {
       scene_.moving_capacity > header().payload_bytes / sizeof(proto::SphereRecord) ||
       scene_.static_offset != kStaticOffset)
     refuse("it counts more spheres than it has room for");
-  static_grid_.layout = grid_layout(0, static_count);
+  static_grid_.layout = collision::grid_layout(0, static_count);
   static_grid_.shape = scene_.static_grid;
   static_grid_.words = reinterpret_cast<const std::uint64_t*>(reader_.bytes() + kStaticOffset);
-  moving_layout_ = grid_layout(sizeof(proto::SnapshotHeader), scene_.moving_capacity);
+  moving_layout_ = collision::grid_layout(sizeof(proto::SnapshotHeader), scene_.moving_capacity);
   if (kStaticOffset + static_grid_.layout.total_words * 8 > reader_.fixed_bytes() ||
       moving_layout_.total_words * 8 > header().payload_bytes ||
-      !is_consistent(static_grid_.shape, static_grid_.layout))
+      !collision::is_consistent(static_grid_.shape, static_grid_.layout))
     refuse("its arrays do not fit");
 }
 
-GridView SceneView::moving_grid(const std::uint64_t* payload,
-                                const proto::SnapshotHeader& snapshot) const noexcept {
-  GridView view{snapshot.grid, moving_layout_, payload};
-  if (!is_consistent(view.shape, view.layout)) view.shape = {};
+collision::GridView SceneView::moving_grid(const std::uint64_t* payload,
+                                           const proto::SnapshotHeader& snapshot) const noexcept {
+  collision::GridView view{snapshot.grid, moving_layout_, payload};
+  if (!collision::is_consistent(view.shape, view.layout)) view.shape = {};
   return view;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

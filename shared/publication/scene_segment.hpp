@@ -8,7 +8,7 @@
 #include "shared/collision/voxel_grid.hpp"
 #include "shared/publication/segment.hpp"
 
-namespace stillgrid {
+namespace stillgrid::publication {
 
 /// What a simulation publishes once: static spheres and planes, materials, tool, place of the
 /// device.
@@ -60,17 +60,17 @@ class SceneWriter {
 
   /// Shows the next snapshot, entered where its spheres may be displayed (bound_history).
   /// Pre: snapshot has room for sizeof(SnapshotHeader) before moving_count spheres.
-  void publish(const VoxelGrid& snapshot, const SnapshotTimes& times,
+  void publish(const collision::VoxelGrid& snapshot, const SnapshotTimes& times,
                const SnapshotPrediction& prediction = {}) noexcept;
 
   [[nodiscard]] proto::SegmentHeader& header() noexcept { return segment_.header(); }
   [[nodiscard]] const SegmentWriter& segment() const noexcept { return segment_; }
-  [[nodiscard]] GridView static_grid() const noexcept { return static_grid_.view(); }
+  [[nodiscard]] collision::GridView static_grid() const noexcept { return static_grid_.view(); }
   [[nodiscard]] std::uint64_t snapshot_id() const noexcept { return snapshot_.snapshot_id; }
 
  private:
-  GridLayout moving_;
-  VoxelGrid static_grid_;
+  collision::GridLayout moving_;
+  collision::VoxelGrid static_grid_;
   proto::SnapshotHeader snapshot_{};
   SegmentWriter segment_;
 };
@@ -85,21 +85,23 @@ class SceneView {
   explicit SceneView(SegmentReader&& reader);
 
   [[nodiscard]] const proto::SceneHeader& scene() const noexcept { return scene_; }
-  [[nodiscard]] const GridView& static_grid() const noexcept { return static_grid_; }
-  [[nodiscard]] const DoubleBuffer& buffer() const noexcept { return reader_.buffer(); }
+  [[nodiscard]] const collision::GridView& static_grid() const noexcept { return static_grid_; }
+  [[nodiscard]] const double_buffer::DoubleBuffer& buffer() const noexcept {
+    return reader_.buffer();
+  }
   [[nodiscard]] const SegmentReader& reader() const noexcept { return reader_; }
   [[nodiscard]] const proto::SegmentHeader& header() const noexcept { return reader_.header(); }
 
   /// The grid of a slot's payload whose header was loaded; without a sphere where the header lies.
   /// Realtime: yes.
-  [[nodiscard]] GridView moving_grid(const std::uint64_t* payload,
-                                     const proto::SnapshotHeader& snapshot) const noexcept;
+  [[nodiscard]] collision::GridView moving_grid(
+      const std::uint64_t* payload, const proto::SnapshotHeader& snapshot) const noexcept;
 
  private:
   SegmentReader reader_;
   proto::SceneHeader scene_{};
-  GridView static_grid_;
-  GridLayout moving_layout_;
+  collision::GridView static_grid_;
+  collision::GridLayout moving_layout_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

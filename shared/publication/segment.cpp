@@ -11,7 +11,7 @@
 #include <span>
 #include <utility>
 
-namespace stillgrid {
+namespace stillgrid::publication {
 namespace {
 
 namespace bip = boost::interprocess;
@@ -28,8 +28,8 @@ std::uint64_t random_epoch() {
   return std::max<std::uint64_t>(epoch, 1);
 }
 
-DoubleBuffer buffer_over(const proto::SegmentHeader& header, std::byte* start) {
-  DoubleBuffer buffer;
+double_buffer::DoubleBuffer buffer_over(const proto::SegmentHeader& header, std::byte* start) {
+  double_buffer::DoubleBuffer buffer;
   buffer.latest = reinterpret_cast<std::uint64_t*>(start + offsetof(proto::SegmentHeader, latest));
   for (std::size_t slot = 0; slot < 2; ++slot) {
     std::byte* const slot_start = start + header.slot_offset[slot];
@@ -161,7 +161,8 @@ void SegmentWriter::require_whole() const {
 }
 
 void SegmentWriter::announce() noexcept {
-  HardwareAtomics::store(header().magic, proto::kSegmentMagic, std::memory_order_release);
+  double_buffer::HardwareAtomics::store(header().magic, proto::kSegmentMagic,
+                                        std::memory_order_release);
 }
 
 proto::SegmentHeader& SegmentWriter::header() noexcept {
@@ -199,11 +200,13 @@ std::optional<SegmentReader> SegmentReader::open(std::string_view session, proto
   }
   reader.guard_.emplace(std::span(reader.bytes(), size_bytes), MappingGuard::Access::kRead);
   const proto::SegmentHeader& live = reader.live();
-  const std::uint64_t magic = HardwareAtomics::load(live.magic, std::memory_order_acquire);
+  const std::uint64_t magic =
+      double_buffer::HardwareAtomics::load(live.magic, std::memory_order_acquire);
   if (magic == 0) return std::nullopt;  // sized, not announced yet
   if (magic != proto::kSegmentMagic) refuse(name, "it is not a Stillgrid segment");
   // A copy, for what is checked here must be what is used later.
-  reader.header_ = load_struct<proto::SegmentHeader>(reinterpret_cast<const std::uint64_t*>(&live));
+  reader.header_ = double_buffer::load_struct<proto::SegmentHeader>(
+      reinterpret_cast<const std::uint64_t*>(&live));
   check_build(reader.header_, name, kind, layout_hash, reader.object_.get());
   check_header(reader.header_, name, reader.region_.get_size());
   touch_pages({reader.bytes(), reader.region_.get_size()});
@@ -237,4 +240,4 @@ std::string clock_refusal(std::string_view session, proto::SegmentKind kind, pro
                     " with --lockstep too");
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

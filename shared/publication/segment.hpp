@@ -11,7 +11,7 @@
 #include "shared/publication/mapping_guard.hpp"
 #include "shared/publication/segment_files.hpp"
 
-namespace stillgrid {
+namespace stillgrid::publication {
 
 /// What a writer declares of its segment.
 struct SegmentSpec {
@@ -50,7 +50,7 @@ class SegmentWriter {
 
   [[nodiscard]] proto::SegmentHeader& header() noexcept;
   [[nodiscard]] std::byte* bytes() noexcept;
-  [[nodiscard]] const DoubleBuffer& buffer() const noexcept { return buffer_; }
+  [[nodiscard]] const double_buffer::DoubleBuffer& buffer() const noexcept { return buffer_; }
 
   /// Throws SegmentError once somebody has shrunk the object, for then nobody is reached any more.
   /// Realtime: yes, until it throws.
@@ -62,7 +62,7 @@ class SegmentWriter {
   FileDescriptor object_lock_;
   boost::interprocess::mapped_region region_;
   std::optional<MappingGuard> guard_;
-  DoubleBuffer buffer_;
+  double_buffer::DoubleBuffer buffer_;
 };
 
 /// A segment of another version or layout; its writer may be long dead.
@@ -98,7 +98,7 @@ class SegmentReader {
   [[nodiscard]] const proto::SegmentHeader& live() const noexcept;
 
   [[nodiscard]] const std::byte* bytes() const noexcept;
-  [[nodiscard]] const DoubleBuffer& buffer() const noexcept { return buffer_; }
+  [[nodiscard]] const double_buffer::DoubleBuffer& buffer() const noexcept { return buffer_; }
   [[nodiscard]] ObjectId id() const noexcept { return id_; }
 
   /// Bytes before the first slot.
@@ -117,7 +117,7 @@ class SegmentReader {
   boost::interprocess::mapped_region region_;
   std::optional<MappingGuard> guard_;  // after the mapping: it stands for it
   proto::SegmentHeader header_{};
-  DoubleBuffer buffer_;
+  double_buffer::DoubleBuffer buffer_;
   ObjectId id_;
 };
 
@@ -125,4 +125,4 @@ class SegmentReader {
 [[nodiscard]] std::string clock_refusal(std::string_view session, proto::SegmentKind kind,
                                         proto::Clock ours);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

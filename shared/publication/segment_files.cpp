@@ -13,7 +13,7 @@
 #include <system_error>
 #include <thread>
 
-namespace stillgrid {
+namespace stillgrid::publication {
 namespace {
 
 using std::chrono::milliseconds;
@@ -211,4 +211,4 @@ bool remove_dead_segment(std::string_view session, proto::SegmentKind kind) {
   return true;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

@@ -14,7 +14,7 @@
 #include "proto/segment_header.hpp"
 #include "shared/publication/segment_place.hpp"
 
-namespace stillgrid {
+namespace stillgrid::publication {
 
 /// The number of a group of users, if there is one of that name.
 [[nodiscard]] std::optional<gid_t> group_named(const std::string& name);
@@ -117,4 +117,4 @@ void remove_debris(const std::string& path);
 /// nothing was there. Throws SegmentError as remove_debris(), and for another user's session.
 bool remove_dead_segment(std::string_view session, proto::SegmentKind kind);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

@@ -12,7 +12,7 @@
 #include <mutex>
 #include <system_error>
 
-namespace stillgrid {
+namespace stillgrid::publication {
 namespace {
 
 constexpr mode_t kFolderMode = 0755;  // what is in it is for its owner, or for a group
@@ -153,4 +153,4 @@ std::string settle_session(std::string& session) {
   }
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

@@ -9,7 +9,7 @@
 
 #include "proto/segment_header.hpp"
 
-namespace stillgrid {
+namespace stillgrid::publication {
 
 /// A segment cannot be made or must be refused; what() is one line for the user.
 class SegmentError : public std::runtime_error {
@@ -54,4 +54,4 @@ inline constexpr std::string_view kSharedMemory = "/dev/shm/";
 inline constexpr std::string_view kFolderPrefix = "stillgrid-";
 [[nodiscard]] std::string_view ending_of(proto::SegmentKind kind) noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

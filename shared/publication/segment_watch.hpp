@@ -13,7 +13,7 @@
 
 #include "shared/publication/segment.hpp"
 
-namespace stillgrid {
+namespace stillgrid::publication {
 
 /// Keeps a reader attached to a session's segment while its writers come and go.
 ///
@@ -116,4 +116,4 @@ class SegmentWatch {
   std::jthread thread_;  // last: joined before what it uses is gone
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

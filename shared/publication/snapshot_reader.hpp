@@ -4,15 +4,17 @@
 
 #include "shared/publication/scene_segment.hpp"
 
-namespace stillgrid {
+namespace stillgrid::publication {
 
 /// What a look at the latest snapshot came to.
 struct SnapshotLook {
-  ReadStatus status = ReadStatus::kEmpty;
+  double_buffer::ReadStatus status = double_buffer::ReadStatus::kEmpty;
   bool is_new = false;    // the first look that accepted this snapshot
   bool is_first = false;  // and nothing of this segment was accepted before it
 
-  [[nodiscard]] bool accepted() const noexcept { return status == ReadStatus::kAccepted; }
+  [[nodiscard]] bool accepted() const noexcept {
+    return status == double_buffer::ReadStatus::kAccepted;
+  }
 };
 
 /// Follows the snapshots of a scene, whoever writes them: the one place that decides what counts
@@ -40,14 +42,15 @@ class SnapshotReader {
   template <class Gather>
   SnapshotLook look(const SceneView& scene, Gather&& gather) {
     proto::SnapshotHeader latest{};
-    const ReadResult read = read_latest(scene.buffer(), [&](const std::uint64_t* payload) {
-      latest = load_snapshot(payload);
-      gather(latest, scene.moving_grid(payload, latest));
-    });
+    const double_buffer::ReadResult read =
+        double_buffer::read_latest(scene.buffer(), [&](const std::uint64_t* payload) {
+          latest = load_snapshot(payload);
+          gather(latest, scene.moving_grid(payload, latest));
+        });
     SnapshotLook look{.status = read.status};
     if (!look.accepted()) return look;
     if (latest.snapshot_id != read.snapshot_id || latest.snapshot_id < snapshot_.snapshot_id)
-      return {.status = ReadStatus::kContended};
+      return {.status = double_buffer::ReadStatus::kContended};
     look.is_new = latest.snapshot_id != snapshot_.snapshot_id;
     look.is_first = look.is_new && !has_snapshot();
     snapshot_ = latest;
@@ -64,4 +67,4 @@ class SnapshotReader {
   proto::SnapshotHeader snapshot_{};
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-namespace stillgrid {
+namespace stillgrid::publication {
 namespace {
 
 /// Written so that a NaN does not pass.
@@ -53,8 +53,9 @@ ToolWriter::ToolWriter(SessionLock lock, std::uint64_t period_ns, proto::Clock c
 
 void ToolWriter::publish(const proto::ToolState& state) noexcept {
   const auto words = std::bit_cast<std::array<std::uint64_t, sizeof(proto::ToolState) / 8>>(state);
-  stillgrid::publish(segment_.buffer(), ++count_, {{0, words}});
-  HardwareAtomics::store(segment_.header().heartbeat_ns, state.time_ns, std::memory_order_relaxed);
+  double_buffer::publish(segment_.buffer(), ++count_, {{0, words}});
+  double_buffer::HardwareAtomics::store(segment_.header().heartbeat_ns, state.time_ns,
+                                        std::memory_order_relaxed);
 }
 
 ToolView::ToolView(SegmentReader&& reader) : reader_(std::move(reader)) {
@@ -64,11 +65,13 @@ ToolView::ToolView(SegmentReader&& reader) : reader_(std::move(reader)) {
 
 std::optional<proto::ToolState> ToolView::read() const noexcept {
   proto::ToolState state{};
-  const ReadResult result = read_latest(reader_.buffer(), [&](const std::uint64_t* payload) {
-    state = load_struct<proto::ToolState>(payload);
-  });
-  if (result.status != ReadStatus::kAccepted || !is_sound(state)) return std::nullopt;
+  const double_buffer::ReadResult result =
+      double_buffer::read_latest(reader_.buffer(), [&](const std::uint64_t* payload) {
+        state = double_buffer::load_struct<proto::ToolState>(payload);
+      });
+  if (result.status != double_buffer::ReadStatus::kAccepted || !is_sound(state))
+    return std::nullopt;
   return state;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

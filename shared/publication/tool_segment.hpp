@@ -6,7 +6,7 @@
 #include "proto/tool_segment.hpp"
 #include "shared/publication/segment.hpp"
 
-namespace stillgrid {
+namespace stillgrid::publication {
 
 /// The haptic server's end: one ToolState a tick.
 class ToolWriter {
@@ -52,4 +52,4 @@ class ToolView {
   SegmentReader reader_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

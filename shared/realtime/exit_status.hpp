@@ -1,6 +1,6 @@
 #pragma once
 
-namespace stillgrid {
+namespace stillgrid::realtime {
 
 /// Exit status of every program: docs/formats.md, "Programs".
 enum ExitStatus : int {
@@ -16,4 +16,4 @@ enum ExitStatus : int {
   kSignalled = 128,   // and the signal's number: ended by it, as shells have it
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::realtime

@@ -4,7 +4,7 @@
 #include <bit>
 #include <cmath>
 
-namespace stillgrid {
+namespace stillgrid::realtime {
 namespace {
 
 constexpr unsigned kSubBits = 5;
@@ -43,4 +43,4 @@ std::uint64_t Histogram::percentile(double share) const noexcept {
   return max_;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::realtime

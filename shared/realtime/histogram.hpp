@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-namespace stillgrid {
+namespace stillgrid::realtime {
 
 /// Counts of whole numbers in buckets whose width is at most 1/32 of their value, so that
 /// percentiles are within 3 % whatever the range. The maximum is exact. No allocation.
@@ -27,4 +27,4 @@ class Histogram {
   std::uint64_t max_ = 0;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::realtime

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <ctime>
 
-namespace stillgrid {
+namespace stillgrid::realtime {
 namespace {
 
 constexpr std::uint64_t kSecond_ns = 1'000'000'000;
@@ -38,4 +38,4 @@ PeriodicTimer::Wake PeriodicTimer::wait(const std::atomic<bool>* stop) noexcept 
   return wake;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::realtime

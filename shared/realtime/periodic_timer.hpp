@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace stillgrid {
+namespace stillgrid::realtime {
 
 /// CLOCK_MONOTONIC in ns. Realtime: yes.
 [[nodiscard]] std::uint64_t monotonic_ns() noexcept;
@@ -35,4 +35,4 @@ class PeriodicTimer {
   std::uint64_t next_ns_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::realtime

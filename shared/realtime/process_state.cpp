@@ -7,7 +7,7 @@
 #include <fstream>
 #include <system_error>
 
-namespace stillgrid {
+namespace stillgrid::realtime {
 
 ProcessState process_state(pid_t thread) {
   ProcessState state;
@@ -30,4 +30,4 @@ ProcessState process_state(pid_t thread) {
   return state;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::realtime

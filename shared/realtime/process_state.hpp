@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace stillgrid {
+namespace stillgrid::realtime {
 
 /// What a library may change under the program that loaded it, in the order of ProcessState::parts.
 enum class ProcessPart : std::size_t { kSignalMask, kUmask, kFolder, kSchedule };
@@ -23,4 +23,4 @@ struct ProcessState {
 /// As /proc tells of a thread of this process; 0: the calling one. Not for the haptic loop.
 [[nodiscard]] ProcessState process_state(pid_t thread = 0);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::realtime

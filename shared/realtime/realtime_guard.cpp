@@ -15,7 +15,7 @@
 
 #include "shared/realtime/guard/guard_table.hpp"
 
-namespace stillgrid {
+namespace stillgrid::realtime {
 namespace {
 
 namespace fs = std::filesystem;
@@ -88,4 +88,4 @@ void RealtimeSection::begin_tick(std::uint64_t tick) noexcept {
   if (guard_ != nullptr) guard_->begin_tick(tick);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::realtime

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::realtime {
 
 struct GuardTable;  // shared/realtime/guard/guard_table.hpp
 
@@ -50,4 +50,4 @@ class RealtimeSection {
   const GuardTable* guard_;  // null: no guard watches
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::realtime

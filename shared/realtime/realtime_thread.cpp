@@ -5,7 +5,7 @@
 #include <sys/mman.h>
 #include <sys/resource.h>
 
-namespace stillgrid {
+namespace stillgrid::realtime {
 
 bool pin_to_cpu(int cpu) {
   if (cpu < 0 || cpu >= CPU_SETSIZE) return false;
@@ -34,4 +34,4 @@ long page_faults() {
   return usage.ru_minflt + usage.ru_majflt;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::realtime

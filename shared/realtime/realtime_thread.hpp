@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::realtime {
 
 /// Makes the calling thread real-time: SCHED_FIFO at priority 80, memory locked, pinned to cpu if
 /// given. Threads that it starts are not.
@@ -19,4 +19,4 @@ namespace stillgrid {
 /// Page faults of the calling thread so far, minor and major.
 [[nodiscard]] long page_faults();
 
-}  // namespace stillgrid
+}  // namespace stillgrid::realtime

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::realtime {
 
 /// A ring between one producer and one consumer thread. Room is allocated once.
 ///
@@ -44,4 +44,4 @@ class SpscRing {
   alignas(64) std::atomic<std::size_t> tail_ = 0;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::realtime

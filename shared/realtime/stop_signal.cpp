@@ -2,7 +2,7 @@
 
 #include <csignal>
 
-namespace stillgrid {
+namespace stillgrid::realtime {
 namespace {
 
 std::atomic<bool> stop = false;
@@ -49,4 +49,4 @@ int rare_stop_signal() noexcept {
   return rare_signal.load(std::memory_order_relaxed);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::realtime

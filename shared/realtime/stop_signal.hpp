@@ -3,7 +3,7 @@
 #include <atomic>
 #include <stdexcept>
 
-namespace stillgrid {
+namespace stillgrid::realtime {
 
 /// True once SIGINT, SIGTERM or SIGHUP came. install_stop_signal() once per process, before
 /// threads.
@@ -28,4 +28,4 @@ inline void throw_if_stopped() {
   if (stop_requested().load(std::memory_order_relaxed)) throw StopRequested("stopped by a signal");
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::realtime

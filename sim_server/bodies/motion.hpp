@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 
 enum class Motion { kFree, kStatic, kPrescribed };
 
@@ -15,4 +15,4 @@ struct PrescribedMotion {
   double frequency_hz = 0.0;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 
 /// The matrix of the cross product: cross_matrix(a) * b = a x b.
 [[nodiscard]] inline Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& a) {
@@ -32,4 +32,4 @@ namespace stillgrid {
   return Eigen::Matrix3d::Identity() + first * cross + second * cross * cross;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

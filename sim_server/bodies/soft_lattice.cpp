@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <tuple>
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 namespace {
 
 /// A ball that reaches less than this part of the spacing into a cell does not fill it.
@@ -60,9 +60,9 @@ struct Extent {
   Eigen::Vector3d low_m, high_m;
 };
 
-Extent extent_of(std::span<const Ball> balls) {
+Extent extent_of(std::span<const spheres::Ball> balls) {
   Extent extent{balls[0].centre_m, balls[0].centre_m};
-  for (const Ball& ball : balls) {
+  for (const spheres::Ball& ball : balls) {
     extent.low_m = extent.low_m.cwiseMin((ball.centre_m.array() - ball.radius_m).matrix());
     extent.high_m = extent.high_m.cwiseMax((ball.centre_m.array() + ball.radius_m).matrix());
   }
@@ -74,7 +74,7 @@ Eigen::Array3d cell_counts(const Extent& extent, double spacing_m) {
   return ((extent.high_m - extent.low_m).array() / spacing_m - 1e-9).ceil().max(1.0);
 }
 
-void fill_cells(SoftLattice& lattice, const Ball& ball) {
+void fill_cells(SoftLattice& lattice, const spheres::Ball& ball) {
   const double search_radius_m = ball.radius_m - kLeastRadius * lattice.spacing_m.x();
   const Eigen::Vector3i holding = cell_of(lattice, ball.centre_m);
   lattice.is_filled[place(lattice.cells, holding)] = 1;
@@ -137,7 +137,7 @@ SoftLattice block_lattice(const Eigen::Vector3d& size_m, const Eigen::Vector3i& 
   return lattice;
 }
 
-SoftLattice lattice_round(std::span<const Ball> balls, double spacing_m) {
+SoftLattice lattice_round(std::span<const spheres::Ball> balls, double spacing_m) {
   const Extent extent = extent_of(balls);
   SoftLattice lattice;
   lattice.cells = cell_counts(extent, spacing_m).cast<int>();
@@ -145,12 +145,12 @@ SoftLattice lattice_round(std::span<const Ball> balls, double spacing_m) {
   lattice.origin_m =
       0.5 * (extent.low_m + extent.high_m - spacing_m * lattice.cells.cast<double>());
   lattice.is_filled.assign(static_cast<std::size_t>(lattice.cells.prod()), 0);
-  for (const Ball& ball : balls) fill_cells(lattice, ball);
+  for (const spheres::Ball& ball : balls) fill_cells(lattice, ball);
   number_nodes(lattice);
   return lattice;
 }
 
-double place_count(std::span<const Ball> balls, double spacing_m) {
+double place_count(std::span<const spheres::Ball> balls, double spacing_m) {
   return (cell_counts(extent_of(balls), spacing_m) + 1.0).prod();
 }
 
@@ -197,4 +197,4 @@ std::vector<LatticeSpring> lattice_springs(const SoftLattice& lattice) {
   return springs;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -8,7 +8,7 @@
 
 #include "sim_server/spheres/ball.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 
 /// The interior of a soft solid: a regular lattice, of whose cells those exist that the solid
 /// fills, and the nodes at their corners. Lengths in metres, the body's frame.
@@ -29,10 +29,10 @@ struct SoftLattice {
 /// A lattice centred round balls; a cell is filled if it holds a ball's centre, or if a ball
 /// reaches into it by a tenth of the spacing. A gap that is narrower than a cell is bridged. Pre:
 /// balls not empty, spacing_m > 0, place_count() is small.
-[[nodiscard]] SoftLattice lattice_round(std::span<const Ball> balls, double spacing_m);
+[[nodiscard]] SoftLattice lattice_round(std::span<const spheres::Ball> balls, double spacing_m);
 
 /// How many places for nodes that lattice has; a double, for it may exceed every integer.
-[[nodiscard]] double place_count(std::span<const Ball> balls, double spacing_m);
+[[nodiscard]] double place_count(std::span<const spheres::Ball> balls, double spacing_m);
 
 /// A point of the solid as the weighted sum of four nodes: the corners of that of a cell's six
 /// tetrahedra which holds it [Kuhn 1960]. An affine motion of the nodes moves it exactly along.
@@ -56,4 +56,4 @@ struct LatticeSpring {
 /// Every spring of the lattice once, in ascending order of its nodes.
 [[nodiscard]] std::vector<LatticeSpring> lattice_springs(const SoftLattice& lattice);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -1,6 +1,6 @@
 #include "sim_server/bodies/sphere_motion.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 
 SphereMotion sphere_motion(std::span<const Node> nodes, std::span<const RigidBody> rigid_bodies,
                            const SphereBinding& sphere) {
@@ -31,4 +31,4 @@ SphereMotion SphereMotions::operator()(const SphereBinding& sphere) {
   return {body.position_m + arm_m, body.velocity_m_s + body.angular_velocity_rad_s.cross(arm_m)};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

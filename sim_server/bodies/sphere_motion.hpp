@@ -5,7 +5,7 @@
 
 #include "sim_server/bodies/world.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 
 /// Centre and velocity of a collision sphere.
 struct SphereMotion {
@@ -44,4 +44,4 @@ class SphereMotions {
   Eigen::Matrix3d rotation_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

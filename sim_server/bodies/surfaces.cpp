@@ -6,7 +6,7 @@
 #include <limits>
 #include <numeric>
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 namespace {
 
 constexpr std::size_t kMaxSpheres = 8;
@@ -118,7 +118,7 @@ RestSpheres rest_spheres(const World& world, int body) {
   return spheres;
 }
 
-BodySurface bound_surface(const TriangleMesh& mesh, const Eigen::Vector3d& position_m,
+BodySurface bound_surface(const mesh::TriangleMesh& mesh, const Eigen::Vector3d& position_m,
                           const Eigen::Quaterniond& orientation, const RestSpheres& spheres) {
   BodySurface surface;
   for (const Eigen::Vector3d& vertex_m : mesh.vertices_m) {
@@ -131,7 +131,7 @@ BodySurface bound_surface(const TriangleMesh& mesh, const Eigen::Vector3d& posit
   return surface;
 }
 
-void add_quad(TriangleMesh& mesh, int a, int b, int c, int d) {
+void add_quad(mesh::TriangleMesh& mesh, int a, int b, int c, int d) {
   mesh.triangles.emplace_back(a, b, c);
   mesh.triangles.emplace_back(a, c, d);
 }
@@ -153,4 +153,4 @@ BodySurface grid_surface(const RestSpheres& spheres, int columns) {
   return surface;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -10,7 +10,7 @@
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/mesh/triangle_mesh.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 
 /// A point of a surface as a weighted sum of sphere centres. Weights sum to one and give the point
 /// at rest, so that every affine motion of the centres, a rotation too, moves it exactly along.
@@ -44,7 +44,8 @@ struct RestSpheres {
 
 /// A mesh of a body that stands there, bound to its spheres; without vertices where they span no
 /// space.
-[[nodiscard]] BodySurface bound_surface(const TriangleMesh& mesh, const Eigen::Vector3d& position_m,
+[[nodiscard]] BodySurface bound_surface(const mesh::TriangleMesh& mesh,
+                                        const Eigen::Vector3d& position_m,
                                         const Eigen::Quaterniond& orientation,
                                         const RestSpheres& spheres);
 
@@ -52,6 +53,6 @@ struct RestSpheres {
 [[nodiscard]] BodySurface grid_surface(const RestSpheres& spheres, int columns);
 
 /// Adds a face of four corners as two triangles.
-void add_quad(TriangleMesh& mesh, int a, int b, int c, int d);
+void add_quad(mesh::TriangleMesh& mesh, int a, int b, int c, int d);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

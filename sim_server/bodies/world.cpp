@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 
 void number_unknowns(World& world) {
   world.unknown_count = 0;
@@ -70,4 +70,4 @@ double mechanical_energy_J(const World& world) {
   return energy_J;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -9,7 +9,7 @@
 #include "shared/collision/contact_law.hpp"
 #include "sim_server/bodies/motion.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 
 /// Unknowns are numbered in blocks of three; a thing without freedom has this number.
 inline constexpr int kNoUnknown = -1;
@@ -99,7 +99,7 @@ struct World {
   std::vector<SphereBinding> spheres;  // of free and of prescribed bodies
   std::vector<StaticSphere> static_spheres;
   std::vector<StaticPlane> planes;
-  std::vector<ContactMaterial> materials;
+  std::vector<collision::ContactMaterial> materials;
   double tool_slip_speed_m_s = 0.05;
   std::vector<BodyRange> bodies;  // in the order of the scene file
   int unknown_count = 0;
@@ -128,4 +128,4 @@ struct PrescribedState {
 /// Kinetic, gravity and spring energy of everything free. Contacts apart.
 [[nodiscard]] double mechanical_energy_J(const World& world);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

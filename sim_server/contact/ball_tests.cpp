@@ -9,7 +9,7 @@
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
-namespace stillgrid::HWY_NAMESPACE {
+namespace stillgrid::contact::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 /// As many lanes as a mask of one byte has bits.
@@ -27,7 +27,8 @@ using PairTag = hn::FixedTag<float, kPairs>;
 
 /// The balls of pairs as one vector each, four floats a ball.
 template <class Number>
-HWY_INLINE auto LoadBalls(const SpherePair* pairs, const SweptBound* balls, Number number) {
+HWY_INLINE auto LoadBalls(const SpherePair* pairs, const collision::SweptBound* balls,
+                          Number number) {
   const auto load = [&](std::size_t k) HWY_ATTR {
     return hn::LoadU(hn::FixedTag<float, 4>(), balls[number(pairs[k])].centre_m.data());
   };
@@ -39,7 +40,8 @@ HWY_INLINE auto LoadBalls(const SpherePair* pairs, const SweptBound* balls, Numb
 
 /// kPairs pairs: each makes one row (dx, dy, dz, ra + rb) of matrices of four by four. Returns a
 /// bit for each that overlaps.
-HWY_INLINE std::uint32_t OverlappingBits(const SpherePair* pairs, const SweptBound* balls) {
+HWY_INLINE std::uint32_t OverlappingBits(const SpherePair* pairs,
+                                         const collision::SweptBound* balls) {
   const PairTag d;
   const hn::RepartitionToWide<PairTag> wide;
   alignas(16) constexpr float kSign[4] = {0.0F, 0.0F, 0.0F, -0.0F};
@@ -65,8 +67,8 @@ HWY_INLINE std::uint32_t OverlappingBits(const SpherePair* pairs, const SweptBou
 }
 #endif
 
-std::size_t Overlapping(const SpherePair* pairs, std::size_t count, const SweptBound* balls,
-                        SpherePair* found) {
+std::size_t Overlapping(const SpherePair* pairs, std::size_t count,
+                        const collision::SweptBound* balls, SpherePair* found) {
   std::size_t kept = 0, i = 0;
 #if HWY_TARGET != HWY_SCALAR
   for (; i + kPairs <= count; i += kPairs, pairs += kPairs) {
@@ -87,7 +89,8 @@ std::size_t Overlapping(const SpherePair* pairs, std::size_t count, const SweptB
 }
 
 /// Whether each ball is within its swept bound, but for the slack that swept bounds have.
-std::size_t FindEscaped(const SweptBound* balls, const SweptBound* swept_bounds, std::size_t count,
+std::size_t FindEscaped(const collision::SweptBound* balls,
+                        const collision::SweptBound* swept_bounds, std::size_t count,
                         std::uint32_t* escaped, std::size_t room) {
   const FloatTag d;
   const std::size_t lanes = hn::Lanes(d);
@@ -118,17 +121,17 @@ std::size_t FindEscaped(const SweptBound* balls, const SweptBound* swept_bounds,
   return found;
 }
 
-}  // namespace stillgrid::HWY_NAMESPACE
+}  // namespace stillgrid::contact::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace stillgrid {
+namespace stillgrid::contact {
 namespace {
 HWY_EXPORT(Overlapping);
 HWY_EXPORT(FindEscaped);
 }  // namespace
 
-bool holds(const SweptBound& swept_bound, const SweptBound& ball) noexcept {
+bool holds(const collision::SweptBound& swept_bound, const collision::SweptBound& ball) noexcept {
   const auto& [c, bounding_radius_m] = swept_bound;
   const auto& [p, radius_m] = ball;
   const float x = p[0] - c[0], y = p[1] - c[1], z = p[2] - c[2];
@@ -136,19 +139,20 @@ bool holds(const SweptBound& swept_bound, const SweptBound& ball) noexcept {
   return x * x + y * y + z * z <= left_m * left_m && left_m >= 0.0F;
 }
 
-std::size_t overlapping_pairs(std::span<const SpherePair> pairs, std::span<const SweptBound> balls,
+std::size_t overlapping_pairs(std::span<const SpherePair> pairs,
+                              std::span<const collision::SweptBound> balls,
                               std::span<SpherePair> found) {
   assert(found.size() >= pairs.size());
   return HWY_DYNAMIC_DISPATCH(Overlapping)(pairs.data(), pairs.size(), balls.data(), found.data());
 }
 
-std::size_t find_escaped(std::span<const SweptBound> balls,
-                         std::span<const SweptBound> swept_bounds,
+std::size_t find_escaped(std::span<const collision::SweptBound> balls,
+                         std::span<const collision::SweptBound> swept_bounds,
                          std::span<std::uint32_t> escaped) {
   assert(balls.size() == swept_bounds.size());
   return HWY_DYNAMIC_DISPATCH(FindEscaped)(balls.data(), swept_bounds.data(), balls.size(),
                                            escaped.data(), escaped.size());
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::contact
 #endif

@@ -4,7 +4,7 @@
 
 #include "sim_server/bodies/rotation.hpp"
 
-namespace stillgrid {
+namespace stillgrid::contact {
 namespace {
 
 /// Direction, depth and lever of a contact, and how the direction turns as a moves.
@@ -66,17 +66,17 @@ ContactForce contact_force(const Contact& contact, const ContactMotion& motion, 
   result.depth_m = geometry.depth_m;
   if (!(geometry.depth_m > 0.0)) return result;
 
-  const ContactMaterial& material = contact.material;
+  const collision::ContactMaterial& material = contact.material;
   const Eigen::Vector3d& n = geometry.normal;
   const double deepening_m = geometry.depth_m - std::max(contact.depth_before_m, 0.0);
   const double separation_m_s = n.dot(motion.velocity_m_s);
   const double approach_m_s = step_s > 0.0 ? deepening_m / step_s : -separation_m_s;
-  const double normal_load_N = normal_force_N(material, geometry.depth_m, approach_m_s);
+  const double normal_load_N = collision::normal_force_N(material, geometry.depth_m, approach_m_s);
   const Eigen::Vector3d slip_m_s =
       motion.velocity_m_s - separation_m_s * n - motion.spin_rad_s.cross(geometry.arm_m);
   result.touching = true;
   result.arm_m = geometry.arm_m;
-  result.friction_N = friction_force_N(material, normal_load_N, slip_m_s);
+  result.friction_N = collision::friction_force_N(material, normal_load_N, slip_m_s);
   result.force_N = normal_load_N * n + result.friction_N;
   if (derivatives == nullptr) return result;
 
@@ -90,8 +90,8 @@ ContactForce contact_force(const Contact& contact, const ContactMotion& motion, 
   const Eigen::Matrix3d slip_by_position =
       -geometry.turn_per_m *
           (separation_m_s * across + n * (motion.velocity_m_s.transpose() * across)) -
-      geometry.arm_moves * cross_matrix(motion.spin_rad_s);
-  const Eigen::Matrix3d slip_by_spin = cross_matrix(geometry.arm_m);
+      geometry.arm_moves * bodies::cross_matrix(motion.spin_rad_s);
+  const Eigen::Matrix3d slip_by_spin = bodies::cross_matrix(geometry.arm_m);
 
   const double slip_norm_m_s = slip_m_s.norm();
   const double scale_m_s = std::max(slip_norm_m_s, material.slip_speed_m_s);
@@ -118,4 +118,4 @@ ContactForce contact_force(const Contact& contact, const ContactMotion& motion, 
   return result;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

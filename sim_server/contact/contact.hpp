@@ -4,14 +4,14 @@
 
 #include "shared/collision/contact_law.hpp"
 
-namespace stillgrid {
+namespace stillgrid::contact {
 
 /// A possible contact during one step: two moving spheres, or a moving sphere and something given:
 /// a static sphere, a plane or a sphere of the tool.
 struct Contact {
   int a = 0;   // moving sphere, index into World::spheres
   int b = -1;  // moving sphere, or -1: the fields below
-  ContactMaterial material;
+  collision::ContactMaterial material;
   double radius_a_m = 0.0;
   double radius_b_m = 0.0;      // zero for a plane
   double depth_before_m = 0.0;  // overlap at the start of the step, negative: a gap
@@ -95,4 +95,4 @@ struct ContactDerivatives {
 [[nodiscard]] ContactForce contact_force(const Contact& contact, const ContactMotion& motion,
                                          double step_s, ContactDerivatives* derivatives);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

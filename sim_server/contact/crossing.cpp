@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace stillgrid {
+namespace stillgrid::contact {
 namespace {
 
 constexpr double kDeepest = 0.5;  // of the smaller radius, by which one step may deepen a contact
@@ -37,8 +37,8 @@ double share_before_crossing(const RelativePath& path, double radius_a_m,
 }
 
 double share_before_crossings(std::span<const Contact> contacts,
-                              std::span<const SphereMotion> start,
-                              std::span<const SphereMotion> end) noexcept {
+                              std::span<const bodies::SphereMotion> start,
+                              std::span<const bodies::SphereMotion> end) noexcept {
   double share = 1.0;
   for (const Contact& contact : contacts) {
     if (contact.is_plane) continue;
@@ -54,4 +54,4 @@ double share_before_crossings(std::span<const Contact> contacts,
   return share;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

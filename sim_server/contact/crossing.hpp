@@ -6,7 +6,7 @@
 #include "sim_server/bodies/sphere_motion.hpp"
 #include "sim_server/contact/contact.hpp"
 
-namespace stillgrid {
+namespace stillgrid::contact {
 
 /// The straight path of one sphere's centre, seen from the other's, over a step.
 struct RelativePath {
@@ -30,7 +30,7 @@ struct RelativePath {
 /// its place at the step's start to that at its end. A plane cannot be crossed: below it is solid.
 /// Pre: start and end are of every sphere of the world.
 [[nodiscard]] double share_before_crossings(std::span<const Contact> contacts,
-                                            std::span<const SphereMotion> start,
-                                            std::span<const SphereMotion> end) noexcept;
+                                            std::span<const bodies::SphereMotion> start,
+                                            std::span<const bodies::SphereMotion> end) noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

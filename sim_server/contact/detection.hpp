@@ -12,7 +12,7 @@
 #include "sim_server/contact/moving_spheres.hpp"
 #include "sim_server/contact/self_collision.hpp"
 
-namespace stillgrid {
+namespace stillgrid::contact {
 
 /// A sphere of the tool in the scene, as sampled for this step and as it was a step before.
 struct ToolSphereMotion {
@@ -31,7 +31,7 @@ class Detection {
  public:
   /// voxel_ratio: edge of a voxel over twice the reach of the spheres' swept bounds; none or
   /// negative: chosen from the scene.
-  Detection(const World& world, double voxel_ratio);
+  Detection(const bodies::World& world, double voxel_ratio);
 
   /// Makes contacts() every pair of spheres, and of spheres and planes, that may touch within a
   /// step of step_s, each once. Throws std::domain_error, naming body and sphere, where a sphere's
@@ -40,29 +40,30 @@ class Detection {
   /// False, and there are none, where that would be more than 64 pairs or 16 contacts a sphere and
   /// something goes farther than its radius: what is that fast gathers all along its path, and a
   /// shorter step takes less memory. A call that `must` find them lists however many there are.
-  bool find_contacts(const World& world, double step_s, bool must = false);
+  bool find_contacts(const bodies::World& world, double step_s, bool must = false);
 
   /// Takes note of who is sleeping: such bodies stay where they are, without work, and have
   /// contacts only with what moves. Call it when that changed. Throws as find_contacts().
-  void note_sleep(const World& world);
+  void note_sleep(const bodies::World& world);
 
   /// Whether a sphere that is free ends elsewhere than on the way that the last find_contacts()
   /// predicted, so that it may have met what contacts() does not list. end: of all spheres.
-  [[nodiscard]] bool strayed(const World& world, std::span<const SphereMotion> end) const;
+  [[nodiscard]] bool strayed(const bodies::World& world,
+                             std::span<const bodies::SphereMotion> end) const;
 
   /// Appends the contacts of the tool with the moving spheres, in place of those of an earlier
   /// call. After find_contacts() of the same step.
-  void find_tool_contacts(const World& world, const std::vector<ToolSphereMotion>& tool);
+  void find_tool_contacts(const bodies::World& world, const std::vector<ToolSphereMotion>& tool);
 
   /// Takes where the spheres of the world are, for motions(). Throws as find_contacts().
-  void move_spheres(const World& world);
+  void move_spheres(const bodies::World& world);
 
   /// The moving spheres, in a grid whose records are the owner's to write.
   [[nodiscard]] MovingSpheres& spheres() noexcept { return moving_; }
   [[nodiscard]] const MovingSpheres& spheres() const noexcept { return moving_; }
 
   /// Of each moving sphere, as the last find_contacts() or move_spheres() saw it.
-  [[nodiscard]] std::span<const SphereMotion> motions() const noexcept { return motion_; }
+  [[nodiscard]] std::span<const bodies::SphereMotion> motions() const noexcept { return motion_; }
 
   [[nodiscard]] const std::vector<Contact>& contacts() const noexcept { return contacts_; }
 
@@ -70,22 +71,22 @@ class Detection {
   [[nodiscard]] std::size_t room_for_pairs() const noexcept { return moving_.room_for_pairs(); }
 
  private:
-  void bound_sweeps(const World& world, double step_s);
-  [[nodiscard]] bool is_fast(const World& world) const;
-  [[nodiscard]] bool add_pairs(const World& world, bool must);
-  void add_static(const World& world);
-  void add_planes(const World& world, double step_s);
+  void bound_sweeps(const bodies::World& world, double step_s);
+  [[nodiscard]] bool is_fast(const bodies::World& world) const;
+  [[nodiscard]] bool add_pairs(const bodies::World& world, bool must);
+  void add_static(const bodies::World& world);
+  void add_planes(const bodies::World& world, double step_s);
   [[nodiscard]] bool is_free(std::size_t sphere) const { return is_free_[sphere] != 0; }
   [[nodiscard]] bool moves(std::size_t sphere) const { return moves_[sphere] != 0; }
 
   SelfCollision self_collision_;
   MovingSpheres moving_;
-  VoxelGrid static_;
+  collision::VoxelGrid static_;
   std::vector<std::uint8_t> is_free_;  // of each moving sphere: not prescribed
   std::vector<std::uint8_t> moves_;    // neither sleeping nor prescribed to stay
-  std::vector<SphereMotion> motion_;
-  std::vector<SweptBound> paths_;  // of each moving sphere in this step
+  std::vector<bodies::SphereMotion> motion_;
+  std::vector<collision::SweptBound> paths_;  // of each moving sphere in this step
   std::vector<Contact> contacts_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

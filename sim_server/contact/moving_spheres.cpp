@@ -7,7 +7,7 @@
 
 #include "shared/collision/grid_query.hpp"
 
-namespace stillgrid {
+namespace stillgrid::contact {
 namespace {
 
 /// Entering a sphere and finding its pairs costs as much as so many tests of a listed pair.
@@ -44,7 +44,7 @@ Eigen::Map<const Eigen::Vector3f> vector(const std::array<float, 3>& v) {
 }
 
 /// Other spheres in the voxel of a sphere, on average; from some of the cells.
-float occupancy(const GridView& view) {
+float occupancy(const collision::GridView& view) {
   const auto* starts = reinterpret_cast<const std::uint32_t*>(view.words + view.layout.cell_starts);
   const proto::GridLevel& last = view.shape.levels[view.shape.level_count - 1];
   const std::size_t cells =
@@ -83,7 +83,7 @@ MovingSpheres::MovingSpheres(std::size_t count, float voxel_ratio,
 }
 
 std::optional<std::span<const SpherePair>> MovingSpheres::find_at_most(
-    std::span<const SweptBound> balls, const PairFilter& may_collide, std::size_t most) {
+    std::span<const collision::SweptBound> balls, const PairFilter& may_collide, std::size_t most) {
   assert(balls.size() == swept_bounds_.size());
   ++steps_;
   if (!is_listed_ || !list_holds(balls, may_collide)) {
@@ -103,7 +103,8 @@ std::optional<std::span<const SpherePair>> MovingSpheres::find_at_most(
 
 /// Whether the list of pairs is good for these balls, if need be after a few swept bounds are
 /// widened.
-bool MovingSpheres::list_holds(std::span<const SweptBound> balls, const PairFilter& may_collide) {
+bool MovingSpheres::list_holds(std::span<const collision::SweptBound> balls,
+                               const PairFilter& may_collide) {
   const std::size_t leaving = find_escaped(balls, swept_bounds_, escaped_);
   if (leaving > escaped_.size()) return false;
   for (std::size_t i = 0; i < leaving; ++i)
@@ -113,17 +114,18 @@ bool MovingSpheres::list_holds(std::span<const SweptBound> balls, const PairFilt
 
 /// Widens one swept bound in place and lists the pairs that come to meet by it. False if it would
 /// be too wide, or no number.
-bool MovingSpheres::widen(std::uint32_t sphere, const SweptBound& ball,
+bool MovingSpheres::widen(std::uint32_t sphere, const collision::SweptBound& ball,
                           const PairFilter& may_collide) {
-  const SweptBound before = swept_bounds_[sphere];
-  SweptBound now = before;
+  const collision::SweptBound before = swept_bounds_[sphere];
+  collision::SweptBound now = before;
   now.bounding_radius_m = needed_radius_m(before.centre_m, ball.centre_m, ball.bounding_radius_m) +
                           kWiden * ball.bounding_radius_m;
   if (!(now.bounding_radius_m <= kWidest * ball.bounding_radius_m)) return false;
   grid_.grow(sphere, now.bounding_radius_m);
   swept_bounds_[sphere] = now;
-  for_each_candidate(grid_.view(), now, kAllVisits, [&](std::uint32_t other) {
-    if (other == sphere || !meet(now, swept_bounds_[other]) || meet(before, swept_bounds_[other]))
+  collision::for_each_candidate(grid_.view(), now, collision::kAllVisits, [&](std::uint32_t other) {
+    if (other == sphere || !collision::meet(now, swept_bounds_[other]) ||
+        collision::meet(before, swept_bounds_[other]))
       return;
     const SpherePair pair{std::min(sphere, other), std::max(sphere, other)};
     if (may_collide && !may_collide(pair.a, pair.b)) return;
@@ -134,7 +136,7 @@ bool MovingSpheres::widen(std::uint32_t sphere, const SweptBound& ball,
   return listed_ <= 2 * listed_when_entered_ + swept_bounds_.size() / 4;
 }
 
-void MovingSpheres::enter(std::span<const SweptBound> balls) {
+void MovingSpheres::enter(std::span<const collision::SweptBound> balls) {
   is_listed_ = false;  // should it throw
   plan(balls);
   make_bounds(balls);
@@ -147,7 +149,7 @@ void MovingSpheres::enter(std::span<const SweptBound> balls) {
 /// Measures how the spheres moved since they were entered, and decides how long the next swept
 /// bounds shall last: wider ones list more pairs, which every step tests, and are made anew less
 /// often.
-void MovingSpheres::plan(std::span<const SweptBound> balls) {
+void MovingSpheres::plan(std::span<const collision::SweptBound> balls) {
   if (entered_count_ == 0) {
     rebuild_interval_ = kMaxRebuildInterval;  // as if nothing moved
     return;
@@ -186,11 +188,11 @@ void MovingSpheres::plan(std::span<const SweptBound> balls) {
     if (cost(rebuild_interval) < cost(rebuild_interval_)) rebuild_interval_ = rebuild_interval;
 }
 
-void MovingSpheres::make_bounds(std::span<const SweptBound> balls) {
+void MovingSpheres::make_bounds(std::span<const collision::SweptBound> balls) {
   const float rebuild_interval = static_cast<float>(rebuild_interval_);
   for (std::size_t i = 0; i < balls.size(); ++i) {
     const auto& [position_m, radius_m] = balls[i];
-    SweptBound& swept_bound = swept_bounds_[i];
+    collision::SweptBound& swept_bound = swept_bounds_[i];
     swept_bound = balls[i];
     if (rebuild_interval_ == 1) {
       swept_bound.bounding_radius_m *= 1.0F + kBoundSlack;
@@ -212,7 +214,7 @@ void MovingSpheres::make_bounds(std::span<const SweptBound> balls) {
 void MovingSpheres::fill_grid() {
   if (!chooses_voxel_ || swept_bounds_.size() < 2) return grid_.enter(swept_bounds_, voxel_ratio_);
   float longest_m = 0.0F;
-  for (const SweptBound& swept_bound : swept_bounds_)
+  for (const collision::SweptBound& swept_bound : swept_bounds_)
     longest_m = std::max(longest_m, swept_bound.bounding_radius_m);
   for (int tries = entered_count_ == 0 ? kFirstTries : 1; tries > 0; --tries) {
     voxel_ratio_ = std::clamp(0.5F * voxel_m_ / longest_m, kLeastRatio, kMaxRatio);
@@ -254,4 +256,4 @@ void MovingSpheres::reshape() {
   grid_.enter(grown_, voxel_ratio_);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

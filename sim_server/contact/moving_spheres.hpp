@@ -12,7 +12,7 @@
 #include "shared/collision/voxel_grid.hpp"
 #include "sim_server/contact/pair_search.hpp"
 
-namespace stillgrid {
+namespace stillgrid::contact {
 
 /// Which two spheres may collide at all; empty: any two.
 using PairFilter = std::function<bool(std::uint32_t, std::uint32_t)>;
@@ -36,31 +36,31 @@ class MovingSpheres {
 
   /// Enters the spheres as they are, before the first find(), which else does so. Throws as find().
   /// Pre: balls.size() is the count.
-  void enter(std::span<const SweptBound> balls);
+  void enter(std::span<const collision::SweptBound> balls);
 
   /// The pairs of balls that overlap, (dx dx + dy dy + dz dz) < (ra + rb)^2 in float arithmetic,
   /// and that `may_collide` admits, each once. balls[i]: all that sphere i may take up during this
   /// step. Throws std::domain_error, naming the sphere, at a ball that is no number.
   /// `may_collide` must answer the same at every call. Pre: balls.size() is the count.
-  std::span<const SpherePair> find(std::span<const SweptBound> balls,
+  std::span<const SpherePair> find(std::span<const collision::SweptBound> balls,
                                    const PairFilter& may_collide = {}) {
     return *find_at_most(balls, may_collide, std::numeric_limits<std::size_t>::max());
   }
 
   /// The same, or nothing where more than `most` pairs would have to be listed, each of which takes
   /// memory; then the next call lists them anew.
-  std::optional<std::span<const SpherePair>> find_at_most(std::span<const SweptBound> balls,
-                                                          const PairFilter& may_collide,
-                                                          std::size_t most);
+  std::optional<std::span<const SpherePair>> find_at_most(
+      std::span<const collision::SweptBound> balls, const PairFilter& may_collide,
+      std::size_t most);
 
   /// Every swept bound holds its sphere's ball of the last find(). The owner may write the records,
   /// which nothing here reads, and let swept bounds grow: reshape() follows.
-  [[nodiscard]] VoxelGrid& grid() noexcept { return grid_; }
-  [[nodiscard]] const VoxelGrid& grid() const noexcept { return grid_; }
+  [[nodiscard]] collision::VoxelGrid& grid() noexcept { return grid_; }
+  [[nodiscard]] const collision::VoxelGrid& grid() const noexcept { return grid_; }
 
   /// What the list of pairs holds for, of a sphere that was entered: its swept bound before it
   /// grew.
-  [[nodiscard]] const SweptBound& swept_bound(std::size_t sphere) const noexcept {
+  [[nodiscard]] const collision::SweptBound& swept_bound(std::size_t sphere) const noexcept {
     return swept_bounds_[sphere];
   }
 
@@ -77,22 +77,23 @@ class MovingSpheres {
   }
 
  private:
-  [[nodiscard]] bool list_holds(std::span<const SweptBound> balls, const PairFilter& may_collide);
-  [[nodiscard]] bool widen(std::uint32_t sphere, const SweptBound& ball,
+  [[nodiscard]] bool list_holds(std::span<const collision::SweptBound> balls,
+                                const PairFilter& may_collide);
+  [[nodiscard]] bool widen(std::uint32_t sphere, const collision::SweptBound& ball,
                            const PairFilter& may_collide);
-  void plan(std::span<const SweptBound> balls);
-  void make_bounds(std::span<const SweptBound> balls);
+  void plan(std::span<const collision::SweptBound> balls);
+  void make_bounds(std::span<const collision::SweptBound> balls);
   void fill_grid();
   [[nodiscard]] bool list_pairs(const PairFilter& may_collide, std::size_t most);
 
-  VoxelGrid grid_;
+  collision::VoxelGrid grid_;
   bool chooses_voxel_;
   float voxel_ratio_;
-  float voxel_m_ = 0.0F;                  // that is chosen, if it can be
-  std::vector<SweptBound> swept_bounds_;  // of each sphere: what the list holds for
-  std::vector<SweptBound> entered_;       // the balls as they were entered
-  std::vector<SweptBound> grown_;         // scratch: swept bounds as they are published
-  std::vector<Eigen::Vector3f> moves_m_;  // of each sphere in a step, as last measured
+  float voxel_m_ = 0.0F;                             // that is chosen, if it can be
+  std::vector<collision::SweptBound> swept_bounds_;  // of each sphere: what the list holds for
+  std::vector<collision::SweptBound> entered_;       // the balls as they were entered
+  std::vector<collision::SweptBound> grown_;         // scratch: swept bounds as they are published
+  std::vector<Eigen::Vector3f> moves_m_;             // of each sphere in a step, as last measured
   std::vector<std::uint32_t> groups_;
   SortedBounds sorted_;
   std::vector<SpherePair> candidates_;  // the first listed_ of them
@@ -107,4 +108,4 @@ class MovingSpheres {
   float error_m_ = 0.0F;      // of that expectation, a step
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

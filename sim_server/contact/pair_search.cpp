@@ -16,7 +16,7 @@
 
 #ifndef STILLGRID_PAIR_SEARCH_ONCE
 #define STILLGRID_PAIR_SEARCH_ONCE
-namespace stillgrid {
+namespace stillgrid::contact {
 namespace {
 
 /// Swept bounds that one look at a run of cells tests: as many bits.
@@ -24,7 +24,7 @@ constexpr std::uint32_t kBounds = kLanes;
 
 /// A search that can stop for want of room, and go on.
 struct Search {
-  const GridView& view;
+  const collision::GridView& view;
   const SortedBounds& swept_bounds;
   const std::uint32_t* starts;
   const std::uint32_t* numbers;
@@ -62,22 +62,23 @@ bool is_plain(const proto::GridShape& shape) {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::contact
 #endif
 
 HWY_BEFORE_NAMESPACE();
-namespace stillgrid::HWY_NAMESPACE {
+namespace stillgrid::contact::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 using FloatTag = hn::CappedTag<float, kLanes>;
 
 /// Transposes the sorted swept bounds and notes their cells.
-void Unpack(const GridView& view, SortedBounds& to) {
+void Unpack(const collision::GridView& view, SortedBounds& to) {
   const FloatTag d;
   const hn::RebindToSigned<FloatTag> di;
   const auto* words = reinterpret_cast<const float*>(view.words);
-  const VectorRow<const float> from(words + 2 * view.layout.swept_bounds,
-                                    {words, 2 * (view.layout.total_words + kSparedWords)});
+  const VectorRow<const float> from(
+      words + 2 * view.layout.swept_bounds,
+      {words, 2 * (view.layout.total_words + collision::kSparedWords)});
   const proto::GridLevel& level = view.shape.levels[0];
   const auto inverse = hn::Set(d, 1.0F / level.voxel_m);
   const auto stride_y = hn::Set(di, static_cast<std::int32_t>(level.cells[0]));
@@ -234,7 +235,8 @@ bool SearchLevel(Search& search, const Looker& looker, const proto::GridLevel& l
                                       search.swept_bounds.z_m[i]};
   const float bounding_radius_m =
       (search.swept_bounds.bounding_radius_m[i] + level.bounding_radius_m) * (1.0F + kBoundSlack);
-  const CellBlock block = cell_block(level, centre_m, bounding_radius_m, 1.0F / level.voxel_m);
+  const collision::CellBlock block =
+      collision::cell_block(level, centre_m, bounding_radius_m, 1.0F / level.voxel_m);
   if (block.is_empty) return true;
   const std::uint32_t first_x = block.first[0], count_x = block.count[0], cells_x = block.cells[0];
   const std::uint32_t straight = std::min(count_x, cells_x - first_x);
@@ -278,11 +280,11 @@ bool SearchAny(Search& search) {
   return true;
 }
 
-}  // namespace stillgrid::HWY_NAMESPACE
+}  // namespace stillgrid::contact::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace stillgrid {
+namespace stillgrid::contact {
 namespace {
 HWY_EXPORT(Unpack);
 HWY_EXPORT(SearchPlainGrid);
@@ -309,7 +311,7 @@ SortedBounds::SortedBounds(std::size_t capacity)
       bounding_radius_m(capacity + kBounds),
       cell(capacity + kBounds) {}
 
-std::size_t search_pairs(const GridView& view, std::span<const std::uint32_t> groups,
+std::size_t search_pairs(const collision::GridView& view, std::span<const std::uint32_t> groups,
                          std::size_t most, SortedBounds& sorted, std::vector<SpherePair>& pairs) {
   if (view.shape.sphere_count < 2) return 0;
   HWY_DYNAMIC_DISPATCH(Unpack)(view, sorted);
@@ -334,5 +336,5 @@ std::size_t search_pairs(const GridView& view, std::span<const std::uint32_t> gr
   return search.count;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::contact
 #endif

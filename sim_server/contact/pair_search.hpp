@@ -8,7 +8,7 @@
 #include "shared/collision/voxel_grid.hpp"
 #include "sim_server/contact/ball_tests.hpp"
 
-namespace stillgrid {
+namespace stillgrid::contact {
 
 /// The group of a sphere that may be paired with any other.
 inline constexpr std::uint32_t kNoGroup = 0xffff'ffff;
@@ -34,8 +34,8 @@ struct SortedBounds {
 /// groups: of each sphere; none: there are no groups. Swept bounds of one group that stand together
 /// in the grid, as a rigid body's do, cost one look however many they are. Pre: `sorted` has the
 /// capacity of the grid.
-[[nodiscard]] std::size_t search_pairs(const GridView& view, std::span<const std::uint32_t> groups,
-                                       std::size_t most, SortedBounds& sorted,
-                                       std::vector<SpherePair>& pairs);
+[[nodiscard]] std::size_t search_pairs(const collision::GridView& view,
+                                       std::span<const std::uint32_t> groups, std::size_t most,
+                                       SortedBounds& sorted, std::vector<SpherePair>& pairs);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

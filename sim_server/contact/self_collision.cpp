@@ -3,21 +3,22 @@
 #include <algorithm>
 #include <span>
 
-namespace stillgrid {
+namespace stillgrid::contact {
 namespace {
 
 /// Spheres whose gap at rest is less than this part of the smaller radius are neighbours.
 constexpr double kNearGap = 0.5;
 
-std::span<const int> nodes_of(const SphereBinding& sphere) {
+std::span<const int> nodes_of(const bodies::SphereBinding& sphere) {
   return {sphere.nodes.data(), static_cast<std::size_t>(sphere.node_count)};
 }
 
 }  // namespace
 
-SelfCollision::SelfCollision(const World& world) : first_neighbour_(world.nodes.size() + 1, 0) {
+SelfCollision::SelfCollision(const bodies::World& world)
+    : first_neighbour_(world.nodes.size() + 1, 0) {
   for (std::size_t i = 0; i < world.nodes.size(); ++i) first_neighbour_[i + 1] = 1;
-  for (const Spring& spring : world.springs)
+  for (const bodies::Spring& spring : world.springs)
     for (const int node : {spring.a, spring.b})
       ++first_neighbour_[static_cast<std::size_t>(node) + 1];
   for (std::size_t i = 0; i < world.nodes.size(); ++i)
@@ -30,7 +31,7 @@ SelfCollision::SelfCollision(const World& world) : first_neighbour_(world.nodes.
   };
   for (std::size_t i = 0; i < world.nodes.size(); ++i)
     note(static_cast<int>(i), static_cast<int>(i));
-  for (const Spring& spring : world.springs) {
+  for (const bodies::Spring& spring : world.springs) {
     note(spring.a, spring.b);
     note(spring.b, spring.a);
   }
@@ -40,12 +41,14 @@ SelfCollision::SelfCollision(const World& world) : first_neighbour_(world.nodes.
   for (std::size_t i = 0; i < world.nodes.size(); ++i) std::sort(at(i), at(i + 1));
 }
 
-bool SelfCollision::are_apart_at_rest(const SphereBinding& a, const SphereBinding& b) noexcept {
+bool SelfCollision::are_apart_at_rest(const bodies::SphereBinding& a,
+                                      const bodies::SphereBinding& b) noexcept {
   const double near_m = a.radius_m + b.radius_m + kNearGap * std::min(a.radius_m, b.radius_m);
   return (a.rest_position_m - b.rest_position_m).squaredNorm() > near_m * near_m;
 }
 
-bool SelfCollision::are_joined(const SphereBinding& a, const SphereBinding& b) const noexcept {
+bool SelfCollision::are_joined(const bodies::SphereBinding& a,
+                               const bodies::SphereBinding& b) const noexcept {
   for (const int node : nodes_of(a)) {
     const auto i = static_cast<std::size_t>(node);
     const std::span neighbours(neighbours_.data() + first_neighbour_[i],
@@ -56,4 +59,4 @@ bool SelfCollision::are_joined(const SphereBinding& a, const SphereBinding& b) c
   return false;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

@@ -4,7 +4,7 @@
 
 #include "sim_server/bodies/world.hpp"
 
-namespace stillgrid {
+namespace stillgrid::contact {
 
 /// Which spheres of one body may collide with each other.
 ///
@@ -15,22 +15,24 @@ namespace stillgrid {
 class SelfCollision {
  public:
   /// Notes which nodes the springs of the world join.
-  explicit SelfCollision(const World& world);
+  explicit SelfCollision(const bodies::World& world);
 
   /// Whether two spheres of the world may collide; true for different bodies.
   /// Realtime: constant time, never allocates, locks or throws.
-  [[nodiscard]] bool may_collide(const SphereBinding& a, const SphereBinding& b) const noexcept {
+  [[nodiscard]] bool may_collide(const bodies::SphereBinding& a,
+                                 const bodies::SphereBinding& b) const noexcept {
     if (a.body != b.body) return true;
     return a.rigid < 0 && are_apart_at_rest(a, b) && !are_joined(a, b);
   }
 
  private:
-  [[nodiscard]] static bool are_apart_at_rest(const SphereBinding& a,
-                                              const SphereBinding& b) noexcept;
-  [[nodiscard]] bool are_joined(const SphereBinding& a, const SphereBinding& b) const noexcept;
+  [[nodiscard]] static bool are_apart_at_rest(const bodies::SphereBinding& a,
+                                              const bodies::SphereBinding& b) noexcept;
+  [[nodiscard]] bool are_joined(const bodies::SphereBinding& a,
+                                const bodies::SphereBinding& b) const noexcept;
 
   std::vector<std::size_t> first_neighbour_;  // of each node, and one more
   std::vector<int> neighbours_;               // ascending within a node; the node itself too
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

@@ -14,7 +14,7 @@
 #include "sim_server/bodies/sphere_motion.hpp"
 #include "sim_server/contact/detection.hpp"
 
-namespace stillgrid {
+namespace stillgrid::contact {
 namespace {
 
 constexpr double kLongest_m = 10.0, kShortest_m = 1e-3;  // of a body
@@ -39,7 +39,7 @@ struct Shape {
   std::vector<double> highest_m;  // of a centre above each plane
 };
 
-std::vector<Shape> shapes_of(const World& world) {
+std::vector<Shape> shapes_of(const bodies::World& world) {
   std::vector<Shape> shapes(world.bodies.size());
   const auto include = [&](int body, const Eigen::Vector3d& at_m, double radius_m) {
     Shape& shape = shapes[static_cast<std::size_t>(body)];
@@ -50,28 +50,29 @@ std::vector<Shape> shapes_of(const World& world) {
       shape.highest_m[i] =
           std::max(shape.highest_m[i], world.planes[i].normal.dot(at_m) - world.planes[i].offset_m);
   };
-  for (const SphereBinding& sphere : world.spheres)
+  for (const bodies::SphereBinding& sphere : world.spheres)
     include(sphere.body, sphere.rest_position_m, sphere.radius_m);
-  for (const StaticSphere& sphere : world.static_spheres)
+  for (const bodies::StaticSphere& sphere : world.static_spheres)
     include(sphere.body, sphere.position_m, sphere.radius_m);
   return shapes;
 }
 
-double speed_m_s(const BodyDescription& body) {
-  if (body.motion == Motion::kFree) return body.velocity_m_s.norm();
-  if (body.motion == Motion::kStatic) return 0.0;
+double speed_m_s(const bodies::BodyDescription& body) {
+  if (body.motion == bodies::Motion::kFree) return body.velocity_m_s.norm();
+  if (body.motion == bodies::Motion::kStatic) return 0.0;
   return std::abs(body.prescribed.velocity_m_s) +
          2.0 * std::numbers::pi * body.prescribed.frequency_hz * body.prescribed.amplitude_m;
 }
 
 class Warnings {
  public:
-  Warnings(const SceneDescription& scene, const std::string& file) : scene_(scene), file_(file) {}
+  Warnings(const scene::SceneDescription& scene, const std::string& file)
+      : scene_(scene), file_(file) {}
 
   void add(int body, const std::string& what) {
     ++count_;
     if (lines_.size() == kMaxLines) return;
-    const BodyDescription& of = scene_.bodies[static_cast<std::size_t>(body)];
+    const bodies::BodyDescription& of = scene_.bodies[static_cast<std::size_t>(body)];
     lines_.push_back(file_ + ":" + std::to_string(of.line) + ": body '" + of.name + "': " + what);
   }
 
@@ -87,15 +88,15 @@ class Warnings {
   }
 
  private:
-  const SceneDescription& scene_;
+  const scene::SceneDescription& scene_;
   const std::string& file_;
   std::vector<std::string> lines_;
   std::size_t count_ = 0;
 };
 
-void warn_of_shape(const SceneDescription& scene, const World& world, int number,
+void warn_of_shape(const scene::SceneDescription& scene, const bodies::World& world, int number,
                    const Shape& shape, Warnings& warnings) {
-  const BodyDescription& body = scene.bodies[static_cast<std::size_t>(number)];
+  const bodies::BodyDescription& body = scene.bodies[static_cast<std::size_t>(number)];
   if (speed_m_s(body) > kFastest_m_s)
     warnings.add(number, print("moves at %.3g m/s: speeds are in m/s", speed_m_s(body)));
   if (shape.highest_m.empty() && shape.centres_m.isEmpty()) return;
@@ -108,7 +109,7 @@ void warn_of_shape(const SceneDescription& scene, const World& world, int number
     warnings.add(number, print("is %.3g m from the origin: snapshots are in floats, there %.2g mm "
                                "apart, and forces as coarse",
                                far_m, 1e3 * far_m * std::numeric_limits<float>::epsilon()));
-  if (body.motion != Motion::kFree) return;
+  if (body.motion != bodies::Motion::kFree) return;
   for (std::size_t i = 0; i < shape.highest_m.size(); ++i)
     if (shape.highest_m[i] < -shape.radius_m)
       warnings.add(number, print("lies %.3g m below plane ", -shape.highest_m[i]) +
@@ -117,20 +118,21 @@ void warn_of_shape(const SceneDescription& scene, const World& world, int number
 }
 
 /// The body that a contact's other side is of.
-int other_body(const World& world, const Contact& contact) {
+int other_body(const bodies::World& world, const Contact& contact) {
   if (contact.b >= 0) return world.spheres[static_cast<std::size_t>(contact.b)].body;
   if (contact.is_plane) {
-    for (const StaticPlane& plane : world.planes)
+    for (const bodies::StaticPlane& plane : world.planes)
       if (plane.normal == contact.plane_normal && plane.offset_m == contact.plane_offset_m)
         return plane.body;
     return -1;
   }
-  for (const StaticSphere& sphere : world.static_spheres)
+  for (const bodies::StaticSphere& sphere : world.static_spheres)
     if (sphere.position_m == contact.position_b_m) return sphere.body;
   return -1;
 }
 
-void warn_of_overlaps(const World& world, const std::vector<Shape>& shapes, Warnings& warnings) {
+void warn_of_overlaps(const bodies::World& world, const std::vector<Shape>& shapes,
+                      Warnings& warnings) {
   Detection detection(world, 0.0);
   detection.find_contacts(world, 0.0, true);
   struct Overlap {
@@ -167,8 +169,8 @@ void warn_of_overlaps(const World& world, const std::vector<Shape>& shapes, Warn
 
 }  // namespace
 
-std::vector<std::string> start_warnings(const SceneDescription& scene, const World& world,
-                                        const std::string& file) {
+std::vector<std::string> start_warnings(const scene::SceneDescription& scene,
+                                        const bodies::World& world, const std::string& file) {
   Warnings warnings(scene, file);
   const std::vector<Shape> shapes = shapes_of(world);
   for (std::size_t i = 0; i < shapes.size(); ++i)
@@ -177,4 +179,4 @@ std::vector<std::string> start_warnings(const SceneDescription& scene, const Wor
   return std::move(warnings).lines();
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

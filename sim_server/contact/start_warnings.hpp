@@ -6,7 +6,7 @@
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
-namespace stillgrid {
+namespace stillgrid::contact {
 
 /// What a scene says that is legal but seldom meant, a line each, `FILE:LINE: body 'NAME': ...`:
 /// bodies below a plane, deep overlaps at the start, sizes and speeds that no scene has that a hand
@@ -14,7 +14,8 @@ namespace stillgrid {
 /// are.
 ///
 /// Finds the contacts of the start once: linear in the spheres. Pre: `world` is build_world(scene).
-[[nodiscard]] std::vector<std::string> start_warnings(const SceneDescription& scene,
-                                                      const World& world, const std::string& file);
+[[nodiscard]] std::vector<std::string> start_warnings(const scene::SceneDescription& scene,
+                                                      const bodies::World& world,
+                                                      const std::string& file);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

@@ -6,7 +6,7 @@
 #include <span>
 #include <type_traits>
 
-namespace stillgrid {
+namespace stillgrid::contact {
 
 /// Numbers of one look: what the widest vector of any target holds of doubles, to which all vectors
 /// are capped; a multiple of every vector's lanes.
@@ -80,4 +80,4 @@ class VectorRow {
 #endif
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

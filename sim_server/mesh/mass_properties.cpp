@@ -2,7 +2,7 @@
 
 #include <Eigen/Geometry>
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 
 MassProperties mass_properties(const TriangleMesh& closed) {
   // From a corner of the mesh: far from the origin the differences would cancel.
@@ -41,4 +41,4 @@ double surface_area_m2(const TriangleMesh& mesh) {
   return area_m2;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

@@ -4,7 +4,7 @@
 
 #include "sim_server/mesh/triangle_mesh.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 
 /// Volume, centre and inertia of a solid of uniform density, in the mesh's frame.
 struct MassProperties {
@@ -22,4 +22,4 @@ struct MassProperties {
 /// The area of all triangles together, m^2.
 [[nodiscard]] double surface_area_m2(const TriangleMesh& mesh);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

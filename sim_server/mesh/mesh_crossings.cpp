@@ -7,7 +7,7 @@
 #include "sim_server/mesh/mesh_distance.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 namespace {
 
 /// Six volumes of the tetrahedron, signed.
@@ -69,4 +69,4 @@ Crossings count_crossings(const TriangleMesh& mesh, std::span<const int> piece_o
   return crossings;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

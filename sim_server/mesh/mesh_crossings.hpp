@@ -5,7 +5,7 @@
 
 #include "sim_server/mesh/triangle_mesh.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 
 /// How many edges pass through a face that shares no corner with them; each edge once per face. Of
 /// two pieces only the inside of a face counts: they may touch at their edges.
@@ -21,4 +21,4 @@ struct Crossings {
                                         std::span<const int> piece_of_face,
                                         const std::string& name);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

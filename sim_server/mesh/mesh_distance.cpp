@@ -16,7 +16,7 @@
 
 #include "shared/realtime/stop_signal.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 namespace {
 
 /// Where on a triangle: its face, edge i from corner i to the next, or corner i.
@@ -94,9 +94,9 @@ struct MeshDistance::Tree {
   explicit Tree(const TriangleMesh& closed) : mesh(closed) {
     make_normals();
     make_scene();
-    if (stop_requested()) {
+    if (realtime::stop_requested()) {
       release();
-      throw_if_stopped();
+      realtime::throw_if_stopped();
     }
   }
   ~Tree() { release(); }
@@ -132,7 +132,7 @@ void MeshDistance::Tree::make_normals() {
   vertex_normals.assign(mesh.vertices_m.size(), Eigen::Vector3d::Zero());
   std::unordered_map<std::uint64_t, Eigen::Vector3d> of_edge;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    throw_if_stopped();
+    realtime::throw_if_stopped();
     const auto corners = corners_of(i);
     face_normals.push_back((corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized());
     for (std::size_t k = 0; k < 3; ++k) {
@@ -179,12 +179,13 @@ void MeshDistance::Tree::make_scene() {
   rtcReleaseGeometry(geometry);
   // A large tree takes seconds, which a stop ends.
   rtcSetSceneProgressMonitorFunction(
-      scene, [](void*, double) { return !stop_requested().load(std::memory_order_relaxed); },
+      scene,
+      [](void*, double) { return !realtime::stop_requested().load(std::memory_order_relaxed); },
       nullptr);
   rtcCommitScene(scene);
   const RTCError error = rtcGetDeviceError(device);
   if (error == RTC_ERROR_NONE) return;
-  throw_if_stopped();
+  realtime::throw_if_stopped();
   if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
   throw std::runtime_error("Embree: error " + std::to_string(error));
 }
@@ -199,7 +200,7 @@ Eigen::Vector3d MeshDistance::Tree::normal_at(std::size_t triangle, Feature feat
 
 NearestPoint MeshDistance::Tree::closest(const Eigen::Vector3d& point_m) const {
   assert(point_m.allFinite());
-  throw_if_stopped();
+  realtime::throw_if_stopped();
   struct Search {
     const Tree& tree;
     const Eigen::Vector3d& point_m;
@@ -244,7 +245,7 @@ NearestPoint MeshDistance::Tree::closest(const Eigen::Vector3d& point_m) const {
 
 std::vector<int> MeshDistance::triangles_near(const Eigen::Vector3d& point_m,
                                               double search_radius_m) const {
-  throw_if_stopped();
+  realtime::throw_if_stopped();
   std::vector<int> triangles;
   const Eigen::Vector3d unit = (point_m - tree_->centre_m) * tree_->to_unit;
   const double reach = search_radius_m * tree_->to_unit + kFloatSlack * (1.0 + unit.norm());
@@ -279,4 +280,4 @@ double MeshDistance::signed_distance_m(const Eigen::Vector3d& point_m) const {
   return away.dot(nearest.normal) < 0.0 ? -away.norm() : away.norm();
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

@@ -6,7 +6,7 @@
 
 #include "sim_server/mesh/triangle_mesh.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 
 /// The point of a surface that is nearest to another.
 struct NearestPoint {
@@ -47,4 +47,4 @@ class MeshDistance {
   std::unique_ptr<Tree> tree_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

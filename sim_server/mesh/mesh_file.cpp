@@ -13,7 +13,7 @@
 #include "sim_server/mesh/mesh_formats.hpp"
 #include "sim_server/mesh/polygon_mesh.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 namespace {
 
 constexpr std::uintmax_t kMaxBytes = 512U << 20U;
@@ -39,7 +39,7 @@ std::string bytes_of(const std::filesystem::path& path) {
   constexpr std::size_t kPiece = 1U << 20U;
   std::string bytes;
   while (file) {
-    throw_if_stopped();
+    realtime::throw_if_stopped();
     const std::size_t before = bytes.size();
     bytes.resize(before + kPiece);
     file.read(bytes.data() + before, kPiece);
@@ -85,4 +85,4 @@ TriangleMesh load_mesh(const std::filesystem::path& path, double scale) {
   return mesh;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

@@ -5,7 +5,7 @@
 
 #include "sim_server/mesh/triangle_mesh.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 
 /// A mesh that cannot be used: one line with its name, what was found with counts, what was
 /// expected.
@@ -24,4 +24,4 @@ class MeshError : public std::runtime_error {
 /// file. Pre: scale > 0 and finite.
 [[nodiscard]] TriangleMesh load_mesh(const std::filesystem::path& path, double scale);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

@@ -5,7 +5,7 @@
 
 #include "sim_server/mesh/polygon_mesh.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 
 /// Readers of mesh files: the bytes of one, and its name for messages.
 ///
@@ -23,4 +23,4 @@ namespace stillgrid {
 /// PLY 1.0, text or binary of either order; of its elements vertex and face.
 [[nodiscard]] PolygonMesh read_ply(std::string_view bytes, const std::string& name);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

@@ -11,7 +11,7 @@
 #include "sim_server/mesh/mesh_distance.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 namespace {
 
 std::size_t index(int i) {
@@ -40,7 +40,7 @@ std::vector<Piece> parts_of(const TriangleMesh& mesh, std::span<const int> piece
   std::vector<Piece> parts(index(count));
   std::vector<std::unordered_map<int, int>> numbers(parts.size());  // of vertices, in each piece
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    throw_if_stopped();
+    realtime::throw_if_stopped();
     const std::size_t piece = index(piece_of_face[i]);
     Piece& part = parts[piece];
     Eigen::Vector3i triangle = mesh.triangles[i];
@@ -66,7 +66,7 @@ std::vector<std::vector<int>> holders_of(const std::vector<Piece>& parts) {
       if (inner != outer && std::abs(parts[inner].volume_m3) < std::abs(parts[outer].volume_m3) &&
           parts[outer].box.contains(parts[inner].mesh.vertices_m.front()))
         candidates.push_back(inner);
-    throw_if_stopped();
+    realtime::throw_if_stopped();
     if (candidates.empty()) continue;
     TriangleMesh outward = parts[outer].mesh;
     if (parts[outer].volume_m3 < 0.0)
@@ -117,4 +117,4 @@ int turn_pieces(TriangleMesh& mesh, std::span<const int> piece_of_face, int coun
   return turned;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

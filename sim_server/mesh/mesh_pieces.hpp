@@ -5,7 +5,7 @@
 
 #include "sim_server/mesh/triangle_mesh.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 
 /// Most separate pieces of a mesh: each is compared with every other.
 inline constexpr int kMaxPieces = 10'000;
@@ -19,4 +19,4 @@ inline constexpr int kMaxPieces = 10'000;
 int turn_pieces(TriangleMesh& mesh, std::span<const int> piece_of_face, int count,
                 const std::string& name);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

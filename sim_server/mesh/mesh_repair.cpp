@@ -16,7 +16,7 @@
 #include "sim_server/mesh/mesh_file.hpp"
 #include "sim_server/mesh/mesh_pieces.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 namespace {
 
 constexpr double kWeldShare = 1e-6;  // of the box's diagonal
@@ -114,7 +114,7 @@ int weld(TriangleMesh& mesh) {
   std::vector<int> kept(mesh.vertices_m.size());
   int welded = 0;
   for (std::size_t i = 0; i < kept.size(); ++i) {
-    throw_if_stopped();
+    realtime::throw_if_stopped();
     std::int64_t own[3], nearer[3];
     for (int axis = 0; axis < 3; ++axis) {
       const double place = (mesh.vertices_m[i][axis] - low[axis]) / cell_m,
@@ -157,7 +157,7 @@ int drop_degenerate(TriangleMesh& mesh) {
 int drop_doubled(TriangleMesh& mesh) {
   std::map<std::array<int, 3>, int> seen;
   return static_cast<int>(std::erase_if(mesh.triangles, [&](const Eigen::Vector3i& t) {
-    throw_if_stopped();
+    realtime::throw_if_stopped();
     std::array<int, 3> corners = {t[0], t[1], t[2]};
     std::sort(corners.begin(), corners.end());
     return seen[corners]++ > 0;
@@ -203,7 +203,7 @@ Pieces orient(TriangleMesh& mesh, const std::vector<HalfEdge>& edges, const std:
     std::vector<int> piece = {static_cast<int>(seed)};
     pieces.of_face[seed] = pieces.count;
     for (std::size_t i = 0; i < piece.size(); ++i) {
-      throw_if_stopped();
+      realtime::throw_if_stopped();
       const int face = piece[i];
       for (const auto& [other, agrees] : neighbours[index(face)]) {
         const char wanted =
@@ -252,7 +252,7 @@ int split_pinched(TriangleMesh& mesh, const std::vector<HalfEdge>& edges) {
   std::unordered_map<int, int> own;  // fan: its vertex
   TriangleMesh result = mesh;
   for (int c = 0; c < static_cast<int>(3 * mesh.triangles.size()); ++c) {
-    throw_if_stopped();
+    realtime::throw_if_stopped();
     const int vertex = mesh.triangles[index(c / 3)][c % 3], fan = fans.root(c);
     if (fan_of[index(vertex)] < 0) fan_of[index(vertex)] = fan;
     if (fan_of[index(vertex)] == fan) continue;
@@ -311,4 +311,4 @@ ClosedMesh make_closed(TriangleMesh mesh, std::string_view mesh_name) {
   return {std::move(mesh), repair, pieces.count, crossings.within_pieces};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

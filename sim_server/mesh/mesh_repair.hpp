@@ -4,7 +4,7 @@
 
 #include "sim_server/mesh/triangle_mesh.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 
 /// What make_closed() changed.
 struct MeshRepair {
@@ -34,4 +34,4 @@ struct ClosedMesh {
 /// within another that faces the same way, pieces that cut one another.
 [[nodiscard]] ClosedMesh make_closed(TriangleMesh mesh, std::string_view name);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

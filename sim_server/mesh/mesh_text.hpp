@@ -11,7 +11,7 @@
 #include "shared/realtime/stop_signal.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 
 /// The lines and words of a mesh file, with the place for messages. Blank lines, and what comes
 /// after a # in any line, are passed over. Views of the text that it is made of.
@@ -21,7 +21,7 @@ class MeshText {
 
   /// Goes on to the next line that holds a word; false at the end.
   bool next_line() {
-    throw_if_stopped();
+    realtime::throw_if_stopped();
     while (!rest_.empty()) {
       const std::size_t end = std::min(rest_.find('\n'), rest_.size());
       words_ = rest_.substr(0, end);
@@ -98,4 +98,4 @@ class MeshText {
   std::int64_t line_ = 0;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

@@ -1,7 +1,7 @@
 #include "sim_server/mesh/mesh_formats.hpp"
 #include "sim_server/mesh/mesh_text.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 namespace {
 
 /// A corner `vertex[/texture[/normal]]`, from 1, or back from the newest vertex by -1.
@@ -36,4 +36,4 @@ PolygonMesh read_obj(std::string_view bytes, const std::string& name) {
   return mesh;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

@@ -1,7 +1,7 @@
 #include "sim_server/mesh/mesh_formats.hpp"
 #include "sim_server/mesh/mesh_text.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 namespace {
 
 /// Past the first word, if there is one; the counts may be on its line.
@@ -57,4 +57,4 @@ PolygonMesh read_off(std::string_view bytes, const std::string& name) {
   return mesh;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

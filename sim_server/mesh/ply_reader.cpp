@@ -8,7 +8,7 @@
 #include "sim_server/mesh/mesh_formats.hpp"
 #include "sim_server/mesh/mesh_text.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 namespace {
 
 enum class Type { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
@@ -163,7 +163,7 @@ std::optional<std::size_t> place_of(const Element& element,
 /// Reads one row; visit is given the property's place and each of its values.
 template <typename Visit>
 void read_row(Values& values, const Element& element, Visit&& visit) {
-  throw_if_stopped();
+  realtime::throw_if_stopped();
   for (std::size_t i = 0; i < element.properties.size(); ++i) {
     const Property& property = element.properties[i];
     const double count = property.count_type ? values.next(*property.count_type) : 1.0;
@@ -225,4 +225,4 @@ PolygonMesh read_ply(std::string_view bytes, const std::string& name) {
   return mesh;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

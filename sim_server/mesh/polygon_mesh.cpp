@@ -9,7 +9,7 @@
 #include "shared/realtime/stop_signal.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 namespace {
 
 using Point = Eigen::Vector2d;
@@ -66,7 +66,7 @@ class Budget {
  public:
   /// False once the whole is spent.
   bool spend(std::size_t comparisons) {
-    throw_if_stopped();
+    realtime::throw_if_stopped();
     left_ -= std::min(left_, comparisons);
     return left_ > 0;
   }
@@ -206,7 +206,7 @@ TriangleMesh cut_into_triangles(PolygonMesh polygons) {
   Budget budget;
   std::size_t begin = 0;
   for (std::size_t face = 0; face < polygons.face_ends.size(); ++face) {
-    throw_if_stopped();
+    realtime::throw_if_stopped();
     const std::size_t end = polygons.face_ends[face];
     const auto corners =
         std::span<const std::int32_t>(polygons.corners).subspan(begin, end - begin);
@@ -235,4 +235,4 @@ TriangleMesh cut_into_triangles(PolygonMesh polygons) {
   return {std::move(polygons.vertices), std::move(triangles)};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

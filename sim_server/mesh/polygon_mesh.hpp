@@ -8,7 +8,7 @@
 
 #include "sim_server/mesh/triangle_mesh.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 
 /// Most triangles of a mesh: what comes after takes up to a kilobyte for each.
 inline constexpr std::size_t kMaxTriangles = 2'000'000;
@@ -41,4 +41,4 @@ struct PolygonMesh {
 /// take more than some seconds, more than kMaxTriangles.
 [[nodiscard]] TriangleMesh cut_into_triangles(PolygonMesh polygons);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

@@ -4,7 +4,7 @@
 #include "sim_server/mesh/mesh_formats.hpp"
 #include "sim_server/mesh/mesh_text.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 namespace {
 
 constexpr std::size_t kHeaderBytes = 84, kCountAt = 80, kTriangleBytes = 50, kNormalBytes = 12;
@@ -13,7 +13,7 @@ static_assert(std::endian::native == std::endian::little, "binary STL is little-
 PolygonMesh read_binary(std::string_view bytes, std::uint32_t triangles, const std::string& name) {
   PolygonMesh mesh{name, {}, {}, {}};
   for (std::uint32_t i = 0; i < triangles; ++i) {
-    throw_if_stopped();
+    realtime::throw_if_stopped();
     const char* at = bytes.data() + kHeaderBytes + i * kTriangleBytes + kNormalBytes;
     for (int k = 0; k < 3; ++k) {
       float place[3];
@@ -68,4 +68,4 @@ PolygonMesh read_stl(std::string_view bytes, const std::string& name) {
                   " bytes of a binary STL");
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

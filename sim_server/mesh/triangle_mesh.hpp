@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 
 /// A surface of triangles. Lengths in metres, in the mesh's own frame.
 struct TriangleMesh {
@@ -11,4 +11,4 @@ struct TriangleMesh {
   std::vector<Eigen::Vector3i> triangles;  // counter-clockwise seen from outside
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

@@ -7,68 +7,69 @@
 
 #include "sim_server/bodies/kinds/body_kinds.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene {
 namespace {
 
 constexpr double kMaxStiffnessScale = 1e6;  // so that a stiffness stays a float's
 
-const BodyKind& read_kind(TableReader& table) {
+const bodies::BodyKind& read_kind(toml::TableReader& table) {
   std::vector<std::string_view> names;
-  for (const BodyKind& kind : body_kinds()) names.push_back(kind.name);
-  return body_kinds()[table.choice("kind", names)];
+  for (const bodies::BodyKind& kind : bodies::body_kinds()) names.push_back(kind.name);
+  return bodies::body_kinds()[table.choice("kind", names)];
 }
 
-int read_material(TableReader& table, std::span<const MaterialDescription> materials) {
+int read_material(toml::TableReader& table, std::span<const MaterialDescription> materials) {
   std::vector<std::string_view> names;
   for (const MaterialDescription& material : materials) names.push_back(material.name);
   if (names.empty()) table.refuse("material", "a [[material]] of the scene, which has none");
   return static_cast<int>(table.choice("material", names));
 }
 
-Motion read_motion(TableReader& table, const BodyKind& kind) {
-  if (kind.motions(table) == Motions::kStatic) {
+bodies::Motion read_motion(toml::TableReader& table, const bodies::BodyKind& kind) {
+  if (kind.motions(table) == bodies::Motions::kStatic) {
     constexpr std::array<std::string_view, 1> only_static = {"static"};
     if (table.has("motion")) (void)table.choice("motion", only_static);
-    return Motion::kStatic;
+    return bodies::Motion::kStatic;
   }
-  if (!table.has("motion")) return Motion::kFree;
+  if (!table.has("motion")) return bodies::Motion::kFree;
   constexpr std::array<std::string_view, 3> names = {"free", "static", "prescribed"};
-  constexpr std::array motions = {Motion::kFree, Motion::kStatic, Motion::kPrescribed};
-  const std::size_t count = kind.motions(table) == Motions::kAny ? 3 : 2;
+  constexpr std::array motions = {bodies::Motion::kFree, bodies::Motion::kStatic,
+                                  bodies::Motion::kPrescribed};
+  const std::size_t count = kind.motions(table) == bodies::Motions::kAny ? 3 : 2;
   return motions[table.choice("motion", std::span(names).first(count))];
 }
 
-PrescribedMotion read_prescribed(TableReader& table) {
-  PrescribedMotion motion;
+bodies::PrescribedMotion read_prescribed(toml::TableReader& table) {
+  bodies::PrescribedMotion motion;
   if (table.has("direction")) motion.direction = table.direction("direction");
   const bool is_sine = table.has("amplitude_m") || table.has("frequency_hz");
   if (is_sine && table.has("velocity_m_s")) {
     table.refuse("velocity_m_s", "either velocity_m_s, or amplitude_m with frequency_hz");
   }
   if (is_sine) {
-    motion.amplitude_m = table.number("amplitude_m", Bound::kPositive);
-    motion.frequency_hz = table.number("frequency_hz", Bound::kPositive);
+    motion.amplitude_m = table.number("amplitude_m", toml::Bound::kPositive);
+    motion.frequency_hz = table.number("frequency_hz", toml::Bound::kPositive);
   } else {
-    motion.velocity_m_s = table.number("velocity_m_s", Bound::kAny);
+    motion.velocity_m_s = table.number("velocity_m_s", toml::Bound::kAny);
   }
   return motion;
 }
 
-void read_dynamics(TableReader& table, BodyDescription& body) {
-  if (body.motion == Motion::kFree || table.has("mass_kg")) {
-    body.mass_kg = table.number("mass_kg", Bound::kPositive);
+void read_dynamics(toml::TableReader& table, bodies::BodyDescription& body) {
+  if (body.motion == bodies::Motion::kFree || table.has("mass_kg")) {
+    body.mass_kg = table.number("mass_kg", toml::Bound::kPositive);
   }
-  if (body.motion == Motion::kPrescribed) body.prescribed = read_prescribed(table);
-  if (body.motion != Motion::kFree) return;
+  if (body.motion == bodies::Motion::kPrescribed) body.prescribed = read_prescribed(table);
+  if (body.motion != bodies::Motion::kFree) return;
   body.velocity_m_s = table.vector_or("velocity_m_s", body.velocity_m_s);
   body.angular_velocity_rad_s =
       table.vector_or("angular_velocity_rad_s", body.angular_velocity_rad_s);
 }
 
 /// How much stiffer a body's contacts are than its material, beyond what `normalise` found.
-void read_stiffness_scale(TableReader& table, BodyDescription& body) {
+void read_stiffness_scale(toml::TableReader& table, bodies::BodyDescription& body) {
   if (!table.has("stiffness_scale")) return;
-  const double scale = table.number("stiffness_scale", Bound::kPositive);
+  const double scale = table.number("stiffness_scale", toml::Bound::kPositive);
   if (scale < 1.0 / kMaxStiffnessScale || scale > kMaxStiffnessScale)
     table.refuse("stiffness_scale", "a number from 1e-6 to 1e6");
   body.stiffness_scale *= scale;
@@ -76,15 +77,16 @@ void read_stiffness_scale(TableReader& table, BodyDescription& body) {
 
 }  // namespace
 
-BodyDescription read_body(TableReader& table, std::span<const MaterialDescription> materials,
-                          std::vector<std::string>& notes) {
-  BodyDescription body;
+bodies::BodyDescription read_body(toml::TableReader& table,
+                                  std::span<const MaterialDescription> materials,
+                                  std::vector<std::string>& notes) {
+  bodies::BodyDescription body;
   body.line = table.line();
   body.name = table.name("name");
-  const BodyKind& kind = read_kind(table);
+  const bodies::BodyKind& kind = read_kind(table);
   body.material = read_material(table, materials);
   body.motion = read_motion(table, kind);
-  const bool may_move = kind.motions(table) != Motions::kStatic;
+  const bool may_move = kind.motions(table) != bodies::Motions::kStatic;
   if (may_move) read_dynamics(table, body);
   kind.read(table, body, notes);
   if (may_move) read_stiffness_scale(table, body);
@@ -92,4 +94,4 @@ BodyDescription read_body(TableReader& table, std::span<const MaterialDescriptio
   return body;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene

@@ -7,15 +7,15 @@
 #include "sim_server/scene/scene_description.hpp"
 #include "sim_server/toml/toml_reader.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene {
 
 /// Reads one [[body]], its defaults filled in. Throws SceneError.
 ///
 /// A key that its kind does not have is unknown; so is a velocity where the motion has none.
 /// What only dynamics uses (mass, springs, pinned nodes) may stay on a body that is static
 /// or prescribed. A mesh adds a line to notes.
-[[nodiscard]] BodyDescription read_body(TableReader& table,
-                                        std::span<const MaterialDescription> materials,
-                                        std::vector<std::string>& notes);
+[[nodiscard]] bodies::BodyDescription read_body(toml::TableReader& table,
+                                                std::span<const MaterialDescription> materials,
+                                                std::vector<std::string>& notes);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene

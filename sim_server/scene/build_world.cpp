@@ -2,19 +2,19 @@
 
 #include "sim_server/bodies/kinds/body_in_world.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene {
 
-World build_world(const SceneDescription& scene) {
-  World world;
+bodies::World build_world(const SceneDescription& scene) {
+  bodies::World world;
   world.gravity_m_s2 = scene.gravity_m_s2;
   world.tool_slip_speed_m_s = scene.tool_slip_speed_m_s;
   for (const MaterialDescription& material : scene.materials)
     world.materials.push_back({material.contact_stiffness_N_per_m,
                                material.contact_damping_N_s_per_m, material.friction,
                                material.slip_speed_m_s});
-  for (const BodyDescription& body : scene.bodies) add_body(world, body);
-  number_unknowns(world);
+  for (const bodies::BodyDescription& body : scene.bodies) bodies::add_body(world, body);
+  bodies::number_unknowns(world);
   return world;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene

@@ -3,10 +3,10 @@
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene {
 
 /// Lays out bodies, springs and spheres as the scene says. Pre: the scene was checked by
 /// load_scene().
-[[nodiscard]] World build_world(const SceneDescription& scene);
+[[nodiscard]] bodies::World build_world(const SceneDescription& scene);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene

@@ -6,7 +6,7 @@
 #include "shared/files/old_names.hpp"
 #include "sim_server/toml/refusal.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene {
 namespace {
 
 /// Calls visit(table, prefix of its keys in messages) for each table of a document, outer first.
@@ -21,15 +21,15 @@ void for_each_table(Node& node, const std::string& prefix, const Visit& visit) {
   }
 }
 
-void renew(toml::table& table, const std::string& prefix, const std::string& file,
+void renew(::toml::table& table, const std::string& prefix, const std::string& file,
            std::vector<RenewedKey>& renewed) {
-  for (const auto& [before, now] : kOldSceneKeys) {
+  for (const auto& [before, now] : files::kOldSceneKeys) {
     const auto found = table.find(before);
     if (found == table.end()) continue;
-    const toml::source_position where = found->first.source().begin;
+    const ::toml::source_position where = found->first.source().begin;
     if (table.contains(now))
-      throw scene_error(file, where, prefix + std::string(before), shown(found->second),
-                        std::string(now) + " alone, which is the same key");
+      throw toml::scene_error(file, where, prefix + std::string(before), toml::shown(found->second),
+                              std::string(now) + " alone, which is the same key");
     const auto known = std::find_if(renewed.begin(), renewed.end(),
                                     [name = now](const auto& key) { return key.now == name; });
     if (known == renewed.end())
@@ -37,7 +37,7 @@ void renew(toml::table& table, const std::string& prefix, const std::string& fil
     else
       known->where = std::min(known->where, where);
     // The place goes with the key: a refusal names it.
-    const toml::key renamed(now, toml::source_region(found->first.source()));
+    const ::toml::key renamed(now, ::toml::source_region(found->first.source()));
     found->second.visit([&](auto& value) { table.insert(renamed, std::move(value)); });
     table.erase(before);
   }
@@ -45,9 +45,9 @@ void renew(toml::table& table, const std::string& prefix, const std::string& fil
 
 }  // namespace
 
-std::vector<RenewedKey> renew_format_1(toml::table& document, const std::string& file) {
+std::vector<RenewedKey> renew_format_1(::toml::table& document, const std::string& file) {
   std::vector<RenewedKey> renewed;
-  for_each_table(document, "", [&](toml::table& table, const std::string& prefix) {
+  for_each_table(document, "", [&](::toml::table& table, const std::string& prefix) {
     renew(table, prefix, file, renewed);
   });
   std::sort(renewed.begin(), renewed.end(),
@@ -55,13 +55,13 @@ std::vector<RenewedKey> renew_format_1(toml::table& document, const std::string&
   return renewed;
 }
 
-void refuse_format_1(const toml::table& document, const std::string& file) {
-  for_each_table(document, "", [&](const toml::table& table, const std::string& prefix) {
-    for (const auto& [before, now] : kOldSceneKeys)
+void refuse_format_1(const ::toml::table& document, const std::string& file) {
+  for_each_table(document, "", [&](const ::toml::table& table, const std::string& prefix) {
+    for (const auto& [before, now] : files::kOldSceneKeys)
       if (const auto found = table.find(before); found != table.end())
-        throw scene_error(file, found->first.source().begin, prefix + std::string(before),
-                          shown(found->second),
-                          "no such key: format 2 calls it " + std::string(now));
+        throw toml::scene_error(file, found->first.source().begin, prefix + std::string(before),
+                                toml::shown(found->second),
+                                "no such key: format 2 calls it " + std::string(now));
   });
 }
 
@@ -74,14 +74,15 @@ std::vector<std::string> lines_of(const std::vector<RenewedKey>& renewed, const 
   return lines;
 }
 
-SceneError with_names_of_file(const SceneError& refusal, const std::vector<RenewedKey>& renewed) {
+toml::SceneError with_names_of_file(const toml::SceneError& refusal,
+                                    const std::vector<RenewedKey>& renewed) {
   std::string names;
   for (const auto& [before, now, where] : renewed)
     names.append(names.empty() ? "; of format 1: " : ", ")
         .append(before)
         .append(", which format 2 calls ")
         .append(now);
-  return SceneError(refusal.what() + names);
+  return toml::SceneError(refusal.what() + names);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene

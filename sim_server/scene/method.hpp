@@ -7,10 +7,13 @@
 #include <string_view>
 #include <vector>
 
-namespace stillgrid {
-
+namespace stillgrid::dynamics {
 class Integrator;
 class NonlinearSolver;
+}  // namespace stillgrid::dynamics
+
+namespace stillgrid::scene {
+
 struct Method;
 
 /// What an integrator asks of a scene file, and of memory.
@@ -25,7 +28,7 @@ struct IntegratorKind {
   std::string_view name;  // in scene files and reports
   IntegratorFamily family;
   /// Null: one of those below, which make_integrator() knows.
-  std::unique_ptr<Integrator> (*make)(const Method& method) = nullptr;
+  std::unique_ptr<dynamics::Integrator> (*make)(const Method& method) = nullptr;
 
   static const IntegratorKind kSymplecticEuler;  // velocities first, positions by the new ones
   static const IntegratorKind kVelocityVerlet;   // the same, with half of the first and last force
@@ -55,7 +58,7 @@ struct SolverKind {
   std::string_view name;  // in scene files and reports
   bool factorises;        // a matrix, whose factors take memory
   /// Null: one of those below, all Newton's method. tolerance: of the scaled residual, rms.
-  std::unique_ptr<NonlinearSolver> (*make)(double tolerance) = nullptr;
+  std::unique_ptr<dynamics::NonlinearSolver> (*make)(double tolerance) = nullptr;
 
   static const SolverKind kNewton;    // symmetric blocks, projected where they are not definite;
                                       // sparse Cholesky
@@ -136,4 +139,4 @@ struct Method {
   return text;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene

@@ -8,7 +8,7 @@
 #include "sim_server/bodies/kinds/body_description.hpp"
 #include "sim_server/scene/method.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene {
 
 /// What bodies touch with. The stiffness is that of a contact between two spheres of the
 /// material.
@@ -46,7 +46,7 @@ struct SceneDescription {
   bool sleeping = true;          // bodies at rest leave the work until something touches them
   double voxel_ratio = 0.0;      // voxel edge over twice a level's longest reach; 0: chosen
   std::vector<MaterialDescription> materials;
-  std::vector<BodyDescription> bodies;
+  std::vector<bodies::BodyDescription> bodies;
   std::vector<ToolSphere> tool;
   double tool_slip_speed_m_s = 0.05;  // least slip speed of a contact with the tool
   DeviceFrame device;
@@ -54,4 +54,4 @@ struct SceneDescription {
   std::vector<std::string> warnings;  // likewise: names of format 1 and what they are now
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene

@@ -18,7 +18,7 @@
 #include "sim_server/toml/toml_depth.hpp"
 #include "sim_server/toml/toml_reader.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene {
 namespace {
 
 constexpr int kOldestFormat = 1, kFormat = 2;
@@ -38,35 +38,35 @@ std::optional<std::string> read_text(const std::filesystem::path& path) {
   return text.str();
 }
 
-std::string line_of(const std::string& text, toml::source_index line) {
+std::string line_of(const std::string& text, ::toml::source_index line) {
   std::istringstream lines(text);
   std::string found;
-  for (toml::source_index i = 0; i < line; ++i) {
+  for (::toml::source_index i = 0; i < line; ++i) {
     if (!std::getline(lines, found)) return "end of file";
   }
-  return '"' + shortened(found) + '"';
+  return '"' + toml::shortened(found) + '"';
 }
 
-toml::table parse_text(const std::string& text, const std::string& file) {
-  if (const auto deep = find_deep_place(text))
-    throw scene_error(file, {deep->line, deep->column}, "syntax", line_of(text, deep->line),
-                      deep->expected);
+::toml::table parse_text(const std::string& text, const std::string& file) {
+  if (const auto deep = toml::find_deep_place(text))
+    throw toml::scene_error(file, {deep->line, deep->column}, "syntax", line_of(text, deep->line),
+                            deep->expected);
   try {
-    return toml::parse(std::string_view(text));
-  } catch (const toml::parse_error& error) {
-    const toml::source_position where = error.source().begin;
-    throw scene_error(file, where, "syntax", line_of(text, where.line),
-                      "TOML: " + std::string(error.description()));
+    return ::toml::parse(std::string_view(text));
+  } catch (const ::toml::parse_error& error) {
+    const ::toml::source_position where = error.source().begin;
+    throw toml::scene_error(file, where, "syntax", line_of(text, where.line),
+                            "TOML: " + std::string(error.description()));
   }
 }
 
-void read_world(TableReader table, SceneDescription& scene) {
+void read_world(toml::TableReader table, SceneDescription& scene) {
   scene.gravity_m_s2 = table.vector_or("gravity_m_s2", scene.gravity_m_s2);
   table.finish();
 }
 
 /// "auto" leaves all of the method to choose; else each part of it may be given.
-void read_method(TableReader& table, const MethodTable& methods, SceneDescription& scene) {
+void read_method(toml::TableReader& table, const MethodTable& methods, SceneDescription& scene) {
   std::vector<std::string_view> solvers = names_of(methods.solvers);
   solvers.push_back("auto");
   const std::size_t solver = table.has("solver") ? table.choice("solver", solvers) : 0;
@@ -76,7 +76,7 @@ void read_method(TableReader& table, const MethodTable& methods, SceneDescriptio
       if (table.has(key))
         table.refuse(key, "no such key beside solver = \"auto\", which chooses it");
     scene.error_target_m =
-        table.number_or("error_target_m", Bound::kPositive, scene.error_target_m);
+        table.number_or("error_target_m", toml::Bound::kPositive, scene.error_target_m);
     return;
   }
   Method& method = scene.method;
@@ -90,15 +90,16 @@ void read_method(TableReader& table, const MethodTable& methods, SceneDescriptio
     table.refuse("tolerance_m_s",
                  "no such key beside an explicit integrator, which solves nothing");
   if (table.has("substeps")) method.substeps = table.integer("substeps", {1, kMaxSubsteps});
-  method.tolerance_m_s = table.number_or("tolerance_m_s", Bound::kPositive, method.tolerance_m_s);
+  method.tolerance_m_s =
+      table.number_or("tolerance_m_s", toml::Bound::kPositive, method.tolerance_m_s);
 }
 
-void read_simulation(TableReader table, const MethodTable& methods, SceneDescription& scene) {
+void read_simulation(toml::TableReader table, const MethodTable& methods, SceneDescription& scene) {
   if (table.has("rate_hz") && table.has("period_s")) {
     table.refuse("period_s", "rate_hz or period_s, not both");
   }
-  if (table.has("rate_hz")) scene.period_s = 1.0 / table.number("rate_hz", Bound::kPositive);
-  if (table.has("period_s")) scene.period_s = table.number("period_s", Bound::kPositive);
+  if (table.has("rate_hz")) scene.period_s = 1.0 / table.number("rate_hz", toml::Bound::kPositive);
+  if (table.has("period_s")) scene.period_s = table.number("period_s", toml::Bound::kPositive);
   if (!(scene.period_s >= kShortestPeriod_s && scene.period_s <= kLongestPeriod_s)) {
     table.refuse(table.has("period_s") ? "period_s" : "rate_hz",
                  "a period from 1e-05 to 100 s, a rate from 0.01 to 100000 Hz");
@@ -108,19 +109,19 @@ void read_simulation(TableReader table, const MethodTable& methods, SceneDescrip
   table.finish();
 }
 
-void read_grid(TableReader table, SceneDescription& scene) {
-  scene.voxel_ratio = table.number_or("voxel_ratio", Bound::kPositive, scene.voxel_ratio);
+void read_grid(toml::TableReader table, SceneDescription& scene) {
+  scene.voxel_ratio = table.number_or("voxel_ratio", toml::Bound::kPositive, scene.voxel_ratio);
   table.finish();
 }
 
-void read_tool(TableReader table, SceneDescription& scene) {
+void read_tool(toml::TableReader table, SceneDescription& scene) {
   if (table.has("radius_m") && table.has("spheres")) {
     table.refuse("spheres", "radius_m or spheres, not both");
   }
   if (table.has("spheres")) {
-    for (TableReader& sphere : table.tables("spheres")) {
+    for (toml::TableReader& sphere : table.tables("spheres")) {
       scene.tool.push_back({sphere.vector_or("position_m", Eigen::Vector3d::Zero()),
-                            sphere.number("radius_m", Bound::kPositive)});
+                            sphere.number("radius_m", toml::Bound::kPositive)});
       sphere.finish();
     }
     if (scene.tool.empty() || scene.tool.size() > kMaxToolSpheres) {
@@ -128,18 +129,19 @@ void read_tool(TableReader table, SceneDescription& scene) {
                                   std::to_string(scene.tool.size()));
     }
   } else {
-    scene.tool.push_back({Eigen::Vector3d::Zero(),
-                          table.number_or("radius_m", Bound::kPositive, kDefaultToolRadius_m)});
+    scene.tool.push_back(
+        {Eigen::Vector3d::Zero(),
+         table.number_or("radius_m", toml::Bound::kPositive, kDefaultToolRadius_m)});
   }
   scene.tool_slip_speed_m_s =
-      table.number_or("slip_speed_m_s", Bound::kPositive, scene.tool_slip_speed_m_s);
+      table.number_or("slip_speed_m_s", toml::Bound::kPositive, scene.tool_slip_speed_m_s);
   table.finish();
 }
 
-void read_device(TableReader table, SceneDescription& scene) {
+void read_device(toml::TableReader table, SceneDescription& scene) {
   scene.device.position_m = table.vector_or("position_m", scene.device.position_m);
   scene.device.orientation = table.orientation_or_identity("orientation_xyzw");
-  scene.device.scale = table.number_or("scale", Bound::kPositive, scene.device.scale);
+  scene.device.scale = table.number_or("scale", toml::Bound::kPositive, scene.device.scale);
   // What a reader of the published scene would refuse is better refused here, with its line.
   if (scene.device.position_m.cwiseAbs().maxCoeff() > proto::kLargestNumber)
     table.refuse("position_m", "numbers from -1e6 to 1e6");
@@ -147,28 +149,29 @@ void read_device(TableReader table, SceneDescription& scene) {
   table.finish();
 }
 
-MaterialDescription read_material(TableReader& table) {
+MaterialDescription read_material(toml::TableReader& table) {
   MaterialDescription material;
   material.name = table.name("name");
-  material.contact_stiffness_N_per_m = table.number("contact_stiffness_N_per_m", Bound::kPositive);
+  material.contact_stiffness_N_per_m =
+      table.number("contact_stiffness_N_per_m", toml::Bound::kPositive);
   material.contact_damping_N_s_per_m =
-      table.number_or("contact_damping_N_s_per_m", Bound::kNotNegative, 0.0);
-  material.friction = table.number_or("friction", Bound::kNotNegative, 0.0);
+      table.number_or("contact_damping_N_s_per_m", toml::Bound::kNotNegative, 0.0);
+  material.friction = table.number_or("friction", toml::Bound::kNotNegative, 0.0);
   material.slip_speed_m_s =
-      table.number_or("slip_speed_m_s", Bound::kPositive, material.slip_speed_m_s);
+      table.number_or("slip_speed_m_s", toml::Bound::kPositive, material.slip_speed_m_s);
   table.finish();
   return material;
 }
 
 /// Notes a name, which nothing else of its sort may have.
-void take_name(TableReader& table, const std::string& name,
+void take_name(toml::TableReader& table, const std::string& name,
                std::unordered_set<std::string>& names) {
   if (!names.insert(name).second) table.refuse("name", "a name that nothing else of its sort has");
 }
 
-void read_materials(TableReader& document, SceneDescription& scene) {
+void read_materials(toml::TableReader& document, SceneDescription& scene) {
   std::unordered_set<std::string> names;
-  for (TableReader& table : document.tables("material")) {
+  for (toml::TableReader& table : document.tables("material")) {
     if (scene.materials.size() == kMaxMaterials) {
       table.refuse("name", "at most " + std::to_string(kMaxMaterials) + " materials");
     }
@@ -177,14 +180,14 @@ void read_materials(TableReader& document, SceneDescription& scene) {
   }
 }
 
-void read_bodies(TableReader& document, SceneDescription& scene) {
+void read_bodies(toml::TableReader& document, SceneDescription& scene) {
   std::unordered_set<std::string> names;
   std::size_t planes = 0, scaled = 0;
-  for (TableReader& table : document.tables("body")) {
-    const BodyDescription& body =
+  for (toml::TableReader& table : document.tables("body")) {
+    const bodies::BodyDescription& body =
         scene.bodies.emplace_back(read_body(table, scene.materials, scene.notes));
     take_name(table, body.name, names);
-    if (std::holds_alternative<PlaneBody>(body.shape)) ++planes;
+    if (std::holds_alternative<bodies::PlaneBody>(body.shape)) ++planes;
     if (planes > kMaxPlanes) {
       table.refuse("kind", "at most " + std::to_string(kMaxPlanes) + " planes");
     }
@@ -197,7 +200,7 @@ void read_bodies(TableReader& document, SceneDescription& scene) {
   }
 }
 
-void read_tables(TableReader& document, const MethodTable& methods, SceneDescription& scene) {
+void read_tables(toml::TableReader& document, const MethodTable& methods, SceneDescription& scene) {
   read_world(document.table("world"), scene);
   read_simulation(document.table("simulation"), methods, scene);
   read_grid(document.table("grid"), scene);
@@ -213,8 +216,8 @@ void read_tables(TableReader& document, const MethodTable& methods, SceneDescrip
 SceneDescription read_scene(const std::string& text, const std::filesystem::path& path,
                             const MethodTable& methods) {
   const std::string file = path.string();
-  toml::table parsed = parse_text(text, file);
-  TableReader document(parsed, file);
+  ::toml::table parsed = parse_text(text, file);
+  toml::TableReader document(parsed, file);
 
   SceneDescription scene;
   scene.name = path.stem().string();
@@ -229,7 +232,7 @@ SceneDescription read_scene(const std::string& text, const std::filesystem::path
   scene.warnings = lines_of(renewed, file);
   try {
     read_tables(document, methods, scene);
-  } catch (const SceneError& refusal) {
+  } catch (const toml::SceneError& refusal) {
     throw with_names_of_file(refusal, renewed);
   }
   return scene;
@@ -238,8 +241,9 @@ SceneDescription read_scene(const std::string& text, const std::filesystem::path
 SceneDescription load_scene(const std::filesystem::path& path, const MethodTable& methods) {
   const std::string file = path.string();
   const std::optional<std::string> text = read_text(path);
-  if (!text) throw scene_error(file, {1, 1}, "file", '"' + file + '"', "a file that can be read");
+  if (!text)
+    throw toml::scene_error(file, {1, 1}, "file", '"' + file + '"', "a file that can be read");
   return read_scene(*text, path, methods);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene

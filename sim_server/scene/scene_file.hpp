@@ -6,7 +6,7 @@
 #include "sim_server/scene/scene_description.hpp"
 #include "sim_server/toml/scene_error.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene {
 
 /// Reads and checks a scene; docs/formats.md describes the file.
 ///
@@ -23,4 +23,4 @@ namespace stillgrid {
                                           const std::filesystem::path& path,
                                           const MethodTable& methods = kMethods);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene

@@ -7,7 +7,7 @@
 #include "shared/collision/sphere_history.hpp"
 #include "sim_server/snapshot/sphere_records.hpp"
 
-namespace stillgrid {
+namespace stillgrid::snapshot {
 namespace {
 
 Eigen::Map<const Eigen::Vector3f> vector(const std::array<float, 3>& v) {
@@ -16,21 +16,22 @@ Eigen::Map<const Eigen::Vector3f> vector(const std::array<float, 3>& v) {
 
 }  // namespace
 
-MovingSnapshot::MovingSnapshot(const World& world, Detection& detection)
+MovingSnapshot::MovingSnapshot(const bodies::World& world, contact::Detection& detection)
     : snapshots_(world.spheres.size()) {
   const auto records = detection.spheres().grid().records();
   for (std::size_t i = 0; i < records.size(); ++i) describe(world.spheres[i], records[i]);
   show(detection);
 }
 
-void MovingSnapshot::show(Detection& detection) {
-  const std::span<const SphereMotion> motions = detection.motions();
+void MovingSnapshot::show(contact::Detection& detection) {
+  const std::span<const bodies::SphereMotion> motions = detection.motions();
   for (std::size_t i = 0; i < snapshots_.size(); ++i) snapshots_[i] = state_of(motions[i]);
   show(snapshots_, detection.spheres());
 }
 
-void MovingSnapshot::show(std::span<const proto::SphereState> snapshots, MovingSpheres& spheres) {
-  VoxelGrid& grid = spheres.grid();
+void MovingSnapshot::show(std::span<const proto::SphereState> snapshots,
+                          contact::MovingSpheres& spheres) {
+  collision::VoxelGrid& grid = spheres.grid();
   grid.push_snapshot(snapshots);
   const auto records = grid.records();
   const bool is_entered_anew = spheres.entered_count() != shown_entry_;
@@ -46,17 +47,18 @@ void MovingSnapshot::show(std::span<const proto::SphereState> snapshots, MovingS
                               distance_m2(record.older[1].position_m),
                               distance_m2(record.oldest_position_m)});
     const float room_m =
-        (1.0F - kBoundSlack) * spheres.swept_bound(i).bounding_radius_m - record.radius_m;
+        (1.0F - contact::kBoundSlack) * spheres.swept_bound(i).bounding_radius_m - record.radius_m;
     if (farthest_m2 > room_m * std::abs(room_m))
-      grid.grow(i, (std::sqrt(farthest_m2) + record.radius_m) * (1.0F + kBoundSlack));
+      grid.grow(i, (std::sqrt(farthest_m2) + record.radius_m) * (1.0F + contact::kBoundSlack));
   }
   shown_entry_ = spheres.entered_count();
   spheres.reshape();
 }
 
-void MovingSnapshot::take_predictions(std::span<const SpherePrediction> prediction,
-                                      double prediction_s, double lag_s, MovingSpheres& spheres) {
-  VoxelGrid& grid = spheres.grid();
+void MovingSnapshot::take_predictions(std::span<const bodies::SpherePrediction> prediction,
+                                      double prediction_s, double lag_s,
+                                      contact::MovingSpheres& spheres) {
+  collision::VoxelGrid& grid = spheres.grid();
   const auto records = grid.records();
   for (std::size_t i = 0; i < prediction.size(); ++i) {
     proto::SphereRecord& record = records[i];
@@ -68,21 +70,21 @@ void MovingSnapshot::take_predictions(std::span<const SpherePrediction> predicti
     record.compliance_m_per_N = {compliance_m_per_N.x(), compliance_m_per_N.y(),
                                  compliance_m_per_N.z()};
     // The grid may have been entered anew since the snapshots were shown: their places too.
-    const SweptBound& swept_bound = grid.swept_bound(i);
+    const collision::SweptBound& swept_bound = grid.swept_bound(i);
     const Eigen::Vector3f newest_m = vector(record.newest.position_m);
     float far_m = 0.0F;
     const auto hold = [&](const Eigen::Vector3f& at_m) {
       far_m = std::max(far_m, (at_m - vector(swept_bound.centre_m)).norm());
     };
     for (std::size_t age = 0; age < proto::kHistoryLength; ++age)
-      hold(vector(position_m(record, age)));
+      hold(vector(collision::position_m(record, age)));
     hold(newest_m + static_cast<float>(prediction_s) * predicted_velocity_m_s);
     hold(newest_m - static_cast<float>(lag_s) * predicted_velocity_m_s);
-    const float bounding_radius_m = (far_m + record.radius_m) * (1.0F + kBoundSlack);
+    const float bounding_radius_m = (far_m + record.radius_m) * (1.0F + contact::kBoundSlack);
     if (bounding_radius_m > swept_bound.bounding_radius_m) grid.grow(i, bounding_radius_m);
   }
   shown_entry_ = spheres.entered_count();
   spheres.reshape();
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::snapshot

@@ -9,7 +9,7 @@
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/detection.hpp"
 
-namespace stillgrid {
+namespace stillgrid::snapshot {
 
 /// The snapshot of all moving spheres, ready to publish, in the grid that finds their contacts: one
 /// grid serves both [Davanne 2002, section 2], its swept bounds growing by what a snapshot needs
@@ -21,19 +21,19 @@ class MovingSnapshot {
   MovingSnapshot() = default;
   /// Describes the spheres of the world and shows them where detection sees them. Pre: detection
   /// was made for this world.
-  MovingSnapshot(const World& world, Detection& detection);
+  MovingSnapshot(const bodies::World& world, contact::Detection& detection);
 
   /// One more snapshot of every sphere, as detection.motions() has it: the grid then holds the
   /// whole history. Pre: detection is the constructor's.
-  void show(Detection& detection);
+  void show(contact::Detection& detection);
   /// The same of given snapshots. Pre: the spheres were entered, snapshots.size() is their count.
-  void show(std::span<const proto::SphereState> snapshots, MovingSpheres& spheres);
+  void show(std::span<const proto::SphereState> snapshots, contact::MovingSpheres& spheres);
 
   /// Adds to the snapshot shown last where each sphere will go, though contacts were looked for
   /// since: swept bounds hold all snapshots, and from lag_s before the newest to prediction_s after
   /// it on the drift. Pre: prediction.size() is the count.
-  void take_predictions(std::span<const SpherePrediction> prediction, double prediction_s,
-                        double lag_s, MovingSpheres& spheres);
+  void take_predictions(std::span<const bodies::SpherePrediction> prediction, double prediction_s,
+                        double lag_s, contact::MovingSpheres& spheres);
 
  private:
   std::vector<proto::SphereState> snapshots_;
@@ -41,4 +41,4 @@ class MovingSnapshot {
       0;  // of MovingSpheres::entered_count(), whose swept bounds hold the history
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::snapshot

@@ -6,10 +6,10 @@
 #include "sim_server/bodies/sphere_motion.hpp"
 #include "sim_server/bodies/world.hpp"
 
-namespace stillgrid {
+namespace stillgrid::snapshot {
 
 /// Where a sphere is and how it moves, as it is published: in floats.
-[[nodiscard]] proto::SphereState state_of(const SphereMotion& motion) noexcept;
+[[nodiscard]] proto::SphereState state_of(const bodies::SphereMotion& motion) noexcept;
 
 /// Writes what a record tells of a sphere but where it is: radius, material, body.
 template <class Sphere>
@@ -20,6 +20,6 @@ void describe(const Sphere& sphere, proto::SphereRecord& record) noexcept {
 }
 
 /// Records of the spheres that never move, in the order of World::static_spheres.
-[[nodiscard]] std::vector<proto::SphereRecord> static_records(const World& world);
+[[nodiscard]] std::vector<proto::SphereRecord> static_records(const bodies::World& world);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::snapshot

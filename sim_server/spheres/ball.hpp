@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 /// A sphere of a decomposition, in the body's own frame.
 struct Ball {
@@ -10,4 +10,4 @@ struct Ball {
   double radius_m = 0.0;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

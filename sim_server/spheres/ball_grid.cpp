@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 namespace {
 
 /// Calls visit(cell index) for each cell that comes within reach of a ball.
@@ -72,4 +72,4 @@ std::span<const std::uint32_t> balls_near(const BallGrid& grid,
       .subspan(grid.starts[index], grid.starts[index + 1] - grid.starts[index]);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -6,7 +6,7 @@
 
 #include "sim_server/spheres/ball.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 /// Which balls may reach a point, found by reading one cell of a regular grid. Body's own frame.
 ///
@@ -29,4 +29,4 @@ struct BallGrid {
 [[nodiscard]] std::span<const std::uint32_t> balls_near(const BallGrid& grid,
                                                         const Eigen::Vector3d& point_m) noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -4,7 +4,7 @@
 #include <limits>
 #include <numeric>
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 BallTree::BallTree(std::span<const Ball> balls) : balls_(balls), order_(balls.size()) {
   std::iota(order_.begin(), order_.end(), 0U);
@@ -87,4 +87,4 @@ std::vector<std::uint32_t> BallTree::balls_within(const Eigen::Vector3d& point_m
   return found;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

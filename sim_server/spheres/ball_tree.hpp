@@ -8,7 +8,7 @@
 
 #include "sim_server/spheres/ball.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 /// Finds balls by how far their surfaces are from a point, whatever their sizes: a tree of boxes
 /// round halves of the balls.
@@ -40,4 +40,4 @@ class BallTree {
   std::vector<Node> nodes_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

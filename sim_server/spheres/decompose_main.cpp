@@ -26,7 +26,7 @@
 #include "sim_server/spheres/sampling.hpp"
 #include "sim_server/spheres/sphere_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 namespace {
 
 struct Arguments {
@@ -63,28 +63,28 @@ void add_options(CLI::App& app, Arguments& arguments) {
   CLI::Option* const tolerance =
       kind->add_option("--tolerance", arguments.tolerance_m,
                        "Two-sided Hausdorff distance, m; a level's is twice the next finer one's")
-          ->check(number_in(1e-9, 1e3));
+          ->check(command_line::number_in(1e-9, 1e3));
   kind->add_option("--surface-spacing", arguments.surface_spacing_m,
                    "Even spheres below the surface, so far apart, m: more of them, less ripple")
-      ->check(number_in(1e-9, 1e3));
+      ->check(command_line::number_in(1e-9, 1e3));
   kind->add_option("--volume-spacing", arguments.volume_spacing_m,
                    "Even spheres through the volume, so far apart, m")
-      ->check(number_in(1e-9, 1e3));
+      ->check(command_line::number_in(1e-9, 1e3));
   app.add_option("--scale", arguments.scale, "Metres in the file's unit; default 1")
-      ->check(number_in(1e-9, 1e9));
+      ->check(command_line::number_in(1e-9, 1e9));
   app.add_option("--out", arguments.out, "Write x_m,y_m,z_m,radius_m (CSV), a row a sphere")
       ->required();
   app.add_option("--levels", arguments.levels,
                  "Levels of detail, written to FILE_1.csv (coarse) and on; default 1, to FILE.csv")
       ->needs(tolerance)
-      ->check(integer_in(1, 12));
+      ->check(command_line::integer_in(1, 12));
   app.add_option("--tool-radius", arguments.tool_radius_m,
                  "Radius of the tool whose force is reported, m; default 2 % of the box's diagonal")
-      ->check(number_in(1e-9, 1e3));
+      ->check(command_line::number_in(1e-9, 1e3));
   app.add_option(
          "--press-depth", arguments.press_depth_m,
          "How deep it is pressed, m; default a quarter of its radius, the tolerance at most")
-      ->check(number_in(1e-9, 1e3));
+      ->check(command_line::number_in(1e-9, 1e3));
   app.add_option(
       "--report", arguments.report,
       "Write a report (JSON): mesh, errors, and ripple, holes and stiffness of the force");
@@ -110,7 +110,7 @@ std::filesystem::path file_of_level(const Arguments& arguments, std::size_t leve
 }
 
 /// The spheres asked for, from coarse to fine.
-std::vector<Decomposition> make_levels(const Arguments& arguments, const TriangleMesh& mesh) {
+std::vector<Decomposition> make_levels(const Arguments& arguments, const mesh::TriangleMesh& mesh) {
   if (arguments.tolerance_m > 0.0)
     return levels_of_detail(mesh, arguments.tolerance_m, arguments.levels, 2.0,
                             progress_on_terminal());
@@ -131,9 +131,9 @@ void add_fineness(const Arguments& arguments, nlohmann::json& json) {
 
 int run(const Arguments& arguments) {
   for (const auto& file : {arguments.out, arguments.report})
-    if (!file.empty()) require_writable(file);
-  const TriangleMesh read = load_mesh(arguments.mesh, arguments.scale);
-  const ClosedMesh closed = make_closed(read, arguments.mesh.string());
+    if (!file.empty()) files::require_writable(file);
+  const mesh::TriangleMesh read = mesh::load_mesh(arguments.mesh, arguments.scale);
+  const mesh::ClosedMesh closed = mesh::make_closed(read, arguments.mesh.string());
   const Press press = make_press(closed.mesh, arguments.tool_radius_m, arguments.press_depth_m,
                                  arguments.tolerance_m);
 
@@ -145,7 +145,7 @@ int run(const Arguments& arguments) {
   nlohmann::json json = {{"mesh", mesh_fields(read, closed)},
                          {"levels", nlohmann::json::array()},
                          {"time_s", time.count()}};
-  int status = kDone;
+  int status = realtime::kDone;
   json["mesh"]["file"] = arguments.mesh.string();
   json["mesh"]["scale"] = arguments.scale;
   add_fineness(arguments, json);
@@ -160,25 +160,21 @@ int run(const Arguments& arguments) {
                    "sphere_decompose: warning: %s: the tolerance of %.3g m was not reached, "
                    "%.3g m was; a coarser one may be, or a mesh that does not cut itself\n",
                    file.string().c_str(), levels[i].tolerance_m, levels[i].hausdorff_m);
-      status = kToleranceNotReached;
+      status = realtime::kToleranceNotReached;
     }
     nlohmann::json level = level_fields(levels[i], press);
     level["file"] = file.string();
     json["levels"].push_back(std::move(level));
   }
-  if (!arguments.report.empty()) write_json(arguments.report, json);
+  if (!arguments.report.empty()) files::write_json(arguments.report, json);
   return status;
 }
 
-}  // namespace
-}  // namespace stillgrid
-
-int main(int argc, char** argv) {
-  using namespace stillgrid;
+int program_main(int argc, char** argv) {
   CLI::App app(kDescription, "sphere_decompose");
   Arguments arguments;
   add_options(app, arguments);
-  add_version(app);
+  command_line::add_version(app);
   try {
     app.parse(argc, argv);
     return run(arguments);
@@ -187,10 +183,18 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     clear_progress();
     std::fprintf(stderr, "sphere_decompose: out of memory\n");
-    return kCouldNotStart;
+    return realtime::kCouldNotStart;
   } catch (const std::exception& error) {
     clear_progress();
     std::fprintf(stderr, "sphere_decompose: %s\n", error.what());
-    return kBadInput;
+    return realtime::kBadInput;
   }
+  return 0;
+}
+
+}  // namespace
+}  // namespace stillgrid::spheres
+
+int main(int argc, char** argv) {
+  return stillgrid::spheres::program_main(argc, argv);
 }

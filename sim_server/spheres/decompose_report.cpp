@@ -11,7 +11,7 @@
 #include "sim_server/spheres/decomposition_error.hpp"
 #include "sim_server/spheres/force_map.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 namespace {
 
 /// Forces for a contact stiffness of 1 N/m.
@@ -37,7 +37,7 @@ nlohmann::json force_fields(const Press& press, const BallBody& body) {
 
 }  // namespace
 
-Press make_press(const TriangleMesh& closed, double tool_radius_m, double press_depth_m,
+Press make_press(const mesh::TriangleMesh& closed, double tool_radius_m, double press_depth_m,
                  double tolerance_m) {
   constexpr std::size_t kSamples = 6000;
   Eigen::AlignedBox3d box;
@@ -49,7 +49,7 @@ Press make_press(const TriangleMesh& closed, double tool_radius_m, double press_
   const double quarter_m = 0.25 * radius_m;
   const double depth_m =
       given_or(press_depth_m, std::min(quarter_m, given_or(tolerance_m, quarter_m)));
-  const MeshDistance distance(closed);
+  const mesh::MeshDistance distance(closed);
   SurfaceSamples reachable =
       reachable_samples(sample_surface(closed, kSamples), distance, radius_m, depth_m);
   if (reachable.points_m.empty())
@@ -58,8 +58,8 @@ Press make_press(const TriangleMesh& closed, double tool_radius_m, double press_
   return {std::move(reachable), radius_m, depth_m};
 }
 
-nlohmann::json mesh_fields(const TriangleMesh& read, const ClosedMesh& closed) {
-  const MeshRepair& repair = closed.repair;
+nlohmann::json mesh_fields(const mesh::TriangleMesh& read, const mesh::ClosedMesh& closed) {
+  const mesh::MeshRepair& repair = closed.repair;
   return {{"vertices", read.vertices_m.size()},
           {"triangles", read.triangles.size()},
           {"closed",
@@ -75,8 +75,8 @@ nlohmann::json mesh_fields(const TriangleMesh& read, const ClosedMesh& closed) {
             {"turned_components", repair.turned_components},
             {"split_vertices", repair.split_vertices}}},
           {"diagonal_m", MeshSolid(closed.mesh).size_m},
-          {"volume_m3", mass_properties(closed.mesh).volume_m3},
-          {"area_m2", surface_area_m2(closed.mesh)}};
+          {"volume_m3", mesh::mass_properties(closed.mesh).volume_m3},
+          {"area_m2", mesh::surface_area_m2(closed.mesh)}};
 }
 
 nlohmann::json level_fields(const Decomposition& level, const Press& press) {
@@ -87,4 +87,4 @@ nlohmann::json level_fields(const Decomposition& level, const Press& press) {
           {"force", force_fields(press, make_ball_body(level.balls, press.tool_radius_m))}};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

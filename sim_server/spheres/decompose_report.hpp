@@ -6,7 +6,7 @@
 #include "sim_server/spheres/decomposition.hpp"
 #include "sim_server/spheres/surface_samples.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 /// What the force of all levels is measured with.
 struct Press {
@@ -18,13 +18,14 @@ struct Press {
 /// quarter of the radius, but no more than tolerance_m unless that is 0. Throws std::runtime_error
 /// where the tool fits nowhere.
 /// Pre: closed, as make_closed() leaves it; all finite and not negative.
-[[nodiscard]] Press make_press(const TriangleMesh& closed, double tool_radius_m,
+[[nodiscard]] Press make_press(const mesh::TriangleMesh& closed, double tool_radius_m,
                                double press_depth_m, double tolerance_m);
 
 /// Fields of a report of sphere_decompose, see docs/formats.md: what was read and repaired.
-[[nodiscard]] nlohmann::json mesh_fields(const TriangleMesh& read, const ClosedMesh& closed);
+[[nodiscard]] nlohmann::json mesh_fields(const mesh::TriangleMesh& read,
+                                         const mesh::ClosedMesh& closed);
 
 /// Count, errors and force of a level.
 [[nodiscard]] nlohmann::json level_fields(const Decomposition& level, const Press& press);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -14,7 +14,7 @@
 #include "sim_server/spheres/decomposition_error.hpp"
 #include "sim_server/spheres/surface_samples.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 namespace {
 
 // Shares of the tolerance.
@@ -124,7 +124,7 @@ class Covering {
   void add_ball(const Ball& ball, double inscribed_m) {
     work_ += demands_.size();
     if (!(ball.radius_m > 0.0)) return;  // a place outside the solid has no ball
-    throw_if_stopped();
+    realtime::throw_if_stopped();
     std::vector<std::uint32_t> held;
     for (std::size_t i = 0; i < demands_.size(); ++i)
       if (holds(ball, demands_[i])) held.push_back(static_cast<std::uint32_t>(i));
@@ -193,7 +193,7 @@ double share_held(const std::vector<Ball>& candidates, const SurfaceSamples& sam
 
 Covering first_demands(const MeshSolid& solid, double tolerance_m) {
   Covering covering(solid, tolerance_m);
-  const double wanted = surface_area_m2(solid.mesh) / (tolerance_m * tolerance_m);
+  const double wanted = mesh::surface_area_m2(solid.mesh) / (tolerance_m * tolerance_m);
   auto count = static_cast<std::size_t>(
       std::clamp(wanted, static_cast<double>(kLeastSamples), static_cast<double>(kMaxSamples)));
   SurfaceSamples samples = sample_surface(solid.mesh, count);
@@ -224,7 +224,7 @@ Covering first_demands(const MeshSolid& solid, double tolerance_m) {
 
 }  // namespace
 
-Decomposition decompose(const TriangleMesh& closed, double tolerance_m,
+Decomposition decompose(const mesh::TriangleMesh& closed, double tolerance_m,
                         const DecompositionProgress& progress) {
   const auto tell = [&](const char* step, double done) {
     if (progress) progress(step, done);
@@ -264,4 +264,4 @@ Decomposition decompose(const TriangleMesh& closed, double tolerance_m,
   return result;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -6,7 +6,7 @@
 #include "sim_server/mesh/triangle_mesh.hpp"
 #include "sim_server/spheres/ball.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 /// Spheres in place of a solid, and how far the two surfaces are apart.
 ///
@@ -38,7 +38,7 @@ using DecompositionProgress = std::function<void(const char* step, double done)>
 /// the result is what was reached, and its hausdorff_m, true all the same, is more than
 /// tolerance_m. Throws std::invalid_argument if tolerance_m is below 1/5000 of the box's diagonal
 /// or no number; StopRequested. Pre: closed, as make_closed() leaves it.
-[[nodiscard]] Decomposition decompose(const TriangleMesh& closed, double tolerance_m,
+[[nodiscard]] Decomposition decompose(const mesh::TriangleMesh& closed, double tolerance_m,
                                       const DecompositionProgress& progress = {});
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <set>
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 namespace {
 
 /// The first ball of each cell of a lattice of centres and radii.
@@ -61,4 +61,4 @@ std::vector<Ball> medial_balls(const MeshSolid& solid, const SurfaceSamples& sam
   return kept;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -7,7 +7,7 @@
 #include "sim_server/spheres/decomposition_error.hpp"
 #include "sim_server/spheres/surface_samples.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 /// The largest ball within a solid that touches its surface at a point: shrunk from one as large as
 /// the solid until no other part of the surface is deeper in it than slack_m. Its radius is the
@@ -23,4 +23,4 @@ namespace stillgrid {
 [[nodiscard]] std::vector<Ball> medial_balls(const MeshSolid& solid, const SurfaceSamples& samples,
                                              double slack_m, double spacing_m, std::size_t most);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -7,7 +7,7 @@
 
 #include "shared/realtime/stop_signal.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 namespace {
 
 constexpr std::uint32_t kNowhere = ~0U;
@@ -144,7 +144,7 @@ void SetCover::cover_greedily() {
   for (std::uint32_t set = 0; set < sets(); ++set)
     if (!is_chosen_[set] && !is_forbidden_[set]) gains.emplace(gain(set), key(set));
   while (!uncovered_.empty()) {
-    throw_if_stopped();
+    realtime::throw_if_stopped();
     assert(!gains.empty());
     const auto [known, code] = gains.top();
     gains.pop();
@@ -183,7 +183,7 @@ void SetCover::improve(std::uint64_t max_visits) {
   std::uint32_t last = kNowhere;
   visits_ = 0;
   while (visits_ < max_visits && chosen_.size() > 1) {
-    throw_if_stopped();
+    realtime::throw_if_stopped();
     ++step_;
     visits_ += 2 * chosen_.size();
     if (uncovered_.empty()) {
@@ -229,4 +229,4 @@ std::vector<std::uint32_t> SetCover::chosen() const {
   return sets;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -4,7 +4,7 @@
 #include <random>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 /// Chooses few of many sets that together hold every element: sets are numbered in the order in
 /// which they are added, elements likewise.
@@ -58,4 +58,4 @@ class SetCover {
   std::mt19937_64 random_{1};
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

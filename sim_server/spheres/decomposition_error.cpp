@@ -13,7 +13,7 @@
 #include "sim_server/mesh/mesh_crossings.hpp"
 #include "sim_server/spheres/ball_tree.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 namespace {
 
 using Corners = std::array<Eigen::Vector3d, 3>;
@@ -253,7 +253,7 @@ struct UnionSide {
 
 template <typename Side, typename Take>
 void split(const Side& side, const Patch& patch, Take&& take) {
-  throw_if_stopped();
+  realtime::throw_if_stopped();
   for (const Corners& corners : quarters(patch.corners)) {
     Patch part;
     part.corners = corners;
@@ -328,7 +328,7 @@ std::size_t visit_farther(const Side& side, double limit_m, double spacing_m, Vi
 
 }  // namespace
 
-MeshSolid::MeshSolid(const TriangleMesh& closed) : mesh(closed), distance(closed) {
+MeshSolid::MeshSolid(const mesh::TriangleMesh& closed) : mesh(closed), distance(closed) {
   Eigen::Vector3d low = mesh.vertices_m.front(), high = low;
   for (const Eigen::Vector3d& vertex : mesh.vertices_m) {
     low = low.cwiseMin(vertex);
@@ -336,7 +336,7 @@ MeshSolid::MeshSolid(const TriangleMesh& closed) : mesh(closed), distance(closed
   }
   size_m = (high - low).norm();
   const std::vector<int> one_piece(mesh.triangles.size(), 0);
-  cuts_itself = count_crossings(mesh, one_piece, "mesh").within_pieces > 0;
+  cuts_itself = mesh::count_crossings(mesh, one_piece, "mesh").within_pieces > 0;
 }
 
 TooFar find_too_far(const MeshSolid& solid, std::span<const Ball> balls, double limit_m,
@@ -379,4 +379,4 @@ Decomposition with_error(const MeshSolid& solid, std::vector<Ball> balls, double
   return result;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -9,17 +9,17 @@
 #include "sim_server/spheres/decomposition.hpp"
 #include "sim_server/spheres/surface_samples.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 /// A solid, and what its spheres' distances are bounded with.
 struct MeshSolid {
-  TriangleMesh mesh;
-  MeshDistance distance;
+  mesh::TriangleMesh mesh;
+  mesh::MeshDistance distance;
   double size_m = 0.0;       // diagonal of the box
   bool cuts_itself = false;  // then its normals may take outside for inside
 
   /// Pre: closed, as make_closed() leaves it.
-  explicit MeshSolid(const TriangleMesh& closed);
+  explicit MeshSolid(const mesh::TriangleMesh& closed);
 };
 
 /// Places where spheres and mesh are farther apart than a limit.
@@ -51,4 +51,4 @@ struct TooFar {
 [[nodiscard]] Decomposition with_error(const MeshSolid& solid, std::vector<Ball> balls,
                                        double precision_m);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

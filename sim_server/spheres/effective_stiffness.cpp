@@ -5,7 +5,7 @@
 
 #include "sim_server/spheres/force_map.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 double effective_stiffness(std::span<const Ball> balls, const SurfaceSamples& surface,
                            double tool_radius_m, double press_depth_m) {
@@ -26,4 +26,4 @@ double stiffness_scale(std::span<const Ball> balls, const SurfaceSamples& surfac
   return 1.0 / stiffness;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

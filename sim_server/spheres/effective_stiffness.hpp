@@ -5,7 +5,7 @@
 #include "sim_server/spheres/ball.hpp"
 #include "sim_server/spheres/surface_samples.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 /// How stiff a body of balls feels for each N/m of one contact's stiffness: the slope of the normal
 /// force against the press depth, mean over the surface; dimensionless.
@@ -26,4 +26,4 @@ namespace stillgrid {
 [[nodiscard]] double stiffness_scale(std::span<const Ball> balls, const SurfaceSamples& surface,
                                      double tool_radius_m, double press_depth_m);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

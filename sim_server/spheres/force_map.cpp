@@ -7,14 +7,14 @@
 
 #include "shared/collision/contact_law.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 BallBody make_ball_body(std::span<const Ball> balls, double tool_radius_m) {
   return {{balls.begin(), balls.end()}, make_ball_grid(balls, tool_radius_m), tool_radius_m};
 }
 
 Eigen::Vector3d unit_force_m(const BallBody& body, const Eigen::Vector3d& tool_m) noexcept {
-  constexpr ContactMaterial kUnit{.stiffness_N_per_m = 1.0};
+  constexpr collision::ContactMaterial kUnit{.stiffness_N_per_m = 1.0};
   Eigen::Vector3d force_m = Eigen::Vector3d::Zero();
   for (const std::uint32_t i : balls_near(body.grid, tool_m)) {
     const Eigen::Vector3d apart_m = tool_m - body.balls[i].centre_m;
@@ -22,7 +22,7 @@ Eigen::Vector3d unit_force_m(const BallBody& body, const Eigen::Vector3d& tool_m
     const double depth_m = body.balls[i].radius_m + body.tool_radius_m - distance_m;
     // Centre on centre has no direction to push in.
     if (depth_m > 0.0 && distance_m > 0.0)
-      force_m += normal_force_N(kUnit, depth_m, 0.0) / distance_m * apart_m;
+      force_m += collision::normal_force_N(kUnit, depth_m, 0.0) / distance_m * apart_m;
   }
   return force_m;
 }
@@ -100,4 +100,4 @@ ForceMap map_force(const SurfaceSamples& surface, double tool_radius_m, double p
   return map;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

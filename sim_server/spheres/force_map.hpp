@@ -8,7 +8,7 @@
 #include "sim_server/spheres/ball_grid.hpp"
 #include "sim_server/spheres/surface_samples.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 /// Balls with the grid that finds those that a tool sphere touches. Body's own frame.
 struct BallBody {
@@ -51,4 +51,4 @@ inline constexpr double kHoleFraction = 0.1;
 [[nodiscard]] ForceMap map_force(const SurfaceSamples& surface, double tool_radius_m,
                                  double press_depth_m, const UnitForce& force);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <utility>
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
-std::vector<Decomposition> levels_of_detail(const TriangleMesh& closed, double finest_tolerance_m,
-                                            int levels, double factor,
+std::vector<Decomposition> levels_of_detail(const mesh::TriangleMesh& closed,
+                                            double finest_tolerance_m, int levels, double factor,
                                             const DecompositionProgress& progress) {
   std::vector<Decomposition> series;
   double tolerance_m = finest_tolerance_m;
@@ -20,4 +20,4 @@ std::vector<Decomposition> levels_of_detail(const TriangleMesh& closed, double f
   return series;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -12,7 +12,7 @@
 #include "sim_server/spheres/decomposition_candidates.hpp"
 #include "sim_server/spheres/surface_samples.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 namespace {
 
 /// Keeps points that are no nearer than spacing_m to one that was kept before.
@@ -56,10 +56,11 @@ void require_some(const std::vector<Ball>& balls) {
 
 }  // namespace
 
-std::vector<Ball> surface_balls(const TriangleMesh& closed, double spacing_m, double radius_m) {
+std::vector<Ball> surface_balls(const mesh::TriangleMesh& closed, double spacing_m,
+                                double radius_m) {
   constexpr double kSamplesASpacing = 24.0;  // per square of the spacing: so gaps stay small
   constexpr double kSlack = 1e-6;
-  const double most = surface_area_m2(closed) / (spacing_m * spacing_m);
+  const double most = mesh::surface_area_m2(closed) / (spacing_m * spacing_m);
   require_few(most);
   const MeshSolid solid(closed);
   const auto count = static_cast<std::size_t>(std::ceil(kSamplesASpacing * most));
@@ -77,7 +78,8 @@ std::vector<Ball> surface_balls(const TriangleMesh& closed, double spacing_m, do
   return balls;
 }
 
-std::vector<Ball> volume_balls(const TriangleMesh& closed, double spacing_m, double radius_m) {
+std::vector<Ball> volume_balls(const mesh::TriangleMesh& closed, double spacing_m,
+                               double radius_m) {
   Eigen::Vector3d low = closed.vertices_m.front(), high = low;
   for (const Eigen::Vector3d& vertex : closed.vertices_m) {
     low = low.cwiseMin(vertex);
@@ -92,7 +94,7 @@ std::vector<Ball> volume_balls(const TriangleMesh& closed, double spacing_m, dou
   const auto point_m = [&](int i, int j, int k) -> Eigen::Vector3d {
     return first_m + spacing_m * Eigen::Vector3d(i, j, k);
   };
-  const MeshDistance distance(closed);
+  const mesh::MeshDistance distance(closed);
   std::vector<Ball> balls;
   for (int k = 0; k < cells[2]; ++k)
     for (int j = 0; j < cells[1]; ++j)
@@ -103,4 +105,4 @@ std::vector<Ball> volume_balls(const TriangleMesh& closed, double spacing_m, dou
   return balls;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -5,7 +5,7 @@
 #include "sim_server/mesh/triangle_mesh.hpp"
 #include "sim_server/spheres/ball.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 /// The paper's other way to spheres: even ones, by a parameter of the surface or the volume
 /// [Davanne 2002, section 2]. More of them than decompose() needs, but all alike, so that the force
@@ -19,18 +19,18 @@ inline constexpr double kMaxSampledBalls = 2e5;
 /// the solid is too thin for radius_m. Throws std::invalid_argument where they would be more than
 /// kMaxSampledBalls, or none.
 /// Pre: closed, as make_closed() leaves it; spacing_m, radius_m > 0.
-[[nodiscard]] std::vector<Ball> surface_balls(const TriangleMesh& closed, double spacing_m,
+[[nodiscard]] std::vector<Ball> surface_balls(const mesh::TriangleMesh& closed, double spacing_m,
                                               double radius_m);
 
 /// Balls at the points of a cubic lattice that lie inside the solid. The lattice halves its cells
 /// about the box's middle: a cube of edge n spacing_m holds n^3 points. Throws
 /// std::invalid_argument where the box holds more than kMaxSampledBalls points, or the solid none.
 /// Pre: as surface_balls().
-[[nodiscard]] std::vector<Ball> volume_balls(const TriangleMesh& closed, double spacing_m,
+[[nodiscard]] std::vector<Ball> volume_balls(const mesh::TriangleMesh& closed, double spacing_m,
                                              double radius_m);
 
 /// The radius, over the spacing, with which balls of a lattice stick out of a cube as far as the
 /// gaps between them are deep: (1 + sqrt 3) / 4.
 inline constexpr double kVolumeRadius = 0.6830127018922193;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

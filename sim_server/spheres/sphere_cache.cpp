@@ -13,7 +13,7 @@
 
 #include "sim_server/spheres/sphere_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 namespace {
 
 /// FNV-1a, 64 bits: finds accidents, not forgers; who may write here may write the scene too.
@@ -43,7 +43,7 @@ bool is_own(const std::filesystem::path& folder) {
          status.st_uid == ::geteuid() && (status.st_mode & (S_IWGRP | S_IWOTH)) == 0;
 }
 
-std::string name_of(const TriangleMesh& closed, std::string_view way, double value_m) {
+std::string name_of(const mesh::TriangleMesh& closed, std::string_view way, double value_m) {
   Hash hash;
   hash.add(&kDecomposerVersion, sizeof kDecomposerVersion);
   hash.add(way.data(), way.size());
@@ -56,8 +56,8 @@ std::string name_of(const TriangleMesh& closed, std::string_view way, double val
 
 }  // namespace
 
-SphereCache::SphereCache(const std::filesystem::path& scene_folder, const TriangleMesh& closed,
-                         std::string_view way, double value_m)
+SphereCache::SphereCache(const std::filesystem::path& scene_folder,
+                         const mesh::TriangleMesh& closed, std::string_view way, double value_m)
     : file_(scene_folder / ".stillgrid" / name_of(closed, way, value_m)), value_m_(value_m) {}
 
 /// All but the spheres, and a checksum of both.
@@ -109,4 +109,4 @@ void SphereCache::write(const Decomposition& made) const {
   write_spheres(made.balls, file_, first_line(made));
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

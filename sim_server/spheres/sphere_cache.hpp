@@ -7,7 +7,7 @@
 
 #include "sim_server/spheres/decomposition.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 /// Spheres that were made of a mesh before, in a file of a folder `.stillgrid` beside a scene.
 ///
@@ -17,7 +17,7 @@ namespace stillgrid {
 class SphereCache {
  public:
   /// `way` is the scene's key, as tolerance_m, with its value. Touches no file.
-  SphereCache(const std::filesystem::path& scene_folder, const TriangleMesh& closed,
+  SphereCache(const std::filesystem::path& scene_folder, const mesh::TriangleMesh& closed,
               std::string_view way, double value_m);
 
   /// What was kept, or nothing: also where the file is damaged, or cannot be read.
@@ -36,4 +36,4 @@ class SphereCache {
   double value_m_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -11,7 +11,7 @@
 
 #include "shared/files/whole_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 namespace {
 
 constexpr const char* kHeader = "x_m,y_m,z_m,radius_m";
@@ -62,7 +62,7 @@ std::vector<Ball> read_spheres(const std::filesystem::path& file) {
 
 void write_spheres(std::span<const Ball> balls, const std::filesystem::path& file,
                    std::string_view comment) {
-  write_whole(file, [&](std::ostream& out) {
+  files::write_whole(file, [&](std::ostream& out) {
     out.precision(std::numeric_limits<double>::max_digits10);
     if (!comment.empty()) out << "# " << comment << '\n';
     out << kHeader << '\n';
@@ -72,4 +72,4 @@ void write_spheres(std::span<const Ball> balls, const std::filesystem::path& fil
   });
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -7,7 +7,7 @@
 
 #include "sim_server/spheres/ball.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 /// Reads a CSV of sphere_decompose: the header `x_m,y_m,z_m,radius_m`, then a row a sphere; lines
 /// that begin with # are skipped.
@@ -22,4 +22,4 @@ namespace stillgrid {
 void write_spheres(std::span<const Ball> balls, const std::filesystem::path& file,
                    std::string_view comment = {});
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

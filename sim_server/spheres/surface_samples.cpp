@@ -4,11 +4,11 @@
 #include <cassert>
 #include <cmath>
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 namespace {
 
 /// Twice the area, along the normal.
-Eigen::Vector3d area_vector_m2(const TriangleMesh& mesh, const Eigen::Vector3i& triangle) {
+Eigen::Vector3d area_vector_m2(const mesh::TriangleMesh& mesh, const Eigen::Vector3i& triangle) {
   const auto corner_m = [&](int i) -> const Eigen::Vector3d& {
     return mesh.vertices_m[static_cast<std::size_t>(triangle[i])];
   };
@@ -31,7 +31,7 @@ Eigen::Vector3d barycentric(std::size_t i) {
 
 }  // namespace
 
-SurfaceSamples sample_surface(const TriangleMesh& mesh, std::size_t count) {
+SurfaceSamples sample_surface(const mesh::TriangleMesh& mesh, std::size_t count) {
   double whole_m2 = 0.0;
   for (const Eigen::Vector3i& triangle : mesh.triangles)
     whole_m2 += area_vector_m2(mesh, triangle).norm();
@@ -59,7 +59,7 @@ SurfaceSamples sample_surface(const TriangleMesh& mesh, std::size_t count) {
   return samples;
 }
 
-SurfaceSamples reachable_samples(const SurfaceSamples& surface, const MeshDistance& mesh,
+SurfaceSamples reachable_samples(const SurfaceSamples& surface, const mesh::MeshDistance& mesh,
                                  double tool_radius_m, double press_depth_m) {
   SurfaceSamples reachable;
   for (std::size_t i = 0; i < surface.points_m.size(); ++i) {
@@ -72,4 +72,4 @@ SurfaceSamples reachable_samples(const SurfaceSamples& surface, const MeshDistan
   return reachable;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -7,7 +7,7 @@
 #include "sim_server/mesh/mesh_distance.hpp"
 #include "sim_server/mesh/triangle_mesh.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 /// Points spread evenly over a surface, each standing for the same area. Lengths in metres, in the
 /// body's own frame.
@@ -21,13 +21,13 @@ struct SurfaceSamples {
 /// recurrence of low discrepancy, its normal the triangle's. The same points on every call.
 ///
 /// Pre: the mesh has an area, count > 0.
-[[nodiscard]] SurfaceSamples sample_surface(const TriangleMesh& mesh, std::size_t count);
+[[nodiscard]] SurfaceSamples sample_surface(const mesh::TriangleMesh& mesh, std::size_t count);
 
 /// Those samples at which a tool sphere can be pressed press_depth_m deep without being a tenth of
 /// that deeper elsewhere: not those in creases narrower than the tool.
 /// Pre: the samples are of that mesh, 0 < press_depth_m.
 [[nodiscard]] SurfaceSamples reachable_samples(const SurfaceSamples& surface,
-                                               const MeshDistance& mesh, double tool_radius_m,
+                                               const mesh::MeshDistance& mesh, double tool_radius_m,
                                                double press_depth_m);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <sstream>
 
-namespace stillgrid {
+namespace stillgrid::toml {
 namespace {
 
 constexpr std::size_t kLongestValue = 60;  // bytes shown of a value
@@ -16,7 +16,7 @@ std::string one_line(std::string text) {
   return text;
 }
 
-std::string written(const toml::node& node) {
+std::string written(const ::toml::node& node) {
   if (node.is_table()) return "{...}";
   if (const auto* number = node.as_floating_point()) {
     // The library prints 17 digits: 0.1 would not be shown as the file has it.
@@ -25,9 +25,9 @@ std::string written(const toml::node& node) {
         std::to_chars(digits.data(), digits.data() + digits.size(), number->get()).ptr;
     return {digits.data(), end};
   }
-  if (const toml::array* array = node.as_array()) {
+  if (const ::toml::array* array = node.as_array()) {
     std::string list;
-    for (const toml::node& item : *array) list += (list.empty() ? "" : ", ") + written(item);
+    for (const ::toml::node& item : *array) list += (list.empty() ? "" : ", ") + written(item);
     return "[" + list + "]";
   }
   std::ostringstream text;
@@ -49,30 +49,30 @@ std::string shortened(std::string text) {
   return text + "...";
 }
 
-std::string shown(const toml::node& node) {
+std::string shown(const ::toml::node& node) {
   return shortened(one_line(written(node)));
 }
 
-std::string_view type_of(const toml::node& node) noexcept {
+std::string_view type_of(const ::toml::node& node) noexcept {
   switch (node.type()) {
-    case toml::node_type::string:
+    case ::toml::node_type::string:
       return "a string";
-    case toml::node_type::integer:
+    case ::toml::node_type::integer:
       return "an integer";
-    case toml::node_type::floating_point:
+    case ::toml::node_type::floating_point:
       return "a number";
-    case toml::node_type::boolean:
+    case ::toml::node_type::boolean:
       return "a boolean";
-    case toml::node_type::array:
+    case ::toml::node_type::array:
       return "an array";
-    case toml::node_type::table:
+    case ::toml::node_type::table:
       return "a table";
     default:
       return "a date or time";
   }
 }
 
-SceneError scene_error(std::string_view file, const toml::source_position& where,
+SceneError scene_error(std::string_view file, const ::toml::source_position& where,
                        std::string_view key, std::string_view value, std::string_view expected) {
   std::ostringstream message;
   message << file << ':' << std::max(where.line, 1U) << ':' << std::max(where.column, 1U) << ": "
@@ -80,4 +80,4 @@ SceneError scene_error(std::string_view file, const toml::source_position& where
   return SceneError{one_line(message.str())};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::toml

@@ -7,10 +7,10 @@
 
 #include "sim_server/toml/scene_error.hpp"
 
-namespace stillgrid {
+namespace stillgrid::toml {
 
 /// A refusal as one line, whatever its parts hold.
-[[nodiscard]] SceneError scene_error(std::string_view file, const toml::source_position& where,
+[[nodiscard]] SceneError scene_error(std::string_view file, const ::toml::source_position& where,
                                      std::string_view key, std::string_view value,
                                      std::string_view expected);
 
@@ -18,12 +18,12 @@ namespace stillgrid {
 [[nodiscard]] std::string shortened(std::string text);
 
 /// A value much as the file has it, on one line.
-[[nodiscard]] std::string shown(const toml::node& node);
+[[nodiscard]] std::string shown(const ::toml::node& node);
 
 /// The type of a value in words: "a string".
-[[nodiscard]] std::string_view type_of(const toml::node& node) noexcept;
+[[nodiscard]] std::string_view type_of(const ::toml::node& node) noexcept;
 
 /// Whether a character would break or disturb a line.
 [[nodiscard]] bool is_control(char c) noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::toml

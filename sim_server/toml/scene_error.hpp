@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-namespace stillgrid {
+namespace stillgrid::toml {
 
 /// A scene file that was refused.
 ///
@@ -12,4 +12,4 @@ struct SceneError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::toml

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace stillgrid {
+namespace stillgrid::toml {
 namespace {
 
 constexpr int kMaxKeyParts = 16, kMaxBrackets = 16;
@@ -88,4 +88,4 @@ std::optional<DeepPlace> find_deep_place(std::string_view text) {
   return Walker(text).walk();
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::toml

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace stillgrid {
+namespace stillgrid::toml {
 
 /// Where a text nests deeper than a parser should follow, and what is expected there.
 struct DeepPlace {
@@ -18,4 +18,4 @@ struct DeepPlace {
 /// asked. One pass; of what is no TOML it may say either.
 [[nodiscard]] std::optional<DeepPlace> find_deep_place(std::string_view text);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::toml

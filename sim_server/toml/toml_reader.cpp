@@ -7,7 +7,7 @@
 
 #include "sim_server/toml/refusal.hpp"
 
-namespace stillgrid {
+namespace stillgrid::toml {
 namespace {
 
 constexpr double kLargest = 1e12;
@@ -44,11 +44,11 @@ std::string joined(const Texts& texts) {
 
 }  // namespace
 
-TableReader::TableReader(const toml::table& document, std::string file)
+TableReader::TableReader(const ::toml::table& document, std::string file)
     : TableReader(document, std::move(file), "", document.source().begin) {}
 
-TableReader::TableReader(const toml::table& table, std::string file, std::string prefix,
-                         toml::source_position where)
+TableReader::TableReader(const ::toml::table& table, std::string file, std::string prefix,
+                         ::toml::source_position where)
     : table_(&table), file_(std::move(file)), prefix_(std::move(prefix)), where_(where) {}
 
 bool TableReader::has(std::string_view key) {
@@ -56,12 +56,12 @@ bool TableReader::has(std::string_view key) {
 }
 
 bool TableReader::has_text(std::string_view key) {
-  const toml::node* node = find(key);
+  const ::toml::node* node = find(key);
   return node != nullptr && node->is_string();
 }
 
 bool TableReader::has_table(std::string_view key) {
-  const toml::node* node = find(key);
+  const ::toml::node* node = find(key);
   return node != nullptr && node->is_table();
 }
 
@@ -76,10 +76,10 @@ double TableReader::number_or(std::string_view key, Bound bound, double otherwis
 std::vector<double> TableReader::numbers(std::string_view key, std::size_t count, Bound bound) {
   const std::string expected =
       std::to_string(count) + " numbers, each " + std::string(numbers_within(bound));
-  const toml::array& array = require_array(key, expected);
+  const ::toml::array& array = require_array(key, expected);
   if (array.size() != count) refuse_at(key, array, expected);
   std::vector<double> values;
-  for (const toml::node& node : array) values.push_back(number_at(key, node, bound));
+  for (const ::toml::node& node : array) values.push_back(number_at(key, node, bound));
   return values;
 }
 
@@ -88,9 +88,9 @@ int TableReader::integer(std::string_view key, IntegerRange range) {
 }
 
 std::vector<int> TableReader::integers(std::string_view key, IntegerRange range) {
-  const toml::array& array = require_array(key, "a list, each " + integers_within(range));
+  const ::toml::array& array = require_array(key, "a list, each " + integers_within(range));
   std::vector<int> values;
-  for (const toml::node& node : array) values.push_back(integer_at(key, node, range));
+  for (const ::toml::node& node : array) values.push_back(integer_at(key, node, range));
   return values;
 }
 
@@ -121,7 +121,7 @@ Eigen::Quaterniond TableReader::orientation_or_identity(std::string_view key) {
 
 std::string TableReader::name(std::string_view key) {
   constexpr std::string_view expected = "a name without comma, quote or control character";
-  const toml::node& node = require(key, expected);
+  const ::toml::node& node = require(key, expected);
   if (!node.is_string()) refuse_type(key, node, expected);
   const std::string& text = node.as_string()->get();
   const bool is_bad = std::any_of(text.begin(), text.end(),
@@ -132,7 +132,7 @@ std::string TableReader::name(std::string_view key) {
 
 std::filesystem::path TableReader::file(std::string_view key) {
   constexpr std::string_view expected = "the path of a file";
-  const toml::node& node = require(key, expected);
+  const ::toml::node& node = require(key, expected);
   if (!node.is_string()) refuse_type(key, node, expected);
   const std::string& text = node.as_string()->get();
   if (text.empty() || std::any_of(text.begin(), text.end(), is_control))
@@ -146,14 +146,14 @@ std::filesystem::path TableReader::folder() const {
 
 bool TableReader::flag_or(std::string_view key, bool otherwise) {
   if (!has(key)) return otherwise;
-  const toml::node& node = require(key, "true or false");
+  const ::toml::node& node = require(key, "true or false");
   if (!node.is_boolean()) refuse_type(key, node, "true or false");
   return node.as_boolean()->get();
 }
 
 std::size_t TableReader::choice(std::string_view key, std::span<const std::string_view> choices) {
   const std::string expected = "one of " + joined(choices);
-  const toml::node& node = require(key, expected);
+  const ::toml::node& node = require(key, expected);
   if (!node.is_string()) refuse_type(key, node, expected);
   const auto found = std::find(choices.begin(), choices.end(), node.as_string()->get());
   if (found == choices.end()) refuse_at(key, node, expected);
@@ -161,8 +161,8 @@ std::size_t TableReader::choice(std::string_view key, std::span<const std::strin
 }
 
 TableReader TableReader::table(std::string_view key) {
-  static const toml::table empty;
-  const toml::node* node = find(key);
+  static const ::toml::table empty;
+  const ::toml::node* node = find(key);
   if (node != nullptr) return table_at(key, *node);
   return {empty, file_, prefix_ + std::string(key) + ".", where_};
 }
@@ -170,7 +170,7 @@ TableReader TableReader::table(std::string_view key) {
 std::vector<TableReader> TableReader::tables(std::string_view key) {
   std::vector<TableReader> readers;
   if (!has(key)) return readers;
-  for (const toml::node& node : require_array(key, "an array of tables")) {
+  for (const ::toml::node& node : require_array(key, "an array of tables")) {
     readers.push_back(table_at(key, node));
   }
   return readers;
@@ -188,29 +188,29 @@ void TableReader::finish() const {
   }
 }
 
-const toml::node* TableReader::find(std::string_view key) {
+const ::toml::node* TableReader::find(std::string_view key) {
   asked_.emplace(key);
   return table_->get(key);
 }
 
-const toml::node& TableReader::require(std::string_view key, std::string_view expected) {
-  const toml::node* node = find(key);
+const ::toml::node& TableReader::require(std::string_view key, std::string_view expected) {
+  const ::toml::node* node = find(key);
   if (node == nullptr) {
     throw scene_error(file_, where_, prefix_ + std::string(key), "missing", expected);
   }
   return *node;
 }
 
-const toml::array& TableReader::require_array(std::string_view key, std::string_view expected) {
-  const toml::node& node = require(key, expected);
+const ::toml::array& TableReader::require_array(std::string_view key, std::string_view expected) {
+  const ::toml::node& node = require(key, expected);
   if (!node.is_array()) refuse_type(key, node, expected);
   return *node.as_array();
 }
 
-double TableReader::number_at(std::string_view key, const toml::node& node, Bound bound) const {
+double TableReader::number_at(std::string_view key, const ::toml::node& node, Bound bound) const {
   if (!node.is_number()) refuse_type(key, node, numbers_within(bound));
   // Digits of another base are a slip where something is measured.
-  if (node.is_integer() && node.as_integer()->flags() != toml::value_flags::none)
+  if (node.is_integer() && node.as_integer()->flags() != ::toml::value_flags::none)
     refuse_at(key, node, std::string(numbers_within(bound)) + ", in decimal digits");
   const double value = node.value<double>().value_or(0.0);
   // Written so that NaN is refused.
@@ -219,7 +219,7 @@ double TableReader::number_at(std::string_view key, const toml::node& node, Boun
   return value;
 }
 
-int TableReader::integer_at(std::string_view key, const toml::node& node,
+int TableReader::integer_at(std::string_view key, const ::toml::node& node,
                             IntegerRange range) const {
   if (!node.is_integer()) refuse_type(key, node, integers_within(range));
   const std::int64_t value = node.as_integer()->get();
@@ -227,19 +227,19 @@ int TableReader::integer_at(std::string_view key, const toml::node& node,
   return static_cast<int>(value);
 }
 
-TableReader TableReader::table_at(std::string_view key, const toml::node& node) const {
+TableReader TableReader::table_at(std::string_view key, const ::toml::node& node) const {
   if (!node.is_table()) refuse_type(key, node, "a table");
   return {*node.as_table(), file_, prefix_ + std::string(key) + ".", node.source().begin};
 }
 
-void TableReader::refuse_at(std::string_view key, const toml::node& node,
+void TableReader::refuse_at(std::string_view key, const ::toml::node& node,
                             std::string_view expected) const {
   throw scene_error(file_, node.source().begin, prefix_ + std::string(key), shown(node), expected);
 }
 
-void TableReader::refuse_type(std::string_view key, const toml::node& node,
+void TableReader::refuse_type(std::string_view key, const ::toml::node& node,
                               std::string_view expected) const {
   refuse_at(key, node, std::string(expected) + ", found " + std::string(type_of(node)));
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::toml

@@ -14,7 +14,7 @@
 
 #include "sim_server/toml/scene_error.hpp"
 
-namespace stillgrid {
+namespace stillgrid::toml {
 
 /// Which numbers a key takes. The ends keep a number and its square finite, and a positive
 /// number positive, in a float.
@@ -38,7 +38,7 @@ struct IntegerRange {
 class TableReader {
  public:
   /// A reader of a whole document.
-  TableReader(const toml::table& document, std::string file);
+  TableReader(const ::toml::table& document, std::string file);
 
   /// Whether the key is there.
   [[nodiscard]] bool has(std::string_view key);
@@ -88,26 +88,26 @@ class TableReader {
   void finish() const;
 
  private:
-  TableReader(const toml::table& table, std::string file, std::string prefix,
-              toml::source_position where);
+  TableReader(const ::toml::table& table, std::string file, std::string prefix,
+              ::toml::source_position where);
 
-  [[nodiscard]] const toml::node* find(std::string_view key);
-  [[nodiscard]] const toml::node& require(std::string_view key, std::string_view expected);
-  [[nodiscard]] const toml::array& require_array(std::string_view key, std::string_view expected);
-  [[nodiscard]] double number_at(std::string_view key, const toml::node& node, Bound bound) const;
-  [[nodiscard]] int integer_at(std::string_view key, const toml::node& node,
+  [[nodiscard]] const ::toml::node* find(std::string_view key);
+  [[nodiscard]] const ::toml::node& require(std::string_view key, std::string_view expected);
+  [[nodiscard]] const ::toml::array& require_array(std::string_view key, std::string_view expected);
+  [[nodiscard]] double number_at(std::string_view key, const ::toml::node& node, Bound bound) const;
+  [[nodiscard]] int integer_at(std::string_view key, const ::toml::node& node,
                                IntegerRange range) const;
-  [[nodiscard]] TableReader table_at(std::string_view key, const toml::node& node) const;
-  [[noreturn]] void refuse_at(std::string_view key, const toml::node& node,
+  [[nodiscard]] TableReader table_at(std::string_view key, const ::toml::node& node) const;
+  [[noreturn]] void refuse_at(std::string_view key, const ::toml::node& node,
                               std::string_view expected) const;
-  [[noreturn]] void refuse_type(std::string_view key, const toml::node& node,
+  [[noreturn]] void refuse_type(std::string_view key, const ::toml::node& node,
                                 std::string_view expected) const;
 
-  const toml::table* table_;
+  const ::toml::table* table_;
   std::string file_;
   std::string prefix_;  // of the table's keys in messages: "body.spheres."
-  toml::source_position where_;
+  ::toml::source_position where_;
   std::set<std::string, std::less<>> asked_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::toml

@@ -5,7 +5,7 @@
 
 #include "shared/collision/grid_query.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fuzz {
 namespace {
 
 Eigen::Vector3d take_vector(FuzzInput& input, bool is_wild, double unit) {
@@ -16,9 +16,9 @@ Eigen::Vector3d take_vector(FuzzInput& input, bool is_wild, double unit) {
 }
 
 /// Near the spheres, or any numbers at all: a hostile device frame can lead there.
-ToolPose take_pose(FuzzInput& input) {
+rendering::ToolPose take_pose(FuzzInput& input) {
   const auto flags = input.take<std::uint8_t>();
-  ToolPose pose;
+  rendering::ToolPose pose;
   pose.position_m = take_vector(input, (flags & 1U) != 0, 1e-5);
   pose.velocity_m_s = take_vector(input, (flags & 2U) != 0, 1e-3);
   const double angle = static_cast<double>(flags >> 2U) * 0.1;
@@ -26,21 +26,23 @@ ToolPose take_pose(FuzzInput& input) {
   return pose;
 }
 
-void check_visits(const GridView& grid, const SweptBound& probe, std::uint32_t max_visits) {
+void check_visits(const collision::GridView& grid, const collision::SweptBound& probe,
+                  std::uint32_t max_visits) {
   std::uint32_t visits = 0;
-  for_each_candidate(grid, probe, max_visits, [&](std::uint32_t sphere) {
+  collision::for_each_candidate(grid, probe, max_visits, [&](std::uint32_t sphere) {
     require(sphere < grid.shape.sphere_count, "a query visits spheres of its grid");
     ++visits;
   });
   require(visits <= max_visits, "a query visits no more than it may");
 }
 
-void check_queries(const SceneView& scene, const ToolPose& pose, std::uint32_t max_visits) {
-  const SweptBound probe = bound_sphere(pose.position_m, 0.02);
+void check_queries(const publication::SceneView& scene, const rendering::ToolPose& pose,
+                   std::uint32_t max_visits) {
+  const collision::SweptBound probe = collision::bound_sphere(pose.position_m, 0.02);
   check_visits(scene.static_grid(), probe, max_visits);
   for (const std::uint64_t* payload : scene.buffer().payload) {
     if (scene.header().payload_bytes < sizeof(proto::SnapshotHeader)) continue;
-    const auto snapshot = load_snapshot(payload);
+    const auto snapshot = publication::load_snapshot(payload);
     check_visits(scene.moving_grid(payload, snapshot), probe, max_visits);
   }
 }
@@ -48,16 +50,16 @@ void check_queries(const SceneView& scene, const ToolPose& pose, std::uint32_t m
 }  // namespace
 
 CheckedTicks::CheckedTicks() {
-  const SafetyLimits limits{.max_force_N = kMaxForce_N,
-                            .lever_m = kLever_m,
-                            .stiffness_N_per_m = 1000.0,
-                            .continuous_force_N = 0.9,
-                            .max_speed_m_s = 2.0};
-  SafetyLimits slewed = limits;
+  const safety::SafetyLimits limits{.max_force_N = kMaxForce_N,
+                                    .lever_m = kLever_m,
+                                    .stiffness_N_per_m = 1000.0,
+                                    .continuous_force_N = 0.9,
+                                    .max_speed_m_s = 2.0};
+  safety::SafetyLimits slewed = limits;
   slewed.max_slew_N_per_ms = kMaxSlew_N_per_ms;
-  const auto add = [&](std::unique_ptr<Renderer> renderer) {
-    const SafetyLimits& own = renderings_.size() == kSlewed ? slewed : limits;
-    renderings_.push_back({std::move(renderer), SafetyChain(own)});
+  const auto add = [&](std::unique_ptr<rendering::Renderer> renderer) {
+    const safety::SafetyLimits& own = renderings_.size() == kSlewed ? slewed : limits;
+    renderings_.push_back({std::move(renderer), safety::SafetyChain(own)});
     // Past the ramp at the start, which would hide the limits.
     std::uint32_t flags = 0;
     for (int i = 0; i < 3; ++i)
@@ -65,20 +67,22 @@ CheckedTicks::CheckedTicks() {
           {.snapshot = {.exists = true, .period_s = 1.0, .writer_alive = true}, .elapsed_s = 0.04},
           flags));
   };
-  for (const TransitionLaw& law : transitions()) add(make_renderer(law.transition));
-  for (const Rival& rival : rivals()) add(rival.make());
+  for (const display::TransitionLaw& law : display::transitions())
+    add(rendering::make_renderer(law.transition));
+  for (const laboratory::Rival& rival : laboratory::rivals()) add(rival.make());
 }
 
-void CheckedTicks::tick(const SceneView& scene, FuzzInput& input) {
+void CheckedTicks::tick(const publication::SceneView& scene, FuzzInput& input) {
   const auto flags = input.take<std::uint8_t>();
   now_ns_ =
       (flags & 1U) != 0 ? input.take<std::uint64_t>() : now_ns_ + 1'000'000ULL * (flags >> 4U);
-  const ToolPose pose = take_pose(input);
+  const rendering::ToolPose pose = take_pose(input);
   render(scene, pose, input);
   check_queries(scene, pose, input.take<std::uint16_t>());
 }
 
-void CheckedTicks::render(const SceneView& scene, const ToolPose& pose, FuzzInput& input) {
+void CheckedTicks::render(const publication::SceneView& scene, const rendering::ToolPose& pose,
+                          FuzzInput& input) {
   const auto state = input.take<std::uint8_t>();
   const bool writer_alive = state % 4 != 0;
   const double elapsed_s = 1e-3 * (state / 4);  // up to 63 ms: also a stall
@@ -87,28 +91,30 @@ void CheckedTicks::render(const SceneView& scene, const ToolPose& pose, FuzzInpu
   const Eigen::Quaterniond turn(xyzw[3], xyzw[0], xyzw[1], xyzw[2]);
   for (std::size_t i = 0; i < renderings_.size(); ++i) {
     auto& [renderer, safety] = renderings_[i];
-    const RenderedTick tick = renderer->render(scene, pose, now_ns_);
+    const rendering::RenderedTick tick = renderer->render(scene, pose, now_ns_);
     require(tick.weights.alpha >= 0.0 && tick.weights.alpha <= 1.0,
             "a transition's progress is within [0, 1]");
     require(tick.age_s >= 0.0 && tick.snapshot_age_s >= 0.0, "an age is no less than zero");
     constexpr auto kMaxPlaneContacts = proto::kMaxPlanes * proto::kMaxToolSpheres;
-    require(tick.force.contacts >= 0 && static_cast<std::size_t>(tick.force.contacts) <=
-                                            TouchedSpheres::kCapacity + kMaxPlaneContacts,
-            "a tick's contacts are bounded");
+    require(
+        tick.force.contacts >= 0 && static_cast<std::size_t>(tick.force.contacts) <=
+                                        rendering::TouchedSpheres::kCapacity + kMaxPlaneContacts,
+        "a tick's contacts are bounded");
     std::uint32_t flags = 0;
-    const Wrench commanded = safety.apply({.rendered = {tick.force.force_N, tick.force.torque_N_m},
-                                           .stiffness_N_per_m = tick.force.stiffness_N_per_m,
-                                           .snapshot = {.exists = tick.snapshot_id != 0,
-                                                        .snapshot_age_s = tick.snapshot_age_s,
-                                                        .period_s = period_s,
-                                                        .writer_alive = writer_alive},
-                                           .velocity_m_s = pose.velocity_m_s,
-                                           .elapsed_s = elapsed_s},
-                                          flags);
+    const safety::Wrench commanded =
+        safety.apply({.rendered = {tick.force.force_N, tick.force.torque_N_m},
+                      .stiffness_N_per_m = tick.force.stiffness_N_per_m,
+                      .snapshot = {.exists = tick.snapshot_id != 0,
+                                   .snapshot_age_s = tick.snapshot_age_s,
+                                   .period_s = period_s,
+                                   .writer_alive = writer_alive},
+                      .velocity_m_s = pose.velocity_m_s,
+                      .elapsed_s = elapsed_s},
+                     flags);
     const double growth_N = commanded.force_N.norm() - slewed_N_.norm();
     require(commanded.torque_N_m.norm() <= kLever_m * kMaxForce_N * (1.0 + 1e-9),
             "the torque told is within what the force's limit makes at the lever");
-    if (i == kSlewed && (flags & kFlagStalled) == 0)
+    if (i == kSlewed && (flags & safety::kFlagStalled) == 0)
       require(growth_N <= kMaxSlew_N_per_ms * (1.0 + 1e-9),
               "the force grows no faster than the slew limit");
     if (i == kSlewed) slewed_N_ = commanded.force_N;
@@ -119,4 +125,4 @@ void CheckedTicks::render(const SceneView& scene, const ToolPose& pose, FuzzInpu
   }
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::fuzz

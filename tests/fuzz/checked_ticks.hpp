@@ -8,7 +8,7 @@
 #include "shared/tools/laboratory/rivals/rivals.hpp"
 #include "tests/fuzz/fuzz_input.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fuzz {
 
 /// What the haptic loop does with a scene's segment, tick after tick, for two transitions and each
 /// model, and the laws of it that no segment may break: the force commanded to the device is finite
@@ -19,14 +19,15 @@ class CheckedTicks {
   CheckedTicks();
 
   /// One tick; pose, clock and freshness come from the input.
-  void tick(const SceneView& scene, FuzzInput& input);
+  void tick(const publication::SceneView& scene, FuzzInput& input);
 
  private:
-  void render(const SceneView& scene, const ToolPose& pose, FuzzInput& input);
+  void render(const publication::SceneView& scene, const rendering::ToolPose& pose,
+              FuzzInput& input);
 
   struct Rendering {
-    std::unique_ptr<Renderer> renderer;
-    SafetyChain safety;
+    std::unique_ptr<rendering::Renderer> renderer;
+    safety::SafetyChain safety;
   };
   std::vector<Rendering> renderings_;
   Eigen::Vector3d slewed_N_ = Eigen::Vector3d::Zero();  // the second chain's last force
@@ -36,4 +37,4 @@ class CheckedTicks {
   static constexpr std::size_t kSlewed = 1;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::fuzz

@@ -14,7 +14,7 @@
 #include <sanitizer/asan_interface.h>
 #endif
 
-namespace stillgrid {
+namespace stillgrid::fuzz {
 
 /// With the address sanitizer every look at these bytes is an error while this object lives, which
 /// must be no longer than they are mapped. Without it nothing happens.
@@ -37,4 +37,4 @@ class ForbiddenBytes {
   std::span<const std::byte> bytes_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::fuzz

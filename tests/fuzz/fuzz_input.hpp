@@ -10,7 +10,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace stillgrid {
+namespace stillgrid::fuzz {
 
 /// A fuzzer's bytes, taken from the front. Where they end zeros follow, so that every input is
 /// valid.
@@ -45,4 +45,4 @@ inline void require(bool holds, const char* law) {
   std::abort();
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::fuzz

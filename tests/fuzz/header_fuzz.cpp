@@ -15,7 +15,7 @@
 /// 4: opened as the other kind; 8: the header declares the size it has; 16: shrunk between two
 /// ticks; 32: magic, version, kind and layout are ours), ticks u8. Unless raw: size u16 (0: as it
 /// is), patches, then the ticks.
-namespace stillgrid {
+namespace stillgrid::fuzz {
 namespace {
 
 enum Flag : unsigned {
@@ -63,9 +63,9 @@ void pretend(std::span<std::byte> bytes, unsigned flags, proto::SegmentKind kind
   std::memcpy(bytes.data(), &header, sizeof header);
 }
 
-void use_scene(SegmentReader&& reader, HostileObject& object, FuzzInput& input, unsigned flags,
-               std::size_t ticks) {
-  const SceneView scene(std::move(reader));
+void use_scene(publication::SegmentReader&& reader, HostileObject& object, FuzzInput& input,
+               unsigned flags, std::size_t ticks) {
+  const publication::SceneView scene(std::move(reader));
   const auto checked = std::make_unique<CheckedTicks>();
   for (std::size_t i = 0; i < ticks; ++i) {
     if (i == 1 && (flags & kShrunk) != 0) object.shrink(input.take<std::uint16_t>());
@@ -73,8 +73,8 @@ void use_scene(SegmentReader&& reader, HostileObject& object, FuzzInput& input, 
   }
 }
 
-void use_tool(SegmentReader&& reader, HostileObject& object, unsigned flags) {
-  const ToolView tool(std::move(reader));
+void use_tool(publication::SegmentReader&& reader, HostileObject& object, unsigned flags) {
+  const publication::ToolView tool(std::move(reader));
   if ((flags & kShrunk) != 0) object.shrink(0);
   const auto state = tool.read();
   require(!state || std::isfinite(state->position_m[0]), "a tool's place is a number");
@@ -87,7 +87,7 @@ void use_object(std::span<std::byte> bytes, FuzzInput& input, unsigned flags, st
   pretend(bytes, flags, kind, layout_hash);
   HostileObject object(kind, bytes);
   try {
-    auto reader = SegmentReader::open(HostileObject::session(), kind, layout_hash);
+    auto reader = publication::SegmentReader::open(HostileObject::session(), kind, layout_hash);
     object.remove_name();
     if (!reader) return;
     // Behind an object lie the rest of its last page and, as a rule, its writer's own mapping.
@@ -98,17 +98,14 @@ void use_object(std::span<std::byte> bytes, FuzzInput& input, unsigned flags, st
       use_tool(std::move(*reader), object, flags);
     else
       use_scene(std::move(*reader), object, input, flags, ticks);
-  } catch (const SegmentError& refusal) {
+  } catch (const publication::SegmentError& refusal) {
     const std::string_view line = refusal.what();
     require(!line.empty() && line.find('\n') == std::string_view::npos, "a refusal is one line");
   }
 }
 
 }  // namespace
-}  // namespace stillgrid
-
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace stillgrid;
   FuzzInput input({data, size});
   const unsigned flags = input.take<std::uint8_t>();
   const std::size_t ticks = input.take<std::uint8_t>() % (kMaxTicks + 1);
@@ -122,3 +119,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   use_object(bytes, input, flags, ticks);
   return 0;
 }
+
+}  // namespace stillgrid::fuzz

@@ -9,16 +9,17 @@
 #include "shared/publication/segment_files.hpp"
 #include "tests/fuzz/fuzz_input.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fuzz {
 
 std::string HostileObject::session() {
   return "fuzz-" + std::to_string(::getpid());
 }
 
 HostileObject::HostileObject(proto::SegmentKind kind, std::span<const std::byte> bytes)
-    : path_(own_segment_path(session(), kind)),
+    : path_(publication::own_segment_path(session(), kind)),
       fd_(::open(path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600)) {
-  require(fd_ >= 0 && lock_object(fd_), "an object of our own can be made in /dev/shm");
+  require(fd_ >= 0 && publication::lock_object(fd_),
+          "an object of our own can be made in /dev/shm");
   if (bytes.empty()) return;
   const auto size = static_cast<off_t>(bytes.size());
   require(::posix_fallocate(fd_, 0, size) == 0, "there is shared memory enough");
@@ -44,4 +45,4 @@ void HostileObject::shrink(std::size_t size_bytes) const noexcept {
   require(::ftruncate(fd_, static_cast<off_t>(size_bytes)) == 0, "the object can be shrunk");
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::fuzz

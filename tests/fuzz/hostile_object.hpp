@@ -6,7 +6,7 @@
 
 #include "proto/segment_header.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fuzz {
 
 /// A shared-memory object under a session of this process alone, every byte of which a hostile
 /// writer chose. All its pages are there. Locked, so that its writer counts as alive.
@@ -34,4 +34,4 @@ class HostileObject {
   std::span<std::byte> bytes_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::fuzz

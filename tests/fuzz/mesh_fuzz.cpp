@@ -11,10 +11,10 @@
 /// line that begins with its name.
 ///
 /// Input: the format u8 (OBJ, OFF, STL, PLY), then the file.
-namespace stillgrid {
+namespace stillgrid::fuzz {
 namespace {
 
-void check_triangles(const TriangleMesh& mesh) {
+void check_triangles(const mesh::TriangleMesh& mesh) {
   const auto count = static_cast<int>(mesh.vertices_m.size());
   for (const Eigen::Vector3i& triangle : mesh.triangles)
     require(triangle.minCoeff() >= 0 && triangle.maxCoeff() < count, "a corner is a vertex");
@@ -23,14 +23,14 @@ void check_triangles(const TriangleMesh& mesh) {
 }
 
 void read(unsigned format, std::string_view bytes) {
-  constexpr PolygonMesh (*kReaders[])(std::string_view, const std::string&) = {read_obj, read_off,
-                                                                               read_stl, read_ply};
+  constexpr mesh::PolygonMesh (*kReaders[])(std::string_view, const std::string&) = {
+      mesh::read_obj, mesh::read_off, mesh::read_stl, mesh::read_ply};
   const std::string name = "fuzz";
   try {
-    const TriangleMesh mesh = cut_into_triangles(kReaders[format % 4](bytes, name));
+    const mesh::TriangleMesh mesh = mesh::cut_into_triangles(kReaders[format % 4](bytes, name));
     check_triangles(mesh);
-    check_triangles(make_closed(mesh, name).mesh);
-  } catch (const MeshError& refusal) {
+    check_triangles(mesh::make_closed(mesh, name).mesh);
+  } catch (const mesh::MeshError& refusal) {
     const std::string_view line = refusal.what();
     require(line.starts_with(name + ":"), "a refusal names the file");
     require(line.find_first_of("\n\r") == std::string_view::npos, "a refusal is one line");
@@ -38,11 +38,11 @@ void read(unsigned format, std::string_view bytes) {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::fuzz
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
-  stillgrid::read(data[0], bytes);
+  stillgrid::fuzz::read(data[0], bytes);
   return 0;
 }

@@ -3,7 +3,7 @@
 #include <array>
 #include <limits>
 
-namespace stillgrid {
+namespace stillgrid::fuzz {
 namespace {
 
 template <class Float>
@@ -82,4 +82,4 @@ void apply_patches(std::span<const std::span<std::byte>> regions, FuzzInput& inp
   for (std::uint32_t i = 0; i < count && !input.is_empty(); ++i) apply_patch(regions, input);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::fuzz

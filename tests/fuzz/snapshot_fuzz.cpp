@@ -12,7 +12,7 @@
 /// Input: for each of at most four ticks flags u8 (1: the other slot is published as the next
 /// snapshot id, so that its words are accepted; 2: the rest of the input fills its payload, 4: from
 /// the records on), patches, then what CheckedTicks takes.
-namespace stillgrid {
+namespace stillgrid::fuzz {
 namespace {
 
 enum Flag : unsigned { kPublished = 1, kRaw = 2, kSoundHeader = 4 };
@@ -43,22 +43,19 @@ class HostileScene {
     if ((flags & kPublished) != 0) snapshot_id = latest;  // else nothing of it is taken up
   }
 
-  [[nodiscard]] const SceneView& view() const noexcept { return view_; }
+  [[nodiscard]] const publication::SceneView& view() const noexcept { return view_; }
 
  private:
   std::vector<std::byte> valid_ = valid_scene();
   HostileObject object_{proto::SegmentKind::kScene, valid_};
   std::vector<std::span<std::byte>> parts_ = changing_parts(object_.bytes());
-  SceneView view_{*SegmentReader::open(HostileObject::session(), proto::SegmentKind::kScene,
-                                       proto::kSceneLayoutHash)};
+  publication::SceneView view_{*publication::SegmentReader::open(
+      HostileObject::session(), proto::SegmentKind::kScene, proto::kSceneLayoutHash)};
   std::vector<std::unique_ptr<ForbiddenBytes>> gaps_ = forbid_gaps(view_.reader().bytes(), valid_);
 };
 
 }  // namespace
-}  // namespace stillgrid
-
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace stillgrid;
   static HostileScene scene;
   FuzzInput input({data, size});
   scene.restore();
@@ -69,3 +66,5 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   return 0;
 }
+
+}  // namespace stillgrid::fuzz

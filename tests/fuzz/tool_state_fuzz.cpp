@@ -19,7 +19,7 @@
 /// from the step before; 2: both slots' sequences are made sound again), patches. A hash of the
 /// input says whether it is simulated too: steps cost far more than reads, and under a fuzzer the
 /// checks of the reads shall get most of the inputs.
-namespace stillgrid {
+namespace stillgrid::fuzz {
 namespace {
 
 enum Flag : unsigned { kKept = 1, kSequenced = 2 };
@@ -48,7 +48,7 @@ class HostileTool {
     *reinterpret_cast<std::uint64_t*>(parts_[1].data()) = 4;
   }
 
-  [[nodiscard]] std::optional<ToolSample> sample() const {
+  [[nodiscard]] std::optional<dynamics::ToolSample> sample() const {
     const auto state = view_.read();
     if (!state) return std::nullopt;
     for (const auto& numbers : {state->position_m, state->velocity_m_s, state->force_N})
@@ -57,61 +57,61 @@ class HostileTool {
     const auto& [x, y, z, w] = state->orientation_xyzw;
     require(std::abs(std::hypot(std::hypot(x, y), std::hypot(z, w)) - 1.0) < 1e-3,
             "a state that is taken has an orientation");
-    return ToolSample{state->time_ns, Eigen::Vector3d(state->position_m.data()),
-                      Eigen::Quaterniond(w, x, y, z), Eigen::Vector3d(state->velocity_m_s.data())};
+    return dynamics::ToolSample{state->time_ns, Eigen::Vector3d(state->position_m.data()),
+                                Eigen::Quaterniond(w, x, y, z),
+                                Eigen::Vector3d(state->velocity_m_s.data())};
   }
 
  private:
   std::vector<std::byte> valid_ = valid_tool();
   HostileObject object_{proto::SegmentKind::kTool, valid_};
   std::vector<std::span<std::byte>> parts_ = changing_parts(object_.bytes());
-  ToolView view_{*SegmentReader::open(HostileObject::session(), proto::SegmentKind::kTool,
-                                      proto::kToolLayoutHash)};
+  publication::ToolView view_{*publication::SegmentReader::open(
+      HostileObject::session(), proto::SegmentKind::kTool, proto::kToolLayoutHash)};
   std::vector<std::unique_ptr<ForbiddenBytes>> gaps_ = forbid_gaps(view_.reader().bytes(), valid_);
 };
 
 /// A ball and a thread within the tool's reach, above a floor.
-SceneDescription small_scene() {
-  SceneDescription scene =
-      scene_of({sphere({0.0, 0.0, 0.0}, 0.01, 0.05), floor_at(-0.012),
-                thread(3, {-0.02, 0.015, 0.01}, {0.02, 0.015, 0.01}, 0.005, 100.0, {0})},
-               material_of(500.0, 1.0, 0.3), {0.0, 0.0, -9.81});
+scene::SceneDescription small_scene() {
+  scene::SceneDescription scene = sim_server::scene_of(
+      {sim_server::sphere({0.0, 0.0, 0.0}, 0.01, 0.05), sim_server::floor_at(-0.012),
+       sim_server::thread(3, {-0.02, 0.015, 0.01}, {0.02, 0.015, 0.01}, 0.005, 100.0, {0})},
+      sim_server::material_of(500.0, 1.0, 0.3), {0.0, 0.0, -9.81});
   scene.tool = {{{0.0, 0.0, 0.0}, 0.015}};
   return scene;
 }
 
-void require_numbers(const World& world) {
-  for (const Node& node : world.nodes)
+void require_numbers(const bodies::World& world) {
+  for (const bodies::Node& node : world.nodes)
     require(node.position_m.allFinite() && node.velocity_m_s.allFinite(),
             "a node is somewhere, whatever the tool's state says");
-  for (const RigidBody& body : world.rigid_bodies)
+  for (const bodies::RigidBody& body : world.rigid_bodies)
     require(body.position_m.allFinite() && body.velocity_m_s.allFinite() &&
                 body.orientation.coeffs().allFinite() && body.angular_velocity_rad_s.allFinite(),
             "a body is somewhere, whatever the tool's state says");
 }
 
 }  // namespace
-}  // namespace stillgrid
-
 extern "C" int LLVMFuzzerInitialize(int* /*argc*/, char*** /*argv*/) {  // a replay does not call it
-  stillgrid::simulated_one_of = 16;
+  simulated_one_of = 16;
   return 0;
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace stillgrid;
   static HostileTool tool;
-  static const SceneDescription scene = small_scene();
+  static const scene::SceneDescription scene = small_scene();
   FuzzInput input({data, size});
   tool.restore();
-  std::optional<Simulation> simulation;
+  std::optional<dynamics::Simulation> simulation;
   if (is_simulated({reinterpret_cast<const char*>(data), size})) simulation.emplace(scene);
   for (int i = 0; i < kMaxSteps && (i == 0 || !input.is_empty()); ++i) {
     tool.spoil(input);
-    const std::optional<ToolSample> sample = tool.sample();
+    const std::optional<dynamics::ToolSample> sample = tool.sample();
     if (!simulation || !sample) continue;
     simulation->step(kStep_s, [&] { return sample; });
     require_numbers(simulation->world());
   }
   return 0;
 }
+
+}  // namespace stillgrid::fuzz

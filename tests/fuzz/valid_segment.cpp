@@ -9,21 +9,21 @@
 #include "tests/fuzz/hostile_object.hpp"
 #include "tests/shared/collision/sphere_state.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fuzz {
 namespace {
 
 constexpr std::uint64_t kPeriod_ns = 30'000'000;
 constexpr std::uint32_t kMovingSpheres = 32;  // enough for a level of small ones
 
-StaticScene small_scene() {
-  StaticScene scene;
+publication::StaticScene small_scene() {
+  publication::StaticScene scene;
   scene.name = "fuzz";
   scene.materials = {{500.0F, 1.0F, 0.2F, 1e-3F}, {2000.0F, 4.0F, 0.4F, 2e-3F}};
   scene.planes = {{{0.0F, 0.0F, 1.0F}, -0.02F, 1, 5}};
   scene.tool = {{{0.0F, 0.0F, 0.0F}, 0.02F}, {{0.0F, 0.0F, 0.01F}, 0.01F}};
-  scene.spheres = {static_sphere({0.0F, 0.0F, -0.03F}, 0.02F),
-                   static_sphere({0.02F, 0.0F, -0.03F}, 0.01F),
-                   static_sphere({0.0F, 0.0F, -0.03F}, 0.2F)};
+  scene.spheres = {collision::static_sphere({0.0F, 0.0F, -0.03F}, 0.02F),
+                   collision::static_sphere({0.02F, 0.0F, -0.03F}, 0.01F),
+                   collision::static_sphere({0.0F, 0.0F, -0.03F}, 0.2F)};
   for (proto::SphereRecord& sphere : scene.spheres) sphere.material = 1;
   scene.device = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.6, 0.8}, 2.0};
   return scene;
@@ -31,7 +31,7 @@ StaticScene small_scene() {
 
 /// What a writer of this process has put under its name.
 std::vector<std::byte> published(proto::SegmentKind kind, std::uint64_t layout_hash) {
-  const auto reader = SegmentReader::open(HostileObject::session(), kind, layout_hash);
+  const auto reader = publication::SegmentReader::open(HostileObject::session(), kind, layout_hash);
   require(reader.has_value(), "a writer's segment can be read");
   const auto size_bytes = static_cast<std::size_t>(reader->header().size_bytes);
   return {reader->bytes(), reader->bytes() + size_bytes};
@@ -64,9 +64,9 @@ const proto::SegmentHeader& header_of(std::span<const std::byte> segment) {
 }
 
 std::vector<std::byte> valid_scene() {
-  SceneWriter writer(HostileObject::session(), small_scene(), kMovingSpheres, kPeriod_ns,
-                     proto::Clock::kVirtual, 0);
-  VoxelGrid snapshot(sizeof(proto::SnapshotHeader), kMovingSpheres);
+  publication::SceneWriter writer(HostileObject::session(), small_scene(), kMovingSpheres,
+                                  kPeriod_ns, proto::Clock::kVirtual, 0);
+  collision::VoxelGrid snapshot(sizeof(proto::SnapshotHeader), kMovingSpheres);
   for (std::uint32_t i = 0; i < kMovingSpheres; ++i) {
     snapshot.records()[i].radius_m = i >= kMovingSpheres / 2 ? 0.1F : 0.01F;  // of two levels
     snapshot.records()[i].material = i % 2;
@@ -75,17 +75,17 @@ std::vector<std::byte> valid_scene() {
   for (std::uint64_t n = 1; n <= 3; ++n) {
     std::vector<proto::SphereState> snapshots;
     for (std::size_t i = 0; i < kMovingSpheres; ++i)
-      snapshots.push_back(sphere_state(
+      snapshots.push_back(collision::sphere_state(
           {0.01 * static_cast<double>(i), 0.004 * static_cast<double>(n), 0.0}, {0.5, 0.0, 0.1}));
     snapshot.push_snapshot(snapshots);
-    snapshot.enter(history_bounds(snapshot.records()), 1.0F);
+    snapshot.enter(collision::history_bounds(snapshot.records()), 1.0F);
     writer.publish(snapshot, {.state_ns = n * kPeriod_ns, .publish_ns = n * kPeriod_ns + 5});
   }
   return with_gaps(published(proto::SegmentKind::kScene, proto::kSceneLayoutHash));
 }
 
 std::vector<std::byte> valid_tool() {
-  ToolWriter writer(HostileObject::session(), 1'000'000, proto::Clock::kVirtual, 0);
+  publication::ToolWriter writer(HostileObject::session(), 1'000'000, proto::Clock::kVirtual, 0);
   for (std::uint64_t tick = 1; tick <= 2; ++tick)
     writer.publish({.time_ns = tick * 1'000'000,
                     .tick = tick,
@@ -104,7 +104,8 @@ std::vector<std::span<std::byte>> changing_parts(std::span<std::byte> segment) {
   if (header.kind == proto::SegmentKind::kScene) {
     proto::SceneHeader scene{};
     std::memcpy(&scene, &segment[sizeof header], sizeof scene);
-    const GridLayout layout = grid_layout(sizeof(proto::SnapshotHeader), scene.moving_capacity);
+    const collision::GridLayout layout =
+        collision::grid_layout(sizeof(proto::SnapshotHeader), scene.moving_capacity);
     for (const std::size_t word :
          {layout.records, layout.cell_starts, layout.swept_bounds, layout.numbers})
       starts.push_back(8 * word);
@@ -131,4 +132,4 @@ std::vector<std::unique_ptr<ForbiddenBytes>> forbid_gaps(const std::byte* start,
   return gaps;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::fuzz

@@ -8,7 +8,7 @@
 #include "shared/publication/scene_segment.hpp"
 #include "tests/fuzz/forbidden_bytes.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fuzz {
 
 /// Bytes between the parts of a valid segment that no reader has a reason to look at.
 inline constexpr std::size_t kGapBytes = 4096;
@@ -30,4 +30,4 @@ inline constexpr std::size_t kGapBytes = 4096;
 [[nodiscard]] std::vector<std::unique_ptr<ForbiddenBytes>> forbid_gaps(
     const std::byte* start, std::span<const std::byte> segment);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::fuzz

@@ -11,60 +11,64 @@
 #include "tests/haptic_server/devices/recording_file.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 
-namespace stillgrid {
+namespace stillgrid::haptic_server {
 namespace {
 
 struct LoopRun {
-  std::vector<TickRow> rows;
+  std::vector<recording::TickRow> rows;
   HapticReport report;
 };
 
 /// The whole loop against a scene that stands still.
-LoopRun run_loop(const StaticScene& fixed, const std::string& device_spec, int ticks,
+LoopRun run_loop(const publication::StaticScene& fixed, const std::string& device_spec, int ticks,
                  std::optional<double> passivity_mass_kg = std::nullopt) {
-  PublishedScene scene(fixed, {}, kMillisecond_ns);
-  Device device(parse_device_spec(STILLGRID_PLUGIN_DIR "/" + device_spec),
-                {.period_ns = kMillisecond_ns, .is_virtual = true});
+  rendering::PublishedScene scene(fixed, {}, rendering::kMillisecond_ns);
+  device::Device device(device::parse_device_spec(STILLGRID_PLUGIN_DIR "/" + device_spec),
+                        {.period_ns = rendering::kMillisecond_ns, .is_virtual = true});
   device.activate();
   const std::string session = "loop-" + std::to_string(::getpid());
-  ToolWriter tool(session, kMillisecond_ns, proto::Clock::kVirtual, 0);
-  HapticLoop loop(device, tool, make_renderer(Transition::kHold),
-                  safety_limits({.passivity_mass_kg = passivity_mass_kg}, device.descriptor()),
-                  kMillisecond_ns);
+  publication::ToolWriter tool(session, rendering::kMillisecond_ns, proto::Clock::kVirtual, 0);
+  HapticLoop loop(
+      device, tool, rendering::make_renderer(display::Transition::kHold),
+      safety::safety_limits({.passivity_mass_kg = passivity_mass_kg}, device.descriptor()),
+      rendering::kMillisecond_ns);
   LoopRun run;
   for (int tick = 0; tick < ticks; ++tick) {
-    const std::uint64_t now_ns = static_cast<std::uint64_t>(tick) * kMillisecond_ns;
+    const std::uint64_t now_ns = static_cast<std::uint64_t>(tick) * rendering::kMillisecond_ns;
     scene.show({}, now_ns);
     REQUIRE(loop.sense(scene.view(), now_ns) == TickEnd::kGoOn);
     REQUIRE(loop.act(scene.view(), true, now_ns, run.rows.emplace_back()) == TickEnd::kGoOn);
     loop.count(run.rows.back(), run.report);
   }
-  ::unlink((own_segment_path(session, proto::SegmentKind::kTool) + ".lock").c_str());
+  ::unlink((publication::own_segment_path(session, proto::SegmentKind::kTool) + ".lock").c_str());
   return run;
 }
 
 TEST_CASE("The tool tells what the tick before displayed, felt and took", "[haptic_loop]") {
-  const auto transition = GENERATE(Transition::kLinear, Transition::kPredict, Transition::kHold);
-  PublishedScene scene(plain_scene(500.0F, 0.01F), {0.02F}, 5 * kMillisecond_ns);
-  const RecordingFile still("t_s,x_m,y_m,z_m\n0,0,0,0.025\n10,0,0,0.025\n");
-  Device device(parse_device_spec(STILLGRID_PLUGIN_DIR "/replay.so:file=" + still.path()),
-                {.period_ns = kMillisecond_ns, .is_virtual = true});
+  const auto transition = GENERATE(display::Transition::kLinear, display::Transition::kPredict,
+                                   display::Transition::kHold);
+  rendering::PublishedScene scene(rendering::plain_scene(500.0F, 0.01F), {0.02F},
+                                  5 * rendering::kMillisecond_ns);
+  const devices::RecordingFile still("t_s,x_m,y_m,z_m\n0,0,0,0.025\n10,0,0,0.025\n");
+  device::Device device(
+      device::parse_device_spec(STILLGRID_PLUGIN_DIR "/replay.so:file=" + still.path()),
+      {.period_ns = rendering::kMillisecond_ns, .is_virtual = true});
   device.activate();
   const std::string session = "commanded-" + std::to_string(::getpid());
-  ToolWriter tool(session, kMillisecond_ns, proto::Clock::kVirtual, 0);
-  const ToolView commanded(
-      *SegmentReader::open(session, proto::SegmentKind::kTool, proto::kToolLayoutHash));
-  ::unlink((own_segment_path(session, proto::SegmentKind::kTool) + ".lock").c_str());
-  HapticLoop loop(device, tool, make_renderer(transition), safety_limits({}, device.descriptor()),
-                  kMillisecond_ns);
-  TickRow row;
+  publication::ToolWriter tool(session, rendering::kMillisecond_ns, proto::Clock::kVirtual, 0);
+  const publication::ToolView commanded(*publication::SegmentReader::open(
+      session, proto::SegmentKind::kTool, proto::kToolLayoutHash));
+  ::unlink((publication::own_segment_path(session, proto::SegmentKind::kTool) + ".lock").c_str());
+  HapticLoop loop(device, tool, rendering::make_renderer(transition),
+                  safety::safety_limits({}, device.descriptor()), rendering::kMillisecond_ns);
+  recording::TickRow row;
   bool is_touched = false;
   for (std::uint64_t tick = 0; tick < 300; ++tick) {
-    const std::uint64_t now_ns = tick * kMillisecond_ns;
+    const std::uint64_t now_ns = tick * rendering::kMillisecond_ns;
     if (tick % 5 == 0) {
       const double x_m = 1e-5 * static_cast<double>(tick);
-      ShownPrediction prediction;
-      prediction.snapshot = {.period_ns = 5 * kMillisecond_ns,
+      rendering::ShownPrediction prediction;
+      prediction.snapshot = {.period_ns = 5 * rendering::kMillisecond_ns,
                              .compliance_direction = {0.0, 0.0, -1.0},
                              .compliance_force_N = 0.1,
                              .max_compliance_m_per_N = 1e-4};
@@ -75,7 +79,7 @@ TEST_CASE("The tool tells what the tick before displayed, felt and took", "[hapt
     const auto state = commanded.read();
     REQUIRE(state);
     CHECK(state->tick == tick + 1);
-    CHECK(has_sound_figures(*state));
+    CHECK(publication::has_sound_figures(*state));
     const proto::TickFigures& figures = state->before;
     CHECK(figures.contacts == static_cast<std::uint32_t>(tick == 0 ? 0 : row.contacts));
     CHECK(figures.flags == (tick == 0 ? 0U : row.flags));
@@ -93,15 +97,15 @@ TEST_CASE("The tool tells what the tick before displayed, felt and took", "[hapt
     }
     REQUIRE(loop.act(scene.view(), true, now_ns, row) == TickEnd::kGoOn);
     loop.note_times(100 + tick, 7, (tick + 1) / 2);
-    const RenderedTick& rendered = loop.rendered();
+    const rendering::RenderedTick& rendered = loop.rendered();
     is_touched = is_touched || rendered.force.contacts > 0;
   }
   CHECK(is_touched);
 }
 
 /// Touched by the tool's origin at z = 0.
-StaticScene wall_scene(float stiffness_N_per_m) {
-  StaticScene scene = plain_scene(stiffness_N_per_m, 0.005F);
+publication::StaticScene wall_scene(float stiffness_N_per_m) {
+  publication::StaticScene scene = rendering::plain_scene(stiffness_N_per_m, 0.005F);
   scene.planes = {{{0.0F, 0.0F, 1.0F}, -0.005F, 0, 0}};
   return scene;
 }
@@ -123,9 +127,9 @@ double last_second_m(const LoopRun& run) {
 }
 
 std::uint64_t damped_ticks(const LoopRun& run) {
-  return static_cast<std::uint64_t>(
-      std::count_if(run.rows.begin(), run.rows.end(),
-                    [](const TickRow& row) { return (row.flags & kFlagPassivity) != 0; }));
+  return static_cast<std::uint64_t>(std::count_if(
+      run.rows.begin(), run.rows.end(),
+      [](const recording::TickRow& row) { return (row.flags & safety::kFlagPassivity) != 0; }));
 }
 
 TEST_CASE("The report tells the energy of a wall that buzzes, and what the control took of it",
@@ -143,19 +147,21 @@ TEST_CASE("The report tells the energy of a wall that buzzes, and what the contr
   CHECK(on.report.energy.dissipated_by_control_J > 0.0);
   CHECK(damped_ticks(on) > 0);
   CHECK(on.report.flags[8] == damped_ticks(on));
-  CHECK(kSafetyFlagNames[8] == "passivity");
+  CHECK(safety::kSafetyFlagNames[8] == "passivity");
 }
 
 TEST_CASE("Passivity control leaves a wall alone whose damper takes more than its hold gives",
           "[haptic_loop]") {
-  StaticScene damped = wall_scene(500.0F);
+  publication::StaticScene damped = wall_scene(500.0F);
   damped.materials[0].damping_N_s_per_m = 2.0F;
   const std::string device = pushed_phantom() + ",start_z_m=0.1";  // arrives after the fade
   const LoopRun off = run_loop(damped, device, 2000);
   REQUIRE(off.report.contact_ticks > 1000);
   REQUIRE(off.report.energy.most_given_J == 0.0);
   const LoopRun on = run_loop(damped, device, 2000, 0.1);
-  const auto same = [](const TickRow& a, const TickRow& b) { return a.force_N == b.force_N; };
+  const auto same = [](const recording::TickRow& a, const recording::TickRow& b) {
+    return a.force_N == b.force_N;
+  };
   CHECK(std::equal(off.rows.begin(), off.rows.end(), on.rows.begin(), same));
   CHECK(damped_ticks(on) == 0);
 }
@@ -168,7 +174,7 @@ TEST_CASE("The limits of force hold for the control's damping too", "[haptic_loo
 }
 
 TEST_CASE("Energy is of the device's own motion where the scene is shown larger", "[haptic_loop]") {
-  StaticScene doubled = wall_scene(1000.0F);
+  publication::StaticScene doubled = wall_scene(1000.0F);
   doubled.device.scale = 2.0;
   const LoopRun run = run_loop(doubled, pushed_phantom(), 1000);
   double given_J = 0.0;
@@ -179,26 +185,26 @@ TEST_CASE("Energy is of the device's own motion where the scene is shown larger"
 }
 
 /// A wall pressed with the end of a lever of 0.1 m of the scene.
-StaticScene lever_scene(double scale) {
-  StaticScene scene = wall_scene(1000.0F);
+publication::StaticScene lever_scene(double scale) {
+  publication::StaticScene scene = wall_scene(1000.0F);
   scene.tool[0].position_m = {0.1F, 0.0F, 0.0F};
   scene.device.scale = scale;
   return scene;
 }
 
 TEST_CASE("A lever is as long to the device as its own metres make it", "[haptic_loop]") {
-  const RecordingFile still(
+  const devices::RecordingFile still(
       "t_s,x_m,y_m,z_m,qx,qy,qz,qw\n0,0,0,-0.001,0,0,0,1\n10,0,0,-0.001,0,0,0,1\n");
   const double scale = GENERATE(0.5, 1.0, 4.0);
   const LoopRun run = run_loop(lever_scene(scale), "replay.so:file=" + still.path(), 500);
-  const TickRow& last = run.rows.back();
+  const recording::TickRow& last = run.rows.back();
   REQUIRE(last.force_N.z() > 0.1);
   CHECK(last.torque_N_m.y() == Approx(-0.1 / scale * last.force_N.z()).epsilon(1e-6));
 }
 
 TEST_CASE("The work of the torque is counted where the device tells its orientation",
           "[haptic_loop]") {
-  const StaticScene scene = lever_scene(1.0);
+  const publication::StaticScene scene = lever_scene(1.0);
   constexpr int kTicks = 500;
   std::ostringstream file;
   std::vector<double> turn_rad;  // about y, which takes the tool's end down
@@ -210,7 +216,7 @@ TEST_CASE("The work of the torque is counted where the device tells its orientat
     file << t_s << ",0,0," << 1e-3 * std::sin(37.0 * t_s) << ",0,"
          << std::sin(0.5 * turn_rad.back()) << ",0," << std::cos(0.5 * turn_rad.back()) << "\n";
   }
-  const RecordingFile recording(file.str());
+  const devices::RecordingFile recording(file.str());
   const LoopRun run = run_loop(scene, "replay.so:file=" + recording.path(), kTicks);
   double force_J = 0.0, torque_J = 0.0;
   for (std::size_t i = 1; i < run.rows.size(); ++i) {
@@ -223,4 +229,4 @@ TEST_CASE("The work of the torque is counted where the device tells its orientat
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::haptic_server

@@ -98,6 +98,10 @@ class CheckLayersTest(SourceTreeTest):
         self.assert_found("sim_server/garage/bad.hpp", '"sim_server/bodies/world.hpp"',
                           "sim_server/garage/ is not in the table")
 
+    def assert_lines(self, *lines):
+        result = self.run_script("check_layers")
+        self.assertEqual((result.returncode, result.stdout.splitlines()), (1, list(lines)), result.stderr)
+
     def test_a_circle_of_arrows_is_refused(self):
         text = (SCRIPTS / "check_layers").read_text()
         arrow = '"sim_server/bodies": {'
@@ -107,20 +111,57 @@ class CheckLayersTest(SourceTreeTest):
         result = subprocess.run(["python3", script, self.root], capture_output=True, text=True,
                                 timeout=30 * daemons.PATIENCE, check=False)
         self.assertEqual(result.returncode, 1, result.stderr)
-        self.assertIn("arrows lead from sim_server/scene/ back to it", result.stdout)
+        self.assertIn("a circle: sim_server/bodies > sim_server/scene > sim_server/bodies\n", result.stdout)
+
+    def test_a_circle_of_folders_by_way_of_a_top_folder_is_refused(self):
+        self.plant("sim_server/world.hpp", '#include "sim_server/scene/method.hpp"\n')
+        self.test_a_clean_tree_has_no_violation()
+        self.plant("sim_server/scene/reader.hpp", '#pragma once\n#include "sim_server/world.hpp"\n')
+        self.assert_lines("sim_server/world.hpp:1: a circle: sim_server > sim_server/scene > sim_server")
+
+    def test_a_circle_of_headers_is_refused(self):
+        self.plant("shared/files/a.hpp", '#include "shared/files/b.hpp"\n')
+        self.plant("shared/files/b.hpp", '#include "shared/files/c.hpp"\n')
+        self.test_a_clean_tree_has_no_violation()
+        self.plant("shared/files/c.hpp", '#pragma once\n#include "shared/files/a.hpp"\n')
+        self.assert_lines("shared/files/a.hpp:1: a circle: shared/files/a.hpp > shared/files/b.hpp > "
+                          "shared/files/c.hpp > shared/files/a.hpp")
+
+    def test_a_file_stands_in_the_namespace_of_its_folder(self):
+        for file, namespace in {
+                "proto/a.hpp": "proto", "sim_server/a.hpp": "sim_server",
+                "sim_server/dynamics/solvers/a.hpp": "dynamics",
+                "shared/tools/fit_run/a.cpp": "fit_run::detail",
+                "tests/sim_server/a.cpp": "sim_server", "tests/sim_server/mesh/a.cpp": "mesh",
+                "tests/shared/tools/fit_run/a.cpp": "fit_run", "tests/laws/a.cpp": "laws",
+                "tests/stability/rivals/a.cpp": "laboratory"}.items():
+            self.plant(file, "namespace stillgrid::toml {\nclass Reader;\n}\n\n"
+                             f"namespace stillgrid::{namespace} {{\nnamespace {{\nint a();\n}}  // namespace\n"
+                             f"}}  // namespace stillgrid::{namespace}\n")
+        self.test_a_clean_tree_has_no_violation()
+        text = "namespace stillgrid::bodies {\nint a();\n}  // namespace stillgrid::bodies\n"
+        self.plant("tests/sim_server/mesh/a.cpp", text.replace("::bodies", ""))
+        self.plant("sim_server/mesh/a.hpp", text)
+        self.assert_lines(
+            "sim_server/mesh/a.hpp:1: namespace stillgrid::bodies where its folder's is stillgrid::mesh",
+            "tests/sim_server/mesh/a.cpp:1: namespace stillgrid where its folder's is stillgrid::mesh")
 
     def test_two_types_of_one_name_in_one_namespace_are_refused(self):
-        point = "namespace stillgrid {\n\nstruct Point {\n  double x = 0.0;\n};\n\n}  // namespace stillgrid\n"
-        self.plant("sim_server/mesh/point.hpp", point)
-        unnamed = point.replace("struct", "namespace {\nstruct").replace("};", "};\n}  // namespace")
-        self.plant("sim_server/bodies/unnamed.cpp", unnamed)
-        self.plant("shared/collision/other.hpp", point.replace("stillgrid", "stillgrid::shapes"))
+        point = "namespace stillgrid::mesh {\n\n%s\n\n}  // namespace stillgrid::mesh\n"
+        first = point % "struct Point {\n  double x = 0.0;\n};"
+        self.plant("sim_server/mesh/point.hpp", "namespace stillgrid::mesh {\nint a();\n}\n\n" + first)
+        self.plant("sim_server/mesh/unnamed.cpp", point % "namespace {\nstruct Point {};\n}  // namespace")
+        self.plant("shared/collision/other.hpp", first.replace("mesh", "collision"))
+        self.plant("sim_server/mesh/user.hpp", point % "struct Point;\nPoint moved(const Point& point);")
         self.test_a_clean_tree_has_no_violation()
-        self.plant("sim_server/spheres/point.hpp", point)
-        result = self.run_script("check_layers")
-        self.assertEqual(result.returncode, 1, result.stderr)
-        self.assertEqual(result.stdout, "sim_server/spheres/point.hpp:3: stillgrid::Point is defined in "
-                                        "sim_server/mesh/point.hpp too\n")
+        for type_ in ("struct Point {\n  int x;\n};", "class [[nodiscard]] Point final {};",
+                      "template <typename T>\nstruct Point : Base<T> {\n  T x;\n};",
+                      "template <int n> struct Point {};", "enum class Point { kOne };",
+                      "struct alignas(alignof(double)) Point { int x; };", "union Point { int x; };"):
+            self.plant("sim_server/mesh/second.hpp", point % type_)
+            number = 4 if type_.startswith("template <typename") else 3
+            self.assert_lines(f"sim_server/mesh/second.hpp:{number}: stillgrid::mesh::Point is defined in "
+                              "sim_server/mesh/point.hpp too")
 
 
 class CheckFormatTest(SourceTreeTest):

@@ -13,9 +13,9 @@ import unittest
 import daemons
 from faults.catalogue import FAULTS
 
-CLEAN = '#include "shared/sum.hpp"\n\nnamespace stillgrid {\nint sum(int a, int b) { return a + b; }\n}  // namespace stillgrid\n'
-HEADER = "#pragma once\n\nnamespace stillgrid {\nint sum(int a, int b);\n}  // namespace stillgrid\n"
-NULL = "namespace stillgrid {\nint* none() { return 0; }\n}  // namespace stillgrid\n"  # modernize-use-nullptr
+CLEAN = '#include "shared/sum.hpp"\n\nnamespace stillgrid::shared {\nint sum(int a, int b) { return a + b; }\n}  // namespace stillgrid::shared\n'
+HEADER = "#pragma once\n\nnamespace stillgrid::shared {\nint sum(int a, int b);\n}  // namespace stillgrid::shared\n"
+NULL = "namespace stillgrid::shared {\nint* none() { return 0; }\n}  // namespace stillgrid::shared\n"  # modernize-use-nullptr
 
 
 class RepositoryTest(unittest.TestCase):

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace stillgrid {
+namespace stillgrid::laws {
 namespace {
 
 constexpr double kFastest_rad_s = 2000.0;
@@ -187,4 +187,4 @@ void add_floor(SceneText& scene, double height_m, const std::string& material) {
   floor.text("material", material);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

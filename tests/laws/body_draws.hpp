@@ -7,7 +7,7 @@
 #include "tests/laws/random.hpp"
 #include "tests/laws/scene_text.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 
 /// What of bodies a law can speak of.
 struct BodyWishes {
@@ -34,4 +34,4 @@ double draw_body(SceneText& scene, Random& random, const BodyWishes& wishes,
 /// Adds a level floor.
 void add_floor(SceneText& scene, double height_m, const std::string& material);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

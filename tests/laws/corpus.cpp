@@ -8,7 +8,7 @@
 
 #include "tests/laws/tried.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 
 bool replay_corpus(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
@@ -33,4 +33,4 @@ bool replay_corpus(const std::filesystem::path& folder) {
   return all;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-namespace stillgrid {
+namespace stillgrid::laws {
 
 /// Replays every case of a folder in the order of names, a line each. A case holds, or is listed as
 /// failing `until` a step and fails: anything else is not as expected, what is listed and holds
@@ -10,4 +10,4 @@ namespace stillgrid {
 /// folder without cases.
 [[nodiscard]] bool replay_corpus(const std::filesystem::path& folder);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

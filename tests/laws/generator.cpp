@@ -10,7 +10,7 @@
 #include "tests/laws/random.hpp"
 #include "tests/laws/special_draws.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 namespace {
 
 constexpr double kCell_m = 0.08;  // bodies of 60 mm at most stand apart
@@ -113,9 +113,9 @@ void draw_display(LawCase& law_case, Random& random, const Wishes& wishes) {
     return;
   }
   if (random.chance(0.6))
-    law_case.transition = transitions()[random.index(transitions().size())].name;
+    law_case.transition = display::transitions()[random.index(display::transitions().size())].name;
   else
-    law_case.model = rivals()[random.index(rivals().size())].name;
+    law_case.model = laboratory::rivals()[random.index(laboratory::rivals().size())].name;
 }
 
 /// Returns the tool's reach along z below its origin.
@@ -294,4 +294,4 @@ LawCase draw_case(int law, std::uint64_t seed) {
   return parse_case(print_case(law_case));
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

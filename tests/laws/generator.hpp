@@ -4,7 +4,7 @@
 
 #include "tests/laws/law_case.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 
 /// The case of a law and a seed: always the same. Legal by construction: read_scene() takes it,
 /// bodies stand apart, springs and dampers are such that an ideal simulation is stable, and numbers
@@ -14,4 +14,4 @@ namespace stillgrid {
 /// by design where steps of the force are.
 [[nodiscard]] LawCase draw_case(int law, std::uint64_t seed);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

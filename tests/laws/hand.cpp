@@ -8,7 +8,7 @@
 
 #include "tests/laws/scene_text.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 namespace {
 
 constexpr double kWait_s = 0.15;
@@ -109,4 +109,4 @@ Hand hand_of(const std::string& text) {
   return hand;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

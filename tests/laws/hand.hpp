@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace stillgrid {
+namespace stillgrid::laws {
 
 /// How a hand of a formula moves: smooth, its velocity continuous.
 enum class HandKind { kStill, kPress, kStroke, kTap, kPinch, kStir, kFlick };
@@ -39,4 +39,4 @@ struct HandMotion {
 /// Throws std::runtime_error, one line.
 [[nodiscard]] Hand hand_of(const std::string& text);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

@@ -2,7 +2,7 @@
 
 #include <string>
 
-namespace stillgrid {
+namespace stillgrid::laws {
 
 namespace {
 
@@ -86,4 +86,4 @@ std::optional<std::string_view> known_violation(const LawCase& law_case, const F
   return known_violation(law_case);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

@@ -5,7 +5,7 @@
 
 #include "tests/laws/law.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 
 /// The step that will mend it, where a law is known not to hold for cases of this sort: violations
 /// among them are counted and do not fail a run. None: the law holds.
@@ -18,4 +18,4 @@ namespace stillgrid {
 [[nodiscard]] std::optional<std::string_view> known_violation(const LawCase& law_case,
                                                               const Finding& finding);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

@@ -2,7 +2,7 @@
 
 #include <array>
 
-namespace stillgrid {
+namespace stillgrid::laws {
 namespace {
 
 // Seeds of the common tests: some 15 s in all. Cases an hour: of one processor of 2 to 3 GHz.
@@ -58,4 +58,4 @@ const Law& law_of(int number) {
   return kLaws.at(static_cast<std::size_t>(number - 1));
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

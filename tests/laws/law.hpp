@@ -6,7 +6,7 @@
 
 #include "tests/laws/law_case.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 
 /// What a law found in a case: it holds where what was measured is no more than what is allowed.
 struct Finding {
@@ -49,4 +49,4 @@ struct Law {
 [[nodiscard]] Finding verdict_is_the_worst(const LawCase& law_case);
 [[nodiscard]] Finding every_vector_alike(const LawCase& law_case);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

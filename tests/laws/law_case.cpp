@@ -13,7 +13,7 @@
 #include "shared/tools/laboratory/path_file.hpp"
 #include "sim_server/scene/scene_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 namespace {
 
 double number_of(const std::string& key, const std::string& text) {
@@ -64,13 +64,13 @@ std::string with_data(const std::string& device) {
          (file_end == std::string::npos ? "" : device.substr(file_end));
 }
 
-std::shared_ptr<PathFile> path_of(const LawCase& law_case, const SceneDescription& scene,
-                                  double tick_s) {
-  std::vector<PathPoint> points;
+std::shared_ptr<laboratory::PathFile> path_of(const LawCase& law_case,
+                                              const scene::SceneDescription& scene, double tick_s) {
+  std::vector<laboratory::PathPoint> points;
   const auto ticks = static_cast<int>(law_case.duration_s / tick_s) + 2;
   for (int tick = 0; tick < ticks; ++tick)
     points.push_back({tick * tick_s, motion_at(*law_case.hand, tick * tick_s).position_m});
-  return std::make_shared<PathFile>(scene.device, points);
+  return std::make_shared<laboratory::PathFile>(scene.device, points);
 }
 
 }  // namespace
@@ -121,16 +121,16 @@ std::filesystem::path scene_folder() {
   return std::filesystem::path(STILLGRID_SOURCE_DIR) / "sim_server/scene/scenes";
 }
 
-SceneDescription scene_of(const LawCase& law_case) {
-  return read_scene(law_case.scene.print(), scene_folder() / "case.toml");
+scene::SceneDescription scene_of(const LawCase& law_case) {
+  return scene::read_scene(law_case.scene.print(), scene_folder() / "case.toml");
 }
 
-CaseLoop loop_of(const LawCase& law_case, const SceneDescription& scene) {
+CaseLoop loop_of(const LawCase& law_case, const scene::SceneDescription& scene) {
   CaseLoop loop;
-  LabOptions& options = loop.options;
-  const auto transition = transition_named(law_case.transition);
+  laboratory::LabOptions& options = loop.options;
+  const auto transition = display::transition_named(law_case.transition);
   if (!transition) throw std::runtime_error("# transition: '" + law_case.transition + "': unknown");
-  options.rival = rival_named(law_case.model);
+  options.rival = laboratory::rival_named(law_case.model);
   if (options.rival == nullptr && law_case.model != "grid")
     throw std::runtime_error("# model: '" + law_case.model + "': unknown");
   options.transition = *transition;
@@ -148,4 +148,4 @@ CaseLoop loop_of(const LawCase& law_case, const SceneDescription& scene) {
   return loop;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

@@ -12,7 +12,7 @@
 #include "tests/laws/hand.hpp"
 #include "tests/laws/scene_text.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 
 /// All that decides what a law finds: a scene and how it is moved. Its file is a scene file that
 /// sim_server takes, the rest in comments "# key: value" at its head.
@@ -40,7 +40,7 @@ struct LawCase {
 [[nodiscard]] LawCase load_case(const std::filesystem::path& file);
 
 /// Throws SceneError.
-[[nodiscard]] SceneDescription scene_of(const LawCase& law_case);
+[[nodiscard]] scene::SceneDescription scene_of(const LawCase& law_case);
 
 /// Thrown where a case needs recordings that are not here.
 struct NoData : std::runtime_error {
@@ -50,12 +50,12 @@ struct NoData : std::runtime_error {
 /// The closed loop of the case; `device` of the result is valid as long as `path` lives. Throws
 /// NoData, std::runtime_error.
 struct CaseLoop {
-  LabOptions options;
+  laboratory::LabOptions options;
   std::shared_ptr<const void> path;
 };
-[[nodiscard]] CaseLoop loop_of(const LawCase& law_case, const SceneDescription& scene);
+[[nodiscard]] CaseLoop loop_of(const LawCase& law_case, const scene::SceneDescription& scene);
 
 /// The folder of shipped scenes, where those of cases stand: meshes are looked for there.
 [[nodiscard]] std::filesystem::path scene_folder();
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

@@ -6,22 +6,22 @@
 #include "shared/tools/laboratory/lab_cell.hpp"
 #include "tests/laws/law.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 
 Finding verdict_is_the_worst(const LawCase& law_case) {
   constexpr int kSeeds = 8;
-  const SceneDescription scene = scene_of(law_case);
+  const scene::SceneDescription scene = scene_of(law_case);
   CaseLoop loop = loop_of(law_case, scene);
   const auto limit_N_per_m = [&](std::uint64_t seed) {
     const auto is_stable = [&](double stiffness_N_per_m) {
-      SceneDescription stiff = scene;
+      scene::SceneDescription stiff = scene;
       stiff.materials.front().contact_stiffness_N_per_m = stiffness_N_per_m;
-      LabOptions options = loop.options;
+      laboratory::LabOptions options = loop.options;
       options.seed = seed;
-      return !oscillates(run_lab(stiff, options).rows);
+      return !laboratory::oscillates(laboratory::run_lab(stiff, options).rows);
     };
-    return largest_stable_stiffness_N_per_m(is_stable,
-                                            {.lowest_N_per_m = 100.0, .highest_N_per_m = 10'000.0})
+    return laboratory::largest_stable_stiffness_N_per_m(
+               is_stable, {.lowest_N_per_m = 100.0, .highest_N_per_m = 10'000.0})
         .value_or(0.0);
   };
   // What `stability_lab limit` prints.
@@ -36,4 +36,4 @@ Finding verdict_is_the_worst(const LawCase& law_case) {
                   std::to_string(kSeeds) + " seeds"};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

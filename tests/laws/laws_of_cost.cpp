@@ -16,7 +16,7 @@
 #include "tests/laws/law.hpp"
 #include "tests/laws/moved_scene.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -39,7 +39,7 @@ Usage usage_of(const std::string& text) {
   if (child < 0) throw std::runtime_error("fork: no process for a measurement");
   if (child == 0) {
     try {
-      Simulation simulation(read_scene(text, scene_folder() / "case.toml"));
+      dynamics::Simulation simulation(scene::read_scene(text, scene_folder() / "case.toml"));
       (void)simulation.step(1e-3, [] { return std::nullopt; });
     } catch (const std::exception&) {
       ::_exit(1);
@@ -92,17 +92,17 @@ std::string of_size(const LawCase& law_case, int count) {
 }  // namespace
 
 Finding keeps_its_deadline(const LawCase& law_case) {
-  const SceneDescription scene =
-      read_scene(repeated(law_case, law_case.repeat), scene_folder() / "case.toml");
-  Simulation simulation(scene);
+  const scene::SceneDescription scene =
+      scene::read_scene(repeated(law_case, law_case.repeat), scene_folder() / "case.toml");
+  dynamics::Simulation simulation(scene);
   const double step_s = scene.period_s;
   double least = std::numeric_limits<double>::infinity();
   constexpr int kTries = 6;  // the first has what is built once
   for (int i = 0; i < kTries; ++i) {
     const double began_s = processor_s();
     const auto start = Clock::now();
-    const Budget budget{.deadline = start + std::chrono::duration_cast<Clock::duration>(
-                                                std::chrono::duration<double>(step_s))};
+    const dynamics::Budget budget{.deadline = start + std::chrono::duration_cast<Clock::duration>(
+                                                          std::chrono::duration<double>(step_s))};
     (void)simulation.step(
         step_s, [] { return std::nullopt; }, budget);
     (void)simulation.predict_next(step_s, budget);
@@ -135,4 +135,4 @@ Finding costs_are_linear(const LawCase& law_case) {
                   " for four times " + std::to_string(count) + " " + law_case.variant};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

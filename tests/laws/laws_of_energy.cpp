@@ -11,12 +11,12 @@
 #include "tests/laws/law.hpp"
 #include "tests/laws/moved_scene.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 namespace {
 
 /// Work of a held force on the hand up to each tick, of the device's own way.
-std::vector<double> work_J(const std::vector<TickRow>& rows, Eigen::Vector3d TickRow::*force,
-                           double scale) {
+std::vector<double> work_J(const std::vector<recording::TickRow>& rows,
+                           Eigen::Vector3d recording::TickRow::*force, double scale) {
   std::vector<double> work(rows.size(), 0.0);
   for (std::size_t i = 1; i < rows.size(); ++i) {
     const Eigen::Vector3d moved_m = (rows[i].position_m - rows[i - 1].position_m) / scale;
@@ -25,26 +25,26 @@ std::vector<double> work_J(const std::vector<TickRow>& rows, Eigen::Vector3d Tic
   return work;
 }
 
-double stiffness_least_N_per_m(const SceneDescription& scene) {
+double stiffness_least_N_per_m(const scene::SceneDescription& scene) {
   double least = std::numeric_limits<double>::infinity();
-  for (const MaterialDescription& material : scene.materials)
+  for (const scene::MaterialDescription& material : scene.materials)
     least = std::min(least, material.contact_stiffness_N_per_m);
   return least;
 }
 
 /// Whether there is a floor, dampers and friction take energy wherever it can go, and there is
 /// time.
-bool is_to_rest(const SceneDescription& scene, double duration_s) {
+bool is_to_rest(const scene::SceneDescription& scene, double duration_s) {
   constexpr double kLongEnough_s = 10.0;
-  const auto takes = [](const MaterialDescription& material) {
+  const auto takes = [](const scene::MaterialDescription& material) {
     return material.contact_damping_N_s_per_m > 0.0 && material.friction > 0.0;
   };
-  const auto is_damped = [](const BodyDescription& body) {
-    const SpringDescription* springs = springs_of(body);
+  const auto is_damped = [](const bodies::BodyDescription& body) {
+    const bodies::SpringDescription* springs = bodies::springs_of(body);
     return springs == nullptr || springs->spring_damping_N_s_per_m > 0.0;
   };
-  const auto is_floor = [](const BodyDescription& body) {
-    return std::holds_alternative<PlaneBody>(body.shape);
+  const auto is_floor = [](const bodies::BodyDescription& body) {
+    return std::holds_alternative<bodies::PlaneBody>(body.shape);
   };
   return duration_s >= kLongEnough_s &&
          std::all_of(scene.materials.begin(), scene.materials.end(), takes) &&
@@ -55,13 +55,13 @@ bool is_to_rest(const SceneDescription& scene, double duration_s) {
 }  // namespace
 
 Finding interface_makes_nothing(const LawCase& law_case) {
-  const SceneDescription scene = scene_of(law_case);
+  const scene::SceneDescription scene = scene_of(law_case);
   CaseLoop loop = loop_of(law_case, scene);
   loop.options.accounts_energy = true;
-  const LabRun run = run_lab(scene, loop.options);
-  const std::vector<double> to_hand_J = work_J(run.rows, &TickRow::rendered_N, 1.0);
+  const laboratory::LabRun run = laboratory::run_lab(scene, loop.options);
+  const std::vector<double> to_hand_J = work_J(run.rows, &recording::TickRow::rendered_N, 1.0);
   double most_N = 0.0;
-  for (const TickRow& row : run.rows) most_N = std::max(most_N, row.rendered_N.norm());
+  for (const recording::TickRow& row : run.rows) most_N = std::max(most_N, row.rendered_N.norm());
   // What the springs of contact hold is with the simulation a while before or after the hand.
   const double held_J = 0.5 * most_N * most_N / stiffness_least_N_per_m(scene);
   Finding finding{.allowed = 2.0 * held_J + 1e-6, .what = "J"};
@@ -93,17 +93,20 @@ namespace {
 
 /// A limit takes no more than it says: a force without torque whose growth along one direction is
 /// cut grows by the whole of the limit, but for a rounding.
-Finding slew_is_whole(const CaseLoop& loop, const LabRun& run, double scale) {
-  const Device device(parse_device_spec(loop.options.device), {.is_virtual = true});
-  const SafetyLimits limits = safety_limits(loop.options.safety, device.descriptor());
+Finding slew_is_whole(const CaseLoop& loop, const laboratory::LabRun& run, double scale) {
+  const device::Device device(device::parse_device_spec(loop.options.device), {.is_virtual = true});
+  const safety::SafetyLimits limits =
+      safety::safety_limits(loop.options.safety, device.descriptor());
   const double whole_N = limits.max_slew_N_per_ms * 1e3 / loop.options.tick_rate_hz;
   Finding finding{.allowed = 0.1, .what = "of the slew limit that a cut growth left unused"};
   for (std::size_t i = 1; i < run.rows.size(); ++i) {
-    const TickRow &row = run.rows[i], &before = run.rows[i - 1];
+    const recording::TickRow &row = run.rows[i], &before = run.rows[i - 1];
     const double commanded_N = row.force_N.norm(), before_N = before.force_N.norm();
     const bool is_along = row.force_N.dot(before.force_N) > 0.9999 * commanded_N * before_N;
-    constexpr std::uint32_t kOdd = kFlagContended | kFlagTruncated | kFlagSwept;
-    if ((row.flags & ~kOdd) != kFlagSlewed || !is_along || before_N < 0.05 * whole_N) continue;
+    constexpr std::uint32_t kOdd =
+        safety::kFlagContended | safety::kFlagTruncated | safety::kFlagSwept;
+    if ((row.flags & ~kOdd) != safety::kFlagSlewed || !is_along || before_N < 0.05 * whole_N)
+      continue;
     if (commanded_N < before_N) continue;
     if (row.torque_N_m.norm() > 1e-6 * scale * limits.lever_m * commanded_N) continue;
     finding.measured = std::max(finding.measured, 1.0 - (commanded_N - before_N) / whole_N);
@@ -114,15 +117,17 @@ Finding slew_is_whole(const CaseLoop& loop, const LabRun& run, double scale) {
 }  // namespace
 
 Finding limits_are_passive(const LawCase& law_case) {
-  const SceneDescription scene = scene_of(law_case);
+  const scene::SceneDescription scene = scene_of(law_case);
   const CaseLoop loop = loop_of(law_case, scene);
-  const LabRun run = run_lab(scene, loop.options);
+  const laboratory::LabRun run = laboratory::run_lab(scene, loop.options);
   if (const Finding whole = slew_is_whole(loop, run, scene.device.scale); !whole.holds())
     return whole;
   // The ramp at the start is no limit: a force that sets in on a hand that is there already is new.
   constexpr double kRamp_s = 0.12;
-  const std::vector<double> told = work_J(run.rows, &TickRow::force_N, scene.device.scale);
-  const std::vector<double> free = work_J(run.rows, &TickRow::rendered_N, scene.device.scale);
+  const std::vector<double> told =
+      work_J(run.rows, &recording::TickRow::force_N, scene.device.scale);
+  const std::vector<double> free =
+      work_J(run.rows, &recording::TickRow::rendered_N, scene.device.scale);
   const auto first = static_cast<std::size_t>(kRamp_s * loop.options.tick_rate_hz);
   // What was withheld comes back while the hand rests: at most what contacts store.
   const double least_N_per_m = stiffness_least_N_per_m(scene);
@@ -131,7 +136,7 @@ Finding limits_are_passive(const LawCase& law_case) {
     most_commanded_J = std::max(most_commanded_J, told[i] - told[first]);
     most_free_J = std::max(most_free_J, free[i] - free[first]);
     taken_J = std::max(taken_J, free[first] - free[i]);
-    if ((run.rows[i].flags & kFlagEnergy) != 0)
+    if ((run.rows[i].flags & safety::kFlagEnergy) != 0)
       returned_J = std::max(returned_J, 0.5 * run.rows[i].rendered_N.squaredNorm() / least_N_per_m);
   }
   return {.measured = most_commanded_J,
@@ -140,7 +145,7 @@ Finding limits_are_passive(const LawCase& law_case) {
 }
 
 Finding comes_to_rest(const LawCase& law_case) {
-  const SceneDescription scene = scene_of(law_case);
+  const scene::SceneDescription scene = scene_of(law_case);
   if (!is_to_rest(scene, law_case.duration_s))
     return {.applies = false, .what = "nothing that is to rest"};
   std::size_t spheres = 0, is_sleeping = 0;
@@ -149,12 +154,12 @@ Finding comes_to_rest(const LawCase& law_case) {
   const double look_s = 0.75 * law_case.duration_s;
   move_scene(
       scene, law_case, tool_path_of(law_case),
-      [&](Simulation& simulation, const StepReport& report, double time_s) {
+      [&](dynamics::Simulation& simulation, const dynamics::StepReport& report, double time_s) {
         if (time_s == 0.0 || end_s == 0.0) simulation.account_energy();
         end_s = time_s;
         is_sleeping = static_cast<std::size_t>(report.sleeping_spheres);
         spheres = 0;
-        for (const SphereBinding& sphere : simulation.world().spheres) {
+        for (const bodies::SphereBinding& sphere : simulation.world().spheres) {
           const int rigid = sphere.rigid;
           if (rigid < 0 || simulation.world().rigid_bodies[static_cast<std::size_t>(rigid)].free)
             ++spheres;
@@ -174,7 +179,7 @@ Finding comes_to_rest(const LawCase& law_case) {
       });
   // Nothing that is said to rest moves faster than a millimetre a second, or warms up.
   double mass_kg = 0.0;
-  for (const BodyDescription& body : scene.bodies) mass_kg += body.mass_kg;
+  for (const bodies::BodyDescription& body : scene.bodies) mass_kg += body.mass_kg;
   const double rate_W = std::abs(end_flow_J - half_flow_J) / std::max(1e-3, end_s - half_s);
   const double rise_W = (end_J - half_J) / std::max(1e-3, end_s - half_s);
   const double still_J = 0.5 * mass_kg * 1e-6;
@@ -191,4 +196,4 @@ Finding comes_to_rest(const LawCase& law_case) {
   return {.measured = scene.sleeping ? awake : 0.0, .allowed = 0.0, .what = "spheres awake"};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

@@ -8,7 +8,7 @@
 #include "sim_server/scene/build_world.hpp"
 #include "tests/laws/law.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 namespace {
 
 /// The stiffest contact that the tool can have, and how deep one can be.
@@ -18,19 +18,20 @@ struct Contacts {
   double tool_m = 0.0;              // from the tool's origin to its farthest point
 };
 
-Contacts contacts_of(const SceneDescription& scene) {
-  const World world = build_world(scene);
+Contacts contacts_of(const scene::SceneDescription& scene) {
+  const bodies::World world = scene::build_world(scene);
   Contacts most;
-  for (const ContactMaterial& material : world.materials) {
+  for (const collision::ContactMaterial& material : world.materials) {
     most.stiffness_N_per_m = std::max(most.stiffness_N_per_m, material.stiffness_N_per_m);
     most.damping_N_s_per_m = std::max(most.damping_N_s_per_m, material.damping_N_s_per_m);
     most.friction = std::max(most.friction, material.friction);
   }
   double widest_m = 0.0, tool_m = 0.0;
-  for (const SphereBinding& sphere : world.spheres) widest_m = std::max(widest_m, sphere.radius_m);
-  for (const StaticSphere& sphere : world.static_spheres)
+  for (const bodies::SphereBinding& sphere : world.spheres)
     widest_m = std::max(widest_m, sphere.radius_m);
-  for (const ToolSphere& sphere : scene.tool) {
+  for (const bodies::StaticSphere& sphere : world.static_spheres)
+    widest_m = std::max(widest_m, sphere.radius_m);
+  for (const scene::ToolSphere& sphere : scene.tool) {
     tool_m = std::max(tool_m, sphere.radius_m);
     most.tool_m = std::max(most.tool_m, sphere.position_m.norm() + sphere.radius_m);
   }
@@ -39,17 +40,17 @@ Contacts contacts_of(const SceneDescription& scene) {
 }
 
 /// How deep a plane can have a part of the tool.
-double depth_in_planes_m(const SceneDescription& scene, const Eigen::Vector3d& at_m,
+double depth_in_planes_m(const scene::SceneDescription& scene, const Eigen::Vector3d& at_m,
                          double tool_m) {
   double depth_m = 0.0;
-  for (const BodyDescription& body : scene.bodies)
-    if (const auto* plane = std::get_if<PlaneBody>(&body.shape))
+  for (const bodies::BodyDescription& body : scene.bodies)
+    if (const auto* plane = std::get_if<bodies::PlaneBody>(&body.shape))
       depth_m = std::max(depth_m, tool_m - plane->normal.dot(at_m - body.position_m));
   return depth_m;
 }
 
-bool is_finite(const WorldState& state) {
-  const auto finite = [](const WorldState::Point& point) {
+bool is_finite(const laboratory::WorldState& state) {
+  const auto finite = [](const laboratory::WorldState::Point& point) {
     return point.position_m.allFinite() && point.velocity_m_s.allFinite();
   };
   return std::all_of(state.nodes.begin(), state.nodes.end(), finite) &&
@@ -68,7 +69,7 @@ std::vector<double> most_around(const std::vector<double>& values, std::size_t t
   return most;
 }
 
-std::vector<double> changes_N(const LabRun& run) {
+std::vector<double> changes_N(const laboratory::LabRun& run) {
   std::vector<double> changes(run.rows.size(), 0.0);
   for (std::size_t i = 1; i < run.rows.size(); ++i)
     changes[i] = (run.rows[i].rendered_N - run.rows[i - 1].rendered_N).norm();
@@ -76,15 +77,16 @@ std::vector<double> changes_N(const LabRun& run) {
 }
 
 /// The true force at `rate_hz` along the way that a run took, seen at each of its ticks.
-LabRun reference_at(const SceneDescription& scene, const LabOptions& options, const LabRun& run,
-                    double rate_hz) {
-  LabRun reference = run_reference(scene, options, run);
+laboratory::LabRun reference_at(const scene::SceneDescription& scene,
+                                const laboratory::LabOptions& options,
+                                const laboratory::LabRun& run, double rate_hz) {
+  laboratory::LabRun reference = laboratory::run_reference(scene, options, run);
   if (rate_hz == options.tick_rate_hz) return reference;
-  LabOptions fine = options;
+  laboratory::LabOptions fine = options;
   fine.tick_rate_hz = rate_hz;
-  reference = run_reference(scene, fine, run);
+  reference = laboratory::run_reference(scene, fine, run);
   const auto every = static_cast<std::size_t>(std::lround(rate_hz / options.tick_rate_hz));
-  LabRun thinned;
+  laboratory::LabRun thinned;
   for (std::size_t i = 0; i < reference.rows.size(); i += every)
     thinned.rows.push_back(reference.rows[i]);
   return thinned;
@@ -92,7 +94,7 @@ LabRun reference_at(const SceneDescription& scene, const LabOptions& options, co
 
 /// Where the scene at 1 kHz and at 4 kHz disagree by more than a fifth of the force, rms, and by
 /// more than 0.05 N, nobody knows what is true.
-bool is_chaotic(const LabRun& one, const LabRun& fine) {
+bool is_chaotic(const laboratory::LabRun& one, const laboratory::LabRun& fine) {
   double apart_N2 = 0.0, force_N2 = 0.0;
   const std::size_t ticks = std::min(one.rows.size(), fine.rows.size());
   std::size_t touched = 1;
@@ -120,8 +122,8 @@ Excess worst_excess(const std::vector<double>& changes, const std::vector<double
 }
 
 /// Stiffness x speed x tick + 0.05 N, of the most that was touched and the fastest within a window.
-std::vector<double> own_steps_N(const SceneDescription& scene, const LabRun& run, double tick_s,
-                                std::size_t window, double resolution_m) {
+std::vector<double> own_steps_N(const scene::SceneDescription& scene, const laboratory::LabRun& run,
+                                double tick_s, std::size_t window, double resolution_m) {
   std::vector<double> speeds(run.rows.size(), 0.0), touched(run.rows.size(), 0.0);
   for (std::size_t i = 0; i < run.rows.size(); ++i) {
     if (i > 0) speeds[i] = (run.rows[i].position_m - run.rows[i - 1].position_m).norm() / tick_s;
@@ -139,20 +141,20 @@ std::vector<double> own_steps_N(const SceneDescription& scene, const LabRun& run
 }  // namespace
 
 Finding finite_and_bounded(const LawCase& law_case) {
-  const SceneDescription scene = scene_of(law_case);
+  const scene::SceneDescription scene = scene_of(law_case);
   CaseLoop loop = loop_of(law_case, scene);
   loop.options.state_interval_s = 0.05;
-  const LabRun run = run_lab(scene, loop.options);
+  const laboratory::LabRun run = laboratory::run_lab(scene, loop.options);
   const Contacts most = contacts_of(scene);
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
-  for (const WorldState& state : run.states)
+  for (const laboratory::WorldState& state : run.states)
     if (!is_finite(state))
       return {.measured = kInfinite, .what = "state at " + short_number(state.time_s) + " s"};
 
   int touched = 1;
   double fastest_m_s = 0.0, deepest_m = most.contact_distance_m;
   for (std::size_t i = 0; i < run.rows.size(); ++i) {
-    const TickRow& row = run.rows[i];
+    const recording::TickRow& row = run.rows[i];
     touched = std::max(touched, row.contacts);
     deepest_m = std::max(deepest_m, depth_in_planes_m(scene, row.position_m, most.tool_m));
     if (i > 0)
@@ -166,7 +168,7 @@ Finding finite_and_bounded(const LawCase& law_case) {
       (most.stiffness_N_per_m * deepest_m + most.damping_N_s_per_m * (fastest_m_s + kThrown_m_s)) *
       (1.0 + most.friction);
   Finding finding{.allowed = bound_N, .what = "N"};
-  for (const TickRow& row : run.rows) {
+  for (const recording::TickRow& row : run.rows) {
     const bool finite =
         row.rendered_N.allFinite() && row.force_N.allFinite() && row.torque_N_m.allFinite();
     const double levers_N = row.torque_N_m.norm() / most.tool_m;
@@ -180,9 +182,9 @@ Finding finite_and_bounded(const LawCase& law_case) {
 }
 
 Finding no_step_of_its_own(const LawCase& law_case) {
-  const SceneDescription scene = scene_of(law_case);
+  const scene::SceneDescription scene = scene_of(law_case);
   const CaseLoop loop = loop_of(law_case, scene);
-  const LabRun run = run_lab(scene, loop.options);
+  const laboratory::LabRun run = laboratory::run_lab(scene, loop.options);
   const double tick_s = 1.0 / loop.options.tick_rate_hz;
   // A snapshot shows what was by a period, its cost and the lag of what is compliant.
   const double old_s = scene.period_s * (1.0 + law_case.jitter) + loop.options.latency_s + 0.006;
@@ -192,8 +194,8 @@ Finding no_step_of_its_own(const LawCase& law_case) {
   std::vector<double> allowed = own_steps_N(scene, run, tick_s, window, resolution_m);
   Excess worst = worst_excess(changes, allowed);
   if (worst.ratio > 1.0) {  // then the reference is asked, which costs a hundred times more
-    const LabRun reference = reference_at(scene, loop.options, run, 1000.0);
-    const LabRun fine = reference_at(scene, loop.options, run, 4000.0);
+    const laboratory::LabRun reference = reference_at(scene, loop.options, run, 1000.0);
+    const laboratory::LabRun fine = reference_at(scene, loop.options, run, 4000.0);
     if (is_chaotic(reference, fine)) return {.applies = false, .what = "chaotic"};
     std::vector<double> world = changes_N(reference);
     world.resize(changes.size(), 0.0);
@@ -208,4 +210,4 @@ Finding no_step_of_its_own(const LawCase& law_case) {
           .what = "N within a tick, at " + short_number(at_s) + " s"};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

@@ -11,21 +11,21 @@
 #include "tests/laws/law.hpp"
 #include "tests/laws/moved_scene.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 namespace {
 
 using Centres = std::vector<Eigen::Vector3d>;
 
 /// All nodes and rigid bodies after the case's duration, in so many steps, each a substep.
-std::vector<Eigen::Vector3d> end_of(SceneDescription scene, double duration_s, int steps) {
+std::vector<Eigen::Vector3d> end_of(scene::SceneDescription scene, double duration_s, int steps) {
   scene.method.substeps = 1;
   scene.method.tolerance_m_s = 1e-12;
-  Simulation simulation(scene);
+  dynamics::Simulation simulation(scene);
   for (int step = 0; step < steps; ++step)
     (void)simulation.step(duration_s / steps, [] { return std::nullopt; });
   std::vector<Eigen::Vector3d> places;
-  for (const Node& node : simulation.world().nodes) places.push_back(node.position_m);
-  for (const RigidBody& body : simulation.world().rigid_bodies) {
+  for (const bodies::Node& node : simulation.world().nodes) places.push_back(node.position_m);
+  for (const bodies::RigidBody& body : simulation.world().rigid_bodies) {
     places.push_back(body.position_m);
     places.push_back(body.orientation * Eigen::Vector3d(0.01, 0.02, 0.0));
   }
@@ -33,23 +33,23 @@ std::vector<Eigen::Vector3d> end_of(SceneDescription scene, double duration_s, i
 }
 
 /// With dampers Verlet is of first order (docs/algorithms/explicit_step.md).
-int order_of(const SceneDescription& scene) {
-  const IntegratorKind kind = scene.method.integrator;
-  const auto is_damped = [](const BodyDescription& body) {
-    const SpringDescription* springs = springs_of(body);
+int order_of(const scene::SceneDescription& scene) {
+  const scene::IntegratorKind kind = scene.method.integrator;
+  const auto is_damped = [](const bodies::BodyDescription& body) {
+    const bodies::SpringDescription* springs = bodies::springs_of(body);
     return springs != nullptr && springs->spring_damping_N_s_per_m > 0.0;
   };
-  if (kind == IntegratorKind::kVelocityVerlet)
+  if (kind == scene::IntegratorKind::kVelocityVerlet)
     return std::any_of(scene.bodies.begin(), scene.bodies.end(), is_damped) ? 1 : 2;
-  return kind == IntegratorKind::kBdf2 || kind == IntegratorKind::kTrapezoid ? 2 : 1;
+  return kind == scene::IntegratorKind::kBdf2 || kind == scene::IntegratorKind::kTrapezoid ? 2 : 1;
 }
 
 /// Steps by error: a tenth of the tolerance leaves less error.
-Finding tolerance_converges(SceneDescription scene, const LawCase& law_case) {
+Finding tolerance_converges(scene::SceneDescription scene, const LawCase& law_case) {
   const ToolPath nobody = [](double) { return std::nullopt; };
   const auto at = [&](double tolerance_m_s) {
     scene.method.tolerance_m_s = tolerance_m_s;
-    return stillgrid::end_of(scene, law_case, nobody);
+    return laws::end_of(scene, law_case, nobody);
   };
   const Centres exact = at(1e-11);
   const double coarse_m = farthest_m(at(1e-4), exact), fine_m = farthest_m(at(1e-7), exact);
@@ -61,13 +61,13 @@ Finding tolerance_converges(SceneDescription scene, const LawCase& law_case) {
 }  // namespace
 
 Finding refinement_converges(const LawCase& law_case) {
-  const SceneDescription scene = scene_of(law_case);
-  if (chooses_steps(scene.method.integrator)) return tolerance_converges(scene, law_case);
+  const scene::SceneDescription scene = scene_of(law_case);
+  if (scene::chooses_steps(scene.method.integrator)) return tolerance_converges(scene, law_case);
   constexpr int kSteps = 64;
   const double duration_s = law_case.duration_s;
   // Another method's own, so that what one of them leaves out shows.
-  SceneDescription verlet = scene;
-  verlet.method = {.integrator = IntegratorKind::kVelocityVerlet};
+  scene::SceneDescription verlet = scene;
+  verlet.method = {.integrator = scene::IntegratorKind::kVelocityVerlet};
   const Centres exact = end_of(verlet, duration_s, 128 * kSteps);
   double coarse_m = std::numeric_limits<double>::infinity();
   try {
@@ -89,17 +89,17 @@ Finding refinement_converges(const LawCase& law_case) {
 }
 
 Finding every_vector_alike(const LawCase& law_case) {
-  const SceneDescription scene = scene_of(law_case);
+  const scene::SceneDescription scene = scene_of(law_case);
   const ToolPath path = tool_path_of(law_case);
   const auto end_with = [&](std::int64_t targets) {
     hwy::SetSupportedTargetsForTest(targets);
     hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-    return stillgrid::end_of(scene, law_case, path);
+    return laws::end_of(scene, law_case, path);
   };
   const std::int64_t all = hwy::SupportedTargets() & HWY_TARGETS;
   const Centres widest = end_with(all);
   Finding finding;
-  const bool solves = !is_explicit(scene.method.integrator);
+  const bool solves = !scene::is_explicit(scene.method.integrator);
   finding.allowed = std::max({1e-8, 100.0 * rounding_m(scene, law_case, path),
                               solves ? 100.0 * scene.method.tolerance_m_s : 0.0});
   int tried = 0;
@@ -117,4 +117,4 @@ Finding every_vector_alike(const LawCase& law_case) {
   return finding;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

@@ -11,7 +11,7 @@
 #include "tests/laws/law.hpp"
 #include "tests/laws/moved_scene.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 namespace {
 
 using Centres = std::vector<Eigen::Vector3d>;
@@ -39,16 +39,16 @@ struct Frame {
   }
 };
 
-SceneDescription seen_from(const Frame& frame, SceneDescription scene) {
+scene::SceneDescription seen_from(const Frame& frame, scene::SceneDescription scene) {
   scene.gravity_m_s2 = frame.direction(scene.gravity_m_s2);
-  for (BodyDescription& body : scene.bodies) {
+  for (bodies::BodyDescription& body : scene.bodies) {
     body.position_m = frame.point(body.position_m);
     body.orientation = frame.orientation(body.orientation);
     body.velocity_m_s = frame.direction(body.velocity_m_s) + frame.velocity_m_s;
     body.angular_velocity_rad_s = frame.axial(body.angular_velocity_rad_s);
-    if (auto* plane = std::get_if<PlaneBody>(&body.shape))
+    if (auto* plane = std::get_if<bodies::PlaneBody>(&body.shape))
       plane->normal = frame.direction(plane->normal);
-    if (auto* thread = std::get_if<ThreadBody>(&body.shape)) {
+    if (auto* thread = std::get_if<bodies::ThreadBody>(&body.shape)) {
       thread->from_m = frame.point(thread->from_m);
       thread->to_m = frame.point(thread->to_m);
     }
@@ -81,10 +81,11 @@ Frame frame_of(const std::string& variant) {
 
 /// What rounding may come to: a hundred times what a change of the last digits of all masses does,
 /// or what solvers are asked to leave.
-double allowed_m(const SceneDescription& scene, const LawCase& law_case, const ToolPath& path) {
+double allowed_m(const scene::SceneDescription& scene, const LawCase& law_case,
+                 const ToolPath& path) {
   constexpr double kRounding_m = 1e-8;
   const double left_m = 100.0 * scene.method.tolerance_m_s * law_case.duration_s;
-  const bool solves = !is_explicit(scene.method.integrator);
+  const bool solves = !scene::is_explicit(scene.method.integrator);
   return std::max({kRounding_m, solves ? left_m : 0.0, 100.0 * rounding_m(scene, law_case, path)});
 }
 
@@ -96,52 +97,56 @@ Finding compare(const Centres& one, const Centres& other, double allowed_m,
           .what = "m between centres, " + variant};
 }
 
-Finding moved_by_looking(const LawCase& law_case, const SceneDescription& scene,
+Finding moved_by_looking(const LawCase& law_case, const scene::SceneDescription& scene,
                          const std::string& variant) {
   const ToolPath path = tool_path_of(law_case);
   std::vector<Centres> plain;
-  move_scene(scene, law_case, path, [&](Simulation& simulation, const StepReport&, double) {
-    plain.push_back(centres_m(simulation.world()));
-    return true;
-  });
+  move_scene(scene, law_case, path,
+             [&](dynamics::Simulation& simulation, const dynamics::StepReport&, double) {
+               plain.push_back(centres_m(simulation.world()));
+               return true;
+             });
   double worst_m = 0.0;
   std::size_t step = 0;
-  std::optional<SceneWriter> writer;
+  std::optional<publication::SceneWriter> writer;
   std::uint64_t stamp_ns = 0;
-  move_scene(scene, law_case, path, [&](Simulation& simulation, const StepReport&, double) {
-    if (variant == "predicted") (void)simulation.predict_next(scene.period_s);
-    if (variant == "accounted") {
-      if (step == 0) simulation.account_energy();
-      (void)simulation.energy_account();
-    }
-    if (variant == "published") {
-      if (!writer)
-        writer.emplace("law-" + std::to_string(::getpid()), static_scene(scene, simulation),
-                       simulation.world().spheres.size(), to_ns(scene.period_s),
-                       proto::Clock::kVirtual, 0);
-      writer->publish(simulation.snapshot(), {.state_ns = stamp_ns, .publish_ns = stamp_ns});
-      stamp_ns += 1000;
-    }
-    worst_m = std::max(worst_m, farthest_m(plain[step++], centres_m(simulation.world())));
-    return true;
-  });
+  move_scene(
+      scene, law_case, path,
+      [&](dynamics::Simulation& simulation, const dynamics::StepReport&, double) {
+        if (variant == "predicted") (void)simulation.predict_next(scene.period_s);
+        if (variant == "accounted") {
+          if (step == 0) simulation.account_energy();
+          (void)simulation.energy_account();
+        }
+        if (variant == "published") {
+          if (!writer)
+            writer.emplace("law-" + std::to_string(::getpid()),
+                           sim_server::static_scene(scene, simulation),
+                           simulation.world().spheres.size(), realtime::to_ns(scene.period_s),
+                           proto::Clock::kVirtual, 0);
+          writer->publish(simulation.snapshot(), {.state_ns = stamp_ns, .publish_ns = stamp_ns});
+          stamp_ns += 1000;
+        }
+        worst_m = std::max(worst_m, farthest_m(plain[step++], centres_m(simulation.world())));
+        return true;
+      });
   return {.measured = worst_m, .allowed = 0.0, .what = "m between centres, " + variant};
 }
 
 }  // namespace
 
 Finding looking_changes_nothing(const LawCase& law_case) {
-  const SceneDescription scene = scene_of(law_case);
+  const scene::SceneDescription scene = scene_of(law_case);
   return moved_by_looking(law_case, scene, law_case.variant);
 }
 
 Finding order_and_frame_change_nothing(const LawCase& law_case) {
-  const SceneDescription scene = scene_of(law_case);
+  const scene::SceneDescription scene = scene_of(law_case);
   const ToolPath path = tool_path_of(law_case);
   const double allowed = allowed_m(scene, law_case, path);
   Centres plain = end_of(scene, law_case, path);
   if (law_case.variant == "reversed list") {
-    SceneDescription reversed = scene;
+    scene::SceneDescription reversed = scene;
     std::reverse(reversed.bodies.begin(), reversed.bodies.end());
     Centres other = end_of(reversed, law_case, path);
     std::reverse(other.begin(), other.end());
@@ -150,10 +155,11 @@ Finding order_and_frame_change_nothing(const LawCase& law_case) {
   const Frame frame = frame_of(law_case.variant);
   Centres other = end_of(seen_from(frame, scene), law_case, seen_from(frame, path));
   double end_s = 0.0;
-  move_scene(scene, law_case, path, [&](Simulation&, const StepReport&, double time_s) {
-    end_s = time_s;
-    return true;
-  });
+  move_scene(scene, law_case, path,
+             [&](dynamics::Simulation&, const dynamics::StepReport&, double time_s) {
+               end_s = time_s;
+               return true;
+             });
   for (Eigen::Vector3d& centre : plain) centre = frame.point(centre) + end_s * frame.velocity_m_s;
   return compare(plain, other, allowed, law_case.variant);
 }
@@ -171,13 +177,13 @@ void scale_springs(Shape& shape, double factor) {
 
 Finding units_change_nothing(const LawCase& law_case) {
   constexpr double kUnit = 10.0;
-  const SceneDescription scene = scene_of(law_case);
-  SceneDescription other = scene;
-  for (MaterialDescription& material : other.materials) {
+  const scene::SceneDescription scene = scene_of(law_case);
+  scene::SceneDescription other = scene;
+  for (scene::MaterialDescription& material : other.materials) {
     material.contact_stiffness_N_per_m *= kUnit;
     material.contact_damping_N_s_per_m *= kUnit;
   }
-  for (BodyDescription& body : other.bodies) {
+  for (bodies::BodyDescription& body : other.bodies) {
     body.mass_kg *= kUnit;
     std::visit([](auto& shape) { scale_springs(shape, kUnit); }, body.shape);
   }
@@ -188,9 +194,10 @@ Finding units_change_nothing(const LawCase& law_case) {
                    "masses and stiffnesses times 10");
 
   const CaseLoop loop = loop_of(law_case, scene);
-  const LabRun one = run_lab(scene, loop.options), ten = run_lab(other, loop.options);
+  const laboratory::LabRun one = laboratory::run_lab(scene, loop.options),
+                           ten = laboratory::run_lab(other, loop.options);
   double most_N = 0.0, worst_N = 0.0, at_s = 0.0, stiffest_N_per_m = 0.0;
-  for (const MaterialDescription& material : scene.materials)
+  for (const scene::MaterialDescription& material : scene.materials)
     stiffest_N_per_m = std::max(stiffest_N_per_m, material.contact_stiffness_N_per_m);
   for (std::size_t i = 0; i < std::min(one.rows.size(), ten.rows.size()); ++i) {
     const double apart_N = (kUnit * one.rows[i].rendered_N - ten.rows[i].rendered_N).norm();
@@ -206,4 +213,4 @@ Finding units_change_nothing(const LawCase& law_case) {
                   short_number(at_s) + " s"};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

@@ -9,7 +9,7 @@
 #include "tests/laws/law.hpp"
 #include "tests/laws/moved_scene.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 namespace {
 
 constexpr double kSettle_s = 4.0;
@@ -20,11 +20,11 @@ struct Creep {
   double between_s = 0.0;
 };
 
-Creep creep_of(const SceneDescription& scene, const LawCase& law_case) {
+Creep creep_of(const scene::SceneDescription& scene, const LawCase& law_case) {
   Creep creep;
   double settled_s = 0.0;
   move_scene(scene, law_case, tool_path_of(law_case),
-             [&](Simulation& simulation, const StepReport&, double time_s) {
+             [&](dynamics::Simulation& simulation, const dynamics::StepReport&, double time_s) {
                if (creep.settled.empty() && time_s >= kSettle_s) {
                  creep.settled = centres_m(simulation.world());
                  settled_s = time_s;
@@ -36,13 +36,13 @@ Creep creep_of(const SceneDescription& scene, const LawCase& law_case) {
   return creep;
 }
 
-std::vector<bool> moved_from_start(const SceneDescription& scene, const LawCase& law_case,
+std::vector<bool> moved_from_start(const scene::SceneDescription& scene, const LawCase& law_case,
                                    int* crossings_left) {
-  const std::vector<Eigen::Vector3d> start = centres_m(build_world(scene));
+  const std::vector<Eigen::Vector3d> start = centres_m(scene::build_world(scene));
   std::vector<Eigen::Vector3d> end = start;
   std::vector<bool> moved(start.size(), false);
   move_scene(scene, law_case, tool_path_of(law_case),
-             [&](Simulation& simulation, const StepReport& report, double) {
+             [&](dynamics::Simulation& simulation, const dynamics::StepReport& report, double) {
                if (crossings_left != nullptr) *crossings_left += report.crossings_left;
                end = centres_m(simulation.world());
                for (std::size_t i = 0; i < end.size(); ++i)
@@ -53,14 +53,14 @@ std::vector<bool> moved_from_start(const SceneDescription& scene, const LawCase&
 }
 
 /// On a floor, whose friction holds on a slope as steep as gravity makes it.
-bool is_to_stand(const SceneDescription& scene) {
+bool is_to_stand(const scene::SceneDescription& scene) {
   const Eigen::Vector3d& g = scene.gravity_m_s2;
   const double slope = std::hypot(g.x(), g.y()) / std::max(1e-9, -g.z());
-  const auto holds = [slope](const MaterialDescription& material) {
+  const auto holds = [slope](const scene::MaterialDescription& material) {
     return material.friction > slope && material.contact_damping_N_s_per_m > 0.0;
   };
-  const auto is_floor = [](const BodyDescription& body) {
-    return std::holds_alternative<PlaneBody>(body.shape);
+  const auto is_floor = [](const bodies::BodyDescription& body) {
+    return std::holds_alternative<bodies::PlaneBody>(body.shape);
   };
   return std::all_of(scene.materials.begin(), scene.materials.end(), holds) &&
          std::any_of(scene.bodies.begin(), scene.bodies.end(), is_floor);
@@ -69,7 +69,7 @@ bool is_to_stand(const SceneDescription& scene) {
 }  // namespace
 
 Finding stands(const LawCase& law_case) {
-  const SceneDescription scene = scene_of(law_case);
+  const scene::SceneDescription scene = scene_of(law_case);
   if (!is_to_stand(scene) || law_case.duration_s < 1.25 * kSettle_s)
     return {.applies = false, .what = "nothing that is to stand"};
   const Creep creep = creep_of(scene, law_case);
@@ -86,9 +86,9 @@ Finding stands(const LawCase& law_case) {
 }
 
 Finding nothing_tunnels(const LawCase& law_case) {
-  const SceneDescription scene = scene_of(law_case);
-  SceneDescription fine = scene;
-  fine.method = {.integrator = IntegratorKind::kVelocityVerlet};
+  const scene::SceneDescription scene = scene_of(law_case);
+  scene::SceneDescription fine = scene;
+  fine.method = {.integrator = scene::IntegratorKind::kVelocityVerlet};
   fine.period_s = 5e-5;
   LawCase even = law_case;
   even.jitter = 0.0;
@@ -104,4 +104,4 @@ Finding nothing_tunnels(const LawCase& law_case) {
                   std::to_string(std::count(truly.begin(), truly.end(), true))};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

@@ -18,7 +18,7 @@
 #include "tests/laws/shrink.hpp"
 #include "tests/laws/tried.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 namespace {
 
 constexpr int kViolated = 3;
@@ -126,18 +126,18 @@ int run_case(const Arguments& arguments) {
   const LawCase law_case = load_case(arguments.file);
   if (arguments.shrink) {
     show_shrunk(law_case, 400);
-    return kDone;
+    return realtime::kDone;
   }
   const Tried tried = try_case(law_case);
   std::cout << line_of(law_case, tried) << '\n';
-  return tried.finding.holds() ? kDone : kViolated;
+  return tried.finding.holds() ? realtime::kDone : kViolated;
 }
 
 int run(const Arguments& arguments) {
   if (arguments.list) {
     for (const Law& law : all_laws())
       std::cout << law.number << ' ' << law.name << ": " << law.statement << '\n';
-    return kDone;
+    return realtime::kDone;
   }
   if (!arguments.file.empty()) return run_case(arguments);
   bool as_expected = true;
@@ -154,14 +154,10 @@ int run(const Arguments& arguments) {
   }
   if (arguments.corpus.empty() && !arguments.short_run && arguments.laws.empty())
     throw std::runtime_error("expected --law, --case, --corpus, --short or --list: see --help");
-  return as_expected ? kDone : kViolated;
+  return as_expected ? realtime::kDone : kViolated;
 }
 
-}  // namespace
-}  // namespace stillgrid
-
-int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
-  using namespace stillgrid;
+int program_main(int argc, char** argv) {
   CLI::App app(kDescription, "laws");
   Arguments arguments;
   app.add_option("--law", arguments.laws, "1 to 15, one or more")->check(CLI::Range(1, 15));
@@ -174,5 +170,12 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   app.add_flag("--print", arguments.print, "Print the drawn cases, check nothing");
   app.add_flag("--list", arguments.list, "The laws");
   app.add_flag("--json", arguments.json, "Counts as JSON, a line a law");
-  return run_program(app, argc, argv, [&] { return run(arguments); });
+  return command_line::run_program(app, argc, argv, [&] { return run(arguments); });
+}
+
+}  // namespace
+}  // namespace stillgrid::laws
+
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
+  return stillgrid::laws::program_main(argc, argv);
 }

@@ -6,13 +6,13 @@
 #include "sim_server/lockstep_schedule.hpp"
 #include "sim_server/published_scene.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 
 ToolPath tool_path_of(const LawCase& law_case) {
   if (!law_case.hand) return [](double) { return std::nullopt; };
-  return [hand = *law_case.hand](double time_s) -> std::optional<ToolSample> {
+  return [hand = *law_case.hand](double time_s) -> std::optional<dynamics::ToolSample> {
     const HandMotion motion = motion_at(hand, time_s);
-    ToolSample sample;
+    dynamics::ToolSample sample;
     sample.time_ns = 1 + static_cast<std::uint64_t>(time_s * 1e9);
     sample.position_m = motion.position_m;
     sample.velocity_m_s = motion.velocity_m_s;
@@ -20,25 +20,25 @@ ToolPath tool_path_of(const LawCase& law_case) {
   };
 }
 
-void move_scene(const SceneDescription& scene, const LawCase& law_case, const ToolPath& path,
+void move_scene(const scene::SceneDescription& scene, const LawCase& law_case, const ToolPath& path,
                 const AfterStep& after) {
   constexpr int kLeastSteps = 3;
-  Simulation simulation(scene);
-  LockstepSchedule schedule(scene.period_s, law_case.jitter, law_case.seed, 0.0);
+  dynamics::Simulation simulation(scene);
+  sim_server::LockstepSchedule schedule(scene.period_s, law_case.jitter, law_case.seed, 0.0);
   double time_s = 0.0;
   for (int steps = 0; time_s < law_case.duration_s || steps < kLeastSteps; ++steps) {
-    const ScheduledSnapshot snapshot = schedule.next();
+    const sim_server::ScheduledSnapshot snapshot = schedule.next();
     const double step_s = static_cast<double>(snapshot.step_ns) * 1e-9;
     time_s = static_cast<double>(snapshot.state_ns) * 1e-9;
-    const StepReport report =
-        simulation.step(step_s, [&] { return path(time_s); }, {.iterations = kMaxIterations});
+    const dynamics::StepReport report = simulation.step(step_s, [&] { return path(time_s); },
+                                                        {.iterations = sim_server::kMaxIterations});
     if (!after(simulation, report, time_s)) return;
   }
 }
 
-std::vector<Eigen::Vector3d> centres_m(const World& world) {
+std::vector<Eigen::Vector3d> centres_m(const bodies::World& world) {
   std::vector<Eigen::Vector3d> centres;
-  for (const BodyRange& body : world.bodies) {
+  for (const bodies::BodyRange& body : world.bodies) {
     if (body.rigid >= 0) {
       centres.push_back(world.rigid_bodies[static_cast<std::size_t>(body.rigid)].position_m);
     } else if (body.node_count > 0) {
@@ -61,20 +61,22 @@ double farthest_m(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen
   return farthest;
 }
 
-std::vector<Eigen::Vector3d> end_of(const SceneDescription& scene, const LawCase& law_case,
+std::vector<Eigen::Vector3d> end_of(const scene::SceneDescription& scene, const LawCase& law_case,
                                     const ToolPath& path) {
   std::vector<Eigen::Vector3d> end;
-  move_scene(scene, law_case, path, [&](Simulation& simulation, const StepReport&, double) {
-    end = centres_m(simulation.world());
-    return true;
-  });
+  move_scene(scene, law_case, path,
+             [&](dynamics::Simulation& simulation, const dynamics::StepReport&, double) {
+               end = centres_m(simulation.world());
+               return true;
+             });
   return end;
 }
 
-double rounding_m(const SceneDescription& scene, const LawCase& law_case, const ToolPath& path) {
-  SceneDescription other = scene;
-  for (BodyDescription& body : other.bodies) body.mass_kg *= 1.0 + 1e-13;
+double rounding_m(const scene::SceneDescription& scene, const LawCase& law_case,
+                  const ToolPath& path) {
+  scene::SceneDescription other = scene;
+  for (bodies::BodyDescription& body : other.bodies) body.mass_kg *= 1.0 + 1e-13;
   return farthest_m(end_of(scene, law_case, path), end_of(other, law_case, path));
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

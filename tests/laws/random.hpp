@@ -6,7 +6,7 @@
 #include <initializer_list>
 #include <string_view>
 
-namespace stillgrid {
+namespace stillgrid::laws {
 
 /// Numbers of a seed, the same on every machine: SplitMix64 [Steele, Lea and Flood 2014]. The
 /// standard library's distributions differ between implementations.
@@ -40,4 +40,4 @@ class Random {
   std::uint64_t state_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

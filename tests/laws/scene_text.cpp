@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <sstream>
 
-namespace stillgrid {
+namespace stillgrid::laws {
 namespace {
 
 std::string without_ends(const std::string& line) {
@@ -90,4 +90,4 @@ SceneText parse_scene_text(const std::string& text) {
   return scene;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::laws {
 
 /// A table of a scene file, a key a line.
 struct SceneSection {
@@ -37,4 +37,4 @@ struct SceneText {
 /// Four digits, which are what a scene of hand-made sizes needs.
 [[nodiscard]] std::string short_number(double value);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

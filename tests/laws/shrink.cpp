@@ -10,7 +10,7 @@
 
 #include "tests/laws/tried.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 namespace {
 
 /// A number of a line, from `from`: where it begins and ends; begin == end: none.
@@ -210,4 +210,4 @@ LawCase shrink(const LawCase& law_case, int tries) {
   return Shrinker(law_case, tries).run();
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

@@ -5,7 +5,7 @@
 
 #include "tests/laws/body_draws.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 namespace {
 
 constexpr std::uint64_t kLongSeeds = 1000;  // from here on cases are of full length and size
@@ -212,4 +212,4 @@ bool draw_special(LawCase& law_case, Random& random) {
   }
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

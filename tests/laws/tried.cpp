@@ -13,7 +13,7 @@
 
 #include "tests/laws/known.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
@@ -130,4 +130,4 @@ std::string line_of(const LawCase& law_case, const Tried& tried) {
          tried.finding.what + "; allowed " + short_number(tried.finding.allowed);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

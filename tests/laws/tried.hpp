@@ -5,7 +5,7 @@
 
 #include "tests/laws/law.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laws {
 
 /// What became of one case.
 enum class Outcome { kHolds, kViolated, kKnown, kNotSpokenOf, kNoData, kTooLong };
@@ -24,4 +24,4 @@ struct Tried {
 /// "law 2 violated, seed 17: 6.13 N within a tick, at 0.356 s; allowed 0.31 N".
 [[nodiscard]] std::string line_of(const LawCase& law_case, const Tried& tried);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laws

@@ -28,7 +28,7 @@ struct Visit {
 
 std::set<Law> laws_broken(const ReadRecord& read, std::uint64_t accepted_before) {
   std::set<Law> broken;
-  const bool is_accepted = read.result.status == ReadStatus::kAccepted;
+  const bool is_accepted = read.result.status == double_buffer::ReadStatus::kAccepted;
   if (is_accepted) {
     const auto all_are = [&](std::uint64_t publication) {
       return std::all_of(read.words.begin(), read.words.end(),
@@ -86,7 +86,8 @@ class Check {
     Choices newest;
     const ReadRecord& read = model.read(reader, newest);
     const bool is_published = model.latest() > 0;
-    const ReadStatus expected = is_published ? ReadStatus::kAccepted : ReadStatus::kEmpty;
+    const double_buffer::ReadStatus expected =
+        is_published ? double_buffer::ReadStatus::kAccepted : double_buffer::ReadStatus::kEmpty;
     if (read.result.status != expected || read.result.snapshot_id != model.latest() ||
         read.result.attempts != (is_published ? 1 : 0))
       report(model, Law::kQuiescent, read.steps);
@@ -108,7 +109,8 @@ class Check {
         ++findings_.executions;
         for (const Law law : laws_broken(read, state.accepted))
           if (!findings_.broken.contains(law)) report(model, law, steps_to(visits, next, read));
-        if (read.result.status == ReadStatus::kAccepted) state.accepted = read.result.snapshot_id;
+        if (read.result.status == double_buffer::ReadStatus::kAccepted)
+          state.accepted = read.result.snapshot_id;
         if (seen.insert(state).second) visits.push_back({state, next, read.steps});
       } while (choices.next());
     }

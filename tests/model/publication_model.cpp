@@ -26,8 +26,8 @@ const char* name_of(std::memory_order order) {
   return order == std::memory_order_release ? "release" : "other order";
 }
 
-DoubleBuffer buffer_in(std::vector<std::uint64_t>& words, std::size_t payload_words,
-                       bool has_two_slots) {
+double_buffer::DoubleBuffer buffer_in(std::vector<std::uint64_t>& words, std::size_t payload_words,
+                                      bool has_two_slots) {
   const std::size_t second = has_two_slots ? 1 : 0;
   return {&words[kLatest],
           {&words[kSequence], &words[kSequence + second]},
@@ -53,7 +53,7 @@ std::size_t PublicationModel::write(std::uint64_t last_snapshot_id, std::size_t 
   const bool counts_afresh = mutant_.successor_counts_afresh && memory_.writer() > 1;
   for (std::uint64_t n = counts_afresh ? 1 : latest() + 1; n <= last_snapshot_id; ++n) {
     const std::vector<std::uint64_t> payload(payload_words_, publication_of(n, memory_.writer()));
-    publish<ModelAtomics>(buffer_, n, {{0, payload}});
+    double_buffer::publish<ModelAtomics>(buffer_, n, {{0, payload}});
   }
   return writer_steps_;
 }
@@ -64,10 +64,11 @@ const ReadRecord& PublicationModel::read(Reader& reader, Choices& choices) {
   choices_ = &choices;
   record_.attempts.clear();
   record_.steps.clear();
-  record_.result = read_latest<ModelAtomics>(buffer_, [&](const std::uint64_t* payload) {
-    for (std::size_t i = 0; i < payload_words_; ++i)
-      record_.words[i] = load_word<ModelAtomics>(payload, i);
-  });
+  record_.result =
+      double_buffer::read_latest<ModelAtomics>(buffer_, [&](const std::uint64_t* payload) {
+        for (std::size_t i = 0; i < payload_words_; ++i)
+          record_.words[i] = double_buffer::load_word<ModelAtomics>(payload, i);
+      });
   return record_;
 }
 

@@ -46,7 +46,7 @@ struct ReaderStep {
 
 /// One read and how it came about.
 struct ReadRecord {
-  ReadResult result;
+  double_buffer::ReadResult result;
   std::vector<std::uint64_t> words;  // gathered by the last attempt that came so far
   std::vector<Attempt> attempts;
   std::vector<ReaderStep> steps;
@@ -91,7 +91,7 @@ class PublicationModel {
   Mutant mutant_;
   std::size_t payload_words_;
   std::vector<std::uint64_t> words_;  // only their addresses are used, as locations
-  DoubleBuffer buffer_;
+  double_buffer::DoubleBuffer buffer_;
   RelaxedMemory memory_;
   std::vector<WriterStep> log_;
   std::size_t writer_steps_ = 0;

@@ -17,7 +17,7 @@
 // beside it, as counters, how even the force is and how far the surface is off. Meshes are scaled
 // to a box with a diagonal of 0.2 m; the folder of real inputs adds three to the one made here, or
 // those of them that are named after the options.
-namespace stillgrid {
+namespace stillgrid::performance {
 namespace {
 
 constexpr double kDiagonal_m = 0.2;
@@ -30,16 +30,16 @@ constexpr std::size_t kSamples = 6000;
 /// A body under test, made before anything is timed.
 struct Level {
   std::string name;
-  SurfaceSamples surface;
-  BallBody balls;
-  BlobBody blobs;
-  ForceMap ball_map, blob_map;
+  spheres::SurfaceSamples surface;
+  spheres::BallBody balls;
+  laboratory::BlobBody blobs;
+  spheres::ForceMap ball_map, blob_map;
   double ball_error_m, blob_error_m;
 };
 
 /// An octahedron split three times, on a sphere.
-TriangleMesh sphere_mesh() {
-  TriangleMesh mesh{
+mesh::TriangleMesh sphere_mesh() {
+  mesh::TriangleMesh mesh{
       {{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}},
       {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}, {1, 0, 5}, {2, 1, 5}, {3, 2, 5}, {0, 3, 5}}};
   for (int split = 0; split < 3; ++split) {
@@ -62,37 +62,39 @@ TriangleMesh sphere_mesh() {
   return mesh;
 }
 
-void scale_to_diagonal(TriangleMesh& mesh) {
+void scale_to_diagonal(mesh::TriangleMesh& mesh) {
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& vertex_m : mesh.vertices_m) box.extend(vertex_m);
   for (Eigen::Vector3d& vertex_m : mesh.vertices_m) vertex_m *= kDiagonal_m / box.diagonal().norm();
 }
 
 /// All levels of one mesh.
-std::vector<std::shared_ptr<const Level>> make_levels(const std::string& name, TriangleMesh raw) {
-  TriangleMesh mesh = make_closed(std::move(raw), name).mesh;
+std::vector<std::shared_ptr<const Level>> make_levels(const std::string& name,
+                                                      mesh::TriangleMesh raw) {
+  mesh::TriangleMesh mesh = mesh::make_closed(std::move(raw), name).mesh;
   scale_to_diagonal(mesh);
-  const MeshDistance distance(mesh);
-  const SurfaceSamples surface =
-      reachable_samples(sample_surface(mesh, kSamples), distance, kTool_m, kDepth_m);
-  const auto targets = distance_targets(surface, distance, kTool_m);
+  const mesh::MeshDistance distance(mesh);
+  const spheres::SurfaceSamples surface = spheres::reachable_samples(
+      spheres::sample_surface(mesh, kSamples), distance, kTool_m, kDepth_m);
+  const auto targets = laboratory::distance_targets(surface, distance, kTool_m);
   std::vector<std::shared_ptr<const Level>> levels;
-  for (const Decomposition& made : levels_of_detail(mesh, kFinest_m, kLevels)) {
+  for (const spheres::Decomposition& made : spheres::levels_of_detail(mesh, kFinest_m, kLevels)) {
     Level level{.name = name + "/" + std::to_string(made.balls.size()),
                 .surface = surface,
-                .balls = make_ball_body(made.balls, kTool_m),
-                .blobs = fit_blobs(made.balls, targets, kTool_m),
+                .balls = spheres::make_ball_body(made.balls, kTool_m),
+                .blobs = laboratory::fit_blobs(made.balls, targets, kTool_m),
                 .ball_map = {},
                 .blob_map = {},
                 .ball_error_m = made.hausdorff_m,
                 .blob_error_m = 0.0};
-    level.ball_map = map_force(surface, kTool_m, kDepth_m, [&](const Eigen::Vector3d& tool_m) {
-      return unit_force_m(level.balls, tool_m);
-    });
-    level.blob_map = map_force(surface, kTool_m, kDepth_m, [&](const Eigen::Vector3d& tool_m) {
-      return unit_blob_force_m(level.blobs, kTool_m, tool_m);
-    });
-    level.blob_error_m = blob_surface_error_m(level.blobs, surface, distance);
+    level.ball_map = spheres::map_force(
+        surface, kTool_m, kDepth_m,
+        [&](const Eigen::Vector3d& tool_m) { return spheres::unit_force_m(level.balls, tool_m); });
+    level.blob_map =
+        spheres::map_force(surface, kTool_m, kDepth_m, [&](const Eigen::Vector3d& tool_m) {
+          return laboratory::unit_blob_force_m(level.blobs, kTool_m, tool_m);
+        });
+    level.blob_error_m = laboratory::blob_surface_error_m(level.blobs, surface, distance);
     levels.push_back(std::make_shared<const Level>(std::move(level)));
   }
   return levels;
@@ -100,9 +102,9 @@ std::vector<std::shared_ptr<const Level>> make_levels(const std::string& name, T
 
 /// The time of one force, at the next of the pressed places.
 template <class Force>
-void time_force(benchmark::State& state, const Level& level, const ForceMap& map, double error_m,
-                const Force& force) {
-  const SurfaceSamples& surface = level.surface;
+void time_force(benchmark::State& state, const Level& level, const spheres::ForceMap& map,
+                double error_m, const Force& force) {
+  const spheres::SurfaceSamples& surface = level.surface;
   constexpr std::size_t kStride = 7919;  // prime: from place to place, none near the last
   std::size_t i = 0;
   for (auto _ : state) {
@@ -121,36 +123,41 @@ void time_force(benchmark::State& state, const Level& level, const ForceMap& map
 }
 
 void register_level(const std::shared_ptr<const Level>& level) {
-  benchmark::RegisterBenchmark(
-      ("force/spheres/" + level->name).c_str(), [level](benchmark::State& state) {
-        time_force(
-            state, *level, level->ball_map, level->ball_error_m,
-            [&](const Eigen::Vector3d& tool_m) { return unit_force_m(level->balls, tool_m); });
-      });
+  benchmark::RegisterBenchmark(("force/spheres/" + level->name).c_str(),
+                               [level](benchmark::State& state) {
+                                 time_force(state, *level, level->ball_map, level->ball_error_m,
+                                            [&](const Eigen::Vector3d& tool_m) {
+                                              return spheres::unit_force_m(level->balls, tool_m);
+                                            });
+                               });
   benchmark::RegisterBenchmark(
       ("force/blobs/" + level->name).c_str(), [level](benchmark::State& state) {
         time_force(state, *level, level->blob_map, level->blob_error_m,
                    [&](const Eigen::Vector3d& tool_m) {
-                     return unit_blob_force_m(level->blobs, kTool_m, tool_m);
+                     return laboratory::unit_blob_force_m(level->blobs, kTool_m, tool_m);
                    });
       });
 }
 
-void register_mesh(const std::string& name, TriangleMesh mesh) {
+void register_mesh(const std::string& name, mesh::TriangleMesh mesh) {
   for (const auto& level : make_levels(name, std::move(mesh))) register_level(level);
 }
 
-}  // namespace
-}  // namespace stillgrid
-
-int main(int argc, char** argv) {
-  using namespace stillgrid;
+int program_main(int argc, char** argv) {
   benchmark::Initialize(&argc, argv);
   const std::vector<std::string> asked(argv + 1, argv + argc);
   register_mesh("sphere", sphere_mesh());
-  if (const auto data = real_data())
+  if (const auto data = spheres::real_data())
     for (const std::string file : {"sofa_torus.obj", "npm_bunny.off", "sofa_liver-smooth.obj"})
       if (asked.empty() || std::find(asked.begin(), asked.end(), file) != asked.end())
-        register_mesh(file, load_mesh(*data / "meshes" / file, 0.01));
+        register_mesh(file, mesh::load_mesh(*data / "meshes" / file, 0.01));
   benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}
+
+}  // namespace
+}  // namespace stillgrid::performance
+
+int main(int argc, char** argv) {
+  return stillgrid::performance::program_main(argc, argv);
 }

@@ -18,7 +18,7 @@
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/performance/sphere_cloud.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 namespace {
 
 constexpr std::uint64_t kTick_ns = 1'000'000;
@@ -27,21 +27,21 @@ constexpr std::uint64_t kTimedEach = 19;
 
 struct Measured {
   std::string name;
-  std::unique_ptr<Renderer> renderer;
+  std::unique_ptr<rendering::Renderer> renderer;
   std::vector<double> standing_s, new_snapshot_s;  // ticks in contact
 };
 
 std::vector<Measured> all_models() {
   std::vector<Measured> all;
-  for (const TransitionLaw& law : transitions())
-    all.push_back({std::string(law.name), make_renderer(law.transition), {}, {}});
-  for (const Rival& rival : rivals())
+  for (const display::TransitionLaw& law : display::transitions())
+    all.push_back({std::string(law.name), rendering::make_renderer(law.transition), {}, {}});
+  for (const laboratory::Rival& rival : laboratory::rivals())
     all.push_back({std::string(rival.name), rival.make(), {}, {}});
   return all;
 }
 
 /// A tick a line, from time zero: time_s,x_m,y_m,z_m after a head, device frame.
-std::vector<Eigen::Vector3d> read_path(const std::string& file, const DeviceFrame& frame) {
+std::vector<Eigen::Vector3d> read_path(const std::string& file, const scene::DeviceFrame& frame) {
   std::ifstream stream(file);
   std::string line;
   std::getline(stream, line);
@@ -56,10 +56,10 @@ std::vector<Eigen::Vector3d> read_path(const std::string& file, const DeviceFram
   return places_m;
 }
 
-void time_tick(Measured& measured, const SceneView& view, const ToolPose& pose,
-               std::uint64_t now_ns, CacheFlush* flush) {
+void time_tick(Measured& measured, const publication::SceneView& view,
+               const rendering::ToolPose& pose, std::uint64_t now_ns, CacheFlush* flush) {
   if (flush != nullptr) (*flush)();
-  RenderedTick tick;
+  rendering::RenderedTick tick;
   const double took_s = seconds_of([&] { tick = measured.renderer->render(view, pose, now_ns); });
   if (flush == nullptr || tick.force.contacts == 0) return;
   (tick.is_new ? measured.new_snapshot_s : measured.standing_s).push_back(took_s);
@@ -82,31 +82,33 @@ void print(const std::string& name, std::vector<double>& standing_s,
 
 /// Simulation and ticks in turn; every model sees every tick. A step costs nothing here.
 void measure(const std::string& scene_file, const std::string& path_file, double from_s) {
-  const SceneDescription scene = load_scene(scene_file);
+  const scene::SceneDescription scene = scene::load_scene(scene_file);
   const std::vector<Eigen::Vector3d> path_m = read_path(path_file, scene.device);
-  Simulation simulation(scene);
+  dynamics::Simulation simulation(scene);
   const auto period_ns = static_cast<std::uint64_t>(1e9 * scene.period_s);
   const std::string session = "cold-tick-" + std::to_string(::getpid());
-  SceneWriter writer(session, static_scene(scene, simulation), simulation.world().spheres.size(),
-                     period_ns, proto::Clock::kVirtual, 0);
-  const SceneView view(
-      *SegmentReader::open(session, proto::SegmentKind::kScene, proto::kSceneLayoutHash));
+  publication::SceneWriter writer(session, sim_server::static_scene(scene, simulation),
+                                  simulation.world().spheres.size(), period_ns,
+                                  proto::Clock::kVirtual, 0);
+  const publication::SceneView view(*publication::SegmentReader::open(
+      session, proto::SegmentKind::kScene, proto::kSceneLayoutHash));
   std::vector<Measured> models = all_models();
   CacheFlush flush;
   std::uint64_t snapshot_ns = 0;
   for (std::size_t i = 0; i < path_m.size(); ++i) {
     const std::uint64_t now_ns = i * kTick_ns;
-    const ToolPose pose{.position_m = path_m[i]};
+    const rendering::ToolPose pose{.position_m = path_m[i]};
     if (now_ns >= snapshot_ns) {
       const bool is_first = snapshot_ns == 0;
-      writer.publish(simulation.snapshot(),
-                     {.state_ns = snapshot_ns, .publish_ns = snapshot_ns, .tool_ns = snapshot_ns},
-                     is_first ? SnapshotPrediction{} : simulation.predict_next(scene.period_s));
+      writer.publish(
+          simulation.snapshot(),
+          {.state_ns = snapshot_ns, .publish_ns = snapshot_ns, .tool_ns = snapshot_ns},
+          is_first ? publication::SnapshotPrediction{} : simulation.predict_next(scene.period_s));
       snapshot_ns += period_ns;
-      simulation.step(scene.period_s, [&]() -> std::optional<ToolSample> {
+      simulation.step(scene.period_s, [&]() -> std::optional<dynamics::ToolSample> {
         const auto place_m = path_m[std::min(snapshot_ns / kTick_ns, path_m.size() - 1)];
-        return ToolSample{snapshot_ns, place_m, Eigen::Quaterniond::Identity(),
-                          Eigen::Vector3d::Zero()};
+        return dynamics::ToolSample{snapshot_ns, place_m, Eigen::Quaterniond::Identity(),
+                                    Eigen::Vector3d::Zero()};
       });
     }
     const bool is_timed = static_cast<double>(i) * 1e-3 >= from_s && i % kTimedEach == 0;
@@ -123,7 +125,7 @@ void measure(const std::string& scene_file, const std::string& path_file, double
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::performance
 
 int main(int argc, char** argv) {
   if (argc != 4) {
@@ -131,7 +133,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    stillgrid::measure(argv[1], argv[2], std::stod(argv[3]));
+    stillgrid::performance::measure(argv[1], argv[2], std::stod(argv[3]));
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "cold_tick_figures: %s\n", error.what());

@@ -20,10 +20,10 @@
 #include "tests/performance/sphere_cloud.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 namespace {
 
-using Frame = std::vector<SweptBound>;
+using Frame = std::vector<collision::SweptBound>;
 
 struct Method {
   std::string name;
@@ -50,12 +50,12 @@ void choose(std::int64_t target) {
 Method ours(const std::string& name, const SphereCloud& cloud, std::int64_t target, bool shows) {
   const std::size_t count = cloud.count();
   struct State {
-    MovingSpheres spheres;
-    MovingSnapshot snapshot;
+    contact::MovingSpheres spheres;
+    snapshot::MovingSnapshot snapshot;
     std::vector<proto::SphereState> snapshots;
   };
   auto state = std::make_shared<State>(
-      State{MovingSpheres(count, 0.0F), {}, std::vector<proto::SphereState>(count)});
+      State{contact::MovingSpheres(count, 0.0F), {}, std::vector<proto::SphereState>(count)});
   for (std::size_t i = 0; i < count; ++i)
     state->spheres.grid().records()[i].radius_m = cloud.radius_m(i);
   return {name,
@@ -76,20 +76,20 @@ Method ours(const std::string& name, const SphereCloud& cloud, std::int64_t targ
 /// touch within the step, which is more than overlaps.
 Method in_a_step(const SphereCloud& cloud) {
   constexpr double kStep_s = 0.01;
-  std::vector<BodyDescription> bodies;
+  std::vector<bodies::BodyDescription> bodies;
   for (std::size_t i = 0; i < cloud.count(); ++i)
-    bodies.push_back(sphere(cloud.position_m(i), double{cloud.radius_m(i)}, 0.1));
+    bodies.push_back(sim_server::sphere(cloud.position_m(i), double{cloud.radius_m(i)}, 0.1));
   struct State {
-    World world;
-    Detection detection;
+    bodies::World world;
+    contact::Detection detection;
   };
-  const World world = build_world(scene_of(std::move(bodies)));
-  auto state = std::make_shared<State>(State{world, Detection(world, 0.0)});
+  const bodies::World world = scene::build_world(sim_server::scene_of(std::move(bodies)));
+  auto state = std::make_shared<State>(State{world, contact::Detection(world, 0.0)});
   return {.name = "ours, in a step",
           .find =
               [=](const Frame& balls) {
                 for (std::size_t i = 0; i < balls.size(); ++i) {
-                  RigidBody& body = state->world.rigid_bodies[i];
+                  bodies::RigidBody& body = state->world.rigid_bodies[i];
                   const auto& p = balls[i].centre_m;
                   const Eigen::Vector3d place_m(p[0], p[1], p[2]);
                   body.velocity_m_s = (place_m - body.position_m) / kStep_s;
@@ -106,7 +106,7 @@ Method paper(const SphereCloud& cloud, int most_rounds) {
   const auto cells = static_cast<std::uint32_t>(cloud.edge_m() / SphereCloud::voxel_m()) + 3;
   auto grid = std::make_shared<PaperGrid<std::uint32_t>>(
       SphereCloud::voxel_m(), std::array<std::uint32_t, 3>{cells, cells, cells});
-  auto pairs = std::make_shared<std::vector<SpherePair>>();
+  auto pairs = std::make_shared<std::vector<contact::SpherePair>>();
   return {"paper's grid",
           [=](const Frame& balls) {
             grid->find(balls, *pairs);
@@ -178,11 +178,7 @@ void measure(const std::string& motion, double move_m, std::size_t count, int ro
   }
 }
 
-}  // namespace
-}  // namespace stillgrid
-
-int main(int argc, char** argv) {
-  using namespace stillgrid;
+int program_main(int argc, char** argv) {
   const int rounds = argc > 1 ? std::atoi(argv[1]) : 15;
   const std::size_t most = argc > 2 ? static_cast<std::size_t>(std::atoll(argv[2])) : 400000;
   const std::size_t least = argc > 3 ? static_cast<std::size_t>(std::atoll(argv[3])) : 400;
@@ -191,4 +187,12 @@ int main(int argc, char** argv) {
     measure("slow", 0.05 * SphereCloud::kRadius_m, n, rounds);
     measure("far", 3.0 * SphereCloud::kRadius_m, n, rounds);
   }
+  return 0;
+}
+
+}  // namespace
+}  // namespace stillgrid::performance
+
+int main(int argc, char** argv) {
+  return stillgrid::performance::program_main(argc, argv);
 }

@@ -6,12 +6,12 @@
 
 #include "tests/performance/detection_peers.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 namespace {
 
 class FclTree : public DetectionPeer {
  public:
-  explicit FclTree(std::span<const SweptBound> balls) {
+  explicit FclTree(std::span<const collision::SweptBound> balls) {
     for (std::size_t i = 0; i < balls.size(); ++i) {
       objects_.push_back(std::make_unique<fcl::CollisionObjectf>(
           std::make_shared<fcl::Spheref>(balls[i].bounding_radius_m)));
@@ -25,14 +25,14 @@ class FclTree : public DetectionPeer {
     manager_.setup();
   }
 
-  std::size_t find(std::span<const SweptBound> balls) override {
+  std::size_t find(std::span<const collision::SweptBound> balls) override {
     for (std::size_t i = 0; i < balls.size(); ++i) place(i, balls[i]);
     manager_.update();
     Query query{balls};
     manager_.collide(&query, [](fcl::CollisionObjectf* a, fcl::CollisionObjectf* b, void* data) {
       auto& [all, found] = *static_cast<Query*>(data);
-      const SweptBound& p = all[reinterpret_cast<std::size_t>(a->getUserData())];
-      const SweptBound& q = all[reinterpret_cast<std::size_t>(b->getUserData())];
+      const collision::SweptBound& p = all[reinterpret_cast<std::size_t>(a->getUserData())];
+      const collision::SweptBound& q = all[reinterpret_cast<std::size_t>(b->getUserData())];
       const float x = p.centre_m[0] - q.centre_m[0], y = p.centre_m[1] - q.centre_m[1],
                   z = p.centre_m[2] - q.centre_m[2],
                   bounding_radius_m = p.bounding_radius_m + q.bounding_radius_m;
@@ -44,10 +44,10 @@ class FclTree : public DetectionPeer {
 
  private:
   struct Query {
-    std::span<const SweptBound> balls;
+    std::span<const collision::SweptBound> balls;
     std::size_t found = 0;
   };
-  void place(std::size_t i, const SweptBound& ball) {
+  void place(std::size_t i, const collision::SweptBound& ball) {
     const auto& c = ball.centre_m;
     objects_[i]->setTranslation(fcl::Vector3f(c[0], c[1], c[2]));
     objects_[i]->computeAABB();
@@ -59,8 +59,8 @@ class FclTree : public DetectionPeer {
 
 }  // namespace
 
-std::unique_ptr<DetectionPeer> fcl_tree(std::span<const SweptBound> balls) {
+std::unique_ptr<DetectionPeer> fcl_tree(std::span<const collision::SweptBound> balls) {
   return std::make_unique<FclTree>(balls);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::performance

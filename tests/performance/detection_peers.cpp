@@ -5,7 +5,7 @@
 
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::performance {
 namespace {
 
 /// The number of a ball in the pointer that Bullet keeps for its user.
@@ -16,23 +16,23 @@ std::size_t number_of(const void* pointer) {
   return reinterpret_cast<std::size_t>(pointer);
 }
 
-bool overlap(const SweptBound& a, const SweptBound& b) {
+bool overlap(const collision::SweptBound& a, const collision::SweptBound& b) {
   const float x = a.centre_m[0] - b.centre_m[0], y = a.centre_m[1] - b.centre_m[1],
               z = a.centre_m[2] - b.centre_m[2],
               bounding_radius_m = a.bounding_radius_m + b.bounding_radius_m;
   return x * x + y * y + z * z < bounding_radius_m * bounding_radius_m;
 }
 
-btVector3 centre(const SweptBound& ball) {
+btVector3 centre(const collision::SweptBound& ball) {
   return {ball.centre_m[0], ball.centre_m[1], ball.centre_m[2]};
 }
-btVector3 half_box(const SweptBound& ball) {
+btVector3 half_box(const collision::SweptBound& ball) {
   return {ball.bounding_radius_m, ball.bounding_radius_m, ball.bounding_radius_m};
 }
 
 class AxisSweep : public DetectionPeer {
  public:
-  AxisSweep(std::span<const SweptBound> balls, float half_edge_m)
+  AxisSweep(std::span<const collision::SweptBound> balls, float half_edge_m)
       : sweep_(btVector3(-half_edge_m, -half_edge_m, -half_edge_m),
                btVector3(half_edge_m, half_edge_m, half_edge_m),
                static_cast<unsigned>(balls.size()) + 2, nullptr, true) {
@@ -49,7 +49,7 @@ class AxisSweep : public DetectionPeer {
   AxisSweep(AxisSweep&&) = delete;
   AxisSweep& operator=(AxisSweep&&) = delete;
 
-  std::size_t find(std::span<const SweptBound> balls) override {
+  std::size_t find(std::span<const collision::SweptBound> balls) override {
     for (std::size_t i = 0; i < balls.size(); ++i)
       sweep_.setAabb(proxies_[i], centre(balls[i]) - half_box(balls[i]),
                      centre(balls[i]) + half_box(balls[i]), nullptr);
@@ -70,7 +70,7 @@ class AxisSweep : public DetectionPeer {
 
 class Tree : public DetectionPeer {
  public:
-  Tree(std::span<const SweptBound> balls, float margin_m) : margin_m_(margin_m) {
+  Tree(std::span<const collision::SweptBound> balls, float margin_m) : margin_m_(margin_m) {
     for (std::size_t i = 0; i < balls.size(); ++i) {
       btDbvtVolume box = btDbvtVolume::FromCE(centre(balls[i]), half_box(balls[i]));
       leaves_.push_back(tree_.insert(box, pointer_of(i)));
@@ -78,7 +78,7 @@ class Tree : public DetectionPeer {
     tree_.optimizeTopDown();
   }
 
-  std::size_t find(std::span<const SweptBound> balls) override {
+  std::size_t find(std::span<const collision::SweptBound> balls) override {
     for (std::size_t i = 0; i < balls.size(); ++i) {
       btDbvtVolume box = btDbvtVolume::FromCE(centre(balls[i]), half_box(balls[i]));
       tree_.update(leaves_[i], box, margin_m_);
@@ -91,11 +91,11 @@ class Tree : public DetectionPeer {
 
  private:
   struct Count : btDbvt::ICollide {
-    explicit Count(std::span<const SweptBound> all) : balls(all) {}
+    explicit Count(std::span<const collision::SweptBound> all) : balls(all) {}
     void Process(const btDbvtNode* a, const btDbvtNode* b) override {
       found += a != b && overlap(balls[number_of(a->data)], balls[number_of(b->data)]);
     }
-    std::span<const SweptBound> balls;
+    std::span<const collision::SweptBound> balls;
     std::size_t found = 0;
   };
 
@@ -106,13 +106,14 @@ class Tree : public DetectionPeer {
 
 }  // namespace
 
-std::unique_ptr<DetectionPeer> bullet_axis_sweep(std::span<const SweptBound> balls,
+std::unique_ptr<DetectionPeer> bullet_axis_sweep(std::span<const collision::SweptBound> balls,
                                                  float half_edge_m) {
   return std::make_unique<AxisSweep>(balls, half_edge_m);
 }
 
-std::unique_ptr<DetectionPeer> bullet_tree(std::span<const SweptBound> balls, float margin_m) {
+std::unique_ptr<DetectionPeer> bullet_tree(std::span<const collision::SweptBound> balls,
+                                           float margin_m) {
   return std::make_unique<Tree>(balls, margin_m);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::performance

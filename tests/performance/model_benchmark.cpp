@@ -12,11 +12,11 @@
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 #include "tests/performance/sphere_cloud.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 namespace {
 
 constexpr std::size_t kSpheres = 400;
-constexpr std::uint64_t kPeriod_ns = 33 * kMillisecond_ns;
+constexpr std::uint64_t kPeriod_ns = 33 * rendering::kMillisecond_ns;
 
 std::vector<float> radii_m(const SphereCloud& cloud) {
   std::vector<float> radii_m;
@@ -27,8 +27,9 @@ std::vector<float> radii_m(const SphereCloud& cloud) {
 /// A probe that creeps round the centre of one sphere of a cloud whose snapshots come anew.
 struct CrowdedScene {
   SphereCloud cloud{kSpheres};
-  PublishedScene scene{plain_scene(500.0F, static_cast<float>(SphereCloud::kRadius_m)),
-                       radii_m(cloud), kPeriod_ns};
+  rendering::PublishedScene scene{
+      rendering::plain_scene(500.0F, static_cast<float>(SphereCloud::kRadius_m)), radii_m(cloud),
+      kPeriod_ns};
   std::uint64_t now_ns = 0;
   int ticks = 0;
 
@@ -38,27 +39,28 @@ struct CrowdedScene {
     scene.show(places_m, now_ns += kPeriod_ns);
     cloud.move();
   }
-  RenderedTick tick(Renderer& renderer) {
+  rendering::RenderedTick tick(rendering::Renderer& renderer) {
     const double angle = 2.0 * std::numbers::pi * ticks++ / 1024.0;
-    const ToolPose pose{.position_m = cloud.position_m(0) +
-                                      SphereCloud::kRadius_m *
-                                          Eigen::Vector3d(std::cos(angle), std::sin(angle), 0)};
-    return renderer.render(scene.view(), pose, now_ns + 10 * kMillisecond_ns);
+    const rendering::ToolPose pose{.position_m =
+                                       cloud.position_m(0) +
+                                       SphereCloud::kRadius_m *
+                                           Eigen::Vector3d(std::cos(angle), std::sin(angle), 0)};
+    return renderer.render(scene.view(), pose, now_ns + 10 * rendering::kMillisecond_ns);
   }
 };
 
-void tick(benchmark::State& state, const Rival* rival) {
+void tick(benchmark::State& state, const laboratory::Rival* rival) {
   CrowdedScene crowd;
-  const auto renderer = make_renderer(rival, Transition::kLinear);
+  const auto renderer = laboratory::make_renderer(rival, display::Transition::kLinear);
   for (int i = 0; i < 4; ++i) crowd.show_next();
   double contacts = 0.0;
   for (auto _ : state) contacts += crowd.tick(*renderer).force.contacts;
   state.counters["contacts"] = benchmark::Counter(contacts, benchmark::Counter::kAvgIterations);
 }
 
-void new_snapshot(benchmark::State& state, const Rival* rival) {
+void new_snapshot(benchmark::State& state, const laboratory::Rival* rival) {
   CrowdedScene crowd;
-  const auto renderer = make_renderer(rival, Transition::kLinear);
+  const auto renderer = laboratory::make_renderer(rival, display::Transition::kLinear);
   std::vector<double> times_s;
   for (auto _ : state) {
     crowd.show_next();
@@ -71,21 +73,25 @@ void new_snapshot(benchmark::State& state, const Rival* rival) {
   state.counters["median_ns"] = 1e9 * times_s[times_s.size() / 2];
 }
 
-}  // namespace
-}  // namespace stillgrid
-
-int main(int argc, char** argv) {
-  using namespace stillgrid;
-  const auto measure = [](const std::string& name, const Rival* rival) {
+int program_main(int argc, char** argv) {
+  const auto measure = [](const std::string& name, const laboratory::Rival* rival) {
     benchmark::RegisterBenchmark(("tick/" + name).c_str(), tick, rival);
     benchmark::RegisterBenchmark(("new_snapshot/" + name).c_str(), new_snapshot, rival)
         ->UseManualTime()
         ->Iterations(2000);
   };
   measure("grid", nullptr);
-  for (const Rival& rival : rivals()) measure(std::string(rival.name), &rival);
+  for (const laboratory::Rival& rival : laboratory::rivals())
+    measure(std::string(rival.name), &rival);
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
   benchmark::RunSpecifiedBenchmarks();
   return 0;
+}
+
+}  // namespace
+}  // namespace stillgrid::performance
+
+int main(int argc, char** argv) {
+  return stillgrid::performance::program_main(argc, argv);
 }

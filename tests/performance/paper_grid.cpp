@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace stillgrid {
+namespace stillgrid::performance {
 
 template <class Stamp>
 PaperGrid<Stamp>::PaperGrid(float voxel_m, const std::array<std::uint32_t, 3>& cells,
@@ -15,7 +15,7 @@ PaperGrid<Stamp>::PaperGrid(float voxel_m, const std::array<std::uint32_t, 3>& c
 
 template <class Stamp>
 template <class Visit>
-void PaperGrid<Stamp>::for_each_voxel(const SweptBound& ball, Visit&& visit) {
+void PaperGrid<Stamp>::for_each_voxel(const collision::SweptBound& ball, Visit&& visit) {
   std::array<std::uint32_t, 3> low, count;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto voxel = [&](float x_m) {
@@ -45,8 +45,8 @@ void PaperGrid<Stamp>::put(std::uint32_t sphere, std::uint32_t& first,
 }
 
 template <class Stamp>
-void PaperGrid<Stamp>::enter_static(std::span<const SweptBound> balls) {
-  for (const SweptBound& ball : balls) {
+void PaperGrid<Stamp>::enter_static(std::span<const collision::SweptBound> balls) {
+  for (const collision::SweptBound& ball : balls) {
     const auto number = static_cast<std::uint32_t>(static_.size());
     static_.push_back(ball);
     for_each_voxel(ball,
@@ -55,8 +55,8 @@ void PaperGrid<Stamp>::enter_static(std::span<const SweptBound> balls) {
 }
 
 template <class Stamp>
-PaperCounts PaperGrid<Stamp>::find(std::span<const SweptBound> balls,
-                                   std::vector<SpherePair>& pairs) {
+PaperCounts PaperGrid<Stamp>::find(std::span<const collision::SweptBound> balls,
+                                   std::vector<contact::SpherePair>& pairs) {
   const auto moving = static_cast<std::uint32_t>(balls.size());
   tested_.resize(balls.size() + static_.size());
   entries_.clear();
@@ -65,7 +65,7 @@ PaperCounts PaperGrid<Stamp>::find(std::span<const SweptBound> balls,
   PaperCounts counts;
   for (std::uint32_t i = 0; i < moving; ++i) {
     ++check_;
-    const auto check = [&](std::uint32_t j, const SweptBound& other) {
+    const auto check = [&](std::uint32_t j, const collision::SweptBound& other) {
       ++counts.visits;
       if (tested_[j] == check_) return;
       tested_[j] = check_;
@@ -96,4 +96,4 @@ template class PaperGrid<std::uint16_t>;
 template class PaperGrid<std::uint32_t>;
 template class PaperGrid<std::uint64_t>;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::performance

@@ -8,7 +8,7 @@
 
 #include "sim_server/contact/pair_search.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 
 /// What a step of the paper's grid did.
 struct PaperCounts {
@@ -31,11 +31,12 @@ class PaperGrid {
   PaperGrid(float voxel_m, const std::array<std::uint32_t, 3>& cells, Stamp first_stamp = 0);
 
   /// Enters the spheres that never move. Their numbers follow those of the moving ones.
-  void enter_static(std::span<const SweptBound> balls);
+  void enter_static(std::span<const collision::SweptBound> balls);
 
   /// Writes the pairs of balls that overlap, still ones among themselves apart. balls: those that
   /// move, as many at each call.
-  PaperCounts find(std::span<const SweptBound> balls, std::vector<SpherePair>& pairs);
+  PaperCounts find(std::span<const collision::SweptBound> balls,
+                   std::vector<contact::SpherePair>& pairs);
 
  private:
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
@@ -48,14 +49,14 @@ class PaperGrid {
   };
 
   template <class Visit>
-  void for_each_voxel(const SweptBound& ball, Visit&& visit);
+  void for_each_voxel(const collision::SweptBound& ball, Visit&& visit);
   void put(std::uint32_t sphere, std::uint32_t& first, std::vector<Entry>& entries);
 
   float inverse_voxel_per_m_;
   std::array<std::uint32_t, 3> cells_;
   std::vector<VoxelList> voxels_;
   std::vector<Entry> entries_, static_entries_;
-  std::vector<SweptBound> static_;
+  std::vector<collision::SweptBound> static_;
   std::vector<Stamp> tested_;  // when a sphere was last tested
   Stamp check_;                // of the sphere that is being checked
   Stamp step_ = 0;
@@ -65,4 +66,4 @@ extern template class PaperGrid<std::uint16_t>;
 extern template class PaperGrid<std::uint32_t>;
 extern template class PaperGrid<std::uint64_t>;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::performance

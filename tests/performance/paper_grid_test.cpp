@@ -6,36 +6,37 @@
 
 #include "tests/sim_server/contact/sphere_clouds.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 namespace {
 
-using Pairs = std::vector<SpherePair>;
+using Pairs = std::vector<contact::SpherePair>;
 
 TEST_CASE("The paper's grid finds the pairs that overlap, each once", "[paper_grid]") {
-  DriftingCloud spheres(GENERATE(Cloud::kEqual, Cloud::kTwoDecades), Drift::kFast, 500, 1);
+  contact::DriftingCloud spheres(GENERATE(contact::Cloud::kEqual, contact::Cloud::kTwoDecades),
+                                 contact::Drift::kFast, 500, 1);
   PaperGrid<std::uint32_t> grid(0.01F, {16, 16, 16});
   Pairs pairs;
   for (int step = 0; step < 5; ++step, spheres.step()) {
     grid.find(spheres.balls(), pairs);
-    CHECK(ascending(pairs) == tested_pairs(spheres.balls()));
+    CHECK(contact::ascending(pairs) == contact::tested_pairs(spheres.balls()));
   }
 }
 
 TEST_CASE("Motionless spheres, entered once, are found as if they had been entered at each step",
           "[paper_grid]") {
-  DriftingCloud moving(Cloud::kEqual, Drift::kSlow, 200, 2),
-      still(Cloud::kEqual, Drift::kNone, 200, 3);
+  contact::DriftingCloud moving(contact::Cloud::kEqual, contact::Drift::kSlow, 200, 2),
+      still(contact::Cloud::kEqual, contact::Drift::kNone, 200, 3);
   PaperGrid<std::uint32_t> grid(0.01F, {16, 16, 16});
   grid.enter_static(still.balls());
-  std::vector<SweptBound> all(moving.balls().begin(), moving.balls().end());
+  std::vector<collision::SweptBound> all(moving.balls().begin(), moving.balls().end());
   all.insert(all.end(), still.balls().begin(), still.balls().end());
   Pairs pairs;
   for (int step = 0; step < 5; ++step, moving.step()) {
     std::copy(moving.balls().begin(), moving.balls().end(), all.begin());
-    Pairs expected = tested_pairs(all);
-    std::erase_if(expected, [](const SpherePair& pair) { return pair.a >= 200; });
+    Pairs expected = contact::tested_pairs(all);
+    std::erase_if(expected, [](const contact::SpherePair& pair) { return pair.a >= 200; });
     grid.find(moving.balls(), pairs);
-    CHECK(ascending(pairs) == expected);
+    CHECK(contact::ascending(pairs) == expected);
   }
 }
 
@@ -43,7 +44,7 @@ TEST_CASE("Motionless spheres, entered once, are found as if they had been enter
 /// each other: how often the pair is missed.
 template <class Stamp>
 int missed(std::uint32_t others, int steps_apart, Stamp first_stamp = 0) {
-  std::vector<SweptBound> balls{{{0.0F, 0.0F, 0.0F}, 0.5F}, {{0.6F, 0.0F, 0.0F}, 0.5F}};
+  std::vector<collision::SweptBound> balls{{{0.0F, 0.0F, 0.0F}, 0.5F}, {{0.6F, 0.0F, 0.0F}, 0.5F}};
   for (std::uint32_t i = 0; i < others; ++i)
     balls.push_back({{4.0F + 4.0F * static_cast<float>(i), 4.0F, 0.0F}, 0.5F});
   PaperGrid<Stamp> grid(1.0F, {1024, 16, 16}, first_stamp);
@@ -91,7 +92,7 @@ TEST_CASE("Entries, visits and tests follow their formulas within 3 %", "[paper_
   Pairs pairs;
   constexpr int kDraws = 40;
   for (int draw = 0; draw < kDraws; ++draw) {
-    std::vector<SweptBound> balls;
+    std::vector<collision::SweptBound> balls;
     for (int i = 0; i < 400; ++i)
       balls.push_back({{place(random), place(random), place(random)}, kRadius});
     const PaperCounts counts = grid.find(balls, pairs);
@@ -106,4 +107,4 @@ TEST_CASE("Entries, visits and tests follow their formulas within 3 %", "[paper_
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::performance

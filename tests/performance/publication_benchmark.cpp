@@ -8,29 +8,30 @@
 #include "shared/publication/scene_segment.hpp"
 #include "tests/performance/sphere_cloud.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 namespace {
 
 /// One snapshot only, as a first publication has.
-VoxelGrid first_snapshot(const SphereCloud& cloud) {
-  VoxelGrid grid(sizeof(proto::SnapshotHeader), cloud.count());
+collision::VoxelGrid first_snapshot(const SphereCloud& cloud) {
+  collision::VoxelGrid grid(sizeof(proto::SnapshotHeader), cloud.count());
   const auto records = grid.records();
   cloud.write_to(records);
   for (proto::SphereRecord& record : records) {
-    fill_history(record, record.newest);
+    collision::fill_history(record, record.newest);
   }
-  grid.enter(history_bounds(records), 1.0F);
+  grid.enter(collision::history_bounds(records), 1.0F);
   return grid;
 }
 
 /// Showing a filled snapshot of N moving spheres in the scene segment.
 void publish_snapshot(benchmark::State& state) {
   const SphereCloud cloud(static_cast<std::size_t>(state.range(0)));
-  StaticScene scene;
+  publication::StaticScene scene;
   scene.name = "cloud";
   scene.device = {{0, 0, 0}, {0, 0, 0, 1}, 1.0};
-  SceneWriter writer("benchmark", scene, cloud.count(), 10'000'000, proto::Clock::kVirtual, 0);
-  const VoxelGrid snapshot = first_snapshot(cloud);
+  publication::SceneWriter writer("benchmark", scene, cloud.count(), 10'000'000,
+                                  proto::Clock::kVirtual, 0);
+  const collision::VoxelGrid snapshot = first_snapshot(cloud);
   for (int i = 0; i < 2; ++i) writer.publish(snapshot, {});  // both slots have been touched
   for (auto _ : state) {
     writer.publish(snapshot, {});
@@ -50,19 +51,19 @@ std::uint64_t* apart_from(const std::uint64_t* source, std::uint64_t* target) {
 /// As many bytes, by memcpy between private memories: the least that a copy can cost.
 void copy_snapshot(benchmark::State& state) {
   const SphereCloud cloud(static_cast<std::size_t>(state.range(0)));
-  VoxelGrid grid = first_snapshot(cloud);
+  collision::VoxelGrid grid = first_snapshot(cloud);
   const auto parts = grid.filled_parts();
   constexpr std::size_t kPageWords = 512;
   const std::size_t slot_words = (grid.layout().total_words / kPageWords + 1) * kPageWords;
   std::vector<std::uint64_t> target(2 * slot_words + kPageWords, 1);
   std::uint64_t* const slots = apart_from(grid.words().data(), target.data());
   std::size_t bytes = sizeof(proto::SnapshotHeader), slot = 0;
-  for (const PayloadPart& part : parts) bytes += part.words.size_bytes();
+  for (const double_buffer::PayloadPart& part : parts) bytes += part.words.size_bytes();
   for (auto _ : state) {
     slot = 1 - slot;  // two slots in turn
     std::uint64_t* start = slots + slot * slot_words;
     std::memcpy(start, grid.words().data(), sizeof(proto::SnapshotHeader));
-    for (const PayloadPart& part : parts)
+    for (const double_buffer::PayloadPart& part : parts)
       std::memcpy(start + part.first_word, part.words.data(), part.words.size_bytes());
     benchmark::ClobberMemory();
   }
@@ -79,4 +80,4 @@ BENCHMARK(publish_snapshot)->Name("publish/scene_snapshot")->Apply(sphere_counts
 BENCHMARK(copy_snapshot)->Name("publish/memcpy")->Apply(sphere_counts);
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::performance

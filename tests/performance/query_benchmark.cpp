@@ -12,7 +12,7 @@
 #include "tests/performance/query_peers.hpp"
 #include "tests/performance/sphere_cloud.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 namespace {
 
 constexpr auto kRadius_m = static_cast<float>(SphereCloud::kRadius_m);
@@ -38,10 +38,10 @@ class OurGrid {
       const auto& [x_m, y_m, z_m, radius_m] = spheres[i];
       proto::SphereRecord& record = grid_.records()[i];
       const proto::SphereState snapshot{{x_m, y_m, z_m}, {}};
-      fill_history(record, snapshot);
+      collision::fill_history(record, snapshot);
       record.radius_m = radius_m;
     }
-    grid_.enter(history_bounds(grid_.records()), StaticScene{}.voxel_ratio);
+    grid_.enter(collision::history_bounds(grid_.records()), publication::StaticScene{}.voxel_ratio);
     view_ = grid_.view();
   }
 
@@ -49,17 +49,18 @@ class OurGrid {
   [[nodiscard]] Eigen::Vector3f force_N(const PlainSphere& probe) const {
     Eigen::Vector3f sum_N = Eigen::Vector3f::Zero();
     const auto& [x_m, y_m, z_m, radius_m] = probe;
-    for_each_candidate(view_, {{x_m, y_m, z_m}, radius_m}, 8192, [&](std::uint32_t sphere) {
-      const RecordLine line = load_line(view_, sphere);
-      const auto& p = line.newest.position_m;
-      sum_N += push_N(probe, {p[0], p[1], p[2], line.radius_m});
-    });
+    collision::for_each_candidate(
+        view_, {{x_m, y_m, z_m}, radius_m}, 8192, [&](std::uint32_t sphere) {
+          const collision::RecordLine line = collision::load_line(view_, sphere);
+          const auto& p = line.newest.position_m;
+          sum_N += push_N(probe, {p[0], p[1], p[2], line.radius_m});
+        });
     return sum_N;
   }
 
  private:
-  VoxelGrid grid_;
-  GridView view_;
+  collision::VoxelGrid grid_;
+  collision::GridView view_;
 };
 
 /// A method over a cloud of spheres, made once, and whether it sums the same forces as trying every
@@ -152,11 +153,7 @@ void add_method(const std::string& name) {
       ->Iterations(50);
 }
 
-}  // namespace
-}  // namespace stillgrid
-
-int main(int argc, char** argv) {
-  using namespace stillgrid;
+int program_main(int argc, char** argv) {
   add_method<OurGrid>("grid");
   add_method<BulletTree>("Bullet_dbvt");
   add_method<NanoflannTree>("nanoflann");
@@ -165,4 +162,11 @@ int main(int argc, char** argv) {
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
   benchmark::RunSpecifiedBenchmarks();
   return 0;
+}
+
+}  // namespace
+}  // namespace stillgrid::performance
+
+int main(int argc, char** argv) {
+  return stillgrid::performance::program_main(argc, argv);
 }

@@ -6,7 +6,7 @@
 #include <array>
 #include <nanoflann.hpp>
 
-namespace stillgrid {
+namespace stillgrid::performance {
 
 struct BulletTree::Tree {
   explicit Tree(std::span<const PlainSphere> all) : spheres(all.begin(), all.end()) {}
@@ -108,4 +108,4 @@ Eigen::Vector3f NanoflannTree::force_N(const PlainSphere& probe) const {
   return sum.sum_N;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::performance

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::performance {
 
 /// A static sphere as the peers keep it: 16 bytes.
 struct PlainSphere {
@@ -60,4 +60,4 @@ class NanoflannTree {
   std::unique_ptr<Tree> tree_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::performance

@@ -10,17 +10,17 @@
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 namespace {
 
 struct RunningScene {
-  explicit RunningScene(const SceneDescription& scene)
+  explicit RunningScene(const scene::SceneDescription& scene)
       : period_s(scene.period_s), simulation(scene) {}
-  StepReport step() {
+  dynamics::StepReport step() {
     return simulation.step(period_s, [] { return std::nullopt; });
   }
   double period_s;
-  Simulation simulation;
+  dynamics::Simulation simulation;
 };
 
 /// A shipped scene after five seconds, when what fell lies; it goes on between benchmarks. Nothing
@@ -30,7 +30,8 @@ RunningScene& settled(const std::string& name) {
   auto& scene = scenes[name];
   if (!scene) {
     const std::filesystem::path root = STILLGRID_SOURCE_DIR;
-    SceneDescription description = load_scene(root / "sim_server/scene/scenes" / (name + ".toml"));
+    scene::SceneDescription description =
+        scene::load_scene(root / "sim_server/scene/scenes" / (name + ".toml"));
     description.sleeping = false;
     scene = std::make_unique<RunningScene>(description);
     while (scene->simulation.world().time_s < 5.0) (void)scene->step();
@@ -48,7 +49,7 @@ void step_phase(benchmark::State& state, const std::string& scene, Phase phase) 
   RunningScene& running = settled(scene);
   double iterations = 0.0, contacts = 0.0;
   for (auto _ : state) {
-    const StepReport report = running.step();
+    const dynamics::StepReport report = running.step();
     state.SetIterationTime(seconds(phase(report)));
     iterations += report.solve.iterations;
     contacts += report.contacts;
@@ -58,31 +59,32 @@ void step_phase(benchmark::State& state, const std::string& scene, Phase phase) 
 }
 
 void detect(benchmark::State& state, const std::string& scene) {
-  step_phase(state, scene, [](const StepReport& report) { return report.detect; });
+  step_phase(state, scene, [](const dynamics::StepReport& report) { return report.detect; });
 }
 void integrate(benchmark::State& state, const std::string& scene) {
   step_phase(state, scene,
-             [](const StepReport& report) { return report.respond + report.integrate; });
+             [](const dynamics::StepReport& report) { return report.respond + report.integrate; });
 }
 
 /// 400 blocks of 18 spheres that lie on a floor, and one that a prescribed motion waves above them.
-SceneDescription lying_blocks(bool sleeping) {
-  SceneDescription scene;
+scene::SceneDescription lying_blocks(bool sleeping) {
+  scene::SceneDescription scene;
   scene.sleeping = sleeping;
   scene.materials = {{"block", 500.0, 1.0, 0.3}};
-  const auto add = [&](const BodyShape& shape, Motion motion, const Eigen::Vector3d& position_m) {
-    BodyDescription& body = scene.bodies.emplace_back();
+  const auto add = [&](const bodies::BodyShape& shape, bodies::Motion motion,
+                       const Eigen::Vector3d& position_m) {
+    bodies::BodyDescription& body = scene.bodies.emplace_back();
     body.name = "block " + std::to_string(scene.bodies.size());
     body.shape = shape;
     body.motion = motion;
     body.position_m = position_m;
     body.mass_kg = 0.02;
   };
-  const RigidBoxBody block{{0.03, 0.03, 0.02}, {0.01, 0.005}};
-  add(PlaneBody{}, Motion::kStatic, {0, 0, 0});
+  const bodies::RigidBoxBody block{{0.03, 0.03, 0.02}, {0.01, 0.005}};
+  add(bodies::PlaneBody{}, bodies::Motion::kStatic, {0, 0, 0});
   for (int i = 0; i < 400; ++i)
-    add(block, Motion::kFree, {0.04 * (i % 20), 0.04 * (i / 20), 0.0099});
-  add(block, Motion::kPrescribed, {0.4, 0.4, 0.05});
+    add(block, bodies::Motion::kFree, {0.04 * (i % 20), 0.04 * (i / 20), 0.0099});
+  add(block, bodies::Motion::kPrescribed, {0.4, 0.4, 0.05});
   scene.bodies.back().prescribed = {Eigen::Vector3d::UnitX(), 0.0, 0.3, 0.5};
   return scene;
 }
@@ -108,16 +110,16 @@ BENCHMARK_CAPTURE(step_lying_blocks, is_sleeping, true)
 /// whole step.
 void haptic_rate(benchmark::State& state) {
   const std::filesystem::path root = STILLGRID_SOURCE_DIR;
-  SceneDescription description =
-      load_scene(root / "sim_server/scene/scenes/tissue_and_blocks.toml");
-  description.method.integrator = IntegratorKind::kSymplecticEuler;
+  scene::SceneDescription description =
+      scene::load_scene(root / "sim_server/scene/scenes/tissue_and_blocks.toml");
+  description.method.integrator = scene::IntegratorKind::kSymplecticEuler;
   description.period_s = 1e-3;
   description.sleeping = false;
   RunningScene running(description);
   for (int i = 0; i < 1000; ++i) (void)running.step();
   double contacts = 0.0, substeps = 0.0;
   for (auto _ : state) {
-    const StepReport report = running.step();
+    const dynamics::StepReport report = running.step();
     contacts += report.contacts;
     substeps += report.solve.iterations;
   }
@@ -132,13 +134,14 @@ BENCHMARK(haptic_rate)
 /// 10 ms of a square cloth of 1 kg and 1 m that hangs by two corners, without contacts.
 void swing_cloth(benchmark::State& state) {
   const auto side = static_cast<int>(state.range(0));
-  BodyDescription body = sheet({side, side}, 1.0 / (side - 1), 1.0 / (side * side), 1e4);
-  shear_stiffness_N_per_m(body) = 5e3;
-  springs(body).bend_stiffness_N_per_m = 1e3;
-  springs(body).pinned_nodes = {0, side - 1};
-  World world = build_world(scene_of({body}, {}, {0.0, 0.0, -9.81}));
-  ExplicitIntegrator integrator({.integrator = IntegratorKind::kSymplecticEuler});
-  Budget budget;
+  bodies::BodyDescription body =
+      sim_server::sheet({side, side}, 1.0 / (side - 1), 1.0 / (side * side), 1e4);
+  sim_server::shear_stiffness_N_per_m(body) = 5e3;
+  sim_server::springs(body).bend_stiffness_N_per_m = 1e3;
+  sim_server::springs(body).pinned_nodes = {0, side - 1};
+  bodies::World world = scene::build_world(sim_server::scene_of({body}, {}, {0.0, 0.0, -9.81}));
+  dynamics::ExplicitIntegrator integrator({.integrator = scene::IntegratorKind::kSymplecticEuler});
+  dynamics::Budget budget;
   for (auto _ : state) {
     (void)integrator.advance(world, {}, 0.01, budget);
     integrator.commit(world, 0.01);
@@ -170,4 +173,4 @@ BENCHMARK_CAPTURE(integrate, threads, "threads")
     ->Iterations(50);
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::performance

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <string>
 
-namespace stillgrid {
+namespace stillgrid::performance {
 namespace {
 
 constexpr double kPairs = 0.95;  // that overlap, a sphere
@@ -56,7 +56,7 @@ void SphereCloud::move() {
     }
 }
 
-void SphereCloud::write_to(std::span<SweptBound> balls) const {
+void SphereCloud::write_to(std::span<collision::SweptBound> balls) const {
   for (std::size_t i = 0; i < positions_m_.size(); ++i) {
     const Eigen::Vector3f p = positions_m_[i].cast<float>();
     balls[i] = {{p.x(), p.y(), p.z()}, radii_m_[i]};
@@ -101,4 +101,4 @@ void CacheFlush::operator()() {
   benchmark::ClobberMemory();
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::performance

@@ -8,7 +8,7 @@
 
 #include "shared/collision/voxel_grid.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 
 /// Spheres strewn evenly in a cube, in such density that 0.95 pairs a sphere overlap, but at the
 /// cube's faces. Their radii are spread evenly from half to one and a half of kRadius_m. All move.
@@ -24,7 +24,7 @@ class SphereCloud {
   void move();
 
   /// Writes the spheres as they are.
-  void write_to(std::span<SweptBound> balls) const;
+  void write_to(std::span<collision::SweptBound> balls) const;
 
   /// Writes the spheres to a grid's records, as snapshots n to n - 3 of a history a step apart.
   void write_to(std::span<proto::SphereRecord> records) const;
@@ -71,4 +71,4 @@ double seconds_of(Call&& call) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::performance

@@ -16,7 +16,7 @@
 #include "tests/haptic_server/devices/recording_file.hpp"
 #include "tests/performance/velocity_rivals.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 namespace {
 
 constexpr double kStep_m = 30e-6;  // of the encoders
@@ -26,7 +26,7 @@ constexpr double kTick_s = 1e-3;
 struct Motion {
   std::string name;
   int axes;
-  TrajectoryCurve curve;
+  devices::TrajectoryCurve curve;
   double end_s;
 };
 
@@ -36,25 +36,27 @@ struct Reading {
   bool is_stale;
 };
 
-Motion smooth(const std::string& name, int axes, const Trajectory& recorded,
+Motion smooth(const std::string& name, int axes, const devices::Trajectory& recorded,
               double knot_spacing_s) {
   constexpr int kKernelHalfWidth = 24;  // four standard deviations of 6 ms
-  const TrajectoryCurve rough = make_curve(recorded, Resampling::kCubic, knot_spacing_s);
+  const devices::TrajectoryCurve rough =
+      devices::make_curve(recorded, devices::Resampling::kCubic, knot_spacing_s);
   const int count = static_cast<int>(recorded.time_s.back() / kTick_s);
-  Trajectory motion;
+  devices::Trajectory motion;
   for (int i = kKernelHalfWidth; i < count - kKernelHalfWidth; ++i) {
     Eigen::Vector3d sum_m = Eigen::Vector3d::Zero();
     double weights = 0.0;
-    CurveCursor cursor;
+    devices::CurveCursor cursor;
     for (int k = -kKernelHalfWidth; k <= kKernelHalfWidth; ++k) {
       const double weight = std::exp(-k * k / 72.0);
-      sum_m += weight * curve_at(rough, kTick_s * (i + k), cursor).position_m;
+      sum_m += weight * devices::curve_at(rough, kTick_s * (i + k), cursor).position_m;
       weights += weight;
     }
     motion.time_s.push_back(kTick_s * (i - kKernelHalfWidth));
     motion.position_m.emplace_back(sum_m / weights);
   }
-  return {name, axes, make_curve(motion, Resampling::kCubic), motion.time_s.back()};
+  return {name, axes, devices::make_curve(motion, devices::Resampling::kCubic),
+          motion.time_s.back()};
 }
 
 std::vector<Reading> even_readings(double end_s) {
@@ -64,7 +66,7 @@ std::vector<Reading> even_readings(double end_s) {
 }
 
 /// As the robot's logger did: its stamps, over and over, and the rows that it repeated.
-std::vector<Reading> recorded_readings(const Trajectory& logged, double end_s) {
+std::vector<Reading> recorded_readings(const devices::Trajectory& logged, double end_s) {
   std::vector<Reading> readings;
   double start_s = 0.0;
   for (std::size_t i = 0; start_s + logged.time_s[i] < end_s;) {
@@ -94,9 +96,9 @@ std::vector<Eigen::Vector3d> estimates(const VelocityCandidate& candidate, const
   const VelocityUpdate update = candidate.start(kStep_m);
   std::vector<Eigen::Vector3d> found_m_s;
   Eigen::Vector3d rounded_m = Eigen::Vector3d::Zero();
-  CurveCursor cursor;
+  devices::CurveCursor cursor;
   for (const auto& [time_s, is_stale] : readings) {
-    const Eigen::Vector3d exact_m = curve_at(motion.curve, time_s, cursor).position_m;
+    const Eigen::Vector3d exact_m = devices::curve_at(motion.curve, time_s, cursor).position_m;
     if (!is_stale) rounded_m = kStep_m * (exact_m / kStep_m).array().round();
     found_m_s.push_back(update(static_cast<std::uint64_t>(1e9 * time_s), rounded_m));
   }
@@ -108,11 +110,11 @@ double noise_m_s(const Motion& motion, const std::vector<Reading>& readings,
                  const std::vector<Eigen::Vector3d>& found_m_s, double lag_s) {
   constexpr std::size_t kSettled = 100;
   double squares = 0.0;
-  CurveCursor cursor;
+  devices::CurveCursor cursor;
   for (std::size_t i = kSettled; i < readings.size(); ++i) {
     const double seen_s = readings[i].time_s - lag_s;
     const Eigen::Vector3d off_m_s =
-        curve_at(motion.curve, seen_s, cursor).velocity_m_s - found_m_s[i];
+        devices::curve_at(motion.curve, seen_s, cursor).velocity_m_s - found_m_s[i];
     squares += off_m_s.squaredNorm();
   }
   return std::sqrt(squares / static_cast<double>(motion.axes) /
@@ -142,14 +144,14 @@ void print_noise(const VelocityCandidate& candidate, const Motion& motion,
 
 /// A force by place and velocity on a device, for 3 s. Calls seen(place, force) over the last half
 /// second.
-void run(PhantomModel device, const VelocityUpdate& update,
+void run(devices::PhantomModel device, const VelocityUpdate& update,
          const std::function<double(double, double)>& force_N,
          const std::function<void(double, double)>& seen) {
   for (std::uint64_t tick = 0; tick < 3000; ++tick) {
-    const Eigen::Vector3d place_m = read_encoders(device);
+    const Eigen::Vector3d place_m = devices::read_encoders(device);
     const double asked_N = force_N(place_m.x(), update(tick * 1'000'000, place_m).x());
-    command_force(device, {asked_N, 0.0, 0.0});
-    advance_phantom(device, kSubstepsPerTick);
+    devices::command_force(device, {asked_N, 0.0, 0.0});
+    devices::advance_phantom(device, devices::kSubstepsPerTick);
     if (tick >= 2500) seen(device.position_m.x(), asked_N);
   }
 }
@@ -161,9 +163,9 @@ struct Range {
   [[nodiscard]] double width() const { return high - low; }
 };
 
-PhantomSettings still_device(int delay_ticks) {
-  PhantomSettings settings;
-  settings.path.kind = PathKind::kStill;
+devices::PhantomSettings still_device(int delay_ticks) {
+  devices::PhantomSettings settings;
+  settings.path.kind = devices::PathKind::kStill;
   settings.delay_ticks = delay_ticks;
   settings.start_velocity_m_s.x() = 0.02;
   return settings;
@@ -172,12 +174,12 @@ PhantomSettings still_device(int delay_ticks) {
 /// Whether 0.1 kg without damping of its own comes to rest under it, to four steps.
 bool is_borne(const VelocityCandidate& candidate, int delay_ticks, double spring_N_per_m,
               double damper_N_s_per_m) {
-  PhantomSettings settings = still_device(delay_ticks);
+  devices::PhantomSettings settings = still_device(delay_ticks);
   settings.device.mass_kg = 0.1;
   settings.device.resolution_m = kStep_m;
   Range moved_m;
   run(
-      make_phantom(settings), candidate.start(kStep_m),
+      devices::make_phantom(settings), candidate.start(kStep_m),
       [&](double place_m, double velocity_m_s) {
         return -spring_N_per_m * place_m - damper_N_s_per_m * velocity_m_s;
       },
@@ -194,15 +196,15 @@ double last_borne(double first, double limit, const std::function<bool(double)>&
 
 /// How much the friction on the smallest device swings, without a hand, pushed with half of it.
 double chatter_N(const VelocityCandidate& candidate, double friction_N) {
-  PhantomSettings settings = still_device(0);
-  settings.device = *phantom_profile("touch");
+  devices::PhantomSettings settings = still_device(0);
+  settings.device = *devices::phantom_profile("touch");
   settings.push_N.x() = 0.5 * friction_N;
-  const ContactMaterial material = tool_material({.friction = 1.0}, 0.05);
+  const collision::ContactMaterial material = collision::tool_material({.friction = 1.0}, 0.05);
   Range force_N;
   run(
-      make_phantom(settings), candidate.start(settings.device.resolution_m),
+      devices::make_phantom(settings), candidate.start(settings.device.resolution_m),
       [&](double, double velocity_m_s) {
-        return friction_force_N(material, friction_N, {velocity_m_s, 0.0, 0.0}).x();
+        return collision::friction_force_N(material, friction_N, {velocity_m_s, 0.0, 0.0}).x();
       },
       [&](double, double asked_N) { force_N.add(asked_N); });
   return force_N.width();
@@ -210,21 +212,22 @@ double chatter_N(const VelocityCandidate& candidate, double friction_N) {
 
 void compare(const std::filesystem::path& folder, bool is_small) {
   const auto lever = [&](const char* file) {
-    TrajectoryOptions options;
-    options.map = parse_axis_map("x_m:slave_rad*0.075");
-    return read_trajectory((folder / "teleop_1dof_2khz" / file).string(), options);
+    devices::TrajectoryOptions options;
+    options.map = devices::parse_axis_map("x_m:slave_rad*0.075");
+    return devices::read_trajectory((folder / "teleop_1dof_2khz" / file).string(), options);
   };
   const std::string robot = (folder / "franka_1khz" / "franka_20260223_162545.csv").string();
-  TrajectoryOptions smaller;  // to a device's workspace
+  devices::TrajectoryOptions smaller;  // to a device's workspace
   smaller.scale = 0.15;
   std::vector<Motion> motions = {
       smooth("spring", 1, lever("m2_question1a_spring.csv"), 0.0),
       smooth("free", 1, lever("question1a_free_motion.csv"), 0.0),
-      smooth("robot", 3, read_trajectory(robot, smaller), 0.0),
-      smooth("contour", 3, read_trajectory((folder / "ku_contour_force" / "demo_a_1.csv").string()),
+      smooth("robot", 3, devices::read_trajectory(robot, smaller), 0.0),
+      smooth("contour", 3,
+             devices::read_trajectory((folder / "ku_contour_force" / "demo_a_1.csv").string()),
              0.035)};
   if (is_small) motions.erase(motions.begin() + 2, motions.end());
-  const Trajectory logged = read_trajectory(robot);
+  const devices::Trajectory logged = devices::read_trajectory(robot);
 
   std::printf("# encoder steps of %g um, ticks of %g ms\n", 1e6 * kStep_m, 1e3 * kTick_s);
   std::printf("estimator,setting_ms,quantity,of,value\n");
@@ -257,13 +260,13 @@ void compare(const std::filesystem::path& folder, bool is_small) {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::performance
 
 int main(int argc, char** argv) {
-  const auto folder = stillgrid::real_recordings();
+  const auto folder = stillgrid::devices::real_recordings();
   if (!std::filesystem::exists(folder)) {
     std::fprintf(stderr, "velocity_figures: expected $STILLGRID_DATA or ../shared/data\n");
     return 1;
   }
-  stillgrid::compare(folder, argc > 1 && std::string_view(argv[1]) == "--small");
+  stillgrid::performance::compare(folder, argc > 1 && std::string_view(argv[1]) == "--small");
 }

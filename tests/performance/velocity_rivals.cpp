@@ -8,7 +8,7 @@
 
 #include "haptic_server/rendering/velocity_estimator.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 namespace {
 
 struct Sample {
@@ -146,7 +146,7 @@ void add(std::vector<VelocityCandidate>& candidates, const std::string& name,
 std::vector<VelocityCandidate> velocity_candidates() {
   std::vector<VelocityCandidate> all;
   all.push_back({"product", 5.0, [](double) -> VelocityUpdate {
-                   return [estimator = VelocityEstimator()](
+                   return [estimator = rendering::VelocityEstimator()](
                               std::uint64_t time_ns, const Eigen::Vector3d& position_m) mutable {
                      return estimator.update(time_ns, position_m);
                    };
@@ -178,4 +178,4 @@ std::vector<VelocityCandidate> velocity_candidates() {
   return all;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::performance

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::performance {
 
 /// The estimate after one more sample, for one run; stamps grow strictly.
 using VelocityUpdate =
@@ -32,4 +32,4 @@ struct VelocityCandidate {
 ///     Technology 8(6), 2000]
 [[nodiscard]] std::vector<VelocityCandidate> velocity_candidates();
 
-}  // namespace stillgrid
+}  // namespace stillgrid::performance

@@ -13,7 +13,7 @@
 #include "sim_server/contact/moving_spheres.hpp"
 #include "tests/performance/paper_grid.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 namespace {
 
 constexpr double kRadius = 0.5, kDiameter = 1.0;  // lengths are in diameters
@@ -38,13 +38,13 @@ double thread_ns() {
 }
 
 /// The draws put a sheet or thread at all places between voxels, evenly.
-std::vector<SweptBound> strewn(const Shape& shape, double edge, double h, int draw,
-                               std::mt19937& random) {
+std::vector<collision::SweptBound> strewn(const Shape& shape, double edge, double h, int draw,
+                                          std::mt19937& random) {
   std::uniform_real_distribution<double> along(0.0, edge);
   const double place[3] = {0.0, h * (1.0 + (draw * 7 % kDraws + 0.5) / kDraws),
                            h * (1.0 + (draw + 0.5) / kDraws)};
-  std::vector<SweptBound> balls(kCount);
-  for (SweptBound& ball : balls) {
+  std::vector<collision::SweptBound> balls(kCount);
+  for (collision::SweptBound& ball : balls) {
     for (std::size_t axis = 0; axis < 3; ++axis)
       ball.centre_m[axis] = static_cast<float>(
           static_cast<int>(axis) < shape.dimension ? along(random) : place[axis]);
@@ -66,11 +66,11 @@ void measure_paper(const Shape& shape, double ratio) {
   const auto cells = [&](int axis) { return axis < shape.dimension ? along : 16U; };
   PaperGrid<std::uint64_t> grid(static_cast<float>(h), {cells(0), cells(1), cells(2)});
   std::mt19937 random(1);
-  std::vector<SpherePair> pairs;
+  std::vector<contact::SpherePair> pairs;
   std::vector<double> ns;
   double entries = 0, visits = 0, tests = 0;
   for (int draw = 0; draw < kDraws; ++draw) {
-    const std::vector<SweptBound> balls = strewn(shape, edge, h, draw, random);
+    const std::vector<collision::SweptBound> balls = strewn(shape, edge, h, draw, random);
     const double start_ns = thread_ns();
     const PaperCounts counts = grid.find(balls, pairs);
     ns.push_back((thread_ns() - start_ns) / kCount);
@@ -91,7 +91,7 @@ void measure_paper(const Shape& shape, double ratio) {
 /// 0, is as it chooses.
 void measure_ours(const Shape& shape, std::span<const double> ratios) {
   struct Choice {
-    MovingSpheres spheres;
+    contact::MovingSpheres spheres;
     std::vector<double> ns;
   };
   std::vector<Choice> choices;
@@ -100,7 +100,7 @@ void measure_ours(const Shape& shape, std::span<const double> ratios) {
   choices.push_back({{kCount, 0.0F}, {}});
   std::mt19937 random(1);
   for (int draw = 0; draw < kDraws; ++draw) {
-    const std::vector<SweptBound> balls = strewn(shape, shape.edge, 1.0, draw, random);
+    const std::vector<collision::SweptBound> balls = strewn(shape, shape.edge, 1.0, draw, random);
     for (Choice& choice : choices) {
       const double start_ns = thread_ns();
       (void)choice.spheres.find(balls);
@@ -114,11 +114,7 @@ void measure_ours(const Shape& shape, std::span<const double> ratios) {
                 median(choice.ns));
 }
 
-}  // namespace
-}  // namespace stillgrid
-
-int main() {
-  using namespace stillgrid;
+int program_main() {
   std::printf(
       "shape,engine,ratio,ns,entries,visits,tests,"
       "expected_entries,expected_visits,expected_tests\n");
@@ -128,4 +124,12 @@ int main() {
     for (const double ratio : ratios) measure_paper(shape, ratio);
     measure_ours(shape, ratios);
   }
+  return 0;
+}
+
+}  // namespace
+}  // namespace stillgrid::performance
+
+int main() {
+  return stillgrid::performance::program_main();
 }

@@ -9,7 +9,7 @@
 #include "tests/performance/work_precision_bullet.hpp"
 #include "tests/performance/work_precision_reference.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 namespace {
 
 struct Measured {
@@ -21,7 +21,7 @@ struct Measured {
 RunResult run_point(const ChartScene& scene, const ChartPoint& point) {
   const double rivals_s = 3.0 * scene.limit_s;
   if (point.integrator == "bullet") return run_bullet(scene, point, rivals_s);
-  const bool is_sundials = chooses_steps(point.method.integrator);
+  const bool is_sundials = scene::chooses_steps(point.method.integrator);
   return run_ours(scene, point, is_sundials ? rivals_s : scene.limit_s);
 }
 
@@ -87,11 +87,7 @@ void measure_scene(const ChartScene& scene, int rounds) {
   std::fflush(stdout);
 }
 
-}  // namespace
-}  // namespace stillgrid
-
-int main(int argc, char** argv) {
-  using namespace stillgrid;
+int program_main(int argc, char** argv) {
   const int rounds = argc > 1 ? std::atoi(argv[1]) : 0;
   if (rounds < 1) {
     std::fprintf(stderr, "usage: work_precision ROUNDS [SCENE...]\n");
@@ -106,4 +102,12 @@ int main(int argc, char** argv) {
                        });
     if (asked) measure_scene(scene, rounds);
   }
+  return 0;
+}
+
+}  // namespace
+}  // namespace stillgrid::performance
+
+int main(int argc, char** argv) {
+  return stillgrid::performance::program_main(argc, argv);
 }

@@ -14,7 +14,7 @@
 
 #include "sim_server/scene/build_world.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 namespace {
 
 static_assert(sizeof(btScalar) == sizeof(double));
@@ -76,7 +76,7 @@ btVector3 vector_of(const Eigen::Vector3d& v) {
 /// A world of ours, of masses and springs only, as Bullet's.
 class BulletWorld {
  public:
-  BulletWorld(const World& world, bool implicit)
+  BulletWorld(const bodies::World& world, bool implicit)
       : dispatcher_(&configuration_),
         world_(&dispatcher_, &broadphase_, &constraint_solver_, &configuration_, &solver_),
         gravity_(vector_of(world.gravity_m_s2)) {
@@ -88,13 +88,13 @@ class BulletWorld {
     world_.setUseProjection(true);
     std::vector<btVector3> places;
     std::vector<btScalar> masses;
-    for (const Node& node : world.nodes) {
+    for (const bodies::Node& node : world.nodes) {
       places.push_back(vector_of(node.position_m));
       masses.push_back(node.pinned ? 0.0 : node.mass_kg);
     }
     body_ = std::make_unique<btSoftBody>(&world_.getWorldInfo(), static_cast<int>(places.size()),
                                          places.data(), masses.data());
-    for (const Spring& spring : world.springs) {
+    for (const bodies::Spring& spring : world.springs) {
       body_->appendLink(spring.a, spring.b, material_of(spring.stiffness_N_per_m));
       body_->m_links[body_->m_links.size() - 1].m_rl = spring.rest_length_m;
     }
@@ -148,7 +148,7 @@ class BulletWorld {
 }  // namespace
 
 RunResult run_bullet(const ChartScene& scene, const ChartPoint& point, double limit_s) {
-  BulletWorld bullet(build_world(scene.scene), point.solver != "explicit");
+  BulletWorld bullet(scene::build_world(scene.scene), point.solver != "explicit");
   return run_through(
       scene, point.period_s, limit_s,
       [&](RunResult& run) {
@@ -158,8 +158,8 @@ RunResult run_bullet(const ChartScene& scene, const ChartPoint& point, double li
       [&] { return bullet.positions_m(); });
 }
 
-Eigen::Matrix3Xd bullet_at_rest_m(const SceneDescription& scene, double step_s, int steps) {
-  BulletWorld bullet(build_world(scene), true);
+Eigen::Matrix3Xd bullet_at_rest_m(const scene::SceneDescription& scene, double step_s, int steps) {
+  BulletWorld bullet(scene::build_world(scene), true);
   for (int i = 0; i < steps; ++i) {
     bullet.step(step_s);
     bullet.stop();
@@ -169,8 +169,9 @@ Eigen::Matrix3Xd bullet_at_rest_m(const SceneDescription& scene, double step_s, 
 
 std::vector<Curve> bullet_curves(const ChartScene& scene) {
   const auto& bodies = scene.scene.bodies;
-  if (!scene.smooth || std::any_of(bodies.begin(), bodies.end(), [](const BodyDescription& body) {
-        const SpringDescription* springs = springs_of(body);
+  if (!scene.smooth ||
+      std::any_of(bodies.begin(), bodies.end(), [](const bodies::BodyDescription& body) {
+        const bodies::SpringDescription* springs = bodies::springs_of(body);
         return springs != nullptr && springs->spring_damping_N_s_per_m > 0.0;
       }))
     return {};
@@ -182,4 +183,4 @@ std::vector<Curve> bullet_curves(const ChartScene& scene) {
   return curves;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::performance

@@ -7,15 +7,15 @@
 
 #include "sim_server/scene/build_world.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 
-SpringReference::SpringReference(const World& world)
+SpringReference::SpringReference(const bodies::World& world)
     : springs_(world.springs), gravity_m_s2_(world.gravity_m_s2) {
   const auto count = static_cast<Eigen::Index>(world.nodes.size());
   positions_m_.resize(3, count);
   velocities_m_s_.resize(3, count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const Node& node = world.nodes[static_cast<std::size_t>(i)];
+    const bodies::Node& node = world.nodes[static_cast<std::size_t>(i)];
     inverse_masses_.push_back(node.pinned ? 0.0 : 1.0 / node.mass_kg);
     positions_m_.col(i) = node.position_m;
     velocities_m_s_.col(i) = node.velocity_m_s;
@@ -31,7 +31,7 @@ void SpringReference::shift(const Eigen::Matrix3Xd& shift_m) {
 double SpringReference::stable_step_s() const {
   // Gershgorin: w^2 <= 2 sum of k / m over a node's springs.
   std::vector<double> sums(inverse_masses_.size(), 0.0);
-  for (const Spring& spring : springs_)
+  for (const bodies::Spring& spring : springs_)
     for (const int node : {spring.a, spring.b})
       sums[static_cast<std::size_t>(node)] += spring.stiffness_N_per_m;
   double square_rad2_s2 = 0.0;
@@ -44,7 +44,7 @@ void SpringReference::accelerate(const Eigen::Matrix3Xd& positions_m,
                                  const Eigen::Matrix3Xd& velocities_m_s,
                                  Eigen::Matrix3Xd& accelerations_m_s2) const {
   accelerations_m_s2.setZero();
-  for (const Spring& spring : springs_) {
+  for (const bodies::Spring& spring : springs_) {
     const Eigen::Vector3d apart_m = positions_m.col(spring.b) - positions_m.col(spring.a);
     const double length_m = apart_m.norm();
     double pull_N_per_m = spring.stiffness_N_per_m * (1.0 - spring.rest_length_m / length_m);
@@ -92,7 +92,7 @@ constexpr double kNoLimit_s = 600.0;
 
 std::vector<Eigen::Matrix3Xd> by_springs(const ChartScene& scene, double step_s,
                                          const Eigen::Matrix3Xd& shift_m) {
-  SpringReference reference(build_world(scene.scene));
+  SpringReference reference(scene::build_world(scene.scene));
   if (shift_m.cols() > 0) reference.shift(shift_m);
   std::vector<Eigen::Matrix3Xd> places_m;
   for (const double until_s : {scene.early_s, scene.end_s}) {
@@ -105,7 +105,7 @@ std::vector<Eigen::Matrix3Xd> by_springs(const ChartScene& scene, double step_s,
 std::vector<Eigen::Matrix3Xd> by_substeps(const ChartScene& scene, double step_s,
                                           const Eigen::Matrix3Xd& shift_m) {
   ChartPoint point;
-  point.method.integrator = IntegratorKind::kSymplecticEuler;
+  point.method.integrator = scene::IntegratorKind::kSymplecticEuler;
   point.method.substeps = static_cast<int>(std::lround(point.period_s / step_s));
   return run_ours(scene, point, kNoLimit_s, shift_m).places_m;
 }
@@ -134,7 +134,7 @@ Reference make_reference(const ChartScene& scene) {
       reference.places_m.push_back(chain_modes_positions_m(time_s));
     return reference;
   }
-  const World world = build_world(scene.scene);
+  const bodies::World world = scene::build_world(scene.scene);
   const auto run = scene.smooth ? by_springs : by_substeps;
   // What is large is dear.
   const double share = world.nodes.size() > 1000 ? 1.0 : world.nodes.size() > 100 ? 0.5 : 0.1;
@@ -147,4 +147,4 @@ Reference make_reference(const ChartScene& scene) {
   return reference;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::performance

@@ -7,13 +7,13 @@
 #include "tests/performance/work_precision_run.hpp"
 #include "tests/performance/work_precision_scenes.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 
 /// A world of masses and springs, moved on by the classical Runge-Kutta method of order 4. It
 /// shares no code with the integrators that are held against it.
 class SpringReference {
  public:
-  explicit SpringReference(const World& world);
+  explicit SpringReference(const bodies::World& world);
 
   /// Moves on to time_s by equal steps of at most step_s.
   void advance_to(double time_s, double step_s);
@@ -30,7 +30,7 @@ class SpringReference {
                   Eigen::Matrix3Xd& accelerations_m_s2) const;
   void step(double step_s);
 
-  std::vector<Spring> springs_;
+  std::vector<bodies::Spring> springs_;
   Eigen::Vector3d gravity_m_s2_;
   std::vector<double> inverse_masses_;  // zero: pinned
   Eigen::Matrix3Xd positions_m_, velocities_m_s_;
@@ -51,4 +51,4 @@ inline constexpr double kDisturbance_m = 1e-6;
 /// a tenth as long as the finest that the chart has time for.
 [[nodiscard]] Reference make_reference(const ChartScene& scene);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::performance

@@ -12,7 +12,7 @@
 #include "sim_server/dynamics/choice/method_choice.hpp"
 #include "sim_server/dynamics/step/simulation.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 namespace {
 
 /// Processor time of this thread: what the machine gives to others does not count.
@@ -28,30 +28,30 @@ double loose_tolerance_m_s(double step_s) {
   return 1e-2 * step_s;
 }
 
-Curve implicit_curve(const IntegratorKind& integrator, const SolverKind& solver) {
+Curve implicit_curve(const scene::IntegratorKind& integrator, const scene::SolverKind& solver) {
   Curve curve;
   for (const double step_s : {0.05, 0.025, 0.01, 0.005, 0.0025, 0.001, 0.0005, 0.00025, 0.0001})
-    curve.push_back({std::string(name_of(integrator)), std::string(name_of(solver)), "step_s",
-                     step_s, step_s,
-                     Method{.integrator = integrator,
-                            .solver = solver,
-                            .tolerance_m_s = loose_tolerance_m_s(step_s)}});
+    curve.push_back({std::string(scene::name_of(integrator)), std::string(scene::name_of(solver)),
+                     "step_s", step_s, step_s,
+                     scene::Method{.integrator = integrator,
+                                   .solver = solver,
+                                   .tolerance_m_s = loose_tolerance_m_s(step_s)}});
   return curve;
 }
 
-Curve explicit_curve(const IntegratorKind& integrator) {
+Curve explicit_curve(const scene::IntegratorKind& integrator) {
   Curve curve;
   for (const int substeps : {4, 10, 20, 40, 100, 200, 400, 1000})
-    curve.push_back({std::string(name_of(integrator)), "", "step_s", 0.01 / substeps, 0.01,
-                     Method{.integrator = integrator, .substeps = substeps}});
+    curve.push_back({std::string(scene::name_of(integrator)), "", "step_s", 0.01 / substeps, 0.01,
+                     scene::Method{.integrator = integrator, .substeps = substeps}});
   return curve;
 }
 
-Curve adaptive_curve(const IntegratorKind& integrator) {
+Curve adaptive_curve(const scene::IntegratorKind& integrator) {
   Curve curve;
   for (const double tolerance : {1e-1, 3e-2, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6})
-    curve.push_back({std::string(name_of(integrator)), "", "tolerance", tolerance, 0.01,
-                     Method{.integrator = integrator, .tolerance_m_s = tolerance}});
+    curve.push_back({std::string(scene::name_of(integrator)), "", "tolerance", tolerance, 0.01,
+                     scene::Method{.integrator = integrator, .tolerance_m_s = tolerance}});
   return curve;
 }
 
@@ -108,17 +108,17 @@ RunResult run_through(const ChartScene& scene, double period_s, double limit_s,
 
 RunResult run_ours(const ChartScene& scene, const ChartPoint& point, double limit_s,
                    const Eigen::Matrix3Xd& shift_m) {
-  SceneDescription description = scene.scene;
+  scene::SceneDescription description = scene.scene;
   description.method = point.method;
   description.period_s = point.period_s;
-  Simulation simulation(description);
+  dynamics::Simulation simulation(description);
   Eigen::Index column = 0;
   if (shift_m.cols() > 0) {
-    for (Node& node : simulation.world().nodes) {
+    for (bodies::Node& node : simulation.world().nodes) {
       if (!node.pinned) node.position_m += shift_m.col(column);
       ++column;
     }
-    for (RigidBody& body : simulation.world().rigid_bodies)
+    for (bodies::RigidBody& body : simulation.world().rigid_bodies)
       if (body.free) body.position_m += shift_m.col(column++);
   }
   // So that a single step cannot last for ever; wall time, on a machine that may be busy.
@@ -128,7 +128,7 @@ RunResult run_ours(const ChartScene& scene, const ChartPoint& point, double limi
   return run_through(
       scene, point.period_s, limit_s,
       [&](RunResult& run) {
-        const StepReport report =
+        const dynamics::StepReport report =
             simulation.step(point.period_s, [] { return std::nullopt; }, {.deadline = deadline});
         run.iterations += report.solve.iterations;
         run.substeps += report.substeps;
@@ -141,11 +141,12 @@ RunResult run_ours(const ChartScene& scene, const ChartPoint& point, double limi
 Curve auto_curve(const ChartScene& scene) {
   Curve curve;
   for (const double target_m : {1e-2, 1e-3, 1e-4}) {
-    SceneDescription description = scene.scene;
+    scene::SceneDescription description = scene.scene;
     description.period_s = 0.01;
     description.error_target_m = target_m;
-    const Method method = choose_method(description, processor_s, [](const std::string&) {}).method;
-    std::string chosen = describe(method);
+    const scene::Method method =
+        dynamics::choose_method(description, processor_s, [](const std::string&) {}).method;
+    std::string chosen = scene::describe(method);
     std::replace(chosen.begin(), chosen.end(), ',', ';');
     curve.push_back({"auto", chosen, "error_target_m", target_m, description.period_s, method});
   }
@@ -153,15 +154,18 @@ Curve auto_curve(const ChartScene& scene) {
 }
 
 std::vector<Curve> our_curves(const ChartScene& scene) {
-  std::vector<Curve> curves{explicit_curve(kForwardEuler),
-                            explicit_curve(IntegratorKind::kSymplecticEuler),
-                            explicit_curve(IntegratorKind::kVelocityVerlet)};
-  for (const SolverKind& solver : laboratory_methods().solvers)
-    curves.push_back(implicit_curve(IntegratorKind::kImplicitEuler, solver));
-  for (const IntegratorKind& integrator : {IntegratorKind::kBdf2, IntegratorKind::kTrapezoid})
-    for (const SolverKind& solver : {SolverKind::kNewton, SolverKind::kNewtonCg})
+  std::vector<Curve> curves{explicit_curve(laboratory::kForwardEuler),
+                            explicit_curve(scene::IntegratorKind::kSymplecticEuler),
+                            explicit_curve(scene::IntegratorKind::kVelocityVerlet)};
+  for (const scene::SolverKind& solver : laboratory::laboratory_methods().solvers)
+    curves.push_back(implicit_curve(scene::IntegratorKind::kImplicitEuler, solver));
+  for (const scene::IntegratorKind& integrator :
+       {scene::IntegratorKind::kBdf2, scene::IntegratorKind::kTrapezoid})
+    for (const scene::SolverKind& solver :
+         {scene::SolverKind::kNewton, scene::SolverKind::kNewtonCg})
       curves.push_back(implicit_curve(integrator, solver));
-  for (const IntegratorKind& integrator : {IntegratorKind::kCvodeBdf, kArkodeDirk})
+  for (const scene::IntegratorKind& integrator :
+       {scene::IntegratorKind::kCvodeBdf, laboratory::kArkodeDirk})
     curves.push_back(adaptive_curve(integrator));
   // A step must divide the scene's times.
   for (Curve& curve : curves)
@@ -185,10 +189,11 @@ Errors errors_of(const ChartScene& scene, const RunResult& run,
   errors.end_m = rms_distance_m(run.places_m[1], reference_m[1]);
   if (scene.rest_s > 0.0) {
     // Free bodies' centres come after the nodes.
-    const auto bodies = std::count_if(scene.scene.bodies.begin(), scene.scene.bodies.end(),
-                                      [](const BodyDescription& body) {
-                                        return body.motion == Motion::kFree && !is_deformable(body);
-                                      });
+    const auto bodies =
+        std::count_if(scene.scene.bodies.begin(), scene.scene.bodies.end(),
+                      [](const bodies::BodyDescription& body) {
+                        return body.motion == bodies::Motion::kFree && !bodies::is_deformable(body);
+                      });
     const auto heights = [&](const Eigen::Matrix3Xd& places_m) {
       return places_m.row(2).tail(bodies);
     };
@@ -198,4 +203,4 @@ Errors errors_of(const ChartScene& scene, const RunResult& run,
   return errors;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::performance

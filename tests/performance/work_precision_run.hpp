@@ -9,14 +9,14 @@
 #include "sim_server/scene/method.hpp"
 #include "tests/performance/work_precision_scenes.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 
 /// A point of the chart: a method with its knob set.
 struct ChartPoint {
   std::string integrator, solver, knob;
   double value = 0.0;  // of the knob
   double period_s = 0.01;
-  Method method;
+  scene::Method method;
 };
 
 /// The points of one curve, from the coarsest to the finest.
@@ -60,4 +60,4 @@ struct Errors {
 [[nodiscard]] Errors errors_of(const ChartScene& scene, const RunResult& run,
                                const std::vector<Eigen::Matrix3Xd>& reference_m);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::performance

@@ -9,31 +9,32 @@
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 namespace {
 
 const Eigen::Vector3d kGravity_m_s2(0.0, 0.0, -9.81);
 constexpr int kMasses = 10;
 constexpr double kMass_kg = 0.01;
 
-SceneDescription shipped(const char* name) {
-  return load_scene(std::filesystem::path(STILLGRID_SOURCE_DIR) / "sim_server/scene/scenes" / name);
+scene::SceneDescription shipped(const char* name) {
+  return scene::load_scene(std::filesystem::path(STILLGRID_SOURCE_DIR) / "sim_server/scene/scenes" /
+                           name);
 }
 
 }  // namespace
 
 ChartScene cloth_scene(int nodes, double stiffness_N_per_m) {
-  BodyDescription cloth =
-      sheet({nodes, nodes}, 1.0 / (nodes - 1), 1.0 / (nodes * nodes), stiffness_N_per_m);
-  shear_stiffness_N_per_m(cloth) = 0.5 * stiffness_N_per_m;
-  springs(cloth).bend_stiffness_N_per_m = 0.1 * stiffness_N_per_m;
-  springs(cloth).pinned_nodes = {0, nodes - 1};
-  packing(cloth) = {.spacing_m = 1.0, .radius_m = 1e-4};
+  bodies::BodyDescription cloth = sim_server::sheet({nodes, nodes}, 1.0 / (nodes - 1),
+                                                    1.0 / (nodes * nodes), stiffness_N_per_m);
+  sim_server::shear_stiffness_N_per_m(cloth) = 0.5 * stiffness_N_per_m;
+  sim_server::springs(cloth).bend_stiffness_N_per_m = 0.1 * stiffness_N_per_m;
+  sim_server::springs(cloth).pinned_nodes = {0, nodes - 1};
+  sim_server::packing(cloth) = {.spacing_m = 1.0, .radius_m = 1e-4};
   std::array<char, 64> name{};
   std::snprintf(name.data(), name.size(), "cloth_%dx%d_1e%.0f", nodes, nodes,
                 std::log10(stiffness_N_per_m));
   return {.name = name.data(),
-          .scene = scene_of({cloth}, material_of(1.0), kGravity_m_s2),
+          .scene = sim_server::scene_of({cloth}, sim_server::material_of(1.0), kGravity_m_s2),
           .limit_s = nodes > 8 ? 2.0 : 0.25};
 }
 
@@ -41,14 +42,16 @@ ChartScene hanging_chain_scene() {
   const double angle_rad = std::numbers::pi / 6.0;
   const Eigen::Vector3d end_m = kMasses * 0.1 * Eigen::Vector3d(0.5, 0.0, -std::cos(angle_rad));
   return {.name = "hanging_chain",
-          .scene = scene_of({thread(kMasses + 1, {0, 0, 0}, end_m, kMass_kg, 1000.0, {0})},
-                            material_of(1.0), kGravity_m_s2)};
+          .scene = sim_server::scene_of(
+              {sim_server::thread(kMasses + 1, {0, 0, 0}, end_m, kMass_kg, 1000.0, {0})},
+              sim_server::material_of(1.0), kGravity_m_s2)};
 }
 
 ChartScene chain_modes_scene() {
   return {.name = "chain_modes",
-          .scene = scene_of({thread(kMasses + 1, {0, 0, 0}, {0, 0, -1.0}, kMass_kg, 100.0, {0})},
-                            material_of(1.0), kGravity_m_s2),
+          .scene = sim_server::scene_of(
+              {sim_server::thread(kMasses + 1, {0, 0, 0}, {0, 0, -1.0}, kMass_kg, 100.0, {0})},
+              sim_server::material_of(1.0), kGravity_m_s2),
           .end_s = 0.5};
 }
 
@@ -73,7 +76,7 @@ Eigen::Matrix3Xd chain_modes_positions_m(double time_s) {
 
 ChartScene threads_scene() {
   ChartScene threads{.name = "threads", .scene = shipped("threads.toml")};
-  for (BodyDescription& body : threads.scene.bodies) body.velocity_m_s = {0.3, 0.0, 0.0};
+  for (bodies::BodyDescription& body : threads.scene.bodies) body.velocity_m_s = {0.3, 0.0, 0.0};
   return threads;
 }
 
@@ -105,10 +108,10 @@ std::vector<ChartScene> chart_scenes() {
   return scenes;
 }
 
-Eigen::Matrix3Xd positions_m(const World& world) {
+Eigen::Matrix3Xd positions_m(const bodies::World& world) {
   std::vector<Eigen::Vector3d> places_m;
-  for (const Node& node : world.nodes) places_m.push_back(node.position_m);
-  for (const RigidBody& body : world.rigid_bodies)
+  for (const bodies::Node& node : world.nodes) places_m.push_back(node.position_m);
+  for (const bodies::RigidBody& body : world.rigid_bodies)
     if (body.free) places_m.push_back(body.position_m);
   Eigen::Matrix3Xd columns_m(3, static_cast<Eigen::Index>(places_m.size()));
   for (Eigen::Index i = 0; i < columns_m.cols(); ++i)
@@ -122,4 +125,4 @@ double rms_distance_m(const Eigen::Matrix3Xd& places_m, const Eigen::Matrix3Xd& 
   return std::sqrt((places_m - reference_m).squaredNorm() / double(reference_m.cols()));
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::performance

@@ -7,12 +7,12 @@
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 
 /// A scene of the work-precision chart, and when its error is looked at.
 struct ChartScene {
   std::string name;
-  SceneDescription scene;
+  scene::SceneDescription scene;
   double early_s = 0.25;  // before what is chaotic or not smooth has grown
   double end_s = 1.0;
   double rest_s = 0.0;   // later yet: when all has settled, 0: not looked at
@@ -44,10 +44,10 @@ struct ChartScene {
 [[nodiscard]] std::vector<ChartScene> chart_scenes();
 
 /// Where a world's nodes and free rigid bodies' centres are, a column each.
-[[nodiscard]] Eigen::Matrix3Xd positions_m(const World& world);
+[[nodiscard]] Eigen::Matrix3Xd positions_m(const bodies::World& world);
 
 /// Root mean square distance of places from a reference's; infinite for what is no number.
 [[nodiscard]] double rms_distance_m(const Eigen::Matrix3Xd& places_m,
                                     const Eigen::Matrix3Xd& reference_m);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::performance

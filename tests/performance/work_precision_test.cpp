@@ -6,7 +6,7 @@
 #include "tests/performance/work_precision_reference.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::performance {
 namespace {
 
 constexpr double kNoLimit_s = 1e3;
@@ -16,7 +16,7 @@ double order(double coarse, double fine) {
   return std::log2(coarse / fine);
 }
 
-ChartPoint point_of(IntegratorKind integrator, double step_s) {
+ChartPoint point_of(scene::IntegratorKind integrator, double step_s) {
   ChartPoint point;
   point.period_s = step_s;
   point.method = {.integrator = integrator, .substeps = 1, .tolerance_m_s = 1e-12};
@@ -24,7 +24,7 @@ ChartPoint point_of(IntegratorKind integrator, double step_s) {
 }
 
 /// Error of a method of ours on the chain whose motion is known exactly, after half a second.
-double chain_error_m(IntegratorKind integrator, double step_s) {
+double chain_error_m(scene::IntegratorKind integrator, double step_s) {
   const ChartScene scene = chain_modes_scene();
   const RunResult run = run_ours(scene, point_of(integrator, step_s), kNoLimit_s);
   return errors_of(scene, run, make_reference(scene).places_m).end_m;
@@ -38,13 +38,13 @@ TEST_CASE("The charted cloths weigh 1 kg, span 1 m and have all the springs of t
           "[work_precision]") {
   const auto [nodes, springs] =
       GENERATE(std::pair<int, std::size_t>{8, 306}, std::pair<int, std::size_t>{32, 5826});
-  const World world = build_world(cloth_scene(nodes, 1e4).scene);
+  const bodies::World world = scene::build_world(cloth_scene(nodes, 1e4).scene);
 
   CHECK(world.springs.size() == springs);
   CHECK(std::count_if(world.nodes.begin(), world.nodes.end(),
-                      [](const Node& node) { return node.pinned; }) == 2);
+                      [](const bodies::Node& node) { return node.pinned; }) == 2);
   CHECK(std::accumulate(world.nodes.begin(), world.nodes.end(), 0.0,
-                        [](double sum, const Node& node) { return sum + node.mass_kg; }) ==
+                        [](double sum, const bodies::Node& node) { return sum + node.mass_kg; }) ==
         Approx(1.0).epsilon(1e-12));
   CHECK((world.nodes.back().position_m - world.nodes.front().position_m).norm() ==
         Approx(std::sqrt(2.0)).epsilon(1e-12));
@@ -53,7 +53,7 @@ TEST_CASE("The charted cloths weigh 1 kg, span 1 m and have all the springs of t
 TEST_CASE("The reference follows a chain's modes and converges with order four",
           "[work_precision]") {
   const ChartScene chain = chain_modes_scene();
-  const World world = build_world(chain.scene);
+  const bodies::World world = scene::build_world(chain.scene);
   const auto error_m = [&](double step_s) {
     SpringReference reference(world);
     reference.advance_to(chain.end_s, step_s);
@@ -62,7 +62,7 @@ TEST_CASE("The reference follows a chain's modes and converges with order four",
   CHECK(order(error_m(2e-3), error_m(1e-3)) == Approx(4.0).margin(0.1));
   CHECK(error_m(1e-4) < 1e-10);
 
-  const World cloth = build_world(cloth_scene(8, 1e4).scene);
+  const bodies::World cloth = scene::build_world(cloth_scene(8, 1e4).scene);
   const auto at = [&](double step_s) {
     SpringReference reference(cloth);
     reference.advance_to(0.25, step_s);
@@ -74,12 +74,12 @@ TEST_CASE("The reference follows a chain's modes and converges with order four",
 }
 
 TEST_CASE("Errors fall with the step as theory says", "[work_precision]") {
-  using Kind = IntegratorKind;
+  using Kind = scene::IntegratorKind;
   const auto [integrator, expected] =
       GENERATE(std::pair{Kind::kSymplecticEuler, 1.0}, std::pair{Kind::kVelocityVerlet, 2.0},
                std::pair{Kind::kImplicitEuler, 1.0}, std::pair{Kind::kBdf2, 2.0},
                std::pair{Kind::kTrapezoid, 2.0});
-  CAPTURE(name_of(integrator));
+  CAPTURE(scene::name_of(integrator));
 
   CHECK(order(chain_error_m(integrator, 4e-4), chain_error_m(integrator, 2e-4)) ==
         Approx(expected).margin(0.06));
@@ -106,25 +106,28 @@ TEST_CASE(
   theirs.solver = implicit ? "implicit" : "explicit";
   theirs.period_s = step_s;
 
-  const RunResult ours = run_ours(
-      scene,
-      point_of(implicit ? IntegratorKind::kImplicitEuler : IntegratorKind::kSymplecticEuler,
-               step_s),
-      kNoLimit_s);
+  const RunResult ours = run_ours(scene,
+                                  point_of(implicit ? scene::IntegratorKind::kImplicitEuler
+                                                    : scene::IntegratorKind::kSymplecticEuler,
+                                           step_s),
+                                  kNoLimit_s);
   const RunResult bullet = run_bullet(scene, theirs, kNoLimit_s);
 
   REQUIRE(ours.end == RunEnd::kDone);
   REQUIRE(bullet.end == RunEnd::kDone);
   // It solves its equations by one step of Newton's method.
-  const double moved_m = rms_distance_m(ours.places_m[1], positions_m(build_world(scene.scene)));
+  const double moved_m =
+      rms_distance_m(ours.places_m[1], positions_m(scene::build_world(scene.scene)));
   CHECK(rms_distance_m(bullet.places_m[1], ours.places_m[1]) < (implicit ? 2e-3 : 1e-9) * moved_m);
 }
 
 TEST_CASE("A run that blows up or takes too long has no error but infinity", "[work_precision]") {
   const ChartScene scene = cloth_scene(8, 1e5);
-  const std::vector<Eigen::Matrix3Xd> reference_m(2, positions_m(build_world(scene.scene)));
-  const RunResult blown = run_ours(scene, point_of(IntegratorKind::kSymplecticEuler, 0.01), 1e3);
-  const RunResult slow = run_ours(scene, point_of(IntegratorKind::kImplicitEuler, 0.01), 0.0);
+  const std::vector<Eigen::Matrix3Xd> reference_m(2, positions_m(scene::build_world(scene.scene)));
+  const RunResult blown =
+      run_ours(scene, point_of(scene::IntegratorKind::kSymplecticEuler, 0.01), 1e3);
+  const RunResult slow =
+      run_ours(scene, point_of(scene::IntegratorKind::kImplicitEuler, 0.01), 0.0);
 
   CHECK(blown.end == RunEnd::kDiverged);
   CHECK(slow.end == RunEnd::kTooSlow);
@@ -133,4 +136,4 @@ TEST_CASE("A run that blows up or takes too long has no error but infinity", "[w
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::performance

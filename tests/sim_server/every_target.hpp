@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <utility>
 
-namespace stillgrid {
+namespace stillgrid::sim_server {
 
 inline bool said_targets = false;
 
@@ -29,4 +29,4 @@ void on_every_target(Call&& call) {
   said_targets = true;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::sim_server

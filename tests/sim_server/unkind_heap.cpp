@@ -56,7 +56,7 @@ void operator delete(void* block, std::size_t /*size*/, std::align_val_t /*align
   release(block);
 }
 
-namespace stillgrid {
+namespace stillgrid::sim_server {
 
 UnkindHeap::UnkindHeap(std::size_t offset_B) noexcept {
   heap_offset_B = offset_B;
@@ -65,4 +65,4 @@ UnkindHeap::~UnkindHeap() {
   heap_offset_B = 0;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::sim_server

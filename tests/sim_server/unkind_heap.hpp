@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-namespace stillgrid {
+namespace stillgrid::sim_server {
 
 /// While it lives, what operator new hands out is aligned to what was asked for and no more: it
 /// begins offset_B bytes (0, 16, 32 or 48) beyond a multiple of 64, or, asked for more than 16, as
@@ -16,4 +16,4 @@ class UnkindHeap {
   UnkindHeap& operator=(const UnkindHeap&) = delete;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::sim_server

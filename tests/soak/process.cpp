@@ -10,7 +10,7 @@
 #include <exception>
 #include <system_error>
 
-namespace stillgrid {
+namespace stillgrid::soak {
 namespace {
 
 int exit_status(int wait_status) {
@@ -47,4 +47,4 @@ void Process::kill() {
   status_ = exit_status(wait_status);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::soak

@@ -5,7 +5,7 @@
 #include <functional>
 #include <optional>
 
-namespace stillgrid {
+namespace stillgrid::soak {
 
 /// A child process that does some work and ends. Killed (SIGKILL) at the latest when this object,
 /// or its parent, ends.
@@ -30,4 +30,4 @@ class Process {
   std::optional<int> status_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::soak

@@ -14,7 +14,7 @@
 #include "shared/realtime/stop_signal.hpp"
 #include "tests/soak/soak_report.hpp"
 
-namespace stillgrid {
+namespace stillgrid::soak {
 namespace {
 
 constexpr const char* kDescription =
@@ -79,9 +79,9 @@ int run(Arguments& arguments) {
   const SharedSoakState state;
   std::optional<KillTally> kills;
   if (plan.kills > 0) kills.emplace();
-  const std::uint64_t began_ns = monotonic_ns();
+  const std::uint64_t began_ns = realtime::monotonic_ns();
   const bool is_complete = kills ? run_kills(plan, *state, *kills) : run_publications(plan, *state);
-  const double seconds = static_cast<double>(monotonic_ns() - began_ns) * 1e-9;
+  const double seconds = static_cast<double>(realtime::monotonic_ns() - began_ns) * 1e-9;
   const auto report = soak_report(plan, *state, kills, is_complete, seconds);
   print(report);
   if (!arguments.report.empty()) {
@@ -90,19 +90,22 @@ int run(Arguments& arguments) {
     out.close();
     if (!out) throw std::runtime_error(arguments.report.string() + ": cannot be written");
   }
-  return report["broken_laws"].empty() ? kDone : kBadInput;
+  return report["broken_laws"].empty() ? realtime::kDone : realtime::kBadInput;
 }
 
-}  // namespace
-}  // namespace stillgrid
-
-int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
-  using namespace stillgrid;
+int program_main(int argc, char** argv) {
   CLI::App app(kDescription, "publication_soak");
   Arguments arguments;
   add_options(app, arguments);
-  return run_program(app, argc, argv, [&] {
-    install_stop_signal();
+  return command_line::run_program(app, argc, argv, [&] {
+    realtime::install_stop_signal();
     return run(arguments);
   });
+}
+
+}  // namespace
+}  // namespace stillgrid::soak
+
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
+  return stillgrid::soak::program_main(argc, argv);
 }

@@ -12,7 +12,7 @@
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/realtime/stop_signal.hpp"
 
-namespace stillgrid {
+namespace stillgrid::soak {
 namespace {
 
 struct Snapshot {
@@ -39,23 +39,23 @@ bool continues(const Snapshot& before, const Snapshot& after) {
   return after.header.state_time_ns[1] == before.header.state_time_ns[0];
 }
 
-ReadResult read_snapshot(const SceneView& view, Snapshot& snapshot) {
+double_buffer::ReadResult read_snapshot(const publication::SceneView& view, Snapshot& snapshot) {
   snapshot.epoch = view.header().epoch;
-  return read_latest(view.buffer(), [&](const std::uint64_t* payload) {
-    snapshot.header = load_struct<proto::SnapshotHeader>(payload);
-    const GridView grid = view.moving_grid(payload, snapshot.header);
+  return double_buffer::read_latest(view.buffer(), [&](const std::uint64_t* payload) {
+    snapshot.header = double_buffer::load_struct<proto::SnapshotHeader>(payload);
+    const collision::GridView grid = view.moving_grid(payload, snapshot.header);
     snapshot.spheres.resize(grid.shape.sphere_count);
     for (std::size_t i = 0; i < snapshot.spheres.size(); ++i)
-      snapshot.spheres[i] = load_record(grid, static_cast<std::uint32_t>(i));
+      snapshot.spheres[i] = collision::load_record(grid, static_cast<std::uint32_t>(i));
   });
 }
 
 /// Counts one read; keeps the snapshot if it is new.
-void check(const SceneView& view, Snapshot& fresh, Snapshot& last, Counts& counts) {
+void check(const publication::SceneView& view, Snapshot& fresh, Snapshot& last, Counts& counts) {
   ++counts.reads;
-  const ReadResult read = read_snapshot(view, fresh);
-  if (read.status == ReadStatus::kContended) ++counts.contended;
-  if (read.status != ReadStatus::kAccepted) return;
+  const double_buffer::ReadResult read = read_snapshot(view, fresh);
+  if (read.status == double_buffer::ReadStatus::kContended) ++counts.contended;
+  if (read.status != double_buffer::ReadStatus::kAccepted) return;
   ++counts.accepted;
   const bool is_new =
       fresh.epoch != last.epoch || fresh.header.snapshot_id != last.header.snapshot_id;
@@ -69,26 +69,22 @@ void check(const SceneView& view, Snapshot& fresh, Snapshot& last, Counts& count
 }
 
 Counts watch_session(const std::string& session, double duration_s) {
-  SegmentWatch<SceneView> watch(session, proto::SegmentKind::kScene, proto::kSceneLayoutHash,
-                                proto::Clock::kMonotonic,
-                                [](const std::string& line) { std::cerr << line << '\n'; });
+  publication::SegmentWatch<publication::SceneView> watch(
+      session, proto::SegmentKind::kScene, proto::kSceneLayoutHash, proto::Clock::kMonotonic,
+      [](const std::string& line) { std::cerr << line << '\n'; });
   watch.start();
-  PeriodicTimer timer(500'000);
+  realtime::PeriodicTimer timer(500'000);
   Counts counts;
   Snapshot fresh, last;
-  const std::uint64_t end_ns = monotonic_ns() + to_ns(duration_s);
-  while (monotonic_ns() < end_ns && !stop_requested()) {
+  const std::uint64_t end_ns = realtime::monotonic_ns() + realtime::to_ns(duration_s);
+  while (realtime::monotonic_ns() < end_ns && !realtime::stop_requested()) {
     timer.wait();
-    if (const SceneView* view = watch.acquire()) check(*view, fresh, last, counts);
+    if (const publication::SceneView* view = watch.acquire()) check(*view, fresh, last, counts);
   }
   return counts;
 }
 
-}  // namespace
-}  // namespace stillgrid
-
-int main(int argc, char** argv) {
-  using namespace stillgrid;
+int program_main(int argc, char** argv) {
   CLI::App app(
       "Checks that the snapshots of a running session are whole and continue each other.\n"
       "Prints counts as JSON; exit status 1 if one was torn or mixed.");
@@ -97,11 +93,18 @@ int main(int argc, char** argv) {
   app.add_option("--session", session, "Of the sim_server to watch")->required();
   app.add_option("--duration", duration_s, "s; default: until Ctrl-C");
   CLI11_PARSE(app, argc, argv);
-  install_stop_signal();
+  realtime::install_stop_signal();
   const Counts counts = watch_session(session, duration_s);
   const nlohmann::json json = {{"reads", counts.reads},         {"accepted", counts.accepted},
                                {"contended", counts.contended}, {"snapshots", counts.snapshots},
                                {"continued", counts.continued}, {"torn", counts.torn}};
   std::cout << json.dump() << '\n';
   return counts.torn == 0 && counts.snapshots > 0 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace stillgrid::soak
+
+int main(int argc, char** argv) {
+  return stillgrid::soak::program_main(argc, argv);
 }

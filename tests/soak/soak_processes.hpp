@@ -2,7 +2,7 @@
 
 #include "tests/soak/soak_state.hpp"
 
-namespace stillgrid {
+namespace stillgrid::soak {
 
 /// The writer's process: publishes the plan's snapshots, or goes on until it is killed; then keeps
 /// its segment until it may end. Throws SegmentError.
@@ -13,4 +13,4 @@ void write_snapshots(const SoakPlan& plan, SoakState& state);
 /// plan's last snapshot, or when it may end.
 void read_snapshots(const SoakPlan& plan, SoakState& state);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::soak

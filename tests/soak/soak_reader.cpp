@@ -8,27 +8,27 @@
 #include "tests/soak/soak_processes.hpp"
 #include "tests/soak/soak_snapshot.hpp"
 
-namespace stillgrid {
+namespace stillgrid::soak {
 namespace {
 
 struct SoakView {
-  explicit SoakView(SegmentReader&& opened) : reader_(std::move(opened)) {}
-  [[nodiscard]] const SegmentReader& reader() const noexcept { return reader_; }
+  explicit SoakView(publication::SegmentReader&& opened) : reader_(std::move(opened)) {}
+  [[nodiscard]] const publication::SegmentReader& reader() const noexcept { return reader_; }
 
  private:
-  SegmentReader reader_;
+  publication::SegmentReader reader_;
 };
 
 /// The reader without its last check: what follows the fence R4 is answered with what R2 saw.
-struct WithoutLastCheck : HardwareAtomics {
+struct WithoutLastCheck : double_buffer::HardwareAtomics {
   static inline std::uint64_t seen = 0;
   static inline bool is_fenced = false;
   static std::uint64_t load(const std::uint64_t& word, std::memory_order order) {
-    if (!std::exchange(is_fenced, false)) seen = HardwareAtomics::load(word, order);
+    if (!std::exchange(is_fenced, false)) seen = double_buffer::HardwareAtomics::load(word, order);
     return seen;
   }
   static void fence(std::memory_order order) {
-    HardwareAtomics::fence(order);
+    double_buffer::HardwareAtomics::fence(order);
     is_fenced = true;
   }
 };
@@ -39,25 +39,26 @@ class SoakReader {
   SoakReader(const SoakPlan& plan, SoakState& state)
       : plan_(plan), state_(state), tally_(state.reader) {}
 
-  void tick(const SegmentReader& segment, bool writer_alive) {
+  void tick(const publication::SegmentReader& segment, bool writer_alive) {
     take_up(segment);
     if (was_alive_ && !writer_alive) ++tally_.deaths_seen;
     was_alive_ = writer_alive;
     Gathered gathered;
-    const std::uint64_t began_ns = monotonic_ns();
-    const ReadResult read = read_latest<Atomics>(segment.buffer(), [&](const auto* payload) {
-      gathered = plan_.words_a_tick == 0
-                     ? gather_all(payload, plan_.words())
-                     : gather_strewn(payload, plan_.words(), plan_.words_a_tick, tally_.ticks);
-    });
-    const std::uint64_t ended_ns = monotonic_ns();
-    if (read.status == ReadStatus::kEmpty) {
+    const std::uint64_t began_ns = realtime::monotonic_ns();
+    const double_buffer::ReadResult read =
+        double_buffer::read_latest<Atomics>(segment.buffer(), [&](const auto* payload) {
+          gathered = plan_.words_a_tick == 0
+                         ? gather_all(payload, plan_.words())
+                         : gather_strewn(payload, plan_.words(), plan_.words_a_tick, tally_.ticks);
+        });
+    const std::uint64_t ended_ns = realtime::monotonic_ns();
+    if (read.status == double_buffer::ReadStatus::kEmpty) {
       ++(last_snapshot_id_ == 0 ? tally_.ticks_before_a_snapshot : tally_.backwards);
       return;
     }
     ++tally_.ticks;
     tally_.read_ns.record(ended_ns - began_ns);
-    const bool is_accepted = read.status == ReadStatus::kAccepted;
+    const bool is_accepted = read.status == double_buffer::ReadStatus::kAccepted;
     ++tally_.failed_attempts.at(static_cast<std::size_t>(read.attempts - (is_accepted ? 1 : 0)));
     if (!is_accepted) {
       if (last_snapshot_id_ == 0) ++tally_.nothing_shown;
@@ -70,7 +71,7 @@ class SoakReader {
   }
 
  private:
-  void take_up(const SegmentReader& segment) {
+  void take_up(const publication::SegmentReader& segment) {
     if (segment.header().epoch == epoch_) return;
     epoch_ = segment.header().epoch;
     last_snapshot_id_ = 0;
@@ -78,7 +79,7 @@ class SoakReader {
     ++tally_.segments;
   }
 
-  void note_first_read(const SegmentReader& segment, std::uint64_t time_ns) {
+  void note_first_read(const publication::SegmentReader& segment, std::uint64_t time_ns) {
     if (state_.first_read_count == state_.first_reads.size()) return;
     state_.first_reads[state_.first_read_count++] = {segment.header().writer_pid, time_ns};
     state_.writer_read = segment.header().writer_pid;
@@ -96,13 +97,14 @@ class SoakReader {
 
   /// Every word of the snapshot, where a tick reads only some. No tick waits for it: beside a
   /// writer at full speed it is often rejected, beside a dead one never.
-  void inspect(const SegmentReader& segment) {
+  void inspect(const publication::SegmentReader& segment) {
     Gathered gathered;
-    const ReadResult read = read_latest<Atomics>(segment.buffer(), [&](const auto* payload) {
-      gathered = gather_all(payload, plan_.words());
-    });
-    ++(read.status == ReadStatus::kAccepted ? tally_.inspected : tally_.inspections_rejected);
-    if (read.status == ReadStatus::kAccepted) count(gathered, read.snapshot_id);
+    const double_buffer::ReadResult read = double_buffer::read_latest<Atomics>(
+        segment.buffer(),
+        [&](const auto* payload) { gathered = gather_all(payload, plan_.words()); });
+    ++(read.status == double_buffer::ReadStatus::kAccepted ? tally_.inspected
+                                                           : tally_.inspections_rejected);
+    if (read.status == double_buffer::ReadStatus::kAccepted) count(gathered, read.snapshot_id);
   }
 
   const SoakPlan& plan_;
@@ -115,21 +117,22 @@ class SoakReader {
 template <class Atomics>
 void run_reader(const SoakPlan& plan, SoakState& state) {
   SoakReader<Atomics> reader(plan, state);
-  SegmentWatch<SoakView> watch(plan.session, proto::SegmentKind::kScene, kSoakLayoutHash,
-                               proto::Clock::kMonotonic, [&](const std::string& line) {
-                                 ++state.reader.refusals;
-                                 std::fprintf(stderr, "publication_soak: %s\n", line.c_str());
-                               });
+  publication::SegmentWatch<SoakView> watch(
+      plan.session, proto::SegmentKind::kScene, kSoakLayoutHash, proto::Clock::kMonotonic,
+      [&](const std::string& line) {
+        ++state.reader.refusals;
+        std::fprintf(stderr, "publication_soak: %s\n", line.c_str());
+      });
   watch.start();
-  std::optional<PeriodicTimer> timer;
+  std::optional<realtime::PeriodicTimer> timer;
   // A real-time thread that never rests would keep its processor from everybody else.
   if (plan.spacing_ns > 0 || plan.kills > 0) {
-    state.reader.realtime_missing = make_realtime({}).size();
+    state.reader.realtime_missing = realtime::make_realtime({}).size();
     timer.emplace(kSoakTick_ns);
   }
   while (!state.reader_may_end) {
     if (timer) {
-      const PeriodicTimer::Wake wake = timer->wait();
+      const realtime::PeriodicTimer::Wake wake = timer->wait();
       state.reader.missed_ticks += wake.skipped > 0 ? 1 : 0;
       state.reader.wake_ns.record(wake.now_ns - wake.deadline_ns);
     }
@@ -145,7 +148,7 @@ void run_reader(const SoakPlan& plan, SoakState& state) {
 
 void read_snapshots(const SoakPlan& plan, SoakState& state) {
   if (plan.skips_last_check) return run_reader<WithoutLastCheck>(plan, state);
-  run_reader<HardwareAtomics>(plan, state);
+  run_reader<double_buffer::HardwareAtomics>(plan, state);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::soak

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::soak {
 namespace {
 
-nlohmann::ordered_json percentiles(const Histogram& histogram) {
+nlohmann::ordered_json percentiles(const realtime::Histogram& histogram) {
   return {{"p50", histogram.percentile(0.5)},
           {"p99", histogram.percentile(0.99)},
           {"p999", histogram.percentile(0.999)},
@@ -123,4 +123,4 @@ void print(const nlohmann::ordered_json& report) {
   }
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::soak

@@ -5,7 +5,7 @@
 
 #include "tests/soak/soak_runs.hpp"
 
-namespace stillgrid {
+namespace stillgrid::soak {
 
 /// The figures of a soak, and under "broken_laws" what they should not be.
 [[nodiscard]] nlohmann::ordered_json soak_report(const SoakPlan& plan, const SoakState& state,
@@ -15,4 +15,4 @@ namespace stillgrid {
 /// A line a figure, on standard output.
 void print(const nlohmann::ordered_json& report);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::soak

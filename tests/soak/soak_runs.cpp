@@ -18,7 +18,7 @@
 #include "tests/soak/soak_processes.hpp"
 #include "tests/soak/soak_snapshot.hpp"
 
-namespace stillgrid {
+namespace stillgrid::soak {
 namespace {
 
 constexpr proto::SegmentKind kKind = proto::SegmentKind::kScene;
@@ -33,21 +33,21 @@ void sleep_ns(std::uint64_t ns) {
 class Progress {
  public:
   void tell(std::uint64_t done, std::uint64_t all, const char* what) {
-    if (monotonic_ns() < next_ns_) return;
+    if (realtime::monotonic_ns() < next_ns_) return;
     next_ns_ += kProgress_ns;
     std::fprintf(stderr, "publication_soak: %ju of %ju %s\n", std::uintmax_t{done},
                  std::uintmax_t{all}, what);
   }
 
  private:
-  std::uint64_t next_ns_ = monotonic_ns() + kProgress_ns;
+  std::uint64_t next_ns_ = realtime::monotonic_ns() + kProgress_ns;
 };
 
 /// False when it did not come true in time or the user stopped it.
 bool wait_until(const std::function<bool()>& condition) {
-  const std::uint64_t give_up_ns = monotonic_ns() + kPatience_ns;
+  const std::uint64_t give_up_ns = realtime::monotonic_ns() + kPatience_ns;
   while (!condition()) {
-    if (stop_requested() || monotonic_ns() > give_up_ns) return false;
+    if (realtime::stop_requested() || realtime::monotonic_ns() > give_up_ns) return false;
     sleep_ns(1'000'000);
   }
   return true;
@@ -58,23 +58,25 @@ bool ends_well(Process& process) {
 }
 
 /// Looks at what a killed writer left. `before`: the object that bore the name when it started.
-Death examine(const SoakPlan& plan, const std::optional<ObjectId>& before, KillTally& kills) {
-  const auto id = segment_id(plan.session, kKind);
+Death examine(const SoakPlan& plan, const std::optional<publication::ObjectId>& before,
+              KillTally& kills) {
+  const auto id = publication::segment_id(plan.session, kKind);
   if (!id || id == before) return Death::kBeforeItsObject;
-  const auto dead = SegmentReader::open(plan.session, kKind, kSoakLayoutHash);
+  const auto dead = publication::SegmentReader::open(plan.session, kKind, kSoakLayoutHash);
   if (!dead) return Death::kHalfMade;
   if (dead->writer_alive()) ++kills.locks_left;
 
   Gathered gathered;
-  const ReadResult read = read_latest(dead->buffer(), [&](const std::uint64_t* payload) {
-    gathered = gather_all(payload, plan.words());
-  });
-  const bool is_whole = read.status == ReadStatus::kAccepted && read.attempts == 1 &&
+  const double_buffer::ReadResult read = double_buffer::read_latest(
+      dead->buffer(),
+      [&](const std::uint64_t* payload) { gathered = gather_all(payload, plan.words()); });
+  const bool is_whole = read.status == double_buffer::ReadStatus::kAccepted && read.attempts == 1 &&
                         judge(gathered, dead->header().epoch, read.snapshot_id) == Verdict::kWhole;
-  if (read.status != ReadStatus::kEmpty && !is_whole) ++kills.snapshots_lost;
+  if (read.status != double_buffer::ReadStatus::kEmpty && !is_whole) ++kills.snapshots_lost;
   for (const std::uint64_t* sequence : dead->buffer().sequence)
-    if (load_word(sequence, 0) % 2 == 1) return Death::kInMidWrite;
-  return read.status == ReadStatus::kEmpty ? Death::kBeforeAnSnapshot : Death::kBetweenSnapshots;
+    if (double_buffer::load_word(sequence, 0) % 2 == 1) return Death::kInMidWrite;
+  return read.status == double_buffer::ReadStatus::kEmpty ? Death::kBeforeAnSnapshot
+                                                          : Death::kBetweenSnapshots;
 }
 
 /// One in five writers is killed while it starts, from its first instant on; the others live long
@@ -96,17 +98,17 @@ bool kill_writers(const SoakPlan& plan, SoakState& state, Process& reader, KillT
                   std::vector<Killed>& killed) {
   std::mt19937_64 random(plan.seed);
   Progress progress;
-  for (std::uint64_t i = 0; i < plan.kills && !stop_requested(); ++i) {
-    const auto before = segment_id(plan.session, kKind);
+  for (std::uint64_t i = 0; i < plan.kills && !realtime::stop_requested(); ++i) {
+    const auto before = publication::segment_id(plan.session, kKind);
     Process writer([&] { write_snapshots(plan, state); });
     sleep_ns(draw_life_ns(random, i + 1 == plan.kills));
     if (writer.status() || reader.status()) return false;
-    killed.push_back({writer.id(), monotonic_ns()});
+    killed.push_back({writer.id(), realtime::monotonic_ns()});
     writer.kill();
     ++kills.deaths[static_cast<std::size_t>(examine(plan, before, kills))];
     progress.tell(i + 1, plan.kills, "writers killed");
   }
-  return !stop_requested();
+  return !realtime::stop_requested();
 }
 
 /// From each kill but the last to the first read of a later writer: the next one, or where that
@@ -130,10 +132,10 @@ void measure_reads_after(const SoakState& state, const std::vector<Killed>& kill
 }
 
 std::uint64_t count_files(const std::string& session) {
-  const auto files = list_segments();
+  const auto files = publication::list_segments();
   return static_cast<std::uint64_t>(
       std::count_if(files.begin(), files.end(),
-                    [&](const SegmentFile& file) { return file.session == session; }));
+                    [&](const publication::SegmentFile& file) { return file.session == session; }));
 }
 
 /// Whatever way a soak ends, it leaves nothing in shared memory. Made before its processes, so that
@@ -145,8 +147,8 @@ struct Cleaner {
   Cleaner& operator=(const Cleaner&) = delete;
   ~Cleaner() {
     try {
-      remove_dead_segment(session, kKind);
-    } catch (const SegmentError& error) {
+      publication::remove_dead_segment(session, kKind);
+    } catch (const publication::SegmentError& error) {
       std::fprintf(stderr, "publication_soak: %s\n", error.what());
     }
   }
@@ -159,10 +161,11 @@ bool run_publications(const SoakPlan& plan, SoakState& state) {
   Process reader([&] { read_snapshots(plan, state); });
   Process writer([&] { write_snapshots(plan, state); });
   Progress progress;
-  std::uint64_t last = 0, give_up_ns = monotonic_ns() + kPatience_ns;
+  std::uint64_t last = 0, give_up_ns = realtime::monotonic_ns() + kPatience_ns;
   while (!reader.status()) {
-    if (stop_requested() || writer.status() || monotonic_ns() > give_up_ns) return false;
-    if (state.snapshot_id_read != last) give_up_ns = monotonic_ns() + kPatience_ns;
+    if (realtime::stop_requested() || writer.status() || realtime::monotonic_ns() > give_up_ns)
+      return false;
+    if (state.snapshot_id_read != last) give_up_ns = realtime::monotonic_ns() + kPatience_ns;
     last = state.snapshot_id_read;
     progress.tell(last, plan.publications, "publications");
     sleep_ns(5'000'000);
@@ -191,4 +194,4 @@ bool run_kills(const SoakPlan& plan, SoakState& state, KillTally& kills) {
   return is_well;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::soak

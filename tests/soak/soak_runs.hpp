@@ -5,7 +5,7 @@
 
 #include "tests/soak/soak_state.hpp"
 
-namespace stillgrid {
+namespace stillgrid::soak {
 
 /// How far a writer had come when it was killed.
 enum class Death { kBeforeItsObject, kHalfMade, kBeforeAnSnapshot, kInMidWrite, kBetweenSnapshots };
@@ -19,7 +19,8 @@ struct KillTally {
   std::uint64_t snapshots_lost = 0;  // dead objects whose last snapshot was not whole at once
   std::uint64_t leftovers = 0;       // files in shared memory at the very end
   std::uint64_t read_sum_ns = 0;
-  Histogram read_ns;  // from a kill to the first accepted read of a later writer; not the last's
+  realtime::Histogram
+      read_ns;  // from a kill to the first accepted read of a later writer; not the last's
   bool last_death_seen = false;
   bool last_writer_read = false;  // that was not killed
 };
@@ -32,4 +33,4 @@ bool run_publications(const SoakPlan& plan, SoakState& state);
 /// ends in order. False as above.
 bool run_kills(const SoakPlan& plan, SoakState& state, KillTally& kills);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::soak

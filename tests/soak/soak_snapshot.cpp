@@ -2,7 +2,7 @@
 
 #include "shared/double_buffer/double_buffer.hpp"
 
-namespace stillgrid {
+namespace stillgrid::soak {
 namespace {
 
 constexpr std::uint64_t kSnapshotIdStep = 0xD1342543DE82EF95ULL;  // odd, so it has an inverse
@@ -39,8 +39,9 @@ void fill_snapshot(std::span<std::uint64_t> snapshot, std::uint64_t base) noexce
 }
 
 Gathered gather_all(const std::uint64_t* payload, std::size_t words) noexcept {
-  Gathered gathered{.base = load_word(payload, 0)};
-  for (std::size_t i = 1; i < words; ++i) compare(gathered, load_word(payload, i), i);
+  Gathered gathered{.base = double_buffer::load_word(payload, 0)};
+  for (std::size_t i = 1; i < words; ++i)
+    compare(gathered, double_buffer::load_word(payload, i), i);
   return gathered;
 }
 
@@ -51,7 +52,7 @@ Gathered gather_strewn(const std::uint64_t* payload, std::size_t words, std::siz
     // Multiples of the golden ratio, so that they lie evenly and far from each other.
     const auto share = static_cast<std::uint32_t>((tick * count + i) * 0x9E3779B1U);
     const auto index = static_cast<std::size_t>((std::uint64_t{share} * words) >> 32U);
-    const std::uint64_t word = load_word(payload, index);
+    const std::uint64_t word = double_buffer::load_word(payload, index);
     if (i == 0) gathered.base = word - index * kIndexStep;
     compare(gathered, word, index);
   }
@@ -67,4 +68,4 @@ Verdict judge(const Gathered& gathered, std::uint64_t epoch, std::uint64_t snaps
   return is_mixed ? Verdict::kMixed : Verdict::kTorn;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::soak

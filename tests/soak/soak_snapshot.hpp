@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-namespace stillgrid {
+namespace stillgrid::soak {
 
 /// What the soak publishes: snapshots of which every word follows from the writer's epoch, the
 /// snapshot and the word's index, so that a reader can judge each word it was shown.
@@ -38,4 +38,4 @@ enum class Verdict { kWhole, kTorn, kMixed };
 [[nodiscard]] Verdict judge(const Gathered& gathered, std::uint64_t epoch,
                             std::uint64_t snapshot_id) noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::soak

@@ -6,7 +6,7 @@
 #include <new>
 #include <system_error>
 
-namespace stillgrid {
+namespace stillgrid::soak {
 
 SharedSoakState::SharedSoakState() {
   void* const memory =
@@ -20,4 +20,4 @@ SharedSoakState::~SharedSoakState() {
   ::munmap(state_, sizeof(SoakState));
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::soak

@@ -8,7 +8,7 @@
 
 #include "shared/realtime/histogram.hpp"
 
-namespace stillgrid {
+namespace stillgrid::soak {
 
 /// What a soak is to do.
 struct SoakPlan {
@@ -39,7 +39,7 @@ struct ReaderTally {
   std::uint64_t inspected = 0, inspections_rejected = 0;
   std::uint64_t segments = 0, deaths_seen = 0, refusals = 0;
   std::uint64_t realtime_missing = 0;  // rights that it went without
-  Histogram read_ns, wake_ns;
+  realtime::Histogram read_ns, wake_ns;
 };
 
 /// The first accepted read of a writer's snapshots.
@@ -57,7 +57,7 @@ struct SoakState {
   std::atomic<std::uint32_t> writer_read = 0;  // pid
   std::atomic<bool> writer_alive = false;      // as the reader last saw it
   ReaderTally reader;
-  Histogram publish_ns;
+  realtime::Histogram publish_ns;
   std::uint64_t first_read_count = 0;
   std::array<FirstRead, kMaxKills + 2> first_reads{};
 };
@@ -77,4 +77,4 @@ class SharedSoakState {
   SoakState* state_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::soak

@@ -14,7 +14,7 @@
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/haptic_server/devices/recording_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 constexpr double kDuration_s = 4.0;
@@ -43,9 +43,9 @@ TEST_CASE(
     "lags "
     "less than hold and linear",
     "[comparison]") {
-  const RecordingFile path(ride());
-  const SceneDescription scene =
-      load_scene(STILLGRID_SOURCE_DIR "/sim_server/scene/scenes/moving_sphere.toml");
+  const devices::RecordingFile path(ride());
+  const scene::SceneDescription scene =
+      scene::load_scene(STILLGRID_SOURCE_DIR "/sim_server/scene/scenes/moving_sphere.toml");
   LabOptions options;
   options.device = "replay:file=" + path.path();
   options.latency_s = 0.1 * scene.period_s;
@@ -93,7 +93,7 @@ TEST_CASE("A stage is a jump whole, a change of slew by half, and nothing that c
 TEST_CASE("From a time on, a run has its rows, jumps and energy since", "[comparison]") {
   LabRun run;
   for (int i = 0; i < 10; ++i) {
-    TickRow row;
+    recording::TickRow row;
     row.time_s = 0.1 * i;
     row.position_m.x() = 0.01 * i;
     row.force_N.x() = i;  // held over the next 0.01 m
@@ -109,4 +109,4 @@ TEST_CASE("From a time on, a run has its rows, jumps and energy since", "[compar
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

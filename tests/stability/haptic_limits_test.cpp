@@ -10,7 +10,7 @@
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 #include "tests/stability/held_loop.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 /// Exact for the zero-order hold without delay and virtual damping (docs/cases.md, case 1.1).
@@ -34,19 +34,21 @@ double product_limit_N_per_m(const HeldLoop& loop, double damping_N_s_per_m = 0.
 
 /// 20 s against a wall; unstable if the last decile still swings, and no less than the one before.
 bool is_stable(const HeldLoop& loop, double push_N, double stiffness_N_per_m) {
-  StaticScene fixed = plain_scene(static_cast<float>(stiffness_N_per_m), 0.005F);
+  publication::StaticScene fixed =
+      rendering::plain_scene(static_cast<float>(stiffness_N_per_m), 0.005F);
   fixed.planes = {{{0.0F, 0.0F, 1.0F}, -0.005F, 0, 0}};  // touched by the tool's origin at 0
-  PublishedScene scene(fixed, {}, kMillisecond_ns);
+  rendering::PublishedScene scene(fixed, {}, rendering::kMillisecond_ns);
   scene.show({}, 0);
-  SnapshotRenderer renderer(Transition::kHold);
-  PhantomModel device = make_pushed_device(loop, push_N);
+  rendering::SnapshotRenderer renderer(display::Transition::kHold);
+  devices::PhantomModel device = make_pushed_device(loop, push_N);
   const int ticks = static_cast<int>(20.0 / loop.tick_s);
   std::vector<double> height_m;
   for (int i = 0; i < ticks; ++i) {
-    const Eigen::Vector3d tip_m = read_encoders(device);
+    const Eigen::Vector3d tip_m = devices::read_encoders(device);
     height_m.push_back(tip_m.z());
-    command_force(device, renderer.render(scene.view(), {.position_m = tip_m}, 0).force.force_N);
-    advance_phantom(device, kSubstepsPerTick);
+    devices::command_force(device,
+                           renderer.render(scene.view(), {.position_m = tip_m}, 0).force.force_N);
+    devices::advance_phantom(device, devices::kSubstepsPerTick);
   }
   const auto decile = static_cast<std::ptrdiff_t>(ticks / 10);
   const double last_m = peak_to_peak(height_m.end() - decile, height_m.end());
@@ -181,4 +183,4 @@ TEST_CASE("Our velocity, 5 ms late, bears a seventh of the stiffness that a bare
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -11,7 +11,7 @@
 #include "haptic_server/rendering/tool_force.hpp"
 #include "haptic_server/rendering/velocity_estimator.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 constexpr float kContactDistance_m = 0.05F;
@@ -39,10 +39,10 @@ double velocity_m_s(VelocitySource source, const std::array<double, 2>& before, 
   const auto tick_ns = static_cast<std::uint64_t>(std::llround(tick_s * 1e9));
   const auto at = [](double z_m) { return Eigen::Vector3d(0.0, 0.0, z_m); };
   // What share of a step's rate one update takes over; thence the step that leads to before_m_s.
-  VelocityEstimator probe;
+  rendering::VelocityEstimator probe;
   (void)probe.update(0, at(0.0));
   const double pull = probe.update(tick_ns, at(tick_s)).z();
-  VelocityEstimator estimator;
+  rendering::VelocityEstimator estimator;
   (void)estimator.update(0, at(before_m - before_m_s * tick_s / pull));
   (void)estimator.update(tick_ns, at(before_m));
   return estimator.update(2 * tick_ns, at(now_m)).z();
@@ -50,7 +50,7 @@ double velocity_m_s(VelocitySource source, const std::array<double, 2>& before, 
 
 /// The loop's state one tick on. State: position, velocity, position and velocity estimate of the
 /// tick before, forces on their way, the next one first.
-Eigen::VectorXd next_tick(PhantomModel device, const proto::SceneHeader& scene,
+Eigen::VectorXd next_tick(devices::PhantomModel device, const proto::SceneHeader& scene,
                           VelocitySource source, const Eigen::VectorXd& state) {
   const auto delay = static_cast<std::size_t>(device.settings.delay_ticks);
   device.position_m.z() = state[0];
@@ -58,10 +58,10 @@ Eigen::VectorXd next_tick(PhantomModel device, const proto::SceneHeader& scene,
   for (std::size_t i = 0; i < delay; ++i)
     device.delayed_N[i + 1] = {0.0, 0.0, state[static_cast<Eigen::Index>(4 + i)]};
 
-  const double now_m = read_encoders(device).z();
+  const double now_m = devices::read_encoders(device).z();
   const double now_m_s = velocity_m_s(source, {state[2], state[3]}, now_m, device.settings.tick_s);
-  command_force(device, {0.0, 0.0, force_N(scene, now_m, now_m_s)});
-  advance_phantom(device, kSubstepsPerTick);
+  devices::command_force(device, {0.0, 0.0, force_N(scene, now_m, now_m_s)});
+  devices::advance_phantom(device, devices::kSubstepsPerTick);
 
   Eigen::VectorXd next(state.size());
   next.head<4>() << device.position_m.z(), device.velocity_m_s.z(), now_m, now_m_s;
@@ -72,20 +72,20 @@ Eigen::VectorXd next_tick(PhantomModel device, const proto::SceneHeader& scene,
 
 }  // namespace
 
-PhantomModel make_device(const HeldLoop& loop) {
-  PhantomSettings settings;
+devices::PhantomModel make_device(const HeldLoop& loop) {
+  devices::PhantomSettings settings;
   settings.device.mass_kg = loop.mass_kg;
   settings.device.damping_N_s_per_m = loop.damping_N_s_per_m;
   settings.device.friction_N = loop.friction_N;
   settings.device.resolution_m = loop.resolution_m;
-  settings.path.kind = PathKind::kStill;
+  settings.path.kind = devices::PathKind::kStill;
   settings.tick_s = loop.tick_s;
   settings.delay_ticks = loop.delay_ticks;
-  return make_phantom(settings);
+  return devices::make_phantom(settings);
 }
 
-PhantomModel make_pushed_device(const HeldLoop& loop, double push_N) {
-  PhantomModel device = make_device(loop);
+devices::PhantomModel make_pushed_device(const HeldLoop& loop, double push_N) {
+  devices::PhantomModel device = make_device(loop);
   device.settings.push_N = {0.0, 0.0, -push_N};
   device.velocity_m_s = {0.0, 0.0, -0.05};
   return device;
@@ -104,17 +104,18 @@ proto::SceneHeader spring(double stiffness_N_per_m, double damping_N_s_per_m) {
 }
 
 double force_N(const proto::SceneHeader& scene, double z_m, double velocity_m_s) {
-  static const TouchedSpheres kNoSpheres{};
-  const PlacedToolSphere tool{.position_m = {0.0, 0.0, z_m},
-                              .radius_m = static_cast<double>(scene.tool[0].radius_m),
-                              .before_m = {0.0, 0.0, z_m}};
-  const ToolPose pose{.position_m = {0.0, 0.0, z_m}, .velocity_m_s = {0.0, 0.0, velocity_m_s}};
-  return tool_force(scene, kNoSpheres, {&tool, 1}, pose).force_N.z();
+  static const rendering::TouchedSpheres kNoSpheres{};
+  const rendering::PlacedToolSphere tool{.position_m = {0.0, 0.0, z_m},
+                                         .radius_m = static_cast<double>(scene.tool[0].radius_m),
+                                         .before_m = {0.0, 0.0, z_m}};
+  const rendering::ToolPose pose{.position_m = {0.0, 0.0, z_m},
+                                 .velocity_m_s = {0.0, 0.0, velocity_m_s}};
+  return rendering::tool_force(scene, kNoSpheres, {&tool, 1}, pose).force_N.z();
 }
 
 double tick_growth(const HeldLoop& loop, double stiffness_N_per_m, double damping_N_s_per_m,
                    VelocitySource source) {
-  const PhantomModel device = make_device(loop);
+  const devices::PhantomModel device = make_device(loop);
   const proto::SceneHeader scene = spring(stiffness_N_per_m, damping_N_s_per_m);
   const Eigen::Index size = 4 + loop.delay_ticks;
   Eigen::MatrixXd matrix(size, size);
@@ -144,4 +145,4 @@ double peak_to_peak(std::vector<double>::const_iterator first,
   return *high - *low;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

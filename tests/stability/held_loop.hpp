@@ -7,7 +7,7 @@
 #include "haptic_server/devices/phantom_model.hpp"
 #include "proto/scene_segment.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// The simulated device in a loop along z: no hand, no limit of force.
 struct HeldLoop {
@@ -17,10 +17,10 @@ struct HeldLoop {
   double resolution_m = 0.0;  // of the encoders; 0 exact
 };
 
-[[nodiscard]] PhantomModel make_device(const HeldLoop& loop);
+[[nodiscard]] devices::PhantomModel make_device(const HeldLoop& loop);
 
 /// The same device at the surface of a wall, moving in, and pushed in for ever.
-[[nodiscard]] PhantomModel make_pushed_device(const HeldLoop& loop, double push_N);
+[[nodiscard]] devices::PhantomModel make_pushed_device(const HeldLoop& loop, double push_N);
 
 /// A wall below z = 0, touched by the tool's origin.
 [[nodiscard]] proto::SceneHeader wall(double stiffness_N_per_m);
@@ -51,4 +51,4 @@ enum class VelocitySource { kBackwardDifference, kProduct };
 [[nodiscard]] double peak_to_peak(std::vector<double>::const_iterator first,
                                   std::vector<double>::const_iterator last);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

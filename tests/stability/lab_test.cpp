@@ -13,7 +13,7 @@
 #include "sim_server/lockstep_schedule.hpp"
 #include "sim_server/scene/scene_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 /// Exact encoders; else as a cell is by default.
@@ -103,7 +103,7 @@ TEST_CASE("The tool comes to rest on every body, in contact", "[lab]") {
   const LabRun run = run_lab(scene_of(cell, 500.0), options_of(cell));
   CHECK_FALSE(oscillates(run.rows));
   CHECK(std::all_of(run.rows.end() - 500, run.rows.end(),
-                    [](const TickRow& row) { return row.contacts > 0; }));
+                    [](const recording::TickRow& row) { return row.contacts > 0; }));
 }
 
 TEST_CASE("A run repeats to the bit, and by another seed it does not", "[lab]") {
@@ -113,8 +113,8 @@ TEST_CASE("A run repeats to the bit, and by another seed it does not", "[lab]") 
   cell.duration_s = 2.0;
   const auto lines_of = [&cell] {
     std::string lines;
-    for (const TickRow& row : run_lab(scene_of(cell, 1500.0), options_of(cell)).rows)
-      append_row(row, lines);
+    for (const recording::TickRow& row : run_lab(scene_of(cell, 1500.0), options_of(cell)).rows)
+      recording::append_row(row, lines);
     return lines;
   };
   const std::string first = lines_of();
@@ -124,8 +124,8 @@ TEST_CASE("A run repeats to the bit, and by another seed it does not", "[lab]") 
 }
 
 /// A sphere that presses evenly deeper into a tool that stays, 0.01 m/s at 500 N/m.
-SceneDescription advancing_sphere() {
-  return read_scene(R"(
+scene::SceneDescription advancing_sphere() {
+  return scene::read_scene(R"(
 format = 2
 [world]
 gravity_m_s2 = [0.0, 0.0, 0.0]
@@ -143,7 +143,7 @@ position_m = [-0.0149, 0.0, 0.0]
 radius_m = 0.01
 material = "elastic"
 )",
-                    "advancing.toml");
+                           "advancing.toml");
 }
 
 TEST_CASE(
@@ -154,13 +154,13 @@ TEST_CASE(
   LabOptions options;
   options.device = "phantom:path=still,centre_z_m=0,hand=none,mass_kg=1000000";
   options.duration_s = 1.2;
-  options.transition = GENERATE(Transition::kHold, Transition::kLinear);
-  const SceneDescription scene = advancing_sphere();
+  options.transition = GENERATE(display::Transition::kHold, display::Transition::kLinear);
+  const scene::SceneDescription scene = advancing_sphere();
   const LabRun run = run_lab(scene, options);
   const LabRun reference = run_reference(scene, options, run);
   REQUIRE(reference.rows.size() == run.rows.size());
   const RunMetrics metrics = metrics_of(run, reference, 10.0);
-  if (options.transition == Transition::kHold) {
+  if (options.transition == display::Transition::kHold) {
     // Sampled once a tick the age is 0 to 99 ms, not quite P / sqrt 3 rms nor P / 2 in the mean.
     CHECK(metrics.switches.jump_N.max == Approx(kStep_N).epsilon(0.01));
     CHECK(metrics.error.rms_N == Approx(kStep_N / std::sqrt(3.0)).epsilon(0.02));
@@ -177,7 +177,7 @@ TEST_CASE(
 TEST_CASE("On a wall a run is its own reference", "[lab]") {
   LabCell cell;
   cell.duration_s = 1.0;
-  const SceneDescription scene = scene_of(cell, 1000.0);
+  const scene::SceneDescription scene = scene_of(cell, 1000.0);
   const LabRun run = run_lab(scene, options_of(cell));
   const LabRun reference = run_reference(scene, options_of(cell), run);
   const RunMetrics metrics = metrics_of(run, reference, 1.0 / cell.period_s);
@@ -186,10 +186,10 @@ TEST_CASE("On a wall a run is its own reference", "[lab]") {
 }
 
 TEST_CASE("In a schedule no tool is sampled before the snapshot before it is shown", "[lab]") {
-  LockstepSchedule schedule(0.01, 0.3, 7, 0.009);
-  ScheduledSnapshot before = schedule.next();
+  sim_server::LockstepSchedule schedule(0.01, 0.3, 7, 0.009);
+  sim_server::ScheduledSnapshot before = schedule.next();
   for (int i = 0; i < 1000; ++i) {
-    const ScheduledSnapshot snapshot = schedule.next();
+    const sim_server::ScheduledSnapshot snapshot = schedule.next();
     CHECK(snapshot.state_ns == before.state_ns + snapshot.step_ns);
     CHECK(snapshot.step_ns >= 7'000'000);
     CHECK(snapshot.step_ns <= 13'000'000);
@@ -209,4 +209,4 @@ TEST_CASE("A cell that cannot be is refused in a line that names it", "[lab]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

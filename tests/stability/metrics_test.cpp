@@ -12,7 +12,7 @@
 
 #include "shared/tools/laboratory/spectrum.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 constexpr double kRate_hz = 1000.0;
@@ -100,7 +100,7 @@ TEST_CASE(
   const std::vector<std::pair<std::uint64_t, double>> shown = {
       {0, 1.0},  {1, 0.5}, {1, 1.0}, {1, 1.0}, {2, 0.25},
       {2, 0.75}, {3, 0.0}, {3, 1.0}, {3, 1.0}, {3, 1.0}};
-  std::vector<TickRow> rows(shown.size());
+  std::vector<recording::TickRow> rows(shown.size());
   for (std::size_t i = 0; i < rows.size(); ++i)
     std::tie(rows[i].snapshot_id, rows[i].alpha) = shown[i];
   const Plateau found = plateau(rows, kRate_hz);
@@ -129,4 +129,4 @@ TEST_CASE("A jump from nothing is as noticeable as a jump can be", "[metrics]") 
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -13,13 +13,13 @@
 #include "haptic_server/safety/safety_chain.hpp"
 #include "tests/stability/held_loop.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
-Wrench along_z(double force_N) {
+safety::Wrench along_z(double force_N) {
   return {.force_N = {0.0, 0.0, force_N}};
 }
-DeviceMotion moved_z(double moved_m) {
+safety::DeviceMotion moved_z(double moved_m) {
   return {.moved_m = {0.0, 0.0, moved_m}};
 }
 
@@ -41,16 +41,16 @@ struct Round {
 Round play(const VirtualWall& contact, const std::vector<double>& cycle_m) {
   constexpr double kTick_s = 1e-3;
   const proto::SceneHeader scene = spring(contact.stiffness_N_per_m, contact.damping_N_s_per_m);
-  PhantomModel motors = make_device({1.0, 0.0, kTick_s, contact.delay_ticks});
-  HandEnergy energy;
+  devices::PhantomModel motors = make_device({1.0, 0.0, kTick_s, contact.delay_ticks});
+  safety::HandEnergy energy;
   double before_m = cycle_m.back(), given_before_J = 0.0, squares_m2 = 0.0;
   for (int round = 0; round < 2; ++round) {
     given_before_J = energy.given_J;
     squares_m2 = 0.0;
     for (const double now_m : cycle_m) {
       const double moved_m = now_m - std::exchange(before_m, now_m);
-      observe(energy, {.force_N = motors.held_force_N}, moved_z(moved_m));
-      command_force(motors, {0.0, 0.0, force_N(scene, now_m, moved_m / kTick_s)});
+      safety::observe(energy, {.force_N = motors.held_force_N}, moved_z(moved_m));
+      devices::command_force(motors, {0.0, 0.0, force_N(scene, now_m, moved_m / kTick_s)});
       squares_m2 += moved_m * moved_m;
     }
   }
@@ -124,12 +124,12 @@ double leak_J(double stiffness_N_per_m, double speed_m_s, double depth_m) {
   const double turn_s = depth_m / speed_m_s;
   double sum_J = 0.0;
   for (int phase = 0; phase < kPhases; ++phase) {
-    HandEnergy energy;
+    safety::HandEnergy energy;
     double held_N = 0.0, before_m = 0.0;
     for (double t_s = (phase + 0.5) / kPhases * kTick_s; t_s < 2.0 * turn_s + 2.0 * kTick_s;
          t_s += kTick_s) {
       const double now_m = speed_m_s * std::abs(t_s - turn_s) - depth_m;
-      observe(energy, along_z(held_N), moved_z(now_m - std::exchange(before_m, now_m)));
+      safety::observe(energy, along_z(held_N), moved_z(now_m - std::exchange(before_m, now_m)));
       held_N = force_N(scene, now_m);
     }
     sum_J += energy.given_J;
@@ -155,14 +155,14 @@ TEST_CASE("The observed work of a held spring is its energy and half the squares
   constexpr double kStiffness_N_per_m = 800.0;
   const proto::SceneHeader scene = spring(kStiffness_N_per_m);
   std::mt19937 random(7);
-  HandEnergy held, of_new_force;
+  safety::HandEnergy held, of_new_force;
   double before_m = 0.0, held_N = 0.0, squares_m2 = 0.0;
   for (int tick = 0; tick < 1000; ++tick) {
     const double now_m = 0.02 * (static_cast<double>(random()) * 0x1p-32 - 0.5);
     const double moved_m = now_m - std::exchange(before_m, now_m);
-    observe(held, along_z(held_N), moved_z(moved_m));
+    safety::observe(held, along_z(held_N), moved_z(moved_m));
     held_N = force_N(scene, now_m);
-    observe(of_new_force, along_z(held_N), moved_z(moved_m));
+    safety::observe(of_new_force, along_z(held_N), moved_z(moved_m));
     squares_m2 += moved_m * moved_m;
   }
   const double spring_J = 0.5 * kStiffness_N_per_m * before_m * before_m;
@@ -175,8 +175,8 @@ TEST_CASE("The observed work of a held spring is its energy and half the squares
 struct WallRun {
   bool has_diverged = false;
   double swing_m = 0.0;  // peak to peak in the last second
-  HandEnergy energy;
-  HandEnergy really;                      // of the motors' own force, over the true motion
+  safety::HandEnergy energy;
+  safety::HandEnergy really;              // of the motors' own force, over the true motion
   double most_seen_by_new_force_J = 0.0;  // the wrong observer's
 };
 
@@ -187,30 +187,30 @@ constexpr int kMinute_ticks = 60'000;
 WallRun run_on_wall(double stiffness_N_per_m, std::optional<double> passivity_mass_kg,
                     const HeldLoop& loop = kDevice, int ticks = 10'000) {
   constexpr double kTick_s = 1e-3;
-  SafetyInput input{.snapshot = {true, 0.0, 0.033, true}, .elapsed_s = kTick_s};
-  SafetyChain chain({.max_force_N = 1e12, .passivity_mass_kg = passivity_mass_kg});
+  safety::SafetyInput input{.snapshot = {true, 0.0, 0.033, true}, .elapsed_s = kTick_s};
+  safety::SafetyChain chain({.max_force_N = 1e12, .passivity_mass_kg = passivity_mass_kg});
   std::uint32_t flags = 0;
   for (int tick = 0; tick < 101; ++tick) (void)chain.apply(input, flags);
 
   const proto::SceneHeader scene = wall(stiffness_N_per_m);
-  PhantomModel device = make_pushed_device(loop, 1.0);
+  devices::PhantomModel device = make_pushed_device(loop, 1.0);
   WallRun run;
-  HandEnergy of_new_force;
+  safety::HandEnergy of_new_force;
   std::vector<double> height_m;
   Eigen::Vector3d before_m = device.position_m;
   for (int tick = 0; tick < ticks && !run.has_diverged; ++tick) {
-    const Eigen::Vector3d now_m = read_encoders(device);
+    const Eigen::Vector3d now_m = devices::read_encoders(device);
     input.motion = {.moved_m = now_m - before_m};
     before_m = now_m;
     input.rendered = along_z(force_N(scene, now_m.z()));
-    const Wrench held = chain.apply(input, flags);
-    observe(of_new_force, held, input.motion);
+    const safety::Wrench held = chain.apply(input, flags);
+    safety::observe(of_new_force, held, input.motion);
     run.most_seen_by_new_force_J = std::max(run.most_seen_by_new_force_J, of_new_force.given_J);
-    command_force(device, held.force_N);
+    devices::command_force(device, held.force_N);
     const Eigen::Vector3d truly_before_m = device.position_m;
-    advance_phantom(device, kSubstepsPerTick);
-    observe(run.really, {.force_N = device.held_force_N},
-            {.moved_m = device.position_m - truly_before_m});
+    devices::advance_phantom(device, devices::kSubstepsPerTick);
+    safety::observe(run.really, {.force_N = device.held_force_N},
+                    {.moved_m = device.position_m - truly_before_m});
     height_m.push_back(now_m.z());
     run.has_diverged = std::abs(now_m.z()) > 10.0;
   }
@@ -297,4 +297,4 @@ TEST_CASE("Encoder steps look like energy, and the control is quiet to a few ste
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -10,7 +10,7 @@
 #include "haptic_server/safety/energy_observer.hpp"
 #include "tests/stability/held_loop.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 constexpr double kTick_s = 1e-3;
@@ -27,15 +27,16 @@ HeldLoop loop_of(const RealDevice& real) {
 /// next, from where the next step of the encoders is as near as can be.
 double given_J_per_N_per_m(const RealDevice& real, double stroke_m) {
   const proto::SceneHeader scene = wall(1.0);
-  PhantomModel device = make_device(loop_of(real));
+  devices::PhantomModel device = make_device(loop_of(real));
   const double start_m = -0.5 * (1.0 - 1e-9) * real.resolution_m;
-  HandEnergy energy;
+  safety::HandEnergy energy;
   double held_N = 0.0, before_m = start_m;
   for (const double now_m : {start_m, start_m - stroke_m, start_m}) {
     const Eigen::Vector3d moved_m(0.0, 0.0, now_m - std::exchange(before_m, now_m));
-    observe(energy, {.force_N = {0.0, 0.0, held_N}}, {.moved_m = moved_m});  // of the true motion
+    safety::observe(energy, {.force_N = {0.0, 0.0, held_N}},
+                    {.moved_m = moved_m});  // of the true motion
     device.position_m.z() = now_m;
-    held_N = force_N(scene, read_encoders(device).z());
+    held_N = force_N(scene, devices::read_encoders(device).z());
   }
   return energy.given_J;
 }
@@ -82,10 +83,10 @@ TEST_CASE("Below that limit a device comes to a stop on the wall, by its own fri
   const double limit_N_per_m =
       std::min(2.0 * real.damping_N_s_per_m / kTick_s, 2.0 * real.friction_N / real.resolution_m);
   const proto::SceneHeader scene = wall(0.95 * limit_N_per_m);
-  PhantomModel device = make_pushed_device(loop_of(real), 1.0);
+  devices::PhantomModel device = make_pushed_device(loop_of(real), 1.0);
   for (int tick = 0; tick < 20'000; ++tick) {
-    command_force(device, {0.0, 0.0, force_N(scene, read_encoders(device).z())});
-    advance_phantom(device, kSubstepsPerTick);
+    devices::command_force(device, {0.0, 0.0, force_N(scene, devices::read_encoders(device).z())});
+    devices::advance_phantom(device, devices::kSubstepsPerTick);
   }
   CHECK(device.velocity_m_s.z() == 0.0);
 }
@@ -105,13 +106,14 @@ double cycle_amplitude_m(const FrictionCycle& c) {
 /// Whether a device let go at start_m on a spring comes to rest, rather than to twice that.
 bool dies(const FrictionCycle& c, double start_m) {
   const proto::SceneHeader scene = spring(c.stiffness_N_per_m);
-  PhantomModel device = make_device({c.mass_kg, c.damping_N_s_per_m, kTick_s, 0, c.friction_N});
+  devices::PhantomModel device =
+      make_device({c.mass_kg, c.damping_N_s_per_m, kTick_s, 0, c.friction_N});
   device.position_m.z() = start_m;
   for (int tick = 0; tick < 200'000; ++tick) {
-    const double z_m = read_encoders(device).z();
+    const double z_m = devices::read_encoders(device).z();
     if (std::abs(z_m) > 2.0 * start_m) return false;
-    command_force(device, {0.0, 0.0, force_N(scene, z_m)});
-    advance_phantom(device, kSubstepsPerTick);
+    devices::command_force(device, {0.0, 0.0, force_N(scene, z_m)});
+    devices::advance_phantom(device, devices::kSubstepsPerTick);
     if (device.velocity_m_s.z() == 0.0 &&
         std::abs(force_N(scene, device.position_m.z())) <= c.friction_N)
       return true;
@@ -144,4 +146,4 @@ TEST_CASE("Friction stops a swing smaller than the limit cycle's, and loses to a
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -5,12 +5,12 @@
 #include <limits>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 /// A second of a tool that swings at 7 Hz along x, `late_m` peak to peak in its second half.
-std::vector<TickRow> swinging(double early_m, double late_m) {
-  std::vector<TickRow> rows(1001);
+std::vector<recording::TickRow> swinging(double early_m, double late_m) {
+  std::vector<recording::TickRow> rows(1001);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     rows[i].time_s = static_cast<double>(i) * 1e-3;
     const double half_m = 0.5 * (i < 500 ? early_m : late_m);
@@ -27,7 +27,7 @@ TEST_CASE("A run oscillates when its last half second swings by more than four e
 
 TEST_CASE("A run that ends nowhere is not stable", "[stable_stiffness]") {
   CHECK(oscillates({}));
-  std::vector<TickRow> rows = swinging(0.0, 0.0);
+  std::vector<recording::TickRow> rows = swinging(0.0, 0.0);
   rows[900].position_m.y() = std::numeric_limits<double>::quiet_NaN();
   CHECK(oscillates(rows));
 }
@@ -57,4 +57,4 @@ TEST_CASE("The search says when all is stable, and when nothing is", "[stable_st
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-namespace stillgrid::two_rate {
+namespace stillgrid::laboratory::two_rate {
 namespace {
 
 Body free_body(double mass_kg) {
@@ -34,8 +34,8 @@ TEST_CASE("A static body's snapshot bears what a wall at 1 kHz bears, at every r
           "[two_rate]") {
   const int period_ticks = GENERATE(1, 10, 33, 100);
   const int sample_age_ticks = GENERATE_COPY(0, period_ticks);
-  const Transition transition =
-      GENERATE(Transition::kHold, Transition::kLinear, Transition::kExtrapolate);
+  const display::Transition transition = GENERATE(
+      display::Transition::kHold, display::Transition::kLinear, display::Transition::kExtrapolate);
   const Cycle cycle = cycle_of(transition, period_ticks, sample_age_ticks);
 
   CHECK(limit_N_per_m(kLightDevice, kStill, cycle, sample_age_ticks) ==
@@ -74,15 +74,16 @@ TEST_CASE("Late snapshots of bodies that react bear what case 1.13 says", "[two_
   const int period_ticks = row.period_ticks;
   const Body body = free_body(row.mass_kg);
   // Shown from T_n, made with the tool at T_(n-1).
-  const auto late_N_per_m = [&](Transition transition) {
+  const auto late_N_per_m = [&](display::Transition transition) {
     return limit_N_per_m(row.device, body, cycle_of(transition, period_ticks, 0), period_ticks);
   };
   INFO(period_ticks << " ms, " << row.mass_kg << " kg");
 
   const double printed = 1.5e-3;  // all digits of the table
-  CHECK(late_N_per_m(Transition::kHold) == Approx(row.hold).epsilon(printed));
-  CHECK(late_N_per_m(Transition::kLinear) == Approx(row.linear).epsilon(printed));
-  CHECK(late_N_per_m(Transition::kExtrapolate) == Approx(row.extrapolated).epsilon(printed));
+  CHECK(late_N_per_m(display::Transition::kHold) == Approx(row.hold).epsilon(printed));
+  CHECK(late_N_per_m(display::Transition::kLinear) == Approx(row.linear).epsilon(printed));
+  CHECK(late_N_per_m(display::Transition::kExtrapolate) ==
+        Approx(row.extrapolated).epsilon(printed));
   CHECK(held_force_limit_N_per_m(row.device, body, period_ticks) ==
         Approx(row.force_held).epsilon(printed));
 }
@@ -113,8 +114,9 @@ TEST_CASE("Low-latency snapshots of the worst body bear what case 1.17 says", "[
   const std::array<int, 3> periods_ticks = {10, 33, 100};
   for (std::size_t i = 0; i < periods_ticks.size(); ++i) {
     const int cost_ticks = static_cast<int>(std::lround(row.step_cost * periods_ticks[i]));
-    const Cycle cycle = row.ramp > 0.0 ? cycle_of(ramp(row.ramp), periods_ticks[i])
-                                       : cycle_of(Transition::kHold, periods_ticks[i], cost_ticks);
+    const Cycle cycle = row.ramp > 0.0
+                            ? cycle_of(ramp(row.ramp), periods_ticks[i])
+                            : cycle_of(display::Transition::kHold, periods_ticks[i], cost_ticks);
     INFO(periods_ticks[i] << " ms, the step costs " << cost_ticks);
 
     CHECK(worst_body_N_per_m(kLightDevice, cycle, cost_ticks) ==
@@ -127,8 +129,9 @@ TEST_CASE("Low-latency snapshots of the worst body bear what case 1.17 says", "[
 TEST_CASE("At regular periods restart and playout show what linear shows", "[two_rate]") {
   const int period_ticks = GENERATE(1, 10, 33, 100);
   const int latency_ticks = GENERATE_COPY(0, period_ticks / 3, period_ticks);
-  const Transition transition = GENERATE(Transition::kRestart, Transition::kPlayout);
-  const Cycle linear = cycle_of(Transition::kLinear, period_ticks, latency_ticks);
+  const display::Transition transition =
+      GENERATE(display::Transition::kRestart, display::Transition::kPlayout);
+  const Cycle linear = cycle_of(display::Transition::kLinear, period_ticks, latency_ticks);
 
   const Cycle cycle = cycle_of(transition, period_ticks, latency_ticks);
 
@@ -144,7 +147,7 @@ TEST_CASE(
   const double step_cost = GENERATE(0.0, 0.1);
   const int period_ticks = GENERATE(10, 33, 100);
   const int cost_ticks = static_cast<int>(std::lround(step_cost * period_ticks));
-  const Cycle cycle = cycle_of(Transition::kPredict, period_ticks, cost_ticks);
+  const Cycle cycle = cycle_of(display::Transition::kPredict, period_ticks, cost_ticks);
 
   CHECK(worst_body_N_per_m(kLightDevice, cycle, cost_ticks) > 0.5 * 10084.9);
   CHECK(worst_body_N_per_m(kDeviceInHand, cycle, cost_ticks) > 0.5 * 14928.6);
@@ -169,7 +172,7 @@ Snapshot next_snapshot(const Snapshot& last, double mass_kg, double period_s,
 }
 
 /// The force of the contact that a history, newest first, shows by `weights`.
-double shown_force_N(const Snapshot* snapshots, const SnapshotWeights& weights,
+double shown_force_N(const Snapshot* snapshots, const display::SnapshotWeights& weights,
                      double newton_moves_m, double contact_N_per_m, double tool_m) {
   double shown_m =
       (weights.prediction_s - weights.compliance_lag_s) * snapshots[0].predicted_velocity_m_s;
@@ -216,14 +219,14 @@ double growth(const Loop& loop, double contact_N_per_m) {
 TEST_CASE("In the time domain the loop dies away below the limit and grows above it",
           "[two_rate]") {
   const Device device = GENERATE(kLightDevice, kDeviceInHand);
-  const Transition transition =
-      GENERATE(Transition::kHold, Transition::kLinear, Transition::kHermite,
-               Transition::kExtrapolate, Transition::kPredict);
+  const display::Transition transition = GENERATE(
+      display::Transition::kHold, display::Transition::kLinear, display::Transition::kHermite,
+      display::Transition::kExtrapolate, display::Transition::kPredict);
   const int latency_ticks = GENERATE(0, 11, 33);
   const Loop loop{device, free_body(0.1), cycle_of(transition, 33, latency_ticks), latency_ticks};
   const auto limit = stiffness_limit(loop, {10.0, 1e5, 481});
-  INFO(name_of(transition) << ", late by " << latency_ticks << " ms, bears "
-                           << (limit ? limit->limit_N_per_m : INFINITY));
+  INFO(display::name_of(transition) << ", late by " << latency_ticks << " ms, bears "
+                                    << (limit ? limit->limit_N_per_m : INFINITY));
 
   if (!limit) {
     CHECK(growth(loop, 9e4) < 1.0);
@@ -234,4 +237,4 @@ TEST_CASE("In the time domain the loop dies away below the limit and grows above
 }
 
 }  // namespace
-}  // namespace stillgrid::two_rate
+}  // namespace stillgrid::laboratory::two_rate

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-namespace stillgrid {
+namespace stillgrid::realtime {
 
 /// A call that real-time sections made, as librealtime_guard.so tells it.
 struct GuardEntry {
@@ -26,4 +26,4 @@ struct GuardTable {
 
 inline constexpr const char* kGuardTableName = "stillgrid_realtime_guard";
 
-}  // namespace stillgrid
+}  // namespace stillgrid::realtime

@@ -19,7 +19,7 @@ void __libc_free(void* memory) noexcept;
 // NOLINTEND(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp,readability-identifier-naming)
 }
 
-namespace stillgrid {
+namespace stillgrid::realtime {
 namespace {
 
 /// The definition that this library hides. Asked for without a lock: libraries that start before
@@ -47,49 +47,49 @@ class Hidden {
 };
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::realtime
 
 // NOLINTBEGIN(readability-inconsistent-declaration-parameter-name,bugprone-macro-parentheses)
 
 #define STILLGRID_EXPORT extern "C" [[gnu::visibility("default")]]
 
 // An int function that is noted and passed on; version: of the symbol, where there are two.
-#define STILLGRID_INTERPOSE(name, parameters, arguments, may_throw, version)   \
-  STILLGRID_EXPORT int name parameters may_throw {                             \
-    static constinit stillgrid::Violation violation(#name);                    \
-    static constinit stillgrid::Hidden<int parameters> hidden(#name, version); \
-    stillgrid::note(violation);                                                \
-    return hidden.get() arguments;                                             \
+#define STILLGRID_INTERPOSE(name, parameters, arguments, may_throw, version)             \
+  STILLGRID_EXPORT int name parameters may_throw {                                       \
+    static constinit stillgrid::realtime::Violation violation(#name);                    \
+    static constinit stillgrid::realtime::Hidden<int parameters> hidden(#name, version); \
+    stillgrid::realtime::note(violation);                                                \
+    return hidden.get() arguments;                                                       \
   }
 
 STILLGRID_EXPORT void* malloc(std::size_t size) noexcept {
-  static constinit stillgrid::Violation violation("malloc");
-  stillgrid::note(violation);
+  static constinit stillgrid::realtime::Violation violation("malloc");
+  stillgrid::realtime::note(violation);
   return __libc_malloc(size);
 }
 STILLGRID_EXPORT void* calloc(std::size_t count, std::size_t size) noexcept {
-  static constinit stillgrid::Violation violation("calloc");
-  stillgrid::note(violation);
+  static constinit stillgrid::realtime::Violation violation("calloc");
+  stillgrid::realtime::note(violation);
   return __libc_calloc(count, size);
 }
 STILLGRID_EXPORT void* realloc(void* memory, std::size_t size) noexcept {
-  static constinit stillgrid::Violation violation("realloc");
-  stillgrid::note(violation);
+  static constinit stillgrid::realtime::Violation violation("realloc");
+  stillgrid::realtime::note(violation);
   return __libc_realloc(memory, size);
 }
 STILLGRID_EXPORT void free(void* memory) noexcept {
-  static constinit stillgrid::Violation violation("free");
-  if (memory != nullptr) stillgrid::note(violation);
+  static constinit stillgrid::realtime::Violation violation("free");
+  if (memory != nullptr) stillgrid::realtime::note(violation);
   __libc_free(memory);
 }
 STILLGRID_EXPORT void* memalign(std::size_t alignment, std::size_t size) noexcept {
-  static constinit stillgrid::Violation violation("memalign");
-  stillgrid::note(violation);
+  static constinit stillgrid::realtime::Violation violation("memalign");
+  stillgrid::realtime::note(violation);
   return __libc_memalign(alignment, size);
 }
 STILLGRID_EXPORT void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
-  static constinit stillgrid::Violation violation("aligned_alloc");
-  stillgrid::note(violation);
+  static constinit stillgrid::realtime::Violation violation("aligned_alloc");
+  stillgrid::realtime::note(violation);
   return __libc_memalign(alignment, size);
 }
 STILLGRID_INTERPOSE(posix_memalign, (void** memory, std::size_t alignment, std::size_t size),

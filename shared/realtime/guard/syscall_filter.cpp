@@ -50,7 +50,7 @@ extern "C" [[gnu::visibility("hidden")]] long stillgrid_guard_syscall(long numbe
                                                                       long f) noexcept;
 extern "C" [[gnu::visibility("hidden")]] const char stillgrid_guard_after_syscall;
 
-namespace stillgrid {
+namespace stillgrid::realtime {
 namespace {
 
 constexpr std::size_t kNumbers = 512;  // and one entry for all above
@@ -160,4 +160,4 @@ int filter_system_calls() noexcept {
   return ::sigaction(SIGSYS, &action, nullptr) == 0 ? install_filter() : errno;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::realtime

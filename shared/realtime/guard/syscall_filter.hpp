@@ -1,6 +1,6 @@
 #pragma once
 
-namespace stillgrid {
+namespace stillgrid::realtime {
 
 /// From now on each system call of the calling thread, and of the threads and processes that it
 /// starts, is noted by its name and then made. Not trapped are the clock, an absolute sleep on
@@ -10,4 +10,4 @@ namespace stillgrid {
 /// 0, or the errno of what could not be had. x86-64 only.
 [[nodiscard]] int filter_system_calls() noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::realtime

@@ -11,7 +11,7 @@
 #include "shared/realtime/guard/guard_table.hpp"
 #include "shared/realtime/guard/syscall_filter.hpp"
 
-namespace stillgrid {
+namespace stillgrid::realtime {
 namespace {
 
 struct Section {
@@ -115,9 +115,11 @@ void note(Violation& violation) noexcept {
   section.is_inside = true;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::realtime
 
 // Found by its name: kGuardTableName.
-extern "C" [[gnu::visibility("default")]] const stillgrid::GuardTable stillgrid_realtime_guard;
-const stillgrid::GuardTable stillgrid_realtime_guard = {stillgrid::enter, stillgrid::begin_tick,
-                                                        stillgrid::leave, stillgrid::for_each};
+extern "C"
+    [[gnu::visibility("default")]] const stillgrid::realtime::GuardTable stillgrid_realtime_guard;
+const stillgrid::realtime::GuardTable stillgrid_realtime_guard = {
+    stillgrid::realtime::enter, stillgrid::realtime::begin_tick, stillgrid::realtime::leave,
+    stillgrid::realtime::for_each};

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace stillgrid {
+namespace stillgrid::realtime {
 
 /// One call by name: how often sections made it, and where the first came from.
 struct Violation {
@@ -23,4 +23,4 @@ struct Violation {
 /// Realtime: lock-free, allocates nothing; the first of a name unwinds the stack.
 void note(Violation& violation) noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::realtime

@@ -11,7 +11,7 @@
 #include "shared/tools/device_check/checked_device.hpp"
 #include "shared/tools/device_check/struct_sizes.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 namespace {
 
 constexpr std::array<double, 3> kZero{};
@@ -33,7 +33,7 @@ Outcome check_no_device(const Subject& subject) {
   descriptor.struct_size = sizeof descriptor;
   stillgrid_device_state state{};
   state.struct_size = sizeof state;
-  const std::uint64_t now_ns = monotonic_ns();
+  const std::uint64_t now_ns = realtime::monotonic_ns();
   refused("configure() of no device", [&] { return api.configure(nullptr, "key", "value"); });
   refused("describe() of no device", [&] { return api.describe(nullptr, &descriptor); });
   refused("activate() of no device", [&] { return api.activate(nullptr); });
@@ -55,7 +55,7 @@ Outcome check_nulls(const Subject& subject) {
   refused("configure() of a null value", [&] { return api.configure(handle, "key", nullptr); });
   refused("describe() to a null place", [&] { return api.describe(handle, nullptr); });
   device.activate();
-  const std::uint64_t now_ns = monotonic_ns();
+  const std::uint64_t now_ns = realtime::monotonic_ns();
   refused("read() to a null place", [&] { return api.read(handle, now_ns, nullptr); });
   refused("write() of a null force",
           [&] { return api.write(handle, now_ns, nullptr, kZero.data()); });
@@ -158,4 +158,4 @@ std::span<const Check> argument_checks() {
   return kChecks;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

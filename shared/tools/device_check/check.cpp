@@ -1,6 +1,6 @@
 #include "shared/tools/device_check/check.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 
 std::vector<Check> all_checks() {
   std::vector<Check> all;
@@ -17,4 +17,4 @@ bool names(std::string_view pattern, std::string_view check) noexcept {
   return check.starts_with(pattern.substr(0, pattern.size() - 1));
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

@@ -10,7 +10,7 @@
 #include "haptic_server/device/device_spec.hpp"
 #include "shared/tools/device_check/verdict.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 
 /// Part of one sequence of random calls: those that are kept when a failure is made shorter.
 struct FuzzPart {
@@ -21,7 +21,7 @@ struct FuzzPart {
 /// The driver that is checked, and how.
 struct Subject {
   std::filesystem::path library;
-  std::vector<DeviceOption> options;
+  std::vector<device::DeviceOption> options;
   std::uint64_t seed = 1;
   double seconds = 5.0;    // of timing, and at most of random calls
   bool any_force = false;  // forces other than zero may be written
@@ -64,4 +64,4 @@ struct Check {
 /// Whether "group.*" or a full name names the check.
 [[nodiscard]] bool names(std::string_view pattern, std::string_view check) noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

@@ -25,7 +25,7 @@
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/tools/device_check/check_record.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 namespace {
 
 [[noreturn]] void fail(const char* what) {
@@ -90,11 +90,11 @@ class SharedRecord {
 int wait_for(pid_t process, double timeout_s, bool& has_hung) {
   // Not by pidfd_open(): the header of glibc 2.36 forgets C++.
   const File handle(static_cast<int>(::syscall(SYS_pidfd_open, process, 0)));
-  const std::uint64_t end_ns = monotonic_ns() + to_ns(timeout_s);
+  const std::uint64_t end_ns = realtime::monotonic_ns() + realtime::to_ns(timeout_s);
   pollfd ended{handle.get(), POLLIN, 0};
   int found = 0;
   while (found <= 0) {
-    const std::uint64_t now_ns = monotonic_ns();
+    const std::uint64_t now_ns = realtime::monotonic_ns();
     if (now_ns >= end_ns) break;
     found = ::poll(
         &ended, 1,
@@ -182,4 +182,4 @@ bool run_here(const Check& check, const Subject& subject) {
   return check.process == CheckProcess::kExits;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

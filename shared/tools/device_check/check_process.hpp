@@ -6,7 +6,7 @@
 
 #include "shared/tools/device_check/check.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 
 /// A check that ran in a process of its own.
 struct ProcessOutcome : Outcome {
@@ -28,4 +28,4 @@ inline constexpr const char* kRecordOption = "--record-file";
 /// process should end as programs do; at once otherwise, without anybody's destructors.
 [[nodiscard]] bool run_here(const Check& check, const Subject& subject);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

@@ -9,7 +9,7 @@
 #include <span>
 #include <system_error>
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 namespace {
 
 CheckRecord own_record;
@@ -51,4 +51,4 @@ void end_check(Verdict verdict, const std::string& line) {
   throw CheckEnded();
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

@@ -8,7 +8,7 @@
 
 #include "shared/tools/device_check/verdict.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 
 /// What a check leaves behind however its process ends: in memory shared with the parent.
 struct CheckRecord {
@@ -44,4 +44,4 @@ struct CheckEnded {};
   end_check(Verdict::kFail, line);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

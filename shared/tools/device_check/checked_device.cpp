@@ -12,7 +12,7 @@
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/realtime/realtime_guard.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 namespace {
 
 constexpr std::uint64_t kPeriod_ns = 1'000'000;
@@ -89,7 +89,7 @@ stillgrid_device_api negotiate_table(const Subject& subject, const stillgrid_hos
   if (api.abi < host.abi_min || api.abi > host.abi_max)
     broken("negotiate() chooses version " + std::to_string(api.abi) + " of " +
            std::to_string(host.abi_min) + " to " + std::to_string(host.abi_max));
-  if (!has_every_function(api)) broken("the table leaves functions out");
+  if (!device::has_every_function(api)) broken("the table leaves functions out");
   return api;
 }
 
@@ -114,7 +114,7 @@ void CheckedDevice::open(const Subject& subject) {
   require(std::min(count, STILLGRID_DEVICE_OK), "enumerate()");
   require(call_driver("open()", [&] { return api_.open(0, &handle_); }), "open()");
   if (handle_ == nullptr) broken("open() answers OK and gives no device");
-  for (const DeviceOption& option : subject.options)
+  for (const device::DeviceOption& option : subject.options)
     require_options_taken(
         call_driver(
             "configure()",
@@ -180,8 +180,8 @@ void run_ticks(std::size_t ticks, const std::function<bool(std::uint64_t now_ns)
   std::thread([&] {
     is_realtime_thread = true;
     try {
-      RealtimeSection section;
-      PeriodicTimer timer(kPeriod_ns);
+      realtime::RealtimeSection section;
+      realtime::PeriodicTimer timer(kPeriod_ns);
       for (std::size_t tick = 1; tick <= ticks; ++tick) {
         section.begin_tick(tick);
         if (!work(timer.wait().now_ns)) break;
@@ -204,4 +204,4 @@ void read_ticks(CheckedDevice& device, std::size_t ticks) {
   });
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

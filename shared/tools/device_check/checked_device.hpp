@@ -11,7 +11,7 @@
 #include "shared/tools/device_check/check.hpp"
 #include "shared/tools/device_check/check_record.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 
 /// Calls one function of the driver's, which the step and the complaints name.
 /// Ends the check if an exception comes out.
@@ -87,4 +87,4 @@ void run_ticks(std::size_t ticks, const std::function<bool(std::uint64_t now_ns)
 /// Reads once a tick and writes no force, until the end of a recording. Pre: active.
 void read_ticks(CheckedDevice& device, std::size_t ticks);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

@@ -8,7 +8,7 @@
 #include "shared/tools/device_check/check.hpp"
 #include "shared/tools/device_check/checked_device.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 namespace {
 
 using Descriptor = stillgrid_device_descriptor;
@@ -94,4 +94,4 @@ std::span<const Check> descriptor_checks() {
   return kChecks;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

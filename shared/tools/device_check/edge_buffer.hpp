@@ -10,7 +10,7 @@
 #include <cstring>
 #include <system_error>
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 
 /// Room for a struct of which only the first struct_size bytes exist: whoever reads or writes
 /// behind them dies of SIGSEGV.
@@ -45,4 +45,4 @@ class EdgeBuffer {
   void* memory_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <string_view>
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 namespace {
 
 /// The bytes of a file, of which nothing is believed.
@@ -78,4 +78,4 @@ std::vector<std::string> exported_symbols(const std::filesystem::path& library) 
   return names;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 
 /// The names that a shared library offers to others, read from its file without loading it.
 ///
@@ -12,4 +12,4 @@ namespace stillgrid {
 /// of this processor's byte order.
 [[nodiscard]] std::vector<std::string> exported_symbols(const std::filesystem::path& library);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

@@ -8,7 +8,7 @@
 #include "shared/tools/device_check/checked_device.hpp"
 #include "shared/tools/device_check/struct_sizes.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 namespace {
 
 const void* extension(const stillgrid_device_api& api, const char* name) {
@@ -95,4 +95,4 @@ std::span<const Check> extension_checks() {
   return kChecks;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

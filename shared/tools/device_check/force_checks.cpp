@@ -11,7 +11,7 @@
 #include "shared/tools/device_check/check.hpp"
 #include "shared/tools/device_check/checked_device.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 namespace {
 
 using Limits = std::numeric_limits<double>;
@@ -115,4 +115,4 @@ std::span<const Check> force_checks() {
   return kChecks;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

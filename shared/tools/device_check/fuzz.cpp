@@ -12,7 +12,7 @@
 #include "shared/tools/device_check/checked_device.hpp"
 #include "shared/tools/device_check/edge_buffer.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 namespace {
 
 /// A driver under random calls, and the little that must be known to say what it may answer.
@@ -42,7 +42,7 @@ void judge(std::int32_t code, bool is_due, const char* what) {
 void open(Play& play, std::uint64_t /*random*/) {
   if (play.device != nullptr) return;
   must_work(play.api.open(0, &play.device), "open() of a closed device");
-  for (const DeviceOption& option : play.subject.options)
+  for (const device::DeviceOption& option : play.subject.options)
     must_work(play.api.configure(play.device, option.key.c_str(), option.value.c_str()),
               "configure() after open()");
 }
@@ -86,13 +86,14 @@ void describe(Play& play, std::uint64_t random) {
 
 void read(Play& play, std::uint64_t random) {
   auto* const out = play.state.cut(size_by<stillgrid_device_state>(random));
-  const std::int32_t code = play.api.read(play.device, monotonic_ns(), out);
+  const std::int32_t code = play.api.read(play.device, realtime::monotonic_ns(), out);
   if (!play.is_active) must_refuse(code, "read() out of order");
 }
 
 void write(Play& play, std::uint64_t /*random*/) {
   constexpr std::array<double, 3> kZero{};  // somebody may hold the device
-  const std::int32_t code = play.api.write(play.device, monotonic_ns(), kZero.data(), kZero.data());
+  const std::int32_t code =
+      play.api.write(play.device, realtime::monotonic_ns(), kZero.data(), kZero.data());
   if (!play.is_active) must_refuse(code, "write() out of order");
 }
 
@@ -108,10 +109,12 @@ void call_with_nulls(Play& play, std::uint64_t random) {
     case 0:
       return must_refuse(play.api.describe(play.device, nullptr), "describe() to null");
     case 1:
-      return must_refuse(play.api.read(play.device, monotonic_ns(), nullptr), "read() to null");
+      return must_refuse(play.api.read(play.device, realtime::monotonic_ns(), nullptr),
+                         "read() to null");
     case 2:
-      return must_refuse(play.api.write(play.device, monotonic_ns(), nullptr, kZero.data()),
-                         "write() of null");
+      return must_refuse(
+          play.api.write(play.device, realtime::monotonic_ns(), nullptr, kZero.data()),
+          "write() of null");
     case 3:
       return must_refuse(play.api.configure(play.device, nullptr, nullptr), "configure() of null");
     default:
@@ -197,9 +200,9 @@ Outcome check_order(const Subject& subject) {
     return {};
   }
   const auto enough = static_cast<std::uint64_t>(std::ceil(400.0 * subject.seconds));
-  const std::uint64_t end_ns = monotonic_ns() + to_ns(subject.seconds);
+  const std::uint64_t end_ns = realtime::monotonic_ns() + realtime::to_ns(subject.seconds);
   std::uint64_t sequence = 0;
-  for (; sequence < enough && (sequence == 0 || monotonic_ns() < end_ns); ++sequence)
+  for (; sequence < enough && (sequence == 0 || realtime::monotonic_ns() < end_ns); ++sequence)
     play_sequence(play, sequence, every_call());
   return {Verdict::kPass,
           std::to_string(sequence) + " sequences of " + std::to_string(kFuzzCalls) + " calls",
@@ -246,4 +249,4 @@ std::vector<std::size_t> shrink_calls(
   return kept;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 
 /// Calls in a sequence of random calls.
 inline constexpr std::size_t kFuzzCalls = 40;
@@ -22,4 +22,4 @@ inline constexpr std::size_t kFuzzCalls = 40;
 [[nodiscard]] std::vector<std::size_t> shrink_calls(
     const std::function<bool(const std::vector<std::size_t>& kept)>& fails);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

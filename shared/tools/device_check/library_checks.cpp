@@ -7,7 +7,7 @@
 #include "shared/tools/device_check/checked_device.hpp"
 #include "shared/tools/device_check/exported_symbols.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 namespace {
 
 Outcome check_exports(const Subject& subject) {
@@ -46,4 +46,4 @@ std::span<const Check> library_checks() {
   return kChecks;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

@@ -13,7 +13,7 @@
 #include "shared/tools/device_check/check.hpp"
 #include "shared/tools/device_check/checked_device.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 namespace {
 
 constexpr std::size_t kTicks = 20;
@@ -76,15 +76,15 @@ Outcome check_leftovers(const Subject& subject) {
 
 /// A thread's view of what no driver may change.
 struct Surroundings {
-  ProcessState process = process_state();
+  realtime::ProcessState process = realtime::process_state();
   int rounding = std::fegetround();
 };
 
 void require_same(const Surroundings& before, const Surroundings& after, const char* when) {
-  for (std::size_t i = 0; i < kProcessParts.size(); ++i)
+  for (std::size_t i = 0; i < realtime::kProcessParts.size(); ++i)
     if (after.process.parts[i] != before.process.parts[i])
-      broken(std::string(kProcessParts[i]) + " changes " + when + ": '" + before.process.parts[i] +
-             "', then '" + after.process.parts[i] + "'");
+      broken(std::string(realtime::kProcessParts[i]) + " changes " + when + ": '" +
+             before.process.parts[i] + "', then '" + after.process.parts[i] + "'");
   if (after.rounding != before.rounding) broken("the rounding mode changes " + std::string(when));
 }
 
@@ -137,4 +137,4 @@ std::span<const Check> life_checks() {
   return kChecks;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

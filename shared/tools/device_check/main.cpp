@@ -18,7 +18,7 @@
 #include "shared/tools/device_check/fuzz.hpp"
 #include "shared/tools/device_check/results.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 namespace {
 
 struct Arguments {
@@ -54,11 +54,11 @@ void add_options(CLI::App& app, Arguments& arguments) {
       ->type_name("NAME");
   app.add_option("--seconds", subject.seconds,
                  "How long calls are timed, and at most random ones made, s; default 5")
-      ->check(number_in(0.01, 1e6));
+      ->check(command_line::number_in(0.01, 1e6));
   app.add_option("--seed", subject.seed, "Of the random calls; default 1");
   app.add_option("--timeout", arguments.timeout_s,
                  "What takes this much longer has hung, s; default 10")
-      ->check(number_in(0.1, 1e6));
+      ->check(command_line::number_in(0.1, 1e6));
   app.add_flag("--any-force", subject.any_force,
                "Write forces of any size too, for less than a millisecond each: hands off a device "
                "with motors");
@@ -106,22 +106,22 @@ int run_child(const Arguments& arguments, char** argv) {
   const Check check = selected_checks({arguments.run}).front();
   if (check.process == CheckProcess::kGuard) {
     try {
-      require_realtime_guard(argv);
+      realtime::require_realtime_guard(argv);
     } catch (const std::exception& error) {
       settle({Verdict::kSkip, std::string("not without the guard: ") + error.what(), {}});
     }
   }
   if (this_record().verdict == Verdict::kNone && run_here(check, arguments.subject) &&
       arguments.record_file >= 0)
-    return kDone;
+    return realtime::kDone;
   const CheckRecord& record = this_record();
   if (arguments.record_file < 0) {
     const Outcome outcome{record.verdict, record.line.data(), record.details.data()};
     std::fputs(text_of({check, outcome}).c_str(), stdout);
-    return outcome.verdict == Verdict::kFail ? kDeviceFault : kDone;
+    return outcome.verdict == Verdict::kFail ? realtime::kDeviceFault : realtime::kDone;
   }
   std::fflush(nullptr);
-  ::_exit(kDone);
+  ::_exit(realtime::kDone);
 }
 
 /// Adds the shortest sequence of random calls that still fails.
@@ -172,9 +172,9 @@ CheckResult result_of(const Check& check, const std::vector<CheckResult>& result
   std::vector<std::string> command;
   for (char** argument = argv; *argument != nullptr; ++argument) command.emplace_back(*argument);
   command.insert(command.end(), {"--run", check.name});
-  const std::uint64_t start_ns = monotonic_ns();
+  const std::uint64_t start_ns = realtime::monotonic_ns();
   ProcessOutcome outcome = run_in_process(command, arguments.timeout_s + arguments.subject.seconds);
-  const double time_s = static_cast<double>(monotonic_ns() - start_ns) * 1e-9;
+  const double time_s = static_cast<double>(realtime::monotonic_ns() - start_ns) * 1e-9;
   judge_again(outcome, results);
   if (outcome.verdict == Verdict::kFail && names("fuzz.*", check.name))
     shrink(outcome, command, arguments);
@@ -183,7 +183,7 @@ CheckResult result_of(const Check& check, const std::vector<CheckResult>& result
 
 /// Runs and prints all; returns the exit status.
 int check_driver(const Arguments& arguments, char** argv) {
-  if (!arguments.json.empty()) require_writable(arguments.json);
+  if (!arguments.json.empty()) files::require_writable(arguments.json);
   std::vector<CheckResult> results;
   bool is_absent = false;
   for (const Check& check : selected_checks(arguments.only)) {
@@ -196,21 +196,22 @@ int check_driver(const Arguments& arguments, char** argv) {
     std::fflush(stdout);
   }
   std::printf("%s\n", summary_of(results).c_str());
-  if (!arguments.json.empty()) write_json(arguments.json, json_of(results, arguments.subject));
-  if (count_of(results, "FAIL") > 0) return kDeviceFault;
-  return is_absent ? kCouldNotStart : kDone;
+  if (!arguments.json.empty())
+    files::write_json(arguments.json, json_of(results, arguments.subject));
+  if (count_of(results, "FAIL") > 0) return realtime::kDeviceFault;
+  return is_absent ? realtime::kCouldNotStart : realtime::kDone;
 }
 
 int list_checks() {
   for (const Check& check : all_checks()) std::printf("%-22s %s\n", check.name, check.rule);
-  return kDone;
+  return realtime::kDone;
 }
 
 int run(Arguments& arguments, char** argv) {
   if (arguments.list) return list_checks();
   if (arguments.device.empty()) throw std::runtime_error("expected DEVICE: see --help");
-  const DeviceSpec spec = parse_device_spec(arguments.device);
-  arguments.subject.library = find_device_plugin(spec.plugin);
+  const device::DeviceSpec spec = device::parse_device_spec(arguments.device);
+  arguments.subject.library = device::find_device_plugin(spec.plugin);
   arguments.subject.options = spec.options;
   if (!arguments.fuzz_part.empty()) arguments.subject.fuzz_part = parse_part(arguments.fuzz_part);
   if (arguments.in_process) {
@@ -221,14 +222,17 @@ int run(Arguments& arguments, char** argv) {
   return arguments.run.empty() ? check_driver(arguments, argv) : run_child(arguments, argv);
 }
 
-}  // namespace
-}  // namespace stillgrid
-
-int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
-  using namespace stillgrid;
+int program_main(int argc, char** argv) {
   CLI::App app(kDescription, "device_check");
   Arguments arguments;
   add_options(app, arguments);
-  add_version(app, {device_interface()});
-  return run_program(app, argc, argv, [&] { return run(arguments, argv); });
+  command_line::add_version(app, {command_line::device_interface()});
+  return command_line::run_program(app, argc, argv, [&] { return run(arguments, argv); });
+}
+
+}  // namespace
+}  // namespace stillgrid::device_check
+
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
+  return stillgrid::device_check::program_main(argc, argv);
 }

@@ -9,7 +9,7 @@
 #include "shared/tools/device_check/checked_device.hpp"
 #include "shared/tools/device_check/edge_buffer.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 namespace {
 
 constexpr std::size_t kFirstTable = offsetof(stillgrid_device_api, get_extension);
@@ -124,4 +124,4 @@ std::span<const Check> negotiate_checks() {
   return kChecks;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

@@ -5,7 +5,7 @@
 #include "shared/tools/device_check/check.hpp"
 #include "shared/tools/device_check/checked_device.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 namespace {
 
 /// Ends the check unless the driver refused a call out of order.
@@ -17,7 +17,7 @@ void require_refused(std::int32_t code, const std::string& what) {
 /// What only an active device may be asked.
 void ask_inactive(CheckedDevice& device, const std::string& when) {
   stillgrid_device_state state{};
-  const std::uint64_t now_ns = monotonic_ns();
+  const std::uint64_t now_ns = realtime::monotonic_ns();
   require_refused(device.read(now_ns, state), "read() " + when);
   require_refused(device.write(now_ns, {}), "write() " + when);
   require_refused(
@@ -44,8 +44,8 @@ Outcome check_active(const Subject& subject) {
   const stillgrid_device_api& api = device.api();
   require_refused(call_driver("activate()", [&] { return api.activate(device.handle()); }),
                   "activate() while active");
-  const DeviceOption option =
-      subject.options.empty() ? DeviceOption{"key", "value"} : subject.options.front();
+  const device::DeviceOption option =
+      subject.options.empty() ? device::DeviceOption{"key", "value"} : subject.options.front();
   require_refused(
       call_driver(
           "configure()",
@@ -91,4 +91,4 @@ std::span<const Check> order_checks() {
   return kChecks;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

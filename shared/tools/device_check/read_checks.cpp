@@ -12,7 +12,7 @@
 #include "shared/tools/device_check/check.hpp"
 #include "shared/tools/device_check/checked_device.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 namespace {
 
 struct Sample {
@@ -31,7 +31,7 @@ std::vector<Sample> samples_of(CheckedDevice& device) {
     Sample sample{};
     sample.tick_ns = now_ns;
     const std::int32_t code = device.read(now_ns, sample.state);
-    sample.after_ns = monotonic_ns();
+    sample.after_ns = realtime::monotonic_ns();
     device.require(code, "read()");
     if (code == STILLGRID_DEVICE_END) return false;
     samples.push_back(sample);
@@ -121,7 +121,7 @@ Outcome check_sequence(const Subject& subject) {
 
 Outcome check_believed(const Subject& subject) {
   CheckedDevice device(subject);
-  DeviceReadingCheck reading(reading_bounds(device.describe()));
+  safety::DeviceReadingCheck reading(safety::reading_bounds(device.describe()));
   const std::vector<Sample> samples = samples_of(device);
   for (std::size_t n = 0; n < samples.size(); ++n) {
     const stillgrid_device_state& state = samples[n].state;
@@ -129,8 +129,8 @@ Outcome check_believed(const Subject& subject) {
     const int flag = std::countr_zero(reading.reason());
     const auto& at_m = state.position_m;
     broken_at(n, "haptic_server would not believe it: " +
-                     std::string(kSafetyFlagNames.at(static_cast<std::size_t>(flag))) + ", at " +
-                     number_text(at_m[0]) + " " + number_text(at_m[1]) + " " +
+                     std::string(safety::kSafetyFlagNames.at(static_cast<std::size_t>(flag))) +
+                     ", at " + number_text(at_m[0]) + " " + number_text(at_m[1]) + " " +
                      number_text(at_m[2]) + " m; are these metres?");
   }
   return {};
@@ -177,4 +177,4 @@ std::span<const Check> read_checks() {
   return kChecks;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

@@ -8,7 +8,7 @@
 #include "shared/tools/device_check/check.hpp"
 #include "shared/tools/device_check/checked_device.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 namespace {
 
 enum class Kind { kMemory, kWait, kSystemCall };
@@ -31,7 +31,7 @@ std::string calls_of(Kind kind, CheckedDevice& device) {
   read_ticks(device, 100);
   device.deactivate();
   std::string calls;
-  for (const RealtimeViolation& violation : realtime_violations())
+  for (const realtime::RealtimeViolation& violation : realtime::realtime_violations())
     if (kind_of(violation.call) == kind)
       calls += (calls.empty() ? "" : "; ") + violation.call + " " +
                std::to_string(violation.count) + " times, first from " + violation.first_caller +
@@ -81,4 +81,4 @@ std::span<const Check> realtime_checks() {
   return kChecks;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

@@ -7,7 +7,7 @@
 #include <sstream>
 #include <string_view>
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 namespace {
 
 constexpr const char* kIndent = "     ";
@@ -55,7 +55,8 @@ nlohmann::json json_of(const std::vector<CheckResult>& results, const Subject& s
                          {"skipped", count_of(results, "SKIP")},
                          {"options", nlohmann::json::object()},
                          {"checks", nlohmann::json::array()}};
-  for (const DeviceOption& option : subject.options) json["options"][option.key] = option.value;
+  for (const device::DeviceOption& option : subject.options)
+    json["options"][option.key] = option.value;
   for (const auto& [check, outcome, time_s] : results)
     json["checks"].push_back({{"name", check.name},
                               {"rule", check.rule},
@@ -66,4 +67,4 @@ nlohmann::json json_of(const std::vector<CheckResult>& results, const Subject& s
   return json;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

@@ -6,7 +6,7 @@
 
 #include "shared/tools/device_check/check.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 
 /// A check and how it ended.
 struct CheckResult {
@@ -28,4 +28,4 @@ struct CheckResult {
 [[nodiscard]] nlohmann::json json_of(const std::vector<CheckResult>& results,
                                      const Subject& subject);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

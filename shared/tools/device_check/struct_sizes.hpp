@@ -7,7 +7,7 @@
 #include "shared/tools/device_check/checked_device.hpp"
 #include "shared/tools/device_check/edge_buffer.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 
 /// Calls with structs that end at struct_size: no byte behind it may be touched, and it stays what
 /// it is. From first_size on, that of the first header, the call must work.
@@ -29,4 +29,4 @@ void check_struct(const std::string& what, std::size_t first_size, const Call& c
   }
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

@@ -11,12 +11,12 @@
 #include "shared/tools/device_check/check.hpp"
 #include "shared/tools/device_check/checked_device.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 namespace {
 
 /// How long the calls of one function took.
 struct Durations {
-  Histogram ns;
+  realtime::Histogram ns;
   std::uint64_t late = 0;                  // above max_read_ns
   std::array<std::uint64_t, 6> decades{};  // below 1, 10, 100 us, 1, 10 ms; the rest
 };
@@ -44,17 +44,17 @@ Timing time_calls(CheckedDevice& device, double seconds, std::uint64_t max_ns) {
     device.activate();
     bool is_ready = false;
     run_ticks(left, [&](std::uint64_t now_ns) {
-      if (!is_ready) timing.missing = make_realtime({});
+      if (!is_ready) timing.missing = realtime::make_realtime({});
       is_ready = true;
       stillgrid_device_state state{};
-      const std::uint64_t start_ns = monotonic_ns();
+      const std::uint64_t start_ns = realtime::monotonic_ns();
       const std::int32_t code = device.read(now_ns, state);
-      const std::uint64_t middle_ns = monotonic_ns();
+      const std::uint64_t middle_ns = realtime::monotonic_ns();
       device.require(code, "read()");
       if (code == STILLGRID_DEVICE_END) return false;
-      const std::uint64_t write_ns = monotonic_ns();
+      const std::uint64_t write_ns = realtime::monotonic_ns();
       device.require(device.write(now_ns, {}), "write()");
-      record(timing.write, monotonic_ns() - write_ns, max_ns);
+      record(timing.write, realtime::monotonic_ns() - write_ns, max_ns);
       record(timing.read, middle_ns - start_ns, max_ns);
       --left;
       return true;
@@ -116,4 +116,4 @@ std::span<const Check> timing_checks() {
   return kChecks;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-namespace stillgrid {
+namespace stillgrid::device_check {
 
 /// What a check found.
 enum class Verdict : std::uint32_t {
@@ -36,4 +36,4 @@ struct Outcome {
   }
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::device_check

@@ -6,7 +6,7 @@
 
 #include "shared/tools/laboratory/metrics.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fit_run {
 namespace {
 
 double percentile(std::vector<double> values, double share) {
@@ -23,9 +23,9 @@ std::string text_of(double value) {
   return text.data();
 }
 
-LabOptions options_of(const FitCandidate& candidate, const FitPath& path,
-                      const FitReference& reference, double latency_share) {
-  LabOptions options = path_options(path);
+laboratory::LabOptions options_of(const FitCandidate& candidate, const FitPath& path,
+                                  const FitReference& reference, double latency_share) {
+  laboratory::LabOptions options = path_options(path);
   options.duration_s =
       std::min(options.duration_s, static_cast<double>(reference.rows.size()) / 1e3);
   options.transition = candidate.transition;
@@ -35,7 +35,7 @@ LabOptions options_of(const FitCandidate& candidate, const FitPath& path,
   return options;
 }
 
-void require_same_path(const LabRun& run, const FitReference& reference) {
+void require_same_path(const laboratory::LabRun& run, const FitReference& reference) {
   for (std::size_t i = 0; i < std::min(run.rows.size(), reference.rows.size()); ++i)
     if (run.rows[i].position_m != reference.rows[i].position_m)
       throw std::runtime_error(
@@ -44,10 +44,11 @@ void require_same_path(const LabRun& run, const FitReference& reference) {
           "options and the scene's [device]");
 }
 
-bool same_forces(const LabRun& a, const LabRun& b) {
-  return std::equal(
-      a.rows.begin(), a.rows.end(), b.rows.begin(), b.rows.end(),
-      [](const TickRow& x, const TickRow& y) { return x.rendered_N == y.rendered_N; });
+bool same_forces(const laboratory::LabRun& a, const laboratory::LabRun& b) {
+  return std::equal(a.rows.begin(), a.rows.end(), b.rows.begin(), b.rows.end(),
+                    [](const recording::TickRow& x, const recording::TickRow& y) {
+                      return x.rendered_N == y.rendered_N;
+                    });
 }
 
 /// Of each figure the median.
@@ -64,26 +65,27 @@ FitCost median_of(const std::vector<FitCost>& costs) {
   return median;
 }
 
-void judge(const LabRun& run, const FitReference& reference, FitResult& result) {
+void judge(const laboratory::LabRun& run, const FitReference& reference, FitResult& result) {
   require_same_path(run, reference);
   result.simulation = run.simulation;
-  const auto is_bad = [](const TickRow& row) { return !row.rendered_N.allFinite(); };
+  const auto is_bad = [](const recording::TickRow& row) { return !row.rendered_N.allFinite(); };
   if (run.device_failed || std::any_of(run.rows.begin(), run.rows.end(), is_bad))
     result.problems.emplace_back("a force was no number");
   const double rate_hz = run.report.rate_hz;
   result.error = fit_error(run.rows, reference.rows, rate_hz);
-  result.switch_jump_jnd_max = switch_metrics(run).jump_jnd.max;
-  result.stage_felt_share = stages(rendered_N(run.rows), rate_hz).felt_share;
+  result.switch_jump_jnd_max = laboratory::switch_metrics(run).jump_jnd.max;
+  result.stage_felt_share =
+      laboratory::stages(laboratory::rendered_N(run.rows), rate_hz).felt_share;
 }
 
 }  // namespace
 
-FitCost cost_of(const LabRun& run, double period_s) {
+FitCost cost_of(const laboratory::LabRun& run, double period_s) {
   const double ticks = static_cast<double>(std::max<std::size_t>(run.rows.size(), 1));
   double simulation_s = 0.0;
   for (const double step_s : run.simulation.step_s) simulation_s += step_s;
   std::vector<double> touching_us, all_us;
-  for (const TickRow& row : run.rows) {
+  for (const recording::TickRow& row : run.rows) {
     const double tick_us = 1e-3 * static_cast<double>(row.tick_ns);
     all_us.push_back(tick_us);
     if (row.contacts > 0) touching_us.push_back(tick_us);
@@ -109,7 +111,8 @@ FitResult run_candidate(const FitCandidate& candidate, const FitPath& path,
   FitResult result;
   std::vector<FitCost> costs;
   const auto run_at = [&](double latency_share) {
-    LabRun run = run_lab(candidate.scene, options_of(candidate, path, reference, latency_share));
+    laboratory::LabRun run =
+        laboratory::run_lab(candidate.scene, options_of(candidate, path, reference, latency_share));
     costs.push_back(cost_of(run, candidate.scene.period_s));
     return run;
   };
@@ -118,7 +121,7 @@ FitResult run_candidate(const FitCandidate& candidate, const FitPath& path,
                               text_of(share) + " of the period");
   };
   try {
-    LabRun run = run_at(candidate.latency_share.value_or(0.0));
+    laboratory::LabRun run = run_at(candidate.latency_share.value_or(0.0));
     result.latency_share = candidate.latency_share.value_or(0.0);
     const double asked = candidate.latency_share.value_or(latency_share_of(costs[0].step_share));
     if (costs[0].step_share > 1.0) {
@@ -139,4 +142,4 @@ FitResult run_candidate(const FitCandidate& candidate, const FitPath& path,
   return result;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::fit_run

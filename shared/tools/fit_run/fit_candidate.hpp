@@ -10,12 +10,12 @@
 #include "shared/tools/laboratory/lab.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fit_run {
 
 /// One way to simulate and to show a scene.
 struct FitCandidate {
-  SceneDescription scene;
-  Transition transition = Transition::kPredict;
+  scene::SceneDescription scene;
+  display::Transition transition = display::Transition::kPredict;
   std::optional<double> latency_share = {};  // what a step costs, of its period; none: as measured
   int repeats = 1;                           // of the run whose cost counts
 };
@@ -35,11 +35,11 @@ struct FitResult {
   FitError error;
   std::optional<double> switch_jump_jnd_max, stage_felt_share;
   std::optional<FitCost> cost;
-  LabSimulation simulation;
+  laboratory::LabSimulation simulation;
   std::vector<std::string> problems;
 };
 
-[[nodiscard]] FitCost cost_of(const LabRun& run, double period_s);
+[[nodiscard]] FitCost cost_of(const laboratory::LabRun& run, double period_s);
 
 /// The share of a period, in tenths rounded up, that a step of that share is imitated by; none
 /// under 0.05.
@@ -53,4 +53,4 @@ struct FitResult {
 [[nodiscard]] FitResult run_candidate(const FitCandidate& candidate, const FitPath& path,
                                       const FitReference& reference);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::fit_run

@@ -6,7 +6,7 @@
 
 #include "shared/tools/laboratory/metrics.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fit_run {
 namespace {
 
 double rms(double sum, std::size_t count) {
@@ -15,16 +15,16 @@ double rms(double sum, std::size_t count) {
 
 }  // namespace
 
-bool touches(const TickRow& row) {
+bool touches(const recording::TickRow& row) {
   return row.contacts > 0 || row.rendered_N != Eigen::Vector3d::Zero();
 }
 
 double just_noticeable_N(const Eigen::Vector3d& force_N) {
-  return kJustNoticeable * std::max(force_N.norm(), kContact_N);
+  return laboratory::kJustNoticeable * std::max(force_N.norm(), laboratory::kContact_N);
 }
 
-FitError fit_error(std::span<const TickRow> rows, std::span<const TickRow> reference,
-                   double rate_hz) {
+FitError fit_error(std::span<const recording::TickRow> rows,
+                   std::span<const recording::TickRow> reference, double rate_hz) {
   const std::size_t ticks = std::min(rows.size(), reference.size());
   double error_N2 = 0.0, reference_N2 = 0.0;
   std::vector<double> errors_jnd;
@@ -48,18 +48,19 @@ FitError fit_error(std::span<const TickRow> rows, std::span<const TickRow> refer
   error.jnd_p95 = errors_jnd[rank];
   if (!(reference_N2 > 0.0)) return error;
   error.share = *error.rms_N / rms(reference_N2, count);
-  const ForceError lagged =
-      force_error(rendered_N(rows.first(ticks)), rendered_N(reference.first(ticks)), rate_hz);
+  const laboratory::ForceError lagged =
+      laboratory::force_error(laboratory::rendered_N(rows.first(ticks)),
+                              laboratory::rendered_N(reference.first(ticks)), rate_hz);
   error.lag_s = lagged.lag_s;
   error.rms_at_lag_share =
       lagged.rms_N > 0.0 ? *error.share * lagged.rms_at_lag_N / lagged.rms_N : *error.share;
   return error;
 }
 
-FitReferenceForce reference_force(std::span<const TickRow> reference) {
+FitReferenceForce reference_force(std::span<const recording::TickRow> reference) {
   double sum_N2 = 0.0;
   std::size_t touching = 0;
-  for (const TickRow& row : reference) {
+  for (const recording::TickRow& row : reference) {
     if (!touches(row)) continue;
     ++touching;
     sum_N2 += row.rendered_N.squaredNorm();
@@ -69,4 +70,4 @@ FitReferenceForce reference_force(std::span<const TickRow> reference) {
           static_cast<double>(touching) / static_cast<double>(reference.size())};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::fit_run

@@ -5,7 +5,7 @@
 
 #include "shared/tools/laboratory/lab.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fit_run {
 
 /// A force beside the reference's, tick by tick, over the ticks in which either is in contact.
 /// None of a figure: there is no such tick, or the reference has no force.
@@ -18,7 +18,7 @@ struct FitError {
 };
 
 /// Whether a tick is in contact: it has one, or a force.
-[[nodiscard]] bool touches(const TickRow& row);
+[[nodiscard]] bool touches(const recording::TickRow& row);
 
 /// What a difference from this force must exceed to be noticed: 7 % of it (docs/cases.md,
 /// case 1.15), and of 0.1 N where it is less, for a share of next to nothing would be noticed by
@@ -26,14 +26,14 @@ struct FitError {
 [[nodiscard]] double just_noticeable_N(const Eigen::Vector3d& force_N);
 
 /// Of the forces as they were rendered. Rows correspond; those that only one has do not count.
-[[nodiscard]] FitError fit_error(std::span<const TickRow> rows, std::span<const TickRow> reference,
-                                 double rate_hz);
+[[nodiscard]] FitError fit_error(std::span<const recording::TickRow> rows,
+                                 std::span<const recording::TickRow> reference, double rate_hz);
 
 /// What a reference is by itself.
 struct FitReferenceForce {
   double rms_N = 0.0;          // over the ticks in contact
   double contact_share = 0.0;  // of the ticks
 };
-[[nodiscard]] FitReferenceForce reference_force(std::span<const TickRow> reference);
+[[nodiscard]] FitReferenceForce reference_force(std::span<const recording::TickRow> reference);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::fit_run

@@ -5,7 +5,7 @@
 #include "shared/tools/fit_run/fit_error.hpp"
 #include "shared/tools/laboratory/metrics.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fit_run {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -39,7 +39,7 @@ Json error_json(const FitError& error) {
           {"share", or_null(error.share)},
           {"rms_at_lag_share", or_null(error.rms_at_lag_share)},
           {"lag_ms", or_null(error.lag_s, 1e3)},
-          {"jnd", or_null(error.share, 1.0 / kJustNoticeable)},
+          {"jnd", or_null(error.share, 1.0 / laboratory::kJustNoticeable)},
           {"jnd_p95", or_null(error.jnd_p95)},
           {"felt_share", or_null(error.felt_share)}};
 }
@@ -53,7 +53,7 @@ Json cost_json(const FitCost& cost, int repeats) {
           {"repeats", repeats}};
 }
 
-Json counts_json(const LabSimulation& simulation) {
+Json counts_json(const laboratory::LabSimulation& simulation) {
   const double steps = static_cast<double>(simulation.steps > 0 ? simulation.steps : 1);
   return {{"spheres", simulation.spheres},
           {"moving_spheres", simulation.moving_spheres},
@@ -94,8 +94,8 @@ std::string json_line(const FitSettings& settings, const FitReference& reference
                   {"problems", result.problems}});
 }
 
-std::string json_line(const FitSettings& settings, const FitReference& reference, const LabRun& run,
-                      double period_s) {
+std::string json_line(const FitSettings& settings, const FitReference& reference,
+                      const laboratory::LabRun& run, double period_s) {
   Json problems = Json::array();
   if (!(reference_force(reference.rows).rms_N > 0.0))
     problems.push_back("the trajectory touches nothing in the reference");
@@ -106,4 +106,4 @@ std::string json_line(const FitSettings& settings, const FitReference& reference
                   {"problems", problems}});
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::fit_run

@@ -7,7 +7,7 @@
 #include "shared/tools/fit_run/fit_candidate.hpp"
 #include "shared/tools/fit_run/fit_stability.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fit_run {
 
 /// What decided a run, for its JSON: enough to repeat it.
 struct FitSettings {
@@ -35,6 +35,6 @@ struct FitStabilityResult {
 
 /// The same of a reference that was written.
 [[nodiscard]] std::string json_line(const FitSettings& settings, const FitReference& reference,
-                                    const LabRun& run, double period_s);
+                                    const laboratory::LabRun& run, double period_s);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::fit_run

@@ -14,7 +14,7 @@
 #include "sim_server/published_scene.hpp"
 #include "sim_server/scene/build_world.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fit_run {
 namespace {
 
 constexpr double kTick_s = 1e-3;
@@ -33,24 +33,24 @@ std::string press_name(std::size_t number) {
   return "press_" + std::to_string(number + 1);
 }
 
-WorldState settled(const SceneDescription& scene, double settle_s) {
-  const SceneDescription fine = reference_scene(scene, 1);
-  Simulation simulation(fine);
-  const auto no_tool = []() -> std::optional<ToolSample> { return std::nullopt; };
+laboratory::WorldState settled(const scene::SceneDescription& scene, double settle_s) {
+  const scene::SceneDescription fine = reference_scene(scene, 1);
+  dynamics::Simulation simulation(fine);
+  const auto no_tool = []() -> std::optional<dynamics::ToolSample> { return std::nullopt; };
   const auto steps = std::lround(settle_s / fine.period_s);
   for (long i = 0; i < steps; ++i)
-    (void)simulation.step(fine.period_s, no_tool, {.iterations = kMaxIterations});
-  return state_of(simulation.world());
+    (void)simulation.step(fine.period_s, no_tool, {.iterations = sim_server::kMaxIterations});
+  return laboratory::state_of(simulation.world());
 }
 
-std::vector<TickRow> read_rows(const CsvFile& csv) {
-  std::vector<TickRow> rows;
+std::vector<recording::TickRow> read_rows(const laboratory::CsvFile& csv) {
+  std::vector<recording::TickRow> rows;
   for (std::size_t i = 0; i < csv.rows(); ++i) {
     const auto vector = [&](std::size_t column) {
       const auto number = [&](std::size_t at) { return csv.number(i, at, {-kMax, kMax}); };
       return Eigen::Vector3d(number(column), number(column + 1), number(column + 2));
     };
-    TickRow row;
+    recording::TickRow row;
     row.time_s = csv.number(i, 0, {0.0, kLongestRun_s});
     if (!rows.empty() && !(row.time_s > rows.back().time_s))
       csv.refuse(i, csv.text(i, 0), "a time after that of the row before");
@@ -65,7 +65,7 @@ std::vector<TickRow> read_rows(const CsvFile& csv) {
   return rows;
 }
 
-bool is_peak(const std::vector<TickRow>& rows, std::size_t tick) {
+bool is_peak(const std::vector<recording::TickRow>& rows, std::size_t tick) {
   const double force_N = rows[tick].rendered_N.norm();
   const std::size_t first = tick > kPeakWindow ? tick - kPeakWindow : 0;
   const std::size_t last = std::min(tick + kPeakWindow, rows.size() - 1);
@@ -76,50 +76,50 @@ bool is_peak(const std::vector<TickRow>& rows, std::size_t tick) {
 
 }  // namespace
 
-LabOptions path_options(const FitPath& path) {
+laboratory::LabOptions path_options(const FitPath& path) {
   const std::string file = path.trajectory.string();
   if (file.find(',') != std::string::npos)
     throw std::runtime_error("--trajectory: value '" + file +
                              "': expected a name without a comma: it separates options");
-  LabOptions options;
+  laboratory::LabOptions options;
   options.device = "replay:file=" + file + (path.replay.empty() ? "" : "," + path.replay);
   options.tick_rate_hz = 1.0 / kTick_s;
   options.duration_s = path.duration_s.value_or(kLongestRun_s);
   return options;
 }
 
-SceneDescription reference_scene(const SceneDescription& scene, int steps_per_tick) {
-  SceneDescription fine = scene;
+scene::SceneDescription reference_scene(const scene::SceneDescription& scene, int steps_per_tick) {
+  scene::SceneDescription fine = scene;
   fine.method = {};
   fine.choose_method = false;
   fine.period_s = kTick_s / steps_per_tick;
   return fine;
 }
 
-FitReference make_reference(const SceneDescription& scene, const FitPath& path, int steps_per_tick,
-                            double settle_s, LabRun& run) {
+FitReference make_reference(const scene::SceneDescription& scene, const FitPath& path,
+                            int steps_per_tick, double settle_s, laboratory::LabRun& run) {
   FitReference reference;
   reference.settle_s = settle_s;
   reference.start = settled(scene, settle_s);
-  LabOptions options = path_options(path);
-  options.transition = Transition::kHold;
+  laboratory::LabOptions options = path_options(path);
+  options.transition = display::Transition::kHold;
   options.start = &reference.start;
   options.state_interval_s = kStateInterval_s;
   options.measures_ticks = true;
-  run = run_lab(reference_scene(scene, steps_per_tick), options);
+  run = laboratory::run_lab(reference_scene(scene, steps_per_tick), options);
   reference.rows = run.rows;
   for (const std::size_t tick : strongest_presses(run.rows)) {
     const double press_s = run.rows[tick].time_s;
     const double wanted_s = std::max(0.0, press_s - kBeforePress_s);
     const auto index =
         std::min(static_cast<std::size_t>(wanted_s / kStateInterval_s), run.states.size() - 1);
-    const WorldState& world = run.states[index];
+    const laboratory::WorldState& world = run.states[index];
     reference.presses.push_back({world.time_s - reference.start.time_s, press_s, world});
   }
   return reference;
 }
 
-std::vector<std::size_t> strongest_presses(const std::vector<TickRow>& rows) {
+std::vector<std::size_t> strongest_presses(const std::vector<recording::TickRow>& rows) {
   std::vector<std::size_t> order(rows.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
@@ -142,20 +142,20 @@ std::filesystem::path state_file_of(const std::filesystem::path& file) {
   return std::filesystem::path(file).replace_extension(".state.csv");
 }
 
-void write_reference(const std::filesystem::path& file, const SceneDescription& scene,
+void write_reference(const std::filesystem::path& file, const scene::SceneDescription& scene,
                      const FitReference& reference) {
-  std::vector<NamedState> states = {{kStart, reference.start}};
+  std::vector<laboratory::NamedState> states = {{kStart, reference.start}};
   for (std::size_t i = 0; i < reference.presses.size(); ++i)
     states.push_back({press_name(i), reference.presses[i].world});
-  write_states(state_file_of(file), build_world(scene), states);
-  write_whole(file, [&](std::ostream& out) {
+  laboratory::write_states(state_file_of(file), scene::build_world(scene), states);
+  files::write_whole(file, [&](std::ostream& out) {
     out.precision(std::numeric_limits<double>::max_digits10);
     out << "# scene: " << scene.name << "\n# settle_s: " << reference.settle_s << '\n';
     for (std::size_t i = 0; i < reference.presses.size(); ++i)
       out << "# " << press_name(i) << "_begin_s: " << reference.presses[i].begin_s << "\n# "
           << press_name(i) << "_s: " << reference.presses[i].press_s << '\n';
     out << kColumns << '\n';
-    for (const TickRow& row : reference.rows) {
+    for (const recording::TickRow& row : reference.rows) {
       out << row.time_s;
       for (const Eigen::Vector3d& v : {row.position_m, row.rendered_N})
         for (const double value : v) out << ',' << value;
@@ -164,24 +164,27 @@ void write_reference(const std::filesystem::path& file, const SceneDescription& 
   });
 }
 
-FitReference read_reference(const std::filesystem::path& file, const SceneDescription& scene) {
-  const CsvFile csv(file, kColumns);
+FitReference read_reference(const std::filesystem::path& file,
+                            const scene::SceneDescription& scene) {
+  const laboratory::CsvFile csv(file, kColumns);
   FitReference reference;
   reference.settle_s = csv.head_number("settle_s", {0.0, kLongestRun_s});
   reference.rows = read_rows(csv);
   if (reference.rows.empty())
     throw std::runtime_error(file.string() + ": expected rows, a tick each");
-  const World world = build_world(scene);
-  const std::vector<NamedState> states = read_states(state_file_of(file), world);
+  const bodies::World world = scene::build_world(scene);
+  const std::vector<laboratory::NamedState> states =
+      laboratory::read_states(state_file_of(file), world);
   const bool is_static = world.nodes.empty() && world.rigid_bodies.empty();
   const auto state_at = [&](const std::string& name, double time_s) {
-    const auto found = std::find_if(states.begin(), states.end(),
-                                    [&](const NamedState& state) { return state.name == name; });
+    const auto found =
+        std::find_if(states.begin(), states.end(),
+                     [&](const laboratory::NamedState& state) { return state.name == name; });
     if (found != states.end()) return found->state;
     if (!is_static)
       throw std::runtime_error(state_file_of(file).string() + ": expected a world at moment '" +
                                name + "': it belongs to another reference");
-    WorldState state = state_of(world);
+    laboratory::WorldState state = laboratory::state_of(world);
     state.time_s = time_s;
     return state;
   };
@@ -196,4 +199,4 @@ FitReference read_reference(const std::filesystem::path& file, const SceneDescri
   return reference;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::fit_run

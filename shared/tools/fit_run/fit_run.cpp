@@ -24,7 +24,7 @@
 #include "sim_server/dynamics/choice/method_choice.hpp"
 #include "sim_server/scene/scene_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fit_run {
 namespace {
 
 constexpr int kCrashed = 3;
@@ -84,11 +84,11 @@ void add_options(CLI::App& app, Arguments& arguments) {
                  "Options of the replay device: scale=0.5,resample=cubic");
   app.add_option("--duration", arguments.path.duration_s,
                  "Seconds; default: the reference's, and its the trajectory's, at most 600")
-      ->check(number_in(0.01, 600.0));
+      ->check(command_line::number_in(0.01, 600.0));
   app.add_option("--settle", arguments.settle_s,
                  "Seconds that the scene rests before, without the tool; default: the reference's, "
                  "and its 0")
-      ->check(number_in(0.0, 600.0));
+      ->check(command_line::number_in(0.0, 600.0));
   auto* write = app.add_option("--write-reference", arguments.write_reference,
                                "Run the reference, and write it: REF.csv and REF.state.csv");
   app.add_option("--steps-per-tick", arguments.steps_per_tick,
@@ -113,7 +113,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
   of_candidate(app.add_option("--margin", arguments.margin,
                               "Test stability, contacts that many times as stiff: the hand that "
                               "presses hardest must come to rest, in contact")
-                   ->check(number_in(0.01, 1000.0)));
+                   ->check(command_line::number_in(0.01, 1000.0)));
   of_candidate(app.add_flag("--search-margin", arguments.search_margin,
                             "The largest stable margin of 1, 1.26, 1.59, 2, ... 16"));
 }
@@ -127,63 +127,63 @@ void print(const std::string& line) {
   std::printf("%s\n", line.c_str());
 }
 
-FitSettings settings_of(const Arguments& arguments, const SceneDescription& scene) {
+FitSettings settings_of(const Arguments& arguments, const scene::SceneDescription& scene) {
   return {.set = arguments.set,
           .scene = arguments.scene,
           .trajectory = arguments.path.trajectory.string(),
           .replay = arguments.path.replay,
           .transition = arguments.transition,
-          .method = describe(scene.method),
+          .method = scene::describe(scene.method),
           .rate_hz = 1.0 / scene.period_s,
           .latency_share = std::nullopt,
           .settle_s = arguments.settle_s.value_or(0.0)};
 }
 
 int write_reference(Arguments& arguments) {
-  const SceneDescription given = load_scene(find_scene(arguments.scene));
+  const scene::SceneDescription given = scene::load_scene(find_scene(arguments.scene));
   for (const auto& file : {arguments.write_reference, state_file_of(arguments.write_reference)})
-    require_writable(file);
-  LabRun run;
+    files::require_writable(file);
+  laboratory::LabRun run;
   const FitReference reference = make_reference(given, arguments.path, arguments.steps_per_tick,
                                                 arguments.settle_s.value_or(0.0), run);
   try {
     write_reference(arguments.write_reference, given, reference);
   } catch (const std::runtime_error& error) {  // it could be written when this began
-    throw CannotStart(error.what());
+    throw laboratory::CannotStart(error.what());
   }
-  const SceneDescription scene = reference_scene(given, arguments.steps_per_tick);
-  arguments.transition = name_of(Transition::kHold);
+  const scene::SceneDescription scene = reference_scene(given, arguments.steps_per_tick);
+  arguments.transition = display::name_of(display::Transition::kHold);
   FitSettings settings = settings_of(arguments, scene);
   settings.latency_share = 0.0;
   print(json_line(settings, reference, run, scene.period_s));
-  return kDone;
+  return realtime::kDone;
 }
 
 /// The method that sim_server would choose, by this thread's processor time.
-void settle_method(SceneDescription& scene) {
+void settle_method(scene::SceneDescription& scene) {
   if (!scene.choose_method) return;
   const auto now_s = [] {
     timespec now{};
     ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
   };
-  scene.method = choose_method(scene, now_s, [](const std::string&) {}).method;
+  scene.method = dynamics::choose_method(scene, now_s, [](const std::string&) {}).method;
   scene.choose_method = false;
 }
 
 FitCandidate candidate_of(const Arguments& arguments) {
   FitCandidate candidate;
-  const auto transition = transition_named(arguments.transition);
+  const auto transition = display::transition_named(arguments.transition);
   if (!transition)
     refuse("--transition", arguments.transition, "a transition of haptic_server --help");
   candidate.transition = *transition;
   if (arguments.latency != "auto") {
-    if (!number_in(0.0, 1.0)(arguments.latency).empty())
+    if (!command_line::number_in(0.0, 1.0)(arguments.latency).empty())
       refuse("--latency-share", arguments.latency, "auto, or a number from 0 to 1");
     candidate.latency_share = std::stod(arguments.latency);
   }
   candidate.repeats = arguments.repeats;
-  if (!phantom_profile(arguments.device))
+  if (!devices::phantom_profile(arguments.device))
     refuse("--device", arguments.device, "touch, touchx or premium15");
   candidate.scene = load_scene_with(find_scene(arguments.scene), arguments.set);
   settle_method(candidate.scene);
@@ -195,10 +195,11 @@ std::optional<FitStabilityResult> test_stability(const Arguments& arguments,
                                                  const FitReference& reference, FitResult& result) {
   const bool is_asked = arguments.margin || arguments.search_margin;
   if (!is_asked || !result.problems.empty()) return std::nullopt;
-  std::unique_ptr<SceneDescription> loaded;
-  const auto given = [&]() -> const SceneDescription& {
+  std::unique_ptr<scene::SceneDescription> loaded;
+  const auto given = [&]() -> const scene::SceneDescription& {
     if (!loaded)
-      loaded = std::make_unique<SceneDescription>(load_scene(find_scene(arguments.scene)));
+      loaded =
+          std::make_unique<scene::SceneDescription>(scene::load_scene(find_scene(arguments.scene)));
     return *loaded;
   };
   FitStabilityResult stability{.profile = arguments.device,
@@ -220,9 +221,9 @@ std::optional<FitStabilityResult> test_stability(const Arguments& arguments,
 void require_plugins() {
   for (const char* const plugin : {"replay", "phantom"}) {
     try {
-      (void)negotiate_device(plugin, {.period_ns = 1'000'000, .is_virtual = true});
-    } catch (const DeviceError& error) {
-      throw CannotStart(error.what());
+      (void)device::negotiate_device(plugin, {.period_ns = 1'000'000, .is_virtual = true});
+    } catch (const device::DeviceError& error) {
+      throw laboratory::CannotStart(error.what());
     }
   }
 }
@@ -242,7 +243,7 @@ int run_fit(Arguments& arguments) {
   FitSettings settings = settings_of(arguments, candidate.scene);
   settings.latency_share = result.latency_share;
   print(json_line(settings, reference, result, candidate.repeats, stability));
-  return kDone;
+  return realtime::kDone;
 }
 
 /// What is wrong with the machine, or with the program, has a status of its own.
@@ -253,10 +254,10 @@ int run_guarded(Arguments& arguments) {
   };
   try {
     return run_fit(arguments);
-  } catch (const CannotStart& error) {
-    return fail(error, kCouldNotStart);
-  } catch (const SegmentError& error) {
-    return fail(error, kCouldNotStart);
+  } catch (const laboratory::CannotStart& error) {
+    return fail(error, realtime::kCouldNotStart);
+  } catch (const publication::SegmentError& error) {
+    return fail(error, realtime::kCouldNotStart);
   } catch (const std::logic_error& error) {
     return fail(error, kCrashed);
   } catch (const std::bad_alloc& error) {
@@ -264,17 +265,20 @@ int run_guarded(Arguments& arguments) {
   }
 }
 
-}  // namespace
-}  // namespace stillgrid
-
-int main(int argc, char** argv) {
-  using namespace stillgrid;
+int program_main(int argc, char** argv) {
   CLI::App app(kDescription, "fit_run");
   Arguments arguments;
   add_options(app, arguments);
-  add_version(app, {device_interface()});
-  return run_program(app, argc, argv, [&] {
-    make_writes_fail();
+  command_line::add_version(app, {command_line::device_interface()});
+  return command_line::run_program(app, argc, argv, [&] {
+    files::make_writes_fail();
     return run_guarded(arguments);
   });
+}
+
+}  // namespace
+}  // namespace stillgrid::fit_run
+
+int main(int argc, char** argv) {
+  return stillgrid::fit_run::program_main(argc, argv);
 }

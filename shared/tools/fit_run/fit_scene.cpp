@@ -14,7 +14,7 @@
 #include "sim_server/scene/format_1.hpp"
 #include "sim_server/scene/scene_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fit_run {
 namespace {
 
 using Path = std::vector<std::string>;
@@ -23,7 +23,7 @@ using Path = std::vector<std::string>;
 struct Setting {
   const std::string& text;
   std::string key;
-  toml::table value;  // under "value"
+  ::toml::table value;  // under "value"
 };
 
 [[noreturn]] void refuse(const std::string& setting, const std::string& expected) {
@@ -38,10 +38,11 @@ Setting parse_setting(const std::string& text) {
   constexpr const char* kExpected =
       "KEY=VALUE with a value as TOML has it: 0.02, 2, true, \"newton\"";
   try {
-    Setting setting{text, text.substr(0, equals), toml::parse("value =" + text.substr(equals + 1))};
+    Setting setting{text, text.substr(0, equals),
+                    ::toml::parse("value =" + text.substr(equals + 1))};
     if (setting.value.size() != 1) refuse(text, kExpected);  // more lines, with keys of their own
     return setting;
-  } catch (const toml::parse_error&) {
+  } catch (const ::toml::parse_error&) {
     refuse(text, kExpected);
   }
 }
@@ -59,13 +60,13 @@ Path split(std::string_view key) {
 
 /// The table of an array whose `name` the key goes on with, the longest such; the rest of the key
 /// is what follows it.
-toml::table& named_table(toml::table& root, const Setting& setting, std::string_view kind,
-                         std::string_view& rest) {
-  toml::table* found = nullptr;
+::toml::table& named_table(::toml::table& root, const Setting& setting, std::string_view kind,
+                           std::string_view& rest) {
+  ::toml::table* found = nullptr;
   std::size_t longest = 0;
   std::string names;
   if (auto* const array = root[kind].as_array()) {
-    for (toml::node& node : *array) {
+    for (::toml::node& node : *array) {
       auto* const table = node.as_table();
       const auto name = table == nullptr ? std::nullopt : (*table)["name"].value<std::string>();
       if (!name) continue;
@@ -83,19 +84,19 @@ toml::table& named_table(toml::table& root, const Setting& setting, std::string_
   return *found;
 }
 
-toml::table& sub_table(toml::table& table, const std::string& key, const Setting& setting) {
-  if (!table.contains(key)) table.insert(key, toml::table{});
+::toml::table& sub_table(::toml::table& table, const std::string& key, const Setting& setting) {
+  if (!table.contains(key)) table.insert(key, ::toml::table{});
   auto* const found = table[key].as_table();
   if (found == nullptr) refuse(setting.text, "a key of a table; '" + key + "' is none");
   return *found;
 }
 
 /// Takes away what the key just set stands for, but for what is set itself.
-void drop_contradicted(toml::table& table, const std::string& key,
-                       const std::set<const toml::node*>& set) {
+void drop_contradicted(::toml::table& table, const std::string& key,
+                       const std::set<const ::toml::node*>& set) {
   const auto drop = [&](std::initializer_list<std::string_view> others) {
     for (const std::string_view other : others)
-      if (const toml::node* node = table.get(other); node != nullptr && !set.contains(node))
+      if (const ::toml::node* node = table.get(other); node != nullptr && !set.contains(node))
         table.erase(other);
   };
   const auto is_auto = [&] { return table["solver"].value<std::string>() == "auto"; };
@@ -140,17 +141,17 @@ std::filesystem::path find_scene(const std::string& name) {
 }
 
 std::string with_settings(const std::string& text, const std::vector<std::string>& settings) {
-  toml::table root = toml::parse(std::string_view(text));
-  if (root["format"].value<int>() == 1) (void)renew_format_1(root, "scene");
+  ::toml::table root = ::toml::parse(std::string_view(text));
+  if (root["format"].value<int>() == 1) (void)scene::renew_format_1(root, "scene");
   struct Done {
-    toml::table* table;
+    ::toml::table* table;
     std::string key;
   };
   std::vector<Done> done;
   for (const std::string& one : settings) {
     const Setting setting = parse_setting(one);
     std::string_view rest = setting.key;
-    toml::table* table = &root;
+    ::toml::table* table = &root;
     for (const std::string_view kind : {"body", "material"}) {
       if (!rest.starts_with(std::string(kind) + ".")) continue;
       rest.remove_prefix(kind.size() + 1);
@@ -160,14 +161,14 @@ std::string with_settings(const std::string& text, const std::vector<std::string
     if (std::any_of(path.begin(), path.end(), [](const std::string& part) { return part.empty(); }))
       refuse(one, "KEY=VALUE with a key such as simulation.rate_hz or body.NAME.stiffness_scale");
     for (std::size_t i = 0; i + 1 < path.size(); ++i) table = &sub_table(*table, path[i], setting);
-    const toml::node& value = *setting.value.get("value");
+    const ::toml::node& value = *setting.value.get("value");
     if (table == &root || value.is_table() || (*table)[path.back()].is_table())
       refuse(one, "TABLE.KEY=VALUE where VALUE is a number, a string, true, false or a list");
-    const std::string key(name_of_today(kOldSceneKeys, path.back()));
+    const std::string key(files::name_of_today(files::kOldSceneKeys, path.back()));
     table->insert_or_assign(key, value);
     done.push_back({table, key});
   }
-  std::set<const toml::node*> set;
+  std::set<const ::toml::node*> set;
   for (const Done& one : done) set.insert(one.table->get(one.key));
   for (const Done& one : done) drop_contradicted(*one.table, one.key, set);
   std::ostringstream out;
@@ -175,21 +176,21 @@ std::string with_settings(const std::string& text, const std::vector<std::string
   return out.str();
 }
 
-SceneDescription load_scene_with(const std::filesystem::path& file,
-                                 const std::vector<std::string>& settings) {
-  if (settings.empty()) return load_scene(file);
+scene::SceneDescription load_scene_with(const std::filesystem::path& file,
+                                        const std::vector<std::string>& settings) {
+  if (settings.empty()) return scene::load_scene(file);
   std::string text;
   try {
     text = with_settings(read_text(file), settings);
-  } catch (const toml::parse_error&) {
-    return load_scene(file);  // refuses the file, and says where
-  } catch (const SceneError&) {
-    return load_scene(file);
+  } catch (const ::toml::parse_error&) {
+    return scene::load_scene(file);  // refuses the file, and says where
+  } catch (const toml::SceneError&) {
+    return scene::load_scene(file);
   }
   try {
-    return read_scene(text, file);
-  } catch (const SceneError& error) {
-    (void)load_scene(file);  // what is wrong without the settings is told of the file
+    return scene::read_scene(text, file);
+  } catch (const toml::SceneError& error) {
+    (void)scene::load_scene(file);  // what is wrong without the settings is told of the file
     std::string shown;
     for (const std::string& setting : settings) shown += (shown.empty() ? "" : " ") + setting;
     // Lines and columns are those of no file that the user has.
@@ -201,4 +202,4 @@ SceneDescription load_scene_with(const std::filesystem::path& file,
   }
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::fit_run

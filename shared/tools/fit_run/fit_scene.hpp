@@ -6,7 +6,7 @@
 
 #include "sim_server/scene/scene_description.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fit_run {
 
 /// The file that a user means: a path, or the name of a scene that ships, as of replay_check.
 /// Throws std::runtime_error for neither.
@@ -27,7 +27,7 @@ namespace stillgrid {
 
 /// The scene of that file with those settings, all checks made. Throws SceneError, or
 /// std::runtime_error for what is wrong by the settings only: one line that shows them.
-[[nodiscard]] SceneDescription load_scene_with(const std::filesystem::path& file,
-                                               const std::vector<std::string>& settings);
+[[nodiscard]] scene::SceneDescription load_scene_with(const std::filesystem::path& file,
+                                                      const std::vector<std::string>& settings);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::fit_run

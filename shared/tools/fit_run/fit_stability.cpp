@@ -15,7 +15,7 @@
 #include "shared/tools/laboratory/path_file.hpp"
 #include "shared/tools/laboratory/stable_stiffness.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fit_run {
 namespace {
 
 constexpr double kStay_s = 1.5, kWindow_s = 0.5;
@@ -32,11 +32,12 @@ double fade(double time_s) {
 
 /// The reference's path from where a press begins, come to from outside. Where it presses at once
 /// the tool waits there first, for it takes time to come and to go deeper.
-std::vector<PathPoint> press_path(const FitReference& reference, const ReferencePress& press) {
-  std::vector<PathPoint> points;
+std::vector<laboratory::PathPoint> press_path(const FitReference& reference,
+                                              const ReferencePress& press) {
+  std::vector<laboratory::PathPoint> points;
   Eigen::Vector3d outward = Eigen::Vector3d::Zero();
   const double wait_s = std::max(0.0, 2.0 * kApproach_s - (press.press_s - press.begin_s));
-  for (const TickRow& row : reference.rows) {
+  for (const recording::TickRow& row : reference.rows) {
     if (row.time_s < press.begin_s) continue;
     if (row.time_s > press.press_s) break;
     const double time_s = row.time_s - press.begin_s + wait_s;
@@ -51,35 +52,37 @@ std::vector<PathPoint> press_path(const FitReference& reference, const Reference
 
 /// Where the hand means to go on that path: at its end so much deeper that the hand's spring bears
 /// the reference's force and the device's friction.
-std::vector<PathPoint> meant_path(std::vector<PathPoint> points, const FitReference& reference,
-                                  const ReferencePress& press, const std::string& profile,
-                                  double scale) {
-  const auto last =
-      std::upper_bound(reference.rows.begin(), reference.rows.end(), press.press_s,
-                       [](double time_s, const TickRow& row) { return time_s < row.time_s; });
+std::vector<laboratory::PathPoint> meant_path(std::vector<laboratory::PathPoint> points,
+                                              const FitReference& reference,
+                                              const ReferencePress& press,
+                                              const std::string& profile, double scale) {
+  const auto last = std::upper_bound(
+      reference.rows.begin(), reference.rows.end(), press.press_s,
+      [](double time_s, const recording::TickRow& row) { return time_s < row.time_s; });
   const Eigen::Vector3d force_N = std::prev(last)->rendered_N;
-  const double borne_N = force_N.norm() + phantom_profile(profile)->friction_N;
+  const double borne_N = force_N.norm() + devices::phantom_profile(profile)->friction_N;
   const Eigen::Vector3d deeper_m =
-      -scale * borne_N / hand_profile(kHand)->stiffness_N_per_m * force_N.normalized();
+      -scale * borne_N / devices::hand_profile(kHand)->stiffness_N_per_m * force_N.normalized();
   const double end_s = points.back().time_s;
-  for (PathPoint& point : points) point.position_m += fade(end_s - point.time_s) * deeper_m;
+  for (laboratory::PathPoint& point : points)
+    point.position_m += fade(end_s - point.time_s) * deeper_m;
   return points;
 }
 
-void stiffen(SceneDescription& scene, double margin) {
-  for (MaterialDescription& material : scene.materials)
+void stiffen(scene::SceneDescription& scene, double margin) {
+  for (scene::MaterialDescription& material : scene.materials)
     material.contact_stiffness_N_per_m *= margin;
 }
 
 /// How a scene is simulated and shown while it is pressed.
 struct Loop {
-  SceneDescription scene;
-  Transition transition = Transition::kHold;
+  scene::SceneDescription scene;
+  display::Transition transition = display::Transition::kHold;
   double latency_s = 0.0;
 };
 
 /// As the reference is simulated and shown, but for the margin.
-Loop low_latency_loop(const SceneDescription& given, double margin) {
+Loop low_latency_loop(const scene::SceneDescription& given, double margin) {
   Loop low_latency{.scene = reference_scene(given, 1)};
   stiffen(low_latency.scene, margin);
   return low_latency;
@@ -87,16 +90,17 @@ Loop low_latency_loop(const SceneDescription& given, double margin) {
 
 /// A press by that device, PLUGIN and options, but for its path. It ends at the path's end, or
 /// stays.
-LabRun run_press(const Loop& loop, const ReferencePress& press,
-                 const std::vector<PathPoint>& points, const std::string& device, double stay_s) {
-  const PathFile path(loop.scene.device, points);
-  LabOptions options;
+laboratory::LabRun run_press(const Loop& loop, const ReferencePress& press,
+                             const std::vector<laboratory::PathPoint>& points,
+                             const std::string& device, double stay_s) {
+  const laboratory::PathFile path(loop.scene.device, points);
+  laboratory::LabOptions options;
   options.device = device + path.path().string();
   options.transition = loop.transition;
   options.latency_s = loop.latency_s;
   options.duration_s = points.back().time_s + stay_s;
   options.start = &press.world;
-  return run_lab(loop.scene, options);
+  return laboratory::run_lab(loop.scene, options);
 }
 
 struct HeldPress {
@@ -105,19 +109,21 @@ struct HeldPress {
   double drift_m = 0.0, late_drift_m = 0.0;  // over two windows, and over the last
 };
 
-std::span<const TickRow> window_of(const LabRun& run) {
-  const auto first = std::find_if(run.rows.begin(), run.rows.end(), [&](const TickRow& row) {
-    return row.time_s > run.rows.back().time_s - kWindow_s;
-  });
+std::span<const recording::TickRow> window_of(const laboratory::LabRun& run) {
+  const auto first =
+      std::find_if(run.rows.begin(), run.rows.end(), [&](const recording::TickRow& row) {
+        return row.time_s > run.rows.back().time_s - kWindow_s;
+      });
   return {first, run.rows.end()};
 }
 
 /// Along the worst axis the less of the largest rise and the largest fall: of a swing from peak to
 /// peak, nothing of a drift however far.
-double to_and_fro(std::span<const TickRow> rows, const Eigen::Vector3d TickRow::*of) {
+double to_and_fro(std::span<const recording::TickRow> rows,
+                  const Eigen::Vector3d recording::TickRow::*of) {
   Eigen::Array3d lowest = rows.front().*of, highest = lowest;
   Eigen::Array3d rise = Eigen::Array3d::Zero(), fall = rise;
-  for (const TickRow& row : rows) {
+  for (const recording::TickRow& row : rows) {
     const Eigen::Array3d at = row.*of;
     if (!at.allFinite()) return std::numeric_limits<double>::infinity();
     lowest = lowest.min(at);
@@ -130,11 +136,11 @@ double to_and_fro(std::span<const TickRow> rows, const Eigen::Vector3d TickRow::
 
 HeldPress hold_press(const Loop& loop, const ReferencePress& press, const FitReference& reference,
                      const std::string& profile) {
-  const std::vector<PathPoint> points =
+  const std::vector<laboratory::PathPoint> points =
       meant_path(press_path(reference, press), reference, press, profile, loop.scene.device.scale);
   HeldPress held;
   try {
-    const LabRun run = run_press(
+    const laboratory::LabRun run = run_press(
         loop, press, points,
         "phantom:profile=" + profile + ",hand=" + kHand + ",limits=0,max_force_N=1000,path=",
         kStay_s);
@@ -142,11 +148,11 @@ HeldPress hold_press(const Loop& loop, const ReferencePress& press, const FitRef
     const auto window = window_of(run);
     const auto touching = std::count_if(window.begin(), window.end(), touches);
     held.contact_share = static_cast<double>(touching) / static_cast<double>(window.size());
-    held.drift_m = swing_m(run.rows, 2.0 * kWindow_s);
-    held.late_drift_m = swing_m(run.rows, kWindow_s);
+    held.drift_m = laboratory::swing_m(run.rows, 2.0 * kWindow_s);
+    held.late_drift_m = laboratory::swing_m(run.rows, kWindow_s);
     // A body that is thrown off and comes back later is no drift.
-    held.swing_m =
-        held.contact_share == 1.0 ? to_and_fro(window, &TickRow::position_m) : held.late_drift_m;
+    held.swing_m = held.contact_share == 1.0 ? to_and_fro(window, &recording::TickRow::position_m)
+                                             : held.late_drift_m;
   } catch (const std::domain_error&) {  // a place that is no number
   }
   return held;
@@ -154,11 +160,11 @@ HeldPress hold_press(const Loop& loop, const ReferencePress& press, const FitRef
 
 /// How far the force on a tool that is held fast would move the hand's spring to and fro.
 double spring_swing_m(const Loop& loop, const ReferencePress& press,
-                      std::vector<PathPoint> points) {
+                      std::vector<laboratory::PathPoint> points) {
   points.push_back({points.back().time_s + kStay_s, points.back().position_m});
-  const LabRun run = run_press(loop, press, points, "replay:file=", 0.0);
-  return loop.scene.device.scale * to_and_fro(window_of(run), &TickRow::rendered_N) /
-         hand_profile(kHand)->stiffness_N_per_m;
+  const laboratory::LabRun run = run_press(loop, press, points, "replay:file=", 0.0);
+  return loop.scene.device.scale * to_and_fro(window_of(run), &recording::TickRow::rendered_N) /
+         devices::hand_profile(kHand)->stiffness_N_per_m;
 }
 
 }  // namespace
@@ -170,7 +176,7 @@ HeldPresses::HeldPresses(const FitCandidate& candidate, double latency_share,
       reference_(reference),
       given_(std::move(given)),
       profile_(std::move(profile)),
-      limit_m_(kEncoderSteps * phantom_profile(profile_)->resolution_m *
+      limit_m_(kEncoderSteps * devices::phantom_profile(profile_)->resolution_m *
                candidate.scene.device.scale) {}
 
 double HeldPresses::own_swing_m(const ReferencePress& press, double margin) const {
@@ -221,10 +227,10 @@ std::optional<double> HeldPresses::largest_margin() const {
   // As it is told, so that it can be asked for again.
   const auto rounded = [](double margin) { return std::round(100.0 * margin) / 100.0; };
   const auto holds = [&](double margin) { return at(rounded(margin)).stable == true; };
-  const auto largest = largest_stable_stiffness_N_per_m(
+  const auto largest = laboratory::largest_stable_stiffness_N_per_m(
       holds,
       {.lowest_N_per_m = 1.0, .highest_N_per_m = 1.001 * kMaxMargin, .step = std::cbrt(2.0)});
   return largest ? std::optional(rounded(*largest)) : std::nullopt;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::fit_run

@@ -7,7 +7,7 @@
 #include "shared/tools/fit_run/fit_candidate.hpp"
 #include "shared/tools/fit_run/fit_reference.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fit_run {
 
 /// What of a hand's swing where it presses hardest: of the worst press that was tested.
 struct FitStability {
@@ -18,7 +18,7 @@ struct FitStability {
 };
 
 /// The scene of a reference by its own method, made when it is first asked for.
-using GivenScene = std::function<const SceneDescription&()>;
+using GivenScene = std::function<const scene::SceneDescription&()>;
 
 /// Whether a hand with the device comes to rest at each of the reference's presses, in closed loop.
 ///
@@ -61,4 +61,4 @@ class HeldPresses {
   double limit_m_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::fit_run

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// The machine is at fault, not what the user gave: no room for a file, no temporary folder. The
 /// same again may do. One line.
@@ -11,4 +11,4 @@ class CannotStart : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -11,7 +11,7 @@
 #include "shared/tools/laboratory/lab_cell.hpp"
 #include "shared/tools/laboratory/model_comparison.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 struct Arguments {
@@ -57,7 +57,7 @@ void compare_all(const Arguments& arguments) {
   for (const double period_s : arguments.periods_s) {
     LabCell cell = arguments.cell;
     cell.period_s = period_s;
-    const SceneDescription scene = scene_of(cell, std::nullopt);
+    const scene::SceneDescription scene = scene_of(cell, std::nullopt);
     for (const Contender& contender : contenders())
       if (is_asked_for(arguments, contender))
         print_row(contender.name, contender.period_s.value_or(period_s),
@@ -67,11 +67,7 @@ void compare_all(const Arguments& arguments) {
             compare_reference(reference, arguments.from_s));
 }
 
-}  // namespace
-}  // namespace stillgrid
-
-int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
-  using namespace stillgrid;
+int program_main(int argc, char** argv) {
   CLI::App app("One path of the device through all intermediate models, as CSV", "compare_models");
   Arguments arguments;
   LabCell& cell = arguments.cell;
@@ -79,23 +75,31 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   app.add_option("--device", cell.device, "As haptic_server takes it; one that heeds no force")
       ->required();
   app.add_option("--period", arguments.periods_s, "Of the simulation, s; one or more")
-      ->check(number_in(1e-4, 10.0))
+      ->check(command_line::number_in(1e-4, 10.0))
       ->required();
   app.add_option("--latency", cell.latency_share, "What a step costs, of its period; default 0")
-      ->check(number_in(0.0, 1.0));
-  app.add_option("--jitter", cell.jitter, "Of the periods, default 0")->check(number_in(0.0, 0.95));
+      ->check(command_line::number_in(0.0, 1.0));
+  app.add_option("--jitter", cell.jitter, "Of the periods, default 0")
+      ->check(command_line::number_in(0.0, 0.95));
   app.add_option("--seed", cell.seed, "Of the jitter");
   app.add_option("--friction", cell.friction, "Of contacts of the laboratory's scenes")
-      ->check(number_in(0.0, 10.0));
+      ->check(command_line::number_in(0.0, 10.0));
   app.add_option("--duration", cell.duration_s, "Of a run, s; default 20")
-      ->check(number_in(0.01, 1e5));
+      ->check(command_line::number_in(0.01, 1e5));
   app.add_option("--from", arguments.from_s, "What is measured begins here, s; default 0")
-      ->check(number_in(0.0, 1e5));
+      ->check(command_line::number_in(0.0, 1e5));
   app.add_option("--models", arguments.names, "Rows by name; default all");
   app.add_option("--reference-scene", arguments.reference_scene,
                  "Whose force is the reference; default the scene itself");
-  return run_program(app, argc, argv, [&] {
+  return command_line::run_program(app, argc, argv, [&] {
     compare_all(arguments);
-    return kDone;
+    return realtime::kDone;
   });
+}
+
+}  // namespace
+}  // namespace stillgrid::laboratory
+
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
+  return stillgrid::laboratory::program_main(argc, argv);
 }

@@ -8,7 +8,7 @@
 
 #include "shared/files/number_text.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 std::vector<std::string> cells_of(const std::string& line) {
@@ -23,7 +23,7 @@ std::vector<std::string> cells_of(const std::string& line) {
 }
 
 std::optional<double> number_in_text(const std::string& text, const NumberRange& range) {
-  const auto value = finite_number(text);
+  const auto value = files::finite_number(text);
   return value && *value >= range.lowest && *value <= range.highest ? value : std::nullopt;
 }
 
@@ -93,4 +93,4 @@ void CsvFile::refuse_line(std::size_t line, const std::string& found,
                            found.substr(0, kMaxShown) + "': expected " + expected);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

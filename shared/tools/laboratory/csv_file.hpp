@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// What a number may be.
 struct NumberRange {
@@ -53,4 +53,4 @@ class CsvFile {
   std::vector<std::size_t> lines_;  // of each row
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

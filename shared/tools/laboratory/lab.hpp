@@ -13,19 +13,19 @@
 #include "shared/tools/laboratory/world_state.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// One closed loop of the laboratory: the options of both servers that decide its course.
 struct LabOptions {
   std::string device;            // as haptic_server --device takes it
   const Rival* rival = nullptr;  // none: the product's grid, with its transition
-  Transition transition = Transition::kPredict;
+  display::Transition transition = display::Transition::kPredict;
   double tick_rate_hz = 1000.0;
   double latency_s = 0.0;  // virtual cost of a step
   double jitter = 0.0;     // of the simulation's periods
   std::uint64_t seed = 1;
   double duration_s = 10.0;
-  SafetyOptions safety = {};
+  safety::SafetyOptions safety = {};
   bool measures_ticks = false;   // by the clock, into rows, report and LabSimulation::step_s; no
                                  // force depends on it
   bool accounts_energy = false;  // of the simulation, into LabRun::given_J; no step differs for it
@@ -49,9 +49,9 @@ struct LabSimulation {
 
 /// What came of a run, tick by tick.
 struct LabRun {
-  std::vector<TickRow> rows;
+  std::vector<recording::TickRow> rows;
   std::vector<SwitchJump> jumps;
-  HapticReport report;
+  haptic_server::HapticReport report;
   LabSimulation simulation;
   std::vector<WorldState> states;  // at time zero, then by steps' ends
   std::vector<double> given_J;     // to the scene by the tool and what is prescribed, each tick
@@ -64,11 +64,11 @@ struct LabRun {
 /// `sim_server --lockstep` and `haptic_server --lockstep` of the same options record.
 ///
 /// Throws DeviceError, SegmentError. Thread: any, several at a time.
-[[nodiscard]] LabRun run_lab(const SceneDescription& scene, const LabOptions& options);
+[[nodiscard]] LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options);
 
 /// The reference of the metrics: the force of the true state, simulated once a tick and shown at
 /// once, on the path of the device in `run`. Rows correspond one to one.
-[[nodiscard]] LabRun run_reference(const SceneDescription& scene, const LabOptions& options,
+[[nodiscard]] LabRun run_reference(const scene::SceneDescription& scene, const LabOptions& options,
                                    const LabRun& run);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -7,7 +7,7 @@
 #include "shared/tools/laboratory/methods/laboratory_methods.hpp"
 #include "sim_server/scene/scene_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 [[noreturn]] void refuse(const std::string& key, const std::string& value,
@@ -44,10 +44,10 @@ std::string scene_text_of(const LabCell& cell, double stiffness_N_per_m) {
   return scene_text(scene);
 }
 
-SceneDescription scene_of(const LabCell& cell, std::optional<double> stiffness_N_per_m) {
+scene::SceneDescription scene_of(const LabCell& cell, std::optional<double> stiffness_N_per_m) {
   const bool is_file = cell.scene.ends_with(".toml");
-  SceneDescription scene =
-      is_file ? load_scene(cell.scene, laboratory_methods()) : lab_scene(parse_scene(cell));
+  scene::SceneDescription scene =
+      is_file ? scene::load_scene(cell.scene, laboratory_methods()) : lab_scene(parse_scene(cell));
   scene.period_s = cell.period_s;
   if (stiffness_N_per_m && scene.materials.empty())
     refuse("--stiffness", std::to_string(*stiffness_N_per_m), "a scene with a material");
@@ -59,7 +59,7 @@ LabOptions options_of(const LabCell& cell) {
   const Rival* const rival = rival_named(cell.model);
   if (rival == nullptr && cell.model != "grid")
     refuse("--model", cell.model, "grid, or a rival of docs/algorithms/intermediate_models.md");
-  const auto transition = transition_named(cell.transition);
+  const auto transition = display::transition_named(cell.transition);
   if (!transition) refuse("--transition", cell.transition, "a transition of haptic_server --help");
   const auto hand = lab_hand_named(cell.device);
   return {
@@ -89,4 +89,4 @@ std::optional<double> largest_stable_stiffness_N_per_m(const LabCell& cell,
   return least_N_per_m;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -8,7 +8,7 @@
 #include "shared/tools/laboratory/stable_stiffness.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// A cell of the maps: a closed loop but for its contact stiffness. Texts are checked when the cell
 /// is used.
@@ -33,8 +33,8 @@ struct LabCell {
 
 /// The cell's scene. stiffness_N_per_m: of its first material, in ours that of the contact with the
 /// tool; none: as the file says, or 1000 N/m. Throws std::runtime_error.
-[[nodiscard]] SceneDescription scene_of(const LabCell& cell,
-                                        std::optional<double> stiffness_N_per_m);
+[[nodiscard]] scene::SceneDescription scene_of(const LabCell& cell,
+                                               std::optional<double> stiffness_N_per_m);
 
 /// Throws std::runtime_error that names the option and its value.
 [[nodiscard]] LabOptions options_of(const LabCell& cell);
@@ -43,4 +43,4 @@ struct LabCell {
 [[nodiscard]] std::optional<double> largest_stable_stiffness_N_per_m(const LabCell& cell,
                                                                      const StiffnessSearch& search);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -5,7 +5,7 @@
 
 #include "sim_server/scene/scene_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 constexpr double kPush_N = 1.0;
@@ -138,8 +138,8 @@ std::string scene_text(const LabScene& scene) {
   return head(scene, 0.0) + wall();
 }
 
-SceneDescription lab_scene(const LabScene& scene) {
-  return read_scene(scene_text(scene), std::string(name_of(scene.body)) + ".toml");
+scene::SceneDescription lab_scene(const LabScene& scene) {
+  return scene::read_scene(scene_text(scene), std::string(name_of(scene.body)) + ".toml");
 }
 
 std::optional<LabHand> lab_hand_named(std::string_view name) {
@@ -166,4 +166,4 @@ std::string device_text(LabHand hand, double resolution_m, double friction_N) {
          ",friction_N=" + text(friction_N) + ",limits=0";
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -8,7 +8,7 @@
 
 #include "sim_server/scene/scene_description.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// What the laboratory's tool presses on, from above along -z. The tool, a sphere of 5 mm, starts
 /// at the scene's origin and touches it there.
@@ -48,7 +48,7 @@ struct LabScene {
 [[nodiscard]] std::string scene_text(const LabScene& scene);
 
 /// The scene read from that text, named after its body.
-[[nodiscard]] SceneDescription lab_scene(const LabScene& scene);
+[[nodiscard]] scene::SceneDescription lab_scene(const LabScene& scene);
 
 /// Devices and hands of the analyses, each pushed by 1 N towards -z and held by its spring to the
 /// origin. Total mass, damping and stiffness: light 0.1 kg, 5 N s/m, 100 N/m; hand (a device of 0.1
@@ -62,4 +62,4 @@ inline constexpr std::array<std::string_view, 3> kLabHandNames = {"light", "hand
 /// The phantom of that hand, as --device takes it. resolution_m: of its encoders.
 [[nodiscard]] std::string device_text(LabHand hand, double resolution_m, double friction_N);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

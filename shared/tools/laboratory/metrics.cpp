@@ -7,7 +7,7 @@
 
 #include "shared/tools/laboratory/spectrum.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 constexpr double kLongestLag_s = 0.1;
@@ -76,7 +76,7 @@ Vibration vibration(std::span<const Eigen::Vector3d> error_N, double rate_hz,
   return sum;
 }
 
-Plateau plateau(std::span<const TickRow> rows, double rate_hz) {
+Plateau plateau(std::span<const recording::TickRow> rows, double rate_hz) {
   Plateau result;
   std::size_t shown = 0, standing = 0, run = 0, longest = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -94,10 +94,10 @@ Plateau plateau(std::span<const TickRow> rows, double rate_hz) {
   return result;
 }
 
-std::vector<Eigen::Vector3d> rendered_N(std::span<const TickRow> rows) {
+std::vector<Eigen::Vector3d> rendered_N(std::span<const recording::TickRow> rows) {
   std::vector<Eigen::Vector3d> forces_N;
   forces_N.reserve(rows.size());
-  for (const TickRow& row : rows) forces_N.push_back(row.rendered_N);
+  for (const recording::TickRow& row : rows) forces_N.push_back(row.rendered_N);
   return forces_N;
 }
 
@@ -149,4 +149,4 @@ RunMetrics metrics_of(const LabRun& run, const LabRun& reference, double simulat
           .energy_given_J = run.report.energy.given_J};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

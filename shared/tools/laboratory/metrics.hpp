@@ -7,7 +7,7 @@
 
 #include "shared/tools/laboratory/lab.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// A change of a force is noticed from this share of it on (docs/cases.md, case 1.15).
 inline constexpr double kJustNoticeable = 0.07;
@@ -50,7 +50,7 @@ struct Plateau {
   double longest_s = 0.0;
   double left_over = 0.0;  // the most of a way between snapshots that was cut off by the next one
 };
-[[nodiscard]] Plateau plateau(std::span<const TickRow> rows, double rate_hz);
+[[nodiscard]] Plateau plateau(std::span<const recording::TickRow> rows, double rate_hz);
 
 /// How unevenly a force changes, as where it stands at a snapshot and then goes on: the change over
 /// 10 ms against the mean of those over the 10 ms before and after, over what is just noticeable
@@ -70,7 +70,7 @@ struct SwitchMetrics {
 [[nodiscard]] SwitchMetrics switch_metrics(const LabRun& run);
 
 /// The forces of a run before the safety chain, tick by tick.
-[[nodiscard]] std::vector<Eigen::Vector3d> rendered_N(std::span<const TickRow> rows);
+[[nodiscard]] std::vector<Eigen::Vector3d> rendered_N(std::span<const recording::TickRow> rows);
 
 /// Metrics 1 to 5 and 7 of a run: of the force as it was rendered, but the energy, which is of the
 /// force really held. Metric 6 is a search of many runs; of 8, the age is in the run's report.
@@ -86,4 +86,4 @@ struct RunMetrics {
 [[nodiscard]] RunMetrics metrics_of(const LabRun& run, const LabRun& reference,
                                     double simulation_rate_hz);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -8,15 +8,15 @@
 #include "shared/tools/laboratory/metrics.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// What is set side by side: a model, and where it is the simulation that is to be fast, its
 /// period.
 struct Contender {
   std::string name;
-  const Rival* rival = nullptr;               // none: the grid
-  Transition transition = Transition::kHold;  // of the grid
-  std::optional<double> period_s = {};        // none: the scene's
+  const Rival* rival = nullptr;                                 // none: the grid
+  display::Transition transition = display::Transition::kHold;  // of the grid
+  std::optional<double> period_s = {};                          // none: the scene's
 };
 
 /// The grid with every transition, every rival, and held snapshots "simulated as fast as a step
@@ -38,7 +38,7 @@ struct ComparedRun {
 
 /// The course of a contender: scene and options with its model, transition and period. A step
 /// costs the same share of any period. options.latency_s: with the scene's period.
-[[nodiscard]] ComparedRun compare(const SceneDescription& scene, const LabOptions& options,
+[[nodiscard]] ComparedRun compare(const scene::SceneDescription& scene, const LabOptions& options,
                                   const Contender& contender, const LabRun& reference,
                                   double from_s);
 
@@ -47,6 +47,7 @@ struct ComparedRun {
 
 /// The reference on the path of options.device, which takes no notice of forces: every contender
 /// is measured against it.
-[[nodiscard]] LabRun path_reference(const SceneDescription& scene, const LabOptions& options);
+[[nodiscard]] LabRun path_reference(const scene::SceneDescription& scene,
+                                    const LabOptions& options);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -10,7 +10,7 @@
 
 #include "shared/tools/laboratory/cannot_start.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 std::filesystem::path unique_path() {
@@ -24,7 +24,7 @@ std::filesystem::path unique_path() {
 
 }  // namespace
 
-PathFile::PathFile(const DeviceFrame& frame, std::span<const PathPoint> points)
+PathFile::PathFile(const scene::DeviceFrame& frame, std::span<const PathPoint> points)
     : path_(unique_path()) {
   std::ofstream stream(path_);
   stream.precision(std::numeric_limits<double>::max_digits10);
@@ -46,4 +46,4 @@ PathFile::~PathFile() {
   std::filesystem::remove(path_, ignored);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -6,7 +6,7 @@
 
 #include "sim_server/scene/scene_description.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// Where a tool is to be, in the scene.
 struct PathPoint {
@@ -19,7 +19,7 @@ class PathFile {
  public:
   /// frame: of the scene, from which the points are taken back to the device. Throws CannotStart if
   /// there is no temporary folder, or no room in it.
-  PathFile(const DeviceFrame& frame, std::span<const PathPoint> points);
+  PathFile(const scene::DeviceFrame& frame, std::span<const PathPoint> points);
   ~PathFile();
   PathFile(const PathFile&) = delete;
   PathFile& operator=(const PathFile&) = delete;
@@ -32,4 +32,4 @@ class PathFile {
   std::filesystem::path path_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

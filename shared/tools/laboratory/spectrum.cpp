@@ -6,7 +6,7 @@
 #include <numbers>
 #include <unsupported/Eigen/FFT>
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 constexpr std::size_t kSegment = 1024;
@@ -55,4 +55,4 @@ double band_power(const Spectrum& spectrum, double low_hz, double high_hz) {
   return power;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

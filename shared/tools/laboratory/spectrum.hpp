@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// One-sided power spectral density.
 struct Spectrum {
@@ -19,4 +19,4 @@ struct Spectrum {
 /// The power between two frequencies, both included.
 [[nodiscard]] double band_power(const Spectrum& spectrum, double low_hz, double high_hz);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -17,7 +17,7 @@
 #include "shared/tools/laboratory/metrics.hpp"
 #include "shared/tools/laboratory/stability_map.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 struct Arguments {
@@ -46,16 +46,16 @@ constexpr const char* kDescription =
 void add_shared_options(CLI::App& app, Arguments& arguments) {
   LabCell& cell = arguments.cell;
   app.add_option("--resolution", cell.resolution_m, "Encoder step of light, hand, none, m")
-      ->check(number_in(0.0, 1.0));
+      ->check(command_line::number_in(0.0, 1.0));
   app.add_option("--device-friction", cell.device_friction_N, "Coulomb's, of light, hand, none, N")
-      ->check(number_in(0.0, 100.0));
+      ->check(command_line::number_in(0.0, 100.0));
   app.add_option("--damping", cell.contact_damping_N_s_per_m, "Of contacts of our scenes, N s/m")
-      ->check(number_in(0.0, 1e6));
+      ->check(command_line::number_in(0.0, 1e6));
   app.add_option("--friction", cell.friction, "Of contacts of our scenes")
-      ->check(number_in(0.0, 10.0));
+      ->check(command_line::number_in(0.0, 10.0));
   app.add_option("--seed", cell.seed, "Of the jitter; of a limit the first");
   app.add_option("--duration", cell.duration_s, "Of a run, s; default 20")
-      ->check(number_in(0.01, 1e5));
+      ->check(command_line::number_in(0.01, 1e5));
 }
 
 /// What a cell has one of and a map several: numbers and names, or lists of them.
@@ -72,10 +72,11 @@ void add_axes(CLI::App& app, Axes<Names, Numbers> axes) {
   app.add_option("--transition", axes.transition, "Default predict");
   app.add_option("--model", axes.model, "Default grid");
   app.add_option("--period", axes.period_s, "Of the simulation, s; default 0.01")
-      ->check(number_in(1e-4, 10.0));
+      ->check(command_line::number_in(1e-4, 10.0));
   app.add_option("--latency", axes.latency_share, "What a step costs, of its period; default 0")
-      ->check(number_in(0.0, 1.0));
-  app.add_option("--jitter", axes.jitter, "Of the periods, default 0")->check(number_in(0.0, 0.95));
+      ->check(command_line::number_in(0.0, 1.0));
+  app.add_option("--jitter", axes.jitter, "Of the periods, default 0")
+      ->check(command_line::number_in(0.0, 0.95));
 }
 
 void add_cell_options(CLI::App& app, Arguments& arguments) {
@@ -89,11 +90,11 @@ void add_search_options(CLI::App& app, Arguments& arguments) {
   StiffnessSearch& search = arguments.search;
   app.add_option("--seeds", arguments.cell.seeds,
                  "Of the jitter, one after the other: the least limit counts; default 8")
-      ->check(number_in(1, 1000));
+      ->check(command_line::number_in(1, 1000));
   app.add_option("--lowest", search.lowest_N_per_m, "Of the search, N/m")
-      ->check(number_in(1.0, 1e6));
+      ->check(command_line::number_in(1.0, 1e6));
   app.add_option("--highest", search.highest_N_per_m, "Of the search, N/m")
-      ->check(number_in(1.0, 1e6));
+      ->check(command_line::number_in(1.0, 1e6));
 }
 
 void add_map_options(CLI::App& app, Arguments& arguments) {
@@ -102,7 +103,7 @@ void add_map_options(CLI::App& app, Arguments& arguments) {
       app, {map.scenes, map.devices, map.transitions, map.models, map.periods_s, map.latency_shares,
             map.jitters});
   app.add_option("--out", arguments.out, "CSV, a row a cell; rows that are there stay")->required();
-  app.add_option("--threads", arguments.threads)->check(number_in(1, 64));
+  app.add_option("--threads", arguments.threads)->check(command_line::number_in(1, 64));
   add_shared_options(app, arguments);
   add_search_options(app, arguments);
 }
@@ -112,13 +113,15 @@ nlohmann::json to_json(const Extremes& extremes) {
 }
 
 /// All metrics of a run but the stable stiffness, which takes many.
-void write_metrics(const Arguments& arguments, const SceneDescription& scene,
+void write_metrics(const Arguments& arguments, const scene::SceneDescription& scene,
                    const LabOptions& options, const LabRun& run) {
   const RunMetrics metrics =
       metrics_of(run, run_reference(scene, options, run), 1.0 / arguments.cell.period_s);
   const auto& [switches, slew_N_per_ms, error, plateau, vibration, energy_given_J] = metrics;
-  const auto ns_at = [](const Histogram& times, double share) { return times.percentile(share); };
-  write_json(
+  const auto ns_at = [](const realtime::Histogram& times, double share) {
+    return times.percentile(share);
+  };
+  files::write_json(
       arguments.metrics,
       {{"scene", scene.name},
        {"transition", run.report.transition},
@@ -143,7 +146,7 @@ void write_metrics(const Arguments& arguments, const SceneDescription& scene,
 }
 
 void run_cell(const Arguments& arguments) {
-  const SceneDescription scene = scene_of(arguments.cell, arguments.stiffness_N_per_m);
+  const scene::SceneDescription scene = scene_of(arguments.cell, arguments.stiffness_N_per_m);
   LabOptions options = options_of(arguments.cell);
   const LabRun run = run_lab(scene, options);
   if (!arguments.metrics.empty()) {
@@ -151,8 +154,8 @@ void run_cell(const Arguments& arguments) {
     write_metrics(arguments, scene, options, run_lab(scene, options));
   }
   if (!arguments.record.empty()) {
-    Recorder recorder(arguments.record, scene.name, run.report.device);
-    for (const TickRow& row : run.rows) recorder.record_waiting(row);
+    recording::Recorder recorder(arguments.record, scene.name, run.report.device);
+    for (const recording::TickRow& row : run.rows) recorder.record_waiting(row);
     if (recorder.finish() > 0)
       throw std::runtime_error(arguments.record.string() + ": could not be written");
   }
@@ -167,33 +170,30 @@ void find_limit(const Arguments& arguments) {
     std::printf("unstable at %.6g\n", arguments.search.lowest_N_per_m);
 }
 
-}  // namespace
-}  // namespace stillgrid
-
-int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
-  using namespace stillgrid;
+int program_main(int argc, char** argv) {
   CLI::App app(kDescription, "stability_lab");
   app.require_subcommand(1);
-  add_version(app, {device_interface()});
+  command_line::add_version(app, {command_line::device_interface()});
   Arguments arguments;
   auto* run = app.add_subcommand("run", "One closed loop");
   add_cell_options(*run, arguments);
   run->add_option("--stiffness", arguments.stiffness_N_per_m, "Of the scene's first material, N/m")
-      ->check(number_in(1e-6, 1e9));
+      ->check(command_line::number_in(1e-6, 1e9));
   run->add_option("--record", arguments.record, "Record every tick (CSV), as haptic_server does");
   run->add_option("--metrics", arguments.metrics,
                   "Write the metrics against the reference (JSON), and what a tick takes here");
   auto* text = app.add_subcommand("scene", "Print the file of a scene of ours");
   add_cell_options(*text, arguments);
-  text->add_option("--stiffness", arguments.stiffness_N_per_m)->check(number_in(1e-6, 1e9));
+  text->add_option("--stiffness", arguments.stiffness_N_per_m)
+      ->check(command_line::number_in(1e-6, 1e9));
   auto* limit = app.add_subcommand("limit", "The largest stable stiffness, N/m");
   add_cell_options(*limit, arguments);
   add_search_options(*limit, arguments);
   auto* map =
       app.add_subcommand("map", "The largest stable stiffness of every combination, as CSV");
   add_map_options(*map, arguments);
-  return run_program(app, argc, argv, [&] {
-    if (map->parsed()) install_stop_signal();
+  return command_line::run_program(app, argc, argv, [&] {
+    if (map->parsed()) realtime::install_stop_signal();
     if (run->parsed()) run_cell(arguments);
     if (text->parsed())
       std::fputs(
@@ -204,6 +204,13 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
       arguments.map.common = arguments.cell;
       draw_map(arguments.map, arguments.search, arguments.threads, arguments.out);
     }
-    return kDone;
+    return realtime::kDone;
   });
+}
+
+}  // namespace
+}  // namespace stillgrid::laboratory
+
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
+  return stillgrid::laboratory::program_main(argc, argv);
 }

@@ -13,7 +13,7 @@
 
 #include "shared/realtime/stop_signal.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 constexpr const char* kColumns =
@@ -111,7 +111,7 @@ void draw_map(const StabilityMap& map, const StiffnessSearch& search, unsigned t
       try {
         {
           const std::lock_guard lock(mutex);
-          if (rows.contains(key) || failure || stop_requested()) continue;
+          if (rows.contains(key) || failure || realtime::stop_requested()) continue;
         }
         const auto limit_N_per_m = largest_stable_stiffness_N_per_m(cells[i], search);
         std::ostringstream text;
@@ -135,4 +135,4 @@ void draw_map(const StabilityMap& map, const StiffnessSearch& search, unsigned t
   if (failure) std::rethrow_exception(failure);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -6,7 +6,7 @@
 
 #include "shared/tools/laboratory/lab_cell.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// A map of the largest stable stiffness: every combination of what is listed.
 struct StabilityMap {
@@ -28,4 +28,4 @@ struct StabilityMap {
 void draw_map(const StabilityMap& map, const StiffnessSearch& search, unsigned threads,
               const std::filesystem::path& file);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <limits>
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 /// As a text of four digits reads back.
@@ -20,7 +20,7 @@ double four_digits(double number) {
 
 }  // namespace
 
-double swing_m(std::span<const TickRow> rows, double window_s) {
+double swing_m(std::span<const recording::TickRow> rows, double window_s) {
   constexpr double kNowhere_m = std::numeric_limits<double>::infinity();
   if (rows.empty()) return kNowhere_m;
   const double from_s = rows.back().time_s - window_s;
@@ -33,7 +33,7 @@ double swing_m(std::span<const TickRow> rows, double window_s) {
   return (highest_m - lowest_m).maxCoeff();
 }
 
-bool oscillates(std::span<const TickRow> rows, const Oscillation& oscillation) {
+bool oscillates(std::span<const recording::TickRow> rows, const Oscillation& oscillation) {
   return swing_m(rows, oscillation.window_s) > oscillation.limit_m;
 }
 
@@ -50,4 +50,4 @@ std::optional<double> largest_stable_stiffness_N_per_m(
   return stiffness_N_per_m(lost - 1);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -6,7 +6,7 @@
 
 #include "haptic_server/recording/recorder.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// When a run counts as oscillating: metric 6 of the laboratory.
 struct Oscillation {
@@ -16,10 +16,11 @@ struct Oscillation {
 
 /// How far the tool still goes to and fro at the end of a run: peak to peak along the worst axis;
 /// infinite where it is nowhere.
-[[nodiscard]] double swing_m(std::span<const TickRow> rows, double window_s);
+[[nodiscard]] double swing_m(std::span<const recording::TickRow> rows, double window_s);
 
 /// Whether the tool still swings at the end of a run, or is nowhere.
-[[nodiscard]] bool oscillates(std::span<const TickRow> rows, const Oscillation& oscillation = {});
+[[nodiscard]] bool oscillates(std::span<const recording::TickRow> rows,
+                              const Oscillation& oscillation = {});
 
 /// Where the largest stable stiffness is looked for: on the grid lowest, lowest * step, ... of four
 /// digits each, so that what is printed can be asked for again.
@@ -36,4 +37,4 @@ struct StiffnessSearch {
     const std::function<bool(double stiffness_N_per_m)>& is_stable,
     const StiffnessSearch& search = {});
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

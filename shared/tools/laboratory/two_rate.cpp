@@ -6,7 +6,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace stillgrid::two_rate {
+namespace stillgrid::laboratory::two_rate {
 namespace {
 
 using Eigen::MatrixXd;
@@ -92,7 +92,7 @@ MatrixXd body_step(const Layout& at, const Body& body, double period_s, double c
 
 /// The force on the tool as a row over the state, the newest snapshot shown being `unshown`
 /// snapshots old. compliance_m_per_N: how far a newton takes the touched mass in a step.
-RowVectorXd tool_force(const Layout& at, const SnapshotWeights& displayed, int unshown,
+RowVectorXd tool_force(const Layout& at, const display::SnapshotWeights& displayed, int unshown,
                        double period_s, double compliance_m_per_N, double contact_N_per_m,
                        const RowVectorXd& tool) {
   RowVectorXd shown = RowVectorXd::Zero(at.size());
@@ -216,4 +216,4 @@ std::optional<StiffnessLimit> stiffness_limit(const Loop& loop, const StiffnessG
                          grid);
 }
 
-}  // namespace stillgrid::two_rate
+}  // namespace stillgrid::laboratory::two_rate

@@ -10,7 +10,7 @@
 /// Exact linear analysis of two coupled rates: a device at 1 kHz, a body that reacts once a period,
 /// a contact spring between them that never parts (bilateral). The loop is stable when no
 /// eigenvalue of its monodromy matrix, one period's map of the state, lies outside the unit circle.
-namespace stillgrid::two_rate {
+namespace stillgrid::laboratory::two_rate {
 
 /// The device with what holds it: m x'' + b x' + k x = force, the force held over a tick.
 struct Device {
@@ -84,4 +84,4 @@ struct StiffnessLimit {
 [[nodiscard]] std::optional<StiffnessLimit> stiffness_limit(const Loop& loop,
                                                             const StiffnessGrid& grid = {});
 
-}  // namespace stillgrid::two_rate
+}  // namespace stillgrid::laboratory::two_rate

@@ -10,7 +10,7 @@
 
 #include "shared/tools/laboratory/two_rate.hpp"
 
-namespace stillgrid::two_rate {
+namespace stillgrid::laboratory::two_rate {
 namespace {
 
 std::string name_of(const Body& body) {
@@ -43,15 +43,15 @@ void print_all(bool is_small) {
   Laws laws{"hold", "linear", "predict"};
   if (!is_small) {
     laws.clear();
-    for (const TransitionLaw& law : transitions()) laws.push_back(law.name);
+    for (const display::TransitionLaw& law : display::transitions()) laws.push_back(law.name);
   }
   std::puts("device,period_ms,cost_share,cost_ms,body,law,limit_N_per_m");
   for (const int period_ticks : periods_ticks)
     for (const double cost : {0.0, 0.1, 0.2, 1.0 / 3.0, 0.5, 1.0}) {
       const int cost_ticks = static_cast<int>(std::lround(cost * period_ticks));
       for (const std::string_view name : laws)
-        print_rows(name, cycle_of(*transition_named(name), period_ticks, cost_ticks), cost_ticks,
-                   cost);
+        print_rows(name, cycle_of(*display::transition_named(name), period_ticks, cost_ticks),
+                   cost_ticks, cost);
       if (is_small) continue;
       print_rows("ramp 0.2 P", cycle_of(ramp(0.2), period_ticks), cost_ticks, cost);
       print_rows("ramp 0.2 P to 6 ms", cycle_of(ramp(0.2, 6.0), period_ticks), cost_ticks, cost);
@@ -60,8 +60,8 @@ void print_all(bool is_small) {
 }
 
 }  // namespace
-}  // namespace stillgrid::two_rate
+}  // namespace stillgrid::laboratory::two_rate
 
 int main(int argc, char** argv) {
-  stillgrid::two_rate::print_all(argc > 1 && std::string_view(argv[1]) == "--small");
+  stillgrid::laboratory::two_rate::print_all(argc > 1 && std::string_view(argv[1]) == "--small");
 }

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace stillgrid::two_rate {
+namespace stillgrid::laboratory::two_rate {
 namespace {
 
 /// Periods after which a law's memory has settled, or never will.
@@ -30,27 +30,27 @@ proto::SnapshotHeader stamps(int number, int period_ticks, int latency_ticks) {
 
 }  // namespace
 
-Cycle cycle_of(Transition transition, int period_ticks, int latency_ticks) {
-  TransitionMemory memory = at_first_snapshot();
+Cycle cycle_of(display::Transition transition, int period_ticks, int latency_ticks) {
+  display::TransitionMemory memory = display::at_first_snapshot();
   proto::SnapshotHeader shown = stamps(1, period_ticks, latency_ticks);
   for (int number = 2; number <= kSettling; ++number) {
     const proto::SnapshotHeader next = stamps(number, period_ticks, latency_ticks);
-    memory = after_switch(transition, memory, shown, next);
+    memory = display::after_switch(transition, memory, shown, next);
     shown = next;
   }
   Cycle cycle;
   for (int ticks = 0; ticks < period_ticks; ++ticks)
-    cycle.push_back(
-        snapshot_weights(transition, memory, shown,
-                         shown.publish_time_ns[0] + static_cast<std::uint64_t>(ticks) * kTick_ns));
+    cycle.push_back(display::snapshot_weights(
+        transition, memory, shown,
+        shown.publish_time_ns[0] + static_cast<std::uint64_t>(ticks) * kTick_ns));
   return cycle;
 }
 
 Cycle cycle_of(const Law& law, int period_ticks) {
-  SnapshotWeights at_switch;
+  display::SnapshotWeights at_switch;
   at_switch.position[1] = 1.0;
   for (int i = 0; i < kSettling; ++i)
-    at_switch = in_later_snapshot(law(period_ticks, period_ticks, at_switch), 1);
+    at_switch = display::in_later_snapshot(law(period_ticks, period_ticks, at_switch), 1);
   Cycle cycle;
   for (int ticks = 0; ticks < period_ticks; ++ticks)
     cycle.push_back(law(ticks, period_ticks, at_switch));
@@ -58,15 +58,16 @@ Cycle cycle_of(const Law& law, int period_ticks) {
 }
 
 Law ramp(double share, double most_ticks) {
-  return [share, most_ticks](int ticks, int period_ticks, const SnapshotWeights& at_switch) {
-    const double length_ticks = std::min(share * period_ticks, most_ticks);
-    const double progress = std::min(1.0, (ticks + 1) / length_ticks);
-    SnapshotWeights displayed = at_switch;
-    for (double& weight : displayed.position) weight *= 1.0 - progress;
-    for (double& time_s : displayed.velocity_s) time_s *= 1.0 - progress;
-    displayed.position[0] += progress;
-    return displayed;
-  };
+  return
+      [share, most_ticks](int ticks, int period_ticks, const display::SnapshotWeights& at_switch) {
+        const double length_ticks = std::min(share * period_ticks, most_ticks);
+        const double progress = std::min(1.0, (ticks + 1) / length_ticks);
+        display::SnapshotWeights displayed = at_switch;
+        for (double& weight : displayed.position) weight *= 1.0 - progress;
+        for (double& time_s : displayed.velocity_s) time_s *= 1.0 - progress;
+        displayed.position[0] += progress;
+        return displayed;
+      };
 }
 
-}  // namespace stillgrid::two_rate
+}  // namespace stillgrid::laboratory::two_rate

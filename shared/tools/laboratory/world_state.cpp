@@ -8,7 +8,7 @@
 #include "shared/files/whole_file.hpp"
 #include "shared/tools/laboratory/csv_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 constexpr const char* kColumns =
@@ -21,8 +21,8 @@ constexpr double kMax = 1e6;  // m, m/s or rad/s: what no scene has is somebody'
 /// Calls what is given with each body's name, the number of the node within it, and where the state
 /// has it: a node, or a rigid body.
 template <class OfNode, class OfRigid>
-void for_each_part(const World& world, const OfNode& of_node, const OfRigid& of_rigid) {
-  for (const BodyRange& body : world.bodies) {
+void for_each_part(const bodies::World& world, const OfNode& of_node, const OfRigid& of_rigid) {
+  for (const bodies::BodyRange& body : world.bodies) {
     for (int i = 0; i < body.node_count; ++i)
       of_node(body.name, i, static_cast<std::size_t>(body.first_node + i));
     if (body.rigid >= 0) of_rigid(body.name, 0, static_cast<std::size_t>(body.rigid));
@@ -37,7 +37,7 @@ Eigen::Vector3d vector_at(const CsvFile& csv, std::size_t row, std::size_t colum
 /// Reads the rows of one state from `row` on, and leaves that behind them.
 class StateReader {
  public:
-  StateReader(const CsvFile& csv, const World& world, std::size_t& row)
+  StateReader(const CsvFile& csv, const bodies::World& world, std::size_t& row)
       : csv_(csv), world_(world), row_(row) {}
 
   [[nodiscard]] NamedState read() {
@@ -80,17 +80,17 @@ class StateReader {
   }
 
   const CsvFile& csv_;
-  const World& world_;
+  const bodies::World& world_;
   std::size_t& row_;
 };
 
 }  // namespace
 
-WorldState state_of(const World& world) {
+WorldState state_of(const bodies::World& world) {
   WorldState state{.time_s = world.time_s, .nodes = {}, .rigid_bodies = {}};
-  for (const Node& node : world.nodes)
+  for (const bodies::Node& node : world.nodes)
     state.nodes.push_back({.position_m = node.position_m, .velocity_m_s = node.velocity_m_s});
-  for (const RigidBody& body : world.rigid_bodies) {
+  for (const bodies::RigidBody& body : world.rigid_bodies) {
     WorldState::Rigid& rigid = state.rigid_bodies.emplace_back();
     rigid.position_m = body.position_m;
     rigid.velocity_m_s = body.velocity_m_s;
@@ -100,14 +100,14 @@ WorldState state_of(const World& world) {
   return state;
 }
 
-void set_state(World& world, const WorldState& state) {
+void set_state(bodies::World& world, const WorldState& state) {
   world.time_s = state.time_s;
   for (std::size_t i = 0; i < world.nodes.size(); ++i) {
     world.nodes[i].position_m = state.nodes[i].position_m;
     world.nodes[i].velocity_m_s = state.nodes[i].velocity_m_s;
   }
   for (std::size_t i = 0; i < world.rigid_bodies.size(); ++i) {
-    RigidBody& body = world.rigid_bodies[i];
+    bodies::RigidBody& body = world.rigid_bodies[i];
     const WorldState::Rigid& rigid = state.rigid_bodies[i];
     body.position_m = rigid.position_m;
     body.velocity_m_s = rigid.velocity_m_s;
@@ -116,9 +116,9 @@ void set_state(World& world, const WorldState& state) {
   }
 }
 
-void write_states(const std::filesystem::path& file, const World& world,
+void write_states(const std::filesystem::path& file, const bodies::World& world,
                   const std::vector<NamedState>& states) {
-  write_whole(file, [&](std::ostream& out) {
+  files::write_whole(file, [&](std::ostream& out) {
     out.precision(std::numeric_limits<double>::max_digits10);
     out << kColumns << '\n';
     const auto put = [&](const auto& values) {
@@ -147,7 +147,7 @@ void write_states(const std::filesystem::path& file, const World& world,
   });
 }
 
-std::vector<NamedState> read_states(const std::filesystem::path& file, const World& world) {
+std::vector<NamedState> read_states(const std::filesystem::path& file, const bodies::World& world) {
   const CsvFile csv(file, kColumns);
   std::vector<NamedState> states;
   for (std::size_t row = 0; row < csv.rows();) {
@@ -159,4 +159,4 @@ std::vector<NamedState> read_states(const std::filesystem::path& file, const Wor
   return states;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

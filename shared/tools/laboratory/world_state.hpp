@@ -8,7 +8,7 @@
 
 #include "sim_server/bodies/world.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// All of a world that changes as it moves: a run can begin where another one was.
 struct WorldState {
@@ -25,10 +25,10 @@ struct WorldState {
   std::vector<Rigid> rigid_bodies;  // as World::rigid_bodies
 };
 
-[[nodiscard]] WorldState state_of(const World& world);
+[[nodiscard]] WorldState state_of(const bodies::World& world);
 
 /// Pre: the state is of a world of the same bodies.
-void set_state(World& world, const WorldState& state);
+void set_state(bodies::World& world, const WorldState& state);
 
 /// A state that has a name: what it is kept for.
 struct NamedState {
@@ -39,12 +39,12 @@ struct NamedState {
 /// Writes `moment,time_s,body,node,x_m,...`, a row a node; a rigid body as node 0, with its
 /// orientation and angular velocity. world: whose bodies they are. Throws std::runtime_error if the
 /// file cannot be written.
-void write_states(const std::filesystem::path& file, const World& world,
+void write_states(const std::filesystem::path& file, const bodies::World& world,
                   const std::vector<NamedState>& states);
 
 /// Reads what write_states() wrote, to the bit. Throws std::runtime_error, one line, for what is no
 /// such file or has other bodies or nodes than `world`.
 [[nodiscard]] std::vector<NamedState> read_states(const std::filesystem::path& file,
-                                                  const World& world);
+                                                  const bodies::World& world);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -4,7 +4,7 @@
 
 #include "shared/tools/segment_inspect/inspection_json.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 std::string binary_message(nlohmann::ordered_json head,
                            std::initializer_list<MessageArray> arrays) {
@@ -14,7 +14,7 @@ std::string binary_message(nlohmann::ordered_json head,
     list.push_back({{"name", array.name}, {"type", array.type}, {"count", array.count}});
     array_bytes += array.bytes.size();
   }
-  std::string text = text_of(head);
+  std::string text = segment_inspect::text_of(head);
   text.resize((text.size() + 3) / 4 * 4, ' ');
   const auto length = static_cast<std::uint32_t>(text.size());
   std::string message;
@@ -31,4 +31,4 @@ std::string binary_message(std::initializer_list<MessageArray> arrays) {
   return binary_message(nlohmann::ordered_json::object(), arrays);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -10,7 +10,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 /// An array of a message, as the page knows it: "f32", "f64" or "u32", little-endian.
 struct MessageArray {
@@ -39,4 +39,4 @@ template <class T>
 /// With a head that tells the arrays only.
 [[nodiscard]] std::string binary_message(std::initializer_list<MessageArray> arrays);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <string_view>
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 // What a saved view holds is checked with these before it is shown; Json: either of nlohmann's.
 
@@ -48,4 +48,4 @@ template <class Json>
          });
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -4,11 +4,11 @@
 
 #include "shared/display/displayed.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 namespace {
 
 /// The hand's change of force is in the share.
-SnapshotWeights weights_of(const proto::DisplayedSnapshot& shown) {
+display::SnapshotWeights weights_of(const proto::DisplayedSnapshot& shown) {
   return {.position = shown.position,
           .velocity_s = shown.velocity_s,
           .prediction_s = shown.prediction_s,
@@ -21,7 +21,7 @@ SnapshotWeights weights_of(const proto::DisplayedSnapshot& shown) {
 std::optional<proto::DisplayedSnapshot> in_later_history(const proto::DisplayedSnapshot& shown,
                                                          std::uint64_t later) {
   if (later >= proto::kHistoryLength) return std::nullopt;
-  const SnapshotWeights weights = in_later_snapshot(weights_of(shown), later);
+  const display::SnapshotWeights weights = display::in_later_snapshot(weights_of(shown), later);
   proto::DisplayedSnapshot told = shown;
   told.position = weights.position;
   told.velocity_s = weights.velocity_s;
@@ -33,14 +33,15 @@ std::optional<proto::DisplayedSnapshot> in_later_history(const proto::DisplayedS
 
 std::array<float, 3> displayed_m(const proto::SphereRecord& record,
                                  const proto::DisplayedSnapshot& shown) {
-  const SnapshotWeights weights = weights_of(shown);
-  RecordLine line;
+  const display::SnapshotWeights weights = weights_of(shown);
+  collision::RecordLine line;
   std::memcpy(&line, &record, sizeof line);
-  Eigen::Vector3d at_m = displayed(line, weights, [&] { return record; }).position_m +
-                         Eigen::Vector3d(shown.shift_m.data()) + compliance_m_per_N(line, weights);
-  if (at_m.hasNaN()) at_m = displayed_where_present(record, weights).position_m;
+  Eigen::Vector3d at_m = display::displayed(line, weights, [&] { return record; }).position_m +
+                         Eigen::Vector3d(shown.shift_m.data()) +
+                         display::compliance_m_per_N(line, weights);
+  if (at_m.hasNaN()) at_m = display::displayed_where_present(record, weights).position_m;
   const Eigen::Vector3f rounded = at_m.cast<float>();
   return {rounded.x(), rounded.y(), rounded.z()};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

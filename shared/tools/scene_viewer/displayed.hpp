@@ -7,7 +7,7 @@
 #include "proto/scene_segment.hpp"
 #include "proto/tool_segment.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 /// The same snapshot told by the history of one that came `later` snapshots after it; nothing if
 /// that history does not hold it. What a later snapshot cannot tell is told as nearly as it can:
@@ -19,4 +19,4 @@ namespace stillgrid {
 [[nodiscard]] std::array<float, 3> displayed_m(const proto::SphereRecord& record,
                                                const proto::DisplayedSnapshot& shown);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

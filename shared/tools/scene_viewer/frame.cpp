@@ -9,12 +9,12 @@
 #include "shared/tools/scene_viewer/displayed.hpp"
 #include "shared/tools/scene_viewer/voxels.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using json_number::number;
-using json_number::numbers;
+using files::json_number::number;
+using files::json_number::numbers;
 
 /// Of the newest snapshot; where no snapshot is known, of the one that was displayed.
 Json snapshot_id_json(const Frame& frame) {
@@ -113,7 +113,7 @@ std::string frame_message(const Frame& frame) {
   if (frame.snapshot) {
     for (const proto::SphereRecord& record : frame.snapshot->spheres) {
       append(newest, record.newest.position_m);
-      append(previous, position_m(record, 1));
+      append(previous, collision::position_m(record, 1));
       if (shown) append(displayed, displayed_m(record, *shown));
     }
     for (const OccupiedVoxel& voxel :
@@ -139,4 +139,4 @@ std::string frame_message(const Frame& frame) {
        array_of("voxels", voxels), array_of("voxel_count", voxel_count)});
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -9,7 +9,7 @@
 #include "shared/tools/scene_viewer/tick_history.hpp"
 #include "shared/tools/segment_inspect/snapshot.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 /// Where a session's clock stands on the axis of the frames' times.
 struct TimeAxis {
@@ -29,7 +29,7 @@ struct Frame {
   std::string scene_key;
   std::uint64_t scene_epoch = 0;
   Life sim = Life::kAbsent, hand = Life::kAbsent;
-  std::optional<SceneSnapshot> snapshot;
+  std::optional<segment_inspect::SceneSnapshot> snapshot;
   std::optional<proto::ToolState> tool;  // checked, and its figures too
   TickSummary ticks;
 };
@@ -37,4 +37,4 @@ struct Frame {
 /// The answer of /api/frame: docs/viewer.md.
 [[nodiscard]] std::string frame_message(const Frame& frame);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

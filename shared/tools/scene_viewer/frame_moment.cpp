@@ -8,7 +8,7 @@
 
 #include "shared/tools/scene_viewer/checked_json.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 namespace {
 
 using Json = nlohmann::json;
@@ -84,4 +84,4 @@ std::optional<FrameMoment> moment_of(const std::string& frame_message) {
   return FrameMoment{head["time_s"].get<double>(), head["scene_key"].get<std::string>()};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 /// When a frame was, and of which scene.
 struct FrameMoment {
@@ -15,4 +15,4 @@ struct FrameMoment {
 /// docs/viewer.md tells.
 [[nodiscard]] std::optional<FrameMoment> moment_of(const std::string& frame_message);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 void FrameStore::add(std::string message, double wall_s) {
   const std::lock_guard lock(mutex_);
@@ -33,4 +33,4 @@ std::uint64_t FrameStore::last() const {
   return first_ + frames_.size() - 1;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 using Message = std::shared_ptr<const std::string>;
 
@@ -37,4 +37,4 @@ class FrameStore {
   std::size_t bytes_ = 0;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

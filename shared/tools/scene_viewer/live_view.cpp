@@ -10,7 +10,7 @@
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/tools/segment_inspect/inspection_text.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 namespace {
 
 constexpr std::size_t kMaxScenes = 16;
@@ -22,7 +22,7 @@ constexpr int kMaxLooks = 5;
 
 LiveView::LiveView(const LiveOptions& options)
     : options_(options),
-      real_axis_{monotonic_ns()},
+      real_axis_{realtime::monotonic_ns()},
       sampler_(options.session, real_axis_),
       follower_(options.session, proto::SegmentKind::kScene) {
   if (!options.save.empty()) writer_ = std::make_unique<ViewWriter>(options.save);
@@ -33,19 +33,20 @@ LiveView::LiveView(const LiveOptions& options)
 }
 
 void LiveView::run(const std::stop_token& stop) {
-  PeriodicTimer timer(to_ns(1.0 / options_.frames_per_s));
+  realtime::PeriodicTimer timer(realtime::to_ns(1.0 / options_.frames_per_s));
   for (timer.wait(); !stop.stop_requested(); timer.wait()) capture();
 }
 
 /// The newest snapshot, and if the loop lives the state of a tick that displayed it.
 void LiveView::read_newest(Frame& frame, ToolLook& tool) {
-  const SceneView* scene = follower_.scene();
+  const publication::SceneView* scene = follower_.scene();
   if (scene == nullptr) return;
   if (reader_.turn_to(*scene)) snapshot_.reset();
   for (int i = 0; i < kMaxLooks; ++i) {
     const std::uint64_t shown = tool.state ? tool.state->before.displayed.snapshot_id : 0;
     if (!snapshot_ || shown >= snapshot_->snapshot_id || i == 0)
-      if (auto newest = read_snapshot(reader_, *scene, kAll)) snapshot_ = std::move(newest);
+      if (auto newest = segment_inspect::read_snapshot(reader_, *scene, kAll))
+        snapshot_ = std::move(newest);
     const bool is_behind = snapshot_ && tool.state && shown < snapshot_->snapshot_id &&
                            tool.state->before.displayed.scene_epoch == reader_.epoch();
     if (!is_behind || tool.hand != Life::kAlive || tool.clock == proto::Clock::kVirtual) break;
@@ -61,8 +62,8 @@ void LiveView::set_scene(Frame& frame, const ToolLook& tool) {
   if (follower_.scene() == nullptr) return;
   const std::vector<proto::SphereRecord> none;
   const auto& moving = frame.snapshot ? frame.snapshot->spheres : none;
-  frame.scene_key = hexadecimal(frame.scene_epoch) + "-" + std::to_string(moving.size()) +
-                    (tool.period_ns != 0 ? "-h" : "");
+  frame.scene_key = segment_inspect::hexadecimal(frame.scene_epoch) + "-" +
+                    std::to_string(moving.size()) + (tool.period_ns != 0 ? "-h" : "");
   if (scenes_.back().first == frame.scene_key) return;  // written by this thread only
   const auto message = std::make_shared<const std::string>(
       scene_message(*follower_.scene(), options_.session, frame.scene_key, moving,
@@ -84,11 +85,11 @@ Frame LiveView::look() {
   frame.hand = tool.hand;
   frame.tool = tool.state;
   frame.ticks = sampler_.history().summary();
-  const SceneView* scene = follower_.scene();
+  const publication::SceneView* scene = follower_.scene();
   const bool is_virtual = scene != nullptr ? scene->header().clock == proto::Clock::kVirtual
                                            : tool.clock == proto::Clock::kVirtual;
   frame.axis = is_virtual ? TimeAxis{} : real_axis_;
-  frame.now_ns = monotonic_ns();
+  frame.now_ns = realtime::monotonic_ns();
   if (is_virtual)
     frame.now_ns = std::max(frame.snapshot ? frame.snapshot->header.publish_time_ns[0] : 0,
                             frame.tool ? frame.tool->time_ns : 0);
@@ -137,7 +138,7 @@ void LiveView::capture() {
   const Frame frame = look();
   std::string message = frame_message(frame);
   save(frame.scene_key, message);
-  frames_.add(std::move(message), static_cast<double>(monotonic_ns()) * 1e-9);
+  frames_.add(std::move(message), static_cast<double>(realtime::monotonic_ns()) * 1e-9);
 }
 
 ViewStatus LiveView::status() const {
@@ -167,4 +168,4 @@ std::string LiveView::ticks(std::uint64_t from, std::size_t most) const {
   return tick_message(sampler_.history().from(from, most));
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

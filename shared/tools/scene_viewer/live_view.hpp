@@ -15,7 +15,7 @@
 #include "shared/tools/scene_viewer/view_file.hpp"
 #include "shared/tools/scene_viewer/view_source.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 struct LiveOptions {
   std::string session;
@@ -51,8 +51,8 @@ class LiveView final : public ViewSource {
 
   // Of the thread.
   SegmentFollower follower_;
-  SnapshotReader reader_;
-  std::optional<SceneSnapshot> snapshot_;  // the last that it accepted
+  publication::SnapshotReader reader_;
+  std::optional<segment_inspect::SceneSnapshot> snapshot_;  // the last that it accepted
   std::uint64_t next_frame_ = 1;
   std::unique_ptr<ViewWriter> writer_;
   std::uint64_t next_saved_tick_ = 0;
@@ -65,4 +65,4 @@ class LiveView final : public ViewSource {
   std::jthread thread_;  // last: joined before what it uses is gone
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -21,7 +21,7 @@
 #include "shared/tools/scene_viewer/saved_view.hpp"
 #include "shared/tools/scene_viewer/scene_message.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 namespace {
 
 struct Arguments {
@@ -46,14 +46,14 @@ constexpr const char* kDescription =
 void add_options(CLI::App& app, Arguments& arguments) {
   auto* session = app.add_option("--session", arguments.live.session,
                                  "Name that joins the two servers; USER/NAME: with USER's")
-                      ->transform(CLI::Validator(settle_session, ""));
+                      ->transform(CLI::Validator(publication::settle_session, ""));
   auto* open = app.add_option("--open", arguments.open, "A view that --save kept");
   auto* recording = app.add_option("--recording", arguments.recording,
                                    "A recording (CSV) of haptic_server: the tool, no bodies");
   session->excludes(open)->excludes(recording);
   open->excludes(recording);
   app.add_option("--port", arguments.port, "Of the page; 0: any that is free; default 8765")
-      ->check(integer_in(0, 65535));
+      ->check(command_line::integer_in(0, 65535));
   app.add_option("--surfaces", arguments.surfaces,
                  "Surfaces of the bodies (JSON), from sim_server --surfaces")
       ->needs(session);
@@ -61,7 +61,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
                  "Keep what is shown, frame by frame, for --open; some MB a minute")
       ->needs(session);
   app.add_option("--frames-per-s", arguments.live.frames_per_s, "Frames a second; default 30")
-      ->check(number_in(1.0, 120.0))
+      ->check(command_line::number_in(1.0, 120.0))
       ->needs(session);
 }
 
@@ -88,21 +88,24 @@ int run(Arguments& arguments) {
   server.start(*view, page);
   std::printf("%s\n", server.address().c_str());
   std::fflush(stdout);
-  while (!stop_requested()) std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  return kDone;
+  while (!realtime::stop_requested()) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  return realtime::kDone;
 }
 
-}  // namespace
-}  // namespace stillgrid
-
-int main(int argc, char** argv) {
-  using namespace stillgrid;
+int program_main(int argc, char** argv) {
   CLI::App app(kDescription, "scene_viewer");
   Arguments arguments;
   add_options(app, arguments);
-  add_version(app, {segment_interface()});
-  return run_program(app, argc, argv, [&] {
-    prepare_daemon("scene_viewer");
+  command_line::add_version(app, {command_line::segment_interface()});
+  return command_line::run_program(app, argc, argv, [&] {
+    command_line::prepare_daemon("scene_viewer");
     return run(arguments);
   });
+}
+
+}  // namespace
+}  // namespace stillgrid::scene_viewer
+
+int main(int argc, char** argv) {
+  return stillgrid::scene_viewer::program_main(argc, argv);
 }

@@ -7,7 +7,7 @@
 #include "shared/files/old_names.hpp"
 #include "shared/tools/scene_viewer/checked_json.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 namespace {
 
 using Json = nlohmann::json;
@@ -16,7 +16,8 @@ Json flags_of_today(const Json& flags) {
   Json renewed = Json::array();
   for (const Json& flag : flags) {
     const bool is_name = flag.is_string();
-    renewed.push_back(is_name ? Json(name_of_today(kOldFlags, flag.get<std::string>())) : flag);
+    renewed.push_back(
+        is_name ? Json(files::name_of_today(files::kOldFlags, flag.get<std::string>())) : flag);
   }
   return renewed;
 }
@@ -30,7 +31,7 @@ Json with_names_of_today(const Json& old) {
   if (!old.is_object()) return old;
   Json renewed = Json::object();
   for (const auto& [key, value] : old.items())
-    renewed[std::string(name_of_today(kOldViewKeys, key))] =
+    renewed[std::string(files::name_of_today(files::kOldViewKeys, key))] =
         key == "flags" && value.is_array() ? flags_of_today(value) : with_names_of_today(value);
   return renewed;
 }
@@ -55,4 +56,4 @@ std::string frame_of_version_1(const std::string& message) {
   return renewed.append(head).append(message, sizeof length + length);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

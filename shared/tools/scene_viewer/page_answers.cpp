@@ -12,7 +12,7 @@
 
 #include "shared/tools/scene_viewer/scene_message.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 namespace {
 
 constexpr std::size_t kMaxTicks = 65'536;  // of one answer
@@ -150,4 +150,4 @@ PageAnswer PageAnswers::to(const PageQuestion& question) const {
   return file == files_.end() ? refuse(404, "no such file") : file->second;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -9,7 +9,7 @@
 
 #include "shared/tools/scene_viewer/view_source.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 /// What a page asked. Views of the request, which outlives the call.
 struct PageQuestion {
@@ -45,4 +45,4 @@ class PageAnswers {
 /// The value of name in "a=1&b=2", with %XX decoded.
 [[nodiscard]] std::optional<std::string> query_value(std::string_view query, std::string_view name);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -9,7 +9,7 @@
 #include <chrono>
 #include <utility>
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 namespace {
 
 namespace asio = boost::asio;
@@ -128,4 +128,4 @@ void PageConnection::write(const PageAnswer& answer, bool without_body, bool is_
       });
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -13,7 +13,7 @@
 
 #include "shared/tools/scene_viewer/page_answers.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 class PageConnection;
 
@@ -62,4 +62,4 @@ class PageConnection : public std::enable_shared_from_this<PageConnection> {
   std::list<PageConnection*>::iterator place_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -15,7 +15,7 @@
 #include "shared/tools/scene_viewer/page_answers.hpp"
 #include "shared/tools/scene_viewer/page_connection.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 namespace {
 
 namespace asio = boost::asio;
@@ -102,4 +102,4 @@ void PageServer::start(const ViewSource& view, const std::filesystem::path& page
   });
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

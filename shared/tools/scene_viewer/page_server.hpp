@@ -6,7 +6,7 @@
 
 #include "shared/tools/scene_viewer/view_source.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 /// Serves a page and what it shows over HTTP on 127.0.0.1, to those who know its address: the first
 /// part of every path is a key, drawn at random for each server, so that other users of the machine
@@ -36,4 +36,4 @@ class PageServer {
   std::unique_ptr<Server> server_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -12,7 +12,7 @@
 #include "shared/tools/scene_viewer/frame.hpp"
 #include "shared/tools/scene_viewer/scene_message.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 namespace {
 
 constexpr double kFramesPerSecond = 30.0;
@@ -35,7 +35,7 @@ using Take = std::function<std::string(std::string_view, RecordedTick&)>;
 template <class Store>
 Take number_to(Store&& store) {
   return [store](std::string_view text, RecordedTick& tick) -> std::string {
-    const auto value = finite_number(text);
+    const auto value = files::finite_number(text);
     if (!value) return "expected a number";
     store(tick, *value);
     return {};
@@ -45,7 +45,7 @@ Take number_to(Store&& store) {
 std::string take_flags(std::string_view text, RecordedTick& tick) {
   if (text.empty()) return {};
   for (const std::string_view written : split(text, '|')) {
-    const std::string_view name = name_of_today(kOldFlags, written);
+    const std::string_view name = files::name_of_today(files::kOldFlags, written);
     const auto* const found =
         std::find(proto::kSafetyFlagNames.begin(), proto::kSafetyFlagNames.end(), name);
     if (found == proto::kSafetyFlagNames.end()) return "expected names of flags, joined by |";
@@ -134,7 +134,7 @@ class RecordingReader {
 
  private:
   std::string take_names(std::vector<std::string_view> names) {
-    for (std::string_view& name : names) name = name_of_today(kOldColumns, name);
+    for (std::string_view& name : names) name = files::name_of_today(files::kOldColumns, name);
     names_.assign(names.begin(), names.end());
     for (std::size_t i = 0; i < kNeeded; ++i)
       if (std::count(names.begin(), names.end(), known_[i].first) != 1)
@@ -241,4 +241,4 @@ std::string RecordedView::ticks(std::uint64_t from, std::size_t most) const {
   return tick_message(ticks_from(samples_, from, most));
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

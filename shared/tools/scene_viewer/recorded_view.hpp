@@ -8,7 +8,7 @@
 #include "shared/tools/scene_viewer/tick_history.hpp"
 #include "shared/tools/scene_viewer/view_source.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 /// A tick of a recording, as it is shown.
 struct RecordedTick {
@@ -40,4 +40,4 @@ class RecordedView final : public ViewSource {
   ViewStatus status_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

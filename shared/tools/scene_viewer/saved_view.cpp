@@ -6,7 +6,7 @@
 #include "shared/tools/scene_viewer/frame_moment.hpp"
 #include "shared/tools/scene_viewer/scene_message.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 SavedView::SavedView(const std::filesystem::path& file) : reader_(file) {
   const auto refuse = [&](const std::string& what) {
@@ -58,4 +58,4 @@ std::string SavedView::ticks(std::uint64_t from, std::size_t most) const {
   return tick_message(reader_.ticks(from, most));
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -8,7 +8,7 @@
 #include "shared/tools/scene_viewer/view_file.hpp"
 #include "shared/tools/scene_viewer/view_source.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 /// What scene_viewer --save kept of a session.
 class SavedView final : public ViewSource {
@@ -27,4 +27,4 @@ class SavedView final : public ViewSource {
   ViewStatus status_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

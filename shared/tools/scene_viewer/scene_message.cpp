@@ -15,7 +15,7 @@
 #include "shared/tools/segment_inspect/inspection_json.hpp"
 #include "shared/tools/segment_inspect/snapshot.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -48,12 +48,13 @@ void add_spheres(Json& json, std::span<const proto::SphereRecord> moving,
        static_place_m = Json::array();
   for (const auto spheres : {moving, static_records})
     for (const proto::SphereRecord& record : spheres) {
-      radius_m.push_back(json_number::number(record.radius_m));
+      radius_m.push_back(files::json_number::number(record.radius_m));
       body.push_back(record.body);
       material.push_back(record.material);
     }
   for (const proto::SphereRecord& record : static_records)
-    for (const float x : record.newest.position_m) static_place_m.push_back(json_number::number(x));
+    for (const float x : record.newest.position_m)
+      static_place_m.push_back(files::json_number::number(x));
   json["spheres"] = {
       {"count", moving.size()},          {"static_count", static_records.size()},
       {"radius_m", std::move(radius_m)}, {"body", std::move(body)},
@@ -63,8 +64,8 @@ void add_spheres(Json& json, std::span<const proto::SphereRecord> moving,
 void add_voxels(Json& json, std::span<const OccupiedVoxel> voxels) {
   Json box_m = Json::array(), count = Json::array();
   for (const OccupiedVoxel& voxel : voxels) {
-    for (const float x : voxel.centre_m) box_m.push_back(json_number::number(x));
-    box_m.push_back(json_number::number(voxel.edge_m));
+    for (const float x : voxel.centre_m) box_m.push_back(files::json_number::number(x));
+    box_m.push_back(files::json_number::number(voxel.edge_m));
     count.push_back(voxel.spheres);
   }
   json["static_voxels"] = {{"box_m", std::move(box_m)}, {"count", std::move(count)}};
@@ -148,22 +149,22 @@ std::string fault_of(const Json& json) {
 
 }  // namespace
 
-std::string scene_message(const SceneView& view, const std::string& session, const std::string& key,
-                          std::span<const proto::SphereRecord> moving, const Surfaces& surfaces,
-                          std::uint64_t tick_period_ns) {
+std::string scene_message(const publication::SceneView& view, const std::string& session,
+                          const std::string& key, std::span<const proto::SphereRecord> moving,
+                          const Surfaces& surfaces, std::uint64_t tick_period_ns) {
   Json json = opening(ViewKind::kSession, session, key);
-  json.update(json_of_fixed_part(view, {.max_spheres = 0}));
+  json.update(segment_inspect::json_of_fixed_part(view, {.max_spheres = 0}));
   for (const char* name : {"static_spheres", "static_spheres_left_out", "moving_capacity"})
     json.erase(name);
   json["period_s"] = static_cast<double>(view.header().period_ns) * 1e-9;
   json["tick_period_s"] =
       tick_period_ns != 0 ? Json(static_cast<double>(tick_period_ns) * 1e-9) : Json();
-  const auto static_records = static_spheres(view, kAll);
+  const auto static_records = segment_inspect::static_spheres(view, kAll);
   add_spheres(json, moving, static_records);
-  add_voxels(json, occupied_voxels(view.static_grid().shape, static_bounds(view)));
+  add_voxels(json, occupied_voxels(view.static_grid().shape, segment_inspect::static_bounds(view)));
   const bool fit = surfaces.sphere_count == moving.size() + static_records.size();
   json["surfaces"] = fit ? Json::parse(surfaces.text) : Json();
-  return text_of(json);
+  return segment_inspect::text_of(json);
 }
 
 std::string empty_scene_message(ViewKind kind, const std::string& name, const std::string& key) {
@@ -175,7 +176,7 @@ std::string empty_scene_message(ViewKind kind, const std::string& name, const st
   add_spheres(json, {}, {});
   add_voxels(json, {});
   json["surfaces"] = Json();
-  return text_of(json);
+  return segment_inspect::text_of(json);
 }
 
 std::optional<SavedScene> saved_scene(const std::string& message) {
@@ -186,18 +187,18 @@ std::optional<SavedScene> saved_scene(const std::string& message) {
       (!json["surfaces"].is_null() && !fault_of(json["surfaces"]).empty()))
     return std::nullopt;
   json["source"] = name_of(ViewKind::kSaved);
-  return SavedScene{json["scene_key"].get<std::string>(), text_of(json)};
+  return SavedScene{json["scene_key"].get<std::string>(), segment_inspect::text_of(json)};
 }
 
 std::string status_message(const ViewStatus& status) {
-  return text_of({{"live", status.live},
-                  {"first_frame", status.first_frame},
-                  {"last_frame", status.last_frame},
-                  {"sim", name_of(status.sim)},
-                  {"hand", name_of(status.hand)},
-                  {"now_s", status.now_s},
-                  {"scene_key", status.scene_key},
-                  {"note", status.note}});
+  return segment_inspect::text_of({{"live", status.live},
+                                   {"first_frame", status.first_frame},
+                                   {"last_frame", status.last_frame},
+                                   {"sim", name_of(status.sim)},
+                                   {"hand", name_of(status.hand)},
+                                   {"now_s", status.now_s},
+                                   {"scene_key", status.scene_key},
+                                   {"note", status.note}});
 }
 
 Surfaces read_surfaces(const std::string& file) {
@@ -213,4 +214,4 @@ Surfaces read_surfaces(const std::string& file) {
   return surfaces;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -9,7 +9,7 @@
 #include "shared/publication/scene_segment.hpp"
 #include "shared/tools/scene_viewer/view_source.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 /// Where what is shown comes from.
 enum class ViewKind { kSession, kSaved, kRecording };
@@ -26,8 +26,8 @@ struct Surfaces {
 /// The answer of /api/scene, JSON: docs/viewer.md. moving: of any snapshot. Surfaces of another
 /// number of spheres are another scene's and left out. tick_period_ns: 0 where no haptic loop is
 /// known.
-[[nodiscard]] std::string scene_message(const SceneView& view, const std::string& session,
-                                        const std::string& key,
+[[nodiscard]] std::string scene_message(const publication::SceneView& view,
+                                        const std::string& session, const std::string& key,
                                         std::span<const proto::SphereRecord> moving,
                                         const Surfaces& surfaces, std::uint64_t tick_period_ns);
 
@@ -44,4 +44,4 @@ struct SavedScene {
 /// The answer of /api/status, JSON: docs/viewer.md.
 [[nodiscard]] std::string status_message(const ViewStatus& status);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 std::string_view name_of(Life life) noexcept {
   switch (life) {
@@ -17,10 +17,10 @@ std::string_view name_of(Life life) noexcept {
 }
 
 void SegmentFollower::look() {
-  const auto id = segment_id(file_.session, file_.kind);
+  const auto id = publication::segment_id(file_.session, file_.kind);
   const auto is_ours = [&] { return segment_ && id && segment_->reader()->id() == *id; };
   if (id && !is_ours()) {
-    ObservedSegment found = observe(file_);
+    segment_inspect::ObservedSegment found = segment_inspect::observe(file_);
     refusal_ = found.summary.refusal;
     if (found.reader() != nullptr) {
       segment_.reset();  // neither moved nor assigned: views hold their place
@@ -33,12 +33,12 @@ void SegmentFollower::look() {
     life_ = is_ours() ? Life::kDead : Life::kAbsent;
 }
 
-const SceneView* SegmentFollower::scene() const noexcept {
+const publication::SceneView* SegmentFollower::scene() const noexcept {
   return segment_ && segment_->scene ? &*segment_->scene : nullptr;
 }
 
-const ToolView* SegmentFollower::tool() const noexcept {
+const publication::ToolView* SegmentFollower::tool() const noexcept {
   return segment_ && segment_->tool ? &*segment_->tool : nullptr;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -6,7 +6,7 @@
 
 #include "shared/tools/segment_inspect/segment_summary.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 /// Of the writer of a session's segment.
 enum class Life {
@@ -28,14 +28,14 @@ class SegmentFollower {
   [[nodiscard]] Life life() const noexcept { return life_; }
   /// Why what stands there cannot be read, one line; empty where it can.
   [[nodiscard]] const std::string& refusal() const noexcept { return refusal_; }
-  [[nodiscard]] const SceneView* scene() const noexcept;
-  [[nodiscard]] const ToolView* tool() const noexcept;
+  [[nodiscard]] const publication::SceneView* scene() const noexcept;
+  [[nodiscard]] const publication::ToolView* tool() const noexcept;
 
  private:
-  SegmentFile file_;
-  std::optional<ObservedSegment> segment_;
+  publication::SegmentFile file_;
+  std::optional<segment_inspect::ObservedSegment> segment_;
   Life life_ = Life::kAbsent;
   std::string refusal_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

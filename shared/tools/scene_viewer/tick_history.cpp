@@ -6,7 +6,7 @@
 
 #include "shared/tools/scene_viewer/binary_message.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 namespace {
 
 constexpr double kKept_s = 60.0;
@@ -104,4 +104,4 @@ TickSummary TickHistory::summary() const {
   return summary_of(samples_);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

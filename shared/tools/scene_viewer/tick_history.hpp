@@ -8,7 +8,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 /// A tick of the haptic loop as it was seen. Scene frame, SI units. Force and all that follows are
 /// of the tick before, which is when they came about.
@@ -67,4 +67,4 @@ class TickHistory {
   std::vector<TickSample> samples_;  // and some older ones
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -2,7 +2,7 @@
 
 #include "shared/realtime/periodic_timer.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 namespace {
 
 /// Not a millisecond: beside a loop of the same period one that is a little late at times would
@@ -18,7 +18,7 @@ ToolSampler::ToolSampler(const std::string& session, TimeAxis real_axis)
 }
 
 void ToolSampler::run(const std::stop_token& stop) {
-  PeriodicTimer timer(kPeriod_ns);
+  realtime::PeriodicTimer timer(kPeriod_ns);
   for (std::uint64_t i = 0; !stop.stop_requested(); ++i, timer.wait()) {
     if (i % kSamplesPerFollow == 0) follow();
     sample();
@@ -33,11 +33,11 @@ void ToolSampler::follow() {
 }
 
 void ToolSampler::sample() {
-  const ToolView* tool = follower_.tool();
+  const publication::ToolView* tool = follower_.tool();
   if (tool == nullptr) return;
   auto state = tool->read();
   if (!state) return;
-  if (!has_sound_figures(*state)) state->before = {};
+  if (!publication::has_sound_figures(*state)) state->before = {};
   if (epoch_ != tool->header().epoch) {
     epoch_ = tool->header().epoch;
     before_ = last_;
@@ -70,4 +70,4 @@ ToolLook ToolSampler::look() const {
   return look_;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -12,7 +12,7 @@
 #include "shared/tools/scene_viewer/segment_follower.hpp"
 #include "shared/tools/scene_viewer/tick_history.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 /// What is known of a session's haptic loop.
 struct ToolLook {
@@ -54,4 +54,4 @@ class ToolSampler {
   return clock == proto::Clock::kVirtual ? TimeAxis{} : real_axis;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -12,7 +12,7 @@
 
 #include "shared/tools/scene_viewer/old_view.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 namespace {
 
 /// Opens the file: the name, the version, and bytes to come.
@@ -27,7 +27,7 @@ struct RecordHead {
 
 [[noreturn]] void fail_to_write(const std::filesystem::path& path) {
   throw std::runtime_error("--save: " + path.string() +
-                           " could not be written: " + error_text(errno));
+                           " could not be written: " + publication::error_text(errno));
 }
 
 void write_all(int file, std::string_view bytes, const std::filesystem::path& path) {
@@ -76,7 +76,7 @@ ViewReader::ViewReader(const std::filesystem::path& file)
     : file_(::open(file.c_str(), O_RDONLY | O_CLOEXEC)) {
   struct stat status {};
   if (file_.get() < 0 || ::fstat(file_.get(), &status) != 0)
-    throw std::runtime_error("--open: " + file.string() + ": " + error_text(errno));
+    throw std::runtime_error("--open: " + file.string() + ": " + publication::error_text(errno));
   const auto size = static_cast<std::uint64_t>(status.st_size);
   std::array<char, kHead.size()> start{};
   const bool is_whole =
@@ -132,4 +132,4 @@ std::vector<TickSample> ViewReader::ticks(std::uint64_t from, std::size_t most) 
   return found;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -12,7 +12,7 @@
 #include "shared/publication/segment_files.hpp"
 #include "shared/tools/scene_viewer/tick_history.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 /// What a record of a saved view holds: docs/formats.md, "Saved views".
 enum class ViewRecord : std::uint32_t {
@@ -33,7 +33,7 @@ class ViewWriter {
 
  private:
   std::filesystem::path path_;
-  FileDescriptor file_;
+  publication::FileDescriptor file_;
   std::string buffer_;
 };
 
@@ -62,9 +62,9 @@ class ViewReader {
   };
   [[nodiscard]] std::optional<std::string> read(const Place& place) const;
 
-  FileDescriptor file_;
+  publication::FileDescriptor file_;
   std::vector<Place> scenes_, frames_, ticks_;
   bool is_old_ = false;  // of version 1, whose messages have other keys
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

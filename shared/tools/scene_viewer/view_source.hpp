@@ -8,7 +8,7 @@
 #include "shared/tools/scene_viewer/frame_store.hpp"
 #include "shared/tools/scene_viewer/segment_follower.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 /// What a page asks first and again.
 struct ViewStatus {
@@ -43,4 +43,4 @@ class ViewSource {
   [[nodiscard]] virtual std::string ticks(std::uint64_t from, std::size_t most) const = 0;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -6,10 +6,10 @@
 
 #include "shared/collision/grid_query.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
-std::vector<OccupiedVoxel> occupied_voxels(const proto::GridShape& grid,
-                                           std::span<const LevelBound> swept_bounds) {
+std::vector<OccupiedVoxel> occupied_voxels(
+    const proto::GridShape& grid, std::span<const segment_inspect::LevelBound> swept_bounds) {
   using Place = std::array<std::int32_t, 4>;  // level, z, y, x
   std::vector<Place> places;
   for (const auto& [swept_bound, level] : swept_bounds) {
@@ -18,7 +18,7 @@ std::vector<OccupiedVoxel> occupied_voxels(const proto::GridShape& grid,
       continue;
     const float inverse_voxel_per_m = 1.0F / grid.levels[level].voxel_m;
     const auto voxel = [&](std::size_t axis) {
-      return voxel_index(centre_m[axis], inverse_voxel_per_m);
+      return collision::voxel_index(centre_m[axis], inverse_voxel_per_m);
     };
     places.push_back({static_cast<std::int32_t>(level), voxel(2), voxel(1), voxel(0)});
   }
@@ -38,4 +38,4 @@ std::vector<OccupiedVoxel> occupied_voxels(const proto::GridShape& grid,
   return voxels;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -7,7 +7,7 @@
 
 #include "shared/tools/segment_inspect/snapshot.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 /// A voxel that spheres are entered in.
 struct OccupiedVoxel {
@@ -17,7 +17,7 @@ struct OccupiedVoxel {
 };
 
 /// Every occupied voxel once, by level, z, y, x. Covers that are nowhere are left out.
-[[nodiscard]] std::vector<OccupiedVoxel> occupied_voxels(const proto::GridShape& grid,
-                                                         std::span<const LevelBound> swept_bounds);
+[[nodiscard]] std::vector<OccupiedVoxel> occupied_voxels(
+    const proto::GridShape& grid, std::span<const segment_inspect::LevelBound> swept_bounds);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -8,7 +8,7 @@
 #include "shared/tools/segment_inspect/inspection_text.hpp"
 #include "shared/tools/segment_inspect/snapshot.hpp"
 
-namespace stillgrid {
+namespace stillgrid::segment_inspect {
 namespace {
 
 constexpr std::size_t kMaxMaterials = 8, kMaxPlanes = 8;  // shown; --json has all
@@ -56,7 +56,7 @@ std::string header_lines(const SegmentSummary& summary) {
   return text;
 }
 
-std::string fixed_lines(const SceneView& view) {
+std::string fixed_lines(const publication::SceneView& view) {
   const proto::SceneHeader& scene = view.scene();
   std::string text = line("scene", printable(scene.name.data()));
   for (std::size_t i = 0; i < std::min<std::size_t>(scene.material_count, kMaxMaterials); ++i) {
@@ -106,7 +106,7 @@ std::string scene_lines(const ObservedSegment& segment) {
   const auto snapshot = read_snapshot(*segment.scene, 0);
   const std::string fixed = fixed_lines(*segment.scene);
   if (!snapshot) return fixed + line("snapshot", "none yet, or overtaken at each attempt");
-  const std::uint64_t now_ns = monotonic_ns();
+  const std::uint64_t now_ns = realtime::monotonic_ns();
   const proto::SnapshotHeader& header = snapshot->header;
   const auto age = [&](std::uint64_t time_ns) {
     return ms_text(age_of(time_ns, segment.summary.header->clock, now_ns));
@@ -135,7 +135,7 @@ std::string tool_lines(const ObservedSegment& segment) {
   const auto snapshot = read_tool(*segment.tool);
   if (!snapshot) return line("state", "none yet, or overtaken at each attempt");
   const proto::ToolState& state = snapshot->state;
-  const auto age_s = age_of(state.time_ns, segment.summary.header->clock, monotonic_ns());
+  const auto age_s = age_of(state.time_ns, segment.summary.header->clock, realtime::monotonic_ns());
   return line("tick", fmt::format("{}, age {}", state.tick, ms_text(age_s))) +
          line("position", vector_text(state.position_m, " m")) +
          line("orientation", vector_text(state.orientation_xyzw, " (x, y, z, w)")) +
@@ -169,4 +169,4 @@ std::string detail_of(const std::string& session, const ObservedSegment* scene,
   return text;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::segment_inspect

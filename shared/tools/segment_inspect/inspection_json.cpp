@@ -8,12 +8,12 @@
 #include "shared/tools/segment_inspect/inspection_text.hpp"
 #include "shared/tools/segment_inspect/snapshot.hpp"
 
-namespace stillgrid {
+namespace stillgrid::segment_inspect {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using json_number::number;
-using json_number::numbers;
+using files::json_number::number;
+using files::json_number::numbers;
 
 template <class T>
 Json optional(const std::optional<T>& value) {
@@ -87,7 +87,7 @@ Json spheres_json(const std::vector<proto::SphereRecord>& spheres, std::size_t s
   return json;
 }
 
-Json snapshot_json(const SceneView& view, const JsonOptions& options) {
+Json snapshot_json(const publication::SceneView& view, const JsonOptions& options) {
   const auto snapshot = read_snapshot(view, options.max_spheres);
   if (!snapshot) return {};
   const proto::SnapshotHeader& header = snapshot->header;
@@ -142,7 +142,7 @@ Json tick_json(const proto::TickFigures& tick) {
             {"age_s", number(shown.age_s)}}}};
 }
 
-Json tool_json(const ToolView& view) {
+Json tool_json(const publication::ToolView& view) {
   const auto snapshot = read_tool(view);
   if (!snapshot) return {};
   const proto::ToolState& state = snapshot->state;
@@ -171,7 +171,8 @@ Json segment_json(const ObservedSegment* segment, const JsonOptions& options) {
 
 }  // namespace
 
-nlohmann::ordered_json json_of_fixed_part(const SceneView& view, const JsonOptions& options) {
+nlohmann::ordered_json json_of_fixed_part(const publication::SceneView& view,
+                                          const JsonOptions& options) {
   const proto::SceneHeader& scene = view.scene();
   Json json{{"name", scene.name.data()},
             {"materials", Json::array()},
@@ -238,7 +239,7 @@ nlohmann::ordered_json json_of(const std::string& session, const ObservedSegment
   Json json{{"session", session}};
   json["scene"] = segment_json(scene, options);
   json["tool"] = segment_json(tool, options);
-  json["now_ns"] = monotonic_ns();
+  json["now_ns"] = realtime::monotonic_ns();
   return json;
 }
 
@@ -246,4 +247,4 @@ std::string text_of(const nlohmann::ordered_json& json) {
   return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::segment_inspect

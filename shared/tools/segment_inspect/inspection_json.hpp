@@ -6,7 +6,7 @@
 
 #include "shared/tools/segment_inspect/segment_summary.hpp"
 
-namespace stillgrid {
+namespace stillgrid::segment_inspect {
 
 /// How much of a scene goes into its JSON.
 struct JsonOptions {
@@ -22,7 +22,7 @@ struct JsonOptions {
 [[nodiscard]] nlohmann::ordered_json json_of(std::span<const SegmentSummary> summaries);
 
 /// What a scene's segment tells once: "fixed" of a session.
-[[nodiscard]] nlohmann::ordered_json json_of_fixed_part(const SceneView& view,
+[[nodiscard]] nlohmann::ordered_json json_of_fixed_part(const publication::SceneView& view,
                                                         const JsonOptions& options);
 
 /// A session with all that its segments hold. Each may be null.
@@ -34,4 +34,4 @@ struct JsonOptions {
 /// Valid JSON whatever bytes the strings hold.
 [[nodiscard]] std::string text_of(const nlohmann::ordered_json& json);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::segment_inspect

@@ -7,7 +7,7 @@
 #include <iterator>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::segment_inspect {
 namespace {
 
 constexpr std::size_t kColumns = 11;
@@ -132,4 +132,4 @@ std::string table_of(std::span<const SegmentSummary> summaries) {
   return text;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::segment_inspect

@@ -7,7 +7,7 @@
 
 #include "shared/tools/segment_inspect/segment_summary.hpp"
 
-namespace stillgrid {
+namespace stillgrid::segment_inspect {
 
 /// Words that tables and JSON share.
 [[nodiscard]] std::string_view name_of(proto::SegmentKind kind) noexcept;
@@ -30,4 +30,4 @@ namespace stillgrid {
 [[nodiscard]] std::string detail_of(const std::string& session, const ObservedSegment* scene,
                                     const ObservedSegment* tool);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::segment_inspect

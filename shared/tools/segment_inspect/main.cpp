@@ -14,7 +14,7 @@
 #include "shared/tools/segment_inspect/inspection_text.hpp"
 #include "shared/tools/segment_inspect/segment_summary.hpp"
 
-namespace stillgrid {
+namespace stillgrid::segment_inspect {
 namespace {
 
 struct Arguments {
@@ -40,24 +40,24 @@ constexpr const char* kDescription =
 void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--session", arguments.session,
                  "Only this one, in detail; USER/NAME: of another user")
-      ->transform(CLI::Validator(settle_session, ""));
+      ->transform(CLI::Validator(publication::settle_session, ""));
   auto* json = app.add_flag("--json", arguments.is_json, "JSON, see docs/formats.md");
   auto* watch = app.add_option("--watch-s", arguments.watch_s,
                                "Measure the rates for that long, s; 0: not at all; default: 0.3, "
                                "or up to 2 where a slow simulation asks for it")
-                    ->check(number_in(0.0, 3600.0));
+                    ->check(command_line::number_in(0.0, 3600.0));
   app.add_flag("--history", arguments.json.history, "With --json: earlier snapshots of each sphere")
       ->needs(json);
   app.add_option("--max-spheres", arguments.json.max_spheres,
                  "With --json: moving and static spheres, at most so many of each; default 100000")
-      ->check(integer_in(0, 1'000'000'000))
+      ->check(command_line::integer_in(0, 1'000'000'000))
       ->needs(json);
   app.add_flag("--remove-dead", arguments.remove_dead,
                "Remove what killed servers left; what lives is not touched")
       ->excludes(watch);
 }
 
-int fail(const char* what, ExitStatus status) {
+int fail(const char* what, realtime::ExitStatus status) {
   std::fprintf(stderr, "segment_inspect: %s\n", what);
   return status;
 }
@@ -70,33 +70,34 @@ void print(const std::string& text) {
   std::fputs(text.c_str(), stdout);
 }
 
-std::vector<SegmentFile> segments_of(const std::string& session) {
-  std::vector<SegmentFile> files = list_segments();
+std::vector<publication::SegmentFile> segments_of(const std::string& session) {
+  std::vector<publication::SegmentFile> files = publication::list_segments();
   if (!session.empty())
-    std::erase_if(files, [&](const SegmentFile& file) { return file.session != session; });
+    std::erase_if(files,
+                  [&](const publication::SegmentFile& file) { return file.session != session; });
   return files;
 }
 
-int remove_dead(const std::vector<SegmentFile>& files, bool is_json) {
-  int status = kDone;
+int remove_dead(const std::vector<publication::SegmentFile>& files, bool is_json) {
+  int status = realtime::kDone;
   auto removed = nlohmann::ordered_json::array();
-  for (const SegmentFile& file : files) try {
+  for (const publication::SegmentFile& file : files) try {
       if (!remove_leftover(file)) continue;
       const std::string kind(name_of(file.kind));
       removed.push_back({{"session", file.session}, {"kind", kind}});
       if (!is_json) print("removed the " + kind + " segment of session " + file.session + "\n");
-    } catch (const SegmentError& error) {
-      status = fail(printable(error.what()).c_str(), kCouldNotStart);
+    } catch (const publication::SegmentError& error) {
+      status = fail(printable(error.what()).c_str(), realtime::kCouldNotStart);
     }
   if (is_json) print(text_of(removed) + "\n");
   if (!is_json && removed.empty()) print("nothing to remove\n");
   return status;
 }
 
-int show_session(const Arguments& arguments, const std::vector<SegmentFile>& files) {
+int show_session(const Arguments& arguments, const std::vector<publication::SegmentFile>& files) {
   std::vector<ObservedSegment> observed;
   observed.reserve(files.size());
-  for (const SegmentFile& file : files) observed.push_back(observe(file));
+  for (const publication::SegmentFile& file : files) observed.push_back(observe(file));
   measure_rates(observed, arguments.watch_s);
   for (ObservedSegment& segment : observed) look_again(segment);
   const auto of_kind = [&](proto::SegmentKind kind) -> const ObservedSegment* {
@@ -108,42 +109,46 @@ int show_session(const Arguments& arguments, const std::vector<SegmentFile>& fil
   const auto* scene = of_kind(proto::SegmentKind::kScene);
   const auto* tool = of_kind(proto::SegmentKind::kTool);
   if (scene == nullptr && tool == nullptr)
-    return fail(absence(arguments.session).c_str(), kCouldNotStart);
+    return fail(absence(arguments.session).c_str(), realtime::kCouldNotStart);
   print(arguments.is_json ? text_of(json_of(arguments.session, scene, tool, arguments.json)) + "\n"
                           : detail_of(arguments.session, scene, tool));
-  return kDone;
+  return realtime::kDone;
 }
 
 int run(const Arguments& arguments) {
-  const std::vector<SegmentFile> files = segments_of(arguments.session);
+  const std::vector<publication::SegmentFile> files = segments_of(arguments.session);
   if (!arguments.session.empty() && files.empty())
-    return fail(absence(arguments.session).c_str(), kCouldNotStart);
+    return fail(absence(arguments.session).c_str(), realtime::kCouldNotStart);
   if (arguments.remove_dead) return remove_dead(files, arguments.is_json);
   if (!arguments.session.empty()) return show_session(arguments, files);
   const std::vector<SegmentSummary> summaries = survey(files, arguments.watch_s);
   print(arguments.is_json ? text_of(json_of(summaries)) + "\n" : table_of(summaries));
-  return kDone;
+  return realtime::kDone;
 }
 
-}  // namespace
-}  // namespace stillgrid
-
-int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
-  using namespace stillgrid;
+int program_main(int argc, char** argv) {
   CLI::App app(kDescription, "segment_inspect");
   Arguments arguments;
   add_options(app, arguments);
-  add_version(app, {segment_interface()});
+  command_line::add_version(app, {command_line::segment_interface()});
   try {
     app.parse(argc, argv);
     const int status = run(arguments);
-    if (std::fflush(stdout) != 0) return fail("cannot write standard output", kCouldNotStart);
+    if (std::fflush(stdout) != 0)
+      return fail("cannot write standard output", realtime::kCouldNotStart);
     return status;
   } catch (const CLI::Success& printed) {
     return app.exit(printed);
   } catch (const CLI::Error& error) {
-    return fail(error.what(), kBadInput);
+    return fail(error.what(), realtime::kBadInput);
   } catch (const std::exception& error) {
-    return fail(error.what(), kCouldNotStart);
+    return fail(error.what(), realtime::kCouldNotStart);
   }
+}
+
+}  // namespace
+}  // namespace stillgrid::segment_inspect
+
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
+  return stillgrid::segment_inspect::program_main(argc, argv);
 }

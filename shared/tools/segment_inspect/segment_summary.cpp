@@ -14,16 +14,16 @@
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/tools/segment_inspect/snapshot.hpp"
 
-namespace stillgrid {
+namespace stillgrid::segment_inspect {
 namespace {
 
 constexpr std::size_t kMappedAtOnce = 16;
 
 /// Nothing if the file cannot be opened.
 std::optional<bool> is_locked(const std::string& path) {
-  const FileDescriptor file = open_as_found(path);
+  const publication::FileDescriptor file = publication::open_as_found(path);
   if (file.get() < 0) return std::nullopt;
-  return is_object_locked(file.get());
+  return publication::is_object_locked(file.get());
 }
 
 /// What can be said of an object before it is mapped.
@@ -43,9 +43,9 @@ RawObject raw_object(const std::string& path) {
   raw.is_regular = S_ISREG(status.st_mode);
   if (!raw.is_regular) return raw;
   raw.size_bytes = static_cast<std::uint64_t>(status.st_size);
-  const FileDescriptor file = open_as_found(path);
+  const publication::FileDescriptor file = publication::open_as_found(path);
   if (file.get() < 0) return raw;
-  raw.is_locked = is_object_locked(file.get());
+  raw.is_locked = publication::is_object_locked(file.get());
   if (::pread(file.get(), &raw.magic, sizeof raw.magic, 0) != sizeof raw.magic) raw.magic = 0;
   return raw;
 }
@@ -67,10 +67,10 @@ void refuse(ObservedSegment& segment, const std::string& why) {
 void open_segment(ObservedSegment& segment, const std::string& path) {
   const auto& [session, kind] = segment.summary.file;
   const bool is_scene = kind == proto::SegmentKind::kScene;
-  auto reader = SegmentReader::open(session, kind,
-                                    is_scene ? proto::kSceneLayoutHash : proto::kToolLayoutHash);
+  auto reader = publication::SegmentReader::open(
+      session, kind, is_scene ? proto::kSceneLayoutHash : proto::kToolLayoutHash);
   if (!reader) {
-    const bool is_there = segment_id(session, kind).has_value();
+    const bool is_there = publication::segment_id(session, kind).has_value();
     // The lock file is its owner's alone: a group's reader can only ask the object.
     const bool has_writer =
         is_locked(path).value_or(false) || is_locked(path + ".lock").value_or(false);
@@ -107,8 +107,8 @@ struct Count {
   }
 };
 
-std::uint64_t latest_of(const SegmentReader& reader) {
-  return HardwareAtomics::load(*reader.buffer().latest, std::memory_order_acquire);
+std::uint64_t latest_of(const publication::SegmentReader& reader) {
+  return double_buffer::HardwareAtomics::load(*reader.buffer().latest, std::memory_order_acquire);
 }
 
 double time_to_watch_s(std::span<ObservedSegment* const> living) {
@@ -120,18 +120,18 @@ double time_to_watch_s(std::span<ObservedSegment* const> living) {
 
 }  // namespace
 
-const SegmentReader* ObservedSegment::reader() const noexcept {
+const publication::SegmentReader* ObservedSegment::reader() const noexcept {
   if (scene) return &scene->reader();
   return tool ? &tool->reader() : nullptr;
 }
 
-ObservedSegment observe(const SegmentFile& file) {
+ObservedSegment observe(const publication::SegmentFile& file) {
   ObservedSegment segment;
   segment.summary.file = file;
   std::string path;
   try {
-    path = segment_path(file.session, file.kind);
-  } catch (const SegmentError&) {
+    path = publication::segment_path(file.session, file.kind);
+  } catch (const publication::SegmentError&) {
     refuse(segment, "its name is none that a session can have");
     return segment;
   }
@@ -157,7 +157,7 @@ ObservedSegment observe(const SegmentFile& file) {
 }
 
 void look_again(ObservedSegment& segment) {
-  const SegmentReader* reader = segment.reader();
+  const publication::SegmentReader* reader = segment.reader();
   if (reader == nullptr) return;
   SegmentSummary& summary = segment.summary;
   const bool is_alive = reader->writer_alive();
@@ -167,7 +167,8 @@ void look_again(ObservedSegment& segment) {
   for (const auto word :
        {&proto::SegmentHeader::latest, &proto::SegmentHeader::heartbeat_ns,
         &proto::SegmentHeader::lockstep_sample_ns, &proto::SegmentHeader::lockstep_event_ns})
-    *summary.header.*word = HardwareAtomics::load(live.*word, std::memory_order_acquire);
+    *summary.header.*word =
+        double_buffer::HardwareAtomics::load(live.*word, std::memory_order_acquire);
 
   std::uint64_t stamp_ns = 0;
   summary.moving_spheres.reset();
@@ -180,7 +181,7 @@ void look_again(ObservedSegment& segment) {
   } else if (const auto snapshot = read_tool(*segment.tool)) {
     stamp_ns = snapshot->state.time_ns;
   }
-  summary.age_s = age_of(stamp_ns, summary.header->clock, monotonic_ns());
+  summary.age_s = age_of(stamp_ns, summary.header->clock, realtime::monotonic_ns());
   if (reader->is_lost()) refuse(segment, "it was shrunk by another program");
 }
 
@@ -195,10 +196,10 @@ void measure_rates(std::span<ObservedSegment> segments, std::optional<double> wa
     const std::uint64_t n = latest_of(*segment->reader());
     counts.push_back({n, n, n});
   }
-  const std::uint64_t end_ns = monotonic_ns() + to_ns(length_s);
+  const std::uint64_t end_ns = realtime::monotonic_ns() + realtime::to_ns(length_s);
   for (std::uint64_t now_ns = 0; now_ns < end_ns;) {
     std::this_thread::sleep_for(std::chrono::microseconds(500));
-    now_ns = monotonic_ns();
+    now_ns = realtime::monotonic_ns();
     for (std::size_t i = 0; i < living.size(); ++i)
       counts[i].note(latest_of(*living[i]->reader()), now_ns);
   }
@@ -206,12 +207,12 @@ void measure_rates(std::span<ObservedSegment> segments, std::optional<double> wa
     living[i]->summary.measured_rate_hz = counts[i].rate_hz(length_s);
 }
 
-std::vector<SegmentSummary> survey(std::span<const SegmentFile> files,
+std::vector<SegmentSummary> survey(std::span<const publication::SegmentFile> files,
                                    std::optional<double> watch_s) {
   std::vector<SegmentSummary> summaries;
   for (std::size_t begin = 0; begin < files.size(); begin += kMappedAtOnce) {
     std::vector<ObservedSegment> observed;
-    for (const SegmentFile& file :
+    for (const publication::SegmentFile& file :
          files.subspan(begin, std::min(kMappedAtOnce, files.size() - begin)))
       observed.push_back(observe(file));
     measure_rates(observed, watch_s);
@@ -223,10 +224,11 @@ std::vector<SegmentSummary> survey(std::span<const SegmentFile> files,
   return summaries;
 }
 
-bool remove_leftover(const SegmentFile& file) {
+bool remove_leftover(const publication::SegmentFile& file) {
   // The object's own lock is asked too: who deletes a lock file does not kill its holder.
-  return observe(file).summary.is_leftover && session_owner(file.session) == ::geteuid() &&
-         remove_dead_segment(file.session, file.kind);
+  return observe(file).summary.is_leftover &&
+         publication::session_owner(file.session) == ::geteuid() &&
+         publication::remove_dead_segment(file.session, file.kind);
 }
 
 std::optional<double> age_of(std::uint64_t stamp_ns, proto::Clock clock,
@@ -242,4 +244,4 @@ std::string printable(std::string_view text) {
   return line;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::segment_inspect

@@ -11,7 +11,7 @@
 #include "shared/publication/segment_files.hpp"
 #include "shared/publication/tool_segment.hpp"
 
-namespace stillgrid {
+namespace stillgrid::segment_inspect {
 
 enum class SegmentState {
   kAlive,     // announced, and its writer lives
@@ -25,7 +25,7 @@ enum class SegmentState {
 /// What a look at one segment found. Of all states but kAlive and kDead, the name, the refusal and
 /// the size are all there is.
 struct SegmentSummary {
-  SegmentFile file;
+  publication::SegmentFile file;
   SegmentState state = SegmentState::kGone;
   std::string refusal;       // one line of printable ASCII; empty but for kRefused
   bool is_leftover = false;  // ours, and its writer is dead
@@ -40,16 +40,16 @@ struct SegmentSummary {
 /// A segment that is being looked at: its summary, and the mapping if it can be read.
 struct ObservedSegment {
   SegmentSummary summary;
-  std::optional<SceneView> scene;
-  std::optional<ToolView> tool;
+  std::optional<publication::SceneView> scene;
+  std::optional<publication::ToolView> tool;
 
   /// The mapping, or null.
-  [[nodiscard]] const SegmentReader* reader() const noexcept;
+  [[nodiscard]] const publication::SegmentReader* reader() const noexcept;
 };
 
 /// Looks at what stands under the name, whatever it is, without disturbing anybody. Never throws
 /// for what it finds there. At most MappingGuard::kMax may be held at one time.
-[[nodiscard]] ObservedSegment observe(const SegmentFile& file);
+[[nodiscard]] ObservedSegment observe(const publication::SegmentFile& file);
 
 /// Brings the summary of a readable segment up to date.
 void look_again(ObservedSegment& segment);
@@ -59,12 +59,12 @@ void look_again(ObservedSegment& segment);
 void measure_rates(std::span<ObservedSegment> segments, std::optional<double> watch_s);
 
 /// Summaries with measured rates, in the order of the names; what has gone meanwhile is left out.
-[[nodiscard]] std::vector<SegmentSummary> survey(std::span<const SegmentFile> files,
+[[nodiscard]] std::vector<SegmentSummary> survey(std::span<const publication::SegmentFile> files,
                                                  std::optional<double> watch_s);
 
 /// Removes what a killed writer left, and says whether it did. What lives, and what is not ours, is
 /// not touched. Throws SegmentError when it may not.
-bool remove_leftover(const SegmentFile& file);
+bool remove_leftover(const publication::SegmentFile& file);
 
 /// Seconds from a stamp of the writer's clock to now; nothing for virtual time, for no stamp and
 /// for one that lies ahead.
@@ -74,4 +74,4 @@ bool remove_leftover(const SegmentFile& file);
 /// The same text for a terminal: whatever is not printable ASCII is a question mark.
 [[nodiscard]] std::string printable(std::string_view text);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::segment_inspect

@@ -11,7 +11,7 @@
 #include "shared/publication/snapshot_reader.hpp"
 #include "shared/publication/tool_segment.hpp"
 
-namespace stillgrid {
+namespace stillgrid::segment_inspect {
 
 /// How the spheres of a grid are spread over the cells of all its levels.
 struct GridOccupancy {
@@ -38,26 +38,26 @@ struct SceneSnapshot {
 
 /// The latest snapshot with its first `max_spheres` spheres; nothing before the first, or when it
 /// was overtaken again and again.
-[[nodiscard]] std::optional<SceneSnapshot> read_snapshot(const SceneView& view,
+[[nodiscard]] std::optional<SceneSnapshot> read_snapshot(const publication::SceneView& view,
                                                          std::size_t max_spheres);
 
 /// The same, for who follows the scene. Pre: reader.turn_to(view).
-[[nodiscard]] std::optional<SceneSnapshot> read_snapshot(SnapshotReader& reader,
-                                                         const SceneView& view,
+[[nodiscard]] std::optional<SceneSnapshot> read_snapshot(publication::SnapshotReader& reader,
+                                                         const publication::SceneView& view,
                                                          std::size_t max_spheres);
 
 /// The spheres that never move, the first `max_spheres` of them.
-[[nodiscard]] std::vector<proto::SphereRecord> static_spheres(const SceneView& view,
+[[nodiscard]] std::vector<proto::SphereRecord> static_spheres(const publication::SceneView& view,
                                                               std::size_t max_spheres);
 
 /// The swept bounds of all spheres that never move, in the order of the levels of the static grid.
-[[nodiscard]] std::vector<LevelBound> static_bounds(const SceneView& view);
+[[nodiscard]] std::vector<LevelBound> static_bounds(const publication::SceneView& view);
 
 /// The latest state of a tool as its writer wrote it, sound or not, and which it is.
 struct ToolSnapshot {
   std::uint64_t snapshot_id = 0;
   proto::ToolState state{};
 };
-[[nodiscard]] std::optional<ToolSnapshot> read_tool(const ToolView& view);
+[[nodiscard]] std::optional<ToolSnapshot> read_tool(const publication::ToolView& view);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::segment_inspect

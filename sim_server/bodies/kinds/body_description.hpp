@@ -15,7 +15,7 @@
 #include "sim_server/bodies/kinds/thread.hpp"
 #include "sim_server/bodies/motion.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 
 /// What a body is, a struct a kind.
 using BodyShape = std::variant<SphereBody, SheetBody, ThreadBody, SoftBlockBody, RigidBoxBody,
@@ -54,9 +54,9 @@ struct BodyDescription {
 }
 
 /// The balls that a mesh was made into; none of other kinds.
-[[nodiscard]] inline std::span<const Ball> balls_of(const BodyDescription& body) {
+[[nodiscard]] inline std::span<const spheres::Ball> balls_of(const BodyDescription& body) {
   return std::visit(
-      [](const auto& shape) -> std::span<const Ball> {
+      [](const auto& shape) -> std::span<const spheres::Ball> {
         if constexpr (requires { shape.balls; }) return shape.balls;
         return {};
       },
@@ -72,4 +72,4 @@ struct BodyDescription {
       body.shape);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

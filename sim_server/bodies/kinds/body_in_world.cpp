@@ -4,7 +4,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 namespace {
 
 /// A plane is all that has neither spheres nor a motion.
@@ -63,7 +63,7 @@ void add_rigid(World& world, const BodyDescription& body, const RigidShape& shap
 /// The material of a body's spheres: its own if its stiffness is scaled.
 int material_of(World& world, const BodyDescription& body) {
   if (body.stiffness_scale == 1.0) return body.material;
-  ContactMaterial material = world.materials[static_cast<std::size_t>(body.material)];
+  collision::ContactMaterial material = world.materials[static_cast<std::size_t>(body.material)];
   material.stiffness_N_per_m *= body.stiffness_scale;
   material.damping_N_s_per_m *= body.stiffness_scale;
   world.materials.push_back(material);
@@ -152,4 +152,4 @@ std::vector<BodySurface> rest_surfaces(std::span<const BodyDescription> bodies,
   return surfaces;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

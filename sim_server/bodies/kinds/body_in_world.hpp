@@ -7,7 +7,7 @@
 #include "sim_server/bodies/surfaces.hpp"
 #include "sim_server/bodies/world.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 
 /// Covers a body with spheres by its parameters [Davanne 2002, "Interaction model", second method]:
 /// a thread along its curve, a sheet over its surface, a box through its volume, a sphere with
@@ -33,4 +33,4 @@ void add_body(World& world, const BodyDescription& body);
 [[nodiscard]] std::vector<BodySurface> rest_surfaces(std::span<const BodyDescription> bodies,
                                                      const World& world);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -1,18 +1,18 @@
 #include "sim_server/bodies/kinds/body_kinds.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 namespace {
 
-Motions only_static(TableReader& /*table*/) {
+Motions only_static(toml::TableReader& /*table*/) {
   return Motions::kStatic;
 }
-Motions free_or_static(TableReader& /*table*/) {
+Motions free_or_static(toml::TableReader& /*table*/) {
   return Motions::kFreeOrStatic;
 }
-Motions any(TableReader& /*table*/) {
+Motions any(toml::TableReader& /*table*/) {
   return Motions::kAny;
 }
-Motions any_unless_soft(TableReader& table) {
+Motions any_unless_soft(toml::TableReader& table) {
   return table.has("spring_stiffness_N_per_m") ? Motions::kFreeOrStatic : Motions::kAny;
 }
 
@@ -30,4 +30,4 @@ std::span<const BodyKind> body_kinds() noexcept {
   return kBodyKinds;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -8,7 +8,7 @@
 #include "sim_server/bodies/kinds/body_description.hpp"
 #include "sim_server/toml/toml_reader.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 
 /// How a kind of body may move.
 enum class Motions {
@@ -20,11 +20,11 @@ enum class Motions {
 /// A kind of body as scene files name it.
 struct BodyKind {
   std::string_view name;
-  Motions (*motions)(TableReader& table);
-  void (*read)(TableReader& table, BodyDescription& body, std::vector<std::string>& notes);
+  Motions (*motions)(toml::TableReader& table);
+  void (*read)(toml::TableReader& table, BodyDescription& body, std::vector<std::string>& notes);
 };
 
 /// Every kind, in the order in which a refusal lists them.
 [[nodiscard]] std::span<const BodyKind> body_kinds() noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -5,7 +5,7 @@
 #include "sim_server/bodies/kinds/body_description.hpp"
 #include "sim_server/toml/toml_reader.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 
 BodyCounts counts_of(const RigidMeshBody& mesh) {
   return {.spheres = static_cast<double>(mesh.balls.size())};
@@ -21,7 +21,7 @@ SpringNet net_of(const SoftMeshBody& mesh, const BodyDescription& body) {
 
 RigidShape rigid_shape(const RigidMeshBody& mesh, double mass_kg) {
   RigidShape shape{.inertia_kg_m2 = mass_kg * mesh.inverse_inertia_per_kg_m2};
-  for (const Ball& ball : mesh.balls)
+  for (const spheres::Ball& ball : mesh.balls)
     shape.bounding_radius_m =
         std::max(shape.bounding_radius_m, ball.centre_m.norm() + ball.radius_m);
   return shape;
@@ -45,4 +45,4 @@ BodySurface surface_of(const SoftMeshBody& mesh, const BodyDescription& body,
   return bound_surface(mesh.surface, body.position_m, body.orientation, spheres);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -10,31 +10,34 @@
 #include "sim_server/mesh/triangle_mesh.hpp"
 #include "sim_server/spheres/ball.hpp"
 
-namespace stillgrid {
-
+namespace stillgrid::toml {
 class TableReader;
+}
+
+namespace stillgrid::bodies {
+
 struct BodyDescription;
 
 /// A mesh from a file as balls that keep their places, in its centre of mass along its principal
 /// axes, whatever frame the file has.
 struct RigidMeshBody {
-  std::vector<Ball> balls = {};
-  TriangleMesh surface = {};                                            // closed; for a display
+  std::vector<spheres::Ball> balls = {};
+  mesh::TriangleMesh surface = {};                                      // closed; for a display
   Eigen::Vector3d inverse_inertia_per_kg_m2 = Eigen::Vector3d::Zero();  // principal
 };
 
 /// A mesh from a file as balls on a lattice of masses and springs, in the file's frame.
 struct SoftMeshBody {
-  std::vector<Ball> balls = {};
-  TriangleMesh surface = {};  // closed; for a display
-  SoftLattice lattice = {};   // lattice_round()
+  std::vector<spheres::Ball> balls = {};
+  mesh::TriangleMesh surface = {};  // closed; for a display
+  SoftLattice lattice = {};         // lattice_round()
   ShearSprings springs = {};
 };
 
 /// Reads its keys into body.shape: a soft mesh if it has springs. Adds a line to notes. Throws
 /// SceneError; a mesh that bounds no solid is refused at `file`. Decomposing may take seconds.
 /// Pre: body.motion is read.
-void read_mesh(TableReader& table, BodyDescription& body, std::vector<std::string>& notes);
+void read_mesh(toml::TableReader& table, BodyDescription& body, std::vector<std::string>& notes);
 
 [[nodiscard]] BodyCounts counts_of(const RigidMeshBody& mesh);
 [[nodiscard]] BodyCounts counts_of(const SoftMeshBody& mesh);
@@ -53,4 +56,4 @@ void read_mesh(TableReader& table, BodyDescription& body, std::vector<std::strin
 [[nodiscard]] BodySurface surface_of(const SoftMeshBody& mesh, const BodyDescription& body,
                                      const RestSpheres& spheres);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -21,7 +21,7 @@
 #include "sim_server/spheres/sphere_file.hpp"
 #include "sim_server/toml/toml_reader.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 namespace {
 
 constexpr double kFinestTolerance = 1e-3;  // of the longest side
@@ -34,18 +34,18 @@ constexpr std::string_view kSurfaceSpacing = "surface_spacing_m";
 constexpr std::string_view kVolumeSpacing = "volume_spacing_m";
 constexpr std::string_view kFile = "file";
 
-Eigen::AlignedBox3d box_of(const TriangleMesh& mesh) {
+Eigen::AlignedBox3d box_of(const mesh::TriangleMesh& mesh) {
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& vertex : mesh.vertices_m) box.extend(vertex);
   return box;
 }
 
-TriangleMesh read_closed(TableReader& table) {
+mesh::TriangleMesh read_closed(toml::TableReader& table) {
   const std::filesystem::path path = table.file("file");
-  const double scale = table.number_or("scale", Bound::kPositive, 1.0);
+  const double scale = table.number_or("scale", toml::Bound::kPositive, 1.0);
   try {
-    return make_closed(load_mesh(path, scale), path.string()).mesh;
-  } catch (const StopRequested&) {
+    return mesh::make_closed(mesh::load_mesh(path, scale), path.string()).mesh;
+  } catch (const realtime::StopRequested&) {
     throw;
   } catch (const std::bad_alloc&) {
     throw;
@@ -54,7 +54,7 @@ TriangleMesh read_closed(TableReader& table) {
   }
 }
 
-std::string note_of(const BodyDescription& body, const Decomposition& result, bool is_kept,
+std::string note_of(const BodyDescription& body, const spheres::Decomposition& result, bool is_kept,
                     double time_s) {
   const std::string name = "body '" + body.name + "': ";
   std::array<char, 200> text{};
@@ -72,15 +72,16 @@ std::string note_of(const BodyDescription& body, const Decomposition& result, bo
 
 /// What was made before, or what `make` makes; what took long is kept for the next time.
 template <typename Make>
-std::vector<Ball> made_or_kept(const SphereCache& cache, const BodyDescription& body,
-                               std::vector<std::string>& notes, Make&& make) {
+std::vector<spheres::Ball> made_or_kept(const spheres::SphereCache& cache,
+                                        const BodyDescription& body,
+                                        std::vector<std::string>& notes, Make&& make) {
   constexpr double kWorthKeeping_s = 1.0;
   if (const auto kept = cache.read()) {
     notes.push_back(note_of(body, *kept, true, 0.0));
     return kept->balls;
   }
   const auto start = std::chrono::steady_clock::now();
-  const Decomposition made = make();
+  const spheres::Decomposition made = make();
   const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
   notes.push_back(note_of(body, made, false, time.count()));
   if (time.count() < kWorthKeeping_s) return made.balls;
@@ -92,16 +93,17 @@ std::vector<Ball> made_or_kept(const SphereCache& cache, const BodyDescription& 
   return made.balls;
 }
 
-std::vector<Ball> decomposed(TableReader& spheres, const TriangleMesh& mesh,
-                             const BodyDescription& body, std::vector<std::string>& notes) {
-  const double tolerance_m = spheres.number(kTolerance, Bound::kPositive);
+std::vector<spheres::Ball> decomposed(toml::TableReader& spheres, const mesh::TriangleMesh& mesh,
+                                      const BodyDescription& body,
+                                      std::vector<std::string>& notes) {
+  const double tolerance_m = spheres.number(kTolerance, toml::Bound::kPositive);
   spheres.finish();
   if (tolerance_m < kFinestTolerance * box_of(mesh).sizes().maxCoeff())
     spheres.refuse(kTolerance, "at least a thousandth of the mesh's longest side");
-  const SphereCache cache(spheres.folder(), mesh, kTolerance, tolerance_m);
+  const spheres::SphereCache cache(spheres.folder(), mesh, kTolerance, tolerance_m);
   try {
-    return made_or_kept(cache, body, notes, [&] { return decompose(mesh, tolerance_m); });
-  } catch (const StopRequested&) {
+    return made_or_kept(cache, body, notes, [&] { return spheres::decompose(mesh, tolerance_m); });
+  } catch (const realtime::StopRequested&) {
     throw;
   } catch (const std::bad_alloc&) {
     throw;
@@ -110,13 +112,13 @@ std::vector<Ball> decomposed(TableReader& spheres, const TriangleMesh& mesh,
   }
 }
 
-std::vector<Ball> from_file(TableReader& spheres, const TriangleMesh& mesh) {
+std::vector<spheres::Ball> from_file(toml::TableReader& spheres, const mesh::TriangleMesh& mesh) {
   const std::filesystem::path path = spheres.file(kFile);
   spheres.finish();
-  std::vector<Ball> balls;
+  std::vector<spheres::Ball> balls;
   try {
-    balls = read_spheres(path);
-  } catch (const StopRequested&) {
+    balls = spheres::read_spheres(path);
+  } catch (const realtime::StopRequested&) {
     throw;
   } catch (const std::bad_alloc&) {
     throw;
@@ -124,8 +126,9 @@ std::vector<Ball> from_file(TableReader& spheres, const TriangleMesh& mesh) {
     spheres.refuse(kFile, std::string("a file of sphere_decompose; ") + error.what());
   }
   const Eigen::AlignedBox3d box = box_of(mesh);
-  const auto strays = std::count_if(balls.begin(), balls.end(),
-                                    [&](const Ball& ball) { return !box.contains(ball.centre_m); });
+  const auto strays = std::count_if(balls.begin(), balls.end(), [&](const spheres::Ball& ball) {
+    return !box.contains(ball.centre_m);
+  });
   if (strays > 0)
     spheres.refuse(kFile, "spheres of this mesh at this scale; the centres of " +
                               std::to_string(strays) + " of " + std::to_string(balls.size()) +
@@ -134,17 +137,18 @@ std::vector<Ball> from_file(TableReader& spheres, const TriangleMesh& mesh) {
 }
 
 /// Even balls, by the key that gives their distance.
-std::vector<Ball> sampled(TableReader& spheres, std::string_view key, const TriangleMesh& mesh,
-                          const BodyDescription& body, std::vector<std::string>& notes) {
-  const double spacing_m = spheres.number(key, Bound::kPositive);
+std::vector<spheres::Ball> sampled(toml::TableReader& spheres, std::string_view key,
+                                   const mesh::TriangleMesh& mesh, const BodyDescription& body,
+                                   std::vector<std::string>& notes) {
+  const double spacing_m = spheres.number(key, toml::Bound::kPositive);
   spheres.finish();
-  const SphereCache cache(spheres.folder(), mesh, key, spacing_m);
+  const spheres::SphereCache cache(spheres.folder(), mesh, key, spacing_m);
   try {
     return made_or_kept(cache, body, notes, [&] {
-      Decomposition even;
+      spheres::Decomposition even;
       even.balls = key == kSurfaceSpacing
-                       ? surface_balls(mesh, spacing_m, spacing_m)
-                       : volume_balls(mesh, spacing_m, kVolumeRadius * spacing_m);
+                       ? spheres::surface_balls(mesh, spacing_m, spacing_m)
+                       : spheres::volume_balls(mesh, spacing_m, spheres::kVolumeRadius * spacing_m);
       return even;
     });
   } catch (const std::invalid_argument& error) {
@@ -152,9 +156,10 @@ std::vector<Ball> sampled(TableReader& spheres, std::string_view key, const Tria
   }
 }
 
-std::vector<Ball> read_balls(TableReader& table, const TriangleMesh& mesh,
-                             const BodyDescription& body, std::vector<std::string>& notes) {
-  TableReader spheres = table.table("spheres");
+std::vector<spheres::Ball> read_balls(toml::TableReader& table, const mesh::TriangleMesh& mesh,
+                                      const BodyDescription& body,
+                                      std::vector<std::string>& notes) {
+  toml::TableReader spheres = table.table("spheres");
   std::string_view chosen = kTolerance;
   bool is_chosen = false;
   for (const std::string_view key : {kFile, kSurfaceSpacing, kVolumeSpacing, kTolerance}) {
@@ -169,17 +174,17 @@ std::vector<Ball> read_balls(TableReader& table, const TriangleMesh& mesh,
   return sampled(spheres, chosen, mesh, body, notes);
 }
 
-double read_stiffness_scale(TableReader& table, const TriangleMesh& mesh,
-                            const std::vector<Ball>& balls) {
+double read_stiffness_scale(toml::TableReader& table, const mesh::TriangleMesh& mesh,
+                            const std::vector<spheres::Ball>& balls) {
   if (!table.has("normalise")) return 1.0;
-  TableReader normalise = table.table("normalise");
-  const double tool_radius_m = normalise.number("tool_radius_m", Bound::kPositive);
-  const double press_depth_m = normalise.number("press_depth_m", Bound::kPositive);
+  toml::TableReader normalise = table.table("normalise");
+  const double tool_radius_m = normalise.number("tool_radius_m", toml::Bound::kPositive);
+  const double press_depth_m = normalise.number("press_depth_m", toml::Bound::kPositive);
   normalise.finish();
   try {
-    return stiffness_scale(balls, sample_surface(mesh, kSurfaceSamples), tool_radius_m,
-                           press_depth_m);
-  } catch (const StopRequested&) {
+    return spheres::stiffness_scale(balls, spheres::sample_surface(mesh, kSurfaceSamples),
+                                    tool_radius_m, press_depth_m);
+  } catch (const realtime::StopRequested&) {
     throw;
   } catch (const std::bad_alloc&) {
     throw;
@@ -189,9 +194,9 @@ double read_stiffness_scale(TableReader& table, const TriangleMesh& mesh,
 }
 
 /// Moves the body's frame into its centre of mass, along its principal axes.
-RigidMeshBody in_principal_frame(std::vector<Ball> balls, const TriangleMesh& mesh,
+RigidMeshBody in_principal_frame(std::vector<spheres::Ball> balls, const mesh::TriangleMesh& mesh,
                                  BodyDescription& body) {
-  const MassProperties mass = mass_properties(mesh);
+  const mesh::MassProperties mass = mesh::mass_properties(mesh);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(mass.inverse_inertia_per_kg_m2);
   Eigen::Matrix3d axes = solver.eigenvectors();
   if (axes.determinant() < 0.0) axes.col(0) = -axes.col(0);
@@ -200,16 +205,16 @@ RigidMeshBody in_principal_frame(std::vector<Ball> balls, const TriangleMesh& me
   const auto moved = [&](const Eigen::Vector3d& point_m) -> Eigen::Vector3d {
     return axes.transpose() * (point_m - mass.centre_m);
   };
-  for (Ball& ball : rigid.balls) ball.centre_m = moved(ball.centre_m);
+  for (spheres::Ball& ball : rigid.balls) ball.centre_m = moved(ball.centre_m);
   for (Eigen::Vector3d& vertex_m : rigid.surface.vertices_m) vertex_m = moved(vertex_m);
   body.position_m += body.orientation * mass.centre_m;
   body.orientation = (body.orientation * Eigen::Quaterniond(axes)).normalized();
   return rigid;
 }
 
-SoftMeshBody on_lattice(TableReader& table, std::vector<Ball> balls, const TriangleMesh& mesh,
-                        const BodyDescription& body) {
-  const double spacing_m = table.number("lattice_m", Bound::kPositive);
+SoftMeshBody on_lattice(toml::TableReader& table, std::vector<spheres::Ball> balls,
+                        const mesh::TriangleMesh& mesh, const BodyDescription& body) {
+  const double spacing_m = table.number("lattice_m", toml::Bound::kPositive);
   if (place_count(balls, spacing_m) > kMaxPlaces)
     table.refuse("lattice_m", "a lattice of at most 100000 nodes");
   SoftMeshBody soft;
@@ -224,12 +229,12 @@ SoftMeshBody on_lattice(TableReader& table, std::vector<Ball> balls, const Trian
 
 }  // namespace
 
-void read_mesh(TableReader& table, BodyDescription& body, std::vector<std::string>& notes) {
+void read_mesh(toml::TableReader& table, BodyDescription& body, std::vector<std::string>& notes) {
   const bool is_soft = table.has("spring_stiffness_N_per_m");
   body.position_m = table.vector_or("position_m", body.position_m);
   body.orientation = table.orientation_or_identity("orientation_xyzw");
-  const TriangleMesh mesh = read_closed(table);
-  std::vector<Ball> balls = read_balls(table, mesh, body, notes);
+  const mesh::TriangleMesh mesh = read_closed(table);
+  std::vector<spheres::Ball> balls = read_balls(table, mesh, body, notes);
   body.stiffness_scale = read_stiffness_scale(table, mesh, balls);
   if (is_soft)
     body.shape = on_lattice(table, std::move(balls), mesh, body);
@@ -237,4 +242,4 @@ void read_mesh(TableReader& table, BodyDescription& body, std::vector<std::strin
     body.shape = in_principal_frame(std::move(balls), mesh, body);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -5,7 +5,7 @@
 
 #include "sim_server/toml/toml_reader.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 namespace {
 
 constexpr double kMaxSpheresPerSide = 1000.0;
@@ -21,12 +21,13 @@ SpherePacking packing_of_box(const Eigen::Vector3d& size_m, const SpherePacking&
 
 }  // namespace
 
-SpherePacking read_packing(TableReader& table, double longest_side_m) {
+SpherePacking read_packing(toml::TableReader& table, double longest_side_m) {
   SpherePacking packing;
-  TableReader spheres = table.table("spheres");
+  toml::TableReader spheres = table.table("spheres");
   packing.spacing_m =
-      spheres.has("spacing_m") ? spheres.number("spacing_m", Bound::kPositive) : 0.0;
-  packing.radius_m = spheres.has("radius_m") ? spheres.number("radius_m", Bound::kPositive) : 0.0;
+      spheres.has("spacing_m") ? spheres.number("spacing_m", toml::Bound::kPositive) : 0.0;
+  packing.radius_m =
+      spheres.has("radius_m") ? spheres.number("radius_m", toml::Bound::kPositive) : 0.0;
   spheres.finish();
   if (packing.spacing_m > 0.0 && longest_side_m > kMaxSpheresPerSide * packing.spacing_m) {
     spheres.refuse("spacing_m", "at least a thousandth of the body's longest side");
@@ -69,7 +70,8 @@ void bind(SphereBinding& sphere, int node, double weight) {
   sphere.weights[slot] = weight;
 }
 
-std::vector<Ball> balls_of_box(const Eigen::Vector3d& size_m, const SpherePacking& packing) {
+std::vector<spheres::Ball> balls_of_box(const Eigen::Vector3d& size_m,
+                                        const SpherePacking& packing) {
   const auto [spacing_m, radius_m] = packing_of_box(size_m, packing);
   const Eigen::Vector3d inner_m = inner_size_m(size_m, radius_m);
   Eigen::Vector3i counts;
@@ -77,7 +79,7 @@ std::vector<Ball> balls_of_box(const Eigen::Vector3d& size_m, const SpherePackin
   const auto along = [&](int i, int axis) {
     return spread(i, counts[axis], -0.5, 0.5) * inner_m[axis];
   };
-  std::vector<Ball> balls;
+  std::vector<spheres::Ball> balls;
   for (int z = 0; z < counts.z(); ++z)
     for (int y = 0; y < counts.y(); ++y)
       for (int x = 0; x < counts.x(); ++x)
@@ -92,7 +94,7 @@ double ball_count_of_box(const Eigen::Vector3d& size_m, const SpherePacking& pac
          spheres_along(inner_m.z(), spacing_m);
 }
 
-SphereBinding placed_sphere(const Ball& ball, const Eigen::Vector3d& position_m,
+SphereBinding placed_sphere(const spheres::Ball& ball, const Eigen::Vector3d& position_m,
                             const Eigen::Quaterniond& orientation) {
   SphereBinding sphere;
   sphere.radius_m = ball.radius_m;
@@ -100,15 +102,15 @@ SphereBinding placed_sphere(const Ball& ball, const Eigen::Vector3d& position_m,
   return sphere;
 }
 
-std::vector<SphereBinding> fixed_spheres(std::span<const Ball> balls,
+std::vector<SphereBinding> fixed_spheres(std::span<const spheres::Ball> balls,
                                          const Eigen::Vector3d& position_m,
                                          const Eigen::Quaterniond& orientation) {
   std::vector<SphereBinding> spheres;
-  for (const Ball& ball : balls) {
+  for (const spheres::Ball& ball : balls) {
     SphereBinding& sphere = spheres.emplace_back(placed_sphere(ball, position_m, orientation));
     sphere.local_m = ball.centre_m;
   }
   return spheres;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -8,9 +8,11 @@
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/spheres/ball.hpp"
 
-namespace stillgrid {
-
+namespace stillgrid::toml {
 class TableReader;
+}
+
+namespace stillgrid::bodies {
 
 /// Spheres that cover a body: a distance between centres and a radius; zero means "chosen
 /// for the body".
@@ -41,7 +43,7 @@ struct RigidShape {
 };
 
 /// Reads `spheres`. Throws SceneError. Pre: longest_side_m is the body's.
-[[nodiscard]] SpherePacking read_packing(TableReader& table, double longest_side_m);
+[[nodiscard]] SpherePacking read_packing(toml::TableReader& table, double longest_side_m);
 
 /// The packing, with what it leaves open chosen: a spacing, and a radius as a part of the spacing.
 [[nodiscard]] SpherePacking completed(SpherePacking packing, double spacing_m,
@@ -66,17 +68,18 @@ struct LinePoint {
 void bind(SphereBinding& sphere, int node, double weight);
 
 /// The balls that fill a box of the packing, in its frame.
-[[nodiscard]] std::vector<Ball> balls_of_box(const Eigen::Vector3d& size_m,
-                                             const SpherePacking& packing);
+[[nodiscard]] std::vector<spheres::Ball> balls_of_box(const Eigen::Vector3d& size_m,
+                                                      const SpherePacking& packing);
 [[nodiscard]] double ball_count_of_box(const Eigen::Vector3d& size_m, const SpherePacking& packing);
 
 /// A ball of a body's frame as a sphere of the body that stands there, bound to nothing yet.
-[[nodiscard]] SphereBinding placed_sphere(const Ball& ball, const Eigen::Vector3d& position_m,
+[[nodiscard]] SphereBinding placed_sphere(const spheres::Ball& ball,
+                                          const Eigen::Vector3d& position_m,
                                           const Eigen::Quaterniond& orientation);
 
 /// Balls of a body's frame as spheres fixed in a rigid body that stands there.
-[[nodiscard]] std::vector<SphereBinding> fixed_spheres(std::span<const Ball> balls,
+[[nodiscard]] std::vector<SphereBinding> fixed_spheres(std::span<const spheres::Ball> balls,
                                                        const Eigen::Vector3d& position_m,
                                                        const Eigen::Quaterniond& orientation);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -6,9 +6,12 @@
 
 #include "sim_server/bodies/kinds/packing.hpp"
 
-namespace stillgrid {
-
+namespace stillgrid::toml {
 class TableReader;
+}
+
+namespace stillgrid::bodies {
+
 struct BodyDescription;
 
 /// Solid on one side of a plane through body.position_m; never moves, and has no spheres.
@@ -17,8 +20,8 @@ struct PlaneBody {
 };
 
 /// Reads its keys into body.shape. Throws SceneError. Pre: body.motion is read.
-void read_plane(TableReader& table, BodyDescription& body, std::vector<std::string>& notes);
+void read_plane(toml::TableReader& table, BodyDescription& body, std::vector<std::string>& notes);
 
 [[nodiscard]] BodyCounts counts_of(const PlaneBody& plane);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -3,12 +3,12 @@
 #include "sim_server/bodies/kinds/body_description.hpp"
 #include "sim_server/toml/toml_reader.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 namespace {
 
 /// In the body's frame; vertex x + 2 y + 4 z.
-TriangleMesh box_mesh(const Eigen::Vector3d& size_m) {
-  TriangleMesh mesh;
+mesh::TriangleMesh box_mesh(const Eigen::Vector3d& size_m) {
+  mesh::TriangleMesh mesh;
   for (int corner = 0; corner < 8; ++corner)
     mesh.vertices_m.emplace_back(((corner & 1) - 0.5) * size_m.x(),
                                  ((corner >> 1 & 1) - 0.5) * size_m.y(),
@@ -24,11 +24,11 @@ TriangleMesh box_mesh(const Eigen::Vector3d& size_m) {
 
 }  // namespace
 
-RigidBoxBody read_box(TableReader& table, BodyDescription& body) {
+RigidBoxBody read_box(toml::TableReader& table, BodyDescription& body) {
   RigidBoxBody box;
   body.position_m = table.vector_or("position_m", body.position_m);
   body.orientation = table.orientation_or_identity("orientation_xyzw");
-  box.size_m = table.vector("size_m", Bound::kPositive);
+  box.size_m = table.vector("size_m", toml::Bound::kPositive);
   box.spheres = read_packing(table, box.size_m.maxCoeff());
   if (2.0 * box.spheres.radius_m > box.size_m.minCoeff()) {
     table.table("spheres").refuse("radius_m", "at most half of the box's shortest side");
@@ -36,7 +36,7 @@ RigidBoxBody read_box(TableReader& table, BodyDescription& body) {
   return box;
 }
 
-void read_rigid_box(TableReader& table, BodyDescription& body,
+void read_rigid_box(toml::TableReader& table, BodyDescription& body,
                     std::vector<std::string>& /*notes*/) {
   body.shape = read_box(table, body);
 }
@@ -59,4 +59,4 @@ BodySurface surface_of(const RigidBoxBody& box, const BodyDescription& body,
   return bound_surface(box_mesh(box.size_m), body.position_m, body.orientation, spheres);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

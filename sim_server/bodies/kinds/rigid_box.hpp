@@ -7,9 +7,12 @@
 #include "sim_server/bodies/kinds/packing.hpp"
 #include "sim_server/bodies/surfaces.hpp"
 
-namespace stillgrid {
-
+namespace stillgrid::toml {
 class TableReader;
+}
+
+namespace stillgrid::bodies {
+
 struct BodyDescription;
 
 /// A box that keeps its shape, centred in its frame.
@@ -19,7 +22,8 @@ struct RigidBoxBody {
 };
 
 /// Reads its keys into body.shape. Throws SceneError. Pre: body.motion is read.
-void read_rigid_box(TableReader& table, BodyDescription& body, std::vector<std::string>& notes);
+void read_rigid_box(toml::TableReader& table, BodyDescription& body,
+                    std::vector<std::string>& notes);
 
 [[nodiscard]] BodyCounts counts_of(const RigidBoxBody& box);
 
@@ -32,6 +36,6 @@ void read_rigid_box(TableReader& table, BodyDescription& body, std::vector<std::
                                      const RestSpheres& spheres);
 
 /// Reads what a box has, rigid or soft: its place, size and packing. Throws SceneError.
-[[nodiscard]] RigidBoxBody read_box(TableReader& table, BodyDescription& body);
+[[nodiscard]] RigidBoxBody read_box(toml::TableReader& table, BodyDescription& body);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

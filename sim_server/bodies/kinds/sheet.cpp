@@ -8,14 +8,14 @@
 #include "sim_server/bodies/kinds/body_description.hpp"
 #include "sim_server/toml/toml_reader.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 namespace {
 
 constexpr int kMaxNodesPerSide = 1000;
 constexpr std::array<std::string_view, 5> kPins = {"none", "corners", "two_corners", "edges",
                                                    "top"};
 
-std::vector<int> read_pins(TableReader& table, const Eigen::Vector2i& nodes) {
+std::vector<int> read_pins(toml::TableReader& table, const Eigen::Vector2i& nodes) {
   const std::string_view where = kPins[table.choice("pinned", kPins)];
   std::vector<int> pinned;
   for (int y = 0; y < nodes.y(); ++y)
@@ -47,12 +47,13 @@ Eigen::Vector2i spheres_along_sides(const SheetBody& sheet) {
 
 }  // namespace
 
-void read_sheet(TableReader& table, BodyDescription& body, std::vector<std::string>& /*notes*/) {
+void read_sheet(toml::TableReader& table, BodyDescription& body,
+                std::vector<std::string>& /*notes*/) {
   SheetBody sheet;
   const std::vector<int> nodes = table.integers("nodes", {2, kMaxNodesPerSide});
   if (nodes.size() != 2) table.refuse("nodes", "two integers, along x and along y");
   sheet.nodes = {nodes[0], nodes[1]};
-  const std::vector<double> size_m = table.numbers("size_m", 2, Bound::kPositive);
+  const std::vector<double> size_m = table.numbers("size_m", 2, toml::Bound::kPositive);
   sheet.size_m = {size_m[0], size_m[1]};
   body.position_m = table.vector_or("position_m", body.position_m);
   body.orientation = table.orientation_or_identity("orientation_xyzw");
@@ -132,4 +133,4 @@ BodySurface surface_of(const SheetBody& sheet, const BodyDescription& /*body*/,
   return grid_surface(spheres, spheres_along_sides(sheet).x());
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -8,9 +8,12 @@
 #include "sim_server/bodies/kinds/springs.hpp"
 #include "sim_server/bodies/surfaces.hpp"
 
-namespace stillgrid {
-
+namespace stillgrid::toml {
 class TableReader;
+}
+
+namespace stillgrid::bodies {
+
 struct BodyDescription;
 
 /// A cloth of masses and springs, level in its own frame and centred there.
@@ -22,7 +25,7 @@ struct SheetBody {
 };
 
 /// Reads its keys into body.shape. Throws SceneError. Pre: body.motion is read.
-void read_sheet(TableReader& table, BodyDescription& body, std::vector<std::string>& notes);
+void read_sheet(toml::TableReader& table, BodyDescription& body, std::vector<std::string>& notes);
 
 [[nodiscard]] BodyCounts counts_of(const SheetBody& sheet);
 
@@ -34,4 +37,4 @@ void read_sheet(TableReader& table, BodyDescription& body, std::vector<std::stri
 [[nodiscard]] BodySurface surface_of(const SheetBody& sheet, const BodyDescription& body,
                                      const RestSpheres& spheres);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -6,15 +6,15 @@
 #include "sim_server/bodies/kinds/rigid_box.hpp"
 #include "sim_server/toml/toml_reader.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 namespace {
 
 constexpr int kMaxNodesPerSide = 1000;
 constexpr double kMaxNodes = 1e5;
 
 /// The faces between a filled cell and none.
-TriangleMesh skin_of(const SoftLattice& lattice) {
-  TriangleMesh skin;
+mesh::TriangleMesh skin_of(const SoftLattice& lattice) {
+  mesh::TriangleMesh skin;
   std::vector<int> vertex_at(lattice.node_at.size(), -1);
   const Eigen::Vector3i places = lattice.cells + Eigen::Vector3i::Ones();
   const auto vertex = [&](const Eigen::Vector3i& place) {
@@ -53,7 +53,7 @@ TriangleMesh skin_of(const SoftLattice& lattice) {
 
 }  // namespace
 
-void read_soft_block(TableReader& table, BodyDescription& body,
+void read_soft_block(toml::TableReader& table, BodyDescription& body,
                      std::vector<std::string>& /*notes*/) {
   SoftBlockBody block;
   const std::vector<int> sides = table.integers("nodes", {2, kMaxNodesPerSide});
@@ -89,4 +89,4 @@ BodySurface surface_of(const SoftBlockBody& block, const BodyDescription& body,
   return bound_surface(skin_of(block.lattice), body.position_m, body.orientation, spheres);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

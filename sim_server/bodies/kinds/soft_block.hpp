@@ -8,9 +8,12 @@
 #include "sim_server/bodies/kinds/springs.hpp"
 #include "sim_server/bodies/surfaces.hpp"
 
-namespace stillgrid {
-
+namespace stillgrid::toml {
 class TableReader;
+}
+
+namespace stillgrid::bodies {
+
 struct BodyDescription;
 
 /// A box of masses and springs, centred in its frame.
@@ -22,7 +25,8 @@ struct SoftBlockBody {
 };
 
 /// Reads its keys into body.shape. Throws SceneError. Pre: body.motion is read.
-void read_soft_block(TableReader& table, BodyDescription& body, std::vector<std::string>& notes);
+void read_soft_block(toml::TableReader& table, BodyDescription& body,
+                     std::vector<std::string>& notes);
 
 [[nodiscard]] BodyCounts counts_of(const SoftBlockBody& block);
 
@@ -34,4 +38,4 @@ void read_soft_block(TableReader& table, BodyDescription& body, std::vector<std:
 [[nodiscard]] BodySurface surface_of(const SoftBlockBody& block, const BodyDescription& body,
                                      const RestSpheres& spheres);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

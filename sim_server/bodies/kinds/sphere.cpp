@@ -3,11 +3,12 @@
 #include "sim_server/bodies/kinds/body_description.hpp"
 #include "sim_server/toml/toml_reader.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 
-void read_sphere(TableReader& table, BodyDescription& body, std::vector<std::string>& /*notes*/) {
+void read_sphere(toml::TableReader& table, BodyDescription& body,
+                 std::vector<std::string>& /*notes*/) {
   body.position_m = table.vector_or("position_m", body.position_m);
-  body.shape = SphereBody{.radius_m = table.number("radius_m", Bound::kPositive)};
+  body.shape = SphereBody{.radius_m = table.number("radius_m", toml::Bound::kPositive)};
 }
 
 BodyCounts counts_of(const SphereBody& /*sphere*/) {
@@ -26,4 +27,4 @@ std::vector<SphereBinding> spheres_of(const SphereBody& sphere, const BodyDescri
   return spheres;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

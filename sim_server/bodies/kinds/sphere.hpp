@@ -5,9 +5,12 @@
 
 #include "sim_server/bodies/kinds/packing.hpp"
 
-namespace stillgrid {
-
+namespace stillgrid::toml {
 class TableReader;
+}
+
+namespace stillgrid::bodies {
+
 struct BodyDescription;
 
 /// A solid ball round its frame's origin.
@@ -16,7 +19,7 @@ struct SphereBody {
 };
 
 /// Reads its keys into body.shape. Throws SceneError. Pre: body.motion is read.
-void read_sphere(TableReader& table, BodyDescription& body, std::vector<std::string>& notes);
+void read_sphere(toml::TableReader& table, BodyDescription& body, std::vector<std::string>& notes);
 
 [[nodiscard]] BodyCounts counts_of(const SphereBody& sphere);
 
@@ -25,4 +28,4 @@ void read_sphere(TableReader& table, BodyDescription& body, std::vector<std::str
 [[nodiscard]] std::vector<SphereBinding> spheres_of(const SphereBody& sphere,
                                                     const BodyDescription& body);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -7,24 +7,25 @@
 
 #include "sim_server/toml/toml_reader.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 namespace {
 
 constexpr std::string_view kStiffness = "spring_stiffness_N_per_m";
 
-void read_structural(TableReader& stiffness, Motion motion, SpringDescription& springs) {
+void read_structural(toml::TableReader& stiffness, Motion motion, SpringDescription& springs) {
   if (motion == Motion::kFree || stiffness.has("structural"))
-    springs.structural_stiffness_N_per_m = stiffness.number("structural", Bound::kPositive);
+    springs.structural_stiffness_N_per_m = stiffness.number("structural", toml::Bound::kPositive);
 }
 
-void read_others(TableReader& table, TableReader& stiffness, SpringDescription& springs) {
-  springs.bend_stiffness_N_per_m = stiffness.number_or("bend", Bound::kNotNegative, 0.0);
+void read_others(toml::TableReader& table, toml::TableReader& stiffness,
+                 SpringDescription& springs) {
+  springs.bend_stiffness_N_per_m = stiffness.number_or("bend", toml::Bound::kNotNegative, 0.0);
   stiffness.finish();
   springs.spring_damping_N_s_per_m =
-      table.number_or("spring_damping_N_s_per_m", Bound::kNotNegative, 0.0);
+      table.number_or("spring_damping_N_s_per_m", toml::Bound::kNotNegative, 0.0);
 }
 
-std::vector<int> read_list(TableReader& table, int node_count) {
+std::vector<int> read_list(toml::TableReader& table, int node_count) {
   std::vector<int> pinned = table.integers("pinned", {0, node_count - 1});
   std::sort(pinned.begin(), pinned.end());
   pinned.erase(std::unique(pinned.begin(), pinned.end()), pinned.end());
@@ -39,26 +40,26 @@ double stiffness_of(LatticeLink link, const ShearSprings& springs) {
 
 }  // namespace
 
-void read_springs(TableReader& table, Motion motion, SpringDescription& springs) {
-  TableReader stiffness = table.table(kStiffness);
+void read_springs(toml::TableReader& table, Motion motion, SpringDescription& springs) {
+  toml::TableReader stiffness = table.table(kStiffness);
   read_structural(stiffness, motion, springs);
   read_others(table, stiffness, springs);
 }
 
-void read_springs(TableReader& table, Motion motion, ShearSprings& springs) {
-  TableReader stiffness = table.table(kStiffness);
+void read_springs(toml::TableReader& table, Motion motion, ShearSprings& springs) {
+  toml::TableReader stiffness = table.table(kStiffness);
   read_structural(stiffness, motion, springs);
-  springs.shear_stiffness_N_per_m = stiffness.number_or("shear", Bound::kNotNegative, 0.0);
+  springs.shear_stiffness_N_per_m = stiffness.number_or("shear", toml::Bound::kNotNegative, 0.0);
   read_others(table, stiffness, springs);
 }
 
-std::vector<int> read_pinned(TableReader& table, int node_count,
+std::vector<int> read_pinned(toml::TableReader& table, int node_count,
                              const std::function<std::vector<int>()>& by_name) {
   if (!table.has("pinned")) return {};
   return table.has_text("pinned") ? by_name() : read_list(table, node_count);
 }
 
-std::vector<int> read_pinned_in_solid(TableReader& table, const SoftLattice& lattice,
+std::vector<int> read_pinned_in_solid(toml::TableReader& table, const SoftLattice& lattice,
                                       const Eigen::Vector3d& position_m,
                                       const Eigen::Quaterniond& orientation) {
   if (!table.has("pinned")) return {};
@@ -68,7 +69,7 @@ std::vector<int> read_pinned_in_solid(TableReader& table, const SoftLattice& lat
     return {};
   }
   if (!table.has_table("pinned")) return read_list(table, static_cast<int>(lattice.nodes_m.size()));
-  TableReader box = table.table("pinned");
+  toml::TableReader box = table.table("pinned");
   const Eigen::Vector3d low_m = box.vector("low_m"), high_m = box.vector("high_m");
   box.finish();
   std::vector<int> pinned;
@@ -91,11 +92,12 @@ SpringNet net_of_solid(const SoftLattice& lattice, const ShearSprings& springs,
   return net;
 }
 
-std::vector<SphereBinding> spheres_in_solid(std::span<const Ball> balls, const SoftLattice& lattice,
+std::vector<SphereBinding> spheres_in_solid(std::span<const spheres::Ball> balls,
+                                            const SoftLattice& lattice,
                                             const Eigen::Vector3d& position_m,
                                             const Eigen::Quaterniond& orientation) {
   std::vector<SphereBinding> spheres;
-  for (const Ball& ball : balls) {
+  for (const spheres::Ball& ball : balls) {
     SphereBinding& sphere = spheres.emplace_back(placed_sphere(ball, position_m, orientation));
     const LatticePoint point = bind_to_lattice(lattice, ball.centre_m);
     for (std::size_t i = 0; i < point.nodes.size(); ++i)
@@ -115,4 +117,4 @@ BodyCounts counts_of_solid(double spheres, const SoftLattice& lattice,
           .factor_entries = 9.0 * 2.0 * std::pow(nodes, 4.0 / 3.0)};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -11,9 +11,11 @@
 #include "sim_server/bodies/soft_lattice.hpp"
 #include "sim_server/bodies/world.hpp"
 
-namespace stillgrid {
-
+namespace stillgrid::toml {
 class TableReader;
+}
+
+namespace stillgrid::bodies {
 
 /// Springs of a body of masses: between neighbours, and between every second of them.
 struct SpringDescription {
@@ -40,14 +42,15 @@ struct SpringNet {
 
 /// Reads `spring_stiffness_N_per_m` and `spring_damping_N_s_per_m`. Throws SceneError. A body that
 /// is not free need not have them.
-void read_springs(TableReader& table, Motion motion, SpringDescription& springs);
-void read_springs(TableReader& table, Motion motion, ShearSprings& springs);
+void read_springs(toml::TableReader& table, Motion motion, SpringDescription& springs);
+void read_springs(toml::TableReader& table, Motion motion, ShearSprings& springs);
 
 /// Reads `pinned`: a name, whose nodes by_name gives, or a list of nodes. Throws SceneError.
-[[nodiscard]] std::vector<int> read_pinned(TableReader& table, int node_count,
+[[nodiscard]] std::vector<int> read_pinned(toml::TableReader& table, int node_count,
                                            const std::function<std::vector<int>()>& by_name);
 /// The same of a soft solid that stands there: "none", a list of nodes, or a box of the scene.
-[[nodiscard]] std::vector<int> read_pinned_in_solid(TableReader& table, const SoftLattice& lattice,
+[[nodiscard]] std::vector<int> read_pinned_in_solid(toml::TableReader& table,
+                                                    const SoftLattice& lattice,
                                                     const Eigen::Vector3d& position_m,
                                                     const Eigen::Quaterniond& orientation);
 
@@ -57,7 +60,7 @@ void read_springs(TableReader& table, Motion motion, ShearSprings& springs);
                                      const Eigen::Quaterniond& orientation);
 
 /// Balls of a soft solid's frame as spheres on the four nodes round each.
-[[nodiscard]] std::vector<SphereBinding> spheres_in_solid(std::span<const Ball> balls,
+[[nodiscard]] std::vector<SphereBinding> spheres_in_solid(std::span<const spheres::Ball> balls,
                                                           const SoftLattice& lattice,
                                                           const Eigen::Vector3d& position_m,
                                                           const Eigen::Quaterniond& orientation);
@@ -66,4 +69,4 @@ void read_springs(TableReader& table, Motion motion, ShearSprings& springs);
 [[nodiscard]] BodyCounts counts_of_solid(double spheres, const SoftLattice& lattice,
                                          const ShearSprings& springs);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -6,13 +6,13 @@
 #include "sim_server/bodies/kinds/body_description.hpp"
 #include "sim_server/toml/toml_reader.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 namespace {
 
 constexpr int kMaxNodes = 1000;
 constexpr std::array<std::string_view, 4> kPins = {"none", "start", "end", "both"};
 
-std::vector<int> read_pins(TableReader& table, int nodes) {
+std::vector<int> read_pins(toml::TableReader& table, int nodes) {
   const std::string_view where = kPins[table.choice("pinned", kPins)];
   std::vector<int> pinned;
   if (where == "start" || where == "both") pinned.push_back(0);
@@ -31,7 +31,8 @@ SpherePacking packing_of(const ThreadBody& thread) {
 
 }  // namespace
 
-void read_thread(TableReader& table, BodyDescription& body, std::vector<std::string>& /*notes*/) {
+void read_thread(toml::TableReader& table, BodyDescription& body,
+                 std::vector<std::string>& /*notes*/) {
   ThreadBody thread;
   thread.nodes = table.integer("nodes", {2, kMaxNodes});
   thread.from_m = table.vector("from_m");
@@ -92,4 +93,4 @@ BodySurface surface_of(const ThreadBody& /*thread*/, const BodyDescription& /*bo
   return grid_surface(spheres, 1);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

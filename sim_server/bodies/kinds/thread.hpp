@@ -8,9 +8,12 @@
 #include "sim_server/bodies/kinds/springs.hpp"
 #include "sim_server/bodies/surfaces.hpp"
 
-namespace stillgrid {
-
+namespace stillgrid::toml {
 class TableReader;
+}
+
+namespace stillgrid::bodies {
+
 struct BodyDescription;
 
 /// Masses and springs in a row, straight at rest.
@@ -23,7 +26,7 @@ struct ThreadBody {
 };
 
 /// Reads its keys into body.shape. Throws SceneError. Pre: body.motion is read.
-void read_thread(TableReader& table, BodyDescription& body, std::vector<std::string>& notes);
+void read_thread(toml::TableReader& table, BodyDescription& body, std::vector<std::string>& notes);
 
 [[nodiscard]] BodyCounts counts_of(const ThreadBody& thread);
 
@@ -35,4 +38,4 @@ void read_thread(TableReader& table, BodyDescription& body, std::vector<std::str
 [[nodiscard]] BodySurface surface_of(const ThreadBody& thread, const BodyDescription& body,
                                      const RestSpheres& spheres);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -9,7 +9,7 @@
 #include "shared/collision/voxel_grid.hpp"
 #include "sim_server/bodies/kinds/body_in_world.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kMaxSpheres = 1e6;
@@ -24,8 +24,8 @@ constexpr double kSpringJacobianBytes = 450.0, kNodeVectorBytes = 700.0, kFillBy
 /// What spheres take of one slot of a segment.
 double slot_bytes(double spheres) {
   const auto count = static_cast<std::size_t>(spheres);
-  return 8.0 *
-         static_cast<double>(grid_layout(0, count).total_words - grid_layout(0, 0).total_words);
+  return 8.0 * static_cast<double>(collision::grid_layout(0, count).total_words -
+                                   collision::grid_layout(0, 0).total_words);
 }
 
 std::string size_text(double bytes) {
@@ -37,7 +37,7 @@ std::string size_text(double bytes) {
   return text.data();
 }
 
-[[noreturn]] void refuse(const BodyDescription& body, const std::string& file,
+[[noreturn]] void refuse(const bodies::BodyDescription& body, const std::string& file,
                          const std::string& what) {
   throw std::runtime_error(file + ":" + std::to_string(body.line) + ": body '" + body.name +
                            "': " + what);
@@ -45,26 +45,27 @@ std::string size_text(double bytes) {
 
 }  // namespace
 
-Memory memory_need(const BodyDescription& body, const Method& method) {
-  const auto [spheres, nodes, springs, factor_entries] = counts_of(body);
+Memory memory_need(const bodies::BodyDescription& body, const scene::Method& method) {
+  const auto [spheres, nodes, springs, factor_entries] = bodies::counts_of(body);
   const double slot = slot_bytes(std::min(spheres, kMaxSpheres));
-  if (body.motion == Motion::kStatic)
+  if (body.motion == bodies::Motion::kStatic)
     return {kBodyBytes + kStaticSphereBytes * spheres + 2.0 * slot, slot};
   Memory need{
       kBodyBytes + kSphereBytes * spheres + kNodeBytes * nodes + kSpringBytes * springs + slot,
       2.0 * slot};
-  if (is_explicit(method.integrator)) return need;
+  if (scene::is_explicit(method.integrator)) return need;
   need.private_bytes += kNodeVectorBytes * nodes + kSpringJacobianBytes * springs;
-  if (factorises(method)) need.private_bytes += kFillBytes * factor_entries;
+  if (scene::factorises(method)) need.private_bytes += kFillBytes * factor_entries;
   return need;
 }
 
-void require_room(const SceneDescription& scene, const std::string& file, const Memory& available) {
+void require_room(const scene::SceneDescription& scene, const std::string& file,
+                  const Memory& available) {
   double spheres = 0.0;
   Memory total, most;
-  const BodyDescription *largest = nullptr, *most_shared = nullptr;
-  for (const BodyDescription& body : scene.bodies) {
-    const double count = counts_of(body).spheres;
+  const bodies::BodyDescription *largest = nullptr, *most_shared = nullptr;
+  for (const bodies::BodyDescription& body : scene.bodies) {
+    const double count = bodies::counts_of(body).spheres;
     spheres += count;
     if (spheres > kMaxSpheres)
       refuse(body, file,
@@ -82,7 +83,7 @@ void require_room(const SceneDescription& scene, const std::string& file, const 
       most_shared = &body;
     }
   }
-  const auto check = [&](const BodyDescription* body, double own, double all, double left,
+  const auto check = [&](const bodies::BodyDescription* body, double own, double all, double left,
                          const std::string& where) {
     if (body == nullptr || all <= left) return;
     refuse(*body, file,
@@ -95,4 +96,4 @@ void require_room(const SceneDescription& scene, const std::string& file, const 
   check(most_shared, most.shared_bytes, total.shared_bytes, available.shared_bytes, "/dev/shm");
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

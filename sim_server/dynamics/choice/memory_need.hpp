@@ -4,7 +4,7 @@
 
 #include "sim_server/scene/scene_description.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// Memory that a scene takes, or that there is for it.
 struct Memory {
@@ -15,11 +15,12 @@ struct Memory {
 /// What one body of a scene takes while it is simulated by a method, from counts alone: its nodes,
 /// springs and spheres, and where Jacobians are factorised their fill by nested dissection. Right
 /// to a factor of two for bodies of more than a thousand nodes or spheres.
-[[nodiscard]] Memory memory_need(const BodyDescription& body, const Method& method);
+[[nodiscard]] Memory memory_need(const bodies::BodyDescription& body, const scene::Method& method);
 
 /// Refuses a scene that would take more than there is, before anything of it is built, or that has
 /// more than a million spheres. Throws std::runtime_error, one line, at the body that takes most:
 /// `FILE:LINE: body 'NAME': memory: value 48.1 GB: expected ...`.
-void require_room(const SceneDescription& scene, const std::string& file, const Memory& available);
+void require_room(const scene::SceneDescription& scene, const std::string& file,
+                  const Memory& available);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -9,7 +9,7 @@
 #include "sim_server/dynamics/step/simulation.hpp"
 #include "sim_server/scene/build_world.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kHorizon_s = 0.5;              // of the scene's time, of each trial
@@ -25,10 +25,10 @@ constexpr double kRateShare = 0.7;         // of the period, for 9 of 10 steps
 
 using Positions = std::vector<Eigen::Vector3d>;
 
-Positions positions_of(const World& world) {
+Positions positions_of(const bodies::World& world) {
   Positions positions;
-  for (const Node& node : world.nodes) positions.push_back(node.position_m);
-  for (const RigidBody& body : world.rigid_bodies)
+  for (const bodies::Node& node : world.nodes) positions.push_back(node.position_m);
+  for (const bodies::RigidBody& body : world.rigid_bodies)
     if (body.free) positions.push_back(body.position_m);
   return positions;
 }
@@ -56,7 +56,7 @@ double percentile(std::vector<double> values, double share) {
 
 /// Runs a scene by one method over `steps` steps. Stops where it has cost far more than a rival up
 /// to the same step. rival_ms: of its steps; empty: no rival.
-Run run_trial(SceneDescription scene, const Method& method, int steps,
+Run run_trial(scene::SceneDescription scene, const scene::Method& method, int steps,
               const std::vector<double>& rival_ms, const std::function<double()>& now_s) {
   scene.method = method;
   scene.sleeping = false;  // what rests now may move when it counts
@@ -85,19 +85,22 @@ Run run_trial(SceneDescription scene, const Method& method, int steps,
   return run;
 }
 
-Method verlet(int substeps) {
-  return {.integrator = IntegratorKind::kVelocityVerlet, .substeps = substeps};
+scene::Method verlet(int substeps) {
+  return {.integrator = scene::IntegratorKind::kVelocityVerlet, .substeps = substeps};
 }
 
 /// What a solver may leave: a tenth of the target if each step of the trial errs the same way.
-double tolerance_m_s(const SceneDescription& scene) {
+double tolerance_m_s(const scene::SceneDescription& scene) {
   return std::clamp(0.1 * scene.error_target_m / kHorizon_s, 1e-8, 1e-3);
 }
 
-std::vector<Method> candidates(const SceneDescription& scene) {
-  std::vector<Method> methods = {verlet(0), {.integrator = IntegratorKind::kSymplecticEuler}};
-  for (const IntegratorKind& integrator : {IntegratorKind::kImplicitEuler, IntegratorKind::kBdf2})
-    for (const SolverKind& solver : {SolverKind::kNewton, SolverKind::kNewtonCg})
+std::vector<scene::Method> candidates(const scene::SceneDescription& scene) {
+  std::vector<scene::Method> methods = {verlet(0),
+                                        {.integrator = scene::IntegratorKind::kSymplecticEuler}};
+  for (const scene::IntegratorKind& integrator :
+       {scene::IntegratorKind::kImplicitEuler, scene::IntegratorKind::kBdf2})
+    for (const scene::SolverKind& solver :
+         {scene::SolverKind::kNewton, scene::SolverKind::kNewtonCg})
       for (const int substeps : {1, 2, 4})
         methods.push_back({integrator, solver, substeps, tolerance_m_s(scene)});
   return methods;
@@ -105,15 +108,16 @@ std::vector<Method> candidates(const SceneDescription& scene) {
 
 /// Methods that no trial could make the choice, and why.
 std::vector<MethodTrial> refused_untried(const SceneLoad& load, double step_s) {
-  const Method trapezoid{.integrator = IntegratorKind::kTrapezoid};
+  const scene::Method trapezoid{.integrator = scene::IntegratorKind::kTrapezoid};
   std::vector<MethodTrial> refused = {
       {.method = trapezoid,
        .predicted_ms = predicted_ms(load, trapezoid, step_s),
        .refusal = "takes out no energy: where contacts set in it rings"}};
-  for (const SolverKind& solver : {SolverKind::kNewtonLu, SolverKind::kNewtonBicgstab})
+  for (const scene::SolverKind& solver :
+       {scene::SolverKind::kNewtonLu, scene::SolverKind::kNewtonBicgstab})
     refused.push_back({.method = {.solver = solver},
                        .refusal = "exact Jacobian, for where newton lags friction's pressure"});
-  refused.push_back({.method = {.integrator = IntegratorKind::kCvodeBdf},
+  refused.push_back({.method = {.integrator = scene::IntegratorKind::kCvodeBdf},
                      .refusal = "accuracy on demand: its time is not regular"});
   return refused;
 }
@@ -131,7 +135,7 @@ double divisions_of(const SceneLoad& load, double period_s) {
 
 /// By the explicit method in steps of a quarter of the stable one, or where they would be too many
 /// by BDF2; the floor is how far twice the step leads elsewhere.
-Reference make_reference(SceneDescription scene, const SceneLoad& load, int steps,
+Reference make_reference(scene::SceneDescription scene, const SceneLoad& load, int steps,
                          const std::function<double()>& now_s,
                          const std::function<void(const std::string&)>& tell) {
   const double divisions = divisions_of(load, scene.period_s);
@@ -139,11 +143,12 @@ Reference make_reference(SceneDescription scene, const SceneLoad& load, int step
   scene.period_s /= pieces;
   const auto run = [&](double share) {
     const int substeps = static_cast<int>(std::ceil(std::max(2.0, divisions / pieces) * share));
-    const Method method = divisions <= kMaxDivisions
-                              ? verlet(substeps)
-                              : Method{.integrator = IntegratorKind::kBdf2,
-                                       .substeps = static_cast<int>(2.0 * share)};
-    tell("reference: " + describe(method) + " of " + std::to_string(1e3 * scene.period_s) + " ms");
+    const scene::Method method = divisions <= kMaxDivisions
+                                     ? verlet(substeps)
+                                     : scene::Method{.integrator = scene::IntegratorKind::kBdf2,
+                                                     .substeps = static_cast<int>(2.0 * share)};
+    tell("reference: " + scene::describe(method) + " of " + std::to_string(1e3 * scene.period_s) +
+         " ms");
     return run_trial(scene, method, pieces * steps, {}, now_s);
   };
   const Run fine = run(1.0), coarse = run(0.5);
@@ -163,9 +168,10 @@ int steps_of(const SceneLoad& load, double period_s) {
 }
 
 /// Cheapest prediction first.
-std::vector<MethodTrial> trials_to_make(const SceneDescription& scene, const SceneLoad& load) {
+std::vector<MethodTrial> trials_to_make(const scene::SceneDescription& scene,
+                                        const SceneLoad& load) {
   std::vector<MethodTrial> trials;
-  for (const Method& method : candidates(scene))
+  for (const scene::Method& method : candidates(scene))
     trials.push_back(
         {.method = method, .predicted_ms = predicted_ms(load, method, scene.period_s)});
   std::stable_sort(trials.begin(), trials.end(),
@@ -174,7 +180,7 @@ std::vector<MethodTrial> trials_to_make(const SceneDescription& scene, const Sce
 }
 
 /// What each method costs and how far it errs, those apart that are refused on the way.
-void make_trials(const SceneDescription& scene, int steps, const Reference& reference,
+void make_trials(const scene::SceneDescription& scene, int steps, const Reference& reference,
                  double enough_m, const std::function<double()>& now_s,
                  const std::function<void(const std::string&)>& tell,
                  std::vector<MethodTrial>& trials) {
@@ -186,7 +192,7 @@ void make_trials(const SceneDescription& scene, int steps, const Reference& refe
       trial.refusal = "not tried: its predicted cost is far above the least";
       continue;
     }
-    tell("trying " + describe(trial.method));
+    tell("trying " + scene::describe(trial.method));
     const Run run = run_trial(scene, trial.method, steps, best_ms, now_s);
     trial.measured_ms = percentile(run.step_ms, 0.5);
     trial.slow_ms = percentile(run.step_ms, 0.9);
@@ -231,10 +237,11 @@ void choose(MethodChoice& choice, double enough_m, double target_m, double perio
 
 }  // namespace
 
-MethodChoice choose_method(const SceneDescription& scene, const std::function<double()>& now_s,
+MethodChoice choose_method(const scene::SceneDescription& scene,
+                           const std::function<double()>& now_s,
                            const std::function<void(const std::string&)>& tell) {
   MethodChoice choice;
-  choice.load = load_of(build_world(scene));
+  choice.load = load_of(scene::build_world(scene));
   const int steps = steps_of(choice.load, scene.period_s);
   choice.simulated_s = steps * scene.period_s;
   const Reference reference = make_reference(scene, choice.load, steps, now_s, tell);
@@ -246,7 +253,7 @@ MethodChoice choose_method(const SceneDescription& scene, const std::function<do
   choose(choice, enough_m, scene.error_target_m, scene.period_s);
 
   tell("at 1 kHz");
-  SceneDescription haptic = scene;
+  scene::SceneDescription haptic = scene;
   haptic.period_s = 1e-3;
   const Run fast = run_trial(haptic, verlet(0), 200, {}, now_s);
   choice.haptic_ms = percentile(fast.step_ms, 0.9);
@@ -257,4 +264,4 @@ MethodChoice choose_method(const SceneDescription& scene, const std::function<do
   return choice;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

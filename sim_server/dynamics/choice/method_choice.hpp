@@ -9,11 +9,11 @@
 #include "sim_server/scene/method.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// What became of one method in the choice.
 struct MethodTrial {
-  Method method;
+  scene::Method method;
   std::optional<double> predicted_ms =
       {};                                  // a step's cost, by counting; none: no prediction needed
   std::optional<double> measured_ms = {};  // a step's cost, median of the trial
@@ -26,7 +26,7 @@ struct MethodTrial {
 /// The method chosen for a scene, and what was seen on the way.
 struct MethodChoice {
   SceneLoad load;
-  Method method;
+  scene::Method method;
   std::vector<MethodTrial> trials;  // cheapest prediction first; then those refused untried
   double simulated_s = 0.0;         // of each trial
   double error_floor_m = 0.0;       // of the reference: smaller errors do not tell methods apart
@@ -48,8 +48,8 @@ inline constexpr double kHapticShare = 0.3;
 /// now_s: a clock; it decides, so that two choices may differ: record one for virtual time
 /// (sim_server/method_record.hpp). tell: called with a line of progress. Not real-time: some
 /// seconds.
-[[nodiscard]] MethodChoice choose_method(const SceneDescription& scene,
+[[nodiscard]] MethodChoice choose_method(const scene::SceneDescription& scene,
                                          const std::function<double()>& now_s,
                                          const std::function<void(const std::string&)>& tell);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

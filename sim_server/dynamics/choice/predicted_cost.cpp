@@ -7,7 +7,7 @@
 #include "sim_server/dynamics/forces/explicit_state.hpp"
 #include "sim_server/dynamics/forces/spring_spectrum.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 // Costs of one operation, ns.
@@ -17,9 +17,9 @@ constexpr double kSpringJacobian = 60.0, kContactJacobian = 1000.0, kFillEntry =
 constexpr double kSpringProduct = 8.0, kContactProduct = 100.0;
 constexpr double kNewtonIterations = 4.0;
 
-SpringRates spring_rates(const World& world) {
+SpringRates spring_rates(const bodies::World& world) {
   ExplicitState state;
-  for (const Node& node : world.nodes) {
+  for (const bodies::Node& node : world.nodes) {
     state.position_m.emplace_back().map() = node.position_m;
     state.inverse_mass_per_kg.push_back(node.pinned ? 0.0 : 1.0 / node.mass_kg);
   }
@@ -28,7 +28,7 @@ SpringRates spring_rates(const World& world) {
 
 /// Entries of L for one body's block, by nested dissection: a curve's bandwidth, a surface's n log
 /// n, a solid's n^(4/3).
-double fill_of(const BodyRange& body) {
+double fill_of(const bodies::BodyRange& body) {
   const double n = body.node_count;
   if (body.rigid >= 0) return 36.0;
   if (body.node_count == 0) return 0.0;
@@ -40,7 +40,7 @@ double fill_of(const BodyRange& body) {
 
 }  // namespace
 
-SceneLoad load_of(const World& world) {
+SceneLoad load_of(const bodies::World& world) {
   SceneLoad load;
   load.springs = static_cast<double>(world.springs.size());
   load.nodes = static_cast<double>(world.nodes.size());
@@ -49,12 +49,14 @@ SceneLoad load_of(const World& world) {
   const SpringRates rates = spring_rates(world);
   load.spring_rad_s = std::sqrt(rates.stiffness_per_s2);
   load.damping_1_s = rates.damping_per_s;
-  for (const BodyRange& body : world.bodies) {
+  for (const bodies::BodyRange& body : world.bodies) {
     load.fill += fill_of(body);
     if (body.rigid >= 0) load.rigid_bodies += 1.0;
     if (body.sphere_count == 0) continue;
-    const SphereBinding& sphere = world.spheres[static_cast<std::size_t>(body.first_sphere)];
-    const ContactMaterial& material = world.materials[static_cast<std::size_t>(sphere.material)];
+    const bodies::SphereBinding& sphere =
+        world.spheres[static_cast<std::size_t>(body.first_sphere)];
+    const collision::ContactMaterial& material =
+        world.materials[static_cast<std::size_t>(sphere.material)];
     const bool rigid = body.rigid >= 0;
     const double mass_kg = rigid ? world.rigid_bodies[static_cast<std::size_t>(body.rigid)].mass_kg
                                  : world.nodes[static_cast<std::size_t>(body.first_node)].mass_kg;
@@ -82,21 +84,22 @@ int stable_substeps(const SceneLoad& load, double step_s) {
       std::clamp(std::ceil(kSpare * step_s / symplectic_limit_s(load)), 1.0, kMax));
 }
 
-double predicted_ms(const SceneLoad& load, const Method& method, double step_s) {
+double predicted_ms(const SceneLoad& load, const scene::Method& method, double step_s) {
   const double contacts = 0.5 * load.spheres;
   const double detection_ns = kDetection * load.spheres;
   const int given = method.substeps;
-  if (is_explicit(method.integrator)) {
+  if (scene::is_explicit(method.integrator)) {
     const double needed = std::ceil(step_s / symplectic_limit_s(load));
     double substeps = given > 0 ? given : std::max(1.0, needed);
-    if (method.integrator == IntegratorKind::kVelocityVerlet) substeps += 1.0;  // forces at the end
+    if (method.integrator == scene::IntegratorKind::kVelocityVerlet)
+      substeps += 1.0;  // forces at the end
     return 1e-6 *
            (detection_ns + substeps * (kSpringForce * load.springs + kNodeStep * load.nodes +
                                        kContactForce * contacts + kRigidStep * load.rigid_bodies));
   }
   const double substeps = std::max(1, given);
   double iteration_ns = 0.0;
-  if (method.solver == SolverKind::kNewtonCg) {
+  if (method.solver == scene::SolverKind::kNewtonCg) {
     // As many products as the square root of the condition asks, which is about h w.
     const double radius = step_s / substeps * std::hypot(load.spring_rad_s, load.contact_rad_s);
     const double products = std::min(load.unknowns, 5.0 + radius);
@@ -108,4 +111,4 @@ double predicted_ms(const SceneLoad& load, const Method& method, double step_s) 
   return 1e-6 * substeps * (detection_ns + kNewtonIterations * iteration_ns);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

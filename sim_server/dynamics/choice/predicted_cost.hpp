@@ -3,7 +3,7 @@
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/scene/method.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// What decides a method's cost in a scene, counted before any step.
 struct SceneLoad {
@@ -16,7 +16,7 @@ struct SceneLoad {
 };
 
 /// Counts a world as it is, all awake.
-[[nodiscard]] SceneLoad load_of(const World& world);
+[[nodiscard]] SceneLoad load_of(const bodies::World& world);
 
 /// Longest step at which symplectic Euler is stable: h^2 w^2 + 2 h c/m < 4 (springs and contacts
 /// together). Infinite without either.
@@ -29,6 +29,7 @@ struct SceneLoad {
 /// What a step of step_s should cost, ms: counts times the cost of each operation as measured in
 /// tests/performance, so right to a factor of about three. Explicit methods take as many substeps
 /// as stability asks if none are given.
-[[nodiscard]] double predicted_ms(const SceneLoad& load, const Method& method, double step_s);
+[[nodiscard]] double predicted_ms(const SceneLoad& load, const scene::Method& method,
+                                  double step_s);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

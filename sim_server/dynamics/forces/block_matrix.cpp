@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 void BlockMatrix::reset(Eigen::Index size) {
   if (size != size_) {
@@ -91,4 +91,4 @@ void BlockMatrix::write_to(Eigen::SparseMatrix<double>& matrix) {
   }
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// A sparse matrix of 3 x 3 blocks, gathered by sums. Where the blocks go is kept from one use to
 /// the next: one that adds at the same places in the same order writes straight to them.
@@ -37,4 +37,4 @@ class BlockMatrix {
   std::vector<int> outer_, inner_;  // of the compressed form
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

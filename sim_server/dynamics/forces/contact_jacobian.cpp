@@ -2,7 +2,7 @@
 
 #include "sim_server/bodies/rotation.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 using Response = Eigen::Matrix<double, 6, 3>;  // of force and couple
@@ -16,7 +16,7 @@ struct Change {
 
 void add_change(const ContactSide& side, double stage_s, bool is_exact, const Eigen::VectorXd& x,
                 Change& change) {
-  if (side.body == kNoUnknown) {
+  if (side.body == bodies::kNoUnknown) {
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
     for (std::size_t i = 0; i < static_cast<std::size_t>(side.node_count); ++i)
       velocity += side.weights[i] * x.segment<3>(side.unknowns[i]);
@@ -36,7 +36,7 @@ void add_change(const ContactSide& side, double stage_s, bool is_exact, const Ei
 
 void push(const ContactSide& side, const Eigen::Vector3d& force, const Eigen::Vector3d& couple,
           Eigen::VectorXd& y) {
-  if (side.body != kNoUnknown) {
+  if (side.body != bodies::kNoUnknown) {
     y.segment<3>(side.body) += side.sign * force;
     y.segment<3>(side.body + 3) += side.sign * side.arm_m.cross(force) + side.share * couple;
     return;
@@ -60,10 +60,10 @@ SideResponse response_of(const ContactJacobian& jacobian, const ContactSide& sid
   SideResponse response;
   response.linear = side.sign * jacobian.by_motion.leftCols<3>();
   if (jacobian.is_exact) response.linear += side.sign * stage_s * jacobian.by_position;
-  if (side.body == kNoUnknown) return response;
-  const Eigen::Matrix3d lever = -cross_matrix(side.arm_m);
+  if (side.body == bodies::kNoUnknown) return response;
+  const Eigen::Matrix3d lever = -bodies::cross_matrix(side.arm_m);
   Eigen::Matrix3d velocity = lever;
-  if (jacobian.is_exact) velocity += cross_matrix(side.spin_rad_s) * lever * side.turn_s;
+  if (jacobian.is_exact) velocity += bodies::cross_matrix(side.spin_rad_s) * lever * side.turn_s;
   response.spin = side.sign * jacobian.by_motion.leftCols<3>() * velocity +
                   side.share * jacobian.by_motion.rightCols<3>();
   if (jacobian.is_exact) response.spin += side.sign * jacobian.by_position * lever * side.turn_s;
@@ -71,7 +71,7 @@ SideResponse response_of(const ContactJacobian& jacobian, const ContactSide& sid
 }
 
 Eigen::Matrix3d torque_of(const ContactSide& side, const Response& response) {
-  return side.sign * cross_matrix(side.arm_m) * response.topRows<3>() +
+  return side.sign * bodies::cross_matrix(side.arm_m) * response.topRows<3>() +
          side.share * response.bottomRows<3>();
 }
 
@@ -79,7 +79,7 @@ Eigen::Matrix3d torque_of(const ContactSide& side, const Response& response) {
 void add_column(const ContactSide& pushed, const Response& response, double factor, int column,
                 bool diagonal_only, std::vector<JacobianBlock>& blocks) {
   const auto wanted = [&](int row) { return !diagonal_only || row == column; };
-  if (pushed.body != kNoUnknown) {
+  if (pushed.body != bodies::kNoUnknown) {
     if (wanted(pushed.body))
       blocks.push_back({pushed.body, column, factor * pushed.sign * response.topRows<3>()});
     if (wanted(pushed.body + 3))
@@ -94,17 +94,18 @@ void add_column(const ContactSide& pushed, const Response& response, double fact
 
 }  // namespace
 
-ContactSide contact_side(std::span<const Node> nodes, std::span<const RigidBody> rigid_bodies,
-                         std::span<const Eigen::Matrix3d> turn_s, const SphereBinding& sphere,
-                         double sign, double share) {
+ContactSide contact_side(std::span<const bodies::Node> nodes,
+                         std::span<const bodies::RigidBody> rigid_bodies,
+                         std::span<const Eigen::Matrix3d> turn_s,
+                         const bodies::SphereBinding& sphere, double sign, double share) {
   ContactSide side;
   side.sign = sign;
   side.share = share;
   if (sphere.rigid >= 0) {
     const auto index = static_cast<std::size_t>(sphere.rigid);
-    const RigidBody& body = rigid_bodies[index];
+    const bodies::RigidBody& body = rigid_bodies[index];
     side.body = body.unknown;
-    if (body.unknown == kNoUnknown) return side;
+    if (body.unknown == bodies::kNoUnknown) return side;
     side.arm_m = body.orientation * sphere.local_m;
     side.spin_rad_s = body.angular_velocity_rad_s;
     side.turn_s = turn_s[index];
@@ -112,7 +113,7 @@ ContactSide contact_side(std::span<const Node> nodes, std::span<const RigidBody>
   }
   for (std::size_t i = 0; i < static_cast<std::size_t>(sphere.node_count); ++i) {
     const int unknown = nodes[static_cast<std::size_t>(sphere.nodes[i])].unknown;
-    if (unknown == kNoUnknown) continue;
+    if (unknown == bodies::kNoUnknown) continue;
     const auto at = static_cast<std::size_t>(side.node_count++);
     side.unknowns[at] = unknown;
     side.weights[at] = sphere.weights[i];
@@ -120,15 +121,16 @@ ContactSide contact_side(std::span<const Node> nodes, std::span<const RigidBody>
   return side;
 }
 
-ContactJacobian contact_jacobian(const ContactForce& force, const ContactDerivatives& derivatives,
+ContactJacobian contact_jacobian(const contact::ContactForce& force,
+                                 const contact::ContactDerivatives& derivatives,
                                  JacobianKind jacobian, double stage_s) {
   ContactJacobian result;
   result.is_exact = jacobian == JacobianKind::kExact;
-  const Eigen::Matrix3d arm = cross_matrix(force.arm_m);
+  const Eigen::Matrix3d arm = bodies::cross_matrix(force.arm_m);
   if (result.is_exact) {
     result.force_N = force.force_N;
     result.by_position << derivatives.force_by_position,
-        cross_matrix(force.friction_N) * derivatives.arm_by_position -
+        bodies::cross_matrix(force.friction_N) * derivatives.arm_by_position -
             arm * derivatives.friction_by_position;
     result.by_motion << derivatives.force_by_velocity, derivatives.force_by_spin,
         -arm * derivatives.friction_by_velocity, -arm * derivatives.friction_by_spin;
@@ -158,7 +160,7 @@ void multiply_add(const ContactJacobian& jacobian, double stage_s, const Eigen::
   push(jacobian.b, force, couple, y);
   if (!jacobian.is_exact) return;
   for (const ContactSide* side : {&jacobian.a, &jacobian.b})
-    if (side->body != kNoUnknown)
+    if (side->body != bodies::kNoUnknown)
       y.segment<3>(side->body + 3) -=
           stage_s * lever_turns(*side, jacobian.force_N, x.segment<3>(side->body + 3));
 }
@@ -169,7 +171,7 @@ void add_blocks(const ContactJacobian& jacobian, double stage_s, bool diagonal_o
     if (!moved->moves()) continue;
     const SideResponse response = response_of(jacobian, *moved, stage_s);
     for (const ContactSide* pushed : {&jacobian.a, &jacobian.b}) {
-      if (moved->body == kNoUnknown) {
+      if (moved->body == bodies::kNoUnknown) {
         for (std::size_t i = 0; i < static_cast<std::size_t>(moved->node_count); ++i)
           add_column(*pushed, response.linear, -stage_s * moved->weights[i], moved->unknowns[i],
                      diagonal_only, blocks);
@@ -178,7 +180,7 @@ void add_blocks(const ContactJacobian& jacobian, double stage_s, bool diagonal_o
       add_column(*pushed, response.linear, -stage_s, moved->body, diagonal_only, blocks);
       add_column(*pushed, response.spin, -stage_s, moved->body + 3, diagonal_only, blocks);
     }
-    if (jacobian.is_exact && moved->body != kNoUnknown) {
+    if (jacobian.is_exact && moved->body != bodies::kNoUnknown) {
       Eigen::Matrix3d own;
       for (int i = 0; i < 3; ++i)
         own.col(i) = -stage_s * lever_turns(*moved, jacobian.force_N, Eigen::Vector3d::Unit(i));
@@ -187,4 +189,4 @@ void add_blocks(const ContactJacobian& jacobian, double stage_s, bool diagonal_o
   }
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -9,13 +9,13 @@
 #include "sim_server/contact/contact.hpp"
 #include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// One side of a contact: what moves its sphere, a rigid body or nodes, and how.
 struct ContactSide {
   double sign = 0.0;                                // of the force on it
   double share = 0.0;                               // of the line of centres
-  int body = kNoUnknown;                            // first unknown of a rigid body; or the nodes
+  int body = bodies::kNoUnknown;                    // first unknown of a rigid body; or the nodes
   Eigen::Vector3d arm_m = Eigen::Vector3d::Zero();  // from the body's centre to the sphere's
   Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();  // of the body
   Eigen::Matrix3d turn_s = Eigen::Matrix3d::Zero();      // d(its turning, world frame) / d spin
@@ -23,15 +23,16 @@ struct ContactSide {
   std::array<int, 4> unknowns{};
   std::array<double, 4> weights{};
 
-  [[nodiscard]] bool moves() const { return body != kNoUnknown || node_count > 0; }
+  [[nodiscard]] bool moves() const { return body != bodies::kNoUnknown || node_count > 0; }
 };
 
 /// A side from where its sphere's nodes or body are. turn_s: of each rigid body; not read where it
 /// has no unknowns.
-[[nodiscard]] ContactSide contact_side(std::span<const Node> nodes,
-                                       std::span<const RigidBody> rigid_bodies,
+[[nodiscard]] ContactSide contact_side(std::span<const bodies::Node> nodes,
+                                       std::span<const bodies::RigidBody> rigid_bodies,
                                        std::span<const Eigen::Matrix3d> turn_s,
-                                       const SphereBinding& sphere, double sign, double share);
+                                       const bodies::SphereBinding& sphere, double sign,
+                                       double share);
 
 /// How a contact resists over an implicit stage. The force on a and, below it, the couple that
 /// friction exerts on either side's spin change by
@@ -47,8 +48,8 @@ struct ContactJacobian {
 };
 
 /// The Jacobian of a contact that touches; sides are left to the caller.
-[[nodiscard]] ContactJacobian contact_jacobian(const ContactForce& force,
-                                               const ContactDerivatives& derivatives,
+[[nodiscard]] ContactJacobian contact_jacobian(const contact::ContactForce& force,
+                                               const contact::ContactDerivatives& derivatives,
                                                JacobianKind jacobian, double stage_s);
 
 /// y += d(momentum - s force) / du x.
@@ -64,4 +65,4 @@ struct JacobianBlock {
 void add_blocks(const ContactJacobian& jacobian, double stage_s, bool diagonal_only,
                 std::vector<JacobianBlock>& blocks);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 using Eigen::Vector3d;
@@ -20,7 +20,7 @@ std::size_t index_of(int i) {
 
 }  // namespace
 
-void ExplicitContacts::take(const World& world, std::span<const Contact> contacts,
+void ExplicitContacts::take(const bodies::World& world, std::span<const contact::Contact> contacts,
                             const ExplicitState& state) {
   for (const Sphere& sphere : spheres_) place_of_[index_of(sphere.number)] = -1;
   place_of_.resize(world.spheres.size(), -1);
@@ -41,14 +41,14 @@ void ExplicitContacts::take(const World& world, std::span<const Contact> contact
     }
     return place;
   };
-  for (const Contact& contact : contacts)
+  for (const contact::Contact& contact : contacts)
     pairs_.push_back({enter(contact.a), contact.b < 0 ? -1 : enter(contact.b),
                       contact.radius_a_m + contact.radius_b_m, &contact});
 }
 
 void ExplicitContacts::place(const ExplicitState& state) {
   for (Sphere& sphere : spheres_) {
-    const SphereBinding& binding = *sphere.binding;
+    const bodies::SphereBinding& binding = *sphere.binding;
     if (binding.rigid >= 0) {
       const RigidState& body = state.rigid[index_of(binding.rigid)];
       sphere.arm_m = body.rotation * binding.local_m;
@@ -63,7 +63,7 @@ void ExplicitContacts::place(const ExplicitState& state) {
 
 std::optional<ExplicitContacts::Touch> ExplicitContacts::touch_of(const Pair& pair,
                                                                   double share) const {
-  const Contact& contact = *pair.contact;
+  const contact::Contact& contact = *pair.contact;
   const Vector3d& position_m = spheres_[index_of(pair.a)].position_m;
   if (contact.is_plane) {
     const double height_m = contact.plane_normal.dot(position_m) - contact.plane_offset_m;
@@ -71,8 +71,8 @@ std::optional<ExplicitContacts::Touch> ExplicitContacts::touch_of(const Pair& pa
     return Touch{&pair, contact.plane_normal, contact.radius_a_m * contact.plane_normal,
                  contact.radius_a_m - height_m};
   }
-  const Vector3d other_m =
-      pair.b >= 0 ? spheres_[index_of(pair.b)].position_m : kinematic_position_m(contact, share);
+  const Vector3d other_m = pair.b >= 0 ? spheres_[index_of(pair.b)].position_m
+                                       : contact::kinematic_position_m(contact, share);
   const Vector3d line_m = position_m - other_m;
   const double squared_m2 = line_m.squaredNorm();
   if (!(squared_m2 < pair.contact_distance_m * pair.contact_distance_m)) return std::nullopt;
@@ -105,7 +105,7 @@ int ExplicitContacts::count_touching(const ExplicitState& state) {
 }
 
 void ExplicitContacts::press(const Sphere& sphere, const Vector3d& force_N, ExplicitState& state) {
-  const SphereBinding& binding = *sphere.binding;
+  const bodies::SphereBinding& binding = *sphere.binding;
   if (binding.rigid >= 0) {
     RigidState& body = state.rigid[index_of(binding.rigid)];
     body.force_N += force_N;
@@ -120,8 +120,8 @@ void ExplicitContacts::press(const Sphere& sphere, const Vector3d& force_N, Expl
 /// stands in the contact.
 class ExplicitContacts::Side {
  public:
-  Side(const Sphere* sphere, const Contact& contact, const Vector3d& to_point_m, double drift_s,
-       ExplicitState& state)
+  Side(const Sphere* sphere, const contact::Contact& contact, const Vector3d& to_point_m,
+       double drift_s, ExplicitState& state)
       : sphere_(sphere),
         contact_(contact),
         to_point_m_(to_point_m),
@@ -159,7 +159,7 @@ class ExplicitContacts::Side {
       rigid_->spin_rad_s += rigid_->inverse_inertia_per_kg_m2 * angular_impulse_N_m_s;
       return;
     }
-    const SphereBinding& binding = *sphere_->binding;
+    const bodies::SphereBinding& binding = *sphere_->binding;
     for (std::size_t i = 0; i < index_of(binding.node_count); ++i) {
       const std::size_t node = index_of(binding.nodes[i]);
       const Vector3d change_m_s =
@@ -179,7 +179,7 @@ class ExplicitContacts::Side {
   }
 
   const Sphere* sphere_;
-  const Contact& contact_;
+  const contact::Contact& contact_;
   Vector3d to_point_m_;  // from the centre to the point of contact
   double drift_s_;
   ExplicitState& state_;
@@ -189,7 +189,7 @@ class ExplicitContacts::Side {
 /// Both sides of a touch while an impulse after another changes their velocities.
 struct ExplicitContacts::Meeting {
   Side a, b;
-  const ContactMaterial& material;
+  const collision::ContactMaterial& material;
   const Vector3d& normal;  // towards a
   double duration_s;
   EnergyFlow& flow;
@@ -244,8 +244,8 @@ struct ExplicitContacts::Meeting {
 void ExplicitContacts::resist(double duration_s, double step_s, double drift_s,
                               ExplicitState& state, EnergyFlow& flow) const {
   for (const Touch& touch : touches_) {
-    const Contact& contact = *touch.pair->contact;
-    const ContactShares shares = contact_shares(contact);
+    const contact::Contact& contact = *touch.pair->contact;
+    const contact::ContactShares shares = contact::contact_shares(contact);
     const Vector3d& n = touch.normal;
     const Sphere* other = touch.pair->b < 0 ? nullptr : &spheres_[index_of(touch.pair->b)];
     Meeting meeting{
@@ -268,7 +268,7 @@ void ExplicitContacts::resist(double duration_s, double step_s, double drift_s,
 }
 
 Vector3d ExplicitContacts::velocity_m_s(const Sphere& sphere, const ExplicitState& state) {
-  const SphereBinding& binding = *sphere.binding;
+  const bodies::SphereBinding& binding = *sphere.binding;
   if (binding.rigid >= 0) {
     const RigidState& body = state.rigid[index_of(binding.rigid)];
     return body.velocity_m_s + body.spin_rad_s.cross(sphere.arm_m);
@@ -282,7 +282,7 @@ Vector3d ExplicitContacts::velocity_m_s(const Sphere& sphere, const ExplicitStat
 /// Of a pair of spheres, in their smaller radius a second; below a plane all is solid.
 double ExplicitContacts::approach_per_s(const Pair& pair, const ExplicitState& state,
                                         double step_s) const {
-  const Contact& contact = *pair.contact;
+  const contact::Contact& contact = *pair.contact;
   if (contact.is_plane) return 0.0;
   const Vector3d other_m_s = pair.b >= 0
                                  ? velocity_m_s(spheres_[index_of(pair.b)], state)
@@ -296,7 +296,7 @@ ExplicitContacts::Rates ExplicitContacts::rates(const ExplicitState& state, doub
   rigid_load_.assign(state.rigid.size(), {});
   place(state);
   const auto load = [&](const Sphere& sphere, double stiffness_N_per_m) {
-    const SphereBinding& binding = *sphere.binding;
+    const bodies::SphereBinding& binding = *sphere.binding;
     if (binding.rigid >= 0) {
       RigidLoad& on = rigid_load_[index_of(binding.rigid)];
       on.pushing_N_per_m += stiffness_N_per_m;
@@ -311,7 +311,7 @@ ExplicitContacts::Rates ExplicitContacts::rates(const ExplicitState& state, doub
     if (pair.b >= 0) load(spheres_[index_of(pair.b)], pair.contact->material.stiffness_N_per_m);
   }
   const auto row = [&](const Sphere& sphere) {
-    const SphereBinding& binding = *sphere.binding;
+    const bodies::SphereBinding& binding = *sphere.binding;
     if (binding.rigid >= 0) {
       const RigidState& body = state.rigid[index_of(binding.rigid)];
       const RigidLoad& on = rigid_load_[index_of(binding.rigid)];
@@ -330,7 +330,7 @@ ExplicitContacts::Rates ExplicitContacts::rates(const ExplicitState& state, doub
   for (const Pair& pair : pairs_) {
     const double per_s2 =
         row(spheres_[index_of(pair.a)]) + (pair.b < 0 ? 0.0 : row(spheres_[index_of(pair.b)]));
-    const ContactMaterial& material = pair.contact->material;
+    const collision::ContactMaterial& material = pair.contact->material;
     const double rate_rad_s = std::sqrt(per_s2);
     // A damper of damping ratio zeta takes 1.5 zeta of a bounce, of which the step may give back
     // 0.11 phase^2; stability ends at 2.
@@ -346,4 +346,4 @@ ExplicitContacts::Rates ExplicitContacts::rates(const ExplicitState& state, doub
   return most;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -10,7 +10,7 @@
 #include "sim_server/dynamics/forces/explicit_state.hpp"
 #include "sim_server/dynamics/forces/trial.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// The contacts of one step, as an explicit integrator meets them substep by substep.
 ///
@@ -21,7 +21,8 @@ namespace stillgrid {
 class ExplicitContacts {
  public:
   /// Takes the contacts of a step. Pre: world and contacts do not change while it lasts.
-  void take(const World& world, std::span<const Contact> contacts, const ExplicitState& state);
+  void take(const bodies::World& world, std::span<const contact::Contact> contacts,
+            const ExplicitState& state);
 
   /// Finds what overlaps with the tool so far on its path (share of the step) and adds the forces
   /// of the springs to `state`.
@@ -50,7 +51,7 @@ class ExplicitContacts {
   /// A sphere with contacts: where it is, and how nodes take up a push.
   struct Sphere {
     int number;  // of World::spheres
-    const SphereBinding* binding;
+    const bodies::SphereBinding* binding;
     Eigen::Vector3d position_m, arm_m;  // centre; from its rigid body's centre
     double inverse_mass_per_kg = 0.0;   // of the nodes together
   };
@@ -58,7 +59,7 @@ class ExplicitContacts {
   struct Pair {
     int a, b;  // indices into spheres_; -1: given
     double contact_distance_m;
-    const Contact* contact;
+    const contact::Contact* contact;
   };
   struct Touch {
     const Pair* pair;
@@ -88,4 +89,4 @@ class ExplicitContacts {
   std::vector<RigidLoad> rigid_load_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -6,7 +6,7 @@
 
 #include "sim_server/bodies/world.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// A vector of a node, padded to what one vector register takes.
 struct alignas(32) PackedVector {
@@ -44,4 +44,4 @@ struct ExplicitState {
   std::vector<RigidState> rigid;                                // as World::rigid_bodies
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

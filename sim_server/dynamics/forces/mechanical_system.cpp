@@ -5,38 +5,39 @@
 #include "sim_server/bodies/rotation.hpp"
 #include "sim_server/bodies/sphere_motion.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
-SideMotion side_of(int sphere, const World& world, const Trial& trial) {
+contact::SideMotion side_of(int sphere, const bodies::World& world, const Trial& trial) {
   const auto index = static_cast<std::size_t>(sphere);
-  SideMotion side{trial.spheres[index].position_m, trial.spheres[index].velocity_m_s};
+  contact::SideMotion side{trial.spheres[index].position_m, trial.spheres[index].velocity_m_s};
   const int rigid = world.spheres[index].rigid;
   if (rigid >= 0)
     side.spin_rad_s = trial.rigid_bodies[static_cast<std::size_t>(rigid)].angular_velocity_rad_s;
   return side;
 }
 
-ContactMotion relative_motion(const Contact& contact, const World& world, const Trial& trial,
-                              double step_share) {
-  return stillgrid::relative_motion(
-      contact, side_of(contact.a, world, trial),
-      contact.b >= 0 ? side_of(contact.b, world, trial) : kinematic_side(contact, step_share));
+contact::ContactMotion relative_motion(const contact::Contact& contact, const bodies::World& world,
+                                       const Trial& trial, double step_share) {
+  return contact::relative_motion(contact, side_of(contact.a, world, trial),
+                                  contact.b >= 0 ? side_of(contact.b, world, trial)
+                                                 : contact::kinematic_side(contact, step_share));
 }
 
-bool is_awake(const World& world, const SphereBinding& sphere) {
+bool is_awake(const bodies::World& world, const bodies::SphereBinding& sphere) {
   if (sphere.rigid >= 0)
-    return world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].unknown != kNoUnknown;
+    return world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].unknown != bodies::kNoUnknown;
   return !world.bodies[static_cast<std::size_t>(sphere.body)].is_sleeping;
 }
 
-bool moves(const World& world, int sphere) {
+bool moves(const bodies::World& world, int sphere) {
   return sphere >= 0 && is_awake(world, world.spheres[static_cast<std::size_t>(sphere)]);
 }
 
 }  // namespace
 
-void MechanicalSystem::take(const World& world, std::span<const Contact> contacts) {
+void MechanicalSystem::take(const bodies::World& world,
+                            std::span<const contact::Contact> contacts) {
   world_ = &world;
   contacts_ = contacts;
   mass_.setOnes(world.unknown_count);
@@ -46,40 +47,42 @@ void MechanicalSystem::take(const World& world, std::span<const Contact> contact
   trial_.spheres.resize(world.spheres.size());
   for (std::size_t i = 0; i < world.spheres.size(); ++i)
     if (!is_awake(world, world.spheres[i]))
-      trial_.spheres[i] = sphere_motion(world, world.spheres[i]);
+      trial_.spheres[i] = bodies::sphere_motion(world, world.spheres[i]);
   turned_rad_.assign(world.rigid_bodies.size(), Eigen::Vector3d::Zero());
   turn_s_.resize(world.rigid_bodies.size());
   candidates_.clear();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const Contact& contact = contacts[i];
+    const contact::Contact& contact = contacts[i];
     if (moves(world, contact.a) || moves(world, contact.b))
       candidates_.push_back(
           {static_cast<int>(i), contact.a, contact.b, contact.radius_a_m + contact.radius_b_m});
   }
   springs_.clear();
-  const std::span<const Spring> springs = world.springs;
-  for (const BodyRange& body : world.bodies)
+  const std::span<const bodies::Spring> springs = world.springs;
+  for (const bodies::BodyRange& body : world.bodies)
     if (!body.is_sleeping && body.spring_count > 0)
       springs_.push_back(springs.subspan(static_cast<std::size_t>(body.first_spring),
                                          static_cast<std::size_t>(body.spring_count)));
-  for (const Node& node : world.nodes)
-    if (node.unknown != kNoUnknown) mass_.segment<3>(node.unknown).setConstant(node.mass_kg);
-  for (const RigidBody& body : world.rigid_bodies) {
-    if (body.unknown == kNoUnknown) continue;
+  for (const bodies::Node& node : world.nodes)
+    if (node.unknown != bodies::kNoUnknown)
+      mass_.segment<3>(node.unknown).setConstant(node.mass_kg);
+  for (const bodies::RigidBody& body : world.rigid_bodies) {
+    if (body.unknown == bodies::kNoUnknown) continue;
     mass_.segment<3>(body.unknown).setConstant(body.mass_kg);
     mass_.segment<3>(body.unknown + 3).setConstant(body.inertia_kg_m2.maxCoeff());
   }
   scale_ = mass_.cwiseInverse();
-  for (const RigidBody& body : world.rigid_bodies)
-    if (body.unknown != kNoUnknown) scale_.segment<3>(body.unknown + 3) *= body.bounding_radius_m;
+  for (const bodies::RigidBody& body : world.rigid_bodies)
+    if (body.unknown != bodies::kNoUnknown)
+      scale_.segment<3>(body.unknown + 3) *= body.bounding_radius_m;
 }
 
 Eigen::VectorXd MechanicalSystem::velocity() const {
   Eigen::VectorXd u(size());
-  for (const Node& node : world_->nodes)
-    if (node.unknown != kNoUnknown) u.segment<3>(node.unknown) = node.velocity_m_s;
-  for (const RigidBody& body : world_->rigid_bodies)
-    if (body.unknown != kNoUnknown) {
+  for (const bodies::Node& node : world_->nodes)
+    if (node.unknown != bodies::kNoUnknown) u.segment<3>(node.unknown) = node.velocity_m_s;
+  for (const bodies::RigidBody& body : world_->rigid_bodies)
+    if (body.unknown != bodies::kNoUnknown) {
       u.segment<3>(body.unknown) = body.velocity_m_s;
       u.segment<3>(body.unknown + 3) = body.angular_velocity_rad_s;
     }
@@ -90,66 +93,68 @@ void MechanicalSystem::place(const Eigen::VectorXd& displacement, const Eigen::V
                              double time_s, double step_share) {
   step_share_ = step_share;
   for (std::size_t i = 0; i < trial_.nodes.size(); ++i) {
-    Node& node = trial_.nodes[i];
-    if (node.unknown == kNoUnknown) continue;
+    bodies::Node& node = trial_.nodes[i];
+    if (node.unknown == bodies::kNoUnknown) continue;
     node.velocity_m_s = u.segment<3>(node.unknown);
     node.position_m = world_->nodes[i].position_m + displacement.segment<3>(node.unknown);
   }
   for (std::size_t i = 0; i < trial_.rigid_bodies.size(); ++i) {
-    RigidBody& body = trial_.rigid_bodies[i];
-    const RigidBody& before = world_->rigid_bodies[i];
+    bodies::RigidBody& body = trial_.rigid_bodies[i];
+    const bodies::RigidBody& before = world_->rigid_bodies[i];
     if (!body.free) {
-      const PrescribedState state = prescribed_state(body, world_->time_s + time_s);
+      const bodies::PrescribedState state = bodies::prescribed_state(body, world_->time_s + time_s);
       body.position_m = state.position_m;
       body.velocity_m_s = state.velocity_m_s;
     }
-    if (body.unknown == kNoUnknown) continue;
+    if (body.unknown == bodies::kNoUnknown) continue;
     turned_rad_[i] = displacement.segment<3>(body.unknown + 3);
     body.velocity_m_s = u.segment<3>(body.unknown);
     body.angular_velocity_rad_s = u.segment<3>(body.unknown + 3);
     body.position_m = before.position_m + displacement.segment<3>(body.unknown);
-    body.orientation = (rotation_of(turned_rad_[i]) * before.orientation).normalized();
+    body.orientation = (bodies::rotation_of(turned_rad_[i]) * before.orientation).normalized();
   }
-  for (const BodyRange& range : world_->bodies) {
+  for (const bodies::BodyRange& range : world_->bodies) {
     if (range.is_sleeping) continue;
     for (int i = range.first_sphere; i < range.first_sphere + range.sphere_count; ++i) {
       const auto at = static_cast<std::size_t>(i);
-      trial_.spheres[at] = sphere_motion(trial_.nodes, trial_.rigid_bodies, world_->spheres[at]);
+      trial_.spheres[at] =
+          bodies::sphere_motion(trial_.nodes, trial_.rigid_bodies, world_->spheres[at]);
     }
   }
 }
 
 void MechanicalSystem::momentum(Eigen::VectorXd& momentum) const {
   momentum.resize(size());
-  for (const Node& node : trial_.nodes)
-    if (node.unknown != kNoUnknown)
+  for (const bodies::Node& node : trial_.nodes)
+    if (node.unknown != bodies::kNoUnknown)
       momentum.segment<3>(node.unknown) = node.mass_kg * node.velocity_m_s;
-  for (const RigidBody& body : trial_.rigid_bodies) {
-    if (body.unknown == kNoUnknown) continue;
+  for (const bodies::RigidBody& body : trial_.rigid_bodies) {
+    if (body.unknown == bodies::kNoUnknown) continue;
     momentum.segment<3>(body.unknown) = body.mass_kg * body.velocity_m_s;
-    momentum.segment<3>(body.unknown + 3) = world_inertia_kg_m2(body) * body.angular_velocity_rad_s;
+    momentum.segment<3>(body.unknown + 3) =
+        bodies::world_inertia_kg_m2(body) * body.angular_velocity_rad_s;
   }
 }
 
 double MechanicalSystem::energy_J() {
   double energy_J = 0.0;
   const Eigen::Vector3d& gravity_m_s2 = world_->gravity_m_s2;
-  for (const Node& node : trial_.nodes)
-    if (node.unknown != kNoUnknown)
+  for (const bodies::Node& node : trial_.nodes)
+    if (node.unknown != bodies::kNoUnknown)
       energy_J += node.mass_kg *
                   (0.5 * node.velocity_m_s.squaredNorm() - gravity_m_s2.dot(node.position_m));
-  for (const RigidBody& body : trial_.rigid_bodies)
-    if (body.unknown != kNoUnknown)
-      energy_J += kinetic_energy_J(body) - body.mass_kg * gravity_m_s2.dot(body.position_m);
+  for (const bodies::RigidBody& body : trial_.rigid_bodies)
+    if (body.unknown != bodies::kNoUnknown)
+      energy_J += bodies::kinetic_energy_J(body) - body.mass_kg * gravity_m_s2.dot(body.position_m);
   for (const auto springs : springs_)
-    for (const Spring& spring : springs)
-      energy_J += spring_energy_J(spring, trial_.nodes[static_cast<std::size_t>(spring.a)],
-                                  trial_.nodes[static_cast<std::size_t>(spring.b)]);
+    for (const bodies::Spring& spring : springs)
+      energy_J += bodies::spring_energy_J(spring, trial_.nodes[static_cast<std::size_t>(spring.a)],
+                                          trial_.nodes[static_cast<std::size_t>(spring.b)]);
   find_touching();
   for (const int index : touching_) {
-    const Contact& contact = contacts_[static_cast<std::size_t>(index)];
-    const double depth_m =
-        contact_depth_m(contact, relative_motion(contact, *world_, trial_, step_share_).position_m);
+    const contact::Contact& contact = contacts_[static_cast<std::size_t>(index)];
+    const double depth_m = contact::contact_depth_m(
+        contact, relative_motion(contact, *world_, trial_, step_share_).position_m);
     if (depth_m > 0.0) energy_J += 0.5 * contact.material.stiffness_N_per_m * depth_m * depth_m;
   }
   return energy_J;
@@ -157,19 +162,19 @@ double MechanicalSystem::energy_J() {
 
 void MechanicalSystem::force(double contact_step_s, Eigen::VectorXd& force) {
   force.setZero(size());
-  for (const Node& node : trial_.nodes)
-    if (node.unknown != kNoUnknown)
+  for (const bodies::Node& node : trial_.nodes)
+    if (node.unknown != bodies::kNoUnknown)
       force.segment<3>(node.unknown) = node.mass_kg * world_->gravity_m_s2;
-  for (const RigidBody& body : trial_.rigid_bodies)
-    if (body.unknown != kNoUnknown)
+  for (const bodies::RigidBody& body : trial_.rigid_bodies)
+    if (body.unknown != bodies::kNoUnknown)
       force.segment<3>(body.unknown) = body.mass_kg * world_->gravity_m_s2;
   for (const auto springs : springs_)
-    for (const Spring& spring : springs) {
-      const Node& a = trial_.nodes[static_cast<std::size_t>(spring.a)];
-      const Node& b = trial_.nodes[static_cast<std::size_t>(spring.b)];
+    for (const bodies::Spring& spring : springs) {
+      const bodies::Node& a = trial_.nodes[static_cast<std::size_t>(spring.a)];
+      const bodies::Node& b = trial_.nodes[static_cast<std::size_t>(spring.b)];
       const Eigen::Vector3d force_N = spring_force_N(spring, a, b);
-      if (a.unknown != kNoUnknown) force.segment<3>(a.unknown) -= force_N;
-      if (b.unknown != kNoUnknown) force.segment<3>(b.unknown) += force_N;
+      if (a.unknown != bodies::kNoUnknown) force.segment<3>(a.unknown) -= force_N;
+      if (b.unknown != bodies::kNoUnknown) force.segment<3>(b.unknown) += force_N;
     }
   add_contact_forces(contact_step_s, force);
 }
@@ -193,12 +198,12 @@ void MechanicalSystem::add_contact_forces(double contact_step_s, Eigen::VectorXd
   find_touching();
   trial_.touching = 0;
   for (const int index : touching_) {
-    const Contact& contact = contacts_[static_cast<std::size_t>(index)];
-    const ContactForce law = contact_force(
+    const contact::Contact& contact = contacts_[static_cast<std::size_t>(index)];
+    const contact::ContactForce law = contact::contact_force(
         contact, relative_motion(contact, *world_, trial_, step_share_), contact_step_s, nullptr);
     if (!law.touching) continue;
     ++trial_.touching;
-    const ContactShares shares = contact_shares(contact);
+    const contact::ContactShares shares = contact::contact_shares(contact);
     const Eigen::Vector3d couple_N_m = -law.arm_m.cross(law.friction_N);
     push_sphere(world_->spheres[static_cast<std::size_t>(contact.a)], law.force_N,
                 shares.a * couple_N_m, force);
@@ -208,12 +213,13 @@ void MechanicalSystem::add_contact_forces(double contact_step_s, Eigen::VectorXd
   }
 }
 
-void MechanicalSystem::push_sphere(const SphereBinding& sphere, const Eigen::Vector3d& force_N,
+void MechanicalSystem::push_sphere(const bodies::SphereBinding& sphere,
+                                   const Eigen::Vector3d& force_N,
                                    const Eigen::Vector3d& couple_N_m,
                                    Eigen::VectorXd& force) const {
   if (sphere.rigid >= 0) {
-    const RigidBody& body = trial_.rigid_bodies[static_cast<std::size_t>(sphere.rigid)];
-    if (body.unknown == kNoUnknown) return;
+    const bodies::RigidBody& body = trial_.rigid_bodies[static_cast<std::size_t>(sphere.rigid)];
+    if (body.unknown == bodies::kNoUnknown) return;
     const Eigen::Vector3d arm_m = body.orientation * sphere.local_m;
     force.segment<3>(body.unknown) += force_N;
     force.segment<3>(body.unknown + 3) += arm_m.cross(force_N) + couple_N_m;
@@ -221,7 +227,7 @@ void MechanicalSystem::push_sphere(const SphereBinding& sphere, const Eigen::Vec
   }
   for (std::size_t i = 0; i < static_cast<std::size_t>(sphere.node_count); ++i) {
     const int unknown = trial_.nodes[static_cast<std::size_t>(sphere.nodes[i])].unknown;
-    if (unknown != kNoUnknown) force.segment<3>(unknown) += sphere.weights[i] * force_N;
+    if (unknown != bodies::kNoUnknown) force.segment<3>(unknown) += sphere.weights[i] * force_N;
   }
 }
 
@@ -229,7 +235,7 @@ void MechanicalSystem::linearise(JacobianKind kind, double stage_s, double conta
   take_jacobians(kind, stage_s, contact_step_s);
   diagonal_.setZero(3, size());
   const auto add = [&](int unknown, const Eigen::Matrix3d& block) {
-    if (unknown != kNoUnknown) diagonal_.middleCols<3>(unknown) += block;
+    if (unknown != bodies::kNoUnknown) diagonal_.middleCols<3>(unknown) += block;
   };
   for (const InertiaJacobian& own : inertia_jacobians_) add(own.unknown, own.block);
   for (const SpringJacobian& spring : spring_jacobians_) {
@@ -259,9 +265,9 @@ void MechanicalSystem::jacobian(JacobianKind kind, double stage_s, double contac
     blocks_.add(own.unknown, own.unknown, own.block);
   for (const SpringJacobian& spring : spring_jacobians_) {
     const Eigen::Matrix3d block = spring.block();
-    if (spring.a != kNoUnknown) blocks_.add(spring.a, spring.a, block);
-    if (spring.b != kNoUnknown) blocks_.add(spring.b, spring.b, block);
-    if (spring.a == kNoUnknown || spring.b == kNoUnknown) continue;
+    if (spring.a != bodies::kNoUnknown) blocks_.add(spring.a, spring.a, block);
+    if (spring.b != bodies::kNoUnknown) blocks_.add(spring.b, spring.b, block);
+    if (spring.a == bodies::kNoUnknown || spring.b == bodies::kNoUnknown) continue;
     blocks_.add(spring.a, spring.b, -block);
     blocks_.add(spring.b, spring.a, -block);
   }
@@ -284,19 +290,20 @@ void MechanicalSystem::take_jacobians(JacobianKind kind, double stage_s, double 
 
 void MechanicalSystem::add_inertia_jacobians(JacobianKind kind) {
   inertia_jacobians_.clear();
-  for (const Node& node : trial_.nodes)
-    if (node.unknown != kNoUnknown)
+  for (const bodies::Node& node : trial_.nodes)
+    if (node.unknown != bodies::kNoUnknown)
       inertia_jacobians_.push_back({node.unknown, node.mass_kg * Eigen::Matrix3d::Identity()});
   for (std::size_t i = 0; i < trial_.rigid_bodies.size(); ++i) {
-    const RigidBody& body = trial_.rigid_bodies[i];
-    if (body.unknown == kNoUnknown) continue;
+    const bodies::RigidBody& body = trial_.rigid_bodies[i];
+    if (body.unknown == bodies::kNoUnknown) continue;
     inertia_jacobians_.push_back({body.unknown, body.mass_kg * Eigen::Matrix3d::Identity()});
-    turn_s_[i] = stage_s_ * left_jacobian(turned_rad_[i]);
-    Eigen::Matrix3d inertia = world_inertia_kg_m2(body);
+    turn_s_[i] = stage_s_ * bodies::left_jacobian(turned_rad_[i]);
+    Eigen::Matrix3d inertia = bodies::world_inertia_kg_m2(body);
     if (kind == JacobianKind::kExact) {
       // d(I w) = I dw + d theta x (I w) - I (d theta x w), d theta = turn_s dw.
       const Eigen::Vector3d& w = body.angular_velocity_rad_s;
-      inertia += (inertia * cross_matrix(w) - cross_matrix(inertia * w)) * turn_s_[i];
+      inertia +=
+          (inertia * bodies::cross_matrix(w) - bodies::cross_matrix(inertia * w)) * turn_s_[i];
     }
     inertia_jacobians_.push_back({body.unknown + 3, inertia});
   }
@@ -310,13 +317,13 @@ void MechanicalSystem::add_contact_jacobians(JacobianKind kind, double contact_s
   };
   find_touching();
   for (const int index : touching_) {
-    const Contact& contact = contacts_[static_cast<std::size_t>(index)];
-    ContactDerivatives jacobians;
-    const ContactForce force =
-        contact_force(contact, relative_motion(contact, *world_, trial_, step_share_),
-                      contact_step_s, &jacobians);
+    const contact::Contact& contact = contacts_[static_cast<std::size_t>(index)];
+    contact::ContactDerivatives jacobians;
+    const contact::ContactForce force =
+        contact::contact_force(contact, relative_motion(contact, *world_, trial_, step_share_),
+                               contact_step_s, &jacobians);
     if (!force.touching) continue;
-    const ContactShares shares = contact_shares(contact);
+    const contact::ContactShares shares = contact::contact_shares(contact);
     ContactJacobian& own =
         contact_jacobians_.emplace_back(contact_jacobian(force, jacobians, kind, stage_s_));
     own.a = side(contact.a, 1.0, shares.a);
@@ -324,4 +331,4 @@ void MechanicalSystem::add_contact_jacobians(JacobianKind kind, double contact_s
   }
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -13,7 +13,7 @@
 #include "sim_server/dynamics/forces/trial.hpp"
 #include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// Everything of a world that is free to move, as one system of momentum and force,
 ///   d (M(q) u) / dt = f(t, q, u),
@@ -28,11 +28,13 @@ namespace stillgrid {
 class MechanicalSystem {
  public:
   MechanicalSystem() = default;
-  MechanicalSystem(const World& world, std::span<const Contact> contacts) { take(world, contacts); }
+  MechanicalSystem(const bodies::World& world, std::span<const contact::Contact> contacts) {
+    take(world, contacts);
+  }
 
   /// From now on this world with these contacts; memory is kept. Pre: both stay as they are while
   /// it is used.
-  void take(const World& world, std::span<const Contact> contacts);
+  void take(const bodies::World& world, std::span<const contact::Contact> contacts);
 
   [[nodiscard]] Eigen::Index size() const { return mass_.size(); }
 
@@ -76,7 +78,7 @@ class MechanicalSystem {
 
   /// Adds to `force` one at a sphere's centre, and a couple that only a rigid body can take up,
   /// where all was placed last.
-  void push_sphere(const SphereBinding& sphere, const Eigen::Vector3d& force_N,
+  void push_sphere(const bodies::SphereBinding& sphere, const Eigen::Vector3d& force_N,
                    const Eigen::Vector3d& couple_N_m, Eigen::VectorXd& force) const;
 
   /// Everything where it was placed last.
@@ -100,11 +102,11 @@ class MechanicalSystem {
     Eigen::Matrix3d block;
   };
 
-  const World* world_ = nullptr;
-  std::span<const Contact> contacts_;
+  const bodies::World* world_ = nullptr;
+  std::span<const contact::Contact> contacts_;
   std::vector<Candidate> candidates_;
   std::vector<int> touching_;  // or nearly so: contacts, where all was placed last
-  std::vector<std::span<const Spring>> springs_;  // of bodies awake
+  std::vector<std::span<const bodies::Spring>> springs_;  // of bodies awake
   Eigen::VectorXd mass_, scale_;
   Trial trial_;
   std::vector<Eigen::Vector3d> turned_rad_;  // of each rigid body, from the world's orientation
@@ -121,4 +123,4 @@ class MechanicalSystem {
   BlockMatrix blocks_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

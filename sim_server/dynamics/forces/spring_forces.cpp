@@ -17,7 +17,7 @@
 
 #ifndef STILLGRID_SPRING_FORCES_ONCE
 #define STILLGRID_SPRING_FORCES_ONCE
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 /// Added to squares of lengths, so that none is zero, m2.
@@ -31,20 +31,20 @@ constexpr std::array<Ends, kSpringKinds> kEnds = {
     {{0, 0, 0, 1}, {0, 0, 1, 0}, {0, 0, 1, 1}, {0, 1, 1, 0}, {0, 0, 0, 2}, {0, 0, 2, 0}}};
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics
 #endif
 
 HWY_BEFORE_NAMESPACE();
-namespace stillgrid::HWY_NAMESPACE {
+namespace stillgrid::dynamics::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // A vector may have no size that the compiler knows (SVE): none is kept in a structure.
-using Tag = hn::CappedTag<double, kLanes>;
+using Tag = hn::CappedTag<double, contact::kLanes>;
 using Vec = hn::Vec<Tag>;
 using FloatTag = hn::Rebind<float, Tag>;
 using FourTag = hn::CappedTag<double, 4>;
-using Row = VectorRow<double>;
-using ConstRow = VectorRow<const double>;
+using Row = contact::VectorRow<double>;
+using ConstRow = contact::VectorRow<const double>;
 
 HWY_INLINE Vec Load(const ConstRow& row, std::size_t i) {
   return hn::Load(Tag(), row.aligned(i));
@@ -110,7 +110,7 @@ struct Stencil {
   Row after;    // of the one after, of the first row
   Row pull;     // a row a kind
   Row squares, alongs;
-  VectorRow<float> nears;
+  contact::VectorRow<float> nears;
   std::size_t stride = 0;
 };
 
@@ -219,7 +219,7 @@ HWY_INLINE void PackForces(const Stencil& s, std::size_t columns, PackedVector* 
     if (i + hn::Lanes(d) <= columns) {
       hn::StoreInterleaved4(x, y, z, hn::Zero(d), d, &to[i].x);
     } else {
-      PackedVector rest[kLanes];
+      PackedVector rest[contact::kLanes];
       hn::StoreInterleaved4(x, y, z, hn::Zero(d), d, &rest[0].x);
       std::copy(rest, rest + (columns - i), to + i);
     }
@@ -238,7 +238,7 @@ double PullSheet(SpringSheet& sheet, ExplicitState& state) {
              sheet.stride);
   };
   for (std::size_t row = 0; row < std::min<std::size_t>(2, sheet.rows); ++row) enter(row);
-  std::fill(rows[SheetRows::kForces].at(0), rows[SheetRows::kPulls].at(0) - kLanes, 0.0);
+  std::fill(rows[SheetRows::kForces].at(0), rows[SheetRows::kPulls].at(0) - contact::kLanes, 0.0);
   Vec power = hn::Zero(Tag());
   for (std::size_t row = 0; row < sheet.rows; ++row) {
     if (row + 2 < sheet.rows) enter(row + 2);
@@ -304,17 +304,17 @@ double PullGroup(const SpringGroup& group, ExplicitState& state) {
   const ConstRow stiffness(group.stiffness_N_per_m.data(), group.stiffness_N_per_m);
   const ConstRow push(group.push_N.data(), group.push_N);
   const ConstRow dampings(group.damping_N_s_per_m.data(), group.damping_N_s_per_m);
-  PackedVector lines[kLanes], speeds[kLanes];
+  PackedVector lines[contact::kLanes], speeds[contact::kLanes];
   Look pulls;
   const Row pull(pulls.lanes, pulls.lanes);
   Vec power = hn::Zero(d);
-  for (std::size_t i = 0; i < group.a.size(); i += kLanes) {
-    for (std::size_t k = 0; k < kLanes; ++k) {
+  for (std::size_t i = 0; i < group.a.size(); i += contact::kLanes) {
+    for (std::size_t k = 0; k < contact::kLanes; ++k) {
       const std::size_t a = group.a[i + k], b = group.b[i + k];
       Difference(state.position_m[b], state.position_m[a], lines[k]);
       if (damped) Difference(state.velocity_m_s[b], state.velocity_m_s[a], speeds[k]);
     }
-    for (std::size_t k = 0; k < kLanes; k += hn::Lanes(d)) {
+    for (std::size_t k = 0; k < contact::kLanes; k += hn::Lanes(d)) {
       Vec x, y, z, zero;
       hn::LoadInterleaved4(d, &lines[k].x, x, y, z, zero);
       const Vec square = Dot(x, y, z, x, y, z, hn::Set(d, kShortest_m2));
@@ -329,7 +329,7 @@ double PullGroup(const SpringGroup& group, ExplicitState& state) {
                          damping, power),
             pull, k);
     }
-    for (std::size_t k = 0; k < kLanes; ++k)
+    for (std::size_t k = 0; k < contact::kLanes; ++k)
       AddForce(pulls.lanes[k], lines[k], state.force_N[group.a[i + k]],
                state.force_N[group.b[i + k]]);
   }
@@ -359,11 +359,11 @@ void MoveAll(const Move& move, const PackedVector& gravity_m_s2, ExplicitState& 
   }
 }
 
-}  // namespace stillgrid::HWY_NAMESPACE
+}  // namespace stillgrid::dynamics::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 HWY_EXPORT(PullAnySheet);
 HWY_EXPORT(PullAnyGroup);
@@ -371,7 +371,7 @@ HWY_EXPORT(MoveAll);
 
 }  // namespace
 
-SpringForces::SpringForces(const World& world) {
+SpringForces::SpringForces(const bodies::World& world) {
   for (std::size_t i = 0; i < world.bodies.size(); ++i) {
     if (world.bodies[i].node_count == 0) continue;
     if (std::optional<SpringSheet> sheet = sheet_of(world, i))
@@ -381,13 +381,13 @@ SpringForces::SpringForces(const World& world) {
   }
 }
 
-double SpringForces::evaluate(const World& world, ExplicitState& state) {
+double SpringForces::evaluate(const bodies::World& world, ExplicitState& state) {
   double power_W = 0.0;
   for (SpringSheet& sheet : sheets_)
     if (!world.bodies[sheet.body].is_sleeping)
       power_W += HWY_DYNAMIC_DISPATCH(PullAnySheet)(sheet, state);
   for (const SpringGroup& group : groups_) {
-    const BodyRange& body = world.bodies[group.body];
+    const bodies::BodyRange& body = world.bodies[group.body];
     if (body.is_sleeping) continue;
     std::fill_n(state.force_N.begin() + body.first_node, body.node_count, PackedVector{});
     power_W += HWY_DYNAMIC_DISPATCH(PullAnyGroup)(group, state);
@@ -400,5 +400,5 @@ void move_nodes(const Move& move, const Eigen::Vector3d& gravity_m_s2, ExplicitS
   HWY_DYNAMIC_DISPATCH(MoveAll)(move, gravity, state);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics
 #endif

@@ -6,7 +6,7 @@
 #include "sim_server/dynamics/forces/explicit_state.hpp"
 #include "sim_server/dynamics/forces/spring_layout.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// The forces of all springs of the bodies that are awake, with vector instructions.
 ///
@@ -18,12 +18,12 @@ namespace stillgrid {
 class SpringForces {
  public:
   /// Takes springs and bodies as they are.
-  explicit SpringForces(const World& world);
+  explicit SpringForces(const bodies::World& world);
 
   /// Sets force_N of every node of the bodies that are awake; of others it is not touched. Returns
   /// the power that dampers take, W. Never allocates. Pre: the world's bodies are the
   /// constructor's.
-  double evaluate(const World& world, ExplicitState& state);
+  double evaluate(const bodies::World& world, ExplicitState& state);
 
  private:
   std::vector<SpringSheet> sheets_;
@@ -33,4 +33,4 @@ class SpringForces {
 /// v += kick (f / m + g), then x += drift v; where 1 / m is zero neither changes.
 void move_nodes(const Move& move, const Eigen::Vector3d& gravity_m_s2, ExplicitState& state);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

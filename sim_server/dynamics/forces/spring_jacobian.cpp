@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 /// Below it a spring has no direction, and so no force.
@@ -10,7 +10,8 @@ constexpr double kNoLength_m = 1e-12;
 
 }  // namespace
 
-Eigen::Vector3d spring_force_N(const Spring& spring, const Node& a, const Node& b) {
+Eigen::Vector3d spring_force_N(const bodies::Spring& spring, const bodies::Node& a,
+                               const bodies::Node& b) {
   const Eigen::Vector3d line_m = b.position_m - a.position_m;
   const double length_m = line_m.norm();
   if (length_m < kNoLength_m) return Eigen::Vector3d::Zero();
@@ -20,13 +21,13 @@ Eigen::Vector3d spring_force_N(const Spring& spring, const Node& a, const Node& 
   return -tension_N * n;
 }
 
-void add_spring_jacobians(std::span<const Spring> springs, std::span<const Node> nodes,
-                          JacobianKind kind, double stage_s,
+void add_spring_jacobians(std::span<const bodies::Spring> springs,
+                          std::span<const bodies::Node> nodes, JacobianKind kind, double stage_s,
                           std::vector<SpringJacobian>& jacobians) {
-  for (const Spring& spring : springs) {
-    const Node& a = nodes[static_cast<std::size_t>(spring.a)];
-    const Node& b = nodes[static_cast<std::size_t>(spring.b)];
-    if (a.unknown == kNoUnknown && b.unknown == kNoUnknown) continue;
+  for (const bodies::Spring& spring : springs) {
+    const bodies::Node& a = nodes[static_cast<std::size_t>(spring.a)];
+    const bodies::Node& b = nodes[static_cast<std::size_t>(spring.b)];
+    if (a.unknown == bodies::kNoUnknown && b.unknown == bodies::kNoUnknown) continue;
     const Eigen::Vector3d line_m = b.position_m - a.position_m;
     const double length_m = line_m.norm();
     if (length_m < kNoLength_m) continue;
@@ -52,12 +53,12 @@ void multiply_add(std::span<const SpringJacobian> jacobians, const Eigen::Vector
                   Eigen::VectorXd& y) {
   for (const SpringJacobian& spring : jacobians) {
     Eigen::Vector3d change = Eigen::Vector3d::Zero();
-    if (spring.b != kNoUnknown) change += x.segment<3>(spring.b);
-    if (spring.a != kNoUnknown) change -= x.segment<3>(spring.a);
+    if (spring.b != bodies::kNoUnknown) change += x.segment<3>(spring.b);
+    if (spring.a != bodies::kNoUnknown) change -= x.segment<3>(spring.a);
     const Eigen::Vector3d push = spring.by.dot(change) * spring.along + spring.sideways * change;
-    if (spring.b != kNoUnknown) y.segment<3>(spring.b) += push;
-    if (spring.a != kNoUnknown) y.segment<3>(spring.a) -= push;
+    if (spring.b != bodies::kNoUnknown) y.segment<3>(spring.b) += push;
+    if (spring.a != bodies::kNoUnknown) y.segment<3>(spring.a) -= push;
   }
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -7,12 +7,12 @@
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// How a spring resists over an implicit stage of s: d(momentum - s force) / du on its node b by
 /// that node's velocity unknowns is along * by^T + sideways * I; by node a's the negative of it.
 struct SpringJacobian {
-  int a = kNoUnknown, b = kNoUnknown;  // first unknowns of its nodes
+  int a = bodies::kNoUnknown, b = bodies::kNoUnknown;  // first unknowns of its nodes
   Eigen::Vector3d along, by;
   double sideways = 0.0;
 
@@ -24,15 +24,16 @@ struct SpringJacobian {
 };
 
 /// Force of a spring on its node b.
-[[nodiscard]] Eigen::Vector3d spring_force_N(const Spring& spring, const Node& a, const Node& b);
+[[nodiscard]] Eigen::Vector3d spring_force_N(const bodies::Spring& spring, const bodies::Node& a,
+                                             const bodies::Node& b);
 
 /// Appends the Jacobians of springs that move anything, with the nodes where they are given.
-void add_spring_jacobians(std::span<const Spring> springs, std::span<const Node> nodes,
-                          JacobianKind kind, double stage_s,
+void add_spring_jacobians(std::span<const bodies::Spring> springs,
+                          std::span<const bodies::Node> nodes, JacobianKind kind, double stage_s,
                           std::vector<SpringJacobian>& jacobians);
 
 /// y += Jacobian x.
 void multiply_add(std::span<const SpringJacobian> jacobians, const Eigen::VectorXd& x,
                   Eigen::VectorXd& y);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 /// From a node to the other end of its springs, columns and rows. The second diagonal is joined
@@ -22,14 +22,14 @@ bool alike(double a, double b) {
 using Kinds = std::array<SpringKind, kSpringKinds>;
 
 /// The kinds of a sheet's springs if each is there everywhere or nowhere, and alike everywhere.
-std::optional<Kinds> kinds_of(const World& world, const BodyRange& body) {
+std::optional<Kinds> kinds_of(const bodies::World& world, const bodies::BodyRange& body) {
   const int columns = body.sheet_nodes.x(), rows = body.sheet_nodes.y();
   if (columns < 1 || columns * rows != body.node_count) return std::nullopt;
   Kinds kinds;
   std::vector<std::uint8_t> seen(kSpringKinds * static_cast<std::size_t>(body.node_count));
   std::array<int, kSpringKinds> counts{};
   for (int i = body.first_spring; i < body.first_spring + body.spring_count; ++i) {
-    const Spring& spring = world.springs[static_cast<std::size_t>(i)];
+    const bodies::Spring& spring = world.springs[static_cast<std::size_t>(i)];
     const int from = std::min(spring.a, spring.b) - body.first_node;
     const int to = std::max(spring.a, spring.b) - body.first_node;
     const Step step{to % columns - from % columns, to / columns - from / columns};
@@ -57,8 +57,8 @@ std::optional<Kinds> kinds_of(const World& world, const BodyRange& body) {
 
 }  // namespace
 
-std::optional<SpringSheet> sheet_of(const World& world, std::size_t index) {
-  const BodyRange& body = world.bodies[index];
+std::optional<SpringSheet> sheet_of(const bodies::World& world, std::size_t index) {
+  const bodies::BodyRange& body = world.bodies[index];
   const std::optional<Kinds> kinds = kinds_of(world, body);
   if (!kinds) return std::nullopt;
   SpringSheet sheet;
@@ -67,28 +67,29 @@ std::optional<SpringSheet> sheet_of(const World& world, std::size_t index) {
   sheet.columns = static_cast<std::size_t>(body.sheet_nodes.x());
   sheet.rows = static_cast<std::size_t>(body.sheet_nodes.y());
   // An odd number of cache lines, so that rows do not compete for the same ones.
-  sheet.stride = kLanes * (((sheet.columns + kLanes - 1) / kLanes + 2) | 1U);
-  sheet.storage.resize(SheetRows::kCount * sheet.stride / kLanes);
+  sheet.stride =
+      contact::kLanes * (((sheet.columns + contact::kLanes - 1) / contact::kLanes + 2) | 1U);
+  sheet.storage.resize(SheetRows::kCount * sheet.stride / contact::kLanes);
   const SheetRows rows(sheet);
   // Beyond the last column stand nodes that are nowhere near, so that lengths are numbers.
   for (std::size_t row = SheetRows::kPositions; row < SheetRows::kVelocities; ++row)
-    for (std::size_t i = 0; i < sheet.stride - kLanes; ++i)
+    for (std::size_t i = 0; i < sheet.stride - contact::kLanes; ++i)
       *rows[row].at(i) = 1e3 * static_cast<double>(i + 1);
   sheet.kinds = *kinds;
   for (const SpringKind& kind : *kinds) sheet.damped = sheet.damped || kind.damping_N_s_per_m > 0.0;
   return sheet;
 }
 
-SpringGroup group_of(const World& world, std::size_t index) {
-  const BodyRange& body = world.bodies[index];
+SpringGroup group_of(const bodies::World& world, std::size_t index) {
+  const bodies::BodyRange& body = world.bodies[index];
   SpringGroup group;
   group.body = index;
   const auto count = static_cast<std::size_t>(body.spring_count);
-  const std::size_t stride = (count + kLanes - 1) / kLanes;
-  for (std::size_t k = 0; k < kLanes * stride; ++k) {
+  const std::size_t stride = (count + contact::kLanes - 1) / contact::kLanes;
+  for (std::size_t k = 0; k < contact::kLanes * stride; ++k) {
     // Those of a look are far apart in the list.
-    const std::size_t i = (k % kLanes) * stride + k / kLanes;
-    Spring spring{body.first_node, body.first_node, 0.0, 0.0, 0.0};
+    const std::size_t i = (k % contact::kLanes) * stride + k / contact::kLanes;
+    bodies::Spring spring{body.first_node, body.first_node, 0.0, 0.0, 0.0};
     if (i < count) spring = world.springs[static_cast<std::size_t>(body.first_spring) + i];
     group.a.push_back(static_cast<std::uint32_t>(spring.a));
     group.b.push_back(static_cast<std::uint32_t>(spring.b));
@@ -100,4 +101,4 @@ SpringGroup group_of(const World& world, std::size_t index) {
   return group;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

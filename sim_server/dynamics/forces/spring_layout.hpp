@@ -11,11 +11,11 @@
 #include "sim_server/contact/vector_row.hpp"
 #include "sim_server/dynamics/forces/explicit_state.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// What the widest vector of any target loads at once, aligned so wherever it is copied.
-struct alignas(kLanes * sizeof(double)) Look {
-  double lanes[kLanes];
+struct alignas(contact::kLanes * sizeof(double)) Look {
+  double lanes[contact::kLanes];
 };
 static_assert(sizeof(Look) == 64 && alignof(Look) == 64);
 /// Of a regular sheet: along both axes, both diagonals, and past one node along both axes.
@@ -58,14 +58,14 @@ class SheetRows {
   static constexpr std::size_t kCount = kScratch + 3;
 
   explicit SheetRows(SpringSheet& sheet)
-      : storage_(sheet.storage.front().lanes, kLanes * sheet.storage.size()),
+      : storage_(sheet.storage.front().lanes, contact::kLanes * sheet.storage.size()),
         stride_(sheet.stride) {}
-  [[nodiscard]] VectorRow<double> operator[](std::size_t row) const {
-    return {storage_.data() + kLanes + row * stride_, storage_};
+  [[nodiscard]] contact::VectorRow<double> operator[](std::size_t row) const {
+    return {storage_.data() + contact::kLanes + row * stride_, storage_};
   }
   /// A row that holds floats, half as long.
-  [[nodiscard]] VectorRow<float> floats(std::size_t row) const {
-    auto* const first = reinterpret_cast<float*>(storage_.data() + kLanes + row * stride_);
+  [[nodiscard]] contact::VectorRow<float> floats(std::size_t row) const {
+    auto* const first = reinterpret_cast<float*>(storage_.data() + contact::kLanes + row * stride_);
     return {first, {first, stride_}};
   }
 
@@ -76,9 +76,9 @@ class SheetRows {
 
 /// The body's springs as a sheet, if each kind is there everywhere or nowhere, and alike
 /// everywhere.
-[[nodiscard]] std::optional<SpringSheet> sheet_of(const World& world, std::size_t body);
+[[nodiscard]] std::optional<SpringSheet> sheet_of(const bodies::World& world, std::size_t body);
 
 /// The springs of any body.
-[[nodiscard]] SpringGroup group_of(const World& world, std::size_t body);
+[[nodiscard]] SpringGroup group_of(const bodies::World& world, std::size_t body);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

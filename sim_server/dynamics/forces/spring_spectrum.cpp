@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 using Eigen::Vector3d;
@@ -13,11 +13,11 @@ constexpr int kFirstIterations = 30;
 
 /// Calls visit(a, b, spring, unit vector, length) for springs of bodies that are awake.
 template <class Visit>
-void for_each_spring(const World& world, const ExplicitState& state, const Visit& visit) {
-  for (const BodyRange& body : world.bodies) {
+void for_each_spring(const bodies::World& world, const ExplicitState& state, const Visit& visit) {
+  for (const bodies::BodyRange& body : world.bodies) {
     if (body.is_sleeping) continue;
     for (int i = body.first_spring; i < body.first_spring + body.spring_count; ++i) {
-      const Spring& spring = world.springs[static_cast<std::size_t>(i)];
+      const bodies::Spring& spring = world.springs[static_cast<std::size_t>(i)];
       const auto a = static_cast<std::size_t>(spring.a), b = static_cast<std::size_t>(spring.b);
       const Vector3d line_m = state.position_m[b].map() - state.position_m[a].map();
       const double length_m = line_m.norm();
@@ -45,7 +45,7 @@ double SpringSpectrum::iterate(std::vector<PackedVector>& vector, int times,
   return norm;
 }
 
-SpringRates SpringSpectrum::follow(const World& world, const ExplicitState& state) {
+SpringRates SpringSpectrum::follow(const bodies::World& world, const ExplicitState& state) {
   int times = 1;
   if (stretching_.size() != world.nodes.size()) {
     times = kFirstIterations;
@@ -61,7 +61,7 @@ SpringRates SpringSpectrum::follow(const World& world, const ExplicitState& stat
   rates.stiffness_per_s2 = iterate(stretching_, times, [&](const auto& x, auto& y) {
     for_each_spring(
         world, state,
-        [&](const Spring& spring, std::size_t a, std::size_t b, const Vector3d& n,
+        [&](const bodies::Spring& spring, std::size_t a, std::size_t b, const Vector3d& n,
             double length_m) {
           const double sideways_N_per_m =
               spring.stiffness_N_per_m * std::max(0.0, 1.0 - spring.rest_length_m / length_m);
@@ -74,12 +74,12 @@ SpringRates SpringSpectrum::follow(const World& world, const ExplicitState& stat
   });
   const bool damped =
       std::any_of(world.springs.begin(), world.springs.end(),
-                  [](const Spring& spring) { return spring.damping_N_s_per_m > 0.0; });
+                  [](const bodies::Spring& spring) { return spring.damping_N_s_per_m > 0.0; });
   if (!damped) return rates;
   rates.damping_per_s = iterate(damping_, times, [&](const auto& x, auto& y) {
     for_each_spring(
         world, state,
-        [&](const Spring& spring, std::size_t a, std::size_t b, const Vector3d& n, double) {
+        [&](const bodies::Spring& spring, std::size_t a, std::size_t b, const Vector3d& n, double) {
           const double force =
               spring.damping_N_s_per_m * n.dot(root(b) * x[b].map() - root(a) * x[a].map());
           y[a].map() -= root(a) * force * n;
@@ -89,4 +89,4 @@ SpringRates SpringSpectrum::follow(const World& world, const ExplicitState& stat
   return rates;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

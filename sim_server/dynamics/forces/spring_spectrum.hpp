@@ -5,7 +5,7 @@
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/dynamics/forces/explicit_state.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// Largest eigenvalues of the springs that are awake, K and C of M^-1 K (1/s2) and M^-1 C (1/s).
 struct SpringRates {
@@ -19,7 +19,7 @@ class SpringSpectrum {
  public:
   /// A lower bound of the rates, near after many iterations. The first call makes 30, later ones
   /// one each.
-  [[nodiscard]] SpringRates follow(const World& world, const ExplicitState& state);
+  [[nodiscard]] SpringRates follow(const bodies::World& world, const ExplicitState& state);
 
   /// The next call is the first.
   void restart() { stretching_.clear(); }
@@ -31,4 +31,4 @@ class SpringSpectrum {
   std::vector<PackedVector> stretching_, damping_, product_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -5,15 +5,15 @@
 #include "sim_server/bodies/sphere_motion.hpp"
 #include "sim_server/bodies/world.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// Where a step led, not yet the world's own.
 struct Trial {
-  std::vector<Node> nodes;              // as World::nodes
-  std::vector<RigidBody> rigid_bodies;  // as World::rigid_bodies
-  std::vector<SphereMotion> spheres;    // of World::spheres
-  int touching = 0;                     // contacts that touch at its end
-  bool struck = false;                  // something touched on the way, where that was looked at
+  std::vector<bodies::Node> nodes;              // as World::nodes
+  std::vector<bodies::RigidBody> rigid_bodies;  // as World::rigid_bodies
+  std::vector<bodies::SphereMotion> spheres;    // of World::spheres
+  int touching = 0;                             // contacts that touch at its end
+  bool struck = false;  // something touched on the way, where that was looked at
 };
 
 /// Energy that left or entered by other ways than gravity, springs and contact springs, J. Losses
@@ -25,4 +25,4 @@ struct EnergyFlow {
   double given_J = 0.0;  // work done on the world by what is moved from outside: tool, prescribed
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -3,7 +3,7 @@
 
 #include "sim_server/dynamics/integrators/sundials_stepper.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 class CvodeStepper : public SundialsStepper {
@@ -46,4 +46,4 @@ std::unique_ptr<SundialsStepper> make_cvode_stepper(const SundialsProblem& probl
   return std::make_unique<CvodeStepper>(problem);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -6,7 +6,7 @@
 #include "sim_server/bodies/rotation.hpp"
 #include "sim_server/bodies/sphere_motion.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 /// What power iteration misses, and what springs stiffen within a step, of their eigenvalues.
@@ -34,7 +34,8 @@ IntegratorTraits ExplicitIntegrator::traits() const noexcept {
   return traits;
 }
 
-SolveReport ExplicitIntegrator::advance(const World& world, std::span<const Contact> contacts,
+SolveReport ExplicitIntegrator::advance(const bodies::World& world,
+                                        std::span<const contact::Contact> contacts,
                                         double duration_s, Budget& budget) {
   if (!springs_) springs_.emplace(world);
   pack(world);
@@ -43,7 +44,7 @@ SolveReport ExplicitIntegrator::advance(const World& world, std::span<const Cont
   substeps_ = substeps_for(world, duration_s);
   since_look_ += substeps_;
   const double substep_s = duration_s / substeps_;
-  const bool halves = method_.integrator == IntegratorKind::kVelocityVerlet;
+  const bool halves = method_.integrator == scene::IntegratorKind::kVelocityVerlet;
   SolveReport report{.converged = true};
   for (; report.iterations < substeps_; ++report.iterations) {
     const int i = report.iterations;
@@ -66,26 +67,26 @@ void ExplicitIntegrator::restart() {
   since_look_ = kNeverLooked;
 }
 
-void ExplicitIntegrator::pack(const World& world) {
+void ExplicitIntegrator::pack(const bodies::World& world) {
   state_.position_m.resize(world.nodes.size());
   state_.velocity_m_s.resize(world.nodes.size());
   state_.force_N.resize(world.nodes.size());
   state_.inverse_mass_per_kg.resize(world.nodes.size());
   for (std::size_t i = 0; i < world.nodes.size(); ++i) {
-    const Node& node = world.nodes[i];
+    const bodies::Node& node = world.nodes[i];
     state_.position_m[i].map() = node.position_m;
     state_.velocity_m_s[i].map() = node.velocity_m_s;
-    state_.inverse_mass_per_kg[i] = node.unknown == kNoUnknown ? 0.0 : 1.0 / node.mass_kg;
+    state_.inverse_mass_per_kg[i] = node.unknown == bodies::kNoUnknown ? 0.0 : 1.0 / node.mass_kg;
   }
   state_.rigid.resize(world.rigid_bodies.size());
   for (std::size_t i = 0; i < world.rigid_bodies.size(); ++i) {
-    const RigidBody& body = world.rigid_bodies[i];
+    const bodies::RigidBody& body = world.rigid_bodies[i];
     RigidState& state = state_.rigid[i];
     state = {};
     state.position_m = body.position_m;
     state.velocity_m_s = body.velocity_m_s;
     state.orientation = body.orientation;
-    state.free = body.unknown != kNoUnknown;
+    state.free = body.unknown != bodies::kNoUnknown;
     if (state.free) state.inverse_principal_inertia_per_kg_m2 = body.inertia_kg_m2.cwiseInverse();
     turn_inertia(state);
     if (!state.free) continue;
@@ -97,7 +98,7 @@ void ExplicitIntegrator::pack(const World& world) {
   }
 }
 
-int ExplicitIntegrator::substeps_for(const World& world, double duration_s) {
+int ExplicitIntegrator::substeps_for(const bodies::World& world, double duration_s) {
   if (method_.substeps > 0) return method_.substeps;
   if (since_look_ >= kSubstepsALook) {
     rates_ = spectrum_.follow(world, state_);
@@ -113,12 +114,12 @@ int ExplicitIntegrator::substeps_for(const World& world, double duration_s) {
   return asked > 1.0 ? static_cast<int>(std::ceil(std::min(asked, kMaxSubsteps))) : 1;
 }
 
-void ExplicitIntegrator::substep(const World& world, double from_s, const Move& move,
+void ExplicitIntegrator::substep(const bodies::World& world, double from_s, const Move& move,
                                  double step_s) {
   for (std::size_t i = 0; i < state_.rigid.size(); ++i) {
-    const RigidBody& body = world.rigid_bodies[i];
+    const bodies::RigidBody& body = world.rigid_bodies[i];
     if (body.free) continue;
-    const PrescribedState state = prescribed_state(body, world.time_s + from_s);
+    const bodies::PrescribedState state = bodies::prescribed_state(body, world.time_s + from_s);
     state_.rigid[i].position_m = state.position_m;
     state_.rigid[i].velocity_m_s = state.velocity_m_s;
   }
@@ -127,14 +128,14 @@ void ExplicitIntegrator::substep(const World& world, double from_s, const Move& 
   apply(move, world, step_s);
 }
 
-void ExplicitIntegrator::apply(const Move& move, const World& world, double step_s) {
+void ExplicitIntegrator::apply(const Move& move, const bodies::World& world, double step_s) {
   move_nodes(move, world.gravity_m_s2, state_);
   kick(world, move.kick_s);
   resist(move.kick_s, step_s, move.drift_s);  // what it changes of nodes' velocities moves them too
   if (move.drift_s > 0.0) drift(move.drift_s);
 }
 
-void ExplicitIntegrator::kick(const World& world, double kick_s) {
+void ExplicitIntegrator::kick(const bodies::World& world, double kick_s) {
   for (RigidState& body : state_.rigid) {
     if (!body.free) continue;
     body.velocity_m_s += kick_s * (body.inverse_mass_per_kg * body.force_N + world.gravity_m_s2);
@@ -149,29 +150,30 @@ void ExplicitIntegrator::drift(double drift_s) {
   for (RigidState& body : state_.rigid) {
     if (!body.free) continue;
     body.position_m += drift_s * body.velocity_m_s;
-    body.orientation = (rotation_of(drift_s * body.spin_rad_s) * body.orientation).normalized();
+    body.orientation =
+        (bodies::rotation_of(drift_s * body.spin_rad_s) * body.orientation).normalized();
     turn_inertia(body);
     body.spin_rad_s = body.inverse_inertia_per_kg_m2 * body.angular_momentum_N_m_s;
   }
 }
 
 /// False, and the trial is the world at rest, if something is no number.
-bool ExplicitIntegrator::unpack(const World& world, double duration_s) {
+bool ExplicitIntegrator::unpack(const bodies::World& world, double duration_s) {
   trial_.nodes = world.nodes;
   trial_.rigid_bodies = world.rigid_bodies;
   bool finite = true;
   for (std::size_t i = 0; i < trial_.nodes.size(); ++i) {
-    Node& node = trial_.nodes[i];
-    if (node.unknown == kNoUnknown) continue;
+    bodies::Node& node = trial_.nodes[i];
+    if (node.unknown == bodies::kNoUnknown) continue;
     node.position_m = state_.position_m[i].map();
     node.velocity_m_s = state_.velocity_m_s[i].map();
     finite = finite && node.position_m.allFinite() && node.velocity_m_s.allFinite();
   }
   for (std::size_t i = 0; i < trial_.rigid_bodies.size(); ++i) {
-    RigidBody& body = trial_.rigid_bodies[i];
+    bodies::RigidBody& body = trial_.rigid_bodies[i];
     RigidState& state = state_.rigid[i];
     if (!body.free) {
-      const PrescribedState end = prescribed_state(body, world.time_s + duration_s);
+      const bodies::PrescribedState end = bodies::prescribed_state(body, world.time_s + duration_s);
       state.position_m = body.position_m = end.position_m;
       state.velocity_m_s = body.velocity_m_s = end.velocity_m_s;
     }
@@ -187,21 +189,21 @@ bool ExplicitIntegrator::unpack(const World& world, double duration_s) {
   trial_.touching = finite ? contacts_.count_touching(state_) : 0;
   if (!finite) rest(world);
   trial_.spheres.resize(world.spheres.size());
-  SphereMotions motion_of(trial_.nodes, trial_.rigid_bodies);
+  bodies::SphereMotions motion_of(trial_.nodes, trial_.rigid_bodies);
   for (std::size_t i = 0; i < world.spheres.size(); ++i)
     trial_.spheres[i] = motion_of(world.spheres[i]);
   return finite;
 }
 
-void ExplicitIntegrator::rest(const World& world) {
+void ExplicitIntegrator::rest(const bodies::World& world) {
   trial_.nodes = world.nodes;
   trial_.rigid_bodies = world.rigid_bodies;
-  for (Node& node : trial_.nodes) node.velocity_m_s.setZero();
-  for (RigidBody& body : trial_.rigid_bodies) {
+  for (bodies::Node& node : trial_.nodes) node.velocity_m_s.setZero();
+  for (bodies::RigidBody& body : trial_.rigid_bodies) {
     body.velocity_m_s.setZero();
     body.angular_velocity_rad_s.setZero();
   }
   flow_ = {};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

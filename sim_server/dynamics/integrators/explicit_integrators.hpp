@@ -9,7 +9,7 @@
 #include "sim_server/dynamics/forces/spring_spectrum.hpp"
 #include "sim_server/dynamics/integrators/integrator.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// Explicit integration in substeps: v += h a(x, v), then x += h v by the new velocities
 /// (symplectic Euler). Velocity Verlet is the same with half of the first kick, and the other half
@@ -22,14 +22,14 @@ namespace stillgrid {
 class ExplicitIntegrator : public Integrator {
  public:
   /// Pre: is_explicit(method.integrator).
-  explicit ExplicitIntegrator(const Method& method) : method_(method) {}
+  explicit ExplicitIntegrator(const scene::Method& method) : method_(method) {}
 
   [[nodiscard]] IntegratorTraits traits() const noexcept override;
 
   /// An iteration is a substep, and the budget's iterations are not asked. Beyond its deadline the
   /// trial is the state reached: the world runs late, unharmed, and did not converge.
-  SolveReport advance(const World& world, std::span<const Contact> contacts, double duration_s,
-                      Budget& budget) override;
+  SolveReport advance(const bodies::World& world, std::span<const contact::Contact> contacts,
+                      double duration_s, Budget& budget) override;
 
   [[nodiscard]] std::optional<EnergyFlow> flow() const override { return flow_; }
   void restart() override;
@@ -40,10 +40,10 @@ class ExplicitIntegrator : public Integrator {
  protected:
   /// What a substep makes of the forces: by the order of its parts a method differs. step_s: of the
   /// whole advance().
-  virtual void apply(const Move& move, const World& world, double step_s);
+  virtual void apply(const Move& move, const bodies::World& world, double step_s);
   [[nodiscard]] ExplicitState& state() noexcept { return state_; }
   /// Forces change the velocities of rigid bodies; these move them.
-  void kick(const World& world, double kick_s);
+  void kick(const bodies::World& world, double kick_s);
   void drift(double drift_s);
   /// Dampers and friction of contacts, as ExplicitContacts::resist().
   void resist(double kick_s, double step_s, double drift_s) {
@@ -51,13 +51,13 @@ class ExplicitIntegrator : public Integrator {
   }
 
  private:
-  void pack(const World& world);
-  [[nodiscard]] int substeps_for(const World& world, double duration_s);
-  void substep(const World& world, double from_s, const Move& move, double step_s);
-  [[nodiscard]] bool unpack(const World& world, double duration_s);
-  void rest(const World& world);
+  void pack(const bodies::World& world);
+  [[nodiscard]] int substeps_for(const bodies::World& world, double duration_s);
+  void substep(const bodies::World& world, double from_s, const Move& move, double step_s);
+  [[nodiscard]] bool unpack(const bodies::World& world, double duration_s);
+  void rest(const bodies::World& world);
 
-  Method method_;
+  scene::Method method_;
   std::optional<SpringForces> springs_;
   static constexpr int kNeverLooked = 1 << 20;
   SpringSpectrum spectrum_;
@@ -69,4 +69,4 @@ class ExplicitIntegrator : public Integrator {
   int substeps_ = 0;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

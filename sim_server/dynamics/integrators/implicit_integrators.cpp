@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kMaxGrowth = 2.0;      // of BDF2's steps; it is stable up to 1 + sqrt 2
@@ -14,14 +14,14 @@ constexpr std::size_t kMaxBrakes = 24;  // of a step that did not converge
 StageRule ImplicitIntegrator::rule(const Eigen::VectorXd& start_velocity, double duration_s) {
   StageRule rule = implicit_euler_rule(system_, duration_s);
   start_momentum_ = rule.momentum;
-  if (kind_ == IntegratorKind::kTrapezoid) {
+  if (kind_ == scene::IntegratorKind::kTrapezoid) {
     rule.stage_s = rule.contact_step_s = 0.5 * duration_s;
     rule.displacement = rule.stage_s * start_velocity;
     Eigen::VectorXd force;
     system_.force(rule.contact_step_s, force);
     rule.momentum += rule.stage_s * force;
   }
-  if (kind_ == IntegratorKind::kBdf2 && history_.duration_s > 0.0 &&
+  if (kind_ == scene::IntegratorKind::kBdf2 && history_.duration_s > 0.0 &&
       duration_s <= kMaxGrowth * history_.duration_s && history_.end_velocity == start_velocity) {
     const double growth = duration_s / history_.duration_s;
     const double weight = growth * growth / (1.0 + 2.0 * growth);
@@ -32,7 +32,8 @@ StageRule ImplicitIntegrator::rule(const Eigen::VectorXd& start_velocity, double
   return rule;
 }
 
-SolveReport ImplicitIntegrator::advance(const World& world, std::span<const Contact> contacts,
+SolveReport ImplicitIntegrator::advance(const bodies::World& world,
+                                        std::span<const contact::Contact> contacts,
                                         double duration_s, Budget& budget) {
   system_.take(world, contacts);
   const Eigen::VectorXd start_velocity = system_.velocity();
@@ -47,7 +48,8 @@ SolveReport ImplicitIntegrator::advance(const World& world, std::span<const Cont
   return report;
 }
 
-SolveReport ImplicitIntegrator::correct(const World& world, std::span<const Contact> contacts,
+SolveReport ImplicitIntegrator::correct(const bodies::World& world,
+                                        std::span<const contact::Contact> contacts,
                                         double duration_s, Budget& budget) {
   if (!is_true_) return {};
   system_.take(world, contacts);
@@ -83,7 +85,7 @@ void ImplicitIntegrator::make_safe(const Eigen::VectorXd& start_velocity, double
   system_.force(duration_s, force);  // counts the contacts that touch there
 }
 
-void ImplicitIntegrator::commit(World& world, double duration_s) {
+void ImplicitIntegrator::commit(bodies::World& world, double duration_s) {
   Integrator::commit(world, duration_s);
   history_.duration_s = is_true_ ? duration_s : 0.0;  // a brake is no motion to go on with
   history_.displacement.swap(displacement_);
@@ -91,4 +93,4 @@ void ImplicitIntegrator::commit(World& world, double duration_s) {
   history_.end_velocity.swap(velocity_);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -8,7 +8,7 @@
 #include "sim_server/dynamics/integrators/implicit_stage.hpp"
 #include "sim_server/dynamics/integrators/integrator.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// Implicit integrators of one stage a step, in velocities; h is the step:
 ///   implicit Euler      q* = 0                p* = p_n                        s = h
@@ -32,15 +32,15 @@ namespace stillgrid {
 class ImplicitIntegrator : public Integrator {
  public:
   /// Pre: kind is kImplicitEuler, kBdf2 or kTrapezoid.
-  ImplicitIntegrator(const IntegratorKind& kind, std::unique_ptr<NonlinearSolver> solver)
+  ImplicitIntegrator(const scene::IntegratorKind& kind, std::unique_ptr<NonlinearSolver> solver)
       : kind_(kind), solver_(std::move(solver)) {}
 
   [[nodiscard]] IntegratorTraits traits() const noexcept override { return {.solves = true}; }
-  SolveReport advance(const World& world, std::span<const Contact> contacts, double duration_s,
-                      Budget& budget) override;
-  SolveReport correct(const World& world, std::span<const Contact> contacts, double duration_s,
-                      Budget& budget) override;
-  void commit(World& world, double duration_s) override;
+  SolveReport advance(const bodies::World& world, std::span<const contact::Contact> contacts,
+                      double duration_s, Budget& budget) override;
+  SolveReport correct(const bodies::World& world, std::span<const contact::Contact> contacts,
+                      double duration_s, Budget& budget) override;
+  void commit(bodies::World& world, double duration_s) override;
   void restart() override { history_.duration_s = 0.0; }
 
  private:
@@ -53,7 +53,7 @@ class ImplicitIntegrator : public Integrator {
   StageRule rule(const Eigen::VectorXd& start_velocity, double duration_s);
   void make_safe(const Eigen::VectorXd& start_velocity, double duration_s);
 
-  IntegratorKind kind_;
+  scene::IntegratorKind kind_;
   bool is_true_ = true;  // the last advance() converged
   std::unique_ptr<NonlinearSolver> solver_;
   History history_;
@@ -61,4 +61,4 @@ class ImplicitIntegrator : public Integrator {
   Eigen::VectorXd velocity_, start_momentum_, displacement_;  // of the trial
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 StageRule implicit_euler_rule(MechanicalSystem& system, double end_s) {
   StageRule rule{Eigen::VectorXd::Zero(system.size()), {}, end_s, end_s, end_s};
@@ -45,4 +45,4 @@ const Eigen::VectorXd& ImplicitStage::residual_scale() const {
   return system_.momentum_scale();
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

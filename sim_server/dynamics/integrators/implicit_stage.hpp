@@ -5,7 +5,7 @@
 #include "sim_server/dynamics/forces/mechanical_system.hpp"
 #include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// What an implicit method makes of a step: q* (a displacement from the world's configuration), p*
 /// (a momentum), s and the time over which contacts' dampers act.
@@ -53,4 +53,4 @@ class ImplicitStage : public NonlinearSystem {
   Eigen::VectorXd displacement_, force_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

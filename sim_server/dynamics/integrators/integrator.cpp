@@ -5,27 +5,27 @@
 #include "sim_server/dynamics/integrators/sundials_integrator.hpp"
 #include "sim_server/dynamics/solvers/newton.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
-std::unique_ptr<NonlinearSolver> make_solver(const Method& method) {
+std::unique_ptr<NonlinearSolver> make_solver(const scene::Method& method) {
   if (method.solver.make != nullptr) return method.solver.make(method.tolerance_m_s);
   return std::make_unique<NewtonSolver>(method.solver, method.tolerance_m_s);
 }
 
 }  // namespace
 
-void Integrator::commit(World& world, double duration_s) {
+void Integrator::commit(bodies::World& world, double duration_s) {
   world.nodes = trial_.nodes;
   world.rigid_bodies = trial_.rigid_bodies;
   world.time_s += duration_s;
 }
 
-std::unique_ptr<Integrator> make_integrator(const Method& method) {
+std::unique_ptr<Integrator> make_integrator(const scene::Method& method) {
   if (method.integrator.make != nullptr) return method.integrator.make(method);
-  if (is_explicit(method.integrator)) return std::make_unique<ExplicitIntegrator>(method);
-  if (chooses_steps(method.integrator)) return make_cvode_integrator(method.tolerance_m_s);
+  if (scene::is_explicit(method.integrator)) return std::make_unique<ExplicitIntegrator>(method);
+  if (scene::chooses_steps(method.integrator)) return make_cvode_integrator(method.tolerance_m_s);
   return std::make_unique<ImplicitIntegrator>(method.integrator, make_solver(method));
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -12,7 +12,7 @@
 #include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
 #include "sim_server/scene/method.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// What an integrator can, by which the simulation divides a step and judges what came of it.
 struct IntegratorTraits {
@@ -42,14 +42,16 @@ class Integrator {
   /// Computes where the world will be after duration_s; the world stays as it is. contacts: all
   /// pairs that may touch within that time. Of a step that did not converge the trial is the best
   /// there was; if that is no number, the trial is the world's own state at rest.
-  virtual SolveReport advance(const World& world, std::span<const Contact> contacts,
-                              double duration_s, Budget& budget) = 0;
+  virtual SolveReport advance(const bodies::World& world,
+                              std::span<const contact::Contact> contacts, double duration_s,
+                              Budget& budget) = 0;
 
   /// Leads on where the last advance() led, if that converged, to what other contacts with what is
   /// given, as the tool, make of the step: world and duration are the same. Begins at its trial,
   /// and leaves that as it is unless this converges too. By default there is no such way.
-  virtual SolveReport correct(const World& /*world*/, std::span<const Contact> /*contacts*/,
-                              double /*duration_s*/, Budget& /*budget*/) {
+  virtual SolveReport correct(const bodies::World& /*world*/,
+                              std::span<const contact::Contact> /*contacts*/, double /*duration_s*/,
+                              Budget& /*budget*/) {
     return {};
   }
 
@@ -61,7 +63,7 @@ class Integrator {
 
   /// The trial becomes the world's state, duration_s later. The integrator learns of it: a step
   /// that was not committed leaves no trace in its history.
-  virtual void commit(World& world, double duration_s);
+  virtual void commit(bodies::World& world, double duration_s);
 
   /// Forgets earlier steps: the world was changed from outside, or its unknowns numbered anew.
   virtual void restart() {}
@@ -70,6 +72,6 @@ class Integrator {
   Trial trial_;
 };
 
-[[nodiscard]] std::unique_ptr<Integrator> make_integrator(const Method& method);
+[[nodiscard]] std::unique_ptr<Integrator> make_integrator(const scene::Method& method);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

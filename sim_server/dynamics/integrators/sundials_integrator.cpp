@@ -11,19 +11,19 @@
 #include "sim_server/dynamics/integrators/sundials_stepper.hpp"
 #include "sim_server/dynamics/solvers/linear_solver.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kMaxTurn_rad = 2.0;  // from the base; at a whole turn rotation vectors end
 constexpr double kByVelocity = 0.0;   // contact dampers act on velocities
 
 /// Whether what is free stands and moves in `world` exactly as in `trial`.
-bool same_state(const World& world, const Trial& trial) {
+bool same_state(const bodies::World& world, const Trial& trial) {
   const auto same = [](const auto& a, const auto& b) {
     return a.unknown == b.unknown && a.position_m == b.position_m &&
            a.velocity_m_s == b.velocity_m_s;
   };
-  const auto same_body = [&](const RigidBody& a, const RigidBody& b) {
+  const auto same_body = [&](const bodies::RigidBody& a, const bodies::RigidBody& b) {
     return same(a, b) && a.orientation.coeffs() == b.orientation.coeffs() &&
            a.angular_velocity_rad_s == b.angular_velocity_rad_s;
   };
@@ -36,15 +36,16 @@ bool same_state(const World& world, const Trial& trial) {
 /// The equations of motion, first order, in y = [displacements from a base; velocities]:
 ///   q' = u (rotation vectors: J^-1 u),  u' = M^-1 (f - gyroscopic torque).
 struct SundialsIntegrator::Run {
-  Run(MakeStepper make_stepper, double tolerance_m_s, const World& world, double duration_s);
+  Run(MakeStepper make_stepper, double tolerance_m_s, const bodies::World& world,
+      double duration_s);
 
-  void take(std::span<const Contact> next, double duration_s);
+  void take(std::span<const contact::Contact> next, double duration_s);
   bool integrate(bool may_pass, long most_steps);
   int derivative(double at_s, N_Vector y, N_Vector result);
   int solve_linear(N_Vector x, N_Vector b, double tolerance);
   void load(double at_s);
   Eigen::VectorXd stiffness_times(const Eigen::VectorXd& direction);
-  void date_back(Contact& contact, double stage_s) const;
+  void date_back(contact::Contact& contact, double stage_s) const;
   [[nodiscard]] double share_of(double at_s) const {  // of the step that is over then
     return std::clamp((at_s - start_s) / (end_s - start_s), 0.0, 1.0);
   }
@@ -57,8 +58,8 @@ struct SundialsIntegrator::Run {
   SunLinearSolver linear;
   std::unique_ptr<SundialsStepper> stepper;
 
-  World base;
-  std::vector<Contact> contacts;
+  bodies::World base;
+  std::vector<contact::Contact> contacts;
   MechanicalSystem system;
   KrylovLinearSolver jacobians;
   double now_s = 0.0, start_s = 0.0, end_s = 0.0;  // since the base
@@ -98,8 +99,8 @@ SunLinearSolver make_linear_solver(Run& run, SUNContext context) {
 
 }  // namespace
 
-SundialsIntegrator::Run::Run(MakeStepper make_stepper, double tolerance_m_s, const World& world,
-                             double duration_s)
+SundialsIntegrator::Run::Run(MakeStepper make_stepper, double tolerance_m_s,
+                             const bodies::World& world, double duration_s)
     : state(make_sun_vector(2 * world.unknown_count, context.get())),
       linear(make_linear_solver(*this, context.get())),
       base(world) {
@@ -127,7 +128,7 @@ SundialsIntegrator::Run::Run(MakeStepper make_stepper, double tolerance_m_s, con
 }
 
 /// The contacts to come, from now for duration_s.
-void SundialsIntegrator::Run::take(std::span<const Contact> next, double duration_s) {
+void SundialsIntegrator::Run::take(std::span<const contact::Contact> next, double duration_s) {
   contacts.assign(next.begin(), next.end());
   system.take(base, contacts);
   start_s = now_s;
@@ -160,12 +161,12 @@ int SundialsIntegrator::Run::derivative(double at_s, N_Vector y, N_Vector result
   auto changes = values_of(result).tail(size());
   moves = velocity;
   changes = force.cwiseQuotient(system.mass_diagonal());
-  for (const RigidBody& body : system.trial().rigid_bodies) {
-    if (body.unknown == kNoUnknown) continue;
+  for (const bodies::RigidBody& body : system.trial().rigid_bodies) {
+    if (body.unknown == bodies::kNoUnknown) continue;
     const Eigen::Index turn = body.unknown + 3;
     const Eigen::Vector3d w = body.angular_velocity_rad_s;
-    const Eigen::Matrix3d inertia = world_inertia_kg_m2(body);
-    moves.segment<3>(turn) = left_jacobian(displacement.segment<3>(turn)).inverse() * w;
+    const Eigen::Matrix3d inertia = bodies::world_inertia_kg_m2(body);
+    moves.segment<3>(turn) = bodies::left_jacobian(displacement.segment<3>(turn)).inverse() * w;
     changes.segment<3>(turn) = inertia.inverse() * (force.segment<3>(turn) - w.cross(inertia * w));
   }
   return changes.allFinite() ? kSunDone : kSunRetry;
@@ -193,13 +194,13 @@ int SundialsIntegrator::Run::solve_linear(N_Vector x, N_Vector b, double toleran
   const double gamma_s = stepper->gamma_s();
   const auto moved = values_of(b).head(size()), sped = values_of(b).tail(size());
   Eigen::VectorXd right = system.mass_diagonal().cwiseProduct(sped);
-  for (const RigidBody& body : system.trial().rigid_bodies)
-    if (body.unknown != kNoUnknown)
+  for (const bodies::RigidBody& body : system.trial().rigid_bodies)
+    if (body.unknown != bodies::kNoUnknown)
       right.segment<3>(body.unknown + 3) =
-          world_inertia_kg_m2(body) * sped.segment<3>(body.unknown + 3);
+          bodies::world_inertia_kg_m2(body) * sped.segment<3>(body.unknown + 3);
   right += gamma_s * stiffness_times(moved);
 
-  for (Contact& contact : contacts) date_back(contact, gamma_s);
+  for (contact::Contact& contact : contacts) date_back(contact, gamma_s);
   StageRule rule;
   rule.stage_s = rule.contact_step_s = gamma_s;
   rule.end_s = loaded_s;
@@ -214,9 +215,10 @@ int SundialsIntegrator::Run::solve_linear(N_Vector x, N_Vector b, double toleran
                        accuracy, clock, z))
     return SUNLS_CONV_FAIL;
   values_of(x).tail(size()) = z;
-  for (const RigidBody& body : base.rigid_bodies)
-    if (body.unknown != kNoUnknown) {
-      const Eigen::Matrix3d by_turn = left_jacobian(displacement.segment<3>(body.unknown + 3));
+  for (const bodies::RigidBody& body : base.rigid_bodies)
+    if (body.unknown != bodies::kNoUnknown) {
+      const Eigen::Matrix3d by_turn =
+          bodies::left_jacobian(displacement.segment<3>(body.unknown + 3));
       z.segment<3>(body.unknown + 3) = (by_turn.inverse() * z.segment<3>(body.unknown + 3)).eval();
     }
   values_of(x).head(size()) = moved + gamma_s * z;
@@ -225,26 +227,26 @@ int SundialsIntegrator::Run::solve_linear(N_Vector x, N_Vector b, double toleran
 
 /// Jacobians know a damper's rate by the depth a stage before: the depth that means the speed of
 /// now.
-void SundialsIntegrator::Run::date_back(Contact& contact, double stage_s) const {
-  const std::vector<SphereMotion>& spheres = system.trial().spheres;
-  SphereMotion relative = spheres[static_cast<std::size_t>(contact.a)];
+void SundialsIntegrator::Run::date_back(contact::Contact& contact, double stage_s) const {
+  const std::vector<bodies::SphereMotion>& spheres = system.trial().spheres;
+  bodies::SphereMotion relative = spheres[static_cast<std::size_t>(contact.a)];
   Eigen::Vector3d normal = contact.plane_normal;
   if (!contact.is_plane) {
-    const SphereMotion given{kinematic_position_m(contact, share_of(loaded_s)),
-                             contact.velocity_b_m_s};
-    const SphereMotion& other =
+    const bodies::SphereMotion given{contact::kinematic_position_m(contact, share_of(loaded_s)),
+                                     contact.velocity_b_m_s};
+    const bodies::SphereMotion& other =
         contact.b >= 0 ? spheres[static_cast<std::size_t>(contact.b)] : given;
     relative.position_m -= other.position_m;
     relative.velocity_m_s -= other.velocity_m_s;
     normal = relative.position_m.normalized();
   }
-  contact.depth_before_m =
-      contact_depth_m(contact, relative.position_m) + stage_s * normal.dot(relative.velocity_m_s);
+  contact.depth_before_m = contact::contact_depth_m(contact, relative.position_m) +
+                           stage_s * normal.dot(relative.velocity_m_s);
 }
 
 bool SundialsIntegrator::Run::turned_far() const {
-  return std::ranges::any_of(base.rigid_bodies, [&](const RigidBody& body) {
-    return body.unknown != kNoUnknown &&
+  return std::ranges::any_of(base.rigid_bodies, [&](const bodies::RigidBody& body) {
+    return body.unknown != bodies::kNoUnknown &&
            displacement.segment<3>(body.unknown + 3).norm() > kMaxTurn_rad;
   });
 }
@@ -253,7 +255,8 @@ SundialsIntegrator::SundialsIntegrator(MakeStepper make_stepper, double toleranc
     : make_stepper_(make_stepper), tolerance_m_s_(tolerance_m_s) {}
 SundialsIntegrator::~SundialsIntegrator() = default;
 
-SolveReport SundialsIntegrator::advance(const World& world, std::span<const Contact> contacts,
+SolveReport SundialsIntegrator::advance(const bodies::World& world,
+                                        std::span<const contact::Contact> contacts,
                                         double duration_s, Budget& budget) {
   SolveReport report;
   report.converged = true;
@@ -290,7 +293,7 @@ SolveReport SundialsIntegrator::advance(const World& world, std::span<const Cont
   return report;
 }
 
-void SundialsIntegrator::commit(World& world, double duration_s) {
+void SundialsIntegrator::commit(bodies::World& world, double duration_s) {
   Integrator::commit(world, duration_s);
   run_is_world_ = run_ && run_->now_s == run_->end_s;
 }
@@ -304,4 +307,4 @@ std::unique_ptr<Integrator> make_cvode_integrator(double tolerance_m_s) {
   return std::make_unique<SundialsIntegrator>(make_cvode_stepper, tolerance_m_s);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -4,7 +4,7 @@
 
 #include "sim_server/dynamics/integrators/integrator.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 struct SundialsProblem;
 class SundialsStepper;
@@ -30,9 +30,9 @@ class SundialsIntegrator : public Integrator {
   }
 
   /// An iteration of the budget is a step of SUNDIALS; so are those reported.
-  SolveReport advance(const World& world, std::span<const Contact> contacts, double duration_s,
-                      Budget& budget) override;
-  void commit(World& world, double duration_s) override;
+  SolveReport advance(const bodies::World& world, std::span<const contact::Contact> contacts,
+                      double duration_s, Budget& budget) override;
+  void commit(bodies::World& world, double duration_s) override;
   void restart() override;
 
  private:
@@ -47,4 +47,4 @@ class SundialsIntegrator : public Integrator {
 /// SUNDIALS (that for 64-bit ARM).
 [[nodiscard]] std::unique_ptr<Integrator> make_cvode_integrator(double tolerance_m_s);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -10,7 +10,7 @@
 #include <new>
 
 // Owners of what SUNDIALS allocates. For the two .cpp files that use SUNDIALS only.
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 struct FreeSunContext {
   void operator()(SUNContext context) const { SUNContext_Free(&context); }
@@ -71,4 +71,4 @@ template <class Work>
   }
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -5,7 +5,7 @@
 #include "sim_server/dynamics/integrators/sundials_memory.hpp"
 
 // For the .cpp files that use SUNDIALS only.
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// y' = slope(t, y), as SUNDIALS' integrators take it.
 struct SundialsProblem {
@@ -39,4 +39,4 @@ class SundialsStepper {
 /// CVODE's backward differentiation formulas of order 1 to 5. Throws std::bad_alloc.
 [[nodiscard]] std::unique_ptr<SundialsStepper> make_cvode_stepper(const SundialsProblem& problem);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -4,11 +4,11 @@
 #include "sim_server/dynamics/integrators/sundials_integrator.hpp"
 #include "sim_server/scene/method.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 std::unique_ptr<Integrator> make_cvode_integrator(double /*tolerance_m_s*/) {
-  throw std::runtime_error(std::string(IntegratorKind::kCvodeBdf.name) +
+  throw std::runtime_error(std::string(scene::IntegratorKind::kCvodeBdf.name) +
                            ": this build is without SUNDIALS");
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

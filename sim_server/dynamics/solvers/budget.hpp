@@ -4,7 +4,7 @@
 #include <chrono>
 #include <limits>
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// What a step may still cost. Lockstep sets no deadline: only counts decide there.
 struct Budget {
@@ -23,4 +23,4 @@ struct Budget {
   [[nodiscard]] bool spent() const { return iterations <= 0 || is_late(); }
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

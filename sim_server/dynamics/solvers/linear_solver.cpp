@@ -8,7 +8,7 @@
 #include <thread>
 #include <utility>
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 /// Entries of a matrix whose factorisation may take ten milliseconds and more.
@@ -167,4 +167,4 @@ bool KrylovLinearSolver::bicgstab(NonlinearSystem& system, const Eigen::VectorXd
   return true;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -8,7 +8,7 @@
 
 #include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// Solves Jacobian * step = residual, where the residual was evaluated last: a Newton step.
 class LinearSolver {
@@ -78,4 +78,4 @@ class KrylovLinearSolver : public LinearSolver {
   Eigen::VectorXd rest_, search_, preconditioned_, product_, shadow_, second_, second_product_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 // After an exact step failed, this much less of the residual makes the next one worth its cost.
@@ -18,8 +18,9 @@ constexpr double kFirstAccuracy = 0.1;
 
 }  // namespace
 
-NewtonSolver::NewtonSolver(const SolverKind& kind, double tolerance)
-    : exact_first_(kind == SolverKind::kNewtonLu || kind == SolverKind::kNewtonBicgstab),
+NewtonSolver::NewtonSolver(const scene::SolverKind& kind, double tolerance)
+    : exact_first_(kind == scene::SolverKind::kNewtonLu ||
+                   kind == scene::SolverKind::kNewtonBicgstab),
       tolerance_(tolerance) {
   assert(kind.make == nullptr);
   if (kind.factorises)
@@ -125,4 +126,4 @@ bool NewtonSolver::descent_step(NonlinearSystem& system, Eigen::VectorXd& u, con
   return true;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -5,7 +5,7 @@
 #include "sim_server/dynamics/solvers/linear_solver.hpp"
 #include "sim_server/scene/method.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// Newton's method, safeguarded; the kind decides which Jacobian its steps follow first:
 ///   kNewton, kNewtonCg: the symmetric one, or where that is not positive definite the definite
@@ -20,7 +20,7 @@ namespace stillgrid {
 class NewtonSolver : public NonlinearSolver {
  public:
   /// tolerance: of the scaled residual, rms. Pre: kind is one of the above.
-  NewtonSolver(const SolverKind& kind, double tolerance);
+  NewtonSolver(const scene::SolverKind& kind, double tolerance);
   SolveReport solve(NonlinearSystem& system, Eigen::VectorXd& u, Budget& budget) override;
 
  private:
@@ -37,4 +37,4 @@ class NewtonSolver : public NonlinearSolver {
   Eigen::VectorXd residual_, trial_, trial_residual_, step_, best_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

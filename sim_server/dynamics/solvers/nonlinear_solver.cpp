@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 double scaled_rms(const NonlinearSystem& system, const Eigen::VectorXd& residual) {
   if (residual.size() == 0) return 0.0;
@@ -10,4 +10,4 @@ double scaled_rms(const NonlinearSystem& system, const Eigen::VectorXd& residual
          std::sqrt(static_cast<double>(residual.size()));
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -5,7 +5,7 @@
 
 #include "sim_server/dynamics/solvers/budget.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// Which derivative of the residual a solver asks for.
 enum class JacobianKind {
@@ -77,4 +77,4 @@ class NonlinearSolver {
   virtual SolveReport solve(NonlinearSystem& system, Eigen::VectorXd& u, Budget& budget) = 0;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

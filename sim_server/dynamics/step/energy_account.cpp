@@ -4,18 +4,18 @@
 
 #include "sim_server/bodies/rotation.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 /// One side of a contact over a step.
-struct Side : SideMotion {
+struct Side : contact::SideMotion {
   bool is_kinematic = false;
   Eigen::Vector3d displacement_m = Eigen::Vector3d::Zero();  // over the step, of a given side
 };
 
-Side side_of(int sphere, const World& before, const Trial& after) {
+Side side_of(int sphere, const bodies::World& before, const Trial& after) {
   const auto index = static_cast<std::size_t>(sphere);
-  const SphereMotion& motion = after.spheres[index];
+  const bodies::SphereMotion& motion = after.spheres[index];
   Side side{{motion.position_m, motion.velocity_m_s}};
   if (before.spheres[index].rigid < 0) return side;
   const auto rigid = static_cast<std::size_t>(before.spheres[index].rigid);
@@ -26,15 +26,16 @@ Side side_of(int sphere, const World& before, const Trial& after) {
   return side;
 }
 
-Side other_side(const Contact& contact, const World& before, const Trial& after) {
+Side other_side(const contact::Contact& contact, const bodies::World& before, const Trial& after) {
   if (contact.b >= 0) return side_of(contact.b, before, after);
-  return {kinematic_side(contact, 1.0), true, contact.position_b_m - contact.start_b_m};
+  return {contact::kinematic_side(contact, 1.0), true, contact.position_b_m - contact.start_b_m};
 }
 
-EnergyFlow contact_flow(const Contact& contact, const Side& a, const Side& b, double duration_s) {
-  const ContactShares shares = contact_shares(contact);
-  const ContactMotion motion = relative_motion(contact, a, b);
-  const ContactForce force = contact_force(contact, motion, duration_s, nullptr);
+EnergyFlow contact_flow(const contact::Contact& contact, const Side& a, const Side& b,
+                        double duration_s) {
+  const contact::ContactShares shares = contact::contact_shares(contact);
+  const contact::ContactMotion motion = contact::relative_motion(contact, a, b);
+  const contact::ContactForce force = contact::contact_force(contact, motion, duration_s, nullptr);
   EnergyFlow flow;
   if (!force.touching) return flow;
   const Eigen::Vector3d normal_load_N = force.force_N - force.friction_N;
@@ -56,73 +57,76 @@ EnergyFlow contact_flow(const Contact& contact, const Side& a, const Side& b, do
 }
 
 /// Of its spring, at the step's start.
-double stored_J(const Contact& contact) {
+double stored_J(const contact::Contact& contact) {
   const double depth_m = std::max(0.0, contact.depth_before_m);
   return 0.5 * contact.material.stiffness_N_per_m * depth_m * depth_m;
 }
 
-double overlap_energy_J(const World& world, const std::vector<ToolSphereMotion>& tool) {
-  World awake = world;
-  for (BodyRange& body : awake.bodies) body.is_sleeping = false;
-  number_unknowns(awake);
-  Detection detection(awake, 0.0);
+double overlap_energy_J(const bodies::World& world,
+                        const std::vector<contact::ToolSphereMotion>& tool) {
+  bodies::World awake = world;
+  for (bodies::BodyRange& body : awake.bodies) body.is_sleeping = false;
+  bodies::number_unknowns(awake);
+  contact::Detection detection(awake, 0.0);
   detection.find_contacts(awake, 0.0);
   detection.find_tool_contacts(awake, tool);
   double energy_J = 0.0;
-  for (const Contact& contact : detection.contacts()) energy_J += stored_J(contact);
+  for (const contact::Contact& contact : detection.contacts()) energy_J += stored_J(contact);
   return energy_J;
 }
 
 }  // namespace
 
-double kinetic_energy_J(const World& world, const BodyRange& body) {
+double kinetic_energy_J(const bodies::World& world, const bodies::BodyRange& body) {
   double energy_J = 0.0;
   for (int i = 0; i < body.node_count; ++i) {
-    const Node& node = world.nodes[static_cast<std::size_t>(body.first_node + i)];
+    const bodies::Node& node = world.nodes[static_cast<std::size_t>(body.first_node + i)];
     if (!node.pinned) energy_J += 0.5 * node.mass_kg * node.velocity_m_s.squaredNorm();
   }
   if (body.rigid < 0) return energy_J;
-  const RigidBody& rigid = world.rigid_bodies[static_cast<std::size_t>(body.rigid)];
-  return rigid.free ? energy_J + kinetic_energy_J(rigid) : energy_J;
+  const bodies::RigidBody& rigid = world.rigid_bodies[static_cast<std::size_t>(body.rigid)];
+  return rigid.free ? energy_J + bodies::kinetic_energy_J(rigid) : energy_J;
 }
 
-Energies energies(const World& world, const std::vector<ToolSphereMotion>& tool) {
+Energies energies(const bodies::World& world, const std::vector<contact::ToolSphereMotion>& tool) {
   Energies sum;
-  for (const BodyRange& body : world.bodies) sum.kinetic_J += kinetic_energy_J(world, body);
-  for (const Node& node : world.nodes)
+  for (const bodies::BodyRange& body : world.bodies) sum.kinetic_J += kinetic_energy_J(world, body);
+  for (const bodies::Node& node : world.nodes)
     if (!node.pinned) sum.gravity_J -= node.mass_kg * world.gravity_m_s2.dot(node.position_m);
-  for (const RigidBody& body : world.rigid_bodies)
+  for (const bodies::RigidBody& body : world.rigid_bodies)
     if (body.free) sum.gravity_J -= body.mass_kg * world.gravity_m_s2.dot(body.position_m);
-  for (const Spring& spring : world.springs)
-    sum.springs_J += spring_energy_J(spring, world.nodes[static_cast<std::size_t>(spring.a)],
-                                     world.nodes[static_cast<std::size_t>(spring.b)]);
+  for (const bodies::Spring& spring : world.springs)
+    sum.springs_J +=
+        bodies::spring_energy_J(spring, world.nodes[static_cast<std::size_t>(spring.a)],
+                                world.nodes[static_cast<std::size_t>(spring.b)]);
   sum.contacts_J = overlap_energy_J(world, tool);
   return sum;
 }
 
-double tool_energy_J(std::span<const Contact> contacts) {
+double tool_energy_J(std::span<const contact::Contact> contacts) {
   double energy_J = 0.0;
-  for (const Contact& contact : contacts)
+  for (const contact::Contact& contact : contacts)
     if (contact.is_tool) energy_J += stored_J(contact);
   return energy_J;
 }
 
-EnergyFlow energy_flow(const World& before, const Trial& after, std::span<const Contact> contacts,
-                       double duration_s) {
+EnergyFlow energy_flow(const bodies::World& before, const Trial& after,
+                       std::span<const contact::Contact> contacts, double duration_s) {
   EnergyFlow sum;
-  for (const BodyRange& body : before.bodies) {
+  for (const bodies::BodyRange& body : before.bodies) {
     if (body.is_sleeping) continue;
     for (int i = 0; i < body.spring_count; ++i) {
-      const Spring& spring = before.springs[static_cast<std::size_t>(body.first_spring + i)];
-      const Node& a = after.nodes[static_cast<std::size_t>(spring.a)];
-      const Node& b = after.nodes[static_cast<std::size_t>(spring.b)];
+      const bodies::Spring& spring =
+          before.springs[static_cast<std::size_t>(body.first_spring + i)];
+      const bodies::Node& a = after.nodes[static_cast<std::size_t>(spring.a)];
+      const bodies::Node& b = after.nodes[static_cast<std::size_t>(spring.b)];
       const double lengthening_m_s =
           (b.position_m - a.position_m).stableNormalized().dot(b.velocity_m_s - a.velocity_m_s);
       sum.spring_damping_J +=
           duration_s * spring.damping_N_s_per_m * lengthening_m_s * lengthening_m_s;
     }
   }
-  for (const Contact& contact : contacts)
+  for (const contact::Contact& contact : contacts)
     sum += contact_flow(contact, side_of(contact.a, before, after),
                         other_side(contact, before, after), duration_s);
   return sum;
@@ -136,20 +140,20 @@ EnergyFlow& operator+=(EnergyFlow& sum, const EnergyFlow& flow) {
   return sum;
 }
 
-Eigen::Vector3d momentum_kg_m_per_s(const World& world) {
+Eigen::Vector3d momentum_kg_m_per_s(const bodies::World& world) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const Node& node : world.nodes)
+  for (const bodies::Node& node : world.nodes)
     if (!node.pinned) sum += node.mass_kg * node.velocity_m_s;
-  for (const RigidBody& body : world.rigid_bodies)
+  for (const bodies::RigidBody& body : world.rigid_bodies)
     if (body.free) sum += body.mass_kg * body.velocity_m_s;
   return sum;
 }
 
-Eigen::Vector3d angular_momentum_kg_m2_per_s(const World& world) {
+Eigen::Vector3d angular_momentum_kg_m2_per_s(const bodies::World& world) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const Node& node : world.nodes)
+  for (const bodies::Node& node : world.nodes)
     if (!node.pinned) sum += node.mass_kg * node.position_m.cross(node.velocity_m_s);
-  for (const RigidBody& body : world.rigid_bodies) {
+  for (const bodies::RigidBody& body : world.rigid_bodies) {
     if (!body.free) continue;
     const Eigen::Matrix3d r = body.orientation.toRotationMatrix();
     sum += body.mass_kg * body.position_m.cross(body.velocity_m_s) +
@@ -158,4 +162,4 @@ Eigen::Vector3d angular_momentum_kg_m2_per_s(const World& world) {
   return sum;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

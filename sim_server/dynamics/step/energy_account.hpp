@@ -8,7 +8,7 @@
 #include "sim_server/contact/detection.hpp"
 #include "sim_server/dynamics/integrators/integrator.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// The energy that a world holds, J: of all that is not prescribed, awake or sleeping.
 struct Energies {
@@ -34,14 +34,15 @@ struct EnergyAccount {
   }
 };
 
-[[nodiscard]] double kinetic_energy_J(const World& world, const BodyRange& body);
+[[nodiscard]] double kinetic_energy_J(const bodies::World& world, const bodies::BodyRange& body);
 
 /// Contacts are looked for anew, among sleeping bodies too, which costs far more than a step.
 /// tool: its spheres where they are; none without a tool.
-[[nodiscard]] Energies energies(const World& world, const std::vector<ToolSphereMotion>& tool);
+[[nodiscard]] Energies energies(const bodies::World& world,
+                                const std::vector<contact::ToolSphereMotion>& tool);
 
 /// What the springs of the tool's contacts hold at the start of the step that they were found for.
-[[nodiscard]] double tool_energy_J(std::span<const Contact> contacts);
+[[nodiscard]] double tool_energy_J(std::span<const contact::Contact> contacts);
 
 /// What flows over a step of an integrator that looks at its end only: every force as it is there,
 /// along the way that velocities there make of the step. The approach damper takes its mean force
@@ -49,14 +50,14 @@ struct EnergyAccount {
 /// force times velocity; what the tool or a prescribed body gives is the force on the other side
 /// times the way of this one.
 /// Pre: after is where a step of duration_s from `before` led.
-[[nodiscard]] EnergyFlow energy_flow(const World& before, const Trial& after,
-                                     std::span<const Contact> contacts, double duration_s);
+[[nodiscard]] EnergyFlow energy_flow(const bodies::World& before, const Trial& after,
+                                     std::span<const contact::Contact> contacts, double duration_s);
 
 EnergyFlow& operator+=(EnergyFlow& sum, const EnergyFlow& flow);
 
 /// Of everything that is free.
-[[nodiscard]] Eigen::Vector3d momentum_kg_m_per_s(const World& world);
+[[nodiscard]] Eigen::Vector3d momentum_kg_m_per_s(const bodies::World& world);
 /// About the origin.
-[[nodiscard]] Eigen::Vector3d angular_momentum_kg_m2_per_s(const World& world);
+[[nodiscard]] Eigen::Vector3d angular_momentum_kg_m2_per_s(const bodies::World& world);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

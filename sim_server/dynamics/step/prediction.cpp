@@ -5,7 +5,7 @@
 
 #include "sim_server/dynamics/integrators/implicit_stage.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 /// Of a step, that looking ahead may take of real time: the age of a snapshot is what costs
@@ -22,19 +22,20 @@ constexpr double kAccuracy = 1e-4;
 /// they pinch more than they push.
 constexpr double kLeastAlong = 0.5;
 
-SideMotion side_of(const World& world, int sphere) {
-  const SphereBinding& binding = world.spheres[static_cast<std::size_t>(sphere)];
-  const SphereMotion motion = sphere_motion(world, binding);
-  SideMotion side{motion.position_m, motion.velocity_m_s};
+contact::SideMotion side_of(const bodies::World& world, int sphere) {
+  const bodies::SphereBinding& binding = world.spheres[static_cast<std::size_t>(sphere)];
+  const bodies::SphereMotion motion = bodies::sphere_motion(world, binding);
+  contact::SideMotion side{motion.position_m, motion.velocity_m_s};
   if (binding.rigid >= 0)
     side.spin_rad_s =
         world.rigid_bodies[static_cast<std::size_t>(binding.rigid)].angular_velocity_rad_s;
   return side;
 }
 
-ContactMotion motion_of(const World& world, const Contact& contact) {
-  return relative_motion(contact, side_of(world, contact.a),
-                         contact.b >= 0 ? side_of(world, contact.b) : kinematic_side(contact, 1.0));
+contact::ContactMotion motion_of(const bodies::World& world, const contact::Contact& contact) {
+  return contact::relative_motion(
+      contact, side_of(world, contact.a),
+      contact.b >= 0 ? side_of(world, contact.b) : contact::kinematic_side(contact, 1.0));
 }
 
 /// The next step under a force of the tool that stays as it is.
@@ -51,21 +52,21 @@ class PushedStage final : public ImplicitStage {
   const Eigen::VectorXd* push_ = nullptr;
 };
 
-bool is_kinematic(const World& world, const SphereBinding& sphere) {
+bool is_kinematic(const bodies::World& world, const bodies::SphereBinding& sphere) {
   return sphere.rigid >= 0 &&
-         world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].unknown == kNoUnknown;
+         world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].unknown == bodies::kNoUnknown;
 }
 
 }  // namespace
 
-Prediction::Prediction() : solver_(SolverKind::kNewtonCg, kTolerance_m_s) {}
+Prediction::Prediction() : solver_(scene::SolverKind::kNewtonCg, kTolerance_m_s) {}
 
-void Prediction::take_contacts(const World& world, std::span<const Contact> contacts,
-                               double step_s) {
+void Prediction::take_contacts(const bodies::World& world,
+                               std::span<const contact::Contact> contacts, double step_s) {
   near_.clear();
-  for (const Contact& contact : contacts) {
-    const ContactMotion motion = motion_of(world, contact);
-    const double depth_m = contact_depth_m(contact, motion.position_m);
+  for (const contact::Contact& contact : contacts) {
+    const contact::ContactMotion motion = motion_of(world, contact);
+    const double depth_m = contact::contact_depth_m(contact, motion.position_m);
     if (depth_m + step_s * motion.velocity_m_s.norm() < 0.0) continue;
     near_.emplace_back(contact).depth_before_m = depth_m;
     near_.back().start_b_m = contact.position_b_m;
@@ -92,25 +93,26 @@ double Prediction::push_ahead(const Eigen::Vector3d& net_N) {
   return ahead_N;
 }
 
-void Prediction::take_tool(const World& world, std::span<const Contact> contacts) {
+void Prediction::take_tool(const bodies::World& world, std::span<const contact::Contact> contacts) {
   tool_force_.setZero(system_.size());
   tool_push_.setZero(system_.size());
   touches_.clear();
   Eigen::Vector3d net_N = Eigen::Vector3d::Zero();
-  const Contact* nearest = nullptr;
+  const contact::Contact* nearest = nullptr;
   double nearest_m = 0.0;
-  for (const Contact& contact : contacts) {
-    const SphereBinding& sphere = world.spheres[static_cast<std::size_t>(contact.a)];
+  for (const contact::Contact& contact : contacts) {
+    const bodies::SphereBinding& sphere = world.spheres[static_cast<std::size_t>(contact.a)];
     if (is_kinematic(world, sphere)) continue;
-    const ContactMotion motion = motion_of(world, contact);
-    const double depth_m = contact_depth_m(contact, motion.position_m);
+    const contact::ContactMotion motion = motion_of(world, contact);
+    const double depth_m = contact::contact_depth_m(contact, motion.position_m);
     if (nearest == nullptr || depth_m > nearest_m) {
       nearest = &contact;
       nearest_m = depth_m;
     }
-    const ContactForce law = contact_force(contact, motion, 0.0, nullptr);
+    const contact::ContactForce law = contact::contact_force(contact, motion, 0.0, nullptr);
     if (!law.touching) continue;
-    const Eigen::Vector3d couple_N_m = -contact_shares(contact).a * law.arm_m.cross(law.friction_N);
+    const Eigen::Vector3d couple_N_m =
+        -contact::contact_shares(contact).a * law.arm_m.cross(law.friction_N);
     touches_.push_back({&sphere, law.force_N, couple_N_m});
     system_.push_sphere(sphere, law.force_N, couple_N_m, tool_force_);
     net_N += law.force_N;
@@ -138,8 +140,8 @@ bool Prediction::solve(ImplicitStage& stage, Eigen::VectorXd& velocity, Budget b
   return last.converged || last.residual < kProgress * first.residual;
 }
 
-void Prediction::look(const World& world, std::span<const Contact> contacts, double step_s,
-                      Budget budget) {
+void Prediction::look(const bodies::World& world, std::span<const contact::Contact> contacts,
+                      double step_s, Budget budget) {
   using Clock = std::chrono::steady_clock;
   if (budget.deadline != Clock::time_point::max())
     budget.deadline = std::min(
@@ -147,10 +149,11 @@ void Prediction::look(const World& world, std::span<const Contact> contacts, dou
                                             std::chrono::duration<double>(kMaxShare * step_s)));
   spheres_.assign(world.spheres.size(), {});
   for (std::size_t i = 0; i < spheres_.size(); ++i)
-    spheres_[i].predicted_velocity_m_s = sphere_motion(world, world.spheres[i]).velocity_m_s;
+    spheres_[i].predicted_velocity_m_s =
+        bodies::sphere_motion(world, world.spheres[i]).velocity_m_s;
   snapshot_ = {.period_ns = static_cast<std::uint64_t>(std::llround(step_s * 1e9))};
   const auto tool = std::find_if(contacts.begin(), contacts.end(),
-                                 [](const Contact& contact) { return contact.is_tool; });
+                                 [](const contact::Contact& contact) { return contact.is_tool; });
   take_contacts(world, {contacts.begin(), tool}, step_s);
   system_.take(world, near_);
   PushedStage stage(system_, step_s);  // places all where it is
@@ -165,9 +168,10 @@ void Prediction::look(const World& world, std::span<const Contact> contacts, dou
                                             kAccuracy, budget, change);
   system_.place(step_s * velocity, velocity, step_s);
   for (std::size_t i = 0; i < spheres_.size(); ++i)
-    spheres_[i].predicted_velocity_m_s = (system_.trial().spheres[i].position_m -
-                                          sphere_motion(world, world.spheres[i]).position_m) /
-                                         step_s;
+    spheres_[i].predicted_velocity_m_s =
+        (system_.trial().spheres[i].position_m -
+         bodies::sphere_motion(world, world.spheres[i]).position_m) /
+        step_s;
   if (!answers) return;
   system_.place(step_s * velocity, change, step_s);  // `change`: velocities a newton makes
   for (std::size_t i = 0; i < spheres_.size(); ++i) {
@@ -178,4 +182,4 @@ void Prediction::look(const World& world, std::span<const Contact> contacts, dou
   }
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -14,7 +14,7 @@
 #include "sim_server/dynamics/solvers/linear_solver.hpp"
 #include "sim_server/dynamics/solvers/newton.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// Where the next step would lead, and how a change of the tool's force would bend it: one
 /// implicit step from the world as it is, with the tool's contacts replaced by the force they exert
@@ -29,31 +29,37 @@ class Prediction {
   /// impact is predicted as far as they lead. What is not solved in a tenth of the step,
   /// or when the budget is spent, moves on at its velocity and is not compliant; a budget without a
   /// deadline asks no clock.
-  void look(const World& world, std::span<const Contact> contacts, double step_s, Budget budget);
+  void look(const bodies::World& world, std::span<const contact::Contact> contacts, double step_s,
+            Budget budget);
 
-  [[nodiscard]] std::span<const SpherePrediction> spheres() const noexcept { return spheres_; }
-  [[nodiscard]] const SnapshotPrediction& snapshot() const noexcept { return snapshot_; }
+  [[nodiscard]] std::span<const bodies::SpherePrediction> spheres() const noexcept {
+    return spheres_;
+  }
+  [[nodiscard]] const publication::SnapshotPrediction& snapshot() const noexcept {
+    return snapshot_;
+  }
 
  private:
-  void take_contacts(const World& world, std::span<const Contact> contacts, double step_s);
-  void take_tool(const World& world, std::span<const Contact> contacts);
+  void take_contacts(const bodies::World& world, std::span<const contact::Contact> contacts,
+                     double step_s);
+  void take_tool(const bodies::World& world, std::span<const contact::Contact> contacts);
   bool solve(ImplicitStage& stage, Eigen::VectorXd& velocity, Budget budget);
   double push_ahead(const Eigen::Vector3d& net_N);
 
   /// A contact with the tool that presses.
   struct Touch {
-    const SphereBinding* sphere;
+    const bodies::SphereBinding* sphere;
     Eigen::Vector3d force_N, couple_N_m;  // on the sphere
   };
 
-  std::vector<Contact> near_;  // of the scene with itself, that may touch within the step
+  std::vector<contact::Contact> near_;  // of the scene with itself, that may touch within the step
   MechanicalSystem system_;
   NewtonSolver solver_;
   KrylovLinearSolver linear_solver_;
   std::vector<Touch> touches_;
   Eigen::VectorXd tool_force_, tool_push_;  // as it is; per newton along its direction
-  std::vector<SpherePrediction> spheres_;
-  SnapshotPrediction snapshot_;
+  std::vector<bodies::SpherePrediction> spheres_;
+  publication::SnapshotPrediction snapshot_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

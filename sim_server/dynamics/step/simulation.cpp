@@ -7,7 +7,7 @@
 #include "sim_server/contact/crossing.hpp"
 #include "sim_server/scene/build_world.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -29,16 +29,17 @@ Clock::time_point grace(const Budget& budget, double step_s) {
 }
 
 /// Into how many parts a step is divided, contacts being found at the start of each.
-int parts_asked(const IntegratorTraits& traits, const Method& method, double step_s) {
+int parts_asked(const IntegratorTraits& traits, const scene::Method& method, double step_s) {
   if (!traits.divides_itself) return method.substeps;
   return std::max(1, static_cast<int>(std::ceil(step_s / traits.longest_part_s)));
 }
 
 }  // namespace
 
-Simulation::Simulation(const SceneDescription& scene) : Simulation(scene, build_world(scene)) {}
+Simulation::Simulation(const scene::SceneDescription& scene)
+    : Simulation(scene, scene::build_world(scene)) {}
 
-Simulation::Simulation(const SceneDescription& scene, World world)
+Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world)
     : world_(std::move(world)),
       detection_(world_, scene.voxel_ratio),
       snapshot_(world_, detection_),
@@ -159,7 +160,7 @@ Simulation::Attempt Simulation::advance(const Part& part, Step& step) {
   take_prediction(duration_s);
   if (wake_touched(end_)) return {.woke = true};
   if (!traits_.looks_within && part.may_shorten) {
-    const double share = share_before_crossings(detection_.contacts(), start_, end_);
+    const double share = contact::share_before_crossings(detection_.contacts(), start_, end_);
     if (share < 1.0) return {.share = share};
   }
   // What must end has one iteration, however late it is.
@@ -185,9 +186,9 @@ Simulation::Attempt Simulation::advance(const Part& part, Step& step) {
   if (traits_.looks_within && trial.struck && duration_s > kLeastExplicitPart_s && !part.must_end &&
       detection_.strayed(world_, trial.spheres))
     return {};
-  const double reached = traits_.looks_within
-                             ? 1.0
-                             : share_before_crossings(detection_.contacts(), start_, trial.spheres);
+  const double reached = traits_.looks_within ? 1.0
+                                              : contact::share_before_crossings(
+                                                    detection_.contacts(), start_, trial.spheres);
   if (reached < 1.0 && part.may_shorten) return {.share = reached};
   if (account_) {
     const auto flow = integrator_->flow();
@@ -241,7 +242,7 @@ bool Simulation::correct(const Part& part, Step& step, SolveReport& solve) {
 
 /// Where every sphere is, and where its velocity leads.
 void Simulation::take_prediction(double duration_s) {
-  for (const BodyRange& body : world_.bodies) {
+  for (const bodies::BodyRange& body : world_.bodies) {
     if (body.is_sleeping) continue;  // where note_sleep() saw it
     for (int sphere = body.first_sphere; sphere < body.first_sphere + body.sphere_count; ++sphere) {
       const auto i = static_cast<std::size_t>(sphere);
@@ -251,7 +252,7 @@ void Simulation::take_prediction(double duration_s) {
   }
 }
 
-bool Simulation::wake_touched(std::span<const SphereMotion> end) {
+bool Simulation::wake_touched(std::span<const bodies::SphereMotion> end) {
   if (!sleeping_ || !sleeping_->wake_touched(world_, detection_.contacts(), start_, end))
     return false;
   note_sleep();
@@ -262,10 +263,10 @@ void Simulation::note_sleep() {
   integrator_->restart();
   detection_.note_sleep(world_);
   for (std::size_t i = 0; i < world_.spheres.size(); ++i)
-    start_[i] = end_[i] = sphere_motion(world_, world_.spheres[i]);
+    start_[i] = end_[i] = bodies::sphere_motion(world_, world_.spheres[i]);
 }
 
-SnapshotPrediction Simulation::predict_next(double step_s, const Budget& budget) {
+publication::SnapshotPrediction Simulation::predict_next(double step_s, const Budget& budget) {
   if (budget.is_late()) return {};
   if (!detection_.find_contacts(world_, step_s)) return {};  // what may touch by then
   detection_.find_tool_contacts(world_, tool_.over(1.0, 1.0));
@@ -284,4 +285,4 @@ std::optional<EnergyAccount> Simulation::energy_account() {
   return account_;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -20,7 +20,7 @@
 #include "sim_server/scene/scene_description.hpp"
 #include "sim_server/snapshot/moving_snapshot.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// What one step did and what each of its phases cost.
 struct StepReport {
@@ -49,9 +49,9 @@ using TakeTool = std::function<std::optional<ToolSample>()>;
 /// A scene's world and all that moves it on.
 class Simulation {
  public:
-  explicit Simulation(const SceneDescription& scene);
+  explicit Simulation(const scene::SceneDescription& scene);
   /// The same from another state. Pre: `world` is build_world(scene), moved.
-  Simulation(const SceneDescription& scene, World world);
+  Simulation(const scene::SceneDescription& scene, bodies::World world);
 
   /// Advances the world by step_s: in one implicit step, or where that does not converge, as when
   /// stiff contacts set in, in substeps of down to an eighth. The next step begins with half as
@@ -84,18 +84,21 @@ class Simulation {
   /// Adds to the snapshot of the last step where the next one of step_s would lead
   /// (docs/algorithms/predict.md). The world stays as it is. Nothing is
   /// predicted when the budget is spent.
-  [[nodiscard]] SnapshotPrediction predict_next(double step_s, const Budget& budget = {});
+  [[nodiscard]] publication::SnapshotPrediction predict_next(double step_s,
+                                                             const Budget& budget = {});
 
   /// Accounts for energy from now on. No step comes out otherwise for it.
   void account_energy();
   /// Of all steps since then; none if it was not asked for.
   [[nodiscard]] std::optional<EnergyAccount> energy_account();
 
-  [[nodiscard]] const World& world() const noexcept { return world_; }
-  [[nodiscard]] World& world() noexcept { return world_; }
-  [[nodiscard]] const Detection& detection() const noexcept { return detection_; }
+  [[nodiscard]] const bodies::World& world() const noexcept { return world_; }
+  [[nodiscard]] bodies::World& world() noexcept { return world_; }
+  [[nodiscard]] const contact::Detection& detection() const noexcept { return detection_; }
   /// All moving spheres as they are, ready to publish.
-  [[nodiscard]] const VoxelGrid& snapshot() const noexcept { return detection_.spheres().grid(); }
+  [[nodiscard]] const collision::VoxelGrid& snapshot() const noexcept {
+    return detection_.spheres().grid();
+  }
 
  private:
   /// A part of a step, as shares of it, and what limits it.
@@ -128,21 +131,21 @@ class Simulation {
   Attempt advance(const Part& part, Step& step);
   bool correct(const Part& part, Step& step, SolveReport& solve);
   void take_prediction(double duration_s);
-  bool wake_touched(std::span<const SphereMotion> end);
+  bool wake_touched(std::span<const bodies::SphereMotion> end);
   void note_sleep();
 
-  World world_;
-  Detection detection_;
-  MovingSnapshot snapshot_;
-  Method method_;
+  bodies::World world_;
+  contact::Detection detection_;
+  snapshot::MovingSnapshot snapshot_;
+  scene::Method method_;
   std::unique_ptr<Integrator> integrator_;
   IntegratorTraits traits_;
   ToolMotion tool_;
   std::optional<Sleeping> sleeping_;
   std::optional<EnergyAccount> account_;
   std::unique_ptr<Prediction> prediction_ = std::make_unique<Prediction>();
-  std::vector<SphereMotion> start_, end_;  // of every sphere over a part
-  int substeps_ = 1;                       // that the end of the last step took, were it all alike
+  std::vector<bodies::SphereMotion> start_, end_;  // of every sphere over a part
+  int substeps_ = 1;  // that the end of the last step took, were it all alike
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -7,7 +7,7 @@
 
 #include "sim_server/dynamics/step/energy_account.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kRestRadii_s = 0.03;                     // of the smallest radius, a second
@@ -15,28 +15,29 @@ constexpr double kRestSlip = 0.2;                         // of the slip speed
 constexpr double kLongestLook_s = Sleeping::kRest_s / 8;  // so that several steps are looked at
 constexpr double kJoined = 0.01;  // of the smaller radius: a gap that still joins an island
 
-bool is_free(const World& world, const BodyRange& body) {
+bool is_free(const bodies::World& world, const bodies::BodyRange& body) {
   return body.node_count > 0 ||
          (body.rigid >= 0 && world.rigid_bodies[static_cast<std::size_t>(body.rigid)].free);
 }
 
-double fastest_m_s(const World& world, const BodyRange& body) {
+double fastest_m_s(const bodies::World& world, const bodies::BodyRange& body) {
   double squared_m2_s2 = 0.0;
   for (int i = 0; i < body.node_count; ++i)
     squared_m2_s2 = std::max(
         squared_m2_s2,
         world.nodes[static_cast<std::size_t>(body.first_node + i)].velocity_m_s.squaredNorm());
   if (body.rigid < 0) return std::sqrt(squared_m2_s2);
-  const RigidBody& rigid = world.rigid_bodies[static_cast<std::size_t>(body.rigid)];
+  const bodies::RigidBody& rigid = world.rigid_bodies[static_cast<std::size_t>(body.rigid)];
   return rigid.velocity_m_s.norm() + rigid.bounding_radius_m * rigid.angular_velocity_rad_s.norm();
 }
 
-std::size_t body_of(const World& world, int sphere) {
+std::size_t body_of(const bodies::World& world, int sphere) {
   return static_cast<std::size_t>(world.spheres[static_cast<std::size_t>(sphere)].body);
 }
 
 /// Centre of a contact's first sphere from that of its second.
-Eigen::Vector3d offset_m(const Contact& contact, std::span<const SphereMotion> spheres,
+Eigen::Vector3d offset_m(const contact::Contact& contact,
+                         std::span<const bodies::SphereMotion> spheres,
                          const Eigen::Vector3d& given_m) {
   const Eigen::Vector3d& a_m = spheres[static_cast<std::size_t>(contact.a)].position_m;
   if (contact.b < 0) return a_m - given_m;
@@ -44,8 +45,8 @@ Eigen::Vector3d offset_m(const Contact& contact, std::span<const SphereMotion> s
 }
 
 /// Whether two spheres overlap anywhere on a straight way.
-bool meet(const Contact& contact, std::span<const SphereMotion> start,
-          std::span<const SphereMotion> end) {
+bool meet(const contact::Contact& contact, std::span<const bodies::SphereMotion> start,
+          std::span<const bodies::SphereMotion> end) {
   const Eigen::Vector3d from_m = offset_m(contact, start, contact.start_b_m);
   const Eigen::Vector3d move_m = offset_m(contact, end, contact.position_b_m) - from_m;
   const double length2_m2 = move_m.squaredNorm();
@@ -56,7 +57,7 @@ bool meet(const Contact& contact, std::span<const SphereMotion> start,
 
 }  // namespace
 
-Sleeping::Sleeping(const World& world)
+Sleeping::Sleeping(const bodies::World& world)
     : rest_speed_m_s_(world.bodies.size(), 0.0),
       is_fixture_(world.bodies.size()),
       rested_s_(world.bodies.size(), 0.0),
@@ -64,14 +65,17 @@ Sleeping::Sleeping(const World& world)
       is_restless_(world.bodies.size()),
       island_(world.bodies.size()) {
   for (std::size_t body = 0; body < world.bodies.size(); ++body) {
-    const BodyRange& range = world.bodies[body];
-    is_fixture_[body] = range.rigid >= 0 && !is_free(world, range) &&
-                        !is_moved(world.rigid_bodies[static_cast<std::size_t>(range.rigid)]);
+    const bodies::BodyRange& range = world.bodies[body];
+    is_fixture_[body] =
+        range.rigid >= 0 && !is_free(world, range) &&
+        !bodies::is_moved(world.rigid_bodies[static_cast<std::size_t>(range.rigid)]);
     if (!is_free(world, range) || range.sphere_count == 0) continue;
     double speed_m_s = std::numeric_limits<double>::max();
     for (int i = 0; i < range.sphere_count; ++i) {
-      const SphereBinding& sphere = world.spheres[static_cast<std::size_t>(range.first_sphere + i)];
-      const ContactMaterial& material = world.materials[static_cast<std::size_t>(sphere.material)];
+      const bodies::SphereBinding& sphere =
+          world.spheres[static_cast<std::size_t>(range.first_sphere + i)];
+      const collision::ContactMaterial& material =
+          world.materials[static_cast<std::size_t>(sphere.material)];
       speed_m_s = std::min(
           {speed_m_s, kRestRadii_s * sphere.radius_m, kRestSlip * material.slip_speed_m_s});
     }
@@ -83,15 +87,15 @@ double Sleeping::rest_speed_m_s(int body) const {
   return rest_speed_m_s_[static_cast<std::size_t>(body)];
 }
 
-bool Sleeping::wake_touched(World& world, std::span<const Contact> contacts,
-                            std::span<const SphereMotion> start,
-                            std::span<const SphereMotion> end) {
+bool Sleeping::wake_touched(bodies::World& world, std::span<const contact::Contact> contacts,
+                            std::span<const bodies::SphereMotion> start,
+                            std::span<const bodies::SphereMotion> end) {
   if (sleeping_spheres_ == 0) return false;
   bool woke = false;
   const auto wake = [&](std::size_t sleeper) {
     const std::size_t island = island_[sleeper];
     for (std::size_t body = 0; body < world.bodies.size(); ++body) {
-      BodyRange& range = world.bodies[body];
+      bodies::BodyRange& range = world.bodies[body];
       if (!range.is_sleeping || island_[body] != island) continue;
       range.is_sleeping = false;
       rested_s_[body] = 0.0;
@@ -99,7 +103,7 @@ bool Sleeping::wake_touched(World& world, std::span<const Contact> contacts,
     }
     woke = true;
   };
-  for (const Contact& contact : contacts) {
+  for (const contact::Contact& contact : contacts) {
     // What is still among still things has no contacts: a sphere that sleeps here meets what moves.
     const std::size_t a = body_of(world, contact.a);
     const std::size_t b = contact.b < 0 ? a : body_of(world, contact.b);
@@ -108,12 +112,13 @@ bool Sleeping::wake_touched(World& world, std::span<const Contact> contacts,
     for (const std::size_t body : {a, b})
       if (world.bodies[body].is_sleeping) wake(body);
   }
-  if (woke) number_unknowns(world);
+  if (woke) bodies::number_unknowns(world);
   return woke;
 }
 
-std::optional<double> Sleeping::settle(World& world, std::span<const Contact> contacts,
-                                       std::span<const SphereMotion> spheres, double step_s,
+std::optional<double> Sleeping::settle(bodies::World& world,
+                                       std::span<const contact::Contact> contacts,
+                                       std::span<const bodies::SphereMotion> spheres, double step_s,
                                        bool is_sure) {
   if (!note_speeds(world, step_s, is_sure)) return std::nullopt;
   join_islands(world, contacts, spheres);
@@ -124,15 +129,15 @@ std::optional<double> Sleeping::settle(World& world, std::span<const Contact> co
     sleep_loss_J = sleep_loss_J.value_or(0.0) + kinetic_energy_J(world, world.bodies[body]);
     lay_down(world, body);
   }
-  if (sleep_loss_J) number_unknowns(world);
+  if (sleep_loss_J) bodies::number_unknowns(world);
   return sleep_loss_J;
 }
 
 /// Whether one has been at rest for long enough.
-bool Sleeping::note_speeds(const World& world, double step_s, bool is_sure) {
+bool Sleeping::note_speeds(const bodies::World& world, double step_s, bool is_sure) {
   bool one_rests = false;
   for (std::size_t body = 0; body < world.bodies.size(); ++body) {
-    const BodyRange& range = world.bodies[body];
+    const bodies::BodyRange& range = world.bodies[body];
     if (range.is_sleeping || rest_speed_m_s_[body] == 0.0) continue;
     const bool is_slow = is_sure && fastest_m_s(world, range) < rest_speed_m_s_[body];
     rested_s_[body] = is_slow ? rested_s_[body] + std::min(step_s, kLongestLook_s) : 0.0;
@@ -141,12 +146,12 @@ bool Sleeping::note_speeds(const World& world, double step_s, bool is_sure) {
   return one_rests;
 }
 
-void Sleeping::join_islands(const World& world, std::span<const Contact> contacts,
-                            std::span<const SphereMotion> spheres) {
+void Sleeping::join_islands(const bodies::World& world, std::span<const contact::Contact> contacts,
+                            std::span<const bodies::SphereMotion> spheres) {
   std::iota(parent_.begin(), parent_.end(), std::size_t{0});
   for (std::size_t body = 0; body < parent_.size(); ++body)
     is_restless_[body] = rested_s_[body] < kRest_s;
-  for (const Contact& contact : contacts) {
+  for (const contact::Contact& contact : contacts) {
     // Floors and walls keep no one awake.
     if (contact.b < 0 && !contact.is_tool) continue;
     if (is_fixture_[body_of(world, contact.a)]) continue;
@@ -162,15 +167,15 @@ void Sleeping::join_islands(const World& world, std::span<const Contact> contact
   }
 }
 
-void Sleeping::lay_down(World& world, std::size_t body) {
-  BodyRange& range = world.bodies[body];
+void Sleeping::lay_down(bodies::World& world, std::size_t body) {
+  bodies::BodyRange& range = world.bodies[body];
   range.is_sleeping = true;
   island_[body] = root(body);
   sleeping_spheres_ += range.sphere_count;
   for (int i = 0; i < range.node_count; ++i)
     world.nodes[static_cast<std::size_t>(range.first_node + i)].velocity_m_s.setZero();
   if (range.rigid < 0) return;
-  RigidBody& rigid = world.rigid_bodies[static_cast<std::size_t>(range.rigid)];
+  bodies::RigidBody& rigid = world.rigid_bodies[static_cast<std::size_t>(range.rigid)];
   rigid.velocity_m_s.setZero();
   rigid.angular_velocity_rad_s.setZero();
 }
@@ -180,4 +185,4 @@ std::size_t Sleeping::root(std::size_t body) {
   return body;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

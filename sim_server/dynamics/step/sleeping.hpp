@@ -10,7 +10,7 @@
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/contact.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// Lets free bodies that are at rest sleep: they leave the work of a step, not the snapshot, and
 /// stay where they are to the bit until something touches them (docs/algorithms/sleeping.md).
@@ -23,7 +23,7 @@ class Sleeping {
   /// How long a body is at rest before it sleeps.
   static constexpr double kRest_s = 0.5;
 
-  explicit Sleeping(const World& world);
+  explicit Sleeping(const bodies::World& world);
 
   /// Slower than this a body is at rest: 3 % of its smallest sphere's radius a second, and at most
   /// a fifth of its material's slip speed, for what friction lets creep is motion.
@@ -32,23 +32,25 @@ class Sleeping {
   /// Wakes every island with a sphere that would be touched on the straight way from `start` to
   /// `end`, which are of all spheres. True if one woke: its contacts are yet to be found, and the
   /// unknowns are numbered anew.
-  bool wake_touched(World& world, std::span<const Contact> contacts,
-                    std::span<const SphereMotion> start, std::span<const SphereMotion> end);
+  bool wake_touched(bodies::World& world, std::span<const contact::Contact> contacts,
+                    std::span<const bodies::SphereMotion> start,
+                    std::span<const bodies::SphereMotion> end);
 
   /// Takes note of a step's end, spheres being there and contacts all that may touch. If an island
   /// went to sleep, its velocities are now zero and the unknowns numbered anew: returns the kinetic
   /// energy that took. is_sure: the step converged; one that did not tells of no rest.
-  std::optional<double> settle(World& world, std::span<const Contact> contacts,
-                               std::span<const SphereMotion> spheres, double step_s, bool is_sure);
+  std::optional<double> settle(bodies::World& world, std::span<const contact::Contact> contacts,
+                               std::span<const bodies::SphereMotion> spheres, double step_s,
+                               bool is_sure);
 
   /// Spheres of all that is sleeping.
   [[nodiscard]] int sleeping_spheres() const noexcept { return sleeping_spheres_; }
 
  private:
-  bool note_speeds(const World& world, double step_s, bool is_sure);
-  void join_islands(const World& world, std::span<const Contact> contacts,
-                    std::span<const SphereMotion> spheres);
-  void lay_down(World& world, std::size_t body);
+  bool note_speeds(const bodies::World& world, double step_s, bool is_sure);
+  void join_islands(const bodies::World& world, std::span<const contact::Contact> contacts,
+                    std::span<const bodies::SphereMotion> spheres);
+  void lay_down(bodies::World& world, std::size_t body);
   std::size_t root(std::size_t body);
 
   // Of each body.
@@ -62,4 +64,4 @@ class Sleeping {
   int sleeping_spheres_ = 0;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -3,17 +3,17 @@
 #include <cmath>
 #include <numbers>
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 void ToolMotion::place(const ToolSample& sample) {
   const bool known = is_here();
   start_sample_ = known ? sample_ : sample;
   from_ = 0.0;
   over_step_.resize(spheres_.size());
-  for (ToolSphereMotion& sphere : over_step_) sphere.position_before_m = sphere.position_m;
+  for (contact::ToolSphereMotion& sphere : over_step_) sphere.position_before_m = sphere.position_m;
   end_at(sample);
   if (known) return;
-  for (ToolSphereMotion& sphere : over_step_) sphere.position_before_m = sphere.position_m;
+  for (contact::ToolSphereMotion& sphere : over_step_) sphere.position_before_m = sphere.position_m;
 }
 
 void ToolMotion::redirect(const ToolSample& sample, double from) {
@@ -33,7 +33,7 @@ void ToolMotion::end_at(const ToolSample& sample) {
         angle_rad * 1e9 / static_cast<double>(sample.time_ns - start_sample_.time_ns) * turn.axis();
   }
   for (std::size_t i = 0; i < spheres_.size(); ++i) {
-    ToolSphereMotion& sphere = over_step_[i];
+    contact::ToolSphereMotion& sphere = over_step_[i];
     sphere.position_m = sample.position_m + sample.orientation * spheres_[i].position_m;
     sphere.velocity_m_s =
         sample.velocity_m_s + spin_rad_s.cross(sphere.position_m - sample.position_m);
@@ -42,10 +42,10 @@ void ToolMotion::end_at(const ToolSample& sample) {
   }
 }
 
-const std::vector<ToolSphereMotion>& ToolMotion::over(double start, double end) {
+const std::vector<contact::ToolSphereMotion>& ToolMotion::over(double start, double end) {
   over_part_ = over_step_;
   const auto way = [this](double share) { return (share - from_) / (1.0 - from_); };
-  for (ToolSphereMotion& sphere : over_part_) {
+  for (contact::ToolSphereMotion& sphere : over_part_) {
     const Eigen::Vector3d from_m = sphere.position_before_m;
     const Eigen::Vector3d move_m = sphere.position_m - from_m;
     if (end < 1.0) sphere.position_m = from_m + way(end) * move_m;
@@ -54,4 +54,4 @@ const std::vector<ToolSphereMotion>& ToolMotion::over(double start, double end) 
   return over_part_;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

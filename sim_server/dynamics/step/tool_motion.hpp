@@ -9,7 +9,7 @@
 #include "sim_server/contact/detection.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// The tool as the simulation takes it: one sample of its pose and velocity.
 struct ToolSample {
@@ -23,7 +23,7 @@ struct ToolSample {
 /// sample.
 class ToolMotion {
  public:
-  explicit ToolMotion(std::vector<ToolSphere> spheres) : spheres_(std::move(spheres)) {}
+  explicit ToolMotion(std::vector<scene::ToolSphere> spheres) : spheres_(std::move(spheres)) {}
 
   /// The tool is here at this step's end. Without a step before it has no path.
   void place(const ToolSample& sample);
@@ -37,16 +37,16 @@ class ToolMotion {
 
   /// Its spheres over the part of the step from share `start` to share `end` of it; none without a
   /// tool. Pre: start is not before a redirection.
-  [[nodiscard]] const std::vector<ToolSphereMotion>& over(double start, double end);
+  [[nodiscard]] const std::vector<contact::ToolSphereMotion>& over(double start, double end);
 
  private:
   void end_at(const ToolSample& sample);
 
-  std::vector<ToolSphere> spheres_;          // as described
-  ToolSample start_sample_, sample_;         // of the step before, and the newest
-  double from_ = 0.0;                        // share of the step at which over_step_ begins
-  std::vector<ToolSphereMotion> over_step_;  // empty: no tool
-  std::vector<ToolSphereMotion> over_part_;
+  std::vector<scene::ToolSphere> spheres_;  // as described
+  ToolSample start_sample_, sample_;        // of the step before, and the newest
+  double from_ = 0.0;                       // share of the step at which over_step_ begins
+  std::vector<contact::ToolSphereMotion> over_step_;  // empty: no tool
+  std::vector<contact::ToolSphereMotion> over_part_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

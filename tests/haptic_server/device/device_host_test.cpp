@@ -10,7 +10,7 @@
 
 #include "tests/haptic_server/devices/recording_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::device {
 namespace {
 
 const Eigen::Vector3d kNoTorque_N_m = Eigen::Vector3d::Zero();
@@ -70,7 +70,7 @@ TEST_CASE("The same device gives the same bits twice", "[device_host]") {
 }
 
 TEST_CASE("The end of a recording is told apart from a fault", "[device_host]") {
-  const RecordingFile file("t_s,x_m,y_m,z_m\n0,1,2,3\n0.001,2,2,3\n");
+  const devices::RecordingFile file("t_s,x_m,y_m,z_m\n0,1,2,3\n0.001,2,2,3\n");
   Device device(parse_device_spec(kReplay + ":file=" + file.path()), kLockstep);
   device.activate();
   stillgrid_device_state state{};
@@ -186,4 +186,4 @@ TEST_CASE("What a driver logs is a line under its plugin's name", "[device_host]
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::device

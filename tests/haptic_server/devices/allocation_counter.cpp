@@ -47,22 +47,22 @@ void operator delete(void* memory, std::size_t /*size*/, std::align_val_t /*alig
   std::free(memory);
 }
 
-namespace stillgrid {
+namespace stillgrid::devices {
 
 std::optional<std::uint64_t> allocation_count() noexcept {
   return allocations;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices
 
 #else
 
-namespace stillgrid {
+namespace stillgrid::devices {
 
 std::optional<std::uint64_t> allocation_count() noexcept {
   return std::nullopt;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices
 
 #endif

@@ -14,7 +14,7 @@
 #include <string>
 #include <thread>
 
-namespace stillgrid {
+namespace stillgrid::devices {
 
 /// The socket of a daemon that speaks spacenavd's protocol: requests of four bytes and events of
 /// eight 32-bit numbers [libspnav 1.0, proto.h]. $SPNAV_SOCKET names it while it lives.
@@ -84,4 +84,4 @@ class FakeSpacenavd {
   std::thread greeter_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

@@ -12,7 +12,7 @@
 #include "tests/haptic_server/devices/plugin.hpp"
 #include "tests/haptic_server/devices/recording_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::devices {
 namespace {
 
 using Eigen::Quaterniond;
@@ -241,4 +241,4 @@ TEST_CASE("An instrument's reading and writing never allocate", "[instrument]") 
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

@@ -10,7 +10,7 @@
 
 #include "proto/device_plugin.h"
 
-namespace stillgrid {
+namespace stillgrid::devices {
 
 constexpr std::uint64_t kTick_ns = 1'000'000;
 
@@ -74,4 +74,4 @@ struct Plugin {
 /// From 0 to 4 ms, with a corner in the middle.
 inline const std::string kRecording = "t_s,x_m,y_m,z_m\n5,0,0,1\n5.002,0.2,0,1\n5.004,0.2,0.4,1\n";
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

@@ -15,7 +15,7 @@
 #include "tests/haptic_server/devices/plugin.hpp"
 #include "tests/haptic_server/devices/recording_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::devices {
 namespace {
 
 TEST_CASE("A call out of the order of life is refused, and harms nothing", "[plugins]") {
@@ -139,7 +139,7 @@ TEST_CASE("A bad option is refused in one line with key, value and what is expec
 
 TEST_CASE("The phantom takes its options by their old names too", "[plugins]") {
   Plugin old("phantom"), now("phantom");
-  for (const auto& [before, today] : kOldDeviceOptions) {
+  for (const auto& [before, today] : files::kOldDeviceOptions) {
     CHECK(old.configure(std::string(before), "0.5") == STILLGRID_DEVICE_OK);
     CHECK(now.configure(std::string(today), "0.5") == STILLGRID_DEVICE_OK);
     CHECK(old.configure(std::string(before), "-1") == now.configure(std::string(today), "-1"));
@@ -148,7 +148,7 @@ TEST_CASE("The phantom takes its options by their old names too", "[plugins]") {
 }
 
 TEST_CASE("The phantom refuses an option under its old name and today's together", "[plugins]") {
-  for (const auto& [before, today] : kOldDeviceOptions) {
+  for (const auto& [before, today] : files::kOldDeviceOptions) {
     const std::string old(before), now(today);
     for (const auto& [first, second] : {std::pair(old, now), std::pair(now, old)}) {
       const Plugin plugin("phantom");
@@ -230,4 +230,4 @@ TEST_CASE("Reading and writing never allocate", "[plugins]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

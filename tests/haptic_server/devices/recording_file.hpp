@@ -9,7 +9,7 @@
 #include <string_view>
 #include <system_error>
 
-namespace stillgrid {
+namespace stillgrid::devices {
 
 /// A file in the temporary folder that lives as long as the test.
 class RecordingFile {
@@ -44,4 +44,4 @@ inline std::filesystem::path real_recordings() {
   return root / "trajectories";
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

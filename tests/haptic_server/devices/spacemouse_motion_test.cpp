@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-namespace stillgrid {
+namespace stillgrid::devices {
 namespace {
 
 SpacemouseSettings settings_without_dead_zone() {
@@ -86,4 +86,4 @@ TEST_CASE("Turns are right-handed about right, up and away, and stay unit", "[sp
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

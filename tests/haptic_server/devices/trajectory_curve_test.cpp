@@ -9,7 +9,7 @@
 
 #include "tests/haptic_server/devices/recording_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::devices {
 namespace {
 
 Eigen::Vector3d smooth_m(double t) {
@@ -197,4 +197,4 @@ TEST_CASE("On recordings made by others the cubic stays near the samples and the
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

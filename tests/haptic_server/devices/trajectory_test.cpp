@@ -10,7 +10,7 @@
 
 #include "tests/haptic_server/devices/recording_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::devices {
 namespace {
 
 const std::string kSmall =
@@ -209,4 +209,4 @@ TEST_CASE("Recordings made by others are read", "[trajectory][real_data]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::devices

@@ -19,7 +19,7 @@
 #include "haptic_server/safety/safety_flag.hpp"
 #include "shared/files/failing_writes.hpp"
 
-namespace stillgrid {
+namespace stillgrid::recording {
 namespace {
 
 std::filesystem::path temporary_file() {
@@ -38,7 +38,7 @@ std::vector<std::string> lines_of(const std::filesystem::path& file) {
 class FullDisk {
  public:
   explicit FullDisk(std::uintmax_t bytes) {
-    make_writes_fail();
+    files::make_writes_fail();
     spdlog::set_level(spdlog::level::off);
     ::getrlimit(RLIMIT_FSIZE, &before_);
     const ::rlimit limit{bytes, before_.rlim_max};
@@ -110,7 +110,7 @@ TEST_CASE("A number written reads back to the same bits", "[recorder]") {
 TEST_CASE("Flags are named, joined by bars, and followed by torque and orientation", "[recorder]") {
   TickRow row;
   row.tick_ns = 77;
-  row.flags = kFlagFaded | kFlagClamped | kFlagSwept;
+  row.flags = safety::kFlagFaded | safety::kFlagClamped | safety::kFlagSwept;
   row.torque_N_m = {0.25, -1.0, 0.0};
   row.orientation = {0.5, -0.5, 0.5, 0.5};
   std::string line;
@@ -212,7 +212,7 @@ TEST_CASE("A ring that overflows counts what it could not take", "[recorder]") {
 }
 
 TEST_CASE("A pipe whose reader has gone ends no process, and its rows are counted", "[recorder]") {
-  make_writes_fail();
+  files::make_writes_fail();
   const auto pipe = temporary_file();
   REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
   std::thread reader([&] {
@@ -251,4 +251,4 @@ TEST_CASE("No name breaks the head, and more of it may be given", "[recorder]") 
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::recording

@@ -13,7 +13,7 @@
 #include "tests/haptic_server/devices/allocation_counter.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 namespace {
 
 constexpr std::uint64_t kPeriod_ns = 32 * kMillisecond_ns;
@@ -60,7 +60,8 @@ TEST_CASE("The displayed force is the one to which the sphere has given way", "[
   const double compliance_m_per_N = periods * periods * kCompliance_m_per_N;
   const double expected_N =
       kStiffness_N_per_m *
-      (depth_m + (periods * kPeriod_s - prediction_lag_s(kPeriod_s)) * kPredictedVelocity_m_s +
+      (depth_m +
+       (periods * kPeriod_s - display::prediction_lag_s(kPeriod_s)) * kPredictedVelocity_m_s +
        compliance_m_per_N * kSnapshot_N) /
       (1.0 + kStiffness_N_per_m * compliance_m_per_N);
   // Ticks before, for a sphere gives way a quarter of the tool's radius in one at most.
@@ -127,22 +128,22 @@ std::vector<double> pressed_mass(Renderer& renderer, double stiffness_N_per_m) {
   constexpr std::uint64_t kStep_ns = 33 * kMillisecond_ns;
   PublishedScene scene(plain_scene(static_cast<float>(stiffness_N_per_m), 0.01F), {0.01F},
                        kStep_ns);
-  PhantomSettings settings;
+  devices::PhantomSettings settings;
   settings.device.mass_kg = 0.1;
   settings.device.damping_N_s_per_m = 5.0;
   settings.hand.stiffness_N_per_m = kHand_N_per_m;
-  settings.path.kind = PathKind::kStill;
+  settings.path.kind = devices::PathKind::kStill;
   settings.path.centre_m = {0.0, 0.0, -kPush_N / kHand_N_per_m};
   settings.start_m = {0.0, 0.0, 1e-4};
-  PhantomModel device = make_phantom(settings);
-  command_force(device, {0.0, 0.0, kPush_N});
+  devices::PhantomModel device = devices::make_phantom(settings);
+  devices::command_force(device, {0.0, 0.0, kPush_N});
 
   double place_m = kPush_N / stiffness_N_per_m - kContactDistance_m, speed_m_s = 0.0;
   double shown_m = place_m, shown_m_s = 0.0, shown_N = kPush_N;
   std::vector<double> heights_m;
   for (std::uint64_t tick = 0; tick < 10'000; ++tick) {
     const std::uint64_t now_ns = tick * kMillisecond_ns;
-    heights_m.push_back(read_encoders(device).z());
+    heights_m.push_back(devices::read_encoders(device).z());
     if (tick % 33 == 0) {
       if (tick > 0) {  // the snapshot of the last sample, for its step took the whole period
         ShownPrediction told = prediction(shown_m_s + kStep_s / kMass_kg * (kPush_N - shown_N),
@@ -162,10 +163,10 @@ std::vector<double> pressed_mass(Renderer& renderer, double stiffness_N_per_m) {
       shown_m_s = speed_m_s;
       shown_N = std::max(0.0, stiffness_N_per_m * (end_m - touch_m));
     }
-    command_force(
+    devices::command_force(
         device, renderer.render(scene.view(), {.position_m = {0.0, 0.0, heights_m.back()}}, now_ns)
                     .force.force_N);
-    advance_phantom(device, kSubstepsPerTick);
+    devices::advance_phantom(device, devices::kSubstepsPerTick);
   }
   return heights_m;
 }
@@ -178,7 +179,7 @@ TEST_CASE(
     return *high - *low;
   };
   CompliantRenderer predict, stiffer;
-  SnapshotRenderer hold(Transition::kHold), soft_hold(Transition::kHold);
+  SnapshotRenderer hold(display::Transition::kHold), soft_hold(display::Transition::kHold);
   CHECK(last_swing_m(pressed_mass(predict, 500.0)) < 1e-5);
   CHECK(last_swing_m(pressed_mass(stiffer, 1500.0)) < 1e-5);
   CHECK(last_swing_m(pressed_mass(soft_hold, 500.0)) < 1e-5);  // 634 N/m is its limit
@@ -258,7 +259,7 @@ TEST_CASE("Whatever predicted velocities and compliances are, the force is finit
 }
 
 TEST_CASE("A tick of predict allocates nothing, at a switch neither", "[predict]") {
-  if (!allocation_count()) {
+  if (!devices::allocation_count()) {
     WARN("skipped: a sanitizer keeps allocations from being counted");
     return;
   }
@@ -266,13 +267,13 @@ TEST_CASE("A tick of predict allocates nothing, at a switch neither", "[predict]
   ball.show(0.0, 0.0, 0, prediction(0.01, 1e-3, 1.0));
   (void)ball.force_N(0.016, 0);
   ball.show(0.001, 0.0, kPeriod_ns, prediction(0.01, 1e-3, 1.0));
-  const auto before = allocation_count();
+  const auto before = devices::allocation_count();
   double sum_N = 0.0;
   for (std::uint64_t ms = 31; ms < 64; ++ms) sum_N += ball.force_N(0.016, ms * kMillisecond_ns);
-  const auto after = allocation_count();
+  const auto after = devices::allocation_count();
   CHECK(after == before);
   CHECK(sum_N > 0.0);
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

@@ -8,7 +8,7 @@
 #include "haptic_server/rendering/renderer.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 namespace {
 
 constexpr std::uint64_t kPeriod_ns = 32 * kMillisecond_ns;
@@ -26,7 +26,7 @@ struct Visitor {
   std::uint64_t now_ns = 0;
   Eigen::Vector3d place_m = Eigen::Vector3d(0.3, 0.0, 0.0);
 
-  explicit Visitor(Transition transition) : renderer(make_renderer(transition)) {}
+  explicit Visitor(display::Transition transition) : renderer(make_renderer(transition)) {}
 
   void show(bool is_present) {
     ShownPrediction prediction;
@@ -61,7 +61,7 @@ double largest_step(std::vector<double> forces_N, double before_N) {
 
 TEST_CASE("Held snapshots show a sphere that appears at once, and one that vanishes no more",
           "[presence]") {
-  Visitor visitor(Transition::kHold);
+  Visitor visitor(display::Transition::kHold);
   visitor.show(false);
   CHECK(visitor.forces_N() == std::vector<double>(32, 0.0));
   visitor.show(true);
@@ -72,7 +72,7 @@ TEST_CASE("Held snapshots show a sphere that appears at once, and one that vanis
 
 TEST_CASE("A sphere that appears or vanishes is felt by the weights of the snapshots it is in",
           "[presence]") {
-  Visitor visitor(Transition::kLinear);
+  Visitor visitor(display::Transition::kLinear);
   for (int i = 0; i < 5; ++i) {
     visitor.show(false);
     CHECK(visitor.forces_N() == std::vector<double>(32, 0.0));
@@ -92,7 +92,7 @@ TEST_CASE("A sphere that appears or vanishes is felt by the weights of the snaps
 }
 
 TEST_CASE("It is displayed where it was or will be, not drawn to where it is not", "[presence]") {
-  Visitor visitor(Transition::kLinear);
+  Visitor visitor(display::Transition::kLinear);
   visitor.show(false);
   visitor.forces_N();
   visitor.place_m.x() += 0.006;
@@ -105,9 +105,10 @@ TEST_CASE("It is displayed where it was or will be, not drawn to where it is not
 TEST_CASE(
     "Of an early snapshot too restart, hermite, playout and predict let nothing appear by a jump",
     "[presence]") {
-  const Transition transition = GENERATE(Transition::kRestart, Transition::kHermite,
-                                         Transition::kPlayout, Transition::kPredict);
-  CAPTURE(name_of(transition));
+  const display::Transition transition =
+      GENERATE(display::Transition::kRestart, display::Transition::kHermite,
+               display::Transition::kPlayout, display::Transition::kPredict);
+  CAPTURE(display::name_of(transition));
   Visitor visitor(transition);
   double last_N = 0.0, most_N = 0.0, full_N = 0.0;
   for (const bool is_present : {false, false, true, true, true, true, false, true, false, false}) {
@@ -123,7 +124,7 @@ TEST_CASE(
 
 TEST_CASE("Predict goes on from the force that it showed when a sphere appears or vanishes",
           "[presence]") {
-  Visitor visitor(Transition::kPredict);
+  Visitor visitor(display::Transition::kPredict);
   visitor.show(false);
   visitor.forces_N();
   for (const bool is_present : {true, false}) {
@@ -137,4 +138,4 @@ TEST_CASE("Predict goes on from the force that it showed when a sphere appears o
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

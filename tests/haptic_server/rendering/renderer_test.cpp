@@ -5,16 +5,16 @@
 
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 namespace {
 
 TEST_CASE("There is no force before a snapshot was read whole, by any transition", "[renderer]") {
-  for (const TransitionLaw& law : transitions()) {
+  for (const display::TransitionLaw& law : display::transitions()) {
     INFO(law.name);
-    StaticScene ground = plain_scene(500.0F, 0.1F);
+    publication::StaticScene ground = plain_scene(500.0F, 0.1F);
     ground.planes = {{.normal = {0.0F, 0.0F, 1.0F}, .offset_m = 0.0F, .material = 0, .body = 0}};
     PublishedScene scene(ground, {0.1F}, kMillisecond_ns);
-    const std::unique_ptr<Renderer> renderer = make_renderer(*transition_named(law.name));
+    const std::unique_ptr<Renderer> renderer = make_renderer(*display::transition_named(law.name));
     const ToolPose pressed{.position_m = {0.0, 0.0, 0.09}};
     scene.show({{0.0, 0.0, 0.0}}, 0);
     std::uint64_t& sequence = *scene.writer().segment().buffer().sequence[1];
@@ -35,4 +35,4 @@ TEST_CASE("There is no force before a snapshot was read whole, by any transition
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

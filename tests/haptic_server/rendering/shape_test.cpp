@@ -6,7 +6,7 @@
 #include "haptic_server/rendering/renderer.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 namespace {
 
 constexpr std::uint64_t kPeriod_ns = 34 * kMillisecond_ns;
@@ -27,7 +27,7 @@ struct MovingBody {
   std::unique_ptr<Renderer> renderer;
   std::uint64_t now_ns = 0;
 
-  MovingBody(Transition transition, std::vector<Path> spheres)
+  MovingBody(display::Transition transition, std::vector<Path> spheres)
       : paths(std::move(spheres)),
         scene(plain_scene(static_cast<float>(kStiffness_N_per_m), static_cast<float>(kRadius_m)),
               std::vector<float>(paths.size(), static_cast<float>(kRadius_m)), kPeriod_ns),
@@ -79,7 +79,7 @@ std::vector<Path> turning_ring() {
 
 /// The ring's radius as it is felt so long after a snapshot, seen from outside. lag_s: of the angle
 /// at which it is displayed.
-double felt_radius(Transition transition, std::uint64_t after_ns, double lag_s) {
+double felt_radius(display::Transition transition, std::uint64_t after_ns, double lag_s) {
   MovingBody ring(transition, turning_ring());
   ring.run(after_ns);
   const Eigen::Vector3d there_m = ring.paths[0](seconds(ring.now_ns) - lag_s);
@@ -89,8 +89,8 @@ double felt_radius(Transition transition, std::uint64_t after_ns, double lag_s) 
 TEST_CASE("2.3 A body that turns half a radian a period shrinks by 3.109 % on linear's chord",
           "[shape]") {
   CHECK(1.0 - std::cos(0.25) == Approx(0.03109).epsilon(1e-3));
-  const Transition transition =
-      GENERATE(Transition::kLinear, Transition::kRestart, Transition::kPlayout);
+  const display::Transition transition = GENERATE(
+      display::Transition::kLinear, display::Transition::kRestart, display::Transition::kPlayout);
   CHECK(1.0 - felt_radius(transition, kPeriod_ns / 2, kPeriod_s) == Approx(0.03109).epsilon(1e-3));
   CHECK(felt_radius(transition, 0, kPeriod_s) == Approx(1.0).epsilon(1e-5));
 }
@@ -98,20 +98,22 @@ TEST_CASE("2.3 A body that turns half a radian a period shrinks by 3.109 % on li
 TEST_CASE("Hermite keeps the size of a body that turns, to phi^4 / 384", "[shape]") {
   const double bound = std::pow(kTurn_rad, 4) / 384.0;  // 1.6e-4
   for (const std::uint64_t after_ns : {kPeriod_ns / 4, kPeriod_ns / 2, 3 * kPeriod_ns / 4})
-    CHECK(std::abs(1.0 - felt_radius(Transition::kHermite, after_ns, kPeriod_s)) < 1.1 * bound);
+    CHECK(std::abs(1.0 - felt_radius(display::Transition::kHermite, after_ns, kPeriod_s)) <
+          1.1 * bound);
 }
 
 TEST_CASE("Extrapolation lets a body that turns grow on the tangent, by 11.8 % in half a radian",
           "[shape]") {
-  CHECK(felt_radius(Transition::kExtrapolate, kPeriod_ns - 1, 0.0) ==
+  CHECK(felt_radius(display::Transition::kExtrapolate, kPeriod_ns - 1, 0.0) ==
         Approx(std::sqrt(1.0 + kTurn_rad * kTurn_rad)).epsilon(1e-4));
 }
 
 TEST_CASE("Predict shrinks on the chord to the predicted snapshot as linear does, but without lag",
           "[shape]") {
-  CHECK(1.0 - felt_radius(Transition::kPredict, kPeriod_ns / 2, 0.0) ==
+  CHECK(1.0 - felt_radius(display::Transition::kPredict, kPeriod_ns / 2, 0.0) ==
         Approx(0.03109).epsilon(1e-3));
-  CHECK(felt_radius(Transition::kPredict, kPeriod_ns - 1, 0.0) == Approx(1.0).epsilon(1e-4));
+  CHECK(felt_radius(display::Transition::kPredict, kPeriod_ns - 1, 0.0) ==
+        Approx(1.0).epsilon(1e-4));
 }
 
 /// A row of spheres that stretches and bends, each sphere at its own steady speed.
@@ -128,14 +130,14 @@ std::vector<Path> deforming_row() {
 TEST_CASE("A deforming body has the shape of one instant, a period ago or of the present",
           "[shape]") {
   struct Row {
-    Transition transition;
+    display::Transition transition;
     double lag_s;
   };
-  const Row row =
-      GENERATE(Row{Transition::kLinear, kPeriod_s}, Row{Transition::kRestart, kPeriod_s},
-               Row{Transition::kHermite, kPeriod_s}, Row{Transition::kPlayout, kPeriod_s},
-               Row{Transition::kExtrapolate, 0.0}, Row{Transition::kPredict, 0.0});
-  CAPTURE(name_of(row.transition));
+  const Row row = GENERATE(
+      Row{display::Transition::kLinear, kPeriod_s}, Row{display::Transition::kRestart, kPeriod_s},
+      Row{display::Transition::kHermite, kPeriod_s}, Row{display::Transition::kPlayout, kPeriod_s},
+      Row{display::Transition::kExtrapolate, 0.0}, Row{display::Transition::kPredict, 0.0});
+  CAPTURE(display::name_of(row.transition));
   const std::uint64_t after_ns = GENERATE(as<std::uint64_t>(), 3, 17, 29) * kMillisecond_ns;
   MovingBody body(row.transition, deforming_row());
   body.run(after_ns);
@@ -146,4 +148,4 @@ TEST_CASE("A deforming body has the shape of one instant, a period ago or of the
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

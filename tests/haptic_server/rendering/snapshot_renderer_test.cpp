@@ -6,7 +6,7 @@
 
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 namespace {
 
 constexpr double kSpeed_m_s = 0.1;
@@ -21,7 +21,7 @@ struct SteadyApproach {
   // The probe is far inside, so that the contact lasts for the whole experiment.
   ToolPose probe{.position_m = {0.15, 0.0, 0.0}};
 
-  explicit SteadyApproach(Transition transition) : renderer(transition) {}
+  explicit SteadyApproach(display::Transition transition) : renderer(transition) {}
 
   static double centre_m(std::uint64_t time_ns) {
     return kSpeed_m_s * static_cast<double>(time_ns) * 1e-9;
@@ -45,7 +45,7 @@ struct SteadyApproach {
 };
 
 TEST_CASE("Held snapshots jump by k v P at each switch, 1.65 N", "[snapshot_renderer]") {
-  SteadyApproach approach(Transition::kHold);
+  SteadyApproach approach(display::Transition::kHold);
   double previous_N = 0.0;
   int switches = 0;
   for (int i = 0; i < 330; ++i) {
@@ -66,7 +66,7 @@ TEST_CASE("Held snapshots jump by k v P at each switch, 1.65 N", "[snapshot_rend
 }
 
 TEST_CASE("Held snapshots err by v P / sqrt 3 rms, as sampled at 1 kHz", "[snapshot_renderer]") {
-  SteadyApproach approach(Transition::kHold);
+  SteadyApproach approach(display::Transition::kHold);
   double squared_m2 = 0.0;
   for (int i = 0; i < 330; ++i) {
     const double error_m = approach.shown_m(approach.tick()) -
@@ -78,7 +78,7 @@ TEST_CASE("Held snapshots err by v P / sqrt 3 rms, as sampled at 1 kHz", "[snaps
 }
 
 TEST_CASE("The paper's transition lags by exactly v P and never jumps", "[snapshot_renderer]") {
-  SteadyApproach approach(Transition::kLinear);
+  SteadyApproach approach(display::Transition::kLinear);
   double previous_m = 0.0;
   for (int i = 0; i < 330; ++i) {
     const RenderedTick tick = approach.tick();
@@ -96,7 +96,7 @@ TEST_CASE("The paper's transition lags by exactly v P and never jumps", "[snapsh
 TEST_CASE("With the print's max for min, linear would be hold and jump by v P",
           "[snapshot_renderer]") {
   // a(t) = max((t - Tn) / P, 1) = 1 for all t up to the switch: the weights of hold.
-  SteadyApproach hold(Transition::kHold), linear(Transition::kLinear);
+  SteadyApproach hold(display::Transition::kHold), linear(display::Transition::kLinear);
   for (int i = 0; i < 66; ++i) {
     hold.tick();
     linear.tick();
@@ -109,7 +109,7 @@ TEST_CASE("With the print's max for min, linear would be hold and jump by v P",
 
 TEST_CASE("Linear cuts the corner of a curved path by a P^2 / 8", "[snapshot_renderer]") {
   PublishedScene scene(plain_scene(500.0F, 0.1F), {0.1F}, kPeriod_ns);
-  SnapshotRenderer renderer(Transition::kLinear);
+  SnapshotRenderer renderer(display::Transition::kLinear);
   const double acceleration_m_s2 = 2.0;
   const auto centre_m = [&](double t) { return 0.5 * acceleration_m_s2 * t * t; };
   scene.show({{centre_m(0.0), 0, 0}}, 0);
@@ -133,7 +133,7 @@ TEST_CASE("A row of spheres has the force, the ripple and the holes of its formu
   PublishedScene scene(plain_scene(500.0F, 0.005F), std::vector<float>(centres_m.size(), 0.010F),
                        kPeriod_ns);
   scene.show(centres_m, 0);
-  SnapshotRenderer renderer(Transition::kHold);
+  SnapshotRenderer renderer(display::Transition::kHold);
   const auto lift_N = [&](double x_m) {
     return renderer.render(scene.view(), {.position_m = {x_m, 0.0, 0.013}}, 0).force.force_N.z();
   };
@@ -143,12 +143,12 @@ TEST_CASE("A row of spheres has the force, the ripple and the holes of its formu
 
 TEST_CASE("A damped contact feels the sphere's own velocity, blended like its place",
           "[snapshot_renderer]") {
-  StaticScene fixed = plain_scene(0.0F, 0.1F);
+  publication::StaticScene fixed = plain_scene(0.0F, 0.1F);
   fixed.materials[0].damping_N_s_per_m = 10.0F;
   PublishedScene scene(fixed, {0.1F}, kPeriod_ns);
   scene.show({{0.0, 0.0, 0.0}}, {{0.1, 0.0, 0.0}}, 0);
   scene.show({{0.0, 0.0, 0.0}}, {{0.3, 0.0, 0.0}}, kPeriod_ns);
-  SnapshotRenderer renderer(Transition::kLinear);
+  SnapshotRenderer renderer(display::Transition::kLinear);
   const ToolPose probe{.position_m = {0.15, 0.0, 0.0}};
   const auto force_N = [&](std::uint64_t now_ns) {
     return renderer.render(scene.view(), probe, now_ns).force.force_N.x();
@@ -160,14 +160,14 @@ TEST_CASE("A damped contact feels the sphere's own velocity, blended like its pl
 
 TEST_CASE("Before the first snapshot there is no force", "[snapshot_renderer]") {
   PublishedScene scene(plain_scene(500.0F, 0.1F), {0.1F}, kPeriod_ns);
-  SnapshotRenderer renderer(Transition::kLinear);
+  SnapshotRenderer renderer(display::Transition::kLinear);
   const RenderedTick tick = renderer.render(scene.view(), {}, 0);
   CHECK(tick.snapshot_id == 0);
   CHECK(tick.force.force_N.norm() == 0.0);
 }
 
 TEST_CASE("A new session's first snapshot replaces what an old one left", "[snapshot_renderer]") {
-  SnapshotRenderer renderer(Transition::kHold);
+  SnapshotRenderer renderer(display::Transition::kHold);
   PublishedScene first(plain_scene(500.0F, 0.1F), {0.1F}, kPeriod_ns);
   first.show({{0.1, 0.0, 0.0}}, 0);
   CHECK(renderer.render(first.view(), {}, 0).force.contacts == 1);
@@ -176,4 +176,4 @@ TEST_CASE("A new session's first snapshot replaces what an old one left", "[snap
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

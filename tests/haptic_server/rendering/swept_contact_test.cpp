@@ -5,7 +5,7 @@
 
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 namespace {
 
 constexpr double kStiffness_N_per_m = 500.0;
@@ -27,7 +27,7 @@ struct Pass {
 
 /// A body at speed_m_s along x past a still tool, at `offset_m` beside it; `phase` of a period
 /// decides where its snapshots fall. Snapshots are held, as in the lockstep of docs/protocol.md.
-Pass body_passes(Transition transition, double speed_m_s, double phase, double offset_m) {
+Pass body_passes(display::Transition transition, double speed_m_s, double phase, double offset_m) {
   static PublishedScene scene(plain_scene(500.0F, 0.005F), {0.010F}, kPeriod_ns);
   static std::uint64_t now_ns = 0;
   SnapshotRenderer renderer(transition);
@@ -52,7 +52,7 @@ TEST_CASE("Held snapshots alone miss a fast body as often as 1 - 2A/(vP), the wa
   const double expected = std::max(0.0, 1.0 - 2.0 * kContactDistance_m / (speed_m_s * period_s));
   int missed_without_sweep = 0, missed = 0, felt_twice = 0;
   for (int i = 0; i < kTrials; ++i) {
-    const Pass pass = body_passes(Transition::kHold, speed_m_s, (i + 0.5) / kTrials, 1e-4);
+    const Pass pass = body_passes(display::Transition::kHold, speed_m_s, (i + 0.5) / kTrials, 1e-4);
     missed_without_sweep += pass.contacts == pass.swept ? 1 : 0;
     missed += pass.contacts == 0 ? 1 : 0;
     felt_twice += pass.swept > 1 || (pass.swept == 1 && pass.contacts > 1) ? 1 : 0;
@@ -69,18 +69,19 @@ TEST_CASE("A body that crosses while it is faded from snapshot to snapshot is no
   int missed = 0;
   for (int i = 0; i < 40; ++i)
     missed +=
-        body_passes(Transition::kLinear, 30.0, (i + 0.5) / 40, offset_m).contacts == 0 ? 1 : 0;
+        body_passes(display::Transition::kLinear, 30.0, (i + 0.5) / 40, offset_m).contacts == 0 ? 1
+                                                                                                : 0;
   CHECK(missed == 0);
 }
 
 /// A tool that moves `step_m` a tick through a static sphere at the origin.
 Pass tool_passes(double step_m, double phase, double offset_m) {
-  StaticScene fixed = plain_scene(500.0F, 0.005F);
-  fixed.spheres = {static_sphere({0.0F, 0.0F, 0.0F}, 0.010F)};
+  publication::StaticScene fixed = plain_scene(500.0F, 0.005F);
+  fixed.spheres = {collision::static_sphere({0.0F, 0.0F, 0.0F}, 0.010F)};
   static PublishedScene scene(fixed, {}, kPeriod_ns);
   static const bool shown = (scene.show({}, 0), true);
   REQUIRE(shown);
-  SnapshotRenderer renderer(Transition::kLinear);
+  SnapshotRenderer renderer(display::Transition::kLinear);
   Pass pass;
   const int steps = 2 + static_cast<int>(0.1 / step_m);
   for (int i = -steps; i <= steps; ++i)
@@ -117,11 +118,11 @@ TEST_CASE("A contact on the way has the law's force where the two were closest",
 
 TEST_CASE("A tool that goes through the very centre is pushed back where it came from",
           "[swept_contact]") {
-  StaticScene fixed = plain_scene(500.0F, 0.005F);
-  fixed.spheres = {static_sphere({0.0F, 0.0F, 0.0F}, 0.010F)};
+  publication::StaticScene fixed = plain_scene(500.0F, 0.005F);
+  fixed.spheres = {collision::static_sphere({0.0F, 0.0F, 0.0F}, 0.010F)};
   PublishedScene scene(fixed, {}, kPeriod_ns);
   scene.show({}, 0);
-  SnapshotRenderer renderer(Transition::kHold);
+  SnapshotRenderer renderer(display::Transition::kHold);
   (void)renderer.render(scene.view(), {.position_m = {-0.1, 0.0, 0.0}}, 0);
   const RenderedTick tick = renderer.render(scene.view(), {.position_m = {0.1, 0.0, 0.0}}, 1);
   CHECK(tick.swept);
@@ -132,22 +133,22 @@ TEST_CASE("Slow motion is never swept, and felt as without the way", "[swept_con
   std::mt19937_64 random(5);
   std::normal_distribution<double> step_m(0.0, 4e-4);
   std::uniform_real_distribution<double> place_m(-0.04, 0.04);
-  StaticScene fixed = plain_scene(500.0F, 0.005F);
+  publication::StaticScene fixed = plain_scene(500.0F, 0.005F);
   for (int i = 0; i < 60; ++i)
-    fixed.spheres.push_back(
-        static_sphere({static_cast<float>(place_m(random)), static_cast<float>(place_m(random)),
-                       static_cast<float>(place_m(random))},
-                      0.008F));
+    fixed.spheres.push_back(collision::static_sphere(
+        {static_cast<float>(place_m(random)), static_cast<float>(place_m(random)),
+         static_cast<float>(place_m(random))},
+        0.008F));
   PublishedScene scene(fixed, {}, kPeriod_ns);
   scene.show({}, 0);
-  SnapshotRenderer renderer(Transition::kLinear);
+  SnapshotRenderer renderer(display::Transition::kLinear);
   ToolPose pose;
   int contacts = 0, swept = 0, different = 0;
   for (int tick = 0; tick < 3000; ++tick) {
     pose.position_m += Eigen::Vector3d(step_m(random), step_m(random), step_m(random));
     pose.position_m = pose.position_m.cwiseMax(-0.04).cwiseMin(0.04);
     const RenderedTick on_the_way = renderer.render(scene.view(), pose, 0);
-    SnapshotRenderer without_sweep(Transition::kLinear);  // knows no tick before
+    SnapshotRenderer without_sweep(display::Transition::kLinear);  // knows no tick before
     const RenderedTick alone = without_sweep.render(scene.view(), pose, 0);
     contacts += on_the_way.force.contacts;
     swept += on_the_way.swept ? 1 : 0;
@@ -171,15 +172,15 @@ TEST_CASE("A contact on the way is not shown again by a tick without a fresh rea
 }
 
 TEST_CASE("A tool has no way from one scene into another", "[swept_contact]") {
-  StaticScene fixed = plain_scene(500.0F, 0.005F);
-  fixed.spheres = {static_sphere({0.0F, 0.0F, 0.0F}, 0.010F)};
+  publication::StaticScene fixed = plain_scene(500.0F, 0.005F);
+  fixed.spheres = {collision::static_sphere({0.0F, 0.0F, 0.0F}, 0.010F)};
   PublishedScene first(fixed, {}, kPeriod_ns), second(fixed, {}, kPeriod_ns);
   first.show({}, 0);
   second.show({}, 0);
-  SnapshotRenderer renderer(Transition::kHold);
+  SnapshotRenderer renderer(display::Transition::kHold);
   (void)renderer.render(first.view(), {.position_m = {-0.1, 0.0, 0.0}}, 0);
   CHECK_FALSE(renderer.render(second.view(), {.position_m = {0.1, 0.0, 0.0}}, 0).swept);
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

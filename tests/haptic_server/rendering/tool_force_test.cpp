@@ -6,15 +6,15 @@
 #include "shared/collision/contact_law.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 namespace {
 
 TEST_CASE("A plane pushes along its normal with stiffness times depth", "[tool_force]") {
-  StaticScene fixed = plain_scene(1000.0F, 0.005F);
+  publication::StaticScene fixed = plain_scene(1000.0F, 0.005F);
   fixed.planes = {{{0.0F, 0.0F, 1.0F}, 0.0F, 0, 0}};
   PublishedScene scene(fixed, {}, kMillisecond_ns);
   scene.show({}, 0);
-  SnapshotRenderer renderer(Transition::kHold);
+  SnapshotRenderer renderer(display::Transition::kHold);
   const RenderedTick inside = renderer.render(scene.view(), {.position_m = {0, 0, 0.003}}, 0);
   CHECK(inside.force.force_N.z() == Approx(2.0).epsilon(1e-6));
   CHECK(inside.force.contacts == 1);
@@ -22,12 +22,12 @@ TEST_CASE("A plane pushes along its normal with stiffness times depth", "[tool_f
 }
 
 TEST_CASE("Each sphere of a tool adds its contacts, turned with the tool", "[tool_force]") {
-  StaticScene fixed = plain_scene(1000.0F, 0.005F);
+  publication::StaticScene fixed = plain_scene(1000.0F, 0.005F);
   fixed.planes = {{{0.0F, 0.0F, 1.0F}, 0.0F, 0, 0}};
   fixed.tool = {{{0.01F, 0.0F, 0.0F}, 0.005F}, {{-0.01F, 0.0F, 0.0F}, 0.005F}};
   PublishedScene scene(fixed, {}, kMillisecond_ns);
   scene.show({}, 0);
-  SnapshotRenderer renderer(Transition::kHold);
+  SnapshotRenderer renderer(display::Transition::kHold);
   ToolPose pose{.position_m = {0, 0, 0.004}};
   CHECK(renderer.render(scene.view(), pose, 0).force.contacts == 2);
   pose.orientation = Eigen::AngleAxisd(1.5707963267948966, Eigen::Vector3d::UnitY());
@@ -37,13 +37,13 @@ TEST_CASE("Each sphere of a tool adds its contacts, turned with the tool", "[too
 }
 
 TEST_CASE("A static sphere of the scene is felt like a moving one", "[tool_force]") {
-  StaticScene fixed = plain_scene(500.0F, 0.005F);
+  publication::StaticScene fixed = plain_scene(500.0F, 0.005F);
   proto::SphereRecord record{};
   record.radius_m = 0.01F;
   fixed.spheres = {record};
   PublishedScene scene(fixed, {}, kMillisecond_ns);
   scene.show({}, 0);
-  SnapshotRenderer renderer(Transition::kLinear);
+  SnapshotRenderer renderer(display::Transition::kLinear);
   CHECK(renderer.render(scene.view(), {.position_m = {0.013, 0, 0}}, 0).force.force_N.x() ==
         Approx(1.0).epsilon(1e-5));
 }
@@ -60,10 +60,10 @@ TEST_CASE("The force on the probe is what the law gives two spheres, whoever ask
   const std::array<PlacedToolSphere, 1> tool{{{{0.004, 0.011, 0.003}, 0.006, {}}}};
   const Eigen::Vector3d velocity_m_s(-0.1, 0.03, 0.2);
   const Eigen::Vector3d line_m = tool[0].position_m;
-  const ContactMaterial material{800.0, 3.0, 0.4F, 0.05F};
+  const collision::ContactMaterial material{800.0, 3.0, 0.4F, 0.05F};
   const Eigen::Vector3d expected_N =
-      contact_force_N(material, 0.016 - line_m.norm(), line_m.normalized(),
-                      velocity_m_s - Eigen::Vector3d(0.05, -0.02, 0.01));
+      collision::contact_force_N(material, 0.016 - line_m.norm(), line_m.normalized(),
+                                 velocity_m_s - Eigen::Vector3d(0.05, -0.02, 0.01));
   CHECK((tool_force(header, touched, tool, {.velocity_m_s = velocity_m_s}).force_N - expected_N)
             .norm() < 1e-12);
 }
@@ -85,7 +85,7 @@ TEST_CASE("More contacts than a tick may keep are cut, and said to be", "[tool_f
   PublishedScene scene(plain_scene(1.0F, 0.005F), std::vector<float>(count, 0.005F),
                        kMillisecond_ns);
   scene.show(std::vector<Eigen::Vector3d>(count, {0.001, 0.0, 0.0}), 0);
-  SnapshotRenderer renderer(Transition::kHold);
+  SnapshotRenderer renderer(display::Transition::kHold);
   const RenderedTick tick = renderer.render(scene.view(), {}, 0);
   CHECK(tick.truncated);
   CHECK(tick.force.contacts == static_cast<int>(TouchedSpheres::kCapacity));
@@ -93,15 +93,15 @@ TEST_CASE("More contacts than a tick may keep are cut, and said to be", "[tool_f
 }
 
 TEST_CASE("A sphere that is no number is never touched", "[tool_force]") {
-  VoxelGrid grid(0, 1);
-  grid.records()[0] = static_sphere({0.0F, 0.0F, 0.0F}, 0.01F);
-  grid.enter(history_bounds(grid.records()), 1.0F);
+  collision::VoxelGrid grid(0, 1);
+  grid.records()[0] = collision::static_sphere({0.0F, 0.0F, 0.0F}, 0.01F);
+  grid.enter(collision::history_bounds(grid.records()), 1.0F);
   const std::array<PlacedToolSphere, 1> tool{{{{0.001, 0.0, 0.0}, 0.005, {0.001, 0.0, 0.0}}}};
   const auto touched_with = [&](float x_m, float speed_m_s) {
     const proto::SphereState snapshot{{x_m, 0.0F, 0.0F}, {speed_m_s, 0.0F, 0.0F}};
     grid.records()[0].newest = snapshot;  // words changed after the sphere was entered
     TouchedSpheres touched;
-    const SnapshotWeights newest{.position = {1.0, 0.0, 0.0, 0.0}};
+    const display::SnapshotWeights newest{.position = {1.0, 0.0, 0.0, 0.0}};
     gather_touched(grid.view(), {newest, newest}, tool, touched);
     return touched.count;
   };
@@ -112,4 +112,4 @@ TEST_CASE("A sphere that is no number is never touched", "[tool_force]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

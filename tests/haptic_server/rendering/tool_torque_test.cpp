@@ -4,7 +4,7 @@
 #include "haptic_server/rendering/tool_force.hpp"
 #include "shared/collision/contact_law.hpp"
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 namespace {
 
 constexpr double kSlipSpeed_m_s = 0.01;
@@ -106,4 +106,4 @@ TEST_CASE("Tool and touched sphere get opposite forces at one point, whoever is 
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

@@ -10,7 +10,7 @@
 #include "haptic_server/devices/trajectory.hpp"
 #include "tests/haptic_server/devices/recording_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::rendering {
 namespace {
 
 constexpr std::uint64_t kTick_ns = 1'000'000;
@@ -145,7 +145,7 @@ TEST_CASE("A stall of 20 ms in a steady motion leaves no trace", "[velocity_esti
 
 TEST_CASE("On recorded motions an encoder's steps are felt at a third of their bound, rms",
           "[velocity_estimator][real_data]") {
-  const auto folder = real_recordings();
+  const auto folder = devices::real_recordings();
   if (!std::filesystem::exists(folder)) {
     WARN("skipped: no recordings in " << folder);
     return;
@@ -156,9 +156,9 @@ TEST_CASE("On recorded motions an encoder's steps are felt at a third of their b
        {"franka_1khz/franka_20260223_162545.csv", "x_m:x_m*0.15"},
        {"ku_contour_force/demo_a_1.csv", "x_m:y_mm*0.001"}}));
   const double step_m = GENERATE(23e-6, 30e-6, 55e-6);
-  TrajectoryOptions options;
-  options.map = parse_axis_map(map);
-  const Trajectory motion = read_trajectory((folder / name).string(), options);
+  devices::TrajectoryOptions options;
+  options.map = devices::parse_axis_map(map);
+  const devices::Trajectory motion = devices::read_trajectory((folder / name).string(), options);
 
   VelocityEstimator of_exact, of_rounded;
   double squares = 0.0;
@@ -198,4 +198,4 @@ TEST_CASE("A tool that never turns has no angular velocity at all", "[velocity_e
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::rendering

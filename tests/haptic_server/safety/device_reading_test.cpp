@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-namespace stillgrid {
+namespace stillgrid::safety {
 namespace {
 
 constexpr std::uint64_t kMillisecond_ns = 1'000'000;
@@ -208,4 +208,4 @@ TEST_CASE("A device leaps where it is three times faster than it declares, since
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

@@ -14,7 +14,7 @@
 
 #include "shared/realtime/exit_status.hpp"
 
-namespace stillgrid {
+namespace stillgrid::safety {
 namespace {
 
 using namespace std::chrono_literals;
@@ -43,14 +43,14 @@ struct Ending {
   int status;
 };
 constexpr Ending kEndings[] = {
-    {"exit", [] { std::_Exit(kDone); }, kDeviceFault},
+    {"exit", [] { std::_Exit(realtime::kDone); }, realtime::kDeviceFault},
     {"a crash",
      [] {
        std::signal(SIGSEGV, SIG_DFL);  // else the test's own framework has its say
        std::raise(SIGSEGV);
      },
-     kSignalled + SIGSEGV},
-    {"a kill", [] { std::raise(SIGKILL); }, kSignalled + SIGKILL},
+     realtime::kSignalled + SIGSEGV},
+    {"a kill", [] { std::raise(SIGKILL); }, realtime::kSignalled + SIGKILL},
 };
 
 TEST_CASE("A program that returns ends with its own status and is not released", "[guardian]") {
@@ -79,7 +79,7 @@ TEST_CASE("Motors that were left on are released, however their process ended", 
   CHECK(run(traces, [](GuardedState& state) {
           state.has_motors = true;
           return 0;
-        }) == kDeviceFault);
+        }) == realtime::kDeviceFault);
   CHECK(traces.released == 2);
 }
 
@@ -105,14 +105,15 @@ TEST_CASE("Ways to release that fail are followed by the next, up to one that su
     };
   };
   std::fflush(nullptr);
-  CHECK(run_guarded({"device 'test'",
-                     [](GuardedState& state) -> int {
-                       state.has_motors = true;
-                       std::_Exit(kDone);
-                     },
-                     {tried([] { throw std::runtime_error("the test's own"); }),
-                      tried([] { std::_Exit(kDone); }), tried([] { std::raise(SIGKILL); }),
-                      tried([&traces] { ++traces.released; }), tried([] {})}}) == kDeviceFault);
+  CHECK(run_guarded(
+            {"device 'test'",
+             [](GuardedState& state) -> int {
+               state.has_motors = true;
+               std::_Exit(realtime::kDone);
+             },
+             {tried([] { throw std::runtime_error("the test's own"); }),
+              tried([] { std::_Exit(realtime::kDone); }), tried([] { std::raise(SIGKILL); }),
+              tried([&traces] { ++traces.released; }), tried([] {})}}) == realtime::kDeviceFault);
   CHECK(traces.tried == 4);
   CHECK(traces.released == 1);
 }
@@ -128,13 +129,13 @@ TEST_CASE("Motors whose watchdog is silent are released, and one that beats is l
           }
           state.has_motors = false;
           return 0;
-        }) == kDone);
+        }) == realtime::kDone);
   CHECK(traces.released == 0);
   CHECK(run(traces, [](GuardedState& state) {
           state.has_motors = true;
           std::this_thread::sleep_for(1h);
           return 0;
-        }) == kDeviceFault);
+        }) == realtime::kDeviceFault);
   CHECK(traces.released == 1);
 }
 
@@ -144,7 +145,7 @@ TEST_CASE("A crash that hangs is ended", "[guardian]") {
           state.has_motors = state.is_crashing = true;
           std::this_thread::sleep_for(1h);
           return 0;
-        }) == kDeviceFault);
+        }) == realtime::kDeviceFault);
   CHECK(traces.released == 1);
 }
 
@@ -160,9 +161,9 @@ TEST_CASE("A signal to the guardian reaches the program", "[guardian]") {
           ::sigwait(&set, &number);
           traces.signal = number;
           return 0;
-        }) == kDone);
+        }) == realtime::kDone);
   CHECK(traces.signal == SIGUSR1);
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

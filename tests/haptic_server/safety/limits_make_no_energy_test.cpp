@@ -11,7 +11,7 @@
 
 #include "haptic_server/safety/safety_chain.hpp"
 
-namespace stillgrid {
+namespace stillgrid::safety {
 namespace {
 
 constexpr double kTick_s = 1e-3;
@@ -230,4 +230,4 @@ TEST_CASE("No limit gives the hand energy that the rendered force would not have
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 
-namespace stillgrid {
+namespace stillgrid::safety {
 namespace {
 
 constexpr double kTick_s = 1e-3;
@@ -65,4 +65,4 @@ TEST_CASE("Nothing is damped that rests or has given nothing", "[passivity_contr
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

@@ -5,7 +5,7 @@
 
 #include "haptic_server/safety/safety_chain.hpp"
 
-namespace stillgrid {
+namespace stillgrid::safety {
 
 /// From a tick to the next.
 inline constexpr double kTick_s = 1e-3;
@@ -50,4 +50,4 @@ inline SafetyChain warmed_up(const SafetyLimits& limits) {
   return chain;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::safety

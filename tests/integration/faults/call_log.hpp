@@ -13,7 +13,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace stillgrid {
+namespace stillgrid::integration {
 
 /// What a driver was called for. Read by call_log.py.
 enum class Call : std::uint32_t {
@@ -93,4 +93,4 @@ class CallLog {
   std::uint64_t capacity_ = 0;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::integration

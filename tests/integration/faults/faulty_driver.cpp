@@ -21,14 +21,14 @@
 // fault= names once the test asks for it in that log.
 namespace {
 
-using stillgrid::Call;
+using stillgrid::integration::Call;
 
 constexpr auto kHang = std::chrono::milliseconds(400);
 constexpr auto kForEver = std::chrono::hours(1);  // for a test
 constexpr std::uint64_t kNever = std::numeric_limits<std::uint64_t>::max();
 
 struct Driver {
-  stillgrid::CallLog log;
+  stillgrid::integration::CallLog log;
   std::string fault, error = "no error";
   // Where it is held, and where the fault "moves" takes it.
   std::map<std::string, double, std::less<>> number = {{"z_m", 0.003},
@@ -73,7 +73,7 @@ bool is_on(std::uint64_t now_ns) {
 void hang(std::chrono::milliseconds duration) {
   ++driver.hangs;
   std::this_thread::sleep_for(duration);
-  driver.hung_ns = stillgrid::clock_ns();
+  driver.hung_ns = stillgrid::integration::clock_ns();
 }
 
 /// On the straight way from where it is held to the end of the move.
@@ -138,7 +138,8 @@ std::int32_t misbehave(std::string_view call, stillgrid_device_state* state = nu
   if (how == "_hangs_for_ever") hang(kForEver);
   if ((how == "_hangs" || how == "_hangs_and_dies") && driver.hangs == 0) hang(kHang);
   if (how == "_hangs_and_dies") driver.is_broken = true;
-  if (how == "_hangs_again" && stillgrid::clock_ns() > driver.hung_ns + 300'000'000) hang(kHang);
+  if (how == "_hangs_again" && stillgrid::integration::clock_ns() > driver.hung_ns + 300'000'000)
+    hang(kHang);
   return STILLGRID_DEVICE_OK;
 }
 

@@ -6,7 +6,7 @@
 
 #include "tests/shared/collision/sphere_state.hpp"
 
-namespace stillgrid {
+namespace stillgrid::collision {
 namespace {
 
 using Random = std::mt19937_64;
@@ -113,4 +113,4 @@ bool meet_exactly(const SweptBound& a, const SweptBound& b) {
   return distance_squared_m2 <= bounding_radius_m * bounding_radius_m;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::collision

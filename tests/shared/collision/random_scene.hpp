@@ -6,7 +6,7 @@
 
 #include "shared/collision/voxel_grid.hpp"
 
-namespace stillgrid {
+namespace stillgrid::collision {
 
 /// Swept bounds that a seed decides, and the ratio to enter them with.
 struct RandomScene {
@@ -39,4 +39,4 @@ enum class SceneKind {
 /// Whether two balls meet, exactly up to double's rounding.
 [[nodiscard]] bool meet_exactly(const SweptBound& a, const SweptBound& b);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::collision

@@ -4,7 +4,7 @@
 
 #include "shared/collision/sphere_history.hpp"
 
-namespace stillgrid {
+namespace stillgrid::collision {
 
 /// A sphere at one instant, as a snapshot tells it.
 [[nodiscard]] inline proto::SphereState sphere_state(
@@ -24,4 +24,4 @@ namespace stillgrid {
   return sphere;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::collision

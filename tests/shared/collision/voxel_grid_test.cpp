@@ -13,7 +13,7 @@
 #include "tests/shared/collision/random_scene.hpp"
 #include "tests/shared/collision/sphere_state.hpp"
 
-namespace stillgrid {
+namespace stillgrid::collision {
 namespace {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
@@ -56,14 +56,16 @@ TEST_CASE("Each sphere is entered once, by number within its cell, and the room 
     if (cells > view.layout.cell_capacity) ++outgrown;
     const std::uint64_t* starts = view.words + view.layout.cell_starts;
     for (std::size_t cell = 0; cell < cells; ++cell)
-      for (std::uint32_t i = load_u32(starts, cell); i < load_u32(starts, cell + 1); ++i) {
+      for (std::uint32_t i = double_buffer::load_u32(starts, cell);
+           i < double_buffer::load_u32(starts, cell + 1); ++i) {
         const std::uint32_t sphere = grid.sorted_numbers()[i];
         ++entered[sphere];
         const SweptBound &sorted = grid.sorted_bounds()[i], &given = scene.swept_bounds[sphere];
         if (sorted.centre_m != given.centre_m ||
             sorted.bounding_radius_m != given.bounding_radius_m)
           ++misplaced;
-        if (i > load_u32(starts, cell) && grid.sorted_numbers()[i - 1] >= sphere) ++disordered;
+        if (i > double_buffer::load_u32(starts, cell) && grid.sorted_numbers()[i - 1] >= sphere)
+          ++disordered;
       }
     misplaced += static_cast<std::size_t>(
         std::count_if(entered.begin(), entered.end(), [](int times) { return times != 1; }));
@@ -233,7 +235,7 @@ TEST_CASE("The parts to publish are all that a reader of the grid needs", "[voxe
   const RandomScene scene = random_scene(SceneKind::kScattered, 21, 250);
   const VoxelGrid grid = grid_of(scene);
   std::vector<std::uint64_t> copy(grid.layout().total_words, ~std::uint64_t{0});
-  for (const PayloadPart& part : grid.filled_parts()) {
+  for (const double_buffer::PayloadPart& part : grid.filled_parts()) {
     REQUIRE(part.first_word + part.words.size() <= copy.size());
     std::copy(part.words.begin(), part.words.end(),
               copy.begin() + static_cast<std::ptrdiff_t>(part.first_word));
@@ -281,4 +283,4 @@ TEST_CASE("An empty grid holds no candidate", "[voxel_grid]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::collision

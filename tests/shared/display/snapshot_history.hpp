@@ -11,7 +11,7 @@
 
 #include "shared/display/transition.hpp"
 
-namespace stillgrid {
+namespace stillgrid::display {
 
 /// A body on a line, shown by a transition as a renderer shows a sphere, but in double precision.
 class SnapshotHistory {
@@ -89,4 +89,4 @@ inline std::vector<std::uint64_t> switch_times_ns(std::size_t count, std::uint64
   return times;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::display

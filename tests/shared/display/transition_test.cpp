@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace stillgrid {
+namespace stillgrid::display {
 namespace {
 
 constexpr std::uint64_t kMs = 1'000'000;
@@ -158,4 +158,4 @@ TEST_CASE("A snapshot that predicts nothing is held by predict", "[transition]")
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::display

@@ -9,12 +9,12 @@
 
 #include "tests/shared/publication/test_session.hpp"
 
-namespace stillgrid {
+namespace stillgrid::double_buffer {
 namespace {
 
 /// Two slots in private memory.
 struct Memory {
-  static constexpr std::size_t kWords = kSmallPayloadWords;
+  static constexpr std::size_t kWords = publication::kSmallPayloadWords;
   std::uint64_t latest = 0;
   std::array<std::uint64_t, 2> sequence{};
   std::array<std::array<std::uint64_t, kWords>, 2> payload{};
@@ -31,7 +31,7 @@ Words gather_all(const std::uint64_t* payload) {
 
 bool is_whole(const Words& words, std::uint64_t snapshot_id) {
   return std::all_of(words.begin(), words.end(),
-                     [&](std::uint64_t word) { return word == word_of(snapshot_id); });
+                     [&](std::uint64_t word) { return word == publication::word_of(snapshot_id); });
 }
 
 TEST_CASE("Before the first publication there is nothing to read", "[double_buffer]") {
@@ -49,7 +49,7 @@ TEST_CASE("Before the first publication there is nothing to read", "[double_buff
 TEST_CASE("A reader always gets the snapshot last published", "[double_buffer]") {
   Memory memory;
   for (std::uint64_t n = 1; n <= 5; ++n) {
-    publish_small(memory.buffer(), n);
+    publication::publish_small(memory.buffer(), n);
     Words words{};
     const ReadResult result = read_latest(
         memory.buffer(), [&](const std::uint64_t* payload) { words = gather_all(payload); });
@@ -77,8 +77,8 @@ TEST_CASE("Parts of a snapshot go where they belong and leave the rest alone", "
 
 TEST_CASE("A slot left half written is never shown", "[double_buffer]") {
   Memory memory;
-  publish_small(memory.buffer(), 1);
-  publish_small(memory.buffer(), 2);
+  publication::publish_small(memory.buffer(), 1);
+  publication::publish_small(memory.buffer(), 2);
   memory.sequence[0] = 2 * 4 - 1;  // snapshot 4 begun, 3 never announced
   int gathers = 0;
 
@@ -103,11 +103,11 @@ TEST_CASE("A writer that dies at any store leaves the snapshot before it whole",
           "[double_buffer]") {
   constexpr std::size_t kStores = 1 + Memory::kWords + 2;  // W1, W3, W4, W5
   Words third{};
-  third.fill(word_of(3));
+  third.fill(publication::word_of(3));
   for (std::size_t stores = 0; stores <= kStores; ++stores) {
     Memory memory;
-    publish_small(memory.buffer(), 1);
-    publish_small(memory.buffer(), 2);
+    publication::publish_small(memory.buffer(), 1);
+    publication::publish_small(memory.buffer(), 2);
     DyingWriter::left = stores;
     publish<DyingWriter>(memory.buffer(), 3, {{0, third}});
     REQUIRE(DyingWriter::left == 0);
@@ -137,13 +137,13 @@ template <class Atomics>
 std::pair<ReadResult, Words> read_overtaken(int overtaken_gathers) {
   Memory memory;
   std::uint64_t snapshot_id = 1;
-  publish_small(memory.buffer(), snapshot_id);
+  publication::publish_small(memory.buffer(), snapshot_id);
   Words words{};
   const ReadResult result =
       read_latest<Atomics>(memory.buffer(), [&](const std::uint64_t* payload) {
         for (std::size_t i = 0; i < words.size(); ++i) {
           if (i == words.size() / 2 && overtaken_gathers-- > 0)
-            for (int k = 0; k < 2; ++k) publish_small(memory.buffer(), ++snapshot_id);
+            for (int k = 0; k < 2; ++k) publication::publish_small(memory.buffer(), ++snapshot_id);
           words[i] = load_word(payload, i);
         }
       });
@@ -171,8 +171,8 @@ TEST_CASE("Without its last check the same reader shows a mixed snapshot", "[dou
   const auto [result, words] = read_overtaken<WithoutLastCheck>(1);
 
   REQUIRE(result.status == ReadStatus::kAccepted);
-  CHECK(words.front() == word_of(1));
-  CHECK(words.back() == word_of(3));
+  CHECK(words.front() == publication::word_of(1));
+  CHECK(words.back() == publication::word_of(3));
 }
 
 TEST_CASE("Beside a writer that never rests no snapshot is torn or older than the last",
@@ -180,7 +180,8 @@ TEST_CASE("Beside a writer that never rests no snapshot is torn or older than th
   Memory memory;
   std::atomic<bool> stop = false;
   std::thread writer([&, buffer = memory.buffer()] {
-    for (std::uint64_t n = 1; !stop.load(std::memory_order_relaxed); ++n) publish_small(buffer, n);
+    for (std::uint64_t n = 1; !stop.load(std::memory_order_relaxed); ++n)
+      publication::publish_small(buffer, n);
   });
 
   std::uint64_t last = 0, torn = 0, backwards = 0;
@@ -232,4 +233,4 @@ TEST_CASE("Words, numbers and structs are loaded through the policy, a load a wo
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::double_buffer

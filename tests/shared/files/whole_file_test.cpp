@@ -13,10 +13,10 @@
 
 #include "tests/test_folder.hpp"
 
-namespace stillgrid {
+namespace stillgrid::files {
 namespace {
 
-auto files_in(const TestFolder& folder) {
+auto files_in(const tests::TestFolder& folder) {
   return std::distance(std::filesystem::directory_iterator(folder.path), {});
 }
 
@@ -26,7 +26,7 @@ std::string text_of(const std::filesystem::path& file) {
 }
 
 TEST_CASE("A file keeps what it held until the new one is whole", "[whole_file]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const auto file = folder.path / "a.csv";
   write_whole(file, [](std::ostream& out) { out << "old\n"; });
   write_whole(file, [&](std::ostream& out) {
@@ -38,7 +38,7 @@ TEST_CASE("A file keeps what it held until the new one is whole", "[whole_file]"
 }
 
 TEST_CASE("Asking whether a file can be written leaves it as it was", "[whole_file]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const auto file = folder.path / "a.csv";
   require_writable(file);
   CHECK(files_in(folder) == 0);
@@ -49,7 +49,7 @@ TEST_CASE("Asking whether a file can be written leaves it as it was", "[whole_fi
 }
 
 TEST_CASE("A file that cannot be written is named and leaves nothing behind", "[whole_file]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   CHECK_THROWS_WITH(require_writable(folder.path), Catch::Contains("is a folder"));
   CHECK_THROWS_WITH(require_writable(folder.path / "no" / "a.csv"),
                     Catch::Contains("a.csv: cannot be written"));
@@ -61,7 +61,7 @@ TEST_CASE("A file that cannot be written is named and leaves nothing behind", "[
 }
 
 TEST_CASE("A pipe is written as it is", "[whole_file]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const auto pipe = folder.path / "pipe";
   REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
   std::string read;
@@ -73,4 +73,4 @@ TEST_CASE("A pipe is written as it is", "[whole_file]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::files

@@ -4,7 +4,7 @@
 #include "tests/shared/publication/small_scene.hpp"
 #include "tests/shared/publication/tampering.hpp"
 
-namespace stillgrid {
+namespace stillgrid::publication {
 namespace {
 
 constexpr auto kScene = proto::SegmentKind::kScene;
@@ -111,4 +111,4 @@ TEST_CASE("A first slot that overlaps the fixed part is refused", "[corrupted_sc
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

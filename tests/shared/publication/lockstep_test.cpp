@@ -5,7 +5,7 @@
 
 #include "shared/double_buffer/double_buffer.hpp"
 
-namespace stillgrid {
+namespace stillgrid::publication {
 namespace {
 
 const std::atomic<bool> kGoOn = false;
@@ -23,12 +23,12 @@ TEST_CASE("A wait ends when the peer's promise reaches the time", "[lockstep]") 
   std::uint64_t promise = 0;
   std::thread peer([&] {
     for (std::uint64_t time_ns = 1; time_ns <= 1000; ++time_ns)
-      HardwareAtomics::store(promise, time_ns, std::memory_order_release);
+      double_buffer::HardwareAtomics::store(promise, time_ns, std::memory_order_release);
   });
 
-  const WaitResult result =
-      wait_for_promise([&] { return HardwareAtomics::load(promise, std::memory_order_acquire); },
-                       1000, [] { return true; }, kGoOn);
+  const WaitResult result = wait_for_promise(
+      [&] { return double_buffer::HardwareAtomics::load(promise, std::memory_order_acquire); },
+      1000, [] { return true; }, kGoOn);
   peer.join();
 
   CHECK(result == WaitResult::kReached);
@@ -67,4 +67,4 @@ TEST_CASE("A peer that keeps its promise and then ends has kept it", "[lockstep]
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

@@ -9,7 +9,7 @@
 #include <array>
 #include <stdexcept>
 
-namespace stillgrid {
+namespace stillgrid::publication {
 
 OtherProcess::OtherProcess(const std::function<void(const Ready&)>& work) {
   std::array<int, 2> pipe{};
@@ -43,4 +43,4 @@ void OtherProcess::rest() {
   for (;;) ::pause();
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

@@ -2,7 +2,7 @@
 
 #include <functional>
 
-namespace stillgrid {
+namespace stillgrid::publication {
 
 /// Another process that does some work until it is killed (SIGKILL), at the latest when this
 /// object ends. It runs no test and writes nothing.
@@ -30,4 +30,4 @@ class OtherProcess {
   bool was_ready_ = false;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

@@ -9,7 +9,7 @@
 #include "tests/shared/publication/small_scene.hpp"
 #include "tests/shared/publication/tampering.hpp"
 
-namespace stillgrid {
+namespace stillgrid::publication {
 namespace {
 
 using Times = std::array<std::uint64_t, proto::kHistoryLength>;
@@ -21,7 +21,7 @@ SceneView view_of(const TestSession& session) {
   return SceneView(std::move(*reader));
 }
 
-constexpr SweptBound kNearFirst{{0.0F, 0.0F, -0.25F}, 0.025F};
+constexpr collision::SweptBound kNearFirst{{0.0F, 0.0F, -0.25F}, 0.025F};
 
 /// A snapshot as a reader of the scene copies it out.
 struct Snapshot {
@@ -32,15 +32,17 @@ struct Snapshot {
 
 Snapshot read_snapshot(const SceneView& view) {
   Snapshot snapshot;
-  const ReadResult result = read_latest(view.buffer(), [&](const std::uint64_t* payload) {
-    snapshot = {load_struct<proto::SnapshotHeader>(payload), {}, {}};
-    const GridView grid = view.moving_grid(payload, snapshot.header);
-    for (std::uint32_t i = 0; i < grid.shape.sphere_count; ++i)
-      snapshot.spheres.push_back(load_record(grid, i));
-    for_each_candidate(grid, kNearFirst, kAllVisits,
-                       [&](std::uint32_t sphere) { snapshot.near_first.push_back(sphere); });
-  });
-  REQUIRE(result.status == ReadStatus::kAccepted);
+  const double_buffer::ReadResult result =
+      double_buffer::read_latest(view.buffer(), [&](const std::uint64_t* payload) {
+        snapshot = {double_buffer::load_struct<proto::SnapshotHeader>(payload), {}, {}};
+        const collision::GridView grid = view.moving_grid(payload, snapshot.header);
+        for (std::uint32_t i = 0; i < grid.shape.sphere_count; ++i)
+          snapshot.spheres.push_back(collision::load_record(grid, i));
+        collision::for_each_candidate(
+            grid, kNearFirst, collision::kAllVisits,
+            [&](std::uint32_t sphere) { snapshot.near_first.push_back(sphere); });
+      });
+  REQUIRE(result.status == double_buffer::ReadStatus::kAccepted);
   CHECK(result.snapshot_id == snapshot.header.snapshot_id);
   return snapshot;
 }
@@ -49,7 +51,7 @@ Snapshot read_snapshot(const SceneView& view) {
 bool shows(const proto::SphereRecord& record, std::size_t i, std::size_t age, std::uint64_t n) {
   const auto p = SmallSceneWriter::position_m(i, n).cast<float>().eval();
   const auto v = SmallSceneWriter::velocity_m_s(i, n).cast<float>().eval();
-  const bool is_there = position_m(record, age) == std::array{p.x(), p.y(), p.z()};
+  const bool is_there = collision::position_m(record, age) == std::array{p.x(), p.y(), p.z()};
   if (age > record.older.size()) return is_there;  // the oldest has no velocity
   const proto::SphereState& snapshot = age == 0 ? record.newest : record.older[age - 1];
   return is_there && snapshot.velocity_m_s == std::array{v.x(), v.y(), v.z()};
@@ -80,11 +82,12 @@ TEST_CASE("Both sides find the same static spheres", "[scene_segment]") {
   const TestSession session;
   SmallSceneWriter writer(session);
   const SceneView view = view_of(session);
-  const auto found_in = [](const GridView& grid) {
+  const auto found_in = [](const collision::GridView& grid) {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> found;
-    for_each_candidate(
-        grid, {{0.035F, 0.0F, -0.05F}, 0.015F}, kAllVisits,
-        [&](std::uint32_t sphere) { found.emplace_back(sphere, load_line(grid, sphere).body); });
+    collision::for_each_candidate(
+        grid, {{0.035F, 0.0F, -0.05F}, 0.015F}, collision::kAllVisits, [&](std::uint32_t sphere) {
+          found.emplace_back(sphere, collision::load_line(grid, sphere).body);
+        });
     return found;
   };
 
@@ -97,7 +100,8 @@ TEST_CASE("Before the first snapshot there is none to read", "[scene_segment]") 
   const TestSession session;
   const SmallSceneWriter writer(session);
   const SceneView view = view_of(session);
-  CHECK(read_latest(view.buffer(), [](const std::uint64_t*) {}).status == ReadStatus::kEmpty);
+  CHECK(double_buffer::read_latest(view.buffer(), [](const std::uint64_t*) {}).status ==
+        double_buffer::ReadStatus::kEmpty);
 }
 
 TEST_CASE("The first snapshot stands for the whole history", "[scene_segment]") {
@@ -155,8 +159,8 @@ TEST_CASE("A published grid finds what the writer's own finds", "[scene_segment]
   const Snapshot snapshot = read_snapshot(view);
 
   std::vector<std::uint32_t> expected;
-  for_each_candidate(writer.snapshot().view(), kNearFirst, kAllVisits,
-                     [&](std::uint32_t sphere) { expected.push_back(sphere); });
+  collision::for_each_candidate(writer.snapshot().view(), kNearFirst, collision::kAllVisits,
+                                [&](std::uint32_t sphere) { expected.push_back(sphere); });
   CHECK(expected.size() == 2);  // 30 mm apart, of radius 10 mm
   CHECK(snapshot.near_first == expected);
 }
@@ -167,7 +171,7 @@ TEST_CASE("A scene without moving or static spheres can be published too", "[sce
   scene.spheres.clear();
   SceneWriter writer(session.name(), scene, 0, kPeriod_ns, proto::Clock::kVirtual, 0);
   const SceneView view = view_of(session);
-  writer.publish(VoxelGrid(sizeof(proto::SnapshotHeader), 0), {.state_ns = kPeriod_ns});
+  writer.publish(collision::VoxelGrid(sizeof(proto::SnapshotHeader), 0), {.state_ns = kPeriod_ns});
 
   const Snapshot snapshot = read_snapshot(view);
 
@@ -201,4 +205,4 @@ TEST_CASE("A snapshot whose grid lies is shown as empty", "[scene_segment]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

@@ -17,7 +17,7 @@
 #include "tests/shared/publication/other_process.hpp"
 #include "tests/shared/publication/test_session.hpp"
 
-namespace stillgrid {
+namespace stillgrid::publication {
 namespace {
 
 constexpr auto kScene = proto::SegmentKind::kScene;
@@ -25,10 +25,11 @@ constexpr auto kScene = proto::SegmentKind::kScene;
 /// Whether the newest snapshot is there and all its words are of one snapshot.
 bool shows_whole_snapshot(const SegmentReader& reader) {
   std::array<std::uint64_t, kSmallPayloadWords> words{};
-  const ReadResult result = read_latest(reader.buffer(), [&](const std::uint64_t* payload) {
-    words = load_struct<decltype(words)>(payload);
-  });
-  return result.status == ReadStatus::kAccepted &&
+  const double_buffer::ReadResult result =
+      double_buffer::read_latest(reader.buffer(), [&](const std::uint64_t* payload) {
+        words = double_buffer::load_struct<decltype(words)>(payload);
+      });
+  return result.status == double_buffer::ReadStatus::kAccepted &&
          std::all_of(words.begin(), words.end(),
                      [&](std::uint64_t word) { return word == word_of(result.snapshot_id); });
 }
@@ -357,4 +358,4 @@ TEST_CASE("A writer killed at any instant leaves a whole snapshot", "[segment]")
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

@@ -6,7 +6,7 @@
 
 #include "tests/shared/publication/test_session.hpp"
 
-namespace stillgrid {
+namespace stillgrid::publication {
 namespace {
 
 /// A view that counts how many of it there are.
@@ -179,8 +179,8 @@ TEST_CASE("A shrunk segment counts as dead and is reported once until a new one 
   const CountedView* view = it.watch.acquire();
   REQUIRE(::truncate(it.session.path(proto::SegmentKind::kScene).c_str(), 0) == 0);
 
-  CHECK(read_latest(view->reader().buffer(), [](const std::uint64_t*) {}).status ==
-        ReadStatus::kEmpty);
+  CHECK(double_buffer::read_latest(view->reader().buffer(), [](const std::uint64_t*) {}).status ==
+        double_buffer::ReadStatus::kEmpty);
   for (int round = 0; round < 3; ++round) it.watch.poll();
 
   CHECK(it.watch.acquire() == view);
@@ -199,7 +199,8 @@ TEST_CASE("A loss and a refusal that stay are each reported once", "[segment_wat
   it.watch.poll();
   static_cast<void>(it.watch.acquire());
   REQUIRE(::truncate(it.session.path(proto::SegmentKind::kScene).c_str(), 0) == 0);
-  static_cast<void>(read_latest(it.watch.acquire()->reader().buffer(), [](const auto*) {}));
+  static_cast<void>(
+      double_buffer::read_latest(it.watch.acquire()->reader().buffer(), [](const auto*) {}));
   it.restart();
   it.writer->header().version = 4711;
 
@@ -242,4 +243,4 @@ TEST_CASE("A watch with its own thread follows restarts while the reader reads",
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

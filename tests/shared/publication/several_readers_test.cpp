@@ -15,7 +15,7 @@
 #include "tests/shared/publication/tampering.hpp"
 #include "tests/shared/publication/test_session.hpp"
 
-namespace stillgrid {
+namespace stillgrid::publication {
 namespace {
 
 constexpr auto kScene = proto::SegmentKind::kScene;
@@ -27,10 +27,10 @@ struct Seen {
 
   void read(const SegmentReader& reader) {
     Words words{};
-    const ReadResult result = read_latest(reader.buffer(), [&](const std::uint64_t* payload) {
-      words = load_struct<Words>(payload);
-    });
-    if (result.status != ReadStatus::kAccepted) return;
+    const double_buffer::ReadResult result = double_buffer::read_latest(
+        reader.buffer(),
+        [&](const std::uint64_t* payload) { words = double_buffer::load_struct<Words>(payload); });
+    if (result.status != double_buffer::ReadStatus::kAccepted) return;
     ++accepted;
     const auto is_of_it = [&](std::uint64_t word) { return word == word_of(result.snapshot_id); };
     if (!std::all_of(words.begin(), words.end(), is_of_it)) ++torn;
@@ -83,8 +83,8 @@ TEST_CASE("A reader killed in mid-read changes nothing for the writer or other r
   REQUIRE(survivor);
   OtherProcess killed([&](const auto& ready) {
     const auto reader = open_small(session);
-    read_latest(reader->buffer(), [&](const std::uint64_t* payload) {
-      static_cast<void>(load_word(payload, 0));
+    double_buffer::read_latest(reader->buffer(), [&](const std::uint64_t* payload) {
+      static_cast<void>(double_buffer::load_word(payload, 0));
       ready();
       OtherProcess::rest();
     });
@@ -157,13 +157,13 @@ TEST_CASE("A reader that writes is ended by SIGSEGV and nothing has changed", "[
   REQUIRE(reader);
   const Tampering memory(session.path(kScene));
   const std::vector<std::byte> before(memory.bytes().begin(), memory.bytes().end());
-  const DoubleBuffer& buffer = reader->buffer();
+  const double_buffer::DoubleBuffer& buffer = reader->buffer();
   const auto* header = reinterpret_cast<const std::uint64_t*>(reader->bytes());
 
   for (const std::uint64_t* word : {header, static_cast<const std::uint64_t*>(buffer.latest),
                                     static_cast<const std::uint64_t*>(buffer.sequence[1]),
                                     static_cast<const std::uint64_t*>(buffer.payload[0])}) {
-    static_cast<void>(load_word(word, 0));  // it may be read
+    static_cast<void>(double_buffer::load_word(word, 0));  // it may be read
     auto* const target = const_cast<std::uint64_t*>(word);
     CHECK(signal_that_ends([&] { *static_cast<volatile std::uint64_t*>(target) = 1; }) == SIGSEGV);
   }
@@ -183,4 +183,4 @@ TEST_CASE("A reader cannot make its mapping writable", "[several_readers]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

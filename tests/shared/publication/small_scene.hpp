@@ -4,7 +4,7 @@
 #include "tests/shared/collision/sphere_state.hpp"
 #include "tests/shared/publication/test_session.hpp"
 
-namespace stillgrid {
+namespace stillgrid::publication {
 
 /// A scene with every kind of thing in its fixed part.
 inline StaticScene small_scene() {
@@ -14,7 +14,8 @@ inline StaticScene small_scene() {
   scene.planes = {{{0.0F, 0.0F, 1.0F}, -0.1F, 1, 5}};
   scene.tool = {{{0.0F, 0.0F, 0.0F}, 0.005F}, {{0.0F, 0.0F, 0.01F}, 0.004F}};
   for (int i = 0; i < 10; ++i) {
-    scene.spheres.push_back(static_sphere({0.01F * static_cast<float>(i), 0.0F, -0.05F}, 0.008F));
+    scene.spheres.push_back(
+        collision::static_sphere({0.01F * static_cast<float>(i), 0.0F, -0.05F}, 0.008F));
     scene.spheres.back().material = 1;
     scene.spheres.back().body = 6;
   }
@@ -51,9 +52,9 @@ class SmallSceneWriter {
     const std::uint64_t n = writer_.snapshot_id() + 1;
     std::vector<proto::SphereState> snapshots;
     for (std::size_t i = 0; i < kMovingSpheres; ++i)
-      snapshots.push_back(sphere_state(position_m(i, n), velocity_m_s(i, n)));
+      snapshots.push_back(collision::sphere_state(position_m(i, n), velocity_m_s(i, n)));
     snapshot_.push_snapshot(snapshots);
-    snapshot_.enter(history_bounds(snapshot_.records()), 1.0F);
+    snapshot_.enter(collision::history_bounds(snapshot_.records()), 1.0F);
     writer_.publish(snapshot_, {.state_ns = n * kPeriod_ns,
                                 .publish_ns = n * kPeriod_ns + 5,
                                 .tool_ns = n * kPeriod_ns - 9,
@@ -62,11 +63,11 @@ class SmallSceneWriter {
   }
 
   [[nodiscard]] SceneWriter& writer() noexcept { return writer_; }
-  [[nodiscard]] const VoxelGrid& snapshot() const noexcept { return snapshot_; }
+  [[nodiscard]] const collision::VoxelGrid& snapshot() const noexcept { return snapshot_; }
 
  private:
-  VoxelGrid snapshot_{sizeof(proto::SnapshotHeader), kMovingSpheres};
+  collision::VoxelGrid snapshot_{sizeof(proto::SnapshotHeader), kMovingSpheres};
   SceneWriter writer_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

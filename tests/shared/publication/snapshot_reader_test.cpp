@@ -4,7 +4,7 @@
 
 #include "tests/shared/publication/small_scene.hpp"
 
-namespace stillgrid {
+namespace stillgrid::publication {
 namespace {
 
 SceneView view_of(const TestSession& session) {
@@ -13,7 +13,7 @@ SceneView view_of(const TestSession& session) {
 }
 
 SnapshotLook look(SnapshotReader& reader, const SceneView& view) {
-  return reader.look(view, [](const proto::SnapshotHeader&, const GridView&) {});
+  return reader.look(view, [](const proto::SnapshotHeader&, const collision::GridView&) {});
 }
 
 TEST_CASE("A snapshot is new once, and the first of its segment once", "[snapshot_reader]") {
@@ -23,7 +23,7 @@ TEST_CASE("A snapshot is new once, and the first of its segment once", "[snapsho
   SnapshotReader reader;
   CHECK(reader.turn_to(view));
   CHECK_FALSE(reader.turn_to(view));
-  CHECK(look(reader, view).status == ReadStatus::kEmpty);
+  CHECK(look(reader, view).status == double_buffer::ReadStatus::kEmpty);
   CHECK_FALSE(reader.has_snapshot());
   for (std::uint64_t n = 1; n <= 3; ++n) {
     writer.publish_next();
@@ -40,7 +40,7 @@ TEST_CASE("The last snapshot stands when the latest is overtaken, or its memory 
   const TestSession session, other;
   SmallSceneWriter writer(session), another(other);
   const SceneView view = view_of(session);
-  const DoubleBuffer& buffer = writer.writer().segment().buffer();
+  const double_buffer::DoubleBuffer& buffer = writer.writer().segment().buffer();
   SnapshotReader reader;
   reader.turn_to(view);
   writer.publish_next();
@@ -48,10 +48,10 @@ TEST_CASE("The last snapshot stands when the latest is overtaken, or its memory 
 
   writer.publish_next();
   *buffer.sequence[0] = 3;  // the second's slot is being written
-  CHECK(look(reader, view).status == ReadStatus::kContended);
+  CHECK(look(reader, view).status == double_buffer::ReadStatus::kContended);
   CHECK(reader.snapshot().snapshot_id == 1);
   *buffer.latest = 0;  // as a shrunk object reads
-  CHECK(look(reader, view).status == ReadStatus::kEmpty);
+  CHECK(look(reader, view).status == double_buffer::ReadStatus::kEmpty);
   CHECK(reader.snapshot().snapshot_id == 1);
 
   CHECK(reader.turn_to(view_of(other)));
@@ -63,23 +63,23 @@ TEST_CASE("A snapshot under another number than its header's, or an earlier one,
   const TestSession session;
   SmallSceneWriter writer(session);
   const SceneView view = view_of(session);
-  const DoubleBuffer& buffer = writer.writer().segment().buffer();
+  const double_buffer::DoubleBuffer& buffer = writer.writer().segment().buffer();
   SnapshotReader reader;
   reader.turn_to(view);
   const std::uint64_t lie = GENERATE(as<std::uint64_t>{}, 0, 1, 4, 6, ~std::uint64_t{0});
   for (int n = 1; n <= 5; ++n) writer.publish_next();
   *buffer.payload[1] = lie;  // the fifth's header begins with its number
-  CHECK(look(reader, view).status == ReadStatus::kContended);
+  CHECK(look(reader, view).status == double_buffer::ReadStatus::kContended);
   CHECK_FALSE(reader.has_snapshot());
 
   *buffer.payload[1] = 5;
   CHECK(look(reader, view).accepted());
   *buffer.latest = 4;  // whole, under its own number, but before the last
-  CHECK(look(reader, view).status == ReadStatus::kContended);
+  CHECK(look(reader, view).status == double_buffer::ReadStatus::kContended);
   CHECK(reader.snapshot().snapshot_id == 5);
   *buffer.latest = 5;
   CHECK(look(reader, view).accepted());
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

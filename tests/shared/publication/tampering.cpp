@@ -7,7 +7,7 @@
 
 #include <stdexcept>
 
-namespace stillgrid {
+namespace stillgrid::publication {
 
 Tampering::Tampering(const std::string& path) {
   const int fd = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
@@ -24,4 +24,4 @@ Tampering::~Tampering() {
   ::munmap(bytes_.data(), bytes_.size());
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-namespace stillgrid {
+namespace stillgrid::publication {
 
 /// Writable bytes of a shared-memory object, as a faulty or hostile writer has them.
 class Tampering {
@@ -24,4 +24,4 @@ class Tampering {
   std::span<std::byte> bytes_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

@@ -4,7 +4,7 @@
 
 #include <array>
 
-namespace stillgrid {
+namespace stillgrid::publication {
 
 TestSession::TestSession() {
   static int counter = 0;
@@ -40,10 +40,10 @@ std::uint64_t word_of(std::uint64_t snapshot_id) {
   return (snapshot_id + 1) * 0x9E3779B97F4A7C15ULL;
 }
 
-void publish_small(const DoubleBuffer& buffer, std::uint64_t n) {
+void publish_small(const double_buffer::DoubleBuffer& buffer, std::uint64_t n) {
   std::array<std::uint64_t, kSmallPayloadWords> words{};
   words.fill(word_of(n));
-  publish(buffer, n, {{0, words}});
+  double_buffer::publish(buffer, n, {{0, words}});
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

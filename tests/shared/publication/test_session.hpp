@@ -6,7 +6,7 @@
 
 #include "shared/publication/segment.hpp"
 
-namespace stillgrid {
+namespace stillgrid::publication {
 
 /// A session name that nobody else uses; what it left in shared memory goes with this object.
 class TestSession {
@@ -33,7 +33,7 @@ inline constexpr std::size_t kSmallPayloadWords = 64;
 [[nodiscard]] std::optional<SegmentReader> open_small(const TestSession& session);
 
 /// Publishes snapshot n of a small segment: every word is word_of(n).
-void publish_small(const DoubleBuffer& buffer, std::uint64_t n);
+void publish_small(const double_buffer::DoubleBuffer& buffer, std::uint64_t n);
 [[nodiscard]] std::uint64_t word_of(std::uint64_t snapshot_id);
 
 /// What a refusal says; empty if the call does not refuse.
@@ -47,4 +47,4 @@ std::string refusal_of(Call&& call) {
   return {};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

@@ -6,7 +6,7 @@
 
 #include "tests/shared/publication/test_session.hpp"
 
-namespace stillgrid {
+namespace stillgrid::publication {
 namespace {
 
 ToolView view_of(const TestSession& session) {
@@ -151,4 +151,4 @@ TEST_CASE("A tool segment whose slots cannot hold a tool state is refused", "[to
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::publication

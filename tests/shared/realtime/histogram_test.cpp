@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-namespace stillgrid {
+namespace stillgrid::realtime {
 namespace {
 
 TEST_CASE("An empty histogram has nothing to tell", "[histogram]") {
@@ -63,4 +63,4 @@ TEST_CASE("The whole range of numbers has a bucket", "[histogram]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::realtime

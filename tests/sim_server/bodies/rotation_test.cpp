@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <numbers>
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 namespace {
 
 const Eigen::Vector3d kAxis = Eigen::Vector3d(1.0, -2.0, 0.5).normalized();
@@ -50,4 +50,4 @@ TEST_CASE("The left Jacobian does not jump where its series takes over", "[rotat
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

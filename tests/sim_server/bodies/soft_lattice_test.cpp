@@ -7,20 +7,20 @@
 
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 namespace {
 
 /// Balls in a row from one point to another, ends included.
-void add_bar(std::vector<Ball>& balls, const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m,
-             double radius_m) {
+void add_bar(std::vector<spheres::Ball>& balls, const Eigen::Vector3d& from_m,
+             const Eigen::Vector3d& to_m, double radius_m) {
   const int count = static_cast<int>((to_m - from_m).norm() / radius_m) + 1;
   for (int i = 0; i <= count; ++i)
     balls.push_back({from_m + double(i) / count * (to_m - from_m), radius_m});
 }
 
 /// Two arms 60 mm long, 20 mm thick and 40 mm from axis to axis, joined at one end.
-std::vector<Ball> c_shape() {
-  std::vector<Ball> balls;
+std::vector<spheres::Ball> c_shape() {
+  std::vector<spheres::Ball> balls;
   add_bar(balls, {0, 0, 0}, {0, 0, 0.04}, 0.01);
   add_bar(balls, {0, 0, 0}, {0.06, 0, 0}, 0.01);
   add_bar(balls, {0, 0, 0.04}, {0.06, 0, 0.04}, 0.01);
@@ -98,12 +98,12 @@ TEST_CASE("An affine motion of the nodes carries every point of the solid along 
 
 TEST_CASE("A lattice is there where the balls are, and not in the gap between two arms",
           "[soft_lattice]") {
-  const std::vector<Ball> balls = c_shape();
+  const std::vector<spheres::Ball> balls = c_shape();
   const double spacing_m = GENERATE(0.008, 0.01, 0.02);
   const SoftLattice lattice = lattice_round(balls, spacing_m);
 
   CHECK(place_count(balls, spacing_m) == static_cast<double>(lattice.node_at.size()));
-  for (const Ball& ball : balls) {
+  for (const spheres::Ball& ball : balls) {
     CHECK((bound_m(lattice, bind_to_lattice(lattice, ball.centre_m)) - ball.centre_m).norm() <
           1e-15);
     for (const double sign : {-1.0, 1.0})  // the surface too, but for the least reach
@@ -120,7 +120,7 @@ TEST_CASE("A lattice is there where the balls are, and not in the gap between tw
 }
 
 TEST_CASE("A single small ball gets one cell", "[soft_lattice]") {
-  const SoftLattice lattice = lattice_round(std::vector<Ball>{{{1, 2, 3}, 0.001}}, 0.05);
+  const SoftLattice lattice = lattice_round(std::vector<spheres::Ball>{{{1, 2, 3}, 0.001}}, 0.05);
 
   CHECK(lattice.nodes_m.size() == 8);
   const LatticePoint middle = bind_to_lattice(lattice, {1, 2, 3});
@@ -128,4 +128,4 @@ TEST_CASE("A single small ball gets one cell", "[soft_lattice]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

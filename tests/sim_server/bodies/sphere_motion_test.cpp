@@ -5,18 +5,20 @@
 #include "sim_server/bodies/rotation.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 namespace {
 
 /// A tumbling box and a sheet with a pinned corner, in no state of symmetry.
 World tumbling_world() {
-  BodyDescription tumbling = moving(box({0.1, 0.2, 0.3}, {0.03, 0.03, 0.02}, 0.02, {0.01, 0.005}),
-                                    {0.4, -0.3, 0.2}, {5.0, -9.0, 14.0});
+  BodyDescription tumbling =
+      sim_server::moving(sim_server::box({0.1, 0.2, 0.3}, {0.03, 0.03, 0.02}, 0.02, {0.01, 0.005}),
+                         {0.4, -0.3, 0.2}, {5.0, -9.0, 14.0});
   tumbling.orientation = Eigen::AngleAxisd(0.8, Eigen::Vector3d(3, 1, 2).normalized());
-  BodyDescription cloth = moving(sheet({4, 3}, 0.02, 0.002, 500.0), {0.1, 0, 0}, {0, 3.0, 1.0});
-  packing(cloth) = {0.011, 0.004};
-  springs(cloth).pinned_nodes = {0};
-  return build_world(scene_of({tumbling, cloth}));
+  BodyDescription cloth =
+      sim_server::moving(sim_server::sheet({4, 3}, 0.02, 0.002, 500.0), {0.1, 0, 0}, {0, 3.0, 1.0});
+  sim_server::packing(cloth) = {0.011, 0.004};
+  sim_server::springs(cloth).pinned_nodes = {0};
+  return scene::build_world(sim_server::scene_of({tumbling, cloth}));
 }
 
 TEST_CASE("A sphere's velocity is how its position changes", "[sphere_motion]") {
@@ -38,11 +40,11 @@ TEST_CASE("A sphere's velocity is how its position changes", "[sphere_motion]") 
 
 TEST_CASE("A sphere of a prescribed body moves as its motion says, one of pinned nodes not at all",
           "[sphere_motion]") {
-  BodyDescription driven = sphere({0, 0, 0}, 0.01, 0.1);
+  BodyDescription driven = sim_server::sphere({0, 0, 0}, 0.01, 0.1);
   driven.motion = Motion::kPrescribed;
   driven.prescribed.velocity_m_s = 0.5;
-  const World world =
-      build_world(scene_of({driven, thread(2, {0, 0, 0}, {0.1, 0, 0}, 0.1, 10.0, {0, 1})}));
+  const World world = scene::build_world(sim_server::scene_of(
+      {driven, sim_server::thread(2, {0, 0, 0}, {0.1, 0, 0}, 0.1, 10.0, {0, 1})}));
 
   REQUIRE(world.spheres.size() > 1);
   CHECK(sphere_motion(world, world.spheres[0]).velocity_m_s == Eigen::Vector3d(0.5, 0, 0));
@@ -51,4 +53,4 @@ TEST_CASE("A sphere of a prescribed body moves as its motion says, one of pinned
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -4,18 +4,18 @@
 #include "sim_server/bodies/kinds/body_in_world.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 namespace {
 
 BodyDescription tilted_sheet() {
-  BodyDescription body = sheet({4, 3}, 0.02, 0.002, 500.0);
+  BodyDescription body = sim_server::sheet({4, 3}, 0.02, 0.002, 500.0);
   body.position_m = {0.1, -0.2, 0.3};
   body.orientation = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized());
   return body;
 }
 
 BodyDescription tilted_block() {
-  BodyDescription body = soft_block({3, 4, 5}, 0.01, 0.001, 10.0, {0.01, 0.002});
+  BodyDescription body = sim_server::soft_block({3, 4, 5}, 0.01, 0.001, 10.0, {0.01, 0.002});
   body.position_m = {0.1, -0.2, 0.3};
   body.orientation = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized());
   return body;
@@ -32,26 +32,26 @@ Eigen::Vector3d woven_m(const SphereBinding& sphere, const World& world) {
 
 TEST_CASE("The number of spheres is known before they are made", "[sphere_packing]") {
   BodyDescription body =
-      GENERATE(tilted_sheet(), thread(7, {0, 0, 1}, {0.3, 0.1, 0.5}, 0.01, 100.0),
-               box({0, 0, 0}, {0.03, 0.05, 0.02}, 0.02, {0.01, 0.005}),
-               soft_block({3, 4, 5}, 0.01, 0.001, 10.0, {0.01, 0.002}),
-               rigid_mesh({{{0, 0, 0}, 0.1}, {{0, 0, 1}, 0.2}}, {1, 1, 1}, 1.0));
+      GENERATE(tilted_sheet(), sim_server::thread(7, {0, 0, 1}, {0.3, 0.1, 0.5}, 0.01, 100.0),
+               sim_server::box({0, 0, 0}, {0.03, 0.05, 0.02}, 0.02, {0.01, 0.005}),
+               sim_server::soft_block({3, 4, 5}, 0.01, 0.001, 10.0, {0.01, 0.002}),
+               sim_server::rigid_mesh({{{0, 0, 0}, 0.1}, {{0, 0, 1}, 0.2}}, {1, 1, 1}, 1.0));
   const double spacing_m = GENERATE(0.0, 0.004, 0.013);
-  if (balls_of(body).empty()) packing(body).spacing_m = spacing_m;
+  if (balls_of(body).empty()) sim_server::packing(body).spacing_m = spacing_m;
   CHECK(counts_of(body).spheres == static_cast<double>(pack_spheres(body).size()));
 }
 
 TEST_CASE("A box as thin as a hair asks for more spheres than memory, and says so at once",
           "[sphere_packing]") {
-  BodyDescription body = box({0, 0, 0}, {1.0, 1.0, 1e-5}, 0.02, {0.0, 0.0});
+  BodyDescription body = sim_server::box({0, 0, 0}, {1.0, 1.0, 1e-5}, 0.02, {0.0, 0.0});
   CHECK(counts_of(body).spheres > 1e10);
 }
 
 TEST_CASE("A body of nodes has its spheres where its nodes carry them", "[sphere_packing]") {
-  BodyDescription body =
-      GENERATE(tilted_sheet(), tilted_block(), thread(7, {0, 0, 1}, {0.3, 0.1, 0.5}, 0.01, 100.0));
-  packing(body).spacing_m = GENERATE(0.0, 0.007, 0.013, 0.05, 10.0);
-  const World world = build_world(scene_of({body}));
+  BodyDescription body = GENERATE(tilted_sheet(), tilted_block(),
+                                  sim_server::thread(7, {0, 0, 1}, {0.3, 0.1, 0.5}, 0.01, 100.0));
+  sim_server::packing(body).spacing_m = GENERATE(0.0, 0.007, 0.013, 0.05, 10.0);
+  const World world = scene::build_world(sim_server::scene_of({body}));
 
   for (const SphereBinding& sphere : pack_spheres(body)) {
     REQUIRE(sphere.node_count >= 1);
@@ -65,8 +65,8 @@ TEST_CASE("A body of nodes has its spheres where its nodes carry them", "[sphere
 }
 
 TEST_CASE("Spheres stand evenly from one end of a thread to the other", "[sphere_packing]") {
-  BodyDescription body = thread(5, {0, 0, 0}, {0.09, 0, 0}, 0.01, 100.0);
-  packing(body) = {0.01, 0.003};
+  BodyDescription body = sim_server::thread(5, {0, 0, 0}, {0.09, 0, 0}, 0.01, 100.0);
+  sim_server::packing(body) = {0.01, 0.003};
 
   const auto spheres = pack_spheres(body);
 
@@ -78,8 +78,8 @@ TEST_CASE("Spheres stand evenly from one end of a thread to the other", "[sphere
 }
 
 TEST_CASE("A sheet is covered in rows up to its edges", "[sphere_packing]") {
-  BodyDescription body = sheet({8, 8}, 0.02, 0.002, 500.0);
-  packing(body) = {0.01, 0.0065};
+  BodyDescription body = sim_server::sheet({8, 8}, 0.02, 0.002, 500.0);
+  sim_server::packing(body) = {0.01, 0.0065};
 
   const auto spheres = pack_spheres(body);
 
@@ -90,8 +90,8 @@ TEST_CASE("A sheet is covered in rows up to its edges", "[sphere_packing]") {
 
 TEST_CASE("Where nothing is chosen a node gets a sphere of 3/4 of the spacing",
           "[sphere_packing]") {
-  BodyDescription body = thread(6, {0, 0, 0}, {0.1, 0, 0}, 0.01, 100.0);
-  packing(body) = {};
+  BodyDescription body = sim_server::thread(6, {0, 0, 0}, {0.1, 0, 0}, 0.01, 100.0);
+  sim_server::packing(body) = {};
 
   CHECK(pack_spheres(body).size() == 6);
   CHECK(pack_spheres(body)[0].radius_m == Approx(0.015));
@@ -104,7 +104,7 @@ TEST_CASE("A box is filled: its outer spheres touch the faces and none sticks ou
   const Eigen::Vector3d size_m(0.03, 0.05, 0.02);
   const SpherePacking spheres =
       GENERATE(SpherePacking{0.01, 0.005}, SpherePacking{0.004, 0.007}, SpherePacking{});
-  BodyDescription body = box({0.1, 0.2, 0.3}, size_m, 0.02, spheres);
+  BodyDescription body = sim_server::box({0.1, 0.2, 0.3}, size_m, 0.02, spheres);
   body.orientation = Eigen::AngleAxisd(1.1, Eigen::Vector3d(0, 1, 1).normalized());
   Eigen::Vector3d low = size_m, high = -size_m;
 
@@ -120,11 +120,13 @@ TEST_CASE("A box is filled: its outer spheres touch the faces and none sticks ou
 }
 
 TEST_CASE("A box has round((side - 2 radius) / spacing) + 1 spheres a side", "[sphere_packing]") {
-  CHECK(pack_spheres(box({0, 0, 0}, {0.03, 0.03, 0.02}, 1.0, {0.01, 0.005})).size() == 3 * 3 * 2);
+  CHECK(pack_spheres(sim_server::box({0, 0, 0}, {0.03, 0.03, 0.02}, 1.0, {0.01, 0.005})).size() ==
+        3 * 3 * 2);
 }
 
 TEST_CASE("A side with one sphere has it in the middle", "[sphere_packing]") {
-  const auto spheres = pack_spheres(box({0, 0, 0}, {0.04, 0.01, 0.012}, 1.0, {0.01, 0.005}));
+  const auto spheres =
+      pack_spheres(sim_server::box({0, 0, 0}, {0.04, 0.01, 0.012}, 1.0, {0.01, 0.005}));
 
   for (const SphereBinding& sphere : spheres) {
     CHECK(sphere.local_m.y() == 0.0);
@@ -133,14 +135,14 @@ TEST_CASE("A side with one sphere has it in the middle", "[sphere_packing]") {
 }
 
 TEST_CASE("A sphere is its own cover, and a plane has none", "[sphere_packing]") {
-  const auto spheres = pack_spheres(sphere({1, 2, 3}, 0.25, 1.0));
+  const auto spheres = pack_spheres(sim_server::sphere({1, 2, 3}, 0.25, 1.0));
 
   REQUIRE(spheres.size() == 1);
   CHECK(spheres[0].rest_position_m == Eigen::Vector3d(1, 2, 3));
   CHECK(spheres[0].radius_m == 0.25);
   CHECK(spheres[0].local_m.isZero(0.0));
-  CHECK(pack_spheres(floor_at(0.0)).empty());
+  CHECK(pack_spheres(sim_server::floor_at(0.0)).empty());
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -6,7 +6,7 @@
 #include "sim_server/bodies/kinds/body_in_world.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 namespace {
 
 /// All centres at rest, by their published numbers.
@@ -37,10 +37,10 @@ void tilt(BodyDescription& body) {
 BodyDescription meshed_body() {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> draw(-0.02, 0.02);
-  std::vector<Ball> balls;
+  std::vector<spheres::Ball> balls;
   for (int i = 0; i < 60; ++i) balls.push_back({{draw(random), draw(random), draw(random)}, 0.004});
-  BodyDescription body = rigid_mesh(balls, {1e-4, 1e-4, 1e-4}, 0.1);
-  TriangleMesh& surface = std::get<RigidMeshBody>(body.shape).surface;
+  BodyDescription body = sim_server::rigid_mesh(balls, {1e-4, 1e-4, 1e-4}, 0.1);
+  mesh::TriangleMesh& surface = std::get<RigidMeshBody>(body.shape).surface;
   surface.vertices_m = {{0.03, 0, 0}, {-0.02, 0.02, 0}, {-0.02, -0.02, 0}, {0, 0, 0.03}};
   surface.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
   return body;
@@ -60,11 +60,12 @@ double volume_m3(const BodySurface& surface, std::span<const Eigen::Vector3d> ce
 }
 
 TEST_CASE("A box's corners are where they were, and the faces look outward", "[surfaces]") {
-  BodyDescription body = box({0, 0, 0}, {0.03, 0.05, 0.02}, 0.02, {0.01, 0.005});
+  BodyDescription body = sim_server::box({0, 0, 0}, {0.03, 0.05, 0.02}, 0.02, {0.01, 0.005});
   tilt(body);
   body.motion = GENERATE(Motion::kFree, Motion::kStatic);
-  const SceneDescription scene = scene_of({sphere({1, 1, 1}, 0.01, 0.1), body});
-  const World world = build_world(scene);
+  const scene::SceneDescription scene =
+      sim_server::scene_of({sim_server::sphere({1, 1, 1}, 0.01, 0.1), body});
+  const World world = scene::build_world(scene);
   const auto centres_m = centres_of(world);
 
   const auto surfaces = rest_surfaces(scene.bodies, world);
@@ -86,13 +87,14 @@ TEST_CASE("A box's corners are where they were, and the faces look outward", "[s
 TEST_CASE("Whatever turns, moves or strains the centres turns, moves and strains the surface alike",
           "[surfaces]") {
   std::vector<BodyDescription> bodies = {
-      sheet({4, 3}, 0.02, 0.002, 500.0), thread(7, {0, 0, 1}, {0.3, 0.1, 0.5}, 0.01, 100.0),
-      soft_block({3, 4, 5}, 0.01, 0.001, 10.0, {0.005, 0.0025}),
-      box({0, 0, 0}, {0.03, 0.05, 0.02}, 0.02, {0.01, 0.005}), meshed_body()};
+      sim_server::sheet({4, 3}, 0.02, 0.002, 500.0),
+      sim_server::thread(7, {0, 0, 1}, {0.3, 0.1, 0.5}, 0.01, 100.0),
+      sim_server::soft_block({3, 4, 5}, 0.01, 0.001, 10.0, {0.005, 0.0025}),
+      sim_server::box({0, 0, 0}, {0.03, 0.05, 0.02}, 0.02, {0.01, 0.005}), meshed_body()};
   for (BodyDescription& body : bodies)
     if (!std::holds_alternative<ThreadBody>(body.shape)) tilt(body);
-  const SceneDescription scene = scene_of(bodies);
-  const World world = build_world(scene);
+  const scene::SceneDescription scene = sim_server::scene_of(bodies);
+  const World world = scene::build_world(scene);
   const auto surfaces = rest_surfaces(scene.bodies, world);
   REQUIRE(surfaces.size() == bodies.size());
 
@@ -111,10 +113,10 @@ TEST_CASE("Whatever turns, moves or strains the centres turns, moves and strains
 }
 
 TEST_CASE("A soft block shows its lattice's skin, closed", "[surfaces]") {
-  BodyDescription body = soft_block({3, 4, 5}, 0.01, 0.001, 10.0, {0.005, 0.0025});
+  BodyDescription body = sim_server::soft_block({3, 4, 5}, 0.01, 0.001, 10.0, {0.005, 0.0025});
   tilt(body);
-  const SceneDescription scene = scene_of({body});
-  const World world = build_world(scene);
+  const scene::SceneDescription scene = sim_server::scene_of({body});
+  const World world = scene::build_world(scene);
   const auto surfaces = rest_surfaces(scene.bodies, world);
 
   REQUIRE(surfaces.size() == 1);
@@ -132,12 +134,12 @@ TEST_CASE("A mesh's vertices are where its file has them, by weights that stay s
           "[surfaces]") {
   BodyDescription body = meshed_body();
   tilt(body);
-  const SceneDescription scene = scene_of({body});
-  const World world = build_world(scene);
+  const scene::SceneDescription scene = sim_server::scene_of({body});
+  const World world = scene::build_world(scene);
   const auto surfaces = rest_surfaces(scene.bodies, world);
   REQUIRE(surfaces.size() == 1);
   REQUIRE(surfaces[0].vertices.size() == 4);
-  const TriangleMesh& mesh = std::get<RigidMeshBody>(body.shape).surface;
+  const mesh::TriangleMesh& mesh = std::get<RigidMeshBody>(body.shape).surface;
   CHECK(surfaces[0].triangles == mesh.triangles);
   for (std::size_t i = 0; i < 4; ++i) {
     const SurfacePoint& point = surfaces[0].vertices[i];
@@ -149,9 +151,10 @@ TEST_CASE("A mesh's vertices are where its file has them, by weights that stay s
 }
 
 TEST_CASE("A sheet is the grid of its spheres and a thread the line through them", "[surfaces]") {
-  const SceneDescription scene = scene_of(
-      {sheet({4, 3}, 0.02, 0.002, 500.0), thread(7, {0, 0, 1}, {0.3, 0.1, 0.5}, 0.01, 100.0)});
-  const World world = build_world(scene);
+  const scene::SceneDescription scene =
+      sim_server::scene_of({sim_server::sheet({4, 3}, 0.02, 0.002, 500.0),
+                            sim_server::thread(7, {0, 0, 1}, {0.3, 0.1, 0.5}, 0.01, 100.0)});
+  const World world = scene::build_world(scene);
   const auto surfaces = rest_surfaces(scene.bodies, world);
   REQUIRE(surfaces.size() == 2);
   CHECK(surfaces[0].vertices.size() == 12);
@@ -162,12 +165,13 @@ TEST_CASE("A sheet is the grid of its spheres and a thread the line through them
 }
 
 TEST_CASE("A body whose spheres span no space has no surface, nor has a ball", "[surfaces]") {
-  BodyDescription rod = box({0, 0, 0}, {0.05, 0.01, 0.01}, 0.02, {0.01, 0.005});
-  BodyDescription plate = box({0, 0, 0.1}, {0.05, 0.05, 0.01}, 0.02, {0.01, 0.005});
+  BodyDescription rod = sim_server::box({0, 0, 0}, {0.05, 0.01, 0.01}, 0.02, {0.01, 0.005});
+  BodyDescription plate = sim_server::box({0, 0, 0.1}, {0.05, 0.05, 0.01}, 0.02, {0.01, 0.005});
   tilt(rod);
   tilt(plate);
-  const SceneDescription scene = scene_of({rod, plate, sphere({1, 1, 1}, 0.01, 0.1)});
-  const World world = build_world(scene);
+  const scene::SceneDescription scene =
+      sim_server::scene_of({rod, plate, sim_server::sphere({1, 1, 1}, 0.01, 0.1)});
+  const World world = scene::build_world(scene);
   REQUIRE(world.spheres.size() > 10);
   CHECK(rest_surfaces(scene.bodies, world).empty());
 }
@@ -188,4 +192,4 @@ TEST_CASE("Where the nearest spheres lie flat, wider ones hold the point", "[sur
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

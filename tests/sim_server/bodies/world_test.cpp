@@ -5,22 +5,23 @@
 
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::bodies {
 namespace {
 
 TEST_CASE("Nodes share the mass of their body equally", "[world]") {
-  const World world = build_world(scene_of({sheet({8, 8}, 0.02, 0.002, 500.0)}));
+  const World world =
+      scene::build_world(sim_server::scene_of({sim_server::sheet({8, 8}, 0.02, 0.002, 500.0)}));
 
   REQUIRE(world.nodes.size() == 64);
   for (const Node& node : world.nodes) CHECK(node.mass_kg == Approx(0.002).epsilon(1e-15));
 }
 
 TEST_CASE("An 8x8 sheet has 112 structural springs, and 306 with shear and bend", "[world]") {
-  BodyDescription body = sheet({8, 8}, 0.02, 0.002, 500.0);
-  CHECK(build_world(scene_of({body})).springs.size() == 112);
-  shear_stiffness_N_per_m(body) = 250.0;
-  springs(body).bend_stiffness_N_per_m = 100.0;
-  const World world = build_world(scene_of({body}));
+  BodyDescription body = sim_server::sheet({8, 8}, 0.02, 0.002, 500.0);
+  CHECK(scene::build_world(sim_server::scene_of({body})).springs.size() == 112);
+  sim_server::shear_stiffness_N_per_m(body) = 250.0;
+  sim_server::springs(body).bend_stiffness_N_per_m = 100.0;
+  const World world = scene::build_world(sim_server::scene_of({body}));
 
   REQUIRE(world.springs.size() == 306);
   std::set<std::pair<int, int>> pairs;
@@ -41,15 +42,15 @@ TEST_CASE("An 8x8 sheet has 112 structural springs, and 306 with shear and bend"
 }
 
 TEST_CASE("A thread of n nodes has n - 1 springs, and n - 2 more against bending", "[world]") {
-  BodyDescription body = thread(10, {0, 0, 0}, {0.09, 0, 0}, 0.001, 200.0);
-  CHECK(build_world(scene_of({body})).springs.size() == 9);
-  springs(body).bend_stiffness_N_per_m = 5.0;
-  CHECK(build_world(scene_of({body})).springs.size() == 17);
+  BodyDescription body = sim_server::thread(10, {0, 0, 0}, {0.09, 0, 0}, 0.001, 200.0);
+  CHECK(scene::build_world(sim_server::scene_of({body})).springs.size() == 9);
+  sim_server::springs(body).bend_stiffness_N_per_m = 5.0;
+  CHECK(scene::build_world(sim_server::scene_of({body})).springs.size() == 17);
 }
 
 TEST_CASE("A pinned node neither moves nor counts among the unknowns", "[world]") {
-  const World world = build_world(
-      scene_of({moving(thread(4, {0, 0, 0}, {0.3, 0, 0}, 0.1, 10.0, {0, 2}), {1, 2, 3})}));
+  const World world = scene::build_world(sim_server::scene_of({sim_server::moving(
+      sim_server::thread(4, {0, 0, 0}, {0.3, 0, 0}, 0.1, 10.0, {0, 2}), {1, 2, 3})}));
 
   CHECK(world.unknown_count == 6);
   for (const std::size_t pinned : {0U, 2U}) {
@@ -62,23 +63,24 @@ TEST_CASE("A pinned node neither moves nor counts among the unknowns", "[world]"
 }
 
 TEST_CASE("A body pinned at every node has no unknown", "[world]") {
-  BodyDescription body = sheet({2, 2}, 0.1, 0.1, 10.0);
-  springs(body).pinned_nodes = {0, 1, 2, 3};
+  BodyDescription body = sim_server::sheet({2, 2}, 0.1, 0.1, 10.0);
+  sim_server::springs(body).pinned_nodes = {0, 1, 2, 3};
 
-  CHECK(build_world(scene_of({body})).unknown_count == 0);
+  CHECK(scene::build_world(sim_server::scene_of({body})).unknown_count == 0);
 }
 
 TEST_CASE("A spinning sheet or thread starts as a rigid body would", "[world]") {
-  BodyDescription cloth = sheet({5, 4}, 0.02, 0.002, 500.0);
+  BodyDescription cloth = sim_server::sheet({5, 4}, 0.02, 0.002, 500.0);
   cloth.position_m = {1.0, 2.0, 3.0};
   cloth.orientation = Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitX());
   // A thread's midpoint is told by its ends, whatever its position says.
-  BodyDescription rope = thread(5, {1, 0, 0}, {3, 4, 0}, 0.1, 10.0);
+  BodyDescription rope = sim_server::thread(5, {1, 0, 0}, {3, 4, 0}, 0.1, 10.0);
   rope.position_m.setZero();
   const Eigen::Vector3d velocity_m_s(0.1, 0.2, 0.3), spin_rad_s(4.0, -5.0, 6.0);
   const auto [body, centre_m] = GENERATE_COPY(std::pair(cloth, Eigen::Vector3d(1, 2, 3)),
                                               std::pair(rope, Eigen::Vector3d(2, 2, 0)));
-  const World world = build_world(scene_of({moving(body, velocity_m_s, spin_rad_s)}));
+  const World world = scene::build_world(
+      sim_server::scene_of({sim_server::moving(body, velocity_m_s, spin_rad_s)}));
 
   for (const Node& node : world.nodes) {
     const Eigen::Vector3d expected_m_s =
@@ -93,8 +95,9 @@ TEST_CASE("A spinning sheet or thread starts as a rigid body would", "[world]") 
 }
 
 TEST_CASE("Box and ball have the inertia of the textbook", "[world]") {
-  const World world = build_world(
-      scene_of({box({0, 0, 0}, {1, 2, 3}, 12.0, {1.0, 0.5}), sphere({9, 0, 0}, 0.5, 10.0)}));
+  const World world = scene::build_world(
+      sim_server::scene_of({sim_server::box({0, 0, 0}, {1, 2, 3}, 12.0, {1.0, 0.5}),
+                            sim_server::sphere({9, 0, 0}, 0.5, 10.0)}));
 
   CHECK((world.rigid_bodies[0].inertia_kg_m2 - Eigen::Vector3d(13, 10, 5)).norm() < 1e-14);
   CHECK((world.rigid_bodies[1].inertia_kg_m2 - Eigen::Vector3d(1, 1, 1)).norm() < 1e-14);
@@ -102,11 +105,12 @@ TEST_CASE("Box and ball have the inertia of the textbook", "[world]") {
 }
 
 TEST_CASE("What is static is static spheres and planes, nothing to solve", "[world]") {
-  BodyDescription wall = box({0, 0, 0.5}, {0.2, 0.2, 0.2}, 0.0, {0.1, 0.05});
+  BodyDescription wall = sim_server::box({0, 0, 0.5}, {0.2, 0.2, 0.2}, 0.0, {0.1, 0.05});
   wall.motion = Motion::kStatic;
-  BodyDescription net = sheet({3, 3}, 0.1, 0.0, 0.0);
+  BodyDescription net = sim_server::sheet({3, 3}, 0.1, 0.0, 0.0);
   net.motion = Motion::kStatic;
-  const World world = build_world(scene_of({floor_at(-0.25), wall, net}));
+  const World world =
+      scene::build_world(sim_server::scene_of({sim_server::floor_at(-0.25), wall, net}));
 
   CHECK(world.unknown_count == 0);
   CHECK(world.nodes.empty());
@@ -119,12 +123,13 @@ TEST_CASE("What is static is static spheres and planes, nothing to solve", "[wor
 }
 
 TEST_CASE("Spheres know their body, its nodes and its material", "[world]") {
-  SceneDescription scene =
-      scene_of({thread(3, {0, 0, 0}, {1, 0, 0}, 0.1, 10.0),
-                thread(3, {0, 1, 0}, {1, 1, 0}, 0.1, 10.0), sphere({0, 0, 5}, 0.1, 1.0)});
-  scene.materials.push_back(material_of(700.0));
+  scene::SceneDescription scene =
+      sim_server::scene_of({sim_server::thread(3, {0, 0, 0}, {1, 0, 0}, 0.1, 10.0),
+                            sim_server::thread(3, {0, 1, 0}, {1, 1, 0}, 0.1, 10.0),
+                            sim_server::sphere({0, 0, 5}, 0.1, 1.0)});
+  scene.materials.push_back(sim_server::material_of(700.0));
   scene.bodies[1].material = 1;
-  const World world = build_world(scene);
+  const World world = scene::build_world(scene);
 
   REQUIRE(world.spheres.size() == 7);
   CHECK(world.spheres[4].body == 1);
@@ -137,12 +142,13 @@ TEST_CASE("Spheres know their body, its nodes and its material", "[world]") {
 
 TEST_CASE("A body whose stiffness is scaled has a material of its own, others keep theirs",
           "[world]") {
-  BodyDescription scaled = sphere({0, 0, 0}, 0.1, 1.0);
+  BodyDescription scaled = sim_server::sphere({0, 0, 0}, 0.1, 1.0);
   scaled.stiffness_scale = 0.25;
   BodyDescription still = scaled;
   still.motion = Motion::kStatic;
-  const World world = build_world(
-      scene_of({sphere({1, 0, 0}, 0.1, 1.0), scaled, still}, material_of(400.0, 8.0, 0.3)));
+  const World world = scene::build_world(
+      sim_server::scene_of({sim_server::sphere({1, 0, 0}, 0.1, 1.0), scaled, still},
+                           sim_server::material_of(400.0, 8.0, 0.3)));
 
   REQUIRE(world.materials.size() == 3);
   CHECK(world.spheres[0].material == 0);
@@ -158,13 +164,13 @@ TEST_CASE("A body whose stiffness is scaled has a material of its own, others ke
 
 TEST_CASE("A soft solid has a node at each corner of its lattice and a spring for each link",
           "[world]") {
-  BodyDescription body = soft_block({3, 2, 2}, 0.1, 0.01, 50.0, {0.05, 0.02});
-  springs(body).bend_stiffness_N_per_m = 5.0;
+  BodyDescription body = sim_server::soft_block({3, 2, 2}, 0.1, 0.01, 50.0, {0.05, 0.02});
+  sim_server::springs(body).bend_stiffness_N_per_m = 5.0;
   body.position_m = {1, 2, 3};
   body.orientation = Eigen::AngleAxisd(0.5 * 3.14159265358979, Eigen::Vector3d::UnitZ());
-  springs(body).pinned_nodes = {0};
+  sim_server::springs(body).pinned_nodes = {0};
   body.velocity_m_s = {0, 0, 1};
-  const World world = build_world(scene_of({body}));
+  const World world = scene::build_world(sim_server::scene_of({body}));
 
   REQUIRE(world.nodes.size() == 12);
   CHECK(world.nodes[2].position_m.isApprox(Eigen::Vector3d(1.05, 2.1, 2.95)));  // turned corner
@@ -181,11 +187,11 @@ TEST_CASE("A soft solid has a node at each corner of its lattice and a spring fo
 }
 
 TEST_CASE("A prescribed velocity is the derivative of the prescribed position", "[world]") {
-  BodyDescription driven = sphere({1, 2, 3}, 0.1, 0.0);
+  BodyDescription driven = sim_server::sphere({1, 2, 3}, 0.1, 0.0);
   driven.motion = Motion::kPrescribed;
   driven.prescribed = GENERATE(PrescribedMotion{Eigen::Vector3d::UnitY(), 0.3, 0.0, 0.0},
                                PrescribedMotion{Eigen::Vector3d::UnitZ(), 0.0, 0.02, 1.5});
-  const World world = build_world(scene_of({driven}));
+  const World world = scene::build_world(sim_server::scene_of({driven}));
   const RigidBody& body = world.rigid_bodies[0];
   const double time_s = GENERATE(0.0, 0.1, 2.3), moment_s = 1e-5;
 
@@ -200,10 +206,11 @@ TEST_CASE("A prescribed velocity is the derivative of the prescribed position", 
 
 TEST_CASE("Energy counts motion, spin, height and stretch of what is free", "[world]") {
   const Eigen::Vector3d gravity_m_s2(0, 0, -10);
-  World world = build_world(
-      scene_of({moving(box({0, 0, 2}, {1, 2, 3}, 12.0, {1.0, 0.5}), {1, 0, 0}, {0, 0, 2}),
-                thread(2, {0, 0, 0}, {1, 0, 0}, 0.5, 8.0, {0})},
-               {}, gravity_m_s2));
+  World world = scene::build_world(sim_server::scene_of(
+      {sim_server::moving(sim_server::box({0, 0, 2}, {1, 2, 3}, 12.0, {1.0, 0.5}), {1, 0, 0},
+                          {0, 0, 2}),
+       sim_server::thread(2, {0, 0, 0}, {1, 0, 0}, 0.5, 8.0, {0})},
+      {}, gravity_m_s2));
   world.nodes[1].position_m = {2, 0, 1};  // stretched by sqrt(5) - 1
 
   const double stretch_m = std::sqrt(5.0) - 1.0;
@@ -212,4 +219,4 @@ TEST_CASE("Energy counts motion, spin, height and stretch of what is free", "[wo
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::bodies

@@ -7,11 +7,11 @@
 
 #include "shared/collision/contact_law.hpp"
 
-namespace stillgrid {
+namespace stillgrid::contact {
 namespace {
 
 constexpr double kStep_s = 0.01;
-const ContactMaterial kMaterial{800.0, 3.0, 0.4, 0.05};
+const collision::ContactMaterial kMaterial{800.0, 3.0, 0.4, 0.05};
 
 Contact spheres(double depth_before_m) {
   Contact contact;
@@ -99,7 +99,7 @@ TEST_CASE("As the step shrinks the contact follows the law of both processes", "
     const Eigen::Vector3d end_m = at_depth_m(contact, 0.002);
     contact.depth_before_m = 0.03 - (end_m - step_s * velocity_m_s).norm();
     const Eigen::Vector3d law_N =
-        contact_force_N(kMaterial, 0.002, normal_of(contact), velocity_m_s);
+        collision::contact_force_N(kMaterial, 0.002, normal_of(contact), velocity_m_s);
 
     const double error_N =
         (contact_force(contact, {end_m, velocity_m_s, {0, 0, 0}}, step_s, nullptr).force_N - law_N)
@@ -118,7 +118,7 @@ TEST_CASE("A plane's force is the law's at any step", "[contact]") {
   REQUIRE(contact.depth_before_m > 0.0);
 
   CHECK((contact_force(contact, motion, kStep_s, nullptr).force_N -
-         contact_force_N(kMaterial, 0.02, contact.plane_normal, velocity_m_s))
+         collision::contact_force_N(kMaterial, 0.02, contact.plane_normal, velocity_m_s))
             .norm() < 1e-12);
 }
 
@@ -215,4 +215,4 @@ TEST_CASE("The slopes of a contact are the derivatives of its force", "[contact]
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-namespace stillgrid {
+namespace stillgrid::contact {
 namespace {
 
 constexpr double kRadiusA_m = 0.01, kRadiusB_m = 0.005, kContactDistance_m = 0.015;
@@ -86,8 +86,8 @@ TEST_CASE("Of several contacts the first crossing counts; planes and numbers tha
   pair.a = 0;
   pair.b = 1;
   plane.is_plane = true;
-  const std::vector<SphereMotion> start{{{0, 0, 0}, {0, 0, 0}}, {{0.3, 0, 0}, {0, 0, 0}}};
-  const std::vector<SphereMotion> end{{{0.9, 0.1, 0}, {0, 0, 0}}, {{0.3, 0, 0}, {0, 0, 0}}};
+  const std::vector<bodies::SphereMotion> start{{{0, 0, 0}, {0, 0, 0}}, {{0.3, 0, 0}, {0, 0, 0}}};
+  const std::vector<bodies::SphereMotion> end{{{0.9, 0.1, 0}, {0, 0, 0}}, {{0.3, 0, 0}, {0, 0, 0}}};
   const auto relative = [&](const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m) {
     return RelativePath{start[0].position_m - from_m, end[0].position_m - to_m};
   };
@@ -98,7 +98,7 @@ TEST_CASE("Of several contacts the first crossing counts; planes and numbers tha
   CHECK(share_before_crossings(std::vector{plane, still}, start, end) == 1.0);
   CHECK(share_before_crossings(std::vector{pair, plane, still}, start, end) == by_pair);
   still.start_b_m = still.position_b_m;
-  const std::vector<SphereMotion> level{{{0.9, 0, 0}, {0, 0, 0}}, {{0.3, 0, 0}, {0, 0, 0}}};
+  const std::vector<bodies::SphereMotion> level{{{0.9, 0, 0}, {0, 0, 0}}, {{0.3, 0, 0}, {0, 0, 0}}};
   const double first = share_before_crossings(std::vector{still, pair}, start, level);
   CHECK(first == Approx((0.3 - kContactDistance_m + 0.5 * kRadiusB_m) / 0.9));
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -106,4 +106,4 @@ TEST_CASE("Of several contacts the first crossing counts; planes and numbers tha
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

@@ -7,40 +7,41 @@
 
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::contact {
 namespace {
 
 constexpr double kStep_s = 0.03;
 using Pairs = std::multiset<std::pair<int, int>>;
 
 /// Moving and still balls, nodes of a thread and a plane, some crowded and some far away.
-World random_world(unsigned seed, int balls) {
+bodies::World random_world(unsigned seed, int balls) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> place(-0.2, 0.2), radius(0.005, 0.02), speed(-2.0, 2.0);
-  std::vector<BodyDescription> bodies;
+  std::vector<bodies::BodyDescription> bodies;
   for (int i = 0; i < balls; ++i) {
     const double far = i % 10 == 0 ? 50.0 : 1.0, size = i % 17 == 0 ? 12.0 : 1.0;
     const Eigen::Vector3d position_m(far * place(random), place(random), place(random));
-    bodies.push_back(moving(sphere(position_m, size * radius(random), 0.1),
-                            {speed(random), speed(random), speed(random)}));
-    if (i % 4 == 0) bodies.back().motion = Motion::kStatic;
+    bodies.push_back(sim_server::moving(sim_server::sphere(position_m, size * radius(random), 0.1),
+                                        {speed(random), speed(random), speed(random)}));
+    if (i % 4 == 0) bodies.back().motion = bodies::Motion::kStatic;
     if (i % 7 == 1) {
-      bodies.back().motion = Motion::kPrescribed;
+      bodies.back().motion = bodies::Motion::kPrescribed;
       bodies.back().prescribed = {Eigen::Vector3d::UnitX(), speed(random), 0.0, 0.0};
     }
   }
-  bodies.push_back(thread(20, {-0.2, 0, 0}, {0.2, 0.1, 0}, 0.01, 10.0));
-  bodies.push_back(floor_at(-0.15));
-  return build_world(scene_of(bodies, material_of(100.0), {0, 0, -9.81}));
+  bodies.push_back(sim_server::thread(20, {-0.2, 0, 0}, {0.2, 0.1, 0}, 0.01, 10.0));
+  bodies.push_back(sim_server::floor_at(-0.15));
+  return scene::build_world(
+      sim_server::scene_of(bodies, sim_server::material_of(100.0), {0, 0, -9.81}));
 }
 
-bool is_free(const World& world, const SphereBinding& sphere) {
+bool is_free(const bodies::World& world, const bodies::SphereBinding& sphere) {
   return sphere.rigid < 0 ||
-         world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].unknown != kNoUnknown;
+         world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].unknown != bodies::kNoUnknown;
 }
 
 /// Least distance of two points that move steadily for a step.
-double nearest_m(const SphereMotion& a, const SphereMotion& b) {
+double nearest_m(const bodies::SphereMotion& a, const bodies::SphereMotion& b) {
   const Eigen::Vector3d from_m = a.position_m - b.position_m;
   const Eigen::Vector3d move_m = kStep_s * (a.velocity_m_s - b.velocity_m_s);
   const double t =
@@ -49,9 +50,10 @@ double nearest_m(const SphereMotion& a, const SphereMotion& b) {
 }
 
 /// Whether the balls round two paths of a step, of spheres grown by a tenth and a little, meet.
-bool paths_meet(const World& world, const SphereBinding& a, const SphereBinding& b) {
-  const auto path_of = [&](const SphereBinding& sphere) {
-    const SphereMotion motion = sphere_motion(world, sphere);
+bool paths_meet(const bodies::World& world, const bodies::SphereBinding& a,
+                const bodies::SphereBinding& b) {
+  const auto path_of = [&](const bodies::SphereBinding& sphere) {
+    const bodies::SphereMotion motion = bodies::sphere_motion(world, sphere);
     const Eigen::Vector3d end_m = motion.position_m + kStep_s * motion.velocity_m_s;
     const Eigen::Vector3d fallen_m =
         end_m + (is_free(world, sphere) ? 1.0 : 0.0) * kStep_s * kStep_s * world.gravity_m_s2;
@@ -74,7 +76,7 @@ Pairs found_pairs(const Detection& detection) {
 
 TEST_CASE("Every pair of moving spheres that may touch within the step is found, once",
           "[detection]") {
-  const World world = random_world(GENERATE(1U, 2U, 3U, 4U, 5U), GENERATE(5, 60, 300));
+  const bodies::World world = random_world(GENERATE(1U, 2U, 3U, 4U, 5U), GENERATE(5, 60, 300));
   Detection detection(world, GENERATE(0.3, 1.0, 3.0));
   detection.find_contacts(world, kStep_s);
   const Pairs found = found_pairs(detection);
@@ -83,9 +85,10 @@ TEST_CASE("Every pair of moving spheres that may touch within the step is found,
   int touching = 0;
   for (int i = 0; i < static_cast<int>(world.spheres.size()); ++i)
     for (int j = i + 1; j < static_cast<int>(world.spheres.size()); ++j) {
-      const SphereBinding& a = world.spheres[static_cast<std::size_t>(i)];
-      const SphereBinding& b = world.spheres[static_cast<std::size_t>(j)];
-      const SphereMotion motion_a = sphere_motion(world, a), motion_b = sphere_motion(world, b);
+      const bodies::SphereBinding& a = world.spheres[static_cast<std::size_t>(i)];
+      const bodies::SphereBinding& b = world.spheres[static_cast<std::size_t>(j)];
+      const bodies::SphereMotion motion_a = bodies::sphere_motion(world, a),
+                                 motion_b = bodies::sphere_motion(world, b);
       const bool may = self_collision.may_collide(a, b) && (is_free(world, a) || is_free(world, b));
       const bool touch = nearest_m(motion_a, motion_b) < a.radius_m + b.radius_m;
       touching += may && touch;
@@ -99,18 +102,18 @@ TEST_CASE("Every pair of moving spheres that may touch within the step is found,
 
 TEST_CASE("Every static sphere and plane that may be touched within the step is found, once",
           "[detection]") {
-  const World world = random_world(GENERATE(11U, 12U, 13U), GENERATE(60, 300));
+  const bodies::World world = random_world(GENERATE(11U, 12U, 13U), GENERATE(60, 300));
   Detection detection(world, 1.0);
   detection.find_contacts(world, kStep_s);
 
   for (int i = 0; i < static_cast<int>(world.spheres.size()); ++i) {
-    const SphereBinding& a = world.spheres[static_cast<std::size_t>(i)];
-    const SphereMotion motion = sphere_motion(world, a);
+    const bodies::SphereBinding& a = world.spheres[static_cast<std::size_t>(i)];
+    const bodies::SphereMotion motion = bodies::sphere_motion(world, a);
     const auto count_where = [&](auto&& is_it) {
       return std::count_if(detection.contacts().begin(), detection.contacts().end(),
                            [&](const Contact& c) { return c.a == i && c.b < 0 && is_it(c); });
     };
-    for (const StaticSphere& b : world.static_spheres) {
+    for (const bodies::StaticSphere& b : world.static_spheres) {
       const auto times = count_where(
           [&](const Contact& c) { return !c.is_plane && c.position_b_m == b.position_m; });
       const bool touch =
@@ -128,14 +131,14 @@ TEST_CASE("Every static sphere and plane that may be touched within the step is 
 }
 
 TEST_CASE("A contact knows how deep it was when the step began", "[detection]") {
-  const World world = random_world(21, 100);
+  const bodies::World world = random_world(21, 100);
   Detection detection(world, 1.0);
   detection.find_contacts(world, kStep_s);
   REQUIRE_FALSE(detection.contacts().empty());
 
   for (const Contact& contact : detection.contacts()) {
     const auto centre_m = [&](int i) {
-      return sphere_motion(world, world.spheres[static_cast<std::size_t>(i)]).position_m;
+      return bodies::sphere_motion(world, world.spheres[static_cast<std::size_t>(i)]).position_m;
     };
     const Eigen::Vector3d a_m = centre_m(contact.a);
     const double gap_m =
@@ -150,9 +153,10 @@ TEST_CASE("A contact knows how deep it was when the step began", "[detection]") 
 
 TEST_CASE("Neighbours on a deformable body do not collide, distant parts of it do", "[detection]") {
   // A strip folded so that its far end lies on its beginning.
-  BodyDescription strip = sheet({21, 2}, 0.02, 0.002, 500.0);
-  World world = build_world(scene_of({strip}, material_of(100.0)));
-  for (Node& node : world.nodes)
+  bodies::BodyDescription strip = sim_server::sheet({21, 2}, 0.02, 0.002, 500.0);
+  bodies::World world =
+      scene::build_world(sim_server::scene_of({strip}, sim_server::material_of(100.0)));
+  for (bodies::Node& node : world.nodes)
     if (node.position_m.x() > 0.0) {
       node.position_m.x() *= -1.0;
       node.position_m.z() = 0.01;
@@ -163,8 +167,8 @@ TEST_CASE("Neighbours on a deformable body do not collide, distant parts of it d
   const double near_m = 2.5 * world.spheres[0].radius_m;
   CHECK_FALSE(detection.contacts().empty());
   for (const Contact& contact : detection.contacts()) {
-    const SphereBinding& a = world.spheres[static_cast<std::size_t>(contact.a)];
-    const SphereBinding& b = world.spheres[static_cast<std::size_t>(contact.b)];
+    const bodies::SphereBinding& a = world.spheres[static_cast<std::size_t>(contact.a)];
+    const bodies::SphereBinding& b = world.spheres[static_cast<std::size_t>(contact.b)];
     CHECK((a.rest_position_m - b.rest_position_m).norm() > near_m);
   }
   const auto ends = found_pairs(detection);
@@ -172,12 +176,13 @@ TEST_CASE("Neighbours on a deformable body do not collide, distant parts of it d
 }
 
 TEST_CASE("A flat sheet does not touch itself, a rigid body never does", "[detection]") {
-  BodyDescription cloth = sheet({8, 8}, 0.02, 0.002, 500.0);
-  packing(cloth) = {0.01, 0.0065};
-  const World world =
-      build_world(scene_of({cloth, moving(box({0, 0, 1}, {0.03, 0.03, 0.02}, 0.02, {0.005, 0.005}),
-                                          {0, 0, 0}, {100, 0, 0})},
-                           material_of(100.0)));
+  bodies::BodyDescription cloth = sim_server::sheet({8, 8}, 0.02, 0.002, 500.0);
+  sim_server::packing(cloth) = {0.01, 0.0065};
+  const bodies::World world = scene::build_world(sim_server::scene_of(
+      {cloth,
+       sim_server::moving(sim_server::box({0, 0, 1}, {0.03, 0.03, 0.02}, 0.02, {0.005, 0.005}),
+                          {0, 0, 0}, {100, 0, 0})},
+      sim_server::material_of(100.0)));
   Detection detection(world, 1.0);
   detection.find_contacts(world, kStep_s);
 
@@ -189,17 +194,19 @@ TEST_CASE("A flat sheet does not touch itself, a rigid body never does", "[detec
 
 }  // namespace
 /// A cube of n x n x n spheres that fills 5 cm, its centre at x_m, along x at speed_m_s.
-BodyDescription cube_of(int n, double x_m, double speed_m_s) {
+bodies::BodyDescription cube_of(int n, double x_m, double speed_m_s) {
   const double spacing_m = 0.05 / n;
-  return moving(box({x_m, 0, 0}, {0.05, 0.05, 0.05}, 0.1, {spacing_m, 0.5 * spacing_m}),
-                {speed_m_s, 0, 0});
+  return sim_server::moving(
+      sim_server::box({x_m, 0, 0}, {0.05, 0.05, 0.05}, 0.1, {spacing_m, 0.5 * spacing_m}),
+      {speed_m_s, 0, 0});
 }
 
 TEST_CASE("However fast a rigid body moves, its spheres take no memory for pairs of their own",
           "[detection]") {
   const int n = GENERATE(6, 12, 24);
   const double speed_m_s = GENERATE(0.0, 2.0, 20.0);
-  const World world = build_world(scene_of({cube_of(n, 0.0, speed_m_s)}, material_of(100.0)));
+  const bodies::World world = scene::build_world(
+      sim_server::scene_of({cube_of(n, 0.0, speed_m_s)}, sim_server::material_of(100.0)));
   REQUIRE(world.spheres.size() == static_cast<std::size_t>(n * n * n));
   Detection detection(world, 0.0);
   for (int step = 0; step < 3; ++step) CHECK(detection.find_contacts(world, kStep_s));
@@ -210,18 +217,18 @@ TEST_CASE("However fast a rigid body moves, its spheres take no memory for pairs
 TEST_CASE("Two fast cubes of many spheres that meet have all contacts between them",
           "[detection]") {
   const double speed_m_s = GENERATE(0.1, 0.5);
-  const World world = build_world(
-      scene_of({cube_of(9, 0.0, speed_m_s), cube_of(9, 0.052, -speed_m_s)}, material_of(100.0)));
+  const bodies::World world = scene::build_world(sim_server::scene_of(
+      {cube_of(9, 0.0, speed_m_s), cube_of(9, 0.052, -speed_m_s)}, sim_server::material_of(100.0)));
   Detection detection(world, 0.0);
   REQUIRE(detection.find_contacts(world, kStep_s, true));
   Pairs expected;
   const int half = static_cast<int>(world.spheres.size() / 2);
   for (int i = 0; i < half; ++i)
     for (int j = half; j < 2 * half; ++j) {
-      const auto at = [&](int k) -> const SphereBinding& {
+      const auto at = [&](int k) -> const bodies::SphereBinding& {
         return world.spheres[static_cast<std::size_t>(k)];
       };
-      if (nearest_m(sphere_motion(world, at(i)), sphere_motion(world, at(j))) <
+      if (nearest_m(bodies::sphere_motion(world, at(i)), bodies::sphere_motion(world, at(j))) <
           at(i).radius_m + at(j).radius_m)
         expected.insert({i, j});
     }
@@ -234,8 +241,8 @@ TEST_CASE(
     "What is so fast that its contacts would take memory by the square asks for a shorter step",
     "[detection]") {
   const auto bytes_at = [](int n) {
-    const World world =
-        build_world(scene_of({cube_of(n, 0.0, 2.0), cube_of(n, 0.0505, -2.0)}, material_of(100.0)));
+    const bodies::World world = scene::build_world(sim_server::scene_of(
+        {cube_of(n, 0.0, 2.0), cube_of(n, 0.0505, -2.0)}, sim_server::material_of(100.0)));
     Detection detection(world, 0.0);
     CHECK_FALSE(detection.find_contacts(world, kStep_s));
     CHECK(detection.contacts().empty());
@@ -250,4 +257,4 @@ TEST_CASE(
   CHECK(bytes_at(24) < 1.5 * bytes_at(12));
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

@@ -9,7 +9,7 @@
 #include "tests/sim_server/contact/sphere_clouds.hpp"
 #include "tests/sim_server/unkind_heap.hpp"
 
-namespace stillgrid {
+namespace stillgrid::contact {
 namespace {
 
 constexpr std::size_t kOffsets_B[] = {0, 16, 32, 48};
@@ -21,9 +21,9 @@ TEST_CASE("Overlapping pairs are those of plain arithmetic, in order, on every i
           "[every_target]") {
   for (const std::size_t offset_B : kOffsets_B)
     for (const std::size_t count : kCounts) {
-      const UnkindHeap heap(offset_B);
+      const sim_server::UnkindHeap heap(offset_B);
       const DriftingCloud cloud(Cloud::kEqual, Drift::kNone, 24, count);
-      const std::vector<SweptBound> balls(cloud.balls().begin(), cloud.balls().end());
+      const std::vector<collision::SweptBound> balls(cloud.balls().begin(), cloud.balls().end());
       std::mt19937 random(static_cast<unsigned>(count));
       std::uniform_int_distribution<std::uint32_t> any(0, 22);
       std::vector<SpherePair> pairs, expected;
@@ -37,7 +37,7 @@ TEST_CASE("Overlapping pairs are those of plain arithmetic, in order, on every i
         const float x = p[0] - q[0], y = p[1] - q[1], z = p[2] - q[2];
         if (x * x + y * y + z * z < (r + s) * (r + s)) expected.push_back(pair);
       }
-      on_every_target([&] {
+      sim_server::on_every_target([&] {
         std::vector<SpherePair> found(pairs.size());
         found.resize(overlapping_pairs(pairs, balls, found));
         CAPTURE(offset_B, count);
@@ -52,18 +52,19 @@ TEST_CASE("Balls that left their swept bounds are found on every instruction set
   std::uniform_real_distribution<float> move(0.0F, 0.0013F);
   for (const std::size_t offset_B : kOffsets_B)
     for (const std::size_t count : kCounts) {
-      const UnkindHeap heap(offset_B);
+      const sim_server::UnkindHeap heap(offset_B);
       const DriftingCloud cloud(Cloud::kTwoDecades, Drift::kNone, count, count);
-      std::vector<SweptBound> balls(cloud.balls().begin(), cloud.balls().end()),
+      std::vector<collision::SweptBound> balls(cloud.balls().begin(), cloud.balls().end()),
           swept_bounds = balls;
-      for (SweptBound& swept_bound : swept_bounds) swept_bound.bounding_radius_m += 0.001F;
-      for (SweptBound& ball : balls) ball.centre_m[0] += move(random);
+      for (collision::SweptBound& swept_bound : swept_bounds)
+        swept_bound.bounding_radius_m += 0.001F;
+      for (collision::SweptBound& ball : balls) ball.centre_m[0] += move(random);
       balls[count / 2].centre_m[1] = std::numeric_limits<float>::quiet_NaN();
       std::vector<std::uint32_t> expected;
       for (std::uint32_t i = 0; i < count; ++i)
         if (!holds(swept_bounds[i], balls[i])) expected.push_back(i);
       CAPTURE(offset_B, count);
-      on_every_target([&] {
+      sim_server::on_every_target([&] {
         std::vector<std::uint32_t> escaped(expected.size()), few(expected.size() - 1);
         CHECK(find_escaped(balls, swept_bounds, escaped) == expected.size());
         CHECK(escaped == expected);
@@ -78,16 +79,17 @@ TEST_CASE("Swept bounds that meet are found in one order on every instruction se
       GENERATE(Cloud::kEqual, Cloud::kTwoDecades, Cloud::kSheet, Cloud::kCoincident, Cloud::kWide);
   for (const std::size_t offset_B : kOffsets_B)
     for (const std::size_t count : kCounts) {
-      const UnkindHeap heap(offset_B);
+      const sim_server::UnkindHeap heap(offset_B);
       const DriftingCloud cloud(kind, Drift::kNone, count, count);
-      const std::span<const SweptBound> balls = cloud.balls();
-      VoxelGrid grid(0, count);
+      const std::span<const collision::SweptBound> balls = cloud.balls();
+      collision::VoxelGrid grid(0, count);
       grid.enter(balls, 1.0F);
       std::size_t expected = 0;
       for (std::size_t b = 0; b < count; ++b)
-        for (std::size_t a = 0; a < b; ++a) expected += meet(balls[a], balls[b]) ? 1U : 0U;
+        for (std::size_t a = 0; a < b; ++a)
+          expected += collision::meet(balls[a], balls[b]) ? 1U : 0U;
       std::vector<std::vector<SpherePair>> found;
-      on_every_target([&] {
+      sim_server::on_every_target([&] {
         SortedBounds sorted(count);
         std::vector<SpherePair> pairs;
         pairs.resize(search_pairs(grid.view(), {}, count * count, sorted, pairs));
@@ -95,10 +97,10 @@ TEST_CASE("Swept bounds that meet are found in one order on every instruction se
       });
       CAPTURE(cloud.description(), offset_B);
       CHECK(found[0].size() == expected);
-      for (const SpherePair& pair : found[0]) CHECK(meet(balls[pair.a], balls[pair.b]));
+      for (const SpherePair& pair : found[0]) CHECK(collision::meet(balls[pair.a], balls[pair.b]));
       for (const auto& pairs : found) CHECK(pairs == found[0]);
     }
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

@@ -12,14 +12,15 @@
 #include "tests/sim_server/contact/sphere_clouds.hpp"
 #include "tests/sim_server/every_target.hpp"
 
-namespace stillgrid {
+namespace stillgrid::contact {
 namespace {
 
 constexpr float kAutomatic = 0.0F;
 
-std::vector<proto::SphereState> states_of(std::span<const SweptBound> balls) {
+std::vector<proto::SphereState> states_of(std::span<const collision::SweptBound> balls) {
   std::vector<proto::SphereState> snapshots;
-  for (const SweptBound& ball : balls) snapshots.push_back({ball.centre_m, {0.0F, 0.0F, 0.0F}});
+  for (const collision::SweptBound& ball : balls)
+    snapshots.push_back({ball.centre_m, {0.0F, 0.0F, 0.0F}});
   return snapshots;
 }
 
@@ -54,7 +55,7 @@ TEST_CASE("They are the same, in the same order, on every instruction set", "[mo
   const auto cloud = GENERATE(Cloud::kEqual, Cloud::kTwoDecades, Cloud::kWide);
   const auto drift = GENERATE(Drift::kSlow, Drift::kFast, Drift::kMixed);
   std::vector<std::vector<SpherePair>> first;
-  on_every_target([&] {
+  sim_server::on_every_target([&] {
     DriftingCloud spheres(cloud, drift, 3001, 7);
     MovingSpheres moving(spheres.balls().size(), kAutomatic);
     std::vector<std::vector<SpherePair>> found;
@@ -134,7 +135,8 @@ TEST_CASE("Pairs that may not collide are never found, the others all", "[moving
 TEST_CASE("Few spheres that are entered before the first step obey the filter too",
           "[moving_spheres]") {
   const std::size_t count = GENERATE(2U, 3U, 4U);
-  const std::vector<SweptBound> balls(count, SweptBound{{0.0F, 0.0F, 0.0F}, 0.01F});
+  const std::vector<collision::SweptBound> balls(count,
+                                                 collision::SweptBound{{0.0F, 0.0F, 0.0F}, 0.01F});
   MovingSpheres moving(count, kAutomatic);
   moving.enter(balls);
   const PairFilter never = [](std::uint32_t, std::uint32_t) { return false; };
@@ -151,17 +153,19 @@ TEST_CASE("A query is not cut short because one sphere far from it was fast", "[
   constexpr std::uint32_t kMaxVisits = 8192;
   std::mt19937_64 random(4);
   std::uniform_real_distribution<float> place(-0.4F, 0.4F);
-  std::vector<SweptBound> balls(kCount);
-  for (SweptBound& ball : balls) ball = {{place(random), place(random), place(random)}, 0.005F};
+  std::vector<collision::SweptBound> balls(kCount);
+  for (collision::SweptBound& ball : balls)
+    ball = {{place(random), place(random), place(random)}, 0.005F};
   balls[0].centre_m = {-1.5F, 0.0F, 0.0F};
   MovingSpheres moving(kCount, kAutomatic);
   for (proto::SphereRecord& record : moving.grid().records()) record.radius_m = 0.005F;
-  MovingSnapshot snapshot;
-  const SweptBound probe = bound_sphere({0.1, 0.1, 0.1}, 0.01);
+  snapshot::MovingSnapshot snapshot;
+  const collision::SweptBound probe = collision::bound_sphere({0.1, 0.1, 0.1}, 0.01);
   for (int step = 0; step < 12; ++step) {
     (void)moving.find(balls);
     snapshot.show(states_of(balls), moving);
-    CHECK_FALSE(for_each_candidate(moving.grid().view(), probe, kMaxVisits, [](std::uint32_t) {}));
+    CHECK_FALSE(collision::for_each_candidate(moving.grid().view(), probe, kMaxVisits,
+                                              [](std::uint32_t) {}));
     if (step < 6) balls[0].centre_m[0] += 0.3F;  // then it stands still
     for (std::size_t i = 1; i < kCount; ++i) balls[i].centre_m[1] += 0.0002F;
   }
@@ -173,7 +177,7 @@ TEST_CASE("The published grid holds every sphere in all its snapshots", "[moving
   MovingSpheres moving(300, kAutomatic);
   for (std::size_t i = 0; i < 300; ++i)
     moving.grid().records()[i].radius_m = spheres.balls()[i].bounding_radius_m;
-  MovingSnapshot snapshot;
+  snapshot::MovingSnapshot snapshot;
   moving.enter(spheres.balls());
   snapshot.show(states_of(spheres.balls()), moving);
   for (int step = 0; step < 40; ++step) {
@@ -181,14 +185,15 @@ TEST_CASE("The published grid holds every sphere in all its snapshots", "[moving
     spheres.step();
     snapshot.show(states_of(spheres.balls()), moving);
 
-    const VoxelGrid& grid = moving.grid();
-    REQUIRE(is_consistent(grid.view().shape, grid.layout()));
+    const collision::VoxelGrid& grid = moving.grid();
+    REQUIRE(collision::is_consistent(grid.view().shape, grid.layout()));
     for (std::size_t i = 0; i < 300; ++i) {
       const proto::SphereRecord& record = grid.records()[i];
-      const SweptBound& swept_bound = grid.swept_bound(i);
+      const collision::SweptBound& swept_bound = grid.swept_bound(i);
       for (std::size_t age = 0; age < proto::kHistoryLength; ++age) {
         const Eigen::Vector3d apart_m =
-            Eigen::Map<const Eigen::Vector3f>(position_m(record, age).data()).cast<double>() -
+            Eigen::Map<const Eigen::Vector3f>(collision::position_m(record, age).data())
+                .cast<double>() -
             Eigen::Map<const Eigen::Vector3f>(swept_bound.centre_m.data()).cast<double>();
         if (!(apart_m.norm() + double{record.radius_m} <= double{swept_bound.bounding_radius_m}))
           FAIL("sphere " << i << " at step " << step);
@@ -199,22 +204,22 @@ TEST_CASE("The published grid holds every sphere in all its snapshots", "[moving
 }
 
 TEST_CASE("Nothing is allocated once the lists have their length", "[moving_spheres]") {
-  if (!allocation_count()) {
+  if (!devices::allocation_count()) {
     WARN("skipped: a sanitizer's operator new stands in the way");
     return;
   }
   DriftingCloud spheres(Cloud::kEqual, GENERATE(Drift::kSlow, Drift::kFast), 3000, 10);
   MovingSpheres moving(3000, kAutomatic);
-  MovingSnapshot snapshot;
+  snapshot::MovingSnapshot snapshot;
   std::vector<proto::SphereState> snapshots = states_of(spheres.balls());
   std::uint64_t allocated = 0;
   for (int step = 0; step < 200; ++step, spheres.step()) {
     for (std::size_t i = 0; i < snapshots.size(); ++i)
       snapshots[i].position_m = spheres.balls()[i].centre_m;
-    const std::uint64_t before = *allocation_count();
+    const std::uint64_t before = *devices::allocation_count();
     (void)moving.find(spheres.balls());
     snapshot.show(snapshots, moving);
-    if (step >= 100) allocated += *allocation_count() - before;
+    if (step >= 100) allocated += *devices::allocation_count() - before;
   }
   CHECK(allocated == 0);
 }
@@ -225,7 +230,7 @@ TEST_CASE("A sphere whose place is no number is refused by its number, and does 
   MovingSpheres moving(100, kAutomatic);
   const bool entered_before = GENERATE(true, false);
   if (entered_before) (void)moving.find(spheres.balls());
-  std::vector<SweptBound> balls(spheres.balls().begin(), spheres.balls().end());
+  std::vector<collision::SweptBound> balls(spheres.balls().begin(), spheres.balls().end());
   const float bad =
       GENERATE(std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity());
   (GENERATE(true, false) ? balls[17].centre_m[1] : balls[17].bounding_radius_m) = bad;
@@ -235,4 +240,4 @@ TEST_CASE("A sphere whose place is no number is refused by its number, and does 
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

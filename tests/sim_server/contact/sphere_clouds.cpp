@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace stillgrid {
+namespace stillgrid::contact {
 namespace {
 
 constexpr float kRadius_m = 0.005F;
@@ -25,7 +25,7 @@ float extent_for(Cloud cloud, std::size_t count) {
   }
 }
 
-bool overlap(const SweptBound& a, const SweptBound& b) {
+bool overlap(const collision::SweptBound& a, const collision::SweptBound& b) {
   const float x = a.centre_m[0] - b.centre_m[0], y = a.centre_m[1] - b.centre_m[1],
               z = a.centre_m[2] - b.centre_m[2],
               bounding_radius_m = a.bounding_radius_m + b.bounding_radius_m;
@@ -92,7 +92,7 @@ std::string DriftingCloud::description() const {
          " spheres, seed " + std::to_string(seed_);
 }
 
-std::vector<SpherePair> tested_pairs(std::span<const SweptBound> balls) {
+std::vector<SpherePair> tested_pairs(std::span<const collision::SweptBound> balls) {
   std::vector<std::uint32_t> order(balls.size());
   std::iota(order.begin(), order.end(), 0U);
   const auto low_m = [&](std::uint32_t i) {
@@ -121,4 +121,4 @@ std::vector<SpherePair> ascending(std::span<const SpherePair> pairs) {
   return sorted;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

@@ -7,7 +7,7 @@
 
 #include "sim_server/contact/pair_search.hpp"
 
-namespace stillgrid {
+namespace stillgrid::contact {
 
 /// Where spheres are, of which a search for pairs must not care.
 enum class Cloud {
@@ -39,7 +39,7 @@ class DriftingCloud {
   DriftingCloud(Cloud cloud, Drift drift, std::size_t count, std::uint64_t seed);
 
   void step();
-  [[nodiscard]] std::span<const SweptBound> balls() const noexcept { return balls_; }
+  [[nodiscard]] std::span<const collision::SweptBound> balls() const noexcept { return balls_; }
   [[nodiscard]] std::string description() const;
 
  private:
@@ -51,15 +51,15 @@ class DriftingCloud {
   std::mt19937_64 random_;
   float edge_m_ = 0.0F;
   std::array<float, 3> origin_m_{};
-  std::vector<SweptBound> balls_, home_;
+  std::vector<collision::SweptBound> balls_, home_;
   std::vector<std::array<float, 3>> moves_m_;
 };
 
 /// All pairs of balls that overlap, ascending: every pair tested, or, where that is too many, every
 /// pair whose extents along x meet.
-[[nodiscard]] std::vector<SpherePair> tested_pairs(std::span<const SweptBound> balls);
+[[nodiscard]] std::vector<SpherePair> tested_pairs(std::span<const collision::SweptBound> balls);
 
 /// The same pairs, ascending.
 [[nodiscard]] std::vector<SpherePair> ascending(std::span<const SpherePair> pairs);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

@@ -6,18 +6,19 @@
 
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::contact {
 namespace {
 
 /// What is said of a scene; bodies are named "a", "b", ... and stand at lines 1, 2, ...
-std::vector<std::string> warnings_of(std::vector<BodyDescription> bodies) {
+std::vector<std::string> warnings_of(std::vector<bodies::BodyDescription> bodies) {
   unsigned line = 0;
-  for (BodyDescription& body : bodies) {
+  for (bodies::BodyDescription& body : bodies) {
     body.name = std::string(1, static_cast<char>('a' + line));
     body.line = ++line;
   }
-  const SceneDescription scene = scene_of(std::move(bodies), material_of(100.0));
-  return start_warnings(scene, build_world(scene), "s.toml");
+  const scene::SceneDescription scene =
+      sim_server::scene_of(std::move(bodies), sim_server::material_of(100.0));
+  return start_warnings(scene, scene::build_world(scene), "s.toml");
 }
 
 void check_one(const std::vector<std::string>& warnings, const std::string& where,
@@ -29,49 +30,59 @@ void check_one(const std::vector<std::string>& warnings, const std::string& wher
 }
 
 TEST_CASE("Of a scene that a hand can hold nothing is said", "[start_warnings]") {
-  CHECK(warnings_of({floor_at(0.0), sphere({0, 0, 0.02}, 0.02, 0.1), sphere({0, 0, 0.055}, 0.02, 1),
-                     box({0.3, 0, 0.05}, {0.1, 0.1, 0.1}, 1.0, {0.02, 0.01}),
-                     moving(sheet({20, 20}, 0.01, 1e-4, 100.0), {0, 0, 2.0})})
-            .size() == 1);  // the sheet lies in the floor's plane and in the ball
-  CHECK(warnings_of({floor_at(-0.1), sphere({0, 0, 0.02}, 0.02, 0.1)}).empty());
+  CHECK(
+      warnings_of({sim_server::floor_at(0.0), sim_server::sphere({0, 0, 0.02}, 0.02, 0.1),
+                   sim_server::sphere({0, 0, 0.055}, 0.02, 1),
+                   sim_server::box({0.3, 0, 0.05}, {0.1, 0.1, 0.1}, 1.0, {0.02, 0.01}),
+                   sim_server::moving(sim_server::sheet({20, 20}, 0.01, 1e-4, 100.0), {0, 0, 2.0})})
+          .size() == 1);  // the sheet lies in the floor's plane and in the ball
+  CHECK(warnings_of({sim_server::floor_at(-0.1), sim_server::sphere({0, 0, 0.02}, 0.02, 0.1)})
+            .empty());
 }
 
 TEST_CASE("A body behind a plane's normal is named with the plane", "[start_warnings]") {
-  check_one(warnings_of({floor_at(0.0), sphere({0, 0, -0.3}, 0.02, 0.1)}), "2",
-            "'b': lies 0.3 m below plane 'a', behind its normal");
-  BodyDescription still = sphere({0, 0, -0.3}, 0.02, 0.1);
-  still.motion = Motion::kStatic;
-  CHECK(warnings_of({floor_at(0.0), still}).empty());
+  check_one(warnings_of({sim_server::floor_at(0.0), sim_server::sphere({0, 0, -0.3}, 0.02, 0.1)}),
+            "2", "'b': lies 0.3 m below plane 'a', behind its normal");
+  bodies::BodyDescription still = sim_server::sphere({0, 0, -0.3}, 0.02, 0.1);
+  still.motion = bodies::Motion::kStatic;
+  CHECK(warnings_of({sim_server::floor_at(0.0), still}).empty());
 }
 
 TEST_CASE("Bodies that overlap deeply at the start are named, a line a pair", "[start_warnings]") {
-  check_one(warnings_of({sphere({0, 0, 0}, 0.02, 0.1), sphere({0.02, 0, 0}, 0.02, 0.1)}), "1",
-            "'a': overlaps body 'b' by 0.02 m at the start");
-  CHECK(warnings_of({sphere({0, 0, 0}, 0.02, 0.1), sphere({0.035, 0, 0}, 0.02, 0.1)}).empty());
-  BodyDescription still = sphere({0.01, 0, 0}, 0.02, 0.1);
-  still.motion = Motion::kStatic;
-  check_one(warnings_of({sphere({0, 0, 0}, 0.02, 0.1), still}), "1", "overlaps body 'b' by 0.03 m");
-  check_one(warnings_of({box({0, 0, 0}, {0.1, 0.1, 0.1}, 1.0, {0.02, 0.01}),
-                         box({0.05, 0, 0}, {0.1, 0.1, 0.1}, 1.0, {0.02, 0.01})}),
+  check_one(warnings_of({sim_server::sphere({0, 0, 0}, 0.02, 0.1),
+                         sim_server::sphere({0.02, 0, 0}, 0.02, 0.1)}),
+            "1", "'a': overlaps body 'b' by 0.02 m at the start");
+  CHECK(warnings_of({sim_server::sphere({0, 0, 0}, 0.02, 0.1),
+                     sim_server::sphere({0.035, 0, 0}, 0.02, 0.1)})
+            .empty());
+  bodies::BodyDescription still = sim_server::sphere({0.01, 0, 0}, 0.02, 0.1);
+  still.motion = bodies::Motion::kStatic;
+  check_one(warnings_of({sim_server::sphere({0, 0, 0}, 0.02, 0.1), still}), "1",
+            "overlaps body 'b' by 0.03 m");
+  check_one(warnings_of({sim_server::box({0, 0, 0}, {0.1, 0.1, 0.1}, 1.0, {0.02, 0.01}),
+                         sim_server::box({0.05, 0, 0}, {0.1, 0.1, 0.1}, 1.0, {0.02, 0.01})}),
             "1", "overlaps body 'b' by ");
 }
 
 TEST_CASE("Sizes, speeds and places that no hand-held scene has are named", "[start_warnings]") {
-  check_one(warnings_of({sheet({20, 20}, 10.0, 1e-4, 100.0)}), "1", "is 205 m long");
-  check_one(warnings_of({sphere({0, 0, 0}, 1e-5, 0.1)}), "1", "is 2e-05 m long");
-  check_one(warnings_of({moving(sphere({0, 0, 0}, 0.02, 0.1), {0, 200, 0})}), "1",
-            "moves at 200 m/s");
-  check_one(warnings_of({sphere({0, 5000, 0}, 0.02, 0.1)}), "1", "is 5e+03 m from the origin");
+  check_one(warnings_of({sim_server::sheet({20, 20}, 10.0, 1e-4, 100.0)}), "1", "is 205 m long");
+  check_one(warnings_of({sim_server::sphere({0, 0, 0}, 1e-5, 0.1)}), "1", "is 2e-05 m long");
+  check_one(
+      warnings_of({sim_server::moving(sim_server::sphere({0, 0, 0}, 0.02, 0.1), {0, 200, 0})}), "1",
+      "moves at 200 m/s");
+  check_one(warnings_of({sim_server::sphere({0, 5000, 0}, 0.02, 0.1)}), "1",
+            "is 5e+03 m from the origin");
 }
 
 TEST_CASE("Ten lines are said at most, and how many more there are", "[start_warnings]") {
-  std::vector<BodyDescription> bodies;
+  std::vector<bodies::BodyDescription> bodies;
   for (int i = 0; i < 25; ++i)
-    bodies.push_back(moving(sphere({0.1 * i, 0, 0}, 0.02, 0.1), {0, 200, 0}));
+    bodies.push_back(
+        sim_server::moving(sim_server::sphere({0.1 * i, 0, 0}, 0.02, 0.1), {0, 200, 0}));
   const std::vector<std::string> warnings = warnings_of(bodies);
   REQUIRE(warnings.size() == 11);
   CHECK(warnings.back() == "s.toml: and 15 more of the kind");
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

@@ -6,23 +6,23 @@
 #include "sim_server/snapshot/sphere_records.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::contact {
 namespace {
 
 constexpr double kStep_s = 0.03;
 
-World crowd(unsigned seed) {
+bodies::World crowd(unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> place(-0.1, 0.1);
-  std::vector<BodyDescription> bodies;
+  std::vector<bodies::BodyDescription> bodies;
   for (int i = 0; i < 200; ++i)
-    bodies.push_back(sphere({place(random), place(random), place(random)}, 0.01, 0.1));
-  for (std::size_t i = 0; i < bodies.size(); i += 5) bodies[i].motion = Motion::kStatic;
+    bodies.push_back(sim_server::sphere({place(random), place(random), place(random)}, 0.01, 0.1));
+  for (std::size_t i = 0; i < bodies.size(); i += 5) bodies[i].motion = bodies::Motion::kStatic;
   for (std::size_t i = 1; i < bodies.size(); i += 5) {
-    bodies[i].motion = Motion::kPrescribed;
+    bodies[i].motion = bodies::Motion::kPrescribed;
     bodies[i].prescribed.velocity_m_s = 0.0;
   }
-  return build_world(scene_of(bodies, material_of(100.0)));
+  return scene::build_world(sim_server::scene_of(bodies, sim_server::material_of(100.0)));
 }
 
 std::vector<ToolSphereMotion> tool_at(const Eigen::Vector3d& position_m) {
@@ -32,7 +32,7 @@ std::vector<ToolSphereMotion> tool_at(const Eigen::Vector3d& position_m) {
 
 TEST_CASE("The tool meets every free sphere that it touches, once, and nothing else",
           "[detection]") {
-  const World world = crowd(GENERATE(1U, 2U, 3U));
+  const bodies::World world = crowd(GENERATE(1U, 2U, 3U));
   const auto tool = tool_at({0.01, -0.02, 0.03});
   Detection detection(world, 1.0);
   detection.find_contacts(world, kStep_s);
@@ -44,10 +44,10 @@ TEST_CASE("The tool meets every free sphere that it touches, once, and nothing e
 
   for (const ToolSphereMotion& b : tool)
     for (std::size_t i = 0; i < world.spheres.size(); ++i) {
-      const SphereBinding& a = world.spheres[i];
+      const bodies::SphereBinding& a = world.spheres[i];
       const bool is_free =
-          world.rigid_bodies[static_cast<std::size_t>(a.rigid)].unknown != kNoUnknown;
-      const Eigen::Vector3d apart_m = sphere_motion(world, a).position_m - b.position_m;
+          world.rigid_bodies[static_cast<std::size_t>(a.rigid)].unknown != bodies::kNoUnknown;
+      const Eigen::Vector3d apart_m = bodies::sphere_motion(world, a).position_m - b.position_m;
       const auto times = std::count_if(found.begin(), found.end(), [&](const Contact& c) {
         return c.a == static_cast<int>(i) && c.position_b_m == b.position_m;
       });
@@ -62,7 +62,7 @@ TEST_CASE("The tool meets every free sphere that it touches, once, and nothing e
 
 TEST_CASE("The tool is never entered: the bodies' contacts are the same with it and without",
           "[detection]") {
-  const World world = crowd(4);
+  const bodies::World world = crowd(4);
   Detection alone(world, 1.0), visited(world, 1.0);
   alone.find_contacts(world, kStep_s);
   visited.find_contacts(world, kStep_s);
@@ -80,10 +80,11 @@ TEST_CASE("A contact with the tool has the touched body's material and the tool'
           "[detection]") {
   // Below the tool's slip speed friction is viscous, unless the material says so from a higher one.
   const double slip_speed_m_s = GENERATE(1e-3, 0.2);
-  SceneDescription scene =
-      scene_of({sphere({0, 0, 0}, 0.01, 0.1)}, material_of(123.0, 4.0, 0.5, slip_speed_m_s));
+  scene::SceneDescription scene =
+      sim_server::scene_of({sim_server::sphere({0, 0, 0}, 0.01, 0.1)},
+                           sim_server::material_of(123.0, 4.0, 0.5, slip_speed_m_s));
   scene.tool_slip_speed_m_s = 0.04;
-  const World world = build_world(scene);
+  const bodies::World world = scene::build_world(scene);
   Detection detection(world, 1.0);
   detection.find_contacts(world, kStep_s);
   detection.find_tool_contacts(
@@ -101,8 +102,8 @@ TEST_CASE("A contact with the tool has the touched body's material and the tool'
 }
 
 TEST_CASE("The records of static spheres follow the world's order", "[detection]") {
-  const World world = crowd(5);
-  const auto records = static_records(world);
+  const bodies::World world = crowd(5);
+  const auto records = snapshot::static_records(world);
 
   REQUIRE(records.size() == world.static_spheres.size());
   for (std::size_t i = 0; i < records.size(); ++i) {
@@ -115,4 +116,4 @@ TEST_CASE("The records of static spheres follow the world's order", "[detection]
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

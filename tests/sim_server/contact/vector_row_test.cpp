@@ -11,7 +11,7 @@
 
 #include "tests/sim_server/unkind_heap.hpp"
 
-namespace stillgrid {
+namespace stillgrid::contact {
 namespace {
 
 struct alignas(64) Numbers {
@@ -35,7 +35,7 @@ TEST_CASE("The heap of these tests is as unkind as it may be", "[vector_row]") {
   const auto past_64 = [](const auto& numbers) {
     return reinterpret_cast<std::uintptr_t>(numbers.data()) % 64;
   };
-  const UnkindHeap heap(offset_B);
+  const sim_server::UnkindHeap heap(offset_B);
   CHECK(past_64(std::vector<double>(9)) == offset_B);
   CHECK(past_64(std::vector<Aligned32>(3)) == offset_B / 32 * 32);
   CHECK(past_64(std::vector<Numbers>(2)) == 0);
@@ -84,4 +84,4 @@ TEST_CASE("An access that the widest vector could not make is stopped on any pro
 #endif
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::contact

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 TEST_CASE("A block matrix is the sum of its blocks", "[block_matrix]") {
@@ -52,4 +52,4 @@ TEST_CASE("A matrix without rows is one too", "[block_matrix]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -7,22 +7,24 @@
 #include "sim_server/dynamics/integrators/integrator.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 const Eigen::Vector3d kGravity_m_s2(0.0, 0.0, -9.81);
 
 /// A block that lands, sliding and turning a little, on a floor against which k h^2 / m is 3e4.
-World landing() {
-  BodyDescription block = box({0, 0, 0.021}, {0.03, 0.03, 0.04}, 0.02, {0.01, 0.005});
-  return build_world(scene_of({moving(block, {0.4, 0, -1.0}, {0.5, 0, 0}), floor_at(0.0)},
-                              material_of(5e5, 2.5, 0.5), kGravity_m_s2));
+bodies::World landing() {
+  bodies::BodyDescription block =
+      sim_server::box({0, 0, 0.021}, {0.03, 0.03, 0.04}, 0.02, {0.01, 0.005});
+  return scene::build_world(sim_server::scene_of(
+      {sim_server::moving(block, {0.4, 0, -1.0}, {0.5, 0, 0}), sim_server::floor_at(0.0)},
+      sim_server::material_of(5e5, 2.5, 0.5), kGravity_m_s2));
 }
 
 /// Two springs pressed to 0.8 of their length, and the mass between them beside their line.
-World pressed_springs() {
-  World world =
-      build_world(scene_of({thread(3, {-0.02, 0, 0}, {0.02, 0, 0}, 0.01, 1000.0, {0, 2})}));
+bodies::World pressed_springs() {
+  bodies::World world = scene::build_world(sim_server::scene_of(
+      {sim_server::thread(3, {-0.02, 0, 0}, {0.02, 0, 0}, 0.01, 1000.0, {0, 2})}));
   world.nodes[0].position_m.x() = -0.016;
   world.nodes[2].position_m.x() = 0.016;
   world.nodes[1].position_m.y() = 1e-5;
@@ -30,26 +32,27 @@ World pressed_springs() {
 }
 
 /// Four stiff blocks on top of each other, falling the last tenth of a millimetre.
-World stack() {
-  std::vector<BodyDescription> bodies{floor_at(0.0)};
+bodies::World stack() {
+  std::vector<bodies::BodyDescription> bodies{sim_server::floor_at(0.0)};
   for (int i = 0; i < 4; ++i)
-    bodies.push_back(
-        box({2e-4 * i, 0, 0.0151 + 0.0301 * i}, {0.03, 0.03, 0.03}, 0.1, {0.02, 0.005}));
-  return build_world(scene_of(bodies, material_of(1e5, 1.0, 0.5), kGravity_m_s2));
+    bodies.push_back(sim_server::box({2e-4 * i, 0, 0.0151 + 0.0301 * i}, {0.03, 0.03, 0.03}, 0.1,
+                                     {0.02, 0.005}));
+  return scene::build_world(
+      sim_server::scene_of(bodies, sim_server::material_of(1e5, 1.0, 0.5), kGravity_m_s2));
 }
 
 /// A crumpled sheet of stiff springs.
-World crumpled_sheet() {
-  BodyDescription body = sheet({6, 6}, 0.02, 0.002, 5000.0);
-  shear_stiffness_N_per_m(body) = 2500.0;
-  World world = build_world(scene_of({body}, {}, kGravity_m_s2));
+bodies::World crumpled_sheet() {
+  bodies::BodyDescription body = sim_server::sheet({6, 6}, 0.02, 0.002, 5000.0);
+  sim_server::shear_stiffness_N_per_m(body) = 2500.0;
+  bodies::World world = scene::build_world(sim_server::scene_of({body}, {}, kGravity_m_s2));
   for (std::size_t i = 0; i < world.nodes.size(); ++i)
     world.nodes[i].position_m *= 0.7 + 0.05 * std::sin(3.0 * static_cast<double>(i));
   return world;
 }
 
 /// Of all kinds, contact springs included.
-double energy_J(const World& world, std::span<const Contact> contacts) {
+double energy_J(const bodies::World& world, std::span<const contact::Contact> contacts) {
   MechanicalSystem system(world, contacts);
   system.place(Eigen::VectorXd::Zero(system.size()), system.velocity(), 0.0, 0.0);
   return system.energy_J();
@@ -57,13 +60,13 @@ double energy_J(const World& world, std::span<const Contact> contacts) {
 
 TEST_CASE("Whatever its budget, a step of implicit Euler cut short gains no energy",
           "[bounded_step]") {
-  World world = GENERATE(landing(), pressed_springs(), stack(), crumpled_sheet());
-  const auto solver = GENERATE(SolverKind::kNewton, SolverKind::kNewtonLu, SolverKind::kNewtonCg,
-                               SolverKind::kNewtonBicgstab);
+  bodies::World world = GENERATE(landing(), pressed_springs(), stack(), crumpled_sheet());
+  const auto solver = GENERATE(scene::SolverKind::kNewton, scene::SolverKind::kNewtonLu,
+                               scene::SolverKind::kNewtonCg, scene::SolverKind::kNewtonBicgstab);
   const int iterations = GENERATE(0, 1, 2, 3, 5);
   constexpr double kStep_s = 0.033;
   const auto integrator = make_integrator({.solver = solver});
-  Detection detection(world, 1.0);
+  contact::Detection detection(world, 1.0);
   int cut_short = 0;
   for (int i = 0; i < 20; ++i) {
     detection.find_contacts(world, kStep_s);
@@ -82,17 +85,17 @@ TEST_CASE("Whatever its budget, a step of implicit Euler cut short gains no ener
 }
 
 TEST_CASE("A step that comes to no number leaves the world at rest where it is", "[bounded_step]") {
-  World world = landing();
+  bodies::World world = landing();
   world.gravity_m_s2.x() = std::numeric_limits<double>::quiet_NaN();
-  const auto integrator =
-      make_integrator({.integrator = GENERATE(IntegratorKind::kImplicitEuler, IntegratorKind::kBdf2,
-                                              IntegratorKind::kTrapezoid)});
+  const auto integrator = make_integrator(
+      {.integrator = GENERATE(scene::IntegratorKind::kImplicitEuler, scene::IntegratorKind::kBdf2,
+                              scene::IntegratorKind::kTrapezoid)});
   Budget budget{.iterations = 5};
 
   const SolveReport report = integrator->advance(world, {}, 0.01, budget);
 
   CHECK_FALSE(report.converged);
-  const RigidBody& block = integrator->trial().rigid_bodies[0];
+  const bodies::RigidBody& block = integrator->trial().rigid_bodies[0];
   CHECK(block.position_m == world.rigid_bodies[0].position_m);
   CHECK(block.velocity_m_s.isZero(0.0));
   CHECK(block.angular_velocity_rad_s.isZero(0.0));
@@ -100,10 +103,11 @@ TEST_CASE("A step that comes to no number leaves the world at rest where it is",
 
 TEST_CASE("What a step without a result has stopped does not run back in the next",
           "[bounded_step]") {
-  World world = build_world(scene_of({moving(sphere({0, 0, 0}, 0.01, 0.1), {1, 0, 0})}));
-  const auto integrator =
-      make_integrator({.integrator = GENERATE(IntegratorKind::kImplicitEuler, IntegratorKind::kBdf2,
-                                              IntegratorKind::kTrapezoid)});
+  bodies::World world = scene::build_world(sim_server::scene_of(
+      {sim_server::moving(sim_server::sphere({0, 0, 0}, 0.01, 0.1), {1, 0, 0})}));
+  const auto integrator = make_integrator(
+      {.integrator = GENERATE(scene::IntegratorKind::kImplicitEuler, scene::IntegratorKind::kBdf2,
+                              scene::IntegratorKind::kTrapezoid)});
   const auto step = [&](int iterations) {
     Budget budget{.iterations = iterations};
     const SolveReport report = integrator->advance(world, {}, 0.01, budget);
@@ -123,8 +127,9 @@ TEST_CASE("What a step without a result has stopped does not run back in the nex
 
 TEST_CASE("A step cut short moves what nothing hinders as far as it would have gone",
           "[bounded_step]") {
-  World world =
-      build_world(scene_of({moving(sphere({0, 0, 0}, 0.01, 0.1), {1, 0, 0})}, {}, kGravity_m_s2));
+  bodies::World world = scene::build_world(sim_server::scene_of(
+      {sim_server::moving(sim_server::sphere({0, 0, 0}, 0.01, 0.1), {1, 0, 0})}, {},
+      kGravity_m_s2));
   const auto integrator = make_integrator({});
   Budget budget{.iterations = 1};
 
@@ -133,4 +138,4 @@ TEST_CASE("A step cut short moves what nothing hinders as far as it would have g
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -3,27 +3,27 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 /// Per step, of the Newton solver's tolerance: residuals times scale, rms, stay below 1e-8.
 constexpr double kTolerance = 1e-8;
 
-Eigen::Matrix3d world_inertia(const RigidBody& body) {
+Eigen::Matrix3d world_inertia(const bodies::RigidBody& body) {
   const Eigen::Matrix3d r = body.orientation.toRotationMatrix();
   return r * body.inertia_kg_m2.asDiagonal() * r.transpose();
 }
 
-Eigen::Vector3d momentum_N_s(const World& world) {
+Eigen::Vector3d momentum_N_s(const bodies::World& world) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const Node& node : world.nodes) sum += node.mass_kg * node.velocity_m_s;
-  for (const RigidBody& body : world.rigid_bodies) sum += body.mass_kg * body.velocity_m_s;
+  for (const bodies::Node& node : world.nodes) sum += node.mass_kg * node.velocity_m_s;
+  for (const bodies::RigidBody& body : world.rigid_bodies) sum += body.mass_kg * body.velocity_m_s;
   return sum;
 }
 
-Eigen::Vector3d angular_momentum(const World& world) {
+Eigen::Vector3d angular_momentum(const bodies::World& world) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const RigidBody& body : world.rigid_bodies)
+  for (const bodies::RigidBody& body : world.rigid_bodies)
     sum += body.mass_kg * body.position_m.cross(body.velocity_m_s) +
            world_inertia(body) * body.angular_velocity_rad_s;
   return sum;
@@ -33,9 +33,10 @@ TEST_CASE("A free box keeps its angular momentum, however fast it tumbles", "[co
   const Eigen::Vector3d spin_rad_s =
       GENERATE(Eigen::Vector3d(0, 0, 30), Eigen::Vector3d(0.3, 25, 0.1),  // the unstable axis
                Eigen::Vector3d(20, -15, 10));
-  Simulation simulation(scene_of({moving(box({0, 0, 0}, {0.01, 0.03, 0.05}, 0.05, {0.01, 0.005}),
-                                         {0.1, 0.2, 0.3}, spin_rad_s)}));
-  const RigidBody& body = simulation.world().rigid_bodies[0];
+  Simulation simulation(sim_server::scene_of(
+      {sim_server::moving(sim_server::box({0, 0, 0}, {0.01, 0.03, 0.05}, 0.05, {0.01, 0.005}),
+                          {0.1, 0.2, 0.3}, spin_rad_s)}));
+  const bodies::RigidBody& body = simulation.world().rigid_bodies[0];
   // sqrt(6) equations of the residual in N m s: tolerance * I / reach each.
   const double allowed =
       std::sqrt(6.0) * kTolerance * body.inertia_kg_m2.maxCoeff() / body.bounding_radius_m;
@@ -52,15 +53,19 @@ TEST_CASE("A free box keeps its angular momentum, however fast it tumbles", "[co
 
 TEST_CASE("What collides keeps its momentum, with friction, dampers and springs",
           "[conservation]") {
-  BodyDescription cloth = moving(sheet({6, 6}, 0.02, 0.002, 500.0), {0, 0, 0.5}, {1, 2, 0});
-  shear_stiffness_N_per_m(cloth) = 250.0;
-  springs(cloth).spring_damping_N_s_per_m = 0.2;
-  const SpherePacking packing{0.01, 0.005};
+  bodies::BodyDescription cloth =
+      sim_server::moving(sim_server::sheet({6, 6}, 0.02, 0.002, 500.0), {0, 0, 0.5}, {1, 2, 0});
+  sim_server::shear_stiffness_N_per_m(cloth) = 250.0;
+  sim_server::springs(cloth).spring_damping_N_s_per_m = 0.2;
+  const bodies::SpherePacking packing{0.01, 0.005};
   const Eigen::Vector3d size_m(0.03, 0.03, 0.02);
-  Simulation simulation(scene_of(
-      {cloth, moving(box({-0.02, 0, 0.04}, size_m, 0.02, packing), {0.1, 0, -0.3}, {3, 0, 9}),
-       moving(box({0.02, 0.01, 0.05}, size_m, 0.03, packing), {-0.2, 0, -0.4}, {0, 7, 0})},
-      material_of(500.0, 1.0, 0.4)));
+  Simulation simulation(sim_server::scene_of(
+      {cloth,
+       sim_server::moving(sim_server::box({-0.02, 0, 0.04}, size_m, 0.02, packing), {0.1, 0, -0.3},
+                          {3, 0, 9}),
+       sim_server::moving(sim_server::box({0.02, 0.01, 0.05}, size_m, 0.03, packing),
+                          {-0.2, 0, -0.4}, {0, 7, 0})},
+      sim_server::material_of(500.0, 1.0, 0.4)));
   const Eigen::Vector3d momentum_before_N_s = momentum_N_s(simulation.world());
 
   int most_contacts = 0;
@@ -79,19 +84,21 @@ TEST_CASE("What collides keeps its momentum, with friction, dampers and springs"
 /// Two spinning boxes that graze each other with friction. Returns the angular momentum gained, and
 /// checks each step against what implicit Euler's arms account for.
 Eigen::Vector3d gain_in_collision(double step_s) {
-  const SpherePacking packing{0.01, 0.005};
+  const bodies::SpherePacking packing{0.01, 0.005};
   const Eigen::Vector3d size_m(0.03, 0.03, 0.02);
-  Simulation simulation(scene_of(
-      {moving(box({0, 0, 0}, size_m, 0.02, packing), {0, 0, 0.3}, {2, 5, 1}),
-       moving(box({0.012, 0.008, 0.035}, size_m, 0.03, packing), {0.1, 0, -0.3}, {-4, 3, 7})},
-      material_of(500.0, 0.0, 0.4, 0.05)));
-  World& world = simulation.world();
+  Simulation simulation(sim_server::scene_of(
+      {sim_server::moving(sim_server::box({0, 0, 0}, size_m, 0.02, packing), {0, 0, 0.3},
+                          {2, 5, 1}),
+       sim_server::moving(sim_server::box({0.012, 0.008, 0.035}, size_m, 0.03, packing),
+                          {0.1, 0, -0.3}, {-4, 3, 7})},
+      sim_server::material_of(500.0, 0.0, 0.4, 0.05)));
+  bodies::World& world = simulation.world();
   const Eigen::Vector3d start = angular_momentum(world);
   // The twelve equations' residuals, as moments: of 30 g at 40 mm, the spins' I / reach being less.
   const double allowed = std::sqrt(12.0) * kTolerance * 0.03 * 0.04;
   bool touched = false;
   for (double time_s = 0.0; time_s < 0.1 - 1e-9; time_s += step_s) {
-    const World before = world;
+    const bodies::World before = world;
     const StepReport report = simulation.step(step_s, no_tool);
     REQUIRE(report.solve.converged);
     touched = touched || report.contacts > 0;
@@ -99,7 +106,7 @@ Eigen::Vector3d gain_in_collision(double step_s) {
     // dL = -h v1 x (m dv), summed over the bodies.
     Eigen::Vector3d expected = Eigen::Vector3d::Zero();
     for (std::size_t i = 0; i < 2; ++i) {
-      const RigidBody& body = world.rigid_bodies[i];
+      const bodies::RigidBody& body = world.rigid_bodies[i];
       expected -= step_s * body.mass_kg *
                   body.velocity_m_s.cross(body.velocity_m_s - before.rigid_bodies[i].velocity_m_s);
     }
@@ -121,4 +128,4 @@ TEST_CASE("Colliding bodies keep their angular momentum but for implicit Euler's
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -4,7 +4,7 @@
 
 #include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// A u + strength u^3 = 1 with a chain for A: smooth, with one solution.
 class CubicChain : public NonlinearSystem {
@@ -46,4 +46,4 @@ class CubicChain : public NonlinearSystem {
   Eigen::Matrix3Xd diagonal_ = Eigen::Matrix3Xd::Zero(3, kSize);
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -6,14 +6,14 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 /// A mass of 0.1 kg on a spring of 1000 N/m, 4 mm out.
 Simulation oscillator(double damping_N_s_per_m) {
-  BodyDescription body = thread(2, {0, 0, 0}, {0.1, 0, 0}, 0.1, 1000.0, {0});
-  springs(body).spring_damping_N_s_per_m = damping_N_s_per_m;
-  Simulation simulation(scene_of({body}));
+  bodies::BodyDescription body = sim_server::thread(2, {0, 0, 0}, {0.1, 0, 0}, 0.1, 1000.0, {0});
+  sim_server::springs(body).spring_damping_N_s_per_m = damping_N_s_per_m;
+  Simulation simulation(sim_server::scene_of({body}));
   simulation.world().nodes[1].position_m.x() = 0.104;
   simulation.account_energy();
   return simulation;
@@ -29,7 +29,8 @@ TEST_CASE("Without losses what is missing is what implicit Euler lost", "[energy
   CHECK(account.start.total_J() == Approx(0.5 * 1000.0 * 0.004 * 0.004));
   const double left = std::pow(1.0 + 1e4 * step_s * step_s, -10);
   CHECK(account.numerical_J() == Approx(account.start.total_J() * (1.0 - left)).epsilon(1e-9));
-  CHECK(account.end.total_J() == Approx(mechanical_energy_J(simulation.world())).epsilon(1e-12));
+  CHECK(account.end.total_J() ==
+        Approx(bodies::mechanical_energy_J(simulation.world())).epsilon(1e-12));
 }
 
 TEST_CASE("A spring's damper takes all that an oscillator loses, as the step shrinks", "[energy]") {
@@ -54,15 +55,17 @@ TEST_CASE("A spring's damper takes all that an oscillator loses, as the step shr
 TEST_CASE("Friction takes mu m g d from a sliding block", "[energy]") {
   // Four spheres of 5000 N/m carry it from the start.
   const double sunk_m = 0.1 * 9.81 / (4 * 5000.0);
-  Simulation simulation(scene_of(
-      {moving(box({0, 0, 0.005 - sunk_m}, {0.06, 0.06, 0.01}, 0.1, {0.05, 0.005}), {1.0, 0, 0}),
-       floor_at(0.0)},
-      material_of(5000.0, 0.0, 0.3), {0, 0, -9.81}));
+  Simulation simulation(sim_server::scene_of(
+      {sim_server::moving(
+           sim_server::box({0, 0, 0.005 - sunk_m}, {0.06, 0.06, 0.01}, 0.1, {0.05, 0.005}),
+           {1.0, 0, 0}),
+       sim_server::floor_at(0.0)},
+      sim_server::material_of(5000.0, 0.0, 0.3), {0, 0, -9.81}));
   simulation.account_energy();
 
   REQUIRE(advance(simulation, 1e-4, 2000));
 
-  const RigidBody& block = simulation.world().rigid_bodies[0];
+  const bodies::RigidBody& block = simulation.world().rigid_bodies[0];
   const EnergyAccount account = *simulation.energy_account();
   REQUIRE(block.velocity_m_s.x() > 0.2);
   CHECK(account.flow.friction_J == Approx(0.3 * 0.1 * 9.81 * block.position_m.x()).epsilon(2e-3));
@@ -74,9 +77,10 @@ TEST_CASE("The approach damper takes what a bounce does not restore", "[energy]"
   // zeta = 0.2: restitution exp(-(z/q) acos z) = 0.756135
   constexpr double kStiffness_N_per_m = 1000.0, kMass_kg = 0.1;
   const double damping_N_s_per_m = 0.4 * std::sqrt(kStiffness_N_per_m * kMass_kg);
-  Simulation simulation(
-      scene_of({moving(sphere({0, 0, 0.05}, 0.05, kMass_kg), {0, 0, -1.0}), floor_at(0.0)},
-               material_of(kStiffness_N_per_m, damping_N_s_per_m)));
+  Simulation simulation(sim_server::scene_of(
+      {sim_server::moving(sim_server::sphere({0, 0, 0.05}, 0.05, kMass_kg), {0, 0, -1.0}),
+       sim_server::floor_at(0.0)},
+      sim_server::material_of(kStiffness_N_per_m, damping_N_s_per_m)));
   simulation.account_energy();
 
   REQUIRE(advance(simulation, 1e-5, 6000));
@@ -92,16 +96,17 @@ TEST_CASE("What the tool or a prescribed body gives is its force times its way",
   // 0.2 m/s against a ball that lies 2 mm before it.
   constexpr double kStep_s = 1e-4, kSpeed_m_s = 0.2, kMass_kg = 0.1;
   const bool by_tool = GENERATE(true, false);
-  BodyDescription pusher = sphere({-0.0205, 0, 0}, 0.01, 0.0);
-  pusher.motion = Motion::kPrescribed;
+  bodies::BodyDescription pusher = sim_server::sphere({-0.0205, 0, 0}, 0.01, 0.0);
+  pusher.motion = bodies::Motion::kPrescribed;
   pusher.prescribed = {Eigen::Vector3d::UnitX(), kSpeed_m_s, 0.0, 0.0};
-  const BodyDescription ball = sphere({0, 0, 0}, 0.01, kMass_kg);
-  SceneDescription scene = by_tool ? scene_of({ball}, material_of(100.0, 1.0))
-                                   : scene_of({pusher, ball}, material_of(100.0, 1.0));
+  const bodies::BodyDescription ball = sim_server::sphere({0, 0, 0}, 0.01, kMass_kg);
+  scene::SceneDescription scene =
+      by_tool ? sim_server::scene_of({ball}, sim_server::material_of(100.0, 1.0))
+              : sim_server::scene_of({pusher, ball}, sim_server::material_of(100.0, 1.0));
   scene.tool = {{Eigen::Vector3d::Zero(), 0.01}};
   Simulation simulation(scene);
   simulation.account_energy();
-  const RigidBody& pushed = simulation.world().rigid_bodies.back();
+  const bodies::RigidBody& pushed = simulation.world().rigid_bodies.back();
 
   double work_J = 0.0;
   for (int i = 1; i <= 2000; ++i) {
@@ -126,7 +131,8 @@ TEST_CASE("What the tool or a prescribed body gives is its force times its way",
 TEST_CASE("A tool that comes and goes inside a body brings and takes the contact's energy",
           "[energy]") {
   constexpr double kStep_s = 1e-6, kDepth_m = 0.005;
-  SceneDescription scene = scene_of({sphere({0, 0, 0}, 0.01, 0.1)}, material_of(100.0));
+  scene::SceneDescription scene = sim_server::scene_of({sim_server::sphere({0, 0, 0}, 0.01, 0.1)},
+                                                       sim_server::material_of(100.0));
   scene.tool = {{Eigen::Vector3d::Zero(), 0.01}};
   Simulation simulation(scene);
   simulation.account_energy();
@@ -144,12 +150,14 @@ TEST_CASE("A tool that comes and goes inside a body brings and takes the contact
 }
 
 /// Two spinning boxes that graze each other, with dampers and friction.
-SceneDescription collision() {
+scene::SceneDescription collision() {
   const Eigen::Vector3d size_m(0.03, 0.03, 0.02);
-  return scene_of(
-      {moving(box({0, 0, 0}, size_m, 0.02, {0.01, 0.005}), {0, 0, 0.3}, {2, 5, 1}),
-       moving(box({0.012, 0.008, 0.035}, size_m, 0.03, {0.01, 0.005}), {0.1, 0, -0.3}, {-4, 3, 7})},
-      material_of(500.0, 0.5, 0.4, 0.05));
+  return sim_server::scene_of(
+      {sim_server::moving(sim_server::box({0, 0, 0}, size_m, 0.02, {0.01, 0.005}), {0, 0, 0.3},
+                          {2, 5, 1}),
+       sim_server::moving(sim_server::box({0.012, 0.008, 0.035}, size_m, 0.03, {0.01, 0.005}),
+                          {0.1, 0, -0.3}, {-4, 3, 7})},
+      sim_server::material_of(500.0, 0.5, 0.4, 0.05));
 }
 
 /// What a run of the collision came to, and what share of its angular momentum it lost.
@@ -158,8 +166,8 @@ struct CollisionRun {
   double angular_lost;
 };
 
-CollisionRun run_collision(double step_s, IntegratorKind integrator) {
-  SceneDescription scene = collision();
+CollisionRun run_collision(double step_s, scene::IntegratorKind integrator) {
+  scene::SceneDescription scene = collision();
   scene.method.integrator = integrator;
   Simulation simulation(scene);
   simulation.account_energy();
@@ -173,8 +181,8 @@ CollisionRun run_collision(double step_s, IntegratorKind integrator) {
 }
 
 TEST_CASE("A collision keeps momentum, and its energy is accounted for", "[energy]") {
-  const auto [coarse, coarse_lost] = run_collision(2e-4, IntegratorKind::kImplicitEuler);
-  const auto [fine, fine_lost] = run_collision(1e-4, IntegratorKind::kImplicitEuler);
+  const auto [coarse, coarse_lost] = run_collision(2e-4, scene::IntegratorKind::kImplicitEuler);
+  const auto [fine, fine_lost] = run_collision(1e-4, scene::IntegratorKind::kImplicitEuler);
 
   CHECK(fine.flow.friction_J > 1e-5);
   CHECK(fine.flow.contact_damping_J > 1e-5);
@@ -184,15 +192,16 @@ TEST_CASE("A collision keeps momentum, and its energy is accounted for", "[energ
 }
 
 TEST_CASE("An explicit collision keeps angular momentum to rounding", "[energy]") {
-  const auto [account, lost] = run_collision(1e-4, IntegratorKind::kVelocityVerlet);
+  const auto [account, lost] = run_collision(1e-4, scene::IntegratorKind::kVelocityVerlet);
   CHECK(account.flow.friction_J > 1e-5);
   CHECK(lost < 1e-12);
 }
 
 TEST_CASE("What sleeps keeps its energy but for the kinetic, which is counted", "[energy]") {
-  SceneDescription scene = scene_of(
-      {box({0, 0, 0.0145}, Eigen::Vector3d::Constant(0.03), 0.1, {0.02, 0.005}), floor_at(0.0)},
-      material_of(1250.0, 2.0, 0.5), {0, 0, -9.81});
+  scene::SceneDescription scene = sim_server::scene_of(
+      {sim_server::box({0, 0, 0.0145}, Eigen::Vector3d::Constant(0.03), 0.1, {0.02, 0.005}),
+       sim_server::floor_at(0.0)},
+      sim_server::material_of(1250.0, 2.0, 0.5), {0, 0, -9.81});
   scene.sleeping = true;
   Simulation simulation(scene);
   simulation.account_energy();
@@ -230,4 +239,4 @@ TEST_CASE("Accounting changes no step", "[energy]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -7,27 +7,28 @@
 #include "sim_server/contact/detection.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
-Method explicit_method(IntegratorKind kind, int substeps = 0) {
-  Method method;
+scene::Method explicit_method(scene::IntegratorKind kind, int substeps = 0) {
+  scene::Method method;
   method.integrator = kind;
   method.substeps = substeps;
   return method;
 }
 
 /// Those that are of use; each test's laws hold for both.
-IntegratorKind either() {
-  return GENERATE(IntegratorKind::kSymplecticEuler, IntegratorKind::kVelocityVerlet);
+scene::IntegratorKind either() {
+  return GENERATE(scene::IntegratorKind::kSymplecticEuler, scene::IntegratorKind::kVelocityVerlet);
 }
 
 /// Energy of the springs of contacts at the world's state.
-double contact_energy_J(const World& world, const std::vector<Contact>& contacts) {
+double contact_energy_J(const bodies::World& world, const std::vector<contact::Contact>& contacts) {
   double energy_J = 0.0;
-  for (const Contact& contact : contacts) {
+  for (const contact::Contact& contact : contacts) {
     const auto at = [&](int sphere) {
-      return sphere_motion(world, world.spheres[static_cast<std::size_t>(sphere)]).position_m;
+      return bodies::sphere_motion(world, world.spheres[static_cast<std::size_t>(sphere)])
+          .position_m;
     };
     const Eigen::Vector3d a_m = at(contact.a);
     double depth_m = 0.0;
@@ -47,21 +48,21 @@ struct Balance {
 };
 
 /// How the energy of a scene changed over a time, and where it should have gone.
-Balance balance_of(World world, double step_s, int steps, const Method& method) {
+Balance balance_of(bodies::World world, double step_s, int steps, const scene::Method& method) {
   ExplicitIntegrator integrator(method);
-  Detection detection(world, 1.0);
+  contact::Detection detection(world, 1.0);
   Balance balance;
   Budget budget;
   for (int i = 0; i < steps; ++i) {
     detection.find_contacts(world, step_s);
     // Listed anew each step: what is on no list does not touch.
     const double before_J =
-        mechanical_energy_J(world) + contact_energy_J(world, detection.contacts());
+        bodies::mechanical_energy_J(world) + contact_energy_J(world, detection.contacts());
     REQUIRE(integrator.advance(world, detection.contacts(), step_s, budget).converged);
     integrator.commit(world, step_s);
     const EnergyFlow flow = *integrator.flow();
-    balance.gained_J +=
-        mechanical_energy_J(world) + contact_energy_J(world, detection.contacts()) - before_J;
+    balance.gained_J += bodies::mechanical_energy_J(world) +
+                        contact_energy_J(world, detection.contacts()) - before_J;
     balance.given_J += flow.given_J;
     balance.lost_J += flow.spring_damping_J + flow.contact_damping_J + flow.friction_J;
     detection.move_spheres(world);
@@ -70,31 +71,33 @@ Balance balance_of(World world, double step_s, int steps, const Method& method) 
 }
 
 /// A cloth on a post, a box that slides on the floor, a ball that a prescribed one carries along.
-World bustle() {
-  BodyDescription cloth = sheet({6, 6}, 0.02, 0.002, 300.0);
-  shear_stiffness_N_per_m(cloth) = 150.0;
-  springs(cloth).spring_damping_N_s_per_m = 0.05;
-  packing(cloth) = {0.02, 0.009};
+bodies::World bustle() {
+  bodies::BodyDescription cloth = sim_server::sheet({6, 6}, 0.02, 0.002, 300.0);
+  sim_server::shear_stiffness_N_per_m(cloth) = 150.0;
+  sim_server::springs(cloth).spring_damping_N_s_per_m = 0.05;
+  sim_server::packing(cloth) = {0.02, 0.009};
   cloth.position_m = {0.0, 0.0, 0.045};
-  BodyDescription post = sphere({0.0, 0.0, 0.0}, 0.04, 0.0);
-  post.motion = Motion::kStatic;
-  BodyDescription block = moving(box({0.4, 0.0, 0.0199}, {0.04, 0.04, 0.04}, 0.1, {0.02, 0.01}),
-                                 {0.5, 0.2, 0.0}, {0.0, 0.0, 3.0});
-  BodyDescription pusher = sphere({-0.4, 0.0, 0.05}, 0.03, 0.0);
-  pusher.motion = Motion::kPrescribed;
+  bodies::BodyDescription post = sim_server::sphere({0.0, 0.0, 0.0}, 0.04, 0.0);
+  post.motion = bodies::Motion::kStatic;
+  bodies::BodyDescription block =
+      sim_server::moving(sim_server::box({0.4, 0.0, 0.0199}, {0.04, 0.04, 0.04}, 0.1, {0.02, 0.01}),
+                         {0.5, 0.2, 0.0}, {0.0, 0.0, 3.0});
+  bodies::BodyDescription pusher = sim_server::sphere({-0.4, 0.0, 0.05}, 0.03, 0.0);
+  pusher.motion = bodies::Motion::kPrescribed;
   pusher.prescribed.direction = {1.0, 0.0, 0.0};
   pusher.prescribed.velocity_m_s = 0.3;
-  BodyDescription ball = sphere({-0.345, 0.01, 0.04}, 0.03, 0.05);
-  return build_world(scene_of({cloth, post, block, pusher, ball, floor_at(0.0)},
-                              material_of(2000.0, 2.0, 0.3, 0.01), {0.0, 0.0, -9.81}));
+  bodies::BodyDescription ball = sim_server::sphere({-0.345, 0.01, 0.04}, 0.03, 0.05);
+  return scene::build_world(
+      sim_server::scene_of({cloth, post, block, pusher, ball, sim_server::floor_at(0.0)},
+                           sim_server::material_of(2000.0, 2.0, 0.3, 0.01), {0.0, 0.0, -9.81}));
 }
 
 TEST_CASE("Over two seconds energy goes where the flow says, to first order of the substep",
           "[explicit_integrators]") {
-  const IntegratorKind kind = either();
+  const scene::IntegratorKind kind = either();
   const Balance coarse = balance_of(bustle(), 0.005, 400, explicit_method(kind, 80)),
                 fine = balance_of(bustle(), 0.005, 400, explicit_method(kind, 320));
-  CAPTURE(name_of(kind));
+  CAPTURE(scene::name_of(kind));
   CAPTURE(coarse.error_J(), fine.error_J(), fine.gained_J);
   REQUIRE(fine.lost_J > 1.0);
   REQUIRE(fine.given_J > 0.5);
@@ -105,9 +108,10 @@ TEST_CASE("Over two seconds energy goes where the flow says, to first order of t
 }
 
 TEST_CASE("What a bounce loses is what its damper took", "[explicit_integrators]") {
-  const World ball =
-      build_world(scene_of({moving(sphere({0, 0, 0.0501}, 0.05, 0.1), {0, 0, -1.0}), floor_at(0.0)},
-                           material_of(1000.0, 4.0)));
+  const bodies::World ball = scene::build_world(sim_server::scene_of(
+      {sim_server::moving(sim_server::sphere({0, 0, 0.0501}, 0.05, 0.1), {0, 0, -1.0}),
+       sim_server::floor_at(0.0)},
+      sim_server::material_of(1000.0, 4.0)));
   const Balance balance = balance_of(ball, 0.001, 60, explicit_method(either(), 100));
   CHECK(balance.lost_J > 0.2 * 0.05);  // of 0.1 kg at 1 m/s
   CHECK(balance.given_J == 0.0);
@@ -119,18 +123,19 @@ struct Tumble {
 };
 
 /// Three seconds of a free asymmetric body, in steps of 10 ms.
-Tumble tumble(IntegratorKind kind, int substeps) {
-  const BodyDescription body =
-      moving(box({0, 0, 0}, {0.03, 0.05, 0.11}, 0.2, {0.02, 0.01}), {1, 0, 0}, {3.0, 14.0, 2.0});
-  World world = build_world(scene_of({body}));
+Tumble tumble(scene::IntegratorKind kind, int substeps) {
+  const bodies::BodyDescription body =
+      sim_server::moving(sim_server::box({0, 0, 0}, {0.03, 0.05, 0.11}, 0.2, {0.02, 0.01}),
+                         {1, 0, 0}, {3.0, 14.0, 2.0});
+  bodies::World world = scene::build_world(sim_server::scene_of({body}));
   const auto momentum = [&] {
-    const RigidBody& rigid = world.rigid_bodies[0];
+    const bodies::RigidBody& rigid = world.rigid_bodies[0];
     return Eigen::Vector3d(rigid.orientation *
                            rigid.inertia_kg_m2.cwiseProduct(rigid.orientation.conjugate() *
                                                             rigid.angular_velocity_rad_s));
   };
   const Eigen::Vector3d before = momentum();
-  const double energy_J = mechanical_energy_J(world);
+  const double energy_J = bodies::mechanical_energy_J(world);
   ExplicitIntegrator integrator(explicit_method(kind, substeps));
   Budget budget;
   Tumble worst{};
@@ -140,7 +145,7 @@ Tumble tumble(IntegratorKind kind, int substeps) {
     worst.momentum_error =
         std::max(worst.momentum_error, (momentum() - before).norm() / before.norm());
     worst.energy_error =
-        std::max(worst.energy_error, std::abs(mechanical_energy_J(world) / energy_J - 1.0));
+        std::max(worst.energy_error, std::abs(bodies::mechanical_energy_J(world) / energy_J - 1.0));
   }
   return worst;
 }
@@ -148,7 +153,7 @@ Tumble tumble(IntegratorKind kind, int substeps) {
 TEST_CASE(
     "A free asymmetric body keeps its angular momentum to rounding, its energy as steps shrink",
     "[explicit_integrators]") {
-  const IntegratorKind kind = either();
+  const scene::IntegratorKind kind = either();
   const Tumble coarse = tumble(kind, 20), fine = tumble(kind, 40);
   CHECK(fine.momentum_error < 1e-12);
   CHECK(fine.energy_error < 0.004);
@@ -157,9 +162,10 @@ TEST_CASE(
 
 TEST_CASE("As many substeps as asked, and as stability asks", "[explicit_integrators]") {
   // w_max = 2 sqrt(k/m) cos(pi/(2 (2 N + 1))): 1 / h >= w_max / 2 (docs/cases.md, 3.3).
-  const World chain = build_world(scene_of({thread(11, {0, 0, 0}, {1, 0, 0}, 0.01, 1000.0, {0})}));
+  const bodies::World chain = scene::build_world(
+      sim_server::scene_of({sim_server::thread(11, {0, 0, 0}, {1, 0, 0}, 0.01, 1000.0, {0})}));
   Budget budget;
-  const IntegratorKind kind = either();
+  const scene::IntegratorKind kind = either();
   ExplicitIntegrator given(explicit_method(kind, 3)), chosen(explicit_method(kind));
   (void)given.advance(chain, {}, 0.1, budget);
   CHECK(given.substeps() == 3);
@@ -171,8 +177,9 @@ TEST_CASE("As many substeps as asked, and as stability asks", "[explicit_integra
 
 TEST_CASE("What becomes no number leaves the world where it was, at rest",
           "[explicit_integrators]") {
-  World world = build_world(scene_of({thread(5, {0, 0, 0}, {1, 0, 0}, 0.01, 1000.0, {0}),
-                                      box({2, 0, 0}, {0.1, 0.1, 0.1}, 1.0, {0.05, 0.02})}));
+  bodies::World world = scene::build_world(
+      sim_server::scene_of({sim_server::thread(5, {0, 0, 0}, {1, 0, 0}, 0.01, 1000.0, {0}),
+                            sim_server::box({2, 0, 0}, {0.1, 0.1, 0.1}, 1.0, {0.05, 0.02})}));
   world.nodes[4].velocity_m_s.x() = std::numeric_limits<double>::max();
   ExplicitIntegrator integrator(explicit_method(either(), 4));
   Budget budget;
@@ -185,11 +192,11 @@ TEST_CASE("What becomes no number leaves the world where it was, at rest",
 }
 
 TEST_CASE("Two runs agree to the bit", "[explicit_integrators]") {
-  const IntegratorKind kind = either();
-  World one = bustle(), two = one;
-  for (World* world : {&one, &two}) {
+  const scene::IntegratorKind kind = either();
+  bodies::World one = bustle(), two = one;
+  for (bodies::World* world : {&one, &two}) {
     ExplicitIntegrator integrator(explicit_method(kind));
-    Detection detection(*world, 1.0);
+    contact::Detection detection(*world, 1.0);
     Budget budget;
     for (int i = 0; i < 20; ++i) {
       detection.find_contacts(*world, 0.005);
@@ -204,4 +211,4 @@ TEST_CASE("Two runs agree to the bit", "[explicit_integrators]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

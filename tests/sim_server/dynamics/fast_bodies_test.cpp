@@ -5,15 +5,15 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kPeriod_s = 0.0333;
 constexpr double kContactDistance_m = 0.015;  // 10 mm + 5 mm
 
-BodyDescription target() {
-  BodyDescription body = sphere({0, 0, 0}, 0.01, 0.0);
-  body.motion = Motion::kStatic;
+bodies::BodyDescription target() {
+  bodies::BodyDescription body = sim_server::sphere({0, 0, 0}, 0.01, 0.0);
+  body.motion = bodies::Motion::kStatic;
   return body;
 }
 
@@ -26,9 +26,10 @@ bool is_seen_at_ends(double start_m, double speed_m_s) {
 
 /// Whether it is deflected on its way past the target, aside_m off its centre.
 bool is_deflected(double start_m, double speed_m_s, double aside_m) {
-  Simulation simulation(
-      scene_of({target(), moving(sphere({start_m, aside_m, 0}, 0.005, 0.01), {speed_m_s, 0, 0})},
-               material_of(1e5)));
+  Simulation simulation(sim_server::scene_of(
+      {target(), sim_server::moving(sim_server::sphere({start_m, aside_m, 0}, 0.005, 0.01),
+                                    {speed_m_s, 0, 0})},
+      sim_server::material_of(1e5)));
   const int steps = static_cast<int>((0.1 - start_m) / (speed_m_s * kPeriod_s)) + 1;
   int left = 0;
   for (int i = 0; i < steps; ++i) left += simulation.step(kPeriod_s, no_tool).crossings_left;
@@ -72,10 +73,11 @@ TEST_CASE("A ball that meets its target off centre is deflected, one that passes
 TEST_CASE("What falls faster and faster meets what it would fall through in a step",
           "[fast_bodies]") {
   // From rest 11 mm above a small ball: a step's fall is 98 mm, none of it in the velocity before.
-  BodyDescription ledge = sphere({0, 0, 0}, 0.002, 0.0);
-  ledge.motion = Motion::kStatic;
+  bodies::BodyDescription ledge = sim_server::sphere({0, 0, 0}, 0.002, 0.0);
+  ledge.motion = bodies::Motion::kStatic;
   Simulation simulation(
-      scene_of({ledge, sphere({0, 0, 0.015}, 0.002, 0.01)}, material_of(1e4), {0, 0, -9.81}));
+      sim_server::scene_of({ledge, sim_server::sphere({0, 0, 0.015}, 0.002, 0.01)},
+                           sim_server::material_of(1e4), {0, 0, -9.81}));
 
   CHECK(advance(simulation, 0.1, 1));
 
@@ -83,12 +85,14 @@ TEST_CASE("What falls faster and faster meets what it would fall through in a st
 }
 
 TEST_CASE("A shot is stopped by a cloth that it would cross in a step", "[fast_bodies]") {
-  BodyDescription cloth = sheet({8, 8}, 0.02, 0.01, 5000.0);
-  shear_stiffness_N_per_m(cloth) = 1000.0;
-  packing(cloth) = {0.01, 0.0065};
-  springs(cloth).pinned_nodes = {0, 7, 56, 63};
-  Simulation simulation(scene_of(
-      {cloth, moving(sphere({0.003, 0.002, 0.1}, 0.005, 0.005), {0, 0, -8.0})}, material_of(2e4)));
+  bodies::BodyDescription cloth = sim_server::sheet({8, 8}, 0.02, 0.01, 5000.0);
+  sim_server::shear_stiffness_N_per_m(cloth) = 1000.0;
+  sim_server::packing(cloth) = {0.01, 0.0065};
+  sim_server::springs(cloth).pinned_nodes = {0, 7, 56, 63};
+  Simulation simulation(sim_server::scene_of(
+      {cloth,
+       sim_server::moving(sim_server::sphere({0.003, 0.002, 0.1}, 0.005, 0.005), {0, 0, -8.0})},
+      sim_server::material_of(2e4)));
   for (int i = 0; i < 3; ++i) CHECK(simulation.step(kPeriod_s, no_tool).crossings_left == 0);
 
   CHECK(simulation.world().rigid_bodies[0].position_m.z() > -0.1);
@@ -96,7 +100,8 @@ TEST_CASE("A shot is stopped by a cloth that it would cross in a step", "[fast_b
 }
 
 TEST_CASE("A tool that jumps over a ball in one step strikes it on its way", "[fast_bodies]") {
-  SceneDescription scene = scene_of({sphere({0, 0, 0}, 0.01, 0.1)}, material_of(1000.0));
+  scene::SceneDescription scene = sim_server::scene_of({sim_server::sphere({0, 0, 0}, 0.01, 0.1)},
+                                                       sim_server::material_of(1000.0));
   scene.tool = {{Eigen::Vector3d::Zero(), 0.005}};
   std::mt19937 random(9);
   std::uniform_real_distribution<double> place(-1.0, 1.0);
@@ -120,7 +125,8 @@ TEST_CASE("A tool that jumps over a ball in one step strikes it on its way", "[f
 }
 
 TEST_CASE("A tool that comes into the scene has no path", "[fast_bodies]") {
-  SceneDescription scene = scene_of({sphere({0, 0, 0}, 0.01, 0.1)}, material_of(1000.0));
+  scene::SceneDescription scene = sim_server::scene_of({sim_server::sphere({0, 0, 0}, 0.01, 0.1)},
+                                                       sim_server::material_of(1000.0));
   scene.tool = {{Eigen::Vector3d::Zero(), 0.005}};
   Simulation simulation(scene);
   const auto at = [](double x_m) {
@@ -138,28 +144,31 @@ TEST_CASE("What is struck within a step does not pass its neighbour, whatever th
   // The ball leaves the hammer's path at up to twice its speed, towards one that no step predicted.
   const double speed_m_s = GENERATE(5.0, 10.0, 20.0);
   const double lead = GENERATE(0.0, 0.03, 0.06, 0.09);  // of the step, before the hammer meets it
-  const auto integrator = GENERATE(IntegratorKind::kImplicitEuler, IntegratorKind::kSymplecticEuler,
-                                   IntegratorKind::kVelocityVerlet);
-  BodyDescription hammer = sphere({-0.0251 - lead * speed_m_s * kPeriod_s, 0, 0}, 0.02, 0.0);
-  hammer.motion = Motion::kPrescribed;
+  const auto integrator =
+      GENERATE(scene::IntegratorKind::kImplicitEuler, scene::IntegratorKind::kSymplecticEuler,
+               scene::IntegratorKind::kVelocityVerlet);
+  bodies::BodyDescription hammer =
+      sim_server::sphere({-0.0251 - lead * speed_m_s * kPeriod_s, 0, 0}, 0.02, 0.0);
+  hammer.motion = bodies::Motion::kPrescribed;
   hammer.prescribed = {Eigen::Vector3d::UnitX(), speed_m_s, 0, 0};
-  SceneDescription scene =
-      scene_of({hammer, sphere({0, 0, 0}, 0.005, 0.001), sphere({0.02, 0, 0}, 0.005, 0.001)},
-               material_of(1e5));
+  scene::SceneDescription scene =
+      sim_server::scene_of({hammer, sim_server::sphere({0, 0, 0}, 0.005, 0.001),
+                            sim_server::sphere({0.02, 0, 0}, 0.005, 0.001)},
+                           sim_server::material_of(1e5));
   scene.method.integrator = integrator;
   Simulation simulation(scene);
   (void)simulation.step(kPeriod_s, no_tool);
 
-  const std::vector<RigidBody>& bodies = simulation.world().rigid_bodies;
-  INFO(name_of(integrator) << ", " << speed_m_s << " m/s, " << lead);
+  const std::vector<bodies::RigidBody>& bodies = simulation.world().rigid_bodies;
+  INFO(scene::name_of(integrator) << ", " << speed_m_s << " m/s, " << lead);
   CHECK(bodies[0].position_m.x() < bodies[1].position_m.x());
   CHECK(bodies[1].position_m.x() < bodies[2].position_m.x());
 }
 
 TEST_CASE("The report counts the crossings that 64 shortenings of a step leave", "[fast_bodies]") {
-  std::vector<BodyDescription> row;
-  for (int i = 0; i < 100; ++i) row.push_back(sphere({0.01 * i, 0, 0}, 0.002, 1.0));
-  SceneDescription scene = scene_of(row, material_of(1.0));
+  std::vector<bodies::BodyDescription> row;
+  for (int i = 0; i < 100; ++i) row.push_back(sim_server::sphere({0.01 * i, 0, 0}, 0.002, 1.0));
+  scene::SceneDescription scene = sim_server::scene_of(row, sim_server::material_of(1.0));
   scene.tool = {{Eigen::Vector3d::Zero(), 0.002}};
   Simulation simulation(scene);
   (void)simulation.step(0.01, [] { return ToolSample{.position_m = {-0.1, 0, 0}}; });
@@ -174,23 +183,26 @@ TEST_CASE("The report counts the crossings that 64 shortenings of a step leave",
 
 TEST_CASE("What rests or slides in touch takes one step, though gravity would part it",
           "[fast_bodies]") {
-  Simulation simulation(
-      scene_of({target(), moving(sphere({0, 0, 0.0149}, 0.005, 0.01), {0, 0, 0}),
-                moving(box({0, 0, -0.03}, {0.03, 0.03, 0.02}, 0.02, {0.01, 0.005}), {0.2, 0, 0}),
-                floor_at(-0.04)},
-               material_of(1000.0), {0, 0, -9.81}));
+  Simulation simulation(sim_server::scene_of(
+      {target(), sim_server::moving(sim_server::sphere({0, 0, 0.0149}, 0.005, 0.01), {0, 0, 0}),
+       sim_server::moving(sim_server::box({0, 0, -0.03}, {0.03, 0.03, 0.02}, 0.02, {0.01, 0.005}),
+                          {0.2, 0, 0}),
+       sim_server::floor_at(-0.04)},
+      sim_server::material_of(1000.0), {0, 0, -9.81}));
 
   for (int i = 0; i < 10; ++i) CHECK(simulation.step(kPeriod_s, no_tool).substeps == 1);
 }
 
 TEST_CASE("A step shortened at crossings repeats to the bit", "[fast_bodies]") {
-  std::vector<BodyDescription> bodies;
+  std::vector<bodies::BodyDescription> bodies;
   std::mt19937 random(10);
   std::uniform_real_distribution<double> place(-0.05, 0.05), speed(-10.0, 10.0);
   for (int i = 0; i < 40; ++i)
-    bodies.push_back(moving(sphere({place(random), place(random), place(random)}, 0.004, 0.01),
-                            {speed(random), speed(random), speed(random)}));
-  const SceneDescription scene = scene_of(bodies, material_of(1000.0, 0.5, 0.3));
+    bodies.push_back(sim_server::moving(
+        sim_server::sphere({place(random), place(random), place(random)}, 0.004, 0.01),
+        {speed(random), speed(random), speed(random)}));
+  const scene::SceneDescription scene =
+      sim_server::scene_of(bodies, sim_server::material_of(1000.0, 0.5, 0.3));
   Simulation one(scene), other(scene);
   int substeps = 0;
   for (int i = 0; i < 4; ++i) {
@@ -204,4 +216,4 @@ TEST_CASE("A step shortened at crossings repeats to the bit", "[fast_bodies]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

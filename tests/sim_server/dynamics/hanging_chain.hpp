@@ -6,7 +6,7 @@
 #include "sim_server/dynamics/solvers/newton.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// How a solver fared on the steps of a chain.
 struct ChainSolves {
@@ -21,11 +21,11 @@ struct ChainSolves {
                                                      double tolerance_m_s) {
   constexpr double kMass_kg = 0.01, kStep_s = 1.0 / 30.0;
   constexpr int kMasses = 10, kSteps = 40, kMaxIterations = 200;
-  World world =
-      build_world(scene_of({thread(kMasses + 1, {0, 0, 0}, {0.1 * kMasses, 0, 0}, kMass_kg,
-                                   stiffness * kMass_kg / (kStep_s * kStep_s), {0})},
-                           {}, {0.0, 0.0, -9.81}));
-  NewtonSolver newton(SolverKind::kNewton, tolerance_m_s);
+  bodies::World world = scene::build_world(sim_server::scene_of(
+      {sim_server::thread(kMasses + 1, {0, 0, 0}, {0.1 * kMasses, 0, 0}, kMass_kg,
+                          stiffness * kMass_kg / (kStep_s * kStep_s), {0})},
+      {}, {0.0, 0.0, -9.81}));
+  NewtonSolver newton(scene::SolverKind::kNewton, tolerance_m_s);
   ChainSolves result;
   for (int step = 0; step < kSteps; ++step) {
     MechanicalSystem system(world, {});
@@ -49,16 +49,16 @@ struct ChainSolves {
 [[nodiscard]] inline SolveReport solve_contact_onset(NonlinearSolver& solver, double stiffness,
                                                      int most_iterations) {
   constexpr double kMass_kg = 0.1, kRadius_m = 0.05, kStep_s = 0.01, kGap_m = 0.005;
-  const World world = build_world(
-      scene_of({moving(sphere({0, 0, kRadius_m + kGap_m}, kRadius_m, kMass_kg), {0, 0, -1})}));
-  Contact contact;
+  const bodies::World world = scene::build_world(sim_server::scene_of({sim_server::moving(
+      sim_server::sphere({0, 0, kRadius_m + kGap_m}, kRadius_m, kMass_kg), {0, 0, -1})}));
+  contact::Contact contact;
   contact.material.stiffness_N_per_m = stiffness * kMass_kg / (kStep_s * kStep_s);
   contact.material.slip_speed_m_s = 1e-3;
   contact.radius_a_m = kRadius_m;
   contact.depth_before_m = -kGap_m;
   contact.is_plane = true;
   contact.plane_normal = Eigen::Vector3d::UnitZ();
-  const std::vector<Contact> contacts{contact};
+  const std::vector<contact::Contact> contacts{contact};
   MechanicalSystem system(world, contacts);
   ImplicitStage stage(system, kStep_s);
   Eigen::VectorXd u = stage.initial_guess();
@@ -66,4 +66,4 @@ struct ChainSolves {
   return solver.solve(stage, u, budget);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -3,29 +3,29 @@
 #include "shared/tools/laboratory/methods/laboratory_methods.hpp"
 #include "sim_server/dynamics/integrators/integrator.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 TEST_CASE("What an integrator can is what its family in scene files promises",
           "[integrator_traits]") {
-  for (const IntegratorKind& kind : laboratory_methods().integrators) {
-    INFO(name_of(kind));
+  for (const scene::IntegratorKind& kind : laboratory::laboratory_methods().integrators) {
+    INFO(scene::name_of(kind));
     const IntegratorTraits traits = make_integrator({.integrator = kind})->traits();
-    CHECK(traits.solves == needs_solver(kind));
-    CHECK(traits.divides_itself == is_explicit(kind));
-    CHECK(traits.always_advances == is_explicit(kind));
-    CHECK((traits.most_iterations > 0) == chooses_steps(kind));
+    CHECK(traits.solves == scene::needs_solver(kind));
+    CHECK(traits.divides_itself == scene::is_explicit(kind));
+    CHECK(traits.always_advances == scene::is_explicit(kind));
+    CHECK((traits.most_iterations > 0) == scene::chooses_steps(kind));
   }
 }
 
 TEST_CASE("An explicit integrator looks within its step unless its substeps are given",
           "[integrator_traits]") {
-  const Method free{.integrator = IntegratorKind::kVelocityVerlet};
-  const Method given{.integrator = IntegratorKind::kVelocityVerlet, .substeps = 3};
+  const scene::Method free{.integrator = scene::IntegratorKind::kVelocityVerlet};
+  const scene::Method given{.integrator = scene::IntegratorKind::kVelocityVerlet, .substeps = 3};
   CHECK(make_integrator(free)->traits().looks_within);
   CHECK(make_integrator(free)->traits().longest_part_s == 4e-3);
   CHECK_FALSE(make_integrator(given)->traits().looks_within);
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

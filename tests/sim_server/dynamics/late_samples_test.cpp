@@ -10,7 +10,7 @@
 #include "sim_server/dynamics/step/simulation.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kStep_s = 0.01;
@@ -38,14 +38,15 @@ StepReport step_with(Simulation& simulation, std::vector<ToolSample> samples) {
 }
 
 /// A free ball before the tool, on the x axis, with damper and friction.
-SceneDescription pushed_ball(const Method& method) {
-  SceneDescription scene = scene_of({sphere({0, 0, 0}, 0.01, 0.1)}, material_of(200.0, 0.5, 0.3));
+scene::SceneDescription pushed_ball(const scene::Method& method) {
+  scene::SceneDescription scene = sim_server::scene_of({sim_server::sphere({0, 0, 0}, 0.01, 0.1)},
+                                                       sim_server::material_of(200.0, 0.5, 0.3));
   scene.tool = {{Eigen::Vector3d::Zero(), 0.01}};
   scene.method = method;
   return scene;
 }
 
-Method implicit(IntegratorKind integrator, SolverKind solver) {
+scene::Method implicit(scene::IntegratorKind integrator, scene::SolverKind solver) {
   return {.integrator = integrator, .solver = solver, .tolerance_m_s = 1e-10};
 }
 
@@ -55,13 +56,13 @@ double speed_m_s(const Simulation& simulation) {
 
 TEST_CASE("An implicit step is led on to a sample that came while it was solved",
           "[late_samples]") {
-  const Method method =
-      GENERATE(implicit(IntegratorKind::kImplicitEuler, SolverKind::kNewton),
-               implicit(IntegratorKind::kImplicitEuler, SolverKind::kNewtonBicgstab),
-               implicit(IntegratorKind::kImplicitEuler, kBroyden),
-               implicit(IntegratorKind::kImplicitEuler, kKinsolNewtonKrylov),
-               implicit(IntegratorKind::kBdf2, SolverKind::kNewton),
-               implicit(IntegratorKind::kTrapezoid, SolverKind::kNewton));
+  const scene::Method method =
+      GENERATE(implicit(scene::IntegratorKind::kImplicitEuler, scene::SolverKind::kNewton),
+               implicit(scene::IntegratorKind::kImplicitEuler, scene::SolverKind::kNewtonBicgstab),
+               implicit(scene::IntegratorKind::kImplicitEuler, laboratory::kBroyden),
+               implicit(scene::IntegratorKind::kImplicitEuler, laboratory::kKinsolNewtonKrylov),
+               implicit(scene::IntegratorKind::kBdf2, scene::SolverKind::kNewton),
+               implicit(scene::IntegratorKind::kTrapezoid, scene::SolverKind::kNewton));
   Simulation late(pushed_ball(method)), early(pushed_ball(method)),
       low_latency(pushed_ball(method));
   std::uint64_t time_ns = 1;
@@ -86,8 +87,8 @@ TEST_CASE("An implicit step is led on to a sample that came while it was solved"
 
 TEST_CASE("Every part of an explicit step goes on to the newest sample", "[late_samples]") {
   // Three parts of a step of 10 ms.
-  Simulation late(pushed_ball({.integrator = IntegratorKind::kVelocityVerlet}));
-  Simulation early(pushed_ball({.integrator = IntegratorKind::kVelocityVerlet}));
+  Simulation late(pushed_ball({.integrator = scene::IntegratorKind::kVelocityVerlet}));
+  Simulation early(pushed_ball({.integrator = scene::IntegratorKind::kVelocityVerlet}));
   for (Simulation* simulation : {&late, &early})
     (void)step_with(*simulation, {sample_at(1, -0.02)});
   Offers offers({sample_at(5, -0.018), sample_at(7, -0.017), sample_at(8, -0.016)});
@@ -99,7 +100,7 @@ TEST_CASE("Every part of an explicit step goes on to the newest sample", "[late_
   CHECK(offers.asked() == 3);
   CHECK(report.tool_time_ns == 8);
   REQUIRE_FALSE(late.detection().contacts().empty());
-  const Contact& last = late.detection().contacts().back();
+  const contact::Contact& last = late.detection().contacts().back();
   CHECK(last.position_b_m.x() == Approx(-0.016).epsilon(1e-12));
   // Two thirds of the way to the second sample, from a third of that to the first.
   CHECK(last.start_b_m.x() == Approx(0.5 * (-0.02 + 0.002 / 3.0) + 0.5 * -0.017).epsilon(1e-12));
@@ -107,11 +108,12 @@ TEST_CASE("Every part of an explicit step goes on to the newest sample", "[late_
 }
 
 TEST_CASE("A sample that is no later changes nothing, to the bit", "[late_samples]") {
-  const Method method = GENERATE(Method{.integrator = IntegratorKind::kVelocityVerlet},
-                                 implicit(IntegratorKind::kImplicitEuler, SolverKind::kNewton),
-                                 implicit(IntegratorKind::kBdf2, SolverKind::kNewton));
-  SceneDescription scene = pushed_ball(method);
-  BodyDescription cloth = sheet({4, 4}, 0.02, 0.002, 500.0);
+  const scene::Method method =
+      GENERATE(scene::Method{.integrator = scene::IntegratorKind::kVelocityVerlet},
+               implicit(scene::IntegratorKind::kImplicitEuler, scene::SolverKind::kNewton),
+               implicit(scene::IntegratorKind::kBdf2, scene::SolverKind::kNewton));
+  scene::SceneDescription scene = pushed_ball(method);
+  bodies::BodyDescription cloth = sim_server::sheet({4, 4}, 0.02, 0.002, 500.0);
   cloth.position_m = {0.03, 0, 0};
   scene.bodies.push_back(cloth);
   Simulation again(scene), once(scene);
@@ -135,7 +137,8 @@ TEST_CASE("A sample that is no later changes nothing, to the bit", "[late_sample
 
 TEST_CASE("Without iterations left for a correction the step stands as it was solved",
           "[late_samples]") {
-  const Method method = implicit(IntegratorKind::kImplicitEuler, SolverKind::kNewton);
+  const scene::Method method =
+      implicit(scene::IntegratorKind::kImplicitEuler, scene::SolverKind::kNewton);
   Simulation cut(pushed_ball(method)), plain(pushed_ball(method));
   const ToolSample first = sample_at(1, -0.017), second = sample_at(2, -0.015);
   const StepReport whole = step_with(plain, {first});
@@ -155,7 +158,8 @@ TEST_CASE("Without iterations left for a correction the step stands as it was so
 }
 
 TEST_CASE("A later sample beyond a body does not take the tool through it", "[late_samples]") {
-  Simulation simulation(pushed_ball(implicit(IntegratorKind::kImplicitEuler, SolverKind::kNewton)));
+  Simulation simulation(
+      pushed_ball(implicit(scene::IntegratorKind::kImplicitEuler, scene::SolverKind::kNewton)));
   (void)step_with(simulation, {sample_at(1, -0.1)});
 
   const StepReport report = step_with(simulation, {sample_at(2, -0.09), sample_at(3, 0.1)});
@@ -167,9 +171,10 @@ TEST_CASE("A later sample beyond a body does not take the tool through it", "[la
 }
 
 TEST_CASE("A later sample wakes what it touches", "[late_samples]") {
-  SceneDescription scene = scene_of(
-      {box({0, 0, 0.0145}, Eigen::Vector3d::Constant(0.03), 0.1, {0.02, 0.005}), floor_at(0.0)},
-      material_of(1250.0, 2.0, 0.5), {0, 0, -9.81});
+  scene::SceneDescription scene = sim_server::scene_of(
+      {sim_server::box({0, 0, 0.0145}, Eigen::Vector3d::Constant(0.03), 0.1, {0.02, 0.005}),
+       sim_server::floor_at(0.0)},
+      sim_server::material_of(1250.0, 2.0, 0.5), {0, 0, -9.81});
   scene.sleeping = true;
   scene.tool = {{Eigen::Vector3d::Zero(), 0.01}};
   Simulation simulation(scene);
@@ -192,10 +197,11 @@ TEST_CASE("A later sample wakes what it touches", "[late_samples]") {
 }
 
 TEST_CASE("With late samples too the tool gives its force times its way", "[late_samples]") {
-  const Method method = GENERATE(Method{.integrator = IntegratorKind::kVelocityVerlet},
-                                 implicit(IntegratorKind::kImplicitEuler, SolverKind::kNewton));
+  const scene::Method method =
+      GENERATE(scene::Method{.integrator = scene::IntegratorKind::kVelocityVerlet},
+               implicit(scene::IntegratorKind::kImplicitEuler, scene::SolverKind::kNewton));
   constexpr double kFine_s = 1e-4, kSpeed_m_s = 0.2;
-  SceneDescription scene = pushed_ball(method);
+  scene::SceneDescription scene = pushed_ball(method);
   Simulation simulation(scene);
   simulation.account_energy();
   double work_J = 0.0;
@@ -216,4 +222,4 @@ TEST_CASE("With late samples too the tool gives its force times its way", "[late
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -9,7 +9,7 @@
 #include "sim_server/dynamics/integrators/implicit_stage.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kStep_s = 0.02;
@@ -17,50 +17,50 @@ constexpr double kStep_s = 0.02;
 enum class Kind { kMoving, kStill, kPlane, kTool, kAll };
 
 /// A crumpled sheet, two boxes in it and in each other, a post, a floor: everything overlaps.
-World tangle(const MaterialDescription& material) {
-  BodyDescription cloth = sheet({5, 4}, 0.02, 0.002, 500.0);
-  shear_stiffness_N_per_m(cloth) = 250.0;
-  springs(cloth).bend_stiffness_N_per_m = 100.0;
-  springs(cloth).spring_damping_N_s_per_m = 0.3;
-  packing(cloth) = {0.013, 0.009};
-  springs(cloth).pinned_nodes = {0, 4};
+bodies::World tangle(const scene::MaterialDescription& material) {
+  bodies::BodyDescription cloth = sim_server::sheet({5, 4}, 0.02, 0.002, 500.0);
+  sim_server::shear_stiffness_N_per_m(cloth) = 250.0;
+  sim_server::springs(cloth).bend_stiffness_N_per_m = 100.0;
+  sim_server::springs(cloth).spring_damping_N_s_per_m = 0.3;
+  sim_server::packing(cloth) = {0.013, 0.009};
+  sim_server::springs(cloth).pinned_nodes = {0, 4};
   const Eigen::Vector3d size_m(0.03, 0.04, 0.02);
-  BodyDescription one = box({0.0, 0.0, 0.012}, size_m, 0.02, {0.01, 0.006});
-  BodyDescription two = box({0.012, 0.014, 0.02}, size_m, 0.03, {0.01, 0.006});
+  bodies::BodyDescription one = sim_server::box({0.0, 0.0, 0.012}, size_m, 0.02, {0.01, 0.006});
+  bodies::BodyDescription two = sim_server::box({0.012, 0.014, 0.02}, size_m, 0.03, {0.01, 0.006});
   one.orientation = Eigen::AngleAxisd(0.5, Eigen::Vector3d(1, 2, 3).normalized());
   two.orientation = Eigen::AngleAxisd(2.5, Eigen::Vector3d(3, -1, 2).normalized());
-  BodyDescription post = sphere({-0.02, 0.01, 0.0}, 0.02, 0.0);
-  post.motion = Motion::kStatic;
-  World world =
-      build_world(scene_of({cloth, one, two, post, floor_at(0.002)}, material, {0.0, 0.0, -9.81}));
+  bodies::BodyDescription post = sim_server::sphere({-0.02, 0.01, 0.0}, 0.02, 0.0);
+  post.motion = bodies::Motion::kStatic;
+  bodies::World world = scene::build_world(sim_server::scene_of(
+      {cloth, one, two, post, sim_server::floor_at(0.002)}, material, {0.0, 0.0, -9.81}));
 
   std::mt19937 random(7);
   std::uniform_real_distribution<double> shake_m(-0.005, 0.005);
-  for (Node& node : world.nodes)
-    if (node.unknown != kNoUnknown)
+  for (bodies::Node& node : world.nodes)
+    if (node.unknown != bodies::kNoUnknown)
       node.position_m += Eigen::Vector3d(shake_m(random), shake_m(random), shake_m(random));
   return world;
 }
 
-Eigen::VectorXd random_velocities(const World& world) {
+Eigen::VectorXd random_velocities(const bodies::World& world) {
   std::mt19937 random(9);
   std::uniform_real_distribution<double> speed(-0.5, 0.5);
   Eigen::VectorXd u(world.unknown_count);
   for (double& value : u) value = speed(random);
-  for (const RigidBody& body : world.rigid_bodies) u.segment<3>(body.unknown + 3) *= 30.0;
+  for (const bodies::RigidBody& body : world.rigid_bodies) u.segment<3>(body.unknown + 3) *= 30.0;
   return u;
 }
 
 /// All contacts of one kind, begun at various depths so that some deepen and some let go.
-std::vector<Contact> contacts_of(const World& world, Kind kind) {
-  Detection detection(world, 1.0);
+std::vector<contact::Contact> contacts_of(const bodies::World& world, Kind kind) {
+  contact::Detection detection(world, 1.0);
   detection.find_contacts(world, kStep_s);
   const std::size_t among_bodies = detection.contacts().size();
   detection.find_tool_contacts(
       world, {{Eigen::Vector3d(0.01, -0.01, 0.03), {0.3, 0.2, -0.5}, {0.01, -0.01, 0.04}, 0.02}});
-  std::vector<Contact> chosen;
+  std::vector<contact::Contact> chosen;
   for (std::size_t i = 0; i < detection.contacts().size(); ++i) {
-    Contact contact = detection.contacts()[i];
+    contact::Contact contact = detection.contacts()[i];
     contact.depth_before_m += 0.008 * std::sin(static_cast<double>(i));
     const Kind its = i >= among_bodies  ? Kind::kTool
                      : contact.b >= 0   ? Kind::kMoving
@@ -83,8 +83,8 @@ TEST_CASE("The exact Jacobian is the derivative of the residual", "[mechanical_s
   // A slip speed of 1 mm/s has all contacts slide, one of 30 m/s has all of them creep.
   const double slip_speed_m_s = GENERATE(1e-3, 30.0);
   const Kind kind = GENERATE(Kind::kMoving, Kind::kStill, Kind::kPlane, Kind::kTool, Kind::kAll);
-  const World world = tangle(material_of(900.0, 2.0, 0.4, slip_speed_m_s));
-  const std::vector<Contact> contacts = contacts_of(world, kind);
+  const bodies::World world = tangle(sim_server::material_of(900.0, 2.0, 0.4, slip_speed_m_s));
+  const std::vector<contact::Contact> contacts = contacts_of(world, kind);
   MechanicalSystem system(world, contacts);
   ImplicitStage step(system, kStep_s);
   const Eigen::VectorXd u = random_velocities(world);
@@ -107,8 +107,8 @@ TEST_CASE("The exact Jacobian is the derivative of the residual", "[mechanical_s
 TEST_CASE("The definite slope is symmetric and positive definite in any state",
           "[mechanical_system]") {
   const double slip_speed_m_s = GENERATE(1e-3, 30.0);
-  const World world = tangle(material_of(900.0, 2.0, 0.4, slip_speed_m_s));
-  const std::vector<Contact> contacts = contacts_of(world, Kind::kAll);
+  const bodies::World world = tangle(sim_server::material_of(900.0, 2.0, 0.4, slip_speed_m_s));
+  const std::vector<contact::Contact> contacts = contacts_of(world, Kind::kAll);
   MechanicalSystem system(world, contacts);
   ImplicitStage step(system, kStep_s);
 
@@ -119,14 +119,15 @@ TEST_CASE("The definite slope is symmetric and positive definite in any state",
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(definite);
   // No less than the inertia alone: what it leaves out can only have softened.
   double least_inertia = 1.0;
-  for (const RigidBody& body : world.rigid_bodies)
+  for (const bodies::RigidBody& body : world.rigid_bodies)
     least_inertia = std::min(least_inertia, body.inertia_kg_m2.minCoeff());
   CHECK(solver.eigenvalues().minCoeff() > 0.999 * least_inertia);
 }
 
 TEST_CASE("The symmetric slope is the definite one less what softens", "[mechanical_system]") {
-  const World world = tangle(material_of(900.0, 2.0, 0.4, GENERATE(1e-3, 30.0)));
-  const std::vector<Contact> contacts = contacts_of(world, Kind::kAll);
+  const bodies::World world =
+      tangle(sim_server::material_of(900.0, 2.0, 0.4, GENERATE(1e-3, 30.0)));
+  const std::vector<contact::Contact> contacts = contacts_of(world, Kind::kAll);
   MechanicalSystem system(world, contacts);
   ImplicitStage step(system, kStep_s);
   const Eigen::VectorXd u = random_velocities(world);
@@ -145,12 +146,13 @@ TEST_CASE(
     "Of masses and springs at rest, pressed on each other without friction, the symmetric "
     "slope is exact",
     "[mechanical_system]") {
-  const World world = tangle(material_of(900.0));
-  std::vector<Contact> contacts = contacts_of(world, Kind::kAll);
+  const bodies::World world = tangle(sim_server::material_of(900.0));
+  std::vector<contact::Contact> contacts = contacts_of(world, Kind::kAll);
   const auto is_rigid = [&](int sphere) {
     return sphere >= 0 && world.spheres[static_cast<std::size_t>(sphere)].rigid >= 0;
   };
-  std::erase_if(contacts, [&](const Contact& own) { return is_rigid(own.a) || is_rigid(own.b); });
+  std::erase_if(contacts,
+                [&](const contact::Contact& own) { return is_rigid(own.a) || is_rigid(own.b); });
   MechanicalSystem system(world, contacts);
   ImplicitStage step(system, kStep_s);
   const Eigen::VectorXd still = Eigen::VectorXd::Zero(system.size());
@@ -163,11 +165,11 @@ TEST_CASE(
 }
 
 TEST_CASE("The slope as an operator is the matrix, whoever sleeps", "[mechanical_system]") {
-  World world = tangle(material_of(900.0, 2.0, 0.4, GENERATE(1e-3, 30.0)));
+  bodies::World world = tangle(sim_server::material_of(900.0, 2.0, 0.4, GENERATE(1e-3, 30.0)));
   const int is_sleeping = GENERATE(-1, 0, 1);  // nobody, the cloth, a box
   if (is_sleeping >= 0) world.bodies[static_cast<std::size_t>(is_sleeping)].is_sleeping = true;
-  number_unknowns(world);
-  const std::vector<Contact> contacts = contacts_of(world, Kind::kAll);
+  bodies::number_unknowns(world);
+  const std::vector<contact::Contact> contacts = contacts_of(world, Kind::kAll);
   MechanicalSystem system(world, contacts);
   ImplicitStage step(system, kStep_s);
   const Eigen::VectorXd u = Eigen::VectorXd::Random(system.size());
@@ -188,7 +190,8 @@ TEST_CASE("The slope as an operator is the matrix, whoever sleeps", "[mechanical
 }
 
 TEST_CASE("Where nothing softens both slopes are one", "[mechanical_system]") {
-  const World world = build_world(scene_of({thread(6, {0, 0, 0}, {0.5, 0, 0}, 0.01, 100.0, {0})}));
+  const bodies::World world = scene::build_world(
+      sim_server::scene_of({sim_server::thread(6, {0, 0, 0}, {0.5, 0, 0}, 0.01, 100.0, {0})}));
   MechanicalSystem system(world, {});
   ImplicitStage step(system, kStep_s);
   Eigen::VectorXd stretching = Eigen::VectorXd::Zero(world.unknown_count);
@@ -201,15 +204,15 @@ TEST_CASE("Where nothing softens both slopes are one", "[mechanical_system]") {
 }
 
 TEST_CASE("Free fall solves the step exactly", "[mechanical_system]") {
-  const World world =
-      build_world(scene_of({moving(box({0, 0, 1}, {0.1, 0.1, 0.1}, 1.0, {0.1, 0.05}), {1, 2, 3}),
-                            thread(3, {0, 0, 0}, {1, 0, 0}, 0.1, 50.0)},
-                           {}, {0.0, 0.0, -9.81}));
+  const bodies::World world = scene::build_world(sim_server::scene_of(
+      {sim_server::moving(sim_server::box({0, 0, 1}, {0.1, 0.1, 0.1}, 1.0, {0.1, 0.05}), {1, 2, 3}),
+       sim_server::thread(3, {0, 0, 0}, {1, 0, 0}, 0.1, 50.0)},
+      {}, {0.0, 0.0, -9.81}));
   MechanicalSystem system(world, {});
   ImplicitStage step(system, kStep_s);
   Eigen::VectorXd u = step.initial_guess();
-  for (const Node& node : world.nodes) u[node.unknown + 2] -= kStep_s * 9.81;
-  for (const RigidBody& body : world.rigid_bodies) u[body.unknown + 2] -= kStep_s * 9.81;
+  for (const bodies::Node& node : world.nodes) u[node.unknown + 2] -= kStep_s * 9.81;
+  for (const bodies::RigidBody& body : world.rigid_bodies) u[body.unknown + 2] -= kStep_s * 9.81;
   Eigen::VectorXd residual(u.size());
 
   step.residual(u, residual);
@@ -218,24 +221,24 @@ TEST_CASE("Free fall solves the step exactly", "[mechanical_system]") {
 }
 
 TEST_CASE("A step has moved by its end velocities", "[mechanical_system]") {
-  const World start = tangle(material_of(900.0));
-  const std::vector<Contact> contacts = contacts_of(start, Kind::kAll);
+  const bodies::World start = tangle(sim_server::material_of(900.0));
+  const std::vector<contact::Contact> contacts = contacts_of(start, Kind::kAll);
   MechanicalSystem system(start, contacts);
   ImplicitStage step(system, kStep_s);
   const Eigen::VectorXd u = random_velocities(start);
   Eigen::VectorXd residual(u.size());
   step.residual(u, residual);
-  World end = start;
+  bodies::World end = start;
   end.nodes = system.trial().nodes;
   end.rigid_bodies = system.trial().rigid_bodies;
 
   for (std::size_t i = 0; i < end.nodes.size(); ++i) {
     const Eigen::Vector3d move_m = end.nodes[i].position_m - start.nodes[i].position_m;
     CHECK((move_m - kStep_s * end.nodes[i].velocity_m_s).norm() < 1e-15);
-    if (end.nodes[i].unknown == kNoUnknown) CHECK(move_m.isZero(0.0));
+    if (end.nodes[i].unknown == bodies::kNoUnknown) CHECK(move_m.isZero(0.0));
   }
   for (std::size_t i = 0; i < end.rigid_bodies.size(); ++i) {
-    const RigidBody& body = end.rigid_bodies[i];
+    const bodies::RigidBody& body = end.rigid_bodies[i];
     const Eigen::AngleAxisd turn(body.orientation * start.rigid_bodies[i].orientation.conjugate());
     CHECK((turn.angle() * turn.axis() - kStep_s * u.segment<3>(body.unknown + 3)).norm() < 1e-13);
     CHECK(body.orientation.norm() == Approx(1.0).epsilon(1e-15));
@@ -243,4 +246,4 @@ TEST_CASE("A step has moved by its end velocities", "[mechanical_system]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

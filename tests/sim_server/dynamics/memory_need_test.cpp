@@ -7,17 +7,17 @@
 #include "sim_server/bodies/world.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
-const Method kExplicit{.integrator = IntegratorKind::kVelocityVerlet};
+const scene::Method kExplicit{.integrator = scene::IntegratorKind::kVelocityVerlet};
 
-double private_bytes(int side, const Method& method) {
-  return memory_need(sheet({side, side}, 0.01, 1e-4, 100.0), method).private_bytes;
+double private_bytes(int side, const scene::Method& method) {
+  return memory_need(sim_server::sheet({side, side}, 0.01, 1e-4, 100.0), method).private_bytes;
 }
 
-std::string refusal_of(const SceneDescription& scene, const Memory& available) {
+std::string refusal_of(const scene::SceneDescription& scene, const Memory& available) {
   try {
     require_room(scene, "a.toml", available);
   } catch (const std::exception& error) {
@@ -30,24 +30,24 @@ TEST_CASE("Without factors memory grows with a sheet's nodes, with them little f
           "[memory_need]") {
   CHECK(private_bytes(400, kExplicit) ==
         Approx(16.0 * private_bytes(100, kExplicit)).epsilon(0.01));
-  const Method newton;
+  const scene::Method newton;
   CHECK(private_bytes(400, newton) > 16.0 * private_bytes(100, newton));
   CHECK(private_bytes(400, newton) < 24.0 * private_bytes(100, newton));
 }
 
 TEST_CASE("What is reckoned is what a world takes at least", "[memory_need]") {
-  const BodyDescription body = sheet({60, 60}, 0.01, 1e-4, 100.0);
-  const World world = build_world(scene_of({body}));
-  const auto bytes = static_cast<double>(world.nodes.size() * sizeof(Node) +
-                                         world.springs.size() * sizeof(Spring) +
-                                         world.spheres.size() * sizeof(SphereBinding));
+  const bodies::BodyDescription body = sim_server::sheet({60, 60}, 0.01, 1e-4, 100.0);
+  const bodies::World world = scene::build_world(sim_server::scene_of({body}));
+  const auto bytes = static_cast<double>(world.nodes.size() * sizeof(bodies::Node) +
+                                         world.springs.size() * sizeof(bodies::Spring) +
+                                         world.spheres.size() * sizeof(bodies::SphereBinding));
   CHECK(memory_need(body, kExplicit).private_bytes > bytes);
   CHECK(memory_need(body, kExplicit).private_bytes < 10.0 * bytes);
 }
 
 TEST_CASE("A scene that does not fit is refused at the body that takes most", "[memory_need]") {
-  SceneDescription scene =
-      scene_of({sphere({0, 0, 0}, 0.01, 1.0), sheet({900, 900}, 0.01, 1e-4, 100.0)});
+  scene::SceneDescription scene = sim_server::scene_of(
+      {sim_server::sphere({0, 0, 0}, 0.01, 1.0), sim_server::sheet({900, 900}, 0.01, 1e-4, 100.0)});
   scene.bodies[0].line = 7;
   scene.bodies[1].line = 12;
   scene.bodies[1].name = "cloth";
@@ -63,8 +63,9 @@ TEST_CASE("A scene that does not fit is refused at the body that takes most", "[
 }
 
 TEST_CASE("A scene of more than a million spheres is refused, whatever there is", "[memory_need]") {
-  SceneDescription scene =
-      scene_of({box({0, 0, 0}, {1.0, 1.0, 1e-6}, 1.0, {1e-9, 1e-9}), sphere({0, 0, 1}, 0.01, 1.0)});
+  scene::SceneDescription scene =
+      sim_server::scene_of({sim_server::box({0, 0, 0}, {1.0, 1.0, 1e-6}, 1.0, {1e-9, 1e-9}),
+                            sim_server::sphere({0, 0, 1}, 0.01, 1.0)});
   scene.bodies[0].line = 3;
   scene.bodies[0].name = "plate";
   CHECK(
@@ -73,4 +74,4 @@ TEST_CASE("A scene of more than a million spheres is refused, whatever there is"
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -12,20 +12,21 @@
 #include "tests/sim_server/dynamics/hanging_chain.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kTolerance = 1e-8;
 
 SolveReport solve(NonlinearSystem& system, Eigen::VectorXd& u, int iterations = 15,
-                  double tolerance = kTolerance, SolverKind kind = SolverKind::kNewton) {
+                  double tolerance = kTolerance,
+                  scene::SolverKind kind = scene::SolverKind::kNewton) {
   Budget budget{.iterations = iterations};
   return NewtonSolver(kind, tolerance).solve(system, u, budget);
 }
 
-SolverKind any_kind() {
-  return GENERATE(SolverKind::kNewton, SolverKind::kNewtonLu, SolverKind::kNewtonCg,
-                  SolverKind::kNewtonBicgstab);
+scene::SolverKind any_kind() {
+  return GENERATE(scene::SolverKind::kNewton, scene::SolverKind::kNewtonLu,
+                  scene::SolverKind::kNewtonCg, scene::SolverKind::kNewtonBicgstab);
 }
 
 /// Residuals after 0, 1, 2, ... iterations.
@@ -79,18 +80,20 @@ TEST_CASE("Every kind finds the same solution", "[newton]") {
 }
 
 /// A box sunk into the floor, sliding and tumbling: Coulomb friction under nine spheres.
-World sliding_box() {
-  BodyDescription block = box({0, 0, 0.0195}, {0.03, 0.03, 0.04}, 0.02, {0.01, 0.005});
-  return build_world(scene_of({moving(block, {0.4, 0.1, -0.1}, {0.5, 1.0, 2.0}), floor_at(0.0)},
-                              material_of(5e3, 0.25, 0.5), {0, 0, -9.81}));
+bodies::World sliding_box() {
+  bodies::BodyDescription block =
+      sim_server::box({0, 0, 0.0195}, {0.03, 0.03, 0.04}, 0.02, {0.01, 0.005});
+  return scene::build_world(sim_server::scene_of(
+      {sim_server::moving(block, {0.4, 0.1, -0.1}, {0.5, 1.0, 2.0}), sim_server::floor_at(0.0)},
+      sim_server::material_of(5e3, 0.25, 0.5), {0, 0, -9.81}));
 }
 
 TEST_CASE(
     "Conjugate gradients fail on Coulomb friction's exact slope; lagged friction, LU and "
     "BiCGSTAB do not",
     "[newton]") {
-  const World world = sliding_box();
-  Detection detection(world, 1.0);
+  const bodies::World world = sliding_box();
+  contact::Detection detection(world, 1.0);
   detection.find_contacts(world, 0.01);
   MechanicalSystem system(world, detection.contacts());
   ImplicitStage step(system, 0.01);
@@ -107,21 +110,21 @@ TEST_CASE(
   INFO("left of the residual: " << (exact * wrong - residual).norm() / residual.norm());
   CHECK_FALSE((exact * wrong - residual).norm() <= 1e-3 * residual.norm());
 
-  const SolverKind kind = any_kind();
+  const scene::SolverKind kind = any_kind();
   const SolveReport report = solve(step, u, 40, kTolerance, kind);
-  INFO(name_of(kind) << ": " << report.residual << " after " << report.iterations);
+  INFO(scene::name_of(kind) << ": " << report.residual << " after " << report.iterations);
   CHECK(report.converged);
 }
 
 // Broyden's method takes 16, 151 and over 500 iterations of the first three: broyden_test.
 TEST_CASE("The onset of a contact however stiff takes three iterations", "[newton]") {
   const double stiffness = GENERATE(10.0, 100.0, 1e4, 1e6);  // k h^2 / m
-  const SolverKind kind = any_kind();
+  const scene::SolverKind kind = any_kind();
   NewtonSolver solver(kind, kTolerance);
 
   const SolveReport report = solve_contact_onset(solver, stiffness, 15);
 
-  INFO(name_of(kind) << " at " << stiffness);
+  INFO(scene::name_of(kind) << " at " << stiffness);
   CHECK(report.converged);
   CHECK(report.iterations <= 3);
 }
@@ -148,7 +151,7 @@ TEST_CASE("A system that is no number is not called solved", "[newton]") {
 }
 
 TEST_CASE("Nothing to solve is solved", "[newton]") {
-  const World world = build_world(scene_of({floor_at(0.0)}));
+  const bodies::World world = scene::build_world(sim_server::scene_of({sim_server::floor_at(0.0)}));
   MechanicalSystem system(world, {});
   ImplicitStage step(system, 0.01);
   Eigen::VectorXd u = step.initial_guess();
@@ -161,9 +164,9 @@ TEST_CASE("Nothing to solve is solved", "[newton]") {
 }
 
 TEST_CASE("The tolerance bounds the error of the velocities", "[newton]") {
-  SceneDescription scene =
-      scene_of({thread(11, {0, 0, 0}, {1, 0, 0}, 0.01, 200.0, {0})}, {}, {0.0, 0.0, -9.81});
-  const World world = build_world(scene);
+  scene::SceneDescription scene = sim_server::scene_of(
+      {sim_server::thread(11, {0, 0, 0}, {1, 0, 0}, 0.01, 200.0, {0})}, {}, {0.0, 0.0, -9.81});
+  const bodies::World world = scene::build_world(scene);
   const auto velocities = [&](double tolerance) {
     MechanicalSystem system(world, {});
     ImplicitStage step(system, 0.02);
@@ -179,4 +182,4 @@ TEST_CASE("The tolerance bounds the error of the velocities", "[newton]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

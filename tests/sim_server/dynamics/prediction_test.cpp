@@ -9,20 +9,21 @@
 #include "sim_server/dynamics/step/simulation.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kStep_s = 0.01;
 constexpr double kStiffness_N_per_m = 200.0;
 
-const Method kImplicit{.integrator = IntegratorKind::kImplicitEuler,
-                       .solver = SolverKind::kNewton,
-                       .tolerance_m_s = 1e-12};
+const scene::Method kImplicit{.integrator = scene::IntegratorKind::kImplicitEuler,
+                              .solver = scene::SolverKind::kNewton,
+                              .tolerance_m_s = 1e-12};
 
-SceneDescription touched_scene(std::vector<BodyDescription> bodies,
-                               const Eigen::Vector3d& gravity_m_s2 = Eigen::Vector3d::Zero()) {
-  SceneDescription scene =
-      scene_of(std::move(bodies), material_of(kStiffness_N_per_m), gravity_m_s2);
+scene::SceneDescription touched_scene(
+    std::vector<bodies::BodyDescription> bodies,
+    const Eigen::Vector3d& gravity_m_s2 = Eigen::Vector3d::Zero()) {
+  scene::SceneDescription scene = sim_server::scene_of(
+      std::move(bodies), sim_server::material_of(kStiffness_N_per_m), gravity_m_s2);
   scene.tool = {{Eigen::Vector3d::Zero(), 0.01}};
   scene.method = kImplicit;
   return scene;
@@ -46,14 +47,14 @@ const proto::SphereRecord& record(const Simulation& simulation, std::size_t sphe
   return simulation.snapshot().records()[sphere];
 }
 Eigen::Vector3d position_m(const Simulation& simulation, std::size_t sphere) {
-  return sphere_motion(simulation.world(), simulation.world().spheres[sphere]).position_m;
+  return bodies::sphere_motion(simulation.world(), simulation.world().spheres[sphere]).position_m;
 }
 
 TEST_CASE("A free body is predicted the end of its next step, and is not compliant without a tool",
           "[prediction]") {
-  Simulation simulation(touched_scene({sphere({0, 0, 1}, 0.01, 0.1)}, {0, 0, -9.81}));
+  Simulation simulation(touched_scene({sim_server::sphere({0, 0, 1}, 0.01, 0.1)}, {0, 0, -9.81}));
   REQUIRE(simulation.step(kStep_s, [] { return std::nullopt; }).solve.converged);
-  const SnapshotPrediction prediction = simulation.predict_next(kStep_s);
+  const publication::SnapshotPrediction prediction = simulation.predict_next(kStep_s);
 
   CHECK(prediction.period_ns == 10'000'000);
   CHECK(prediction.compliance_force_N == 0.0);
@@ -64,11 +65,11 @@ TEST_CASE("A free body is predicted the end of its next step, and is not complia
 
 TEST_CASE("A free body gives way to a newton by P^2 over its mass, along the push",
           "[prediction]") {
-  Simulation simulation(touched_scene({sphere({0.019, 0, 0}, 0.01, 0.1)}));
+  Simulation simulation(touched_scene({sim_server::sphere({0.019, 0, 0}, 0.01, 0.1)}));
   step_with_tool(simulation, 0.0);
   const double depth_m = 0.02 - position_m(simulation, 0).x();
   const double speed_m_s = simulation.world().rigid_bodies[0].velocity_m_s.x();
-  const SnapshotPrediction prediction = simulation.predict_next(kStep_s);
+  const publication::SnapshotPrediction prediction = simulation.predict_next(kStep_s);
 
   CHECK(prediction.compliance_direction[0] == Approx(1.0));
   CHECK(prediction.compliance_force_N == Approx(kStiffness_N_per_m * depth_m));
@@ -81,9 +82,9 @@ TEST_CASE("A free body gives way to a newton by P^2 over its mass, along the pus
 
 TEST_CASE("A tool that is near but does not touch is given way to along the line of the centres",
           "[prediction]") {
-  Simulation simulation(touched_scene({sphere({0.0201, 0, 0}, 0.01, 0.1)}));
+  Simulation simulation(touched_scene({sim_server::sphere({0.0201, 0, 0}, 0.01, 0.1)}));
   step_with_tool(simulation, 0.0);
-  const SnapshotPrediction prediction = simulation.predict_next(kStep_s);
+  const publication::SnapshotPrediction prediction = simulation.predict_next(kStep_s);
   CHECK(prediction.compliance_force_N == 0.0);
   CHECK(prediction.compliance_direction[0] == Approx(1.0));
   CHECK(prediction.max_compliance_m_per_N == Approx(kStep_s * kStep_s / 0.1));
@@ -92,7 +93,7 @@ TEST_CASE("A tool that is near but does not touch is given way to along the line
 /// How far the next step leads from where predicted velocity and compliance say, for the force that
 /// it finds, as a share of how far it leads at all.
 double prediction_error(Simulation& simulation, double tool_x_m, std::size_t sphere) {
-  const SnapshotPrediction prediction = simulation.predict_next(kStep_s);
+  const publication::SnapshotPrediction prediction = simulation.predict_next(kStep_s);
   const proto::SphereRecord told = record(simulation, sphere);
   const Eigen::Vector3d before_m = position_m(simulation, sphere);
   step_with_tool(simulation, tool_x_m);
@@ -112,21 +113,22 @@ TEST_CASE(
     "does",
     "[prediction]") {
   SECTION("of a free body") {
-    Simulation simulation(touched_scene({sphere({0.019, 0, 0}, 0.01, 0.1)}));
+    Simulation simulation(touched_scene({sim_server::sphere({0.019, 0, 0}, 0.01, 0.1)}));
     step_with_tool(simulation, 0.0);
     for (const double tool_x_m : {0.0002, 0.001, 0.003, 0.0})
       CHECK(prediction_error(simulation, tool_x_m, 0) < 1e-5);
   }
   SECTION("of a chain that is pinned at its end, within what bends it") {
-    BodyDescription chain = thread(10, {0.0115, 0, 0}, {0.2, 0, 0}, 0.01, 300.0, {9});
+    bodies::BodyDescription chain =
+        sim_server::thread(10, {0.0115, 0, 0}, {0.2, 0, 0}, 0.01, 300.0, {9});
     Simulation simulation(touched_scene({chain}));
     step_with_tool(simulation, 0.0);
     for (const double tool_x_m : {0.0001, 0.0003, 0.0002})
       CHECK(prediction_error(simulation, tool_x_m, 0) < 2e-2);
   }
   SECTION("of a body with another behind it, which is pushed too") {
-    Simulation simulation(
-        touched_scene({sphere({0.019, 0, 0}, 0.01, 0.1), sphere({0.0385, 0, 0}, 0.01, 0.1)}));
+    Simulation simulation(touched_scene({sim_server::sphere({0.019, 0, 0}, 0.01, 0.1),
+                                         sim_server::sphere({0.0385, 0, 0}, 0.01, 0.1)}));
     step_with_tool(simulation, 0.0);
     for (const double tool_x_m : {0.0002, 0.0005})
       CHECK(prediction_error(simulation, tool_x_m, 0) < 1e-2);
@@ -142,10 +144,11 @@ TEST_CASE("However a tool is pinched, no newton of its net force is given way to
   const double alone_m_per_N = kStep_s * kStep_s / 0.1;
   const double ahead_m = GENERATE(1e-3, 1e-4, 1e-6, 1e-9, 0.0);  // deeper in one than in the other
   const double across_m = GENERATE(0.0, 1e-6, 2e-3);             // out of the line between them
-  Simulation simulation(touched_scene({sphere({0.019 - ahead_m, across_m, 0}, 0.01, 0.1),
-                                       sphere({-0.019, across_m, 0}, 0.01, 0.1)}));
+  Simulation simulation(
+      touched_scene({sim_server::sphere({0.019 - ahead_m, across_m, 0}, 0.01, 0.1),
+                     sim_server::sphere({-0.019, across_m, 0}, 0.01, 0.1)}));
   step_with_tool(simulation, 0.0);
-  const SnapshotPrediction prediction = simulation.predict_next(kStep_s);
+  const publication::SnapshotPrediction prediction = simulation.predict_next(kStep_s);
   CHECK(prediction.max_compliance_m_per_N <= 2.0 * alone_m_per_N * (1.0 + 1e-9));
   for (std::size_t i = 0; i < 2; ++i) {
     const Eigen::Vector3d compliance_m_per_N = vector(record(simulation, i).compliance_m_per_N);
@@ -158,26 +161,26 @@ TEST_CASE("However a tool is pinched, no newton of its net force is given way to
 TEST_CASE(
     "A tool between a free body and a prescribed one is given way to as by the free one alone",
     "[prediction]") {
-  BodyDescription piston = sphere({-0.0185, 0, 0}, 0.01, 0.1);
-  piston.motion = Motion::kPrescribed;
-  Simulation pinched(touched_scene({sphere({0.019, 0, 0}, 0.01, 0.1), piston}));
-  Simulation alone(touched_scene({sphere({0.019, 0, 0}, 0.01, 0.1)}));
+  bodies::BodyDescription piston = sim_server::sphere({-0.0185, 0, 0}, 0.01, 0.1);
+  piston.motion = bodies::Motion::kPrescribed;
+  Simulation pinched(touched_scene({sim_server::sphere({0.019, 0, 0}, 0.01, 0.1), piston}));
+  Simulation alone(touched_scene({sim_server::sphere({0.019, 0, 0}, 0.01, 0.1)}));
   step_with_tool(pinched, 0.0);
   step_with_tool(alone, 0.0);
-  const SnapshotPrediction of_pinched = pinched.predict_next(kStep_s),
-                           of_alone = alone.predict_next(kStep_s);
+  const publication::SnapshotPrediction of_pinched = pinched.predict_next(kStep_s),
+                                        of_alone = alone.predict_next(kStep_s);
   CHECK(of_pinched.compliance_force_N == Approx(of_alone.compliance_force_N));
   CHECK(record(pinched, 0).compliance_m_per_N == record(alone, 0).compliance_m_per_N);
 }
 
 TEST_CASE("A prescribed body is predicted where it will be and is not compliant", "[prediction]") {
-  BodyDescription shaker = sphere({0.015, 0, 0}, 0.01, 0.1);
-  shaker.motion = Motion::kPrescribed;
+  bodies::BodyDescription shaker = sim_server::sphere({0.015, 0, 0}, 0.01, 0.1);
+  shaker.motion = bodies::Motion::kPrescribed;
   shaker.prescribed.amplitude_m = 0.02;
   shaker.prescribed.frequency_hz = 3.0;
   Simulation simulation(touched_scene({shaker}));
   for (int i = 0; i < 7; ++i) step_with_tool(simulation, 0.0);
-  const SnapshotPrediction prediction = simulation.predict_next(kStep_s);
+  const publication::SnapshotPrediction prediction = simulation.predict_next(kStep_s);
   const Eigen::Vector3d predicted_m =
       position_m(simulation, 0) + kStep_s * vector(record(simulation, 0).predicted_velocity_m_s);
   CHECK(prediction.max_compliance_m_per_N == 0.0);
@@ -186,14 +189,15 @@ TEST_CASE("A prescribed body is predicted where it will be and is not compliant"
 }
 
 TEST_CASE("Looking ahead leaves the world itself as it is", "[prediction]") {
-  Simulation simulation(
-      touched_scene({sphere({0.019, 0, 0}, 0.01, 0.1), sphere({0.0385, 0.001, 0}, 0.01, 0.1)}));
+  Simulation simulation(touched_scene({sim_server::sphere({0.019, 0, 0}, 0.01, 0.1),
+                                       sim_server::sphere({0.0385, 0.001, 0}, 0.01, 0.1)}));
   for (int i = 0; i < 20; ++i) {
     step_with_tool(simulation, 1e-4 * i);
-    const World before = simulation.world();
+    const bodies::World before = simulation.world();
     static_cast<void>(simulation.predict_next(kStep_s));
     for (std::size_t k = 0; k < 2; ++k) {
-      const RigidBody &was = before.rigid_bodies[k], &is = simulation.world().rigid_bodies[k];
+      const bodies::RigidBody &was = before.rigid_bodies[k],
+                              &is = simulation.world().rigid_bodies[k];
       CHECK(is.position_m == was.position_m);
       CHECK(is.velocity_m_s == was.velocity_m_s);
       CHECK(is.orientation.coeffs() == was.orientation.coeffs());
@@ -204,20 +208,21 @@ TEST_CASE("Looking ahead leaves the world itself as it is", "[prediction]") {
 
 /// A heap of balls that fall on each other and on a floor: dozens of pairs, so that their order
 /// tells.
-SceneDescription heap(IntegratorKind integrator) {
-  std::vector<BodyDescription> bodies{floor_at(0.0)};
+scene::SceneDescription heap(scene::IntegratorKind integrator) {
+  std::vector<bodies::BodyDescription> bodies{sim_server::floor_at(0.0)};
   for (int i = 0; i < 48; ++i)
-    bodies.push_back(sphere({0.017 * (i % 4) + 0.0007 * i, 0.017 * (i / 4 % 4) - 0.0003 * i,
-                             0.0099 + 0.0185 * (i / 16)},
-                            0.01, 0.02));
-  SceneDescription scene = touched_scene(std::move(bodies), {0, 0, -9.81});
-  scene.materials = {material_of(2000.0, 1.0, 0.3)};
+    bodies.push_back(
+        sim_server::sphere({0.017 * (i % 4) + 0.0007 * i, 0.017 * (i / 4 % 4) - 0.0003 * i,
+                            0.0099 + 0.0185 * (i / 16)},
+                           0.01, 0.02));
+  scene::SceneDescription scene = touched_scene(std::move(bodies), {0, 0, -9.81});
+  scene.materials = {sim_server::material_of(2000.0, 1.0, 0.3)};
   scene.method.integrator = integrator;
   return scene;
 }
 
 /// By how much the heap has moved elsewhere after so many steps because it was predicted.
-double moved_by_prediction_m(IntegratorKind integrator, int steps) {
+double moved_by_prediction_m(scene::IntegratorKind integrator, int steps) {
   Simulation looking(heap(integrator)), other(heap(integrator));
   double most_m = 0.0;
   int contacts = 0;
@@ -244,19 +249,19 @@ double moved_by_prediction_m(IntegratorKind integrator, int steps) {
 // Prediction lists the pairs of spheres anew, in another order: these fail until that leaves the
 // next step alone.
 TEST_CASE("Looking ahead changes no bit of implicit steps", "[prediction][!shouldfail]") {
-  CHECK(moved_by_prediction_m(IntegratorKind::kImplicitEuler, 30) == 0.0);
+  CHECK(moved_by_prediction_m(scene::IntegratorKind::kImplicitEuler, 30) == 0.0);
 }
 
 TEST_CASE("Looking ahead changes no bit of explicit steps", "[prediction][!shouldfail]") {
-  CHECK(moved_by_prediction_m(IntegratorKind::kVelocityVerlet, 30) == 0.0);
+  CHECK(moved_by_prediction_m(scene::IntegratorKind::kVelocityVerlet, 30) == 0.0);
 }
 
 TEST_CASE("Covers hold what moves on for two periods", "[prediction]") {
-  Simulation simulation(touched_scene({sphere({0.019, 0, 0}, 0.01, 0.001)}));
+  Simulation simulation(touched_scene({sim_server::sphere({0.019, 0, 0}, 0.01, 0.001)}));
   step_with_tool(simulation, 0.0);
   static_cast<void>(simulation.predict_next(kStep_s));
   const auto& sphere = record(simulation, 0);
-  const SweptBound& swept_bound = simulation.snapshot().swept_bound(0);
+  const collision::SweptBound& swept_bound = simulation.snapshot().swept_bound(0);
   const Eigen::Vector3d far_m =
       vector(sphere.newest.position_m) +
       proto::kPredictionPeriods * kStep_s * vector(sphere.predicted_velocity_m_s);
@@ -267,21 +272,22 @@ TEST_CASE("Covers hold what moves on for two periods", "[prediction]") {
 
 TEST_CASE("Covers hold the whole history after looking ahead, though the grid was entered anew",
           "[prediction]") {
-  std::vector<BodyDescription> bodies{floor_at(0.0)};
+  std::vector<bodies::BodyDescription> bodies{sim_server::floor_at(0.0)};
   for (int i = 0; i < 8; ++i)
     bodies.push_back(
-        moving(sphere({0.05 * i, 0, 0.03 + 0.01 * i}, 0.01, 0.05), {0.1 * (i - 4), 0.05 * i, 0}));
+        sim_server::moving(sim_server::sphere({0.05 * i, 0, 0.03 + 0.01 * i}, 0.01, 0.05),
+                           {0.1 * (i - 4), 0.05 * i, 0}));
   Simulation simulation(touched_scene(std::move(bodies), {0, 0, -9.81}));
   int outside = 0;
   for (int step = 0; step < 80; ++step) {
     static_cast<void>(simulation.step(kStep_s, [] { return std::nullopt; }));
     static_cast<void>(simulation.predict_next(kStep_s));
-    const VoxelGrid& snapshot = simulation.snapshot();
+    const collision::VoxelGrid& snapshot = simulation.snapshot();
     for (std::size_t i = 0; i < snapshot.records().size(); ++i)
       for (std::size_t age = 0; age < proto::kHistoryLength; ++age) {
         const auto& centre_m = snapshot.swept_bound(i).centre_m;
         const double far_m =
-            (vector(stillgrid::position_m(snapshot.records()[i], age)) - vector(centre_m)).norm();
+            (vector(collision::position_m(snapshot.records()[i], age)) - vector(centre_m)).norm();
         if (far_m + 0.01 > double{snapshot.swept_bound(i).bounding_radius_m}) ++outside;
       }
   }
@@ -290,9 +296,9 @@ TEST_CASE("Covers hold the whole history after looking ahead, though the grid wa
 
 TEST_CASE("Without time to look ahead a body moves on at its velocity and is not compliant",
           "[prediction]") {
-  Simulation simulation(touched_scene({sphere({0.019, 0, 0}, 0.01, 0.1)}));
+  Simulation simulation(touched_scene({sim_server::sphere({0.019, 0, 0}, 0.01, 0.1)}));
   step_with_tool(simulation, 0.0);
-  const SnapshotPrediction prediction = simulation.predict_next(
+  const publication::SnapshotPrediction prediction = simulation.predict_next(
       kStep_s,
       {.iterations = 1000, .deadline = std::chrono::steady_clock::now() - std::chrono::seconds(1)});
   CHECK(prediction.period_ns == 0);
@@ -300,4 +306,4 @@ TEST_CASE("Without time to look ahead a body moves on at its velocity and is not
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

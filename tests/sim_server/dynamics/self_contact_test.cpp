@@ -5,54 +5,57 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kStep_s = 0.01;
 
 /// Pairs of spheres of the world that overlap, neighbours or not.
-int overlaps(const World& world) {
+int overlaps(const bodies::World& world) {
   int count = 0;
   for (std::size_t i = 0; i < world.spheres.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
-      count += (sphere_motion(world, world.spheres[i]).position_m -
-                sphere_motion(world, world.spheres[j]).position_m)
+      count += (bodies::sphere_motion(world, world.spheres[i]).position_m -
+                bodies::sphere_motion(world, world.spheres[j]).position_m)
                    .norm() < world.spheres[i].radius_m + world.spheres[j].radius_m;
   return count;
 }
 
-double fastest_m_s(const World& world) {
+double fastest_m_s(const bodies::World& world) {
   double speed_m_s = 0.0;
-  for (const Node& node : world.nodes) speed_m_s = std::max(speed_m_s, node.velocity_m_s.norm());
+  for (const bodies::Node& node : world.nodes)
+    speed_m_s = std::max(speed_m_s, node.velocity_m_s.norm());
   return speed_m_s;
 }
 
-std::vector<Ball> bar(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m) {
-  std::vector<Ball> balls;
+std::vector<spheres::Ball> bar(const Eigen::Vector3d& from_m, const Eigen::Vector3d& to_m) {
+  std::vector<spheres::Ball> balls;
   for (int i = 0; i <= 6; ++i) balls.push_back({from_m + i / 6.0 * (to_m - from_m), 0.01});
   return balls;
 }
 
 /// Two arms, 60 mm long, 15 mm between them, joined at one end.
-BodyDescription c_shape() {
-  std::vector<Ball> balls = bar({0, 0, 0}, {0.06, 0, 0});
+bodies::BodyDescription c_shape() {
+  std::vector<spheres::Ball> balls = bar({0, 0, 0}, {0.06, 0, 0});
   for (const auto& more : {bar({0, 0, 0.035}, {0.06, 0, 0.035}), bar({0, 0, 0}, {0, 0, 0.035})})
     balls.insert(balls.end(), more.begin(), more.end());
-  BodyDescription body = soft_mesh(balls, 0.01, 1e-4, 10.0);
-  springs(body).spring_damping_N_s_per_m = 0.005;
+  bodies::BodyDescription body = sim_server::soft_mesh(balls, 0.01, 1e-4, 10.0);
+  sim_server::springs(body).spring_damping_N_s_per_m = 0.005;
   return body;
 }
 
 TEST_CASE("A body at rest does not touch itself, though its spheres overlap", "[self_contact]") {
-  BodyDescription cloth = sheet({8, 8}, 0.02, 0.002, 500.0);
-  packing(cloth) = {0.01, 0.0065};
-  BodyDescription block = soft_block({4, 4, 4}, 0.01, 1e-3, 100.0, {0.006, 0.005});
-  BodyDescription string = thread(12, {0, 0, 0}, {0.1, 0, 0}, 0.01, 100.0);
-  packing(string) = {0.005, 0.004};
+  bodies::BodyDescription cloth = sim_server::sheet({8, 8}, 0.02, 0.002, 500.0);
+  sim_server::packing(cloth) = {0.01, 0.0065};
+  bodies::BodyDescription block =
+      sim_server::soft_block({4, 4, 4}, 0.01, 1e-3, 100.0, {0.006, 0.005});
+  bodies::BodyDescription string = sim_server::thread(12, {0, 0, 0}, {0.1, 0, 0}, 0.01, 100.0);
+  sim_server::packing(string) = {0.005, 0.004};
   // By number: what GENERATE_COPY keeps of a temporary is gone when it is read.
-  const std::vector<BodyDescription> bodies = {cloth, block, string, c_shape()};
+  const std::vector<bodies::BodyDescription> bodies = {cloth, block, string, c_shape()};
   const std::size_t body = GENERATE(range<std::size_t>(0, 4));
-  Simulation simulation(scene_of({bodies[body]}, material_of(1000.0, 1.0, 0.3)));
+  Simulation simulation(
+      sim_server::scene_of({bodies[body]}, sim_server::material_of(1000.0, 1.0, 0.3)));
   REQUIRE(overlaps(simulation.world()) > 10);  // each would push
 
   for (int i = 0; i < 20; ++i) CHECK(simulation.step(kStep_s, no_tool).contacts == 0);
@@ -62,14 +65,15 @@ TEST_CASE("A body at rest does not touch itself, though its spheres overlap", "[
 TEST_CASE("A folded cloth rests on itself", "[self_contact]") {
   constexpr int kColumns = 13, kRows = 7;
   constexpr double kRadius_m = 0.004;
-  BodyDescription cloth = sheet({kColumns, kRows}, 0.01, 1e-3, 50.0);
-  shear_stiffness_N_per_m(cloth) = 20.0;
-  springs(cloth).spring_damping_N_s_per_m = 0.05;
-  packing(cloth) = {0.005, kRadius_m};
+  bodies::BodyDescription cloth = sim_server::sheet({kColumns, kRows}, 0.01, 1e-3, 50.0);
+  sim_server::shear_stiffness_N_per_m(cloth) = 20.0;
+  sim_server::springs(cloth).spring_damping_N_s_per_m = 0.05;
+  sim_server::packing(cloth) = {0.005, kRadius_m};
   for (int i = 0; i < kColumns * kRows; ++i)
-    if (i % kColumns <= kColumns / 2) springs(cloth).pinned_nodes.push_back(i);
-  Simulation simulation(scene_of({cloth}, material_of(500.0, 0.5, 0.3), {0, 0, -9.81}));
-  for (Node& node : simulation.world().nodes)
+    if (i % kColumns <= kColumns / 2) sim_server::springs(cloth).pinned_nodes.push_back(i);
+  Simulation simulation(
+      sim_server::scene_of({cloth}, sim_server::material_of(500.0, 0.5, 0.3), {0, 0, -9.81}));
+  for (bodies::Node& node : simulation.world().nodes)
     if (node.position_m.x() > 1e-9) {
       node.position_m.x() *= -1.0;
       node.position_m.z() = 3.0 * kRadius_m;
@@ -78,7 +82,7 @@ TEST_CASE("A folded cloth rests on itself", "[self_contact]") {
 
   // Away from the fold the upper half lies on the pinned lower one, hardly pressed in.
   for (int i = 0; i < kColumns * kRows; ++i) {
-    const Node& node = simulation.world().nodes[static_cast<std::size_t>(i)];
+    const bodies::Node& node = simulation.world().nodes[static_cast<std::size_t>(i)];
     if (i % kColumns < kColumns / 2 + 4) continue;
     CHECK(node.position_m.z() > 1.2 * kRadius_m);  // spheres settle between spheres
     CHECK(node.position_m.z() < 2.2 * kRadius_m);
@@ -90,14 +94,15 @@ TEST_CASE("A folded cloth rests on itself", "[self_contact]") {
 TEST_CASE("A looped thread lies across itself", "[self_contact]") {
   constexpr double kRadius_m = 0.004, kSpacing_m = 0.006;
   constexpr int kNodes = 40;
-  BodyDescription string =
-      thread(kNodes, {0, 0, 0}, {kSpacing_m * (kNodes - 1), 0, 0}, 1e-3, 200.0);
-  springs(string).bend_stiffness_N_per_m = 2.0;
-  springs(string).spring_damping_N_s_per_m = 0.05;
-  packing(string) = {kSpacing_m, kRadius_m};
-  for (int i = 0; i < 14; ++i) springs(string).pinned_nodes.push_back(i);
-  Simulation simulation(
-      scene_of({string, floor_at(-kRadius_m)}, material_of(500.0, 0.5, 0.3), {0, 0, -9.81}));
+  bodies::BodyDescription string =
+      sim_server::thread(kNodes, {0, 0, 0}, {kSpacing_m * (kNodes - 1), 0, 0}, 1e-3, 200.0);
+  sim_server::springs(string).bend_stiffness_N_per_m = 2.0;
+  sim_server::springs(string).spring_damping_N_s_per_m = 0.05;
+  sim_server::packing(string) = {kSpacing_m, kRadius_m};
+  for (int i = 0; i < 14; ++i) sim_server::springs(string).pinned_nodes.push_back(i);
+  Simulation simulation(sim_server::scene_of({string, sim_server::floor_at(-kRadius_m)},
+                                             sim_server::material_of(500.0, 0.5, 0.3),
+                                             {0, 0, -9.81}));
   // Straight along x, round three quarters of a circle that climbs, back across the beginning.
   constexpr double kTurn_m = 0.02;
   for (int i = 14; i < kNodes; ++i) {
@@ -109,7 +114,7 @@ TEST_CASE("A looped thread lies across itself", "[self_contact]") {
   }
   CHECK(advance(simulation, kStep_s, 150));
 
-  const World& world = simulation.world();
+  const bodies::World& world = simulation.world();
   double highest_m = 0.0;
   for (std::size_t i = 20; i < kNodes; ++i)
     highest_m = std::max(highest_m, world.nodes[i].position_m.z());
@@ -121,22 +126,22 @@ TEST_CASE("A looped thread lies across itself", "[self_contact]") {
 }
 
 TEST_CASE("The arms of a soft C that are thrown together stop each other", "[self_contact]") {
-  Simulation simulation(scene_of({c_shape()}, material_of(2000.0, 1.0)));
-  for (Node& node : simulation.world().nodes)
+  Simulation simulation(sim_server::scene_of({c_shape()}, sim_server::material_of(2000.0, 1.0)));
+  for (bodies::Node& node : simulation.world().nodes)
     if (node.position_m.x() > 0.02)
       node.velocity_m_s.z() = node.position_m.z() > 0.0175 ? -2.0 : 2.0;
-  const double start_J = mechanical_energy_J(simulation.world());
+  const double start_J = bodies::mechanical_energy_J(simulation.world());
 
   int most_contacts = 0;
   double narrowest_m = 1.0;
   for (int i = 0; i < 120; ++i) {
     most_contacts = std::max(most_contacts, simulation.step(0.001, no_tool).contacts);
-    const World& world = simulation.world();
+    const bodies::World& world = simulation.world();
     // The tips: the last ball of either arm.
-    const double apart_m = sphere_motion(world, world.spheres[13]).position_m.z() -
-                           sphere_motion(world, world.spheres[6]).position_m.z();
+    const double apart_m = bodies::sphere_motion(world, world.spheres[13]).position_m.z() -
+                           bodies::sphere_motion(world, world.spheres[6]).position_m.z();
     narrowest_m = std::min(narrowest_m, apart_m);
-    CHECK(mechanical_energy_J(world) <= start_J + 1e-9);
+    CHECK(bodies::mechanical_energy_J(world) <= start_J + 1e-9);
   }
 
   CHECK(most_contacts > 0);
@@ -146,35 +151,36 @@ TEST_CASE("The arms of a soft C that are thrown together stop each other", "[sel
 
 /// Greatest share of the energy at the start that the arms of a soft C come to have more, thrown
 /// together at a speed.
-double gain_of_arms(SolverKind kind, double speed_m_s, double step_s) {
-  SceneDescription scene = scene_of({c_shape()}, material_of(2000.0, 1.0));
+double gain_of_arms(scene::SolverKind kind, double speed_m_s, double step_s) {
+  scene::SceneDescription scene =
+      sim_server::scene_of({c_shape()}, sim_server::material_of(2000.0, 1.0));
   scene.method.solver = kind;
   Simulation simulation(scene);
-  for (Node& node : simulation.world().nodes)
+  for (bodies::Node& node : simulation.world().nodes)
     if (node.position_m.x() > 0.02)
       node.velocity_m_s.z() = node.position_m.z() > 0.0175 ? -speed_m_s : speed_m_s;
-  const double start_J = mechanical_energy_J(simulation.world());
+  const double start_J = bodies::mechanical_energy_J(simulation.world());
   double gain = 0.0;
   for (int i = 0; i < 120; ++i) {
     CHECK(advance(simulation, step_s, 1));
-    gain = std::max(gain, mechanical_energy_J(simulation.world()) / start_J - 1.0);
+    gain = std::max(gain, bodies::mechanical_energy_J(simulation.world()) / start_J - 1.0);
   }
   return gain;
 }
 
 TEST_CASE("Steps that go downhill gain no energy where the arms of a soft C fold",
           "[self_contact]") {
-  const SolverKind kind = GENERATE(SolverKind::kNewton, SolverKind::kNewtonCg);
+  const scene::SolverKind kind = GENERATE(scene::SolverKind::kNewton, scene::SolverKind::kNewtonCg);
   const double speed_m_s = GENERATE(0.5, 2.0, 5.0), step_s = GENERATE(0.001, 0.003, 0.01);
 
-  INFO(name_of(kind) << " at " << speed_m_s << " m/s, steps of " << step_s << " s");
+  INFO(scene::name_of(kind) << " at " << speed_m_s << " m/s, steps of " << step_s << " s");
   CHECK(gain_of_arms(kind, speed_m_s, step_s) <= 1e-9);
 }
 
 TEST_CASE("A step by the exact slope may solve a fold by a state of more energy",
           "[self_contact]") {
-  CHECK(gain_of_arms(SolverKind::kNewtonLu, 2.0, 0.003) > 0.3);
+  CHECK(gain_of_arms(scene::SolverKind::kNewtonLu, 2.0, 0.003) > 0.3);
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

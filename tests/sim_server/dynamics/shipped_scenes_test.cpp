@@ -8,28 +8,29 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
-SceneDescription shipped(const std::string& name) {
-  return load_scene(std::filesystem::path(STILLGRID_SOURCE_DIR) / "sim_server/scene/scenes" /
-                    (name + ".toml"));
+scene::SceneDescription shipped(const std::string& name) {
+  return scene::load_scene(std::filesystem::path(STILLGRID_SOURCE_DIR) / "sim_server/scene/scenes" /
+                           (name + ".toml"));
 }
 
-bool is_finite(const World& world) {
+bool is_finite(const bodies::World& world) {
   bool finite = true;
-  for (const Node& node : world.nodes)
+  for (const bodies::Node& node : world.nodes)
     finite = finite && node.position_m.allFinite() && node.velocity_m_s.allFinite();
-  for (const RigidBody& body : world.rigid_bodies)
+  for (const bodies::RigidBody& body : world.rigid_bodies)
     finite = finite && body.position_m.allFinite() && body.velocity_m_s.allFinite() &&
              body.orientation.coeffs().allFinite() && body.angular_velocity_rad_s.allFinite();
   return finite;
 }
 
-double fastest_m_s(const World& world) {
+double fastest_m_s(const bodies::World& world) {
   double speed_m_s = 0.0;
-  for (const Node& node : world.nodes) speed_m_s = std::max(speed_m_s, node.velocity_m_s.norm());
-  for (const RigidBody& body : world.rigid_bodies)
+  for (const bodies::Node& node : world.nodes)
+    speed_m_s = std::max(speed_m_s, node.velocity_m_s.norm());
+  for (const bodies::RigidBody& body : world.rigid_bodies)
     speed_m_s =
         std::max(speed_m_s, body.velocity_m_s.norm() +
                                 body.bounding_radius_m * body.angular_velocity_rad_s.norm());
@@ -44,11 +45,11 @@ struct Settled {
   EnergyAccount account;
   double fastest_m_s = 0.0;
   int is_sleeping = 0, bodies = 0;
-  World world;
+  bodies::World world;
 };
 
 Settled settled(const std::string& name, double duration_s) {
-  const SceneDescription scene = shipped(name);
+  const scene::SceneDescription scene = shipped(name);
   Simulation simulation(scene);
   simulation.account_energy();
   double lowest_J = simulation.energy_account()->start.total_J();
@@ -63,7 +64,7 @@ Settled settled(const std::string& name, double duration_s) {
   result.world = simulation.world();
   result.account = *simulation.energy_account();
   result.fastest_m_s = fastest_m_s(result.world);
-  for (const BodyRange& body : result.world.bodies) {
+  for (const bodies::BodyRange& body : result.world.bodies) {
     const bool is_free = body.rigid >= 0 || body.node_count > 0;
     if (is_free) ++result.bodies;
     if (is_free && body.is_sleeping) ++result.is_sleeping;
@@ -80,7 +81,7 @@ TEST_CASE("Tissue and blocks lose energy, that of contacts included, and come to
   CHECK(lost_J > 0.05);
   CHECK(end.most_risen_J < 1e-3 * lost_J);
   CHECK(end.fastest_m_s < 1e-3);
-  for (const RigidBody& block : end.world.rigid_bodies) {
+  for (const bodies::RigidBody& block : end.world.rigid_bodies) {
     CHECK(block.position_m.z() > -0.1);  // none has sunk into the floor
     CHECK(block.position_m.z() < 0.05);
   }
@@ -112,24 +113,24 @@ TEST_CASE("Hanging threads lose energy and settle where they hang", "[shipped_sc
 
 TEST_CASE("The soft organ and its rigid cast come to rest, and the organ gives way to the tool",
           "[shipped_scenes]") {
-  const SceneDescription scene = shipped("organ");
+  const scene::SceneDescription scene = shipped("organ");
   Simulation simulation(scene);
   REQUIRE(scene.bodies.size() == 3);
-  const double start_J = mechanical_energy_J(simulation.world());
+  const double start_J = bodies::mechanical_energy_J(simulation.world());
   CHECK(advance(simulation, scene.period_s, static_cast<int>(4.0 / scene.period_s)));
 
-  const World& world = simulation.world();
+  const bodies::World& world = simulation.world();
   REQUIRE(is_finite(world));
-  CHECK(mechanical_energy_J(world) < start_J);
+  CHECK(bodies::mechanical_energy_J(world) < start_J);
   CHECK(fastest_m_s(world) < 0.05);
-  for (const SphereBinding& sphere : world.spheres) {  // on the table, hardly pressed in
-    const double low_m = sphere_motion(world, sphere).position_m.z() - sphere.radius_m;
+  for (const bodies::SphereBinding& sphere : world.spheres) {  // on the table, hardly pressed in
+    const double low_m = bodies::sphere_motion(world, sphere).position_m.z() - sphere.radius_m;
     CHECK(low_m > -0.018);
   }
 
   // The tool comes down on the soft organ's thin end and stays.
   const Eigen::Vector3d above_m(-0.018, 0.0, 0.03);
-  const std::vector<Node> before = world.nodes;
+  const std::vector<bodies::Node> before = world.nodes;
   for (int i = 0; i <= 50; ++i) {
     const Eigen::Vector3d at_m = above_m - Eigen::Vector3d(0, 0, std::min(0.03, 0.001 * i));
     const StepReport report =
@@ -146,16 +147,16 @@ TEST_CASE("The soft organ and its rigid cast come to rest, and the organ gives w
 TEST_CASE(
     "The laparoscopy's organ rests on its pinned underside, and its vessel sags between its ends",
     "[shipped_scenes]") {
-  const SceneDescription scene = shipped("laparoscopy");
+  const scene::SceneDescription scene = shipped("laparoscopy");
   CHECK(scene.tool.size() == 16);
   Simulation simulation(scene);
-  const std::vector<Node> start = simulation.world().nodes;
+  const std::vector<bodies::Node> start = simulation.world().nodes;
   CHECK(advance(simulation, scene.period_s, static_cast<int>(3.0 / scene.period_s)));
 
-  const World& world = simulation.world();
+  const bodies::World& world = simulation.world();
   REQUIRE(is_finite(world));
-  const auto pinned =
-      std::count_if(start.begin(), start.end(), [](const Node& node) { return node.pinned; });
+  const auto pinned = std::count_if(start.begin(), start.end(),
+                                    [](const bodies::Node& node) { return node.pinned; });
   CHECK(pinned > 2 + 10);  // more than the ends of the vessel
   for (std::size_t i = 0; i < start.size(); ++i) {
     const bool is_vessel = start[i].position_m.z() > 0.055;  // it sags, and swings for seconds
@@ -167,9 +168,9 @@ TEST_CASE(
 
 TEST_CASE("A rod's side that turns about its trocar pushes the organ ahead of it",
           "[shipped_scenes]") {
-  const SceneDescription scene = shipped("laparoscopy");
+  const scene::SceneDescription scene = shipped("laparoscopy");
   Simulation simulation(scene);
-  const std::vector<Node> start = simulation.world().nodes;
+  const std::vector<bodies::Node> start = simulation.world().nodes;
   const Eigen::Vector3d trocar_m(0.0, 0.0, 0.18);
   constexpr double kDistance_m = 0.08;  // of the handle from the trocar: the tip is near the floor
   for (int i = 0; i <= 100; ++i) {
@@ -182,7 +183,7 @@ TEST_CASE("A rod's side that turns about its trocar pushes the organ ahead of it
     });
     CHECK(report.solve.converged);
   }
-  const World& world = simulation.world();
+  const bodies::World& world = simulation.world();
   REQUIRE(is_finite(world));
   double farthest_m = 0.0;
   for (std::size_t i = 0; i < start.size(); ++i)
@@ -191,7 +192,7 @@ TEST_CASE("A rod's side that turns about its trocar pushes the organ ahead of it
 }
 
 TEST_CASE("A thousand steps of each shipped scene stay finite", "[shipped_scenes]") {
-  const SceneDescription scene = shipped(GENERATE("moving_sphere", "wall"));
+  const scene::SceneDescription scene = shipped(GENERATE("moving_sphere", "wall"));
   Simulation simulation(scene);
 
   CHECK(advance(simulation, scene.period_s, 1000));
@@ -199,4 +200,4 @@ TEST_CASE("A thousand steps of each shipped scene stay finite", "[shipped_scenes
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

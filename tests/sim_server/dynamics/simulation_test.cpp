@@ -7,24 +7,25 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kStep_s = 0.01;
 
-BodyDescription driven_ball(const PrescribedMotion& motion) {
-  BodyDescription body = sphere({0, 0, 0}, 0.02, 0.0);
-  body.motion = Motion::kPrescribed;
+bodies::BodyDescription driven_ball(const bodies::PrescribedMotion& motion) {
+  bodies::BodyDescription body = sim_server::sphere({0, 0, 0}, 0.02, 0.0);
+  body.motion = bodies::Motion::kPrescribed;
   body.prescribed = motion;
   return body;
 }
 
 TEST_CASE("A scene where nothing is free steps all the same", "[simulation]") {
-  BodyDescription net = sheet({3, 3}, 0.1, 0.01, 10.0);
-  springs(net).pinned_nodes = {0, 1, 2, 3, 4, 5, 6, 7, 8};
-  const SceneDescription scene =
-      GENERATE_COPY(scene_of({}), scene_of({floor_at(0.0)}), scene_of({net}, {}, {0, 0, -9.81}),
-                    scene_of({net, driven_ball({Eigen::Vector3d::UnitX(), 0.1, 0, 0})}));
+  bodies::BodyDescription net = sim_server::sheet({3, 3}, 0.1, 0.01, 10.0);
+  sim_server::springs(net).pinned_nodes = {0, 1, 2, 3, 4, 5, 6, 7, 8};
+  const scene::SceneDescription scene = GENERATE_COPY(
+      sim_server::scene_of({}), sim_server::scene_of({sim_server::floor_at(0.0)}),
+      sim_server::scene_of({net}, {}, {0, 0, -9.81}),
+      sim_server::scene_of({net, driven_ball({Eigen::Vector3d::UnitX(), 0.1, 0, 0})}));
   Simulation simulation(scene);
 
   const StepReport report = simulation.step(kStep_s, no_tool);
@@ -32,13 +33,14 @@ TEST_CASE("A scene where nothing is free steps all the same", "[simulation]") {
   CHECK(report.solve.converged);
   CHECK(simulation.world().time_s == kStep_s);
   CHECK(simulation.world().unknown_count == 0);
-  for (const Node& node : simulation.world().nodes) CHECK(node.velocity_m_s.isZero(0.0));
+  for (const bodies::Node& node : simulation.world().nodes) CHECK(node.velocity_m_s.isZero(0.0));
 }
 
 TEST_CASE("The tool may touch a scene where nothing is free", "[simulation]") {
-  BodyDescription net = sheet({2, 2}, 0.1, 0.01, 10.0);
-  springs(net).pinned_nodes = {0, 1, 2, 3};
-  SceneDescription scene = scene_of({net}, material_of(100.0, 1.0, 0.5));
+  bodies::BodyDescription net = sim_server::sheet({2, 2}, 0.1, 0.01, 10.0);
+  sim_server::springs(net).pinned_nodes = {0, 1, 2, 3};
+  scene::SceneDescription scene =
+      sim_server::scene_of({net}, sim_server::material_of(100.0, 1.0, 0.5));
   scene.tool = {{Eigen::Vector3d::Zero(), 0.05}};
   Simulation simulation(scene);
   const auto tool = [] { return ToolSample{.time_ns = 5, .position_m = {0.05, 0.05, 0.02}}; };
@@ -47,11 +49,12 @@ TEST_CASE("The tool may touch a scene where nothing is free", "[simulation]") {
 }
 
 TEST_CASE("A pinned body stays while others collide with it", "[simulation]") {
-  BodyDescription net = sheet({4, 4}, 0.02, 0.01, 10.0);
-  for (int i = 0; i < 16; ++i) springs(net).pinned_nodes.push_back(i);
-  Simulation simulation(
-      scene_of({net, moving(sphere({0, 0, 0.03}, 0.01, 0.05), {0, 0, -0.5})}, material_of(1000.0)));
-  const World start = simulation.world();
+  bodies::BodyDescription net = sim_server::sheet({4, 4}, 0.02, 0.01, 10.0);
+  for (int i = 0; i < 16; ++i) sim_server::springs(net).pinned_nodes.push_back(i);
+  Simulation simulation(sim_server::scene_of(
+      {net, sim_server::moving(sim_server::sphere({0, 0, 0.03}, 0.01, 0.05), {0, 0, -0.5})},
+      sim_server::material_of(1000.0)));
+  const bodies::World start = simulation.world();
   CHECK(advance(simulation, 0.002, 100));
 
   for (std::size_t i = 0; i < start.nodes.size(); ++i)
@@ -60,14 +63,15 @@ TEST_CASE("A pinned body stays while others collide with it", "[simulation]") {
 }
 
 TEST_CASE("A prescribed body is where its motion says at every step's end", "[simulation]") {
-  const PrescribedMotion sine{Eigen::Vector3d::UnitZ(), 0.0, 0.03, 2.0};
+  const bodies::PrescribedMotion sine{Eigen::Vector3d::UnitZ(), 0.0, 0.03, 2.0};
   Simulation simulation(
-      scene_of({driven_ball(sine), sphere({0, 0, 0.041}, 0.02, 0.1)}, material_of(1000.0)));
+      sim_server::scene_of({driven_ball(sine), sim_server::sphere({0, 0, 0.041}, 0.02, 0.1)},
+                           sim_server::material_of(1000.0)));
 
   for (int i = 1; i <= 40; ++i) {
     CHECK(advance(simulation, kStep_s, 1));
-    const RigidBody& ball = simulation.world().rigid_bodies[0];
-    const PrescribedState state = prescribed_state(ball, simulation.world().time_s);
+    const bodies::RigidBody& ball = simulation.world().rigid_bodies[0];
+    const bodies::PrescribedState state = bodies::prescribed_state(ball, simulation.world().time_s);
     CHECK(ball.position_m == state.position_m);
     CHECK(ball.velocity_m_s == state.velocity_m_s);
   }
@@ -75,7 +79,8 @@ TEST_CASE("A prescribed body is where its motion says at every step's end", "[si
 }
 
 TEST_CASE("The tool pushes what it touches, as the contact law says", "[simulation]") {
-  SceneDescription scene = scene_of({sphere({0, 0, 0}, 0.01, 0.1)}, material_of(100.0));
+  scene::SceneDescription scene = sim_server::scene_of({sim_server::sphere({0, 0, 0}, 0.01, 0.1)},
+                                                       sim_server::material_of(100.0));
   scene.tool = {{Eigen::Vector3d(0, 0, 0.005), 0.01}};
   Simulation simulation(scene);
   // Turned upside down the tool's sphere is 15 mm below the ball: 5 mm deep.
@@ -91,7 +96,8 @@ TEST_CASE("The tool pushes what it touches, as the contact law says", "[simulati
 }
 
 TEST_CASE("A rubbing tool drags what it touches along", "[simulation]") {
-  SceneDescription scene = scene_of({sphere({0, 0, 0}, 0.01, 0.1)}, material_of(100.0, 0.0, 0.5));
+  scene::SceneDescription scene = sim_server::scene_of({sim_server::sphere({0, 0, 0}, 0.01, 0.1)},
+                                                       sim_server::material_of(100.0, 0.0, 0.5));
   scene.tool = {{Eigen::Vector3d::Zero(), 0.01}};
   scene.method.tolerance_m_s = 1e-11;  // of speeds of a quarter of a millimetre a second
   Simulation simulation(scene);
@@ -100,7 +106,7 @@ TEST_CASE("A rubbing tool drags what it touches along", "[simulation]") {
     return ToolSample{.time_ns = 1, .position_m = {0, 0, 0.015}, .velocity_m_s = {1, 0, 0}};
   });
 
-  const RigidBody& ball = simulation.world().rigid_bodies[0];
+  const bodies::RigidBody& ball = simulation.world().rigid_bodies[0];
   // Sliding: half of the pressure, sideways, at the ball's top, which spins it forwards. In so
   // short a step the line of centres turns by less than 1e-6.
   CHECK(ball.velocity_m_s.z() < 0.0);
@@ -110,7 +116,8 @@ TEST_CASE("A rubbing tool drags what it touches along", "[simulation]") {
 }
 
 TEST_CASE("The tool is asked for once, after the bodies were checked", "[simulation]") {
-  Simulation simulation(scene_of({sphere({0, 0, 0}, 0.01, 0.1), sphere({0, 0, 0.015}, 0.01, 0.1)}));
+  Simulation simulation(sim_server::scene_of(
+      {sim_server::sphere({0, 0, 0}, 0.01, 0.1), sim_server::sphere({0, 0, 0.015}, 0.01, 0.1)}));
   int asked = 0;
   std::size_t contacts_known = 0;
 
@@ -126,9 +133,10 @@ TEST_CASE("The tool is asked for once, after the bodies were checked", "[simulat
 }
 
 TEST_CASE("A step reports the contacts that touch and what its phases cost", "[simulation]") {
-  Simulation simulation(scene_of({sphere({0, 0, 0}, 0.01, 0.1), sphere({0, 0, 0.015}, 0.01, 0.1),
-                                  sphere({0, 0, 0.0355}, 0.01, 0.1)},
-                                 material_of(100.0)));
+  Simulation simulation(sim_server::scene_of(
+      {sim_server::sphere({0, 0, 0}, 0.01, 0.1), sim_server::sphere({0, 0, 0.015}, 0.01, 0.1),
+       sim_server::sphere({0, 0, 0.0355}, 0.01, 0.1)},
+      sim_server::material_of(100.0)));
 
   const StepReport report = simulation.step(1e-4, no_tool);
 
@@ -138,11 +146,13 @@ TEST_CASE("A step reports the contacts that touch and what its phases cost", "[s
 }
 
 /// A block that comes down on the floor, sliding and turning a little.
-SceneDescription landing(double stiffness_N_per_m, double approach_m_s) {
-  BodyDescription block = box({0, 0, 0.021}, {0.03, 0.03, 0.04}, 0.02, {0.01, 0.005});
-  return scene_of({moving(block, {0.4, 0, -approach_m_s}, {0.5, 0, 0}), floor_at(0.0)},
-                  material_of(stiffness_N_per_m, 0.0035 * std::sqrt(stiffness_N_per_m), 0.5),
-                  {0, 0, -9.81});
+scene::SceneDescription landing(double stiffness_N_per_m, double approach_m_s) {
+  bodies::BodyDescription block =
+      sim_server::box({0, 0, 0.021}, {0.03, 0.03, 0.04}, 0.02, {0.01, 0.005});
+  return sim_server::scene_of(
+      {sim_server::moving(block, {0.4, 0, -approach_m_s}, {0.5, 0, 0}), sim_server::floor_at(0.0)},
+      sim_server::material_of(stiffness_N_per_m, 0.0035 * std::sqrt(stiffness_N_per_m), 0.5),
+      {0, 0, -9.81});
 }
 
 TEST_CASE("A block lands on a stiff floor step by step, by substeps if need be", "[simulation]") {
@@ -150,11 +160,11 @@ TEST_CASE("A block lands on a stiff floor step by step, by substeps if need be",
   const double stiffness_N_per_m = GENERATE(5e2, 5e3, 5e4), approach_m_s = GENERATE(0.1, 1.0);
   const double step_s = GENERATE(0.01, 0.033);
   Simulation simulation(landing(stiffness_N_per_m, approach_m_s));
-  const double start_J = mechanical_energy_J(simulation.world());
+  const double start_J = bodies::mechanical_energy_J(simulation.world());
 
   for (int i = 0; i < 60; ++i) {
     REQUIRE(advance(simulation, step_s, 1));
-    CHECK(mechanical_energy_J(simulation.world()) <= start_J + 1e-9);
+    CHECK(bodies::mechanical_energy_J(simulation.world()) <= start_J + 1e-9);
   }
 
   CHECK(simulation.world().rigid_bodies[0].velocity_m_s.norm() < 1e-3);
@@ -167,19 +177,20 @@ TEST_CASE("A block lands on a stiff floor step by step, by substeps if need be",
 TEST_CASE("A very stiff floor does not throw a block that lands on it", "[simulation]") {
   const double approach_m_s = GENERATE(0.1, 3.0);
   Simulation simulation(landing(5e5, approach_m_s));
-  const double start_J = mechanical_energy_J(simulation.world());
+  const double start_J = bodies::mechanical_energy_J(simulation.world());
 
   (void)advance(simulation, 0.033, 60);
 
-  CHECK(mechanical_energy_J(simulation.world()) <= start_J + 1e-9);
+  CHECK(bodies::mechanical_energy_J(simulation.world()) <= start_J + 1e-9);
 }
 
 TEST_CASE("The same scene moves the same way, bit for bit", "[simulation]") {
-  BodyDescription cloth = sheet({5, 5}, 0.02, 0.002, 500.0);
-  springs(cloth).pinned_nodes = {0, 4};
-  const SceneDescription scene =
-      scene_of({cloth, box({0, 0, 0.03}, {0.03, 0.03, 0.02}, 0.02, {0.01, 0.005}), floor_at(-0.05)},
-               material_of(500.0, 1.0, 0.3), {0, 0, -9.81});
+  bodies::BodyDescription cloth = sim_server::sheet({5, 5}, 0.02, 0.002, 500.0);
+  sim_server::springs(cloth).pinned_nodes = {0, 4};
+  const scene::SceneDescription scene = sim_server::scene_of(
+      {cloth, sim_server::box({0, 0, 0.03}, {0.03, 0.03, 0.02}, 0.02, {0.01, 0.005}),
+       sim_server::floor_at(-0.05)},
+      sim_server::material_of(500.0, 1.0, 0.3), {0, 0, -9.81});
   Simulation one(scene), other(scene);
   for (int i = 0; i < 50; ++i) {
     (void)advance(one, kStep_s, 1);
@@ -203,12 +214,13 @@ TEST_CASE("A part that did not converge is tried shorter, wherever it starts", "
 
 /// What two blocks that are let go half a millimetre into each other and the floor have more of
 /// energy than at their start, after five seconds, J. They have 5.6 mJ of height.
-double gained_by_stacked_blocks_J(IntegratorKind integrator) {
-  const SpherePacking spheres{0.01, 0.005};
-  SceneDescription scene =
-      scene_of({floor_at(0.0), box({0, 0, 0.0095}, {0.03, 0.03, 0.02}, 0.02, spheres),
-                box({0.002, 0, 0.0285}, {0.03, 0.03, 0.02}, 0.02, spheres)},
-               material_of(2000.0, 0.2, 0.5), {0, 0, -9.81});
+double gained_by_stacked_blocks_J(scene::IntegratorKind integrator) {
+  const bodies::SpherePacking spheres{0.01, 0.005};
+  scene::SceneDescription scene =
+      sim_server::scene_of({sim_server::floor_at(0.0),
+                            sim_server::box({0, 0, 0.0095}, {0.03, 0.03, 0.02}, 0.02, spheres),
+                            sim_server::box({0.002, 0, 0.0285}, {0.03, 0.03, 0.02}, 0.02, spheres)},
+                           sim_server::material_of(2000.0, 0.2, 0.5), {0, 0, -9.81});
   scene.method.integrator = integrator;
   Simulation simulation(scene);
   simulation.account_energy();
@@ -219,12 +231,13 @@ double gained_by_stacked_blocks_J(IntegratorKind integrator) {
 
 TEST_CASE("Blocks on each other come to less energy than they began with, but by the trapezoid",
           "[simulation]") {
-  for (const IntegratorKind integrator :
-       {IntegratorKind::kImplicitEuler, IntegratorKind::kBdf2, IntegratorKind::kSymplecticEuler,
-        IntegratorKind::kVelocityVerlet})
+  for (const scene::IntegratorKind integrator :
+       {scene::IntegratorKind::kImplicitEuler, scene::IntegratorKind::kBdf2,
+        scene::IntegratorKind::kSymplecticEuler, scene::IntegratorKind::kVelocityVerlet})
     CHECK(gained_by_stacked_blocks_J(integrator) < 0.0);
-  CHECK(gained_by_stacked_blocks_J(IntegratorKind::kTrapezoid) > 0.1);  // so auto never takes it
+  CHECK(gained_by_stacked_blocks_J(scene::IntegratorKind::kTrapezoid) >
+        0.1);  // so auto never takes it
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -9,40 +9,42 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kStep_s = 0.01, kEdge_m = 0.03;
 
-SceneDescription sleeping_scene(std::vector<BodyDescription> bodies, bool sleeping = true) {
-  SceneDescription scene =
-      scene_of(std::move(bodies), material_of(1250.0, 2.0, 0.5), {0, 0, -9.81});
+scene::SceneDescription sleeping_scene(std::vector<bodies::BodyDescription> bodies,
+                                       bool sleeping = true) {
+  scene::SceneDescription scene = sim_server::scene_of(
+      std::move(bodies), sim_server::material_of(1250.0, 2.0, 0.5), {0, 0, -9.81});
   scene.tool = {{Eigen::Vector3d::Zero(), 0.005}};
   scene.sleeping = sleeping;
   return scene;
 }
 
-BodyDescription block_at(const Eigen::Vector3d& centre_m) {
-  return box(centre_m, Eigen::Vector3d::Constant(kEdge_m), 0.1, {0.02, 0.005});
+bodies::BodyDescription block_at(const Eigen::Vector3d& centre_m) {
+  return sim_server::box(centre_m, Eigen::Vector3d::Constant(kEdge_m), 0.1, {0.02, 0.005});
 }
 
 /// A floor at height 0, and blocks on it, one upon the other.
-std::vector<BodyDescription> stack(int blocks) {
-  std::vector<BodyDescription> bodies{floor_at(0.0)};
+std::vector<bodies::BodyDescription> stack(int blocks) {
+  std::vector<bodies::BodyDescription> bodies{sim_server::floor_at(0.0)};
   for (int i = 0; i < blocks; ++i) bodies.push_back(block_at({0, 0, (i + 0.48) * kEdge_m}));
   return bodies;
 }
 
 int count_sleeping(const Simulation& simulation) {
   const auto& bodies = simulation.world().bodies;
-  return static_cast<int>(std::count_if(bodies.begin(), bodies.end(),
-                                        [](const BodyRange& body) { return body.is_sleeping; }));
+  return static_cast<int>(
+      std::count_if(bodies.begin(), bodies.end(),
+                    [](const bodies::BodyRange& body) { return body.is_sleeping; }));
 }
 
 std::vector<Eigen::Vector3d> places(const Simulation& simulation) {
   std::vector<Eigen::Vector3d> result;
-  for (const SphereBinding& sphere : simulation.world().spheres)
-    result.push_back(sphere_motion(simulation.world(), sphere).position_m);
+  for (const bodies::SphereBinding& sphere : simulation.world().spheres)
+    result.push_back(bodies::sphere_motion(simulation.world(), sphere).position_m);
   return result;
 }
 
@@ -85,7 +87,8 @@ TEST_CASE("A stack at rest sleeps, and moves by no bit while it does", "[sleepin
 }
 
 /// Bodies of so many sleeping after so long.
-int sleeping_after(SceneDescription scene, IntegratorKind integrator, double duration_s) {
+int sleeping_after(scene::SceneDescription scene, scene::IntegratorKind integrator,
+                   double duration_s) {
   scene.method.integrator = integrator;
   Simulation simulation(scene);
   for (int i = 0; i < std::lround(duration_s / kStep_s); ++i)
@@ -94,8 +97,8 @@ int sleeping_after(SceneDescription scene, IntegratorKind integrator, double dur
 }
 
 TEST_CASE("A stack sleeps with every integrator that scenes may name", "[sleeping]") {
-  const IntegratorKind integrator = GENERATE(from_range(kIntegrators));
-  CAPTURE(name_of(integrator));
+  const scene::IntegratorKind integrator = GENERATE(from_range(scene::kIntegrators));
+  CAPTURE(scene::name_of(integrator));
   CHECK(sleeping_after(sleeping_scene(stack(1)), integrator, 10.0) == 1);
   CHECK(sleeping_after(sleeping_scene(stack(3)), integrator, 20.0) == 3);
 }
@@ -108,7 +111,7 @@ TEST_CASE("What goes to sleep was slower than the threshold for half a second", 
   std::vector<double> speeds_m_s;
   while (count_sleeping(simulation) == 0 && speeds_m_s.size() < 2000) {
     (void)simulation.step(kStep_s, no_tool);
-    const RigidBody& top = simulation.world().rigid_bodies[2];
+    const bodies::RigidBody& top = simulation.world().rigid_bodies[2];
     speeds_m_s.push_back(top.velocity_m_s.norm() +
                          top.bounding_radius_m * top.angular_velocity_rad_s.norm());
   }
@@ -120,7 +123,8 @@ TEST_CASE("What goes to sleep was slower than the threshold for half a second", 
 
 TEST_CASE("A pile wakes as one when something falls on it, and sleeps again", "[sleeping]") {
   auto bodies = stack(4);
-  bodies.push_back(moving(sphere({0, 0, 0.5}, 0.0125, 0.02), {0, 0, 12.0}));  // back after 2.5 s
+  bodies.push_back(sim_server::moving(sim_server::sphere({0, 0, 0.5}, 0.0125, 0.02),
+                                      {0, 0, 12.0}));  // back after 2.5 s
   Simulation simulation(sleeping_scene(bodies));
   lull(simulation, 4);
   REQUIRE(simulation.world().rigid_bodies[4].position_m.z() > 0.3);  // still in the air
@@ -145,8 +149,8 @@ TEST_CASE("A blow moves a sleeper as it moves one that never slept", "[sleeping]
   // A ball slides along the floor, slowed by nothing, against a block.
   const auto struck = [](bool sleeping) {
     auto bodies = stack(1);
-    bodies.push_back(sphere({0.2, 0.0, 0.012}, 0.0125, 0.05));
-    bodies.back().motion = Motion::kPrescribed;
+    bodies.push_back(sim_server::sphere({0.2, 0.0, 0.012}, 0.0125, 0.05));
+    bodies.back().motion = bodies::Motion::kPrescribed;
     bodies.back().prescribed = {-Eigen::Vector3d::UnitX(), 0.05, 0.0, 0.0};  // there after 3.4 s
     Simulation simulation(sleeping_scene(bodies, sleeping));
     std::vector<double> speeds_m_s;
@@ -189,12 +193,12 @@ TEST_CASE("The tool wakes what it touches in the very step, and keeps it awake",
 }
 
 TEST_CASE("Nothing pops as it goes to sleep or wakes", "[sleeping]") {
-  BodyDescription tissue = sheet({6, 6}, 0.02, 0.002, 200.0);
+  bodies::BodyDescription tissue = sim_server::sheet({6, 6}, 0.02, 0.002, 200.0);
   tissue.position_m.z() = 0.05;
-  shear_stiffness_N_per_m(tissue) = 100.0;
-  springs(tissue).spring_damping_N_s_per_m = 0.2;
-  springs(tissue).pinned_nodes = {0, 5, 30, 35};
-  packing(tissue) = {0.02, 0.0095};
+  sim_server::shear_stiffness_N_per_m(tissue) = 100.0;
+  sim_server::springs(tissue).spring_damping_N_s_per_m = 0.2;
+  sim_server::springs(tissue).pinned_nodes = {0, 5, 30, 35};
+  sim_server::packing(tissue) = {0.02, 0.0095};
   Simulation simulation(sleeping_scene({tissue, block_at({0, 0, 0.08})}));
   const double bound_m_s = Sleeping(simulation.world()).rest_speed_m_s(0);
   auto before = places(simulation);
@@ -225,7 +229,7 @@ TEST_CASE("A pendulum does not go to sleep at its turning point", "[sleeping]") 
   // A rod of 1 m, that swings at 3.1 rad/s; slow steps look at few points of its way.
   const double angle_rad = GENERATE(0.01, 0.1, 1.0), step_s = GENERATE(0.01, 0.1);
   const Eigen::Vector3d end_m(std::sin(angle_rad), 0, -std::cos(angle_rad));
-  Simulation simulation(sleeping_scene({thread(2, {0, 0, 0}, end_m, 0.1, 1e5, {0})}));
+  Simulation simulation(sleeping_scene({sim_server::thread(2, {0, 0, 0}, end_m, 0.1, 1e5, {0})}));
 
   for (double time_s = 0.0; time_s < 4.0; time_s += step_s) {
     (void)simulation.step(step_s, no_tool);
@@ -236,10 +240,11 @@ TEST_CASE("A pendulum does not go to sleep at its turning point", "[sleeping]") 
 TEST_CASE("What creeps down a slope stays awake", "[sleeping]") {
   // Regularised friction creeps at 1 mm/s tan 10 deg / 0.3 = 0.588 mm/s.
   const double tilt_rad = 10.0 * std::numbers::pi / 180.0;
-  SceneDescription scene =
-      scene_of({box({0, 0, 0.01}, {0.06, 0.06, 0.02}, 0.1, {0.05, 0.005}), floor_at(0.0)},
-               material_of(500.0, 2.0, 0.3, 1e-3),
-               9.81 * Eigen::Vector3d(std::sin(tilt_rad), 0, -std::cos(tilt_rad)));
+  scene::SceneDescription scene =
+      sim_server::scene_of({sim_server::box({0, 0, 0.01}, {0.06, 0.06, 0.02}, 0.1, {0.05, 0.005}),
+                            sim_server::floor_at(0.0)},
+                           sim_server::material_of(500.0, 2.0, 0.3, 1e-3),
+                           9.81 * Eigen::Vector3d(std::sin(tilt_rad), 0, -std::cos(tilt_rad)));
   scene.sleeping = true;
   Simulation simulation(scene);
 
@@ -253,7 +258,7 @@ TEST_CASE("What creeps down a slope stays awake", "[sleeping]") {
 
 TEST_CASE("A block whose support is taken away falls", "[sleeping]") {
   SECTION("by the tool, that pushes the lower block from below the upper one") {
-    SceneDescription scene = sleeping_scene(stack(2));
+    scene::SceneDescription scene = sleeping_scene(stack(2));
     scene.tool[0].radius_m = 0.01;
     Simulation simulation(scene);
     lull(simulation, 2);
@@ -266,10 +271,12 @@ TEST_CASE("A block whose support is taken away falls", "[sleeping]") {
     CHECK(simulation.world().rigid_bodies[1].position_m.z() < 0.8 * kEdge_m);  // on the floor
   }
   SECTION("by a shelf that sinks through the floor: on that it never sleeps") {
-    BodyDescription shelf = box({0, 0, 0.095}, {0.05, 0.05, 0.01}, 0.0, {0.01, 0.005});
-    shelf.motion = Motion::kPrescribed;
+    bodies::BodyDescription shelf =
+        sim_server::box({0, 0, 0.095}, {0.05, 0.05, 0.01}, 0.0, {0.01, 0.005});
+    shelf.motion = bodies::Motion::kPrescribed;
     shelf.prescribed = {-Eigen::Vector3d::UnitZ(), 0.05, 0.0, 0.0};
-    Simulation simulation(sleeping_scene({floor_at(0.0), shelf, block_at({0, 0, 0.115})}));
+    Simulation simulation(
+        sleeping_scene({sim_server::floor_at(0.0), shelf, block_at({0, 0, 0.115})}));
     for (int i = 0; i < 150; ++i) {
       (void)simulation.step(kStep_s, no_tool);
       CHECK(count_sleeping(simulation) == 0);
@@ -280,8 +287,9 @@ TEST_CASE("A block whose support is taken away falls", "[sleeping]") {
 }
 
 TEST_CASE("On a shelf that is prescribed to stay a block sleeps as on the floor", "[sleeping]") {
-  BodyDescription shelf = box({0, 0, 0.095}, {0.05, 0.05, 0.01}, 0.0, {0.01, 0.005});
-  shelf.motion = Motion::kPrescribed;
+  bodies::BodyDescription shelf =
+      sim_server::box({0, 0, 0.095}, {0.05, 0.05, 0.01}, 0.0, {0.01, 0.005});
+  shelf.motion = bodies::Motion::kPrescribed;
   Simulation simulation(sleeping_scene({shelf, block_at({0, 0, 0.115})}));
 
   lull(simulation, 1);
@@ -294,7 +302,8 @@ TEST_CASE("On a shelf that is prescribed to stay a block sleeps as on the floor"
 
 TEST_CASE("Sleep repeats to the bit", "[sleeping]") {
   auto bodies = stack(3);
-  bodies.push_back(moving(sphere({0.004, 0, 0.5}, 0.0125, 0.02), {0, 0, 5.0}));
+  bodies.push_back(
+      sim_server::moving(sim_server::sphere({0.004, 0, 0.5}, 0.0125, 0.02), {0, 0, 5.0}));
   Simulation one(sleeping_scene(bodies)), other(sleeping_scene(bodies));
   int most_sleeping = 0;
   for (int i = 0; i < 400; ++i) {
@@ -307,4 +316,4 @@ TEST_CASE("Sleep repeats to the bit", "[sleeping]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

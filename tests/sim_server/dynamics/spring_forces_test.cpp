@@ -12,26 +12,26 @@
 #include "tests/sim_server/scene_builders.hpp"
 #include "tests/sim_server/unkind_heap.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
-BodyDescription cloth(const Eigen::Vector2i& nodes, double damping_N_s_per_m) {
-  BodyDescription body = sheet(nodes, 0.02, 0.002, 500.0);
-  shear_stiffness_N_per_m(body) = 250.0;
-  springs(body).bend_stiffness_N_per_m = 50.0;
-  springs(body).spring_damping_N_s_per_m = damping_N_s_per_m;
-  packing(body) = {0.02, 0.009};
+bodies::BodyDescription cloth(const Eigen::Vector2i& nodes, double damping_N_s_per_m) {
+  bodies::BodyDescription body = sim_server::sheet(nodes, 0.02, 0.002, 500.0);
+  sim_server::shear_stiffness_N_per_m(body) = 250.0;
+  sim_server::springs(body).bend_stiffness_N_per_m = 50.0;
+  sim_server::springs(body).spring_damping_N_s_per_m = damping_N_s_per_m;
+  sim_server::packing(body) = {0.02, 0.009};
   return body;
 }
 
 /// Moved and turned about at random, nodes apart.
-World shaken(BodyDescription body, double shake_m) {
-  springs(body).pinned_nodes = {0};
+bodies::World shaken(bodies::BodyDescription body, double shake_m) {
+  sim_server::springs(body).pinned_nodes = {0};
   body.orientation = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized());
-  World world = build_world(scene_of({body}));
+  bodies::World world = scene::build_world(sim_server::scene_of({body}));
   std::mt19937 random(7);
   std::uniform_real_distribution<double> shake(-shake_m, shake_m), speed(-1.0, 1.0);
-  for (Node& node : world.nodes) {
+  for (bodies::Node& node : world.nodes) {
     if (node.pinned) continue;
     node.position_m += Eigen::Vector3d(shake(random), shake(random), shake(random));
     node.velocity_m_s = {speed(random), speed(random), speed(random)};
@@ -39,36 +39,37 @@ World shaken(BodyDescription body, double shake_m) {
   return world;
 }
 
-ExplicitState state_of(const World& world) {
+ExplicitState state_of(const bodies::World& world) {
   ExplicitState state;
-  for (const Node& node : world.nodes) {
+  for (const bodies::Node& node : world.nodes) {
     state.position_m.emplace_back().map() = node.position_m;
     state.velocity_m_s.emplace_back().map() = node.velocity_m_s;
     state.force_N.push_back({7.0, 7.0, 7.0});
-    state.inverse_mass_per_kg.push_back(node.unknown == kNoUnknown ? 0.0 : 1.0 / node.mass_kg);
+    state.inverse_mass_per_kg.push_back(node.unknown == bodies::kNoUnknown ? 0.0
+                                                                           : 1.0 / node.mass_kg);
   }
   return state;
 }
 
 /// Of all instruction sets, the largest difference to MechanicalSystem's forces, over the largest
 /// push of a spring.
-double worst_difference(const World& world) {
+double worst_difference(const bodies::World& world) {
   MechanicalSystem system(world, {});
   system.place(Eigen::VectorXd::Zero(world.unknown_count), system.velocity(), 0.0);
   Eigen::VectorXd force(world.unknown_count);
   system.force(1.0, force);
   double worst_N = 0.0, push_N = 0.0;
-  on_every_target([&] {
+  sim_server::on_every_target([&] {
     ExplicitState state = state_of(world);
     SpringForces springs(world);
     (void)springs.evaluate(world, state);
     for (std::size_t i = 0; i < world.nodes.size(); ++i) {
       const int unknown = world.nodes[i].unknown;
-      if (unknown == kNoUnknown) continue;
+      if (unknown == bodies::kNoUnknown) continue;
       worst_N = std::max(worst_N, (force.segment<3>(unknown) - state.force_N[i].map()).norm());
     }
   });
-  for (const Spring& spring : world.springs)
+  for (const bodies::Spring& spring : world.springs)
     push_N = std::max(push_N, spring.stiffness_N_per_m * spring.rest_length_m);
   return worst_N / push_N;
 }
@@ -76,7 +77,7 @@ double worst_difference(const World& world) {
 TEST_CASE("Forces of a sheet's springs are those of the mechanical system", "[spring_forces]") {
   const double damping_N_s_per_m = GENERATE(0.0, 0.3);
   const double shake_m = GENERATE(0.0, 1e-6, 0.008);
-  const UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
+  const sim_server::UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
   const Eigen::Vector2i nodes = GENERATE(
       Eigen::Vector2i(1, 7), Eigen::Vector2i(7, 1), Eigen::Vector2i(2, 2), Eigen::Vector2i(3, 5),
       Eigen::Vector2i(8, 8), Eigen::Vector2i(9, 17), Eigen::Vector2i(17, 9));
@@ -86,16 +87,17 @@ TEST_CASE("Forces of a sheet's springs are those of the mechanical system", "[sp
 
 TEST_CASE("Springs that are no regular sheet have the same forces", "[spring_forces]") {
   const double damping_N_s_per_m = GENERATE(0.0, 0.3);
-  const UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
-  BodyDescription rope = thread(11, {0, 0, 0}, {0.3, 0.1, 0}, 0.001, 200.0);
-  springs(rope).bend_stiffness_N_per_m = 20.0;
-  BodyDescription block = soft_block({3, 4, 3}, 0.02, 0.002, 400.0, {0.02, 0.009});
-  springs(rope).spring_damping_N_s_per_m = springs(block).spring_damping_N_s_per_m =
-      damping_N_s_per_m;
+  const sim_server::UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
+  bodies::BodyDescription rope = sim_server::thread(11, {0, 0, 0}, {0.3, 0.1, 0}, 0.001, 200.0);
+  sim_server::springs(rope).bend_stiffness_N_per_m = 20.0;
+  bodies::BodyDescription block =
+      sim_server::soft_block({3, 4, 3}, 0.02, 0.002, 400.0, {0.02, 0.009});
+  sim_server::springs(rope).spring_damping_N_s_per_m =
+      sim_server::springs(block).spring_damping_N_s_per_m = damping_N_s_per_m;
   CHECK(worst_difference(shaken(rope, 0.005)) < 1e-12);
   CHECK(worst_difference(shaken(block, 0.005)) < 1e-12);
 
-  World uneven = shaken(cloth({6, 5}, damping_N_s_per_m), 0.005);
+  bodies::World uneven = shaken(cloth({6, 5}, damping_N_s_per_m), 0.005);
   uneven.springs[17].stiffness_N_per_m *= 1.5;
   CHECK(worst_difference(uneven) < 1e-12);
   uneven.springs[3].rest_length_m *= 0.9;
@@ -107,9 +109,9 @@ TEST_CASE("Springs that are no regular sheet have the same forces", "[spring_for
 
 TEST_CASE("Inner forces of a free body sum to nothing", "[spring_forces]") {
   const Eigen::Vector2i nodes = GENERATE(Eigen::Vector2i(6, 7), Eigen::Vector2i(13, 4));
-  const World world = shaken(cloth(nodes, 0.2), 0.005);
+  const bodies::World world = shaken(cloth(nodes, 0.2), 0.005);
   SpringForces springs(world);
-  on_every_target([&] {
+  sim_server::on_every_target([&] {
     ExplicitState state = state_of(world);
     (void)springs.evaluate(world, state);
     Eigen::Vector3d sum_N = Eigen::Vector3d::Zero();
@@ -124,12 +126,12 @@ TEST_CASE("Inner forces of a free body sum to nothing", "[spring_forces]") {
 
 TEST_CASE("The power of dampers is the work of their forces", "[spring_forces]") {
   const bool regular = GENERATE(true, false);
-  World world = shaken(cloth({9, 6}, 0.3), 0.005);
+  bodies::World world = shaken(cloth({9, 6}, 0.3), 0.005);
   if (!regular) world.bodies[0].sheet_nodes.setZero();
   ExplicitState damped = state_of(world);
   SpringForces springs(world);
   const double power_W = springs.evaluate(world, damped);
-  for (Spring& spring : world.springs) spring.damping_N_s_per_m = 0.0;
+  for (bodies::Spring& spring : world.springs) spring.damping_N_s_per_m = 0.0;
   ExplicitState undamped = state_of(world);
   SpringForces without(world);
   CHECK(without.evaluate(world, undamped) == 0.0);
@@ -142,11 +144,11 @@ TEST_CASE("The power of dampers is the work of their forces", "[spring_forces]")
 }
 
 TEST_CASE("Forces of a body sleeping are left alone, others' are as they were", "[spring_forces]") {
-  BodyDescription other = cloth({5, 4}, 0.1);
+  bodies::BodyDescription other = cloth({5, 4}, 0.1);
   other.position_m = {1.0, 0.0, 0.0};
-  BodyDescription rope = thread(6, {2, 0, 0}, {2, 1, 0}, 0.001, 200.0);
-  World world = build_world(scene_of({cloth({5, 4}, 0.1), other, rope}));
-  for (Node& node : world.nodes) node.position_m *= 1.01;
+  bodies::BodyDescription rope = sim_server::thread(6, {2, 0, 0}, {2, 1, 0}, 0.001, 200.0);
+  bodies::World world = scene::build_world(sim_server::scene_of({cloth({5, 4}, 0.1), other, rope}));
+  for (bodies::Node& node : world.nodes) node.position_m *= 1.01;
   ExplicitState awake = state_of(world);
   SpringForces springs(world);
   (void)springs.evaluate(world, awake);
@@ -154,7 +156,7 @@ TEST_CASE("Forces of a body sleeping are left alone, others' are as they were", 
   world.bodies[static_cast<std::size_t>(sleeper)].is_sleeping = true;
   ExplicitState state = state_of(world);
   (void)springs.evaluate(world, state);
-  for (const BodyRange& body : world.bodies)
+  for (const bodies::BodyRange& body : world.bodies)
     for (int i = body.first_node; i < body.first_node + body.node_count; ++i) {
       const auto node = static_cast<std::size_t>(i);
       const Eigen::Vector3d expected_N =
@@ -164,10 +166,10 @@ TEST_CASE("Forces of a body sleeping are left alone, others' are as they were", 
 }
 
 TEST_CASE("Nodes in one place are pushed nowhere", "[spring_forces]") {
-  World world = build_world(scene_of({cloth({4, 4}, 0.1)}));
-  for (Node& node : world.nodes) node.position_m.setZero();
+  bodies::World world = scene::build_world(sim_server::scene_of({cloth({4, 4}, 0.1)}));
+  for (bodies::Node& node : world.nodes) node.position_m.setZero();
   SpringForces springs(world);
-  on_every_target([&] {
+  sim_server::on_every_target([&] {
     ExplicitState state = state_of(world);
     (void)springs.evaluate(world, state);
     for (const PackedVector& force_N : state.force_N) CHECK(force_N.map().norm() == 0.0);
@@ -178,8 +180,8 @@ TEST_CASE("1 / length is exact to 1e-13 at every length, on every instruction se
           "[spring_forces]") {
   constexpr int kSprings = 4096;
   constexpr double kRest_m = 0.01, kStiffness_N_per_m = 200.0;
-  World world = build_world(
-      scene_of({thread(2 * kSprings, {0, 0, 0}, {20, 0, 0}, 0.001, kStiffness_N_per_m)}));
+  bodies::World world = scene::build_world(sim_server::scene_of(
+      {sim_server::thread(2 * kSprings, {0, 0, 0}, {20, 0, 0}, 0.001, kStiffness_N_per_m)}));
   // One spring for every two nodes, of lengths over four octaves about its rest.
   world.springs.clear();
   std::vector<double> lengths_m;
@@ -192,7 +194,7 @@ TEST_CASE("1 / length is exact to 1e-13 at every length, on every instruction se
   world.bodies[0].first_spring = 0;
   world.bodies[0].spring_count = kSprings;
   SpringForces springs(world);
-  on_every_target([&] {
+  sim_server::on_every_target([&] {
     ExplicitState state = state_of(world);
     (void)springs.evaluate(world, state);
     double worst = 0.0;
@@ -206,10 +208,11 @@ TEST_CASE("1 / length is exact to 1e-13 at every length, on every instruction se
 }
 
 TEST_CASE("A spring longer than a float can square pulls by its length alone", "[spring_forces]") {
-  World world = build_world(scene_of({thread(2, {0, 0, 0}, {1, 0, 0}, 0.1, 1000.0)}));
+  bodies::World world = scene::build_world(
+      sim_server::scene_of({sim_server::thread(2, {0, 0, 0}, {1, 0, 0}, 0.1, 1000.0)}));
   world.nodes[1].position_m.x() = 1e30;
   SpringForces springs(world);
-  on_every_target([&] {
+  sim_server::on_every_target([&] {
     ExplicitState state = state_of(world);
     (void)springs.evaluate(world, state);
     CHECK(state.force_N[0].x == Approx(1e33));
@@ -218,16 +221,17 @@ TEST_CASE("A spring longer than a float can square pulls by its length alone", "
 
 TEST_CASE("Rows of a sheet take the widest vector wherever the heap puts them, in copies too",
           "[spring_forces]") {
-  const UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
+  const sim_server::UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
   const auto check = [](SpringSheet& sheet) {
     const SheetRows rows(sheet);
     for (std::size_t row = 0; row < SheetRows::kCount; ++row) {
-      CHECK(is_aligned_lanes(rows[row].at(0)));
+      CHECK(contact::is_aligned_lanes(rows[row].at(0)));
       (void)rows[row].at(sheet.columns + 1);  // in assertion builds: with room for the widest
     }
   };
   for (int columns = 1; columns <= 18; ++columns) {
-    const World world = build_world(scene_of({cloth({columns, 3}, 0.1)}));
+    const bodies::World world =
+        scene::build_world(sim_server::scene_of({cloth({columns, 3}, 0.1)}));
     std::optional<SpringSheet> sheet = sheet_of(world, 0);
     REQUIRE(sheet);
     check(*sheet);
@@ -244,11 +248,11 @@ TEST_CASE("Rows of a sheet take the widest vector wherever the heap puts them, i
 
 TEST_CASE("Copies of springs and states pull to the bit as they do, on every instruction set",
           "[spring_forces]") {
-  const UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
+  const sim_server::UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
   const bool regular = GENERATE(true, false);
-  World world = shaken(cloth({9, 6}, 0.3), 0.005);
+  bodies::World world = shaken(cloth({9, 6}, 0.3), 0.005);
   if (!regular) world.bodies[0].sheet_nodes.setZero();
-  on_every_target([&] {
+  sim_server::on_every_target([&] {
     SpringForces springs(world);
     ExplicitState state = state_of(world), copied = state;
     SpringForces copied_springs = springs;
@@ -262,11 +266,11 @@ TEST_CASE("Copies of springs and states pull to the bit as they do, on every ins
 }
 
 TEST_CASE("Nodes move by their forces alike on every instruction set", "[spring_forces]") {
-  const UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
+  const sim_server::UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
   const Move move{.kick_s = 0.003, .drift_s = 0.002};
   const Eigen::Vector3d gravity_m_s2(0.1, 0.2, -9.8);
-  const World world = shaken(cloth({5, 3}, 0.1), 0.005);
-  on_every_target([&] {
+  const bodies::World world = shaken(cloth({5, 3}, 0.1), 0.005);
+  sim_server::on_every_target([&] {
     const ExplicitState before = state_of(world);
     ExplicitState state = before;
     move_nodes(move, gravity_m_s2, state);
@@ -289,4 +293,4 @@ TEST_CASE("Nodes move by their forces alike on every instruction set", "[spring_
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -4,7 +4,7 @@
 
 #include "sim_server/dynamics/step/simulation.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 [[nodiscard]] inline std::optional<ToolSample> no_tool() {
   return std::nullopt;
@@ -18,4 +18,4 @@ namespace stillgrid {
   return converged;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -6,20 +6,21 @@
 #include "sim_server/dynamics/step/simulation.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// A hanging sheet by a method; large enough that its factors are made on a thread of their own.
-[[nodiscard]] inline SceneDescription hanging_sheet(const Method& method, int side) {
-  BodyDescription body = sheet({side, side}, 0.01, 1e-4, 20.0);
-  shear_stiffness_N_per_m(body) = 10.0;
-  springs(body).bend_stiffness_N_per_m = 2.0;
-  springs(body).pinned_nodes = {0, side - 1};
-  SceneDescription scene = scene_of({body}, material_of(100.0), {0, 0, -9.81});
+[[nodiscard]] inline scene::SceneDescription hanging_sheet(const scene::Method& method, int side) {
+  bodies::BodyDescription body = sim_server::sheet({side, side}, 0.01, 1e-4, 20.0);
+  sim_server::shear_stiffness_N_per_m(body) = 10.0;
+  sim_server::springs(body).bend_stiffness_N_per_m = 2.0;
+  sim_server::springs(body).pinned_nodes = {0, side - 1};
+  scene::SceneDescription scene =
+      sim_server::scene_of({body}, sim_server::material_of(100.0), {0, 0, -9.81});
   scene.method = method;
   return scene;
 }
 
-[[nodiscard]] inline bool same_nodes(const World& a, const World& b) {
+[[nodiscard]] inline bool same_nodes(const bodies::World& a, const bodies::World& b) {
   for (std::size_t i = 0; i < a.nodes.size(); ++i)
     if (a.nodes[i].position_m != b.nodes[i].position_m ||
         a.nodes[i].velocity_m_s != b.nodes[i].velocity_m_s)
@@ -28,11 +29,11 @@ namespace stillgrid {
 }
 
 /// A step that is stopped leaves the world where it was, and the next takes it up again.
-inline void check_stopped_step(const Method& method) {
-  INFO(describe(method));
-  const SceneDescription scene = hanging_sheet(method, 50);
+inline void check_stopped_step(const scene::Method& method) {
+  INFO(scene::describe(method));
+  const scene::SceneDescription scene = hanging_sheet(method, 50);
   Simulation simulation(scene);
-  const World before = simulation.world();
+  const bodies::World before = simulation.world();
   std::atomic<bool> stop = false;
   const StepReport report =
       simulation.step(0.01,
@@ -53,4 +54,4 @@ inline void check_stopped_step(const Method& method) {
   CHECK(same_nodes(simulation.world(), fresh.world()));
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

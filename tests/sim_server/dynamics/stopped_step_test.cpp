@@ -6,35 +6,37 @@
 
 #include "sim_server/dynamics/choice/predicted_cost.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 TEST_CASE("A step that is stopped leaves the world where it was, and takes it up again",
           "[stopped_step]") {
-  const Method methods[] = {{.integrator = IntegratorKind::kVelocityVerlet, .substeps = 1'000'000},
-                            {},
-                            {.solver = SolverKind::kNewtonLu},
-                            {.solver = SolverKind::kNewtonCg},
-                            {.integrator = IntegratorKind::kCvodeBdf}};
+  const scene::Method methods[] = {
+      {.integrator = scene::IntegratorKind::kVelocityVerlet, .substeps = 1'000'000},
+      {},
+      {.solver = scene::SolverKind::kNewtonLu},
+      {.solver = scene::SolverKind::kNewtonCg},
+      {.integrator = scene::IntegratorKind::kCvodeBdf}};
   const std::size_t index = GENERATE_COPY(range(std::size_t{0}, std::size(methods)));
   check_stopped_step(methods[index]);
 }
 
 TEST_CASE("As many substeps as are said to be stable are, half of them are not", "[stopped_step]") {
   const auto energy_gain = [](double share) {
-    SceneDescription scene = hanging_sheet({.integrator = IntegratorKind::kSymplecticEuler}, 12);
+    scene::SceneDescription scene =
+        hanging_sheet({.integrator = scene::IntegratorKind::kSymplecticEuler}, 12);
     scene.gravity_m_s2.setZero();
     scene.bodies[0].angular_velocity_rad_s = {0, 3, 1};  // so that springs stretch
-    const int stable = stable_substeps(load_of(build_world(scene)), 0.05);
+    const int stable = stable_substeps(load_of(scene::build_world(scene)), 0.05);
     REQUIRE(stable > 4);
     scene.method.substeps = std::max(1, static_cast<int>(share * stable));
     Simulation simulation(scene);
-    const double start_J = mechanical_energy_J(simulation.world());
+    const double start_J = bodies::mechanical_energy_J(simulation.world());
     double most_J = start_J;
     try {
       for (int step = 0; step < 40; ++step) {
         (void)simulation.step(0.05, [] { return std::nullopt; });
-        most_J = std::max(most_J, mechanical_energy_J(simulation.world()));
+        most_J = std::max(most_J, bodies::mechanical_energy_J(simulation.world()));
       }
     } catch (const std::domain_error&) {  // beyond a float's range
       return std::numeric_limits<double>::infinity();
@@ -46,4 +48,4 @@ TEST_CASE("As many substeps as are said to be stable are, half of them are not",
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

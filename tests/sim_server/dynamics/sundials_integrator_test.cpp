@@ -13,12 +13,14 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
-const std::vector<IntegratorKind> kKinds = {IntegratorKind::kCvodeBdf, kArkodeDirk};
+const std::vector<scene::IntegratorKind> kKinds = {scene::IntegratorKind::kCvodeBdf,
+                                                   laboratory::kArkodeDirk};
 
-SceneDescription integrated(SceneDescription scene, IntegratorKind kind, double tolerance_m_s) {
+scene::SceneDescription integrated(scene::SceneDescription scene, scene::IntegratorKind kind,
+                                   double tolerance_m_s) {
   scene.method.integrator = kind;
   scene.method.tolerance_m_s = tolerance_m_s;
   return scene;
@@ -44,16 +46,16 @@ Eigen::VectorXd modal_displacement_m(double time_s) {
          phases.array().cos().matrix().cwiseProduct(modes.eigenvectors().transpose() * start_m);
 }
 
-std::unique_ptr<Integrator> begun(const IntegratorKind& kind, double tolerance_m_s) {
+std::unique_ptr<Integrator> begun(const scene::IntegratorKind& kind, double tolerance_m_s) {
   return make_integrator({.integrator = kind, .tolerance_m_s = tolerance_m_s});
 }
 
 /// The largest error of any mass at the end of any step over half a second.
-double chain_error_m(IntegratorKind kind, double tolerance_m_s) {
-  Simulation simulation(
-      integrated(scene_of({thread(kMasses + 1, {0, 0, 0}, {kMasses * kLink_m, 0, 0}, kMass_kg,
-                                  kStiffness_N_per_m, {0})}),
-                 kind, tolerance_m_s));
+double chain_error_m(scene::IntegratorKind kind, double tolerance_m_s) {
+  Simulation simulation(integrated(
+      sim_server::scene_of({sim_server::thread(kMasses + 1, {0, 0, 0}, {kMasses * kLink_m, 0, 0},
+                                               kMass_kg, kStiffness_N_per_m, {0})}),
+      kind, tolerance_m_s));
   auto& nodes = simulation.world().nodes;
   for (int i = 1; i <= kMasses; ++i) nodes[static_cast<std::size_t>(i)].position_m.x() += 0.001 * i;
   double worst_m = 0.0;
@@ -69,7 +71,7 @@ double chain_error_m(IntegratorKind kind, double tolerance_m_s) {
 
 TEST_CASE("SUNDIALS' integrators find a chain's modes, the better the less error is tolerated",
           "[sundials]") {
-  const IntegratorKind kind = GENERATE(from_range(kKinds));
+  const scene::IntegratorKind kind = GENERATE(from_range(kKinds));
   double before_m = 1.0;
   for (const double tolerance_m_s : {1e-2, 1e-4, 1e-6, 1e-8}) {
     const double error_m = chain_error_m(kind, tolerance_m_s);
@@ -80,29 +82,30 @@ TEST_CASE("SUNDIALS' integrators find a chain's modes, the better the less error
 }
 
 /// A brick turned about nearly its middle axis: it tumbles.
-SceneDescription tumbling_brick() {
-  return scene_of({moving(box({0, 0, 0}, {0.1, 0.2, 0.3}, 1.2, {.radius_m = 0.05}), {0.1, 0, 0},
-                          {1.0, 10.0, 0.5})});
+scene::SceneDescription tumbling_brick() {
+  return sim_server::scene_of(
+      {sim_server::moving(sim_server::box({0, 0, 0}, {0.1, 0.2, 0.3}, 1.2, {.radius_m = 0.05}),
+                          {0.1, 0, 0}, {1.0, 10.0, 0.5})});
 }
 
-Eigen::Vector3d spin_momentum(const RigidBody& body) {
+Eigen::Vector3d spin_momentum(const bodies::RigidBody& body) {
   const Eigen::Matrix3d r = body.orientation.toRotationMatrix();
   return r * body.inertia_kg_m2.asDiagonal() * r.transpose() * body.angular_velocity_rad_s;
 }
 
 TEST_CASE("A tumbling brick keeps its angular momentum and its energy as closely as asked",
           "[sundials]") {
-  const IntegratorKind kind = GENERATE(from_range(kKinds));
+  const scene::IntegratorKind kind = GENERATE(from_range(kKinds));
   for (const double tolerance_m_s : {1e-4, 1e-8}) {
     Simulation simulation(integrated(tumbling_brick(), kind, tolerance_m_s));
-    const World& world = simulation.world();
+    const bodies::World& world = simulation.world();
     const Eigen::Vector3d momentum = spin_momentum(world.rigid_bodies[0]);
     const Eigen::Vector3d spin_rad_s = world.rigid_bodies[0].angular_velocity_rad_s;
-    const double energy_J = mechanical_energy_J(world);
+    const double energy_J = bodies::mechanical_energy_J(world);
     REQUIRE(advance(simulation, 0.01, 100));  // ten radians, over several bases of rotation
 
     const double turned = (spin_momentum(world.rigid_bodies[0]) - momentum).norm();
-    const double lost_J = std::abs(mechanical_energy_J(world) - energy_J);
+    const double lost_J = std::abs(bodies::mechanical_energy_J(world) - energy_J);
     CHECK(turned < 100.0 * tolerance_m_s * momentum.norm());
     CHECK(lost_J < 100.0 * tolerance_m_s * energy_J);
     CHECK((world.rigid_bodies[0].angular_velocity_rad_s - spin_rad_s).norm() > 1.0);
@@ -110,14 +113,15 @@ TEST_CASE("A tumbling brick keeps its angular momentum and its energy as closely
 }
 
 TEST_CASE("A pendulum of a stiff link swings back to where it was let go", "[sundials]") {
-  const IntegratorKind kind = GENERATE(from_range(kKinds));
+  const scene::IntegratorKind kind = GENERATE(from_range(kKinds));
   const auto lost_share = [&](double tolerance_m_s) {
-    Simulation simulation(
-        integrated(scene_of({thread(2, {0, 0, 0}, {1, 0, 0}, 0.1, 1000.0, {0})}, {}, {0, 0, -9.81}),
-                   kind, tolerance_m_s));
-    const double energy_J = mechanical_energy_J(simulation.world());
+    Simulation simulation(integrated(
+        sim_server::scene_of({sim_server::thread(2, {0, 0, 0}, {1, 0, 0}, 0.1, 1000.0, {0})}, {},
+                             {0, 0, -9.81}),
+        kind, tolerance_m_s));
+    const double energy_J = bodies::mechanical_energy_J(simulation.world());
     REQUIRE(advance(simulation, 0.01, 100));
-    return std::abs(mechanical_energy_J(simulation.world()) - energy_J) / (0.1 * 9.81);
+    return std::abs(bodies::mechanical_energy_J(simulation.world()) - energy_J) / (0.1 * 9.81);
   };
   const double coarse = lost_share(1e-4), fine = lost_share(1e-8);
 
@@ -130,14 +134,16 @@ struct Bounce {
 };
 
 /// A ball of 0.1 kg that meets a floor of 1000 N/m at 1 m/s, until it is off again.
-Bounce bounce(IntegratorKind kind, double damping_N_s_per_m, double gravity_m_s2,
+Bounce bounce(scene::IntegratorKind kind, double damping_N_s_per_m, double gravity_m_s2,
               double tolerance_m_s) {
   constexpr double kRadius_m = 0.05;
   Simulation simulation(integrated(
-      scene_of({moving(sphere({0, 0, kRadius_m}, kRadius_m, 0.1), {0, 0, -1}), floor_at(0.0)},
-               material_of(1000.0, damping_N_s_per_m), {0, 0, -gravity_m_s2}),
+      sim_server::scene_of(
+          {sim_server::moving(sim_server::sphere({0, 0, kRadius_m}, kRadius_m, 0.1), {0, 0, -1}),
+           sim_server::floor_at(0.0)},
+          sim_server::material_of(1000.0, damping_N_s_per_m), {0, 0, -gravity_m_s2}),
       kind, tolerance_m_s));
-  const RigidBody& ball = simulation.world().rigid_bodies[0];
+  const bodies::RigidBody& ball = simulation.world().rigid_bodies[0];
   Bounce result;
   for (int step = 0; step < 1000; ++step) {
     REQUIRE(simulation.step(1e-4, no_tool).solve.converged);
@@ -153,7 +159,7 @@ Bounce bounce(IntegratorKind kind, double damping_N_s_per_m, double gravity_m_s2
 
 TEST_CASE("A ball bounces by the law of the approach damper, whose rate is its speed",
           "[sundials]") {
-  const IntegratorKind kind = GENERATE(from_range(kKinds));
+  const scene::IntegratorKind kind = GENERATE(from_range(kKinds));
   for (const auto& [zeta, expected] : {std::pair(0.2, 0.756135), std::pair(0.5, 0.546293)}) {
     const double damping_N_s_per_m = 2.0 * zeta * std::sqrt(1000.0 * 0.1);
     const double restitution = bounce(kind, damping_N_s_per_m, 0.0, 1e-7).speed_m_s;
@@ -166,16 +172,17 @@ TEST_CASE("A ball bounces by the law of the approach damper, whose rate is its s
 }
 
 /// A damped thread that swings down from level, and a spinning ball thrown flat on a smooth floor.
-SceneDescription swing_and_throw() {
-  BodyDescription body = thread(4, {0, 1, 1}, {0.3, 1, 1}, 0.01, 200.0, {0});
-  springs(body).spring_damping_N_s_per_m = 0.2;
-  const BodyDescription ball =
-      moving(sphere({0, 0, 0.055}, 0.05, 0.1), {0.5, 0.2, -0.3}, {0.0, 0.0, 3.0});
-  return scene_of({body, ball, floor_at(0.0)}, material_of(1000.0, 2.0), {0, 0, -9.81});
+scene::SceneDescription swing_and_throw() {
+  bodies::BodyDescription body = sim_server::thread(4, {0, 1, 1}, {0.3, 1, 1}, 0.01, 200.0, {0});
+  sim_server::springs(body).spring_damping_N_s_per_m = 0.2;
+  const bodies::BodyDescription ball = sim_server::moving(
+      sim_server::sphere({0, 0, 0.055}, 0.05, 0.1), {0.5, 0.2, -0.3}, {0.0, 0.0, 3.0});
+  return sim_server::scene_of({body, ball, sim_server::floor_at(0.0)},
+                              sim_server::material_of(1000.0, 2.0), {0, 0, -9.81});
 }
 
 /// Where all that is free is after 0.15 s, and how the ball turns.
-Eigen::Matrix3Xd end_of(const SceneDescription& scene, double step_s) {
+Eigen::Matrix3Xd end_of(const scene::SceneDescription& scene, double step_s) {
   Simulation simulation(scene);
   int touching = 0;
   for (long step = 0; step < std::lround(0.15 / step_s); ++step) {
@@ -185,7 +192,7 @@ Eigen::Matrix3Xd end_of(const SceneDescription& scene, double step_s) {
   }
   CHECK(touching == 1);
   const auto& nodes = simulation.world().nodes;
-  const RigidBody& ball = simulation.world().rigid_bodies[0];
+  const bodies::RigidBody& ball = simulation.world().rigid_bodies[0];
   Eigen::Matrix3Xd end(3, 5);
   for (Eigen::Index i = 1; i < 4; ++i)
     end.col(i - 1) = nodes[static_cast<std::size_t>(i)].position_m;
@@ -195,7 +202,7 @@ Eigen::Matrix3Xd end_of(const SceneDescription& scene, double step_s) {
 }
 
 TEST_CASE("SUNDIALS goes where implicit Euler goes by tiny steps", "[sundials]") {
-  const IntegratorKind kind = GENERATE(from_range(kKinds));
+  const scene::IntegratorKind kind = GENERATE(from_range(kKinds));
   const Eigen::Matrix3Xd accurate = end_of(integrated(swing_and_throw(), kind, 1e-7), 0.01);
   const Eigen::Matrix3Xd coarse = end_of(swing_and_throw(), 1e-4);
   const Eigen::Matrix3Xd fine = end_of(swing_and_throw(), 5e-5);
@@ -208,15 +215,16 @@ TEST_CASE("SUNDIALS goes where implicit Euler goes by tiny steps", "[sundials]")
   CHECK(limit_error < 0.3 * error);
 }
 
-SceneDescription ringing_chain() {
-  return scene_of({thread(6, {0, 0, 0}, {0.5, 0, 0}, 0.01, 1000.0, {0})}, {}, {0, 0, -9.81});
+scene::SceneDescription ringing_chain() {
+  return sim_server::scene_of({sim_server::thread(6, {0, 0, 0}, {0.5, 0, 0}, 0.01, 1000.0, {0})},
+                              {}, {0, 0, -9.81});
 }
 
 TEST_CASE("CVODE keeps its history while nothing disturbs the world", "[sundials]") {
-  const IntegratorKind kind = IntegratorKind::kCvodeBdf;
-  World world = build_world(ringing_chain());
+  const scene::IntegratorKind kind = scene::IntegratorKind::kCvodeBdf;
+  bodies::World world = scene::build_world(ringing_chain());
   const auto kept = begun(kind, 1e-6), forgetful = begun(kind, 1e-6);
-  const auto steps_of = [](Integrator& integrator, World of_world, bool restarts) {
+  const auto steps_of = [](Integrator& integrator, bodies::World of_world, bool restarts) {
     int steps = 0;
     for (int i = 0; i < 20; ++i) {
       if (restarts) integrator.restart();
@@ -235,8 +243,8 @@ TEST_CASE("CVODE keeps its history while nothing disturbs the world", "[sundials
 }
 
 TEST_CASE("A step not committed leaves no trace, nor does a world that was changed", "[sundials]") {
-  const IntegratorKind kind = GENERATE(from_range(kKinds));
-  World world = build_world(ringing_chain());
+  const scene::IntegratorKind kind = GENERATE(from_range(kKinds));
+  bodies::World world = scene::build_world(ringing_chain());
   const auto used = begun(kind, 1e-6);
   Budget budget;
   REQUIRE(used->advance(world, {}, 0.01, budget).converged);
@@ -257,8 +265,8 @@ TEST_CASE("A step not committed leaves no trace, nor does a world that was chang
 }
 
 TEST_CASE("Out of steps or of time, SUNDIALS returns the state it reached", "[sundials]") {
-  const IntegratorKind kind = GENERATE(from_range(kKinds));
-  World world = build_world(ringing_chain());
+  const scene::IntegratorKind kind = GENERATE(from_range(kKinds));
+  bodies::World world = scene::build_world(ringing_chain());
   const auto integrator = begun(kind, 1e-8);
 
   Budget few{.iterations = 3};
@@ -266,7 +274,7 @@ TEST_CASE("Out of steps or of time, SUNDIALS returns the state it reached", "[su
   CHECK_FALSE(report.converged);
   CHECK(report.iterations == 3);
   CHECK(few.iterations == 0);
-  const Node& end = integrator->trial().nodes.back();
+  const bodies::Node& end = integrator->trial().nodes.back();
   CHECK(end.velocity_m_s.z() < 0.0);
   CHECK(end.velocity_m_s.z() > -9.81 * 0.1);  // less than the whole fall
   CHECK(end.position_m.z() < 0.0);
@@ -277,8 +285,8 @@ TEST_CASE("Out of steps or of time, SUNDIALS returns the state it reached", "[su
 }
 
 TEST_CASE("A state that is no number comes back at rest", "[sundials]") {
-  const IntegratorKind kind = GENERATE(from_range(kKinds));
-  World world = build_world(ringing_chain());
+  const scene::IntegratorKind kind = GENERATE(from_range(kKinds));
+  bodies::World world = scene::build_world(ringing_chain());
   world.nodes.back().velocity_m_s.z() = std::numeric_limits<double>::quiet_NaN();
   const auto integrator = begun(kind, 1e-6);
 
@@ -292,26 +300,27 @@ TEST_CASE("A state that is no number comes back at rest", "[sundials]") {
 }
 
 TEST_CASE("What no force acts on goes straight on, and what rests stays", "[sundials]") {
-  const IntegratorKind kind = GENERATE(from_range(kKinds));
+  const scene::IntegratorKind kind = GENERATE(from_range(kKinds));
   const double speed_m_s = GENERATE(0.3, 0.0);
-  CAPTURE(name_of(kind), speed_m_s);
+  CAPTURE(scene::name_of(kind), speed_m_s);
   // Alone: with anything else in the world forces would be small, not none.
   Simulation simulation(integrated(
-      scene_of({moving(sphere({0, 0, 0}, 0.01, 0.1), {speed_m_s, 0, 0}, {0, 0, 10.0 * speed_m_s})}),
+      sim_server::scene_of({sim_server::moving(sim_server::sphere({0, 0, 0}, 0.01, 0.1),
+                                               {speed_m_s, 0, 0}, {0, 0, 10.0 * speed_m_s})}),
       kind, 1e-6));
 
   for (int i = 0; i < 100; ++i) REQUIRE(simulation.step(0.01, no_tool).solve.converged);
 
-  const RigidBody& ball = simulation.world().rigid_bodies[0];
+  const bodies::RigidBody& ball = simulation.world().rigid_bodies[0];
   CHECK((ball.position_m - Eigen::Vector3d(speed_m_s, 0, 0)).norm() < 1e-8);
   CHECK((ball.angular_velocity_rad_s - Eigen::Vector3d(0, 0, 10.0 * speed_m_s)).norm() < 1e-8);
 }
 
 TEST_CASE("Nothing free is nothing to integrate", "[sundials]") {
-  const IntegratorKind kind = GENERATE(from_range(kKinds));
-  Simulation simulation(integrated(scene_of({floor_at(0.0)}), kind, 1e-6));
+  const scene::IntegratorKind kind = GENERATE(from_range(kKinds));
+  Simulation simulation(integrated(sim_server::scene_of({sim_server::floor_at(0.0)}), kind, 1e-6));
   CHECK(simulation.step(0.01, no_tool).solve.converged);
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -8,7 +8,7 @@
 #include "tests/sim_server/mesh/solids.hpp"
 #include "tests/test_folder.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 namespace {
 
 using Catch::Contains;
@@ -52,7 +52,7 @@ std::string as_stl(const TriangleMesh& mesh) {
 
 TEST_CASE("OBJ, OFF, PLY and STL files hold the same solid, in metres after scaling",
           "[mesh_file]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const TriangleMesh box = box_mesh({1, 2, 3}, {2, 4, 6});
   for (const auto& file :
        {folder.write("a.obj", as_obj(box)), folder.write("a.off", as_off_or_ply(box, false)),
@@ -66,7 +66,7 @@ TEST_CASE("OBJ, OFF, PLY and STL files hold the same solid, in metres after scal
 }
 
 TEST_CASE("Polygons are cut into triangles, and normals keep no corner apart", "[mesh_file]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const auto file =
       folder.write("quads.obj",
                    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\n"
@@ -79,7 +79,7 @@ TEST_CASE("Polygons are cut into triangles, and normals keep no corner apart", "
 }
 
 TEST_CASE("A file that is no mesh is refused in one line that names it", "[mesh_file]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const auto refusal = [](const std::filesystem::path& file, double scale = 1.0) {
     try {
       (void)load_mesh(file, scale);
@@ -139,4 +139,4 @@ TEST_CASE("Meshes made by others are read and repaired, or refused with counts",
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

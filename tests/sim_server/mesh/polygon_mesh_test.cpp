@@ -12,7 +12,7 @@
 #include "sim_server/mesh/mesh_file.hpp"
 #include "sim_server/mesh/mesh_repair.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 namespace {
 
 using Catch::Contains;
@@ -169,4 +169,4 @@ TEST_CASE("What cannot be cut is refused with the number of its face", "[polygon
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

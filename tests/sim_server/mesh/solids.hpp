@@ -8,7 +8,7 @@
 
 #include "sim_server/mesh/triangle_mesh.hpp"
 
-namespace stillgrid {
+namespace stillgrid::mesh {
 
 /// A grid of columns x rows points, each mesh of four made of two triangles, counter-clockwise when
 /// columns go right and rows go up; closed in both directions where asked.
@@ -109,4 +109,4 @@ inline TriangleMesh moved(TriangleMesh mesh, const Eigen::Matrix3d& turn,
   return mesh;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::mesh

@@ -6,7 +6,7 @@
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/sim_server/scene/temporary_scene.hpp"
 
-using namespace stillgrid;
+namespace stillgrid::scene {
 
 namespace {
 
@@ -239,7 +239,7 @@ TEST_CASE("A file that cannot be read is refused by name", "[scene_file]") {
   CHECK_THROWS_WITH(load_scene("/nowhere/at all.toml"),
                     "/nowhere/at all.toml:1:1: file: value \"/nowhere/at all.toml\": expected a "
                     "file that can be read");
-  CHECK_THROWS_AS(load_scene(std::filesystem::temp_directory_path()), SceneError);
+  CHECK_THROWS_AS(load_scene(std::filesystem::temp_directory_path()), toml::SceneError);
 }
 
 TEST_CASE("A refusal is one line whatever the file holds", "[scene_file]") {
@@ -284,3 +284,5 @@ TEST_CASE("What nests too deep for a parser is refused where it stands", "[scene
   CHECK(refusal_of("format = 2\na = \"\"\"" + within + "\\\"" + key + "\"\"\"").find("2:1: a: ") ==
         0);
 }
+
+}  // namespace stillgrid::scene

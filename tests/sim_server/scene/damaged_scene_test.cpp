@@ -7,7 +7,7 @@
 #include "tests/sim_server/scene/full_scene.hpp"
 #include "tests/sim_server/scene/temporary_scene.hpp"
 
-using namespace stillgrid;
+namespace stillgrid::scene {
 
 TEST_CASE("A scene cut off at any byte loads or is refused in one line", "[scene_file]") {
   const TemporaryScene file("");
@@ -15,7 +15,7 @@ TEST_CASE("A scene cut off at any byte loads or is refused in one line", "[scene
     file.write(kFullScene.substr(0, length));
     try {
       (void)load_scene(file.path());
-    } catch (const SceneError& error) {
+    } catch (const toml::SceneError& error) {
       const std::string_view line = error.what();
       if (!line.starts_with(file.path().string() + ":") ||
           line.find('\n') != std::string_view::npos) {
@@ -34,9 +34,11 @@ TEST_CASE("A scene with any byte replaced loads or is refused", "[scene_file]") 
     file.write(text);
     try {
       (void)load_scene(file.path());
-    } catch (const SceneError&) {
+    } catch (const toml::SceneError&) {
       continue;
     }
   }
   SUCCEED();
 }
+
+}  // namespace stillgrid::scene

@@ -6,7 +6,7 @@
 #include "tests/sim_server/scene/full_scene.hpp"
 #include "tests/sim_server/scene/temporary_scene.hpp"
 
-using namespace stillgrid;
+namespace stillgrid::scene {
 
 namespace {
 
@@ -19,13 +19,13 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 /// The full scene as it was written in format 1.
 std::string full_scene_of_format_1() {
   std::string text = replaced(std::string(kFullScene), "format = 2", "format = 1");
-  for (const auto& [before, now] : kOldSceneKeys)
+  for (const auto& [before, now] : files::kOldSceneKeys)
     text = replaced(text, std::string(now), std::string(before));
   return text;
 }
 
 /// Stiffnesses and damping of a body's springs; of what has none, nothing.
-std::vector<double> stiffnesses_of(const BodyDescription& body) {
+std::vector<double> stiffnesses_of(const bodies::BodyDescription& body) {
   return std::visit(
       [](const auto& shape) -> std::vector<double> {
         if constexpr (requires { shape.springs; }) {
@@ -60,11 +60,11 @@ TEST_CASE("A scene of format 1 is read as the same of format 2, and each old key
     CHECK(old.bodies[i].mass_kg == now.bodies[i].mass_kg);
   }
   CHECK(now.warnings.empty());
-  REQUIRE(old.warnings.size() == kOldSceneKeys.size());
-  for (std::size_t i = 0; i < kOldSceneKeys.size(); ++i)
-    CHECK_THAT(old.warnings[i], Catch::Contains(std::string(kOldSceneKeys[i].before) +
+  REQUIRE(old.warnings.size() == files::kOldSceneKeys.size());
+  for (std::size_t i = 0; i < files::kOldSceneKeys.size(); ++i)
+    CHECK_THAT(old.warnings[i], Catch::Contains(std::string(files::kOldSceneKeys[i].before) +
                                                 " is of format 1: format 2 calls it " +
-                                                std::string(kOldSceneKeys[i].now)));
+                                                std::string(files::kOldSceneKeys[i].now)));
   CHECK_THAT(old.warnings[0], Catch::Contains(":18:1: "));
 }
 
@@ -86,7 +86,7 @@ TEST_CASE("A refused scene of format 1 is told where it is wrong and which keys 
 
 TEST_CASE("A key of format 1 in a scene of format 2 is refused by the name of today",
           "[format_1]") {
-  for (const auto& [before, now] : kOldSceneKeys)
+  for (const auto& [before, now] : files::kOldSceneKeys)
     CHECK_THROWS_WITH(
         scene_of("format = 2\n[[material]]\nname = 'm'\nadhesion = { " + std::string(before) +
                  " = 1 }"),
@@ -103,3 +103,5 @@ TEST_CASE("A key under both its names is refused in either format", "[format_1]"
   CHECK_THROWS_WITH(scene_of("format = 2" + both),
                     Catch::EndsWith("format 2 calls it contact_stiffness_N_per_m"));
 }
+
+}  // namespace stillgrid::scene

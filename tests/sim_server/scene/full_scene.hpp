@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-namespace stillgrid {
+namespace stillgrid::scene {
 
 /// A scene with every section, kind and motion.
 inline constexpr std::string_view kFullScene = R"(format = 2
@@ -96,4 +96,4 @@ normal = [0.0, 3.0, 4.0]
 material = "hard"
 )";
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene

@@ -9,7 +9,7 @@
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/sim_server/scene/temporary_scene.hpp"
 
-using namespace stillgrid;
+namespace stillgrid::scene {
 
 namespace {
 
@@ -64,7 +64,7 @@ const std::string kSprings = "spring_stiffness_N_per_m = { structural = 10.0, sh
 
 TEST_CASE("A rigid mesh stands in its centre of mass along its principal axes", "[mesh_scene]") {
   const TemporaryFile mesh(brick(), ".obj"), spheres(kSpheres, ".csv");
-  const BodyDescription body =
+  const bodies::BodyDescription body =
       scene_of(kBefore + file_line(mesh.name()) + spheres_line(spheres) +
                "position_m = [1, 2, 3]\norientation_xyzw = [0, 0, 0.7071, 0.7071]\n")
           .bodies.at(0);
@@ -72,7 +72,7 @@ TEST_CASE("A rigid mesh stands in its centre of mass along its principal axes", 
   // A quarter turn about z, of the brick's middle.
   CHECK(body.position_m.isApprox(Eigen::Vector3d(1 - 0.01, 2 + 0.02, 3.005)));
   // (b^2 + c^2) / 12 of 40, 20 and 10 mm, ascending.
-  const auto& rigid = std::get<RigidMeshBody>(body.shape);
+  const auto& rigid = std::get<bodies::RigidMeshBody>(body.shape);
   CHECK(rigid.inverse_inertia_per_kg_m2.isApprox(Eigen::Vector3d(5e-4, 17e-4, 20e-4) / 12.0));
   REQUIRE(rigid.balls.size() == 3);
   const Eigen::Vector3d end_m = body.position_m + body.orientation * rigid.balls[2].centre_m;
@@ -86,11 +86,11 @@ TEST_CASE("A mesh with springs is soft, in the frame of its file, pinned within 
   const TemporaryFile mesh(brick(), ".obj"), spheres(kSpheres, ".csv");
   const std::string text = kBefore + file_line(mesh.name()) + spheres_line(spheres) + kSprings +
                            "lattice_m = 0.01\nposition_m = [1, 0, 0]\n";
-  const BodyDescription body =
+  const bodies::BodyDescription body =
       scene_of(text + "pinned = { low_m = [0.9, -1, -1], high_m = [1.011, 1, 1] }\n").bodies.at(0);
 
   CHECK(body.position_m == Eigen::Vector3d(1, 0, 0));
-  const auto& soft = std::get<SoftMeshBody>(body.shape);
+  const auto& soft = std::get<bodies::SoftMeshBody>(body.shape);
   CHECK(soft.balls[0].centre_m == Eigen::Vector3d(0.005, 0.01, 0.005));
   CHECK(soft.springs.structural_stiffness_N_per_m == 10.0);
   CHECK(soft.springs.shear_stiffness_N_per_m == 5.0);
@@ -100,7 +100,7 @@ TEST_CASE("A mesh with springs is soft, in the frame of its file, pinned within 
   for (const Eigen::Vector3d& node_m : soft.lattice.nodes_m) within += node_m.x() <= 0.011;
   CHECK(soft.springs.pinned_nodes.size() == within);
   const auto pinned = [&](const std::string& line) {
-    return springs_of(scene_of(text + line).bodies.at(0))->pinned_nodes;
+    return bodies::springs_of(scene_of(text + line).bodies.at(0))->pinned_nodes;
   };
   CHECK(pinned("pinned = 'none'\n").empty());
   CHECK(pinned("pinned = [2, 0, 2]\n") == std::vector<int>{0, 2});
@@ -111,7 +111,7 @@ TEST_CASE("A scene decomposes a mesh to its tolerance and says so in a note", "[
   const SceneDescription scene =
       scene_of(kBefore + file_line(mesh.name()) + "spheres = { tolerance_m = 0.003 }\n");
 
-  const std::size_t count = balls_of(scene.bodies.at(0)).size();
+  const std::size_t count = bodies::balls_of(scene.bodies.at(0)).size();
   CHECK(count > 1);
   REQUIRE(scene.notes.size() == 1);
   CHECK(scene.notes[0].starts_with("body 'b': " + std::to_string(count) + " spheres within 0.00"));
@@ -125,14 +125,15 @@ TEST_CASE("A scene samples a mesh evenly, below its surface or through its volum
   };
   // 40 x 20 x 10 mm hold 8 x 4 x 2 cells, their corners' cells farthest out.
   const SceneDescription volume = scene("volume_spacing_m");
-  REQUIRE(balls_of(volume.bodies.at(0)).size() == 64);
-  CHECK(balls_of(volume.bodies[0])[0].radius_m == Approx(0.005 * (1 + std::sqrt(3.0)) / 4));
+  REQUIRE(bodies::balls_of(volume.bodies.at(0)).size() == 64);
+  CHECK(bodies::balls_of(volume.bodies[0])[0].radius_m == Approx(0.005 * (1 + std::sqrt(3.0)) / 4));
   REQUIRE(volume.notes.size() == 1);
   CHECK(volume.notes[0].starts_with("body 'b': 64 even spheres, in "));
 
   const SceneDescription surface = scene("surface_spacing_m");
-  CHECK(balls_of(surface.bodies.at(0)).size() > 50);  // on 28 cm^2
-  for (const Ball& ball : balls_of(surface.bodies[0])) CHECK(ball.radius_m <= 0.005 + 1e-12);
+  CHECK(bodies::balls_of(surface.bodies.at(0)).size() > 50);  // on 28 cm^2
+  for (const spheres::Ball& ball : bodies::balls_of(surface.bodies[0]))
+    CHECK(ball.radius_m <= 0.005 + 1e-12);
 }
 
 TEST_CASE("A mesh relative to the scene's folder is found", "[mesh_scene]") {
@@ -253,3 +254,5 @@ TEST_CASE("A fault in the keys of a mesh is refused where it stands", "[mesh_sce
   CHECK(refusal_of(before + spheres_line(strays)).find("the centres of 1 of 2 lie outside") !=
         std::string::npos);
 }
+
+}  // namespace stillgrid::scene

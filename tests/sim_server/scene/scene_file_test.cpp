@@ -10,13 +10,13 @@
 #include "tests/sim_server/scene/full_scene.hpp"
 #include "tests/sim_server/scene/temporary_scene.hpp"
 
-using namespace stillgrid;
+namespace stillgrid::scene {
 
 namespace {
 
 /// The nodes that a line about pins leaves pinned on a sheet of 4 x 3 nodes.
 std::vector<int> pinned_sheet_nodes(const std::string& line) {
-  return springs_of(scene_of(R"(format = 2
+  return bodies::springs_of(scene_of(R"(format = 2
 material = [{ name = "m", contact_stiffness_N_per_m = 1.0 }]
 [[body]]
 name = "sheet"
@@ -27,13 +27,13 @@ mass_kg = 0.1
 spring_stiffness_N_per_m = { structural = 1.0 }
 material = "m"
 )" + line)
-                        .bodies.at(0))
+                                .bodies.at(0))
       ->pinned_nodes;
 }
 
 /// The same on a thread of 6 nodes.
 std::vector<int> pinned_thread_nodes(const std::string& line) {
-  return springs_of(scene_of(R"(format = 2
+  return bodies::springs_of(scene_of(R"(format = 2
 material = [{ name = "m", contact_stiffness_N_per_m = 1.0 }]
 [[body]]
 name = "thread"
@@ -45,7 +45,7 @@ mass_kg = 0.1
 spring_stiffness_N_per_m = { structural = 1.0 }
 material = "m"
 )" + line)
-                        .bodies.at(0))
+                                .bodies.at(0))
       ->pinned_nodes;
 }
 
@@ -110,8 +110,8 @@ TEST_CASE("Deforming bodies are read with their springs, spheres and pins", "[sc
   const SceneDescription scene = scene_of(kFullScene);
   REQUIRE(scene.bodies.size() == 7);
 
-  const auto& cloth = std::get<SheetBody>(scene.bodies[0].shape);
-  CHECK(scene.bodies[0].motion == Motion::kFree);
+  const auto& cloth = std::get<bodies::SheetBody>(scene.bodies[0].shape);
+  CHECK(scene.bodies[0].motion == bodies::Motion::kFree);
   CHECK(cloth.nodes == Eigen::Vector2i(3, 4));
   CHECK(cloth.size_m == Eigen::Vector2d(0.2, 0.3));
   CHECK(cloth.springs.structural_stiffness_N_per_m == 50.0);
@@ -122,13 +122,13 @@ TEST_CASE("Deforming bodies are read with their springs, spheres and pins", "[sc
   CHECK(cloth.spheres.radius_m == 0.015);
   CHECK(scene.bodies[0].velocity_m_s == Eigen::Vector3d(0.0, 0.0, 1.0));
 
-  const auto& thread = std::get<ThreadBody>(scene.bodies[1].shape);
+  const auto& thread = std::get<bodies::ThreadBody>(scene.bodies[1].shape);
   CHECK(thread.nodes == 5);
   CHECK(scene.bodies[1].position_m.isApprox(Eigen::Vector3d(0.0, 0.0, 0.3)));
   CHECK(thread.springs.pinned_nodes == std::vector<int>{0, 4});
   CHECK(scene.bodies[1].material == 0);
 
-  const auto& sponge = std::get<SoftBlockBody>(scene.bodies[2].shape);
+  const auto& sponge = std::get<bodies::SoftBlockBody>(scene.bodies[2].shape);
   CHECK(sponge.lattice.cells == Eigen::Vector3i(2, 1, 3));
   CHECK(sponge.lattice.nodes_m.size() == 24);
   CHECK(sponge.springs.shear_stiffness_N_per_m == 40.0);
@@ -140,28 +140,28 @@ TEST_CASE("Rigid bodies are read with their motion, directions made unit", "[sce
   const SceneDescription scene = scene_of(kFullScene);
   REQUIRE(scene.bodies.size() == 7);
 
-  const BodyDescription& box = scene.bodies[3];
-  CHECK(std::holds_alternative<RigidBoxBody>(box.shape));
+  const bodies::BodyDescription& box = scene.bodies[3];
+  CHECK(std::holds_alternative<bodies::RigidBoxBody>(box.shape));
   CHECK(box.mass_kg == 0.5);
   CHECK(box.angular_velocity_rad_s == Eigen::Vector3d::UnitX());
   CHECK(box.material == 1);
 
-  const BodyDescription& shaker = scene.bodies[4];
-  CHECK(shaker.motion == Motion::kPrescribed);
+  const bodies::BodyDescription& shaker = scene.bodies[4];
+  CHECK(shaker.motion == bodies::Motion::kPrescribed);
   CHECK(shaker.prescribed.direction == Eigen::Vector3d::UnitZ());
   CHECK(shaker.prescribed.amplitude_m == 0.01);
   CHECK(shaker.prescribed.frequency_hz == 2.0);
   CHECK(shaker.prescribed.velocity_m_s == 0.0);
 
-  const BodyDescription& runner = scene.bodies[5];
+  const bodies::BodyDescription& runner = scene.bodies[5];
   CHECK(runner.prescribed.direction == Eigen::Vector3d::UnitX());
   CHECK(runner.prescribed.velocity_m_s == -0.1);
   CHECK(runner.velocity_m_s.isZero(0.0));
 
-  const BodyDescription& floor = scene.bodies[6];
-  CHECK(floor.motion == Motion::kStatic);
+  const bodies::BodyDescription& floor = scene.bodies[6];
+  CHECK(floor.motion == bodies::Motion::kStatic);
   CHECK(floor.position_m == Eigen::Vector3d(0.0, 0.0, -1.0));
-  CHECK(std::get<PlaneBody>(floor.shape).normal.isApprox(Eigen::Vector3d(0.0, 0.6, 0.8)));
+  CHECK(std::get<bodies::PlaneBody>(floor.shape).normal.isApprox(Eigen::Vector3d(0.0, 0.6, 0.8)));
 }
 
 TEST_CASE("A body of any kind but a plane may be stiffer than its material", "[scene_file]") {
@@ -241,3 +241,5 @@ TEST_CASE("The time that a scene takes to be read grows with its bodies, no fast
   // Looking through all names for each took 25 times as long here.
   CHECK(reading_s(many_spheres(24'000)) < 14.0 * reading_s(many_spheres(3'000)));
 }
+
+}  // namespace stillgrid::scene

@@ -7,7 +7,7 @@
 
 #include "sim_server/scene/scene_file.hpp"
 
-using namespace stillgrid;
+namespace stillgrid::scene {
 
 namespace {
 
@@ -20,13 +20,13 @@ long spheres_along(double length_m, double spacing_m) {
 }
 
 /// The spheres that a free body of a shipped scene is covered with, by the rule of SpherePacking.
-long sphere_count(const BodyDescription& body) {
-  if (const auto* thread = std::get_if<ThreadBody>(&body.shape))
+long sphere_count(const bodies::BodyDescription& body) {
+  if (const auto* thread = std::get_if<bodies::ThreadBody>(&body.shape))
     return spheres_along((thread->to_m - thread->from_m).norm(), thread->spheres.spacing_m);
-  if (const auto* sheet = std::get_if<SheetBody>(&body.shape))
+  if (const auto* sheet = std::get_if<bodies::SheetBody>(&body.shape))
     return spheres_along(sheet->size_m.x(), sheet->spheres.spacing_m) *
            spheres_along(sheet->size_m.y(), sheet->spheres.spacing_m);
-  const auto& box = std::get<RigidBoxBody>(body.shape);
+  const auto& box = std::get<bodies::RigidBoxBody>(body.shape);
   long count = 1;
   for (const double side_m : box.size_m)
     count *= spheres_along(side_m - 2.0 * box.spheres.radius_m, box.spheres.spacing_m);
@@ -35,25 +35,26 @@ long sphere_count(const BodyDescription& body) {
 
 long moving_sphere_count(const SceneDescription& scene) {
   long count = 0;
-  for (const BodyDescription& body : scene.bodies) {
-    if (body.motion == Motion::kFree) count += sphere_count(body);
+  for (const bodies::BodyDescription& body : scene.bodies) {
+    if (body.motion == bodies::Motion::kFree) count += sphere_count(body);
   }
   return count;
 }
 
 template <class Shape>
 long count_of(const SceneDescription& scene) {
-  return std::count_if(scene.bodies.begin(), scene.bodies.end(), [](const BodyDescription& body) {
-    return std::holds_alternative<Shape>(body.shape);
-  });
+  return std::count_if(scene.bodies.begin(), scene.bodies.end(),
+                       [](const bodies::BodyDescription& body) {
+                         return std::holds_alternative<Shape>(body.shape);
+                       });
 }
 
 /// Whether no two boxes of the scene overlap at the start, boxes being level.
 bool boxes_are_apart(const SceneDescription& scene) {
-  for (const BodyDescription& a : scene.bodies) {
-    for (const BodyDescription& b : scene.bodies) {
-      const auto* one = std::get_if<RigidBoxBody>(&a.shape);
-      const auto* other = std::get_if<RigidBoxBody>(&b.shape);
+  for (const bodies::BodyDescription& a : scene.bodies) {
+    for (const bodies::BodyDescription& b : scene.bodies) {
+      const auto* one = std::get_if<bodies::RigidBoxBody>(&a.shape);
+      const auto* other = std::get_if<bodies::RigidBoxBody>(&b.shape);
       if (one == nullptr || other == nullptr || one == other) continue;
       const Eigen::Array3d gap_m =
           (a.position_m - b.position_m).array().abs() - 0.5 * (one->size_m + other->size_m).array();
@@ -70,10 +71,10 @@ TEST_CASE("Tissue and blocks are the paper's: 8 x 8 nodes, ten blocks, 405 spher
 
   CHECK(scene.name == "tissue_and_blocks");
   CHECK(scene.period_s == Approx(1.0 / 33.0));
-  CHECK(count_of<RigidBoxBody>(scene) == 10);
-  REQUIRE(count_of<SheetBody>(scene) == 1);
-  for (const BodyDescription& body : scene.bodies) {
-    const auto* sheet = std::get_if<SheetBody>(&body.shape);
+  CHECK(count_of<bodies::RigidBoxBody>(scene) == 10);
+  REQUIRE(count_of<bodies::SheetBody>(scene) == 1);
+  for (const bodies::BodyDescription& body : scene.bodies) {
+    const auto* sheet = std::get_if<bodies::SheetBody>(&body.shape);
     if (sheet == nullptr) continue;
     CHECK(sheet->nodes == Eigen::Vector2i(8, 8));
     CHECK(sheet->springs.pinned_nodes == std::vector<int>{0, 7, 56, 63});
@@ -85,10 +86,10 @@ TEST_CASE("Tissue and blocks are the paper's: 8 x 8 nodes, ten blocks, 405 spher
 TEST_CASE("Threads are forty, hung by their upper ends, 400 spheres", "[scenes]") {
   const SceneDescription scene = shipped("threads");
 
-  CHECK(count_of<ThreadBody>(scene) == 40);
+  CHECK(count_of<bodies::ThreadBody>(scene) == 40);
   CHECK(scene.bodies.size() == 40);
-  for (const BodyDescription& body : scene.bodies) {
-    const auto& thread = std::get<ThreadBody>(body.shape);
+  for (const bodies::BodyDescription& body : scene.bodies) {
+    const auto& thread = std::get<bodies::ThreadBody>(body.shape);
     CHECK(thread.springs.pinned_nodes == std::vector<int>{0});
     CHECK(thread.from_m.z() > thread.to_m.z());
   }
@@ -99,15 +100,15 @@ TEST_CASE("The moving sphere's held snapshot jumps by k v P = 1.65 N", "[scenes]
   const SceneDescription scene = shipped("moving_sphere");
 
   REQUIRE(scene.bodies.size() == 1);
-  const BodyDescription& sphere = scene.bodies[0];
+  const bodies::BodyDescription& sphere = scene.bodies[0];
   const MaterialDescription& material = scene.materials.at(0);
-  CHECK(sphere.motion == Motion::kPrescribed);
+  CHECK(sphere.motion == bodies::Motion::kPrescribed);
   CHECK(material.contact_stiffness_N_per_m * sphere.prescribed.velocity_m_s * scene.period_s ==
         Approx(1.65));
   CHECK(material.contact_damping_N_s_per_m == 0.0);
   CHECK(material.friction == 0.0);
   const double touch_time_s =
-      (-sphere.position_m.x() - std::get<SphereBody>(sphere.shape).radius_m -
+      (-sphere.position_m.x() - std::get<bodies::SphereBody>(sphere.shape).radius_m -
        scene.tool.at(0).radius_m) /
       sphere.prescribed.velocity_m_s;
   CHECK(touch_time_s == Approx(0.35));
@@ -117,8 +118,8 @@ TEST_CASE("The wall is 1000 N/m at z = 0 and nothing else", "[scenes]") {
   const SceneDescription scene = shipped("wall");
 
   REQUIRE(scene.bodies.size() == 1);
-  REQUIRE(std::holds_alternative<PlaneBody>(scene.bodies[0].shape));
-  CHECK(std::get<PlaneBody>(scene.bodies[0].shape).normal == Eigen::Vector3d::UnitZ());
+  REQUIRE(std::holds_alternative<bodies::PlaneBody>(scene.bodies[0].shape));
+  CHECK(std::get<bodies::PlaneBody>(scene.bodies[0].shape).normal == Eigen::Vector3d::UnitZ());
   CHECK(scene.bodies[0].position_m.isZero(0.0));
   CHECK(scene.materials.at(0).contact_stiffness_N_per_m == 1000.0);
   CHECK(scene.materials.at(0).contact_damping_N_s_per_m == 0.0);
@@ -133,3 +134,5 @@ TEST_CASE("Every scene that ships loads", "[scenes]") {
     CHECK_NOTHROW(load_scene(entry.path()));
   }
 }
+
+}  // namespace stillgrid::scene

@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-namespace stillgrid {
+namespace stillgrid::scene {
 
 TemporaryScene::TemporaryScene(std::string_view text) {
   static int count = 0;
@@ -31,7 +31,7 @@ std::string refusal_of(std::string_view text) {
   const TemporaryScene scene(text);
   try {
     (void)load_scene(scene.path());
-  } catch (const SceneError& error) {
+  } catch (const toml::SceneError& error) {
     const std::string file = scene.path().string() + ":";
     const std::string line = error.what();
     return line.starts_with(file) ? line.substr(file.size()) : "names no file: " + line;
@@ -39,4 +39,4 @@ std::string refusal_of(std::string_view text) {
   return "";
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene

@@ -6,7 +6,7 @@
 
 #include "sim_server/scene/scene_file.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene {
 
 /// A scene file that exists as long as this object does.
 class TemporaryScene {
@@ -30,4 +30,4 @@ class TemporaryScene {
 /// What the refusal of a text says after the file's name and a colon; empty if it loads.
 [[nodiscard]] std::string refusal_of(std::string_view text);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene

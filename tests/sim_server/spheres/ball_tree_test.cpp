@@ -4,7 +4,7 @@
 #include <limits>
 #include <random>
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 namespace {
 
 TEST_CASE("A tree of balls finds what asking each of them finds", "[ball_tree]") {
@@ -33,4 +33,4 @@ TEST_CASE("A tree of balls finds what asking each of them finds", "[ball_tree]")
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -11,7 +11,7 @@
 #include "sim_server/spheres/decomposition.hpp"
 #include "sim_server/spheres/surface_samples.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 /// How far a point is from the union of balls, less than 0 inside.
 inline double outside_all_m(const std::vector<Ball>& balls, const Eigen::Vector3d& point_m) {
@@ -23,8 +23,8 @@ inline double outside_all_m(const std::vector<Ball>& balls, const Eigen::Vector3
 
 /// The two-sided distance measured anew, by samples: never above the truth but where a sample of
 /// the mesh is inside the union; there by at most the spacing of those on the union.
-inline double sampled_hausdorff_m(const TriangleMesh& mesh, const std::vector<Ball>& balls) {
-  const MeshDistance distance(mesh);
+inline double sampled_hausdorff_m(const mesh::TriangleMesh& mesh, const std::vector<Ball>& balls) {
+  const mesh::MeshDistance distance(mesh);
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   double farthest_m = 0.0;
@@ -42,15 +42,15 @@ inline double sampled_hausdorff_m(const TriangleMesh& mesh, const std::vector<Ba
 }
 
 /// What holds for every decomposition.
-inline void check_decomposition(const TriangleMesh& mesh, const Decomposition& result,
+inline void check_decomposition(const mesh::TriangleMesh& mesh, const Decomposition& result,
                                 double tolerance_m) {
   CHECK(result.hausdorff_m <= tolerance_m);
   const double sampled_m = sampled_hausdorff_m(mesh, result.balls);
   CHECK(sampled_m <= result.hausdorff_m);
   CHECK(sampled_m > 0.5 * result.hausdorff_m);  // the bound is near the truth
-  const MeshDistance distance(mesh);
+  const mesh::MeshDistance distance(mesh);
   for (const Ball& ball : result.balls)
     CHECK(ball.radius_m <= -distance.signed_distance_m(ball.centre_m) + tolerance_m);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

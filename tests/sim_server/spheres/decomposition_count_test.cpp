@@ -7,7 +7,7 @@
 #include "tests/sim_server/mesh/solids.hpp"
 #include "tests/sim_server/spheres/decomposition_checks.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 namespace {
 
 /// How steeply the error falls with the count, both logarithmic.
@@ -25,7 +25,7 @@ TEST_CASE(
     "A torus takes no more spheres than evenly spaced ones inside it would, and twice "
     "the spheres are four times nearer",
     "[decomposition]") {
-  const TriangleMesh mesh = torus_mesh(1.0, 0.3, 48, 16);
+  const mesh::TriangleMesh mesh = mesh::torus_mesh(1.0, 0.3, 48, 16);
   const double tolerances_m[] = {0.08, 0.02};
   Decomposition results[2];
   for (std::size_t i = 0; i < 2; ++i) {
@@ -45,7 +45,7 @@ TEST_CASE(
     "them they are four times nearer",
     "[decomposition]") {
   const double length_m = 1.0, radius_m = 0.2;
-  const TriangleMesh mesh = capsule_mesh(length_m, radius_m, 36, 8);
+  const mesh::TriangleMesh mesh = mesh::capsule_mesh(length_m, radius_m, 36, 8);
   const double tolerances_m[] = {0.02, 0.005};
   Decomposition results[2];
   for (std::size_t i = 0; i < 2; ++i) {
@@ -70,11 +70,11 @@ TEST_CASE("A slab's spheres are twice as near when they are twice as many", "[de
     const double angle = std::numbers::pi * (i / 8.0 - 0.5);
     profile_m.push_back({1.0 + half_m * std::cos(angle), half_m * std::sin(angle)});
   }
-  const TriangleMesh mesh = turned_mesh(profile_m, 30, -half_m, half_m);
+  const mesh::TriangleMesh mesh = mesh::turned_mesh(profile_m, 30, -half_m, half_m);
   const Decomposition coarse = decompose(mesh, 0.1), fine = decompose(mesh, 0.05);
   CHECK(slope(coarse.hausdorff_m, static_cast<double>(coarse.balls.size()), fine.hausdorff_m,
               static_cast<double>(fine.balls.size())) == Approx(-1.0).margin(0.35));
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -7,7 +7,7 @@
 #include "sim_server/spheres/sampling.hpp"
 #include "tests/sim_server/mesh/solids.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -24,7 +24,7 @@ std::vector<Ball> ring_of_balls(double ring_m, double radius_m, int count) {
 
 TEST_CASE("Balls round a torus are as far from it as the formula says", "[decomposition_error]") {
   const double ring_m = 1.0, tube_m = 0.3;
-  const MeshSolid solid(torus_mesh(ring_m, tube_m, 240, 48));
+  const MeshSolid solid(mesh::torus_mesh(ring_m, tube_m, 240, 48));
   const auto [count, error_m] = GENERATE(std::pair(10, 0.166104), std::pair(20, 0.0493));
 
   const Decomposition measured =
@@ -45,7 +45,7 @@ TEST_CASE("Balls round a torus are as far from it as the formula says", "[decomp
 
 TEST_CASE("A row of balls in a rod leaves the formula's gap and cusp", "[decomposition_error]") {
   const double radius_m = 0.2, step_m = 0.2;
-  const MeshSolid solid(capsule_mesh(1.0, radius_m, 120, 30));
+  const MeshSolid solid(mesh::capsule_mesh(1.0, radius_m, 120, 30));
   std::vector<Ball> row;
   for (int i = 0; i <= 5; ++i) row.push_back({{0, 0, step_m * i - 0.5}, radius_m});
 
@@ -60,7 +60,7 @@ TEST_CASE("A row of balls in a rod leaves the formula's gap and cusp", "[decompo
 
 TEST_CASE("A ball that sticks out is as far from the mesh as it sticks out",
           "[decomposition_error]") {
-  const MeshSolid solid(ball_mesh(1.0, 120, 30));
+  const MeshSolid solid(mesh::ball_mesh(1.0, 120, 30));
   const double out_m = GENERATE(0.02, 0.1);
   const Decomposition measured = with_error(solid, {{{0, 0, 0}, 1.0 + out_m}}, 2e-3);
   CHECK(measured.mesh_to_union_m == Approx(out_m).margin(3e-3));
@@ -69,7 +69,7 @@ TEST_CASE("A ball that sticks out is as far from the mesh as it sticks out",
 
 TEST_CASE("A hollow inside the union is found, however well the mesh is covered",
           "[decomposition_error]") {
-  const TriangleMesh cube = cube_mesh();
+  const mesh::TriangleMesh cube = mesh::cube_mesh();
   const MeshSolid solid(cube);
   std::vector<Ball> shell = volume_balls(cube, 0.125, 0.1);
   std::erase_if(shell, [](const Ball& ball) {
@@ -87,7 +87,7 @@ TEST_CASE("A hollow inside the union is found, however well the mesh is covered"
 }
 
 TEST_CASE("A lattice of balls covers a cube as the formulas say", "[decomposition_error]") {
-  const TriangleMesh cube = cube_mesh();
+  const mesh::TriangleMesh cube = mesh::cube_mesh();
   const MeshSolid solid(cube);
   const double root3 = std::sqrt(3.0);
   CHECK(with_error(solid, volume_balls(cube, 0.25, 0.125), 3e-3).mesh_to_union_m ==
@@ -101,4 +101,4 @@ TEST_CASE("A lattice of balls covers a cube as the formulas say", "[decompositio
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

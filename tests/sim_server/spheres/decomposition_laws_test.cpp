@@ -11,21 +11,22 @@
 #include "tests/sim_server/spheres/generated_solids.hpp"
 #include "tests/test_folder.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 namespace {
 
 struct Solid {
   std::string name;
-  TriangleMesh mesh;
+  mesh::TriangleMesh mesh;
   double tolerance_m;
   bool cuts_itself = false;
 };
 
 std::vector<Solid> solids() {
   std::vector<Solid> all;
-  const auto add = [&](const char* kind, unsigned seed, const TriangleMesh& mesh, double share) {
+  const auto add = [&](const char* kind, unsigned seed, const mesh::TriangleMesh& mesh,
+                       double share) {
     const std::string name = std::string(kind) + " of seed " + std::to_string(seed);
-    const ClosedMesh closed = make_closed(mesh, name);
+    const mesh::ClosedMesh closed = mesh::make_closed(mesh, name);
     all.push_back({name, closed.mesh, share * MeshSolid(closed.mesh).size_m, closed.folds > 0});
   };
   for (const unsigned seed : {1U, 2U, 3U, 4U})
@@ -34,13 +35,13 @@ std::vector<Solid> solids() {
   for (const unsigned seed : {1U, 2U, 3U}) {
     add("box", seed, random_box(seed), 0.04);
     add("star", seed, star_mesh(seed, 0.15 * seed), 0.04);
-    add("torus", seed, torus_mesh(1.0, 0.1 + 0.1 * seed, 24, 12), 0.04);
+    add("torus", seed, mesh::torus_mesh(1.0, 0.1 + 0.1 * seed, 24, 12), 0.04);
   }
   return all;
 }
 
 /// What is written is read back, to the bit; a radius that is not positive would be refused.
-void check_file(const std::vector<Ball>& balls, const TestFolder& folder) {
+void check_file(const std::vector<Ball>& balls, const tests::TestFolder& folder) {
   const auto file = folder.path / "balls.csv";
   write_spheres(balls, file);
   const std::vector<Ball> read = read_spheres(file);
@@ -53,7 +54,7 @@ void check_file(const std::vector<Ball>& balls, const TestFolder& folder) {
 
 TEST_CASE("Spheres of any solid are spheres, as near as they claim, and are read back",
           "[decomposition_laws]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   int cut_themselves = 0;
   for (const Solid& solid : solids()) {
     INFO(solid.name);
@@ -69,7 +70,7 @@ TEST_CASE("Spheres of any solid are spheres, as near as they claim, and are read
 }
 
 TEST_CASE("Even spheres of any solid are spheres, and are read back", "[decomposition_laws]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   for (const Solid& solid : solids()) {
     INFO(solid.name);
     const double spacing_m = 1.5 * solid.tolerance_m;
@@ -82,10 +83,10 @@ TEST_CASE("Even spheres of any solid are spheres, and are read back", "[decompos
 TEST_CASE("What no spheres can hold is held as near as they came", "[decomposition_laws]") {
   // The top of a cube turned by half a turn: its walls meet in the middle, and half of them face
   // in.
-  TriangleMesh twisted = cube_mesh();
+  mesh::TriangleMesh twisted = mesh::cube_mesh();
   std::swap(twisted.vertices_m[4], twisted.vertices_m[7]);
   std::swap(twisted.vertices_m[5], twisted.vertices_m[6]);
-  const ClosedMesh closed = make_closed(twisted, "twisted");
+  const mesh::ClosedMesh closed = mesh::make_closed(twisted, "twisted");
   REQUIRE(closed.folds > 0);
   const Decomposition result = decompose(closed.mesh, 0.1);
   CHECK_FALSE(result.is_reached());
@@ -95,4 +96,4 @@ TEST_CASE("What no spheres can hold is held as near as they came", "[decompositi
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

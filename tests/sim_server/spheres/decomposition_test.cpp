@@ -7,26 +7,26 @@
 #include "tests/sim_server/mesh/solids.hpp"
 #include "tests/sim_server/spheres/decomposition_checks.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 namespace {
 
 TEST_CASE("A ball is one sphere, of next to no error", "[decomposition]") {
-  const Decomposition result = decompose(ball_mesh(1.0, 24, 6), 0.03);
+  const Decomposition result = decompose(mesh::ball_mesh(1.0, 24, 6), 0.03);
   REQUIRE(result.balls.size() == 1);
   CHECK(result.balls[0].centre_m.norm() < 0.03);
   CHECK(result.balls[0].radius_m == Approx(1.0).margin(0.03));
 }
 
 TEST_CASE("A cube takes fewer than greedy balls inside it, and has no hollow", "[decomposition]") {
-  const Decomposition result = decompose(cube_mesh(), 0.05);
+  const Decomposition result = decompose(mesh::cube_mesh(), 0.05);
   CHECK(result.balls.size() < 185);
-  check_decomposition(cube_mesh(), result, 0.05);
+  check_decomposition(mesh::cube_mesh(), result, 0.05);
 }
 
 TEST_CASE("A slot narrower than the tolerance is not filled", "[decomposition]") {
   // A tuning fork: two bars 0.03 apart on a foot.
-  const TriangleMesh mesh = [] {
-    TriangleMesh fork;
+  const mesh::TriangleMesh mesh = [] {
+    mesh::TriangleMesh fork;
     const double outline[8][2] = {{0, 0},       {1, 0},       {1, 1},     {0.515, 1},
                                   {0.515, 0.3}, {0.485, 0.3}, {0.485, 1}, {0, 1}};
     for (int side = 0; side < 2; ++side)
@@ -54,7 +54,7 @@ TEST_CASE("A slot narrower than the tolerance is not filled", "[decomposition]")
 }
 
 TEST_CASE("The same mesh gives the same spheres, to the bit", "[decomposition]") {
-  const TriangleMesh mesh = capsule_mesh(0.5, 0.2, 24, 6);
+  const mesh::TriangleMesh mesh = mesh::capsule_mesh(0.5, 0.2, 24, 6);
   const Decomposition first = decompose(mesh, 0.03), again = decompose(mesh, 0.03);
   REQUIRE(first.balls.size() == again.balls.size());
   for (std::size_t i = 0; i < first.balls.size(); ++i) {
@@ -64,7 +64,7 @@ TEST_CASE("The same mesh gives the same spheres, to the bit", "[decomposition]")
 }
 
 TEST_CASE("Levels go from coarse to fine, each within its tolerance", "[decomposition]") {
-  const auto levels = levels_of_detail(capsule_mesh(1.0, 0.2, 24, 6), 0.015, 3);
+  const auto levels = levels_of_detail(mesh::capsule_mesh(1.0, 0.2, 24, 6), 0.015, 3);
   REQUIRE(levels.size() == 3);
   double tolerance_m = 0.06;
   for (std::size_t i = 0; i < levels.size(); ++i, tolerance_m *= 0.5) {
@@ -74,11 +74,11 @@ TEST_CASE("Levels go from coarse to fine, each within its tolerance", "[decompos
 }
 
 TEST_CASE("A tolerance that cannot be met is refused with the least", "[decomposition]") {
-  CHECK_THROWS_WITH(decompose(cube_mesh(), 1e-5),
+  CHECK_THROWS_WITH(decompose(mesh::cube_mesh(), 1e-5),
                     Catch::Contains("value 1e-05 m: expected at least 1/5000"));
-  CHECK_THROWS_AS(decompose(cube_mesh(), -1.0), std::invalid_argument);
-  CHECK_THROWS_AS(decompose(cube_mesh(), std::nan("")), std::invalid_argument);
+  CHECK_THROWS_AS(decompose(mesh::cube_mesh(), -1.0), std::invalid_argument);
+  CHECK_THROWS_AS(decompose(mesh::cube_mesh(), std::nan("")), std::invalid_argument);
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -6,12 +6,12 @@
 
 #include "tests/sim_server/mesh/solids.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 /// A slab whose top is a sum of waves over a grid of columns x rows cells of 1 m; its bottom is
 /// bottom_m. Waves that reach below that make it cut itself.
-inline TriangleMesh slab_mesh(unsigned seed, int columns, int rows, double wave_m,
-                              double bottom_m) {
+inline mesh::TriangleMesh slab_mesh(unsigned seed, int columns, int rows, double wave_m,
+                                    double bottom_m) {
   std::mt19937 random(seed);
   const auto between = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
@@ -24,7 +24,7 @@ inline TriangleMesh slab_mesh(unsigned seed, int columns, int rows, double wave_
     waves.push_back({between(0.25, 1.0) * wave_m, between(0.05, 0.45), between(0.05, 0.45),
                      between(0.0, 2.0 * std::numbers::pi)});
   const int nx = columns + 1, ny = rows + 1;
-  TriangleMesh mesh;
+  mesh::TriangleMesh mesh;
   for (int top = 0; top < 2; ++top)
     for (int j = 0; j < ny; ++j)
       for (int i = 0; i < nx; ++i) {
@@ -59,23 +59,23 @@ inline TriangleMesh slab_mesh(unsigned seed, int columns, int rows, double wave_
 
 /// A ball of 1 m whose every vertex is moved along its ray by up to `rough` of its length: seen
 /// whole from its centre.
-inline TriangleMesh star_mesh(unsigned seed, double rough, int around = 14, int rows = 5) {
+inline mesh::TriangleMesh star_mesh(unsigned seed, double rough, int around = 14, int rows = 5) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> length(1.0 - rough, 1.0 + rough);
-  TriangleMesh mesh = ball_mesh(1.0, around, rows);
+  mesh::TriangleMesh mesh = mesh::ball_mesh(1.0, around, rows);
   for (Eigen::Vector3d& vertex : mesh.vertices_m) vertex *= length(random);
   return mesh;
 }
 
 /// A box with sides from thin to long, turned and moved anyhow.
-inline TriangleMesh random_box(unsigned seed) {
+inline mesh::TriangleMesh random_box(unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> power(-1.0, 0.0), angle(0.0, 6.0);
   const Eigen::Vector3d high_m(std::pow(10.0, power(random)), std::pow(10.0, power(random)), 1.0);
   const Eigen::Vector3d axis(angle(random), angle(random), angle(random) + 1.0);
-  return moved(box_mesh(Eigen::Vector3d::Zero(), high_m),
-               Eigen::AngleAxisd(angle(random), axis.normalized()).toRotationMatrix(),
-               Eigen::Vector3d(angle(random), angle(random), angle(random)));
+  return mesh::moved(mesh::box_mesh(Eigen::Vector3d::Zero(), high_m),
+                     Eigen::AngleAxisd(angle(random), axis.normalized()).toRotationMatrix(),
+                     Eigen::Vector3d(angle(random), angle(random), angle(random)));
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -4,7 +4,7 @@
 
 #include "haptic_server/devices/trajectory.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 std::optional<std::filesystem::path> real_data() {
   const char* const named = std::getenv("STILLGRID_DATA");
@@ -20,7 +20,7 @@ std::vector<RecordedContact> read_contour_demonstrations(const std::filesystem::
   for (const char* const name : {"a_1", "a_2", "b_1", "b_2", "c_1", "c_2", "d_1", "d_2"}) {
     const auto file =
         data / "trajectories" / "ku_contour_force" / ("demo_" + std::string(name) + ".csv");
-    const Trajectory trajectory = read_trajectory(file.string());
+    const devices::Trajectory trajectory = devices::read_trajectory(file.string());
     demonstrations.push_back({name, trajectory.position_m, trajectory.force_N});
   }
   return demonstrations;
@@ -37,4 +37,4 @@ ContactAgreement agreement(const RecordedContact& recorded, const UnitForce& for
   return {touching / static_cast<double>(recorded.position_m.size()), cosines / touching};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

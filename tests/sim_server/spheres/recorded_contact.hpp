@@ -7,7 +7,7 @@
 
 #include "sim_server/spheres/force_map.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 /// Radius of the sphere that stands for the recorded tool, which is known by its contact point
 /// only. Three times the largest rms of the authors' registration to the mesh (1.54 mm), rounded
@@ -35,4 +35,4 @@ struct ContactAgreement {
 };
 [[nodiscard]] ContactAgreement agreement(const RecordedContact& recorded, const UnitForce& force);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -7,12 +7,12 @@
 #include "sim_server/mesh/mesh_repair.hpp"
 #include "sim_server/spheres/sampling.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 namespace {
 
 /// How far the normal of whichever face is nearest goes with the measured force.
-double nearest_face_cosine(const RecordedContact& recorded, const TriangleMesh& mesh,
-                           const MeshDistance& distance) {
+double nearest_face_cosine(const RecordedContact& recorded, const mesh::TriangleMesh& mesh,
+                           const mesh::MeshDistance& distance) {
   return agreement(
              recorded,
              [&](const Eigen::Vector3d& tool_m) -> Eigen::Vector3d {
@@ -34,9 +34,11 @@ TEST_CASE(
     WARN("skipped: no recordings of a contour");
     return;
   }
-  const TriangleMesh mesh =
-      make_closed(load_mesh(*data / "meshes" / "ku_contour.stl", 1e-3), "ku_contour.stl").mesh;
-  const MeshDistance distance(mesh);
+  const mesh::TriangleMesh mesh =
+      mesh::make_closed(mesh::load_mesh(*data / "meshes" / "ku_contour.stl", 1e-3),
+                        "ku_contour.stl")
+          .mesh;
+  const mesh::MeshDistance distance(mesh);
   const BallBody balls = make_ball_body(surface_balls(mesh, 0.004, 0.004), kRecordedTool_m);
 
   for (const RecordedContact& recorded : read_contour_demonstrations(*data)) {
@@ -50,4 +52,4 @@ TEST_CASE(
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

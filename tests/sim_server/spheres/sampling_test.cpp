@@ -8,28 +8,30 @@
 #include "sim_server/spheres/surface_samples.hpp"
 #include "tests/sim_server/mesh/solids.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 namespace {
 
 TEST_CASE("A cube of edge n spacings holds n cubed lattice points", "[sampling]") {
   const int n = GENERATE(1, 2, 4, 8);
-  const std::vector<Ball> balls = volume_balls(cube_mesh(), 1.0 / n, 0.1);
+  const std::vector<Ball> balls = volume_balls(mesh::cube_mesh(), 1.0 / n, 0.1);
   CHECK(balls.size() == static_cast<std::size_t>(n * n * n));
   CHECK((balls[0].centre_m - Eigen::Vector3d::Constant(0.5 / n)).norm() < 1e-12);
 }
 
 TEST_CASE("A spacing that gives too many balls, or none, is refused with their number",
           "[sampling]") {
-  CHECK_THROWS_WITH(surface_balls(cube_mesh(), 0.001, 0.001), Catch::Contains("about 6e+06 balls"));
-  CHECK_THROWS_WITH(volume_balls(cube_mesh(), 0.01, 0.01), Catch::Contains("about 1e+06 balls"));
+  CHECK_THROWS_WITH(surface_balls(mesh::cube_mesh(), 0.001, 0.001),
+                    Catch::Contains("about 6e+06 balls"));
+  CHECK_THROWS_WITH(volume_balls(mesh::cube_mesh(), 0.01, 0.01),
+                    Catch::Contains("about 1e+06 balls"));
   // The middle of the torus's box, the lattice's only point, lies in its hole.
-  CHECK_THROWS_WITH(volume_balls(torus_mesh(1.0, 0.3, 24, 12), 5.0, 1.0),
+  CHECK_THROWS_WITH(volume_balls(mesh::torus_mesh(1.0, 0.3, 24, 12), 5.0, 1.0),
                     Catch::Contains("0 balls"));
 }
 
 TEST_CASE("Balls under a surface touch it from inside, apart, and leave no gap", "[sampling]") {
-  const TriangleMesh mesh = torus_mesh(1.0, 0.3, 60, 24);
-  const MeshDistance distance(mesh);
+  const mesh::TriangleMesh mesh = mesh::torus_mesh(1.0, 0.3, 60, 24);
+  const mesh::MeshDistance distance(mesh);
   const double spacing_m = 0.15, radius_m = GENERATE(0.1, 0.5);
 
   const std::vector<Ball> balls = surface_balls(mesh, spacing_m, radius_m);
@@ -55,4 +57,4 @@ TEST_CASE("Balls under a surface touch it from inside, apart, and leave no gap",
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -9,7 +9,7 @@
 #include "tests/sim_server/mesh/solids.hpp"
 #include "tests/test_folder.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 namespace {
 
 std::string text_of(const std::filesystem::path& file) {
@@ -19,8 +19,8 @@ std::string text_of(const std::filesystem::path& file) {
 }
 
 TEST_CASE("Kept spheres are those that were made, to the bit", "[sphere_cache]") {
-  const TestFolder folder;
-  const TriangleMesh mesh = capsule_mesh(0.5, 0.2, 24, 6);
+  const tests::TestFolder folder;
+  const mesh::TriangleMesh mesh = mesh::capsule_mesh(0.5, 0.2, 24, 6);
   const SphereCache cache(folder.path, mesh, "tolerance_m", 0.03);
   CHECK_FALSE(cache.read());
   const Decomposition made = decompose(mesh, 0.03);
@@ -37,22 +37,22 @@ TEST_CASE("Kept spheres are those that were made, to the bit", "[sphere_cache]")
 }
 
 TEST_CASE("Spheres of another mesh, way or value are not found", "[sphere_cache]") {
-  const TestFolder folder;
-  const TriangleMesh mesh = cube_mesh();
+  const tests::TestFolder folder;
+  const mesh::TriangleMesh mesh = mesh::cube_mesh();
   Decomposition made;
   made.balls = {{{0.5, 0.5, 0.5}, 0.5}};
   SphereCache(folder.path, mesh, "tolerance_m", 0.1).write(made);
   CHECK(SphereCache(folder.path, mesh, "tolerance_m", 0.1).read());
   CHECK_FALSE(SphereCache(folder.path, mesh, "surface_spacing_m", 0.1).read());
   CHECK_FALSE(SphereCache(folder.path, mesh, "tolerance_m", 0.1000000001).read());
-  TriangleMesh other = mesh;
+  mesh::TriangleMesh other = mesh;
   other.vertices_m[5].x() += 1e-15;
   CHECK_FALSE(SphereCache(folder.path, other, "tolerance_m", 0.1).read());
 }
 
 TEST_CASE("A damaged file is as none: each byte counts", "[sphere_cache]") {
-  const TestFolder folder;
-  const SphereCache cache(folder.path, cube_mesh(), "tolerance_m", 0.1);
+  const tests::TestFolder folder;
+  const SphereCache cache(folder.path, mesh::cube_mesh(), "tolerance_m", 0.1);
   Decomposition made;
   made.balls = {{{0.25, 0.5, 0.5}, 0.5}, {{0.75, 0.5, 0.5}, 0.25}};
   made.mesh_to_union_m = 0.125;
@@ -73,9 +73,9 @@ TEST_CASE("A damaged file is as none: each byte counts", "[sphere_cache]") {
 }
 
 TEST_CASE("What cannot be kept says so", "[sphere_cache]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   folder.write(".stillgrid", "a file where the folder would be");
-  const SphereCache cache(folder.path, cube_mesh(), "tolerance_m", 0.1);
+  const SphereCache cache(folder.path, mesh::cube_mesh(), "tolerance_m", 0.1);
   Decomposition made;
   made.balls = {{{0.5, 0.5, 0.5}, 0.5}};
   CHECK_THROWS_WITH(cache.write(made), Catch::Contains("cannot be written"));
@@ -83,4 +83,4 @@ TEST_CASE("What cannot be kept says so", "[sphere_cache]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 namespace {
 
 using Catch::Contains;
@@ -69,4 +69,4 @@ TEST_CASE("A comment stands first in a file and is passed over when it is read",
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

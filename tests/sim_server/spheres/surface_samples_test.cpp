@@ -2,12 +2,12 @@
 
 #include <catch2/catch.hpp>
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 namespace {
 
 /// Two rectangles that share an edge, of areas 1 and 3, in the planes z = 0 and x = 1; the second's
 /// triangles are of different sizes.
-TriangleMesh corner() {
+mesh::TriangleMesh corner() {
   return {{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {1, 0, 3}, {1, 1, 3}, {1, 0.25, 3}},
           {{0, 1, 2}, {0, 2, 3}, {1, 4, 6}, {1, 6, 2}, {2, 6, 5}}};
 }
@@ -40,9 +40,9 @@ TEST_CASE("Few samples are still spread over all", "[surface_samples]") {
 }
 
 /// A bar along y whose section is an L: a crease runs along (1, y, 1).
-TriangleMesh l_bar() {
+mesh::TriangleMesh l_bar() {
   const std::vector<Eigen::Vector2d> section{{0, 0}, {3, 0}, {3, 1}, {1, 1}, {1, 3}, {0, 3}};
-  TriangleMesh mesh;
+  mesh::TriangleMesh mesh;
   for (const double y : {0.0, 5.0})
     for (const Eigen::Vector2d& corner : section)
       mesh.vertices_m.emplace_back(corner.x(), y, corner.y());
@@ -60,9 +60,9 @@ TriangleMesh l_bar() {
 }
 
 TEST_CASE("A crease narrower than the tool is left out, and nothing else", "[surface_samples]") {
-  const TriangleMesh mesh = l_bar();
+  const mesh::TriangleMesh mesh = l_bar();
   const SurfaceSamples all = sample_surface(mesh, 20000);
-  const SurfaceSamples reachable = reachable_samples(all, MeshDistance(mesh), 0.5, 0.1);
+  const SurfaceSamples reachable = reachable_samples(all, mesh::MeshDistance(mesh), 0.5, 0.1);
   std::size_t in_crease = 0;
   for (std::size_t i = 0; i < all.points_m.size(); ++i) {
     // Along both walls of the crease, the tool's centre is 0.4 from its own wall.
@@ -76,4 +76,4 @@ TEST_CASE("A crease narrower than the tool is left out, and nothing else", "[sur
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

@@ -7,7 +7,7 @@
 #include "sim_server/spheres/ball.hpp"
 #include "sim_server/spheres/surface_samples.hpp"
 
-namespace stillgrid {
+namespace stillgrid::spheres {
 
 /// A torus about z whose distance is known everywhere.
 inline constexpr double kTorusRing_m = 0.10, kTorusTube_m = 0.03;
@@ -43,4 +43,4 @@ inline SurfaceSamples torus_samples(std::size_t count) {
   return samples;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::spheres

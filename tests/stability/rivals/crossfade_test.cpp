@@ -4,24 +4,27 @@
 
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 constexpr double kSpeed_m_s = 0.1, kStiffness_N_per_m = 500.0;
 
 /// A sphere of 100 mm comes towards a still probe; its snapshots come at the given times in ms.
 struct Approach {
-  PublishedScene scene{plain_scene(500.0F, 0.1F), {0.1F}, 33 * kMillisecond_ns};
+  rendering::PublishedScene scene{
+      rendering::plain_scene(500.0F, 0.1F), {0.1F}, 33 * rendering::kMillisecond_ns};
   CrossfadeRenderer renderer;
 
   static double force_at_N(std::uint64_t ms) {  // by the snapshot of that time, held
     return kStiffness_N_per_m * (0.05 + kSpeed_m_s * 1e-3 * static_cast<double>(ms));
   }
   void show(std::uint64_t ms) {
-    scene.show({{kSpeed_m_s * 1e-3 * static_cast<double>(ms), 0.0, 0.0}}, ms * kMillisecond_ns);
+    scene.show({{kSpeed_m_s * 1e-3 * static_cast<double>(ms), 0.0, 0.0}},
+               ms * rendering::kMillisecond_ns);
   }
-  RenderedTick tick(std::uint64_t ms) {
-    return renderer.render(scene.view(), {.position_m = {0.15, 0.0, 0.0}}, ms * kMillisecond_ns);
+  rendering::RenderedTick tick(std::uint64_t ms) {
+    return renderer.render(scene.view(), {.position_m = {0.15, 0.0, 0.0}},
+                           ms * rendering::kMillisecond_ns);
   }
 };
 
@@ -32,7 +35,7 @@ TEST_CASE(
   double previous_N = Approach::force_at_N(0);
   for (std::uint64_t ms = 0; ms <= 330; ++ms) {
     if (ms % 33 == 0) approach.show(ms);
-    const RenderedTick tick = approach.tick(ms);
+    const rendering::RenderedTick tick = approach.tick(ms);
     const double force_N = tick.force.force_N.x();
     // As slow as the force itself grows, from the first switch on.
     if (ms > 33)
@@ -41,7 +44,7 @@ TEST_CASE(
     previous_N = force_N;
   }
   for (std::uint64_t ms = 331; ms < 370; ++ms) {  // no more snapshots
-    const RenderedTick tick = approach.tick(ms);
+    const rendering::RenderedTick tick = approach.tick(ms);
     if (ms < 363) continue;
     CHECK(tick.weights.alpha == 1.0);
     CHECK(tick.force.force_N.x() == Approx(Approach::force_at_N(330)).margin(1e-4));
@@ -58,7 +61,7 @@ TEST_CASE("An early snapshot drops what of the fade was left, and jumps by it", 
   const double third_N = (Approach::force_at_N(66) - Approach::force_at_N(33)) / 3.0;
   CHECK(late_N == Approx(Approach::force_at_N(66) - third_N).margin(1e-4));
   approach.show(88);
-  const RenderedTick early = approach.tick(88);
+  const rendering::RenderedTick early = approach.tick(88);
   CHECK(early.force.force_N.x() == Approx(Approach::force_at_N(66)).margin(1e-4));
   REQUIRE(early.switch_jump_N);
   CHECK(*early.switch_jump_N == Approx(third_N).margin(1e-4));
@@ -79,4 +82,4 @@ TEST_CASE("Each snapshot is felt where the tool now is", "[crossfade]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -6,14 +6,14 @@
 #include "shared/tools/laboratory/rivals/rivals.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 constexpr int kPeriod_ticks = 33;
-constexpr std::uint64_t kPeriod_ns = kPeriod_ticks * kMillisecond_ns;
+constexpr std::uint64_t kPeriod_ns = kPeriod_ticks * rendering::kMillisecond_ns;
 
 /// A probe that goes in and out of a body, and along it, at one hertz.
-ToolPose stroking_probe(double time_s) {
+rendering::ToolPose stroking_probe(double time_s) {
   const double angle = 6.283185307179586 * time_s;
   return {.position_m = {0.002 * std::sin(0.5 * angle), 0.0, 0.104 + 0.004 * std::sin(angle)}};
 }
@@ -26,20 +26,22 @@ struct RmsErrors {
 /// from the last two, and extrapolated over the device's position; the body, a sphere of 100 mm,
 /// rises at speed_m_s. Snapshots are made of the tool as it is at their switch.
 RmsErrors extrapolation_errors(double speed_m_s) {
-  PublishedScene scene(plain_scene(500.0F, 0.01F), {0.1F}, kPeriod_ns);
-  PublishedScene truth(plain_scene(500.0F, 0.01F), {0.1F}, kMillisecond_ns);
-  const auto true_force = make_renderer(Transition::kHold);
+  rendering::PublishedScene scene(rendering::plain_scene(500.0F, 0.01F), {0.1F}, kPeriod_ns);
+  rendering::PublishedScene truth(rendering::plain_scene(500.0F, 0.01F), {0.1F},
+                                  rendering::kMillisecond_ns);
+  const auto true_force = rendering::make_renderer(display::Transition::kHold);
   const auto held = rival_named("force_held")->make();
   const auto linear = rival_named("force_jacobian")->make();
   Eigen::Vector3d newest_N = Eigen::Vector3d::Zero(), before_N = newest_N, squares = newest_N;
   for (int i = 0; i < 4000; ++i) {
     const double time_s = 1e-3 * i;
-    const auto now_ns = static_cast<std::uint64_t>(i) * kMillisecond_ns;
-    const ToolPose probe = stroking_probe(time_s);
+    const auto now_ns = static_cast<std::uint64_t>(i) * rendering::kMillisecond_ns;
+    const rendering::ToolPose probe = stroking_probe(time_s);
     const std::vector<Eigen::Vector3d> body_m{{0.0, 0.0, speed_m_s * (time_s - 2.0)}};
     truth.show(body_m, now_ns);
     if (i % kPeriod_ticks == 0) scene.show(body_m, now_ns);
-    const auto force_N = [&](const auto& model, const PublishedScene& shown) -> Eigen::Vector3d {
+    const auto force_N = [&](const auto& model,
+                             const rendering::PublishedScene& shown) -> Eigen::Vector3d {
       return model->render(shown.view(), probe, now_ns).force.force_N;
     };
     const Eigen::Vector3d true_N = force_N(true_force, truth), held_N = force_N(held, scene);
@@ -75,29 +77,29 @@ TEST_CASE("Where the body moves about as fast as the probe, force over time is t
 
 TEST_CASE("Force and torque by a turn, a way and a speed are the derivatives of the contact law",
           "[force_jacobian]") {
-  StaticScene fixed = plain_scene(800.0F, 0.006F);
+  publication::StaticScene fixed = rendering::plain_scene(800.0F, 0.006F);
   fixed.materials[0] = {800.0F, 3.0F, 0.4F, 0.05F};
   fixed.planes = {{{0.0F, 0.0F, 1.0F}, 0.0F, 0, 0}};
   fixed.tool = {{{0.02F, 0.0F, 0.0F}, 0.006F}, {{-0.01F, 0.005F, 0.0F}, 0.006F}};
-  PublishedScene scene(fixed, {0.01F}, kPeriod_ns);
+  rendering::PublishedScene scene(fixed, {0.01F}, kPeriod_ns);
   scene.show({{0.028, 0.004, 0.004}}, {{0.01, 0.0, 0.02}}, 0);
-  const auto grid = make_renderer(Transition::kHold);
+  const auto grid = rendering::make_renderer(display::Transition::kHold);
   const auto linear = rival_named("force_jacobian")->make();
-  const ToolPose start{
+  const rendering::ToolPose start{
       .position_m = {0.0, 0.0, 0.003},
       .orientation = Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d(0.6, 0.0, 0.8))),
       .velocity_m_s = {0.01, 0.02, -0.03},
       .angular_velocity_rad_s = {0.5, -0.2, 0.3}};
   static_cast<void>(linear->render(scene.view(), start, 0));
   const auto error = [&](double size) {
-    ToolPose moved = start;
+    rendering::ToolPose moved = start;
     moved.position_m += size * Eigen::Vector3d(1e-3, -2e-3, 1e-3);
     moved.orientation =
         Eigen::AngleAxisd(0.05 * size, Eigen::Vector3d(0.0, 0.8, 0.6)) * start.orientation;
     moved.velocity_m_s += size * Eigen::Vector3d(0.002, 0.001, -0.002);
     moved.angular_velocity_rad_s += size * Eigen::Vector3d(0.1, 0.1, 0.0);
-    const ToolForce by_law = grid->render(scene.view(), moved, 0).force;
-    const ToolForce by_model = linear->render(scene.view(), moved, 0).force;
+    const rendering::ToolForce by_law = grid->render(scene.view(), moved, 0).force;
+    const rendering::ToolForce by_model = linear->render(scene.view(), moved, 0).force;
     REQUIRE(by_law.contacts > 1);
     CHECK(by_model.contacts == by_law.contacts);
     return Eigen::Vector2d((by_model.force_N - by_law.force_N).norm(),
@@ -111,9 +113,9 @@ TEST_CASE("Force and torque by a turn, a way and a speed are the derivatives of 
 
 TEST_CASE("A tool that leaves is held back by a force over position until the next snapshot",
           "[force_jacobian]") {
-  StaticScene fixed = plain_scene(1000.0F, 0.005F);
+  publication::StaticScene fixed = rendering::plain_scene(1000.0F, 0.005F);
   fixed.planes = {{{0.0F, 0.0F, 1.0F}, 0.0F, 0, 0}};
-  PublishedScene scene(fixed, {}, kPeriod_ns);
+  rendering::PublishedScene scene(fixed, {}, kPeriod_ns);
   scene.show({}, 0);
   const auto linear = rival_named("force_jacobian")->make();
   const auto lift_N = [&](double height_m) {
@@ -126,4 +128,4 @@ TEST_CASE("A tool that leaves is held back by a force over position until the ne
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -8,7 +8,7 @@
 #include "shared/tools/laboratory/rivals/rivals.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 /// A number that a faulty or hostile writer might leave.
@@ -28,8 +28,9 @@ float any_number(std::mt19937& random) {
 }
 
 /// Writes three such numbers into every record of the snapshot that was published last.
-void spoil_latest(PublishedScene& scene, std::size_t spheres, std::mt19937& random) {
-  const GridLayout layout = grid_layout(sizeof(proto::SnapshotHeader), spheres);
+void spoil_latest(rendering::PublishedScene& scene, std::size_t spheres, std::mt19937& random) {
+  const collision::GridLayout layout =
+      collision::grid_layout(sizeof(proto::SnapshotHeader), spheres);
   std::uint64_t* payload =
       scene.writer().segment().buffer().payload[scene.writer().snapshot_id() % 2];
   constexpr std::size_t kNumbers = sizeof(proto::SphereRecord) / sizeof(float);
@@ -46,13 +47,14 @@ TEST_CASE("Whatever the spheres of a snapshot are, every model's force is finite
   const auto model = GENERATE(as<std::string_view>(), "grid", "force_held", "force_jacobian",
                               "plane", "sphere", "proxy", "crossfade");
   CAPTURE(model);
-  StaticScene fixed = plain_scene(800.0F, 0.005F);
+  publication::StaticScene fixed = rendering::plain_scene(800.0F, 0.005F);
   fixed.materials[0] = {800.0F, 5.0F, 0.5F, 0.01F};
   fixed.planes = {{{0.0F, 0.0F, 1.0F}, -0.005F, 0, 0}};
   fixed.tool.push_back({{0.01F, 0.0F, 0.0F}, 0.004F});
   constexpr std::size_t kSpheres = 64;
-  PublishedScene scene(fixed, std::vector<float>(kSpheres, 0.01F), kMillisecond_ns);
-  const auto renderer = make_renderer(rival_named(model), Transition::kLinear);
+  rendering::PublishedScene scene(fixed, std::vector<float>(kSpheres, 0.01F),
+                                  rendering::kMillisecond_ns);
+  const auto renderer = make_renderer(rival_named(model), display::Transition::kLinear);
   std::mt19937 random(5);
   std::normal_distribution<double> near_m(0.0, 0.01);
   int touching = 0;
@@ -60,15 +62,16 @@ TEST_CASE("Whatever the spheres of a snapshot are, every model's force is finite
     if (tick % 3 == 0) {
       std::vector<Eigen::Vector3d> places_m(kSpheres);
       for (Eigen::Vector3d& p : places_m) p = {near_m(random), near_m(random), near_m(random)};
-      scene.show(places_m, places_m, tick * kMillisecond_ns,
-                 random() % (2 * tick * kMillisecond_ns));
+      scene.show(places_m, places_m, tick * rendering::kMillisecond_ns,
+                 random() % (2 * tick * rendering::kMillisecond_ns));
       spoil_latest(scene, kSpheres, random);
     }
-    const ToolPose pose{.position_m = {near_m(random), near_m(random), near_m(random)},
-                        .orientation = Eigen::Quaterniond(Eigen::AngleAxisd(
-                            0.01 * static_cast<double>(tick), Eigen::Vector3d::UnitX())),
-                        .velocity_m_s = {near_m(random), 0.0, near_m(random)}};
-    const RenderedTick rendered = renderer->render(scene.view(), pose, tick * kMillisecond_ns);
+    const rendering::ToolPose pose{.position_m = {near_m(random), near_m(random), near_m(random)},
+                                   .orientation = Eigen::Quaterniond(Eigen::AngleAxisd(
+                                       0.01 * static_cast<double>(tick), Eigen::Vector3d::UnitX())),
+                                   .velocity_m_s = {near_m(random), 0.0, near_m(random)}};
+    const rendering::RenderedTick rendered =
+        renderer->render(scene.view(), pose, tick * rendering::kMillisecond_ns);
     CHECK(rendered.force.force_N.allFinite());
     CHECK(rendered.force.torque_N_m.allFinite());
     if (rendered.switch_jump_N) CHECK(std::isfinite(*rendered.switch_jump_N));
@@ -78,4 +81,4 @@ TEST_CASE("Whatever the spheres of a snapshot are, every model's force is finite
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -6,33 +6,34 @@
 #include "shared/tools/laboratory/rivals/proxy.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
-StaticScene floor_scene() {
-  StaticScene scene = plain_scene(1000.0F, 0.005F);
+publication::StaticScene floor_scene() {
+  publication::StaticScene scene = rendering::plain_scene(1000.0F, 0.005F);
   scene.planes = {{{0.0F, 0.0F, 1.0F}, 0.0F, 0, 0}};
   return scene;
 }
 
 TEST_CASE("A model is made where the tool was that the snapshot was computed with",
           "[local_model_renderer]") {
-  PublishedScene scene(floor_scene(), {}, kMillisecond_ns);
+  rendering::PublishedScene scene(floor_scene(), {}, rendering::kMillisecond_ns);
   LocalModelRenderer renderer(std::make_unique<ForceHeld>());
   const auto tick = [&](std::uint64_t ms) {  // sinks by 0.1 mm a tick, from contact on
-    const ToolPose pose{.position_m = {0.0, 0.0, 0.005 - 1e-4 * static_cast<double>(ms)}};
-    return renderer.render(scene.view(), pose, ms * kMillisecond_ns);
+    const rendering::ToolPose pose{
+        .position_m = {0.0, 0.0, 0.005 - 1e-4 * static_cast<double>(ms)}};
+    return renderer.render(scene.view(), pose, ms * rendering::kMillisecond_ns);
   };
   for (std::uint64_t ms = 0; ms < 10; ++ms) CHECK(tick(ms).snapshot_id == 0);
-  scene.show({}, {}, 10 * kMillisecond_ns, 4 * kMillisecond_ns);
-  const RenderedTick late = tick(10);
+  scene.show({}, {}, 10 * rendering::kMillisecond_ns, 4 * rendering::kMillisecond_ns);
+  const rendering::RenderedTick late = tick(10);
   CHECK(late.is_new);
   CHECK(late.force.force_N.z() == Approx(0.4).epsilon(1e-4));
   CHECK_FALSE(late.switch_jump_N);
   CHECK(late.weights.position[0] == 1.0);  // for who looks on: the snapshot as it is
   CHECK(tick(11).force.force_N.z() == late.force.force_N.z());
-  scene.show({}, {}, 12 * kMillisecond_ns);  // no sample told: the tool as it is
-  const RenderedTick low_latency = tick(12);
+  scene.show({}, {}, 12 * rendering::kMillisecond_ns);  // no sample told: the tool as it is
+  const rendering::RenderedTick low_latency = tick(12);
   CHECK(low_latency.force.force_N.z() == Approx(1.2).epsilon(1e-4));
   REQUIRE(low_latency.switch_jump_N);
   CHECK(*low_latency.switch_jump_N == Approx(0.8).epsilon(1e-4));
@@ -50,29 +51,31 @@ TEST_CASE("Of a sample older than is kept the oldest pose kept stands for it",
 }
 
 TEST_CASE("Static spheres and planes are in the patch like moving ones", "[local_model_renderer]") {
-  StaticScene fixed = floor_scene();
-  fixed.spheres = {static_sphere({0.010F, 0.0F, 0.005F}, 0.01F)};
-  PublishedScene scene(fixed, {0.01F}, kMillisecond_ns);
+  publication::StaticScene fixed = floor_scene();
+  fixed.spheres = {collision::static_sphere({0.010F, 0.0F, 0.005F}, 0.01F)};
+  rendering::PublishedScene scene(fixed, {0.01F}, rendering::kMillisecond_ns);
   scene.show({{-0.012, 0.0, 0.005}}, 0);
   LocalModelRenderer renderer(std::make_unique<ForceHeld>());
-  const ToolForce force = renderer.render(scene.view(), {.position_m = {0.0, 0.0, 0.004}}, 0).force;
+  const rendering::ToolForce force =
+      renderer.render(scene.view(), {.position_m = {0.0, 0.0, 0.004}}, 0).force;
   CHECK(force.contacts == 3);
 }
 
 TEST_CASE("A new session's first snapshot replaces the model of the old one",
           "[local_model_renderer]") {
   LocalModelRenderer renderer(std::make_unique<Proxy>());
-  PublishedScene first(floor_scene(), {}, kMillisecond_ns);
+  rendering::PublishedScene first(floor_scene(), {}, rendering::kMillisecond_ns);
   first.show({}, 0);
-  ToolPose pose{.position_m = {0.0, 0.0, 0.01}};
+  rendering::ToolPose pose{.position_m = {0.0, 0.0, 0.01}};
   CHECK(renderer.render(first.view(), pose, 0).force.contacts == 0);
   pose.position_m.z() = -0.02;
   CHECK(renderer.render(first.view(), pose, 0).force.force_N.z() == Approx(25.0).epsilon(1e-4));
-  PublishedScene second(plain_scene(1000.0F, 0.005F), {}, kMillisecond_ns);
+  rendering::PublishedScene second(rendering::plain_scene(1000.0F, 0.005F), {},
+                                   rendering::kMillisecond_ns);
   CHECK(renderer.render(second.view(), pose, 0).snapshot_id == 0);
   second.show({}, 0);
   CHECK(renderer.render(second.view(), pose, 0).force.contacts == 0);
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

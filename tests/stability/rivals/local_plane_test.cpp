@@ -7,7 +7,7 @@
 #include "shared/tools/laboratory/rivals/rivals.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 constexpr double kStiffness_N_per_m = 500.0;
@@ -16,16 +16,18 @@ constexpr double kJump_m = 0.0033;  // 0.1 m/s over 33 ms
 /// The force on a still probe, tick by tick from the switch on, when a sphere of 100 mm has jumped
 /// towards it; first the force before.
 std::vector<double> forces_round_a_jump_N(double recovery_s, double depth_m) {
-  PublishedScene scene(plain_scene(500.0F, 0.005F), {0.1F}, 33 * kMillisecond_ns);
+  rendering::PublishedScene scene(rendering::plain_scene(500.0F, 0.005F), {0.1F},
+                                  33 * rendering::kMillisecond_ns);
   LocalModelRenderer renderer(std::make_unique<LocalPlane>(recovery_s));
-  const ToolPose probe{.position_m = {0.105 - depth_m, 0.0, 0.0}};
+  const rendering::ToolPose probe{.position_m = {0.105 - depth_m, 0.0, 0.0}};
   scene.show({{0.0, 0.0, 0.0}}, 0);
   static_cast<void>(renderer.render(scene.view(), probe, 0));  // the first plane recovers as well
   std::vector<double> forces_N{
-      renderer.render(scene.view(), probe, 32 * kMillisecond_ns).force.force_N.x()};
+      renderer.render(scene.view(), probe, 32 * rendering::kMillisecond_ns).force.force_N.x()};
   for (std::uint64_t ms = 33; ms < 66; ++ms) {
-    if (ms == 33) scene.show({{kJump_m, 0.0, 0.0}}, 33 * kMillisecond_ns);
-    const RenderedTick tick = renderer.render(scene.view(), probe, ms * kMillisecond_ns);
+    if (ms == 33) scene.show({{kJump_m, 0.0, 0.0}}, 33 * rendering::kMillisecond_ns);
+    const rendering::RenderedTick tick =
+        renderer.render(scene.view(), probe, ms * rendering::kMillisecond_ns);
     if (ms == 33)
       CHECK(*tick.switch_jump_N ==
             Approx(std::abs(tick.force.force_N.x() - forces_N[0])).margin(1e-9));
@@ -53,12 +55,12 @@ TEST_CASE("A recovering plane's jump is spread over ten ticks, without recovery 
 
 TEST_CASE("A still flat surface is felt through its plane as by the contact law itself",
           "[local_plane]") {
-  StaticScene fixed = plain_scene(1000.0F, 0.005F);
+  publication::StaticScene fixed = rendering::plain_scene(1000.0F, 0.005F);
   fixed.materials[0] = {1000.0F, 4.0F, 0.3F, 0.02F};
   fixed.planes = {{{0.0F, 0.6F, 0.8F}, 0.001F, 0, 0}};
   fixed.tool = {{{0.02F, 0.0F, 0.0F}, 0.005F}, {{-0.02F, 0.0F, 0.003F}, 0.007F}};
-  PublishedScene scene(fixed, {}, 33 * kMillisecond_ns);
-  const auto grid = make_renderer(Transition::kHold);
+  rendering::PublishedScene scene(fixed, {}, 33 * rendering::kMillisecond_ns);
+  const auto grid = rendering::make_renderer(display::Transition::kHold);
   LocalModelRenderer plane(std::make_unique<LocalPlane>(0.0));
   std::mt19937 random(7);
   std::uniform_real_distribution<double> any(-1.0, 1.0);
@@ -67,14 +69,16 @@ TEST_CASE("A still flat surface is felt through its plane as by the contact law 
   };
   int touching = 0;
   for (std::uint64_t ms = 0; ms < 500; ++ms) {
-    if (ms % 33 == 0) scene.show({}, ms * kMillisecond_ns);
-    const ToolPose pose{
+    if (ms % 33 == 0) scene.show({}, ms * rendering::kMillisecond_ns);
+    const rendering::ToolPose pose{
         .position_m = vector(0.01),
         .orientation = Eigen::Quaterniond(Eigen::AngleAxisd(any(random), vector(1.0).normalized())),
         .velocity_m_s = vector(0.1),
         .angular_velocity_rad_s = vector(2.0)};
-    const ToolForce by_law = grid->render(scene.view(), pose, ms * kMillisecond_ns).force;
-    const ToolForce by_plane = plane.render(scene.view(), pose, ms * kMillisecond_ns).force;
+    const rendering::ToolForce by_law =
+        grid->render(scene.view(), pose, ms * rendering::kMillisecond_ns).force;
+    const rendering::ToolForce by_plane =
+        plane.render(scene.view(), pose, ms * rendering::kMillisecond_ns).force;
     CHECK((by_plane.force_N - by_law.force_N).norm() < 1e-5);
     CHECK((by_plane.torque_N_m - by_law.torque_N_m).norm() < 1e-7);
     touching += by_law.contacts > 0 ? 1 : 0;
@@ -87,13 +91,14 @@ TEST_CASE("On a sheet of spheres the plane has the slow force where it was made,
   std::vector<Eigen::Vector3d> centres_m;
   for (int i = -4; i <= 4; ++i)
     for (int j = -4; j <= 4; ++j) centres_m.emplace_back(0.01 * i, 0.01 * j, 0.0);
-  PublishedScene scene(plain_scene(500.0F, 0.005F), std::vector<float>(centres_m.size(), 0.01F),
-                       33 * kMillisecond_ns);
-  const auto grid = make_renderer(Transition::kHold);
+  rendering::PublishedScene scene(rendering::plain_scene(500.0F, 0.005F),
+                                  std::vector<float>(centres_m.size(), 0.01F),
+                                  33 * rendering::kMillisecond_ns);
+  const auto grid = rendering::make_renderer(display::Transition::kHold);
   for (const double depth_m : {0.0005, 0.002, 0.005}) {
     LocalModelRenderer plane(std::make_unique<LocalPlane>(0.0));
     scene.show(centres_m, 0);
-    ToolPose pose{.position_m = {0.002, 0.003, 0.015 - depth_m}};
+    rendering::ToolPose pose{.position_m = {0.002, 0.003, 0.015 - depth_m}};
     const Eigen::Vector3d law_N = grid->render(scene.view(), pose, 0).force.force_N;
     CHECK((plane.render(scene.view(), pose, 0).force.force_N - law_N).norm() < 1e-9);
     pose.position_m -= 1e-5 * law_N.normalized();  // deeper; the law's own turning is left out
@@ -104,4 +109,4 @@ TEST_CASE("On a sheet of spheres the plane has the slow force where it was made,
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

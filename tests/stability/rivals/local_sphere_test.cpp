@@ -7,15 +7,15 @@
 #include "shared/tools/laboratory/rivals/rivals.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
-constexpr std::uint64_t kPeriod_ns = 33 * kMillisecond_ns;
+constexpr std::uint64_t kPeriod_ns = 33 * rendering::kMillisecond_ns;
 
 TEST_CASE("A body that is one sphere is felt through its local sphere exactly, wherever the tool",
           "[local_sphere]") {
   const float radius_m = GENERATE(0.004F, 0.02F, 0.5F);
-  PublishedScene scene(plain_scene(800.0F, 0.005F), {radius_m}, kPeriod_ns);
+  rendering::PublishedScene scene(rendering::plain_scene(800.0F, 0.005F), {radius_m}, kPeriod_ns);
   const auto sphere = rival_named("sphere")->make();
   const double contact_distance_m = static_cast<double>(radius_m) + 0.005;
   const Eigen::Vector3d made_at = Eigen::Vector3d(1.0, 0.4, -0.3).normalized();
@@ -31,7 +31,7 @@ TEST_CASE("A body that is one sphere is felt through its local sphere exactly, w
     const Eigen::Vector3d side =
         Eigen::Vector3d(any(random), any(random), any(random)).normalized();
     const Eigen::Vector3d law_N = 800.0 * std::max(0.0, contact_distance_m - distance_m) * side;
-    const ToolForce by_sphere =
+    const rendering::ToolForce by_sphere =
         sphere->render(scene.view(), {.position_m = distance_m * side}, 0).force;
     CHECK((by_sphere.force_N - law_N).norm() < 1e-4);  // floats of half a metre
     touching += by_sphere.contacts;
@@ -44,14 +44,14 @@ TEST_CASE("Off the place where it was made a local sphere errs with the square o
   // A rod of 50 mm, of spheres so close that its ripple is nothing: straight along x.
   std::vector<Eigen::Vector3d> centres_m;
   for (int i = -60; i <= 60; ++i) centres_m.emplace_back(0.001 * i, 0.0, 0.0);
-  PublishedScene scene(plain_scene(50.0F, 0.005F), std::vector<float>(centres_m.size(), 0.05F),
-                       kPeriod_ns);
+  rendering::PublishedScene scene(rendering::plain_scene(50.0F, 0.005F),
+                                  std::vector<float>(centres_m.size(), 0.05F), kPeriod_ns);
   scene.show(centres_m, 0);
-  const auto grid = make_renderer(Transition::kHold);
+  const auto grid = rendering::make_renderer(display::Transition::kHold);
   const auto sphere = rival_named("sphere")->make();
   const double height_m = 0.055 - 0.001;
   const auto lift_error_N = [&](double along_m) {
-    const ToolPose pose{.position_m = {along_m, 0.0, height_m}};
+    const rendering::ToolPose pose{.position_m = {along_m, 0.0, height_m}};
     return (sphere->render(scene.view(), pose, 0).force.force_N -
             grid->render(scene.view(), pose, 0).force.force_N)
         .z();
@@ -69,14 +69,14 @@ TEST_CASE("Off the place where it was made a local sphere errs with the square o
 }
 
 TEST_CASE("A plane is felt through a local sphere as a plane", "[local_sphere]") {
-  StaticScene fixed = plain_scene(1000.0F, 0.005F);
+  publication::StaticScene fixed = rendering::plain_scene(1000.0F, 0.005F);
   fixed.planes = {{{0.0F, 0.6F, 0.8F}, 0.0F, 0, 0}};
-  PublishedScene scene(fixed, {}, kPeriod_ns);
+  rendering::PublishedScene scene(fixed, {}, kPeriod_ns);
   scene.show({}, 0);
-  const auto grid = make_renderer(Transition::kHold);
+  const auto grid = rendering::make_renderer(display::Transition::kHold);
   const auto sphere = rival_named("sphere")->make();
   for (const double x_m : {0.0, 0.005, 0.02}) {
-    const ToolPose pose{.position_m = {x_m, 0.001 + 0.1 * x_m, 0.001}};
+    const rendering::ToolPose pose{.position_m = {x_m, 0.001 + 0.1 * x_m, 0.001}};
     CHECK((sphere->render(scene.view(), pose, 0).force.force_N -
            grid->render(scene.view(), pose, 0).force.force_N)
               .norm() < 1e-3);
@@ -84,4 +84,4 @@ TEST_CASE("A plane is felt through a local sphere as a plane", "[local_sphere]")
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -6,7 +6,7 @@
 #include "shared/tools/laboratory/rivals/rivals.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 constexpr double kStiffness_N_per_m = 500.0;
@@ -15,15 +15,15 @@ constexpr int kPeriod_ticks = 33;
 
 /// A scene of spheres of 10 mm that stands still, a snapshot every period, and both models in it.
 struct Explored {
-  PublishedScene scene;
+  rendering::PublishedScene scene;
   std::vector<Eigen::Vector3d> centres_m;
-  std::unique_ptr<Renderer> grid = make_renderer(Transition::kHold);
-  std::unique_ptr<Renderer> proxy = rival_named("proxy")->make();
+  std::unique_ptr<rendering::Renderer> grid = rendering::make_renderer(display::Transition::kHold);
+  std::unique_ptr<rendering::Renderer> proxy = rival_named("proxy")->make();
   int period_ticks, ticks = 0;
 
   explicit Explored(std::vector<Eigen::Vector3d> centres, int period = kPeriod_ticks)
-      : scene(plain_scene(500.0F, 0.005F), std::vector<float>(centres.size(), 0.01F),
-              kPeriod_ticks * kMillisecond_ns),
+      : scene(rendering::plain_scene(500.0F, 0.005F), std::vector<float>(centres.size(), 0.01F),
+              kPeriod_ticks * rendering::kMillisecond_ns),
         centres_m(std::move(centres)),
         period_ticks(period) {}
 
@@ -31,9 +31,9 @@ struct Explored {
     Eigen::Vector3d grid_N, proxy_N;
   };
   Forces move_to(const Eigen::Vector3d& tool_m) {
-    const auto now_ns = static_cast<std::uint64_t>(ticks) * kMillisecond_ns;
+    const auto now_ns = static_cast<std::uint64_t>(ticks) * rendering::kMillisecond_ns;
     if (ticks++ % period_ticks == 0) scene.show(centres_m, now_ns);
-    const ToolPose pose{.position_m = tool_m};
+    const rendering::ToolPose pose{.position_m = tool_m};
     return {grid->render(scene.view(), pose, now_ns).force.force_N,
             proxy->render(scene.view(), pose, now_ns).force.force_N};
   }
@@ -110,22 +110,22 @@ TEST_CASE("A god-object on local spheres knows nothing of what a far move leads 
 }
 
 TEST_CASE("A god-object above a plane has the plane's own force", "[proxy]") {
-  StaticScene fixed = plain_scene(1000.0F, 0.005F);
+  publication::StaticScene fixed = rendering::plain_scene(1000.0F, 0.005F);
   fixed.materials[0] = {1000.0F, 4.0F, 0.3F, 0.02F};
   fixed.planes = {{{0.0F, 0.0F, 1.0F}, 0.0F, 0, 0}};
-  PublishedScene scene(fixed, {}, kMillisecond_ns);
+  rendering::PublishedScene scene(fixed, {}, rendering::kMillisecond_ns);
   scene.show({}, 0);
-  const auto grid = make_renderer(Transition::kHold);
+  const auto grid = rendering::make_renderer(display::Transition::kHold);
   const auto proxy = rival_named("proxy")->make();
   for (const double height_m : {0.006, 0.004, -0.01, -0.08}) {
-    const ToolPose pose{.position_m = {0.3 * height_m, 0.0, height_m},
-                        .velocity_m_s = {0.03, 0.0, -0.1}};
-    const ToolForce by_law = grid->render(scene.view(), pose, 0).force;
-    const ToolForce by_proxy = proxy->render(scene.view(), pose, 0).force;
+    const rendering::ToolPose pose{.position_m = {0.3 * height_m, 0.0, height_m},
+                                   .velocity_m_s = {0.03, 0.0, -0.1}};
+    const rendering::ToolForce by_law = grid->render(scene.view(), pose, 0).force;
+    const rendering::ToolForce by_proxy = proxy->render(scene.view(), pose, 0).force;
     CHECK((by_proxy.force_N - by_law.force_N).norm() < 1e-6);
     CHECK((by_proxy.torque_N_m - by_law.torque_N_m).norm() < 1e-6);
   }
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

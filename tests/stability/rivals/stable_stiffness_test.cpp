@@ -13,7 +13,7 @@
 #include "shared/tools/laboratory/rivals/rivals.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 double peak_to_peak(std::span<const double> values) {
@@ -27,31 +27,33 @@ double peak_to_peak(std::span<const double> values) {
 bool is_stable(std::string_view model, int period_ticks, double stiffness_N_per_m,
                std::optional<double> height_above_m = std::nullopt) {
   constexpr double kPush_N = 1.0, kHand_N_per_m = 100.0;
-  StaticScene fixed = plain_scene(static_cast<float>(stiffness_N_per_m), 0.005F);
+  publication::StaticScene fixed =
+      rendering::plain_scene(static_cast<float>(stiffness_N_per_m), 0.005F);
   fixed.planes = {{{0.0F, 0.0F, 1.0F}, 0.0F, 0, 0}};
-  PublishedScene scene(fixed, {}, static_cast<std::uint64_t>(period_ticks) * kMillisecond_ns);
-  const auto renderer = make_renderer(rival_named(model), Transition::kHold);
-  PhantomSettings settings;
+  rendering::PublishedScene scene(
+      fixed, {}, static_cast<std::uint64_t>(period_ticks) * rendering::kMillisecond_ns);
+  const auto renderer = make_renderer(rival_named(model), display::Transition::kHold);
+  devices::PhantomSettings settings;
   settings.device.mass_kg = 0.1;
   settings.device.damping_N_s_per_m = 5.0;
   settings.hand.stiffness_N_per_m = kHand_N_per_m;
-  settings.path.kind = PathKind::kStill;
+  settings.path.kind = devices::PathKind::kStill;
   const double depth_m = kPush_N / stiffness_N_per_m;
   settings.path.centre_m = {0.0, 0.0, 0.005 - depth_m - kPush_N / kHand_N_per_m};
   settings.start_m = {0.0, 0.0, 0.005 + height_above_m.value_or(-1.05 * depth_m)};
-  PhantomModel device = make_phantom(settings);
-  command_force(device, {0.0, 0.0, kPush_N});
+  devices::PhantomModel device = devices::make_phantom(settings);
+  devices::command_force(device, {0.0, 0.0, kPush_N});
 
   constexpr int kTicks = 10'000;
   std::vector<double> height_m;
   for (int i = 0; i < kTicks; ++i) {
-    const auto now_ns = static_cast<std::uint64_t>(i) * kMillisecond_ns;
-    const Eigen::Vector3d tip_m = read_encoders(device);
+    const auto now_ns = static_cast<std::uint64_t>(i) * rendering::kMillisecond_ns;
+    const Eigen::Vector3d tip_m = devices::read_encoders(device);
     height_m.push_back(tip_m.z());
     if (i % period_ticks == 0) scene.show({}, {}, now_ns, now_ns);
-    command_force(device,
-                  renderer->render(scene.view(), {.position_m = tip_m}, now_ns).force.force_N);
-    advance_phantom(device, kSubstepsPerTick);
+    devices::command_force(
+        device, renderer->render(scene.view(), {.position_m = tip_m}, now_ns).force.force_N);
+    devices::advance_phantom(device, devices::kSubstepsPerTick);
   }
   const std::span<const double> all(height_m);
   const double last_m = peak_to_peak(all.last(kTicks / 10));
@@ -95,4 +97,4 @@ TEST_CASE("Let go above a wall, a plane comes to rest on it, a force over positi
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 using Matrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
@@ -33,7 +33,7 @@ Matrix derivatives_at(const BlobBody& body, std::span<const DistanceTarget> targ
     const int row = static_cast<int>(i);
     const double distance_m = difference_m[row] + targets[i].distance_m;
     double mean_gap_m = 0.0;
-    for (const std::uint32_t j : balls_near(body.grid, targets[i].point_m)) {
+    for (const std::uint32_t j : spheres::balls_near(body.grid, targets[i].point_m)) {
       const Eigen::Vector3d apart_m = targets[i].point_m - body.balls[j].centre_m;
       const double gap_m = apart_m.norm() - body.balls[j].radius_m;
       const double share = std::exp((distance_m - gap_m) / body.softness_m);
@@ -53,13 +53,13 @@ Matrix derivatives_at(const BlobBody& body, std::span<const DistanceTarget> targ
 }
 
 /// The depth of the ripple of plain balls over the targets.
-double ripple_depth_m(std::span<const Ball> balls, std::span<const DistanceTarget> targets,
+double ripple_depth_m(std::span<const spheres::Ball> balls, std::span<const DistanceTarget> targets,
                       double tool_radius_m) {
-  const BallGrid grid = make_ball_grid(balls, tool_radius_m);
+  const spheres::BallGrid grid = spheres::make_ball_grid(balls, tool_radius_m);
   double low_m = std::numeric_limits<double>::infinity(), high_m = -low_m;
   for (const DistanceTarget& target : targets) {
     double gap_m = std::numeric_limits<double>::infinity();
-    for (const std::uint32_t i : balls_near(grid, target.point_m))
+    for (const std::uint32_t i : spheres::balls_near(grid, target.point_m))
       gap_m = std::min(gap_m, (target.point_m - balls[i].centre_m).norm() - balls[i].radius_m);
     if (!std::isfinite(gap_m)) continue;
     low_m = std::min(low_m, gap_m - target.distance_m);
@@ -70,7 +70,7 @@ double ripple_depth_m(std::span<const Ball> balls, std::span<const DistanceTarge
 }
 
 BlobBody moved(const BlobBody& body, const Eigen::VectorXd& step_m) {
-  std::vector<Ball> balls = body.balls;
+  std::vector<spheres::Ball> balls = body.balls;
   for (std::size_t j = 0; j < balls.size(); ++j) {
     const auto column = static_cast<Eigen::Index>(4 * j);
     balls[j].centre_m += step_m.segment<3>(column);
@@ -116,8 +116,8 @@ Eigen::VectorXd damped_step_m(const Matrix& jacobians, const Eigen::VectorXd& di
 
 }  // namespace
 
-std::vector<DistanceTarget> distance_targets(const SurfaceSamples& surface,
-                                             const MeshDistance& mesh, double tool_radius_m) {
+std::vector<DistanceTarget> distance_targets(const spheres::SurfaceSamples& surface,
+                                             const mesh::MeshDistance& mesh, double tool_radius_m) {
   std::vector<DistanceTarget> targets;
   targets.reserve(3 * surface.points_m.size());
   for (std::size_t i = 0; i < surface.points_m.size(); ++i) {
@@ -131,7 +131,7 @@ std::vector<DistanceTarget> distance_targets(const SurfaceSamples& surface,
   return targets;
 }
 
-BlobBody fit_blobs(std::span<const Ball> balls, std::span<const DistanceTarget> targets,
+BlobBody fit_blobs(std::span<const spheres::Ball> balls, std::span<const DistanceTarget> targets,
                    double tool_radius_m) {
   constexpr int kMaxSteps = 25;
   constexpr double kLeastGain = 0.02;  // of the squares, in a step
@@ -161,8 +161,8 @@ BlobFit blob_fit(const BlobBody& body, std::span<const DistanceTarget> targets) 
           difference_m.lpNorm<Eigen::Infinity>()};
 }
 
-double blob_surface_error_m(const BlobBody& body, const SurfaceSamples& surface,
-                            const MeshDistance& mesh) {
+double blob_surface_error_m(const BlobBody& body, const spheres::SurfaceSamples& surface,
+                            const mesh::MeshDistance& mesh) {
   constexpr int kNewtonSteps = 20;
   double error_m = 0.0;
   for (const Eigen::Vector3d& point_m : surface.points_m) {
@@ -179,4 +179,4 @@ double blob_surface_error_m(const BlobBody& body, const SurfaceSamples& surface,
   return error_m;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -7,7 +7,7 @@
 #include "sim_server/mesh/mesh_distance.hpp"
 #include "sim_server/spheres/surface_samples.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// A place, and how far from the surface it lies.
 struct DistanceTarget {
@@ -18,8 +18,8 @@ struct DistanceTarget {
 /// What the smooth distance of a mesh's blobs should be: zero at each sample, and the distance of
 /// the places half and one tool radius out of it along its normal.
 /// Pre: tool_radius_m > 0, the samples are of that mesh.
-[[nodiscard]] std::vector<DistanceTarget> distance_targets(const SurfaceSamples& surface,
-                                                           const MeshDistance& mesh,
+[[nodiscard]] std::vector<DistanceTarget> distance_targets(const spheres::SurfaceSamples& surface,
+                                                           const mesh::MeshDistance& mesh,
                                                            double tool_radius_m);
 
 /// Melts a decomposition's balls into as many blobs, whose smooth distance follows the targets'.
@@ -30,7 +30,7 @@ struct DistanceTarget {
 /// the same blobs. A level of detail is a fit of that level's balls.
 /// Pre: neither span empty, at least four targets a ball, tool_radius_m > 0, no target further from
 /// the surface than tool_radius_m.
-[[nodiscard]] BlobBody fit_blobs(std::span<const Ball> balls,
+[[nodiscard]] BlobBody fit_blobs(std::span<const spheres::Ball> balls,
                                  std::span<const DistanceTarget> targets, double tool_radius_m);
 
 /// How far the smooth distance is from the targets'.
@@ -43,7 +43,8 @@ struct BlobFit {
 /// Two-sided Hausdorff distance between the blobs' surface and the mesh, over the samples: from
 /// each to the blobs' surface along their gradient, and from there back to the mesh; an upper bound
 /// at these points. Samples out of all blobs' reach make it infinite.
-[[nodiscard]] double blob_surface_error_m(const BlobBody& body, const SurfaceSamples& surface,
-                                          const MeshDistance& mesh);
+[[nodiscard]] double blob_surface_error_m(const BlobBody& body,
+                                          const spheres::SurfaceSamples& surface,
+                                          const mesh::MeshDistance& mesh);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -35,9 +35,10 @@ Term term_at(const BlobBody& body, double gap_m) {
 
 }  // namespace
 
-BlobBody make_blob_body(std::span<const Ball> balls, double softness_m, double tool_radius_m) {
+BlobBody make_blob_body(std::span<const spheres::Ball> balls, double softness_m,
+                        double tool_radius_m) {
   return {{balls.begin(), balls.end()},
-          make_ball_grid(balls, tool_radius_m + kFadeTo * softness_m),
+          spheres::make_ball_grid(balls, tool_radius_m + kFadeTo * softness_m),
           softness_m,
           tool_radius_m};
 }
@@ -46,7 +47,7 @@ BlobSample sample_blobs(const BlobBody& body, const Eigen::Vector3d& point_m) no
   const double search_radius_m = body.tool_radius_m + kFadeTo * body.softness_m;
   double sum = 0.0;
   Eigen::Vector3d slopes = Eigen::Vector3d::Zero();
-  for (const std::uint32_t i : balls_near(body.grid, point_m)) {
+  for (const std::uint32_t i : spheres::balls_near(body.grid, point_m)) {
     const Eigen::Vector3d apart_m = point_m - body.balls[i].centre_m;
     const double distance_m = apart_m.norm();
     const double gap_m = distance_m - body.balls[i].radius_m;
@@ -65,4 +66,4 @@ Eigen::Vector3d unit_blob_force_m(const BlobBody& body, double tool_radius_m,
   return std::max(0.0, tool_radius_m - sample.distance_m) * sample.gradient;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -5,7 +5,7 @@
 
 #include "sim_server/spheres/ball_grid.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// A body as blobs: balls whose distances melt into one smooth distance
 ///
@@ -17,8 +17,8 @@ namespace stillgrid {
 /// Lengths in metres, body's own frame.
 /// [Davanne 2002, "Interaction model", first method; Blinn, ACM Trans. Graphics 1(3), 1982]
 struct BlobBody {
-  std::vector<Ball> balls;
-  BallGrid grid;  // of these balls, reaching to where they have faded out
+  std::vector<spheres::Ball> balls;
+  spheres::BallGrid grid;  // of these balls, reaching to where they have faded out
   double softness_m = 0.0;
   double tool_radius_m = 0.0;  // of the largest tool
 };
@@ -27,7 +27,7 @@ inline constexpr double kFadeFrom = 4.0;
 inline constexpr double kFadeTo = 8.0;
 
 /// Pre: softness_m > 0, tool_radius_m >= 0.
-[[nodiscard]] BlobBody make_blob_body(std::span<const Ball> balls, double softness_m,
+[[nodiscard]] BlobBody make_blob_body(std::span<const spheres::Ball> balls, double softness_m,
                                       double tool_radius_m);
 
 /// The smooth distance at a point, and its gradient: never longer than 1 where no term fades, for
@@ -49,4 +49,4 @@ struct BlobSample {
 [[nodiscard]] Eigen::Vector3d unit_blob_force_m(const BlobBody& body, double tool_radius_m,
                                                 const Eigen::Vector3d& tool_m) noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -6,18 +6,18 @@
 #include "sim_server/dynamics/integrators/sundials_integrator.hpp"
 #include "sim_server/dynamics/integrators/sundials_stepper.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 constexpr int kOrder = 4;
 
-class ArkodeStepper : public SundialsStepper {
+class ArkodeStepper : public dynamics::SundialsStepper {
  public:
-  explicit ArkodeStepper(const SundialsProblem& problem)
-      : memory_(sun_checked(
+  explicit ArkodeStepper(const dynamics::SundialsProblem& problem)
+      : memory_(dynamics::sun_checked(
             ARKStepCreate(nullptr, problem.slope, 0.0, problem.state, problem.context))),
         state_(problem.state) {
-    int failures = ARKStepSetErrHandlerFn(memory_.get(), ignore_message, nullptr);
+    int failures = ARKStepSetErrHandlerFn(memory_.get(), dynamics::ignore_message, nullptr);
     failures |= ARKStepSetUserData(memory_.get(), problem.data);
     failures |= ARKStepSetOrder(memory_.get(), kOrder);
     failures |=
@@ -43,18 +43,18 @@ class ArkodeStepper : public SundialsStepper {
   }
 
  private:
-  SunMemory<ARKStepFree> memory_;
+  dynamics::SunMemory<ARKStepFree> memory_;
   N_Vector state_;
 };
 
-std::unique_ptr<SundialsStepper> make_stepper(const SundialsProblem& problem) {
+std::unique_ptr<dynamics::SundialsStepper> make_stepper(const dynamics::SundialsProblem& problem) {
   return std::make_unique<ArkodeStepper>(problem);
 }
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_arkode_dirk(const Method& method) {
-  return std::make_unique<SundialsIntegrator>(make_stepper, method.tolerance_m_s);
+std::unique_ptr<dynamics::Integrator> make_arkode_dirk(const scene::Method& method) {
+  return std::make_unique<dynamics::SundialsIntegrator>(make_stepper, method.tolerance_m_s);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -2,13 +2,14 @@
 
 #include <cmath>
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
-SolveReport BroydenSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Budget& budget) {
+dynamics::SolveReport BroydenSolver::solve(dynamics::NonlinearSystem& system, Eigen::VectorXd& u,
+                                           dynamics::Budget& budget) {
   residual_.resize(u.size());
   system.residual(u, residual_);
-  SolveReport report;
-  double error = scaled_rms(system, residual_);
+  dynamics::SolveReport report;
+  double error = dynamics::scaled_rms(system, residual_);
   report.residual = error;
   best_ = u;
   if (!(error <= tolerance_) && !budget.spent() && std::isfinite(error) && prepare(system)) {
@@ -18,7 +19,7 @@ SolveReport BroydenSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Bu
       --budget.iterations;
       u += steps_[taken];
       system.residual(u, residual_);
-      error = scaled_rms(system, residual_);
+      error = dynamics::scaled_rms(system, residual_);
       // Nothing brings it back from what is no number, or from an estimate that lost its inverse.
       if (!std::isfinite(error)) break;
       if (error < report.residual) {
@@ -33,15 +34,15 @@ SolveReport BroydenSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Bu
   return report;
 }
 
-bool BroydenSolver::prepare(NonlinearSystem& system) {
+bool BroydenSolver::prepare(dynamics::NonlinearSystem& system) {
   if (start_ == BroydenStart::kMass) return true;
-  system.jacobian(JacobianKind::kDefinite, matrix_);
+  system.jacobian(dynamics::JacobianKind::kDefinite, matrix_);
   cholesky_.compute(matrix_);
   return cholesky_.info() == Eigen::Success;
 }
 
 /// The step number `taken`, from the residual and the steps before.
-void BroydenSolver::find_step(const NonlinearSystem& system, std::size_t taken) {
+void BroydenSolver::find_step(const dynamics::NonlinearSystem& system, std::size_t taken) {
   if (steps_.size() <= taken) {
     steps_.emplace_back();
     squares_.push_back(0.0);
@@ -59,12 +60,12 @@ void BroydenSolver::find_step(const NonlinearSystem& system, std::size_t taken) 
   squares_[taken] = step.squaredNorm();
 }
 
-std::unique_ptr<NonlinearSolver> make_broyden(double tolerance) {
+std::unique_ptr<dynamics::NonlinearSolver> make_broyden(double tolerance) {
   return std::make_unique<BroydenSolver>(BroydenStart::kJacobian, tolerance);
 }
 
-std::unique_ptr<NonlinearSolver> make_broyden_from_mass(double tolerance) {
+std::unique_ptr<dynamics::NonlinearSolver> make_broyden_from_mass(double tolerance) {
   return std::make_unique<BroydenSolver>(BroydenStart::kMass, tolerance);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -7,7 +7,7 @@
 #include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
 #include "sim_server/scene/method.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// What Broyden's method takes for the Jacobian at first.
 enum class BroydenStart {
@@ -22,15 +22,16 @@ enum class BroydenStart {
 /// suffices (docs/algorithms/broyden.md). It then returns the best iterate, as any solver here.
 /// The inverse is kept as a product of rank-one factors in the steps themselves [Kelley 1995,
 /// section 7.3]: iteration k costs k dot products and k vectors of memory.
-class BroydenSolver : public NonlinearSolver {
+class BroydenSolver : public dynamics::NonlinearSolver {
  public:
   /// tolerance: of the scaled residual, rms.
   BroydenSolver(BroydenStart start, double tolerance) : start_(start), tolerance_(tolerance) {}
-  SolveReport solve(NonlinearSystem& system, Eigen::VectorXd& u, Budget& budget) override;
+  dynamics::SolveReport solve(dynamics::NonlinearSystem& system, Eigen::VectorXd& u,
+                              dynamics::Budget& budget) override;
 
  private:
-  bool prepare(NonlinearSystem& system);
-  void find_step(const NonlinearSystem& system, std::size_t taken);
+  bool prepare(dynamics::NonlinearSystem& system);
+  void find_step(const dynamics::NonlinearSystem& system, std::size_t taken);
 
   BroydenStart start_;
   double tolerance_;
@@ -42,10 +43,10 @@ class BroydenSolver : public NonlinearSolver {
 };
 
 /// tolerance: as BroydenSolver's.
-[[nodiscard]] std::unique_ptr<NonlinearSolver> make_broyden(double tolerance);
-[[nodiscard]] std::unique_ptr<NonlinearSolver> make_broyden_from_mass(double tolerance);
+[[nodiscard]] std::unique_ptr<dynamics::NonlinearSolver> make_broyden(double tolerance);
+[[nodiscard]] std::unique_ptr<dynamics::NonlinearSolver> make_broyden_from_mass(double tolerance);
 /// As a scene names them: from the Jacobian at the step's start; from the mass, the paper's.
-inline constexpr SolverKind kBroyden{"broyden", true, make_broyden};
-inline constexpr SolverKind kBroydenMass{"broyden_mass", false, make_broyden_from_mass};
+inline constexpr scene::SolverKind kBroyden{"broyden", true, make_broyden};
+inline constexpr scene::SolverKind kBroydenMass{"broyden_mass", false, make_broyden_from_mass};
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

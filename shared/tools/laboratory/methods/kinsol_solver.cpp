@@ -9,7 +9,7 @@
 
 #include "sim_server/dynamics/integrators/sundials_memory.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 constexpr int kKrylovVectors = 30, kKrylovRestarts = 3;
@@ -38,15 +38,15 @@ struct KinsolSolver::Run {
   void load(N_Vector at);
 
   // Freed in the reverse order: the context last.
-  SunContext context = make_sun_context();
-  SunVector unknowns, unknown_scale, residual_scale;
-  SunLinearSolver krylov;
-  SunMemory<KINFree> memory;
+  dynamics::SunContext context = dynamics::make_sun_context();
+  dynamics::SunVector unknowns, unknown_scale, residual_scale;
+  dynamics::SunLinearSolver krylov;
+  dynamics::SunMemory<KINFree> memory;
 
   KinsolStrategy strategy;
   double tolerance;
-  NonlinearSystem* system = nullptr;
-  Budget clock;  // deadline and stop alone
+  dynamics::NonlinearSystem* system = nullptr;
+  dynamics::Budget clock;  // deadline and stop alone
   Eigen::VectorXd u, residual, best, product;
   Eigen::Matrix3Xd inverse_blocks;
   double least_error = 0.0;
@@ -54,18 +54,18 @@ struct KinsolSolver::Run {
 };
 
 KinsolSolver::Run::Run(KinsolStrategy taken_strategy, double rms_tolerance, Eigen::Index size)
-    : unknowns(make_sun_vector(size, context.get())),
-      unknown_scale(make_sun_vector(size, context.get())),
-      residual_scale(make_sun_vector(size, context.get())),
-      memory(sun_checked(KINCreate(context.get()))),
+    : unknowns(dynamics::make_sun_vector(size, context.get())),
+      unknown_scale(dynamics::make_sun_vector(size, context.get())),
+      residual_scale(dynamics::make_sun_vector(size, context.get())),
+      memory(dynamics::sun_checked(KINCreate(context.get()))),
       strategy(taken_strategy),
       tolerance(rms_tolerance) {
   void* const kinsol = memory.get();
   const auto residual_at = [](N_Vector at, N_Vector result, void* data) {
     Run& run = *static_cast<Run*>(data);
-    return keep_exception(run.thrown, [&] { return run.evaluate(at, result); });
+    return dynamics::keep_exception(run.thrown, [&] { return run.evaluate(at, result); });
   };
-  KINSetErrHandlerFn(kinsol, ignore_message, nullptr);
+  KINSetErrHandlerFn(kinsol, dynamics::ignore_message, nullptr);
   KINSetUserData(kinsol, this);
   if (strategy == KinsolStrategy::kAnderson) KINSetMAA(kinsol, kAndersonVectors);
   if (KINInit(kinsol, residual_at, unknowns.get()) != KIN_SUCCESS) throw std::bad_alloc();
@@ -75,71 +75,72 @@ KinsolSolver::Run::Run(KinsolStrategy taken_strategy, double rms_tolerance, Eige
   KINSetMaxNewtonStep(kinsol, kLongestStep);
   if (strategy == KinsolStrategy::kAnderson) return;
 
-  krylov.reset(
-      sun_checked(SUNLinSol_SPGMR(unknowns.get(), SUN_PREC_RIGHT, kKrylovVectors, context.get())));
+  krylov.reset(dynamics::sun_checked(
+      SUNLinSol_SPGMR(unknowns.get(), SUN_PREC_RIGHT, kKrylovVectors, context.get())));
   SUNLinSol_SPGMRSetMaxRestarts(krylov.get(), kKrylovRestarts);
   KINSetLinearSolver(kinsol, krylov.get(), nullptr);
   KINSetMaxSetupCalls(kinsol, 1);
   KINSetJacTimesVecFn(kinsol, [](N_Vector x, N_Vector result, N_Vector, booleantype*, void* data) {
     Run& run = *static_cast<Run*>(data);
-    return keep_exception(run.thrown, [&] {
-      run.u = values_of(x);
+    return dynamics::keep_exception(run.thrown, [&] {
+      run.u = dynamics::values_of(x);
       run.system->multiply(run.u, run.product);
-      values_of(result) = run.product;
-      return run.clock.spent() ? kSunStop : kSunDone;
+      dynamics::values_of(result) = run.product;
+      return run.clock.spent() ? dynamics::kSunStop : dynamics::kSunDone;
     });
   });
   KINSetPreconditioner(
       kinsol,
       [](N_Vector at, N_Vector, N_Vector, N_Vector, void* data) {
         Run& run = *static_cast<Run*>(data);
-        return keep_exception(run.thrown, [&] { return run.prepare(at); });
+        return dynamics::keep_exception(run.thrown, [&] { return run.prepare(at); });
       },
       [](N_Vector, N_Vector, N_Vector, N_Vector, N_Vector x, void* data) {
-        multiply_blocks(static_cast<Run*>(data)->inverse_blocks, values_of(x));
-        return kSunDone;
+        multiply_blocks(static_cast<Run*>(data)->inverse_blocks, dynamics::values_of(x));
+        return dynamics::kSunDone;
       });
 }
 
 void KinsolSolver::Run::load(N_Vector at) {
-  u = values_of(at);
+  u = dynamics::values_of(at);
   system->residual(u, residual);
 }
 
 /// r(u), or the map whose fixed point is sought. Done is: good enough.
 int KinsolSolver::Run::evaluate(N_Vector at, N_Vector result) {
   load(at);
-  const double error = scaled_rms(*system, residual);
-  if (!std::isfinite(error)) return kSunRetry;
+  const double error = dynamics::scaled_rms(*system, residual);
+  if (!std::isfinite(error)) return dynamics::kSunRetry;
   if (error < least_error) {
     least_error = error;
     best = u;
   }
-  if (error <= tolerance || clock.spent()) return kSunStop;
-  values_of(result) = residual;
+  if (error <= tolerance || clock.spent()) return dynamics::kSunStop;
+  dynamics::values_of(result) = residual;
   if (strategy == KinsolStrategy::kAnderson) {
-    multiply_blocks(inverse_blocks, values_of(result));
-    values_of(result) = u - values_of(result);
+    multiply_blocks(inverse_blocks, dynamics::values_of(result));
+    dynamics::values_of(result) = u - dynamics::values_of(result);
   }
-  return kSunDone;
+  return dynamics::kSunDone;
 }
 
 int KinsolSolver::Run::prepare(N_Vector at) {
   load(at);  // the line search may have looked further last
-  system->linearise(JacobianKind::kExact);
+  system->linearise(dynamics::JacobianKind::kExact);
   invert_blocks(system->block_diagonal(), inverse_blocks);
-  return kSunDone;
+  return dynamics::kSunDone;
 }
 
 KinsolSolver::KinsolSolver(KinsolStrategy strategy, double tolerance)
     : strategy_(strategy), tolerance_(tolerance) {}
 KinsolSolver::~KinsolSolver() = default;
 
-SolveReport KinsolSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Budget& budget) {
+dynamics::SolveReport KinsolSolver::solve(dynamics::NonlinearSystem& system, Eigen::VectorXd& u,
+                                          dynamics::Budget& budget) {
   Eigen::VectorXd residual(u.size());
   system.residual(u, residual);
-  SolveReport report;
-  report.residual = scaled_rms(system, residual);
+  dynamics::SolveReport report;
+  report.residual = dynamics::scaled_rms(system, residual);
   report.converged = report.residual <= tolerance_;
   if (report.converged || budget.spent() || !std::isfinite(report.residual)) return report;
 
@@ -154,12 +155,13 @@ SolveReport KinsolSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Bud
   run.best = u;
   run.least_error = report.residual;
   run.thrown = nullptr;
-  values_of(run.unknowns.get()) = u;
-  values_of(run.residual_scale.get()) = system.residual_scale();
-  values_of(run.unknown_scale.get()) = system.residual_scale().cwiseProduct(system.mass_diagonal());
+  dynamics::values_of(run.unknowns.get()) = u;
+  dynamics::values_of(run.residual_scale.get()) = system.residual_scale();
+  dynamics::values_of(run.unknown_scale.get()) =
+      system.residual_scale().cwiseProduct(system.mass_diagonal());
   const bool anderson = strategy_ == KinsolStrategy::kAnderson;
   if (anderson) {
-    system.linearise(JacobianKind::kDefinite);
+    system.linearise(dynamics::JacobianKind::kDefinite);
     invert_blocks(system.block_diagonal(), run.inverse_blocks);
   }
   KINSetNumMaxIters(run.memory.get(), budget.iterations);
@@ -178,12 +180,12 @@ SolveReport KinsolSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Bud
   return report;
 }
 
-std::unique_ptr<NonlinearSolver> make_kinsol_newton_krylov(double tolerance) {
+std::unique_ptr<dynamics::NonlinearSolver> make_kinsol_newton_krylov(double tolerance) {
   return std::make_unique<KinsolSolver>(KinsolStrategy::kNewtonKrylov, tolerance);
 }
 
-std::unique_ptr<NonlinearSolver> make_kinsol_anderson(double tolerance) {
+std::unique_ptr<dynamics::NonlinearSolver> make_kinsol_anderson(double tolerance) {
   return std::make_unique<KinsolSolver>(KinsolStrategy::kAnderson, tolerance);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

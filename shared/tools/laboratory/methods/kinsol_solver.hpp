@@ -5,7 +5,7 @@
 #include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
 #include "sim_server/scene/method.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// How KINSOL seeks the solution.
 enum class KinsolStrategy {
@@ -17,11 +17,12 @@ enum class KinsolStrategy {
 
 /// SUNDIALS' KINSOL as a solver (docs/algorithms/sundials.md). It stops, as any solver here, when
 /// the scaled residual's rms is within the tolerance.
-class KinsolSolver : public NonlinearSolver {
+class KinsolSolver : public dynamics::NonlinearSolver {
  public:
   KinsolSolver(KinsolStrategy strategy, double tolerance);
   ~KinsolSolver() override;
-  SolveReport solve(NonlinearSystem& system, Eigen::VectorXd& u, Budget& budget) override;
+  dynamics::SolveReport solve(dynamics::NonlinearSystem& system, Eigen::VectorXd& u,
+                              dynamics::Budget& budget) override;
 
  private:
   struct Run;
@@ -31,11 +32,12 @@ class KinsolSolver : public NonlinearSolver {
 };
 
 /// tolerance: of the scaled residual, rms.
-[[nodiscard]] std::unique_ptr<NonlinearSolver> make_kinsol_newton_krylov(double tolerance);
-[[nodiscard]] std::unique_ptr<NonlinearSolver> make_kinsol_anderson(double tolerance);
+[[nodiscard]] std::unique_ptr<dynamics::NonlinearSolver> make_kinsol_newton_krylov(
+    double tolerance);
+[[nodiscard]] std::unique_ptr<dynamics::NonlinearSolver> make_kinsol_anderson(double tolerance);
 /// As a scene names them.
-inline constexpr SolverKind kKinsolNewtonKrylov{"kinsol_newton_krylov", false,
-                                                make_kinsol_newton_krylov};
-inline constexpr SolverKind kKinsolAnderson{"kinsol_anderson", false, make_kinsol_anderson};
+inline constexpr scene::SolverKind kKinsolNewtonKrylov{"kinsol_newton_krylov", false,
+                                                       make_kinsol_newton_krylov};
+inline constexpr scene::SolverKind kKinsolAnderson{"kinsol_anderson", false, make_kinsol_anderson};
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

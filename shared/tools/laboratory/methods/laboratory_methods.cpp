@@ -8,7 +8,7 @@
 #include "shared/tools/laboratory/methods/forward_euler.hpp"
 #include "shared/tools/laboratory/methods/kinsol_solver.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 template <class Kind, std::size_t kOurs, std::size_t kMore>
@@ -18,14 +18,15 @@ constexpr auto joined(const std::array<Kind, kOurs>& ours, const std::array<Kind
   return all;
 }
 
-constexpr auto kAllIntegrators = joined(kIntegrators, std::array{kForwardEuler, kArkodeDirk});
-constexpr auto kAllSolvers =
-    joined(kSolvers, std::array{kBroyden, kBroydenMass, kKinsolNewtonKrylov, kKinsolAnderson});
+constexpr auto kAllIntegrators =
+    joined(scene::kIntegrators, std::array{kForwardEuler, kArkodeDirk});
+constexpr auto kAllSolvers = joined(
+    scene::kSolvers, std::array{kBroyden, kBroydenMass, kKinsolNewtonKrylov, kKinsolAnderson});
 
 }  // namespace
 
-MethodTable laboratory_methods() noexcept {
+scene::MethodTable laboratory_methods() noexcept {
   return {kAllIntegrators, kAllSolvers};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

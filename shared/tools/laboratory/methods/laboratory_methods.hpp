@@ -2,10 +2,10 @@
 
 #include "sim_server/scene/method.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// What a scene may name in the laboratory: the product's methods, and those that are measured
 /// beside (docs/algorithms/integrators.md).
-[[nodiscard]] MethodTable laboratory_methods() noexcept;
+[[nodiscard]] scene::MethodTable laboratory_methods() noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

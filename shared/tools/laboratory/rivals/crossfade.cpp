@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 /// How far the force has passed to the snapshot numbered `newest` in the history.
@@ -16,7 +16,8 @@ double progress(const proto::SnapshotHeader& snapshot, std::size_t newest, std::
       1.0, static_cast<double>(now_ns - switch_ns) / static_cast<double>(switch_ns - before_ns));
 }
 
-ToolForce mixed(double share, const ToolForce& newest, const ToolForce& before) {
+rendering::ToolForce mixed(double share, const rendering::ToolForce& newest,
+                           const rendering::ToolForce& before) {
   return {share * newest.force_N + (1.0 - share) * before.force_N,
           share * newest.torque_N_m + (1.0 - share) * before.torque_N_m,
           std::max(newest.contacts, before.contacts),
@@ -25,18 +26,18 @@ ToolForce mixed(double share, const ToolForce& newest, const ToolForce& before) 
 
 }  // namespace
 
-void CrossfadeRenderer::prepare(const TickScene& scene, bool is_other) noexcept {
+void CrossfadeRenderer::prepare(const rendering::TickScene& scene, bool is_other) noexcept {
   if (is_other)
-    for (TouchedSpheres& age : *touched_) age.clear();
-  tool_ = place_tool(scene.fixed(), scene.pose, placed_);
+    for (rendering::TouchedSpheres& age : *touched_) age.clear();
+  tool_ = rendering::place_tool(scene.fixed(), scene.pose, placed_);
   is_switch_ = false;
 }
 
-void CrossfadeRenderer::gather(const TickScene&, const proto::SnapshotHeader& latest,
-                               const GridView& moving) noexcept {
-  const auto gather_snapshot = [&](std::size_t age, TouchedSpheres& touched) {
+void CrossfadeRenderer::gather(const rendering::TickScene&, const proto::SnapshotHeader& latest,
+                               const collision::GridView& moving) noexcept {
+  const auto gather_snapshot = [&](std::size_t age, rendering::TouchedSpheres& touched) {
     touched.clear();
-    gather_touched(moving, held_snapshot(age), tool_, touched);
+    rendering::gather_touched(moving, rendering::held_snapshot(age), tool_, touched);
   };
   gather_snapshot(0, (*fresh_)[0]);
   gather_snapshot(1, (*fresh_)[1]);
@@ -44,23 +45,24 @@ void CrossfadeRenderer::gather(const TickScene&, const proto::SnapshotHeader& la
   if (is_switch_) gather_snapshot(2, before_switch_);
 }
 
-void CrossfadeRenderer::show(const TickScene& scene, const SnapshotLook& look,
-                             RenderedTick& tick) noexcept {
+void CrossfadeRenderer::show(const rendering::TickScene& scene,
+                             const publication::SnapshotLook& look,
+                             rendering::RenderedTick& tick) noexcept {
   if (look.accepted()) {
-    for (TouchedSpheres& age : *fresh_) scene.gather_static(tool_, age);
+    for (rendering::TouchedSpheres& age : *fresh_) scene.gather_static(tool_, age);
     std::swap(touched_, fresh_);
   }
   const proto::SnapshotHeader& snapshot = reader().snapshot();
   const auto& [newest, before] = *touched_;
   tick.truncated = newest.truncated || before.truncated;
   tick.weights.alpha = progress(snapshot, 0, scene.now_ns);
-  const ToolForce by_before = scene.force_of(before, tool_);
+  const rendering::ToolForce by_before = scene.force_of(before, tool_);
   tick.force = mixed(tick.weights.alpha, scene.force_of(newest, tool_), by_before);
   if (!look.accepted() || !is_switch_) return;
   scene.gather_static(tool_, before_switch_);
-  const ToolForce old =
+  const rendering::ToolForce old =
       mixed(progress(snapshot, 1, scene.now_ns), by_before, scene.force_of(before_switch_, tool_));
   tick.switch_jump_N = (tick.force.force_N - old.force_N).norm();
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

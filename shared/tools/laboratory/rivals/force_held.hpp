@@ -2,21 +2,21 @@
 
 #include "shared/tools/laboratory/rivals/local_model.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// The slow process's force, held: no model at all, and what every model is there to beat.
 class ForceHeld final : public LocalModel {
  public:
   void update(const LocalScene& scene, const PlacedTool& sampled, const PlacedTool&,
               bool) noexcept override {
-    force_ = tool_force(scene.fixed, scene.patch, sampled.spheres, sampled.pose);
+    force_ = rendering::tool_force(scene.fixed, scene.patch, sampled.spheres, sampled.pose);
   }
-  [[nodiscard]] ToolForce force(const LocalScene&, const PlacedTool&) noexcept override {
+  [[nodiscard]] rendering::ToolForce force(const LocalScene&, const PlacedTool&) noexcept override {
     return force_;
   }
 
  private:
-  ToolForce force_;
+  rendering::ToolForce force_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -2,7 +2,7 @@
 
 #include "haptic_server/rendering/velocity_estimator.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 using Twist = Eigen::Matrix<double, 6, 1>;
@@ -13,8 +13,8 @@ Twist stacked(const Eigen::Vector3d& along, const Eigen::Vector3d& about) {
   return twist;
 }
 
-ToolPose moved(const ToolPose& pose, const Twist& way) {
-  ToolPose there = pose;
+rendering::ToolPose moved(const rendering::ToolPose& pose, const Twist& way) {
+  rendering::ToolPose there = pose;
   there.position_m += way.head<3>();
   const double angle_rad = way.tail<3>().norm();
   if (angle_rad > 0.0)
@@ -23,8 +23,8 @@ ToolPose moved(const ToolPose& pose, const Twist& way) {
   return there;
 }
 
-ToolPose sped_up(const ToolPose& pose, const Twist& velocity) {
-  ToolPose faster = pose;
+rendering::ToolPose sped_up(const rendering::ToolPose& pose, const Twist& velocity) {
+  rendering::ToolPose faster = pose;
   faster.velocity_m_s += velocity.head<3>();
   faster.angular_velocity_rad_s += velocity.tail<3>();
   return faster;
@@ -34,12 +34,13 @@ ToolPose sped_up(const ToolPose& pose, const Twist& velocity) {
 
 void ForceJacobian::update(const LocalScene& scene, const PlacedTool& sampled, const PlacedTool&,
                            bool) noexcept {
-  const auto force_at = [&](const ToolPose& pose) {
-    ToolSpheres spheres;
-    return tool_force(scene.fixed, scene.patch, place_tool(scene.fixed, pose, spheres), pose);
+  const auto force_at = [&](const rendering::ToolPose& pose) {
+    rendering::ToolSpheres spheres;
+    return rendering::tool_force(scene.fixed, scene.patch,
+                                 rendering::place_tool(scene.fixed, pose, spheres), pose);
   };
-  const auto wrench_at = [&](const ToolPose& pose) {
-    const ToolForce force = force_at(pose);
+  const auto wrench_at = [&](const rendering::ToolPose& pose) {
+    const rendering::ToolForce force = force_at(pose);
     return stacked(force.force_N, force.torque_N_m);
   };
   pose_ = sampled.pose;
@@ -59,13 +60,13 @@ void ForceJacobian::update(const LocalScene& scene, const PlacedTool& sampled, c
   }
 }
 
-ToolForce ForceJacobian::force(const LocalScene&, const PlacedTool& tool) noexcept {
+rendering::ToolForce ForceJacobian::force(const LocalScene&, const PlacedTool& tool) noexcept {
   const Eigen::Quaterniond turn = tool.pose.orientation * pose_.orientation.conjugate();
-  const Twist way = stacked(tool.pose.position_m - pose_.position_m, rotation_rad(turn));
+  const Twist way = stacked(tool.pose.position_m - pose_.position_m, rendering::rotation_rad(turn));
   const Twist gained = stacked(tool.pose.velocity_m_s - pose_.velocity_m_s,
                                tool.pose.angular_velocity_rad_s - pose_.angular_velocity_rad_s);
   const Twist wrench = wrench_ + by_place_ * way + by_velocity_ * gained;
   return {wrench.head<3>(), wrench.tail<3>(), at_sample_.contacts, at_sample_.stiffness_N_per_m};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -2,7 +2,7 @@
 
 #include "shared/tools/laboratory/rivals/local_model.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// The slow process's force and torque with their derivatives by the tool's place and velocity:
 /// W0 + J (x - x0) + D (v - v0), both with rotation [Picinbono 2000; Cavusoglu 2000; the spring and
@@ -11,16 +11,17 @@ class ForceJacobian final : public LocalModel {
  public:
   void update(const LocalScene& scene, const PlacedTool& sampled, const PlacedTool& present,
               bool is_first) noexcept override;
-  [[nodiscard]] ToolForce force(const LocalScene& scene, const PlacedTool& tool) noexcept override;
+  [[nodiscard]] rendering::ToolForce force(const LocalScene& scene,
+                                           const PlacedTool& tool) noexcept override;
 
  private:
   using Twist = Eigen::Matrix<double, 6, 1>;  // along x, y, z, then about them; a wrench likewise
 
-  ToolPose pose_;
-  ToolForce at_sample_;
+  rendering::ToolPose pose_;
+  rendering::ToolForce at_sample_;
   Twist wrench_ = Twist::Zero();
   Eigen::Matrix<double, 6, 6> by_place_ = Eigen::Matrix<double, 6, 6>::Zero(),
                               by_velocity_ = by_place_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -8,20 +8,20 @@
 #include "haptic_server/rendering/touched_spheres.hpp"
 #include "proto/scene_segment.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// What the slow process would hand over: the spheres near the tool in one snapshot, and what never
 /// changes. A sphere of the patch is there for one sphere of the tool, overlapping it or not.
 struct LocalScene {
   const proto::SceneHeader& fixed;
-  const TouchedSpheres& patch;
+  const rendering::TouchedSpheres& patch;
 };
 
 /// The tool at one instant.
 struct PlacedTool {
-  const ToolPose& pose;
-  std::span<const PlacedToolSphere> spheres;  // placed at `pose`
-  std::uint64_t time_ns = 0;                  // of the tick; nothing needs a sample's
+  const rendering::ToolPose& pose;
+  std::span<const rendering::PlacedToolSphere> spheres;  // placed at `pose`
+  std::uint64_t time_ns = 0;                             // of the tick; nothing needs a sample's
 };
 
 /// An intermediate model of the scene near the tool: made anew from each snapshot, asked at each
@@ -38,7 +38,7 @@ class LocalModel {
   LocalModel& operator=(LocalModel&&) = delete;
 
   /// Widens the balls that a patch is gathered in, one a tool sphere, by what the model stands on.
-  virtual void widen(std::span<PlacedToolSphere>) const noexcept {}
+  virtual void widen(std::span<rendering::PlacedToolSphere>) const noexcept {}
 
   /// Makes the model of a new snapshot. sampled: the tool that the snapshot was computed with;
   /// present: the tool of this tick. is_first: whatever was there before is of no account.
@@ -46,8 +46,8 @@ class LocalModel {
                       bool is_first) noexcept = 0;
 
   /// The force on the tool. scene: that of the last update.
-  [[nodiscard]] virtual ToolForce force(const LocalScene& scene,
-                                        const PlacedTool& tool) noexcept = 0;
+  [[nodiscard]] virtual rendering::ToolForce force(const LocalScene& scene,
+                                                   const PlacedTool& tool) noexcept = 0;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -2,7 +2,7 @@
 
 #include <limits>
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 /// Of the tool sample that a snapshot contains; none: the newest.
@@ -13,35 +13,38 @@ std::uint64_t sample_time_ns(const proto::SnapshotHeader& snapshot) {
 
 }  // namespace
 
-ToolForce LocalModelRenderer::force(const TickScene& scene) noexcept {
+rendering::ToolForce LocalModelRenderer::force(const rendering::TickScene& scene) noexcept {
   return model_->force({scene.fixed(), *patch_}, {scene.pose, tool_, scene.now_ns});
 }
 
-void LocalModelRenderer::prepare(const TickScene& scene, bool) noexcept {
+void LocalModelRenderer::prepare(const rendering::TickScene& scene, bool) noexcept {
   poses_.push(scene.now_ns, scene.pose);
-  tool_ = place_tool(scene.fixed(), scene.pose, placed_);
-  before_ = reader().has_snapshot() ? force(scene) : ToolForce{};
+  tool_ = rendering::place_tool(scene.fixed(), scene.pose, placed_);
+  before_ = reader().has_snapshot() ? force(scene) : rendering::ToolForce{};
 }
 
-void LocalModelRenderer::gather(const TickScene& scene, const proto::SnapshotHeader& latest,
-                                const GridView& moving) noexcept {
+void LocalModelRenderer::gather(const rendering::TickScene& scene,
+                                const proto::SnapshotHeader& latest,
+                                const collision::GridView& moving) noexcept {
   if (latest.snapshot_id == reader().snapshot().snapshot_id) return;
-  balls_ = place_tool(scene.fixed(), poses_.at(sample_time_ns(latest)), placed_balls_);
-  for (PlacedToolSphere& ball : balls_) ball.radius_m *= kPatchMargin;
+  balls_ = rendering::place_tool(scene.fixed(), poses_.at(sample_time_ns(latest)), placed_balls_);
+  for (rendering::PlacedToolSphere& ball : balls_) ball.radius_m *= kPatchMargin;
   if (reader().has_snapshot()) model_->widen(balls_);
   fresh_->clear();
-  gather_touched(moving, held_snapshot(0), balls_, *fresh_);
+  rendering::gather_touched(moving, rendering::held_snapshot(0), balls_, *fresh_);
 }
 
-void LocalModelRenderer::show(const TickScene& scene, const SnapshotLook& look,
-                              RenderedTick& tick) noexcept {
+void LocalModelRenderer::show(const rendering::TickScene& scene,
+                              const publication::SnapshotLook& look,
+                              rendering::RenderedTick& tick) noexcept {
   tick.force = before_;
   if (look.is_new) {
     scene.gather_static(balls_, *fresh_);
     std::swap(patch_, fresh_);
-    const ToolPose& pose = poses_.at(sample_time_ns(reader().snapshot()));
-    ToolSpheres sampled;
-    model_->update({scene.fixed(), *patch_}, {pose, place_tool(scene.fixed(), pose, sampled)},
+    const rendering::ToolPose& pose = poses_.at(sample_time_ns(reader().snapshot()));
+    rendering::ToolSpheres sampled;
+    model_->update({scene.fixed(), *patch_},
+                   {pose, rendering::place_tool(scene.fixed(), pose, sampled)},
                    {scene.pose, tool_, scene.now_ns}, look.is_first);
     tick.force = force(scene);
     if (!look.is_first) tick.switch_jump_N = (tick.force.force_N - before_.force_N).norm();
@@ -49,4 +52,4 @@ void LocalModelRenderer::show(const TickScene& scene, const SnapshotLook& look,
   tick.truncated = patch_->truncated;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

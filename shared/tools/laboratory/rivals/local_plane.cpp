@@ -4,11 +4,11 @@
 
 #include "shared/display/stamps.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
-double LocalPlane::depth_m(const Plane& plane, const PlacedToolSphere& probe,
+double LocalPlane::depth_m(const Plane& plane, const rendering::PlacedToolSphere& probe,
                            std::uint64_t now_ns) const noexcept {
-  const double since_s = seconds_between(updated_ns_, now_ns);
+  const double since_s = display::seconds_between(updated_ns_, now_ns);
   const double left = since_s < recovery_s_ ? 1.0 - since_s / recovery_s_ : 0.0;
   return plane.surface.depth_m - plane.surface.normal.dot(probe.position_m - plane.fitted_at_m) -
          left * plane.set_back_m;
@@ -35,8 +35,8 @@ void LocalPlane::update(const LocalScene& scene, const PlacedTool& sampled,
   }
 }
 
-ToolForce LocalPlane::force(const LocalScene&, const PlacedTool& tool) noexcept {
-  ToolForce sum;
+rendering::ToolForce LocalPlane::force(const LocalScene&, const PlacedTool& tool) noexcept {
+  rendering::ToolForce sum;
   for (std::size_t i = 0; i < tool.spheres.size(); ++i)
     if (planes_[i])
       add_surface(sum, planes_[i]->surface, depth_m(*planes_[i], tool.spheres[i], tool.time_ns),
@@ -44,4 +44,4 @@ ToolForce LocalPlane::force(const LocalScene&, const PlacedTool& tool) noexcept 
   return sum;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

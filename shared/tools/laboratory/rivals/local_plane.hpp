@@ -5,7 +5,7 @@
 
 #include "shared/tools/laboratory/rivals/local_surface.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// A plane for each sphere of the tool, tangent to what it touched or was near to, and its
 /// recovery: where a new plane would suddenly press, it starts so that the press is the old one's,
@@ -19,7 +19,8 @@ class LocalPlane final : public LocalModel {
 
   void update(const LocalScene& scene, const PlacedTool& sampled, const PlacedTool& present,
               bool is_first) noexcept override;
-  [[nodiscard]] ToolForce force(const LocalScene& scene, const PlacedTool& tool) noexcept override;
+  [[nodiscard]] rendering::ToolForce force(const LocalScene& scene,
+                                           const PlacedTool& tool) noexcept override;
 
  private:
   struct Plane {
@@ -27,7 +28,7 @@ class LocalPlane final : public LocalModel {
     Eigen::Vector3d fitted_at_m;  // of the tool sphere's centre
     double set_back_m = 0.0;      // at the update
   };
-  [[nodiscard]] double depth_m(const Plane& plane, const PlacedToolSphere& probe,
+  [[nodiscard]] double depth_m(const Plane& plane, const rendering::PlacedToolSphere& probe,
                                std::uint64_t now_ns) const noexcept;
 
   double recovery_s_;
@@ -35,4 +36,4 @@ class LocalPlane final : public LocalModel {
   std::array<std::optional<Plane>, proto::kMaxToolSpheres> planes_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 /// From which distance on a centre is as good as at infinity.
@@ -12,13 +12,14 @@ constexpr double kFlat_m = 1e3;
 /// Distance of the centre of curvature below a place on the surface's level: how fast the normal
 /// turns along two directions across it.
 double centre_distance_m(const LocalScene& scene, std::uint32_t tool_sphere,
-                         const PlacedToolSphere& probe, const Eigen::Vector3d& normal) noexcept {
+                         const rendering::PlacedToolSphere& probe,
+                         const Eigen::Vector3d& normal) noexcept {
   const double step_m = 0.5 * probe.radius_m;
   const Eigen::Vector3d across = normal.unitOrthogonal();
   const Eigen::Vector3d ways[] = {across, -across, normal.cross(across), across.cross(normal)};
   double turned = 0.0;
   for (const Eigen::Vector3d& way : ways) {
-    PlacedToolSphere aside = probe;
+    rendering::PlacedToolSphere aside = probe;
     aside.position_m += step_m * way;
     const auto surface = fit_surface(scene, tool_sphere, aside);
     if (surface) turned += 0.25 * surface->normal.dot(way);
@@ -34,7 +35,7 @@ void LocalSphere::update(const LocalScene& scene, const PlacedTool& sampled, con
                          bool) noexcept {
   for (std::uint32_t i = 0; i < sampled.spheres.size(); ++i) {
     spheres_[i].reset();
-    const PlacedToolSphere& probe = sampled.spheres[i];
+    const rendering::PlacedToolSphere& probe = sampled.spheres[i];
     const auto surface = fit_surface(scene, i, probe);
     if (!surface) continue;
     const double distance_m = centre_distance_m(scene, i, probe, surface->normal);
@@ -43,8 +44,8 @@ void LocalSphere::update(const LocalScene& scene, const PlacedTool& sampled, con
   }
 }
 
-ToolForce LocalSphere::force(const LocalScene&, const PlacedTool& tool) noexcept {
-  ToolForce sum;
+rendering::ToolForce LocalSphere::force(const LocalScene&, const PlacedTool& tool) noexcept {
+  rendering::ToolForce sum;
   for (std::size_t i = 0; i < tool.spheres.size(); ++i) {
     if (!spheres_[i]) continue;
     const auto& [surface, centre_m, contact_distance_m] = *spheres_[i];
@@ -57,4 +58,4 @@ ToolForce LocalSphere::force(const LocalScene&, const PlacedTool& tool) noexcept
   return sum;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -5,7 +5,7 @@
 
 #include "shared/tools/laboratory/rivals/local_surface.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// A sphere for each sphere of the tool, fitted to the surface near it: through its nearest point,
 /// with the normal there and the mean curvature round it [Balaniuk 1999]. Hollows count as flat.
@@ -13,7 +13,8 @@ class LocalSphere final : public LocalModel {
  public:
   void update(const LocalScene& scene, const PlacedTool& sampled, const PlacedTool& present,
               bool is_first) noexcept override;
-  [[nodiscard]] ToolForce force(const LocalScene& scene, const PlacedTool& tool) noexcept override;
+  [[nodiscard]] rendering::ToolForce force(const LocalScene& scene,
+                                           const PlacedTool& tool) noexcept override;
 
  private:
   struct Sphere {
@@ -24,4 +25,4 @@ class LocalSphere final : public LocalModel {
   std::array<std::optional<Sphere>, proto::kMaxToolSpheres> spheres_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -1,29 +1,32 @@
 #include "shared/tools/laboratory/rivals/local_surface.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 template <class Visit>
 void for_each_contact(const LocalScene& scene, std::uint32_t tool_sphere,
-                      const PlacedToolSphere& probe, Visit&& visit) {
-  for (const TouchedSphere& sphere : scene.patch.all())
+                      const rendering::PlacedToolSphere& probe, Visit&& visit) {
+  for (const rendering::TouchedSphere& sphere : scene.patch.all())
     if (sphere.tool_sphere == tool_sphere && sphere.material < scene.fixed.material_count)
-      visit(contact_material(scene.fixed, sphere.material), contact_with(sphere, probe));
+      visit(rendering::contact_material(scene.fixed, sphere.material),
+            rendering::contact_with(sphere, probe));
   for (std::uint32_t i = 0; i < scene.fixed.plane_count; ++i) {
     const proto::Plane& plane = scene.fixed.planes[i];
-    visit(contact_material(scene.fixed, plane.material), contact_with(plane, probe));
+    visit(rendering::contact_material(scene.fixed, plane.material),
+          rendering::contact_with(plane, probe));
   }
 }
 
 }  // namespace
 
 std::optional<LocalSurface> fit_surface(const LocalScene& scene, std::uint32_t tool_sphere,
-                                        const PlacedToolSphere& probe) noexcept {
+                                        const rendering::PlacedToolSphere& probe) noexcept {
   std::optional<LocalSurface> nearest;
   Eigen::Vector3d sum_N = Eigen::Vector3d::Zero(), momentum = Eigen::Vector3d::Zero();
   double normal_load_N = 0.0;
   for_each_contact(
-      scene, tool_sphere, probe, [&](const ContactMaterial& material, const ToolContact& contact) {
+      scene, tool_sphere, probe,
+      [&](const collision::ContactMaterial& material, const rendering::ToolContact& contact) {
         if (!nearest || contact.depth_m > nearest->depth_m)
           nearest = {contact.normal, contact.depth_m, material, contact.touched_velocity_m_s};
         if (!(contact.depth_m > 0.0)) return;
@@ -41,7 +44,8 @@ std::optional<LocalSurface> fit_surface(const LocalScene& scene, std::uint32_t t
   surface.velocity_m_s = momentum / normal_load_N;
   surface.material.stiffness_N_per_m = surface.material.damping_N_s_per_m = 0.0;
   for_each_contact(
-      scene, tool_sphere, probe, [&](const ContactMaterial& material, const ToolContact& contact) {
+      scene, tool_sphere, probe,
+      [&](const collision::ContactMaterial& material, const rendering::ToolContact& contact) {
         if (!(contact.depth_m > 0.0)) return;
         const double share = contact.normal.dot(surface.normal);
         surface.material.stiffness_N_per_m += share * share * material.stiffness_N_per_m;
@@ -51,12 +55,12 @@ std::optional<LocalSurface> fit_surface(const LocalScene& scene, std::uint32_t t
   return surface;
 }
 
-void add_surface(ToolForce& sum, const LocalSurface& surface, double depth_m,
-                 const Eigen::Vector3d& normal, const PlacedToolSphere& probe,
-                 const ToolPose& pose) noexcept {
-  add_contact(sum, surface.material,
-              {depth_m, normal, probe.position_m - probe.radius_m * normal, surface.velocity_m_s},
-              pose);
+void add_surface(rendering::ToolForce& sum, const LocalSurface& surface, double depth_m,
+                 const Eigen::Vector3d& normal, const rendering::PlacedToolSphere& probe,
+                 const rendering::ToolPose& pose) noexcept {
+  rendering::add_contact(
+      sum, surface.material,
+      {depth_m, normal, probe.position_m - probe.radius_m * normal, surface.velocity_m_s}, pose);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

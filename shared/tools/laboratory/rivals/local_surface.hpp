@@ -5,13 +5,13 @@
 
 #include "shared/tools/laboratory/rivals/local_model.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// The one flat surface that stands for all a tool sphere touches, or for the nearest it might.
 struct LocalSurface {
   Eigen::Vector3d normal;  // towards the tool
   double depth_m;          // of the tool sphere; negative: its distance
-  ContactMaterial material;
+  collision::ContactMaterial material;
   Eigen::Vector3d velocity_m_s;
 };
 
@@ -21,13 +21,13 @@ struct LocalSurface {
 /// damper that sum's derivative along the normal, the contacts' turning apart: with one contact
 /// these are the contact's own. Else it is the nearest thing's tangent plane.
 /// Realtime: as tool_force().
-[[nodiscard]] std::optional<LocalSurface> fit_surface(const LocalScene& scene,
-                                                      std::uint32_t tool_sphere,
-                                                      const PlacedToolSphere& probe) noexcept;
+[[nodiscard]] std::optional<LocalSurface> fit_surface(
+    const LocalScene& scene, std::uint32_t tool_sphere,
+    const rendering::PlacedToolSphere& probe) noexcept;
 
 /// Adds the contact law's force on a tool sphere that lies depth_m deep under a surface.
-void add_surface(ToolForce& sum, const LocalSurface& surface, double depth_m,
-                 const Eigen::Vector3d& normal, const PlacedToolSphere& probe,
-                 const ToolPose& pose) noexcept;
+void add_surface(rendering::ToolForce& sum, const LocalSurface& surface, double depth_m,
+                 const Eigen::Vector3d& normal, const rendering::PlacedToolSphere& probe,
+                 const rendering::ToolPose& pose) noexcept;
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

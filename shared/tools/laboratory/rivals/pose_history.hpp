@@ -6,7 +6,7 @@
 
 #include "haptic_server/rendering/tool_force.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// The tool's poses of the last ticks, as far back as the oldest sample a snapshot may contain.
 class PoseHistory {
@@ -14,7 +14,7 @@ class PoseHistory {
   static constexpr std::size_t kCapacity = 512;
 
   /// Realtime: yes.
-  void push(std::uint64_t time_ns, const ToolPose& pose) noexcept {
+  void push(std::uint64_t time_ns, const rendering::ToolPose& pose) noexcept {
     const std::size_t slot = pushed_++ % kCapacity;
     times_ns_[slot] = time_ns;
     poses_[slot] = pose;
@@ -22,7 +22,7 @@ class PoseHistory {
 
   /// The pose pushed last at time_ns or before it; the oldest kept if all are later.
   /// Realtime: bounded by the capacity. Pre: one was pushed.
-  [[nodiscard]] const ToolPose& at(std::uint64_t time_ns) const noexcept {
+  [[nodiscard]] const rendering::ToolPose& at(std::uint64_t time_ns) const noexcept {
     std::size_t i = pushed_ - 1;
     const std::size_t oldest = pushed_ > kCapacity ? pushed_ - kCapacity : 0;
     while (i > oldest && times_ns_[i % kCapacity] > time_ns) --i;
@@ -32,7 +32,7 @@ class PoseHistory {
  private:
   std::size_t pushed_ = 0;
   std::array<std::uint64_t, kCapacity> times_ns_{};
-  std::array<ToolPose, kCapacity> poses_;
+  std::array<rendering::ToolPose, kCapacity> poses_;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <span>
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 /// Times a tick that half-spaces are laid anew: along a curved surface the place comes nearer each
@@ -17,7 +17,7 @@ constexpr double kTolerance_m = 1e-9;
 
 }  // namespace
 
-void Proxy::widen(std::span<PlacedToolSphere> balls) const noexcept {
+void Proxy::widen(std::span<rendering::PlacedToolSphere> balls) const noexcept {
   // It comes nearer to the tool only, but from any side.
   for (std::size_t i = 0; i < balls.size(); ++i)
     balls[i].radius_m += (places_m_[i] - balls[i].position_m).norm();
@@ -32,20 +32,21 @@ void Proxy::update(const LocalScene&, const PlacedTool&, const PlacedTool& prese
 
 /// Lays the half-spaces that touch what is round `at` and may be in the way to the goal.
 void Proxy::find_half_spaces(const LocalScene& scene, std::uint32_t tool_sphere,
-                             const PlacedToolSphere& at, const Eigen::Vector3d& goal_m) noexcept {
+                             const rendering::PlacedToolSphere& at,
+                             const Eigen::Vector3d& goal_m) noexcept {
   // The nearest place is no farther from the goal than `at` is.
   const double search_radius_m = 2.0 * (goal_m - at.position_m).norm() + at.radius_m;
   count_ = 0;
-  const auto add = [&](const ToolContact& contact, std::uint32_t material) {
+  const auto add = [&](const rendering::ToolContact& contact, std::uint32_t material) {
     if (contact.depth_m < -search_radius_m) return;
     half_spaces_[count_++] = {contact.normal, contact.normal.dot(at.position_m) + contact.depth_m,
                               0.0, material, contact.touched_velocity_m_s};
   };
-  for (const TouchedSphere& sphere : scene.patch.all())
+  for (const rendering::TouchedSphere& sphere : scene.patch.all())
     if (sphere.tool_sphere == tool_sphere && sphere.material < scene.fixed.material_count)
-      add(contact_with(sphere, at), sphere.material);
+      add(rendering::contact_with(sphere, at), sphere.material);
   for (std::uint32_t i = 0; i < scene.fixed.plane_count; ++i)
-    add(contact_with(scene.fixed.planes[i], at), scene.fixed.planes[i].material);
+    add(rendering::contact_with(scene.fixed.planes[i], at), scene.fixed.planes[i].material);
 }
 
 /// Hildreth's method: each half-space in turn pushes as much as it needs, or gives back.
@@ -65,14 +66,16 @@ Eigen::Vector3d Proxy::nearest_free_m(const Eigen::Vector3d& goal_m) noexcept {
 }
 
 /// The contact law along the spring, with the constants of what pushes, each by its push.
-void Proxy::add_spring(ToolForce& sum, const LocalScene& scene, const Eigen::Vector3d& place_m,
-                       const PlacedToolSphere& probe, const ToolPose& pose) const noexcept {
+void Proxy::add_spring(rendering::ToolForce& sum, const LocalScene& scene,
+                       const Eigen::Vector3d& place_m, const rendering::PlacedToolSphere& probe,
+                       const rendering::ToolPose& pose) const noexcept {
   LocalSurface surface{};
   double pushed_m = 0.0, most_m = 0.0;
   surface.velocity_m_s.setZero();
   for (const HalfSpace& half : std::span(half_spaces_).first(count_)) {
     if (!(half.push_m > 0.0)) continue;
-    const ContactMaterial material = contact_material(scene.fixed, half.material);
+    const collision::ContactMaterial material =
+        rendering::contact_material(scene.fixed, half.material);
     if (half.push_m > most_m) {
       surface.material.friction = material.friction;
       surface.material.slip_speed_m_s = material.slip_speed_m_s;
@@ -92,10 +95,10 @@ void Proxy::add_spring(ToolForce& sum, const LocalScene& scene, const Eigen::Vec
   add_surface(sum, surface, depth_m, spring_m / depth_m, probe, pose);
 }
 
-ToolForce Proxy::force(const LocalScene& scene, const PlacedTool& tool) noexcept {
-  ToolForce sum;
+rendering::ToolForce Proxy::force(const LocalScene& scene, const PlacedTool& tool) noexcept {
+  rendering::ToolForce sum;
   for (std::uint32_t i = 0; i < tool.spheres.size(); ++i) {
-    PlacedToolSphere at = tool.spheres[i];
+    rendering::PlacedToolSphere at = tool.spheres[i];
     if (places_m_[i].allFinite()) at.position_m = places_m_[i];  // else a pose was no number
     for (int laying = 0; laying < kLayings; ++laying) {
       find_half_spaces(scene, i, at, tool.spheres[i].position_m);
@@ -107,4 +110,4 @@ ToolForce Proxy::force(const LocalScene& scene, const PlacedTool& tool) noexcept
   return sum;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

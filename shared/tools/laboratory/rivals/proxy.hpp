@@ -5,7 +5,7 @@
 
 #include "shared/tools/laboratory/rivals/local_surface.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// A god-object for each sphere of the tool: a centre that goes to the tool's as near as it can and
 /// stays outside the patch's spheres, grown by the tool sphere's radius, and above the planes. The
@@ -16,10 +16,11 @@ namespace stillgrid {
 /// intersection is convex, so no step passes through anything, however thin.
 class Proxy final : public LocalModel {
  public:
-  void widen(std::span<PlacedToolSphere> balls) const noexcept override;
+  void widen(std::span<rendering::PlacedToolSphere> balls) const noexcept override;
   void update(const LocalScene& scene, const PlacedTool& sampled, const PlacedTool& present,
               bool is_first) noexcept override;
-  [[nodiscard]] ToolForce force(const LocalScene& scene, const PlacedTool& tool) noexcept override;
+  [[nodiscard]] rendering::ToolForce force(const LocalScene& scene,
+                                           const PlacedTool& tool) noexcept override;
 
  private:
   struct HalfSpace {
@@ -30,14 +31,16 @@ class Proxy final : public LocalModel {
     Eigen::Vector3d velocity_m_s;
   };
   void find_half_spaces(const LocalScene& scene, std::uint32_t tool_sphere,
-                        const PlacedToolSphere& at, const Eigen::Vector3d& goal_m) noexcept;
+                        const rendering::PlacedToolSphere& at,
+                        const Eigen::Vector3d& goal_m) noexcept;
   [[nodiscard]] Eigen::Vector3d nearest_free_m(const Eigen::Vector3d& goal_m) noexcept;
-  void add_spring(ToolForce& sum, const LocalScene& scene, const Eigen::Vector3d& place_m,
-                  const PlacedToolSphere& probe, const ToolPose& pose) const noexcept;
+  void add_spring(rendering::ToolForce& sum, const LocalScene& scene,
+                  const Eigen::Vector3d& place_m, const rendering::PlacedToolSphere& probe,
+                  const rendering::ToolPose& pose) const noexcept;
 
   std::array<Eigen::Vector3d, proto::kMaxToolSpheres> places_m_;
-  std::array<HalfSpace, TouchedSpheres::kCapacity + proto::kMaxPlanes> half_spaces_;
+  std::array<HalfSpace, rendering::TouchedSpheres::kCapacity + proto::kMaxPlanes> half_spaces_;
   std::size_t count_ = 0;
 };
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

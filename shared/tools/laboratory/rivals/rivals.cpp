@@ -8,15 +8,15 @@
 #include "shared/tools/laboratory/rivals/local_sphere.hpp"
 #include "shared/tools/laboratory/rivals/proxy.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 template <class Local>
-std::unique_ptr<Renderer> local() {
+std::unique_ptr<rendering::Renderer> local() {
   return std::make_unique<LocalModelRenderer>(std::make_unique<Local>());
 }
 
-std::unique_ptr<Renderer> crossfade() {
+std::unique_ptr<rendering::Renderer> crossfade() {
   return std::make_unique<CrossfadeRenderer>();
 }
 
@@ -41,8 +41,9 @@ const Rival* rival_named(std::string_view name) noexcept {
   return nullptr;
 }
 
-std::unique_ptr<Renderer> make_renderer(const Rival* rival, Transition transition) {
-  return rival != nullptr ? rival->make() : make_renderer(transition);
+std::unique_ptr<rendering::Renderer> make_renderer(const Rival* rival,
+                                                   display::Transition transition) {
+  return rival != nullptr ? rival->make() : rendering::make_renderer(transition);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

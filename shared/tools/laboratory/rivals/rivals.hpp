@@ -6,13 +6,13 @@
 
 #include "haptic_server/rendering/renderer.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 
 /// What stands for the scene between two snapshots instead of the product's grid, to be measured
 /// beside it: docs/algorithms/intermediate_models.md.
 struct Rival {
   std::string_view name;  // as --model of the laboratory takes it
-  std::unique_ptr<Renderer> (*make)();
+  std::unique_ptr<rendering::Renderer> (*make)();
 };
 [[nodiscard]] std::span<const Rival> rivals() noexcept;
 
@@ -20,6 +20,7 @@ struct Rival {
 [[nodiscard]] const Rival* rival_named(std::string_view name) noexcept;
 
 /// The rival's renderer; without one the product's own, the grid, with that transition.
-[[nodiscard]] std::unique_ptr<Renderer> make_renderer(const Rival* rival, Transition transition);
+[[nodiscard]] std::unique_ptr<rendering::Renderer> make_renderer(const Rival* rival,
+                                                                 display::Transition transition);
 
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

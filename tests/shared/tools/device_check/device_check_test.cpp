@@ -232,7 +232,8 @@ TEST_CASE("Declared system calls are told and are no fault", "[device_check]") {
 }
 
 TEST_CASE("The devices that ship pass every check", "[device_check]") {
-  const stillgrid::RecordingFile file("t_s,x_m,y_m,z_m\n0,0,0,0.01\n0.05,0.01,0,0\n0.1,0,0,0.01\n");
+  const stillgrid::devices::RecordingFile file(
+      "t_s,x_m,y_m,z_m\n0,0,0,0.01\n0.05,0.01,0,0\n0.1,0,0,0.01\n");
   const std::string replay = "replay:file=" + file.path();
   const std::array<std::string, 4> devices = {
       "phantom",
@@ -297,7 +298,7 @@ TEST_CASE("Options that the driver refuses are bad input", "[device_check]") {
 }
 
 TEST_CASE("The report holds what was printed", "[device_check]") {
-  const stillgrid::RecordingFile file("");
+  const stillgrid::devices::RecordingFile file("");
   const Run run = check("hostile", "time_ahead", "--only 'read.*' --json " + file.path());
   std::ifstream stream(file.path());
   const std::string json((std::istreambuf_iterator<char>(stream)), {});

@@ -9,7 +9,7 @@
 #include "shared/tools/fit_run/fit_reference.hpp"
 #include "tests/test_folder.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fit_run {
 
 inline std::string text_of(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
@@ -33,4 +33,4 @@ inline std::string trajectory_text(double duration_s,
   return text;
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::fit_run

@@ -9,7 +9,7 @@
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/shared/tools/fit_run/fit_files.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fit_run {
 namespace {
 
 constexpr double kDepth_m = 0.012, kSpeed_m_s = 0.1;
@@ -22,22 +22,22 @@ std::string ride(double duration_s, double amplitude_m = 0.0) {
   });
 }
 
-SceneDescription moving_sphere(const std::vector<std::string>& settings = {}) {
+scene::SceneDescription moving_sphere(const std::vector<std::string>& settings = {}) {
   return load_scene_with(find_scene("moving_sphere"), settings);
 }
 
-FitReference reference_of(const SceneDescription& scene, const FitPath& path, double settle_s = 0.0,
-                          int steps_per_tick = 1) {
-  LabRun run;
+FitReference reference_of(const scene::SceneDescription& scene, const FitPath& path,
+                          double settle_s = 0.0, int steps_per_tick = 1) {
+  laboratory::LabRun run;
   return make_reference(scene, path, steps_per_tick, settle_s, run);
 }
 
 TEST_CASE("A candidate that is the reference errs by nothing, to the bit", "[fit_run]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const FitPath path{.trajectory = folder.write("ride.csv", ride(0.5, 0.002))};
   const FitReference reference = reference_of(moving_sphere(), path);
   const FitResult result = run_candidate({.scene = moving_sphere({"simulation.rate_hz=1000"}),
-                                          .transition = Transition::kHold,
+                                          .transition = display::Transition::kHold,
                                           .latency_share = 0.0,
                                           .repeats = 2},
                                          path, reference);
@@ -54,13 +54,13 @@ TEST_CASE("A candidate that is the reference errs by nothing, to the bit", "[fit
 
 TEST_CASE("Of a body in steady motion, snapshots held at 10 Hz err by v times their age",
           "[fit_run]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const FitPath path{.trajectory = folder.write("ride.csv", ride(2.0))};
   const FitReference reference = reference_of(moving_sphere(), path);
   CHECK(reference_force(reference.rows).rms_N == Approx(500.0 * kDepth_m).epsilon(1e-4));
   CHECK(reference_force(reference.rows).contact_share == 1.0);
   const FitResult result = run_candidate({.scene = moving_sphere({"simulation.rate_hz=10"}),
-                                          .transition = Transition::kHold,
+                                          .transition = display::Transition::kHold,
                                           .latency_share = 0.0},
                                          path, reference);
   // Ages of 0 to 99 ms, each as often: the mean of their squares is (n - 1)(2 n - 1) / 6.
@@ -87,12 +87,12 @@ TEST_CASE("A step's share is imitated in tenths, rounded up", "[fit_run]") {
 }
 
 TEST_CASE("Snapshots are late by the share of a period that was given", "[fit_run]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const FitPath path{.trajectory = folder.write("ride.csv", ride(1.0))};
   const FitReference reference = reference_of(moving_sphere(), path);
   const auto share = [&](double latency_share) {
     return *run_candidate({.scene = moving_sphere({"simulation.rate_hz=50"}),
-                           .transition = Transition::kHold,
+                           .transition = display::Transition::kHold,
                            .latency_share = latency_share},
                           path, reference)
                 .error.share;
@@ -101,19 +101,19 @@ TEST_CASE("Snapshots are late by the share of a period that was given", "[fit_ru
 }
 
 TEST_CASE("A run with settings is to the bit that of the file with those values", "[fit_run]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const FitPath path{.trajectory = folder.write("ride.csv", ride(0.4, 0.002))};
   const auto given = find_scene("moving_sphere");
-  const FitReference reference = reference_of(load_scene(given), path);
+  const FitReference reference = reference_of(scene::load_scene(given), path);
   std::string text = text_of(given);
   text.replace(text.find("period_s = 0.033"), 16, "rate_hz = 70.3");
   text.replace(text.find("radius_m = 0.01"), 15, "radius_m = 0.0101");
   text += "stiffness_scale = 1.7\n";
   const auto edited = folder.write("moving_sphere.toml", text);
-  const auto error_of = [&](const SceneDescription& scene) {
+  const auto error_of = [&](const scene::SceneDescription& scene) {
     return run_candidate({.scene = scene, .latency_share = 0.1}, path, reference).error;
   };
-  const FitError by_file = error_of(load_scene(edited));
+  const FitError by_file = error_of(scene::load_scene(edited));
   const FitError by_settings =
       error_of(load_scene_with(given, {"simulation.rate_hz=70.3", "body.sphere.radius_m=0.0101",
                                        "body.sphere.stiffness_scale=1.7"}));
@@ -157,7 +157,7 @@ spring_stiffness_N_per_m = { structural = 100.0 }
 material = "m"
 )";
 
-bool same_state(const WorldState& a, const WorldState& b) {
+bool same_state(const laboratory::WorldState& a, const laboratory::WorldState& b) {
   bool same = a.time_s == b.time_s && a.nodes.size() == b.nodes.size() &&
               a.rigid_bodies.size() == b.rigid_bodies.size();
   for (std::size_t i = 0; same && i < a.nodes.size(); ++i)
@@ -173,19 +173,19 @@ bool same_state(const WorldState& a, const WorldState& b) {
 
 TEST_CASE("Every candidate starts from the world that the reference settled, to the bit",
           "[fit_run]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const FitPath path{.trajectory = folder.write("press.csv", trajectory_text(0.6, [](double t_s) {
                                                   return Eigen::Vector3d(0.0, 0.0,
                                                                          0.05 - 0.07 * t_s);
                                                 }))};
-  const SceneDescription scene = load_scene(folder.write("falling.toml", kFalling));
+  const scene::SceneDescription scene = scene::load_scene(folder.write("falling.toml", kFalling));
   const FitReference made = reference_of(scene, path, 0.15);
   CHECK(made.start.time_s == Approx(0.15));
   CHECK(made.start.rigid_bodies[0].position_m.z() < 0.025);  // it fell
   CHECK(made.start.rigid_bodies[0].angular_velocity_rad_s.norm() > 0.1);
   write_reference(folder.path / "ref.csv", scene, made);
 
-  const SceneDescription other =
+  const scene::SceneDescription other =
       load_scene_with(folder.path / "falling.toml",
                       {"simulation.rate_hz=20", "simulation.integrator='velocity_verlet'",
                        "body.block.spheres.spacing_m=0.02"});
@@ -199,16 +199,16 @@ TEST_CASE("Every candidate starts from the world that the reference settled, to 
   CHECK(read.presses[0].press_s == made.presses[0].press_s);
   CHECK(same_state(read.presses[0].world, made.presses[0].world));
 
-  LabOptions options = path_options(path);
+  laboratory::LabOptions options = path_options(path);
   options.start = &read.start;
   options.state_interval_s = 0.05;
-  const LabRun run = run_lab(other, options);
+  const laboratory::LabRun run = laboratory::run_lab(other, options);
   CHECK(same_state(run.states.at(0), made.start));
   CHECK(run.states.at(1).time_s == Approx(made.start.time_s + 0.05));
 }
 
 TEST_CASE("Prescribed bodies go on from the time at which a run starts", "[fit_run]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const FitPath path{.trajectory = folder.write("still.csv", trajectory_text(0.1, [](double) {
                                                   return Eigen::Vector3d(0.0, 0.0, 0.0);
                                                 }))};
@@ -219,7 +219,7 @@ TEST_CASE("Prescribed bodies go on from the time at which a run starts", "[fit_r
 }
 
 TEST_CASE("The strongest presses are peaks half a second apart", "[fit_run]") {
-  std::vector<TickRow> rows(3000);
+  std::vector<recording::TickRow> rows(3000);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     rows[i].time_s = 1e-3 * static_cast<double>(i);
     const auto peak = [&](double at, double force_N) {
@@ -229,18 +229,18 @@ TEST_CASE("The strongest presses are peaks half a second apart", "[fit_run]") {
         {peak(400, 2.0), peak(700, 1.9), peak(1300, 3.0), peak(2200, 1.0), peak(2800, 0.2)});
   }
   CHECK(strongest_presses(rows) == std::vector<std::size_t>{1300, 400, 2200});
-  CHECK(strongest_presses(std::vector<TickRow>(10)).empty());
+  CHECK(strongest_presses(std::vector<recording::TickRow>(10)).empty());
 }
 
 TEST_CASE("A reference of something else is refused in one line", "[fit_run]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const FitPath path{.trajectory = folder.write("ride.csv", ride(0.1))};
-  const SceneDescription scene = moving_sphere();
+  const scene::SceneDescription scene = moving_sphere();
   const auto file = folder.path / "ref.csv";
   const auto state = folder.path / "ref.state.csv";
   write_reference(file, scene, reference_of(scene, path));
   const std::string rows = text_of(file), worlds = text_of(state);
-  const auto refusal = [&](const SceneDescription& of) -> std::string {
+  const auto refusal = [&](const scene::SceneDescription& of) -> std::string {
     try {
       (void)read_reference(file, of);
     } catch (const std::runtime_error& error) {
@@ -249,7 +249,7 @@ TEST_CASE("A reference of something else is refused in one line", "[fit_run]") {
     return "";
   };
   CHECK(refusal(scene).empty());
-  const SceneDescription falling = load_scene(folder.write("falling.toml", kFalling));
+  const scene::SceneDescription falling = scene::load_scene(folder.write("falling.toml", kFalling));
   CHECK(refusal(falling) ==
         state.string() +
             ":2: value 'start,sphere,0': expected node 0 of body 'block' of the "
@@ -304,4 +304,4 @@ TEST_CASE("A reference of something else is refused in one line", "[fit_run]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::fit_run

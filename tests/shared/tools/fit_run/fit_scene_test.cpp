@@ -11,7 +11,7 @@
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/shared/tools/fit_run/fit_files.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fit_run {
 namespace {
 
 constexpr const char* kScene = R"(format = 2
@@ -40,12 +40,12 @@ radius_m = 0.1
 material = "felt"
 )";
 
-SceneDescription with(const std::vector<std::string>& settings) {
-  return read_scene(with_settings(kScene, settings), "scene.toml");
+scene::SceneDescription with(const std::vector<std::string>& settings) {
+  return scene::read_scene(with_settings(kScene, settings), "scene.toml");
 }
 
 std::string refusal(const std::vector<std::string>& settings) {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const auto file = folder.write("scene.toml", kScene);
   try {
     (void)load_scene_with(file, settings);
@@ -56,30 +56,30 @@ std::string refusal(const std::vector<std::string>& settings) {
 }
 
 TEST_CASE("A setting is a value in the file, in tables that exist or not", "[fit_scene]") {
-  const SceneDescription scene =
+  const scene::SceneDescription scene =
       with({"grid.voxel_ratio=2", "body.cloth.fine.spheres.spacing_m=0.02",
             "body.cloth.stiffness_scale=1.96",
             "material.felt.contact_stiffness_N_per_m=123.456789012345678",
             "world.gravity_m_s2=[0, 0, -1.5]"});
   CHECK(scene.voxel_ratio == 2.0);
-  const SpherePacking spheres = std::get<SheetBody>(scene.bodies[0].shape).spheres;
+  const bodies::SpherePacking spheres = std::get<bodies::SheetBody>(scene.bodies[0].shape).spheres;
   CHECK(spheres.spacing_m == 0.02);
   CHECK(spheres.radius_m == 0.0065);
   CHECK(scene.bodies[1].stiffness_scale == 1.96);
   CHECK(scene.materials[0].contact_stiffness_N_per_m == 123.456789012345678);
   CHECK(scene.gravity_m_s2.z() == -1.5);
-  CHECK(scene.method.solver == SolverKind::kNewtonLu);  // what is not set stays
+  CHECK(scene.method.solver == scene::SolverKind::kNewtonLu);  // what is not set stays
 }
 
 TEST_CASE("A setting by a key's name of format 1 or 2 changes that key in a scene of either",
           "[fit_scene]") {
   for (const std::string format : {"format = 1", "format = 2"}) {
-    const OldName& key = kOldSceneKeys[0];
+    const files::OldName& key = files::kOldSceneKeys[0];
     const std::string text = format + "\n[[material]]\nname = 'felt'\n" +
                              std::string(format == "format = 1" ? key.before : key.now) + " = 400";
     for (const std::string_view name : {key.before, key.now}) {
-      const SceneDescription scene =
-          read_scene(with_settings(text, {"material.felt." + std::string(name) + "=7"}), "s.toml");
+      const scene::SceneDescription scene = scene::read_scene(
+          with_settings(text, {"material.felt." + std::string(name) + "=7"}), "s.toml");
       CHECK(scene.materials[0].contact_stiffness_N_per_m == 7.0);
     }
   }
@@ -89,19 +89,19 @@ TEST_CASE("What a setting contradicts goes, unless it is set too", "[fit_scene]"
   CHECK(with({"simulation.rate_hz=50"}).period_s == 0.02);
   CHECK(with({"simulation.period_s=0.04"}).period_s == 0.04);
 
-  const SceneDescription other = with({"simulation.integrator='velocity_verlet'"});
-  CHECK(other.method == Method{.integrator = IntegratorKind::kVelocityVerlet});
-  const SceneDescription both =
+  const scene::SceneDescription other = with({"simulation.integrator='velocity_verlet'"});
+  CHECK(other.method == scene::Method{.integrator = scene::IntegratorKind::kVelocityVerlet});
+  const scene::SceneDescription both =
       with({"simulation.solver='newton_cg'", "simulation.integrator='bdf2'"});
-  CHECK(both.method ==
-        Method{.integrator = IntegratorKind::kBdf2, .solver = SolverKind::kNewtonCg});
+  CHECK(both.method == scene::Method{.integrator = scene::IntegratorKind::kBdf2,
+                                     .solver = scene::SolverKind::kNewtonCg});
 
-  const SceneDescription chosen = with({"simulation.solver='auto'"});
+  const scene::SceneDescription chosen = with({"simulation.solver='auto'"});
   CHECK(chosen.choose_method);
   const std::string automatic =
       "format = 2\n[simulation]\nsolver = 'auto'\nerror_target_m = 1e-4\n";
-  CHECK_FALSE(
-      read_scene(with_settings(automatic, {"simulation.solver='newton'"}), "s.toml").choose_method);
+  CHECK_FALSE(scene::read_scene(with_settings(automatic, {"simulation.solver='newton'"}), "s.toml")
+                  .choose_method);
 
   const std::string text = with_settings("[[body]]\nname = 'b'\nspheres = { file = 'b.csv' }\n",
                                          {"body.b.spheres.tolerance_m=0.01"});
@@ -146,11 +146,11 @@ TEST_CASE("A bad setting is refused in one line that shows it", "[fit_scene]") {
 }
 
 TEST_CASE("What is wrong with the file itself is told of the file", "[fit_scene]") {
-  const TestFolder folder;
-  for (const std::string& text :
-       std::vector<std::string>{"format = 2\nbody = {", "format = 2\n[simulation]\nspeed = 3\n",
-                                "format = 1\nworld = {" + std::string(kOldSceneKeys[0].before) +
-                                    " = 1, " + std::string(kOldSceneKeys[0].now) + " = 1}"}) {
+  const tests::TestFolder folder;
+  for (const std::string& text : std::vector<std::string>{
+           "format = 2\nbody = {", "format = 2\n[simulation]\nspeed = 3\n",
+           "format = 1\nworld = {" + std::string(files::kOldSceneKeys[0].before) + " = 1, " +
+               std::string(files::kOldSceneKeys[0].now) + " = 1}"}) {
     const auto file = folder.write("scene.toml", text);
     CHECK_THROWS_WITH(load_scene_with(file, {"grid.voxel_ratio=2"}),
                       Catch::StartsWith(file.string() + ":"));
@@ -159,7 +159,7 @@ TEST_CASE("What is wrong with the file itself is told of the file", "[fit_scene]
 
 TEST_CASE("A scene is a file, or one that ships", "[fit_scene]") {
   CHECK(find_scene("organ").filename() == "organ.toml");
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const auto file = folder.write("mine.toml", "format = 2\n");
   CHECK(find_scene(file.string()) == file);
   CHECK_THROWS_WITH(
@@ -170,7 +170,7 @@ TEST_CASE("A scene is a file, or one that ships", "[fit_scene]") {
 /// The force of a sheet, mean over a period of its spheres along both sides, times their count.
 double mean_force_N(const std::vector<std::string>& settings) {
   constexpr int kPlaces = 40;
-  const TestFolder folder;
+  const tests::TestFolder folder;
   FitPath path;
   path.trajectory = folder.write(
       "raster.csv", trajectory_text(1e-3 * kPlaces * kPlaces, [](double t_s) {
@@ -179,11 +179,11 @@ double mean_force_N(const std::vector<std::string>& settings) {
         const int column = row % 2 == 0 ? along : kPlaces - 1 - along;
         return Eigen::Vector3d(5e-4 * column, 5e-4 * row, 0.008);
       }));
-  LabOptions options = path_options(path);
-  options.transition = Transition::kHold;
+  laboratory::LabOptions options = path_options(path);
+  options.transition = display::Transition::kHold;
   Eigen::Vector3d sum_N = Eigen::Vector3d::Zero();
-  const LabRun run = run_lab(with(settings), options);
-  for (const TickRow& row : run.rows) sum_N += row.rendered_N;
+  const laboratory::LabRun run = laboratory::run_lab(with(settings), options);
+  for (const recording::TickRow& row : run.rows) sum_N += row.rendered_N;
   return sum_N.z() / static_cast<double>(run.rows.size());
 }
 
@@ -198,4 +198,4 @@ TEST_CASE("Fewer spheres of a sheet, stiffer by the square of their distance, ke
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::fit_run

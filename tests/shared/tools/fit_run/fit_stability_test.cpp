@@ -9,11 +9,11 @@
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/shared/tools/fit_run/fit_files.hpp"
 
-namespace stillgrid {
+namespace stillgrid::fit_run {
 namespace {
 
-FitReference reference_of(const SceneDescription& scene, const FitPath& path) {
-  LabRun run;
+FitReference reference_of(const scene::SceneDescription& scene, const FitPath& path) {
+  laboratory::LabRun run;
   return make_reference(scene, path, 1, 0.0, run);
 }
 
@@ -36,49 +36,51 @@ material = "stiff"
 
 TEST_CASE("A hand that presses a stiff light body swings on late snapshots, not on prompt ones",
           "[fit_stability]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const FitPath path{.trajectory = folder.write("still.csv", trajectory_text(0.6, [](double) {
                                                   return Eigen::Vector3d(0.0, 0.0, 0.0);
                                                 }))};
-  const SceneDescription scene = load_scene(folder.write("free.toml", free_scene(10.0)));
+  const scene::SceneDescription scene =
+      scene::load_scene(folder.write("free.toml", free_scene(10.0)));
   const FitReference reference = reference_of(scene, path);
-  const GivenScene given = [&]() -> const SceneDescription& { return scene; };
-  const auto held = [&](double rate_hz, Transition transition, double margin) {
+  const GivenScene given = [&]() -> const scene::SceneDescription& { return scene; };
+  const auto held = [&](double rate_hz, display::Transition transition, double margin) {
     const FitCandidate candidate{
-        .scene = load_scene(folder.write("free.toml", free_scene(rate_hz))),
+        .scene = scene::load_scene(folder.write("free.toml", free_scene(rate_hz))),
         .transition = transition};
     return HeldPresses(candidate, 0.0, reference, given, "premium15").at(margin);
   };
-  const FitStability late = held(10.0, Transition::kLinear, 1.0);
+  const FitStability late = held(10.0, display::Transition::kLinear, 1.0);
   CHECK(late.stable == false);
-  CHECK(held(1000.0, Transition::kHold, 1.0).stable == true);
-  CHECK(held(10.0, Transition::kLinear, 0.03).stable == true);  // 90 N/m
+  CHECK(held(1000.0, display::Transition::kHold, 1.0).stable == true);
+  CHECK(held(10.0, display::Transition::kLinear, 0.03).stable == true);  // 90 N/m
 
-  const auto largest = [&](Transition transition) {
+  const auto largest = [&](display::Transition transition) {
     const FitCandidate candidate{.scene = scene, .transition = transition};
     return HeldPresses(candidate, 0.0, reference, given, "premium15").largest_margin();
   };
-  const auto margin = largest(Transition::kPredict);
+  const auto margin = largest(display::Transition::kPredict);
   REQUIRE(margin);
-  CHECK(held(10.0, Transition::kPredict, *margin).stable == true);
-  CHECK_FALSE(largest(Transition::kLinear));
+  CHECK(held(10.0, display::Transition::kPredict, *margin).stable == true);
+  CHECK_FALSE(largest(display::Transition::kLinear));
 }
 
 /// How a hand is held by a scene, each snapshot shown at once, where it pressed the reference's.
-FitStability held_where(const SceneDescription& reference_scene, const SceneDescription& scene,
-                        const std::string& trajectory, double margin) {
-  const TestFolder folder;
+FitStability held_where(const scene::SceneDescription& reference_scene,
+                        const scene::SceneDescription& scene, const std::string& trajectory,
+                        double margin) {
+  const tests::TestFolder folder;
   const FitPath path{.trajectory = folder.write("press.csv", trajectory)};
   const FitReference reference = reference_of(reference_scene, path);
-  const FitCandidate candidate{.scene = scene, .transition = Transition::kHold};
+  const FitCandidate candidate{.scene = scene, .transition = display::Transition::kHold};
   const HeldPresses presses(
-      candidate, 0.0, reference, [&]() -> const SceneDescription& { return reference_scene; },
-      "touch");
+      candidate, 0.0, reference,
+      [&]() -> const scene::SceneDescription& { return reference_scene; }, "touch");
   return presses.at(margin);
 }
 
 /// A wall, each snapshot of which is shown at once at 1 kHz, and a press into it.
-SceneDescription wall(double stiffness_N_per_m, const std::string& height_m = "0") {
+scene::SceneDescription wall(double stiffness_N_per_m, const std::string& height_m = "0") {
   return load_scene_with(find_scene("wall"), {"simulation.rate_hz=1000",
                                               "material.wall.contact_stiffness_N_per_m=" +
                                                   std::to_string(stiffness_N_per_m),
@@ -104,8 +106,8 @@ TEST_CASE("A hand that a loop swings is unstable, though the reference swings as
 
 /// A stiff ball that is moved so, beside a hand that presses it by 1 mm at first.
 FitStability held_by_ball(const std::string& motion) {
-  const TestFolder folder;
-  const SceneDescription ball = load_scene(folder.write("ball.toml", R"(format = 2
+  const tests::TestFolder folder;
+  const scene::SceneDescription ball = scene::load_scene(folder.write("ball.toml", R"(format = 2
 simulation.rate_hz = 1000
 [[material]]
 name = "elastic"
@@ -157,4 +159,4 @@ TEST_CASE(
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::fit_run

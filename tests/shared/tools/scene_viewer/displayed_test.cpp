@@ -9,7 +9,7 @@
 #include "shared/tools/segment_inspect/snapshot.hpp"
 #include "tests/haptic_server/rendering/scene_fixture.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 namespace {
 
 double distance_m(const std::array<float, 3>& a_m, const Eigen::Vector3d& b_m) {
@@ -21,33 +21,33 @@ TEST_CASE("A tick's force is that of a sphere where the tick is told to have dis
   constexpr float kStiffness_N_per_m = 500.0F, kTool_m = 0.01F, kSphere_m = 0.02F;
   constexpr std::uint64_t kTicks = 20;  // a period
   // What gives way ramps out what is left of the force before, for half a period.
-  const auto transition =
-      static_cast<Transition>(GENERATE(range(0, static_cast<int>(transitions().size()))));
-  const std::uint64_t first = law_of(transition).gives_way ? kTicks / 2 + 1 : 0;
-  PublishedScene scene(plain_scene(kStiffness_N_per_m, kTool_m), {kSphere_m},
-                       kTicks * kMillisecond_ns);
-  const auto renderer = make_renderer(transition);
-  ShownPrediction prediction;
-  prediction.snapshot = {.period_ns = kTicks * kMillisecond_ns,
+  const auto transition = static_cast<display::Transition>(
+      GENERATE(range(0, static_cast<int>(display::transitions().size()))));
+  const std::uint64_t first = display::law_of(transition).gives_way ? kTicks / 2 + 1 : 0;
+  rendering::PublishedScene scene(rendering::plain_scene(kStiffness_N_per_m, kTool_m), {kSphere_m},
+                                  kTicks * rendering::kMillisecond_ns);
+  const auto renderer = rendering::make_renderer(transition);
+  rendering::ShownPrediction prediction;
+  prediction.snapshot = {.period_ns = kTicks * rendering::kMillisecond_ns,
                          .compliance_direction = {0.0, 0.0, -1.0},
                          .compliance_force_N = 1.0,
                          .max_compliance_m_per_N = 1e-3};
   prediction.predicted_velocity_m_s = {{0.01, 0.0, -0.005}};
   prediction.compliance_m_per_N = {{0.0, 0.0, -1e-3}};
-  ToolPose pose;
+  rendering::ToolPose pose;
   pose.position_m = {0.002, 0.001, 0.026};
   double farthest_m = 0.0;
   for (std::uint64_t tick = 1; tick < 20 * kTicks; ++tick) {
-    const std::uint64_t now_ns = tick * kMillisecond_ns;
+    const std::uint64_t now_ns = tick * rendering::kMillisecond_ns;
     if (tick % kTicks == 1)
       scene.show({{1e-5 * static_cast<double>(tick), 0.0, -1e-5 * static_cast<double>(tick % 50)}},
                  {{0.01, 0.0, 0.01}}, now_ns, 0, prediction);
-    const RenderedTick rendered = renderer->render(scene.view(), pose, now_ns);
+    const rendering::RenderedTick rendered = renderer->render(scene.view(), pose, now_ns);
     if ((tick - 1) % kTicks < first) continue;
-    const auto snapshot = read_snapshot(scene.view(), 1);
+    const auto snapshot = segment_inspect::read_snapshot(scene.view(), 1);
     REQUIRE(snapshot);
     REQUIRE(snapshot->snapshot_id == rendered.snapshot_id);
-    const auto at_m = displayed_m(snapshot->spheres[0], displayed_snapshot(rendered, 0));
+    const auto at_m = displayed_m(snapshot->spheres[0], rendering::displayed_snapshot(rendered, 0));
     const Eigen::Vector3d line_m = pose.position_m - Eigen::Vector3f(at_m.data()).cast<double>();
     const double depth_m = static_cast<double>(kTool_m) + kSphere_m - line_m.norm();
     const Eigen::Vector3d force_N = kStiffness_N_per_m * depth_m * line_m.normalized();
@@ -56,7 +56,7 @@ TEST_CASE("A tick's force is that of a sphere where the tick is told to have dis
     farthest_m = std::max(farthest_m, distance_m(snapshot->spheres[0].newest.position_m,
                                                  Eigen::Vector3f(at_m.data()).cast<double>()));
   }
-  CHECK((farthest_m > 1e-4) == (transition != Transition::kHold));
+  CHECK((farthest_m > 1e-4) == (transition != display::Transition::kHold));
 }
 
 TEST_CASE("A sphere that a snapshot lacks is displayed by the others, and not at all by none",
@@ -77,7 +77,7 @@ TEST_CASE("A later snapshot's history tells the same place, as long as it holds 
           "[displayed]") {
   proto::SphereRecord before{};
   for (const float x : {0.1F, -0.07F, 0.03F, 0.09F})
-    push_snapshot(before, {{x, 2.0F * x, -x}, {-5.0F * x, x, 0.3F}});
+    collision::push_snapshot(before, {{x, 2.0F * x, -x}, {-5.0F * x, x, 0.3F}});
   proto::SphereRecord after = before;
   proto::DisplayedSnapshot shown{};
   shown.position = {0.6, 0.4, 0.0, 0.0};
@@ -85,11 +85,11 @@ TEST_CASE("A later snapshot's history tells the same place, as long as it holds 
   shown.shift_m = {0.0, 0.001, 0.0};
   const Eigen::Vector3d there_m = Eigen::Vector3f(displayed_m(before, shown).data()).cast<double>();
 
-  push_snapshot(after, {{0.5F, 0.5F, 0.5F}, {1.0F, 1.0F, 1.0F}});
+  collision::push_snapshot(after, {{0.5F, 0.5F, 0.5F}, {1.0F, 1.0F, 1.0F}});
   const auto one = in_later_history(shown, 1);
   REQUIRE(one);
   CHECK(distance_m(displayed_m(after, *one), there_m) < 2e-8);
-  push_snapshot(after, {{0.7F, 0.5F, 0.5F}, {1.0F, 1.0F, 1.0F}});
+  collision::push_snapshot(after, {{0.7F, 0.5F, 0.5F}, {1.0F, 1.0F, 1.0F}});
   const auto two = in_later_history(shown, 2);
   REQUIRE(two);
   CHECK(distance_m(displayed_m(after, *two), there_m) < 2e-8);
@@ -113,4 +113,4 @@ TEST_CASE("What a later snapshot cannot tell of a predicted velocity its velocit
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -11,7 +11,7 @@
 #include "tests/shared/publication/small_scene.hpp"
 #include "tests/shared/publication/tampering.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 namespace {
 
 using Json = nlohmann::json;
@@ -39,13 +39,13 @@ Decoded decode(const std::string& message) {
   return decoded;
 }
 
-SceneView view_of(const TestSession& session) {
-  return SceneView(
-      *SegmentReader::open(session.name(), proto::SegmentKind::kScene, proto::kSceneLayoutHash));
+publication::SceneView view_of(const publication::TestSession& session) {
+  return publication::SceneView(*publication::SegmentReader::open(
+      session.name(), proto::SegmentKind::kScene, proto::kSceneLayoutHash));
 }
 
 /// A tick that displayed snapshot `snapshot_id` of the scene half way from the one before.
-proto::ToolState half_way(const SceneView& scene, std::uint64_t snapshot_id) {
+proto::ToolState half_way(const publication::SceneView& scene, std::uint64_t snapshot_id) {
   proto::ToolState state{};
   state.orientation_xyzw = {0.0, 0.0, 0.0, 1.0};
   state.tick = 12;
@@ -58,20 +58,20 @@ proto::ToolState half_way(const SceneView& scene, std::uint64_t snapshot_id) {
   return state;
 }
 
-Frame frame_of(const SceneView& scene, std::uint64_t shown) {
+Frame frame_of(const publication::SceneView& scene, std::uint64_t shown) {
   Frame frame;
-  frame.now_ns = 4 * kPeriod_ns;
+  frame.now_ns = 4 * publication::kPeriod_ns;
   frame.scene_epoch = scene.header().epoch;
-  frame.snapshot = read_snapshot(scene, kAll);
+  frame.snapshot = segment_inspect::read_snapshot(scene, kAll);
   frame.tool = half_way(scene, shown);
   return frame;
 }
 
 TEST_CASE("A frame tells both snapshots and the displayed one between them", "[frame]") {
-  const TestSession session;
-  SmallSceneWriter writer(session);
+  const publication::TestSession session;
+  publication::SmallSceneWriter writer(session);
   for (int snapshot = 0; snapshot < 4; ++snapshot) writer.publish_next();
-  const SceneView scene = view_of(session);
+  const publication::SceneView scene = view_of(session);
 
   const auto [head, arrays] = decode(frame_message(frame_of(scene, 4)));
 
@@ -83,7 +83,7 @@ TEST_CASE("A frame tells both snapshots and the displayed one between them", "[f
   CHECK(head["tool"]["flags"] == Json({"faded", "swept"}));
   for (const auto& [name, snapshot] :
        {std::pair{"newest", 4.0}, {"previous", 3.0}, {"displayed", 3.5}}) {
-    REQUIRE(arrays.at(name).size() == 3 * kMovingSpheres);
+    REQUIRE(arrays.at(name).size() == 3 * publication::kMovingSpheres);
     CHECK(arrays.at(name)[3 * 2] == Approx(0.06));
     CHECK(arrays.at(name)[3 * 2 + 1] == Approx(0.004 * snapshot));
   }
@@ -93,10 +93,10 @@ TEST_CASE("A frame tells both snapshots and the displayed one between them", "[f
 TEST_CASE(
     "A tick of an earlier snapshot is displayed where that was, one of another scene not at all",
     "[frame]") {
-  const TestSession session;
-  SmallSceneWriter writer(session);
+  const publication::TestSession session;
+  publication::SmallSceneWriter writer(session);
   for (int snapshot = 0; snapshot < 4; ++snapshot) writer.publish_next();
-  const SceneView scene = view_of(session);
+  const publication::SceneView scene = view_of(session);
 
   const auto earlier = decode(frame_message(frame_of(scene, 3)));
   CHECK(earlier.arrays.at("displayed")[1] == Approx(0.004 * 2.5));
@@ -115,11 +115,11 @@ TEST_CASE(
 }
 
 TEST_CASE("Whatever a writer wrote into a snapshot the frame is valid and bounded", "[frame]") {
-  const TestSession session;
-  SmallSceneWriter writer(session);
+  const publication::TestSession session;
+  publication::SmallSceneWriter writer(session);
   writer.publish_next();
-  const SceneView scene = view_of(session);
-  const Tampering memory(session.path(proto::SegmentKind::kScene));
+  const publication::SceneView scene = view_of(session);
+  const publication::Tampering memory(session.path(proto::SegmentKind::kScene));
   const auto& header = memory.at<proto::SegmentHeader>(0);
   const std::size_t words = header.payload_bytes / 8;
   auto* payload = &memory.at<std::uint64_t>(header.slot_offset[1] + sizeof(proto::SlotHeader));
@@ -137,8 +137,8 @@ TEST_CASE("Whatever a writer wrote into a snapshot the frame is valid and bounde
     const std::string message = frame_message(frame);
     REQUIRE(moment_of(message));  // kept, it opens again
     const auto [head, arrays] = decode(message);
-    REQUIRE(arrays.at("newest").size() <= 3 * kMovingSpheres);
-    REQUIRE(arrays.at("voxel_count").size() <= kMovingSpheres);
+    REQUIRE(arrays.at("newest").size() <= 3 * publication::kMovingSpheres);
+    REQUIRE(arrays.at("voxel_count").size() <= publication::kMovingSpheres);
     if (!arrays.at("voxels").empty()) ++with_voxels;
     if (round % 4 == 3) std::copy(sound.begin(), sound.end(), payload);
   }
@@ -155,4 +155,4 @@ TEST_CASE("Before there is anything a frame says so", "[frame]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -10,7 +10,7 @@
 #include "shared/tools/scene_viewer/view_file.hpp"
 #include "tests/test_folder.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 namespace {
 
 using Json = nlohmann::json;
@@ -74,7 +74,7 @@ std::string message_of(std::string head) {
   return std::string(reinterpret_cast<const char*>(&length), sizeof length) + head + kArrays;
 }
 
-std::filesystem::path old_view(const TestFolder& folder, const std::string& scene,
+std::filesystem::path old_view(const tests::TestFolder& folder, const std::string& scene,
                                const std::string& frame) {
   const auto file = folder.path / "old.view";
   {
@@ -87,7 +87,7 @@ std::filesystem::path old_view(const TestFolder& folder, const std::string& scen
 }
 
 TEST_CASE("A saved view of version 1 is shown as one of today, each key and flag", "[old_view]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const SavedView view(old_view(folder, kOldScene, message_of(kOldFrame)));
   CHECK(Json::parse(*view.scene("cut")) == Json::parse(kScene));
   const std::string frame = *view.frame(1);
@@ -99,7 +99,7 @@ TEST_CASE("A saved view of version 1 is shown as one of today, each key and flag
 }
 
 TEST_CASE("A saved view that nests without end does no harm in either version", "[old_view]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   std::string deep(2'000'000, '[');
   deep += std::string(2'000'000, ']');
   const auto with = [&](const std::string& text) {
@@ -119,4 +119,4 @@ TEST_CASE("What is no message of a saved view of version 1 stays as it is", "[ol
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -6,7 +6,7 @@
 
 #include "tests/test_folder.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 namespace {
 
 /// A view of one frame and one scene, the latter under the empty key.
@@ -39,7 +39,7 @@ TEST_CASE("A query's value is decoded once, and a broken code stands", "[page_an
 }
 
 TEST_CASE("Only the key opens, and only this machine's name", "[page_answers]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   std::ofstream(folder.path / "index.html") << "page";
   std::ofstream(folder.path / "secret.txt") << "secret";
   const SmallView view;
@@ -85,4 +85,4 @@ TEST_CASE("Whatever is asked, there is an answer", "[page_answers]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -6,13 +6,13 @@
 #include "tests/shared/tools/scene_viewer/refusal_line.hpp"
 #include "tests/test_folder.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 namespace {
 
 const std::string kHead = "# scene: wall\ntime_s,x_m,y_m,z_m,fz_N,age_s,flags,future_column\n";
 
 TEST_CASE("A recording's rows are its ticks, with what it tells of them", "[recorded_view]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const auto rows = read_recording(folder.write(
       "run.csv", kHead + "0,1,2,3,0.5,0.01,,x\n\n0.001,1,2,4,-0.5,0.02,faded|slewed,y\n0.002,1,2"));
   REQUIRE(rows.size() == 2);  // the cut line is left out
@@ -25,12 +25,12 @@ TEST_CASE("A recording's rows are its ticks, with what it tells of them", "[reco
 }
 
 TEST_CASE("A recording of the old names of columns and flags is read alike", "[recorded_view]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const auto read = [&](bool is_old) {
     std::string names = "time_s,x_m,y_m,z_m,flags", row = "0,1,2,3,faded|";
-    row += is_old ? kOldFlags[0].before : kOldFlags[0].now;
-    for (std::size_t i = 0; i < kOldColumns.size(); ++i) {
-      names.append(",").append(is_old ? kOldColumns[i].before : kOldColumns[i].now);
+    row += is_old ? files::kOldFlags[0].before : files::kOldFlags[0].now;
+    for (std::size_t i = 0; i < files::kOldColumns.size(); ++i) {
+      names.append(",").append(is_old ? files::kOldColumns[i].before : files::kOldColumns[i].now);
       row += "," + std::to_string(7 + i);
     }
     return read_recording(folder.write("run.csv", names + "\n" + row + "\n"));
@@ -44,8 +44,8 @@ TEST_CASE("A recording of the old names of columns and flags is read alike", "[r
 
 TEST_CASE("A recording with a column under its old name and today's is refused in one line",
           "[recorded_view]") {
-  const TestFolder folder;
-  for (const auto& [before, now] : kOldColumns) {
+  const tests::TestFolder folder;
+  for (const auto& [before, now] : files::kOldColumns) {
     const auto file = folder.write("run.csv", "time_s,x_m,y_m,z_m," + std::string(before) + "," +
                                                   std::string(now) + "\n0,1,2,3,4,5\n");
     CHECK(refusal_line([&] { (void)read_recording(file); })
@@ -56,7 +56,7 @@ TEST_CASE("A recording with a column under its old name and today's is refused i
 
 TEST_CASE("A last row without the end of its line is kept if all of it is there",
           "[recorded_view]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const auto count = [&](const std::string& last) {
     return read_recording(folder.write("run.csv", kHead + "0,1,2,3,0,0,,x\n" + last)).size();
   };
@@ -68,7 +68,7 @@ TEST_CASE("A last row without the end of its line is kept if all of it is there"
 
 TEST_CASE("A recording is shown in 30 frames a second, each the row of its time",
           "[recorded_view]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   std::string text = "time_s,x_m,y_m,z_m\n";
   for (int i = 0; i <= 1000; ++i)
     text += std::to_string(5.0 + 1e-3 * i) + "," + std::to_string(i) + ",0,0\n";
@@ -83,7 +83,7 @@ TEST_CASE("A recording is shown in 30 frames a second, each the row of its time"
 }
 
 TEST_CASE("A recording that is none is refused by line, column and value", "[recorded_view]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const auto refusal = [&](const std::string& text) {
     const auto file = folder.write("bad.csv", text);
     return refusal_line([&] { static_cast<void>(read_recording(file)); });
@@ -106,4 +106,4 @@ TEST_CASE("A recording that is none is refused by line, column and value", "[rec
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 
 /// What a refusal says; empty if the call does not refuse.
 template <class Call>
@@ -16,4 +16,4 @@ std::string refusal_line(Call&& call) {
   return {};
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

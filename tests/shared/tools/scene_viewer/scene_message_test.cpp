@@ -16,7 +16,7 @@
 #include "tests/shared/tools/scene_viewer/refusal_line.hpp"
 #include "tests/test_folder.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 namespace {
 
 constexpr const char* kSurfaces =
@@ -38,19 +38,19 @@ int spheres_within(const nlohmann::json& box_m, std::size_t i, const nlohmann::j
 }
 
 TEST_CASE("A scene's message numbers all spheres, moving ones first", "[scene_message]") {
-  const TestSession session;
-  SmallSceneWriter writer(session);
+  const publication::TestSession session;
+  publication::SmallSceneWriter writer(session);
   writer.publish_next();
-  const SceneView view(
-      *SegmentReader::open(session.name(), proto::SegmentKind::kScene, proto::kSceneLayoutHash));
-  const TestFolder folder;
+  const publication::SceneView view(*publication::SegmentReader::open(
+      session.name(), proto::SegmentKind::kScene, proto::kSceneLayoutHash));
+  const tests::TestFolder folder;
   const Surfaces surfaces = read_surfaces(folder.write("s.json", kSurfaces));
-  const auto moving = read_snapshot(view, 1000)->spheres;
+  const auto moving = segment_inspect::read_snapshot(view, 1000)->spheres;
 
   const auto json = nlohmann::json::parse(
       scene_message(view, session.name(), "key", moving, surfaces, 1'000'000));
 
-  CHECK(json["spheres"]["count"] == kMovingSpheres);
+  CHECK(json["spheres"]["count"] == publication::kMovingSpheres);
   CHECK(json["spheres"]["static_count"] == 10);
   CHECK(json["spheres"]["radius_m"].size() == 17);
   CHECK(json["spheres"]["radius_m"][6] == 0.01);
@@ -75,11 +75,11 @@ TEST_CASE("A scene's message numbers all spheres, moving ones first", "[scene_me
 }
 
 TEST_CASE("Surfaces of a scene with another number of spheres are left out", "[scene_message]") {
-  const TestSession session;
-  const SmallSceneWriter writer(session);
-  const SceneView view(
-      *SegmentReader::open(session.name(), proto::SegmentKind::kScene, proto::kSceneLayoutHash));
-  const TestFolder folder;
+  const publication::TestSession session;
+  const publication::SmallSceneWriter writer(session);
+  const publication::SceneView view(*publication::SegmentReader::open(
+      session.name(), proto::SegmentKind::kScene, proto::kSceneLayoutHash));
+  const tests::TestFolder folder;
   const Surfaces surfaces = read_surfaces(folder.write("s.json", kSurfaces));
   const auto json =
       nlohmann::json::parse(scene_message(view, session.name(), "key", {}, surfaces, 0));
@@ -88,7 +88,7 @@ TEST_CASE("Surfaces of a scene with another number of spheres are left out", "[s
 }
 
 TEST_CASE("Surfaces that name what is not there are refused in one line", "[scene_message]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const auto refusal = [&](std::string text, const std::string& from, const std::string& to) {
     text.replace(text.find(from), from.size(), to);
     const auto file = folder.write("bad.json", text);
@@ -111,12 +111,12 @@ TEST_CASE("Surfaces that name what is not there are refused in one line", "[scen
 
 TEST_CASE("Whatever a writer published, its scene can be kept and opened again",
           "[scene_message]") {
-  const TestSession session;
-  SmallSceneWriter writer(session);
+  const publication::TestSession session;
+  publication::SmallSceneWriter writer(session);
   writer.publish_next();
-  const SceneView view(
-      *SegmentReader::open(session.name(), proto::SegmentKind::kScene, proto::kSceneLayoutHash));
-  const Tampering memory(session.path(proto::SegmentKind::kScene));
+  const publication::SceneView view(*publication::SegmentReader::open(
+      session.name(), proto::SegmentKind::kScene, proto::kSceneLayoutHash));
+  const publication::Tampering memory(session.path(proto::SegmentKind::kScene));
   auto* const words = &memory.at<std::uint64_t>(view.scene().static_offset);
   const std::size_t count = (view.reader().fixed_bytes() - view.scene().static_offset) / 8;
   std::mt19937_64 random(1);
@@ -166,4 +166,4 @@ TEST_CASE("A saved scene is one whose spheres and surfaces are whole", "[scene_m
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

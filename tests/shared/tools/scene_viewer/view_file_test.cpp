@@ -10,7 +10,7 @@
 #include "tests/shared/tools/scene_viewer/refusal_line.hpp"
 #include "tests/test_folder.hpp"
 
-namespace stillgrid {
+namespace stillgrid::scene_viewer {
 namespace {
 
 TickSample tick_sample(std::uint64_t tick) {
@@ -21,7 +21,7 @@ TickSample tick_sample(std::uint64_t tick) {
 }
 
 /// Two scenes, three frames and 100 ticks.
-std::filesystem::path small_view(const TestFolder& folder) {
+std::filesystem::path small_view(const tests::TestFolder& folder) {
   const auto file = folder.path / "small.view";
   ViewWriter writer(file);
   std::vector<TickSample> ticks;
@@ -38,7 +38,7 @@ std::filesystem::path small_view(const TestFolder& folder) {
 }
 
 TEST_CASE("A saved view gives back what was put in", "[view_file]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const ViewReader reader(small_view(folder));
   REQUIRE(reader.frame_count() == 3);
   REQUIRE(reader.scene_count() == 2);
@@ -52,7 +52,7 @@ TEST_CASE("A saved view gives back what was put in", "[view_file]") {
 }
 
 TEST_CASE("A saved view that was cut anywhere reads up to its last whole record", "[view_file]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const auto file = small_view(folder);
   std::size_t frames = 3;
   for (auto size = std::filesystem::file_size(file); size-- > 16;) {
@@ -70,7 +70,7 @@ TEST_CASE("A saved view that was cut anywhere reads up to its last whole record"
 
 TEST_CASE("A saved view that is cut while it is looked at gives no more of what is gone",
           "[view_file]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const auto file = small_view(folder);
   const ViewReader reader(file);
   std::filesystem::resize_file(file, 100);
@@ -79,7 +79,7 @@ TEST_CASE("A saved view that is cut while it is looked at gives no more of what 
 }
 
 TEST_CASE("What is no saved view is refused in one line", "[view_file]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   CHECK(refusal_line([&] {
           ViewReader(folder.path / "none.view");
         }).find("none.view: No such file") != std::string::npos);
@@ -98,7 +98,7 @@ TEST_CASE("What is no saved view is refused in one line", "[view_file]") {
 }
 
 TEST_CASE("A record that claims more than the file holds ends the view", "[view_file]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const auto file = small_view(folder);
   std::ofstream(file, std::ios::app | std::ios::binary)
       << std::string("\x02\0\0\0\xFF\xFF\xFF\xFF", 8) << "and some";
@@ -115,7 +115,7 @@ std::string frame_at(double time_s, const std::string& scene_key) {
 }
 
 /// Two scenes with a frame each, and between them one of the bytes given.
-std::filesystem::path sound_view(const TestFolder& folder, const std::string& between) {
+std::filesystem::path sound_view(const tests::TestFolder& folder, const std::string& between) {
   const auto file = folder.path / "sound.view";
   ViewWriter writer(file);
   writer.add(ViewRecord::kScene, empty_scene_message(ViewKind::kSession, "wall", "a"));
@@ -128,7 +128,7 @@ std::filesystem::path sound_view(const TestFolder& folder, const std::string& be
 
 TEST_CASE("A saved view finds the scene of each of its frames, and says that it is saved",
           "[view_file]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const SavedView view(sound_view(folder, frame_at(1.0, "a")));
   CHECK(view.status().last_frame == 3);
   CHECK_FALSE(view.status().live);
@@ -142,7 +142,7 @@ TEST_CASE("A saved view finds the scene of each of its frames, and says that it 
 }
 
 TEST_CASE("A frame of a saved view that is damaged is told, and the others shown", "[view_file]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const std::string sound = frame_at(1.0, "a");
   const auto with = [&](const std::string& from, const std::string& to) {
     std::string text = sound;
@@ -163,7 +163,7 @@ TEST_CASE("A frame of a saved view that is damaged is told, and the others shown
 }
 
 TEST_CASE("A saved view whose last frame is damaged ends with the one before", "[view_file]") {
-  const TestFolder folder;
+  const tests::TestFolder folder;
   const auto file = sound_view(folder, frame_at(1.0, "a"));
   std::fstream(file, std::ios::in | std::ios::out | std::ios::ate).seekp(-4, std::ios::end)
       << "{{{{";
@@ -174,4 +174,4 @@ TEST_CASE("A saved view whose last frame is damaged ends with the one before", "
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::scene_viewer

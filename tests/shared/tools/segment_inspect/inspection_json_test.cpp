@@ -12,7 +12,7 @@
 #include "tests/shared/publication/small_scene.hpp"
 #include "tests/shared/publication/tampering.hpp"
 
-namespace stillgrid {
+namespace stillgrid::segment_inspect {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -20,7 +20,7 @@ constexpr auto kScene = proto::SegmentKind::kScene;
 constexpr auto kTool = proto::SegmentKind::kTool;
 
 /// The JSON of a session that has a scene, as a script reads it.
-Json session_json(const TestSession& session, const JsonOptions& options = {}) {
+Json session_json(const publication::TestSession& session, const JsonOptions& options = {}) {
   const ObservedSegment scene = observe({session.name(), kScene});
   return Json::parse(text_of(json_of(session.name(), &scene, nullptr, options)));
 }
@@ -31,8 +31,8 @@ Eigen::Vector3f vector(const Json& json) {
 }
 
 TEST_CASE("A session's JSON holds every sphere as it was published", "[inspection_json]") {
-  const TestSession session;
-  SmallSceneWriter writer(session);
+  const publication::TestSession session;
+  publication::SmallSceneWriter writer(session);
   CHECK(session_json(session)["scene"]["snapshot"].is_null());
   writer.publish_next();
   CHECK_FALSE(session_json(session)["scene"]["snapshot"]["spheres"][0].contains("history"));
@@ -55,29 +55,31 @@ TEST_CASE("A session's JSON holds every sphere as it was published", "[inspectio
   const Json& snapshot = json["scene"]["snapshot"];
   CHECK(snapshot["snapshot_id"] == 5);
   CHECK(snapshot["state_time_ns"] ==
-        Json({5 * kPeriod_ns, 4 * kPeriod_ns, 3 * kPeriod_ns, 2 * kPeriod_ns}));
+        Json({5 * publication::kPeriod_ns, 4 * publication::kPeriod_ns, 3 * publication::kPeriod_ns,
+              2 * publication::kPeriod_ns}));
   CHECK(snapshot["contacts"] == 5);
-  REQUIRE(snapshot["spheres"].size() == kMovingSpheres);
-  for (std::size_t i = 0; i < kMovingSpheres; ++i) {
+  REQUIRE(snapshot["spheres"].size() == publication::kMovingSpheres);
+  for (std::size_t i = 0; i < publication::kMovingSpheres; ++i) {
     const Json& sphere = snapshot["spheres"][i];
     CHECK(sphere["body"] == i);
     CHECK(sphere["material"] == 1);
     REQUIRE(sphere["history"].size() == 3);
     for (std::uint64_t age = 0; age < 4; ++age) {
       const Json& state = age == 0 ? sphere : sphere["history"][age - 1];
-      CHECK(vector(state["position_m"]) == SmallSceneWriter::position_m(i, 5 - age).cast<float>());
+      CHECK(vector(state["position_m"]) ==
+            publication::SmallSceneWriter::position_m(i, 5 - age).cast<float>());
       if (age == 3)
         CHECK_FALSE(state.contains("velocity_m_s"));  // the oldest's is not kept
       else
         CHECK(vector(state["velocity_m_s"]) ==
-              SmallSceneWriter::velocity_m_s(i, 5 - age).cast<float>());
+              publication::SmallSceneWriter::velocity_m_s(i, 5 - age).cast<float>());
     }
   }
 }
 
 TEST_CASE("Numbers are written as people wrote them", "[inspection_json]") {
-  const TestSession session;
-  SmallSceneWriter writer(session);
+  const publication::TestSession session;
+  publication::SmallSceneWriter writer(session);
   writer.publish_next();
   const Json json = session_json(session);
   CHECK(json["scene"]["snapshot"]["spheres"][0]["radius_m"].dump() == "0.01");
@@ -86,26 +88,26 @@ TEST_CASE("Numbers are written as people wrote them", "[inspection_json]") {
 
 TEST_CASE("The spheres of a JSON can be limited and it says how many it left out",
           "[inspection_json]") {
-  const TestSession session;
-  SmallSceneWriter writer(session);
+  const publication::TestSession session;
+  publication::SmallSceneWriter writer(session);
   writer.publish_next();
   const Json json = session_json(session, {.max_spheres = 3});
   CHECK(json["scene"]["snapshot"]["spheres"].size() == 3);
-  CHECK(json["scene"]["snapshot"]["spheres_left_out"] == kMovingSpheres - 3);
+  CHECK(json["scene"]["snapshot"]["spheres_left_out"] == publication::kMovingSpheres - 3);
   CHECK(json["scene"]["fixed"]["static_spheres"].size() == 3);
   CHECK(json["scene"]["fixed"]["static_spheres_left_out"] == 7);
 }
 
 TEST_CASE("What is no number is null in JSON", "[inspection_json]") {
-  const TestSession session;
-  SmallSceneWriter writer(session);
+  const publication::TestSession session;
+  publication::SmallSceneWriter writer(session);
   writer.publish_next();
-  ToolWriter tool_writer(session.name(), 1'000'000, proto::Clock::kVirtual, 0);
+  publication::ToolWriter tool_writer(session.name(), 1'000'000, proto::Clock::kVirtual, 0);
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   proto::ToolState state{};
   state.position_m = {kNaN, 1.0, INFINITY};
   tool_writer.publish(state);
-  const Tampering memory(session.path(kScene));
+  const publication::Tampering memory(session.path(kScene));
   const auto& header = memory.at<proto::SegmentHeader>(0);
   const ObservedSegment scene = observe({session.name(), kScene});
   const ObservedSegment tool = observe({session.name(), kTool});
@@ -123,9 +125,9 @@ TEST_CASE("What is no number is null in JSON", "[inspection_json]") {
 }
 
 TEST_CASE("Strings of any bytes make valid JSON", "[inspection_json]") {
-  const TestSession session;
-  const SmallSceneWriter writer(session);
-  const Tampering memory(session.path(kScene));
+  const publication::TestSession session;
+  const publication::SmallSceneWriter writer(session);
+  const publication::Tampering memory(session.path(kScene));
   auto& fixed = memory.at<proto::SceneHeader>(sizeof(proto::SegmentHeader));
   fixed.name = {'\xFF', '\x1B', '[', '2', 'J', '"', '\n', '\0'};
   const Json json = session_json(session);
@@ -138,10 +140,10 @@ TEST_CASE("Strings of any bytes make valid JSON", "[inspection_json]") {
 
 TEST_CASE("Whatever a writer wrote into a snapshot the JSON is valid and bounded",
           "[inspection_json]") {
-  const TestSession session;
-  SmallSceneWriter writer(session);
+  const publication::TestSession session;
+  publication::SmallSceneWriter writer(session);
   writer.publish_next();
-  const Tampering memory(session.path(kScene));
+  const publication::Tampering memory(session.path(kScene));
   const auto& header = memory.at<proto::SegmentHeader>(0);
   const std::size_t words = header.payload_bytes / 8;
   auto* payload = &memory.at<std::uint64_t>(header.slot_offset[1] + sizeof(proto::SlotHeader));
@@ -158,7 +160,7 @@ TEST_CASE("Whatever a writer wrote into a snapshot the JSON is valid and bounded
     payload[0] = sound[0];  // under another number it is not believed
     const Json json = session_json(session, {.history = true});
     const Json& spheres = json["scene"]["snapshot"]["spheres"];
-    REQUIRE(spheres.size() <= kMovingSpheres);
+    REQUIRE(spheres.size() <= publication::kMovingSpheres);
     if (!spheres.empty()) ++with_spheres;
     const ObservedSegment scene = observe({session.name(), kScene});
     REQUIRE(detail_of(session.name(), &scene, nullptr).size() < 5000);
@@ -173,8 +175,8 @@ TEST_CASE("A listing as JSON has an object for each row and null for what is not
   refused.file = {"a", kTool};
   refused.state = SegmentState::kRefused;
   refused.refusal = "why";
-  const TestSession session;
-  SmallSceneWriter writer(session);
+  const publication::TestSession session;
+  publication::SmallSceneWriter writer(session);
   writer.publish_next();
   const std::array summaries{refused, observe({session.name(), kScene}).summary};
 
@@ -185,10 +187,10 @@ TEST_CASE("A listing as JSON has an object for each row and null for what is not
   CHECK(json[0]["refusal"] == "why");
   CHECK(json[0]["declared_rate_hz"].is_null());
   CHECK(json[1]["refusal"].is_null());
-  CHECK(json[1]["moving_spheres"] == kMovingSpheres);
-  CHECK(json[1]["declared_rate_hz"].get<double>() == Approx(1e9 / kPeriod_ns));
+  CHECK(json[1]["moving_spheres"] == publication::kMovingSpheres);
+  CHECK(json[1]["declared_rate_hz"].get<double>() == Approx(1e9 / publication::kPeriod_ns));
   CHECK(json[1]["age_s"].is_null());
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::segment_inspect

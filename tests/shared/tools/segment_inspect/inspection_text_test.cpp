@@ -5,7 +5,7 @@
 
 #include "tests/shared/publication/small_scene.hpp"
 
-namespace stillgrid {
+namespace stillgrid::segment_inspect {
 namespace {
 
 constexpr auto kScene = proto::SegmentKind::kScene;
@@ -28,8 +28,8 @@ TEST_CASE("A size is told in the unit that suits it", "[inspection_text]") {
 }
 
 TEST_CASE("A table has one line for each segment whatever its name holds", "[inspection_text]") {
-  const TestSession session;
-  SmallSceneWriter writer(session);
+  const publication::TestSession session;
+  publication::SmallSceneWriter writer(session);
   writer.publish_next();
   const std::array summaries{refused("a\n\x1B[2J", "it is not ours"),
                              observe({session.name(), kScene}).summary};
@@ -50,8 +50,8 @@ TEST_CASE("A table of nothing says so", "[inspection_text]") {
 }
 
 TEST_CASE("A long refusal does not widen the other rows", "[inspection_text]") {
-  const TestSession session;
-  const SmallSceneWriter writer(session);
+  const publication::TestSession session;
+  const publication::SmallSceneWriter writer(session);
   const std::array summaries{refused("a", std::string(300, 'x')),
                              observe({session.name(), kScene}).summary};
   const std::string table = table_of(summaries);
@@ -60,8 +60,8 @@ TEST_CASE("A long refusal does not widen the other rows", "[inspection_text]") {
 
 TEST_CASE("A session in detail tells the scene, its snapshot and what is absent",
           "[inspection_text]") {
-  const TestSession session;
-  SmallSceneWriter writer(session);
+  const publication::TestSession session;
+  publication::SmallSceneWriter writer(session);
   const auto detail = [&] {
     const ObservedSegment scene = observe({session.name(), kScene});
     return detail_of(session.name(), &scene, nullptr);
@@ -76,4 +76,4 @@ TEST_CASE("A session in detail tells the scene, its snapshot and what is absent"
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::segment_inspect

@@ -16,42 +16,45 @@
 #include "tests/shared/publication/small_scene.hpp"
 #include "tests/shared/publication/tampering.hpp"
 
-namespace stillgrid {
+namespace stillgrid::segment_inspect {
 namespace {
 
 constexpr auto kScene = proto::SegmentKind::kScene;
 constexpr auto kTool = proto::SegmentKind::kTool;
 
 /// Puts an object of these bytes under the session's name.
-void make_object(const TestSession& session, proto::SegmentKind kind, const std::string& bytes) {
-  const FileDescriptor file(::open(session.path(kind).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
+void make_object(const publication::TestSession& session, proto::SegmentKind kind,
+                 const std::string& bytes) {
+  const publication::FileDescriptor file(
+      ::open(session.path(kind).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
   REQUIRE(::write(file.get(), bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size()));
 }
 
 /// What another user calls a session of root's; only root can become another user.
-std::string name_to_others(const TestSession& session) {
+std::string name_to_others(const publication::TestSession& session) {
   return (::getuid() == 0 ? "0/" : "") + session.name();
 }
 
 /// Leaves a scene segment whose writer was killed.
-void leave_dead_scene(const TestSession& session) {
-  OtherProcess killed([&](const auto& ready) {
-    SmallSceneWriter writer(session);
+void leave_dead_scene(const publication::TestSession& session) {
+  publication::OtherProcess killed([&](const auto& ready) {
+    publication::SmallSceneWriter writer(session);
     writer.publish_next();
     ready();
-    OtherProcess::rest();
+    publication::OtherProcess::rest();
   });
   REQUIRE(killed.was_ready());
 }
 
-SegmentSummary summary_of(const TestSession& session, proto::SegmentKind kind = kScene) {
+SegmentSummary summary_of(const publication::TestSession& session,
+                          proto::SegmentKind kind = kScene) {
   return observe({session.name(), kind}).summary;
 }
 
 TEST_CASE("A living scene is summed up as its writer declared and published it",
           "[segment_summary]") {
-  const TestSession session;
-  SmallSceneWriter writer(session);
+  const publication::TestSession session;
+  publication::SmallSceneWriter writer(session);
   CHECK_FALSE(summary_of(session).moving_spheres);
   writer.publish_next();
   writer.publish_next();
@@ -64,18 +67,19 @@ TEST_CASE("A living scene is summed up as its writer declared and published it",
   REQUIRE(summary.header);
   CHECK(summary.header->latest == 2);
   CHECK(summary.header->writer_pid == static_cast<std::uint32_t>(::getpid()));
-  CHECK(summary.header->period_ns == kPeriod_ns);
+  CHECK(summary.header->period_ns == publication::kPeriod_ns);
   CHECK(summary.size_bytes == summary.header->size_bytes);
-  CHECK(summary.moving_spheres == kMovingSpheres);
+  CHECK(summary.moving_spheres == publication::kMovingSpheres);
   CHECK(summary.static_spheres == 10U);
   CHECK_FALSE(summary.age_s);  // virtual time has no age
 }
 
 TEST_CASE("The age of a state is the time since its writer stamped it", "[segment_summary]") {
-  const TestSession session;
-  ToolWriter writer(session.name(), 1'000'000, proto::Clock::kMonotonic, monotonic_ns());
+  const publication::TestSession session;
+  publication::ToolWriter writer(session.name(), 1'000'000, proto::Clock::kMonotonic,
+                                 realtime::monotonic_ns());
   proto::ToolState state{};
-  state.time_ns = monotonic_ns() - 50'000'000;
+  state.time_ns = realtime::monotonic_ns() - 50'000'000;
   writer.publish(state);
 
   const SegmentSummary summary = summary_of(session, kTool);
@@ -97,12 +101,12 @@ TEST_CASE("A stamp that is none or lies ahead has no age", "[segment_summary]") 
 }
 
 TEST_CASE("A killed writer's segment is shown as dead and can be removed", "[segment_summary]") {
-  const TestSession session;
+  const publication::TestSession session;
   leave_dead_scene(session);
   const SegmentSummary summary = summary_of(session);
   CHECK(summary.state == SegmentState::kDead);
   CHECK(summary.is_leftover);
-  CHECK(summary.moving_spheres == kMovingSpheres);
+  CHECK(summary.moving_spheres == publication::kMovingSpheres);
 
   CHECK(remove_leftover(summary.file));
 
@@ -111,8 +115,8 @@ TEST_CASE("A killed writer's segment is shown as dead and can be removed", "[seg
 }
 
 TEST_CASE("What lives is never removed", "[segment_summary]") {
-  const TestSession session;
-  SmallSceneWriter writer(session);
+  const publication::TestSession session;
+  publication::SmallSceneWriter writer(session);
   CHECK_FALSE(remove_leftover({session.name(), kScene}));
   SECTION("although its lock file was deleted") {
     REQUIRE(::unlink((session.path(kScene) + ".lock").c_str()) == 0);
@@ -128,11 +132,11 @@ TEST_CASE("What lives is never removed", "[segment_summary]") {
 }
 
 TEST_CASE("A segment before its announcement is starting or half made", "[segment_summary]") {
-  const TestSession session;
+  const publication::TestSession session;
   {
-    SegmentSpec spec = small_spec();
+    publication::SegmentSpec spec = publication::small_spec();
     spec.layout_hash = proto::kSceneLayoutHash;
-    const SegmentWriter writer(session.name(), spec);
+    const publication::SegmentWriter writer(session.name(), spec);
     CHECK(summary_of(session).state == SegmentState::kStarting);
     CHECK_FALSE(remove_leftover({session.name(), kScene}));
   }
@@ -143,14 +147,14 @@ TEST_CASE("A segment before its announcement is starting or half made", "[segmen
 }
 
 TEST_CASE("A starting segment is starting to a reader of its group too", "[segment_summary]") {
-  const TestSession session;
+  const publication::TestSession session;
   constexpr gid_t kNoGroup = 65534;
   constexpr uid_t kNobody = 65534;
-  SegmentSpec spec = small_spec();
+  publication::SegmentSpec spec = publication::small_spec();
   spec.layout_hash = proto::kSceneLayoutHash;
   spec.readers = ::getuid() == 0 ? kNoGroup : ::getgid();
-  const SegmentWriter writer(session.name(), spec);
-  const OtherProcess reader([&](const auto& ready) {
+  const publication::SegmentWriter writer(session.name(), spec);
+  const publication::OtherProcess reader([&](const auto& ready) {
     const std::string name = name_to_others(session);
     if (::getuid() == 0 && (::setgid(kNoGroup) != 0 || ::setuid(kNobody) != 0)) return;
     const SegmentSummary summary = observe({name, kScene}).summary;
@@ -160,23 +164,23 @@ TEST_CASE("A starting segment is starting to a reader of its group too", "[segme
 }
 
 TEST_CASE("A lock file that a killed writer left alone is removed too", "[segment_summary]") {
-  const TestSession session;
-  const SegmentFile file{session.name(), kScene};
+  const publication::TestSession session;
+  const publication::SegmentFile file{session.name(), kScene};
   const std::string path = session.path(kScene) + ".lock";
   {
-    const SessionLock lock(session.name(), kScene);
+    const publication::SessionLock lock(session.name(), kScene);
     CHECK_FALSE(remove_leftover(file));
     CHECK(::access(path.c_str(), F_OK) == 0);
   }
   ::close(::open(path.c_str(), O_CREAT | O_CLOEXEC, 0600));
-  const auto listed = list_segments();
+  const auto listed = publication::list_segments();
   CHECK(std::count(listed.begin(), listed.end(), file) == 1);
   CHECK(remove_leftover(file));
   CHECK(::access(path.c_str(), F_OK) != 0);
 }
 
 TEST_CASE("What cannot be ours is refused in one line and never removed", "[segment_summary]") {
-  const TestSession session;
+  const publication::TestSession session;
   const std::string path = session.path(kScene);
   std::string words;
   SECTION("foreign bytes") {
@@ -211,10 +215,10 @@ TEST_CASE("What cannot be ours is refused in one line and never removed", "[segm
 }
 
 TEST_CASE("What may not be read is a refusal too", "[segment_summary]") {
-  const TestSession session;
-  const SmallSceneWriter writer(session);
+  const publication::TestSession session;
+  const publication::SmallSceneWriter writer(session);
   REQUIRE(::chmod(session.path(kScene).c_str(), 0) == 0);
-  const OtherProcess stranger([&](const auto& ready) {
+  const publication::OtherProcess stranger([&](const auto& ready) {
     constexpr uid_t kNobody = 65534;
     const std::string name = name_to_others(session);
     if (::getuid() == 0 && ::setuid(kNobody) != 0) return;
@@ -226,9 +230,9 @@ TEST_CASE("What may not be read is a refusal too", "[segment_summary]") {
 }
 
 TEST_CASE("A dead segment of another version is refused and can be removed", "[segment_summary]") {
-  const TestSession session;
+  const publication::TestSession session;
   leave_dead_scene(session);
-  Tampering(session.path(kScene)).at<proto::SegmentHeader>(0).version = 4711;
+  publication::Tampering(session.path(kScene)).at<proto::SegmentHeader>(0).version = 4711;
 
   const SegmentSummary summary = summary_of(session);
 
@@ -244,8 +248,8 @@ TEST_CASE("A name that no session can have is refused", "[segment_summary]") {
 }
 
 TEST_CASE("An object that is shrunk while it is watched is refused", "[segment_summary]") {
-  const TestSession session;
-  SmallSceneWriter writer(session);
+  const publication::TestSession session;
+  publication::SmallSceneWriter writer(session);
   writer.publish_next();
   ObservedSegment segment = observe({session.name(), kScene});
   REQUIRE(segment.scene);
@@ -260,11 +264,11 @@ TEST_CASE("An object that is shrunk while it is watched is refused", "[segment_s
 }
 
 TEST_CASE("A survey has a row for each segment however many there are", "[segment_summary]") {
-  constexpr std::size_t kMany = MappingGuard::kMax + 10;
-  const std::vector<TestSession> sessions(kMany);
+  constexpr std::size_t kMany = publication::MappingGuard::kMax + 10;
+  const std::vector<publication::TestSession> sessions(kMany);
   leave_dead_scene(sessions[0]);
-  std::vector<SegmentFile> files;
-  for (const TestSession& session : sessions) {
+  std::vector<publication::SegmentFile> files;
+  for (const publication::TestSession& session : sessions) {
     files.push_back({session.name(), kScene});
     if (session.name() != sessions[0].name())
       std::filesystem::copy_file(sessions[0].path(kScene), session.path(kScene));
@@ -283,12 +287,13 @@ TEST_CASE("A survey has a row for each segment however many there are", "[segmen
 }
 
 TEST_CASE("A measured rate is that of the publications", "[segment_summary]") {
-  const TestSession session, silent;
-  const ToolWriter silent_writer(silent.name(), 1'000'000, proto::Clock::kMonotonic, 1);
-  ToolWriter writer(session.name(), 1'000'000, proto::Clock::kMonotonic, 1);
+  const publication::TestSession session, silent;
+  const publication::ToolWriter silent_writer(silent.name(), 1'000'000, proto::Clock::kMonotonic,
+                                              1);
+  publication::ToolWriter writer(session.name(), 1'000'000, proto::Clock::kMonotonic, 1);
   std::atomic<std::uint64_t> published = 0;
   std::jthread thread([&](const std::stop_token& stop) {
-    PeriodicTimer timer(5'000'000);
+    realtime::PeriodicTimer timer(5'000'000);
     while (!stop.stop_requested()) {
       timer.wait();
       writer.publish({});
@@ -298,17 +303,17 @@ TEST_CASE("A measured rate is that of the publications", "[segment_summary]") {
   std::vector<ObservedSegment> segments;
   segments.push_back(observe({session.name(), kTool}));
   segments.push_back(observe({silent.name(), kTool}));
-  const std::uint64_t before = published, began_ns = monotonic_ns();
+  const std::uint64_t before = published, began_ns = realtime::monotonic_ns();
 
   measure_rates(segments, 0.4);
 
   // By the count beside it: a machine may stall.
   const double rate_hz = static_cast<double>(published - before) /
-                         (static_cast<double>(monotonic_ns() - began_ns) * 1e-9);
+                         (static_cast<double>(realtime::monotonic_ns() - began_ns) * 1e-9);
   REQUIRE(segments[0].summary.measured_rate_hz);
   CHECK(*segments[0].summary.measured_rate_hz == Approx(rate_hz).epsilon(0.1));
   CHECK(segments[1].summary.measured_rate_hz == 0.0);
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::segment_inspect

@@ -6,7 +6,7 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kRadius_m = 0.05, kMass_kg = 0.1, kStiffness_N_per_m = 1000.0;  // 100 rad/s
@@ -19,10 +19,12 @@ struct Bounce {
 /// A ball that comes down on the floor at 1 m/s from gap_m above it, until it is off again.
 Bounce bounce(double step_s, double gap_m, double damping_N_s_per_m = 0.0,
               double gravity_m_s2 = 0.0) {
-  Simulation simulation(scene_of(
-      {moving(sphere({0, 0, kRadius_m + gap_m}, kRadius_m, kMass_kg), {0, 0, -1}), floor_at(0.0)},
-      material_of(kStiffness_N_per_m, damping_N_s_per_m), {0, 0, -gravity_m_s2}));
-  const RigidBody& ball = simulation.world().rigid_bodies[0];
+  Simulation simulation(sim_server::scene_of(
+      {sim_server::moving(sim_server::sphere({0, 0, kRadius_m + gap_m}, kRadius_m, kMass_kg),
+                          {0, 0, -1}),
+       sim_server::floor_at(0.0)},
+      sim_server::material_of(kStiffness_N_per_m, damping_N_s_per_m), {0, 0, -gravity_m_s2}));
+  const bodies::RigidBody& ball = simulation.world().rigid_bodies[0];
   Bounce result;
   for (bool touched = false;;) {
     const StepReport report = simulation.step(step_s, no_tool);
@@ -120,4 +122,4 @@ TEST_CASE("An undamped drop sinks 11.0290 mm and bounces back whole", "[known_an
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

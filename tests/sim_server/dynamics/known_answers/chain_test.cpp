@@ -8,12 +8,12 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 /// Eigenfrequencies at rest, ascending, from the Jacobian M + h^2 K of a step of one second.
-Eigen::VectorXd frequencies_rad_s(const BodyDescription& body) {
-  const World world = build_world(scene_of({body}));
+Eigen::VectorXd frequencies_rad_s(const bodies::BodyDescription& body) {
+  const bodies::World world = scene::build_world(sim_server::scene_of({body}));
   MechanicalSystem system(world, {});
   ImplicitStage step(system, 1.0);
   Eigen::VectorXd u = Eigen::VectorXd::Zero(world.unknown_count), residual(u.size());
@@ -21,8 +21,8 @@ Eigen::VectorXd frequencies_rad_s(const BodyDescription& body) {
   Eigen::SparseMatrix<double> jacobian;
   step.jacobian(JacobianKind::kExact, jacobian);
   Eigen::MatrixXd mass = Eigen::MatrixXd::Zero(u.size(), u.size());
-  for (const Node& node : world.nodes)
-    if (node.unknown != kNoUnknown)
+  for (const bodies::Node& node : world.nodes)
+    if (node.unknown != bodies::kNoUnknown)
       mass.diagonal().segment<3>(node.unknown).setConstant(node.mass_kg);
   const Eigen::MatrixXd stiffness = Eigen::MatrixXd(jacobian) - mass;
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(stiffness, mass);
@@ -36,11 +36,12 @@ Eigen::VectorXd nonzero(const Eigen::VectorXd& frequencies) {
   return frequencies.tail(frequencies.end() - first);
 }
 
-BodyDescription chain(int free_nodes, int pinned_ends) {
+bodies::BodyDescription chain(int free_nodes, int pinned_ends) {
   const int nodes = free_nodes + pinned_ends;
-  BodyDescription body = thread(nodes, {0, 0, 0}, {0.1 * (nodes - 1), 0, 0}, 0.01, 1000.0);
-  if (pinned_ends > 0) springs(body).pinned_nodes = {0};
-  if (pinned_ends > 1) springs(body).pinned_nodes = {0, nodes - 1};
+  bodies::BodyDescription body =
+      sim_server::thread(nodes, {0, 0, 0}, {0.1 * (nodes - 1), 0, 0}, 0.01, 1000.0);
+  if (pinned_ends > 0) sim_server::springs(body).pinned_nodes = {0};
+  if (pinned_ends > 1) sim_server::springs(body).pinned_nodes = {0, nodes - 1};
   return body;
 }
 
@@ -68,17 +69,17 @@ TEST_CASE("A chain rings at 2 sqrt(k/m) sin(x)", "[known_answers]") {
 
 TEST_CASE("An 8x8 sheet rings at 980.7853 rad/s at most, with shear and bend at 1201.838",
           "[known_answers]") {
-  BodyDescription body = sheet({8, 8}, 0.02, 0.002, 500.0);
-  CHECK(build_world(scene_of({body})).springs.size() == 112);
+  bodies::BodyDescription body = sim_server::sheet({8, 8}, 0.02, 0.002, 500.0);
+  CHECK(scene::build_world(sim_server::scene_of({body})).springs.size() == 112);
   const Eigen::VectorXd structural = frequencies_rad_s(body);
   CHECK(structural.maxCoeff() ==
         Approx(2.0 * std::sqrt(500.0 / 0.002) * std::sin(7.0 * std::numbers::pi / 16.0))
             .epsilon(1e-11));
   CHECK(std::abs(structural.maxCoeff() - 980.7853) < 5e-5);
 
-  shear_stiffness_N_per_m(body) = 250.0;
-  springs(body).bend_stiffness_N_per_m = 100.0;
-  CHECK(build_world(scene_of({body})).springs.size() == 306);
+  sim_server::shear_stiffness_N_per_m(body) = 250.0;
+  sim_server::springs(body).bend_stiffness_N_per_m = 100.0;
+  CHECK(scene::build_world(sim_server::scene_of({body})).springs.size() == 306);
   const Eigen::VectorXd full = frequencies_rad_s(body);
 
   CHECK(std::abs(full.maxCoeff() - 1201.838) < 5e-4);
@@ -88,8 +89,9 @@ TEST_CASE("An 8x8 sheet rings at 980.7853 rad/s at most, with shear and bend at 
 
 TEST_CASE("A hanging chain's link i stretches by (N - i + 1) m g / k", "[known_answers]") {
   constexpr int kMasses = 10;
-  Simulation simulation(scene_of({thread(kMasses + 1, {0, 0, 0}, {0, 0, -1.0}, 0.01, 100.0, {0})},
-                                 {}, {0, 0, -9.81}));
+  Simulation simulation(sim_server::scene_of(
+      {sim_server::thread(kMasses + 1, {0, 0, 0}, {0, 0, -1.0}, 0.01, 100.0, {0})}, {},
+      {0, 0, -9.81}));
 
   REQUIRE(advance(simulation, 10.0, 10));  // steps so long that little but statics is left
 
@@ -127,12 +129,13 @@ double exact_sag_m(double stiffness_N_per_m) {
 }
 
 double simulated_sag_m(double stiffness_N_per_m) {
-  Simulation simulation(scene_of(
-      {thread(kLinks + 1, {-0.6, 0, 0}, {0.6, 0, 0}, 0.01, stiffness_N_per_m, {0, kLinks})}, {},
-      {0, 0, -9.81}));
+  Simulation simulation(
+      sim_server::scene_of({sim_server::thread(kLinks + 1, {-0.6, 0, 0}, {0.6, 0, 0}, 0.01,
+                                               stiffness_N_per_m, {0, kLinks})},
+                           {}, {0, 0, -9.81}));
   // Begin as a taut V between the supports.
   auto& nodes = simulation.world().nodes;
-  for (Node& node : nodes) {
+  for (bodies::Node& node : nodes) {
     node.position_m.z() = -std::sqrt(0.36 - 0.25) * (1.0 - std::abs(node.position_m.x()) / 0.6);
     node.position_m.x() *= 1.0 / kLength_m;
   }
@@ -157,4 +160,4 @@ TEST_CASE("A stiff chain of ten links sags by 293.864 mm", "[known_answers]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -10,22 +10,22 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 /// A sheet of 8 x 8 nodes, 20 mm apart, of 2 g each, hanging down from where it is pinned.
-BodyDescription hanging_cloth(std::vector<int> pinned) {
-  BodyDescription body = sheet({8, 8}, 0.02, 0.002, 500.0);
+bodies::BodyDescription hanging_cloth(std::vector<int> pinned) {
+  bodies::BodyDescription body = sim_server::sheet({8, 8}, 0.02, 0.002, 500.0);
   body.orientation = Eigen::AngleAxisd(0.5 * std::acos(-1.0), Eigen::Vector3d::UnitX());
   body.position_m.z() = -0.07;  // the upper edge at height 0
-  packing(body) = {0.02, 1e-4};
-  springs(body).pinned_nodes = std::move(pinned);
+  sim_server::packing(body) = {0.02, 1e-4};
+  sim_server::springs(body).pinned_nodes = std::move(pinned);
   return body;
 }
 
 TEST_CASE("A cloth pinned along its top hangs as eight chains", "[known_answers]") {
   Simulation simulation(
-      scene_of({hanging_cloth({56, 57, 58, 59, 60, 61, 62, 63})}, {}, {0, 0, -9.81}));
+      sim_server::scene_of({hanging_cloth({56, 57, 58, 59, 60, 61, 62, 63})}, {}, {0, 0, -9.81}));
 
   REQUIRE(advance(simulation, 10.0, 10));  // steps so long that little but statics is left
 
@@ -40,11 +40,11 @@ struct CornerCase {
 };
 
 /// Moves every free node by up to 5 mm any way, half the most that keeps neighbours apart.
-void crumple(World& world, std::uint64_t seed) {
+void crumple(bodies::World& world, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> offset_m(-0.005, 0.005);
-  for (Node& node : world.nodes)
-    if (node.unknown != kNoUnknown)
+  for (bodies::Node& node : world.nodes)
+    if (node.unknown != bodies::kNoUnknown)
       node.position_m += Eigen::Vector3d(offset_m(random), offset_m(random), offset_m(random));
 }
 
@@ -54,12 +54,12 @@ TEST_CASE("A cloth pinned at two corners comes to the one state of least energy,
       GENERATE(CornerCase{500, 250, 50, -0.08898932377445, -0.0717191791594, -0.1419600196581},
                CornerCase{5000, 2500, 500, -0.0880091398831, -0.0701774331113, NAN});
   const std::uint64_t seed = GENERATE(1u, 2u, 3u);
-  BodyDescription body = hanging_cloth({56, 63});
-  springs(body).structural_stiffness_N_per_m = known.structural;
-  shear_stiffness_N_per_m(body) = known.shear;
-  springs(body).bend_stiffness_N_per_m = known.bend;
-  SceneDescription scene = scene_of({body}, {}, {0, 0, -9.81});
-  scene.method.solver = GENERATE(SolverKind::kNewton, SolverKind::kNewtonCg);
+  bodies::BodyDescription body = hanging_cloth({56, 63});
+  sim_server::springs(body).structural_stiffness_N_per_m = known.structural;
+  sim_server::shear_stiffness_N_per_m(body) = known.shear;
+  sim_server::springs(body).bend_stiffness_N_per_m = known.bend;
+  scene::SceneDescription scene = sim_server::scene_of({body}, {}, {0, 0, -9.81});
+  scene.method.solver = GENERATE(scene::SolverKind::kNewton, scene::SolverKind::kNewtonCg);
   Simulation simulation(scene);
   crumple(simulation.world(), seed);
 
@@ -67,27 +67,27 @@ TEST_CASE("A cloth pinned at two corners comes to the one state of least energy,
   REQUIRE(advance(simulation, 1.0, 100));
 
   double mean_m = 0.0, lowest_m = 0.0;
-  for (const Node& node : simulation.world().nodes) {
+  for (const bodies::Node& node : simulation.world().nodes) {
     mean_m += node.position_m.z() / 64.0;
     lowest_m = std::min(lowest_m, node.position_m.z());
   }
-  CHECK(mechanical_energy_J(simulation.world()) == Approx(known.energy_J).epsilon(1e-9));
+  CHECK(bodies::mechanical_energy_J(simulation.world()) == Approx(known.energy_J).epsilon(1e-9));
   CHECK(mean_m == Approx(known.mean_m).epsilon(1e-7));
   if (std::isfinite(known.lowest_m)) CHECK(lowest_m == Approx(known.lowest_m).epsilon(1e-7));
 }
 
 /// The same cloth, level: of its 62 free nodes none is held against leaving the plane.
-World flat_cloth() {
-  BodyDescription body = sheet({8, 8}, 0.02, 0.002, 500.0);
-  shear_stiffness_N_per_m(body) = 250.0;
-  springs(body).bend_stiffness_N_per_m = 50.0;
-  springs(body).pinned_nodes = {0, 7};
-  return build_world(scene_of({body}, {}, {0, 0, -9.81}));
+bodies::World flat_cloth() {
+  bodies::BodyDescription body = sim_server::sheet({8, 8}, 0.02, 0.002, 500.0);
+  sim_server::shear_stiffness_N_per_m(body) = 250.0;
+  sim_server::springs(body).bend_stiffness_N_per_m = 50.0;
+  sim_server::springs(body).pinned_nodes = {0, 7};
+  return scene::build_world(sim_server::scene_of({body}, {}, {0, 0, -9.81}));
 }
 
 TEST_CASE("Plain Newton cannot take a flat cloth to where it hangs: its static slope is singular",
           "[known_answers]") {
-  const World world = flat_cloth();
+  const bodies::World world = flat_cloth();
   constexpr double kStep_s = 1e6;  // M / h^2 is below the rounding of the springs
   MechanicalSystem system(world, {});
   ImplicitStage stage(system, kStep_s);
@@ -104,9 +104,9 @@ TEST_CASE("Plain Newton cannot take a flat cloth to where it hangs: its static s
 }
 
 TEST_CASE("From flat, one long implicit step takes a cloth to where it hangs", "[known_answers]") {
-  World world = flat_cloth();
+  bodies::World world = flat_cloth();
   constexpr double kStep_s = 1000.0;  // so long that nothing but statics is left
-  const SolverKind kind = GENERATE(SolverKind::kNewton, SolverKind::kNewtonCg);
+  const scene::SolverKind kind = GENERATE(scene::SolverKind::kNewton, scene::SolverKind::kNewtonCg);
   MechanicalSystem system(world, {});
   ImplicitStage stage(system, kStep_s);
   Eigen::VectorXd u = Eigen::VectorXd::Zero(stage.size());
@@ -114,12 +114,12 @@ TEST_CASE("From flat, one long implicit step takes a cloth to where it hangs", "
 
   const SolveReport report = NewtonSolver(kind, 1e-8).solve(stage, u, budget);
 
-  INFO(name_of(kind) << ": " << report.residual << " after " << report.iterations);
+  INFO(scene::name_of(kind) << ": " << report.residual << " after " << report.iterations);
   CHECK(report.converged);
   CHECK(report.iterations < 50);
   world.nodes = system.trial().nodes;
-  CHECK(mechanical_energy_J(world) == Approx(-0.08898932377445).epsilon(1e-6));
+  CHECK(bodies::mechanical_energy_J(world) == Approx(-0.08898932377445).epsilon(1e-6));
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

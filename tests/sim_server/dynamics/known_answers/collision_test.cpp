@@ -5,7 +5,7 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kRadius_m = 0.05;
@@ -18,12 +18,13 @@ struct Collision {
 
 /// Balls of 0.1 and 0.3 kg at 1 and -0.2 m/s, gap_m apart, of 1000 N/m.
 Collision collide(double step_s, double gap_m) {
-  Simulation simulation(
-      scene_of({moving(sphere({0, 0, 0}, kRadius_m, 0.1), {1, 0, 0}),
-                moving(sphere({2.0 * kRadius_m + gap_m, 0, 0}, kRadius_m, 0.3), {-0.2, 0, 0})},
-               material_of(1000.0)));
-  const RigidBody& a = simulation.world().rigid_bodies[0];
-  const RigidBody& b = simulation.world().rigid_bodies[1];
+  Simulation simulation(sim_server::scene_of(
+      {sim_server::moving(sim_server::sphere({0, 0, 0}, kRadius_m, 0.1), {1, 0, 0}),
+       sim_server::moving(sim_server::sphere({2.0 * kRadius_m + gap_m, 0, 0}, kRadius_m, 0.3),
+                          {-0.2, 0, 0})},
+      sim_server::material_of(1000.0)));
+  const bodies::RigidBody& a = simulation.world().rigid_bodies[0];
+  const bodies::RigidBody& b = simulation.world().rigid_bodies[1];
   Collision result;
   for (bool touched = false;;) {
     const StepReport report = simulation.step(step_s, no_tool);
@@ -88,4 +89,4 @@ TEST_CASE("As the step shrinks two balls exchange velocities as in a perfect col
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

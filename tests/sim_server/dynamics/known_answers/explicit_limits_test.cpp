@@ -9,14 +9,14 @@
 #include "tests/sim_server/dynamics/known_answers/oscillator.hpp"
 #include "tests/sim_server/dynamics/known_answers/slope.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
-constexpr auto kSymplectic = IntegratorKind::kSymplecticEuler;
-constexpr auto kVerlet = IntegratorKind::kVelocityVerlet;
+constexpr auto kSymplectic = scene::IntegratorKind::kSymplecticEuler;
+constexpr auto kVerlet = scene::IntegratorKind::kVelocityVerlet;
 
-Method explicit_method(IntegratorKind kind, int substeps) {
-  Method method;
+scene::Method explicit_method(scene::IntegratorKind kind, int substeps) {
+  scene::Method method;
   method.integrator = kind;
   method.substeps = substeps;
   return method;
@@ -24,8 +24,8 @@ Method explicit_method(IntegratorKind kind, int substeps) {
 
 TEST_CASE("Symplectic Euler and Verlet hold below (2 / w) (sqrt(1 + zeta^2) - zeta) and not above",
           "[explicit_limits]") {
-  const IntegratorKind kind = GENERATE(kSymplectic, kVerlet);
-  CAPTURE(name_of(kind));
+  const scene::IntegratorKind kind = GENERATE(kSymplectic, kVerlet);
+  CAPTURE(scene::name_of(kind));
   const auto [damping_ratio, known_s] = GENERATE(std::pair(0.0, 0.0200), std::pair(0.05, 0.01902),
                                                  std::pair(0.2, 0.01640), std::pair(0.5, 0.01236));
   const double limit_s =
@@ -36,8 +36,8 @@ TEST_CASE("Symplectic Euler and Verlet hold below (2 / w) (sqrt(1 + zeta^2) - ze
   CHECK(energy_growth(damping_ratio, kind, 1.01 * limit_s, 1, 500) > 1e4);
 
   // Left to choose, it stays below: not a joule more than there was, if damped.
-  World world = oscillator(damping_ratio);
-  const double before_J = mechanical_energy_J(world);
+  bodies::World world = oscillator(damping_ratio);
+  const double before_J = bodies::mechanical_energy_J(world);
   ExplicitIntegrator integrator(explicit_method(kind, 0));
   Budget budget;
   for (int i = 0; i < 100; ++i) {
@@ -46,23 +46,23 @@ TEST_CASE("Symplectic Euler and Verlet hold below (2 / w) (sqrt(1 + zeta^2) - ze
   }
   CHECK(0.05 / integrator.substeps() < limit_s);
   CHECK(0.05 / integrator.substeps() > 0.7 * limit_s);  // and does not waste steps
-  CHECK(mechanical_energy_J(world) < 12.0 * before_J);
+  CHECK(bodies::mechanical_energy_J(world) < 12.0 * before_J);
 }
 
 /// Ten masses of 10 g on springs of 100 N/m hang from a wall, pulled evenly; the exact motion is a
 /// sum of modes.
-double chain_error_m(IntegratorKind kind, double step_s) {
+double chain_error_m(scene::IntegratorKind kind, double step_s) {
   constexpr int kMasses = 10;
   const double stiffness_N_per_m = 100.0, mass_kg = 0.01, pull_m = 0.001;
-  World world = build_world(
-      scene_of({thread(kMasses + 1, {0, 0, 0}, {1, 0, 0}, mass_kg, stiffness_N_per_m, {0})}));
+  bodies::World world = scene::build_world(sim_server::scene_of(
+      {sim_server::thread(kMasses + 1, {0, 0, 0}, {1, 0, 0}, mass_kg, stiffness_N_per_m, {0})}));
   Eigen::VectorXd start_m(kMasses);
   for (int i = 0; i < kMasses; ++i) {
     start_m[i] = pull_m * (i + 1);
     world.nodes[static_cast<std::size_t>(i) + 1].position_m.x() += start_m[i];
   }
-  const World rest = build_world(
-      scene_of({thread(kMasses + 1, {0, 0, 0}, {1, 0, 0}, mass_kg, stiffness_N_per_m, {0})}));
+  const bodies::World rest = scene::build_world(sim_server::scene_of(
+      {sim_server::thread(kMasses + 1, {0, 0, 0}, {1, 0, 0}, mass_kg, stiffness_N_per_m, {0})}));
   Eigen::MatrixXd chain = 2.0 * Eigen::MatrixXd::Identity(kMasses, kMasses);
   chain(kMasses - 1, kMasses - 1) = 1.0;
   for (int i = 0; i + 1 < kMasses; ++i) chain(i, i + 1) = chain(i + 1, i) = -1.0;
@@ -102,18 +102,20 @@ TEST_CASE("At equal substeps Verlet errs far less than symplectic Euler", "[expl
 
 /// Least and greatest speed, over the phase, of an undamped ball of 100 rad/s thrown at the floor
 /// at 1 m/s.
-std::pair<double, double> restitutions(IntegratorKind kind, double step_s, int substeps) {
+std::pair<double, double> restitutions(scene::IntegratorKind kind, double step_s, int substeps) {
   constexpr double kRadius_m = 0.05;
   double least = 10.0, greatest = 0.0;
   constexpr int kPhases = 40;
   for (int i = 0; i < kPhases; ++i) {
     const double gap_m = 0.1 + 1.0 * step_s * i / kPhases;
-    SceneDescription scene = scene_of(
-        {moving(sphere({0, 0, kRadius_m + gap_m}, kRadius_m, 0.1), {0, 0, -1}), floor_at(0.0)},
-        material_of(1000.0));
+    scene::SceneDescription scene = sim_server::scene_of(
+        {sim_server::moving(sim_server::sphere({0, 0, kRadius_m + gap_m}, kRadius_m, 0.1),
+                            {0, 0, -1}),
+         sim_server::floor_at(0.0)},
+        sim_server::material_of(1000.0));
     scene.method = explicit_method(kind, substeps);
     Simulation simulation(scene);
-    const RigidBody& ball = simulation.world().rigid_bodies[0];
+    const bodies::RigidBody& ball = simulation.world().rigid_bodies[0];
     while (ball.velocity_m_s.z() <= 0.0 || ball.position_m.z() < kRadius_m)
       REQUIRE(advance(simulation, step_s, 1));
     least = std::min(least, ball.velocity_m_s.z());
@@ -124,7 +126,7 @@ std::pair<double, double> restitutions(IntegratorKind kind, double step_s, int s
 
 TEST_CASE("An undamped bounce may gain energy by explicit steps, the more the longer they are",
           "[explicit_limits]") {
-  const IntegratorKind kind = GENERATE(kSymplectic, kVerlet);
+  const scene::IntegratorKind kind = GENERATE(kSymplectic, kVerlet);
   const auto [phase, known_least, known_most] = GENERATE(
       std::tuple(0.3, 0.989, 1.011), std::tuple(0.5, 0.978, 1.022), std::tuple(1.5, 0.800, 1.250));
   const auto [least, most] = restitutions(kind, phase / kRate_rad_s, 1);
@@ -143,13 +145,14 @@ TEST_CASE("Left to choose its substeps it gains no more than 2.5 % of a bounce's
 TEST_CASE("Two balls exchange velocities, momentum and time as in a perfect collision",
           "[explicit_limits]") {
   constexpr double kRadius_m = 0.05, kStep_s = 2e-4;
-  SceneDescription scene = scene_of({moving(sphere({0, 0, 0}, kRadius_m, 0.1), {1, 0, 0}),
-                                     moving(sphere({0.1001, 0, 0}, kRadius_m, 0.3), {-0.2, 0, 0})},
-                                    material_of(1000.0));
+  scene::SceneDescription scene = sim_server::scene_of(
+      {sim_server::moving(sim_server::sphere({0, 0, 0}, kRadius_m, 0.1), {1, 0, 0}),
+       sim_server::moving(sim_server::sphere({0.1001, 0, 0}, kRadius_m, 0.3), {-0.2, 0, 0})},
+      sim_server::material_of(1000.0));
   scene.method = explicit_method(GENERATE(kSymplectic, kVerlet), 1);
   Simulation simulation(scene);
-  const RigidBody& a = simulation.world().rigid_bodies[0];
-  const RigidBody& b = simulation.world().rigid_bodies[1];
+  const bodies::RigidBody& a = simulation.world().rigid_bodies[0];
+  const bodies::RigidBody& b = simulation.world().rigid_bodies[1];
   double time_s = 0.0, depth_m = 0.0, momentum_drift_N_s = 0.0;
   for (int i = 0; i < 250; ++i) {
     time_s += simulation.step(kStep_s, no_tool).contacts > 0 ? kStep_s : 0.0;
@@ -164,16 +167,16 @@ TEST_CASE("Two balls exchange velocities, momentum and time as in a perfect coll
   CHECK(momentum_drift_N_s < 1e-15);
 }
 
-Slide slide_on(double angle_deg, const Method& method) {
-  return slide_on(angle_deg, method, 1000, 1000);
+Slide slide_on(double angle_deg, const scene::Method& method) {
+  return dynamics::slide_on(angle_deg, method, 1000, 1000);
 }
 
 TEST_CASE("A block slips on a slope if tan of its angle exceeds the friction, and only then",
           "[explicit_limits]") {
   // What friction has to take back each substep, h g sin, shows where it exceeds the slip speed.
   const auto [substeps, creep_m_s] = GENERATE(std::pair(0, 3e-3), std::pair(10, 1e-3));
-  const Method method = explicit_method(GENERATE(kSymplectic, kVerlet), substeps);
-  CAPTURE(describe(method));
+  const scene::Method method = explicit_method(GENERATE(kSymplectic, kVerlet), substeps);
+  CAPTURE(scene::describe(method));
   const Slide below = slide_on(16.0, method), above = slide_on(17.4, method);
   CHECK(below.velocity_m_s < creep_m_s);
   CHECK(std::abs(below.acceleration_m_s2) < 1e-3);
@@ -186,8 +189,8 @@ TEST_CASE("A block slips on a slope if tan of its angle exceeds the friction, an
 
 TEST_CASE("Creep comes to slip speed times tan / mu = 0.58776 mm/s as the substep shrinks",
           "[explicit_limits]") {
-  const IntegratorKind kind = GENERATE(kSymplectic, kVerlet);
-  CAPTURE(name_of(kind));
+  const scene::IntegratorKind kind = GENERATE(kSymplectic, kVerlet);
+  CAPTURE(scene::name_of(kind));
   const double long_m_s = slide_on(10.0, explicit_method(kind, 1)).velocity_m_s;
   const double short_m_s = slide_on(10.0, explicit_method(kind, 40)).velocity_m_s;
   // Friction that follows itself from contact to contact holds rather more than the law asks.
@@ -197,4 +200,4 @@ TEST_CASE("Creep comes to slip speed times tan / mu = 0.58776 mm/s as the subste
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -7,24 +7,24 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 /// A mass of 0.1 kg on a spring of 1000 N/m whose other end is pinned, 0.1 m long at rest.
 Simulation oscillator(double damping_N_s_per_m = 0.0) {
-  BodyDescription body = thread(2, {0, 0, 0}, {0.1, 0, 0}, 0.1, 1000.0, {0});
-  springs(body).spring_damping_N_s_per_m = damping_N_s_per_m;
-  return Simulation(scene_of({body}));
+  bodies::BodyDescription body = sim_server::thread(2, {0, 0, 0}, {0.1, 0, 0}, 0.1, 1000.0, {0});
+  sim_server::springs(body).spring_damping_N_s_per_m = damping_N_s_per_m;
+  return Simulation(sim_server::scene_of({body}));
 }
 
 /// Stretch and velocity of the mass, along the spring.
 Eigen::Vector2d state_of(const Simulation& simulation) {
-  const Node& mass = simulation.world().nodes[1];
+  const bodies::Node& mass = simulation.world().nodes[1];
   return {mass.position_m.x() - 0.1, mass.velocity_m_s.x()};
 }
 
 void set_state(Simulation& simulation, const Eigen::Vector2d& state) {
-  Node& mass = simulation.world().nodes[1];
+  bodies::Node& mass = simulation.world().nodes[1];
   mass.position_m.x() = 0.1 + state[0];
   mass.velocity_m_s.x() = state[1];
 }
@@ -34,11 +34,11 @@ TEST_CASE("An oscillator loses energy by 1 + w^2 h^2 a step", "[known_answers]")
       GENERATE(std::pair(0.01, std::pow(2.0, -10)), std::pair(0.001, 0.905287));
   Simulation simulation = oscillator();
   set_state(simulation, {0.004, -0.3});
-  const double start_J = mechanical_energy_J(simulation.world());
+  const double start_J = bodies::mechanical_energy_J(simulation.world());
 
   REQUIRE(advance(simulation, step_s, 10));
 
-  const double ratio = mechanical_energy_J(simulation.world()) / start_J;
+  const double ratio = bodies::mechanical_energy_J(simulation.world()) / start_J;
   CHECK(ratio == Approx(std::pow(1.0 + 1e4 * step_s * step_s, -10)).epsilon(1e-9));
   CHECK(std::abs(ratio - expected) < 5e-7);  // the catalogue's digits
 }
@@ -68,11 +68,12 @@ TEST_CASE("A stiff dumbbell's spin fades as implicit Euler's does", "[known_answ
   const auto [spin_rad_s, step_s, expected] =
       GENERATE(std::tuple(10.0, 0.01, 0.57805), std::tuple(10.0, 0.001, 0.91291),
                std::tuple(5.0, 0.01, 0.81711));
-  Simulation simulation(scene_of(
-      {moving(thread(2, {-0.05, 0, 0}, {0.05, 0, 0}, 0.1, 1e9), {0, 0, 0}, {0, 0, spin_rad_s})}));
+  Simulation simulation(sim_server::scene_of(
+      {sim_server::moving(sim_server::thread(2, {-0.05, 0, 0}, {0.05, 0, 0}, 0.1, 1e9), {0, 0, 0},
+                          {0, 0, spin_rad_s})}));
   const auto angular_momentum = [&] {
     double sum = 0.0;
-    for (const Node& node : simulation.world().nodes)
+    for (const bodies::Node& node : simulation.world().nodes)
       sum += node.mass_kg * node.position_m.cross(node.velocity_m_s).z();
     return sum;
   };
@@ -85,12 +86,13 @@ TEST_CASE("A stiff dumbbell's spin fades as implicit Euler's does", "[known_answ
 }
 
 /// A mass of 10 g between two springs of 1000 N/m.
-SceneDescription two_springs() {
-  return scene_of({thread(3, {-0.02, 0, 0}, {0.02, 0, 0}, 0.01, 1000.0, {0, 2})});
+scene::SceneDescription two_springs() {
+  return sim_server::scene_of(
+      {sim_server::thread(3, {-0.02, 0, 0}, {0.02, 0, 0}, 0.01, 1000.0, {0, 2})});
 }
 
 /// Presses the springs from 20 to 16 mm each, with the mass a little beside their line.
-void press(World& world, double off_axis_m) {
+void press(bodies::World& world, double off_axis_m) {
   world.nodes[0].position_m.x() = -0.016;
   world.nodes[2].position_m.x() = 0.016;
   world.nodes[1].position_m.y() = off_axis_m;
@@ -120,7 +122,7 @@ double step_energy_J(double aside_m, double off_axis_m, double step_s) {
 // With the residual of a solution: it is the energy that tells the saddle from the valley.
 TEST_CASE("Plain Newton stops on the saddle y = eps / (1 - (h / h_crit)^2)", "[known_answers]") {
   const double off_axis_m = 1e-4, step_s = 0.01;
-  World world = build_world(two_springs());
+  bodies::World world = scene::build_world(two_springs());
   press(world, off_axis_m);
   MechanicalSystem system(world, {});
   ImplicitStage step(system, step_s);
@@ -140,9 +142,9 @@ TEST_CASE("Plain Newton stops on the saddle y = eps / (1 - (h / h_crit)^2)", "[k
 TEST_CASE("Beyond it they snap aside, and the solver does not stop on the saddle",
           "[known_answers]") {
   const double off_axis_m = GENERATE(1e-4, 1e-6), step_s = 0.01;
-  SceneDescription scene = two_springs();
-  scene.method.solver = GENERATE(SolverKind::kNewton, SolverKind::kNewtonLu, SolverKind::kNewtonCg,
-                                 SolverKind::kNewtonBicgstab);
+  scene::SceneDescription scene = two_springs();
+  scene.method.solver = GENERATE(scene::SolverKind::kNewton, scene::SolverKind::kNewtonLu,
+                                 scene::SolverKind::kNewtonCg, scene::SolverKind::kNewtonBicgstab);
   Simulation simulation(scene);
   press(simulation.world(), off_axis_m);
 
@@ -155,4 +157,4 @@ TEST_CASE("Beyond it they snap aside, and the solver does not stop on the saddle
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -5,7 +5,7 @@
 
 #include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 
 /// An iteration of Newton's method without any safeguard, to show where that leads. residual: of
 /// the u that it had, evaluated last.
@@ -16,4 +16,4 @@ inline void plain_newton_step(NonlinearSystem& system, const Eigen::VectorXd& re
   u -= Eigen::MatrixXd(exact).partialPivLu().solve(residual);
 }
 
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -7,7 +7,7 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 // Faces meet in four spheres, 10 mm off the middle along both axes.
@@ -16,18 +16,20 @@ constexpr double kEdge_m = 0.03, kWeight_N = 0.1 * 9.81, kArm_m = 0.01;
 constexpr double kStiffness_N_per_m = 40000.0, kFace_N_per_m = 4.0 * kStiffness_N_per_m;
 
 /// Ten blocks on a floor, just touching. Friction only holds the spheres on top of each other.
-SceneDescription stack_of_ten(double uppermost_off_m) {
-  std::vector<BodyDescription> bodies{floor_at(0.0)};
+scene::SceneDescription stack_of_ten(double uppermost_off_m) {
+  std::vector<bodies::BodyDescription> bodies{sim_server::floor_at(0.0)};
   for (int i = 0; i < kBlocks; ++i)
-    bodies.push_back(box({i + 1 == kBlocks ? uppermost_off_m : 0.0, 0, (i + 0.5) * kEdge_m},
-                         Eigen::Vector3d::Constant(kEdge_m), 0.1, {2.0 * kArm_m, 0.005}));
-  return scene_of(bodies, material_of(kStiffness_N_per_m, 5.0, 0.5), {0, 0, -9.81});
+    bodies.push_back(
+        sim_server::box({i + 1 == kBlocks ? uppermost_off_m : 0.0, 0, (i + 0.5) * kEdge_m},
+                        Eigen::Vector3d::Constant(kEdge_m), 0.1, {2.0 * kArm_m, 0.005}));
+  return sim_server::scene_of(bodies, sim_server::material_of(kStiffness_N_per_m, 5.0, 0.5),
+                              {0, 0, -9.81});
 }
 
 /// How far the farthest block is from the column's axis.
-double off_axis_m(const World& world) {
+double off_axis_m(const bodies::World& world) {
   double off_m = 0.0;
-  for (const RigidBody& block : world.rigid_bodies)
+  for (const bodies::RigidBody& block : world.rigid_bodies)
     off_m = std::max(off_m, block.position_m.head<2>().norm());
   return off_m;
 }
@@ -47,7 +49,7 @@ TEST_CASE("In a stack of ten blocks each sinks by the weight that it carries", "
 
   double height_m = -0.5 * kEdge_m, sum_m = 0.0;
   for (int i = 0; i < kBlocks; ++i) {
-    const RigidBody& block = simulation.world().rigid_bodies[static_cast<std::size_t>(i)];
+    const bodies::RigidBody& block = simulation.world().rigid_bodies[static_cast<std::size_t>(i)];
     const double depth_m = kEdge_m - (block.position_m.z() - height_m);
     CHECK(depth_m == Approx((kBlocks - i) * kWeight_N / kFace_N_per_m).epsilon(1e-5));
     height_m = block.position_m.z();
@@ -59,8 +61,8 @@ TEST_CASE("In a stack of ten blocks each sinks by the weight that it carries", "
 
 /// When the stack, its uppermost block a micrometre out of line, is a tenth of a millimetre out;
 /// ten minutes if never.
-double leans_after_s(IntegratorKind integrator) {
-  SceneDescription scene = stack_of_ten(1e-6);
+double leans_after_s(scene::IntegratorKind integrator) {
+  scene::SceneDescription scene = stack_of_ten(1e-6);
   scene.method.integrator = integrator;
   Simulation simulation(scene);
   for (int i = 0; i < 60000; ++i) {
@@ -73,30 +75,32 @@ double leans_after_s(IntegratorKind integrator) {
 // Viscous friction does not hold what rests: fails until contact has stiction.
 TEST_CASE("A stack that its stiffness holds stands for ten minutes by implicit Euler",
           "[known_answers][!shouldfail]") {
-  CHECK(leans_after_s(IntegratorKind::kImplicitEuler) >= 600.0);
+  CHECK(leans_after_s(scene::IntegratorKind::kImplicitEuler) >= 600.0);
 }
 
 TEST_CASE("A stack that its stiffness holds stands for ten minutes by velocity Verlet",
           "[known_answers][!shouldfail]") {
-  CHECK(leans_after_s(IntegratorKind::kVelocityVerlet) >= 600.0);
+  CHECK(leans_after_s(scene::IntegratorKind::kVelocityVerlet) >= 600.0);
 }
 
 TEST_CASE("A block on a slope below its friction angle creeps by less than 10 um a minute",
           "[known_answers][!shouldfail]") {
-  const Slide slide = slide_on(10.0, {.integrator = IntegratorKind::kImplicitEuler}, 500, 2000);
+  const Slide slide =
+      slide_on(10.0, {.integrator = scene::IntegratorKind::kImplicitEuler}, 500, 2000);
   CHECK(slide.velocity_m_s < 10e-6 / 60.0);
 }
 
-Slide implicit_slide(double angle_deg, IntegratorKind integrator = IntegratorKind::kImplicitEuler) {
+Slide implicit_slide(double angle_deg,
+                     scene::IntegratorKind integrator = scene::IntegratorKind::kImplicitEuler) {
   const Slide slide = slide_on(angle_deg, {.integrator = integrator}, 500, 2000);
   CHECK(std::abs(slide.across_m_s) < 1e-9);
   CHECK(std::abs(slide.off_m_s) < 1e-6);
   return slide;
 }
 
-IntegratorKind any_implicit() {
-  return GENERATE(IntegratorKind::kImplicitEuler, IntegratorKind::kBdf2,
-                  IntegratorKind::kTrapezoid);
+scene::IntegratorKind any_implicit() {
+  return GENERATE(scene::IntegratorKind::kImplicitEuler, scene::IntegratorKind::kBdf2,
+                  scene::IntegratorKind::kTrapezoid);
 }
 
 TEST_CASE("A block slips on a slope if tan of its angle exceeds the friction, and only then",
@@ -126,4 +130,4 @@ TEST_CASE("On 10 degrees a block creeps at slip speed times tan / mu = 0.58776 m
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

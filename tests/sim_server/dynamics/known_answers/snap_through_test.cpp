@@ -7,18 +7,19 @@
 #include "tests/sim_server/dynamics/known_answers/plain_newton.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid {
+namespace stillgrid::dynamics {
 namespace {
 
 constexpr double kHalfSpan_m = 0.1, kHeight_m = 0.03, kStiffness_N_per_m = 1000.0, kMass_kg = 0.1;
 
 /// Two bars that lean on each other, loaded at the top by its weight.
-World truss(double load_N) {
-  World world = build_world(scene_of(
-      {thread(3, {-kHalfSpan_m, 0, 0}, {kHalfSpan_m, 0, 0}, kMass_kg, kStiffness_N_per_m, {0, 2})},
-      {}, {0, 0, -load_N / kMass_kg}));
+bodies::World truss(double load_N) {
+  bodies::World world = scene::build_world(
+      sim_server::scene_of({sim_server::thread(3, {-kHalfSpan_m, 0, 0}, {kHalfSpan_m, 0, 0},
+                                               kMass_kg, kStiffness_N_per_m, {0, 2})},
+                           {}, {0, 0, -load_N / kMass_kg}));
   world.nodes[1].position_m.z() = kHeight_m;
-  for (Spring& bar : world.springs) bar.rest_length_m = std::hypot(kHalfSpan_m, kHeight_m);
+  for (bodies::Spring& bar : world.springs) bar.rest_length_m = std::hypot(kHalfSpan_m, kHeight_m);
   return world;
 }
 
@@ -36,7 +37,7 @@ Limit limit() {
 constexpr double kStep_s = 100.0;  // so long that nothing but statics is left
 
 /// Iterations of undamped Newton to the tolerance of a tenth of a nanometre a second; 200: none.
-int plain_iterations(const World& world) {
+int plain_iterations(const bodies::World& world) {
   MechanicalSystem system(world, {});
   ImplicitStage step(system, kStep_s);
   Eigen::VectorXd u = Eigen::VectorXd::Zero(3), residual(3);
@@ -57,14 +58,15 @@ TEST_CASE(
     "Beyond its limit a truss snaps through to -34.9349 mm, by fewer iterations than plain "
     "Newton takes",
     "[known_answers]") {
-  const World world = truss(1.01 * limit().load_N);
+  const bodies::World world = truss(1.01 * limit().load_N);
   MechanicalSystem system(world, {});
   ImplicitStage step(system, kStep_s);
   Eigen::VectorXd u = Eigen::VectorXd::Zero(3);
   Budget budget{.iterations = 100};
 
   const SolveReport report =
-      NewtonSolver(GENERATE(SolverKind::kNewton, SolverKind::kNewtonLu, SolverKind::kNewtonCg),
+      NewtonSolver(GENERATE(scene::SolverKind::kNewton, scene::SolverKind::kNewtonLu,
+                            scene::SolverKind::kNewtonCg),
                    1e-8)
           .solve(step, u, budget);
 
@@ -75,4 +77,4 @@ TEST_CASE(
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::dynamics

@@ -7,7 +7,7 @@
 
 #include "tests/sim_server/spheres/torus.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 constexpr double kTool_m = 0.006;
@@ -31,7 +31,7 @@ Eigen::Vector3d slope_of(const Field& field, const Eigen::Vector3d& point_m) {
 }
 
 TEST_CASE("A single blob is its ball: distance and force exact", "[blobs]") {
-  const std::vector<Ball> ball{{{0.1, -0.2, 0.3}, 0.05}};
+  const std::vector<spheres::Ball> ball{{{0.1, -0.2, 0.3}, 0.05}};
   const BlobBody body = make_blob_body(ball, kSoftness_m, kTool_m);
   const Eigen::Vector3d direction = Eigen::Vector3d(2, -1, 2).normalized();
   const double distance_m = GENERATE(-0.03, -0.001, 0.0, 0.004, 0.012);
@@ -43,8 +43,8 @@ TEST_CASE("A single blob is its ball: distance and force exact", "[blobs]") {
 }
 
 TEST_CASE("The gradient of blobs is the slope of their distance, where terms fade too", "[blobs]") {
-  const BlobBody body = make_blob_body(torus_balls(30), kSoftness_m, kTool_m);
-  const SurfaceSamples samples = torus_samples(200);
+  const BlobBody body = make_blob_body(spheres::torus_balls(30), kSoftness_m, kTool_m);
+  const spheres::SurfaceSamples samples = spheres::torus_samples(200);
   const double out_m = GENERATE(-0.01, 0.0, 0.003, 0.014, 0.018);
   for (std::size_t i = 0; i < 200; ++i) {
     const Eigen::Vector3d point_m = samples.points_m[i] + out_m * samples.normals[i];
@@ -58,10 +58,10 @@ TEST_CASE("The gradient of blobs is the slope of their distance, where terms fad
 
 TEST_CASE("A blob's force is minus the slope of an energy, so no closed path gives work",
           "[blobs]") {
-  const BlobBody body = make_blob_body(torus_balls(30), kSoftness_m, kTool_m);
+  const BlobBody body = make_blob_body(spheres::torus_balls(30), kSoftness_m, kTool_m);
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
-  const SurfaceSamples samples = torus_samples(50);
+  const spheres::SurfaceSamples samples = spheres::torus_samples(50);
   for (std::size_t i = 0; i < 50; ++i) {
     const Eigen::Vector3d tool_m = samples.points_m[i] + 0.002 * samples.normals[i];
     const Eigen::Vector3d slope =
@@ -90,7 +90,7 @@ TEST_CASE("A blob's force is minus the slope of an energy, so no closed path giv
 
 TEST_CASE("A blob's force is continuous along any path, through contact and out of reach",
           "[blobs]") {
-  const BlobBody body = make_blob_body(torus_balls(12), kSoftness_m, kTool_m);
+  const BlobBody body = make_blob_body(spheres::torus_balls(12), kSoftness_m, kTool_m);
   constexpr double kStep_m = 1e-6;
   Eigen::Vector3d before_m = Eigen::Vector3d::Zero();
   for (int i = 0; i < 60000; ++i) {  // from outside through the tube to the middle of the ring
@@ -104,7 +104,7 @@ TEST_CASE("A blob's force is continuous along any path, through contact and out 
 
 TEST_CASE("Out of all blobs' reach, or at no place, there is no force", "[blobs]") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const BlobBody body = make_blob_body(torus_balls(12), kSoftness_m, kTool_m);
+  const BlobBody body = make_blob_body(spheres::torus_balls(12), kSoftness_m, kTool_m);
   CHECK(std::isinf(sample_blobs(body, {1.0, 0.0, 0.0}).distance_m));
   CHECK(unit_blob_force_m(body, kTool_m, {1.0, 0.0, 0.0}).isZero(0.0));
   CHECK(unit_blob_force_m(body, kTool_m, {nan, 0.0, 0.0}).isZero(0.0));
@@ -112,4 +112,4 @@ TEST_CASE("Out of all blobs' reach, or at no place, there is no force", "[blobs]
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

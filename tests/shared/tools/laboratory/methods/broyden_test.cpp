@@ -9,22 +9,22 @@
 #include "tests/sim_server/dynamics/cubic_chain.hpp"
 #include "tests/sim_server/dynamics/hanging_chain.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 /// Implicit Euler's stage, that remembers the largest residual asked of it.
-class WatchedStage : public ImplicitStage {
+class WatchedStage : public dynamics::ImplicitStage {
  public:
-  using ImplicitStage::ImplicitStage;
+  using dynamics::ImplicitStage::ImplicitStage;
   void residual(const Eigen::VectorXd& u, Eigen::VectorXd& residual) override {
-    ImplicitStage::residual(u, residual);
-    largest = std::max(largest, scaled_rms(*this, residual));
+    dynamics::ImplicitStage::residual(u, residual);
+    largest = std::max(largest, dynamics::scaled_rms(*this, residual));
   }
   double largest = 0.0;
 };
 
 struct LinearSolve {
-  SolveReport report;
+  dynamics::SolveReport report;
   double growth = 0.0;  // of the residual, before it fell
 };
 
@@ -32,18 +32,19 @@ struct LinearSolve {
 /// the thirty unknowns ten count.
 LinearSolve solve_line(double stiffness) {
   constexpr double kStep_s = 0.01;
-  World world = build_world(
-      scene_of({thread(11, {0, 0, 0}, {1, 0, 0}, 1.0, stiffness / (kStep_s * kStep_s), {0})}, {},
-               {1.0 / kStep_s, 0.0, 0.0}));
-  for (Node& node : world.nodes) node.position_m.setZero();
-  for (Spring& spring : world.springs) spring.rest_length_m = 0.0;
-  MechanicalSystem system(world, {});
+  bodies::World world = scene::build_world(sim_server::scene_of(
+      {sim_server::thread(11, {0, 0, 0}, {1, 0, 0}, 1.0, stiffness / (kStep_s * kStep_s), {0})}, {},
+      {1.0 / kStep_s, 0.0, 0.0}));
+  for (bodies::Node& node : world.nodes) node.position_m.setZero();
+  for (bodies::Spring& spring : world.springs) spring.rest_length_m = 0.0;
+  dynamics::MechanicalSystem system(world, {});
   WatchedStage stage(system, kStep_s);
   Eigen::VectorXd u = stage.initial_guess(), first(u.size());
   stage.residual(u, first);
-  Budget budget{.iterations = 200};
-  const SolveReport report = BroydenSolver(BroydenStart::kMass, 1e-10).solve(stage, u, budget);
-  return {report, stage.largest / scaled_rms(stage, first)};
+  dynamics::Budget budget{.iterations = 200};
+  const dynamics::SolveReport report =
+      BroydenSolver(BroydenStart::kMass, 1e-10).solve(stage, u, budget);
+  return {report, stage.largest / dynamics::scaled_rms(stage, first)};
 }
 
 TEST_CASE("Broyden's method ends on a linear system in twice as many steps as unknowns",
@@ -83,11 +84,14 @@ TEST_CASE("Broyden's method fails on stiff chains where Newton's does not", "[br
                Row{20000.0 / 9.0, 200.0, 40, NAN, 37});
   BroydenSolver from_mass(BroydenStart::kMass, kTolerance_m_s);
   BroydenSolver from_jacobian(BroydenStart::kJacobian, kTolerance_m_s);
-  NewtonSolver newton(SolverKind::kNewton, kTolerance_m_s);
+  dynamics::NewtonSolver newton(scene::SolverKind::kNewton, kTolerance_m_s);
 
-  const ChainSolves mass = solve_hanging_chain(from_mass, row.stiffness, kTolerance_m_s);
-  const ChainSolves jacobian = solve_hanging_chain(from_jacobian, row.stiffness, kTolerance_m_s);
-  const ChainSolves reference = solve_hanging_chain(newton, row.stiffness, kTolerance_m_s);
+  const dynamics::ChainSolves mass =
+      dynamics::solve_hanging_chain(from_mass, row.stiffness, kTolerance_m_s);
+  const dynamics::ChainSolves jacobian =
+      dynamics::solve_hanging_chain(from_jacobian, row.stiffness, kTolerance_m_s);
+  const dynamics::ChainSolves reference =
+      dynamics::solve_hanging_chain(newton, row.stiffness, kTolerance_m_s);
 
   CHECK(mass.mean_iterations == Approx(row.mean_mass).epsilon(0.2));
   CHECK(std::abs(mass.failures - row.failures_mass) <= 4);
@@ -101,43 +105,45 @@ TEST_CASE("Broyden's method fails on stiff chains where Newton's does not", "[br
 TEST_CASE("Where a stiff contact sets in, Broyden's method takes 16, 151 and over 500 steps",
           "[broyden]") {
   BroydenSolver broyden(BroydenStart::kMass, 1e-8);
-  NewtonSolver newton(SolverKind::kNewton, 1e-8);
+  dynamics::NewtonSolver newton(scene::SolverKind::kNewton, 1e-8);
 
-  CHECK(solve_contact_onset(broyden, 10.0, 1000).iterations == 16);
-  CHECK(solve_contact_onset(broyden, 100.0, 1000).iterations == 151);
-  CHECK_FALSE(solve_contact_onset(broyden, 1e4, 500).converged);
+  CHECK(dynamics::solve_contact_onset(broyden, 10.0, 1000).iterations == 16);
+  CHECK(dynamics::solve_contact_onset(broyden, 100.0, 1000).iterations == 151);
+  CHECK_FALSE(dynamics::solve_contact_onset(broyden, 1e4, 500).converged);
   for (const double stiffness : {10.0, 100.0, 1e4}) {
-    const SolveReport report = solve_contact_onset(newton, stiffness, 15);
+    const dynamics::SolveReport report = dynamics::solve_contact_onset(newton, stiffness, 15);
     CHECK(report.converged);
     CHECK(report.iterations <= 3);
   }
 }
 
 TEST_CASE("From its Jacobian Broyden's method needs few steps on a smooth system", "[broyden]") {
-  CubicChain system(1.0);
+  dynamics::CubicChain system(1.0);
   Eigen::VectorXd u = Eigen::VectorXd::Ones(system.size());
-  Budget budget{.iterations = 100};
+  dynamics::Budget budget{.iterations = 100};
 
-  const SolveReport report = BroydenSolver(BroydenStart::kJacobian, 1e-10).solve(system, u, budget);
+  const dynamics::SolveReport report =
+      BroydenSolver(BroydenStart::kJacobian, 1e-10).solve(system, u, budget);
 
   CHECK(report.converged);
   CHECK(report.iterations < 15);
   CHECK(report.iterations == 100 - budget.iterations);
   Eigen::VectorXd residual(u.size());
   system.residual(u, residual);
-  CHECK(scaled_rms(system, residual) == report.residual);
+  CHECK(dynamics::scaled_rms(system, residual) == report.residual);
 }
 
 TEST_CASE("Cut short, Broyden's method returns the best it saw", "[broyden]") {
   // The residual grows first, so the best of few iterates is the first guess.
-  CubicChain system(1000.0);
+  dynamics::CubicChain system(1000.0);
   const Eigen::VectorXd guess = Eigen::VectorXd::Ones(system.size());
   Eigen::VectorXd u = guess, residual(u.size());
   system.residual(u, residual);
-  const double first = scaled_rms(system, residual);
-  Budget budget{.iterations = 3};
+  const double first = dynamics::scaled_rms(system, residual);
+  dynamics::Budget budget{.iterations = 3};
 
-  const SolveReport report = BroydenSolver(BroydenStart::kMass, 1e-10).solve(system, u, budget);
+  const dynamics::SolveReport report =
+      BroydenSolver(BroydenStart::kMass, 1e-10).solve(system, u, budget);
 
   CHECK_FALSE(report.converged);
   CHECK(report.iterations == 3);
@@ -146,9 +152,9 @@ TEST_CASE("Cut short, Broyden's method returns the best it saw", "[broyden]") {
 }
 
 TEST_CASE("Broyden's method stops at what is no number", "[broyden]") {
-  CubicChain broken(std::numeric_limits<double>::quiet_NaN()), steep(1e60);
+  dynamics::CubicChain broken(std::numeric_limits<double>::quiet_NaN()), steep(1e60);
   Eigen::VectorXd u = Eigen::VectorXd::Ones(broken.size()), v = 1e40 * u;
-  Budget budget{.iterations = 1000};
+  dynamics::Budget budget{.iterations = 1000};
   BroydenSolver solver(BroydenStart::kMass, 1e-10);
 
   CHECK_FALSE(solver.solve(broken, u, budget).converged);
@@ -159,4 +165,4 @@ TEST_CASE("Broyden's method stops at what is no number", "[broyden]") {
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory

@@ -4,15 +4,15 @@
 #include "shared/tools/laboratory/methods/broyden.hpp"
 #include "shared/tools/laboratory/methods/kinsol_solver.hpp"
 
-namespace stillgrid {
+namespace stillgrid::laboratory {
 namespace {
 
 TEST_CASE("A step of a method of the laboratory is stopped, and taken up again, as the product's",
           "[stopped_step]") {
-  check_stopped_step({.solver = kBroyden});
-  check_stopped_step({.solver = kKinsolNewtonKrylov});
-  check_stopped_step({.integrator = kArkodeDirk});
+  dynamics::check_stopped_step({.solver = kBroyden});
+  dynamics::check_stopped_step({.solver = kKinsolNewtonKrylov});
+  dynamics::check_stopped_step({.integrator = kArkodeDirk});
 }
 
 }  // namespace
-}  // namespace stillgrid
+}  // namespace stillgrid::laboratory
