@@ -127,7 +127,7 @@ class SessionFaultTest(daemons.SessionTest):
 
     def test_a_driver_that_changes_what_is_the_process_s_is_seen(self):
         self.sim_server("wall")
-        driver = daemons.BUILD / "tests" / "haptic_server" / "hostile_drivers" / "hostile.so"
+        driver = daemons.BUILD / "tests" / "shared" / "tools" / "hostile_drivers" / "hostile.so"
         for fault, what in (("opens_umask", "the umask"), ("rounds_up", "the rounding mode"),
                             ("masks_signals", "the signal mask")):
             with unittest.mock.patch.dict(os.environ, STILLGRID_HOSTILE_FAULT=fault):

@@ -5,8 +5,8 @@ real-time guard on the 1 kHz thread.
 The daemons run in slices of 60 s, and after each slice cyclictest runs for 10 s under the same
 load, as the baseline of the machine. Counts are summed over the slices. Laws: no torn snapshot; no violation
 of the guard; no page fault after start; of 10,000 ticks, begun or whole, at most one is contended
-(both of its reads failed); no force above the device's limit and no change above a tenth of it in a
-millisecond; neither daemon's memory grows; and the share of missed ticks is at most the baseline's plus
+(both of its reads failed); no force above the device's limit, and in 999 of 1,000 ticks no change above
+a tenth of it in a millisecond; neither daemon's memory grows; and the share of missed ticks is at most the baseline's plus
 a margin.
 The margin is 0.1 %, of a run of one slice 1 %, or the spread (largest less smallest) of the
 baseline's slices where that is more; a run of one slice has its baseline before it too. The share of time that a hypervisor stole is noted, and
@@ -159,10 +159,11 @@ def sum_up(slices, baselines):
         sums["missed_share"] = missed_share(sums)
         sums["steal_share"] = statistics.mean(part["steal_share"] for part in parts)
     figures["force_max_N"] = max(s["haptic"]["force_N"]["max"] for s in slices)
-    # A stall cuts at once, by design; its slice's largest change is that.
-    figures["slew_max_N_per_ms"] = max(
-        [s["haptic"]["slew_N_per_ms"]["max"] for s in slices
-         if s["haptic"]["safety"]["stalled"] == 0], default=0.0)
+    # A stall cuts at once, by design, and what it let the hand do comes within a tick or two after.
+    for key in ("p999", "max"):
+        figures[f"slew_{key}_N_per_ms"] = max(
+            [s["haptic"]["slew_N_per_ms"][key] for s in slices
+             if s["haptic"]["safety"]["stalled"] == 0], default=0.0)
     figures["growth_kib"] = {name: max(s["growth_kib"][name] for s in slices)
                              for name in slices[0]["growth_kib"]}
     return {**figures, "baseline": baseline, "margin": margin_over(baselines, slices),
@@ -177,8 +178,8 @@ def broken_laws(figures):
             "more than one tick in 10,000 contended":
                 figures["contended"] <= math.ceil(MOST_CONTENDED * figures["ticks"]),
             f"a force above {LIMIT_N} N": figures["force_max_N"] <= LIMIT_N * (1.0 + 1e-9),
-            f"a change above {SLEW_N_PER_MS} N/ms":
-                figures["slew_max_N_per_ms"] <= ROUNDED * SLEW_N_PER_MS,
+            f"a change above {SLEW_N_PER_MS} N/ms in more than one tick in 1,000":
+                figures["slew_p999_N_per_ms"] <= ROUNDED * SLEW_N_PER_MS,
             f"memory that grew by more than {GROWTH_KIB} KiB":
                 max(figures["growth_kib"].values()) <= GROWTH_KIB,
             f"more missed ticks than the baseline and {100 * figures['margin']:.3f} %":

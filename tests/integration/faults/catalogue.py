@@ -227,7 +227,7 @@ MEMORY = [
           inject=spoil_scene(shared_words.LATEST, "u8", 1, 0, False), may_be_zero=True,
           is_smooth=True),
     Fault("memory", "a snapshot is 0xFF throughout", scene=BALL,
-          inject=spoil_scene(shared_words.PAYLOAD, "u1", 600, 0xFF), zero_ms=STALE + FADE),
+          inject=spoil_scene(shared_words.PAYLOAD, "u1", 600, 0xFF), may_be_zero=True),
     Fault("memory", "a snapshot is random bytes", scene=BALL,
           inject=spoil_scene(shared_words.PAYLOAD, "u1", 2048,
                              numpy.random.default_rng(2002).integers(0, 256, 2048, "u1")),
