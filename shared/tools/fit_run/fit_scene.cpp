@@ -157,16 +157,16 @@ std::string with_settings(const std::string& text, const std::vector<std::string
       rest.remove_prefix(kind.size() + 1);
       table = &named_table(root, setting, kind, rest);
     }
-    const Path path = split(rest);
+    Path path = split(rest);
     if (std::any_of(path.begin(), path.end(), [](const std::string& part) { return part.empty(); }))
       refuse(one, "KEY=VALUE with a key such as simulation.rate_hz or body.NAME.stiffness_scale");
+    for (std::string& part : path) part = files::name_of_today(files::kOldSceneKeys, part);
     for (std::size_t i = 0; i + 1 < path.size(); ++i) table = &sub_table(*table, path[i], setting);
     const ::toml::node& value = *setting.value.get("value");
     if (table == &root || value.is_table() || (*table)[path.back()].is_table())
       refuse(one, "TABLE.KEY=VALUE where VALUE is a number, a string, true, false or a list");
-    const std::string key(files::name_of_today(files::kOldSceneKeys, path.back()));
-    table->insert_or_assign(key, value);
-    done.push_back({table, key});
+    table->insert_or_assign(path.back(), value);
+    done.push_back({table, path.back()});
   }
   std::set<const ::toml::node*> set;
   for (const Done& one : done) set.insert(one.table->get(one.key));

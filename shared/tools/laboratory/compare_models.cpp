@@ -8,6 +8,7 @@
 
 #include "shared/command_line/number_in.hpp"
 #include "shared/command_line/run_program.hpp"
+#include "shared/command_line/version.hpp"
 #include "shared/tools/laboratory/lab_cell.hpp"
 #include "shared/tools/laboratory/model_comparison.hpp"
 
@@ -69,6 +70,7 @@ void compare_all(const Arguments& arguments) {
 
 int program_main(int argc, char** argv) {
   CLI::App app("One path of the device through all intermediate models, as CSV", "compare_models");
+  command_line::add_version(app, {command_line::device_interface()});
   Arguments arguments;
   LabCell& cell = arguments.cell;
   app.add_option("--scene", cell.scene, "FILE.toml, wall, free, chain or block")->required();

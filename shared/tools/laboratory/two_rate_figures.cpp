@@ -1,6 +1,7 @@
 // What the linear analysis says of every law at every rate, cost of a step and body, as CSV: the
 // contact stiffness at which stability is first lost, inf where it is not by 100 kN/m. --small: two
 // periods and three laws.
+#include <CLI/CLI.hpp>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -8,6 +9,9 @@
 #include <string_view>
 #include <vector>
 
+#include "shared/command_line/run_program.hpp"
+#include "shared/command_line/version.hpp"
+#include "shared/realtime/exit_status.hpp"
 #include "shared/tools/laboratory/two_rate.hpp"
 
 namespace stillgrid::laboratory::two_rate {
@@ -59,9 +63,21 @@ void print_all(bool is_small) {
     }
 }
 
+int program_main(int argc, char** argv) {
+  CLI::App app("What the linear analysis says of every law at every rate, cost and body, as CSV",
+               "two_rate_figures");
+  command_line::add_version(app);
+  bool is_small = false;
+  app.add_flag("--small", is_small, "Two periods and three laws: seconds instead of a minute");
+  return command_line::run_program(app, argc, argv, [&] {
+    print_all(is_small);
+    return realtime::kDone;
+  });
+}
+
 }  // namespace
 }  // namespace stillgrid::laboratory::two_rate
 
-int main(int argc, char** argv) {
-  stillgrid::laboratory::two_rate::print_all(argc > 1 && std::string_view(argv[1]) == "--small");
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
+  return stillgrid::laboratory::two_rate::program_main(argc, argv);
 }

@@ -85,6 +85,19 @@ TEST_CASE("A setting by a key's name of format 1 or 2 changes that key in a scen
   }
 }
 
+TEST_CASE("A setting below a key may use that key's old name", "[fit_scene]") {
+  const files::OldName& key = files::kOldSceneKeys[2];
+  for (const std::string_view name : {key.before, key.now}) {
+    CAPTURE(name);
+    const std::string text = with_settings(
+        "format = 1\n[[body]]\nname = 'sheet'\n" + std::string(key.before) + " = { bend = 3.0 }",
+        {"body.sheet." + std::string(name) + ".bend=7"});
+    CHECK(text.find(key.before) == std::string::npos);
+    CHECK(text.find("bend = 7") != std::string::npos);
+    CHECK(text.find("bend = 3") == std::string::npos);
+  }
+}
+
 TEST_CASE("What a setting contradicts goes, unless it is set too", "[fit_scene]") {
   CHECK(with({"simulation.rate_hz=50"}).period_s == 0.02);
   CHECK(with({"simulation.period_s=0.04"}).period_s == 0.04);
