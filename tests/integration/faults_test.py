@@ -174,7 +174,9 @@ class SessionFaultTest(daemons.SessionTest):
             recording = self.folder / f"{victim}.csv"
             sim = self.sim_server("tissue_and_blocks", "--lockstep")
             hand = self.haptic_server("phantom", "--lockstep", "--record", recording)
-            self.wait_until(recording.exists, 5.0, "lockstep under way")
+            # Rows: a peer that is killed before it was seen is waited for, for 10 s.
+            self.wait_until(lambda file=recording: file.exists() and file.read_bytes().count(b"\n") > 1, 5.0,
+                            "lockstep under way")
             killed, other = (sim, hand) if victim == "sim_server" else (hand, sim)
             killed.signal(signal.SIGKILL)
             self.assert_refused(other, COULD_NOT_START, victim)
