@@ -30,7 +30,7 @@ CYCLICTEST = {"thread": {"0": {"cycles": 30, "histogram": {"14": 20, "90": 10}}}
 def stress_slice(missed, **more):
     return {"haptic": {"ticks": 60000, "missed_ticks": missed, "contended": 0, "page_faults": 0,
                        "realtime_violations": {"total": 0}, "force_N": {"max": 8.5},
-                       "slew_N_per_ms": {"max": 0.85}, "safety": {"stalled": 0}, **more},
+                       "slew_N_per_ms": {"p999": 0.85, "max": 3.0}, "safety": {"stalled": 0}, **more},
             "growth_kib": {"haptic_server": 0, "sim_server": 100},
             "sim": {"steps": 3600, "late_steps": 0},
             "snapshots": {"snapshots": 3600, "continued": 3599, "reads": 120000, "torn": 0},
@@ -111,10 +111,10 @@ class StressLawTest(unittest.TestCase):
     def test_one_fault_or_violation_in_any_slice_breaks_a_law(self):
         for fault in ({"page_faults": 1}, {"realtime_violations": {"total": 1}},
                       {"contended": 13}, {"force_N": {"max": 8.51}},
-                      {"slew_N_per_ms": {"max": 0.9}}):
+                      {"slew_N_per_ms": {"p999": 0.9, "max": 0.9}}):
             figures = stress([stress_slice(0), stress_slice(0, **fault)], [0, 0])
             self.assertEqual(len(figures["broken_laws"]), 1, fault)
-        cut = {"slew_N_per_ms": {"max": 3.0}, "safety": {"stalled": 1}}  # by design
+        cut = {"slew_N_per_ms": {"p999": 3.0, "max": 3.0}, "safety": {"stalled": 1}}  # by design
         self.assertEqual(stress([stress_slice(0, **cut)], [0])["broken_laws"], [])
         leak = {**stress_slice(0), "growth_kib": {"haptic_server": 0, "sim_server": 1025}}
         self.assertEqual(len(stress([stress_slice(0), leak], [0, 0])["broken_laws"]), 1)
