@@ -100,7 +100,7 @@ def device_of(path, seconds, folder):
 
 
 def run(build, program, *options):
-    command = [str(build / "bin" / program), *map(str, options)]
+    command = [str(measuring.program(build, program)), *map(str, options)]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
         raise RuntimeError(f"{' '.join(command)}: {done.stderr.strip()}")
