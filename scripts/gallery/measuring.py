@@ -29,7 +29,7 @@ def fail(what):
 
 def program(build, name):
     """The file of a benchmark, of a program that prints figures or of a tool; it must be there."""
-    for folder in ("tests", "bin"):
+    for folder in ("bin", "tests"):
         if (file := build / folder / name).exists():
             return file
     fail(f"{file}: expected a program; run scripts/build")
