@@ -1,5 +1,6 @@
 #include "sim_server/bodies/world.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -32,6 +33,25 @@ PrescribedState prescribed_state(const RigidBody& body, double time_s) {
   const double speed_m_s =
       motion.velocity_m_s + motion.amplitude_m * rate_rad_s * std::cos(rate_rad_s * time_s);
   return {body.start_m + offset_m * motion.direction, speed_m_s * motion.direction};
+}
+
+PrescribedRange prescribed_range(const RigidBody& body, double from_s, double to_s) {
+  const PrescribedMotion& motion = body.prescribed;
+  const double steady_m = motion.velocity_m_s * (to_s - from_s);
+  const double rate_rad_s = 2.0 * std::numbers::pi * motion.frequency_hz;
+  const double from = std::sin(rate_rad_s * from_s), to = std::sin(rate_rad_s * to_s);
+  double least = std::min(from, to), most = std::max(from, to);
+  // Turning points, counted in half periods from the first.
+  const auto turns = [&](double time_s) { return 2.0 * motion.frequency_hz * time_s - 0.5; };
+  const double first = std::ceil(turns(from_s)), last = std::floor(turns(to_s));
+  for (double turn = first; turn <= std::min(last, first + 1.0); ++turn) {
+    const double at = std::fmod(turn, 2.0) == 0.0 ? 1.0 : -1.0;
+    least = std::min(least, at);
+    most = std::max(most, at);
+  }
+  const double a_m = motion.amplitude_m * (least - from), b_m = motion.amplitude_m * (most - from);
+  return {std::min(0.0, steady_m) + std::min(a_m, b_m),
+          std::max(0.0, steady_m) + std::max(a_m, b_m)};
 }
 
 bool is_moved(const RigidBody& body) {

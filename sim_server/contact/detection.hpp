@@ -9,19 +9,11 @@
 #include "sim_server/bodies/sphere_motion.hpp"
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/contact.hpp"
+#include "sim_server/contact/contact_making.hpp"
 #include "sim_server/contact/moving_spheres.hpp"
 #include "sim_server/contact/self_collision.hpp"
 
 namespace stillgrid::contact {
-
-/// A sphere of the tool in the scene, as sampled for this step and as it was a step before.
-struct ToolSphereMotion {
-  Eigen::Vector3d position_m;
-  Eigen::Vector3d velocity_m_s;
-  Eigen::Vector3d position_before_m;
-  double radius_m;
-  Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();
-};
 
 /// The paper's collision detection [Davanne 2002, Figs. 2 and 3]: static spheres are entered in a
 /// voxel grid once, moving ones when they have moved far; the tool is checked last and never
@@ -67,17 +59,28 @@ class Detection {
 
   [[nodiscard]] const std::vector<Contact>& contacts() const noexcept { return contacts_; }
 
+  /// The spheres that never move, as World::static_spheres.
+  [[nodiscard]] const collision::VoxelGrid& static_grid() const noexcept { return static_; }
+  /// Of a moving sphere: it is not prescribed; it neither sleeps nor is prescribed to stay.
+  [[nodiscard]] bool is_free(std::size_t sphere) const { return is_free_[sphere] != 0; }
+  [[nodiscard]] bool moves(std::size_t sphere) const { return moves_[sphere] != 0; }
+  /// Whether two moving spheres are ever a contact.
+  [[nodiscard]] bool may_collide(const bodies::World& world, std::uint32_t i,
+                                 std::uint32_t j) const {
+    return (is_free(i) || is_free(j)) &&
+           self_collision_.may_collide(world.spheres[i], world.spheres[j]);
+  }
+
   /// Pairs of moving spheres that memory was taken for.
   [[nodiscard]] std::size_t room_for_pairs() const noexcept { return moving_.room_for_pairs(); }
 
  private:
   void bound_sweeps(const bodies::World& world, double step_s);
-  [[nodiscard]] bool is_fast(const bodies::World& world) const;
+  [[nodiscard]] bool list(const bodies::World& world, double step_s, bool must);
+  [[nodiscard]] bool is_any_fast(const bodies::World& world) const;
   [[nodiscard]] bool add_pairs(const bodies::World& world, bool must);
-  void add_static(const bodies::World& world);
-  void add_planes(const bodies::World& world, double step_s);
-  [[nodiscard]] bool is_free(std::size_t sphere) const { return is_free_[sphere] != 0; }
-  [[nodiscard]] bool moves(std::size_t sphere) const { return moves_[sphere] != 0; }
+  void add_given(const bodies::World& world, double step_s);
+  [[nodiscard]] Mover mover(std::uint32_t i) const { return {i, motion_[i], paths_[i]}; }
 
   SelfCollision self_collision_;
   MovingSpheres moving_;
@@ -87,6 +90,7 @@ class Detection {
   std::vector<bodies::SphereMotion> motion_;
   std::vector<collision::SweptBound> paths_;  // of each moving sphere in this step
   std::vector<Contact> contacts_;
+  std::vector<std::uint32_t> met_;  // scratch
 };
 
 }  // namespace stillgrid::contact

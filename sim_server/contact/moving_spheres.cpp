@@ -123,6 +123,7 @@ bool MovingSpheres::widen(std::uint32_t sphere, const collision::SweptBound& bal
   if (!(now.bounding_radius_m <= kWidest * ball.bounding_radius_m)) return false;
   grid_.grow(sphere, now.bounding_radius_m);
   swept_bounds_[sphere] = now;
+  const std::size_t listed = listed_;
   collision::for_each_candidate(grid_.view(), now, collision::kAllVisits, [&](std::uint32_t other) {
     if (other == sphere || !collision::meet(now, swept_bounds_[other]) ||
         collision::meet(before, swept_bounds_[other]))
@@ -132,6 +133,11 @@ bool MovingSpheres::widen(std::uint32_t sphere, const collision::SweptBound& bal
     if (listed_ == candidates_.size()) candidates_.resize(2 * listed_ + 64);
     candidates_[listed_++] = pair;
   });
+  // Not in the grid's order: what a snapshot needs more of it, as predictions, must not be felt.
+  std::sort(
+      candidates_.begin() + static_cast<std::ptrdiff_t>(listed),
+      candidates_.begin() + static_cast<std::ptrdiff_t>(listed_),
+      [](const SpherePair& p, const SpherePair& q) { return p.a != q.a ? p.a < q.a : p.b < q.b; });
   if (pairs_.size() < listed_) pairs_.resize(2 * listed_);
   return listed_ <= 2 * listed_when_entered_ + swept_bounds_.size() / 4;
 }

@@ -44,9 +44,6 @@ std::optional<std::string_view> known_violation(const LawCase& law_case) {
       if (answers && (law_case.latency_share > 0.0 || law_case.jitter > 0.0))
         return "response per contact";
       break;
-    case 5:  // prediction sorts the list of pairs anew
-      if (variant == "predicted") return "contact core";
-      break;
     case 6:  // impulses in an order that the list, a mirror or the grid's axes decide
       if (variant == "reversed list" || variant == "mirrored" || is_explicit(law_case))
         return "contact core";

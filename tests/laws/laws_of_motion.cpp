@@ -97,40 +97,52 @@ Finding compare(const Centres& one, const Centres& other, double allowed_m,
           .what = "m between centres, " + variant};
 }
 
+/// All that moves: places (m), velocities (m/s; rad/s) and turns.
+Centres state_of(const bodies::World& world) {
+  Centres state;
+  for (const bodies::Node& node : world.nodes)
+    state.insert(state.end(), {node.position_m, node.velocity_m_s});
+  for (const bodies::RigidBody& body : world.rigid_bodies)
+    state.insert(state.end(), {body.position_m, body.velocity_m_s, body.orientation.vec(),
+                               body.angular_velocity_rad_s});
+  return state;
+}
+
 Finding moved_by_looking(const LawCase& law_case, const scene::SceneDescription& scene,
                          const std::string& variant) {
   const ToolPath path = tool_path_of(law_case);
   std::vector<Centres> plain;
   move_scene(scene, law_case, path,
              [&](dynamics::Simulation& simulation, const dynamics::StepReport&, double) {
-               plain.push_back(centres_m(simulation.world()));
+               plain.push_back(state_of(simulation.world()));
                return true;
              });
   double worst_m = 0.0;
   std::size_t step = 0;
   std::optional<publication::SceneWriter> writer;
   std::uint64_t stamp_ns = 0;
-  move_scene(
-      scene, law_case, path,
-      [&](dynamics::Simulation& simulation, const dynamics::StepReport&, double) {
-        if (variant == "predicted") (void)simulation.predict_next(scene.period_s);
-        if (variant == "accounted") {
-          if (step == 0) simulation.account_energy();
-          (void)simulation.energy_account();
-        }
-        if (variant == "published") {
-          if (!writer)
-            writer.emplace("law-" + std::to_string(::getpid()),
-                           sim_server::static_scene(scene, simulation),
-                           simulation.world().spheres.size(), realtime::to_ns(scene.period_s),
-                           proto::Clock::kVirtual, 0);
-          writer->publish(simulation.snapshot(), {.state_ns = stamp_ns, .publish_ns = stamp_ns});
-          stamp_ns += 1000;
-        }
-        worst_m = std::max(worst_m, farthest_m(plain[step++], centres_m(simulation.world())));
-        return true;
-      });
-  return {.measured = worst_m, .allowed = 0.0, .what = "m between centres, " + variant};
+  move_scene(scene, law_case, path,
+             [&](dynamics::Simulation& simulation, const dynamics::StepReport&, double) {
+               if (variant == "predicted") (void)simulation.predict_next(scene.period_s);
+               if (variant == "accounted") {
+                 if (step == 0) simulation.account_energy();
+                 (void)simulation.energy_account();
+               }
+               if (variant == "published") {
+                 if (!writer)
+                   writer.emplace("law-" + std::to_string(::getpid()),
+                                  sim_server::static_scene(scene, simulation),
+                                  simulation.world().spheres.size(),
+                                  realtime::to_ns(scene.period_s), proto::Clock::kVirtual, 0);
+                 writer->publish(simulation.snapshot(),
+                                 {.state_ns = stamp_ns, .publish_ns = stamp_ns});
+                 stamp_ns += 1000;
+               }
+               worst_m = std::max(worst_m, farthest_m(plain[step++], state_of(simulation.world())));
+               return true;
+             });
+  return {
+      .measured = worst_m, .allowed = 0.0, .what = "m, m/s or rad/s between states, " + variant};
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "sim_server/contact/crossing.hpp"
@@ -48,8 +49,10 @@ Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world
       traits_(integrator_->traits()),
       tool_(scene.tool),
       start_(world_.spheres.size()),
-      end_(world_.spheres.size()) {
+      end_(world_.spheres.size()),
+      all_spheres_(world_.spheres.size()) {
   if (scene.sleeping) sleeping_.emplace(world_);
+  std::iota(all_spheres_.begin(), all_spheres_.end(), 0U);
 }
 
 StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget budget) {
@@ -268,9 +271,10 @@ void Simulation::note_sleep() {
 
 publication::SnapshotPrediction Simulation::predict_next(double step_s, const Budget& budget) {
   if (budget.is_late()) return {};
-  if (!detection_.find_contacts(world_, step_s)) return {};  // what may touch by then
-  detection_.find_tool_contacts(world_, tool_.over(1.0, 1.0));
-  prediction_->look(world_, detection_.contacts(), step_s, budget);
+  // What may touch by then, on lists of its own: those of the next step stay in their order.
+  if (!predicted_contacts_.find(world_, detection_, all_spheres_, step_s, tool_.over(1.0, 1.0)))
+    return {};
+  prediction_->look(world_, predicted_contacts_.contacts(), step_s, budget);
   snapshot_.take_predictions(prediction_->spheres(), proto::kPredictionPeriods * step_s,
                              proto::kPredictionLag_s, detection_.spheres());
   return prediction_->snapshot();

@@ -11,6 +11,7 @@
 
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/detection.hpp"
+#include "sim_server/contact/predicted_contacts.hpp"
 #include "sim_server/dynamics/integrators/integrator.hpp"
 #include "sim_server/dynamics/solvers/budget.hpp"
 #include "sim_server/dynamics/step/energy_account.hpp"
@@ -146,6 +147,8 @@ class Simulation {
   std::optional<EnergyAccount> account_;
   std::unique_ptr<Prediction> prediction_ = std::make_unique<Prediction>();
   std::vector<bodies::SphereMotion> start_, end_;  // of every sphere over a part
+  std::vector<std::uint32_t> all_spheres_;         // 0, 1, ...
+  contact::PredictedContacts predicted_contacts_;
   int substeps_ = 1;  // that the end of the last step took, were it all alike
 };
 

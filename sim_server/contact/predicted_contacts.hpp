@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "sim_server/contact/detection.hpp"
+
+namespace stillgrid::contact {
+
+/// The contacts of a step to come, of some moving spheres: found beside Detection, which is only
+/// read, so that predicting leaves the order of its lists, and by that every sum of the next
+/// step, as it is. Its own lists last from one prediction to the next.
+class PredictedContacts {
+ public:
+  /// Makes contacts() what may touch within step_s: the given spheres, ascending, among themselves,
+  /// with what is static and, last, with the tool. False, and there are none, where these are too
+  /// many (Detection::find_contacts). Throws std::domain_error at a place that is no number. Pre:
+  /// detection is of this world, and has seen who sleeps.
+  bool find(const bodies::World& world, const Detection& detection,
+            std::span<const std::uint32_t> spheres, double step_s,
+            const std::vector<ToolSphereMotion>& tool);
+
+  [[nodiscard]] const std::vector<Contact>& contacts() const noexcept { return contacts_; }
+
+ private:
+  void take(const bodies::World& world, const Detection& detection,
+            std::span<const std::uint32_t> spheres, double step_s);
+  [[nodiscard]] Mover mover(std::uint32_t k) const { return {spheres_[k], motion_[k], ways_[k]}; }
+
+  std::vector<std::uint32_t> spheres_;  // numbers of World::spheres; what follows: of each of them
+  std::vector<bodies::SphereMotion> motion_;
+  std::vector<collision::SweptBound> ways_;
+  std::unique_ptr<MovingSpheres> moving_;
+  std::vector<Contact> contacts_;
+  std::vector<std::uint32_t> met_;
+};
+
+}  // namespace stillgrid::contact
