@@ -71,10 +71,13 @@ class Warnings {
 
   void add(int body, const std::string& what) {
     ++count_;
-    if (lines_.size() == kMaxLines) return;
+    if (!has_room()) return;
     const bodies::BodyDescription& of = scene_.bodies[static_cast<std::size_t>(body)];
     lines_.push_back(file_ + ":" + std::to_string(of.line) + ": body '" + of.name + "': " + what);
   }
+
+  /// Whether a line more would be shown: what is only counted need not say what it is.
+  [[nodiscard]] bool has_room() const { return lines_.size() < kMaxLines; }
 
   [[nodiscard]] std::string name(int body) const {
     return "'" + scene_.bodies[static_cast<std::size_t>(body)].name + "'";
@@ -159,6 +162,10 @@ void warn_of_overlaps(const bodies::World& world, const std::vector<Shape>& shap
     if (contact.depth_before_m > overlap.depth_m) overlap = {contact.depth_before_m, &contact};
   }
   for (const auto& [bodies, overlap] : deepest) {
+    if (!warnings.has_room()) {
+      warnings.add(bodies.first, {});
+      continue;
+    }
     const int other = other_body(world, *overlap.contact);
     warnings.add(bodies.first,
                  print("overlaps ") +
