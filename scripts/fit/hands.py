@@ -77,7 +77,7 @@ class Hand:
 def far_bodies(document, hands):
     """Names of the bodies that no hand's path comes within NEAR_M of, from where they lie when it begins."""
     tool = document.get("tool", {})
-    reach_m = max((math.hypot(*sphere.get("position_m", (0.0,))) + sphere["radius_m"]
+    tool_m = max((math.hypot(*sphere.get("position_m", (0.0,))) + sphere["radius_m"]
                    for sphere in tool.get("spheres", ())), default=tool.get("radius_m", 0.005))
     far = None
     for hand in hands:
@@ -86,7 +86,7 @@ def far_bodies(document, hands):
         names = {body["name"] for body in document.get("body", [])
                  if body["kind"] in EXTENT and places.get(body["name"]) and path
                  and min(math.dist(a, b) for a in path for b in places[body["name"]])
-                 > NEAR_M + reach_m + EXTENT[body["kind"]](body)}
+                 > NEAR_M + tool_m + EXTENT[body["kind"]](body)}
         far = names if far is None else far & names
     return frozenset(far or ())
 
