@@ -9,13 +9,13 @@
 
 #include "haptic_server/device/device_host.hpp"
 #include "haptic_server/recording/recorder.hpp"
-#include "haptic_server/rendering/renderer.hpp"
-#include "haptic_server/rendering/velocity_estimator.hpp"
 #include "haptic_server/report.hpp"
 #include "haptic_server/safety/device_reading.hpp"
 #include "haptic_server/safety/safety_chain.hpp"
 #include "shared/publication/scene_segment.hpp"
 #include "shared/publication/tool_segment.hpp"
+#include "shared/rendering/renderer.hpp"
+#include "shared/rendering/velocity_estimator.hpp"
 
 namespace stillgrid::haptic_server {
 

@@ -9,11 +9,11 @@
 
 #include "haptic_server/device/device_identity.hpp"
 #include "haptic_server/recording/recorder.hpp"
-#include "haptic_server/rendering/renderer.hpp"
 #include "haptic_server/safety/energy_observer.hpp"
 #include "haptic_server/safety/safety_flag.hpp"
 #include "shared/realtime/histogram.hpp"
 #include "shared/realtime/realtime_guard.hpp"
+#include "shared/rendering/renderer.hpp"
 
 namespace stillgrid::haptic_server {
 

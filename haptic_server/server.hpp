@@ -11,10 +11,10 @@
 #include <string>
 
 #include "haptic_server/device/device_host.hpp"
-#include "haptic_server/rendering/renderer.hpp"
 #include "haptic_server/report.hpp"
 #include "haptic_server/safety/device_limits.hpp"
 #include "haptic_server/safety/guardian.hpp"
+#include "shared/rendering/renderer.hpp"
 
 namespace stillgrid::haptic_server {
 

@@ -1,9 +1,12 @@
 #include "sim_server/explain.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <optional>
+
+#include "shared/rendering/force_error.hpp"
 
 namespace stillgrid::sim_server {
 namespace {
@@ -17,6 +20,17 @@ std::string print(const char* format, Values... values) {
 
 std::string cell(const std::optional<double>& value) {
   return value && std::isfinite(*value) ? print("%10.3g", *value) : "         -";
+}
+
+std::string row(const RateTrial& trial) {
+  const auto times = [&](double factor, const std::optional<double>& value) {
+    return value ? std::optional(factor * *value) : std::nullopt;
+  };
+  return (trial.refusal.empty() ? "* " : "  ") + print("%10.4g", trial.rate_hz) +
+         cell(times(100.0, trial.processor_share)) + cell(times(100.0, trial.error_share)) +
+         cell(times(1.0 / rendering::kJustNoticeable, trial.error_share)) +
+         print("%10d", trial.runs) + "  " + (trial.refusal.empty() ? "chosen" : trial.refusal) +
+         '\n';
 }
 
 std::string row(const dynamics::MethodTrial& trial) {
@@ -67,6 +81,39 @@ std::string explain(const dynamics::MethodChoice& choice, const scene::SceneDesc
           ? "so cheap that integrator = \"velocity_verlet\" and --rate 1000 simulate the scene at "
             "the haptic rate itself: no transition between snapshots is needed then\n"
           : "too much for the haptic rate: two rates are needed\n";
+  return text;
+}
+
+std::string force_complaint(const RateChoice& choice, const scene::SceneDescription& scene) {
+  if (!choice.keeps_share)
+    return print("no rate costs less than %.3g of a processor: this is the cheapest",
+                 scene.processor_share);
+  if (choice.keeps_force) return "";
+  const auto is_known = [](const RateTrial& trial) { return trial.error_share.has_value(); };
+  if (std::ranges::none_of(choice.trials, is_known))
+    return print(
+        "by how much the force errs is not known: the hand touched nothing in the %.3g s "
+        "that were watched",
+        choice.watched_s);
+  return print(
+      "no rate within %.3g of a processor keeps the force within a just noticeable "
+      "difference: this is the most accurate",
+      scene.processor_share);
+}
+
+std::string explain(const RateChoice& choice, const scene::SceneDescription& scene) {
+  std::string text = print(
+      "rates, by %s, for the hand of %s over %.3g s; at most %.3g %% of a processor\n\n"
+      "  %10s%10s%10s%10s%10s\n  %10s%10s%10s%10s\n",
+      scene::describe(scene.method).c_str(), scene.hand->file.filename().c_str(), choice.watched_s,
+      100.0 * scene.processor_share, "rate", "processor", "error", "error", "runs", "Hz", "%",
+      "% force", "JND");
+  for (const RateTrial& trial : choice.trials) text += row(trial);
+  text += print("\nrate: %.4g Hz", choice.rate_hz);
+  if (!scene.choose_rate) text += print("; the scene has %.4g Hz", 1.0 / scene.period_s);
+  text += '\n';
+  if (const std::string complaint = force_complaint(choice, scene); !complaint.empty())
+    text += complaint + '\n';
   return text;
 }
 

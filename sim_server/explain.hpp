@@ -3,6 +3,7 @@
 #include <string>
 
 #include "sim_server/dynamics/choice/method_choice.hpp"
+#include "sim_server/rate_choice.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
 namespace stillgrid::sim_server {
@@ -16,5 +17,14 @@ namespace stillgrid::sim_server {
 /// predicted and measured, its error, and why it was refused.
 [[nodiscard]] std::string explain(const dynamics::MethodChoice& choice,
                                   const scene::SceneDescription& scene);
+
+/// In words that the chosen rate misses a just noticeable difference or scene.processor_share, or
+/// that nobody can tell; empty: it keeps both.
+[[nodiscard]] std::string force_complaint(const RateChoice& choice,
+                                          const scene::SceneDescription& scene);
+
+/// A table for people: of each rate what the simulation would cost and by how much the force on the
+/// scene's hand would err. Pre: scene.hand.
+[[nodiscard]] std::string explain(const RateChoice& choice, const scene::SceneDescription& scene);
 
 }  // namespace stillgrid::sim_server

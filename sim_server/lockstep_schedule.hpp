@@ -20,14 +20,17 @@ class LockstepSchedule {
  public:
   /// Each period is drawn from period_s (1 + u), u uniform in +-jitter, by seed. Publication
   /// follows the sample by latency_s, and the next sample is not taken before it.
-  /// Pre: period_s > 0, 0 <= jitter < 1, latency_s >= 0.
-  LockstepSchedule(double period_s, double jitter, std::uint64_t seed, double latency_s);
+  /// first_share: of its period, that the first step takes: where the steps lie in time.
+  /// Pre: period_s > 0, 0 <= jitter < 1, latency_s >= 0, 0 < first_share <= 1.
+  LockstepSchedule(double period_s, double jitter, std::uint64_t seed, double latency_s,
+                   double first_share = 1.0);
 
   /// The next snapshot, the first by the first call.
   [[nodiscard]] ScheduledSnapshot next();
 
  private:
   double period_s_;
+  double share_;  // of the next step
   std::uint64_t latency_ns_;
   std::mt19937_64 random_;
   std::uniform_real_distribution<double> spread_;

@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <exception>
 #include <new>
 #include <optional>
@@ -23,12 +22,11 @@
 #include "sim_server/contact/start_warnings.hpp"
 #include "sim_server/dynamics/choice/memory_need.hpp"
 #include "sim_server/dynamics/choice/predicted_cost.hpp"
-#include "sim_server/explain.hpp"
-#include "sim_server/method_record.hpp"
 #include "sim_server/report.hpp"
 #include "sim_server/scene/build_world.hpp"
 #include "sim_server/scene/scene_file.hpp"
 #include "sim_server/server.hpp"
+#include "sim_server/settle_choices.hpp"
 #include "sim_server/surface_file.hpp"
 
 namespace stillgrid::sim_server {
@@ -73,7 +71,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
   offline->excludes(lockstep)->excludes(session);
   auto* explain =
       app.add_flag("--explain", arguments.explain,
-                   "Try the methods on the scene, print cost, error and reason of each, and end")
+                   "Try methods, and rates if it has a hand, on the scene; print cost, error and "
+                   "reason of each, and end")
           ->excludes(lockstep)
           ->excludes(offline);
   auto* surfaces =
@@ -83,8 +82,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
           ->excludes(offline);
   auto* choice = app.add_option(
       "--choice", arguments.choice,
-      "Record (JSON) of the method chosen where the scene says solver = \"auto\": read "
-      "if it is there, else written; virtual time needs one");
+      "Record (JSON) of what was chosen where the scene says solver = \"auto\" or rate_hz = "
+      "\"auto\": read if it is there, else written; virtual time needs one");
   app.add_option("--latency", server.latency_s, "Virtual cost of a step, s; only with --lockstep")
       ->check(command_line::number_in(0.0, 100.0))
       ->needs(lockstep);
@@ -154,50 +153,6 @@ int fail(const std::exception& error, realtime::ExitStatus status) {
   return status;
 }
 
-/// By this thread's processor time: what else the machine does costs no method its place.
-dynamics::MethodChoice choose(const scene::SceneDescription& scene) {
-  const auto now_s = [] {
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-  };
-  return dynamics::choose_method(scene, now_s,
-                                 [](const std::string& line) { spdlog::info("{}", line); });
-}
-
-/// Sets the scene's method where that was left to us. Virtual time takes what was recorded: there
-/// no clock decides.
-void settle_method(const Arguments& arguments, scene::SceneDescription& scene) {
-  if (!scene.choose_method) return;
-  if (!arguments.choice.empty() && std::filesystem::exists(arguments.choice)) {
-    scene.method = read_method_record(scene, arguments.scene, arguments.choice);
-    spdlog::info("method, as recorded: {}", scene::describe(scene.method));
-    return;
-  }
-  if (arguments.lockstep || arguments.offline)
-    throw std::runtime_error(arguments.scene.string() +
-                             ": simulation.solver: value \"auto\": expected --choice FILE with a "
-                             "record in virtual time; sim_server --scene FILE --explain --choice "
-                             "FILE writes one");
-  const dynamics::MethodChoice choice = choose(scene);
-  scene.method = choice.method;
-  spdlog::info("method chosen: {}; --explain tells why", scene::describe(scene.method));
-  if (!choice.keeps_rate)
-    spdlog::warn("no method keeps the scene's rate with room to spare: snapshots may be late");
-  if (const std::string complaint = target_complaint(choice, scene); !complaint.empty())
-    spdlog::warn("error_target_m {}: {}", scene.error_target_m, complaint);
-  if (!arguments.choice.empty())
-    write_method_record(choice, scene, arguments.scene, arguments.choice);
-}
-
-int explain_choice(const Arguments& arguments, const scene::SceneDescription& scene) {
-  const dynamics::MethodChoice choice = choose(scene);
-  std::fputs(explain(choice, scene).c_str(), stdout);
-  if (!arguments.choice.empty())
-    write_method_record(choice, scene, arguments.scene, arguments.choice);
-  return realtime::kDone;
-}
-
 int write_surfaces_of(const Arguments& arguments, const scene::SceneDescription& scene,
                       const bodies::World& world) {
   write_surfaces(scene.name, world.spheres.size() + world.static_spheres.size(),
@@ -218,7 +173,10 @@ int run(Arguments& arguments) {
   scene::SceneDescription scene = scene::load_scene(arguments.scene);
   for (const std::string& warning : scene.warnings) spdlog::warn("{}", warning);
   for (const std::string& note : scene.notes) spdlog::info("{}", note);
-  if (arguments.rate_hz) scene.period_s = 1.0 / *arguments.rate_hz;
+  if (arguments.rate_hz) {
+    scene.period_s = 1.0 / *arguments.rate_hz;
+    scene.choose_rate = false;
+  }
   check(arguments, scene.period_s);
   arguments.server.clock = arguments.offline    ? SimulationClock::kOffline
                            : arguments.lockstep ? SimulationClock::kLockstep
@@ -230,9 +188,13 @@ int run(Arguments& arguments) {
   if (!arguments.group.empty())
     arguments.server.readers = publication::group_named(arguments.group);
   bodies::World world = checked_world(scene, arguments);
-  if (arguments.explain) return explain_choice(arguments, scene);
+  const ChoiceFiles choice_files{arguments.scene, arguments.choice};
+  if (arguments.explain) {
+    explain_choices(scene, world, choice_files);
+    return realtime::kDone;
+  }
   if (!arguments.surfaces.empty()) return write_surfaces_of(arguments, scene, world);
-  settle_method(arguments, scene);
+  settle_choices(scene, world, choice_files, arguments.lockstep || arguments.offline);
   dynamics::Simulation simulation(scene, std::move(world));
   SimulationReport report;
   report.scene = scene.name;

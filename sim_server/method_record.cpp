@@ -21,15 +21,19 @@ using Json = nlohmann::json;
 constexpr int kFormat = 1;
 constexpr int kMaxSubsteps = 10000;
 
-/// FNV-1a of a scene file's bytes, and of the spheres and nodes that its meshes were made into, as
-/// hexadecimal digits.
+/// FNV-1a of a scene file's bytes, of its hand's where a rate is chosen for that, and of the
+/// spheres and nodes that its meshes were made into, as hexadecimal digits.
 std::string hash_of(const std::filesystem::path& file, const scene::SceneDescription& scene) {
-  std::ifstream stream(file, std::ios::binary);
   std::uint64_t hash = 0xcbf29ce484222325;
   const auto add = [&](char byte) {
     hash = (hash ^ static_cast<unsigned char>(byte)) * 0x100000001b3;
   };
-  for (std::istreambuf_iterator<char> byte(stream), end; byte != end; ++byte) add(*byte);
+  const auto add_file = [&](const std::filesystem::path& one) {
+    std::ifstream stream(one, std::ios::binary);
+    for (std::istreambuf_iterator<char> byte(stream), end; byte != end; ++byte) add(*byte);
+  };
+  add_file(file);
+  if (scene.choose_rate) add_file(scene.hand->file);
   for (const bodies::BodyDescription& body : scene.bodies) {
     for (const spheres::Ball& ball : bodies::balls_of(body)) {
       std::array<char, 100> text{};  // not the bits: another machine's last digit is another
@@ -62,6 +66,14 @@ Json json_of(const dynamics::MethodTrial& trial) {
   add("measured_ms", trial.measured_ms);
   add("slow_ms", trial.slow_ms);
   add("error_m", trial.error_m);
+  if (!trial.refusal.empty()) json["refusal"] = trial.refusal;
+  return json;
+}
+
+Json json_of(const RateTrial& trial) {
+  Json json = {{"rate_hz", trial.rate_hz}, {"runs", trial.runs}};
+  if (trial.processor_share) json["processor_share"] = *trial.processor_share;
+  if (trial.error_share) json["error_share"] = *trial.error_share;
   if (!trial.refusal.empty()) json["refusal"] = trial.refusal;
   return json;
 }
@@ -114,36 +126,48 @@ class Record {
 
 }  // namespace
 
-void write_method_record(const dynamics::MethodChoice& choice, const scene::SceneDescription& scene,
+void write_method_record(const Choices& choices, const scene::SceneDescription& scene,
                          const std::filesystem::path& scene_file,
                          const std::filesystem::path& file) {
-  Json json = json_of(choice.method);
+  Json json = json_of(choices.method ? choices.method->method : scene.method);
   json["format"] = kFormat;
   json["scene"] = scene.name;
   json["scene_hash"] = hash_of(scene_file, scene);
   json["period_s"] = scene.period_s;
   json["error_target_m"] = scene.error_target_m;
-  json["keeps_rate"] = choice.keeps_rate;
-  json["meets_target"] = choice.meets_target;
-  json["haptic_step_ms"] = choice.haptic_ms;
-  json["fits_haptic_rate"] = choice.fits_haptic_rate;
-  for (const dynamics::MethodTrial& trial : choice.trials) json["trials"].push_back(json_of(trial));
+  if (choices.method) {
+    json["keeps_rate"] = choices.method->keeps_rate;
+    json["meets_target"] = choices.method->meets_target;
+    json["haptic_step_ms"] = choices.method->haptic_ms;
+    json["fits_haptic_rate"] = choices.method->fits_haptic_rate;
+    for (const dynamics::MethodTrial& trial : choices.method->trials)
+      json["trials"].push_back(json_of(trial));
+  }
+  if (choices.rate) {
+    json["rate_hz"] = choices.rate->rate_hz;
+    json["keeps_force"] = choices.rate->keeps_force;
+    json["keeps_share"] = choices.rate->keeps_share;
+    for (const RateTrial& trial : choices.rate->trials) json["rates"].push_back(json_of(trial));
+  }
   files::write_json(file, json);
 }
 
-scene::Method read_method_record(const scene::SceneDescription& scene,
-                                 const std::filesystem::path& scene_file,
-                                 const std::filesystem::path& file) {
+void take_method_record(scene::SceneDescription& scene, const std::filesystem::path& scene_file,
+                        const std::filesystem::path& file) {
   const Record record(file);
   record.require("format", kFormat);
   record.require("scene_hash", hash_of(scene_file, scene));
-  record.require("period_s", scene.period_s);
+  if (scene.choose_rate)
+    scene.period_s = record.number("period_s", 1e-5, 100.0);
+  else
+    record.require("period_s", scene.period_s);
+  if (!scene.choose_method) return;
   record.require("error_target_m", scene.error_target_m);
   const double substeps = record.number("substeps", 0.0, kMaxSubsteps, true);
-  return {.integrator = record.choice("integrator", scene::kMethods.integrators),
-          .solver = record.choice("solver", scene::kMethods.solvers),
-          .substeps = static_cast<int>(substeps),
-          .tolerance_m_s = record.number("tolerance_m_s", 1e-15, 1e3)};
+  scene.method = {.integrator = record.choice("integrator", scene::kMethods.integrators),
+                  .solver = record.choice("solver", scene::kMethods.solvers),
+                  .substeps = static_cast<int>(substeps),
+                  .tolerance_m_s = record.number("tolerance_m_s", 1e-15, 1e3)};
 }
 
 }  // namespace stillgrid::sim_server

@@ -5,8 +5,12 @@ import itertools
 FIRST_TRANSITIONS = ("hold", "linear", "predict")
 OTHER_TRANSITIONS = ("restart", "hermite", "extrapolate", "playout")
 DEFAULT_TRANSITION = "predict"  # of haptic_server
+DEFAULT_HZ = 100.0  # of a scene that says nothing
 
-EXPLICIT = ("symplectic_euler", "velocity_verlet")
+WITHOUT_SOLVER = ("symplectic_euler", "velocity_verlet", "cvode_bdf")
+SUNDIALS = "cvode_bdf"  # its second part is the tolerance, m/s
+# The laboratory's, beside the product's: what they cost and err is shown, but sim_server does not have them.
+COMPARED = ("broyden", "broyden_mass")
 GIVEN = ("as given",)
 METHOD_KEYS = ("integrator", "solver", "substeps", "tolerance_m_s", "error_target_m")  # of [simulation]
 
@@ -30,7 +34,8 @@ GRIDS = {
                  displays=OTHER_TRANSITIONS,
                  methods=(("symplectic_euler",), ("velocity_verlet",), ("implicit_euler", "newton", 1),
                           ("implicit_euler", "newton_cg", 1), ("implicit_euler", "newton_cg", 2),
-                          ("bdf2", "newton_cg", 1)),
+                          ("bdf2", "newton_cg", 1), (SUNDIALS, 1e-5), (SUNDIALS, 1e-3),
+                          *(("implicit_euler", solver, 1) for solver in COMPARED)),
                  voxel_ratios=(1.0, 1.5, 2.0, 3.0), best=3, rounds=4),
 }
 
@@ -48,11 +53,17 @@ class Candidate:
         """As haptic_server takes them."""
         return ["--transition", self.transition]
 
+    def is_compared_only(self):
+        """Whether sim_server lacks its solver."""
+        return any(part in COMPARED for part in self.method)
+
     def but(self, **changes):
         return dataclasses.replace(self, **changes)
 
 
 def method_text(method):
+    if method[0] == SUNDIALS:
+        return f"{SUNDIALS} to {method[1]:g} m/s"
     return " ".join(method[:2]) + (f" in {method[2]} substeps" if method[2:] > (1,) else "")
 
 
@@ -63,8 +74,11 @@ class Space:
         self.groups, self.grid = groups, grid
         self.simulation = document.get("simulation", {})
         given_hz = self.simulation.get("rate_hz", 1.0 / self.simulation["period_s"]
-                                       if "period_s" in self.simulation else 100.0)
-        # "auto" is another method at each start; what it is fitted from is to be one.
+                                       if "period_s" in self.simulation else DEFAULT_HZ)
+        # "auto" is another method, or rate, at each start; what it is fitted from is to be one.
+        self.leaves_rate = given_hz == "auto"
+        if self.leaves_rate:
+            given_hz = DEFAULT_HZ
         method = ("implicit_euler", "newton", 1) if self.simulation.get("solver") == "auto" else GIVEN
         self.given = Candidate(rate_hz=float(given_hz), method=method, levels=(0,) * len(groups))
         self.rates_hz = sorted({self.given.rate_hz, *grid.rates_hz})
@@ -73,12 +87,14 @@ class Space:
     def changes(self, candidate):
         """What the candidate changes of the scene: paths of toml_edit, and values."""
         changes = {}
-        if candidate.rate_hz != self.given.rate_hz:
+        if candidate.rate_hz != self.given.rate_hz or self.leaves_rate:
             changes["simulation", "rate_hz"] = candidate.rate_hz
         if candidate.method != GIVEN:
             integrator, *solved = candidate.method
             changes["simulation", "integrator"] = integrator
-            if solved:
+            if integrator == SUNDIALS:
+                changes["simulation", "tolerance_m_s"] = solved[0]
+            elif solved:
                 changes["simulation", "solver"], changes["simulation", "substeps"] = solved
             changes.update({("simulation", key): None for key in METHOD_KEYS
                             if key in self.simulation and ("simulation", key) not in changes})
@@ -127,8 +143,10 @@ class Space:
     def method_given(self):
         """The scene's, as the grid has methods."""
         integrator = self.simulation.get("integrator", "implicit_euler")
+        if integrator == SUNDIALS:
+            return (integrator, self.simulation.get("tolerance_m_s", 1e-8))
         solved = (self.simulation.get("solver", "newton"), self.simulation.get("substeps", 1))
-        return (integrator,) if integrator in EXPLICIT else (integrator, *solved)
+        return (integrator,) if integrator in WITHOUT_SOLVER else (integrator, *solved)
 
     def other_voxels(self, candidate):
         return [candidate.but(voxel_ratio=ratio) for ratio in self.grid.voxel_ratios]

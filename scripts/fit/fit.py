@@ -1,4 +1,5 @@
 """One fit: reference, search, choice, the fitted file, and the check of it."""
+from hands import Hand, failure_of, worst_of, worst_stability
 from report import at, error_of, jnd_of, row_of, summary_of, verdict
 from runs import Unusable
 from search import Goal, Search, Trial
@@ -10,57 +11,17 @@ REFERENCE_AS_CANDIDATE = ("--set", "simulation.rate_hz=1000.0", "--set", 'simula
                           "--set", 'simulation.solver="newton"', "--transition", "hold", "--latency-share", "0")
 
 
-def failure_of(result):
-    """The line of a run that was refused or crashed, or nothing."""
-    return result.get("refused") or result.get("crashed")
-
-
-class Path:
-    """A trajectory with its reference: what each run is given, and which files it reads."""
-
-    def __init__(self, arguments, files, trajectory, runs):
-        self.files, self.runs, self.trajectory = files, runs, trajectory
-        self.reference = self.own_error = None
-        self.options = ["--trajectory", f"inputs/{files.copy(trajectory.resolve()).name}"]
-        self.needed = list(files.needed)
-        # A recording of haptic_server is in the scene's frame, whatever its device's.
-        replay = arguments.replay or files.laid_back(trajectory)
-        for name, value in (("--replay", replay), ("--duration", arguments.duration),
-                            ("--settle", arguments.settle)):
-            if value:
-                self.options += [name, str(value)]
-
-    @property
-    def scene(self):
-        return f"inputs/{self.files.scene.name}"
-
-    def make_reference(self, steps_per_tick):
-        """Its name; it is made where it is not there."""
-        arguments = [self.scene, *self.options, "--steps-per-tick", str(steps_per_tick)]
-        file = f"inputs/reference_{self.runs.key(arguments, self.needed)}.csv"
-        self.runs.make([*arguments, "--write-reference", file], file)
-        return file
-
-    def request(self, reference, options, files=(), scene=None):
-        """As Runs takes it."""
-        state = reference.removesuffix(".csv") + ".state.csv"
-        read = [*self.needed, *files, reference, *([state] if (self.runs.folder / state).is_file() else [])]
-        if scene:
-            read.append(scene)
-        return (scene or self.scene, *self.options, "--reference", reference, *options), tuple(read)
-
-
 class Fit:
     def __init__(self, arguments, files, runs):
         self.arguments, self.files, self.runs = arguments, files, runs
         self.goal = Goal(arguments.force_error, arguments.budget_us, arguments.margin)
-        self.path = Path(arguments, files, arguments.trajectory, runs)
-        self.unseen = Path(arguments, files, arguments.check, runs) if arguments.check else None
+        self.hands = [Hand(arguments, files, trajectory, runs) for trajectory in arguments.trajectory]
+        self.unseen = Hand(arguments, files, arguments.check, runs) if arguments.check else None
         self.space = self.search = None
 
     def check_references(self, note):
         """Of all trajectories, what the reference itself errs: 1 kHz against 2 kHz."""
-        for path in filter(None, (self.path, self.unseen)):
+        for path in filter(None, (*self.hands, self.unseen)):
             self.check_reference(path, note)
 
     def check_reference(self, path, note):
@@ -94,27 +55,36 @@ class Fit:
                 options += ["--set", f"{name}={literal(item)}"]
         return [*options, *candidate.haptic_options()]
 
-    def stability_options(self, trial):
+    def stability_options(self, trial, hand):
+        latency_share = (trial.results[hand].get("settings") or {}).get("latency_share")
         return ["--device", self.arguments.device, "--margin", f"{self.goal.margin:g}", "--latency-share",
-                str(trial.latency_share)]
+                str(latency_share)]
+
+    def on_all_hands(self, what, requests_of, number, alone=False):
+        """Of so many candidates the results, one a hand. requests_of(i, j, hand): of candidate i on hand j."""
+        requests = [requests_of(i, j, hand) for i in range(number) for j, hand in enumerate(self.hands)]
+        results, count = self.runs.results(what, requests, alone), len(self.hands)
+        return [results[i * count:(i + 1) * count] for i in range(number)]
 
     def evaluate(self, candidates, what, alone):
         more = ["--repeats", str(REPEATS)] if alone else []
-        requests = [self.path.request(self.path.reference, self.options_of(candidate) + more,
-                                      self.space.files(candidate))
-                    for candidate in candidates]
-        results = self.runs.results(what, requests, alone)
-        return [Trial(candidate, result, what, alone) for candidate, result in zip(candidates, results)]
+        found = self.on_all_hands(what, lambda i, _, hand: hand.request(
+            hand.reference, self.options_of(candidates[i]) + more, self.space.files(candidates[i])),
+            len(candidates), alone)
+        return [Trial(candidate, worst_of(results), what, alone, results=results)
+                for candidate, results in zip(candidates, found)]
 
     def test_stability(self, trials, what, more=()):
-        requests = [self.path.request(self.path.reference, [*self.options_of(trial.candidate),
-                                                            *self.stability_options(trial), *more],
-                                      self.space.files(trial.candidate)) for trial in trials]
-        for trial, result in zip(trials, self.runs.results(what, requests)):
-            trial.stability = result.get("stability") or {"stable": None}
+        found = self.on_all_hands(what, lambda i, j, hand: hand.request(
+            hand.reference, [*self.options_of(trials[i].candidate), *self.stability_options(trials[i], j), *more],
+            self.space.files(trials[i].candidate)), len(trials))
+        for trial, results in zip(trials, found):
+            trial.stability = worst_stability([result.get("stability") or {"stable": None} for result in results])
             if trial.is_stable() is None:
-                told = [line for line in result.get("problems") or [] if line.startswith("stability")]
-                trial.stability["problem"] = (told or [f"stability not tested: {failure_of(result)}"])[0]
+                told = [line for result in results for line in result.get("problems") or []
+                        if line.startswith("stability")]
+                failed = next(filter(None, map(failure_of, results)), None)
+                trial.stability["problem"] = (told or [f"stability not tested: {failed}"])[0]
 
     def fit(self, space, head_of):
         """The whole answer, as fit.json holds it. head_of: the comment of the fitted scene, of this answer."""
@@ -139,10 +109,10 @@ class Fit:
                 for trial in search.trials.values()]
         answer = {
             "scene": self.files.scene.stem, "scene_file": str(self.files.scene),
-            "trajectory": self.arguments.trajectory.name, "force_error": self.goal.force_error,
+            "trajectory": ", ".join(hand.trajectory.name for hand in self.hands), "force_error": self.goal.force_error,
             "budget_us": self.goal.budget_us, "margin": self.goal.margin, "device": self.arguments.device,
             "settle_s": self.arguments.settle, "replay": self.arguments.replay, "grid": self.arguments.grid,
-            "reference_own_error": self.path.own_error, "fits": not choice.faults(self.goal),
+            "reference_own_error": max(hand.own_error for hand in self.hands), "fits": not choice.faults(self.goal),
             "given": summary_of(given, space, self.goal), "choice": summary_of(choice, space, self.goal),
             "next_cheaper": summary_of(cheaper, space, self.goal), "check": None,
             "runs": rows}
@@ -166,13 +136,14 @@ class Fit:
         part = fitted.with_name(f"{fitted.stem}.part.toml")
         part.write_text(text, encoding="utf-8", newline="")
         try:
-            request = self.path.request(self.path.reference, [*choice.candidate.haptic_options(), "--latency-share",
-                                                         str(choice.latency_share)], scene=part.name)
-            result = self.runs.results("the fitted file", [request], alone=True)[0]
-            if result.get("error") != choice.result["error"]:
-                why = failure_of(result)
-                raise Unusable(f"{fitted}: its forces are not those of the run that was chosen: expected the same to "
-                               f"the bit{': ' + why if why else ''}")
+            for hand, chosen in zip(self.hands, choice.results):
+                request = hand.request(hand.reference, [*choice.candidate.haptic_options(), "--latency-share",
+                                                        str(at(chosen, "settings", "latency_share"))], scene=part.name)
+                result = self.runs.results("the fitted file", [request], alone=True)[0]
+                if result.get("error") != chosen["error"]:
+                    why = failure_of(result)
+                    raise Unusable(f"{fitted}: its forces are not those of the run that was chosen: expected the same "
+                                   f"to the bit{': ' + why if why else ''}")
             part.replace(fitted)
         finally:
             part.unlink(missing_ok=True)

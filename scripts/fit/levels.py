@@ -1,6 +1,7 @@
 """The level of detail of bodies: fewer spheres that push as hard on average.
 
-Bodies that are alike but for their places change together. Level 0 is the body as given, each next one coarser:
+Bodies that are alike but for their places change together, those that a hand comes near apart from those that it does
+not: where nothing is felt fewer spheres may do. Level 0 is the body as given, each next one coarser:
 by FACTORS times its spacing, or by MESH_FACTORS times the tolerance of a mesh's spheres.
 """
 import dataclasses
@@ -178,12 +179,13 @@ def mesh_levels(body, decomposer, report):
     return levels
 
 
-def groups_of(document, decomposer, report):
-    """All groups of the scene that have a coarser level. report: told what is left out."""
+def groups_of(document, decomposer, report, far=frozenset()):
+    """All groups of the scene that have a coarser level. report: told what is left out. far: names of the bodies that
+    no hand comes near."""
     together = {}
     for body in document.get("body", []):
         if body["kind"] in (*SPACED, "mesh"):
-            together.setdefault(alike(body), []).append(body)
+            together.setdefault((alike(body), body["name"] in far), []).append(body)
         elif body["kind"] not in WITHOUT_LEVELS:
             report(f"{body['name']}: left as it is: of the kind {body['kind']} no coarser spheres are known")
     free = MOST_MATERIALS - len(document.get("material", []))

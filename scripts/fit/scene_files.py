@@ -36,12 +36,23 @@ class SceneFiles:
                 if isinstance(name, str) and (self.scene.parent / name).is_file():
                     self.read[path] = self.scene.parent / name
                     changes[path] = self.copy(self.scene.parent / name).name
+                    self.needed.append(f"inputs/{changes[path]}")
+        if self.hand and self.hand.is_file():
+            self.read["hand", "file"] = self.hand
+            changes["hand", "file"] = self.copy(self.hand).name
         copied = self.inputs / self.scene.name
         text = self.edited(changes)
         if not copied.is_file() or copied.read_bytes() != text.encode():
             copied.write_bytes(text.encode())
         self.needed.append(f"inputs/{copied.name}")
         return tomllib.loads(text)
+
+    @property
+    def hand(self):
+        """The trajectory that the scene names as its own, or nothing."""
+        hand = self.document.get("hand")
+        name = hand.get("file") if isinstance(hand, dict) else None
+        return self.scene.parent / name if isinstance(name, str) else None
 
     def copy(self, file):
         """The copy of a file, under its name or, where another has that, one with its hash."""
@@ -52,8 +63,6 @@ class SceneFiles:
             part = copy.with_name(copy.name + ".part")
             shutil.copyfile(file, part)
             part.replace(copy)
-        if f"inputs/{copy.name}" not in self.needed:
-            self.needed.append(f"inputs/{copy.name}")
         return copy
 
     def laid_back(self, trajectory):

@@ -33,6 +33,7 @@ class Trial:
     stage: str
     alone: bool = False  # its cost was measured with nothing else running
     stability: dict | None = None
+    results: list = dataclasses.field(default_factory=list)  # of each hand; `result` is the worst of them
 
     @property
     def error(self):
@@ -62,6 +63,8 @@ class Trial:
         for key in ("refused", "crashed"):
             if key in self.result:
                 return self.result[key]
+        if self.candidate.is_compared_only():
+            return "for comparison: sim_server has no such solver"
         if self.step_share > 1.0:
             return f"cannot keep its rate: a step takes {100 * self.step_share:.0f} % of the period"
         if self.result.get("problems"):
@@ -126,7 +129,7 @@ class Search:
         least = min((trial.error for trial in self.usable()), default=float("inf"))
         found = []
         for trial in self.trials.values():
-            if trial.step_share > 1.0 and trial.error < max(least, self.goal.force_error):
+            if trial.step_share > 1.0 and not trial.candidate.is_compared_only() and trial.error < max(least, self.goal.force_error):
                 most_hz = LOAD * trial.candidate.rate_hz / trial.step_share
                 slower = [rate_hz for rate_hz in self.space.rates_hz if rate_hz <= most_hz]
                 found += [trial.candidate.but(rate_hz=slower[-1])] if slower else []

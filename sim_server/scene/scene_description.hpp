@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,12 +36,20 @@ struct DeviceFrame {
   double scale = 1.0;
 };
 
+/// A hand that is typical of a scene: what a rate is chosen for.
+struct HandDescription {
+  std::filesystem::path file;  // of its path, as Hand reads it (sim_server/hand.hpp)
+  double settle_s = 0.0;       // for which the scene comes to rest before, without a tool
+};
+
 /// A scene file, checked: every number is finite, every reference resolves, every default
 /// is filled in.
 struct SceneDescription {
   std::string name;  // of the file, without folder and extension
   Eigen::Vector3d gravity_m_s2 = Eigen::Vector3d(0.0, 0.0, -9.81);
-  double period_s = 0.01;  // of the simulation
+  double period_s = 0.01;         // of the simulation
+  bool choose_rate = false;       // rate_hz = "auto": the period is to be chosen by choose_rate()
+  double processor_share = 0.25;  // of one processor: what a rate chosen so may cost
   Method method;
   bool choose_method = false;    // solver = "auto": method is to be chosen by choose_method()
   double error_target_m = 1e-3;  // of positions, rms: what a method chosen so may err
@@ -50,6 +60,7 @@ struct SceneDescription {
   std::vector<ToolSphere> tool;
   double tool_slip_speed_m_s = 0.05;  // least slip speed of a contact with the tool
   DeviceFrame device;
+  std::optional<HandDescription> hand;
   std::vector<std::string> notes;     // for the log: what was made of each mesh, a line each
   std::vector<std::string> warnings;  // likewise: names of format 1 and what they are now
 };

@@ -1,5 +1,6 @@
 #include "sim_server/scene/scene_file.hpp"
 
+#include <array>
 #include <fstream>
 #include <iterator>
 #include <optional>
@@ -27,6 +28,7 @@ constexpr std::size_t kMaxPlanes = 64;
 constexpr double kShortestPeriod_s = 1e-5, kLongestPeriod_s = 100.0;
 constexpr int kMaxSubsteps = 10000;
 constexpr std::size_t kMaxToolSpheres = 16;
+constexpr double kLongestSettle_s = 600.0;
 constexpr double kDefaultToolRadius_m = 0.005;
 
 std::optional<std::string> read_text(const std::filesystem::path& path) {
@@ -98,12 +100,19 @@ void read_simulation(toml::TableReader table, const MethodTable& methods, SceneD
   if (table.has("rate_hz") && table.has("period_s")) {
     table.refuse("period_s", "rate_hz or period_s, not both");
   }
-  if (table.has("rate_hz")) scene.period_s = 1.0 / table.number("rate_hz", toml::Bound::kPositive);
+  scene.choose_rate = table.has_text("rate_hz");
+  if (scene.choose_rate)
+    (void)table.choice("rate_hz", std::array<std::string_view, 1>{"auto"});
+  else if (table.has("rate_hz"))
+    scene.period_s = 1.0 / table.number("rate_hz", toml::Bound::kPositive);
   if (table.has("period_s")) scene.period_s = table.number("period_s", toml::Bound::kPositive);
   if (!(scene.period_s >= kShortestPeriod_s && scene.period_s <= kLongestPeriod_s)) {
     table.refuse(table.has("period_s") ? "period_s" : "rate_hz",
                  "a period from 1e-05 to 100 s, a rate from 0.01 to 100000 Hz");
   }
+  scene.processor_share =
+      table.number_or("processor_share", toml::Bound::kPositive, scene.processor_share);
+  if (scene.processor_share > 1.0) table.refuse("processor_share", "at most 1, a processor");
   read_method(table, methods, scene);
   scene.sleeping = table.flag_or("sleeping", scene.sleeping);
   table.finish();
@@ -147,6 +156,14 @@ void read_device(toml::TableReader table, SceneDescription& scene) {
     table.refuse("position_m", "numbers from -1e6 to 1e6");
   if (scene.device.scale > proto::kLargestNumber) table.refuse("scale", "at most 1e6");
   table.finish();
+}
+
+HandDescription read_hand(toml::TableReader table) {
+  HandDescription hand{.file = table.file("file")};
+  hand.settle_s = table.number_or("settle_s", toml::Bound::kNotNegative, 0.0);
+  if (hand.settle_s > kLongestSettle_s) table.refuse("settle_s", "at most 600 s");
+  table.finish();
+  return hand;
 }
 
 MaterialDescription read_material(toml::TableReader& table) {
@@ -206,6 +223,11 @@ void read_tables(toml::TableReader& document, const MethodTable& methods, SceneD
   read_grid(document.table("grid"), scene);
   read_tool(document.table("tool"), scene);
   read_device(document.table("device"), scene);
+  if (document.has("hand")) scene.hand = read_hand(document.table("hand"));
+  if (scene.choose_rate && !scene.hand)
+    document.table("simulation")
+        .refuse("rate_hz",
+                "a number, or a table [hand] with the file of the hand to choose it for");
   read_materials(document, scene);
   read_bodies(document, scene);
   document.finish();

@@ -9,7 +9,7 @@
 
 #include "haptic_server/safety/device_limits.hpp"
 #include "tests/haptic_server/devices/recording_file.hpp"
-#include "tests/haptic_server/rendering/scene_fixture.hpp"
+#include "tests/shared/rendering/scene_fixture.hpp"
 
 namespace stillgrid::haptic_server {
 namespace {

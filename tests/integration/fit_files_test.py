@@ -2,6 +2,7 @@
 """scene_fit changes the values of a scene that were fitted, and no other byte of it."""
 import sys
 import tomllib
+import types
 import unittest
 
 import daemons
@@ -9,6 +10,7 @@ from skin_scene import SCENE
 
 sys.path.append(str(daemons.ROOT / "scripts" / "fit"))
 import candidates as space  # these after the path they need
+import hands
 import levels
 import scene_files
 import toml_edit
@@ -51,6 +53,19 @@ class SceneFilesTest(daemons.SessionTest):
             self.write(f"meshes/{name}", "x_m,y_m,z_m,radius_m\n" + "0,0,0,0.01\n" * 25)
         self.out = self.folder / "fits" / "one"
         self.files = scene_files.SceneFiles(self.write("skin.toml", MESHES), self.out)
+
+    def test_bodies_that_no_hand_comes_near_are_a_group_of_their_own(self):
+        def hand(x_m):
+            return types.SimpleNamespace(path_m=lambda: [(x_m, 0.0, 0.2), (x_m, 0.0, 0.04)],
+                                         places_m=lambda: {"a": [(0.0, 0.0, 0.0)], "b": [(0.1, 0.0, 0.0)],
+                                                           "c": [(0.2, 0.0, 0.0)]})
+        boxes = [{"name": name, "kind": "rigid_box", "size_m": [0.02, 0.02, 0.01], "mass_kg": 0.1} for name in "abc"]
+        document = {"body": [*boxes, {"name": "floor", "kind": "plane"}]}
+        self.assertEqual(hands.far_bodies(document, [hand(0.0)]), {"b", "c"})
+        self.assertEqual(hands.far_bodies(document, [hand(0.0), hand(0.1)]), {"c"})
+        self.assertEqual(hands.far_bodies({**document, "tool": {"radius_m": 0.064}}, [hand(0.0)]), {"c"})
+        groups = levels.groups_of(document, None, print, hands.far_bodies(document, [hand(0.1)]))
+        self.assertEqual([group.bodies for group in groups], [["a", "c"], ["b"]])
 
     def test_a_body_of_an_unknown_kind_is_left_as_it_is_with_a_line_that_says_so(self):
         lines = []

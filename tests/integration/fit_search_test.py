@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """scene_fit's search finds the cheapest candidate that keeps to its goal: in one process, with formulas for runs."""
+import dataclasses
 import sys
 import types
 import unittest.mock
@@ -89,7 +90,7 @@ class SearchTest(daemons.SessionTest):
 
     def fit(self, text=SCENE, grid="small", runs_of=Formulas, **changed):
         arguments = types.SimpleNamespace(**{
-            "trajectory": self.write("hand.csv", "t_s,x_m\n0,0\n"), "force_error": 0.05, "budget_us": None,
+            "trajectory": [self.write("hand.csv", "t_s,x_m\n0,0\n")], "force_error": 0.05, "budget_us": None,
             "margin": 2.0, "device": "touch", "settle": 0.0, "duration": None, "replay": "", "check": None,
             "grid": grid, **changed})
         self.notes = []
@@ -108,6 +109,27 @@ class SearchTest(daemons.SessionTest):
         for tolerance in (0.02, 0.03, 0.05, 0.08, 0.2, 1.0):
             with self.subTest(tolerance):
                 self.assert_is(self.fit(force_error=tolerance)["choice"], cheapest(tolerance))
+
+    def test_of_several_hands_the_worst_counts(self):
+        hands = [self.write(name, f"t_s,x_m\n0,{name[0]!r}\n") for name in ("near.csv", "far.csv", "also_near.csv")]
+        answer = self.fit(trajectory=hands, force_error=0.6)  # on the far one all err by a half more
+        self.assertEqual(answer["trajectory"], "near.csv, far.csv, also_near.csv")
+        self.assertAlmostEqual(answer["choice"]["error_share"], cheapest(0.1)[1] + 0.5)
+        self.assertEqual(answer["choice"]["cost_us_per_ms"], cheapest(0.1)[0])
+        self.assertFalse(self.fit(trajectory=hands, force_error=0.4)["fits"])
+
+    def test_a_solver_that_sim_server_lacks_is_compared_and_not_chosen(self):
+        def cost_us(rate_hz, transition, spacing_m, integrator):
+            return 1.0 if integrator == "implicit_euler" else 100.0 + rate_hz
+
+        with unittest.mock.patch.object(fake_fit_run, "cost_us", cost_us), \
+                unittest.mock.patch.dict(space.GRIDS, small=dataclasses.replace(
+                    space.GRIDS["small"], methods=(("implicit_euler", "broyden", 1),))):
+            answer = self.fit()
+        compared = [row for row in answer["runs"] if row["method"] == "implicit_euler broyden"]
+        self.assertEqual({row["verdict"] for row in compared}, {"for comparison: sim_server has no such solver"})
+        self.assertEqual({row["cost_us_per_ms"] for row in compared}, {1.0})
+        self.assertEqual(answer["choice"]["method"], "as given")
 
     def test_a_full_grid_finds_nothing_dearer_than_a_small_one(self):
         for tolerance in (0.02, 0.05, 0.2):

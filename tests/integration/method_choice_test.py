@@ -79,6 +79,29 @@ class MethodChoiceTest(daemons.SessionTest):
             self.assertIn('simulation.solver: value "auto"', result.stderr)
             self.assertFalse(self.end.exists())
 
+    def leave_the_rate(self):
+        """To choose for a hand that stays above the thread's end and presses it."""
+        self.write("hand.csv", "time_s,x_m,y_m,z_m\n0,0.03,0,0.01\n0.3,0.03,0,0.001\n")
+        self.write("auto.toml", SCENE.replace("rate_hz = 50.0", 'rate_hz = "auto"')
+                   .replace("[[material]]", '[hand]\nfile = "hand.csv"\n[[material]]'))
+
+    def test_a_rate_is_explained_recorded_and_taken_from_the_record(self):
+        self.leave_the_rate()
+        refused = self.offline()
+        self.assertEqual(refused.returncode, BAD_INPUT)
+        explained = self.explain()
+        self.assertEqual(explained.returncode, DONE, explained.stderr)
+        curve = explained.stdout[explained.stdout.index("rates, by"):].splitlines()
+        self.assertEqual(len([line for line in curve if line.startswith("* ")]), 1, explained.stdout)
+        record = json.loads(self.record.read_text())
+        self.assertAlmostEqual(record["period_s"] * record["rate_hz"], 1.0)
+        self.assertEqual(len(record["rates"]), 11)
+        result = self.offline("--choice", self.record)
+        self.assertEqual(result.returncode, DONE, result.stderr)
+        self.assertIn(f"{record['rate_hz']:g} Hz", result.stderr)
+        self.write("hand.csv", "time_s,x_m,y_m,z_m\n0,0.03,0,0.01\n0.3,0.03,0,0.002\n")
+        self.assertIn("choice.json: scene_hash: value", self.offline("--choice", self.record).stderr)
+
     def test_a_record_of_another_scene_or_rate_is_refused(self):
         self.explain()
         at_another_rate = self.offline("--choice", self.record, "--rate", "60")

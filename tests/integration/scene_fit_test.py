@@ -39,7 +39,8 @@ class SceneFitTest(daemons.SessionTest):
     def command(self, *arguments, scene=None, hand=None, build=None, program=SCENE_FIT):
         """program: one that is installed finds its build itself."""
         of_build = ["--build", build or self.build] if program == SCENE_FIT else []
-        return ["/usr/bin/python3", program, scene or self.scene, "--trajectory", hand or self.hand, *of_build,
+        of_hand = [] if hand is False else ["--trajectory", hand or self.hand]
+        return ["/usr/bin/python3", program, scene or self.scene, *of_hand, *of_build,
                 "--out", self.out, "--grid", "small", "--jobs", "2", *map(str, arguments)]
 
     def fit(self, *arguments, draws=False, environment=(), **inputs):
@@ -93,6 +94,16 @@ class SceneFitTest(daemons.SessionTest):
         expected["body"][0]["spheres"]["spacing_m"] = best[4]
         expected["body"][0]["stiffness_scale"] = float(f"{(fake_fit_run.actual_m(best[4]) / 0.01) ** 2:.6g}")
         self.assertEqual(tomllib.loads(text), expected)
+
+    def test_without_a_trajectory_the_scenes_own_hand_is_taken(self):
+        (self.folder / "sub").mkdir()
+        self.write("sub/own.csv", self.hand.read_text())
+        self.scene.write_text(SCENE + '[hand]\nfile = "sub/own.csv"\nsettle_s = 1.5\n')
+        answer, _ = self.fitted(hand=False)
+        self.assertEqual((answer["trajectory"], answer["settle_s"]), ("own.csv", 1.5))
+        self.assert_is(answer["choice"], cheapest(0.05))
+        fitted = tomllib.loads((self.out / "skin_fitted.toml").read_text())["hand"]["file"]
+        self.assertEqual((self.out / fitted).resolve(), (self.folder / "sub/own.csv").resolve())
 
     def test_a_fit_that_was_stopped_goes_on_where_it_was(self):
         (self.build / "bin" / "slow").touch()
@@ -212,6 +223,7 @@ class SceneFitTest(daemons.SessionTest):
                 ("--force-error: value '5'", ("--force-error", "5"), {}),  # per cent, or 500 %?
                 ("--margin: value '-1'", ("--margin", "-1"), {}),
                 ("--device: invalid choice: 'toy'", ("--device", "toy"), {}),
+                ("--trajectory: expected it, or the table [hand]", (), {"hand": False}),
                 ("nothing: no such scene", (), {"scene": "nothing"}),
                 ("broken.toml: ", (), {"scene": broken}),
                 (r"'inputs/ha\tnd.csv': expected printable", (), {"hand": self.write("ha\tnd.csv", "t_s,x_m\n")}),

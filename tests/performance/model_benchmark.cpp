@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "shared/tools/laboratory/rivals/rivals.hpp"
-#include "tests/haptic_server/rendering/scene_fixture.hpp"
 #include "tests/performance/sphere_cloud.hpp"
+#include "tests/shared/rendering/scene_fixture.hpp"
 
 namespace stillgrid::performance {
 namespace {

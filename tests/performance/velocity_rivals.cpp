@@ -6,7 +6,7 @@
 #include <deque>
 #include <initializer_list>
 
-#include "haptic_server/rendering/velocity_estimator.hpp"
+#include "shared/rendering/velocity_estimator.hpp"
 
 namespace stillgrid::performance {
 namespace {

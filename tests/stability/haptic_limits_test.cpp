@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "tests/haptic_server/rendering/scene_fixture.hpp"
+#include "tests/shared/rendering/scene_fixture.hpp"
 #include "tests/stability/held_loop.hpp"
 
 namespace stillgrid::laboratory {

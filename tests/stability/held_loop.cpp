@@ -8,8 +8,8 @@
 #include <cstdint>
 #include <utility>
 
-#include "haptic_server/rendering/tool_force.hpp"
-#include "haptic_server/rendering/velocity_estimator.hpp"
+#include "shared/rendering/tool_force.hpp"
+#include "shared/rendering/velocity_estimator.hpp"
 
 namespace stillgrid::laboratory {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "haptic_server/rendering/renderer.hpp"
+#include "shared/rendering/renderer.hpp"
 #include "shared/tools/fit_run/fit_error.hpp"
 #include "shared/tools/fit_run/fit_reference.hpp"
 #include "shared/tools/laboratory/lab.hpp"

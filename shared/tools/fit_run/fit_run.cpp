@@ -186,6 +186,8 @@ FitCandidate candidate_of(const Arguments& arguments) {
   if (!devices::phantom_profile(arguments.device))
     refuse("--device", arguments.device, "touch, touchx or premium15");
   candidate.scene = load_scene_with(find_scene(arguments.scene), arguments.set);
+  if (candidate.scene.choose_rate)
+    refuse("SCENE", arguments.scene, "a scene with a rate, or --set simulation.rate_hz=HZ");
   settle_method(candidate.scene);
   return candidate;
 }

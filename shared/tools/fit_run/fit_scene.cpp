@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "shared/files/old_names.hpp"
+#include "shared/tools/laboratory/methods/laboratory_methods.hpp"
 #include "sim_server/scene/format_1.hpp"
 #include "sim_server/scene/scene_file.hpp"
 
@@ -188,7 +189,7 @@ scene::SceneDescription load_scene_with(const std::filesystem::path& file,
     return scene::load_scene(file);
   }
   try {
-    return scene::read_scene(text, file);
+    return scene::read_scene(text, file, laboratory::laboratory_methods());
   } catch (const toml::SceneError& error) {
     (void)scene::load_scene(file);  // what is wrong without the settings is told of the file
     std::string shown;

@@ -25,7 +25,8 @@ namespace stillgrid::fit_run {
 [[nodiscard]] std::string with_settings(const std::string& text,
                                         const std::vector<std::string>& settings);
 
-/// The scene of that file with those settings, all checks made. Throws SceneError, or
+/// The scene of that file with those settings, all checks made; a setting may name a method of the
+/// laboratory, to be compared. Throws SceneError, or
 /// std::runtime_error for what is wrong by the settings only: one line that shows them.
 [[nodiscard]] scene::SceneDescription load_scene_with(const std::filesystem::path& file,
                                                       const std::vector<std::string>& settings);

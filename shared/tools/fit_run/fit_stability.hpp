@@ -24,11 +24,11 @@ using GivenScene = std::function<const scene::SceneDescription&()>;
 ///
 /// The world begins as the reference had it a second before the press or more, and the tool 2 cm
 /// outside, where the force pushes it; it comes to the path, follows it to the press and stays 1.5
-/// s: `phantom` of that profile with a light hand and amplifiers without a limit. The hand means to
-/// go deeper than the path, by as much as its spring and the device's friction need to bear the
-/// reference's force there. A press without a contact in the last half second proves nothing,
-/// unless the reference's method, held likewise, has one: then the hand lost what it pressed, and
-/// is unstable.
+/// s: `phantom` of that profile with a light hand and the limits that it declares; its readings are
+/// off by up to half an encoder step. The hand means to go deeper than the path, by as much as its
+/// spring and the device's friction need to bear the reference's force there. A press without a
+/// contact in the last half second proves nothing, unless the reference's method, held likewise,
+/// has one: then the hand lost what it pressed, and is unstable.
 ///
 /// What goes to and fro in the last half second, from peak to peak, is an oscillation where it
 /// exceeds four encoder steps (docs/cases.md, section 5, but for a drift in contact, as of a body
@@ -39,11 +39,14 @@ using GivenScene = std::function<const scene::SceneDescription&()>;
 /// second.
 class HeldPresses {
  public:
+  static constexpr int kSeeds = 8;
+
   /// What is given lives longer. Pre: phantom_profile(profile).
   HeldPresses(const FitCandidate& candidate, double latency_share, const FitReference& reference,
               GivenScene given, std::string profile);
 
-  /// All contact stiffnesses times `margin`. Throws as run_lab(), and CannotStart.
+  /// All contact stiffnesses times `margin`; the worst of kSeeds seeds of the readings. Throws as
+  /// run_lab(), and CannotStart.
   [[nodiscard]] FitStability at(double margin) const;
 
   /// The largest margin of 1, 1.26, 1.59, 2, ... 16, thirds of an octave, up to which it holds;
@@ -51,7 +54,8 @@ class HeldPresses {
   [[nodiscard]] std::optional<double> largest_margin() const;
 
  private:
-  [[nodiscard]] double own_swing_m(const ReferencePress& press, double margin) const;
+  [[nodiscard]] FitStability at_seed(double margin, int seed) const;
+  [[nodiscard]] double own_swing_m(const ReferencePress& press, double margin, int seed) const;
 
   const FitCandidate& candidate_;
   double latency_share_;

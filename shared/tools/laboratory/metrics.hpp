@@ -5,12 +5,12 @@
 #include <span>
 #include <vector>
 
+#include "shared/rendering/force_error.hpp"
 #include "shared/tools/laboratory/lab.hpp"
 
 namespace stillgrid::laboratory {
 
-/// A change of a force is noticed from this share of it on (docs/cases.md, case 1.15).
-inline constexpr double kJustNoticeable = 0.07;
+using rendering::kJustNoticeable;
 /// From which on a force counts as a contact.
 inline constexpr double kContact_N = 0.1;
 

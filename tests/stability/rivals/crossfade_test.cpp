@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "tests/haptic_server/rendering/scene_fixture.hpp"
+#include "tests/shared/rendering/scene_fixture.hpp"
 
 namespace stillgrid::laboratory {
 namespace {

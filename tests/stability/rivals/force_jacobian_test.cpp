@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "shared/tools/laboratory/rivals/rivals.hpp"
-#include "tests/haptic_server/rendering/scene_fixture.hpp"
+#include "tests/shared/rendering/scene_fixture.hpp"
 
 namespace stillgrid::laboratory {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "shared/tools/laboratory/rivals/force_held.hpp"
 #include "shared/tools/laboratory/rivals/proxy.hpp"
-#include "tests/haptic_server/rendering/scene_fixture.hpp"
+#include "tests/shared/rendering/scene_fixture.hpp"
 
 namespace stillgrid::laboratory {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "shared/tools/laboratory/rivals/local_model_renderer.hpp"
 #include "shared/tools/laboratory/rivals/rivals.hpp"
-#include "tests/haptic_server/rendering/scene_fixture.hpp"
+#include "tests/shared/rendering/scene_fixture.hpp"
 
 namespace stillgrid::laboratory {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "haptic_server/devices/phantom_model.hpp"
 #include "shared/tools/laboratory/rivals/rivals.hpp"
-#include "tests/haptic_server/rendering/scene_fixture.hpp"
+#include "tests/shared/rendering/scene_fixture.hpp"
 
 namespace stillgrid::laboratory {
 namespace {

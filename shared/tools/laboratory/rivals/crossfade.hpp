@@ -3,8 +3,8 @@
 #include <array>
 #include <span>
 
-#include "haptic_server/rendering/placed_tool.hpp"
-#include "haptic_server/rendering/renderer.hpp"
+#include "shared/rendering/placed_tool.hpp"
+#include "shared/rendering/renderer.hpp"
 
 namespace stillgrid::laboratory {
 

@@ -1,6 +1,6 @@
 #include "shared/tools/laboratory/rivals/force_jacobian.hpp"
 
-#include "haptic_server/rendering/velocity_estimator.hpp"
+#include "shared/rendering/velocity_estimator.hpp"
 
 namespace stillgrid::laboratory {
 namespace {

@@ -3,10 +3,10 @@
 #include <cstdint>
 #include <span>
 
-#include "haptic_server/rendering/placed_tool.hpp"
-#include "haptic_server/rendering/tool_force.hpp"
-#include "haptic_server/rendering/touched_spheres.hpp"
 #include "proto/scene_segment.hpp"
+#include "shared/rendering/placed_tool.hpp"
+#include "shared/rendering/tool_force.hpp"
+#include "shared/rendering/touched_spheres.hpp"
 
 namespace stillgrid::laboratory {
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <utility>
 
-#include "haptic_server/rendering/renderer.hpp"
+#include "shared/rendering/renderer.hpp"
 #include "shared/tools/laboratory/rivals/local_model.hpp"
 #include "shared/tools/laboratory/rivals/pose_history.hpp"
 

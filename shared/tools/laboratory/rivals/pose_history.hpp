@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "haptic_server/rendering/tool_force.hpp"
+#include "shared/rendering/tool_force.hpp"
 
 namespace stillgrid::laboratory {
 

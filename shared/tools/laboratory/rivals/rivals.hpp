@@ -4,7 +4,7 @@
 #include <span>
 #include <string_view>
 
-#include "haptic_server/rendering/renderer.hpp"
+#include "shared/rendering/renderer.hpp"
 
 namespace stillgrid::laboratory {
 

@@ -4,10 +4,10 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "haptic_server/rendering/renderer.hpp"
 #include "shared/collision/sphere_history.hpp"
+#include "shared/rendering/renderer.hpp"
 #include "shared/tools/segment_inspect/snapshot.hpp"
-#include "tests/haptic_server/rendering/scene_fixture.hpp"
+#include "tests/shared/rendering/scene_fixture.hpp"
 
 namespace stillgrid::scene_viewer {
 namespace {

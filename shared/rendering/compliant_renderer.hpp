@@ -1,0 +1,67 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "shared/rendering/placed_tool.hpp"
+#include "shared/rendering/renderer.hpp"
+#include "shared/rendering/touched_spheres.hpp"
+
+namespace stillgrid::rendering {
+
+/// Renders the force of a transition whose spheres give way: the newest snapshot led on by the
+/// simulation's own next step, for the hand where it is now (docs/algorithms/predict.md).
+///
+/// Each tick finds the one change of the tool's force to which the spheres give way so that they
+/// exert it. What a snapshot shows otherwise than was displayed is ramped out, as a shift of the
+/// spheres over half a period, and the little that this leaves of the force within 3 ms.
+/// Thread: the haptic loop's only.
+class CompliantRenderer final : public Renderer {
+ public:
+  /// Pre: law_of(transition).gives_way.
+  explicit CompliantRenderer(display::Transition transition = display::Transition::kPredict)
+      : transition_(transition) {}
+
+ private:
+  void prepare(const TickScene& scene, bool is_other) noexcept override;
+  void gather(const TickScene& scene, const proto::SnapshotHeader& latest,
+              const collision::GridView& moving) noexcept override;
+  void show(const TickScene& scene, const publication::SnapshotLook& look,
+            RenderedTick& tick) noexcept override;
+
+  /// A snapshot as it is displayed, and what it is ramped out with.
+  struct Display {
+    display::SnapshotWeights weights;
+    std::uint64_t began_ns = 0;                            // the first tick that displayed it
+    double change_N = 0.0;                                 // as the last tick solved it
+    Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();     // when it came
+    double shift_s = 0.0;                                  // over which that is ramped out
+    Eigen::Vector3d residual_N = Eigen::Vector3d::Zero();  // of the force when it came
+    Eigen::Vector3d residual_torque_N_m = Eigen::Vector3d::Zero();
+    double rest_s = 0.0;
+  };
+  [[nodiscard]] CompliantDisplay compliant_display(const proto::SnapshotHeader& snapshot,
+                                                   const Display& display,
+                                                   std::uint64_t now_ns) const noexcept;
+  [[nodiscard]] ToolForce solve(const TickScene& scene, Display& display) noexcept;
+  void lead_on(const TickScene& scene) noexcept;
+  void continue_from(const TickScene& scene, const proto::SnapshotHeader& latest,
+                     const collision::GridView& moving) noexcept;
+
+  display::Transition transition_;
+  Display shown_;              // of the last accepted snapshot
+  Display next_;               // being gathered
+  std::uint64_t tick_ns_ = 0;  // of the last tick
+  TouchedSpheres buffers_[2];
+  TouchedSpheres* touched_ = &buffers_[0];  // moving ones, of the last accepted read
+  TouchedSpheres* fresh_ = &buffers_[1];    // being gathered
+  TouchedSpheres static_;                   // of the static grid
+  ToolSweep sweep_;
+  std::span<const PlacedToolSphere> tool_;  // of this tick
+  double radius_m_ = 0.0;                   // the largest of the tool's
+  std::optional<ToolForce> led_on_;  // of what was displayed a tick ago; where it was asked for
+};
+
+}  // namespace stillgrid::rendering

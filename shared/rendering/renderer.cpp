@@ -1,0 +1,61 @@
+#include "shared/rendering/renderer.hpp"
+
+#include "shared/display/stamps.hpp"
+#include "shared/rendering/compliant_renderer.hpp"
+#include "shared/rendering/snapshot_renderer.hpp"
+
+namespace stillgrid::rendering {
+
+proto::DisplayedSnapshot displayed_snapshot(const RenderedTick& tick,
+                                            std::uint64_t scene_epoch) noexcept {
+  return {.scene_epoch = scene_epoch,
+          .snapshot_id = tick.snapshot_id,
+          .position = tick.weights.position,
+          .velocity_s = tick.weights.velocity_s,
+          .prediction_s = tick.weights.prediction_s,
+          .compliance_lag_s = tick.weights.compliance_lag_s,
+          .force_change_N = tick.force_change_N,
+          .shift_m = {tick.shift_m.x(), tick.shift_m.y(), tick.shift_m.z()},
+          .alpha = tick.weights.alpha,
+          .age_s = tick.age_s};
+}
+
+void TickScene::gather_static(std::span<const PlacedToolSphere> tool,
+                              TouchedSpheres& touched) const noexcept {
+  gather_touched(view.static_grid(), held_snapshot(0), tool, touched);
+}
+
+ToolForce TickScene::force_of(const TouchedSpheres& touched,
+                              std::span<const PlacedToolSphere> tool) const noexcept {
+  return tool_force(fixed(), touched, tool, pose);
+}
+
+RenderedTick Renderer::render(const publication::SceneView& scene, const ToolPose& pose,
+                              std::uint64_t now_ns) noexcept {
+  const TickScene tick_scene{scene, pose, now_ns};
+  prepare(tick_scene, reader_.turn_to(scene));
+  const publication::SnapshotLook look = reader_.look(
+      scene, [&](const proto::SnapshotHeader& latest, const collision::GridView& moving) {
+        gather(tick_scene, latest, moving);
+      });
+  RenderedTick tick;
+  tick.contended = look.status == double_buffer::ReadStatus::kContended;
+  // No force, not even of planes: they are shown from the first snapshot on.
+  if (!reader_.has_snapshot()) return tick;
+  const proto::SnapshotHeader& snapshot = reader_.snapshot();
+  tick.snapshot_id = snapshot.snapshot_id;
+  tick.is_new = look.is_new;
+  tick.contended = !look.accepted();
+  tick.age_s = display::seconds_between(snapshot.state_time_ns[0], now_ns);
+  tick.snapshot_age_s = display::seconds_between(snapshot.publish_time_ns[0], now_ns);
+  tick.weights = held_snapshot(0).now;
+  show(tick_scene, look, tick);
+  return tick;
+}
+
+std::unique_ptr<Renderer> make_renderer(display::Transition transition) {
+  if (display::law_of(transition).gives_way) return std::make_unique<CompliantRenderer>(transition);
+  return std::make_unique<SnapshotRenderer>(transition);
+}
+
+}  // namespace stillgrid::rendering

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "proto/tool_segment.hpp"
+#include "shared/display/transition.hpp"
+#include "shared/publication/scene_segment.hpp"
+#include "shared/publication/snapshot_reader.hpp"
+#include "shared/rendering/tool_force.hpp"
+
+namespace stillgrid::rendering {
+
+/// What one tick rendered.
+struct RenderedTick {
+  ToolForce force;
+  std::uint64_t snapshot_id = 0;  // of the snapshot shown, 0: none yet
+  bool is_new = false;            // the first tick that shows it
+  double age_s = 0.0;             // of the simulated state shown newest
+  double snapshot_age_s = 0.0;    // since its publication
+  bool contended = false;         // no fresh read: the last good sample was used
+  bool truncated = false;         // the tick's bound on work was met
+  bool swept = false;             // a contact that was only on the way to this tick
+  // At a switch: |force by the new snapshot - force by the old one|, same place and time; what a
+  // model adds so that the hand does not feel it (the rest of `predict`) is left out of both.
+  std::optional<double> switch_jump_N;
+  // Where its spheres were displayed; of a model that displays none, the snapshot as it is.
+  display::SnapshotWeights weights;
+  double force_change_N = 0.0;                        // times each sphere's compliance
+  Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  // of all
+};
+
+/// What the tick displayed of that scene's segment, for those who look on.
+[[nodiscard]] proto::DisplayedSnapshot displayed_snapshot(const RenderedTick& tick,
+                                                          std::uint64_t scene_epoch) noexcept;
+
+/// One tick to render: the scene, the tool in it, and the instant on the clock of its stamps.
+struct TickScene {
+  const publication::SceneView& view;
+  const ToolPose& pose;
+  std::uint64_t now_ns;
+
+  [[nodiscard]] const proto::SceneHeader& fixed() const noexcept { return view.scene(); }
+
+  /// Adds the static spheres that the tool touches. Realtime: as gather_touched().
+  void gather_static(std::span<const PlacedToolSphere> tool,
+                     TouchedSpheres& touched) const noexcept;
+  /// The force on the tool, at `pose`, of touched spheres and the planes. Realtime: as
+  /// tool_force().
+  [[nodiscard]] ToolForce force_of(const TouchedSpheres& touched,
+                                   std::span<const PlacedToolSphere> tool) const noexcept;
+};
+
+/// Computes the force of a scene on the tool, tick by tick, from its snapshots alone: the one path
+/// from a snapshot to a force. What stands for the scene between two snapshots is a subclass's.
+///
+/// Thread: the haptic loop's only. Neither copied nor moved.
+class Renderer {
+ public:
+  Renderer() = default;
+  virtual ~Renderer() = default;
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
+  Renderer(Renderer&&) = delete;
+  Renderer& operator=(Renderer&&) = delete;
+
+  /// The force on the tool at now_ns, on the clock of the scene's stamps. Where the latest snapshot
+  /// cannot be read what the last good one left stands; before the first there is no force.
+  /// Realtime: wait-free, allocates nothing.
+  [[nodiscard]] RenderedTick render(const publication::SceneView& scene, const ToolPose& pose,
+                                    std::uint64_t now_ns) noexcept;
+
+ protected:
+  [[nodiscard]] const publication::SnapshotReader& reader() const noexcept { return reader_; }
+
+ private:
+  /// Places the tool, before the scene is looked at. is_other: than the tick before; nothing that
+  /// was gathered counts.
+  virtual void prepare(const TickScene& scene, bool is_other) noexcept = 0;
+  /// Copies what the tick needs of the latest snapshot, as of SnapshotReader::look().
+  virtual void gather(const TickScene& scene, const proto::SnapshotHeader& latest,
+                      const collision::GridView& moving) noexcept = 0;
+  /// Takes over what was gathered, if it counts, and sums the force. tick: what the look came to is
+  /// filled in.
+  virtual void show(const TickScene& scene, const publication::SnapshotLook& look,
+                    RenderedTick& tick) noexcept = 0;
+
+  publication::SnapshotReader reader_;
+};
+
+[[nodiscard]] std::unique_ptr<Renderer> make_renderer(display::Transition transition);
+
+}  // namespace stillgrid::rendering

@@ -1,0 +1,279 @@
+// The transition `predict` on snapshots whose predicted velocities and compliances are written by
+// hand.
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <random>
+
+#include "haptic_server/devices/phantom_model.hpp"
+#include "shared/rendering/compliant_renderer.hpp"
+#include "tests/haptic_server/devices/allocation_counter.hpp"
+#include "tests/shared/rendering/scene_fixture.hpp"
+
+namespace stillgrid::rendering {
+namespace {
+
+constexpr std::uint64_t kPeriod_ns = 32 * kMillisecond_ns;
+constexpr double kPeriod_s = 32e-3, kStiffness_N_per_m = 500.0, kContactDistance_m = 0.02;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Of one sphere under a tool that presses down on it.
+ShownPrediction prediction(double predicted_velocity_m_s, double compliance_m_per_N, double force_N,
+                           std::uint64_t period_ns = kPeriod_ns) {
+  return {.snapshot = {.period_ns = period_ns,
+                       .compliance_direction = {0.0, 0.0, -1.0},
+                       .compliance_force_N = force_N,
+                       .max_compliance_m_per_N = compliance_m_per_N},
+          .predicted_velocity_m_s = {{0.0, 0.0, predicted_velocity_m_s}},
+          .compliance_m_per_N = {{0.0, 0.0, -compliance_m_per_N}}};
+}
+
+/// A sphere of 10 mm below a tool of 10 mm.
+struct Ball {
+  PublishedScene scene{
+      plain_scene(static_cast<float>(kStiffness_N_per_m), 0.01F), {0.01F}, kPeriod_ns};
+  CompliantRenderer renderer;
+
+  void show(double height_m, double speed_m_s, std::uint64_t time_ns, const ShownPrediction& told) {
+    scene.show({{0.0, 0.0, height_m}}, {{0.0, 0.0, speed_m_s}}, time_ns, 0, told);
+  }
+  [[nodiscard]] RenderedTick render(double tool_m, std::uint64_t now_ns) {
+    return renderer.render(scene.view(), {.position_m = {0.0, 0.0, tool_m}}, now_ns);
+  }
+  [[nodiscard]] double force_N(double tool_m, std::uint64_t now_ns) {
+    return render(tool_m, now_ns).force.force_N.z();
+  }
+};
+
+TEST_CASE("The displayed force is the one to which the sphere has given way", "[predict]") {
+  constexpr double kPredictedVelocity_m_s = 0.05, kCompliance_m_per_N = 2e-3, kSnapshot_N = 1.0;
+  Ball ball;
+  ball.show(0.0, 0.0, 0, prediction(kPredictedVelocity_m_s, kCompliance_m_per_N, kSnapshot_N));
+  const auto after_ms = GENERATE(as<std::uint64_t>(), 0, 8, 16, 32, 48, 64, 200);
+  const double periods = std::min(2.0, static_cast<double>(after_ms) / 32.0);
+  // The hand presses on: F = K (depth + drift tau - share A (F - F_snapshot)), solved for F.
+  const double depth_m = 0.003 + 1e-5 * static_cast<double>(after_ms);
+  const double compliance_m_per_N = periods * periods * kCompliance_m_per_N;
+  const double expected_N =
+      kStiffness_N_per_m *
+      (depth_m +
+       (periods * kPeriod_s - display::prediction_lag_s(kPeriod_s)) * kPredictedVelocity_m_s +
+       compliance_m_per_N * kSnapshot_N) /
+      (1.0 + kStiffness_N_per_m * compliance_m_per_N);
+  // Ticks before, for a sphere gives way a quarter of the tool's radius in one at most.
+  for (std::uint64_t ms = 0; ms < after_ms; ++ms)
+    (void)ball.force_N(kContactDistance_m - depth_m, ms * kMillisecond_ns);
+  CHECK(ball.force_N(kContactDistance_m - depth_m, after_ms * kMillisecond_ns) ==
+        Approx(expected_N).margin(1e-5));
+}
+
+TEST_CASE("A sphere that is not compliant is felt where it is predicted", "[predict]") {
+  Ball ball;
+  ball.show(0.0, 0.1, 0, prediction(0.1, 0.0, 0.0));
+  CHECK(ball.force_N(kContactDistance_m, 16 * kMillisecond_ns) ==
+        Approx(500.0 * 0.0016).epsilon(1e-5));
+}
+
+TEST_CASE("Out of the tool's reach a compliance changes nothing", "[predict]") {
+  Ball ball;
+  ball.show(0.0, 0.0, 0, prediction(0.0, 2e-3, 0.0));
+  CHECK(ball.force_N(kContactDistance_m + 1e-4, 32 * kMillisecond_ns) == 0.0);
+  CHECK(ball.force_N(0.5, 33 * kMillisecond_ns) == 0.0);
+}
+
+TEST_CASE("A tool that let go is touched where the sphere was pressed up to, not beyond",
+          "[predict]") {
+  // In the snapshot it is pressed by 1 N; without, it would be 2 mm higher a period later.
+  Ball ball;
+  ball.show(0.0, 0.0, 0, prediction(0.0, 2e-3, 1.0));
+  CHECK(ball.force_N(kContactDistance_m + 0.0021, 32 * kMillisecond_ns) == 0.0);
+  CHECK(ball.force_N(kContactDistance_m + 0.0019, 32 * kMillisecond_ns) ==
+        Approx(500.0 * 0.0001 / 2.0).epsilon(1e-3));
+}
+
+TEST_CASE(
+    "A snapshot that shows a sphere elsewhere than predicted brings no jump, and soon its force",
+    "[predict]") {
+  const double off_m = GENERATE(-0.002, 0.0005, 0.002);
+  Ball ball;
+  const double tool_m = kContactDistance_m - 0.004;
+  ball.show(0.0, 0.0, 0, prediction(0.01, 1e-3, 2.0));
+  double last_N = 0.0;
+  for (std::uint64_t ms = 0; ms < 32; ++ms) last_N = ball.force_N(tool_m, ms * kMillisecond_ns);
+  ball.show(off_m, 0.0, kPeriod_ns, prediction(0.0, 0.0, 0.0));
+  const RenderedTick tick = ball.render(tool_m, kPeriod_ns);
+  REQUIRE(tick.is_new);
+  REQUIRE(tick.switch_jump_N);
+  CHECK(*tick.switch_jump_N <
+        1e-3 * kStiffness_N_per_m * std::abs(off_m));  // the shift hides hold's
+  double step_N = std::abs(tick.force.force_N.z() - last_N), force_N = tick.force.force_N.z();
+  for (std::uint64_t ms = 33; ms < 32 + 17; ++ms) {
+    const double next_N = ball.force_N(tool_m, ms * kMillisecond_ns);
+    step_N = std::max(step_N, std::abs(next_N - force_N));
+    force_N = next_N;
+  }
+  CHECK(force_N == Approx(kStiffness_N_per_m * (0.004 + off_m)).epsilon(1e-4));
+  // Of what is to change, an eighth a millisecond at most.
+  CHECK(step_N < 0.125 * std::abs(force_N - last_N) + 0.02);
+}
+
+/// A free mass of 0.1 kg, drawn up by 1 N, under the tool of a light device with its hand, which
+/// presses by 1 N: the device's heights. Snapshots come as late as their period is long.
+std::vector<double> pressed_mass(Renderer& renderer, double stiffness_N_per_m) {
+  constexpr double kMass_kg = 0.1, kPush_N = 1.0, kHand_N_per_m = 100.0, kStep_s = 0.033;
+  constexpr std::uint64_t kStep_ns = 33 * kMillisecond_ns;
+  PublishedScene scene(plain_scene(static_cast<float>(stiffness_N_per_m), 0.01F), {0.01F},
+                       kStep_ns);
+  devices::PhantomSettings settings;
+  settings.device.mass_kg = 0.1;
+  settings.device.damping_N_s_per_m = 5.0;
+  settings.hand.stiffness_N_per_m = kHand_N_per_m;
+  settings.path.kind = devices::PathKind::kStill;
+  settings.path.centre_m = {0.0, 0.0, -kPush_N / kHand_N_per_m};
+  settings.start_m = {0.0, 0.0, 1e-4};
+  devices::PhantomModel device = devices::make_phantom(settings);
+  devices::command_force(device, {0.0, 0.0, kPush_N});
+
+  double place_m = kPush_N / stiffness_N_per_m - kContactDistance_m, speed_m_s = 0.0;
+  double shown_m = place_m, shown_m_s = 0.0, shown_N = kPush_N;
+  std::vector<double> heights_m;
+  for (std::uint64_t tick = 0; tick < 10'000; ++tick) {
+    const std::uint64_t now_ns = tick * kMillisecond_ns;
+    heights_m.push_back(devices::read_encoders(device).z());
+    if (tick % 33 == 0) {
+      if (tick > 0) {  // the snapshot of the last sample, for its step took the whole period
+        ShownPrediction told = prediction(shown_m_s + kStep_s / kMass_kg * (kPush_N - shown_N),
+                                          kStep_s * kStep_s / kMass_kg, shown_N, kStep_ns);
+        told.late_ns = kStep_ns;
+        scene.show({{0.0, 0.0, shown_m}}, {{0.0, 0.0, shown_m_s}}, now_ns - kStep_ns, 0, told);
+      }
+      // Implicit Euler, with the contact at the step's end.
+      const double gain = kStep_s * kStep_s / kMass_kg;
+      const double free_m = place_m + kStep_s * speed_m_s + gain * kPush_N;
+      const double touch_m = heights_m.back() - kContactDistance_m;
+      const double end_m = free_m > touch_m ? (free_m + gain * stiffness_N_per_m * touch_m) /
+                                                  (1.0 + gain * stiffness_N_per_m)
+                                            : free_m;
+      speed_m_s = (end_m - place_m) / kStep_s;
+      place_m = shown_m = end_m;
+      shown_m_s = speed_m_s;
+      shown_N = std::max(0.0, stiffness_N_per_m * (end_m - touch_m));
+    }
+    devices::command_force(
+        device, renderer.render(scene.view(), {.position_m = {0.0, 0.0, heights_m.back()}}, now_ns)
+                    .force.force_N);
+    devices::advance_phantom(device, devices::kSubstepsPerTick);
+  }
+  return heights_m;
+}
+
+TEST_CASE(
+    "A free mass whose snapshots are late bears the hand with predict where hold has long failed",
+    "[predict]") {
+  const auto last_swing_m = [](const std::vector<double>& heights_m) {
+    const auto [low, high] = std::minmax_element(heights_m.end() - 1000, heights_m.end());
+    return *high - *low;
+  };
+  CompliantRenderer predict, stiffer;
+  SnapshotRenderer hold(display::Transition::kHold), soft_hold(display::Transition::kHold);
+  CHECK(last_swing_m(pressed_mass(predict, 500.0)) < 1e-5);
+  CHECK(last_swing_m(pressed_mass(stiffer, 1500.0)) < 1e-5);
+  CHECK(last_swing_m(pressed_mass(soft_hold, 500.0)) < 1e-5);  // 634 N/m is its limit
+  CHECK(last_swing_m(pressed_mass(hold, 1500.0)) > 1e-3);
+}
+
+TEST_CASE("A body that comes from the other side neither adds to the push nor takes from it",
+          "[predict]") {
+  constexpr double kCompliance_m_per_N = 2e-3, kSnapshot_N = 1.0;
+  const auto shown = [](bool with_other) {
+    PublishedScene scene(plain_scene(static_cast<float>(kStiffness_N_per_m), 0.01F), {0.01F, 0.01F},
+                         kPeriod_ns);
+    ShownPrediction told = prediction(0.0, kCompliance_m_per_N, kSnapshot_N);
+    told.predicted_velocity_m_s.emplace_back(Eigen::Vector3d::Zero());
+    told.compliance_m_per_N.emplace_back(0.0, 0.0, -kCompliance_m_per_N);
+    const double other_m = with_other ? 0.036 : 1.0;
+    scene.show({{0.0, 0.0, 0.0}, {0.0, 0.0, other_m}}, {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}, 0, 0,
+               told);
+    CompliantRenderer renderer;
+    return renderer.render(scene.view(), {.position_m = {0.0, 0.0, 0.017}}, kPeriod_ns)
+        .force_change_N;
+  };
+  CHECK(shown(true) == Approx(shown(false)).margin(1e-9));
+  CHECK(shown(false) != 0.0);
+}
+
+TEST_CASE("A header that lies about compliance leaves the force finite and bounded", "[predict]") {
+  ShownPrediction told = prediction(0.01, 1e-3, 1.0);
+  const double wrong = GENERATE(kNaN, kInfinity, -kInfinity, 1e300, -1.0, 1e6);
+  const int field = GENERATE(range(0, 6));
+  CAPTURE(wrong, field);
+  if (field == 0) told.snapshot.compliance_direction[1] = wrong;
+  if (field == 1) told.snapshot.compliance_direction = {wrong, wrong, wrong};
+  if (field == 2) told.snapshot.compliance_force_N = wrong;
+  if (field == 3) told.snapshot.max_compliance_m_per_N = wrong;
+  if (field == 4) told.compliance_m_per_N[0] = {wrong, wrong, wrong};
+  if (field == 5) told.compliance_m_per_N[0].z() = wrong;
+  Ball ball;
+  ball.show(0.0, 0.0, 0, prediction(0.01, 1e-3, 1.0));
+  (void)ball.force_N(0.016, 0);
+  ball.show(0.0, 0.0, kPeriod_ns, told);
+  for (std::uint64_t ms = 32; ms < 120; ++ms) {
+    const RenderedTick tick = ball.render(0.016, ms * kMillisecond_ns);
+    CHECK(tick.force.force_N.allFinite());
+    CHECK(tick.force.force_N.norm() <= 2.0 * kStiffness_N_per_m * kContactDistance_m);
+  }
+}
+
+TEST_CASE("Whatever predicted velocities and compliances are, the force is finite", "[predict]") {
+  constexpr std::size_t kSpheres = 32;
+  PublishedScene scene(plain_scene(800.0F, 0.005F), std::vector<float>(kSpheres, 0.01F),
+                       kPeriod_ns);
+  CompliantRenderer renderer;
+  std::mt19937 random(7);
+  std::normal_distribution<double> near_m(0.0, 0.01);
+  const std::array odd{kNaN, kInfinity, -1e30, 1e-30, 1e3, 0.0};
+  int touching = 0;
+  for (std::uint64_t ms = 1; ms <= 2000; ++ms) {
+    if (ms % 5 == 0) {
+      std::vector<Eigen::Vector3d> places_m(kSpheres);
+      ShownPrediction told = prediction(0.0, near_m(random), near_m(random));
+      told.compliance_m_per_N.resize(kSpheres);
+      for (std::size_t i = 0; i < kSpheres; ++i) {
+        places_m[i] = {near_m(random), near_m(random), near_m(random)};
+        told.compliance_m_per_N[i] = {near_m(random), odd[random() % odd.size()], near_m(random)};
+      }
+      told.predicted_velocity_m_s = {{kNaN, 0.0, 0.0}};
+      scene.show(places_m, places_m, ms * kMillisecond_ns, 0, told);
+    }
+    const ToolPose pose{.position_m = {near_m(random), near_m(random), near_m(random)}};
+    const RenderedTick tick = renderer.render(scene.view(), pose, ms * kMillisecond_ns);
+    CHECK(tick.force.force_N.allFinite());
+    CHECK(tick.force.torque_N_m.allFinite());
+    touching += tick.force.contacts > 0 ? 1 : 0;
+  }
+  CHECK(touching > 500);
+}
+
+TEST_CASE("A tick of predict allocates nothing, at a switch neither", "[predict]") {
+  if (!devices::allocation_count()) {
+    WARN("skipped: a sanitizer keeps allocations from being counted");
+    return;
+  }
+  Ball ball;
+  ball.show(0.0, 0.0, 0, prediction(0.01, 1e-3, 1.0));
+  (void)ball.force_N(0.016, 0);
+  ball.show(0.001, 0.0, kPeriod_ns, prediction(0.01, 1e-3, 1.0));
+  const auto before = devices::allocation_count();
+  double sum_N = 0.0;
+  for (std::uint64_t ms = 31; ms < 64; ++ms) sum_N += ball.force_N(0.016, ms * kMillisecond_ns);
+  const auto after = devices::allocation_count();
+  CHECK(after == before);
+  CHECK(sum_N > 0.0);
+}
+
+}  // namespace
+}  // namespace stillgrid::rendering
