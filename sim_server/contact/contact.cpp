@@ -29,6 +29,72 @@ Geometry geometry_of(const Contact& contact, const Eigen::Vector3d& position_m) 
   return {depth_m, position_m / distance_m, position_m, 1.0 / distance_m, 1.0};
 }
 
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+/// The part across the normal of a motion of the centres, less what turning takes of it.
+Vector3d slide_of(const Geometry& geometry, const Vector3d& moved, const Vector3d& turned) {
+  const Vector3d& n = geometry.normal;
+  return moved - n.dot(moved) * n - turned.cross(geometry.arm_m);
+}
+
+/// How that changes as a moves, though the motion stays as it is: it turns with the normal, the
+/// turning follows the arm.
+Matrix3d slide_by_position(const Geometry& geometry, const Matrix3d& across, const Vector3d& moved,
+                           const Vector3d& turned) {
+  const Vector3d& n = geometry.normal;
+  return -geometry.turn_per_m * (n.dot(moved) * across + n * (moved.transpose() * across)) -
+         geometry.arm_moves * bodies::cross_matrix(turned);
+}
+
+/// Friction on a, and how it changes.
+struct Friction {
+  Vector3d force_N = Vector3d::Zero();
+  Vector3d stretch_m = Vector3d::Zero();
+  Vector3d by_load = Vector3d::Zero();  // with the normal force
+  Matrix3d by_slip = Matrix3d::Zero();  // with the velocity of the points of contact
+  Matrix3d by_slide = Matrix3d::Zero(),
+           by_stretch = Matrix3d::Zero();  // with the way since the start
+};
+
+Friction viscous_friction(const collision::ContactMaterial& material, double normal_load_N,
+                          const Vector3d& slip_m_s) {
+  Friction friction;
+  friction.force_N = collision::friction_force_N(material, normal_load_N, slip_m_s);
+  const double slip_norm_m_s = slip_m_s.norm();
+  const double scale_m_s = std::max(slip_norm_m_s, material.slip_speed_m_s);
+  const Vector3d direction = slip_m_s / scale_m_s;
+  friction.by_load = -material.friction * direction;
+  friction.by_slip = -material.friction * normal_load_N / scale_m_s * Matrix3d::Identity();
+  if (slip_norm_m_s > material.slip_speed_m_s)
+    friction.by_slip +=
+        material.friction * normal_load_N / scale_m_s * direction * direction.transpose();
+  return friction;
+}
+
+Friction sticking_friction(const collision::ContactMaterial& material, double normal_load_N,
+                           const Vector3d& stretch_m, const Vector3d& slid_m, double step_s) {
+  Friction friction;
+  const double damper_N_per_m = material.damping_N_s_per_m / step_s;
+  const double both_N_per_m = material.stiffness_N_per_m + damper_N_per_m;
+  if (!(both_N_per_m > 0.0)) return friction;
+  const Vector3d holding_N = both_N_per_m * slid_m + material.stiffness_N_per_m * stretch_m;
+  const double most_N = material.friction * normal_load_N, norm_N = holding_N.norm();
+  const bool slides = norm_N > most_N;
+  const double share = slides ? most_N / norm_N : 1.0;
+  friction.force_N = -share * holding_N;
+  friction.stretch_m = (damper_N_per_m * stretch_m - friction.force_N) / both_N_per_m;
+  Matrix3d gives = share * Matrix3d::Identity();
+  if (slides) {
+    const Vector3d direction = holding_N / norm_N;
+    friction.by_load = -material.friction * direction;
+    gives -= share * direction * direction.transpose();
+  }
+  friction.by_slide = -both_N_per_m * gives;
+  friction.by_stretch = -material.stiffness_N_per_m * gives;
+  return friction;
+}
+
 }  // namespace
 
 Eigen::Vector3d kinematic_position_m(const Contact& contact, double step_share) {
@@ -72,47 +138,52 @@ ContactForce contact_force(const Contact& contact, const ContactMotion& motion, 
   const double separation_m_s = n.dot(motion.velocity_m_s);
   const double approach_m_s = step_s > 0.0 ? deepening_m / step_s : -separation_m_s;
   const double normal_load_N = collision::normal_force_N(material, geometry.depth_m, approach_m_s);
-  const Eigen::Vector3d slip_m_s =
-      motion.velocity_m_s - separation_m_s * n - motion.spin_rad_s.cross(geometry.arm_m);
+  const Vector3d slip_m_s = slide_of(geometry, motion.velocity_m_s, motion.spin_rad_s);
+  const Vector3d normal_part_m = motion.sticking ? Vector3d(n.dot(motion.sticking->stretch_m) * n)
+                                                 : Vector3d(Vector3d::Zero());
+  const Friction friction =
+      motion.sticking
+          ? sticking_friction(
+                material, normal_load_N, motion.sticking->stretch_m - normal_part_m,
+                slide_of(geometry, motion.sticking->moved_m, motion.sticking->turned_rad), step_s)
+          : viscous_friction(material, normal_load_N, slip_m_s);
   result.touching = true;
   result.arm_m = geometry.arm_m;
-  result.friction_N = collision::friction_force_N(material, normal_load_N, slip_m_s);
+  result.friction_N = friction.force_N;
+  result.stretch_m = friction.stretch_m;
   result.force_N = normal_load_N * n + result.friction_N;
   if (derivatives == nullptr) return result;
 
-  const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
-  const Eigen::Matrix3d across = identity - n * n.transpose();
+  const Matrix3d identity = Matrix3d::Identity();
+  const Matrix3d across = identity - n * n.transpose();
   const double hardness_N_per_m =
       material.stiffness_N_per_m + (deepening_m > 0.0 ? material.damping_N_s_per_m / step_s : 0.0);
   const Eigen::RowVector3d normal_load_by_position = -hardness_N_per_m * n.transpose();
-
-  // d(slip): P v turns with n; the spin term follows the arm.
-  const Eigen::Matrix3d slip_by_position =
-      -geometry.turn_per_m *
-          (separation_m_s * across + n * (motion.velocity_m_s.transpose() * across)) -
-      geometry.arm_moves * bodies::cross_matrix(motion.spin_rad_s);
-  const Eigen::Matrix3d slip_by_spin = bodies::cross_matrix(geometry.arm_m);
-
-  const double slip_norm_m_s = slip_m_s.norm();
-  const double scale_m_s = std::max(slip_norm_m_s, material.slip_speed_m_s);
-  const Eigen::Vector3d direction = slip_m_s / scale_m_s;
-  const Eigen::Matrix3d direction_by_slip =
-      slip_norm_m_s > material.slip_speed_m_s
-          ? Eigen::Matrix3d((identity - direction * direction.transpose()) / scale_m_s)
-          : Eigen::Matrix3d(identity / scale_m_s);
-  const Eigen::Matrix3d friction_by_slip = -material.friction * normal_load_N * direction_by_slip;
+  const Matrix3d lever = bodies::cross_matrix(geometry.arm_m);
 
   derivatives->friction_by_position =
-      friction_by_slip * slip_by_position - material.friction * direction * normal_load_by_position;
-  derivatives->friction_by_velocity = friction_by_slip * across;
-  derivatives->friction_by_spin = friction_by_slip * slip_by_spin;
+      friction.by_load * normal_load_by_position +
+      friction.by_slip *
+          slide_by_position(geometry, across, motion.velocity_m_s, motion.spin_rad_s);
+  if (motion.sticking) {
+    const Sticking& since = *motion.sticking;
+    derivatives->friction_by_position +=
+        friction.by_slide *
+            (across + slide_by_position(geometry, across, since.moved_m, since.turned_rad)) +
+        friction.by_stretch *
+            slide_by_position(geometry, across, since.stretch_m, Vector3d::Zero());
+  }
+  derivatives->friction_by_velocity = friction.by_slip * across;
+  derivatives->friction_by_spin = friction.by_slip * lever;
+  derivatives->friction_by_turn = friction.by_slide * lever;
   derivatives->force_by_position = derivatives->friction_by_position + n * normal_load_by_position +
                                    normal_load_N * geometry.turn_per_m * across;
   derivatives->force_by_velocity = derivatives->friction_by_velocity;
   derivatives->force_by_spin = derivatives->friction_by_spin;
   derivatives->arm_by_position = geometry.arm_moves * identity;
   derivatives->normal_stiffness_N_per_m = hardness_N_per_m * n * n.transpose();
-  derivatives->drag_N_s_per_m = -friction_by_slip;
+  derivatives->drag_N_s_per_m = -friction.by_slip;
+  derivatives->slide_stiffness_N_per_m = -friction.by_slide;
   derivatives->across = across;
   derivatives->sideways_softness_N_per_m = normal_load_N * geometry.turn_per_m;
   return result;

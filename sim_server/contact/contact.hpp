@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "shared/collision/contact_law.hpp"
 
@@ -31,11 +32,20 @@ struct Contact {
 /// Where the given sphere of a contact is when this share of the step is over.
 [[nodiscard]] Eigen::Vector3d kinematic_position_m(const Contact& contact, double step_share);
 
+/// What sticking friction goes by: how it was stretched as the step began, and the motion since, of
+/// a seen from b.
+struct Sticking {
+  Eigen::Vector3d stretch_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d moved_m = Eigen::Vector3d::Zero();     // of the centres
+  Eigen::Vector3d turned_rad = Eigen::Vector3d::Zero();  // by shares, as ContactMotion::spin_rad_s
+};
+
 /// Relative motion in a contact, of a seen from b.
 struct ContactMotion {
-  Eigen::Vector3d position_m;    // centre of a minus centre of b; plane: centre of a
-  Eigen::Vector3d velocity_m_s;  // of the centres
-  Eigen::Vector3d spin_rad_s;    // share_a * spin_a + share_b * spin_b
+  Eigen::Vector3d position_m;             // centre of a minus centre of b; plane: centre of a
+  Eigen::Vector3d velocity_m_s;           // of the centres
+  Eigen::Vector3d spin_rad_s;             // share_a * spin_a + share_b * spin_b
+  std::optional<Sticking> sticking = {};  // none: friction is viscous below the slip speed
 };
 
 /// One side of a contact.
@@ -68,15 +78,19 @@ struct ContactForce {
       Eigen::Vector3d::Zero();  // share * arm: from the point of contact to a centre
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
   Eigen::Vector3d friction_N = Eigen::Vector3d::Zero();
+  Eigen::Vector3d stretch_m = Eigen::Vector3d::Zero();  // at the step's end, of what sticks
 };
+/// By position: as the centres move, and what they have moved with them. By turn: by
+/// Sticking::turned_rad.
 struct ContactDerivatives {
   Eigen::Matrix3d force_by_position, force_by_velocity, force_by_spin;
-  Eigen::Matrix3d friction_by_position, friction_by_velocity, friction_by_spin;
+  Eigen::Matrix3d friction_by_position, friction_by_velocity, friction_by_spin, friction_by_turn;
   Eigen::Matrix3d arm_by_position;
 
   // What resists: the part that is symmetric and definite.
   Eigen::Matrix3d normal_stiffness_N_per_m;  // along the normal
   Eigen::Matrix3d drag_N_s_per_m;            // of friction on the slip
+  Eigen::Matrix3d slide_stiffness_N_per_m;   // of friction on the way slid
   Eigen::Matrix3d across;                    // projects a velocity on the plane of contact
   // What gives way: sideways, pressure pushes further, as the normal turns.
   double sideways_softness_N_per_m;
@@ -89,8 +103,12 @@ struct ContactDerivatives {
 /// the mean of the law's force over the step, tends to the law as the step shrinks, and unlike the
 /// law itself grows from zero at touch, so that a solver can converge on a stiff onset.
 ///
+/// Friction that sticks is a spring of the contact's own stiffness with its own damper, stretched
+/// as the points of contact slide, and in line with them something that gives way at friction times
+/// the normal force [Cundall, Strack 1979]: what rests on it rests.
+///
 /// A step_s of zero asks for the law itself, the damper by the velocities; without derivatives
-/// then.
+/// and without sticking then.
 ///
 /// derivatives: filled in when not null and touching; exact but at the law's kinks.
 [[nodiscard]] ContactForce contact_force(const Contact& contact, const ContactMotion& motion,

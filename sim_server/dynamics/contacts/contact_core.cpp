@@ -14,9 +14,8 @@ double spin_about(const Vector3d& normal, const TouchSide& side, const ExplicitS
 
 }  // namespace
 
-void ContactCore::take(const bodies::World& world, std::span<const contact::Contact> contacts,
-                       const ExplicitState& state) {
-  list_.take(world, contacts, state);
+void ContactCore::take(const bodies::World& world, std::span<const contact::Contact> contacts) {
+  list_.take(world, contacts);
   touches_.clear();
   struck_ = false;
 }
@@ -30,7 +29,7 @@ void ContactCore::begin(double share, double part_s, double substep_s, const Vec
   for (std::size_t i = 0; i < list_.pairs().size(); ++i) {
     const ContactPair& pair = list_.pairs()[i];
     if (!list_.is_near(pair, share, part_s, substep_s)) {
-      list_.forget(i);
+      list_.memories().forget(i);
       continue;
     }
     near_.push_back(i);
@@ -79,7 +78,7 @@ ContactCore::Touch ContactCore::touch_of(std::size_t index, double share, double
   }
   const double spin_rad_s =
       spin_about(own.normal, touch.a, state) + spin_about(own.normal, touch.b, state);
-  ContactMemory& memory = list_.memory(index);
+  ContactMemory& memory = list_.memories()[index];
   own.stretch_m =
       carried_stretch_m(memory.stretch_m, memory.normal, own.normal, 0.5 * substep_s * spin_rad_s);
   own.start_velocity_m_s = relative_velocity_m_s(touch, state);
@@ -95,7 +94,7 @@ ContactSolve ContactCore::solve(double substep_s, const Budget& budget, Explicit
                                 EnergyFlow& flow) {
   ContactSolve worst;
   spring_change_J_ = stiffness_ratio_ = 0.0;
-  flow.friction_J += list_.take_parted_J();
+  flow.friction_J += list_.memories().take_parted_J();
   movers_.start(state);
   for (const ContactIsland& island : movers_.islands()) {
     const ContactSolve own = solve_island(island, substep_s, budget, state);
@@ -116,7 +115,7 @@ void ContactCore::finish(double substep_s, const ExplicitState& state, EnergyFlo
   };
   for (const Touch& touch : touches_) {
     const SubstepContact& contact = touch.contact;
-    ContactMemory& memory = list_.memory(touch.pair);
+    ContactMemory& memory = list_.memories()[touch.pair];
     const ContactImpulse& done = touch.impulse;
     const double normal_N = done.spring_N + done.damper_N;
     const Vector3d end_m_s = relative_velocity_m_s(touch, state);

@@ -52,10 +52,9 @@ class ContactCore {
   explicit ContactCore(ContactAccuracy accuracy = {}) : accuracy_(accuracy) {}
 
   /// Takes the contacts of a part of a step: see ContactList. Stretches begin as they were kept.
-  void take(const bodies::World& world, std::span<const contact::Contact> contacts,
-            const ExplicitState& state);
+  void take(const bodies::World& world, std::span<const contact::Contact> contacts);
   /// The part counts: its stretches are what the next begins with.
-  void keep() { list_.keep(); }
+  void keep() { list_.memories().keep(); }
 
   /// Finds what touches within a substep. Pre: the state's positions are those of the substep's
   /// middle, at that share of the part, and its velocities those of its
@@ -75,7 +74,7 @@ class ContactCore {
     return list_.count_touching(state);
   }
   /// What sticks holds that, of what was kept.
-  [[nodiscard]] double stretch_energy_J() const { return list_.stretch_energy_J(); }
+  [[nodiscard]] double stretch_energy_J() const { return list_.memories().energy_J(); }
   /// In the last substep, J: what the contacts' springs hold more at its end than at its start.
   [[nodiscard]] double spring_change_J() const noexcept { return spring_change_J_; }
   void set_accuracy(const ContactAccuracy& accuracy) noexcept { accuracy_ = accuracy; }

@@ -12,6 +12,7 @@ struct Change {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
   Eigen::Vector3d spin = Eigen::Vector3d::Zero();
+  Eigen::Vector3d turn = Eigen::Vector3d::Zero();
 };
 
 void add_change(const ContactSide& side, double stage_s, bool is_exact, const Eigen::VectorXd& x,
@@ -29,7 +30,8 @@ void add_change(const ContactSide& side, double stage_s, bool is_exact, const Ei
   change.spin += side.share * spin;
   if (!is_exact) return;
   // The arm turns, and carries the sphere with the spin that it has.
-  const Eigen::Vector3d arm_moves = (side.turn_s * spin).cross(side.arm_m);
+  const Eigen::Vector3d turn = side.turn_s * spin, arm_moves = turn.cross(side.arm_m);
+  change.turn += side.share * turn;
   change.position += side.sign * (stage_s * linear + arm_moves);
   change.velocity += side.sign * side.spin_rad_s.cross(arm_moves);
 }
@@ -66,7 +68,9 @@ SideResponse response_of(const ContactJacobian& jacobian, const ContactSide& sid
   if (jacobian.is_exact) velocity += bodies::cross_matrix(side.spin_rad_s) * lever * side.turn_s;
   response.spin = side.sign * jacobian.by_motion.leftCols<3>() * velocity +
                   side.share * jacobian.by_motion.rightCols<3>();
-  if (jacobian.is_exact) response.spin += side.sign * jacobian.by_position * lever * side.turn_s;
+  if (jacobian.is_exact)
+    response.spin +=
+        (side.sign * jacobian.by_position * lever + side.share * jacobian.by_turn) * side.turn_s;
   return response;
 }
 
@@ -134,9 +138,11 @@ ContactJacobian contact_jacobian(const contact::ContactForce& force,
             arm * derivatives.friction_by_position;
     result.by_motion << derivatives.force_by_velocity, derivatives.force_by_spin,
         -arm * derivatives.friction_by_velocity, -arm * derivatives.friction_by_spin;
+    result.by_turn << derivatives.friction_by_turn, -arm * derivatives.friction_by_turn;
     return result;
   }
-  const Eigen::Matrix3d& drag = derivatives.drag_N_s_per_m;
+  const Eigen::Matrix3d drag =
+      derivatives.drag_N_s_per_m + stage_s * derivatives.slide_stiffness_N_per_m;
   const Eigen::Matrix3d slide = drag * derivatives.across, turn = drag * arm;
   Eigen::Matrix3d stiffness = derivatives.normal_stiffness_N_per_m;
   if (jacobian == JacobianKind::kSymmetric)
@@ -153,7 +159,8 @@ void multiply_add(const ContactJacobian& jacobian, double stage_s, const Eigen::
   Eigen::Matrix<double, 6, 1> response;
   response.noalias() = jacobian.by_motion.leftCols<3>() * change.velocity;
   response.noalias() += jacobian.by_motion.rightCols<3>() * change.spin;
-  if (jacobian.is_exact) response.noalias() += jacobian.by_position * change.position;
+  if (jacobian.is_exact)
+    response.noalias() += jacobian.by_position * change.position + jacobian.by_turn * change.turn;
   const Eigen::Vector3d force = -stage_s * response.head<3>(),
                         couple = -stage_s * response.tail<3>();
   push(jacobian.a, force, couple, y);

@@ -36,13 +36,14 @@ struct ContactSide {
 
 /// How a contact resists over an implicit stage. The force on a and, below it, the couple that
 /// friction exerts on either side's spin change by
-///   by_position * d(place of a seen from b) + by_motion * (d velocity; d spin).
-/// A symmetric Jacobian has what the place changes in by_motion: places change by the stage's time
-/// times velocities.
+///   by_position * d(place of a seen from b) + by_motion * (d velocity; d spin) + by_turn * d turn.
+/// A symmetric Jacobian has what place and turn change in by_motion: they change by the stage's
+/// time times velocities.
 struct ContactJacobian {
   ContactSide a, b;
   bool is_exact = false;
   Eigen::Matrix<double, 6, 3> by_position = Eigen::Matrix<double, 6, 3>::Zero();
+  Eigen::Matrix<double, 6, 3> by_turn = Eigen::Matrix<double, 6, 3>::Zero();
   Eigen::Matrix<double, 6, 6> by_motion;
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();  // on a
 };

@@ -17,11 +17,13 @@ contact::SideMotion side_of(int sphere, const bodies::World& world, const Trial&
   return side;
 }
 
-contact::ContactMotion relative_motion(const contact::Contact& contact, const bodies::World& world,
-                                       const Trial& trial, double step_share) {
-  return contact::relative_motion(contact, side_of(contact.a, world, trial),
-                                  contact.b >= 0 ? side_of(contact.b, world, trial)
-                                                 : contact::kinematic_side(contact, step_share));
+/// Centre of a minus centre of b in the world; a plane's b is the origin.
+Eigen::Vector3d apart_m(const contact::Contact& contact, const bodies::World& world) {
+  const auto place_m = [&](int sphere) {
+    return bodies::sphere_motion(world, world.spheres[static_cast<std::size_t>(sphere)]).position_m;
+  };
+  if (contact.is_plane) return place_m(contact.a);
+  return place_m(contact.a) - (contact.b >= 0 ? place_m(contact.b) : contact.start_b_m);
 }
 
 bool is_awake(const bodies::World& world, const bodies::SphereBinding& sphere) {
@@ -36,10 +38,11 @@ bool moves(const bodies::World& world, int sphere) {
 
 }  // namespace
 
-void MechanicalSystem::take(const bodies::World& world,
-                            std::span<const contact::Contact> contacts) {
+void MechanicalSystem::take(const bodies::World& world, std::span<const contact::Contact> contacts,
+                            std::span<const Eigen::Vector3d> stretches_m) {
   world_ = &world;
   contacts_ = contacts;
+  sticks_ = !stretches_m.empty();
   mass_.setOnes(world.unknown_count);
   scale_.setOnes(world.unknown_count);
   trial_.nodes = world.nodes;
@@ -53,9 +56,15 @@ void MechanicalSystem::take(const bodies::World& world,
   candidates_.clear();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const contact::Contact& contact = contacts[i];
-    if (moves(world, contact.a) || moves(world, contact.b))
-      candidates_.push_back(
-          {static_cast<int>(i), contact.a, contact.b, contact.radius_a_m + contact.radius_b_m});
+    if (!moves(world, contact.a) && !moves(world, contact.b)) continue;
+    Candidate& own = candidates_.emplace_back();
+    own.contact = static_cast<int>(i);
+    own.a = contact.a;
+    own.b = contact.b;
+    own.bounding_radius_m = contact.radius_a_m + contact.radius_b_m;
+    if (!sticks_ || contact.is_tool) continue;
+    own.apart_m = apart_m(contact, world);
+    own.stretch_m = stretches_m[i];
   }
   springs_.clear();
   const std::span<const bodies::Spring> springs = world.springs;
@@ -152,9 +161,9 @@ double MechanicalSystem::energy_J() {
                                           trial_.nodes[static_cast<std::size_t>(spring.b)]);
   find_touching();
   for (const int index : touching_) {
-    const contact::Contact& contact = contacts_[static_cast<std::size_t>(index)];
-    const double depth_m = contact::contact_depth_m(
-        contact, relative_motion(contact, *world_, trial_, step_share_).position_m);
+    const Candidate& candidate = candidates_[static_cast<std::size_t>(index)];
+    const contact::Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
+    const double depth_m = contact::contact_depth_m(contact, motion_of(candidate).position_m);
     if (depth_m > 0.0) energy_J += 0.5 * contact.material.stiffness_N_per_m * depth_m * depth_m;
   }
   return energy_J;
@@ -182,7 +191,8 @@ void MechanicalSystem::force(double contact_step_s, Eigen::VectorXd& force) {
 /// Most contacts are only possible: what does not touch is told apart here, cheaply.
 void MechanicalSystem::find_touching() {
   touching_.clear();
-  for (const Candidate& own : candidates_) {
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    const Candidate& own = candidates_[i];
     if (own.b >= 0) {
       const Eigen::Vector3d line_m = trial_.spheres[static_cast<std::size_t>(own.a)].position_m -
                                      trial_.spheres[static_cast<std::size_t>(own.b)].position_m;
@@ -190,7 +200,45 @@ void MechanicalSystem::find_touching() {
       if (line_m.squaredNorm() > (1.0 + 1e-9) * own.bounding_radius_m * own.bounding_radius_m)
         continue;
     }
-    touching_.push_back(own.contact);
+    touching_.push_back(static_cast<int>(i));
+  }
+}
+
+contact::ContactMotion MechanicalSystem::motion_of(const Candidate& candidate) const {
+  const contact::Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
+  contact::ContactMotion motion =
+      contact::relative_motion(contact, side_of(contact.a, *world_, trial_),
+                               contact.b >= 0 ? side_of(contact.b, *world_, trial_)
+                                              : contact::kinematic_side(contact, step_share_));
+  if (!sticks_ || contact.is_tool) return motion;
+  const contact::ContactShares shares = contact::contact_shares(contact);
+  motion.sticking =
+      contact::Sticking{candidate.stretch_m, motion.position_m - candidate.apart_m,
+                        shares.a * turned_rad_of(contact.a) + shares.b * turned_rad_of(contact.b)};
+  return motion;
+}
+
+/// Of the body whose sphere it is, since the step began; -1: of what stands.
+Eigen::Vector3d MechanicalSystem::turned_rad_of(int sphere) const {
+  const int rigid = sphere < 0 ? -1 : world_->spheres[static_cast<std::size_t>(sphere)].rigid;
+  if (rigid < 0) return Eigen::Vector3d::Zero();
+  return turned_rad_[static_cast<std::size_t>(rigid)];
+}
+
+void MechanicalSystem::stretches(double contact_step_s, std::vector<Eigen::Vector3d>& stretches_m) {
+  stretches_m.assign(contacts_.size(), Eigen::Vector3d::Zero());
+  trial_.friction_N.assign(contacts_.size(), Eigen::Vector3d::Zero());
+  for (const Candidate& candidate : candidates_) {
+    const auto index = static_cast<std::size_t>(candidate.contact);
+    const contact::ContactForce force =
+        contact::contact_force(contacts_[index], motion_of(candidate), contact_step_s, nullptr);
+    trial_.friction_N[index] = force.friction_N;
+    if (force.stretch_m.isZero(0.0)) continue;
+    // It turns with the two spheres about the line of their centres.
+    const Eigen::Vector3d normal = force.arm_m.normalized();
+    const double turned_rad =
+        0.5 * normal.dot(turned_rad_of(candidate.a) + turned_rad_of(candidate.b));
+    stretches_m[index] = Eigen::AngleAxisd(turned_rad, normal) * force.stretch_m;
   }
 }
 
@@ -198,9 +246,10 @@ void MechanicalSystem::add_contact_forces(double contact_step_s, Eigen::VectorXd
   find_touching();
   trial_.touching = 0;
   for (const int index : touching_) {
-    const contact::Contact& contact = contacts_[static_cast<std::size_t>(index)];
-    const contact::ContactForce law = contact::contact_force(
-        contact, relative_motion(contact, *world_, trial_, step_share_), contact_step_s, nullptr);
+    const Candidate& candidate = candidates_[static_cast<std::size_t>(index)];
+    const contact::Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
+    const contact::ContactForce law =
+        contact::contact_force(contact, motion_of(candidate), contact_step_s, nullptr);
     if (!law.touching) continue;
     ++trial_.touching;
     const contact::ContactShares shares = contact::contact_shares(contact);
@@ -317,11 +366,11 @@ void MechanicalSystem::add_contact_jacobians(JacobianKind kind, double contact_s
   };
   find_touching();
   for (const int index : touching_) {
-    const contact::Contact& contact = contacts_[static_cast<std::size_t>(index)];
+    const Candidate& candidate = candidates_[static_cast<std::size_t>(index)];
+    const contact::Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
     contact::ContactDerivatives jacobians;
     const contact::ContactForce force =
-        contact::contact_force(contact, relative_motion(contact, *world_, trial_, step_share_),
-                               contact_step_s, &jacobians);
+        contact::contact_force(contact, motion_of(candidate), contact_step_s, &jacobians);
     if (!force.touching) continue;
     const contact::ContactShares shares = contact::contact_shares(contact);
     ContactJacobian& own =

@@ -32,9 +32,11 @@ class MechanicalSystem {
     take(world, contacts);
   }
 
-  /// From now on this world with these contacts; memory is kept. Pre: both stay as they are while
-  /// it is used.
-  void take(const bodies::World& world, std::span<const contact::Contact> contacts);
+  /// From now on this world with these contacts; memory is kept. stretches_m: of each contact, what
+  /// sticking friction begins with; none at all: friction is viscous. Pre: all stay as they are
+  /// while it is used.
+  void take(const bodies::World& world, std::span<const contact::Contact> contacts,
+            std::span<const Eigen::Vector3d> stretches_m = {});
 
   [[nodiscard]] Eigen::Index size() const { return mass_.size(); }
 
@@ -60,6 +62,10 @@ class MechanicalSystem {
   /// Forces and torques where all was placed last: gravity, springs, contacts. contact_step_s: the
   /// time since the contacts' depth_before_m, over which their dampers act.
   void force(double contact_step_s, Eigen::VectorXd& force);
+
+  /// What sticks, of each contact, where all was placed last, if the step ends there, and in the
+  /// trial its friction. contact_step_s: as of force(), not zero.
+  void stretches(double contact_step_s, std::vector<Eigen::Vector3d>& stretches_m);
 
   /// Kinetic energy, and that of gravity, springs and the springs of contacts, of what is awake and
   /// of what touches it, where all was placed last, J.
@@ -95,7 +101,11 @@ class MechanicalSystem {
   struct Candidate {
     int contact, a, b;
     double bounding_radius_m;  // of both spheres
+    // As the step begins, of what sticks.
+    Eigen::Vector3d apart_m = Eigen::Vector3d::Zero(), stretch_m = Eigen::Vector3d::Zero();
   };
+  [[nodiscard]] contact::ContactMotion motion_of(const Candidate& candidate) const;
+  [[nodiscard]] Eigen::Vector3d turned_rad_of(int sphere) const;
   /// d(momentum) / du of a block of three.
   struct InertiaJacobian {
     int unknown;
@@ -105,7 +115,8 @@ class MechanicalSystem {
   const bodies::World* world_ = nullptr;
   std::span<const contact::Contact> contacts_;
   std::vector<Candidate> candidates_;
-  std::vector<int> touching_;  // or nearly so: contacts, where all was placed last
+  std::vector<int> touching_;  // or nearly so: candidates, where all was placed last
+  bool sticks_ = false;
   std::vector<std::span<const bodies::Spring>> springs_;  // of bodies awake
   Eigen::VectorXd mass_, scale_;
   Trial trial_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "sim_server/bodies/sphere_motion.hpp"
@@ -14,6 +15,9 @@ struct Trial {
   std::vector<bodies::SphereMotion> spheres;    // of World::spheres
   int touching = 0;                             // contacts that touch at its end
   bool struck = false;  // something touched on the way, where that was looked at
+  // Where friction sticks: on a of each contact at its end, and what that stored in the step.
+  std::vector<Eigen::Vector3d> friction_N;
+  double stretch_gain_J = 0.0;
 };
 
 /// Energy that left or entered by other ways than gravity, springs and contact springs, J. Losses

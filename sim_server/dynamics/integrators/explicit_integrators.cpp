@@ -53,7 +53,7 @@ SolveReport ExplicitIntegrator::advance(const bodies::World& world,
   // Where contacts cannot be solved substeps are halved, all of the part's, so that it begins anew.
   for (int halvings = 0;; ++halvings) {
     pack(world);
-    contacts_.take(world, contacts, state_);
+    contacts_.take(world, contacts);
     flow_ = {};
     contact_rate_per_s2_ = 0.0;
     substeps_ = halvings == 0 ? substeps_for(world, duration_s) : 2 * substeps_;

@@ -35,16 +35,17 @@ StageRule ImplicitIntegrator::rule(const Eigen::VectorXd& start_velocity, double
 SolveReport ImplicitIntegrator::advance(const bodies::World& world,
                                         std::span<const contact::Contact> contacts,
                                         double duration_s, Budget& budget) {
-  system_.take(world, contacts);
+  take(world, contacts);
   const Eigen::VectorXd start_velocity = system_.velocity();
   velocity_ = start_velocity;
-  ImplicitStage stage(system_, rule(start_velocity, duration_s));
+  const StageRule own = rule(start_velocity, duration_s);
+  ImplicitStage stage(system_, own);
   const SolveReport report = solver_->solve(stage, velocity_, budget);
   displacement_ = stage.displacement();
   is_true_ = report.converged;
   if (!is_true_ && budget.is_stopped()) return report;
   if (!is_true_) make_safe(start_velocity, duration_s);
-  trial_ = system_.trial();
+  end_with(contacts, own.contact_step_s);
   return report;
 }
 
@@ -52,15 +53,41 @@ SolveReport ImplicitIntegrator::correct(const bodies::World& world,
                                         std::span<const contact::Contact> contacts,
                                         double duration_s, Budget& budget) {
   if (!is_true_) return {};
-  system_.take(world, contacts);
-  ImplicitStage stage(system_, rule(system_.velocity(), duration_s));
+  take(world, contacts);
+  const StageRule own = rule(system_.velocity(), duration_s);
+  ImplicitStage stage(system_, own);
   Eigen::VectorXd velocity = velocity_;
   const SolveReport report = solver_->solve(stage, velocity, budget);
   if (!report.converged) return report;
   velocity_.swap(velocity);
   displacement_ = stage.displacement();
-  trial_ = system_.trial();
+  end_with(contacts, own.contact_step_s);
   return report;
+}
+
+/// A world with contacts that begin as the last step that was committed left them.
+void ImplicitIntegrator::take(const bodies::World& world,
+                              std::span<const contact::Contact> contacts) {
+  memories_.take(world, contacts);
+  stretches_m_.resize(contacts.size());
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const std::uint32_t contact = memories_.places()[i].contact;
+    const Eigen::Vector3d& kept_m = memories_[i].stretch_m;
+    stretches_m_[contact] = is_turned(contacts[contact]) ? -kept_m : kept_m;
+  }
+  system_.take(world, contacts, stretches_m_);
+}
+
+/// The step ends where the system is placed: the trial, and what the memories become.
+void ImplicitIntegrator::end_with(std::span<const contact::Contact> contacts,
+                                  double contact_step_s) {
+  system_.stretches(contact_step_s, ended_m_);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const std::uint32_t contact = memories_.places()[i].contact;
+    memories_[i].stretch_m = is_turned(contacts[contact]) ? -ended_m_[contact] : ended_m_[contact];
+  }
+  trial_ = system_.trial();
+  trial_.stretch_gain_J = memories_.ended_energy_J() - memories_.energy_J();
 }
 
 void ImplicitIntegrator::make_safe(const Eigen::VectorXd& start_velocity, double duration_s) {
@@ -87,6 +114,7 @@ void ImplicitIntegrator::make_safe(const Eigen::VectorXd& start_velocity, double
 
 void ImplicitIntegrator::commit(bodies::World& world, double duration_s) {
   Integrator::commit(world, duration_s);
+  memories_.keep();
   history_.duration_s = is_true_ ? duration_s : 0.0;  // a brake is no motion to go on with
   history_.displacement.swap(displacement_);
   history_.momentum.swap(start_momentum_);

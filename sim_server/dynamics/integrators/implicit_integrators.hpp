@@ -3,7 +3,9 @@
 #include <Eigen/Core>
 #include <memory>
 #include <utility>
+#include <vector>
 
+#include "sim_server/dynamics/contacts/contact_memory.hpp"
 #include "sim_server/dynamics/forces/mechanical_system.hpp"
 #include "sim_server/dynamics/integrators/implicit_stage.hpp"
 #include "sim_server/dynamics/integrators/integrator.hpp"
@@ -25,6 +27,9 @@ namespace stillgrid::dynamics {
 /// approach dampers of contacts act over h, in the trapezoid over h/2, where alone its end's forces
 /// act.
 ///
+/// What touches sticks, up to the friction: stretches last from step to step. In the trapezoid they
+/// grow over the whole step, and their dampers act as the approach dampers.
+///
 /// A step that does not converge is led back towards rest where it was, velocities and
 /// displacements alike, until it has no more energy (kinetic, gravity, springs, springs of
 /// contacts) than at its start; what is given, as the tool, is taken to have moved first, and may
@@ -42,6 +47,7 @@ class ImplicitIntegrator : public Integrator {
                       double duration_s, Budget& budget) override;
   void commit(bodies::World& world, double duration_s) override;
   void restart() override { history_.duration_s = 0.0; }
+  [[nodiscard]] double stretch_energy_J() const override { return memories_.energy_J(); }
 
  private:
   /// The step before: how far it led, and the momentum it began with.
@@ -51,6 +57,8 @@ class ImplicitIntegrator : public Integrator {
     Eigen::VectorXd end_velocity;
   };
   StageRule rule(const Eigen::VectorXd& start_velocity, double duration_s);
+  void take(const bodies::World& world, std::span<const contact::Contact> contacts);
+  void end_with(std::span<const contact::Contact> contacts, double contact_step_s);
   void make_safe(const Eigen::VectorXd& start_velocity, double duration_s);
 
   scene::IntegratorKind kind_;
@@ -58,6 +66,8 @@ class ImplicitIntegrator : public Integrator {
   std::unique_ptr<NonlinearSolver> solver_;
   History history_;
   MechanicalSystem system_;
+  ContactMemories memories_;
+  std::vector<Eigen::Vector3d> stretches_m_, ended_m_;  // of the contacts, as they begin and end
   Eigen::VectorXd velocity_, start_momentum_, displacement_;  // of the trial
 };
 

@@ -31,14 +31,16 @@ Side other_side(const contact::Contact& contact, const bodies::World& before, co
   return {contact::kinematic_side(contact, 1.0), true, contact.position_b_m - contact.start_b_m};
 }
 
+/// friction_N: where it sticks; null: as the law has it.
 EnergyFlow contact_flow(const contact::Contact& contact, const Side& a, const Side& b,
-                        double duration_s) {
+                        double duration_s, const Eigen::Vector3d* friction_N) {
   const contact::ContactShares shares = contact::contact_shares(contact);
   const contact::ContactMotion motion = contact::relative_motion(contact, a, b);
-  const contact::ContactForce force = contact::contact_force(contact, motion, duration_s, nullptr);
+  contact::ContactForce force = contact::contact_force(contact, motion, duration_s, nullptr);
   EnergyFlow flow;
   if (!force.touching) return flow;
   const Eigen::Vector3d normal_load_N = force.force_N - force.friction_N;
+  if (friction_N != nullptr) force.friction_N = *friction_N;
   const double deepening_m = std::max(0.0, force.depth_m - std::max(contact.depth_before_m, 0.0));
   flow.contact_damping_J =
       (normal_load_N.norm() - contact.material.stiffness_N_per_m * force.depth_m) * deepening_m;
@@ -126,9 +128,13 @@ EnergyFlow energy_flow(const bodies::World& before, const Trial& after,
           duration_s * spring.damping_N_s_per_m * lengthening_m_s * lengthening_m_s;
     }
   }
-  for (const contact::Contact& contact : contacts)
-    sum += contact_flow(contact, side_of(contact.a, before, after),
-                        other_side(contact, before, after), duration_s);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const contact::Contact& contact = contacts[i];
+    sum +=
+        contact_flow(contact, side_of(contact.a, before, after), other_side(contact, before, after),
+                     duration_s, after.friction_N.empty() ? nullptr : &after.friction_N[i]);
+  }
+  sum.friction_J -= after.stretch_gain_J;
   return sum;
 }
 

@@ -214,5 +214,70 @@ TEST_CASE("The slopes of a contact are the derivatives of its force", "[contact]
           1e-6 * exact.middleCols<3>(3 * block).norm());
 }
 
+/// Twelve numbers: of position, and what the centres moved with it; velocity, spin, turning.
+using TwelveDerivatives = Eigen::Matrix<double, 6, 12>;
+
+Eigen::Matrix<double, 6, 1> held_at(const Contact& contact, ContactMotion motion,
+                                    const Eigen::Matrix<double, 12, 1>& change) {
+  motion.position_m += change.segment<3>(0);
+  motion.sticking->moved_m += change.segment<3>(0);
+  motion.velocity_m_s += change.segment<3>(3);
+  motion.spin_rad_s += change.segment<3>(6);
+  motion.sticking->turned_rad += change.segment<3>(9);
+  const ContactForce force = contact_force(contact, motion, kStep_s, nullptr);
+  return (Eigen::Matrix<double, 6, 1>() << force.force_N, force.friction_N).finished();
+}
+
+TEST_CASE("The slopes of a contact that sticks are the derivatives of its force", "[contact]") {
+  const Contact contact = GENERATE(spheres(0.0005), plane(0.0005));
+  const double slid_m = GENERATE(1e-4, 3e-3);  // it holds; it slides
+  const ContactMotion motion{
+      at_depth_m(contact, 0.002), Eigen::Vector3d(0.1, -0.2, 0.05), Eigen::Vector3d(1, 2, -3),
+      Sticking{slid_m * Eigen::Vector3d(0.3, -0.8, 0.4), slid_m * Eigen::Vector3d(0.9, 0.1, 0.5),
+               slid_m * Eigen::Vector3d(2, -9, 4)}};
+  ContactDerivatives derivatives;
+  const ContactForce force = contact_force(contact, motion, kStep_s, &derivatives);
+  REQUIRE((force.friction_N.norm() > (0.4 - 1e-9) * (force.force_N - force.friction_N).norm()) ==
+          (slid_m > 1e-3));
+  TwelveDerivatives exact, measured;
+  exact << derivatives.force_by_position, derivatives.force_by_velocity, derivatives.force_by_spin,
+      derivatives.friction_by_turn, derivatives.friction_by_position,
+      derivatives.friction_by_velocity, derivatives.friction_by_spin, derivatives.friction_by_turn;
+
+  constexpr double kChange = 1e-8;
+  for (int i = 0; i < 12; ++i) {
+    Eigen::Matrix<double, 12, 1> change = Eigen::Matrix<double, 12, 1>::Zero();
+    change[i] = kChange;
+    measured.col(i) =
+        (held_at(contact, motion, change) - held_at(contact, motion, -change)) / (2 * kChange);
+  }
+
+  CHECK((measured - exact).norm() < 1e-5 * exact.norm());
+  CHECK((measured - exact).rightCols<3>().norm() < 1e-5 * exact.rightCols<3>().norm());
+}
+
+TEST_CASE(
+    "What sticks holds as a spring, slides at friction times pressure, and never gives energy",
+    "[contact]") {
+  const Contact contact = plane(0.002);
+  const Eigen::Vector3d along = contact.plane_normal.unitOrthogonal();
+  const double load_N = 800.0 * 0.002, both_N_per_m = 800.0 + 3.0 / kStep_s;
+  double stretch_m = 0.0, held_J = 0.0;
+  for (const double way_m : {1e-4, 2e-4, 5e-3, -3e-4, -4e-3, 1e-4, 0.0, 0.0}) {
+    const ContactMotion motion{at_depth_m(contact, 0.002),
+                               way_m / kStep_s * along,
+                               {0, 0, 0},
+                               Sticking{stretch_m * along, way_m * along, {0, 0, 0}}};
+    const ContactForce force = contact_force(contact, motion, kStep_s, nullptr);
+    const double would_hold_N = both_N_per_m * way_m + 800.0 * stretch_m;
+    const double friction_N = force.friction_N.dot(along);
+    CHECK(friction_N == Approx(-std::clamp(would_hold_N, -0.4 * load_N, 0.4 * load_N)));
+    stretch_m = force.stretch_m.dot(along);
+    const double now_J = 0.5 * 800.0 * stretch_m * stretch_m;
+    CHECK(-friction_N * way_m - (now_J - held_J) >= -1e-15);
+    held_J = now_J;
+  }
+}
+
 }  // namespace
 }  // namespace stillgrid::contact

@@ -92,7 +92,7 @@ struct ContactWorld {
 
   ContactSolve substep(double substep_s) {
     drift(0.5 * substep_s);
-    core.take(world, contacts, state);
+    core.take(world, contacts);
     core.begin(0.0, substep_s, substep_s, world.gravity_m_s2, state);
     for (RigidState& body : state.rigid) {
       body.velocity_m_s += substep_s * world.gravity_m_s2;

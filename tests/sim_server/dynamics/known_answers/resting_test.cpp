@@ -72,22 +72,14 @@ double leans_after_s(scene::IntegratorKind integrator) {
   return 600.0;
 }
 
-// Viscous friction does not hold what rests: fails until implicit contacts have stiction.
 TEST_CASE("A stack that its stiffness holds stands for ten minutes by implicit Euler",
-          "[known_answers][!shouldfail]") {
+          "[known_answers]") {
   CHECK(leans_after_s(scene::IntegratorKind::kImplicitEuler) >= 600.0);
 }
 
 TEST_CASE("A stack that its stiffness holds stands for ten minutes by velocity Verlet",
           "[known_answers]") {
   CHECK(leans_after_s(scene::IntegratorKind::kVelocityVerlet) >= 600.0);
-}
-
-TEST_CASE("A block on a slope below its friction angle creeps by less than 10 um a minute",
-          "[known_answers][!shouldfail]") {
-  const Slide slide =
-      slide_on(10.0, {.integrator = scene::IntegratorKind::kImplicitEuler}, 500, 2000);
-  CHECK(slide.velocity_m_s < 10e-6 / 60.0);
 }
 
 Slide implicit_slide(double angle_deg,
@@ -110,8 +102,8 @@ TEST_CASE("A block slips on a slope if tan of its angle exceeds the friction, an
 
   const Slide creeping = implicit_slide(below_deg), slipping = implicit_slide(above_deg);
 
-  CHECK(creeping.velocity_m_s < 1e-3);
-  CHECK(std::abs(creeping.acceleration_m_s2) < 1e-6);
+  // It comes to rest: near the angle slowly, by g (mu cos - sin) = 0.0017 m/s^2.
+  CHECK((creeping.velocity_m_s < 1e-9 || creeping.acceleration_m_s2 < -1e-3));
   CHECK(slipping.velocity_m_s > 1e-3);
   CHECK(slipping.acceleration_m_s2 > 1e-3);
 }
@@ -121,12 +113,12 @@ TEST_CASE("On 30 degrees a block accelerates by g (sin - mu cos) = 2.35629 m/s^2
   CHECK(std::abs(implicit_slide(30.0, any_implicit()).acceleration_m_s2 - 2.35629) < 5e-6);
 }
 
-TEST_CASE("On 10 degrees a block creeps at slip speed times tan / mu = 0.58776 mm/s",
+TEST_CASE("On 10 degrees a block is held: it creeps by less than a nanometre a minute",
           "[known_answers]") {
-  const Slide slide = implicit_slide(10.0);
+  const Slide slide = implicit_slide(10.0, any_implicit());
 
-  CHECK(std::abs(slide.velocity_m_s - 0.58776e-3) < 5e-9);
-  CHECK(std::abs(slide.acceleration_m_s2) < 1e-6);
+  CHECK(std::abs(slide.velocity_m_s) < 1e-9 / 60.0);
+  CHECK(std::abs(slide.acceleration_m_s2) < 1e-9);
 }
 
 }  // namespace
