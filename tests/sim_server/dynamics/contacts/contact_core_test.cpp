@@ -188,9 +188,9 @@ TEST_CASE("Pairs that lie still stay stretched on no list, those that part do no
     world.substep(1e-3);
     return world.core.stretch_energy_J();
   };
-  world.state.rigid[0].free = false;
+  world.world.rigid_bodies[0].unknown = bodies::kNoUnknown;
   CHECK(list_none() == Approx(0.5 * held_J).epsilon(1e-6));
-  world.state.rigid[0].free = true;
+  world.world.rigid_bodies[0].unknown = 0;
   CHECK(list_none() == 0.0);
   CHECK(world.flow.friction_J - friction_J == Approx(held_J).epsilon(1e-6));
 }

@@ -33,6 +33,7 @@ struct ContactWorld {
     bodies::SphereBinding& sphere = world.spheres.emplace_back();
     sphere.radius_m = radius_m;
     sphere.rigid = static_cast<int>(state.rigid.size());
+    world.rigid_bodies.emplace_back().unknown = 6 * sphere.rigid;
     RigidState& body = state.rigid.emplace_back();
     body.position_m = position_m;
     body.velocity_m_s = velocity_m_s;
