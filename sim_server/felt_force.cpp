@@ -22,6 +22,7 @@ namespace stillgrid::sim_server {
 namespace {
 
 constexpr std::uint64_t kTick_ns = 1'000'000;
+constexpr double kSettlePeriod_s = 0.01;
 
 double to_s(std::uint64_t ns) {
   return static_cast<double>(ns) * 1e-9;
@@ -112,6 +113,25 @@ class FollowedHand {
   rendering::AngularVelocityEstimator angular_velocity_;
 };
 
+/// The method that the truth is simulated by: no method of the scene's own is its own judge.
+scene::SceneDescription reference_of(const scene::SceneDescription& scene) {
+  scene::SceneDescription reference = scene;
+  reference.method = {};
+  reference.choose_method = false;
+  reference.period_s = 1e-3;
+  return reference;
+}
+
+bodies::World settled(const scene::SceneDescription& scene, const bodies::World& start,
+                      double deadline_s, const CostClock& now_s) {
+  dynamics::Simulation simulation(reference_of(scene), start);
+  const auto steps = std::lround(scene.hand->settle_s / kSettlePeriod_s);
+  for (long i = 0; i < steps && now_s() < deadline_s; ++i)
+    (void)simulation.step(kSettlePeriod_s, [] { return std::nullopt; },
+                          {.iterations = kMaxIterations});
+  return simulation.world();
+}
+
 void take_costs(std::vector<double> step_s, double period_s, FeltForce& felt) {
   if (step_s.empty() || felt.force_N.empty()) return;
   double sum_s = 0.0;
@@ -153,6 +173,17 @@ FeltForce felt_force(const scene::SceneDescription& scene, const bodies::World& 
   }
   take_costs(simulation.step_s(), scene.period_s, felt);
   return felt;
+}
+
+TrueForce true_force(const scene::SceneDescription& scene, const bodies::World& start,
+                     const HandPath& hand, double deadline_s, const CostClock& now_s) {
+  TrueForce truth{.start = settled(scene, start, deadline_s, now_s), .felt = {}};
+  truth.felt = felt_force(reference_of(scene), truth.start, hand,
+                          {.transition = display::Transition::kHold,
+                           .duration_s = hand.duration_s(),
+                           .deadline_s = deadline_s},
+                          now_s);
+  return truth;
 }
 
 double force_error_share(const FeltForce& force, const FeltForce& truth) {

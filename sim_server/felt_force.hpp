@@ -43,6 +43,17 @@ struct FeltForce {
                                    const HandPath& hand, const FeltOptions& options,
                                    const CostClock& now_s);
 
+/// The truth that others are held against, and the world that they begin with too.
+struct TrueForce {
+  bodies::World start;
+  FeltForce felt;
+};
+
+/// The scene comes to rest for hand->settle_s; then implicit Euler at 1 kHz follows the hand, each
+/// snapshot shown at once. Throws SegmentError. Pre: scene.hand; as felt_force().
+[[nodiscard]] TrueForce true_force(const scene::SceneDescription& scene, const bodies::World& start,
+                                   const HandPath& hand, double deadline_s, const CostClock& now_s);
+
 /// How far a force is from the true one, as a share of that, over the ticks that both have and in
 /// which either is in contact; rms. Negative: there is no such tick.
 [[nodiscard]] double force_error_share(const FeltForce& force, const FeltForce& truth);

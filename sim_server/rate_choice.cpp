@@ -4,11 +4,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 #include "shared/rendering/force_error.hpp"
-#include "sim_server/dynamics/step/simulation.hpp"
-#include "sim_server/published_scene.hpp"
 
 namespace stillgrid::sim_server {
 namespace {
@@ -16,37 +13,16 @@ namespace {
 constexpr std::array kRates_hz = {1000.0, 500.0, 330.0, 200.0, 125.0, 80.0,
                                   50.0,   33.0,  20.0,  14.0,  10.0};
 constexpr int kRuns = 8;
-constexpr double kSettlePeriod_s = 0.01;
 constexpr double kReferenceShare = 0.4;  // of the budget, for coming to rest and the reference
 constexpr double kRateShare = 0.7;       // of the period, for 19 of 20 steps
 constexpr double kLateFrom = 0.05;       // of the period: faster steps are not felt to be late
-
-/// The method that the truth is simulated by: no method of the scene's own is its own judge.
-scene::SceneDescription reference_of(const scene::SceneDescription& scene) {
-  scene::SceneDescription reference = scene;
-  reference.method = {};
-  reference.choose_method = false;
-  reference.period_s = 1e-3;
-  return reference;
-}
-
-bodies::World settled(const scene::SceneDescription& scene, const bodies::World& start,
-                      double deadline_s, const CostClock& now_s) {
-  dynamics::Simulation simulation(reference_of(scene), start);
-  const auto steps = std::lround(scene.hand->settle_s / kSettlePeriod_s);
-  for (long i = 0; i < steps && now_s() < deadline_s; ++i)
-    (void)simulation.step(kSettlePeriod_s, [] { return std::nullopt; },
-                          {.iterations = kMaxIterations});
-  return simulation.world();
-}
 
 /// What all runs have in common.
 struct Trials {
   const scene::SceneDescription& scene;
   const HandPath& hand;
   const CostClock& now_s;
-  bodies::World start;
-  FeltForce truth;
+  TrueForce truth;
   double end_s;  // of the budget
 
   /// Runs a rate once more, if the budget allows; false: it does not.
@@ -54,12 +30,12 @@ struct Trials {
     scene::SceneDescription at_rate = scene;
     at_rate.period_s = 1.0 / trial.rate_hz;
     FeltOptions options{.first_share = 1.0 - static_cast<double>(trial.runs) / kRuns,
-                        .duration_s = 1e-3 * static_cast<double>(truth.force_N.size()),
+                        .duration_s = 1e-3 * static_cast<double>(truth.felt.force_N.size()),
                         .deadline_s = end_s};
-    FeltForce felt = felt_force(at_rate, start, hand, options, now_s);
+    FeltForce felt = felt_force(at_rate, truth.start, hand, options, now_s);
     if (felt.failure.empty() && felt.slow_step_share >= kLateFrom && felt.slow_step_share <= 1.0) {
       options.latency_s = std::ceil(10.0 * felt.slow_step_share) / 10.0 * at_rate.period_s;
-      felt = felt_force(at_rate, start, hand, options, now_s);
+      felt = felt_force(at_rate, truth.start, hand, options, now_s);
     }
     if (felt.failure == "out of time") {
       if (trial.runs == 0) trial.refusal = "not tried: out of time";
@@ -69,7 +45,7 @@ struct Trials {
     trial.processor_share = std::max(trial.processor_share.value_or(0.0), felt.processor_share);
     if (felt.slow_step_share > kRateShare) trial.refusal = "cannot keep its rate";
     if (!felt.failure.empty()) trial.refusal = felt.failure;
-    const double error = force_error_share(felt, truth);
+    const double error = force_error_share(felt, truth.felt);
     if (felt.failure.empty() && error >= 0.0)
       trial.error_share = std::max(trial.error_share.value_or(0.0), error);
     return true;
@@ -129,21 +105,16 @@ RateChoice choose_rate(const scene::SceneDescription& scene, const bodies::World
                        double budget_s, const CostClock& now_s,
                        const std::function<void(const std::string&)>& tell) {
   const HandPath hand(scene.hand->file, scene.device);
-  const double began_s = now_s(), reference_end_s = began_s + kReferenceShare * budget_s;
+  const double began_s = now_s();
   tell("the hand, in truth");
-  Trials trials{.scene = scene,
-                .hand = hand,
-                .now_s = now_s,
-                .start = settled(scene, start, reference_end_s, now_s),
-                .truth = {},
-                .end_s = began_s + budget_s};
-  trials.truth = felt_force(reference_of(scene), trials.start, hand,
-                            {.transition = display::Transition::kHold,
-                             .duration_s = hand.duration_s(),
-                             .deadline_s = reference_end_s},
-                            now_s);
+  const Trials trials{
+      .scene = scene,
+      .hand = hand,
+      .now_s = now_s,
+      .truth = true_force(scene, start, hand, began_s + kReferenceShare * budget_s, now_s),
+      .end_s = began_s + budget_s};
   RateChoice choice;
-  choice.watched_s = 1e-3 * static_cast<double>(trials.truth.force_N.size());
+  choice.watched_s = 1e-3 * static_cast<double>(trials.truth.felt.force_N.size());
   for (const double rate_hz : kRates_hz) choice.trials.push_back({.rate_hz = rate_hz});
   for (int run = 0; run < kRuns && now_s() < trials.end_s; ++run) {
     tell("at each rate, " + std::to_string(run + 1) + " of " + std::to_string(kRuns));

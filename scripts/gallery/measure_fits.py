@@ -14,17 +14,8 @@ import sys
 from measuring import DATA, ROOT, fail, output_of, parser_of
 from tables import write_rows
 
-
-def ease(t, start, end):
-    """From 0 to 1 without a kink."""
-    s = min(max((t - start) / (end - start), 0.0), 1.0)
-    return s * s * (3.0 - 2.0 * s)
-
-
-def press_tissue(t):
-    """Comes down between the blocks in 0.4 s, presses twice a second, stroking in a circle of 4 mm."""
-    depth_m = 0.024 + 0.004 * math.sin(4.0 * math.pi * t)
-    return 0.004 * math.cos(math.pi * t), 0.004 * math.sin(math.pi * t), 0.02 - ease(t, 0.0, 0.4) * (0.02 + depth_m)
+sys.path.append(str(ROOT / "scripts"))
+from make_hands import ease, press_organ, press_tissue, rows_of, sweep_threads  # after the path it needs
 
 
 def stroke_tissue(t):
@@ -33,22 +24,10 @@ def stroke_tissue(t):
     return 0.0, 0.006 * math.sin(2.0 * math.pi * 0.8 * t), 0.02 - ease(t, 0.0, 0.5) * (0.02 + depth_m)
 
 
-def sweep_threads(t):
-    """Along the fixed ends of a row of threads and back, once in 2 s, up and down between the first two spheres."""
-    return (0.03 * math.sin(math.pi * t), -0.01 * ease(t, 0.0, 0.2) + 0.003 * math.sin(2.0 * math.pi * t),
-            0.042 + 0.002 * math.sin(2.6 * math.pi * t))
-
-
 def cross_threads(t):
     """Slower, and from one row to the other."""
     return (0.03 * math.sin(0.8 * math.pi * t + 0.4), 0.01 * math.sin(0.7 * math.pi * t + 1.9),
             0.0425 + 0.0015 * math.sin(2.0 * math.pi * t))
-
-
-def press_organ(t):
-    """Presses the soft organ in its middle once a second, moving by 6 mm."""
-    depth_m = 0.034 + 0.003 * math.sin(2.0 * math.pi * t)
-    return 0.006 * math.sin(math.pi * t), 0.004 * math.cos(math.pi * t), -ease(t, 0.0, 0.4) * depth_m
 
 
 def stroke_organ(t):
@@ -78,8 +57,7 @@ SECONDS = 2.0
 
 
 def write_path(path, seconds, file):
-    rows = [f"{i / 1000}," + ",".join(f"{x:.9g}" for x in path(i / 1000)) for i in range(int(1000 * seconds) + 2)]
-    file.write_text("\n".join(("time_s,x_m,y_m,z_m", *rows)) + "\n")
+    file.write_text(rows_of(path, seconds, 1000))
     return file
 
 
