@@ -9,8 +9,9 @@ namespace stillgrid::contact {
 /// A possible contact during one step: two moving spheres, or a moving sphere and something given:
 /// a static sphere, a plane or a sphere of the tool.
 struct Contact {
-  int a = 0;   // moving sphere, index into World::spheres
-  int b = -1;  // moving sphere, or -1: the fields below
+  int a = 0;       // moving sphere, index into World::spheres
+  int b = -1;      // moving sphere, or -1: the fields below
+  int other = -1;  // where b is -1: which static sphere, plane or sphere of the tool it is
   collision::ContactMaterial material;
   double radius_a_m = 0.0;
   double radius_b_m = 0.0;      // zero for a plane

@@ -229,6 +229,7 @@ void Detection::add_static(const bodies::World& world) {
       contact.radius_b_m = b.radius_m;
       contact.position_b_m = b.position_m;
       contact.start_b_m = b.position_m;
+      contact.other = static_cast<int>(j);
       contact.depth_before_m =
           contact.radius_a_m + b.radius_m - (motion_[i].position_m - b.position_m).norm();
     });
@@ -248,6 +249,7 @@ void Detection::add_planes(const bodies::World& world, double step_s) {
       contact.material = collision::pair_material(material_of(world, world.spheres[i].material),
                                                   material_of(world, plane.material));
       contact.is_plane = true;
+      contact.other = static_cast<int>(&plane - world.planes.data());
       contact.plane_normal = plane.normal;
       contact.plane_offset_m = plane.offset_m;
       contact.depth_before_m = contact.radius_a_m - height_m;
@@ -273,6 +275,7 @@ void Detection::find_tool_contacts(const bodies::World& world,
       contact.velocity_b_m_s = b.velocity_m_s;
       contact.spin_b_rad_s = b.spin_rad_s;
       contact.is_tool = true;
+      contact.other = static_cast<int>(&b - tool.data());
       contact.depth_before_m =
           contact.radius_a_m + b.radius_m - (motion_[i].position_m - b.position_before_m).norm();
     });

@@ -22,6 +22,8 @@ struct EnergyFlow {
   double spring_damping_J = 0.0;
   double contact_damping_J = 0.0;
   double friction_J = 0.0;
+  double unsolved_J = 0.0;  // a gain: contacts' springs hold it, though no work paid for it, where
+                            // iterations ended early
   double given_J = 0.0;  // work done on the world by what is moved from outside: tool, prescribed
 };
 

@@ -16,6 +16,12 @@ constexpr int kSubstepsALook = 16;
 constexpr double kMaxSubsteps = 1e6;
 /// Contacts are those met on the way, so the way is short.
 constexpr double kLongestPart_s = 4e-3;
+/// Of a substep, h^2 omega^2 / 2 of what touches: beyond, iterations cost more than substeps.
+constexpr double kContactRatio = 4.0;
+/// Of the smaller radius, that two spheres come nearer in a substep: none passes another unseen.
+constexpr double kMaxApproach = 0.5;
+/// Of substeps in which contacts are not solved.
+constexpr int kMaxHalvings = 5;
 
 void turn_inertia(RigidState& body) {
   body.rotation = body.orientation.toRotationMatrix();
@@ -34,31 +40,60 @@ IntegratorTraits ExplicitIntegrator::traits() const noexcept {
   return traits;
 }
 
+ExplicitIntegrator::ExplicitIntegrator(const scene::Method& method)
+    : ExplicitIntegrator(method, method.integrator == scene::IntegratorKind::kVelocityVerlet
+                                     ? Drifts{0.5, 0.5}
+                                     : Drifts{0.0, 1.0}) {}
+
 SolveReport ExplicitIntegrator::advance(const bodies::World& world,
                                         std::span<const contact::Contact> contacts,
                                         double duration_s, Budget& budget) {
   if (!springs_) springs_.emplace(world);
-  pack(world);
-  contacts_.take(world, contacts, state_);
-  flow_ = {};
-  substeps_ = substeps_for(world, duration_s);
+  SolveReport report;
+  // Where contacts cannot be solved substeps are halved, all of the part's, so that it begins anew.
+  for (int halvings = 0;; ++halvings) {
+    pack(world);
+    contacts_.take(world, contacts, state_);
+    flow_ = {};
+    contact_rate_per_s2_ = 0.0;
+    substeps_ = halvings == 0 ? substeps_for(world, duration_s) : 2 * substeps_;
+    const bool may_halve = halvings < kMaxHalvings && method_.substeps == 0;
+    report = move(world, duration_s, may_halve, budget);
+    if (report.converged || !may_halve || budget.is_late() || report.iterations == substeps_) break;
+  }
   since_look_ += substeps_;
+  report.converged = unpack(world, duration_s) && report.converged;
+  return report;
+}
+
+/// Substep after substep; if it may be tried again with shorter ones, as far as contacts are
+/// solved.
+SolveReport ExplicitIntegrator::move(const bodies::World& world, double duration_s, bool may_halve,
+                                     const Budget& budget) {
   const double substep_s = duration_s / substeps_;
-  const bool halves = method_.integrator == scene::IntegratorKind::kVelocityVerlet;
   SolveReport report{.converged = true};
+  double due_s = drifts_.before * substep_s;
   for (; report.iterations < substeps_; ++report.iterations) {
-    const int i = report.iterations;
-    if (budget.is_stopped() || (i % kSubstepsALook == kSubstepsALook - 1 && budget.is_late())) {
+    if (budget.is_late()) {
       report.converged = false;
       break;
     }
-    const double kick_s = halves && i == 0 ? 0.5 * substep_s : substep_s;
-    substep(world, i * substep_s, {kick_s, substep_s}, duration_s);
+    drift(world, due_s);
+    due_s = (drifts_.after + drifts_.before) * substep_s;
+    const ContactSolve solve = substep(world, (report.iterations + drifts_.before) * substep_s,
+                                       substep_s, duration_s, budget);
+    if (solve.converged) continue;
+    report.converged = false;
+    if (may_halve || solve.late) break;
   }
-  if (halves)
-    substep(world, report.iterations * substep_s, {.kick_s = 0.5 * substep_s}, duration_s);
-  report.converged = unpack(world, duration_s) && report.converged;
+  drift(world, due_s - drifts_.before * substep_s);
   return report;
+}
+
+void ExplicitIntegrator::commit(bodies::World& world, double duration_s) {
+  Integrator::commit(world, duration_s);
+  contacts_.keep();
+  kept_contact_rate_per_s2_ = contact_rate_per_s2_;
 }
 
 void ExplicitIntegrator::restart() {
@@ -104,38 +139,41 @@ int ExplicitIntegrator::substeps_for(const bodies::World& world, double duration
     rates_ = spectrum_.follow(world, state_);
     since_look_ = 0;
   }
-  const ExplicitContacts::Rates contacts = contacts_.rates(state_, duration_s);
-  const double k_per_s2 = kSpringMargin * rates_.stiffness_per_s2 + contacts.stiffness_per_s2;
+  const double k_per_s2 = kSpringMargin * rates_.stiffness_per_s2;
   const double c_per_s = kSpringMargin * rates_.damping_per_s;
   // The largest h with h^2 k + 2 h c = 4, as a rate so that none is zero.
   const double per_s = 0.25 * (c_per_s + std::sqrt(c_per_s * c_per_s + 4.0 * k_per_s2));
-  const double asked = duration_s * std::max(per_s, contacts.substeps_per_s);
+  const double asked =
+      duration_s * std::max({per_s, std::sqrt(kept_contact_rate_per_s2_ / kContactRatio),
+                             contacts_.approach_per_s(state_, duration_s) / kMaxApproach});
   // Written so that no number asks for one.
   return asked > 1.0 ? static_cast<int>(std::ceil(std::min(asked, kMaxSubsteps))) : 1;
 }
 
-void ExplicitIntegrator::substep(const bodies::World& world, double from_s, const Move& move,
-                                 double step_s) {
+ContactSolve ExplicitIntegrator::substep(const bodies::World& world, double at_s, double substep_s,
+                                         double step_s, const Budget& budget) {
   for (std::size_t i = 0; i < state_.rigid.size(); ++i) {
     const bodies::RigidBody& body = world.rigid_bodies[i];
     if (body.free) continue;
-    const bodies::PrescribedState state = bodies::prescribed_state(body, world.time_s + from_s);
+    const bodies::PrescribedState state = bodies::prescribed_state(body, world.time_s + at_s);
     state_.rigid[i].position_m = state.position_m;
     state_.rigid[i].velocity_m_s = state.velocity_m_s;
   }
-  flow_.spring_damping_J += move.kick_s * springs_->evaluate(world, state_);
-  contacts_.push(from_s / step_s, state_);
-  apply(move, world, step_s);
+  flow_.spring_damping_J += substep_s * springs_->evaluate(world, state_);
+  contacts_.begin(at_s / step_s, step_s, substep_s, world.gravity_m_s2, state_);
+  apply(world, substep_s);
+  const ContactSolve solve = contacts_.solve(substep_s, budget, state_, flow_);
+  contact_rate_per_s2_ =
+      std::max(contact_rate_per_s2_, contacts_.stiffness_ratio() / (substep_s * substep_s));
+  return solve;
 }
 
-void ExplicitIntegrator::apply(const Move& move, const bodies::World& world, double step_s) {
-  move_nodes(move, world.gravity_m_s2, state_);
-  kick(world, move.kick_s);
-  resist(move.kick_s, step_s, move.drift_s);  // what it changes of nodes' velocities moves them too
-  if (move.drift_s > 0.0) drift(move.drift_s);
+void ExplicitIntegrator::apply(const bodies::World& world, double substep_s) {
+  kick(world, substep_s);
 }
 
 void ExplicitIntegrator::kick(const bodies::World& world, double kick_s) {
+  move_nodes({.kick_s = kick_s}, world.gravity_m_s2, state_);
   for (RigidState& body : state_.rigid) {
     if (!body.free) continue;
     body.velocity_m_s += kick_s * (body.inverse_mass_per_kg * body.force_N + world.gravity_m_s2);
@@ -146,7 +184,9 @@ void ExplicitIntegrator::kick(const bodies::World& world, double kick_s) {
   }
 }
 
-void ExplicitIntegrator::drift(double drift_s) {
+void ExplicitIntegrator::drift(const bodies::World& world, double drift_s) {
+  if (drift_s == 0.0) return;
+  move_nodes({.drift_s = drift_s}, world.gravity_m_s2, state_);
   for (RigidState& body : state_.rigid) {
     if (!body.free) continue;
     body.position_m += drift_s * body.velocity_m_s;

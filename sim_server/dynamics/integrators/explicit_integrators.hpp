@@ -3,7 +3,7 @@
 #include <optional>
 #include <span>
 
-#include "sim_server/dynamics/forces/explicit_contacts.hpp"
+#include "sim_server/dynamics/contacts/contact_core.hpp"
 #include "sim_server/dynamics/forces/explicit_state.hpp"
 #include "sim_server/dynamics/forces/spring_forces.hpp"
 #include "sim_server/dynamics/forces/spring_spectrum.hpp"
@@ -12,17 +12,18 @@
 namespace stillgrid::dynamics {
 
 /// Explicit integration in substeps: v += h a(x, v), then x += h v by the new velocities
-/// (symplectic Euler). Velocity Verlet is the same with half of the first kick, and the other half
-/// by the forces at the end: of second order, but for dampers and friction.
+/// (symplectic Euler). Velocity Verlet moves x by half of h before and by half after: forces are
+/// those of the substep's middle, of second order but for springs' dampers.
 ///
-/// With dampers both are stable where h^2 lambda_K + 2 h lambda_C < 4, for the
-/// largest eigenvalues of M^-1 K and M^-1 C. Without a given number of substeps there are as many
-/// as that asks. Rigid bodies carry their angular momentum, so that a free one keeps it exactly.
-/// Contact dampers and friction: see ExplicitContacts.
+/// With dampers both are stable where h^2 lambda_K + 2 h lambda_C < 4, for the largest eigenvalues
+/// of M^-1 K and M^-1 C of the springs; contacts are held by ContactCore, which asks for no
+/// substeps. Without a given number of substeps there are as many as that asks, and twice as many
+/// where contacts cannot be solved. Rigid bodies carry their angular momentum, so that a free one
+/// keeps it exactly.
 class ExplicitIntegrator : public Integrator {
  public:
   /// Pre: is_explicit(method.integrator).
-  explicit ExplicitIntegrator(const scene::Method& method) : method_(method) {}
+  explicit ExplicitIntegrator(const scene::Method& method);
 
   [[nodiscard]] IntegratorTraits traits() const noexcept override;
 
@@ -31,39 +32,49 @@ class ExplicitIntegrator : public Integrator {
   SolveReport advance(const bodies::World& world, std::span<const contact::Contact> contacts,
                       double duration_s, Budget& budget) override;
 
+  void commit(bodies::World& world, double duration_s) override;
   [[nodiscard]] std::optional<EnergyFlow> flow() const override { return flow_; }
+  [[nodiscard]] double stretch_energy_J() const override { return contacts_.stretch_energy_J(); }
   void restart() override;
 
   /// Of the last advance().
   [[nodiscard]] int substeps() const noexcept { return substeps_; }
 
  protected:
-  /// What a substep makes of the forces: by the order of its parts a method differs. step_s: of the
-  /// whole advance().
-  virtual void apply(const Move& move, const bodies::World& world, double step_s);
-  [[nodiscard]] ExplicitState& state() noexcept { return state_; }
-  /// Forces change the velocities of rigid bodies; these move them.
+  /// Shares of a substep for which velocities move positions: before forces are looked at, and
+  /// after they changed the velocities.
+  struct Drifts {
+    double before, after;
+  };
+  ExplicitIntegrator(const scene::Method& method, const Drifts& drifts)
+      : method_(method), drifts_(drifts) {}
+
+  /// What a substep makes of the forces of all but contacts: by default a kick.
+  virtual void apply(const bodies::World& world, double substep_s);
+  /// Forces change velocities; these move what they are of.
   void kick(const bodies::World& world, double kick_s);
-  void drift(double drift_s);
-  /// Dampers and friction of contacts, as ExplicitContacts::resist().
-  void resist(double kick_s, double step_s, double drift_s) {
-    contacts_.resist(kick_s, step_s, drift_s, state_, flow_);
-  }
+  void drift(const bodies::World& world, double drift_s);
 
  private:
   void pack(const bodies::World& world);
   [[nodiscard]] int substeps_for(const bodies::World& world, double duration_s);
-  void substep(const bodies::World& world, double from_s, const Move& move, double step_s);
+  SolveReport move(const bodies::World& world, double duration_s, bool may_halve,
+                   const Budget& budget);
+  ContactSolve substep(const bodies::World& world, double at_s, double substep_s, double step_s,
+                       const Budget& budget);
   [[nodiscard]] bool unpack(const bodies::World& world, double duration_s);
   void rest(const bodies::World& world);
 
   scene::Method method_;
+  Drifts drifts_;
   std::optional<SpringForces> springs_;
   static constexpr int kNeverLooked = 1 << 20;
   SpringSpectrum spectrum_;
   SpringRates rates_;
   int since_look_ = kNeverLooked;  // substeps since the spectrum was followed
-  ExplicitContacts contacts_;
+  ContactCore contacts_;
+  // Of what touched in the last advance(), and in the last that counts.
+  double contact_rate_per_s2_ = 0.0, kept_contact_rate_per_s2_ = 0.0;
   ExplicitState state_;
   EnergyFlow flow_;
   int substeps_ = 0;

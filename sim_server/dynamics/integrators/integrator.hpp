@@ -61,11 +61,15 @@ class Integrator {
   /// The energy that flowed over the last advance(), of an integrator that looked within its step.
   [[nodiscard]] virtual std::optional<EnergyFlow> flow() const { return std::nullopt; }
 
+  /// What contacts that stick hold, of an integrator in which they do, J.
+  [[nodiscard]] virtual double stretch_energy_J() const { return 0.0; }
+
   /// The trial becomes the world's state, duration_s later. The integrator learns of it: a step
   /// that was not committed leaves no trace in its history.
   virtual void commit(bodies::World& world, double duration_s);
 
-  /// Forgets earlier steps: the world was changed from outside, or its unknowns numbered anew.
+  /// Forgets earlier steps: the world was changed from outside, or its unknowns numbered anew. What
+  /// sticks is no step: it lasts.
   virtual void restart() {}
 
  protected:

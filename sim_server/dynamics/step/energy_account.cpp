@@ -136,6 +136,7 @@ EnergyFlow& operator+=(EnergyFlow& sum, const EnergyFlow& flow) {
   sum.spring_damping_J += flow.spring_damping_J;
   sum.contact_damping_J += flow.contact_damping_J;
   sum.friction_J += flow.friction_J;
+  sum.unsolved_J += flow.unsolved_J;
   sum.given_J += flow.given_J;
   return sum;
 }

@@ -15,7 +15,8 @@ struct Energies {
   double kinetic_J = 0.0;
   double gravity_J = 0.0;  // zero at the origin
   double springs_J = 0.0;
-  double contacts_J = 0.0;  // of the springs that touching spheres press, the tool's too
+  double contacts_J = 0.0;  // of the springs that touching spheres press, the tool's too, and of
+                            // what sticks
 
   [[nodiscard]] double total_J() const { return kinetic_J + gravity_J + springs_J + contacts_J; }
 };

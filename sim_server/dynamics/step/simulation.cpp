@@ -277,12 +277,18 @@ publication::SnapshotPrediction Simulation::predict_next(double step_s, const Bu
 }
 
 void Simulation::account_energy() {
-  account_.emplace().start = energies(world_, tool_.over(1.0, 1.0));
+  account_.emplace().start = energies_now();
 }
 
 std::optional<EnergyAccount> Simulation::energy_account() {
-  if (account_) account_->end = energies(world_, tool_.over(1.0, 1.0));
+  if (account_) account_->end = energies_now();
   return account_;
+}
+
+Energies Simulation::energies_now() {
+  Energies now = energies(world_, tool_.over(1.0, 1.0));
+  now.contacts_J += integrator_->stretch_energy_J();
+  return now;
 }
 
 }  // namespace stillgrid::dynamics

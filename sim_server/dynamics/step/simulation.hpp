@@ -133,6 +133,7 @@ class Simulation {
   void take_prediction(double duration_s);
   bool wake_touched(std::span<const bodies::SphereMotion> end);
   void note_sleep();
+  [[nodiscard]] Energies energies_now();
 
   bodies::World world_;
   contact::Detection detection_;

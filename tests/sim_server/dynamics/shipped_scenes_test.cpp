@@ -87,14 +87,13 @@ TEST_CASE("Tissue and blocks lose energy, that of contacts included, and come to
   }
 }
 
-// One pass of impulses a substep does not hold what rests: these fail until contacts converge.
-TEST_CASE("Tissue and blocks sleep within half a minute", "[shipped_scenes][!shouldfail]") {
+TEST_CASE("Tissue and blocks sleep within half a minute", "[shipped_scenes]") {
   const Settled end = settled("tissue_and_blocks", 30.0);
   CHECK(end.is_sleeping == end.bodies);
 }
 
 TEST_CASE("The friction of tissue and blocks takes no more than the scene loses",
-          "[shipped_scenes][!shouldfail]") {
+          "[shipped_scenes]") {
   const Settled end = settled("tissue_and_blocks", 10.0);
   const double lost_J = end.account.start.total_J() - end.account.end.total_J();
   CHECK(end.account.numerical_J() > -0.01 * lost_J);

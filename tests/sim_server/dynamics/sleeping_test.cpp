@@ -256,6 +256,36 @@ TEST_CASE("What creeps down a slope stays awake", "[sleeping]") {
   CHECK(simulation.world().rigid_bodies[0].velocity_m_s.x() == Approx(0.58776e-3).epsilon(1e-3));
 }
 
+TEST_CASE("A block that slept on a slope wakes held as it was", "[sleeping]") {
+  // Let go, it would swing 14 um down the slope: its weight along it over the contacts' stiffness.
+  const double tilt_rad = 10.0 * std::numbers::pi / 180.0;
+  scene::SceneDescription scene =
+      sim_server::scene_of({sim_server::box({0, 0, 0.01}, {0.06, 0.06, 0.02}, 0.1, {0.05, 0.005}),
+                            sim_server::floor_at(0.0)},
+                           sim_server::material_of(500.0, 2.0, 0.3),
+                           9.81 * Eigen::Vector3d(std::sin(tilt_rad), 0, -std::cos(tilt_rad)));
+  scene.sleeping = true;
+  scene.tool = {{Eigen::Vector3d::Zero(), 0.005}};
+  scene.method.integrator =
+      GENERATE(scene::IntegratorKind::kVelocityVerlet, scene::IntegratorKind::kSymplecticEuler);
+  Simulation simulation(scene);
+  lull(simulation, 1);
+  simulation.account_energy();
+  const double held_J = simulation.energy_account()->start.contacts_J;
+  for (int i = 0; i < 10; ++i) (void)simulation.step(kStep_s, no_tool);
+  CHECK(simulation.energy_account()->end.contacts_J == held_J);
+  const auto before = places(simulation);
+
+  // A tool that hardly touches.
+  const double apart_m = simulation.world().spheres.back().radius_m + scene.tool[0].radius_m;
+  (void)step_with_tool_at(simulation, before.back() + Eigen::Vector3d(0, 0, apart_m - 1e-9));
+  REQUIRE(count_sleeping(simulation) == 0);
+  for (int i = 0; i < 30; ++i) {
+    (void)simulation.step(kStep_s, no_tool);
+    CHECK(farthest_m(places(simulation), before) < 1e-7);
+  }
+}
+
 TEST_CASE("A block whose support is taken away falls", "[sleeping]") {
   SECTION("by the tool, that pushes the lower block from below the upper one") {
     scene::SceneDescription scene = sleeping_scene(stack(2));

@@ -9,10 +9,11 @@ namespace stillgrid::laboratory {
 /// Forward Euler: positions by the old velocities, which without dampers is unstable at every step.
 class ForwardEuler : public dynamics::ExplicitIntegrator {
  public:
-  using dynamics::ExplicitIntegrator::ExplicitIntegrator;
+  /// Pre: method.integrator is kForwardEuler.
+  explicit ForwardEuler(const scene::Method& method) : ExplicitIntegrator(method, {0.0, 0.0}) {}
 
  private:
-  void apply(const dynamics::Move& move, const bodies::World& world, double step_s) override;
+  void apply(const bodies::World& world, double substep_s) override;
 };
 
 [[nodiscard]] std::unique_ptr<dynamics::Integrator> make_forward_euler(const scene::Method& method);

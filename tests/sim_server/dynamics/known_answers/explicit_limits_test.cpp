@@ -118,28 +118,28 @@ std::pair<double, double> restitutions(scene::IntegratorKind kind, double step_s
     const bodies::RigidBody& ball = simulation.world().rigid_bodies[0];
     while (ball.velocity_m_s.z() <= 0.0 || ball.position_m.z() < kRadius_m)
       REQUIRE(advance(simulation, step_s, 1));
+    REQUIRE(advance(simulation, step_s, 1));  // symplectic Euler's places are half a step behind
     least = std::min(least, ball.velocity_m_s.z());
     greatest = std::max(greatest, ball.velocity_m_s.z());
   }
   return {least, greatest};
 }
 
-TEST_CASE("An undamped bounce may gain energy by explicit steps, the more the longer they are",
+TEST_CASE("An undamped bounce keeps its speed, however few substeps it takes",
           "[explicit_limits]") {
+  // Iterations end where 3 % of a substep's change of velocity are left.
   const scene::IntegratorKind kind = GENERATE(kSymplectic, kVerlet);
-  const auto [phase, known_least, known_most] = GENERATE(
-      std::tuple(0.3, 0.989, 1.011), std::tuple(0.5, 0.978, 1.022), std::tuple(1.5, 0.800, 1.250));
+  const double phase = GENERATE(0.3, 0.5, 1.5);
   const auto [least, most] = restitutions(kind, phase / kRate_rad_s, 1);
-  CHECK(least == Approx(known_least).margin(0.01 * phase));
-  CHECK(most == Approx(known_most).margin(0.01 * phase));
+  CHECK(least > 0.97);
+  CHECK(most < 1.03);
 }
 
-TEST_CASE("Left to choose its substeps it gains no more than 2.5 % of a bounce's speed",
-          "[explicit_limits]") {
+TEST_CASE("Left to choose its substeps it keeps a bounce's speed to 1 %", "[explicit_limits]") {
   const double step_s = GENERATE(0.003, 0.015, 0.03);
   const auto [least, most] = restitutions(GENERATE(kSymplectic, kVerlet), step_s, 0);
-  CHECK(least > 0.975);
-  CHECK(most < 1.025);
+  CHECK(least > 0.99);
+  CHECK(most < 1.01);
 }
 
 TEST_CASE("Two balls exchange velocities, momentum and time as in a perfect collision",
@@ -173,13 +173,11 @@ Slide slide_on(double angle_deg, const scene::Method& method) {
 
 TEST_CASE("A block slips on a slope if tan of its angle exceeds the friction, and only then",
           "[explicit_limits]") {
-  // What friction has to take back each substep, h g sin, shows where it exceeds the slip speed.
-  const auto [substeps, creep_m_s] = GENERATE(std::pair(0, 3e-3), std::pair(10, 1e-3));
-  const scene::Method method = explicit_method(GENERATE(kSymplectic, kVerlet), substeps);
+  const scene::Method method = explicit_method(GENERATE(kSymplectic, kVerlet), GENERATE(0, 10));
   CAPTURE(scene::describe(method));
   const Slide below = slide_on(16.0, method), above = slide_on(17.4, method);
-  CHECK(below.velocity_m_s < creep_m_s);
-  CHECK(std::abs(below.acceleration_m_s2) < 1e-3);
+  CHECK(std::abs(below.velocity_m_s) < 1e-6);
+  CHECK(std::abs(below.acceleration_m_s2) < 1e-5);
   CHECK(above.velocity_m_s > 0.05);
   CHECK(above.acceleration_m_s2 == Approx(9.81 * (std::sin(17.4 * std::numbers::pi / 180.0) -
                                                   0.3 * std::cos(17.4 * std::numbers::pi / 180.0)))
@@ -187,16 +185,12 @@ TEST_CASE("A block slips on a slope if tan of its angle exceeds the friction, an
   CHECK(slide_on(30.0, method).acceleration_m_s2 == Approx(2.35629).margin(1e-4));
 }
 
-TEST_CASE("Creep comes to slip speed times tan / mu = 0.58776 mm/s as the substep shrinks",
+TEST_CASE("Below the friction angle nothing creeps, whatever the substep and the slip speed",
           "[explicit_limits]") {
   const scene::IntegratorKind kind = GENERATE(kSymplectic, kVerlet);
   CAPTURE(scene::name_of(kind));
-  const double long_m_s = slide_on(10.0, explicit_method(kind, 1)).velocity_m_s;
-  const double short_m_s = slide_on(10.0, explicit_method(kind, 40)).velocity_m_s;
-  // Friction that follows itself from contact to contact holds rather more than the law asks.
-  CHECK(long_m_s > 0.0);
-  CHECK(long_m_s < 0.6e-3);
-  CHECK(short_m_s == Approx(0.58776e-3).epsilon(0.05));
+  const Slide slide = slide_on(10.0, explicit_method(kind, GENERATE(1, 40)));
+  CHECK(std::abs(slide.velocity_m_s) < 10e-6 / 60.0);
 }
 
 }  // namespace

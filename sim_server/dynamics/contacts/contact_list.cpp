@@ -1,0 +1,217 @@
+#include "sim_server/dynamics/contacts/contact_list.hpp"
+
+#include <algorithm>
+
+#include "sim_server/bodies/sphere_motion.hpp"
+
+namespace stillgrid::dynamics {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kNumberBits = 31;
+constexpr std::uint64_t kNumberMask = (std::uint64_t{1} << kNumberBits) - 1;
+
+/// Its kind, the lower number, the higher.
+std::uint64_t key_of(const contact::Contact& contact) {
+  const auto number = [](int i) { return static_cast<std::uint64_t>(i); };
+  if (contact.b >= 0) {
+    const auto [low, high] = std::minmax(contact.a, contact.b);
+    return number(low) << kNumberBits | number(high);
+  }
+  const std::uint64_t kind = contact.is_tool ? 3 : contact.is_plane ? 2 : 1;
+  return kind << 2 * kNumberBits | number(contact.a) << kNumberBits | number(contact.other);
+}
+
+bool feels_forces(const bodies::SphereBinding& binding, const ExplicitState& state) {
+  if (binding.rigid >= 0) return state.rigid[static_cast<std::size_t>(binding.rigid)].free;
+  return std::any_of(binding.nodes.begin(), binding.nodes.begin() + binding.node_count, [&](int n) {
+    return state.inverse_mass_per_kg[static_cast<std::size_t>(n)] > 0.0;
+  });
+}
+
+/// Whether neither side of a pair feels forces, so that it may be on no list.
+bool lies_still(std::uint64_t key, const bodies::World& world, const ExplicitState& state) {
+  const auto is_still = [&](std::uint64_t sphere) {
+    return sphere < world.spheres.size() && !feels_forces(world.spheres[sphere], state);
+  };
+  const bool is_of_two = key >> 2 * kNumberBits == 0;
+  return is_still(key >> kNumberBits & kNumberMask) && (!is_of_two || is_still(key & kNumberMask));
+}
+
+/// The centre of a sphere, and its velocity.
+bodies::SphereMotion motion_of(const bodies::SphereBinding& binding, const ExplicitState& state) {
+  if (binding.rigid >= 0) {
+    const RigidState& body = state.rigid[static_cast<std::size_t>(binding.rigid)];
+    const Vector3d arm_m = body.rotation * binding.local_m;
+    return {body.position_m + arm_m, body.velocity_m_s + body.spin_rad_s.cross(arm_m)};
+  }
+  bodies::SphereMotion sum{Vector3d::Zero(), Vector3d::Zero()};
+  for (std::size_t i = 0; i < static_cast<std::size_t>(binding.node_count); ++i) {
+    const auto node = static_cast<std::size_t>(binding.nodes[i]);
+    sum.position_m += binding.weights[i] * state.position_m[node].map();
+    sum.velocity_m_s += binding.weights[i] * state.velocity_m_s[node].map();
+  }
+  return sum;
+}
+
+}  // namespace
+
+Vector3d way_m_s(const contact::Contact& contact, double part_s) {
+  return (contact.position_b_m - contact.start_b_m) / part_s;
+}
+
+void ContactList::take(const bodies::World& world, std::span<const contact::Contact> contacts,
+                       const ExplicitState& state) {
+  for (const ContactSphere& sphere : spheres_)
+    place_of_[static_cast<std::size_t>(sphere.number)] = -1;
+  place_of_.resize(world.spheres.size(), -1);
+  spheres_.clear();
+  pairs_.clear();
+  order_.clear();
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    order_.emplace_back(key_of(contacts[i]), static_cast<std::uint32_t>(i));
+  if (!std::is_sorted(order_.begin(), order_.end())) std::sort(order_.begin(), order_.end());
+  const auto enter = [&](int sphere) {
+    int& place = place_of_[static_cast<std::size_t>(sphere)];
+    if (place >= 0) return place;
+    place = static_cast<int>(spheres_.size());
+    spheres_.push_back(
+        {.number = sphere, .binding = &world.spheres[static_cast<std::size_t>(sphere)]});
+    return place;
+  };
+  for (const auto& [key, i] : order_) {
+    const contact::Contact& contact = contacts[i];
+    const bool turned = contact.b >= 0 && contact.b < contact.a;
+    const int a = enter(turned ? contact.b : contact.a);
+    pairs_.push_back({a, contact.b < 0 ? -1 : enter(turned ? contact.a : contact.b),
+                      turned ? contact.radius_b_m : contact.radius_a_m,
+                      contact.radius_a_m + contact.radius_b_m, &contact});
+  }
+  remember(world, state);
+}
+
+/// Gives each pair what was kept of it.
+void ContactList::remember(const bodies::World& world, const ExplicitState& state) {
+  memories_.clear();
+  unlisted_.clear();
+  parted_J_ = 0.0;
+  auto known = kept_.begin();
+  const auto leave_out = [&](const ContactMemory& memory) {
+    if (lies_still(memory.key, world, state))
+      unlisted_.push_back(memory);
+    else
+      parted_J_ += memory.energy_J();
+  };
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const std::uint64_t key = order_[i].first;
+    while (known != kept_.end() && known->key < key) leave_out(*known++);
+    if (known != kept_.end() && known->key == key)
+      memories_.push_back(*known++);
+    else
+      memories_.push_back({.key = key});
+    memories_.back().stiffness_N_per_m = pairs_[i].contact->material.stiffness_N_per_m;
+  }
+  while (known != kept_.end()) leave_out(*known++);
+}
+
+void ContactList::keep() {
+  next_.clear();
+  auto still = unlisted_.begin();
+  for (const ContactMemory& memory : memories_) {
+    if (memory.stretch_m.isZero(0.0)) continue;
+    while (still != unlisted_.end() && still->key < memory.key) next_.push_back(*still++);
+    next_.push_back(memory);
+  }
+  next_.insert(next_.end(), still, unlisted_.end());
+  kept_.swap(next_);
+}
+
+void ContactList::place(const ExplicitState& state, double substep_s,
+                        const Vector3d& gravity_m_s2) {
+  for (ContactSphere& sphere : spheres_) {
+    const bodies::SphereBinding& binding = *sphere.binding;
+    if (binding.rigid >= 0) {
+      const RigidState& body = state.rigid[static_cast<std::size_t>(binding.rigid)];
+      sphere.arm_m = body.rotation * binding.local_m;
+      sphere.position_m = body.position_m + sphere.arm_m;
+      sphere.speed_m_s = (body.velocity_m_s + body.spin_rad_s.cross(sphere.arm_m)).norm();
+      if (body.free) sphere.speed_m_s += substep_s * gravity_m_s2.norm();
+      continue;
+    }
+    Vector3d position_m = Vector3d::Zero(), velocity_m_s = Vector3d::Zero(),
+             change_m_s2 = Vector3d::Zero();
+    for (std::size_t i = 0; i < static_cast<std::size_t>(binding.node_count); ++i) {
+      const auto node = static_cast<std::size_t>(binding.nodes[i]);
+      const double inverse_mass_per_kg = state.inverse_mass_per_kg[node];
+      if (inverse_mass_per_kg > 0.0)
+        change_m_s2 +=
+            binding.weights[i] * (inverse_mass_per_kg * state.force_N[node].map() + gravity_m_s2);
+      position_m += binding.weights[i] * state.position_m[node].map();
+      velocity_m_s += binding.weights[i] * state.velocity_m_s[node].map();
+    }
+    sphere.position_m = position_m;
+    sphere.speed_m_s = velocity_m_s.norm() + substep_s * change_m_s2.norm();
+  }
+}
+
+Vector3d ContactList::other_m(const ContactPair& pair, double share) const {
+  return pair.b >= 0 ? sphere(pair.b).position_m
+                     : contact::kinematic_position_m(*pair.contact, share);
+}
+
+bool ContactList::is_near(const ContactPair& pair, double share, double part_s,
+                          double substep_s) const {
+  const contact::Contact& contact = *pair.contact;
+  const ContactSphere& a = sphere(pair.a);
+  // Twice the way of half a substep, and what its forces add.
+  const double way_m = substep_s * a.speed_m_s;
+  if (contact.is_plane)
+    return contact.plane_normal.dot(a.position_m) - contact.plane_offset_m <
+           contact.radius_a_m + way_m;
+  const double other_m_s = pair.b >= 0 ? sphere(pair.b).speed_m_s : way_m_s(contact, part_s).norm();
+  const double within_m = pair.distance_m + way_m + substep_s * other_m_s;
+  return (a.position_m - other_m(pair, share)).squaredNorm() < within_m * within_m;
+}
+
+void ContactList::forget(std::size_t pair) {
+  parted_J_ += memories_[pair].energy_J();
+  memories_[pair].stretch_m.setZero();
+}
+
+int ContactList::count_touching(const ExplicitState& state) {
+  place(state, 0.0, Vector3d::Zero());
+  return static_cast<int>(std::count_if(pairs_.begin(), pairs_.end(), [&](const ContactPair& pair) {
+    const contact::Contact& contact = *pair.contact;
+    const Vector3d& a_m = sphere(pair.a).position_m;
+    if (contact.is_plane)
+      return contact.plane_normal.dot(a_m) - contact.plane_offset_m < contact.radius_a_m;
+    return (a_m - other_m(pair, 1.0)).squaredNorm() < pair.distance_m * pair.distance_m;
+  }));
+}
+
+double ContactList::approach_per_s(const ExplicitState& state, double part_s) const {
+  double most_per_s = 0.0;
+  for (const ContactPair& pair : pairs_) {
+    const contact::Contact& contact = *pair.contact;
+    if (contact.is_plane) continue;
+    const bodies::SphereMotion a = motion_of(*sphere(pair.a).binding, state);
+    const bodies::SphereMotion b =
+        pair.b >= 0 ? motion_of(*sphere(pair.b).binding, state)
+                    : bodies::SphereMotion{contact.start_b_m, way_m_s(contact, part_s)};
+    const double apart_m_s = (a.velocity_m_s - b.velocity_m_s).norm();
+    // What is merely listed says nothing, or the list would be seen in the motion.
+    const double within_m = pair.distance_m + apart_m_s * part_s;
+    if ((a.position_m - b.position_m).squaredNorm() > within_m * within_m) continue;
+    most_per_s = std::max(most_per_s, apart_m_s / std::min(contact.radius_a_m, contact.radius_b_m));
+  }
+  return most_per_s;
+}
+
+double ContactList::stretch_energy_J() const {
+  double energy_J = 0.0;
+  for (const ContactMemory& memory : kept_) energy_J += memory.energy_J();
+  return energy_J;
+}
+
+}  // namespace stillgrid::dynamics

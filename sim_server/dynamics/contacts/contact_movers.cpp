@@ -1,0 +1,137 @@
+#include "sim_server/dynamics/contacts/contact_movers.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace stillgrid::dynamics {
+namespace {
+
+using Eigen::Vector3d;
+
+std::size_t at(int i) {
+  return static_cast<std::size_t>(i);
+}
+
+}  // namespace
+
+Vector3d velocity_m_s(const TouchSide& side, const ExplicitState& state) {
+  if (side.rigid >= 0) {
+    const RigidState& body = state.rigid[at(side.rigid)];
+    return body.velocity_m_s + body.spin_rad_s.cross(side.arm_m);
+  }
+  Vector3d velocity_m_s = Vector3d::Zero();
+  if (side.nodes == nullptr) return velocity_m_s;
+  for (std::size_t i = 0; i < at(side.nodes->node_count); ++i)
+    velocity_m_s += side.nodes->weights[i] * state.velocity_m_s[at(side.nodes->nodes[i])].map();
+  return velocity_m_s;
+}
+
+void ContactMovers::clear(const ExplicitState& state) {
+  rigid_mover_.resize(state.rigid.size(), -1);
+  node_mover_.resize(state.position_m.size(), -1);
+  for (const Entry& entry : entries_)
+    (entry.is_rigid ? rigid_mover_ : node_mover_)[at(entry.index)] = -1;
+  entries_.clear();
+  parent_.clear();
+}
+
+int ContactMovers::enter(const bodies::SphereBinding& binding, int with,
+                         const ExplicitState& state) {
+  if (binding.rigid >= 0) {
+    if (!state.rigid[at(binding.rigid)].free) return with;
+    return enter({binding.rigid, true}, rigid_mover_[at(binding.rigid)], with);
+  }
+  for (std::size_t i = 0; i < at(binding.node_count); ++i)
+    if (state.inverse_mass_per_kg[at(binding.nodes[i])] > 0.0)
+      with = enter({binding.nodes[i], false}, node_mover_[at(binding.nodes[i])], with);
+  return with;
+}
+
+int ContactMovers::enter(Entry entry, int& number, int with) {
+  if (number < 0) {
+    number = static_cast<int>(entries_.size());
+    entries_.push_back(entry);
+    parent_.push_back(number);
+  }
+  if (with >= 0) parent_[at(root(with))] = root(number);
+  return number;
+}
+
+int ContactMovers::root(int entry) {
+  while (parent_[at(entry)] != entry) entry = parent_[at(entry)] = parent_[at(parent_[at(entry)])];
+  return entry;
+}
+
+void ContactMovers::divide(std::span<const int> touched, std::vector<std::size_t>& place_of,
+                           const ExplicitState& state) {
+  // Counts first, then where each island begins, then each in its place, in the order of touches.
+  islands_.clear();
+  island_of_.assign(entries_.size(), -1);
+  place_of.clear();
+  for (const int entry : touched) {
+    int own = -1;
+    int& island = entry < 0 ? own : island_of_[at(root(entry))];
+    if (island < 0) {
+      island = static_cast<int>(islands_.size());
+      islands_.emplace_back();
+    }
+    ++islands_[at(island)].touches.last;
+    place_of.push_back(at(island));
+  }
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    island_of_[i] = island_of_[at(root(static_cast<int>(i)))];
+    ContactIsland& island = islands_[at(island_of_[i])];
+    ++(entries_[i].is_rigid ? island.rigid : island.nodes).last;
+  }
+  ContactIsland end;
+  const auto begin_at = [](ContactIsland::Range& range, std::size_t& from) {
+    range.first = from;
+    from += range.last;
+    range.last = range.first;
+  };
+  for (ContactIsland& island : islands_) {
+    begin_at(island.touches, end.touches.first);
+    begin_at(island.rigid, end.rigid.first);
+    begin_at(island.nodes, end.nodes.first);
+  }
+  for (std::size_t& place : place_of) place = islands_[place].touches.last++;
+  rigid_movers_.resize(end.rigid.first);
+  node_movers_.resize(end.nodes.first);
+  for (std::size_t i = 0; i < entries_.size(); ++i) {
+    ContactIsland& island = islands_[at(island_of_[i])];
+    const std::size_t index = at(entries_[i].index);
+    if (entries_[i].is_rigid) {
+      RigidMover& mover = rigid_movers_[island.rigid.last];
+      rigid_mover_[index] = static_cast<int>(island.rigid.last++);
+      mover.rigid = entries_[i].index;
+      mover.arm_m = 0.0;
+      mover.start << state.rigid[index].velocity_m_s, state.rigid[index].spin_rad_s;
+    } else {
+      NodeMover& mover = node_movers_[island.nodes.last];
+      node_mover_[index] = static_cast<int>(island.nodes.last++);
+      mover.node = entries_[i].index;
+      mover.start = state.velocity_m_s[index].map();
+    }
+  }
+}
+
+TouchSide ContactMovers::side_of(const bodies::SphereBinding& binding, const Vector3d& arm_m,
+                                 const ExplicitState& state) {
+  if (binding.rigid < 0) return {.nodes = &binding};
+  if (state.rigid[at(binding.rigid)].free) {
+    RigidMover& mover = rigid_movers_[at(rigid_mover_[at(binding.rigid)])];
+    mover.arm_m = std::max(mover.arm_m, arm_m.norm());
+  }
+  return {.rigid = binding.rigid, .arm_m = arm_m};
+}
+
+double ContactMovers::weight_sum(const TouchSide& side) const {
+  if (side.rigid >= 0) return rigid_mover_[at(side.rigid)] >= 0 ? 1.0 : 0.0;
+  double sum = 0.0;
+  if (side.nodes == nullptr) return sum;
+  for (std::size_t i = 0; i < at(side.nodes->node_count); ++i)
+    sum += std::abs(side.nodes->weights[i]);
+  return sum;
+}
+
+}  // namespace stillgrid::dynamics

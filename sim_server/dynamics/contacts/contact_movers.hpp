@@ -1,0 +1,114 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "sim_server/bodies/world.hpp"
+#include "sim_server/dynamics/contacts/substep_law.hpp"
+#include "sim_server/dynamics/forces/explicit_state.hpp"
+
+namespace stillgrid::dynamics {
+
+/// One side of a contact: a point of a rigid body, or the nodes of a sphere; neither: given.
+struct TouchSide {
+  int rigid = -1;
+  const bodies::SphereBinding* nodes = nullptr;
+  Eigen::Vector3d arm_m = Eigen::Vector3d::Zero();  // from the body's centre to the contact
+};
+[[nodiscard]] Eigen::Vector3d velocity_m_s(const TouchSide& side, const ExplicitState& state);
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+/// A body that contacts move. Velocities before its spin, impulses before their moments.
+struct RigidMover {
+  int rigid;
+  double arm_m = 0.0;  // farthest contact
+  Vector6 start, free, impulse, residual, direction;
+  Eigen::Matrix3d inertia_kg_m2;  // world frame
+  Matrix6 response;  // first what contacts ask for, kg, then the inverse with the masses
+};
+/// A node that contacts move.
+struct NodeMover {
+  int node;
+  Eigen::Vector3d start, free, impulse, residual, direction;
+  Eigen::Matrix3d response;
+};
+
+/// Bodies and nodes that touch one another, and their contacts, as ranges.
+struct ContactIsland {
+  struct Range {
+    std::size_t first = 0, last = 0;  // last: behind it
+  };
+  Range touches, rigid, nodes;
+};
+
+/// How far an island is from the solution.
+struct ContactResidual {
+  double left_m_s = 0.0;    // what impulses ask for beyond the velocities, the largest
+  double change_m_s = 0.0;  // of a velocity since the substep's start, the largest
+  bool is_uphill = false;   // the last change went against what is left
+};
+
+/// What contacts move in a substep, island by island. All that it does in an island depends on that
+/// island alone. Nothing is allocated once there was room.
+class ContactMovers {
+ public:
+  /// Begins a substep in which nothing touches yet.
+  void clear(const ExplicitState& state);
+  /// Those of the sphere touch each other and `with` (-1: nobody). Returns one of all, -1: none.
+  int enter(const bodies::SphereBinding& binding, int with, const ExplicitState& state);
+  /// Divides what has entered by who touches whom. touched: of each touch one that it moves, or -1.
+  /// Writes into place_of where each touch belongs so that islands are ranges. Velocities now are
+  /// the substep's start.
+  void divide(std::span<const int> touched, std::vector<std::size_t>& place_of,
+              const ExplicitState& state);
+  [[nodiscard]] const std::vector<ContactIsland>& islands() const noexcept { return islands_; }
+
+  /// A contact at that point of the sphere. Pre: divide() was told of it.
+  [[nodiscard]] TouchSide side_of(const bodies::SphereBinding& binding,
+                                  const Eigen::Vector3d& arm_m, const ExplicitState& state);
+  /// Sum of what a velocity of the side is of its movers', 1 for a body; zero if nothing moves it.
+  [[nodiscard]] double weight_sum(const TouchSide& side) const;
+
+  /// Takes velocities that all but contacts have made, and leads all back to the substep's start.
+  void start(ExplicitState& state);
+  /// The fastest of an island without contacts, m/s.
+  [[nodiscard]] double largest_m_s(const ContactIsland& island) const;
+
+  void clear_impulses(const ContactIsland& island);
+  void press(const TouchSide& side, const Eigen::Vector3d& impulse_N_s);
+  void clear_responses(const ContactIsland& island);
+  void add_slopes(const TouchSide& side, const Eigen::Vector3d& normal, const ImpulseSlopes& slopes,
+                  double weights);
+  /// Makes each response the inverse of its mass and of what contacts ask for at most. Returns the
+  /// largest ratio of the second to the first.
+  double invert_responses(const ContactIsland& island, const ExplicitState& state);
+
+  [[nodiscard]] ContactResidual residual(const ContactIsland& island, const ExplicitState& state);
+  void advance(const ContactIsland& island, double momentum_weight, double residual_weight,
+               ExplicitState& state);
+  /// The impulses of all contacts on the velocities that all else made.
+  void apply(ExplicitState& state) const;
+
+ private:
+  struct Entry {
+    int index;  // of a rigid body, or of a node
+    bool is_rigid;
+  };
+  int enter(Entry entry, int& number, int with);
+  int root(int entry);
+  [[nodiscard]] std::span<RigidMover> rigid_of(const ContactIsland& island);
+  [[nodiscard]] std::span<NodeMover> nodes_of(const ContactIsland& island);
+
+  std::vector<Entry> entries_;
+  std::vector<int> parent_, island_of_;        // of each entry
+  std::vector<int> rigid_mover_, node_mover_;  // of each: its entry, once divided its mover; or -1
+  std::vector<ContactIsland> islands_;
+  std::vector<RigidMover> rigid_movers_;
+  std::vector<NodeMover> node_movers_;
+};
+
+}  // namespace stillgrid::dynamics

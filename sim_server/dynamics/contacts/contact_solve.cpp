@@ -1,0 +1,133 @@
+// The solution of an island's contacts in a substep.
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "sim_server/dynamics/contacts/contact_core.hpp"
+
+namespace stillgrid::dynamics {
+namespace {
+
+/// Of the bound of a body's ratio, its part that is found in practice: for Chebyshev's weights,
+/// which converge also if it was too little.
+constexpr double kTypicalBound = 0.5;
+/// Of that, what is counted on after iterations overshot.
+constexpr double kCareful = 0.25;
+/// What rounding leaves, of the largest change of velocity, and where nothing moves.
+constexpr double kRounding = 1e-12, kRounding_m_s = 1e-14;
+/// Touches of an island that is solved in less time than a deadline is worth looking at, and the
+/// iterations between two looks in a larger one.
+constexpr std::size_t kLargeIsland = 4096;
+constexpr int kIterationsALook = 8;
+
+/// Chebyshev's weights for eigenvalues between 1 / (1 + ratio) and 1, iteration by iteration.
+class ChebyshevWeights {
+ public:
+  ChebyshevWeights() = default;
+  explicit ChebyshevWeights(double ratio) : ratio_(ratio) {
+    const double least = 1.0 / (1.0 + ratio);
+    middle_ = 0.5 * (1.0 + least);
+    half_ = 0.5 * (1.0 - least);
+    weight_ = half_ / middle_;
+  }
+  [[nodiscard]] double ratio() const { return ratio_; }
+  [[nodiscard]] double first() const { return 1.0 / middle_; }
+  struct Next {
+    double momentum, residual;
+  };
+  [[nodiscard]] Next next() {
+    if (!(half_ > 0.0)) return {0.0, 1.0};
+    const double next = 1.0 / (2.0 * middle_ / half_ - weight_);
+    return {next * std::exchange(weight_, next), 2.0 * next / half_};
+  }
+
+ private:
+  double ratio_ = 0.0, middle_ = 1.0, half_ = 0.0, weight_ = 0.0;
+};
+
+}  // namespace
+
+std::span<ContactCore::Touch> ContactCore::touches_of(const ContactIsland& island) {
+  return std::span(touches_).subspan(island.touches.first,
+                                     island.touches.last - island.touches.first);
+}
+
+/// Impulses of all contacts at the state's velocities; whether they may change by no more than the
+/// responses count on.
+bool ContactCore::evaluate(const ContactIsland& island, double substep_s,
+                           const ExplicitState& state) {
+  movers_.clear_impulses(island);
+  bool is_bounded = true;
+  for (Touch& touch : touches_of(island)) {
+    touch.impulse = contact_impulse(touch.contact, relative_velocity_m_s(touch, state), substep_s);
+    if (!(touch.impulse.spring_N + touch.impulse.damper_N > 0.0)) continue;
+    movers_.press(touch.a, touch.impulse.impulse_N_s);
+    movers_.press(touch.b, -touch.impulse.impulse_N_s);
+    const ImpulseSlopes slopes = impulse_slopes(touch.contact, touch.impulse, substep_s);
+    if (slopes.normal_kg <= touch.bound.normal_kg && slopes.across_kg <= touch.bound.across_kg)
+      continue;
+    is_bounded = false;
+    touch.bound.normal_kg = slopes.normal_kg;
+    // Less than a chord to the origin asks for, twice: it may yet stick more.
+    touch.bound.across_kg = touch.contact.is_viscous
+                                ? 2.0 * slopes.across_kg
+                                : std::min(2.0, 1.0 / touch.impulse.sticking) * slopes.across_kg;
+  }
+  return is_bounded;
+}
+
+/// Makes the responses of what the touches are bounded by; returns the ratio to masses.
+double ContactCore::bound_responses(const ContactIsland& island, double substep_s,
+                                    const ExplicitState& state) {
+  movers_.clear_responses(island);
+  double spring_share = 0.0;
+  for (const Touch& touch : touches_of(island)) {
+    const ImpulseSlopes& slopes = touch.bound;
+    if (!(slopes.normal_kg > 0.0)) continue;
+    const double weights = movers_.weight_sum(touch.a) + movers_.weight_sum(touch.b);
+    spring_share =
+        std::max(spring_share, 0.25 * substep_s * substep_s *
+                                   touch.contact.material.stiffness_N_per_m / slopes.normal_kg);
+    movers_.add_slopes(touch.a, touch.contact.normal, slopes, weights);
+    movers_.add_slopes(touch.b, touch.contact.normal, slopes, weights);
+  }
+  const double ratio = movers_.invert_responses(island, state);
+  stiffness_ratio_ = std::max(stiffness_ratio_, spring_share * ratio);
+  return ratio;
+}
+
+ContactSolve ContactCore::solve_island(const ContactIsland& island, double substep_s,
+                                       const Budget& budget, ExplicitState& state) {
+  ContactSolve result;
+  const double rounding_m_s = kRounding * movers_.largest_m_s(island) + kRounding_m_s;
+  const bool is_large = island.touches.last - island.touches.first > kLargeIsland;
+  double ratio = 0.0;
+  ChebyshevWeights weights;
+  for (bool begins = true;; begins = false) {
+    const bool is_bounded = evaluate(island, substep_s, state);
+    const ContactResidual residual = movers_.residual(island, state);
+    result.residual_m_s = residual.left_m_s;
+    if (residual.left_m_s <= std::max(accuracy_.relative * residual.change_m_s, rounding_m_s))
+      return result;
+    if (!std::isfinite(residual.left_m_s)) result.converged = false;
+    result.late = is_large && result.iterations % kIterationsALook == kIterationsALook - 1 &&
+                  budget.is_late();
+    if (result.late || result.iterations == accuracy_.most_iterations) result.converged = false;
+    if (!result.converged) return result;
+    ++result.iterations;
+    const bool overshot = !begins && residual.is_uphill;
+    if (is_bounded && !begins && !overshot) {
+      const ChebyshevWeights::Next next = weights.next();
+      movers_.advance(island, next.momentum, next.residual, state);
+      continue;
+    }
+    // What comes and goes is no linear system: where Chebyshev's weights led away they begin anew
+    // and more carefully, in the end as steps of weight 1, each of which comes nearer.
+    if (!is_bounded || begins) ratio = bound_responses(island, substep_s, state);
+    weights = ChebyshevWeights(overshot ? kCareful * weights.ratio() : kTypicalBound * ratio);
+    movers_.advance(island, 0.0, overshot ? 1.0 : weights.first(), state);
+  }
+}
+
+}  // namespace stillgrid::dynamics

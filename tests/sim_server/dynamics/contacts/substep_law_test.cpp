@@ -1,0 +1,128 @@
+#include "sim_server/dynamics/contacts/substep_law.hpp"
+
+#include <catch2/catch.hpp>
+#include <random>
+
+namespace stillgrid::dynamics {
+namespace {
+
+using Eigen::Vector3d;
+
+/// A contact along z with the given depth in the middle.
+SubstepContact contact_of(double depth_m, const Vector3d& start_velocity_m_s,
+                          const collision::ContactMaterial& material) {
+  SubstepContact contact;
+  contact.material = material;
+  contact.depth_m = depth_m;
+  contact.start_velocity_m_s = start_velocity_m_s;
+  return contact;
+}
+
+Vector3d any_vector(std::mt19937& random, double length) {
+  std::uniform_real_distribution<double> one(-length, length);
+  return {one(random), one(random), one(random)};
+}
+
+TEST_CASE("At rest the force is k times the depth, whatever the substep", "[substep_law]") {
+  const double substep_s = GENERATE(1e-5, 1e-3, 0.03);
+  const SubstepContact contact =
+      contact_of(1.5e-3, Vector3d::Zero(), {.stiffness_N_per_m = 800.0, .damping_N_s_per_m = 3.0});
+
+  const ContactImpulse impulse = contact_impulse(contact, Vector3d::Zero(), substep_s);
+
+  CHECK(impulse.impulse_N_s.z() / substep_s == Approx(1.2).epsilon(1e-14));
+  CHECK(impulse.damper_N == 0.0);
+}
+
+TEST_CASE("The spring's work is the change of its energy, also where a contact comes or goes",
+          "[substep_law]") {
+  std::mt19937 random(1);
+  constexpr double kSubstep_s = 2e-3;
+  int came = 0, went = 0;
+  for (int i = 0; i < 10000; ++i) {
+    const SubstepContact contact = contact_of(any_vector(random, 1e-3).z(), any_vector(random, 1.0),
+                                              {.stiffness_N_per_m = 2e3});
+    const Vector3d end_m_s = any_vector(random, 1.0);
+    const double start_m = start_depth_m(contact, kSubstep_s);
+    const double end_m = end_depth_m(contact, end_m_s, kSubstep_s);
+    came += start_m < 0.0 && end_m > 0.0;
+    went += start_m > 0.0 && end_m < 0.0;
+
+    const double work_J = contact_impulse(contact, end_m_s, kSubstep_s)
+                              .impulse_N_s.dot(0.5 * (contact.start_velocity_m_s + end_m_s));
+
+    CHECK(work_J == Approx(spring_energy_J(contact.material, start_m) -
+                           spring_energy_J(contact.material, end_m))
+                        .margin(1e-16));
+  }
+  CHECK(came > 1000);
+  CHECK(went > 1000);
+}
+
+TEST_CASE("The damper acts while depth grows, over the part that overlaps", "[substep_law]") {
+  const collision::ContactMaterial damper{.damping_N_s_per_m = 4.0};
+  constexpr double kSubstep_s = 1e-3;
+  const auto damping_N = [&](double depth_m, double speed_m_s) {
+    return contact_impulse(contact_of(depth_m, {0, 0, speed_m_s}, damper), {0, 0, speed_m_s},
+                           kSubstep_s)
+        .damper_N;
+  };
+
+  CHECK(damping_N(1e-3, -0.2) == Approx(0.8));
+  CHECK(damping_N(0.0, -0.2) == Approx(0.4));  // half of the way overlaps
+  CHECK(damping_N(1e-3, 0.2) == 0.0);
+}
+
+TEST_CASE("Friction holds up to friction times the normal force and gives no energy",
+          "[substep_law]") {
+  std::mt19937 random(2);
+  const collision::ContactMaterial material{
+      .stiffness_N_per_m = 2e3, .damping_N_s_per_m = GENERATE(0.0, 5.0), .friction = 0.4};
+  for (int i = 0; i < 10000; ++i) {
+    const double substep_s = std::pow(10.0, any_vector(random, 1.0).x() - 3.0);
+    SubstepContact contact = contact_of(1e-3, Vector3d::Zero(), material);
+    contact.stretch_m = any_vector(random, 1e-3);
+    contact.stretch_m.z() = 0.0;
+    Vector3d slid_m = any_vector(random, 2e-3);
+    slid_m.z() = 0.0;
+    const double most_N = any_vector(random, 1.0).cwiseAbs().x();
+
+    const StickingForce force = sticking_force(contact, slid_m, most_N, substep_s);
+
+    CHECK(force.force_N.norm() <= most_N * (1.0 + 1e-12));
+    const double held_J = 1e3 * (force.stretch_m.squaredNorm() - contact.stretch_m.squaredNorm());
+    CHECK(-force.force_N.dot(slid_m) - held_J >= -1e-15);
+  }
+}
+
+TEST_CASE("No change of velocity asks for more impulse than the slopes bound", "[substep_law]") {
+  std::mt19937 random(3);
+  constexpr double kSubstep_s = 1e-3;
+  const collision::ContactMaterial material{.stiffness_N_per_m = 2e3, .damping_N_s_per_m = 2.0};
+  for (int i = 0; i < 10000; ++i) {
+    const SubstepContact contact =
+        contact_of(any_vector(random, 1e-3).z(), any_vector(random, 1.0), material);
+    const Vector3d one_m_s = any_vector(random, 1.0), other_m_s = any_vector(random, 1.0);
+    const ContactImpulse at = contact_impulse(contact, one_m_s, kSubstep_s);
+    const double impulse_change_N_s =
+        contact_impulse(contact, other_m_s, kSubstep_s).impulse_N_s.z() - at.impulse_N_s.z();
+    const double slope_kg = -impulse_change_N_s / (other_m_s.z() - one_m_s.z());
+    CHECK(slope_kg >= -1e-12);
+    CHECK(slope_kg <= impulse_slopes(contact, at, kSubstep_s).normal_kg * (1.0 + 1e-9));
+  }
+}
+
+TEST_CASE("A stretch turns with its contact and keeps its length", "[substep_law]") {
+  const Vector3d carried_m =
+      carried_stretch_m({2e-3, 0, 0}, Vector3d::UnitZ(), Vector3d(0.1, 0, 1).normalized(), 0.0);
+
+  CHECK(carried_m.norm() == Approx(2e-3));
+  CHECK(carried_m.dot(Vector3d(0.1, 0, 1)) == Approx(0.0).margin(1e-18));
+  CHECK(carried_m.y() == Approx(0.0).margin(1e-18));
+  const Vector3d twisted_m =
+      carried_stretch_m({2e-3, 0, 0}, Vector3d::UnitZ(), Vector3d::UnitZ(), 1e-3);
+  CHECK(twisted_m.y() == Approx(2e-6).epsilon(1e-5));
+}
+
+}  // namespace
+}  // namespace stillgrid::dynamics
