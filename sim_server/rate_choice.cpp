@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "shared/rendering/force_error.hpp"
@@ -116,6 +117,12 @@ RateChoice choose_rate(const scene::SceneDescription& scene, const bodies::World
   RateChoice choice;
   choice.watched_s = 1e-3 * static_cast<double>(trials.truth.felt.force_N.size());
   for (const double rate_hz : kRates_hz) choice.trials.push_back({.rate_hz = rate_hz});
+  const double own_hz = 1.0 / scene.period_s;
+  if (!scene.choose_rate && std::ranges::none_of(kRates_hz, [&](double rate_hz) {
+        return std::abs(rate_hz - own_hz) < 1e-6 * own_hz;
+      }))
+    choice.trials.push_back({.rate_hz = own_hz});
+  std::ranges::sort(choice.trials, std::greater(), &RateTrial::rate_hz);
   for (int run = 0; run < kRuns && now_s() < trials.end_s; ++run) {
     tell("at each rate, " + std::to_string(run + 1) + " of " + std::to_string(kRuns));
     // The lowest first, which are cheap: so the most is known when time is out.

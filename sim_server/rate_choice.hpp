@@ -36,13 +36,13 @@ inline constexpr double kServerBudget_s = 10.0, kExplainBudget_s = 60.0;
 /// noticeable difference (rendering::kJustNoticeable), at it and at every higher rate that the
 /// share of a processor allows; where none does, the most accurate that it allows.
 ///
-/// The scene comes to rest for hand->settle_s; then the hand is led through it at each rate from 10
-/// Hz to 1 kHz, in virtual time, shown as haptic_server shows it by default and as late as steps
-/// are slow, and its force is held against the truth: implicit Euler at 1 kHz, each snapshot shown
-/// at once. A rate is run again with its steps elsewhere in time, eight times in all or as often as
-/// the budget allows; the worst counts. Where the budget ends the reference, what it came to is
-/// watched; where it touched nothing by then no error is known, and the highest rate within the
-/// share is taken.
+/// The scene comes to rest for hand->settle_s; then the hand is led through it at each of eleven
+/// rates from 10 Hz to 1 kHz, and at the scene's own if it has one, in virtual time, shown as
+/// haptic_server shows it by default and as late as steps are slow, and its force is held against
+/// the truth: implicit Euler at 1 kHz, each snapshot shown at once. A rate is run again with its
+/// steps elsewhere in time, eight times in all or as often as the budget allows; the worst counts.
+/// Where the budget ends the reference, what it came to is watched; where it touched nothing by
+/// then no error is known, and the highest rate within the share is taken.
 ///
 /// start: build_world(scene). now_s: a clock; it decides, so that two choices may differ: record
 /// one for virtual time (sim_server/method_record.hpp). tell: called with a line of progress.

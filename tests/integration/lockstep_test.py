@@ -36,7 +36,7 @@ class LockstepTest(daemons.SessionTest):
 
     def test_a_jittery_slow_simulation_repeats_by_its_seed(self):
         def jittery(seed):
-            return self.record(sim=("--jitter", 0.3, "--latency", 0.02, "--seed", seed))
+            return self.record(sim=("--rate", 33, "--jitter", 0.3, "--latency", 0.02, "--seed", seed))
 
         first, other = jittery(7), jittery(8)
         self.assert_same_bytes(first, jittery(7))

@@ -148,6 +148,26 @@ TEST_CASE("A choice ends with its budget, with what is known by then", "[rate]")
   }
 }
 
+TEST_CASE("On its own hand each scene that ships errs by less than is noticed", "[rate]") {
+  const std::string name = GENERATE(as<std::string>{}, "tissue_and_blocks", "threads", "organ",
+                                    "laparoscopy", "moving_sphere", "wall");
+  CAPTURE(name);
+  const scene::SceneDescription scene =
+      scene::load_scene(std::string(STILLGRID_SCENES "/") + name + ".toml");
+  REQUIRE(scene.hand);
+  const HandPath hand(scene.hand->file, scene.device);
+  const CostClock stopped = [] { return 0.0; };
+  const TrueForce truth = true_force(scene, scene::build_world(scene), hand, 1.0, stopped);
+  CHECK(std::ranges::count(truth.felt.touches, true) > 250);
+  for (const double first_share : {1.0, 0.875, 0.75, 0.625, 0.5, 0.375, 0.25, 0.125}) {
+    CAPTURE(first_share);
+    const FeltForce felt = felt_force(
+        scene, truth.start, hand,
+        {.first_share = first_share, .duration_s = hand.duration_s(), .deadline_s = 1.0}, stopped);
+    CHECK(force_error_share(felt, truth.felt) <= rendering::kJustNoticeable);
+  }
+}
+
 TEST_CASE("A hand is followed evenly from row to row, in the scene's frame", "[rate]") {
   const tests::TestFolder folder;
   const auto file = folder.write("hand.csv",
