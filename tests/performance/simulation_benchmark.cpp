@@ -131,6 +131,23 @@ BENCHMARK(haptic_rate)
     ->Iterations(2000)
     ->Unit(benchmark::kMicrosecond);
 
+/// A shipped scene as it is, at its own rate: the work of a whole step.
+void as_shipped(benchmark::State& state) {
+  RunningScene& running = settled("tissue_and_blocks");
+  double contacts = 0.0, substeps = 0.0;
+  for (auto _ : state) {
+    const dynamics::StepReport report = running.step();
+    contacts += report.contacts;
+    substeps += report.solve.iterations;
+  }
+  state.counters["substeps"] = benchmark::Counter(substeps, benchmark::Counter::kAvgIterations);
+  state.counters["contacts"] = benchmark::Counter(contacts, benchmark::Counter::kAvgIterations);
+}
+BENCHMARK(as_shipped)
+    ->Name("step/tissue_and_blocks_as_shipped")
+    ->Iterations(200)
+    ->Unit(benchmark::kMicrosecond);
+
 /// 10 ms of a square cloth of 1 kg and 1 m that hangs by two corners, without contacts.
 void swing_cloth(benchmark::State& state) {
   const auto side = static_cast<int>(state.range(0));

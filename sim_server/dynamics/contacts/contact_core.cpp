@@ -23,7 +23,7 @@ void ContactCore::take(const bodies::World& world, std::span<const contact::Cont
 void ContactCore::begin(double share, double part_s, double substep_s, const Vector3d& gravity_m_s2,
                         const ExplicitState& state) {
   list_.place(state, substep_s, gravity_m_s2);
-  movers_.clear(state);
+  movers_.clear(list_.spheres(), state);
   near_.clear();
   moved_.clear();
   for (std::size_t i = 0; i < list_.pairs().size(); ++i) {
@@ -38,9 +38,43 @@ void ContactCore::begin(double share, double part_s, double substep_s, const Vec
     moved_.push_back(moved);
   }
   movers_.divide(moved_, place_of_, state);
-  touches_.resize(near_.size());
-  for (std::size_t i = 0; i < near_.size(); ++i)
-    touches_[place_of_[i]] = touch_of(near_[i], share, part_s, substep_s, state);
+  sorted_.resize(near_.size());
+  for (std::size_t i = 0; i < near_.size(); ++i) sorted_[place_of_[i]] = near_[i];
+  touches_.clear();
+  for (std::size_t i = 0; i < movers_.islands().size(); ++i) {
+    movers_.begin_island(i);
+    for (std::size_t k = touches_.size(); k < movers_.islands()[i].touches.last; ++k)
+      touches_.push_back(touch_of(sorted_[k], share, part_s, substep_s, state));
+  }
+  fill_rows(substep_s, state);
+}
+
+void ContactCore::fill_rows(double substep_s, const ExplicitState& state) {
+  std::size_t next = 0;
+  for (const ContactIsland& island : movers_.islands()) {
+    next = (next + ContactRows::kLanes - 1) / ContactRows::kLanes * ContactRows::kLanes;
+    for (std::size_t i = island.touches.first; i < island.touches.last; ++i, ++next) {
+      Touch& touch = touches_[i];
+      touch.row = next;
+      if (next % ContactRows::kLanes == 0) {
+        rows_.resize(next / ContactRows::kLanes);
+        rows_.emplace_back();
+      }
+      ContactRows& rows = rows_.back();
+      const std::size_t lane = next % ContactRows::kLanes;
+      rows.a[lane] = touch.a.point;
+      rows.b[lane] = touch.b.point;
+      Vector3d given_m_s = touch.given_m_s;
+      if (touch.a.point == 0) given_m_s -= velocity_m_s(touch.a, state);
+      if (touch.b.point == 0) given_m_s += velocity_m_s(touch.b, state);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto k = static_cast<Eigen::Index>(axis);
+        rows.arm_a_m[axis][lane] = touch.a.point == 0 ? 0.0 : touch.a.arm_m[k];
+        rows.arm_b_m[axis][lane] = touch.b.point == 0 ? 0.0 : touch.b.arm_m[k];
+      }
+      rows.set(lane, touch.contact, given_m_s, substep_s);
+    }
+  }
 }
 
 ContactCore::Touch ContactCore::touch_of(std::size_t index, double share, double part_s,
@@ -67,10 +101,10 @@ ContactCore::Touch ContactCore::touch_of(std::size_t index, double share, double
     to_a_m = -pair.radius_m / pair.distance_m * line_m;
     to_b_m = line_m + to_a_m;
   }
-  touch.a = movers_.side_of(*a.binding, a.arm_m + to_a_m, state);
+  touch.a = movers_.side_of(pair.a, *a.binding, a.arm_m + to_a_m, state);
   if (pair.b >= 0) {
     const ContactSphere& b = list_.sphere(pair.b);
-    touch.b = movers_.side_of(*b.binding, b.arm_m + to_b_m, state);
+    touch.b = movers_.side_of(pair.b, *b.binding, b.arm_m + to_b_m, state);
   } else if (!contact.is_plane) {
     // Along the normal the way counts, across it what the tool's velocity says.
     const Vector3d point_m_s = contact.velocity_b_m_s + contact.spin_b_rad_s.cross(to_b_m);
@@ -116,8 +150,11 @@ void ContactCore::finish(double substep_s, const ExplicitState& state, EnergyFlo
   for (const Touch& touch : touches_) {
     const SubstepContact& contact = touch.contact;
     ContactMemory& memory = list_.memories()[touch.pair];
-    const ContactImpulse& done = touch.impulse;
-    const double normal_N = done.spring_N + done.damper_N;
+    const ContactRows& rows = rows_[touch.row / ContactRows::kLanes];
+    const std::size_t lane = touch.row % ContactRows::kLanes;
+    const double spring_N = rows.spring_N[lane], damper_N = rows.damper_N[lane];
+    const Vector3d impulse_N_s = rows.impulse_of(lane);
+    const double normal_N = spring_N + damper_N;
     const Vector3d end_m_s = relative_velocity_m_s(touch, state);
     const Vector3d mean_m_s = 0.5 * (contact.start_velocity_m_s + end_m_s);
     const double apart_m_s = contact.normal.dot(mean_m_s);
@@ -129,20 +166,20 @@ void ContactCore::finish(double substep_s, const ExplicitState& state, EnergyFlo
       memory.stretch_m =
           sticking_force(contact, way_m, contact.material.friction * normal_N, substep_s).stretch_m;
     }
-    const double across_J = done.impulse_N_s.dot(mean_m_s) - substep_s * normal_N * apart_m_s;
-    flow.contact_damping_J -= substep_s * done.damper_N * apart_m_s;
+    const double across_J = impulse_N_s.dot(mean_m_s) - substep_s * normal_N * apart_m_s;
+    flow.contact_damping_J -= substep_s * damper_N * apart_m_s;
     flow.friction_J += held_J - memory.energy_J() - across_J;
     const double change_J =
         spring_energy_J(contact.material, end_depth_m(contact, end_m_s, substep_s)) -
         spring_energy_J(contact.material, start_depth_m(contact, substep_s));
     spring_change_J_ += change_J;
-    flow.unsolved_J += change_J + substep_s * done.spring_N * apart_m_s;
+    flow.unsolved_J += change_J + substep_s * spring_N * apart_m_s;
     // Work against what is moved from outside.
     if (touch.b.rigid < 0 && touch.b.nodes == nullptr)
-      flow.given_J += done.impulse_N_s.dot(touch.given_m_s);
+      flow.given_J += impulse_N_s.dot(touch.given_m_s);
     else if (is_given(touch.b))
-      flow.given_J += done.impulse_N_s.dot(velocity_m_s(touch.b, state));
-    if (is_given(touch.a)) flow.given_J -= done.impulse_N_s.dot(velocity_m_s(touch.a, state));
+      flow.given_J += impulse_N_s.dot(velocity_m_s(touch.b, state));
+    if (is_given(touch.a)) flow.given_J -= impulse_N_s.dot(velocity_m_s(touch.a, state));
   }
 }
 

@@ -8,6 +8,7 @@
 #include "sim_server/contact/contact.hpp"
 #include "sim_server/dynamics/contacts/contact_list.hpp"
 #include "sim_server/dynamics/contacts/contact_movers.hpp"
+#include "sim_server/dynamics/contacts/contact_rows.hpp"
 #include "sim_server/dynamics/contacts/substep_law.hpp"
 #include "sim_server/dynamics/forces/explicit_state.hpp"
 #include "sim_server/dynamics/forces/trial.hpp"
@@ -91,15 +92,16 @@ class ContactCore {
     TouchSide a, b;
     SubstepContact contact;
     Eigen::Vector3d given_m_s = Eigen::Vector3d::Zero();  // velocity of b where it is given
-    ContactImpulse impulse;
-    ImpulseSlopes bound;  // that the responses count on
+    std::size_t row = 0;                                  // lane after lane, block after block
   };
 
   [[nodiscard]] Touch touch_of(std::size_t pair, double share, double part_s, double substep_s,
                                const ExplicitState& state);
+  void fill_rows(double substep_s, const ExplicitState& state);
   [[nodiscard]] static Eigen::Vector3d relative_velocity_m_s(const Touch& touch,
                                                              const ExplicitState& state);
-  [[nodiscard]] std::span<Touch> touches_of(const ContactIsland& island);
+  [[nodiscard]] std::span<const Touch> touches_of(const ContactIsland& island) const;
+  [[nodiscard]] std::span<ContactRows> rows_of(const ContactIsland& island);
   ContactSolve solve_island(const ContactIsland& island, double substep_s, const Budget& budget,
                             ExplicitState& state);
   [[nodiscard]] bool evaluate(const ContactIsland& island, double substep_s,
@@ -112,8 +114,10 @@ class ContactCore {
   ContactList list_;
   ContactMovers movers_;
   std::vector<std::size_t> near_, place_of_;  // pairs that may touch; where among the touches
+  std::vector<std::size_t> sorted_;           // pairs, as touches
   std::vector<int> moved_;                    // of each of them one that it moves, or -1
   std::vector<Touch> touches_;                // island after island, in an island by key
+  std::vector<ContactRows> rows_;             // theirs; each island begins a block
   double stiffness_ratio_ = 0.0, spring_change_J_ = 0.0;
   bool struck_ = false;
 };

@@ -40,6 +40,7 @@ class ContactList {
 
   /// Ordered by key, so that sums over them do not depend on the list's order.
   [[nodiscard]] const std::vector<ContactPair>& pairs() const noexcept { return pairs_; }
+  [[nodiscard]] std::size_t spheres() const noexcept { return spheres_.size(); }
   [[nodiscard]] const ContactSphere& sphere(int place) const {
     return spheres_[static_cast<std::size_t>(place)];
   }

@@ -26,7 +26,8 @@ Vector3d velocity_m_s(const TouchSide& side, const ExplicitState& state) {
   return velocity_m_s;
 }
 
-void ContactMovers::clear(const ExplicitState& state) {
+void ContactMovers::clear(std::size_t spheres, const ExplicitState& state) {
+  point_of_.resize(spheres);
   rigid_mover_.resize(state.rigid.size(), -1);
   node_mover_.resize(state.position_m.size(), -1);
   for (const Entry& entry : entries_)
@@ -97,6 +98,10 @@ void ContactMovers::divide(std::span<const int> touched, std::vector<std::size_t
   for (std::size_t& place : place_of) place = islands_[place].touches.last++;
   rigid_movers_.resize(end.rigid.first);
   node_movers_.resize(end.nodes.first);
+  soft_.clear();
+  std::fill(point_of_.begin(), point_of_.end(), 0);
+  velocities_.assign(1 + rigid_movers_.size(), {});
+  impulses_.assign(1 + rigid_movers_.size(), {});
   for (std::size_t i = 0; i < entries_.size(); ++i) {
     ContactIsland& island = islands_[at(island_of_[i])];
     const std::size_t index = at(entries_[i].index);
@@ -115,14 +120,29 @@ void ContactMovers::divide(std::span<const int> touched, std::vector<std::size_t
   }
 }
 
-TouchSide ContactMovers::side_of(const bodies::SphereBinding& binding, const Vector3d& arm_m,
-                                 const ExplicitState& state) {
-  if (binding.rigid < 0) return {.nodes = &binding};
-  if (state.rigid[at(binding.rigid)].free) {
-    RigidMover& mover = rigid_movers_[at(rigid_mover_[at(binding.rigid)])];
-    mover.arm_m = std::max(mover.arm_m, arm_m.norm());
+TouchSide ContactMovers::side_of(int sphere, const bodies::SphereBinding& binding,
+                                 const Vector3d& arm_m, const ExplicitState& state) {
+  if (binding.rigid < 0) {
+    int& point = point_of_[at(sphere)];
+    if (point == 0) {
+      point = static_cast<int>(velocities_.size());
+      velocities_.emplace_back();
+      impulses_.emplace_back();
+      soft_.push_back(&binding);
+      islands_[island_].soft.last = soft_.size();
+    }
+    return {.nodes = &binding, .point = point};
   }
-  return {.rigid = binding.rigid, .arm_m = arm_m};
+  if (!state.rigid[at(binding.rigid)].free) return {.rigid = binding.rigid, .arm_m = arm_m};
+  const int place = rigid_mover_[at(binding.rigid)];
+  double& farthest_m = rigid_movers_[at(place)].arm_m;
+  farthest_m = std::max(farthest_m, arm_m.norm());
+  return {.rigid = binding.rigid, .arm_m = arm_m, .point = 1 + place};
+}
+
+void ContactMovers::begin_island(std::size_t island) {
+  island_ = island;
+  islands_[island].soft.first = islands_[island].soft.last = soft_.size();
 }
 
 double ContactMovers::weight_sum(const TouchSide& side) const {

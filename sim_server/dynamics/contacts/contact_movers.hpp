@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim_server/bodies/world.hpp"
+#include "sim_server/dynamics/contacts/contact_rows.hpp"
 #include "sim_server/dynamics/contacts/substep_law.hpp"
 #include "sim_server/dynamics/forces/explicit_state.hpp"
 
@@ -16,6 +17,7 @@ struct TouchSide {
   int rigid = -1;
   const bodies::SphereBinding* nodes = nullptr;
   Eigen::Vector3d arm_m = Eigen::Vector3d::Zero();  // from the body's centre to the contact
+  int point = 0;                                    // of ContactMovers; 0: contacts do not move it
 };
 [[nodiscard]] Eigen::Vector3d velocity_m_s(const TouchSide& side, const ExplicitState& state);
 
@@ -42,7 +44,7 @@ struct ContactIsland {
   struct Range {
     std::size_t first = 0, last = 0;  // last: behind it
   };
-  Range touches, rigid, nodes;
+  Range touches, rigid, nodes, soft;
 };
 
 /// How far an island is from the solution.
@@ -56,8 +58,8 @@ struct ContactResidual {
 /// island alone. Nothing is allocated once there was room.
 class ContactMovers {
  public:
-  /// Begins a substep in which nothing touches yet.
-  void clear(const ExplicitState& state);
+  /// Begins a substep in which nothing touches yet, of so many spheres.
+  void clear(std::size_t spheres, const ExplicitState& state);
   /// Those of the sphere touch each other and `with` (-1: nobody). Returns one of all, -1: none.
   int enter(const bodies::SphereBinding& binding, int with, const ExplicitState& state);
   /// Divides what has entered by who touches whom. touched: of each touch one that it moves, or -1.
@@ -66,9 +68,12 @@ class ContactMovers {
   void divide(std::span<const int> touched, std::vector<std::size_t>& place_of,
               const ExplicitState& state);
   [[nodiscard]] const std::vector<ContactIsland>& islands() const noexcept { return islands_; }
+  /// From here on side_of() is asked by contacts of the island, until of the next.
+  void begin_island(std::size_t island);
 
-  /// A contact at that point of the sphere. Pre: divide() was told of it.
-  [[nodiscard]] TouchSide side_of(const bodies::SphereBinding& binding,
+  /// A contact at that point of the sphere of that number in the substep. Pre: divide() was told of
+  /// it, and its island has begun.
+  [[nodiscard]] TouchSide side_of(int sphere, const bodies::SphereBinding& binding,
                                   const Eigen::Vector3d& arm_m, const ExplicitState& state);
   /// Sum of what a velocity of the side is of its movers', 1 for a body; zero if nothing moves it.
   [[nodiscard]] double weight_sum(const TouchSide& side) const;
@@ -78,8 +83,12 @@ class ContactMovers {
   /// The fastest of an island without contacts, m/s.
   [[nodiscard]] double largest_m_s(const ContactIsland& island) const;
 
-  void clear_impulses(const ContactIsland& island);
-  void press(const TouchSide& side, const Eigen::Vector3d& impulse_N_s);
+  /// How an island's points move; nothing pushes them yet.
+  void place_points(const ContactIsland& island, const ExplicitState& state);
+  [[nodiscard]] std::span<const ContactPoint> velocities() const noexcept { return velocities_; }
+  [[nodiscard]] std::span<ContactPoint> impulses() noexcept { return impulses_; }
+  /// What pushes points becomes the impulses of bodies and nodes.
+  void gather_impulses(const ContactIsland& island);
   void clear_responses(const ContactIsland& island);
   void add_slopes(const TouchSide& side, const Eigen::Vector3d& normal, const ImpulseSlopes& slopes,
                   double weights);
@@ -107,6 +116,11 @@ class ContactMovers {
   std::vector<int> parent_, island_of_;        // of each entry
   std::vector<int> rigid_mover_, node_mover_;  // of each: its entry, once divided its mover; or -1
   std::vector<ContactIsland> islands_;
+  /// Spheres of nodes that touch, their points being behind those of rigid bodies.
+  std::vector<const bodies::SphereBinding*> soft_;
+  std::vector<ContactPoint> velocities_, impulses_;  // of points
+  std::vector<int> point_of_;                        // of spheres of nodes, or 0
+  std::size_t island_ = 0;                           // that has begun
   std::vector<RigidMover> rigid_movers_;
   std::vector<NodeMover> node_movers_;
 };

@@ -70,24 +70,35 @@ double ContactMovers::largest_m_s(const ContactIsland& island) const {
   return largest_m_s;
 }
 
-void ContactMovers::clear_impulses(const ContactIsland& island) {
-  for (RigidMover& mover : rigid_of(island)) mover.impulse.setZero();
-  for (NodeMover& mover : nodes_of(island)) mover.impulse.setZero();
+void ContactMovers::place_points(const ContactIsland& island, const ExplicitState& state) {
+  for (std::size_t i = island.rigid.first; i < island.rigid.last; ++i) {
+    const RigidState& body = state.rigid[number(rigid_movers_[i].rigid)];
+    ContactPoint& point = velocities_[1 + i];
+    Eigen::Map<Vector3d>(point.linear.data()) = body.velocity_m_s;
+    Eigen::Map<Vector3d>(point.angular.data()) = body.spin_rad_s;
+    impulses_[1 + i] = {};
+  }
+  const std::size_t soft = 1 + rigid_movers_.size();
+  for (std::size_t i = island.soft.first; i < island.soft.last; ++i) {
+    Eigen::Map<Vector3d>(velocities_[soft + i].linear.data()) =
+        velocity_m_s({.nodes = soft_[i]}, state);
+    impulses_[soft + i] = {};
+  }
 }
 
-void ContactMovers::press(const TouchSide& side, const Vector3d& impulse_N_s) {
-  if (side.rigid >= 0) {
-    const int place = rigid_mover_[number(side.rigid)];
-    if (place < 0) return;
-    Vector6& impulse = rigid_movers_[number(place)].impulse;
-    impulse.head<3>() += impulse_N_s;
-    impulse.tail<3>() += side.arm_m.cross(impulse_N_s);
-    return;
-  }
-  if (side.nodes == nullptr) return;
-  for (std::size_t i = 0; i < number(side.nodes->node_count); ++i) {
-    const int place = node_mover_[number(side.nodes->nodes[i])];
-    if (place >= 0) node_movers_[number(place)].impulse += side.nodes->weights[i] * impulse_N_s;
+void ContactMovers::gather_impulses(const ContactIsland& island) {
+  for (std::size_t i = island.rigid.first; i < island.rigid.last; ++i)
+    rigid_movers_[i].impulse << Eigen::Map<const Vector3d>(impulses_[1 + i].linear.data()),
+        Eigen::Map<const Vector3d>(impulses_[1 + i].angular.data());
+  for (NodeMover& mover : nodes_of(island)) mover.impulse.setZero();
+  const std::size_t soft = 1 + rigid_movers_.size();
+  for (std::size_t i = island.soft.first; i < island.soft.last; ++i) {
+    const bodies::SphereBinding& binding = *soft_[i];
+    const Eigen::Map<const Vector3d> impulse_N_s(impulses_[soft + i].linear.data());
+    for (std::size_t k = 0; k < number(binding.node_count); ++k) {
+      const int place = node_mover_[number(binding.nodes[k])];
+      if (place >= 0) node_movers_[number(place)].impulse += binding.weights[k] * impulse_N_s;
+    }
   }
 }
 

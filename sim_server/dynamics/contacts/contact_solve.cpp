@@ -15,7 +15,7 @@ constexpr double kTypicalBound = 0.5;
 /// Of that, what is counted on after iterations overshot.
 constexpr double kCareful = 0.25;
 /// What rounding leaves, of the largest change of velocity, and where nothing moves.
-constexpr double kRounding = 1e-12, kRounding_m_s = 1e-14;
+constexpr double kRounding = 1e-11, kRounding_m_s = 1e-14;
 /// Touches of an island that is solved in less time than a deadline is worth looking at, and the
 /// iterations between two looks in a larger one.
 constexpr std::size_t kLargeIsland = 4096;
@@ -48,32 +48,27 @@ class ChebyshevWeights {
 
 }  // namespace
 
-std::span<ContactCore::Touch> ContactCore::touches_of(const ContactIsland& island) {
+std::span<const ContactCore::Touch> ContactCore::touches_of(const ContactIsland& island) const {
   return std::span(touches_).subspan(island.touches.first,
                                      island.touches.last - island.touches.first);
+}
+
+std::span<ContactRows> ContactCore::rows_of(const ContactIsland& island) {
+  constexpr std::size_t kLanes = ContactRows::kLanes;
+  const std::size_t first = touches_[island.touches.first].row / kLanes;
+  return std::span(rows_).subspan(first,
+                                  touches_[island.touches.last - 1].row / kLanes + 1 - first);
 }
 
 /// Impulses of all contacts at the state's velocities; whether they may change by no more than the
 /// responses count on.
 bool ContactCore::evaluate(const ContactIsland& island, double substep_s,
                            const ExplicitState& state) {
-  movers_.clear_impulses(island);
+  movers_.place_points(island, state);
   bool is_bounded = true;
-  for (Touch& touch : touches_of(island)) {
-    touch.impulse = contact_impulse(touch.contact, relative_velocity_m_s(touch, state), substep_s);
-    if (!(touch.impulse.spring_N + touch.impulse.damper_N > 0.0)) continue;
-    movers_.press(touch.a, touch.impulse.impulse_N_s);
-    movers_.press(touch.b, -touch.impulse.impulse_N_s);
-    const ImpulseSlopes slopes = impulse_slopes(touch.contact, touch.impulse, substep_s);
-    if (slopes.normal_kg <= touch.bound.normal_kg && slopes.across_kg <= touch.bound.across_kg)
-      continue;
-    is_bounded = false;
-    touch.bound.normal_kg = slopes.normal_kg;
-    // Less than a chord to the origin asks for, twice: it may yet stick more.
-    touch.bound.across_kg = touch.contact.is_viscous
-                                ? 2.0 * slopes.across_kg
-                                : std::min(2.0, 1.0 / touch.impulse.sticking) * slopes.across_kg;
-  }
+  for (ContactRows& rows : rows_of(island))
+    is_bounded = rows.evaluate(movers_.velocities(), movers_.impulses(), substep_s) && is_bounded;
+  movers_.gather_impulses(island);
   return is_bounded;
 }
 
@@ -83,7 +78,9 @@ double ContactCore::bound_responses(const ContactIsland& island, double substep_
   movers_.clear_responses(island);
   double spring_share = 0.0;
   for (const Touch& touch : touches_of(island)) {
-    const ImpulseSlopes& slopes = touch.bound;
+    const ContactRows& rows = rows_[touch.row / ContactRows::kLanes];
+    const std::size_t lane = touch.row % ContactRows::kLanes;
+    const ImpulseSlopes slopes{rows.normal_bound_kg[lane], rows.across_bound_kg[lane]};
     if (!(slopes.normal_kg > 0.0)) continue;
     const double weights = movers_.weight_sum(touch.a) + movers_.weight_sum(touch.b);
     spring_share =

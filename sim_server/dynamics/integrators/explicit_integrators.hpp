@@ -73,6 +73,7 @@ class ExplicitIntegrator : public Integrator {
   SpringRates rates_;
   int since_look_ = kNeverLooked;  // substeps since the spectrum was followed
   ContactCore contacts_;
+  double kept_substep_s_ = 0.0;  // of the last advance() that counts; 0: none
   // Of what touched in the last advance(), and in the last that counts.
   double contact_rate_per_s2_ = 0.0, kept_contact_rate_per_s2_ = 0.0;
   ExplicitState state_;

@@ -52,6 +52,31 @@ TEST_CASE("A spring's damper takes all that an oscillator loses, as the step shr
   CHECK(fine.flow.contact_damping_J == 0.0);
 }
 
+TEST_CASE("Where contacts' geometry is linear the account closes to rounding in every step",
+          "[energy]") {
+  // Balls that fall on a slope, bounce, slide, roll and come to rest against a wall.
+  scene::SceneDescription scene = sim_server::scene_of(
+      {sim_server::moving(sim_server::sphere({-0.3, 0, 0.03}, 0.01, 0.02), {0.4, 0.1, -0.5},
+                          {0, 0, 40}),
+       sim_server::moving(sim_server::sphere({-0.25, 0.1, 0.02}, 0.015, 0.07), {-0.2, 0, 0.1}),
+       sim_server::floor_at(0.0)},
+      sim_server::material_of(2000.0, GENERATE(0.0, 1.5), 0.3), {1.1, 0, -9.7});
+  scene.method.integrator = scene::IntegratorKind::kVelocityVerlet;
+  Simulation simulation(scene);
+  simulation.account_energy();
+  double start_J = simulation.energy_account()->start.total_J(), worst_J = 0.0, before_J = 0.0;
+  for (int i = 0; i < 400; ++i) {
+    REQUIRE(advance(simulation, 0.0071, 1));
+    const EnergyAccount account = *simulation.energy_account();
+    const double left_J = account.numerical_J() + account.flow.unsolved_J;
+    worst_J = std::max(worst_J, std::abs(left_J - before_J));
+    before_J = left_J;
+  }
+  const EnergyAccount account = *simulation.energy_account();
+  CHECK(account.flow.friction_J > 1e-3);
+  CHECK(worst_J < 1e-13 * (std::abs(start_J) + account.flow.friction_J) + 1e-16);
+}
+
 TEST_CASE("Friction takes mu m g d from a sliding block", "[energy]") {
   // Four spheres of 5000 N/m carry it from the start.
   const double sunk_m = 0.1 * 9.81 / (4 * 5000.0);

@@ -1,7 +1,11 @@
 #include "sim_server/dynamics/contacts/substep_law.hpp"
 
+#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <random>
+#include <vector>
+
+#include "sim_server/dynamics/contacts/contact_rows.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
@@ -109,6 +113,53 @@ TEST_CASE("No change of velocity asks for more impulse than the slopes bound", "
     const double slope_kg = -impulse_change_N_s / (other_m_s.z() - one_m_s.z());
     CHECK(slope_kg >= -1e-12);
     CHECK(slope_kg <= impulse_slopes(contact, at, kSubstep_s).normal_kg * (1.0 + 1e-9));
+  }
+}
+
+TEST_CASE("Rows of eight contacts push as each by itself", "[substep_law]") {
+  std::mt19937 random(4);
+  constexpr double kSubstep_s = 1.3e-3;
+  for (int block = 0; block < 500; ++block) {
+    std::vector<ContactPoint> velocities(9), impulses(9);
+    for (std::size_t i = 1; i < 9; ++i)
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        velocities[i].linear[axis] = any_vector(random, 0.5).x();
+        velocities[i].angular[axis] = any_vector(random, 9.0).x();
+      }
+    ContactRows rows;
+    std::vector<ContactImpulse> alone;
+    Vector3d whole = Vector3d::Zero();
+    for (std::size_t lane = 0; lane < 7; ++lane) {  // the last stays empty
+      SubstepContact contact = contact_of(any_vector(random, 1e-3).z(), any_vector(random, 1.0),
+                                          {.stiffness_N_per_m = 2e3,
+                                           .damping_N_s_per_m = lane % 3 == 0 ? 0.0 : 2.0,
+                                           .friction = lane % 4 == 0 ? 0.0 : 0.4,
+                                           .slip_speed_m_s = 0.05});
+      contact.normal = any_vector(random, 1.0).normalized();
+      contact.is_viscous = lane % 2 == 1;
+      if (!contact.is_viscous) contact.stretch_m = 1e-4 * contact.normal.unitOrthogonal();
+      rows.a[lane] = static_cast<int>(lane) + 1;
+      rows.b[lane] = static_cast<int>(7 - lane);
+      const Vector3d arm_m = any_vector(random, 0.01), given_m_s = any_vector(random, 0.1);
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        rows.arm_a_m[axis][lane] = arm_m[static_cast<Eigen::Index>(axis)];
+      rows.set(lane, contact, given_m_s, kSubstep_s);
+      const auto vector = [](const std::array<double, 4>& v) { return Vector3d(v[0], v[1], v[2]); };
+      const ContactPoint& a = velocities[lane + 1];
+      const Vector3d end_m_s = vector(a.linear) + vector(a.angular).cross(arm_m) -
+                               vector(velocities[7 - lane].linear) - given_m_s;
+      alone.push_back(contact_impulse(contact, end_m_s, kSubstep_s));
+    }
+    static_cast<void>(rows.evaluate(velocities, impulses, kSubstep_s));
+    for (std::size_t lane = 0; lane < 7; ++lane) {
+      CHECK((rows.impulse_of(lane) - alone[lane].impulse_N_s).norm() < 1e-15);
+      CHECK(rows.spring_N[lane] == Approx(alone[lane].spring_N).margin(1e-12));
+      CHECK(rows.damper_N[lane] == Approx(alone[lane].damper_N).margin(1e-12));
+    }
+    for (const ContactPoint& point : impulses)
+      whole += Vector3d(point.linear[0], point.linear[1], point.linear[2]);
+    CHECK(whole.norm() < 1e-14);
+    CHECK(rows.impulse_of(7).isZero(0.0));
   }
 }
 

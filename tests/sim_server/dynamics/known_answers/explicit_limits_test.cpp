@@ -142,6 +142,21 @@ TEST_CASE("Left to choose its substeps it keeps a bounce's speed to 1 %", "[expl
   CHECK(most < 1.01);
 }
 
+TEST_CASE("Left to choose its substeps an undamped ball bounces on for seconds",
+          "[explicit_limits]") {
+  // Substeps are longer in flight than in contact.
+  const double step_s = 1.0 / GENERATE(33.7, 361.3);
+  scene::SceneDescription scene = sim_server::scene_of(
+      {sim_server::sphere({0, 0, 0.0437}, 0.0131, 0.0118), sim_server::floor_at(0.0)},
+      sim_server::material_of(3388.0), {0, 0, -9.81});
+  scene.method = explicit_method(GENERATE(kSymplectic, kVerlet), 0);
+  Simulation simulation(scene);
+  simulation.account_energy();
+  const double above_J = 0.0118 * 9.81 * (0.0437 - 0.0131);
+  for (double time_s = 0.0; time_s < 3.0; time_s += step_s) REQUIRE(advance(simulation, step_s, 1));
+  CHECK(std::abs(simulation.energy_account()->numerical_J()) < 0.1 * above_J);
+}
+
 TEST_CASE("Two balls exchange velocities, momentum and time as in a perfect collision",
           "[explicit_limits]") {
   constexpr double kRadius_m = 0.05, kStep_s = 2e-4;
