@@ -18,12 +18,6 @@ bool is_explicit(const LawCase& law_case) {
   return integrator == "\"velocity_verlet\"" || integrator == "\"symplectic_euler\"";
 }
 
-/// Not at its end alone: a tool that comes along is met where it was sampled.
-bool feels_contacts_within_a_step(const LawCase& law_case) {
-  const std::string integrator = value_of(law_case.scene, "integrator");
-  return integrator == "\"trapezoid\"" || integrator == "\"cvode_bdf\"";
-}
-
 }  // namespace
 
 std::optional<std::string_view> known_violation(const LawCase& law_case) {
@@ -47,7 +41,6 @@ std::optional<std::string_view> known_violation(const LawCase& law_case) {
     case 6:  // impulses in an order that the list, a mirror or the grid's axes decide
       if (variant == "reversed list" || variant == "mirrored" || is_explicit(law_case))
         return "contact core";
-      if (variant == "at 1 m/s" && feels_contacts_within_a_step(law_case)) return "contact core";
       break;
     case 7:  // what is left of the force at a switch goes at 0.2 N/ms, whatever the scene
       if (variant == "force" && answers) return "response per contact";
@@ -64,9 +57,6 @@ std::optional<std::string_view> known_violation(const LawCase& law_case) {
     }
     case 10:  // friction is viscous below the slip speed
       return "contact core";
-    case 11:  // bounds use the velocity at the step's start, and paths are taken for straight
-      if (value_of(law_case.scene, "motion") == "\"prescribed\"") return "contact core";
-      break;
     case 12:  // what a step does at once, whatever its budget, takes longer than the deadline is
       return "contact core";
     default:
