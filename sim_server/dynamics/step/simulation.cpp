@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "sim_server/contact/crossing.hpp"
@@ -50,13 +49,11 @@ Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world
       traits_(integrator_->traits()),
       tool_(scene.tool),
       start_(world_.spheres.size()),
-      end_(world_.spheres.size()),
-      all_spheres_(world_.spheres.size()) {
+      end_(world_.spheres.size()) {
   if (scene.sleeping) sleeping_.emplace(world_);
   swings_ = std::ranges::any_of(world_.rigid_bodies, [](const bodies::RigidBody& body) {
     return !body.free && body.prescribed.amplitude_m * body.prescribed.frequency_hz != 0.0;
   });
-  std::iota(all_spheres_.begin(), all_spheres_.end(), 0U);
 }
 
 StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget budget) {
@@ -305,12 +302,18 @@ void Simulation::note_sleep() {
 
 publication::SnapshotPrediction Simulation::predict_next(double step_s, const Budget& budget) {
   if (budget.is_late()) return {};
+  const std::vector<contact::ToolSphereMotion>& tool = tool_.over(1.0, 1.0);
+  if (tool.empty() && world_.spheres.size() > PredictedPart::kMaxSpheres) return {};
+  predicted_part_.choose(world_, detection_.motions(),
+                         tool.empty() ? Eigen::Vector3d::Zero() : tool.front().position_m);
   // What may touch by then, on lists of its own: those of the next step stay in their order.
-  if (!predicted_contacts_.find(world_, detection_, all_spheres_, step_s, tool_.over(1.0, 1.0)))
+  if (!predicted_contacts_.find(world_, detection_, predicted_part_.spheres(), step_s, tool))
     return {};
-  prediction_->look(world_, predicted_contacts_.contacts(), step_s, budget);
-  snapshot_.take_predictions(prediction_->spheres(), proto::kPredictionPeriods * step_s,
-                             proto::kPredictionLag_s, detection_.spheres());
+  prediction_->look(predicted_part_.world(),
+                    predicted_part_.renumbered(predicted_contacts_.contacts()), step_s, budget);
+  snapshot_.take_predictions(predicted_part_.spheres(), prediction_->spheres(),
+                             proto::kPredictionPeriods * step_s, proto::kPredictionLag_s,
+                             detection_.spheres());
   return prediction_->snapshot();
 }
 

@@ -15,6 +15,7 @@
 #include "sim_server/dynamics/integrators/integrator.hpp"
 #include "sim_server/dynamics/solvers/budget.hpp"
 #include "sim_server/dynamics/step/energy_account.hpp"
+#include "sim_server/dynamics/step/predicted_part.hpp"
 #include "sim_server/dynamics/step/prediction.hpp"
 #include "sim_server/dynamics/step/sleeping.hpp"
 #include "sim_server/dynamics/step/tool_motion.hpp"
@@ -88,7 +89,8 @@ class Simulation {
 
   /// Adds to the snapshot of the last step where the next one of step_s would lead
   /// (docs/algorithms/predict.md). The world stays as it is. Nothing is
-  /// predicted when the budget is spent.
+  /// predicted when the budget is spent; of more than a thousand spheres what is near the tool
+  /// (PredictedPart).
   [[nodiscard]] publication::SnapshotPrediction predict_next(double step_s,
                                                              const Budget& budget = {});
 
@@ -157,7 +159,7 @@ class Simulation {
   std::unique_ptr<Prediction> prediction_ = std::make_unique<Prediction>();
   std::vector<bodies::SphereMotion> start_, end_;  // of every sphere over a part
   bool swings_ = false;                            // something prescribed does
-  std::vector<std::uint32_t> all_spheres_;         // 0, 1, ...
+  PredictedPart predicted_part_;
   contact::PredictedContacts predicted_contacts_;
   int substeps_ = 1;  // that the end of the last step took, were it all alike
 };
