@@ -4,6 +4,7 @@
 #include <span>
 
 #include "sim_server/bodies/sphere_motion.hpp"
+#include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/contact.hpp"
 
 namespace stillgrid::contact {
@@ -12,6 +13,14 @@ namespace stillgrid::contact {
 struct RelativePath {
   Eigen::Vector3d from_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d to_m = Eigen::Vector3d::Zero();
+};
+
+/// The ways of all moving spheres over a part of a step: straight, but for those of prescribed
+/// bodies that swing, which are known.
+struct Ways {
+  std::span<const bodies::SphereMotion> start, end;  // of every sphere
+  const bodies::World* world = nullptr;              // at the start; null: all ways are straight
+  double duration_s = 0.0;
 };
 
 /// How much of the path a step may cover, in (0, 1], so that its end still tells that the spheres
@@ -25,12 +34,16 @@ struct RelativePath {
 /// Realtime: never allocates, locks or throws. Pre: radii > 0.
 [[nodiscard]] double share_before_crossing(const RelativePath& path, double radius_a_m,
                                            double radius_b_m) noexcept;
+/// The same of a way that turns: chords between these corners, even shares of it each. Pre: two
+/// corners at least.
+[[nodiscard]] double share_before_crossing(std::span<const Eigen::Vector3d> corners_m,
+                                           double radius_a_m, double radius_b_m) noexcept;
 
-/// The same over all contacts: the least share, with every moving sphere on a straight path from
-/// its place at the step's start to that at its end. A plane cannot be crossed: below it is solid.
-/// Pre: start and end are of every sphere of the world.
+/// The same over all contacts: the least share. A plane cannot be crossed: below it is solid.
 [[nodiscard]] double share_before_crossings(std::span<const Contact> contacts,
-                                            std::span<const bodies::SphereMotion> start,
-                                            std::span<const bodies::SphereMotion> end) noexcept;
+                                            const Ways& ways) noexcept;
+
+/// Whether the two sides of a contact overlap anywhere on their ways; of a plane: at the end.
+[[nodiscard]] bool meet(const Contact& contact, const Ways& ways) noexcept;
 
 }  // namespace stillgrid::contact

@@ -1,5 +1,6 @@
 #include "sim_server/contact/detection.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
@@ -64,7 +65,8 @@ Detection::Detection(const bodies::World& world, double voxel_ratio)
               groups_of(world, all_spheres(world))),
       static_(0, world.static_spheres.size()),
       motion_(world.spheres.size()),
-      paths_(world.spheres.size()) {
+      paths_(world.spheres.size()),
+      is_wide_(world.spheres.size(), 0) {
   static_.enter(static_bounds(world),
                 voxel_ratio > 0.0 ? static_cast<float>(voxel_ratio) : kStaticRatio);
   for (const bodies::SphereBinding& sphere : world.spheres)
@@ -105,15 +107,18 @@ void Detection::move_spheres(const bodies::World& world) {
 }
 
 bool Detection::find_contacts(const bodies::World& world, double step_s, bool must) {
+  step_s_ = step_s;
+  if (is_any_wide_) is_wide_.assign(paths_.size(), 0);
+  is_any_wide_ = false;
   bound_sweeps(world, step_s);
-  return list(world, step_s, must);
+  return list(world, must);
 }
 
 /// The contacts of the ways as they are bounded.
-bool Detection::list(const bodies::World& world, double step_s, bool must) {
+bool Detection::list(const bodies::World& world, bool must) {
   contacts_.clear();
   if (add_pairs(world, must)) {
-    add_given(world, step_s);
+    add_given(world);
     if (contacts_.size() <= most_contacts(world.spheres.size()) || must || !is_any_fast(world))
       return true;
   }
@@ -137,17 +142,65 @@ void Detection::bound_sweeps(const bodies::World& world, double step_s) {
   }
 }
 
+bool Detection::has_strayed(std::size_t sphere, const bodies::SphereMotion& end,
+                            double radius_m) const {
+  if (!moves(sphere) || !is_free(sphere)) return false;
+  const auto& [c, bounding_radius_m] = paths_[sphere];
+  // The path's radius has the radius and its slack in it.
+  const double within_m = bounding_radius_m - radius_m;
+  return (end.position_m - Eigen::Vector3d(c[0], c[1], c[2])).squaredNorm() > within_m * within_m;
+}
+
 bool Detection::strayed(const bodies::World& world,
                         std::span<const bodies::SphereMotion> end) const {
-  for (std::size_t i = 0; i < end.size(); ++i) {
-    if (!moves(i) || !is_free(i)) continue;
-    const collision::SweptBound& path = paths_[i];
-    const Eigen::Vector3d centre_m(path.centre_m[0], path.centre_m[1], path.centre_m[2]);
-    // The path's radius has the radius and its slack in it.
-    const double within_m = path.bounding_radius_m - world.spheres[i].radius_m;
-    if ((end[i].position_m - centre_m).squaredNorm() > within_m * within_m) return true;
-  }
+  for (std::size_t i = 0; i < end.size(); ++i)
+    if (has_strayed(i, end[i], world.spheres[i].radius_m)) return true;
   return false;
+}
+
+bool Detection::widen(const bodies::World& world, std::span<const bodies::SphereMotion> end,
+                      bool must) {
+  paths_before_ = paths_;
+  for (std::size_t i = 0; i < end.size(); ++i) {
+    const double radius_m = world.spheres[i].radius_m;
+    if (!has_strayed(i, end[i], radius_m)) continue;
+    const auto& [c, bounding_radius_m] = paths_[i];
+    const Eigen::Vector3d centre_m(c[0], c[1], c[2]), away_m = end[i].position_m - centre_m;
+    const double far_m = away_m.norm(), before_m = bounding_radius_m;
+    const double beyond_m = far_m + (1.0 + kMargin) * radius_m;  // farther than before_m
+    const double wide_m = 0.5 * (before_m + beyond_m);
+    const Eigen::Vector3d middle_m = centre_m + (wide_m - before_m) / far_m * away_m;
+    paths_[i] = collision::bound_sphere(middle_m, wide_m);
+    if (!(paths_[i].bounding_radius_m < kLost_m)) refuse(world, i, end[i]);
+    is_wide_[i] = 1;
+    is_any_wide_ = true;
+  }
+  return list(world, must);
+}
+
+bool Detection::has_missed(const bodies::World& world, const Ways& ways) const {
+  const auto is_wide = [&](int sphere) {
+    return sphere >= 0 && is_wide_[static_cast<std::size_t>(sphere)] != 0;
+  };
+  return std::any_of(contacts_.begin(), contacts_.end(), [&](const Contact& contact) {
+    return (is_wide(contact.a) || is_wide(contact.b)) && !was_listed(world, contact) &&
+           meet(contact, ways);
+  });
+}
+
+/// Whether it was a contact for certain before ways were widened.
+bool Detection::was_listed(const bodies::World& world, const Contact& contact) const {
+  const auto a = static_cast<std::uint32_t>(contact.a);
+  const collision::SweptBound& before = paths_before_[a];
+  if (contact.is_plane)
+    return may_touch(world, world.planes[static_cast<std::size_t>(contact.other)],
+                     {a, motion_[a], before}, step_s_);
+  collision::SweptBound other =
+      contact.b >= 0
+          ? paths_before_[static_cast<std::size_t>(contact.b)]
+          : collision::bound_sweep(contact.start_b_m, contact.position_b_m, contact.radius_b_m);
+  other.bounding_radius_m *= 1.0F - 1e-5F;  // more than any test of bounds rounds
+  return collision::meet(before, other);
 }
 
 /// False where there would be too many.
@@ -164,7 +217,7 @@ bool Detection::add_pairs(const bodies::World& world, bool must) {
 }
 
 /// Contacts with what is static.
-void Detection::add_given(const bodies::World& world, double step_s) {
+void Detection::add_given(const bodies::World& world) {
   const auto each = [&](auto&& add) {
     for (std::uint32_t i = 0; i < world.spheres.size(); ++i)
       if (is_free(i) && moves(i)) add(mover(i));
@@ -173,7 +226,11 @@ void Detection::add_given(const bodies::World& world, double step_s) {
     each([&](const Mover& a) { add_static(world, static_, a, contacts_); });
   for (const bodies::StaticPlane& plane : world.planes)
     each([&](const Mover& a) {
-      if (may_touch(world, plane, a, step_s)) add_plane(world, plane, a, contacts_);
+      const auto& [c, bounding_radius_m] = a.way;
+      const Eigen::Vector3d centre_m(c[0], c[1], c[2]);
+      const bool is_near = is_wide_[a.number] != 0 &&
+                           plane.normal.dot(centre_m) - plane.offset_m <= double{bounding_radius_m};
+      if (is_near || may_touch(world, plane, a, step_s_)) add_plane(world, plane, a, contacts_);
     });
 }
 

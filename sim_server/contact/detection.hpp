@@ -10,6 +10,7 @@
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/contact.hpp"
 #include "sim_server/contact/contact_making.hpp"
+#include "sim_server/contact/crossing.hpp"
 #include "sim_server/contact/moving_spheres.hpp"
 #include "sim_server/contact/self_collision.hpp"
 
@@ -38,10 +39,16 @@ class Detection {
   /// contacts only with what moves. Call it when that changed. Throws as find_contacts().
   void note_sleep(const bodies::World& world);
 
-  /// Whether a sphere that is free ends elsewhere than on the way that the last find_contacts()
-  /// predicted, so that it may have met what contacts() does not list. end: of all spheres.
+  /// Whether a sphere that is free ends elsewhere than on the way that contacts were found for, so
+  /// that it may have met what contacts() does not list. end: of all spheres.
   [[nodiscard]] bool strayed(const bodies::World& world,
                              std::span<const bodies::SphereMotion> end) const;
+  /// Finds the contacts of the last find_contacts() anew, and more: the ways of spheres that
+  /// strayed are wide enough now for both. The tool's are left to find_tool_contacts(). False, and
+  /// there are none, as find_contacts().
+  bool widen(const bodies::World& world, std::span<const bodies::SphereMotion> end, bool must);
+  /// Whether a sphere that strayed meets on its way what was no contact before the last widen().
+  [[nodiscard]] bool has_missed(const bodies::World& world, const Ways& ways) const;
 
   /// Appends the contacts of the tool with the moving spheres, in place of those of an earlier
   /// call. After find_contacts() of the same step.
@@ -76,10 +83,13 @@ class Detection {
 
  private:
   void bound_sweeps(const bodies::World& world, double step_s);
-  [[nodiscard]] bool list(const bodies::World& world, double step_s, bool must);
+  [[nodiscard]] bool list(const bodies::World& world, bool must);
+  [[nodiscard]] bool has_strayed(std::size_t sphere, const bodies::SphereMotion& end,
+                                 double radius_m) const;
+  [[nodiscard]] bool was_listed(const bodies::World& world, const Contact& contact) const;
   [[nodiscard]] bool is_any_fast(const bodies::World& world) const;
   [[nodiscard]] bool add_pairs(const bodies::World& world, bool must);
-  void add_given(const bodies::World& world, double step_s);
+  void add_given(const bodies::World& world);
   [[nodiscard]] Mover mover(std::uint32_t i) const { return {i, motion_[i], paths_[i]}; }
 
   SelfCollision self_collision_;
@@ -88,7 +98,11 @@ class Detection {
   std::vector<std::uint8_t> is_free_;  // of each moving sphere: not prescribed
   std::vector<std::uint8_t> moves_;    // neither sleeping nor prescribed to stay
   std::vector<bodies::SphereMotion> motion_;
-  std::vector<collision::SweptBound> paths_;  // of each moving sphere in this step
+  std::vector<collision::SweptBound> paths_;         // of each moving sphere in this step
+  std::vector<collision::SweptBound> paths_before_;  // the last widen()
+  std::vector<std::uint8_t> is_wide_;                // of each moving sphere: its way was widened
+  bool is_any_wide_ = false;
+  double step_s_ = 0.0;  // that contacts were found for
   std::vector<Contact> contacts_;
   std::vector<std::uint32_t> met_;  // scratch
 };

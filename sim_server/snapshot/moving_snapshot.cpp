@@ -4,7 +4,6 @@
 #include <cassert>
 #include <cmath>
 
-#include "shared/collision/sphere_history.hpp"
 #include "sim_server/snapshot/sphere_records.hpp"
 
 namespace stillgrid::snapshot {
@@ -55,36 +54,33 @@ void MovingSnapshot::show(std::span<const proto::SphereState> snapshots,
   spheres.reshape();
 }
 
-void MovingSnapshot::take_predictions(std::span<const bodies::SpherePrediction> prediction,
+void MovingSnapshot::take_predictions(std::span<const std::uint32_t> spheres,
+                                      std::span<const bodies::SpherePrediction> prediction,
                                       double prediction_s, double lag_s,
-                                      contact::MovingSpheres& spheres) {
-  collision::VoxelGrid& grid = spheres.grid();
+                                      contact::MovingSpheres& moving) {
+  collision::VoxelGrid& grid = moving.grid();
   const auto records = grid.records();
-  for (std::size_t i = 0; i < prediction.size(); ++i) {
-    proto::SphereRecord& record = records[i];
-    const Eigen::Vector3f predicted_velocity_m_s =
-        prediction[i].predicted_velocity_m_s.cast<float>();
-    const Eigen::Vector3f compliance_m_per_N = prediction[i].compliance_m_per_N.cast<float>();
-    record.predicted_velocity_m_s = {predicted_velocity_m_s.x(), predicted_velocity_m_s.y(),
-                                     predicted_velocity_m_s.z()};
+  for (std::size_t k = 0; k < spheres.size(); ++k) {
+    proto::SphereRecord& record = records[spheres[k]];
+    const Eigen::Vector3f velocity_m_s = prediction[k].predicted_velocity_m_s.cast<float>();
+    const Eigen::Vector3f compliance_m_per_N = prediction[k].compliance_m_per_N.cast<float>();
+    record.predicted_velocity_m_s = {velocity_m_s.x(), velocity_m_s.y(), velocity_m_s.z()};
     record.compliance_m_per_N = {compliance_m_per_N.x(), compliance_m_per_N.y(),
                                  compliance_m_per_N.z()};
-    // The grid may have been entered anew since the snapshots were shown: their places too.
+  }
+  const auto ahead = static_cast<float>(prediction_s), behind = static_cast<float>(lag_s);
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const proto::SphereRecord& record = records[i];
     const collision::SweptBound& swept_bound = grid.swept_bound(i);
-    const Eigen::Vector3f newest_m = vector(record.newest.position_m);
-    float far_m = 0.0F;
-    const auto hold = [&](const Eigen::Vector3f& at_m) {
-      far_m = std::max(far_m, (at_m - vector(swept_bound.centre_m)).norm());
-    };
-    for (std::size_t age = 0; age < proto::kHistoryLength; ++age)
-      hold(vector(collision::position_m(record, age)));
-    hold(newest_m + static_cast<float>(prediction_s) * predicted_velocity_m_s);
-    hold(newest_m - static_cast<float>(lag_s) * predicted_velocity_m_s);
-    const float bounding_radius_m = (far_m + record.radius_m) * (1.0F + contact::kBoundSlack);
+    const Eigen::Vector3f from_m = vector(record.newest.position_m) - vector(swept_bound.centre_m);
+    const Eigen::Vector3f velocity_m_s = vector(record.predicted_velocity_m_s);
+    const float farthest_m2 = std::max((from_m + ahead * velocity_m_s).squaredNorm(),
+                                       (from_m - behind * velocity_m_s).squaredNorm());
+    const float bounding_radius_m =
+        (std::sqrt(farthest_m2) + record.radius_m) * (1.0F + contact::kBoundSlack);
     if (bounding_radius_m > swept_bound.bounding_radius_m) grid.grow(i, bounding_radius_m);
   }
-  shown_entry_ = spheres.entered_count();
-  spheres.reshape();
+  moving.reshape();
 }
 
 }  // namespace stillgrid::snapshot

@@ -29,11 +29,13 @@ class MovingSnapshot {
   /// The same of given snapshots. Pre: the spheres were entered, snapshots.size() is their count.
   void show(std::span<const proto::SphereState> snapshots, contact::MovingSpheres& spheres);
 
-  /// Adds to the snapshot shown last where each sphere will go, though contacts were looked for
-  /// since: swept bounds hold all snapshots, and from lag_s before the newest to prediction_s after
-  /// it on the drift. Pre: prediction.size() is the count.
-  void take_predictions(std::span<const bodies::SpherePrediction> prediction, double prediction_s,
-                        double lag_s, contact::MovingSpheres& spheres);
+  /// Adds to the snapshot shown last where spheres will go: prediction[k] of sphere spheres[k], the
+  /// others at their velocity. Swept bounds hold all snapshots, and from lag_s before the newest to
+  /// prediction_s after it on the drift. Pre: `spheres` ascend; the grid was not entered anew
+  /// since.
+  void take_predictions(std::span<const std::uint32_t> spheres,
+                        std::span<const bodies::SpherePrediction> prediction, double prediction_s,
+                        double lag_s, contact::MovingSpheres& moving);
 
  private:
   std::vector<proto::SphereState> snapshots_;

@@ -1,5 +1,6 @@
 #include <benchmark/benchmark.h>
 
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -8,6 +9,7 @@
 #include "sim_server/dynamics/integrators/explicit_integrators.hpp"
 #include "sim_server/dynamics/step/simulation.hpp"
 #include "sim_server/scene/scene_file.hpp"
+#include "sim_server/snapshot/moving_snapshot.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid::performance {
@@ -105,6 +107,62 @@ BENCHMARK_CAPTURE(step_lying_blocks, is_sleeping, true)
     ->Name("step/lying_blocks/is_sleeping")
     ->Unit(benchmark::kMicrosecond)
     ->Iterations(1000);
+
+/// Balls in touch with their neighbours in a cube, which stand still, the tool at its top.
+scene::SceneDescription still_heap(int balls) {
+  const int side = static_cast<int>(std::lround(std::cbrt(balls)));
+  std::vector<bodies::BodyDescription> bodies;
+  for (int i = 0; i < balls; ++i)
+    bodies.push_back(sim_server::sphere(
+        {0.0199 * (i % side), 0.0199 * (i / side % side), 0.0199 * (i / (side * side))}, 0.01,
+        0.02));
+  scene::SceneDescription scene =
+      sim_server::scene_of(std::move(bodies), sim_server::material_of(100.0, 1.0));
+  scene.period_s = 0.01;
+  scene.method.integrator = scene::IntegratorKind::kVelocityVerlet;
+  const int layers = (balls - 1) / (side * side);
+  scene.device.position_m = {0.0099 * side, 0.0099 * side, 0.0199 * layers + 0.014};
+  scene.tool = {{Eigen::Vector3d::Zero(), 0.005}};
+  return scene;
+}
+
+/// What a step of the product does beside moving the world on: finding its contacts, taking the
+/// snapshot, predicting the next step. Nanoseconds a sphere.
+void beside_the_motion(benchmark::State& state, const std::string& part) {
+  const auto balls = static_cast<int>(state.range(0));
+  const scene::SceneDescription scene = still_heap(balls);
+  dynamics::Simulation simulation(scene);
+  const auto tool = [&] {
+    return dynamics::ToolSample{.time_ns = 1, .position_m = scene.device.position_m};
+  };
+  (void)simulation.step(scene.period_s, tool);
+  contact::Detection detection(simulation.world(), 0.0);
+  snapshot::MovingSnapshot snapshot(simulation.world(), detection);
+  double sum = 0.0;
+  for (auto _ : state) {
+    if (part == "find_contacts") (void)detection.find_contacts(simulation.world(), scene.period_s);
+    if (part == "strayed") sum += detection.strayed(simulation.world(), detection.motions());
+    if (part == "show") snapshot.show(detection);
+    if (part == "predict") sum += simulation.predict_next(scene.period_s).max_compliance_m_per_N;
+  }
+  benchmark::DoNotOptimize(sum);
+  state.counters["ns_a_sphere"] =
+      benchmark::Counter(1e-9 * static_cast<double>(state.iterations()) * balls,
+                         benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+BENCHMARK_CAPTURE(beside_the_motion, find_contacts, "find_contacts")
+    ->Name("beside/find_contacts")
+    ->Arg(400)
+    ->Arg(4000)
+    ->Arg(40000);
+BENCHMARK_CAPTURE(beside_the_motion, strayed, "strayed")->Name("beside/strayed")->Arg(40000);
+BENCHMARK_CAPTURE(beside_the_motion, show, "show")->Name("beside/show")->Arg(40000);
+BENCHMARK_CAPTURE(beside_the_motion, predict, "predict")
+    ->Name("beside/predict")
+    ->Arg(400)
+    ->Arg(4000)
+    ->Arg(40000)
+    ->Iterations(3);
 
 /// A shipped scene at the haptic rate by symplectic Euler, from its second second on: the work of a
 /// whole step.

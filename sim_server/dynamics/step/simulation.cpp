@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "sim_server/contact/crossing.hpp"
@@ -19,6 +18,7 @@ constexpr int kIterations = 15;                   // of a part that may be halve
 constexpr int kLastIterations = 200;              // of one that may not
 constexpr int kMaxShortenings = 64;               // of a step in which spheres cross
 constexpr double kLeastExplicitPart_s = 1e-4;     // in which a stray sphere goes no farther
+constexpr int kMaxWidenings = 3;                  // of the ways of a part
 constexpr double kShortestHalf = 1e-3;            // of a step, below which no memory is spared
 constexpr double kLeastShare = 1e-6;              // of a step, so that every part moves it on
 
@@ -49,10 +49,11 @@ Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world
       traits_(integrator_->traits()),
       tool_(scene.tool),
       start_(world_.spheres.size()),
-      end_(world_.spheres.size()),
-      all_spheres_(world_.spheres.size()) {
+      end_(world_.spheres.size()) {
   if (scene.sleeping) sleeping_.emplace(world_);
-  std::iota(all_spheres_.begin(), all_spheres_.end(), 0U);
+  swings_ = std::ranges::any_of(world_.rigid_bodies, [](const bodies::RigidBody& body) {
+    return !body.free && body.prescribed.amplitude_m * body.prescribed.frequency_hz != 0.0;
+  });
 }
 
 StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget budget) {
@@ -64,7 +65,7 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
   Part part{.end = longest};
   const auto start = Clock::now();
   find_contacts(step_s, part);
-  take(take_tool(), report);
+  take(take_tool(), step);
   find_tool_contacts(part);
   report.detect += Clock::now() - start;
 
@@ -78,6 +79,7 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
       report.stopped = true;
       return report;
     }
+    if (attempt.again) continue;
     if (attempt.advanced) {
       if (part.end >= 1.0) break;
       part.start = part.end;
@@ -90,6 +92,7 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
       longest = halved_below(longest, part.end - part.start);
       part.end = part.start + longest;
     }
+    part.widened = 0;
     part.must_end = step.budget.spent();
     if (part.must_end) part.end = 1.0;
     const auto again = Clock::now();
@@ -116,21 +119,22 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
   return report;
 }
 
-void Simulation::take(const std::optional<ToolSample>& sample, StepReport& report) {
-  // A tool that comes or goes while it overlaps something brings or takes what their contact holds.
-  const auto held_J = [&] {
-    detection_.find_tool_contacts(world_, tool_.over(1.0, 1.0));
+void Simulation::take(const std::optional<ToolSample>& sample, Step& step) {
+  // A tool that comes or goes while it overlaps something brings or takes what their contact holds:
+  // where it is at the start of its first step, or was at the end of its last.
+  const auto held_J = [&](double share) {
+    detection_.find_tool_contacts(world_, tool_.over(share, share));
     return tool_energy_J(detection_.contacts());
   };
   const bool was_here = tool_.is_here();
-  if (account_ && was_here && !sample) account_->flow.given_J -= held_J();
+  if (account_ && was_here && !sample) account_->flow.given_J -= held_J(1.0);
   if (sample) {
-    report.tool_time_ns = sample->time_ns;
-    tool_.place(*sample);
+    step.report.tool_time_ns = sample->time_ns;
+    tool_.place(*sample, step.length_s);
   } else {
     tool_.remove();
   }
-  if (account_ && !was_here && sample) account_->flow.given_J += held_J();
+  if (account_ && !was_here && sample) account_->flow.given_J += held_J(0.0);
 }
 
 /// None if nothing is newer than what the step has taken, or the tool has gone: that the next one
@@ -155,15 +159,16 @@ void Simulation::find_tool_contacts(const Part& part) {
 
 /// One step of the integrator. Leaves the world as it was if it did not converge and need not
 /// advance, if spheres crossed and it may be shortened, or if someone woke.
-Simulation::Attempt Simulation::advance(const Part& part, Step& step) {
+Simulation::Attempt Simulation::advance(Part& part, Step& step) {
   const auto start = Clock::now();
   StepReport& report = step.report;
   Budget& budget = step.budget;
   const double duration_s = step.length_s * (part.end - part.start);
   take_prediction(duration_s);
-  if (wake_touched(end_)) return {.woke = true};
+  const contact::Ways predicted = ways_to(end_, duration_s);
+  if (wake_touched(predicted)) return {.woke = true};
   if (!traits_.looks_within && part.may_shorten) {
-    const double share = contact::share_before_crossings(detection_.contacts(), start_, end_);
+    const double share = contact::share_before_crossings(detection_.contacts(), predicted);
     if (share < 1.0) return {.share = share};
   }
   // What must end has one iteration, however late it is.
@@ -184,14 +189,11 @@ Simulation::Attempt Simulation::advance(const Part& part, Step& step) {
 
   // Forces may have led elsewhere than the velocities before them.
   const Trial& trial = integrator_->trial();
-  if (wake_touched(trial.spheres)) return {.woke = true};
-  // Struck off its predicted path a sphere may meet what is on no list, but not in shorter parts.
-  if (traits_.looks_within && trial.struck && duration_s > kLeastExplicitPart_s && !part.must_end &&
-      detection_.strayed(world_, trial.spheres))
-    return {};
-  const double reached = traits_.looks_within ? 1.0
-                                              : contact::share_before_crossings(
-                                                    detection_.contacts(), start_, trial.spheres);
+  const contact::Ways ways = ways_to(trial.spheres, duration_s);
+  if (wake_touched(ways)) return {.woke = true};
+  const Strays strays = look_for_strays(part, duration_s);
+  if (strays != Strays::kNone) return {.again = strays == Strays::kAgain};
+  const double reached = contact::share_before_crossings(detection_.contacts(), ways);
   if (reached < 1.0 && part.may_shorten) return {.share = reached};
   if (account_) {
     const auto flow = integrator_->flow();
@@ -243,7 +245,24 @@ bool Simulation::correct(const Part& part, Step& step, SolveReport& solve) {
   return false;
 }
 
-/// Where every sphere is, and where its velocity leads.
+/// Whether what forces led off its way met what is on no list, and what is to be done about it.
+Simulation::Strays Simulation::look_for_strays(Part& part, double duration_s) {
+  const Trial& trial = integrator_->trial();
+  const std::vector<bodies::SphereMotion>& end = trial.spheres;
+  if (part.must_end || part.widened == kMaxWidenings || !detection_.strayed(world_, end))
+    return Strays::kNone;
+  // Struck on its way it goes on elsewhere from there, but not far in shorter parts.
+  if (traits_.looks_within && trial.struck)
+    return duration_s > kLeastExplicitPart_s ? Strays::kShorter : Strays::kNone;
+  const double length = part.end - part.start;
+  if (!detection_.widen(world_, end, length < kShortestHalf)) return Strays::kShorter;
+  find_tool_contacts(part);
+  if (!detection_.has_missed(world_, ways_to(end, duration_s))) return Strays::kNone;
+  ++part.widened;
+  return Strays::kAgain;
+}
+
+/// Where every sphere is, and where its velocity leads, or the law of its motion.
 void Simulation::take_prediction(double duration_s) {
   for (const bodies::BodyRange& body : world_.bodies) {
     if (body.is_sleeping) continue;  // where note_sleep() saw it
@@ -252,12 +271,24 @@ void Simulation::take_prediction(double duration_s) {
       start_[i] = detection_.motions()[i];
       end_[i].position_m = start_[i].position_m + duration_s * start_[i].velocity_m_s;
     }
+    if (!swings_ || body.rigid < 0) continue;
+    const bodies::RigidBody& rigid = world_.rigid_bodies[static_cast<std::size_t>(body.rigid)];
+    if (rigid.free) continue;
+    const Eigen::Vector3d move_m =
+        bodies::prescribed_state(rigid, world_.time_s + duration_s).position_m - rigid.position_m;
+    for (int i = body.first_sphere; i < body.first_sphere + body.sphere_count; ++i)
+      end_[static_cast<std::size_t>(i)].position_m =
+          start_[static_cast<std::size_t>(i)].position_m + move_m;
   }
 }
 
-bool Simulation::wake_touched(std::span<const bodies::SphereMotion> end) {
-  if (!sleeping_ || !sleeping_->wake_touched(world_, detection_.contacts(), start_, end))
-    return false;
+contact::Ways Simulation::ways_to(std::span<const bodies::SphereMotion> end,
+                                  double duration_s) const {
+  return {start_, end, swings_ ? &world_ : nullptr, duration_s};
+}
+
+bool Simulation::wake_touched(const contact::Ways& ways) {
+  if (!sleeping_ || !sleeping_->wake_touched(world_, detection_.contacts(), ways)) return false;
   note_sleep();
   return true;
 }
@@ -271,12 +302,18 @@ void Simulation::note_sleep() {
 
 publication::SnapshotPrediction Simulation::predict_next(double step_s, const Budget& budget) {
   if (budget.is_late()) return {};
+  const std::vector<contact::ToolSphereMotion>& tool = tool_.over(1.0, 1.0);
+  if (tool.empty() && world_.spheres.size() > PredictedPart::kMaxSpheres) return {};
+  predicted_part_.choose(world_, detection_.motions(),
+                         tool.empty() ? Eigen::Vector3d::Zero() : tool.front().position_m);
   // What may touch by then, on lists of its own: those of the next step stay in their order.
-  if (!predicted_contacts_.find(world_, detection_, all_spheres_, step_s, tool_.over(1.0, 1.0)))
+  if (!predicted_contacts_.find(world_, detection_, predicted_part_.spheres(), step_s, tool))
     return {};
-  prediction_->look(world_, predicted_contacts_.contacts(), step_s, budget);
-  snapshot_.take_predictions(prediction_->spheres(), proto::kPredictionPeriods * step_s,
-                             proto::kPredictionLag_s, detection_.spheres());
+  prediction_->look(predicted_part_.world(),
+                    predicted_part_.renumbered(predicted_contacts_.contacts()), step_s, budget);
+  snapshot_.take_predictions(predicted_part_.spheres(), prediction_->spheres(),
+                             proto::kPredictionPeriods * step_s, proto::kPredictionLag_s,
+                             detection_.spheres());
   return prediction_->snapshot();
 }
 

@@ -15,6 +15,7 @@
 #include "sim_server/dynamics/integrators/integrator.hpp"
 #include "sim_server/dynamics/solvers/budget.hpp"
 #include "sim_server/dynamics/step/energy_account.hpp"
+#include "sim_server/dynamics/step/predicted_part.hpp"
 #include "sim_server/dynamics/step/prediction.hpp"
 #include "sim_server/dynamics/step/sleeping.hpp"
 #include "sim_server/dynamics/step/tool_motion.hpp"
@@ -65,8 +66,12 @@ class Simulation {
   /// report counts what that left. Where bodies are so many and fast that a substep would gather
   /// more contacts than memory should hold (Detection), it is halved before.
   ///
-  /// Explicit integrators take parts of 4 ms at most, divide them as stability asks, and take them
-  /// in halves where something left its predicted way (docs/algorithms/explicit_step.md).
+  /// Explicit integrators take parts of 4 ms at most and divide them as stability asks
+  /// (docs/algorithms/explicit_step.md).
+  ///
+  /// What forces led off the way that its contacts were found for, and into something that is not
+  /// among them, has them found again for a wider way, and the substep is computed again; in halves
+  /// where an explicit integrator met something in it.
   ///
   /// A substep in which a sleeping body would be touched wakes it first, and is computed with it
   /// (docs/algorithms/sleeping.md).
@@ -84,7 +89,8 @@ class Simulation {
 
   /// Adds to the snapshot of the last step where the next one of step_s would lead
   /// (docs/algorithms/predict.md). The world stays as it is. Nothing is
-  /// predicted when the budget is spent.
+  /// predicted when the budget is spent; of more than a thousand spheres what is near the tool
+  /// (PredictedPart).
   [[nodiscard]] publication::SnapshotPrediction predict_next(double step_s,
                                                              const Budget& budget = {});
 
@@ -108,12 +114,14 @@ class Simulation {
     bool must_advance = false;  // though the solver did not converge
     bool may_shorten = true;    // to keep spheres from crossing
     bool must_end = false;      // the step: its budget is spent
+    int widened = 0;            // how often its contacts were found again for wider ways
   };
   /// What came of an attempt: done, or how much of it to try, or to try it again.
   struct Attempt {
     bool advanced = false;
     double share = 1.0;  // less than 1: spheres would cross beyond it
     bool woke = false;   // who woke is yet to be reckoned with
+    bool again = false;  // with the contacts of wider ways, which were found
   };
 
   /// What a step was asked for, and what it has come to.
@@ -125,14 +133,18 @@ class Simulation {
     bool may_correct = true;
   };
 
-  void take(const std::optional<ToolSample>& sample, StepReport& report);
+  void take(const std::optional<ToolSample>& sample, Step& step);
   [[nodiscard]] std::optional<ToolSample> later_sample(const Step& step) const;
   void find_contacts(double step_s, Part& part);
   void find_tool_contacts(const Part& part);
-  Attempt advance(const Part& part, Step& step);
+  Attempt advance(Part& part, Step& step);
   bool correct(const Part& part, Step& step, SolveReport& solve);
   void take_prediction(double duration_s);
-  bool wake_touched(std::span<const bodies::SphereMotion> end);
+  enum class Strays { kNone, kAgain, kShorter };
+  Strays look_for_strays(Part& part, double duration_s);
+  [[nodiscard]] contact::Ways ways_to(std::span<const bodies::SphereMotion> end,
+                                      double duration_s) const;
+  bool wake_touched(const contact::Ways& ways);
   void note_sleep();
   [[nodiscard]] Energies energies_now();
 
@@ -147,7 +159,8 @@ class Simulation {
   std::optional<EnergyAccount> account_;
   std::unique_ptr<Prediction> prediction_ = std::make_unique<Prediction>();
   std::vector<bodies::SphereMotion> start_, end_;  // of every sphere over a part
-  std::vector<std::uint32_t> all_spheres_;         // 0, 1, ...
+  bool swings_ = false;                            // something prescribed does
+  PredictedPart predicted_part_;
   contact::PredictedContacts predicted_contacts_;
   int substeps_ = 1;  // that the end of the last step took, were it all alike
 };

@@ -44,17 +44,6 @@ Eigen::Vector3d offset_m(const contact::Contact& contact,
   return a_m - spheres[static_cast<std::size_t>(contact.b)].position_m;
 }
 
-/// Whether two spheres overlap anywhere on a straight way.
-bool meet(const contact::Contact& contact, std::span<const bodies::SphereMotion> start,
-          std::span<const bodies::SphereMotion> end) {
-  const Eigen::Vector3d from_m = offset_m(contact, start, contact.start_b_m);
-  const Eigen::Vector3d move_m = offset_m(contact, end, contact.position_b_m) - from_m;
-  const double length2_m2 = move_m.squaredNorm();
-  const double nearest =
-      length2_m2 > 0.0 ? std::clamp(-from_m.dot(move_m) / length2_m2, 0.0, 1.0) : 0.0;
-  return (from_m + nearest * move_m).norm() < contact.radius_a_m + contact.radius_b_m;
-}
-
 }  // namespace
 
 Sleeping::Sleeping(const bodies::World& world)
@@ -88,8 +77,7 @@ double Sleeping::rest_speed_m_s(int body) const {
 }
 
 bool Sleeping::wake_touched(bodies::World& world, std::span<const contact::Contact> contacts,
-                            std::span<const bodies::SphereMotion> start,
-                            std::span<const bodies::SphereMotion> end) {
+                            const contact::Ways& ways) {
   if (sleeping_spheres_ == 0) return false;
   bool woke = false;
   const auto wake = [&](std::size_t sleeper) {
@@ -108,7 +96,7 @@ bool Sleeping::wake_touched(bodies::World& world, std::span<const contact::Conta
     const std::size_t a = body_of(world, contact.a);
     const std::size_t b = contact.b < 0 ? a : body_of(world, contact.b);
     if (!world.bodies[a].is_sleeping && !world.bodies[b].is_sleeping) continue;
-    if (!meet(contact, start, end)) continue;
+    if (!contact::meet(contact, ways)) continue;
     for (const std::size_t body : {a, b})
       if (world.bodies[body].is_sleeping) wake(body);
   }

@@ -9,6 +9,7 @@
 #include "sim_server/bodies/sphere_motion.hpp"
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/contact.hpp"
+#include "sim_server/contact/crossing.hpp"
 
 namespace stillgrid::dynamics {
 
@@ -29,12 +30,10 @@ class Sleeping {
   /// a fifth of its material's slip speed, for what friction lets creep is motion.
   [[nodiscard]] double rest_speed_m_s(int body) const;
 
-  /// Wakes every island with a sphere that would be touched on the straight way from `start` to
-  /// `end`, which are of all spheres. True if one woke: its contacts are yet to be found, and the
-  /// unknowns are numbered anew.
+  /// Wakes every island with a sphere that would be touched on these ways. True if one woke: its
+  /// contacts are yet to be found, and the unknowns are numbered anew.
   bool wake_touched(bodies::World& world, std::span<const contact::Contact> contacts,
-                    std::span<const bodies::SphereMotion> start,
-                    std::span<const bodies::SphereMotion> end);
+                    const contact::Ways& ways);
 
   /// Takes note of a step's end, spheres being there and contacts all that may touch. If an island
   /// went to sleep, its velocities are now zero and the unknowns numbered anew: returns the kinetic

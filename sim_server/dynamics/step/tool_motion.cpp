@@ -5,7 +5,7 @@
 
 namespace stillgrid::dynamics {
 
-void ToolMotion::place(const ToolSample& sample) {
+void ToolMotion::place(const ToolSample& sample, double step_s) {
   const bool known = is_here();
   start_sample_ = known ? sample_ : sample;
   from_ = 0.0;
@@ -13,7 +13,8 @@ void ToolMotion::place(const ToolSample& sample) {
   for (contact::ToolSphereMotion& sphere : over_step_) sphere.position_before_m = sphere.position_m;
   end_at(sample);
   if (known) return;
-  for (contact::ToolSphereMotion& sphere : over_step_) sphere.position_before_m = sphere.position_m;
+  for (contact::ToolSphereMotion& sphere : over_step_)
+    sphere.position_before_m = sphere.position_m - step_s * sample.velocity_m_s;
 }
 
 void ToolMotion::redirect(const ToolSample& sample, double from) {

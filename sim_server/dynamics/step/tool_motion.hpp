@@ -25,8 +25,9 @@ class ToolMotion {
  public:
   explicit ToolMotion(std::vector<scene::ToolSphere> spheres) : spheres_(std::move(spheres)) {}
 
-  /// The tool is here at this step's end. Without a step before it has no path.
-  void place(const ToolSample& sample);
+  /// The tool is here at the end of this step of step_s. Without a step before it came at its
+  /// velocity: so is it met alike by who moves along with it.
+  void place(const ToolSample& sample, double step_s);
   /// A later sample for this step: from where the tool is when share `from` of the step is over, it
   /// moves on evenly to be there at the end. Pre: is_here(); from < 1, and not before an earlier
   /// one.

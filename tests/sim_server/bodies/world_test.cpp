@@ -218,5 +218,28 @@ TEST_CASE("Energy counts motion, spin, height and stretch of what is free", "[wo
         Approx(6.0 + 0.5 * 5.0 * 4.0 + 240.0 + 5.0 + 4.0 * stretch_m * stretch_m));
 }
 
+TEST_CASE("A prescribed body's range holds its way, and no more of a sine", "[world]") {
+  RigidBody body;
+  const bool swings = GENERATE(true, false);
+  body.prescribed = {Eigen::Vector3d::UnitY(), swings ? 0.0 : -0.7, swings ? 0.04 : 0.0,
+                     swings ? 3.7 : 0.0};
+  for (int i = 0; i < 400; ++i) {
+    const double from_s = 0.0137 * i, to_s = from_s + 0.001 * (i % 37) * (i % 11);
+    const PrescribedRange range = prescribed_range(body, from_s, to_s);
+    const double start_m = prescribed_state(body, from_s).position_m.y();
+    double least_m = 0.0, most_m = 0.0;
+    for (int k = 0; k <= 500; ++k) {
+      const double time_s = from_s + (to_s - from_s) * k / 500.0;
+      const double moved_m = prescribed_state(body, time_s).position_m.y() - start_m;
+      least_m = std::min(least_m, moved_m);
+      most_m = std::max(most_m, moved_m);
+    }
+    CHECK(range.least_m <= least_m + 1e-15);
+    CHECK(range.most_m >= most_m - 1e-15);
+    CHECK(range.least_m == Approx(least_m).margin(2e-5));
+    CHECK(range.most_m == Approx(most_m).margin(2e-5));
+  }
+}
+
 }  // namespace
 }  // namespace stillgrid::bodies

@@ -75,6 +75,45 @@ TEST_CASE("The stretch that is left of a shortened path is not shortened again",
   CHECK(share_of(path) == 1.0);
 }
 
+TEST_CASE("A way that turns is judged by its corners, in every part that is left of it",
+          "[crossing]") {
+  // There and back: neither end tells that the middle was deep, and their chord is of no length.
+  std::mt19937 random(13);
+  std::uniform_real_distribution<double> place(-1.0, 1.0);
+  int stopped = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Eigen::Vector3d turn_m = 0.02 * Eigen::Vector3d(place(random), place(random), 0.0);
+    std::vector<Eigen::Vector3d> corners_m;
+    for (int k = 0; k <= 8; ++k)
+      corners_m.push_back(turn_m + Eigen::Vector3d(0.04 * std::abs(k - 4) / 4.0, 0.002 * k, 0));
+    const auto at = [&](double share) {
+      const double place_on = 8.0 * share;
+      const auto k = std::min<std::size_t>(7, static_cast<std::size_t>(place_on));
+      const double rest = place_on - static_cast<double>(k);
+      return Eigen::Vector3d((1.0 - rest) * corners_m[k] + rest * corners_m[k + 1]);
+    };
+    const double share = share_before_crossing(corners_m, kRadiusA_m, kRadiusB_m);
+    double deepest_before_m = -1.0, deepest_m = -1.0;
+    for (int k = 0; k <= 4000; ++k) {
+      const double depth_m = kContactDistance_m - at(k / 4000.0).norm();
+      deepest_m = std::max(deepest_m, depth_m);
+      if (k / 4000.0 <= share) deepest_before_m = std::max(deepest_before_m, depth_m);
+    }
+    const double start_m = std::max(0.0, kContactDistance_m - at(0.0).norm());
+    if (share == 1.0) {
+      const bool is_seen = start_m > 0.0 || at(1.0).norm() < kContactDistance_m;
+      CHECK((deepest_m <= 0.011 * kRadiusB_m ||
+             (is_seen && deepest_m <= start_m + 0.501 * kRadiusB_m) ||
+             deepest_m <= kContactDistance_m - at(1.0).norm() + 1e-9));
+      continue;
+    }
+    ++stopped;
+    CHECK(kContactDistance_m - at(share).norm() > 0.0);
+    CHECK(deepest_before_m <= start_m + 0.501 * kRadiusB_m);
+  }
+  CHECK(stopped > 200);
+}
+
 TEST_CASE("Of several contacts the first crossing counts; planes and numbers that are none do not",
           "[crossing]") {
   Contact still, pair, plane;
@@ -95,11 +134,11 @@ TEST_CASE("Of several contacts the first crossing counts; planes and numbers tha
   const double by_pair = share_of(relative(start[1].position_m, end[1].position_m));
   CHECK(by_static == 1.0);  // it left the way in time
 
-  CHECK(share_before_crossings(std::vector{plane, still}, start, end) == 1.0);
-  CHECK(share_before_crossings(std::vector{pair, plane, still}, start, end) == by_pair);
+  CHECK(share_before_crossings(std::vector{plane, still}, {start, end}) == 1.0);
+  CHECK(share_before_crossings(std::vector{pair, plane, still}, {start, end}) == by_pair);
   still.start_b_m = still.position_b_m;
   const std::vector<bodies::SphereMotion> level{{{0.9, 0, 0}, {0, 0, 0}}, {{0.3, 0, 0}, {0, 0, 0}}};
-  const double first = share_before_crossings(std::vector{still, pair}, start, level);
+  const double first = share_before_crossings(std::vector{still, pair}, {start, level});
   CHECK(first == Approx((0.3 - kContactDistance_m + 0.5 * kRadiusB_m) / 0.9));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   CHECK(share_of({{nan, 0, 0}, {0, 0, 0}}) == 1.0);

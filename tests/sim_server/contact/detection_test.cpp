@@ -257,4 +257,65 @@ TEST_CASE(
   CHECK(bytes_at(24) < 1.5 * bytes_at(12));
 }
 
+TEST_CASE("A swing that turns within the step is bounded by its turning point", "[detection]") {
+  // At its turn it has no velocity, and before it one that leads beyond.
+  const double phase = GENERATE(0.18, 0.2, 0.22, 0.24, 0.25, 0.7);
+  bodies::BodyDescription hammer = sim_server::sphere({0, 0, 0}, 0.009, 0.0);
+  hammer.motion = bodies::Motion::kPrescribed;
+  hammer.prescribed = {Eigen::Vector3d::UnitX(), 0.0, 0.1, 5.0};
+  std::vector<bodies::BodyDescription> bodies{hammer};
+  for (int i = -12; i <= 12; ++i)
+    bodies.push_back(sim_server::sphere({0.01 * i, 0.012, 0}, 0.004, 0.02));
+  bodies::World world = scene::build_world(sim_server::scene_of(bodies));
+  world.time_s = phase / 5.0;
+  const auto place_at = [&](double time_s) {
+    return bodies::prescribed_state(world.rigid_bodies[0], time_s);
+  };
+  world.rigid_bodies[0].position_m = place_at(world.time_s).position_m;
+  world.rigid_bodies[0].velocity_m_s = place_at(world.time_s).velocity_m_s;
+  Detection detection(world, 0.0);
+  detection.find_contacts(world, kStep_s);
+  const Pairs found = found_pairs(detection);
+  for (int i = 1; i <= 25; ++i) {
+    double nearest_m = 1.0;
+    for (int k = 0; k <= 300; ++k) {
+      const Eigen::Vector3d hammer_m = place_at(world.time_s + kStep_s * k / 300.0).position_m;
+      nearest_m =
+          std::min(nearest_m,
+                   (hammer_m - world.rigid_bodies[static_cast<std::size_t>(i)].position_m).norm());
+    }
+    if (nearest_m < 0.013) CHECK(found.count({0, i}) == 1);
+  }
+  CHECK(found.size() < 20);
+}
+
+TEST_CASE("Who strayed off its way into what is on no list is told from who met nothing",
+          "[detection]") {
+  const double strayed_m = GENERATE(0.002, 0.019, 0.06);
+  std::vector<bodies::BodyDescription> bodies{
+      sim_server::sphere({0, 0, 0}, 0.005, 0.1), sim_server::sphere({0.03, 0, 0}, 0.005, 0.1),
+      sim_server::sphere({0.0, 0.009, 0}, 0.005, 0.1), sim_server::floor_at(-0.02)};
+  const bodies::World world =
+      scene::build_world(sim_server::scene_of(bodies, sim_server::material_of(100.0)));
+  Detection detection(world, 0.0);
+  REQUIRE(detection.find_contacts(world, kStep_s));
+  REQUIRE(found_pairs(detection) == Pairs{{0, 2}});
+  const std::vector<bodies::SphereMotion> start(detection.motions().begin(),
+                                                detection.motions().end());
+  std::vector<bodies::SphereMotion> end = start;
+  REQUIRE_FALSE(detection.strayed(world, end));
+  const Eigen::Vector3d direction =
+      GENERATE(Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(0, 1, 0));
+  end[0].position_m += strayed_m * direction;
+  CHECK(detection.strayed(world, end));
+  CHECK(detection.widen(world, end, false));
+  CHECK_FALSE(detection.strayed(world, end));
+  CHECK(found_pairs(detection).count({0, 2}) == 1);
+  const bool met_ball = direction.x() > 0.0 && strayed_m > 0.0201,
+             met_floor = direction.z() < 0.0 && strayed_m > 0.015;
+  CHECK(detection.has_missed(world, {start, end}) == (met_ball || met_floor));
+  REQUIRE(detection.find_contacts(world, kStep_s));
+  CHECK(found_pairs(detection) == Pairs{{0, 2}});
+}
+
 }  // namespace stillgrid::contact

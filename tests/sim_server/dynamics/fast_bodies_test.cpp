@@ -39,6 +39,17 @@ bool is_deflected(double start_m, double speed_m_s, double aside_m) {
   return change_m_s.norm() > 1e-5 * speed_m_s;
 }
 
+/// Methods that solve a step or divide it, and one that has all its substeps given.
+scene::Method any_method() {
+  return GENERATE(
+      scene::Method{.integrator = scene::IntegratorKind::kImplicitEuler},
+      scene::Method{.integrator = scene::IntegratorKind::kBdf2},
+      scene::Method{.integrator = scene::IntegratorKind::kTrapezoid},
+      scene::Method{.integrator = scene::IntegratorKind::kSymplecticEuler},
+      scene::Method{.integrator = scene::IntegratorKind::kVelocityVerlet},
+      scene::Method{.integrator = scene::IntegratorKind::kVelocityVerlet, .substeps = 50});
+}
+
 TEST_CASE("Steps' ends alone miss 1 - 2 A / (v P) of the balls that cross, the simulation none",
           "[fast_bodies]") {
   const double speed_m_s = GENERATE(0.5, 1.0, 2.0, 10.0, 100.0);
@@ -124,7 +135,7 @@ TEST_CASE("A tool that jumps over a ball in one step strikes it on its way", "[f
   }
 }
 
-TEST_CASE("A tool that comes into the scene has no path", "[fast_bodies]") {
+TEST_CASE("A tool that comes at rest into the scene has no path", "[fast_bodies]") {
   scene::SceneDescription scene = sim_server::scene_of({sim_server::sphere({0, 0, 0}, 0.01, 0.1)},
                                                        sim_server::material_of(1000.0));
   scene.tool = {{Eigen::Vector3d::Zero(), 0.005}};
@@ -137,6 +148,22 @@ TEST_CASE("A tool that comes into the scene has no path", "[fast_bodies]") {
   (void)simulation.step(0.01, at(1.0));
 
   CHECK(simulation.world().rigid_bodies[0].velocity_m_s.isZero(0.0));
+}
+
+TEST_CASE("A tool that comes moving is met where it came from, by every method", "[fast_bodies]") {
+  // Seen from the ball it stays away; from where the ball moves on it ends where the ball began.
+  const Eigen::Vector3d speed_m_s(1.0, 0.0, 0.0);
+  scene::SceneDescription scene = sim_server::scene_of(
+      {sim_server::moving(sim_server::sphere({0, 0, 0}, 0.01, 0.1), speed_m_s)},
+      sim_server::material_of(1000.0));
+  scene.tool = {{Eigen::Vector3d::Zero(), 0.005}};
+  scene.method = any_method();
+  Simulation simulation(scene);
+  (void)simulation.step(kPeriod_s, [&] {
+    return ToolSample{.time_ns = 1, .position_m = {0.0, 0.001, 0}, .velocity_m_s = speed_m_s};
+  });
+
+  CHECK(simulation.world().rigid_bodies[0].velocity_m_s == speed_m_s);
 }
 
 TEST_CASE("What is struck within a step does not pass its neighbour, whatever the integrator",
@@ -163,6 +190,69 @@ TEST_CASE("What is struck within a step does not pass its neighbour, whatever th
   INFO(scene::name_of(integrator) << ", " << speed_m_s << " m/s, " << lead);
   CHECK(bodies[0].position_m.x() < bodies[1].position_m.x());
   CHECK(bodies[1].position_m.x() < bodies[2].position_m.x());
+}
+
+TEST_CASE("Every ball within a swing's reach is met, though it turns within a step",
+          "[fast_bodies]") {
+  const scene::Method method = any_method();
+  const auto [amplitude_m, frequency_hz, balls] =
+      GENERATE(table<double, double, int>({{0.1, 5.0, 20}, {0.05, 10.0, 17}}));
+  std::mt19937 random(12);
+  std::uniform_real_distribution<double> depth(0.0003, 0.012), period(0.028, 0.034);
+  int missed = 0, left = 0;
+  for (int i = 0; i < balls; ++i) {
+    bodies::BodyDescription hammer = sim_server::sphere({0, 0, 0}, 0.009, 0.0);
+    hammer.motion = bodies::Motion::kPrescribed;
+    hammer.prescribed = {Eigen::Vector3d::UnitX(), 0.0, amplitude_m, frequency_hz};
+    const double period_s = period(random);
+    scene::SceneDescription scene = sim_server::scene_of(
+        {hammer, sim_server::sphere({amplitude_m + 0.015 - depth(random), 0, 0}, 0.006, 0.02)},
+        sim_server::material_of(1000.0, 1.0));
+    scene.method = method;
+    Simulation simulation(scene);
+    while (simulation.world().time_s < 0.75 / frequency_hz)
+      left += simulation.step(period_s, no_tool).crossings_left;
+    if (simulation.world().rigid_bodies[1].velocity_m_s.isZero(0.0)) ++missed;
+  }
+  INFO(scene::name_of(method.integrator) << ", " << frequency_hz << " Hz");
+  CHECK(missed == 0);
+  CHECK(left == 0);
+}
+
+TEST_CASE("A sleeping ball that a swing meets between the ends of a step wakes", "[fast_bodies]") {
+  bodies::BodyDescription hammer = sim_server::sphere({0, 0, 0}, 0.009, 0.0);
+  hammer.motion = bodies::Motion::kPrescribed;
+  hammer.prescribed = {Eigen::Vector3d::UnitX(), 0.0, 0.05, 0.25};
+  scene::SceneDescription scene = sim_server::scene_of(
+      {hammer, sim_server::sphere({0.055, 0, 0}, 0.006, 0.02)}, sim_server::material_of(1000.0));
+  scene.sleeping = true;
+  scene.method = any_method();
+  Simulation simulation(scene);
+  for (int i = 0; i < 14; ++i) (void)simulation.step(0.04, no_tool);
+  REQUIRE(simulation.world().bodies[1].is_sleeping);
+  (void)simulation.step(0.9, no_tool);  // the turn is at 1 s
+
+  CHECK_FALSE(simulation.world().rigid_bodies[1].velocity_m_s.isZero(0.0));
+}
+
+TEST_CASE("What a spring hurls from rest meets what is on its way", "[fast_bodies]") {
+  // Half a swing of 30 ms to the far side, or what a method makes of it; no velocity tells of it.
+  const scene::Method method = any_method();
+  const double ball_m = GENERATE(0.105, 0.1, 0.093, 0.087);
+  scene::SceneDescription scene =
+      sim_server::scene_of({sim_server::thread(2, {0, 0, 0}, {0.1, 0, 0}, 0.01, 110.0, {0}),
+                            sim_server::sphere({ball_m, 0.009, 0}, 0.004, 0.001)},
+                           sim_server::material_of(500.0));
+  scene.method = method;
+  bodies::World world = scene::build_world(scene);
+  world.nodes[1].position_m.x() = 0.13;
+  Simulation simulation(scene, world);
+  const StepReport report = simulation.step(kPeriod_s, no_tool);
+
+  INFO(scene::name_of(method.integrator) << ", " << ball_m << " m");
+  CHECK(report.crossings_left == 0);
+  const double end_m = simulation.world().nodes[1].position_m.x();
+  if (end_m < ball_m) CHECK_FALSE(simulation.world().rigid_bodies[0].velocity_m_s.isZero(0.0));
 }
 
 TEST_CASE("The report counts the crossings that 64 shortenings of a step leave", "[fast_bodies]") {

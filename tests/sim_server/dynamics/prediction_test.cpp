@@ -244,6 +244,42 @@ TEST_CASE("Covers hold the whole history after looking ahead, though the grid wa
   CHECK(outside == 0);
 }
 
+TEST_CASE("Of a large scene what is near the tool is predicted as it would be alone",
+          "[prediction]") {
+  // A pair that the tool presses, and behind it far more balls than are predicted.
+  const std::vector<bodies::BodyDescription> near{sim_server::sphere({0.019, 0, 0}, 0.01, 0.1),
+                                                  sim_server::sphere({0.0385, 0, 0}, 0.01, 0.1)};
+  std::vector<bodies::BodyDescription> all{near[0]};
+  for (int i = 0; i < 3000; ++i)
+    all.push_back(sim_server::moving(
+        sim_server::sphere({1.0 + 0.03 * (i % 50), 0.03 * (i / 50), 0}, 0.01, 0.1), {0, 0, 0.5}));
+  all.push_back(near[1]);
+  Simulation alone(touched_scene(near)), large(touched_scene(all));
+  publication::SnapshotPrediction of[2];
+  for (Simulation* simulation : {&alone, &large}) {
+    step_with_tool(*simulation, 0.0);
+    of[simulation == &large] = simulation->predict_next(kStep_s);
+  }
+
+  REQUIRE(of[0].max_compliance_m_per_N > 0.0);
+  CHECK(of[1].max_compliance_m_per_N == Approx(of[0].max_compliance_m_per_N));
+  CHECK(of[1].compliance_force_N == Approx(of[0].compliance_force_N));
+  const std::size_t places[2] = {0, 3001};
+  for (std::size_t i = 0; i < 2; ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto &one = record(alone, i), &other = record(large, places[i]);
+      CHECK(other.predicted_velocity_m_s[axis] ==
+            Approx(one.predicted_velocity_m_s[axis]).margin(1e-5));
+      CHECK(other.compliance_m_per_N[axis] == Approx(one.compliance_m_per_N[axis]).margin(1e-9));
+    }
+  CHECK(record(large, 3000).predicted_velocity_m_s[2] == Approx(0.5));
+  const collision::SweptBound& bound = large.snapshot().swept_bound(3000);
+  const Eigen::Vector3d far_m =
+      vector(record(large, 3000).newest.position_m) +
+      proto::kPredictionPeriods * kStep_s * Eigen::Vector3d(0.0, 0.0, 0.5);
+  CHECK((far_m - vector(bound.centre_m)).norm() + 0.01 <= double{bound.bounding_radius_m});
+}
+
 TEST_CASE("Without time to look ahead a body moves on at its velocity and is not compliant",
           "[prediction]") {
   Simulation simulation(touched_scene({sim_server::sphere({0.019, 0, 0}, 0.01, 0.1)}));

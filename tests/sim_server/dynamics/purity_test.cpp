@@ -120,6 +120,20 @@ TEST_CASE("Predicting, accounting and publishing change no byte of how a heap mo
   }
 }
 
+TEST_CASE("Predicting a part of a large scene changes no byte of how it moves", "[purity]") {
+  scene::SceneDescription scene = heap(9, scene::IntegratorKind::kVelocityVerlet);
+  std::mt19937 random(9);
+  std::uniform_real_distribution<double> aside(-0.001, 0.001);
+  for (int i = 0; i < 1200; ++i)
+    scene.bodies.push_back(
+        sim_server::sphere({0.15 + 0.017 * (i % 20) + aside(random),
+                            0.017 * (i / 20 % 20) + aside(random), 0.01 + 0.0185 * (i / 400)},
+                           0.009, 0.02));
+  const Seen seen = look_on(scene, 20);
+  CHECK(seen.first_change == -1);
+  CHECK(seen.most_contacts >= 400);
+}
+
 TEST_CASE("Predicting, accounting and publishing change no byte of the scenes that ship",
           "[purity]") {
   const std::string name = GENERATE("tissue_and_blocks", "threads", "organ", "laparoscopy");
