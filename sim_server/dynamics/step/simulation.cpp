@@ -21,6 +21,9 @@ constexpr double kLeastExplicitPart_s = 1e-4;     // in which a stray sphere goe
 constexpr double kShortestHalf = 1e-3;            // of a step, below which no memory is spared
 constexpr double kLeastShare = 1e-6;              // of a step, so that every part moves it on
 
+/// Steps in which nothing moved, until no snapshot of the history shows a motion.
+constexpr int kStillSteps = proto::kHistoryLength;
+
 /// The last iteration of a step that is out of time has a tenth of the step, and no more.
 Clock::time_point grace(const Budget& budget, double step_s) {
   if (budget.deadline == Clock::time_point::max()) return budget.deadline;
@@ -50,6 +53,9 @@ Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world
       start_(world_.spheres.size()),
       end_(world_.spheres.size()) {
   if (scene.sleeping) sleeping_.emplace(world_);
+  has_driven_ = std::any_of(
+      world_.rigid_bodies.begin(), world_.rigid_bodies.end(),
+      [](const bodies::RigidBody& body) { return !body.free && bodies::is_moved(body); });
 }
 
 StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget budget) {
@@ -60,9 +66,17 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
   double longest = 1.0 / std::max({1, parts_asked(traits_, method_, step_s), substeps_ / 2});
   Part part{.end = longest};
   const auto start = Clock::now();
-  find_contacts(step_s, part);
+  const bool may_pass = still_steps_ >= kStillSteps;
+  if (!may_pass) find_contacts(step_s, part);
   take(take_tool(), report);
   find_tool_contacts(part);
+  passes_ = may_pass && detection_.contacts().empty();
+  if (passes_) return pass(step_s, report);
+  if (may_pass) {  // the tool comes near
+    find_contacts(step_s, part);
+    find_tool_contacts(part);
+  }
+  predicted_s_ = 0.0;
   report.detect += Clock::now() - start;
 
   int shortenings = 0;
@@ -110,6 +124,16 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
   }
   detection_.move_spheres(world_);
   snapshot_.show(detection_);
+  const bool is_still = world_.unknown_count == 0 && !has_driven_;
+  still_steps_ = is_still && report.contacts == 0 ? std::min(still_steps_ + 1, kStillSteps) : 0;
+  return report;
+}
+
+/// A step in which nothing can move, and nothing did in any snapshot of the history: time passes.
+StepReport Simulation::pass(double step_s, StepReport& report) {
+  world_.time_s += step_s;
+  report.substeps = 1;
+  if (sleeping_) report.sleeping_spheres = sleeping_->sleeping_spheres();
   return report;
 }
 
@@ -260,6 +284,7 @@ bool Simulation::wake_touched(std::span<const bodies::SphereMotion> end) {
 }
 
 void Simulation::note_sleep() {
+  still_steps_ = 0;
   integrator_->restart();
   detection_.note_sleep(world_);
   for (std::size_t i = 0; i < world_.spheres.size(); ++i)
@@ -268,11 +293,15 @@ void Simulation::note_sleep() {
 
 publication::SnapshotPrediction Simulation::predict_next(double step_s, const Budget& budget) {
   if (budget.is_late()) return {};
+  // Nothing moved since the last one.
+  if (passes_ && predicted_s_ == step_s) return prediction_->snapshot();
+
   if (!detection_.find_contacts(world_, step_s)) return {};  // what may touch by then
   detection_.find_tool_contacts(world_, tool_.over(1.0, 1.0));
   prediction_->look(world_, detection_.contacts(), step_s, budget);
   snapshot_.take_predictions(prediction_->spheres(), proto::kPredictionPeriods * step_s,
                              proto::kPredictionLag_s, detection_.spheres());
+  if (passes_) predicted_s_ = step_s;
   return prediction_->snapshot();
 }
 
