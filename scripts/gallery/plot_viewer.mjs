@@ -18,6 +18,9 @@ const kPictures = {
   viewer_laparoscopy: {
     scene: 'laparoscopy', device: 'phantom:profile=premium15,path=stroke,depth_m=0.03,pivot_x_m=0,pivot_y_m=0,pivot_z_m=-0.11',
     least_N: 0.9, keys: ['s', 'm'] },
+  viewer_pillars: {
+    scene: 'pillars', device: 'phantom:profile=premium15,hand=light,path=press,centre_z_m=-0.03,depth_m=0.03,period_s=2',
+    least_N: 0.5, keys: [] },
   viewer_threads: {
     scene: 'threads', device: 'phantom:profile=premium15,path=circle,centre_z_m=0,depth_m=0', least_N: 0.1, keys: [] },
   viewer_wall: { scene: 'wall', device: 'phantom:profile=premium15,path=tap', least_N: 1.0, keys: [] },

@@ -22,6 +22,9 @@ constexpr int kMaxWidenings = 3;                  // of the ways of a part
 constexpr double kShortestHalf = 1e-3;            // of a step, below which no memory is spared
 constexpr double kLeastShare = 1e-6;              // of a step, so that every part moves it on
 
+/// Steps in which nothing moved, until no snapshot of the history shows a motion.
+constexpr int kStillSteps = proto::kHistoryLength;
+
 /// The last iteration of a step that is out of time has a tenth of the step, and no more.
 Clock::time_point grace(const Budget& budget, double step_s) {
   if (budget.deadline == Clock::time_point::max()) return budget.deadline;
@@ -54,6 +57,9 @@ Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world
   swings_ = std::ranges::any_of(world_.rigid_bodies, [](const bodies::RigidBody& body) {
     return !body.free && body.prescribed.amplitude_m * body.prescribed.frequency_hz != 0.0;
   });
+  has_driven_ = std::any_of(
+      world_.rigid_bodies.begin(), world_.rigid_bodies.end(),
+      [](const bodies::RigidBody& body) { return !body.free && bodies::is_moved(body); });
 }
 
 StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget budget) {
@@ -64,9 +70,17 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
   double longest = 1.0 / std::max({1, parts_asked(traits_, method_, step_s), substeps_ / 2});
   Part part{.end = longest};
   const auto start = Clock::now();
-  find_contacts(step_s, part);
+  const bool may_pass = still_steps_ >= kStillSteps;
+  if (!may_pass) find_contacts(step_s, part);
   take(take_tool(), step);
   find_tool_contacts(part);
+  passes_ = may_pass && detection_.contacts().empty();
+  if (passes_) return pass(step_s, report);
+  if (may_pass) {  // the tool comes near
+    find_contacts(step_s, part);
+    find_tool_contacts(part);
+  }
+  predicted_s_ = 0.0;
   report.detect += Clock::now() - start;
 
   int shortenings = 0;
@@ -116,6 +130,16 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
   }
   detection_.move_spheres(world_);
   snapshot_.show(detection_);
+  const bool is_still = world_.unknown_count == 0 && !has_driven_;
+  still_steps_ = is_still && report.contacts == 0 ? std::min(still_steps_ + 1, kStillSteps) : 0;
+  return report;
+}
+
+/// A step in which nothing can move, and nothing did in any snapshot of the history: time passes.
+StepReport Simulation::pass(double step_s, StepReport& report) {
+  world_.time_s += step_s;
+  report.substeps = 1;
+  if (sleeping_) report.sleeping_spheres = sleeping_->sleeping_spheres();
   return report;
 }
 
@@ -294,6 +318,7 @@ bool Simulation::wake_touched(const contact::Ways& ways) {
 }
 
 void Simulation::note_sleep() {
+  still_steps_ = 0;
   integrator_->restart();
   detection_.note_sleep(world_);
   for (std::size_t i = 0; i < world_.spheres.size(); ++i)
@@ -302,6 +327,9 @@ void Simulation::note_sleep() {
 
 publication::SnapshotPrediction Simulation::predict_next(double step_s, const Budget& budget) {
   if (budget.is_late()) return {};
+  // Nothing moved since the last one.
+  if (passes_ && predicted_s_ == step_s) return prediction_->snapshot();
+
   const std::vector<contact::ToolSphereMotion>& tool = tool_.over(1.0, 1.0);
   if (tool.empty() && world_.spheres.size() > PredictedPart::kMaxSpheres) return {};
   predicted_part_.choose(world_, detection_.motions(),
@@ -314,6 +342,7 @@ publication::SnapshotPrediction Simulation::predict_next(double step_s, const Bu
   snapshot_.take_predictions(predicted_part_.spheres(), prediction_->spheres(),
                              proto::kPredictionPeriods * step_s, proto::kPredictionLag_s,
                              detection_.spheres());
+  if (passes_) predicted_s_ = step_s;
   return prediction_->snapshot();
 }
 

@@ -76,6 +76,8 @@ class Simulation {
   /// A substep in which a sleeping body would be touched wakes it first, and is computed with it
   /// (docs/algorithms/sleeping.md).
   ///
+  /// A step of a scene in which everything sleeps and the tool is far only takes time on.
+  ///
   /// A step whose budget is spent goes to its end at once, in one part of one iteration: bodies
   /// move on safely if not exactly, and the snapshot comes in time. The report says so.
   ///
@@ -134,6 +136,7 @@ class Simulation {
   };
 
   void take(const std::optional<ToolSample>& sample, Step& step);
+  StepReport pass(double step_s, StepReport& report);
   [[nodiscard]] std::optional<ToolSample> later_sample(const Step& step) const;
   void find_contacts(double step_s, Part& part);
   void find_tool_contacts(const Part& part);
@@ -163,6 +166,11 @@ class Simulation {
   PredictedPart predicted_part_;
   contact::PredictedContacts predicted_contacts_;
   int substeps_ = 1;  // that the end of the last step took, were it all alike
+
+  bool has_driven_ = false;   // a prescribed motion that leads somewhere
+  int still_steps_ = 0;       // in turn that ended with everything sleeping, as far as they count
+  bool passes_ = false;       // the last step only took time on
+  double predicted_s_ = 0.0;  // from such steps; zero: nothing
 };
 
 }  // namespace stillgrid::dynamics

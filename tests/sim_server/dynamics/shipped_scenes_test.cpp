@@ -190,6 +190,17 @@ TEST_CASE("A rod's side that turns about its trocar pushes the organ ahead of it
   CHECK(farthest_m > 0.002);
 }
 
+TEST_CASE("Pillars converge from their first step, and most of them sleep within a second",
+          "[shipped_scenes]") {
+  const scene::SceneDescription scene = shipped("pillars");
+  Simulation simulation(scene);
+
+  CHECK(advance(simulation, scene.period_s, static_cast<int>(1.0 / scene.period_s)));
+  CHECK(is_finite(simulation.world()));
+  const StepReport report = simulation.step(scene.period_s, no_tool);
+  CHECK(report.sleeping_spheres > 18'000);
+}
+
 TEST_CASE("A thousand steps of each shipped scene stay finite", "[shipped_scenes]") {
   const scene::SceneDescription scene = shipped(GENERATE("moving_sphere", "wall"));
   Simulation simulation(scene);

@@ -332,6 +332,36 @@ TEST_CASE("On a shelf that is prescribed to stay a block sleeps as on the floor"
   }
 }
 
+TEST_CASE("Where all sleep steps only take time on, and the tool wakes as where they do not",
+          "[sleeping]") {
+  std::vector<bodies::BodyDescription> bodies = stack(2);
+  Simulation passes(sleeping_scene(bodies));
+  bodies::BodyDescription far = block_at({5, 5, 5});
+  far.motion = bodies::Motion::kPrescribed;
+  far.prescribed.velocity_m_s = 0.1;
+  bodies.push_back(far);
+  Simulation works(sleeping_scene(bodies));
+  for (Simulation* simulation : {&passes, &works}) lull(*simulation, 2);
+  const Eigen::Vector3d above_m(0.01, 0.01, 2.0 * kEdge_m + 0.0137);
+
+  int passed = 0;
+  for (int i = 0; i < 60; ++i) {
+    const Eigen::Vector3d tool_m = above_m - Eigen::Vector3d(0, 0, 3e-4 * std::max(0, i - 20));
+    const StepReport report = step_with_tool_at(passes, tool_m);
+    passed += report.solve.iterations == 0 ? 1 : 0;
+    (void)passes.predict_next(kStep_s);
+    CHECK(report.sleeping_spheres == step_with_tool_at(works, tool_m).sleeping_spheres);
+    (void)works.predict_next(kStep_s);
+    CHECK(passes.world().time_s == Approx(works.world().time_s));
+    for (std::size_t block : {0U, 1U})
+      CHECK((passes.world().rigid_bodies[block].position_m -
+             works.world().rigid_bodies[block].position_m)
+                .norm() < 1e-12);
+  }
+  CHECK(passed > 10);
+  CHECK(count_sleeping(passes) == 0);
+}
+
 TEST_CASE("Sleep repeats to the bit", "[sleeping]") {
   auto bodies = stack(3);
   bodies.push_back(

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "sim_server/bodies/kinds/body_in_world.hpp"
 #include "sim_server/scene/scene_file.hpp"
 
 namespace stillgrid::scene {
@@ -26,6 +27,8 @@ long sphere_count(const bodies::BodyDescription& body) {
   if (const auto* sheet = std::get_if<bodies::SheetBody>(&body.shape))
     return spheres_along(sheet->size_m.x(), sheet->spheres.spacing_m) *
            spheres_along(sheet->size_m.y(), sheet->spheres.spacing_m);
+  if (!std::holds_alternative<bodies::RigidBoxBody>(body.shape))
+    return static_cast<long>(bodies::pack_spheres(body).size());
   const auto& box = std::get<bodies::RigidBoxBody>(body.shape);
   long count = 1;
   for (const double side_m : box.size_m)
@@ -94,6 +97,16 @@ TEST_CASE("Threads are forty, hung by their upper ends, 400 spheres", "[scenes]"
     CHECK(thread.from_m.z() > thread.to_m.z());
   }
   CHECK(moving_sphere_count(scene) == 400);
+}
+
+TEST_CASE("Pillars stand round a tissue with bricks and soft blocks, 21,877 spheres", "[scenes]") {
+  const SceneDescription scene = shipped("pillars");
+
+  CHECK(count_of<bodies::SheetBody>(scene) == 1);
+  CHECK(count_of<bodies::SoftBlockBody>(scene) == 4);
+  CHECK(count_of<bodies::RigidBoxBody>(scene) == 24 + 140);
+  CHECK(moving_sphere_count(scene) == 21'877);
+  CHECK(boxes_are_apart(scene));
 }
 
 TEST_CASE("The moving sphere's held snapshot jumps by k v P = 1.65 N", "[scenes]") {
