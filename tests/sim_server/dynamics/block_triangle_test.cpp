@@ -1,7 +1,9 @@
 #include "sim_server/dynamics/solvers/block_triangle.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <catch2/catch.hpp>
+#include <cstdlib>
 #include <cstring>
 #include <optional>
 #include <random>
