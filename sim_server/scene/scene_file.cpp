@@ -1,5 +1,6 @@
 #include "sim_server/scene/scene_file.hpp"
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <iterator>
@@ -217,9 +218,27 @@ void read_bodies(toml::TableReader& document, SceneDescription& scene) {
   }
 }
 
+/// A soft mesh has more neighbours than factors bear: without a solver that is named it has one
+/// without them, and without an integrator as well an explicit one, which takes in substeps no more
+/// than the solver in products.
+void serve_meshes(bool names_integrator, bool names_solver, SceneDescription& scene) {
+  const bool has_mesh = std::ranges::any_of(scene.bodies, [](const bodies::BodyDescription& body) {
+    return body.motion == bodies::Motion::kFree &&
+           std::holds_alternative<bodies::SoftMeshBody>(body.shape);
+  });
+  if (!has_mesh || names_solver) return;
+  scene.method.solver = SolverKind::kNewtonCg;
+  if (!names_integrator) scene.method.integrator = IntegratorKind::kVelocityVerlet;
+}
+
 void read_tables(toml::TableReader& document, const MethodTable& methods, SceneDescription& scene) {
   read_world(document.table("world"), scene);
-  read_simulation(document.table("simulation"), methods, scene);
+  toml::TableReader simulation = document.table("simulation");
+  bool names_integrator = false;
+  for (const char* key : {"integrator", "substeps", "tolerance_m_s"})
+    names_integrator = names_integrator || simulation.has(key);
+  const bool names_solver = simulation.has("solver");
+  read_simulation(std::move(simulation), methods, scene);
   read_grid(document.table("grid"), scene);
   read_tool(document.table("tool"), scene);
   read_device(document.table("device"), scene);
@@ -230,6 +249,7 @@ void read_tables(toml::TableReader& document, const MethodTable& methods, SceneD
                 "a number, or a table [hand] with the file of the hand to choose it for");
   read_materials(document, scene);
   read_bodies(document, scene);
+  serve_meshes(names_integrator, names_solver, scene);
   document.finish();
 }
 

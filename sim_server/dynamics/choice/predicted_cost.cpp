@@ -11,11 +11,15 @@ namespace stillgrid::dynamics {
 namespace {
 
 // Costs of one operation, ns.
-constexpr double kSpringForce = 2.0, kNodeStep = 5.0, kContactForce = 80.0, kRigidStep = 100.0;
+constexpr double kSheetSpringForce = 1.3, kSpringForce = 5.8, kNodeStep = 2.0;
+constexpr double kContactForce = 50.0, kRigidStep = 100.0;
 constexpr double kDetection = 60.0;  // a moving sphere in a step
 constexpr double kSpringJacobian = 60.0, kContactJacobian = 1000.0, kFillEntry = 8.0;
-constexpr double kSpringProduct = 8.0, kContactProduct = 100.0;
-constexpr double kNewtonIterations = 4.0;
+constexpr double kSpringProduct = 3.5, kContactProduct = 100.0;
+constexpr double kSpringLinearised = 45.0;  // residuals along a step included
+constexpr double kProducts = 14.0;          // of one iteration of Newton's method
+constexpr double kCurve = 2.5;              // springs a node at most
+constexpr double kSolid_ns = 12e6, kSolidNodes = 441.0, kSolidPower = 2.6;  // factors of a solid
 
 SpringRates spring_rates(const bodies::World& world) {
   ExplicitState state;
@@ -26,16 +30,26 @@ SpringRates spring_rates(const bodies::World& world) {
   return SpringSpectrum().follow(world, state);
 }
 
-/// Entries of L for one body's block, by nested dissection: a curve's bandwidth, a surface's n log
-/// n, a solid's n^(4/3).
-double fill_of(const bodies::BodyRange& body) {
+/// What factors of one body's block cost: by the entries of a curve's bandwidth, by those of a
+/// surface, n log n; a solid's by the products that make them, as measured.
+double factor_ns_of(const bodies::BodyRange& body) {
   const double n = body.node_count;
-  if (body.rigid >= 0) return 36.0;
+  if (body.rigid >= 0) return kFillEntry * 36.0;
   if (body.node_count == 0) return 0.0;
   const double per_node = static_cast<double>(body.spring_count) / n;
-  if (per_node < 2.5) return 9.0 * 3.0 * n;
-  if (body.sheet_nodes.prod() > 0) return 9.0 * 4.0 * n * std::log2(n + 1.0);
-  return 9.0 * 2.0 * std::pow(n, 4.0 / 3.0);
+  if (per_node < kCurve) return kFillEntry * 9.0 * 3.0 * n;
+  if (body.sheet_nodes.prod() > 0) return kFillEntry * 9.0 * 4.0 * n * std::log2(n + 1.0);
+  return kSolid_ns * std::pow(n / kSolidNodes, kSolidPower);
+}
+
+/// Iterations of Newton's method in a step, as measured: where it is long for the springs more of
+/// it is bent, most of all of a solid that sags; and where rigid bodies lie on each other.
+double newton_iterations(const SceneLoad& load, double step_s) {
+  const double fewest = load.rigid_bodies > 1.0 ? 15.0 : 4.0;
+  constexpr double kMax = 30.0;
+  const double angle = step_s * load.spring_rad_s;
+  const bool is_solid = load.solid_springs > 0.5 * load.springs;
+  return std::clamp(is_solid ? 0.0048 * std::pow(angle, 2.3) : 0.1 * angle, fewest, kMax);
 }
 
 }  // namespace
@@ -50,7 +64,12 @@ SceneLoad load_of(const bodies::World& world) {
   load.spring_rad_s = std::sqrt(rates.stiffness_per_s2);
   load.damping_1_s = rates.damping_per_s;
   for (const bodies::BodyRange& body : world.bodies) {
-    load.fill += fill_of(body);
+    load.factor_ns += factor_ns_of(body);
+    const double springs = body.spring_count;
+    if (body.sheet_nodes.prod() > 0)
+      load.sheet_springs += springs;
+    else if (springs > kCurve * body.node_count)
+      load.solid_springs += springs;
     if (body.rigid >= 0) load.rigid_bodies += 1.0;
     if (body.sphere_count == 0) continue;
     const bodies::SphereBinding& sphere =
@@ -85,30 +104,29 @@ int stable_substeps(const SceneLoad& load, double step_s) {
 }
 
 double predicted_ms(const SceneLoad& load, const scene::Method& method, double step_s) {
-  const double contacts = 0.5 * load.spheres;
+  const double contacts = 0.5 * load.spheres, touching = 0.5 * contacts;
   const double detection_ns = kDetection * load.spheres;
   const int given = method.substeps;
   if (scene::is_explicit(method.integrator)) {
-    const double needed = std::ceil(step_s / symplectic_limit_s(load));
-    double substeps = given > 0 ? given : std::max(1.0, needed);
+    double substeps = given > 0 ? given : stable_substeps(load, step_s);
     if (method.integrator == scene::IntegratorKind::kVelocityVerlet)
       substeps += 1.0;  // forces at the end
-    return 1e-6 *
-           (detection_ns + substeps * (kSpringForce * load.springs + kNodeStep * load.nodes +
-                                       kContactForce * contacts + kRigidStep * load.rigid_bodies));
+    return 1e-6 * (detection_ns + substeps * (kSheetSpringForce * load.sheet_springs +
+                                              kSpringForce * (load.springs - load.sheet_springs) +
+                                              kNodeStep * load.nodes + kContactForce * contacts +
+                                              kRigidStep * load.rigid_bodies));
   }
   const double substeps = std::max(1, given);
+  const double iterations = newton_iterations(load, step_s / substeps);
   double iteration_ns = 0.0;
-  if (method.solver == scene::SolverKind::kNewtonCg) {
-    // As many products as the square root of the condition asks, which is about h w.
-    const double radius = step_s / substeps * std::hypot(load.spring_rad_s, load.contact_rad_s);
-    const double products = std::min(load.unknowns, 5.0 + radius);
-    iteration_ns = products * (kSpringProduct * load.springs + kContactProduct * contacts);
+  if (!method.solver.factorises) {
+    const double products = std::min(load.unknowns, kProducts);
+    iteration_ns = kSpringLinearised * load.springs + kContactJacobian * touching +
+                   products * (kSpringProduct * load.springs + kContactProduct * touching);
   } else {
-    iteration_ns =
-        kSpringJacobian * load.springs + kContactJacobian * contacts + kFillEntry * load.fill;
+    iteration_ns = kSpringJacobian * load.springs + kContactJacobian * touching + load.factor_ns;
   }
-  return 1e-6 * substeps * (detection_ns + kNewtonIterations * iteration_ns);
+  return 1e-6 * substeps * (detection_ns + iterations * iteration_ns);
 }
 
 }  // namespace stillgrid::dynamics

@@ -9,7 +9,9 @@ namespace stillgrid::dynamics {
 struct SceneLoad {
   double springs = 0.0, nodes = 0.0, rigid_bodies = 0.0, spheres = 0.0;
   double unknowns = 0.0;
-  double fill = 0.0;           // entries of the factorised Jacobian, by the bodies' shapes
+  double sheet_springs = 0.0;  // of them, those of regular sheets
+  double solid_springs = 0.0;  // and of solids
+  double factor_ns = 0.0;      // of the Jacobian's factors, by the bodies' shapes
   double spring_rad_s = 0.0;   // highest frequency of the springs
   double contact_rad_s = 0.0;  // the same of a body whose spheres touch on one side
   double damping_1_s = 0.0;    // highest rate c / m of the spring dampers
@@ -27,8 +29,8 @@ struct SceneLoad {
 [[nodiscard]] int stable_substeps(const SceneLoad& load, double step_s);
 
 /// What a step of step_s should cost, ms: counts times the cost of each operation as measured in
-/// tests/performance, so right to a factor of about three. Explicit methods take as many substeps
-/// as stability asks if none are given.
+/// tests/performance, right within two for explicit methods on springs, less so where contacts are
+/// many. Explicit methods take as many substeps as stability asks if none are given.
 [[nodiscard]] double predicted_ms(const SceneLoad& load, const scene::Method& method,
                                   double step_s);
 

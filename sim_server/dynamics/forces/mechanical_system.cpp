@@ -80,6 +80,7 @@ void MechanicalSystem::take(const bodies::World& world, std::span<const contact:
     mass_.segment<3>(body.unknown).setConstant(body.mass_kg);
     mass_.segment<3>(body.unknown + 3).setConstant(body.inertia_kg_m2.maxCoeff());
   }
+  links_.clear();
   scale_ = mass_.cwiseInverse();
   for (const bodies::RigidBody& body : world.rigid_bodies)
     if (body.unknown != bodies::kNoUnknown)
@@ -280,17 +281,47 @@ void MechanicalSystem::push_sphere(const bodies::SphereBinding& sphere,
   }
 }
 
+void MechanicalSystem::find_links() {
+  for (const auto springs : springs_)
+    for (const bodies::Spring& spring : springs) {
+      const int a = trial_.nodes[static_cast<std::size_t>(spring.a)].unknown;
+      const int b = trial_.nodes[static_cast<std::size_t>(spring.b)].unknown;
+      if (a != bodies::kNoUnknown && b != bodies::kNoUnknown) links_.push_back({a / 3, b / 3});
+    }
+  triangle_.set_pattern(static_cast<int>(size() / 3), links_);
+}
+
+void MechanicalSystem::fill_triangle(JacobianKind kind) {
+  triangle_.set_zero();
+  for (const InertiaJacobian& own : inertia_jacobians_)
+    triangle_.diagonal(own.unknown / 3) = own.block;
+  std::size_t link = 0;
+  for (const auto springs : springs_)
+    add_spring_blocks(springs, trial_.nodes, kind, stage_s_, link, triangle_);
+  for (Eigen::Index i = 0; i < size(); i += 3)
+    diagonal_.middleCols<3>(i) = triangle_.diagonal(static_cast<int>(i / 3));
+}
+
 void MechanicalSystem::linearise(JacobianKind kind, double stage_s, double contact_step_s) {
-  take_jacobians(kind, stage_s, contact_step_s);
+  is_exact_ = kind == JacobianKind::kExact;
+  stage_s_ = stage_s;
+  add_inertia_jacobians(kind);
+  add_contact_jacobians(kind, contact_step_s);
   diagonal_.setZero(3, size());
   const auto add = [&](int unknown, const Eigen::Matrix3d& block) {
     if (unknown != bodies::kNoUnknown) diagonal_.middleCols<3>(unknown) += block;
   };
-  for (const InertiaJacobian& own : inertia_jacobians_) add(own.unknown, own.block);
-  for (const SpringJacobian& spring : spring_jacobians_) {
-    const Eigen::Matrix3d block = spring.block();
-    add(spring.a, block);
-    add(spring.b, block);
+  if (is_exact_) {
+    add_spring_jacobians(kind);
+    for (const InertiaJacobian& own : inertia_jacobians_) add(own.unknown, own.block);
+    for (const SpringJacobian& spring : spring_jacobians_) {
+      const Eigen::Matrix3d block = spring.block();
+      add(spring.a, block);
+      add(spring.b, block);
+    }
+  } else {
+    if (links_.empty()) find_links();
+    fill_triangle(kind);
   }
   contact_blocks_.clear();
   for (const ContactJacobian& contact : contact_jacobians_)
@@ -299,16 +330,27 @@ void MechanicalSystem::linearise(JacobianKind kind, double stage_s, double conta
 }
 
 void MechanicalSystem::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
-  y.resize(size());
-  for (const InertiaJacobian& own : inertia_jacobians_)
-    y.segment<3>(own.unknown).noalias() = own.block * x.segment<3>(own.unknown);
-  multiply_add(spring_jacobians_, x, y);
+  if (is_exact_) {
+    y.resize(size());
+    for (const InertiaJacobian& own : inertia_jacobians_)
+      y.segment<3>(own.unknown).noalias() = own.block * x.segment<3>(own.unknown);
+    multiply_add(spring_jacobians_, x, y);
+  } else {
+    triangle_.multiply(x, y);
+  }
+  add_rest(x, y);
+}
+
+void MechanicalSystem::add_rest(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
   for (const ContactJacobian& contact : contact_jacobians_) multiply_add(contact, stage_s_, x, y);
 }
 
 void MechanicalSystem::jacobian(JacobianKind kind, double stage_s, double contact_step_s,
                                 Eigen::SparseMatrix<double>& matrix) {
-  take_jacobians(kind, stage_s, contact_step_s);
+  stage_s_ = stage_s;
+  add_inertia_jacobians(kind);
+  add_spring_jacobians(kind);
+  add_contact_jacobians(kind, contact_step_s);
   blocks_.reset(size());
   for (const InertiaJacobian& own : inertia_jacobians_)
     blocks_.add(own.unknown, own.unknown, own.block);
@@ -328,13 +370,10 @@ void MechanicalSystem::jacobian(JacobianKind kind, double stage_s, double contac
   blocks_.write_to(matrix);
 }
 
-void MechanicalSystem::take_jacobians(JacobianKind kind, double stage_s, double contact_step_s) {
-  stage_s_ = stage_s;
-  add_inertia_jacobians(kind);
+void MechanicalSystem::add_spring_jacobians(JacobianKind kind) {
   spring_jacobians_.clear();
   for (const auto springs : springs_)
-    add_spring_jacobians(springs, trial_.nodes, kind, stage_s, spring_jacobians_);
-  add_contact_jacobians(kind, contact_step_s);
+    dynamics::add_spring_jacobians(springs, trial_.nodes, kind, stage_s_, spring_jacobians_);
 }
 
 void MechanicalSystem::add_inertia_jacobians(JacobianKind kind) {

@@ -81,6 +81,10 @@ class MechanicalSystem {
   void linearise(JacobianKind kind, double stage_s, double contact_step_s);
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
   [[nodiscard]] const Eigen::Matrix3Xd& block_diagonal() const { return diagonal_; }
+  /// Masses and springs of it, where it was not exact; contacts are the rest.
+  [[nodiscard]] BlockTriangle& triangle() { return triangle_; }
+  void add_rest(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
+  [[nodiscard]] bool has_rest() const { return !contact_jacobians_.empty(); }
 
   /// Adds to `force` one at a sphere's centre, and a couple that only a rigid body can take up,
   /// where all was placed last.
@@ -92,7 +96,9 @@ class MechanicalSystem {
 
  private:
   void add_contact_forces(double contact_step_s, Eigen::VectorXd& force);
-  void take_jacobians(JacobianKind kind, double stage_s, double contact_step_s);
+  void add_spring_jacobians(JacobianKind kind);
+  void find_links();
+  void fill_triangle(JacobianKind kind);
   void add_inertia_jacobians(JacobianKind kind);
   void add_contact_jacobians(JacobianKind kind, double contact_step_s);
   void find_touching();
@@ -131,6 +137,9 @@ class MechanicalSystem {
   std::vector<Eigen::Matrix3d> turn_s_;  // of each rigid body: d(turned, world frame) / d spin
   std::vector<JacobianBlock> contact_blocks_;
   Eigen::Matrix3Xd diagonal_;
+  bool is_exact_ = false;
+  std::vector<BlockTriangle::Link> links_;  // of springs_, those between two that move
+  BlockTriangle triangle_;
   BlockMatrix blocks_;
 };
 

@@ -63,13 +63,15 @@ HWY_INLINE Vec Apart(const ConstRow& a, const ConstRow& b, std::size_t i) {
   return hn::Sub(LoadU(b, i), LoadU(a, i));
 }
 /// a . b + more.
-HWY_INLINE Vec Dot(Vec ax, Vec ay, Vec az, Vec bx, Vec by, Vec bz, Vec more) {
+template <class V>
+HWY_INLINE V Dot(V ax, V ay, V az, V bx, V by, V bz, V more) {
   return hn::MulAdd(az, bz, hn::MulAdd(ay, by, hn::MulAdd(ax, bx, more)));
 }
 
 /// An estimate of 1 / sqrt(square), good to 11 bits.
-HWY_INLINE hn::Vec<FloatTag> Near(Vec square) {
-  const FloatTag d;
+template <class D>
+HWY_INLINE hn::Vec<hn::Rebind<float, D>> Near(D, hn::Vec<D> square) {
+  const hn::Rebind<float, D> d;
   const auto rough = hn::DemoteTo(d, square), r = hn::ApproximateReciprocalSqrt(rough);
 #if HWY_TARGET == HWY_SSSE3 || HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_AVX2 || \
     HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
@@ -85,19 +87,18 @@ HWY_INLINE hn::Vec<FloatTag> Near(Vec square) {
 /// Springs' tension over length, k - push / length, and their dampers' power. With r near 1 /
 /// length and e = 1 - length^2 r^2, 1 / length = r (1 + e/2 + 3 e^2/8 + 5 e^3/16) to 2^-43. along:
 /// line . speed of the ends.
-template <bool damped>
-HWY_INLINE Vec Pull(Vec square, hn::Vec<FloatTag> near, Vec along, Vec stiffness, Vec push,
-                    Vec damping, Vec& power) {
-  const Tag d;
-  const Vec r = hn::PromoteTo(d, near);
-  const Vec e = hn::NegMulAdd(hn::Mul(square, r), r, hn::Set(d, 1.0));
-  const Vec series =
+template <bool damped, class D, class V = hn::Vec<D>>
+HWY_INLINE V Pull(D d, V square, hn::Vec<hn::Rebind<float, D>> near, V along, V stiffness, V push,
+                  V damping, V& power) {
+  const V r = hn::PromoteTo(d, near);
+  const V e = hn::NegMulAdd(hn::Mul(square, r), r, hn::Set(d, 1.0));
+  const V series =
       hn::MulAdd(hn::MulAdd(e, hn::Set(d, 0.3125), hn::Set(d, 0.375)), e, hn::Set(d, 0.5));
-  const Vec pushed = hn::Mul(push, r);
-  const Vec pull = hn::NegMulAdd(pushed, hn::Mul(series, e), hn::Sub(stiffness, pushed));
+  const V pushed = hn::Mul(push, r);
+  const V pull = hn::NegMulAdd(pushed, hn::Mul(series, e), hn::Sub(stiffness, pushed));
   if constexpr (!damped) return pull;
-  const Vec exact = hn::MulAdd(hn::Mul(series, e), r, r);
-  const Vec rate = hn::Mul(along, exact), force = hn::Mul(damping, rate);
+  const V exact = hn::MulAdd(hn::Mul(series, e), r, r);
+  const V rate = hn::Mul(along, exact), force = hn::Mul(damping, rate);
   power = hn::MulAdd(force, rate, power);
   return hn::MulAdd(force, exact, pull);
 }
@@ -129,7 +130,7 @@ HWY_INLINE Vec PullKind(const Stencil& s, const Ends& ends, const Row& to,
     const Vec dx = Apart(a, b, i), dy = Apart(a, b, i + y), dz = Apart(a, b, i + z);
     const Vec square = Dot(dx, dy, dz, dx, dy, dz, hn::Set(d, kShortest_m2));
     Store(square, s.squares, i);
-    hn::Store(Near(square), FloatTag(), s.nears.aligned(i));
+    hn::Store(Near(d, square), FloatTag(), s.nears.aligned(i));
     if (damped)
       Store(Dot(dx, dy, dz, Apart(a_v, b_v, i), Apart(a_v, b_v, i + y), Apart(a_v, b_v, i + z),
                 hn::Zero(d)),
@@ -143,7 +144,7 @@ HWY_INLINE Vec PullKind(const Stencil& s, const Ends& ends, const Row& to,
     const Vec square = Load(s.squares, i);
     const Vec along = damped ? Load(s.alongs, i) : square;
     const auto near = hn::Load(FloatTag(), s.nears.aligned(i));
-    Store(Pull<damped>(square, near, along, k_i, push_i, c_i, power), to, i);
+    Store(Pull<damped>(d, square, near, along, k_i, push_i, c_i, power), to, i);
   };
   std::size_t i = 0;
   for (; i + hn::Lanes(d) <= count; i += hn::Lanes(d)) pull(i, k, push, c);
@@ -300,14 +301,14 @@ HWY_INLINE void AddForce(double pull, const PackedVector& line, PackedVector& a,
 
 template <bool damped>
 double PullGroup(const SpringGroup& group, ExplicitState& state) {
-  const Tag d;
+  const FourTag d;  // as wide as what stores before it, or a load would wait until they are done
+  using Four = hn::Vec<FourTag>;
   const ConstRow stiffness(group.stiffness_N_per_m.data(), group.stiffness_N_per_m);
   const ConstRow push(group.push_N.data(), group.push_N);
   const ConstRow dampings(group.damping_N_s_per_m.data(), group.damping_N_s_per_m);
   PackedVector lines[contact::kLanes], speeds[contact::kLanes];
   Look pulls;
-  const Row pull(pulls.lanes, pulls.lanes);
-  Vec power = hn::Zero(d);
+  Four power = hn::Zero(d);
   for (std::size_t i = 0; i < group.a.size(); i += contact::kLanes) {
     for (std::size_t k = 0; k < contact::kLanes; ++k) {
       const std::size_t a = group.a[i + k], b = group.b[i + k];
@@ -315,19 +316,19 @@ double PullGroup(const SpringGroup& group, ExplicitState& state) {
       if (damped) Difference(state.velocity_m_s[b], state.velocity_m_s[a], speeds[k]);
     }
     for (std::size_t k = 0; k < contact::kLanes; k += hn::Lanes(d)) {
-      Vec x, y, z, zero;
+      Four x, y, z, zero;
       hn::LoadInterleaved4(d, &lines[k].x, x, y, z, zero);
-      const Vec square = Dot(x, y, z, x, y, z, hn::Set(d, kShortest_m2));
-      Vec along = zero, damping = zero;
+      const Four square = Dot(x, y, z, x, y, z, hn::Set(d, kShortest_m2));
+      Four along = zero, damping = zero;
       if (damped) {
-        Vec v_x, v_y, v_z;
+        Four v_x, v_y, v_z;
         hn::LoadInterleaved4(d, &speeds[k].x, v_x, v_y, v_z, zero);
         along = Dot(x, y, z, v_x, v_y, v_z, zero);
-        damping = LoadU(dampings, i + k);
+        damping = hn::LoadU(d, dampings.at(i + k));
       }
-      Store(Pull<damped>(square, Near(square), along, LoadU(stiffness, i + k), LoadU(push, i + k),
-                         damping, power),
-            pull, k);
+      hn::Store(Pull<damped>(d, square, Near(d, square), along, hn::LoadU(d, stiffness.at(i + k)),
+                             hn::LoadU(d, push.at(i + k)), damping, power),
+                d, pulls.lanes + k);
     }
     for (std::size_t k = 0; k < contact::kLanes; ++k)
       AddForce(pulls.lanes[k], lines[k], state.force_N[group.a[i + k]],

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <span>
 #include <vector>
 
 #include "sim_server/bodies/world.hpp"
+#include "sim_server/dynamics/solvers/block_triangle.hpp"
 #include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
 
 namespace stillgrid::dynamics {
@@ -31,6 +33,12 @@ struct SpringJacobian {
 void add_spring_jacobians(std::span<const bodies::Spring> springs,
                           std::span<const bodies::Node> nodes, JacobianKind kind, double stage_s,
                           std::vector<SpringJacobian>& jacobians);
+
+/// Adds the same to blocks, of a symmetric kind: link is that of the first spring of these between
+/// two nodes that move, and then the next one's. Pre: as many links lead on in the springs' order.
+void add_spring_blocks(std::span<const bodies::Spring> springs, std::span<const bodies::Node> nodes,
+                       JacobianKind kind, double stage_s, std::size_t& link,
+                       BlockTriangle& triangle);
 
 /// y += Jacobian x.
 void multiply_add(std::span<const SpringJacobian> jacobians, const Eigen::VectorXd& x,

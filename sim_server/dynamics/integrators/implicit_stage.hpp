@@ -38,6 +38,11 @@ class ImplicitStage : public NonlinearSystem {
   }
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const override;
   [[nodiscard]] const Eigen::Matrix3Xd& block_diagonal() const override;
+  [[nodiscard]] BlockTriangle& triangle() override { return system_.triangle(); }
+  void add_rest(const Eigen::VectorXd& x, Eigen::VectorXd& y) const override {
+    system_.add_rest(x, y);
+  }
+  [[nodiscard]] bool has_rest() const override { return system_.has_rest(); }
   [[nodiscard]] const Eigen::VectorXd& mass_diagonal() const override;
   [[nodiscard]] const Eigen::VectorXd& residual_scale() const override;
 

@@ -82,21 +82,19 @@ bool KrylovLinearSolver::solve(NonlinearSystem& system, JacobianKind kind,
                                const Budget& budget, Eigen::VectorXd& step) {
   if (budget.is_stopped()) return false;
   system.linearise(kind);
-  const bool symmetric = kind != JacobianKind::kExact;
-  if (!invert_blocks(system.block_diagonal(), symmetric)) return false;
-  const bool solved = symmetric ? conjugate_gradients(system, residual, accuracy, budget, step)
-                                : bicgstab(system, residual, accuracy, budget, step);
+  const bool solved = kind == JacobianKind::kExact
+                          ? invert_blocks(system.block_diagonal()) &&
+                                bicgstab(system, residual, accuracy, budget, step)
+                          : system.triangle().factorise(system.block_diagonal()) &&
+                                conjugate_gradients(system, residual, accuracy, budget, step);
   return solved && step.allFinite();
 }
 
-bool KrylovLinearSolver::invert_blocks(const Eigen::Matrix3Xd& blocks, bool definite) {
+bool KrylovLinearSolver::invert_blocks(const Eigen::Matrix3Xd& blocks) {
   inverse_.resize(3, blocks.cols());
   for (Eigen::Index i = 0; i < blocks.cols(); i += 3) {
     const Eigen::Matrix3d block = blocks.middleCols<3>(i);
-    const double minor = block(0, 0) * block(1, 1) - block(0, 1) * block(1, 0);
     const double determinant = block.determinant();
-    // A Jacobian is no more definite than its blocks.
-    if (definite && !(block(0, 0) > 0.0 && minor > 0.0 && determinant > 0.0)) return false;
     if (determinant == 0.0 || !std::isfinite(determinant)) return false;
     inverse_.middleCols<3>(i) = block.inverse();
   }
@@ -109,28 +107,46 @@ void KrylovLinearSolver::precondition(const Eigen::VectorXd& x, Eigen::VectorXd&
     y.segment<3>(i).noalias() = inverse_.middleCols<3>(i) * x.segment<3>(i);
 }
 
+/// product = (E + L)^-1 A (E + L^T)^-1 x, in two sweeps instead of a product and two sweeps.
+void KrylovLinearSolver::multiply_split(NonlinearSystem& system, const Eigen::VectorXd& x) {
+  const BlockTriangle& triangle = system.triangle();
+  triangle.solve_upper(x, solved_, left_);
+  if (system.has_rest()) {
+    triangle.unpad(solved_, unpadded_);
+    rest_product_.setZero(unpadded_.size());
+    system.add_rest(unpadded_, rest_product_);
+    triangle.add_unpadded(rest_product_, left_);
+  }
+  triangle.solve_lower(left_, product_);
+  product_ += solved_;
+}
+
 bool KrylovLinearSolver::conjugate_gradients(NonlinearSystem& system,
                                              const Eigen::VectorXd& residual, double accuracy,
                                              const Budget& budget, Eigen::VectorXd& step) {
-  step.setZero(residual.size());
-  rest_ = residual;
-  precondition(rest_, preconditioned_);
+  const BlockTriangle& triangle = system.triangle();
+  triangle.pad(residual, left_);
+  triangle.solve_lower(left_, rest_);
+  split_step_.setZero(rest_.size());
+  triangle.multiply_pivots(rest_, preconditioned_);
   search_ = preconditioned_;
   double rest2 = rest_.dot(preconditioned_);
   const double enough2 = accuracy * accuracy * rest2;
   const int most = most_iterations(residual.size());
   for (int i = 0; i < most && rest2 > enough2 && !is_late(budget, i); ++i) {
-    system.multiply(search_, product_);
+    multiply_split(system, search_);
     const double curvature = search_.dot(product_);
     if (!(curvature > 0.0)) return false;
     const double length = rest2 / curvature;
-    step += length * search_;
+    split_step_ += length * search_;
     rest_ -= length * product_;
-    precondition(rest_, preconditioned_);
+    triangle.multiply_pivots(rest_, preconditioned_);
     const double before2 = rest2;
     rest2 = rest_.dot(preconditioned_);
     search_ = preconditioned_ + rest2 / before2 * search_;
   }
+  triangle.solve_upper(split_step_, solved_, left_);
+  triangle.unpad(solved_, step);
   return true;
 }
 

@@ -67,8 +67,9 @@ class KrylovLinearSolver : public LinearSolver {
              double accuracy, const Budget& budget, Eigen::VectorXd& step) override;
 
  private:
-  bool invert_blocks(const Eigen::Matrix3Xd& blocks, bool definite);
+  bool invert_blocks(const Eigen::Matrix3Xd& blocks);
   void precondition(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
+  void multiply_split(NonlinearSystem& system, const Eigen::VectorXd& x);
   bool conjugate_gradients(NonlinearSystem& system, const Eigen::VectorXd& residual,
                            double accuracy, const Budget& budget, Eigen::VectorXd& step);
   bool bicgstab(NonlinearSystem& system, const Eigen::VectorXd& residual, double accuracy,
@@ -76,6 +77,7 @@ class KrylovLinearSolver : public LinearSolver {
 
   Eigen::Matrix3Xd inverse_;  // of the diagonal blocks
   Eigen::VectorXd rest_, search_, preconditioned_, product_, shadow_, second_, second_product_;
+  Eigen::VectorXd solved_, left_, split_step_, unpadded_, rest_product_;
 };
 
 }  // namespace stillgrid::dynamics

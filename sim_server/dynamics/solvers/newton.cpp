@@ -11,8 +11,9 @@ namespace {
 constexpr double kRetryBelow = 0.1;
 // A step along a symmetric Jacobian that leaves more of the residual is slow.
 constexpr double kSlow = 0.2;
-// Every so many iterations the exact Jacobian is tried, slow or not.
-constexpr int kTryAgain = 5;
+// After so many slow steps in a row, and every so many that left much for whatever reason, the
+// exact Jacobian is tried: it costs several times as much.
+constexpr int kSlowInRow = 2, kTryAgain = 5;
 // Of the residual: the first step of a solver that iterates leaves so much.
 constexpr double kFirstAccuracy = 0.1;
 
@@ -37,7 +38,8 @@ SolveReport NewtonSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Bud
   SolveReport report;
   double try_exact_below = INFINITY;
   double least_error = error_;
-  bool slow = false, stuck = false;
+  int slow_in_row = 0, left_much = 0;
+  bool stuck = false;
   accuracy_ = kFirstAccuracy;
   best_ = u;
   while (!(error_ <= tolerance_) && !budget.spent()) {
@@ -45,14 +47,17 @@ SolveReport NewtonSolver::solve(NonlinearSystem& system, Eigen::VectorXd& u, Bud
     --budget.iterations;
     accuracy_ = std::clamp(accuracy_, std::min(0.5 * tolerance_ / error_, 0.1), 0.1);
     const double before = error_;
-    const bool wanted = exact_first_ || slow || report.iterations % kTryAgain == 0;
+    const bool wanted = exact_first_ || slow_in_row >= kSlowInRow || left_much >= kTryAgain;
     const bool try_exact = wanted && error_ < try_exact_below;
+    if (try_exact) left_much = 0;
     if (!try_exact || !exact_step(system, u, budget)) {
       if (try_exact) try_exact_below = kRetryBelow * error_;
       stuck = !descent_step(system, u, budget);
       if (stuck) break;
+      const bool is_slow = error_ > kSlow * before;
+      if (is_slow) ++left_much;
       // A shortened step met a kink, of which the exact Jacobian knows no more.
-      slow = length_ == 1.0 && error_ > kSlow * before;
+      slow_in_row = is_slow && length_ == 1.0 ? slow_in_row + 1 : 0;
     }
     // No more accurate than the residual's fall promises.
     accuracy_ = 0.9 * (error_ / before) * (error_ / before);

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
 
+#include "sim_server/dynamics/solvers/block_triangle.hpp"
 #include "sim_server/dynamics/solvers/budget.hpp"
 
 namespace stillgrid::dynamics {
@@ -35,8 +36,8 @@ class NonlinearSystem {
   /// dr/du at the u of the last residual().
   virtual void jacobian(JacobianKind kind, Eigen::SparseMatrix<double>& matrix) = 0;
 
-  /// Takes dr/du at the u of the last residual() for multiply() and block_diagonal(), without
-  /// forming a matrix.
+  /// Takes dr/du at the u of the last residual() for what follows, without forming the whole
+  /// matrix.
   virtual void linearise(JacobianKind kind) = 0;
 
   /// y = dr/du x, of the last linearise(). Pre: x.size() == size(), x and y are not the same.
@@ -44,6 +45,16 @@ class NonlinearSystem {
 
   /// The 3 x 3 blocks on the diagonal of dr/du, side by side, of the last linearise().
   [[nodiscard]] virtual const Eigen::Matrix3Xd& block_diagonal() const = 0;
+
+  /// A part of dr/du, as large as its form allows, of the last linearise(), which was not of
+  /// kExact; for its user to factorise.
+  [[nodiscard]] virtual BlockTriangle& triangle() = 0;
+
+  /// y += (dr/du - triangle()) x. Pre: as multiply().
+  virtual void add_rest(const Eigen::VectorXd& x, Eigen::VectorXd& y) const = 0;
+
+  /// Whether add_rest() adds anything.
+  [[nodiscard]] virtual bool has_rest() const = 0;
 
   /// What a unit of each unknown weighs without any force: dr/du as the step goes to zero.
   [[nodiscard]] virtual const Eigen::VectorXd& mass_diagonal() const = 0;

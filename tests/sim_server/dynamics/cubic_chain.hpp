@@ -24,7 +24,16 @@ class CubicChain : public NonlinearSystem {
     matrix_ = derivative(strength_);
     for (Eigen::Index i = 0; i < kSize; i += 3)
       diagonal_.middleCols<3>(i) = matrix_.block<3, 3>(i, i);
+    triangle_.set_pattern(kSize / 3, {});
+    for (int i = 0; i < kSize / 3; ++i) triangle_.diagonal(i) = diagonal_.middleCols<3>(3 * i);
   }
+  [[nodiscard]] BlockTriangle& triangle() override { return triangle_; }
+  void add_rest(const Eigen::VectorXd& x, Eigen::VectorXd& y) const override {
+    y += matrix_ * x;
+    for (Eigen::Index i = 0; i < kSize; i += 3)
+      y.segment<3>(i) -= diagonal_.middleCols<3>(i) * x.segment<3>(i);
+  }
+  [[nodiscard]] bool has_rest() const override { return true; }
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const override { y = matrix_ * x; }
   [[nodiscard]] const Eigen::Matrix3Xd& block_diagonal() const override { return diagonal_; }
   [[nodiscard]] const Eigen::VectorXd& mass_diagonal() const override { return ones_; }
@@ -43,6 +52,7 @@ class CubicChain : public NonlinearSystem {
   Eigen::VectorXd at_ = Eigen::VectorXd::Zero(kSize);
   Eigen::VectorXd ones_ = Eigen::VectorXd::Ones(kSize);
   Eigen::MatrixXd matrix_;
+  BlockTriangle triangle_;
   Eigen::Matrix3Xd diagonal_ = Eigen::Matrix3Xd::Zero(3, kSize);
 };
 

@@ -81,6 +81,21 @@ TEST_CASE("A rigid mesh stands in its centre of mass along its principal axes", 
   CHECK(body.stiffness_scale == 1.0);
 }
 
+TEST_CASE("A soft mesh has a method that bears many neighbours, unless one is named",
+          "[mesh_scene]") {
+  const TemporaryFile mesh(brick(), ".obj"), spheres(kSpheres, ".csv");
+  const std::string rigid = kBefore + file_line(mesh.name()) + spheres_line(spheres);
+  const std::string soft = rigid + kSprings + "lattice_m = 0.01\n";
+  const auto method = [](const std::string& text) { return describe(scene_of(text).method); };
+
+  CHECK(method(rigid) == "implicit_euler, newton");
+  CHECK(method(soft) == "velocity_verlet");
+  CHECK(method(soft + "motion = 'static'\n") == "implicit_euler, newton");
+  CHECK(method(soft + "[simulation]\nintegrator = 'bdf2'\n") == "bdf2, newton_cg");
+  CHECK(method(soft + "[simulation]\nsubsteps = 2\n") == "implicit_euler, newton_cg, 2 substeps");
+  CHECK(method(soft + "[simulation]\nsolver = 'newton'\n") == "implicit_euler, newton");
+}
+
 TEST_CASE("A mesh with springs is soft, in the frame of its file, pinned within a box",
           "[mesh_scene]") {
   const TemporaryFile mesh(brick(), ".obj"), spheres(kSpheres, ".csv");
