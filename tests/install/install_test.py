@@ -141,7 +141,7 @@ class InstallTest(daemons.SessionTest):
                 here.settimeout(0.005)
                 while not may_end.is_set():
                     try:
-                        here.sendto(b"0.0 0.0 -0.01", ("127.0.0.1", port))
+                        here.sendto(b"0.0 0.0 -0.02", ("127.0.0.1", port))
                         answers.append([float(word) for word in here.recv(100).split()])
                     except OSError:  # nobody there yet, or no answer yet
                         pass

@@ -73,7 +73,7 @@ class HapticKillSoak(daemons.SessionTest):
 
     def start_simulation(self, name):
         report = self.folder / name
-        sim = self.sim_server("tissue_and_blocks", "--report", report)
+        sim = self.sim_server("tissue_and_blocks", "--rate", 33, "--report", report)
         self.wait_until(self.has_epoch, 10.0, "a whole scene segment")
         return sim, report
 

@@ -112,7 +112,7 @@ class Stress(daemons.SessionTest):
     def run_daemons(self, seconds):
         """Reports of haptic_server, sim_server and snapshot_watch."""
         files = {name: self.folder / f"{name}.json" for name in SUMMED}
-        sim = self.sim_server("tissue_and_blocks", "--report", files["sim"])
+        sim = self.sim_server("tissue_and_blocks", "--rate", 33, "--report", files["sim"])
         hand = self.haptic_server(HAND, "--realtime-guard", "--duration", seconds, "--report",
                                   files["haptic"], "--record", self.folder / "record.csv")
         memory = MemoryWatch(sim_server=sim, haptic_server=hand)
