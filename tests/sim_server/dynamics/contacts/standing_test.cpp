@@ -12,6 +12,10 @@ namespace {
 
 using Eigen::Vector3d;
 
+scene::IntegratorKind explicit_or_default() {
+  return GENERATE(scene::IntegratorKind::kVelocityVerlet, scene::IntegratorKind::kImplicitEuler);
+}
+
 scene::SceneDescription column_of(int blocks, double stiffness_N_per_m, double damping_N_s_per_m,
                                   double off_m) {
   std::vector<bodies::BodyDescription> bodies{sim_server::floor_at(0.0)};
@@ -20,7 +24,7 @@ scene::SceneDescription column_of(int blocks, double stiffness_N_per_m, double d
                                      Vector3d::Constant(0.03), 0.1, {0.02, 0.005}));
   scene::SceneDescription scene = sim_server::scene_of(
       bodies, sim_server::material_of(stiffness_N_per_m, damping_N_s_per_m, 0.5), {0, 0, -9.81});
-  scene.method.integrator = scene::IntegratorKind::kVelocityVerlet;
+  scene.method.integrator = explicit_or_default();
   return scene;
 }
 
@@ -58,7 +62,7 @@ TEST_CASE("A block on a slope below its friction angle lies still for a minute",
                             sim_server::floor_at(0.0)},
                            sim_server::material_of(500.0, 2.0, 0.3),
                            9.81 * Vector3d(std::sin(angle), 0, -std::cos(angle)));
-  scene.method.integrator = scene::IntegratorKind::kVelocityVerlet;
+  scene.method.integrator = explicit_or_default();
   Simulation simulation(scene);
   REQUIRE(advance(simulation, step_s, static_cast<int>(5.0 / step_s)));
   const Vector3d at_m = simulation.world().rigid_bodies[0].position_m;
