@@ -34,7 +34,7 @@ TEST_CASE("As many substeps as are said to be stable are, half of them are not",
     const double start_J = bodies::mechanical_energy_J(simulation.world());
     double most_J = start_J;
     try {
-      for (int step = 0; step < 40; ++step) {
+      for (int step = 0; step < 40 && most_J <= 10.0 * start_J; ++step) {
         (void)simulation.step(0.05, [] { return std::nullopt; });
         most_J = std::max(most_J, bodies::mechanical_energy_J(simulation.world()));
       }

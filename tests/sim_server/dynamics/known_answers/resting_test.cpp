@@ -65,7 +65,7 @@ double leans_after_s(scene::IntegratorKind integrator) {
   scene::SceneDescription scene = stack_of_ten(1e-6);
   scene.method.integrator = integrator;
   Simulation simulation(scene);
-  for (int i = 0; i < 60000; ++i) {
+  for (int i = 0; i < 60000 / kCut; ++i) {
     static_cast<void>(simulation.step(0.01, no_tool));
     if (!(off_axis_m(simulation.world()) < 1e-4)) return 0.01 * i;
   }
