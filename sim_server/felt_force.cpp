@@ -129,7 +129,11 @@ bodies::World settled(const scene::SceneDescription& scene, const bodies::World&
   for (long i = 0; i < steps && now_s() < deadline_s; ++i)
     (void)simulation.step(kSettlePeriod_s, [] { return std::nullopt; },
                           {.iterations = kMaxIterations});
-  return simulation.world();
+  bodies::World world = simulation.world();
+  // Whoever goes on from here has yet to find out who rests.
+  for (bodies::BodyRange& body : world.bodies) body.is_sleeping = false;
+  bodies::number_unknowns(world);
+  return world;
 }
 
 void take_costs(std::vector<double> step_s, double period_s, FeltForce& felt) {

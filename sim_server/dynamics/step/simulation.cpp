@@ -215,14 +215,17 @@ Simulation::Attempt Simulation::advance(Part& part, Step& step) {
   const Trial& trial = integrator_->trial();
   const contact::Ways ways = ways_to(trial.spheres, duration_s);
   if (wake_touched(ways)) return {.woke = true};
+  // Before strays have the contacts listed anew.
+  EnergyFlow flowed;
+  if (account_) {
+    const auto flow = integrator_->flow();
+    flowed = flow ? *flow : energy_flow(world_, trial, detection_.contacts(), duration_s);
+  }
   const Strays strays = look_for_strays(part, duration_s);
   if (strays != Strays::kNone) return {.again = strays == Strays::kAgain};
   const double reached = contact::share_before_crossings(detection_.contacts(), ways);
   if (reached < 1.0 && part.may_shorten) return {.share = reached};
-  if (account_) {
-    const auto flow = integrator_->flow();
-    account_->flow += flow ? *flow : energy_flow(world_, trial, detection_.contacts(), duration_s);
-  }
+  if (account_) account_->flow += flowed;
   integrator_->commit(world_, duration_s);
   report.out_of_budget = report.out_of_budget || part.must_end ||
                          (traits_.always_advances && !solve.converged && budget.spent());
