@@ -55,8 +55,11 @@ PrescribedRange prescribed_range(const RigidBody& body, double from_s, double to
 }
 
 bool is_moved(const RigidBody& body) {
-  const PrescribedMotion& motion = body.prescribed;
-  return motion.velocity_m_s != 0.0 || motion.amplitude_m * motion.frequency_hz != 0.0;
+  return body.prescribed.velocity_m_s != 0.0 || swings(body);
+}
+
+bool swings(const RigidBody& body) {
+  return body.prescribed.amplitude_m * body.prescribed.frequency_hz != 0.0;
 }
 
 Eigen::Matrix3d world_inertia_kg_m2(const RigidBody& body) {

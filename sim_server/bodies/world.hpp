@@ -123,8 +123,9 @@ struct PrescribedRange {
 };
 [[nodiscard]] PrescribedRange prescribed_range(const RigidBody& body, double from_s, double to_s);
 
-/// Whether a motion that is prescribed leads anywhere.
+/// Whether a motion that is prescribed leads anywhere; and whether it turns back.
 [[nodiscard]] bool is_moved(const RigidBody& body);
+[[nodiscard]] bool swings(const RigidBody& body);
 
 /// About the centre of mass, along the world's axes.
 [[nodiscard]] Eigen::Matrix3d world_inertia_kg_m2(const RigidBody& body);

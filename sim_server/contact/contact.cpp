@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sim_server/bodies/rotation.hpp"
+#include "sim_server/contact/sticking.hpp"
 
 namespace stillgrid::contact {
 namespace {
@@ -75,22 +76,17 @@ Friction viscous_friction(const collision::ContactMaterial& material, double nor
 Friction sticking_friction(const collision::ContactMaterial& material, double normal_load_N,
                            const Vector3d& stretch_m, const Vector3d& slid_m, double step_s) {
   Friction friction;
-  const double damper_N_per_m = material.damping_N_s_per_m / step_s;
-  const double both_N_per_m = material.stiffness_N_per_m + damper_N_per_m;
-  if (!(both_N_per_m > 0.0)) return friction;
-  const Vector3d holding_N = both_N_per_m * slid_m + material.stiffness_N_per_m * stretch_m;
-  const double most_N = material.friction * normal_load_N, norm_N = holding_N.norm();
-  const bool slides = norm_N > most_N;
-  const double share = slides ? most_N / norm_N : 1.0;
-  friction.force_N = -share * holding_N;
-  friction.stretch_m = (damper_N_per_m * stretch_m - friction.force_N) / both_N_per_m;
-  Matrix3d gives = share * Matrix3d::Identity();
-  if (slides) {
-    const Vector3d direction = holding_N / norm_N;
+  const double most_N = material.friction * normal_load_N;
+  const StickingForce held = sticking_force(material, stretch_m, slid_m, most_N, step_s);
+  friction.force_N = held.force_N;
+  friction.stretch_m = held.stretch_m;
+  Matrix3d gives = held.share * Matrix3d::Identity();
+  if (held.share < 1.0) {
+    const Vector3d direction = -held.force_N.normalized();
     friction.by_load = -material.friction * direction;
-    gives -= share * direction * direction.transpose();
+    gives -= held.share * direction * direction.transpose();
   }
-  friction.by_slide = -both_N_per_m * gives;
+  friction.by_slide = -(material.stiffness_N_per_m + material.damping_N_s_per_m / step_s) * gives;
   friction.by_stretch = -material.stiffness_N_per_m * gives;
   return friction;
 }

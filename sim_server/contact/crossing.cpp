@@ -36,8 +36,7 @@ const bodies::RigidBody* swinging_body(const Ways& ways, int sphere) {
   const int rigid = ways.world->spheres[static_cast<std::size_t>(sphere)].rigid;
   if (rigid < 0) return nullptr;
   const bodies::RigidBody& body = ways.world->rigid_bodies[static_cast<std::size_t>(rigid)];
-  return !body.free && body.prescribed.amplitude_m * body.prescribed.frequency_hz != 0.0 ? &body
-                                                                                         : nullptr;
+  return !body.free && bodies::swings(body) ? &body : nullptr;
 }
 
 /// Chords that a way is to be taken for.

@@ -164,6 +164,18 @@ BENCHMARK_CAPTURE(beside_the_motion, predict, "predict")
     ->Arg(40000)
     ->Iterations(3);
 
+/// Whole steps, and what they had to do on average.
+void take_steps(benchmark::State& state, RunningScene& running) {
+  double contacts = 0.0, substeps = 0.0;
+  for (auto _ : state) {
+    const dynamics::StepReport report = running.step();
+    contacts += report.contacts;
+    substeps += report.solve.iterations;
+  }
+  state.counters["substeps"] = benchmark::Counter(substeps, benchmark::Counter::kAvgIterations);
+  state.counters["contacts"] = benchmark::Counter(contacts, benchmark::Counter::kAvgIterations);
+}
+
 /// A shipped scene at the haptic rate by symplectic Euler, from its second second on: the work of a
 /// whole step.
 void haptic_rate(benchmark::State& state) {
@@ -175,14 +187,7 @@ void haptic_rate(benchmark::State& state) {
   description.sleeping = false;
   RunningScene running(description);
   for (int i = 0; i < 1000; ++i) (void)running.step();
-  double contacts = 0.0, substeps = 0.0;
-  for (auto _ : state) {
-    const dynamics::StepReport report = running.step();
-    contacts += report.contacts;
-    substeps += report.solve.iterations;
-  }
-  state.counters["substeps"] = benchmark::Counter(substeps, benchmark::Counter::kAvgIterations);
-  state.counters["contacts"] = benchmark::Counter(contacts, benchmark::Counter::kAvgIterations);
+  take_steps(state, running);
 }
 BENCHMARK(haptic_rate)
     ->Name("step/tissue_and_blocks_1kHz")
@@ -191,15 +196,7 @@ BENCHMARK(haptic_rate)
 
 /// A shipped scene as it is, at its own rate: the work of a whole step.
 void as_shipped(benchmark::State& state) {
-  RunningScene& running = settled("tissue_and_blocks");
-  double contacts = 0.0, substeps = 0.0;
-  for (auto _ : state) {
-    const dynamics::StepReport report = running.step();
-    contacts += report.contacts;
-    substeps += report.solve.iterations;
-  }
-  state.counters["substeps"] = benchmark::Counter(substeps, benchmark::Counter::kAvgIterations);
-  state.counters["contacts"] = benchmark::Counter(contacts, benchmark::Counter::kAvgIterations);
+  take_steps(state, settled("tissue_and_blocks"));
 }
 BENCHMARK(as_shipped)
     ->Name("step/tissue_and_blocks_as_shipped")

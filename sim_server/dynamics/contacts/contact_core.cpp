@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "sim_server/contact/sticking.hpp"
+
 namespace stillgrid::dynamics {
 namespace {
 
@@ -163,8 +165,9 @@ void ContactCore::finish(double substep_s, const ExplicitState& state, EnergyFlo
     memory.stretch_m.setZero();
     if (normal_N > 0.0 && !contact.is_viscous && contact.material.friction > 0.0) {
       const Vector3d way_m = substep_s * (mean_m_s - apart_m_s * contact.normal);
-      memory.stretch_m =
-          sticking_force(contact, way_m, contact.material.friction * normal_N, substep_s).stretch_m;
+      memory.stretch_m = contact::sticking_force(contact.material, contact.stretch_m, way_m,
+                                                 contact.material.friction * normal_N, substep_s)
+                             .stretch_m;
     }
     const double across_J = impulse_N_s.dot(mean_m_s) - substep_s * normal_N * apart_m_s;
     flow.contact_damping_J -= substep_s * damper_N * apart_m_s;

@@ -33,8 +33,8 @@ struct ContactSolve {
 
 /// The contacts of explicit integrators, held implicitly: they limit no substep.
 ///
-/// Velocities of a substep solve M (v' - v) = impulses of all else + J^T p(v'), p being
-/// contact_impulse(). With contacts alone in p the substep is limited by the rest's stiffness only:
+/// Velocities of a substep solve M (v' - v) = impulses of all else + J^T p(v'), p being those of
+/// ContactRows. With contacts alone in p the substep is limited by the rest's stiffness only:
 /// for linear contacts v' - v follows Verlet with masses M + h^2 K_contacts / 4, and
 /// 4 (M + h^2 K_contacts / 4) / h^2 - K_rest - K_contacts > 0 is 4 M / h^2 > K_rest.
 ///

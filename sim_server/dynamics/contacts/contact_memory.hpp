@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <compare>
 #include <cstdint>
 #include <span>
 #include <utility>
@@ -38,9 +39,7 @@ class ContactMemories {
   struct Place {
     std::uint64_t key;
     std::uint32_t contact;
-    bool operator<(const Place& other) const {
-      return std::pair(key, contact) < std::pair(other.key, other.contact);
-    }
+    auto operator<=>(const Place&) const = default;
   };
   [[nodiscard]] const std::vector<Place>& places() const noexcept { return places_; }
   /// Of the pair at that place.

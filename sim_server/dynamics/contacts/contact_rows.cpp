@@ -80,7 +80,7 @@ bool ContactRows::evaluate(std::span<const ContactPoint> velocities,
   return widen_bounds();
 }
 
-/// contact_impulse(), without branches.
+/// The law, without branches.
 void ContactRows::find_impulses(const Vector& velocity_m_s, double substep_s) {
   const double half_s = 0.5 * substep_s;
   for (std::size_t i = 0; i < kLanes; ++i) {

@@ -14,7 +14,15 @@ struct alignas(64) ContactPoint {
   std::array<double, 4> linear{}, angular{};
 };
 
-/// Contacts of a substep, eight to a block, each ready for contact_impulse() at any end velocity.
+/// Contacts of a substep, eight to a block, each ready for the impulse at any end velocity: the
+/// mean of the contact law's force over the straight way from the substep's start to its end, times
+/// the substep.
+///
+/// The spring's mean is (U(end) - U(start)) / way with U = k depth^2 / 2 where depth > 0: the work
+/// of the impulse is the change of that energy, exactly, also where the contact comes or goes. The
+/// approach damper acts over the part of the way in which the spheres overlap. At rest the force is
+/// k depth. Friction sticks by contact::sticking_force().
+///
 /// Plain arithmetic in one order: the same bytes on every processor.
 struct alignas(64) ContactRows {
   static constexpr std::size_t kLanes = 8;
@@ -32,7 +40,8 @@ struct alignas(64) ContactRows {
   // of the tool in proportion to it: least_m_s is the slip speed, of others negative.
   Vector from{};
   Lane by{}, least_m_s{};
-  Lane normal_slope_kg{}, across_slope_kg{};  // as impulse_slopes(), while it sticks
+  // What a change of the end velocity asks for, while it sticks.
+  Lane normal_slope_kg{}, across_slope_kg{};
 
   // At the velocities seen last; bounds: slopes that responses count on.
   Vector impulse_N_s{};

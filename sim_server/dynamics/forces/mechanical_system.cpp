@@ -229,7 +229,9 @@ Eigen::Vector3d MechanicalSystem::turned_rad_of(int sphere) const {
 void MechanicalSystem::stretches(double contact_step_s, std::vector<Eigen::Vector3d>& stretches_m) {
   stretches_m.assign(contacts_.size(), Eigen::Vector3d::Zero());
   trial_.friction_N.assign(contacts_.size(), Eigen::Vector3d::Zero());
-  for (const Candidate& candidate : candidates_) {
+  find_touching();
+  for (const int touching : touching_) {
+    const Candidate& candidate = candidates_[static_cast<std::size_t>(touching)];
     const auto index = static_cast<std::size_t>(candidate.contact);
     const contact::ContactForce force =
         contact::contact_force(contacts_[index], motion_of(candidate), contact_step_s, nullptr);

@@ -54,12 +54,11 @@ Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world
       start_(world_.spheres.size()),
       end_(world_.spheres.size()) {
   if (scene.sleeping) sleeping_.emplace(world_);
-  swings_ = std::ranges::any_of(world_.rigid_bodies, [](const bodies::RigidBody& body) {
-    return !body.free && body.prescribed.amplitude_m * body.prescribed.frequency_hz != 0.0;
-  });
-  has_driven_ = std::any_of(
-      world_.rigid_bodies.begin(), world_.rigid_bodies.end(),
-      [](const bodies::RigidBody& body) { return !body.free && bodies::is_moved(body); });
+  for (const bodies::RigidBody& body : world_.rigid_bodies) {
+    if (body.free) continue;
+    swings_ = swings_ || bodies::swings(body);
+    has_driven_ = has_driven_ || bodies::is_moved(body);
+  }
 }
 
 StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget budget) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim_server/dynamics/contacts/contact_rows.hpp"
+#include "tests/sim_server/dynamics/contacts/scalar_law.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
@@ -91,7 +92,8 @@ TEST_CASE("Friction holds up to friction times the normal force and gives no ene
     slid_m.z() = 0.0;
     const double most_N = any_vector(random, 1.0).cwiseAbs().x();
 
-    const StickingForce force = sticking_force(contact, slid_m, most_N, substep_s);
+    const contact::StickingForce force =
+        contact::sticking_force(contact.material, contact.stretch_m, slid_m, most_N, substep_s);
 
     CHECK(force.force_N.norm() <= most_N * (1.0 + 1e-12));
     const double held_J = 1e3 * (force.stretch_m.squaredNorm() - contact.stretch_m.squaredNorm());

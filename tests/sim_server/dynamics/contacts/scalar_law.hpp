@@ -1,0 +1,85 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+
+#include "sim_server/contact/sticking.hpp"
+#include "sim_server/dynamics/contacts/substep_law.hpp"
+
+namespace stillgrid::dynamics {
+
+/// What a contact does over a substep, on a.
+struct ContactImpulse {
+  Eigen::Vector3d impulse_N_s = Eigen::Vector3d::Zero();
+  double spring_N = 0.0, damper_N = 0.0;                // along the normal, means
+  Eigen::Vector3d stretch_m = Eigen::Vector3d::Zero();  // at its end
+  double sticking = 1.0;  // 1: sticks; less: slides, and the force is that share of what would hold
+};
+
+/// The mean of max(depth, 0) over a straight way.
+inline double mean_depth_m(double start_m, double end_m) {
+  if (start_m > 0.0 && end_m > 0.0) return 0.5 * (start_m + end_m);
+  const double deepest_m = std::max(start_m, end_m);
+  if (!(deepest_m > 0.0)) return 0.0;
+  return 0.5 * deepest_m * deepest_m / (deepest_m - std::min(start_m, end_m));
+}
+
+/// The mean of the contact law's force over the straight way from the substep's start to its end,
+/// times the substep.
+///
+/// The spring's mean is (U(end) - U(start)) / way with U = k depth^2 / 2 where depth > 0: the work
+/// of the impulse is the change of that energy, exactly, also where the contact comes or goes. The
+/// approach damper acts over the part of the way in which the spheres overlap. At rest the force is
+/// k depth.
+///
+/// Friction sticks by contact::sticking_force().
+/// One contact as it is written down: what ContactRows have to be.
+inline ContactImpulse contact_impulse(const SubstepContact& contact,
+                                      const Eigen::Vector3d& end_velocity_m_s, double substep_s) {
+  ContactImpulse result;
+  const collision::ContactMaterial& material = contact.material;
+  const double start_m = start_depth_m(contact, substep_s);
+  const double end_m = end_depth_m(contact, end_velocity_m_s, substep_s);
+  if (!(std::max(start_m, end_m) > 0.0)) return result;
+  result.spring_N = material.stiffness_N_per_m * mean_depth_m(start_m, end_m);
+  result.damper_N = material.damping_N_s_per_m *
+                    std::max(0.0, std::max(end_m, 0.0) - std::max(start_m, 0.0)) / substep_s;
+  const double normal_N = result.spring_N + result.damper_N;
+  result.impulse_N_s = substep_s * normal_N * contact.normal;
+  if (!(material.friction > 0.0)) return result;
+
+  Eigen::Vector3d slip_m_s = 0.5 * (contact.start_velocity_m_s + end_velocity_m_s);
+  slip_m_s -= contact.normal.dot(slip_m_s) * contact.normal;
+  const double most_N = material.friction * normal_N;
+  if (contact.is_viscous) {
+    const double speed_m_s = slip_m_s.norm();
+    result.sticking = material.slip_speed_m_s / std::max(speed_m_s, material.slip_speed_m_s);
+    result.impulse_N_s -= substep_s * most_N / material.slip_speed_m_s * result.sticking * slip_m_s;
+    return result;
+  }
+  const contact::StickingForce held =
+      contact::sticking_force(material, contact.stretch_m, substep_s * slip_m_s, most_N, substep_s);
+  result.sticking = held.share;
+  result.stretch_m = held.stretch_m;
+  result.impulse_N_s += substep_s * held.force_N;
+  return result;
+}
+
+/// How the impulse may change at most. Pre: `at` is contact_impulse() of the same contact and
+/// substep.
+inline ImpulseSlopes impulse_slopes(const SubstepContact& contact, const ContactImpulse& at,
+                                    double substep_s) {
+  const collision::ContactMaterial& material = contact.material;
+  const double spring_kg = 0.25 * substep_s * substep_s * material.stiffness_N_per_m;
+  ImpulseSlopes slopes{.normal_kg = spring_kg + 0.5 * substep_s * material.damping_N_s_per_m};
+  if (!(material.friction > 0.0)) return slopes;
+  // A chord to the origin bounds a force that only flattens.
+  const double held = at.sticking;
+  const double damper_kg = 0.5 * substep_s * material.damping_N_s_per_m;
+  slopes.across_kg = contact.is_viscous ? 0.5 * substep_s * held * material.friction *
+                                              (at.spring_N + at.damper_N) / material.slip_speed_m_s
+                                        : held * (2.0 * spring_kg + damper_kg);
+  return slopes;
+}
+
+}  // namespace stillgrid::dynamics
