@@ -1,21 +1,15 @@
 #include "sim_server/felt_force.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
-#include <utility>
 
-#include "shared/publication/scene_segment.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/rendering/force_error.hpp"
 #include "shared/rendering/renderer.hpp"
 #include "shared/rendering/velocity_estimator.hpp"
 #include "sim_server/dynamics/step/simulation.hpp"
-#include "sim_server/lockstep_schedule.hpp"
 #include "sim_server/published_scene.hpp"
 
 namespace stillgrid::sim_server {
@@ -27,74 +21,6 @@ constexpr double kSettlePeriod_s = 0.01;
 double to_s(std::uint64_t ns) {
   return static_cast<double>(ns) * 1e-9;
 }
-
-std::string unique_session() {
-  static std::atomic<int> count = 0;
-  return "rate-" + std::to_string(::getpid()) + "-" + std::to_string(++count);
-}
-
-publication::SceneView view_of(const std::string& session) {
-  auto reader = publication::SegmentReader::open(session, proto::SegmentKind::kScene,
-                                                 proto::kSceneLayoutHash);
-  if (!reader) throw publication::SegmentError("the session '" + session + "' is gone");
-  return publication::SceneView(std::move(*reader));
-}
-
-/// The simulation's side: steps that are due, and their snapshots.
-class Published {
- public:
-  Published(const scene::SceneDescription& scene, const bodies::World& start,
-            const FeltOptions& options, const std::string& session, const CostClock& now_s)
-      : period_s_(scene.period_s),
-        now_s_(now_s),
-        simulation_(scene, start),
-        writer_(session, static_scene(scene, simulation_), simulation_.world().spheres.size(),
-                realtime::to_ns(scene.period_s), proto::Clock::kVirtual, 0),
-        schedule_(scene.period_s, 0.0, 1, options.latency_s, options.first_share),
-        snapshot_(schedule_.next()) {
-    writer_.publish(simulation_.snapshot(), {.state_ns = 0, .publish_ns = 0});
-  }
-
-  /// Takes the tool for each step that is due before now_ns, or with `at_now` also at that time,
-  /// and shows what is due by then.
-  void run_to(std::uint64_t now_ns, bool at_now, const std::optional<dynamics::ToolSample>& tool) {
-    while (true) {
-      if (!times_) {
-        if (snapshot_.sample_ns > now_ns || (snapshot_.sample_ns == now_ns && !at_now)) return;
-        step(tool);
-      }
-      if (times_->publish_ns > now_ns) return;
-      const double began_s = now_s_();
-      writer_.publish(simulation_.snapshot(), *times_, prediction_);
-      step_s_.back() += now_s_() - began_s;
-      times_.reset();
-      snapshot_ = schedule_.next();
-    }
-  }
-
-  /// Of each step with its snapshot.
-  [[nodiscard]] const std::vector<double>& step_s() const noexcept { return step_s_; }
-
- private:
-  void step(const std::optional<dynamics::ToolSample>& tool) {
-    const double began_s = now_s_();
-    const dynamics::StepReport report = simulation_.step(
-        to_s(snapshot_.step_ns), [&tool] { return tool; }, {.iterations = kMaxIterations});
-    times_ = times_of(snapshot_, report);
-    prediction_ = simulation_.predict_next(period_s_);
-    step_s_.push_back(now_s_() - began_s);
-  }
-
-  double period_s_;
-  const CostClock& now_s_;
-  dynamics::Simulation simulation_;
-  publication::SceneWriter writer_;
-  LockstepSchedule schedule_;
-  ScheduledSnapshot snapshot_;                       // the next, or computed and not yet shown
-  std::optional<publication::SnapshotTimes> times_;  // of a snapshot that is computed
-  publication::SnapshotPrediction prediction_;
-  std::vector<double> step_s_;
-};
 
 /// The tool as haptic_server takes it from a device.
 class FollowedHand {
@@ -151,20 +77,21 @@ void take_costs(std::vector<double> step_s, double period_s, FeltForce& felt) {
 
 FeltForce felt_force(const scene::SceneDescription& scene, const bodies::World& start,
                      const HandPath& hand, const FeltOptions& options, const CostClock& now_s) {
-  const std::string session = unique_session();
-  Published simulation(scene, start, options, session, now_s);
-  const publication::SceneView view = view_of(session);
+  LockstepSimulation simulation(
+      scene, start, {scene.period_s, 0.0, 1, options.latency_s, options.first_share}, now_s);
+  const publication::SceneView view = simulation.view();
   const auto renderer = rendering::make_renderer(options.transition);
   FollowedHand tool;
   std::optional<dynamics::ToolSample> sample;
+  const auto take_tool = [&sample] { return sample; };
   FeltForce felt;
   const std::uint64_t end_ns = realtime::to_ns(options.duration_s);
   try {
     for (std::uint64_t now_ns = 0; now_ns < end_ns; now_ns += kTick_ns) {
-      simulation.run_to(now_ns, false, sample);
+      simulation.run_to(now_ns, false, take_tool);
       const rendering::ToolPose& pose = tool.follow(hand.at(to_s(now_ns)), now_ns);
       sample = {now_ns, pose.position_m, pose.orientation, pose.velocity_m_s};
-      simulation.run_to(now_ns, true, sample);
+      simulation.run_to(now_ns, true, take_tool);
       const rendering::ToolForce force = renderer->render(view, pose, now_ns).force;
       felt.force_N.push_back(force.force_N);
       felt.touches.push_back(force.contacts > 0 || force.force_N != Eigen::Vector3d::Zero());

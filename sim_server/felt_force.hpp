@@ -1,20 +1,16 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstddef>
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "shared/display/transition.hpp"
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/hand_path.hpp"
+#include "sim_server/lockstep_simulation.hpp"
 #include "sim_server/scene/scene_description.hpp"
 
 namespace stillgrid::sim_server {
-
-/// The clock that costs are taken by, s.
-using CostClock = std::function<double()>;
 
 /// How a scene is shown to a hand.
 struct FeltOptions {

@@ -1,0 +1,67 @@
+#include "sim_server/lockstep_simulation.hpp"
+
+#include <unistd.h>
+
+#include <atomic>
+#include <utility>
+
+#include "shared/realtime/periodic_timer.hpp"
+#include "sim_server/published_scene.hpp"
+
+namespace stillgrid::sim_server {
+namespace {
+
+std::string unique_session() {
+  static std::atomic<int> count = 0;
+  return "lockstep-" + std::to_string(::getpid()) + "-" + std::to_string(++count);
+}
+
+}  // namespace
+
+LockstepSimulation::LockstepSimulation(const scene::SceneDescription& scene, bodies::World world,
+                                       LockstepSchedule schedule, CostClock now_s)
+    : session_(unique_session()),
+      period_s_(scene.period_s),
+      clock_s_(std::move(now_s)),
+      simulation_(scene, std::move(world)),
+      writer_(session_, static_scene(scene, simulation_), simulation_.world().spheres.size(),
+              realtime::to_ns(scene.period_s), proto::Clock::kVirtual, 0),
+      schedule_(std::move(schedule)),
+      snapshot_(schedule_.next()) {
+  writer_.publish(simulation_.snapshot(), {.state_ns = 0, .publish_ns = 0});
+}
+
+publication::SceneView LockstepSimulation::view() const {
+  auto reader = publication::SegmentReader::open(session_, proto::SegmentKind::kScene,
+                                                 proto::kSceneLayoutHash);
+  if (!reader) throw publication::SegmentError("the session '" + session_ + "' is gone");
+  return publication::SceneView(std::move(*reader));
+}
+
+void LockstepSimulation::run_to(std::uint64_t now_ns, bool at_now,
+                                const dynamics::TakeTool& take_tool, const AfterStep& after_step) {
+  while (true) {
+    if (!times_) {
+      if (snapshot_.sample_ns > now_ns || (snapshot_.sample_ns == now_ns && !at_now)) return;
+      step(take_tool, after_step);
+    }
+    if (times_->publish_ns > now_ns) return;
+    const double began_s = now_s();
+    writer_.publish(simulation_.snapshot(), *times_, prediction_);
+    if (clock_s_) step_s_.back() += now_s() - began_s;
+    times_.reset();
+    snapshot_ = schedule_.next();
+  }
+}
+
+void LockstepSimulation::step(const dynamics::TakeTool& take_tool, const AfterStep& after_step) {
+  const double began_s = now_s();
+  const dynamics::StepReport report = simulation_.step(
+      static_cast<double>(snapshot_.step_ns) * 1e-9, take_tool, {.iterations = kMaxIterations});
+  times_ = times_of(snapshot_, report);
+  prediction_ = simulation_.predict_next(period_s_);
+  if (clock_s_) step_s_.push_back(now_s() - began_s);
+  if (after_step) after_step(simulation_, report);
+}
+
+}  // namespace stillgrid::sim_server

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "shared/publication/scene_segment.hpp"
+#include "sim_server/bodies/world.hpp"
+#include "sim_server/dynamics/step/simulation.hpp"
+#include "sim_server/lockstep_schedule.hpp"
+#include "sim_server/scene/scene_description.hpp"
+
+namespace stillgrid::sim_server {
+
+/// The clock that costs are taken by, s.
+using CostClock = std::function<double()>;
+
+/// sim_server's lockstep without a peer to wait for: the caller knows what time it is. Publishes
+/// into a session of its own.
+///
+/// Thread: one, several objects at a time. Not real-time.
+class LockstepSimulation {
+ public:
+  using AfterStep = std::function<void(dynamics::Simulation&, const dynamics::StepReport&)>;
+
+  /// world: build_world(scene), moved. now_s: by which steps are measured; empty: they are not.
+  /// Throws SegmentError.
+  LockstepSimulation(const scene::SceneDescription& scene, bodies::World world,
+                     LockstepSchedule schedule, CostClock now_s = {});
+
+  /// Takes the tool for each step that is due before now_ns, or with `at_now` also at that time,
+  /// and shows each snapshot that is due by then. Throws std::domain_error as Simulation::step().
+  void run_to(std::uint64_t now_ns, bool at_now, const dynamics::TakeTool& take_tool,
+              const AfterStep& after_step = {});
+
+  [[nodiscard]] const std::string& session() const noexcept { return session_; }
+  /// What it publishes. Throws SegmentError.
+  [[nodiscard]] publication::SceneView view() const;
+  [[nodiscard]] dynamics::Simulation& simulation() noexcept { return simulation_; }
+  /// Of each step with its snapshot, if measured.
+  [[nodiscard]] const std::vector<double>& step_s() const noexcept { return step_s_; }
+
+ private:
+  void step(const dynamics::TakeTool& take_tool, const AfterStep& after_step);
+  [[nodiscard]] double now_s() const { return clock_s_ ? clock_s_() : 0.0; }
+
+  std::string session_;
+  double period_s_;
+  CostClock clock_s_;
+  dynamics::Simulation simulation_;
+  publication::SceneWriter writer_;
+  LockstepSchedule schedule_;
+  ScheduledSnapshot snapshot_;                       // the next, or computed and not yet shown
+  std::optional<publication::SnapshotTimes> times_;  // of a snapshot that is computed
+  publication::SnapshotPrediction prediction_;
+  std::vector<double> step_s_;
+};
+
+}  // namespace stillgrid::sim_server
