@@ -5,6 +5,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "shared/realtime/percentile.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/rendering/force_error.hpp"
 #include "shared/rendering/renderer.hpp"
@@ -62,15 +63,12 @@ bodies::World settled(const scene::SceneDescription& scene, const bodies::World&
   return world;
 }
 
-void take_costs(std::vector<double> step_s, double period_s, FeltForce& felt) {
+void take_costs(const std::vector<double>& step_s, double period_s, FeltForce& felt) {
   if (step_s.empty() || felt.force_N.empty()) return;
   double sum_s = 0.0;
   for (const double one_s : step_s) sum_s += one_s;
   felt.processor_share = sum_s / (static_cast<double>(felt.force_N.size()) * to_s(kTick_ns));
-  const auto slow =
-      step_s.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(step_s.size() - 1));
-  std::nth_element(step_s.begin(), slow, step_s.end());
-  felt.slow_step_share = *slow / period_s;
+  felt.slow_step_share = realtime::percentile(step_s, 0.95) / period_s;
 }
 
 }  // namespace

@@ -4,18 +4,13 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "shared/realtime/percentile.hpp"
 #include "shared/tools/laboratory/metrics.hpp"
 
 namespace stillgrid::fit_run {
 namespace {
 
-double percentile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  const double rank = std::ceil(share * static_cast<double>(values.size()));
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(std::max(rank, 1.0)) - 1;
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
-}
+using realtime::percentile;
 
 std::string text_of(double value) {
   std::array<char, 32> text{};

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "shared/realtime/percentile.hpp"
 #include "shared/tools/laboratory/metrics.hpp"
 
 namespace stillgrid::fit_run {
@@ -42,10 +43,7 @@ FitError fit_error(std::span<const recording::TickRow> rows,
   const auto felt =
       std::count_if(errors_jnd.begin(), errors_jnd.end(), [](double jnd) { return jnd > 1.0; });
   error.felt_share = static_cast<double>(felt) / static_cast<double>(count);
-  const auto rank = static_cast<std::size_t>(std::ceil(0.95 * static_cast<double>(count))) - 1;
-  std::nth_element(errors_jnd.begin(), errors_jnd.begin() + static_cast<std::ptrdiff_t>(rank),
-                   errors_jnd.end());
-  error.jnd_p95 = errors_jnd[rank];
+  error.jnd_p95 = realtime::percentile(std::move(errors_jnd), 0.95);
   if (!(reference_N2 > 0.0)) return error;
   error.share = *error.rms_N / rms(reference_N2, count);
   const laboratory::ForceError lagged =

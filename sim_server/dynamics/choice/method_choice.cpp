@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "shared/realtime/percentile.hpp"
 #include "sim_server/dynamics/step/simulation.hpp"
 #include "sim_server/scene/build_world.hpp"
 
@@ -23,6 +24,7 @@ constexpr double kCheapTrial_ms = 0.2;     // predicted: tried however the other
 constexpr double kTooSlow = 1.5;           // cost over that of the best so far
 constexpr double kRateShare = 0.7;         // of the period, for 9 of 10 steps
 
+using realtime::percentile;
 using Positions = std::vector<Eigen::Vector3d>;
 
 Positions positions_of(const bodies::World& world) {
@@ -45,14 +47,6 @@ struct Run {
   std::vector<double> step_ms;
   std::string failure;  // empty: it came to the end
 };
-
-double percentile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  const auto nth =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), nth, values.end());
-  return *nth;
-}
 
 /// Runs a scene by one method over `steps` steps. Stops where it has cost far more than a rival up
 /// to the same step. rival_ms: of its steps; empty: no rival.
