@@ -1,136 +1,161 @@
 #include "sim_server/dynamics/contacts/contact_core.hpp"
 
 #include <algorithm>
-
-#include "sim_server/contact/sticking.hpp"
+#include <numeric>
 
 namespace stillgrid::dynamics {
 namespace {
 
 using Eigen::Vector3d;
 
-double spin_about(const Vector3d& normal, const TouchSide& side, const ExplicitState& state) {
-  if (side.rigid < 0) return 0.0;
-  return normal.dot(state.rigid[static_cast<std::size_t>(side.rigid)].spin_rad_s);
+constexpr std::size_t kLanes = ContactRows::kLanes;
+
+double sum(const ContactRows::Lane& lane) {
+  return std::accumulate(lane.begin(), lane.end(), 0.0);
 }
 
 }  // namespace
 
 void ContactCore::take(const bodies::World& world, std::span<const contact::Contact> contacts) {
   list_.take(world, contacts);
-  touches_.clear();
+  near_.clear();
+  rows_.clear();
+  is_divided_ = false;
   struck_ = false;
 }
 
 void ContactCore::begin(double share, double part_s, double substep_s, const Vector3d& gravity_m_s2,
                         const ExplicitState& state) {
   list_.place(state, substep_s, gravity_m_s2);
-  movers_.clear(list_.spheres(), state);
-  near_.clear();
+  nearer_.clear();
+  for (std::size_t i = 0; i < list_.pairs().size(); ++i)
+    if (list_.is_near(list_.pairs()[i], share, part_s, substep_s)) nearer_.push_back(i);
+  if (!is_divided_ || nearer_ != near_) divide(state);
+  place_given(share, part_s, state);
+  movers_.note_start(state);
+  place_rows(rows_, list_.spheres(), movers_.velocities(), substep_s);
+  for (const ContactRows& rows : rows_)
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      movers_.reach(rows.a[lane], ContactRows::get(rows.arm_a_m, lane).norm());
+      movers_.reach(rows.b[lane], ContactRows::get(rows.arm_b_m, lane).norm());
+    }
+}
+
+/// Islands and rows of other pairs than before.
+void ContactCore::divide(const ExplicitState& state) {
+  keep_stretches();
+  near_.swap(nearer_);
+  is_divided_ = true;
+  movers_.clear(list_.spheres().size(), state);
   moved_.clear();
+  auto near = near_.begin();
   for (std::size_t i = 0; i < list_.pairs().size(); ++i) {
-    const ContactPair& pair = list_.pairs()[i];
-    if (!list_.is_near(pair, share, part_s, substep_s)) {
+    if (near == near_.end() || *near != i) {
       list_.memories().forget(i);
       continue;
     }
-    near_.push_back(i);
+    ++near;
+    const ContactPair& pair = list_.pairs()[i];
     int moved = movers_.enter(*list_.sphere(pair.a).binding, -1, state);
     if (pair.b >= 0) moved = movers_.enter(*list_.sphere(pair.b).binding, moved, state);
     moved_.push_back(moved);
   }
-  movers_.divide(moved_, place_of_, state);
+  movers_.divide(moved_, place_of_);
   sorted_.resize(near_.size());
   for (std::size_t i = 0; i < near_.size(); ++i) sorted_[place_of_[i]] = near_[i];
-  touches_.clear();
+  rows_.clear();
+  lanes_.clear();
+  given_.clear();
   for (std::size_t i = 0; i < movers_.islands().size(); ++i) {
+    ContactIsland& island = movers_.islands()[i];
     movers_.begin_island(i);
-    for (std::size_t k = touches_.size(); k < movers_.islands()[i].touches.last; ++k)
-      touches_.push_back(touch_of(sorted_[k], share, part_s, substep_s, state));
-  }
-  fill_rows(substep_s, state);
-}
-
-void ContactCore::fill_rows(double substep_s, const ExplicitState& state) {
-  std::size_t next = 0;
-  for (const ContactIsland& island : movers_.islands()) {
-    next = (next + ContactRows::kLanes - 1) / ContactRows::kLanes * ContactRows::kLanes;
-    for (std::size_t i = island.touches.first; i < island.touches.last; ++i, ++next) {
-      Touch& touch = touches_[i];
-      touch.row = next;
-      if (next % ContactRows::kLanes == 0) {
-        rows_.resize(next / ContactRows::kLanes);
-        rows_.emplace_back();
-      }
-      ContactRows& rows = rows_.back();
-      const std::size_t lane = next % ContactRows::kLanes;
-      rows.a[lane] = touch.a.point;
-      rows.b[lane] = touch.b.point;
-      Vector3d given_m_s = touch.given_m_s;
-      if (touch.a.point == 0) given_m_s -= velocity_m_s(touch.a, state);
-      if (touch.b.point == 0) given_m_s += velocity_m_s(touch.b, state);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const auto k = static_cast<Eigen::Index>(axis);
-        rows.arm_a_m[axis][lane] = touch.a.point == 0 ? 0.0 : touch.a.arm_m[k];
-        rows.arm_b_m[axis][lane] = touch.b.point == 0 ? 0.0 : touch.b.arm_m[k];
-      }
-      rows.set(lane, touch.contact, given_m_s, substep_s);
+    island.rows.first = rows_.size();
+    for (std::size_t k = island.touches.first; k < island.touches.last; ++k) {
+      const std::size_t lane = (k - island.touches.first) % kLanes;
+      if (lane == 0) rows_.emplace_back();
+      lanes_.push_back((rows_.size() - 1) * kLanes + lane);
+      fill_lane(sorted_[k], lanes_.back(), state);
     }
+    island.rows.last = rows_.size();
   }
 }
 
-ContactCore::Touch ContactCore::touch_of(std::size_t index, double share, double part_s,
-                                         double substep_s, const ExplicitState& state) {
+/// What a pair is.
+void ContactCore::fill_lane(std::size_t index, std::size_t place, const ExplicitState& state) {
   const ContactPair& pair = list_.pairs()[index];
   const contact::Contact& contact = *pair.contact;
-  const ContactSphere& a = list_.sphere(pair.a);
-  Touch touch;
-  touch.pair = index;
-  SubstepContact& own = touch.contact;
-  own.material = contact.material;
-  own.is_viscous = contact.is_tool;
-  Vector3d to_a_m, to_b_m = Vector3d::Zero();  // from the centres to the point of contact
-  if (contact.is_plane) {
-    own.normal = contact.plane_normal;
-    own.depth_m = contact.radius_a_m - (own.normal.dot(a.position_m) - contact.plane_offset_m);
-    to_a_m = -contact.radius_a_m * own.normal;
-  } else {
-    const Vector3d line_m = a.position_m - list_.other_m(pair, share);
-    const double distance_m = line_m.norm();
-    // Concentric spheres push along any one direction: up.
-    own.normal = distance_m < 1e-12 ? Vector3d(Vector3d::UnitZ()) : Vector3d(line_m / distance_m);
-    own.depth_m = pair.distance_m - distance_m;
-    to_a_m = -pair.radius_m / pair.distance_m * line_m;
-    to_b_m = line_m + to_a_m;
-  }
-  touch.a = movers_.side_of(pair.a, *a.binding, a.arm_m + to_a_m, state);
-  if (pair.b >= 0) {
-    const ContactSphere& b = list_.sphere(pair.b);
-    touch.b = movers_.side_of(pair.b, *b.binding, b.arm_m + to_b_m, state);
-  } else if (!contact.is_plane) {
-    // Along the normal the way counts, across it what the tool's velocity says.
-    const Vector3d point_m_s = contact.velocity_b_m_s + contact.spin_b_rad_s.cross(to_b_m);
-    touch.given_m_s = point_m_s + own.normal.dot(way_m_s(contact, part_s) - point_m_s) * own.normal;
-  }
-  const double spin_rad_s =
-      spin_about(own.normal, touch.a, state) + spin_about(own.normal, touch.b, state);
-  ContactMemory& memory = list_.memories()[index];
-  own.stretch_m =
-      carried_stretch_m(memory.stretch_m, memory.normal, own.normal, 0.5 * substep_s * spin_rad_s);
-  own.start_velocity_m_s = relative_velocity_m_s(touch, state);
-  memory.normal = own.normal;
-  return touch;
+  const ContactMemory& memory = list_.memories()[index];
+  ContactRows& rows = rows_[place / kLanes];
+  const std::size_t lane = place % kLanes;
+  rows.set_material(lane, contact.material, contact.is_tool);
+  rows.distance_m[lane] = pair.distance_m;
+  rows.radius_m[lane] = pair.radius_m;
+  rows.is_plane[lane] = contact.is_plane ? 1.0 : 0.0;
+  ContactRows::set(rows.stretch_m, lane, memory.stretch_m);
+  ContactRows::set(rows.normal, lane, contact.is_plane ? contact.plane_normal : memory.normal);
+  rows.other_m[lane].map() = contact.plane_offset_m * contact.plane_normal;
+  const auto enter = [&](int sphere, int& point, ContactRows::Lane& turns) {
+    const bodies::SphereBinding& binding = *list_.sphere(sphere).binding;
+    point = movers_.point_of(sphere, binding, state);
+    turns[lane] = binding.rigid >= 0 && point > 0 ? 1.0 : 0.0;
+    rows.weights[lane] += ContactMovers::weight_sum(binding, state);
+    return point > 0;
+  };
+  rows.sphere_a[lane] = pair.a;
+  rows.sphere_b[lane] = pair.b;
+  bool is_moved = enter(pair.a, rows.a[lane], rows.turns_a);
+  if (pair.b >= 0) is_moved = enter(pair.b, rows.b[lane], rows.turns_b) && is_moved;
+  if (!is_moved || (pair.b < 0 && !contact.is_plane)) given_.push_back({index, place});
 }
 
-Vector3d ContactCore::relative_velocity_m_s(const Touch& touch, const ExplicitState& state) {
-  return velocity_m_s(touch.a, state) - velocity_m_s(touch.b, state) - touch.given_m_s;
+/// Where what contacts do not move is, and how it moves.
+void ContactCore::place_given(double share, double part_s, const ExplicitState& state) {
+  const auto velocity_m_s = [&](int sphere, int point) {
+    const bodies::SphereBinding& binding = *list_.sphere(sphere).binding;
+    return point > 0 || binding.rigid < 0
+               ? Vector3d(Vector3d::Zero())
+               : state.rigid[static_cast<std::size_t>(binding.rigid)].velocity_m_s;
+  };
+  for (const Given& given : given_) {
+    const ContactPair& pair = list_.pairs()[given.pair];
+    const contact::Contact& contact = *pair.contact;
+    ContactRows& rows = rows_[given.place / kLanes];
+    const std::size_t lane = given.place % kLanes;
+    const Vector3d a_m_s = velocity_m_s(pair.a, rows.a[lane]);
+    Vector3d across_m_s = -a_m_s, along_m_s = -a_m_s;
+    if (pair.b >= 0) {
+      across_m_s += velocity_m_s(pair.b, rows.b[lane]);
+      along_m_s = across_m_s;
+    } else if (!contact.is_plane) {
+      rows.other_m[lane].map() = list_.other_m(pair, share);
+      across_m_s += contact.velocity_b_m_s;
+      along_m_s += way_m_s(contact, part_s);
+      ContactRows::set(rows.given_spin_rad_s, lane, contact.spin_b_rad_s);
+    }
+    ContactRows::set(rows.given_across_m_s, lane, across_m_s);
+    ContactRows::set(rows.given_along_m_s, lane, along_m_s);
+  }
+}
+
+/// What sticks has come to what is in the rows.
+void ContactCore::keep_stretches() {
+  for (std::size_t i = 0; i < lanes_.size() && !rows_.empty(); ++i) {
+    ContactMemory& memory = list_.memories()[sorted_[i]];
+    const ContactRows& rows = rows_[lanes_[i] / kLanes];
+    memory.stretch_m = ContactRows::get(rows.stretch_m, lanes_[i] % kLanes);
+    memory.normal = ContactRows::get(rows.normal, lanes_[i] % kLanes);
+  }
+}
+
+void ContactCore::keep() {
+  keep_stretches();
+  list_.memories().keep();
 }
 
 ContactSolve ContactCore::solve(double substep_s, const Budget& budget, ExplicitState& state,
                                 EnergyFlow& flow) {
   ContactSolve worst;
-  spring_change_J_ = stiffness_ratio_ = 0.0;
-  flow.friction_J += list_.memories().take_parted_J();
+  stiffness_ratio_ = 0.0;
   movers_.start(state);
   for (const ContactIsland& island : movers_.islands()) {
     const ContactSolve own = solve_island(island, substep_s, budget, state);
@@ -140,50 +165,16 @@ ContactSolve ContactCore::solve(double substep_s, const Budget& budget, Explicit
     worst.late = worst.late || own.late;
   }
   movers_.apply(state);
-  finish(substep_s, state, flow);
+  for (const ContactIsland& island : movers_.islands()) movers_.place_points(island, state);
+  RowFlow rows;
+  end_rows(rows_, movers_.velocities(), substep_s, rows);
+  struck_ = struck_ || rows.struck;
+  spring_change_J_ = sum(rows.spring_change_J);
+  flow.friction_J += list_.memories().take_parted_J() + sum(rows.friction_J);
+  flow.contact_damping_J += sum(rows.damping_J);
+  flow.unsolved_J += sum(rows.unsolved_J);
+  flow.given_J += sum(rows.given_J);
   return worst;
-}
-
-/// What contacts did on the way that the substep really takes; what sticks on.
-void ContactCore::finish(double substep_s, const ExplicitState& state, EnergyFlow& flow) {
-  const auto is_given = [&](const TouchSide& side) {
-    return side.rigid >= 0 && !state.rigid[static_cast<std::size_t>(side.rigid)].free;
-  };
-  for (const Touch& touch : touches_) {
-    const SubstepContact& contact = touch.contact;
-    ContactMemory& memory = list_.memories()[touch.pair];
-    const ContactRows& rows = rows_[touch.row / ContactRows::kLanes];
-    const std::size_t lane = touch.row % ContactRows::kLanes;
-    const double spring_N = rows.spring_N[lane], damper_N = rows.damper_N[lane];
-    const Vector3d impulse_N_s = rows.impulse_of(lane);
-    const double normal_N = spring_N + damper_N;
-    const Vector3d end_m_s = relative_velocity_m_s(touch, state);
-    const Vector3d mean_m_s = 0.5 * (contact.start_velocity_m_s + end_m_s);
-    const double apart_m_s = contact.normal.dot(mean_m_s);
-    const double held_J = memory.energy_J();
-    struck_ = struck_ || normal_N > 0.0;
-    memory.stretch_m.setZero();
-    if (normal_N > 0.0 && !contact.is_viscous && contact.material.friction > 0.0) {
-      const Vector3d way_m = substep_s * (mean_m_s - apart_m_s * contact.normal);
-      memory.stretch_m = contact::sticking_force(contact.material, contact.stretch_m, way_m,
-                                                 contact.material.friction * normal_N, substep_s)
-                             .stretch_m;
-    }
-    const double across_J = impulse_N_s.dot(mean_m_s) - substep_s * normal_N * apart_m_s;
-    flow.contact_damping_J -= substep_s * damper_N * apart_m_s;
-    flow.friction_J += held_J - memory.energy_J() - across_J;
-    const double change_J =
-        spring_energy_J(contact.material, end_depth_m(contact, end_m_s, substep_s)) -
-        spring_energy_J(contact.material, start_depth_m(contact, substep_s));
-    spring_change_J_ += change_J;
-    flow.unsolved_J += change_J + substep_s * spring_N * apart_m_s;
-    // Work against what is moved from outside.
-    if (touch.b.rigid < 0 && touch.b.nodes == nullptr)
-      flow.given_J += impulse_N_s.dot(touch.given_m_s);
-    else if (is_given(touch.b))
-      flow.given_J += impulse_N_s.dot(velocity_m_s(touch.b, state));
-    if (is_given(touch.a)) flow.given_J -= impulse_N_s.dot(velocity_m_s(touch.a, state));
-  }
 }
 
 }  // namespace stillgrid::dynamics

@@ -9,7 +9,6 @@
 #include "sim_server/dynamics/contacts/contact_list.hpp"
 #include "sim_server/dynamics/contacts/contact_movers.hpp"
 #include "sim_server/dynamics/contacts/contact_rows.hpp"
-#include "sim_server/dynamics/contacts/substep_law.hpp"
 #include "sim_server/dynamics/forces/explicit_state.hpp"
 #include "sim_server/dynamics/forces/trial.hpp"
 #include "sim_server/dynamics/solvers/budget.hpp"
@@ -55,7 +54,7 @@ class ContactCore {
   /// Takes the contacts of a part of a step: see ContactList. Stretches begin as they were kept.
   void take(const bodies::World& world, std::span<const contact::Contact> contacts);
   /// The part counts: its stretches are what the next begins with.
-  void keep() { list_.memories().keep(); }
+  void keep();
 
   /// Finds what touches within a substep. Pre: the state's positions are those of the substep's
   /// middle, at that share of the part, and its velocities those of its
@@ -69,7 +68,7 @@ class ContactCore {
                      EnergyFlow& flow);
 
   [[nodiscard]] bool struck() const noexcept { return struck_; }
-  [[nodiscard]] std::size_t touching() const noexcept { return touches_.size(); }
+  [[nodiscard]] std::size_t touching() const noexcept { return near_.size(); }
   /// That overlap where the state is.
   [[nodiscard]] int count_touching(const ExplicitState& state) {
     return list_.count_touching(state);
@@ -87,39 +86,33 @@ class ContactCore {
   }
 
  private:
-  struct Touch {
-    std::size_t pair = 0;
-    TouchSide a, b;
-    SubstepContact contact;
-    Eigen::Vector3d given_m_s = Eigen::Vector3d::Zero();  // velocity of b where it is given
-    std::size_t row = 0;                                  // lane after lane, block after block
+  /// A pair of which a side is given, and its lane.
+  struct Given {
+    std::size_t pair, place;
   };
 
-  [[nodiscard]] Touch touch_of(std::size_t pair, double share, double part_s, double substep_s,
-                               const ExplicitState& state);
-  void fill_rows(double substep_s, const ExplicitState& state);
-  [[nodiscard]] static Eigen::Vector3d relative_velocity_m_s(const Touch& touch,
-                                                             const ExplicitState& state);
-  [[nodiscard]] std::span<const Touch> touches_of(const ContactIsland& island) const;
+  void divide(const ExplicitState& state);
+  void fill_lane(std::size_t index, std::size_t place, const ExplicitState& state);
+  void place_given(double share, double part_s, const ExplicitState& state);
+  void keep_stretches();
   [[nodiscard]] std::span<ContactRows> rows_of(const ContactIsland& island);
   ContactSolve solve_island(const ContactIsland& island, double substep_s, const Budget& budget,
                             ExplicitState& state);
-  [[nodiscard]] bool evaluate(const ContactIsland& island, double substep_s,
-                              const ExplicitState& state);
+  [[nodiscard]] bool evaluate(const ContactIsland& island, double substep_s);
   [[nodiscard]] double bound_responses(const ContactIsland& island, double substep_s,
                                        const ExplicitState& state);
-  void finish(double substep_s, const ExplicitState& state, EnergyFlow& flow);
 
   ContactAccuracy accuracy_;
   ContactList list_;
   ContactMovers movers_;
-  std::vector<std::size_t> near_, place_of_;  // pairs that may touch; where among the touches
-  std::vector<std::size_t> sorted_;           // pairs, as touches
-  std::vector<int> moved_;                    // of each of them one that it moves, or -1
-  std::vector<Touch> touches_;                // island after island, in an island by key
-  std::vector<ContactRows> rows_;             // theirs; each island begins a block
+  std::vector<std::size_t> near_, nearer_;   // pairs that may touch, in the last substep and now
+  std::vector<std::size_t> place_of_;        // where each is among the touches
+  std::vector<std::size_t> sorted_, lanes_;  // of touches: pair, and lane after lane of rows_
+  std::vector<int> moved_;                   // of each of them one that it moves, or -1
+  std::vector<ContactRows> rows_;            // each island begins one, in an island by key
+  std::vector<Given> given_;
   double stiffness_ratio_ = 0.0, spring_change_J_ = 0.0;
-  bool struck_ = false;
+  bool is_divided_ = false, struck_ = false;
 };
 
 }  // namespace stillgrid::dynamics

@@ -62,9 +62,10 @@ void ContactList::place(const ExplicitState& state, double substep_s,
     const bodies::SphereBinding& binding = *sphere.binding;
     if (binding.rigid >= 0) {
       const RigidState& body = state.rigid[static_cast<std::size_t>(binding.rigid)];
-      sphere.arm_m = body.rotation * binding.local_m;
-      sphere.position_m = body.position_m + sphere.arm_m;
-      sphere.speed_m_s = (body.velocity_m_s + body.spin_rad_s.cross(sphere.arm_m)).norm();
+      const Vector3d arm_m = body.rotation * binding.local_m;
+      sphere.arm_m.map() = arm_m;
+      sphere.position_m.map() = body.position_m + arm_m;
+      sphere.speed_m_s = (body.velocity_m_s + body.spin_rad_s.cross(arm_m)).norm();
       if (body.free) sphere.speed_m_s += substep_s * gravity_m_s2.norm();
       continue;
     }
@@ -79,13 +80,13 @@ void ContactList::place(const ExplicitState& state, double substep_s,
       position_m += binding.weights[i] * state.position_m[node].map();
       velocity_m_s += binding.weights[i] * state.velocity_m_s[node].map();
     }
-    sphere.position_m = position_m;
+    sphere.position_m.map() = position_m;
     sphere.speed_m_s = velocity_m_s.norm() + substep_s * change_m_s2.norm();
   }
 }
 
 Vector3d ContactList::other_m(const ContactPair& pair, double share) const {
-  return pair.b >= 0 ? sphere(pair.b).position_m
+  return pair.b >= 0 ? Vector3d(sphere(pair.b).position_m.map())
                      : contact::kinematic_position_m(*pair.contact, share);
 }
 
@@ -96,18 +97,18 @@ bool ContactList::is_near(const ContactPair& pair, double share, double part_s,
   // Twice the way of half a substep, and what its forces add.
   const double way_m = substep_s * a.speed_m_s;
   if (contact.is_plane)
-    return contact.plane_normal.dot(a.position_m) - contact.plane_offset_m <
+    return contact.plane_normal.dot(a.position_m.map()) - contact.plane_offset_m <
            contact.radius_a_m + way_m;
   const double other_m_s = pair.b >= 0 ? sphere(pair.b).speed_m_s : way_m_s(contact, part_s).norm();
   const double within_m = pair.distance_m + way_m + substep_s * other_m_s;
-  return (a.position_m - other_m(pair, share)).squaredNorm() < within_m * within_m;
+  return (a.position_m.map() - other_m(pair, share)).squaredNorm() < within_m * within_m;
 }
 
 int ContactList::count_touching(const ExplicitState& state) {
   place(state, 0.0, Vector3d::Zero());
   return static_cast<int>(std::count_if(pairs_.begin(), pairs_.end(), [&](const ContactPair& pair) {
     const contact::Contact& contact = *pair.contact;
-    const Vector3d& a_m = sphere(pair.a).position_m;
+    const Vector3d a_m = sphere(pair.a).position_m.map();
     if (contact.is_plane)
       return contact.plane_normal.dot(a_m) - contact.plane_offset_m < contact.radius_a_m;
     return (a_m - other_m(pair, 1.0)).squaredNorm() < pair.distance_m * pair.distance_m;

@@ -15,9 +15,8 @@ namespace stillgrid::dynamics {
 struct ContactSphere {
   int number;  // of World::spheres
   const bodies::SphereBinding* binding;
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d arm_m = Eigen::Vector3d::Zero();  // from its rigid body's centre
-  double speed_m_s = 0.0;  // with what forces but contacts' add in the substep, at most
+  PackedVector position_m{}, arm_m{};  // arm: from its rigid body's centre
+  double speed_m_s = 0.0;              // with what forces but contacts' add in the substep, at most
 };
 
 /// Two spheres, or a sphere and what stands in the contact.
@@ -40,7 +39,7 @@ class ContactList {
 
   /// Ordered by key, so that sums over them do not depend on the list's order.
   [[nodiscard]] const std::vector<ContactPair>& pairs() const noexcept { return pairs_; }
-  [[nodiscard]] std::size_t spheres() const noexcept { return spheres_.size(); }
+  [[nodiscard]] std::span<const ContactSphere> spheres() const noexcept { return spheres_; }
   [[nodiscard]] const ContactSphere& sphere(int place) const {
     return spheres_[static_cast<std::size_t>(place)];
   }

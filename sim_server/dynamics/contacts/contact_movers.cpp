@@ -14,18 +14,6 @@ std::size_t at(int i) {
 
 }  // namespace
 
-Vector3d velocity_m_s(const TouchSide& side, const ExplicitState& state) {
-  if (side.rigid >= 0) {
-    const RigidState& body = state.rigid[at(side.rigid)];
-    return body.velocity_m_s + body.spin_rad_s.cross(side.arm_m);
-  }
-  Vector3d velocity_m_s = Vector3d::Zero();
-  if (side.nodes == nullptr) return velocity_m_s;
-  for (std::size_t i = 0; i < at(side.nodes->node_count); ++i)
-    velocity_m_s += side.nodes->weights[i] * state.velocity_m_s[at(side.nodes->nodes[i])].map();
-  return velocity_m_s;
-}
-
 void ContactMovers::clear(std::size_t spheres, const ExplicitState& state) {
   point_of_.resize(spheres);
   rigid_mover_.resize(state.rigid.size(), -1);
@@ -63,8 +51,7 @@ int ContactMovers::root(int entry) {
   return entry;
 }
 
-void ContactMovers::divide(std::span<const int> touched, std::vector<std::size_t>& place_of,
-                           const ExplicitState& state) {
+void ContactMovers::divide(std::span<const int> touched, std::vector<std::size_t>& place_of) {
   // Counts first, then where each island begins, then each in its place, in the order of touches.
   islands_.clear();
   island_of_.assign(entries_.size(), -1);
@@ -106,38 +93,28 @@ void ContactMovers::divide(std::span<const int> touched, std::vector<std::size_t
     ContactIsland& island = islands_[at(island_of_[i])];
     const std::size_t index = at(entries_[i].index);
     if (entries_[i].is_rigid) {
-      RigidMover& mover = rigid_movers_[island.rigid.last];
+      rigid_movers_[island.rigid.last].rigid = entries_[i].index;
       rigid_mover_[index] = static_cast<int>(island.rigid.last++);
-      mover.rigid = entries_[i].index;
-      mover.arm_m = 0.0;
-      mover.start << state.rigid[index].velocity_m_s, state.rigid[index].spin_rad_s;
     } else {
-      NodeMover& mover = node_movers_[island.nodes.last];
+      node_movers_[island.nodes.last].node = entries_[i].index;
       node_mover_[index] = static_cast<int>(island.nodes.last++);
-      mover.node = entries_[i].index;
-      mover.start = state.velocity_m_s[index].map();
     }
   }
 }
 
-TouchSide ContactMovers::side_of(int sphere, const bodies::SphereBinding& binding,
-                                 const Vector3d& arm_m, const ExplicitState& state) {
-  if (binding.rigid < 0) {
-    int& point = point_of_[at(sphere)];
-    if (point == 0) {
-      point = static_cast<int>(velocities_.size());
-      velocities_.emplace_back();
-      impulses_.emplace_back();
-      soft_.push_back(&binding);
-      islands_[island_].soft.last = soft_.size();
-    }
-    return {.nodes = &binding, .point = point};
+int ContactMovers::point_of(int sphere, const bodies::SphereBinding& binding,
+                            const ExplicitState& state) {
+  if (binding.rigid >= 0)
+    return state.rigid[at(binding.rigid)].free ? 1 + rigid_mover_[at(binding.rigid)] : 0;
+  int& point = point_of_[at(sphere)];
+  if (point == 0) {
+    point = static_cast<int>(velocities_.size());
+    velocities_.emplace_back();
+    impulses_.emplace_back();
+    soft_.push_back(&binding);
+    islands_[island_].soft.last = soft_.size();
   }
-  if (!state.rigid[at(binding.rigid)].free) return {.rigid = binding.rigid, .arm_m = arm_m};
-  const int place = rigid_mover_[at(binding.rigid)];
-  double& farthest_m = rigid_movers_[at(place)].arm_m;
-  farthest_m = std::max(farthest_m, arm_m.norm());
-  return {.rigid = binding.rigid, .arm_m = arm_m, .point = 1 + place};
+  return point;
 }
 
 void ContactMovers::begin_island(std::size_t island) {
@@ -145,12 +122,10 @@ void ContactMovers::begin_island(std::size_t island) {
   islands_[island].soft.first = islands_[island].soft.last = soft_.size();
 }
 
-double ContactMovers::weight_sum(const TouchSide& side) const {
-  if (side.rigid >= 0) return rigid_mover_[at(side.rigid)] >= 0 ? 1.0 : 0.0;
+double ContactMovers::weight_sum(const bodies::SphereBinding& binding, const ExplicitState& state) {
+  if (binding.rigid >= 0) return state.rigid[at(binding.rigid)].free ? 1.0 : 0.0;
   double sum = 0.0;
-  if (side.nodes == nullptr) return sum;
-  for (std::size_t i = 0; i < at(side.nodes->node_count); ++i)
-    sum += std::abs(side.nodes->weights[i]);
+  for (std::size_t i = 0; i < at(binding.node_count); ++i) sum += std::abs(binding.weights[i]);
   return sum;
 }
 

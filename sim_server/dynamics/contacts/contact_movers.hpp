@@ -7,19 +7,15 @@
 
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/dynamics/contacts/contact_rows.hpp"
-#include "sim_server/dynamics/contacts/substep_law.hpp"
 #include "sim_server/dynamics/forces/explicit_state.hpp"
 
 namespace stillgrid::dynamics {
 
-/// One side of a contact: a point of a rigid body, or the nodes of a sphere; neither: given.
-struct TouchSide {
-  int rigid = -1;
-  const bodies::SphereBinding* nodes = nullptr;
-  Eigen::Vector3d arm_m = Eigen::Vector3d::Zero();  // from the body's centre to the contact
-  int point = 0;                                    // of ContactMovers; 0: contacts do not move it
+/// How much impulse a change of the end velocity may ask for at most, N s per m/s; across the
+/// normal while it sticks no more than it does.
+struct ImpulseSlopes {
+  double normal_kg = 0.0, across_kg = 0.0;
 };
-[[nodiscard]] Eigen::Vector3d velocity_m_s(const TouchSide& side, const ExplicitState& state);
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -44,7 +40,7 @@ struct ContactIsland {
   struct Range {
     std::size_t first = 0, last = 0;  // last: behind it
   };
-  Range touches, rigid, nodes, soft;
+  Range touches, rows, rigid, nodes, soft;
 };
 
 /// How far an island is from the solution.
@@ -63,35 +59,39 @@ class ContactMovers {
   /// Those of the sphere touch each other and `with` (-1: nobody). Returns one of all, -1: none.
   int enter(const bodies::SphereBinding& binding, int with, const ExplicitState& state);
   /// Divides what has entered by who touches whom. touched: of each touch one that it moves, or -1.
-  /// Writes into place_of where each touch belongs so that islands are ranges. Velocities now are
-  /// the substep's start.
-  void divide(std::span<const int> touched, std::vector<std::size_t>& place_of,
-              const ExplicitState& state);
-  [[nodiscard]] const std::vector<ContactIsland>& islands() const noexcept { return islands_; }
-  /// From here on side_of() is asked by contacts of the island, until of the next.
+  /// Writes into place_of where each touch belongs so that islands are ranges.
+  void divide(std::span<const int> touched, std::vector<std::size_t>& place_of);
+  [[nodiscard]] std::span<ContactIsland> islands() noexcept { return islands_; }
+  /// From here on point_of() is asked by contacts of the island, until of the next.
   void begin_island(std::size_t island);
 
-  /// A contact at that point of the sphere of that number in the substep. Pre: divide() was told of
-  /// it, and its island has begun.
-  [[nodiscard]] TouchSide side_of(int sphere, const bodies::SphereBinding& binding,
-                                  const Eigen::Vector3d& arm_m, const ExplicitState& state);
-  /// Sum of what a velocity of the side is of its movers', 1 for a body; zero if nothing moves it.
-  [[nodiscard]] double weight_sum(const TouchSide& side) const;
+  /// What moves the sphere of that number: a body or, of a sphere of nodes, itself; 0: contacts do
+  /// not. Pre: divide() was told of it, and its island has begun.
+  [[nodiscard]] int point_of(int sphere, const bodies::SphereBinding& binding,
+                             const ExplicitState& state);
+  /// Sum of what a velocity of the sphere is of its movers', 1 for a body; zero if none moves it.
+  [[nodiscard]] static double weight_sum(const bodies::SphereBinding& binding,
+                                         const ExplicitState& state);
 
+  /// Velocities now are the substep's start.
+  void note_start(const ExplicitState& state);
+  /// A contact of the point has such an arm.
+  void reach(int point, double arm_m);
   /// Takes velocities that all but contacts have made, and leads all back to the substep's start.
   void start(ExplicitState& state);
   /// The fastest of an island without contacts, m/s.
   [[nodiscard]] double largest_m_s(const ContactIsland& island) const;
 
-  /// How an island's points move; nothing pushes them yet.
+  /// How an island's points move.
   void place_points(const ContactIsland& island, const ExplicitState& state);
   [[nodiscard]] std::span<const ContactPoint> velocities() const noexcept { return velocities_; }
-  [[nodiscard]] std::span<ContactPoint> impulses() noexcept { return impulses_; }
+  /// What pushes an island's points: nothing yet.
+  [[nodiscard]] std::span<ContactPoint> clear_impulses(const ContactIsland& island);
   /// What pushes points becomes the impulses of bodies and nodes.
   void gather_impulses(const ContactIsland& island);
   void clear_responses(const ContactIsland& island);
-  void add_slopes(const TouchSide& side, const Eigen::Vector3d& normal, const ImpulseSlopes& slopes,
-                  double weights);
+  void add_slopes(int point, const Eigen::Vector3d& arm_m, const Eigen::Vector3d& normal,
+                  const ImpulseSlopes& slopes, double weights);
   /// Makes each response the inverse of its mass and of what contacts ask for at most. Returns the
   /// largest ratio of the second to the first.
   double invert_responses(const ContactIsland& island, const ExplicitState& state);

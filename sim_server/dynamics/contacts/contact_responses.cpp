@@ -70,31 +70,55 @@ double ContactMovers::largest_m_s(const ContactIsland& island) const {
   return largest_m_s;
 }
 
+void ContactMovers::note_start(const ExplicitState& state) {
+  for (RigidMover& mover : rigid_movers_) {
+    const RigidState& body = state.rigid[number(mover.rigid)];
+    mover.start << body.velocity_m_s, body.spin_rad_s;
+    mover.arm_m = 0.0;
+  }
+  for (NodeMover& mover : node_movers_) mover.start = state.velocity_m_s[number(mover.node)].map();
+  for (const ContactIsland& island : islands_) place_points(island, state);
+}
+
+void ContactMovers::reach(int point, double arm_m) {
+  if (point == 0 || number(point) > rigid_movers_.size()) return;
+  double& farthest_m = rigid_movers_[number(point) - 1].arm_m;
+  farthest_m = std::max(farthest_m, arm_m);
+}
+
 void ContactMovers::place_points(const ContactIsland& island, const ExplicitState& state) {
   for (std::size_t i = island.rigid.first; i < island.rigid.last; ++i) {
     const RigidState& body = state.rigid[number(rigid_movers_[i].rigid)];
-    ContactPoint& point = velocities_[1 + i];
-    Eigen::Map<Vector3d>(point.linear.data()) = body.velocity_m_s;
-    Eigen::Map<Vector3d>(point.angular.data()) = body.spin_rad_s;
-    impulses_[1 + i] = {};
+    velocities_[1 + i].linear.map() = body.velocity_m_s;
+    velocities_[1 + i].angular.map() = body.spin_rad_s;
   }
   const std::size_t soft = 1 + rigid_movers_.size();
   for (std::size_t i = island.soft.first; i < island.soft.last; ++i) {
-    Eigen::Map<Vector3d>(velocities_[soft + i].linear.data()) =
-        velocity_m_s({.nodes = soft_[i]}, state);
-    impulses_[soft + i] = {};
+    const bodies::SphereBinding& binding = *soft_[i];
+    Vector3d sum_m_s = Vector3d::Zero();
+    for (std::size_t k = 0; k < number(binding.node_count); ++k)
+      sum_m_s += binding.weights[k] * state.velocity_m_s[number(binding.nodes[k])].map();
+    velocities_[soft + i].linear.map() = sum_m_s;
   }
+}
+
+std::span<ContactPoint> ContactMovers::clear_impulses(const ContactIsland& island) {
+  std::fill(impulses_.begin() + static_cast<std::ptrdiff_t>(1 + island.rigid.first),
+            impulses_.begin() + static_cast<std::ptrdiff_t>(1 + island.rigid.last), ContactPoint{});
+  const auto soft = impulses_.begin() + static_cast<std::ptrdiff_t>(1 + rigid_movers_.size());
+  std::fill(soft + static_cast<std::ptrdiff_t>(island.soft.first),
+            soft + static_cast<std::ptrdiff_t>(island.soft.last), ContactPoint{});
+  return impulses_;
 }
 
 void ContactMovers::gather_impulses(const ContactIsland& island) {
   for (std::size_t i = island.rigid.first; i < island.rigid.last; ++i)
-    rigid_movers_[i].impulse << Eigen::Map<const Vector3d>(impulses_[1 + i].linear.data()),
-        Eigen::Map<const Vector3d>(impulses_[1 + i].angular.data());
+    rigid_movers_[i].impulse << impulses_[1 + i].linear.map(), impulses_[1 + i].angular.map();
   for (NodeMover& mover : nodes_of(island)) mover.impulse.setZero();
   const std::size_t soft = 1 + rigid_movers_.size();
   for (std::size_t i = island.soft.first; i < island.soft.last; ++i) {
     const bodies::SphereBinding& binding = *soft_[i];
-    const Eigen::Map<const Vector3d> impulse_N_s(impulses_[soft + i].linear.data());
+    const Vector3d impulse_N_s = impulses_[soft + i].linear.map();
     for (std::size_t k = 0; k < number(binding.node_count); ++k) {
       const int place = node_mover_[number(binding.nodes[k])];
       if (place >= 0) node_movers_[number(place)].impulse += binding.weights[k] * impulse_N_s;
@@ -108,27 +132,26 @@ void ContactMovers::clear_responses(const ContactIsland& island) {
 }
 
 /// The square of a sum of velocities is at most the sum of their squares times weights / weight.
-void ContactMovers::add_slopes(const TouchSide& side, const Vector3d& normal,
+void ContactMovers::add_slopes(int point, const Vector3d& arm_m, const Vector3d& normal,
                                const ImpulseSlopes& slopes, double weights) {
+  if (point == 0) return;
+  const std::size_t place = number(point) - 1;
   const Matrix3d block =
       weights * (slopes.across_kg * Matrix3d::Identity() +
                  (slopes.normal_kg - slopes.across_kg) * normal * normal.transpose());
-  if (side.rigid >= 0) {
-    const int place = rigid_mover_[number(side.rigid)];
-    if (place < 0) return;
-    Matrix6& response = rigid_movers_[number(place)].response;
-    const Matrix3d lever = bodies::cross_matrix(side.arm_m);
+  if (place < rigid_movers_.size()) {
+    Matrix6& response = rigid_movers_[place].response;
+    const Matrix3d lever = bodies::cross_matrix(arm_m);
     const Matrix3d coupled = lever.lazyProduct(block);
     response.topLeftCorner<3, 3>() += block;
     response.bottomLeftCorner<3, 3>() += coupled;
     response.bottomRightCorner<3, 3>() -= coupled.lazyProduct(lever);
     return;
   }
-  if (side.nodes == nullptr) return;
-  for (std::size_t i = 0; i < number(side.nodes->node_count); ++i) {
-    const int place = node_mover_[number(side.nodes->nodes[i])];
-    if (place >= 0)
-      node_movers_[number(place)].response += std::abs(side.nodes->weights[i]) * block;
+  const bodies::SphereBinding& binding = *soft_[place - rigid_movers_.size()];
+  for (std::size_t i = 0; i < number(binding.node_count); ++i) {
+    const int node = node_mover_[number(binding.nodes[i])];
+    if (node >= 0) node_movers_[number(node)].response += std::abs(binding.weights[i]) * block;
   }
 }
 

@@ -48,26 +48,15 @@ class ChebyshevWeights {
 
 }  // namespace
 
-std::span<const ContactCore::Touch> ContactCore::touches_of(const ContactIsland& island) const {
-  return std::span(touches_).subspan(island.touches.first,
-                                     island.touches.last - island.touches.first);
-}
-
 std::span<ContactRows> ContactCore::rows_of(const ContactIsland& island) {
-  constexpr std::size_t kLanes = ContactRows::kLanes;
-  const std::size_t first = touches_[island.touches.first].row / kLanes;
-  return std::span(rows_).subspan(first,
-                                  touches_[island.touches.last - 1].row / kLanes + 1 - first);
+  return std::span(rows_).subspan(island.rows.first, island.rows.last - island.rows.first);
 }
 
-/// Impulses of all contacts at the state's velocities; whether they may change by no more than the
-/// responses count on.
-bool ContactCore::evaluate(const ContactIsland& island, double substep_s,
-                           const ExplicitState& state) {
-  movers_.place_points(island, state);
-  bool is_bounded = true;
-  for (ContactRows& rows : rows_of(island))
-    is_bounded = rows.evaluate(movers_.velocities(), movers_.impulses(), substep_s) && is_bounded;
+/// Impulses of all contacts at the velocities of the island's points; whether they may change by no
+/// more than the responses count on.
+bool ContactCore::evaluate(const ContactIsland& island, double substep_s) {
+  const bool is_bounded = evaluate_rows(rows_of(island), movers_.velocities(),
+                                        movers_.clear_impulses(island), substep_s);
   movers_.gather_impulses(island);
   return is_bounded;
 }
@@ -77,17 +66,19 @@ double ContactCore::bound_responses(const ContactIsland& island, double substep_
                                     const ExplicitState& state) {
   movers_.clear_responses(island);
   double spring_share = 0.0;
-  for (const Touch& touch : touches_of(island)) {
-    const ContactRows& rows = rows_[touch.row / ContactRows::kLanes];
-    const std::size_t lane = touch.row % ContactRows::kLanes;
-    const ImpulseSlopes slopes{rows.normal_bound_kg[lane], rows.across_bound_kg[lane]};
-    if (!(slopes.normal_kg > 0.0)) continue;
-    const double weights = movers_.weight_sum(touch.a) + movers_.weight_sum(touch.b);
-    spring_share =
-        std::max(spring_share, 0.25 * substep_s * substep_s *
-                                   touch.contact.material.stiffness_N_per_m / slopes.normal_kg);
-    movers_.add_slopes(touch.a, touch.contact.normal, slopes, weights);
-    movers_.add_slopes(touch.b, touch.contact.normal, slopes, weights);
+  for (const ContactRows& rows : rows_of(island)) {
+    for (std::size_t lane = 0; lane < ContactRows::kLanes; ++lane) {
+      const ImpulseSlopes slopes{rows.normal_bound_kg[lane], rows.across_bound_kg[lane]};
+      if (!(slopes.normal_kg > 0.0)) continue;
+      spring_share = std::max(spring_share, 0.25 * substep_s * substep_s *
+                                                rows.stiffness_N_per_m[lane] / slopes.normal_kg);
+      const Eigen::Vector3d normal = ContactRows::get(rows.normal, lane);
+      const double weights = rows.weights[lane];
+      movers_.add_slopes(rows.a[lane], ContactRows::get(rows.arm_a_m, lane), normal, slopes,
+                         weights);
+      movers_.add_slopes(rows.b[lane], ContactRows::get(rows.arm_b_m, lane), normal, slopes,
+                         weights);
+    }
   }
   const double ratio = movers_.invert_responses(island, state);
   stiffness_ratio_ = std::max(stiffness_ratio_, spring_share * ratio);
@@ -102,7 +93,8 @@ ContactSolve ContactCore::solve_island(const ContactIsland& island, double subst
   double ratio = 0.0;
   ChebyshevWeights weights;
   for (bool begins = true;; begins = false) {
-    const bool is_bounded = evaluate(island, substep_s, state);
+    if (!begins) movers_.place_points(island, state);
+    const bool is_bounded = evaluate(island, substep_s);
     const ContactResidual residual = movers_.residual(island, state);
     result.residual_m_s = residual.left_m_s;
     if (residual.left_m_s <= std::max(accuracy_.relative * residual.change_m_s, rounding_m_s))

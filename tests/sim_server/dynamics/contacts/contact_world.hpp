@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim_server/dynamics/contacts/contact_core.hpp"
+#include "tests/sim_server/dynamics/contacts/scalar_law.hpp"
 
 namespace stillgrid::dynamics {
 

@@ -4,9 +4,54 @@
 #include <algorithm>
 
 #include "sim_server/contact/sticking.hpp"
-#include "sim_server/dynamics/contacts/substep_law.hpp"
+#include "sim_server/dynamics/contacts/contact_movers.hpp"
 
 namespace stillgrid::dynamics {
+
+/// A contact in the middle of a substep, where its direction and its lever are taken for all of it.
+struct SubstepContact {
+  collision::ContactMaterial material;
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // towards a
+  double depth_m = 0.0;                               // in the middle; negative: a gap
+  Eigen::Vector3d start_velocity_m_s =
+      Eigen::Vector3d::Zero();  // of a's point of contact from b's, as the substep begins
+  Eigen::Vector3d stretch_m = Eigen::Vector3d::Zero();  // what sticking has stored, across normal
+  bool is_viscous = false;  // friction of the tool: by the slip, nothing sticks
+};
+
+/// How deep the contact is as the substep begins, and as it ends at that separation speed:
+/// positions move at the old velocity for its first half and at the new one for its second.
+inline double start_depth_m(const SubstepContact& contact, double substep_s) {
+  return contact.depth_m + 0.5 * substep_s * contact.normal.dot(contact.start_velocity_m_s);
+}
+
+inline double end_depth_m(const SubstepContact& contact, const Eigen::Vector3d& end_velocity_m_s,
+                          double substep_s) {
+  return contact.depth_m - 0.5 * substep_s * contact.normal.dot(end_velocity_m_s);
+}
+
+/// Energy of a contact's spring, J.
+inline double spring_energy_J(const collision::ContactMaterial& material, double depth_m) {
+  const double pressed_m = std::max(0.0, depth_m);
+  return 0.5 * material.stiffness_N_per_m * pressed_m * pressed_m;
+}
+
+/// The stretch carried along with a contact that turned: to the new normal by the shortest turn,
+/// and about it by the angle, as long as before. Pre: both normals unit, stretch across `before`.
+inline Eigen::Vector3d carried_stretch_m(const Eigen::Vector3d& stretch_m,
+                                         const Eigen::Vector3d& before, const Eigen::Vector3d& now,
+                                         double turned_rad) {
+  const double length_m = stretch_m.norm();
+  if (!(length_m > 0.0)) return Eigen::Vector3d::Zero();
+  Eigen::Vector3d carried_m = stretch_m + turned_rad * before.cross(stretch_m);
+  // Opposite normals are no contact that turned.
+  const double along = 1.0 + before.dot(now);
+  if (along > 1e-3) carried_m -= now.dot(carried_m) / along * (before + now);
+  carried_m -= now.dot(carried_m) * now;
+  const double carried_length_m = carried_m.norm();
+  return carried_length_m > 0.0 ? Eigen::Vector3d(length_m / carried_length_m * carried_m)
+                                : Eigen::Vector3d::Zero();
+}
 
 /// What a contact does over a substep, on a.
 struct ContactImpulse {

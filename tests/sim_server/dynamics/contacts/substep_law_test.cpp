@@ -1,5 +1,3 @@
-#include "sim_server/dynamics/contacts/substep_law.hpp"
-
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <random>
@@ -123,45 +121,72 @@ TEST_CASE("Rows of eight contacts push as each by itself", "[substep_law]") {
   constexpr double kSubstep_s = 1.3e-3;
   for (int block = 0; block < 500; ++block) {
     std::vector<ContactPoint> velocities(9), impulses(9);
-    for (std::size_t i = 1; i < 9; ++i)
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        velocities[i].linear[axis] = any_vector(random, 0.5).x();
-        velocities[i].angular[axis] = any_vector(random, 9.0).x();
-      }
-    ContactRows rows;
+    for (std::size_t i = 1; i < 9; ++i) {
+      velocities[i].linear.map() = any_vector(random, 0.5);
+      velocities[i].angular.map() = any_vector(random, 9.0);
+    }
+    std::vector<ContactPoint> begin = velocities;
+    for (std::size_t i = 1; i < 9; ++i) begin[i].linear.map() += any_vector(random, 0.3);
+    std::vector<ContactSphere> spheres(7);
+    std::vector<ContactRows> all(1);
+    ContactRows& rows = all.front();
     std::vector<ContactImpulse> alone;
     Vector3d whole = Vector3d::Zero();
     for (std::size_t lane = 0; lane < 7; ++lane) {  // the last stays empty
-      SubstepContact contact = contact_of(any_vector(random, 1e-3).z(), any_vector(random, 1.0),
+      SubstepContact contact = contact_of(any_vector(random, 1e-3).z(), Vector3d::Zero(),
                                           {.stiffness_N_per_m = 2e3,
                                            .damping_N_s_per_m = lane % 3 == 0 ? 0.0 : 2.0,
                                            .friction = lane % 4 == 0 ? 0.0 : 0.4,
                                            .slip_speed_m_s = 0.05});
       contact.normal = any_vector(random, 1.0).normalized();
       contact.is_viscous = lane % 2 == 1;
-      if (!contact.is_viscous) contact.stretch_m = 1e-4 * contact.normal.unitOrthogonal();
+      const Vector3d before = (contact.normal + any_vector(random, 0.05)).normalized();
+      const Vector3d stretch_m =
+          contact.is_viscous ? Vector3d::Zero() : Vector3d(1e-4 * before.unitOrthogonal());
       rows.a[lane] = static_cast<int>(lane) + 1;
       rows.b[lane] = static_cast<int>(7 - lane);
+      rows.sphere_a[lane] = static_cast<int>(lane);
+      rows.sphere_b[lane] = -1;
+      rows.turns_a[lane] = 1.0;
+      rows.radius_m[lane] = 0.02;
+      rows.distance_m[lane] = 0.05;
+      rows.set_material(lane, contact.material, contact.is_viscous);
+      const double far_m = 0.05 - contact.depth_m;
       const Vector3d arm_m = any_vector(random, 0.01), given_m_s = any_vector(random, 0.1);
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        rows.arm_a_m[axis][lane] = arm_m[static_cast<Eigen::Index>(axis)];
-      rows.set(lane, contact, given_m_s, kSubstep_s);
-      const auto vector = [](const std::array<double, 4>& v) { return Vector3d(v[0], v[1], v[2]); };
-      const ContactPoint& a = velocities[lane + 1];
-      const Vector3d end_m_s = vector(a.linear) + vector(a.angular).cross(arm_m) -
-                               vector(velocities[7 - lane].linear) - given_m_s;
-      alone.push_back(contact_impulse(contact, end_m_s, kSubstep_s));
+      spheres[lane].position_m.map() = any_vector(random, 0.3);
+      spheres[lane].arm_m.map() = arm_m + 0.4 * far_m * contact.normal;
+      rows.other_m[lane].map() = spheres[lane].position_m.map() - far_m * contact.normal;
+      ContactRows::set(rows.given_across_m_s, lane, given_m_s);
+      ContactRows::set(rows.given_along_m_s, lane, given_m_s);
+      ContactRows::set(rows.stretch_m, lane, stretch_m);
+      ContactRows::set(rows.normal, lane, before);
+      const auto velocity_m_s = [&](const std::vector<ContactPoint>& points) -> Vector3d {
+        const ContactPoint& a = points[lane + 1];
+        return a.linear.map() + Vector3d(a.angular.map()).cross(arm_m) -
+               points[7 - lane].linear.map() - given_m_s;
+      };
+      const double spin_rad_s =
+          contact.normal.dot(begin[lane + 1].angular.map() + begin[7 - lane].angular.map());
+      contact.start_velocity_m_s = velocity_m_s(begin);
+      contact.stretch_m =
+          carried_stretch_m(stretch_m, before, contact.normal, 0.5 * kSubstep_s * spin_rad_s);
+      alone.push_back(contact_impulse(contact, velocity_m_s(velocities), kSubstep_s));
     }
-    static_cast<void>(rows.evaluate(velocities, impulses, kSubstep_s));
+    place_rows(all, spheres, begin, kSubstep_s);
+    static_cast<void>(evaluate_rows(all, velocities, impulses, kSubstep_s));
+    RowFlow flow;
+    end_rows(all, velocities, kSubstep_s, flow);
     for (std::size_t lane = 0; lane < 7; ++lane) {
-      CHECK((rows.impulse_of(lane) - alone[lane].impulse_N_s).norm() < 1e-15);
+      const Vector3d impulse_N_s = ContactRows::get(rows.impulse_N_s, lane);
+      const Vector3d stretch_m = ContactRows::get(rows.stretch_m, lane);
+      CHECK((impulse_N_s - alone[lane].impulse_N_s).norm() < 1e-14);
       CHECK(rows.spring_N[lane] == Approx(alone[lane].spring_N).margin(1e-12));
       CHECK(rows.damper_N[lane] == Approx(alone[lane].damper_N).margin(1e-12));
+      CHECK((stretch_m - alone[lane].stretch_m).norm() < 1e-15);
     }
-    for (const ContactPoint& point : impulses)
-      whole += Vector3d(point.linear[0], point.linear[1], point.linear[2]);
+    for (const ContactPoint& point : impulses) whole += point.linear.map();
     CHECK(whole.norm() < 1e-14);
-    CHECK(rows.impulse_of(7).isZero(0.0));
+    CHECK(ContactRows::get(rows.impulse_N_s, 7).isZero(0.0));
   }
 }
 
