@@ -33,29 +33,20 @@ Geometry geometry_of(const Contact& contact, const Eigen::Vector3d& position_m) 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// The part across the normal of a motion of the centres, less what turning takes of it.
-Vector3d slide_of(const Geometry& geometry, const Vector3d& moved, const Vector3d& turned) {
+/// How the part across the normal of a vector that stays as it is changes as a moves.
+Matrix3d across_by_position(const Geometry& geometry, const Matrix3d& across,
+                            const Vector3d& vector) {
   const Vector3d& n = geometry.normal;
-  return moved - n.dot(moved) * n - turned.cross(geometry.arm_m);
-}
-
-/// How that changes as a moves, though the motion stays as it is: it turns with the normal, the
-/// turning follows the arm.
-Matrix3d slide_by_position(const Geometry& geometry, const Matrix3d& across, const Vector3d& moved,
-                           const Vector3d& turned) {
-  const Vector3d& n = geometry.normal;
-  return -geometry.turn_per_m * (n.dot(moved) * across + n * (moved.transpose() * across)) -
-         geometry.arm_moves * bodies::cross_matrix(turned);
+  return -geometry.turn_per_m * (n.dot(vector) * across + n * (vector.transpose() * across));
 }
 
 /// Friction on a, and how it changes.
 struct Friction {
   Vector3d force_N = Vector3d::Zero();
   Vector3d stretch_m = Vector3d::Zero();
-  Vector3d by_load = Vector3d::Zero();  // with the normal force
-  Matrix3d by_slip = Matrix3d::Zero();  // with the velocity of the points of contact
-  Matrix3d by_slide = Matrix3d::Zero(),
-           by_stretch = Matrix3d::Zero();  // with the way since the start
+  Vector3d by_load = Vector3d::Zero();     // with the normal force
+  Matrix3d by_slip = Matrix3d::Zero();     // with the velocity of the points of contact
+  Matrix3d by_stretch = Matrix3d::Zero();  // with what it began with
 };
 
 Friction viscous_friction(const collision::ContactMaterial& material, double normal_load_N,
@@ -74,10 +65,11 @@ Friction viscous_friction(const collision::ContactMaterial& material, double nor
 }
 
 Friction sticking_friction(const collision::ContactMaterial& material, double normal_load_N,
-                           const Vector3d& stretch_m, const Vector3d& slid_m, double step_s) {
+                           const Vector3d& stretch_m, double time_s, const Vector3d& slip_m_s,
+                           double step_s) {
   Friction friction;
   const double most_N = material.friction * normal_load_N;
-  const StickingForce held = sticking_force(material, stretch_m, slid_m, most_N, step_s);
+  const StickingForce held = sticking_force(material, stretch_m, time_s * slip_m_s, most_N, step_s);
   friction.force_N = held.force_N;
   friction.stretch_m = held.stretch_m;
   Matrix3d gives = held.share * Matrix3d::Identity();
@@ -86,7 +78,8 @@ Friction sticking_friction(const collision::ContactMaterial& material, double no
     friction.by_load = -material.friction * direction;
     gives -= held.share * direction * direction.transpose();
   }
-  friction.by_slide = -(material.stiffness_N_per_m + material.damping_N_s_per_m / step_s) * gives;
+  friction.by_slip =
+      -time_s * (material.stiffness_N_per_m + material.damping_N_s_per_m / step_s) * gives;
   friction.by_stretch = -material.stiffness_N_per_m * gives;
   return friction;
 }
@@ -134,14 +127,12 @@ ContactForce contact_force(const Contact& contact, const ContactMotion& motion, 
   const double separation_m_s = n.dot(motion.velocity_m_s);
   const double approach_m_s = step_s > 0.0 ? deepening_m / step_s : -separation_m_s;
   const double normal_load_N = collision::normal_force_N(material, geometry.depth_m, approach_m_s);
-  const Vector3d slip_m_s = slide_of(geometry, motion.velocity_m_s, motion.spin_rad_s);
-  const Vector3d normal_part_m = motion.sticking ? Vector3d(n.dot(motion.sticking->stretch_m) * n)
-                                                 : Vector3d(Vector3d::Zero());
+  const Matrix3d across = Matrix3d::Identity() - n * n.transpose();
+  const Vector3d slip_m_s = across * motion.velocity_m_s - motion.spin_rad_s.cross(geometry.arm_m);
   const Friction friction =
       motion.sticking
-          ? sticking_friction(
-                material, normal_load_N, motion.sticking->stretch_m - normal_part_m,
-                slide_of(geometry, motion.sticking->moved_m, motion.sticking->turned_rad), step_s)
+          ? sticking_friction(material, normal_load_N, across * motion.sticking->stretch_m,
+                              motion.sticking->time_s, slip_m_s, step_s)
           : viscous_friction(material, normal_load_N, slip_m_s);
   result.touching = true;
   result.arm_m = geometry.arm_m;
@@ -150,8 +141,6 @@ ContactForce contact_force(const Contact& contact, const ContactMotion& motion, 
   result.force_N = normal_load_N * n + result.friction_N;
   if (derivatives == nullptr) return result;
 
-  const Matrix3d identity = Matrix3d::Identity();
-  const Matrix3d across = identity - n * n.transpose();
   const double hardness_N_per_m =
       material.stiffness_N_per_m + (deepening_m > 0.0 ? material.damping_N_s_per_m / step_s : 0.0);
   const Eigen::RowVector3d normal_load_by_position = -hardness_N_per_m * n.transpose();
@@ -159,27 +148,20 @@ ContactForce contact_force(const Contact& contact, const ContactMotion& motion, 
 
   derivatives->friction_by_position =
       friction.by_load * normal_load_by_position +
-      friction.by_slip *
-          slide_by_position(geometry, across, motion.velocity_m_s, motion.spin_rad_s);
-  if (motion.sticking) {
-    const Sticking& since = *motion.sticking;
+      friction.by_slip * (across_by_position(geometry, across, motion.velocity_m_s) -
+                          geometry.arm_moves * bodies::cross_matrix(motion.spin_rad_s));
+  if (motion.sticking)
     derivatives->friction_by_position +=
-        friction.by_slide *
-            (across + slide_by_position(geometry, across, since.moved_m, since.turned_rad)) +
-        friction.by_stretch *
-            slide_by_position(geometry, across, since.stretch_m, Vector3d::Zero());
-  }
+        friction.by_stretch * across_by_position(geometry, across, motion.sticking->stretch_m);
   derivatives->friction_by_velocity = friction.by_slip * across;
   derivatives->friction_by_spin = friction.by_slip * lever;
-  derivatives->friction_by_turn = friction.by_slide * lever;
   derivatives->force_by_position = derivatives->friction_by_position + n * normal_load_by_position +
                                    normal_load_N * geometry.turn_per_m * across;
   derivatives->force_by_velocity = derivatives->friction_by_velocity;
   derivatives->force_by_spin = derivatives->friction_by_spin;
-  derivatives->arm_by_position = geometry.arm_moves * identity;
+  derivatives->arm_by_position = geometry.arm_moves * Matrix3d::Identity();
   derivatives->normal_stiffness_N_per_m = hardness_N_per_m * n * n.transpose();
   derivatives->drag_N_s_per_m = -friction.by_slip;
-  derivatives->slide_stiffness_N_per_m = -friction.by_slide;
   derivatives->across = across;
   derivatives->sideways_softness_N_per_m = normal_load_N * geometry.turn_per_m;
   return result;

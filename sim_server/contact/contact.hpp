@@ -32,12 +32,11 @@ struct Contact {
 /// Where the given sphere of a contact is when this share of the step is over.
 [[nodiscard]] Eigen::Vector3d kinematic_position_m(const Contact& contact, double step_share);
 
-/// What sticking friction goes by: how it was stretched as the step began, and the motion since, of
-/// a seen from b.
+/// What sticking friction goes by: how it was stretched as the step began, of a seen from b, and
+/// the time since, in which the points of contact are taken to have slid as they do at its end.
 struct Sticking {
   Eigen::Vector3d stretch_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d moved_m = Eigen::Vector3d::Zero();     // of the centres
-  Eigen::Vector3d turned_rad = Eigen::Vector3d::Zero();  // by shares, as ContactMotion::spin_rad_s
+  double time_s = 0.0;
 };
 
 /// Relative motion in a contact, of a seen from b.
@@ -80,17 +79,14 @@ struct ContactForce {
   Eigen::Vector3d friction_N = Eigen::Vector3d::Zero();
   Eigen::Vector3d stretch_m = Eigen::Vector3d::Zero();  // at the step's end, of what sticks
 };
-/// By position: as the centres move, and what they have moved with them. By turn: by
-/// Sticking::turned_rad.
 struct ContactDerivatives {
   Eigen::Matrix3d force_by_position, force_by_velocity, force_by_spin;
-  Eigen::Matrix3d friction_by_position, friction_by_velocity, friction_by_spin, friction_by_turn;
+  Eigen::Matrix3d friction_by_position, friction_by_velocity, friction_by_spin;
   Eigen::Matrix3d arm_by_position;
 
   // What resists: the part that is symmetric and definite.
   Eigen::Matrix3d normal_stiffness_N_per_m;  // along the normal
   Eigen::Matrix3d drag_N_s_per_m;            // of friction on the slip
-  Eigen::Matrix3d slide_stiffness_N_per_m;   // of friction on the way slid
   Eigen::Matrix3d across;                    // projects a velocity on the plane of contact
   // What gives way: sideways, pressure pushes further, as the normal turns.
   double sideways_softness_N_per_m;
@@ -105,7 +101,9 @@ struct ContactDerivatives {
 ///
 /// Friction that sticks is a spring of the contact's own stiffness with its own damper, stretched
 /// as the points of contact slide, and in line with them something that gives way at friction times
-/// the normal force [Cundall, Strack 1979]: what rests on it rests.
+/// the normal force [Cundall, Strack 1979]: what rests on it rests. They slide by the time times
+/// their velocity at the step's end, not by the chord of their way: what slides is so held against
+/// its velocity, and an implicit Euler step is given no energy however far its bodies turn.
 ///
 /// A step_s of zero asks for the law itself, the damper by the velocities; without derivatives
 /// and without sticking then.

@@ -6,7 +6,7 @@ namespace stillgrid::laws {
 namespace {
 
 // Seeds of the common tests: some 15 s in all. Cases an hour: of one processor of 2 to 3 GHz.
-constexpr std::array<Law, 15> kLaws = {{
+constexpr std::array<Law, 16> kLaws = {{
     {1, "finite",
      "No state, force or torque is infinite or no number; |force| is within what the deepest "
      "possible overlap allows",
@@ -46,6 +46,8 @@ constexpr std::array<Law, 15> kLaws = {{
      100},
     {15, "every vector", "The same motion on every instruction set that the processor has",
      every_vector_alike, 10, 20'000},
+    {16, "no gain", "What tumbles, undriven, never has more energy than it had",
+     nothing_gains_energy, 16, 20'000},
 }};
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "haptic_server/device/device_host.hpp"
 #include "haptic_server/safety/device_limits.hpp"
 #include "haptic_server/safety/safety_flag.hpp"
+#include "sim_server/scene/build_world.hpp"
 #include "tests/laws/law.hpp"
 #include "tests/laws/moved_scene.hpp"
 
@@ -194,6 +195,37 @@ Finding comes_to_rest(const LawCase& law_case) {
     return {.measured = rate_W, .allowed = still_W, .what = "W by which accounts grow at rest"};
   const double awake = static_cast<double>(spheres) - static_cast<double>(is_sleeping);
   return {.measured = scene.sleeping ? awake : 0.0, .allowed = 0.0, .what = "spheres awake"};
+}
+
+Finding nothing_gains_energy(const LawCase& law_case) {
+  const scene::SceneDescription scene = scene_of(law_case);
+  const bodies::World start = scene::build_world(scene);
+  const auto is_kinematic = [](const bodies::RigidBody& body) { return !body.free; };
+  if (law_case.hand || !law_case.device.empty() ||
+      std::any_of(start.rigid_bodies.begin(), start.rigid_bodies.end(), is_kinematic))
+    return {.applies = false, .what = "something is led"};
+  const double start_J = dynamics::energies(start, {}).total_J();
+  double most_kinetic_J = 0.0;
+  Finding finding{.what = "J"};
+  move_scene(scene, law_case, tool_path_of(law_case),
+             [&](dynamics::Simulation& simulation, const dynamics::StepReport&, double time_s) {
+               if (!simulation.energy_account()) simulation.account_energy();
+               const dynamics::Energies now = simulation.energy_account()->end;
+               const double gain_J = now.total_J() - start_J;
+               most_kinetic_J = std::max(most_kinetic_J, now.kinetic_J);
+               if (gain_J <= finding.measured) return std::isfinite(gain_J);
+               finding.measured = gain_J;
+               finding.what = "J gained by " + short_number(time_s) + " s";
+               return true;
+             });
+  // By implicit Euler what rounding and solvers leave; BDF2 leads on from two steps, of which one
+  // may have been before a hit; explicit methods hold an energy that differs by their error.
+  const scene::IntegratorKind integrator = scene.method.integrator;
+  const double share = integrator == scene::IntegratorKind::kImplicitEuler ? 1e-6
+                       : integrator == scene::IntegratorKind::kBdf2        ? 0.1
+                                                                           : 1e-3;
+  finding.allowed = share * most_kinetic_J;
+  return finding;
 }
 
 }  // namespace stillgrid::laws

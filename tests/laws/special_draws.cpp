@@ -84,6 +84,36 @@ void draw_standing(LawCase& law_case, Random& random) {
   law_case.duration_s = law_case.seed < kLongSeeds ? 8.0 : 600.0;
 }
 
+/// A box or a capsule that tumbles down a slope too steep to stand on.
+void draw_tumble(LawCase& law_case, Random& random) {
+  SceneText& scene = law_case.scene;
+  const double slope_rad = random.between(0.7, 1.1);
+  scene.add("[world]").vector("gravity_m_s2",
+                              {9.81 * std::sin(slope_rad), 0.0, -9.81 * std::cos(slope_rad)});
+  SceneSection& simulation = scene.section("[simulation]");
+  simulation.number("rate_hz", random.over_decades(33.0, 1000.0));
+  const std::string_view integrator =
+      random.one_of({"implicit_euler", "implicit_euler", "bdf2", "velocity_verlet"});
+  simulation.text("integrator", integrator);
+  if (integrator != "velocity_verlet")
+    simulation.text("solver", random.one_of({"newton", "newton_cg", "newton_lu"}));
+  const double mass_kg = random.over_decades(0.01, 0.1);
+  add_material(scene, random.over_decades(500.0, 5000.0), random.over_decades(0.3, 3.0),
+               random.between(0.8, 1.5));
+  add_floor(scene, 0.0, "m0");
+  const double side_m = random.between(0.015, 0.03);
+  const bool is_capsule = random.chance(0.3);  // a row of spheres
+  const double length_m = side_m * (is_capsule ? random.between(2.0, 3.0) : 1.0);
+  add_box(scene, random, "b0", mass_kg, {0.0, 0.0, 0.5 * side_m}, {side_m, length_m, side_m});
+  if (is_capsule) {
+    SceneSection& capsule = scene.sections.back();
+    capsule.lines.pop_back();  // its spheres
+    capsule.set("spheres", "{ spacing_m = " + short_number(side_m) +
+                               ", radius_m = " + short_number(0.499 * side_m) + " }");
+  }
+  law_case.duration_s = random.between(0.5, 1.5);
+}
+
 /// A paddle that sweeps balls at rest, or a shot at one, without gravity.
 void draw_tunnel(LawCase& law_case, Random& random) {
   SceneText& scene = law_case.scene;
@@ -206,6 +236,9 @@ bool draw_special(LawCase& law_case, Random& random) {
       return true;
     case 14:
       draw_verdict(law_case, random);
+      return true;
+    case 16:
+      draw_tumble(law_case, random);
       return true;
     default:
       return false;

@@ -12,7 +12,6 @@ struct Change {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
   Eigen::Vector3d spin = Eigen::Vector3d::Zero();
-  Eigen::Vector3d turn = Eigen::Vector3d::Zero();
 };
 
 void add_change(const ContactSide& side, double stage_s, bool is_exact, const Eigen::VectorXd& x,
@@ -30,8 +29,7 @@ void add_change(const ContactSide& side, double stage_s, bool is_exact, const Ei
   change.spin += side.share * spin;
   if (!is_exact) return;
   // The arm turns, and carries the sphere with the spin that it has.
-  const Eigen::Vector3d turn = side.turn_s * spin, arm_moves = turn.cross(side.arm_m);
-  change.turn += side.share * turn;
+  const Eigen::Vector3d arm_moves = (side.turn_s * spin).cross(side.arm_m);
   change.position += side.sign * (stage_s * linear + arm_moves);
   change.velocity += side.sign * side.spin_rad_s.cross(arm_moves);
 }
@@ -48,46 +46,55 @@ void push(const ContactSide& side, const Eigen::Vector3d& force, const Eigen::Ve
 }
 
 /// d(r x F) = dr x F: the lever itself turns with the body.
-Eigen::Vector3d lever_turns(const ContactSide& side, const Eigen::Vector3d& force_N,
+Eigen::Vector3d lever_turns(const ContactSide& side, const ContactJacobian& jacobian,
                             const Eigen::Vector3d& spin) {
-  return side.sign * (side.turn_s * spin).cross(side.arm_m).cross(force_N);
+  return side.sign * ((side.turn_s * spin).cross(side.arm_m).cross(jacobian.friction_N) +
+                      (side.press_arm_by_spin_m_s * spin).cross(jacobian.press_N));
 }
 
 /// What moving a side does: by its place or its nodes' and, if it is a body, by its spin.
 struct SideResponse {
   Response linear, spin;
+  // Of what presses alone, where the Jacobian is exact.
+  Eigen::Matrix3d press_linear = Eigen::Matrix3d::Zero(), press_spin = Eigen::Matrix3d::Zero();
 };
 
 SideResponse response_of(const ContactJacobian& jacobian, const ContactSide& side, double stage_s) {
   SideResponse response;
   response.linear = side.sign * jacobian.by_motion.leftCols<3>();
-  if (jacobian.is_exact) response.linear += side.sign * stage_s * jacobian.by_position;
+  if (jacobian.is_exact) {
+    response.linear += side.sign * stage_s * jacobian.by_position;
+    response.press_linear = side.sign * stage_s * jacobian.press_by_position;
+  }
   if (side.body == bodies::kNoUnknown) return response;
   const Eigen::Matrix3d lever = -bodies::cross_matrix(side.arm_m);
   Eigen::Matrix3d velocity = lever;
   if (jacobian.is_exact) velocity += bodies::cross_matrix(side.spin_rad_s) * lever * side.turn_s;
   response.spin = side.sign * jacobian.by_motion.leftCols<3>() * velocity +
                   side.share * jacobian.by_motion.rightCols<3>();
-  if (jacobian.is_exact)
-    response.spin +=
-        (side.sign * jacobian.by_position * lever + side.share * jacobian.by_turn) * side.turn_s;
+  if (jacobian.is_exact) {
+    response.spin += side.sign * jacobian.by_position * lever * side.turn_s;
+    response.press_spin = side.sign * jacobian.press_by_position * lever * side.turn_s;
+  }
   return response;
 }
 
-Eigen::Matrix3d torque_of(const ContactSide& side, const Response& response) {
-  return side.sign * bodies::cross_matrix(side.arm_m) * response.topRows<3>() +
+Eigen::Matrix3d torque_of(const ContactSide& side, const Response& response,
+                          const Eigen::Matrix3d& press) {
+  return side.sign * (bodies::cross_matrix(side.arm_m) * response.topRows<3>() +
+                      bodies::cross_matrix(side.press_arm_m) * press) +
          side.share * response.bottomRows<3>();
 }
 
 /// All that a response does to a side; `row_only`: the one row to add, or kNoUnknown for all.
-void add_column(const ContactSide& pushed, const Response& response, double factor, int column,
-                bool diagonal_only, std::vector<JacobianBlock>& blocks) {
+void add_column(const ContactSide& pushed, const Response& response, const Eigen::Matrix3d& press,
+                double factor, int column, bool diagonal_only, std::vector<JacobianBlock>& blocks) {
   const auto wanted = [&](int row) { return !diagonal_only || row == column; };
   if (pushed.body != bodies::kNoUnknown) {
     if (wanted(pushed.body))
       blocks.push_back({pushed.body, column, factor * pushed.sign * response.topRows<3>()});
     if (wanted(pushed.body + 3))
-      blocks.push_back({pushed.body + 3, column, factor * torque_of(pushed, response)});
+      blocks.push_back({pushed.body + 3, column, factor * torque_of(pushed, response, press)});
     return;
   }
   for (std::size_t i = 0; i < static_cast<std::size_t>(pushed.node_count); ++i)
@@ -113,6 +120,7 @@ ContactSide contact_side(std::span<const bodies::Node> nodes,
     side.arm_m = body.orientation * sphere.local_m;
     side.spin_rad_s = body.angular_velocity_rad_s;
     side.turn_s = turn_s[index];
+    side.press_arm_by_spin_m_s = -bodies::cross_matrix(side.arm_m) * side.turn_s;
     return side;
   }
   for (std::size_t i = 0; i < static_cast<std::size_t>(sphere.node_count); ++i) {
@@ -132,17 +140,17 @@ ContactJacobian contact_jacobian(const contact::ContactForce& force,
   result.is_exact = jacobian == JacobianKind::kExact;
   const Eigen::Matrix3d arm = bodies::cross_matrix(force.arm_m);
   if (result.is_exact) {
-    result.force_N = force.force_N;
+    result.friction_N = force.friction_N;
+    result.press_N = force.force_N - force.friction_N;
+    result.press_by_position = derivatives.force_by_position - derivatives.friction_by_position;
     result.by_position << derivatives.force_by_position,
         bodies::cross_matrix(force.friction_N) * derivatives.arm_by_position -
             arm * derivatives.friction_by_position;
     result.by_motion << derivatives.force_by_velocity, derivatives.force_by_spin,
         -arm * derivatives.friction_by_velocity, -arm * derivatives.friction_by_spin;
-    result.by_turn << derivatives.friction_by_turn, -arm * derivatives.friction_by_turn;
     return result;
   }
-  const Eigen::Matrix3d drag =
-      derivatives.drag_N_s_per_m + stage_s * derivatives.slide_stiffness_N_per_m;
+  const Eigen::Matrix3d& drag = derivatives.drag_N_s_per_m;
   const Eigen::Matrix3d slide = drag * derivatives.across, turn = drag * arm;
   Eigen::Matrix3d stiffness = derivatives.normal_stiffness_N_per_m;
   if (jacobian == JacobianKind::kSymmetric)
@@ -159,17 +167,18 @@ void multiply_add(const ContactJacobian& jacobian, double stage_s, const Eigen::
   Eigen::Matrix<double, 6, 1> response;
   response.noalias() = jacobian.by_motion.leftCols<3>() * change.velocity;
   response.noalias() += jacobian.by_motion.rightCols<3>() * change.spin;
-  if (jacobian.is_exact)
-    response.noalias() += jacobian.by_position * change.position + jacobian.by_turn * change.turn;
+  if (jacobian.is_exact) response.noalias() += jacobian.by_position * change.position;
   const Eigen::Vector3d force = -stage_s * response.head<3>(),
                         couple = -stage_s * response.tail<3>();
   push(jacobian.a, force, couple, y);
   push(jacobian.b, force, couple, y);
   if (!jacobian.is_exact) return;
+  const Eigen::Vector3d press = jacobian.press_by_position * change.position;
   for (const ContactSide* side : {&jacobian.a, &jacobian.b})
     if (side->body != bodies::kNoUnknown)
       y.segment<3>(side->body + 3) -=
-          stage_s * lever_turns(*side, jacobian.force_N, x.segment<3>(side->body + 3));
+          stage_s * (side->sign * side->press_arm_m.cross(press) +
+                     lever_turns(*side, jacobian, x.segment<3>(side->body + 3)));
 }
 
 void add_blocks(const ContactJacobian& jacobian, double stage_s, bool diagonal_only,
@@ -180,17 +189,19 @@ void add_blocks(const ContactJacobian& jacobian, double stage_s, bool diagonal_o
     for (const ContactSide* pushed : {&jacobian.a, &jacobian.b}) {
       if (moved->body == bodies::kNoUnknown) {
         for (std::size_t i = 0; i < static_cast<std::size_t>(moved->node_count); ++i)
-          add_column(*pushed, response.linear, -stage_s * moved->weights[i], moved->unknowns[i],
-                     diagonal_only, blocks);
+          add_column(*pushed, response.linear, response.press_linear, -stage_s * moved->weights[i],
+                     moved->unknowns[i], diagonal_only, blocks);
         continue;
       }
-      add_column(*pushed, response.linear, -stage_s, moved->body, diagonal_only, blocks);
-      add_column(*pushed, response.spin, -stage_s, moved->body + 3, diagonal_only, blocks);
+      add_column(*pushed, response.linear, response.press_linear, -stage_s, moved->body,
+                 diagonal_only, blocks);
+      add_column(*pushed, response.spin, response.press_spin, -stage_s, moved->body + 3,
+                 diagonal_only, blocks);
     }
     if (jacobian.is_exact && moved->body != bodies::kNoUnknown) {
       Eigen::Matrix3d own;
       for (int i = 0; i < 3; ++i)
-        own.col(i) = -stage_s * lever_turns(*moved, jacobian.force_N, Eigen::Vector3d::Unit(i));
+        own.col(i) = -stage_s * lever_turns(*moved, jacobian, Eigen::Vector3d::Unit(i));
       blocks.push_back({moved->body + 3, moved->body + 3, own});
     }
   }

@@ -19,6 +19,9 @@ struct ContactSide {
   Eigen::Vector3d arm_m = Eigen::Vector3d::Zero();  // from the body's centre to the sphere's
   Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();  // of the body
   Eigen::Matrix3d turn_s = Eigen::Matrix3d::Zero();      // d(its turning, world frame) / d spin
+  // The arm of what presses, less arm_m, and d(that arm) / d spin.
+  Eigen::Vector3d press_arm_m = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d press_arm_by_spin_m_s = Eigen::Matrix3d::Zero();
   int node_count = 0;
   std::array<int, 4> unknowns{};
   std::array<double, 4> weights{};
@@ -36,16 +39,17 @@ struct ContactSide {
 
 /// How a contact resists over an implicit stage. The force on a and, below it, the couple that
 /// friction exerts on either side's spin change by
-///   by_position * d(place of a seen from b) + by_motion * (d velocity; d spin) + by_turn * d turn.
-/// A symmetric Jacobian has what place and turn change in by_motion: they change by the stage's
-/// time times velocities.
+///   by_position * d(place of a seen from b) + by_motion * (d velocity; d spin).
+/// A symmetric Jacobian has what place changes in by_motion: it changes by the stage's time times
+/// velocities.
 struct ContactJacobian {
   ContactSide a, b;
   bool is_exact = false;
   Eigen::Matrix<double, 6, 3> by_position = Eigen::Matrix<double, 6, 3>::Zero();
-  Eigen::Matrix<double, 6, 3> by_turn = Eigen::Matrix<double, 6, 3>::Zero();
   Eigen::Matrix<double, 6, 6> by_motion;
-  Eigen::Vector3d force_N = Eigen::Vector3d::Zero();  // on a
+  // Of an exact one: on a.
+  Eigen::Matrix3d press_by_position = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d press_N = Eigen::Vector3d::Zero(), friction_N = Eigen::Vector3d::Zero();
 };
 
 /// The Jacobian of a contact that touches; sides are left to the caller.

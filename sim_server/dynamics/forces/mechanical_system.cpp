@@ -8,24 +8,6 @@
 namespace stillgrid::dynamics {
 namespace {
 
-contact::SideMotion side_of(int sphere, const bodies::World& world, const Trial& trial) {
-  const auto index = static_cast<std::size_t>(sphere);
-  contact::SideMotion side{trial.spheres[index].position_m, trial.spheres[index].velocity_m_s};
-  const int rigid = world.spheres[index].rigid;
-  if (rigid >= 0)
-    side.spin_rad_s = trial.rigid_bodies[static_cast<std::size_t>(rigid)].angular_velocity_rad_s;
-  return side;
-}
-
-/// Centre of a minus centre of b in the world; a plane's b is the origin.
-Eigen::Vector3d apart_m(const contact::Contact& contact, const bodies::World& world) {
-  const auto place_m = [&](int sphere) {
-    return bodies::sphere_motion(world, world.spheres[static_cast<std::size_t>(sphere)]).position_m;
-  };
-  if (contact.is_plane) return place_m(contact.a);
-  return place_m(contact.a) - (contact.b >= 0 ? place_m(contact.b) : contact.start_b_m);
-}
-
 bool is_awake(const bodies::World& world, const bodies::SphereBinding& sphere) {
   if (sphere.rigid >= 0)
     return world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].unknown != bodies::kNoUnknown;
@@ -39,8 +21,9 @@ bool moves(const bodies::World& world, int sphere) {
 }  // namespace
 
 void MechanicalSystem::take(const bodies::World& world, std::span<const contact::Contact> contacts,
-                            std::span<const Eigen::Vector3d> stretches_m) {
+                            std::span<const Eigen::Vector3d> stretches_m, Levers levers) {
   world_ = &world;
+  levers_ = levers;
   contacts_ = contacts;
   sticks_ = !stretches_m.empty();
   mass_.setOnes(world.unknown_count);
@@ -52,6 +35,7 @@ void MechanicalSystem::take(const bodies::World& world, std::span<const contact:
     if (!is_awake(world, world.spheres[i]))
       trial_.spheres[i] = bodies::sphere_motion(world, world.spheres[i]);
   turned_rad_.assign(world.rigid_bodies.size(), Eigen::Vector3d::Zero());
+  mean_turns_.assign(world.rigid_bodies.size(), Eigen::Matrix3d::Zero());
   turn_s_.resize(world.rigid_bodies.size());
   candidates_.clear();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -63,7 +47,6 @@ void MechanicalSystem::take(const bodies::World& world, std::span<const contact:
     own.b = contact.b;
     own.bounding_radius_m = contact.radius_a_m + contact.radius_b_m;
     if (!sticks_ || contact.is_tool) continue;
-    own.apart_m = apart_m(contact, world);
     own.stretch_m = stretches_m[i];
   }
   springs_.clear();
@@ -101,6 +84,7 @@ Eigen::VectorXd MechanicalSystem::velocity() const {
 
 void MechanicalSystem::place(const Eigen::VectorXd& displacement, const Eigen::VectorXd& u,
                              double time_s, double step_share) {
+  time_s_ = time_s;
   step_share_ = step_share;
   for (std::size_t i = 0; i < trial_.nodes.size(); ++i) {
     bodies::Node& node = trial_.nodes[i];
@@ -122,6 +106,9 @@ void MechanicalSystem::place(const Eigen::VectorXd& displacement, const Eigen::V
     body.angular_velocity_rad_s = u.segment<3>(body.unknown + 3);
     body.position_m = before.position_m + displacement.segment<3>(body.unknown);
     body.orientation = (bodies::rotation_of(turned_rad_[i]) * before.orientation).normalized();
+    if (levers_ == Levers::kMean)
+      mean_turns_[i] =
+          bodies::left_jacobian(turned_rad_[i]).transpose() - Eigen::Matrix3d::Identity();
   }
   for (const bodies::BodyRange& range : world_->bodies) {
     if (range.is_sleeping) continue;
@@ -205,18 +192,37 @@ void MechanicalSystem::find_touching() {
   }
 }
 
+contact::SideMotion MechanicalSystem::side_of(int sphere, bool sticks) const {
+  const auto index = static_cast<std::size_t>(sphere);
+  contact::SideMotion side{trial_.spheres[index].position_m, trial_.spheres[index].velocity_m_s};
+  const int rigid = world_->spheres[index].rigid;
+  if (rigid < 0) return side;
+  const bodies::RigidBody& body = trial_.rigid_bodies[static_cast<std::size_t>(rigid)];
+  side.spin_rad_s = body.angular_velocity_rad_s;
+  // What is led slides by the way it takes: what sticks to it goes with it.
+  if (sticks && !body.free && time_s_ > 0.0) {
+    const Eigen::Vector3d& start_m =
+        world_->rigid_bodies[static_cast<std::size_t>(rigid)].position_m;
+    side.velocity_m_s = (body.position_m - start_m) / time_s_;
+  }
+  return side;
+}
+
 contact::ContactMotion MechanicalSystem::motion_of(const Candidate& candidate) const {
   const contact::Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
-  contact::ContactMotion motion =
-      contact::relative_motion(contact, side_of(contact.a, *world_, trial_),
-                               contact.b >= 0 ? side_of(contact.b, *world_, trial_)
-                                              : contact::kinematic_side(contact, step_share_));
-  if (!sticks_ || contact.is_tool) return motion;
-  const contact::ContactShares shares = contact::contact_shares(contact);
-  motion.sticking =
-      contact::Sticking{candidate.stretch_m, motion.position_m - candidate.apart_m,
-                        shares.a * turned_rad_of(contact.a) + shares.b * turned_rad_of(contact.b)};
+  const bool sticks = sticks_ && !contact.is_tool;
+  contact::ContactMotion motion = contact::relative_motion(
+      contact, side_of(contact.a, sticks),
+      contact.b >= 0 ? side_of(contact.b, sticks) : contact::kinematic_side(contact, step_share_));
+  if (sticks) motion.sticking = contact::Sticking{candidate.stretch_m, time_s_};
   return motion;
+}
+
+/// By how much the arm by which a contact presses is not the sphere's own at the end.
+Eigen::Vector3d MechanicalSystem::press_arm_m(const bodies::SphereBinding& sphere) const {
+  if (levers_ == Levers::kAtEnd || sphere.rigid < 0) return Eigen::Vector3d::Zero();
+  const auto rigid = static_cast<std::size_t>(sphere.rigid);
+  return mean_turns_[rigid] * (trial_.rigid_bodies[rigid].orientation * sphere.local_m);
 }
 
 /// Of the body whose sphere it is, since the step began; -1: of what stands.
@@ -257,11 +263,14 @@ void MechanicalSystem::add_contact_forces(double contact_step_s, Eigen::VectorXd
     ++trial_.touching;
     const contact::ContactShares shares = contact::contact_shares(contact);
     const Eigen::Vector3d couple_N_m = -law.arm_m.cross(law.friction_N);
-    push_sphere(world_->spheres[static_cast<std::size_t>(contact.a)], law.force_N,
-                shares.a * couple_N_m, force);
-    if (contact.b >= 0)
-      push_sphere(world_->spheres[static_cast<std::size_t>(contact.b)], -law.force_N,
-                  shares.b * couple_N_m, force);
+    const auto push = [&](int number, double sign, double share) {
+      const bodies::SphereBinding& sphere = world_->spheres[static_cast<std::size_t>(number)];
+      const Eigen::Vector3d press_N = sign * (law.force_N - law.friction_N);
+      push_sphere(sphere, sign * law.force_N,
+                  share * couple_N_m + press_arm_m(sphere).cross(press_N), force);
+    };
+    push(contact.a, 1.0, shares.a);
+    if (contact.b >= 0) push(contact.b, -1.0, shares.b);
   }
 }
 
@@ -401,9 +410,15 @@ void MechanicalSystem::add_inertia_jacobians(JacobianKind kind) {
 
 void MechanicalSystem::add_contact_jacobians(JacobianKind kind, double contact_step_s) {
   contact_jacobians_.clear();
-  const auto side = [&](int sphere, double sign, double share) {
-    return contact_side(trial_.nodes, trial_.rigid_bodies, turn_s_,
-                        world_->spheres[static_cast<std::size_t>(sphere)], sign, share);
+  const auto side = [&](int number, double sign, double share) {
+    const bodies::SphereBinding& sphere = world_->spheres[static_cast<std::size_t>(number)];
+    ContactSide own = contact_side(trial_.nodes, trial_.rigid_bodies, turn_s_, sphere, sign, share);
+    if (kind != JacobianKind::kExact || levers_ == Levers::kAtEnd || sphere.rigid < 0) return own;
+    const auto rigid = static_cast<std::size_t>(sphere.rigid);
+    const Eigen::Vector3d start_m = world_->rigid_bodies[rigid].orientation * sphere.local_m;
+    own.press_arm_m = press_arm_m(sphere);
+    own.press_arm_by_spin_m_s = stage_s_ * bodies::mean_arm_by_turn(turned_rad_[rigid], start_m);
+    return own;
   };
   find_touching();
   for (const int index : touching_) {

@@ -15,6 +15,12 @@
 
 namespace stillgrid::dynamics {
 
+/// Where on its way through a step a lever is taken by which a contact presses on a body.
+enum class Levers {
+  kAtEnd,
+  kMean,  // over the body's turn: the pressure's work is what its spring lost, however far it turns
+};
+
 /// Everything of a world that is free to move, as one system of momentum and force,
 ///   d (M(q) u) / dt = f(t, q, u),
 /// with velocities u (m/s; rad/s) in blocks of three, numbered as in World: three a node, six a
@@ -36,7 +42,7 @@ class MechanicalSystem {
   /// sticking friction begins with; none at all: friction is viscous. Pre: all stay as they are
   /// while it is used.
   void take(const bodies::World& world, std::span<const contact::Contact> contacts,
-            std::span<const Eigen::Vector3d> stretches_m = {});
+            std::span<const Eigen::Vector3d> stretches_m = {}, Levers levers = Levers::kAtEnd);
 
   [[nodiscard]] Eigen::Index size() const { return mass_.size(); }
 
@@ -52,7 +58,7 @@ class MechanicalSystem {
 
   /// Places all that is awake `displacement` from where the world has it, with velocities u;
   /// prescribed bodies where they are time_s later, and given spheres, as the tool's, where a step
-  /// of which this share is over has them.
+  /// of which this share is over has them. What sticks has slid for time_s.
   void place(const Eigen::VectorXd& displacement, const Eigen::VectorXd& u, double time_s,
              double step_share = 1.0);
 
@@ -106,12 +112,13 @@ class MechanicalSystem {
   /// A contact with a side awake, as little of it as tells whether it touches.
   struct Candidate {
     int contact, a, b;
-    double bounding_radius_m;  // of both spheres
-    // As the step begins, of what sticks.
-    Eigen::Vector3d apart_m = Eigen::Vector3d::Zero(), stretch_m = Eigen::Vector3d::Zero();
+    double bounding_radius_m;                             // of both spheres
+    Eigen::Vector3d stretch_m = Eigen::Vector3d::Zero();  // as the step begins, of what sticks
   };
   [[nodiscard]] contact::ContactMotion motion_of(const Candidate& candidate) const;
+  [[nodiscard]] contact::SideMotion side_of(int sphere, bool sticks) const;
   [[nodiscard]] Eigen::Vector3d turned_rad_of(int sphere) const;
+  [[nodiscard]] Eigen::Vector3d press_arm_m(const bodies::SphereBinding& sphere) const;
   /// d(momentum) / du of a block of three.
   struct InertiaJacobian {
     int unknown;
@@ -127,7 +134,10 @@ class MechanicalSystem {
   Eigen::VectorXd mass_, scale_;
   Trial trial_;
   std::vector<Eigen::Vector3d> turned_rad_;  // of each rigid body, from the world's orientation
-  double step_share_ = 1.0;
+  Levers levers_ = Levers::kAtEnd;
+  std::vector<Eigen::Matrix3d>
+      mean_turns_;  // of each: what makes the mean arm of its end's, less 1
+  double time_s_ = 0.0, step_share_ = 1.0;
 
   // The Jacobian taken last.
   double stage_s_ = 0.0;

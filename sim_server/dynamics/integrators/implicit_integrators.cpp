@@ -75,7 +75,9 @@ void ImplicitIntegrator::take(const bodies::World& world,
     const Eigen::Vector3d& kept_m = memories_[i].stretch_m;
     stretches_m_[contact] = is_turned(contacts[contact]) ? -kept_m : kept_m;
   }
-  system_.take(world, contacts, stretches_m_);
+  // The trapezoid's end has half of the step only.
+  system_.take(world, contacts, stretches_m_,
+               kind_ == scene::IntegratorKind::kTrapezoid ? Levers::kAtEnd : Levers::kMean);
 }
 
 /// The step ends where the system is placed: the trial, and what the memories become.

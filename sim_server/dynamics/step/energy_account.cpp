@@ -32,8 +32,11 @@ Side other_side(const contact::Contact& contact, const bodies::World& before, co
 }
 
 /// friction_N: where it sticks; null: as the law has it.
-EnergyFlow contact_flow(const contact::Contact& contact, const Side& a, const Side& b,
-                        double duration_s, const Eigen::Vector3d* friction_N) {
+EnergyFlow contact_flow(const contact::Contact& contact, Side a, Side b, double duration_s,
+                        const Eigen::Vector3d* friction_N) {
+  if (friction_N != nullptr)  // what is led slides by its way
+    for (Side* side : {&a, &b})
+      if (side->is_kinematic) side->velocity_m_s = side->displacement_m / duration_s;
   const contact::ContactShares shares = contact::contact_shares(contact);
   const contact::ContactMotion motion = contact::relative_motion(contact, a, b);
   contact::ContactForce force = contact::contact_force(contact, motion, duration_s, nullptr);

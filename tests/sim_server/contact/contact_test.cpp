@@ -183,7 +183,7 @@ Eigen::Matrix<double, 6, 1> forces_at(const Contact& contact, const ContactMotio
   const ContactForce force = contact_force(
       contact,
       {motion.position_m + change.segment<3>(0), motion.velocity_m_s + change.segment<3>(3),
-       motion.spin_rad_s + change.segment<3>(6)},
+       motion.spin_rad_s + change.segment<3>(6), motion.sticking},
       kStep_s, nullptr);
   return (Eigen::Matrix<double, 6, 1>() << force.force_N, force.friction_N).finished();
 }
@@ -214,46 +214,32 @@ TEST_CASE("The slopes of a contact are the derivatives of its force", "[contact]
           1e-6 * exact.middleCols<3>(3 * block).norm());
 }
 
-/// Twelve numbers: of position, and what the centres moved with it; velocity, spin, turning.
-using TwelveDerivatives = Eigen::Matrix<double, 6, 12>;
-
-Eigen::Matrix<double, 6, 1> held_at(const Contact& contact, ContactMotion motion,
-                                    const Eigen::Matrix<double, 12, 1>& change) {
-  motion.position_m += change.segment<3>(0);
-  motion.sticking->moved_m += change.segment<3>(0);
-  motion.velocity_m_s += change.segment<3>(3);
-  motion.spin_rad_s += change.segment<3>(6);
-  motion.sticking->turned_rad += change.segment<3>(9);
-  const ContactForce force = contact_force(contact, motion, kStep_s, nullptr);
-  return (Eigen::Matrix<double, 6, 1>() << force.force_N, force.friction_N).finished();
-}
-
 TEST_CASE("The slopes of a contact that sticks are the derivatives of its force", "[contact]") {
   const Contact contact = GENERATE(spheres(0.0005), plane(0.0005));
   const double slid_m = GENERATE(1e-4, 3e-3);  // it holds; it slides
-  const ContactMotion motion{
-      at_depth_m(contact, 0.002), Eigen::Vector3d(0.1, -0.2, 0.05), Eigen::Vector3d(1, 2, -3),
-      Sticking{slid_m * Eigen::Vector3d(0.3, -0.8, 0.4), slid_m * Eigen::Vector3d(0.9, 0.1, 0.5),
-               slid_m * Eigen::Vector3d(2, -9, 4)}};
+  const ContactMotion motion{at_depth_m(contact, 0.002),
+                             slid_m / kStep_s * Eigen::Vector3d(0.9, 0.1, 0.5),
+                             slid_m / kStep_s * Eigen::Vector3d(2, -9, 4),
+                             Sticking{slid_m * Eigen::Vector3d(0.3, -0.8, 0.4), kStep_s}};
   ContactDerivatives derivatives;
   const ContactForce force = contact_force(contact, motion, kStep_s, &derivatives);
   REQUIRE((force.friction_N.norm() > (0.4 - 1e-9) * (force.force_N - force.friction_N).norm()) ==
           (slid_m > 1e-3));
-  TwelveDerivatives exact, measured;
+  NineDerivatives exact, measured;
   exact << derivatives.force_by_position, derivatives.force_by_velocity, derivatives.force_by_spin,
-      derivatives.friction_by_turn, derivatives.friction_by_position,
-      derivatives.friction_by_velocity, derivatives.friction_by_spin, derivatives.friction_by_turn;
+      derivatives.friction_by_position, derivatives.friction_by_velocity,
+      derivatives.friction_by_spin;
 
   constexpr double kChange = 1e-8;
-  for (int i = 0; i < 12; ++i) {
-    Eigen::Matrix<double, 12, 1> change = Eigen::Matrix<double, 12, 1>::Zero();
+  for (int i = 0; i < 9; ++i) {
+    Eigen::Matrix<double, 9, 1> change = Eigen::Matrix<double, 9, 1>::Zero();
     change[i] = kChange;
     measured.col(i) =
-        (held_at(contact, motion, change) - held_at(contact, motion, -change)) / (2 * kChange);
+        (forces_at(contact, motion, change) - forces_at(contact, motion, -change)) / (2 * kChange);
   }
 
   CHECK((measured - exact).norm() < 1e-5 * exact.norm());
-  CHECK((measured - exact).rightCols<3>().norm() < 1e-5 * exact.rightCols<3>().norm());
+  CHECK((measured - exact).rightCols<6>().norm() < 1e-5 * exact.rightCols<6>().norm());
 }
 
 TEST_CASE(
@@ -267,7 +253,7 @@ TEST_CASE(
     const ContactMotion motion{at_depth_m(contact, 0.002),
                                way_m / kStep_s * along,
                                {0, 0, 0},
-                               Sticking{stretch_m * along, way_m * along, {0, 0, 0}}};
+                               Sticking{stretch_m * along, kStep_s}};
     const ContactForce force = contact_force(contact, motion, kStep_s, nullptr);
     const double would_hold_N = both_N_per_m * way_m + 800.0 * stretch_m;
     const double friction_N = force.friction_N.dot(along);

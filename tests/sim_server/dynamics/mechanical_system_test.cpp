@@ -71,6 +71,16 @@ std::vector<contact::Contact> contacts_of(const bodies::World& world, Kind kind)
   return chosen;
 }
 
+/// Of each contact, up to where it slides.
+std::vector<Eigen::Vector3d> stretches_of(const std::vector<contact::Contact>& contacts) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> stretch_m(-0.002, 0.002);
+  std::vector<Eigen::Vector3d> stretches_m(contacts.size());
+  for (Eigen::Vector3d& own_m : stretches_m)
+    own_m = {stretch_m(random), stretch_m(random), stretch_m(random)};
+  return stretches_m;
+}
+
 Eigen::MatrixXd jacobian_at(ImplicitStage& step, const Eigen::VectorXd& u, JacobianKind kind) {
   Eigen::VectorXd residual(u.size());
   step.residual(u, residual);
@@ -85,7 +95,11 @@ TEST_CASE("The exact Jacobian is the derivative of the residual", "[mechanical_s
   const Kind kind = GENERATE(Kind::kMoving, Kind::kStill, Kind::kPlane, Kind::kTool, Kind::kAll);
   const bodies::World world = tangle(sim_server::material_of(900.0, 2.0, 0.4, slip_speed_m_s));
   const std::vector<contact::Contact> contacts = contacts_of(world, kind);
-  MechanicalSystem system(world, contacts);
+  MechanicalSystem system;
+  const bool sticks = GENERATE(false, true);
+  const std::vector<Eigen::Vector3d> stretches_m =
+      sticks ? stretches_of(contacts) : std::vector<Eigen::Vector3d>();
+  system.take(world, contacts, stretches_m, GENERATE(Levers::kAtEnd, Levers::kMean));
   ImplicitStage step(system, kStep_s);
   const Eigen::VectorXd u = random_velocities(world);
   const Eigen::MatrixXd exact = jacobian_at(step, u, JacobianKind::kExact);
@@ -170,7 +184,9 @@ TEST_CASE("The slope as an operator is the matrix, whoever sleeps", "[mechanical
   if (is_sleeping >= 0) world.bodies[static_cast<std::size_t>(is_sleeping)].is_sleeping = true;
   bodies::number_unknowns(world);
   const std::vector<contact::Contact> contacts = contacts_of(world, Kind::kAll);
-  MechanicalSystem system(world, contacts);
+  const std::vector<Eigen::Vector3d> stretches_m = stretches_of(contacts);
+  MechanicalSystem system;
+  system.take(world, contacts, stretches_m, Levers::kMean);
   ImplicitStage step(system, kStep_s);
   const Eigen::VectorXd u = Eigen::VectorXd::Random(system.size());
   const JacobianKind kind =
