@@ -43,15 +43,16 @@ publication::SceneView view_of(const std::string& session) {
 /// The simulation's side: steps that are due, and their snapshots.
 class Published {
  public:
-  Published(const scene::SceneDescription& scene, const bodies::World& start,
+  Published(const scene::SceneDescription& scene, const StartState& start,
             const FeltOptions& options, const std::string& session, const CostClock& now_s)
       : period_s_(scene.period_s),
         now_s_(now_s),
-        simulation_(scene, start),
+        simulation_(scene, start.world),
         writer_(session, static_scene(scene, simulation_), simulation_.world().spheres.size(),
                 realtime::to_ns(scene.period_s), proto::Clock::kVirtual, 0),
         schedule_(scene.period_s, 0.0, 1, options.latency_s, options.first_share),
         snapshot_(schedule_.next()) {
+    simulation_.stick(start.sticking);
     writer_.publish(simulation_.snapshot(), {.state_ns = 0, .publish_ns = 0});
   }
 
@@ -122,18 +123,18 @@ scene::SceneDescription reference_of(const scene::SceneDescription& scene) {
   return reference;
 }
 
-bodies::World settled(const scene::SceneDescription& scene, const bodies::World& start,
-                      double deadline_s, const CostClock& now_s) {
+StartState settled(const scene::SceneDescription& scene, const bodies::World& start,
+                   double deadline_s, const CostClock& now_s) {
   dynamics::Simulation simulation(reference_of(scene), start);
   const auto steps = std::lround(scene.hand->settle_s / kSettlePeriod_s);
   for (long i = 0; i < steps && now_s() < deadline_s; ++i)
     (void)simulation.step(kSettlePeriod_s, [] { return std::nullopt; },
                           {.iterations = kMaxIterations});
-  bodies::World world = simulation.world();
+  StartState end{.world = simulation.world(), .sticking = simulation.sticking()};
   // Whoever goes on from here has yet to find out who rests.
-  for (bodies::BodyRange& body : world.bodies) body.is_sleeping = false;
-  bodies::number_unknowns(world);
-  return world;
+  for (bodies::BodyRange& body : end.world.bodies) body.is_sleeping = false;
+  bodies::number_unknowns(end.world);
+  return end;
 }
 
 void take_costs(std::vector<double> step_s, double period_s, FeltForce& felt) {
@@ -149,7 +150,7 @@ void take_costs(std::vector<double> step_s, double period_s, FeltForce& felt) {
 
 }  // namespace
 
-FeltForce felt_force(const scene::SceneDescription& scene, const bodies::World& start,
+FeltForce felt_force(const scene::SceneDescription& scene, const StartState& start,
                      const HandPath& hand, const FeltOptions& options, const CostClock& now_s) {
   const std::string session = unique_session();
   Published simulation(scene, start, options, session, now_s);

@@ -81,7 +81,7 @@ TEST_CASE("What is felt is what both servers in lockstep let a replayed hand fee
   Case one(3.1);
   one.scene.period_s = 1.0 / 47.0;
   const HandPath hand(one.scene.hand->file, one.scene.device);
-  const FeltForce felt = felt_force(one.scene, scene::build_world(one.scene), hand,
+  const FeltForce felt = felt_force(one.scene, {scene::build_world(one.scene)}, hand,
                                     {.latency_s = 0.3 / 47.0, .duration_s = 0.9, .deadline_s = 1.0},
                                     [] { return 0.0; });
   laboratory::LabOptions options;

@@ -358,8 +358,18 @@ std::optional<EnergyAccount> Simulation::energy_account() {
 
 Energies Simulation::energies_now() {
   Energies now = energies(world_, tool_.over(1.0, 1.0));
-  now.contacts_J += integrator_->stretch_energy_J();
+  if (const ContactMemories* memories = integrator_->memories())
+    now.contacts_J += memories->energy_J();
   return now;
+}
+
+std::vector<ContactMemory> Simulation::sticking() const {
+  const ContactMemories* memories = integrator_->memories();
+  return memories != nullptr ? memories->kept() : std::vector<ContactMemory>();
+}
+
+void Simulation::stick(std::vector<ContactMemory> sticking) {
+  if (ContactMemories* memories = integrator_->memories()) memories->set_kept(std::move(sticking));
 }
 
 }  // namespace stillgrid::dynamics
