@@ -49,18 +49,18 @@ scene::SceneDescription reference_of(const scene::SceneDescription& scene) {
   return reference;
 }
 
-bodies::World settled(const scene::SceneDescription& scene, const bodies::World& start,
-                      double deadline_s, const CostClock& now_s) {
+StartState settled(const scene::SceneDescription& scene, const bodies::World& start,
+                   double deadline_s, const CostClock& now_s) {
   dynamics::Simulation simulation(reference_of(scene), start);
   const auto steps = std::lround(scene.hand->settle_s / kSettlePeriod_s);
   for (long i = 0; i < steps && now_s() < deadline_s; ++i)
     (void)simulation.step(kSettlePeriod_s, [] { return std::nullopt; },
                           {.iterations = kMaxIterations});
-  bodies::World world = simulation.world();
+  StartState end{.world = simulation.world(), .sticking = simulation.sticking()};
   // Whoever goes on from here has yet to find out who rests.
-  for (bodies::BodyRange& body : world.bodies) body.is_sleeping = false;
-  bodies::number_unknowns(world);
-  return world;
+  for (bodies::BodyRange& body : end.world.bodies) body.is_sleeping = false;
+  bodies::number_unknowns(end.world);
+  return end;
 }
 
 void take_costs(const std::vector<double>& step_s, double period_s, FeltForce& felt) {
@@ -73,10 +73,11 @@ void take_costs(const std::vector<double>& step_s, double period_s, FeltForce& f
 
 }  // namespace
 
-FeltForce felt_force(const scene::SceneDescription& scene, const bodies::World& start,
+FeltForce felt_force(const scene::SceneDescription& scene, const StartState& start,
                      const HandPath& hand, const FeltOptions& options, const CostClock& now_s) {
   LockstepSimulation simulation(
-      scene, start, {scene.period_s, 0.0, 1, options.latency_s, options.first_share}, now_s);
+      scene, start.world, {scene.period_s, 0.0, 1, options.latency_s, options.first_share}, now_s);
+  simulation.simulation().stick(start.sticking);
   const publication::SceneView view = simulation.view();
   const auto renderer = rendering::make_renderer(options.transition);
   FollowedHand tool;

@@ -6,6 +6,7 @@
 
 #include "shared/display/transition.hpp"
 #include "sim_server/bodies/world.hpp"
+#include "sim_server/dynamics/contacts/contact_memory.hpp"
 #include "sim_server/hand_path.hpp"
 #include "sim_server/lockstep_simulation.hpp"
 #include "sim_server/scene/scene_description.hpp"
@@ -21,6 +22,12 @@ struct FeltOptions {
   double deadline_s = 0.0;   // by the clock: a run that has lasted so long ends
 };
 
+/// A world that moved, and what sticks in it: what a run begins with.
+struct StartState {
+  bodies::World world;
+  std::vector<dynamics::ContactMemory> sticking = {};
+};
+
 /// What a hand feels, once a millisecond, and what that costs the simulation.
 struct FeltForce {
   std::vector<Eigen::Vector3d> force_N;  // as rendered, in the scene's frame
@@ -34,14 +41,14 @@ struct FeltForce {
 /// takes the tool when lockstep would and publishes snapshots, from which the force is rendered at
 /// 1 kHz. The forces are those of both servers with --lockstep on that path, but for its rounding.
 ///
-/// start: build_world(scene), moved. Throws SegmentError. Thread: any. Not real-time.
-[[nodiscard]] FeltForce felt_force(const scene::SceneDescription& scene, const bodies::World& start,
+/// start: of build_world(scene). Throws SegmentError. Thread: any. Not real-time.
+[[nodiscard]] FeltForce felt_force(const scene::SceneDescription& scene, const StartState& start,
                                    const HandPath& hand, const FeltOptions& options,
                                    const CostClock& now_s);
 
-/// The truth that others are held against, and the world that they begin with too.
+/// The truth that others are held against, and what they begin with too.
 struct TrueForce {
-  bodies::World start;
+  StartState start;
   FeltForce felt;
 };
 

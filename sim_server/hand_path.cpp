@@ -40,13 +40,16 @@ Fields split(std::string_view line) {
 class Lines {
  public:
   explicit Lines(const std::filesystem::path& file) : file_(file.string()), stream_(file) {
-    if (!stream_) throw std::runtime_error(file_ + ": cannot be read: expected the path of a hand");
+    if (!stream_ || std::filesystem::is_directory(file))
+      throw std::runtime_error(file_ + ": cannot be read: expected the path of a hand");
   }
 
   /// The next line with anything in it; comments are left out.
   std::optional<Fields> next() {
     while (std::getline(stream_, text_)) {
       ++line_;
+      if (line_ == 1 && text_.starts_with("\xEF\xBB\xBF"))
+        refuse(kColumns[0], "a byte-order mark before it: expected none");
       if (text_.starts_with("# scene: "))
         refuse("file",
                "a recording of haptic_server, which is in the scene's frame: expected the "
@@ -79,6 +82,8 @@ std::vector<std::size_t> places_of(const Fields& header, const Lines& lines) {
   std::vector<std::size_t> places;
   for (const std::string_view column : kColumns) {
     const auto found = std::find(header.begin(), header.end(), column);
+    if (std::count(header.begin(), header.end(), column) > 1)
+      lines.refuse(column, "given twice: expected it once");
     if (found != header.end())
       places.push_back(static_cast<std::size_t>(found - header.begin()));
     else if (places.size() != kRequired)
@@ -96,8 +101,13 @@ HandPath::HandPath(const std::filesystem::path& file, const scene::DeviceFrame& 
   const std::optional<Fields> header = lines.next();
   if (!header) lines.refuse(kColumns[0], "missing: expected a header");
   const std::vector<std::size_t> places = places_of(*header, lines);
+  const std::size_t columns = header->size();
   double first_s = 0.0;
   while (const std::optional<Fields> fields = lines.next()) {
+    if (fields->size() > columns)
+      lines.refuse(std::to_string(columns + 1), "not in the header: expected " +
+                                                    std::to_string(columns) + " fields, found " +
+                                                    std::to_string(fields->size()));
     std::array<double, kColumns.size()> values{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0};
     for (std::size_t i = 0; i < places.size(); ++i)
       values[i] = lines.number(*fields, places[i], kColumns[i]);

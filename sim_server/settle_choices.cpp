@@ -8,6 +8,7 @@
 #include <string>
 
 #include "sim_server/explain.hpp"
+#include "sim_server/hand_path.hpp"
 #include "sim_server/method_record.hpp"
 
 namespace stillgrid::sim_server {
@@ -22,6 +23,11 @@ double processor_s() {
 
 void tell(const std::string& line) {
   spdlog::info("{}", line);
+}
+
+/// A hand that cannot be followed is refused before anything is tried.
+void look_at_hand(const scene::SceneDescription& scene) {
+  if (scene.hand) (void)HandPath(scene.hand->file, scene.device);
 }
 
 void choose_both(scene::SceneDescription& scene, const bodies::World& world, Choices& choices) {
@@ -58,6 +64,7 @@ void settle_choices(scene::SceneDescription& scene, const bodies::World& world,
         files.scene.string() + ": simulation." + (scene.choose_method ? "solver" : "rate_hz") +
         ": value \"auto\": expected --choice FILE with a record in virtual time; sim_server "
         "--scene FILE --explain --choice FILE writes one");
+  look_at_hand(scene);
   Choices choices;
   choose_both(scene, world, choices);
   if (!files.record.empty()) write_method_record(choices, scene, files.scene, files.record);
@@ -65,6 +72,7 @@ void settle_choices(scene::SceneDescription& scene, const bodies::World& world,
 
 void explain_choices(scene::SceneDescription scene, const bodies::World& world,
                      const ChoiceFiles& files) {
+  look_at_hand(scene);
   Choices choices;
   choices.method = dynamics::choose_method(scene, processor_s, tell);
   if (scene.choose_method) scene.method = choices.method->method;

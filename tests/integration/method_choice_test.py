@@ -102,6 +102,22 @@ class MethodChoiceTest(daemons.SessionTest):
         self.write("hand.csv", "time_s,x_m,y_m,z_m\n0,0.03,0,0.01\n0.3,0.03,0,0.002\n")
         self.assertIn("choice.json: scene_hash: value", self.offline("--choice", self.record).stderr)
 
+    def test_a_bad_hand_is_refused_in_one_line_before_any_method_is_tried(self):
+        self.leave_the_rate()
+        (self.folder / "folder.csv").mkdir()
+        rows = "0,0.03,0,0.01\n0.3,0.03,0,0.001\n"
+        for name, text in (("hand.csv", "time_s,x_m,x_m,y_m,z_m\n"), ("hand.csv", "\ufefftime_s,x_m,y_m,z_m\n" + rows),
+                           ("hand.csv", "time_s,x_m,y_m,z_m\n0,0,0,0,5\n1,0,0,0,6\n"), ("folder.csv", None)):
+            with self.subTest(text=text):
+                self.write("auto.toml", self.scene.read_text().replace("hand.csv", name))
+                if text is not None:
+                    self.write(name, text)
+                result = self.explain()
+                self.assertEqual(result.returncode, BAD_INPUT, result.stderr)
+                self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
+                self.assertIn(name + ":", result.stderr)
+                self.assertEqual(result.stdout, "")
+
     def test_a_record_of_another_scene_or_rate_is_refused(self):
         self.explain()
         at_another_rate = self.offline("--choice", self.record, "--rate", "60")

@@ -81,7 +81,7 @@ TEST_CASE("What is felt is what both servers in lockstep let a replayed hand fee
   Case one(3.1);
   one.scene.period_s = 1.0 / 47.0;
   const HandPath hand(one.scene.hand->file, one.scene.device);
-  const FeltForce felt = felt_force(one.scene, scene::build_world(one.scene), hand,
+  const FeltForce felt = felt_force(one.scene, {scene::build_world(one.scene)}, hand,
                                     {.latency_s = 0.3 / 47.0, .duration_s = 0.9, .deadline_s = 1.0},
                                     [] { return 0.0; });
   laboratory::LabOptions options;
@@ -200,13 +200,17 @@ TEST_CASE("What is no path of a hand is refused in a line that names file, line 
       {header + "0,0,0,0\n1,0,0\n", ":3: column z_m"},
       {header + "0,0,0,2e6\n", ":2: column z_m"},
       {"time_s,x_m,y_m,z_m,qx,qy,qz,qw\n0,0,0,0,0,0,0,2\n", ":2: column qw"},
+      {header + "0,0,0,0,7\n1,0,0,0\n", ":2: column 5"},
+      {"time_s,x_m,x_m,y_m,z_m\n0,0,0,0,0\n1,0,0,0,0\n", ":1: column x_m: given twice"},
+      {"\xEF\xBB\xBF" + header + "0,0,0,0\n1,0,0,0\n", ":1: column time_s: a byte-order mark"},
       {"# scene: x\n" + header, ":1: column file"}};
   for (const auto& [text, words] : cases) {
     CAPTURE(text);
     const auto file = folder.write("hand.csv", text);
     CHECK_THROWS_WITH(HandPath(file, {}), Catch::Contains("hand.csv" + words));
   }
-  CHECK_THROWS_WITH(HandPath(folder.path / "none.csv", {}), Catch::Contains("cannot be read"));
+  for (const auto& path : {folder.path / "none.csv", folder.path})
+    CHECK_THROWS_WITH(HandPath(path, {}), Catch::Contains("cannot be read"));
 }
 
 }  // namespace

@@ -74,6 +74,7 @@ class ContactCore {
     return list_.count_touching(state);
   }
   /// What sticks holds that, of what was kept.
+  [[nodiscard]] ContactMemories& memories() noexcept { return list_.memories(); }
   [[nodiscard]] double stretch_energy_J() const { return list_.memories().energy_J(); }
   /// In the last substep, J: what the contacts' springs hold more at its end than at its start.
   [[nodiscard]] double spring_change_J() const noexcept { return spring_change_J_; }

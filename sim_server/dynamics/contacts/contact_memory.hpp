@@ -35,6 +35,11 @@ class ContactMemories {
   /// What pairs have come to is what the next part begins with.
   void keep();
 
+  /// What is kept, by key; and to go on from what another world's contacts kept, of the same
+  /// spheres.
+  [[nodiscard]] const std::vector<ContactMemory>& kept() const noexcept { return kept_; }
+  void set_kept(std::vector<ContactMemory> kept) { kept_ = std::move(kept); }
+
   /// Pairs by key, and where each is in the contacts that were taken.
   struct Place {
     std::uint64_t key;

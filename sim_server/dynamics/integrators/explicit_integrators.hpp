@@ -34,7 +34,7 @@ class ExplicitIntegrator : public Integrator {
 
   void commit(bodies::World& world, double duration_s) override;
   [[nodiscard]] std::optional<EnergyFlow> flow() const override { return flow_; }
-  [[nodiscard]] double stretch_energy_J() const override { return contacts_.stretch_energy_J(); }
+  [[nodiscard]] ContactMemories* memories() override { return &contacts_.memories(); }
   void restart() override;
 
   /// Of the last advance().

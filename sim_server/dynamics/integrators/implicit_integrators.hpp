@@ -47,7 +47,7 @@ class ImplicitIntegrator : public Integrator {
                       double duration_s, Budget& budget) override;
   void commit(bodies::World& world, double duration_s) override;
   void restart() override { history_.duration_s = 0.0; }
-  [[nodiscard]] double stretch_energy_J() const override { return memories_.energy_J(); }
+  [[nodiscard]] ContactMemories* memories() override { return &memories_; }
 
  private:
   /// The step before: how far it led, and the momentum it began with.

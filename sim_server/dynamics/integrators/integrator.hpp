@@ -7,6 +7,7 @@
 
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/contact.hpp"
+#include "sim_server/dynamics/contacts/contact_memory.hpp"
 #include "sim_server/dynamics/forces/trial.hpp"
 #include "sim_server/dynamics/solvers/budget.hpp"
 #include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
@@ -61,8 +62,8 @@ class Integrator {
   /// The energy that flowed over the last advance(), of an integrator that looked within its step.
   [[nodiscard]] virtual std::optional<EnergyFlow> flow() const { return std::nullopt; }
 
-  /// What contacts that stick hold, of an integrator in which they do, J.
-  [[nodiscard]] virtual double stretch_energy_J() const { return 0.0; }
+  /// What sticks, of an integrator in which something does; null: nothing.
+  [[nodiscard]] virtual ContactMemories* memories() { return nullptr; }
 
   /// The trial becomes the world's state, duration_s later. The integrator learns of it: a step
   /// that was not committed leaves no trace in its history.

@@ -8,7 +8,7 @@ namespace stillgrid::dynamics {
 
 void PredictedPart::choose(const bodies::World& world,
                            std::span<const bodies::SphereMotion> motions,
-                           const Eigen::Vector3d& tool_m) {
+                           std::span<const contact::ToolSphereMotion> tool) {
   whole_ = &world;
   is_whole_ = world.spheres.size() <= kMaxSpheres;
   if (is_whole_) {
@@ -16,7 +16,7 @@ void PredictedPart::choose(const bodies::World& world,
     std::iota(spheres_.begin(), spheres_.end(), 0U);
     return;
   }
-  choose_bodies(motions, tool_m);
+  choose_bodies(motions, tool);
   spheres_.clear();
   part_.gravity_m_s2 = world.gravity_m_s2;
   part_.time_s = world.time_s;
@@ -32,14 +32,16 @@ void PredictedPart::choose(const bodies::World& world,
 
 /// The nearest first, at least one; of bodies that are as near the first of the scene.
 void PredictedPart::choose_bodies(std::span<const bodies::SphereMotion> motions,
-                                  const Eigen::Vector3d& tool_m) {
+                                  std::span<const contact::ToolSphereMotion> tool) {
   bodies_.clear();
   for (std::size_t body = 0; body < whole_->bodies.size(); ++body) {
     const bodies::BodyRange& range = whole_->bodies[body];
     double nearest_m2 = std::numeric_limits<double>::infinity();
     for (int i = range.first_sphere; i < range.first_sphere + range.sphere_count; ++i)
-      nearest_m2 = std::min(
-          nearest_m2, (motions[static_cast<std::size_t>(i)].position_m - tool_m).squaredNorm());
+      for (const contact::ToolSphereMotion& sphere : tool)
+        nearest_m2 = std::min(
+            nearest_m2,
+            (motions[static_cast<std::size_t>(i)].position_m - sphere.position_m).squaredNorm());
     if (range.sphere_count > 0) bodies_.emplace_back(nearest_m2, static_cast<std::uint32_t>(body));
   }
   // Each has a sphere at least: no more than these can be chosen.

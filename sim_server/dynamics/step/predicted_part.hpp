@@ -9,12 +9,13 @@
 #include "sim_server/bodies/sphere_motion.hpp"
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/contact.hpp"
+#include "sim_server/contact/contact_making.hpp"
 
 namespace stillgrid::dynamics {
 
-/// What of a world is predicted: all of it, or of a large one the bodies nearest to the tool, which
-/// alone can be felt before the next snapshot. They are a world of their own, with a shell round
-/// them of bodies that stay where they are; the rest moves on at its velocity.
+/// What of a world is predicted: all of it, or of a large one the bodies nearest to any sphere of
+/// the tool, which alone can be felt before the next snapshot. They are a world of their own, with
+/// a shell round them of bodies that stay where they are; the rest moves on at its velocity.
 class PredictedPart {
  public:
   /// Spheres of the bodies that move, and again of those that stay, at most.
@@ -22,7 +23,7 @@ class PredictedPart {
 
   /// Pre: motions are those of all moving spheres, `world` stays as it is while this is used.
   void choose(const bodies::World& world, std::span<const bodies::SphereMotion> motions,
-              const Eigen::Vector3d& tool_m);
+              std::span<const contact::ToolSphereMotion> tool);
 
   /// Its spheres, of World::spheres, ascending.
   [[nodiscard]] std::span<const std::uint32_t> spheres() const noexcept { return spheres_; }
@@ -32,7 +33,8 @@ class PredictedPart {
       std::span<const contact::Contact> contacts);
 
  private:
-  void choose_bodies(std::span<const bodies::SphereMotion> motions, const Eigen::Vector3d& tool_m);
+  void choose_bodies(std::span<const bodies::SphereMotion> motions,
+                     std::span<const contact::ToolSphereMotion> tool);
   void add_body(std::size_t number, bool stays);
 
   const bodies::World* whole_ = nullptr;

@@ -334,8 +334,7 @@ publication::SnapshotPrediction Simulation::predict_next(double step_s, const Bu
 
   const std::vector<contact::ToolSphereMotion>& tool = tool_.over(1.0, 1.0);
   if (tool.empty() && world_.spheres.size() > PredictedPart::kMaxSpheres) return {};
-  predicted_part_.choose(world_, detection_.motions(),
-                         tool.empty() ? Eigen::Vector3d::Zero() : tool.front().position_m);
+  predicted_part_.choose(world_, detection_.motions(), tool);
   // What may touch by then, on lists of its own: those of the next step stay in their order.
   if (!predicted_contacts_.find(world_, detection_, predicted_part_.spheres(), step_s, tool))
     return {};
@@ -359,8 +358,18 @@ std::optional<EnergyAccount> Simulation::energy_account() {
 
 Energies Simulation::energies_now() {
   Energies now = energies(world_, tool_.over(1.0, 1.0));
-  now.contacts_J += integrator_->stretch_energy_J();
+  if (const ContactMemories* memories = integrator_->memories())
+    now.contacts_J += memories->energy_J();
   return now;
+}
+
+std::vector<ContactMemory> Simulation::sticking() const {
+  const ContactMemories* memories = integrator_->memories();
+  return memories != nullptr ? memories->kept() : std::vector<ContactMemory>();
+}
+
+void Simulation::stick(std::vector<ContactMemory> sticking) {
+  if (ContactMemories* memories = integrator_->memories()) memories->set_kept(std::move(sticking));
 }
 
 }  // namespace stillgrid::dynamics

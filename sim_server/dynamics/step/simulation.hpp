@@ -101,6 +101,11 @@ class Simulation {
   /// Of all steps since then; none if it was not asked for.
   [[nodiscard]] std::optional<EnergyAccount> energy_account();
 
+  /// What sticks: with the world all that another simulation of it, by whatever method, goes on
+  /// from. Pre of stick(): from a world of the same spheres.
+  [[nodiscard]] std::vector<ContactMemory> sticking() const;
+  void stick(std::vector<ContactMemory> sticking);
+
   [[nodiscard]] const bodies::World& world() const noexcept { return world_; }
   [[nodiscard]] bodies::World& world() noexcept { return world_; }
   [[nodiscard]] const contact::Detection& detection() const noexcept { return detection_; }

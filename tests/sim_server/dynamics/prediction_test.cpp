@@ -254,7 +254,11 @@ TEST_CASE("Of a large scene what is near the tool is predicted as it would be al
     all.push_back(sim_server::moving(
         sim_server::sphere({1.0 + 0.03 * (i % 50), 0.03 * (i / 50), 0}, 0.01, 0.1), {0, 0, 0.5}));
   all.push_back(near[1]);
-  Simulation alone(touched_scene(near)), large(touched_scene(all));
+  scene::SceneDescription near_scene = touched_scene(near), large_scene = touched_scene(all);
+  if (GENERATE(false, true))  // with a sphere of the tool, the first, among those that are far
+    for (scene::SceneDescription* scene : {&near_scene, &large_scene})
+      scene->tool.insert(scene->tool.begin(), {{1.7, 0.9, 0.1}, 0.001});
+  Simulation alone(near_scene), large(large_scene);
   publication::SnapshotPrediction of[2];
   for (Simulation* simulation : {&alone, &large}) {
     step_with_tool(*simulation, 0.0);

@@ -239,5 +239,35 @@ TEST_CASE("Blocks on each other come to less energy than they began with, but by
         0.1);  // so auto never takes it
 }
 
+TEST_CASE("A settled block lies on as it lay where its world is copied with what sticks",
+          "[simulation]") {
+  const double slope_rad = 0.26;
+  scene::SceneDescription scene = sim_server::scene_of(
+      {sim_server::floor_at(0.0),
+       sim_server::box({0, 0, 0.0099}, {0.03, 0.03, 0.02}, 0.05, {0.01, 0.005})},
+      sim_server::material_of(1000.0, 2.0, 0.5),
+      {9.81 * std::sin(slope_rad), 0, -9.81 * std::cos(slope_rad)});
+  scene.sleeping = false;
+  Simulation settled(scene);
+  for (int i = 0; i < 300; ++i) (void)settled.step(kStep_s, no_tool);
+  const Eigen::Vector3d start_m = settled.world().rigid_bodies[0].position_m;
+  scene.method.integrator =
+      GENERATE(scene::IntegratorKind::kImplicitEuler, scene::IntegratorKind::kVelocityVerlet);
+
+  double moved_m[2] = {};
+  for (const bool sticks : {false, true}) {
+    Simulation copy(scene, settled.world());
+    if (sticks) copy.stick(settled.sticking());
+    for (int i = 0; i < 30; ++i) {
+      (void)copy.step(kStep_s, no_tool);
+      moved_m[sticks] =
+          std::max(moved_m[sticks], (copy.world().rigid_bodies[0].position_m - start_m).norm());
+    }
+  }
+
+  CHECK(moved_m[false] > 1e-6);  // it falls back into its stretch
+  CHECK(moved_m[true] < 1e-8);
+}
+
 }  // namespace
 }  // namespace stillgrid::dynamics
