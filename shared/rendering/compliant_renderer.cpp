@@ -91,8 +91,12 @@ void CompliantRenderer::lead_on(const TickScene& scene) noexcept {
   if (led_on_) return;
   touched_->drop_swept();
   const double tick_s = std::min(display::seconds_between(tick_ns_, scene.now_ns), 1e-2);
+  // What was ramped out since then; where each tick brings a snapshot nothing else does that.
+  const Eigen::Vector3d back_m = (left(shown_.began_ns, shown_.shift_s, tick_ns_) -
+                                  left(shown_.began_ns, shown_.shift_s, scene.now_ns)) *
+                                 shown_.shift_m;
   for (std::size_t i = 0; i < touched_->count; ++i)
-    touched_->spheres[i].position_m += tick_s * touched_->spheres[i].velocity_m_s;
+    touched_->spheres[i].position_m += tick_s * touched_->spheres[i].velocity_m_s - back_m;
   ToolForce force = solve(scene, shown_);
   const double rest = left(shown_.began_ns, shown_.rest_s, scene.now_ns);
   force.force_N += rest * shown_.residual_N;

@@ -121,6 +121,20 @@ TEST_CASE(
   CHECK(step_N < 0.125 * std::abs(force_N - last_N) + 0.02);
 }
 
+TEST_CASE("Snapshots as frequent as ticks are come to, not gone along beside", "[predict]") {
+  const double off_m = GENERATE(-0.002, 0.0005, 0.002);
+  const double tool_m = kContactDistance_m - 0.004;
+  Ball ball;
+  for (std::uint64_t ms = 0; ms < 30; ++ms) {
+    ball.show(ms < 5 ? 0.0 : off_m, 0.0, ms * kMillisecond_ns,
+              prediction(0.0, 1e-7, 2.0, kMillisecond_ns));
+    (void)ball.force_N(tool_m, ms * kMillisecond_ns);
+  }
+  ball.show(off_m, 0.0, 30 * kMillisecond_ns, prediction(0.0, 1e-7, 2.0, kMillisecond_ns));
+  CHECK(ball.force_N(tool_m, 30 * kMillisecond_ns) ==
+        Approx(kStiffness_N_per_m * (0.004 + off_m)).epsilon(1e-3));
+}
+
 /// A free mass of 0.1 kg, drawn up by 1 N, under the tool of a light device with its hand, which
 /// presses by 1 N: the device's heights. Snapshots come as late as their period is long.
 std::vector<double> pressed_mass(Renderer& renderer, double stiffness_N_per_m) {
