@@ -83,8 +83,8 @@ class ContactMovers {
 
   /// Velocities now are the substep's start.
   void note_start(const ExplicitState& state);
-  /// A contact of the point has such an arm.
-  void reach(int point, double arm_m);
+  /// A contact of a body's point has such an arm.
+  void reach(int point, const Eigen::Vector3d& arm_m);
   /// Takes velocities that all but contacts have made, and leads all back to the substep's start.
   void start(ExplicitState& state);
   /// The fastest of an island without contacts, m/s.

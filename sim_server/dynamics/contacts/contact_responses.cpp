@@ -94,10 +94,9 @@ void ContactMovers::note_start(const ExplicitState& state) {
   for (const ContactIsland& island : islands_) place_points(island, state);
 }
 
-void ContactMovers::reach(int point, double arm_m) {
-  if (point == 0 || number(point) > rigid_movers_.size()) return;
+void ContactMovers::reach(int point, const Vector3d& arm_m) {
   double& farthest_m = rigid_movers_[number(point) - 1].arm_m;
-  farthest_m = std::max(farthest_m, arm_m);
+  if (arm_m.squaredNorm() > farthest_m * farthest_m) farthest_m = arm_m.norm();
 }
 
 void ContactMovers::place_points(const ContactIsland& island, const ExplicitState& state) {
