@@ -36,8 +36,10 @@ void ContactCore::begin(double share, double part_s, double substep_s, const Vec
   place_rows(rows_, list_.spheres(), movers_.velocities(), substep_s);
   for (const ContactRows& rows : rows_)
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      movers_.reach(rows.a[lane], ContactRows::get(rows.arm_a_m, lane).norm());
-      movers_.reach(rows.b[lane], ContactRows::get(rows.arm_b_m, lane).norm());
+      if (rows.turns_a[lane] > 0.0)
+        movers_.reach(rows.a[lane], ContactRows::get(rows.arm_a_m, lane));
+      if (rows.turns_b[lane] > 0.0)
+        movers_.reach(rows.b[lane], ContactRows::get(rows.arm_b_m, lane));
     }
 }
 

@@ -18,7 +18,7 @@ namespace stillgrid::dynamics {
 /// How far the solution of a substep's contacts goes. Relative to what changes in the substep: what
 /// is left then shrinks with the motion, so that a scene comes to rest, and scales with its units.
 struct ContactAccuracy {
-  double relative = 0.03;  // of the largest change of velocity in the substep
+  double relative = 0.1;  // of the largest change of velocity in the substep
   int most_iterations = 200;
 };
 

@@ -85,6 +85,7 @@ void ContactMovers::divide(std::span<const int> touched, std::vector<std::size_t
   for (std::size_t& place : place_of) place = islands_[place].touches.last++;
   rigid_movers_.resize(end.rigid.first);
   node_movers_.resize(end.nodes.first);
+  node_impulse_N_s_.assign(node_movers_.size() + 1, {});
   soft_.clear();
   std::fill(point_of_.begin(), point_of_.end(), 0);
   velocities_.assign(1 + rigid_movers_.size(), {});
@@ -111,7 +112,14 @@ int ContactMovers::point_of(int sphere, const bodies::SphereBinding& binding,
     point = static_cast<int>(velocities_.size());
     velocities_.emplace_back();
     impulses_.emplace_back();
-    soft_.push_back(&binding);
+    SoftPoint& soft = soft_.emplace_back();
+    soft.node_count = binding.node_count;
+    soft.nodes = binding.nodes;
+    soft.weights = binding.weights;
+    for (std::size_t i = 0; i < at(binding.node_count); ++i) {
+      const int mover = node_mover_[at(binding.nodes[i])];
+      soft.movers[i] = mover >= 0 ? mover : static_cast<int>(node_movers_.size());
+    }
     islands_[island_].soft.last = soft_.size();
   }
   return point;

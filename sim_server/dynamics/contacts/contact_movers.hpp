@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -31,8 +32,15 @@ struct RigidMover {
 /// A node that contacts move.
 struct NodeMover {
   int node;
-  Eigen::Vector3d start, free, impulse, residual, direction;
+  Eigen::Vector3d start, free, residual, direction;
   Eigen::Matrix3d response;
+};
+
+/// A sphere of nodes that touches.
+struct SoftPoint {
+  int node_count = 0;
+  std::array<int, 4> nodes{}, movers{};  // movers: places of theirs; behind all: it does not move
+  std::array<double, 4> weights{};
 };
 
 /// Bodies and nodes that touch one another, and their contacts, as ranges.
@@ -75,8 +83,8 @@ class ContactMovers {
 
   /// Velocities now are the substep's start.
   void note_start(const ExplicitState& state);
-  /// A contact of the point has such an arm.
-  void reach(int point, double arm_m);
+  /// A contact of a body's point has such an arm.
+  void reach(int point, const Eigen::Vector3d& arm_m);
   /// Takes velocities that all but contacts have made, and leads all back to the substep's start.
   void start(ExplicitState& state);
   /// The fastest of an island without contacts, m/s.
@@ -116,8 +124,8 @@ class ContactMovers {
   std::vector<int> parent_, island_of_;        // of each entry
   std::vector<int> rigid_mover_, node_mover_;  // of each: its entry, once divided its mover; or -1
   std::vector<ContactIsland> islands_;
-  /// Spheres of nodes that touch, their points being behind those of rigid bodies.
-  std::vector<const bodies::SphereBinding*> soft_;
+  std::vector<SoftPoint> soft_;                 // their points are behind those of rigid bodies
+  std::vector<PackedVector> node_impulse_N_s_;  // of each node's mover, and one for all others
   std::vector<ContactPoint> velocities_, impulses_;  // of points
   std::vector<int> point_of_;                        // of spheres of nodes, or 0
   std::size_t island_ = 0;                           // that has begun

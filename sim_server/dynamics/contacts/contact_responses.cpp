@@ -13,6 +13,20 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+/// What is no number is larger than all.
+double larger(double most, double value) {
+  return value <= most ? most : value;
+}
+
+/// A padded vector as what registers hold.
+using Four = Eigen::Array4d;
+auto four(PackedVector& vector) {
+  return Eigen::Map<Four, Eigen::Aligned32>(&vector.x);
+}
+auto four(const PackedVector& vector) {
+  return Eigen::Map<const Four, Eigen::Aligned32>(&vector.x);
+}
+
 std::size_t number(int i) {
   return static_cast<std::size_t>(i);
 }
@@ -80,10 +94,9 @@ void ContactMovers::note_start(const ExplicitState& state) {
   for (const ContactIsland& island : islands_) place_points(island, state);
 }
 
-void ContactMovers::reach(int point, double arm_m) {
-  if (point == 0 || number(point) > rigid_movers_.size()) return;
+void ContactMovers::reach(int point, const Vector3d& arm_m) {
   double& farthest_m = rigid_movers_[number(point) - 1].arm_m;
-  farthest_m = std::max(farthest_m, arm_m);
+  if (arm_m.squaredNorm() > farthest_m * farthest_m) farthest_m = arm_m.norm();
 }
 
 void ContactMovers::place_points(const ContactIsland& island, const ExplicitState& state) {
@@ -94,11 +107,11 @@ void ContactMovers::place_points(const ContactIsland& island, const ExplicitStat
   }
   const std::size_t soft = 1 + rigid_movers_.size();
   for (std::size_t i = island.soft.first; i < island.soft.last; ++i) {
-    const bodies::SphereBinding& binding = *soft_[i];
-    Vector3d sum_m_s = Vector3d::Zero();
-    for (std::size_t k = 0; k < number(binding.node_count); ++k)
-      sum_m_s += binding.weights[k] * state.velocity_m_s[number(binding.nodes[k])].map();
-    velocities_[soft + i].linear.map() = sum_m_s;
+    const SoftPoint& point = soft_[i];
+    Four sum_m_s = Four::Zero();
+    for (std::size_t k = 0; k < number(point.node_count); ++k)
+      sum_m_s += point.weights[k] * four(state.velocity_m_s[number(point.nodes[k])]);
+    four(velocities_[soft + i].linear) = sum_m_s;
   }
 }
 
@@ -114,15 +127,13 @@ std::span<ContactPoint> ContactMovers::clear_impulses(const ContactIsland& islan
 void ContactMovers::gather_impulses(const ContactIsland& island) {
   for (std::size_t i = island.rigid.first; i < island.rigid.last; ++i)
     rigid_movers_[i].impulse << impulses_[1 + i].linear.map(), impulses_[1 + i].angular.map();
-  for (NodeMover& mover : nodes_of(island)) mover.impulse.setZero();
+  for (std::size_t i = island.nodes.first; i < island.nodes.last; ++i) node_impulse_N_s_[i] = {};
   const std::size_t soft = 1 + rigid_movers_.size();
   for (std::size_t i = island.soft.first; i < island.soft.last; ++i) {
-    const bodies::SphereBinding& binding = *soft_[i];
-    const Vector3d impulse_N_s = impulses_[soft + i].linear.map();
-    for (std::size_t k = 0; k < number(binding.node_count); ++k) {
-      const int place = node_mover_[number(binding.nodes[k])];
-      if (place >= 0) node_movers_[number(place)].impulse += binding.weights[k] * impulse_N_s;
-    }
+    const SoftPoint& point = soft_[i];
+    const Four impulse_N_s = four(impulses_[soft + i].linear);
+    for (std::size_t k = 0; k < number(point.node_count); ++k)
+      four(node_impulse_N_s_[number(point.movers[k])]) += point.weights[k] * impulse_N_s;
   }
 }
 
@@ -148,11 +159,10 @@ void ContactMovers::add_slopes(int point, const Vector3d& arm_m, const Vector3d&
     response.bottomRightCorner<3, 3>() -= coupled.lazyProduct(lever);
     return;
   }
-  const bodies::SphereBinding& binding = *soft_[place - rigid_movers_.size()];
-  for (std::size_t i = 0; i < number(binding.node_count); ++i) {
-    const int node = node_mover_[number(binding.nodes[i])];
-    if (node >= 0) node_movers_[number(node)].response += std::abs(binding.weights[i]) * block;
-  }
+  const SoftPoint& soft = soft_[place - rigid_movers_.size()];
+  for (std::size_t i = 0; i < number(soft.node_count); ++i)
+    if (number(soft.movers[i]) < node_movers_.size())
+      node_movers_[number(soft.movers[i])].response += std::abs(soft.weights[i]) * block;
 }
 
 double ContactMovers::invert_responses(const ContactIsland& island, const ExplicitState& state) {
@@ -191,21 +201,26 @@ ContactResidual ContactMovers::residual(const ContactIsland& island, const Expli
     const auto speed_m_s = [&](const Vector6& v) {
       return v.head<3>().norm() + mover.arm_m * v.tail<3>().norm();
     };
-    result.left_m_s = std::max(result.left_m_s, speed_m_s(left));
-    result.change_m_s = std::max(result.change_m_s, speed_m_s(change));
+    result.left_m_s = larger(result.left_m_s, speed_m_s(left));
+    result.change_m_s = larger(result.change_m_s, speed_m_s(change));
     mover.residual << left.head<3>() / body.inverse_mass_per_kg,
         mover.impulse.tail<3>() - mover.inertia_kg_m2 * made.tail<3>();
     along += mover.direction.dot(mover.residual);
   }
-  for (NodeMover& mover : nodes_of(island)) {
-    const double inverse_mass_per_kg = state.inverse_mass_per_kg[number(mover.node)];
-    const Vector3d now_m_s = state.velocity_m_s[number(mover.node)].map();
-    const Vector3d left = inverse_mass_per_kg * mover.impulse - (now_m_s - mover.free);
-    result.left_m_s = std::max(result.left_m_s, left.norm());
-    result.change_m_s = std::max(result.change_m_s, (now_m_s - mover.start).norm());
-    mover.residual = left / inverse_mass_per_kg;
+  double left_m2_s2 = 0.0, change_m2_s2 = 0.0;
+  for (std::size_t i = island.nodes.first; i < island.nodes.last; ++i) {
+    NodeMover& mover = node_movers_[i];
+    const std::size_t node = number(mover.node);
+    const double inverse_mass_per_kg = state.inverse_mass_per_kg[node];
+    const Vector3d now_m_s = state.velocity_m_s[node].map();
+    const Vector3d left = inverse_mass_per_kg * node_impulse_N_s_[i].map() - (now_m_s - mover.free);
+    left_m2_s2 = larger(left_m2_s2, left.squaredNorm());
+    change_m2_s2 = larger(change_m2_s2, (now_m_s - mover.start).squaredNorm());
+    mover.residual = 1.0 / inverse_mass_per_kg * left;
     along += mover.direction.dot(mover.residual);
   }
+  result.left_m_s = larger(result.left_m_s, std::sqrt(left_m2_s2));
+  result.change_m_s = larger(result.change_m_s, std::sqrt(change_m2_s2));
   result.is_uphill = along < 0.0;
   return result;
 }
@@ -233,9 +248,10 @@ void ContactMovers::apply(ExplicitState& state) const {
     body.angular_momentum_N_m_s += mover.impulse.tail<3>();
     body.spin_rad_s = body.inverse_inertia_per_kg_m2 * body.angular_momentum_N_m_s;
   }
-  for (const NodeMover& mover : node_movers_) {
-    const std::size_t node = number(mover.node);
-    state.velocity_m_s[node].map() = mover.free + state.inverse_mass_per_kg[node] * mover.impulse;
+  for (std::size_t i = 0; i < node_movers_.size(); ++i) {
+    const std::size_t node = number(node_movers_[i].node);
+    state.velocity_m_s[node].map() =
+        node_movers_[i].free + state.inverse_mass_per_kg[node] * node_impulse_N_s_[i].map();
   }
 }
 
