@@ -68,8 +68,6 @@ class ContactCore {
                      EnergyFlow& flow);
 
   [[nodiscard]] bool struck() const noexcept { return struck_; }
-  /// Whether anything may touch in the part.
-  [[nodiscard]] bool lists() const noexcept { return !list_.pairs().empty(); }
   [[nodiscard]] std::size_t touching() const noexcept { return near_.size(); }
   /// That overlap where the state is.
   [[nodiscard]] int count_touching(const ExplicitState& state) {

@@ -14,7 +14,7 @@ constexpr double kSpringMargin = 1.1;
 /// Substeps in which springs do not deform so much that their eigenvalues need another look.
 constexpr int kSubstepsALook = 16;
 constexpr double kMaxSubsteps = 1e6;
-/// Contacts are those met on the way, so the way is short; and a contact that begins is resolved.
+/// Contacts are those met on the way, so the way is short.
 constexpr double kLongestPart_s = 4e-3;
 /// Of a substep, h^2 omega^2 / 2 of what touches: beyond, iterations cost more than substeps.
 constexpr double kContactRatio = 4.0;
@@ -150,8 +150,7 @@ int ExplicitIntegrator::substeps_for(const bodies::World& world, double duration
   // The largest h with h^2 k + 2 h c = 4, as a rate so that none is zero.
   const double per_s = 0.25 * (c_per_s + std::sqrt(c_per_s * c_per_s + 4.0 * k_per_s2));
   const double asked =
-      duration_s * std::max({per_s, contacts_.lists() ? 1.0 / kLongestPart_s : 0.0,
-                             std::sqrt(kept_contact_rate_per_s2_ / kContactRatio),
+      duration_s * std::max({per_s, std::sqrt(kept_contact_rate_per_s2_ / kContactRatio),
                              contacts_.approach_per_s(state_, duration_s) / kMaxApproach});
   // Written so that no number asks for one.
   return asked > 1.0 ? static_cast<int>(std::ceil(std::min(asked, kMaxSubsteps))) : 1;

@@ -18,11 +18,9 @@ constexpr int kIterations = 15;                   // of a part that may be halve
 constexpr int kLastIterations = 200;              // of one that may not
 constexpr int kMaxShortenings = 64;               // of a step in which spheres cross
 constexpr double kLeastExplicitPart_s = 1e-4;     // in which a stray sphere goes no farther
-// Radii that a sphere goes in a longer part at most, and its length: what falls in it meets little.
-constexpr double kCalmRadii = 0.5, kCalmPart_s = 12e-3;
-constexpr int kMaxWidenings = 3;        // of the ways of a part
-constexpr double kShortestHalf = 1e-3;  // of a step, below which no memory is spared
-constexpr double kLeastShare = 1e-6;    // of a step, so that every part moves it on
+constexpr int kMaxWidenings = 3;                  // of the ways of a part
+constexpr double kShortestHalf = 1e-3;            // of a step, below which no memory is spared
+constexpr double kLeastShare = 1e-6;              // of a step, so that every part moves it on
 
 /// Steps in which nothing moved, until no snapshot of the history shows a motion.
 constexpr int kStillSteps = proto::kHistoryLength;
@@ -32,6 +30,12 @@ Clock::time_point grace(const Budget& budget, double step_s) {
   if (budget.deadline == Clock::time_point::max()) return budget.deadline;
   return std::max(budget.deadline, Clock::now()) +
          std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(0.1 * step_s));
+}
+
+/// Into how many parts a step is divided, contacts being found at the start of each.
+int parts_asked(const IntegratorTraits& traits, const scene::Method& method, double step_s) {
+  if (!traits.divides_itself) return method.substeps;
+  return std::max(1, static_cast<int>(std::ceil(step_s / traits.longest_part_s)));
 }
 
 }  // namespace
@@ -62,7 +66,7 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
   StepReport& report = step.report;
   report.solve.converged = true;
   // Halving is exact; a part that ends before a crossing may have any length.
-  double longest = 1.0 / std::max({1, parts_asked(step_s), substeps_ / 2});
+  double longest = 1.0 / std::max({1, parts_asked(traits_, method_, step_s), substeps_ / 2});
   Part part{.end = longest};
   const auto start = Clock::now();
   const bool may_pass = still_steps_ >= kStillSteps;
@@ -128,22 +132,6 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
   const bool is_still = world_.unknown_count == 0 && !has_driven_;
   still_steps_ = is_still && report.contacts == 0 ? std::min(still_steps_ + 1, kStillSteps) : 0;
   return report;
-}
-
-/// Into how many parts a step is divided, contacts being found at the start of each.
-int Simulation::parts_asked(double step_s) const {
-  if (!traits_.divides_itself) return method_.substeps;
-  if (step_s <= traits_.longest_part_s) return 1;
-  double most_per_s2 = 0.0;  // radii a second, squared
-  for (std::size_t i = 0; i < world_.spheres.size(); ++i) {
-    if (!detection_.moves(i)) continue;
-    const double radius_m = world_.spheres[i].radius_m;
-    most_per_s2 = std::max(
-        most_per_s2, detection_.motions()[i].velocity_m_s.squaredNorm() / (radius_m * radius_m));
-  }
-  const double per_s = std::clamp(std::sqrt(most_per_s2) / kCalmRadii, 1.0 / kCalmPart_s,
-                                  1.0 / traits_.longest_part_s);
-  return std::max(1, static_cast<int>(std::ceil(step_s * per_s)));
 }
 
 /// A step in which nothing can move, and nothing did in any snapshot of the history: time passes.

@@ -66,8 +66,8 @@ class Simulation {
   /// report counts what that left. Where bodies are so many and fast that a substep would gather
   /// more contacts than memory should hold (Detection), it is halved before.
   ///
-  /// Explicit integrators take parts of 4 ms at most, or 12 where all is slow, and divide them as
-  /// stability asks (docs/algorithms/explicit_step.md).
+  /// Explicit integrators take parts of 4 ms at most and divide them as stability asks
+  /// (docs/algorithms/explicit_step.md).
   ///
   /// What forces led off the way that its contacts were found for, and into something that is not
   /// among them, has them found again for a wider way, and the substep is computed again; in halves
@@ -140,7 +140,6 @@ class Simulation {
     bool may_correct = true;
   };
 
-  [[nodiscard]] int parts_asked(double step_s) const;
   void take(const std::optional<ToolSample>& sample, Step& step);
   StepReport pass(double step_s, StepReport& report);
   [[nodiscard]] std::optional<ToolSample> later_sample(const Step& step) const;
