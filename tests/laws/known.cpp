@@ -13,13 +13,17 @@ std::string value_of(const SceneText& scene, std::string_view key) {
   return {};
 }
 
+std::string integrator_of(const LawCase& law_case) {
+  return value_of(law_case.scene, "integrator");
+}
+
 bool is_explicit(const LawCase& law_case) {
-  const std::string integrator = value_of(law_case.scene, "integrator");
+  const std::string integrator = integrator_of(law_case);
   return integrator == "\"velocity_verlet\"" || integrator == "\"symplectic_euler\"";
 }
 
 bool rings_or_creeps(const LawCase& law_case) {
-  const std::string integrator = value_of(law_case.scene, "integrator");
+  const std::string integrator = integrator_of(law_case);
   return integrator == "\"trapezoid\"" || integrator == "\"cvode_bdf\"";
 }
 
@@ -45,21 +49,29 @@ std::optional<std::string_view> known_violation(const LawCase& law_case) {
       break;
     case 6:  // sums in an order that the list or a mirror decides, and where iterations end with it
       if (variant == "reversed list" || variant == "mirrored") return "contact core";
+      // Places are ahead of the tool's time by half a substep, of whatever length.
+      if (variant == "at 1 m/s" && integrator_of(law_case) == "\"symplectic_euler\"")
+        return "contact core";
       break;
     case 7:  // what is left of the force at a switch goes at 0.2 N/ms, whatever the scene
       if (variant == "force" && answers) return "response per contact";
       break;
     case 8:  // turns of rigid bodies are of first order
-      if (value_of(law_case.scene, "integrator") == "\"velocity_verlet\"" &&
+      if (integrator_of(law_case) == "\"velocity_verlet\"" &&
           value_of(law_case.scene, "kind") == "\"rigid_box\"")
         return "contact core";
       break;
     case 9:  // the trapezoid gains energy of stiff contacts; explicit methods do not slow what
-             // rolls
-      if (rings_or_creeps(law_case) || is_explicit(law_case)) return "contact core";
+             // rolls, nor BDF2 what swings
+      if (rings_or_creeps(law_case) || is_explicit(law_case) ||
+          integrator_of(law_case) == "\"bdf2\"")
+        return "contact core";
       break;
     case 10:  // the trapezoid rings; CVODE's friction is viscous below the slip speed
       if (rings_or_creeps(law_case)) return "contact core";
+      break;
+    case 11:  // a long step throws a ball elsewhere than a short one does, where another lay
+      if (!is_explicit(law_case)) return "contact core";
       break;
     case 12:  // what a step does at once, whatever its budget, takes longer than the deadline is
       return "contact core";
@@ -71,6 +83,8 @@ std::optional<std::string_view> known_violation(const LawCase& law_case) {
 
 std::optional<std::string_view> known_violation(const LawCase& law_case, const Finding& finding) {
   constexpr double kOfDampers_N = 0.2;
+  constexpr double kOneBall = 1.0;
+  if (law_case.law == 11 && finding.measured > kOneBall) return std::nullopt;
   if (law_case.law == 2 && law_case.transition == "linear" &&
       !(finding.measured < 1.5 * finding.allowed + kOfDampers_N))
     return std::nullopt;

@@ -7,6 +7,7 @@
 #include "sim_server/spheres/decomposition_error.hpp"
 #include "sim_server/spheres/sampling.hpp"
 #include "sim_server/spheres/sphere_file.hpp"
+#include "tests/sanitizer_cut.hpp"
 #include "tests/sim_server/spheres/decomposition_checks.hpp"
 #include "tests/sim_server/spheres/generated_solids.hpp"
 #include "tests/test_folder.hpp"
@@ -29,10 +30,11 @@ std::vector<Solid> solids() {
     const mesh::ClosedMesh closed = mesh::make_closed(mesh, name);
     all.push_back({name, closed.mesh, share * MeshSolid(closed.mesh).size_m, closed.folds > 0});
   };
-  for (const unsigned seed : {1U, 2U, 3U, 4U})
+  constexpr unsigned kCutting = tests::kCut > 1 ? 2 : 4, kRound = tests::kCut > 1 ? 1 : 3;
+  for (unsigned seed = 1; seed <= kCutting; ++seed)
     add("slab that cuts itself", seed, slab_mesh(seed, 12, 20, 1.6, -2.5), 0.03);
   for (const unsigned seed : {7U, 8U}) add("slab", seed, slab_mesh(seed, 12, 12, 0.4, -3.0), 0.04);
-  for (const unsigned seed : {1U, 2U, 3U}) {
+  for (unsigned seed = 1; seed <= kRound; ++seed) {
     add("box", seed, random_box(seed), 0.04);
     add("star", seed, star_mesh(seed, 0.15 * seed), 0.04);
     add("torus", seed, mesh::torus_mesh(1.0, 0.1 + 0.1 * seed, 24, 12), 0.04);
