@@ -6,8 +6,6 @@
 #include <limits>
 #include <numbers>
 
-#include "shared/collision/grid_query.hpp"
-
 namespace stillgrid::contact {
 namespace {
 
@@ -145,27 +143,6 @@ bool meet(const Contact& contact, const Ways& ways) noexcept {
     if (chord.distance_m(chord.nearest_share()) < contact_distance_m) return true;
   }
   return false;
-}
-
-bool may_meet_turned(const Contact& contact, const Ways& ways) noexcept {
-  const auto unturned_m = [&](std::size_t i) {
-    return Eigen::Vector3d(ways.start[i].position_m + ways.duration_s * ways.start[i].velocity_m_s);
-  };
-  const auto ball_of = [&](int sphere, double radius_m) {
-    const auto i = static_cast<std::size_t>(sphere);
-    return collision::bound_sweep(ways.start[i].position_m, unturned_m(i), ways.end[i].position_m,
-                                  radius_m);
-  };
-  if (contact.is_plane) {
-    const auto a = static_cast<std::size_t>(contact.a);
-    return contact_depth_m(contact, ways.end[a].position_m) > 0.0 ||
-           contact_depth_m(contact, unturned_m(a)) > 0.0;
-  }
-  return collision::meet(
-      ball_of(contact.a, contact.radius_a_m),
-      contact.b >= 0
-          ? ball_of(contact.b, contact.radius_b_m)
-          : collision::bound_sweep(contact.start_b_m, contact.position_b_m, contact.radius_b_m));
 }
 
 }  // namespace stillgrid::contact

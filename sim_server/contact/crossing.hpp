@@ -45,8 +45,5 @@ struct Ways {
 
 /// Whether the two sides of a contact overlap anywhere on their ways; of a plane: at the end.
 [[nodiscard]] bool meet(const Contact& contact, const Ways& ways) noexcept;
-/// Whether they may, where something turned them aside from where their velocities led: so they do
-/// if their balls round start, unturned end and end meet.
-[[nodiscard]] bool may_meet_turned(const Contact& contact, const Ways& ways) noexcept;
 
 }  // namespace stillgrid::contact

@@ -178,13 +178,13 @@ bool Detection::widen(const bodies::World& world, std::span<const bodies::Sphere
   return list(world, must);
 }
 
-bool Detection::has_missed(const bodies::World& world, const Ways& ways, bool is_turned) const {
+bool Detection::has_missed(const bodies::World& world, const Ways& ways) const {
   const auto is_wide = [&](int sphere) {
     return sphere >= 0 && is_wide_[static_cast<std::size_t>(sphere)] != 0;
   };
   return std::any_of(contacts_.begin(), contacts_.end(), [&](const Contact& contact) {
     return (is_wide(contact.a) || is_wide(contact.b)) && !was_listed(world, contact) &&
-           (is_turned ? may_meet_turned(contact, ways) : meet(contact, ways));
+           meet(contact, ways);
   });
 }
 

@@ -47,10 +47,8 @@ class Detection {
   /// strayed are wide enough now for both. The tool's are left to find_tool_contacts(). False, and
   /// there are none, as find_contacts().
   bool widen(const bodies::World& world, std::span<const bodies::SphereMotion> end, bool must);
-  /// Whether a sphere that strayed meets on its way what was no contact before the last widen();
-  /// `is_turned`: whether it may, something having turned it aside on that way.
-  [[nodiscard]] bool has_missed(const bodies::World& world, const Ways& ways,
-                                bool is_turned = false) const;
+  /// Whether a sphere that strayed meets on its way what was no contact before the last widen().
+  [[nodiscard]] bool has_missed(const bodies::World& world, const Ways& ways) const;
 
   /// Appends the contacts of the tool with the moving spheres, in place of those of an earlier
   /// call. After find_contacts() of the same step.

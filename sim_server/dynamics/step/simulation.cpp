@@ -17,6 +17,7 @@ constexpr double kShortest = 1.5 / kMaxSubsteps;  // of a step: it is not halved
 constexpr int kIterations = 15;                   // of a part that may be halved
 constexpr int kLastIterations = 200;              // of one that may not
 constexpr int kMaxShortenings = 64;               // of a step in which spheres cross
+constexpr double kLeastExplicitPart_s = 1e-4;     // in which a stray sphere goes no farther
 constexpr int kMaxWidenings = 3;                  // of the ways of a part
 constexpr double kShortestHalf = 1e-3;            // of a step, below which no memory is spared
 constexpr double kLeastShare = 1e-6;              // of a step, so that every part moves it on
@@ -276,11 +277,13 @@ Simulation::Strays Simulation::look_for_strays(Part& part, double duration_s) {
   const std::vector<bodies::SphereMotion>& end = trial.spheres;
   if (part.must_end || part.widened == kMaxWidenings || !detection_.strayed(world_, end))
     return Strays::kNone;
+  // Struck on its way it goes on elsewhere from there, but not far in shorter parts.
+  if (traits_.looks_within && trial.struck)
+    return duration_s > kLeastExplicitPart_s ? Strays::kShorter : Strays::kNone;
   const double length = part.end - part.start;
   if (!detection_.widen(world_, end, length < kShortestHalf)) return Strays::kShorter;
   find_tool_contacts(part);
-  const bool is_turned = traits_.looks_within && trial.struck;
-  if (!detection_.has_missed(world_, ways_to(end, duration_s), is_turned)) return Strays::kNone;
+  if (!detection_.has_missed(world_, ways_to(end, duration_s))) return Strays::kNone;
   ++part.widened;
   return Strays::kAgain;
 }

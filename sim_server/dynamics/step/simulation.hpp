@@ -70,7 +70,8 @@ class Simulation {
   /// (docs/algorithms/explicit_step.md).
   ///
   /// What forces led off the way that its contacts were found for, and into something that is not
-  /// among them, has them found again for a wider way, and the substep is computed again.
+  /// among them, has them found again for a wider way, and the substep is computed again; in halves
+  /// where an explicit integrator met something in it.
   ///
   /// A substep in which a sleeping body would be touched wakes it first, and is computed with it
   /// (docs/algorithms/sleeping.md).

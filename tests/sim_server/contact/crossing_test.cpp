@@ -144,21 +144,5 @@ TEST_CASE("Of several contacts the first crossing counts; planes and numbers tha
   CHECK(share_of({{nan, 0, 0}, {0, 0, 0}}) == 1.0);
 }
 
-TEST_CASE("What was turned aside may have met what lies by the way it was on", "[crossing]") {
-  const auto side_m = GENERATE(0.01, 0.05);
-  Contact contact;
-  contact.a = 0;
-  contact.b = 1;
-  contact.radius_a_m = kRadiusA_m;
-  contact.radius_b_m = kRadiusB_m;
-  // It moved by 40 mm/s along x for half of the time, was struck and came back.
-  const bodies::SphereMotion from{Eigen::Vector3d::Zero(), {0.04, 0, 0}};
-  const bodies::SphereMotion other{{0.034, side_m, 0}, Eigen::Vector3d::Zero()};
-  const std::vector<bodies::SphereMotion> start{from, other}, end = start;
-  const Ways ways{.start = start, .end = end, .duration_s = 1.0};
-  CHECK_FALSE(meet(contact, ways));
-  CHECK(may_meet_turned(contact, ways) == (side_m < 0.02));
-}
-
 }  // namespace
 }  // namespace stillgrid::contact
