@@ -151,7 +151,7 @@ class InstallTest(daemons.SessionTest):
         thread.start()
         try:
             server = self.haptic_server(f"udp_knob:port={port}", "--record", record, "--report", report)
-            self.wait_until(lambda: len(answers) > 20 and any(answers[-1]) or not server.runs(), 30,
+            self.wait_until(lambda: len(answers) > 20 and any(map(any, answers)) or not server.runs(), 30,
                             "a force")
             server.signal(signal.SIGSTOP)
             threading.Event().wait(0.9)  # longer than the silence that ends a run
