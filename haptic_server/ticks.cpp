@@ -56,7 +56,8 @@ bool wait_for(Run& run, const publication::SceneView& scene,
   return result == publication::WaitResult::kReached;
 }
 
-/// The ticks of lockstep: docs/protocol.md, "Lockstep".
+/// The ticks of lockstep: docs/protocol.md, "Lockstep". The device's calls are watched, the waits
+/// for a simulation are not: it may take its time, or be held in a debugger.
 TickEnd tick_in_lockstep(Run& run, const publication::SceneView& scene) {
   using Header = proto::SegmentHeader;
   Header& own = run.tool.header();
@@ -67,12 +68,16 @@ TickEnd tick_in_lockstep(Run& run, const publication::SceneView& scene) {
   for (std::uint64_t now_ns = 0; now_ns < end_ns && end == TickEnd::kGoOn;
        now_ns += run.period_ns) {
     if (!wait_for(run, scene, &Header::lockstep_sample_ns, now_ns)) break;
+    run.watchdog.watch_call();
     end = run.loop.sense(scene, now_ns);
+    run.watchdog.rest();
     if (end != TickEnd::kGoOn) break;
     double_buffer::HardwareAtomics::store(own.lockstep_sample_ns, now_ns + run.period_ns,
                                           std::memory_order_release);
     if (!wait_for(run, scene, &Header::lockstep_event_ns, now_ns + 1)) break;
+    run.watchdog.watch_call();
     end = run.loop.act(scene, true, now_ns, row);
+    run.watchdog.rest();
     double_buffer::HardwareAtomics::store(own.lockstep_event_ns, now_ns + run.period_ns,
                                           std::memory_order_release);
     run.loop.count(row, run.report);
@@ -99,6 +104,7 @@ void run_lockstep(Run& run) {
   if (run.options.cpu && !realtime::pin_to_cpu(*run.options.cpu))
     spdlog::warn("running without processor {}", *run.options.cpu);
   const publication::SceneView& scene = *run.watch.acquire();
+  run.watchdog.rest();
   const TickEnd end = tick_in_lockstep(run, scene);
   proto::SegmentHeader& own = run.tool.header();
   double_buffer::HardwareAtomics::store(own.lockstep_sample_ns, proto::kNever,

@@ -1,7 +1,9 @@
 #!/usr/bin/python3
 """In lockstep no clock decides anything: equal input gives equal bytes."""
 import os
+import signal
 import subprocess
+import time
 import unittest
 
 import daemons
@@ -33,6 +35,19 @@ class LockstepTest(daemons.SessionTest):
                 hog.kill()
                 hog.wait()
         self.assert_same_bytes(quiet, busy)
+
+    def test_a_simulation_that_is_held_up_is_waited_for(self):
+        """For longer than a call of the device would be."""
+        recording = self.folder / "held_up.csv"
+        both = ("--lockstep", "--duration", 1000)
+        sim_server = self.sim_server("tissue_and_blocks", *both)
+        haptic_server = self.haptic_server(PRESSING_HAND, *both, "--record", recording)
+        self.wait_until(lambda: recording.exists() and recording.stat().st_size > 5000, 30, "a recording")
+        sim_server.signal(signal.SIGSTOP)
+        time.sleep(11)
+        self.assertTrue(haptic_server.runs(), haptic_server.lines())
+        sim_server.signal(signal.SIGCONT)
+        self.assertEqual(haptic_server.stop(), daemons.DONE, haptic_server.lines())
 
     def test_a_jittery_slow_simulation_repeats_by_its_seed(self):
         def jittery(seed):

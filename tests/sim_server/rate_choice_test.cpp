@@ -160,7 +160,7 @@ TEST_CASE("On its own hand each scene that ships errs by less than is noticed", 
   const CostClock stopped = [] { return 0.0; };
   const TrueForce truth = true_force(scene, scene::build_world(scene), hand, 1.0, stopped);
   CHECK(std::ranges::count(truth.felt.touches, true) > 250);
-  for (int run = 0; run < (tests::kCut > 1 ? 1 : 8); ++run) {
+  for (int run = 0; run < (tests::kIsSanitized ? 1 : 8); ++run) {
     const double first_share = 1.0 - run / 8.0;
     CAPTURE(first_share);
     const FeltForce felt = felt_force(

@@ -113,7 +113,7 @@ TEST_CASE("Predicting, accounting and publishing change no byte of how a heap mo
                scene::IntegratorKind::kImplicitEuler, scene::IntegratorKind::kBdf2,
                scene::IntegratorKind::kTrapezoid);
   const bool is_explicit = scene::is_explicit(integrator);
-  for (unsigned seed = 1; seed <= (tests::kCut > 1 ? 2 : 8); ++seed) {
+  for (unsigned seed = 1; seed <= (tests::kIsSanitized ? 2 : 8); ++seed) {
     INFO(scene::name_of(integrator) << ", seed " << seed);
     const Seen seen = look_on(heap(seed, integrator), is_explicit ? 60 : 24);
     CHECK(seen.first_change == -1);

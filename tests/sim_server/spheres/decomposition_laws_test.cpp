@@ -30,7 +30,7 @@ std::vector<Solid> solids() {
     const mesh::ClosedMesh closed = mesh::make_closed(mesh, name);
     all.push_back({name, closed.mesh, share * MeshSolid(closed.mesh).size_m, closed.folds > 0});
   };
-  constexpr unsigned kCutting = tests::kCut > 1 ? 2 : 4, kRound = tests::kCut > 1 ? 1 : 3;
+  constexpr unsigned kCutting = tests::kIsSanitized ? 2 : 4, kRound = tests::kIsSanitized ? 1 : 3;
   for (unsigned seed = 1; seed <= kCutting; ++seed)
     add("slab that cuts itself", seed, slab_mesh(seed, 12, 20, 1.6, -2.5), 0.03);
   for (const unsigned seed : {7U, 8U}) add("slab", seed, slab_mesh(seed, 12, 12, 0.4, -3.0), 0.04);
@@ -68,7 +68,7 @@ TEST_CASE("Spheres of any solid are spheres, as near as they claim, and are read
     CHECK(sampled_hausdorff_m(solid.mesh, result.balls) <= result.hausdorff_m);
     check_file(result.balls, folder);
   }
-  CHECK(cut_themselves >= (tests::kCut > 1 ? 1 : 2));
+  CHECK(cut_themselves >= (tests::kIsSanitized ? 1 : 2));
 }
 
 TEST_CASE("Even spheres of any solid are spheres, and are read back", "[decomposition_laws]") {

@@ -69,16 +69,7 @@ inline double mean_depth_m(double start_m, double end_m) {
   return 0.5 * deepest_m * deepest_m / (deepest_m - std::min(start_m, end_m));
 }
 
-/// The mean of the contact law's force over the straight way from the substep's start to its end,
-/// times the substep.
-///
-/// The spring's mean is (U(end) - U(start)) / way with U = k depth^2 / 2 where depth > 0: the work
-/// of the impulse is the change of that energy, exactly, also where the contact comes or goes. The
-/// approach damper acts over the part of the way in which the spheres overlap. At rest the force is
-/// k depth.
-///
-/// Friction sticks by contact::sticking_force().
-/// One contact as it is written down: what ContactRows have to be.
+/// One contact by the law of ContactRows, as it is written down.
 inline ContactImpulse contact_impulse(const SubstepContact& contact,
                                       const Eigen::Vector3d& end_velocity_m_s, double substep_s) {
   ContactImpulse result;
