@@ -4,6 +4,7 @@ import io
 import os
 import pathlib
 import sys
+import threading
 
 
 def read_rows(file):
@@ -25,8 +26,8 @@ def read_notes(file):
 
 
 def write_bytes(file, content):
-    """The file appears whole or not at all."""
-    part = file.with_name(f"{file.name}.part")
+    """The file appears whole or not at all, also where several write it at once."""
+    part = file.with_name(f"{file.name}.{os.getpid()}-{threading.get_ident()}.part")
     try:
         part.write_bytes(content)
         os.replace(part, file)

@@ -30,7 +30,8 @@ void ContactCore::begin(double share, double part_s, double substep_s, const Vec
   nearer_.clear();
   for (std::size_t i = 0; i < list_.pairs().size(); ++i)
     if (list_.is_near(list_.pairs()[i], share, part_s, substep_s)) nearer_.push_back(i);
-  if (!is_divided_ || nearer_ != near_) divide(state);
+  // What was near before may come back, and costs less than other islands.
+  if (!is_divided_ || !std::ranges::includes(near_, nearer_)) divide(state);
   place_given(share, part_s, state);
   movers_.note_start(state);
   place_rows(rows_, list_.spheres(), movers_.velocities(), substep_s);

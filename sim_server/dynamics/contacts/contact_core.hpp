@@ -100,7 +100,7 @@ class ContactCore {
   ContactSolve solve_island(const ContactIsland& island, double substep_s, const Budget& budget,
                             ExplicitState& state);
   [[nodiscard]] bool evaluate(const ContactIsland& island, double substep_s);
-  [[nodiscard]] double bound_responses(const ContactIsland& island, double substep_s,
+  [[nodiscard]] double bound_responses(const ContactIsland& island, double substep_s, bool begins,
                                        const ExplicitState& state);
 
   ContactAccuracy accuracy_;

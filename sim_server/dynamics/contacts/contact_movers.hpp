@@ -27,13 +27,17 @@ struct RigidMover {
   double arm_m = 0.0;  // farthest contact
   Vector6 start, free, impulse, residual, direction;
   Eigen::Matrix3d inertia_kg_m2;  // world frame
-  Matrix6 response;  // first what contacts ask for, kg, then the inverse with the masses
+  Matrix6 response;         // first what contacts ask for, kg, then the inverse with the masses
+  double ratio = 0.0;       // of what they ask for to the masses
+  bool is_widened = false;  // they ask for more than they did
 };
 /// A node that contacts move.
 struct NodeMover {
   int node;
   Eigen::Vector3d start, free, residual, direction;
   Eigen::Matrix3d response;
+  double ratio = 0.0;
+  bool is_widened = false;
 };
 
 /// A sphere of nodes that touches.
@@ -97,11 +101,16 @@ class ContactMovers {
   [[nodiscard]] std::span<ContactPoint> clear_impulses(const ContactIsland& island);
   /// What pushes points becomes the impulses of bodies and nodes.
   void gather_impulses(const ContactIsland& island);
+  /// The responses of an island's movers are made anew, of all or of those to be widened yet.
+  void note_widened(const ContactIsland& island, bool all);
+  /// A contact of the point asks for more than it did.
+  void widen(int point);
   void clear_responses(const ContactIsland& island);
+  /// Adds what a contact asks for to the responses that are made anew.
   void add_slopes(int point, const Eigen::Vector3d& arm_m, const Eigen::Vector3d& normal,
                   const ImpulseSlopes& slopes, double weights);
-  /// Makes each response the inverse of its mass and of what contacts ask for at most. Returns the
-  /// largest ratio of the second to the first.
+  /// Makes each of those the inverse of its mass and of what contacts ask for at most. Returns the
+  /// largest ratio of the second to the first, of all.
   double invert_responses(const ContactIsland& island, const ExplicitState& state);
 
   [[nodiscard]] ContactResidual residual(const ContactIsland& island, const ExplicitState& state);

@@ -137,9 +137,29 @@ void ContactMovers::gather_impulses(const ContactIsland& island) {
   }
 }
 
+void ContactMovers::note_widened(const ContactIsland& island, bool all) {
+  for (RigidMover& mover : rigid_of(island)) mover.is_widened = all;
+  for (NodeMover& mover : nodes_of(island)) mover.is_widened = all;
+}
+
+void ContactMovers::widen(int point) {
+  if (point == 0) return;
+  const std::size_t place = number(point) - 1;
+  if (place < rigid_movers_.size()) {
+    rigid_movers_[place].is_widened = true;
+    return;
+  }
+  const SoftPoint& soft = soft_[place - rigid_movers_.size()];
+  for (std::size_t i = 0; i < number(soft.node_count); ++i)
+    if (number(soft.movers[i]) < node_movers_.size())
+      node_movers_[number(soft.movers[i])].is_widened = true;
+}
+
 void ContactMovers::clear_responses(const ContactIsland& island) {
-  for (RigidMover& mover : rigid_of(island)) mover.response.setZero();
-  for (NodeMover& mover : nodes_of(island)) mover.response.setZero();
+  for (RigidMover& mover : rigid_of(island))
+    if (mover.is_widened) mover.response.setZero();
+  for (NodeMover& mover : nodes_of(island))
+    if (mover.is_widened) mover.response.setZero();
 }
 
 /// The square of a sum of velocities is at most the sum of their squares times weights / weight.
@@ -147,41 +167,54 @@ void ContactMovers::add_slopes(int point, const Vector3d& arm_m, const Vector3d&
                                const ImpulseSlopes& slopes, double weights) {
   if (point == 0) return;
   const std::size_t place = number(point) - 1;
-  const Matrix3d block =
-      weights * (slopes.across_kg * Matrix3d::Identity() +
-                 (slopes.normal_kg - slopes.across_kg) * normal * normal.transpose());
+  const double across_kg = weights * slopes.across_kg;
+  const double more_kg = weights * (slopes.normal_kg - slopes.across_kg);
   if (place < rigid_movers_.size()) {
+    if (!rigid_movers_[place].is_widened) return;
+    // With L the lever's cross matrix: L I, L n and L L^T = r^2 I - r r^T, in closed form.
     Matrix6& response = rigid_movers_[place].response;
-    const Matrix3d lever = bodies::cross_matrix(arm_m);
-    const Matrix3d coupled = lever.lazyProduct(block);
-    response.topLeftCorner<3, 3>() += block;
-    response.bottomLeftCorner<3, 3>() += coupled;
-    response.bottomRightCorner<3, 3>() -= coupled.lazyProduct(lever);
+    const Vector3d moment = arm_m.cross(normal), by_normal = more_kg * normal;
+    response.topLeftCorner<3, 3>() += by_normal * normal.transpose();
+    response.bottomLeftCorner<3, 3>() +=
+        moment * by_normal.transpose() + across_kg * bodies::cross_matrix(arm_m);
+    response.bottomRightCorner<3, 3>() +=
+        (more_kg * moment) * moment.transpose() - (across_kg * arm_m) * arm_m.transpose();
+    response.diagonal().head<3>().array() += across_kg;
+    response.diagonal().tail<3>().array() += across_kg * arm_m.squaredNorm();
     return;
   }
   const SoftPoint& soft = soft_[place - rigid_movers_.size()];
-  for (std::size_t i = 0; i < number(soft.node_count); ++i)
-    if (number(soft.movers[i]) < node_movers_.size())
-      node_movers_[number(soft.movers[i])].response += std::abs(soft.weights[i]) * block;
+  const Matrix3d block = across_kg * Matrix3d::Identity() + more_kg * normal * normal.transpose();
+  for (std::size_t i = 0; i < number(soft.node_count); ++i) {
+    if (number(soft.movers[i]) >= node_movers_.size()) continue;
+    NodeMover& mover = node_movers_[number(soft.movers[i])];
+    if (mover.is_widened) mover.response += std::abs(soft.weights[i]) * block;
+  }
 }
 
 double ContactMovers::invert_responses(const ContactIsland& island, const ExplicitState& state) {
   double ratio = 0.0;
   for (RigidMover& mover : rigid_of(island)) {
-    const RigidState& body = state.rigid[number(mover.rigid)];
-    Matrix6& own = mover.response;
-    const Matrix3d turning = body.inverse_inertia_per_kg_m2 * own.bottomRightCorner<3, 3>();
-    ratio = std::max(ratio, body.inverse_mass_per_kg * own.topLeftCorner<3, 3>().norm() +
-                                std::sqrt(turning.cwiseProduct(turning.transpose()).sum()));
-    own.topLeftCorner<3, 3>() += Matrix3d::Identity() / body.inverse_mass_per_kg;
-    own.bottomRightCorner<3, 3>() += mover.inertia_kg_m2;
-    invert(own);
+    if (mover.is_widened) {
+      const RigidState& body = state.rigid[number(mover.rigid)];
+      Matrix6& own = mover.response;
+      const Matrix3d turning = body.inverse_inertia_per_kg_m2 * own.bottomRightCorner<3, 3>();
+      mover.ratio = body.inverse_mass_per_kg * own.topLeftCorner<3, 3>().norm() +
+                    std::sqrt(turning.cwiseProduct(turning.transpose()).sum());
+      own.topLeftCorner<3, 3>() += Matrix3d::Identity() / body.inverse_mass_per_kg;
+      own.bottomRightCorner<3, 3>() += mover.inertia_kg_m2;
+      invert(own);
+    }
+    ratio = std::max(ratio, mover.ratio);
   }
   for (NodeMover& mover : nodes_of(island)) {
-    const double inverse_mass_per_kg = state.inverse_mass_per_kg[number(mover.node)];
-    ratio = std::max(ratio, inverse_mass_per_kg * mover.response.norm());
-    mover.response.diagonal().array() += 1.0 / inverse_mass_per_kg;
-    mover.response = mover.response.inverse().eval();
+    if (mover.is_widened) {
+      const double inverse_mass_per_kg = state.inverse_mass_per_kg[number(mover.node)];
+      mover.ratio = inverse_mass_per_kg * mover.response.norm();
+      mover.response.diagonal().array() += 1.0 / inverse_mass_per_kg;
+      mover.response = mover.response.inverse().eval();
+    }
+    ratio = std::max(ratio, mover.ratio);
   }
   return ratio;
 }

@@ -20,6 +20,7 @@ HWY_INLINE bool WidenBounds(ContactRows& rows, std::size_t i, Vec push, Vec held
   const Vec across = hn::Mul(held, most);
   const auto is_wider = hn::And(hn::Gt(push, hn::Zero(d)),
                                 hn::Or(hn::Gt(normal, normal_bound), hn::Gt(across, across_bound)));
+  Put(hn::IfThenElseZero(is_wider, Number(1.0)), rows.is_widened, i);
   if (hn::AllFalse(d, is_wider)) return true;
   // Less than a chord to the origin asks for, twice: it may yet stick more.
   const Vec twice = hn::Add(across, across);

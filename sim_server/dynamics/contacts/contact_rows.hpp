@@ -63,7 +63,7 @@ struct alignas(64) ContactRows {
   // At the velocities seen last; bounds: slopes that responses count on.
   Vector impulse_N_s{};
   Lane spring_N{}, damper_N{};
-  Lane normal_bound_kg{}, across_bound_kg{};
+  Lane normal_bound_kg{}, across_bound_kg{}, is_widened{};  // 1: the bounds have just grown
 
   [[nodiscard]] static Lane filled(double value) {
     Lane lane;

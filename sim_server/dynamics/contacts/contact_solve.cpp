@@ -61,9 +61,17 @@ bool ContactCore::evaluate(const ContactIsland& island, double substep_s) {
   return is_bounded;
 }
 
-/// Makes the responses of what the touches are bounded by; returns the ratio to masses.
-double ContactCore::bound_responses(const ContactIsland& island, double substep_s,
+/// Makes the responses of those anew whose touches are bounded by more than before, of all where a
+/// substep begins; returns the ratio to masses.
+double ContactCore::bound_responses(const ContactIsland& island, double substep_s, bool begins,
                                     const ExplicitState& state) {
+  movers_.note_widened(island, begins);
+  for (const ContactRows& rows : rows_of(island))
+    for (std::size_t lane = 0; lane < ContactRows::kLanes; ++lane)
+      if (rows.is_widened[lane] > 0.0) {
+        movers_.widen(rows.a[lane]);
+        movers_.widen(rows.b[lane]);
+      }
   movers_.clear_responses(island);
   double spring_share = 0.0;
   for (const ContactRows& rows : rows_of(island)) {
@@ -113,7 +121,7 @@ ContactSolve ContactCore::solve_island(const ContactIsland& island, double subst
     }
     // What comes and goes is no linear system: where Chebyshev's weights led away they begin anew
     // and more carefully, in the end as steps of weight 1, each of which comes nearer.
-    if (!is_bounded || begins) ratio = bound_responses(island, substep_s, state);
+    if (!is_bounded || begins) ratio = bound_responses(island, substep_s, begins, state);
     weights = ChebyshevWeights(overshot ? kCareful * weights.ratio() : kTypicalBound * ratio);
     movers_.advance(island, 0.0, overshot ? 1.0 : weights.first(), state);
   }

@@ -16,8 +16,8 @@ constexpr int kSubstepsALook = 16;
 constexpr double kMaxSubsteps = 1e6;
 /// Contacts are those met on the way, so the way is short.
 constexpr double kLongestPart_s = 4e-3;
-/// Of a substep, h^2 omega^2 / 2 of what touches: beyond, iterations cost more than substeps.
-constexpr double kContactRatio = 4.0;
+/// Of a substep, h^2 omega^2 / 2 of what touches: with less, substeps cost more than iterations.
+constexpr double kContactRatio = 16.0;
 /// Of the smaller radius, that two spheres come nearer in a substep: none passes another unseen.
 constexpr double kMaxApproach = 0.5;
 /// Of substeps in which contacts are not solved.
