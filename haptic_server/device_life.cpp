@@ -43,6 +43,7 @@ void activate(Run& run) {
   try {
     run.device.activate();
     realtime::install_stop_signal();  // a driver's own handlers must not keep a stop from us
+    run.watchdog.rest();
   } catch (...) {
     run.device.emergency_stop();
     run.guarded.has_motors = false;  // as the driver says

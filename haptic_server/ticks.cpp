@@ -104,7 +104,6 @@ void run_lockstep(Run& run) {
   if (run.options.cpu && !realtime::pin_to_cpu(*run.options.cpu))
     spdlog::warn("running without processor {}", *run.options.cpu);
   const publication::SceneView& scene = *run.watch.acquire();
-  run.watchdog.rest();
   const TickEnd end = tick_in_lockstep(run, scene);
   proto::SegmentHeader& own = run.tool.header();
   double_buffer::HardwareAtomics::store(own.lockstep_sample_ns, proto::kNever,

@@ -100,6 +100,7 @@ class ContactCore {
   ContactSolve solve_island(const ContactIsland& island, double substep_s, const Budget& budget,
                             ExplicitState& state);
   [[nodiscard]] bool evaluate(const ContactIsland& island, double substep_s);
+  void widen_responses(const ContactIsland& island);
   [[nodiscard]] double bound_responses(const ContactIsland& island, double substep_s, bool begins,
                                        const ExplicitState& state);
 

@@ -101,11 +101,10 @@ class ContactMovers {
   [[nodiscard]] std::span<ContactPoint> clear_impulses(const ContactIsland& island);
   /// What pushes points becomes the impulses of bodies and nodes.
   void gather_impulses(const ContactIsland& island);
-  /// The responses of an island's movers are made anew, of all or of those to be widened yet.
-  void note_widened(const ContactIsland& island, bool all);
+  /// The responses of an island's movers are made anew: of all, or of those widened from here on.
+  void begin_responses(const ContactIsland& island, bool all);
   /// A contact of the point asks for more than it did.
   void widen(int point);
-  void clear_responses(const ContactIsland& island);
   /// Adds what a contact asks for to the responses that are made anew.
   void add_slopes(int point, const Eigen::Vector3d& arm_m, const Eigen::Vector3d& normal,
                   const ImpulseSlopes& slopes, double weights);

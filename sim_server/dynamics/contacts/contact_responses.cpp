@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "sim_server/bodies/rotation.hpp"
 #include "sim_server/dynamics/contacts/contact_movers.hpp"
@@ -137,29 +138,28 @@ void ContactMovers::gather_impulses(const ContactIsland& island) {
   }
 }
 
-void ContactMovers::note_widened(const ContactIsland& island, bool all) {
-  for (RigidMover& mover : rigid_of(island)) mover.is_widened = all;
-  for (NodeMover& mover : nodes_of(island)) mover.is_widened = all;
+void ContactMovers::begin_responses(const ContactIsland& island, bool all) {
+  const auto begin = [all](auto& mover) {
+    mover.is_widened = all;
+    if (all) mover.response.setZero();
+  };
+  std::ranges::for_each(rigid_of(island), begin);
+  std::ranges::for_each(nodes_of(island), begin);
 }
 
 void ContactMovers::widen(int point) {
   if (point == 0) return;
+  const auto begin = [](auto& mover) {
+    if (!std::exchange(mover.is_widened, true)) mover.response.setZero();
+  };
   const std::size_t place = number(point) - 1;
   if (place < rigid_movers_.size()) {
-    rigid_movers_[place].is_widened = true;
+    begin(rigid_movers_[place]);
     return;
   }
   const SoftPoint& soft = soft_[place - rigid_movers_.size()];
   for (std::size_t i = 0; i < number(soft.node_count); ++i)
-    if (number(soft.movers[i]) < node_movers_.size())
-      node_movers_[number(soft.movers[i])].is_widened = true;
-}
-
-void ContactMovers::clear_responses(const ContactIsland& island) {
-  for (RigidMover& mover : rigid_of(island))
-    if (mover.is_widened) mover.response.setZero();
-  for (NodeMover& mover : nodes_of(island))
-    if (mover.is_widened) mover.response.setZero();
+    if (number(soft.movers[i]) < node_movers_.size()) begin(node_movers_[number(soft.movers[i])]);
 }
 
 /// The square of a sum of velocities is at most the sum of their squares times weights / weight.

@@ -61,18 +61,21 @@ bool ContactCore::evaluate(const ContactIsland& island, double substep_s) {
   return is_bounded;
 }
 
+void ContactCore::widen_responses(const ContactIsland& island) {
+  for (const ContactRows& rows : rows_of(island))
+    for (std::size_t lane = 0; lane < ContactRows::kLanes; ++lane) {
+      if (!(rows.is_widened[lane] > 0.0)) continue;
+      movers_.widen(rows.a[lane]);
+      movers_.widen(rows.b[lane]);
+    }
+}
+
 /// Makes the responses of those anew whose touches are bounded by more than before, of all where a
 /// substep begins; returns the ratio to masses.
 double ContactCore::bound_responses(const ContactIsland& island, double substep_s, bool begins,
                                     const ExplicitState& state) {
-  movers_.note_widened(island, begins);
-  for (const ContactRows& rows : rows_of(island))
-    for (std::size_t lane = 0; lane < ContactRows::kLanes; ++lane)
-      if (rows.is_widened[lane] > 0.0) {
-        movers_.widen(rows.a[lane]);
-        movers_.widen(rows.b[lane]);
-      }
-  movers_.clear_responses(island);
+  movers_.begin_responses(island, begins);
+  if (!begins) widen_responses(island);
   double spring_share = 0.0;
   for (const ContactRows& rows : rows_of(island)) {
     for (std::size_t lane = 0; lane < ContactRows::kLanes; ++lane) {
