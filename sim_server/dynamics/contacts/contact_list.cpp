@@ -37,20 +37,24 @@ void ContactList::take(const bodies::World& world, std::span<const contact::Cont
   place_of_.resize(world.spheres.size(), -1);
   spheres_.clear();
   pairs_.clear();
-  const auto enter = [&](int sphere) {
-    int& place = place_of_[static_cast<std::size_t>(sphere)];
-    if (place >= 0) return place;
-    place = static_cast<int>(spheres_.size());
-    spheres_.push_back(
-        {.number = sphere, .binding = &world.spheres[static_cast<std::size_t>(sphere)]});
-    return place;
+  for (const contact::Contact& contact : contacts)
+    for (const int sphere : {contact.a, contact.b})
+      if (sphere >= 0) place_of_[static_cast<std::size_t>(sphere)] = 0;
+  // In the order of their numbers, or what touches would be far apart in memory.
+  for (std::size_t i = 0; i < place_of_.size(); ++i) {
+    if (place_of_[i] < 0) continue;
+    place_of_[i] = static_cast<int>(spheres_.size());
+    spheres_.push_back({.number = static_cast<int>(i), .binding = &world.spheres[i]});
+  }
+  const auto place_of = [&](int sphere) {
+    return sphere < 0 ? -1 : place_of_[static_cast<std::size_t>(sphere)];
   };
   memories_.take(world, contacts);
   for (const ContactMemories::Place& place : memories_.places()) {
     const contact::Contact& contact = contacts[place.contact];
     const bool turned = is_turned(contact);
-    const int a = enter(turned ? contact.b : contact.a);
-    pairs_.push_back({a, contact.b < 0 ? -1 : enter(turned ? contact.a : contact.b),
+    pairs_.push_back({place_of(turned ? contact.b : contact.a),
+                      place_of(turned ? contact.a : contact.b),
                       turned ? contact.radius_b_m : contact.radius_a_m,
                       contact.radius_a_m + contact.radius_b_m, &contact});
   }

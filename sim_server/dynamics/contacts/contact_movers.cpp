@@ -90,17 +90,19 @@ void ContactMovers::divide(std::span<const int> touched, std::vector<std::size_t
   std::fill(point_of_.begin(), point_of_.end(), 0);
   velocities_.assign(1 + rigid_movers_.size(), {});
   impulses_.assign(1 + rigid_movers_.size(), {});
-  for (std::size_t i = 0; i < entries_.size(); ++i) {
-    ContactIsland& island = islands_[at(island_of_[i])];
-    const std::size_t index = at(entries_[i].index);
-    if (entries_[i].is_rigid) {
-      rigid_movers_[island.rigid.last].rigid = entries_[i].index;
-      rigid_mover_[index] = static_cast<int>(island.rigid.last++);
-    } else {
-      node_movers_[island.nodes.last].node = entries_[i].index;
-      node_mover_[index] = static_cast<int>(island.nodes.last++);
+  // In the order of bodies and nodes, or what touches would be far apart in memory.
+  const auto number = [&](std::vector<int>& mover_of, auto range, const auto& begin) {
+    for (std::size_t i = 0; i < mover_of.size(); ++i) {
+      if (mover_of[i] < 0) continue;
+      const std::size_t place = (islands_[at(island_of_[at(mover_of[i])])].*range).last++;
+      mover_of[i] = static_cast<int>(place);
+      begin(place, static_cast<int>(i));
     }
-  }
+  };
+  number(rigid_mover_, &ContactIsland::rigid,
+         [&](std::size_t place, int rigid) { rigid_movers_[place].rigid = rigid; });
+  number(node_mover_, &ContactIsland::nodes,
+         [&](std::size_t place, int node) { node_movers_[place].node = node; });
 }
 
 int ContactMovers::point_of(int sphere, const bodies::SphereBinding& binding,
