@@ -67,11 +67,14 @@ scene::SceneDescription scene_of(const Pile& pile, bool may_sleep) {
 
 class OurPile : public PileEngine {
  public:
-  OurPile(const scene::SceneDescription& scene, bool predicts)
+  OurPile(const scene::SceneDescription& scene, bool predicts, int threads)
       : predicts_(predicts),
+        workers_(threads),
         simulation_(scene),
         writer_("pile_" + std::to_string(getpid()), sim_server::static_scene(scene, simulation_),
-                simulation_.world().spheres.size(), 10'000'000, proto::Clock::kVirtual, 0) {}
+                simulation_.world().spheres.size(), 10'000'000, proto::Clock::kVirtual, 0) {
+    simulation_.share_work(workers_);
+  }
 
   void step() override {
     report_ = simulation_.step(kPileStep_s, [] { return std::nullopt; });
@@ -92,6 +95,7 @@ class OurPile : public PileEngine {
 
  private:
   bool predicts_;
+  dynamics::Workers workers_;
   dynamics::Simulation simulation_;
   publication::SceneWriter writer_;
   dynamics::StepReport report_;
@@ -131,8 +135,8 @@ Pile lying_spheres(int count) {
   return pile;
 }
 
-std::unique_ptr<PileEngine> our_pile(const Pile& pile, bool may_sleep, bool predicts) {
-  return std::make_unique<OurPile>(scene_of(pile, may_sleep), predicts);
+std::unique_ptr<PileEngine> our_pile(const Pile& pile, bool may_sleep, bool predicts, int threads) {
+  return std::make_unique<OurPile>(scene_of(pile, may_sleep), predicts, threads);
 }
 
 }  // namespace stillgrid::performance

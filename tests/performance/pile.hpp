@@ -49,8 +49,9 @@ class PileEngine {
 };
 
 /// Stillgrid: what sim_server does of a period, publication included; with a prediction of the next
-/// step if `predicts`.
-[[nodiscard]] std::unique_ptr<PileEngine> our_pile(const Pile& pile, bool may_sleep, bool predicts);
+/// step if `predicts`, by so many threads.
+[[nodiscard]] std::unique_ptr<PileEngine> our_pile(const Pile& pile, bool may_sleep, bool predicts,
+                                                   int threads = 1);
 /// Bullet's rigid bodies (3.24): sequential impulses, ten iterations, contacts without give,
 /// lengths in centimetres.
 [[nodiscard]] std::unique_ptr<PileEngine> bullet_pile(const Pile& pile, bool may_sleep);

@@ -52,6 +52,9 @@ int main(int argc, char** argv) {
   add(
       "awake/ours", [](int n) { return our_pile(falling_pile(n), false, false); }, false);
   add(
+      "awake/ours_two_threads", [](int n) { return our_pile(falling_pile(n), false, false, 2); },
+      false);
+  add(
       "awake/ours_predicting", [](int n) { return our_pile(falling_pile(n), false, true); }, false);
   add(
       "awake/Bullet", [](int n) { return bullet_pile(falling_pile(n), false); }, false);

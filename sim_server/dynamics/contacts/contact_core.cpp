@@ -9,6 +9,10 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::size_t kLanes = ContactRows::kLanes;
+/// What one thread takes at once.
+constexpr std::size_t kPairsAChunk = 1024, kIslandsAChunk = 16;
+/// Pairs of a scene and rows of an island below which threads cost more than they take over.
+constexpr std::size_t kPairsWorthSharing = 2048, kRowsWorthSharing = 256;
 
 double sum(const ContactRows::Lane& lane) {
   return std::accumulate(lane.begin(), lane.end(), 0.0);
@@ -24,24 +28,31 @@ void ContactCore::take(const bodies::World& world, std::span<const contact::Cont
   struck_ = false;
 }
 
+const Workers& ContactCore::workers() const noexcept {
+  return list_.pairs().size() < kPairsWorthSharing ? Workers::alone() : *workers_;
+}
+
 void ContactCore::begin(double share, double part_s, double substep_s, const Vector3d& gravity_m_s2,
                         const ExplicitState& state) {
-  list_.place(state, substep_s, gravity_m_s2);
+  list_.place(state, substep_s, gravity_m_s2, workers());
+  is_near_.resize(list_.pairs().size());
+  workers().for_each_chunk(
+      list_.pairs().size(), kPairsAChunk, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i)
+          is_near_[i] = list_.is_near(list_.pairs()[i], share, part_s, substep_s) ? 1 : 0;
+      });
   nearer_.clear();
-  for (std::size_t i = 0; i < list_.pairs().size(); ++i)
-    if (list_.is_near(list_.pairs()[i], share, part_s, substep_s)) nearer_.push_back(i);
+  for (std::size_t i = 0; i < is_near_.size(); ++i)
+    if (is_near_[i] != 0) nearer_.push_back(i);
   // What was near before may come back, and costs less than other islands.
   if (!is_divided_ || !std::ranges::includes(near_, nearer_)) divide(state);
   place_given(share, part_s, state);
-  movers_.note_start(state);
-  place_rows(rows_, list_.spheres(), movers_.velocities(), substep_s);
-  for (const ContactRows& rows : rows_)
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      if (rows.turns_a[lane] > 0.0)
-        movers_.reach(rows.a[lane], ContactRows::get(rows.arm_a_m, lane));
-      if (rows.turns_b[lane] > 0.0)
-        movers_.reach(rows.b[lane], ContactRows::get(rows.arm_b_m, lane));
-    }
+  movers_.note_start(state, workers());
+  workers().for_each_chunk(rows_.size(), kRowsAChunk, [&](std::size_t first, std::size_t last) {
+    place_rows(std::span(rows_).subspan(first, last - first), list_.spheres(), movers_.velocities(),
+               substep_s);
+  });
+  movers_.reach(rows_, workers());
 }
 
 /// Islands and rows of other pairs than before.
@@ -81,6 +92,8 @@ void ContactCore::divide(const ExplicitState& state) {
     }
     island.rows.last = rows_.size();
   }
+  movers_.note_sides(rows_);
+  pushes_.resize(rows_.size() * kLanes);
 }
 
 /// What a pair is.
@@ -157,27 +170,46 @@ void ContactCore::keep() {
 
 ContactSolve ContactCore::solve(double substep_s, const Budget& budget, ExplicitState& state,
                                 EnergyFlow& flow) {
+  movers_.start(state, workers());
+  const std::span<const ContactIsland> islands = movers_.islands();
+  // Those who share the work of a large island would wait for one another in small ones.
+  const auto is_shared = [](const ContactIsland& island) {
+    return island.rows.last - island.rows.first > kRowsWorthSharing;
+  };
+  solves_.resize(islands.size());
+  workers().for_each_chunk(
+      islands.size(), kIslandsAChunk, [&](std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i)
+          if (!is_shared(islands[i]))
+            solves_[i] = solve_island(islands[i], substep_s, budget, state, Workers::alone());
+      });
+  for (std::size_t i = 0; i < islands.size(); ++i)
+    if (is_shared(islands[i]))
+      solves_[i] = solve_island(islands[i], substep_s, budget, state, workers());
+  movers_.apply(state, workers());
+  end(substep_s, flow);
   ContactSolve worst;
-  stiffness_ratio_ = 0.0;
-  movers_.start(state);
-  for (const ContactIsland& island : movers_.islands()) {
-    const ContactSolve own = solve_island(island, substep_s, budget, state);
-    worst.iterations = std::max(worst.iterations, own.iterations);
-    worst.residual_m_s = std::max(worst.residual_m_s, own.residual_m_s);
-    worst.converged = worst.converged && own.converged;
-    worst.late = worst.late || own.late;
-  }
-  movers_.apply(state);
-  for (const ContactIsland& island : movers_.islands()) movers_.place_points(island, state);
-  RowFlow rows;
-  end_rows(rows_, movers_.velocities(), substep_s, rows);
-  struck_ = struck_ || rows.struck;
-  spring_change_J_ = sum(rows.spring_change_J);
-  flow.friction_J += list_.memories().take_parted_J() + sum(rows.friction_J);
-  flow.contact_damping_J += sum(rows.damping_J);
-  flow.unsolved_J += sum(rows.unsolved_J);
-  flow.given_J += sum(rows.given_J);
+  for (const ContactSolve& own : solves_) worst.add(own);
   return worst;
+}
+
+/// What contacts did in a substep.
+void ContactCore::end(double substep_s, EnergyFlow& flow) {
+  flows_.assign((rows_.size() + kRowsAChunk - 1) / kRowsAChunk, {});
+  workers().for_each_chunk(rows_.size(), kRowsAChunk, [&](std::size_t first, std::size_t last) {
+    end_rows(std::span(rows_).subspan(first, last - first), movers_.velocities(), substep_s,
+             flows_[first / kRowsAChunk]);
+  });
+  spring_change_J_ = 0.0;
+  for (const RowFlow& rows : flows_) {
+    struck_ = struck_ || rows.struck;
+    spring_change_J_ += sum(rows.spring_change_J);
+    flow.friction_J += sum(rows.friction_J);
+    flow.contact_damping_J += sum(rows.damping_J);
+    flow.unsolved_J += sum(rows.unsolved_J);
+    flow.given_J += sum(rows.given_J);
+  }
+  flow.friction_J += list_.memories().take_parted_J();
 }
 
 }  // namespace stillgrid::dynamics

@@ -12,6 +12,7 @@
 #include "sim_server/dynamics/forces/explicit_state.hpp"
 #include "sim_server/dynamics/forces/trial.hpp"
 #include "sim_server/dynamics/solvers/budget.hpp"
+#include "sim_server/dynamics/workers/workers.hpp"
 
 namespace stillgrid::dynamics {
 
@@ -25,9 +26,13 @@ struct ContactAccuracy {
 /// How it ended, of the island where it ended worst.
 struct ContactSolve {
   int iterations = 0;
-  double residual_m_s = 0.0;  // what an impulse more would still change of a velocity, at most
+  double residual_m_s = 0.0;     // what an impulse more would still change of a velocity, at most
+  double stiffness_ratio = 0.0;  // h^2 omega^2 / 2 of the contact springs of the stiffest body, at
+                                 // most
   bool converged = true;
   bool late = false;  // so that it ended early
+
+  void add(const ContactSolve& more);
 };
 
 /// The contacts of explicit integrators, held implicitly: they limit no substep.
@@ -51,6 +56,8 @@ class ContactCore {
  public:
   explicit ContactCore(ContactAccuracy accuracy = {}) : accuracy_(accuracy) {}
 
+  /// Who shares the work of large islands; must outlive this. No byte depends on it.
+  void share_work(const Workers& workers) { workers_ = &workers; }
   /// Takes the contacts of a part of a step: see ContactList. Stretches begin as they were kept.
   void take(const bodies::World& world, std::span<const contact::Contact> contacts);
   /// The part counts: its stretches are what the next begins with.
@@ -71,7 +78,7 @@ class ContactCore {
   [[nodiscard]] std::size_t touching() const noexcept { return near_.size(); }
   /// That overlap where the state is.
   [[nodiscard]] int count_touching(const ExplicitState& state) {
-    return list_.count_touching(state);
+    return list_.count_touching(state, workers());
   }
   /// What sticks holds that, of what was kept.
   [[nodiscard]] ContactMemories& memories() noexcept { return list_.memories(); }
@@ -79,14 +86,13 @@ class ContactCore {
   /// In the last substep, J: what the contacts' springs hold more at its end than at its start.
   [[nodiscard]] double spring_change_J() const noexcept { return spring_change_J_; }
   void set_accuracy(const ContactAccuracy& accuracy) noexcept { accuracy_ = accuracy; }
-  /// h^2 omega^2 / 2 of the contact springs of the stiffest body, by bounds, in the last solve.
-  [[nodiscard]] double stiffness_ratio() const noexcept { return stiffness_ratio_; }
   /// Fastest approach in smaller radii a second, of pairs of spheres.
   [[nodiscard]] double approach_per_s(const ExplicitState& state, double part_s) const {
     return list_.approach_per_s(state, part_s);
   }
 
  private:
+  static constexpr std::size_t kRowsAChunk = 64;  // that one thread takes at once
   /// A pair of which a side is given, and its lane.
   struct Given {
     std::size_t pair, place;
@@ -96,24 +102,29 @@ class ContactCore {
   void fill_lane(std::size_t index, std::size_t place, const ExplicitState& state);
   void place_given(double share, double part_s, const ExplicitState& state);
   void keep_stretches();
-  [[nodiscard]] std::span<ContactRows> rows_of(const ContactIsland& island);
+  /// Those who share the work of as many rows as there are.
+  [[nodiscard]] const Workers& workers() const noexcept;
   ContactSolve solve_island(const ContactIsland& island, double substep_s, const Budget& budget,
-                            ExplicitState& state);
-  [[nodiscard]] bool evaluate(const ContactIsland& island, double substep_s);
-  void widen_responses(const ContactIsland& island);
-  [[nodiscard]] double bound_responses(const ContactIsland& island, double substep_s, bool begins,
-                                       const ExplicitState& state);
+                            ExplicitState& state, const Workers& workers);
+  [[nodiscard]] bool evaluate(const ContactIsland& island, double substep_s,
+                              const Workers& workers);
+  void end(double substep_s, EnergyFlow& flow);
 
   ContactAccuracy accuracy_;
   ContactList list_;
   ContactMovers movers_;
+  const Workers* workers_ = &Workers::alone();
+  std::vector<char> is_near_;                // of each pair
   std::vector<std::size_t> near_, nearer_;   // pairs that may touch, in the last substep and now
   std::vector<std::size_t> place_of_;        // where each is among the touches
   std::vector<std::size_t> sorted_, lanes_;  // of touches: pair, and lane after lane of rows_
   std::vector<int> moved_;                   // of each of them one that it moves, or -1
   std::vector<ContactRows> rows_;            // each island begins one, in an island by key
+  std::vector<ContactPush> pushes_;          // of each lane
+  std::vector<RowFlow> flows_;               // of chunks of rows
+  std::vector<ContactSolve> solves_;         // of islands
   std::vector<Given> given_;
-  double stiffness_ratio_ = 0.0, spring_change_J_ = 0.0;
+  double spring_change_J_ = 0.0;
   bool is_divided_ = false, struck_ = false;
 };
 

@@ -9,6 +9,9 @@ namespace {
 
 using Eigen::Vector3d;
 
+/// What one thread takes at once.
+constexpr std::size_t kSpheresAChunk = 1024;
+
 /// The centre of a sphere, and its velocity.
 bodies::SphereMotion motion_of(const bodies::SphereBinding& binding, const ExplicitState& state) {
   if (binding.rigid >= 0) {
@@ -60,33 +63,38 @@ void ContactList::take(const bodies::World& world, std::span<const contact::Cont
   }
 }
 
-void ContactList::place(const ExplicitState& state, double substep_s,
+void ContactList::place(const ExplicitState& state, double substep_s, const Vector3d& gravity_m_s2,
+                        const Workers& workers) {
+  workers.for_each_chunk(spheres_.size(), kSpheresAChunk, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) place(spheres_[i], state, substep_s, gravity_m_s2);
+  });
+}
+
+void ContactList::place(ContactSphere& sphere, const ExplicitState& state, double substep_s,
                         const Vector3d& gravity_m_s2) {
-  for (ContactSphere& sphere : spheres_) {
-    const bodies::SphereBinding& binding = *sphere.binding;
-    if (binding.rigid >= 0) {
-      const RigidState& body = state.rigid[static_cast<std::size_t>(binding.rigid)];
-      const Vector3d arm_m = body.rotation * binding.local_m;
-      sphere.arm_m.map() = arm_m;
-      sphere.position_m.map() = body.position_m + arm_m;
-      sphere.speed_m_s = (body.velocity_m_s + body.spin_rad_s.cross(arm_m)).norm();
-      if (body.free) sphere.speed_m_s += substep_s * gravity_m_s2.norm();
-      continue;
-    }
-    Vector3d position_m = Vector3d::Zero(), velocity_m_s = Vector3d::Zero(),
-             change_m_s2 = Vector3d::Zero();
-    for (std::size_t i = 0; i < static_cast<std::size_t>(binding.node_count); ++i) {
-      const auto node = static_cast<std::size_t>(binding.nodes[i]);
-      const double inverse_mass_per_kg = state.inverse_mass_per_kg[node];
-      if (inverse_mass_per_kg > 0.0)
-        change_m_s2 +=
-            binding.weights[i] * (inverse_mass_per_kg * state.force_N[node].map() + gravity_m_s2);
-      position_m += binding.weights[i] * state.position_m[node].map();
-      velocity_m_s += binding.weights[i] * state.velocity_m_s[node].map();
-    }
-    sphere.position_m.map() = position_m;
-    sphere.speed_m_s = velocity_m_s.norm() + substep_s * change_m_s2.norm();
+  const bodies::SphereBinding& binding = *sphere.binding;
+  if (binding.rigid >= 0) {
+    const RigidState& body = state.rigid[static_cast<std::size_t>(binding.rigid)];
+    const Vector3d arm_m = body.rotation * binding.local_m;
+    sphere.arm_m.map() = arm_m;
+    sphere.position_m.map() = body.position_m + arm_m;
+    sphere.speed_m_s = (body.velocity_m_s + body.spin_rad_s.cross(arm_m)).norm();
+    if (body.free) sphere.speed_m_s += substep_s * gravity_m_s2.norm();
+    return;
   }
+  Vector3d position_m = Vector3d::Zero(), velocity_m_s = Vector3d::Zero(),
+           change_m_s2 = Vector3d::Zero();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(binding.node_count); ++i) {
+    const auto node = static_cast<std::size_t>(binding.nodes[i]);
+    const double inverse_mass_per_kg = state.inverse_mass_per_kg[node];
+    if (inverse_mass_per_kg > 0.0)
+      change_m_s2 +=
+          binding.weights[i] * (inverse_mass_per_kg * state.force_N[node].map() + gravity_m_s2);
+    position_m += binding.weights[i] * state.position_m[node].map();
+    velocity_m_s += binding.weights[i] * state.velocity_m_s[node].map();
+  }
+  sphere.position_m.map() = position_m;
+  sphere.speed_m_s = velocity_m_s.norm() + substep_s * change_m_s2.norm();
 }
 
 Vector3d ContactList::other_m(const ContactPair& pair, double share) const {
@@ -108,8 +116,8 @@ bool ContactList::is_near(const ContactPair& pair, double share, double part_s,
   return (a.position_m.map() - other_m(pair, share)).squaredNorm() < within_m * within_m;
 }
 
-int ContactList::count_touching(const ExplicitState& state) {
-  place(state, 0.0, Vector3d::Zero());
+int ContactList::count_touching(const ExplicitState& state, const Workers& workers) {
+  place(state, 0.0, Vector3d::Zero(), workers);
   return static_cast<int>(std::count_if(pairs_.begin(), pairs_.end(), [&](const ContactPair& pair) {
     const contact::Contact& contact = *pair.contact;
     const Vector3d a_m = sphere(pair.a).position_m.map();

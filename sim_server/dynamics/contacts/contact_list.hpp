@@ -8,6 +8,7 @@
 #include "sim_server/contact/contact.hpp"
 #include "sim_server/dynamics/contacts/contact_memory.hpp"
 #include "sim_server/dynamics/forces/explicit_state.hpp"
+#include "sim_server/dynamics/workers/workers.hpp"
 
 namespace stillgrid::dynamics {
 
@@ -35,7 +36,8 @@ class ContactList {
   void take(const bodies::World& world, std::span<const contact::Contact> contacts);
 
   /// Moves the spheres to where the state is. Pre: its forces are those of springs.
-  void place(const ExplicitState& state, double substep_s, const Eigen::Vector3d& gravity_m_s2);
+  void place(const ExplicitState& state, double substep_s, const Eigen::Vector3d& gravity_m_s2,
+             const Workers& workers);
 
   /// Ordered by key, so that sums over them do not depend on the list's order.
   [[nodiscard]] const std::vector<ContactPair>& pairs() const noexcept { return pairs_; }
@@ -53,11 +55,14 @@ class ContactList {
                              double substep_s) const;
 
   /// Pairs that overlap where the state is, at the part's end.
-  [[nodiscard]] int count_touching(const ExplicitState& state);
+  [[nodiscard]] int count_touching(const ExplicitState& state, const Workers& workers);
   /// Fastest approach in smaller radii a second, of pairs of spheres that may meet in the part.
   [[nodiscard]] double approach_per_s(const ExplicitState& state, double part_s) const;
 
  private:
+  static void place(ContactSphere& sphere, const ExplicitState& state, double substep_s,
+                    const Eigen::Vector3d& gravity_m_s2);
+
   std::vector<int> place_of_;  // of each sphere of the world in spheres_, or -1
   std::vector<ContactSphere> spheres_;
   std::vector<ContactPair> pairs_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace stillgrid::dynamics {
 namespace {
@@ -10,6 +11,10 @@ using Eigen::Vector3d;
 
 std::size_t at(int i) {
   return static_cast<std::size_t>(i);
+}
+
+std::size_t chunks_of(std::size_t movers) {
+  return (movers + kMoversAChunk - 1) / kMoversAChunk;
 }
 
 }  // namespace
@@ -77,14 +82,22 @@ void ContactMovers::divide(std::span<const int> touched, std::vector<std::size_t
     from += range.last;
     range.last = range.first;
   };
+  std::size_t chunks = 0;
   for (ContactIsland& island : islands_) {
+    const std::size_t rigid = island.rigid.last, nodes = island.nodes.last;
     begin_at(island.touches, end.touches.first);
     begin_at(island.rigid, end.rigid.first);
     begin_at(island.nodes, end.nodes.first);
+    island.first_chunk = chunks;
+    chunks += chunks_of(rigid) + chunks_of(nodes);
   }
   for (std::size_t& place : place_of) place = islands_[place].touches.last++;
+  residuals_.resize(chunks);
+  bounds_.resize(chunks);
   rigid_movers_.resize(end.rigid.first);
+  rigid_responses_.resize(end.rigid.first);
   node_movers_.resize(end.nodes.first);
+  node_responses_.resize(end.nodes.first);
   node_impulse_N_s_.assign(node_movers_.size() + 1, {});
   soft_.clear();
   std::fill(point_of_.begin(), point_of_.end(), 0);
@@ -130,6 +143,26 @@ int ContactMovers::point_of(int sphere, const bodies::SphereBinding& binding,
 void ContactMovers::begin_island(std::size_t island) {
   island_ = island;
   islands_[island].soft.first = islands_[island].soft.last = soft_.size();
+}
+
+void ContactMovers::note_sides(std::span<const ContactRows> rows) {
+  const auto for_each_side = [&](const auto& visit) {
+    for (std::size_t lane = 0; lane < rows.size() * ContactRows::kLanes; ++lane) {
+      const ContactRows& own = rows[lane / ContactRows::kLanes];
+      const std::size_t i = lane % ContactRows::kLanes;
+      if (own.a[i] > 0) visit(at(own.a[i]), TouchSide{static_cast<std::uint32_t>(lane), false});
+      if (own.b[i] > 0) visit(at(own.b[i]), TouchSide{static_cast<std::uint32_t>(lane), true});
+    }
+  };
+  // Counts first, then where each point's begin, then each in its place.
+  first_side_.assign(velocities_.size() + 1, 0);
+  for_each_side([&](std::size_t point, TouchSide) { ++first_side_[point]; });
+  std::uint32_t sides = 0;
+  for (std::uint32_t& first : first_side_) first = std::exchange(sides, sides + first);
+  sides_.resize(sides);
+  for_each_side([&](std::size_t point, TouchSide side) { sides_[first_side_[point]++] = side; });
+  for (std::size_t i = first_side_.size(); i-- > 1;) first_side_[i] = first_side_[i - 1];
+  first_side_[0] = 0;
 }
 
 double ContactMovers::weight_sum(const bodies::SphereBinding& binding, const ExplicitState& state) {

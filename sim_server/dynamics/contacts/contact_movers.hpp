@@ -1,22 +1,19 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/dynamics/contacts/contact_rows.hpp"
 #include "sim_server/dynamics/forces/explicit_state.hpp"
+#include "sim_server/dynamics/workers/workers.hpp"
 
 namespace stillgrid::dynamics {
-
-/// How much impulse a change of the end velocity may ask for at most, N s per m/s; across the
-/// normal while it sticks no more than it does.
-struct ImpulseSlopes {
-  double normal_kg = 0.0, across_kg = 0.0;
-};
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -25,19 +22,38 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 struct RigidMover {
   int rigid;
   double arm_m = 0.0;  // farthest contact
-  Vector6 start, free, impulse, residual, direction;
-  Eigen::Matrix3d inertia_kg_m2;  // world frame
-  Matrix6 response;         // first what contacts ask for, kg, then the inverse with the masses
-  double ratio = 0.0;       // of what they ask for to the masses
-  bool is_widened = false;  // they ask for more than they did
+  double inverse_mass_per_kg = 0.0;
+  Vector6 start, free, residual, direction;
+  Eigen::Matrix3d inverse_inertia_per_kg_m2, inertia_kg_m2;  // world frame
 };
 /// A node that contacts move.
 struct NodeMover {
   int node;
   Eigen::Vector3d start, free, residual, direction;
-  Eigen::Matrix3d response;
-  double ratio = 0.0;
-  bool is_widened = false;
+};
+
+/// What contacts ask for at most, as multiples of masses, and of that the springs' share.
+struct ResponseBound {
+  double ratio = 0.0, spring_share = 0.0;
+
+  void add(const ResponseBound& more) {
+    ratio = std::max(ratio, more.ratio);
+    spring_share = std::max(spring_share, more.spring_share);
+  }
+};
+
+/// What contacts ask for, kg, then the inverse of that with the masses.
+template <class Matrix>
+struct Response {
+  Matrix matrix;
+  ResponseBound bound;
+  bool is_widened = false;  // they ask for more than they did
+};
+
+/// Which lane of the rows pushes a point, and whether as the touch's second.
+struct TouchSide {
+  std::uint32_t lane;
+  bool is_b;
 };
 
 /// A sphere of nodes that touches.
@@ -53,14 +69,20 @@ struct ContactIsland {
     std::size_t first = 0, last = 0;  // last: behind it
   };
   Range touches, rows, rigid, nodes, soft;
+  std::size_t first_chunk = 0;  // of its movers, rigid bodies before nodes
 };
 
 /// How far an island is from the solution.
 struct ContactResidual {
   double left_m_s = 0.0;    // what impulses ask for beyond the velocities, the largest
   double change_m_s = 0.0;  // of a velocity since the substep's start, the largest
-  bool is_uphill = false;   // the last change went against what is left
+  double along_J = 0.0;     // of the last change with what is left; below zero: it led uphill
+
+  void add(const ContactResidual& more);
 };
+
+/// Movers of an island that are summed over by themselves, whoever does it.
+inline constexpr std::size_t kMoversAChunk = 256;
 
 /// What contacts move in a substep, island by island. All that it does in an island depends on that
 /// island alone. Nothing is allocated once there was room.
@@ -85,38 +107,34 @@ class ContactMovers {
   [[nodiscard]] static double weight_sum(const bodies::SphereBinding& binding,
                                          const ExplicitState& state);
 
+  /// Who pushes whom: of the rows of all islands.
+  void note_sides(std::span<const ContactRows> rows);
   /// Velocities now are the substep's start.
-  void note_start(const ExplicitState& state);
-  /// A contact of a body's point has such an arm.
-  void reach(int point, const Eigen::Vector3d& arm_m);
-  /// Takes velocities that all but contacts have made, and leads all back to the substep's start.
-  void start(ExplicitState& state);
+  void note_start(const ExplicitState& state, const Workers& workers);
+  /// How far from each body's centre its contacts are. Pre: the rows are placed.
+  void reach(std::span<const ContactRows> rows, const Workers& workers);
+  /// Takes velocities that all but contacts have made; points stay at the substep's start.
+  void start(ExplicitState& state, const Workers& workers);
   /// The fastest of an island without contacts, m/s.
   [[nodiscard]] double largest_m_s(const ContactIsland& island) const;
-
-  /// How an island's points move.
-  void place_points(const ContactIsland& island, const ExplicitState& state);
+  /// How points move in the iteration; of an island's nodes, as the state has them.
   [[nodiscard]] std::span<const ContactPoint> velocities() const noexcept { return velocities_; }
-  /// What pushes an island's points: nothing yet.
-  [[nodiscard]] std::span<ContactPoint> clear_impulses(const ContactIsland& island);
-  /// What pushes points becomes the impulses of bodies and nodes.
-  void gather_impulses(const ContactIsland& island);
-  /// The responses of an island's movers are made anew: of all, or of those widened from here on.
-  void begin_responses(const ContactIsland& island, bool all);
-  /// A contact of the point asks for more than it did.
-  void widen(int point);
-  /// Adds what a contact asks for to the responses that are made anew.
-  void add_slopes(int point, const Eigen::Vector3d& arm_m, const Eigen::Vector3d& normal,
-                  const ImpulseSlopes& slopes, double weights);
-  /// Makes each of those the inverse of its mass and of what contacts ask for at most. Returns the
-  /// largest ratio of the second to the first, of all.
-  double invert_responses(const ContactIsland& island, const ExplicitState& state);
+  void place_soft(const ContactIsland& island, const ExplicitState& state);
 
-  [[nodiscard]] ContactResidual residual(const ContactIsland& island, const ExplicitState& state);
+  /// The responses of an island's movers are made anew: of all, or of those that contacts ask more
+  /// of. Returns the largest bounds of all.
+  ResponseBound make_responses(const ContactIsland& island, std::span<const ContactRows> rows,
+                               bool all, double substep_s, const ExplicitState& state,
+                               const Workers& workers);
+
+  /// How far the island is from where pushes lead.
+  [[nodiscard]] ContactResidual residual(const ContactIsland& island,
+                                         std::span<const ContactPush> pushes,
+                                         const ExplicitState& state, const Workers& workers);
   void advance(const ContactIsland& island, double momentum_weight, double residual_weight,
-               ExplicitState& state);
-  /// The impulses of all contacts on the velocities that all else made.
-  void apply(ExplicitState& state) const;
+               ExplicitState& state, const Workers& workers);
+  /// The impulses of all contacts on the velocities that all else made, which points have then.
+  void apply(ExplicitState& state, const Workers& workers);
 
  private:
   struct Entry {
@@ -125,8 +143,20 @@ class ContactMovers {
   };
   int enter(Entry entry, int& number, int with);
   int root(int entry);
-  [[nodiscard]] std::span<RigidMover> rigid_of(const ContactIsland& island);
-  [[nodiscard]] std::span<NodeMover> nodes_of(const ContactIsland& island);
+  [[nodiscard]] std::span<const TouchSide> sides_of(std::size_t point) const {
+    return std::span(sides_).subspan(first_side_[point],
+                                     first_side_[point + 1] - first_side_[point]);
+  }
+  [[nodiscard]] ContactPoint pushed(std::size_t point, std::span<const ContactPush> pushes) const;
+  void push_nodes(const ContactIsland& island, std::span<const ContactPush> pushes);
+  void widen(int point);
+  void ask_body(std::size_t mover, std::span<const ContactRows> rows, double substep_s);
+  double ask_nodes(const ContactIsland& island, std::span<const ContactRows> rows,
+                   double substep_s);
+  void ask_node(const SoftPoint& soft, const Eigen::Matrix3d& block);
+  [[nodiscard]] ContactResidual body_residual(std::size_t mover,
+                                              std::span<const ContactPush> pushes);
+  [[nodiscard]] ContactResidual node_residual(std::size_t mover, const ExplicitState& state);
 
   std::vector<Entry> entries_;
   std::vector<int> parent_, island_of_;        // of each entry
@@ -137,8 +167,14 @@ class ContactMovers {
   std::vector<ContactPoint> velocities_, impulses_;  // of points
   std::vector<int> point_of_;                        // of spheres of nodes, or 0
   std::size_t island_ = 0;                           // that has begun
+  std::vector<std::uint32_t> first_side_;            // of each point, and one more
+  std::vector<TouchSide> sides_;                     // point by point, in the order of lanes
   std::vector<RigidMover> rigid_movers_;
+  std::vector<Response<Matrix6>> rigid_responses_;
   std::vector<NodeMover> node_movers_;
+  std::vector<Response<Eigen::Matrix3d>> node_responses_;
+  std::vector<ContactResidual> residuals_;  // of chunks of movers, island by island
+  std::vector<ResponseBound> bounds_;       // likewise
 };
 
 }  // namespace stillgrid::dynamics

@@ -31,9 +31,9 @@ HWY_INLINE bool WidenBounds(ContactRows& rows, std::size_t i, Vec push, Vec held
   return false;
 }
 
-/// The law, without branches; adds the impulses to both sides.
+/// The law, without branches.
 HWY_INLINE bool Evaluate(ContactRows& rows, const ContactPoint* HWY_RESTRICT velocities,
-                         ContactPoint* HWY_RESTRICT impulses, Vec step_s, std::size_t i) {
+                         ContactPush* HWY_RESTRICT pushes, Vec step_s, std::size_t i) {
   const Tag d;
   const Vec zero = hn::Zero(d);
   Vec nx, ny, nz, ux, uy, uz, fx, fy, fz;
@@ -76,24 +76,20 @@ HWY_INLINE bool Evaluate(ContactRows& rows, const ContactPoint* HWY_RESTRICT vel
   Spread(Minor(ry, fz, rz, fy), Minor(rz, fx, rx, fz), Minor(rx, fy, ry, fx), moment_a);
   Get(rows.arm_b_m, i, rx, ry, rz);
   Spread(Minor(ry, fz, rz, fy), Minor(rz, fx, rx, fz), Minor(rx, fy, ry, fx), moment_b);
-  for (std::size_t k = 0; k < hn::Lanes(d); ++k) {
-    ContactPoint &p = impulses[rows.a[i + k]], &q = impulses[rows.b[i + k]];
-    Change<true>(p.linear, linear[k]);
-    Change<true>(p.angular, moment_a[k]);
-    Change<false>(q.linear, linear[k]);
-    Change<false>(q.angular, moment_b[k]);
-  }
+  for (std::size_t k = 0; k < hn::Lanes(d); ++k)
+    pushes[i + k] = {linear[k], moment_a[k], moment_b[k]};
   return WidenBounds(rows, i, push, share);
 }
 
 bool EvaluateRows(std::span<ContactRows> all, std::span<const ContactPoint> velocities,
-                  std::span<ContactPoint> impulses, double substep_s) {
+                  std::span<ContactPush> pushes, double substep_s) {
   const Tag d;
   const Vec step_s = Number(substep_s);
   bool is_bounded = true;
-  for (ContactRows& rows : all)
+  for (std::size_t row = 0; row < all.size(); ++row)
     for (std::size_t i = 0; i < kLanes; i += hn::Lanes(d))
-      is_bounded = Evaluate(rows, velocities.data(), impulses.data(), step_s, i) && is_bounded;
+      is_bounded =
+          Evaluate(all[row], velocities.data(), &pushes[row * kLanes], step_s, i) && is_bounded;
   return is_bounded;
 }
 
@@ -187,8 +183,8 @@ void ContactRows::set_material(std::size_t lane, const collision::ContactMateria
 }
 
 bool evaluate_rows(std::span<ContactRows> rows, std::span<const ContactPoint> velocities,
-                   std::span<ContactPoint> impulses, double substep_s) {
-  return HWY_DYNAMIC_DISPATCH(EvaluateRows)(rows, velocities, impulses, substep_s);
+                   std::span<ContactPush> pushes, double substep_s) {
+  return HWY_DYNAMIC_DISPATCH(EvaluateRows)(rows, velocities, pushes, substep_s);
 }
 
 void end_rows(std::span<ContactRows> rows, std::span<const ContactPoint> velocities,

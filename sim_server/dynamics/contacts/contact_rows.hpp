@@ -16,6 +16,11 @@ struct alignas(64) ContactPoint {
   PackedVector linear, angular;
 };
 
+/// What a touch pushes its first side by, and its second against: an impulse and its moments.
+struct alignas(32) ContactPush {
+  PackedVector linear, moment_a, moment_b;
+};
+
 /// Contacts of a substep, eight to a block, each ready for the impulse at any end velocity: the
 /// mean of the contact law's force over the straight way from the substep's start to its end, times
 /// the substep.
@@ -90,11 +95,11 @@ struct alignas(64) RowFlow {
 void place_rows(std::span<ContactRows> rows, std::span<const ContactSphere> spheres,
                 std::span<const ContactPoint> velocities, double substep_s);
 
-/// Impulses by the points' end velocities, added to both sides'. Whether none may change by more
+/// Impulses by the points' end velocities, a push for each lane. Whether none may change by more
 /// than its bounds say; those that may have new bounds.
 [[nodiscard]] bool evaluate_rows(std::span<ContactRows> rows,
                                  std::span<const ContactPoint> velocities,
-                                 std::span<ContactPoint> impulses, double substep_s);
+                                 std::span<ContactPush> pushes, double substep_s);
 
 /// Ends a substep at the end velocities that its last impulses made: adds what contacts did on the
 /// way that it really takes, and stretches what sticks on.

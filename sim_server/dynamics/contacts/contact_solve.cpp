@@ -1,6 +1,7 @@
 // The solution of an island's contacts in a substep.
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <utility>
 
@@ -48,65 +49,31 @@ class ChebyshevWeights {
 
 }  // namespace
 
-std::span<ContactRows> ContactCore::rows_of(const ContactIsland& island) {
-  return std::span(rows_).subspan(island.rows.first, island.rows.last - island.rows.first);
-}
-
-/// Impulses of all contacts at the velocities of the island's points; whether they may change by no
+/// Pushes of all contacts at the velocities of the island's points; whether they may change by no
 /// more than the responses count on.
-bool ContactCore::evaluate(const ContactIsland& island, double substep_s) {
-  const bool is_bounded = evaluate_rows(rows_of(island), movers_.velocities(),
-                                        movers_.clear_impulses(island), substep_s);
-  movers_.gather_impulses(island);
+bool ContactCore::evaluate(const ContactIsland& island, double substep_s, const Workers& workers) {
+  std::atomic<bool> is_bounded = true;
+  workers.for_each_chunk(
+      island.rows.last - island.rows.first, kRowsAChunk, [&](std::size_t first, std::size_t last) {
+        const std::size_t row = island.rows.first + first;
+        if (!evaluate_rows(std::span(rows_).subspan(row, last - first), movers_.velocities(),
+                           std::span(pushes_).subspan(row * ContactRows::kLanes), substep_s))
+          is_bounded.store(false, std::memory_order_relaxed);
+      });
   return is_bounded;
 }
 
-void ContactCore::widen_responses(const ContactIsland& island) {
-  for (const ContactRows& rows : rows_of(island))
-    for (std::size_t lane = 0; lane < ContactRows::kLanes; ++lane) {
-      if (!(rows.is_widened[lane] > 0.0)) continue;
-      movers_.widen(rows.a[lane]);
-      movers_.widen(rows.b[lane]);
-    }
-}
-
-/// Makes the responses of those anew whose touches are bounded by more than before, of all where a
-/// substep begins; returns the ratio to masses.
-double ContactCore::bound_responses(const ContactIsland& island, double substep_s, bool begins,
-                                    const ExplicitState& state) {
-  movers_.begin_responses(island, begins);
-  if (!begins) widen_responses(island);
-  double spring_share = 0.0;
-  for (const ContactRows& rows : rows_of(island)) {
-    for (std::size_t lane = 0; lane < ContactRows::kLanes; ++lane) {
-      const ImpulseSlopes slopes{rows.normal_bound_kg[lane], rows.across_bound_kg[lane]};
-      if (!(slopes.normal_kg > 0.0)) continue;
-      spring_share = std::max(spring_share, 0.25 * substep_s * substep_s *
-                                                rows.stiffness_N_per_m[lane] / slopes.normal_kg);
-      const Eigen::Vector3d normal = ContactRows::get(rows.normal, lane);
-      const double weights = rows.weights[lane];
-      movers_.add_slopes(rows.a[lane], ContactRows::get(rows.arm_a_m, lane), normal, slopes,
-                         weights);
-      movers_.add_slopes(rows.b[lane], ContactRows::get(rows.arm_b_m, lane), normal, slopes,
-                         weights);
-    }
-  }
-  const double ratio = movers_.invert_responses(island, state);
-  stiffness_ratio_ = std::max(stiffness_ratio_, spring_share * ratio);
-  return ratio;
-}
-
 ContactSolve ContactCore::solve_island(const ContactIsland& island, double substep_s,
-                                       const Budget& budget, ExplicitState& state) {
+                                       const Budget& budget, ExplicitState& state,
+                                       const Workers& workers) {
   ContactSolve result;
   const double rounding_m_s = kRounding * movers_.largest_m_s(island) + kRounding_m_s;
   const bool is_large = island.touches.last - island.touches.first > kLargeIsland;
-  double ratio = 0.0;
+  ResponseBound bound;
   ChebyshevWeights weights;
   for (bool begins = true;; begins = false) {
-    if (!begins) movers_.place_points(island, state);
-    const bool is_bounded = evaluate(island, substep_s);
-    const ContactResidual residual = movers_.residual(island, state);
+    const bool is_bounded = evaluate(island, substep_s, workers);
+    const ContactResidual residual = movers_.residual(island, pushes_, state, workers);
     result.residual_m_s = residual.left_m_s;
     if (residual.left_m_s <= std::max(accuracy_.relative * residual.change_m_s, rounding_m_s))
       return result;
@@ -116,18 +83,28 @@ ContactSolve ContactCore::solve_island(const ContactIsland& island, double subst
     if (result.late || result.iterations == accuracy_.most_iterations) result.converged = false;
     if (!result.converged) return result;
     ++result.iterations;
-    const bool overshot = !begins && residual.is_uphill;
+    const bool overshot = !begins && residual.along_J < 0.0;
     if (is_bounded && !begins && !overshot) {
       const ChebyshevWeights::Next next = weights.next();
-      movers_.advance(island, next.momentum, next.residual, state);
+      movers_.advance(island, next.momentum, next.residual, state, workers);
       continue;
     }
     // What comes and goes is no linear system: where Chebyshev's weights led away they begin anew
     // and more carefully, in the end as steps of weight 1, each of which comes nearer.
-    if (!is_bounded || begins) ratio = bound_responses(island, substep_s, begins, state);
-    weights = ChebyshevWeights(overshot ? kCareful * weights.ratio() : kTypicalBound * ratio);
-    movers_.advance(island, 0.0, overshot ? 1.0 : weights.first(), state);
+    if (!is_bounded || begins)
+      bound = movers_.make_responses(island, rows_, begins, substep_s, state, workers);
+    result.stiffness_ratio = std::max(result.stiffness_ratio, bound.spring_share * bound.ratio);
+    weights = ChebyshevWeights(overshot ? kCareful * weights.ratio() : kTypicalBound * bound.ratio);
+    movers_.advance(island, 0.0, overshot ? 1.0 : weights.first(), state, workers);
   }
+}
+
+void ContactSolve::add(const ContactSolve& more) {
+  iterations = std::max(iterations, more.iterations);
+  residual_m_s = std::max(residual_m_s, more.residual_m_s);
+  stiffness_ratio = std::max(stiffness_ratio, more.stiffness_ratio);
+  converged = converged && more.converged;
+  late = late || more.late;
 }
 
 }  // namespace stillgrid::dynamics

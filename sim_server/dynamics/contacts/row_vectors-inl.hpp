@@ -76,15 +76,6 @@ HWY_INLINE void Spread(Vec x, Vec y, Vec z, PackedVector* HWY_RESTRICT lanes) {
   hn::StoreInterleaved4(x, y, z, hn::Zero(Tag()), Tag(), &lanes[0].x);
 }
 
-template <bool adds>
-HWY_INLINE void Change(PackedVector& sum, const PackedVector& by) {
-  const Tag d;
-  for (std::size_t k = 0; k < 4; k += hn::Lanes(d)) {
-    const Vec own = hn::Load(d, &sum.x + k), more = hn::Load(d, &by.x + k);
-    hn::Store(adds ? hn::Add(own, more) : hn::Sub(own, more), d, &sum.x + k);
-  }
-}
-
 /// linear + angular x arm.
 template <class Point>
 HWY_INLINE void VelocityOf(const Point& point, const Vector& arm_m, std::size_t i, Vec& x, Vec& y,

@@ -22,6 +22,8 @@ constexpr double kContactRatio = 16.0;
 constexpr double kMaxApproach = 0.5;
 /// Of substeps in which contacts are not solved.
 constexpr int kMaxHalvings = 5;
+/// Rigid bodies that one thread takes at once, and below which threads cost more than they take.
+constexpr std::size_t kBodiesAChunk = 512, kBodiesWorthSharing = 2048;
 
 void turn_inertia(RigidState& body) {
   body.rotation = body.orientation.toRotationMatrix();
@@ -101,6 +103,21 @@ void ExplicitIntegrator::commit(bodies::World& world, double duration_s) {
   kept_contact_rate_per_s2_ = contact_rate_per_s2_;
 }
 
+void ExplicitIntegrator::share_work(const Workers& workers) {
+  workers_ = &workers;
+  contacts_.share_work(workers);
+}
+
+template <class Work>
+void ExplicitIntegrator::for_each_free(const Work& work) {
+  const Workers& workers = state_.rigid.size() < kBodiesWorthSharing ? Workers::alone() : *workers_;
+  workers.for_each_chunk(state_.rigid.size(), kBodiesAChunk,
+                         [&](std::size_t first, std::size_t last) {
+                           for (std::size_t i = first; i < last; ++i)
+                             if (state_.rigid[i].free) work(state_.rigid[i]);
+                         });
+}
+
 void ExplicitIntegrator::restart() {
   springs_.reset();
   spectrum_.restart();
@@ -170,7 +187,7 @@ ContactSolve ExplicitIntegrator::substep(const bodies::World& world, double at_s
   apply(world, substep_s);
   const ContactSolve solve = contacts_.solve(substep_s, budget, state_, flow_);
   contact_rate_per_s2_ =
-      std::max(contact_rate_per_s2_, contacts_.stiffness_ratio() / (substep_s * substep_s));
+      std::max(contact_rate_per_s2_, solve.stiffness_ratio / (substep_s * substep_s));
   return solve;
 }
 
@@ -180,27 +197,25 @@ void ExplicitIntegrator::apply(const bodies::World& world, double substep_s) {
 
 void ExplicitIntegrator::kick(const bodies::World& world, double kick_s) {
   move_nodes({.kick_s = kick_s}, world.gravity_m_s2, state_);
-  for (RigidState& body : state_.rigid) {
-    if (!body.free) continue;
+  for_each_free([&](RigidState& body) {
     body.velocity_m_s += kick_s * (body.inverse_mass_per_kg * body.force_N + world.gravity_m_s2);
     body.angular_momentum_N_m_s += kick_s * body.torque_N_m;
     body.spin_rad_s = body.inverse_inertia_per_kg_m2 * body.angular_momentum_N_m_s;
     body.force_N.setZero();
     body.torque_N_m.setZero();
-  }
+  });
 }
 
 void ExplicitIntegrator::drift(const bodies::World& world, double drift_s) {
   if (drift_s == 0.0) return;
   move_nodes({.drift_s = drift_s}, world.gravity_m_s2, state_);
-  for (RigidState& body : state_.rigid) {
-    if (!body.free) continue;
+  for_each_free([&](RigidState& body) {
     body.position_m += drift_s * body.velocity_m_s;
     body.orientation =
         (bodies::rotation_of(drift_s * body.spin_rad_s) * body.orientation).normalized();
     turn_inertia(body);
     body.spin_rad_s = body.inverse_inertia_per_kg_m2 * body.angular_momentum_N_m_s;
-  }
+  });
 }
 
 /// False, and the trial is the world at rest, if something is no number.

@@ -35,6 +35,7 @@ class ExplicitIntegrator : public Integrator {
   void commit(bodies::World& world, double duration_s) override;
   [[nodiscard]] std::optional<EnergyFlow> flow() const override { return flow_; }
   [[nodiscard]] ContactMemories* memories() override { return &contacts_.memories(); }
+  void share_work(const Workers& workers) override;
   void restart() override;
 
   /// Of the last advance().
@@ -64,9 +65,13 @@ class ExplicitIntegrator : public Integrator {
                        const Budget& budget);
   [[nodiscard]] bool unpack(const bodies::World& world, double duration_s);
   void rest(const bodies::World& world);
+  /// work(body) for each rigid body that feels forces, by those who share it.
+  template <class Work>
+  void for_each_free(const Work& work);
 
   scene::Method method_;
   Drifts drifts_;
+  const Workers* workers_ = &Workers::alone();
   std::optional<SpringForces> springs_;
   static constexpr int kNeverLooked = 1 << 20;
   SpringSpectrum spectrum_;

@@ -11,6 +11,7 @@
 #include "sim_server/dynamics/forces/trial.hpp"
 #include "sim_server/dynamics/solvers/budget.hpp"
 #include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
+#include "sim_server/dynamics/workers/workers.hpp"
 #include "sim_server/scene/method.hpp"
 
 namespace stillgrid::dynamics {
@@ -68,6 +69,10 @@ class Integrator {
   /// The trial becomes the world's state, duration_s later. The integrator learns of it: a step
   /// that was not committed leaves no trace in its history.
   virtual void commit(bodies::World& world, double duration_s);
+
+  /// Who shares the work of large scenes; must outlive this. No byte depends on it. By default the
+  /// caller does all.
+  virtual void share_work(const Workers& /*workers*/) {}
 
   /// Forgets earlier steps: the world was changed from outside, or its unknowns numbered anew. What
   /// sticks is no step: it lasts.

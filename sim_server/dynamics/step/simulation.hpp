@@ -96,6 +96,9 @@ class Simulation {
   [[nodiscard]] publication::SnapshotPrediction predict_next(double step_s,
                                                              const Budget& budget = {});
 
+  /// Who shares the work of a large scene; must outlive this. No byte depends on it.
+  void share_work(const Workers& workers) { integrator_->share_work(workers); }
+
   /// Accounts for energy from now on. No step comes out otherwise for it.
   void account_energy();
   /// Of all steps since then; none if it was not asked for.

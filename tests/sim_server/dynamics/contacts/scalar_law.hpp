@@ -101,6 +101,12 @@ inline ContactImpulse contact_impulse(const SubstepContact& contact,
   return result;
 }
 
+/// How much impulse a change of the end velocity may ask for at most, N s per m/s; across the
+/// normal while it sticks no more than it does.
+struct ImpulseSlopes {
+  double normal_kg = 0.0, across_kg = 0.0;
+};
+
 /// How the impulse may change at most. Pre: `at` is contact_impulse() of the same contact and
 /// substep.
 inline ImpulseSlopes impulse_slopes(const SubstepContact& contact, const ContactImpulse& at,

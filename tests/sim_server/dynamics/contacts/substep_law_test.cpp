@@ -123,7 +123,8 @@ std::vector<double> check_rows() {
   std::vector<double> seen;
   constexpr double kSubstep_s = 1.3e-3;
   for (int block = 0; block < 500; ++block) {
-    std::vector<ContactPoint> velocities(9), impulses(9);
+    std::vector<ContactPoint> velocities(9);
+    std::vector<ContactPush> pushes(8);
     for (std::size_t i = 1; i < 9; ++i) {
       velocities[i].linear.map() = any_vector(random, 0.5);
       velocities[i].angular.map() = any_vector(random, 9.0);
@@ -134,7 +135,6 @@ std::vector<double> check_rows() {
     std::vector<ContactRows> all(1);
     ContactRows& rows = all.front();
     std::vector<ContactImpulse> alone;
-    Vector3d whole = Vector3d::Zero();
     for (std::size_t lane = 0; lane < 7; ++lane) {  // the last stays empty
       SubstepContact contact = contact_of(any_vector(random, 1e-3).z(), Vector3d::Zero(),
                                           {.stiffness_N_per_m = 2e3,
@@ -176,7 +176,7 @@ std::vector<double> check_rows() {
       alone.push_back(contact_impulse(contact, velocity_m_s(velocities), kSubstep_s));
     }
     place_rows(all, spheres, begin, kSubstep_s);
-    static_cast<void>(evaluate_rows(all, velocities, impulses, kSubstep_s));
+    static_cast<void>(evaluate_rows(all, velocities, pushes, kSubstep_s));
     RowFlow flow;
     end_rows(all, velocities, kSubstep_s, flow);
     for (std::size_t lane = 0; lane < 7; ++lane) {
@@ -189,8 +189,15 @@ std::vector<double> check_rows() {
       seen.insert(seen.end(), {impulse_N_s.x(), impulse_N_s.y(), impulse_N_s.z(), stretch_m.x(),
                                stretch_m.y(), stretch_m.z()});
     }
-    for (const ContactPoint& point : impulses) whole += point.linear.map();
-    CHECK(whole.norm() < 1e-14);
+    for (std::size_t lane = 0; lane < 8; ++lane) {
+      const Vector3d push_N_s = pushes[lane].linear.map();
+      CHECK(push_N_s == ContactRows::get(rows.impulse_N_s, lane));
+      const auto moment = [&](const ContactRows::Vector& arm_m) -> Vector3d {
+        return ContactRows::get(arm_m, lane).cross(push_N_s);
+      };
+      CHECK((pushes[lane].moment_a.map() - moment(rows.arm_a_m)).norm() < 1e-15);
+      CHECK((pushes[lane].moment_b.map() - moment(rows.arm_b_m)).norm() < 1e-15);
+    }
     CHECK(ContactRows::get(rows.impulse_N_s, 7).isZero(0.0));
   }
   return seen;
