@@ -70,8 +70,8 @@ void ContactCore::divide(const ExplicitState& state) {
     }
     ++near;
     const ContactPair& pair = list_.pairs()[i];
-    int moved = movers_.enter(*list_.sphere(pair.a).binding, -1, state);
-    if (pair.b >= 0) moved = movers_.enter(*list_.sphere(pair.b).binding, moved, state);
+    int moved = movers_.enter(list_.sphere(pair.a), -1, state);
+    if (pair.b >= 0) moved = movers_.enter(list_.sphere(pair.b), moved, state);
     moved_.push_back(moved);
   }
   movers_.divide(moved_, place_of_);
@@ -88,7 +88,7 @@ void ContactCore::divide(const ExplicitState& state) {
       const std::size_t lane = (k - island.touches.first) % kLanes;
       if (lane == 0) rows_.emplace_back();
       lanes_.push_back((rows_.size() - 1) * kLanes + lane);
-      fill_lane(sorted_[k], lanes_.back(), state);
+      fill_lane(sorted_[k], lanes_.back());
     }
     island.rows.last = rows_.size();
   }
@@ -97,7 +97,7 @@ void ContactCore::divide(const ExplicitState& state) {
 }
 
 /// What a pair is.
-void ContactCore::fill_lane(std::size_t index, std::size_t place, const ExplicitState& state) {
+void ContactCore::fill_lane(std::size_t index, std::size_t place) {
   const ContactPair& pair = list_.pairs()[index];
   const contact::Contact& contact = *pair.contact;
   const ContactMemory& memory = list_.memories()[index];
@@ -110,11 +110,11 @@ void ContactCore::fill_lane(std::size_t index, std::size_t place, const Explicit
   ContactRows::set(rows.stretch_m, lane, memory.stretch_m);
   ContactRows::set(rows.normal, lane, contact.is_plane ? contact.plane_normal : memory.normal);
   rows.other_m[lane].map() = contact.plane_offset_m * contact.plane_normal;
-  const auto enter = [&](int sphere, int& point, ContactRows::Lane& turns) {
-    const bodies::SphereBinding& binding = *list_.sphere(sphere).binding;
-    point = movers_.point_of(sphere, binding, state);
-    turns[lane] = binding.rigid >= 0 && point > 0 ? 1.0 : 0.0;
-    rows.weights[lane] += ContactMovers::weight_sum(binding, state);
+  const auto enter = [&](int number, int& point, ContactRows::Lane& turns) {
+    const ContactSphere& sphere = list_.sphere(number);
+    point = movers_.point_of(number, sphere);
+    turns[lane] = sphere.rigid >= 0 ? 1.0 : 0.0;
+    rows.weights[lane] += ContactMovers::weight_sum(sphere);
     return point > 0;
   };
   rows.sphere_a[lane] = pair.a;

@@ -99,7 +99,7 @@ class ContactCore {
   };
 
   void divide(const ExplicitState& state);
-  void fill_lane(std::size_t index, std::size_t place, const ExplicitState& state);
+  void fill_lane(std::size_t index, std::size_t place);
   void place_given(double share, double part_s, const ExplicitState& state);
   void keep_stretches();
   /// Those who share the work of as many rows as there are.

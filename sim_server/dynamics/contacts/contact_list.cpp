@@ -47,7 +47,13 @@ void ContactList::take(const bodies::World& world, std::span<const contact::Cont
   for (std::size_t i = 0; i < place_of_.size(); ++i) {
     if (place_of_[i] < 0) continue;
     place_of_[i] = static_cast<int>(spheres_.size());
-    spheres_.push_back({.number = static_cast<int>(i), .binding = &world.spheres[i]});
+    const bodies::SphereBinding& binding = world.spheres[i];
+    const bool is_moved =
+        binding.rigid >= 0 &&
+        world.rigid_bodies[static_cast<std::size_t>(binding.rigid)].unknown != bodies::kNoUnknown;
+    spheres_.push_back({.number = static_cast<int>(i),
+                        .rigid = is_moved ? binding.rigid : -1,
+                        .binding = &binding});
   }
   const auto place_of = [&](int sphere) {
     return sphere < 0 ? -1 : place_of_[static_cast<std::size_t>(sphere)];

@@ -15,6 +15,7 @@ namespace stillgrid::dynamics {
 /// A sphere with contacts.
 struct ContactSphere {
   int number;  // of World::spheres
+  int rigid;   // that contacts move, or -1
   const bodies::SphereBinding* binding;
   PackedVector position_m{}, arm_m{};  // arm: from its rigid body's centre
   double speed_m_s = 0.0;              // with what forces but contacts' add in the substep, at most

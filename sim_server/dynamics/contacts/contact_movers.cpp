@@ -29,12 +29,10 @@ void ContactMovers::clear(std::size_t spheres, const ExplicitState& state) {
   parent_.clear();
 }
 
-int ContactMovers::enter(const bodies::SphereBinding& binding, int with,
-                         const ExplicitState& state) {
-  if (binding.rigid >= 0) {
-    if (!state.rigid[at(binding.rigid)].free) return with;
-    return enter({binding.rigid, true}, rigid_mover_[at(binding.rigid)], with);
-  }
+int ContactMovers::enter(const ContactSphere& sphere, int with, const ExplicitState& state) {
+  if (sphere.rigid >= 0) return enter({sphere.rigid, true}, rigid_mover_[at(sphere.rigid)], with);
+  const bodies::SphereBinding& binding = *sphere.binding;
+  if (binding.rigid >= 0) return with;
   for (std::size_t i = 0; i < at(binding.node_count); ++i)
     if (state.inverse_mass_per_kg[at(binding.nodes[i])] > 0.0)
       with = enter({binding.nodes[i], false}, node_mover_[at(binding.nodes[i])], with);
@@ -118,11 +116,11 @@ void ContactMovers::divide(std::span<const int> touched, std::vector<std::size_t
          [&](std::size_t place, int node) { node_movers_[place].node = node; });
 }
 
-int ContactMovers::point_of(int sphere, const bodies::SphereBinding& binding,
-                            const ExplicitState& state) {
-  if (binding.rigid >= 0)
-    return state.rigid[at(binding.rigid)].free ? 1 + rigid_mover_[at(binding.rigid)] : 0;
-  int& point = point_of_[at(sphere)];
+int ContactMovers::point_of(int place, const ContactSphere& sphere) {
+  if (sphere.rigid >= 0) return 1 + rigid_mover_[at(sphere.rigid)];
+  const bodies::SphereBinding& binding = *sphere.binding;
+  if (binding.rigid >= 0) return 0;
+  int& point = point_of_[at(place)];
   if (point == 0) {
     point = static_cast<int>(velocities_.size());
     velocities_.emplace_back();
@@ -165,10 +163,12 @@ void ContactMovers::note_sides(std::span<const ContactRows> rows) {
   first_side_[0] = 0;
 }
 
-double ContactMovers::weight_sum(const bodies::SphereBinding& binding, const ExplicitState& state) {
-  if (binding.rigid >= 0) return state.rigid[at(binding.rigid)].free ? 1.0 : 0.0;
+double ContactMovers::weight_sum(const ContactSphere& sphere) {
+  if (sphere.rigid >= 0) return 1.0;
+  const bodies::SphereBinding& binding = *sphere.binding;
   double sum = 0.0;
-  for (std::size_t i = 0; i < at(binding.node_count); ++i) sum += std::abs(binding.weights[i]);
+  for (std::size_t i = 0; binding.rigid < 0 && i < at(binding.node_count); ++i)
+    sum += std::abs(binding.weights[i]);
   return sum;
 }
 

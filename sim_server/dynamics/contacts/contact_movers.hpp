@@ -91,7 +91,7 @@ class ContactMovers {
   /// Begins a substep in which nothing touches yet, of so many spheres.
   void clear(std::size_t spheres, const ExplicitState& state);
   /// Those of the sphere touch each other and `with` (-1: nobody). Returns one of all, -1: none.
-  int enter(const bodies::SphereBinding& binding, int with, const ExplicitState& state);
+  int enter(const ContactSphere& sphere, int with, const ExplicitState& state);
   /// Divides what has entered by who touches whom. touched: of each touch one that it moves, or -1.
   /// Writes into place_of where each touch belongs so that islands are ranges.
   void divide(std::span<const int> touched, std::vector<std::size_t>& place_of);
@@ -99,13 +99,11 @@ class ContactMovers {
   /// From here on point_of() is asked by contacts of the island, until of the next.
   void begin_island(std::size_t island);
 
-  /// What moves the sphere of that number: a body or, of a sphere of nodes, itself; 0: contacts do
+  /// What moves the sphere at that place: a body or, of a sphere of nodes, itself; 0: contacts do
   /// not. Pre: divide() was told of it, and its island has begun.
-  [[nodiscard]] int point_of(int sphere, const bodies::SphereBinding& binding,
-                             const ExplicitState& state);
+  [[nodiscard]] int point_of(int place, const ContactSphere& sphere);
   /// Sum of what a velocity of the sphere is of its movers', 1 for a body; zero if none moves it.
-  [[nodiscard]] static double weight_sum(const bodies::SphereBinding& binding,
-                                         const ExplicitState& state);
+  [[nodiscard]] static double weight_sum(const ContactSphere& sphere);
 
   /// Who pushes whom: of the rows of all islands.
   void note_sides(std::span<const ContactRows> rows);
