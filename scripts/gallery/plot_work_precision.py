@@ -39,6 +39,9 @@ METHODS = {  # integrator, solver: label, colour, line and marker
     ("arkode_dirk", ""): ("SUNDIALS ARKODE, DIRK of order 4", "0.45", "P--"),
     ("bullet", "implicit"): ("Bullet deformable, implicit", "#CC2E8E", "X-"),
     ("bullet", "explicit"): ("Bullet deformable, explicit", "#CC2E8E", "X:"),
+    ("mujoco", "euler"): ("MuJoCo tendons, Euler", "#00B5C8", "h:"),
+    ("mujoco", "rk4"): ("MuJoCo tendons, RK4", "#00B5C8", "h-"),
+    ("mujoco", "implicit"): ("MuJoCo tendons, implicit", "#00B5C8", "h--"),
 }
 FLOORS = ("reference", "disturbance")
 AUTO = "auto"  # what solver = "auto" chose, not a method of its own
@@ -229,7 +232,8 @@ def time_at(points, error_m, error):
     return math.exp(numpy.interp(math.log(error_m), x, y))
 
 
-RIVALS = [method for method in METHODS if method[0] in ("cvode_bdf", "arkode_dirk", "bullet")]
+RIVALS = [method for method in METHODS
+          if method[0] in ("cvode_bdf", "arkode_dirk", "bullet", "mujoco")]
 OURS = [method for method in METHODS if method not in RIVALS]
 
 

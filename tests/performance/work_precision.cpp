@@ -7,6 +7,7 @@
 #include <string>
 
 #include "tests/performance/work_precision_bullet.hpp"
+#include "tests/performance/work_precision_mujoco.hpp"
 #include "tests/performance/work_precision_reference.hpp"
 
 namespace stillgrid::performance {
@@ -21,6 +22,7 @@ struct Measured {
 RunResult run_point(const ChartScene& scene, const ChartPoint& point) {
   const double rivals_s = 3.0 * scene.limit_s;
   if (point.integrator == "bullet") return run_bullet(scene, point, rivals_s);
+  if (point.integrator == "mujoco") return run_mujoco(scene, point, rivals_s);
   const bool is_sundials = scene::chooses_steps(point.method.integrator);
   return run_ours(scene, point, is_sundials ? rivals_s : scene.limit_s);
 }
@@ -72,7 +74,8 @@ void measure_scene(const ChartScene& scene, int rounds) {
     print_floor(scene, "disturbance", "shift_m", kDisturbance_m, reference.disturbed);
   }
   std::vector<Curve> curves = our_curves(scene);
-  for (Curve& curve : bullet_curves(scene)) curves.push_back(std::move(curve));
+  for (const auto& rivals_curves : {bullet_curves, mujoco_curves})
+    for (Curve& curve : rivals_curves(scene)) curves.push_back(std::move(curve));
   curves.push_back(auto_curve(scene));
   std::vector<Measured> measured;
   for (const Curve& curve : curves) measure_curve(scene, curve, measured);

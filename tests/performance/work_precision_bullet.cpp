@@ -9,7 +9,6 @@
 #include <BulletSoftBody/btSoftBody.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 
-#include <algorithm>
 #include <memory>
 
 #include "sim_server/scene/build_world.hpp"
@@ -52,9 +51,10 @@ class LinkForce : public btDeformableMassSpringForce {
   }
 
   // Without damping nothing is left to add.
-  void addScaledDampingForce(btScalar, TVStack&) override {}
-  void addScaledDampingForceDifferential(btScalar, const TVStack&, TVStack&) override {}
-  void buildDampingForceDifferentialDiagonal(btScalar, TVStack&) override {}
+  void addScaledDampingForce(btScalar /*scale*/, TVStack& /*force*/) override {}
+  void addScaledDampingForceDifferential(btScalar /*scale*/, const TVStack& /*dv*/,
+                                         TVStack& /*df*/) override {}
+  void buildDampingForceDifferentialDiagonal(btScalar /*scale*/, TVStack& /*diagonal*/) override {}
 
  private:
   template <class Visit>
@@ -168,13 +168,7 @@ Eigen::Matrix3Xd bullet_at_rest_m(const scene::SceneDescription& scene, double s
 }
 
 std::vector<Curve> bullet_curves(const ChartScene& scene) {
-  const auto& bodies = scene.scene.bodies;
-  if (!scene.smooth ||
-      std::any_of(bodies.begin(), bodies.end(), [](const bodies::BodyDescription& body) {
-        const bodies::SpringDescription* springs = bodies::springs_of(body);
-        return springs != nullptr && springs->spring_damping_N_s_per_m > 0.0;
-      }))
-    return {};
+  if (!is_conservative(scene)) return {};
   std::vector<Curve> curves(2);
   for (const double step_s : {0.01, 0.005, 0.0025, 0.001, 0.0005})
     curves[0].push_back({"bullet", "implicit", "step_s", step_s, step_s, {}});

@@ -17,7 +17,7 @@ namespace stillgrid::performance {
 [[nodiscard]] Eigen::Matrix3Xd bullet_at_rest_m(const scene::SceneDescription& scene, double step_s,
                                                 int steps);
 
-/// The curves of Bullet's for a scene; none where something damps or touches.
+/// The curves of Bullet's for a scene; none where it is not conservative.
 [[nodiscard]] std::vector<Curve> bullet_curves(const ChartScene& scene);
 
 }  // namespace stillgrid::performance

@@ -1,5 +1,6 @@
 #include "tests/performance/work_precision_scenes.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -106,6 +107,15 @@ std::vector<ChartScene> chart_scenes() {
   for (ChartScene& scene : scenes)
     scene.scene.sleeping = false;  // methods differ at work, not at rest
   return scenes;
+}
+
+bool is_conservative(const ChartScene& scene) {
+  const auto& bodies = scene.scene.bodies;
+  return scene.smooth &&
+         std::none_of(bodies.begin(), bodies.end(), [](const bodies::BodyDescription& body) {
+           const bodies::SpringDescription* springs = bodies::springs_of(body);
+           return springs != nullptr && springs->spring_damping_N_s_per_m > 0.0;
+         });
 }
 
 Eigen::Matrix3Xd positions_m(const bodies::World& world) {

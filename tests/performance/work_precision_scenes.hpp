@@ -43,6 +43,9 @@ struct ChartScene {
 /// All of them, in the order of the chart.
 [[nodiscard]] std::vector<ChartScene> chart_scenes();
 
+/// Whether a scene is of masses and springs, and nothing damps or touches.
+[[nodiscard]] bool is_conservative(const ChartScene& scene);
+
 /// Where a world's nodes and free rigid bodies' centres are, a column each.
 [[nodiscard]] Eigen::Matrix3Xd positions_m(const bodies::World& world);
 

@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "tests/performance/work_precision_bullet.hpp"
+#include "tests/performance/work_precision_mujoco.hpp"
 #include "tests/performance/work_precision_reference.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
@@ -119,6 +120,73 @@ TEST_CASE(
   const double moved_m =
       rms_distance_m(ours.places_m[1], positions_m(scene::build_world(scene.scene)));
   CHECK(rms_distance_m(bullet.places_m[1], ours.places_m[1]) < (implicit ? 2e-3 : 1e-9) * moved_m);
+}
+
+bool is_without_mujoco() {
+  if (!mujoco_curves(chain_modes_scene()).empty()) return false;
+  WARN("skipped: this build has no MuJoCo");
+  return true;
+}
+
+ChartPoint mujoco_point(const std::string& solver, double step_s) {
+  return {"mujoco", solver, "step_s", step_s, step_s, {}};
+}
+
+TEST_CASE("A chain of MuJoCo's hangs as long as its springs say", "[work_precision]") {
+  if (is_without_mujoco()) return;
+  // As Bullet's; steps are bounded by the springs.
+  const Eigen::Matrix3Xd places_m = mujoco_at_rest_m(chain_modes_scene().scene, 0.007, 2000);
+
+  CHECK(-lowest_m(places_m) - 1.0 == Approx(0.053955).epsilon(1e-6));
+}
+
+TEST_CASE("MuJoCo's Euler steps and its implicit ones go where symplectic Euler's go",
+          "[work_precision]") {
+  if (is_without_mujoco()) return;
+  ChartScene scene = GENERATE(chain_modes_scene(), cloth_scene(8, 1e3), cloth_scene(8, 1e5));
+  scene.early_s = 0.05;
+  scene.end_s = 0.1;
+  const std::string solver = GENERATE("euler", "implicit");
+  CAPTURE(scene.name, solver);
+
+  const RunResult ours =
+      run_ours(scene, point_of(scene::IntegratorKind::kSymplecticEuler, 0.0001), kNoLimit_s);
+  const RunResult mujoco = run_mujoco(scene, mujoco_point(solver, 0.0001), kNoLimit_s);
+
+  REQUIRE(ours.end == RunEnd::kDone);
+  REQUIRE(mujoco.end == RunEnd::kDone);
+  const double moved_m =
+      rms_distance_m(ours.places_m[1], positions_m(scene::build_world(scene.scene)));
+  CHECK(rms_distance_m(mujoco.places_m[1], ours.places_m[1]) < 1e-9 * moved_m);
+}
+
+TEST_CASE("MuJoCo's errors fall with the step by the orders of its integrators",
+          "[work_precision]") {
+  if (is_without_mujoco()) return;
+  ChartScene scene =
+      GENERATE(chain_modes_scene(), cloth_scene(8, 1e3), cloth_scene(8, 1e4), cloth_scene(8, 1e5));
+  scene.early_s = 0.05;
+  scene.end_s = 0.1;
+  const auto [solver, expected] = GENERATE(std::pair{"euler", 1.0}, std::pair{"rk4", 4.0});
+  CAPTURE(scene.name, solver);
+  const std::vector<Eigen::Matrix3Xd> reference_m = make_reference(scene).places_m;
+  const auto error_m = [&, name = solver](double step_s) {
+    const RunResult run = run_mujoco(scene, mujoco_point(name, step_s), kNoLimit_s);
+    return errors_of(scene, run, reference_m).end_m;
+  };
+  // It divides both times.
+  const double stable_s = SpringReference(scene::build_world(scene.scene)).stable_step_s();
+  const double step_s = scene.early_s / std::ceil(scene.early_s / stable_s);
+
+  CHECK(order(error_m(step_s), error_m(0.5 * step_s)) == Approx(expected).margin(0.15));
+}
+
+TEST_CASE("A run of MuJoCo's that blows up is not begun anew", "[work_precision]") {
+  if (is_without_mujoco()) return;
+  const std::string solver = GENERATE("euler", "rk4", "implicit");
+
+  CHECK(run_mujoco(cloth_scene(8, 1e5), mujoco_point(solver, 0.01), kNoLimit_s).end ==
+        RunEnd::kDiverged);
 }
 
 TEST_CASE("A run that blows up or takes too long has no error but infinity", "[work_precision]") {
