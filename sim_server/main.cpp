@@ -1,6 +1,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <exception>
@@ -8,6 +9,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "shared/command_line/number_in.hpp"
@@ -102,8 +104,14 @@ void add_options(CLI::App& app, Arguments& arguments) {
           ->excludes(offline);
   auto* cpu = app.add_option("--cpu", server.cpu, "Run on this processor")
                   ->check(command_line::integer_in(0, 8191));
+  auto* threads =
+      app.add_option("--threads", server.threads,
+                     "Share the work of a large scene among so many; no byte depends on it; "
+                     "default: a processor each, but one for haptic_server")
+          ->check(command_line::integer_in(1, 1024))
+          ->excludes(cpu);
   // What only a run needs: elsewhere it would do nothing.
-  for (auto* of_run : {session, duration, seed, report, final_state, group, cpu})
+  for (auto* of_run : {session, duration, seed, report, final_state, group, cpu, threads})
     of_run->excludes(explain)->excludes(surfaces);
   surfaces->excludes(explain)->excludes(rate)->excludes(choice);
 }
@@ -160,6 +168,13 @@ int write_surfaces_of(const Arguments& arguments, const scene::SceneDescription&
   return realtime::kDone;
 }
 
+/// As asked; else a processor each, but for one that haptic_server has to itself.
+int threads_of(const ServerOptions& options) {
+  if (options.threads > 0) return options.threads;
+  const auto processors = static_cast<int>(std::thread::hardware_concurrency());
+  return options.cpu ? 1 : std::max(1, processors - 1);
+}
+
 /// Runs the scene; report and final state are written however it ended.
 int run(Arguments& arguments) {
   // While it is held without a segment, haptic_server waits for the scene to be loaded.
@@ -195,7 +210,9 @@ int run(Arguments& arguments) {
   }
   if (!arguments.surfaces.empty()) return write_surfaces_of(arguments, scene, world);
   settle_choices(scene, world, choice_files, arguments.lockstep || arguments.offline);
+  const dynamics::Workers workers(threads_of(arguments.server));
   dynamics::Simulation simulation(scene, std::move(world));
+  simulation.share_work(workers);
   SimulationReport report;
   report.scene = scene.name;
   report.solver = scene::describe(scene.method);
