@@ -29,7 +29,7 @@ struct ServerOptions {
   double jitter = 0.0;               // each period is drawn from P (1 + u), u uniform in +-jitter
   std::uint64_t seed = 1;
   std::optional<int> cpu;
-  int threads = 0;               // that share the work of a large scene; 0: as many as there is room
+  int threads = 0;  // that share the work of a large scene; 0: as many as there is room
   std::optional<gid_t> readers;  // a group that may read the scene's segment
 };
 

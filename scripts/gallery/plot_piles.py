@@ -6,6 +6,7 @@ from tables import read_rows
 STYLES = {  # engine: colour, line and marker
     "ours": ("#0072B2", "o-"),
     "ours, predicting": ("#56B4E9", "o--"),
+    "ours, two threads": ("#009E73", "s-"),
     "Bullet": ("#888888", "^-"),
     "MuJoCo": ("#D55E00", "d-"),
 }
@@ -35,7 +36,7 @@ def draw(charts):
         axes.xaxis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda x, _: f"{x:,.0f}"))
         axes.grid(axis="y", color="0.93")
         axes.margins(y=0.15)
-    panels[0].set_ylabel("processor time per sphere and step [µs]")
+    panels[0].set_ylabel("time per sphere and step [µs]")
     panels[0].legend(frameon=False, fontsize=8.5)
     return figure
 

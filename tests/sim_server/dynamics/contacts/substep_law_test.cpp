@@ -190,10 +190,10 @@ std::vector<double> check_rows() {
                                stretch_m.y(), stretch_m.z()});
     }
     for (std::size_t lane = 0; lane < 8; ++lane) {
-      const Vector3d push_N_s = pushes[lane].linear.map();
-      CHECK(push_N_s == ContactRows::get(rows.impulse_N_s, lane));
+      const Vector3d impulse_N_s = pushes[lane].linear.map();
+      CHECK(impulse_N_s == ContactRows::get(rows.impulse_N_s, lane));
       const auto moment = [&](const ContactRows::Vector& arm_m) -> Vector3d {
-        return ContactRows::get(arm_m, lane).cross(push_N_s);
+        return ContactRows::get(arm_m, lane).cross(impulse_N_s);
       };
       CHECK((pushes[lane].moment_a.map() - moment(rows.arm_a_m)).norm() < 1e-15);
       CHECK((pushes[lane].moment_b.map() - moment(rows.arm_b_m)).norm() < 1e-15);
