@@ -6,6 +6,9 @@ namespace stillgrid::laws {
 
 namespace {
 
+/// What no step of the plan mends: the method is so.
+constexpr std::string_view kOfItsMethod = "a limit of its method";
+
 /// The value of a key, anywhere in the scene.
 std::string value_of(const SceneText& scene, std::string_view key) {
   for (const SceneSection& section : scene.sections)
@@ -48,33 +51,27 @@ std::optional<std::string_view> known_violation(const LawCase& law_case) {
         return "response per contact";
       break;
     case 6:  // sums in an order that the list or a mirror decides, and where iterations end with it
-      if (variant == "reversed list" || variant == "mirrored") return "contact core";
-      // Places are ahead of the tool's time by half a substep, of whatever length.
-      if (variant == "at 1 m/s" && integrator_of(law_case) == "\"symplectic_euler\"")
-        return "contact core";
+      if (variant == "reversed list" || variant == "mirrored") return kOfItsMethod;
+      // Places are ahead of the tool's time by half a substep, of whatever length; and how many
+      // there are goes by an estimate of eigenvalues, which begins alike in every frame.
+      if ((variant == "at 1 m/s" || variant == "turned by 90 degrees") &&
+          integrator_of(law_case) == "\"symplectic_euler\"")
+        return kOfItsMethod;
       break;
     case 7:  // what is left of the force at a switch goes at 0.2 N/ms, whatever the scene
       if (variant == "force" && answers) return "response per contact";
       break;
-    case 8:  // turns of rigid bodies are of first order
-      if (integrator_of(law_case) == "\"velocity_verlet\"" &&
-          value_of(law_case.scene, "kind") == "\"rigid_box\"")
-        return "contact core";
-      break;
     case 9:  // the trapezoid gains energy of stiff contacts; explicit methods do not slow what
-             // rolls, nor BDF2 what swings
-      if (rings_or_creeps(law_case) || is_explicit(law_case) ||
-          integrator_of(law_case) == "\"bdf2\"")
-        return "contact core";
-      break;
+             // rolls, nor any what swings across its springs, whose dampers act along them
+      return kOfItsMethod;
     case 10:  // the trapezoid rings; CVODE's friction is viscous below the slip speed
-      if (rings_or_creeps(law_case)) return "contact core";
+      if (rings_or_creeps(law_case)) return kOfItsMethod;
       break;
     case 11:  // a long step throws a ball elsewhere than a short one does, where another lay
-      if (!is_explicit(law_case)) return "contact core";
+      if (!is_explicit(law_case)) return kOfItsMethod;
       break;
     case 12:  // what a step does at once, whatever its budget, takes longer than the deadline is
-      return "contact core";
+      return kOfItsMethod;
     default:
       break;
   }
@@ -84,6 +81,11 @@ std::optional<std::string_view> known_violation(const LawCase& law_case) {
 std::optional<std::string_view> known_violation(const LawCase& law_case, const Finding& finding) {
   constexpr double kOfDampers_N = 0.2;
   constexpr double kOneBall = 1.0;
+  constexpr double kOfASwing = 100.0;  // what moves at some mm/s, where 1 is allowed
+  const bool may_move_on = rings_or_creeps(law_case) || is_explicit(law_case);
+  if (law_case.law == 9 && !may_move_on && finding.allowed > 0.0 &&
+      finding.measured > kOfASwing * finding.allowed)
+    return std::nullopt;
   if (law_case.law == 11 && finding.measured > kOneBall) return std::nullopt;
   if (law_case.law == 2 && law_case.transition == "linear" &&
       !(finding.measured < 1.5 * finding.allowed + kOfDampers_N))
