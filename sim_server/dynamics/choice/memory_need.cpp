@@ -15,7 +15,9 @@ namespace {
 constexpr double kMaxSpheres = 1e6;
 
 // Bytes that one of each takes: in the world, in trials and packed copies, in lists of contacts.
-constexpr double kBodyBytes = 2500.0, kNodeBytes = 400.0, kSpringBytes = 110.0;
+constexpr double kStaticBodyBytes = 2500.0, kNodeBytes = 400.0, kSpringBytes = 110.0;
+// A free body may lie in a pile: pairs, rows and what sticks of the five that it touches.
+constexpr double kBodyBytes = 6500.0;
 constexpr double kSphereBytes = 900.0, kStaticSphereBytes = 400.0;
 // More of an implicit step: Jacobians of a spring, vectors of a node, and what each entry of a
 // factor costs with its index, LDL^T and LU together, and while they are made.
@@ -49,7 +51,7 @@ Memory memory_need(const bodies::BodyDescription& body, const scene::Method& met
   const auto [spheres, nodes, springs, factor_entries] = bodies::counts_of(body);
   const double slot = slot_bytes(std::min(spheres, kMaxSpheres));
   if (body.motion == bodies::Motion::kStatic)
-    return {kBodyBytes + kStaticSphereBytes * spheres + 2.0 * slot, slot};
+    return {kStaticBodyBytes + kStaticSphereBytes * spheres + 2.0 * slot, slot};
   Memory need{
       kBodyBytes + kSphereBytes * spheres + kNodeBytes * nodes + kSpringBytes * springs + slot,
       2.0 * slot};

@@ -1,10 +1,15 @@
 #include "sim_server/dynamics/choice/memory_need.hpp"
 
+#include <malloc.h>
+
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <limits>
 #include <string>
 
 #include "sim_server/bodies/world.hpp"
+#include "sim_server/dynamics/step/simulation.hpp"
+#include "tests/sanitizer_cut.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
 namespace stillgrid::dynamics {
@@ -43,6 +48,41 @@ TEST_CASE("What is reckoned is what a world takes at least", "[memory_need]") {
                                          world.spheres.size() * sizeof(bodies::SphereBinding));
   CHECK(memory_need(body, kExplicit).private_bytes > bytes);
   CHECK(memory_need(body, kExplicit).private_bytes < 10.0 * bytes);
+}
+
+TEST_CASE("What is reckoned is what a pile takes at most", "[memory_need]") {
+  if (tests::kIsSanitized) return;  // with an allocator of its own
+  std::vector<bodies::BodyDescription> bodies;
+  for (int i = 0; i < 10 * 10 * 20; ++i)
+    bodies.push_back(sim_server::sphere(
+        0.0101 * Eigen::Vector3d(i % 10 + 0.01 * (i / 7 % 5), i / 10 % 10, i / 100), 0.005, 0.001));
+  const auto wall = [&](const Eigen::Vector3d& normal, double from_m) {
+    bodies.push_back(
+        sim_server::body_of(bodies::PlaneBody{normal}, 1.0, Eigen::Vector3d(from_m * normal)));
+    bodies.back().motion = bodies::Motion::kStatic;
+  };
+  wall({0.0, 0.0, 1.0}, -0.0052);
+  for (const Eigen::Vector3d& normal :
+       {Eigen::Vector3d(1.0, 0.0, 0.0), Eigen::Vector3d(0.0, 1.0, 0.0)}) {
+    wall(normal, -0.0052);
+    wall(-normal, -0.0965);
+  }
+  scene::SceneDescription scene =
+      sim_server::scene_of(bodies, sim_server::material_of(2000.0, 1.0, 0.5), {0.0, 0.0, -9.81});
+  scene.method = kExplicit;
+  double reckoned = 0.0;
+  for (const bodies::BodyDescription& body : bodies)
+    reckoned += memory_need(body, kExplicit).private_bytes;
+  const auto allocated = [] { return mallinfo2().uordblks + mallinfo2().hblkhd; };
+  const std::size_t before = allocated();
+  Simulation simulation(scene);
+  int contacts = 0;
+  for (int i = 0; i < 15; ++i)
+    contacts = std::max(contacts, simulation.step(0.01, [] { return std::nullopt; }).contacts);
+  CHECK(contacts > 3000);
+  const auto taken = static_cast<double>(allocated() - before);
+  CHECK(taken < reckoned);
+  CHECK(taken > 0.3 * reckoned);
 }
 
 TEST_CASE("A scene that does not fit is refused at the body that takes most", "[memory_need]") {
