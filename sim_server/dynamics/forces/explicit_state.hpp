@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstddef>
 #include <vector>
 
 #include "sim_server/bodies/world.hpp"
@@ -35,6 +36,11 @@ struct RigidState {
 /// For how long forces change velocities, and the new velocities positions.
 struct Move {
   double kick_s = 0.0, drift_s = 0.0;
+};
+
+/// Nodes from first on, before last.
+struct NodeRange {
+  std::size_t first = 0, last = 0;
 };
 
 /// All that an explicit integrator moves, as it needs it.

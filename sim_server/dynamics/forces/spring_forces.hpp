@@ -25,12 +25,23 @@ class SpringForces {
   /// constructor's.
   double evaluate(const bodies::World& world, ExplicitState& state);
 
+  /// Where nothing but springs and gravity acts: sheets take their nodes out of the state, move()
+  /// moves all nodes, those of the state and those taken, and sheets give theirs back.
+  void take(const bodies::World& world, const ExplicitState& state);
+  /// As evaluate() and move_nodes() do, to the bit. Returns the power that dampers take, W.
+  double move(const bodies::World& world, const Move& move, ExplicitState& state);
+  void give(const bodies::World& world, ExplicitState& state);
+
  private:
+  double pull_groups(const bodies::World& world, ExplicitState& state);
+
   std::vector<SpringSheet> sheets_;
   std::vector<SpringGroup> groups_;
+  std::vector<NodeRange> in_groups_;  // nodes of groups
 };
 
-/// v += kick (f / m + g), then x += drift v; where 1 / m is zero neither changes.
+/// v += kick (f / m + g), then x += drift v; where 1 / m is zero neither changes. Where drift is
+/// zero positions are not looked at, where kick is zero forces are not.
 void move_nodes(const Move& move, const Eigen::Vector3d& gravity_m_s2, ExplicitState& state);
 
 }  // namespace stillgrid::dynamics

@@ -58,7 +58,9 @@ SolveReport ExplicitIntegrator::advance(const bodies::World& world,
     contact_rate_per_s2_ = 0.0;
     substeps_ = halvings == 0 ? substeps_for(world, duration_s) : 2 * substeps_;
     const bool may_halve = halvings < kMaxHalvings && method_.substeps == 0;
-    report = move(world, duration_s, may_halve, budget);
+    // Drifts of zero: what apply() does is no kick.
+    report = contacts.empty() && drifts_.after > 0.0 ? move_freely(world, duration_s, budget)
+                                                     : move(world, duration_s, may_halve, budget);
     if (report.converged || !may_halve || budget.is_late() || report.iterations == substeps_) break;
   }
   since_look_ += substeps_;
@@ -72,10 +74,7 @@ SolveReport ExplicitIntegrator::move(const bodies::World& world, double duration
                                      const Budget& budget) {
   const double substep_s = duration_s / substeps_;
   SolveReport report{.converged = true};
-  // Positions of symplectic Euler are ahead by half a substep: also of one that is longer or
-  // shorter than the last, or contacts would not begin where they ended.
-  const double last_s = kept_substep_s_ > 0.0 ? kept_substep_s_ : substep_s;
-  drift(world, 0.5 * (drifts_.after - drifts_.before) * (substep_s - last_s));
+  drift_to_substep(world, substep_s);
   double due_s = drifts_.before * substep_s;
   for (; report.iterations < substeps_; ++report.iterations) {
     if (budget.is_late()) {
@@ -92,6 +91,42 @@ SolveReport ExplicitIntegrator::move(const bodies::World& world, double duration
   }
   drift(world, due_s - drifts_.before * substep_s);
   return report;
+}
+
+/// The same, to the bit, where no contact is known: a substep is one pass over what moves.
+SolveReport ExplicitIntegrator::move_freely(const bodies::World& world, double duration_s,
+                                            const Budget& budget) {
+  const double substep_s = duration_s / substeps_;
+  const double before_s = drifts_.before * substep_s;
+  const double due_s = (drifts_.after + drifts_.before) * substep_s;
+  SolveReport report{.converged = true};
+  drift_to_substep(world, substep_s);
+  // Takes what contacts held that are gone.
+  contacts_.begin(0.0, duration_s, substep_s, world.gravity_m_s2, state_);
+  (void)contacts_.solve(substep_s, budget, state_, flow_);
+  drift(world, before_s);
+  springs_->take(world, state_);
+  for (; report.iterations < substeps_; ++report.iterations) {
+    if (budget.is_late()) {
+      report.converged = false;
+      break;
+    }
+    const bool last = report.iterations + 1 == substeps_;
+    const Move move{.kick_s = substep_s, .drift_s = last ? due_s - before_s : due_s};
+    flow_.spring_damping_J += substep_s * springs_->move(world, move, state_);
+    kick_rigid(world, move.kick_s);
+    drift_rigid(move.drift_s);
+  }
+  springs_->give(world, state_);
+  if (!report.converged) drift(world, -before_s);
+  return report;
+}
+
+/// Positions of symplectic Euler are ahead by half a substep: also of one that is longer or shorter
+/// than the last, or contacts would not begin where they ended.
+void ExplicitIntegrator::drift_to_substep(const bodies::World& world, double substep_s) {
+  const double last_s = kept_substep_s_ > 0.0 ? kept_substep_s_ : substep_s;
+  drift(world, 0.5 * (drifts_.after - drifts_.before) * (substep_s - last_s));
 }
 
 void ExplicitIntegrator::commit(bodies::World& world, double duration_s) {
@@ -180,6 +215,10 @@ void ExplicitIntegrator::apply(const bodies::World& world, double substep_s) {
 
 void ExplicitIntegrator::kick(const bodies::World& world, double kick_s) {
   move_nodes({.kick_s = kick_s}, world.gravity_m_s2, state_);
+  kick_rigid(world, kick_s);
+}
+
+void ExplicitIntegrator::kick_rigid(const bodies::World& world, double kick_s) {
   for (RigidState& body : state_.rigid) {
     if (!body.free) continue;
     body.velocity_m_s += kick_s * (body.inverse_mass_per_kg * body.force_N + world.gravity_m_s2);
@@ -193,6 +232,10 @@ void ExplicitIntegrator::kick(const bodies::World& world, double kick_s) {
 void ExplicitIntegrator::drift(const bodies::World& world, double drift_s) {
   if (drift_s == 0.0) return;
   move_nodes({.drift_s = drift_s}, world.gravity_m_s2, state_);
+  drift_rigid(drift_s);
+}
+
+void ExplicitIntegrator::drift_rigid(double drift_s) {
   for (RigidState& body : state_.rigid) {
     if (!body.free) continue;
     body.position_m += drift_s * body.velocity_m_s;
