@@ -27,13 +27,21 @@ HWY_INLINE V Dot(V ax, V ay, V az, V bx, V by, V bz, V more) {
   return hn::MulAdd(az, bz, hn::MulAdd(ay, by, hn::MulAdd(ax, bx, more)));
 }
 
+#if HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+/// An estimate of 1 / sqrt(square), good to 14 bits.
+HWY_INLINE hn::Vec<Tag> Near(Tag, hn::Vec<Tag> square) {
+  return {_mm512_rsqrt14_pd(square.raw)};
+}
+HWY_INLINE hn::Vec<FourTag> Near(FourTag, hn::Vec<FourTag> square) {
+  return {_mm256_rsqrt14_pd(square.raw)};
+}
+#else
 /// An estimate of 1 / sqrt(square), good to 11 bits.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V Near(D d, V square) {
   const hn::Rebind<float, D> d_float;
   const auto rough = hn::DemoteTo(d_float, square), r = hn::ApproximateReciprocalSqrt(rough);
-#if HWY_TARGET == HWY_SSSE3 || HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_AVX2 || \
-    HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+#if HWY_TARGET == HWY_SSSE3 || HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_AVX2
   return hn::PromoteTo(d, r);
 #else  // it is good to 8 bits only: a step of Newton's
   const auto half = hn::Mul(hn::Set(d_float, 0.5F), rough);
@@ -43,6 +51,7 @@ HWY_INLINE V Near(D d, V square) {
   return hn::PromoteTo(d, hn::IfThenElseZero(there, better));
 #endif
 }
+#endif
 
 /// Springs' tension over length, k - push / length, and their dampers' power. With r near 1 /
 /// length and e = 1 - length^2 r^2, 1 / length = r (1 + e/2 + 3 e^2/8 + 5 e^3/16) to 2^-43. along:
