@@ -15,7 +15,7 @@ namespace {
 constexpr double kMaxSpheres = 1e6;
 
 // Bytes that one of each takes: in the world, in trials and packed copies, in lists of contacts.
-constexpr double kBodyBytes = 2500.0, kNodeBytes = 400.0, kSpringBytes = 110.0;
+constexpr double kBodyBytes = 2500.0, kNodeBytes = 480.0, kSpringBytes = 110.0;
 constexpr double kSphereBytes = 900.0, kStaticSphereBytes = 400.0;
 // More of an implicit step: Jacobians of a spring, vectors of a node, and what each entry of a
 // factor costs with its index, LDL^T and LU together, and while they are made.

@@ -23,6 +23,17 @@ inline constexpr std::size_t kSpringKinds = 6;
 /// Added to squares of lengths, so that none is zero, m2.
 inline constexpr double kShortest_m2 = 1e-30;
 
+/// What pulls at nodes: springs, with dampers or without any; or what the stiffness of springs, or
+/// their dampers, answer displacements with.
+enum class SpringLaw { kElastic, kDamped, kStiffness, kDampers };
+
+/// What springs look at and what they pull at, from the world's first node on: velocities are
+/// displacements of an answer.
+struct SpringNodes {
+  const PackedVector *position_m, *velocity_m_s;
+  PackedVector* force_N;
+};
+
 /// One of the kinds of springs of a sheet; zeros: none.
 struct SpringKind {
   double stiffness_N_per_m = 0.0, rest_length_m = 0.0, damping_N_s_per_m = 0.0;

@@ -53,22 +53,39 @@ HWY_INLINE V Near(D d, V square) {
 }
 #endif
 
-/// Springs' tension over length, k - push / length, and their dampers' power. With r near 1 /
-/// length and e = 1 - length^2 r^2, 1 / length = r (1 + e/2 + 3 e^2/8 + 5 e^3/16) to 2^-43. along:
-/// line . speed of the ends.
-template <bool damped, class D, class V = hn::Vec<D>>
-HWY_INLINE V Pull(D d, V square, V along, V stiffness, V push, V damping, V& power) {
-  const V r = Near(d, square);
+/// With r near 1 / length, what 1 / length is more, over r: with e = 1 - length^2 r^2,
+/// 1 / length = r (1 + e/2 + 3 e^2/8 + 5 e^3/16) to 2^-43.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V More(D d, V square, V r) {
   const V e = hn::NegMulAdd(hn::Mul(square, r), r, hn::Set(d, 1.0));
   const V series =
       hn::MulAdd(hn::MulAdd(e, hn::Set(d, 0.3125), hn::Set(d, 0.375)), e, hn::Set(d, 0.5));
+  return hn::Mul(series, e);
+}
+
+/// Springs' tension over length, k - push / length, and their dampers' power. along: line . speed
+/// of the ends.
+template <bool damped, class D, class V = hn::Vec<D>>
+HWY_INLINE V Pull(D d, V square, V along, V stiffness, V push, V damping, V& power) {
+  const V r = Near(d, square), more = More(d, square, r);
   const V pushed = hn::Mul(push, r);
-  const V pull = hn::NegMulAdd(pushed, hn::Mul(series, e), hn::Sub(stiffness, pushed));
+  const V pull = hn::NegMulAdd(pushed, more, hn::Sub(stiffness, pushed));
   if constexpr (!damped) return pull;
-  const V exact = hn::MulAdd(hn::Mul(series, e), r, r);
+  const V exact = hn::MulAdd(more, r, r);
   const V rate = hn::Mul(along, exact), force = hn::Mul(damping, rate);
   power = hn::MulAdd(force, rate, power);
   return hn::MulAdd(force, exact, pull);
+}
+
+/// What springs answer the displacement d between their ends with is pull * line + sideways * d:
+/// ((k - s) n n^T + s) d, s being what tension holds sideways; of dampers c n n^T d. Returns pull.
+/// along: line . d.
+template <bool stiffness, class D, class V = hn::Vec<D>>
+HWY_INLINE V Answer(D d, V square, V along, V constant, V push, V& sideways) {
+  const V r = Near(d, square), exact = hn::MulAdd(More(d, square, r), r, r);
+  sideways = hn::Zero(d);
+  if (stiffness) sideways = hn::Max(sideways, hn::NegMulAdd(push, exact, constant));
+  return hn::Mul(hn::Mul(hn::Sub(constant, sideways), exact), hn::Mul(along, exact));
 }
 
 /// v + kick (f / m + g); where the inverse mass is zero, v.

@@ -177,7 +177,7 @@ void ExplicitIntegrator::pack(const bodies::World& world) {
 int ExplicitIntegrator::substeps_for(const bodies::World& world, double duration_s) {
   if (method_.substeps > 0) return method_.substeps;
   if (since_look_ >= kSubstepsALook) {
-    rates_ = spectrum_.follow(world, state_);
+    rates_ = spectrum_.follow(world, state_, *springs_);
     since_look_ = 0;
   }
   const double k_per_s2 = kSpringMargin * rates_.stiffness_per_s2;
