@@ -15,7 +15,7 @@ namespace {
 constexpr double kMaxSpheres = 1e6;
 
 // Bytes that one of each takes: in the world, in trials and packed copies, in lists of contacts.
-constexpr double kStaticBodyBytes = 2500.0, kNodeBytes = 400.0, kSpringBytes = 110.0;
+constexpr double kStaticBodyBytes = 2500.0, kNodeBytes = 480.0, kSpringBytes = 110.0;
 // A free body may lie in a pile: pairs, rows and what sticks of the five that it touches.
 constexpr double kBodyBytes = 6500.0;
 constexpr double kSphereBytes = 900.0, kStaticSphereBytes = 400.0;

@@ -27,7 +27,8 @@ SpringRates spring_rates(const bodies::World& world) {
     state.position_m.emplace_back().map() = node.position_m;
     state.inverse_mass_per_kg.push_back(node.pinned ? 0.0 : 1.0 / node.mass_kg);
   }
-  return SpringSpectrum().follow(world, state);
+  SpringForces springs(world);
+  return SpringSpectrum().follow(world, state, springs);
 }
 
 /// What factors of one body's block cost: by the entries of a curve's bandwidth, by those of a

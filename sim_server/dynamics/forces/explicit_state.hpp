@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstddef>
 #include <vector>
 
 #include "sim_server/bodies/world.hpp"
@@ -30,11 +31,23 @@ struct RigidState {
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
   Eigen::Vector3d torque_N_m = Eigen::Vector3d::Zero();
   bool free = false;  // feels forces
+
+  /// After the orientation.
+  void turn_inertia() {
+    rotation = orientation.toRotationMatrix();
+    inverse_inertia_per_kg_m2 =
+        rotation * inverse_principal_inertia_per_kg_m2.asDiagonal() * rotation.transpose();
+  }
 };
 
 /// For how long forces change velocities, and the new velocities positions.
 struct Move {
   double kick_s = 0.0, drift_s = 0.0;
+};
+
+/// Nodes from first on, before last.
+struct NodeRange {
+  std::size_t first = 0, last = 0;
 };
 
 /// All that an explicit integrator moves, as it needs it.

@@ -69,12 +69,13 @@ std::optional<SpringSheet> sheet_of(const bodies::World& world, std::size_t inde
   // An odd number of cache lines, so that rows do not compete for the same ones.
   sheet.stride =
       contact::kLanes * (((sheet.columns + contact::kLanes - 1) / contact::kLanes + 2) | 1U);
-  sheet.storage.resize(SheetRows::kCount * sheet.stride / contact::kLanes);
+  sheet.storage.resize(SheetRows::count(sheet.rows) * sheet.stride / contact::kLanes);
   const SheetRows rows(sheet);
   // Beyond the last column stand nodes that are nowhere near, so that lengths are numbers.
-  for (std::size_t row = SheetRows::kPositions; row < SheetRows::kVelocities; ++row)
-    for (std::size_t i = 0; i < sheet.stride - contact::kLanes; ++i)
-      *rows[row].at(i) = 1e3 * static_cast<double>(i + 1);
+  for (std::size_t row = 0; row < sheet.rows + 2; ++row)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (std::size_t i = 0; i < sheet.stride - contact::kLanes; ++i)
+        *rows[SheetRows::of_nodes(row) + axis].at(i) = 1e3 * static_cast<double>(i + 1);
   sheet.kinds = *kinds;
   for (const SpringKind& kind : *kinds) sheet.damped = sheet.damped || kind.damping_N_s_per_m > 0.0;
   return sheet;

@@ -20,6 +20,19 @@ struct alignas(contact::kLanes * sizeof(double)) Look {
 static_assert(sizeof(Look) == 64 && alignof(Look) == 64);
 /// Of a regular sheet: along both axes, both diagonals, and past one node along both axes.
 inline constexpr std::size_t kSpringKinds = 6;
+/// Added to squares of lengths, so that none is zero, m2.
+inline constexpr double kShortest_m2 = 1e-30;
+
+/// What pulls at nodes: springs, with dampers or without any; or what the stiffness of springs, or
+/// their dampers, answer displacements with.
+enum class SpringLaw { kElastic, kDamped, kStiffness, kDampers };
+
+/// What springs look at and what they pull at, from the world's first node on: velocities are
+/// displacements of an answer.
+struct SpringNodes {
+  const PackedVector *position_m, *velocity_m_s;
+  PackedVector* force_N;
+};
 
 /// One of the kinds of springs of a sheet; zeros: none.
 struct SpringKind {
@@ -32,7 +45,7 @@ struct SpringSheet {
   std::size_t first_node = 0, columns = 0, rows = 0;
   std::array<SpringKind, kSpringKinds> kinds;
   bool damped = false;
-  std::size_t stride = 0;     // of rows of scratch
+  std::size_t stride = 0;     // of rows
   std::vector<Look> storage;  // they themselves: see SheetRows
 };
 
@@ -45,28 +58,23 @@ struct SpringGroup {
       damping_N_s_per_m;  // push: stiffness * rest length
 };
 
-/// Rows of a sheet's scratch and constants, each with kLanes zeros before and room after it.
+/// Rows of a sheet's scratch and nodes, each with kLanes zeros before and room after it.
 class SheetRows {
  public:
-  static constexpr std::size_t kPositions = 0;                // three rows of x, y, z
-  static constexpr std::size_t kVelocities = kPositions + 9;  // the same
-  static constexpr std::size_t kForces = kVelocities + 9;     // for the node itself: three rows
-  static constexpr std::size_t kNext = kForces + 9;           // for the next column's: two rows
-  static constexpr std::size_t kAfterNext = kNext + 6;        // for the one after: one row
-  static constexpr std::size_t kPulls = kAfterNext + 3;       // one row a kind
-  static constexpr std::size_t kScratch = kPulls + kSpringKinds;
-  static constexpr std::size_t kCount = kScratch + 3;
+  static constexpr std::size_t kForces = 0;             // for the node itself: four rows of x, y, z
+  static constexpr std::size_t kNext = kForces + 12;    // for the next column's: three rows
+  static constexpr std::size_t kAfterNext = kNext + 9;  // for the one after: two rows
+  static constexpr std::size_t kNodes = kAfterNext + 6;  // see of_nodes()
+  /// Where a row of nodes begins: positions, velocities, each x, y, z, and inverse masses.
+  static constexpr std::size_t of_nodes(std::size_t row) { return kNodes + 7 * row; }
+  /// With two rows beyond the last, to which springs of no stiffness reach.
+  static std::size_t count(std::size_t node_rows) { return of_nodes(node_rows + 2); }
 
   explicit SheetRows(SpringSheet& sheet)
       : storage_(sheet.storage.front().lanes, contact::kLanes * sheet.storage.size()),
         stride_(sheet.stride) {}
   [[nodiscard]] contact::VectorRow<double> operator[](std::size_t row) const {
     return {storage_.data() + contact::kLanes + row * stride_, storage_};
-  }
-  /// A row that holds floats, half as long.
-  [[nodiscard]] contact::VectorRow<float> floats(std::size_t row) const {
-    auto* const first = reinterpret_cast<float*>(storage_.data() + contact::kLanes + row * stride_);
-    return {first, {first, stride_}};
   }
 
  private:

@@ -4,6 +4,7 @@
 
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/dynamics/forces/explicit_state.hpp"
+#include "sim_server/dynamics/forces/spring_forces.hpp"
 
 namespace stillgrid::dynamics {
 
@@ -19,16 +20,17 @@ class SpringSpectrum {
  public:
   /// A lower bound of the rates, near after many iterations. The first call makes 30, later ones
   /// one each.
-  [[nodiscard]] SpringRates follow(const bodies::World& world, const ExplicitState& state);
+  [[nodiscard]] SpringRates follow(const bodies::World& world, const ExplicitState& state,
+                                   SpringForces& springs);
 
   /// The next call is the first.
   void restart() { stretching_.clear(); }
 
  private:
-  template <class Multiply>
-  double iterate(std::vector<PackedVector>& vector, int times, const Multiply& multiply);
+  double iterate(const bodies::World& world, const ExplicitState& state, SpringLaw law, int times,
+                 SpringForces& springs, std::vector<PackedVector>& displacements);
 
-  std::vector<PackedVector> stretching_, damping_, product_;
+  std::vector<PackedVector> stretching_, damping_, forces_;
 };
 
 }  // namespace stillgrid::dynamics

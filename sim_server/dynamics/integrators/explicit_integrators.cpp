@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "sim_server/bodies/rotation.hpp"
-#include "sim_server/bodies/sphere_motion.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
@@ -25,13 +24,6 @@ constexpr int kMaxHalvings = 5;
 /// Rigid bodies that one thread takes at once, and below which threads cost more than they take.
 constexpr std::size_t kBodiesAChunk = 512, kBodiesWorthSharing = 2048;
 
-void turn_inertia(RigidState& body) {
-  body.rotation = body.orientation.toRotationMatrix();
-  const Eigen::Matrix3d& r = body.rotation;
-  body.inverse_inertia_per_kg_m2 =
-      r * body.inverse_principal_inertia_per_kg_m2.asDiagonal() * r.transpose();
-}
-
 /// By the spin of the middle, as explicit midpoint has it: of second order also where the spin
 /// changes as the body turns.
 void turn(RigidState& body, double turn_s) {
@@ -39,11 +31,11 @@ void turn(RigidState& body, double turn_s) {
   const Eigen::Quaterniond start = body.orientation;
   if (inverse.x() != inverse.y() || inverse.y() != inverse.z()) {
     body.orientation = bodies::rotation_of(0.5 * turn_s * body.spin_rad_s) * start;
-    turn_inertia(body);
+    body.turn_inertia();
     body.spin_rad_s = body.inverse_inertia_per_kg_m2 * body.angular_momentum_N_m_s;
   }
   body.orientation = (bodies::rotation_of(turn_s * body.spin_rad_s) * start).normalized();
-  turn_inertia(body);
+  body.turn_inertia();
   body.spin_rad_s = body.inverse_inertia_per_kg_m2 * body.angular_momentum_N_m_s;
 }
 
@@ -75,7 +67,9 @@ SolveReport ExplicitIntegrator::advance(const bodies::World& world,
     contact_rate_per_s2_ = 0.0;
     substeps_ = halvings == 0 ? substeps_for(world, duration_s) : 2 * substeps_;
     const bool may_halve = halvings < kMaxHalvings && method_.substeps == 0;
-    report = move(world, duration_s, may_halve, budget);
+    // Drifts of zero: what apply() does is no kick.
+    report = contacts.empty() && drifts_.after > 0.0 ? move_freely(world, duration_s, budget)
+                                                     : move(world, duration_s, may_halve, budget);
     if (report.converged || !may_halve || budget.is_late() || report.iterations == substeps_) break;
   }
   since_look_ += substeps_;
@@ -89,10 +83,7 @@ SolveReport ExplicitIntegrator::move(const bodies::World& world, double duration
                                      const Budget& budget) {
   const double substep_s = duration_s / substeps_;
   SolveReport report{.converged = true};
-  // Positions of symplectic Euler are ahead by half a substep: also of one that is longer or
-  // shorter than the last, or contacts would not begin where they ended.
-  const double last_s = kept_substep_s_ > 0.0 ? kept_substep_s_ : substep_s;
-  drift(world, 0.5 * (drifts_.after - drifts_.before) * (substep_s - last_s));
+  drift_to_substep(world, substep_s);
   double due_s = drifts_.before * substep_s;
   for (; report.iterations < substeps_; ++report.iterations) {
     if (budget.is_late()) {
@@ -109,6 +100,42 @@ SolveReport ExplicitIntegrator::move(const bodies::World& world, double duration
   }
   drift(world, due_s - drifts_.before * substep_s);
   return report;
+}
+
+/// The same, to the bit, where no contact is known: a substep is one pass over what moves.
+SolveReport ExplicitIntegrator::move_freely(const bodies::World& world, double duration_s,
+                                            const Budget& budget) {
+  const double substep_s = duration_s / substeps_;
+  const double before_s = drifts_.before * substep_s;
+  const double due_s = (drifts_.after + drifts_.before) * substep_s;
+  SolveReport report{.converged = true};
+  drift_to_substep(world, substep_s);
+  // Takes what contacts held that are gone.
+  contacts_.begin(0.0, duration_s, substep_s, world.gravity_m_s2, state_);
+  (void)contacts_.solve(substep_s, budget, state_, flow_);
+  drift(world, before_s);
+  springs_->take(world, state_);
+  for (; report.iterations < substeps_; ++report.iterations) {
+    if (budget.is_late()) {
+      report.converged = false;
+      break;
+    }
+    const bool last = report.iterations + 1 == substeps_;
+    const Move move{.kick_s = substep_s, .drift_s = last ? due_s - before_s : due_s};
+    flow_.spring_damping_J += substep_s * springs_->move(world, move, state_);
+    kick_rigid(world, move.kick_s);
+    drift_rigid(move.drift_s);
+  }
+  springs_->give(world, state_);
+  if (!report.converged) drift(world, -before_s);
+  return report;
+}
+
+/// Positions of symplectic Euler are ahead by half a substep: also of one that is longer or shorter
+/// than the last, or contacts would not begin where they ended.
+void ExplicitIntegrator::drift_to_substep(const bodies::World& world, double substep_s) {
+  const double last_s = kept_substep_s_ > 0.0 ? kept_substep_s_ : substep_s;
+  drift(world, 0.5 * (drifts_.after - drifts_.before) * (substep_s - last_s));
 }
 
 void ExplicitIntegrator::commit(bodies::World& world, double duration_s) {
@@ -140,41 +167,10 @@ void ExplicitIntegrator::restart() {
   kept_substep_s_ = 0.0;
 }
 
-void ExplicitIntegrator::pack(const bodies::World& world) {
-  state_.position_m.resize(world.nodes.size());
-  state_.velocity_m_s.resize(world.nodes.size());
-  state_.force_N.resize(world.nodes.size());
-  state_.inverse_mass_per_kg.resize(world.nodes.size());
-  for (std::size_t i = 0; i < world.nodes.size(); ++i) {
-    const bodies::Node& node = world.nodes[i];
-    state_.position_m[i].map() = node.position_m;
-    state_.velocity_m_s[i].map() = node.velocity_m_s;
-    state_.inverse_mass_per_kg[i] = node.unknown == bodies::kNoUnknown ? 0.0 : 1.0 / node.mass_kg;
-  }
-  state_.rigid.resize(world.rigid_bodies.size());
-  for (std::size_t i = 0; i < world.rigid_bodies.size(); ++i) {
-    const bodies::RigidBody& body = world.rigid_bodies[i];
-    RigidState& state = state_.rigid[i];
-    state = {};
-    state.position_m = body.position_m;
-    state.velocity_m_s = body.velocity_m_s;
-    state.orientation = body.orientation;
-    state.free = body.unknown != bodies::kNoUnknown;
-    if (state.free) state.inverse_principal_inertia_per_kg_m2 = body.inertia_kg_m2.cwiseInverse();
-    turn_inertia(state);
-    if (!state.free) continue;
-    state.spin_rad_s = body.angular_velocity_rad_s;
-    state.inverse_mass_per_kg = 1.0 / body.mass_kg;
-    state.angular_momentum_N_m_s =
-        body.orientation *
-        body.inertia_kg_m2.cwiseProduct(body.orientation.conjugate() * body.angular_velocity_rad_s);
-  }
-}
-
 int ExplicitIntegrator::substeps_for(const bodies::World& world, double duration_s) {
   if (method_.substeps > 0) return method_.substeps;
   if (since_look_ >= kSubstepsALook) {
-    rates_ = spectrum_.follow(world, state_);
+    rates_ = spectrum_.follow(world, state_, *springs_);
     since_look_ = 0;
   }
   const double k_per_s2 = kSpringMargin * rates_.stiffness_per_s2;
@@ -212,6 +208,10 @@ void ExplicitIntegrator::apply(const bodies::World& world, double substep_s) {
 
 void ExplicitIntegrator::kick(const bodies::World& world, double kick_s) {
   move_nodes({.kick_s = kick_s}, world.gravity_m_s2, state_);
+  kick_rigid(world, kick_s);
+}
+
+void ExplicitIntegrator::kick_rigid(const bodies::World& world, double kick_s) {
   for_each_free([&](RigidState& body) {
     body.velocity_m_s += kick_s * (body.inverse_mass_per_kg * body.force_N + world.gravity_m_s2);
     body.angular_momentum_N_m_s += kick_s * body.torque_N_m;
@@ -224,59 +224,14 @@ void ExplicitIntegrator::kick(const bodies::World& world, double kick_s) {
 void ExplicitIntegrator::drift(const bodies::World& world, double drift_s) {
   if (drift_s == 0.0) return;
   move_nodes({.drift_s = drift_s}, world.gravity_m_s2, state_);
+  drift_rigid(drift_s);
+}
+
+void ExplicitIntegrator::drift_rigid(double drift_s) {
   for_each_free([&](RigidState& body) {
     body.position_m += drift_s * body.velocity_m_s;
     turn(body, drift_s);
   });
-}
-
-/// False, and the trial is the world at rest, if something is no number.
-bool ExplicitIntegrator::unpack(const bodies::World& world, double duration_s) {
-  trial_.nodes = world.nodes;
-  trial_.rigid_bodies = world.rigid_bodies;
-  bool finite = true;
-  for (std::size_t i = 0; i < trial_.nodes.size(); ++i) {
-    bodies::Node& node = trial_.nodes[i];
-    if (node.unknown == bodies::kNoUnknown) continue;
-    node.position_m = state_.position_m[i].map();
-    node.velocity_m_s = state_.velocity_m_s[i].map();
-    finite = finite && node.position_m.allFinite() && node.velocity_m_s.allFinite();
-  }
-  for (std::size_t i = 0; i < trial_.rigid_bodies.size(); ++i) {
-    bodies::RigidBody& body = trial_.rigid_bodies[i];
-    RigidState& state = state_.rigid[i];
-    if (!body.free) {
-      const bodies::PrescribedState end = bodies::prescribed_state(body, world.time_s + duration_s);
-      state.position_m = body.position_m = end.position_m;
-      state.velocity_m_s = body.velocity_m_s = end.velocity_m_s;
-    }
-    if (!state.free) continue;
-    body.position_m = state.position_m;
-    body.velocity_m_s = state.velocity_m_s;
-    body.orientation = state.orientation;
-    body.angular_velocity_rad_s = state.spin_rad_s;
-    finite = finite && body.position_m.allFinite() && body.velocity_m_s.allFinite() &&
-             body.orientation.coeffs().allFinite() && body.angular_velocity_rad_s.allFinite();
-  }
-  trial_.struck = contacts_.struck();
-  trial_.touching = finite ? contacts_.count_touching(state_) : 0;
-  if (!finite) rest(world);
-  trial_.spheres.resize(world.spheres.size());
-  bodies::SphereMotions motion_of(trial_.nodes, trial_.rigid_bodies);
-  for (std::size_t i = 0; i < world.spheres.size(); ++i)
-    trial_.spheres[i] = motion_of(world.spheres[i]);
-  return finite;
-}
-
-void ExplicitIntegrator::rest(const bodies::World& world) {
-  trial_.nodes = world.nodes;
-  trial_.rigid_bodies = world.rigid_bodies;
-  for (bodies::Node& node : trial_.nodes) node.velocity_m_s.setZero();
-  for (bodies::RigidBody& body : trial_.rigid_bodies) {
-    body.velocity_m_s.setZero();
-    body.angular_velocity_rad_s.setZero();
-  }
-  flow_ = {};
 }
 
 }  // namespace stillgrid::dynamics

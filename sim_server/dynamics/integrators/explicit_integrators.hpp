@@ -61,6 +61,10 @@ class ExplicitIntegrator : public Integrator {
   [[nodiscard]] int substeps_for(const bodies::World& world, double duration_s);
   SolveReport move(const bodies::World& world, double duration_s, bool may_halve,
                    const Budget& budget);
+  SolveReport move_freely(const bodies::World& world, double duration_s, const Budget& budget);
+  void drift_to_substep(const bodies::World& world, double substep_s);
+  void kick_rigid(const bodies::World& world, double kick_s);
+  void drift_rigid(double drift_s);
   ContactSolve substep(const bodies::World& world, double at_s, double substep_s, double step_s,
                        const Budget& budget);
   [[nodiscard]] bool unpack(const bodies::World& world, double duration_s);

@@ -257,6 +257,35 @@ TEST_CASE("Two runs agree to the bit", "[explicit_integrators]") {
     CHECK(one.rigid_bodies[i].position_m == two.rigid_bodies[i].position_m);
 }
 
+TEST_CASE("A contact that is only listed changes no bit of what nothing touches",
+          "[explicit_integrators]") {
+  const scene::IntegratorKind kind = either();
+  bodies::World alone = bustle(), listed = alone;
+  contact::Contact far;
+  far.radius_a_m = 0.01;
+  far.is_plane = true;
+  far.plane_normal = {0.0, 0.0, 1.0};
+  far.plane_offset_m = -1000.0;
+  ExplicitIntegrator integrator(explicit_method(kind)), other(explicit_method(kind));
+  Budget budget;
+  for (const double step_s : {0.004, 0.004, 0.01, 0.001}) {
+    CHECK(integrator.advance(alone, {}, step_s, budget).converged);
+    CHECK(other.advance(listed, {&far, 1}, step_s, budget).converged);
+    CHECK(integrator.substeps() == other.substeps());
+    CHECK(integrator.flow()->spring_damping_J == other.flow()->spring_damping_J);
+    integrator.commit(alone, step_s);
+    other.commit(listed, step_s);
+  }
+  for (std::size_t i = 0; i < alone.nodes.size(); ++i) {
+    CHECK(alone.nodes[i].position_m == listed.nodes[i].position_m);
+    CHECK(alone.nodes[i].velocity_m_s == listed.nodes[i].velocity_m_s);
+  }
+  for (std::size_t i = 0; i < alone.rigid_bodies.size(); ++i) {
+    CHECK(alone.rigid_bodies[i].position_m == listed.rigid_bodies[i].position_m);
+    CHECK(alone.rigid_bodies[i].velocity_m_s == listed.rigid_bodies[i].velocity_m_s);
+  }
+}
+
 TEST_CASE("Contacts that a part cannot solve have it begin anew in halves, as if asked for them",
           "[explicit_integrators]") {
   // Light and heavy balls in a row, pressed into each other far harder than the part is short.

@@ -224,7 +224,7 @@ TEST_CASE("Rows of a sheet take the widest vector wherever the heap puts them, i
   const sim_server::UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
   const auto check = [](SpringSheet& sheet) {
     const SheetRows rows(sheet);
-    for (std::size_t row = 0; row < SheetRows::kCount; ++row) {
+    for (std::size_t row = 0; row < SheetRows::count(sheet.rows); ++row) {
       CHECK(contact::is_aligned_lanes(rows[row].at(0)));
       (void)rows[row].at(sheet.columns + 1);  // in assertion builds: with room for the widest
     }
@@ -288,6 +288,69 @@ TEST_CASE("Nodes move by their forces alike on every instruction set", "[spring_
           inverse_mass_per_kg == 0.0 ? x_m : Eigen::Vector3d(x_m + drift_m);
       CHECK((state.velocity_m_s[i].map() - faster_m_s).norm() <= 1e-15 * (1.0 + faster_m_s.norm()));
       CHECK((state.position_m[i].map() - farther_m).norm() <= 1e-15 * (1.0 + farther_m.norm()));
+    }
+  });
+}
+
+TEST_CASE("What springs answer displacements with is how their forces change", "[spring_forces]") {
+  const sim_server::UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
+  const Eigen::Vector2i nodes =
+      GENERATE(Eigen::Vector2i(1, 7), Eigen::Vector2i(7, 1), Eigen::Vector2i(9, 17));
+  const int regular = GENERATE(1, 0);
+  bodies::World world = shaken(cloth(nodes, 0.3), 0.002);
+  world.bodies[0].sheet_nodes *= regular;
+  for (bodies::Node& node : world.nodes) node.position_m *= 2.0;  // no spring is compressed
+  sim_server::on_every_target([&] {
+    SpringForces springs(world);
+    const ExplicitState state = state_of(world);
+    const std::vector<PackedVector>& u = state.velocity_m_s;
+    std::vector<PackedVector> stiffness(u.size()), dampers(u.size());
+    springs.answer(world, SpringLaw::kStiffness, state, u, stiffness);
+    springs.answer(world, SpringLaw::kDampers, state, u, dampers);
+    constexpr double kShare = 1e-6;
+    ExplicitState there = state, back = state, still = state, moving = state;
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      there.position_m[i].map() += kShare * u[i].map();
+      back.position_m[i].map() -= kShare * u[i].map();
+      for (ExplicitState* one : {&there, &back, &still}) one->velocity_m_s[i] = {};
+    }
+    for (ExplicitState* one : {&there, &back, &still, &moving}) (void)springs.evaluate(world, *one);
+    for (std::size_t i = 0; i < u.size(); ++i) {
+      const Eigen::Vector3d change =
+          (there.force_N[i].map() - back.force_N[i].map()) / (2.0 * kShare);
+      CHECK((stiffness[i].map() - change).norm() < 1e-6 * (1.0 + change.norm()));
+      const Eigen::Vector3d damping = moving.force_N[i].map() - still.force_N[i].map();
+      CHECK((dampers[i].map() - damping).norm() < 1e-12 * (1.0 + damping.norm()));
+    }
+  });
+}
+
+TEST_CASE("Nodes that are moved as their forces are known move to the bit as those moved after",
+          "[spring_forces]") {
+  const sim_server::UnkindHeap heap(GENERATE(0U, 16U, 32U, 48U));
+  const double damping_N_s_per_m = GENERATE(0.0, 0.3);
+  const Eigen::Vector2i nodes = GENERATE(Eigen::Vector2i(1, 7), Eigen::Vector2i(7, 1),
+                                         Eigen::Vector2i(8, 2), Eigen::Vector2i(17, 9));
+  const int regular = GENERATE(1, 0);
+  const Move move{.kick_s = 3e-4, .drift_s = 2e-4};
+  bodies::World world = shaken(cloth(nodes, damping_N_s_per_m), 0.005);
+  world.bodies[0].sheet_nodes *= regular;
+  sim_server::on_every_target([&] {
+    SpringForces springs(world);
+    ExplicitState state = state_of(world), moved = state;
+    double power_W = 0.0, moved_power_W = 0.0;
+    springs.take(world, moved);
+    for (int substep = 0; substep < 3; ++substep) moved_power_W += springs.move(world, move, moved);
+    springs.give(world, moved);
+    for (int substep = 0; substep < 3; ++substep) {
+      power_W += springs.evaluate(world, state);
+      move_nodes({.kick_s = move.kick_s}, world.gravity_m_s2, state);
+      move_nodes({.drift_s = move.drift_s}, world.gravity_m_s2, state);
+    }
+    CHECK(power_W == moved_power_W);
+    for (std::size_t i = 0; i < world.nodes.size(); ++i) {
+      CHECK(state.position_m[i].map() == moved.position_m[i].map());
+      CHECK(state.velocity_m_s[i].map() == moved.velocity_m_s[i].map());
     }
   });
 }
