@@ -106,8 +106,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
                   ->check(command_line::integer_in(0, 8191));
   auto* threads =
       app.add_option("--threads", server.threads,
-                     "Share the work of a large scene among so many; no byte depends on it; "
-                     "default: a processor each, but one for haptic_server")
+                     "Share the work of a large scene among so many, by explicit methods; no byte "
+                     "depends on it; default: a processor each, but one for haptic_server")
           ->check(command_line::integer_in(1, 1024))
           ->excludes(cpu);
   // What only a run needs: elsewhere it would do nothing.
@@ -170,8 +170,11 @@ int write_surfaces_of(const Arguments& arguments, const scene::SceneDescription&
 
 /// As asked; else a processor each, but for one that haptic_server has to itself.
 int threads_of(const ServerOptions& options) {
-  if (options.threads > 0) return options.threads;
   const auto processors = static_cast<int>(std::thread::hardware_concurrency());
+  if (options.threads > processors)
+    spdlog::warn("--threads {}: slower than {}, the number of processors", options.threads,
+                 processors);
+  if (options.threads > 0) return options.threads;
   return options.cpu ? 1 : std::max(1, processors - 1);
 }
 
@@ -210,7 +213,11 @@ int run(Arguments& arguments) {
   }
   if (!arguments.surfaces.empty()) return write_surfaces_of(arguments, scene, world);
   settle_choices(scene, world, choice_files, arguments.lockstep || arguments.offline);
-  const dynamics::Workers workers(threads_of(arguments.server));
+  const int threads = threads_of(arguments.server);
+  const dynamics::Workers workers(threads);
+  if (workers.threads() < threads)
+    spdlog::warn("{} threads in place of {}: no more can be made (ulimit -u, -v)",
+                 workers.threads(), threads);
   dynamics::Simulation simulation(scene, std::move(world));
   simulation.share_work(workers);
   SimulationReport report;

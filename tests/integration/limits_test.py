@@ -27,6 +27,23 @@ material = "m"
 spring_stiffness_N_per_m = {{ structural = 100.0, shear = 50.0, bend = 10.0 }}
 pinned = "corners"
 """
+HEAP = """format = 2
+[simulation]
+integrator = "velocity_verlet"
+sleeping = false
+[[material]]
+name = "m"
+contact_stiffness_N_per_m = 2000.0
+contact_damping_N_s_per_m = 1.0
+friction = 0.3
+""" + "".join(f"""[[body]]
+name = "s{x} {y} {z}"
+kind = "sphere"
+material = "m"
+radius_m = 0.005
+mass_kg = 0.001
+position_m = [{0.00995 * x}, {0.00995 * y}, {0.00995 * z}]
+""" for x in range(14) for y in range(14) for z in range(14))
 TRIES = 8
 
 
@@ -87,6 +104,32 @@ class LimitsTest(daemons.SessionTest):
                             "--scene", scene, "--offline", "--duration", 1)
         self.assert_refused(daemon, BAD_INPUT, f"{scene}:7: body 'cloth': memory: value",
                             "expected at most", "this machine has left")
+
+    def test_threads_share_a_heap_and_no_byte_depends_on_them(self):
+        scene = self.write("heap.toml", HEAP)
+        daemon = self.offline(scene, "--duration", 1e3, "--threads", 2)
+
+        def that_worked():
+            tasks = pathlib.Path(f"/proc/{daemon.process.pid}/task").glob("*/stat")
+            spent = [int(file.read_text().rpartition(")")[2].split()[11]) for file in tasks]
+            return sum(ticks > 0.3 * os.sysconf("SC_CLK_TCK") for ticks in spent)
+        self.wait_until(lambda: that_worked() >= 2 or not daemon.runs(), 60.0, "one thread does all")
+        self.assertTrue(daemon.runs(), f"ended by itself: {daemon.lines()}")
+        daemon.signal(signal.SIGTERM)
+        self.assertEqual(daemon.wait(), daemons.DONE)
+        states = [self.folder / f"by_{threads}.csv" for threads in (1, 3)]
+        for threads, state in zip((1, 3), states):
+            run = self.offline(scene, "--duration", 0.05, "--threads", threads, "--final-state", state)
+            self.assertEqual(run.wait(60.0), daemons.DONE, run.lines())
+        self.assertEqual(*(state.read_bytes() for state in states))
+
+    def test_threads_that_the_system_refuses_are_a_warning(self):
+        scene, state = self.write("heap.toml", HEAP), self.folder / "end.csv"
+        daemon = self.start("prlimit", f"--as={300 << 20}", BUILD / "bin" / "sim_server", "--scene", scene,
+                            "--offline", "--duration", 0.02, "--threads", 200, "--final-state", state)
+        self.assertEqual(daemon.wait(60.0), daemons.DONE, daemon.lines())
+        self.assertIn("threads in place of 200: no more can be made", "".join(daemon.lines()))
+        self.assertEqual(len(state.read_text().splitlines()), 1 + 14**3)
 
     def test_no_memory_left_is_one_line(self):
         scene = self.write("some.toml", "format = 2\nmaterial = [" + 200_000 * (

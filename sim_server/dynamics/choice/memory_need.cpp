@@ -16,8 +16,8 @@ constexpr double kMaxSpheres = 1e6;
 
 // Bytes that one of each takes: in the world, in trials and packed copies, in lists of contacts.
 constexpr double kStaticBodyBytes = 2500.0, kNodeBytes = 480.0, kSpringBytes = 110.0;
-// A free body may lie in a pile: pairs, rows and what sticks of the five that it touches.
-constexpr double kBodyBytes = 6500.0;
+// A free body may lie in a pile: pairs, rows and what sticks of up to twelve that it touches.
+constexpr double kBodyBytes = 13'500.0;
 constexpr double kSphereBytes = 900.0, kStaticSphereBytes = 400.0;
 // More of an implicit step: Jacobians of a spring, vectors of a node, and what each entry of a
 // factor costs with its index, LDL^T and LU together, and while they are made.

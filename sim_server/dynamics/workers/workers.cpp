@@ -3,20 +3,69 @@
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
+#include <tbb/task_group.h>
+
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <new>
+#include <system_error>
+#include <thread>
+#include <vector>
 
 namespace stillgrid::dynamics {
+namespace {
+
+/// oneTBB ends the process where the system refuses a thread: it is asked for no more than there
+/// are, and for half of them where some were refused, for its own take memory too. At most `most`.
+int threads_to_be_had(int most) {
+  std::atomic<bool> all_here = false;
+  std::vector<std::thread> others;
+  others.reserve(static_cast<std::size_t>(most));
+  std::atomic<int> had = 1;
+  try {
+    while (static_cast<int>(others.size()) + 1 < most)
+      others.emplace_back([&] {
+        const std::unique_ptr<char[]> own(new (std::nothrow) char[1024]);  // with its heap
+        if (own) ++had;
+        all_here.wait(false);
+      });
+  } catch (const std::system_error&) {  // as many as there are
+  }
+  all_here = true;
+  all_here.notify_all();
+  for (std::thread& other : others) other.join();
+  return had == most ? most : (had + 1) / 2;
+}
+
+}  // namespace
 
 struct Workers::Arena {
   explicit Arena(int threads)
       : as_asked(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads)),
-        arena(threads) {}
+        arena(threads) {
+    arena.execute([&] { make_all(threads); });
+  }
+
+  /// At once, while they are known to be had: each waits for all others, within reason.
+  static void make_all(int threads) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(1);
+    std::atomic<int> here = 0;
+    tbb::task_group group;
+    for (int i = 0; i < threads; ++i)
+      group.run([&] {
+        ++here;
+        while (here < threads && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+      });
+    group.wait();
+  }
 
   tbb::global_control as_asked;  // also where there are fewer processors
   tbb::task_arena arena;
 };
 
-Workers::Workers(int threads) : threads_(threads) {
-  if (threads > 1) arena_ = std::make_unique<Arena>(threads);
+Workers::Workers(int threads) : threads_(threads_to_be_had(threads)) {
+  if (threads_ > 1) arena_ = std::make_unique<Arena>(threads_);
 }
 
 Workers::~Workers() = default;

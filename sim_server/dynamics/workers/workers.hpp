@@ -13,7 +13,8 @@ namespace stillgrid::dynamics {
 /// at a time.
 class Workers {
  public:
-  /// threads: the caller's among them; one works without any other. Pre: at least 1.
+  /// threads: the caller's among them; one works without any other. Where the system refuses some
+  /// there are fewer. Pre: at least 1.
   explicit Workers(int threads = 1);
   ~Workers();
   Workers(const Workers&) = delete;
