@@ -39,14 +39,14 @@ double quantile(std::vector<double> values, double share) {
   return values[below] + (place - double(below)) * (values[above] - values[below]);
 }
 
-/// A curve's points once each. Once too slow, finer ones are left out: but a long implicit step may
-/// be too slow because it is hard to solve, where shorter ones are not.
+/// A curve's points once each. Once too slow, finer ones are left out: but a long step may be too
+/// slow because it is hard to solve or unstable, where shorter ones are not.
 void measure_curve(const ChartScene& scene, const Curve& curve, std::vector<Measured>& measured) {
   for (const ChartPoint& point : curve) {
     Measured one{point, run_point(scene, point), {}};
     one.ms_per_10ms.push_back(ms_per_10ms(one.first));
     measured.push_back(std::move(one));
-    if (measured.back().first.end == RunEnd::kTooSlow && point.value < 0.004) break;
+    if (measured.back().first.end == RunEnd::kTooSlow && point.value < 0.002) break;
   }
 }
 
