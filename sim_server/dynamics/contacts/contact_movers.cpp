@@ -96,7 +96,7 @@ void ContactMovers::divide(std::span<const int> touched, std::vector<std::size_t
   rigid_responses_.resize(end.rigid.first);
   node_movers_.resize(end.nodes.first);
   node_responses_.resize(end.nodes.first);
-  node_impulse_N_s_.assign(node_movers_.size() + 1, {});
+  node_impulse_N_s_.assign(node_movers_.size(), {});
   soft_.clear();
   std::fill(point_of_.begin(), point_of_.end(), 0);
   velocities_.assign(1 + rigid_movers_.size(), {});

@@ -161,7 +161,7 @@ class ContactMovers {
   std::vector<int> rigid_mover_, node_mover_;  // of each: its entry, once divided its mover; or -1
   std::vector<ContactIsland> islands_;
   std::vector<SoftPoint> soft_;                 // their points are behind those of rigid bodies
-  std::vector<PackedVector> node_impulse_N_s_;  // of each node's mover, and one for all others
+  std::vector<PackedVector> node_impulse_N_s_;  // of each node's mover
   std::vector<ContactPoint> velocities_, impulses_;  // of points
   std::vector<int> point_of_;                        // of spheres of nodes, or 0
   std::size_t island_ = 0;                           // that has begun
