@@ -107,7 +107,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
   auto* threads =
       app.add_option("--threads", server.threads,
                      "Share the work of a large scene among so many, by explicit methods; no byte "
-                     "depends on it; default: a processor each, but one for haptic_server")
+                     "depends on it; default: from 1,000 spheres on a processor each, at most 8, "
+                     "but one for haptic_server")
           ->check(command_line::integer_in(1, 1024))
           ->excludes(cpu);
   // What only a run needs: elsewhere it would do nothing.
@@ -168,14 +169,20 @@ int write_surfaces_of(const Arguments& arguments, const scene::SceneDescription&
   return realtime::kDone;
 }
 
-/// As asked; else a processor each, but for one that haptic_server has to itself.
-int threads_of(const ServerOptions& options) {
+/// As asked; else, for a scene that may be large, a processor each, but for one that haptic_server
+/// has to itself.
+int threads_of(const ServerOptions& options, const scene::Method& method,
+               const bodies::World& world) {
+  constexpr std::size_t kLargeSpheres = 1000;
+  constexpr int kMaxThreads = 8;  // more would wait for the same memory
   const auto processors = static_cast<int>(std::thread::hardware_concurrency());
   if (options.threads > processors)
     spdlog::warn("--threads {}: slower than {}, the number of processors", options.threads,
                  processors);
   if (options.threads > 0) return options.threads;
-  return options.cpu ? 1 : std::max(1, processors - 1);
+  if (options.cpu || !scene::is_explicit(method.integrator) || world.spheres.size() < kLargeSpheres)
+    return 1;
+  return std::clamp(processors - 1, 1, kMaxThreads);
 }
 
 /// Runs the scene; report and final state are written however it ended.
@@ -213,7 +220,7 @@ int run(Arguments& arguments) {
   }
   if (!arguments.surfaces.empty()) return write_surfaces_of(arguments, scene, world);
   settle_choices(scene, world, choice_files, arguments.lockstep || arguments.offline);
-  const int threads = threads_of(arguments.server);
+  const int threads = threads_of(arguments.server, scene.method, world);
   const dynamics::Workers workers(threads);
   if (workers.threads() < threads)
     spdlog::warn("{} threads in place of {}: no more can be made (ulimit -u, -v)",
