@@ -36,11 +36,9 @@ void ContactCore::begin(double share, double part_s, double substep_s, const Vec
                         const ExplicitState& state) {
   list_.place(state, substep_s, gravity_m_s2, workers());
   is_near_.resize(list_.pairs().size());
-  workers().for_each_chunk(
-      list_.pairs().size(), kPairsAChunk, [&](std::size_t first, std::size_t last) {
-        for (std::size_t i = first; i < last; ++i)
-          is_near_[i] = list_.is_near(list_.pairs()[i], share, part_s, substep_s) ? 1 : 0;
-      });
+  workers().for_each(list_.pairs().size(), kPairsAChunk, [&](std::size_t i) {
+    is_near_[i] = list_.is_near(list_.pairs()[i], share, part_s, substep_s) ? 1 : 0;
+  });
   nearer_.clear();
   for (std::size_t i = 0; i < is_near_.size(); ++i)
     if (is_near_[i] != 0) nearer_.push_back(i);
@@ -177,12 +175,10 @@ ContactSolve ContactCore::solve(double substep_s, const Budget& budget, Explicit
     return island.rows.last - island.rows.first > kRowsWorthSharing;
   };
   solves_.resize(islands.size());
-  workers().for_each_chunk(
-      islands.size(), kIslandsAChunk, [&](std::size_t first, std::size_t last) {
-        for (std::size_t i = first; i < last; ++i)
-          if (!is_shared(islands[i]))
-            solves_[i] = solve_island(islands[i], substep_s, budget, state, Workers::alone());
-      });
+  workers().for_each(islands.size(), kIslandsAChunk, [&](std::size_t i) {
+    if (!is_shared(islands[i]))
+      solves_[i] = solve_island(islands[i], substep_s, budget, state, Workers::alone());
+  });
   for (std::size_t i = 0; i < islands.size(); ++i)
     if (is_shared(islands[i]))
       solves_[i] = solve_island(islands[i], substep_s, budget, state, workers());
@@ -195,7 +191,7 @@ ContactSolve ContactCore::solve(double substep_s, const Budget& budget, Explicit
 
 /// What contacts did in a substep.
 void ContactCore::end(double substep_s, EnergyFlow& flow) {
-  flows_.assign((rows_.size() + kRowsAChunk - 1) / kRowsAChunk, {});
+  flows_.assign(Workers::chunks_of(rows_.size(), kRowsAChunk), {});
   workers().for_each_chunk(rows_.size(), kRowsAChunk, [&](std::size_t first, std::size_t last) {
     end_rows(std::span(rows_).subspan(first, last - first), movers_.velocities(), substep_s,
              flows_[first / kRowsAChunk]);

@@ -71,9 +71,8 @@ void ContactList::take(const bodies::World& world, std::span<const contact::Cont
 
 void ContactList::place(const ExplicitState& state, double substep_s, const Vector3d& gravity_m_s2,
                         const Workers& workers) {
-  workers.for_each_chunk(spheres_.size(), kSpheresAChunk, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) place(spheres_[i], state, substep_s, gravity_m_s2);
-  });
+  workers.for_each(spheres_.size(), kSpheresAChunk,
+                   [&](std::size_t i) { place(spheres_[i], state, substep_s, gravity_m_s2); });
 }
 
 void ContactList::place(ContactSphere& sphere, const ExplicitState& state, double substep_s,

@@ -48,15 +48,12 @@ void ContactResidual::add(const ContactResidual& more) {
 }
 
 void ContactMovers::note_start(const ExplicitState& state, const Workers& workers) {
-  workers.for_each_chunk(
-      rigid_movers_.size(), kMoversAChunk, [&](std::size_t first, std::size_t last) {
-        for (std::size_t i = first; i < last; ++i) {
-          RigidMover& mover = rigid_movers_[i];
-          const RigidState& body = state.rigid[static_cast<std::size_t>(mover.rigid)];
-          mover.start << body.velocity_m_s, body.spin_rad_s;
-          set_velocity(mover.start, velocities_[1 + i]);
-        }
-      });
+  workers.for_each(rigid_movers_.size(), kMoversAChunk, [&](std::size_t i) {
+    RigidMover& mover = rigid_movers_[i];
+    const RigidState& body = state.rigid[static_cast<std::size_t>(mover.rigid)];
+    mover.start << body.velocity_m_s, body.spin_rad_s;
+    set_velocity(mover.start, velocities_[1 + i]);
+  });
   for (NodeMover& mover : node_movers_)
     mover.start = state.velocity_m_s[static_cast<std::size_t>(mover.node)].map();
   for (const ContactIsland& island : islands_) place_soft(island, state);
@@ -73,27 +70,21 @@ void ContactMovers::reach(std::span<const ContactRows> rows, const Workers& work
     }
     return std::sqrt(most_m2);
   };
-  workers.for_each_chunk(rigid_movers_.size(), kMoversAChunk,
-                         [&](std::size_t first, std::size_t last) {
-                           for (std::size_t i = first; i < last; ++i)
-                             rigid_movers_[i].arm_m = farthest_m(1 + i);
-                         });
+  workers.for_each(rigid_movers_.size(), kMoversAChunk,
+                   [&](std::size_t i) { rigid_movers_[i].arm_m = farthest_m(1 + i); });
 }
 
 void ContactMovers::start(ExplicitState& state, const Workers& workers) {
   // At rest the velocities before all forces are the solution, to rounding.
-  workers.for_each_chunk(
-      rigid_movers_.size(), kMoversAChunk, [&](std::size_t first, std::size_t last) {
-        for (std::size_t i = first; i < last; ++i) {
-          RigidMover& mover = rigid_movers_[i];
-          const RigidState& body = state.rigid[static_cast<std::size_t>(mover.rigid)];
-          mover.free << body.velocity_m_s, body.spin_rad_s;
-          mover.inverse_mass_per_kg = body.inverse_mass_per_kg;
-          mover.inverse_inertia_per_kg_m2 = body.inverse_inertia_per_kg_m2;
-          mover.inertia_kg_m2 = body.inverse_inertia_per_kg_m2.inverse();
-          mover.direction.setZero();
-        }
-      });
+  workers.for_each(rigid_movers_.size(), kMoversAChunk, [&](std::size_t i) {
+    RigidMover& mover = rigid_movers_[i];
+    const RigidState& body = state.rigid[static_cast<std::size_t>(mover.rigid)];
+    mover.free << body.velocity_m_s, body.spin_rad_s;
+    mover.inverse_mass_per_kg = body.inverse_mass_per_kg;
+    mover.inverse_inertia_per_kg_m2 = body.inverse_inertia_per_kg_m2;
+    mover.inertia_kg_m2 = body.inverse_inertia_per_kg_m2.inverse();
+    mover.direction.setZero();
+  });
   for (NodeMover& mover : node_movers_) {
     auto velocity_m_s = state.velocity_m_s[static_cast<std::size_t>(mover.node)].map();
     mover.free = velocity_m_s;
@@ -189,7 +180,7 @@ ContactResidual ContactMovers::residual(const ContactIsland& island,
       for (std::size_t i = first; i < last; ++i) sum.add(residual_of(range.first + i));
       residuals_[chunk + first / kMoversAChunk] = sum;
     });
-    chunk += (count(range) + kMoversAChunk - 1) / kMoversAChunk;
+    chunk += Workers::chunks_of(count(range), kMoversAChunk);
   };
   add_up(island.rigid, [&](std::size_t i) { return body_residual(i, pushes); });
   add_up(island.nodes, [&](std::size_t i) { return node_residual(i, state); });
@@ -204,15 +195,13 @@ void ContactMovers::advance(const ContactIsland& island, double momentum_weight,
     mover.direction =
         momentum_weight * mover.direction + residual_weight * (response.matrix * mover.residual);
   };
-  workers.for_each_chunk(
-      count(island.rigid), kMoversAChunk, [&](std::size_t first, std::size_t last) {
-        for (std::size_t i = island.rigid.first + first; i < island.rigid.first + last; ++i) {
-          RigidMover& mover = rigid_movers_[i];
-          lead_on(mover, rigid_responses_[i]);
-          velocities_[1 + i].linear.map() += mover.direction.head<3>();
-          velocities_[1 + i].angular.map() += mover.direction.tail<3>();
-        }
-      });
+  workers.for_each(count(island.rigid), kMoversAChunk, [&](std::size_t k) {
+    const std::size_t i = island.rigid.first + k;
+    RigidMover& mover = rigid_movers_[i];
+    lead_on(mover, rigid_responses_[i]);
+    velocities_[1 + i].linear.map() += mover.direction.head<3>();
+    velocities_[1 + i].angular.map() += mover.direction.tail<3>();
+  });
   for (std::size_t i = island.nodes.first; i < island.nodes.last; ++i) {
     NodeMover& mover = node_movers_[i];
     lead_on(mover, node_responses_[i]);
@@ -222,20 +211,16 @@ void ContactMovers::advance(const ContactIsland& island, double momentum_weight,
 }
 
 void ContactMovers::apply(ExplicitState& state, const Workers& workers) {
-  workers.for_each_chunk(
-      rigid_movers_.size(), kMoversAChunk, [&](std::size_t first, std::size_t last) {
-        for (std::size_t i = first; i < last; ++i) {
-          const RigidMover& mover = rigid_movers_[i];
-          const ContactPoint& impulse = impulses_[1 + i];
-          RigidState& body = state.rigid[static_cast<std::size_t>(mover.rigid)];
-          body.velocity_m_s =
-              mover.free.head<3>() + mover.inverse_mass_per_kg * impulse.linear.map();
-          body.angular_momentum_N_m_s += impulse.angular.map();
-          body.spin_rad_s = body.inverse_inertia_per_kg_m2 * body.angular_momentum_N_m_s;
-          velocities_[1 + i].linear.map() = body.velocity_m_s;
-          velocities_[1 + i].angular.map() = body.spin_rad_s;
-        }
-      });
+  workers.for_each(rigid_movers_.size(), kMoversAChunk, [&](std::size_t i) {
+    const RigidMover& mover = rigid_movers_[i];
+    const ContactPoint& impulse = impulses_[1 + i];
+    RigidState& body = state.rigid[static_cast<std::size_t>(mover.rigid)];
+    body.velocity_m_s = mover.free.head<3>() + mover.inverse_mass_per_kg * impulse.linear.map();
+    body.angular_momentum_N_m_s += impulse.angular.map();
+    body.spin_rad_s = body.inverse_inertia_per_kg_m2 * body.angular_momentum_N_m_s;
+    velocities_[1 + i].linear.map() = body.velocity_m_s;
+    velocities_[1 + i].angular.map() = body.spin_rad_s;
+  });
   for (std::size_t i = 0; i < node_movers_.size(); ++i) {
     const auto node = static_cast<std::size_t>(node_movers_[i].node);
     state.velocity_m_s[node].map() =

@@ -13,10 +13,6 @@ std::size_t at(int i) {
   return static_cast<std::size_t>(i);
 }
 
-std::size_t chunks_of(std::size_t movers) {
-  return (movers + kMoversAChunk - 1) / kMoversAChunk;
-}
-
 }  // namespace
 
 void ContactMovers::clear(std::size_t spheres, const ExplicitState& state) {
@@ -87,7 +83,7 @@ void ContactMovers::divide(std::span<const int> touched, std::vector<std::size_t
     begin_at(island.rigid, end.rigid.first);
     begin_at(island.nodes, end.nodes.first);
     island.first_chunk = chunks;
-    chunks += chunks_of(rigid) + chunks_of(nodes);
+    chunks += Workers::chunks_of(rigid, kMoversAChunk) + Workers::chunks_of(nodes, kMoversAChunk);
   }
   for (std::size_t& place : place_of) place = islands_[place].touches.last++;
   residuals_.resize(chunks);

@@ -74,17 +74,7 @@ double PullSheet(SpringSheet& sheet, const SpringNodes& nodes) {
 }
 
 double PullAnySheet(SpringSheet& sheet, SpringLaw law, const SpringNodes& nodes) {
-  switch (law) {
-    case SpringLaw::kStiffness:
-      return PullSheet<SpringLaw::kStiffness>(sheet, nodes);
-    case SpringLaw::kDampers:
-      return PullSheet<SpringLaw::kDampers>(sheet, nodes);
-    case SpringLaw::kDamped:
-      return PullSheet<SpringLaw::kDamped>(sheet, nodes);
-    case SpringLaw::kElastic:
-      break;
-  }
-  return PullSheet<SpringLaw::kElastic>(sheet, nodes);
+  return ByLaw(law, [&](auto chosen) { return PullSheet<decltype(chosen)::value>(sheet, nodes); });
 }
 
 void TakeNodes(const ExplicitState& state, SpringSheet& sheet) {

@@ -94,17 +94,7 @@ double PullGroup(const SpringGroup& group, const SpringNodes& nodes) {
 }
 
 double PullAnyGroup(const SpringGroup& group, SpringLaw law, const SpringNodes& nodes) {
-  switch (law) {
-    case SpringLaw::kStiffness:
-      return PullGroup<SpringLaw::kStiffness>(group, nodes);
-    case SpringLaw::kDampers:
-      return PullGroup<SpringLaw::kDampers>(group, nodes);
-    case SpringLaw::kDamped:
-      return PullGroup<SpringLaw::kDamped>(group, nodes);
-    case SpringLaw::kElastic:
-      break;
-  }
-  return PullGroup<SpringLaw::kElastic>(group, nodes);
+  return ByLaw(law, [&](auto chosen) { return PullGroup<decltype(chosen)::value>(group, nodes); });
 }
 
 /// kicks, drifts: for longer than zero.

@@ -9,8 +9,10 @@
 #include <hwy/highway.h>
 
 #include <limits>
+#include <type_traits>
 
 #include "sim_server/contact/vector_row.hpp"
+#include "sim_server/dynamics/forces/spring_layout.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace stillgrid::dynamics::HWY_NAMESPACE {
@@ -75,6 +77,22 @@ HWY_INLINE V Pull(D d, V square, V along, V stiffness, V push, V damping, V& pow
   const V rate = hn::Mul(along, exact), force = hn::Mul(damping, rate);
   power = hn::MulAdd(force, rate, power);
   return hn::MulAdd(force, exact, pull);
+}
+
+/// pull(law) with the law as a constant.
+template <class Work>
+HWY_INLINE double ByLaw(SpringLaw law, const Work& pull) {
+  switch (law) {
+    case SpringLaw::kStiffness:
+      return pull(std::integral_constant<SpringLaw, SpringLaw::kStiffness>());
+    case SpringLaw::kDampers:
+      return pull(std::integral_constant<SpringLaw, SpringLaw::kDampers>());
+    case SpringLaw::kDamped:
+      return pull(std::integral_constant<SpringLaw, SpringLaw::kDamped>());
+    case SpringLaw::kElastic:
+      break;
+  }
+  return pull(std::integral_constant<SpringLaw, SpringLaw::kElastic>());
 }
 
 /// What springs answer the displacement d between their ends with is pull * line + sideways * d:

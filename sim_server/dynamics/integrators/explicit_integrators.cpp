@@ -153,11 +153,9 @@ void ExplicitIntegrator::share_work(const Workers& workers) {
 template <class Work>
 void ExplicitIntegrator::for_each_free(const Work& work) {
   const Workers& workers = state_.rigid.size() < kBodiesWorthSharing ? Workers::alone() : *workers_;
-  workers.for_each_chunk(state_.rigid.size(), kBodiesAChunk,
-                         [&](std::size_t first, std::size_t last) {
-                           for (std::size_t i = first; i < last; ++i)
-                             if (state_.rigid[i].free) work(state_.rigid[i]);
-                         });
+  workers.for_each(state_.rigid.size(), kBodiesAChunk, [&](std::size_t i) {
+    if (state_.rigid[i].free) work(state_.rigid[i]);
+  });
 }
 
 void ExplicitIntegrator::restart() {

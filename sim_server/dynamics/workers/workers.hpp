@@ -30,7 +30,7 @@ class Workers {
   /// Throws what it throws: it should throw nothing, for other chunks may be done by then.
   template <class Work>
   void for_each_chunk(std::size_t count, std::size_t chunk, const Work& work) const {
-    const std::size_t chunks = (count + chunk - 1) / chunk;
+    const std::size_t chunks = chunks_of(count, chunk);
     const auto one = [&](std::size_t i) { work(i * chunk, std::min(count, (i + 1) * chunk)); };
     if (threads_ == 1 || chunks < 2)
       for (std::size_t i = 0; i < chunks; ++i) one(i);
@@ -39,6 +39,16 @@ class Workers {
           chunks,
           [](const void* todo, std::size_t i) { (*static_cast<const decltype(one)*>(todo))(i); },
           &one);
+  }
+  /// work(i) for each of 0 .. count - 1, as many at once as a chunk has.
+  template <class Work>
+  void for_each(std::size_t count, std::size_t chunk, const Work& work) const {
+    for_each_chunk(count, chunk, [&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) work(i);
+    });
+  }
+  [[nodiscard]] static std::size_t chunks_of(std::size_t count, std::size_t chunk) {
+    return (count + chunk - 1) / chunk;
   }
 
  private:
