@@ -33,6 +33,26 @@ Geometry geometry_of(const Contact& contact, const Eigen::Vector3d& position_m) 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+/// Along what a contact presses, and how that turns as a moves.
+struct Pressure {
+  Vector3d direction;
+  Matrix3d by_position = Matrix3d::Zero();  // 1/m
+};
+
+Pressure pressure_of(const Contact& contact, const ContactMotion& motion, const Geometry& geometry,
+                     const Matrix3d& across) {
+  const Vector3d& n = geometry.normal;
+  if (!motion.start_m || contact.is_plane || !(contact.depth_before_m > 0.0))
+    return {n, geometry.turn_per_m * across};
+  const Vector3d sum = motion.start_m->normalized() + n;
+  const double length = sum.norm();
+  // Beyond a right angle they passed through one another.
+  if (length < 1.5) return {n, geometry.turn_per_m * across};
+  const Vector3d mean = sum / length;
+  return {mean,
+          geometry.turn_per_m / length * (Matrix3d::Identity() - mean * mean.transpose()) * across};
+}
+
 /// How the part across the normal of a vector that stays as it is changes as a moves.
 Matrix3d across_by_position(const Geometry& geometry, const Matrix3d& across,
                             const Vector3d& vector) {
@@ -138,7 +158,8 @@ ContactForce contact_force(const Contact& contact, const ContactMotion& motion, 
   result.arm_m = geometry.arm_m;
   result.friction_N = friction.force_N;
   result.stretch_m = friction.stretch_m;
-  result.force_N = normal_load_N * n + result.friction_N;
+  const Pressure pressure = pressure_of(contact, motion, geometry, across);
+  result.force_N = normal_load_N * pressure.direction + result.friction_N;
   if (derivatives == nullptr) return result;
 
   const double hardness_N_per_m =
@@ -155,15 +176,16 @@ ContactForce contact_force(const Contact& contact, const ContactMotion& motion, 
         friction.by_stretch * across_by_position(geometry, across, motion.sticking->stretch_m);
   derivatives->friction_by_velocity = friction.by_slip * across;
   derivatives->friction_by_spin = friction.by_slip * lever;
-  derivatives->force_by_position = derivatives->friction_by_position + n * normal_load_by_position +
-                                   normal_load_N * geometry.turn_per_m * across;
+  derivatives->force_by_position = derivatives->friction_by_position +
+                                   pressure.direction * normal_load_by_position +
+                                   normal_load_N * pressure.by_position;
   derivatives->force_by_velocity = derivatives->friction_by_velocity;
   derivatives->force_by_spin = derivatives->friction_by_spin;
   derivatives->arm_by_position = geometry.arm_moves * Matrix3d::Identity();
   derivatives->normal_stiffness_N_per_m = hardness_N_per_m * n * n.transpose();
   derivatives->drag_N_s_per_m = -friction.by_slip;
   derivatives->across = across;
-  derivatives->sideways_softness_N_per_m = normal_load_N * geometry.turn_per_m;
+  derivatives->sideways_softness_N_per_m = 0.5 * normal_load_N * pressure.by_position.trace();
   return result;
 }
 

@@ -45,6 +45,8 @@ struct ContactMotion {
   Eigen::Vector3d velocity_m_s;           // of the centres
   Eigen::Vector3d spin_rad_s;             // share_a * spin_a + share_b * spin_b
   std::optional<Sticking> sticking = {};  // none: friction is viscous below the slip speed
+  // As position_m, when the step began; none: pressure is along the normal at its end.
+  std::optional<Eigen::Vector3d> start_m = {};
 };
 
 /// One side of a contact.
@@ -104,6 +106,10 @@ struct ContactDerivatives {
 /// the normal force [Cundall, Strack 1979]: what rests on it rests. They slide by the time times
 /// their velocity at the step's end, not by the chord of their way: what slides is so held against
 /// its velocity, and an implicit Euler step is given no energy however far its bodies turn.
+///
+/// Spheres that overlap when the step begins press along the mean of the normals at its start and
+/// its end: so they do the work that their spring has lost, and no more, however far they go round
+/// one another (a discrete gradient [Gonzalez 1996], but for the depth, which is the end's).
 ///
 /// A step_s of zero asks for the law itself, the damper by the velocities; without derivatives
 /// and without sticking then.

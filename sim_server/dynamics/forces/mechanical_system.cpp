@@ -18,6 +18,10 @@ bool moves(const bodies::World& world, int sphere) {
   return sphere >= 0 && is_awake(world, world.spheres[static_cast<std::size_t>(sphere)]);
 }
 
+Eigen::Vector3d sphere_position_m(const bodies::World& world, int sphere) {
+  return bodies::sphere_motion(world, world.spheres[static_cast<std::size_t>(sphere)]).position_m;
+}
+
 }  // namespace
 
 void MechanicalSystem::take(const bodies::World& world, std::span<const contact::Contact> contacts,
@@ -47,6 +51,9 @@ void MechanicalSystem::take(const bodies::World& world, std::span<const contact:
     own.b = contact.b;
     own.bounding_radius_m = contact.radius_a_m + contact.radius_b_m;
     if (sticks_ && !contact.is_tool) own.stretch_m = stretches_m[i];
+    if (levers == Levers::kMean && !contact.is_plane && contact.depth_before_m > 0.0)
+      own.start_m = sphere_position_m(world, contact.a) -
+                    (contact.b >= 0 ? sphere_position_m(world, contact.b) : contact.start_b_m);
   }
   springs_.clear();
   const std::span<const bodies::Spring> springs = world.springs;
@@ -119,16 +126,16 @@ void MechanicalSystem::place(const Eigen::VectorXd& displacement, const Eigen::V
   }
 }
 
-void MechanicalSystem::momentum(Eigen::VectorXd& momentum) const {
+void MechanicalSystem::momentum(const Eigen::VectorXd& u, Eigen::VectorXd& momentum) const {
   momentum.resize(size());
   for (const bodies::Node& node : trial_.nodes)
     if (node.unknown != bodies::kNoUnknown)
-      momentum.segment<3>(node.unknown) = node.mass_kg * node.velocity_m_s;
+      momentum.segment<3>(node.unknown) = node.mass_kg * u.segment<3>(node.unknown);
   for (const bodies::RigidBody& body : trial_.rigid_bodies) {
     if (body.unknown == bodies::kNoUnknown) continue;
-    momentum.segment<3>(body.unknown) = body.mass_kg * body.velocity_m_s;
+    momentum.segment<3>(body.unknown) = body.mass_kg * u.segment<3>(body.unknown);
     momentum.segment<3>(body.unknown + 3) =
-        bodies::world_inertia_kg_m2(body) * body.angular_velocity_rad_s;
+        bodies::world_inertia_kg_m2(body) * u.segment<3>(body.unknown + 3);
   }
 }
 
@@ -214,6 +221,7 @@ contact::ContactMotion MechanicalSystem::motion_of(const Candidate& candidate) c
       contact, side_of(contact.a, sticks),
       contact.b >= 0 ? side_of(contact.b, sticks) : contact::kinematic_side(contact, step_share_));
   if (sticks) motion.sticking = contact::Sticking{candidate.stretch_m, time_s_};
+  motion.start_m = candidate.start_m;
   return motion;
 }
 
@@ -289,6 +297,22 @@ void MechanicalSystem::push_sphere(const bodies::SphereBinding& sphere,
     const int unknown = trial_.nodes[static_cast<std::size_t>(sphere.nodes[i])].unknown;
     if (unknown != bodies::kNoUnknown) force.segment<3>(unknown) += sphere.weights[i] * force_N;
   }
+}
+
+Eigen::Vector3d MechanicalSystem::velocity_of(const bodies::SphereBinding& sphere,
+                                              const Eigen::VectorXd& u) const {
+  if (sphere.rigid >= 0) {
+    const bodies::RigidBody& body = trial_.rigid_bodies[static_cast<std::size_t>(sphere.rigid)];
+    if (body.unknown == bodies::kNoUnknown) return Eigen::Vector3d::Zero();
+    const Eigen::Vector3d arm_m = body.orientation * sphere.local_m;
+    return u.segment<3>(body.unknown) + u.segment<3>(body.unknown + 3).cross(arm_m);
+  }
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(sphere.node_count); ++i) {
+    const int unknown = trial_.nodes[static_cast<std::size_t>(sphere.nodes[i])].unknown;
+    if (unknown != bodies::kNoUnknown) velocity += sphere.weights[i] * u.segment<3>(unknown);
+  }
+  return velocity;
 }
 
 }  // namespace stillgrid::dynamics

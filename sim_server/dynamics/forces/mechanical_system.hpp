@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -15,10 +16,11 @@
 
 namespace stillgrid::dynamics {
 
-/// Where on its way through a step a lever is taken by which a contact presses on a body.
+/// Where on its way through a step the lever is taken by which a contact presses on a body, and
+/// the normal along which.
 enum class Levers {
   kAtEnd,
-  kMean,  // over the body's turn: the pressure's work is what its spring lost, however far it turns
+  kMean,  // over the way: the pressure's work is what its spring lost, however far they turn
 };
 
 /// Everything of a world that is free to move, as one system of momentum and force,
@@ -62,8 +64,8 @@ class MechanicalSystem {
   void place(const Eigen::VectorXd& displacement, const Eigen::VectorXd& u, double time_s,
              double step_share = 1.0);
 
-  /// M(q) u where all was placed last.
-  void momentum(Eigen::VectorXd& momentum) const;
+  /// M(q) u where all was placed last. Pre: not the same.
+  void momentum(const Eigen::VectorXd& u, Eigen::VectorXd& momentum) const;
 
   /// Forces and torques where all was placed last: gravity, springs, contacts. contact_step_s: the
   /// time since the contacts' depth_before_m, over which their dampers act.
@@ -97,6 +99,11 @@ class MechanicalSystem {
   void push_sphere(const bodies::SphereBinding& sphere, const Eigen::Vector3d& force_N,
                    const Eigen::Vector3d& couple_N_m, Eigen::VectorXd& force) const;
 
+  /// How a sphere's centre moves where all was placed last, were velocities u: what push_sphere()
+  /// is the transpose of. Zero of what does not move.
+  [[nodiscard]] Eigen::Vector3d velocity_of(const bodies::SphereBinding& sphere,
+                                            const Eigen::VectorXd& u) const;
+
   /// Everything where it was placed last.
   [[nodiscard]] const Trial& trial() const noexcept { return trial_; }
 
@@ -114,6 +121,7 @@ class MechanicalSystem {
     int contact, a, b;
     double bounding_radius_m;                             // of both spheres
     Eigen::Vector3d stretch_m = Eigen::Vector3d::Zero();  // as the step begins, of what sticks
+    std::optional<Eigen::Vector3d> start_m = {};  // likewise, of spheres that overlap: a from b
   };
   [[nodiscard]] contact::ContactMotion motion_of(const Candidate& candidate) const;
   [[nodiscard]] contact::SideMotion side_of(int sphere, bool sticks) const;

@@ -6,8 +6,9 @@ namespace stillgrid::dynamics {
 
 StageRule implicit_euler_rule(MechanicalSystem& system, double end_s) {
   StageRule rule{Eigen::VectorXd::Zero(system.size()), {}, end_s, end_s, end_s};
-  system.place(rule.displacement, system.velocity(), 0.0, 0.0);
-  system.momentum(rule.momentum);
+  const Eigen::VectorXd velocity = system.velocity();
+  system.place(rule.displacement, velocity, 0.0, 0.0);
+  system.momentum(velocity, rule.momentum);
   return rule;
 }
 
@@ -20,7 +21,7 @@ ImplicitStage::ImplicitStage(MechanicalSystem& system, double step_s)
 void ImplicitStage::residual(const Eigen::VectorXd& u, Eigen::VectorXd& residual) {
   displacement_ = rule_.displacement + rule_.stage_s * u;
   system_.place(displacement_, u, rule_.end_s);
-  system_.momentum(residual);
+  system_.momentum(u, residual);
   system_.force(rule_.contact_step_s, force_);
   residual -= rule_.momentum + rule_.stage_s * force_;
 }

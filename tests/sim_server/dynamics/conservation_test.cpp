@@ -104,8 +104,9 @@ Eigen::Vector3d gain_in_collision(double step_s) {
     touched = touched || report.contacts > 0;
     // A force acts with the arm at the step's end but moves centres from the step's start:
     // dL = -h v1 x (m dv), summed over the bodies. Pressure acts with the mean arm of the turn, so
-    // up to h w r / 2 beside the end's.
-    constexpr double kLongestArm_m = 0.025;
+    // up to h w r / 2 beside the end's, and along the mean normal, which spheres of 5 mm turn by
+    // h v / 10 mm.
+    constexpr double kLongestArm_m = 0.025, kCentres_m = 0.01;
     Eigen::Vector3d expected = Eigen::Vector3d::Zero();
     double by_turn = 0.0;
     for (std::size_t i = 0; i < 2; ++i) {
@@ -113,8 +114,9 @@ Eigen::Vector3d gain_in_collision(double step_s) {
       const Eigen::Vector3d impulse_N_s =
           body.mass_kg * (body.velocity_m_s - before.rigid_bodies[i].velocity_m_s);
       expected -= step_s * body.velocity_m_s.cross(impulse_N_s);
-      by_turn +=
-          0.5 * step_s * body.angular_velocity_rad_s.norm() * kLongestArm_m * impulse_N_s.norm();
+      const double turned_m = step_s * body.angular_velocity_rad_s.norm() * kLongestArm_m;
+      const double moved_m = step_s * body.velocity_m_s.norm() + turned_m;
+      by_turn += 0.5 * (turned_m + moved_m / kCentres_m * kLongestArm_m) * impulse_N_s.norm();
     }
     const Eigen::Vector3d gain = angular_momentum(world) - angular_momentum(before);
     CHECK((gain - expected).norm() < allowed + by_turn);
