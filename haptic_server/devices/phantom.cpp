@@ -27,6 +27,7 @@ struct NumberOption {
   double& (*place)(PhantomSettings&);
 };
 
+constexpr double kMaxHold_s = 1e6;
 constexpr std::array<std::string_view, 3> kPivotKeys = {"pivot_x_m", "pivot_y_m", "pivot_z_m"};
 
 using Settings = PhantomSettings;
@@ -77,7 +78,7 @@ constexpr std::array kNumberOptions = {
 };
 
 std::string known_keys() {
-  std::string keys = "a known key: profile, hand, path, delay_ticks, seed, limits";
+  std::string keys = "a known key: profile, hand, path, delay_ticks, seed, limits, hold_s";
   for (const NumberOption& option : kNumberOptions) keys += ", " + std::string(option.key);
   for (const std::string_view key : kPivotKeys) keys += ", " + std::string(key);
   return keys + ", scale, offset_x_m, offset_y_m, offset_z_m, map, resample, knot_spacing_s";
@@ -130,6 +131,9 @@ class PhantomDriver {
       delay_ticks_ = static_cast<int>(count_option(key, value, kMaxDelayTicks));
     } else if (key == "seed") {
       seed_ = count_option(key, value, std::numeric_limits<std::uint64_t>::max());
+    } else if (key == "hold_s") {
+      hold_ns_ = static_cast<std::uint64_t>(
+          1e9 * std::min(number_option(key, value, Bounds::kNotNegative), kMaxHold_s));
     } else if (key == "limits") {
       declares_limits_ = count_option(key, value, 1) == 1;
     } else {
@@ -253,7 +257,8 @@ class PhantomDriver {
     if (is_stopped) release_force(model_);
     if (!has_started_) start_ns_ = now_ns;
     has_started_ = true;
-    const std::uint64_t elapsed_ns = now_ns > start_ns_ ? now_ns - start_ns_ : 0;
+    const std::uint64_t free_ns = start_ns_ + hold_ns_;
+    const std::uint64_t elapsed_ns = now_ns > free_ns ? now_ns - free_ns : 0;
     const std::uint64_t target = elapsed_ns * kSubstepsPerTick / period_ns_;
     if (target <= model_.substeps_done) return;
     const std::uint64_t due = target - model_.substeps_done;
@@ -268,6 +273,7 @@ class PhantomDriver {
   int delay_ticks_ = 0;
   std::uint64_t seed_ = 1;
   bool declares_limits_ = true;
+  std::uint64_t hold_ns_ = 0;  // that it stays at its start, whatever pushes
   OptionNames names_;
   std::vector<std::pair<const NumberOption*, double>> overrides_;
   std::array<std::optional<double>, 3> pivot_m_;  // as configured

@@ -117,29 +117,27 @@ def check_paper_figures(tables):
         yield from differences((label, row["time_s"]), row, measured.get(row["time_s"]), ("force_N", "snapshot"))
 
 
-def is_stable(tables, row, stiffness_N_per_m, seed):
-    options = ["--scene", row["scene"], "--device", row["device"], "--model", row["model"],
+def verdict(tables, row, stiffness_N_per_m, seed):
+    options = ["--scene", row["scene"], "--tool", row["tool"], "--device", row["device"],
+               "--limits", row["limits"], "--from", row["from"], "--model", row["model"],
                "--transition", row["transition"], "--period", row["period_s"],
                "--latency", row["latency_share"], "--jitter", row["jitter"], "--seed", seed,
                "--resolution", row["resolution_m"], "--device-friction", row["device_friction_N"],
                "--damping", row["contact_damping_N_s_per_m"], "--friction", row["friction"],
-               "--duration", row["duration_s"], "--stiffness", f"{stiffness_N_per_m:.6g}"]
-    return output_of([program(tables.build, "stability_lab"), "run", *options]).strip() == "stable"
+               "--duration", row["duration_s"]]
+    return output_of([program(tables.build, "stability_lab"), "judge", *options,
+                      "--stiffness", f"{stiffness_N_per_m:.6g}"]).strip()
 
 
 def check_stability(tables):
-    """Stable at the limit by each seed: a lower bound is what a limit promises. Rows of one seed are
-    of an older search (docs/algorithms/stability.md), which claimed no more than it found there and then."""
-    rows = [row for row in tables.published("stability")
-            if "-" in row["seed"] and row["limit_N_per_m"] and float(row["limit_N_per_m"]) < 28000.0]
-    for row in tables.draw(rows):
-        first, _, last = row["seed"].partition("-")
-        seeds = range(int(first), int(last or first) + 1)
-        limit_N_per_m = float(row["limit_N_per_m"])
-        verdict = "stable" if all(is_stable(tables, row, limit_N_per_m, seed) for seed in seeds) else "lost"
-        key = tuple(row[name] for name in ("scene", "device", "transition", "period_s", "latency_share",
-                                           "jitter", "seed", "limit_N_per_m"))
-        yield key, "verdict", "stable", verdict
+    """Stable at the limit by each seed: a lower bound is what a limit promises."""
+    for row in tables.draw([row for row in tables.published("stability") if row["limit_N_per_m"]]):
+        first, _, last = row["seeds"].partition("-")
+        verdicts = {verdict(tables, row, float(row["limit_N_per_m"]), seed)
+                    for seed in range(int(first), int(last or first) + 1)}
+        key = tuple(row[name] for name in ("scene", "tool", "device", "limits", "from", "model", "transition",
+                                           "period_s", "latency_share", "seeds", "limit_N_per_m"))
+        yield key, "verdict", "stable", " ".join(sorted(verdicts))
 
 
 def check_decomposition(tables):

@@ -18,7 +18,8 @@ Finding verdict_is_the_worst(const LawCase& law_case) {
       stiff.materials.front().contact_stiffness_N_per_m = stiffness_N_per_m;
       laboratory::LabOptions options = loop.options;
       options.seed = seed;
-      return !laboratory::oscillates(laboratory::run_lab(stiff, options).rows);
+      return laboratory::verdict_of(laboratory::run_lab(stiff, options).rows, {.window_s = 0.5}) ==
+             laboratory::Verdict::kStable;
     };
     return laboratory::largest_stable_stiffness_N_per_m(
                is_stable, {.lowest_N_per_m = 100.0, .highest_N_per_m = 10'000.0})

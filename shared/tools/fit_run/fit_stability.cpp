@@ -16,6 +16,7 @@
 #include "shared/tools/fit_run/fit_error.hpp"
 #include "shared/tools/laboratory/path_file.hpp"
 #include "shared/tools/laboratory/stable_stiffness.hpp"
+#include "shared/tools/laboratory/verdict.hpp"
 
 namespace stillgrid::fit_run {
 namespace {

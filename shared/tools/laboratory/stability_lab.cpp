@@ -37,11 +37,13 @@ constexpr const char* kDescription =
     "\n"
     "  stability_lab run --scene free:0.1 --period 0.033 --latency 0.1 --stiffness 2000 --record "
     "a.csv\n"
+    "  stability_lab judge --scene pinch --device hand --jitter 0.3 --stiffness 5000\n"
     "  stability_lab limit --scene chain --device hand --transition hold --period 0.01\n"
     "  stability_lab map --scene free:0.05 free:0.1 chain --period 0.1 0.033 0.01 --out map.csv\n"
     "\n"
-    "A scene is wall, free[:KG], chain[:KG], block[:KG], or a FILE.toml, whose method may be one "
-    "that only the laboratory has; a device is light, hand, none, or as haptic_server takes it.\n";
+    "A scene is wall, or free, row, chain, spring, pinch, block, floor or soft, each with :KG if "
+    "any, or a FILE.toml, whose method may be one that only the laboratory has; a device is light, "
+    "hand, none, or as haptic_server takes it.\n";
 
 void add_shared_options(CLI::App& app, Arguments& arguments) {
   LabCell& cell = arguments.cell;
@@ -51,24 +53,31 @@ void add_shared_options(CLI::App& app, Arguments& arguments) {
       ->check(command_line::number_in(0.0, 100.0));
   app.add_option("--damping", cell.contact_damping_N_s_per_m, "Of contacts of our scenes, N s/m")
       ->check(command_line::number_in(0.0, 1e6));
-  app.add_option("--friction", cell.friction, "Of contacts of our scenes")
+  app.add_option("--friction", cell.friction, "Of contacts of our scenes; default 0, of blocks 0.3")
       ->check(command_line::number_in(0.0, 10.0));
   app.add_option("--seed", cell.seed, "Of the jitter; of a limit the first");
-  app.add_option("--duration", cell.duration_s, "Of a run, s; default 20")
+  app.add_option("--duration", cell.duration_s, "Of a run at least, s; default 20")
       ->check(command_line::number_in(0.01, 1e5));
 }
 
 /// What a cell has one of and a map several: numbers and names, or lists of them.
 template <class Names, class Numbers>
 struct Axes {
-  Names &scene, &device, &transition, &model;
+  Names &scene, &tool, &device, &limits, &from, &transition, &model;
   Numbers &period_s, &latency_share, &jitter;
 };
 
 template <class Names, class Numbers>
 void add_axes(CLI::App& app, Axes<Names, Numbers> axes) {
   app.add_option("--scene", axes.scene, "Default wall");
+  app.add_option("--tool", axes.tool, "1x1, 2x2 or 3x1 spheres, of our scenes; default 1x1");
   app.add_option("--device", axes.device, "Default light");
+  app.add_option("--limits", axes.limits,
+                 "Of light, hand, none: none, or declared, with its force, slew, friction, "
+                 "encoders; default none");
+  app.add_option(
+      "--from", axes.from,
+      "Of light, hand, none: inside, in contact, or outside, 10 mm above; default inside");
   app.add_option("--transition", axes.transition, "Default predict");
   app.add_option("--model", axes.model, "Default grid");
   app.add_option("--period", axes.period_s, "Of the simulation, s; default 0.01")
@@ -81,8 +90,9 @@ void add_axes(CLI::App& app, Axes<Names, Numbers> axes) {
 
 void add_cell_options(CLI::App& app, Arguments& arguments) {
   LabCell& cell = arguments.cell;
-  add_axes<std::string, double>(app, {cell.scene, cell.device, cell.transition, cell.model,
-                                      cell.period_s, cell.latency_share, cell.jitter});
+  add_axes<std::string, double>(
+      app, {cell.scene, cell.tool, cell.device, cell.limits, cell.from, cell.transition, cell.model,
+            cell.period_s, cell.latency_share, cell.jitter});
   add_shared_options(app, arguments);
 }
 
@@ -100,8 +110,8 @@ void add_search_options(CLI::App& app, Arguments& arguments) {
 void add_map_options(CLI::App& app, Arguments& arguments) {
   StabilityMap& map = arguments.map;
   add_axes<std::vector<std::string>, std::vector<double>>(
-      app, {map.scenes, map.devices, map.transitions, map.models, map.periods_s, map.latency_shares,
-            map.jitters});
+      app, {map.scenes, map.tools, map.devices, map.limits, map.froms, map.transitions, map.models,
+            map.periods_s, map.latency_shares, map.jitters});
   app.add_option("--out", arguments.out, "CSV, a row a cell; rows that are there stay")->required();
   app.add_option("--threads", arguments.threads)->check(command_line::number_in(1, 64));
   add_shared_options(app, arguments);
@@ -126,7 +136,7 @@ void write_metrics(const Arguments& arguments, const scene::SceneDescription& sc
       {{"scene", scene.name},
        {"transition", run.report.transition},
        {"model", arguments.cell.model},
-       {"oscillates", oscillates(run.rows)},
+       {"verdict", name_of(verdict_of(run.rows, rule_of(arguments.cell)))},
        {"switches", switches.count},
        {"switch_jump_N", to_json(switches.jump_N)},
        {"switch_jump_jnd", to_json(switches.jump_jnd)},
@@ -159,15 +169,15 @@ void run_cell(const Arguments& arguments) {
     if (recorder.finish() > 0)
       throw std::runtime_error(arguments.record.string() + ": could not be written");
   }
-  std::printf("%s\n", oscillates(run.rows) ? "oscillates" : "stable");
 }
 
 void find_limit(const Arguments& arguments) {
-  const auto limit_N_per_m = largest_stable_stiffness_N_per_m(arguments.cell, arguments.search);
-  if (limit_N_per_m)
-    std::printf("%.6g\n", *limit_N_per_m);
-  else
-    std::printf("unstable at %.6g\n", arguments.search.lowest_N_per_m);
+  const CellLimit found = limit_of(arguments.cell, arguments.search);
+  if (!found.limit_N_per_m) {
+    std::printf("%s at %.6g\n", name_of(found.lost_by).data(), arguments.search.lowest_N_per_m);
+    return;
+  }
+  std::printf("%.6g\n", *found.limit_N_per_m);
 }
 
 int program_main(int argc, char** argv) {
@@ -182,6 +192,11 @@ int program_main(int argc, char** argv) {
   run->add_option("--record", arguments.record, "Record every tick (CSV), as haptic_server does");
   run->add_option("--metrics", arguments.metrics,
                   "Write the metrics against the reference (JSON), and what a tick takes here");
+  auto* judge = app.add_subcommand(
+      "judge", "What one closed loop comes to: stable, swings, parted or nowhere");
+  add_cell_options(*judge, arguments);
+  judge->add_option("--stiffness", arguments.stiffness_N_per_m, "N/m; default 1000")
+      ->check(command_line::number_in(1e-6, 1e9));
   auto* text = app.add_subcommand("scene", "Print the file of a scene of ours");
   add_cell_options(*text, arguments);
   text->add_option("--stiffness", arguments.stiffness_N_per_m)
@@ -195,9 +210,14 @@ int program_main(int argc, char** argv) {
   return command_line::run_program(app, argc, argv, [&] {
     if (map->parsed()) realtime::install_stop_signal();
     if (run->parsed()) run_cell(arguments);
+    if (judge->parsed())
+      std::puts(name_of(verdict_of(arguments.cell,
+                                   arguments.stiffness_N_per_m.value_or(kAnyStiffness_N_per_m)))
+                    .data());
     if (text->parsed())
       std::fputs(
-          scene_text_of(arguments.cell, arguments.stiffness_N_per_m.value_or(1000.0)).c_str(),
+          scene_text_of(arguments.cell, arguments.stiffness_N_per_m.value_or(kAnyStiffness_N_per_m))
+              .c_str(),
           stdout);
     if (limit->parsed()) find_limit(arguments);
     if (map->parsed()) {

@@ -5,8 +5,10 @@
 #include <cstdio>
 #include <exception>
 #include <fstream>
+#include <iomanip>
 #include <map>
 #include <mutex>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
@@ -17,8 +19,10 @@ namespace stillgrid::laboratory {
 namespace {
 
 constexpr const char* kColumns =
-    "scene,device,model,transition,period_s,latency_share,jitter,seed,resolution_m,"
-    "device_friction_N,contact_damping_N_s_per_m,friction,duration_s,limit_N_per_m";
+    "scene,tool,device,limits,from,model,transition,period_s,latency_share,jitter,seeds,"
+    "resolution_m,device_friction_N,contact_damping_N_s_per_m,friction,duration_s,lowest_N_per_m,"
+    "highest_N_per_m,limit_N_per_m,lost_by,other_seeds_N_per_m,processor_s";
+constexpr std::size_t kFound = 4;  // columns of what was found, after those of what was searched
 
 /// "1", or "1-8".
 std::string seeds_of(const LabCell& cell) {
@@ -27,19 +31,40 @@ std::string seeds_of(const LabCell& cell) {
   return first + '-' + std::to_string(cell.seed + static_cast<std::uint64_t>(cell.seeds) - 1);
 }
 
-/// A row's fields up to its limit.
-std::string key_of(const LabCell& cell) {
+/// A row's fields up to what was found.
+std::string key_of(const LabCell& cell, const StiffnessSearch& search) {
   std::ostringstream key;
   const bool is_quoted = cell.device.find(',') != std::string::npos;
   const char* const quote = is_quoted ? "\"" : "";
-  key << cell.scene << ',' << quote << cell.device << quote << ',' << cell.model << ','
-      << cell.transition << ',' << cell.period_s << ',' << cell.latency_share << ',' << cell.jitter
-      << ',' << seeds_of(cell) << ',' << cell.resolution_m << ',' << cell.device_friction_N << ','
-      << cell.contact_damping_N_s_per_m << ',' << cell.friction << ',' << cell.duration_s;
+  key << cell.scene << ',' << cell.tool << ',' << quote << cell.device << quote << ','
+      << cell.limits << ',' << cell.from << ',' << cell.model << ',' << cell.transition << ','
+      << cell.period_s << ',' << cell.latency_share << ',' << cell.jitter << ',' << seeds_of(cell)
+      << ',' << cell.resolution_m << ',' << cell.device_friction_N << ','
+      << cell.contact_damping_N_s_per_m << ',' << friction_of(cell) << ',' << cell.duration_s << ','
+      << search.lowest_N_per_m << ',' << search.highest_N_per_m;
   return key.str();
 }
 
-/// What a file holds already: limits by key, as text.
+std::string text_of(const CellLimit& found) {
+  std::ostringstream text;
+  if (found.limit_N_per_m) text << *found.limit_N_per_m;
+  text << ',';
+  if (found.lost_by != Verdict::kStable) text << name_of(found.lost_by);
+  text << ',';
+  if (found.by_others_N_per_m) text << *found.by_others_N_per_m;
+  text << ',' << std::setprecision(3) << found.processor_s;
+  return text.str();
+}
+
+/// Where what was found begins; npos: the line has too few columns.
+std::size_t end_of_key(const std::string& line) {
+  std::size_t comma = line.size();
+  for (std::size_t i = 0; i < kFound && comma != std::string::npos && comma > 0; ++i)
+    comma = line.rfind(',', comma - 1);
+  return comma;
+}
+
+/// What a file holds already: what was found by key, as text.
 std::map<std::string, std::string> read_rows(const std::filesystem::path& file) {
   std::map<std::string, std::string> rows;
   std::ifstream stream(file);
@@ -50,77 +75,109 @@ std::map<std::string, std::string> read_rows(const std::filesystem::path& file) 
                              kColumns);
   while (std::getline(stream, line)) {
     if (stream.eof()) break;  // a line without its end was being written
-    const std::size_t comma = line.rfind(',');
+    const std::size_t comma = end_of_key(line);
     if (comma != std::string::npos) rows[line.substr(0, comma)] = line.substr(comma + 1);
   }
   return rows;
 }
 
 /// Written to its own place and then moved, so that a stop leaves one or the other.
-void write_rows(const std::filesystem::path& file, const std::vector<LabCell>& cells,
+void write_rows(const std::filesystem::path& file, const std::vector<std::string>& keys,
                 const std::map<std::string, std::string>& rows) {
   const std::filesystem::path part = file.string() + ".part";
   std::ofstream stream(part);
   stream << kColumns << '\n';
-  for (const LabCell& cell : cells) {
-    const auto row = rows.find(key_of(cell));
+  for (const std::string& key : keys) {
+    const auto row = rows.find(key);
     if (row != rows.end()) stream << row->first << ',' << row->second << '\n';
   }
-  for (const auto& [key, limit] : rows) {
-    const auto is_key = [&key = key](const LabCell& cell) { return key_of(cell) == key; };
-    if (std::none_of(cells.begin(), cells.end(), is_key)) stream << key << ',' << limit << '\n';
-  }
+  const std::set<std::string> asked(keys.begin(), keys.end());
+  for (const auto& [key, found] : rows)
+    if (!asked.contains(key)) stream << key << ',' << found << '\n';
   stream.close();
   if (!stream) throw std::runtime_error(part.string() + ": cannot be written");
   std::filesystem::rename(part, file);
 }
 
+bool can_come_from_outside(const LabCell& cell) {
+  const auto body = lab_body_named(cell.scene.substr(0, cell.scene.find(':')));
+  return !body || stands_alone(*body);
+}
+
+/// How far a map is; the cells that are left take as long as those that were measured.
+class Progress {
+ public:
+  Progress(std::size_t cells, unsigned threads) : left_(cells), threads_(threads) {}
+
+  void tell(const std::string& row, double cell_s) {
+    measured_s_ += cell_s;
+    ++measured_;
+    --left_;
+    const double left_s =
+        measured_s_ / static_cast<double>(measured_ * threads_) * static_cast<double>(left_);
+    std::fprintf(stderr, "%zu cells left, about %.0f min: %s\n", left_, left_s / 60.0, row.c_str());
+  }
+
+ private:
+  std::size_t left_, measured_ = 0;
+  unsigned threads_;
+  double measured_s_ = 0.0;
+};
+
 }  // namespace
 
 std::vector<LabCell> cells_of(const StabilityMap& map) {
-  std::vector<LabCell> cells;
-  LabCell cell = map.common;
-  for (const auto& scene : map.scenes)
-    for (const auto& device : map.devices)
-      for (const auto& model : map.models)
-        for (const auto& transition : map.transitions) {
-          cell.scene = scene, cell.device = device;
-          cell.model = model, cell.transition = transition;
-          if (model != "grid" && transition != map.transitions.front()) continue;
-          for (const double period_s : map.periods_s)
-            for (const double latency_share : map.latency_shares)
-              for (const double jitter : map.jitters) {
-                cell.period_s = period_s, cell.latency_share = latency_share, cell.jitter = jitter;
-                cells.push_back(cell);
-              }
-        }
+  std::vector<LabCell> cells = {map.common};
+  const auto vary = [&cells](const auto& values, auto LabCell::*of) {
+    std::vector<LabCell> varied;
+    for (const LabCell& cell : cells)
+      for (const auto& value : values) (varied.emplace_back(cell).*of) = value;
+    cells = std::move(varied);
+  };
+  vary(map.scenes, &LabCell::scene);
+  vary(map.tools, &LabCell::tool);
+  vary(map.devices, &LabCell::device);
+  vary(map.limits, &LabCell::limits);
+  vary(map.froms, &LabCell::from);
+  vary(map.models, &LabCell::model);
+  vary(map.transitions, &LabCell::transition);
+  vary(map.periods_s, &LabCell::period_s);
+  vary(map.latency_shares, &LabCell::latency_share);
+  vary(map.jitters, &LabCell::jitter);
+  std::erase_if(cells, [&map](const LabCell& cell) {
+    return (cell.model != "grid" && cell.transition != map.transitions.front()) ||
+           (cell.from == "outside" && !can_come_from_outside(cell));
+  });
   return cells;
 }
 
 void draw_map(const StabilityMap& map, const StiffnessSearch& search, unsigned threads,
               const std::filesystem::path& file) {
   const std::vector<LabCell> cells = cells_of(map);
+  std::vector<std::string> keys;
+  for (const LabCell& cell : cells) keys.push_back(key_of(cell, search));
   std::map<std::string, std::string> rows = read_rows(file);
-  write_rows(file, cells, rows);
-  std::mutex mutex;  // of rows, file, failure
+  write_rows(file, keys, rows);
+  Progress progress(static_cast<std::size_t>(std::count_if(
+                        keys.begin(), keys.end(),
+                        [&rows](const std::string& key) { return !rows.contains(key); })),
+                    threads);
+  std::mutex mutex;  // of rows, file, failure, progress
   std::exception_ptr failure;
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {
     for (std::size_t i = next++; i < cells.size(); i = next++) {
-      const std::string key = key_of(cells[i]);
       try {
         {
           const std::lock_guard lock(mutex);
-          if (rows.contains(key) || failure || realtime::stop_requested()) continue;
+          if (rows.contains(keys[i]) || failure || realtime::stop_requested()) continue;
         }
-        const auto limit_N_per_m = largest_stable_stiffness_N_per_m(cells[i], search);
-        std::ostringstream text;
-        if (limit_N_per_m) text << *limit_N_per_m;
+        const CellLimit found = limit_of(cells[i], search);
+        const std::string text = text_of(found);
         const std::lock_guard lock(mutex);
-        rows[key] = text.str();
-        std::ofstream(file, std::ios::app) << key << ',' << text.str() << '\n';
-        std::fprintf(stderr, "%zu of %zu: %s,%s\n", i + 1, cells.size(), key.c_str(),
-                     text.str().c_str());
+        rows[keys[i]] = text;
+        std::ofstream(file, std::ios::app) << keys[i] << ',' << text << '\n';
+        progress.tell(keys[i] + ',' + text, found.processor_s);
       } catch (...) {
         const std::lock_guard lock(mutex);
         failure = std::current_exception();
@@ -131,7 +188,7 @@ void draw_map(const StabilityMap& map, const StiffnessSearch& search, unsigned t
     std::vector<std::jthread> pool;
     for (unsigned i = 0; i < threads; ++i) pool.emplace_back(work);
   }
-  write_rows(file, cells, rows);
+  write_rows(file, keys, rows);
   if (failure) std::rethrow_exception(failure);
 }
 

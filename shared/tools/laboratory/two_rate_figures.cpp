@@ -56,6 +56,7 @@ void print_all(bool is_small) {
       for (const std::string_view name : laws)
         print_rows(name, cycle_of(*display::transition_named(name), period_ticks, cost_ticks),
                    cost_ticks, cost);
+      print_rows("constraints", constraints_cycle(period_ticks), cost_ticks, cost);
       if (is_small) continue;
       print_rows("ramp 0.2 P", cycle_of(ramp(0.2), period_ticks), cost_ticks, cost);
       print_rows("ramp 0.2 P to 6 ms", cycle_of(ramp(0.2, 6.0), period_ticks), cost_ticks, cost);

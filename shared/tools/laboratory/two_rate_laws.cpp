@@ -57,6 +57,13 @@ Cycle cycle_of(const Law& law, int period_ticks) {
   return cycle;
 }
 
+Cycle constraints_cycle(int period_ticks) {
+  display::SnapshotWeights newest;
+  newest.position[0] = 1.0;
+  newest.step_share = 1.0;
+  return Cycle(static_cast<std::size_t>(period_ticks), newest);
+}
+
 Law ramp(double share, double most_ticks) {
   return
       [share, most_ticks](int ticks, int period_ticks, const display::SnapshotWeights& at_switch) {

@@ -27,6 +27,10 @@ using Law = std::function<display::SnapshotWeights(int ticks, int period_ticks,
                                                    const display::SnapshotWeights& at_switch)>;
 [[nodiscard]] Cycle cycle_of(const Law& law, int period_ticks);
 
+/// The newest snapshot, whose body gives way to all of the tool's change of force since its sample:
+/// of rivals/constraint_model.hpp, exactly, while contact lasts.
+[[nodiscard]] Cycle constraints_cycle(int period_ticks);
+
 /// From what was displayed to the newest snapshot in `share` of the period, but in no more than
 /// `most_ticks`, then held. The tick that shows a new snapshot first goes its part of the way.
 [[nodiscard]] Law ramp(double share, double most_ticks = INFINITY);

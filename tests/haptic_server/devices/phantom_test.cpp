@@ -40,6 +40,19 @@ TEST_CASE("The force written moves the simulated device until the next", "[plugi
   CHECK(phantom.write(19 * kTick_ns, nan, 0.0, 0.0) == STILLGRID_DEVICE_E_ARGUMENT);
 }
 
+TEST_CASE("A device that is held stays at its start, and then begins to move", "[plugins]") {
+  Plugin phantom("phantom");
+  make_bare(phantom);
+  REQUIRE(phantom.configure("hold_s", "0.02") == STILLGRID_DEVICE_OK);
+  REQUIRE(phantom.configure("velocity_x_m_s", "0.1") == STILLGRID_DEVICE_OK);
+  REQUIRE(phantom.api.activate(phantom.device) == STILLGRID_DEVICE_OK);
+  REQUIRE(phantom.write(0, 2.0, 0.0, 0.0) == STILLGRID_DEVICE_OK);
+  REQUIRE(phantom.read(20 * kTick_ns) == STILLGRID_DEVICE_OK);
+  CHECK(phantom.state.position_m[0] == 0.0);
+  REQUIRE(phantom.read(30 * kTick_ns) == STILLGRID_DEVICE_OK);
+  CHECK(phantom.state.position_m[0] == Approx(0.1 * 0.01 + 0.5 * 2.0 / 0.1 * 0.01 * 0.01));
+}
+
 TEST_CASE("An emergency stop takes the force away until the next activation", "[plugins]") {
   Plugin phantom("phantom");
   make_bare(phantom);

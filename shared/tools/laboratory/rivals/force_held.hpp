@@ -4,7 +4,10 @@
 
 namespace stillgrid::laboratory {
 
-/// The slow process's force, held: no model at all, and what every model is there to beat.
+/// The slow process's force, held: no model at all, and what every model is there to beat. Where a
+/// step costs nothing it is CHAI3D's one loop, in which a force is computed, bodies are advanced by
+/// it and it is sent, once a step [modules/GEL/examples/GLFW/01-GEL-membrane, updateHaptics()];
+/// there bodies advance explicitly, and steps are cut to a millisecond.
 class ForceHeld final : public LocalModel {
  public:
   void update(const LocalScene& scene, const PlacedTool& sampled, const PlacedTool&,

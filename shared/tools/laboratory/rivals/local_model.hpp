@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
@@ -15,6 +16,8 @@ namespace stillgrid::laboratory {
 struct LocalScene {
   const proto::SceneHeader& fixed;
   const rendering::TouchedSpheres& patch;
+  std::uint64_t state_time_ns = 0;  // of the snapshot; to update() alone, as is
+  std::size_t moving = 0;           // how many of the patch are of bodies that move: the first
 };
 
 /// The tool at one instant.

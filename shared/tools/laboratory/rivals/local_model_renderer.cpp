@@ -14,7 +14,8 @@ std::uint64_t sample_time_ns(const proto::SnapshotHeader& snapshot) {
 }  // namespace
 
 rendering::ToolForce LocalModelRenderer::force(const rendering::TickScene& scene) noexcept {
-  return model_->force({scene.fixed(), *patch_}, {scene.pose, tool_, scene.now_ns});
+  return model_->force({.fixed = scene.fixed(), .patch = *patch_},
+                       {scene.pose, tool_, scene.now_ns});
 }
 
 void LocalModelRenderer::prepare(const rendering::TickScene& scene, bool) noexcept {
@@ -39,11 +40,12 @@ void LocalModelRenderer::show(const rendering::TickScene& scene,
                               rendering::RenderedTick& tick) noexcept {
   tick.force = before_;
   if (look.is_new) {
+    moving_ = fresh_->count;
     scene.gather_static(balls_, *fresh_);
     std::swap(patch_, fresh_);
     const rendering::ToolPose& pose = poses_.at(sample_time_ns(reader().snapshot()));
     rendering::ToolSpheres sampled;
-    model_->update({scene.fixed(), *patch_},
+    model_->update({scene.fixed(), *patch_, reader().snapshot().state_time_ns[0], moving_},
                    {pose, rendering::place_tool(scene.fixed(), pose, sampled)},
                    {scene.pose, tool_, scene.now_ns}, look.is_first);
     tick.force = force(scene);

@@ -18,7 +18,7 @@ inline constexpr double kPatchMargin = 2.0;
 /// would hand it over, and asks the model at each tick.
 ///
 /// Thread: the haptic loop's only.
-class LocalModelRenderer final : public rendering::Renderer {
+class LocalModelRenderer : public rendering::Renderer {
  public:
   explicit LocalModelRenderer(std::unique_ptr<LocalModel> model) : model_(std::move(model)) {}
 
@@ -35,6 +35,7 @@ class LocalModelRenderer final : public rendering::Renderer {
   rendering::TouchedSpheres buffers_[2];
   rendering::TouchedSpheres* patch_ = &buffers_[0];  // that the model was made from
   rendering::TouchedSpheres* fresh_ = &buffers_[1];  // being gathered
+  std::size_t moving_ = 0;                           // of them that are of bodies that move
   rendering::ToolSpheres placed_, placed_balls_;
   std::span<rendering::PlacedToolSphere> tool_,
       balls_;                    // of this tick; in which a patch is gathered

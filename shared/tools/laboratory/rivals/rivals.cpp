@@ -1,5 +1,6 @@
 #include "shared/tools/laboratory/rivals/rivals.hpp"
 
+#include "shared/tools/laboratory/rivals/constraint_model.hpp"
 #include "shared/tools/laboratory/rivals/crossfade.hpp"
 #include "shared/tools/laboratory/rivals/force_held.hpp"
 #include "shared/tools/laboratory/rivals/force_jacobian.hpp"
@@ -20,6 +21,10 @@ std::unique_ptr<rendering::Renderer> crossfade() {
   return std::make_unique<CrossfadeRenderer>();
 }
 
+std::unique_ptr<rendering::Renderer> constraints() {
+  return std::make_unique<ConstraintRenderer>();
+}
+
 constexpr Rival kRivals[] = {
     {"force_held", local<ForceHeld>},          // the slow process's force
     {"force_jacobian", local<ForceJacobian>},  // with its derivatives by place and velocity
@@ -28,6 +33,9 @@ constexpr Rival kRivals[] = {
     {"proxy", local<Proxy>},                   // a god-object on the spheres near the tool
     {"crossfade", crossfade},  // the forces of the last two snapshots, one passing to the other
 };
+
+/// The step's contact problem with its compliance, each tick.
+constexpr Rival kConstraints = {"constraints", constraints};
 
 }  // namespace
 
@@ -38,7 +46,7 @@ std::span<const Rival> rivals() noexcept {
 const Rival* rival_named(std::string_view name) noexcept {
   for (const Rival& rival : kRivals)
     if (rival.name == name) return &rival;
-  return nullptr;
+  return name == kConstraints.name ? &kConstraints : nullptr;
 }
 
 std::unique_ptr<rendering::Renderer> make_renderer(const Rival* rival,

@@ -14,9 +14,11 @@ struct Rival {
   std::string_view name;  // as --model of the laboratory takes it
   std::unique_ptr<rendering::Renderer> (*make)();
 };
+/// Those that are made of snapshots alone.
 [[nodiscard]] std::span<const Rival> rivals() noexcept;
 
-/// Null where there is none of that name.
+/// Of those, or `constraints`, which is handed the simulation's steps. Null where there is none of
+/// that name.
 [[nodiscard]] const Rival* rival_named(std::string_view name) noexcept;
 
 /// The rival's renderer; without one the product's own, the grid, with that transition.
