@@ -70,6 +70,21 @@ TickEnd HapticLoop::sense(const publication::SceneView& scene, std::uint64_t now
   return TickEnd::kGoOn;
 }
 
+/// Books what was rendered, in the scene's lengths.
+void HapticLoop::account(const publication::SceneView& scene, std::uint64_t now_ns) noexcept {
+  const double scale = scene.scene().device.scale;
+  interface_.note(now_ns, {scale * motion_.moved_m, motion_.turned_rad},
+                  {.epoch = scene.header().epoch,
+                   .snapshot_id = rendered_.snapshot_id,
+                   .can_move = rendered_.can_move,
+                   .tool_time_ns = rendered_.tool_time_ns,
+                   .tool_work_J = rendered_.tool_work_J,
+                   .rendered = {rendered_.force.force_N, rendered_.force.torque_N_m},
+                   .stiffness_N_per_m = rendered_.force.stiffness_N_per_m.trace(),
+                   .static_J = rendered_.force.static_J,
+                   .scale = scale});
+}
+
 TickEnd HapticLoop::act(const publication::SceneView& scene, bool writer_alive,
                         std::uint64_t now_ns, recording::TickRow& row) noexcept {
   rendered_ = has_pose_ ? renderer_->render(scene, pose_, now_ns) : rendering::RenderedTick{};
@@ -77,6 +92,7 @@ TickEnd HapticLoop::act(const publication::SceneView& scene, bool writer_alive,
   if (rendered_.truncated) flags_ |= safety::kFlagTruncated;
   if (rendered_.swept) flags_ |= safety::kFlagSwept;
   if (rendered_.is_new) snapshot_ns_ = now_ns;
+  account(scene, now_ns);
   const proto::SceneHeader& fixed = scene.scene();
   held_before_N_ = held_.force_N;
   held_ = safety_.apply(
@@ -92,6 +108,7 @@ TickEnd HapticLoop::act(const publication::SceneView& scene, bool writer_alive,
        .device_m = device_m_,
        .velocity_m_s = pose_.velocity_m_s / fixed.device.scale,
        .motion = motion_,
+       .given_by_scenes_J = interface_.given_by_scenes_J(),
        .elapsed_s = elapsed_s_,
        .since_command_s = tick_ == 1 ? elapsed_s_ : to_s(time_at(now_ns) - commanded_ns_)},
       flags_);
@@ -133,6 +150,7 @@ void HapticLoop::note_times(std::uint64_t work_ns, std::uint64_t wake_up_latency
 void HapticLoop::count(const recording::TickRow& row, HapticReport& report) noexcept {
   count_tick(report, row, rendered_, held_before_N_, motion_.moved_m, elapsed_s_);
   report.energy = safety_.energy();
+  report.interface = interface_.energy();
   if (rendered_.is_new) ++report.snapshots;
 }
 

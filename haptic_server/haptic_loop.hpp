@@ -11,6 +11,7 @@
 #include "haptic_server/recording/recorder.hpp"
 #include "haptic_server/report.hpp"
 #include "haptic_server/safety/device_reading.hpp"
+#include "haptic_server/safety/interface_account.hpp"
 #include "haptic_server/safety/safety_chain.hpp"
 #include "shared/publication/scene_segment.hpp"
 #include "shared/publication/tool_segment.hpp"
@@ -41,6 +42,7 @@ class HapticLoop {
         renderer_(std::move(renderer)),
         reading_check_(safety::reading_bounds(device.descriptor())),
         safety_(with_period(limits, period_ns)),
+        interface_(1e-9 * static_cast<double>(period_ns)),
         period_ns_(period_ns),
         clock_(clock) {}
 
@@ -89,12 +91,14 @@ class HapticLoop {
     return clock_ == nullptr ? now_ns : std::max(now_ns, clock_());
   }
   void place(const proto::DeviceFrame& frame, const safety::DeviceReading& reading) noexcept;
+  void account(const publication::SceneView& scene, std::uint64_t now_ns) noexcept;
 
   device::Device& device_;
   publication::ToolWriter& tool_;
   std::unique_ptr<rendering::Renderer> renderer_;
   safety::DeviceReadingCheck reading_check_;
   safety::SafetyChain safety_;
+  safety::InterfaceAccount interface_;
   rendering::VelocityEstimator velocity_;
   rendering::AngularVelocityEstimator angular_velocity_;
   std::uint64_t period_ns_;

@@ -27,6 +27,21 @@ nlohmann::json percentiles(const realtime::Histogram& histogram, double unit) {
           {"max", static_cast<double>(histogram.max()) * unit}};
 }
 
+nlohmann::json interface_json(const std::optional<safety::InterfaceEnergy>& energy) {
+  if (!energy) return {};
+  const auto& [given_by_hand_J, booked_J, held_J, made_J, in_flight_J, uncertainty_J, most_made_J] =
+      *energy;
+  return {
+      {"given_by_hand_J", given_by_hand_J},
+      {"booked_J", booked_J},
+      {"held_J", held_J},
+      {"held_J", held_J},
+      {"made_J", made_J},
+      {"in_flight_J", in_flight_J},
+      {"uncertainty_J", uncertainty_J},
+      {"most_made_in_a_second_J", most_made_J ? nlohmann::json(*most_made_J) : nlohmann::json()}};
+}
+
 nlohmann::json counts(const std::vector<realtime::RealtimeViolation>& violations) {
   nlohmann::json json;
   std::uint64_t total = 0;
@@ -89,6 +104,7 @@ void write_report(const HapticReport& report, const std::filesystem::path& file)
        {{"given_J", report.energy.given_J},
         {"most_given_J", report.energy.most_given_J},
         {"dissipated_by_control_J", report.energy.dissipated_by_control_J}}},
+      {"interface", interface_json(report.interface)},
       {"safety", safety},
       {"device_stops", report.device_stops},
       {"lost_rows", report.lost_rows},

@@ -10,6 +10,7 @@
 #include "haptic_server/device/device_identity.hpp"
 #include "haptic_server/recording/recorder.hpp"
 #include "haptic_server/safety/energy_observer.hpp"
+#include "haptic_server/safety/interface_account.hpp"
 #include "haptic_server/safety/safety_flag.hpp"
 #include "shared/realtime/histogram.hpp"
 #include "shared/realtime/realtime_guard.hpp"
@@ -29,6 +30,7 @@ struct HapticReport {
   std::array<std::uint64_t, safety::kSafetyFlagNames.size()> flags{};
   realtime::Histogram tick_ns, wake_ns, age_ns, slew_uN_per_ms, switch_jump_uN;
   safety::HandEnergy energy;
+  std::optional<safety::InterfaceEnergy> interface;  // of the last scene; none: not known
   double force_sum_N = 0.0, force_max_N = 0.0, energy_J = 0.0;
   std::uint64_t device_stops = 0;  // by the watchdog
   long page_faults = 0;

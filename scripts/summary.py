@@ -42,8 +42,21 @@ def print_haptic(report):
     print_row("snapshot", f"age p50 {1e3 * report['age_s']['p50']:.0f} ms, "
               f"p99 {1e3 * report['age_s']['p99']:.0f} ms")
     interventions = {name: count for name, count in report["safety"].items() if count}
+    print_interface(report["interface"])
     print_row("safety", ", ".join(f"{name} {count} ticks" for name, count in interventions.items())
               or "no intervention")
+
+
+def print_interface(energy):
+    """Both sides' account of what the hand and the scene gave each other."""
+    if energy is None:
+        return print_row("interface", "no account: no snapshot had the tool, or one could not be true")
+    mJ = {name.removesuffix("_J"): 1e3 * joules for name, joules in energy.items() if joules is not None}
+    most = f"; at most {mJ['most_made_in_a_second']:.3g} in a second" if "most_made_in_a_second" in mJ else ""
+    print_row("interface", f"the hand gave {mJ['given_by_hand']:.3g} mJ ({mJ['in_flight']:.3g} in flight), the "
+              f"simulation booked {mJ['booked']:.3g}, walls hold {mJ['held']:.3g}, the interface made {mJ['made']:.3g} "
+              f"+- {mJ['uncertainty']:.3g}{most}")
+    return None
 
 
 def print_baseline(report):
@@ -74,7 +87,7 @@ def print_sim(report):
         return ", ".join(f"{name.replace('_', ' ')} {energy_mJ[name]:.3g}" for name in names)
 
     print_row("energy", listed(("kinetic", "gravity", "springs", "contacts")) + " mJ at the end")
-    print_row("flows", listed(("given", "spring_damping", "contact_damping", "friction", "sleep_loss",
+    print_row("flows", listed(("given", "tool_work", "spring_damping", "contact_damping", "friction", "sleep_loss",
                                "numerical")) + " mJ")
 
 

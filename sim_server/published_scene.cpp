@@ -43,7 +43,8 @@ publication::SnapshotTimes times_of(const ScheduledSnapshot& snapshot,
   return {.state_ns = snapshot.state_ns,
           .publish_ns = snapshot.publish_ns,
           .tool_ns = step.tool_time_ns,
-          .contacts = static_cast<std::uint64_t>(step.contacts)};
+          .contacts = static_cast<std::uint64_t>(step.contacts),
+          .tool_work_J = step.tool_work_J};
 }
 
 }  // namespace stillgrid::sim_server

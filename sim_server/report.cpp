@@ -23,13 +23,14 @@ nlohmann::json vector_json(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
 }
 
-nlohmann::json energy_json(const dynamics::EnergyAccount& account) {
+nlohmann::json energy_json(const dynamics::EnergyAccount& account, double tool_work_J) {
   return {{"kinetic_J", account.end.kinetic_J},
           {"gravity_J", account.end.gravity_J},
           {"springs_J", account.end.springs_J},
           {"contacts_J", account.end.contacts_J},
           {"start_J", account.start.total_J()},
           {"given_J", account.flow.given_J},
+          {"tool_work_J", tool_work_J},
           {"spring_damping_J", account.flow.spring_damping_J},
           {"contact_damping_J", account.flow.contact_damping_J},
           {"friction_J", account.flow.friction_J},
@@ -50,6 +51,7 @@ void count_step(SimulationReport& report, const dynamics::StepReport& step) {
   report.divided += step.substeps > 1 ? 1 : 0;
   report.crossings_left += static_cast<std::uint64_t>(step.crossings_left);
   report.contacts += static_cast<std::uint64_t>(step.contacts);
+  report.tool_work_J = step.tool_work_J;
   if (!report.measures_time) return;
   const auto ns = [](std::chrono::nanoseconds t) { return static_cast<std::uint64_t>(t.count()); };
   report.detect_ns.record(ns(step.detect));
@@ -86,7 +88,7 @@ void write_report(const SimulationReport& report, const bodies::World& world,
                          {"energy_J", bodies::mechanical_energy_J(world)},
                          {"snapshots", report.snapshots}};
   if (!report.ended_by.empty()) json["ended_by"] = report.ended_by;
-  if (report.energy) json["energy"] = energy_json(*report.energy);
+  if (report.energy) json["energy"] = energy_json(*report.energy, report.tool_work_J);
   json["momentum_kg_m_per_s"] = vector_json(dynamics::momentum_kg_m_per_s(world));
   json["angular_momentum_kg_m2_per_s"] = vector_json(dynamics::angular_momentum_kg_m2_per_s(world));
   if (report.tool_age_ns.count() > 0) json["tool_age_ms"] = percentiles_ms(report.tool_age_ns);

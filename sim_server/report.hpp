@@ -23,6 +23,7 @@ struct SimulationReport {
   std::uint64_t crossings_left = 0, contacts = 0, sleeping_spheres = 0;
   bool measures_time = false;  // lockstep has no wall time to report
   std::optional<dynamics::EnergyAccount> energy;
+  double tool_work_J = 0.0;  // that the tool gave, as the snapshots tell it
   realtime::Histogram step_ns, detect_ns, respond_ns, integrate_ns, predict_ns, publish_ns;
   realtime::Histogram
       tool_age_ns;  // of the tool's samples as their snapshots were published, virtual in lockstep

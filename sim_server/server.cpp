@@ -102,7 +102,8 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
                                            .publish_ns = now_ns,
                                            .tool_ns = step.tool_time_ns,
                                            .step_ns = now_ns - began_ns,
-                                           .contacts = static_cast<std::uint64_t>(step.contacts)};
+                                           .contacts = static_cast<std::uint64_t>(step.contacts),
+                                           .tool_work_J = step.tool_work_J};
     session.writer().publish(simulation.snapshot(), times, prediction);
     report.publish_ns.record(realtime::monotonic_ns() - computed_ns);
     count_snapshot(report, times);

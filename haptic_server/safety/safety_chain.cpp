@@ -94,7 +94,8 @@ Wrench SafetyChain::limited(const SafetyInput& input, double energy_share,
       limit_norm(next, energy_share * norm_N(input.rendered, lever_m), lever_m))
     flags |= kFlagEnergy;
   if (passivity_control_ && input.snapshot.exists)
-    next.force_N += passivity_control_->damp(energy_, input.motion, input.elapsed_s, flags);
+    next.force_N += passivity_control_->damp(energy_, input.given_by_scenes_J, input.motion,
+                                             input.elapsed_s, flags);
   clamp();
   return next;
 }

@@ -50,9 +50,10 @@ struct SafetyInput {
   bool device_believed = true;                         // in this tick
   Eigen::Vector3d device_m = Eigen::Vector3d::Zero();  // device frame
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
-  DeviceMotion motion = {};       // since the tick before
-  double elapsed_s = 1e-3;        // since the tick before
-  double since_command_s = 1e-3;  // since the device was told the last force
+  DeviceMotion motion = {};        // since the tick before
+  double given_by_scenes_J = 0.0;  // to the hand in the run, by what moves (InterfaceAccount)
+  double elapsed_s = 1e-3;         // since the tick before
+  double since_command_s = 1e-3;   // since the device was told the last force
 };
 
 /// All that stands between a rendered force and a hand, in this order: readings that are not

@@ -10,14 +10,15 @@ from tables import write_text
 
 PROGRAMS = {"row_ripple": "row_figures", "ku_contact": "contact_figures",
             "broyden_iterations": "broyden_figures", "velocity": "velocity_figures",
-            "two_rate": "two_rate_figures", "soft_meshes": "soft_mesh_figures"}
-CAN_BE_SMALL = ("velocity", "two_rate", "soft_meshes")
+            "two_rate": "two_rate_figures", "soft_meshes": "soft_mesh_figures",
+            "interface_energy": "interface_figures"}
+CAN_BE_SMALL = ("velocity", "two_rate", "soft_meshes", "interface_energy")
 
 
 def main():
     parser = parser_of(__doc__, "velocity: two motions of four; two_rate: two periods of six; "
-                                "soft_meshes: the smallest, few steps; others "
-                                "are small")
+                                "soft_meshes: the smallest, few steps; "
+                                "interface_energy: 20 scenes of 200; others are small")
     parser.add_argument("table", choices=PROGRAMS, metavar="TABLE", help=", ".join(PROGRAMS))
     arguments = parser.parse_args()
     command = [program(arguments.build, PROGRAMS[arguments.table])]

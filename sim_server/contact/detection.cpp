@@ -246,4 +246,17 @@ void Detection::find_tool_contacts(const bodies::World& world,
   }
 }
 
+void Detection::find_led_contacts(const bodies::World& world,
+                                  const std::vector<ToolSphereMotion>& tool,
+                                  std::vector<Contact>& contacts) {
+  contacts.clear();
+  for (std::size_t number = 0; number < tool.size(); ++number) {
+    const collision::SweptBound way = bound_of(tool[number]);
+    find_ascending(moving_.grid(), way, met_);
+    for (const std::uint32_t i : met_)
+      if (!is_free(i) && moves(i) && collision::meet(paths_[i], way))
+        add_tool(world, mover(i), tool[number], static_cast<int>(number), contacts);
+  }
+}
+
 }  // namespace stillgrid::contact

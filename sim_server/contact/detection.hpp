@@ -54,6 +54,11 @@ class Detection {
   /// call. After find_contacts() of the same step.
   void find_tool_contacts(const bodies::World& world, const std::vector<ToolSphereMotion>& tool);
 
+  /// The tool's contacts with what a prescribed motion leads, which no step needs: neither side
+  /// feels them. After find_contacts() of the same step.
+  void find_led_contacts(const bodies::World& world, const std::vector<ToolSphereMotion>& tool,
+                         std::vector<Contact>& contacts);
+
   /// Takes where the spheres of the world are, for motions(). Throws as find_contacts().
   void move_spheres(const bodies::World& world);
 

@@ -35,6 +35,22 @@ class PassivityTest(daemons.SessionTest):
         self.assertGreater(report["energy"]["dissipated_by_control_J"], 0.0)
         self.assertLess(report["energy"]["most_given_J"], 0.1 * buzz_J)
 
+    def test_both_reports_tell_of_the_same_work(self):
+        # Down through the gap between the blocks into the tissue and out again, before the last snapshot.
+        hand = self.write("hand.csv", "t_s,x_m,y_m,z_m\n0,0,0,0\n0.35,0.003,0.002,-0.037\n0.8,-0.004,0,-0.039\n"
+                                      "1.1,0,0,0\n9,0,0,0\n")
+        reports = [self.folder / "haptic.json", self.folder / "sim.json"]
+        self.run_lockstep("tissue_and_blocks", f"replay:file={hand}", 1.5, haptic=("--report", reports[0]),
+                          sim=("--report", reports[1], "--latency", 0.003, "--jitter", 0.2))
+        haptic, sim = (daemons.read_report(report) for report in reports)
+        interface = haptic["interface"]
+        self.assertGreater(abs(interface["booked_J"]), 1e-4)
+        self.assertAlmostEqual(interface["booked_J"], sim["energy"]["tool_work_J"], 12)
+        self.assertAlmostEqual(sim["energy"]["given_J"], sim["energy"]["tool_work_J"], 12)
+        self.assertAlmostEqual(interface["given_by_hand_J"], -haptic["energy"]["given_J"], 3)
+        self.assertAlmostEqual(interface["made_J"], interface["booked_J"] + interface["held_J"] -
+                               (interface["given_by_hand_J"] - interface["in_flight_J"]), 12)
+
     def test_a_mass_of_nothing_is_refused(self):
         self.assert_refused(self.haptic_server(BUZZING, "--passivity-control", 0),
                             daemons.BAD_INPUT, "--passivity-control")

@@ -57,34 +57,25 @@ bool is_to_rest(const scene::SceneDescription& scene, double duration_s) {
 
 Finding interface_makes_nothing(const LawCase& law_case) {
   const scene::SceneDescription scene = scene_of(law_case);
-  CaseLoop loop = loop_of(law_case, scene);
-  loop.options.accounts_energy = true;
+  const CaseLoop loop = loop_of(law_case, scene);
   const laboratory::LabRun run = laboratory::run_lab(scene, loop.options);
-  const std::vector<double> to_hand_J = work_J(run.rows, &recording::TickRow::rendered_N, 1.0);
+  if (!run.report.interface)
+    return {.measured = std::numeric_limits<double>::infinity(), .what = "no account"};
+  const safety::InterfaceEnergy& account = *run.report.interface;
   double most_N = 0.0;
   for (const recording::TickRow& row : run.rows) most_N = std::max(most_N, row.rendered_N.norm());
   // What the springs of contact hold is with the simulation a while before or after the hand.
   const double held_J = 0.5 * most_N * most_N / stiffness_least_N_per_m(scene);
-  Finding finding{.allowed = 2.0 * held_J + 1e-6, .what = "J"};
-  // Over a second or longer: what is made again and again adds up.
-  const auto second = static_cast<std::size_t>(loop.options.tick_rate_hz);
-  finding.measured = -std::numeric_limits<double>::infinity();
-  double least_J = std::numeric_limits<double>::infinity();
-  for (std::size_t end = second; end < run.rows.size(); ++end) {
-    const std::size_t start = end - second;
-    least_J = std::min(least_J, to_hand_J[start] + run.given_J[start]);
-    const double made_J = to_hand_J[end] + run.given_J[end] - least_J;
-    if (made_J <= finding.measured) continue;
-    finding.measured = made_J;
-    finding.what = "J made by the interface up to " + short_number(run.rows[end].time_s) + " s";
-  }
+  const Finding finding{.measured = account.most_made_in_a_second_J.value_or(0.0),
+                        .allowed = 2.0 * held_J + 1e-6,
+                        .what = "J made by the interface over a second or longer"};
   // Nor does it lose more than the hand put in at most: what one side books with the wrong sign
   // does.
   double put_in_J = 0.0;
-  for (const double work : to_hand_J) put_in_J = std::max(put_in_J, -work);
-  const double lost_J = run.rows.empty() ? 0.0 : -(to_hand_J.back() + run.given_J.back());
-  if (finding.holds() && lost_J > put_in_J + finding.allowed)
-    return {.measured = lost_J,
+  for (const double work : work_J(run.rows, &recording::TickRow::rendered_N, 1.0))
+    put_in_J = std::max(put_in_J, -work);
+  if (finding.holds() && -account.made_J > put_in_J + finding.allowed)
+    return {.measured = -account.made_J,
             .allowed = put_in_J + finding.allowed,
             .what = "J lost by the interface"};
   return finding;

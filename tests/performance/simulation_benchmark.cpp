@@ -143,7 +143,8 @@ void beside_the_motion(benchmark::State& state, const std::string& part) {
     if (part == "find_contacts") (void)detection.find_contacts(simulation.world(), scene.period_s);
     if (part == "strayed") sum += detection.strayed(simulation.world(), detection.motions());
     if (part == "show") snapshot.show(detection);
-    if (part == "predict") sum += simulation.predict_next(scene.period_s).max_compliance_m_per_N;
+    if (part == "predict")
+      sum += static_cast<double>(simulation.predict_next(scene.period_s).modes.size());
   }
   benchmark::DoNotOptimize(sum);
   state.counters["ns_a_sphere"] =
@@ -201,6 +202,39 @@ void as_shipped(benchmark::State& state) {
 BENCHMARK(as_shipped)
     ->Name("step/tissue_and_blocks_as_shipped")
     ->Iterations(200)
+    ->Unit(benchmark::kMicrosecond);
+
+/// The same with a tool that stirs in it: what the tool adds is seen.
+void stirred(benchmark::State& state, const std::string& name) {
+  const std::filesystem::path root = STILLGRID_SOURCE_DIR;
+  const scene::SceneDescription description =
+      scene::load_scene(root / "sim_server/scene/scenes" / (name + ".toml"));
+  dynamics::Simulation simulation(description);
+  double contacts = 0.0;
+  const auto step = [&] {
+    const double t_s = simulation.world().time_s;
+    dynamics::ToolSample tool;
+    tool.time_ns = 1 + static_cast<std::uint64_t>(1e9 * t_s);
+    tool.position_m = description.device.position_m +
+                      Eigen::Vector3d(0.02 * std::sin(9.0 * t_s), 0.015 * std::cos(7.0 * t_s),
+                                      -0.02 * (1.0 - std::cos(5.0 * t_s)));
+    return simulation.step(description.period_s, [&] { return tool; });
+  };
+  while (simulation.world().time_s < 1.0) (void)step();
+  for (auto _ : state) contacts += step().contacts;
+  state.counters["contacts"] = benchmark::Counter(contacts, benchmark::Counter::kAvgIterations);
+}
+BENCHMARK_CAPTURE(stirred, tissue_and_blocks, "tissue_and_blocks")
+    ->Name("step_stirred/tissue_and_blocks")
+    ->Iterations(500)
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(stirred, threads, "threads")
+    ->Name("step_stirred/threads")
+    ->Iterations(500)
+    ->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(stirred, organ, "organ")
+    ->Name("step_stirred/organ")
+    ->Iterations(300)
     ->Unit(benchmark::kMicrosecond);
 
 /// 10 ms of a square cloth of 1 kg and 1 m that hangs by two corners, without contacts.

@@ -29,6 +29,7 @@ struct EnergyFlow {
   double unsolved_J = 0.0;  // a gain: contacts' springs hold it, though no work paid for it, where
                             // iterations ended early
   double given_J = 0.0;  // work done on the world by what is moved from outside: tool, prescribed
+  double tool_J = 0.0;   // of it by the tool
 };
 
 }  // namespace stillgrid::dynamics

@@ -50,15 +50,25 @@ EnergyFlow contact_flow(const contact::Contact& contact, Side a, Side b, double 
   flow.friction_J = -duration_s * force.friction_N.dot(motion.velocity_m_s -
                                                        motion.spin_rad_s.cross(force.arm_m));
   // The points of contact turn with their spheres.
-  if (b.is_kinematic)
-    flow.given_J += normal_load_N.dot(b.displacement_m) +
-                    duration_s * force.friction_N.dot(b.velocity_m_s +
-                                                      shares.b * b.spin_rad_s.cross(force.arm_m));
+  if (b.is_kinematic) {
+    flow.given_J = normal_load_N.dot(b.displacement_m) +
+                   duration_s * force.friction_N.dot(b.velocity_m_s +
+                                                     shares.b * b.spin_rad_s.cross(force.arm_m));
+    if (contact.is_tool) flow.tool_J = flow.given_J;
+  }
   if (a.is_kinematic)
     flow.given_J -= normal_load_N.dot(a.displacement_m) +
                     duration_s * force.friction_N.dot(a.velocity_m_s -
                                                       shares.a * a.spin_rad_s.cross(force.arm_m));
   return flow;
+}
+
+EnergyFlow contact_flow(std::size_t i, const bodies::World& before, const Trial& after,
+                        std::span<const contact::Contact> contacts, double duration_s) {
+  const contact::Contact& contact = contacts[i];
+  return contact_flow(contact, side_of(contact.a, before, after),
+                      other_side(contact, before, after), duration_s,
+                      after.friction_N.empty() ? nullptr : &after.friction_N[i]);
 }
 
 /// Of its spring, at the step's start.
@@ -131,14 +141,37 @@ EnergyFlow energy_flow(const bodies::World& before, const Trial& after,
           duration_s * spring.damping_N_s_per_m * lengthening_m_s * lengthening_m_s;
     }
   }
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const contact::Contact& contact = contacts[i];
-    sum +=
-        contact_flow(contact, side_of(contact.a, before, after), other_side(contact, before, after),
-                     duration_s, after.friction_N.empty() ? nullptr : &after.friction_N[i]);
-  }
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    sum += contact_flow(i, before, after, contacts, duration_s);
   sum.friction_J -= after.stretch_gain_J;
   return sum;
+}
+
+double tool_flow_J(const bodies::World& before, const Trial& after,
+                   std::span<const contact::Contact> contacts, double duration_s) {
+  std::size_t first = contacts.size();
+  while (first > 0 && contacts[first - 1].is_tool) --first;
+  double sum_J = 0.0;  // in the order of energy_flow(), to the bit
+  for (std::size_t i = first; i < contacts.size(); ++i)
+    sum_J += contact_flow(i, before, after, contacts, duration_s).tool_J;
+  return sum_J;
+}
+
+double led_flow_J(const bodies::World& before, const Trial& after,
+                  std::span<const contact::Contact> contacts, double duration_s) {
+  double sum_J = 0.0;
+  for (const contact::Contact& contact : contacts) {
+    const Side a = side_of(contact.a, before, after), b = other_side(contact, before, after);
+    const auto spring_N = [&contact](const Eigen::Vector3d& line_m) -> Eigen::Vector3d {
+      return contact.material.stiffness_N_per_m *
+             std::max(0.0, contact::contact_depth_m(contact, line_m)) * line_m.stableNormalized();
+    };
+    const Eigen::Vector3d end_N = spring_N(a.position_m - b.position_m);
+    const Eigen::Vector3d start_N = spring_N(a.position_m - a.displacement_m - contact.start_b_m);
+    sum_J += 0.5 * (start_N - end_N).dot(b.displacement_m);
+    sum_J += contact_flow(contact, a, b, duration_s, nullptr).tool_J;
+  }
+  return sum_J;
 }
 
 EnergyFlow& operator+=(EnergyFlow& sum, const EnergyFlow& flow) {
@@ -147,6 +180,7 @@ EnergyFlow& operator+=(EnergyFlow& sum, const EnergyFlow& flow) {
   sum.friction_J += flow.friction_J;
   sum.unsolved_J += flow.unsolved_J;
   sum.given_J += flow.given_J;
+  sum.tool_J += flow.tool_J;
   return sum;
 }
 

@@ -54,6 +54,15 @@ struct EnergyAccount {
 [[nodiscard]] EnergyFlow energy_flow(const bodies::World& before, const Trial& after,
                                      std::span<const contact::Contact> contacts, double duration_s);
 
+/// Of it what the tool gives. Pre: its contacts stand last.
+[[nodiscard]] double tool_flow_J(const bodies::World& before, const Trial& after,
+                                 std::span<const contact::Contact> contacts, double duration_s);
+
+/// What the tool gives to what a prescribed motion leads, which no energy of the world knows of:
+/// the mean of the spring's forces at start and end, else as above.
+[[nodiscard]] double led_flow_J(const bodies::World& before, const Trial& after,
+                                std::span<const contact::Contact> contacts, double duration_s);
+
 EnergyFlow& operator+=(EnergyFlow& sum, const EnergyFlow& flow);
 
 /// Of everything that is free.

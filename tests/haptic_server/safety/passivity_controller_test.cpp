@@ -35,12 +35,12 @@ TEST_CASE("Energy given is taken back in one tick of the same motion", "[passivi
   HandEnergy account{.given_J = 1e-6};
   const DeviceMotion motion = moved(1e-4, -2e-4, 3e-4);
   std::uint32_t flags = 0;
-  const Eigen::Vector3d added_N = controller.damp(account, motion, kTick_s, flags);
+  const Eigen::Vector3d added_N = controller.damp(account, 0.0, motion, kTick_s, flags);
   CHECK(flags == kFlagPassivity);
   CHECK(added_N.cross(motion.moved_m).norm() < 1e-15);
   observe(account, {.force_N = added_N}, motion);
   CHECK(account.given_J == Approx(0.0).margin(1e-18));
-  (void)controller.damp(account, motion, kTick_s, flags);
+  (void)controller.damp(account, 0.0, motion, kTick_s, flags);
   CHECK(account.dissipated_by_control_J == Approx(1e-6));
 }
 
@@ -49,7 +49,8 @@ TEST_CASE("However much was given, the damper only stops the mass in a tick",
   PassivityController controller(kMass_kg);
   HandEnergy account{.given_J = 1e6};
   std::uint32_t flags = 0;
-  const Eigen::Vector3d added_N = controller.damp(account, moved(2e-4, 0.0, 0.0), kTick_s, flags);
+  const Eigen::Vector3d added_N =
+      controller.damp(account, 0.0, moved(2e-4, 0.0, 0.0), kTick_s, flags);
   const double momentum_kg_m_per_s = kMass_kg * 2e-4 / kTick_s;
   CHECK(added_N.x() == Approx(-momentum_kg_m_per_s / kTick_s));
 }
@@ -58,9 +59,9 @@ TEST_CASE("Nothing is damped that rests or has given nothing", "[passivity_contr
   PassivityController controller(kMass_kg);
   std::uint32_t flags = 0;
   HandEnergy given{.given_J = 1.0}, taken{.given_J = -1.0}, even;
-  CHECK(controller.damp(given, moved(0.0, 0.0, 0.0), kTick_s, flags).isZero(0.0));
-  CHECK(controller.damp(taken, moved(1e-3, 0.0, 0.0), kTick_s, flags).isZero(0.0));
-  CHECK(controller.damp(even, moved(1e-3, 0.0, 0.0), kTick_s, flags).isZero(0.0));
+  CHECK(controller.damp(given, 0.0, moved(0.0, 0.0, 0.0), kTick_s, flags).isZero(0.0));
+  CHECK(controller.damp(taken, 0.0, moved(1e-3, 0.0, 0.0), kTick_s, flags).isZero(0.0));
+  CHECK(controller.damp(even, 0.0, moved(1e-3, 0.0, 0.0), kTick_s, flags).isZero(0.0));
   CHECK(flags == 0);
 }
 

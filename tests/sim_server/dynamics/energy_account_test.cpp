@@ -174,6 +174,70 @@ TEST_CASE("A tool that comes and goes inside a body brings and takes the contact
   CHECK(gone.end.contacts_J == 0.0);
 }
 
+TEST_CASE(
+    "The tool's work is booked whether or not energy is accounted for, and is all that is given",
+    "[energy]") {
+  // A tool that stirs among balls and a thread, and is away for a while.
+  const auto integrator =
+      GENERATE(scene::IntegratorKind::kVelocityVerlet, scene::IntegratorKind::kSymplecticEuler,
+               scene::IntegratorKind::kImplicitEuler, scene::IntegratorKind::kBdf2);
+  scene::SceneDescription scene = sim_server::scene_of(
+      {sim_server::floor_at(-0.02), sim_server::sphere({0, 0, 0}, 0.01, 0.05),
+       sim_server::sphere({0.021, 0.002, 0}, 0.01, 0.03),
+       sim_server::thread(5, {-0.03, 0, 0.012}, {0.03, 0.004, 0.012}, 0.02, 90.0, {0})},
+      sim_server::material_of(700.0, 0.8, 0.3), {0, 0, -9.81});
+  scene.tool = {{Eigen::Vector3d::Zero(), 0.006}, {{0.009, 0, 0}, 0.005}};
+  scene.method.integrator = integrator;
+  Simulation simulation(scene);
+  simulation.account_energy();
+  StepReport report;
+  for (int i = 1; i <= 300; ++i) {
+    const double t_s = 0.0037 * i;
+    const ToolSample tool{.time_ns = static_cast<std::uint64_t>(1e9 * t_s),
+                          .position_m = {0.017 * std::sin(9.1 * t_s), 0.004 * std::cos(5.3 * t_s),
+                                         0.014 - 0.01 * std::sin(3.3 * t_s)},
+                          .velocity_m_s = {0.155 * std::cos(9.1 * t_s), 0, 0}};
+    report =
+        simulation.step(0.0037, [&] { return i % 90 > 80 ? std::nullopt : std::optional(tool); });
+  }
+  const EnergyAccount account = *simulation.energy_account();
+  INFO(scene::name_of(integrator));
+  REQUIRE(std::abs(report.tool_work_J) > 1e-4);
+  CHECK(report.tool_work_J == Approx(account.flow.given_J).epsilon(1e-9));
+}
+
+TEST_CASE("What the tool gives to what is prescribed is force times way, and none of the world's",
+          "[energy]") {
+  // Between a ball that comes on at a steady speed and a tool that comes to meet it and goes.
+  constexpr double kStiffness_N_per_m = 430.0, kSpeed_m_s = 0.031, kStep_s = 0.0071;
+  bodies::BodyDescription pusher = sim_server::sphere({0, 0, 0}, 0.011, 0.0);
+  pusher.motion = bodies::Motion::kPrescribed;
+  pusher.prescribed = {Eigen::Vector3d::UnitZ(), kSpeed_m_s, 0.0, 0.0};
+  scene::SceneDescription scene =
+      sim_server::scene_of({pusher}, sim_server::material_of(kStiffness_N_per_m));
+  scene.tool = {{Eigen::Vector3d::Zero(), 0.006}};
+  scene.method.integrator =
+      GENERATE(scene::IntegratorKind::kVelocityVerlet, scene::IntegratorKind::kImplicitEuler);
+  Simulation simulation(scene);
+  simulation.account_energy();
+  const auto height_m = [](double t_s) { return 0.025 - 0.012 * std::sin(11.0 * t_s); };
+  StepReport report;
+  for (int i = 1; i <= 41; ++i)
+    report = simulation.step(kStep_s, [&] {
+      return ToolSample{.position_m = {0, 0, height_m(kStep_s * i)}};
+    });
+  double work_J = 0.0;  // the integral, by a step a thousand times finer
+  for (int i = 1; i <= 41'000; ++i) {
+    const double start_s = 1e-3 * kStep_s * (i - 1), end_s = 1e-3 * kStep_s * i;
+    const double middle_s = 0.5 * (start_s + end_s);
+    const double depth_m = 0.017 - (height_m(middle_s) - kSpeed_m_s * middle_s);
+    work_J -= kStiffness_N_per_m * std::max(0.0, depth_m) * (height_m(end_s) - height_m(start_s));
+  }
+  REQUIRE(std::abs(work_J) > 1e-3);
+  CHECK(report.tool_work_J == Approx(work_J).epsilon(0.02));
+  CHECK(simulation.energy_account()->flow.given_J == 0.0);
+}
+
 /// Two spinning boxes that graze each other, with dampers and friction.
 scene::SceneDescription collision() {
   const Eigen::Vector3d size_m(0.03, 0.03, 0.02);

@@ -66,7 +66,8 @@ Seen look_on(const scene::SceneDescription& scene, int steps, Looks looks = {}) 
   for (int i = 0; i < steps; ++i) {
     const auto tool = [&] { return stirring_tool(scene, i); };
     const StepReport report = watched.step(scene.period_s, tool);
-    (void)alone.step(scene.period_s, tool);
+    const StepReport other = alone.step(scene.period_s, tool);
+    CHECK(report.tool_work_J == other.tool_work_J);
     seen.most_contacts = std::max(seen.most_contacts, report.contacts);
     publication::SnapshotPrediction prediction;
     if (looks.predicts) prediction = watched.predict_next(scene.period_s);
