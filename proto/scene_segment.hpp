@@ -19,6 +19,11 @@ inline constexpr std::uint32_t kMaxPlanes = 64;
 /// Levels of a grid: one for each octave of the swept bounds' radius that a scene needs.
 inline constexpr std::uint32_t kMaxLevels = 8;
 
+/// Modes of a snapshot's response to the tool, and spheres that have a part in them.
+inline constexpr std::uint32_t kMaxModes = 12;
+inline constexpr std::uint32_t kMaxResponses = 256;
+inline constexpr std::uint32_t kMaxTurningBodies = 4;
+
 /// One sphere at one instant. World frame, SI units.
 struct SphereState {
   std::array<float, 3> position_m;
@@ -28,17 +33,16 @@ struct SphereState {
 /// One collision sphere in every snapshot of the history: two cache lines, of which a tick that
 /// leads the newest snapshot on reads the first.
 ///
-/// Predicted velocity and compliance are where the simulation's next step would take it, over
-/// prediction_ns: at the predicted velocity if the tool's force stays as it is in the snapshot, and
-/// by the compliance more for each newton that it grows along SnapshotHeader::compliance_direction.
+/// The predicted velocity is that at which the simulation's next step would take it, over
+/// prediction_ns, if the tool's force stayed as it is in the snapshot.
 struct SphereRecord {
   SphereState newest;  // snapshot n
   std::array<float, 3> predicted_velocity_m_s;
-  std::array<float, 3> compliance_m_per_N;
   float radius_m;
   std::uint32_t material;  // index into SceneHeader::materials
   std::uint32_t body;      // order in the scene file
-  std::uint32_t reserved;
+  std::uint32_t response;  // number of its SphereResponse, from 1; 0: it does not give way
+  std::array<std::uint32_t, 3> reserved;
   std::array<SphereState, 2> older;        // snapshots n - 1, n - 2
   std::array<float, 3> oldest_position_m;  // snapshot n - 3
   std::uint32_t padding;
@@ -94,6 +98,33 @@ struct ToolSphere {
   float radius_m;
 };
 
+/// How far a sphere moves in each mode of a snapshot's response; sqrt(m/N).
+struct SphereResponse {
+  std::array<std::array<float, 3>, kMaxModes> modes;
+};
+static_assert(sizeof(SphereResponse) % 8 == 0);
+
+/// One mode of how the scene gives way to the tool within the simulation's next step. Modes are
+/// those of the step's own equations, reduced to what the tool pushes: by their mass orthogonal,
+/// and by the whole of what resists.
+struct ResponseMode {
+  float inertia_share;  // of what resists in a whole step, 0 to 1; the rest is stiffness
+  float push;           // of the tool's force in the snapshot, sqrt(J): its spheres' responses
+                        // times their forces
+  float displacement;   // over the step at the predicted velocity, sqrt(J)
+  float at_velocity;    // over the step at the velocity that the snapshot has, sqrt(J)
+};
+
+/// How a rigid body turns in each mode: its spheres go round its centre, not straight on.
+struct TurningBody {
+  std::uint32_t body;                                 // order in the scene file
+  std::array<float, 3> centre_m;                      // in the snapshot
+  std::array<float, 3> velocity_m_s;                  // predicted, of the centre
+  std::array<std::array<float, 3>, kMaxModes> turns;  // rad / sqrt(J)
+  std::uint32_t reserved;
+};
+static_assert(sizeof(TurningBody) % 8 == 0);
+
 /// Where the device stands in the scene: scene point = position + scale * (orientation * device
 /// point).
 struct DeviceFrame {
@@ -129,25 +160,44 @@ struct SnapshotHeader {
   std::array<std::uint64_t, kHistoryLength>
       publish_time_ns;         // the instants T_n of the grid switches
   std::uint64_t tool_time_ns;  // of the tool sample that the newest snapshot contains, 0: none
-  std::uint64_t step_ns;       // what the step cost, 0 in lockstep
-  std::uint64_t contacts;      // in the simulation, for inspection
+  double tool_work_J;     // that the tool gave the scene from the segment's start up to that sample
+  std::uint64_t step_ns;  // what the step cost, 0 in lockstep
+  std::uint64_t contacts;  // in the simulation, for inspection
   std::uint64_t
-      prediction_ns;  // the period of predicted velocities and compliances, 0: there are none
-  std::array<double, 3>
-      compliance_direction;       // unit: of the tool's force on the scene, or would be
-  double compliance_force_N;      // how hard the tool pushes along it in this snapshot, >= 0
-  double max_compliance_m_per_N;  // of any sphere, 0: none is compliant
+      prediction_ns;  // the period of predicted velocities and of the response, 0: there are none
+  std::uint32_t mode_count;      // 0: nothing gives way
+  std::uint32_t response_count;  // of the SphereResponses behind the grid
+  std::uint64_t turning_count;
+  std::array<ResponseMode, kMaxModes> modes;
+  std::array<TurningBody, kMaxTurningBodies> turning;
+  double largest_response;  // of any sphere, all modes together; sqrt(m/N)
   GridShape grid;
 };
 static_assert(sizeof(SnapshotHeader) % 8 == 0);
 
-inline constexpr std::uint64_t kSceneLayoutHash = layout_hash<19>(
-    {sizeof(SegmentHeader), offsetof(SegmentHeader, latest),
-     offsetof(SegmentHeader, lockstep_sample_ns), sizeof(SceneHeader),
-     offsetof(SceneHeader, materials), offsetof(SceneHeader, planes), offsetof(SceneHeader, tool),
-     sizeof(SnapshotHeader), offsetof(SnapshotHeader, grid), sizeof(SphereRecord), kHistoryLength,
-     offsetof(SphereRecord, older), offsetof(SnapshotHeader, compliance_direction),
-     sizeof(SweptBound), sizeof(GridLevel), offsetof(GridLevel, cells), sizeof(GridShape),
-     offsetof(GridShape, levels), kMaxLevels});
+inline constexpr std::uint64_t kSceneLayoutHash =
+    layout_hash<23>({sizeof(SegmentHeader),
+                     offsetof(SegmentHeader, latest),
+                     offsetof(SegmentHeader, lockstep_sample_ns),
+                     sizeof(SceneHeader),
+                     offsetof(SceneHeader, materials),
+                     offsetof(SceneHeader, planes),
+                     offsetof(SceneHeader, tool),
+                     sizeof(SnapshotHeader),
+                     offsetof(SnapshotHeader, grid),
+                     sizeof(SphereRecord),
+                     kHistoryLength,
+                     offsetof(SphereRecord, older),
+                     offsetof(SnapshotHeader, modes),
+                     sizeof(ResponseMode),
+                     sizeof(TurningBody),
+                     sizeof(SphereResponse),
+                     offsetof(SnapshotHeader, tool_work_J),
+                     sizeof(SweptBound),
+                     sizeof(GridLevel),
+                     offsetof(GridLevel, cells),
+                     sizeof(GridShape),
+                     offsetof(GridShape, levels),
+                     kMaxLevels});
 
 }  // namespace stillgrid::proto

@@ -5,11 +5,19 @@
 
 namespace stillgrid::proto {
 
+inline constexpr std::uint32_t kMaxShiftedBodies = 4;
+
+/// By how much a body is displayed beside where its snapshot says; zero: no body.
+struct BodyShift {
+  std::array<double, 3> shift_m;
+  std::uint64_t body;  // order in the scene file
+};
+
 /// Which snapshot of the scene a tick displayed, and where: for those who look on. A sphere was at
 ///   the sum of its positions by `position` (they sum to one) and of its velocities by
-///   `velocity_s`, plus prediction_s times its predicted velocity, force_change_N times its
-///   compliance, and shift_m;
-/// compliance_lag_s is taken from prediction_s for a sphere whose compliance is not zero.
+///   `velocity_s`, plus prediction_s times its predicted velocity, its response times `modes`, and
+///   the shift of its body;
+/// compliance_lag_s is taken from prediction_s for a sphere that has a response.
 struct DisplayedSnapshot {
   std::uint64_t scene_epoch;                          // of the scene's segment
   std::uint64_t snapshot_id;                          // 0: none
@@ -17,8 +25,8 @@ struct DisplayedSnapshot {
   std::array<double, kHistoryLength - 1> velocity_s;  // likewise
   double prediction_s;
   double compliance_lag_s;
-  double force_change_N;
-  std::array<double, 3> shift_m;
+  std::array<double, kMaxModes> modes;  // sqrt(J)
+  std::array<BodyShift, kMaxShiftedBodies> shifts;
   double alpha;  // progress of the transition to that snapshot, of 1
   double age_s;  // of the simulated state that is its newest
 };
@@ -46,11 +54,11 @@ struct ToolState {
   std::uint64_t buttons;
   TickFigures before;  // of the tick before
 };
-static_assert(std::is_trivially_copyable_v<ToolState> && sizeof(ToolState) == 320);
+static_assert(std::is_trivially_copyable_v<ToolState> && sizeof(ToolState) == 512);
 
-inline constexpr std::uint64_t kToolLayoutHash =
-    layout_hash<6>({sizeof(SegmentHeader), offsetof(SegmentHeader, latest),
-                    offsetof(SegmentHeader, lockstep_sample_ns), sizeof(ToolState),
-                    offsetof(ToolState, before), offsetof(TickFigures, displayed)});
+inline constexpr std::uint64_t kToolLayoutHash = layout_hash<8>(
+    {sizeof(SegmentHeader), offsetof(SegmentHeader, latest),
+     offsetof(SegmentHeader, lockstep_sample_ns), sizeof(ToolState), offsetof(ToolState, before),
+     offsetof(TickFigures, displayed), kMaxModes, offsetof(DisplayedSnapshot, shifts)});
 
 }  // namespace stillgrid::proto

@@ -83,9 +83,10 @@ struct CellBlock {
 /// on.
 struct RecordLine {
   proto::SphereState newest;
-  std::array<float, 3> predicted_velocity_m_s, compliance_m_per_N;
+  std::array<float, 3> predicted_velocity_m_s;
   float radius_m;
-  std::uint32_t material, body, reserved;
+  std::uint32_t material, body, response;
+  std::array<std::uint32_t, 3> reserved;
 };
 static_assert(sizeof(RecordLine) == 64);
 
@@ -98,6 +99,13 @@ static_assert(sizeof(RecordLine) == 64);
 [[nodiscard]] inline proto::SphereRecord load_record(const GridView& view,
                                                      std::uint32_t sphere) noexcept {
   return double_buffer::load_struct<proto::SphereRecord>(view.words + record_word(view, sphere));
+}
+
+/// Pre: index < view.response_count.
+[[nodiscard]] inline proto::SphereResponse load_response(const GridView& view,
+                                                         std::uint32_t index) noexcept {
+  return double_buffer::load_struct<proto::SphereResponse>(
+      view.responses + std::size_t{index} * (sizeof(proto::SphereResponse) / 8));
 }
 
 /// Whether two swept bounds meet. Swept bounds are rounded outwards by more than this test rounds.

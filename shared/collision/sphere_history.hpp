@@ -16,23 +16,24 @@ namespace stillgrid::collision {
   return age <= record.older.size() ? record.older[age - 1].position_m : record.oldest_position_m;
 }
 
-/// The same snapshot throughout, without predicted velocity or compliance: of what stands still,
+/// The same snapshot throughout, without predicted velocity or response: of what stands still,
 /// and of a first snapshot.
 inline void fill_history(proto::SphereRecord& record, const proto::SphereState& snapshot) noexcept {
   record.newest = snapshot;
   record.older = {snapshot, snapshot};
   record.oldest_position_m = snapshot.position_m;
-  record.predicted_velocity_m_s = record.compliance_m_per_N = {};
+  record.predicted_velocity_m_s = {};
+  record.response = 0;
 }
 
-/// One more snapshot; older ones move down. It moves on at its velocity, and is not compliant.
+/// One more snapshot; older ones move down. It moves on at its velocity, and gives no way.
 inline void push_snapshot(proto::SphereRecord& record,
                           const proto::SphereState& snapshot) noexcept {
   record.oldest_position_m = record.older[1].position_m;
   record.older = {record.newest, record.older[0]};
   record.newest = snapshot;
   record.predicted_velocity_m_s = snapshot.velocity_m_s;
-  record.compliance_m_per_N = {};
+  record.response = 0;
 }
 
 /// Weights of a history's snapshots, newest first, told by the history of the snapshot that came

@@ -43,6 +43,9 @@ struct GridView {
   proto::GridShape shape{};
   GridLayout layout{};
   const std::uint64_t* words = nullptr;  // start of the block that layout counts from
+  // Of a snapshot in a segment, SphereResponses: as many as its header counts, and has room for.
+  const std::uint64_t* responses = nullptr;
+  std::uint32_t response_count = 0;
 };
 
 /// Whether a shape read from shared memory fits its layout, so that every index it leads to is
@@ -64,7 +67,7 @@ class VoxelGrid {
   [[nodiscard]] std::span<const proto::SphereRecord> records() const noexcept;
 
   /// One more snapshot of every sphere; older ones move down the history, which the first snapshot
-  /// fills. Predicted velocities become the velocities, and nothing is compliant: what is known
+  /// fills. Predicted velocities become the velocities, and nothing gives way: what is known
   /// better is the owner's to write. Pre: snapshots.size() is the capacity.
   void push_snapshot(std::span<const proto::SphereState> snapshots) noexcept;
 

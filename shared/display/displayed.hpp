@@ -33,9 +33,9 @@ inline void add(DisplayedSphere& sum, const proto::SphereState& snapshot, double
 
 }  // namespace detail
 
-/// Whether a sphere gives way to the hand: its record says by how much. Realtime: yes.
+/// Whether a sphere gives way to the hand. Realtime: yes.
 [[nodiscard]] inline bool is_compliant(const collision::RecordLine& line) noexcept {
-  return line.compliance_m_per_N != std::array<float, 3>{};
+  return line.response != 0;
 }
 
 /// Where the weights display a sphere: the law of docs/algorithms/transitions.md, for whoever shows
@@ -64,14 +64,6 @@ template <class LoadRecord>
   sum.position_m += position[3] * vector(record.oldest_position_m);
   sum.velocity_m_s += position[3] * vector(record.older[1].velocity_m_s);
   return sum;
-}
-
-/// How far the displayed sphere gives way, for each newton by which the hand pushes more than in
-/// the snapshot. Realtime: yes.
-[[nodiscard]] inline Eigen::Vector3d compliance_m_per_N(const collision::RecordLine& line,
-                                                        const SnapshotWeights& weights) noexcept {
-  if (weights.compliance_share == 0.0) return Eigen::Vector3d::Zero();
-  return weights.compliance_share * detail::vector(line.compliance_m_per_N);
 }
 
 /// A sphere that some snapshot lacks, displayed by those that it is in; not a number where it is in

@@ -138,19 +138,27 @@ SnapshotWeights playout(const TransitionMemory& memory, const SnapshotHeader& sn
   return weights;
 }
 
+/// What is led on for two periods stands then, and stops evenly over one, half of it beyond them.
+constexpr double kStop = 0.5;
+
+double coming_to_rest(double periods) {
+  const double left = proto::kPredictionPeriods + kStop - periods;
+  if (left >= 2.0 * kStop) return periods;
+  return left > 0.0 ? proto::kPredictionPeriods - left * left / (4.0 * kStop)
+                    : proto::kPredictionPeriods;
+}
+
 /// The latest snapshot led on by the simulation's own next step: no jump, lags by 0 to 6 ms.
 SnapshotWeights predict(const TransitionMemory&, const SnapshotHeader& snapshot,
                         std::uint64_t now_ns) noexcept {
   SnapshotWeights weights = newest_snapshot();
   const double period_s = static_cast<double>(snapshot.prediction_ns) * 1e-9;
   if (!(period_s > 0.0)) return weights;
-  const double age_s = seconds_between(snapshot.state_time_ns[0], now_ns);
-  weights.is_waiting = !(age_s < proto::kPredictionPeriods * period_s);
-  const double led_s = std::min(age_s, proto::kPredictionPeriods * period_s);
-  weights.prediction_s = led_s;
+  const double age = seconds_between(snapshot.state_time_ns[0], now_ns) / period_s;
+  weights.is_waiting = !(age < proto::kPredictionPeriods + kStop);
+  weights.step_share = coming_to_rest(age);
+  weights.prediction_s = weights.step_share * period_s;
   weights.compliance_lag_s = prediction_lag_s(period_s);
-  const double periods = led_s / period_s;
-  weights.compliance_share = periods * periods;
   return weights;
 }
 

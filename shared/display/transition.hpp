@@ -28,11 +28,10 @@ struct SnapshotWeights {
   std::array<double, proto::kHistoryLength> position{};        // newest first
   std::array<double, proto::kHistoryLength - 1> velocity_s{};  // likewise
   double prediction_s = 0.0;      // for which the newest snapshot's predicted velocity is followed
-  double compliance_lag_s = 0.0;  // less that, by spheres that are compliant
-  double compliance_share =
-      0.0;                  // of its compliance, a newton of which is shown a newton of change
-  double alpha = 1.0;       // progress to the newest snapshot, of 1
-  bool is_waiting = false;  // at the newest snapshot, waiting for the next
+  double compliance_lag_s = 0.0;  // less that, by spheres that give way
+  double step_share = 0.0;        // of the predicted step, by which they do
+  double alpha = 1.0;             // progress to the newest snapshot, of 1
+  bool is_waiting = false;        // at the newest snapshot, waiting for the next
 };
 
 /// What a transition keeps from one snapshot to the next.

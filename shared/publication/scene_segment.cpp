@@ -41,6 +41,28 @@ proto::SceneHeader scene_header(const StaticScene& scene, const collision::Voxel
   return header;
 }
 
+/// Where the responses are in a slot: behind the grid.
+std::size_t response_word(const collision::GridLayout& moving) {
+  return (moving.total_words + 7) / 8 * 8;
+}
+
+std::size_t payload_words(const collision::GridLayout& moving) {
+  return response_word(moving) +
+         response_capacity(moving.sphere_capacity) * sizeof(proto::SphereResponse) / 8;
+}
+
+/// Of any sphere, all modes together; rounded up.
+double largest_of(std::span<const proto::SphereResponse> responses, std::size_t modes) {
+  double largest2 = 0.0;
+  for (const proto::SphereResponse& response : responses) {
+    double sum2 = 0.0;
+    for (std::size_t mode = 0; mode < modes; ++mode)
+      for (const float part : response.modes[mode]) sum2 += double{part} * double{part};
+    largest2 = std::max(largest2, sum2);
+  }
+  return 1.000001 * std::sqrt(largest2);
+}
+
 SegmentSpec scene_spec(const collision::GridLayout& still, const collision::GridLayout& moving,
                        std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns,
                        std::optional<gid_t> readers) {
@@ -50,7 +72,7 @@ SegmentSpec scene_spec(const collision::GridLayout& still, const collision::Grid
           .clock = clock,
           .start_ns = start_ns,
           .fixed_bytes = kStaticOffset + still.total_words * 8,
-          .payload_bytes = moving.total_words * 8,
+          .payload_bytes = payload_words(moving) * 8,
           .readers = readers};
 }
 
@@ -93,10 +115,15 @@ bool is_sound(const proto::SceneHeader& scene) {
 
 }  // namespace
 
+std::size_t response_capacity(std::size_t moving_count) noexcept {
+  return std::min<std::size_t>(moving_count, proto::kMaxResponses);
+}
+
 SceneWriter::SceneWriter(SessionLock lock, const StaticScene& scene, std::size_t moving_count,
                          std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns,
                          std::optional<gid_t> readers)
     : moving_(collision::grid_layout(sizeof(proto::SnapshotHeader), moving_count)),
+      responses_(payload_words(moving_) - response_word(moving_)),
       static_grid_(static_grid_of(scene)),
       segment_(std::move(lock),
                scene_spec(static_grid_.layout(), moving_, period_ns, clock, start_ns, readers)) {
@@ -110,6 +137,9 @@ SceneWriter::SceneWriter(SessionLock lock, const StaticScene& scene, std::size_t
 void SceneWriter::publish(const collision::VoxelGrid& snapshot, const SnapshotTimes& times,
                           const SnapshotPrediction& prediction) noexcept {
   assert(snapshot.layout() == moving_);
+  assert(prediction.modes.size() <= proto::kMaxModes);
+  assert(prediction.turning.size() <= proto::kMaxTurningBodies);
+  assert(prediction.responses.size() <= response_capacity(moving_.sphere_capacity));
   const auto push = [&](std::array<std::uint64_t, proto::kHistoryLength>& history,
                         std::uint64_t newest) {
     std::rotate(history.rbegin(), history.rbegin() + 1, history.rend());
@@ -124,17 +154,28 @@ void SceneWriter::publish(const collision::VoxelGrid& snapshot, const SnapshotTi
   snapshot_.tool_time_ns = times.tool_ns;
   snapshot_.step_ns = times.step_ns;
   snapshot_.contacts = times.contacts;
+  snapshot_.tool_work_J = times.tool_work_J;
   snapshot_.prediction_ns = prediction.period_ns;
-  snapshot_.compliance_direction = prediction.compliance_direction;
-  snapshot_.compliance_force_N = prediction.compliance_force_N;
-  snapshot_.max_compliance_m_per_N = prediction.max_compliance_m_per_N;
+  snapshot_.mode_count = static_cast<std::uint32_t>(prediction.modes.size());
+  snapshot_.response_count = static_cast<std::uint32_t>(prediction.responses.size());
+  snapshot_.modes = {};
+  std::copy(prediction.modes.begin(), prediction.modes.end(), snapshot_.modes.begin());
+  snapshot_.turning_count = prediction.turning.size();
+  snapshot_.turning = {};
+  std::copy(prediction.turning.begin(), prediction.turning.end(), snapshot_.turning.begin());
+  snapshot_.largest_response = largest_of(prediction.responses, prediction.modes.size());
   snapshot_.grid = snapshot.view().shape;
 
   const auto header =
       std::bit_cast<std::array<std::uint64_t, sizeof(proto::SnapshotHeader) / 8>>(snapshot_);
   const auto parts = snapshot.filled_parts();
-  double_buffer::publish(segment_.buffer(), snapshot_.snapshot_id,
-                         {{0, header}, parts[0], parts[1], parts[2], parts[3]});
+  if (!prediction.responses.empty())
+    std::memcpy(responses_.data(), prediction.responses.data(), prediction.responses.size_bytes());
+  const std::span<const std::uint64_t> responses(responses_.data(),
+                                                 prediction.responses.size_bytes() / 8);
+  double_buffer::publish(
+      segment_.buffer(), snapshot_.snapshot_id,
+      {{0, header}, parts[0], parts[1], parts[2], parts[3], {response_word(moving_), responses}});
   double_buffer::HardwareAtomics::store(segment_.header().heartbeat_ns, times.publish_ns,
                                         std::memory_order_relaxed);
 }
@@ -173,7 +214,7 @@ SceneView::SceneView(SegmentReader&& reader) : reader_(std::move(reader)) {
   static_grid_.words = reinterpret_cast<const std::uint64_t*>(reader_.bytes() + kStaticOffset);
   moving_layout_ = collision::grid_layout(sizeof(proto::SnapshotHeader), scene_.moving_capacity);
   if (kStaticOffset + static_grid_.layout.total_words * 8 > reader_.fixed_bytes() ||
-      moving_layout_.total_words * 8 > header().payload_bytes ||
+      payload_words(moving_layout_) * 8 > header().payload_bytes ||
       !collision::is_consistent(static_grid_.shape, static_grid_.layout))
     refuse("its arrays do not fit");
 }
@@ -182,6 +223,9 @@ collision::GridView SceneView::moving_grid(const std::uint64_t* payload,
                                            const proto::SnapshotHeader& snapshot) const noexcept {
   collision::GridView view{snapshot.grid, moving_layout_, payload};
   if (!collision::is_consistent(view.shape, view.layout)) view.shape = {};
+  view.responses = payload + response_word(moving_layout_);
+  if (snapshot.response_count <= response_capacity(moving_layout_.sphere_capacity))
+    view.response_count = snapshot.response_count;
   return view;
 }
 

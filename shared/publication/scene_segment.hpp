@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,23 +24,27 @@ struct StaticScene {
   float voxel_ratio = 2.0F;  // of the static grid; twice a probe's own size is searched fastest
 };
 
-/// The times of one snapshot, on the writer's clock.
+/// The times of one snapshot, on the writer's clock, and what was counted up to it.
 struct SnapshotTimes {
   std::uint64_t state_ns = 0;    // simulated
   std::uint64_t publish_ns = 0;  // of the switch, T_n
   std::uint64_t tool_ns = 0;     // of the tool sample it contains, 0: none
   std::uint64_t step_ns = 0;     // cost
   std::uint64_t contacts = 0;
+  double tool_work_J = 0.0;  // that the tool has given the scene up to the state
 };
 
 /// What a snapshot tells of the simulation's next step, beside each sphere's predicted velocity and
-/// compliance.
+/// the number of its response.
 struct SnapshotPrediction {
-  std::uint64_t period_ns = 0;  // of that step; 0: nothing is predicted
-  std::array<double, 3> compliance_direction{};
-  double compliance_force_N = 0.0;
-  double max_compliance_m_per_N = 0.0;
+  std::uint64_t period_ns = 0;                            // of that step; 0: nothing is predicted
+  std::span<const proto::ResponseMode> modes = {};        // kMaxModes at most
+  std::span<const proto::TurningBody> turning = {};       // kMaxTurningBodies at most
+  std::span<const proto::SphereResponse> responses = {};  // as many at most as response_capacity()
 };
+
+/// How many responses a snapshot of so many moving spheres has room for.
+[[nodiscard]] std::size_t response_capacity(std::size_t moving_count) noexcept;
 
 /// The simulation's end of the scene segment.
 ///
@@ -70,6 +75,7 @@ class SceneWriter {
 
  private:
   collision::GridLayout moving_;
+  std::vector<std::uint64_t> responses_;  // as a slot holds them
   collision::VoxelGrid static_grid_;
   proto::SnapshotHeader snapshot_{};
   SegmentWriter segment_;

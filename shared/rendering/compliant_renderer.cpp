@@ -1,11 +1,10 @@
 #include "shared/rendering/compliant_renderer.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <utility>
 
 #include "shared/display/stamps.hpp"
-#include "shared/rendering/compliant_prediction.hpp"
 
 namespace stillgrid::rendering {
 namespace {
@@ -15,14 +14,8 @@ constexpr double kShiftPeriods = 0.5;
 /// How fast the rest of a force is, but within half a period, and not faster than in 3 ms.
 constexpr double kRestSlew_N_per_s = 200.0;
 constexpr double kShortestRest_s = 3e-3;
-/// How far the force may change in a tick before a contact is seen a tick late.
-constexpr double kSlack_N = 0.5;
-/// Far below what a hand feels, or a motor resolves.
-constexpr double kTolerance_N = 1e-5;
 /// Of a tool sphere's radius: a snapshot that lies farther off than this was not predicted at all.
 constexpr double kFarthestShift = 0.5;
-/// No push moves a sphere farther, whatever a segment says.
-constexpr double kFarthest_m = 1.0;
 
 /// What is left at now_ns of what is ramped out from began_ns on.
 double left(std::uint64_t began_ns, double duration_s, std::uint64_t now_ns) {
@@ -61,28 +54,19 @@ void CompliantRenderer::prepare(const TickScene& scene, bool is_other) noexcept 
   led_on_.reset();
 }
 
-CompliantDisplay CompliantRenderer::compliant_display(const proto::SnapshotHeader& snapshot,
-                                                      const Display& display,
+CompliantDisplay CompliantRenderer::compliant_display(const Display& display,
                                                       std::uint64_t now_ns) const noexcept {
-  CompliantDisplay own;
-  const double max_m_per_N = display.weights.compliance_share * snapshot.max_compliance_m_per_N;
-  own.change_N = max_m_per_N > 0.0 ? std::clamp(display.change_N, -kFarthest_m / max_m_per_N,
-                                                kFarthest_m / max_m_per_N)
-                                   : display.change_N;
-  // More than this a sphere does not give way in a tick.
-  const double most_N = kMaxCompliantShift * radius_m_ / max_m_per_N;
-  own.slack_N =
-      std::min(kSlack_N + std::abs(display.change_N + snapshot.compliance_force_N), most_N);
-  if (max_m_per_N >= 0.0 && max_m_per_N * own.slack_N <= kFarthest_m) own.max_m_per_N = max_m_per_N;
-  own.shift_m = left(display.began_ns, display.shift_s, now_ns) * display.shift_m;
-  return own;
+  return {.motion = display.response.motion,
+          .slack_m = display.response.count > 0 ? kMaxCompliantShift * radius_m_ : 0.0,
+          .share = left(display.began_ns, display.shift_s, now_ns),
+          .shifts = display.shifts};
 }
 
-/// The force of the moving spheres in touched_, which have given way to it then. Pre: they are of
-/// the last accepted snapshot.
-ToolForce CompliantRenderer::solve(const TickScene& scene, Display& display) noexcept {
-  display.change_N = solve_compliance(scene.fixed(), tool_push(reader().snapshot()), tool_,
-                                      scene.pose, display.change_N, kTolerance_N, *touched_);
+/// The force of the moving spheres in touched_, which have given way to it then.
+ToolForce CompliantRenderer::solve(const TickScene& scene, bool is_switch,
+                                   Display& display) noexcept {
+  unsolved_N_ = solve_response(scene.fixed(), tool_, scene.pose, radius_m_, is_switch, *touched_,
+                               display.response);
   return sphere_force(scene.fixed(), *touched_, tool_, scene.pose);
 }
 
@@ -92,30 +76,54 @@ void CompliantRenderer::lead_on(const TickScene& scene) noexcept {
   touched_->drop_swept();
   const double tick_s = std::min(display::seconds_between(tick_ns_, scene.now_ns), 1e-2);
   // What was ramped out since then; where each tick brings a snapshot nothing else does that.
-  const Eigen::Vector3d back_m = (left(shown_.began_ns, shown_.shift_s, tick_ns_) -
-                                  left(shown_.began_ns, shown_.shift_s, scene.now_ns)) *
-                                 shown_.shift_m;
-  for (std::size_t i = 0; i < touched_->count; ++i)
-    touched_->spheres[i].position_m += tick_s * touched_->spheres[i].velocity_m_s - back_m;
-  ToolForce force = solve(scene, shown_);
+  const double back = left(shown_.began_ns, shown_.shift_s, tick_ns_) -
+                      left(shown_.began_ns, shown_.shift_s, scene.now_ns);
+  const display::SnapshotWeights weights =
+      display::snapshot_weights(transition_, {}, reader().snapshot(), scene.now_ns);
+  const double led_s = weights.prediction_s - shown_.weights.prediction_s;
+  for (std::size_t i = 0; i < touched_->count; ++i) {
+    TouchedSphere& sphere = touched_->spheres[i];
+    const Eigen::Vector3d way_m = (weights.step_share > 0.0 ? led_s : tick_s) * sphere.led_m_s -
+                                  back * shown_.shifts.of(sphere.body);
+    sphere.position_m += way_m;
+    sphere.base_m += way_m;
+  }
+  shown_.response.take(reader().snapshot(), weights);
+  give_way(shown_.response.motion, *touched_);
+  shown_.weights = weights;
+  ToolForce force = solve(scene, false, shown_);
   const double rest = left(shown_.began_ns, shown_.rest_s, scene.now_ns);
   force.force_N += rest * shown_.residual_N;
   force.torque_N_m += rest * shown_.residual_torque_N_m;
   led_on_ = force;
 }
 
-/// Shifts the next display so that it shows what the tool touches where the last one showed it, on
-/// average over the contacts by their depth.
-void CompliantRenderer::continue_from(const TickScene& scene, const proto::SnapshotHeader& latest,
+/// Displays the next snapshot under the forces that are displayed, its bodies where they are.
+void CompliantRenderer::continue_from(const TickScene& scene,
                                       const collision::GridView& moving) noexcept {
-  const ToolPush push = tool_push(latest);
-  next_.change_N =
-      push_ahead_N(scene.fixed(), *touched_, tool_, scene.pose, push.direction) - push.force_N;
+  display::ModeDisplacements push = display::ModeDisplacements::Zero();
+  for (std::size_t i = 0; i < touched_->count; ++i) {
+    const TouchedSphere& sphere = touched_->spheres[i];
+    if (sphere.number >= moving.shape.sphere_count) continue;
+    const auto response = display::response_of(moving, collision::load_line(moving, sphere.number),
+                                               next_.response.motion.largest_response);
+    if (response)
+      push += response->cast<double>().transpose() *
+              -sphere_force_of(scene.fixed(), sphere, tool_, scene.pose).force_N;
+  }
+  next_.response.follow(push);
   next_.began_ns = scene.now_ns;
-  next_.shift_m.setZero();
-  const CompliantDisplay by_push = compliant_display(latest, next_, scene.now_ns);
-  Eigen::Vector3d sum_m = Eigen::Vector3d::Zero();
-  double depth_m = 0.0;
+  next_.shifts = {};
+  shift_bodies(scene, moving);
+}
+
+/// Shifts each body that the tool touches so that it is displayed where the last snapshot showed
+/// it, on average over its contacts by their depth.
+void CompliantRenderer::shift_bodies(const TickScene& scene,
+                                     const collision::GridView& moving) noexcept {
+  const CompliantDisplay by_push = compliant_display(next_, scene.now_ns);
+  std::array<double, proto::kMaxShiftedBodies> depth_m{};
+  BodyShifts& shifts = next_.shifts;
   for (const TouchedSphere& sphere : touched_->all()) {
     if (sphere.tool_sphere >= tool_.size() || sphere.number >= moving.shape.sphere_count) continue;
     const double own_m = contact_with(sphere, tool_[sphere.tool_sphere]).depth_m;
@@ -123,14 +131,21 @@ void CompliantRenderer::continue_from(const TickScene& scene, const proto::Snaps
     const Eigen::Vector3d own_shift_m =
         sphere.position_m - displayed_m(moving, sphere.number, next_.weights, by_push);
     if (!own_shift_m.allFinite()) continue;  // not in the next snapshot
-    sum_m += own_m * own_shift_m;
-    depth_m += own_m;
+    std::size_t at = 0;
+    while (at < shifts.count && shifts.shifts[at].body != sphere.body) ++at;
+    if (at == proto::kMaxShiftedBodies) continue;
+    if (at == shifts.count) shifts.shifts[shifts.count++] = {sphere.body, Eigen::Vector3d::Zero()};
+    shifts.shifts[at].shift_m += own_m * own_shift_m;
+    depth_m[at] += own_m;
   }
-  const Eigen::Vector3d shift_m = sum_m / std::max(depth_m, 1e-12);
-  // Written so that a NaN stays zero. What is cut off is in the rest of the force.
+  // What is cut off is in the rest of the force.
   const double farthest_m = kFarthestShift * radius_m_;
-  if (const double norm_m = shift_m.norm(); norm_m > 0.0)
-    next_.shift_m = std::min(1.0, farthest_m / norm_m) * shift_m;
+  for (std::size_t at = 0; at < shifts.count; ++at) {
+    Eigen::Vector3d& shift_m = shifts.shifts[at].shift_m;
+    shift_m /= depth_m[at];
+    const double norm_m = shift_m.norm();
+    if (norm_m > farthest_m) shift_m *= farthest_m / norm_m;
+  }
 }
 
 void CompliantRenderer::gather(const TickScene& scene, const proto::SnapshotHeader& latest,
@@ -141,11 +156,12 @@ void CompliantRenderer::gather(const TickScene& scene, const proto::SnapshotHead
   next_ = shown_;
   next_.weights = display::snapshot_weights(transition_, {}, latest, scene.now_ns);
   next_.shift_s = shift_duration_s(latest);
-  if (is_switch) continue_from(scene, latest, moving);
+  next_.response.take(latest, next_.weights);
+  if (is_switch) continue_from(scene, moving);
   fresh_->clear();
   gather_touched(moving,
                  {next_.weights, is_switch ? next_.weights : shown_.weights,
-                  compliant_display(latest, next_, scene.now_ns)},
+                  compliant_display(next_, scene.now_ns)},
                  tool_, *fresh_);
 }
 
@@ -155,7 +171,7 @@ void CompliantRenderer::show(const TickScene& scene, const publication::Snapshot
   ToolForce force;
   if (look.accepted()) {
     std::swap(touched_, fresh_);
-    force = solve(scene, next_);
+    force = solve(scene, look.is_new, next_);
     if (look.is_new && !look.is_first) {
       const double rest = left(shown_.began_ns, shown_.rest_s, now_ns);
       tick.switch_jump_N = (force.force_N - led_on_->force_N + rest * shown_.residual_N).norm();
@@ -176,11 +192,13 @@ void CompliantRenderer::show(const TickScene& scene, const publication::Snapshot
     static_.drop_swept();
   }
   tick_ns_ = now_ns;
-  const CompliantDisplay yielded = compliant_display(reader().snapshot(), shown_, now_ns);
   tick.weights = shown_.weights;
-  tick.weights.alpha = 1.0 - left(shown_.began_ns, shown_.shift_s, now_ns);
-  tick.force_change_N = shown_.weights.compliance_share * yielded.change_N;
-  tick.shift_m = yielded.shift_m;
+  const double shift = left(shown_.began_ns, shown_.shift_s, now_ns);
+  tick.weights.alpha = 1.0 - shift;
+  tick.modes = shown_.response.motion.displacements;
+  tick.shifts = shown_.shifts;
+  for (BodyShifts::Shift& body : tick.shifts.shifts) body.shift_m *= shift;
+  tick.unsolved_N = unsolved_N_;
   tick.truncated = touched_->truncated || static_.truncated;
   tick.swept = touched_->has_swept() || static_.has_swept();
   tick.force = scene.force_of(static_, tool_);

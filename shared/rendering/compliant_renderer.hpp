@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "shared/rendering/mode_response.hpp"
 #include "shared/rendering/placed_tool.hpp"
 #include "shared/rendering/renderer.hpp"
 #include "shared/rendering/touched_spheres.hpp"
@@ -14,9 +15,9 @@ namespace stillgrid::rendering {
 /// Renders the force of a transition whose spheres give way: the newest snapshot led on by the
 /// simulation's own next step, for the hand where it is now (docs/algorithms/predict.md).
 ///
-/// Each tick finds the one change of the tool's force to which the spheres give way so that they
-/// exert it. What a snapshot shows otherwise than was displayed is ramped out, as a shift of the
-/// spheres over half a period, and the little that this leaves of the force within 3 ms.
+/// Each tick finds the forces at the contacts to which the spheres give way so that they exert
+/// them. What a snapshot shows otherwise than was displayed is ramped out, as a shift of each
+/// touched body over half a period, and the little that this leaves of the force within 3 ms.
 /// Thread: the haptic loop's only.
 class CompliantRenderer final : public Renderer {
  public:
@@ -34,21 +35,20 @@ class CompliantRenderer final : public Renderer {
   /// A snapshot as it is displayed, and what it is ramped out with.
   struct Display {
     display::SnapshotWeights weights;
+    ModeResponse response;
     std::uint64_t began_ns = 0;                            // the first tick that displayed it
-    double change_N = 0.0;                                 // as the last tick solved it
-    Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();     // when it came
-    double shift_s = 0.0;                                  // over which that is ramped out
+    BodyShifts shifts;                                     // when it came
+    double shift_s = 0.0;                                  // over which they are ramped out
     Eigen::Vector3d residual_N = Eigen::Vector3d::Zero();  // of the force when it came
     Eigen::Vector3d residual_torque_N_m = Eigen::Vector3d::Zero();
     double rest_s = 0.0;
   };
-  [[nodiscard]] CompliantDisplay compliant_display(const proto::SnapshotHeader& snapshot,
-                                                   const Display& display,
+  [[nodiscard]] CompliantDisplay compliant_display(const Display& display,
                                                    std::uint64_t now_ns) const noexcept;
-  [[nodiscard]] ToolForce solve(const TickScene& scene, Display& display) noexcept;
+  [[nodiscard]] ToolForce solve(const TickScene& scene, bool is_switch, Display& display) noexcept;
   void lead_on(const TickScene& scene) noexcept;
-  void continue_from(const TickScene& scene, const proto::SnapshotHeader& latest,
-                     const collision::GridView& moving) noexcept;
+  void continue_from(const TickScene& scene, const collision::GridView& moving) noexcept;
+  void shift_bodies(const TickScene& scene, const collision::GridView& moving) noexcept;
 
   display::Transition transition_;
   Display shown_;              // of the last accepted snapshot
@@ -61,6 +61,7 @@ class CompliantRenderer final : public Renderer {
   ToolSweep sweep_;
   std::span<const PlacedToolSphere> tool_;  // of this tick
   double radius_m_ = 0.0;                   // the largest of the tool's
+  double unsolved_N_ = 0.0;                 // of this tick's response
   std::optional<ToolForce> led_on_;  // of what was displayed a tick ago; where it was asked for
 };
 

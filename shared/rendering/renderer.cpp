@@ -1,5 +1,7 @@
 #include "shared/rendering/renderer.hpp"
 
+#include <algorithm>
+
 #include "shared/display/stamps.hpp"
 #include "shared/rendering/compliant_renderer.hpp"
 #include "shared/rendering/snapshot_renderer.hpp"
@@ -8,21 +10,29 @@ namespace stillgrid::rendering {
 
 proto::DisplayedSnapshot displayed_snapshot(const RenderedTick& tick,
                                             std::uint64_t scene_epoch) noexcept {
-  return {.scene_epoch = scene_epoch,
-          .snapshot_id = tick.snapshot_id,
-          .position = tick.weights.position,
-          .velocity_s = tick.weights.velocity_s,
-          .prediction_s = tick.weights.prediction_s,
-          .compliance_lag_s = tick.weights.compliance_lag_s,
-          .force_change_N = tick.force_change_N,
-          .shift_m = {tick.shift_m.x(), tick.shift_m.y(), tick.shift_m.z()},
-          .alpha = tick.weights.alpha,
-          .age_s = tick.age_s};
+  proto::DisplayedSnapshot shown{.scene_epoch = scene_epoch,
+                                 .snapshot_id = tick.snapshot_id,
+                                 .position = tick.weights.position,
+                                 .velocity_s = tick.weights.velocity_s,
+                                 .prediction_s = tick.weights.prediction_s,
+                                 .compliance_lag_s = tick.weights.compliance_lag_s,
+                                 .modes = {},
+                                 .shifts = {},
+                                 .alpha = tick.weights.alpha,
+                                 .age_s = tick.age_s};
+  std::copy(tick.modes.begin(), tick.modes.end(), shown.modes.begin());
+  for (std::size_t i = 0; i < tick.shifts.count; ++i) {
+    const auto& [body, shift_m] = tick.shifts.shifts[i];
+    shown.shifts[i] = {{shift_m.x(), shift_m.y(), shift_m.z()}, body};
+  }
+  return shown;
 }
 
 void TickScene::gather_static(std::span<const PlacedToolSphere> tool,
                               TouchedSpheres& touched) const noexcept {
+  const std::size_t first = touched.count;
   gather_touched(view.static_grid(), held_snapshot(0), tool, touched);
+  for (std::size_t i = first; i < touched.count; ++i) touched.spheres[i].is_static = true;
 }
 
 ToolForce TickScene::force_of(const TouchedSpheres& touched,
@@ -45,6 +55,9 @@ RenderedTick Renderer::render(const publication::SceneView& scene, const ToolPos
   const proto::SnapshotHeader& snapshot = reader_.snapshot();
   tick.snapshot_id = snapshot.snapshot_id;
   tick.is_new = look.is_new;
+  tick.can_move = snapshot.grid.sphere_count > 0;
+  tick.tool_time_ns = snapshot.tool_time_ns;
+  tick.tool_work_J = snapshot.tool_work_J;
   tick.contended = !look.accepted();
   tick.age_s = display::seconds_between(snapshot.state_time_ns[0], now_ns);
   tick.snapshot_age_s = display::seconds_between(snapshot.publish_time_ns[0], now_ns);

@@ -11,26 +11,32 @@
 #include "shared/publication/scene_segment.hpp"
 #include "shared/publication/snapshot_reader.hpp"
 #include "shared/rendering/tool_force.hpp"
+#include "shared/rendering/touched_spheres.hpp"
 
 namespace stillgrid::rendering {
 
 /// What one tick rendered.
 struct RenderedTick {
   ToolForce force;
-  std::uint64_t snapshot_id = 0;  // of the snapshot shown, 0: none yet
-  bool is_new = false;            // the first tick that shows it
-  double age_s = 0.0;             // of the simulated state shown newest
-  double snapshot_age_s = 0.0;    // since its publication
-  bool contended = false;         // no fresh read: the last good sample was used
-  bool truncated = false;         // the tick's bound on work was met
-  bool swept = false;             // a contact that was only on the way to this tick
+  std::uint64_t snapshot_id = 0;   // of the snapshot shown, 0: none yet
+  bool is_new = false;             // the first tick that shows it
+  bool can_move = false;           // anything in it
+  std::uint64_t tool_time_ns = 0;  // of the tool that it was computed with, 0: none; not checked
+  double tool_work_J = 0.0;        // that the tool gave the scene up to then; not checked
+  double age_s = 0.0;              // of the simulated state shown newest
+  double snapshot_age_s = 0.0;     // since its publication
+  bool contended = false;          // no fresh read: the last good sample was used
+  bool truncated = false;          // the tick's bound on work was met
+  bool swept = false;              // a contact that was only on the way to this tick
   // At a switch: |force by the new snapshot - force by the old one|, same place and time; what a
   // model adds so that the hand does not feel it (the rest of `predict`) is left out of both.
   std::optional<double> switch_jump_N;
   // Where its spheres were displayed; of a model that displays none, the snapshot as it is.
   display::SnapshotWeights weights;
-  double force_change_N = 0.0;                        // times each sphere's compliance
-  Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  // of all
+  // Where they give way to the hand: times each sphere's response, and each body's shift.
+  display::ModeDisplacements modes = display::ModeDisplacements::Zero();
+  BodyShifts shifts;
+  double unsolved_N = 0.0;  // what one more iteration would change of the force
 };
 
 /// What the tick displayed of that scene's segment, for those who look on.

@@ -5,12 +5,15 @@
 namespace stillgrid::rendering {
 
 ToolContact contact_with(const TouchedSphere& sphere, const PlacedToolSphere& probe) noexcept {
-  const Eigen::Vector3d line_m = probe.position_m - sphere.position_m;
-  const double distance_m = line_m.norm(), contact_distance_m = probe.radius_m + sphere.radius_m;
-  const Eigen::Vector3d normal =
-      distance_m > 1e-12 ? Eigen::Vector3d(line_m / distance_m) : Eigen::Vector3d::UnitZ();
+  const double distance_m = (probe.position_m - sphere.position_m).norm();
+  const double contact_distance_m = probe.radius_m + sphere.radius_m;
+  const Eigen::Vector3d seen_m = probe.position_m - sphere.seen_m;
+  const double seen_distance_m = seen_m.norm();
+  const Eigen::Vector3d normal = seen_distance_m > 1e-12 ? Eigen::Vector3d(seen_m / seen_distance_m)
+                                                         : Eigen::Vector3d::UnitZ();
   return {contact_distance_m - distance_m, normal,
-          probe.position_m - probe.radius_m / contact_distance_m * line_m, sphere.velocity_m_s};
+          probe.position_m - probe.radius_m / contact_distance_m * distance_m * normal,
+          sphere.velocity_m_s};
 }
 
 ToolContact contact_with(const proto::Plane& plane, const PlacedToolSphere& probe) noexcept {
@@ -45,15 +48,30 @@ void add_contact(ToolForce& sum, const collision::ContactMaterial& material,
 
 namespace {
 
+/// Of the spring.
+double energy_J(const collision::ContactMaterial& material, const ToolContact& contact) {
+  const double depth_m = std::max(0.0, contact.depth_m);
+  return 0.5 * material.stiffness_N_per_m * depth_m * depth_m;
+}
+
 void add_sphere(ToolForce& sum, const proto::SceneHeader& scene, const TouchedSphere& sphere,
                 std::span<const PlacedToolSphere> tool, const ToolPose& pose) noexcept {
   // A tick may show the spheres of the tick before, gathered for a tool of another scene.
   if (sphere.material >= scene.material_count || sphere.tool_sphere >= tool.size()) return;
-  add_contact(sum, contact_material(scene, sphere.material),
-              contact_with(sphere, tool[sphere.tool_sphere]), pose, sphere.presence);
+  const collision::ContactMaterial material = contact_material(scene, sphere.material);
+  const ToolContact contact = contact_with(sphere, tool[sphere.tool_sphere]);
+  add_contact(sum, material, contact, pose, sphere.presence);
+  if (sphere.is_static) sum.static_J += sphere.presence * energy_J(material, contact);
 }
 
 }  // namespace
+
+ToolForce sphere_force_of(const proto::SceneHeader& scene, const TouchedSphere& sphere,
+                          std::span<const PlacedToolSphere> tool, const ToolPose& pose) noexcept {
+  ToolForce one;
+  add_sphere(one, scene, sphere, tool, pose);
+  return one;
+}
 
 ToolForce sphere_force(const proto::SceneHeader& scene, const TouchedSpheres& touched,
                        std::span<const PlacedToolSphere> tool, const ToolPose& pose) noexcept {
@@ -62,27 +80,17 @@ ToolForce sphere_force(const proto::SceneHeader& scene, const TouchedSpheres& to
   return sum;
 }
 
-double push_ahead_N(const proto::SceneHeader& scene, const TouchedSpheres& touched,
-                    std::span<const PlacedToolSphere> tool, const ToolPose& pose,
-                    const Eigen::Vector3d& direction) noexcept {
-  double push_N = 0.0;
-  for (const TouchedSphere& sphere : touched.all()) {
-    if (!sphere.compliant) continue;
-    ToolForce one;
-    add_sphere(one, scene, sphere, tool, pose);
-    push_N += std::max(0.0, -direction.dot(one.force_N));
-  }
-  return push_N;
-}
-
 ToolForce tool_force(const proto::SceneHeader& scene, const TouchedSpheres& touched,
                      std::span<const PlacedToolSphere> tool, const ToolPose& pose) noexcept {
   ToolForce sum = sphere_force(scene, touched, tool, pose);
   for (std::uint32_t i = 0; i < scene.plane_count; ++i) {
     const proto::Plane& plane = scene.planes[i];
     const collision::ContactMaterial material = contact_material(scene, plane.material);
-    for (const PlacedToolSphere& probe : tool)
-      add_contact(sum, material, contact_with(plane, probe), pose);
+    for (const PlacedToolSphere& probe : tool) {
+      const ToolContact contact = contact_with(plane, probe);
+      add_contact(sum, material, contact, pose);
+      sum.static_J += energy_J(material, contact);
+    }
   }
   return sum;
 }

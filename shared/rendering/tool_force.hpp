@@ -25,6 +25,7 @@ struct ToolForce {
   Eigen::Vector3d torque_N_m = Eigen::Vector3d::Zero();
   int contacts = 0;
   Eigen::Matrix3d stiffness_N_per_m = Eigen::Matrix3d::Zero();
+  double static_J = 0.0;  // that its springs hold against what never moves
 };
 
 /// Where a sphere of the tool meets something, or how far it is from it.
@@ -53,18 +54,18 @@ struct ToolContact {
 void add_contact(ToolForce& sum, const collision::ContactMaterial& material,
                  const ToolContact& contact, const ToolPose& pose, double presence = 1.0) noexcept;
 
+/// Of one of them.
+[[nodiscard]] ToolForce sphere_force_of(const proto::SceneHeader& scene,
+                                        const TouchedSphere& sphere,
+                                        std::span<const PlacedToolSphere> tool,
+                                        const ToolPose& pose) noexcept;
+
 /// Sums the contact law over touched spheres; the simulation uses the same law.
 ///
 /// Realtime: allocates nothing. Spheres of unknown material are left out.
 [[nodiscard]] ToolForce sphere_force(const proto::SceneHeader& scene, const TouchedSpheres& touched,
                                      std::span<const PlacedToolSphere> tool,
                                      const ToolPose& pose) noexcept;
-
-/// How hard the tool pushes along that direction on touched spheres that are compliant, N: what
-/// others push back with, from the other side, is no part of it. Realtime: as sphere_force().
-[[nodiscard]] double push_ahead_N(const proto::SceneHeader& scene, const TouchedSpheres& touched,
-                                  std::span<const PlacedToolSphere> tool, const ToolPose& pose,
-                                  const Eigen::Vector3d& direction) noexcept;
 
 /// The same over touched spheres and the scene's planes. Realtime: as sphere_force().
 [[nodiscard]] ToolForce tool_force(const proto::SceneHeader& scene, const TouchedSpheres& touched,

@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <span>
 
+#include "proto/tool_segment.hpp"
 #include "shared/collision/voxel_grid.hpp"
+#include "shared/display/response.hpp"
 #include "shared/display/transition.hpp"
 
 namespace stillgrid::rendering {
@@ -26,27 +28,37 @@ struct TouchedSphere {
   std::uint32_t material;
   std::uint32_t tool_sphere;  // which one overlaps it
   bool swept;  // only on the way to this tick; then position_m is where the two were closest
-  std::uint32_t number = 0;  // in its grid
-  Eigen::Vector3d compliance_m_per_N =
-      Eigen::Vector3d::Zero();  // a newton that the tool's force changes
-  bool compliant = false;       // its force is part of the push to which spheres give way
+  std::uint32_t number = 0;    // in its grid
+  std::uint32_t body = 0;      // order in the scene file
+  std::uint32_t response = 0;  // its number in TouchedSpheres::responses, from 1; 0: none
+  // Where it would be if it did not give way, and how it would move.
+  Eigen::Vector3d base_m = Eigen::Vector3d::Zero(), base_m_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d led_m_s = Eigen::Vector3d::Zero();  // at which the snapshot is led on
+  Eigen::Vector3d seen_m = Eigen::Vector3d::Zero();   // from where a contact's normal points
   double presence =
       1.0;  // weight of the displayed snapshots in which it is; its force is so much less
+  bool is_static = false;
 };
 
 /// What a tick gathered, in memory of its own and of fixed size.
 struct TouchedSpheres {
-  static constexpr std::size_t kCapacity = 512;
+  static constexpr std::size_t kCapacity = 512, kResponseCapacity = 128;
   std::array<TouchedSphere, kCapacity> spheres;
   std::size_t count = 0;
+  std::array<display::ResponseMatrix, kResponseCapacity> responses;
+  std::size_t response_count = 0;
   bool truncated = false;  // more was there than may be looked at or kept in a tick
 
   [[nodiscard]] std::span<const TouchedSphere> all() const noexcept {
     return {spheres.data(), count};
   }
   void clear() noexcept {
-    count = 0;
+    count = response_count = 0;
     truncated = false;
+  }
+  [[nodiscard]] const display::ResponseMatrix& response_of(
+      const TouchedSphere& sphere) const noexcept {
+    return responses[sphere.response - 1];
   }
   [[nodiscard]] bool has_swept() const noexcept {
     return std::any_of(all().begin(), all().end(), [](const auto& sphere) { return sphere.swept; });
@@ -59,12 +71,34 @@ struct TouchedSpheres {
 /// says.
 inline constexpr std::uint32_t kMaxVisits = 8192;
 
+/// Shifts of the bodies that the tool touched when a snapshot came; none of others.
+struct BodyShifts {
+  struct Shift {
+    std::uint32_t body;
+    Eigen::Vector3d shift_m;
+  };
+  std::array<Shift, proto::kMaxShiftedBodies> shifts{};
+  std::size_t count = 0;
+
+  [[nodiscard]] Eigen::Vector3d of(std::uint32_t body) const noexcept {
+    for (std::size_t i = 0; i < count; ++i)
+      if (shifts[i].body == body) return shifts[i].shift_m;
+    return Eigen::Vector3d::Zero();
+  }
+  [[nodiscard]] double longest_m() const noexcept {
+    double longest_m = 0.0;
+    for (std::size_t i = 0; i < count; ++i)
+      longest_m = std::max(longest_m, shifts[i].shift_m.norm());
+    return longest_m;
+  }
+};
+
 /// How spheres are displayed that give way to the tool's force.
 struct CompliantDisplay {
-  double change_N = 0.0;  // of the force, from that in the snapshot, to which they have given way
-  double slack_N = 0.0;   // of it, either way, for which all contacts are wanted
-  double max_m_per_N = 0.0;                           // that any sphere gives way
-  Eigen::Vector3d shift_m = Eigen::Vector3d::Zero();  // of all
+  display::ModeMotion motion = {};
+  double slack_m = 0.0;  // by which any may move, so that all contacts are found
+  double share = 0.0;    // of the shifts that is left
+  BodyShifts shifts = {};
 };
 
 /// How a grid's spheres are displayed in this tick, and were in the tick before.
@@ -80,8 +114,12 @@ struct DisplayedMotion {
                                           const display::SnapshotWeights& weights,
                                           const CompliantDisplay& compliant_display) noexcept;
 
+/// Places a touched sphere where the modes move it from its base. Realtime: yes.
+void give_way(const display::ModeMotion& motion, const display::ResponseMatrix& response,
+              TouchedSphere& sphere) noexcept;
+
 /// Adds to `touched` the spheres of a grid that overlap the tool where `shown` displays them, or
-/// would if they given way by less or more within the slack.
+/// would if they gave way by less or more within the slack.
 /// [Davanne 2002, section 3: the static grid as intermediate model, the tool never entered.]
 ///
 /// Swept: where tool and sphere moved past one another by more than half the tool sphere's radius

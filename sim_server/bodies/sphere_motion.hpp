@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <span>
 
 #include "sim_server/bodies/world.hpp"
@@ -14,10 +15,10 @@ struct SphereMotion {
 };
 
 /// Where the next step would take a sphere: at its predicted velocity if the tool's force stays as
-/// it is, and by its compliance more for each newton that the force grows.
+/// it is, and by its response where that changes.
 struct SpherePrediction {
   Eigen::Vector3d predicted_velocity_m_s = Eigen::Vector3d::Zero();
-  Eigen::Vector3d compliance_m_per_N = Eigen::Vector3d::Zero();
+  std::uint32_t response = 0;  // its number among the snapshot's, from 1; 0: none
 };
 
 /// Where a sphere is, from the nodes or the rigid body it is bound to.

@@ -63,10 +63,8 @@ void MovingSnapshot::take_predictions(std::span<const std::uint32_t> spheres,
   for (std::size_t k = 0; k < spheres.size(); ++k) {
     proto::SphereRecord& record = records[spheres[k]];
     const Eigen::Vector3f velocity_m_s = prediction[k].predicted_velocity_m_s.cast<float>();
-    const Eigen::Vector3f compliance_m_per_N = prediction[k].compliance_m_per_N.cast<float>();
     record.predicted_velocity_m_s = {velocity_m_s.x(), velocity_m_s.y(), velocity_m_s.z()};
-    record.compliance_m_per_N = {compliance_m_per_N.x(), compliance_m_per_N.y(),
-                                 compliance_m_per_N.z()};
+    record.response = prediction[k].response;
   }
   const auto ahead = static_cast<float>(prediction_s), behind = static_cast<float>(lag_s);
   for (std::size_t i = 0; i < records.size(); ++i) {

@@ -67,12 +67,11 @@ TEST_CASE("The tool tells what the tick before displayed, felt and took", "[hapt
     const std::uint64_t now_ns = tick * rendering::kMillisecond_ns;
     if (tick % 5 == 0) {
       const double x_m = 1e-5 * static_cast<double>(tick);
-      rendering::ShownPrediction prediction;
-      prediction.snapshot = {.period_ns = 5 * rendering::kMillisecond_ns,
-                             .compliance_direction = {0.0, 0.0, -1.0},
-                             .compliance_force_N = 0.1,
-                             .max_compliance_m_per_N = 1e-4};
-      prediction.compliance_m_per_N = {{0.0, 0.0, -1e-4}};
+      rendering::ShownPrediction prediction{.period_ns = 5 * rendering::kMillisecond_ns,
+                                            .predicted_velocity_m_s = {},
+                                            .modes = {},
+                                            .responses = {}};
+      rendering::add_mode(prediction, {{0.0, 0.0, -1e-4}}, {0.0, 0.0, -0.1});
       scene.show({{x_m, 0.0, 0.0}}, {{0.002, 0.0, 0.0}}, now_ns, 0, prediction);
     }
     REQUIRE(loop.sense(scene.view(), now_ns) == TickEnd::kGoOn);

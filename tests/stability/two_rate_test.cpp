@@ -180,7 +180,12 @@ double shown_force_N(const Snapshot* snapshots, const display::SnapshotWeights& 
     shown_m += weights.position[i] * snapshots[i].position_m;
   for (std::size_t i = 0; i < weights.velocity_s.size(); ++i)
     shown_m += weights.velocity_s[i] * snapshots[i].velocity_m_s;
-  const double compliance_m_per_N = weights.compliance_share * newton_moves_m;
+  // A free body's mode is all inertia: its displacement in a step so long, less what is led.
+  const double s = weights.step_share, period_s = s > 0.0 ? weights.prediction_s / s : 0.0;
+  const double compliance_m_per_N = s * s * newton_moves_m;
+  if (s > 1.0)
+    shown_m +=
+        period_s * (s * s - s) * (snapshots[0].predicted_velocity_m_s - snapshots[0].velocity_m_s);
   return (tool_m - shown_m + compliance_m_per_N * snapshots[0].force_N) /
          (1.0 / contact_N_per_m + compliance_m_per_N);
 }

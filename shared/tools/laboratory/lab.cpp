@@ -10,6 +10,7 @@
 #include "shared/publication/tool_segment.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/tools/laboratory/path_file.hpp"
+#include "shared/tools/laboratory/rivals/shipped_step.hpp"
 #include "sim_server/lockstep_simulation.hpp"
 #include "sim_server/published_scene.hpp"
 #include "sim_server/scene/build_world.hpp"
@@ -42,7 +43,6 @@ class SimulationRecord {
  public:
   SimulationRecord(dynamics::Simulation& simulation, const LabOptions& options, LabRun& run)
       : state_interval_s_(options.state_interval_s), run_(run) {
-    if (options.accounts_energy) simulation.account_energy();
     const bodies::World& world = simulation.world();
     run_.simulation.moving_spheres = world.spheres.size();
     run_.simulation.spheres = world.spheres.size() + world.static_spheres.size();
@@ -51,15 +51,11 @@ class SimulationRecord {
   }
 
   void take(dynamics::Simulation& simulation, const dynamics::StepReport& report) {
-    if (const auto account = simulation.energy_account()) given_J_ = account->flow.given_J;
     ++run_.simulation.steps;
     run_.simulation.not_converged += report.solve.converged ? 0 : 1;
     run_.simulation.contacts += static_cast<std::uint64_t>(report.contacts);
     keep_state(simulation.world());
   }
-
-  /// To the scene up to the newest state; zero where nobody accounts.
-  [[nodiscard]] double given_J() const noexcept { return given_J_; }
 
  private:
   /// The world's state at the first step's end in each interval.
@@ -70,7 +66,6 @@ class SimulationRecord {
   }
 
   double state_interval_s_;
-  double given_J_ = 0.0;
   double start_s_ = 0.0;  // the world's time when the run began
   LabRun& run_;
 };
@@ -85,7 +80,7 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
   run.report.scene = scene.name;
   run.report.transition = display::name_of(options.transition);
   run.report.measures_time = options.measures_ticks;
-  run.rows.reserve(std::min<std::size_t>(end_ns / tick_ns + 1, 100'000));
+  if (!options.watch) run.rows.reserve(std::min<std::size_t>(end_ns / tick_ns + 1, 100'000));
 
   sim_server::LockstepSimulation simulation(
       scene, start_world(scene, options.start),
@@ -99,6 +94,8 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
   publication::ToolWriter tool(simulation.session(), tick_ns, proto::Clock::kVirtual, 0);
   const publication::SceneView scene_view = simulation.view();
   const publication::ToolView tool_view = tool_of(simulation.session());
+  auto renderer = make_renderer(options.rival, options.transition);
+  auto* const sees_steps = dynamic_cast<SeesSteps*>(renderer.get());
   const auto run_to = [&](std::uint64_t now_ns, bool at_now) {
     simulation.run_to(
         now_ns, at_now,
@@ -109,11 +106,19 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
         },
         [&](dynamics::Simulation& stepped, const dynamics::StepReport& report) {
           record.take(stepped, report);
+          if (sees_steps != nullptr) sees_steps->after_step(stepped);
         });
   };
   const auto loop = std::make_unique<haptic_server::HapticLoop>(
-      device, tool, make_renderer(options.rival, options.transition),
-      safety::safety_limits(options.safety, device.descriptor()), tick_ns);
+      device, tool, std::move(renderer), safety::safety_limits(options.safety, device.descriptor()),
+      tick_ns);
+
+  const auto keep = [&](const recording::TickRow& row) {
+    run.rows.push_back(row);
+    if (loop->rendered().switch_jump_N)
+      run.jumps.push_back({run.rows.size() - 1, *loop->rendered().switch_jump_N});
+    loop->count(row, run.report);
+  };
 
   const double began_s = processor_s();
   for (std::uint64_t now_ns = 0; now_ns < end_ns; now_ns += tick_ns) {
@@ -122,12 +127,11 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
     if (end == haptic_server::TickEnd::kGoOn) {
       run_to(now_ns, true);
       const std::uint64_t began_ns = options.measures_ticks ? realtime::monotonic_ns() : 0;
-      end = loop->act(scene_view, true, now_ns, run.rows.emplace_back());
-      if (options.measures_ticks) run.rows.back().tick_ns = realtime::monotonic_ns() - began_ns;
-      if (loop->rendered().switch_jump_N)
-        run.jumps.push_back({run.rows.size() - 1, *loop->rendered().switch_jump_N});
-      loop->count(run.rows.back(), run.report);
-      if (options.accounts_energy) run.given_J.push_back(record.given_J());
+      recording::TickRow row;
+      end = loop->act(scene_view, true, now_ns, row);
+      if (options.measures_ticks) row.tick_ns = realtime::monotonic_ns() - began_ns;
+      if (options.watch && !options.watch(row)) break;
+      if (!options.watch) keep(row);
     }
     run.device_failed = end == haptic_server::TickEnd::kDeviceFault;
     if (end != haptic_server::TickEnd::kGoOn) break;

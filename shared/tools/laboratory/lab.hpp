@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,9 +27,10 @@ struct LabOptions {
   std::uint64_t seed = 1;
   double duration_s = 10.0;
   safety::SafetyOptions safety = {};
-  bool measures_ticks = false;   // by the clock, into rows, report and LabSimulation::step_s; no
-                                 // force depends on it
-  bool accounts_energy = false;  // of the simulation, into LabRun::given_J; no step differs for it
+  bool measures_ticks = false;  // by the clock, into rows, report and LabSimulation::step_s; no
+                                // force depends on it
+  /// Told each tick instead of keeping it in LabRun::rows; false ends the run.
+  std::function<bool(const recording::TickRow&)> watch = {};
   const WorldState* start = nullptr;  // of the world at time zero; none: the scene's own
   double state_interval_s = 0.0;      // how often LabRun::states takes the world; 0: never
 };
@@ -54,7 +56,6 @@ struct LabRun {
   haptic_server::HapticReport report;
   LabSimulation simulation;
   std::vector<WorldState> states;  // at time zero, then by steps' ends
-  std::vector<double> given_J;     // to the scene by the tool and what is prescribed, each tick
   double processor_s = 0.0;        // of both sides from the first tick on, by this thread's clock
   bool device_failed = false;      // by a fault, not by the end of its recording
 };

@@ -6,11 +6,14 @@
 #include <cassert>
 #include <cmath>
 
+#include "shared/display/response.hpp"
+
 namespace stillgrid::laboratory::two_rate {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
+using Eigen::VectorXd;
 
 /// Snapshots that the display may need: the history, one that is made but not yet shown, and one
 /// more whose position gives the oldest's velocity.
@@ -90,10 +93,20 @@ MatrixXd body_step(const Layout& at, const Body& body, double period_s, double c
   return step;
 }
 
+/// How the step gives way to a push on the touched mass: one mode.
+struct Response {
+  double compliance_m_per_N, inertia_share;
+};
+Response response_of(const Body& body, double period_s) {
+  const MatrixXd resistance = step_inertia(body, period_s, 0.0);
+  const VectorXd answer = resistance.partialPivLu().solve(VectorXd::Unit(body.masses, 0));
+  return {period_s * period_s * answer[0], body.mass_kg * answer.squaredNorm() / answer[0]};
+}
+
 /// The force on the tool as a row over the state, the newest snapshot shown being `unshown`
-/// snapshots old. compliance_m_per_N: how far a newton takes the touched mass in a step.
+/// snapshots old.
 RowVectorXd tool_force(const Layout& at, const display::SnapshotWeights& displayed, int unshown,
-                       double period_s, double compliance_m_per_N, double contact_N_per_m,
+                       double period_s, const Response& response, double contact_N_per_m,
                        const RowVectorXd& tool) {
   RowVectorXd shown = RowVectorXd::Zero(at.size());
   for (std::size_t i = 0; i < displayed.position.size(); ++i)
@@ -105,8 +118,21 @@ RowVectorXd tool_force(const Layout& at, const display::SnapshotWeights& display
     shown[at.snapshot(snapshot + 1)] -= displayed.velocity_s[i] / period_s;
   }
   shown[at.drift(unshown)] += displayed.prediction_s - displayed.compliance_lag_s;
-  // c = shown + answer (force - the snapshot's force), force = K (tool - c).
-  const double compliance = displayed.compliance_share * compliance_m_per_N;
+  // c = shown + answer (force - the snapshot's force), force = K (tool - c). The mode's
+  // displacement over the step is the touched mass's own.
+  const double inertia_share = response.inertia_share;
+  const auto law_of = [&](float displacement, float at_velocity) {
+    return display::mode_law({.inertia_share = static_cast<float>(inertia_share),
+                              .push = 0.0F,
+                              .displacement = displacement,
+                              .at_velocity = at_velocity},
+                             displayed.step_share);
+  };
+  shown[at.drift(unshown)] += period_s * law_of(1.0F, 0.0F).offset;
+  const double by_velocity = law_of(0.0F, 1.0F).offset;
+  shown[at.snapshot(unshown)] += by_velocity;
+  shown[at.snapshot(unshown + 1)] -= by_velocity;
+  const double compliance = law_of(0.0F, 0.0F).compliance * response.compliance_m_per_N;
   shown[at.force(unshown)] -= compliance;
   return contact_N_per_m / (1.0 + compliance * contact_N_per_m) * (shown - tool);
 }
@@ -143,14 +169,13 @@ MatrixXd monodromy(const Loop& loop, double contact_N_per_m) {
   const Layout at{loop.body.masses};
   const HeldTick tick = held_tick(loop.device);
 
-  const double compliance_m_per_N =
-      period_s * period_s * step_inertia(loop.body, period_s, 0.0).inverse()(0, 0);
+  const Response response = response_of(loop.body, period_s);
   MatrixXd tool = MatrixXd::Identity(2, at.size());
   for (int i = 0; i < period_ticks; ++i) {
     const int since_display = i - loop.sample_age_ticks;
     const auto k = static_cast<std::size_t>((since_display + period_ticks) % period_ticks);
     const RowVectorXd force = tool_force(at, loop.cycle[k], since_display < 0 ? 1 : 0, period_s,
-                                         compliance_m_per_N, contact_N_per_m, tool.row(0));
+                                         response, contact_N_per_m, tool.row(0));
     tool = (tick.transition * tool + tick.input * force).eval();
   }
   MatrixXd after_step = MatrixXd::Identity(at.size(), at.size());

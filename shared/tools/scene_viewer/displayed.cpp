@@ -1,19 +1,19 @@
 #include "shared/tools/scene_viewer/displayed.hpp"
 
+#include <algorithm>
 #include <cstring>
 
 #include "shared/display/displayed.hpp"
+#include "shared/display/response.hpp"
 
 namespace stillgrid::scene_viewer {
 namespace {
 
-/// The hand's change of force is in the share.
 display::SnapshotWeights weights_of(const proto::DisplayedSnapshot& shown) {
   return {.position = shown.position,
           .velocity_s = shown.velocity_s,
           .prediction_s = shown.prediction_s,
-          .compliance_lag_s = shown.compliance_lag_s,
-          .compliance_share = shown.force_change_N};
+          .compliance_lag_s = shown.compliance_lag_s};
 }
 
 }  // namespace
@@ -27,18 +27,26 @@ std::optional<proto::DisplayedSnapshot> in_later_history(const proto::DisplayedS
   told.velocity_s = weights.velocity_s;
   told.prediction_s = weights.prediction_s;
   told.compliance_lag_s = weights.compliance_lag_s;
-  told.force_change_N = weights.compliance_share;
+  if (later > 0) told.modes = {};
   return told;
 }
 
 std::array<float, 3> displayed_m(const proto::SphereRecord& record,
+                                 std::span<const proto::SphereResponse> responses,
                                  const proto::DisplayedSnapshot& shown) {
   const display::SnapshotWeights weights = weights_of(shown);
   collision::RecordLine line;
   std::memcpy(&line, &record, sizeof line);
-  Eigen::Vector3d at_m = display::displayed(line, weights, [&] { return record; }).position_m +
-                         Eigen::Vector3d(shown.shift_m.data()) +
-                         display::compliance_m_per_N(line, weights);
+  Eigen::Vector3d at_m = display::displayed(line, weights, [&] { return record; }).position_m;
+  if (record.response > 0 && record.response <= responses.size()) {
+    const proto::SphereResponse& response = responses[record.response - 1];
+    const auto modes = Eigen::Map<const display::ResponseMatrix>(response.modes.front().data());
+    at_m += modes.cast<double>() * Eigen::Map<const display::ModeDisplacements>(shown.modes.data());
+  }
+  const auto* const shift =
+      std::find_if(shown.shifts.begin(), shown.shifts.end(),
+                   [&](const proto::BodyShift& of) { return of.body == record.body; });
+  if (shift != shown.shifts.end()) at_m += Eigen::Map<const Eigen::Vector3d>(shift->shift_m.data());
   if (at_m.hasNaN()) at_m = display::displayed_where_present(record, weights).position_m;
   const Eigen::Vector3f rounded = at_m.cast<float>();
   return {rounded.x(), rounded.y(), rounded.z()};

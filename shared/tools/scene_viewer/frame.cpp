@@ -60,15 +60,10 @@ std::optional<proto::DisplayedSnapshot> displayed_snapshot(const Frame& frame) {
 
 Json display_json(const std::optional<proto::DisplayedSnapshot>& shown) {
   if (!shown) return {};
-  return {{"snapshot_id", shown->snapshot_id},
-          {"alpha", shown->alpha},
-          {"weights", numbers(shown->position)},
-          {"velocity_s", numbers(shown->velocity_s)},
-          {"prediction_s", shown->prediction_s},
-          {"compliance_lag_s", shown->compliance_lag_s},
-          {"force_change_N", shown->force_change_N},
-          {"shift_m", numbers(shown->shift_m)},
-          {"age_s", shown->age_s}};
+  return {{"snapshot_id", shown->snapshot_id},   {"alpha", shown->alpha},
+          {"weights", numbers(shown->position)}, {"velocity_s", numbers(shown->velocity_s)},
+          {"prediction_s", shown->prediction_s}, {"compliance_lag_s", shown->compliance_lag_s},
+          {"modes", numbers(shown->modes)},      {"age_s", shown->age_s}};
 }
 
 Json tool_json(const Frame& frame) {
@@ -114,7 +109,7 @@ std::string frame_message(const Frame& frame) {
     for (const proto::SphereRecord& record : frame.snapshot->spheres) {
       append(newest, record.newest.position_m);
       append(previous, collision::position_m(record, 1));
-      if (shown) append(displayed, displayed_m(record, *shown));
+      if (shown) append(displayed, displayed_m(record, frame.snapshot->responses, *shown));
     }
     for (const OccupiedVoxel& voxel :
          occupied_voxels(frame.snapshot->header.grid, frame.snapshot->swept_bounds)) {

@@ -68,12 +68,17 @@ Json state_json(const proto::SphereState& snapshot) {
 }
 
 /// snapshots: of which each sphere's history tells those before the newest; 0: no history.
-Json spheres_json(const std::vector<proto::SphereRecord>& spheres, std::size_t snapshots) {
+Json spheres_json(const std::vector<proto::SphereRecord>& spheres,
+                  const std::vector<proto::SphereResponse>& responses, std::size_t modes,
+                  std::size_t snapshots) {
   Json json = Json::array();
   for (const proto::SphereRecord& record : spheres) {
     Json sphere = state_json(record.newest);
     sphere["predicted_velocity_m_s"] = numbers(record.predicted_velocity_m_s);
-    sphere["compliance_m_per_N"] = numbers(record.compliance_m_per_N);
+    sphere["response"] = Json::array();
+    if (record.response > 0 && record.response <= responses.size())
+      for (std::size_t mode = 0; mode < modes; ++mode)
+        sphere["response"].push_back(numbers(responses[record.response - 1].modes[mode]));
     sphere["radius_m"] = number(record.radius_m);
     sphere["material"] = record.material;
     sphere["body"] = record.body;
@@ -84,6 +89,16 @@ Json spheres_json(const std::vector<proto::SphereRecord>& spheres, std::size_t s
                                       : Json{{"position_m", numbers(record.oldest_position_m)}});
     json.push_back(std::move(sphere));
   }
+  return json;
+}
+
+Json modes_json(const proto::SnapshotHeader& header) {
+  Json json = Json::array();
+  for (std::size_t i = 0; i < std::min<std::size_t>(header.mode_count, proto::kMaxModes); ++i)
+    json.push_back({{"inertia_share", number(header.modes[i].inertia_share)},
+                    {"push", number(header.modes[i].push)},
+                    {"displacement", number(header.modes[i].displacement)},
+                    {"at_velocity", number(header.modes[i].at_velocity)}});
   return json;
 }
 
@@ -101,15 +116,17 @@ Json snapshot_json(const publication::SceneView& view, const JsonOptions& option
           {"state_time_ns", times(header.state_time_ns, snapshots)},
           {"publish_time_ns", times(header.publish_time_ns, snapshots)},
           {"tool_time_ns", time(header.tool_time_ns)},
+          {"tool_work_J", number(header.tool_work_J)},
           {"step_ns", header.step_ns},
           {"contacts", header.contacts},
           {"prediction",
            {{"period_ns", header.prediction_ns},
-            {"compliance_direction", numbers(header.compliance_direction)},
-            {"compliance_force_N", number(header.compliance_force_N)},
-            {"max_compliance_m_per_N", number(header.max_compliance_m_per_N)}}},
+            {"modes", modes_json(header)},
+            {"largest_response", number(header.largest_response)}}},
           {"grid", std::move(grid)},
-          {"spheres", spheres_json(snapshot->spheres, options.history ? snapshots : 0)},
+          {"spheres", spheres_json(snapshot->spheres, snapshot->responses,
+                                   std::min<std::size_t>(header.mode_count, proto::kMaxModes),
+                                   options.history ? snapshots : 0)},
           {"spheres_left_out", header.grid.sphere_count - snapshot->spheres.size()}};
 }
 
@@ -118,6 +135,13 @@ Json flags_json(std::uint32_t flags) {
   Json json = Json::array();
   for (std::size_t i = 0; i < proto::kSafetyFlagNames.size(); ++i)
     if ((flags & (1U << i)) != 0) json.push_back(proto::kSafetyFlagNames[i]);
+  return json;
+}
+
+Json shifts_json(const proto::DisplayedSnapshot& shown) {
+  Json json = Json::array();
+  for (const proto::BodyShift& shift : shown.shifts)
+    json.push_back({{"body", shift.body}, {"shift_m", numbers(shift.shift_m)}});
   return json;
 }
 
@@ -136,8 +160,8 @@ Json tick_json(const proto::TickFigures& tick) {
             {"velocity_s", numbers(shown.velocity_s)},
             {"prediction_s", number(shown.prediction_s)},
             {"compliance_lag_s", number(shown.compliance_lag_s)},
-            {"force_change_N", number(shown.force_change_N)},
-            {"shift_m", numbers(shown.shift_m)},
+            {"modes", numbers(shown.modes)},
+            {"shifts", shifts_json(shown)},
             {"alpha", number(shown.alpha)},
             {"age_s", number(shown.age_s)}}}};
 }
@@ -203,7 +227,7 @@ nlohmann::ordered_json json_of_fixed_part(const publication::SceneView& view,
     json["tool_spheres"].push_back({{"position_m", numbers(scene.tool[i].position_m)},
                                     {"radius_m", number(scene.tool[i].radius_m)}});
   const auto spheres = static_spheres(view, options.max_spheres);
-  json["static_spheres"] = spheres_json(spheres, 0);
+  json["static_spheres"] = spheres_json(spheres, {}, 0, 0);
   json["static_spheres_left_out"] = view.static_grid().shape.sphere_count - spheres.size();
   return json;
 }

@@ -83,6 +83,9 @@ std::optional<SceneSnapshot> read_snapshot(publication::SnapshotReader& reader,
     snapshot.header = latest;
     snapshot.header.grid = moving.shape;
     copy_spheres(moving, max_spheres, snapshot.spheres);
+    snapshot.responses.resize(moving.response_count);
+    for (std::uint32_t i = 0; i < moving.response_count; ++i)
+      snapshot.responses[i] = collision::load_response(moving, i);
     copy_bounds(moving, snapshot.swept_bounds);
     snapshot.occupancy = occupancy_of(moving);
   };

@@ -32,6 +32,7 @@ struct SceneSnapshot {
   std::uint64_t snapshot_id = 0;
   proto::SnapshotHeader header{};  // its grid has no sphere if it was not consistent
   std::vector<proto::SphereRecord> spheres;
+  std::vector<proto::SphereResponse> responses;
   std::vector<LevelBound> swept_bounds;  // of all spheres, in the order of the levels
   GridOccupancy occupancy;
 };

@@ -205,6 +205,13 @@ void ContactCore::end(double substep_s, EnergyFlow& flow) {
     flow.unsolved_J += sum(rows.unsolved_J);
     flow.given_J += sum(rows.given_J);
   }
+  for (const Given& given : given_) {
+    if (!list_.pairs()[given.pair].contact->is_tool) continue;
+    const ContactRows& rows = rows_[given.place / kLanes];
+    const std::size_t lane = given.place % kLanes;
+    flow.tool_J +=
+        ContactRows::get(rows.impulse_N_s, lane).dot(ContactRows::get(rows.given_m_s, lane));
+  }
   flow.friction_J += list_.memories().take_parted_J();
 }
 

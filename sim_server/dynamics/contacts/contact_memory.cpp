@@ -84,6 +84,16 @@ void ContactMemories::keep() {
   kept_.swap(next_);
 }
 
+void ContactMemories::stretches(std::span<const contact::Contact> contacts,
+                                std::vector<Eigen::Vector3d>& stretches_m) const {
+  stretches_m.resize(contacts.size());
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const std::uint32_t contact = places_[i].contact;
+    const Eigen::Vector3d& kept_m = memories_[i].stretch_m;
+    stretches_m[contact] = is_turned(contacts[contact]) ? -kept_m : kept_m;
+  }
+}
+
 void ContactMemories::forget(std::size_t place) {
   parted_J_ += memories_[place].energy_J();
   memories_[place].stretch_m.setZero();

@@ -53,6 +53,10 @@ class ContactMemories {
     return memories_[place];
   }
 
+  /// Of each of the contacts that were taken, how it is stretched, of a seen from b.
+  void stretches(std::span<const contact::Contact> contacts,
+                 std::vector<Eigen::Vector3d>& stretches_m) const;
+
   /// The pair has parted: what it held is gone.
   void forget(std::size_t place);
   /// Energy of what parted since this was asked last, J.

@@ -69,12 +69,7 @@ SolveReport ImplicitIntegrator::correct(const bodies::World& world,
 void ImplicitIntegrator::take(const bodies::World& world,
                               std::span<const contact::Contact> contacts) {
   memories_.take(world, contacts);
-  stretches_m_.resize(contacts.size());
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const std::uint32_t contact = memories_.places()[i].contact;
-    const Eigen::Vector3d& kept_m = memories_[i].stretch_m;
-    stretches_m_[contact] = is_turned(contacts[contact]) ? -kept_m : kept_m;
-  }
+  memories_.stretches(contacts, stretches_m_);
   // The trapezoid's end has half of the step only.
   system_.take(world, contacts, stretches_m_,
                kind_ == scene::IntegratorKind::kTrapezoid ? Levers::kAtEnd : Levers::kMean);

@@ -66,6 +66,12 @@ class KrylovLinearSolver : public LinearSolver {
   bool solve(NonlinearSystem& system, JacobianKind kind, const Eigen::VectorXd& residual,
              double accuracy, const Budget& budget, Eigen::VectorXd& step) override;
 
+  /// Another residual by the Jacobian of the last solve(). Pre: that was true, and not of kExact.
+  bool solve_another(NonlinearSystem& system, const Eigen::VectorXd& residual, double accuracy,
+                     const Budget& budget, Eigen::VectorXd& step) {
+    return conjugate_gradients(system, residual, accuracy, budget, step) && step.allFinite();
+  }
+
  private:
   bool invert_blocks(const Eigen::Matrix3Xd& blocks);
   void precondition(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;

@@ -25,6 +25,7 @@ class PredictedPart {
   void choose(const bodies::World& world, std::span<const bodies::SphereMotion> motions,
               std::span<const contact::ToolSphereMotion> tool);
 
+  [[nodiscard]] bool is_whole() const noexcept { return is_whole_; }
   /// Its spheres, of World::spheres, ascending.
   [[nodiscard]] std::span<const std::uint32_t> spheres() const noexcept { return spheres_; }
   [[nodiscard]] const bodies::World& world() const noexcept { return is_whole_ ? *whole_ : part_; }

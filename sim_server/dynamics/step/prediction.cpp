@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "sim_server/dynamics/integrators/implicit_stage.hpp"
 
@@ -16,11 +17,6 @@ constexpr double kTolerance_m_s = 1e-6;
 constexpr int kMaxIterations = 3;
 /// Of the residual, that the last iteration leaves at most.
 constexpr double kProgress = 0.9;
-/// Of the answer, relative.
-constexpr double kAccuracy = 1e-4;
-/// Of the forces on the tool, that their sum along the net one is where all of it responds: below,
-/// they pinch more than they push.
-constexpr double kLeastAlong = 0.5;
 
 contact::SideMotion side_of(const bodies::World& world, int sphere) {
   const bodies::SphereBinding& binding = world.spheres[static_cast<std::size_t>(sphere)];
@@ -62,7 +58,8 @@ bool is_kinematic(const bodies::World& world, const bodies::SphereBinding& spher
 Prediction::Prediction() : solver_(scene::SolverKind::kNewtonCg, kTolerance_m_s) {}
 
 void Prediction::take_contacts(const bodies::World& world,
-                               std::span<const contact::Contact> contacts, double step_s) {
+                               std::span<const contact::Contact> contacts,
+                               std::span<const ContactMemory> kept, double step_s) {
   near_.clear();
   for (const contact::Contact& contact : contacts) {
     const contact::ContactMotion motion = motion_of(world, contact);
@@ -71,62 +68,54 @@ void Prediction::take_contacts(const bodies::World& world,
     near_.emplace_back(contact).depth_before_m = depth_m;
     near_.back().start_b_m = contact.position_b_m;
   }
-}
-
-/// The push of a newton of net force, on what that force presses. A tool between bodies has hardly
-/// a net force while each body presses: divided by it the push would have no bound, and of the
-/// wrong sign on one side. So it fades out as the net force does, and as the forces turn across it;
-/// no contact is pushed with more than two newtons. A tool touched from one side has the whole
-/// push.
-double Prediction::push_ahead(const Eigen::Vector3d& net_N) {
-  const Eigen::Vector3d direction = net_N.normalized();
-  double ahead_N = 0.0, magnitudes_N = 0.0;
-  for (const Touch& touch : touches_) {
-    const double along_N = direction.dot(touch.force_N);
-    if (!(along_N > 0.0)) continue;
-    system_.push_sphere(*touch.sphere, touch.force_N, touch.couple_N_m, tool_push_);
-    ahead_N += along_N;
-    magnitudes_N += touch.force_N.norm();
-  }
-  const double along_share = std::min(1.0, ahead_N / (kLeastAlong * magnitudes_N));
-  tool_push_ *= net_N.norm() / (ahead_N * ahead_N) * along_share * along_share;
-  return ahead_N;
+  memories_.set_kept({kept.begin(), kept.end()});
+  memories_.take(world, near_);
+  memories_.stretches(near_, stretches_m_);
+  system_.take(world, near_, stretches_m_, Levers::kMean);
 }
 
 void Prediction::take_tool(const bodies::World& world, std::span<const contact::Contact> contacts) {
   tool_force_.setZero(system_.size());
-  tool_push_.setZero(system_.size());
   touches_.clear();
-  Eigen::Vector3d net_N = Eigen::Vector3d::Zero();
-  const contact::Contact* nearest = nullptr;
-  double nearest_m = 0.0;
   for (const contact::Contact& contact : contacts) {
     const bodies::SphereBinding& sphere = world.spheres[static_cast<std::size_t>(contact.a)];
     if (is_kinematic(world, sphere)) continue;
     const contact::ContactMotion motion = motion_of(world, contact);
-    const double depth_m = contact::contact_depth_m(contact, motion.position_m);
-    if (nearest == nullptr || depth_m > nearest_m) {
-      nearest = &contact;
-      nearest_m = depth_m;
-    }
     const contact::ContactForce law = contact::contact_force(contact, motion, 0.0, nullptr);
+    ToolTouch& touch = touches_.emplace_back();
+    touch = {&sphere, contact::contact_depth_m(contact, motion.position_m), Eigen::Vector3d::Zero(),
+             Eigen::Vector3d::Zero()};
     if (!law.touching) continue;
-    const Eigen::Vector3d couple_N_m =
-        -contact::contact_shares(contact).a * law.arm_m.cross(law.friction_N);
-    touches_.push_back({&sphere, law.force_N, couple_N_m});
-    system_.push_sphere(sphere, law.force_N, couple_N_m, tool_force_);
-    net_N += law.force_N;
+    touch.force_N = law.force_N;
+    touch.couple_N_m = -contact::contact_shares(contact).a * law.arm_m.cross(law.friction_N);
+    system_.push_sphere(sphere, touch.force_N, touch.couple_N_m, tool_force_);
   }
-  Eigen::Vector3d direction = Eigen::Vector3d::Zero();
-  if (const double norm_N = net_N.norm(); norm_N > 0.0) {
-    direction = net_N / norm_N;
-    snapshot_.compliance_force_N = push_ahead(net_N);
-  } else if (nearest != nullptr && touches_.empty()) {
-    direction = motion_of(world, *nearest).position_m.stableNormalized();
-    system_.push_sphere(world.spheres[static_cast<std::size_t>(nearest->a)], direction,
-                        Eigen::Vector3d::Zero(), tool_push_);
+}
+
+/// The spheres nearest to the tool, as many as a snapshot has room for.
+void Prediction::take_responses(const bodies::World& world,
+                                std::span<const contact::Contact> tool) {
+  near_tool_.clear();
+  for (std::size_t i = 0; i < world.spheres.size(); ++i) {
+    const bodies::SphereBinding& sphere = world.spheres[i];
+    if (is_kinematic(world, sphere)) continue;
+    const Eigen::Vector3d at_m = bodies::sphere_motion(world, sphere).position_m;
+    double nearest_m = std::numeric_limits<double>::infinity();
+    for (const contact::Contact& contact : tool)
+      nearest_m = std::min(
+          nearest_m, (at_m - contact.position_b_m).norm() - contact.radius_b_m - sphere.radius_m);
+    near_tool_.emplace_back(nearest_m, i);
   }
-  snapshot_.compliance_direction = {direction.x(), direction.y(), direction.z()};
+  const std::size_t most = std::min<std::size_t>(proto::kMaxResponses, near_tool_.size());
+  std::nth_element(near_tool_.begin(), near_tool_.begin() + static_cast<std::ptrdiff_t>(most),
+                   near_tool_.end());
+  near_tool_.resize(most);
+  for (const auto& [distance_m, i] : near_tool_) {
+    const proto::SphereResponse response = response_.response_of(system_, world.spheres[i]);
+    if (response.modes == decltype(response.modes){}) continue;
+    responses_.push_back(response);
+    spheres_[i].response = static_cast<std::uint32_t>(responses_.size());
+  }
 }
 
 /// False where the last iteration stalled, as at the onset of a contact: what it leads to then,
@@ -141,7 +130,7 @@ bool Prediction::solve(ImplicitStage& stage, Eigen::VectorXd& velocity, Budget b
 }
 
 void Prediction::look(const bodies::World& world, std::span<const contact::Contact> contacts,
-                      double step_s, Budget budget) {
+                      double step_s, std::span<const ContactMemory> kept, Budget budget) {
   using Clock = std::chrono::steady_clock;
   if (budget.deadline != Clock::time_point::max())
     budget.deadline = std::min(
@@ -151,35 +140,31 @@ void Prediction::look(const bodies::World& world, std::span<const contact::Conta
   for (std::size_t i = 0; i < spheres_.size(); ++i)
     spheres_[i].predicted_velocity_m_s =
         bodies::sphere_motion(world, world.spheres[i]).velocity_m_s;
+  response_.clear();
+  responses_.clear();
   snapshot_ = {.period_ns = static_cast<std::uint64_t>(std::llround(step_s * 1e9))};
   const auto tool = std::find_if(contacts.begin(), contacts.end(),
                                  [](const contact::Contact& contact) { return contact.is_tool; });
-  take_contacts(world, {contacts.begin(), tool}, step_s);
-  system_.take(world, near_);
+  take_contacts(world, {contacts.begin(), tool}, kept, step_s);
   PushedStage stage(system_, step_s);  // places all where it is
   take_tool(world, {tool, contacts.end()});
 
   const Eigen::VectorXd push = step_s * tool_force_;
   stage.push(push);
-  Eigen::VectorXd velocity = stage.initial_guess(), change;
+  Eigen::VectorXd velocity = stage.initial_guess();
   if (!solve(stage, velocity, budget)) return;
-  const bool answers = !tool_push_.isZero(0.0) && !budget.is_late() &&
-                       linear_solver_.solve(stage, JacobianKind::kDefinite, step_s * tool_push_,
-                                            kAccuracy, budget, change);
+  response_.find(world, system_, stage, step_s, touches_, velocity, budget);
   system_.place(step_s * velocity, velocity, step_s);
   for (std::size_t i = 0; i < spheres_.size(); ++i)
     spheres_[i].predicted_velocity_m_s =
         (system_.trial().spheres[i].position_m -
          bodies::sphere_motion(world, world.spheres[i]).position_m) /
         step_s;
-  if (!answers) return;
-  system_.place(step_s * velocity, change, step_s);  // `change`: velocities a newton makes
-  for (std::size_t i = 0; i < spheres_.size(); ++i) {
-    if (is_kinematic(world, world.spheres[i])) continue;
-    spheres_[i].compliance_m_per_N = step_s * system_.trial().spheres[i].velocity_m_s;
-    snapshot_.max_compliance_m_per_N =
-        std::max(snapshot_.max_compliance_m_per_N, spheres_[i].compliance_m_per_N.norm());
-  }
+  if (response_.modes().empty()) return;
+  take_responses(world, {tool, contacts.end()});
+  snapshot_.modes = response_.modes();
+  snapshot_.turning = response_.turning();
+  snapshot_.responses = responses_;
 }
 
 }  // namespace stillgrid::dynamics

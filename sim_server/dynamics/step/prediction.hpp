@@ -2,17 +2,19 @@
 
 #include <Eigen/Core>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "shared/publication/scene_segment.hpp"
 #include "sim_server/bodies/sphere_motion.hpp"
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/contact.hpp"
+#include "sim_server/dynamics/contacts/contact_memory.hpp"
 #include "sim_server/dynamics/forces/mechanical_system.hpp"
 #include "sim_server/dynamics/integrators/implicit_stage.hpp"
 #include "sim_server/dynamics/solvers/budget.hpp"
-#include "sim_server/dynamics/solvers/linear_solver.hpp"
 #include "sim_server/dynamics/solvers/newton.hpp"
+#include "sim_server/dynamics/step/contact_response.hpp"
 
 namespace stillgrid::dynamics {
 
@@ -24,40 +26,39 @@ class Prediction {
  public:
   Prediction();
 
-  /// contacts: of the world as it is, those of the tool last. If nothing touches the tool, the
-  /// answer is to a push where, of these, it is nearest to touch. Three iterations at most: an
-  /// impact is predicted as far as they lead. What is not solved in a tenth of the step,
-  /// or when the budget is spent, moves on at its velocity and is not compliant; a budget without a
-  /// deadline asks no clock.
+  /// contacts: of the world as it is, those of the tool last; to them and the nearest bodies round
+  /// them the scene gives way. Three iterations at most: an impact is predicted as far as they
+  /// lead. kept: what sticks, of the world's own spheres. What is not solved in a tenth of the
+  /// step, or when the budget is spent, moves on at its velocity and gives no way; a budget without
+  /// a deadline asks no clock.
   void look(const bodies::World& world, std::span<const contact::Contact> contacts, double step_s,
-            Budget budget);
+            std::span<const ContactMemory> kept, Budget budget);
 
   [[nodiscard]] std::span<const bodies::SpherePrediction> spheres() const noexcept {
     return spheres_;
   }
+  /// Lasts until the next look().
   [[nodiscard]] const publication::SnapshotPrediction& snapshot() const noexcept {
     return snapshot_;
   }
 
  private:
   void take_contacts(const bodies::World& world, std::span<const contact::Contact> contacts,
-                     double step_s);
+                     std::span<const ContactMemory> kept, double step_s);
   void take_tool(const bodies::World& world, std::span<const contact::Contact> contacts);
   bool solve(ImplicitStage& stage, Eigen::VectorXd& velocity, Budget budget);
-  double push_ahead(const Eigen::Vector3d& net_N);
-
-  /// A contact with the tool that presses.
-  struct Touch {
-    const bodies::SphereBinding* sphere;
-    Eigen::Vector3d force_N, couple_N_m;  // on the sphere
-  };
+  void take_responses(const bodies::World& world, std::span<const contact::Contact> tool);
 
   std::vector<contact::Contact> near_;  // of the scene with itself, that may touch within the step
+  ContactMemories memories_;
+  std::vector<Eigen::Vector3d> stretches_m_;
   MechanicalSystem system_;
   NewtonSolver solver_;
-  KrylovLinearSolver linear_solver_;
-  std::vector<Touch> touches_;
-  Eigen::VectorXd tool_force_, tool_push_;  // as it is; per newton along its direction
+  ContactResponse response_;
+  std::vector<ToolTouch> touches_;
+  Eigen::VectorXd tool_force_;
+  std::vector<std::pair<double, std::size_t>> near_tool_;  // spheres by their distance, m
+  std::vector<proto::SphereResponse> responses_;
   std::vector<bodies::SpherePrediction> spheres_;
   publication::SnapshotPrediction snapshot_;
 };

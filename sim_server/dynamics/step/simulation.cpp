@@ -118,6 +118,7 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
     report.detect += Clock::now() - again;
   }
   substeps_ = static_cast<int>(1.0 / longest);
+  report.tool_work_J = tool_work_J_;
   if (sleeping_) {
     const bool is_sure = report.solve.converged && !report.out_of_budget;
     if (const auto sleep_loss_J = sleeping_->settle(
@@ -138,6 +139,7 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
 StepReport Simulation::pass(double step_s, StepReport& report) {
   world_.time_s += step_s;
   report.substeps = 1;
+  report.tool_work_J = tool_work_J_;
   if (sleeping_) report.sleeping_spheres = sleeping_->sleeping_spheres();
   return report;
 }
@@ -150,14 +152,16 @@ void Simulation::take(const std::optional<ToolSample>& sample, Step& step) {
     return tool_energy_J(detection_.contacts());
   };
   const bool was_here = tool_.is_here();
-  if (account_ && was_here && !sample) account_->flow.given_J -= held_J(1.0);
+  double brought_J = was_here && !sample ? -held_J(1.0) : 0.0;
   if (sample) {
     step.report.tool_time_ns = sample->time_ns;
     tool_.place(*sample, step.length_s);
   } else {
     tool_.remove();
   }
-  if (account_ && !was_here && sample) account_->flow.given_J += held_J(0.0);
+  if (!was_here && sample) brought_J = held_J(0.0);
+  tool_work_J_ += brought_J;
+  if (account_) account_->flow.given_J += brought_J;
 }
 
 /// None if nothing is newer than what the step has taken, or the tool has gone: that the next one
@@ -215,16 +219,13 @@ Simulation::Attempt Simulation::advance(Part& part, Step& step) {
   const contact::Ways ways = ways_to(trial.spheres, duration_s);
   if (wake_touched(ways)) return {.woke = true};
   // Before strays have the contacts listed anew.
-  EnergyFlow flowed;
-  if (account_) {
-    const auto flow = integrator_->flow();
-    flowed = flow ? *flow : energy_flow(world_, trial, detection_.contacts(), duration_s);
-  }
+  const EnergyFlow flowed = flow_of(part, duration_s);
   const Strays strays = look_for_strays(part, duration_s);
   if (strays != Strays::kNone) return {.again = strays == Strays::kAgain};
   const double reached = contact::share_before_crossings(detection_.contacts(), ways);
   if (reached < 1.0 && part.may_shorten) return {.share = reached};
   if (account_) account_->flow += flowed;
+  tool_work_J_ += flowed.tool_J;
   integrator_->commit(world_, duration_s);
   report.out_of_budget = report.out_of_budget || part.must_end ||
                          (traits_.always_advances && !solve.converged && budget.spent());
@@ -237,6 +238,23 @@ Simulation::Attempt Simulation::advance(Part& part, Step& step) {
   double& worst = report.solve.residual;
   if (!std::isnan(worst) && !(solve.residual <= worst)) worst = solve.residual;
   return {.advanced = true};
+}
+
+/// Over the integrator's last step; what the tool gives always, the rest where it is accounted for.
+EnergyFlow Simulation::flow_of(const Part& part, double duration_s) {
+  const Trial& trial = integrator_->trial();
+  EnergyFlow flow;
+  if (const auto own = integrator_->flow())
+    flow = *own;
+  else if (account_)
+    flow = energy_flow(world_, trial, detection_.contacts(), duration_s);
+  else
+    flow.tool_J = tool_flow_J(world_, trial, detection_.contacts(), duration_s);
+  if (has_driven_ && tool_.is_here()) {
+    detection_.find_led_contacts(world_, tool_.over(part.start, part.end), led_contacts_);
+    flow.tool_J += led_flow_J(world_, trial, led_contacts_, duration_s);
+  }
+  return flow;
 }
 
 /// Leads a step's converged end on to a sample that came while it was solved, so that the
@@ -338,8 +356,14 @@ publication::SnapshotPrediction Simulation::predict_next(double step_s, const Bu
   // What may touch by then, on lists of its own: those of the next step stay in their order.
   if (!predicted_contacts_.find(world_, detection_, predicted_part_.spheres(), step_s, tool))
     return {};
+  // Of a part they are known by other numbers.
+  std::span<const ContactMemory> kept;
+  if (const ContactMemories* memories = integrator_->memories();
+      memories != nullptr && predicted_part_.is_whole())
+    kept = memories->kept();
   prediction_->look(predicted_part_.world(),
-                    predicted_part_.renumbered(predicted_contacts_.contacts()), step_s, budget);
+                    predicted_part_.renumbered(predicted_contacts_.contacts()), step_s, kept,
+                    budget);
   snapshot_.take_predictions(predicted_part_.spheres(), prediction_->spheres(),
                              proto::kPredictionPeriods * step_s, proto::kPredictionLag_s,
                              detection_.spheres());

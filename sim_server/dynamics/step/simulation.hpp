@@ -34,7 +34,8 @@ struct StepReport {
   int contacts = 0;                // that touch at the step's end
   int sleeping_spheres = 0;        // at the step's end
   std::uint64_t tool_time_ns = 0;  // of the latest sample it took, 0: none
-  bool corrected = false;          // its end was led on to a sample that came as it was solved
+  double tool_work_J = 0.0;  // that the tool has given the world in all steps up to this one's end
+  bool corrected = false;    // its end was led on to a sample that came as it was solved
   std::chrono::nanoseconds detect{}, respond{}, integrate{};
 };
 
@@ -149,6 +150,7 @@ class Simulation {
   void find_contacts(double step_s, Part& part);
   void find_tool_contacts(const Part& part);
   Attempt advance(Part& part, Step& step);
+  [[nodiscard]] EnergyFlow flow_of(const Part& part, double duration_s);
   bool correct(const Part& part, Step& step, SolveReport& solve);
   void take_prediction(double duration_s);
   enum class Strays { kNone, kAgain, kShorter };
@@ -168,6 +170,8 @@ class Simulation {
   ToolMotion tool_;
   std::optional<Sleeping> sleeping_;
   std::optional<EnergyAccount> account_;
+  double tool_work_J_ = 0.0;  // in all steps
+  std::vector<contact::Contact> led_contacts_;
   std::unique_ptr<Prediction> prediction_ = std::make_unique<Prediction>();
   std::vector<bodies::SphereMotion> start_, end_;  // of every sphere over a part
   bool swings_ = false;                            // something prescribed does

@@ -7,7 +7,7 @@ import daemons
 from faults import shared_words
 from faults.fault_run import Fault
 from faults.injections import (fill_disk, kill_guardian, kill_hand_and_start_again, remove_recording, replace_sim,
-                               signal_hand, signal_sim, signal_worker, spoil_compliances, spoil_scene, spoil_sphere,
+                               signal_hand, signal_sim, signal_worker, spoil_modes, spoil_scene, spoil_sphere,
                                spoil_stopped_scene, stop_and_go, stop_both, stop_hand, stop_sim,
                                truncate, unlink)
 
@@ -208,14 +208,19 @@ MEMORY = [
     *(Fault("memory", f"{what} of a block that gives way", scene=BLOCK, inject=inject,
             full_N=BLOCK_N, after_N=BLOCK_N, may_be_zero=True)
       for what, inject in (
-          ("compliances are 1e30 m/N", spoil_compliances(1, 1e30)),
-          ("compliances are NaN", spoil_compliances(1, float("nan"))),
-          ("compliances are 10 m/N", spoil_compliances(1, 10.0)),
-          ("the compliances' direction is NaN",
-           spoil_scene(shared_words.PAYLOAD + shared_words.COMPLIANCE_DIRECTION, "f8", 3,
+          ("modes are 1e30", spoil_modes(1e30)),
+          ("modes are NaN", spoil_modes(float("nan"))),
+          ("modes are 10", spoil_modes(10.0)),
+          ("a sphere's response is number 2^31",
+           spoil_scene(shared_words.PAYLOAD + shared_words.FIRST_SPHERE + shared_words.RESPONSE,
+                       "u4", 1, 1 << 31)),
+          ("the largest response is NaN",
+           spoil_scene(shared_words.PAYLOAD + shared_words.LARGEST_RESPONSE, "f8", 1,
                        float("nan"))),
-          ("the compliances' direction is 1e9 long",
-           spoil_scene(shared_words.PAYLOAD + shared_words.COMPLIANCE_DIRECTION, "f8", 3, 1e9)),
+          ("the largest response is 1e9",
+           spoil_scene(shared_words.PAYLOAD + shared_words.LARGEST_RESPONSE, "f8", 1, 1e9)),
+          ("2^60 bodies turn",
+           spoil_scene(shared_words.PAYLOAD + shared_words.TURNING_COUNT, "u8", 1, 1 << 60)),
           ("the prediction is 1 ns",
            spoil_scene(shared_words.PAYLOAD + shared_words.PREDICTION, "u8", 1, 1)),
           ("the prediction is 2^60 ns",

@@ -74,17 +74,9 @@ def spoil_sphere(offset, count, value):
                        value)
 
 
-def spoil_compliances(spheres, value):
-    """Of so many spheres."""
-    def inject(run):
-        words = SharedWords(run.session, "scene")
-        first = shared_words.PAYLOAD + shared_words.FIRST_SPHERE + shared_words.COMPLIANCE
-        places = [place for n in range(spheres)
-                  for place in words.in_slots(first + n * shared_words.SPHERE_BYTES, "f4", 3)]
-        run.begin()
-        spoil(places, value, STAND_STILL_S)
-        run.end()
-    return inject
+def spoil_modes(value):
+    """All that a snapshot's modes tell."""
+    return spoil_scene(shared_words.PAYLOAD + shared_words.MODES, "f4", 48, value)
 
 
 def truncate(kind):

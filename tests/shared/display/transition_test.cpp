@@ -73,8 +73,8 @@ TEST_CASE("Weights of positions are in [0, 1] and sum to one, whatever the stamp
   }
   for (const double velocity_s : weights.velocity_s) CHECK(std::isfinite(velocity_s));
   CHECK(std::isfinite(weights.prediction_s));
-  CHECK(weights.compliance_share >= 0.0);
-  CHECK(weights.compliance_share <= 4.0);
+  CHECK(weights.step_share >= 0.0);
+  CHECK(weights.step_share <= 2.0);
 }
 
 TEST_CASE("With one snapshot there is nothing to pass from", "[transition]") {
@@ -115,31 +115,31 @@ TEST_CASE("A later history tells an earlier predicted velocity by that snapshot'
   SnapshotWeights weights;
   weights.position[0] = 1.0;
   weights.prediction_s = 0.02;
-  weights.compliance_share = 0.5;
+  weights.step_share = 0.5;
   const SnapshotWeights later = in_later_snapshot(weights, 1);
   CHECK(later.velocity_s[1] == 0.02);
   CHECK(later.prediction_s == 0.0);
-  CHECK(later.compliance_share == 0.0);
+  CHECK(later.step_share == 0.0);
 }
 
 TEST_CASE(
-    "Predict follows the predicted velocity for two periods at most, and its compliance with their "
-    "square",
+    "Predict follows the predicted velocity for two periods at most, and comes to rest evenly",
     "[transition]") {
   proto::SnapshotHeader snapshot = four_snapshots();
   snapshot.prediction_ns = 32 * kMs;
   struct Row {
     std::uint64_t after_ns;
-    double prediction_s, compliance_share;
+    double prediction_s, step_share;
   };
-  const Row row = GENERATE(Row{0, 0.0, 0.0}, Row{8 * kMs, 0.008, 0.0625}, Row{32 * kMs, 0.032, 1.0},
-                           Row{64 * kMs, 0.064, 4.0}, Row{900 * kMs, 0.064, 4.0});
+  const Row row = GENERATE(Row{0, 0.0, 0.0}, Row{8 * kMs, 0.008, 0.25}, Row{32 * kMs, 0.032, 1.0},
+                           Row{48 * kMs, 0.048, 1.5}, Row{64 * kMs, 0.06, 1.875},
+                           Row{80 * kMs, 0.064, 2.0}, Row{900 * kMs, 0.064, 2.0});
   const SnapshotWeights weights = shown(Transition::kPredict, snapshot, 400 * kMs + row.after_ns);
   CHECK(weights.position == Weights{1.0});
   CHECK(weights.prediction_s == Approx(row.prediction_s));
   CHECK(weights.compliance_lag_s == prediction_lag_s(0.032));
-  CHECK(weights.compliance_share == Approx(row.compliance_share));
-  CHECK(weights.is_waiting == (row.after_ns >= 64 * kMs));
+  CHECK(weights.step_share == Approx(row.step_share));
+  CHECK(weights.is_waiting == (row.after_ns >= 80 * kMs));
 }
 
 TEST_CASE("Predict's age is of the simulated state, however late it was published",
@@ -154,7 +154,7 @@ TEST_CASE("A snapshot that predicts nothing is held by predict", "[transition]")
   const SnapshotWeights weights = shown(Transition::kPredict, four_snapshots(), 420 * kMs);
   CHECK(weights.position == Weights{1.0});
   CHECK(weights.prediction_s == 0.0);
-  CHECK(weights.compliance_share == 0.0);
+  CHECK(weights.step_share == 0.0);
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ namespace {
 
 // A change here is a change of the protocol: raise kSegmentVersion and mend docs/protocol.md.
 TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
-  CHECK(proto::kSegmentVersion == 6);
+  CHECK(proto::kSegmentVersion == 7);
 
   CHECK(offsetof(proto::SegmentHeader, version) == 8);
   CHECK(offsetof(proto::SegmentHeader, kind) == 12);
@@ -39,24 +39,25 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(proto::ToolState, force_N) == 96);
   CHECK(offsetof(proto::ToolState, buttons) == 120);
   CHECK(offsetof(proto::ToolState, before) == 128);
-  CHECK(sizeof(proto::ToolState) == 320);
+  CHECK(sizeof(proto::ToolState) == 512);
   CHECK(offsetof(proto::TickFigures, contacts) == 24);
   CHECK(offsetof(proto::TickFigures, flags) == 28);
   CHECK(offsetof(proto::TickFigures, work_ns) == 32);
   CHECK(offsetof(proto::TickFigures, wake_up_latency_ns) == 40);
   CHECK(offsetof(proto::TickFigures, missed_ticks) == 48);
   CHECK(offsetof(proto::TickFigures, displayed) == 56);
-  CHECK(sizeof(proto::TickFigures) == 192);
+  CHECK(sizeof(proto::TickFigures) == 384);
   CHECK(offsetof(proto::DisplayedSnapshot, snapshot_id) == 8);
   CHECK(offsetof(proto::DisplayedSnapshot, position) == 16);
   CHECK(offsetof(proto::DisplayedSnapshot, velocity_s) == 48);
   CHECK(offsetof(proto::DisplayedSnapshot, prediction_s) == 72);
   CHECK(offsetof(proto::DisplayedSnapshot, compliance_lag_s) == 80);
-  CHECK(offsetof(proto::DisplayedSnapshot, force_change_N) == 88);
-  CHECK(offsetof(proto::DisplayedSnapshot, shift_m) == 96);
-  CHECK(offsetof(proto::DisplayedSnapshot, alpha) == 120);
-  CHECK(offsetof(proto::DisplayedSnapshot, age_s) == 128);
-  CHECK(sizeof(proto::DisplayedSnapshot) == 136);
+  CHECK(offsetof(proto::DisplayedSnapshot, modes) == 88);
+  CHECK(offsetof(proto::DisplayedSnapshot, shifts) == 184);
+  CHECK(offsetof(proto::DisplayedSnapshot, alpha) == 312);
+  CHECK(offsetof(proto::DisplayedSnapshot, age_s) == 320);
+  CHECK(sizeof(proto::DisplayedSnapshot) == 328);
+  CHECK(sizeof(proto::BodyShift) == 32);
 
   CHECK(offsetof(proto::SceneHeader, material_count) == 64);
   CHECK(offsetof(proto::SceneHeader, tool_slip_speed_m_s) == 84);
@@ -72,14 +73,24 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(proto::SnapshotHeader, state_time_ns) == 16);
   CHECK(offsetof(proto::SnapshotHeader, publish_time_ns) == 48);
   CHECK(offsetof(proto::SnapshotHeader, tool_time_ns) == 80);
-  CHECK(offsetof(proto::SnapshotHeader, step_ns) == 88);
-  CHECK(offsetof(proto::SnapshotHeader, contacts) == 96);
-  CHECK(offsetof(proto::SnapshotHeader, prediction_ns) == 104);
-  CHECK(offsetof(proto::SnapshotHeader, compliance_direction) == 112);
-  CHECK(offsetof(proto::SnapshotHeader, compliance_force_N) == 136);
-  CHECK(offsetof(proto::SnapshotHeader, max_compliance_m_per_N) == 144);
-  CHECK(offsetof(proto::SnapshotHeader, grid) == 152);
-  CHECK(sizeof(proto::SnapshotHeader) == 544);
+  CHECK(offsetof(proto::SnapshotHeader, tool_work_J) == 88);
+  CHECK(offsetof(proto::SnapshotHeader, step_ns) == 96);
+  CHECK(offsetof(proto::SnapshotHeader, contacts) == 104);
+  CHECK(offsetof(proto::SnapshotHeader, prediction_ns) == 112);
+  CHECK(offsetof(proto::SnapshotHeader, mode_count) == 120);
+  CHECK(offsetof(proto::SnapshotHeader, response_count) == 124);
+  CHECK(offsetof(proto::SnapshotHeader, turning_count) == 128);
+  CHECK(offsetof(proto::SnapshotHeader, modes) == 136);
+  CHECK(offsetof(proto::SnapshotHeader, turning) == 328);
+  CHECK(offsetof(proto::SnapshotHeader, largest_response) == 1032);
+  CHECK(offsetof(proto::SnapshotHeader, grid) == 1040);
+  CHECK(sizeof(proto::SnapshotHeader) == 1432);
+  CHECK(sizeof(proto::ResponseMode) == 16);
+  CHECK(offsetof(proto::TurningBody, centre_m) == 4);
+  CHECK(offsetof(proto::TurningBody, velocity_m_s) == 16);
+  CHECK(offsetof(proto::TurningBody, turns) == 28);
+  CHECK(sizeof(proto::TurningBody) == 176);
+  CHECK(sizeof(proto::SphereResponse) == 144);
 
   CHECK(offsetof(proto::GridShape, sphere_count) == 0);
   CHECK(offsetof(proto::GridShape, level_count) == 4);
@@ -96,23 +107,23 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(sizeof(collision::SweptBound) == 16);
 
   CHECK(sizeof(proto::SphereState) == 24);
-  CHECK(offsetof(proto::SphereRecord, radius_m) == 48);
+  CHECK(offsetof(proto::SphereRecord, radius_m) == 36);
   CHECK(offsetof(proto::SphereRecord, predicted_velocity_m_s) == 24);
-  CHECK(offsetof(proto::SphereRecord, compliance_m_per_N) == 36);
+  CHECK(offsetof(proto::SphereRecord, response) == 48);
   CHECK(offsetof(proto::SphereRecord, older) == 64);
   CHECK(offsetof(proto::SphereRecord, oldest_position_m) == 112);
-  CHECK(offsetof(proto::SphereRecord, material) == 52);
-  CHECK(offsetof(proto::SphereRecord, body) == 56);
+  CHECK(offsetof(proto::SphereRecord, material) == 40);
+  CHECK(offsetof(proto::SphereRecord, body) == 44);
   CHECK(sizeof(proto::SphereRecord) == 128);
 }
 
-TEST_CASE("A tool segment is one page with its slots at 448 and 832", "[layout]") {
+TEST_CASE("A tool segment is one page with its slots at 448 and 1024", "[layout]") {
   const TestSession session;
   ToolWriter writer(session.name(), 1'000'000, proto::Clock::kVirtual, 0);
 
   CHECK(writer.header().size_bytes == 4096);
-  CHECK(writer.header().slot_offset == std::array<std::uint64_t, 2>{448, 832});
-  CHECK(writer.header().payload_bytes == 320);
+  CHECK(writer.header().slot_offset == std::array<std::uint64_t, 2>{448, 1024});
+  CHECK(writer.header().payload_bytes == 512);
 }
 
 TEST_CASE("A scene segment is its header, its static grid and two slots", "[layout]") {
@@ -122,7 +133,8 @@ TEST_CASE("A scene segment is its header, its static grid and two slots", "[layo
 
   // Starts of 8 cells a sphere and 512 more, to a multiple of 64 bytes.
   const std::size_t static_bytes = 128 * 10 + 2432 + 16 * 13 + 4 * 10;
-  const std::size_t payload_bytes = 576 + 128 * 7 + 2304 + 16 * 10 + (4 * 7 + 4);
+  const std::size_t grid_bytes = 1472 + 128 * 7 + 2304 + 16 * 10 + (4 * 7 + 4);
+  const std::size_t payload_bytes = (grid_bytes + 63) / 64 * 64 + 144 * 7;
   const std::size_t first_slot = (3840 + static_bytes + 63) / 64 * 64;
   CHECK(header.slot_offset[0] == first_slot);
   CHECK(header.slot_offset[1] == first_slot + 64 + (payload_bytes + 63) / 64 * 64);
@@ -130,11 +142,11 @@ TEST_CASE("A scene segment is its header, its static grid and two slots", "[layo
   CHECK(header.size_bytes % 4096 == 0);
 }
 
-TEST_CASE("100 moving spheres make a payload of 20736 bytes", "[layout]") {
+TEST_CASE("100 moving spheres make a payload of 21632 bytes", "[layout]") {
   const collision::GridLayout layout = collision::grid_layout(sizeof(proto::SnapshotHeader), 100);
   CHECK(layout.cell_capacity == 1312);
-  CHECK(layout.records * 8 == 576);
-  CHECK(layout.total_words * 8 == 20736);
+  CHECK(layout.records * 8 == 1472);
+  CHECK(layout.total_words * 8 == 21632);
 }
 
 }  // namespace

@@ -36,8 +36,8 @@ proto::ToolState sound_state() {
                                    .velocity_s = {0.01, 0.0, 0.0},
                                    .prediction_s = 0.02,
                                    .compliance_lag_s = 0.006,
-                                   .force_change_N = -1.5,
-                                   .shift_m = {0.0, 1e-3, 0.0},
+                                   .modes = {-1.5},
+                                   .shifts = {{{{0.0, 1e-3, 0.0}, 2}}},
                                    .alpha = 0.5,
                                    .age_s = 0.03}}};
 }
@@ -128,8 +128,8 @@ TEST_CASE("Figures of a tick that are none, or flags that nobody knows, are not 
     CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.velocity_s[2] = bad; }));
     CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.prediction_s = bad; }));
     CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.compliance_lag_s = bad; }));
-    CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.force_change_N = bad; }));
-    CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.shift_m[0] = bad; }));
+    CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.modes[3] = bad; }));
+    CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.shifts[1].shift_m[0] = bad; }));
     CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.alpha = bad; }));
     CHECK_FALSE(is_shown([&](auto& tick) { tick.displayed.age_s = bad; }));
   }

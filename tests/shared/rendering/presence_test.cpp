@@ -30,7 +30,7 @@ struct Visitor {
 
   void show(bool is_present) {
     ShownPrediction prediction;
-    prediction.snapshot.period_ns = kPeriod_ns;
+    prediction.period_ns = kPeriod_ns;
     const Eigen::Vector3d away_m(0.3, 1.0, 0.0);
     const Eigen::Vector3d still = Eigen::Vector3d::Zero();
     scene.show({is_present ? place_m : absent(), away_m, absent()},

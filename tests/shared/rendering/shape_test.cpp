@@ -36,7 +36,7 @@ struct MovingBody {
   void show() {
     std::vector<Eigen::Vector3d> places_m, velocities_m_s;
     ShownPrediction prediction;
-    prediction.snapshot.period_ns = kPeriod_ns;
+    prediction.period_ns = kPeriod_ns;
     const double t = seconds(now_ns), moment_s = 1e-6;
     for (const Path& path : paths) {
       places_m.push_back(path(t));

@@ -1,9 +1,11 @@
 // What a snapshot tells of the next step: docs/algorithms/predict.md.
 
+#include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cmath>
 #include <optional>
+#include <random>
 
 #include "shared/collision/sphere_history.hpp"
 #include "sim_server/dynamics/step/simulation.hpp"
@@ -57,89 +59,119 @@ TEST_CASE("A free body is predicted the end of its next step, and is not complia
   const publication::SnapshotPrediction prediction = simulation.predict_next(kStep_s);
 
   CHECK(prediction.period_ns == 10'000'000);
-  CHECK(prediction.compliance_force_N == 0.0);
-  CHECK(prediction.max_compliance_m_per_N == 0.0);
+  CHECK(prediction.modes.empty());
+  CHECK(record(simulation, 0).response == 0);
   CHECK(record(simulation, 0).predicted_velocity_m_s[2] ==
         Approx(-2.0 * 9.81 * kStep_s).epsilon(1e-6));
 }
 
-TEST_CASE("A free body gives way to a newton by P^2 over its mass, along the push",
+/// How far forces at spheres' centres move a sphere over a step, by what a snapshot tells.
+Eigen::Matrix3d compliance_m_per_N(const Simulation& simulation,
+                                   const publication::SnapshotPrediction& prediction,
+                                   std::size_t moved, std::size_t pushed) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  const std::uint32_t a = record(simulation, moved).response,
+                      b = record(simulation, pushed).response;
+  if (a == 0 || b == 0) return sum;
+  for (std::size_t mode = 0; mode < prediction.modes.size(); ++mode)
+    sum += vector(prediction.responses[a - 1].modes[mode]) *
+           vector(prediction.responses[b - 1].modes[mode]).transpose();
+  return sum;
+}
+
+TEST_CASE("A free body gives way to a newton by P^2 over its mass, whichever way it is pushed",
           "[prediction]") {
-  Simulation simulation(touched_scene({sim_server::sphere({0.019, 0, 0}, 0.01, 0.1)}));
+  // The tool touches it, or is near.
+  const double x_m = GENERATE(0.019, 0.0201);
+  Simulation simulation(touched_scene({sim_server::sphere({x_m, 0, 0}, 0.01, 0.1)}));
   step_with_tool(simulation, 0.0);
-  const double depth_m = 0.02 - position_m(simulation, 0).x();
+  const double depth_m = std::max(0.0, 0.02 - position_m(simulation, 0).x());
   const double speed_m_s = simulation.world().rigid_bodies[0].velocity_m_s.x();
   const publication::SnapshotPrediction prediction = simulation.predict_next(kStep_s);
 
-  CHECK(prediction.compliance_direction[0] == Approx(1.0));
-  CHECK(prediction.compliance_force_N == Approx(kStiffness_N_per_m * depth_m));
-  CHECK(prediction.max_compliance_m_per_N == Approx(kStep_s * kStep_s / 0.1));
-  const auto& sphere = record(simulation, 0);
-  CHECK(sphere.compliance_m_per_N[0] == Approx(kStep_s * kStep_s / 0.1));
-  CHECK(sphere.predicted_velocity_m_s[0] ==
-        Approx(speed_m_s + kStep_s * prediction.compliance_force_N / 0.1).epsilon(1e-6));
+  const double alone_m_per_N = kStep_s * kStep_s / 0.1;
+  CHECK((compliance_m_per_N(simulation, prediction, 0, 0) -
+         alone_m_per_N * Eigen::Matrix3d::Identity())
+            .norm() < 1e-5 * alone_m_per_N);
+  REQUIRE(prediction.modes.size() == 6);
+  double push2_J = 0.0;
+  for (const proto::ResponseMode& mode : prediction.modes) {
+    CHECK(mode.inertia_share == Approx(1.0F).epsilon(1e-5));
+    push2_J += double{mode.push} * double{mode.push};
+  }
+  const double force_N = kStiffness_N_per_m * depth_m;
+  CHECK(std::sqrt(push2_J) ==
+        Approx(force_N * std::sqrt(alone_m_per_N)).epsilon(1e-4).margin(1e-9));
+  CHECK(record(simulation, 0).predicted_velocity_m_s[0] ==
+        Approx(speed_m_s + kStep_s * force_N / 0.1).epsilon(1e-6).margin(1e-9));
+  REQUIRE(prediction.turning.size() == 1);
 }
 
-TEST_CASE("A tool that is near but does not touch is given way to along the line of the centres",
-          "[prediction]") {
-  Simulation simulation(touched_scene({sim_server::sphere({0.0201, 0, 0}, 0.01, 0.1)}));
-  step_with_tool(simulation, 0.0);
+/// How far the next step leads from where predicted velocity and response say, for the forces that
+/// it finds, as a share of how far it leads at all. Each sphere is 10 mm, as is the tool.
+double prediction_error(Simulation& simulation, double& tool_was_m, double tool_x_m,
+                        std::size_t sphere) {
   const publication::SnapshotPrediction prediction = simulation.predict_next(kStep_s);
-  CHECK(prediction.compliance_force_N == 0.0);
-  CHECK(prediction.compliance_direction[0] == Approx(1.0));
-  CHECK(prediction.max_compliance_m_per_N == Approx(kStep_s * kStep_s / 0.1));
-}
-
-/// How far the next step leads from where predicted velocity and compliance say, for the force that
-/// it finds, as a share of how far it leads at all.
-double prediction_error(Simulation& simulation, double tool_x_m, std::size_t sphere) {
-  const publication::SnapshotPrediction prediction = simulation.predict_next(kStep_s);
-  const proto::SphereRecord told = record(simulation, sphere);
-  const Eigen::Vector3d before_m = position_m(simulation, sphere);
+  const std::size_t spheres = simulation.world().spheres.size();
+  std::vector<Eigen::Vector3d> before_m, led_m, before_N;
+  const auto push_N = [&](std::size_t i, double x_m) -> Eigen::Vector3d {
+    const Eigen::Vector3d line_m = position_m(simulation, i) - Eigen::Vector3d(x_m, 0, 0);
+    const double radius_m = simulation.world().spheres[i].radius_m;
+    return kStiffness_N_per_m * std::max(0.0, 0.01 + radius_m - line_m.norm()) *
+           line_m.normalized();
+  };
+  std::vector<Eigen::Matrix3d> compliances;
+  for (std::size_t i = 0; i < spheres; ++i) {
+    before_m.push_back(position_m(simulation, i));
+    led_m.push_back(before_m.back() +
+                    kStep_s * vector(record(simulation, i).predicted_velocity_m_s));
+    before_N.push_back(push_N(i, tool_was_m));
+    compliances.push_back(compliance_m_per_N(simulation, prediction, sphere, i));
+  }
   step_with_tool(simulation, tool_x_m);
+  tool_was_m = tool_x_m;
+  Eigen::Vector3d expected_m = led_m[sphere];
+  for (std::size_t i = 0; i < spheres; ++i)
+    expected_m += compliances[i] * (push_N(i, tool_x_m) - before_N[i]);
   const Eigen::Vector3d after_m = position_m(simulation, sphere);
-  const double bounding_radius_m = 0.01 + double{told.radius_m};
-  const double force_N =
-      kStiffness_N_per_m *
-      std::max(0.0, bounding_radius_m - (after_m - Eigen::Vector3d(tool_x_m, 0, 0)).norm());
-  const Eigen::Vector3d expected_m =
-      before_m + kStep_s * vector(told.predicted_velocity_m_s) +
-      (force_N - prediction.compliance_force_N) * vector(told.compliance_m_per_N);
-  return (after_m - expected_m).norm() / (after_m - before_m).norm();
+  return (after_m - expected_m).norm() / (after_m - before_m[sphere]).norm();
 }
 
 TEST_CASE(
-    "The next implicit step leads where predicted velocity and compliance say, whatever the tool "
+    "The next implicit step leads where predicted velocity and response say, whatever the tool "
     "does",
     "[prediction]") {
   SECTION("of a free body") {
     Simulation simulation(touched_scene({sim_server::sphere({0.019, 0, 0}, 0.01, 0.1)}));
     step_with_tool(simulation, 0.0);
+    double tool_m = 0.0;
     for (const double tool_x_m : {0.0002, 0.001, 0.003, 0.0})
-      CHECK(prediction_error(simulation, tool_x_m, 0) < 1e-5);
+      CHECK(prediction_error(simulation, tool_m, tool_x_m, 0) < 1e-5);
   }
   SECTION("of a chain that is pinned at its end, within what bends it") {
     bodies::BodyDescription chain =
         sim_server::thread(10, {0.0115, 0, 0}, {0.2, 0, 0}, 0.01, 300.0, {9});
     Simulation simulation(touched_scene({chain}));
     step_with_tool(simulation, 0.0);
+    double tool_m = 0.0;
     for (const double tool_x_m : {0.0001, 0.0003, 0.0002})
-      CHECK(prediction_error(simulation, tool_x_m, 0) < 2e-2);
+      CHECK(prediction_error(simulation, tool_m, tool_x_m, 0) < 2e-2);
   }
   SECTION("of a body with another behind it, which is pushed too") {
     Simulation simulation(touched_scene({sim_server::sphere({0.019, 0, 0}, 0.01, 0.1),
                                          sim_server::sphere({0.0385, 0, 0}, 0.01, 0.1)}));
     step_with_tool(simulation, 0.0);
+    double tool_m = 0.0;
     for (const double tool_x_m : {0.0002, 0.0005})
-      CHECK(prediction_error(simulation, tool_x_m, 0) < 1e-2);
+      CHECK(prediction_error(simulation, tool_m, tool_x_m, 0) < 1e-2);
     const double alone_m_per_N = kStep_s * kStep_s / 0.1;
-    static_cast<void>(simulation.predict_next(kStep_s));
-    CHECK(record(simulation, 0).compliance_m_per_N[0] < 0.95 * alone_m_per_N);
-    CHECK(record(simulation, 1).compliance_m_per_N[0] > 0.01 * alone_m_per_N);
+    const publication::SnapshotPrediction prediction = simulation.predict_next(kStep_s);
+    CHECK(compliance_m_per_N(simulation, prediction, 0, 0)(0, 0) < 0.95 * alone_m_per_N);
+    CHECK(compliance_m_per_N(simulation, prediction, 1, 0)(0, 0) > 0.01 * alone_m_per_N);
   }
 }
 
-TEST_CASE("However a tool is pinched, no newton of its net force is given way to by more than two",
+TEST_CASE("However a tool is pinched, each body gives way to a newton as it does alone",
           "[prediction]") {
   const double alone_m_per_N = kStep_s * kStep_s / 0.1;
   const double ahead_m = GENERATE(1e-3, 1e-4, 1e-6, 1e-9, 0.0);  // deeper in one than in the other
@@ -149,18 +181,16 @@ TEST_CASE("However a tool is pinched, no newton of its net force is given way to
                      sim_server::sphere({-0.019, across_m, 0}, 0.01, 0.1)}));
   step_with_tool(simulation, 0.0);
   const publication::SnapshotPrediction prediction = simulation.predict_next(kStep_s);
-  CHECK(prediction.max_compliance_m_per_N <= 2.0 * alone_m_per_N * (1.0 + 1e-9));
   for (std::size_t i = 0; i < 2; ++i) {
-    const Eigen::Vector3d compliance_m_per_N = vector(record(simulation, i).compliance_m_per_N);
-    CHECK(compliance_m_per_N.dot(
-              Eigen::Map<const Eigen::Vector3d>(prediction.compliance_direction.data())) >=
-          0.0);  // none comes towards the tool as it pushes on
+    CHECK((compliance_m_per_N(simulation, prediction, i, i) -
+           alone_m_per_N * Eigen::Matrix3d::Identity())
+              .norm() < 1e-5 * alone_m_per_N);
+    CHECK(compliance_m_per_N(simulation, prediction, i, 1 - i).norm() < 1e-5 * alone_m_per_N);
   }
 }
 
-TEST_CASE(
-    "A tool between a free body and a prescribed one is given way to as by the free one alone",
-    "[prediction]") {
+TEST_CASE("A tool between a free body and a prescribed one: only the free one gives way",
+          "[prediction]") {
   bodies::BodyDescription piston = sim_server::sphere({-0.0185, 0, 0}, 0.01, 0.1);
   piston.motion = bodies::Motion::kPrescribed;
   Simulation pinched(touched_scene({sim_server::sphere({0.019, 0, 0}, 0.01, 0.1), piston}));
@@ -169,8 +199,43 @@ TEST_CASE(
   step_with_tool(alone, 0.0);
   const publication::SnapshotPrediction of_pinched = pinched.predict_next(kStep_s),
                                         of_alone = alone.predict_next(kStep_s);
-  CHECK(of_pinched.compliance_force_N == Approx(of_alone.compliance_force_N));
-  CHECK(record(pinched, 0).compliance_m_per_N == record(alone, 0).compliance_m_per_N);
+  CHECK(of_pinched.modes.size() == of_alone.modes.size());
+  CHECK((compliance_m_per_N(pinched, of_pinched, 0, 0) - compliance_m_per_N(alone, of_alone, 0, 0))
+            .norm() < 1e-9);
+  CHECK(record(pinched, 1).response == 0);
+}
+
+TEST_CASE("No response gives way more than an implicit step, and none is negative",
+          "[prediction]") {
+  // Over soft and rigid bodies pressed against one another and drawn apart.
+  std::mt19937 random(GENERATE(range(1U, 9U)));
+  std::uniform_real_distribution<double> any(0.0, 1.0);
+  bodies::BodyDescription chain =
+      sim_server::thread(7, {0.015 + 0.004 * any(random), 0, 0}, {0.1, 0.01, 0}, 0.01, 300.0, {6});
+  Simulation simulation(
+      touched_scene({chain, sim_server::sphere({-0.0185, 0.003 * any(random), 0}, 0.01, 0.05),
+                     sim_server::sphere({-0.037, 0.0, 0.002 * any(random)}, 0.01, 0.2)}));
+  step_with_tool(simulation, 0.0);
+  const publication::SnapshotPrediction prediction = simulation.predict_next(kStep_s);
+  REQUIRE(!prediction.modes.empty());
+  const std::size_t spheres = simulation.world().spheres.size();
+  Eigen::MatrixXd all(3 * spheres, 3 * spheres);
+  for (std::size_t i = 0; i < spheres; ++i)
+    for (std::size_t j = 0; j < spheres; ++j)
+      all.block<3, 3>(static_cast<Eigen::Index>(3 * i), static_cast<Eigen::Index>(3 * j)) =
+          compliance_m_per_N(simulation, prediction, i, j);
+  CHECK((all - all.transpose()).norm() < 1e-6 * all.norm());
+  const Eigen::VectorXd values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(all).eigenvalues();
+  CHECK(values.minCoeff() > -1e-6 * values.maxCoeff());
+  // The lightest that moves at all: a node of the chain.
+  const double lightest_kg = 0.01;
+  for (const proto::ResponseMode& mode : prediction.modes) {
+    CHECK(mode.inertia_share >= 0.0F);
+    CHECK(mode.inertia_share <= 1.0F);
+  }
+  for (std::size_t i = 0; i < spheres; ++i)
+    CHECK(compliance_m_per_N(simulation, prediction, i, i)(0, 0) <=
+          kStep_s * kStep_s / lightest_kg * (1.0 + 1e-5));
 }
 
 TEST_CASE("A prescribed body is predicted where it will be and is not compliant", "[prediction]") {
@@ -183,7 +248,7 @@ TEST_CASE("A prescribed body is predicted where it will be and is not compliant"
   const publication::SnapshotPrediction prediction = simulation.predict_next(kStep_s);
   const Eigen::Vector3d predicted_m =
       position_m(simulation, 0) + kStep_s * vector(record(simulation, 0).predicted_velocity_m_s);
-  CHECK(prediction.max_compliance_m_per_N == 0.0);
+  CHECK(prediction.modes.empty());
   step_with_tool(simulation, 0.0);
   CHECK((position_m(simulation, 0) - predicted_m).norm() < 1e-7);
 }
@@ -265,17 +330,16 @@ TEST_CASE("Of a large scene what is near the tool is predicted as it would be al
     of[simulation == &large] = simulation->predict_next(kStep_s);
   }
 
-  REQUIRE(of[0].max_compliance_m_per_N > 0.0);
-  CHECK(of[1].max_compliance_m_per_N == Approx(of[0].max_compliance_m_per_N));
-  CHECK(of[1].compliance_force_N == Approx(of[0].compliance_force_N));
+  REQUIRE(!of[0].modes.empty());
+  CHECK(of[1].modes.size() == of[0].modes.size());
   const std::size_t places[2] = {0, 3001};
-  for (std::size_t i = 0; i < 2; ++i)
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto &one = record(alone, i), &other = record(large, places[i]);
-      CHECK(other.predicted_velocity_m_s[axis] ==
-            Approx(one.predicted_velocity_m_s[axis]).margin(1e-5));
-      CHECK(other.compliance_m_per_N[axis] == Approx(one.compliance_m_per_N[axis]).margin(1e-9));
-    }
+  for (std::size_t i = 0; i < 2; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      CHECK(record(large, places[i]).predicted_velocity_m_s[axis] ==
+            Approx(record(alone, i).predicted_velocity_m_s[axis]).margin(1e-5));
+    CHECK((compliance_m_per_N(large, of[1], places[i], 0) - compliance_m_per_N(alone, of[0], i, 0))
+              .norm() < 1e-7);
+  }
   CHECK(record(large, 3000).predicted_velocity_m_s[2] == Approx(0.5));
   const collision::SweptBound& bound = large.snapshot().swept_bound(3000);
   const Eigen::Vector3d far_m =

@@ -28,12 +28,9 @@ TEST_CASE("A tick's force is that of a sphere where the tick is told to have dis
                                   kTicks * rendering::kMillisecond_ns);
   const auto renderer = rendering::make_renderer(transition);
   rendering::ShownPrediction prediction;
-  prediction.snapshot = {.period_ns = kTicks * rendering::kMillisecond_ns,
-                         .compliance_direction = {0.0, 0.0, -1.0},
-                         .compliance_force_N = 1.0,
-                         .max_compliance_m_per_N = 1e-3};
+  prediction.period_ns = kTicks * rendering::kMillisecond_ns;
   prediction.predicted_velocity_m_s = {{0.01, 0.0, -0.005}};
-  prediction.compliance_m_per_N = {{0.0, 0.0, -1e-3}};
+  rendering::add_mode(prediction, {{0.0, 0.0, -1e-3}}, {0.0, 0.0, -1.0});
   rendering::ToolPose pose;
   pose.position_m = {0.002, 0.001, 0.026};
   double farthest_m = 0.0;
@@ -47,7 +44,8 @@ TEST_CASE("A tick's force is that of a sphere where the tick is told to have dis
     const auto snapshot = segment_inspect::read_snapshot(scene.view(), 1);
     REQUIRE(snapshot);
     REQUIRE(snapshot->snapshot_id == rendered.snapshot_id);
-    const auto at_m = displayed_m(snapshot->spheres[0], rendering::displayed_snapshot(rendered, 0));
+    const auto at_m = displayed_m(snapshot->spheres[0], snapshot->responses,
+                                  rendering::displayed_snapshot(rendered, 0));
     const Eigen::Vector3d line_m = pose.position_m - Eigen::Vector3f(at_m.data()).cast<double>();
     const double depth_m = static_cast<double>(kTool_m) + kSphere_m - line_m.norm();
     const Eigen::Vector3d force_N = kStiffness_N_per_m * depth_m * line_m.normalized();
@@ -68,9 +66,9 @@ TEST_CASE("A sphere that a snapshot lacks is displayed by the others, and not at
   proto::DisplayedSnapshot shown{};
   shown.position = {0.7, 0.3, 0.0, 0.0};
 
-  CHECK(distance_m(displayed_m(record, shown), {1.0, 2.0, 3.0}) < 1e-6);
+  CHECK(distance_m(displayed_m(record, {}, shown), {1.0, 2.0, 3.0}) < 1e-6);
   shown.position = {1.0, 0.0, 0.0, 0.0};
-  CHECK(std::isnan(displayed_m(record, shown)[1]));
+  CHECK(std::isnan(displayed_m(record, {}, shown)[1]));
 }
 
 TEST_CASE("A later snapshot's history tells the same place, as long as it holds the snapshot",
@@ -82,17 +80,18 @@ TEST_CASE("A later snapshot's history tells the same place, as long as it holds 
   proto::DisplayedSnapshot shown{};
   shown.position = {0.6, 0.4, 0.0, 0.0};
   shown.velocity_s = {0.004, 0.0, 0.0};
-  shown.shift_m = {0.0, 0.001, 0.0};
-  const Eigen::Vector3d there_m = Eigen::Vector3f(displayed_m(before, shown).data()).cast<double>();
+  shown.shifts[0] = {{0.0, 0.001, 0.0}, 0};
+  const Eigen::Vector3d there_m =
+      Eigen::Vector3f(displayed_m(before, {}, shown).data()).cast<double>();
 
   collision::push_snapshot(after, {{0.5F, 0.5F, 0.5F}, {1.0F, 1.0F, 1.0F}});
   const auto one = in_later_history(shown, 1);
   REQUIRE(one);
-  CHECK(distance_m(displayed_m(after, *one), there_m) < 2e-8);
+  CHECK(distance_m(displayed_m(after, {}, *one), there_m) < 2e-8);
   collision::push_snapshot(after, {{0.7F, 0.5F, 0.5F}, {1.0F, 1.0F, 1.0F}});
   const auto two = in_later_history(shown, 2);
   REQUIRE(two);
-  CHECK(distance_m(displayed_m(after, *two), there_m) < 2e-8);
+  CHECK(distance_m(displayed_m(after, {}, *two), there_m) < 2e-8);
   CHECK_FALSE(in_later_history(shown, proto::kHistoryLength));
 }
 
@@ -102,14 +101,14 @@ TEST_CASE("What a later snapshot cannot tell of a predicted velocity its velocit
   shown.position = {1.0, 0.0, 0.0, 0.0};
   shown.prediction_s = 0.02;
   shown.compliance_lag_s = 0.006;
-  shown.force_change_N = 3.0;
+  shown.modes[0] = 3.0;
   const auto told = in_later_history(shown, 1);
   REQUIRE(told);
   CHECK(told->position == std::array{0.0, 1.0, 0.0, 0.0});
   CHECK(told->velocity_s == std::array{0.0, 0.02, 0.0});
   CHECK(told->prediction_s == 0.0);
   CHECK(told->compliance_lag_s == 0.0);
-  CHECK(told->force_change_N == 0.0);
+  CHECK(told->modes[0] == 0.0);
 }
 
 }  // namespace

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+
+#include "proto/scene_segment.hpp"
+#include "shared/display/response.hpp"
+#include "shared/rendering/tool_force.hpp"
+#include "shared/rendering/touched_spheres.hpp"
+
+namespace stillgrid::rendering {
+
+/// Of a tool sphere's radius: no sphere gives way farther in a tick, for beyond its centre the tool
+/// is on the other side, where a push draws.
+inline constexpr double kMaxCompliantShift = 0.25;
+
+/// The modes of a snapshot as a tick displays them.
+struct ModeResponse {
+  std::array<display::ModeLaw, proto::kMaxModes> laws{};
+  display::ModeMotion motion = {};
+  std::size_t count = 0;
+
+  /// The laws of a snapshot, of a header as it was read, by these weights; displacements go along
+  /// with what no push changes. Realtime: yes.
+  void take(const proto::SnapshotHeader& snapshot,
+            const display::SnapshotWeights& weights) noexcept;
+
+  /// The displacements to which that push leads, the spheres' own; kept within a metre.
+  /// Realtime: yes.
+  void follow(const display::ModeDisplacements& push) noexcept;
+};
+
+/// Places touched spheres where the modes move them. Realtime: yes.
+void give_way(const display::ModeMotion& motion, TouchedSpheres& touched) noexcept;
+
+/// Lets touched spheres, which are displayed by the response's displacements, give way until the
+/// forces on them are those to which they have given way. Returns what another iteration would
+/// change of these, N.
+///
+/// Newton's method on what is the gradient of a convex energy but for normals that turn and for
+/// friction, whose matrix is symmetric and positive definite whatever a segment says; warm-started
+/// with the last tick's displacements, kMaxIterations at most. In one tick no sphere moves farther
+/// than kMaxCompliantShift of the radius; what is left is the next tick's. At a switch, which
+/// changes no force, in one iteration, of which there may be three times as many. Realtime:
+/// allocates nothing.
+[[nodiscard]] double solve_response(const proto::SceneHeader& scene,
+                                    std::span<const PlacedToolSphere> tool, const ToolPose& pose,
+                                    double radius_m, bool is_switch, TouchedSpheres& touched,
+                                    ModeResponse& response) noexcept;
+
+}  // namespace stillgrid::rendering
