@@ -35,7 +35,6 @@ nlohmann::json interface_json(const std::optional<safety::InterfaceEnergy>& ener
       {"given_by_hand_J", given_by_hand_J},
       {"booked_J", booked_J},
       {"held_J", held_J},
-      {"held_J", held_J},
       {"made_J", made_J},
       {"in_flight_J", in_flight_J},
       {"uncertainty_J", uncertainty_J},

@@ -3,23 +3,16 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdio>
-#include <ctime>
 #include <stdexcept>
 #include <string>
 
+#include "shared/realtime/processor_time.hpp"
 #include "sim_server/explain.hpp"
 #include "sim_server/hand_path.hpp"
 #include "sim_server/method_record.hpp"
 
 namespace stillgrid::sim_server {
 namespace {
-
-/// This thread's processor time: what else the machine does costs no choice its place.
-double processor_s() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 void tell(const std::string& line) {
   spdlog::info("{}", line);
@@ -32,7 +25,7 @@ void look_at_hand(const scene::SceneDescription& scene) {
 
 void choose_both(scene::SceneDescription& scene, const bodies::World& world, Choices& choices) {
   if (scene.choose_method) {
-    choices.method = dynamics::choose_method(scene, processor_s, tell);
+    choices.method = dynamics::choose_method(scene, realtime::thread_processor_s, tell);
     scene.method = choices.method->method;
     spdlog::info("method chosen: {}; --explain tells why", scene::describe(scene.method));
     if (!choices.method->keeps_rate)
@@ -41,7 +34,7 @@ void choose_both(scene::SceneDescription& scene, const bodies::World& world, Cho
       spdlog::warn("error_target_m {}: {}", scene.error_target_m, complaint);
   }
   if (scene.choose_rate) {
-    choices.rate = choose_rate(scene, world, kServerBudget_s, processor_s, tell);
+    choices.rate = choose_rate(scene, world, kServerBudget_s, realtime::thread_processor_s, tell);
     scene.period_s = 1.0 / choices.rate->rate_hz;
     spdlog::info("rate chosen: {} Hz; --explain tells why", choices.rate->rate_hz);
     if (const std::string complaint = force_complaint(*choices.rate, scene); !complaint.empty())
@@ -74,11 +67,11 @@ void explain_choices(scene::SceneDescription scene, const bodies::World& world,
                      const ChoiceFiles& files) {
   look_at_hand(scene);
   Choices choices;
-  choices.method = dynamics::choose_method(scene, processor_s, tell);
+  choices.method = dynamics::choose_method(scene, realtime::thread_processor_s, tell);
   if (scene.choose_method) scene.method = choices.method->method;
   std::fputs(explain(*choices.method, scene).c_str(), stdout);
   if (scene.hand) {
-    choices.rate = choose_rate(scene, world, kExplainBudget_s, processor_s, tell);
+    choices.rate = choose_rate(scene, world, kExplainBudget_s, realtime::thread_processor_s, tell);
     std::fputs(('\n' + explain(*choices.rate, scene)).c_str(), stdout);
     if (scene.choose_rate) scene.period_s = 1.0 / choices.rate->rate_hz;
   }

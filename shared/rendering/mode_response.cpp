@@ -40,9 +40,7 @@ bool push_on(const proto::SceneHeader& scene, const TouchedSphere& sphere,
   add_contact(force, material, contact, pose, sphere.presence);
   push.force_N = -force.force_N;
   push.resistance_N_per_m = force.stiffness_N_per_m;
-  const Eigen::Vector3d lever_m = contact.point_m - pose.position_m;
-  const Eigen::Vector3d relative_m_s =
-      pose.velocity_m_s + pose.angular_velocity_rad_s.cross(lever_m) - contact.touched_velocity_m_s;
+  const Eigen::Vector3d relative_m_s = relative_velocity_m_s(contact, pose);
   const double separation_m_s = contact.normal.dot(relative_m_s);
   const double slip_m_s = (relative_m_s - separation_m_s * contact.normal).norm();
   const double drag_N_s_per_m = material.friction *

@@ -34,11 +34,9 @@ void add_contact(ToolForce& sum, const collision::ContactMaterial& material,
                  const ToolContact& contact, const ToolPose& pose, double presence) noexcept {
   if (!(contact.depth_m > 0.0)) return;
   const Eigen::Vector3d lever_m = contact.point_m - pose.position_m;
-  const Eigen::Vector3d velocity_m_s =
-      pose.velocity_m_s + pose.angular_velocity_rad_s.cross(lever_m);
   const Eigen::Vector3d force_N =
       presence * collision::contact_force_N(material, contact.depth_m, contact.normal,
-                                            velocity_m_s - contact.touched_velocity_m_s);
+                                            relative_velocity_m_s(contact, pose));
   sum.force_N += force_N;
   sum.torque_N_m += lever_m.cross(force_N);
   sum.stiffness_N_per_m +=

@@ -47,6 +47,15 @@ struct ToolContact {
 [[nodiscard]] collision::ContactMaterial contact_material(const proto::SceneHeader& scene,
                                                           std::uint32_t material) noexcept;
 
+/// Of the tool at the point of contact, its rotation included, seen from what it touches.
+/// Realtime: yes.
+[[nodiscard]] inline Eigen::Vector3d relative_velocity_m_s(const ToolContact& contact,
+                                                           const ToolPose& pose) noexcept {
+  const Eigen::Vector3d lever_m = contact.point_m - pose.position_m;
+  return pose.velocity_m_s + pose.angular_velocity_rad_s.cross(lever_m) -
+         contact.touched_velocity_m_s;
+}
+
 /// Adds the share `presence` of a contact's force by the contact law; without overlap nothing.
 ///
 /// Damper and friction see the velocity of the tool at the point of contact, its rotation included,

@@ -8,10 +8,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <limits>
 #include <string>
 
+#include "shared/realtime/processor_time.hpp"
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/laws/law.hpp"
 #include "tests/laws/moved_scene.hpp"
@@ -20,13 +20,6 @@ namespace stillgrid::laws {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-/// Of this thread: what others take of the machine is no delay of a step's own.
-double processor_s() {
-  timespec now{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 /// What a process of its own came to that loaded a scene and took a step.
 struct Usage {
@@ -99,14 +92,14 @@ Finding keeps_its_deadline(const LawCase& law_case) {
   double least = std::numeric_limits<double>::infinity();
   constexpr int kTries = 6;  // the first has what is built once
   for (int i = 0; i < kTries; ++i) {
-    const double began_s = processor_s();
+    const double began_s = realtime::thread_processor_s();
     const auto start = Clock::now();
     const dynamics::Budget budget{.deadline = start + std::chrono::duration_cast<Clock::duration>(
                                                           std::chrono::duration<double>(step_s))};
     (void)simulation.step(
         step_s, [] { return std::nullopt; }, budget);
     (void)simulation.predict_next(step_s, budget);
-    if (i > 0) least = std::min(least, (processor_s() - began_s) / step_s);
+    if (i > 0) least = std::min(least, (realtime::thread_processor_s() - began_s) / step_s);
   }
   return {.measured = least,
           .allowed = 1.1,

@@ -3,7 +3,6 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <ctime>
 #include <exception>
 #include <memory>
 #include <new>
@@ -18,6 +17,7 @@
 #include "shared/files/whole_file.hpp"
 #include "shared/publication/segment.hpp"
 #include "shared/realtime/exit_status.hpp"
+#include "shared/realtime/processor_time.hpp"
 #include "shared/tools/fit_run/fit_json.hpp"
 #include "shared/tools/fit_run/fit_scene.hpp"
 #include "shared/tools/laboratory/cannot_start.hpp"
@@ -162,12 +162,9 @@ int write_reference(Arguments& arguments) {
 /// The method that sim_server would choose, by this thread's processor time.
 void settle_method(scene::SceneDescription& scene) {
   if (!scene.choose_method) return;
-  const auto now_s = [] {
-    timespec now{};
-    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-  };
-  scene.method = dynamics::choose_method(scene, now_s, [](const std::string&) {}).method;
+  scene.method =
+      dynamics::choose_method(scene, realtime::thread_processor_s, [](const std::string&) {
+      }).method;
   scene.choose_method = false;
 }
 

@@ -1,7 +1,6 @@
 #include "shared/tools/laboratory/lab.hpp"
 
 #include <algorithm>
-#include <ctime>
 #include <memory>
 #include <utility>
 
@@ -9,6 +8,7 @@
 #include "haptic_server/haptic_loop.hpp"
 #include "shared/publication/tool_segment.hpp"
 #include "shared/realtime/periodic_timer.hpp"
+#include "shared/realtime/processor_time.hpp"
 #include "shared/tools/laboratory/path_file.hpp"
 #include "shared/tools/laboratory/rivals/shipped_step.hpp"
 #include "sim_server/lockstep_simulation.hpp"
@@ -17,12 +17,6 @@
 
 namespace stillgrid::laboratory {
 namespace {
-
-double processor_s() {
-  timespec now{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 bodies::World start_world(const scene::SceneDescription& scene, const WorldState* start) {
   bodies::World world = scene::build_world(scene);
@@ -85,7 +79,8 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
   sim_server::LockstepSimulation simulation(
       scene, start_world(scene, options.start),
       {scene.period_s, options.jitter, options.seed, options.latency_s},
-      options.measures_ticks ? sim_server::CostClock(processor_s) : sim_server::CostClock());
+      options.measures_ticks ? sim_server::CostClock(realtime::thread_processor_s)
+                             : sim_server::CostClock());
   SimulationRecord record(simulation.simulation(), options, run);
   device::Device device(device::parse_device_spec(options.device),
                         {.period_ns = tick_ns, .is_virtual = true});
@@ -120,7 +115,7 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
     loop->count(row, run.report);
   };
 
-  const double began_s = processor_s();
+  const double began_s = realtime::thread_processor_s();
   for (std::uint64_t now_ns = 0; now_ns < end_ns; now_ns += tick_ns) {
     run_to(now_ns, false);  // samples before this tick's
     haptic_server::TickEnd end = loop->sense(scene_view, now_ns);
@@ -136,7 +131,7 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
     run.device_failed = end == haptic_server::TickEnd::kDeviceFault;
     if (end != haptic_server::TickEnd::kGoOn) break;
   }
-  run.processor_s = processor_s() - began_s;
+  run.processor_s = realtime::thread_processor_s() - began_s;
   run.simulation.step_s = simulation.step_s();
   return run;
 }

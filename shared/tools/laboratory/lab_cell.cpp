@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <ctime>
 #include <numbers>
 #include <stdexcept>
 
+#include "shared/realtime/processor_time.hpp"
 #include "shared/tools/laboratory/methods/laboratory_methods.hpp"
 #include "sim_server/scene/build_world.hpp"
 #include "sim_server/scene/scene_file.hpp"
@@ -67,12 +67,6 @@ double moving_mass_kg(const bodies::World& world) {
   for (const bodies::RigidBody& body : world.rigid_bodies)
     mass_kg += body.free ? body.mass_kg : 0.0;
   return mass_kg;
-}
-
-double processor_s() {
-  timespec now{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
 /// A cell with its options and its rule, made once.
@@ -188,7 +182,7 @@ Verdict verdict_of(const LabCell& cell, double stiffness_N_per_m) {
 }
 
 CellLimit limit_of(const LabCell& cell, const StiffnessSearch& search) {
-  const double began_s = processor_s();
+  const double began_s = realtime::thread_processor_s();
   Judge judge(cell);
   CellLimit found;
   const auto is_stable = [&](double stiffness_N_per_m, std::uint64_t first) {
@@ -207,7 +201,7 @@ CellLimit limit_of(const LabCell& cell, const StiffnessSearch& search) {
     found.by_others_N_per_m = largest_stable_stiffness_N_per_m(
         [&](double stiffness_N_per_m) { return is_stable(stiffness_N_per_m, others); }, near);
   }
-  found.processor_s = processor_s() - began_s;
+  found.processor_s = realtime::thread_processor_s() - began_s;
   return found;
 }
 

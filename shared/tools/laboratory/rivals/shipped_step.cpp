@@ -13,11 +13,6 @@ namespace {
 constexpr double kSameTime_s = 1e-7;
 constexpr double kAccuracy = 1e-6;
 
-bool is_free(const bodies::World& world, const bodies::SphereBinding& sphere) {
-  return sphere.rigid < 0 ||
-         world.rigid_bodies[static_cast<std::size_t>(sphere.rigid)].unknown != bodies::kNoUnknown;
-}
-
 }  // namespace
 
 void ShippedSteps::take(const dynamics::Simulation& simulation) {
@@ -46,22 +41,19 @@ Eigen::MatrixXd ShippedSteps::compliance_m_per_N(std::uint64_t state_time_ns,
   const Eigen::VectorXd nowhere = Eigen::VectorXd::Zero(system.size());
   dynamics::KrylovLinearSolver solver;
   Eigen::VectorXd change;
+  system.place(nowhere, velocity, 0.0);
   for (Eigen::Index j = 0; j < count; ++j) {
     const Push& push = pushes[static_cast<std::size_t>(j)];
-    const bodies::SphereBinding& pushed = step->world.spheres[push.sphere];
-    if (!is_free(step->world, pushed)) continue;
-    system.place(nowhere, velocity, 0.0);
     Eigen::VectorXd force = nowhere;
-    system.push_sphere(pushed, push.direction, Eigen::Vector3d::Zero(), force);
+    system.push_sphere(step->world.spheres[push.sphere], push.direction, Eigen::Vector3d::Zero(),
+                       force);
     if (force.isZero(0.0) || !solver.solve(stage, dynamics::JacobianKind::kDefinite,
                                            step->step_s * force, kAccuracy, {}, change))
       continue;
-    system.place(nowhere, change, 0.0);  // `change`: velocities that a newton makes
-    for (Eigen::Index i = 0; i < count; ++i) {
+    for (Eigen::Index i = 0; i < count; ++i) {  // `change`: velocities that a newton makes
       const Push& along = pushes[static_cast<std::size_t>(i)];
-      if (is_free(step->world, step->world.spheres[along.sphere]))
-        compliance(i, j) =
-            step->step_s * along.direction.dot(system.trial().spheres[along.sphere].velocity_m_s);
+      compliance(i, j) = step->step_s * along.direction.dot(system.velocity_of(
+                                            step->world.spheres[along.sphere], change));
     }
   }
   return 0.5 * (compliance + compliance.transpose());
