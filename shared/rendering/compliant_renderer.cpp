@@ -85,8 +85,8 @@ void CompliantRenderer::lead_on(const TickScene& scene) noexcept {
     TouchedSphere& sphere = touched_->spheres[i];
     const Eigen::Vector3d way_m = (weights.step_share > 0.0 ? led_s : tick_s) * sphere.led_m_s -
                                   back * shown_.shifts.of(sphere.body);
-    sphere.position_m += way_m;
-    sphere.base_m += way_m;
+    for (Eigen::Vector3d* at_m : {&sphere.position_m, &sphere.base_m, &sphere.seen_m})
+      *at_m += way_m;
   }
   shown_.response.take(reader().snapshot(), weights);
   give_way(shown_.response.motion, *touched_);
