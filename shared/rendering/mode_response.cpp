@@ -1,6 +1,5 @@
 #include "shared/rendering/mode_response.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -22,62 +21,118 @@ using Matrix = Eigen::Matrix<double, kModes, kModes>;
 
 /// What the tool does to a sphere, and how that falls as the sphere gives way.
 struct Push {
-  Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d resistance_N_per_m = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d force_N, normal;
+  double along_N_per_m = 0.0, across_N_per_m = 0.0;  // the normal
 };
 
 /// False where they do not touch, or a tick shows what the tick before gathered for another tool.
 bool push_on(const proto::SceneHeader& scene, const TouchedSphere& sphere,
              std::span<const PlacedToolSphere> tool, const ToolPose& pose, double rate_per_s,
              Push& push) {
-  if (sphere.response == 0 || sphere.material >= scene.material_count ||
-      sphere.tool_sphere >= tool.size())
-    return false;
+  if (sphere.tool_sphere >= tool.size()) return false;
   const ToolContact contact = contact_with(sphere, tool[sphere.tool_sphere]);
   if (!(contact.depth_m > 0.0)) return false;
   const collision::ContactMaterial material = contact_material(scene, sphere.material);
-  ToolForce force;
-  add_contact(force, material, contact, pose, sphere.presence);
-  push.force_N = -force.force_N;
-  push.resistance_N_per_m = force.stiffness_N_per_m;
   const Eigen::Vector3d relative_m_s = relative_velocity_m_s(contact, pose);
+  push.normal = contact.normal;
+  push.force_N = -sphere.presence * collision::contact_force_N(material, contact.depth_m,
+                                                               contact.normal, relative_m_s);
   const double separation_m_s = contact.normal.dot(relative_m_s);
   const double slip_m_s = (relative_m_s - separation_m_s * contact.normal).norm();
-  const double drag_N_s_per_m = material.friction *
-                                std::max(0.0, contact.normal.dot(force.force_N)) /
-                                std::max(slip_m_s, material.slip_speed_m_s);
   const double damping_N_s_per_m = separation_m_s < 0.0 ? material.damping_N_s_per_m : 0.0;
-  const Eigen::Matrix3d along = contact.normal * contact.normal.transpose();
-  push.resistance_N_per_m += rate_per_s * (sphere.presence * damping_N_s_per_m * along +
-                                           drag_N_s_per_m * (Eigen::Matrix3d::Identity() - along));
+  push.along_N_per_m =
+      sphere.presence * (material.stiffness_N_per_m + rate_per_s * damping_N_s_per_m);
+  push.across_N_per_m = rate_per_s * material.friction *
+                        std::max(0.0, -contact.normal.dot(push.force_N)) /
+                        std::max(slip_m_s, material.slip_speed_m_s);
   return true;
 }
 
-/// One evaluation: the push on the modes, and what resists their displacements.
+/// One evaluation: the push on the modes, and what resists their displacements over `root`: the sum
+/// of row row^T.
 struct Evaluation {
-  ModeDisplacements push = ModeDisplacements::Zero();
-  Matrix resistance = Matrix::Zero();
-  double softening = 0.0;          // of the scene's own resistance, by normals that turn
-  double stiffness_N_per_m = 0.0;  // of the stiffest contact that there may be
+  ModeDisplacements push;
+  double softening;          // of the scene's own resistance, by normals that turn
+  double stiffness_N_per_m;  // of the stiffest contact that there may be
+  std::size_t row_count;
+  std::array<ModeDisplacements, 3 * TouchedSpheres::kResponseCapacity> rows;
+
+  void evaluate(const proto::SceneHeader& scene, const TouchedSpheres& touched,
+                std::span<const PlacedToolSphere> tool, const ToolPose& pose, double rate_per_s,
+                const ModeDisplacements& root) {
+    push.setZero();
+    softening = stiffness_N_per_m = 0.0;
+    row_count = 0;
+    for (const TouchedSphere& sphere : touched.all()) {
+      if (sphere.response == 0 || sphere.material >= scene.material_count) continue;
+      stiffness_N_per_m = std::max(stiffness_N_per_m,
+                                   double{scene.materials[sphere.material].stiffness_N_per_m});
+      Push one;
+      if (!push_on(scene, sphere, tool, pose, rate_per_s, one)) continue;
+      const Eigen::Matrix<double, kModes, 3> own =
+          touched.response_of(sphere).transpose().cast<double>();
+      push += own * one.force_N;
+      const Eigen::Matrix<double, kModes, 3> rooted = root.asDiagonal() * own;
+      softening += one.force_N.norm() * rooted.squaredNorm() /
+                   (tool[sphere.tool_sphere].radius_m + sphere.radius_m);
+      add_rows(one, rooted);
+    }
+  }
+
+ private:
+  /// The root of the contact's resistance, times the sphere's part.
+  void add_rows(const Push& one, const Eigen::Matrix<double, kModes, 3>& rooted) {
+    const double along = std::sqrt(one.along_N_per_m), across = std::sqrt(one.across_N_per_m);
+    const ModeDisplacements by_normal = (along - across) * (rooted * one.normal);
+    if (!(across > 0.0)) {
+      rows[row_count++] = by_normal;
+      return;
+    }
+    for (int axis = 0; axis < 3; ++axis)
+      rows[row_count++] = across * rooted.col(axis) + one.normal[axis] * by_normal;
+  }
 };
 
-Evaluation evaluate(const proto::SceneHeader& scene, const TouchedSpheres& touched,
-                    std::span<const PlacedToolSphere> tool, const ToolPose& pose, double rate_per_s,
-                    const ModeDisplacements& root) {
-  Evaluation sum;
-  for (const TouchedSphere& sphere : touched.all()) {
-    Push push;
-    if (sphere.response != 0 && sphere.material < scene.material_count)
-      sum.stiffness_N_per_m = std::max(sum.stiffness_N_per_m,
-                                       double{scene.materials[sphere.material].stiffness_N_per_m});
-    if (!push_on(scene, sphere, tool, pose, rate_per_s, push)) continue;
-    const Eigen::Matrix<double, 3, kModes> own = touched.response_of(sphere).cast<double>();
-    sum.push.noalias() += own.transpose() * push.force_N;
-    sum.softening += push.force_N.norm() * (own * root.asDiagonal()).squaredNorm() /
-                     (tool[sphere.tool_sphere].radius_m + sphere.radius_m);
-    sum.resistance.noalias() += own.transpose() * (push.resistance_N_per_m * own);
+/// Solves for x, in place; of the first `count` rows and columns of a positive definite matrix the
+/// lower half counts, and is spent.
+void solve_definite(Matrix& matrix, int count, ModeDisplacements& x) {
+  for (int j = 0; j < count; ++j)
+    for (int i = j + 1; i < count; ++i) {
+      const double share = matrix(i, j) / matrix(j, j);
+      for (int k = i; k < count; ++k) matrix(k, i) -= share * matrix(k, j);
+      x[i] -= share * x[j];
+    }
+  for (int j = count - 1; j >= 0; --j) {
+    for (int i = j + 1; i < count; ++i) x[j] -= matrix(i, j) * x[i];
+    x[j] /= matrix(j, j);
   }
-  return sum;
+}
+
+/// (1 + sum of row row^T)^-1 residual, by as many equations as there are modes, or rows if these are
+/// fewer [Woodbury].
+ModeDisplacements solve(std::span<const ModeDisplacements> rows, int count,
+                        const ModeDisplacements& residual) {
+  Matrix matrix;
+  if (rows.size() >= static_cast<std::size_t>(count)) {
+    matrix.setIdentity();
+    for (const ModeDisplacements& row : rows)
+      for (int j = 0; j < count; ++j) matrix.col(j) += row[j] * row;
+    ModeDisplacements x = residual;
+    solve_definite(matrix, count, x);
+    return x;
+  }
+  const int fewer = static_cast<int>(rows.size());
+  ModeDisplacements held;
+  for (int i = 0; i < fewer; ++i) {
+    const ModeDisplacements& row = rows[static_cast<std::size_t>(i)];
+    held[i] = row.dot(residual);
+    for (int j = 0; j <= i; ++j) matrix(i, j) = row.dot(rows[static_cast<std::size_t>(j)]);
+    matrix(i, i) += 1.0;
+  }
+  solve_definite(matrix, fewer, held);
+  ModeDisplacements x = residual;
+  for (int i = 0; i < fewer; ++i) x -= held[i] * rows[static_cast<std::size_t>(i)];
+  return x;
 }
 
 }  // namespace
@@ -137,11 +192,12 @@ double solve_response(const proto::SceneHeader& scene, std::span<const PlacedToo
   // Displacements are offset + root * unknown: the matrix is symmetric in these.
   ModeDisplacements start = response.motion.displacements;
   const double farthest_m = kMaxCompliantShift * radius_m;
+  Evaluation now;
   double change_N = 0.0;
   const int most = is_switch ? kMaxSwitchIterations : kMaxIterations;
   for (int iteration = 0; iteration < most; ++iteration) {
     if (is_switch) start = response.motion.displacements;
-    const Evaluation now = evaluate(scene, touched, tool, pose, response.motion.rate_per_s, root);
+    now.evaluate(scene, touched, tool, pose, response.motion.rate_per_s, root);
     response.motion.turn_share =
         now.softening > kMaxSoftening ? kMaxSoftening / now.softening : 1.0;
     ModeDisplacements residual = ModeDisplacements::Zero();
@@ -149,17 +205,18 @@ double solve_response(const proto::SceneHeader& scene, std::span<const PlacedToo
       if (root[i] > 0.0)
         residual[i] = root[i] * (now.push[i] - own_push[i]) -
                       (response.motion.displacements[i] - offset[i]) / root[i];
-    const Matrix matrix =
-        Matrix::Identity() + root.asDiagonal() * now.resistance * root.asDiagonal();
-    const ModeDisplacements by = root.cwiseProduct(matrix.ldlt().solve(residual));
+    const double force_per_mode = now.stiffness_N_per_m * response.motion.largest_response;
+    // No mode moves by more than its residual.
+    if (force_per_mode * root.maxCoeff() * residual.norm() <= kTolerance_N) return 0.0;
+    const ModeDisplacements by = root.cwiseProduct(
+        solve({now.rows.data(), now.row_count}, static_cast<int>(count), residual));
     if (!by.allFinite()) break;
     const ModeDisplacements before = response.motion.displacements;
     ModeDisplacements way = before + by - start;
     const double way_m = response.motion.largest_response * way.norm();
     if (way_m > farthest_m) way *= farthest_m / way_m;
     response.motion.displacements = start + way;
-    change_N = now.stiffness_N_per_m * response.motion.largest_response *
-               (response.motion.displacements - before).norm();
+    change_N = force_per_mode * (response.motion.displacements - before).norm();
     give_way(response.motion, touched);
     if (!(change_N > kTolerance_N)) return 0.0;
   }
