@@ -77,10 +77,15 @@ struct ModeMotion {
   /// of a body that turns on the arc instead of its tangent. Realtime: yes.
   [[nodiscard]] Eigen::Vector3d displacement_m(const ResponseMatrix& response, std::uint32_t body,
                                                const Eigen::Vector3d& base_m) const noexcept {
-    const Eigen::Vector3d straight_m = response.cast<double>() * displacements;
+    return response.cast<double>() * displacements + curved_m(body, base_m);
+  }
+
+  /// What of it the arc adds to the tangent. Realtime: yes.
+  [[nodiscard]] Eigen::Vector3d curved_m(std::uint32_t body,
+                                         const Eigen::Vector3d& base_m) const noexcept {
     for (std::size_t i = 0; i < turning_count; ++i)
-      if (turning[i].body == body) return straight_m + curved_m(turning[i], base_m);
-    return straight_m;
+      if (turning[i].body == body) return curved_m(turning[i], base_m);
+    return Eigen::Vector3d::Zero();
   }
 
  private:

@@ -19,10 +19,14 @@ constexpr int kModes = static_cast<int>(proto::kMaxModes);
 using display::ModeDisplacements;
 using Matrix = Eigen::Matrix<double, kModes, kModes>;
 
+/// A sphere's part in each mode; sqrt(m/N).
+using Part = Eigen::Matrix<double, kModes, 3>;
+
 /// What the tool does to a sphere, and how that falls as the sphere gives way.
 struct Push {
   Eigen::Vector3d force_N, normal;
-  double along_N_per_m = 0.0, across_N_per_m = 0.0;  // the normal
+  double along_N_per_m, across_N_per_m;  // the normal
+  std::size_t response;
 };
 
 /// False where they do not touch, or a tick shows what the tick before gathered for another tool.
@@ -48,99 +52,128 @@ bool push_on(const proto::SceneHeader& scene, const TouchedSphere& sphere,
   return true;
 }
 
-/// One evaluation: the push on the modes, and what resists their displacements over `root`: the sum
-/// of row row^T.
-struct Evaluation {
+/// Solves for x, in place; of the first `count` rows and columns of a positive definite matrix the
+/// lower half counts, and is spent.
+void eliminate(Matrix& matrix, int count, ModeDisplacements& x) {
+  ModeDisplacements inverse;
+  for (int j = 0; j < count; ++j) {
+    inverse[j] = 1.0 / matrix(j, j);
+    for (int i = j + 1; i < count; ++i) {
+      const double share = inverse[j] * matrix(i, j);
+      matrix.col(i) -= share * matrix.col(j);
+      x[i] -= share * x[j];
+    }
+  }
+  for (int j = count - 1; j >= 0; --j) {
+    for (int i = j + 1; i < count; ++i) x[j] -= matrix(i, j) * x[i];
+    x[j] *= inverse[j];
+  }
+}
+
+/// What pushes the modes of touched spheres.
+class Pushes {
+ public:
   ModeDisplacements push;
   double softening;          // of the scene's own resistance, by normals that turn
   double stiffness_N_per_m;  // of the stiffest contact that there may be
-  std::size_t row_count;
-  std::array<ModeDisplacements, 3 * TouchedSpheres::kResponseCapacity> rows;
 
+  /// root: of the modes' compliance, to which the equations are scaled.
+  Pushes(const TouchedSpheres& touched, const ModeDisplacements& root) : root_(root) {
+    for (std::size_t i = 0; i < touched.response_count; ++i)
+      parts_[i] = touched.responses[i].transpose().cast<double>();
+  }
+  void give_way(const display::ModeMotion& motion, TouchedSpheres& touched) const {
+    for (std::size_t i = 0; i < touched.count; ++i) {
+      TouchedSphere& sphere = touched.spheres[i];
+      if (sphere.response == 0) continue;
+      place(motion, parts_[sphere.response - 1].transpose() * motion.displacements, sphere);
+    }
+  }
   void evaluate(const proto::SceneHeader& scene, const TouchedSpheres& touched,
-                std::span<const PlacedToolSphere> tool, const ToolPose& pose, double rate_per_s,
-                const ModeDisplacements& root) {
+                std::span<const PlacedToolSphere> tool, const ToolPose& pose, double rate_per_s) {
     push.setZero();
     softening = stiffness_N_per_m = 0.0;
-    row_count = 0;
+    count_ = 0;
     for (const TouchedSphere& sphere : touched.all()) {
       if (sphere.response == 0 || sphere.material >= scene.material_count) continue;
-      stiffness_N_per_m = std::max(stiffness_N_per_m,
-                                   double{scene.materials[sphere.material].stiffness_N_per_m});
-      Push one;
+      stiffness_N_per_m =
+          std::max(stiffness_N_per_m, double{scene.materials[sphere.material].stiffness_N_per_m});
+      Push& one = pushes_[count_];
       if (!push_on(scene, sphere, tool, pose, rate_per_s, one)) continue;
-      const Eigen::Matrix<double, kModes, 3> own =
-          touched.response_of(sphere).transpose().cast<double>();
-      push += own * one.force_N;
-      const Eigen::Matrix<double, kModes, 3> rooted = root.asDiagonal() * own;
-      softening += one.force_N.norm() * rooted.squaredNorm() /
+      ++count_;
+      one.response = sphere.response - 1;
+      const Part& part = parts_[one.response];
+      push += part * one.force_N;
+      softening += one.force_N.norm() * (root_.asDiagonal() * part).squaredNorm() /
                    (tool[sphere.tool_sphere].radius_m + sphere.radius_m);
-      add_rows(one, rooted);
     }
+  }
+
+  /// Solves (1 + what resists) x = residual for x, by as many equations as there are modes, or
+  /// directions in which contacts resist if these are fewer [Woodbury].
+  [[nodiscard]] ModeDisplacements solve(int modes, const ModeDisplacements& residual) {
+    rows_count_ = 0;
+    for (std::size_t i = 0; i < count_; ++i) add_rows(pushes_[i]);
+    return rows_count_ < modes ? solve_by_rows(residual) : solve_by_modes(modes, residual);
   }
 
  private:
-  /// The root of the contact's resistance, times the sphere's part.
-  void add_rows(const Push& one, const Eigen::Matrix<double, kModes, 3>& rooted) {
+  using Rows = Eigen::Matrix<double, kModes, 3 * TouchedSpheres::kResponseCapacity>;
+
+  /// What resists is the sum of row row^T: the root of the contact's resistance, by its part.
+  void add_rows(const Push& one) {
+    const Part part = root_.asDiagonal() * parts_[one.response];
     const double along = std::sqrt(one.along_N_per_m), across = std::sqrt(one.across_N_per_m);
-    const ModeDisplacements by_normal = (along - across) * (rooted * one.normal);
+    const ModeDisplacements by_normal = (along - across) * (part * one.normal);
     if (!(across > 0.0)) {
-      rows[row_count++] = by_normal;
+      rows_.col(rows_count_++) = by_normal;
       return;
     }
     for (int axis = 0; axis < 3; ++axis)
-      rows[row_count++] = across * rooted.col(axis) + one.normal[axis] * by_normal;
+      rows_.col(rows_count_++) = across * part.col(axis) + one.normal[axis] * by_normal;
   }
-};
-
-/// Solves for x, in place; of the first `count` rows and columns of a positive definite matrix the
-/// lower half counts, and is spent.
-void solve_definite(Matrix& matrix, int count, ModeDisplacements& x) {
-  for (int j = 0; j < count; ++j)
-    for (int i = j + 1; i < count; ++i) {
-      const double share = matrix(i, j) / matrix(j, j);
-      for (int k = i; k < count; ++k) matrix(k, i) -= share * matrix(k, j);
-      x[i] -= share * x[j];
+  ModeDisplacements solve_by_modes(int modes, const ModeDisplacements& residual) {
+    while (rows_count_ % 3 != 0) rows_.col(rows_count_++).setZero();
+    Matrix matrix = Matrix::Identity();
+    for (int i = 0; i < rows_count_; i += 3) {  // the lower half, in blocks
+      const Part three = rows_.middleCols<3>(i);
+      matrix.leftCols<4>() += three.lazyProduct(three.topRows<4>().transpose());
+      matrix.block<8, 4>(4, 4) +=
+          three.bottomRows<8>().lazyProduct(three.middleRows<4>(4).transpose());
+      matrix.block<4, 4>(8, 8) +=
+          three.bottomRows<4>().lazyProduct(three.bottomRows<4>().transpose());
     }
-  for (int j = count - 1; j >= 0; --j) {
-    for (int i = j + 1; i < count; ++i) x[j] -= matrix(i, j) * x[i];
-    x[j] /= matrix(j, j);
-  }
-}
-
-/// (1 + sum of row row^T)^-1 residual, by as many equations as there are modes, or rows if these are
-/// fewer [Woodbury].
-ModeDisplacements solve(std::span<const ModeDisplacements> rows, int count,
-                        const ModeDisplacements& residual) {
-  Matrix matrix;
-  if (rows.size() >= static_cast<std::size_t>(count)) {
-    matrix.setIdentity();
-    for (const ModeDisplacements& row : rows)
-      for (int j = 0; j < count; ++j) matrix.col(j) += row[j] * row;
     ModeDisplacements x = residual;
-    solve_definite(matrix, count, x);
+    eliminate(matrix, modes, x);
     return x;
   }
-  const int fewer = static_cast<int>(rows.size());
-  ModeDisplacements held;
-  for (int i = 0; i < fewer; ++i) {
-    const ModeDisplacements& row = rows[static_cast<std::size_t>(i)];
-    held[i] = row.dot(residual);
-    for (int j = 0; j <= i; ++j) matrix(i, j) = row.dot(rows[static_cast<std::size_t>(j)]);
-    matrix(i, i) += 1.0;
+  ModeDisplacements solve_by_rows(const ModeDisplacements& residual) {
+    Matrix matrix = Matrix::Identity();
+    ModeDisplacements held, x = residual;
+    for (int i = 0; i < rows_count_; ++i) {
+      held[i] = rows_.col(i).dot(residual);
+      for (int j = 0; j <= i; ++j) matrix(i, j) += rows_.col(i).dot(rows_.col(j));
+    }
+    eliminate(matrix, rows_count_, held);
+    for (int i = 0; i < rows_count_; ++i) x -= held[i] * rows_.col(i);
+    return x;
   }
-  solve_definite(matrix, fewer, held);
-  ModeDisplacements x = residual;
-  for (int i = 0; i < fewer; ++i) x -= held[i] * rows[static_cast<std::size_t>(i)];
-  return x;
-}
+
+  ModeDisplacements root_;
+  std::array<Part, TouchedSpheres::kResponseCapacity> parts_;  // of each response
+  std::array<Push, TouchedSpheres::kResponseCapacity> pushes_;
+  std::size_t count_ = 0;
+  Rows rows_;
+  int rows_count_ = 0;
+};
 
 }  // namespace
 
 void give_way(const display::ModeMotion& motion, TouchedSpheres& touched) noexcept {
   for (std::size_t i = 0; i < touched.count; ++i) {
     TouchedSphere& sphere = touched.spheres[i];
-    if (sphere.response != 0) give_way(motion, touched.response_of(sphere), sphere);
+    if (sphere.response != 0)
+      place(motion, touched.response_of(sphere).cast<double>() * motion.displacements, sphere);
   }
 }
 
@@ -192,12 +225,12 @@ double solve_response(const proto::SceneHeader& scene, std::span<const PlacedToo
   // Displacements are offset + root * unknown: the matrix is symmetric in these.
   ModeDisplacements start = response.motion.displacements;
   const double farthest_m = kMaxCompliantShift * radius_m;
-  Evaluation now;
+  Pushes now(touched, root);
   double change_N = 0.0;
   const int most = is_switch ? kMaxSwitchIterations : kMaxIterations;
   for (int iteration = 0; iteration < most; ++iteration) {
     if (is_switch) start = response.motion.displacements;
-    now.evaluate(scene, touched, tool, pose, response.motion.rate_per_s, root);
+    now.evaluate(scene, touched, tool, pose, response.motion.rate_per_s);
     response.motion.turn_share =
         now.softening > kMaxSoftening ? kMaxSoftening / now.softening : 1.0;
     ModeDisplacements residual = ModeDisplacements::Zero();
@@ -208,8 +241,7 @@ double solve_response(const proto::SceneHeader& scene, std::span<const PlacedToo
     const double force_per_mode = now.stiffness_N_per_m * response.motion.largest_response;
     // No mode moves by more than its residual.
     if (force_per_mode * root.maxCoeff() * residual.norm() <= kTolerance_N) return 0.0;
-    const ModeDisplacements by = root.cwiseProduct(
-        solve({now.rows.data(), now.row_count}, static_cast<int>(count), residual));
+    const ModeDisplacements by = root.cwiseProduct(now.solve(static_cast<int>(count), residual));
     if (!by.allFinite()) break;
     const ModeDisplacements before = response.motion.displacements;
     ModeDisplacements way = before + by - start;
@@ -217,7 +249,7 @@ double solve_response(const proto::SceneHeader& scene, std::span<const PlacedToo
     if (way_m > farthest_m) way *= farthest_m / way_m;
     response.motion.displacements = start + way;
     change_N = force_per_mode * (response.motion.displacements - before).norm();
-    give_way(response.motion, touched);
+    now.give_way(response.motion, touched);
     if (!(change_N > kTolerance_N)) return 0.0;
   }
   return change_N;
