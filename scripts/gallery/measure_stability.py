@@ -3,9 +3,8 @@
 time, over body, tool, device and its limits, start, rate, cost of a step and law: docs/charts/stability.csv.
 
 Every point of the grid by eight seeds in runs of 20 s, the least of which counts, and by eight others near it:
-some two hours for `predict`, one for the rest, on two processors. What matters most comes first. Cells that
-the table has are not measured again, so that a stopped run goes on where it was: to begin anew, take the
-table away.
+some two hours of two processors. What matters most comes first. Cells that the table has are not measured again,
+so that a stopped run goes on where it was: to begin anew, take the table away.
 """
 import subprocess
 
@@ -13,16 +12,12 @@ from measuring import parser_of, program
 
 DEVICES = ["light", "hand"]
 PERIODS_S = [0.01, 0.033, 0.1]
-PROMPT = [0, 0.1]  # costs of a step, of its period
-LATE = [0.3333333333, 1]
-FREE = [f"free:{mass_kg}" for mass_kg in ("0.02", "0.05", "0.1", "0.2", "0.5", "1", "2", "5")]
-STANDING = ["wall", "chain", "spring:0.1", "spring", "floor", "floor:0.5"]  # without the tool
-BODIES = [*STANDING, *FREE, "row", "pinch"]
-COMPARED = ["wall", "chain", "spring", "floor", "free:0.05", "free:0.1", "free:0.5", "free:1", "free:2",
-            "free:5", "row", "pinch"]
-SLOW = ["block", "soft"]  # a run takes ten times as long
-BASE = {"device": DEVICES, "period": PERIODS_S, "latency": PROMPT, "jitter": 0.3, "lowest": 200}
-OUTSIDE = {"scene": STANDING, "from": "outside"}
+STANDING = ["chain", "spring", "floor"]  # without the tool
+BODIES = ["wall", "free:0.05", "free:0.1", "free:0.5", "free:1", "free:2", "free:5", "row", *STANDING, "pinch"]
+COMPARED = ["free:0.1", "free:1", "free:5", "row", *STANDING, "pinch"]
+VARIED = ["free:0.1", "free:1", "chain", "pinch"]
+BASE = {"device": DEVICES, "period": PERIODS_S, "latency": 0.1, "jitter": 0.3, "lowest": 200}
+MEDIUM = BASE | {"period": 0.033}
 
 
 def small_maps():
@@ -33,28 +28,23 @@ def small_maps():
     yield few | {"scene": ["wall"], "transition": "hold", "model": "constraints"}
 
 
-def own_maps():
-    """Of `predict`."""
+def maps():
+    """Of `predict` and of other laws; at no cost, force_held is CHAI3D's one loop."""
     yield BASE | {"scene": BODIES}
-    yield BASE | OUTSIDE
-    declared = {"limits": "declared", "latency": [0.1]}
-    yield BASE | declared | {"scene": BODIES}
-    yield BASE | declared | OUTSIDE
-    yield BASE | {"scene": ["free:0.1", "free:1", "chain", "pinch"], "latency": LATE}
-    yield BASE | {"scene": ["wall", "free:0.5", "floor"], "tool": "2x2", "latency": [0.1]}
-    yield BASE | {"scene": ["free:0.5"], "tool": "3x1", "latency": [0.1]}
-    slow = {"scene": SLOW, "latency": [0.1]}
-    yield BASE | slow | {"period": [0.033, 0.1], "from": ["inside", "outside"]}
-    yield BASE | slow | {"period": [0.01]}
+    yield from others(MEDIUM)
+    yield BASE | {"scene": STANDING, "from": "outside"}
+    yield MEDIUM | {"scene": COMPARED, "limits": "declared"}
+    yield MEDIUM | {"scene": VARIED, "latency": [0, 1]}
+    yield MEDIUM | {"scene": ["wall", "free:0.5", "floor"], "tool": "2x2"}
+    yield MEDIUM | {"scene": "free:0.5", "tool": "3x1"}
+    yield from others(BASE)
+    yield MEDIUM | {"scene": ["block", "soft"]}  # a run takes ten times as long
 
 
-def other_maps():
-    """Of other laws, where a step costs a tenth of its period; without a cost, of CHAI3D's one loop."""
-    prompt = BASE | {"latency": [0.1], "lowest": 50}
-    for cells in ({"scene": COMPARED}, {"scene": ["chain", "spring", "floor"], "from": "outside"}):
-        yield prompt | cells | {"transition": ["linear", "hold"]}
-        yield prompt | cells | {"transition": "hold", "model": ["constraints", "force_held"]}
-    yield prompt | {"scene": COMPARED, "transition": "hold", "model": "force_held", "latency": [0]}
+def others(base):
+    base = base | {"scene": COMPARED, "lowest": 50}
+    yield base | {"transition": ["linear", "hold"]}
+    yield base | {"transition": "hold", "model": ["constraints", "force_held"]}
 
 
 def command(lab, csv, threads, one_map):
@@ -70,7 +60,7 @@ def main():
     parser.add_argument("--threads", type=int, default=2, metavar="N", help="default: 2")
     arguments = parser.parse_args()
     lab = program(arguments.build, "stability_lab")
-    for one_map in small_maps() if arguments.small else (*own_maps(), *other_maps()):
+    for one_map in small_maps() if arguments.small else maps():
         subprocess.run(command(lab, arguments.charts / "stability.csv", arguments.threads, one_map),
                        check=True)
 

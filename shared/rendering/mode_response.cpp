@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace stillgrid::rendering {
 namespace {
 
-constexpr int kMaxIterations = 8, kMaxSwitchIterations = 24;
+constexpr int kMaxIterations = 12, kMaxSwitchIterations = 24;
 /// Far below what a hand feels, or a motor resolves.
 constexpr double kTolerance_N = 1e-5;
 /// A sphere that gives way sideways is pushed on sideways, as the normal turns. Where that
@@ -25,6 +27,7 @@ using Part = Eigen::Matrix<double, kModes, 3>;
 /// What the tool does to a sphere, and how that falls as the sphere gives way.
 struct Push {
   Eigen::Vector3d force_N, normal;
+  Eigen::Vector3d by_depth;              // of the force, by what presses: friction goes with it
   double along_N_per_m, across_N_per_m;  // the normal
   std::size_t response;
 };
@@ -46,27 +49,34 @@ bool push_on(const proto::SceneHeader& scene, const TouchedSphere& sphere,
   const double damping_N_s_per_m = separation_m_s < 0.0 ? material.damping_N_s_per_m : 0.0;
   push.along_N_per_m =
       sphere.presence * (material.stiffness_N_per_m + rate_per_s * damping_N_s_per_m);
-  push.across_N_per_m = rate_per_s * material.friction *
-                        std::max(0.0, -contact.normal.dot(push.force_N)) /
-                        std::max(slip_m_s, material.slip_speed_m_s);
+  const double pressing_N = std::max(0.0, -contact.normal.dot(push.force_N));
+  push.across_N_per_m =
+      rate_per_s * material.friction * pressing_N / std::max(slip_m_s, material.slip_speed_m_s);
+  push.by_depth = pressing_N > 0.0 ? Eigen::Vector3d(-push.force_N / pressing_N) : contact.normal;
   return true;
 }
 
-/// Solves for x, in place; of the first `count` rows and columns of a positive definite matrix the
-/// lower half counts, and is spent.
+/// Solves for x, in place, by Gauss's elimination; the first `count` rows and columns of the matrix
+/// count, and are spent. What a singular one gives is no number.
 void eliminate(Matrix& matrix, int count, ModeDisplacements& x) {
-  ModeDisplacements inverse;
   for (int j = 0; j < count; ++j) {
-    inverse[j] = 1.0 / matrix(j, j);
+    int pivot = j;
+    for (int i = j + 1; i < count; ++i)
+      if (std::abs(matrix(i, j)) > std::abs(matrix(pivot, j))) pivot = i;
+    if (pivot != j) {
+      matrix.row(j).swap(matrix.row(pivot));
+      std::swap(x[j], x[pivot]);
+    }
+    const double inverse = 1.0 / matrix(j, j);
     for (int i = j + 1; i < count; ++i) {
-      const double share = inverse[j] * matrix(i, j);
-      matrix.col(i) -= share * matrix.col(j);
+      const double share = inverse * matrix(i, j);
+      for (int k = j + 1; k < count; ++k) matrix(i, k) -= share * matrix(j, k);
       x[i] -= share * x[j];
     }
   }
   for (int j = count - 1; j >= 0; --j) {
-    for (int i = j + 1; i < count; ++i) x[j] -= matrix(i, j) * x[i];
-    x[j] *= inverse[j];
+    for (int k = j + 1; k < count; ++k) x[j] -= matrix(j, k) * x[k];
+    x[j] /= matrix(j, j);
   }
 }
 
@@ -120,29 +130,22 @@ class Pushes {
  private:
   using Rows = Eigen::Matrix<double, kModes, 3 * TouchedSpheres::kResponseCapacity>;
 
-  /// What resists is the sum of row row^T: the root of the contact's resistance, by its part.
+  /// What resists is the sum of pushed felt^T: how the push changes by what moves.
   void add_rows(const Push& one) {
     const Part part = root_.asDiagonal() * parts_[one.response];
-    const double along = std::sqrt(one.along_N_per_m), across = std::sqrt(one.across_N_per_m);
-    const ModeDisplacements by_normal = (along - across) * (part * one.normal);
-    if (!(across > 0.0)) {
-      rows_.col(rows_count_++) = by_normal;
-      return;
-    }
-    for (int axis = 0; axis < 3; ++axis)
-      rows_.col(rows_count_++) = across * part.col(axis) + one.normal[axis] * by_normal;
+    const auto add = [&](const Eigen::Vector3d& pushed, const Eigen::Vector3d& felt, double by) {
+      pushed_.col(rows_count_) = by * (part * pushed);
+      felt_.col(rows_count_++) = part * felt;
+    };
+    add(one.by_depth, one.normal, one.along_N_per_m);
+    if (!(one.across_N_per_m > 0.0)) return;
+    const Eigen::Vector3d across = one.normal.unitOrthogonal();
+    add(across, across, one.across_N_per_m);
+    add(one.normal.cross(across), one.normal.cross(across), one.across_N_per_m);
   }
   ModeDisplacements solve_by_modes(int modes, const ModeDisplacements& residual) {
-    while (rows_count_ % 3 != 0) rows_.col(rows_count_++).setZero();
     Matrix matrix = Matrix::Identity();
-    for (int i = 0; i < rows_count_; i += 3) {  // the lower half, in blocks
-      const Part three = rows_.middleCols<3>(i);
-      matrix.leftCols<4>() += three.lazyProduct(three.topRows<4>().transpose());
-      matrix.block<8, 4>(4, 4) +=
-          three.bottomRows<8>().lazyProduct(three.middleRows<4>(4).transpose());
-      matrix.block<4, 4>(8, 8) +=
-          three.bottomRows<4>().lazyProduct(three.bottomRows<4>().transpose());
-    }
+    for (int i = 0; i < rows_count_; ++i) matrix += pushed_.col(i) * felt_.col(i).transpose();
     ModeDisplacements x = residual;
     eliminate(matrix, modes, x);
     return x;
@@ -151,11 +154,11 @@ class Pushes {
     Matrix matrix = Matrix::Identity();
     ModeDisplacements held, x = residual;
     for (int i = 0; i < rows_count_; ++i) {
-      held[i] = rows_.col(i).dot(residual);
-      for (int j = 0; j <= i; ++j) matrix(i, j) += rows_.col(i).dot(rows_.col(j));
+      held[i] = felt_.col(i).dot(residual);
+      for (int j = 0; j < rows_count_; ++j) matrix(i, j) += felt_.col(i).dot(pushed_.col(j));
     }
     eliminate(matrix, rows_count_, held);
-    for (int i = 0; i < rows_count_; ++i) x -= held[i] * rows_.col(i);
+    for (int i = 0; i < rows_count_; ++i) x -= held[i] * pushed_.col(i);
     return x;
   }
 
@@ -163,8 +166,29 @@ class Pushes {
   std::array<Part, TouchedSpheres::kResponseCapacity> parts_;  // of each response
   std::array<Push, TouchedSpheres::kResponseCapacity> pushes_;
   std::size_t count_ = 0;
-  Rows rows_;
+  Rows pushed_, felt_;
   int rows_count_ = 0;
+};
+
+/// A response's laws, scaled: displacements are offset + root * unknown.
+struct Scaling {
+  ModeDisplacements root = ModeDisplacements::Zero(), offset = root, own_push = root;
+
+  explicit Scaling(const ModeResponse& response) {
+    for (std::size_t i = 0; i < response.count; ++i) {
+      const display::ModeLaw& law = response.laws[i];
+      const auto mode = static_cast<Eigen::Index>(i);
+      root[mode] = std::sqrt(law.compliance);
+      offset[mode] = law.offset;
+      own_push[mode] = law.push;
+    }
+  }
+  /// Of the unknowns, by their own scale.
+  [[nodiscard]] ModeDisplacements residual(const ModeDisplacements& push,
+                                           const ModeDisplacements& at) const {
+    return (root.array() > 0.0)
+        .select(root.cwiseProduct(push - own_push) - (at - offset).cwiseQuotient(root), 0.0);
+  }
 };
 
 }  // namespace
@@ -213,46 +237,48 @@ void ModeResponse::follow(const ModeDisplacements& push) noexcept {
 double solve_response(const proto::SceneHeader& scene, std::span<const PlacedToolSphere> tool,
                       const ToolPose& pose, double radius_m, bool is_switch,
                       TouchedSpheres& touched, ModeResponse& response) noexcept {
-  const auto count = static_cast<Eigen::Index>(response.count);
-  if (count == 0) return 0.0;
-  ModeDisplacements root = ModeDisplacements::Zero(), offset = root, own_push = root;
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const display::ModeLaw& law = response.laws[static_cast<std::size_t>(i)];
-    root[i] = std::sqrt(law.compliance);
-    offset[i] = law.offset;
-    own_push[i] = law.push;
-  }
-  // Displacements are offset + root * unknown: the matrix is symmetric in these.
-  ModeDisplacements start = response.motion.displacements;
+  if (response.count == 0) return 0.0;
+  const Scaling scaling(response);
+  Pushes now(touched, scaling.root);
+  ModeDisplacements& at = response.motion.displacements;
+  ModeDisplacements start = at, before = at;
   const double farthest_m = kMaxCompliantShift * radius_m;
-  Pushes now(touched, root);
-  double change_N = 0.0;
-  const int most = is_switch ? kMaxSwitchIterations : kMaxIterations;
-  for (int iteration = 0; iteration < most; ++iteration) {
-    if (is_switch) start = response.motion.displacements;
+  double change_N = 0.0, turn_share = 1.0, least = std::numeric_limits<double>::infinity();
+  bool may_grow = true;
+  for (int most = is_switch ? kMaxSwitchIterations : kMaxIterations; most > 0; --most) {
     now.evaluate(scene, touched, tool, pose, response.motion.rate_per_s);
-    response.motion.turn_share =
-        now.softening > kMaxSoftening ? kMaxSoftening / now.softening : 1.0;
-    ModeDisplacements residual = ModeDisplacements::Zero();
-    for (Eigen::Index i = 0; i < count; ++i)
-      if (root[i] > 0.0)
-        residual[i] = root[i] * (now.push[i] - own_push[i]) -
-                      (response.motion.displacements[i] - offset[i]) / root[i];
+    turn_share = now.softening > kMaxSoftening ? kMaxSoftening / now.softening : 1.0;
+    const ModeDisplacements residual = scaling.residual(now.push, at);
     const double force_per_mode = now.stiffness_N_per_m * response.motion.largest_response;
+    const double size = residual.norm();
     // No mode moves by more than its residual.
-    if (force_per_mode * root.maxCoeff() * residual.norm() <= kTolerance_N) return 0.0;
-    const ModeDisplacements by = root.cwiseProduct(now.solve(static_cast<int>(count), residual));
-    if (!by.allFinite()) break;
-    const ModeDisplacements before = response.motion.displacements;
-    ModeDisplacements way = before + by - start;
-    const double way_m = response.motion.largest_response * way.norm();
-    if (way_m > farthest_m) way *= farthest_m / way_m;
-    response.motion.displacements = start + way;
-    change_N = force_per_mode * (response.motion.displacements - before).norm();
+    if (force_per_mode * scaling.root.maxCoeff() * size <= kTolerance_N) {
+      change_N = 0.0;
+      break;
+    }
+    // Beyond the onset of a contact a step leads to and fro: what is better lies between. Once it
+    // may lead deep, from where the next is short.
+    if (size > least && !std::exchange(may_grow, false)) {
+      at = 0.5 * (before + at);
+      change_N *= 0.5;
+    } else {
+      const ModeDisplacements by =
+          scaling.root.cwiseProduct(now.solve(static_cast<int>(response.count), residual));
+      if (!by.allFinite()) break;
+      least = size;
+      before = at;
+      if (is_switch) start = at;
+      ModeDisplacements way = at + by - start;
+      const double way_m = response.motion.largest_response * way.norm();
+      if (way_m > farthest_m) way *= farthest_m / way_m;
+      at = start + way;
+      change_N = force_per_mode * (at - before).norm();
+    }
     now.give_way(response.motion, touched);
-    if (!(change_N > kTolerance_N)) return 0.0;
+    if (!(change_N > kTolerance_N)) break;
   }
-  return change_N;
+  response.motion.turn_share = turn_share;
+  return change_N > kTolerance_N ? change_N : 0.0;
 }
 
 }  // namespace stillgrid::rendering

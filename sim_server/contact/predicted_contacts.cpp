@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "proto/scene_segment.hpp"
 #include "shared/collision/grid_query.hpp"
 
 namespace stillgrid::contact {
@@ -51,7 +52,9 @@ bool PredictedContacts::find(const bodies::World& world, const Detection& detect
       if (may_touch(world, plane, mover(k), step_s)) add_plane(world, plane, mover(k), contacts_);
   }
   for (std::size_t number = 0; number < tool.size(); ++number) {
-    const collision::SweptBound way = bound_of(tool[number]);
+    collision::SweptBound way = bound_of(tool[number]);
+    way.bounding_radius_m +=
+        static_cast<float>(proto::kPredictionPeriods * step_s * tool[number].velocity_m_s.norm());
     find_ascending(moving_->grid(), way, met_);
     for (const std::uint32_t k : met_)
       if (feels(k) && collision::meet(ways_[k], way))

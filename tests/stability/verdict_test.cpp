@@ -47,6 +47,19 @@ TEST_CASE("A loop swings that goes to and fro by more than four encoder steps at
   CHECK(judge(even(119e-6), {.window_s = 2.84}).time_s == Approx(8 * 2.84).margin(1e-3));
 }
 
+TEST_CASE("Four encoder steps are quiet and five are not, wherever they are", "[verdict]") {
+  for (int offset = -1000; offset <= 1000; ++offset) {
+    const auto steps = [=](int count) {
+      return [=](double time_s) {
+        return 30e-6 * (offset + (std::fmod(time_s, 0.4) < 0.2 ? count : 0));
+      };
+    };
+    const VerdictRule rule = {.window_s = 1.0, .least_s = 2.0, .most_s = 4.0};
+    REQUIRE(judge(steps(4), rule).verdict == Verdict::kStable);
+    REQUIRE(judge(steps(5), rule).verdict == Verdict::kSwings);
+  }
+}
+
 TEST_CASE("A transient that still dies away at 20 s is no swing", "[verdict]") {
   const auto dying = [](double time_s) {
     return 0.002 * std::exp(-time_s / 7.0) * swing(2.0, time_s);

@@ -23,8 +23,7 @@ namespace {
 
 constexpr double kStay_s = 1.5, kWindow_s = 0.5;
 constexpr double kOutside_m = 0.02, kApproach_s = 0.5;
-constexpr double kEncoderSteps = 4.001;  // four, however they were rounded
-constexpr double kNoise = 0.5;           // of an encoder step, that a reading is off by at most
+constexpr double kNoise = 0.5;  // of an encoder step, that a reading is off by at most
 constexpr double kMaxMargin = 16.0;
 constexpr const char* kHand = "light";
 
@@ -189,7 +188,7 @@ HeldPresses::HeldPresses(const FitCandidate& candidate, double latency_share,
       reference_(reference),
       given_(std::move(given)),
       profile_(std::move(profile)),
-      limit_m_(kEncoderSteps * devices::phantom_profile(profile_)->resolution_m *
+      limit_m_(laboratory::kQuietEncoderSteps * devices::phantom_profile(profile_)->resolution_m *
                candidate.scene.device.scale) {}
 
 double HeldPresses::own_swing_m(const ReferencePress& press, double margin, int seed) const {

@@ -171,7 +171,7 @@ VerdictRule rule_of(const LabCell& cell) {
     const double cycle_s = 2.0 * std::numbers::pi * std::sqrt(mass_kg / model.stiffness_N_per_m);
     rule.window_s = std::max(rule.window_s, 2.0 * cycle_s);
   }
-  rule.limit_m = 4.0 * std::max(cell.resolution_m, 30e-6);
+  rule.limit_m = kQuietEncoderSteps * std::max(cell.resolution_m, 30e-6);
   rule.least_s = cell.duration_s + (hand ? kHold_s : 0.0);
   rule.most_s = 3.0 * rule.least_s;
   return rule;

@@ -18,14 +18,17 @@ enum class Verdict {
 };
 [[nodiscard]] std::string_view name_of(Verdict verdict) noexcept;
 
+/// Encoder steps by which a loop at rest goes to and fro at most: four, however they were rounded.
+inline constexpr double kQuietEncoderSteps = 4.001;
+
 /// How a loop is judged, window by window.
 struct VerdictRule {
   /// At least two cycles of the slowest mode that can swing, or that mode looks at rest.
   double window_s = 1.0;
-  double limit_m = 4.0 * 30e-6;  // peak to peak along any axis: four encoder steps
-  double least_s = 20.0;         // no verdict before
-  double most_s = 60.0;          // what still dies away then, swings
-  bool must_touch = false;       // in half of the last window's ticks
+  double limit_m = kQuietEncoderSteps * 30e-6;  // peak to peak along any axis
+  double least_s = 20.0;                        // no verdict before
+  double most_s = 60.0;                         // what still dies away then, swings
+  bool must_touch = false;                      // in half of the last window's ticks
 };
 
 /// Judges a loop as it runs. It is at rest where it swings by no more than the limit over a window.

@@ -152,7 +152,11 @@ void Prediction::look(const bodies::World& world, std::span<const contact::Conta
   const Eigen::VectorXd push = step_s * tool_force_;
   stage.push(push);
   Eigen::VectorXd velocity = stage.initial_guess();
-  if (!solve(stage, velocity, budget)) return;
+  if (!solve(stage, velocity, budget)) {
+    // All moves on as it does, and gives way there.
+    velocity = stage.initial_guess();
+    stage.residual(velocity, residual_);
+  }
   response_.find(world, system_, stage, step_s, touches_, velocity, budget);
   system_.place(step_s * velocity, velocity, step_s);
   for (std::size_t i = 0; i < spheres_.size(); ++i)

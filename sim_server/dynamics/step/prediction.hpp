@@ -56,7 +56,7 @@ class Prediction {
   NewtonSolver solver_;
   ContactResponse response_;
   std::vector<ToolTouch> touches_;
-  Eigen::VectorXd tool_force_;
+  Eigen::VectorXd residual_, tool_force_;
   std::vector<std::pair<double, std::size_t>> near_tool_;  // spheres by their distance, m
   std::vector<proto::SphereResponse> responses_;
   std::vector<bodies::SpherePrediction> spheres_;

@@ -31,13 +31,15 @@ scene::SceneDescription touched_scene(
   return scene;
 }
 
-/// A step with the tool at x_m at its end.
-void step_with_tool(Simulation& simulation, double x_m) {
+/// A step with the tool at x_m at its end, at that speed along x.
+void step_with_tool(Simulation& simulation, double x_m, double speed_m_s = 0.0) {
   const auto now_ns = static_cast<std::uint64_t>((simulation.world().time_s + kStep_s) * 1e9);
   REQUIRE(simulation
               .step(kStep_s,
                     [&]() -> std::optional<ToolSample> {
-                      return ToolSample{.time_ns = now_ns, .position_m = {x_m, 0, 0}};
+                      return ToolSample{.time_ns = now_ns,
+                                        .position_m = {x_m, 0, 0},
+                                        .velocity_m_s = {speed_m_s, 0, 0}};
                     })
               .solve.converged);
 }
@@ -105,6 +107,40 @@ TEST_CASE("A free body gives way to a newton by P^2 over its mass, whichever way
   CHECK(record(simulation, 0).predicted_velocity_m_s[0] ==
         Approx(speed_m_s + kStep_s * force_N / 0.1).epsilon(1e-6).margin(1e-9));
   REQUIRE(prediction.turning.size() == 1);
+}
+
+TEST_CASE("What the tool may come to while a snapshot is shown gives way", "[prediction]") {
+  const double speed_m_s = 1.0, farthest_m = proto::kPredictionPeriods * kStep_s * speed_m_s;
+  const double gap_m = GENERATE(0.001, 0.01, 0.019, 0.03);
+  Simulation simulation(touched_scene({sim_server::sphere({0.02 + gap_m, 0, 0}, 0.01, 0.1)}));
+  step_with_tool(simulation, 0.0, speed_m_s);
+  const publication::SnapshotPrediction prediction = simulation.predict_next(kStep_s);
+  CHECK((record(simulation, 0).response != 0) == (gap_m < farthest_m));
+  CHECK(prediction.modes.empty() == (gap_m > farthest_m));
+  CHECK(vector(record(simulation, 0).predicted_velocity_m_s).isZero());
+}
+
+TEST_CASE("Where an impact is not predicted, all moves on at its velocity and gives way",
+          "[prediction]") {
+  // Light balls that fly at one another aslant, by a step in which they would pass one another.
+  std::vector<bodies::BodyDescription> bodies = {sim_server::sphere({0.0199, 0, 0}, 0.01, 1e-3)};
+  for (int i = 1; i < 8; ++i) {
+    bodies.push_back(
+        sim_server::sphere({0.0199 + 0.0201 * i, 0.004 * i, 0.003 * i * i}, 0.01, 1e-3));
+    bodies.back().velocity_m_s = {-3.0 * i, 0.5, 0.0};
+  }
+  scene::SceneDescription scene = touched_scene(bodies);
+  scene.materials.front().contact_stiffness_N_per_m = 1e5;
+  Simulation simulation(scene);
+  step_with_tool(simulation, 0.0);
+  const publication::SnapshotPrediction prediction = simulation.predict_next(kStep_s);
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const Eigen::Vector3d now_m_s = simulation.world().rigid_bodies[i].velocity_m_s;
+    CHECK((vector(record(simulation, i).predicted_velocity_m_s) - now_m_s).norm() <
+          1e-5 * now_m_s.norm());
+  }
+  CHECK(!prediction.modes.empty());
+  CHECK(!prediction.responses.empty());
 }
 
 /// How far the next step leads from where predicted velocity and response say, for the forces that
