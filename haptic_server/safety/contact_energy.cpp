@@ -8,6 +8,7 @@ namespace stillgrid::safety {
 namespace {
 
 constexpr double kReturn_s = 1.0;
+constexpr double kRise_s = 0.01;  // not at once: encoder noise at a turn would be felt
 constexpr double kRounding = 1e-9;
 
 }  // namespace
@@ -16,9 +17,8 @@ void ContactEnergy::observe(const Wrench& commanded, const DeviceMotion& motion,
                             double lever_m) noexcept {
   // The end of the tick before, which was not told yet when it was judged.
   const double rendered_N = norm_N(rendered_, lever_m);
-  commanded_J_ += !has_entered_      ? 0.5 * work_J(commanded, motion_)
-                  : rendered_N > 0.0 ? norm_N(commanded, lever_m) / rendered_N * entry_J_
-                                     : 0.0;
+  told_share_ = rendered_N > 0.0 ? norm_N(commanded, lever_m) / rendered_N : 0.0;
+  commanded_J_ += has_entered_ ? told_share_ * entry_J_ : 0.5 * work_J(commanded, motion_);
   has_entered_ = false;
   commanded_ = commanded;
   motion_ = motion;
@@ -34,6 +34,15 @@ double ContactEnergy::enter(double now_J, double stored_J) noexcept {
 
 double ContactEnergy::share(const Wrench& rendered, const Eigen::Matrix3d& stiffness_N_per_m,
                             bool is_at_rest, double elapsed_s) noexcept {
+  const double allowed = share_allowed(rendered, stiffness_N_per_m, is_at_rest, elapsed_s);
+  const double now_J = work_J(rendered, motion_);
+  if (now_J > 0.0) return allowed;
+  return std::clamp(told_share_ + (now_J < 0.0 ? elapsed_s / kRise_s : 0.0), allowed, 1.0);
+}
+
+double ContactEnergy::share_allowed(const Wrench& rendered,
+                                    const Eigen::Matrix3d& stiffness_N_per_m, bool is_at_rest,
+                                    double elapsed_s) noexcept {
   const Wrench before = std::exchange(rendered_, rendered);
   if (rendered.force_N.isZero(0.0) && rendered.torque_N_m.isZero(0.0)) {
     is_touching_ = false;

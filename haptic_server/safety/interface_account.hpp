@@ -29,9 +29,11 @@ struct InterfaceEnergy {
   double given_by_hand_J = 0.0;  // against the rendered force, up to now
   double booked_J = 0.0;         // by the simulation, up to the newest snapshot's tool
   double held_J = 0.0;           // by springs of static contacts, now
-  double made_J = 0.0;           // booked and held less given by the hand, up to that tool
-  double in_flight_J = 0.0;      // given by the hand since then, and not held
-  double uncertainty_J = 0.0;    // of what was made, either way
+  // Booked and held less given by the hand, up to that tool; negative also by what dampers and
+  // friction of static contacts took.
+  double made_J = 0.0;
+  double in_flight_J = 0.0;    // given by the hand since then, and not held
+  double uncertainty_J = 0.0;  // of what was made, either way
   // The most made in any second or longer; none: it has not lasted a second.
   std::optional<double> most_made_in_a_second_J;
 };
@@ -41,7 +43,8 @@ struct InterfaceEnergy {
 /// The hand's work is that of the rendered force that was held from the tick before to this one.
 /// The simulation's is joined to it at the tick whose tool it contains: made = booked + held -
 /// given by the hand, all up to that tick. Held is what springs of static contacts hold, which only
-/// this side knows: over a wall the leak of a held force is made, and no more.
+/// this side knows: over a wall the leak of a held force is made, less what dampers and friction of
+/// static contacts took, which no row tells.
 /// docs/algorithms/energy.md.
 ///
 /// Uncertain is what was given and not held since that tick, and what the springs of contacts with

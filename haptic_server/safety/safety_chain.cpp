@@ -20,12 +20,14 @@ bool is_fresh(const SnapshotFreshness& snapshot) {
              std::min(kStaleAfterPeriods * snapshot.period_s, kLongestPatience_s);
 }
 
-/// Slower than encoder noise in the estimate, and than a hand that does anything.
-bool is_at_rest(const SafetyInput& input) {
+/// Along the rendered force: what slides at one depth neither takes nor gives. Slower than encoder
+/// noise in the estimate, and than a hand that does anything.
+bool is_at_rest(const SafetyInput& input, double lever_m) {
   constexpr double kAtRest_m_s = 0.02;
-  constexpr double kAtRest_rad_s = 0.2;
-  return input.velocity_m_s.norm() < kAtRest_m_s &&
-         input.motion.turned_rad.norm() < kAtRest_rad_s * input.elapsed_s;
+  const Wrench& rendered = input.rendered;
+  const double given_J = input.elapsed_s * rendered.force_N.dot(input.velocity_m_s) +
+                         rendered.torque_N_m.dot(input.motion.turned_rad);
+  return std::abs(given_J) < kAtRest_m_s * input.elapsed_s * norm_N(rendered, lever_m);
 }
 
 void lead(double& share, bool upwards, double elapsed_s) {
@@ -106,9 +108,10 @@ Wrench SafetyChain::apply(const SafetyInput& input, std::uint32_t& flags) noexce
   budget_.spend(commanded_.force_N.norm(), input.elapsed_s);
   const bool is_number =
       input.rendered.force_N.allFinite() && input.rendered.torque_N_m.allFinite();
-  const double energy_share = is_number ? contact_.share(input.rendered, input.stiffness_N_per_m,
-                                                         is_at_rest(input), input.elapsed_s)
-                                        : contact_.skip();
+  const double energy_share =
+      is_number ? contact_.share(input.rendered, input.stiffness_N_per_m,
+                                 is_at_rest(input, limits_.lever_m), input.elapsed_s)
+                : contact_.skip();
   if (input.elapsed_s >= limits_.stall_s) {
     cut();
     flags |= kFlagStalled | kFlagRamped;

@@ -66,9 +66,9 @@ struct SafetyInput {
 /// component of its force; what it shortens by shortens the limit of the norm too: so a force far
 /// above the limit fades as smoothly as one below it, and what the energy's control adds fades with
 /// them. No stage makes energy: a contact gives the hand no more than it took or the rendered force
-/// would have given, but for what comes back within a second where the hand rests
-/// (contact_energy.hpp). A stall of 50 ms or more cuts to zero at once. Nothing switches the limit
-/// of the norm off. Thread: the haptic loop's. Realtime: yes.
+/// would have given, but for what comes back within a second where the hand goes neither in nor
+/// out (contact_energy.hpp). A stall of 50 ms or more cuts to zero at once. Nothing switches the
+/// limit of the norm off. Thread: the haptic loop's. Realtime: yes.
 class SafetyChain {
  public:
   explicit SafetyChain(const SafetyLimits& limits);

@@ -33,6 +33,7 @@ Json state_json(const Frame& frame) {
           {"age_s", TimeAxis{header.state_time_ns[0]}.seconds(frame.now_ns)},
           {"step_ms", static_cast<double>(header.step_ns) * 1e-6},
           {"contacts", header.contacts},
+          {"tool_work_J", number(header.tool_work_J)},
           {"prediction_ms", static_cast<double>(header.prediction_ns) * 1e-6},
           {"history_count", header.history_count}};
 }

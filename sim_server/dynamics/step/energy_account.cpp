@@ -11,12 +11,14 @@ namespace {
 struct Side : contact::SideMotion {
   bool is_kinematic = false;
   Eigen::Vector3d displacement_m = Eigen::Vector3d::Zero();  // over the step, of a given side
+  Eigen::Vector3d start_m = Eigen::Vector3d::Zero();
 };
 
 Side side_of(int sphere, const bodies::World& before, const Trial& after) {
   const auto index = static_cast<std::size_t>(sphere);
   const bodies::SphereMotion& motion = after.spheres[index];
   Side side{{motion.position_m, motion.velocity_m_s}};
+  side.start_m = bodies::sphere_motion(before, before.spheres[index]).position_m;
   if (before.spheres[index].rigid < 0) return side;
   const auto rigid = static_cast<std::size_t>(before.spheres[index].rigid);
   side.spin_rad_s = after.rigid_bodies[rigid].angular_velocity_rad_s;
@@ -28,25 +30,43 @@ Side side_of(int sphere, const bodies::World& before, const Trial& after) {
 
 Side other_side(const contact::Contact& contact, const bodies::World& before, const Trial& after) {
   if (contact.b >= 0) return side_of(contact.b, before, after);
-  return {contact::kinematic_side(contact, 1.0), true, contact.position_b_m - contact.start_b_m};
+  return {contact::kinematic_side(contact, 1.0), true, contact.position_b_m - contact.start_b_m,
+          contact.start_b_m};
 }
 
-/// friction_N: where it sticks; null: as the law has it.
+/// How much less the force of a contact's spring on a is at the end than in the mean of both ends.
+Eigen::Vector3d short_of_mean_N(const contact::Contact& contact, const Side& a, const Side& b) {
+  const auto spring_N = [&contact](const Eigen::Vector3d& line_m) -> Eigen::Vector3d {
+    return contact.material.stiffness_N_per_m *
+           std::max(0.0, contact::contact_depth_m(contact, line_m)) * line_m.stableNormalized();
+  };
+  return 0.5 * (spring_N(a.start_m - b.start_m) - spring_N(a.position_m - b.position_m));
+}
+
+/// friction_N: where it sticks; null: as the law has it. start_stretch_m: of what sticks, of a step
+/// that goes by both its ends' forces; null: by its end's.
 EnergyFlow contact_flow(const contact::Contact& contact, Side a, Side b, double duration_s,
-                        const Eigen::Vector3d* friction_N) {
+                        const Eigen::Vector3d* friction_N, const Eigen::Vector3d* start_stretch_m) {
   if (friction_N != nullptr)  // what is led slides by its way
     for (Side* side : {&a, &b})
       if (side->is_kinematic) side->velocity_m_s = side->displacement_m / duration_s;
   const contact::ContactShares shares = contact::contact_shares(contact);
   const contact::ContactMotion motion = contact::relative_motion(contact, a, b);
   contact::ContactForce force = contact::contact_force(contact, motion, duration_s, nullptr);
+  const bool is_given = a.is_kinematic || b.is_kinematic;
+  const bool by_mean = start_stretch_m != nullptr && is_given && !contact.is_plane;
   EnergyFlow flow;
-  if (!force.touching) return flow;
-  const Eigen::Vector3d normal_load_N = force.force_N - force.friction_N;
+  if (!force.touching && !by_mean) return flow;
+  Eigen::Vector3d normal_load_N = force.force_N - force.friction_N;
   if (friction_N != nullptr) force.friction_N = *friction_N;
   const double deepening_m = std::max(0.0, force.depth_m - std::max(contact.depth_before_m, 0.0));
   flow.contact_damping_J =
       (normal_load_N.norm() - contact.material.stiffness_N_per_m * force.depth_m) * deepening_m;
+  if (by_mean) {
+    normal_load_N += short_of_mean_N(contact, a, b);
+    force.friction_N -=
+        0.5 * (force.friction_N + contact.material.stiffness_N_per_m * *start_stretch_m);
+  }
   flow.friction_J = -duration_s * force.friction_N.dot(motion.velocity_m_s -
                                                        motion.spin_rad_s.cross(force.arm_m));
   // The points of contact turn with their spheres.
@@ -68,7 +88,8 @@ EnergyFlow contact_flow(std::size_t i, const bodies::World& before, const Trial&
   const contact::Contact& contact = contacts[i];
   return contact_flow(contact, side_of(contact.a, before, after),
                       other_side(contact, before, after), duration_s,
-                      after.friction_N.empty() ? nullptr : &after.friction_N[i]);
+                      after.friction_N.empty() ? nullptr : &after.friction_N[i],
+                      after.start_stretches_m.empty() ? nullptr : &after.start_stretches_m[i]);
 }
 
 /// Of its spring, at the step's start.
@@ -162,14 +183,8 @@ double led_flow_J(const bodies::World& before, const Trial& after,
   double sum_J = 0.0;
   for (const contact::Contact& contact : contacts) {
     const Side a = side_of(contact.a, before, after), b = other_side(contact, before, after);
-    const auto spring_N = [&contact](const Eigen::Vector3d& line_m) -> Eigen::Vector3d {
-      return contact.material.stiffness_N_per_m *
-             std::max(0.0, contact::contact_depth_m(contact, line_m)) * line_m.stableNormalized();
-    };
-    const Eigen::Vector3d end_N = spring_N(a.position_m - b.position_m);
-    const Eigen::Vector3d start_N = spring_N(a.position_m - a.displacement_m - contact.start_b_m);
-    sum_J += 0.5 * (start_N - end_N).dot(b.displacement_m);
-    sum_J += contact_flow(contact, a, b, duration_s, nullptr).tool_J;
+    sum_J += short_of_mean_N(contact, a, b).dot(b.displacement_m);
+    sum_J += contact_flow(contact, a, b, duration_s, nullptr, nullptr).tool_J;
   }
   return sum_J;
 }

@@ -45,12 +45,13 @@ struct EnergyAccount {
 /// What the springs of the tool's contacts hold at the start of the step that they were found for.
 [[nodiscard]] double tool_energy_J(std::span<const contact::Contact> contacts);
 
-/// What flows over a step of an integrator that looks at its end only: every force as it is there,
-/// along the way that velocities there make of the step. The approach damper takes its mean force
-/// times how much deeper it came, as contact_force() has it. Friction and springs' dampers take
-/// force times velocity; what the tool or a prescribed body gives is the force on the other side
-/// times the way of this one.
-/// Pre: after is where a step of duration_s from `before` led.
+/// What flows over a step of an integrator that does not look within: every force as it is at its
+/// end, along the way that velocities there make of the step; of what is given, of contact springs
+/// and of what sticks, the mean of both ends' where the trial tells how contacts began. The
+/// approach damper takes its mean force times how much deeper it came, as contact_force() has it.
+/// Friction and springs' dampers take force times velocity; what the tool or a prescribed body
+/// gives is the force on the other side times the way of this one. Pre: after is where a step of
+/// duration_s from `before` led.
 [[nodiscard]] EnergyFlow energy_flow(const bodies::World& before, const Trial& after,
                                      std::span<const contact::Contact> contacts, double duration_s);
 

@@ -198,7 +198,8 @@ Excess excess_of(const World& world, const Stage& stage, unsigned seed) {
                       .velocity_m_s = moved.moved_m / kTick_s,
                       .motion = moved};
     // What comes back at rest, within a second.
-    if (input.velocity_m_s.norm() < 0.02 && moved.turned_rad.norm() < 0.2 * kTick_s)
+    const Wrench& force = now.wrench;
+    if (std::abs(work_J(force, moved)) < 0.02 * kTick_s * norm_N(force, stage.limits.lever_m))
       rest_J += kTick_s * 0.5 * now.wrench.force_N.squaredNorm() /
                 std::max(1.0, now.stiffness_N_per_m.trace());
     std::uint32_t flags = 0;

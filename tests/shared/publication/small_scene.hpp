@@ -59,7 +59,8 @@ class SmallSceneWriter {
                                 .publish_ns = n * kPeriod_ns + 5,
                                 .tool_ns = n * kPeriod_ns - 9,
                                 .step_ns = 1000 + n,
-                                .contacts = n});
+                                .contacts = n,
+                                .tool_work_J = 0.25 * static_cast<double>(n)});
   }
 
   [[nodiscard]] SceneWriter& writer() noexcept { return writer_; }

@@ -206,6 +206,39 @@ TEST_CASE(
   CHECK(report.tool_work_J == Approx(account.flow.given_J).epsilon(1e-9));
 }
 
+/// What is left of the account of a tool that stays in contact with a ball on a spring, neither
+/// damped, after 0.4 s; as a share of what the tool gave at most.
+double numerical_share(const scene::IntegratorKind& integrator, double step_s) {
+  scene::SceneDescription scene =
+      sim_server::scene_of({sim_server::thread(2, {-0.1, 0, 0}, {0, 0, 0}, 0.1, 5000.0, {0})},
+                           sim_server::material_of(700.0));
+  scene.tool = {{Eigen::Vector3d::Zero(), 0.01}};
+  scene.method.integrator = integrator;
+  Simulation simulation(scene);
+  simulation.account_energy();
+  StepReport report;
+  double most_J = 0.0;
+  const int steps = static_cast<int>(std::lround(0.4 / step_s));
+  for (int i = 1; i <= steps; ++i) {
+    const double x_m = 0.013 - 0.003 * std::sin(40.0 * step_s * i);
+    report = simulation.step(step_s, [&] { return ToolSample{.position_m = {x_m, 0, 0}}; });
+    REQUIRE(report.contacts == 1);
+    most_J = std::max(most_J, std::abs(report.tool_work_J));
+  }
+  const EnergyAccount account = *simulation.energy_account();
+  REQUIRE(account.flow.given_J == Approx(report.tool_work_J));
+  return account.numerical_J() / most_J;
+}
+
+TEST_CASE("What the tool gives to what keeps energy is what that gains, to the method's order",
+          "[energy]") {
+  CHECK(std::abs(numerical_share(scene::IntegratorKind::kTrapezoid, 0.004)) < 1e-12);
+  CHECK(std::abs(numerical_share(scene::IntegratorKind::kTrapezoid, 0.001)) < 1e-12);
+  const double coarse = numerical_share(scene::IntegratorKind::kBdf2, 2e-4);
+  const double fine = numerical_share(scene::IntegratorKind::kBdf2, 1e-4);
+  CHECK(std::abs(coarse) > 3.0 * std::abs(fine));  // second order
+}
+
 TEST_CASE("What the tool gives to what is prescribed is force times way, and none of the world's",
           "[energy]") {
   // Between a ball that comes on at a steady speed and a tool that comes to meet it and goes.

@@ -17,6 +17,7 @@ const kNumbers = [
   ['alpha', 'alpha', (f) => fixed(f.display?.alpha, 2), 'How far the transition has come to the newest snapshot, of 1'],
   ['age', 'age, ms', (f) => fixed(f.tool ? 1000 * f.tool.age_s : NaN, 1), 'Age of the snapshot that the hand feels'],
   ['step', 'step, ms', (f) => fixed(f.snapshot?.step_ms, 2), 'Work of the simulation on the newest snapshot'],
+  ['tool_work', 'given by the tool, mJ', (f) => fixed(1000 * (f.snapshot?.tool_work_J ?? NaN), 1), 'Work of the tool on the scene since its start, as the newest snapshot tells it'],
   ['wake', 'late p50 / p99, µs', (f) => pair(f.ticks?.wake_us, 0), 'How late a tick woke, last second'],
 ];
 

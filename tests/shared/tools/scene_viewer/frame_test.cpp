@@ -78,6 +78,7 @@ TEST_CASE("A frame tells both snapshots and the displayed one between them", "[f
   CHECK(head["snapshot_id"] == 4);
   CHECK(head["snapshot"]["history_count"] == 4);
   CHECK(head["snapshot"]["age_s"] == 0.0);
+  CHECK(head["snapshot"]["tool_work_J"] == 1.0);
   CHECK(head["snapshot"]["state_time_s"].get<double>() == Approx(0.12));
   CHECK(head["display"]["snapshot_id"] == 4);
   CHECK(head["tool"]["flags"] == Json({"faded", "swept"}));
