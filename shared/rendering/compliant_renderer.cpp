@@ -117,20 +117,33 @@ void CompliantRenderer::continue_from(const TickScene& scene,
   shift_bodies(scene, moving);
 }
 
+/// Adds how the force on the tool differs for a sphere that the next snapshot shows elsewhere.
+void CompliantRenderer::compare(const TickScene& scene, TouchedSphere sphere,
+                                const Eigen::Vector3d& led_m,
+                                const Eigen::Vector3d& now_m) noexcept {
+  sphere.position_m = sphere.seen_m = now_m;
+  error_N_ += sphere_force_of(scene.fixed(), sphere, tool_, scene.pose).force_N;
+  sphere.position_m = sphere.seen_m = led_m;
+  error_N_ -= sphere_force_of(scene.fixed(), sphere, tool_, scene.pose).force_N;
+}
+
 /// Shifts each body that the tool touches so that it is displayed where the last snapshot showed
 /// it, on average over its contacts by their depth.
 void CompliantRenderer::shift_bodies(const TickScene& scene,
                                      const collision::GridView& moving) noexcept {
   const CompliantDisplay by_push = compliant_display(next_, scene.now_ns);
   std::array<double, proto::kMaxShiftedBodies> depth_m{};
+  const double share = left(shown_.began_ns, shown_.shift_s, scene.now_ns);
   BodyShifts& shifts = next_.shifts;
+  error_N_.setZero();
   for (const TouchedSphere& sphere : touched_->all()) {
     if (sphere.tool_sphere >= tool_.size() || sphere.number >= moving.shape.sphere_count) continue;
+    const Eigen::Vector3d now_m = displayed_m(moving, sphere.number, next_.weights, by_push);
+    if (!now_m.allFinite()) continue;  // not in the next snapshot
+    compare(scene, sphere, sphere.position_m - share * shown_.shifts.of(sphere.body), now_m);
     const double own_m = contact_with(sphere, tool_[sphere.tool_sphere]).depth_m;
     if (!(own_m > 0.0)) continue;
-    const Eigen::Vector3d own_shift_m =
-        sphere.position_m - displayed_m(moving, sphere.number, next_.weights, by_push);
-    if (!own_shift_m.allFinite()) continue;  // not in the next snapshot
+    const Eigen::Vector3d own_shift_m = sphere.position_m - now_m;
     std::size_t at = 0;
     while (at < shifts.count && shifts.shifts[at].body != sphere.body) ++at;
     if (at == proto::kMaxShiftedBodies) continue;
@@ -140,12 +153,16 @@ void CompliantRenderer::shift_bodies(const TickScene& scene,
   }
   // What is cut off is in the rest of the force.
   const double farthest_m = kFarthestShift * radius_m_;
+  double error_m = 0.0;
   for (std::size_t at = 0; at < shifts.count; ++at) {
     Eigen::Vector3d& shift_m = shifts.shifts[at].shift_m;
     shift_m /= depth_m[at];
+    error_m =
+        std::max(error_m, (shift_m - share * shown_.shifts.of(shifts.shifts[at].body)).norm());
     const double norm_m = shift_m.norm();
     if (norm_m > farthest_m) shift_m *= farthest_m / norm_m;
   }
+  if (shifts.count > 0) error_ = {error_m, error_N_.norm()};
 }
 
 void CompliantRenderer::gather(const TickScene& scene, const proto::SnapshotHeader& latest,
@@ -153,6 +170,7 @@ void CompliantRenderer::gather(const TickScene& scene, const proto::SnapshotHead
   const bool is_switch =
       reader().has_snapshot() && latest.snapshot_id != reader().snapshot().snapshot_id;
   if (is_switch) lead_on(scene);
+  error_.reset();
   next_ = shown_;
   next_.weights = display::snapshot_weights(transition_, {}, latest, scene.now_ns);
   next_.shift_s = shift_duration_s(latest);
@@ -174,6 +192,7 @@ void CompliantRenderer::show(const TickScene& scene, const publication::Snapshot
     force = solve(scene, look.is_new, next_);
     if (look.is_new && !look.is_first) {
       const double rest = left(shown_.began_ns, shown_.rest_s, now_ns);
+      tick.prediction_error = error_;
       tick.switch_jump_N = (force.force_N - led_on_->force_N + rest * shown_.residual_N).norm();
       next_.residual_N = led_on_->force_N - force.force_N;
       next_.residual_torque_N_m = led_on_->torque_N_m - force.torque_N_m;

@@ -49,6 +49,8 @@ class CompliantRenderer final : public Renderer {
   void lead_on(const TickScene& scene) noexcept;
   void continue_from(const TickScene& scene, const collision::GridView& moving) noexcept;
   void shift_bodies(const TickScene& scene, const collision::GridView& moving) noexcept;
+  void compare(const TickScene& scene, TouchedSphere sphere, const Eigen::Vector3d& led_m,
+               const Eigen::Vector3d& now_m) noexcept;
 
   display::Transition transition_;
   Display shown_;              // of the last accepted snapshot
@@ -59,9 +61,11 @@ class CompliantRenderer final : public Renderer {
   TouchedSpheres* fresh_ = &buffers_[1];    // being gathered
   TouchedSpheres static_;                   // of the static grid
   ToolSweep sweep_;
-  std::span<const PlacedToolSphere> tool_;  // of this tick
-  double radius_m_ = 0.0;                   // the largest of the tool's
-  double unsolved_N_ = 0.0;                 // of this tick's response
+  std::span<const PlacedToolSphere> tool_;             // of this tick
+  double radius_m_ = 0.0;                              // the largest of the tool's
+  double unsolved_N_ = 0.0;                            // of this tick's response
+  Eigen::Vector3d error_N_ = Eigen::Vector3d::Zero();  // of the snapshot that is gathered
+  std::optional<PredictionError> error_;
   std::optional<ToolForce> led_on_;  // of what was displayed a tick ago; where it was asked for
 };
 

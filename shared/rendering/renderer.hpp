@@ -15,6 +15,12 @@
 
 namespace stillgrid::rendering {
 
+/// How far a snapshot lies from where the one before it led to.
+struct PredictionError {
+  double distance_m = 0.0;  // of the touched body that is farthest off
+  double force_N = 0.0;     // of the touched spheres, if none gave way to it
+};
+
 /// What one tick rendered.
 struct RenderedTick {
   ToolForce force;
@@ -31,6 +37,8 @@ struct RenderedTick {
   // At a switch: |force by the new snapshot - force by the old one|, same place and time; what a
   // model adds so that the hand does not feel it (the rest of `predict`) is left out of both.
   std::optional<double> switch_jump_N;
+  // At a switch of a model whose spheres give way, where the tool touches something that may move.
+  std::optional<PredictionError> prediction_error;
   // Where its spheres were displayed; of a model that displays none, the snapshot as it is.
   display::SnapshotWeights weights;
   // Where they give way to the hand: times each sphere's response, and each body's shift.

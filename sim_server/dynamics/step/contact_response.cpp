@@ -56,10 +56,15 @@ void ContactResponse::group(std::span<const ToolTouch> touches) {
                    [](const Group& a, const Group& b) { return a.depth_m > b.depth_m; });
 }
 
+Eigen::VectorXd& ContactResponse::add_push(const MechanicalSystem& system) {
+  if (pushes_.size() == push_count_) pushes_.emplace_back();
+  return pushes_[push_count_++].setZero(system.size());
+}
+
 /// A body as it is pressed, in three directions.
 void ContactResponse::push_together(const MechanicalSystem& system, const Group& group) {
   for (int axis = 0; axis < 3; ++axis) {
-    Eigen::VectorXd& push = pushes_.emplace_back(Eigen::VectorXd::Zero(system.size()));
+    Eigen::VectorXd& push = add_push(system);
     for (std::size_t i = group.first; i < group.last; ++i)
       system.push_sphere(*touches_[i].sphere,
                          weight_m(touches_[i]) / group.weight_m * Eigen::Vector3d::Unit(axis),
@@ -70,8 +75,8 @@ void ContactResponse::push_together(const MechanicalSystem& system, const Group&
 /// Each body, the deepest first; then how rigid ones turn, and of soft ones how each contact gives
 /// way by itself.
 void ContactResponse::find_pushes(const MechanicalSystem& system) {
-  pushes_.clear();
-  const auto has_room = [&] { return pushes_.size() + 3 <= proto::kMaxModes; };
+  push_count_ = 0;
+  const auto has_room = [&] { return push_count_ + 3 <= proto::kMaxModes; };
   for (const Group& group : groups_)
     if (has_room()) push_together(system, group);
   for (const Group& group : groups_) {
@@ -80,62 +85,62 @@ void ContactResponse::find_pushes(const MechanicalSystem& system) {
     const std::size_t more = is_rigid ? 1 : touches > 1 ? touches : 0;
     for (std::size_t i = group.first; i < group.first + more && has_room(); ++i)
       for (int axis = 0; axis < 3; ++axis) {
+        const bodies::SphereBinding& sphere = *touches_[i].sphere;
         const Eigen::Vector3d unit = Eigen::Vector3d::Unit(axis), none = Eigen::Vector3d::Zero();
-        Eigen::VectorXd& push = pushes_.emplace_back(Eigen::VectorXd::Zero(system.size()));
-        system.push_sphere(*touches_[i].sphere, is_rigid ? none : unit, is_rigid ? unit : none,
-                           push);
+        system.push_sphere(sphere, is_rigid ? none : unit, is_rigid ? unit : none,
+                           add_push(system));
       }
   }
 }
 
 void ContactResponse::answer_pushes(ImplicitStage& stage, const Budget& budget) {
-  answers_.clear();
-  resisted_.clear();
+  answer_count_ = 0;
   bool is_linear = false;
-  Eigen::VectorXd answer, resisted;
-  for (const Eigen::VectorXd& push : pushes_) {
+  for (std::size_t i = 0; i < push_count_; ++i) {
+    const Eigen::VectorXd& push = pushes_[i];
     if (push.isZero(0.0) || budget.is_late()) continue;
+    if (answers_.size() == answer_count_) answers_.emplace_back();
+    auto& [motion, resisted] = answers_[answer_count_];
     const bool is_solved =
-        is_linear ? solver_.solve_another(stage, push, kAccuracy, budget, answer)
-                  : solver_.solve(stage, JacobianKind::kDefinite, push, kAccuracy, budget, answer);
+        is_linear ? solver_.solve_another(stage, push, kAccuracy, budget, motion)
+                  : solver_.solve(stage, JacobianKind::kDefinite, push, kAccuracy, budget, motion);
     if (!is_solved) continue;
     is_linear = true;
     resisted.resize(push.size());
-    stage.multiply(answer, resisted);
-    if (!(answer.dot(resisted) > 0.0)) continue;
-    answers_.push_back(answer);
-    resisted_.push_back(resisted);
+    stage.multiply(motion, resisted);
+    if (motion.dot(resisted) > 0.0) ++answer_count_;
   }
 }
 
 void ContactResponse::find_modes(const MechanicalSystem& system, const ImplicitStage& stage,
                                  double step_s, const Eigen::VectorXd& velocity) {
-  const std::size_t count = answers_.size();
+  const std::size_t count = answer_count_;
   const auto size = static_cast<Eigen::Index>(count);
   Small resistance(size, size), inertia(size, size);
   for (std::size_t j = 0; j < count; ++j) {
-    system.momentum(answers_[j], momentum_);
-    for (std::size_t i = 0; i < count; ++i) {
+    system.momentum(answers_[j].motion, momentum_);
+    for (std::size_t i = 0; i <= j; ++i) {
       const auto row = static_cast<Eigen::Index>(i), column = static_cast<Eigen::Index>(j);
-      resistance(row, column) = answers_[i].dot(resisted_[j]);
-      inertia(row, column) = answers_[i].dot(momentum_);
+      resistance(row, column) = resistance(column, row) =
+          answers_[i].motion.dot(answers_[j].resisted);
+      inertia(row, column) = inertia(column, row) = answers_[i].motion.dot(momentum_);
     }
   }
-  const Small basis = orthonormal(0.5 * (resistance + resistance.transpose()));
-  const Small shares = basis.transpose() * (0.5 * (inertia + inertia.transpose())) * basis;
+  const Small basis = orthonormal(resistance);
+  const Small shares = basis.transpose() * inertia * basis;
   const Eigen::SelfAdjointEigenSolver<Small> by_inertia(shares);
   const Small combined = basis * by_inertia.eigenvectors();
 
   const Eigen::VectorXd at_start = stage.initial_guess();
-  motions_.clear();
+  motions_.resize(static_cast<std::size_t>(combined.cols()));
   for (Eigen::Index mode = 0; mode < combined.cols(); ++mode) {
-    Eigen::VectorXd& motion = motions_.emplace_back(Eigen::VectorXd::Zero(system.size()));
+    Eigen::VectorXd& motion = motions_[static_cast<std::size_t>(mode)].setZero(system.size());
     double displacement = 0.0, at_velocity = 0.0;
     for (std::size_t i = 0; i < count; ++i) {
       const double part = combined(static_cast<Eigen::Index>(i), mode);
-      motion += step_s * part * answers_[i];
-      displacement += part * resisted_[i].dot(velocity);
-      at_velocity += part * resisted_[i].dot(at_start);
+      motion += step_s * part * answers_[i].motion;
+      displacement += part * answers_[i].resisted.dot(velocity);
+      at_velocity += part * answers_[i].resisted.dot(at_start);
     }
     modes_.push_back({static_cast<float>(std::clamp(by_inertia.eigenvalues()[mode], 0.0, 1.0)),
                       static_cast<float>(motion.dot(tool_force_)), static_cast<float>(displacement),
@@ -177,7 +182,7 @@ void ContactResponse::find(const bodies::World& world, const MechanicalSystem& s
     system.push_sphere(*touch.sphere, touch.force_N, touch.couple_N_m, tool_force_);
   find_pushes(system);
   answer_pushes(stage, budget);
-  if (answers_.empty()) return;
+  if (answer_count_ == 0) return;
   find_modes(system, stage, step_s, velocity);
   find_turning(world, system, step_s);
 }

@@ -58,6 +58,10 @@ class ContactResponse {
   };
   void group(std::span<const ToolTouch> touches);
   void find_pushes(const MechanicalSystem& system);
+  struct Answer {
+    Eigen::VectorXd motion, resisted;  // A times it
+  };
+  Eigen::VectorXd& add_push(const MechanicalSystem& system);
   void push_together(const MechanicalSystem& system, const Group& group);
   void answer_pushes(ImplicitStage& stage, const Budget& budget);
   void find_modes(const MechanicalSystem& system, const ImplicitStage& stage, double step_s,
@@ -65,9 +69,13 @@ class ContactResponse {
   void find_turning(const bodies::World& world, const MechanicalSystem& system, double step_s);
 
   KrylovLinearSolver solver_;
-  std::vector<ToolTouch> touches_;                            // by body, the deepest first
-  std::vector<Group> groups_;                                 // the deepest first
-  std::vector<Eigen::VectorXd> pushes_, answers_, resisted_;  // A times each answer
+  std::vector<ToolTouch> touches_;  // by body, the deepest first
+  std::vector<Group> groups_;       // the deepest first
+  // As many as counted, and memory of those before.
+  std::vector<Eigen::VectorXd> pushes_;
+  std::size_t push_count_ = 0;
+  std::vector<Answer> answers_;
+  std::size_t answer_count_ = 0;
   Eigen::VectorXd tool_force_, momentum_;
   std::vector<Eigen::VectorXd> motions_;  // of each mode
   std::vector<proto::ResponseMode> modes_;

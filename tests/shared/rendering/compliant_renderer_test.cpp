@@ -124,6 +124,49 @@ TEST_CASE(
   CHECK(step_N < 0.125 * std::abs(force_N - last_N) + 0.02);
 }
 
+TEST_CASE("A prediction errs by as much as the next snapshot lies elsewhere", "[predict]") {
+  const double off_m = GENERATE(0.0, -0.001, 0.001);
+  const double tool_m = kContactDistance_m - 0.004;
+  Ball ball;
+  for (std::uint64_t n = 0; n < 3; ++n) {
+    ball.show(n < 2 ? 0.0 : off_m, 0.0, n * kPeriod_ns, prediction(0.0, 0.0, 0.0));
+    const RenderedTick tick = ball.render(tool_m, n * kPeriod_ns);
+    REQUIRE(tick.prediction_error.has_value() == (n > 0));
+    if (n == 0) continue;
+    CHECK(tick.prediction_error->distance_m == Approx(n < 2 ? 0.0 : std::abs(off_m)).margin(1e-9));
+    CHECK(tick.prediction_error->force_N ==
+          Approx(n < 2 ? 0.0 : kStiffness_N_per_m * std::abs(off_m)).margin(1e-6));
+  }
+  // The shift that still hides it is no error of the next prediction.
+  ball.show(off_m, 0.0, 2 * kPeriod_ns + 8 * kMillisecond_ns, prediction(0.0, 0.0, 0.0));
+  const RenderedTick tick = ball.render(tool_m, 2 * kPeriod_ns + 8 * kMillisecond_ns);
+  REQUIRE(tick.prediction_error);
+  CHECK(tick.prediction_error->distance_m < 1e-9);
+  CHECK(tick.prediction_error->force_N < 1e-6);
+}
+
+TEST_CASE("A spring pressed at a constant speed is where it was predicted", "[predict]") {
+  constexpr double kCompliance_m_per_N = 1e-3, kSpeed_m_s = 0.05;
+  const auto pressed_m = [&](std::uint64_t now_ns) {
+    return 0.001 + kSpeed_m_s * 1e-9 * static_cast<double>(now_ns);
+  };
+  Ball ball;
+  for (std::uint64_t ms = 0; ms < 96; ++ms) {
+    const std::uint64_t now_ns = ms * kMillisecond_ns;
+    if (now_ns % kPeriod_ns == 0) {
+      const double force_N =
+          kStiffness_N_per_m * pressed_m(now_ns) / (1.0 + kStiffness_N_per_m * kCompliance_m_per_N);
+      ShownPrediction spring = prediction(0.0, kCompliance_m_per_N, force_N);
+      spring.modes.back().inertia_share = 0.0F;
+      ball.show(-kCompliance_m_per_N * force_N, 0.0, now_ns, spring);
+    }
+    const RenderedTick tick = ball.render(kContactDistance_m - pressed_m(now_ns), now_ns);
+    if (!tick.prediction_error) continue;
+    CHECK(tick.prediction_error->distance_m < 1e-8);
+    CHECK(tick.prediction_error->force_N < 1e-5);
+  }
+}
+
 TEST_CASE("Snapshots as frequent as ticks are come to, not gone along beside", "[predict]") {
   const double off_m = GENERATE(-0.002, 0.0005, 0.002);
   const double tool_m = kContactDistance_m - 0.004;
