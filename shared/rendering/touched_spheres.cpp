@@ -163,8 +163,9 @@ void give_way(const display::ModeMotion& motion, const display::ResponseMatrix& 
   const Eigen::Vector3d way_m = motion.displacement_m(response, sphere.body, sphere.base_m);
   sphere.position_m = sphere.base_m + way_m;
   sphere.seen_m = sphere.base_m + motion.turn_share * way_m;
-  sphere.velocity_m_s =
-      sphere.base_m_s + motion.rate_per_s * (response.cast<double>() * motion.displacements);
+  sphere.velocity_m_s = sphere.base_m_s +
+                        motion.rate_per_s * (response.cast<double>() * motion.displacements) +
+                        response.cast<double>() * motion.drift_per_s;
 }
 
 void TouchedSpheres::drop_swept() noexcept {
