@@ -104,6 +104,10 @@ struct SphereResponse {
 };
 static_assert(sizeof(SphereResponse) % 8 == 0);
 
+/// As a mode's damping_share: the scene goes to its next snapshot in one implicit step, in which
+/// dampers resist like springs.
+inline constexpr float kOneStep = -1.0F;
+
 /// One mode of how the scene gives way to the tool within the simulation's next step. Modes are
 /// those of the step's own equations, reduced to what the tool pushes: by their mass orthogonal,
 /// and by the whole of what resists.
@@ -113,6 +117,7 @@ struct ResponseMode {
                         // times their forces
   float displacement;   // over the step at the predicted velocity, sqrt(J)
   float at_velocity;    // over the step at the velocity that the snapshot has, sqrt(J)
+  float damping_share;  // of what resists, in a scene of explicit steps; kOneStep in others
 };
 
 /// How a rigid body turns in each mode: its spheres go round its centre, not straight on.
@@ -176,7 +181,7 @@ struct SnapshotHeader {
 static_assert(sizeof(SnapshotHeader) % 8 == 0);
 
 inline constexpr std::uint64_t kSceneLayoutHash =
-    layout_hash<23>({sizeof(SegmentHeader),
+    layout_hash<24>({sizeof(SegmentHeader),
                      offsetof(SegmentHeader, latest),
                      offsetof(SegmentHeader, lockstep_sample_ns),
                      sizeof(SceneHeader),

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -24,6 +25,14 @@ struct ModeLaw {
   double push = 0.0;        // sqrt(J), of the snapshot
 };
 
+/// Whether what a mode tells of itself may be true. Realtime: yes.
+[[nodiscard]] inline bool is_sound(const proto::ResponseMode& mode) noexcept {
+  const auto is_small = [](double x) { return std::abs(x) <= proto::kLargestNumber; };
+  // Written so that a NaN does not pass.
+  return mode.inertia_share >= 0.0F && mode.inertia_share <= 1.0F && is_small(mode.push) &&
+         is_small(mode.displacement) && is_small(mode.at_velocity);
+}
+
 /// A mode's law when that share of the predicted step is over. It gives way as an implicit step so
 /// long, of its inertia and its stiffness; beyond the step it is led by such a step too, from the
 /// velocity that the snapshot has, less what the predicted velocity shows of it. Of a mode that
@@ -31,17 +40,49 @@ struct ModeLaw {
 [[nodiscard]] inline ModeLaw mode_law(const proto::ResponseMode& mode, double step_share) noexcept {
   const double inertia = mode.inertia_share, push = mode.push, whole = mode.displacement,
                at_velocity = mode.at_velocity;
-  const auto is_sound = [](double x) { return std::abs(x) <= proto::kLargestNumber; };
-  // Written so that a NaN does not pass.
-  if (!(inertia >= 0.0 && inertia <= 1.0) || !is_sound(push) || !is_sound(whole) ||
-      !is_sound(at_velocity) || !(step_share > 0.0))
-    return {};
+  if (!is_sound(mode) || !(step_share > 0.0)) return {};
   const double resists = inertia + (1.0 - inertia) * step_share * step_share;
   const double compliance = step_share * step_share / resists;
   const double led =
       compliance * (whole - inertia * at_velocity) + step_share * inertia / resists * at_velocity;
   // Within the step its chord bears more (docs/algorithms/predict.md); they meet at its end.
   return {step_share > 1.0 ? led - step_share * whole : 0.0, compliance, push};
+}
+
+/// Whether a mode gives way in the small steps of an explicit scene, not in one. Realtime: yes.
+[[nodiscard]] inline bool gives_way_by_steps(const proto::ResponseMode& mode) noexcept {
+  return mode.damping_share >= 0.0F;
+}
+
+/// Where a mode that gives way by steps is in one of them.
+struct ModeState {
+  double way = 0.0;    // since the snapshot, sqrt(J)
+  double speed = 0.0;  // sqrt(J) in a whole step
+};
+
+/// A mode's law at the end of a step within the predicted one: implicit Euler's, of its inertia,
+/// its damping and its stiffness. from, to: shares of the predicted step. Of a mode that lies none.
+/// Realtime: yes.
+[[nodiscard]] inline ModeLaw step_law(const proto::ResponseMode& mode, const ModeState& before,
+                                      double from, double to) noexcept {
+  const double inertia = mode.inertia_share, damping = mode.damping_share, step = to - from;
+  // Written so that a NaN does not pass.
+  if (!is_sound(mode) || !(damping >= 0.0 && damping <= 1.0) || !(step > 0.0)) return {};
+  const double stiffness = std::max(0.0, 1.0 - inertia - damping);
+  const double resists = inertia + step * (damping + step * stiffness);
+  const double force = mode.displacement - inertia * mode.at_velocity;
+  const double way = (inertia * (before.way + step * before.speed) + step * damping * before.way +
+                      step * step * force) /
+                     resists;
+  return {way - to * mode.displacement, step * step / resists, mode.push};
+}
+
+/// The state at the end of that step, when the mode is displaced by so much beside what velocities
+/// show. Realtime: yes. Pre: from < to.
+[[nodiscard]] inline ModeState state_after(const proto::ResponseMode& mode, const ModeState& before,
+                                           double from, double to, double displaced) noexcept {
+  const double way = displaced + to * mode.displacement;
+  return {way, (way - before.way) / (to - from)};
 }
 
 /// The response of a sphere of a moving grid; none where it has none, or its record lies.
@@ -61,7 +102,9 @@ struct ModeLaw {
 /// How a snapshot's modes move its spheres.
 struct ModeMotion {
   ModeDisplacements displacements = ModeDisplacements::Zero();
-  double rate_per_s = 0.0;        // 1 / time since the snapshot, of velocities by displacements
+  double rate_per_s = 0.0;  // of velocities by displacements: 1 / time since the snapshot, or
+                            // since the tick before
+  ModeDisplacements drift_per_s = ModeDisplacements::Zero();  // of velocities without them
   double led_s = 0.0;             // for which what turns is led on at its predicted velocity
   double largest_response = 0.0;  // sqrt(m/N), of any sphere; zero: nothing gives way
   double turn_share = 1.0;        // of a displacement, by which it turns the normal of a contact

@@ -96,7 +96,8 @@ class Pushes {
     for (std::size_t i = 0; i < touched.count; ++i) {
       TouchedSphere& sphere = touched.spheres[i];
       if (sphere.response == 0) continue;
-      place(motion, parts_[sphere.response - 1].transpose() * motion.displacements, sphere);
+      const auto response = parts_[sphere.response - 1].transpose();
+      place(motion, response * motion.displacements, response * motion.drift_per_s, sphere);
     }
   }
   void evaluate(const proto::SceneHeader& scene, const TouchedSpheres& touched,
@@ -196,8 +197,7 @@ struct Scaling {
 void give_way(const display::ModeMotion& motion, TouchedSpheres& touched) noexcept {
   for (std::size_t i = 0; i < touched.count; ++i) {
     TouchedSphere& sphere = touched.spheres[i];
-    if (sphere.response != 0)
-      place(motion, touched.response_of(sphere).cast<double>() * motion.displacements, sphere);
+    if (sphere.response != 0) give_way(motion, touched.response_of(sphere), sphere);
   }
 }
 
@@ -215,6 +215,9 @@ void ModeResponse::take(const proto::SnapshotHeader& snapshot,
     motion.largest_response = 0.0;
     count = 0;
   }
+  if (count > 0 && display::gives_way_by_steps(snapshot.modes.front()))
+    return take_step(snapshot, weights.step_share, period_s);
+  motion.drift_per_s.setZero();
   for (std::size_t i = 0; i < proto::kMaxModes; ++i) {
     const display::ModeLaw before = laws[i];
     laws[i] =
@@ -222,6 +225,34 @@ void ModeResponse::take(const proto::SnapshotHeader& snapshot,
     auto& displacement = motion.displacements[static_cast<Eigen::Index>(i)];
     displacement = laws[i].compliance > 0.0 ? displacement + laws[i].offset - before.offset : 0.0;
   }
+}
+
+/// From where the last tick left the modes; a new snapshot from its own state in one. One that
+/// stands takes none.
+void ModeResponse::take_step(const proto::SnapshotHeader& snapshot, double step_share,
+                             double period_s) noexcept {
+  const bool is_new = snapshot.snapshot_id != snapshot_id;
+  if (!is_new && !(step_share > to)) return;
+  for (std::size_t i = 0; i < proto::kMaxModes; ++i) {
+    const proto::ResponseMode& mode = snapshot.modes[i];
+    auto& displaced = motion.displacements[static_cast<Eigen::Index>(i)];
+    starts[i] = is_new ? display::ModeState{0.0, mode.at_velocity}
+                       : display::state_after(mode, starts[i], from, to, displaced);
+    laws[i] = i < count ? display::step_law(mode, starts[i], is_new ? 0.0 : to, step_share)
+                        : display::ModeLaw{};
+    if (!(laws[i].compliance > 0.0)) displaced = 0.0;
+  }
+  from = is_new ? 0.0 : to;
+  to = step_share;
+  snapshot_id = snapshot.snapshot_id;
+  // A step's velocity is its way over its length, and a sphere's is the snapshot's but for that.
+  motion.rate_per_s = to > from ? 1.0 / ((to - from) * period_s) : 0.0;
+  for (std::size_t i = 0; i < proto::kMaxModes; ++i)
+    motion.drift_per_s[static_cast<Eigen::Index>(i)] =
+        laws[i].compliance > 0.0
+            ? motion.rate_per_s * (to * snapshot.modes[i].displacement - starts[i].way) -
+                  snapshot.modes[i].at_velocity / period_s
+            : 0.0;
 }
 
 void ModeResponse::follow(const ModeDisplacements& push) noexcept {

@@ -20,6 +20,10 @@ struct ModeResponse {
   std::array<display::ModeLaw, proto::kMaxModes> laws{};
   display::ModeMotion motion = {};
   std::size_t count = 0;
+  // Of modes that give way by steps: the step that ends now, in shares of the predicted one.
+  std::array<display::ModeState, proto::kMaxModes> starts{};
+  double from = 0.0, to = 0.0;
+  std::uint64_t snapshot_id = 0;
 
   /// The laws of a snapshot, of a header as it was read, by these weights; displacements go along
   /// with what no push changes. Realtime: yes.
@@ -29,6 +33,10 @@ struct ModeResponse {
   /// The displacements to which that push leads, the spheres' own; kept within a metre.
   /// Realtime: yes.
   void follow(const display::ModeDisplacements& push) noexcept;
+
+ private:
+  void take_step(const proto::SnapshotHeader& snapshot, double step_share,
+                 double period_s) noexcept;
 };
 
 /// Places touched spheres where the modes move them. Realtime: yes.

@@ -99,8 +99,7 @@ Shown shown_sphere(const collision::GridView& grid, std::uint32_t number,
   touch.base_m = touch.seen_m = touch.position_m;
   touch.base_m_s = touch.velocity_m_s;
   shown.response = display::response_of(grid, line, compliant.motion.largest_response);
-  if (shown.response)
-    place(compliant.motion, shown.response->cast<double>() * compliant.motion.displacements, touch);
+  if (shown.response) give_way(compliant.motion, *shown.response, touch);
   shown.displaced_m = touch.position_m - now.position_m;
   return shown;
 }
@@ -159,12 +158,18 @@ Eigen::Vector3d displayed_m(const collision::GridView& grid, std::uint32_t numbe
                   : base_m;
 }
 
+void give_way(const display::ModeMotion& motion, const display::ResponseMatrix& response,
+              TouchedSphere& sphere) noexcept {
+  place(motion, response.cast<double>() * motion.displacements,
+        response.cast<double>() * motion.drift_per_s, sphere);
+}
+
 void place(const display::ModeMotion& motion, const Eigen::Vector3d& straight_m,
-           TouchedSphere& sphere) noexcept {
+           const Eigen::Vector3d& drift_m_s, TouchedSphere& sphere) noexcept {
   const Eigen::Vector3d way_m = straight_m + motion.curved_m(sphere.body, sphere.base_m);
   sphere.position_m = sphere.base_m + way_m;
   sphere.seen_m = sphere.base_m + motion.turn_share * way_m;
-  sphere.velocity_m_s = sphere.base_m_s + motion.rate_per_s * straight_m;
+  sphere.velocity_m_s = sphere.base_m_s + motion.rate_per_s * straight_m + drift_m_s;
 }
 
 void TouchedSpheres::drop_swept() noexcept {

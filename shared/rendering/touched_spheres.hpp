@@ -114,10 +114,12 @@ struct DisplayedMotion {
                                           const display::SnapshotWeights& weights,
                                           const CompliantDisplay& compliant_display) noexcept;
 
-/// Places a touched sphere where the modes move it from its base, straight_m but for the arc.
-/// Realtime: yes.
+/// Places a touched sphere where the modes move it from its base, by its response: straight_m but
+/// for the arc, and at drift_m_s beside that. Realtime: yes.
 void place(const display::ModeMotion& motion, const Eigen::Vector3d& straight_m,
-           TouchedSphere& sphere) noexcept;
+           const Eigen::Vector3d& drift_m_s, TouchedSphere& sphere) noexcept;
+void give_way(const display::ModeMotion& motion, const display::ResponseMatrix& response,
+              TouchedSphere& sphere) noexcept;
 
 /// Adds to `touched` the spheres of a grid that overlap the tool where `shown` displays them, or
 /// would if they gave way by less or more within the slack.

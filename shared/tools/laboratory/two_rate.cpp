@@ -125,7 +125,8 @@ RowVectorXd tool_force(const Layout& at, const display::SnapshotWeights& display
     return display::mode_law({.inertia_share = static_cast<float>(inertia_share),
                               .push = 0.0F,
                               .displacement = displacement,
-                              .at_velocity = at_velocity},
+                              .at_velocity = at_velocity,
+                              .damping_share = proto::kOneStep},
                              displayed.step_share);
   };
   shown[at.drift(unshown)] += period_s * law_of(1.0F, 0.0F).offset;

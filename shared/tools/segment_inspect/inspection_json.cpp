@@ -98,7 +98,8 @@ Json modes_json(const proto::SnapshotHeader& header) {
     json.push_back({{"inertia_share", number(header.modes[i].inertia_share)},
                     {"push", number(header.modes[i].push)},
                     {"displacement", number(header.modes[i].displacement)},
-                    {"at_velocity", number(header.modes[i].at_velocity)}});
+                    {"at_velocity", number(header.modes[i].at_velocity)},
+                    {"damping_share", number(header.modes[i].damping_share)}});
   return json;
 }
 

@@ -144,7 +144,7 @@ void ContactResponse::find_modes(const MechanicalSystem& system, const ImplicitS
     }
     modes_.push_back({static_cast<float>(std::clamp(by_inertia.eigenvalues()[mode], 0.0, 1.0)),
                       static_cast<float>(motion.dot(tool_force_)), static_cast<float>(displacement),
-                      static_cast<float>(at_velocity)});
+                      static_cast<float>(at_velocity), proto::kOneStep});
   }
 }
 
@@ -185,6 +185,19 @@ void ContactResponse::find(const bodies::World& world, const MechanicalSystem& s
   if (answer_count_ == 0) return;
   find_modes(system, stage, step_s, velocity);
   find_turning(world, system, step_s);
+}
+
+/// Over half the step dampers resist half as much, springs a quarter.
+void ContactResponse::find_damping(MechanicalSystem& system, double step_s) {
+  system.linearise(JacobianKind::kDefinite, 0.5 * step_s, 0.5 * step_s);
+  Eigen::VectorXd resisted(system.size());
+  for (std::size_t mode = 0; mode < modes_.size(); ++mode) {
+    system.multiply(motions_[mode], resisted);
+    const double half = motions_[mode].dot(resisted) / (step_s * step_s);
+    const double inertia = modes_[mode].inertia_share;
+    modes_[mode].damping_share =
+        static_cast<float>(std::clamp(4.0 * half - 3.0 * inertia - 1.0, 0.0, 1.0 - inertia));
+  }
 }
 
 proto::SphereResponse ContactResponse::response_of(const MechanicalSystem& system,

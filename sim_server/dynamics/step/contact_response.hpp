@@ -32,11 +32,14 @@ struct ToolTouch {
 /// was pushed (docs/algorithms/predict.md). Thread: one.
 class ContactResponse {
  public:
-  /// system: placed where the step leads, at velocity; stage is of step_s. A push that is not
-  /// solved in the budget is left out.
+  /// system: placed where the step is linear, as where it leads at velocity; stage is of step_s. A
+  /// push that is not solved in the budget is left out.
   void find(const bodies::World& world, const MechanicalSystem& system, ImplicitStage& stage,
             double step_s, std::span<const ToolTouch> touches, const Eigen::VectorXd& velocity,
             const Budget& budget);
+  /// Tells damping and stiffness of each mode apart: it gives way by steps.
+  /// Pre: system as in find().
+  void find_damping(MechanicalSystem& system, double step_s);
   /// Nothing gives way.
   void clear() {
     modes_.clear();

@@ -17,6 +17,8 @@ constexpr double kTolerance_m_s = 1e-6;
 constexpr int kMaxIterations = 3;
 /// Of the residual, that the last iteration leaves at most.
 constexpr double kProgress = 0.9;
+/// Likewise, that linear equations leave of it.
+constexpr double kAccuracy = 1e-3;
 
 contact::SideMotion side_of(const bodies::World& world, int sphere) {
   const bodies::SphereBinding& binding = world.spheres[static_cast<std::size_t>(sphere)];
@@ -55,7 +57,8 @@ bool is_kinematic(const bodies::World& world, const bodies::SphereBinding& spher
 
 }  // namespace
 
-Prediction::Prediction() : solver_(scene::SolverKind::kNewtonCg, kTolerance_m_s) {}
+Prediction::Prediction(bool is_explicit)
+    : is_explicit_(is_explicit), solver_(scene::SolverKind::kNewtonCg, kTolerance_m_s) {}
 
 void Prediction::take_contacts(const bodies::World& world,
                                std::span<const contact::Contact> contacts,
@@ -129,6 +132,20 @@ bool Prediction::solve(ImplicitStage& stage, Eigen::VectorXd& velocity, Budget b
   return last.converged || last.residual < kProgress * first.residual;
 }
 
+/// What the step's equations lead to that are linear about where all is, at rest. Where the whole
+/// ones stall, as of threads that fly, small steps do not.
+bool Prediction::solve_linear(ImplicitStage& stage, Eigen::VectorXd& velocity,
+                              const Budget& budget) {
+  Eigen::VectorXd residual(velocity.size()), step;
+  velocity.setZero();
+  stage.residual(velocity, residual);
+  if (!linear_solver_.solve(stage, JacobianKind::kDefinite, residual, kAccuracy, budget, step) ||
+      budget.is_late())
+    return false;
+  velocity -= step;
+  return true;
+}
+
 void Prediction::look(const bodies::World& world, std::span<const contact::Contact> contacts,
                       double step_s, std::span<const ContactMemory> kept, Budget budget) {
   using Clock = std::chrono::steady_clock;
@@ -152,12 +169,13 @@ void Prediction::look(const bodies::World& world, std::span<const contact::Conta
   const Eigen::VectorXd push = step_s * tool_force_;
   stage.push(push);
   Eigen::VectorXd velocity = stage.initial_guess();
-  if (!solve(stage, velocity, budget)) {
+  if (!solve(stage, velocity, budget) && !(is_explicit_ && solve_linear(stage, velocity, budget))) {
     // All moves on as it does, and gives way there.
     velocity = stage.initial_guess();
     stage.residual(velocity, residual_);
   }
   response_.find(world, system_, stage, step_s, touches_, velocity, budget);
+  if (is_explicit_) response_.find_damping(system_, step_s);
   system_.place(step_s * velocity, velocity, step_s);
   for (std::size_t i = 0; i < spheres_.size(); ++i)
     spheres_[i].predicted_velocity_m_s =

@@ -20,11 +20,13 @@ namespace stillgrid::dynamics {
 
 /// Where the next step would lead, and how a change of the tool's force would bend it: one
 /// implicit step from the world as it is, with the tool's contacts replaced by the force they exert
-/// now, and its Jacobian. By it a haptic process leads a snapshot on for the hand where it is
-/// now, and stays on the way of the simulation (docs/algorithms/predict.md).
+/// now, and its Jacobian. Of an explicit scene its modes tell what smaller steps do. By it a haptic
+/// process leads a snapshot on for the hand where it is now, and stays on the way of the simulation
+/// (docs/algorithms/predict.md).
 class Prediction {
  public:
-  Prediction();
+  /// is_explicit: the scene goes on in many small steps, not in one implicit one.
+  explicit Prediction(bool is_explicit = false);
 
   /// contacts: of the world as it is, those of the tool last; to them and the nearest bodies round
   /// them the scene gives way. Three iterations at most: an impact is predicted as far as they
@@ -47,13 +49,16 @@ class Prediction {
                      std::span<const ContactMemory> kept, double step_s);
   void take_tool(const bodies::World& world, std::span<const contact::Contact> contacts);
   bool solve(ImplicitStage& stage, Eigen::VectorXd& velocity, Budget budget);
+  bool solve_linear(ImplicitStage& stage, Eigen::VectorXd& velocity, const Budget& budget);
   void take_responses(const bodies::World& world, std::span<const contact::Contact> tool);
 
+  bool is_explicit_;
   std::vector<contact::Contact> near_;  // of the scene with itself, that may touch within the step
   ContactMemories memories_;
   std::vector<Eigen::Vector3d> stretches_m_;
   MechanicalSystem system_;
   NewtonSolver solver_;
+  KrylovLinearSolver linear_solver_;
   ContactResponse response_;
   std::vector<ToolTouch> touches_;
   Eigen::VectorXd residual_, tool_force_;

@@ -51,6 +51,7 @@ Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world
       integrator_(make_integrator(method_)),
       traits_(integrator_->traits()),
       tool_(scene.tool),
+      prediction_(std::make_unique<Prediction>(scene::is_explicit(method_.integrator))),
       start_(world_.spheres.size()),
       end_(world_.spheres.size()) {
   if (scene.sleeping) sleeping_.emplace(world_);

@@ -172,7 +172,7 @@ class Simulation {
   std::optional<EnergyAccount> account_;
   double tool_work_J_ = 0.0;  // in all steps
   std::vector<contact::Contact> led_contacts_;
-  std::unique_ptr<Prediction> prediction_ = std::make_unique<Prediction>();
+  std::unique_ptr<Prediction> prediction_;
   std::vector<bodies::SphereMotion> start_, end_;  // of every sphere over a part
   bool swings_ = false;                            // something prescribed does
   PredictedPart predicted_part_;

@@ -342,8 +342,11 @@ TEST_CASE("A mode of stiffness gives way as an implicit step so long does, late 
           "[predict]") {
   const float inertia = GENERATE(0.0F, 0.2F, 0.9F, 1.0F);
   const double step_share = GENERATE(0.1, 0.5, 1.0, 1.7, 2.0);
-  const proto::ResponseMode mode{
-      .inertia_share = inertia, .push = 0.3F, .displacement = 0.5F, .at_velocity = -0.2F};
+  const proto::ResponseMode mode{.inertia_share = inertia,
+                                 .push = 0.3F,
+                                 .displacement = 0.5F,
+                                 .at_velocity = -0.2F,
+                                 .damping_share = proto::kOneStep};
   const display::ModeLaw law = display::mode_law(mode, step_share);
   // In the mode's units a whole step resists by 1: by its inertia, and by stiffness for the rest.
   const double resists = inertia + (1.0 - inertia) * step_share * step_share;
@@ -353,6 +356,35 @@ TEST_CASE("A mode of stiffness gives way as an implicit step so long does, late 
   CHECK(law.offset == Approx(step_share > 1.0 ? whole - step_share * 0.5 : 0.0).margin(1e-7));
   // At the step's end the two ways meet.
   CHECK(display::mode_law(mode, 1.0 + 1e-9).offset == Approx(0.0).margin(1e-7));
+}
+
+TEST_CASE("A mode that gives way by steps goes as a mass on spring and damper does", "[predict]") {
+  // In the mode's units: mu w'' + delta w' + (1 - mu - delta) w = f, held, from speed v.
+  const float damping = GENERATE(0.0F, 0.1F, 0.3F);
+  const proto::ResponseMode mode{.inertia_share = 0.2F,
+                                 .push = 0.3F,
+                                 .displacement = 0.5F,
+                                 .at_velocity = -0.2F,
+                                 .damping_share = damping};
+  constexpr double kMore = 0.4;
+  constexpr int kSteps = 20000;
+  display::ModeState state{0.0, mode.at_velocity};
+  double displaced = 0.0;
+  for (int i = 1; i <= kSteps; ++i) {
+    const double from = 2.0 * (i - 1) / kSteps, to = 2.0 * i / kSteps;
+    const display::ModeLaw law = display::step_law(mode, state, from, to);
+    displaced = law.offset + law.compliance * kMore;
+    state = display::state_after(mode, state, from, to, displaced);
+  }
+  const double inertia = mode.inertia_share, stiffness = 1.0 - inertia - double{damping};
+  const double force = 0.5 + 0.2 * inertia + kMore, rest = force / stiffness;
+  const double decay = 0.5 * double{damping} / inertia;
+  const double swing = std::sqrt(stiffness / inertia - decay * decay);
+  const double expected =
+      rest + std::exp(-2.0 * decay) * (-rest * std::cos(2.0 * swing) +
+                                       (-0.2 - decay * rest) / swing * std::sin(2.0 * swing));
+  CHECK(state.way == Approx(expected).epsilon(2e-3).margin(2e-3));
+  CHECK(displaced == Approx(state.way - 2.0 * 0.5));
 }
 
 TEST_CASE("A body that turns gives way on the arc, not on its tangent", "[predict]") {
@@ -375,14 +407,17 @@ TEST_CASE("A header that lies about its response leaves the force finite and bou
           "[predict]") {
   ShownPrediction told = prediction(0.01, 1e-3, 1.0);
   const auto wrong = static_cast<float>(GENERATE(kNaN, kInfinity, -kInfinity, 1e30, -1.0, 1e6));
-  const int field = GENERATE(range(0, 6));
-  CAPTURE(wrong, field);
+  const int field = GENERATE(range(0, 7));
+  const auto damping = GENERATE(as<float>(), proto::kOneStep, 0.0F, 0.5F);
+  CAPTURE(wrong, field, damping);
+  told.modes[0].damping_share = damping;
   if (field == 0) told.modes[0].inertia_share = wrong;
   if (field == 1) told.modes[0].push = wrong;
   if (field == 2) told.modes[0].displacement = wrong;
   if (field == 3) told.modes[0].at_velocity = wrong;
   if (field == 4) told.responses[0].modes[0] = {wrong, wrong, wrong};
   if (field == 5) told.responses[0].modes[0][2] = wrong;
+  if (field == 6) told.modes[0].damping_share = wrong;
   Ball ball;
   ball.show(0.0, 0.0, 0, prediction(0.01, 1e-3, 1.0));
   (void)ball.force_N(0.016, 0);
@@ -416,7 +451,7 @@ TEST_CASE("Whatever predicted velocities and responses are, the force is finite"
                            .modes = std::vector<proto::ResponseMode>(proto::kMaxModes),
                            .responses = std::vector<proto::SphereResponse>(kSpheres)};
       for (proto::ResponseMode& mode : told.modes)
-        mode = {std::abs(any()) * 10.0F, any(), any(), any()};
+        mode = {std::abs(any()) * 10.0F, any(), any(), any(), any()};
       for (std::size_t i = 0; i < kSpheres; ++i) {
         places_m[i] = {near_m(random), near_m(random), near_m(random)};
         for (auto& mode : told.responses[i].modes) mode = {any(), any(), any()};

@@ -50,7 +50,8 @@ inline void add_mode(ShownPrediction& shown, const std::vector<Eigen::Vector3d>&
   shown.modes.push_back({.inertia_share = 1.0F,
                          .push = static_cast<float>(compliance_m_per_N.front().dot(push_N) / root),
                          .displacement = 0.0F,
-                         .at_velocity = 0.0F});
+                         .at_velocity = 0.0F,
+                         .damping_share = proto::kOneStep});
 }
 
 /// Both ends of a scene segment in one process: what is shown goes through shared memory.
