@@ -165,11 +165,11 @@ void give_way(const display::ModeMotion& motion, const display::ResponseMatrix& 
 }
 
 void place(const display::ModeMotion& motion, const Eigen::Vector3d& straight_m,
-           const Eigen::Vector3d& drift_m_s, TouchedSphere& sphere) noexcept {
+           const Eigen::Vector3d& beside_m_s, TouchedSphere& sphere) noexcept {
   const Eigen::Vector3d way_m = straight_m + motion.curved_m(sphere.body, sphere.base_m);
   sphere.position_m = sphere.base_m + way_m;
   sphere.seen_m = sphere.base_m + motion.turn_share * way_m;
-  sphere.velocity_m_s = sphere.base_m_s + motion.rate_per_s * straight_m + drift_m_s;
+  sphere.velocity_m_s = sphere.base_m_s + motion.rate_per_s * straight_m + beside_m_s;
 }
 
 void TouchedSpheres::drop_swept() noexcept {

@@ -115,9 +115,9 @@ struct DisplayedMotion {
                                           const CompliantDisplay& compliant_display) noexcept;
 
 /// Places a touched sphere where the modes move it from its base, by its response: straight_m but
-/// for the arc, and at drift_m_s beside that. Realtime: yes.
+/// for the arc, and at beside_m_s beside that. Realtime: yes.
 void place(const display::ModeMotion& motion, const Eigen::Vector3d& straight_m,
-           const Eigen::Vector3d& drift_m_s, TouchedSphere& sphere) noexcept;
+           const Eigen::Vector3d& beside_m_s, TouchedSphere& sphere) noexcept;
 void give_way(const display::ModeMotion& motion, const display::ResponseMatrix& response,
               TouchedSphere& sphere) noexcept;
 
