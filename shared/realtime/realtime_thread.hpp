@@ -6,8 +6,8 @@
 
 namespace stillgrid::realtime {
 
-/// Makes the calling thread real-time: SCHED_FIFO at priority 80, memory locked, pinned to cpu if
-/// given. Threads that it starts are not.
+/// Makes the calling thread real-time: SCHED_FIFO at priority 80, memory locked, 256 KiB of its
+/// stack there, pinned to cpu if given. Threads that it starts are not.
 ///
 /// Returns what could not be had, each as a short phrase with the cure; the thread runs on without
 /// it.

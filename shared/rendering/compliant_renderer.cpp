@@ -65,8 +65,8 @@ CompliantDisplay CompliantRenderer::compliant_display(const Display& display,
 /// The force of the moving spheres in touched_, which have given way to it then.
 ToolForce CompliantRenderer::solve(const TickScene& scene, bool is_switch,
                                    Display& display) noexcept {
-  unsolved_N_ = solve_response(scene.fixed(), tool_, scene.pose, radius_m_, is_switch, *touched_,
-                               display.response);
+  unsolved_N_ = solver_.solve(scene.fixed(), tool_, scene.pose, radius_m_, is_switch, *touched_,
+                              display.response);
   return sphere_force(scene.fixed(), *touched_, tool_, scene.pose);
 }
 

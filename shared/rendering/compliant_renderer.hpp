@@ -61,8 +61,9 @@ class CompliantRenderer final : public Renderer {
   TouchedSpheres* fresh_ = &buffers_[1];    // being gathered
   TouchedSpheres static_;                   // of the static grid
   ToolSweep sweep_;
-  std::span<const PlacedToolSphere> tool_;             // of this tick
-  double radius_m_ = 0.0;                              // the largest of the tool's
+  std::span<const PlacedToolSphere> tool_;  // of this tick
+  double radius_m_ = 0.0;                   // the largest of the tool's
+  ResponseSolver solver_;
   double unsolved_N_ = 0.0;                            // of this tick's response
   Eigen::Vector3d error_N_ = Eigen::Vector3d::Zero();  // of the snapshot that is gathered
   std::optional<PredictionError> error_;

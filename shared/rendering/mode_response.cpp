@@ -80,6 +80,29 @@ void eliminate(Matrix& matrix, int count, ModeDisplacements& x) {
   }
 }
 
+/// A response's laws, scaled: displacements are offset + root * unknown.
+struct Scaling {
+  ModeDisplacements root = ModeDisplacements::Zero(), offset = root, own_push = root;
+
+  explicit Scaling(const ModeResponse& response) {
+    for (std::size_t i = 0; i < response.count; ++i) {
+      const display::ModeLaw& law = response.laws[i];
+      const auto mode = static_cast<Eigen::Index>(i);
+      root[mode] = std::sqrt(law.compliance);
+      offset[mode] = law.offset;
+      own_push[mode] = law.push;
+    }
+  }
+  /// Of the unknowns, by their own scale.
+  [[nodiscard]] ModeDisplacements residual(const ModeDisplacements& push,
+                                           const ModeDisplacements& at) const {
+    return (root.array() > 0.0)
+        .select(root.cwiseProduct(push - own_push) - (at - offset).cwiseQuotient(root), 0.0);
+  }
+};
+
+}  // namespace
+
 /// What pushes the modes of touched spheres.
 class Pushes {
  public:
@@ -88,7 +111,8 @@ class Pushes {
   double stiffness_N_per_m;  // of the stiffest contact that there may be
 
   /// root: of the modes' compliance, to which the equations are scaled.
-  Pushes(const TouchedSpheres& touched, const ModeDisplacements& root) : root_(root) {
+  void take(const TouchedSpheres& touched, const ModeDisplacements& root) {
+    root_ = root;
     for (std::size_t i = 0; i < touched.response_count; ++i)
       parts_[i] = touched.responses[i].transpose().cast<double>();
   }
@@ -171,29 +195,6 @@ class Pushes {
   int rows_count_ = 0;
 };
 
-/// A response's laws, scaled: displacements are offset + root * unknown.
-struct Scaling {
-  ModeDisplacements root = ModeDisplacements::Zero(), offset = root, own_push = root;
-
-  explicit Scaling(const ModeResponse& response) {
-    for (std::size_t i = 0; i < response.count; ++i) {
-      const display::ModeLaw& law = response.laws[i];
-      const auto mode = static_cast<Eigen::Index>(i);
-      root[mode] = std::sqrt(law.compliance);
-      offset[mode] = law.offset;
-      own_push[mode] = law.push;
-    }
-  }
-  /// Of the unknowns, by their own scale.
-  [[nodiscard]] ModeDisplacements residual(const ModeDisplacements& push,
-                                           const ModeDisplacements& at) const {
-    return (root.array() > 0.0)
-        .select(root.cwiseProduct(push - own_push) - (at - offset).cwiseQuotient(root), 0.0);
-  }
-};
-
-}  // namespace
-
 void give_way(const display::ModeMotion& motion, TouchedSpheres& touched) noexcept {
   for (std::size_t i = 0; i < touched.count; ++i) {
     TouchedSphere& sphere = touched.spheres[i];
@@ -265,12 +266,17 @@ void ModeResponse::follow(const ModeDisplacements& push) noexcept {
     motion.displacements *= far_m > kFarthest_m ? kFarthest_m / far_m : 0.0;
 }
 
-double solve_response(const proto::SceneHeader& scene, std::span<const PlacedToolSphere> tool,
-                      const ToolPose& pose, double radius_m, bool is_switch,
-                      TouchedSpheres& touched, ModeResponse& response) noexcept {
+ResponseSolver::ResponseSolver() : pushes_(std::make_unique<Pushes>()) {}
+ResponseSolver::~ResponseSolver() = default;
+
+double ResponseSolver::solve(const proto::SceneHeader& scene,
+                             std::span<const PlacedToolSphere> tool, const ToolPose& pose,
+                             double radius_m, bool is_switch, TouchedSpheres& touched,
+                             ModeResponse& response) noexcept {
   if (response.count == 0) return 0.0;
   const Scaling scaling(response);
-  Pushes now(touched, scaling.root);
+  Pushes& now = *pushes_;
+  now.take(touched, scaling.root);
   ModeDisplacements& at = response.motion.displacements;
   ModeDisplacements start = at, before = at;
   const double farthest_m = kMaxCompliantShift * radius_m;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <span>
 
 #include "proto/scene_segment.hpp"
@@ -42,19 +43,33 @@ struct ModeResponse {
 /// Places touched spheres where the modes move them. Realtime: yes.
 void give_way(const display::ModeMotion& motion, TouchedSpheres& touched) noexcept;
 
+class Pushes;
+
 /// Lets touched spheres, which are displayed by the response's displacements, give way until the
-/// forces on them are those to which they have given way. Returns what another iteration would
-/// change of these, N.
+/// forces on them are those to which they have given way.
 ///
 /// Newton's method on what is the gradient of a convex energy but for normals that turn and for
-/// friction, whose matrix is symmetric and positive definite whatever a segment says; warm-started
-/// with the last tick's displacements, kMaxIterations at most. In one tick no sphere moves farther
-/// than kMaxCompliantShift of the radius; what is left is the next tick's. At a switch, which
-/// changes no force, in one iteration, of which there may be three times as many. Realtime:
-/// allocates nothing.
-[[nodiscard]] double solve_response(const proto::SceneHeader& scene,
-                                    std::span<const PlacedToolSphere> tool, const ToolPose& pose,
-                                    double radius_m, bool is_switch, TouchedSpheres& touched,
-                                    ModeResponse& response) noexcept;
+/// friction; warm-started with the last tick's displacements, 12 evaluations at most. In one tick
+/// no sphere moves farther than kMaxCompliantShift of the radius; what is left is the next tick's.
+/// At a switch, which changes no force, in one iteration, of which there may be twice as many.
+/// Thread: one; its memory is its own, that no tick allocates or first touches any.
+class ResponseSolver {
+ public:
+  ResponseSolver();
+  ~ResponseSolver();
+  ResponseSolver(const ResponseSolver&) = delete;
+  ResponseSolver& operator=(const ResponseSolver&) = delete;
+  ResponseSolver(ResponseSolver&&) = delete;
+  ResponseSolver& operator=(ResponseSolver&&) = delete;
+
+  /// Returns what another iteration would change of the forces, N. Realtime: allocates nothing.
+  [[nodiscard]] double solve(const proto::SceneHeader& scene,
+                             std::span<const PlacedToolSphere> tool, const ToolPose& pose,
+                             double radius_m, bool is_switch, TouchedSpheres& touched,
+                             ModeResponse& response) noexcept;
+
+ private:
+  std::unique_ptr<Pushes> pushes_;
+};
 
 }  // namespace stillgrid::rendering

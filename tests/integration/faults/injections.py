@@ -76,7 +76,7 @@ def spoil_sphere(offset, count, value):
 
 def spoil_modes(value):
     """All that a snapshot's modes tell."""
-    return spoil_scene(shared_words.PAYLOAD + shared_words.MODES, "f4", 48, value)
+    return spoil_scene(shared_words.PAYLOAD + shared_words.MODES, "f4", 60, value)
 
 
 def truncate(kind):

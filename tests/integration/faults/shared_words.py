@@ -8,8 +8,8 @@ import numpy
 # Bytes from the start of a segment, of a slot, and of a payload.
 LATEST, SLOT_OFFSETS, MATERIALS = 256, 64, 1000
 SEQUENCE, PAYLOAD = 0, 64
-PUBLISH_TIMES, FIRST_SPHERE = 48, 1472
-PREDICTION, MODES, TURNING_COUNT, LARGEST_RESPONSE = 112, 136, 128, 1032  # in a payload, too
+PUBLISH_TIMES, FIRST_SPHERE = 48, 1536
+PREDICTION, MODES, TURNING_COUNT, LARGEST_RESPONSE = 112, 136, 128, 1080  # in a payload, too
 RADIUS, RESPONSE = 36, 48  # in a sphere
 
 
