@@ -70,6 +70,15 @@ ToolForce CompliantRenderer::solve(const TickScene& scene, bool is_switch,
   return sphere_force(scene.fixed(), *touched_, tool_, scene.pose);
 }
 
+/// With what is left of the residual force that a switch ramps out.
+ToolForce CompliantRenderer::with_rest(ToolForce force, const Display& display,
+                                       std::uint64_t now_ns) noexcept {
+  const double rest = left(display.began_ns, display.rest_s, now_ns);
+  force.force_N += rest * display.residual_N;
+  force.torque_N_m += rest * display.residual_torque_N_m;
+  return force;
+}
+
 /// Leads what was displayed a tick ago on to the present; it stays in touched_.
 void CompliantRenderer::lead_on(const TickScene& scene) noexcept {
   if (led_on_) return;
@@ -91,11 +100,7 @@ void CompliantRenderer::lead_on(const TickScene& scene) noexcept {
   shown_.response.take(reader().snapshot(), weights);
   give_way(shown_.response.motion, *touched_);
   shown_.weights = weights;
-  ToolForce force = solve(scene, false, shown_);
-  const double rest = left(shown_.began_ns, shown_.rest_s, scene.now_ns);
-  force.force_N += rest * shown_.residual_N;
-  force.torque_N_m += rest * shown_.residual_torque_N_m;
-  led_on_ = force;
+  led_on_ = with_rest(solve(scene, false, shown_), shown_, scene.now_ns);
 }
 
 /// Displays the next snapshot under the forces that are displayed, its bodies where they are.
@@ -198,9 +203,7 @@ void CompliantRenderer::show(const TickScene& scene, const publication::Snapshot
       next_.residual_torque_N_m = led_on_->torque_N_m - force.torque_N_m;
       next_.rest_s = rest_duration_s(reader().snapshot(), next_.residual_N);
     }
-    const double rest = left(next_.began_ns, next_.rest_s, now_ns);
-    force.force_N += rest * next_.residual_N;
-    force.torque_N_m += rest * next_.residual_torque_N_m;
+    force = with_rest(force, next_, now_ns);
     shown_ = next_;
     static_.clear();
     scene.gather_static(tool_, static_);

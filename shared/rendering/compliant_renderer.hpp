@@ -46,6 +46,8 @@ class CompliantRenderer final : public Renderer {
   [[nodiscard]] CompliantDisplay compliant_display(const Display& display,
                                                    std::uint64_t now_ns) const noexcept;
   [[nodiscard]] ToolForce solve(const TickScene& scene, bool is_switch, Display& display) noexcept;
+  [[nodiscard]] static ToolForce with_rest(ToolForce force, const Display& display,
+                                           std::uint64_t now_ns) noexcept;
   void lead_on(const TickScene& scene) noexcept;
   void continue_from(const TickScene& scene, const collision::GridView& moving) noexcept;
   void shift_bodies(const TickScene& scene, const collision::GridView& moving) noexcept;

@@ -136,10 +136,10 @@ bool Prediction::solve(ImplicitStage& stage, Eigen::VectorXd& velocity, Budget b
 /// ones stall, as of threads that fly, small steps do not.
 bool Prediction::solve_linear(ImplicitStage& stage, Eigen::VectorXd& velocity,
                               const Budget& budget) {
-  Eigen::VectorXd residual(velocity.size()), step;
+  Eigen::VectorXd step;
   velocity.setZero();
-  stage.residual(velocity, residual);
-  if (!linear_solver_.solve(stage, JacobianKind::kDefinite, residual, kAccuracy, budget, step) ||
+  stage.residual(velocity, residual_);
+  if (!linear_solver_.solve(stage, JacobianKind::kDefinite, residual_, kAccuracy, budget, step) ||
       budget.is_late())
     return false;
   velocity -= step;

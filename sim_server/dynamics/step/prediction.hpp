@@ -30,9 +30,9 @@ class Prediction {
 
   /// contacts: of the world as it is, those of the tool last; to them and the nearest bodies round
   /// them the scene gives way. Three iterations at most: an impact is predicted as far as they
-  /// lead. kept: what sticks, of the world's own spheres. What is not solved in a tenth of the
-  /// step, or when the budget is spent, moves on at its velocity and gives no way; a budget without
-  /// a deadline asks no clock.
+  /// lead. kept: what sticks, of the world's own spheres. What they do not solve moves on at its
+  /// velocity and gives way there; what is not asked in a tenth of the step, or when the budget is
+  /// spent, gives no way. A budget without a deadline asks no clock.
   void look(const bodies::World& world, std::span<const contact::Contact> contacts, double step_s,
             std::span<const ContactMemory> kept, Budget budget);
 
