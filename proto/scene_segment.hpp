@@ -10,7 +10,7 @@ inline constexpr std::size_t kHistoryLength = 4;
 /// A sphere may be shown where its predicted velocity leads in so many periods of prediction, and
 /// where it led from so long before: swept bounds hold it.
 inline constexpr double kPredictionPeriods = 2.0;
-inline constexpr double kPredictionLag_s = 6e-3;
+inline constexpr double kLongestPredictionLag_s = 13e-3;
 
 inline constexpr std::uint32_t kMaxMaterials = 64;
 inline constexpr std::uint32_t kMaxToolSpheres = 16;

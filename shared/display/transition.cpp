@@ -138,6 +138,12 @@ SnapshotWeights playout(const TransitionMemory& memory, const SnapshotHeader& sn
   return weights;
 }
 
+/// How late what is compliant is shown: of a period, at least, and beside which inertia of hand and
+/// device (docs/cases.md, case 1.14) that of a body counts.
+constexpr double kLagPeriods = 0.6;
+constexpr double kShortestLag_s = 6e-3;
+constexpr double kHand_kg = 0.654;
+
 /// What is led on for two periods stands then, and stops evenly over one, half of it beyond them.
 constexpr double kStop = 0.5;
 
@@ -148,7 +154,7 @@ double coming_to_rest(double periods) {
                     : proto::kPredictionPeriods;
 }
 
-/// The latest snapshot led on by the simulation's own next step: no jump, lags by 0 to 6 ms.
+/// The latest snapshot led on by the simulation's own next step: no jump, lags by 0 to 13 ms.
 SnapshotWeights predict(const TransitionMemory&, const SnapshotHeader& snapshot,
                         std::uint64_t now_ns) noexcept {
   SnapshotWeights weights = newest_snapshot();
@@ -158,7 +164,7 @@ SnapshotWeights predict(const TransitionMemory&, const SnapshotHeader& snapshot,
   weights.is_waiting = !(age < proto::kPredictionPeriods + kStop);
   weights.step_share = coming_to_rest(age);
   weights.prediction_s = weights.step_share * period_s;
-  weights.compliance_lag_s = prediction_lag_s(period_s);
+  weights.compliance_lag_s = prediction_lag_s(period_s, responding_kg(snapshot));
   return weights;
 }
 
@@ -181,6 +187,23 @@ constexpr std::array kTransitions = {
 };
 
 }  // namespace
+
+double prediction_lag_s(double period_s, double body_kg) noexcept {
+  const double longest_s = std::min(kLagPeriods * period_s, proto::kLongestPredictionLag_s);
+  const double shortest_s = std::min(longest_s, kShortestLag_s);
+  return shortest_s + (longest_s - shortest_s) * body_kg / (body_kg + kHand_kg);
+}
+
+double responding_kg(const proto::SnapshotHeader& snapshot) noexcept {
+  const double period_s = static_cast<double>(snapshot.prediction_ns) * 1e-9;
+  double inertia_share = 1.0;
+  for (std::size_t i = 0; i < std::min<std::size_t>(snapshot.mode_count, proto::kMaxModes); ++i)
+    inertia_share = std::min(inertia_share, static_cast<double>(snapshot.modes[i].inertia_share));
+  // A free mass gives way by period_s^2 / mass along each of three directions.
+  const double per_kg = snapshot.largest_response * snapshot.largest_response / 3.0;
+  const double body_kg = inertia_share * period_s * period_s / per_kg;
+  return body_kg >= 0.0 && body_kg <= proto::kLargestNumber ? body_kg : 0.0;
+}
 
 std::span<const TransitionLaw> transitions() noexcept {
   return kTransitions;

@@ -13,12 +13,15 @@ namespace stillgrid::display {
 /// How the displayed scene passes from one snapshot to the next: a row of transitions() each.
 enum class Transition { kHold, kLinear, kRestart, kHermite, kExtrapolate, kPlayout, kPredict };
 
-/// How late `predict` shows what is compliant, period_s being that of its prediction: its drag
-/// damps a heavy body in a hand that nothing else damps, which encoder steps would keep swinging
-/// (docs/algorithms/stability.md).
-[[nodiscard]] constexpr double prediction_lag_s(double period_s) noexcept {
-  return period_s < 0.01 ? 0.6 * period_s : proto::kPredictionLag_s;
-}
+/// How late `predict` shows what is compliant, period_s being that of its prediction and body_kg
+/// the inertia by which it resists: the lag's drag damps a body that moves with the hand, which
+/// encoder steps would keep swinging, the more the more of the mass is the body's
+/// (docs/algorithms/stability.md). Realtime: yes.
+[[nodiscard]] double prediction_lag_s(double period_s, double body_kg) noexcept;
+
+/// The least inertia with which a snapshot's spheres resist the tool, kg; 0 where none responds, or
+/// the snapshot lies. What springs hold counts as less. Realtime: yes.
+[[nodiscard]] double responding_kg(const proto::SnapshotHeader& snapshot) noexcept;
 
 /// What is displayed of every sphere, told by the snapshots of its history:
 ///   the sum of its positions by `position` (they sum to one), and of its velocities by

@@ -171,18 +171,19 @@ Snapshot next_snapshot(const Snapshot& last, double mass_kg, double period_s,
   return next;
 }
 
-/// The force of the contact that a history, newest first, shows by `weights`.
+/// The force of the contact with a free body that a history, newest first, shows by `weights`.
 double shown_force_N(const Snapshot* snapshots, const display::SnapshotWeights& weights,
-                     double newton_moves_m, double contact_N_per_m, double tool_m) {
-  double shown_m =
-      (weights.prediction_s - weights.compliance_lag_s) * snapshots[0].predicted_velocity_m_s;
+                     double mass_kg, double period_s, double contact_N_per_m, double tool_m) {
+  const double s = weights.step_share;
+  const double lag_s =
+      weights.compliance_lag_s > 0.0 ? display::prediction_lag_s(period_s, mass_kg) : 0.0;
+  double shown_m = (weights.prediction_s - lag_s) * snapshots[0].predicted_velocity_m_s;
   for (std::size_t i = 0; i < weights.position.size(); ++i)
     shown_m += weights.position[i] * snapshots[i].position_m;
   for (std::size_t i = 0; i < weights.velocity_s.size(); ++i)
     shown_m += weights.velocity_s[i] * snapshots[i].velocity_m_s;
   // A free body's mode is all inertia: its displacement in a step so long, less what is led.
-  const double s = weights.step_share, period_s = s > 0.0 ? weights.prediction_s / s : 0.0;
-  const double compliance_m_per_N = s * s * newton_moves_m;
+  const double compliance_m_per_N = s * s * period_s * period_s / mass_kg;
   if (s > 1.0)
     shown_m +=
         period_s * (s * s - s) * (snapshots[0].predicted_velocity_m_s - snapshots[0].velocity_m_s);
@@ -212,8 +213,8 @@ double growth(const Loop& loop, double contact_N_per_m) {
     const int since_display = in_period - loop.sample_age_ticks;
     const auto k = static_cast<std::size_t>((since_display + period_ticks) % period_ticks);
     const double force_N =
-        shown_force_N(snapshots.data() + (since_display < 0 ? 1 : 0), loop.cycle[k],
-                      period_s * period_s / mass_kg, contact_N_per_m, tool[0]);
+        shown_force_N(snapshots.data() + (since_display < 0 ? 1 : 0), loop.cycle[k], mass_kg,
+                      period_s, contact_N_per_m, tool[0]);
     tool = device.transition * tool - device.input * force_N;
     double& greatest = greatest_N[static_cast<std::size_t>(tick / tenth)];
     greatest = std::max(greatest, std::abs(force_N));

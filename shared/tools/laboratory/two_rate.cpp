@@ -117,7 +117,10 @@ RowVectorXd tool_force(const Layout& at, const display::SnapshotWeights& display
     shown[at.snapshot(snapshot)] += displayed.velocity_s[i] / period_s;
     shown[at.snapshot(snapshot + 1)] -= displayed.velocity_s[i] / period_s;
   }
-  shown[at.drift(unshown)] += displayed.prediction_s - displayed.compliance_lag_s;
+  const double body_kg = period_s * period_s * response.inertia_share / response.compliance_m_per_N;
+  shown[at.drift(unshown)] +=
+      displayed.prediction_s -
+      (displayed.compliance_lag_s > 0.0 ? display::prediction_lag_s(period_s, body_kg) : 0.0);
   // c = shown + answer (force - the snapshot's force), force = K (tool - c). The mode's
   // displacement over the step is the touched mass's own.
   const double inertia_share = response.inertia_share;

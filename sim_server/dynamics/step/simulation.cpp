@@ -366,7 +366,7 @@ publication::SnapshotPrediction Simulation::predict_next(double step_s, const Bu
                     predicted_part_.renumbered(predicted_contacts_.contacts()), step_s, kept,
                     budget);
   snapshot_.take_predictions(predicted_part_.spheres(), prediction_->spheres(),
-                             proto::kPredictionPeriods * step_s, proto::kPredictionLag_s,
+                             proto::kPredictionPeriods * step_s, proto::kLongestPredictionLag_s,
                              detection_.spheres());
   if (passes_) predicted_s_ = step_s;
   return prediction_->snapshot();

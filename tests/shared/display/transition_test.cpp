@@ -137,9 +137,39 @@ TEST_CASE(
   const SnapshotWeights weights = shown(Transition::kPredict, snapshot, 400 * kMs + row.after_ns);
   CHECK(weights.position == Weights{1.0});
   CHECK(weights.prediction_s == Approx(row.prediction_s));
-  CHECK(weights.compliance_lag_s == prediction_lag_s(0.032));
+  CHECK(weights.compliance_lag_s == prediction_lag_s(0.032, 0.0));
   CHECK(weights.step_share == Approx(row.step_share));
   CHECK(weights.is_waiting == (row.after_ns >= 80 * kMs));
+}
+
+TEST_CASE("Heavy bodies are shown later than light ones, by the mass that the snapshot tells",
+          "[transition]") {
+  CHECK(prediction_lag_s(0.033, 0.0) == 0.006);
+  CHECK(prediction_lag_s(0.033, 0.654) == Approx(0.5 * (0.006 + 0.013)));
+  CHECK(prediction_lag_s(0.1, 1e6) == Approx(0.013).epsilon(1e-5));
+  CHECK(prediction_lag_s(0.01, 5.0) == Approx(0.006));
+  CHECK(prediction_lag_s(0.004, 5.0) == Approx(0.0024));
+
+  proto::SnapshotHeader snapshot = four_snapshots();
+  snapshot.prediction_ns = 33 * kMs;
+  CHECK(responding_kg(snapshot) == 0.0);  // none responds
+  snapshot.mode_count = 1;
+  snapshot.modes[0].inertia_share = 1.0F;
+  snapshot.largest_response = std::sqrt(3.0 * 0.033 * 0.033 / 5.0);
+  CHECK(responding_kg(snapshot) == Approx(5.0));
+  snapshot.modes[0].inertia_share = 0.1F;  // of the rest, springs
+  CHECK(responding_kg(snapshot) == Approx(0.5));
+}
+
+TEST_CASE("No lie of a snapshot makes a lag that is none", "[transition]") {
+  proto::SnapshotHeader snapshot = four_snapshots();
+  snapshot.prediction_ns = 33 * kMs;
+  snapshot.mode_count = GENERATE(0U, 1U, 0xffffffffU);
+  snapshot.largest_response = GENERATE(std::nan(""), -1.0, 0.0, 1e-300, 1e300, 1e-3);
+  snapshot.modes[0].inertia_share = static_cast<float>(GENERATE(std::nan(""), -1.0, 1e38, 1.0));
+  const double lag_s = shown(Transition::kPredict, snapshot, 400 * kMs).compliance_lag_s;
+  CHECK(lag_s >= 0.006);
+  CHECK(lag_s <= 0.013);
 }
 
 TEST_CASE("Predict's age is of the simulated state, however late it was published",

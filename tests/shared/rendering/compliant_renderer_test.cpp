@@ -53,6 +53,8 @@ struct Ball {
 
 TEST_CASE("The displayed force is the one to which the sphere has given way", "[predict]") {
   constexpr double kPredictedVelocity_m_s = 0.05, kCompliance_m_per_N = 2e-3, kSnapshot_N = 1.0;
+  // As for a mass that gives way so far along three directions.
+  constexpr double kBall_kg = 3.0 * kPeriod_s * kPeriod_s / kCompliance_m_per_N;
   Ball ball;
   ball.show(0.0, 0.0, 0, prediction(kPredictedVelocity_m_s, kCompliance_m_per_N, kSnapshot_N));
   const auto after_ms = GENERATE(as<std::uint64_t>(), 0, 8, 16, 32, 48, 64, 200);
@@ -64,7 +66,8 @@ TEST_CASE("The displayed force is the one to which the sphere has given way", "[
   const double expected_N =
       kStiffness_N_per_m *
       (depth_m +
-       (periods * kPeriod_s - display::prediction_lag_s(kPeriod_s)) * kPredictedVelocity_m_s +
+       (periods * kPeriod_s - display::prediction_lag_s(kPeriod_s, kBall_kg)) *
+           kPredictedVelocity_m_s +
        compliance_m_per_N * kSnapshot_N) /
       (1.0 + kStiffness_N_per_m * compliance_m_per_N);
   // Ticks before, for a sphere gives way a quarter of the tool's radius in one at most.
