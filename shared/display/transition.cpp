@@ -154,6 +154,11 @@ double coming_to_rest(double periods) {
                     : proto::kPredictionPeriods;
 }
 
+/// How fast that goes on.
+double pace(double periods) {
+  return std::clamp((proto::kPredictionPeriods + kStop - periods) / (2.0 * kStop), 0.0, 1.0);
+}
+
 /// The latest snapshot led on by the simulation's own next step: no jump, lags by 0 to 13 ms.
 SnapshotWeights predict(const TransitionMemory&, const SnapshotHeader& snapshot,
                         std::uint64_t now_ns) noexcept {
@@ -163,6 +168,7 @@ SnapshotWeights predict(const TransitionMemory&, const SnapshotHeader& snapshot,
   const double age = seconds_between(snapshot.state_time_ns[0], now_ns) / period_s;
   weights.is_waiting = !(age < proto::kPredictionPeriods + kStop);
   weights.step_share = coming_to_rest(age);
+  weights.pace = pace(age);
   weights.prediction_s = weights.step_share * period_s;
   weights.compliance_lag_s = prediction_lag_s(period_s, responding_kg(snapshot));
   return weights;

@@ -33,6 +33,7 @@ struct SnapshotWeights {
   double prediction_s = 0.0;      // for which the newest snapshot's predicted velocity is followed
   double compliance_lag_s = 0.0;  // less that, by spheres that give way
   double step_share = 0.0;        // of the predicted step, by which they do
+  double pace = 1.0;              // by which that grows, of real time: 0 where a snapshot stands
   double alpha = 1.0;             // progress to the newest snapshot, of 1
   bool is_waiting = false;        // at the newest snapshot, waiting for the next
 };

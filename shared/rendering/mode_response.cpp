@@ -217,7 +217,7 @@ void ModeResponse::take(const proto::SnapshotHeader& snapshot,
     count = 0;
   }
   if (count > 0 && display::gives_way_by_steps(snapshot.modes.front()))
-    return take_step(snapshot, weights.step_share, period_s);
+    return take_step(snapshot, weights, period_s);
   motion.drift_per_s.setZero();
   for (std::size_t i = 0; i < proto::kMaxModes; ++i) {
     const display::ModeLaw before = laws[i];
@@ -229,11 +229,21 @@ void ModeResponse::take(const proto::SnapshotHeader& snapshot,
 }
 
 /// From where the last tick left the modes; a new snapshot from its own state in one. One that
-/// stands takes none.
-void ModeResponse::take_step(const proto::SnapshotHeader& snapshot, double step_share,
-                             double period_s) noexcept {
+/// stands takes none, and shows them at rest.
+void ModeResponse::take_step(const proto::SnapshotHeader& snapshot,
+                             const display::SnapshotWeights& weights, double period_s) noexcept {
   const bool is_new = snapshot.snapshot_id != snapshot_id;
-  if (!is_new && !(step_share > to)) return;
+  const double step_share = weights.step_share;
+  const auto show_velocities = [&](double rate_per_s) {
+    motion.rate_per_s = rate_per_s;
+    for (std::size_t i = 0; i < proto::kMaxModes; ++i)
+      motion.drift_per_s[static_cast<Eigen::Index>(i)] =
+          laws[i].compliance > 0.0
+              ? rate_per_s * (to * snapshot.modes[i].displacement - starts[i].way) -
+                    snapshot.modes[i].at_velocity / period_s
+              : 0.0;
+  };
+  if (!is_new && !(step_share > to)) return show_velocities(0.0);
   for (std::size_t i = 0; i < proto::kMaxModes; ++i) {
     const proto::ResponseMode& mode = snapshot.modes[i];
     auto& displaced = motion.displacements[static_cast<Eigen::Index>(i)];
@@ -247,13 +257,7 @@ void ModeResponse::take_step(const proto::SnapshotHeader& snapshot, double step_
   to = step_share;
   snapshot_id = snapshot.snapshot_id;
   // A step's velocity is its way over its length, and a sphere's is the snapshot's but for that.
-  motion.rate_per_s = to > from ? 1.0 / ((to - from) * period_s) : 0.0;
-  for (std::size_t i = 0; i < proto::kMaxModes; ++i)
-    motion.drift_per_s[static_cast<Eigen::Index>(i)] =
-        laws[i].compliance > 0.0
-            ? motion.rate_per_s * (to * snapshot.modes[i].displacement - starts[i].way) -
-                  snapshot.modes[i].at_velocity / period_s
-            : 0.0;
+  show_velocities(to > from ? weights.pace / ((to - from) * period_s) : 0.0);
 }
 
 void ModeResponse::follow(const ModeDisplacements& push) noexcept {

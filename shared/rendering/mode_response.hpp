@@ -36,7 +36,7 @@ struct ModeResponse {
   void follow(const display::ModeDisplacements& push) noexcept;
 
  private:
-  void take_step(const proto::SnapshotHeader& snapshot, double step_share,
+  void take_step(const proto::SnapshotHeader& snapshot, const display::SnapshotWeights& weights,
                  double period_s) noexcept;
 };
 

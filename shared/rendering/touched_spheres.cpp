@@ -27,6 +27,8 @@ void show_where_present(const collision::GridView& grid, std::uint32_t sphere,
   touch.presence = shown.presence;
 }
 
+/// No mode moves faster, whatever a segment says: no hand does.
+constexpr double kFastest_m_s = 2.0;
 /// A way shorter than this share of the tool sphere's radius is not swept.
 constexpr double kShortSweep = 0.5;
 
@@ -169,7 +171,12 @@ void place(const display::ModeMotion& motion, const Eigen::Vector3d& straight_m,
   const Eigen::Vector3d way_m = straight_m + motion.curved_m(sphere.body, sphere.base_m);
   sphere.position_m = sphere.base_m + way_m;
   sphere.seen_m = sphere.base_m + motion.turn_share * way_m;
-  sphere.velocity_m_s = sphere.base_m_s + motion.rate_per_s * straight_m + beside_m_s;
+  const Eigen::Vector3d modes_m_s = motion.rate_per_s * straight_m + beside_m_s;
+  const double speed_m_s = modes_m_s.norm();
+  sphere.velocity_m_s = sphere.base_m_s;
+  // Written so that what is no number adds nothing.
+  if (speed_m_s > 0.0 && speed_m_s <= proto::kLargestNumber)
+    sphere.velocity_m_s += std::min(1.0, kFastest_m_s / speed_m_s) * modes_m_s;
 }
 
 void TouchedSpheres::drop_swept() noexcept {
