@@ -27,9 +27,9 @@ double shift_duration_s(const proto::SnapshotHeader& snapshot) {
   return kShiftPeriods * 1e-9 * static_cast<double>(snapshot.prediction_ns);
 }
 
-double rest_duration_s(const proto::SnapshotHeader& snapshot, const Eigen::Vector3d& residual_N) {
+double rest_duration_s(const proto::SnapshotHeader& snapshot, const Eigen::Vector3d& change_N) {
   const double longest_s = std::max(kShortestRest_s, shift_duration_s(snapshot));
-  return std::clamp(residual_N.norm() / kRestSlew_N_per_s, kShortestRest_s, longest_s);
+  return std::clamp(change_N.norm() / kRestSlew_N_per_s, kShortestRest_s, longest_s);
 }
 
 void add(ToolForce& sum, const ToolForce& force) {
@@ -70,13 +70,27 @@ ToolForce CompliantRenderer::solve(const TickScene& scene, bool is_switch,
   return sphere_force(scene.fixed(), *touched_, tool_, scene.pose);
 }
 
-/// With what is left of the residual force that a switch ramps out.
+/// With what is left of how a switch made it begin: by a share of it, and a residual force. Where
+/// the snapshot presses more than was displayed, all that it presses comes evenly; by a residual
+/// alone that would pull once contact is lost.
 ToolForce CompliantRenderer::with_rest(ToolForce force, const Display& display,
                                        std::uint64_t now_ns) noexcept {
   const double rest = left(display.began_ns, display.rest_s, now_ns);
-  force.force_N += rest * display.residual_N;
-  force.torque_N_m += rest * display.residual_torque_N_m;
+  const double share = 1.0 + rest * (display.force_share - 1.0);
+  force.force_N = share * force.force_N + rest * display.residual_N;
+  force.torque_N_m = share * force.torque_N_m + rest * display.residual_torque_N_m;
   return force;
+}
+
+/// Begins to display a snapshot, whose force is that, as the force displayed was.
+void CompliantRenderer::begin_as(const ToolForce& displayed, const ToolForce& force,
+                                 Display& display) const noexcept {
+  const double size_N2 = force.force_N.squaredNorm();
+  display.force_share =
+      size_N2 > 0.0 ? std::clamp(displayed.force_N.dot(force.force_N) / size_N2, 0.0, 1.0) : 1.0;
+  display.residual_N = displayed.force_N - display.force_share * force.force_N;
+  display.residual_torque_N_m = displayed.torque_N_m - display.force_share * force.torque_N_m;
+  display.rest_s = rest_duration_s(reader().snapshot(), displayed.force_N - force.force_N);
 }
 
 /// Leads what was displayed a tick ago on to the present; it stays in touched_.
@@ -100,7 +114,9 @@ void CompliantRenderer::lead_on(const TickScene& scene) noexcept {
   shown_.response.take(reader().snapshot(), weights);
   give_way(shown_.response.motion, *touched_);
   shown_.weights = weights;
-  led_on_ = with_rest(solve(scene, false, shown_), shown_, scene.now_ns);
+  const ToolForce bare = solve(scene, false, shown_);
+  led_bare_N_ = bare.force_N;
+  led_on_ = with_rest(bare, shown_, scene.now_ns);
 }
 
 /// Displays the next snapshot under the forces that are displayed, its bodies where they are.
@@ -196,12 +212,9 @@ void CompliantRenderer::show(const TickScene& scene, const publication::Snapshot
     std::swap(touched_, fresh_);
     force = solve(scene, look.is_new, next_);
     if (look.is_new && !look.is_first) {
-      const double rest = left(shown_.began_ns, shown_.rest_s, now_ns);
       tick.prediction_error = error_;
-      tick.switch_jump_N = (force.force_N - led_on_->force_N + rest * shown_.residual_N).norm();
-      next_.residual_N = led_on_->force_N - force.force_N;
-      next_.residual_torque_N_m = led_on_->torque_N_m - force.torque_N_m;
-      next_.rest_s = rest_duration_s(reader().snapshot(), next_.residual_N);
+      tick.switch_jump_N = (force.force_N - led_bare_N_).norm();
+      begin_as(*led_on_, force, next_);
     }
     force = with_rest(force, next_, now_ns);
     shown_ = next_;

@@ -36,10 +36,12 @@ class CompliantRenderer final : public Renderer {
   struct Display {
     display::SnapshotWeights weights;
     ModeResponse response;
-    std::uint64_t began_ns = 0;                            // the first tick that displayed it
-    BodyShifts shifts;                                     // when it came
-    double shift_s = 0.0;                                  // over which they are ramped out
-    Eigen::Vector3d residual_N = Eigen::Vector3d::Zero();  // of the force when it came
+    std::uint64_t began_ns = 0;  // the first tick that displayed it
+    BodyShifts shifts;           // when it came
+    double shift_s = 0.0;        // over which they are ramped out
+    // What of the force that was displayed when it came is not a share of its own.
+    double force_share = 1.0;
+    Eigen::Vector3d residual_N = Eigen::Vector3d::Zero();
     Eigen::Vector3d residual_torque_N_m = Eigen::Vector3d::Zero();
     double rest_s = 0.0;
   };
@@ -48,6 +50,8 @@ class CompliantRenderer final : public Renderer {
   [[nodiscard]] ToolForce solve(const TickScene& scene, bool is_switch, Display& display) noexcept;
   [[nodiscard]] static ToolForce with_rest(ToolForce force, const Display& display,
                                            std::uint64_t now_ns) noexcept;
+  void begin_as(const ToolForce& displayed, const ToolForce& force,
+                Display& display) const noexcept;
   void lead_on(const TickScene& scene) noexcept;
   void continue_from(const TickScene& scene, const collision::GridView& moving) noexcept;
   void shift_bodies(const TickScene& scene, const collision::GridView& moving) noexcept;
@@ -69,6 +73,7 @@ class CompliantRenderer final : public Renderer {
   double unsolved_N_ = 0.0;                            // of this tick's response
   Eigen::Vector3d error_N_ = Eigen::Vector3d::Zero();  // of the snapshot that is gathered
   std::optional<PredictionError> error_;
+  Eigen::Vector3d led_bare_N_ = Eigen::Vector3d::Zero();  // without what is ramped out
   std::optional<ToolForce> led_on_;  // of what was displayed a tick ago; where it was asked for
 };
 

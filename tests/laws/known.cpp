@@ -68,7 +68,9 @@ std::optional<std::string_view> known_violation(const LawCase& law_case) {
         return kOfItsMethod;
       break;
     case 3:
-      return of_prediction(law_case);
+      if (law_case.transition == "predict" && law_case.model == "grid" && steps_otherwise(law_case))
+        return kOtherStep;
+      break;
     case 6:  // sums in an order that the list or a mirror decides, and where iterations end with it
       if (variant == "reversed list" || variant == "mirrored") return kOfItsMethod;
       // Places are ahead of the tool's time by half a substep, of whatever length; and how many

@@ -181,7 +181,8 @@ TEST_CASE("What a body that is moved gives the hand is not taken back by control
 
 TEST_CASE("The account books what moved a free body, however late its snapshots are",
           "[interface]") {
-  // Force by the body's change of momentum, less what draws it; way by the ticks' own.
+  // Force at a step's end by the body's change of momentum, less what draws it; the mean of both
+  // ends' times the way, by the ticks' own.
   constexpr double kMass_kg = 0.137;
   struct Loop {
     display::Transition transition;
@@ -204,7 +205,7 @@ TEST_CASE("The account books what moved a free body, however late its snapshots 
     const Pressed pressed = press(scene, pressing_path(seed, 0.0, 2.7), options);
     const std::vector<WorldState>& states = pressed.run.states;
     REQUIRE(states.size() >= pressed.shown.size());
-    double booked_J = 0.0;
+    double booked_J = 0.0, before_N = 0.0;
     for (std::size_t k = 1; k < pressed.shown.size(); ++k) {
       const double step_s = states[k].time_s - states[k - 1].time_s;
       const double pushed_N = kMass_kg *
@@ -217,7 +218,8 @@ TEST_CASE("The account books what moved a free body, however late its snapshots 
       const double way_m = k == 1 ? step_s * pressed.run.rows[now].velocity_m_s.z()
                                   : z_m(pressed.run, now) -
                                         z_m(pressed.run, tick_of(pressed.shown[k - 1].sample_ns));
-      booked_J += pushed_N * way_m;
+      booked_J += 0.5 * (before_N + pushed_N) * way_m;
+      before_N = pushed_N;
     }
     INFO("seed " << seed);
     REQUIRE(std::abs(booked_J) > 1e-5);

@@ -84,7 +84,7 @@ void ImplicitIntegrator::end_with(std::span<const contact::Contact> contacts,
     memories_[i].stretch_m = is_turned(contacts[contact]) ? -ended_m_[contact] : ended_m_[contact];
   }
   trial_ = system_.trial();
-  if (kind_ != scene::IntegratorKind::kImplicitEuler) trial_.start_stretches_m = stretches_m_;
+  trial_.start_stretches_m = stretches_m_;
   trial_.stretch_gain_J = memories_.ended_energy_J() - memories_.energy_J();
 }
 

@@ -487,5 +487,25 @@ TEST_CASE("A tick of predict allocates nothing, at a switch neither", "[predict]
   CHECK(sum_N > 0.0);
 }
 
+TEST_CASE("What only the next snapshot presses comes evenly, and pulls nothing when it has gone",
+          "[predict]") {
+  Ball ball;
+  const ShownPrediction told = prediction(0.0, 0.0, 0.0);
+  ball.show(-0.01, 0.0, 0, told);
+  constexpr double kTool_m = 0.015;
+  for (std::uint64_t ms = 0; ms < 32; ++ms)
+    CHECK(ball.force_N(kTool_m, ms * kMillisecond_ns) == 0.0);
+  ball.show(0.0, 0.0, kPeriod_ns, told);
+  double before_N = 0.0;
+  for (std::uint64_t ms = 32; ms < 40; ++ms) {
+    const double force_N = ball.force_N(kTool_m, ms * kMillisecond_ns);
+    CHECK(force_N >= before_N);
+    CHECK(force_N - before_N < 0.25);
+    before_N = force_N;
+  }
+  CHECK(before_N > 0.5);
+  for (std::uint64_t ms = 40; ms < 60; ++ms) CHECK(ball.force_N(0.03, ms * kMillisecond_ns) == 0.0);
+}
+
 }  // namespace
 }  // namespace stillgrid::rendering
