@@ -36,9 +36,12 @@ ShownPrediction prediction(double predicted_velocity_m_s, double compliance_m_pe
 
 /// A sphere of 10 mm below a tool of 10 mm.
 struct Ball {
+  float damping_N_s_per_m = 0.0F;
   PublishedScene scene{
-      plain_scene(static_cast<float>(kStiffness_N_per_m), 0.01F), {0.01F}, kPeriod_ns};
-  CompliantRenderer renderer;
+      plain_scene(static_cast<float>(kStiffness_N_per_m), 0.01F, damping_N_s_per_m),
+      {0.01F},
+      kPeriod_ns};
+  CompliantRenderer renderer = CompliantRenderer{};
 
   void show(double height_m, double speed_m_s, std::uint64_t time_ns, const ShownPrediction& told) {
     scene.show({{0.0, 0.0, height_m}}, {{0.0, 0.0, speed_m_s}}, time_ns, 0, told);
@@ -409,10 +412,13 @@ TEST_CASE("A body that turns gives way on the arc, not on its tangent", "[predic
 TEST_CASE("A header that lies about its response leaves the force finite and bounded",
           "[predict]") {
   ShownPrediction told = prediction(0.01, 1e-3, 1.0);
-  const auto wrong = static_cast<float>(GENERATE(kNaN, kInfinity, -kInfinity, 1e30, -1.0, 1e6));
+  const auto wrong =
+      static_cast<float>(GENERATE(kNaN, kInfinity, -kInfinity, 1e30, -1.0, 1e3, 1e6));
   const int field = GENERATE(range(0, 7));
   const auto damping = GENERATE(as<float>(), proto::kOneStep, 0.0F, 0.5F);
-  CAPTURE(wrong, field, damping);
+  const auto contact_N_s_per_m = GENERATE(as<float>(), 0.0F, 1.0F);
+  const auto period_ns = GENERATE(kPeriod_ns, kPeriod_ns + 1, std::uint64_t{1});
+  CAPTURE(wrong, field, damping, contact_N_s_per_m, period_ns);
   told.modes[0].damping_share = damping;
   if (field == 0) told.modes[0].inertia_share = wrong;
   if (field == 1) told.modes[0].push = wrong;
@@ -421,19 +427,65 @@ TEST_CASE("A header that lies about its response leaves the force finite and bou
   if (field == 4) told.responses[0].modes[0] = {wrong, wrong, wrong};
   if (field == 5) told.responses[0].modes[0][2] = wrong;
   if (field == 6) told.modes[0].damping_share = wrong;
-  Ball ball;
-  ball.show(0.0, 0.0, 0, prediction(0.01, 1e-3, 1.0));
-  (void)ball.force_N(0.016, 0);
+  told.period_ns = period_ns;
+  Ball ball{contact_N_s_per_m};
+  const bool is_first = GENERATE(true, false);
+  if (!is_first) {
+    ball.show(0.0, 0.0, 0, prediction(0.01, 1e-3, 1.0));
+    (void)ball.force_N(0.016, 0);
+  }
   ball.show(0.0, 0.0, kPeriod_ns, told);
+  constexpr double kFastest_m_s = 2.1;  // of modes, and of the sphere
+  const double damper_N = contact_N_s_per_m * kFastest_m_s;
   Eigen::Vector3d last_N = Eigen::Vector3d::Zero();
   for (std::uint64_t ms = 32; ms < 120; ++ms) {
     const RenderedTick tick = ball.render(0.016, ms * kMillisecond_ns);
     CHECK(tick.force.force_N.allFinite());
-    CHECK(tick.force.force_N.norm() <= 2.0 * kStiffness_N_per_m * kContactDistance_m);
+    CHECK(tick.force.force_N.norm() <= 2.0 * kStiffness_N_per_m * kContactDistance_m + damper_N);
     // A quarter of the tool's radius a tick, and what is ramped out beside.
-    if (ms > 32) CHECK((tick.force.force_N - last_N).norm() <= 1.5 * kStiffness_N_per_m * 0.0025);
+    if (ms > 32)
+      CHECK((tick.force.force_N - last_N).norm() <=
+            1.5 * kStiffness_N_per_m * 0.0025 + 2.0 * damper_N);
     last_N = tick.force.force_N;
   }
+}
+
+TEST_CASE("What gives way by steps is at rest where its snapshot stands", "[predict]") {
+  proto::SnapshotHeader snapshot{};
+  snapshot.snapshot_id = 3;
+  snapshot.prediction_ns = kPeriod_ns;
+  snapshot.mode_count = 1;
+  snapshot.largest_response = 0.03;
+  snapshot.modes[0] = {.inertia_share = 0.5F,
+                       .push = 0.1F,
+                       .displacement = 0.2F,
+                       .at_velocity = 0.3F,
+                       .damping_share = 0.1F};
+  ModeResponse response;
+  response.take(snapshot, {.step_share = 1.9, .pace = 0.4});
+  response.motion.displacements[0] = 0.05;
+  // A step a thousand times shorter than a tick, then none.
+  response.take(snapshot, {.step_share = 1.9 + 1e-5, .pace = 3e-4});
+  for (const double pace : {0.0, 0.0}) {
+    response.take(snapshot, {.step_share = 1.9 + 1e-5, .pace = pace});
+    const double velocity_per_s = response.motion.rate_per_s * response.motion.displacements[0] +
+                                  response.motion.drift_per_s[0];
+    // Beside that of the snapshot.
+    CHECK(velocity_per_s == Approx(-0.3F / kPeriod_s));
+  }
+}
+
+TEST_CASE("No mode shows a sphere as faster than a hand is", "[predict]") {
+  const double drift_per_s = GENERATE(1e5, 1e30, 1e200, kInfinity, kNaN);
+  display::ModeMotion motion{.rate_per_s = 1e4, .led_s = 0.0, .largest_response = 1.0};
+  motion.drift_per_s[0] = drift_per_s;
+  display::ResponseMatrix response = display::ResponseMatrix::Zero();
+  response(2, 0) = 0.1F;
+  TouchedSphere sphere;
+  sphere.base_m_s = {0.0, 0.3, 0.0};
+  give_way(motion, response, sphere);
+  CHECK(sphere.velocity_m_s.allFinite());
+  CHECK((sphere.velocity_m_s - sphere.base_m_s).norm() <= 2.0 + 1e-9);
 }
 
 TEST_CASE("Whatever predicted velocities and responses are, the force is finite", "[predict]") {

@@ -19,10 +19,11 @@ namespace stillgrid::rendering {
 inline constexpr std::uint64_t kMillisecond_ns = 1'000'000;
 
 /// One material and a tool of one sphere: enough for the known answers.
-inline publication::StaticScene plain_scene(float stiffness_N_per_m, float tool_radius_m) {
+inline publication::StaticScene plain_scene(float stiffness_N_per_m, float tool_radius_m,
+                                            float damping_N_s_per_m = 0.0F) {
   publication::StaticScene scene;
   scene.name = "fixture";
-  scene.materials = {{stiffness_N_per_m, 0.0F, 0.0F, 1e-3F}};
+  scene.materials = {{stiffness_N_per_m, damping_N_s_per_m, 0.0F, 1e-3F}};
   scene.tool = {{{0.0F, 0.0F, 0.0F}, tool_radius_m}};
   scene.device = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0}, 1.0};
   return scene;
