@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -55,6 +56,19 @@ TEST_CASE("A map that was stopped goes on with the rows that are missing", "[sta
   REQUIRE(again.size() == 3);
   CHECK(again[1] == kept);
   CHECK(again[2].substr(0, again[2].rfind(',')) == lines[2].substr(0, lines[2].rfind(',')));
+
+  // Whatever is wrong with a row, it is named, and the file stays as it is.
+  for (const std::string& wrong :
+       {std::string("abc"), lines[1].substr(0, 40), lines[1] + ",1", "1," + lines[1],
+        lines[1].substr(0, lines[1].rfind(',')) + ",x"}) {
+    const std::string text = lines[0] + '\n' + lines[2] + '\n' + wrong + '\n';
+    std::ofstream(file) << text;
+    CHECK_THROWS_WITH(draw_map(map, search, 1, file), Catch::Contains(".csv:3: value '" + wrong));
+    std::stringstream left;
+    left << std::ifstream(file).rdbuf();
+    CHECK(left.str() == text);
+  }
+  CHECK_THROWS_WITH(draw_map(map, search, 1, file.parent_path()), Catch::Contains("not a folder"));
 
   std::ofstream(file) << "scene,limit\n";
   CHECK_THROWS_WITH(draw_map(map, search, 1, file), Catch::Contains("expected the columns"));

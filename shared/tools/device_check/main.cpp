@@ -55,7 +55,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--seconds", subject.seconds,
                  "How long calls are timed, and at most random ones made, s; default 5")
       ->check(command_line::number_in(0.01, 1e6));
-  app.add_option("--seed", subject.seed, "Of the random calls; default 1");
+  app.add_option("--seed", subject.seed, "Of the random calls; default 1")
+      ->check(command_line::integer_in(0, 999'999'999'999'999));
   app.add_option("--timeout", arguments.timeout_s,
                  "What takes this much longer has hung, s; default 10")
       ->check(command_line::number_in(0.1, 1e6));

@@ -83,7 +83,8 @@ int program_main(int argc, char** argv) {
       ->check(command_line::number_in(0.0, 1.0));
   app.add_option("--jitter", cell.jitter, "Of the periods, default 0")
       ->check(command_line::number_in(0.0, 0.95));
-  app.add_option("--seed", cell.seed, "Of the jitter");
+  app.add_option("--seed", cell.seed, "Of the jitter")
+      ->check(command_line::integer_in(0, 999'999'999'999'999));
   app.add_option("--friction", cell.friction, "Of contacts of the laboratory's scenes")
       ->check(command_line::number_in(0.0, 10.0));
   app.add_option("--duration", cell.duration_s, "Of a run, s; default 20")

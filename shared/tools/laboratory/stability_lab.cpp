@@ -55,7 +55,8 @@ void add_shared_options(CLI::App& app, Arguments& arguments) {
       ->check(command_line::number_in(0.0, 1e6));
   app.add_option("--friction", cell.friction, "Of contacts of our scenes; default 0, of blocks 0.3")
       ->check(command_line::number_in(0.0, 10.0));
-  app.add_option("--seed", cell.seed, "Of the jitter; of a limit the first");
+  app.add_option("--seed", cell.seed, "Of the jitter; of a limit the first")
+      ->check(command_line::integer_in(0, 999'999'999'999'999));
   app.add_option("--duration", cell.duration_s, "Of a run at least, s; default 20")
       ->check(command_line::number_in(0.01, 1e5));
 }
@@ -208,6 +209,8 @@ int program_main(int argc, char** argv) {
       app.add_subcommand("map", "The largest stable stiffness of every combination, as CSV");
   add_map_options(*map, arguments);
   return command_line::run_program(app, argc, argv, [&] {
+    if (arguments.search.lowest_N_per_m > arguments.search.highest_N_per_m)
+      throw std::runtime_error("--lowest: expected no more than --highest");
     if (map->parsed()) realtime::install_stop_signal();
     if (run->parsed()) run_cell(arguments);
     if (judge->parsed())

@@ -8,9 +8,11 @@
 #include <iomanip>
 #include <map>
 #include <mutex>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <stdexcept>
+#include <string_view>
 #include <thread>
 
 #include "shared/realtime/stop_signal.hpp"
@@ -64,19 +66,39 @@ std::size_t end_of_key(const std::string& line) {
   return comma;
 }
 
+/// Whether a line has as many cells as columns, and numbers and a verdict where these belong.
+bool is_row(const std::string& line) {
+  static const std::regex found(
+      R"((\d[\d.e+-]*)?,(swings|parted|nowhere)?,(\d[\d.e+-]*)?,\d[\d.e+-]*)");
+  const std::string_view columns = kColumns;
+  bool is_quoted = false;
+  std::ptrdiff_t commas = 0;
+  for (const char letter : line) {
+    if (letter == '"') is_quoted = !is_quoted;
+    if (letter == ',' && !is_quoted) ++commas;
+  }
+  return commas == std::count(columns.begin(), columns.end(), ',') &&
+         std::regex_match(line.substr(end_of_key(line) + 1), found);
+}
+
 /// What a file holds already: what was found by key, as text.
 std::map<std::string, std::string> read_rows(const std::filesystem::path& file) {
   std::map<std::string, std::string> rows;
+  if (std::filesystem::is_directory(file))
+    throw std::runtime_error(file.string() + ": expected a file, not a folder");
   std::ifstream stream(file);
   std::string line;
   if (!std::getline(stream, line)) return rows;
   if (line != kColumns)
     throw std::runtime_error(file.string() + ":1: value '" + line + "': expected the columns " +
                              kColumns);
-  while (std::getline(stream, line)) {
+  for (int number = 2; std::getline(stream, line); ++number) {
     if (stream.eof()) break;  // a line without its end was being written
+    if (!is_row(line))
+      throw std::runtime_error(file.string() + ':' + std::to_string(number) + ": value '" + line +
+                               "': expected a row of this table, or none: take the line away");
     const std::size_t comma = end_of_key(line);
-    if (comma != std::string::npos) rows[line.substr(0, comma)] = line.substr(comma + 1);
+    rows[line.substr(0, comma)] = line.substr(comma + 1);
   }
   return rows;
 }
