@@ -18,8 +18,7 @@ struct Trial {
   // Where friction sticks: on a of each contact at its end, and what that stored in the step.
   std::vector<Eigen::Vector3d> friction_N;
   double stretch_gain_J = 0.0;
-  // How each contact began: what the tool gives goes by the forces at both ends. Empty where the
-  // integrator sums its own flows.
+  // How each contact began, for what is given goes by the forces at both ends; empty: by the end's.
   std::vector<Eigen::Vector3d> start_stretches_m;
 };
 

@@ -47,7 +47,7 @@ struct EnergyAccount {
 
 /// What flows over a step of an integrator that does not look within: every force as it is at its
 /// end, along the way that velocities there make of the step; of what is given, of contact springs
-/// and of what sticks, the mean of both ends'. The
+/// and of what sticks, the mean of both ends' where the trial tells how contacts began. The
 /// approach damper takes its mean force times how much deeper it came, as contact_force() has it.
 /// Friction and springs' dampers take force times velocity; what the tool or a prescribed body
 /// gives is the force on the other side times the way of this one. Pre: after is where a step of
