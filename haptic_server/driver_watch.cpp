@@ -29,8 +29,15 @@ constexpr std::array<std::string_view, 9> kReasonLines = {
     "its sequence stands still under fresh time stamps",
     "a position leaps, faster than the device declares or any hand moves"};
 constexpr std::size_t kFirstReason = 16;
-static_assert(safety::kFlagNoPosition == 1U << kFirstReason &&
-              kFirstReason + kReasonLines.size() == safety::kSafetyFlagNames.size());
+static_assert(safety::kFlagNoPosition == 1U << kFirstReason);
+
+/// What a device tells of itself, likewise.
+constexpr std::array<std::string_view, 5> kStatusLines = {
+    "its motors are off", "its enabling switch is open", "it is not calibrated",
+    "its motors are too hot", "it has found a fault of its own"};
+constexpr std::size_t kFirstStatus = kFirstReason + kReasonLines.size();
+static_assert(safety::kFlagMotorsOff == 1U << kFirstStatus &&
+              kFirstStatus + kStatusLines.size() == safety::kSafetyFlagNames.size());
 
 std::string_view name_of_change(std::size_t i) {
   return i < realtime::kProcessParts.size() ? realtime::kProcessParts[i] : "the rounding mode";
@@ -56,11 +63,16 @@ DriverWatch::~DriverWatch() {
   const auto list = [&counts](std::string_view what, std::uint64_t count) {
     if (count > 0) counts.append(", ").append(what).append(" ").append(std::to_string(count));
   };
-  for (std::size_t i = kFirstReason; i < safety::kSafetyFlagNames.size(); ++i)
+  for (std::size_t i = kFirstReason; i < kFirstStatus; ++i)
     list(safety::kSafetyFlagNames[i], bad_ticks_[i]);
   if (!counts.empty())
     spdlog::warn("device '{}': not believed in {} of {} ticks{}", device_, unbelieved_.load(),
                  ticks_.load(), counts);
+  counts.clear();
+  for (std::size_t i = kFirstStatus; i < safety::kSafetyFlagNames.size(); ++i)
+    list(safety::kSafetyFlagNames[i], bad_ticks_[i]);
+  if (!counts.empty())
+    spdlog::warn("device '{}': no force, of {} ticks{}", device_, ticks_.load(), counts);
   counts.clear();
   for (std::size_t i = 0; i < kChanges; ++i) list(name_of_change(i), changes_[i]);
   if (!counts.empty()) spdlog::warn("device '{}': seen changed{}", device_, counts);
@@ -69,7 +81,8 @@ DriverWatch::~DriverWatch() {
 void DriverWatch::note(std::uint32_t flags) noexcept {
   add(ticks_);
   if ((flags & safety::kFlagBadDevice) != 0) add(unbelieved_);
-  if (const std::uint32_t reasons = flags & safety::kDeviceReasonMask; reasons != 0)
+  constexpr std::uint32_t kCounted = safety::kDeviceReasonMask | safety::kDeviceStatusMask;
+  if (const std::uint32_t reasons = flags & kCounted; reasons != 0)
     for (std::size_t i = kFirstReason; i < safety::kSafetyFlagNames.size(); ++i)
       if ((reasons >> i & 1U) != 0) add(bad_ticks_[i]);
   if (std::fegetround() == FE_TONEAREST) return;
@@ -105,6 +118,9 @@ void DriverWatch::say_new() {
   for (std::size_t i = 0; i < kReasonLines.size(); ++i)
     if (is_new(i, bad_ticks_[kFirstReason + i]))
       spdlog::warn("device '{}': not believed: {}; the force fades", device_, kReasonLines[i]);
+  for (std::size_t i = 0; i < kStatusLines.size(); ++i)
+    if (is_new(kFirstStatus + i, bad_ticks_[kFirstStatus + i]))
+      spdlog::warn("device '{}': {}; no force until that has passed", device_, kStatusLines[i]);
   for (std::size_t i = 0; i < kChanges; ++i)
     if (is_new(32 + i, changes_[i]))
       spdlog::warn("device '{}': {} of the process has changed since the device was opened{}",

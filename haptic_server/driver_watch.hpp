@@ -15,9 +15,10 @@ namespace stillgrid::haptic_server {
 /// Says, from a thread of its own, what is wrong with a device while the loop runs: one line at the
 /// first of each kind, one at the end with how often.
 ///
-/// Kinds: each reason for which a reading was not believed, counted in ticks; what a driver may not
-/// change of the process (signal mask, umask, folder, scheduling: looked at once a second; rounding
-/// mode: each tick, and set back). Thread: but for note() the one that made it.
+/// Kinds: each reason for which a reading was not believed, and for which the device takes no
+/// force, counted in ticks; what a driver may not change of the process (signal mask, umask,
+/// folder, scheduling: looked at once a second; rounding mode: each tick, and set back). Thread:
+/// but for note() the one that made it.
 class DriverWatch {
  public:
   /// device: as lines are to name it. Made in the loop's thread, before any driver runs.

@@ -1,6 +1,7 @@
 #include "haptic_server/haptic_loop.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 namespace stillgrid::haptic_server {
@@ -51,7 +52,9 @@ TickEnd HapticLoop::sense(const publication::SceneView& scene, std::uint64_t now
   motion_ = {};
   const std::optional<safety::DeviceReading> reading = reading_check_.check(state, now_ns);
   believed_ = reading.has_value();
-  flags_ |= reading_check_.reason();
+  flags_ |= reading_check_.reason() | safety::status_flags(state);
+  if ((state.valid & STILLGRID_STATE_TEMPERATURE) != 0 && std::isfinite(state.temperature_C))
+    temperature_C_ = state.temperature_C;
   if (reading) {
     place(scene.scene().device, *reading);
     buttons_ = reading->buttons;
@@ -105,6 +108,7 @@ TickEnd HapticLoop::act(const publication::SceneView& scene, bool writer_alive,
                     .period_s = to_s(scene.header().period_ns),
                     .writer_alive = writer_alive},
        .device_believed = believed_,
+       .device_ready = (flags_ & safety::kDeviceStatusMask) == 0,
        .device_m = device_m_,
        .velocity_m_s = pose_.velocity_m_s / fixed.device.scale,
        .motion = motion_,
@@ -151,6 +155,9 @@ void HapticLoop::count(const recording::TickRow& row, HapticReport& report) noex
   count_tick(report, row, rendered_, held_before_N_, motion_.moved_m, elapsed_s_);
   report.energy = safety_.energy();
   report.interface = interface_.energy();
+  if (temperature_C_)
+    report.temperature_max_C =
+        std::max(*temperature_C_, report.temperature_max_C.value_or(*temperature_C_));
   if (rendered_.is_new) ++report.snapshots;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "haptic_server/device/device_host.hpp"
@@ -111,6 +112,7 @@ class HapticLoop {
   bool is_released_ = false;
   rendering::ToolPose pose_;  // scene frame
   std::uint32_t flags_ = 0, buttons_ = 0;
+  std::optional<double> temperature_C_;                 // as the device last told
   Eigen::Vector3d device_m_ = Eigen::Vector3d::Zero();  // device frame
   safety::DeviceMotion motion_;                         // since the tick before, scene's axes
   safety::Wrench held_;                                 // told to the device, scene's axes

@@ -114,6 +114,8 @@ void write_report(const HapticReport& report, const std::filesystem::path& file)
       {"interface", interface_json(report.interface)},
       {"safety", safety},
       {"device_stops", report.device_stops},
+      {"temperature_max_C",
+       report.temperature_max_C ? nlohmann::json(*report.temperature_max_C) : nlohmann::json()},
       {"lost_rows", report.lost_rows},
       {"page_faults", report.page_faults}};
   if (report.measures_time) {

@@ -45,6 +45,16 @@ extern "C" {
 #define STILLGRID_STATE_ORIENTATION 2u
 #define STILLGRID_STATE_VELOCITY 4u
 #define STILLGRID_STATE_BUTTONS 8u
+#define STILLGRID_STATE_TEMPERATURE 16u
+
+/* Status of a device: bits of status, each of them told only where status_known has it too. Where
+ * motors are off, an enabling switch is open, encoders have no reference or the device is hot or at
+ * fault the host commands no force; afterwards it ramps in from zero. */
+#define STILLGRID_STATUS_MOTORS_ON 1u
+#define STILLGRID_STATUS_ENABLED 2u    /* dead-man, pedal or grip sensor: a hand wants force */
+#define STILLGRID_STATUS_CALIBRATED 4u /* positions have their reference; not so while homing */
+#define STILLGRID_STATUS_HOT 8u        /* the motors are too hot to be driven on */
+#define STILLGRID_STATUS_FAULT 16u     /* one that the device itself has found */
 
 /* How the host counts time. */
 #define STILLGRID_CLOCK_MONOTONIC 0u /* CLOCK_MONOTONIC, ns */
@@ -84,6 +94,7 @@ typedef struct stillgrid_device_descriptor {
   double motor_time_constant_s; /* thermal, over which max_force_N may exceed continuous_force_N */
   double max_speed_m_s;         /* above it positions or motors are not to be trusted */
   double max_torque_N_m; /* for a moment, about the tool's origin; 0: as max_force_N at 0.1 m */
+  double continuous_torque_N_m; /* for ever: over the same time constant as the force */
 } stillgrid_device_descriptor;
 
 typedef struct stillgrid_device_state {
@@ -96,6 +107,9 @@ typedef struct stillgrid_device_state {
   double velocity_m_s[3];     /* the driver's estimate; the host makes its own */
   uint32_t buttons;           /* one bit each */
   uint32_t reserved;
+  uint32_t status;       /* STILLGRID_STATUS_... */
+  uint32_t status_known; /* which of them the device tells */
+  double temperature_C;  /* of its hottest motor */
 } stillgrid_device_state;
 
 typedef struct stillgrid_device stillgrid_device; /* opaque, owned by the driver */

@@ -36,18 +36,27 @@ enum SafetyFlag : std::uint32_t {
   kFlagStampOff = 1U << 22U,       // a stamp too far from now
   kFlagFrozen = 1U << 23U,         // fresh stamps on a sequence that stands still
   kFlagLeap = 1U << 24U,           // a motion faster than the device or any hand
+  // Why a device takes no force, as it says itself.
+  kFlagMotorsOff = 1U << 25U,
+  kFlagNotEnabled = 1U << 26U,     // its dead-man switch is open
+  kFlagNotCalibrated = 1U << 27U,  // its encoders have no reference, or are finding it
+  kFlagHot = 1U << 28U,            // its motors are too hot
+  kFlagDeviceFault = 1U << 29U,    // it has found a fault of its own
 };
-inline constexpr std::array<std::string_view, 25> kSafetyFlagNames = {
-    "bad_device",     "rejected",    "faded",     "ramped",    "stiffness",
-    "budget",         "workspace",   "speed",     "passivity", "clamped",
-    "slewed",         "stalled",     "contended", "truncated", "swept",
-    "energy",         "no_position", "no_number", "too_far",   "outside",
-    "no_orientation", "stamp_back",  "stamp_off", "frozen",    "leap"};
+inline constexpr std::array<std::string_view, 30> kSafetyFlagNames = {
+    "bad_device", "rejected",   "faded",          "ramped",         "stiffness",   "budget",
+    "workspace",  "speed",      "passivity",      "clamped",        "slewed",      "stalled",
+    "contended",  "truncated",  "swept",          "energy",         "no_position", "no_number",
+    "too_far",    "outside",    "no_orientation", "stamp_back",     "stamp_off",   "frozen",
+    "leap",       "motors_off", "not_enabled",    "not_calibrated", "hot",         "device_fault"};
 
 /// All of them.
 inline constexpr std::uint32_t kSafetyFlagMask = (1U << kSafetyFlagNames.size()) - 1U;
 
 /// Those that say why a reading was not believed.
-inline constexpr std::uint32_t kDeviceReasonMask = kSafetyFlagMask & ~(kFlagNoPosition - 1U);
+inline constexpr std::uint32_t kDeviceReasonMask = kFlagMotorsOff - kFlagNoPosition;
+
+/// Those that say why a device takes no force.
+inline constexpr std::uint32_t kDeviceStatusMask = kSafetyFlagMask & ~(kFlagMotorsOff - 1U);
 
 }  // namespace stillgrid::proto

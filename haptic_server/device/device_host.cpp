@@ -16,9 +16,9 @@ namespace {
 constexpr std::size_t kLongestErrorLine = 1024;
 
 bool is_sane(const stillgrid_device_descriptor& d) {
-  const std::array limits = {d.position_resolution_m, d.max_force_N,   d.continuous_force_N,
-                             d.nominal_stiffness_N_m, d.rate_hz,       d.motor_time_constant_s,
-                             d.max_speed_m_s,         d.max_torque_N_m};
+  const std::array limits = {d.position_resolution_m, d.max_force_N,    d.continuous_force_N,
+                             d.nominal_stiffness_N_m, d.rate_hz,        d.motor_time_constant_s,
+                             d.max_speed_m_s,         d.max_torque_N_m, d.continuous_torque_N_m};
   bool sane = std::all_of(limits.begin(), limits.end(),
                           [](double limit) { return std::isfinite(limit) && limit >= 0.0; });
   for (std::size_t axis = 0; axis < 3; ++axis) {

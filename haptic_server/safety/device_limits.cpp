@@ -28,6 +28,7 @@ SafetyLimits safety_limits(const SafetyOptions& options,
   limits.stiffness_N_per_m =
       options.max_stiffness_N_per_m.value_or(declared_or(device.nominal_stiffness_N_m, kNone));
   limits.continuous_force_N = declared_or(device.continuous_force_N, kNone);
+  limits.continuous_torque_N_m = declared_or(device.continuous_torque_N_m, kNone);
   limits.motor_time_constant_s =
       declared_or(device.motor_time_constant_s, kUndeclaredTimeConstant_s);
   limits.max_speed_m_s = options.max_speed_m_s.value_or(declared_or(device.max_speed_m_s, kNone));

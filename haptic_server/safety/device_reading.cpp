@@ -50,6 +50,20 @@ ReadingBounds reading_bounds(const stillgrid_device_descriptor& device) noexcept
   return bounds;
 }
 
+std::uint32_t status_flags(const stillgrid_device_state& state) noexcept {
+  const auto lacks = [&](std::uint32_t bit) {
+    return (state.status_known & ~state.status & bit) != 0;
+  };
+  const auto has = [&](std::uint32_t bit) {
+    return (state.status_known & state.status & bit) != 0;
+  };
+  return (lacks(STILLGRID_STATUS_MOTORS_ON) ? kFlagMotorsOff : 0U) |
+         (lacks(STILLGRID_STATUS_ENABLED) ? kFlagNotEnabled : 0U) |
+         (lacks(STILLGRID_STATUS_CALIBRATED) ? kFlagNotCalibrated : 0U) |
+         (has(STILLGRID_STATUS_HOT) ? kFlagHot : 0U) |
+         (has(STILLGRID_STATUS_FAULT) ? kFlagDeviceFault : 0U);
+}
+
 std::uint32_t DeviceReadingCheck::fault_of_pose(
     const stillgrid_device_state& state) const noexcept {
   const Eigen::Vector3d position_m(state.position_m);

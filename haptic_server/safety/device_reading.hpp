@@ -30,6 +30,10 @@ struct ReadingBounds {
 /// The bounds that a descriptor declares.
 [[nodiscard]] ReadingBounds reading_bounds(const stillgrid_device_descriptor& device) noexcept;
 
+/// Why the device takes no force, as far as it tells: flags of kDeviceStatusMask, 0: it does.
+/// Realtime: yes.
+[[nodiscard]] std::uint32_t status_flags(const stillgrid_device_state& state) noexcept;
+
 /// The first stage of the safety chain: which readings of a device to believe.
 ///
 /// Not believed: no position, or one that is no number, farther than 10 m from the origin, or

@@ -39,7 +39,8 @@ void lead(double& share, bool upwards, double elapsed_s) {
 SafetyChain::SafetyChain(const SafetyLimits& limits)
     : limits_(limits),
       governor_(limits.stiffness_N_per_m),
-      budget_(limits.continuous_force_N, limits.motor_time_constant_s) {
+      budget_(limits.continuous_force_N, limits.motor_time_constant_s),
+      torque_budget_(limits.continuous_torque_N_m, limits.motor_time_constant_s) {
   assert(std::isfinite(limits.max_force_N) && limits.max_force_N > 0.0);
   assert(limits.lever_m > 0.0 && limits.period_s > 0.0);
   if (limits.passivity_mass_kg) passivity_control_.emplace(*limits.passivity_mass_kg);
@@ -81,9 +82,15 @@ Wrench SafetyChain::limited(const SafetyInput& input, double energy_share,
   if (governed < 1.0 && !(next.force_N.isZero(0.0) && next.torque_N_m.isZero(0.0)))
     flags |= kFlagStiffness;
   next *= governed;  // not the limit: a force at its limit has no stiffness
-  if (const double budget_N = budget_.limit_N(limits_.max_force_N); budget_N < limit_N) {
+  if (const double budget_N = budget_.limit(limits_.max_force_N); budget_N < limit_N) {
     if (shorten(next, budget_N, lever_m)) flags |= kFlagBudget;
     limit_N = budget_N;
+  }
+  const double torque_N_m = next.torque_N_m.stableNorm();
+  if (const double torque_limit_N_m = torque_budget_.limit(lever_m * limits_.max_force_N);
+      torque_N_m > torque_limit_N_m) {
+    next *= torque_limit_N_m / torque_N_m;
+    flags |= kFlagBudget;
   }
   keep(workspace_share(limits_.workspace, input.device_m), kFlagWorkspace);
   if (limit_drive(next.force_N, input.velocity_m_s, limits_.max_speed_m_s)) flags |= kFlagSpeed;
@@ -106,6 +113,7 @@ Wrench SafetyChain::apply(const SafetyInput& input, std::uint32_t& flags) noexce
   observe(energy_, commanded_, input.motion);
   contact_.observe(commanded_, input.motion, limits_.lever_m);
   budget_.spend(commanded_.force_N.norm(), input.elapsed_s);
+  torque_budget_.spend(commanded_.torque_N_m.norm(), input.elapsed_s);
   const bool is_number =
       input.rendered.force_N.allFinite() && input.rendered.torque_N_m.allFinite();
   const double energy_share =
@@ -115,6 +123,11 @@ Wrench SafetyChain::apply(const SafetyInput& input, std::uint32_t& flags) noexce
   if (input.elapsed_s >= limits_.stall_s) {
     cut();
     flags |= kFlagStalled | kFlagRamped;
+    return commanded_;
+  }
+  if (!input.device_ready) {
+    cut();
+    flags |= kFlagRamped;
     return commanded_;
   }
 

@@ -23,6 +23,7 @@ struct SafetyLimits {
   double max_slew_N_per_ms = std::numeric_limits<double>::infinity();
   double stiffness_N_per_m = std::numeric_limits<double>::infinity();
   double continuous_force_N = std::numeric_limits<double>::infinity();
+  double continuous_torque_N_m = std::numeric_limits<double>::infinity();
   double motor_time_constant_s = 10.0;  // > 0
   double max_speed_m_s = std::numeric_limits<double>::infinity();
   Workspace workspace = {};  // device frame
@@ -48,6 +49,7 @@ struct SafetyInput {
   Eigen::Matrix3d stiffness_N_per_m = Eigen::Matrix3d::Zero();  // of its contacts: sum of k n n^T
   SnapshotFreshness snapshot = {};
   bool device_believed = true;                         // in this tick
+  bool device_ready = true;                            // to take a force, as it says
   Eigen::Vector3d device_m = Eigen::Vector3d::Zero();  // device frame
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
   DeviceMotion motion = {};        // since the tick before
@@ -67,7 +69,8 @@ struct SafetyInput {
 /// above the limit fades as smoothly as one below it, and what the energy's control adds fades with
 /// them. No stage makes energy: a contact gives the hand no more than it took or the rendered force
 /// would have given, but for what comes back within a second where the hand goes neither in nor
-/// out (contact_energy.hpp). A stall of 50 ms or more cuts to zero at once. Nothing switches the
+/// out (contact_energy.hpp). A stall of 50 ms or more cuts to zero at once, and so does a device
+/// that takes no force. Nothing switches the
 /// limit of the norm off. Thread: the haptic loop's. Realtime: yes.
 class SafetyChain {
  public:
@@ -93,7 +96,7 @@ class SafetyChain {
 
   SafetyLimits limits_;
   StiffnessGovernor governor_;
-  ForceBudget budget_;
+  ForceBudget budget_, torque_budget_;
   std::optional<PassivityController> passivity_control_;
   HandEnergy energy_;
   ContactEnergy contact_;

@@ -5,6 +5,7 @@
 namespace stillgrid::safety {
 
 using proto::kDeviceReasonMask;
+using proto::kDeviceStatusMask;
 using proto::kSafetyFlagNames;
 using proto::SafetyFlag;
 using enum proto::SafetyFlag;

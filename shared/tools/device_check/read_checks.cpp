@@ -65,6 +65,8 @@ Outcome check_fields(const Subject& subject) {
     require_finite(n, "the position", state.position_m);
     if ((state.valid & STILLGRID_STATE_VELOCITY) != 0)
       require_finite(n, "the velocity", state.velocity_m_s);
+    if ((state.valid & STILLGRID_STATE_TEMPERATURE) != 0)
+      require_finite(n, "the temperature", {&state.temperature_C, 1});
     if ((state.valid & STILLGRID_STATE_ORIENTATION) == 0) continue;
     require_finite(n, "the orientation", state.orientation_xyzw);
     double norm2 = 0.0;

@@ -49,6 +49,21 @@ TEST_CASE("A position that is missing, no number or out of the room is not belie
   CHECK(check.check(state_at(now_ns, 0.0), now_ns));
 }
 
+TEST_CASE("What a device tells of itself counts as far as it knows it", "[device_reading]") {
+  // Every status that a driver may tell, with every share of it known, and bits of a later header.
+  constexpr std::uint32_t kGood =
+      STILLGRID_STATUS_MOTORS_ON | STILLGRID_STATUS_ENABLED | STILLGRID_STATUS_CALIBRATED;
+  const std::uint32_t later = GENERATE(0U, 1U << 5U, 1U << 31U);
+  for (std::uint32_t status = 0; status < 32; ++status)
+    for (std::uint32_t known = 0; known < 32; ++known) {
+      stillgrid_device_state state = state_at(0, 0.0);
+      state.status = status | later;
+      state.status_known = known | later;
+      const std::uint32_t bad = (status ^ kGood) & known;  // of what should be, what is not
+      CHECK(status_flags(state) == bad * kFlagMotorsOff);  // bit by bit in the same order
+    }
+}
+
 TEST_CASE("A stamp that goes back, or is far from now, is not believed", "[device_reading]") {
   std::uint64_t now_ns = 0;
   DeviceReadingCheck check = used(now_ns);

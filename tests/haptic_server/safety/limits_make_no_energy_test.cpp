@@ -128,9 +128,10 @@ std::vector<Stage> stages() {
   constexpr double kEnough_N = 1e3;
   const SafetyLimits none{.max_force_N = kEnough_N, .lever_m = 1.0};
   std::vector<Stage> all = {
-      {"norm", none},      {"torque", none},         {"slew", none},
-      {"stiffness", none}, {"budget", none},         {"workspace", none},
-      {"speed", none},     {"snapshot", none, true}, {"device", none, false, true}};
+      {"norm", none},           {"torque", none},         {"slew", none},
+      {"stiffness", none},      {"budget", none},         {"workspace", none},
+      {"speed", none},          {"snapshot", none, true}, {"device", none, false, true},
+      {"torque's budget", none}};
   all[0].limits.max_force_N = 2.0;
   all[1].limits.lever_m = 1e-4;
   all[2].limits.max_slew_N_per_ms = 0.15;
@@ -139,6 +140,8 @@ std::vector<Stage> stages() {
   all[4].limits.motor_time_constant_s = 0.3;
   all[5].limits.workspace = {{-0.006, -0.006, -0.004}, {0.006, 0.006, 0.02}};
   all[6].limits.max_speed_m_s = 0.05;
+  all[9].limits.continuous_torque_N_m = 1e-4;
+  all[9].limits.motor_time_constant_s = 0.3;
   all.push_back({"all of a touch",
                  {.max_force_N = 3.3,
                   .max_slew_N_per_ms = 0.33,

@@ -44,6 +44,46 @@ TEST_CASE("The torque is shortened, slewed and faded with its force", "[safety_c
   CHECK((tick(ramping, input).wrench.torque_N_m - 0.01 * input.rendered.torque_N_m).norm() < 1e-12);
 }
 
+TEST_CASE("A device that takes no force is commanded none, and then from zero", "[safety_chain]") {
+  SafetyChain chain = warmed_up({.max_force_N = 3.3});
+  REQUIRE(after(chain, push(2.0), 10).x_N() == 2.0);
+  SafetyInput unready = push(2.0);
+  unready.device_ready = false;
+  const int ticks = GENERATE(1, 37, 3000);
+  for (int i = 0; i < ticks; ++i) {
+    const Commanded none = tick(chain, unready);
+    REQUIRE(none.wrench.force_N.isZero(0.0));
+    REQUIRE(none.flags == kFlagRamped);
+  }
+  double before_N = 0.0;
+  for (int i = 0; i < 100; ++i) {
+    const Commanded ramped = tick(chain, push(2.0));
+    REQUIRE(ramped.x_N() > before_N);
+    REQUIRE(ramped.x_N() - before_N < 0.021);  // a hundredth of it
+    before_N = ramped.x_N();
+  }
+  CHECK(tick(chain, push(2.0)).x_N() == 2.0);
+}
+
+TEST_CASE("The mean square of a torque stays that of the continuous one", "[safety_chain]") {
+  SafetyInput couple = push(0.3);
+  couple.rendered.torque_N_m = {0.2, -0.1, 0.05};
+  const double torque_limit_N_m = GENERATE(0.03, 0.07, 0.19);
+  SafetyChain chain = warmed_up({.max_force_N = 5.0,
+                                 .continuous_torque_N_m = torque_limit_N_m,
+                                 .motor_time_constant_s = 0.5});
+  CHECK(tick(chain, couple).wrench.torque_N_m == couple.rendered.torque_N_m);
+  const Commanded held = after(chain, couple, 5000);
+  CHECK(held.wrench.torque_N_m.norm() == Approx(torque_limit_N_m).epsilon(0.02));
+  CHECK(held.wrench.torque_N_m.norm() <= torque_limit_N_m * (1.0 + 1e-9));
+  CHECK((held.flags & kFlagBudget) != 0);
+  const double share = held.wrench.torque_N_m.norm() / couple.rendered.torque_N_m.norm();
+  CHECK(held.x_N() == Approx(0.3 * share));  // one factor for both
+
+  SafetyChain undeclared = warmed_up({.max_force_N = 5.0});
+  CHECK(after(undeclared, couple, 5000).flags == 0);
+}
+
 TEST_CASE("A couple without a force is limited to what the force's limit makes at the lever",
           "[safety_chain]") {
   SafetyInput couple = push(0.0);

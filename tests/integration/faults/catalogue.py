@@ -114,6 +114,10 @@ DEVICE = [
     Fault("device", "read hangs for ever", "fault=read_hangs_for_ever",
           says="did not return in time", **STOPPED_FOR_GOOD),
     Fault("device", "each read takes 5 ms for 0.5 s", "fault=read_slow,for_s=0.5"),
+    Fault("device", "its motors are off for 0.4 s", "fault=motors_off,for_s=0.4",
+          says="its motors are off", flag="motors_off", **CUT),
+    Fault("device", "it tells hot motors for 0.4 s", "fault=gets_hot,for_s=0.4",
+          says="its motors are too hot", flag="hot", **CUT),
     Fault("device", "the recording ends", "fault=read_ends", **ENDS_AT_ONCE),
     Fault("device", "carried off at 3 m/s", "fault=moves,z_m=-0.5,speed_m_s=3,max_speed_m_s=1",
           full_N=3.3, zero_ms=60.0, flag="speed"),  # the estimate, the slew limit

@@ -102,6 +102,10 @@ void spoil(std::uint64_t now_ns, stillgrid_device_state& state) {
   if (fault == "stamps_frozen") state.time_ns = driver.began_ns;
   if (fault == "stamps_ahead") state.time_ns = now_ns + 1'000'000'000;
   if (fault == "sequence_frozen") state.sequence = 1;
+  if (fault == "motors_off" || fault == "gets_hot") {
+    state.status_known = STILLGRID_STATUS_MOTORS_ON | STILLGRID_STATUS_HOT;
+    state.status = fault == "gets_hot" ? state.status_known : 0U;
+  }
   if (fault == "moves") move(now_ns, state.position_m);
 }
 
