@@ -86,10 +86,11 @@ Wrench SafetyChain::limited(const SafetyInput& input, double energy_share,
     if (shorten(next, budget_N, lever_m)) flags |= kFlagBudget;
     limit_N = budget_N;
   }
+  const double most_torque_N_m = lever_m * limits_.max_force_N;
+  const double allowed_torque_N_m = torque_budget_.limit(most_torque_N_m);
   const double torque_N_m = next.torque_N_m.stableNorm();
-  if (const double torque_limit_N_m = torque_budget_.limit(lever_m * limits_.max_force_N);
-      torque_N_m > torque_limit_N_m) {
-    next *= torque_limit_N_m / torque_N_m;
+  if (allowed_torque_N_m < most_torque_N_m && torque_N_m > allowed_torque_N_m) {
+    next *= allowed_torque_N_m / torque_N_m;
     flags |= kFlagBudget;
   }
   keep(workspace_share(limits_.workspace, input.device_m), kFlagWorkspace);
