@@ -1,11 +1,12 @@
-/* The contract between haptic_server and a device driver: a C ABI, version 1.
+/* The contract between haptic_server and a device driver: a C ABI, version 2.
  *
  * A driver is a shared library that exports one symbol, stillgrid_device_negotiate. Every struct
  * begins with struct_size, set by the side that owns the buffer; a side touches only fields that
  * lie inside it, and takes what lies outside for zero: so a struct may grow at its end within a
- * version. No exception crosses the border. The caller owns every buffer. Codes: 0 done, negative
- * an error that strerror() explains. Frames: positions, orientations and forces are in the device's
- * own frame, SI units.
+ * version. The version chosen is the greatest that both know; the functions of version 2 stand at
+ * the end of the table and may be null: a driver of version 1 loads as it is. No exception crosses
+ * the border. The caller owns every buffer. Codes: 0 done, negative an error that strerror()
+ * explains. Frames: positions, orientations and forces are in the device's own frame, SI units.
  *
  * Life: negotiate -> enumerate -> open -> configure* -> activate -> (read, write)* -> deactivate ->
  * close. A driver answers a call out of this order with STILLGRID_DEVICE_E_ORDER. [main] functions
@@ -13,6 +14,11 @@
  * lock, make no system call that the driver did not declare, and return within max_read_ns; they
  * come from one thread, between activate and deactivate. [any] may be called from every thread at
  * any time between open and close.
+ *
+ * Pace: the host's thread calls read and write once a period. Where a vendor's library has the
+ * device served from a thread of its own, the driver declares STILLGRID_DEVICE_SETS_PACE: the host
+ * gives it a tick before activate, the driver's thread calls that once a period, and inside it the
+ * host calls read and write. So a force is of the position just read, and not a period old.
  *
  * Extensions: each side asks the other for a table by name and gets null where there is none. A
  * name ends in its version, and a table under a name never changes but by growing at its end.
@@ -27,7 +33,7 @@ extern "C" {
 #endif
 
 #define STILLGRID_DEVICE_ABI_MIN 1u
-#define STILLGRID_DEVICE_ABI_MAX 1u
+#define STILLGRID_DEVICE_ABI_MAX 2u
 
 #define STILLGRID_DEVICE_NAME_SIZE 64u
 
@@ -46,6 +52,8 @@ extern "C" {
 #define STILLGRID_STATE_VELOCITY 4u
 #define STILLGRID_STATE_BUTTONS 8u
 #define STILLGRID_STATE_TEMPERATURE 16u
+#define STILLGRID_STATE_GRIPPER 32u
+#define STILLGRID_STATE_AXES 64u
 
 /* Status of a device: bits of status, each of them told only where status_known has it too. Where
  * motors are off, an enabling switch is open, encoders have no reference or the device is hot or at
@@ -66,6 +74,20 @@ extern "C" {
  * Only such a device runs in virtual time; any other is released when the program ended without it.
  */
 #define STILLGRID_DEVICE_NO_MOTORS 2u
+/* The driver calls the tick that set_tick() gave it. Given none (a host of version 1, or virtual
+ * time) it is called by the host as any other. */
+#define STILLGRID_DEVICE_SETS_PACE 4u
+
+/* Degrees of freedom, in the device's own frame: translation along and rotation about its axes. */
+#define STILLGRID_DOF_X 1u
+#define STILLGRID_DOF_Y 2u
+#define STILLGRID_DOF_Z 4u
+#define STILLGRID_DOF_ABOUT_X 8u
+#define STILLGRID_DOF_ABOUT_Y 16u
+#define STILLGRID_DOF_ABOUT_Z 32u
+#define STILLGRID_DOF_GRIPPER 64u
+
+#define STILLGRID_AXES_SIZE 4u
 
 typedef struct stillgrid_host_info {
   uint32_t struct_size;
@@ -95,6 +117,12 @@ typedef struct stillgrid_device_descriptor {
   double max_speed_m_s;         /* above it positions or motors are not to be trusted */
   double max_torque_N_m; /* for a moment, about the tool's origin; 0: as max_force_N at 0.1 m */
   double continuous_torque_N_m; /* for ever: over the same time constant as the force */
+  uint32_t dof_sensed;          /* STILLGRID_DOF_..., zero: not told */
+  uint32_t dof_actuated;        /* where they are told the host commands nothing along the others */
+  uint32_t button_count;
+  uint32_t axis_count;   /* analogue axes, up to STILLGRID_AXES_SIZE */
+  double gripper_open_m; /* the widest opening of a gripper; closed is zero */
+  double max_gripper_force_N;
 } stillgrid_device_descriptor;
 
 typedef struct stillgrid_device_state {
@@ -107,12 +135,27 @@ typedef struct stillgrid_device_state {
   double velocity_m_s[3];     /* the driver's estimate; the host makes its own */
   uint32_t buttons;           /* one bit each */
   uint32_t reserved;
-  uint32_t status;       /* STILLGRID_STATUS_... */
-  uint32_t status_known; /* which of them the device tells */
-  double temperature_C;  /* of its hottest motor */
+  uint32_t status;                  /* STILLGRID_STATUS_... */
+  uint32_t status_known;            /* which of them the device tells */
+  double temperature_C;             /* of its hottest motor */
+  double gripper_m;                 /* how far the gripper is open */
+  double axes[STILLGRID_AXES_SIZE]; /* analogue, -1 to 1 */
 } stillgrid_device_state;
 
 typedef struct stillgrid_device stillgrid_device; /* opaque, owned by the driver */
+
+/* One device that a driver sees. */
+typedef struct stillgrid_device_listing {
+  uint32_t struct_size;
+  uint32_t reserved;
+  char name[STILLGRID_DEVICE_NAME_SIZE]; /* zero-terminated UTF-8, as are the others */
+  char serial[STILLGRID_DEVICE_NAME_SIZE];
+  char options[2u * STILLGRID_DEVICE_NAME_SIZE]; /* key=value,... that open this one */
+} stillgrid_device_listing;
+
+/* The host's tick at now_ns, CLOCK_MONOTONIC. Zero; anything else ends the ticks until the next
+ * activate(). */
+typedef int32_t (*stillgrid_device_tick_fn)(void* context, uint64_t now_ns);
 
 typedef struct stillgrid_device_api {
   uint32_t struct_size;
@@ -143,6 +186,19 @@ typedef struct stillgrid_device_api {
   const char* (*strerror)(stillgrid_device* device, int32_t code);
   /* [main] A table of the driver's by its name, or null. May itself be null: no extensions. */
   const void* (*get_extension)(const char* name);
+
+  /* Version 2; each of these may be null. */
+  /* [main] For a device that declares STILLGRID_DEVICE_SETS_PACE: the tick that its thread calls
+   * once a period, never two at a time, from activate() on until deactivate() has returned, which
+   * waits for the last. Before activate(). Null takes the pace back. */
+  int32_t (*set_tick)(stillgrid_device* device, stillgrid_device_tick_fn tick, void* context);
+  /* [main] Device number index of those that the driver sees with its options as they are, or
+   * STILLGRID_DEVICE_E_NO_DEVICE after the last. Before activate(); no device is moved by it. */
+  int32_t (*list)(stillgrid_device* device, uint32_t index, stillgrid_device_listing* out);
+  /* [main] An order to an active device, such as a lamp's: it returns soon, while ticks go on. */
+  int32_t (*command)(stillgrid_device* device, const char* key, const char* value);
+  /* [realtime] The force on the gripper's fingers from now on; positive opens it. */
+  int32_t (*write_gripper)(stillgrid_device* device, uint64_t now_ns, double force_N);
 } stillgrid_device_api;
 
 /* Extension of the host: lines for the user, printed with the driver's name before them. */

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -9,57 +8,14 @@
 #include <exception>
 #include <memory>
 #include <new>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <type_traits>
 
+#include "haptic_server/devices/driver_host.hpp"
 #include "proto/device_plugin.h"
 
 namespace stillgrid::devices {
-
-/// Lines for the user, where the host prints any. Thread: any but the real-time one.
-struct HostLog {
-  const stillgrid_host_log* table = nullptr;
-
-  void info(const std::string& line) const { write(STILLGRID_LOG_INFO, line); }
-  void warn(const std::string& line) const { write(STILLGRID_LOG_WARNING, line); }
-
- private:
-  void write(std::uint32_t severity, const std::string& line) const {
-    if (table != nullptr) table->log(severity, line.c_str());
-  }
-};
-
-/// What the host said of itself when it negotiated.
-struct HostLoop {
-  std::uint64_t period_ns = 1'000'000;
-  std::uint32_t clock = STILLGRID_CLOCK_MONOTONIC;
-  HostLog log{};
-};
-
-/// A driver throws it where the fault is not an option's: the code is what the host is told.
-class DriverError : public std::runtime_error {
- public:
-  DriverError(std::int32_t code, const std::string& line) : std::runtime_error(line), code_(code) {}
-
-  [[nodiscard]] std::int32_t code() const noexcept { return code_; }
-
- private:
-  std::int32_t code_;
-};
-
-/// The last error of a device: its code and one line on it.
-struct ErrorLine {
-  std::int32_t code = STILLGRID_DEVICE_OK;
-  std::array<char, 1024> text{};
-
-  std::int32_t set(std::int32_t new_code, const char* line) noexcept {
-    code = new_code;
-    std::strncpy(text.data(), line, text.size() - 1);
-    return code;
-  }
-};
 
 /// The C ABI around a driver, which is a class of these members:
 ///   static constexpr const char* kName;
@@ -70,7 +26,13 @@ struct ErrorLine {
 ///   int32_t read(now_ns, is_stopped, state&) noexcept     fills in all it marks as valid
 ///   int32_t write(now_ns, is_stopped, force_N, torque_N_m) noexcept    torque: may be null
 ///   void deactivate() noexcept                  zero force
-///   void identify(identity&)                    optional; may throw, as describe()
+/// and, where the driver has a use for them:
+///   void identify(identity&)                    may throw, as describe()
+///   void set_tick(HostTick)                     ticks come between activate() and deactivate()
+///   bool list(index, listing&)                  may throw; false after the last
+///   void command(key, value)                    may throw: the order is refused
+///   int32_t write_gripper(now_ns, is_stopped, force_N) noexcept
+///   const char* fault_line(code) noexcept       on what read() or write() returned; null: nothing
 /// This template keeps the order of life, the sizes of structs and the exceptions inside.
 template <class Driver>
 struct PluginAdapter {
@@ -78,7 +40,7 @@ struct PluginAdapter {
 
   Driver driver;
   ErrorLine error;
-  bool is_active = false;
+  std::atomic<bool> is_active = false;   // a driver's own thread may tick before activate() is over
   std::atomic<bool> is_stopped = false;  // emergency_stop() may come from any thread
 
   static inline HostLoop host_loop;       // of the last negotiation
@@ -149,8 +111,9 @@ struct PluginAdapter {
     PluginAdapter& self = *of(device);
     if (self.is_active) return STILLGRID_DEVICE_E_ORDER;
     self.is_stopped = false;  // before: a stop while motors come on must last
+    self.is_active = true;
     const std::int32_t code = guarded(self.error, [&] { self.driver.activate(); });
-    self.is_active = code == STILLGRID_DEVICE_OK;
+    if (code != STILLGRID_DEVICE_OK) self.is_active = false;
     return code;
   }
 
@@ -179,6 +142,47 @@ struct PluginAdapter {
     return self.driver.write(now_ns, self.is_stopped, force_N, torque_N_m);
   }
 
+  static std::int32_t write_gripper(stillgrid_device* device, std::uint64_t now_ns,
+                                    double force_N) noexcept {
+    if (device == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
+    PluginAdapter& self = *of(device);
+    if (!self.is_active) return STILLGRID_DEVICE_E_ORDER;
+    return self.driver.write_gripper(now_ns, self.is_stopped, force_N);
+  }
+
+  static std::int32_t set_tick(stillgrid_device* device, stillgrid_device_tick_fn tick,
+                               void* context) noexcept {
+    if (device == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
+    PluginAdapter& self = *of(device);
+    if (self.is_active) return STILLGRID_DEVICE_E_ORDER;
+    self.driver.set_tick(HostTick{tick, context});
+    return STILLGRID_DEVICE_OK;
+  }
+
+  static std::int32_t list(stillgrid_device* device, std::uint32_t index,
+                           stillgrid_device_listing* out) noexcept {
+    constexpr std::size_t kLeast = offsetof(stillgrid_device_listing, serial);
+    if (device == nullptr || out == nullptr || out->struct_size < kLeast)
+      return STILLGRID_DEVICE_E_ARGUMENT;
+    PluginAdapter& self = *of(device);
+    if (self.is_active) return STILLGRID_DEVICE_E_ORDER;
+    stillgrid_device_listing listing{};
+    bool is_there = false;
+    const std::int32_t code =
+        guarded(self.error, [&] { is_there = self.driver.list(index, listing); });
+    if (code != STILLGRID_DEVICE_OK) return code;
+    if (is_there) copy_out(listing, out);
+    return is_there ? STILLGRID_DEVICE_OK : STILLGRID_DEVICE_E_NO_DEVICE;
+  }
+
+  static std::int32_t command(stillgrid_device* device, const char* key,
+                              const char* value) noexcept {
+    if (device == nullptr || key == nullptr || value == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
+    PluginAdapter& self = *of(device);
+    if (!self.is_active) return STILLGRID_DEVICE_E_ORDER;
+    return guarded(self.error, [&] { self.driver.command(key, value); });
+  }
+
   static std::int32_t deactivate(stillgrid_device* device) noexcept {
     if (device == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
     PluginAdapter& self = *of(device);
@@ -200,6 +204,10 @@ struct PluginAdapter {
   static const char* strerror(stillgrid_device* device, std::int32_t code) noexcept {
     const ErrorLine& error = device == nullptr ? library_error : of(device)->error;
     if (code != STILLGRID_DEVICE_OK && code == error.code) return error.text.data();
+    if constexpr (requires(Driver & own) { own.fault_line(0); }) {
+      const char* const line = device == nullptr ? nullptr : of(device)->driver.fault_line(code);
+      if (line != nullptr) return line;
+    }
     switch (code) {
       case STILLGRID_DEVICE_OK:
         return "done";
@@ -259,6 +267,30 @@ struct PluginAdapter {
     return log != nullptr && log->struct_size >= kLeastLog && log->log != nullptr ? log : nullptr;
   }
 
+  static stillgrid_device_api table() noexcept {
+    stillgrid_device_api api{};
+    api.enumerate = enumerate;
+    api.open = open;
+    api.configure = configure;
+    api.describe = describe;
+    api.activate = activate;
+    api.read = read;
+    api.write = write;
+    api.deactivate = deactivate;
+    api.close = close;
+    api.emergency_stop = emergency_stop;
+    api.strerror = strerror;
+    api.get_extension = get_extension;
+    using Own = Driver&;
+    if constexpr (requires(Own own) { own.set_tick(HostTick{}); }) api.set_tick = set_tick;
+    if constexpr (requires(Own own, stillgrid_device_listing & l) { own.list(0U, l); })
+      api.list = list;
+    if constexpr (requires(Own own) { own.command("", ""); }) api.command = command;
+    if constexpr (requires(Own own) { own.write_gripper(0, false, 0.0); })
+      api.write_gripper = write_gripper;
+    return api;
+  }
+
   static std::int32_t negotiate(const stillgrid_host_info* host,
                                 stillgrid_device_api* out) noexcept {
     constexpr std::size_t kLeastHost = offsetof(stillgrid_host_info, clock);
@@ -279,13 +311,8 @@ struct PluginAdapter {
     if (loop.period_ns == 0) return STILLGRID_DEVICE_E_ARGUMENT;
     loop.log.table = log_of(*host);
     host_loop = loop;
-    stillgrid_device_api api{0,         std::min(host->abi_max, STILLGRID_DEVICE_ABI_MAX),
-                             enumerate, open,
-                             configure, describe,
-                             activate,  read,
-                             write,     deactivate,
-                             close,     emergency_stop,
-                             strerror,  get_extension};
+    stillgrid_device_api api = table();
+    api.abi = std::min(host->abi_max, STILLGRID_DEVICE_ABI_MAX);
     copy_out(api, out);
     return STILLGRID_DEVICE_OK;
   }
