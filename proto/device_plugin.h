@@ -153,9 +153,8 @@ typedef struct stillgrid_device_listing {
   char options[2u * STILLGRID_DEVICE_NAME_SIZE]; /* key=value,... that open this one */
 } stillgrid_device_listing;
 
-/* The host's tick at now_ns, CLOCK_MONOTONIC. Zero; anything else ends the ticks until the next
- * activate(). */
-typedef int32_t (*stillgrid_device_tick_fn)(void* context, uint64_t now_ns);
+/* The host's tick. Zero; anything else ends the ticks until the next activate(). */
+typedef int32_t (*stillgrid_device_tick_fn)(void* context);
 
 typedef struct stillgrid_device_api {
   uint32_t struct_size;
@@ -195,7 +194,8 @@ typedef struct stillgrid_device_api {
   /* [main] Device number index of those that the driver sees with its options as they are, or
    * STILLGRID_DEVICE_E_NO_DEVICE after the last. Before activate(); no device is moved by it. */
   int32_t (*list)(stillgrid_device* device, uint32_t index, stillgrid_device_listing* out);
-  /* [main] An order to an active device, such as a lamp's: it returns soon, while ticks go on. */
+  /* An order to an active device, such as a lamp's, while ticks go on: from a thread that is not
+   * theirs, one at a time, and never while activate() or deactivate() runs. It returns soon. */
   int32_t (*command)(stillgrid_device* device, const char* key, const char* value);
   /* [realtime] The force on the gripper's fingers from now on; positive opens it. */
   int32_t (*write_gripper)(stillgrid_device* device, uint64_t now_ns, double force_N);

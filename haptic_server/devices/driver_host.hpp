@@ -60,7 +60,7 @@ struct HostTick {
 
   [[nodiscard]] explicit operator bool() const noexcept { return tick != nullptr; }
   /// False where the ticks are over. Realtime: the host's read, write and force between them.
-  bool operator()(std::uint64_t now_ns) const noexcept { return tick(context, now_ns) == 0; }
+  bool operator()() const noexcept { return tick(context) == 0; }
 };
 
 }  // namespace stillgrid::devices
