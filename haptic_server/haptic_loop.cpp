@@ -39,6 +39,15 @@ void HapticLoop::place(const proto::DeviceFrame& frame,
   pose_.angular_velocity_rad_s = angular_velocity_.update(reading.time_ns, pose_.orientation);
 }
 
+void HapticLoop::begin_anew() noexcept {
+  cut();
+  held_ = {};
+  reading_check_ = safety::DeviceReadingCheck(safety::reading_bounds(device_.descriptor()));
+  velocity_ = {};
+  angular_velocity_ = {};
+  has_pose_ = has_orientation_ = false;
+}
+
 TickEnd HapticLoop::sense(const publication::SceneView& scene, std::uint64_t now_ns) noexcept {
   elapsed_s_ = to_s(++tick_ == 1 ? period_ns_ : now_ns - tick_ns_);
   if (tick_ == 1) start_ns_ = now_ns;

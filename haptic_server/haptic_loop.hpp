@@ -69,6 +69,10 @@ class HapticLoop {
   /// For a device that was stopped from outside and is active again: no force, then a ramp.
   void cut() noexcept { safety_.cut(); }
 
+  /// As cut(), for one that was closed meanwhile: it may have been moved, and stamps and counts
+  /// samples anew.
+  void begin_anew() noexcept;
+
   /// Lets go of the hand: from now on the force fades, as from a dead simulation. Whether none is
   /// felt any more. Realtime: yes.
   [[nodiscard]] bool release() noexcept {

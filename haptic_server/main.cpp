@@ -66,6 +66,11 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--report", arguments.report, "Write a report (JSON) at exit");
   app.add_option("--cpu", options.cpu, "Run the loop on this processor")
       ->check(command_line::integer_in(0, 8191));
+  app.add_option("--reopen", options.reopenings,
+                 "Open a device that was lost again, a second apart, up to N times in the run; the "
+                 "force then ramps in from zero; default 0: end with status 3")
+      ->check(command_line::integer_in(0, 100000))
+      ->type_name("N");
   app.add_option("--group", arguments.group,
                  "Let this group of users read the session too; default: only its owner")
       ->check(publication::group_complaint);

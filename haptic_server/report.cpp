@@ -114,6 +114,7 @@ void write_report(const HapticReport& report, const std::filesystem::path& file)
       {"interface", interface_json(report.interface)},
       {"safety", safety},
       {"device_stops", report.device_stops},
+      {"reopenings", report.reopenings},
       {"temperature_max_C",
        report.temperature_max_C ? nlohmann::json(*report.temperature_max_C) : nlohmann::json()},
       {"lost_rows", report.lost_rows},

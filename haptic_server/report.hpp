@@ -34,6 +34,7 @@ struct HapticReport {
   std::optional<safety::InterfaceEnergy> interface;  // of the last scene; none: not known
   double force_sum_N = 0.0, force_max_N = 0.0, energy_J = 0.0;
   std::uint64_t device_stops = 0;           // by the watchdog
+  std::uint64_t reopenings = 0;             // tries to open a device that was lost
   std::optional<double> temperature_max_C;  // as the device tells
   long page_faults = 0;
   std::optional<std::vector<realtime::RealtimeViolation>>

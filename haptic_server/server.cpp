@@ -121,7 +121,6 @@ void tell_undeclared_torque(const stillgrid_device_descriptor& device,
 void run_and_release(Run& run) {
   std::exception_ptr fault;
   try {
-    activate(run);
     if (run.options.lockstep)
       run_lockstep(run);
     else

@@ -29,6 +29,13 @@ class Device {
   /// Throws DeviceError.
   Device(const DeviceSpec& spec, const DeviceLoop& loop);
 
+  /// Closes the device and opens it again with the same options, its motors off. Until that has
+  /// succeeded it is closed: what is told to it is lost, and activate() fails. Thread: the one that
+  /// made it, while nobody reads or writes.
+  ///
+  /// Throws DeviceError, also where another device came: other name, serial number or limits.
+  void reopen();
+
   /// Deactivates, which leaves zero force, and closes.
   ~Device();
 
@@ -42,6 +49,15 @@ class Device {
 
   /// Which device it is; empty where the driver does not offer stillgrid.device.identity/1.
   [[nodiscard]] const DeviceIdentity& identity() const noexcept { return identity_; }
+
+  /// Whether the device's own thread calls the tick once a period, and the host so not its read()
+  /// and write() at its own pace. Never in virtual time.
+  [[nodiscard]] bool sets_pace() const noexcept { return sets_pace_; }
+
+  /// The tick that a device calls that sets the pace, from activate() until deactivate() has
+  /// returned. tick and context: good for as long as the process lives. Pre: sets_pace(). Throws
+  /// DeviceError.
+  void set_tick(stillgrid_device_tick_fn tick, void* context);
 
   /// Motors on, zero force. Not for the haptic loop while it renders. Throws DeviceError.
   void activate();
@@ -75,19 +91,24 @@ class Device {
   [[nodiscard]] std::string error_line(std::int32_t code) const;
 
  private:
-  void open(const DeviceSpec& spec);
+  void open();
   void configure(const DeviceOption& option);
   void describe();
   void identify();
   void close() noexcept;
+  void require_rate(const DeviceLoop& loop) const;
   void require(std::int32_t code, const std::string& step) const;
 
+  DeviceSpec spec_;
   std::string plugin_;  // as the user named it
   stillgrid_device_api api_{};
   stillgrid_device_descriptor descriptor_{};
   DeviceIdentity identity_;
-  stillgrid_device* device_ = nullptr;
-  bool is_active_ = false;
+  std::atomic<stillgrid_device*> device_ = nullptr;  // null: closed
+  bool sets_pace_ = false;
+  stillgrid_device_tick_fn tick_ = nullptr;
+  void* tick_context_ = nullptr;
+  std::atomic<bool> is_active_ = false;
   std::atomic<bool> is_stopped_ = false;
 };
 

@@ -1,6 +1,7 @@
 #include "haptic_server/device/device_spec.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cstddef>
 #include <cstdlib>
 #include <system_error>
@@ -48,11 +49,22 @@ std::vector<fs::path> installed_folders() {
   return folders;
 }
 
+/// Takes the "@N" from the plugin's end; a file's name may have one too.
+void take_index(DeviceSpec& spec) {
+  const std::size_t at = spec.plugin.rfind('@');
+  if (at == std::string::npos || is_file(spec.plugin)) return;
+  const char* const end = spec.plugin.data() + spec.plugin.size();
+  const auto [stop, error] = std::from_chars(spec.plugin.data() + at + 1, end, spec.index);
+  if (error == std::errc{} && stop == end) spec.plugin.resize(at);
+}
+
 }  // namespace
 
 DeviceSpec parse_device_spec(std::string_view text) {
   std::string_view rest = text;
-  DeviceSpec spec{std::string(take_until(rest, ':')), {}};
+  DeviceSpec spec;
+  spec.plugin = take_until(rest, ':');
+  take_index(spec);
   if (spec.plugin.empty()) refuse(text, "PLUGIN[:key=value,...]");
   const bool has_options = text.find(':') != std::string_view::npos;
   if (has_options && (rest.empty() || rest.ends_with(','))) {
