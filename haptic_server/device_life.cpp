@@ -39,6 +39,15 @@ void require_no_motors(const device::Device& device, const device::DeviceSpec& s
             "virtual time nothing watches over a force");
 }
 
+void require_gripper(const device::Device& device, const device::DeviceSpec& spec) {
+  if (device.descriptor().max_gripper_force_N == 0.0)
+    throw device::DeviceError(
+        device::DeviceFailure::kBadInput,
+        "device '" + spec.plugin +
+            "': --gripper-stiffness: expected a device that declares a gripper "
+            "with a motor");
+}
+
 void activate(Run& run) {
   run.watchdog.watch_call();
   run.guarded.has_motors = has_motors(run.device);
@@ -80,7 +89,7 @@ void count_stop(Run& run) {
 }
 
 bool reopen(Run& run, RealTimeTicks& ticks) {
-  constexpr auto kBetween = std::chrono::seconds(1), kLook = std::chrono::milliseconds(50);
+  constexpr std::chrono::milliseconds kBetween{1000}, kLook{50};
   const std::string lost =
       "device '" + run.report.device + "': " + run.device.error_line(run.loop.device_code());
   leave(run);

@@ -15,6 +15,9 @@ class RealTimeTicks;
 /// DeviceError for a device that may have motors.
 void require_no_motors(const device::Device& device, const device::DeviceSpec& spec);
 
+/// A force asked for that nothing exerts. Throws DeviceError.
+void require_gripper(const device::Device& device, const device::DeviceSpec& spec);
+
 /// Motors on, zero force. Throws DeviceError; the motors are off then.
 void activate(Run& run);
 

@@ -3,6 +3,7 @@
 #include "haptic_server/device_life.hpp"
 #include "haptic_server/run.hpp"
 #include "shared/publication/lockstep.hpp"
+#include "shared/realtime/periodic_timer.hpp"
 #include "shared/realtime/realtime_thread.hpp"
 
 namespace stillgrid::haptic_server {

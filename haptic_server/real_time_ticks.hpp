@@ -53,7 +53,8 @@ class RealTimeTicks {
   TickEnd end_ = TickEnd::kGoOn;
   recording::TickRow row_;
   std::uint64_t next_ns_ = 0;  // the device's next tick is due; 0: not known
-  long faults_before_ = 0;     // page faults of thread_
+  long faults_before_ = 0;     // page faults of thread_ before its second tick
+  bool is_second_ = false;     // whether that one has come
   std::thread::id thread_;     // that ticks at the device's pace
   std::exception_ptr thrown_;
   std::atomic<std::uint64_t> stops_ = 0;  // by the watchdog, that were recovered from

@@ -5,9 +5,11 @@
 #include <exception>
 #include <future>
 #include <memory>
+#include <optional>
 #include <thread>
 #include <utility>
 
+#include "haptic_server/command_reader.hpp"
 #include "haptic_server/device_life.hpp"
 #include "haptic_server/last_stop.hpp"
 #include "haptic_server/run.hpp"
@@ -176,9 +178,11 @@ void run_haptics(const HapticOptions& options, HapticReport& report, safety::Gua
   DriverWatch driver(spec.plugin);
   device::Device device(spec, {.period_ns = period_ns, .is_virtual = options.lockstep});
   if (options.lockstep) require_no_motors(device, spec);
+  if (options.safety.gripper_stiffness_N_per_m > 0.0) require_gripper(device, spec);
   const OpenDevice while_open(device, open_device, watchdog);
   stop_device_at_last(open_device, guarded, [&] { give_up("a call ended the program"); });
   report.device = device.descriptor().name;
+  report.descriptor = device.descriptor();
   report.device_identity = device.identity();
   // A segment refused at the start ends the program; one refused later leaves the old one in use.
   bool is_waiting = true;
@@ -205,6 +209,8 @@ void run_haptics(const HapticOptions& options, HapticReport& report, safety::Gua
   open_recorder = recorder.get();
   Run run{options, report, stop,   period_ns,      device,   watch,
           tool,    *loop,  driver, recorder.get(), watchdog, guarded};
+  std::optional<CommandReader> commands;
+  if (!options.commands.empty()) commands.emplace(options.commands, device);
   run_and_release(run);
   require_believed(report);
 }

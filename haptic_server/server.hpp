@@ -28,8 +28,9 @@ struct HapticOptions {
   safety::SafetyOptions safety;
   std::filesystem::path record;  // empty: none
   std::optional<int> cpu;
-  std::uint64_t reopenings = 0;  // tries in the run to open a device again that was lost
-  std::optional<gid_t> readers;  // a group that may read the tool's segment
+  std::filesystem::path commands;  // orders to the device while ticks go on; empty: none
+  std::uint64_t reopenings = 0;    // tries in the run to open a device again that was lost
+  std::optional<gid_t> readers;    // a group that may read the tool's segment
   // The ticks are over and recorded, the motors off; the device is yet to be closed. Thread: the
   // loop's.
   std::function<void()> ended;

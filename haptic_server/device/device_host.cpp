@@ -17,9 +17,17 @@ namespace {
 constexpr std::size_t kLongestErrorLine = 1024;
 
 bool is_sane(const stillgrid_device_descriptor& d) {
-  const std::array limits = {d.position_resolution_m, d.max_force_N,    d.continuous_force_N,
-                             d.nominal_stiffness_N_m, d.rate_hz,        d.motor_time_constant_s,
-                             d.max_speed_m_s,         d.max_torque_N_m, d.continuous_torque_N_m};
+  const std::array limits = {d.position_resolution_m,
+                             d.max_force_N,
+                             d.continuous_force_N,
+                             d.nominal_stiffness_N_m,
+                             d.rate_hz,
+                             d.motor_time_constant_s,
+                             d.max_speed_m_s,
+                             d.max_torque_N_m,
+                             d.continuous_torque_N_m,
+                             d.gripper_open_m,
+                             d.max_gripper_force_N};
   bool sane = std::all_of(limits.begin(), limits.end(),
                           [](double limit) { return std::isfinite(limit) && limit >= 0.0; });
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -155,6 +163,7 @@ void Device::set_tick(stillgrid_device_tick_fn tick, void* context) {
 void Device::activate() {
   if (device_ == nullptr)
     fail_device(DeviceFailure::kDeviceFault, plugin_, "activate: it is not open");
+  const std::lock_guard no_command(commanding_);
   is_stopped_ = false;
   is_active_ = true;  // before: a device that sets the pace may read before it has returned
   const std::int32_t code = call_driver([&] { return api_.activate(device_); });
@@ -163,6 +172,7 @@ void Device::activate() {
 }
 
 void Device::close() noexcept {
+  const std::lock_guard no_command(commanding_);
   stillgrid_device* const device = device_.exchange(nullptr);
   if (device == nullptr) return;
   call_driver([&] {
@@ -191,7 +201,24 @@ std::int32_t Device::write(std::uint64_t now_ns, const Eigen::Vector3d& force_N,
       [&] { return api_.write(device_, now_ns, force_N.data(), torque_N_m.data()); });
 }
 
+std::int32_t Device::write_gripper(std::uint64_t now_ns, double force_N) noexcept {
+  if (!is_active_) return STILLGRID_DEVICE_E_ORDER;
+  if (api_.write_gripper == nullptr || is_stopped_.load(std::memory_order_relaxed))
+    return STILLGRID_DEVICE_OK;
+  return call_driver([&] { return api_.write_gripper(device_, now_ns, force_N); });
+}
+
+std::string Device::command(const std::string& key, const std::string& value) {
+  const std::lock_guard one_at_a_time(commanding_);
+  if (api_.command == nullptr) return "the driver takes none";
+  if (!is_active_) return "the device is not active";
+  const std::int32_t code =
+      call_driver([&] { return api_.command(device_, key.c_str(), value.c_str()); });
+  return code == STILLGRID_DEVICE_OK ? std::string() : error_line(code);
+}
+
 std::int32_t Device::deactivate() noexcept {
+  const std::lock_guard no_command(commanding_);
   if (!is_active_) return STILLGRID_DEVICE_OK;
   const std::int32_t code = call_driver([&] { return api_.deactivate(device_); });
   is_active_ = false;  // after: the last tick of a device that sets the pace has come to its end

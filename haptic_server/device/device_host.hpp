@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <atomic>
 #include <cstdint>
+#include <mutex>
 #include <string>
 
 #include "haptic_server/device/device_identity.hpp"
@@ -76,6 +77,14 @@ class Device {
   [[nodiscard]] std::int32_t write(std::uint64_t now_ns, const Eigen::Vector3d& force_N,
                                    const Eigen::Vector3d& torque_N_m) noexcept;
 
+  /// The force on the gripper's fingers from now_ns on, positive opens it; nothing for a device
+  /// that has none. Realtime: as write().
+  [[nodiscard]] std::int32_t write_gripper(std::uint64_t now_ns, double force_N) noexcept;
+
+  /// An order to the active device while ticks go on. The driver's refusal, one line; empty: done.
+  /// Thread: any but those of ticks; waits while the device is activated, deactivated or closed.
+  [[nodiscard]] std::string command(const std::string& key, const std::string& value);
+
   /// Zero force, motors off; later reads and writes return STILLGRID_DEVICE_E_ORDER. Returns the
   /// driver's code: but for STILLGRID_DEVICE_OK the motors may still be on. Called twice, it does
   /// nothing twice.
@@ -105,6 +114,7 @@ class Device {
   stillgrid_device_descriptor descriptor_{};
   DeviceIdentity identity_;
   std::atomic<stillgrid_device*> device_ = nullptr;  // null: closed
+  std::mutex commanding_;                            // not held by a tick
   bool sets_pace_ = false;
   stillgrid_device_tick_fn tick_ = nullptr;
   void* tick_context_ = nullptr;

@@ -29,26 +29,6 @@ std::string_view take_until(std::string_view& text, char separator) {
   return part;
 }
 
-std::vector<fs::path> installed_folders() {
-  std::vector<fs::path> folders;
-  if (const char* const listed = std::getenv("STILLGRID_DEVICE_PATH"); listed != nullptr) {
-    for (std::string_view rest = listed; !rest.empty();) {
-      const std::string_view folder = take_until(rest, ':');
-      if (!folder.empty()) folders.emplace_back(folder);
-    }
-  }
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (!error) {
-    const fs::path above = program.parent_path().parent_path();
-    folders.push_back(above / "lib" / "stillgrid" / "devices");
-    // PREFIX/libexec/stillgrid holds what our scripts run.
-    if (above.filename() == "libexec")
-      folders.push_back(above.parent_path() / "lib" / "stillgrid" / "devices");
-  }
-  return folders;
-}
-
 /// Takes the "@N" from the plugin's end; a file's name may have one too.
 void take_index(DeviceSpec& spec) {
   const std::size_t at = spec.plugin.rfind('@');
@@ -84,6 +64,26 @@ DeviceSpec parse_device_spec(std::string_view text) {
     spec.options.push_back({key, std::string(part.substr(equals + 1))});
   }
   return spec;
+}
+
+std::vector<fs::path> installed_folders() {
+  std::vector<fs::path> folders;
+  if (const char* const listed = std::getenv("STILLGRID_DEVICE_PATH"); listed != nullptr) {
+    for (std::string_view rest = listed; !rest.empty();) {
+      const std::string_view folder = take_until(rest, ':');
+      if (!folder.empty()) folders.emplace_back(folder);
+    }
+  }
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (!error) {
+    const fs::path above = program.parent_path().parent_path();
+    folders.push_back(above / "lib" / "stillgrid" / "devices");
+    // PREFIX/libexec/stillgrid holds what our scripts run.
+    if (above.filename() == "libexec")
+      folders.push_back(above.parent_path() / "lib" / "stillgrid" / "devices");
+  }
+  return folders;
 }
 
 std::filesystem::path find_device_plugin(const std::string& plugin) {

@@ -57,4 +57,7 @@ struct DeviceSpec {
 /// Throws DeviceError (kBadInput) when there is no such file.
 [[nodiscard]] std::filesystem::path find_device_plugin(const std::string& plugin);
 
+/// Where plugins are looked for by their names, in that order.
+[[nodiscard]] std::vector<std::filesystem::path> installed_folders();
+
 }  // namespace stillgrid::device
