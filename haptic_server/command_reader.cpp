@@ -15,7 +15,7 @@ namespace stillgrid::haptic_server {
 namespace {
 
 constexpr std::size_t kLongestLine = 1024;
-constexpr auto kLook = std::chrono::milliseconds(20);
+constexpr auto kPoll = std::chrono::milliseconds(20);
 
 /// For people: what is no printable character of ASCII is '?'.
 std::string printable(std::string_view text) {
@@ -48,7 +48,7 @@ void CommandReader::read_lines(const std::stop_token& end) {
   while (!end.stop_requested()) {
     const ssize_t count = ::read(file_, part.data(), part.size());
     if (count <= 0) {  // a pipe without a writer is at its end, until the next one comes
-      std::this_thread::sleep_for(kLook);
+      std::this_thread::sleep_for(kPoll);
       continue;
     }
     for (const char c : std::string_view(part.data(), static_cast<std::size_t>(count))) {

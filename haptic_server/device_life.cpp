@@ -89,15 +89,15 @@ void count_stop(Run& run) {
 }
 
 bool reopen(Run& run, RealTimeTicks& ticks) {
-  constexpr std::chrono::milliseconds kBetween{1000}, kLook{50};
+  constexpr std::chrono::milliseconds kBetween{1000}, kPoll{50};
   const std::string lost =
       "device '" + run.report.device + "': " + run.device.error_line(run.loop.device_code());
   leave(run);
   spdlog::warn("{}; no force; it is opened again up to {} times", lost,
                run.options.reopenings - run.report.reopenings);
   while (run.report.reopenings < run.options.reopenings) {
-    for (std::chrono::milliseconds waited{0}; waited < kBetween && !run.stop; waited += kLook)
-      std::this_thread::sleep_for(kLook);
+    for (std::chrono::milliseconds waited{0}; waited < kBetween && !run.stop; waited += kPoll)
+      std::this_thread::sleep_for(kPoll);
     if (run.stop) return false;
     ++run.report.reopenings;
     try {

@@ -14,7 +14,7 @@
 namespace stillgrid::haptic_server {
 namespace {
 
-constexpr auto kLook = std::chrono::milliseconds(5);
+constexpr auto kPoll = std::chrono::milliseconds(5);
 
 void make_realtime(const Run& run) {
   for (const std::string& missing : realtime::make_realtime(run.options.cpu))
@@ -45,7 +45,7 @@ void tick_at_own_pace(Run& run, RealTimeTicks& ticks) {
 /// The device's thread ticks; this one only sees to it that a device that was stopped goes on.
 void wait_for_device_pace(Run& run, RealTimeTicks& ticks) {
   while (!ticks.is_over()) {
-    std::this_thread::sleep_for(kLook);
+    std::this_thread::sleep_for(kPoll);
     if (must_recover(run)) ticks.recover();
   }
 }

@@ -109,9 +109,11 @@ class PhantomDriver {
       catch_up(now_ns, is_stopped);
       if (!is_stopped) exert(wrench);
     }
-    const bool is_finite =
-        std::all_of(force_N, force_N + 3, [](double f) { return std::isfinite(f); });
-    return is_finite ? STILLGRID_DEVICE_OK : STILLGRID_DEVICE_E_ARGUMENT;
+    const auto is_finite = [](const std::array<double, 3>& v) {
+      return std::all_of(v.begin(), v.end(), [](double number) { return std::isfinite(number); });
+    };
+    const bool is_number = is_finite(wrench.force_N) && (!pivot_ || is_finite(wrench.torque_N_m));
+    return is_number ? STILLGRID_DEVICE_OK : STILLGRID_DEVICE_E_ARGUMENT;
   }
 
   std::int32_t write_gripper(std::uint64_t /*now_ns*/, bool is_stopped, double force_N) noexcept {

@@ -134,7 +134,7 @@ constexpr std::array kChecks = {
           "life.again", check_ticks},
     Check{"pace.end", "ends its ticks when told, until the next activate", "pace.ticks", check_end},
     Check{"pace.given", "takes a tick before activate alone, and is called by the host without one",
-          "life.again", check_given},
+          "life.again arguments.no_device", check_given},
 };
 
 }  // namespace

@@ -38,11 +38,11 @@ bool list(CheckedDevice& device, std::uint32_t index, Listing& out) {
 Outcome check_list(const Subject& subject) {
   CheckedDevice device(subject);
   if (device.api().list == nullptr) end_check(Verdict::kSkip, "the driver has no list");
-  constexpr std::uint32_t kMost = 64;
+  constexpr std::uint32_t kMax = 64;
   std::uint32_t count = 0;
   Listing listing{};
   std::set<std::string> options;
-  for (; count < kMost && list(device, count, listing); ++count) {
+  for (; count < kMax && list(device, count, listing); ++count) {
     if (text_of(listing.name, "name").empty()) broken("a device of the list has no name");
     (void)text_of(listing.serial, "serial");
     const std::string given = text_of(listing.options, "options");
@@ -54,7 +54,7 @@ Outcome check_list(const Subject& subject) {
     if (!options.insert(given).second)
       broken("two devices of the list are opened by the same options, '" + given + "'");
   }
-  if (count == kMost) broken("the list has no end: E_NO_DEVICE is expected after the last");
+  if (count == kMax) broken("the list has no end: E_NO_DEVICE is expected after the last");
   if (count > 0)
     check_struct<Listing>("list()", sizeof(Listing),
                           [&](Listing* out) { return device.api().list(device.handle(), 0, out); });

@@ -1,9 +1,9 @@
-#include "proto/device_plugin.h"
 #include "shared/tools/segment_inspect/inspection_json.hpp"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "proto/device_plugin.h"
 #include "shared/files/json_number.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/tools/segment_inspect/inspection_text.hpp"

@@ -39,7 +39,8 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(proto::ToolState, force_N) == 96);
   CHECK(offsetof(proto::ToolState, buttons) == 120);
   CHECK(offsetof(proto::ToolState, before) == 128);
-  CHECK(sizeof(proto::ToolState) == 512);
+  CHECK(offsetof(proto::ToolState, device) == 512);
+  CHECK(sizeof(proto::ToolState) == 576);
   CHECK(offsetof(proto::TickFigures, contacts) == 24);
   CHECK(offsetof(proto::TickFigures, flags) == 28);
   CHECK(offsetof(proto::TickFigures, work_ns) == 32);
