@@ -84,7 +84,7 @@ class InstallTest(daemons.SessionTest):
     def test_every_program_says_its_version_and_of_which_interfaces(self):
         version = (ROOT / "VERSION").read_text().strip()
         segment = re.search(r"kSegmentVersion = (\d+);", (ROOT / "proto" / "segment_header.hpp").read_text())[1]
-        segments, drivers = f"segment version {segment}", "device interface 1"
+        segments, drivers = f"segment version {segment}", "device interface 1 to 2"
         interfaces = {"sim_server": f" ({segments})", "scene_viewer": f" ({segments})",
                       "segment_inspect": f" ({segments})", "haptic_server": f" ({segments}, {drivers})",
                       "device_check": f" ({drivers})", "fit_run": f" ({drivers})",

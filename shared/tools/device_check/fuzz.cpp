@@ -229,7 +229,7 @@ Outcome check_order(const Subject& subject) {
 
 constexpr std::array kChecks = {
     Check{"fuzz.order", "survives random calls in random order",
-          "life.* order.* arguments.* stop.*", check_order},
+          "life.* order.* arguments.* stop.* pace.* services.*", check_order},
 };
 
 }  // namespace

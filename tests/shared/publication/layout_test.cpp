@@ -118,12 +118,12 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(sizeof(proto::SphereRecord) == 128);
 }
 
-TEST_CASE("A tool segment is one page with its slots at 448 and 1024", "[layout]") {
+TEST_CASE("A tool segment is one page with its slots at 448 and 1088", "[layout]") {
   const TestSession session;
   ToolWriter writer(session.name(), 1'000'000, proto::Clock::kVirtual, 0);
 
   CHECK(writer.header().size_bytes == 4096);
-  CHECK(writer.header().slot_offset == std::array<std::uint64_t, 2>{448, 1024});
+  CHECK(writer.header().slot_offset == std::array<std::uint64_t, 2>{448, 1088});
   CHECK(writer.header().payload_bytes == 512);
 }
 

@@ -170,7 +170,7 @@ constexpr Fault kFaults[] = {
     {"ticks_on", "pace.end", "come after one that was the last"},
     {"late_tick", "pace.given", "set_tick() while active answers OK"},
     {"keeps_tick", "pace.given", "a tick comes that was refused or taken back"},
-    {"endless_list", "services.list", "two devices of the list are opened by the same options"},
+    {"endless_list", "services.list", "the list has no end"},
     {"same_options", "services.list", "two devices of the list are opened by the same options"},
     {"options_of_no_use", "services.list", "options 'serial' cannot be given to --device"},
     {"endless_serial_listed", "services.list", "serial is not zero-terminated"},

@@ -353,7 +353,7 @@ std::int32_t command(stillgrid_device* handle, const char* key, const char* valu
   Device* const self = of(handle);
   if (self == nullptr || ((key == nullptr || value == nullptr) && !is("null_order")))
     return STILLGRID_DEVICE_E_ARGUMENT;
-  if (!self->is_active && !is("orders_early")) return STILLGRID_DEVICE_E_ORDER;
+  if (!self->is_active) return is("orders_early") ? STILLGRID_DEVICE_OK : STILLGRID_DEVICE_E_ORDER;
   if (is("null_order") && (key == nullptr || value == nullptr)) crash();
   return is("any_order") ? STILLGRID_DEVICE_OK : STILLGRID_DEVICE_E_ARGUMENT;
 }
