@@ -56,21 +56,22 @@ def tap_wall(t):
 
 def pinch_block(t, side):
     """side: -1 left, 1 right. Pinches the block, lifts it by 25 mm, carries it along y and back, sets it down."""
-    inward_m = 0.0405 * (ease(t, 0.3, 1.3) - ease(t, 8.2, 9.2))
+    inward_m = 0.0433 * (ease(t, 0.3, 1.3) - ease(t, 8.2, 9.2))
     return (-side * inward_m, 0.015 * (ease(t, 3.0, 4.0) - ease(t, 5.5, 6.5)),
             0.025 * (ease(t, 1.6, 2.6) - ease(t, 7.0, 8.0)))
 
 
-def carry_cloth(t, side):
-    """Comes up under its half of the cloth, lifts it off, carries it along y and back, sets it down."""
-    return (0.0, 0.02 * (ease(t, 3.0, 4.0) - ease(t, 5.5, 6.5)),
-            0.075 * (ease(t, 0.5, 2.5) - ease(t, 7.0, 9.0)) - 0.03)
+def hold_cloth(t, side):
+    """Comes from behind the hanging cloth, holds it out and up, carries it along x and back, drops away below it."""
+    out = ease(t, 0.5, 2.5)
+    return (0.015 * (ease(t, 3.0, 4.0) - ease(t, 5.5, 6.5)), 0.045 - 0.09 * out,
+            0.02 + 0.03 * out - 0.105 * ease(t, 7.0, 8.5))
 
 
 HANDS = {"tissue_and_blocks": press_tissue, "threads": sweep_threads, "organ": press_organ,
          "laparoscopy": stroke_laparoscopy, "moving_sphere": meet_sphere, "wall": tap_wall}
 
-PAIRS = {"block_pinched": pinch_block, "cloth_held_by_two": carry_cloth}
+PAIRS = {"block_pinched": pinch_block, "cloth_held_by_two": hold_cloth}
 PAIR_SECONDS, PAIR_ROWS_PER_S = 10.0, 50
 
 

@@ -24,9 +24,8 @@ LockstepSimulation::LockstepSimulation(const scene::SceneDescription& scene, bod
       period_s_(scene.period_s),
       clock_s_(std::move(now_s)),
       simulation_(scene, std::move(world)),
-      writer_(session_, static_scene(scene, scene::hands_of(scene).front(), simulation_),
-              simulation_.world().spheres.size(), realtime::to_ns(scene.period_s),
-              proto::Clock::kVirtual, 0),
+      writer_(session_, static_scene(scene, simulation_), simulation_.world().spheres.size(),
+              realtime::to_ns(scene.period_s), proto::Clock::kVirtual, 0),
       schedule_(std::move(schedule)),
       snapshot_(schedule_.next()) {
   writer_.publish(simulation_.snapshot(), {.state_ns = 0, .publish_ns = 0});

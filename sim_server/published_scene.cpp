@@ -4,8 +4,9 @@
 
 namespace stillgrid::sim_server {
 
-publication::StaticScene static_scene(const scene::SceneDescription& scene, const scene::Hand& hand,
-                                      const dynamics::Simulation& simulation) {
+publication::StaticScene static_scene(const scene::SceneDescription& scene,
+                                      const dynamics::Simulation& simulation, std::size_t number) {
+  const scene::Hand hand = scene::hands_of(scene)[number];
   const bodies::World& world = simulation.world();
   publication::StaticScene fixed;
   fixed.name = scene.name;

@@ -13,8 +13,8 @@ inline constexpr int kMaxIterations = 1000;
 
 /// What is published of a scene for one of its hands, once, before its first snapshot.
 [[nodiscard]] publication::StaticScene static_scene(const scene::SceneDescription& scene,
-                                                    const scene::Hand& hand,
-                                                    const dynamics::Simulation& simulation);
+                                                    const dynamics::Simulation& simulation,
+                                                    std::size_t hand = 0);
 
 /// The tool as the simulation takes it.
 [[nodiscard]] dynamics::ToolSample sample_of(const proto::ToolState& state);

@@ -5,16 +5,15 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <deque>
 #include <utility>
 #include <vector>
 
-#include "shared/publication/hands.hpp"
 #include "shared/publication/lockstep.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/realtime/realtime_thread.hpp"
 #include "sim_server/lockstep_schedule.hpp"
 #include "sim_server/published_scene.hpp"
+#include "sim_server/session.hpp"
 
 namespace stillgrid::sim_server {
 namespace {
@@ -27,71 +26,6 @@ constexpr double kStepShare = 0.8;
 double to_s(std::uint64_t ns) {
   return static_cast<double>(ns) * 1e-9;
 }
-
-/// One hand's side of the session: its segment of the scene, and its tool's as it comes and goes.
-class HandSession {
- public:
-  HandSession(publication::StaticScene fixed, std::size_t spheres, std::uint64_t period_ns,
-              const std::string& session, publication::SessionLock lock, proto::Clock clock,
-              std::uint64_t start_ns, std::optional<gid_t> readers)
-      : writer_(std::move(lock), fixed, spheres, period_ns, clock, start_ns, readers),
-        tool_(session, proto::SegmentKind::kTool, proto::kToolLayoutHash, clock,
-              [clock](const std::string& refusal) {
-                // Lockstep cannot go on without its peer; real time can, until a better one comes.
-                if (clock == proto::Clock::kVirtual) throw publication::SegmentError(refusal);
-                spdlog::warn("{}", refusal);
-              }) {}
-
-  [[nodiscard]] std::optional<dynamics::ToolSample> take_tool() {
-    const publication::ToolView* view = tool_.acquire();
-    if (view == nullptr || !tool_.writer_alive()) {
-      last_tool_.reset();
-    } else if (const auto state = view->read()) {
-      last_tool_ = sample_of(*state);  // else the last good sample stands
-    }
-    return last_tool_;
-  }
-
-  [[nodiscard]] publication::SceneWriter& writer() noexcept { return writer_; }
-  [[nodiscard]] publication::SegmentWatch<publication::ToolView>& tool() noexcept { return tool_; }
-
- private:
-  publication::SceneWriter writer_;
-  publication::SegmentWatch<publication::ToolView> tool_;
-  std::optional<dynamics::ToolSample> last_tool_;
-};
-
-/// The simulation's side of the session, by hand.
-class Session {
- public:
-  Session(const scene::SceneDescription& scene, const ServerOptions& options,
-          publication::SessionLock lock, const dynamics::Simulation& simulation, proto::Clock clock,
-          std::uint64_t start_ns) {
-    const std::vector<scene::Hand> hands = scene::hands_of(scene);
-    std::vector<publication::SessionLock> locks;
-    // All before the first segment: who sees one knows that it sees all hands.
-    for (const scene::Hand& hand : hands) {
-      names_.push_back(publication::hand_session(options.session, hand.name));
-      if (hand.name.empty())
-        locks.push_back(std::move(lock));
-      else
-        locks.emplace_back(names_.back(), proto::SegmentKind::kScene);
-    }
-    if (!hands.front().name.empty()) whole_.emplace(std::move(lock));
-    for (std::size_t i = 0; i < hands.size(); ++i)
-      hands_.emplace_back(static_scene(scene, hands[i], simulation),
-                          simulation.world().spheres.size(), realtime::to_ns(scene.period_s),
-                          names_[i], std::move(locks[i]), clock, start_ns, options.readers);
-  }
-
-  [[nodiscard]] std::deque<HandSession>& hands() noexcept { return hands_; }
-  [[nodiscard]] const std::vector<std::string>& names() const noexcept { return names_; }
-
- private:
-  std::optional<publication::SessionLock> whole_;  // of a session whose hands have names
-  std::vector<std::string> names_;
-  std::deque<HandSession> hands_;
-};
 
 /// What a step that begins now may cost, if the next is due at deadline_ns.
 dynamics::Budget budget_until(std::uint64_t deadline_ns, const std::atomic<bool>& stop) {
@@ -124,7 +58,8 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
               publication::SessionLock lock, dynamics::Simulation& simulation,
               SimulationReport& report, const std::atomic<bool>& stop) {
   const std::uint64_t start_ns = realtime::monotonic_ns();
-  Session session(scene, options, std::move(lock), simulation, proto::Clock::kMonotonic, start_ns);
+  Session session(scene, options.session, std::move(lock), simulation, proto::Clock::kMonotonic,
+                  start_ns, options.readers);
   std::vector<dynamics::TakeTool> take_tools;
   for (HandSession& hand : session.hands()) {
     hand.tool().start();
@@ -185,7 +120,7 @@ class LockstepPeers {
         session_.hands()[hand].tool().poll();
         if (realtime::monotonic_ns() > give_up_ns)
           throw publication::SegmentError("no haptic_server --lockstep in session '" +
-                                          session_.names()[hand] + "' after 10 s");
+                                          session_.hands()[hand].name() + "' after 10 s");
       }
     }
   }
@@ -225,7 +160,7 @@ class LockstepPeers {
     return session_.hands()[hand].tool().acquire();
   }
   [[nodiscard]] std::string of_hand(std::size_t hand) const {
-    return session_.hands().size() > 1 ? " of '" + session_.names()[hand] + "'" : "";
+    return session_.hands().size() > 1 ? " of '" + session_.hands()[hand].name() + "'" : "";
   }
 
   Session& session_;
@@ -242,7 +177,8 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
                   publication::SessionLock lock, dynamics::Simulation& simulation,
                   SimulationReport& report, const std::atomic<bool>& stop) {
   using Header = proto::SegmentHeader;
-  Session session(scene, options, std::move(lock), simulation, proto::Clock::kVirtual, 0);
+  Session session(scene, options.session, std::move(lock), simulation, proto::Clock::kVirtual, 0,
+                  options.readers);
   const std::size_t hands = session.hands().size();
   LockstepSchedule schedule(scene.period_s, options.jitter, options.seed, options.latency_s);
   ScheduledSnapshot snapshot = schedule.next();
