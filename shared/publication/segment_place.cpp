@@ -139,7 +139,7 @@ std::string error_text(int code) {
   return std::generic_category().message(code);
 }
 
-std::string settle_session(std::string& session) {
+std::string settle_hand_session(std::string& session) {
   const std::size_t slash = session.find('/');
   if (slash != std::string::npos) {
     const std::string user = session.substr(0, slash);
@@ -152,12 +152,16 @@ std::string settle_session(std::string& session) {
   }
   try {
     (void)parts_of(session);
-    if (session.find(kHandMark) != std::string::npos)
-      return "value '" + session + "': expected a session without a hand";
     return {};
   } catch (const SegmentError& error) {
     return error.what();
   }
+}
+
+std::string settle_session(std::string& session) {
+  const std::string complaint = settle_hand_session(session);
+  if (!complaint.empty() || hand_of(session).empty()) return complaint;
+  return "value '" + session + "': expected a session without a hand";
 }
 
 }  // namespace stillgrid::publication

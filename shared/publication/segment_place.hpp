@@ -43,6 +43,8 @@ inline constexpr std::string_view kSharedMemory = "/dev/shm/";
 /// Brings NAME or USER/NAME, USER a name or a number, to the form that segment_name() takes,
 /// without a hand. What is wrong with it, or nothing: a transformation for command lines.
 [[nodiscard]] std::string settle_session(std::string& session);
+/// The same, NAME+HAND too.
+[[nodiscard]] std::string settle_hand_session(std::string& session);
 
 /// The folder in which that user's segments stand, '/' behind it; empty where there is none.
 [[nodiscard]] std::string folder_of(uid_t owner);

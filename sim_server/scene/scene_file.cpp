@@ -6,6 +6,7 @@
 #include <iterator>
 #include <optional>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <unordered_set>
@@ -321,6 +322,12 @@ SceneDescription load_scene(const std::filesystem::path& path, const MethodTable
   if (!text)
     throw toml::scene_error(file, {1, 1}, "file", '"' + file + '"', "a file that can be read");
   return read_scene(*text, path, methods);
+}
+
+void require_one_hand(const SceneDescription& scene, const std::filesystem::path& path) {
+  if (scene.hands.empty()) return;
+  throw std::runtime_error(path.string() + ": hand: value " + std::to_string(scene.hands.size()) +
+                           " hands with names: expected the tables [tool] and [device] of one");
 }
 
 }  // namespace stillgrid::scene

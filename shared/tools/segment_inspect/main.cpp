@@ -30,6 +30,7 @@ constexpr const char* kDescription =
     "\n"
     "  segment_inspect                              every session: who writes, how fast, how old\n"
     "  segment_inspect --session demo               one in detail\n"
+    "  segment_inspect --session demo+left          one hand's of a scene that names its hands\n"
     "  segment_inspect --session demo --json        its latest snapshot, every sphere of it\n"
     "  segment_inspect --session demo --json | jq '.scene.snapshot.spheres[0].position_m'\n"
     "  watch -n 1 segment_inspect                   again and again\n"
@@ -40,7 +41,7 @@ constexpr const char* kDescription =
 void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--session", arguments.session,
                  "Only this one, in detail; USER/NAME: of another user")
-      ->transform(CLI::Validator(publication::settle_session, ""));
+      ->transform(CLI::Validator(publication::settle_hand_session, ""));
   auto* json = app.add_flag("--json", arguments.is_json, "JSON, see docs/formats.md");
   auto* watch = app.add_option("--watch-s", arguments.watch_s,
                                "Measure the rates for that long, s; 0: not at all; default: 0.3, "
