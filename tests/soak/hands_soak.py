@@ -3,8 +3,8 @@
 and let go on, again and again, while the other's device goes on.
 
 Laws of the other hand, beside an undisturbed run as long with nobody beside it: one process, exit status 0,
-no line on standard error; no stop of its device, no safety flag but those that a start and a far hand give
-(ramped), no page fault. In runs of a minute and more its missed ticks are compared with those undisturbed,
+no line on standard error; no stop of its device, no safety flag but those that a start and a simulation that is late
+give (ramped, faded), no page fault. In runs of a minute and more its missed ticks are compared with those undisturbed,
 and cyclictest's, for a tenth of the time right after, stand beside. With --stress stress-ng works beside
 all of it. Exit status 1 if a law is broken.
 """
@@ -25,7 +25,7 @@ import cyclictest
 from daemons import DONE, SCENES
 
 SCENE = "block_pinched"
-MAY_BE_FLAGGED = {"ramped"}
+MAY_BE_FLAGGED = {"ramped", "faded"}  # faded: the simulation was late, for a busy machine
 SHORTEST_S, LONGEST_S = 0.3, 1.2  # that a hand lives before it is killed or stopped
 STOPPED_S = 0.2
 COMPARED_FROM_S = 60.0

@@ -9,6 +9,7 @@
 
 #include "shared/command_line/number_in.hpp"
 #include "shared/command_line/version.hpp"
+#include "shared/publication/hands.hpp"
 #include "shared/realtime/exit_status.hpp"
 #include "shared/tools/segment_inspect/inspection_json.hpp"
 #include "shared/tools/segment_inspect/inspection_text.hpp"
@@ -64,7 +65,10 @@ int fail(const char* what, realtime::ExitStatus status) {
 }
 
 std::string absence(const std::string& session) {
-  return "no session '" + session + "' in shared memory";
+  std::string line = "no session '" + session + "' in shared memory";
+  for (const std::string& hand : publication::hands_of_session(session))
+    line += ", but '" + publication::hand_session(session, hand) + "'";
+  return line;
 }
 
 void print(const std::string& text) {
