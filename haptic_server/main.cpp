@@ -15,6 +15,7 @@
 #include "shared/command_line/run_program.hpp"
 #include "shared/command_line/version.hpp"
 #include "shared/files/whole_file.hpp"
+#include "shared/publication/hands.hpp"
 #include "shared/publication/segment.hpp"
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/periodic_timer.hpp"
@@ -26,6 +27,7 @@ namespace {
 
 struct Arguments {
   HapticOptions options;
+  std::string hand;  // empty: the only one
   std::string transition{display::name_of(options.transition)}, group;
   std::filesystem::path report;
   bool realtime_guard = false;
@@ -36,6 +38,7 @@ constexpr const char* kDescription =
     "\n"
     "  haptic_server --session demo --device phantom:path=press,hand=light --record run.csv\n"
     "  haptic_server --session ci --lockstep --device replay:file=run.csv --record again.csv\n"
+    "  haptic_server --session demo --hand left --device phantom           one of each hand\n"
     "\n"
     "A device is the path of a plugin (.so) or the name of an installed one: phantom, replay, "
     "spacemouse.\n";
@@ -46,6 +49,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
                  "Name that joins the two servers; USER/NAME: with USER's")
       ->required()
       ->transform(CLI::Validator(publication::settle_session, ""));
+  app.add_option("--hand", arguments.hand, "Of a scene that names its hands: which")
+      ->check(publication::hand_complaint);
   app.add_option("--device", options.device,
                  "PLUGIN[@N][:key=value,...], N from 0: which of a driver's devices")
       ->required();
@@ -209,6 +214,8 @@ int program_main(int argc, char** argv) {
                             {command_line::segment_interface(), command_line::device_interface()});
   return command_line::run_program(app, argc, argv, [&] {
     if (arguments.realtime_guard) realtime::require_realtime_guard(argv);
+    arguments.options.session =
+        publication::hand_session(arguments.options.session, arguments.hand);
     arguments.options.transition = *display::transition_named(arguments.transition);
     if (!arguments.group.empty())
       arguments.options.readers = publication::group_named(arguments.group);

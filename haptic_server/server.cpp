@@ -13,6 +13,7 @@
 #include "haptic_server/device_life.hpp"
 #include "haptic_server/last_stop.hpp"
 #include "haptic_server/run.hpp"
+#include "shared/publication/hands.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 
 namespace stillgrid::haptic_server {
@@ -20,6 +21,7 @@ namespace {
 
 constexpr std::uint64_t kScenePatience_ns = 10'000'000'000;
 constexpr std::uint64_t kTellLoading_ns = 2'000'000'000;
+constexpr std::uint64_t kAskHands_ns = 100'000'000;
 constexpr auto kRecorderPatience = std::chrono::milliseconds(300);
 
 /// The scene, or null when stopped; throws when it does not come in time, not counting the time
@@ -28,12 +30,20 @@ const publication::SceneView* wait_for_scene(SceneWatch& watch, const HapticOpti
                                              const std::atomic<bool>& stop) {
   const std::uint64_t begin_ns = realtime::monotonic_ns();
   std::uint64_t alone_since_ns = begin_ns;
+  std::uint64_t asked_ns = begin_ns;
   bool is_told = false;
+  const auto is_loading = [](std::string_view session) {
+    return publication::is_writer_loading(session, proto::SegmentKind::kScene);
+  };
   const publication::SceneView* scene = nullptr;
   while ((scene = watch.acquire()) == nullptr && !stop) {
     watch.poll();
     const std::uint64_t now_ns = realtime::monotonic_ns();
-    if (publication::is_writer_loading(options.session, proto::SegmentKind::kScene)) {
+    if (now_ns - asked_ns > kAskHands_ns) {
+      publication::require_hand(options.session);
+      asked_ns = now_ns;
+    }
+    if (is_loading(options.session) || is_loading(publication::session_of(options.session))) {
       alone_since_ns = now_ns;
       if (!is_told && now_ns - begin_ns > kTellLoading_ns)
         spdlog::info("waiting for sim_server, which is loading");

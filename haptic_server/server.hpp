@@ -19,8 +19,8 @@
 namespace stillgrid::haptic_server {
 
 struct HapticOptions {
-  std::string session;
-  std::string device;  // "PLUGIN[:key=value,...]"
+  std::string session;  // of the hand
+  std::string device;   // "PLUGIN[:key=value,...]"
   double rate_hz = 1000.0;
   display::Transition transition = display::Transition::kPredict;
   bool lockstep = false;
