@@ -56,7 +56,7 @@ class HandsSoak(daemons.SessionTest):
         for daemon in (other, sim):
             self.assertTrue(daemon.runs(), daemon.lines())
             self.assertEqual(daemon.stop(), DONE, daemon.lines())
-            self.assertEqual(daemon.lines(), [])
+        self.assertEqual(other.lines(), [])  # a busy simulation may end steps early, and say so
         return {**daemons.read_report(report), "seconds": seconds}
 
     def kill_hands(self):
