@@ -79,7 +79,7 @@ export class Session {
     fs.rmSync(this.folder, { recursive: true });
     const memory = `/dev/shm/stillgrid-${process.geteuid()}`;
     for (const file of fs.existsSync(memory) ? fs.readdirSync(memory) : []) {
-      if (file.startsWith(`${this.name}-`)) fs.rmSync(path.join(memory, file));
+      if (['-', '+'].some((mark) => file.startsWith(this.name + mark))) fs.rmSync(path.join(memory, file));
     }
   }
 }

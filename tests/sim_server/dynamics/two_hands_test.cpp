@@ -1,5 +1,6 @@
 #include <array>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -118,6 +119,19 @@ TEST_CASE("A prediction for a hand holds its own force, and lets the other's too
   step(simulation, {nobody(), tool_at(simulation, 0.0195 - kSpeed_m_s * kStep_s, -kSpeed_m_s)});
   CHECK(simulation.world().rigid_bodies[0].velocity_m_s.x() ==
         Approx(pressed_on_m_s).epsilon(0.02));
+}
+
+TEST_CASE("Where nothing is predicted for a hand, its snapshot has nothing of another's",
+          "[two_hands]") {
+  Simulation simulation(held_ball(2));
+  step(simulation, {tool_at(simulation, -0.0195), tool_at(simulation, 0.0191)});
+  REQUIRE_FALSE(simulation.predict_next(kStep_s, {}, 0).modes.empty());
+  const proto::SphereRecord& ball = simulation.snapshot().records()[0];
+  REQUIRE(ball.response != 0);
+  const Budget late{.deadline = std::chrono::steady_clock::time_point::min()};
+  CHECK(simulation.predict_next(kStep_s, late, 1).modes.empty());
+  CHECK(ball.response == 0);
+  CHECK(ball.predicted_velocity_m_s == ball.newest.velocity_m_s);
 }
 
 TEST_CASE("Asking for the prediction of one hand changes nothing of another's", "[two_hands]") {
