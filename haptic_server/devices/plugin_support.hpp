@@ -32,6 +32,8 @@ namespace stillgrid::devices {
 ///   bool list(index, listing&)                  may throw; false after the last
 ///   void command(key, value)                    may throw: the order is refused
 ///   int32_t write_gripper(now_ns, is_stopped, force_N) noexcept
+///   void emergency_stop() noexcept              any thread: where a thread of the driver's serves
+///                                               the device; is_stopped above says it as well
 ///   const char* fault_line(code) noexcept       on what read() or write() returned; null: nothing
 /// This template keeps the order of life, the sizes of structs and the exceptions inside.
 template <class Driver>
@@ -198,7 +200,10 @@ struct PluginAdapter {
   }
 
   static void emergency_stop(stillgrid_device* device) noexcept {
-    if (device != nullptr) of(device)->is_stopped = true;
+    if (device == nullptr) return;
+    of(device)->is_stopped = true;
+    if constexpr (requires(Driver & own) { own.emergency_stop(); })
+      of(device)->driver.emergency_stop();
   }
 
   static const char* strerror(stillgrid_device* device, std::int32_t code) noexcept {
