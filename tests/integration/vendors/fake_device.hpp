@@ -19,18 +19,17 @@ namespace stillgrid::integration {
 
 using Vector = std::array<double, 3>;
 
-/// The log, as tests/integration/vendors/vendor_log.py reads it.
+/// The log, as vendor_faults_test.py reads it; forces are norms.
 struct FakeLog {
-  Vector last_N{};
+  double last_N = 0.0;
   double greatest_N = 0.0;
-  double at_fault_N = 0.0;       // what was told last before the fault
-  double after_fault_N = 0.0;    // the greatest told after it
-  double last_after_on_N = 0.0;  // norm of the last
-  double fault_has_come = 0.0;
+  double at_fault_N = 0.0;  // told last before the fault
+  double late_N = 0.0;      // the greatest told later than kLate_s after it
+  double fault_s = 0.0;     // when it came, 0: not yet
   double motors_are_on = 0.0;
-  double deepest_m = 1.0;
-  double gravity_compensation = -1.0;
 };
+
+constexpr double kLate_s = 0.02;
 
 inline double now_s() noexcept {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -58,8 +57,10 @@ class FakeDevice {
   /// Whether that fault is the one asked for, and has come.
   [[nodiscard]] bool shows(std::string_view fault) noexcept {
     if (!has(fault) || on_s_ == 0.0 || now_s() < on_s_ + after_s_) return false;
-    if (log_->fault_has_come == 0.0) log_->at_fault_N = log_->last_after_on_N;
-    log_->fault_has_come = 1.0;
+    if (log_->fault_s == 0.0) {
+      log_->at_fault_N = log_->last_N;
+      log_->fault_s = now_s();
+    }
     return true;
   }
 
@@ -68,16 +69,13 @@ class FakeDevice {
     log_->motors_are_on = 1.0;
   }
   void motors_off() noexcept { log_->motors_are_on = 0.0; }
-  void note_gravity_compensation(bool is_on) noexcept {
-    log_->gravity_compensation = is_on ? 1.0 : 0.0;
-  }
 
   void tell(const Vector& force_N) noexcept {
     const double norm_N = std::hypot(force_N[0], force_N[1], force_N[2]);
-    log_->last_N = force_N;
-    log_->last_after_on_N = norm_N;
+    log_->last_N = norm_N;
     log_->greatest_N = std::max(log_->greatest_N, norm_N);
-    if (log_->fault_has_come != 0.0) log_->after_fault_N = std::max(log_->after_fault_N, norm_N);
+    if (log_->fault_s != 0.0 && now_s() > log_->fault_s + kLate_s)
+      log_->late_N = std::max(log_->late_N, norm_N);
     force_N_ = force_N;
   }
 
@@ -98,7 +96,6 @@ class FakeDevice {
         position_m[axis] += kStep_s * velocity_m_s[axis];
       }
     }
-    log_->deepest_m = std::min(log_->deepest_m, position_m[2]);
   }
 
   /// What is read where the faults "nan" or "huge" show.

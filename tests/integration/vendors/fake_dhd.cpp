@@ -89,10 +89,7 @@ FAKE int dhdEnableForce(unsigned char is_on, char) {
   return 0;
 }
 FAKE int dhdSetBrakes(int, char) { return 0; }
-FAKE int dhdSetGravityCompensation(int is_on, char) {
-  device().note_gravity_compensation(is_on != 0);
-  return 0;
-}
+FAKE int dhdSetGravityCompensation(int, char) { return 0; }
 FAKE int dhdGetPosition(double* x, double* y, double* z, char id) {
   if (is_lost() || !is_right(id)) return fail(2);
   if (device().shows("stall")) ::usleep(300'000);
