@@ -63,8 +63,14 @@ void OpenHapticsServo::stop() noexcept {
   is_ending_ = true;
   const bool has_ended = comes_within(has_ended_, std::chrono::milliseconds(200));
   hd_.stop_scheduler();
-  if (!has_ended) hd_.unschedule(handle_);
   hd_.make_current_device(device_);
+  if (!has_ended) {  // no callback has come to send it
+    static constexpr std::array<double, 3> kZero{};
+    hd_.unschedule(handle_);
+    hd_.begin_frame(device_);
+    hd_.set_doublev(kHdCurrentForce, kZero.data());
+    hd_.end_frame(device_);
+  }
   hd_.disable(kHdForceOutput);
   (void)hd_.take_error();
 }

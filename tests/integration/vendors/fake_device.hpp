@@ -26,6 +26,7 @@ struct FakeLog {
   double at_fault_N = 0.0;  // told last before the fault
   double late_N = 0.0;      // the greatest told later than kLate_s after it
   double fault_s = 0.0;     // when it came, 0: not yet
+  double zero_after_s = 0.0;  // from the fault to the first zero, or the motors' end; 0: not yet
   double motors_are_on = 0.0;
 };
 
@@ -68,7 +69,10 @@ class FakeDevice {
     if (on_s_ == 0.0) on_s_ = last_s_ = now_s();
     log_->motors_are_on = 1.0;
   }
-  void motors_off() noexcept { log_->motors_are_on = 0.0; }
+  void motors_off() noexcept {
+    log_->motors_are_on = 0.0;
+    note_zero();
+  }
 
   void tell(const Vector& force_N) noexcept {
     const double norm_N = std::hypot(force_N[0], force_N[1], force_N[2]);
@@ -76,6 +80,7 @@ class FakeDevice {
     log_->greatest_N = std::max(log_->greatest_N, norm_N);
     if (log_->fault_s != 0.0 && now_s() > log_->fault_s + kLate_s)
       log_->late_N = std::max(log_->late_N, norm_N);
+    if (norm_N == 0.0) note_zero();
     force_N_ = force_N;
   }
 
@@ -107,6 +112,11 @@ class FakeDevice {
   Vector position_m{0.0, 0.0, 0.03}, velocity_m_s{};
 
  private:
+  void note_zero() noexcept {
+    if (log_->fault_s != 0.0 && log_->zero_after_s == 0.0)
+      log_->zero_after_s = now_s() - log_->fault_s;
+  }
+
   std::string_view fault_ = "";
   double after_s_ = 0.0;
   FakeLog own_;
