@@ -43,8 +43,12 @@ bool has_words(std::string_view name, std::string_view words) {
 
 }  // namespace
 
-std::span<const DeviceProfile> force_dimension_profiles() noexcept { return kForceDimension; }
-std::span<const DeviceProfile> openhaptics_profiles() noexcept { return kOpenHaptics; }
+std::span<const DeviceProfile> force_dimension_profiles() noexcept {
+  return kForceDimension;
+}
+std::span<const DeviceProfile> openhaptics_profiles() noexcept {
+  return kOpenHaptics;
+}
 
 const DeviceProfile* profile_of(std::span<const DeviceProfile> profiles, std::string_view name) {
   std::string small(name);

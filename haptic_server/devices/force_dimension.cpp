@@ -78,8 +78,9 @@ class ForceDimensionDriver {
     gripper_N_ = 0.0;
     set_watchdog(device);
     has_gravity_compensation_ = wants_gravity_compensation_;
-    device.require(device.dhd.set_gravity_compensation(has_gravity_compensation_ ? 1 : 0, device.id),
-                   "gravity_compensation");
+    device.require(
+        device.dhd.set_gravity_compensation(has_gravity_compensation_ ? 1 : 0, device.id),
+        "gravity_compensation");
     device.require(device.dhd.enable_force(1, device.id), "motors on");
     device.require(send(kZero, kZero, 0.0), "zero force");
     device.require(device.dhd.set_brakes(0, device.id), "brakes off");
@@ -98,8 +99,7 @@ class ForceDimensionDriver {
     Eigen::Map<Eigen::Vector3d>(state.position_m) = position_m;
     state.buttons = device.dhd.get_button_mask(device.id);
     read_velocity(device, state);
-    if (!read_wrist(device, state) || !read_gripper(device, state))
-      return STILLGRID_DEVICE_E_IO;
+    if (!read_wrist(device, state) || !read_gripper(device, state)) return STILLGRID_DEVICE_E_IO;
     return read_status(device, state);
   }
 
@@ -177,15 +177,16 @@ class ForceDimensionDriver {
       dhd.disable_expert_mode();
     }
     if (!is_set && watchdog_ms_ > 0)
-      log_.warn("'" + device.name + "' has no watchdog: should this computer stand still, the last "
+      log_.warn("'" + device.name +
+                "' has no watchdog: should this computer stand still, the last "
                 "force stays");
   }
 
   [[nodiscard]] int send(const Eigen::Vector3d& force_N, const Eigen::Vector3d& torque_N_m,
                          double gripper_N) const noexcept {
-    return link_->dhd.set_force_and_torque_and_gripper_force(
-        force_N.x(), force_N.y(), force_N.z(), torque_N_m.x(), torque_N_m.y(), torque_N_m.z(),
-        gripper_N, link_->id);
+    return link_->dhd.set_force_and_torque_and_gripper_force(force_N.x(), force_N.y(), force_N.z(),
+                                                             torque_N_m.x(), torque_N_m.y(),
+                                                             torque_N_m.z(), gripper_N, link_->id);
   }
 
   static void read_velocity(const ForceDimensionLink& device,

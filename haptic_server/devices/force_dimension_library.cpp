@@ -45,8 +45,7 @@ ForceDimensionLibrary::ForceDimensionLibrary(const std::string& path)
   library.bind(get_sdk_version, "dhdGetSDKVersion");
   int major = 0, minor = 0, release = 0, revision = 0;
   get_sdk_version(&major, &minor, &release, &revision);
-  version =
-      std::to_string(major) + "." + std::to_string(minor) + "." + std::to_string(release);
+  version = std::to_string(major) + "." + std::to_string(minor) + "." + std::to_string(release);
   if (major != kMajor) {
     throw DriverError(STILLGRID_DEVICE_E_NO_DEVICE, library.name() + " is version " + version +
                                                         " of the SDK: expected version 3");

@@ -33,9 +33,9 @@ char opened(const ForceDimensionLibrary& dhd, const ForceDimensionChoice& choice
   if (error == kDeviceInUse || error == kBusyController)
     throw DriverError(STILLGRID_DEVICE_E_NO_DEVICE,
                       words_of(choice) + " is busy, another program has it: " + reason);
-  throw DriverError(STILLGRID_DEVICE_E_NO_DEVICE,
-                    words_of(choice) + " does not open, of " + std::to_string(count) +
-                        " connected: " + reason);
+  throw DriverError(
+      STILLGRID_DEVICE_E_NO_DEVICE,
+      words_of(choice) + " does not open, of " + std::to_string(count) + " connected: " + reason);
 }
 
 std::string name_of(const ForceDimensionLibrary& dhd, char id) {
@@ -51,9 +51,13 @@ std::string serial_of(const ForceDimensionLibrary& dhd, char id) {
 }  // namespace
 
 ForceDimensionLink::ForceDimensionLink(const ForceDimensionChoice& choice)
-    : dhd(choice.library), id(opened(dhd, choice)), name(name_of(dhd, id)),
-      serial(serial_of(dhd, id)), has_wrist(dhd.has_wrist(id)),
-      has_active_wrist(dhd.has_active_wrist(id)), has_gripper(dhd.has_gripper(id)),
+    : dhd(choice.library),
+      id(opened(dhd, choice)),
+      name(name_of(dhd, id)),
+      serial(serial_of(dhd, id)),
+      has_wrist(dhd.has_wrist(id)),
+      has_active_wrist(dhd.has_active_wrist(id)),
+      has_gripper(dhd.has_gripper(id)),
       has_active_gripper(dhd.has_active_gripper(id)) {}
 
 void ForceDimensionLink::describe(stillgrid_device_descriptor& descriptor) const {
@@ -62,8 +66,8 @@ void ForceDimensionLink::describe(stillgrid_device_descriptor& descriptor) const
       STILLGRID_DOF_ABOUT_X | STILLGRID_DOF_ABOUT_Y | STILLGRID_DOF_ABOUT_Z;
   descriptor.dof_sensed =
       kBase | (has_wrist ? kWrist : 0U) | (has_gripper ? STILLGRID_DOF_GRIPPER : 0U);
-  descriptor.dof_actuated = kBase | (has_active_wrist ? kWrist : 0U) |
-                            (has_active_gripper ? STILLGRID_DOF_GRIPPER : 0U);
+  descriptor.dof_actuated =
+      kBase | (has_active_wrist ? kWrist : 0U) | (has_active_gripper ? STILLGRID_DOF_GRIPPER : 0U);
   copy_text(descriptor.name, name);
   const DeviceProfile* const profile = profile_of(force_dimension_profiles(), name);
   if (profile != nullptr) fill_in(descriptor, *profile);

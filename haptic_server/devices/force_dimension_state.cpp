@@ -4,9 +4,8 @@
 
 namespace stillgrid::devices {
 
-static_assert(kForceDimensionStatusKnown ==
-              (STILLGRID_STATUS_MOTORS_ON | STILLGRID_STATUS_ENABLED |
-               STILLGRID_STATUS_CALIBRATED | STILLGRID_STATUS_FAULT));
+static_assert(kForceDimensionStatusKnown == (STILLGRID_STATUS_MOTORS_ON | STILLGRID_STATUS_ENABLED |
+                                             STILLGRID_STATUS_CALIBRATED | STILLGRID_STATUS_FAULT));
 
 std::uint32_t status_bits(const ForceDimensionStatus& status, bool has_active_wrist) noexcept {
   std::uint32_t bits = 0;

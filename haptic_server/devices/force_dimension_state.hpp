@@ -25,8 +25,8 @@ constexpr int kDhdForceOffByDeadMan = 6;
 constexpr std::uint32_t kForceDimensionStatusKnown = 1U | 2U | 4U | 16U;
 
 /// Status bits of a device: motors on while it has power and is in force mode, or only its dead-man
-/// took the force, which is then not enabled; calibrated unless it waits in reset or an active wrist has no
-/// reference; fault where its controller says so. Realtime: yes.
+/// took the force, which is then not enabled; calibrated unless it waits in reset or an active
+/// wrist has no reference; fault where its controller says so. Realtime: yes.
 [[nodiscard]] std::uint32_t status_bits(const ForceDimensionStatus& status,
                                         bool has_active_wrist) noexcept;
 

@@ -95,9 +95,7 @@ class OpenHapticsDriver {
   }
 
   /// The frame under way may still send what it had: the next one sends zero.
-  void emergency_stop() noexcept {
-    is_stopped_ = true;
-  }
+  void emergency_stop() noexcept { is_stopped_ = true; }
 
   void deactivate() noexcept { servo_->stop(); }
 
@@ -117,7 +115,8 @@ class OpenHapticsDriver {
     stillgrid_device_descriptor told{};
     link_->describe(told);
     if (told.max_force_N == 0.0)
-      loop_.log.warn("no limits of '" + link_->model + "' are known: limit its force by --max-force");
+      loop_.log.warn("no limits of '" + link_->model +
+                     "' are known: limit its force by --max-force");
     return *link_;
   }
 
@@ -126,9 +125,9 @@ class OpenHapticsDriver {
     hd.set_scheduler_rate(rate_Hz);
     const unsigned error = hd.take_error().code;
     if (error != kHdSuccess)
-      throw DriverError(STILLGRID_DEVICE_E_ARGUMENT,
-                        "the vendor's scheduler refuses " + std::to_string(rate_Hz) +
-                            " Hz: " + hd.get_error_string(error));
+      throw DriverError(STILLGRID_DEVICE_E_ARGUMENT, "the vendor's scheduler refuses " +
+                                                         std::to_string(rate_Hz) +
+                                                         " Hz: " + hd.get_error_string(error));
   }
 
   HostLoop loop_;

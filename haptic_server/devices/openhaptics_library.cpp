@@ -29,9 +29,9 @@ OpenHapticsLibrary::OpenHapticsLibrary(const std::string& path)
 
 HdError OpenHapticsLibrary::take_error() const noexcept {
   const HdError newest = get_error();
-  constexpr int kMost = 64;  // a stack that never ends must not hold a thread
+  constexpr int kMaxErrors = 64;  // a stack that never ends must not hold a thread
   if (newest.code == kHdSuccess) return newest;
-  for (int n = 0; n < kMost && get_error().code != kHdSuccess; ++n) {
+  for (int n = 0; n < kMaxErrors && get_error().code != kHdSuccess; ++n) {
   }
   return newest;
 }

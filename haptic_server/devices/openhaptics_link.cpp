@@ -33,8 +33,8 @@ std::vector<std::string> configurations() {
   const std::string which = name.empty() ? "the default device" : "the device '" + name + "'";
   const std::string reason = hd.get_error_string(code);
   if (code == kHdDeviceAlreadyInitiated)
-    throw DriverError(STILLGRID_DEVICE_E_NO_DEVICE, which + " is busy, another program has it: " +
-                                                        reason);
+    throw DriverError(STILLGRID_DEVICE_E_NO_DEVICE,
+                      which + " is busy, another program has it: " + reason);
   throw DriverError(STILLGRID_DEVICE_E_NO_DEVICE,
                     which + " does not open: " + reason +
                         ": is it plugged in, powered and known to the vendor's setup program?");
@@ -92,8 +92,11 @@ double figure(const OpenHapticsLibrary& hd, unsigned parameter, double scale = 1
 }  // namespace
 
 OpenHapticsLink::OpenHapticsLink(const OpenHapticsChoice& choice)
-    : hd(choice.library), device(opened(hd, choice)), model(hd.text_of(kHdDeviceModelType)),
-      serial(hd.text_of(kHdDeviceSerialNumber)), firmware(hd.text_of(kHdDeviceFirmwareVersion)),
+    : hd(choice.library),
+      device(opened(hd, choice)),
+      model(hd.text_of(kHdDeviceModelType)),
+      serial(hd.text_of(kHdDeviceSerialNumber)),
+      firmware(hd.text_of(kHdDeviceFirmwareVersion)),
       version(hd.text_of(kHdVersion)) {
   (void)hd.take_error();
 }
@@ -107,9 +110,9 @@ void OpenHapticsLink::describe(stillgrid_device_descriptor& descriptor) const {
   descriptor.nominal_stiffness_N_m = figure(hd, kHdNominalMaxStiffness, 1e3);
   std::array<double, 6> corners_mm{};
   hd.get_doublev(kHdMaxWorkspaceDimensions, corners_mm.data());
-  const bool has_corners =
-      hd.take_error().code == kHdSuccess &&
-      std::all_of(corners_mm.begin(), corners_mm.end(), [](double mm) { return std::isfinite(mm); });
+  const bool has_corners = hd.take_error().code == kHdSuccess &&
+                           std::all_of(corners_mm.begin(), corners_mm.end(),
+                                       [](double mm) { return std::isfinite(mm); });
   for (std::size_t axis = 0; has_corners && axis < 3; ++axis) {
     if (corners_mm[axis] >= corners_mm[axis + 3]) continue;
     descriptor.workspace_min_m[axis] = 1e-3 * corners_mm[axis];

@@ -47,7 +47,8 @@ void OpenHapticsServo::start() {
   handle_ = hd_.schedule_asynchronous(on_frame, this, kHdMaxSchedulerPriority);
   hd_.start_scheduler();
   const HdError error = hd_.take_error();
-  const bool has_begun = error.code == kHdSuccess && comes_within(has_begun_, std::chrono::seconds(1));
+  const bool has_begun =
+      error.code == kHdSuccess && comes_within(has_begun_, std::chrono::seconds(1));
   if (has_begun) return;
   stop();
   throw DriverError(STILLGRID_DEVICE_E_IO,
@@ -144,8 +145,8 @@ void OpenHapticsServo::note_status() noexcept {
 }
 
 void OpenHapticsServo::note_error() noexcept {
-  constexpr int kMost = 8;  // a frame's
-  for (int n = 0; n < kMost; ++n) {
+  constexpr int kMaxErrors = 8;  // a frame's
+  for (int n = 0; n < kMaxErrors; ++n) {
     const unsigned code = hd_.get_error().code;
     if (code == kHdSuccess) return;
     switch (effect_of(code)) {

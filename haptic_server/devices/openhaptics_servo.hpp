@@ -17,7 +17,8 @@ namespace stillgrid::devices {
 /// has not written anew for 20 ms is zero. Nothing in the callback locks, allocates or waits.
 class OpenHapticsServo {
  public:
-  /// is_stopped: any thread sets it for zero force from the next frame on. Lives longer, as hd does.
+  /// is_stopped: any thread sets it for zero force from the next frame on. Lives longer, as hd
+  /// does.
   OpenHapticsServo(const OpenHapticsLibrary& hd, unsigned device, HostTick tick,
                    const std::atomic<bool>& is_stopped);
   ~OpenHapticsServo() { stop(); }

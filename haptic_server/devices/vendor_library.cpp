@@ -29,7 +29,9 @@ VendorLibrary::VendorLibrary(const std::string& path,
                         "): install it, or say where it is by library=PATH");
 }
 
-void* VendorLibrary::found(const char* symbol) const noexcept { return dlsym(handle_, symbol); }
+void* VendorLibrary::found(const char* symbol) const noexcept {
+  return dlsym(handle_, symbol);
+}
 
 void* VendorLibrary::required(const char* symbol) const {
   void* const function = found(symbol);

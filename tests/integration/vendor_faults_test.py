@@ -130,6 +130,7 @@ class VendorRun(daemons.SessionTest):
         if status is None:
             return None, "the last one stays while it stands still; zero in the end"
         limit_s = 0.5 if fault == "silent" else 0.02
+        self.assertGreater(log.zero_after_s, 0.0)
         self.assertLess(log.zero_after_s, daemons.PATIENCE * limit_s)
         self.assertEqual(log.late_N, 0.0, "no force 20 ms after the fault")
         return self.line_of(driver, hand), f"zero within {1e3 * limit_s:g} ms; {end_of(status)}"

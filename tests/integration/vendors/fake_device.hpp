@@ -23,9 +23,9 @@ using Vector = std::array<double, 3>;
 struct FakeLog {
   double last_N = 0.0;
   double greatest_N = 0.0;
-  double at_fault_N = 0.0;  // told last before the fault
-  double late_N = 0.0;      // the greatest told later than kLate_s after it
-  double fault_s = 0.0;     // when it came, 0: not yet
+  double at_fault_N = 0.0;    // told last before the fault
+  double late_N = 0.0;        // the greatest told later than kLate_s after it
+  double fault_s = 0.0;       // when it came, 0: not yet
   double zero_after_s = 0.0;  // from the fault to the first zero, or the motors' end; 0: not yet
   double motors_are_on = 0.0;
 };
@@ -87,7 +87,7 @@ class FakeDevice {
   /// 0.1 kg on a hand of 300 N/m and 5 N s/m that goes from 30 mm above the origin to 10 mm below
   /// it in 0.4 s, and stays; semi-implicit Euler of 0.1 ms.
   void advance() noexcept {
-    constexpr double kStep_s = 1e-4, kMass_kg = 0.1, kStiffness_N_m = 300.0, kDamping = 5.0;
+    constexpr double kStep_s = 1e-4, kMass_kg = 0.1, kStiffness_N_per_m = 300.0, kDamping = 5.0;
     const double time_s = now_s();
     if (on_s_ == 0.0) return;
     last_s_ = std::max(last_s_, time_s - 0.05);
@@ -95,7 +95,7 @@ class FakeDevice {
       const double share = std::clamp((last_s_ - on_s_) / 0.4, 0.0, 1.0);
       const Vector aim_m{0.0, 0.0, 0.03 - 0.04 * share};
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        const double pull_N = kStiffness_N_m * (aim_m[axis] - position_m[axis]) -
+        const double pull_N = kStiffness_N_per_m * (aim_m[axis] - position_m[axis]) -
                               kDamping * velocity_m_s[axis] + force_N_[axis];
         velocity_m_s[axis] += kStep_s / kMass_kg * pull_N;
         position_m[axis] += kStep_s * velocity_m_s[axis];

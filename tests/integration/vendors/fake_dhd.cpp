@@ -24,9 +24,13 @@ int fail(int error) noexcept {
 }
 
 /// Whether the device answers no more.
-bool is_lost() noexcept { return device().shows("lost"); }
+bool is_lost() noexcept {
+  return device().shows("lost");
+}
 
-bool is_right(char id) noexcept { return id == 5; }
+bool is_right(char id) noexcept {
+  return id == 5;
+}
 
 }  // namespace
 
@@ -37,7 +41,9 @@ FAKE void dhdGetSDKVersion(int* major, int* minor, int* release, int* revision) 
   *minor = 17;
   *release = *revision = 0;
 }
-FAKE int dhdErrorGetLast() { return last_error; }
+FAKE int dhdErrorGetLast() {
+  return last_error;
+}
 FAKE const char* dhdErrorGetStr(int error) {
   switch (error) {
     case 2:
@@ -50,16 +56,28 @@ FAKE const char* dhdErrorGetStr(int error) {
       return error == 0 ? "no error" : "undocumented error";
   }
 }
-FAKE int dhdGetDeviceCount() { return device().has("none") ? 0 : 1; }
-FAKE int dhdOpen() { return device().has("busy") ? fail(20) : 5; }
-FAKE int dhdOpenID(char index) { return index == 0 ? dhdOpen() : fail(5); }
-FAKE int dhdOpenSerial(int serial) { return serial == 4711 ? dhdOpen() : fail(5); }
-FAKE int dhdClose(char) { return 0; }
+FAKE int dhdGetDeviceCount() {
+  return device().has("none") ? 0 : 1;
+}
+FAKE int dhdOpen() {
+  return device().has("busy") ? fail(20) : 5;
+}
+FAKE int dhdOpenID(char index) {
+  return index == 0 ? dhdOpen() : fail(5);
+}
+FAKE int dhdOpenSerial(int serial) {
+  return serial == 4711 ? dhdOpen() : fail(5);
+}
+FAKE int dhdClose(char) {
+  return 0;
+}
 FAKE int dhdGetSerialNumber(unsigned short* serial, char) {
   *serial = 4711;
   return 0;
 }
-FAKE const char* dhdGetSystemName(char) { return "omega.7"; }
+FAKE const char* dhdGetSystemName(char) {
+  return "omega.7";
+}
 #ifndef FAKE_WITHOUT_STATUS
 FAKE int dhdGetStatus(int* status, char) {
   if (is_lost()) return fail(2);
@@ -74,10 +92,18 @@ FAKE int dhdGetStatus(int* status, char) {
   return 0;
 }
 #endif
-FAKE bool dhdHasWrist(char) { return true; }
-FAKE bool dhdHasActiveWrist(char) { return false; }
-FAKE bool dhdHasGripper(char) { return true; }
-FAKE bool dhdHasActiveGripper(char) { return true; }
+FAKE bool dhdHasWrist(char) {
+  return true;
+}
+FAKE bool dhdHasActiveWrist(char) {
+  return false;
+}
+FAKE bool dhdHasGripper(char) {
+  return true;
+}
+FAKE bool dhdHasActiveGripper(char) {
+  return true;
+}
 FAKE int dhdStop(char) {
   is_forceful = false;
   device().motors_off();
@@ -88,8 +114,12 @@ FAKE int dhdEnableForce(unsigned char is_on, char) {
   if (is_forceful) device().motors_on();
   return 0;
 }
-FAKE int dhdSetBrakes(int, char) { return 0; }
-FAKE int dhdSetGravityCompensation(int, char) { return 0; }
+FAKE int dhdSetBrakes(int, char) {
+  return 0;
+}
+FAKE int dhdSetGravityCompensation(int, char) {
+  return 0;
+}
 FAKE int dhdGetPosition(double* x, double* y, double* z, char id) {
   if (is_lost() || !is_right(id)) return fail(2);
   if (device().shows("stall")) ::usleep(300'000);
@@ -115,12 +145,20 @@ FAKE int dhdGetGripperGap(double* gap, char) {
   *gap = 0.01;
   return 0;
 }
-FAKE unsigned dhdGetButtonMask(char) { return 0; }
+FAKE unsigned dhdGetButtonMask(char) {
+  return 0;
+}
 FAKE int dhdSetForceAndTorqueAndGripperForce(double fx, double fy, double fz, double, double,
                                              double, double, char) {
   device().tell({fx, fy, fz});
   return is_lost() || device().shows("no_force") ? fail(2) : 0;
 }
-FAKE int dhdEnableExpertMode() { return 0; }
-FAKE int dhdDisableExpertMode() { return 0; }
-FAKE int dhdSetWatchdog(unsigned char, char) { return device().has("no_watchdog") ? fail(6) : 0; }
+FAKE int dhdEnableExpertMode() {
+  return 0;
+}
+FAKE int dhdDisableExpertMode() {
+  return 0;
+}
+FAKE int dhdSetWatchdog(unsigned char, char) {
+  return device().has("no_watchdog") ? fail(6) : 0;
+}

@@ -77,7 +77,9 @@ FAKE void hdEndFrame(unsigned) {
   device().tell(frame_force_N);
   show_faults();
 }
-FAKE HdErrorInfo hdGetError() { return {error.exchange(0), 0, kDevice}; }
+FAKE HdErrorInfo hdGetError() {
+  return {error.exchange(0), 0, kDevice};
+}
 FAKE const char* hdGetErrorString(unsigned code) {
   switch (code) {
     case 0x0300:
@@ -160,7 +162,9 @@ FAKE const char* hdGetString(unsigned parameter) {
 FAKE void hdSetDoublev(unsigned parameter, const double* numbers) {
   if (parameter == 0x2700 && is_in_frame) frame_force_N = {numbers[0], numbers[1], numbers[2]};
 }
-FAKE unsigned hdCheckCalibration() { return device().shows("uncalibrated") ? 0x5002 : 0x5000; }
+FAKE unsigned hdCheckCalibration() {
+  return device().shows("uncalibrated") ? 0x5002 : 0x5000;
+}
 FAKE void hdUpdateCalibration(unsigned) {}
 FAKE void hdSetSchedulerRate(unsigned long) {}
 FAKE unsigned long hdScheduleAsynchronous(Callback function, void* data, unsigned short) {
@@ -168,7 +172,9 @@ FAKE unsigned long hdScheduleAsynchronous(Callback function, void* data, unsigne
   callback = function;
   return 1;
 }
-FAKE void hdUnschedule(unsigned long) { callback = nullptr; }
+FAKE void hdUnschedule(unsigned long) {
+  callback = nullptr;
+}
 FAKE void hdStartScheduler() {
   if (device().has("no_callbacks") || is_running.exchange(true)) return;
   scheduler = std::thread(schedule);
