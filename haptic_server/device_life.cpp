@@ -2,8 +2,11 @@
 
 #include <spdlog/spdlog.h>
 
+#include <chrono>
 #include <string>
+#include <thread>
 
+#include "haptic_server/real_time_ticks.hpp"
 #include "shared/realtime/stop_signal.hpp"
 
 namespace stillgrid::haptic_server {
@@ -13,16 +16,15 @@ bool has_motors(const device::Device& device) {
   return (device.descriptor().flags & STILLGRID_DEVICE_NO_MOTORS) == 0;
 }
 
-void deactivate(Run& run) {
-  if (!run.device.is_active()) return;
-  run.watchdog.watch_release();
-  const std::int32_t code = run.device.deactivate();
-  if (code != STILLGRID_DEVICE_OK) {
-    const std::string line = run.device.error_line(code);
-    run.device.emergency_stop();
-    throw DeviceFault("device '" + run.report.device + "': deactivate: " + line);
+/// Whatever it answers: it is about to be closed.
+void leave(Run& run) {
+  run.device.emergency_stop();
+  try {
+    deactivate(run);
+  } catch (const DeviceFault&) {  // NOLINT(bugprone-empty-catch): that it fails is known
   }
-  run.guarded.has_motors = false;
+  run.watchdog.rest();
+  while (run.watchdog.is_stopping()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
 }  // namespace
@@ -35,6 +37,15 @@ void require_no_motors(const device::Device& device, const device::DeviceSpec& s
             "': --lockstep: expected a device that declares "
             "STILLGRID_DEVICE_NO_MOTORS (simulated, recorded or input alone): in "
             "virtual time nothing watches over a force");
+}
+
+void require_gripper(const device::Device& device, const device::DeviceSpec& spec) {
+  if (device.descriptor().max_gripper_force_N == 0.0)
+    throw device::DeviceError(
+        device::DeviceFailure::kBadInput,
+        "device '" + spec.plugin +
+            "': --gripper-stiffness: expected a device that declares a gripper "
+            "with a motor");
 }
 
 void activate(Run& run) {
@@ -51,22 +62,59 @@ void activate(Run& run) {
   }
 }
 
+void deactivate(Run& run) {
+  if (!run.device.is_active()) return;
+  run.watchdog.watch_release();
+  const std::int32_t code = run.device.deactivate();
+  if (code != STILLGRID_DEVICE_OK) {
+    const std::string line = run.device.error_line(code);
+    run.device.emergency_stop();
+    throw DeviceFault("device '" + run.report.device + "': deactivate: " + line);
+  }
+  run.guarded.has_motors = false;
+}
+
 void release(Run& run) {
   if (!run.options.lockstep && !run.loop.release()) run.device.emergency_stop();
   deactivate(run);
 }
 
-void recover(Run& run) {
+void count_stop(Run& run) {
   constexpr std::uint64_t kMaxStops = 3;
   const std::uint64_t stops = run.report.device_stops = run.watchdog.stops();
   spdlog::warn("no tick for 100 ms or more: the device was stopped");
   if (stops >= kMaxStops)
     throw DeviceFault("device '" + run.report.device + "': stopped " + std::to_string(stops) +
                       " times for want of ticks; expected calls that return in time");
-  deactivate(run);
-  activate(run);
-  run.loop.cut();
-  run.watchdog.watch_ticks();
+}
+
+bool reopen(Run& run, RealTimeTicks& ticks) {
+  constexpr std::chrono::milliseconds kBetween{1000}, kPoll{50};
+  const std::string lost =
+      "device '" + run.report.device + "': " + run.device.error_line(run.loop.device_code());
+  leave(run);
+  spdlog::warn("{}; no force; it is opened again up to {} times", lost,
+               run.options.reopenings - run.report.reopenings);
+  while (run.report.reopenings < run.options.reopenings) {
+    for (std::chrono::milliseconds waited{0}; waited < kBetween && !run.stop; waited += kPoll)
+      std::this_thread::sleep_for(kPoll);
+    if (run.stop) return false;
+    ++run.report.reopenings;
+    try {
+      run.watchdog.watch_call();
+      run.device.reopen();
+      run.loop.begin_anew();
+      ticks.resume();
+      activate(run);
+      spdlog::info("device '{}': open again, at try {} of {}", run.report.device,
+                   run.report.reopenings, run.options.reopenings);
+      return true;
+    } catch (const device::DeviceError& error) {
+      run.watchdog.rest();
+      spdlog::warn("{}", error.what());
+    }
+  }
+  throw DeviceFault(lost + "; not back after " + std::to_string(run.options.reopenings) + " tries");
 }
 
 void throw_fault(Run& run) {

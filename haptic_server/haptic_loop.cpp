@@ -39,6 +39,49 @@ void HapticLoop::place(const proto::DeviceFrame& frame,
   pose_.angular_velocity_rad_s = angular_velocity_.update(reading.time_ns, pose_.orientation);
 }
 
+void HapticLoop::note_device(const stillgrid_device_state& state) noexcept {
+  constexpr double kHottest_C = 1e3;
+  told_.told = 0;
+  told_.status = state.status;
+  told_.status_known = state.status_known;
+  if ((state.valid & STILLGRID_STATE_TEMPERATURE) != 0 &&
+      std::abs(state.temperature_C) <= kHottest_C) {
+    told_.told |= STILLGRID_STATE_TEMPERATURE;
+    told_.temperature_C = static_cast<float>(state.temperature_C);
+    temperature_C_ = state.temperature_C;
+  }
+  if ((state.valid & STILLGRID_STATE_GRIPPER) != 0 && std::abs(state.gripper_m) <= 1.0) {
+    told_.told |= STILLGRID_STATE_GRIPPER;
+    told_.gripper_m = state.gripper_m;
+  }
+  if ((state.valid & STILLGRID_STATE_AXES) == 0) return;
+  told_.told |= STILLGRID_STATE_AXES;
+  for (std::size_t i = 0; i < told_.axes.size(); ++i)
+    told_.axes[i] = std::abs(state.axes[i]) <= 1.0 ? state.axes[i] : 0.0;
+}
+
+safety::Wrench HapticLoop::exerted(const Eigen::Quaterniond& turn,
+                                   const safety::Wrench& wrench) const noexcept {
+  if (motors_ == 0) return wrench;
+  const auto along = [&](const Eigen::Vector3d& whole, std::uint32_t axes) -> Eigen::Vector3d {
+    if ((axes & 7U) == 7U) return whole;
+    Eigen::Vector3d part = turn.conjugate() * whole;
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+      if ((axes >> axis & 1U) == 0) part[axis] = 0.0;
+    return turn * part;
+  };
+  return {along(wrench.force_N, motors_), along(wrench.torque_N_m, motors_ >> 3U)};
+}
+
+void HapticLoop::begin_anew() noexcept {
+  cut();
+  held_ = {};
+  reading_check_ = safety::DeviceReadingCheck(safety::reading_bounds(device_.descriptor()));
+  velocity_ = {};
+  angular_velocity_ = {};
+  has_pose_ = has_orientation_ = false;
+}
+
 TickEnd HapticLoop::sense(const publication::SceneView& scene, std::uint64_t now_ns) noexcept {
   elapsed_s_ = to_s(++tick_ == 1 ? period_ns_ : now_ns - tick_ns_);
   if (tick_ == 1) start_ns_ = now_ns;
@@ -53,8 +96,7 @@ TickEnd HapticLoop::sense(const publication::SceneView& scene, std::uint64_t now
   const std::optional<safety::DeviceReading> reading = reading_check_.check(state, now_ns);
   believed_ = reading.has_value();
   flags_ |= reading_check_.reason() | safety::status_flags(state);
-  if ((state.valid & STILLGRID_STATE_TEMPERATURE) != 0 && std::isfinite(state.temperature_C))
-    temperature_C_ = state.temperature_C;
+  note_device(state);
   if (reading) {
     place(scene.scene().device, *reading);
     buttons_ = reading->buttons;
@@ -69,7 +111,8 @@ TickEnd HapticLoop::sense(const publication::SceneView& scene, std::uint64_t now
                  .velocity_m_s = array(pose_.velocity_m_s),
                  .force_N = array(held_.force_N),
                  .buttons = buttons_,
-                 .before = figures_});
+                 .before = figures_,
+                 .device = told_});
   return TickEnd::kGoOn;
 }
 
@@ -88,6 +131,15 @@ void HapticLoop::account(const publication::SceneView& scene, std::uint64_t now_
                    .scale = scale});
 }
 
+void HapticLoop::push_gripper(bool may_push, std::uint64_t now_ns) noexcept {
+  if (device_.descriptor().max_gripper_force_N == 0.0) return;
+  const bool is_told = (told_.told & STILLGRID_STATE_GRIPPER) != 0;
+  told_.gripper_force_N = gripper_.apply(is_told ? std::optional(told_.gripper_m) : std::nullopt,
+                                         may_push, elapsed_s_, stall_s_);
+  if (device_code_ == STILLGRID_DEVICE_OK)
+    device_code_ = device_.write_gripper(now_ns, told_.gripper_force_N);
+}
+
 TickEnd HapticLoop::act(const publication::SceneView& scene, bool writer_alive,
                         std::uint64_t now_ns, recording::TickRow& row) noexcept {
   rendered_ = has_pose_ ? renderer_->render(scene, pose_, now_ns) : rendering::RenderedTick{};
@@ -97,9 +149,12 @@ TickEnd HapticLoop::act(const publication::SceneView& scene, bool writer_alive,
   if (rendered_.is_new) snapshot_ns_ = now_ns;
   account(scene, now_ns);
   const proto::SceneHeader& fixed = scene.scene();
+  const Eigen::Quaterniond turn = quaternion(fixed.device.orientation_xyzw);
+  const bool is_ready = (flags_ & safety::kDeviceStatusMask) == 0;
   held_before_N_ = held_.force_N;
   held_ = safety_.apply(
-      {.rendered = {rendered_.force.force_N, rendered_.force.torque_N_m / fixed.device.scale},
+      {.rendered = exerted(
+           turn, {rendered_.force.force_N, rendered_.force.torque_N_m / fixed.device.scale}),
        .stiffness_N_per_m = fixed.device.scale * rendered_.force.stiffness_N_per_m,
        .snapshot = {.exists = rendered_.snapshot_id != 0 && !is_released_,
                     // A stamp of the future would never age.
@@ -108,7 +163,7 @@ TickEnd HapticLoop::act(const publication::SceneView& scene, bool writer_alive,
                     .period_s = to_s(scene.header().period_ns),
                     .writer_alive = writer_alive},
        .device_believed = believed_,
-       .device_ready = (flags_ & safety::kDeviceStatusMask) == 0,
+       .device_ready = is_ready,
        .device_m = device_m_,
        .velocity_m_s = pose_.velocity_m_s / fixed.device.scale,
        .motion = motion_,
@@ -116,10 +171,11 @@ TickEnd HapticLoop::act(const publication::SceneView& scene, bool writer_alive,
        .elapsed_s = elapsed_s_,
        .since_command_s = tick_ == 1 ? elapsed_s_ : to_s(time_at(now_ns) - commanded_ns_)},
       flags_);
-  const Eigen::Quaterniond turn = quaternion(fixed.device.orientation_xyzw);
+  held_ = exerted(turn, held_);
   device_code_ =
       device_.write(now_ns, turn.conjugate() * held_.force_N, turn.conjugate() * held_.torque_N_m);
   commanded_ns_ = time_at(now_ns);
+  push_gripper(is_ready && believed_ && !is_released_, now_ns);
 
   row = {.time_s = to_s(now_ns - start_ns_),
          .position_m = pose_.position_m,

@@ -43,6 +43,9 @@ class HapticLoop {
         renderer_(std::move(renderer)),
         reading_check_(safety::reading_bounds(device.descriptor())),
         safety_(with_period(limits, period_ns)),
+        gripper_(limits.gripper),
+        stall_s_(with_period(limits, period_ns).stall_s),
+        motors_(device.descriptor().dof_actuated),
         interface_(1e-9 * static_cast<double>(period_ns)),
         period_ns_(period_ns),
         clock_(clock) {}
@@ -69,11 +72,16 @@ class HapticLoop {
   /// For a device that was stopped from outside and is active again: no force, then a ramp.
   void cut() noexcept { safety_.cut(); }
 
+  /// As cut(), for one that was closed meanwhile: it may have been moved, and stamps and counts
+  /// samples anew.
+  void begin_anew() noexcept;
+
   /// Lets go of the hand: from now on the force fades, as from a dead simulation. Whether none is
   /// felt any more. Realtime: yes.
   [[nodiscard]] bool release() noexcept {
     is_released_ = true;
-    return held_.force_N.isZero(0.0) && held_.torque_N_m.isZero(0.0);
+    return held_.force_N.isZero(0.0) && held_.torque_N_m.isZero(0.0) &&
+           told_.gripper_force_N == 0.0;
   }
 
   [[nodiscard]] std::int32_t device_code() const noexcept { return device_code_; }
@@ -92,6 +100,11 @@ class HapticLoop {
     return clock_ == nullptr ? now_ns : std::max(now_ns, clock_());
   }
   void place(const proto::DeviceFrame& frame, const safety::DeviceReading& reading) noexcept;
+  void push_gripper(bool may_push, std::uint64_t now_ns) noexcept;
+  void note_device(const stillgrid_device_state& state) noexcept;
+  /// What the device's motors can exert of it; scene's axes.
+  [[nodiscard]] safety::Wrench exerted(const Eigen::Quaterniond& turn,
+                                       const safety::Wrench& wrench) const noexcept;
   void account(const publication::SceneView& scene, std::uint64_t now_ns) noexcept;
 
   device::Device& device_;
@@ -99,6 +112,9 @@ class HapticLoop {
   std::unique_ptr<rendering::Renderer> renderer_;
   safety::DeviceReadingCheck reading_check_;
   safety::SafetyChain safety_;
+  safety::GripperSpring gripper_;
+  double stall_s_;
+  std::uint32_t motors_;  // STILLGRID_DOF_..., 0: not told
   safety::InterfaceAccount interface_;
   rendering::VelocityEstimator velocity_;
   rendering::AngularVelocityEstimator angular_velocity_;
@@ -119,6 +135,7 @@ class HapticLoop {
   Eigen::Vector3d held_before_N_ = Eigen::Vector3d::Zero();
   rendering::RenderedTick rendered_;
   proto::TickFigures figures_{};   // of the last act()
+  proto::DeviceFigures told_{};    // by the device in the last sense(), and to its gripper
   std::uint64_t snapshot_ns_ = 0;  // when the snapshot shown was first seen
 };
 

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <exception>
 
+#include "haptic_server/device/list_devices.hpp"
 #include "haptic_server/device/release_device.hpp"
 #include "haptic_server/safety/guardian.hpp"
 #include "haptic_server/server.hpp"
@@ -14,6 +15,7 @@
 #include "shared/command_line/run_program.hpp"
 #include "shared/command_line/version.hpp"
 #include "shared/files/whole_file.hpp"
+#include "shared/publication/hands.hpp"
 #include "shared/publication/segment.hpp"
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/periodic_timer.hpp"
@@ -25,6 +27,7 @@ namespace {
 
 struct Arguments {
   HapticOptions options;
+  std::string hand;  // empty: the only one
   std::string transition{display::name_of(options.transition)}, group;
   std::filesystem::path report;
   bool realtime_guard = false;
@@ -35,6 +38,7 @@ constexpr const char* kDescription =
     "\n"
     "  haptic_server --session demo --device phantom:path=press,hand=light --record run.csv\n"
     "  haptic_server --session ci --lockstep --device replay:file=run.csv --record again.csv\n"
+    "  haptic_server --session demo --hand left --device phantom           one of each hand\n"
     "\n"
     "A device is the path of a plugin (.so) or the name of an installed one: phantom, replay, "
     "spacemouse.\n";
@@ -45,7 +49,22 @@ void add_options(CLI::App& app, Arguments& arguments) {
                  "Name that joins the two servers; USER/NAME: with USER's")
       ->required()
       ->transform(CLI::Validator(publication::settle_session, ""));
-  app.add_option("--device", options.device, "PLUGIN[:key=value,...]")->required();
+  app.add_option("--hand", arguments.hand, "Of a scene that names its hands: which")
+      ->check(publication::hand_complaint);
+  app.add_option("--device", options.device,
+                 "PLUGIN[@N][:key=value,...], N from 0: which of a driver's devices")
+      ->required();
+  app.add_flag_callback(
+      "--list-devices",
+      [&options] {
+        if (options.device.empty())
+          device::print_installed_devices();
+        else
+          device::print_devices(device::parse_device_spec(options.device));
+        throw CLI::Success();
+      },
+      "Print the devices that installed drivers see, or with --device those of that one, and what "
+      "to give --device for each; then end");
   app.add_option("--rate", options.rate_hz, "Ticks a second, Hz; default 1000")
       ->check(command_line::number_in(10.0, 1e5));
   std::vector<std::string> names;
@@ -66,6 +85,19 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--report", arguments.report, "Write a report (JSON) at exit");
   app.add_option("--cpu", options.cpu, "Run the loop on this processor")
       ->check(command_line::integer_in(0, 8191));
+  app.add_option("--commands", options.commands,
+                 "Give the device, while ticks go on, the orders that come in this file or named "
+                 "pipe, a line KEY=VALUE each: what a driver takes is in its documentation")
+      ->excludes("--lockstep");
+  app.add_option("--gripper-stiffness", options.safety.gripper_stiffness_N_per_m,
+                 "Open a device's gripper by a spring, N/m; default 0: no force on its fingers")
+      ->check(command_line::number_in(0.0, 1e6));
+  app.add_option("--reopen", options.reopenings,
+                 "Open a device that was lost again, a second apart, up to N times in the run; the "
+                 "force then ramps in from zero; default 0: end with status 3")
+      ->check(command_line::integer_in(0, 100000))
+      ->type_name("N")
+      ->excludes("--lockstep");
   app.add_option("--group", arguments.group,
                  "Let this group of users read the session too; default: only its owner")
       ->check(publication::group_complaint);
@@ -182,6 +214,8 @@ int program_main(int argc, char** argv) {
                             {command_line::segment_interface(), command_line::device_interface()});
   return command_line::run_program(app, argc, argv, [&] {
     if (arguments.realtime_guard) realtime::require_realtime_guard(argv);
+    arguments.options.session =
+        publication::hand_session(arguments.options.session, arguments.hand);
     arguments.options.transition = *display::transition_named(arguments.transition);
     if (!arguments.group.empty())
       arguments.options.readers = publication::group_named(arguments.group);

@@ -41,6 +41,31 @@ nlohmann::json interface_json(const std::optional<safety::InterfaceEnergy>& ener
       {"most_made_in_a_second_J", most_made_J ? nlohmann::json(*most_made_J) : nlohmann::json()}};
 }
 
+/// Names of STILLGRID_DOF_..., null where they are not told.
+nlohmann::json dof_json(std::uint32_t mask) {
+  constexpr std::array kNames = {"x", "y", "z", "about_x", "about_y", "about_z", "gripper"};
+  nlohmann::json names;
+  for (std::size_t i = 0; i < kNames.size(); ++i)
+    if ((mask >> i & 1U) != 0) names.push_back(kNames[i]);
+  return names;
+}
+
+/// What a device said it is; zero: not told.
+nlohmann::json declared_json(const stillgrid_device_descriptor& device) {
+  return {{"sets_pace", (device.flags & STILLGRID_DEVICE_SETS_PACE) != 0},
+          {"dof_sensed", dof_json(device.dof_sensed)},
+          {"dof_actuated", dof_json(device.dof_actuated)},
+          {"buttons", device.button_count},
+          {"axes", device.axis_count},
+          {"max_force_N", device.max_force_N},
+          {"continuous_force_N", device.continuous_force_N},
+          {"max_torque_N_m", device.max_torque_N_m},
+          {"continuous_torque_N_m", device.continuous_torque_N_m},
+          {"nominal_stiffness_N_per_m", device.nominal_stiffness_N_m},
+          {"gripper_open_m", device.gripper_open_m},
+          {"max_gripper_force_N", device.max_gripper_force_N}};
+}
+
 nlohmann::json counts(const std::vector<realtime::RealtimeViolation>& violations) {
   nlohmann::json json;
   std::uint64_t total = 0;
@@ -113,7 +138,9 @@ void write_report(const HapticReport& report, const std::filesystem::path& file)
         {"dissipated_by_control_J", report.energy.dissipated_by_control_J}}},
       {"interface", interface_json(report.interface)},
       {"safety", safety},
+      {"declared", declared_json(report.descriptor)},
       {"device_stops", report.device_stops},
+      {"reopenings", report.reopenings},
       {"temperature_max_C",
        report.temperature_max_C ? nlohmann::json(*report.temperature_max_C) : nlohmann::json()},
       {"lost_rows", report.lost_rows},

@@ -12,6 +12,7 @@
 #include "haptic_server/safety/energy_observer.hpp"
 #include "haptic_server/safety/interface_account.hpp"
 #include "haptic_server/safety/safety_flag.hpp"
+#include "proto/device_plugin.h"
 #include "shared/realtime/histogram.hpp"
 #include "shared/realtime/realtime_guard.hpp"
 #include "shared/rendering/renderer.hpp"
@@ -22,6 +23,7 @@ namespace stillgrid::haptic_server {
 struct HapticReport {
   std::string scene, device, transition;
   device::DeviceIdentity device_identity;
+  stillgrid_device_descriptor descriptor{};  // what the device declares
   double rate_hz = 0.0;
   bool measures_time = false;  // lockstep has no wall time to report
 
@@ -34,6 +36,7 @@ struct HapticReport {
   std::optional<safety::InterfaceEnergy> interface;  // of the last scene; none: not known
   double force_sum_N = 0.0, force_max_N = 0.0, energy_J = 0.0;
   std::uint64_t device_stops = 0;           // by the watchdog
+  std::uint64_t reopenings = 0;             // tries to open a device that was lost
   std::optional<double> temperature_max_C;  // as the device tells
   long page_faults = 0;
   std::optional<std::vector<realtime::RealtimeViolation>>

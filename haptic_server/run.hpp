@@ -34,10 +34,11 @@ struct Run {
   safety::GuardedState& guarded;
 };
 
-/// Ticks until the duration is over, the run is stopped or the device's recording has ended; in
-/// real time only once the force has faded, but for the recording. Pre: the device is active.
+/// Activates the device, and ticks until the duration is over, the run is stopped or the device's
+/// recording has ended; in real time only once the force has faded, but for the recording.
 ///
-/// Throws DeviceFault, DeviceError, and SegmentError where a lockstep peer died.
+/// Throws DeviceFault, DeviceError, and SegmentError where a lockstep peer died. No tick comes
+/// after that; the device may still be active.
 void run_real_time(Run& run);
 void run_lockstep(Run& run);
 

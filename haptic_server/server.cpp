@@ -5,12 +5,15 @@
 #include <exception>
 #include <future>
 #include <memory>
+#include <optional>
 #include <thread>
 #include <utility>
 
+#include "haptic_server/command_reader.hpp"
 #include "haptic_server/device_life.hpp"
 #include "haptic_server/last_stop.hpp"
 #include "haptic_server/run.hpp"
+#include "shared/publication/hands.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 
 namespace stillgrid::haptic_server {
@@ -18,6 +21,7 @@ namespace {
 
 constexpr std::uint64_t kScenePatience_ns = 10'000'000'000;
 constexpr std::uint64_t kTellLoading_ns = 2'000'000'000;
+constexpr std::uint64_t kAskHands_ns = 100'000'000;
 constexpr auto kRecorderPatience = std::chrono::milliseconds(300);
 
 /// The scene, or null when stopped; throws when it does not come in time, not counting the time
@@ -26,12 +30,20 @@ const publication::SceneView* wait_for_scene(SceneWatch& watch, const HapticOpti
                                              const std::atomic<bool>& stop) {
   const std::uint64_t begin_ns = realtime::monotonic_ns();
   std::uint64_t alone_since_ns = begin_ns;
+  std::uint64_t asked_ns = begin_ns;
   bool is_told = false;
+  const auto is_loading = [](std::string_view session) {
+    return publication::is_writer_loading(session, proto::SegmentKind::kScene);
+  };
   const publication::SceneView* scene = nullptr;
   while ((scene = watch.acquire()) == nullptr && !stop) {
     watch.poll();
     const std::uint64_t now_ns = realtime::monotonic_ns();
-    if (publication::is_writer_loading(options.session, proto::SegmentKind::kScene)) {
+    if (now_ns - asked_ns > kAskHands_ns) {
+      publication::require_hand(options.session);
+      asked_ns = now_ns;
+    }
+    if (is_loading(options.session) || is_loading(publication::session_of(options.session))) {
       alone_since_ns = now_ns;
       if (!is_told && now_ns - begin_ns > kTellLoading_ns)
         spdlog::info("waiting for sim_server, which is loading");
@@ -121,7 +133,6 @@ void tell_undeclared_torque(const stillgrid_device_descriptor& device,
 void run_and_release(Run& run) {
   std::exception_ptr fault;
   try {
-    activate(run);
     if (run.options.lockstep)
       run_lockstep(run);
     else
@@ -177,9 +188,11 @@ void run_haptics(const HapticOptions& options, HapticReport& report, safety::Gua
   DriverWatch driver(spec.plugin);
   device::Device device(spec, {.period_ns = period_ns, .is_virtual = options.lockstep});
   if (options.lockstep) require_no_motors(device, spec);
+  if (options.safety.gripper_stiffness_N_per_m > 0.0) require_gripper(device, spec);
   const OpenDevice while_open(device, open_device, watchdog);
   stop_device_at_last(open_device, guarded, [&] { give_up("a call ended the program"); });
   report.device = device.descriptor().name;
+  report.descriptor = device.descriptor();
   report.device_identity = device.identity();
   // A segment refused at the start ends the program; one refused later leaves the old one in use.
   bool is_waiting = true;
@@ -206,6 +219,8 @@ void run_haptics(const HapticOptions& options, HapticReport& report, safety::Gua
   open_recorder = recorder.get();
   Run run{options, report, stop,   period_ns,      device,   watch,
           tool,    *loop,  driver, recorder.get(), watchdog, guarded};
+  std::optional<CommandReader> commands;
+  if (!options.commands.empty()) commands.emplace(options.commands, device);
   run_and_release(run);
   require_believed(report);
 }

@@ -19,8 +19,8 @@
 namespace stillgrid::haptic_server {
 
 struct HapticOptions {
-  std::string session;
-  std::string device;  // "PLUGIN[:key=value,...]"
+  std::string session;  // of the hand
+  std::string device;   // "PLUGIN[:key=value,...]"
   double rate_hz = 1000.0;
   display::Transition transition = display::Transition::kPredict;
   bool lockstep = false;
@@ -28,7 +28,9 @@ struct HapticOptions {
   safety::SafetyOptions safety;
   std::filesystem::path record;  // empty: none
   std::optional<int> cpu;
-  std::optional<gid_t> readers;  // a group that may read the tool's segment
+  std::filesystem::path commands;  // orders to the device while ticks go on; empty: none
+  std::uint64_t reopenings = 0;    // tries in the run to open a device again that was lost
+  std::optional<gid_t> readers;    // a group that may read the tool's segment
   // The ticks are over and recorded, the motors off; the device is yet to be closed. Thread: the
   // loop's.
   std::function<void()> ended;

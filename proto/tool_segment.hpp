@@ -6,6 +6,7 @@
 namespace stillgrid::proto {
 
 inline constexpr std::uint32_t kMaxShiftedBodies = 4;
+inline constexpr std::size_t kMaxHands = 4;  // of a session, each with a tool segment of its own
 
 /// By how much a body is displayed beside where its snapshot says; zero: no body.
 struct BodyShift {
@@ -42,6 +43,17 @@ struct TickFigures {
   DisplayedSnapshot displayed;
 };
 
+/// What else the device told when it was read, and what its gripper was told.
+struct DeviceFigures {
+  std::uint32_t told;    // STILLGRID_STATE_GRIPPER, _AXES, _TEMPERATURE: which figures there are
+  std::uint32_t status;  // STILLGRID_STATUS_...
+  std::uint32_t status_known;
+  float temperature_C;
+  double gripper_m;        // how far it is open
+  double gripper_force_N;  // over the tick before, positive opens
+  std::array<double, 4> axes;
+};
+
 /// Pose and force of the tool: haptic_server writes it every tick, sim_server reads the latest.
 /// Scene frame, SI units. Layout and lifetime: docs/protocol.md.
 struct ToolState {
@@ -53,12 +65,14 @@ struct ToolState {
   std::array<double, 3> force_N;  // on the hand over the tick before, after the safety chain
   std::uint64_t buttons;
   TickFigures before;  // of the tick before
+  DeviceFigures device;
 };
-static_assert(std::is_trivially_copyable_v<ToolState> && sizeof(ToolState) == 512);
+static_assert(std::is_trivially_copyable_v<ToolState> && sizeof(ToolState) == 576);
 
-inline constexpr std::uint64_t kToolLayoutHash = layout_hash<8>(
+inline constexpr std::uint64_t kToolLayoutHash = layout_hash<9>(
     {sizeof(SegmentHeader), offsetof(SegmentHeader, latest),
      offsetof(SegmentHeader, lockstep_sample_ns), sizeof(ToolState), offsetof(ToolState, before),
-     offsetof(TickFigures, displayed), kMaxModes, offsetof(DisplayedSnapshot, shifts)});
+     offsetof(ToolState, device), offsetof(TickFigures, displayed), kMaxModes,
+     offsetof(DisplayedSnapshot, shifts)});
 
 }  // namespace stillgrid::proto

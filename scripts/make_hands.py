@@ -1,8 +1,10 @@
 #!/usr/bin/python3
-"""Makes the hands of the scenes that ship: where a user's hand goes in each, for 2 s, in the device's frame.
+"""Makes the hands of the scenes that ship: where a user's hand goes in each, for 2 s, in the device's frame; of
+scenes with two hands where each goes, for 10 s.
 
 A scene names its own in [hand]: for it `sim_server --explain` shows the curve of rates, rate_hz = "auto" chooses one,
-and scene_fit fits. The same files on every run: sim_server/scene/scenes/*.hand.csv are what this writes.
+and scene_fit fits. The same files on every run: sim_server/scene/scenes/*.hand.csv and those that end in a hand's
+name are what this writes.
 """
 import argparse
 import math
@@ -52,8 +54,25 @@ def tap_wall(t):
     return 0.001 * t, 0.0, 0.005 + 0.003 * math.cos(4.0 * math.pi * t)
 
 
+def pinch_block(t, side):
+    """side: -1 left, 1 right. Pinches the block, lifts it by 25 mm, carries it along y and back, sets it down."""
+    inward_m = 0.0433 * (ease(t, 0.3, 1.3) - ease(t, 8.2, 9.2))
+    return (-side * inward_m, 0.015 * (ease(t, 3.0, 4.0) - ease(t, 5.5, 6.5)),
+            0.025 * (ease(t, 1.6, 2.6) - ease(t, 7.0, 8.0)))
+
+
+def hold_cloth(t, side):
+    """Comes from behind the hanging cloth, holds it out and up, carries it along x and back, drops away below it."""
+    out = ease(t, 0.5, 2.5)
+    return (0.015 * (ease(t, 3.0, 4.0) - ease(t, 5.5, 6.5)), 0.045 - 0.09 * out,
+            0.02 + 0.03 * out - 0.105 * ease(t, 7.0, 8.5))
+
+
 HANDS = {"tissue_and_blocks": press_tissue, "threads": sweep_threads, "organ": press_organ,
          "laparoscopy": stroke_laparoscopy, "moving_sphere": meet_sphere, "wall": tap_wall}
+
+PAIRS = {"block_pinched": pinch_block, "cloth_held_by_two": hold_cloth}
+PAIR_SECONDS, PAIR_ROWS_PER_S = 10.0, 50
 
 
 def turned_to_pivot(position_m):
@@ -83,6 +102,10 @@ def main():
     folder = parser.parse_args().folder
     for scene, path in HANDS.items():
         (folder / f"{scene}.hand.csv").write_text(rows_of(path, SECONDS, ROWS_PER_S, scene == "laparoscopy"))
+    for scene, path in PAIRS.items():
+        for name, side in ("left", -1), ("right", 1):
+            text = rows_of(lambda t: path(t, side), PAIR_SECONDS, PAIR_ROWS_PER_S)
+            (folder / f"{scene}.{name}.csv").write_text(text)
 
 
 if __name__ == "__main__":

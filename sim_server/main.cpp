@@ -229,6 +229,8 @@ int run(Arguments& arguments) {
   simulation.share_work(workers);
   SimulationReport report;
   report.scene = scene.name;
+  for (const scene::Hand& hand : scene::hands_of(scene))
+    report.hands.push_back({hand.name, 0.0, {}});
   report.solver = scene::describe(scene.method);
   report.rate_hz = 1.0 / scene.period_s;
   if (!arguments.report.empty()) simulation.account_energy();

@@ -5,7 +5,8 @@
 namespace stillgrid::sim_server {
 
 publication::StaticScene static_scene(const scene::SceneDescription& scene,
-                                      const dynamics::Simulation& simulation) {
+                                      const dynamics::Simulation& simulation, std::size_t number) {
+  const scene::Hand hand = scene::hands_of(scene)[number];
   const bodies::World& world = simulation.world();
   publication::StaticScene fixed;
   fixed.name = scene.name;
@@ -18,13 +19,13 @@ publication::StaticScene static_scene(const scene::SceneDescription& scene,
                             f(plane.offset_m),
                             static_cast<std::uint32_t>(plane.material),
                             static_cast<std::uint32_t>(plane.body)});
-  for (const scene::ToolSphere& sphere : scene.tool)
+  for (const scene::ToolSphere& sphere : hand.tool)
     fixed.tool.push_back(
         {{f(sphere.position_m.x()), f(sphere.position_m.y()), f(sphere.position_m.z())},
          f(sphere.radius_m)});
-  fixed.tool_slip_speed_m_s = f(scene.tool_slip_speed_m_s);
+  fixed.tool_slip_speed_m_s = f(hand.tool_slip_speed_m_s);
   fixed.spheres = snapshot::static_records(world);
-  const scene::DeviceFrame& device = scene.device;
+  const scene::DeviceFrame& device = hand.device;
   fixed.device = {{device.position_m.x(), device.position_m.y(), device.position_m.z()},
                   {device.orientation.x(), device.orientation.y(), device.orientation.z(),
                    device.orientation.w()},
@@ -39,12 +40,12 @@ dynamics::ToolSample sample_of(const proto::ToolState& state) {
 }
 
 publication::SnapshotTimes times_of(const ScheduledSnapshot& snapshot,
-                                    const dynamics::StepReport& step) {
+                                    const dynamics::StepReport& step, std::size_t hand) {
   return {.state_ns = snapshot.state_ns,
           .publish_ns = snapshot.publish_ns,
-          .tool_ns = step.tool_time_ns,
+          .tool_ns = step.tools[hand].time_ns,
           .contacts = static_cast<std::uint64_t>(step.contacts),
-          .tool_work_J = step.tool_work_J};
+          .tool_work_J = step.tools[hand].work_J};
 }
 
 }  // namespace stillgrid::sim_server

@@ -11,15 +11,17 @@ namespace stillgrid::sim_server {
 /// Iterations of a step, on any clock: more than the parts of a step that converges have together.
 inline constexpr int kMaxIterations = 1000;
 
-/// What is published of a scene once, before its first snapshot.
+/// What is published of a scene for one of its hands, once, before its first snapshot.
 [[nodiscard]] publication::StaticScene static_scene(const scene::SceneDescription& scene,
-                                                    const dynamics::Simulation& simulation);
+                                                    const dynamics::Simulation& simulation,
+                                                    std::size_t hand = 0);
 
 /// The tool as the simulation takes it.
 [[nodiscard]] dynamics::ToolSample sample_of(const proto::ToolState& state);
 
-/// The stamps of a snapshot of lockstep.
+/// The stamps of a hand's snapshot of lockstep.
 [[nodiscard]] publication::SnapshotTimes times_of(const ScheduledSnapshot& snapshot,
-                                                  const dynamics::StepReport& step);
+                                                  const dynamics::StepReport& step,
+                                                  std::size_t hand = 0);
 
 }  // namespace stillgrid::sim_server

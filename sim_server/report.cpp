@@ -38,6 +38,23 @@ nlohmann::json energy_json(const dynamics::EnergyAccount& account, double tool_w
           {"numerical_J", account.numerical_J()}};
 }
 
+/// Of all hands.
+double tool_work_J(const SimulationReport& report) {
+  double sum_J = 0.0;
+  for (const HandReport& hand : report.hands) sum_J += hand.tool_work_J;
+  return sum_J;
+}
+
+/// A hand without a name is the only one: what is said of it is said of the run.
+void add_hands(const SimulationReport& report, nlohmann::json& json) {
+  for (const HandReport& hand : report.hands) {
+    nlohmann::json own = {{"name", hand.name}, {"tool_work_J", hand.tool_work_J}};
+    if (hand.tool_age_ns.count() > 0)
+      (hand.name.empty() ? json : own)["tool_age_ms"] = percentiles_ms(hand.tool_age_ns);
+    if (!hand.name.empty()) json["hands"].push_back(own);
+  }
+}
+
 }  // namespace
 
 void count_step(SimulationReport& report, const dynamics::StepReport& step) {
@@ -51,7 +68,8 @@ void count_step(SimulationReport& report, const dynamics::StepReport& step) {
   report.divided += step.substeps > 1 ? 1 : 0;
   report.crossings_left += static_cast<std::uint64_t>(step.crossings_left);
   report.contacts += static_cast<std::uint64_t>(step.contacts);
-  report.tool_work_J = step.tool_work_J;
+  for (std::size_t hand = 0; hand < report.hands.size(); ++hand)
+    report.hands[hand].tool_work_J = step.tools[hand].work_J;
   if (!report.measures_time) return;
   const auto ns = [](std::chrono::nanoseconds t) { return static_cast<std::uint64_t>(t.count()); };
   report.detect_ns.record(ns(step.detect));
@@ -59,9 +77,10 @@ void count_step(SimulationReport& report, const dynamics::StepReport& step) {
   report.integrate_ns.record(ns(step.integrate));
 }
 
-void count_snapshot(SimulationReport& report, const publication::SnapshotTimes& times) {
-  ++report.snapshots;
-  if (times.tool_ns != 0) report.tool_age_ns.record(times.publish_ns - times.tool_ns);
+void count_snapshot(SimulationReport& report, std::size_t hand,
+                    const publication::SnapshotTimes& times) {
+  if (hand == 0) ++report.snapshots;
+  if (times.tool_ns != 0) report.hands[hand].tool_age_ns.record(times.publish_ns - times.tool_ns);
 }
 
 void write_report(const SimulationReport& report, const bodies::World& world,
@@ -88,10 +107,10 @@ void write_report(const SimulationReport& report, const bodies::World& world,
                          {"energy_J", bodies::mechanical_energy_J(world)},
                          {"snapshots", report.snapshots}};
   if (!report.ended_by.empty()) json["ended_by"] = report.ended_by;
-  if (report.energy) json["energy"] = energy_json(*report.energy, report.tool_work_J);
+  if (report.energy) json["energy"] = energy_json(*report.energy, tool_work_J(report));
   json["momentum_kg_m_per_s"] = vector_json(dynamics::momentum_kg_m_per_s(world));
   json["angular_momentum_kg_m2_per_s"] = vector_json(dynamics::angular_momentum_kg_m2_per_s(world));
-  if (report.tool_age_ns.count() > 0) json["tool_age_ms"] = percentiles_ms(report.tool_age_ns);
+  add_hands(report, json);
   if (report.measures_time) {
     json["step_ms"] = percentiles_ms(report.step_ns);
     json["phases_ms"] = {{"detect", percentiles_ms(report.detect_ns)},

@@ -12,6 +12,14 @@
 
 namespace stillgrid::sim_server {
 
+/// Of one hand.
+struct HandReport {
+  std::string name;
+  double tool_work_J = 0.0;         // that its tool gave, as the snapshots tell it
+  realtime::Histogram tool_age_ns;  // of its tool's samples as their snapshots were published,
+                                    // virtual in lockstep
+};
+
 /// Counters of a run, for --report.
 struct SimulationReport {
   std::string scene, solver;
@@ -23,16 +31,15 @@ struct SimulationReport {
   std::uint64_t crossings_left = 0, contacts = 0, sleeping_spheres = 0;
   bool measures_time = false;  // lockstep has no wall time to report
   std::optional<dynamics::EnergyAccount> energy;
-  double tool_work_J = 0.0;  // that the tool gave, as the snapshots tell it
+  std::vector<HandReport> hands;
   realtime::Histogram step_ns, detect_ns, respond_ns, integrate_ns, predict_ns, publish_ns;
-  realtime::Histogram
-      tool_age_ns;  // of the tool's samples as their snapshots were published, virtual in lockstep
 };
 
 void count_step(SimulationReport& report, const dynamics::StepReport& step);
 
-/// Counts a snapshot that was published.
-void count_snapshot(SimulationReport& report, const publication::SnapshotTimes& times);
+/// Counts a snapshot that was published for a hand.
+void count_snapshot(SimulationReport& report, std::size_t hand,
+                    const publication::SnapshotTimes& times);
 
 /// Writes the report of docs/formats.md, "Reports". Throws std::runtime_error if the file cannot be
 /// written.

@@ -6,12 +6,14 @@
 #include <chrono>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "shared/publication/lockstep.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/realtime/realtime_thread.hpp"
 #include "sim_server/lockstep_schedule.hpp"
 #include "sim_server/published_scene.hpp"
+#include "sim_server/session.hpp"
 
 namespace stillgrid::sim_server {
 namespace {
@@ -24,40 +26,6 @@ constexpr double kStepShare = 0.8;
 double to_s(std::uint64_t ns) {
   return static_cast<double>(ns) * 1e-9;
 }
-
-/// The simulation's side of the session: its own segment, and the tool's as it comes and goes.
-class Session {
- public:
-  Session(const scene::SceneDescription& scene, const ServerOptions& options,
-          publication::SessionLock lock, const dynamics::Simulation& simulation, proto::Clock clock,
-          std::uint64_t start_ns)
-      : writer_(std::move(lock), static_scene(scene, simulation), simulation.world().spheres.size(),
-                realtime::to_ns(scene.period_s), clock, start_ns, options.readers),
-        tool_(options.session, proto::SegmentKind::kTool, proto::kToolLayoutHash, clock,
-              [clock](const std::string& refusal) {
-                // Lockstep cannot go on without its peer; real time can, until a better one comes.
-                if (clock == proto::Clock::kVirtual) throw publication::SegmentError(refusal);
-                spdlog::warn("{}", refusal);
-              }) {}
-
-  [[nodiscard]] std::optional<dynamics::ToolSample> take_tool() {
-    const publication::ToolView* view = tool_.acquire();
-    if (view == nullptr || !tool_.writer_alive()) {
-      last_tool_.reset();
-    } else if (const auto state = view->read()) {
-      last_tool_ = sample_of(*state);  // else the last good sample stands
-    }
-    return last_tool_;
-  }
-
-  [[nodiscard]] publication::SceneWriter& writer() noexcept { return writer_; }
-  [[nodiscard]] publication::SegmentWatch<publication::ToolView>& tool() noexcept { return tool_; }
-
- private:
-  publication::SceneWriter writer_;
-  publication::SegmentWatch<publication::ToolView> tool_;
-  std::optional<dynamics::ToolSample> last_tool_;
-};
 
 /// What a step that begins now may cost, if the next is due at deadline_ns.
 dynamics::Budget budget_until(std::uint64_t deadline_ns, const std::atomic<bool>& stop) {
@@ -90,25 +58,32 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
               publication::SessionLock lock, dynamics::Simulation& simulation,
               SimulationReport& report, const std::atomic<bool>& stop) {
   const std::uint64_t start_ns = realtime::monotonic_ns();
-  Session session(scene, options, std::move(lock), simulation, proto::Clock::kMonotonic, start_ns);
-  session.tool().start();
-  const auto publish = [&](std::uint64_t state_ns, std::uint64_t began_ns,
+  Session session(scene, options.session, std::move(lock), simulation, proto::Clock::kMonotonic,
+                  start_ns, options.readers);
+  std::vector<dynamics::TakeTool> take_tools;
+  for (HandSession& hand : session.hands()) {
+    hand.tool().start();
+    take_tools.emplace_back([&hand] { return hand.take_tool(); });
+  }
+  const auto publish = [&](std::size_t hand, std::uint64_t state_ns, std::uint64_t began_ns,
                            const dynamics::StepReport& step,
                            const publication::SnapshotPrediction& prediction) {
+    publication::SceneWriter& writer = session.hands()[hand].writer();
     const std::uint64_t computed_ns = realtime::monotonic_ns();
-    session.writer().segment().require_whole();
+    writer.segment().require_whole();
     const std::uint64_t now_ns = realtime::monotonic_ns();
     const publication::SnapshotTimes times{.state_ns = state_ns,
                                            .publish_ns = now_ns,
-                                           .tool_ns = step.tool_time_ns,
+                                           .tool_ns = step.tools[hand].time_ns,
                                            .step_ns = now_ns - began_ns,
                                            .contacts = static_cast<std::uint64_t>(step.contacts),
-                                           .tool_work_J = step.tool_work_J};
-    session.writer().publish(simulation.snapshot(), times, prediction);
+                                           .tool_work_J = step.tools[hand].work_J};
+    writer.publish(simulation.snapshot(), times, prediction);
     report.publish_ns.record(realtime::monotonic_ns() - computed_ns);
-    count_snapshot(report, times);
+    count_snapshot(report, hand, times);
   };
-  publish(start_ns, start_ns, {}, {});
+  for (std::size_t hand = 0; hand < take_tools.size(); ++hand)
+    publish(hand, start_ns, start_ns, {}, {});
 
   realtime::PeriodicTimer timer(realtime::to_ns(scene.period_s));
   const std::uint64_t end_ns =
@@ -119,103 +94,131 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
     report.late_steps += wake.skipped;
     const dynamics::Budget budget =
         budget_until(wake.deadline_ns + realtime::to_ns(scene.period_s), stop);
-    const dynamics::StepReport step = simulation.step(
-        scene.period_s, [&] { return session.take_tool(); }, budget);
+    const dynamics::StepReport step = simulation.step(scene.period_s, take_tools, budget);
     if (step.stopped) return;
-    const std::uint64_t stepped_ns = realtime::monotonic_ns();
-    const publication::SnapshotPrediction prediction =
-        simulation.predict_next(scene.period_s, budget);
-    report.predict_ns.record(realtime::monotonic_ns() - stepped_ns);
-    publish(wake.deadline_ns, wake.now_ns, step, prediction);
+    for (std::size_t hand = 0; hand < take_tools.size(); ++hand) {
+      const std::uint64_t began_ns = realtime::monotonic_ns();
+      const publication::SnapshotPrediction prediction =
+          simulation.predict_next(scene.period_s, budget, hand);
+      report.predict_ns.record(realtime::monotonic_ns() - began_ns);
+      publish(hand, wake.deadline_ns, wake.now_ns, step, prediction);
+    }
     count_step(report, step);
     report.step_ns.record(realtime::monotonic_ns() - wake.now_ns);
   }
 }
 
-/// Waits for the peer's promises, and turns what goes wrong into an error.
-class LockstepPeer {
+/// Waits for the promises of every hand's peer, and turns what goes wrong into an error.
+class LockstepPeers {
  public:
-  LockstepPeer(Session& session, const std::atomic<bool>& stop) : session_(session), stop_(stop) {}
+  LockstepPeers(Session& session, const std::atomic<bool>& stop) : session_(session), stop_(stop) {}
 
-  void wait_for_arrival(const std::string& name) {
+  void wait_for_arrival() {
     const std::uint64_t give_up_ns = realtime::monotonic_ns() + kPeerPatience_ns;
-    while (view() == nullptr && !stop_) {
-      session_.tool().poll();
-      if (realtime::monotonic_ns() > give_up_ns)
-        throw publication::SegmentError("no haptic_server --lockstep in session '" + name +
-                                        "' after 10 s");
+    for (std::size_t hand = 0; hand < session_.hands().size(); ++hand) {
+      while (view(hand) == nullptr && !stop_) {
+        session_.hands()[hand].tool().poll();
+        if (realtime::monotonic_ns() > give_up_ns)
+          throw publication::SegmentError("no haptic_server --lockstep in session '" +
+                                          session_.hands()[hand].name() + "' after 10 s");
+      }
     }
   }
 
   /// False when stopped.
   bool wait(std::uint64_t proto::SegmentHeader::*promise, std::uint64_t value) {
-    const auto word = [&] {
-      return double_buffer::HardwareAtomics::load(view()->reader().live().*promise,
-                                                  std::memory_order_acquire);
-    };
-    const auto still_there = [&] { return view()->reader().writer_alive(); };
-    const publication::WaitResult result =
-        publication::wait_for_promise(word, value, still_there, stop_);
-    if (result == publication::WaitResult::kPeerGone)
-      throw publication::SegmentError("the haptic_server died; lockstep cannot go on without it");
-    return result == publication::WaitResult::kReached;
+    for (std::size_t hand = 0; hand < session_.hands().size(); ++hand) {
+      const publication::ToolView& peer = *view(hand);
+      const auto word = [&] {
+        return double_buffer::HardwareAtomics::load(peer.reader().live().*promise,
+                                                    std::memory_order_acquire);
+      };
+      const auto still_there = [&] { return peer.reader().writer_alive(); };
+      const publication::WaitResult result =
+          publication::wait_for_promise(word, value, still_there, stop_);
+      if (result == publication::WaitResult::kPeerGone)
+        throw publication::SegmentError("the haptic_server" + of_hand(hand) +
+                                        " died; lockstep cannot go on without it");
+      if (result != publication::WaitResult::kReached) return false;
+    }
+    return true;
   }
 
-  std::optional<dynamics::ToolSample> sample() {
-    const auto state = view()->read();
-    if (!state) return std::nullopt;
-    return sample_of(*state);
+  [[nodiscard]] std::vector<dynamics::TakeTool> take_tools() {
+    std::vector<dynamics::TakeTool> take;
+    for (std::size_t hand = 0; hand < session_.hands().size(); ++hand)
+      take.emplace_back([this, hand]() -> std::optional<dynamics::ToolSample> {
+        const auto state = view(hand)->read();
+        if (!state) return std::nullopt;
+        return sample_of(*state);
+      });
+    return take;
   }
 
  private:
-  const publication::ToolView* view() { return session_.tool().acquire(); }
+  const publication::ToolView* view(std::size_t hand) {
+    return session_.hands()[hand].tool().acquire();
+  }
+  [[nodiscard]] std::string of_hand(std::size_t hand) const {
+    return session_.hands().size() > 1 ? " of '" + session_.hands()[hand].name() + "'" : "";
+  }
 
   Session& session_;
   const std::atomic<bool>& stop_;
 };
 
-void promise(std::uint64_t& word, std::uint64_t time_ns) {
-  double_buffer::HardwareAtomics::store(word, time_ns, std::memory_order_release);
+void promise(Session& session, std::uint64_t proto::SegmentHeader::*word, std::uint64_t time_ns) {
+  for (HandSession& hand : session.hands())
+    double_buffer::HardwareAtomics::store(hand.writer().header().*word, time_ns,
+                                          std::memory_order_release);
 }
 
 void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& options,
                   publication::SessionLock lock, dynamics::Simulation& simulation,
                   SimulationReport& report, const std::atomic<bool>& stop) {
-  Session session(scene, options, std::move(lock), simulation, proto::Clock::kVirtual, 0);
-  proto::SegmentHeader& header = session.writer().header();
+  using Header = proto::SegmentHeader;
+  Session session(scene, options.session, std::move(lock), simulation, proto::Clock::kVirtual, 0,
+                  options.readers);
+  const std::size_t hands = session.hands().size();
   LockstepSchedule schedule(scene.period_s, options.jitter, options.seed, options.latency_s);
   ScheduledSnapshot snapshot = schedule.next();
-  session.writer().publish(simulation.snapshot(), {.state_ns = 0, .publish_ns = 0});
+  for (HandSession& hand : session.hands())
+    hand.writer().publish(simulation.snapshot(), {.state_ns = 0, .publish_ns = 0});
   ++report.snapshots;
-  promise(header.lockstep_sample_ns, snapshot.sample_ns);
-  promise(header.lockstep_event_ns, snapshot.publish_ns);
+  promise(session, &Header::lockstep_sample_ns, snapshot.sample_ns);
+  promise(session, &Header::lockstep_event_ns, snapshot.publish_ns);
 
-  LockstepPeer peer(session, stop);
-  peer.wait_for_arrival(options.session);
+  LockstepPeers peers(session, stop);
+  peers.wait_for_arrival();
+  const std::vector<dynamics::TakeTool> take_tools = peers.take_tools();
   const std::uint64_t end_ns =
       options.duration_s ? realtime::to_ns(*options.duration_s) : proto::kNever;
   while (snapshot.state_ns <= end_ns) {
     // A sample taken before T_n is complete when the peer's next one lies after it.
-    if (stop || !peer.wait(&proto::SegmentHeader::lockstep_sample_ns, snapshot.sample_ns + 1))
-      break;
-    const dynamics::StepReport step =
-        simulation.step(to_s(snapshot.step_ns), [&] { return peer.sample(); },
-                        {.iterations = kMaxIterations, .stop = &stop});
+    if (stop || !peers.wait(&Header::lockstep_sample_ns, snapshot.sample_ns + 1)) break;
+    const dynamics::StepReport step = simulation.step(
+        to_s(snapshot.step_ns), take_tools, {.iterations = kMaxIterations, .stop = &stop});
     if (step.stopped) break;
-    const publication::SnapshotPrediction prediction = simulation.predict_next(scene.period_s);
+    // The hands tick on meanwhile; the predictions for the others take the place of this one.
+    publication::SnapshotPrediction prediction = simulation.predict_next(scene.period_s);
     count_step(report, step);
-    session.writer().segment().require_whole();
 
-    const publication::SnapshotTimes times = times_of(snapshot, step);
+    const ScheduledSnapshot shown = snapshot;
     snapshot = schedule.next();
-    promise(header.lockstep_sample_ns, snapshot.sample_ns);
-    if (!peer.wait(&proto::SegmentHeader::lockstep_event_ns, times.publish_ns)) break;
-    session.writer().publish(simulation.snapshot(), times, prediction);
-    count_snapshot(report, times);
-    promise(header.lockstep_event_ns, snapshot.publish_ns);
+    promise(session, &Header::lockstep_sample_ns, snapshot.sample_ns);
+    if (!peers.wait(&Header::lockstep_event_ns, shown.publish_ns)) break;
+    for (std::size_t hand = 0; hand < hands; ++hand) {
+      if (hand > 0) prediction = simulation.predict_next(scene.period_s, {}, hand);
+      publication::SceneWriter& writer = session.hands()[hand].writer();
+      writer.segment().require_whole();
+      const publication::SnapshotTimes times = times_of(shown, step, hand);
+      writer.publish(simulation.snapshot(), times, prediction);
+      count_snapshot(report, hand, times);
+    }
+    promise(session, &Header::lockstep_event_ns, snapshot.publish_ns);
   }
-  promise(header.lockstep_sample_ns, proto::kNever);
-  promise(header.lockstep_event_ns, proto::kNever);
+  promise(session, &Header::lockstep_sample_ns, proto::kNever);
+  promise(session, &Header::lockstep_event_ns, proto::kNever);
 }
 
 }  // namespace

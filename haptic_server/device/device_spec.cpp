@@ -1,6 +1,7 @@
 #include "haptic_server/device/device_spec.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cstddef>
 #include <cstdlib>
 #include <system_error>
@@ -28,31 +29,22 @@ std::string_view take_until(std::string_view& text, char separator) {
   return part;
 }
 
-std::vector<fs::path> installed_folders() {
-  std::vector<fs::path> folders;
-  if (const char* const listed = std::getenv("STILLGRID_DEVICE_PATH"); listed != nullptr) {
-    for (std::string_view rest = listed; !rest.empty();) {
-      const std::string_view folder = take_until(rest, ':');
-      if (!folder.empty()) folders.emplace_back(folder);
-    }
-  }
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (!error) {
-    const fs::path above = program.parent_path().parent_path();
-    folders.push_back(above / "lib" / "stillgrid" / "devices");
-    // PREFIX/libexec/stillgrid holds what our scripts run.
-    if (above.filename() == "libexec")
-      folders.push_back(above.parent_path() / "lib" / "stillgrid" / "devices");
-  }
-  return folders;
+/// Takes the "@N" from the plugin's end; a file's name may have one too.
+void take_index(DeviceSpec& spec) {
+  const std::size_t at = spec.plugin.rfind('@');
+  if (at == std::string::npos || is_file(spec.plugin)) return;
+  const char* const end = spec.plugin.data() + spec.plugin.size();
+  const auto [stop, error] = std::from_chars(spec.plugin.data() + at + 1, end, spec.index);
+  if (error == std::errc{} && stop == end) spec.plugin.resize(at);
 }
 
 }  // namespace
 
 DeviceSpec parse_device_spec(std::string_view text) {
   std::string_view rest = text;
-  DeviceSpec spec{std::string(take_until(rest, ':')), {}};
+  DeviceSpec spec;
+  spec.plugin = take_until(rest, ':');
+  take_index(spec);
   if (spec.plugin.empty()) refuse(text, "PLUGIN[:key=value,...]");
   const bool has_options = text.find(':') != std::string_view::npos;
   if (has_options && (rest.empty() || rest.ends_with(','))) {
@@ -72,6 +64,26 @@ DeviceSpec parse_device_spec(std::string_view text) {
     spec.options.push_back({key, std::string(part.substr(equals + 1))});
   }
   return spec;
+}
+
+std::vector<fs::path> installed_folders() {
+  std::vector<fs::path> folders;
+  if (const char* const listed = std::getenv("STILLGRID_DEVICE_PATH"); listed != nullptr) {
+    for (std::string_view rest = listed; !rest.empty();) {
+      const std::string_view folder = take_until(rest, ':');
+      if (!folder.empty()) folders.emplace_back(folder);
+    }
+  }
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (!error) {
+    const fs::path above = program.parent_path().parent_path();
+    folders.push_back(above / "lib" / "stillgrid" / "devices");
+    // PREFIX/libexec/stillgrid holds what our scripts run.
+    if (above.filename() == "libexec")
+      folders.push_back(above.parent_path() / "lib" / "stillgrid" / "devices");
+  }
+  return folders;
 }
 
 std::filesystem::path find_device_plugin(const std::string& plugin) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
@@ -38,10 +39,12 @@ struct DeviceOption {
 struct DeviceSpec {
   std::string plugin;
   std::vector<DeviceOption> options;
+  std::uint32_t index = 0;  // of the devices that the driver enumerates
 };
 
-/// Reads "PLUGIN[:key=value,...]". The first ':' ends the plugin, a ',' ends a value, and
-/// the first '=' ends a key; so a value may hold any character but ','.
+/// Reads "PLUGIN[@N][:key=value,...]", N from 0: which of the driver's devices. The first ':' ends
+/// the plugin, a ',' ends a value, and the first '=' ends a key; so a value may hold any character
+/// but ','.
 ///
 /// Throws DeviceError (kBadInput) for an empty plugin or key, an option without '=', and a
 /// key given twice.
@@ -53,5 +56,8 @@ struct DeviceSpec {
 ///
 /// Throws DeviceError (kBadInput) when there is no such file.
 [[nodiscard]] std::filesystem::path find_device_plugin(const std::string& plugin);
+
+/// Where plugins are looked for by their names, in that order.
+[[nodiscard]] std::vector<std::filesystem::path> installed_folders();
 
 }  // namespace stillgrid::device

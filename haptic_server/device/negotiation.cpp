@@ -2,7 +2,9 @@
 
 #include <dlfcn.h>
 
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
 
 #include "haptic_server/device/driver_call.hpp"
@@ -72,7 +74,10 @@ stillgrid_device_api negotiate_device(const std::string& plugin, const DeviceLoo
     fail_device(DeviceFailure::kDeviceFault, plugin,
                 "negotiate: expected a table with every function up to strerror");
   }
-  return api;
+  if (api.abi >= 2) return api;
+  stillgrid_device_api first{};  // of version 1: what stands behind its end says nothing
+  std::memcpy(&first, &api, offsetof(stillgrid_device_api, set_tick));
+  return first;
 }
 
 }  // namespace stillgrid::device

@@ -1,93 +1,27 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <optional>
-#include <sstream>
 #include <string>
 #include <string_view>
-#include <utility>
-#include <vector>
 
-#include "haptic_server/devices/path.hpp"
+#include "haptic_server/devices/mailbox.hpp"
 #include "haptic_server/devices/phantom_instrument.hpp"
 #include "haptic_server/devices/phantom_model.hpp"
-#include "haptic_server/devices/plugin_options.hpp"
+#include "haptic_server/devices/phantom_options.hpp"
+#include "haptic_server/devices/phantom_servo.hpp"
 #include "haptic_server/devices/plugin_support.hpp"
 
 namespace stillgrid::devices {
 namespace {
 
-/// A numeric option, and the setting it takes the place of.
-struct NumberOption {
-  std::string_view key;
-  Bounds bounds;
-  double& (*place)(PhantomSettings&);
-};
-
-constexpr double kMaxHold_s = 1e6;
-constexpr std::array<std::string_view, 3> kPivotKeys = {"pivot_x_m", "pivot_y_m", "pivot_z_m"};
-
-using Settings = PhantomSettings;
-constexpr std::array kNumberOptions = {
-    NumberOption{"mass_kg", Bounds::kPositive,
-                 [](Settings& s) -> double& { return s.device.mass_kg; }},
-    NumberOption{"damping_N_s_per_m", Bounds::kNotNegative,
-                 [](Settings& s) -> double& { return s.device.damping_N_s_per_m; }},
-    NumberOption{"friction_N", Bounds::kNotNegative,
-                 [](Settings& s) -> double& { return s.device.friction_N; }},
-    NumberOption{"resolution_m", Bounds::kNotNegative,
-                 [](Settings& s) -> double& { return s.device.resolution_m; }},
-    NumberOption{"max_force_N", Bounds::kNotNegative,
-                 [](Settings& s) -> double& { return s.device.max_force_N; }},
-    NumberOption{"hand_mass_kg", Bounds::kNotNegative,
-                 [](Settings& s) -> double& { return s.hand.mass_kg; }},
-    NumberOption{"hand_damping_N_s_per_m", Bounds::kNotNegative,
-                 [](Settings& s) -> double& { return s.hand.damping_N_s_per_m; }},
-    NumberOption{"hand_stiffness_N_per_m", Bounds::kNotNegative,
-                 [](Settings& s) -> double& { return s.hand.stiffness_N_per_m; }},
-    NumberOption{"noise_m", Bounds::kNotNegative, [](Settings& s) -> double& { return s.noise_m; }},
-    NumberOption{"push_x_N", Bounds::kFinite, [](Settings& s) -> double& { return s.push_N.x(); }},
-    NumberOption{"push_y_N", Bounds::kFinite, [](Settings& s) -> double& { return s.push_N.y(); }},
-    NumberOption{"push_z_N", Bounds::kFinite, [](Settings& s) -> double& { return s.push_N.z(); }},
-    NumberOption{"start_x_m", Bounds::kFinite,
-                 [](Settings& s) -> double& { return s.start_m.x(); }},
-    NumberOption{"start_y_m", Bounds::kFinite,
-                 [](Settings& s) -> double& { return s.start_m.y(); }},
-    NumberOption{"start_z_m", Bounds::kFinite,
-                 [](Settings& s) -> double& { return s.start_m.z(); }},
-    NumberOption{"velocity_x_m_s", Bounds::kFinite,
-                 [](Settings& s) -> double& { return s.start_velocity_m_s.x(); }},
-    NumberOption{"velocity_y_m_s", Bounds::kFinite,
-                 [](Settings& s) -> double& { return s.start_velocity_m_s.y(); }},
-    NumberOption{"velocity_z_m_s", Bounds::kFinite,
-                 [](Settings& s) -> double& { return s.start_velocity_m_s.z(); }},
-    NumberOption{"centre_x_m", Bounds::kFinite,
-                 [](Settings& s) -> double& { return s.path.centre_m.x(); }},
-    NumberOption{"centre_y_m", Bounds::kFinite,
-                 [](Settings& s) -> double& { return s.path.centre_m.y(); }},
-    NumberOption{"centre_z_m", Bounds::kFinite,
-                 [](Settings& s) -> double& { return s.path.centre_m.z(); }},
-    NumberOption{"depth_m", Bounds::kFinite, [](Settings& s) -> double& { return s.path.depth_m; }},
-    NumberOption{"amplitude_m", Bounds::kFinite,
-                 [](Settings& s) -> double& { return s.path.amplitude_m; }},
-    NumberOption{"period_s", Bounds::kPositive,
-                 [](Settings& s) -> double& { return s.path.period_s; }},
-};
-
-std::string known_keys() {
-  std::string keys = "a known key: profile, hand, path, delay_ticks, seed, limits, hold_s";
-  for (const NumberOption& option : kNumberOptions) keys += ", " + std::string(option.key);
-  for (const std::string_view key : kPivotKeys) keys += ", " + std::string(key);
-  return keys + ", scale, offset_x_m, offset_y_m, offset_z_m, map, resample, knot_spacing_s";
-}
-
-std::string text_of(const Eigen::Vector3d& point_m) {
-  std::ostringstream text;
-  text << point_m.x() << ' ' << point_m.y() << ' ' << point_m.z();
-  return text.str();
+std::uint64_t steady_ns() noexcept {
+  return static_cast<std::uint64_t>(std::chrono::steady_clock::now().time_since_epoch().count());
 }
 
 /// The simulated device behind the plugin interface. Its time is the host's, from the first
@@ -96,66 +30,34 @@ class PhantomDriver {
  public:
   static constexpr const char* kName = "phantom";
 
-  explicit PhantomDriver(const HostLoop& loop) : period_ns_(loop.period_ns), log_(loop.log) {
-    recording_.resampling = Resampling::kCubic;  // a hand's velocity does not step
-  }
+  explicit PhantomDriver(const HostLoop& loop) : loop_(loop), options_(loop.period_ns, loop.log) {}
 
-  void configure(std::string_view given_key, std::string_view value) {
-    const std::string_view key = names_.key_of(given_key, value);
-    if (key != given_key)
-      log_.warn("option " + std::string(given_key) + " is now " + std::string(key));
-    if (set_recording_option(recording_, key, value)) return;
-    const auto* const number =
-        std::find_if(kNumberOptions.begin(), kNumberOptions.end(),
-                     [key](const NumberOption& option) { return option.key == key; });
-    if (number != kNumberOptions.end()) {
-      overrides_.emplace_back(number, number_option(key, value, number->bounds));
-    } else if (const auto pivot = std::find(kPivotKeys.begin(), kPivotKeys.end(), key);
-               pivot != kPivotKeys.end()) {
-      pivot_m_[static_cast<std::size_t>(pivot - kPivotKeys.begin())] =
-          number_option(key, value, Bounds::kFinite);
-    } else if (key == "profile") {
-      const auto profile = phantom_profile(value);
-      if (!profile) refuse_option(key, value, "touch, touchx or premium15");
-      profile_ = *profile;
-    } else if (key == "hand") {
-      const auto hand = hand_profile(value);
-      if (!hand) refuse_option(key, value, "none, light or measured");
-      hand_ = *hand;
-    } else if (key == "path") {
-      if (!path_kind(value) && !value.ends_with(".csv")) {
-        refuse_option(key, value, "still, press, stroke, tap, circle or a trajectory FILE.csv");
-      }
-      path_ = value;
-    } else if (key == "delay_ticks") {
-      delay_ticks_ = static_cast<int>(count_option(key, value, kMaxDelayTicks));
-    } else if (key == "seed") {
-      seed_ = count_option(key, value, std::numeric_limits<std::uint64_t>::max());
-    } else if (key == "hold_s") {
-      hold_ns_ = static_cast<std::uint64_t>(
-          1e9 * std::min(number_option(key, value, Bounds::kNotNegative), kMaxHold_s));
-    } else if (key == "limits") {
-      declares_limits_ = count_option(key, value, 1) == 1;
-    } else {
-      refuse_option(key, value, known_keys());
-    }
-  }
+  void configure(std::string_view key, std::string_view value) { options_.set(key, value); }
 
   void describe(stillgrid_device_descriptor& descriptor) const {
-    const PhantomSettings set = settings();
+    const PhantomSettings set = options_.settings();
     const PhantomProfile& device = set.device;
     // Of a stylus without motors for torque, which is ignored. With a pivot the trocar bears half
     // of what the handle's force makes on the longest instrument that the workspace holds.
     descriptor.max_torque_N_m = 0.1 * device.max_force_N;
-    if (const auto at_m = pivot()) {
+    if (const auto at_m = options_.pivot()) {
       const double longest_m = (set.start_m - *at_m).norm() + 0.5 * device.workspace_m.norm();
       descriptor.max_torque_N_m = 2.0 * device.max_force_N * longest_m;
     }
     descriptor.position_resolution_m = device.resolution_m;
     descriptor.max_force_N = device.max_force_N;
-    descriptor.flags = STILLGRID_DEVICE_NO_MOTORS;
+    descriptor.flags = STILLGRID_DEVICE_NO_MOTORS |
+                       (options_.pace() == Pace::kDevice ? STILLGRID_DEVICE_SETS_PACE : 0U);
     descriptor.max_read_ns = 200'000;
-    if (!declares_limits_) return;
+    descriptor.dof_sensed = kTranslation | (options_.pivot() ? kRotation : 0U);
+    descriptor.dof_actuated = descriptor.dof_sensed;  // the pivot's torque is of the handle's force
+    if (set.gripper.open_m > 0.0) {
+      descriptor.dof_sensed |= STILLGRID_DOF_GRIPPER;
+      descriptor.dof_actuated |= STILLGRID_DOF_GRIPPER;
+      descriptor.gripper_open_m = set.gripper.open_m;
+      descriptor.max_gripper_force_N = kMaxGripperForce_N;
+    }
+    if (!options_.declares_limits()) return;
     Eigen::Map<Eigen::Vector3d>(descriptor.workspace_min_m) = -0.5 * device.workspace_m;
     Eigen::Map<Eigen::Vector3d>(descriptor.workspace_max_m) = 0.5 * device.workspace_m;
     descriptor.continuous_force_N = device.continuous_force_N;
@@ -170,15 +72,111 @@ class PhantomDriver {
                  sizeof identity.driver - 1);
   }
 
+  void set_tick(HostTick tick) noexcept { tick_ = tick; }
+
   void activate() {
-    model_ = make_phantom(settings());
-    pivot_ = pivot();
+    PhantomSettings settings = options_.settings();
+    const bool is_virtual = loop_.clock == STILLGRID_CLOCK_VIRTUAL;
+    if (options_.pace() == Pace::kLate && is_virtual)
+      settings.delay_ticks = std::min(settings.delay_ticks + 1, kMaxDelayTicks);
+    model_ = make_phantom(settings);
+    pivot_ = options_.pivot();
     if (pivot_) instrument_ = place_instrument({}, model_.position_m, *pivot_);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      push_N_[axis] = settings.push_N[static_cast<Eigen::Index>(axis)];
+    grip_N_ = settings.gripper.grip_N;
     has_started_ = false;
     sequence_ = 0;
+    if (!is_virtual) begin_servo();
   }
 
   std::int32_t read(std::uint64_t now_ns, bool is_stopped, stillgrid_device_state& state) noexcept {
+    if (is_late_)
+      state = sampled_.take();
+    else
+      sample(now_ns, is_stopped, state);
+    return STILLGRID_DEVICE_OK;
+  }
+
+  std::int32_t write(std::uint64_t now_ns, bool is_stopped, const double* force_N,
+                     const double* torque_N_m) noexcept {
+    Wrench wrench;
+    std::copy_n(force_N, 3, wrench.force_N.begin());
+    if (torque_N_m != nullptr) std::copy_n(torque_N_m, 3, wrench.torque_N_m.begin());
+    if (is_late_) {
+      commanded_.put(wrench);
+    } else {
+      catch_up(now_ns, is_stopped);
+      if (!is_stopped) exert(wrench);
+    }
+    const auto is_finite = [](const std::array<double, 3>& v) {
+      return std::all_of(v.begin(), v.end(), [](double number) { return std::isfinite(number); });
+    };
+    const bool is_number = is_finite(wrench.force_N) && (!pivot_ || is_finite(wrench.torque_N_m));
+    return is_number ? STILLGRID_DEVICE_OK : STILLGRID_DEVICE_E_ARGUMENT;
+  }
+
+  std::int32_t write_gripper(std::uint64_t /*now_ns*/, bool is_stopped, double force_N) noexcept {
+    if (!std::isfinite(force_N)) return STILLGRID_DEVICE_E_ARGUMENT;
+    gripper_force_N_ =
+        is_stopped ? 0.0 : std::clamp(force_N, -kMaxGripperForce_N, kMaxGripperForce_N);
+    return STILLGRID_DEVICE_OK;
+  }
+
+  /// What the hand does, from now on.
+  void command(std::string_view key, std::string_view value) {
+    constexpr std::array<std::string_view, 3> kPush = {"push_x_N", "push_y_N", "push_z_N"};
+    const auto axis = std::find(kPush.begin(), kPush.end(), key);
+    if (axis != kPush.end())
+      push_N_[static_cast<std::size_t>(axis - kPush.begin())] =
+          number_option(key, value, Bounds::kFinite);
+    else if (key == "grip_N")
+      grip_N_ = number_option(key, value, Bounds::kFinite);
+    else
+      refuse_option(key, value, "a known key: push_x_N, push_y_N, push_z_N, grip_N");
+  }
+
+  void emergency_stop() noexcept { is_stopped_ = true; }
+
+  void deactivate() noexcept {
+    servo_.end();
+    release_force(model_);
+    gripper_force_N_ = 0.0;
+  }
+
+ private:
+  struct Wrench {
+    std::array<double, 3> force_N{}, torque_N_m{};
+  };
+  static constexpr std::uint32_t kTranslation = STILLGRID_DOF_X | STILLGRID_DOF_Y | STILLGRID_DOF_Z;
+  static constexpr std::uint32_t kRotation =
+      STILLGRID_DOF_ABOUT_X | STILLGRID_DOF_ABOUT_Y | STILLGRID_DOF_ABOUT_Z;
+
+  void begin_servo() {
+    is_stopped_ = false;
+    is_late_ = options_.pace() == Pace::kLate;
+    if (is_late_) {
+      stillgrid_device_state state{};
+      sample(steady_ns(), false, state);
+      sampled_.put(state);
+      servo_.begin(loop_.period_ns, [this](std::uint64_t now_ns) {
+        stillgrid_device_state latest{};
+        sample(now_ns, is_stopped_, latest);
+        sampled_.put(latest);
+        if (!is_stopped_) exert(commanded_.take());
+        return true;
+      });
+    } else if (options_.pace() == Pace::kDevice && tick_) {
+      servo_.begin(loop_.period_ns, [this](std::uint64_t /*now_ns*/) { return tick_(); });
+    }
+  }
+
+  void exert(const Wrench& wrench) noexcept {
+    const Eigen::Vector3d force_N(wrench.force_N.data()), torque_N_m(wrench.torque_N_m.data());
+    command_force(model_, pivot_ ? force_at_handle_N(instrument_, force_N, torque_N_m) : force_N);
+  }
+
+  void sample(std::uint64_t now_ns, bool is_stopped, stillgrid_device_state& state) noexcept {
     catch_up(now_ns, is_stopped);
     state.valid = STILLGRID_STATE_POSITION;
     state.time_ns = now_ns;
@@ -190,64 +188,10 @@ class PhantomDriver {
       state.valid |= STILLGRID_STATE_ORIENTATION;
       Eigen::Map<Eigen::Vector4d>(state.orientation_xyzw) = orientation_of(instrument_).coeffs();
     }
-    return STILLGRID_DEVICE_OK;
-  }
-
-  std::int32_t write(std::uint64_t now_ns, bool is_stopped, const double* force_N,
-                     const double* torque_N_m) noexcept {
-    catch_up(now_ns, is_stopped);
-    Eigen::Vector3d force = Eigen::Map<const Eigen::Vector3d>(force_N);
-    if (pivot_ && torque_N_m != nullptr)
-      force = force_at_handle_N(instrument_, force, Eigen::Map<const Eigen::Vector3d>(torque_N_m));
-    if (!is_stopped) command_force(model_, force);
-    return force.allFinite() ? STILLGRID_DEVICE_OK : STILLGRID_DEVICE_E_ARGUMENT;
-  }
-
-  void deactivate() noexcept { release_force(model_); }
-
- private:
-  /// Everything configured so far, put together.
-  [[nodiscard]] PhantomSettings settings() const {
-    PhantomSettings settings;
-    settings.device = profile_;
-    settings.hand = hand_;
-    settings.delay_ticks = delay_ticks_;
-    settings.seed = seed_;
-    settings.tick_s = static_cast<double>(period_ns_) * 1e-9;
-    if (const auto kind = path_kind(path_)) {
-      settings.path.kind = *kind;
-    } else {
-      settings.path.kind = PathKind::kRecorded;
-      settings.path.recorded = read_curve(path_, recording_, settings.tick_s);
+    if (model_.settings.gripper.open_m > 0.0) {
+      state.valid |= STILLGRID_STATE_GRIPPER;
+      state.gripper_m = model_.gripper_m;
     }
-    const auto apply_overrides = [&] {
-      for (const auto& [option, value] : overrides_) option->place(settings) = value;
-    };
-    apply_overrides();
-    settings.start_m = path_at(settings.path, 0.0).position_m;
-    apply_overrides();  // again, for a start that is not the path's
-    if (const auto at_m = pivot()) check_pivot(settings, *at_m);
-    return settings;
-  }
-
-  /// Throws where only a part of it is given.
-  [[nodiscard]] std::optional<Eigen::Vector3d> pivot() const {
-    const auto given = std::find_if(pivot_m_.begin(), pivot_m_.end(),
-                                    [](const auto& number) { return number.has_value(); });
-    if (given == pivot_m_.end()) return std::nullopt;
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      if (!pivot_m_[axis])
-        refuse_option(kPivotKeys[axis], "", "a number, for all three of a pivot or none");
-    return Eigen::Vector3d(*pivot_m_[0], *pivot_m_[1], *pivot_m_[2]);
-  }
-
-  static void check_pivot(const PhantomSettings& settings, const Eigen::Vector3d& pivot_m) {
-    std::optional<Eigen::Vector3d> unfit_m = unfit_point_m(settings.path, pivot_m);
-    if (!unfit_m && !holds_instrument(settings.start_m, pivot_m)) unfit_m = settings.start_m;
-    if (!unfit_m) return;
-    refuse_option("pivot_x_m, pivot_y_m, pivot_z_m", text_of(pivot_m),
-                  "a point below the handle's path and start and 0.02 m from them, not one by " +
-                      text_of(*unfit_m));
   }
 
   /// Moves the model to now_ns, the force held. What a stall takes beyond 50 ticks is skipped,
@@ -257,35 +201,37 @@ class PhantomDriver {
     if (is_stopped) release_force(model_);
     if (!has_started_) start_ns_ = now_ns;
     has_started_ = true;
-    const std::uint64_t free_ns = start_ns_ + hold_ns_;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      model_.settings.push_N[static_cast<Eigen::Index>(axis)] = push_N_[axis];
+    model_.settings.gripper.grip_N = grip_N_;
+    model_.gripper_force_N = is_stopped ? 0.0 : gripper_force_N_.load();
+    const std::uint64_t free_ns = start_ns_ + options_.hold_ns();
     const std::uint64_t elapsed_ns = now_ns > free_ns ? now_ns - free_ns : 0;
-    const std::uint64_t target = elapsed_ns * kSubstepsPerTick / period_ns_;
+    const std::uint64_t target = elapsed_ns * kSubstepsPerTick / loop_.period_ns;
     if (target <= model_.substeps_done) return;
     const std::uint64_t due = target - model_.substeps_done;
-    if (due > kMaxSubsteps) start_ns_ += (due - kMaxSubsteps) * period_ns_ / kSubstepsPerTick;
+    if (due > kMaxSubsteps) start_ns_ += (due - kMaxSubsteps) * loop_.period_ns / kSubstepsPerTick;
     advance_phantom(model_, std::min(due, kMaxSubsteps));
   }
 
-  PhantomProfile profile_ = *phantom_profile("touch");
-  HandProfile hand_ = *hand_profile("light");
-  std::string path_ = "press";
-  RecordingOptions recording_;
-  int delay_ticks_ = 0;
-  std::uint64_t seed_ = 1;
-  bool declares_limits_ = true;
-  std::uint64_t hold_ns_ = 0;  // that it stays at its start, whatever pushes
-  OptionNames names_;
-  std::vector<std::pair<const NumberOption*, double>> overrides_;
-  std::array<std::optional<double>, 3> pivot_m_;  // as configured
-
-  std::uint64_t period_ns_;
-  HostLog log_;
+  HostLoop loop_;
+  PhantomOptions options_;
+  HostTick tick_;
   PhantomModel model_;
   std::optional<Eigen::Vector3d> pivot_;
   Instrument instrument_;  // as last read
   bool has_started_ = false;
   std::uint64_t start_ns_ = 0;
   std::uint64_t sequence_ = 0;
+
+  // Of several threads: the servo's, the host's, who gives commands, who stops.
+  bool is_late_ = false;
+  std::atomic<bool> is_stopped_ = false;
+  std::array<std::atomic<double>, 3> push_N_ = {};
+  std::atomic<double> grip_N_ = 0.0, gripper_force_N_ = 0.0;
+  Mailbox<stillgrid_device_state> sampled_;
+  Mailbox<Wrench> commanded_;
+  PhantomServo servo_;  // last: ended before what it uses is gone
 };
 
 }  // namespace

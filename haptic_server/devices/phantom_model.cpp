@@ -1,5 +1,6 @@
 #include "haptic_server/devices/phantom_model.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 
@@ -145,6 +146,7 @@ PhantomModel make_phantom(const PhantomSettings& settings) {
   model.transition = motion.topLeftCorner<2, 2>();
   model.force_gain = motion.topRightCorner<2, 1>();
   model.position_m = settings.start_m;
+  model.gripper_m = settings.gripper.open_m;
   model.velocity_m_s = settings.start_velocity_m_s;
   model.delayed_N.fill(Eigen::Vector3d::Zero());
   model.noise_state = settings.seed;
@@ -171,6 +173,11 @@ void release_force(PhantomModel& model) noexcept {
 void advance_phantom(PhantomModel& model, std::uint64_t substeps) noexcept {
   const double substep_s = model.settings.tick_s / static_cast<double>(kSubstepsPerTick);
   for (std::uint64_t n = 0; n < substeps; ++n) advance_substep(model, substep_s);
+  constexpr double kFingers_N_s_per_m = 20.0;
+  const Gripper& gripper = model.settings.gripper;
+  const double opened_m = (model.gripper_force_N - gripper.grip_N) / kFingers_N_s_per_m *
+                          static_cast<double>(substeps) * substep_s;
+  model.gripper_m = std::clamp(model.gripper_m + opened_m, 0.0, gripper.open_m);
 }
 
 Eigen::Vector3d read_encoders(PhantomModel& model) noexcept {

@@ -33,6 +33,13 @@ struct HandProfile {
   double stiffness_N_per_m = 0.0;
 };
 
+/// Two fingers and what closes them; as light as their damper lets them seem.
+struct Gripper {
+  double open_m = 0.0;  // widest opening; 0 no gripper
+  double grip_N = 0.0;  // with which the hand closes it
+};
+inline constexpr double kMaxGripperForce_N = 8.0;  // of the motor, either way
+
 /// The devices touch, touchx and premium15. Their figures come from secondary sources, and
 /// some are assumptions, marked in the implementation: the motors' time constant and the
 /// greatest speed are for all three.
@@ -46,6 +53,7 @@ struct HandProfile {
 struct PhantomSettings {
   PhantomProfile device;
   HandProfile hand;
+  Gripper gripper;
   Path path;                                         // of the hand
   Eigen::Vector3d push_N = Eigen::Vector3d::Zero();  // a constant force of the user's
   Eigen::Vector3d start_m = Eigen::Vector3d::Zero();
@@ -71,6 +79,7 @@ struct PhantomModel {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d held_force_N = Eigen::Vector3d::Zero();  // what the motors exert now
+  double gripper_m = 0.0, gripper_force_N = 0.0;           // opening, and the motor's force on it
   std::uint64_t substeps_done = 0;
 
   std::array<Eigen::Vector3d, kMaxDelayTicks + 1> delayed_N;  // ring, the last delay_ticks + 1

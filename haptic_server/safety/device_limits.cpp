@@ -35,6 +35,8 @@ SafetyLimits safety_limits(const SafetyOptions& options,
   limits.workspace = {Eigen::Vector3d(device.workspace_min_m),
                       Eigen::Vector3d(device.workspace_max_m)};
   limits.passivity_mass_kg = options.passivity_mass_kg;
+  limits.gripper = {options.gripper_stiffness_N_per_m, device.gripper_open_m,
+                    device.max_gripper_force_N};
   return limits;
 }
 

@@ -14,6 +14,7 @@ struct SafetyOptions {
   std::optional<double> max_stiffness_N_per_m = {};
   std::optional<double> max_speed_m_s = {};
   std::optional<double> passivity_mass_kg = {};  // of the control of energy, if there is to be one
+  double gripper_stiffness_N_per_m = 0.0;        // of the spring that opens a device's gripper
 };
 
 /// The limits that a device is held to: as declared, and as asked for where that is stricter or the

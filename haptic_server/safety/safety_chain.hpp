@@ -8,6 +8,7 @@
 #include "haptic_server/safety/contact_energy.hpp"
 #include "haptic_server/safety/energy_observer.hpp"
 #include "haptic_server/safety/force_budget.hpp"
+#include "haptic_server/safety/gripper_spring.hpp"
 #include "haptic_server/safety/motion_limits.hpp"
 #include "haptic_server/safety/passivity_controller.hpp"
 #include "haptic_server/safety/safety_flag.hpp"
@@ -32,6 +33,7 @@ struct SafetyLimits {
   // takes to react.
   double stall_s = 0.05;
   std::optional<double> passivity_mass_kg = {};  // no control of the energy
+  GripperLimits gripper = {};                    // beside the chain
 };
 
 /// How fresh the snapshot is that a force was rendered from.

@@ -12,9 +12,18 @@ Chromium, waits until the hand presses, and writes a picture of 1280 x 720 pixel
   --only NAME       viewer (tissue_and_blocks), or viewer_ and another shipped scene; default: all
 Environment: STILLGRID_BUILD_DIR, default build/release.`;
 
-/// least_N: so hard the hand presses in the picture. keys: pressed before it is taken.
+/// Where each hand of a scene for two goes.
+const two_hands = (scene) => Object.fromEntries(['left', 'right'].map((name) => [
+  name, `phantom:profile=touchx,path=${kRoot}/sim_server/scene/scenes/${scene}.${name}.csv`]));
+
+/// least_N: so hard the hand presses in the picture, of snapshot 400 at least, or of `from`. keys: pressed before it
+/// is taken.
 const kPictures = {
   viewer: { scene: 'tissue_and_blocks', device: kHand, least_N: 1.2, keys: [] },
+  viewer_block_pinched: {
+    scene: 'block_pinched', hands: two_hands('block_pinched'), least_N: 0.4, from: 1100, keys: [] },
+  viewer_cloth_held_by_two: {
+    scene: 'cloth_held_by_two', hands: two_hands('cloth_held_by_two'), least_N: 0.02, from: 1100, keys: [] },
   viewer_laparoscopy: {
     scene: 'laparoscopy', device: 'phantom:profile=premium15,path=stroke,depth_m=0.03,pivot_x_m=0,pivot_y_m=0,pivot_z_m=-0.11',
     least_N: 0.9, keys: ['s', 'm'] },
@@ -42,23 +51,25 @@ function parse(words) {
 }
 
 async function draw(name, charts) {
-  const { scene, device, least_N, keys } = kPictures[name];
+  const { scene, device, hands, least_N, from = 400, keys } = kPictures[name];
   const session = new Session();
   let browser;
   try {
     const surfaces = await session.surfaces(scene);
-    const { url } = await session.scene_viewer('--session', session.name, '--surfaces', surfaces);
+    const { url } = await session.scene_viewer('--session', session.name, '--surfaces', surfaces,
+      ...hands ? ['--hand', 'left'] : []);
     const opened = await open_browser(kBuild, 1280, 720);
     ({ browser } = opened);
     const { page } = opened;
     page.setDefaultTimeout(120000);
     session.sim_server(scene);
-    session.haptic_server(device);
+    if (!hands) session.haptic_server(device);
+    for (const [hand, own] of Object.entries(hands ?? {})) session.haptic_server(own, '--hand', hand);
     await page.goto(url);
     for (const key of keys) await page.keyboard.press(key);
     const above = (id, least) => page.waitForFunction(([where, what]) =>
       Number(document.getElementById(where).textContent) > what, [id, least], { polling: 20 });
-    await above('number-snapshot_id', 400);  // the plots are full
+    await above('number-snapshot_id', from);  // the plots are full
     await above('number-force', least_N);
     await page.keyboard.press(' ');
     await page.mouse.move(640, 700);

@@ -12,6 +12,8 @@
 #include <mutex>
 #include <system_error>
 
+#include "shared/publication/hands.hpp"
+
 namespace stillgrid::publication {
 namespace {
 
@@ -32,8 +34,11 @@ SessionParts parts_of(std::string_view session) {
   const bool is_own = slash == std::string_view::npos;
   const auto owner = is_own ? ::geteuid() : number_of_user(session.substr(0, slash));
   const std::string_view name = is_own ? session : session.substr(slash + 1);
-  if (!owner || name.empty() || name.size() > 64 || name.front() == '.' ||
-      !std::all_of(name.begin(), name.end(), is_allowed))
+  const std::string_view whole = session_of(name);
+  const bool has_good_hand =
+      whole.size() == name.size() || hand_complaint(std::string(hand_of(name))).empty();
+  if (!owner || whole.empty() || whole.size() > 64 || whole.front() == '.' ||
+      !std::all_of(whole.begin(), whole.end(), is_allowed) || !has_good_hand)
     throw SegmentError("value '" + std::string(session) +
                        "': expected 1 to 64 letters, digits, '_', '-' or '.', after USER/ if it is "
                        "another user's");
@@ -134,7 +139,7 @@ std::string error_text(int code) {
   return std::generic_category().message(code);
 }
 
-std::string settle_session(std::string& session) {
+std::string settle_hand_session(std::string& session) {
   const std::size_t slash = session.find('/');
   if (slash != std::string::npos) {
     const std::string user = session.substr(0, slash);
@@ -151,6 +156,12 @@ std::string settle_session(std::string& session) {
   } catch (const SegmentError& error) {
     return error.what();
   }
+}
+
+std::string settle_session(std::string& session) {
+  const std::string complaint = settle_hand_session(session);
+  if (!complaint.empty() || hand_of(session).empty()) return complaint;
+  return "value '" + session + "': expected a session without a hand";
 }
 
 }  // namespace stillgrid::publication

@@ -21,9 +21,9 @@ class SegmentError : public std::runtime_error {
 inline constexpr std::string_view kSharedMemory = "/dev/shm/";
 
 /// A session's segment by its session and kind, for people. Throws SegmentError unless the session
-/// is NAME, 1 to 64 letters, digits, '_', '-' or '.', with no '.' first; or UID/NAME, which is what
-/// the user of that number publishes. UID/NAME is read only: whoever writes, writes NAME of its
-/// own.
+/// is NAME, 1 to 64 letters, digits, '_', '-' or '.', with no '.' first; or NAME+HAND, of one of
+/// its hands (hands.hpp); or either after UID/, which is what the user of that number publishes.
+/// UID/NAME is read only: whoever writes, writes NAME of its own.
 [[nodiscard]] std::string segment_name(std::string_view session, proto::SegmentKind kind);
 
 /// Where a reader finds it: in the folder of the session's owner, or nowhere (empty) while that
@@ -40,9 +40,11 @@ inline constexpr std::string_view kSharedMemory = "/dev/shm/";
 /// What the system says of an error's number.
 [[nodiscard]] std::string error_text(int code);
 
-/// Brings NAME or USER/NAME, USER a name or a number, to the form that segment_name() takes. What
-/// is wrong with it, or nothing: a transformation for command lines.
+/// Brings NAME or USER/NAME, USER a name or a number, to the form that segment_name() takes,
+/// without a hand. What is wrong with it, or nothing: a transformation for command lines.
 [[nodiscard]] std::string settle_session(std::string& session);
+/// The same, NAME+HAND too.
+[[nodiscard]] std::string settle_hand_session(std::string& session);
 
 /// The folder in which that user's segments stand, '/' behind it; empty where there is none.
 [[nodiscard]] std::string folder_of(uid_t owner);

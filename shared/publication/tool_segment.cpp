@@ -36,6 +36,8 @@ bool has_sound_figures(const proto::ToolState& state) noexcept {
          is_plausible(shown.compliance_lag_s) &&
          std::all_of(shown.shifts.begin(), shown.shifts.end(),
                      [](const proto::BodyShift& of) { return are_plausible(of.shift_m); }) &&
+         are_plausible(state.device.axes) && is_plausible(state.device.gripper_m) &&
+         is_plausible(state.device.gripper_force_N) && is_plausible(state.device.temperature_C) &&
          shown.alpha >= 0.0 && shown.alpha <= 1.0 && shown.age_s >= 0.0 &&
          is_plausible(shown.age_s);
 }

@@ -100,7 +100,6 @@ struct World {
   std::vector<StaticSphere> static_spheres;
   std::vector<StaticPlane> planes;
   std::vector<collision::ContactMaterial> materials;
-  double tool_slip_speed_m_s = 0.05;
   std::vector<BodyRange> bodies;  // in the order of the scene file
   int unknown_count = 0;
 };

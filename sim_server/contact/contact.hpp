@@ -12,7 +12,7 @@ namespace stillgrid::contact {
 struct Contact {
   int a = 0;       // moving sphere, index into World::spheres
   int b = -1;      // moving sphere, or -1: the fields below
-  int other = -1;  // where b is -1: which static sphere, plane or sphere of the tool it is
+  int other = -1;  // where b is -1: which static sphere, plane or sphere of the tools it is
   collision::ContactMaterial material;
   double radius_a_m = 0.0;
   double radius_b_m = 0.0;      // zero for a plane
@@ -25,6 +25,7 @@ struct Contact {
   Eigen::Vector3d spin_b_rad_s = Eigen::Vector3d::Zero();
   bool is_tool = false;
   bool is_plane = false;
+  int hand = 0;  // of a tool: whose
   Eigen::Vector3d plane_normal = Eigen::Vector3d::Zero();
   double plane_offset_m = 0.0;
 };

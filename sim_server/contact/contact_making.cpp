@@ -131,13 +131,14 @@ void add_tool(const bodies::World& world, const Mover& mover, const ToolSphereMo
               int number, std::vector<Contact>& contacts) {
   Contact& contact = add_contact(contacts, world, mover);
   contact.other = number;
-  contact.material = collision::tool_material(material_of(world, mover), world.tool_slip_speed_m_s);
+  contact.material = collision::tool_material(material_of(world, mover), sphere.slip_speed_m_s);
   contact.radius_b_m = sphere.radius_m;
   contact.position_b_m = sphere.position_m;
   contact.start_b_m = sphere.position_before_m;
   contact.velocity_b_m_s = sphere.velocity_m_s;
   contact.spin_b_rad_s = sphere.spin_rad_s;
   contact.is_tool = true;
+  contact.hand = sphere.hand;
   contact.depth_before_m = contact.radius_a_m + sphere.radius_m -
                            (mover.motion.position_m - sphere.position_before_m).norm();
 }

@@ -20,6 +20,8 @@ struct ToolSphereMotion {
   Eigen::Vector3d position_before_m;
   double radius_m;
   Eigen::Vector3d spin_rad_s = Eigen::Vector3d::Zero();
+  double slip_speed_m_s = 0.05;  // least, of a contact with it
+  int hand = 0;                  // whose tool it is
 };
 
 /// Slack round a sphere's way, of its radius: what a push within the step may add.

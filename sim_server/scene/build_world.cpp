@@ -7,7 +7,6 @@ namespace stillgrid::scene {
 bodies::World build_world(const SceneDescription& scene) {
   bodies::World world;
   world.gravity_m_s2 = scene.gravity_m_s2;
-  world.tool_slip_speed_m_s = scene.tool_slip_speed_m_s;
   for (const MaterialDescription& material : scene.materials)
     world.materials.push_back({material.contact_stiffness_N_per_m,
                                material.contact_damping_N_s_per_m, material.friction,

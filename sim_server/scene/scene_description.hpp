@@ -36,6 +36,14 @@ struct DeviceFrame {
   double scale = 1.0;
 };
 
+/// A hand that holds a tool of its own in the scene.
+struct Hand {
+  std::string name;  // letters, digits, '_' and '-'; empty: the only hand of a scene
+  std::vector<ToolSphere> tool;
+  double tool_slip_speed_m_s = 0.05;  // least slip speed of a contact with the tool
+  DeviceFrame device;
+};
+
 /// A hand that is typical of a scene: what a rate is chosen for.
 struct HandDescription {
   std::filesystem::path file;  // of its path, as Hand reads it (sim_server/hand.hpp)
@@ -57,12 +65,20 @@ struct SceneDescription {
   double voxel_ratio = 0.0;      // voxel edge over twice a level's longest reach; 0: chosen
   std::vector<MaterialDescription> materials;
   std::vector<bodies::BodyDescription> bodies;
+  // Either one hand, whose tool and device these are, or hands by name.
   std::vector<ToolSphere> tool;
   double tool_slip_speed_m_s = 0.05;  // least slip speed of a contact with the tool
   DeviceFrame device;
   std::optional<HandDescription> hand;
+  std::vector<Hand> hands;            // at most proto::kMaxHands
   std::vector<std::string> notes;     // for the log: what was made of each mesh, a line each
   std::vector<std::string> warnings;  // likewise: names of format 1 and what they are now
 };
+
+/// The hands of a scene: those with a name, or the one without. One at least.
+[[nodiscard]] inline std::vector<Hand> hands_of(const SceneDescription& scene) {
+  if (!scene.hands.empty()) return scene.hands;
+  return {{"", scene.tool, scene.tool_slip_speed_m_s, scene.device}};
+}
 
 }  // namespace stillgrid::scene

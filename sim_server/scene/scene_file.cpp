@@ -6,6 +6,7 @@
 #include <iterator>
 #include <optional>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <unordered_set>
@@ -14,6 +15,8 @@
 #include <vector>
 
 #include "proto/segment_header.hpp"
+#include "proto/tool_segment.hpp"
+#include "shared/publication/hands.hpp"
 #include "sim_server/scene/body_reader.hpp"
 #include "sim_server/scene/format_1.hpp"
 #include "sim_server/toml/refusal.hpp"
@@ -124,45 +127,56 @@ void read_grid(toml::TableReader table, SceneDescription& scene) {
   table.finish();
 }
 
-void read_tool(toml::TableReader table, SceneDescription& scene) {
+void read_tool(toml::TableReader table, Hand& hand) {
   if (table.has("radius_m") && table.has("spheres")) {
     table.refuse("spheres", "radius_m or spheres, not both");
   }
   if (table.has("spheres")) {
     for (toml::TableReader& sphere : table.tables("spheres")) {
-      scene.tool.push_back({sphere.vector_or("position_m", Eigen::Vector3d::Zero()),
-                            sphere.number("radius_m", toml::Bound::kPositive)});
+      hand.tool.push_back({sphere.vector_or("position_m", Eigen::Vector3d::Zero()),
+                           sphere.number("radius_m", toml::Bound::kPositive)});
       sphere.finish();
     }
-    if (scene.tool.empty() || scene.tool.size() > kMaxToolSpheres) {
+    if (hand.tool.empty() || hand.tool.size() > kMaxToolSpheres) {
       table.refuse("spheres", "1 to " + std::to_string(kMaxToolSpheres) + " spheres, found " +
-                                  std::to_string(scene.tool.size()));
+                                  std::to_string(hand.tool.size()));
     }
   } else {
-    scene.tool.push_back(
+    hand.tool.push_back(
         {Eigen::Vector3d::Zero(),
          table.number_or("radius_m", toml::Bound::kPositive, kDefaultToolRadius_m)});
   }
-  scene.tool_slip_speed_m_s =
-      table.number_or("slip_speed_m_s", toml::Bound::kPositive, scene.tool_slip_speed_m_s);
+  hand.tool_slip_speed_m_s =
+      table.number_or("slip_speed_m_s", toml::Bound::kPositive, hand.tool_slip_speed_m_s);
   table.finish();
 }
 
-void read_device(toml::TableReader table, SceneDescription& scene) {
-  scene.device.position_m = table.vector_or("position_m", scene.device.position_m);
-  scene.device.orientation = table.orientation_or_identity("orientation_xyzw");
-  scene.device.scale = table.number_or("scale", toml::Bound::kPositive, scene.device.scale);
+void read_device(toml::TableReader table, Hand& hand) {
+  hand.device.position_m = table.vector_or("position_m", hand.device.position_m);
+  hand.device.orientation = table.orientation_or_identity("orientation_xyzw");
+  hand.device.scale = table.number_or("scale", toml::Bound::kPositive, hand.device.scale);
   // What a reader of the published scene would refuse is better refused here, with its line.
-  if (scene.device.position_m.cwiseAbs().maxCoeff() > proto::kLargestNumber)
+  if (hand.device.position_m.cwiseAbs().maxCoeff() > proto::kLargestNumber)
     table.refuse("position_m", "numbers from -1e6 to 1e6");
-  if (scene.device.scale > proto::kLargestNumber) table.refuse("scale", "at most 1e6");
+  if (hand.device.scale > proto::kLargestNumber) table.refuse("scale", "at most 1e6");
   table.finish();
 }
 
-HandDescription read_hand(toml::TableReader table) {
+HandDescription read_typical_hand(toml::TableReader table) {
   HandDescription hand{.file = table.file("file")};
   hand.settle_s = table.number_or("settle_s", toml::Bound::kNotNegative, 0.0);
   if (hand.settle_s > kLongestSettle_s) table.refuse("settle_s", "at most 600 s");
+  table.finish();
+  return hand;
+}
+
+Hand read_hand(toml::TableReader& table) {
+  Hand hand;
+  hand.name = table.name("name");
+  if (!publication::hand_complaint(hand.name).empty())
+    table.refuse("name", "1 to 16 letters, digits, '_' or '-'");
+  read_tool(table.table("tool"), hand);
+  read_device(table.table("device"), hand);
   table.finish();
   return hand;
 }
@@ -185,6 +199,30 @@ MaterialDescription read_material(toml::TableReader& table) {
 void take_name(toml::TableReader& table, const std::string& name,
                std::unordered_set<std::string>& names) {
   if (!names.insert(name).second) table.refuse("name", "a name that nothing else of its sort has");
+}
+
+/// Either [tool], [device] and [hand], or a [[hand]] each.
+void read_hands(toml::TableReader& document, SceneDescription& scene) {
+  if (!document.has_tables("hand")) {
+    Hand only;
+    read_tool(document.table("tool"), only);
+    read_device(document.table("device"), only);
+    scene.tool = only.tool;
+    scene.tool_slip_speed_m_s = only.tool_slip_speed_m_s;
+    scene.device = only.device;
+    if (document.has("hand")) scene.hand = read_typical_hand(document.table("hand"));
+    return;
+  }
+  for (const char* key : {"tool", "device"})
+    if (document.has(key))
+      document.refuse(key, "no such table beside [[hand]], each of which has its own");
+  std::unordered_set<std::string> names;
+  for (toml::TableReader& table : document.tables("hand")) {
+    if (scene.hands.size() == proto::kMaxHands)
+      table.refuse("name", "at most " + std::to_string(proto::kMaxHands) + " hands");
+    scene.hands.push_back(read_hand(table));
+    take_name(table, scene.hands.back().name, names);
+  }
 }
 
 void read_materials(toml::TableReader& document, SceneDescription& scene) {
@@ -240,9 +278,7 @@ void read_tables(toml::TableReader& document, const MethodTable& methods, SceneD
   const bool names_solver = simulation.has("solver");
   read_simulation(std::move(simulation), methods, scene);
   read_grid(document.table("grid"), scene);
-  read_tool(document.table("tool"), scene);
-  read_device(document.table("device"), scene);
-  if (document.has("hand")) scene.hand = read_hand(document.table("hand"));
+  read_hands(document, scene);
   if (scene.choose_rate && !scene.hand)
     document.table("simulation")
         .refuse("rate_hz",
@@ -286,6 +322,12 @@ SceneDescription load_scene(const std::filesystem::path& path, const MethodTable
   if (!text)
     throw toml::scene_error(file, {1, 1}, "file", '"' + file + '"', "a file that can be read");
   return read_scene(*text, path, methods);
+}
+
+void require_one_hand(const SceneDescription& scene, const std::filesystem::path& path) {
+  if (scene.hands.empty()) return;
+  throw std::runtime_error(path.string() + ": hand: value " + std::to_string(scene.hands.size()) +
+                           " hands with names: expected the tables [tool] and [device] of one");
 }
 
 }  // namespace stillgrid::scene

@@ -23,4 +23,7 @@ namespace stillgrid::scene {
                                           const std::filesystem::path& path,
                                           const MethodTable& methods = kMethods);
 
+/// Throws std::runtime_error, one line, where a scene names its hands: who calls it knows one.
+void require_one_hand(const SceneDescription& scene, const std::filesystem::path& path);
+
 }  // namespace stillgrid::scene

@@ -54,6 +54,13 @@ void MovingSnapshot::show(std::span<const proto::SphereState> snapshots,
   spheres.reshape();
 }
 
+void MovingSnapshot::forget_predictions(contact::MovingSpheres& moving) {
+  for (proto::SphereRecord& record : moving.grid().records()) {
+    record.predicted_velocity_m_s = record.newest.velocity_m_s;
+    record.response = 0;
+  }
+}
+
 void MovingSnapshot::take_predictions(std::span<const std::uint32_t> spheres,
                                       std::span<const bodies::SpherePrediction> prediction,
                                       double prediction_s, double lag_s,

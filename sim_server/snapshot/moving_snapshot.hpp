@@ -37,6 +37,9 @@ class MovingSnapshot {
                         std::span<const bodies::SpherePrediction> prediction, double prediction_s,
                         double lag_s, contact::MovingSpheres& moving);
 
+  /// All of the snapshot shown last go on at their velocity again. Swept bounds stay.
+  static void forget_predictions(contact::MovingSpheres& moving);
+
  private:
   std::vector<proto::SphereState> snapshots_;
   std::uint64_t shown_entry_ =

@@ -64,6 +64,10 @@ bool TableReader::has_table(std::string_view key) {
   const ::toml::node* node = find(key);
   return node != nullptr && node->is_table();
 }
+bool TableReader::has_tables(std::string_view key) {
+  const ::toml::node* node = find(key);
+  return node != nullptr && node->is_array() && !node->as_array()->empty();
+}
 
 double TableReader::number(std::string_view key, Bound bound) {
   return number_at(key, require(key, numbers_within(bound)), bound);

@@ -47,6 +47,9 @@ class TableReader {
   /// Whether the key is there and holds a table.
   [[nodiscard]] bool has_table(std::string_view key);
 
+  /// Whether the key is there and holds an array that is not empty.
+  [[nodiscard]] bool has_tables(std::string_view key);
+
   [[nodiscard]] double number(std::string_view key, Bound bound);
   [[nodiscard]] double number_or(std::string_view key, Bound bound, double otherwise);
   [[nodiscard]] std::vector<double> numbers(std::string_view key, std::size_t count, Bound bound);

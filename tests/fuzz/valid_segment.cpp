@@ -94,7 +94,8 @@ std::vector<std::byte> valid_tool() {
                     .velocity_m_s = {0.0, 0.0, -0.1},
                     .force_N = {0.0, 0.0, 1.0},
                     .buttons = 0,
-                    .before = {}});
+                    .before = {},
+                    .device = {}});
   return with_gaps(published(proto::SegmentKind::kTool, proto::kToolLayoutHash));
 }
 

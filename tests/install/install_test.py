@@ -84,7 +84,7 @@ class InstallTest(daemons.SessionTest):
     def test_every_program_says_its_version_and_of_which_interfaces(self):
         version = (ROOT / "VERSION").read_text().strip()
         segment = re.search(r"kSegmentVersion = (\d+);", (ROOT / "proto" / "segment_header.hpp").read_text())[1]
-        segments, drivers = f"segment version {segment}", "device interface 1"
+        segments, drivers = f"segment version {segment}", "device interface 1 to 2"
         interfaces = {"sim_server": f" ({segments})", "scene_viewer": f" ({segments})",
                       "segment_inspect": f" ({segments})", "haptic_server": f" ({segments}, {drivers})",
                       "device_check": f" ({drivers})", "fit_run": f" ({drivers})",
@@ -189,10 +189,10 @@ class InstallTest(daemons.SessionTest):
                 recording = self.run_in_lockstep(self.compile_handle(name, header))
                 self.assertEqual(recording.read_bytes(), same.read_bytes())
 
-        only_new = new.replace("ABI_MIN 1u", "ABI_MIN 2u")
+        only_new = new.replace("ABI_MIN 1u", "ABI_MIN 3u")
         library = self.compile_handle("only_new", only_new)
         self.assert_refused(self.haptic_server(library), daemons.COULD_NOT_START, str(library),
-                            "no common version of the device interface: expected 1 to 1")
+                            "no common version of the device interface: expected 1 to 2")
 
     def test_the_guard_is_found_and_has_nothing_to_say_of_the_example(self):
         if not (self.prefix / "lib" / "stillgrid" / "librealtime_guard.so").exists():
@@ -204,8 +204,8 @@ class InstallTest(daemons.SessionTest):
 
 
 def newer(header):
-    """The header as it may be one day: version 2 too, every struct longer, more functions."""
-    header = re.sub(r"(ABI_MAX) 1u", r"\1 2u", header)
+    """The header as it may be one day: version 3 too, every struct longer, more functions."""
+    header = re.sub(r"(ABI_MAX) 2u", r"\1 3u", header)
     header = header.replace("} stillgrid_device_api;",
                             "  int32_t (*calibrate)(stillgrid_device*);\n} stillgrid_device_api;")
     return re.sub(r"^\} (stillgrid_\w+);", r"  double later_field[40];\n} \1;", header,

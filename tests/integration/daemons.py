@@ -104,7 +104,7 @@ class SessionTest(unittest.TestCase):
         for daemon in self.daemons:
             daemon.kill()
         shutil.rmtree(self.folder)
-        for left in (*SHM.glob(f"{self.first_session}-*"),
+        for left in (*SHM.glob(f"{self.first_session}-*"), *SHM.glob(f"{self.first_session}+*"),
                      *SHM.parent.glob(f"stillgrid-{self.first_session}-*")):
             left.unlink()
 

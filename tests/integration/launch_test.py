@@ -53,6 +53,17 @@ class LaunchTest(daemons.SessionTest):
         self.assertEqual(daemons.read_report(self.folder / "haptic.json")["ticks"], 2000)
         self.assertEqual(daemons.read_report(self.folder / "sim.json")["steps"], 60)
 
+    def test_a_hand_each_runs_with_a_device_a_recording_and_a_report_of_its_own(self):
+        recording = self.folder / "felt.csv"
+        launch = self.launch("block_pinched", "--lockstep", "--duration", 1, "--hand", "left", "--hand",
+                             "right=phantom:path=still,profile=touchx", "--record", recording, "--report-dir",
+                             self.folder)
+        self.assertEqual(launch.wait(20.0), DONE, launch.lines())
+        self.assert_nobody_left()
+        for name in ("left", "right"):
+            self.assertEqual(daemons.read_report(self.folder / f"haptic.{name}.json")["ticks"], 1000)
+            self.assertEqual(len(daemons.read_recording(self.folder / f"felt.{name}.csv")["time_s"]), 1000)
+
     def test_Ctrl_C_ends_both_and_both_write_their_reports(self):
         launch = self.start_both("--report-dir", self.folder)
         time.sleep(0.5)

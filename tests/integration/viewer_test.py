@@ -89,6 +89,21 @@ class Session(ViewerTest):
         later = page.ticks(first=int(ticks["tick"][5]), most=3)
         self.assertEqual(list(later["tick"]), list(ticks["tick"][5:8]))
 
+    def test_of_several_hands_one_is_shown_in_full_and_every_tool(self):
+        self.sim_server("block_pinched")
+        for name in ("left", "right"):
+            self.haptic_server("phantom:profile=touchx,path=still", "--hand", name)
+        page = self.live_viewer("--hand", "right")
+        frame, _ = self.wait_for_frame(page, lambda frame, _: frame["tool"] and frame["others"], "both hands")
+        self.assertGreater(frame["tool"]["position_m"][0], 0.0)
+        (other,) = frame["others"]
+        self.assertEqual((other["name"], len(other["tool_spheres"])), ("left", 4))
+        self.assertLess(other["tool"]["position_m"][0], 0.0)
+        self.assertEqual(page.scene()["session"], f"{self.session}+right")
+
+        whole = self.live_viewer()
+        self.wait_until(lambda: "'left', 'right'" in whole.status()["note"], 5.0, "a note that names the hands")
+
     def test_a_killed_simulation_is_shown_as_dead_and_comes_back(self):
         page = self.live_viewer()
         first = self.sim_server("moving_sphere")

@@ -43,8 +43,8 @@ export class Session {
     return this.#start('sim_server', '--scene', this.scene_file(scene), '--session', this.name);
   }
 
-  haptic_server(device) {
-    return this.#start('haptic_server', '--session', this.name, '--device', device);
+  haptic_server(device, ...more) {
+    return this.#start('haptic_server', '--session', this.name, '--device', device, ...more);
   }
 
   /// A scene's surfaces, for scene_viewer.

@@ -6,8 +6,8 @@ std::vector<Check> all_checks() {
   std::vector<Check> all;
   for (const std::span<const Check> group :
        {library_checks(), negotiate_checks(), life_checks(), order_checks(), argument_checks(),
-        descriptor_checks(), read_checks(), force_checks(), extension_checks(), realtime_checks(),
-        timing_checks(), fuzz_checks()})
+        descriptor_checks(), read_checks(), force_checks(), extension_checks(), pace_checks(),
+        service_checks(), realtime_checks(), timing_checks(), fuzz_checks()})
     all.insert(all.end(), group.begin(), group.end());
   return all;
 }

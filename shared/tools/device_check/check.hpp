@@ -54,6 +54,8 @@ struct Check {
 [[nodiscard]] std::span<const Check> read_checks();
 [[nodiscard]] std::span<const Check> force_checks();
 [[nodiscard]] std::span<const Check> extension_checks();
+[[nodiscard]] std::span<const Check> pace_checks();
+[[nodiscard]] std::span<const Check> service_checks();
 [[nodiscard]] std::span<const Check> realtime_checks();
 [[nodiscard]] std::span<const Check> timing_checks();
 [[nodiscard]] std::span<const Check> fuzz_checks();

@@ -13,7 +13,7 @@ namespace {
 
 using Descriptor = stillgrid_device_descriptor;
 
-constexpr std::array<std::pair<const char*, double Descriptor::*>, 8> kFigures = {{
+constexpr std::array<std::pair<const char*, double Descriptor::*>, 11> kFigures = {{
     {"position_resolution_m", &Descriptor::position_resolution_m},
     {"max_force_N", &Descriptor::max_force_N},
     {"continuous_force_N", &Descriptor::continuous_force_N},
@@ -22,6 +22,9 @@ constexpr std::array<std::pair<const char*, double Descriptor::*>, 8> kFigures =
     {"motor_time_constant_s", &Descriptor::motor_time_constant_s},
     {"max_speed_m_s", &Descriptor::max_speed_m_s},
     {"max_torque_N_m", &Descriptor::max_torque_N_m},
+    {"continuous_torque_N_m", &Descriptor::continuous_torque_N_m},
+    {"gripper_open_m", &Descriptor::gripper_open_m},
+    {"max_gripper_force_N", &Descriptor::max_gripper_force_N},
 }};
 
 Outcome check_name(const Subject& subject) {
@@ -50,6 +53,22 @@ Outcome check_figures(const Subject& subject) {
   const bool has_both = descriptor.max_force_N > 0.0 && descriptor.continuous_force_N > 0.0;
   if (has_both && descriptor.continuous_force_N > descriptor.max_force_N)
     broken("continuous_force_N is more than max_force_N");
+  return {};
+}
+
+Outcome check_freedom(const Subject& subject) {
+  CheckedDevice device(subject);
+  const Descriptor descriptor = device.describe();
+  constexpr std::uint32_t kKnown = 2 * STILLGRID_DOF_GRIPPER - 1;
+  const std::uint32_t sensed = descriptor.dof_sensed, actuated = descriptor.dof_actuated;
+  if (((sensed | actuated) & ~kKnown) != 0) broken("it tells degrees of freedom that do not exist");
+  if (descriptor.button_count > 32) broken("it has more buttons than bits of a state");
+  if (descriptor.axis_count > STILLGRID_AXES_SIZE) broken("it has more axes than a state");
+  if (descriptor.max_gripper_force_N > 0.0 && descriptor.gripper_open_m == 0.0)
+    broken("its gripper has a motor and no opening");
+  const bool has_gripper = descriptor.gripper_open_m > 0.0;
+  if (sensed != 0 && has_gripper != ((sensed & STILLGRID_DOF_GRIPPER) != 0))
+    broken("dof_sensed and gripper_open_m differ in whether there is a gripper");
   return {};
 }
 
@@ -82,6 +101,8 @@ constexpr std::array kChecks = {
     Check{"descriptor.name", "has a name, zero-terminated", "life.order", check_name},
     Check{"descriptor.figures", "declares figures that are finite, not negative, and fit together",
           "life.order", check_figures},
+    Check{"descriptor.freedom", "tells degrees of freedom, buttons, axes and a gripper that can be",
+          "life.order", check_freedom},
     Check{"descriptor.same", "declares the same before and after it was active",
           "descriptor.figures", check_same},
     Check{"descriptor.max_read", "declares how long read and write may take", "life.order",

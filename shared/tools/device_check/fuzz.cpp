@@ -23,6 +23,7 @@ struct Play {
   bool is_active = false;
   EdgeBuffer<stillgrid_device_descriptor> descriptor{};
   EdgeBuffer<stillgrid_device_state> state{};
+  EdgeBuffer<stillgrid_device_listing> listing{};
 };
 
 void must_refuse(std::int32_t code, const char* what) {
@@ -132,6 +133,22 @@ void ask(Play& play, std::uint64_t random) {
   if (play.api.enumerate() < 0) broken("enumerate() fails");
 }
 
+/// What version 2 added, as far as the driver has it.
+void serve(Play& play, std::uint64_t random) {
+  const stillgrid_device_api& api = play.api;
+  if (api.command != nullptr)
+    must_refuse(api.command(play.device, "?", random % 2 == 0 ? "1" : nullptr), "command()");
+  if (api.write_gripper != nullptr)
+    judge(api.write_gripper(play.device, realtime::monotonic_ns(), 0.0), play.is_active,
+          "write_gripper()");
+  const bool is_idle = play.device != nullptr && !play.is_active;
+  if (api.set_tick != nullptr)
+    judge(api.set_tick(play.device, nullptr, nullptr), is_idle, "set_tick()");
+  if (api.list != nullptr)
+    (void)api.list(play.device, static_cast<std::uint32_t>(random % 4),
+                   play.listing.cut(size_by<stillgrid_device_listing>(random)));
+}
+
 struct Move {
   const char* name;
   unsigned weight;
@@ -152,6 +169,7 @@ constexpr std::array kMoves = {
     Move{"open(wrong)", 1, open_wrong},
     Move{"null arguments", 2, call_with_nulls},
     Move{"strerror(), enumerate()", 1, ask},
+    Move{"command(), write_gripper(), set_tick(), list()", 2, serve},
 };
 
 struct FuzzCall {
@@ -211,7 +229,7 @@ Outcome check_order(const Subject& subject) {
 
 constexpr std::array kChecks = {
     Check{"fuzz.order", "survives random calls in random order",
-          "life.* order.* arguments.* stop.*", check_order},
+          "life.* order.* arguments.* stop.* pace.* services.*", check_order},
 };
 
 }  // namespace

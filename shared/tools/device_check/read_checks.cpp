@@ -67,6 +67,12 @@ Outcome check_fields(const Subject& subject) {
       require_finite(n, "the velocity", state.velocity_m_s);
     if ((state.valid & STILLGRID_STATE_TEMPERATURE) != 0)
       require_finite(n, "the temperature", {&state.temperature_C, 1});
+    if ((state.valid & STILLGRID_STATE_GRIPPER) != 0)
+      require_finite(n, "the gripper's opening", {&state.gripper_m, 1});
+    if ((state.valid & STILLGRID_STATE_AXES) != 0)
+      for (const double axis : state.axes)
+        if (!(std::abs(axis) <= 1.0))
+          broken_at(n, "an axis is " + number_text(axis) + ", expected from -1 to 1");
     if ((state.valid & STILLGRID_STATE_ORIENTATION) == 0) continue;
     require_finite(n, "the orientation", state.orientation_xyzw);
     double norm2 = 0.0;

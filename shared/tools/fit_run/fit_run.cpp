@@ -141,6 +141,7 @@ FitSettings settings_of(const Arguments& arguments, const scene::SceneDescriptio
 
 int write_reference(Arguments& arguments) {
   const scene::SceneDescription given = scene::load_scene(find_scene(arguments.scene));
+  scene::require_one_hand(given, find_scene(arguments.scene));
   for (const auto& file : {arguments.write_reference, state_file_of(arguments.write_reference)})
     files::require_writable(file);
   laboratory::LabRun run;

@@ -128,6 +128,7 @@ scene::SceneDescription scene_of(const LabCell& cell, std::optional<double> stif
     return lab_scene(scene);
   }
   scene::SceneDescription scene = scene::load_scene(cell.scene, laboratory_methods());
+  scene::require_one_hand(scene, cell.scene);
   scene.period_s = cell.period_s;
   if (stiffness_N_per_m && scene.materials.empty())
     refuse("--stiffness", std::to_string(*stiffness_N_per_m), "a scene with a material");

@@ -67,13 +67,11 @@ Json display_json(const std::optional<proto::DisplayedSnapshot>& shown) {
           {"modes", numbers(shown->modes)},      {"age_s", shown->age_s}};
 }
 
-Json tool_json(const Frame& frame) {
-  if (!frame.tool) return {};
-  const proto::ToolState& state = *frame.tool;
+Json tool_json(const proto::ToolState& state, const TimeAxis& axis) {
   Json flags = Json::array();
   for (std::size_t i = 0; i < proto::kSafetyFlagNames.size(); ++i)
     if ((state.before.flags & (1U << i)) != 0) flags.push_back(proto::kSafetyFlagNames[i]);
-  return {{"time_s", frame.axis.seconds(state.time_ns)},
+  return {{"time_s", axis.seconds(state.time_ns)},
           {"tick", state.tick},
           {"position_m", numbers(state.position_m)},
           {"orientation_xyzw", numbers(state.orientation_xyzw)},
@@ -83,6 +81,20 @@ Json tool_json(const Frame& frame) {
           {"contacts", state.before.contacts},
           {"age_s", state.before.displayed.age_s},
           {"flags", std::move(flags)}};
+}
+
+Json others_json(const Frame& frame) {
+  Json others = Json::array();
+  for (const OtherHand& hand : frame.others) {
+    Json spheres = Json::array();
+    for (const proto::ToolSphere& sphere : hand.spheres)
+      spheres.push_back(
+          {{"position_m", numbers(sphere.position_m)}, {"radius_m", sphere.radius_m}});
+    others.push_back({{"name", hand.name},
+                      {"tool", tool_json(hand.tool, frame.axis)},
+                      {"tool_spheres", std::move(spheres)}});
+  }
+  return others;
 }
 
 Json ticks_json(const TickSummary& ticks) {
@@ -129,7 +141,8 @@ std::string frame_message(const Frame& frame) {
        {"snapshot", state_json(frame)},
        {"grid", {{"levels", levels_json(frame)}}},
        {"display", display_json(shown)},
-       {"tool", tool_json(frame)},
+       {"tool", frame.tool ? tool_json(*frame.tool, frame.axis) : Json()},
+       {"others", others_json(frame)},
        {"ticks", ticks_json(frame.ticks)}},
       {array_of("newest", newest), array_of("previous", previous), array_of("displayed", displayed),
        array_of("voxels", voxels), array_of("voxel_count", voxel_count)});

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "proto/tool_segment.hpp"
 #include "shared/tools/scene_viewer/segment_follower.hpp"
@@ -21,6 +22,13 @@ struct TimeAxis {
   }
 };
 
+/// A hand of the session besides the one that is shown in full.
+struct OtherHand {
+  std::string name;
+  proto::ToolState tool;  // checked, and its figures too
+  std::vector<proto::ToolSphere> spheres;
+};
+
 /// One look at a session.
 struct Frame {
   std::uint64_t number = 0;
@@ -32,6 +40,7 @@ struct Frame {
   std::optional<segment_inspect::SceneSnapshot> snapshot;
   std::optional<proto::ToolState> tool;  // checked, and its figures too
   TickSummary ticks;
+  std::vector<OtherHand> others;
 };
 
 /// The answer of /api/frame: docs/viewer.md.

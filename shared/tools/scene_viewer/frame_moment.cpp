@@ -26,6 +26,22 @@ bool is_tool(const Json& tool) {
          are_numbers_or_null(at(tool, "force_N"), 3);
 }
 
+/// Of the other hands; views of before have none.
+bool are_others(const Json& head) {
+  if (!head.is_object() || !head.contains("others")) return true;
+  const auto is_sphere = [](const Json& sphere) {
+    return are_numbers_or_null(at(sphere, "position_m"), 3) && at(sphere, "radius_m").is_number();
+  };
+  const auto is_other = [&](const Json& other) {
+    const Json& spheres = at(other, "tool_spheres");
+    return at(other, "name").is_string() && at(other, "tool").is_object() &&
+           is_tool(other["tool"]) && spheres.is_array() &&
+           std::all_of(spheres.begin(), spheres.end(), is_sphere);
+  };
+  return head["others"].is_array() &&
+         std::all_of(head["others"].begin(), head["others"].end(), is_other);
+}
+
 /// Percentiles, and what is counted.
 bool are_ticks(const Json& ticks) {
   const auto are_percentiles = [](const Json& us) {
@@ -72,14 +88,14 @@ std::optional<FrameMoment> moment_of(const std::string& frame_message) {
   const std::string_view rest = std::string_view(frame_message).substr(kLengthBytes);
   if (length > rest.size()) return std::nullopt;
   const Json head = Json::parse(rest.substr(0, length), nullptr, false);
-  const bool is_sound = at(head, "frame").is_number_unsigned() && at(head, "time_s").is_number() &&
-                        at(head, "scene_key").is_string() && is_state(at(head, "sim")) &&
-                        is_state(at(head, "hand")) && is_number_or_null(at(head, "snapshot_id")) &&
-                        is_null_or_has_number(at(head, "snapshot"), "step_ms") &&
-                        is_null_or_has_number(at(head, "display"), "alpha") &&
-                        is_tool(at(head, "tool")) && are_levels(at(at(head, "grid"), "levels")) &&
-                        are_ticks(at(head, "ticks")) &&
-                        are_arrays(at(head, "arrays"), rest.size() - length);
+  const bool is_sound =
+      at(head, "frame").is_number_unsigned() && at(head, "time_s").is_number() &&
+      at(head, "scene_key").is_string() && is_state(at(head, "sim")) &&
+      is_state(at(head, "hand")) && is_number_or_null(at(head, "snapshot_id")) &&
+      is_null_or_has_number(at(head, "snapshot"), "step_ms") &&
+      is_null_or_has_number(at(head, "display"), "alpha") && is_tool(at(head, "tool")) &&
+      are_others(head) && are_levels(at(at(head, "grid"), "levels")) &&
+      are_ticks(at(head, "ticks")) && are_arrays(at(head, "arrays"), rest.size() - length);
   if (!is_sound) return std::nullopt;
   return FrameMoment{head["time_s"].get<double>(), head["scene_key"].get<std::string>()};
 }

@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "shared/publication/hands.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/tools/segment_inspect/inspection_text.hpp"
 
@@ -24,7 +25,8 @@ LiveView::LiveView(const LiveOptions& options)
     : options_(options),
       real_axis_{realtime::monotonic_ns()},
       sampler_(options.session, real_axis_),
-      follower_(options.session, proto::SegmentKind::kScene) {
+      follower_(options.session, proto::SegmentKind::kScene),
+      others_(options.session) {
   if (!options.save.empty()) writer_ = std::make_unique<ViewWriter>(options.save);
   scenes_.emplace_back("", std::make_shared<const std::string>(
                                empty_scene_message(ViewKind::kSession, options.session, "")));
@@ -84,6 +86,7 @@ Frame LiveView::look() {
   frame.sim = follower_.life();
   frame.hand = tool.hand;
   frame.tool = tool.state;
+  frame.others = others_.look();
   frame.ticks = sampler_.history().summary();
   const publication::SceneView* scene = follower_.scene();
   const bool is_virtual = scene != nullptr ? scene->header().clock == proto::Clock::kVirtual
@@ -97,13 +100,23 @@ Frame LiveView::look() {
   return frame;
 }
 
+/// That there is no such hand, or no simulation yet.
+std::string LiveView::note_of_absence() const {
+  try {
+    publication::require_hand(options_.session);
+  } catch (const publication::SegmentError& error) {
+    return error.what();
+  }
+  return "waiting for a sim_server in session '" + options_.session + "'";
+}
+
 /// What has changed, on the log and for /api/status.
 void LiveView::tell(const Frame& frame, const ToolLook& tool) {
   std::string note = !follower_.refusal().empty() ? "sim_server's segment: " + follower_.refusal()
                      : !tool.refusal.empty()      ? "haptic_server's segment: " + tool.refusal
                                                   : "";
   if (note.empty() && frame.sim == Life::kAbsent && follower_.scene() == nullptr)
-    note = "waiting for a sim_server in session '" + options_.session + "'";
+    note = note_of_absence();
   const std::string line =
       note.empty() ? fmt::format("simulation {}, hand {}", name_of(frame.sim), name_of(frame.hand))
                    : note;

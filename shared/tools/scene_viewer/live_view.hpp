@@ -10,6 +10,7 @@
 #include <thread>
 #include <utility>
 
+#include "shared/tools/scene_viewer/other_hands.hpp"
 #include "shared/tools/scene_viewer/scene_message.hpp"
 #include "shared/tools/scene_viewer/tool_sampler.hpp"
 #include "shared/tools/scene_viewer/view_file.hpp"
@@ -18,7 +19,7 @@
 namespace stillgrid::scene_viewer {
 
 struct LiveOptions {
-  std::string session;
+  std::string session;  // of the hand that is shown in full
   double frames_per_s = 30.0;
   Surfaces surfaces;
   std::filesystem::path save;  // empty: nothing is saved
@@ -42,6 +43,7 @@ class LiveView final : public ViewSource {
   void read_newest(Frame& frame, ToolLook& tool);
   void set_scene(Frame& frame, const ToolLook& tool);
   void save(const std::string& key, const std::string& frame);
+  [[nodiscard]] std::string note_of_absence() const;
   void tell(const Frame& frame, const ToolLook& tool);
 
   LiveOptions options_;
@@ -51,6 +53,7 @@ class LiveView final : public ViewSource {
 
   // Of the thread.
   SegmentFollower follower_;
+  OtherHands others_;
   publication::SnapshotReader reader_;
   std::optional<segment_inspect::SceneSnapshot> snapshot_;  // the last that it accepted
   std::uint64_t next_frame_ = 1;

@@ -12,6 +12,7 @@
 #include "shared/command_line/prepare_daemon.hpp"
 #include "shared/command_line/run_program.hpp"
 #include "shared/command_line/version.hpp"
+#include "shared/publication/hands.hpp"
 #include "shared/publication/segment_files.hpp"
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/stop_signal.hpp"
@@ -26,7 +27,7 @@ namespace {
 
 struct Arguments {
   LiveOptions live;
-  std::string surfaces, open, recording;
+  std::string hand, surfaces, open, recording;
   int port = 8765;
 };
 
@@ -47,6 +48,12 @@ void add_options(CLI::App& app, Arguments& arguments) {
   auto* session = app.add_option("--session", arguments.live.session,
                                  "Name that joins the two servers; USER/NAME: with USER's")
                       ->transform(CLI::Validator(publication::settle_session, ""));
+  app.add_option(
+         "--hand", arguments.hand,
+         "Of a scene that names its hands: whose snapshot and ticks are shown; of the others "
+         "tool and force are")
+      ->check(publication::hand_complaint)
+      ->needs(session);
   auto* open = app.add_option("--open", arguments.open, "A view that --save kept");
   auto* recording = app.add_option("--recording", arguments.recording,
                                    "A recording (CSV) of haptic_server: the tool, no bodies");
@@ -70,6 +77,7 @@ std::unique_ptr<ViewSource> make_view(Arguments& arguments) {
   if (!arguments.recording.empty()) return std::make_unique<RecordedView>(arguments.recording);
   if (arguments.live.session.empty())
     throw CLI::ValidationError("--session", "or --open or --recording is required");
+  arguments.live.session = publication::hand_session(arguments.live.session, arguments.hand);
   if (!arguments.surfaces.empty()) arguments.live.surfaces = read_surfaces(arguments.surfaces);
   return std::make_unique<LiveView>(arguments.live);
 }

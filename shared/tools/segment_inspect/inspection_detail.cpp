@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 
+#include "proto/device_plugin.h"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/tools/segment_inspect/inspection_text.hpp"
 #include "shared/tools/segment_inspect/snapshot.hpp"
@@ -131,6 +132,30 @@ std::string scene_lines(const ObservedSegment& segment) {
          grid_lines(*snapshot, segment.scene->static_grid().shape.sphere_count);
 }
 
+/// Of what the device tells, nothing of the rest.
+std::string device_lines(const proto::DeviceFigures& device) {
+  constexpr std::array<std::pair<std::uint32_t, std::string_view>, 5> kStatus = {
+      {{STILLGRID_STATUS_MOTORS_ON, "motors on"},
+       {STILLGRID_STATUS_ENABLED, "enabled"},
+       {STILLGRID_STATUS_CALIBRATED, "calibrated"},
+       {STILLGRID_STATUS_HOT, "hot"},
+       {STILLGRID_STATUS_FAULT, "fault"}}};
+  std::string status, text;
+  for (const auto& [bit, name] : kStatus)
+    if ((device.status_known & bit) != 0)
+      status += fmt::format("{}{}{}", status.empty() ? "" : ", ",
+                            (device.status & bit) != 0 ? "" : "not ", name);
+  if (!status.empty()) text += line("status", status);
+  if ((device.told & STILLGRID_STATE_TEMPERATURE) != 0)
+    text += line("temperature", fmt::format("{:.1f} C", device.temperature_C));
+  if ((device.told & STILLGRID_STATE_GRIPPER) != 0)
+    text += line("gripper", fmt::format("open {:.4g} m, force {:.4g} N", device.gripper_m,
+                                        device.gripper_force_N));
+  if ((device.told & STILLGRID_STATE_AXES) != 0)
+    text += line("axes", vector_text(device.axes, " of 1"));
+  return text;
+}
+
 std::string tool_lines(const ObservedSegment& segment) {
   const auto snapshot = read_tool(*segment.tool);
   if (!snapshot) return line("state", "none yet, or overtaken at each attempt");
@@ -141,7 +166,7 @@ std::string tool_lines(const ObservedSegment& segment) {
          line("orientation", vector_text(state.orientation_xyzw, " (x, y, z, w)")) +
          line("velocity", vector_text(state.velocity_m_s, " m/s")) +
          line("force", vector_text(state.force_N, " N")) +
-         line("buttons", fmt::format("{:#x}", state.buttons));
+         line("buttons", fmt::format("{:#x}", state.buttons)) + device_lines(state.device);
 }
 
 std::string writer_text(const SegmentSummary& summary) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "proto/device_plugin.h"
 #include "shared/files/json_number.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/tools/segment_inspect/inspection_text.hpp"
@@ -167,6 +168,19 @@ Json tick_json(const proto::TickFigures& tick) {
             {"age_s", number(shown.age_s)}}}};
 }
 
+/// What is not told is null.
+Json device_json(const proto::DeviceFigures& device) {
+  const auto told = [&](std::uint32_t bit, const Json& value) {
+    return (device.told & bit) != 0 ? value : Json();
+  };
+  return {{"status", device.status & device.status_known},
+          {"status_known", device.status_known},
+          {"temperature_C", told(STILLGRID_STATE_TEMPERATURE, number(device.temperature_C))},
+          {"gripper_m", told(STILLGRID_STATE_GRIPPER, number(device.gripper_m))},
+          {"gripper_force_N", told(STILLGRID_STATE_GRIPPER, number(device.gripper_force_N))},
+          {"axes", told(STILLGRID_STATE_AXES, numbers(device.axes))}};
+}
+
 Json tool_json(const publication::ToolView& view) {
   const auto snapshot = read_tool(view);
   if (!snapshot) return {};
@@ -179,6 +193,7 @@ Json tool_json(const publication::ToolView& view) {
           {"velocity_m_s", numbers(state.velocity_m_s)},
           {"force_N", numbers(state.force_N)},
           {"buttons", state.buttons},
+          {"device", device_json(state.device)},
           {"tick_before", tick_json(state.before)}};
 }
 

@@ -9,6 +9,7 @@
 
 #include "shared/command_line/number_in.hpp"
 #include "shared/command_line/version.hpp"
+#include "shared/publication/hands.hpp"
 #include "shared/realtime/exit_status.hpp"
 #include "shared/tools/segment_inspect/inspection_json.hpp"
 #include "shared/tools/segment_inspect/inspection_text.hpp"
@@ -30,6 +31,7 @@ constexpr const char* kDescription =
     "\n"
     "  segment_inspect                              every session: who writes, how fast, how old\n"
     "  segment_inspect --session demo               one in detail\n"
+    "  segment_inspect --session demo+left          one hand's of a scene that names its hands\n"
     "  segment_inspect --session demo --json        its latest snapshot, every sphere of it\n"
     "  segment_inspect --session demo --json | jq '.scene.snapshot.spheres[0].position_m'\n"
     "  watch -n 1 segment_inspect                   again and again\n"
@@ -40,7 +42,7 @@ constexpr const char* kDescription =
 void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--session", arguments.session,
                  "Only this one, in detail; USER/NAME: of another user")
-      ->transform(CLI::Validator(publication::settle_session, ""));
+      ->transform(CLI::Validator(publication::settle_hand_session, ""));
   auto* json = app.add_flag("--json", arguments.is_json, "JSON, see docs/formats.md");
   auto* watch = app.add_option("--watch-s", arguments.watch_s,
                                "Measure the rates for that long, s; 0: not at all; default: 0.3, "
@@ -63,7 +65,10 @@ int fail(const char* what, realtime::ExitStatus status) {
 }
 
 std::string absence(const std::string& session) {
-  return "no session '" + session + "' in shared memory";
+  std::string line = "no session '" + session + "' in shared memory";
+  for (const std::string& hand : publication::hands_of_session(session))
+    line += ", but '" + publication::hand_session(session, hand) + "'";
+  return line;
 }
 
 void print(const std::string& text) {

@@ -63,6 +63,7 @@ Memory memory_need(const bodies::BodyDescription& body, const scene::Method& met
 
 void require_room(const scene::SceneDescription& scene, const std::string& file,
                   const Memory& available) {
+  const auto hands = static_cast<double>(std::max<std::size_t>(1, scene.hands.size()));
   double spheres = 0.0;
   Memory total, most;
   const bodies::BodyDescription *largest = nullptr, *most_shared = nullptr;
@@ -75,13 +76,13 @@ void require_room(const scene::SceneDescription& scene, const std::string& file,
                  ": expected at most 1000000 in a scene; give it a larger spacing_m");
     const Memory need = memory_need(body, scene.method);
     total.private_bytes += need.private_bytes;
-    total.shared_bytes += need.shared_bytes;
+    total.shared_bytes += hands * need.shared_bytes;
     if (need.private_bytes > most.private_bytes) {
       most.private_bytes = need.private_bytes;
       largest = &body;
     }
-    if (need.shared_bytes > most.shared_bytes) {
-      most.shared_bytes = need.shared_bytes;
+    if (hands * need.shared_bytes > most.shared_bytes) {
+      most.shared_bytes = hands * need.shared_bytes;
       most_shared = &body;
     }
   }

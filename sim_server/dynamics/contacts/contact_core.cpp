@@ -206,10 +206,11 @@ void ContactCore::end(double substep_s, EnergyFlow& flow) {
     flow.given_J += sum(rows.given_J);
   }
   for (const Given& given : given_) {
-    if (!list_.pairs()[given.pair].contact->is_tool) continue;
+    const contact::Contact& contact = *list_.pairs()[given.pair].contact;
+    if (!contact.is_tool) continue;
     const ContactRows& rows = rows_[given.place / kLanes];
     const std::size_t lane = given.place % kLanes;
-    flow.tool_J +=
+    flow.tool_J[static_cast<std::size_t>(contact.hand)] +=
         ContactRows::get(rows.impulse_N_s, lane).dot(ContactRows::get(rows.given_m_s, lane));
   }
   flow.friction_J += list_.memories().take_parted_J();

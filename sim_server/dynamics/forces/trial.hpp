@@ -1,8 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
+#include "proto/tool_segment.hpp"
 #include "sim_server/bodies/sphere_motion.hpp"
 #include "sim_server/bodies/world.hpp"
 
@@ -22,6 +24,9 @@ struct Trial {
   std::vector<Eigen::Vector3d> start_stretches_m;
 };
 
+/// Energy by hand.
+using EnergyByHand_J = std::array<double, proto::kMaxHands>;
+
 /// Energy that left or entered by other ways than gravity, springs and contact springs, J. Losses
 /// are positive.
 struct EnergyFlow {
@@ -31,7 +36,7 @@ struct EnergyFlow {
   double unsolved_J = 0.0;  // a gain: contacts' springs hold it, though no work paid for it, where
                             // iterations ended early
   double given_J = 0.0;  // work done on the world by what is moved from outside: tool, prescribed
-  double tool_J = 0.0;   // of it by the tool
+  EnergyByHand_J tool_J{};  // of it by the tool of each
 };
 
 }  // namespace stillgrid::dynamics

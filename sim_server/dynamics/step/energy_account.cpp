@@ -7,6 +7,11 @@
 namespace stillgrid::dynamics {
 namespace {
 
+/// Pre: contact.is_tool.
+std::size_t hand_of(const contact::Contact& contact) {
+  return static_cast<std::size_t>(contact.hand);
+}
+
 /// One side of a contact over a step.
 struct Side : contact::SideMotion {
   bool is_kinematic = false;
@@ -74,7 +79,7 @@ EnergyFlow contact_flow(const contact::Contact& contact, Side a, Side b, double 
     flow.given_J = normal_load_N.dot(b.displacement_m) +
                    duration_s * force.friction_N.dot(b.velocity_m_s +
                                                      shares.b * b.spin_rad_s.cross(force.arm_m));
-    if (contact.is_tool) flow.tool_J = flow.given_J;
+    if (contact.is_tool) flow.tool_J[hand_of(contact)] = flow.given_J;
   }
   if (a.is_kinematic)
     flow.given_J -= normal_load_N.dot(a.displacement_m) +
@@ -168,25 +173,30 @@ EnergyFlow energy_flow(const bodies::World& before, const Trial& after,
   return sum;
 }
 
-double tool_flow_J(const bodies::World& before, const Trial& after,
-                   std::span<const contact::Contact> contacts, double duration_s) {
+EnergyByHand_J tool_flow_J(const bodies::World& before, const Trial& after,
+                           std::span<const contact::Contact> contacts, double duration_s) {
   std::size_t first = contacts.size();
   while (first > 0 && contacts[first - 1].is_tool) --first;
-  double sum_J = 0.0;  // in the order of energy_flow(), to the bit
+  EnergyByHand_J sum_J{};  // in the order of energy_flow(), to the bit
   for (std::size_t i = first; i < contacts.size(); ++i)
     sum_J += contact_flow(i, before, after, contacts, duration_s).tool_J;
   return sum_J;
 }
 
-double led_flow_J(const bodies::World& before, const Trial& after,
-                  std::span<const contact::Contact> contacts, double duration_s) {
-  double sum_J = 0.0;
+EnergyByHand_J led_flow_J(const bodies::World& before, const Trial& after,
+                          std::span<const contact::Contact> contacts, double duration_s) {
+  EnergyByHand_J sum_J{};
   for (const contact::Contact& contact : contacts) {
     const Side a = side_of(contact.a, before, after), b = other_side(contact, before, after);
-    sum_J += short_of_mean_N(contact, a, b).dot(b.displacement_m);
+    sum_J[hand_of(contact)] += short_of_mean_N(contact, a, b).dot(b.displacement_m);
     sum_J += contact_flow(contact, a, b, duration_s, nullptr, nullptr).tool_J;
   }
   return sum_J;
+}
+
+EnergyByHand_J& operator+=(EnergyByHand_J& sum, const EnergyByHand_J& flow) {
+  for (std::size_t hand = 0; hand < sum.size(); ++hand) sum[hand] += flow[hand];
+  return sum;
 }
 
 EnergyFlow& operator+=(EnergyFlow& sum, const EnergyFlow& flow) {

@@ -38,7 +38,7 @@ struct EnergyAccount {
 [[nodiscard]] double kinetic_energy_J(const bodies::World& world, const bodies::BodyRange& body);
 
 /// Contacts are looked for anew, among sleeping bodies too, which costs far more than a step.
-/// tool: its spheres where they are; none without a tool.
+/// tool: the spheres of all tools where they are; none without a tool.
 [[nodiscard]] Energies energies(const bodies::World& world,
                                 const std::vector<contact::ToolSphereMotion>& tool);
 
@@ -55,15 +55,18 @@ struct EnergyAccount {
 [[nodiscard]] EnergyFlow energy_flow(const bodies::World& before, const Trial& after,
                                      std::span<const contact::Contact> contacts, double duration_s);
 
-/// Of it what the tool gives. Pre: its contacts stand last.
-[[nodiscard]] double tool_flow_J(const bodies::World& before, const Trial& after,
-                                 std::span<const contact::Contact> contacts, double duration_s);
+/// Of it what the tools give. Pre: their contacts stand last.
+[[nodiscard]] EnergyByHand_J tool_flow_J(const bodies::World& before, const Trial& after,
+                                         std::span<const contact::Contact> contacts,
+                                         double duration_s);
 
-/// What the tool gives to what a prescribed motion leads, which no energy of the world knows of:
+/// What the tools give to what a prescribed motion leads, which no energy of the world knows of:
 /// the mean of the spring's forces at start and end, else as above.
-[[nodiscard]] double led_flow_J(const bodies::World& before, const Trial& after,
-                                std::span<const contact::Contact> contacts, double duration_s);
+[[nodiscard]] EnergyByHand_J led_flow_J(const bodies::World& before, const Trial& after,
+                                        std::span<const contact::Contact> contacts,
+                                        double duration_s);
 
+EnergyByHand_J& operator+=(EnergyByHand_J& sum, const EnergyByHand_J& flow);
 EnergyFlow& operator+=(EnergyFlow& sum, const EnergyFlow& flow);
 
 /// Of everything that is free.

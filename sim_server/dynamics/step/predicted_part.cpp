@@ -20,7 +20,6 @@ void PredictedPart::choose(const bodies::World& world,
   spheres_.clear();
   part_.gravity_m_s2 = world.gravity_m_s2;
   part_.time_s = world.time_s;
-  part_.tool_slip_speed_m_s = world.tool_slip_speed_m_s;
   part_.nodes.clear();
   part_.springs.clear();
   part_.rigid_bodies.clear();

@@ -68,8 +68,10 @@ void Prediction::take_contacts(const bodies::World& world,
     const contact::ContactMotion motion = motion_of(world, contact);
     const double depth_m = contact::contact_depth_m(contact, motion.position_m);
     if (depth_m + step_s * motion.velocity_m_s.norm() < 0.0) continue;
-    near_.emplace_back(contact).depth_before_m = depth_m;
-    near_.back().start_b_m = contact.position_b_m;
+    contact::Contact& near = near_.emplace_back(contact);
+    near.depth_before_m = depth_m;
+    near.start_b_m = contact.position_b_m;
+    if (contact.is_tool) near.position_b_m += step_s * contact.velocity_b_m_s;
   }
   memories_.set_kept({kept.begin(), kept.end()});
   memories_.take(world, near_);
@@ -147,7 +149,8 @@ bool Prediction::solve_linear(ImplicitStage& stage, Eigen::VectorXd& velocity,
 }
 
 void Prediction::look(const bodies::World& world, std::span<const contact::Contact> contacts,
-                      double step_s, std::span<const ContactMemory> kept, Budget budget) {
+                      double step_s, std::span<const ContactMemory> kept, Budget budget,
+                      std::size_t hand) {
   using Clock = std::chrono::steady_clock;
   if (budget.deadline != Clock::time_point::max())
     budget.deadline = std::min(
@@ -160,8 +163,10 @@ void Prediction::look(const bodies::World& world, std::span<const contact::Conta
   response_.clear();
   responses_.clear();
   snapshot_ = {.period_ns = static_cast<std::uint64_t>(std::llround(step_s * 1e9))};
-  const auto tool = std::find_if(contacts.begin(), contacts.end(),
-                                 [](const contact::Contact& contact) { return contact.is_tool; });
+  const auto tool =
+      std::find_if(contacts.begin(), contacts.end(), [hand](const contact::Contact& contact) {
+        return contact.is_tool && static_cast<std::size_t>(contact.hand) == hand;
+      });
   take_contacts(world, {contacts.begin(), tool}, kept, step_s);
   PushedStage stage(system_, step_s);  // places all where it is
   take_tool(world, {tool, contacts.end()});

@@ -28,13 +28,14 @@ class Prediction {
   /// is_explicit: the scene goes on in many small steps, not in one implicit one.
   explicit Prediction(bool is_explicit = false);
 
-  /// contacts: of the world as it is, those of the tool last; to them and the nearest bodies round
-  /// them the scene gives way. Three iterations at most: an impact is predicted as far as they
-  /// lead. kept: what sticks, of the world's own spheres. What they do not solve moves on at its
-  /// velocity and gives way there; what is not asked in a tenth of the step, or when the budget is
-  /// spent, gives no way. A budget without a deadline asks no clock.
+  /// contacts: of the world as it is, those of the hand's tool last; those of other tools are
+  /// among the scene's, and these tools go on as they move. To the hand's and the nearest bodies
+  /// round them the scene gives way. Three iterations at most: an impact is predicted as far as
+  /// they lead. kept: what sticks, of the world's own spheres. What they do not solve moves on at
+  /// its velocity and gives way there; what is not asked in a tenth of the step, or when the budget
+  /// is spent, gives no way. A budget without a deadline asks no clock.
   void look(const bodies::World& world, std::span<const contact::Contact> contacts, double step_s,
-            std::span<const ContactMemory> kept, Budget budget);
+            std::span<const ContactMemory> kept, Budget budget, std::size_t hand);
 
   [[nodiscard]] std::span<const bodies::SpherePrediction> spheres() const noexcept {
     return spheres_;

@@ -38,6 +38,16 @@ int parts_asked(const IntegratorTraits& traits, const scene::Method& method, dou
   return std::max(1, static_cast<int>(std::ceil(step_s / traits.longest_part_s)));
 }
 
+void note_work(const EnergyByHand_J& work_J, StepReport& report) {
+  for (std::size_t hand = 0; hand < work_J.size(); ++hand) report.tools[hand].work_J = work_J[hand];
+}
+
+/// Of the samples that it took.
+void note_times(std::span<const std::optional<ToolSample>> samples, StepReport& report) {
+  for (std::size_t hand = 0; hand < samples.size(); ++hand)
+    if (samples[hand]) report.tools[hand].time_ns = samples[hand]->time_ns;
+}
+
 }  // namespace
 
 Simulation::Simulation(const scene::SceneDescription& scene)
@@ -50,10 +60,10 @@ Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world
       method_(scene.method),
       integrator_(make_integrator(method_)),
       traits_(integrator_->traits()),
-      tool_(scene.tool),
       prediction_(std::make_unique<Prediction>(scene::is_explicit(method_.integrator))),
       start_(world_.spheres.size()),
       end_(world_.spheres.size()) {
+  for (const scene::Hand& hand : scene::hands_of(scene)) tools_.emplace_back(hand, tools_.size());
   if (scene.sleeping) sleeping_.emplace(world_);
   for (const bodies::RigidBody& body : world_.rigid_bodies) {
     if (body.free) continue;
@@ -62,8 +72,8 @@ Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world
   }
 }
 
-StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget budget) {
-  Step step{.length_s = step_s, .take_tool = take_tool, .budget = budget};
+StepReport Simulation::step(double step_s, std::span<const TakeTool> take_tools, Budget budget) {
+  Step step{.length_s = step_s, .take_tools = take_tools, .budget = budget};
   StepReport& report = step.report;
   report.solve.converged = true;
   // Halving is exact; a part that ends before a crossing may have any length.
@@ -72,7 +82,7 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
   const auto start = Clock::now();
   const bool may_pass = still_steps_ >= kStillSteps;
   if (!may_pass) find_contacts(step_s, part);
-  take(take_tool(), step);
+  place_tools(step);
   find_tool_contacts(part);
   passes_ = may_pass && detection_.contacts().empty();
   if (passes_) return pass(step_s, report);
@@ -111,15 +121,14 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
     if (part.must_end) part.end = 1.0;
     const auto again = Clock::now();
     find_contacts(step_s, part);
-    if (const auto sample = later_sample(step)) {
-      tool_.redirect(*sample, part.start);
-      report.tool_time_ns = sample->time_ns;
-    }
+    const ToolSamples samples = later_samples(step);
+    redirect(samples, part.start);
+    note_times(samples, report);
     find_tool_contacts(part);
     report.detect += Clock::now() - again;
   }
   substeps_ = static_cast<int>(1.0 / longest);
-  report.tool_work_J = tool_work_J_;
+  note_work(tool_work_J_, report);
   if (sleeping_) {
     const bool is_sure = report.solve.converged && !report.out_of_budget;
     if (const auto sleep_loss_J = sleeping_->settle(
@@ -140,38 +149,61 @@ StepReport Simulation::step(double step_s, const TakeTool& take_tool, Budget bud
 StepReport Simulation::pass(double step_s, StepReport& report) {
   world_.time_s += step_s;
   report.substeps = 1;
-  report.tool_work_J = tool_work_J_;
+  note_work(tool_work_J_, report);
   if (sleeping_) report.sleeping_spheres = sleeping_->sleeping_spheres();
   return report;
 }
 
-void Simulation::take(const std::optional<ToolSample>& sample, Step& step) {
+const std::vector<contact::ToolSphereMotion>& Simulation::tools_over(double start, double end) {
+  tool_spheres_.clear();
+  for (const ToolMotion& tool : tools_) tool.add_over(start, end, tool_spheres_);
+  return tool_spheres_;
+}
+
+void Simulation::place_tools(Step& step) {
+  for (std::size_t hand = 0; hand < tools_.size(); ++hand)
+    take(hand, hand < step.take_tools.size() ? step.take_tools[hand]() : std::nullopt, step);
+}
+
+void Simulation::take(std::size_t hand, const std::optional<ToolSample>& sample, Step& step) {
   // A tool that comes or goes while it overlaps something brings or takes what their contact holds:
   // where it is at the start of its first step, or was at the end of its last.
+  ToolMotion& tool = tools_[hand];
   const auto held_J = [&](double share) {
-    detection_.find_tool_contacts(world_, tool_.over(share, share));
+    tool_spheres_.clear();
+    tool.add_over(share, share, tool_spheres_);
+    detection_.find_tool_contacts(world_, tool_spheres_);
     return tool_energy_J(detection_.contacts());
   };
-  const bool was_here = tool_.is_here();
+  const bool was_here = tool.is_here();
   double brought_J = was_here && !sample ? -held_J(1.0) : 0.0;
   if (sample) {
-    step.report.tool_time_ns = sample->time_ns;
-    tool_.place(*sample, step.length_s);
+    step.report.tools[hand].time_ns = sample->time_ns;
+    tool.place(*sample, step.length_s);
   } else {
-    tool_.remove();
+    tool.remove();
   }
   if (!was_here && sample) brought_J = held_J(0.0);
-  tool_work_J_ += brought_J;
+  tool_work_J_[hand] += brought_J;
   if (account_) account_->flow.given_J += brought_J;
 }
 
 /// None if nothing is newer than what the step has taken, or the tool has gone: that the next one
 /// sees.
-std::optional<ToolSample> Simulation::later_sample(const Step& step) const {
-  if (!tool_.is_here()) return std::nullopt;
-  std::optional<ToolSample> sample = step.take_tool();
-  if (sample && sample->time_ns <= step.report.tool_time_ns) sample.reset();
-  return sample;
+Simulation::ToolSamples Simulation::later_samples(const Step& step) const {
+  ToolSamples samples;
+  for (std::size_t hand = 0; hand < tools_.size(); ++hand) {
+    if (!tools_[hand].is_here()) continue;
+    samples[hand] = step.take_tools[hand]();
+    if (samples[hand] && samples[hand]->time_ns <= step.report.tools[hand].time_ns)
+      samples[hand].reset();
+  }
+  return samples;
+}
+
+void Simulation::redirect(const ToolSamples& samples, double from) {
+  for (std::size_t hand = 0; hand < tools_.size(); ++hand)
+    if (samples[hand]) tools_[hand].redirect(*samples[hand], from);
 }
 
 /// Halves the part as often as that spares memory, within reason.
@@ -182,7 +214,7 @@ void Simulation::find_contacts(double step_s, Part& part) {
 }
 
 void Simulation::find_tool_contacts(const Part& part) {
-  detection_.find_tool_contacts(world_, tool_.over(part.start, part.end));
+  detection_.find_tool_contacts(world_, tools_over(part.start, part.end));
 }
 
 /// One step of the integrator. Leaves the world as it was if it did not converge and need not
@@ -251,8 +283,8 @@ EnergyFlow Simulation::flow_of(const Part& part, double duration_s) {
     flow = energy_flow(world_, trial, detection_.contacts(), duration_s);
   else
     flow.tool_J = tool_flow_J(world_, trial, detection_.contacts(), duration_s);
-  if (has_driven_ && tool_.is_here()) {
-    detection_.find_led_contacts(world_, tool_.over(part.start, part.end), led_contacts_);
+  if (has_driven_) {
+    detection_.find_led_contacts(world_, tools_over(part.start, part.end), led_contacts_);
     flow.tool_J += led_flow_J(world_, trial, led_contacts_, duration_s);
   }
   return flow;
@@ -263,18 +295,22 @@ EnergyFlow Simulation::flow_of(const Part& part, double duration_s) {
 /// did; false, and nothing changed, if there is no such sample or this did not converge.
 bool Simulation::correct(const Part& part, Step& step, SolveReport& solve) {
   if (!step.may_correct || !traits_.solves) return false;
-  const std::optional<ToolSample> sample = later_sample(step);
-  if (!sample) return false;
+  const ToolSamples samples = later_samples(step);
+  std::uint64_t newer_ns = proto::kNever;  // the least of those that there are
+  for (std::size_t hand = 0; hand < tools_.size(); ++hand)
+    if (samples[hand])
+      newer_ns = std::min(newer_ns, samples[hand]->time_ns - step.report.tools[hand].time_ns);
+  if (newer_ns == proto::kNever) return false;
   step.may_correct = false;
-  const ToolMotion before = tool_;
-  tool_.redirect(*sample, part.start);
+  const std::vector<ToolMotion> before = tools_;
+  redirect(samples, part.start);
   find_tool_contacts(part);
   Budget own{.iterations = std::min(kIterations, step.budget.iterations - solve.iterations),
              .deadline = step.budget.deadline,
              .stop = step.budget.stop};
   // What takes longer than its sample is newer makes the snapshot older.
-  const std::chrono::nanoseconds newer(static_cast<std::int64_t>(
-      std::min(sample->time_ns - step.report.tool_time_ns, std::uint64_t{1'000'000'000})));
+  const std::chrono::nanoseconds newer(
+      static_cast<std::int64_t>(std::min(newer_ns, std::uint64_t{1'000'000'000})));
   if (own.deadline != Clock::time_point::max())
     own.deadline = std::min(own.deadline, Clock::now() + newer);
   const double duration_s = step.length_s * (part.end - part.start);
@@ -282,10 +318,10 @@ bool Simulation::correct(const Part& part, Step& step, SolveReport& solve) {
   solve.iterations += again.iterations;
   if (again.converged) {
     solve.residual = again.residual;
-    step.report.tool_time_ns = sample->time_ns;
+    note_times(samples, step.report);
     return true;
   }
-  tool_ = before;
+  tools_ = before;
   find_tool_contacts(part);
   return false;
 }
@@ -346,16 +382,25 @@ void Simulation::note_sleep() {
     start_[i] = end_[i] = bodies::sphere_motion(world_, world_.spheres[i]);
 }
 
-publication::SnapshotPrediction Simulation::predict_next(double step_s, const Budget& budget) {
+publication::SnapshotPrediction Simulation::predict_next(double step_s, const Budget& budget,
+                                                         std::size_t hand) {
+  const bool is_alone = tools_.size() == 1;
+  if (!is_alone) snapshot_.forget_predictions(detection_.spheres());
   if (budget.is_late()) return {};
   // Nothing moved since the last one.
   if (passes_ && predicted_s_ == step_s) return prediction_->snapshot();
 
-  const std::vector<contact::ToolSphereMotion>& tool = tool_.over(1.0, 1.0);
+  tool_spheres_.clear();
+  for (std::size_t other = 0; other < tools_.size(); ++other)
+    if (other != hand) tools_[other].add_over(1.0, 1.0, tool_spheres_);
+  const std::size_t of_others = tool_spheres_.size();
+  tools_[hand].add_over(1.0, 1.0, tool_spheres_);
+  const auto tool = std::span(std::as_const(tool_spheres_)).subspan(of_others);
   if (tool.empty() && world_.spheres.size() > PredictedPart::kMaxSpheres) return {};
   predicted_part_.choose(world_, detection_.motions(), tool);
   // What may touch by then, on lists of its own: those of the next step stay in their order.
-  if (!predicted_contacts_.find(world_, detection_, predicted_part_.spheres(), step_s, tool))
+  if (!predicted_contacts_.find(world_, detection_, predicted_part_.spheres(), step_s,
+                                tool_spheres_))
     return {};
   // Of a part they are known by other numbers.
   std::span<const ContactMemory> kept;
@@ -364,11 +409,11 @@ publication::SnapshotPrediction Simulation::predict_next(double step_s, const Bu
     kept = memories->kept();
   prediction_->look(predicted_part_.world(),
                     predicted_part_.renumbered(predicted_contacts_.contacts()), step_s, kept,
-                    budget);
+                    budget, hand);
   snapshot_.take_predictions(predicted_part_.spheres(), prediction_->spheres(),
                              proto::kPredictionPeriods * step_s, proto::kLongestPredictionLag_s,
                              detection_.spheres());
-  if (passes_) predicted_s_ = step_s;
+  if (passes_ && is_alone) predicted_s_ = step_s;
   return prediction_->snapshot();
 }
 
@@ -382,7 +427,7 @@ std::optional<EnergyAccount> Simulation::energy_account() {
 }
 
 Energies Simulation::energies_now() {
-  Energies now = energies(world_, tool_.over(1.0, 1.0));
+  Energies now = energies(world_, tools_over(1.0, 1.0));
   if (const ContactMemories* memories = integrator_->memories())
     now.contacts_J += memories->energy_J();
   return now;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -24,22 +25,27 @@
 
 namespace stillgrid::dynamics {
 
+/// Of one hand.
+struct ToolReport {
+  std::uint64_t time_ns = 0;  // of the latest sample that a step took, 0: none
+  double work_J = 0.0;        // that the tool has given the world in all steps up to that one's end
+};
+
 /// What one step did and what each of its phases cost.
 struct StepReport {
   SolveReport solve;  // iterations of all substeps, the worst residual
   int substeps = 0;
-  bool out_of_budget = false;      // so that its end was computed by one iteration
-  bool stopped = false;            // by the budget, before its end: the world is where a part ended
-  int crossings_left = 0;          // substeps in which spheres may have passed through one another
-  int contacts = 0;                // that touch at the step's end
-  int sleeping_spheres = 0;        // at the step's end
-  std::uint64_t tool_time_ns = 0;  // of the latest sample it took, 0: none
-  double tool_work_J = 0.0;  // that the tool has given the world in all steps up to this one's end
-  bool corrected = false;    // its end was led on to a sample that came as it was solved
+  bool out_of_budget = false;  // so that its end was computed by one iteration
+  bool stopped = false;        // by the budget, before its end: the world is where a part ended
+  int crossings_left = 0;      // substeps in which spheres may have passed through one another
+  int contacts = 0;            // that touch at the step's end
+  int sleeping_spheres = 0;    // at the step's end
+  std::array<ToolReport, proto::kMaxHands> tools{};  // by hand
+  bool corrected = false;  // its end was led on to a sample that came as it was solved
   std::chrono::nanoseconds detect{}, respond{}, integrate{};
 };
 
-/// Asked for the tool's newest sample; none: there is no tool.
+/// Asked for a tool's newest sample; none: there is no tool.
 using TakeTool = std::function<std::optional<ToolSample>()>;
 
 /// The longest part of a step, halved until it is shorter than one of `length` by more than the
@@ -88,14 +94,21 @@ class Simulation {
   /// sample that is no later than the last changes nothing, to the bit; from where it is then, the
   /// tool moves evenly to a later one over the rest of the step
   /// (docs/algorithms/low_latency_snapshots.md).
-  StepReport step(double step_s, const TakeTool& take_tool, Budget budget = {});
+  ///
+  /// take_tools: by hand; those beyond are away.
+  StepReport step(double step_s, std::span<const TakeTool> take_tools, Budget budget = {});
+  /// The same of the first hand alone.
+  StepReport step(double step_s, const TakeTool& take_tool, Budget budget = {}) {
+    return step(step_s, std::span(&take_tool, 1), budget);
+  }
 
-  /// Adds to the snapshot of the last step where the next one of step_s would lead
-  /// (docs/algorithms/predict.md). The world stays as it is. Nothing is
-  /// predicted when the budget is spent; of more than a thousand spheres what is near the tool
-  /// (PredictedPart).
+  /// Adds to the snapshot of the last step where the next one of step_s would lead, for one hand,
+  /// in place of what it had for another (docs/algorithms/predict.md): the tools of the others go
+  /// on as they move. The world stays as it is. Nothing is predicted when the budget is spent; of
+  /// more than a thousand spheres what is near the hand's tool (PredictedPart).
   [[nodiscard]] publication::SnapshotPrediction predict_next(double step_s,
-                                                             const Budget& budget = {});
+                                                             const Budget& budget = {},
+                                                             std::size_t hand = 0);
 
   /// Who shares the work of a large scene; must outlive this. No byte depends on it.
   void share_work(const Workers& workers) { integrator_->share_work(workers); }
@@ -138,15 +151,21 @@ class Simulation {
   /// What a step was asked for, and what it has come to.
   struct Step {
     double length_s;
-    const TakeTool& take_tool;
+    std::span<const TakeTool> take_tools;
     Budget budget;
     StepReport report = {};
     bool may_correct = true;
   };
 
-  void take(const std::optional<ToolSample>& sample, Step& step);
+  /// By hand, as tools_.
+  using ToolSamples = std::array<std::optional<ToolSample>, proto::kMaxHands>;
+
+  void place_tools(Step& step);
+  void take(std::size_t hand, const std::optional<ToolSample>& sample, Step& step);
   StepReport pass(double step_s, StepReport& report);
-  [[nodiscard]] std::optional<ToolSample> later_sample(const Step& step) const;
+  [[nodiscard]] ToolSamples later_samples(const Step& step) const;
+  void redirect(const ToolSamples& samples, double from);
+  [[nodiscard]] const std::vector<contact::ToolSphereMotion>& tools_over(double start, double end);
   void find_contacts(double step_s, Part& part);
   void find_tool_contacts(const Part& part);
   Attempt advance(Part& part, Step& step);
@@ -167,10 +186,11 @@ class Simulation {
   scene::Method method_;
   std::unique_ptr<Integrator> integrator_;
   IntegratorTraits traits_;
-  ToolMotion tool_;
+  std::vector<ToolMotion> tools_;                        // by hand
+  std::vector<contact::ToolSphereMotion> tool_spheres_;  // of all, as asked for last
   std::optional<Sleeping> sleeping_;
   std::optional<EnergyAccount> account_;
-  double tool_work_J_ = 0.0;  // in all steps
+  EnergyByHand_J tool_work_J_{};  // in all steps
   std::vector<contact::Contact> led_contacts_;
   std::unique_ptr<Prediction> prediction_;
   std::vector<bodies::SphereMotion> start_, end_;  // of every sphere over a part

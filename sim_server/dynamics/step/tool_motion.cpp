@@ -9,7 +9,7 @@ void ToolMotion::place(const ToolSample& sample, double step_s) {
   const bool known = is_here();
   start_sample_ = known ? sample_ : sample;
   from_ = 0.0;
-  over_step_.resize(spheres_.size());
+  over_step_.resize(hand_.tool.size());
   for (contact::ToolSphereMotion& sphere : over_step_) sphere.position_before_m = sphere.position_m;
   end_at(sample);
   if (known) return;
@@ -18,7 +18,9 @@ void ToolMotion::place(const ToolSample& sample, double step_s) {
 }
 
 void ToolMotion::redirect(const ToolSample& sample, double from) {
-  over_step_ = over(from, 1.0);
+  over_part_.clear();
+  add_over(from, 1.0, over_part_);
+  over_step_.swap(over_part_);
   from_ = from;
   end_at(sample);
 }
@@ -33,26 +35,28 @@ void ToolMotion::end_at(const ToolSample& sample) {
     spin_rad_s =
         angle_rad * 1e9 / static_cast<double>(sample.time_ns - start_sample_.time_ns) * turn.axis();
   }
-  for (std::size_t i = 0; i < spheres_.size(); ++i) {
+  for (std::size_t i = 0; i < over_step_.size(); ++i) {
     contact::ToolSphereMotion& sphere = over_step_[i];
-    sphere.position_m = sample.position_m + sample.orientation * spheres_[i].position_m;
+    sphere.position_m = sample.position_m + sample.orientation * hand_.tool[i].position_m;
     sphere.velocity_m_s =
         sample.velocity_m_s + spin_rad_s.cross(sphere.position_m - sample.position_m);
-    sphere.radius_m = spheres_[i].radius_m;
+    sphere.radius_m = hand_.tool[i].radius_m;
     sphere.spin_rad_s = spin_rad_s;
+    sphere.slip_speed_m_s = hand_.tool_slip_speed_m_s;
+    sphere.hand = number_;
   }
 }
 
-const std::vector<contact::ToolSphereMotion>& ToolMotion::over(double start, double end) {
-  over_part_ = over_step_;
+void ToolMotion::add_over(double start, double end,
+                          std::vector<contact::ToolSphereMotion>& spheres) const {
   const auto way = [this](double share) { return (share - from_) / (1.0 - from_); };
-  for (contact::ToolSphereMotion& sphere : over_part_) {
+  for (const contact::ToolSphereMotion& over_step : over_step_) {
+    contact::ToolSphereMotion& sphere = spheres.emplace_back(over_step);
     const Eigen::Vector3d from_m = sphere.position_before_m;
     const Eigen::Vector3d move_m = sphere.position_m - from_m;
     if (end < 1.0) sphere.position_m = from_m + way(end) * move_m;
     sphere.position_before_m = from_m + way(start) * move_m;
   }
-  return over_part_;
 }
 
 }  // namespace stillgrid::dynamics

@@ -23,7 +23,9 @@ struct ToolSample {
 /// sample.
 class ToolMotion {
  public:
-  explicit ToolMotion(std::vector<scene::ToolSphere> spheres) : spheres_(std::move(spheres)) {}
+  /// number: of the hand, in the scene.
+  ToolMotion(scene::Hand hand, std::size_t number)
+      : hand_(std::move(hand)), number_(static_cast<int>(number)) {}
 
   /// The tool is here at the end of this step of step_s. Without a step before it came at its
   /// velocity: so is it met alike by who moves along with it.
@@ -36,16 +38,17 @@ class ToolMotion {
   void remove() { over_step_.clear(); }
   [[nodiscard]] bool is_here() const noexcept { return !over_step_.empty(); }
 
-  /// Its spheres over the part of the step from share `start` to share `end` of it; none without a
-  /// tool. Pre: start is not before a redirection.
-  [[nodiscard]] const std::vector<contact::ToolSphereMotion>& over(double start, double end);
+  /// Adds its spheres over the part of the step from share `start` to share `end` of it; none
+  /// without a tool. Pre: start is not before a redirection.
+  void add_over(double start, double end, std::vector<contact::ToolSphereMotion>& spheres) const;
 
  private:
   void end_at(const ToolSample& sample);
 
-  std::vector<scene::ToolSphere> spheres_;  // as described
-  ToolSample start_sample_, sample_;        // of the step before, and the newest
-  double from_ = 0.0;                       // share of the step at which over_step_ begins
+  scene::Hand hand_;
+  int number_;
+  ToolSample start_sample_, sample_;  // of the step before, and the newest
+  double from_ = 0.0;                 // share of the step at which over_step_ begins
   std::vector<contact::ToolSphereMotion> over_step_;  // empty: no tool
   std::vector<contact::ToolSphereMotion> over_part_;
 };

@@ -101,9 +101,12 @@ TEST_CASE("Versions must meet, and a host's struct be whole", "[plugins]") {
   const auto negotiate = negotiator_of(GENERATE("phantom", "replay"));
   stillgrid_device_api api{};
   api.struct_size = sizeof api;
-  stillgrid_host_info host{sizeof host, 2, 3, STILLGRID_CLOCK_VIRTUAL, kTick_ns, nullptr};
+  stillgrid_host_info host{sizeof host, 3, 4, STILLGRID_CLOCK_VIRTUAL, kTick_ns, nullptr};
   CHECK(negotiate(&host, &api) == STILLGRID_DEVICE_E_VERSION);
   host.abi_min = 0;
+  CHECK(negotiate(&host, &api) == STILLGRID_DEVICE_OK);
+  CHECK(api.abi == 2);
+  host.abi_max = 1;
   CHECK(negotiate(&host, &api) == STILLGRID_DEVICE_OK);
   CHECK(api.abi == 1);
   host.period_ns = 0;

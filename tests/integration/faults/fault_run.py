@@ -22,6 +22,7 @@ class Fault:
     kind: str  # of the table's groups
     name: str  # as the table says it
     device: str = ""  # options of faulty_driver.so
+    haptic: tuple = ()  # options of haptic_server
     inject: typing.Optional[typing.Callable] = None  # given the run; nothing: the driver does it
     scene: typing.Any = "wall"
     full_N: float = 2.0  # before
@@ -75,6 +76,7 @@ class FaultRun(daemons.SessionTest):
         self.began_ms = self.ended_ms = None
         self.sim = self.sim_server(self.scene_argument(fault.scene))
         self.device = f"{DRIVER}:log={self.log.file},{fault.device}".rstrip(",")
+        self.haptic_options = fault.haptic
         self.hand = self.start_hand()
         self.wait_until(lambda: self._settled_at(fault.full_N), 8.0, f"{fault.full_N} N before")
         self.worker = self.hand.pid
@@ -87,7 +89,8 @@ class FaultRun(daemons.SessionTest):
         return self._judge(fault)
 
     def start_hand(self):
-        return self.haptic_server(self.device, "--record", self.recording, "--report", self.report)
+        return self.haptic_server(self.device, "--record", self.recording, "--report", self.report,
+                                  *self.haptic_options)
 
     def scene_argument(self, scene):
         return scene if isinstance(scene, str) else self.write(*scene)

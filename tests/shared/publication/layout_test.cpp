@@ -39,7 +39,8 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(proto::ToolState, force_N) == 96);
   CHECK(offsetof(proto::ToolState, buttons) == 120);
   CHECK(offsetof(proto::ToolState, before) == 128);
-  CHECK(sizeof(proto::ToolState) == 512);
+  CHECK(offsetof(proto::ToolState, device) == 512);
+  CHECK(sizeof(proto::ToolState) == 576);
   CHECK(offsetof(proto::TickFigures, contacts) == 24);
   CHECK(offsetof(proto::TickFigures, flags) == 28);
   CHECK(offsetof(proto::TickFigures, work_ns) == 32);
@@ -117,12 +118,12 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(sizeof(proto::SphereRecord) == 128);
 }
 
-TEST_CASE("A tool segment is one page with its slots at 448 and 1024", "[layout]") {
+TEST_CASE("A tool segment is one page with its slots at 448 and 1088", "[layout]") {
   const TestSession session;
   ToolWriter writer(session.name(), 1'000'000, proto::Clock::kVirtual, 0);
 
   CHECK(writer.header().size_bytes == 4096);
-  CHECK(writer.header().slot_offset == std::array<std::uint64_t, 2>{448, 1024});
+  CHECK(writer.header().slot_offset == std::array<std::uint64_t, 2>{448, 1088});
   CHECK(writer.header().payload_bytes == 512);
 }
 

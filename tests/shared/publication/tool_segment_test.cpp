@@ -39,7 +39,8 @@ proto::ToolState sound_state() {
                                    .modes = {-1.5},
                                    .shifts = {{{{0.0, 1e-3, 0.0}, 2}}},
                                    .alpha = 0.5,
-                                   .age_s = 0.03}}};
+                                   .age_s = 0.03}},
+          .device = {}};
 }
 
 TEST_CASE("The simulation reads the tool as the haptic server published it", "[tool_segment]") {

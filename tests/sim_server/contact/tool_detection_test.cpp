@@ -80,15 +80,19 @@ TEST_CASE("A contact with the tool has the touched body's material and the tool'
           "[detection]") {
   // Below the tool's slip speed friction is viscous, unless the material says so from a higher one.
   const double slip_speed_m_s = GENERATE(1e-3, 0.2);
-  scene::SceneDescription scene =
+  const scene::SceneDescription scene =
       sim_server::scene_of({sim_server::sphere({0, 0, 0}, 0.01, 0.1)},
                            sim_server::material_of(123.0, 4.0, 0.5, slip_speed_m_s));
-  scene.tool_slip_speed_m_s = 0.04;
   const bodies::World world = scene::build_world(scene);
   Detection detection(world, 1.0);
   detection.find_contacts(world, kStep_s);
-  detection.find_tool_contacts(
-      world, {{Eigen::Vector3d(0, 0, 0.02), {0, 0, -1}, Eigen::Vector3d(0, 0, 0.05), 0.015}});
+  const ToolSphereMotion sphere{.position_m = {0, 0, 0.02},
+                                .velocity_m_s = {0, 0, -1},
+                                .position_before_m = {0, 0, 0.05},
+                                .radius_m = 0.015,
+                                .slip_speed_m_s = 0.04,
+                                .hand = 2};
+  detection.find_tool_contacts(world, {sphere});
 
   REQUIRE(detection.contacts().size() == 1);
   const Contact& contact = detection.contacts()[0];
@@ -98,6 +102,7 @@ TEST_CASE("A contact with the tool has the touched body's material and the tool'
   CHECK(contact.material.slip_speed_m_s == std::max(slip_speed_m_s, 0.04));
   CHECK(contact.velocity_b_m_s == Eigen::Vector3d(0, 0, -1));
   CHECK(contact.radius_b_m == 0.015);
+  CHECK(contact.hand == 2);
   CHECK(contact.depth_before_m == Approx(0.025 - 0.05));  // from where the tool was a step ago
 }
 

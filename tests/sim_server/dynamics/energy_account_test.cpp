@@ -202,8 +202,8 @@ TEST_CASE(
   }
   const EnergyAccount account = *simulation.energy_account();
   INFO(scene::name_of(integrator));
-  REQUIRE(std::abs(report.tool_work_J) > 1e-4);
-  CHECK(report.tool_work_J == Approx(account.flow.given_J).epsilon(1e-9));
+  REQUIRE(std::abs(report.tools[0].work_J) > 1e-4);
+  CHECK(report.tools[0].work_J == Approx(account.flow.given_J).epsilon(1e-9));
 }
 
 /// What is left of the account of a tool that stays in contact with a ball on a spring, neither
@@ -223,10 +223,10 @@ double numerical_share(const scene::IntegratorKind& integrator, double step_s) {
     const double x_m = 0.013 - 0.003 * std::sin(40.0 * step_s * i);
     report = simulation.step(step_s, [&] { return ToolSample{.position_m = {x_m, 0, 0}}; });
     REQUIRE(report.contacts == 1);
-    most_J = std::max(most_J, std::abs(report.tool_work_J));
+    most_J = std::max(most_J, std::abs(report.tools[0].work_J));
   }
   const EnergyAccount account = *simulation.energy_account();
-  REQUIRE(account.flow.given_J == Approx(report.tool_work_J));
+  REQUIRE(account.flow.given_J == Approx(report.tools[0].work_J));
   return account.numerical_J() / most_J;
 }
 
@@ -267,7 +267,7 @@ TEST_CASE("What the tool gives to what is prescribed is force times way, and non
     work_J -= kStiffness_N_per_m * std::max(0.0, depth_m) * (height_m(end_s) - height_m(start_s));
   }
   REQUIRE(std::abs(work_J) > 1e-3);
-  CHECK(report.tool_work_J == Approx(work_J).epsilon(0.02));
+  CHECK(report.tools[0].work_J == Approx(work_J).epsilon(0.02));
   CHECK(simulation.energy_account()->flow.given_J == 0.0);
 }
 

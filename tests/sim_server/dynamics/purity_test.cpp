@@ -67,7 +67,7 @@ Seen look_on(const scene::SceneDescription& scene, int steps, Looks looks = {}) 
     const auto tool = [&] { return stirring_tool(scene, i); };
     const StepReport report = watched.step(scene.period_s, tool);
     const StepReport other = alone.step(scene.period_s, tool);
-    CHECK(report.tool_work_J == other.tool_work_J);
+    CHECK(report.tools[0].work_J == other.tools[0].work_J);
     seen.most_contacts = std::max(seen.most_contacts, report.contacts);
     publication::SnapshotPrediction prediction;
     if (looks.predicts) prediction = watched.predict_next(scene.period_s);

@@ -69,6 +69,18 @@ bool boxes_are_apart(const SceneDescription& scene) {
 
 }  // namespace
 
+TEST_CASE("The scenes for two hands name them alike, each with a tool of its own",
+          "[shipped_scenes]") {
+  const auto& [name, spheres, of_tool] = GENERATE(table<std::string, long, std::size_t>(
+      {{"block_pinched", 15, 4}, {"cloth_held_by_two", 156, 6}}));
+  const SceneDescription scene = shipped(name);
+  REQUIRE(scene.hands.size() == 2);
+  CHECK(scene.hands[0].name == "left");
+  CHECK(scene.hands[1].name == "right");
+  for (const Hand& hand : scene.hands) CHECK(hand.tool.size() == of_tool);
+  CHECK(moving_sphere_count(scene) == spheres);
+}
+
 TEST_CASE("Tissue and blocks are the paper's: 8 x 8 nodes, ten blocks, 405 spheres", "[scenes]") {
   const SceneDescription scene = shipped("tissue_and_blocks");
 

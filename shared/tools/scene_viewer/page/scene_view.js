@@ -84,6 +84,8 @@ export class SceneView {
     this.voxels = new VoxelBoxes();
     this.tool = new ToolView(scene.tool_spheres, size_m);
     this.tool.metres_per_N = round_up(size_m / 25);
+    this.others = new Map();  // by the name of the hand
+    this.size_m = size_m;
     const planes = make_planes(scene.planes, centre_m, size_m);
     this.planes = planes.group;
     this.scales = { metres_per_N: this.tool.metres_per_N,
@@ -125,7 +127,24 @@ export class SceneView {
       if (switches.path) this.tool.place_path(ticks.columns.position_m, begin, end);
       this.camera.tool_at(frame.tool.position_m);
     }
+    this.#place_others(frame.others ?? []);
     this.dirty = true;
+  }
+
+  /// The tools of the session's other hands, each with its force.
+  #place_others(others) {
+    for (const other of this.others.values()) other.object.visible = false;
+    for (const { name, tool, tool_spheres } of others) {
+      if (!this.others.has(name)) {
+        const view = new ToolView(tool_spheres, this.size_m);
+        view.metres_per_N = this.tool.metres_per_N;
+        view.path.visible = false;
+        this.others.set(name, view);
+        this.content.add(view.object);
+      }
+      this.others.get(name).object.visible = true;
+      this.others.get(name).place(tool);
+    }
   }
 
   render() {

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -56,6 +57,10 @@ struct Device {
   int file = -1;
   std::mutex mutex;
   std::unique_ptr<std::array<char, 64>> memory;
+  stillgrid_device_tick_fn tick = nullptr;
+  void* tick_context = nullptr;
+  std::atomic<bool> is_ending = false;
+  std::thread ticking, ticking_too;
 };
 
 Device device;
@@ -132,8 +137,36 @@ std::int32_t describe(stillgrid_device* handle, stillgrid_device_descriptor* out
   descriptor.flags = is("declared_system_call") || is("declared_allocation") || is("masks_signals")
                          ? STILLGRID_DEVICE_USES_SYSCALLS
                          : 0;
+  descriptor.flags |= STILLGRID_DEVICE_SETS_PACE;
+  descriptor.dof_sensed = is("freedom_of_ghosts") ? 1024U : 127U;
+  descriptor.dof_actuated = 71U;
+  descriptor.axis_count = is("many_axes") ? 5 : 2;
+  descriptor.gripper_open_m = is("no_gripper") ? 0.0 : 0.03;
+  descriptor.max_gripper_force_N = is("no_gripper") ? 0.0 : 2.0;
   return hand_over(descriptor, out, offsetof(stillgrid_device_descriptor, workspace_min_m),
                    "descriptor_overrun", "descriptor_resized");
+}
+
+void tick_until_told(Device& self) {
+  const auto period = std::chrono::milliseconds(is("ticks_seldom") ? 10 : 1);
+  bool goes_on = true;
+  for (auto next = std::chrono::steady_clock::now(); !self.is_ending && goes_on;) {
+    std::this_thread::sleep_until(next += period);
+    goes_on = self.tick(self.tick_context) == 0 || is("ticks_on");
+  }
+}
+
+void begin_ticks(Device& self) {
+  self.is_ending = false;
+  if (self.tick == nullptr || is("no_ticks")) return;
+  self.ticking = std::thread(tick_until_told, std::ref(self));
+  if (is("ticks_twice")) self.ticking_too = std::thread(tick_until_told, std::ref(self));
+}
+
+void end_ticks(Device& self) {
+  self.is_ending = true;
+  for (std::thread* const thread : {&self.ticking, &self.ticking_too})
+    if (thread->joinable()) thread->join();
 }
 
 std::int32_t activate(stillgrid_device* handle) {
@@ -150,6 +183,7 @@ std::int32_t activate(stillgrid_device* handle) {
   self->is_active = true;
   self->was_active = true;
   self->is_stopped = false;
+  begin_ticks(*self);
   return STILLGRID_DEVICE_OK;
 }
 
@@ -200,6 +234,10 @@ void fill_in(Device& self, std::uint64_t now_ns, stillgrid_device_state& state) 
   if (is("millimetres")) state.position_m[0] = 50.0 + 1e-2 * static_cast<double>(n % 100);
   if (is("slips") && n % 16 == 15) state.position_m[1] = 0.09;
   if (is("nan_position") && n % 16 == 15) state.position_m[1] = std::nan("");
+  state.valid |= STILLGRID_STATE_AXES | STILLGRID_STATE_GRIPPER;
+  if (is("nothing_valid")) state.valid = 0;
+  state.axes[1] = is("long_axis") ? 1.5 : -1.0;
+  state.gripper_m = is("nan_gripper") ? std::nan("") : 0.02;
   state.orientation_xyzw[3] = is("long_quaternion") ? 1.5 : 1.0;
 }
 
@@ -240,6 +278,7 @@ std::int32_t deactivate(stillgrid_device* handle) {
   if (!self->is_active && !is_forgiven) return STILLGRID_DEVICE_E_ORDER;
   if (is("leave_throws")) throw std::runtime_error("deactivate");
   if (is("leave_fails")) return STILLGRID_DEVICE_E_IO;
+  end_ticks(*self);
   self->is_active = false;
   self->stopped_and_left = self->is_stopped;
   return STILLGRID_DEVICE_OK;
@@ -251,6 +290,8 @@ void close_device(stillgrid_device* handle) {
   if (is("close_crash")) crash();
   if (is("close_active") && self->is_active) crash();
   if (is("thread_left")) std::thread(hang).detach();
+  end_ticks(*self);
+  self->tick = nullptr;
   if (self->file >= 0 && !is("file_left")) ::close(self->file);
   self->file = -1;
   self->is_active = false;
@@ -282,6 +323,47 @@ const void* get_extension(const char* name) {
   static const stillgrid_device_identity_api identity{sizeof identity, 0, identify};
   const bool is_known = is("knows_all") || std::string_view(name) == STILLGRID_DEVICE_IDENTITY;
   return is_known ? &identity : nullptr;
+}
+
+std::int32_t set_tick(stillgrid_device* handle, stillgrid_device_tick_fn tick, void* context) {
+  Device* const self = of(handle);
+  if (self == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
+  if (self->is_active) return is("late_tick") ? STILLGRID_DEVICE_OK : STILLGRID_DEVICE_E_ORDER;
+  if (is("keeps_tick") && tick == nullptr) return STILLGRID_DEVICE_OK;
+  self->tick = tick;
+  self->tick_context = context;
+  return STILLGRID_DEVICE_OK;
+}
+
+std::int32_t list(stillgrid_device* handle, std::uint32_t index, stillgrid_device_listing* out) {
+  if (of(handle) == nullptr || out == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
+  if (index > 1 && !is("endless_list")) return STILLGRID_DEVICE_E_NO_DEVICE;
+  stillgrid_device_listing listing{};
+  std::strncpy(listing.name, "hostile", sizeof listing.name - 1);
+  listing.serial[0] = static_cast<char>('0' + index);
+  const char* const options = is("options_of_no_use") ? "serial" : "serial=0";
+  std::strncpy(listing.options, options, sizeof listing.options - 1);
+  if (listing.options[7] == '0' && !is("same_options"))
+    listing.options[7] = static_cast<char>('0' + index);
+  if (is("endless_serial_listed")) std::memset(listing.serial, '7', sizeof listing.serial);
+  return hand_over(listing, out, sizeof listing, "listing_overrun", "listing_resized");
+}
+
+std::int32_t command(stillgrid_device* handle, const char* key, const char* value) {
+  Device* const self = of(handle);
+  if (self == nullptr || ((key == nullptr || value == nullptr) && !is("null_order")))
+    return STILLGRID_DEVICE_E_ARGUMENT;
+  if (!self->is_active) return is("orders_early") ? STILLGRID_DEVICE_OK : STILLGRID_DEVICE_E_ORDER;
+  if (is("null_order") && (key == nullptr || value == nullptr)) crash();
+  return is("any_order") ? STILLGRID_DEVICE_OK : STILLGRID_DEVICE_E_ARGUMENT;
+}
+
+std::int32_t write_gripper(stillgrid_device* handle, std::uint64_t /*now_ns*/, double force_N) {
+  Device* const self = of(handle);
+  if (self == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
+  if (!self->is_active && !is("grips_late")) return STILLGRID_DEVICE_E_ORDER;
+  return std::isfinite(force_N) || is("grips_nan") ? STILLGRID_DEVICE_OK
+                                                   : STILLGRID_DEVICE_E_ARGUMENT;
 }
 
 /// Finds the host's log, from a host that has extensions.
@@ -321,18 +403,21 @@ extern "C" std::int32_t stillgrid_device_negotiate(const stillgrid_host_info* ho
   if (is("null_host") && host == nullptr) crash();
   if (host == nullptr || out == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
   if (is("refuses_all")) return STILLGRID_DEVICE_E_VERSION;
-  const bool is_common = host->abi_min <= 1 && host->abi_max >= 1;
+  const bool is_common = host->abi_min <= 2 && host->abi_max >= 1;
   if (!is_common && !is("takes_any_version")) return STILLGRID_DEVICE_E_VERSION;
   constexpr std::size_t kLeast = offsetof(stillgrid_device_api, get_extension);
   if (out->struct_size < kLeast && !is("table_overrun")) return STILLGRID_DEVICE_E_ARGUMENT;
   find_log(*host);
-  stillgrid_device_api api{out->struct_size, is("wrong_version") ? 7U : 1U,
+  stillgrid_device_api api{out->struct_size, is("wrong_version") ? 7U : std::min(host->abi_max, 2U),
                            enumerate,        open_device,
                            configure,        describe,
                            activate,         read_state,
                            write_force,      deactivate,
                            close_device,     emergency_stop,
-                           strerror,         get_extension};
+                           strerror,         get_extension,
+                           set_tick,         list,
+                           command,          write_gripper};
+  if (is("no_set_tick")) api.set_tick = nullptr;
   if (is("echoes_version")) api.abi = host->abi_max;
   if (is("no_stop")) api.emergency_stop = nullptr;
   if (is("table_resized")) api.struct_size = sizeof api;

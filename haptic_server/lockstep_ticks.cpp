@@ -4,42 +4,10 @@
 #include "haptic_server/run.hpp"
 #include "shared/publication/lockstep.hpp"
 #include "shared/realtime/periodic_timer.hpp"
-#include "shared/realtime/realtime_guard.hpp"
 #include "shared/realtime/realtime_thread.hpp"
 
 namespace stillgrid::haptic_server {
 namespace {
-
-TickEnd tick_in_real_time(Run& run) {
-  realtime::RealtimeSection section;
-  realtime::PeriodicTimer timer(run.period_ns);
-  const std::uint64_t end_ns =
-      run.options.duration_s ? realtime::monotonic_ns() + realtime::to_ns(*run.options.duration_s)
-                             : proto::kNever;
-  TickEnd end = TickEnd::kGoOn;
-  recording::TickRow row;
-  while (end == TickEnd::kGoOn) {
-    section.begin_tick(run.report.ticks + 1);
-    const realtime::PeriodicTimer::Wake wake = timer.wait();
-    if ((run.stop || wake.now_ns >= end_ns) && run.loop.release()) break;
-    if (run.watchdog.is_stopping()) continue;
-    run.watchdog.tick();
-    if (run.watchdog.stops() != run.report.device_stops) recover(run);
-    run.tool.segment().require_whole();
-    const publication::SceneView& scene = *run.watch.acquire(run.loop.may_switch_scene());
-    end = run.loop.sense(scene, wake.now_ns);
-    if (end != TickEnd::kGoOn) break;
-    end = run.loop.act(scene, run.watch.writer_alive(), wake.now_ns, row);
-    row.tick_ns = realtime::monotonic_ns() - wake.now_ns;
-    run.report.missed_ticks += wake.skipped > 0 ? 1 : 0;
-    run.report.wake_ns.record(wake.now_ns - wake.deadline_ns);
-    run.loop.note_times(row.tick_ns, wake.now_ns - wake.deadline_ns, run.report.missed_ticks);
-    run.loop.count(row, run.report);
-    run.driver.note(row.flags);
-    if (run.recorder != nullptr) run.recorder->record(row);
-  }
-  return end;
-}
 
 /// False when stopped.
 bool wait_for(Run& run, const publication::SceneView& scene,
@@ -89,18 +57,8 @@ TickEnd tick_in_lockstep(Run& run, const publication::SceneView& scene) {
 
 }  // namespace
 
-void run_real_time(Run& run) {
-  run.watch.start();
-  for (const std::string& missing : realtime::make_realtime(run.options.cpu))
-    spdlog::warn("running without {}", missing);
-  run.watchdog.watch_ticks();
-  const long faults_before = realtime::page_faults();
-  const TickEnd end = tick_in_real_time(run);
-  run.report.page_faults = realtime::page_faults() - faults_before;
-  if (end == TickEnd::kDeviceFault) throw_fault(run);
-}
-
 void run_lockstep(Run& run) {
+  activate(run);
   if (run.options.cpu && !realtime::pin_to_cpu(*run.options.cpu))
     spdlog::warn("running without processor {}", *run.options.cpu);
   const publication::SceneView& scene = *run.watch.acquire();

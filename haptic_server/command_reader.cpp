@@ -1,0 +1,78 @@
+#include "haptic_server/command_reader.hpp"
+
+#include <fcntl.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <stdexcept>
+#include <string_view>
+
+namespace stillgrid::haptic_server {
+namespace {
+
+constexpr std::size_t kLongestLine = 1024;
+constexpr auto kPoll = std::chrono::milliseconds(20);
+
+/// For people: what is no printable character of ASCII is '?'.
+std::string printable(std::string_view text) {
+  std::string line(text.substr(0, 80));
+  for (char& c : line)
+    if (c < ' ' || c > '~') c = '?';
+  return line;
+}
+
+}  // namespace
+
+CommandReader::CommandReader(const std::filesystem::path& file, device::Device& device)
+    : device_(device),
+      name_(file.string()),
+      file_(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {
+  if (file_ < 0)
+    throw std::runtime_error("--commands: value '" + name_ +
+                             "': expected a file that can be read: " + std::strerror(errno));
+  thread_ = std::jthread([this](const std::stop_token& end) { read_lines(end); });
+}
+
+CommandReader::~CommandReader() {
+  thread_.request_stop();
+  thread_.join();
+  ::close(file_);
+}
+
+void CommandReader::read_lines(const std::stop_token& end) {
+  std::array<char, 4096> part{};
+  while (!end.stop_requested()) {
+    const ssize_t count = ::read(file_, part.data(), part.size());
+    if (count <= 0) {  // a pipe without a writer is at its end, until the next one comes
+      std::this_thread::sleep_for(kPoll);
+      continue;
+    }
+    for (const char c : std::string_view(part.data(), static_cast<std::size_t>(count))) {
+      if (c != '\n') {
+        if (pending_.size() <= kLongestLine) pending_ += c;
+        continue;
+      }
+      obey(pending_);
+      pending_.clear();
+    }
+  }
+}
+
+void CommandReader::obey(const std::string& line) {
+  const std::size_t equals = line.find('=');
+  const bool is_order = line.size() <= kLongestLine && equals != std::string::npos && equals > 0 &&
+                        line.find('\0') == std::string::npos;
+  const std::string refusal = is_order
+                                  ? device_.command(line.substr(0, equals), line.substr(equals + 1))
+                                  : "expected KEY=VALUE, at most 1024 characters";
+  if (refusal.empty())
+    spdlog::info("command {}", printable(line));
+  else
+    spdlog::warn("command '{}': {}", printable(line), refusal);
+}
+
+}  // namespace stillgrid::haptic_server

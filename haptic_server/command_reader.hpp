@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <stop_token>
+#include <string>
+#include <thread>
+
+#include "haptic_server/device/device_host.hpp"
+
+namespace stillgrid::haptic_server {
+
+/// Gives a device the orders of a file or named pipe, a line KEY=VALUE each, from a thread of its
+/// own, as they come. What cannot be done is a line for the user; none ends the run.
+class CommandReader {
+ public:
+  /// Opens the file. Throws std::runtime_error, one line, where it cannot be read.
+  CommandReader(const std::filesystem::path& file, device::Device& device);
+  ~CommandReader();
+
+  CommandReader(const CommandReader&) = delete;
+  CommandReader& operator=(const CommandReader&) = delete;
+
+ private:
+  void read_lines(const std::stop_token& end);
+  void obey(const std::string& line);
+
+  device::Device& device_;
+  std::string name_;
+  int file_;
+  std::string pending_;  // of a line whose end has not come
+  std::jthread thread_;  // last: joined before what it uses is gone
+};
+
+}  // namespace stillgrid::haptic_server

@@ -1,0 +1,169 @@
+#include "haptic_server/device/list_devices.hpp"
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <set>
+#include <system_error>
+
+#include "haptic_server/device/device_host.hpp"
+#include "haptic_server/device/driver_call.hpp"
+#include "haptic_server/device/driver_text.hpp"
+#include "haptic_server/device/negotiation.hpp"
+
+namespace stillgrid::device {
+namespace {
+
+constexpr std::int32_t kMaxDevices = 64;
+constexpr unsigned kLongest_s = 20;
+
+void print_row(const std::string& device, const std::string& name, const std::string& serial) {
+  std::printf("%-40s %-20s %s\n", device.c_str(), name.c_str(), serial.c_str());
+}
+
+std::string text_of(const DeviceSpec& spec) {
+  std::string text = spec.plugin;
+  if (spec.index > 0) text.append(1, '@').append(std::to_string(spec.index));
+  for (std::size_t i = 0; i < spec.options.size(); ++i)
+    text.append(1, i == 0 ? ':' : ',')
+        .append(spec.options[i].key)
+        .append(1, '=')
+        .append(spec.options[i].value);
+  return text;
+}
+
+/// A line without the plugin's name before it, which its row has.
+void print_none(const DeviceSpec& spec, std::string line) {
+  const std::string before = "device '" + spec.plugin + "': ";
+  if (line.starts_with(before)) line.erase(0, before.size());
+  print_row(text_of(spec), "-", line);
+}
+
+/// A device of a driver that has no list.
+void print_enumerated(DeviceSpec spec, std::uint32_t index) {
+  spec.index = index;
+  try {
+    const Device device(spec, {});
+    print_row(text_of(spec), device.descriptor().name, device.identity().serial);
+  } catch (const DeviceError& error) {
+    print_none(spec, error.what());
+  }
+}
+
+/// Closed on every way.
+class OpenHandle {
+ public:
+  OpenHandle(const stillgrid_device_api& api, const DeviceSpec& spec) : api_(api), spec_(spec) {
+    require(call_driver([&] { return api_.open(spec.index, &handle_); }), "open");
+    if (handle_ == nullptr)
+      fail_device(DeviceFailure::kDeviceFault, spec_.plugin, "open: gave no device");
+    for (const DeviceOption& option : spec.options)
+      require(call_driver([&] {
+                return api_.configure(handle_, option.key.c_str(), option.value.c_str());
+              }),
+              "option " + option.key + "=" + option.value);
+  }
+  ~OpenHandle() {
+    if (handle_ != nullptr)
+      call_driver([&] {
+        api_.close(handle_);
+        return STILLGRID_DEVICE_OK;
+      });
+  }
+  OpenHandle(const OpenHandle&) = delete;
+  OpenHandle& operator=(const OpenHandle&) = delete;
+
+  /// False after the last.
+  bool list(std::uint32_t index, stillgrid_device_listing& out) {
+    Fenced<stillgrid_device_listing> listed;
+    const std::int32_t code = call_driver([&] { return api_.list(handle_, index, &listed.value); });
+    if (code == STILLGRID_DEVICE_E_NO_DEVICE && index > 0) return false;
+    require(code, "list");
+    if (!listed.holds())
+      fail_device(DeviceFailure::kDeviceFault, spec_.plugin,
+                  "list: wrote past the struct_size of the listing");
+    out = listed.value;
+    return true;
+  }
+
+ private:
+  void require(std::int32_t code, const std::string& step) {
+    if (code == STILLGRID_DEVICE_OK) return;
+    const char* line = nullptr;
+    call_driver([&] {
+      line = api_.strerror(handle_, code);
+      return STILLGRID_DEVICE_OK;
+    });
+    if (step == "open") handle_ = nullptr;  // what a refused call gave
+    fail_device(code == STILLGRID_DEVICE_E_ARGUMENT ? DeviceFailure::kBadInput
+                                                    : DeviceFailure::kDeviceFault,
+                spec_.plugin, step + ": " + (line == nullptr ? "" : line_of(line, 1024)));
+  }
+
+  const stillgrid_device_api& api_;
+  const DeviceSpec& spec_;
+  stillgrid_device* handle_ = nullptr;
+};
+
+}  // namespace
+
+void print_devices(const DeviceSpec& spec) {
+  const stillgrid_device_api api = negotiate_device(spec.plugin, {});
+  if (api.list == nullptr) {
+    const std::int32_t count = call_driver([&] { return api.enumerate(); });
+    if (count <= 0) return print_none(spec, "no device is present");
+    for (std::int32_t i = 0; i < std::min(count, kMaxDevices); ++i)
+      print_enumerated(spec, static_cast<std::uint32_t>(i));
+    return;
+  }
+  OpenHandle driver(api, spec);
+  stillgrid_device_listing listed{};
+  for (std::uint32_t i = 0; i < kMaxDevices && driver.list(i, listed); ++i) {
+    const std::string options = line_of(listed.options, sizeof listed.options - 1);
+    std::string device = text_of(spec);
+    if (!options.empty()) device.append(1, spec.options.empty() ? ':' : ',').append(options);
+    print_row(device, line_of(listed.name, sizeof listed.name - 1),
+              line_of(listed.serial, sizeof listed.serial - 1));
+  }
+}
+
+void print_installed_devices() {
+  std::set<std::string> plugins;
+  for (const std::filesystem::path& folder : installed_folders()) {
+    std::error_code none;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, none))
+      if (entry.path().extension() == ".so") plugins.insert(entry.path().stem());
+  }
+  if (plugins.empty()) std::printf("no driver is installed\n");
+  for (const std::string& plugin : plugins) {
+    DeviceSpec spec;
+    spec.plugin = plugin;
+    std::fflush(stdout);
+    const pid_t child = ::fork();
+    if (child == 0) {
+      ::alarm(kLongest_s);
+      try {
+        print_devices(spec);
+      } catch (const DeviceError& error) {
+        print_none(spec, error.what());
+      }
+      std::fflush(stdout);
+      std::_Exit(EXIT_SUCCESS);
+    }
+    int status = 0;
+    if (child < 0 || ::waitpid(child, &status, 0) != child) {
+      print_none(spec, "no process to ask it in");
+    } else if (WIFSIGNALED(status)) {
+      const int number = WTERMSIG(status);
+      print_none(spec, number == SIGALRM ? "does not answer within 20 s"
+                                         : std::string("crashes: ") + ::strsignal(number));
+    }
+  }
+}
+
+}  // namespace stillgrid::device

@@ -1,0 +1,175 @@
+#include "haptic_server/real_time_ticks.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <string>
+#include <utility>
+
+#include "haptic_server/device_life.hpp"
+#include "shared/realtime/realtime_guard.hpp"
+#include "shared/realtime/realtime_thread.hpp"
+
+namespace stillgrid::haptic_server {
+namespace {
+
+constexpr auto kPoll = std::chrono::milliseconds(5);
+
+void make_realtime(const Run& run) {
+  for (const std::string& missing : realtime::make_realtime(run.options.cpu))
+    spdlog::warn("running without {}", missing);
+}
+
+bool must_recover(const Run& run) {
+  return !run.watchdog.is_stopping() && run.watchdog.stops() != run.report.device_stops;
+}
+
+/// The loop's own thread, a period after the other.
+void tick_at_own_pace(Run& run, RealTimeTicks& ticks) {
+  const long faults_before = realtime::page_faults();
+  {
+    realtime::RealtimeSection section;
+    realtime::PeriodicTimer timer(run.period_ns);
+    bool goes_on = true;
+    while (goes_on) {
+      section.begin_tick(run.report.ticks + 1);
+      const realtime::PeriodicTimer::Wake wake = timer.wait();
+      if (must_recover(run)) ticks.recover();
+      goes_on = ticks.tick(wake);
+    }
+  }
+  run.report.page_faults += realtime::page_faults() - faults_before;
+}
+
+/// The device's thread ticks; this one only sees to it that a device that was stopped goes on.
+void wait_for_device_pace(Run& run, RealTimeTicks& ticks) {
+  while (!ticks.is_over()) {
+    std::this_thread::sleep_for(kPoll);
+    if (must_recover(run)) ticks.recover();
+  }
+}
+
+}  // namespace
+
+bool RealTimeTicks::tick(const realtime::PeriodicTimer::Wake& wake) {
+  if (end_ns_ == 0)
+    end_ns_ = run_.options.duration_s ? wake.now_ns + realtime::to_ns(*run_.options.duration_s)
+                                      : proto::kNever;
+  bool is_over = (run_.stop || wake.now_ns >= end_ns_) && run_.loop.release();
+  if (!is_over && !run_.watchdog.is_stopping()) {
+    run_.watchdog.tick();
+    run_.tool.segment().require_whole();
+    const publication::SceneView& scene = *run_.watch.acquire(run_.loop.may_switch_scene());
+    end_ = run_.loop.sense(scene, wake.now_ns);
+    if (end_ == TickEnd::kGoOn) {
+      end_ = run_.loop.act(scene, run_.watch.writer_alive(), wake.now_ns, row_);
+      row_.tick_ns = realtime::monotonic_ns() - wake.now_ns;
+      run_.report.missed_ticks += wake.skipped > 0 ? 1 : 0;
+      run_.report.wake_ns.record(wake.now_ns - wake.deadline_ns);
+      run_.loop.note_times(row_.tick_ns, wake.now_ns - wake.deadline_ns, run_.report.missed_ticks);
+      run_.loop.count(row_, run_.report);
+      run_.driver.note(row_.flags);
+      if (run_.recorder != nullptr) run_.recorder->record(row_);
+    }
+    is_over = end_ != TickEnd::kGoOn;
+  }
+  if (is_over) is_over_.store(true, std::memory_order_release);
+  return !is_over;
+}
+
+void RealTimeTicks::enter_thread() {
+  thread_ = std::this_thread::get_id();
+  make_realtime(run_);
+  is_second_ = false;
+}
+
+bool RealTimeTicks::tick_at_device_pace() {
+  if (thread_ != std::this_thread::get_id()) {
+    enter_thread();
+  } else if (!std::exchange(is_second_, true)) {
+    // What the driver's loop touches first, between its ticks, is none of theirs.
+    faults_before_ = realtime::page_faults();
+  }
+  const std::uint64_t now_ns = realtime::monotonic_ns();
+  const std::uint64_t deadline_ns = next_ns_ == 0 ? now_ns : std::min(next_ns_, now_ns);
+  next_ns_ = now_ns + run_.period_ns;
+  realtime::RealtimeSection section;
+  section.begin_tick(run_.report.ticks + 1);
+  return tick({deadline_ns, now_ns, (now_ns - deadline_ns) / run_.period_ns});
+}
+
+std::int32_t RealTimeTicks::on_device_tick(void* ticks) noexcept {
+  RealTimeTicks& self = *static_cast<RealTimeTicks*>(ticks);
+  self.is_ticking_.store(true, std::memory_order_seq_cst);
+  const bool goes_on = !self.is_over_.load(std::memory_order_seq_cst) && self.goes_on();
+  self.is_ticking_.store(false, std::memory_order_release);
+  return goes_on ? 0 : 1;
+}
+
+bool RealTimeTicks::goes_on() noexcept {
+  // Until the other thread has activated the device anew.
+  if (run_.watchdog.is_stopping() || run_.watchdog.stops() != stops_.load()) return true;
+  try {
+    if (tick_at_device_pace()) return true;
+    run_.report.page_faults += realtime::page_faults() - faults_before_;
+  } catch (...) {
+    thrown_ = std::current_exception();
+    is_over_.store(true, std::memory_order_release);
+  }
+  return false;
+}
+
+void RealTimeTicks::recover() {
+  count_stop(run_);
+  deactivate(run_);
+  run_.loop.cut();
+  resume();
+  activate(run_);
+  run_.watchdog.watch_ticks();
+}
+
+void RealTimeTicks::resume() noexcept {
+  end_ = TickEnd::kGoOn;
+  next_ns_ = 0;
+  stops_.store(run_.watchdog.stops());
+  is_over_.store(false, std::memory_order_release);
+}
+
+void RealTimeTicks::end() noexcept {
+  is_over_.store(true, std::memory_order_seq_cst);
+  while (is_ticking_.load(std::memory_order_seq_cst))
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
+
+TickEnd RealTimeTicks::outcome() const {
+  if (thrown_) std::rethrow_exception(thrown_);
+  return end_;
+}
+
+void run_real_time(Run& run) {
+  // Never destroyed: what a driver's thread calls that did not end when it was told to.
+  RealTimeTicks& ticks = *new RealTimeTicks(run);
+  const bool is_devices_pace = run.device.sets_pace();
+  run.watch.start();
+  if (is_devices_pace) run.device.set_tick(RealTimeTicks::on_device_tick, &ticks);
+  try {
+    activate(run);
+    if (!is_devices_pace) make_realtime(run);
+    for (;;) {
+      run.watchdog.watch_ticks();
+      if (is_devices_pace)
+        wait_for_device_pace(run, ticks);
+      else
+        tick_at_own_pace(run, ticks);
+      if (ticks.outcome() != TickEnd::kDeviceFault) return;
+      if (run.options.reopenings == 0) throw_fault(run);
+      if (!reopen(run, ticks)) return;
+    }
+  } catch (...) {
+    ticks.end();
+    throw;
+  }
+}
+
+}  // namespace stillgrid::haptic_server

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <exception>
+#include <thread>
+
+#include "haptic_server/run.hpp"
+#include "shared/realtime/periodic_timer.hpp"
+
+namespace stillgrid::haptic_server {
+
+/// The ticks of real time, at whoever's pace: tick() is called once a period by the loop's own
+/// thread, or by the device's through on_device_tick(). Never two at a time.
+class RealTimeTicks {
+ public:
+  explicit RealTimeTicks(Run& run) : run_(run) {}
+
+  /// One tick. False where the ticks are over: outcome() says how.
+  ///
+  /// Realtime: as HapticLoop, and the driver's read and write.
+  [[nodiscard]] bool tick(const realtime::PeriodicTimer::Wake& wake);
+
+  /// As stillgrid_device_tick_fn of a RealTimeTicks. The first of a thread makes it real-time as
+  /// far as that may be had; while the device is being stopped, or must be activated anew, nothing
+  /// is told to it.
+  static std::int32_t on_device_tick(void* ticks) noexcept;
+
+  /// The watchdog has stopped the device: activates it anew, no force, then a ramp. Not in a tick
+  /// of the device's pace. Throws DeviceFault, DeviceError.
+  void recover();
+
+  /// For a device that is about to be active anew: ticks go on, the first of them on time. Pre: no
+  /// tick can come.
+  void resume() noexcept;
+
+  /// No tick comes any more, and none is under way.
+  void end() noexcept;
+
+  /// Whether no tick will come. Thread: any.
+  [[nodiscard]] bool is_over() const noexcept { return is_over_.load(std::memory_order_acquire); }
+  /// How they ended; throws what a tick threw. Pre: is_over(), and the device is not active, or the
+  /// caller is the thread that ticks.
+  [[nodiscard]] TickEnd outcome() const;
+
+ private:
+  [[nodiscard]] bool goes_on() noexcept;
+  [[nodiscard]] bool tick_at_device_pace();
+  void enter_thread();
+
+  Run& run_;
+  std::uint64_t end_ns_ = 0;  // set by the first tick
+  TickEnd end_ = TickEnd::kGoOn;
+  recording::TickRow row_;
+  std::uint64_t next_ns_ = 0;  // the device's next tick is due; 0: not known
+  long faults_before_ = 0;     // page faults of thread_ before its second tick
+  bool is_second_ = false;     // whether that one has come
+  std::thread::id thread_;     // that ticks at the device's pace
+  std::exception_ptr thrown_;
+  std::atomic<std::uint64_t> stops_ = 0;  // by the watchdog, that were recovered from
+  std::atomic<bool> is_over_ = false, is_ticking_ = false;
+};
+
+}  // namespace stillgrid::haptic_server

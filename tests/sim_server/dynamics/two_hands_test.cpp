@@ -1,0 +1,138 @@
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim_server/dynamics/step/energy_account.hpp"
+#include "sim_server/dynamics/step/simulation.hpp"
+#include "tests/sim_server/scene_builders.hpp"
+
+namespace stillgrid::dynamics {
+namespace {
+
+constexpr double kStep_s = 0.01, kStiffness_N_per_m = 500.0;
+
+/// A ball of 10 mm at the origin, and hands with a tool of 10 mm each.
+scene::SceneDescription held_ball(std::size_t hands) {
+  scene::SceneDescription scene =
+      sim_server::scene_of({sim_server::sphere({0, 0, 0}, 0.01, 0.1)},
+                           sim_server::material_of(kStiffness_N_per_m), Eigen::Vector3d::Zero());
+  scene.method = {.integrator = scene::IntegratorKind::kImplicitEuler,
+                  .solver = scene::SolverKind::kNewton,
+                  .tolerance_m_s = 1e-12};
+  for (std::size_t hand = 0; hand < hands; ++hand)
+    scene.hands.push_back({std::string(1, static_cast<char>('a' + hand)),
+                           {{Eigen::Vector3d::Zero(), 0.01}},
+                           0.05,
+                           {}});
+  return scene;
+}
+
+TakeTool tool_at(const Simulation& simulation, double x_m, double speed_m_s = 0.0) {
+  const auto now_ns = static_cast<std::uint64_t>((simulation.world().time_s + kStep_s) * 1e9);
+  return [=]() -> std::optional<ToolSample> {
+    return ToolSample{
+        .time_ns = now_ns, .position_m = {x_m, 0, 0}, .velocity_m_s = {speed_m_s, 0, 0}};
+  };
+}
+
+TakeTool nobody() {
+  return []() -> std::optional<ToolSample> { return std::nullopt; };
+}
+
+StepReport step(Simulation& simulation, const std::vector<TakeTool>& take) {
+  StepReport report = simulation.step(kStep_s, take);
+  REQUIRE(report.solve.converged);
+  return report;
+}
+
+double ball_x_m(const Simulation& simulation) {
+  return simulation.world().rigid_bodies[0].position_m.x();
+}
+
+}  // namespace
+
+TEST_CASE("What two hands press on a ball cancels, and each is booked its own work",
+          "[two_hands]") {
+  Simulation simulation(held_ball(2));
+  simulation.account_energy();
+  StepReport report;
+  for (int i = 0; i <= 20; ++i) {
+    const double x_m = 0.0199 - 1e-4 * i;
+    report = step(simulation, {tool_at(simulation, -x_m), tool_at(simulation, x_m)});
+    CHECK(std::abs(ball_x_m(simulation)) < 1e-12);
+    CHECK(momentum_kg_m_per_s(simulation.world()).norm() < 1e-12);
+  }
+  CHECK(report.tools[0].work_J > 1e-4);
+  CHECK(report.tools[0].work_J == Approx(report.tools[1].work_J));
+  const EnergyAccount account = *simulation.energy_account();
+  CHECK(report.tools[0].work_J + report.tools[1].work_J == Approx(account.flow.given_J));
+
+  // One that goes takes along what its contact holds, and the other presses on alone.
+  const double before_J = report.tools[0].work_J;
+  report = step(simulation, {nobody(), tool_at(simulation, 0.0179)});
+  CHECK(report.tools[0].work_J < before_J);
+  CHECK(report.tools[0].time_ns == 0);
+  CHECK(report.tools[1].time_ns > 0);
+  CHECK(ball_x_m(simulation) < 0.0);
+}
+
+TEST_CASE("A hand that is the only one feels the same whether it has a name or not",
+          "[two_hands]") {
+  scene::SceneDescription named = held_ball(1), plain = held_ball(0);
+  plain.tool = named.hands[0].tool;
+  Simulation one(named), other(plain);
+  for (int i = 0; i < 30; ++i) {
+    const double x_m = -0.0195 + 2e-4 * i;
+    step(one, {tool_at(one, x_m, 0.02)});
+    step(other, {tool_at(other, x_m, 0.02)});
+    const auto a = one.predict_next(kStep_s), b = other.predict_next(kStep_s);
+    CHECK(ball_x_m(one) == ball_x_m(other));
+    REQUIRE(a.modes.size() == b.modes.size());
+    CHECK(one.snapshot().records()[0].predicted_velocity_m_s ==
+          other.snapshot().records()[0].predicted_velocity_m_s);
+  }
+}
+
+TEST_CASE("A prediction for a hand holds its own force, and lets the other's tool go on",
+          "[two_hands]") {
+  constexpr double kSpeed_m_s = 0.1;
+  Simulation simulation(held_ball(2));
+  step(simulation, {nobody(), tool_at(simulation, 0.0195, -kSpeed_m_s)});
+  const auto of = [&](std::size_t hand) {
+    const publication::SnapshotPrediction prediction = simulation.predict_next(kStep_s, {}, hand);
+    const proto::SphereRecord& ball = simulation.snapshot().records()[0];
+    CHECK((ball.response != 0) == !prediction.modes.empty());
+    return std::pair(double{ball.predicted_velocity_m_s[0]}, prediction.modes.size());
+  };
+  const auto [pressed_on_m_s, modes_of_absent] = of(0);
+  const auto [held_m_s, modes_of_pressing] = of(1);
+  CHECK(modes_of_absent == 0);
+  CHECK(modes_of_pressing > 0);
+  // The hand that presses is told what its force of now does; the other that it goes on pressing.
+  CHECK(held_m_s < 0.0);
+  CHECK(pressed_on_m_s < held_m_s);
+
+  step(simulation, {nobody(), tool_at(simulation, 0.0195 - kSpeed_m_s * kStep_s, -kSpeed_m_s)});
+  CHECK(simulation.world().rigid_bodies[0].velocity_m_s.x() ==
+        Approx(pressed_on_m_s).epsilon(0.02));
+}
+
+TEST_CASE("Asking for the prediction of one hand changes nothing of another's", "[two_hands]") {
+  const auto predicted = [](bool asks_both) {
+    Simulation simulation(held_ball(2));
+    std::vector<std::array<float, 3>> seen;
+    for (int i = 0; i < 10; ++i) {
+      step(simulation, {tool_at(simulation, -0.0195), tool_at(simulation, 0.0191)});
+      if (asks_both) (void)simulation.predict_next(kStep_s, {}, 0);
+      (void)simulation.predict_next(kStep_s, {}, 1);
+      seen.push_back(simulation.snapshot().records()[0].predicted_velocity_m_s);
+    }
+    return seen;
+  };
+  CHECK(predicted(true) == predicted(false));
+}
+
+}  // namespace stillgrid::dynamics
