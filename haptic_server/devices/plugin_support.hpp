@@ -25,13 +25,15 @@ namespace stillgrid::devices {
 ///   void activate()                             may throw, as describe()
 ///   int32_t read(now_ns, is_stopped, state&) noexcept     fills in all it marks as valid
 ///   int32_t write(now_ns, is_stopped, force_N, torque_N_m) noexcept    torque: may be null
-///   void deactivate() noexcept                  zero force
+///   void deactivate() noexcept                  zero force; or int32_t: whether there is none
 /// and, where the driver has a use for them:
 ///   void identify(identity&)                    may throw, as describe()
 ///   void set_tick(HostTick)                     ticks come between activate() and deactivate()
 ///   bool list(index, listing&)                  may throw; false after the last
 ///   void command(key, value)                    may throw: the order is refused
 ///   int32_t write_gripper(now_ns, is_stopped, force_N) noexcept
+///   void emergency_stop() noexcept              any thread: where a thread of the driver's serves
+///                                               the device; is_stopped above says it as well
 ///   const char* fault_line(code) noexcept       on what read() or write() returned; null: nothing
 /// This template keeps the order of life, the sizes of structs and the exceptions inside.
 template <class Driver>
@@ -187,9 +189,13 @@ struct PluginAdapter {
     if (device == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
     PluginAdapter& self = *of(device);
     if (!self.is_active) return STILLGRID_DEVICE_E_ORDER;
-    self.driver.deactivate();
+    std::int32_t code = STILLGRID_DEVICE_OK;
+    if constexpr (std::is_void_v<decltype(self.driver.deactivate())>)
+      self.driver.deactivate();
+    else
+      code = self.driver.deactivate();
     self.is_active = false;
-    return STILLGRID_DEVICE_OK;
+    return code;
   }
 
   static void close(stillgrid_device* device) noexcept {
@@ -198,7 +204,10 @@ struct PluginAdapter {
   }
 
   static void emergency_stop(stillgrid_device* device) noexcept {
-    if (device != nullptr) of(device)->is_stopped = true;
+    if (device == nullptr) return;
+    of(device)->is_stopped = true;
+    if constexpr (requires(Driver & own) { own.emergency_stop(); })
+      of(device)->driver.emergency_stop();
   }
 
   static const char* strerror(stillgrid_device* device, std::int32_t code) noexcept {
