@@ -67,6 +67,7 @@ class HaplyDriver {
     (void)choose_arm(message);
     descriptor.flags = STILLGRID_DEVICE_SETS_PACE;
     descriptor.max_force_N = kMaxForce_N;
+    descriptor.max_torque_N_m = 0.1 * kMaxForce_N;  // ignored: no motors turn the grip
     descriptor.nominal_stiffness_N_m = kNominalStiffness_N_m;
     descriptor.max_read_ns = 50'000;
     descriptor.dof_actuated = kTranslation;

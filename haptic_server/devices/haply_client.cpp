@@ -19,7 +19,7 @@ constexpr std::uint64_t kMillisecond_ns = 1'000'000;
 constexpr std::uint64_t kForceHolds_ns = 50 * kMillisecond_ns;  // then the loop hangs
 constexpr std::uint64_t kLate_ns = 5 * kMillisecond_ns;         // of a round trip
 constexpr std::uint64_t kLateFor_ns = 200 * kMillisecond_ns;
-constexpr int kPause = 10;  // replies
+constexpr int kRamp = 100;                                      // replies
 constexpr milliseconds kRelease{200};
 constexpr int kPriority = 70;  // below the haptic loop's 80
 
@@ -99,8 +99,11 @@ void HaplyClient::converse(const std::stop_token& end) {
   is_ticked_ = static_cast<bool>(choice_.tick);
   std::uint64_t next_ns = monotonic_ns();
   while (!end.stop_requested()) {
-    next_ns = std::max(next_ns + choice_.period_ns, monotonic_ns());
-    sleep_until(next_ns);
+    next_ns += choice_.period_ns;
+    if (const std::uint64_t now_ns = monotonic_ns(); now_ns < next_ns)
+      sleep_until(next_ns);
+    else
+      next_ns = now_ns;  // the service is slower than the period: its answers are the pace
     // A state that waited a period would make the force a period late: it is asked for again,
     // where there is time for that.
     if (is_ticked_ && 3 * round_trip_ns_ < choice_.period_ns) exchange(force_now());
@@ -121,10 +124,7 @@ void HaplyClient::end_in_fault(const std::stop_token& end, const std::string& li
   } catch (const std::bad_alloc&) {  // a fault without its line is one too
   }
   has_failed_.store(true, std::memory_order_release);
-  try {
-    send(Eigen::Vector3d::Zero());
-  } catch (const std::exception&) {  // it has gone: there is nobody to be told
-  }
+  stop_.send_zero();
   connection_.reset();
   // The host learns of the fault in a tick.
   while (is_ticked_ && !end.stop_requested()) {
@@ -136,9 +136,10 @@ void HaplyClient::end_in_fault(const std::stop_token& end, const std::string& li
 Eigen::Vector3d HaplyClient::force_now() noexcept {
   const Command& command = commands_.take();
   const bool is_held = monotonic_ns() > command.time_ns + kForceHolds_ns;
-  const bool is_wanted = paused_ == 0 && !stop_.is_stopped() && !is_held;
-  if (!is_wanted || (choice_.tick && !is_ticked_)) return Eigen::Vector3d::Zero();
-  return Eigen::Map<const Eigen::Vector3d>(command.force_N.data());
+  const bool has_teller = is_ticked_ || !choice_.tick;
+  if (is_held || stop_.is_stopped() || !has_teller) return Eigen::Vector3d::Zero();
+  const double share = 1.0 - static_cast<double>(ramp_) / kRamp;
+  return share * Eigen::Map<const Eigen::Vector3d>(command.force_N.data());
 }
 
 void HaplyClient::send(const Eigen::Vector3d& force_N) {
@@ -173,13 +174,13 @@ void HaplyClient::take(const HaplyMessage& message, std::uint64_t now_ns) {
         "the service tells no current_cursor_force, which a force is compared with: expected "
         "version 3.1 or newer");
   judge(*arm->force_N);
-  if (paused_ > 0) --paused_;
+  if (ramp_ > 0) --ramp_;
   newest_.time_ns = now_ns;
   ++newest_.sequence;
   Eigen::Map<Eigen::Vector3d>(newest_.position_m.data()) = arm->position_m;
   Eigen::Map<Eigen::Vector3d>(newest_.velocity_m_s.data()) = arm->velocity_m_s;
-  newest_.status = paused_ > 0 ? arm->status & ~STILLGRID_STATUS_MOTORS_ON : arm->status;
-  newest_.status_known = arm->status_known | (paused_ > 0 ? STILLGRID_STATUS_MOTORS_ON : 0U);
+  newest_.status = arm->status;
+  newest_.status_known = arm->status_known;
   const HaplyGrip* const grip = message.grip(choice_.grip);
   if (grip == nullptr && !choice_.grip.empty() && !std::exchange(misses_grip_, true))
     log_.warn("grip " + choice_.grip + " has left the service: no orientation, no buttons");
@@ -196,11 +197,10 @@ void HaplyClient::judge(const Eigen::Vector3d& told_N) {
   if (verdict == HaplyEcho::Verdict::kAgrees) return;
   const bool is_ignored = verdict == HaplyEcho::Verdict::kIgnored;
   if (is_ignored && std::exchange(has_other_spelling_, false)) {
-    // Safe, for no force has ever been applied: meanwhile the device tells that it has no motors,
-    // so that the host's force comes in from zero.
+    // Safe, for no force has ever been applied, and this one comes in from zero.
     const bool is_vector = choice_.spelling == HaplySpelling::kVector;
     choice_.spelling = is_vector ? HaplySpelling::kValues : HaplySpelling::kVector;
-    paused_ = kPause;
+    ramp_ = kRamp;
     echo_.reset();
     log_.warn(std::string("the service ignores a force named '") +
               (is_vector ? "vector': 'values'" : "values': 'vector'") + " is tried");

@@ -106,7 +106,7 @@ class HaplyClient {
   Eigen::Vector3d told_N_ = Eigen::Vector3d::Zero();
   std::uint64_t round_trip_ns_ = 0;  // smoothed
   std::uint64_t timely_ns_ = 0;      // when a reply was last in time
-  int paused_ = 0;                   // replies for which no force is sent
+  int ramp_ = 0;                     // replies until the whole force is sent
   bool has_other_spelling_ = true;   // not tried yet
   bool misses_grip_ = false;
   bool is_ticked_ = false;

@@ -91,7 +91,7 @@ HaplyConnection::HaplyConnection(const std::string& address, std::uint16_t port)
     throw absent(is_connected ? connecting.error.message() : "2 s have passed");
   }
   stream.socket.next_layer().set_option(tcp::no_delay(true), error);
-  stream.socket.read_message_max(kMaxHaplyMessage);
+  stream.socket.read_message_max(0);  // at a limit of its own Beast closes: no zero could follow
   stream.socket.text(true);
   Outcome shaking;
   stream.socket.async_handshake(service, "/", shaking.handler());

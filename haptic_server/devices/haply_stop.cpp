@@ -51,9 +51,13 @@ void HaplyStop::arm(int socket, std::string_view arm) {
   is_armed_ = true;
 }
 
+void HaplyStop::send_zero() const noexcept {
+  (void)!send(file_, frames_.data(), frames_.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+}
+
 void HaplyStop::stop() noexcept {
   is_stopped_ = true;
-  if (is_armed_) (void)!send(file_, frames_.data(), frames_.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+  if (is_armed_) send_zero();
 }
 
 }  // namespace stillgrid::devices

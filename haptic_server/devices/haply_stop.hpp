@@ -20,6 +20,9 @@ class HaplyStop {
   /// Pre: no stop() meanwhile changes hands: activate() alone calls it.
   void arm(int socket, std::string_view arm);
 
+  /// Zero force at once, and no stop. Thread: any; pre: arm() was called.
+  void send_zero() const noexcept;
+
   /// Zero force at once. Thread: any. Safe in a signal handler: one store, one send that never
   /// waits.
   void stop() noexcept;

@@ -11,7 +11,7 @@ import asyncio
 import json
 import math
 import os
-import sys
+import signal
 import time
 
 import websockets
@@ -169,9 +169,13 @@ class Service:
 
 async def run(options):
     service = Service(options)
+    is_over = asyncio.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        asyncio.get_running_loop().add_signal_handler(number, is_over.set)
     async with websockets.serve(service.serve, "127.0.0.1", options.port, compression=None) as server:
         print(server.sockets[0].getsockname()[1], flush=True)
-        await asyncio.Future()
+        await is_over.wait()
+        await asyncio.sleep(0.2)  # what was sent before is read
 
 
 def main():
@@ -185,10 +189,7 @@ def main():
     parser.add_argument("--grip", default="wireless_verse_grip", help="the name of their list")
     parser.add_argument("--frame", choices=("own", "basis"), default="own")
     parser.add_argument("--log")
-    try:
-        asyncio.run(run(parser.parse_args()))
-    except KeyboardInterrupt:
-        sys.exit(0)
+    asyncio.run(run(parser.parse_args()))
 
 
 if __name__ == "__main__":
