@@ -73,8 +73,7 @@ class HaplyDriver {
     descriptor.dof_actuated = kTranslation;
     descriptor.dof_sensed = kTranslation;
     if (grip == nullptr) return;
-    descriptor.dof_sensed |=
-        STILLGRID_DOF_ABOUT_X | STILLGRID_DOF_ABOUT_Y | STILLGRID_DOF_ABOUT_Z;
+    descriptor.dof_sensed |= STILLGRID_DOF_ABOUT_X | STILLGRID_DOF_ABOUT_Y | STILLGRID_DOF_ABOUT_Z;
     descriptor.button_count = grip->button_count;
   }
 

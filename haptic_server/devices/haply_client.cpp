@@ -19,7 +19,7 @@ constexpr std::uint64_t kMillisecond_ns = 1'000'000;
 constexpr std::uint64_t kForceHolds_ns = 50 * kMillisecond_ns;  // then the loop hangs
 constexpr std::uint64_t kLate_ns = 5 * kMillisecond_ns;         // of a round trip
 constexpr std::uint64_t kLateFor_ns = 200 * kMillisecond_ns;
-constexpr int kRamp = 100;                                      // replies
+constexpr int kRamp = 100;  // replies
 constexpr milliseconds kRelease{200};
 constexpr int kPriority = 70;  // below the haptic loop's 80
 
@@ -110,8 +110,8 @@ void HaplyClient::converse(const std::stop_token& end) {
     if (is_ticked_) is_ticked_ = choice_.tick();
     exchange(force_now());
   }
-  const std::uint64_t until_ns = monotonic_ns() + static_cast<std::uint64_t>(
-                                     std::chrono::nanoseconds(kRelease).count());
+  const std::uint64_t until_ns =
+      monotonic_ns() + static_cast<std::uint64_t>(std::chrono::nanoseconds(kRelease).count());
   while (!is_released_ && monotonic_ns() < until_ns) {
     exchange(Eigen::Vector3d::Zero());
     is_released_ = told_N_.norm() <= HaplyEcho::kTolerance_N;

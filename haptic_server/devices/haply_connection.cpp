@@ -129,8 +129,8 @@ std::string_view HaplyConnection::receive(milliseconds limit) {
   Stream& stream = *stream_;
   if (stream.reading.is_done) stream.read();
   if (!stream.wait(stream.reading, limit))
-    throw HaplyConnectionError("the service has not answered for " +
-                               std::to_string(limit.count()) + " ms");
+    throw HaplyConnectionError("the service has not answered for " + std::to_string(limit.count()) +
+                               " ms");
   Stream::require(stream.reading);
   return {static_cast<const char*>(stream.received.data().data()), stream.received.size()};
 }

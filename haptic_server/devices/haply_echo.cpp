@@ -24,8 +24,9 @@ HaplyEcho::Verdict HaplyEcho::heard(const Eigen::Vector3d& force_N) noexcept {
   const double tolerance_N = kTolerance_N + kTolerance * greatest_N;
   if (((low_N - force_N).array() <= tolerance_N).all() &&
       ((force_N - high_N).array() <= tolerance_N).all()) {
-    differing_ = 0;
     has_confirmed_ = has_confirmed_ || heard_norm_N > kTolerance_N;
+    if (has_confirmed_)
+      differing_ = 0;  // that there is no force a service that ignores us tells too
     return Verdict::kAgrees;
   }
   if (++differing_ < kPatience) return Verdict::kAgrees;

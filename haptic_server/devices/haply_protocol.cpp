@@ -36,7 +36,9 @@ struct Place {
   [[noreturn]] void refuse(const std::string& expected) const {
     throw HaplyProtocolError("the service's message: " + path() + ": expected " + expected);
   }
-  [[nodiscard]] bool has(const char* name) const { return value.is_object() && value.contains(name); }
+  [[nodiscard]] bool has(const char* name) const {
+    return value.is_object() && value.contains(name);
+  }
   /// Pre: of an object.
   [[nodiscard]] Place at(const char* name) const {
     static const json kNothing;
@@ -104,7 +106,8 @@ std::string shown(const Place& parent, const char* name) {
   const Place place = parent.at(name);
   if (!place.value.is_string()) return "";
   std::string text = place.value.get_ref<const std::string&>().substr(0, 48);
-  std::replace_if(text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
   return text;
 }
 
@@ -115,7 +118,8 @@ std::string foreign_part(const Place& parent, const char* name) {
   const Place placement = parent.object(name);
   const bool is_own =
       (!placement.has("position") || placement.vector("position", 1e3).norm() <= kNone) &&
-      (!placement.has("rotation") || std::abs(placement.quaternion("rotation").w()) >= 1.0 - kNone) &&
+      (!placement.has("rotation") ||
+       std::abs(placement.quaternion("rotation").w()) >= 1.0 - kNone) &&
       (!placement.has("scale") ||
        (placement.vector("scale", 1e3) - Eigen::Vector3d::Ones()).norm() <= kNone);
   return is_own ? "" : "a " + std::string(name);
@@ -234,8 +238,8 @@ const HaplyGrip* HaplyMessage::grip(std::string_view id) const noexcept {
 
 bool is_haply_id(std::string_view text) noexcept {
   return !text.empty() && text.size() <= 32 && std::all_of(text.begin(), text.end(), [](char c) {
-    return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') ||
-           c == '-' || c == '_' || c == '.';
+    return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '-' ||
+           c == '_' || c == '.';
   });
 }
 

@@ -29,10 +29,10 @@ enum class HaplySpelling {
 
 /// One Inverse3 in a message, in its own frame: x right, y forward, z up.
 struct HaplyArm {
-  std::string id;            // 1 to 32 letters, digits, '-', '_' or '.'
-  std::string type;          // as "inverse3", "minverse"; of an inventory, else empty
-  std::string firmware;      // likewise
-  HaplySpelling spelling{};  // that of the version which wrote an inventory
+  std::string id;             // 1 to 32 letters, digits, '-', '_' or '.'
+  std::string type;           // as "inverse3", "minverse"; of an inventory, else empty
+  std::string firmware;       // likewise
+  HaplySpelling spelling{};   // that of the version which wrote an inventory
   std::string foreign_frame;  // what sets its frame apart from the device's own; empty: nothing
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();

@@ -12,7 +12,8 @@
 namespace stillgrid::devices {
 namespace {
 
-/// A whole text frame of a client (RFC 6455, 5.2). Its mask is zero, which leaves the text as it is.
+/// A whole text frame of a client (RFC 6455, 5.2). Its mask is zero, which leaves the text as it
+/// is.
 std::string frame_of(const std::string& text) {
   constexpr char kFinalText = '\x81';
   constexpr auto kMasked = 0x80U;

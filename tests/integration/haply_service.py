@@ -61,7 +61,7 @@ class Service:
         self.grips = [f"6157{n}" for n in range(options.grips)]
         self.log = open(options.log, "w") if options.log else None
         self.replies = 0
-        self.sessions = 0
+        self.sessions = self.open_sessions = 0
 
     def config_of(self):
         """As 3.4 has it, and what came with 3.5."""
@@ -69,7 +69,7 @@ class Service:
                   "device_info": {"major_version": 7, "minor_version": 4, "id": "049D", "device_type": 4},
                   "gravity_compensation": {"enabled": True, "scaling_factor": 1.0},
                   "torque_scaling": {"enabled": True}}
-        if self.options.version in ("3.5", "vector_only"):
+        if self.options.version == "3.5":
             config.update({"preset": "defaults", "basis": {"permutation": "XYZ"}, "mount": PLACED,
                            "extended_firmware_version": "7.4.0-a1b2", "home_return": {"enabled": False},
                            "filters": {"force_gate": {"gain": 0.3}, "damping": {"scalar": 0.0}}})
@@ -140,6 +140,7 @@ class Service:
 
     async def serve(self, socket):
         self.sessions += 1
+        self.open_sessions += 1
         try:
             await socket.send(self.message(is_inventory=True))
             async for text in socket:
@@ -161,6 +162,7 @@ class Service:
         except websockets.ConnectionClosed:
             pass
         finally:
+            self.open_sessions -= 1
             for arm in self.arms:
                 arm.force_N = [0.0, 0.0, 0.0]  # a session takes its forces along
             if self.log:
@@ -175,7 +177,10 @@ async def run(options):
     async with websockets.serve(service.serve, "127.0.0.1", options.port, compression=None) as server:
         print(server.sockets[0].getsockname()[1], flush=True)
         await is_over.wait()
-        await asyncio.sleep(0.2)  # what was sent before is read
+        for _ in range(500):  # what was sent before is read, to the end of each connection
+            if service.open_sessions == 0:
+                break
+            await asyncio.sleep(0.01)
 
 
 def main():

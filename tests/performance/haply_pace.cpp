@@ -1,5 +1,5 @@
-// The loop that the plugin haply runs in its own thread: as often as it may, against whatever service
-// answers. tests/performance/haply_figures.py runs it beside a fake service.
+// The loop that the plugin haply runs in its own thread: as often as it may, against whatever
+// service answers. tests/performance/haply_figures.py runs it beside a fake service.
 #include <dlfcn.h>
 
 #include <algorithm>
@@ -78,19 +78,16 @@ void print(Loop& loop) {
 
 }  // namespace
 
-/// haply_pace PLUGIN PORT SECONDS PERIOD_NS: prints one line of JSON. Status 1 where it cannot begin.
+/// haply_pace PLUGIN PORT SECONDS PERIOD_NS: prints one line of JSON. Status 1 where it cannot
+/// begin.
 int main(int count, char** words) {
   if (count != 5) return 1;
   void* const library = dlopen(words[1], RTLD_NOW);
   if (library == nullptr) return 1;
   const auto negotiate =
       reinterpret_cast<stillgrid_device_negotiate_fn>(dlsym(library, "stillgrid_device_negotiate"));
-  const stillgrid_host_info host{sizeof host,
-                                 1,
-                                 2,
-                                 STILLGRID_CLOCK_MONOTONIC,
-                                 std::strtoull(words[4], nullptr, 10),
-                                 nullptr};
+  const stillgrid_host_info host{
+      sizeof host, 1, 2, STILLGRID_CLOCK_MONOTONIC, std::strtoull(words[4], nullptr, 10), nullptr};
   stillgrid_device_api api{};
   api.struct_size = sizeof api;
   stillgrid_device* device = nullptr;
