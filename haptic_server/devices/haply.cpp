@@ -21,8 +21,8 @@ namespace stillgrid::devices {
 namespace {
 
 // The maker's figures are on no page that we could read: what others do with the device.
-constexpr double kMaxForce_N = 5.0;               // SofaHaplyRobotics sends no more on an axis
-constexpr double kNominalStiffness_N_m = 1000.0;  // of the floor in the maker's tutorial 04
+constexpr double kMaxForce_N = 5.0;                   // SofaHaplyRobotics sends no more on an axis
+constexpr double kNominalStiffness_N_per_m = 1000.0;  // of the floor in the maker's tutorial 04
 constexpr std::string_view kNoGrip = "none";
 constexpr std::chrono::milliseconds kInventory{2000};
 
@@ -68,7 +68,7 @@ class HaplyDriver {
     descriptor.flags = STILLGRID_DEVICE_SETS_PACE;
     descriptor.max_force_N = kMaxForce_N;
     descriptor.max_torque_N_m = 0.1 * kMaxForce_N;  // ignored: no motors turn the grip
-    descriptor.nominal_stiffness_N_m = kNominalStiffness_N_m;
+    descriptor.nominal_stiffness_N_m = kNominalStiffness_N_per_m;
     descriptor.max_read_ns = 50'000;
     descriptor.dof_actuated = kTranslation;
     descriptor.dof_sensed = kTranslation;

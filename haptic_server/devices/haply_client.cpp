@@ -114,7 +114,7 @@ void HaplyClient::converse(const std::stop_token& end) {
       monotonic_ns() + static_cast<std::uint64_t>(std::chrono::nanoseconds(kRelease).count());
   while (!is_released_ && monotonic_ns() < until_ns) {
     exchange(Eigen::Vector3d::Zero());
-    is_released_ = told_N_.norm() <= HaplyEcho::kTolerance_N;
+    is_released_ = heard_N_.norm() <= HaplyEcho::kTolerance_N;
   }
 }
 
@@ -191,9 +191,9 @@ void HaplyClient::take(const HaplyMessage& message, std::uint64_t now_ns) {
   samples_.put(newest_);
 }
 
-void HaplyClient::judge(const Eigen::Vector3d& told_N) {
-  told_N_ = told_N;
-  const HaplyEcho::Verdict verdict = echo_.heard(told_N);
+void HaplyClient::judge(const Eigen::Vector3d& heard_N) {
+  heard_N_ = heard_N;
+  const HaplyEcho::Verdict verdict = echo_.heard(heard_N);
   if (verdict == HaplyEcho::Verdict::kAgrees) return;
   const bool is_ignored = verdict == HaplyEcho::Verdict::kIgnored;
   if (is_ignored && std::exchange(has_other_spelling_, false)) {
@@ -209,7 +209,7 @@ void HaplyClient::judge(const Eigen::Vector3d& told_N) {
   throw HaplyProtocolError(
       is_ignored ? "the service applies no force, be it named 'vector' or 'values': expected "
                    "version 3.1 to 3.5"
-                 : "the service applies " + text_of(told_N) + " where " +
+                 : "the service applies " + text_of(heard_N) + " where " +
                        text_of(echo_.last_sent_N()) + " was sent: expected nobody else's force");
 }
 

@@ -92,7 +92,7 @@ class HaplyClient {
   void end_in_fault(const std::stop_token& end, const std::string& line) noexcept;
   void exchange(const Eigen::Vector3d& force_N);
   void take(const HaplyMessage& message, std::uint64_t now_ns);
-  void judge(const Eigen::Vector3d& told_N);
+  void judge(const Eigen::Vector3d& heard_N);
   void send(const Eigen::Vector3d& force_N);
   [[nodiscard]] Eigen::Vector3d force_now() noexcept;
 
@@ -103,7 +103,7 @@ class HaplyClient {
   HostLog log_;
   HaplyEcho echo_;
   HaplySample newest_;
-  Eigen::Vector3d told_N_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d heard_N_ = Eigen::Vector3d::Zero();
   std::uint64_t round_trip_ns_ = 0;  // smoothed
   std::uint64_t timely_ns_ = 0;      // when a reply was last in time
   int ramp_ = 0;                     // replies until the whole force is sent

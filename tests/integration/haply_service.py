@@ -78,13 +78,13 @@ class Service:
         return config
 
     def state_of(self, arm, is_faulty):
-        told_N = [2 * force for force in arm.force_N] if is_faulty("wrong_echo") else arm.force_N
+        shown_N = [2 * force for force in arm.force_N] if is_faulty("wrong_echo") else arm.force_N
         zero = {"a0": 0, "a1": 0, "a2": 0}
         state = {"angular_position": {"a0": -30.927332, "a1": 53.878685, "a2": -6.642623},
                  "angular_velocity": zero, "current_angular_position": zero, "current_angular_torques": zero,
                  "body_orientation": {"w": 0.69885254, "x": 0.0014648438, "y": 0.715271, "z": 0.0024414062},
                  "control_domain": "cartesian", "control_mode": "force", "mode": "force",
-                 "current_cursor_force": vector(*told_N), "current_cursor_position": vector(0, 0, 0),
+                 "current_cursor_force": vector(*shown_N), "current_cursor_position": vector(0, 0, 0),
                  "cursor_position": vector(*arm.position_m), "cursor_velocity": vector(*arm.velocity_m_s),
                  "transform": PLACED}
         if is_faulty("no_echo"):
@@ -170,6 +170,10 @@ class Service:
 
 
 async def run(options):
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(10))  # as the real one, not behind compilers
+    except PermissionError:
+        pass
     service = Service(options)
     is_over = asyncio.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
