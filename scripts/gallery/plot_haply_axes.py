@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Draws the Inverse3's axes as its user sees them, sitting before it: docs/charts/haply_axes.svg, or the file named."""
+"""Draws the Inverse3's axes as its user sees them, sitting before it: haply_axes.svg."""
+import argparse
 import pathlib
-import sys
 
 ORIGIN = (150, 150)
 AXES = (("x", "right", (105, 0), "#c0392b"), ("y", "forward, away from you", (58, -48), "#27803b"),
@@ -9,7 +9,10 @@ AXES = (("x", "right", (105, 0), "#c0392b"), ("y", "forward, away from you", (58
 
 
 def main():
-    default = pathlib.Path(__file__).resolve().parents[2] / "docs" / "charts" / "haply_axes.svg"
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--charts", type=pathlib.Path, required=True, metavar="FOLDER")
+    parser.add_argument("pictures", nargs="*", help="there is one")
+    arguments = parser.parse_args()
     lines = ['<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 420 230" width="420" height="230" '
              'font-family="sans-serif" font-size="13">',
              '<rect width="420" height="230" fill="white"/>',
@@ -21,8 +24,7 @@ def main():
         lines.append(f'<circle cx="{x + dx}" cy="{y + dy}" r="4" fill="{colour}"/>')
         lines.append(f'<text x="{x + dx + 8}" y="{y + dy + 4}" fill="{colour}">{name}: {meaning}</text>')
     lines.append('</svg>')
-    file = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else default
-    file.write_text("\n".join(lines) + "\n")
+    (arguments.charts / "haply_axes.svg").write_text("\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":
