@@ -40,7 +40,8 @@ constexpr const char* kDescription =
     "  haptic_server --session ci --lockstep --device replay:file=run.csv --record again.csv\n"
     "  haptic_server --session demo --hand left --device phantom           one of each hand\n"
     "\n"
-    "A device is the path of a plugin (.so) or the name of an installed one: phantom, replay, "
+    "A device is the path of a plugin (.so) or the name of an installed one: haply, phantom, "
+    "replay, "
     "spacemouse.\n";
 
 void add_options(CLI::App& app, Arguments& arguments) {

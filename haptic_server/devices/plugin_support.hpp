@@ -25,7 +25,7 @@ namespace stillgrid::devices {
 ///   void activate()                             may throw, as describe()
 ///   int32_t read(now_ns, is_stopped, state&) noexcept     fills in all it marks as valid
 ///   int32_t write(now_ns, is_stopped, force_N, torque_N_m) noexcept    torque: may be null
-///   void deactivate() noexcept                  zero force
+///   void deactivate() noexcept                  zero force; or int32_t: whether there is none
 /// and, where the driver has a use for them:
 ///   void identify(identity&)                    may throw, as describe()
 ///   void set_tick(HostTick)                     ticks come between activate() and deactivate()
@@ -189,9 +189,13 @@ struct PluginAdapter {
     if (device == nullptr) return STILLGRID_DEVICE_E_ARGUMENT;
     PluginAdapter& self = *of(device);
     if (!self.is_active) return STILLGRID_DEVICE_E_ORDER;
-    self.driver.deactivate();
+    std::int32_t code = STILLGRID_DEVICE_OK;
+    if constexpr (std::is_void_v<decltype(self.driver.deactivate())>)
+      self.driver.deactivate();
+    else
+      code = self.driver.deactivate();
     self.is_active = false;
-    return STILLGRID_DEVICE_OK;
+    return code;
   }
 
   static void close(stillgrid_device* device) noexcept {
