@@ -40,12 +40,12 @@ void require_no_motors(const device::Device& device, const device::DeviceSpec& s
 }
 
 void require_gripper(const device::Device& device, const device::DeviceSpec& spec) {
-  if (device.descriptor().max_gripper_force_N == 0.0)
+  if (device.descriptor().max_gripper_force_N == 0.0 || device.descriptor().gripper_open_m == 0.0)
     throw device::DeviceError(
         device::DeviceFailure::kBadInput,
         "device '" + spec.plugin +
             "': --gripper-stiffness: expected a device that declares a gripper "
-            "with a motor");
+            "with a motor, and how far it opens");
 }
 
 void activate(Run& run) {

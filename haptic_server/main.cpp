@@ -40,9 +40,8 @@ constexpr const char* kDescription =
     "  haptic_server --session ci --lockstep --device replay:file=run.csv --record again.csv\n"
     "  haptic_server --session demo --hand left --device phantom           one of each hand\n"
     "\n"
-    "A device is the path of a plugin (.so) or the name of an installed one: haply, phantom, "
-    "replay, "
-    "spacemouse.\n";
+    "A device is the path of a plugin (.so) or the name of an installed one, as phantom:\n"
+    "--list-devices prints them, and what they see.\n";
 
 void add_options(CLI::App& app, Arguments& arguments) {
   HapticOptions& options = arguments.options;

@@ -12,6 +12,7 @@ sys.path.append(str(ROOT / "scripts" / "gallery"))
 import measure_delay  # after the path it needs
 
 SCENE = "tissue_and_blocks"
+HAND = "phantom:profile=premium15,hand=light,path=press,centre_z_m=0,depth_m=0.06,period_s=1"
 
 
 class DevicePaceTest(daemons.SessionTest):
@@ -33,7 +34,7 @@ class DevicePaceTest(daemons.SessionTest):
         self.assertAlmostEqual(limits["late"], 10000.0 / 3.0, delta=200.0)
 
     def test_a_device_ticks_the_loop_from_its_own_thread(self):
-        report, recording, lines = self.run_in_real_time("phantom:pace=device,period_s=0.5")
+        report, recording, lines = self.run_in_real_time(HAND + ",pace=device")
         self.assertEqual(lines, [])
         self.assertTrue(report["declared"]["sets_pace"])
         self.assertEqual(report["device_stops"], 0)
@@ -44,13 +45,13 @@ class DevicePaceTest(daemons.SessionTest):
     def test_a_stopped_process_at_the_devices_pace_goes_on_without_a_blow(self):
         report = self.folder / "run.json"
         self.sim_server(SCENE)
-        server = self.haptic_server("phantom:pace=device,period_s=0.5", "--duration", 2.0, "--report", report)
+        server = self.haptic_server(HAND + ",pace=device", "--duration", 2.0, "--report", report)
         self.wait_until(lambda: list(daemons.SHM.glob(f"{self.session}-tool")), 5.0, "no tool")
         server.signal(daemons.signal.SIGSTOP)
         daemons.time.sleep(0.4)
         server.signal(daemons.signal.SIGCONT)
         self.assertEqual(server.wait(20.0), daemons.DONE, server.lines())
-        self.assertLessEqual(daemons.read_report(report)["force_N"]["max"], 3.3)
+        self.assertLessEqual(daemons.read_report(report)["force_N"]["max"], 8.5)
 
     def test_in_virtual_time_the_host_sets_the_pace(self):
         paces = [self.run_lockstep(SCENE, f"phantom:pace={pace}", 0.3).read_bytes() for pace in ("host", "device")]
@@ -64,7 +65,7 @@ class DevicePaceTest(daemons.SessionTest):
         self.assertIn("command 'no such order=1': no such order: value '1': expected a known key", text)
         self.assertIn("command 'nonsense': expected KEY=VALUE", text)
         self.assertIn("command 'push_x_N=much': push_x_N: value 'much': expected a finite number", text)
-        self.assertEqual(len(lines), 4, lines)
+        self.assertEqual(len([line for line in lines if ": command " in line]), 4, lines)
 
     def test_orders_of_a_file_that_is_not_there_are_bad_input(self):
         self.sim_server(SCENE)
@@ -96,7 +97,7 @@ class DevicePaceTest(daemons.SessionTest):
         self.assertEqual(rows["phantom"], ["phantom", "simulated"])
         self.assertIn("replay", rows)
         self.sim_server(SCENE)
-        self.assert_refused(self.haptic_server("phantom@1"), daemons.DEVICE_FAULT, "phantom", "no such device")
+        self.assert_refused(self.haptic_server("phantom@1"), daemons.DEVICE_FAULT, "phantom", "there is only device 0")
 
 
 if __name__ == "__main__":

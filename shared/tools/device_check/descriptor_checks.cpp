@@ -64,10 +64,7 @@ Outcome check_freedom(const Subject& subject) {
   if (((sensed | actuated) & ~kKnown) != 0) broken("it tells degrees of freedom that do not exist");
   if (descriptor.button_count > 32) broken("it has more buttons than bits of a state");
   if (descriptor.axis_count > STILLGRID_AXES_SIZE) broken("it has more axes than a state");
-  if (descriptor.max_gripper_force_N > 0.0 && descriptor.gripper_open_m == 0.0)
-    broken("its gripper has a motor and no opening");
-  const bool has_gripper = descriptor.gripper_open_m > 0.0;
-  if (sensed != 0 && has_gripper != ((sensed & STILLGRID_DOF_GRIPPER) != 0))
+  if (sensed != 0 && descriptor.gripper_open_m > 0.0 && (sensed & STILLGRID_DOF_GRIPPER) == 0)
     broken("dof_sensed and gripper_open_m differ in whether there is a gripper");
   return {};
 }

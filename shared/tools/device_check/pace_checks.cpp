@@ -58,8 +58,8 @@ void set_tick(CheckedDevice& device, stillgrid_device_tick_fn tick, void* contex
 }
 
 void require_sound(const Ticks& ticks) {
-  if (ticks.at_once > 0) broken("a tick is called while another is under way");
   if (ticks.in_other_threads > 0) broken("ticks come from more than one thread in one life");
+  if (ticks.at_once > 0) broken("a tick is called while another is under way");
   if (ticks.after_end > 0)
     broken(std::to_string(ticks.after_end.load()) + " ticks come after one that was the last");
   if (ticks.first_fault != STILLGRID_DEVICE_OK)

@@ -124,7 +124,7 @@ TEST_CASE("A tool segment is one page with its slots at 448 and 1088", "[layout]
 
   CHECK(writer.header().size_bytes == 4096);
   CHECK(writer.header().slot_offset == std::array<std::uint64_t, 2>{448, 1088});
-  CHECK(writer.header().payload_bytes == 512);
+  CHECK(writer.header().payload_bytes == 576);
 }
 
 TEST_CASE("A scene segment is its header, its static grid and two slots", "[layout]") {

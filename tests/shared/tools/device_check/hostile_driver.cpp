@@ -137,12 +137,14 @@ std::int32_t describe(stillgrid_device* handle, stillgrid_device_descriptor* out
   descriptor.flags = is("declared_system_call") || is("declared_allocation") || is("masks_signals")
                          ? STILLGRID_DEVICE_USES_SYSCALLS
                          : 0;
-  descriptor.flags |= STILLGRID_DEVICE_SETS_PACE;
+  if (!is("masks_signals"))
+    descriptor.flags |= STILLGRID_DEVICE_SETS_PACE;  // its threads' are its own
   descriptor.dof_sensed = is("freedom_of_ghosts") ? 1024U : 127U;
+  if (is("no_gripper")) descriptor.dof_sensed = 63U;
   descriptor.dof_actuated = 71U;
   descriptor.axis_count = is("many_axes") ? 5 : 2;
-  descriptor.gripper_open_m = is("no_gripper") ? 0.0 : 0.03;
-  descriptor.max_gripper_force_N = is("no_gripper") ? 0.0 : 2.0;
+  descriptor.gripper_open_m = 0.03;
+  descriptor.max_gripper_force_N = 2.0;
   return hand_over(descriptor, out, offsetof(stillgrid_device_descriptor, workspace_min_m),
                    "descriptor_overrun", "descriptor_resized");
 }
