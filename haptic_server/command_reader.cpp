@@ -46,7 +46,8 @@ CommandReader::~CommandReader() {
 void CommandReader::read_lines(const std::stop_token& end) {
   std::array<char, 4096> part{};
   while (!end.stop_requested()) {
-    const ssize_t count = ::read(file_, part.data(), part.size());
+    const bool may_obey = device_.is_active();  // else they wait, as for a device that is lost
+    const ssize_t count = may_obey ? ::read(file_, part.data(), part.size()) : 0;
     if (count <= 0) {  // a pipe without a writer is at its end, until the next one comes
       std::this_thread::sleep_for(kPoll);
       continue;

@@ -17,7 +17,7 @@ def draw(charts):
         limits = [float(row["limit_N_per_m"]) for pace in NAMES for row in rows
                   if row["time"] == time and row["pace"] == pace]
         bars = axes.bar([at + shift for at in range(len(limits))], limits, 0.34, color=colour, label=f"{time} time")
-        axes.bar_label(bars, [f"{limit:,.0f}" for limit in limits], fontsize=9, padding=2)
+        axes.bar_label(bars, [f"{limit:,.0f}" for limit in limits], fontsize=9, padding=5)
     for ticks, text in ((1.0, "2 b / T"), (3.0, "2 b / 3 T")):
         level = 2.0 * DAMPING_N_S_PER_M / TICK_S / ticks
         axes.axhline(level, color="0.6", linewidth=0.8, linestyle="--", zorder=0)
@@ -25,6 +25,7 @@ def draw(charts):
     axes.set_xticks(range(len(NAMES)), NAMES.values())
     axes.set_ylabel("largest stable wall [N/m]")
     axes.set_xlim(-0.5, 2.5)
+    axes.set_ylim(0.0, 11500.0)
     axes.legend(frameon=False, fontsize=9)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
