@@ -33,10 +33,20 @@ publication::StaticScene static_scene(const scene::SceneDescription& scene,
   return fixed;
 }
 
-dynamics::ToolSample sample_of(const proto::ToolState& state) {
-  const auto& [x, y, z, w] = state.orientation_xyzw;
-  return {state.time_ns, Eigen::Vector3d(state.position_m.data()), Eigen::Quaterniond(w, x, y, z),
-          Eigen::Vector3d(state.velocity_m_s.data())};
+std::vector<publication::HandScene> hand_scenes(const scene::SceneDescription& scene,
+                                                const dynamics::Simulation& simulation) {
+  std::vector<publication::HandScene> hands;
+  for (const scene::Hand& hand : scene::hands_of(scene))
+    hands.push_back({hand.name, static_scene(scene, simulation, hands.size())});
+  return hands;
+}
+
+std::optional<dynamics::ToolSample> sample_of(const std::optional<proto::ToolState>& state) {
+  if (!state) return std::nullopt;
+  const auto& [x, y, z, w] = state->orientation_xyzw;
+  return dynamics::ToolSample{state->time_ns, Eigen::Vector3d(state->position_m.data()),
+                              Eigen::Quaterniond(w, x, y, z),
+                              Eigen::Vector3d(state->velocity_m_s.data())};
 }
 
 publication::SnapshotTimes times_of(const ScheduledSnapshot& snapshot,

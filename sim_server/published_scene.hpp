@@ -1,7 +1,10 @@
 #pragma once
 
+#include <optional>
+#include <vector>
+
 #include "proto/tool_segment.hpp"
-#include "shared/publication/scene_segment.hpp"
+#include "shared/publication/session.hpp"
 #include "sim_server/dynamics/step/simulation.hpp"
 #include "sim_server/lockstep_schedule.hpp"
 #include "sim_server/scene/scene_description.hpp"
@@ -16,8 +19,13 @@ inline constexpr int kMaxIterations = 1000;
                                                     const dynamics::Simulation& simulation,
                                                     std::size_t hand = 0);
 
+/// Of all its hands.
+[[nodiscard]] std::vector<publication::HandScene> hand_scenes(
+    const scene::SceneDescription& scene, const dynamics::Simulation& simulation);
+
 /// The tool as the simulation takes it.
-[[nodiscard]] dynamics::ToolSample sample_of(const proto::ToolState& state);
+[[nodiscard]] std::optional<dynamics::ToolSample> sample_of(
+    const std::optional<proto::ToolState>& state);
 
 /// The stamps of a hand's snapshot of lockstep.
 [[nodiscard]] publication::SnapshotTimes times_of(const ScheduledSnapshot& snapshot,

@@ -8,17 +8,15 @@
 #include <utility>
 #include <vector>
 
-#include "shared/publication/lockstep.hpp"
+#include "shared/publication/session.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/realtime/realtime_thread.hpp"
 #include "sim_server/lockstep_schedule.hpp"
 #include "sim_server/published_scene.hpp"
-#include "sim_server/session.hpp"
 
 namespace stillgrid::sim_server {
 namespace {
 
-constexpr std::uint64_t kPeerPatience_ns = 10'000'000'000;
 /// Of the time to the next deadline that a step may take until it must end: the rest is for its
 /// last iteration, and to publish.
 constexpr double kStepShare = 0.8;
@@ -35,6 +33,19 @@ dynamics::Budget budget_until(std::uint64_t deadline_ns, const std::atomic<bool>
           .deadline = std::chrono::steady_clock::now() +
                       std::chrono::nanoseconds(static_cast<std::int64_t>(kStepShare * left_ns)),
           .stop = &stop};
+}
+
+publication::SessionSpec session_spec(const scene::SceneDescription& scene,
+                                      const ServerOptions& options,
+                                      const dynamics::Simulation& simulation, proto::Clock clock,
+                                      std::uint64_t start_ns) {
+  return {.name = options.session,
+          .moving_count = simulation.world().spheres.size(),
+          .period_ns = realtime::to_ns(scene.period_s),
+          .clock = clock,
+          .start_ns = start_ns,
+          .readers = options.readers,
+          .report = [](const std::string& refusal) { spdlog::warn("{}", refusal); }};
 }
 
 void run_offline(const scene::SceneDescription& scene, const ServerOptions& options,
@@ -58,12 +69,13 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
               publication::SessionLock lock, dynamics::Simulation& simulation,
               SimulationReport& report, const std::atomic<bool>& stop) {
   const std::uint64_t start_ns = realtime::monotonic_ns();
-  Session session(scene, options.session, std::move(lock), simulation, proto::Clock::kMonotonic,
-                  start_ns, options.readers);
+  publication::Session session(
+      session_spec(scene, options, simulation, proto::Clock::kMonotonic, start_ns), std::move(lock),
+      hand_scenes(scene, simulation));
   std::vector<dynamics::TakeTool> take_tools;
-  for (HandSession& hand : session.hands()) {
+  for (publication::HandSession& hand : session.hands()) {
     hand.tool().start();
-    take_tools.emplace_back([&hand] { return hand.take_tool(); });
+    take_tools.emplace_back([&hand] { return sample_of(hand.take_tool()); });
   }
   const auto publish = [&](std::size_t hand, std::uint64_t state_ns, std::uint64_t began_ns,
                            const dynamics::StepReport& step,
@@ -108,89 +120,26 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
   }
 }
 
-/// Waits for the promises of every hand's peer, and turns what goes wrong into an error.
-class LockstepPeers {
- public:
-  LockstepPeers(Session& session, const std::atomic<bool>& stop) : session_(session), stop_(stop) {}
-
-  void wait_for_arrival() {
-    const std::uint64_t give_up_ns = realtime::monotonic_ns() + kPeerPatience_ns;
-    for (std::size_t hand = 0; hand < session_.hands().size(); ++hand) {
-      while (view(hand) == nullptr && !stop_) {
-        session_.hands()[hand].tool().poll();
-        if (realtime::monotonic_ns() > give_up_ns)
-          throw publication::SegmentError("no haptic_server --lockstep in session '" +
-                                          session_.hands()[hand].name() + "' after 10 s");
-      }
-    }
-  }
-
-  /// False when stopped.
-  bool wait(std::uint64_t proto::SegmentHeader::*promise, std::uint64_t value) {
-    for (std::size_t hand = 0; hand < session_.hands().size(); ++hand) {
-      const publication::ToolView& peer = *view(hand);
-      const auto word = [&] {
-        return double_buffer::HardwareAtomics::load(peer.reader().live().*promise,
-                                                    std::memory_order_acquire);
-      };
-      const auto still_there = [&] { return peer.reader().writer_alive(); };
-      const publication::WaitResult result =
-          publication::wait_for_promise(word, value, still_there, stop_);
-      if (result == publication::WaitResult::kPeerGone)
-        throw publication::SegmentError("the haptic_server" + of_hand(hand) +
-                                        " died; lockstep cannot go on without it");
-      if (result != publication::WaitResult::kReached) return false;
-    }
-    return true;
-  }
-
-  [[nodiscard]] std::vector<dynamics::TakeTool> take_tools() {
-    std::vector<dynamics::TakeTool> take;
-    for (std::size_t hand = 0; hand < session_.hands().size(); ++hand)
-      take.emplace_back([this, hand]() -> std::optional<dynamics::ToolSample> {
-        const auto state = view(hand)->read();
-        if (!state) return std::nullopt;
-        return sample_of(*state);
-      });
-    return take;
-  }
-
- private:
-  const publication::ToolView* view(std::size_t hand) {
-    return session_.hands()[hand].tool().acquire();
-  }
-  [[nodiscard]] std::string of_hand(std::size_t hand) const {
-    return session_.hands().size() > 1 ? " of '" + session_.hands()[hand].name() + "'" : "";
-  }
-
-  Session& session_;
-  const std::atomic<bool>& stop_;
-};
-
-void promise(Session& session, std::uint64_t proto::SegmentHeader::*word, std::uint64_t time_ns) {
-  for (HandSession& hand : session.hands())
-    double_buffer::HardwareAtomics::store(hand.writer().header().*word, time_ns,
-                                          std::memory_order_release);
-}
-
 void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& options,
                   publication::SessionLock lock, dynamics::Simulation& simulation,
                   SimulationReport& report, const std::atomic<bool>& stop) {
   using Header = proto::SegmentHeader;
-  Session session(scene, options.session, std::move(lock), simulation, proto::Clock::kVirtual, 0,
-                  options.readers);
+  publication::Session session(session_spec(scene, options, simulation, proto::Clock::kVirtual, 0),
+                               std::move(lock), hand_scenes(scene, simulation));
   const std::size_t hands = session.hands().size();
   LockstepSchedule schedule(scene.period_s, options.jitter, options.seed, options.latency_s);
   ScheduledSnapshot snapshot = schedule.next();
-  for (HandSession& hand : session.hands())
+  for (publication::HandSession& hand : session.hands())
     hand.writer().publish(simulation.snapshot(), {.state_ns = 0, .publish_ns = 0});
   ++report.snapshots;
-  promise(session, &Header::lockstep_sample_ns, snapshot.sample_ns);
-  promise(session, &Header::lockstep_event_ns, snapshot.publish_ns);
+  session.promise(&Header::lockstep_sample_ns, snapshot.sample_ns);
+  session.promise(&Header::lockstep_event_ns, snapshot.publish_ns);
 
-  LockstepPeers peers(session, stop);
+  publication::LockstepPeers peers(session, stop);
   peers.wait_for_arrival();
-  const std::vector<dynamics::TakeTool> take_tools = peers.take_tools();
+  std::vector<dynamics::TakeTool> take_tools;
+  for (publication::HandSession& hand : session.hands())
+    take_tools.emplace_back([&hand] { return sample_of(hand.take_tool()); });
   const std::uint64_t end_ns =
       options.duration_s ? realtime::to_ns(*options.duration_s) : proto::kNever;
   while (snapshot.state_ns <= end_ns) {
@@ -205,7 +154,7 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
 
     const ScheduledSnapshot shown = snapshot;
     snapshot = schedule.next();
-    promise(session, &Header::lockstep_sample_ns, snapshot.sample_ns);
+    session.promise(&Header::lockstep_sample_ns, snapshot.sample_ns);
     if (!peers.wait(&Header::lockstep_event_ns, shown.publish_ns)) break;
     for (std::size_t hand = 0; hand < hands; ++hand) {
       if (hand > 0) prediction = simulation.predict_next(scene.period_s, {}, hand);
@@ -215,10 +164,10 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
       writer.publish(simulation.snapshot(), times, prediction);
       count_snapshot(report, hand, times);
     }
-    promise(session, &Header::lockstep_event_ns, snapshot.publish_ns);
+    session.promise(&Header::lockstep_event_ns, snapshot.publish_ns);
   }
-  promise(session, &Header::lockstep_sample_ns, proto::kNever);
-  promise(session, &Header::lockstep_event_ns, proto::kNever);
+  session.promise(&Header::lockstep_sample_ns, proto::kNever);
+  session.promise(&Header::lockstep_event_ns, proto::kNever);
 }
 
 }  // namespace

@@ -51,18 +51,6 @@ std::size_t payload_words(const collision::GridLayout& moving) {
          response_capacity(moving.sphere_capacity) * sizeof(proto::SphereResponse) / 8;
 }
 
-/// Of any sphere, all modes together; rounded up.
-double largest_of(std::span<const proto::SphereResponse> responses, std::size_t modes) {
-  double largest2 = 0.0;
-  for (const proto::SphereResponse& response : responses) {
-    double sum2 = 0.0;
-    for (std::size_t mode = 0; mode < modes; ++mode)
-      for (const float part : response.modes[mode]) sum2 += double{part} * double{part};
-    largest2 = std::max(largest2, sum2);
-  }
-  return 1.000001 * std::sqrt(largest2);
-}
-
 SegmentSpec scene_spec(const collision::GridLayout& still, const collision::GridLayout& moving,
                        std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns,
                        std::optional<gid_t> readers) {
@@ -119,16 +107,28 @@ std::size_t response_capacity(std::size_t moving_count) noexcept {
   return std::min<std::size_t>(moving_count, proto::kMaxResponses);
 }
 
+double largest_response(std::span<const proto::SphereResponse> responses,
+                        std::size_t modes) noexcept {
+  double largest2 = 0.0;
+  for (const proto::SphereResponse& response : responses) {
+    double sum2 = 0.0;
+    for (std::size_t mode = 0; mode < modes; ++mode)
+      for (const float part : response.modes[mode]) sum2 += double{part} * double{part};
+    largest2 = std::max(largest2, sum2);
+  }
+  return 1.000001 * std::sqrt(largest2);
+}
+
 SceneWriter::SceneWriter(SessionLock lock, const StaticScene& scene, std::size_t moving_count,
                          std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns,
                          std::optional<gid_t> readers)
     : moving_(collision::grid_layout(sizeof(proto::SnapshotHeader), moving_count)),
       responses_(payload_words(moving_) - response_word(moving_)),
       static_grid_(static_grid_of(scene)),
+      fixed_(scene_header(scene, static_grid_, moving_)),
       segment_(std::move(lock),
                scene_spec(static_grid_.layout(), moving_, period_ns, clock, start_ns, readers)) {
-  const proto::SceneHeader fixed = scene_header(scene, static_grid_, moving_);
-  std::memcpy(segment_.bytes() + sizeof(proto::SegmentHeader), &fixed, sizeof fixed);
+  std::memcpy(segment_.bytes() + sizeof(proto::SegmentHeader), &fixed_, sizeof fixed_);
   std::memcpy(segment_.bytes() + kStaticOffset, static_grid_.words().data(),
               static_grid_.words().size_bytes());
   segment_.announce();
@@ -163,7 +163,7 @@ void SceneWriter::publish(const collision::VoxelGrid& snapshot, const SnapshotTi
   snapshot_.turning_count = prediction.turning.size();
   snapshot_.turning = {};
   std::copy(prediction.turning.begin(), prediction.turning.end(), snapshot_.turning.begin());
-  snapshot_.largest_response = largest_of(prediction.responses, prediction.modes.size());
+  snapshot_.largest_response = largest_response(prediction.responses, prediction.modes.size());
   snapshot_.grid = snapshot.view().shape;
 
   const auto header =

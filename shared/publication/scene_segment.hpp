@@ -46,6 +46,10 @@ struct SnapshotPrediction {
 /// How many responses a snapshot of so many moving spheres has room for.
 [[nodiscard]] std::size_t response_capacity(std::size_t moving_count) noexcept;
 
+/// Of any sphere, the first `modes` modes together; rounded up. sqrt(m/N).
+[[nodiscard]] double largest_response(std::span<const proto::SphereResponse> responses,
+                                      std::size_t modes) noexcept;
+
 /// The simulation's end of the scene segment.
 ///
 /// Snapshots are made in the simulation's own VoxelGrid and copied whole. Thread: one.
@@ -70,6 +74,8 @@ class SceneWriter {
 
   [[nodiscard]] proto::SegmentHeader& header() noexcept { return segment_.header(); }
   [[nodiscard]] const SegmentWriter& segment() const noexcept { return segment_; }
+  /// What is published once, as readers see it.
+  [[nodiscard]] const proto::SceneHeader& scene() const noexcept { return fixed_; }
   [[nodiscard]] collision::GridView static_grid() const noexcept { return static_grid_.view(); }
   [[nodiscard]] std::uint64_t snapshot_id() const noexcept { return snapshot_.snapshot_id; }
 
@@ -77,6 +83,7 @@ class SceneWriter {
   collision::GridLayout moving_;
   std::vector<std::uint64_t> responses_;  // as a slot holds them
   collision::VoxelGrid static_grid_;
+  proto::SceneHeader fixed_;
   proto::SnapshotHeader snapshot_{};
   SegmentWriter segment_;
 };

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "proto/tool_segment.hpp"
+#include "shared/library/body_modes.hpp"
+#include "shared/library/moving_records.hpp"
+#include "shared/publication/scene_segment.hpp"
+#include "shared/rendering/mode_response.hpp"
+#include "shared/rendering/placed_tool.hpp"
+#include "shared/rendering/touched_spheres.hpp"
+
+namespace stillgrid::library {
+
+/// What one hand's tool does to the bodies over a step, and what is published of it.
+///
+/// A push is the contact law's at the end of the step, to which the body has given way: of a body
+/// without a response the law's at its beginning. The same modes go into the snapshot, so that the
+/// hand feels between two steps what the engine's next step will do of it.
+/// Nothing is allocated after construction. Thread: one.
+class HandPushes {
+ public:
+  explicit HandPushes(std::size_t moving_capacity);
+
+  /// bodies: by number, each with its modes of this step. Pre: moving was placed.
+  void find(const proto::SceneHeader& scene, const proto::ToolState& tool, MovingRecords& moving,
+            std::span<BodyModes> bodies, double step_s);
+  /// There is no tool.
+  void clear() noexcept;
+  /// The pushes were those of the step that has ended: what they did is known by work_J().
+  void end_step() noexcept;
+
+  /// Of each body that is touched, in the order in which it was found.
+  [[nodiscard]] std::span<const stillgrid_push> pushes() const noexcept { return pushes_; }
+
+  /// What the pushes did over the step, by which the spheres have moved. Pre: placed anew, before
+  /// end_step().
+  [[nodiscard]] double work_J(MovingRecords& moving) const noexcept;
+
+  /// Writes where the spheres go into their records, and tells the snapshot how they give way.
+  /// predicted: 3 values a sphere, or none. The spans last until the next find().
+  [[nodiscard]] publication::SnapshotPrediction predict(MovingRecords& moving, double step_s,
+                                                        std::span<const double> predicted);
+
+ private:
+  struct Near {
+    double distance_m;
+    std::uint32_t sphere;
+    BodyModes* body;
+  };
+  /// A body that gives way: its modes are numbers first to first + count of the snapshot's.
+  struct Chosen {
+    BodyModes* body;
+    int first;
+  };
+  struct SpherePush {
+    std::uint32_t sphere;
+    Eigen::Vector3d force_N;
+  };
+  using Modes = display::ModeDisplacements;
+
+  void find_near(std::span<const rendering::PlacedToolSphere> tool, MovingRecords& moving,
+                 std::span<BodyModes> bodies);
+  void choose(MovingRecords& moving);
+  void sum_pushes(const proto::SceneHeader& scene, const rendering::ToolPose& pose,
+                  std::span<const rendering::PlacedToolSphere> tool,
+                  const rendering::TouchedSpheres& touched, MovingRecords& moving);
+  [[nodiscard]] const Chosen* chosen_of(std::uint32_t body) const noexcept;
+  /// The modes' displacements that move the chosen body's near spheres by velocity(sphere) over
+  /// the step, as nearly as modes can.
+  template <class Velocity>
+  void fit(const Chosen& chosen, double step_s, MovingRecords& moving, Velocity&& velocity,
+           Modes& displacements) const;
+  [[nodiscard]] double share_not_resisted(const Chosen& chosen, const Modes& now,
+                                          const Modes& before, const Modes& push) const;
+
+  rendering::ToolSpheres placed_{};
+  std::vector<Near> near_;
+  std::vector<Chosen> chosen_;
+  std::vector<proto::SphereResponse> responses_;
+  std::vector<std::uint32_t> responding_;  // the sphere of each response
+  std::vector<proto::ResponseMode> modes_;
+  std::vector<proto::TurningBody> turning_;
+  rendering::TouchedSpheres touched_;
+  rendering::ModeResponse response_;
+  rendering::ResponseSolver solver_;
+  std::vector<stillgrid_push> pushes_, before_;  // of this step, and of the one before
+  std::vector<SpherePush> sphere_pushes_;
+};
+
+}  // namespace stillgrid::library

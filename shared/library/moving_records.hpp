@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "proto/stillgrid.h"
+#include "shared/collision/voxel_grid.hpp"
+
+namespace stillgrid::library {
+
+/// The moving spheres of a publisher as snapshots have them: declared, then placed once a step, in
+/// a grid that holds their history. Nothing is allocated after construction. Thread: one.
+class MovingRecords {
+ public:
+  explicit MovingRecords(std::size_t capacity);
+
+  /// Pre: check_shapes(), count within the capacity.
+  void declare(const stillgrid_shapes& shapes) noexcept;
+
+  /// The next state of all, period_s after the last: entered in the grid, moving on at their
+  /// velocity, or without velocities_m_s at what they did since the last. Pre: numbers.
+  void place(const double* positions_m, const double* velocities_m_s, double period_s);
+
+  /// Sphere i moves on so over the next step. Pre: number.
+  void predict(std::size_t i, const std::array<float, 3>& velocity_m_s, std::uint32_t response) {
+    records()[i].predicted_velocity_m_s = velocity_m_s;
+    records()[i].response = response;
+  }
+  /// Swept bounds hold where predicted velocities lead within a displayed snapshot's time.
+  void cover_predictions(double period_s) noexcept;
+  /// All go on at their velocity, and none gives way.
+  void forget_predictions() noexcept;
+
+  [[nodiscard]] std::span<proto::SphereRecord> records() noexcept {
+    return grid_.records().first(count_);
+  }
+  [[nodiscard]] const collision::VoxelGrid& grid() const noexcept { return grid_; }
+  [[nodiscard]] std::size_t count() const noexcept { return count_; }
+
+ private:
+  collision::VoxelGrid grid_;
+  std::vector<collision::SweptBound> bounds_;
+  std::vector<std::uint8_t> came_;  // since they were placed last
+  std::size_t count_ = 0, entered_ = 0;
+  bool is_first_ = true;
+};
+
+}  // namespace stillgrid::library

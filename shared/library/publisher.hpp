@@ -1,0 +1,75 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "proto/stillgrid.h"
+#include "shared/library/body_modes.hpp"
+#include "shared/library/hand_pushes.hpp"
+#include "shared/library/moving_records.hpp"
+#include "shared/publication/session.hpp"
+#include "shared/realtime/periodic_timer.hpp"
+
+namespace stillgrid::library {
+
+/// A session of an engine's, as proto/stillgrid.h has it: each member function is the call of its
+/// name, of arguments that are not null. Thread: one at a time.
+class Publisher {
+ public:
+  /// Takes the session. Throws SegmentError.
+  Publisher(const publication::SessionSpec& spec, std::span<const publication::HandScene> hands);
+  /// Ends the session for its peers.
+  ~Publisher();
+  Publisher(const Publisher&) = delete;
+  Publisher& operator=(const Publisher&) = delete;
+  Publisher(Publisher&&) = delete;
+  Publisher& operator=(Publisher&&) = delete;
+
+  int wait(std::uint64_t& time_ns);
+  int set_shapes(const stillgrid_shapes& shapes);
+  int set_spheres(std::uint32_t count, const double* positions_m, const double* velocities_m_s);
+  int set_responses(std::span<const stillgrid_response> responses);
+  int find_pushes(double step_s, std::span<stillgrid_push> pushes, std::uint32_t& count);
+  int set_predicted(std::uint32_t count, const double* velocities_m_s);
+  int publish(std::uint64_t state_time_ns);
+  int take_tool(std::uint32_t hand, stillgrid_tool& tool);
+
+  /// Who is inside.
+  std::atomic_flag is_used = ATOMIC_FLAG_INIT;
+
+ private:
+  struct Hand {
+    Hand(publication::HandSession& hand_session, std::size_t moving_count)
+        : session(hand_session), pushes(moving_count) {}
+    publication::HandSession& session;
+    HandPushes pushes;
+    std::uint64_t tool_ns = 0;       // of the sample by which they were made
+    std::uint64_t told_tool_ns = 0;  // of the one whose step led to this state
+    double work_J = 0.0;
+  };
+  [[nodiscard]] bool is_virtual() const noexcept { return spec_.clock == proto::Clock::kVirtual; }
+  [[nodiscard]] bool peers_ended() noexcept;
+  int wait_in_virtual_time(std::uint64_t& time_ns);
+  void push_with_all_hands(double step_s);
+
+  publication::SessionSpec spec_;
+  double period_s_;
+  publication::Session session_;
+  std::atomic<bool> never_ = false;
+  std::optional<publication::LockstepPeers> peers_;
+  std::optional<realtime::PeriodicTimer> timer_;
+  MovingRecords moving_;
+  std::vector<BodyModes> bodies_;  // of this state, by number
+  std::vector<double> predicted_;  // of this state; empty: not told
+  std::vector<std::unique_ptr<Hand>> hands_;
+  std::uint32_t material_count_;
+  std::uint64_t time_ns_ = 0;  // of the state that wait() asked for
+  bool waited_ = false;        // and it is not published yet
+  bool is_declared_ = false, is_placed_ = false, has_pushes_ = false, is_over_ = false;
+};
+
+}  // namespace stillgrid::library
