@@ -319,15 +319,16 @@ typedef struct stillgrid_cover {
 
 typedef struct stillgrid_decomposition stillgrid_decomposition;
 
-/* [main] Seconds, for a large mesh. */
+/* [main] Seconds, for a large mesh. What is certain to be wrong in it is repaired; an open one is
+ * refused. A tolerance that cannot be reached is no error: the report tells what was. */
 STILLGRID_API int stillgrid_decompose(const stillgrid_mesh* mesh, const stillgrid_cover* cover,
                                       stillgrid_decomposition** decomposition);
 STILLGRID_API void stillgrid_decomposition_free(stillgrid_decomposition* decomposition);
 STILLGRID_API uint32_t stillgrid_decomposition_count(const stillgrid_decomposition* decomposition);
-/* 4 values a sphere, centre and radius; good until it is freed. */
+/* 4 values a sphere, centre and radius; good until it is freed, as the report. Of null: null, 0. */
 STILLGRID_API const double* stillgrid_decomposition_spheres(
     const stillgrid_decomposition* decomposition);
-/* What sphere_decompose --report writes, as JSON; good until it is freed. */
+/* What sphere_decompose --report writes, as JSON, but for the names of files. */
 STILLGRID_API const char* stillgrid_decomposition_report(
     const stillgrid_decomposition* decomposition);
 
