@@ -105,5 +105,12 @@ class DevicePageTest(unittest.TestCase):
         self.assertIn(f"```cmake\n{(example / 'CMakeLists.txt').read_text()}```", page)
 
 
+class ReaderPageTest(unittest.TestCase):
+    def test_the_page_of_readers_shows_the_logger_that_is_tested(self):
+        page = (ROOT / "docs" / "library_reader.md").read_text()
+        logger = ROOT / "tests" / "shared" / "library" / "logger.c"
+        self.assertIn(f"```c\n{logger.read_text()}```", page)
+
+
 if __name__ == "__main__":
     daemons.main()

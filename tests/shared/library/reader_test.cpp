@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <string>
 
@@ -122,6 +123,30 @@ TEST_CASE("A reader sees a tick, and the spheres where that tick displayed them"
   CHECK_FALSE(reader.displayed(spheres));  // it is forgotten
   writer.publish(tick(8, state.scene_epoch + 1, 7, 1.0));
   CHECK_FALSE(reader.displayed(spheres));  // of another simulation
+}
+
+/// What the logger prints of a session, a line.
+std::string logged(const std::string& session) {
+  const std::string command = STILLGRID_BINARY_DIR "/tests/library_logger " + session + " 1";
+  FILE* lines = ::popen(command.c_str(), "r");
+  REQUIRE(lines != nullptr);
+  std::array<char, 256> line{};
+  std::fgets(line.data(), static_cast<int>(line.size()), lines);
+  CHECK(::pclose(lines) == 0);
+  return line.data();
+}
+
+TEST_CASE("The logger of docs/library_reader.md tells what is published and felt", "[library]") {
+  Fixture fixture;
+  CHECK(logged(fixture.session.name()) == "nothing is published\n");
+  Publisher publisher(fixture.scene);
+  declare(publisher);
+  publish(publisher, 1);
+  CHECK(logged(fixture.session.name()) == "three spheres: snapshot 1 of 3 spheres\n");
+  publication::ToolWriter writer(fixture.session.name(), 1'000'000, proto::Clock::kMonotonic, 0);
+  writer.publish(tick(7, 1, 1, 1.0));
+  CHECK(logged(fixture.session.name()) ==
+        "three spheres: snapshot 1 of 3 spheres; 0.000 1.500 0.000 N\n");
 }
 
 TEST_CASE("An array too short takes as many spheres as fit, and of the fixed part nothing",
