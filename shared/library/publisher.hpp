@@ -69,7 +69,7 @@ class Publisher {
   std::uint32_t material_count_;
   std::uint64_t time_ns_ = 0;  // of the state that wait() asked for
   bool waited_ = false;        // and it is not published yet
-  bool is_declared_ = false, is_placed_ = false, has_pushes_ = false, is_over_ = false;
+  bool is_declared_ = false, is_placed_ = false, has_pushes_ = false;
 };
 
 }  // namespace stillgrid::library
