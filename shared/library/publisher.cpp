@@ -26,7 +26,8 @@ Publisher::Publisher(const publication::SessionSpec& spec,
       period_s_(1e-9 * static_cast<double>(spec.period_ns)),
       session_(spec, publication::SessionLock(spec.name, proto::SegmentKind::kScene), hands),
       moving_(spec.moving_count),
-      material_count_(static_cast<std::uint32_t>(hands.front().fixed.materials.size())) {
+      material_count_(static_cast<std::uint32_t>(hands.front().fixed.materials.size())),
+      predicts_(hands.front().fixed.predicts) {
   bodies_.reserve(std::min(kMaxBodies, std::max<std::size_t>(1, spec.moving_count)));
   predicted_.reserve(3 * spec.moving_count);
   for (publication::HandSession& session : session_.hands()) {
@@ -124,6 +125,7 @@ int Publisher::set_spheres(std::uint32_t count, const double* positions_m,
 }
 
 int Publisher::set_responses(std::span<const stillgrid_response> responses) {
+  if (!predicts_) return fail(STILLGRID_E_ORDER, "set_responses: expected scene.predicts of 1");
   if (!is_placed_) return fail(STILLGRID_E_ORDER, "set_responses: expected set_spheres() first");
   if (has_pushes_) return fail(STILLGRID_E_ORDER, "set_responses: expected before pushes()");
   if (responses.size() > bodies_.capacity())
@@ -186,6 +188,7 @@ int Publisher::find_pushes(double step_s, std::span<stillgrid_push> pushes, std:
 }
 
 int Publisher::set_predicted(std::uint32_t count, const double* velocities_m_s) {
+  if (!predicts_) return fail(STILLGRID_E_ORDER, "set_predicted: expected scene.predicts of 1");
   if (!is_placed_) return fail(STILLGRID_E_ORDER, "set_predicted: expected set_spheres() first");
   if (count != moving_.count())
     return fail(STILLGRID_E_ARGUMENT, "set_predicted: %u spheres: expected the %zu of set_shapes()",
@@ -221,9 +224,8 @@ int Publisher::publish(std::uint64_t state_time_ns) {
     writer.segment().require_whole();
     moving_.forget_predictions();
     const publication::SnapshotPrediction prediction =
-        bodies_.empty() && predicted_.empty()
-            ? publication::SnapshotPrediction{}
-            : hand->pushes.predict(moving_, period_s_, predicted_);
+        !predicts_ ? publication::SnapshotPrediction{}
+                   : hand->pushes.predict(moving_, period_s_, predicted_);
     moving_.cover_predictions(period_s_);
     const std::uint64_t now_ns = realtime::monotonic_ns();
     writer.publish(moving_.grid(),
