@@ -27,9 +27,9 @@ void check_bounds(MovingRecords& moving, double period_s) {
           Vector3d(newest_m +
                    proto::kPredictionPeriods * period_s * vector(record.predicted_velocity_m_s))}) {
       if (place_m.hasNaN()) continue;
-      const double reach_m =
+      const double margin_m =
           (place_m - vector(bounds[k].centre_m)).norm() + double{record.radius_m};
-      REQUIRE(reach_m <= double{bounds[k].bounding_radius_m} * (1.0 + 1e-7));
+      REQUIRE(margin_m <= double{bounds[k].bounding_radius_m} * (1.0 + 1e-7));
     }
   }
   REQUIRE(std::all_of(is_entered.begin(), is_entered.end(), [](bool is) { return is; }));
@@ -40,9 +40,10 @@ TEST_CASE("Swept bounds hold every sphere however it moves, comes and goes", "[m
   std::uniform_real_distribution<double> share(-1.0, 1.0);
   const double period_s = 0.001 * std::pow(40.0, 0.5 + 0.5 * share(random));
   const double speed_m_s = std::pow(10.0, 2.0 * share(random) - 1.0);
-  constexpr std::size_t kMost = 60;
-  MovingRecords moving(kMost);
-  std::vector<double> radii_m(kMost), places_m(3 * kMost), velocities_m_s(3 * kMost);
+  constexpr std::size_t kMaxSpheres = 60;
+  MovingRecords moving(kMaxSpheres);
+  std::vector<double> radii_m(kMaxSpheres), places_m(3 * kMaxSpheres),
+      velocities_m_s(3 * kMaxSpheres);
   for (double& radius_m : radii_m) radius_m = 0.005 * std::pow(3.0, share(random));
   for (double& x : places_m) x = 0.1 * share(random);
   for (double& v : velocities_m_s) v = speed_m_s * share(random);
