@@ -142,7 +142,10 @@ void HapticLoop::push_gripper(bool may_push, std::uint64_t now_ns) noexcept {
 
 TickEnd HapticLoop::act(const publication::SceneView& scene, bool writer_alive,
                         std::uint64_t now_ns, recording::TickRow& row) noexcept {
-  rendered_ = has_pose_ ? renderer_->render(scene, pose_, now_ns) : rendering::RenderedTick{};
+  rendering::Renderer& renderer = without_prediction_ != nullptr && scene.scene().predicts == 0
+                                      ? *without_prediction_
+                                      : *renderer_;
+  rendered_ = has_pose_ ? renderer.render(scene, pose_, now_ns) : rendering::RenderedTick{};
   if (rendered_.contended) flags_ |= safety::kFlagContended;
   if (rendered_.truncated) flags_ |= safety::kFlagTruncated;
   if (rendered_.swept) flags_ |= safety::kFlagSwept;

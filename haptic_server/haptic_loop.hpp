@@ -35,12 +35,15 @@ class HapticLoop {
   /// time there is none: a tick takes no time.
   using Clock = std::uint64_t (*)();
 
+  /// without_prediction: renders in place of `renderer` where a scene predicts nothing; or none.
   HapticLoop(device::Device& device, publication::ToolWriter& tool,
              std::unique_ptr<rendering::Renderer> renderer, const safety::SafetyLimits& limits,
-             std::uint64_t period_ns, Clock clock = nullptr)
+             std::uint64_t period_ns, Clock clock = nullptr,
+             std::unique_ptr<rendering::Renderer> without_prediction = nullptr)
       : device_(device),
         tool_(tool),
         renderer_(std::move(renderer)),
+        without_prediction_(std::move(without_prediction)),
         reading_check_(safety::reading_bounds(device.descriptor())),
         safety_(with_period(limits, period_ns)),
         gripper_(limits.gripper),
@@ -110,6 +113,7 @@ class HapticLoop {
   device::Device& device_;
   publication::ToolWriter& tool_;
   std::unique_ptr<rendering::Renderer> renderer_;
+  std::unique_ptr<rendering::Renderer> without_prediction_;  // none: renderer_ for all scenes
   safety::DeviceReadingCheck reading_check_;
   safety::SafetyChain safety_;
   safety::GripperSpring gripper_;

@@ -213,9 +213,14 @@ void run_haptics(const HapticOptions& options, HapticReport& report, safety::Gua
                                                      head_of(device.identity()));
   const safety::SafetyLimits limits = safety::safety_limits(options.safety, device.descriptor());
   tell_undeclared_torque(device.descriptor(), limits);
+  const bool gives_way = display::law_of(options.transition).gives_way;
+  if (gives_way && scene->scene().predicts == 0)
+    spdlog::info("scene '{}' predicts nothing: --transition {} in place of {}", report.scene,
+                 display::name_of(rendering::kWithoutPrediction), report.transition);
   const auto loop = std::make_unique<HapticLoop>(
       device, tool, rendering::make_renderer(options.transition), limits, period_ns,
-      options.lockstep ? nullptr : realtime::monotonic_ns);
+      options.lockstep ? nullptr : realtime::monotonic_ns,
+      gives_way ? rendering::make_renderer(rendering::kWithoutPrediction) : nullptr);
   open_recorder = recorder.get();
   Run run{options, report, stop,   period_ns,      device,   watch,
           tool,    *loop,  driver, recorder.get(), watchdog, guarded};

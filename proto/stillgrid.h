@@ -109,6 +109,10 @@ typedef struct stillgrid_scene {
   uint32_t material_count;  /* 1 at least */
   uint32_t plane_count;
   uint32_t hand_count; /* 0: one hand, a ball of 5 mm, device at the origin */
+  /* 1: set_responses() or set_predicted() come with each state. 0: neither may, and haptic_server
+   * shows the snapshots by --transition restart, later by up to a period, in place of predict. */
+  uint32_t predicts;
+  uint32_t reserved;
   const stillgrid_material* materials;
   const stillgrid_plane* planes;
   const stillgrid_hand* hands;

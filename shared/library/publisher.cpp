@@ -15,6 +15,8 @@ using Header = proto::SegmentHeader;
 
 /// Bodies that may give way in a step.
 constexpr std::size_t kMaxBodies = 4096;
+/// Acceleration by a force, of whatever is simulated: a speck of 1e-12 kg.
+constexpr double kLightest = 1e12;
 /// A call that waits says after so long that nothing came.
 constexpr std::uint64_t kPatience_ns = 100'000'000;
 
@@ -26,7 +28,8 @@ Publisher::Publisher(const publication::SessionSpec& spec,
       period_s_(1e-9 * static_cast<double>(spec.period_ns)),
       session_(spec, publication::SessionLock(spec.name, proto::SegmentKind::kScene), hands),
       moving_(spec.moving_count),
-      material_count_(static_cast<std::uint32_t>(hands.front().fixed.materials.size())) {
+      material_count_(static_cast<std::uint32_t>(hands.front().fixed.materials.size())),
+      predicts_(hands.front().fixed.predicts) {
   bodies_.reserve(std::min(kMaxBodies, std::max<std::size_t>(1, spec.moving_count)));
   predicted_.reserve(3 * spec.moving_count);
   for (publication::HandSession& session : session_.hands()) {
@@ -124,6 +127,7 @@ int Publisher::set_spheres(std::uint32_t count, const double* positions_m,
 }
 
 int Publisher::set_responses(std::span<const stillgrid_response> responses) {
+  if (!predicts_) return fail(STILLGRID_E_ORDER, "set_responses: expected scene.predicts of 1");
   if (!is_placed_) return fail(STILLGRID_E_ORDER, "set_responses: expected set_spheres() first");
   if (has_pushes_) return fail(STILLGRID_E_ORDER, "set_responses: expected before pushes()");
   if (responses.size() > bodies_.capacity())
@@ -135,7 +139,7 @@ int Publisher::set_responses(std::span<const stillgrid_response> responses) {
     const bool are_numbers =
         std::all_of(std::begin(response.centre_m), std::end(response.centre_m), is_number) &&
         std::all_of(std::begin(response.inverse_inertia), std::end(response.inverse_inertia),
-                    is_number);
+                    [](double x) { return std::abs(x) <= kLightest; });
     const auto body = std::lower_bound(
         bodies_.begin(), bodies_.end(), response.body,
         [](const BodyModes& a, std::uint32_t wanted) { return a.body() < wanted; });
@@ -186,6 +190,7 @@ int Publisher::find_pushes(double step_s, std::span<stillgrid_push> pushes, std:
 }
 
 int Publisher::set_predicted(std::uint32_t count, const double* velocities_m_s) {
+  if (!predicts_) return fail(STILLGRID_E_ORDER, "set_predicted: expected scene.predicts of 1");
   if (!is_placed_) return fail(STILLGRID_E_ORDER, "set_predicted: expected set_spheres() first");
   if (count != moving_.count())
     return fail(STILLGRID_E_ARGUMENT, "set_predicted: %u spheres: expected the %zu of set_shapes()",
@@ -219,12 +224,12 @@ int Publisher::publish(std::uint64_t state_time_ns) {
   for (const auto& hand : hands_) {
     publication::SceneWriter& writer = hand->session.writer();
     writer.segment().require_whole();
-    moving_.forget_predictions();
-    const publication::SnapshotPrediction prediction =
-        bodies_.empty() && predicted_.empty()
-            ? publication::SnapshotPrediction{}
-            : hand->pushes.predict(moving_, period_s_, predicted_);
-    moving_.cover_predictions(period_s_);
+    publication::SnapshotPrediction prediction;
+    if (predicts_) {
+      moving_.forget_predictions();
+      prediction = hand->pushes.predict(moving_, period_s_, predicted_);
+      moving_.cover_predictions(period_s_);
+    }
     const std::uint64_t now_ns = realtime::monotonic_ns();
     writer.publish(moving_.grid(),
                    {.state_ns = state_ns,

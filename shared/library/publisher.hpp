@@ -67,6 +67,7 @@ class Publisher {
   std::vector<double> predicted_;  // of this state; empty: not told
   std::vector<std::unique_ptr<Hand>> hands_;
   std::uint32_t material_count_;
+  bool predicts_;
   std::uint64_t time_ns_ = 0;  // of the state that wait() asked for
   bool waited_ = false;        // and it is not published yet
   bool is_declared_ = false, is_placed_ = false, has_pushes_ = false;

@@ -208,6 +208,9 @@ int read_scene(const stillgrid_scene& scene, publication::SessionSpec& spec,
   spec.moving_count = scene.sphere_capacity;
   spec.period_ns = static_cast<std::uint64_t>(std::llround(scene.period_s * 1e9));
   publication::StaticScene fixed;
+  if (scene.predicts > 1)
+    return fail(STILLGRID_E_ARGUMENT, "scene.predicts: %u: expected 0 or 1", scene.predicts);
+  fixed.predicts = scene.predicts == 1;
   if (scene.name != nullptr) fixed.name = scene.name;
   if (fixed.name.size() >= sizeof(proto::SceneHeader::name))
     return fail(STILLGRID_E_ARGUMENT, "scene.name: %zu bytes: expected %zu at most",

@@ -31,6 +31,7 @@ proto::SceneHeader scene_header(const StaticScene& scene, const collision::Voxel
   header.plane_count = static_cast<std::uint32_t>(scene.planes.size());
   header.tool_sphere_count = static_cast<std::uint32_t>(scene.tool.size());
   header.moving_capacity = static_cast<std::uint32_t>(moving.sphere_capacity);
+  header.predicts = scene.predicts ? 1 : 0;
   header.tool_slip_speed_m_s = scene.tool_slip_speed_m_s;
   header.static_offset = kStaticOffset;
   header.device = scene.device;

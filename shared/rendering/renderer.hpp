@@ -107,4 +107,8 @@ class Renderer {
 
 [[nodiscard]] std::unique_ptr<Renderer> make_renderer(display::Transition transition);
 
+/// What is displayed in place of a transition that gives way, of a scene that predicts nothing: it
+/// never jumps, and asks nothing of the simulation.
+inline constexpr display::Transition kWithoutPrediction = display::Transition::kRestart;
+
 }  // namespace stillgrid::rendering

@@ -102,6 +102,7 @@ void Program::open_publisher(FuzzInput& input) {
   scene.plane_count = input.take<std::uint8_t>() % 2U;
   scene.hand_count = input.take<std::uint8_t>() % 7U;
   if (scene.hand_count > 2) scene.hand_count = scene.hand_count == 6 ? 1000 : 0;
+  scene.predicts = input.take<std::uint8_t>() % 3U;
   scene.materials = perhaps(input, static_cast<const stillgrid_material*>(materials));
   scene.planes = perhaps(input, static_cast<const stillgrid_plane*>(&plane));
   scene.hands = hands.data();
