@@ -15,6 +15,8 @@ using Header = proto::SegmentHeader;
 
 /// Bodies that may give way in a step.
 constexpr std::size_t kMaxBodies = 4096;
+/// Acceleration by a force, of whatever is simulated: a speck of 1e-12 kg.
+constexpr double kLightest = 1e12;
 /// A call that waits says after so long that nothing came.
 constexpr std::uint64_t kPatience_ns = 100'000'000;
 
@@ -137,7 +139,7 @@ int Publisher::set_responses(std::span<const stillgrid_response> responses) {
     const bool are_numbers =
         std::all_of(std::begin(response.centre_m), std::end(response.centre_m), is_number) &&
         std::all_of(std::begin(response.inverse_inertia), std::end(response.inverse_inertia),
-                    is_number);
+                    [](double x) { return std::abs(x) <= kLightest; });
     const auto body = std::lower_bound(
         bodies_.begin(), bodies_.end(), response.body,
         [](const BodyModes& a, std::uint32_t wanted) { return a.body() < wanted; });
