@@ -35,7 +35,7 @@ class Publisher:
         self._time_ns = ctypes.c_uint64()
         self._responses = numpy.zeros(0, _library.RESPONSE)
         self._pushes = numpy.zeros(64, _library.PUSH)
-        self._while_waiting: Callable[[], None] = lambda: None
+        self._is_over: Callable[[], bool] = lambda: False
         kept: list[Any] = []
         self._call = {name: _library.function(f"publisher_{name}") for name in (
             "close", "wait", "set_shapes", "set_spheres", "set_responses", "pushes", "set_predicted", "publish",
@@ -60,7 +60,7 @@ class Publisher:
 
     def steps(self, duration_s: float | None = None) -> Iterator[float]:
         """Waits for each next step and gives its time, seconds since the first. Ends after duration_s,
-        and in virtual time when haptic_server has come to its end."""
+        and when haptic_server has come to its end: in virtual time, and of a Session."""
         start_ns = None
         while (time_ns := self.wait()) is not None:
             start_ns = time_ns if start_ns is None else start_ns
@@ -71,9 +71,12 @@ class Publisher:
 
     def wait(self) -> int | None:
         """Waits for the next step: the time in ns, on the scene's clock, of the state to publish next.
-        None: in virtual time a haptic_server came to its end. Ctrl-C ends the wait."""
-        while (code := self._checked("wait", ctypes.byref(self._time_ns))) == Code.AGAIN:
-            self._while_waiting()
+        None: a haptic_server came to its end, as steps() says. Ctrl-C ends the wait."""
+        code: int = Code.AGAIN
+        while code == Code.AGAIN:
+            if self._is_over():
+                return None
+            code = self._checked("wait", ctypes.byref(self._time_ns))
         return None if code == Code.NOTHING else self._time_ns.value
 
     def set_shapes(self, radii_m: ArrayLike, materials: ArrayLike | None = None,

@@ -78,9 +78,10 @@ class Session:
             self._folder.cleanup()
 
     def publish(self, scene: Scene) -> Publisher:
-        """This session's Publisher, on its clock, for a simulation of one's own."""
+        """This session's Publisher, on its clock, for a simulation of one's own; its steps() end with
+        haptic_server."""
         publisher = Publisher(scene, self.name, virtual_time=self.lockstep)
-        publisher._while_waiting = self.check
+        publisher._is_over = self._is_over
         return publisher
 
     def reader(self, hand: str | None = None) -> Reader:
@@ -119,6 +120,10 @@ class Session:
         self.recording = recording.load(self._record)
         self.report = self._read_report("haptic_server")
         self.simulation_report = self._read_report("sim_server")
+
+    def _is_over(self) -> bool:
+        self.check()
+        return not self.lockstep and self._running["haptic_server"].poll() is not None
 
     def _path(self, name: str) -> pathlib.Path:
         return pathlib.Path(self._folder.name) / name
