@@ -224,11 +224,12 @@ int Publisher::publish(std::uint64_t state_time_ns) {
   for (const auto& hand : hands_) {
     publication::SceneWriter& writer = hand->session.writer();
     writer.segment().require_whole();
-    moving_.forget_predictions();
-    const publication::SnapshotPrediction prediction =
-        !predicts_ ? publication::SnapshotPrediction{}
-                   : hand->pushes.predict(moving_, period_s_, predicted_);
-    moving_.cover_predictions(period_s_);
+    publication::SnapshotPrediction prediction;
+    if (predicts_) {
+      moving_.forget_predictions();
+      prediction = hand->pushes.predict(moving_, period_s_, predicted_);
+      moving_.cover_predictions(period_s_);
+    }
     const std::uint64_t now_ns = realtime::monotonic_ns();
     writer.publish(moving_.grid(),
                    {.state_ns = state_ns,
