@@ -43,13 +43,14 @@ class HeaderTest(daemons.SessionTest):
         return subprocess.run([program], check=True, text=True, capture_output=True).stdout.split()
 
     def test_each_struct_has_the_size_and_the_fields_of_the_header(self):
-        text = HEADER.read_text()
+        text = re.sub(r"/\*.*?\*/", "", HEADER.read_text(), flags=re.S)
         self.assertEqual(set(re.findall(r"^\} (\w+);", text, re.M)), set(STRUCTS))
         for name, struct in STRUCTS.items():
-            body = re.sub(r"/\*.*?\*/", "", re.search(rf"typedef struct {name} \{{(.*?)^\}}", text, re.S | re.M)[1], flags=re.S)
+            body = re.search(rf"typedef struct {name} \{{(.*?)^\}}", text, re.S | re.M)[1]
             fields = re.findall(r"(\w+)(?:\[\d+\])?;", body)
             told = self.ask_compiler(f'printf("%zu\\n", sizeof({name}));', *(
-                f'printf("%zu %zu\\n", offsetof({name}, {field}), sizeof((({name}*)0)->{field}));' for field in fields))
+                f'printf("%zu %zu\\n", offsetof({name}, {field}), sizeof((({name}*)0)->{field}));'
+                for field in fields))
             size, *numbers = map(int, told)
             with self.subTest(name):
                 self.assertEqual(layout_of(struct), (size, dict(zip(fields, zip(numbers[::2], numbers[1::2])))))
@@ -92,6 +93,14 @@ class ArrayTest(unittest.TestCase):
                 (_arrays.indices, [[-1, 0, 1]], "a: -1 to 1: expected 0 to 4294967295")):
             with self.subTest(line), self.assertRaisesRegex(ValueError, f"^{line}$"):
                 read(values, "a", None, 3)
+
+
+class TypesTest(unittest.TestCase):
+    def test_the_packages_type_hints_are_whole_and_right(self):
+        package = pathlib.Path(stillgrid.__file__).parent
+        result = subprocess.run(["/usr/bin/mypy", "--strict", "--cache-dir", os.devnull, "--python-executable",
+                                 "/usr/bin/python3", package], text=True, capture_output=True)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
 
 
 class PublisherTest(daemons.SessionTest):

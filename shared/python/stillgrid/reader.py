@@ -42,7 +42,8 @@ class Fixed:
 
 @dataclasses.dataclass(frozen=True)
 class Snapshot:
-    """Spheres at a time: arrays of N rows, float32 as they are published; times on the scene's clock."""
+    """Spheres at a time: arrays of N rows, float32 as they are published; times on the scene's clock. A
+    sphere that is not there has no place: NaN."""
 
     snapshot_id: int
     state_time_ns: int
@@ -132,7 +133,7 @@ class Reader:
 
     def displayed(self) -> Snapshot | None:
         """As snapshot(), but where the hand feels the spheres at the newest tick: between snapshots,
-        and given way. Velocities are 0."""
+        and given way where the tick shows the newest one. Velocities are NaN."""
         return self._spheres("displayed", self._state.sphere_capacity)
 
     def tool(self) -> Tool | None:

@@ -39,6 +39,7 @@ class Session:
         publish(). device: PLUGIN[:key=value,...]. lockstep: virtual time. record: where the recording
         stays; None: it is read, then removed. name: None is one of its own."""
         self.name = name or f"python-{os.getpid()}-{next(_numbers)}"
+        self._is_named = name is not None
         self.lockstep = lockstep
         self.recording: recording.Recording | None = None  # once it has ended
         self.report: dict[str, Any] | None = None  # haptic_server's, of docs/formats.md
@@ -146,17 +147,16 @@ class Session:
         if not self._let_end(program, 0.0):
             self._running[program].terminate()
             if not self._let_end(program, _PATIENCE_S):
-                self._kill(program)
-
-    def _kill(self, program: str) -> None:
-        self._running[program].kill()
-        self._running[program].wait()
-        subprocess.run([_places.program("segment_inspect"), "--session", self.name, "--remove-dead"],
-                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
+                self._running[program].kill()
+                self._running[program].wait()
 
     def _end_all(self) -> None:
         for program in reversed(list(self._running)):
             self._end(program)
+        # What one that was killed left of a session of our own would pile up; a named one is its user's.
+        if not self._is_named and any(process.returncode < 0 for process in self._running.values()):
+            subprocess.run([_places.program("segment_inspect"), "--session", self.name, "--remove-dead"],
+                           stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
 
     def _last_line(self, program: str) -> str:
         lines = self._path(program).read_text(errors="replace").splitlines()
