@@ -33,7 +33,7 @@ def simulate(publisher):
 
 
 if __name__ == "__main__":
-    with stillgrid.Session(device="phantom:hand=light,path=press,depth_m=0.025", duration_s=5) as session:
+    with stillgrid.Session(device="phantom:hand=light,path=press,depth_m=0.03", duration_s=5) as session:
         with session.publish(SCENE) as publisher:
             simulate(publisher)
     print(f"felt {session.report['ticks']} ticks, {session.report['force_N']['max']:.2f} N at most")
