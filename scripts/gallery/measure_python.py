@@ -11,7 +11,7 @@ import recording  # for the package's path
 from tables import write_rows
 
 EXAMPLES = ROOT / "docs/examples/python"
-EVERY_MS, CUT_S = 4, 1.2
+EVERY_MS, CUT_S = 4, 0.88
 
 
 class Watched:

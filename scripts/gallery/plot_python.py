@@ -15,7 +15,7 @@ def draw(charts):
         bed.add_patch(plt.Circle(centre, 1e3 * float(row["radius_m"]), facecolor=TOOL if is_tool else PIN,
                                  edgecolor="white", zorder=2 if is_tool else 1))
     bed.set(xlim=(-62, 62), ylim=(-32, 32), aspect="equal", xlabel="x [mm]", ylabel="z [mm]")
-    bed.set_title("a row of the bed under the tool, at 1.2 s", loc="left", fontsize=9.5)
+    bed.set_title("a row of the bed under the tool, at 0.88 s", loc="left", fontsize=9.5)
     time_s = [float(row["time_s"]) for row in rows]
     force.step(time_s, [float(row["pushed_fz_N"]) for row in rows], where="post", color=PUSHED, linewidth=1.0,
                label="against the pins, told to the simulation at 50 Hz")

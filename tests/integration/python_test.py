@@ -167,6 +167,19 @@ class PublisherTest(daemons.SessionTest):
             self.assert_refused(stillgrid.Code.SESSION, self.session, self.publisher)
         self.publisher()
 
+    def test_a_forked_child_that_ends_does_not_end_the_session(self):
+        publisher = self.publisher(stillgrid.Scene(0.02, 0, [stillgrid.Material(500.0)]))
+        publisher.publish()
+        child = os.fork()
+        if child == 0:
+            publisher.close()
+            os._exit(0)
+        self.assertEqual(os.waitpid(child, 0)[1], 0)
+        publisher.publish()
+        with stillgrid.Reader(self.session) as reader:
+            state = reader.poll()
+            self.assertEqual((state.is_published, state.snapshots), (True, 2))
+
     def test_a_second_thread_inside_a_handle_is_told(self):
         publisher, ended = self.publisher(virtual_time=True), threading.Event()
         publisher.set_shapes([])

@@ -1,6 +1,7 @@
 """A simulation's side of a session."""
 import ctypes
 from collections.abc import Callable, Iterator
+import os
 from typing import Any
 
 import numpy
@@ -32,6 +33,7 @@ class Publisher:
         self.scene = scene
         self.count = 0  # moving spheres
         self._handle = ctypes.c_void_p()
+        self._process = os.getpid()
         self._time_ns = ctypes.c_uint64()
         self._responses = numpy.zeros(0, _library.RESPONSE)
         self._pushes = numpy.zeros(64, _library.PUSH)
@@ -46,7 +48,8 @@ class Publisher:
     def close(self) -> None:
         """Ends the session: forces fade. Twice does nothing."""
         handle, self._handle = self._handle, ctypes.c_void_p()
-        self._call["close"](handle)
+        if os.getpid() == self._process:  # the session is not a forked child's to end
+            self._call["close"](handle)
 
     def __enter__(self) -> "Publisher":
         return self

@@ -28,7 +28,8 @@ class Session:
         print(session.report["force_N"], session.recording.force_N)
 
     A program that failed raises a DaemonError with its line. With a duration leaving the block waits
-    for its end; else it ends the run there.
+    for its end; else it ends the run there. The thread that enters the block leaves it: programs end
+    with the thread that started them.
     """
 
     def __init__(self, scene: str | os.PathLike[str] | None = None, *, device: str = "phantom",
