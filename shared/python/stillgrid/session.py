@@ -45,6 +45,7 @@ class Session:
         self.recording: recording.Recording | None = None  # once it has ended
         self.report: dict[str, Any] | None = None  # haptic_server's, of docs/formats.md
         self.simulation_report: dict[str, Any] | None = None  # sim_server's
+        self.messages: list[str] = []  # what the programs had to say, a line each
         self._duration_s = duration_s
         self._folder = tempfile.TemporaryDirectory(prefix="stillgrid-")
         self._record = pathlib.Path(record) if record else self._path("recording.csv")
@@ -94,7 +95,7 @@ class Session:
         """Raises what a program that failed has said."""
         for program, process in self._running.items():
             if process.poll():
-                raise DaemonError(program, process.returncode, self._last_line(program))
+                raise DaemonError(program, process.returncode, "".join(self._lines(program)[-1:]))
 
     def wait(self, timeout_s: float | None = None) -> bool:
         """Waits until haptic_server ends by itself: the duration, a trajectory's end. False: not within
@@ -120,6 +121,7 @@ class Session:
         self._end("sim_server")
         self.check()
         self.recording = recording.load(self._record)
+        self.messages = [line for program in self._running for line in self._lines(program)]
         self.report = self._read_report("haptic_server")
         self.simulation_report = self._read_report("sim_server")
 
@@ -159,9 +161,8 @@ class Session:
             subprocess.run([_places.program("segment_inspect"), "--session", self.name, "--remove-dead"],
                            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
 
-    def _last_line(self, program: str) -> str:
-        lines = self._path(program).read_text(errors="replace").splitlines()
-        return lines[-1] if lines else ""
+    def _lines(self, program: str) -> list[str]:
+        return self._path(program).read_text(errors="replace").splitlines()
 
     def _read_report(self, program: str) -> dict[str, Any] | None:
         file = self._path(f"{program}.json")
