@@ -8,7 +8,7 @@ import tempfile
 from drawing import save
 from measuring import ROOT, parser_of
 from plot_recording import draw
-from recording import Recording
+from recording import load
 
 HAND = "phantom:profile=premium15,hand=light,path=press,centre_z_m=0,depth_m=0.06,period_s=2"
 
@@ -21,7 +21,7 @@ def main():
         subprocess.run([ROOT / "scripts/launch", "tissue_and_blocks", "--device", HAND, "--duration",
                         str(seconds), "--record", file, "--build", arguments.build],
                        check=True, stdout=subprocess.DEVNULL)
-        figure = draw(Recording(file), f"A light hand presses into the tissue, {seconds} s in real time",
+        figure = draw(load(file), f"A light hand presses into the tissue, {seconds} s in real time",
                       window_s=0.5)
     save(figure, arguments.charts / "demo_force.png", dpi=120)
 

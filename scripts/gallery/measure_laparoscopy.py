@@ -18,7 +18,7 @@ import numpy
 
 from instrument import distance_of, force_at_handle_N, rows_of, shaft_of
 from measuring import ROOT, parser_of
-from recording import Recording
+from recording import load
 from tables import write_rows
 
 PIVOT_M, DEVICE_M = numpy.array([0.0, 0.0, 0.18]), numpy.array([0.0, 0.0, 0.29])  # of the scene
@@ -34,7 +34,7 @@ def launch(build, folder, device, seconds, *options):
                     "--build", build, "--report-dir", folder, "--record", folder / "run.csv", *options],
                    check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     sim, hand = (json.loads((folder / f"{name}.json").read_text()) for name in ("sim", "haptic"))
-    return sim, hand, Recording(folder / "run.csv")
+    return sim, hand, load(folder / "run.csv")
 
 
 def times_row(mode, run, name, figures, scale=1.0):

@@ -11,7 +11,7 @@ import sys
 import numpy
 
 from drawing import plt, save
-from recording import Recording
+from recording import load
 
 # Okabe and Ito's, which the colour-blind can tell apart.
 X_COLOUR, Y_COLOUR, Z_COLOUR = "#E69F00", "#009E73", "#0072B2"
@@ -148,7 +148,7 @@ def main():
                         help="length of the right column, s; default 0.5")
     arguments = parser.parse_args()
     try:
-        recording = Recording(arguments.recording)
+        recording = load(arguments.recording)
     except (OSError, ValueError) as error:
         sys.exit(f"plot_recording: {error}")
     known = [recording.metadata[key] for key in ("scene", "device") if key in recording.metadata]

@@ -8,7 +8,7 @@ import pathlib
 
 import numpy
 
-from recording import Recording
+from recording import load
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DATA = pathlib.Path(os.environ.get("STILLGRID_DATA", ROOT.parent / "shared" / "data"))
@@ -62,7 +62,7 @@ class Spring:
 
     def compare(self, file):
         """Ticks of haptic_server's recording: time, place, force measured and ours, both against the spring."""
-        ours = Recording(file)
+        ours = load(file)
         time_s = ours["time_s"]
         return time_s, ours["x_m"], numpy.interp(time_s, self.time_s, self.force_N), -ours["fx_N"]
 
@@ -92,7 +92,7 @@ def compare_contour(name, file):
     """Share of ticks in contact, and the mean cosine with the measured force over them."""
     measured = columns(demonstration(name), ("t_s", "fx_N", "fy_N", "fz_N"))
     time_s = measured[0] - measured[0][0]
-    recording = Recording(file)
+    recording = load(file)
     seen = recording["time_s"] <= time_s[-1]
     ours_N = numpy.stack([recording[f"rendered_f{axis}_N"][seen] for axis in "xyz"], axis=1)
     theirs_N = numpy.stack([numpy.interp(recording["time_s"][seen], time_s, force_N)

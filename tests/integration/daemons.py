@@ -26,7 +26,7 @@ DONE, BAD_INPUT, COULD_NOT_START, DEVICE_FAULT, NOT_CONVERGED = 0, 1, 2, 3, 5  #
 SKIPPED = 77  # of a test program, known to ctest
 
 sys.path.append(str(ROOT / "scripts" / "gallery"))
-from recording import Recording  # after the path it needs
+import recording  # after the path it needs
 
 _numbers = itertools.count(1)
 
@@ -169,7 +169,7 @@ def heeds(pid, number):
 
 def read_recording(file):
     """The columns by name, arrays of floats; flags as text."""
-    return Recording(file)
+    return recording.load(file)
 
 
 def vectors(recording, name, unit):

@@ -144,7 +144,7 @@ class ReplayCheckTest(daemons.SessionTest):
         (flag,), (*columns,) = old_names.FLAGS, old_names.COLUMNS
         old = self.write("old.csv", f"time_s,fx_N,{','.join(columns)},flags\n0,1,7,2,3,4,{flag}|swept\n1,1,8,5,6,7,\n")
         self.assertEqual(list(forces.read_forces(old).columns["snapshot_id"]), [7.0, 8.0])
-        read = recording.Recording(old)
+        read = recording.load(old)
         self.assertEqual(list(read["snapshot_id"]), [7.0, 8.0])
         self.assertEqual([list(read[f"t{axis}_N_m"]) for axis in "xyz"], [[2.0, 5.0], [3.0, 6.0], [4.0, 7.0]])
         self.assertEqual(list(read["flags"]), ["truncated|swept", ""])
@@ -156,7 +156,7 @@ class ReplayCheckTest(daemons.SessionTest):
             with self.subTest(now), self.assertRaisesRegex(forces.Unusable, line):
                 forces.read_forces(both)
             with self.subTest(now), self.assertRaisesRegex(ValueError, line):
-                recording.Recording(both)
+                recording.load(both)
 
     def test_a_table_cut_off_anywhere_is_read_up_to_its_last_whole_row(self):
         text = "# key: value\ntime_s,fx_N\n0,1\n0.5,2\n0.5,3\n1,4.25\n"
