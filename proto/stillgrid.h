@@ -170,6 +170,11 @@ typedef struct stillgrid_push {
  */
 STILLGRID_API int stillgrid_publisher_set_responses(stillgrid_publisher* publisher, uint32_t count,
                                                     const stillgrid_response* responses);
+/* [step] Optional, before pushes(): where the engine's step would lead if nothing pushed, 3 values
+ * a sphere of its mean velocity over the step. Without it bodies are expected to go on at their
+ * velocity. Good for this step. */
+STILLGRID_API int stillgrid_publisher_set_unpushed(stillgrid_publisher* publisher, uint32_t count,
+                                                   const double* velocities_m_s);
 /* [step] What every hand's tool does to each moving body that it touches, by the contact law by
  * which the force on the hand is computed. count: in, room for; out, how many there are. Planes and
  * static spheres are not told. step_s: the step that the pushes are for. */

@@ -63,59 +63,81 @@ double HandPushes::share_not_resisted(const Chosen& chosen, const Modes& now, co
   return size > 0.0 ? 1.0 - std::clamp(resisted / size, 0.0, 1.0) : 1.0;
 }
 
+void HandPushes::lead(MovingRecords& moving, double step_s) {
+  const auto records = moving.records();
+  Modes now = Modes::Zero(), led = now;
+  const auto velocity = [&](std::uint32_t i) { return vector(records[i].newest.velocity_m_s); };
+  const auto mean = [&](std::uint32_t i) { return vector(records[i].predicted_velocity_m_s); };
+  for (const Chosen& chosen : chosen_) {
+    fit(chosen, step_s, moving, velocity, now);
+    fit(chosen, step_s, moving, mean, led);
+  }
+  response_.motion.drift_per_s = (led - now) / step_s;
+}
+
+/// How the chosen body goes on: `now` at its velocity, `whole` in the step.
+void HandPushes::add_modes(const Chosen& chosen, double step_s, const Modes& now,
+                           const Modes& whole, const Modes& push) {
+  Vector3d velocity_m_s = Vector3d::Zero();
+  proto::TurningBody turning{};
+  for (int mode = 0; mode < chosen.body->count(); ++mode) {
+    const int at = chosen.first + mode;
+    const Twist motion = chosen.body->motion(mode);
+    velocity_m_s += whole[at] / step_s * motion.head<3>();
+    turning.turns[static_cast<std::size_t>(at)] = floats(motion.tail<3>());
+    modes_.push_back({1.0F, static_cast<float>(push[at]), static_cast<float>(whole[at]),
+                      static_cast<float>(now[at]), proto::kOneStep});
+  }
+  turning.body = chosen.body->body();
+  turning.centre_m = floats(chosen.body->centre_m());
+  turning.velocity_m_s = floats(velocity_m_s);
+  if (turning_.size() < proto::kMaxTurningBodies) turning_.push_back(turning);
+}
+
+/// The spheres of all chosen bodies go where these displacements lead beside their prediction.
+void HandPushes::add_to_predicted(MovingRecords& moving, double step_s,
+                                  const Modes& displacements) const {
+  if (chosen_.empty()) return;
+  for (proto::SphereRecord& record : moving.records()) {
+    const Chosen* chosen = chosen_of(record.body);
+    if (chosen == nullptr) continue;
+    Vector3d velocity_m_s = vector(record.predicted_velocity_m_s);
+    for (int mode = 0; mode < chosen->body->count(); ++mode)
+      velocity_m_s += displacements[chosen->first + mode] / step_s *
+                      chosen->body->motion_at(mode, vector(record.newest.position_m));
+    record.predicted_velocity_m_s = floats(velocity_m_s);
+  }
+}
+
 publication::SnapshotPrediction HandPushes::predict(MovingRecords& moving, double step_s,
+                                                    std::span<const double> unpushed,
                                                     std::span<const double> predicted) {
   const auto records = moving.records();
-  for (std::size_t i = 0; i < predicted.size() / 3; ++i)
-    records[i].predicted_velocity_m_s = floats(Vector3d(predicted.data() + 3 * i));
+  if (!predicted.empty())
+    moving.predict(predicted);
+  else if (!unpushed.empty())
+    moving.predict(unpushed);
+  const auto newest = [&](std::uint32_t i) { return vector(records[i].newest.velocity_m_s); };
+  const auto older = [&](std::uint32_t i) { return vector(records[i].older[0].velocity_m_s); };
+  const auto led = [&](std::uint32_t i) { return vector(records[i].predicted_velocity_m_s); };
   modes_.clear();
   turning_.clear();
-  Modes now = Modes::Zero(), before = now, whole = now, push = now;
+  Modes now = Modes::Zero(), before = now, whole = now, push = now, by_push = now;
   for (const Chosen& chosen : chosen_) {
-    fit(
-        chosen, step_s, moving,
-        [&](std::uint32_t i) { return vector(records[i].newest.velocity_m_s); }, now);
-    fit(
-        chosen, step_s, moving,
-        [&](std::uint32_t i) { return vector(records[i].older[0].velocity_m_s); }, before);
+    fit(chosen, step_s, moving, newest, now);
+    fit(chosen, step_s, moving, older, before);
+    fit(chosen, step_s, moving, led, whole);
     const Twist wrench = wrench_of(pushes_, *chosen.body);
     for (int mode = 0; mode < chosen.body->count(); ++mode)
       push[chosen.first + mode] = chosen.body->motion(mode).dot(wrench);
     if (predicted.empty()) {
-      const double share = share_not_resisted(chosen, now, before, push);
-      for (int at = chosen.first; at < chosen.first + chosen.body->count(); ++at)
-        whole[at] = now[at] + share * push[at];
-    } else {
-      fit(
-          chosen, step_s, moving,
-          [&](std::uint32_t i) { return vector(records[i].predicted_velocity_m_s); }, whole);
+      const double share = unpushed.empty() ? share_not_resisted(chosen, now, before, push) : 1.0;
+      by_push.segment(chosen.first, chosen.body->count()) =
+          share * push.segment(chosen.first, chosen.body->count());
     }
-    Vector3d velocity_m_s = Vector3d::Zero();
-    proto::TurningBody turning{};
-    for (int mode = 0; mode < chosen.body->count(); ++mode) {
-      const int at = chosen.first + mode;
-      const Twist motion = chosen.body->motion(mode);
-      velocity_m_s += whole[at] / step_s * motion.head<3>();
-      turning.turns[static_cast<std::size_t>(at)] = floats(motion.tail<3>());
-      modes_.push_back({1.0F, static_cast<float>(push[at]), static_cast<float>(whole[at]),
-                        static_cast<float>(now[at]), proto::kOneStep});
-    }
-    turning.body = chosen.body->body();
-    turning.centre_m = floats(chosen.body->centre_m());
-    turning.velocity_m_s = floats(velocity_m_s);
-    if (turning_.size() < proto::kMaxTurningBodies) turning_.push_back(turning);
+    add_modes(chosen, step_s, now, whole + by_push, push);
   }
-  if (predicted.empty() && !chosen_.empty()) {
-    for (proto::SphereRecord& record : records) {
-      const Chosen* chosen = chosen_of(record.body);
-      if (chosen == nullptr) continue;
-      Vector3d velocity_m_s = vector(record.newest.velocity_m_s);
-      for (int mode = 0; mode < chosen->body->count(); ++mode)
-        velocity_m_s += (whole[chosen->first + mode] - now[chosen->first + mode]) / step_s *
-                        chosen->body->motion_at(mode, vector(record.newest.position_m));
-      record.predicted_velocity_m_s = floats(velocity_m_s);
-    }
-  }
+  add_to_predicted(moving, step_s, by_push);
   for (std::size_t i = 0; i < responding_.size(); ++i)
     records[responding_[i]].response = static_cast<std::uint32_t>(i + 1);
   return {.period_ns = static_cast<std::uint64_t>(step_s * 1e9 + 0.5),

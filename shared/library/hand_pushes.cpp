@@ -108,7 +108,8 @@ const HandPushes::Chosen* HandPushes::chosen_of(std::uint32_t body) const noexce
 }
 
 void HandPushes::find(const proto::SceneHeader& scene, const proto::ToolState& tool,
-                      MovingRecords& moving, std::span<BodyModes> bodies, double step_s) {
+                      MovingRecords& moving, std::span<BodyModes> bodies, double step_s,
+                      bool is_led) {
   const auto& [x, y, z, w] = tool.orientation_xyzw;
   const rendering::ToolPose pose{Vector3d(tool.position_m.data()), Eigen::Quaterniond(w, x, y, z),
                                  Vector3d(tool.velocity_m_s.data())};
@@ -133,6 +134,7 @@ void HandPushes::find(const proto::SceneHeader& scene, const proto::ToolState& t
   }
   response_ = {};
   response_.take(header, weights);
+  if (is_led) lead(moving, step_s);
   rendering::CompliantDisplay compliant;
   compliant.motion = response_.motion;
   compliant.slack_m = responses_.empty() ? 0.0 : radius_m;

@@ -134,6 +134,11 @@ bool MovingRecords::widen(std::size_t i) noexcept {
   return true;
 }
 
+void MovingRecords::predict(std::span<const double> velocities_m_s) noexcept {
+  for (std::size_t i = 0; i < count_; ++i)
+    records()[i].predicted_velocity_m_s = floats(velocities_m_s.data() + 3 * i);
+}
+
 void MovingRecords::cover_predictions(double period_s) noexcept {
   const auto ahead_s = static_cast<float>(proto::kPredictionPeriods * period_s);
   const auto behind_s = static_cast<float>(proto::kLongestPredictionLag_s);

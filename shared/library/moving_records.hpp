@@ -30,6 +30,8 @@ class MovingRecords {
     records()[i].predicted_velocity_m_s = velocity_m_s;
     records()[i].response = response;
   }
+  /// All do: 3 values a sphere. Pre: numbers, as many as spheres.
+  void predict(std::span<const double> velocities_m_s) noexcept;
   /// Swept bounds hold where predicted velocities lead within a displayed snapshot's time.
   void cover_predictions(double period_s) noexcept;
   /// All go on at their velocity, and none gives way.

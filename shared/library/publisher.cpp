@@ -31,6 +31,7 @@ Publisher::Publisher(const publication::SessionSpec& spec,
       material_count_(static_cast<std::uint32_t>(hands.front().fixed.materials.size())),
       predicts_(hands.front().fixed.predicts) {
   bodies_.reserve(std::min(kMaxBodies, std::max<std::size_t>(1, spec.moving_count)));
+  unpushed_.reserve(3 * spec.moving_count);
   predicted_.reserve(3 * spec.moving_count);
   for (publication::HandSession& session : session_.hands()) {
     hands_.push_back(std::make_unique<Hand>(session, spec.moving_count));
@@ -120,6 +121,7 @@ int Publisher::set_spheres(std::uint32_t count, const double* positions_m,
     hand->pushes.end_step();
   }
   bodies_.clear();
+  unpushed_.clear();
   predicted_.clear();
   has_pushes_ = false;
   is_placed_ = true;
@@ -161,10 +163,15 @@ void Publisher::push_with_all_hands(double step_s) {
   for (BodyModes& body : bodies_) body.set_step(step_s);
   for (const auto& hand : hands_) {
     moving_.forget_predictions();
+    if (!unpushed_.empty()) {
+      moving_.predict(unpushed_);
+      moving_.cover_predictions(step_s);
+    }
     const auto tool = hand->session.take_tool();
     hand->tool_ns = tool ? tool->time_ns : 0;
     if (tool)
-      hand->pushes.find(hand->session.writer().scene(), *tool, moving_, bodies_, step_s);
+      hand->pushes.find(hand->session.writer().scene(), *tool, moving_, bodies_, step_s,
+                        !unpushed_.empty());
     else
       hand->pushes.clear();
   }
@@ -189,16 +196,26 @@ int Publisher::find_pushes(double step_s, std::span<stillgrid_push> pushes, std:
   return STILLGRID_OK;
 }
 
-int Publisher::set_predicted(std::uint32_t count, const double* velocities_m_s) {
-  if (!predicts_) return fail(STILLGRID_E_ORDER, "set_predicted: expected scene.predicts of 1");
-  if (!is_placed_) return fail(STILLGRID_E_ORDER, "set_predicted: expected set_spheres() first");
+int Publisher::take_velocities(const char* name, std::uint32_t count, const double* velocities_m_s,
+                               std::vector<double>& velocities) const {
+  if (!predicts_) return fail(STILLGRID_E_ORDER, "%s: expected scene.predicts of 1", name);
+  if (!is_placed_) return fail(STILLGRID_E_ORDER, "%s: expected set_spheres() first", name);
   if (count != moving_.count())
-    return fail(STILLGRID_E_ARGUMENT, "set_predicted: %u spheres: expected the %zu of set_shapes()",
+    return fail(STILLGRID_E_ARGUMENT, "%s: %u spheres: expected the %zu of set_shapes()", name,
                 count, moving_.count());
   const std::span<const double> values(velocities_m_s, std::size_t{count} * 3);
   if (const int code = check_numbers(values, "velocities_m_s")) return code;
-  predicted_.assign(values.begin(), values.end());
+  velocities.assign(values.begin(), values.end());
   return STILLGRID_OK;
+}
+
+int Publisher::set_unpushed(std::uint32_t count, const double* velocities_m_s) {
+  if (has_pushes_) return fail(STILLGRID_E_ORDER, "set_unpushed: expected before pushes()");
+  return take_velocities("set_unpushed", count, velocities_m_s, unpushed_);
+}
+
+int Publisher::set_predicted(std::uint32_t count, const double* velocities_m_s) {
+  return take_velocities("set_predicted", count, velocities_m_s, predicted_);
 }
 
 int Publisher::publish(std::uint64_t state_time_ns) {
@@ -227,7 +244,7 @@ int Publisher::publish(std::uint64_t state_time_ns) {
     publication::SnapshotPrediction prediction;
     if (predicts_) {
       moving_.forget_predictions();
-      prediction = hand->pushes.predict(moving_, period_s_, predicted_);
+      prediction = hand->pushes.predict(moving_, period_s_, unpushed_, predicted_);
       moving_.cover_predictions(period_s_);
     }
     const std::uint64_t now_ns = realtime::monotonic_ns();

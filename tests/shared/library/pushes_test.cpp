@@ -141,6 +141,37 @@ TEST_CASE("What an engine predicts is published as it is", "[pushes]") {
   CHECK(snapshot.header.prediction_ns == 10'000'000);
 }
 
+TEST_CASE("A push knows where the engine's step leads without it", "[pushes]") {
+  // A bead on a stiff spring, which goes half way back by itself: W is that of the implicit step.
+  std::mt19937 random(GENERATE(range(1U, 9U)));
+  std::uniform_real_distribution<double> share(0.2, 1.0);
+  const double period_s = 0.02, stiffness = 600.0 * share(random), mass_kg = 0.05 * share(random);
+  const double held_N_per_m = 800.0 * share(random), stretched_m = 1e-3 * share(random);
+  Published scene("spring", {.stiffness_N_per_m = stiffness, .period_s = period_s});
+  const Vector3d bead_m(0.0, 0.0, -stretched_m);
+  const double radius_m = 0.02, resists = mass_kg + period_s * period_s * held_N_per_m;
+  stillgrid_response response{};
+  for (std::size_t i = 0; i < 3; ++i) response.inverse_inertia[7 * i] = 1.0 / resists;
+  Eigen::Map<Vector3d>(response.centre_m) = bead_m;
+  scene.declare({radius_m}, {0});
+  const double tool_m = radius_m + 0.005 - 5e-4;
+  scene.hold({0.0, 0.0, tool_m});
+  scene.place({bead_m}, {Vector3d::Zero()});
+  const double free_m = period_s * period_s * held_N_per_m * stretched_m / resists;
+  const double free_m_s[] = {0.0, 0.0, free_m / period_s};
+  REQUIRE(stillgrid_publisher_set_unpushed(scene, 1, free_m_s) == STILLGRID_OK);
+  REQUIRE(stillgrid_publisher_set_responses(scene, 1, &response) == STILLGRID_OK);
+  const auto pushes = scene.pushes(period_s);
+  const double depth_m = radius_m + 0.005 - (tool_m - (bead_m.z() + free_m));
+  const double expected_N =
+      depth_m > 0.0 ? stiffness * depth_m / (1.0 + stiffness * period_s * period_s / resists) : 0.0;
+  const double pushed_N = pushes.empty() ? 0.0 : -pushes[0].force_N[2];
+  CHECK_THAT(pushed_N, WithinAbs(expected_N, 2e-3 * expected_N + stiffness * 1e-8));
+  REQUIRE(stillgrid_publisher_publish(scene, 0) == STILLGRID_OK);
+  const double led_m_s = double{scene.snapshot().spheres[0].predicted_velocity_m_s[2]};
+  CHECK_THAT(led_m_s, WithinAbs(free_m_s[2] - period_s * pushed_N / resists, 1e-5));
+}
+
 TEST_CASE("The tool's work is its pushes' along the ways that the spheres went", "[pushes]") {
   Published scene("work", {});
   scene.declare({0.02}, {1});
