@@ -21,9 +21,10 @@ def simulate(publisher):
 
     publisher.set_shapes(numpy.full(COUNT, RADIUS_m), bodies=bodies)
     for _ in publisher.steps():
+        publisher.set_spheres(positions_m, velocities_m_s)
         forces_N = -SPRING_N_per_m * positions_m[:, 2]
         velocities_m_s[:, 2] = (MASS_kg * velocities_m_s[:, 2] + PERIOD_s * forces_N) / inertia_kg
-        publisher.set_spheres(positions_m, velocities_m_s)
+        publisher.set_unpushed(velocities_m_s)
         publisher.set_responses(bodies, positions_m, inverse_inertias)
         pushes = publisher.pushes()
         velocities_m_s[pushes.body, 2] += PERIOD_s * pushes.force_N[:, 2] / inertia_kg

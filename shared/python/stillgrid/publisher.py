@@ -40,7 +40,8 @@ class Publisher:
         self._is_over: Callable[[], bool] = lambda: False
         kept: list[Any] = []
         self._call = {name: _library.function(f"publisher_{name}") for name in (
-            "close", "wait", "set_shapes", "set_spheres", "set_responses", "pushes", "set_predicted", "publish",
+            "close", "wait", "set_shapes", "set_spheres", "set_responses", "set_unpushed", "pushes",
+            "set_predicted", "publish",
             "tool")}
         _library.check(_library.function("publisher_open")(
             scene_struct(scene, session, virtual_time, kept), ctypes.byref(self._handle)))
@@ -127,6 +128,12 @@ class Publisher:
                 if error.code != Code.CAPACITY or count.value <= len(self._pushes):
                     raise
                 self._pushes = numpy.zeros(count.value, _library.PUSH)
+
+    def set_unpushed(self, velocities_m_s: ArrayLike) -> None:
+        """Where the step would lead if nothing pushed, before pushes(): (N, 3), the mean velocity over it.
+        The scene predicts."""
+        velocities = floats(velocities_m_s, "velocities_m_s", None, 3)
+        self._checked("set_unpushed", len(velocities), address(velocities))
 
     def set_predicted(self, velocities_m_s: ArrayLike) -> None:
         """Where the step led, after pushes(): (N, 3), the mean velocity over it. The scene predicts."""
