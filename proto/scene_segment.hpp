@@ -146,9 +146,9 @@ struct SceneHeader {
   std::uint32_t plane_count;
   std::uint32_t tool_sphere_count;
   std::uint32_t moving_capacity;  // spheres a slot holds room for
-  std::uint32_t predicts;  // 1: snapshots tell where the next step leads; 0: none does
-  float tool_slip_speed_m_s;    // least slip speed of a contact with the tool
-  std::uint64_t static_offset;  // bytes from the segment's start
+  std::uint32_t predicts;         // 1: snapshots tell where the next step leads; 0: none does
+  float tool_slip_speed_m_s;      // least slip speed of a contact with the tool
+  std::uint64_t static_offset;    // bytes from the segment's start
   DeviceFrame device;
   GridShape static_grid;
   std::array<Material, kMaxMaterials> materials;

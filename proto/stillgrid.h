@@ -247,11 +247,13 @@ typedef struct stillgrid_session_state {
 } stillgrid_session_state;
 
 /* [main] Takes up what has come and drops what has gone, some 10 times a second or more often; what
- * a read gives is of the last poll's simulation and haptic_server. */
+ * a read gives is of the last poll's simulation and haptic_server, STILLGRID_NOTHING where they
+ * were not there. Where one of the two cannot be read, the call says why, and has taken up the
+ * other. */
 STILLGRID_API int stillgrid_reader_poll(stillgrid_reader* reader, stillgrid_session_state* state);
 
-/* What is published once; arrays of state's counts, null for what is not wanted. tool_m: as
- * stillgrid_hand. */
+/* What is published once; arrays of state's counts, null for what is not wanted:
+ * STILLGRID_E_CAPACITY where one has no room for all. tool_m: as stillgrid_hand. */
 typedef struct stillgrid_fixed {
   uint32_t struct_size;
   uint32_t material_capacity; /* room in the arrays */
@@ -267,7 +269,8 @@ typedef struct stillgrid_fixed {
 STILLGRID_API int stillgrid_reader_fixed(stillgrid_reader* reader, stillgrid_fixed* fixed);
 
 /* A snapshot: capacity is the room in the arrays, null for what is not wanted. As many spheres as
- * fit are copied; count tells how many there are. */
+ * fit are copied; count tells how many there are. A sphere that is not there has no number (NaN)
+ * for a place. */
 typedef struct stillgrid_snapshot {
   uint32_t struct_size;
   uint32_t capacity;
@@ -290,7 +293,8 @@ STILLGRID_API int stillgrid_reader_snapshot(stillgrid_reader* reader, stillgrid_
 /* [step] The static spheres; the times are 0. */
 STILLGRID_API int stillgrid_reader_static(stillgrid_reader* reader, stillgrid_snapshot* snapshot);
 /* [step] The same as snapshot(), but where the hand feels the spheres at the newest tick: between
- * snapshots, and given way. velocities are not told. */
+ * snapshots, and given way where the tick displays the newest one. Velocities are NaN.
+ * STILLGRID_NOTHING also where the tick displays none of this simulation's last four. */
 STILLGRID_API int stillgrid_reader_displayed(stillgrid_reader* reader,
                                              stillgrid_snapshot* snapshot);
 /* [step] */
@@ -319,15 +323,16 @@ typedef struct stillgrid_cover {
 
 typedef struct stillgrid_decomposition stillgrid_decomposition;
 
-/* [main] Seconds, for a large mesh. */
+/* [main] Seconds, for a large mesh. What is certain to be wrong in it is repaired; an open one is
+ * refused. A tolerance that cannot be reached is no error: the report tells what was. */
 STILLGRID_API int stillgrid_decompose(const stillgrid_mesh* mesh, const stillgrid_cover* cover,
                                       stillgrid_decomposition** decomposition);
 STILLGRID_API void stillgrid_decomposition_free(stillgrid_decomposition* decomposition);
 STILLGRID_API uint32_t stillgrid_decomposition_count(const stillgrid_decomposition* decomposition);
-/* 4 values a sphere, centre and radius; good until it is freed. */
+/* 4 values a sphere, centre and radius; good until it is freed, as the report. Of null: null, 0. */
 STILLGRID_API const double* stillgrid_decomposition_spheres(
     const stillgrid_decomposition* decomposition);
-/* What sphere_decompose --report writes, as JSON; good until it is freed. */
+/* What sphere_decompose --report writes, as JSON, but for the names of files. */
 STILLGRID_API const char* stillgrid_decomposition_report(
     const stillgrid_decomposition* decomposition);
 

@@ -1,9 +1,9 @@
 #include "shared/library/hand_pushes.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 
 #include "shared/collision/grid_query.hpp"
+#include "shared/library/vectors.hpp"
 #include "shared/rendering/tool_force.hpp"
 
 namespace stillgrid::library {
@@ -15,25 +15,6 @@ using Eigen::Vector3d;
 constexpr double kNear = 4.0;
 /// Spheres looked at, and bodies that are pushed: beyond them the rest gives no way, is not pushed.
 constexpr std::size_t kMaxNear = 4096, kMaxPushes = 512;
-
-Vector3d vector(const std::array<float, 3>& v) {
-  return {v[0], v[1], v[2]};
-}
-
-std::array<float, 3> floats(const Vector3d& v) {
-  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
-}
-
-Twist wrench_of(std::span<const stillgrid_push> pushes, const BodyModes& body) {
-  Twist wrench = Twist::Zero();
-  for (const stillgrid_push& push : pushes) {
-    if (push.body != body.body()) continue;
-    const Vector3d force_N(push.force_N), arm_m = Vector3d(push.point_m) - body.centre_m();
-    wrench.head<3>() += force_N;
-    wrench.tail<3>() += Vector3d(push.torque_N_m) + arm_m.cross(force_N);
-  }
-  return wrench;
-}
 
 }  // namespace
 
@@ -70,9 +51,9 @@ void HandPushes::find_near(std::span<const rendering::PlacedToolSphere> tool, Mo
   const collision::GridView grid = moving.grid().view();
   const auto records = moving.records();
   for (const rendering::PlacedToolSphere& probe : tool) {
-    const double reach_m = (1.0 + kNear) * probe.radius_m;
+    const double margin_m = (1.0 + kNear) * probe.radius_m;
     collision::for_each_candidate(
-        grid, collision::bound_sphere(probe.position_m, reach_m), collision::kAllVisits,
+        grid, collision::bound_sphere(probe.position_m, margin_m), collision::kAllVisits,
         [&](std::uint32_t number) {
           const proto::SphereRecord& record = records[number];
           const auto body = std::lower_bound(
@@ -127,7 +108,8 @@ const HandPushes::Chosen* HandPushes::chosen_of(std::uint32_t body) const noexce
 }
 
 void HandPushes::find(const proto::SceneHeader& scene, const proto::ToolState& tool,
-                      MovingRecords& moving, std::span<BodyModes> bodies, double step_s) {
+                      MovingRecords& moving, std::span<BodyModes> bodies, double step_s,
+                      std::span<const double> tried) {
   const auto& [x, y, z, w] = tool.orientation_xyzw;
   const rendering::ToolPose pose{Vector3d(tool.position_m.data()), Eigen::Quaterniond(w, x, y, z),
                                  Vector3d(tool.velocity_m_s.data())};
@@ -137,12 +119,20 @@ void HandPushes::find(const proto::SceneHeader& scene, const proto::ToolState& t
   for (const auto& sphere : placed) radius_m = std::max(radius_m, sphere.radius_m);
   find_near(placed, moving, bodies);
   choose(moving);
+  const bool is_tried = !tried.empty();
+  const auto records = moving.records();
+  for (std::size_t i = 0; i < tried.size() / 3; ++i)
+    records[i].predicted_velocity_m_s = floats(Vector3d(tried.data() + 3 * i));
 
   proto::SnapshotHeader header{};
   header.prediction_ns = static_cast<std::uint64_t>(step_s * 1e9);
-  for (const Chosen& chosen : chosen_)
+  for (const Chosen& chosen : chosen_) {
+    const Twist held = wrench_of(before_, *chosen.body);
     for (int mode = 0; mode < chosen.body->count(); ++mode)
-      header.modes[header.mode_count++] = {1.0F, 0.0F, 0.0F, 0.0F, proto::kOneStep};
+      header.modes[header.mode_count++] = {
+          1.0F, static_cast<float>(is_tried ? chosen.body->motion(mode).dot(held) : 0.0), 0.0F, 0.0F,
+          proto::kOneStep};
+  }
   header.largest_response = publication::largest_response(responses_, header.mode_count);
   display::SnapshotWeights weights;
   weights.position[0] = 1.0;
@@ -210,108 +200,6 @@ double HandPushes::work_J(MovingRecords& moving) const noexcept {
     if (way_m.allFinite()) work_J += push.force_N.dot(way_m);
   }
   return work_J;
-}
-
-template <class Velocity>
-void HandPushes::fit(const Chosen& chosen, double step_s, MovingRecords& moving,
-                     Velocity&& velocity, Modes& displacements) const {
-  using Matrix6 = Eigen::Matrix<double, 6, 6>;
-  const int count = chosen.body->count();
-  Matrix6 gram = Matrix6::Zero();
-  Twist moment = Twist::Zero();
-  const auto records = moving.records();
-  for (std::size_t i = 0; i < responding_.size(); ++i) {
-    if (records[responding_[i]].body != chosen.body->body()) continue;
-    Eigen::Matrix<double, 3, 6> parts = Eigen::Matrix<double, 3, 6>::Zero();
-    for (int mode = 0; mode < count; ++mode)
-      parts.col(mode) = vector(responses_[i].modes[static_cast<std::size_t>(chosen.first + mode)]);
-    gram += parts.transpose() * parts;
-    moment += parts.transpose() * (step_s * velocity(responding_[i]));
-  }
-  // What no near sphere shows, as the turning of a ball, is none of the motion.
-  const Eigen::SelfAdjointEigenSolver<Matrix6> solved(gram);
-  const double least = 1e-6 * solved.eigenvalues().maxCoeff();
-  Twist found = Twist::Zero();
-  for (int i = 0; i < 6; ++i)
-    if (solved.eigenvalues()[i] > least)
-      found += solved.eigenvectors().col(i).dot(moment) / solved.eigenvalues()[i] *
-               solved.eigenvectors().col(i);
-  for (int mode = 0; mode < count; ++mode) displacements[chosen.first + mode] = found[mode];
-}
-
-/// Of the push: what else acts on the body opposed the rest of it in the last step, and will.
-double HandPushes::share_not_resisted(const Chosen& chosen, const Modes& now, const Modes& before,
-                                      const Modes& push) const {
-  const Twist wrench = wrench_of(before_, *chosen.body);
-  double resisted = 0.0, size = 0.0;
-  for (int mode = 0; mode < chosen.body->count(); ++mode) {
-    const int at = chosen.first + mode;
-    const double others = now[at] - before[at] - chosen.body->motion(mode).dot(wrench);
-    resisted -= others * push[at];
-    size += push[at] * push[at];
-  }
-  return size > 0.0 ? 1.0 - std::clamp(resisted / size, 0.0, 1.0) : 1.0;
-}
-
-publication::SnapshotPrediction HandPushes::predict(MovingRecords& moving, double step_s,
-                                                    std::span<const double> predicted) {
-  const auto records = moving.records();
-  for (std::size_t i = 0; i < predicted.size() / 3; ++i)
-    records[i].predicted_velocity_m_s = floats(Vector3d(predicted.data() + 3 * i));
-  modes_.clear();
-  turning_.clear();
-  Modes now = Modes::Zero(), before = now, whole = now, push = now;
-  for (const Chosen& chosen : chosen_) {
-    fit(
-        chosen, step_s, moving,
-        [&](std::uint32_t i) { return vector(records[i].newest.velocity_m_s); }, now);
-    fit(
-        chosen, step_s, moving,
-        [&](std::uint32_t i) { return vector(records[i].older[0].velocity_m_s); }, before);
-    const Twist wrench = wrench_of(pushes_, *chosen.body);
-    for (int mode = 0; mode < chosen.body->count(); ++mode)
-      push[chosen.first + mode] = chosen.body->motion(mode).dot(wrench);
-    if (predicted.empty()) {
-      const double share = share_not_resisted(chosen, now, before, push);
-      for (int at = chosen.first; at < chosen.first + chosen.body->count(); ++at)
-        whole[at] = now[at] + share * push[at];
-    } else {
-      fit(
-          chosen, step_s, moving,
-          [&](std::uint32_t i) { return vector(records[i].predicted_velocity_m_s); }, whole);
-    }
-    Vector3d velocity_m_s = Vector3d::Zero();
-    proto::TurningBody turning{};
-    for (int mode = 0; mode < chosen.body->count(); ++mode) {
-      const int at = chosen.first + mode;
-      const Twist motion = chosen.body->motion(mode);
-      velocity_m_s += whole[at] / step_s * motion.head<3>();
-      turning.turns[static_cast<std::size_t>(at)] = floats(motion.tail<3>());
-      modes_.push_back({1.0F, static_cast<float>(push[at]), static_cast<float>(whole[at]),
-                        static_cast<float>(now[at]), proto::kOneStep});
-    }
-    turning.body = chosen.body->body();
-    turning.centre_m = floats(chosen.body->centre_m());
-    turning.velocity_m_s = floats(velocity_m_s);
-    if (turning_.size() < proto::kMaxTurningBodies) turning_.push_back(turning);
-  }
-  if (predicted.empty() && !chosen_.empty()) {
-    for (proto::SphereRecord& record : records) {
-      const Chosen* chosen = chosen_of(record.body);
-      if (chosen == nullptr) continue;
-      Vector3d velocity_m_s = vector(record.newest.velocity_m_s);
-      for (int mode = 0; mode < chosen->body->count(); ++mode)
-        velocity_m_s += (whole[chosen->first + mode] - now[chosen->first + mode]) / step_s *
-                        chosen->body->motion_at(mode, vector(record.newest.position_m));
-      record.predicted_velocity_m_s = floats(velocity_m_s);
-    }
-  }
-  for (std::size_t i = 0; i < responding_.size(); ++i)
-    records[responding_[i]].response = static_cast<std::uint32_t>(i + 1);
-  return {.period_ns = static_cast<std::uint64_t>(step_s * 1e9 + 0.5),
-          .modes = modes_,
-          .turning = turning_,
-          .responses = responses_};
 }
 
 }  // namespace stillgrid::library

@@ -26,9 +26,10 @@ class HandPushes {
  public:
   explicit HandPushes(std::size_t moving_capacity);
 
-  /// bodies: by number, each with its modes of this step. Pre: moving was placed.
+  /// bodies: by number, each with its modes of this step. tried: 3 values a sphere of its mean
+  /// velocity over the step while the last step's pushes are held, or none. Pre: moving was placed.
   void find(const proto::SceneHeader& scene, const proto::ToolState& tool, MovingRecords& moving,
-            std::span<BodyModes> bodies, double step_s);
+            std::span<BodyModes> bodies, double step_s, std::span<const double> tried);
   /// There is no tool.
   void clear() noexcept;
   /// The pushes were those of the step that has ended: what they did is known by work_J().

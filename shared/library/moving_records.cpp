@@ -1,6 +1,8 @@
 #include "shared/library/moving_records.hpp"
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "shared/collision/sphere_history.hpp"
@@ -10,6 +12,13 @@ namespace {
 
 /// Twice a probe's own size is searched fastest.
 constexpr float kVoxelRatio = 2.0F;
+/// Of a radius: more than the test of two swept bounds can round off.
+constexpr float kRounding = 1e-6F;
+/// Room of a swept bound when it is entered: of the radius, and for steps at the sphere's speed.
+constexpr float kLeastRoom = 0.02F, kSteps = 8.0F;
+/// What left its swept bound is widened in place, up to so many of all, and so much at once.
+constexpr std::size_t kLeavingPart = 64;
+constexpr float kWidest = 1.5F;
 
 Eigen::Map<const Eigen::Vector3f> vector(const std::array<float, 3>& v) {
   return Eigen::Map<const Eigen::Vector3f>(v.data());
@@ -49,50 +58,89 @@ void MovingRecords::declare(const stillgrid_shapes& shapes) noexcept {
   count_ = shapes.count;
 }
 
-void MovingRecords::place(const double* positions_m, const double* velocities_m_s,
-                          double period_s) {
-  const std::span<proto::SphereRecord> all = records();
-  const auto rate_per_s = static_cast<float>(1.0 / period_s);
-  for (std::size_t i = 0; i < count_; ++i) {
-    proto::SphereRecord& record = all[i];
-    proto::SphereState state{floats(positions_m + 3 * i), {}};
-    const bool has_past = !is_first_ && came_[i] == 0;
-    if (velocities_m_s != nullptr) {
-      state.velocity_m_s = floats(velocities_m_s + 3 * i);
-    } else if (has_past) {
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        state.velocity_m_s[axis] =
-            rate_per_s * (state.position_m[axis] - record.newest.position_m[axis]);
-    }
-    if (has_past)
-      collision::push_snapshot(record, state);
-    else if (is_first_)
-      collision::fill_history(record, state);
-    else
-      begin_history(record, state);
-    record.predicted_velocity_m_s = state.velocity_m_s;
-    record.response = 0;
-    came_[i] = 0;
-    bounds_[i] = collision::bound_history(record, proto::kPredictionPeriods * period_s);
+void MovingRecords::push(std::size_t i, const double* position_m, const double* velocity_m_s,
+                         float rate_per_s) noexcept {
+  proto::SphereRecord& record = records()[i];
+  proto::SphereState state{floats(position_m), {}};
+  const bool has_past = !is_first_ && came_[i] == 0;
+  if (velocity_m_s != nullptr) {
+    state.velocity_m_s = floats(velocity_m_s);
+  } else if (has_past) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      state.velocity_m_s[axis] =
+          rate_per_s * (state.position_m[axis] - record.newest.position_m[axis]);
   }
-  is_first_ = false;
+  if (has_past)
+    collision::push_snapshot(record, state);
+  else if (is_first_)
+    collision::fill_history(record, state);
+  else
+    begin_history(record, state);
+  record.predicted_velocity_m_s = state.velocity_m_s;
+}
+
+/// Whether the sphere's swept bound holds its newest snapshot and where that leads; older ones it
+/// held before.
+bool MovingRecords::is_held(std::size_t i, float ahead_s, float behind_s) noexcept {
+  const proto::SphereRecord& record = records()[i];
+  const collision::SweptBound& bound = bounds_[i];
+  const Eigen::Vector3f from_m = vector(record.newest.position_m) - vector(bound.centre_m);
+  const Eigen::Vector3f velocity_m_s = vector(record.predicted_velocity_m_s);
+  const float farthest_m2 =
+      std::max({from_m.squaredNorm(), (from_m + ahead_s * velocity_m_s).squaredNorm(),
+                (from_m - behind_s * velocity_m_s).squaredNorm()});
+  const float room_m = (1.0F - kRounding) * bound.bounding_radius_m - record.radius_m;
+  if (farthest_m2 <= room_m * std::abs(room_m)) return true;
+  needed_m_ = (std::sqrt(farthest_m2) + record.radius_m) * (1.0F + 2.0F * kRounding);
+  return false;
+}
+
+/// Enters all anew, each with room for some steps at its speed.
+void MovingRecords::enter(double period_s) {
+  for (std::size_t i = 0; i < count_; ++i) {
+    const proto::SphereRecord& record = records()[i];
+    collision::SweptBound& bound = bounds_[i];
+    bound = collision::bound_history(record, proto::kPredictionPeriods * period_s);
+    const float way_m =
+        kSteps * static_cast<float>(period_s) * vector(record.newest.velocity_m_s).norm();
+    bound.bounding_radius_m += std::min(record.radius_m, kLeastRoom * record.radius_m + way_m);
+    came_[i] = 0;
+  }
   grid_.enter({bounds_.data(), count_}, kVoxelRatio);
   entered_ = count_;
 }
 
+void MovingRecords::place(const double* positions_m, const double* velocities_m_s,
+                          double period_s) {
+  const auto rate_per_s = static_cast<float>(1.0 / period_s);
+  const auto ahead_s = static_cast<float>(proto::kPredictionPeriods * period_s);
+  bool holds = !is_first_ && entered_ == count_;
+  std::size_t left = 0;
+  for (std::size_t i = 0; i < count_; ++i) {
+    push(i, positions_m + 3 * i, velocities_m_s == nullptr ? nullptr : velocities_m_s + 3 * i,
+         rate_per_s);
+    if (!holds || (came_[i] == 0 && is_held(i, ahead_s, 0.0F))) continue;
+    holds = came_[i] == 0 && ++left <= count_ / kLeavingPart + 1 && widen(i);
+  }
+  is_first_ = false;
+  if (!holds) enter(period_s);
+}
+
+/// Lets a swept bound reach as far as was needed; false where it would be too wide for its level.
+bool MovingRecords::widen(std::size_t i) noexcept {
+  if (needed_m_ > kWidest * bounds_[i].bounding_radius_m) return false;
+  bounds_[i].bounding_radius_m = needed_m_;
+  grid_.grow(i, needed_m_);
+  return true;
+}
+
 void MovingRecords::cover_predictions(double period_s) noexcept {
-  const std::span<proto::SphereRecord> all = records();
-  const auto ahead = static_cast<float>(proto::kPredictionPeriods * period_s);
-  const auto behind = static_cast<float>(proto::kLongestPredictionLag_s);
-  for (std::size_t i = 0; i < entered_; ++i) {
-    const proto::SphereRecord& record = all[i];
-    const collision::SweptBound& bound = grid_.swept_bound(i);
-    const Eigen::Vector3f from_m = vector(record.newest.position_m) - vector(bound.centre_m);
-    const Eigen::Vector3f velocity_m_s = vector(record.predicted_velocity_m_s);
-    const float farthest_m2 = std::max((from_m + ahead * velocity_m_s).squaredNorm(),
-                                       (from_m - behind * velocity_m_s).squaredNorm());
-    const float reach_m = (std::sqrt(farthest_m2) + record.radius_m) * (1.0F + 1e-6F);
-    if (reach_m > bound.bounding_radius_m) grid_.grow(i, reach_m);
+  const auto ahead_s = static_cast<float>(proto::kPredictionPeriods * period_s);
+  const auto behind_s = static_cast<float>(proto::kLongestPredictionLag_s);
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (is_held(i, ahead_s, behind_s)) continue;
+    bounds_[i].bounding_radius_m = needed_m_;
+    grid_.grow(i, needed_m_);
   }
 }
 

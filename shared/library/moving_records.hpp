@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -19,8 +20,9 @@ class MovingRecords {
   /// Pre: check_shapes(), count within the capacity.
   void declare(const stillgrid_shapes& shapes) noexcept;
 
-  /// The next state of all, period_s after the last: entered in the grid, moving on at their
-  /// velocity, or without velocities_m_s at what they did since the last. Pre: numbers.
+  /// The next state of all, period_s after the last, in the grid: moving on at their velocity, or
+  /// without velocities_m_s at what they did since the last. Swept bounds have room for some steps;
+  /// only when many have left theirs are all entered anew. Pre: numbers.
   void place(const double* positions_m, const double* velocities_m_s, double period_s);
 
   /// Sphere i moves on so over the next step. Pre: number.
@@ -40,9 +42,16 @@ class MovingRecords {
   [[nodiscard]] std::size_t count() const noexcept { return count_; }
 
  private:
+  void push(std::size_t i, const double* position_m, const double* velocity_m_s,
+            float rate_per_s) noexcept;
+  [[nodiscard]] bool is_held(std::size_t i, float ahead_s, float behind_s) noexcept;
+  [[nodiscard]] bool widen(std::size_t i) noexcept;
+  void enter(double period_s);
+
   collision::VoxelGrid grid_;
-  std::vector<collision::SweptBound> bounds_;
-  std::vector<std::uint8_t> came_;  // since they were placed last
+  std::vector<collision::SweptBound> bounds_;  // as they stand in the grid
+  float needed_m_ = 0.0F;                      // by what is_held() last found not to be
+  std::vector<std::uint8_t> came_;             // since they were placed last
   std::size_t count_ = 0, entered_ = 0;
   bool is_first_ = true;
 };

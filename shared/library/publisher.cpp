@@ -164,7 +164,8 @@ void Publisher::push_with_all_hands(double step_s) {
     const auto tool = hand->session.take_tool();
     hand->tool_ns = tool ? tool->time_ns : 0;
     if (tool)
-      hand->pushes.find(hand->session.writer().scene(), *tool, moving_, bodies_, step_s);
+      hand->pushes.find(hand->session.writer().scene(), *tool, moving_, bodies_, step_s,
+                        predicted_);
     else
       hand->pushes.clear();
   }
@@ -224,11 +225,12 @@ int Publisher::publish(std::uint64_t state_time_ns) {
   for (const auto& hand : hands_) {
     publication::SceneWriter& writer = hand->session.writer();
     writer.segment().require_whole();
-    moving_.forget_predictions();
-    const publication::SnapshotPrediction prediction =
-        !predicts_ ? publication::SnapshotPrediction{}
-                   : hand->pushes.predict(moving_, period_s_, predicted_);
-    moving_.cover_predictions(period_s_);
+    publication::SnapshotPrediction prediction;
+    if (predicts_) {
+      moving_.forget_predictions();
+      prediction = hand->pushes.predict(moving_, period_s_, predicted_);
+      moving_.cover_predictions(period_s_);
+    }
     const std::uint64_t now_ns = realtime::monotonic_ns();
     writer.publish(moving_.grid(),
                    {.state_ns = state_ns,

@@ -1,5 +1,6 @@
 #include <new>
 
+#include "shared/library/handle.hpp"
 #include "shared/library/known_part.hpp"
 #include "shared/library/last_error.hpp"
 #include "shared/library/publisher.hpp"
@@ -34,16 +35,9 @@ int open(const stillgrid_scene* given, stillgrid_publisher** publisher) {
   return STILLGRID_OK;
 }
 
-/// One call on a handle, by the one thread that is in it.
 template <class Call>
 int with(stillgrid_publisher* publisher, Call&& call) noexcept {
-  if (publisher == nullptr) return fail(STILLGRID_E_ARGUMENT, "publisher: expected one, not null");
-  Publisher& own = publisher->own;
-  if (own.is_used.test_and_set(std::memory_order_acquire))
-    return fail(STILLGRID_E_THREAD, "publisher: another thread is in a call on it");
-  const int code = guarded([&] { return call(own); });
-  own.is_used.clear(std::memory_order_release);
-  return code;
+  return with_handle(publisher, "publisher", call);
 }
 
 int null_argument(const char* name) {

@@ -21,7 +21,7 @@ struct StaticScene {
   std::vector<proto::SphereRecord> spheres;  // that never move
   proto::DeviceFrame device{};
   float tool_slip_speed_m_s = 0.05F;
-  bool predicts = true;        // snapshots tell where the next step leads
+  bool predicts = true;      // snapshots tell where the next step leads
   float voxel_ratio = 2.0F;  // of the static grid; twice a probe's own size is searched fastest
 };
 

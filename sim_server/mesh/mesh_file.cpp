@@ -11,7 +11,6 @@
 
 #include "shared/realtime/stop_signal.hpp"
 #include "sim_server/mesh/mesh_formats.hpp"
-#include "sim_server/mesh/polygon_mesh.hpp"
 
 namespace stillgrid::mesh {
 namespace {
@@ -70,19 +69,24 @@ void check_size(const TriangleMesh& mesh, const std::string& name) {
 
 }  // namespace
 
-TriangleMesh load_mesh(const std::filesystem::path& path, double scale) {
-  const std::string name = path.string();
-  if (!std::filesystem::exists(path)) throw MeshError(name + ": no such file");
-  if (std::filesystem::is_directory(path))
-    throw MeshError(name + ": is a folder: expected a mesh (OBJ, OFF, STL or PLY)");
-  const Reader read = reader_of(path);
-  TriangleMesh mesh = cut_into_triangles(read(bytes_of(path), name));
+TriangleMesh sized_mesh(PolygonMesh polygons, double scale) {
+  const std::string name = polygons.name;
+  TriangleMesh mesh = cut_into_triangles(std::move(polygons));
   if (mesh.triangles.empty())
     throw MeshError(name + ": 0 triangles of " + std::to_string(mesh.vertices_m.size()) +
                     " vertices: expected a surface");
   for (Eigen::Vector3d& vertex : mesh.vertices_m) vertex *= scale;
   check_size(mesh, name);
   return mesh;
+}
+
+TriangleMesh load_mesh(const std::filesystem::path& path, double scale) {
+  const std::string name = path.string();
+  if (!std::filesystem::exists(path)) throw MeshError(name + ": no such file");
+  if (std::filesystem::is_directory(path))
+    throw MeshError(name + ": is a folder: expected a mesh (OBJ, OFF, STL or PLY)");
+  const Reader read = reader_of(path);
+  return sized_mesh(read(bytes_of(path), name), scale);
 }
 
 }  // namespace stillgrid::mesh

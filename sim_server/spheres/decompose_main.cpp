@@ -1,7 +1,6 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <exception>
@@ -10,7 +9,6 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "shared/command_line/number_in.hpp"
@@ -21,9 +19,7 @@
 #include "sim_server/mesh/mesh_file.hpp"
 #include "sim_server/mesh/mesh_repair.hpp"
 #include "sim_server/spheres/decompose_report.hpp"
-#include "sim_server/spheres/decomposition_error.hpp"
-#include "sim_server/spheres/level_of_detail.hpp"
-#include "sim_server/spheres/sampling.hpp"
+#include "sim_server/spheres/fineness.hpp"
 #include "sim_server/spheres/sphere_file.hpp"
 
 namespace stillgrid::spheres {
@@ -31,7 +27,7 @@ namespace {
 
 struct Arguments {
   std::filesystem::path mesh, out, report;
-  double tolerance_m = 0.0, surface_spacing_m = 0.0, volume_spacing_m = 0.0;  // one is not 0
+  Fineness fineness;
   double scale = 1.0;
   double tool_radius_m = 0.0, press_depth_m = 0.0;  // 0: by the mesh's size
   int levels = 1;
@@ -61,13 +57,13 @@ void add_options(CLI::App& app, Arguments& arguments) {
   CLI::App* const kind = app.add_option_group("spheres");
   kind->require_option(1);
   CLI::Option* const tolerance =
-      kind->add_option("--tolerance", arguments.tolerance_m,
+      kind->add_option("--tolerance", arguments.fineness.tolerance_m,
                        "Two-sided Hausdorff distance, m; a level's is twice the next finer one's")
           ->check(command_line::number_in(1e-9, 1e3));
-  kind->add_option("--surface-spacing", arguments.surface_spacing_m,
+  kind->add_option("--surface-spacing", arguments.fineness.surface_spacing_m,
                    "Even spheres below the surface, so far apart, m: more of them, less ripple")
       ->check(command_line::number_in(1e-9, 1e3));
-  kind->add_option("--volume-spacing", arguments.volume_spacing_m,
+  kind->add_option("--volume-spacing", arguments.fineness.volume_spacing_m,
                    "Even spheres through the volume, so far apart, m")
       ->check(command_line::number_in(1e-9, 1e3));
   app.add_option("--scale", arguments.scale, "Metres in the file's unit; default 1")
@@ -109,62 +105,39 @@ std::filesystem::path file_of_level(const Arguments& arguments, std::size_t leve
          (file.stem().string() + '_' + std::to_string(level + 1) + file.extension().string());
 }
 
-/// The spheres asked for, from coarse to fine.
-std::vector<Decomposition> make_levels(const Arguments& arguments, const mesh::TriangleMesh& mesh) {
-  if (arguments.tolerance_m > 0.0)
-    return levels_of_detail(mesh, arguments.tolerance_m, arguments.levels, 2.0,
-                            progress_on_terminal());
-  const double surface_m = arguments.surface_spacing_m, volume_m = arguments.volume_spacing_m;
-  constexpr double kPrecision = 0.05;  // of the measured error, in spacings
-  return {with_error(MeshSolid(mesh),
-                     surface_m > 0.0 ? surface_balls(mesh, surface_m, surface_m)
-                                     : volume_balls(mesh, volume_m, kVolumeRadius * volume_m),
-                     kPrecision * std::max(surface_m, volume_m))};
-}
-
-/// What was asked for, under the name that a scene has for it.
-void add_fineness(const Arguments& arguments, nlohmann::json& json) {
-  if (arguments.tolerance_m > 0.0) json["tolerance_m"] = arguments.tolerance_m;
-  if (arguments.surface_spacing_m > 0.0) json["surface_spacing_m"] = arguments.surface_spacing_m;
-  if (arguments.volume_spacing_m > 0.0) json["volume_spacing_m"] = arguments.volume_spacing_m;
-}
-
 int run(const Arguments& arguments) {
   for (const auto& file : {arguments.out, arguments.report})
     if (!file.empty()) files::require_writable(file);
   const mesh::TriangleMesh read = mesh::load_mesh(arguments.mesh, arguments.scale);
   const mesh::ClosedMesh closed = mesh::make_closed(read, arguments.mesh.string());
   const Press press = make_press(closed.mesh, arguments.tool_radius_m, arguments.press_depth_m,
-                                 arguments.tolerance_m);
+                                 arguments.fineness.tolerance_m);
 
   const auto start = std::chrono::steady_clock::now();
-  const std::vector<Decomposition> levels = make_levels(arguments, closed.mesh);
+  const std::vector<Decomposition> levels =
+      cover_mesh(closed.mesh, arguments.fineness, arguments.levels, progress_on_terminal());
   const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
   clear_progress();
 
-  nlohmann::json json = {{"mesh", mesh_fields(read, closed)},
-                         {"levels", nlohmann::json::array()},
-                         {"time_s", time.count()}};
+  nlohmann::json json =
+      report_fields(read, closed, arguments.fineness, levels, press, time.count());
   int status = realtime::kDone;
   json["mesh"]["file"] = arguments.mesh.string();
   json["mesh"]["scale"] = arguments.scale;
-  add_fineness(arguments, json);
   for (std::size_t i = 0; i < levels.size(); ++i) {
     const std::filesystem::path file = file_of_level(arguments, i);
     write_spheres(levels[i].balls, file);
     std::printf("%s: %zu spheres; mesh within %.3g m of them, they within %.3g m of it\n",
                 file.string().c_str(), levels[i].balls.size(), levels[i].mesh_to_union_m,
                 levels[i].union_to_mesh_m);
-    if (arguments.tolerance_m > 0.0 && !levels[i].is_reached()) {
+    if (arguments.fineness.tolerance_m > 0.0 && !levels[i].is_reached()) {
       std::fprintf(stderr,
                    "sphere_decompose: warning: %s: the tolerance of %.3g m was not reached, "
                    "%.3g m was; a coarser one may be, or a mesh that does not cut itself\n",
                    file.string().c_str(), levels[i].tolerance_m, levels[i].hausdorff_m);
       status = realtime::kToleranceNotReached;
     }
-    nlohmann::json level = level_fields(levels[i], press);
-    level["file"] = file.string();
-    json["levels"].push_back(std::move(level));
+    json["levels"][i]["file"] = file.string();
   }
   if (!arguments.report.empty()) files::write_json(arguments.report, json);
   return status;

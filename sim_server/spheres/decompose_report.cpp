@@ -35,6 +35,37 @@ nlohmann::json force_fields(const Press& press, const BallBody& body) {
                                   : nlohmann::json()}};
 }
 
+/// What was read and repaired.
+nlohmann::json mesh_fields(const mesh::TriangleMesh& read, const mesh::ClosedMesh& closed) {
+  const mesh::MeshRepair& repair = closed.repair;
+  return {{"vertices", read.vertices_m.size()},
+          {"triangles", read.triangles.size()},
+          {"closed",
+           {{"vertices", closed.mesh.vertices_m.size()},
+            {"triangles", closed.mesh.triangles.size()},
+            {"components", closed.components},
+            {"folds", closed.folds}}},
+          {"repair",
+           {{"welded_vertices", repair.welded_vertices},
+            {"degenerate_faces", repair.degenerate_faces},
+            {"doubled_faces", repair.doubled_faces},
+            {"turned_faces", repair.turned_faces},
+            {"turned_components", repair.turned_components},
+            {"split_vertices", repair.split_vertices}}},
+          {"diagonal_m", MeshSolid(closed.mesh).size_m},
+          {"volume_m3", mesh::mass_properties(closed.mesh).volume_m3},
+          {"area_m2", mesh::surface_area_m2(closed.mesh)}};
+}
+
+/// Count, errors and force.
+nlohmann::json level_fields(const Decomposition& level, const Press& press) {
+  return {{"balls", level.balls.size()},
+          {"hausdorff_m", level.hausdorff_m},
+          {"mesh_to_union_m", level.mesh_to_union_m},
+          {"union_to_mesh_m", level.union_to_mesh_m},
+          {"force", force_fields(press, make_ball_body(level.balls, press.tool_radius_m))}};
+}
+
 }  // namespace
 
 Press make_press(const mesh::TriangleMesh& closed, double tool_radius_m, double press_depth_m,
@@ -58,33 +89,17 @@ Press make_press(const mesh::TriangleMesh& closed, double tool_radius_m, double 
   return {std::move(reachable), radius_m, depth_m};
 }
 
-nlohmann::json mesh_fields(const mesh::TriangleMesh& read, const mesh::ClosedMesh& closed) {
-  const mesh::MeshRepair& repair = closed.repair;
-  return {{"vertices", read.vertices_m.size()},
-          {"triangles", read.triangles.size()},
-          {"closed",
-           {{"vertices", closed.mesh.vertices_m.size()},
-            {"triangles", closed.mesh.triangles.size()},
-            {"components", closed.components},
-            {"folds", closed.folds}}},
-          {"repair",
-           {{"welded_vertices", repair.welded_vertices},
-            {"degenerate_faces", repair.degenerate_faces},
-            {"doubled_faces", repair.doubled_faces},
-            {"turned_faces", repair.turned_faces},
-            {"turned_components", repair.turned_components},
-            {"split_vertices", repair.split_vertices}}},
-          {"diagonal_m", MeshSolid(closed.mesh).size_m},
-          {"volume_m3", mesh::mass_properties(closed.mesh).volume_m3},
-          {"area_m2", mesh::surface_area_m2(closed.mesh)}};
-}
-
-nlohmann::json level_fields(const Decomposition& level, const Press& press) {
-  return {{"balls", level.balls.size()},
-          {"hausdorff_m", level.hausdorff_m},
-          {"mesh_to_union_m", level.mesh_to_union_m},
-          {"union_to_mesh_m", level.union_to_mesh_m},
-          {"force", force_fields(press, make_ball_body(level.balls, press.tool_radius_m))}};
+nlohmann::json report_fields(const mesh::TriangleMesh& read, const mesh::ClosedMesh& closed,
+                             const Fineness& fineness, std::span<const Decomposition> levels,
+                             const Press& press, double time_s) {
+  nlohmann::json json = {
+      {"mesh", mesh_fields(read, closed)}, {"levels", nlohmann::json::array()}, {"time_s", time_s}};
+  // What was asked for, under the name that a scene has for it.
+  if (fineness.tolerance_m > 0.0) json["tolerance_m"] = fineness.tolerance_m;
+  if (fineness.surface_spacing_m > 0.0) json["surface_spacing_m"] = fineness.surface_spacing_m;
+  if (fineness.volume_spacing_m > 0.0) json["volume_spacing_m"] = fineness.volume_spacing_m;
+  for (const Decomposition& level : levels) json["levels"].push_back(level_fields(level, press));
+  return json;
 }
 
 }  // namespace stillgrid::spheres

@@ -1,9 +1,10 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 
 #include "sim_server/mesh/mesh_repair.hpp"
-#include "sim_server/spheres/decomposition.hpp"
+#include "sim_server/spheres/fineness.hpp"
 #include "sim_server/spheres/surface_samples.hpp"
 
 namespace stillgrid::spheres {
@@ -21,11 +22,11 @@ struct Press {
 [[nodiscard]] Press make_press(const mesh::TriangleMesh& closed, double tool_radius_m,
                                double press_depth_m, double tolerance_m);
 
-/// Fields of a report of sphere_decompose, see docs/formats.md: what was read and repaired.
-[[nodiscard]] nlohmann::json mesh_fields(const mesh::TriangleMesh& read,
-                                         const mesh::ClosedMesh& closed);
-
-/// Count, errors and force of a level.
-[[nodiscard]] nlohmann::json level_fields(const Decomposition& level, const Press& press);
+/// A report of sphere_decompose, see docs/formats.md, but for the names of files: what was read,
+/// repaired and asked for; count, errors and force of each level; what it took.
+[[nodiscard]] nlohmann::json report_fields(const mesh::TriangleMesh& read,
+                                           const mesh::ClosedMesh& closed, const Fineness& fineness,
+                                           std::span<const Decomposition> levels,
+                                           const Press& press, double time_s);
 
 }  // namespace stillgrid::spheres

@@ -122,7 +122,7 @@ class Simulation {
                                model->opt.timestep)))) {
     mj_forward(m_, d_);
     positions_m_.resize(spheres_.local_m.size());
-    velocities_m_s_ = before_m_ = predicted_m_s_ = positions_m_;
+    velocities_m_s_ = predicted_m_s_ = positions_m_;
   }
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
@@ -164,19 +164,15 @@ class Simulation {
       if (code == STILLGRID_AGAIN) continue;
       if (code == STILLGRID_NOTHING) break;
       show_state();
-      if (response_ != Response::kNone) tell_responses();
-      apply_pushes();
-      before_m_ = positions_m_;
-      for (int i = 0; i < steps_; ++i) mj_step(m_, d_);
-      mj_forward(m_, d_);  // positions and velocities of the state that was reached
       if (response_ != Response::kNone) {
-        place();
-        for (std::size_t i = 0; i < positions_m_.size(); ++i)
-          predicted_m_s_[i] = (positions_m_[i] - before_m_[i]) / period_s();
-        require(stillgrid_publisher_set_predicted(publisher_, spheres_.count(),
-                                                  predicted_m_s_.data()),
-                "set_predicted");
+        tell_responses();
+        mj_copyData(trial_, m_, d_);
+        step(trial_);  // with the pushes of the step before
+        tell_predicted(trial_);
       }
+      apply_pushes();
+      step(d_);
+      if (response_ != Response::kNone) tell_predicted(d_);
       require(stillgrid_publisher_publish(publisher_, time_ns), "publish");
     }
     stillgrid_publisher_close(publisher_);
@@ -185,17 +181,32 @@ class Simulation {
  private:
   [[nodiscard]] double period_s() const { return steps_ * m_->opt.timestep; }
 
-  void place() {
+  /// A whole period, and what follows from the state that it leads to.
+  void step(mjData* d) const {
+    for (int i = 0; i < steps_; ++i) mj_step(m_, d);
+    mj_forward(m_, d);
+  }
+
+  void place(const mjData* d, std::vector<double>& positions_m) const {
     for (std::uint32_t i = 0; i < spheres_.count(); ++i) {
       const std::uint32_t body = spheres_.bodies[i];
-      double* position_m = positions_m_.data() + 3 * i;
-      mju_rotVecMat(position_m, spheres_.local_m.data() + 3 * i, d_->xmat + 9 * body);
-      mju_addTo3(position_m, d_->xpos + 3 * body);
+      double* position_m = positions_m.data() + 3 * i;
+      mju_rotVecMat(position_m, spheres_.local_m.data() + 3 * i, d->xmat + 9 * body);
+      mju_addTo3(position_m, d->xpos + 3 * body);
     }
   }
 
+  /// The mean velocities over the period that led there.
+  void tell_predicted(const mjData* d) {
+    place(d, predicted_m_s_);
+    for (std::size_t i = 0; i < predicted_m_s_.size(); ++i)
+      predicted_m_s_[i] = (predicted_m_s_[i] - positions_m_[i]) / period_s();
+    require(stillgrid_publisher_set_predicted(publisher_, spheres_.count(), predicted_m_s_.data()),
+            "set_predicted");
+  }
+
   void show_state() {
-    place();
+    place(d_, positions_m_);
     for (std::uint32_t i = 0; i < spheres_.count(); ++i) {
       const auto body = static_cast<int>(spheres_.bodies[i]);
       double turn_move[6], arm_m[3];
@@ -243,8 +254,7 @@ class Simulation {
   void try_step(int body, int axis, double wrench, double moved[6]) {
     mj_copyData(trial_, m_, d_);
     if (axis >= 0) trial_->xfrc_applied[6 * body + axis] += wrench;
-    for (int i = 0; i < steps_; ++i) mj_step(m_, trial_);
-    mj_kinematics(m_, trial_);
+    step(trial_);
     mju_sub3(moved, trial_->xipos + 3 * body, d_->xipos + 3 * body);
     double back[4], turn[4];
     mju_negQuat(back, d_->xquat + 4 * body);
@@ -309,7 +319,7 @@ class Simulation {
   Spheres spheres_;
   Response response_;
   int steps_;
-  std::vector<double> positions_m_, velocities_m_s_, before_m_, predicted_m_s_;
+  std::vector<double> positions_m_, velocities_m_s_, predicted_m_s_;
   stillgrid_publisher* publisher_ = nullptr;
 };
 

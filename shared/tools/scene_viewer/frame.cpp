@@ -5,8 +5,8 @@
 
 #include "shared/collision/sphere_history.hpp"
 #include "shared/files/json_number.hpp"
+#include "shared/reading/displayed.hpp"
 #include "shared/tools/scene_viewer/binary_message.hpp"
-#include "shared/tools/scene_viewer/displayed.hpp"
 #include "shared/tools/scene_viewer/voxels.hpp"
 
 namespace stillgrid::scene_viewer {
@@ -52,11 +52,8 @@ Json levels_json(const Frame& frame) {
 /// What the last tick displayed, as the history of the frame's snapshot tells it.
 std::optional<proto::DisplayedSnapshot> displayed_snapshot(const Frame& frame) {
   if (!frame.snapshot || !frame.tool) return std::nullopt;
-  const proto::DisplayedSnapshot& shown = frame.tool->before.displayed;
-  if (shown.snapshot_id == 0 || shown.scene_epoch != frame.scene_epoch ||
-      shown.snapshot_id > frame.snapshot->snapshot_id)
-    return std::nullopt;
-  return in_later_history(shown, frame.snapshot->snapshot_id - shown.snapshot_id);
+  return reading::displayed_in(frame.tool->before.displayed, frame.scene_epoch,
+                               frame.snapshot->snapshot_id);
 }
 
 Json display_json(const std::optional<proto::DisplayedSnapshot>& shown) {
@@ -122,7 +119,7 @@ std::string frame_message(const Frame& frame) {
     for (const proto::SphereRecord& record : frame.snapshot->spheres) {
       append(newest, record.newest.position_m);
       append(previous, collision::position_m(record, 1));
-      if (shown) append(displayed, displayed_m(record, frame.snapshot->responses, *shown));
+      if (shown) append(displayed, reading::displayed_m(record, frame.snapshot->responses, *shown));
     }
     for (const OccupiedVoxel& voxel :
          occupied_voxels(frame.snapshot->header.grid, frame.snapshot->swept_bounds)) {

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "proto/tool_segment.hpp"
-#include "shared/tools/scene_viewer/segment_follower.hpp"
+#include "shared/reading/segment_follower.hpp"
+#include "shared/reading/snapshot.hpp"
 #include "shared/tools/scene_viewer/tick_history.hpp"
-#include "shared/tools/segment_inspect/snapshot.hpp"
 
 namespace stillgrid::scene_viewer {
 
@@ -36,8 +36,8 @@ struct Frame {
   TimeAxis axis;
   std::string scene_key;
   std::uint64_t scene_epoch = 0;
-  Life sim = Life::kAbsent, hand = Life::kAbsent;
-  std::optional<segment_inspect::SceneSnapshot> snapshot;
+  reading::Life sim = reading::Life::kAbsent, hand = reading::Life::kAbsent;
+  std::optional<reading::SceneSnapshot> snapshot;
   std::optional<proto::ToolState> tool;  // checked, and its figures too
   TickSummary ticks;
   std::vector<OtherHand> others;

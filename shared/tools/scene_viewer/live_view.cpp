@@ -47,11 +47,12 @@ void LiveView::read_newest(Frame& frame, ToolLook& tool) {
   for (int i = 0; i < kMaxLooks; ++i) {
     const std::uint64_t shown = tool.state ? tool.state->before.displayed.snapshot_id : 0;
     if (!snapshot_ || shown >= snapshot_->snapshot_id || i == 0)
-      if (auto newest = segment_inspect::read_snapshot(reader_, *scene, kAll))
+      if (auto newest = reading::read_snapshot(reader_, *scene, kAll))
         snapshot_ = std::move(newest);
     const bool is_behind = snapshot_ && tool.state && shown < snapshot_->snapshot_id &&
                            tool.state->before.displayed.scene_epoch == reader_.epoch();
-    if (!is_behind || tool.hand != Life::kAlive || tool.clock == proto::Clock::kVirtual) break;
+    if (!is_behind || tool.hand != reading::Life::kAlive || tool.clock == proto::Clock::kVirtual)
+      break;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
     tool = sampler_.look();
   }
@@ -115,7 +116,7 @@ void LiveView::tell(const Frame& frame, const ToolLook& tool) {
   std::string note = !follower_.refusal().empty() ? "sim_server's segment: " + follower_.refusal()
                      : !tool.refusal.empty()      ? "haptic_server's segment: " + tool.refusal
                                                   : "";
-  if (note.empty() && frame.sim == Life::kAbsent && follower_.scene() == nullptr)
+  if (note.empty() && frame.sim == reading::Life::kAbsent && follower_.scene() == nullptr)
     note = note_of_absence();
   const std::string line =
       note.empty() ? fmt::format("simulation {}, hand {}", name_of(frame.sim), name_of(frame.hand))

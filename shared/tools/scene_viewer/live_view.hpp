@@ -52,10 +52,10 @@ class LiveView final : public ViewSource {
   FrameStore frames_;
 
   // Of the thread.
-  SegmentFollower follower_;
+  reading::SegmentFollower follower_;
   OtherHands others_;
   publication::SnapshotReader reader_;
-  std::optional<segment_inspect::SceneSnapshot> snapshot_;  // the last that it accepted
+  std::optional<reading::SceneSnapshot> snapshot_;  // the last that it accepted
   std::uint64_t next_frame_ = 1;
   std::unique_ptr<ViewWriter> writer_;
   std::uint64_t next_saved_tick_ = 0;

@@ -18,8 +18,8 @@ void OtherHands::find_new() {
                                       [&](const Followed& hand) { return hand.name == name; });
     if (name.empty() || name == publication::hand_of(session_) || is_known) continue;
     const std::string session = publication::hand_session(whole, name);
-    hands_.push_back({name, SegmentFollower(session, proto::SegmentKind::kScene),
-                      SegmentFollower(session, proto::SegmentKind::kTool)});
+    hands_.push_back({name, reading::SegmentFollower(session, proto::SegmentKind::kScene),
+                      reading::SegmentFollower(session, proto::SegmentKind::kTool)});
   }
 }
 
@@ -30,7 +30,7 @@ std::vector<OtherHand> OtherHands::look() {
   for (Followed& hand : hands_) {
     hand.scene.look();
     hand.tool.look();
-    if (hand.tool.life() != Life::kAlive || hand.scene.scene() == nullptr) continue;
+    if (hand.tool.life() != reading::Life::kAlive || hand.scene.scene() == nullptr) continue;
     const auto state = hand.tool.tool()->read();
     if (!state) continue;
     const proto::SceneHeader& scene = hand.scene.scene()->scene();

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "shared/reading/segment_follower.hpp"
 #include "shared/tools/scene_viewer/frame.hpp"
-#include "shared/tools/scene_viewer/segment_follower.hpp"
 
 namespace stillgrid::scene_viewer {
 
@@ -22,7 +22,7 @@ class OtherHands {
  private:
   struct Followed {
     std::string name;
-    SegmentFollower scene, tool;
+    reading::SegmentFollower scene, tool;
   };
   void find_new();
 

@@ -193,8 +193,8 @@ RecordedView::RecordedView(const std::filesystem::path& file) : rows_(read_recor
   status_ = {.live = false,
              .first_frame = 1,
              .last_frame = frame_count(rows_),
-             .sim = Life::kAbsent,
-             .hand = Life::kAbsent,
+             .sim = reading::Life::kAbsent,
+             .hand = reading::Life::kAbsent,
              .now_s = rows_.back().sample.time_s,
              .scene_key = key,
              .note = ""};

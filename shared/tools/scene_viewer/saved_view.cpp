@@ -26,8 +26,8 @@ SavedView::SavedView(const std::filesystem::path& file) : reader_(file) {
   status_ = {.live = false,
              .first_frame = 1,
              .last_frame = reader_.frame_count(),
-             .sim = Life::kAbsent,
-             .hand = Life::kAbsent,
+             .sim = reading::Life::kAbsent,
+             .hand = reading::Life::kAbsent,
              .now_s = last->time_s,
              .scene_key = last->scene_key,
              .note = ""};

@@ -10,10 +10,10 @@
 
 #include "proto/safety_flag.hpp"
 #include "shared/files/json_number.hpp"
+#include "shared/reading/snapshot.hpp"
 #include "shared/tools/scene_viewer/checked_json.hpp"
 #include "shared/tools/scene_viewer/voxels.hpp"
 #include "shared/tools/segment_inspect/inspection_json.hpp"
-#include "shared/tools/segment_inspect/snapshot.hpp"
 
 namespace stillgrid::scene_viewer {
 namespace {
@@ -159,9 +159,9 @@ std::string scene_message(const publication::SceneView& view, const std::string&
   json["period_s"] = static_cast<double>(view.header().period_ns) * 1e-9;
   json["tick_period_s"] =
       tick_period_ns != 0 ? Json(static_cast<double>(tick_period_ns) * 1e-9) : Json();
-  const auto static_records = segment_inspect::static_spheres(view, kAll);
+  const auto static_records = reading::static_spheres(view, kAll);
   add_spheres(json, moving, static_records);
-  add_voxels(json, occupied_voxels(view.static_grid().shape, segment_inspect::static_bounds(view)));
+  add_voxels(json, occupied_voxels(view.static_grid().shape, reading::static_bounds(view)));
   const bool fit = surfaces.sphere_count == moving.size() + static_records.size();
   json["surfaces"] = fit ? Json::parse(surfaces.text) : Json();
   return segment_inspect::text_of(json);

@@ -8,15 +8,15 @@
 #include <thread>
 
 #include "proto/tool_segment.hpp"
+#include "shared/reading/segment_follower.hpp"
 #include "shared/tools/scene_viewer/frame.hpp"
-#include "shared/tools/scene_viewer/segment_follower.hpp"
 #include "shared/tools/scene_viewer/tick_history.hpp"
 
 namespace stillgrid::scene_viewer {
 
 /// What is known of a session's haptic loop.
 struct ToolLook {
-  Life hand = Life::kAbsent;
+  reading::Life hand = reading::Life::kAbsent;
   std::string refusal;
   std::optional<proto::ToolState> state;  // checked; its tick numbered on
   proto::Clock clock = proto::Clock::kMonotonic;
@@ -38,7 +38,7 @@ class ToolSampler {
   void follow();
   void sample();
 
-  SegmentFollower follower_;  // of the thread
+  reading::SegmentFollower follower_;  // of the thread
   TimeAxis real_axis_;
   std::uint64_t epoch_ = 0;   // of the loop seen last
   std::uint64_t before_ = 0;  // ticks of the loops before it

@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "shared/reading/segment_follower.hpp"
 #include "shared/tools/scene_viewer/frame_store.hpp"
-#include "shared/tools/scene_viewer/segment_follower.hpp"
 
 namespace stillgrid::scene_viewer {
 
@@ -14,7 +14,7 @@ namespace stillgrid::scene_viewer {
 struct ViewStatus {
   bool live = false;
   std::uint64_t first_frame = 1, last_frame = 0;  // none: last before first
-  Life sim = Life::kAbsent, hand = Life::kAbsent;
+  reading::Life sim = reading::Life::kAbsent, hand = reading::Life::kAbsent;
   double now_s = 0.0;  // on the frames' axis
   std::string scene_key;
   std::string note;  // what hinders, one line

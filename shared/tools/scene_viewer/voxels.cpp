@@ -8,8 +8,8 @@
 
 namespace stillgrid::scene_viewer {
 
-std::vector<OccupiedVoxel> occupied_voxels(
-    const proto::GridShape& grid, std::span<const segment_inspect::LevelBound> swept_bounds) {
+std::vector<OccupiedVoxel> occupied_voxels(const proto::GridShape& grid,
+                                           std::span<const reading::LevelBound> swept_bounds) {
   using Place = std::array<std::int32_t, 4>;  // level, z, y, x
   std::vector<Place> places;
   for (const auto& [swept_bound, level] : swept_bounds) {

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "shared/tools/segment_inspect/snapshot.hpp"
+#include "shared/reading/snapshot.hpp"
 
 namespace stillgrid::scene_viewer {
 
@@ -18,6 +18,6 @@ struct OccupiedVoxel {
 
 /// Every occupied voxel once, by level, z, y, x. Covers that are nowhere are left out.
 [[nodiscard]] std::vector<OccupiedVoxel> occupied_voxels(
-    const proto::GridShape& grid, std::span<const segment_inspect::LevelBound> swept_bounds);
+    const proto::GridShape& grid, std::span<const reading::LevelBound> swept_bounds);
 
 }  // namespace stillgrid::scene_viewer

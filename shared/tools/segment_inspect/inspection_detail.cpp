@@ -5,9 +5,9 @@
 #include <cstddef>
 
 #include "proto/device_plugin.h"
+#include "shared/reading/snapshot.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/tools/segment_inspect/inspection_text.hpp"
-#include "shared/tools/segment_inspect/snapshot.hpp"
 
 namespace stillgrid::segment_inspect {
 namespace {
@@ -32,7 +32,7 @@ std::string more_text(std::size_t count, std::size_t shown) {
   return count > shown ? line("", fmt::format("and {} more: see --json", count - shown)) : "";
 }
 
-std::string header_lines(const SegmentSummary& summary) {
+std::string header_lines(const reading::SegmentSummary& summary) {
   if (!summary.header) return {};
   const proto::SegmentHeader& header = *summary.header;
   const std::string measured =
@@ -59,7 +59,7 @@ std::string header_lines(const SegmentSummary& summary) {
 
 std::string fixed_lines(const publication::SceneView& view) {
   const proto::SceneHeader& scene = view.scene();
-  std::string text = line("scene", printable(scene.name.data()));
+  std::string text = line("scene", reading::printable(scene.name.data()));
   for (std::size_t i = 0; i < std::min<std::size_t>(scene.material_count, kMaxMaterials); ++i) {
     const proto::Material& material = scene.materials[i];
     text += line(fmt::format("material {}", i),
@@ -85,9 +85,9 @@ std::string fixed_lines(const publication::SceneView& view) {
                                     scene.device.scale));
 }
 
-std::string grid_lines(const SceneSnapshot& snapshot, std::uint32_t static_spheres) {
+std::string grid_lines(const reading::SceneSnapshot& snapshot, std::uint32_t static_spheres) {
   const proto::GridShape& grid = snapshot.header.grid;
-  const GridOccupancy& filled = snapshot.occupancy;
+  const reading::GridOccupancy& filled = snapshot.occupancy;
   const double share = filled.cells == 0 ? 0.0
                                          : 100.0 * static_cast<double>(filled.occupied_cells) /
                                                static_cast<double>(filled.cells);
@@ -103,14 +103,14 @@ std::string grid_lines(const SceneSnapshot& snapshot, std::uint32_t static_spher
                                  filled.occupied_cells, filled.cells, share, filled.fullest_cell));
 }
 
-std::string scene_lines(const ObservedSegment& segment) {
-  const auto snapshot = read_snapshot(*segment.scene, 0);
+std::string scene_lines(const reading::ObservedSegment& segment) {
+  const auto snapshot = reading::read_snapshot(*segment.scene, 0);
   const std::string fixed = fixed_lines(*segment.scene);
   if (!snapshot) return fixed + line("snapshot", "none yet, or overtaken at each attempt");
   const std::uint64_t now_ns = realtime::monotonic_ns();
   const proto::SnapshotHeader& header = snapshot->header;
   const auto age = [&](std::uint64_t time_ns) {
-    return ms_text(age_of(time_ns, segment.summary.header->clock, now_ns));
+    return ms_text(reading::age_of(time_ns, segment.summary.header->clock, now_ns));
   };
   std::string tool_age = "none";
   if (header.tool_time_ns != 0)
@@ -156,11 +156,12 @@ std::string device_lines(const proto::DeviceFigures& device) {
   return text;
 }
 
-std::string tool_lines(const ObservedSegment& segment) {
-  const auto snapshot = read_tool(*segment.tool);
+std::string tool_lines(const reading::ObservedSegment& segment) {
+  const auto snapshot = reading::read_tool(*segment.tool);
   if (!snapshot) return line("state", "none yet, or overtaken at each attempt");
   const proto::ToolState& state = snapshot->state;
-  const auto age_s = age_of(state.time_ns, segment.summary.header->clock, realtime::monotonic_ns());
+  const auto age_s =
+      reading::age_of(state.time_ns, segment.summary.header->clock, realtime::monotonic_ns());
   return line("tick", fmt::format("{}, age {}", state.tick, ms_text(age_s))) +
          line("position", vector_text(state.position_m, " m")) +
          line("orientation", vector_text(state.orientation_xyzw, " (x, y, z, w)")) +
@@ -169,17 +170,17 @@ std::string tool_lines(const ObservedSegment& segment) {
          line("buttons", fmt::format("{:#x}", state.buttons)) + device_lines(state.device);
 }
 
-std::string writer_text(const SegmentSummary& summary) {
-  if (summary.state == SegmentState::kRefused) return "refused: " + summary.refusal;
+std::string writer_text(const reading::SegmentSummary& summary) {
+  if (summary.state == reading::SegmentState::kRefused) return "refused: " + summary.refusal;
   if (!summary.header) return std::string(name_of(summary.state));
   return fmt::format("{}, writer's pid {}", name_of(summary.state), summary.header->writer_pid);
 }
 
 }  // namespace
 
-std::string detail_of(const std::string& session, const ObservedSegment* scene,
-                      const ObservedSegment* tool) {
-  std::string text = fmt::format("session {}\n", printable(session));
+std::string detail_of(const std::string& session, const reading::ObservedSegment* scene,
+                      const reading::ObservedSegment* tool) {
+  std::string text = fmt::format("session {}\n", reading::printable(session));
   for (const auto& [segment, title] :
        {std::pair{scene, "scene, of sim_server"}, std::pair{tool, "tool, of haptic_server"}}) {
     if (segment == nullptr) {

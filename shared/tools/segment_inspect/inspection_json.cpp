@@ -5,9 +5,9 @@
 
 #include "proto/device_plugin.h"
 #include "shared/files/json_number.hpp"
+#include "shared/reading/snapshot.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/tools/segment_inspect/inspection_text.hpp"
-#include "shared/tools/segment_inspect/snapshot.hpp"
 
 namespace stillgrid::segment_inspect {
 namespace {
@@ -105,7 +105,7 @@ Json modes_json(const proto::SnapshotHeader& header) {
 }
 
 Json snapshot_json(const publication::SceneView& view, const JsonOptions& options) {
-  const auto snapshot = read_snapshot(view, options.max_spheres);
+  const auto snapshot = reading::read_snapshot(view, options.max_spheres);
   if (!snapshot) return {};
   const proto::SnapshotHeader& header = snapshot->header;
   const auto snapshots = static_cast<std::size_t>(header.history_count);
@@ -182,7 +182,7 @@ Json device_json(const proto::DeviceFigures& device) {
 }
 
 Json tool_json(const publication::ToolView& view) {
-  const auto snapshot = read_tool(view);
+  const auto snapshot = reading::read_tool(view);
   if (!snapshot) return {};
   const proto::ToolState& state = snapshot->state;
   return {{"snapshot_id", snapshot->snapshot_id},
@@ -197,7 +197,7 @@ Json tool_json(const publication::ToolView& view) {
           {"tick_before", tick_json(state.before)}};
 }
 
-Json segment_json(const ObservedSegment* segment, const JsonOptions& options) {
+Json segment_json(const reading::ObservedSegment* segment, const JsonOptions& options) {
   if (segment == nullptr) return {};
   Json json = json_of(segment->summary);
   if (segment->summary.header) json["header"] = header_json(*segment->summary.header);
@@ -242,13 +242,13 @@ nlohmann::ordered_json json_of_fixed_part(const publication::SceneView& view,
   for (std::size_t i = 0; i < scene.tool_sphere_count; ++i)
     json["tool_spheres"].push_back({{"position_m", numbers(scene.tool[i].position_m)},
                                     {"radius_m", number(scene.tool[i].radius_m)}});
-  const auto spheres = static_spheres(view, options.max_spheres);
+  const auto spheres = reading::static_spheres(view, options.max_spheres);
   json["static_spheres"] = spheres_json(spheres, {}, 0, 0);
   json["static_spheres_left_out"] = view.static_grid().shape.sphere_count - spheres.size();
   return json;
 }
 
-nlohmann::ordered_json json_of(const SegmentSummary& summary) {
+nlohmann::ordered_json json_of(const reading::SegmentSummary& summary) {
   const auto& header = summary.header;
   const auto of_header = [&](auto&& value) { return header ? Json(value(*header)) : Json(); };
   Json json{{"session", summary.file.session},
@@ -268,14 +268,14 @@ nlohmann::ordered_json json_of(const SegmentSummary& summary) {
   return json;
 }
 
-nlohmann::ordered_json json_of(std::span<const SegmentSummary> summaries) {
+nlohmann::ordered_json json_of(std::span<const reading::SegmentSummary> summaries) {
   Json json = Json::array();
-  for (const SegmentSummary& summary : summaries) json.push_back(json_of(summary));
+  for (const reading::SegmentSummary& summary : summaries) json.push_back(json_of(summary));
   return json;
 }
 
-nlohmann::ordered_json json_of(const std::string& session, const ObservedSegment* scene,
-                               const ObservedSegment* tool, const JsonOptions& options) {
+nlohmann::ordered_json json_of(const std::string& session, const reading::ObservedSegment* scene,
+                               const reading::ObservedSegment* tool, const JsonOptions& options) {
   Json json{{"session", session}};
   json["scene"] = segment_json(scene, options);
   json["tool"] = segment_json(tool, options);

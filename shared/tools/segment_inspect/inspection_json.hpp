@@ -16,10 +16,10 @@ struct JsonOptions {
 
 /// The names are those of docs/formats.md, "segment_inspect". What is not known, and a number that
 /// is none, is null.
-[[nodiscard]] nlohmann::ordered_json json_of(const SegmentSummary& summary);
+[[nodiscard]] nlohmann::ordered_json json_of(const reading::SegmentSummary& summary);
 
 /// An array of summaries.
-[[nodiscard]] nlohmann::ordered_json json_of(std::span<const SegmentSummary> summaries);
+[[nodiscard]] nlohmann::ordered_json json_of(std::span<const reading::SegmentSummary> summaries);
 
 /// What a scene's segment tells once: "fixed" of a session.
 [[nodiscard]] nlohmann::ordered_json json_of_fixed_part(const publication::SceneView& view,
@@ -27,8 +27,8 @@ struct JsonOptions {
 
 /// A session with all that its segments hold. Each may be null.
 [[nodiscard]] nlohmann::ordered_json json_of(const std::string& session,
-                                             const ObservedSegment* scene,
-                                             const ObservedSegment* tool,
+                                             const reading::ObservedSegment* scene,
+                                             const reading::ObservedSegment* tool,
                                              const JsonOptions& options);
 
 /// Valid JSON whatever bytes the strings hold.

@@ -22,33 +22,33 @@ std::string cell(const std::optional<T>& value, const char* format, double facto
   return value ? fmt::format(fmt::runtime(format), static_cast<double>(*value) * factor) : "-";
 }
 
-std::string spheres_of(const SegmentSummary& summary) {
+std::string spheres_of(const reading::SegmentSummary& summary) {
   if (!summary.static_spheres) return "-";
   return fmt::format("{}+{}", cell(summary.moving_spheres, "{:.0f}"), *summary.static_spheres);
 }
 
 /// A segment that cannot be read, or not yet: what is the matter with it, from its third column on.
-std::string complaint_of(const SegmentSummary& summary) {
+std::string complaint_of(const reading::SegmentSummary& summary) {
   switch (summary.state) {
-    case SegmentState::kRefused:
+    case reading::SegmentState::kRefused:
       return "refused: " + summary.refusal;
-    case SegmentState::kStarting:
+    case reading::SegmentState::kStarting:
       return "starting: its writer has not announced it yet";
-    case SegmentState::kHalfMade:
+    case reading::SegmentState::kHalfMade:
       return "dead: its writer was killed before it announced it";
     default:
       return {};
   }
 }
 
-Row row_of(const SegmentSummary& summary) {
+Row row_of(const reading::SegmentSummary& summary) {
   Row row;
-  row[0] = printable(summary.file.session);
+  row[0] = reading::printable(summary.file.session);
   row[1] = name_of(summary.file.kind);
   row[2] = complaint_of(summary);
   if (!summary.header || !row[2].empty()) return row;
   const proto::SegmentHeader& header = *summary.header;
-  const bool is_alive = summary.state == SegmentState::kAlive;
+  const bool is_alive = summary.state == reading::SegmentState::kAlive;
   row[2] = is_alive ? fmt::format("pid {}", header.writer_pid) : "dead";
   row[3] = std::to_string(header.version);
   row[4] = name_of(header.clock);
@@ -67,19 +67,19 @@ std::string_view name_of(proto::SegmentKind kind) noexcept {
   return kind == proto::SegmentKind::kScene ? "scene" : "tool";
 }
 
-std::string_view name_of(SegmentState state) noexcept {
+std::string_view name_of(reading::SegmentState state) noexcept {
   switch (state) {
-    case SegmentState::kAlive:
+    case reading::SegmentState::kAlive:
       return "alive";
-    case SegmentState::kDead:
+    case reading::SegmentState::kDead:
       return "dead";
-    case SegmentState::kStarting:
+    case reading::SegmentState::kStarting:
       return "starting";
-    case SegmentState::kHalfMade:
+    case reading::SegmentState::kHalfMade:
       return "half_made";
-    case SegmentState::kRefused:
+    case reading::SegmentState::kRefused:
       return "refused";
-    case SegmentState::kGone:
+    case reading::SegmentState::kGone:
       return "gone";
   }
   return "gone";
@@ -112,7 +112,7 @@ std::string size_text(std::uint64_t bytes) {
   return fmt::format("{:.1f} {}", size, kUnits[unit]);
 }
 
-std::string table_of(std::span<const SegmentSummary> summaries) {
+std::string table_of(std::span<const reading::SegmentSummary> summaries) {
   if (summaries.empty()) return "no session in shared memory\n";
   std::vector<Row> rows{kHead};
   std::transform(summaries.begin(), summaries.end(), std::back_inserter(rows), row_of);

@@ -11,7 +11,7 @@ namespace stillgrid::segment_inspect {
 
 /// Words that tables and JSON share.
 [[nodiscard]] std::string_view name_of(proto::SegmentKind kind) noexcept;
-[[nodiscard]] std::string_view name_of(SegmentState state) noexcept;
+[[nodiscard]] std::string_view name_of(reading::SegmentState state) noexcept;
 [[nodiscard]] std::string_view name_of(proto::Clock clock) noexcept;
 
 /// "0x" and sixteen digits.
@@ -24,10 +24,11 @@ namespace stillgrid::segment_inspect {
 [[nodiscard]] std::string size_text(std::uint64_t bytes);
 
 /// A table for people, a row a segment, one line each.
-[[nodiscard]] std::string table_of(std::span<const SegmentSummary> summaries);
+[[nodiscard]] std::string table_of(std::span<const reading::SegmentSummary> summaries);
 
 /// All that a session's segments hold but the single spheres. Each may be null.
-[[nodiscard]] std::string detail_of(const std::string& session, const ObservedSegment* scene,
-                                    const ObservedSegment* tool);
+[[nodiscard]] std::string detail_of(const std::string& session,
+                                    const reading::ObservedSegment* scene,
+                                    const reading::ObservedSegment* tool);
 
 }  // namespace stillgrid::segment_inspect

@@ -92,7 +92,7 @@ int remove_dead(const std::vector<publication::SegmentFile>& files, bool is_json
       removed.push_back({{"session", file.session}, {"kind", kind}});
       if (!is_json) print("removed the " + kind + " segment of session " + file.session + "\n");
     } catch (const publication::SegmentError& error) {
-      status = fail(printable(error.what()).c_str(), realtime::kCouldNotStart);
+      status = fail(reading::printable(error.what()).c_str(), realtime::kCouldNotStart);
     }
   if (is_json) print(text_of(removed) + "\n");
   if (!is_json && removed.empty()) print("nothing to remove\n");
@@ -100,14 +100,15 @@ int remove_dead(const std::vector<publication::SegmentFile>& files, bool is_json
 }
 
 int show_session(const Arguments& arguments, const std::vector<publication::SegmentFile>& files) {
-  std::vector<ObservedSegment> observed;
+  std::vector<reading::ObservedSegment> observed;
   observed.reserve(files.size());
-  for (const publication::SegmentFile& file : files) observed.push_back(observe(file));
+  for (const publication::SegmentFile& file : files) observed.push_back(reading::observe(file));
   measure_rates(observed, arguments.watch_s);
-  for (ObservedSegment& segment : observed) look_again(segment);
-  const auto of_kind = [&](proto::SegmentKind kind) -> const ObservedSegment* {
-    for (const ObservedSegment& segment : observed)
-      if (segment.summary.file.kind == kind && segment.summary.state != SegmentState::kGone)
+  for (reading::ObservedSegment& segment : observed) reading::look_again(segment);
+  const auto of_kind = [&](proto::SegmentKind kind) -> const reading::ObservedSegment* {
+    for (const reading::ObservedSegment& segment : observed)
+      if (segment.summary.file.kind == kind &&
+          segment.summary.state != reading::SegmentState::kGone)
         return &segment;
     return nullptr;
   };
@@ -126,7 +127,7 @@ int run(const Arguments& arguments) {
     return fail(absence(arguments.session).c_str(), realtime::kCouldNotStart);
   if (arguments.remove_dead) return remove_dead(files, arguments.is_json);
   if (!arguments.session.empty()) return show_session(arguments, files);
-  const std::vector<SegmentSummary> summaries = survey(files, arguments.watch_s);
+  const std::vector<reading::SegmentSummary> summaries = survey(files, arguments.watch_s);
   print(arguments.is_json ? text_of(json_of(summaries)) + "\n" : table_of(summaries));
   return realtime::kDone;
 }

@@ -98,9 +98,9 @@ TEST_CASE("Force, point and torque of a push are those of its contacts together"
     moment_N_m += point_m.cross(one_N);
   }
   CHECK((Vector3d(push.force_N) - force_N).norm() < 1e-3 * force_N.norm());
-  const Vector3d told_N_m =
+  const Vector3d told_torque_N_m =
       Vector3d(push.torque_N_m) + Vector3d(push.point_m).cross(Vector3d(push.force_N));
-  CHECK((told_N_m - moment_N_m).norm() < 1e-3 * moment_N_m.norm());
+  CHECK((told_torque_N_m - moment_N_m).norm() < 1e-3 * moment_N_m.norm());
 }
 
 TEST_CASE("A body goes where its push leads, until something else has resisted it", "[pushes]") {
@@ -127,8 +127,8 @@ TEST_CASE("A body goes where its push leads, until something else has resisted i
   CHECK(pushed_N < -0.1);
 }
 
-TEST_CASE("What an engine foretold is published as it is", "[pushes]") {
-  Published scene("foretold", {});
+TEST_CASE("What an engine predicts is published as it is", "[pushes]") {
+  Published scene("predicted", {});
   const Vector3d ball_m(0.1, 0.0, 0.0), led_m_s(0.03, -0.02, 0.5);
   scene.declare({0.01}, {0});
   scene.place({ball_m}, {Vector3d(1.0, 0.0, 0.0)});

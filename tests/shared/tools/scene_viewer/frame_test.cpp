@@ -62,7 +62,7 @@ Frame frame_of(const publication::SceneView& scene, std::uint64_t shown) {
   Frame frame;
   frame.now_ns = 4 * publication::kPeriod_ns;
   frame.scene_epoch = scene.header().epoch;
-  frame.snapshot = segment_inspect::read_snapshot(scene, kAll);
+  frame.snapshot = reading::read_snapshot(scene, kAll);
   frame.tool = half_way(scene, shown);
   return frame;
 }

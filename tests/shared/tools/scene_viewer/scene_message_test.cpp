@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-#include "shared/tools/segment_inspect/snapshot.hpp"
+#include "shared/reading/snapshot.hpp"
 #include "tests/shared/publication/small_scene.hpp"
 #include "tests/shared/publication/tampering.hpp"
 #include "tests/shared/tools/scene_viewer/refusal_line.hpp"
@@ -45,7 +45,7 @@ TEST_CASE("A scene's message numbers all spheres, moving ones first", "[scene_me
       session.name(), proto::SegmentKind::kScene, proto::kSceneLayoutHash));
   const tests::TestFolder folder;
   const Surfaces surfaces = read_surfaces(folder.write("s.json", kSurfaces));
-  const auto moving = segment_inspect::read_snapshot(view, 1000)->spheres;
+  const auto moving = reading::read_snapshot(view, 1000)->spheres;
 
   const auto json = nlohmann::json::parse(
       scene_message(view, session.name(), "key", moving, surfaces, 1'000'000));

@@ -28,7 +28,7 @@ TEST_CASE("Each sphere is in one occupied voxel, that of its cover's centre", "[
   writer.publish_next();
   writer.publish_next();
   const publication::SceneView view = view_of(session);
-  const auto snapshot = segment_inspect::read_snapshot(view, 1000);
+  const auto snapshot = reading::read_snapshot(view, 1000);
   REQUIRE(snapshot);
   REQUIRE(snapshot->swept_bounds.size() == publication::kMovingSpheres);
 
@@ -39,7 +39,7 @@ TEST_CASE("Each sphere is in one occupied voxel, that of its cover's centre", "[
   for (const OccupiedVoxel& voxel : voxels) {
     spheres += voxel.spheres;
     CHECK(std::count_if(snapshot->swept_bounds.begin(), snapshot->swept_bounds.end(),
-                        [&](const segment_inspect::LevelBound& entry) {
+                        [&](const reading::LevelBound& entry) {
                           return holds(voxel, entry.swept_bound);
                         }) == voxel.spheres);
   }
@@ -51,9 +51,9 @@ TEST_CASE("Small and large spheres are in voxels of their own levels", "[voxels]
   grid.level_count = 2;
   grid.levels[0].voxel_m = 1.0F;
   grid.levels[1].voxel_m = 0.25F;
-  const std::vector<segment_inspect::LevelBound> swept_bounds = {{{{0.6F, 0.6F, -0.1F}, 0.5F}, 0},
-                                                                 {{{0.6F, 0.6F, -0.1F}, 0.1F}, 1},
-                                                                 {{{0.7F, 0.7F, -0.2F}, 0.1F}, 1}};
+  const std::vector<reading::LevelBound> swept_bounds = {{{{0.6F, 0.6F, -0.1F}, 0.5F}, 0},
+                                                         {{{0.6F, 0.6F, -0.1F}, 0.1F}, 1},
+                                                         {{{0.7F, 0.7F, -0.2F}, 0.1F}, 1}};
   const auto voxels = occupied_voxels(grid, swept_bounds);
   REQUIRE(voxels.size() == 2);
   CHECK(voxels[0].centre_m == std::array{0.5F, 0.5F, -0.5F});
@@ -67,9 +67,8 @@ TEST_CASE("Covers that are nowhere are in no voxel", "[voxels]") {
   grid.level_count = 1;
   grid.levels[0].voxel_m = 1.0F;
   const float nan = std::nanf(""), far = std::numeric_limits<float>::infinity();
-  CHECK(occupied_voxels(grid,
-                        std::vector<segment_inspect::LevelBound>{{{{nan, 0.0F, 0.0F}, 1.0F}, 0},
-                                                                 {{{0.0F, far, 0.0F}, 1.0F}, 0}})
+  CHECK(occupied_voxels(grid, std::vector<reading::LevelBound>{{{{nan, 0.0F, 0.0F}, 1.0F}, 0},
+                                                               {{{0.0F, far, 0.0F}, 1.0F}, 0}})
             .empty());
 }
 

@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "shared/reading/snapshot.hpp"
 #include "shared/tools/segment_inspect/inspection_text.hpp"
-#include "shared/tools/segment_inspect/snapshot.hpp"
 #include "tests/shared/publication/small_scene.hpp"
 #include "tests/shared/publication/tampering.hpp"
 
@@ -21,7 +21,7 @@ constexpr auto kTool = proto::SegmentKind::kTool;
 
 /// The JSON of a session that has a scene, as a script reads it.
 Json session_json(const publication::TestSession& session, const JsonOptions& options = {}) {
-  const ObservedSegment scene = observe({session.name(), kScene});
+  const reading::ObservedSegment scene = reading::observe({session.name(), kScene});
   return Json::parse(text_of(json_of(session.name(), &scene, nullptr, options)));
 }
 
@@ -109,8 +109,8 @@ TEST_CASE("What is no number is null in JSON", "[inspection_json]") {
   tool_writer.publish(state);
   const publication::Tampering memory(session.path(kScene));
   const auto& header = memory.at<proto::SegmentHeader>(0);
-  const ObservedSegment scene = observe({session.name(), kScene});
-  const ObservedSegment tool = observe({session.name(), kTool});
+  const reading::ObservedSegment scene = reading::observe({session.name(), kScene});
+  const reading::ObservedSegment tool = reading::observe({session.name(), kTool});
   const auto first = header.slot_offset[1] + sizeof(proto::SlotHeader) +
                      (sizeof(proto::SnapshotHeader) + 63) / 64 * 64;
   auto& sphere = memory.at<proto::SphereRecord>(first);
@@ -133,7 +133,7 @@ TEST_CASE("Strings of any bytes make valid JSON", "[inspection_json]") {
   const Json json = session_json(session);
   CHECK(json["scene"]["fixed"]["name"].get<std::string>().find("\x1B[2J\"\n") != std::string::npos);
 
-  SegmentSummary summary;
+  reading::SegmentSummary summary;
   summary.file.session = "\x80\xFF";
   CHECK(Json::parse(text_of(json_of(std::span(&summary, 1)))).size() == 1);
 }
@@ -162,7 +162,7 @@ TEST_CASE("Whatever a writer wrote into a snapshot the JSON is valid and bounded
     const Json& spheres = json["scene"]["snapshot"]["spheres"];
     REQUIRE(spheres.size() <= publication::kMovingSpheres);
     if (!spheres.empty()) ++with_spheres;
-    const ObservedSegment scene = observe({session.name(), kScene});
+    const reading::ObservedSegment scene = reading::observe({session.name(), kScene});
     REQUIRE(detail_of(session.name(), &scene, nullptr).size() < 5000);
     if (round % 4 == 3) std::copy(sound.begin(), sound.end(), payload);
   }
@@ -171,14 +171,14 @@ TEST_CASE("Whatever a writer wrote into a snapshot the JSON is valid and bounded
 
 TEST_CASE("A listing as JSON has an object for each row and null for what is not known",
           "[inspection_json]") {
-  SegmentSummary refused;
+  reading::SegmentSummary refused;
   refused.file = {"a", kTool};
-  refused.state = SegmentState::kRefused;
+  refused.state = reading::SegmentState::kRefused;
   refused.refusal = "why";
   const publication::TestSession session;
   publication::SmallSceneWriter writer(session);
   writer.publish_next();
-  const std::array summaries{refused, observe({session.name(), kScene}).summary};
+  const std::array summaries{refused, reading::observe({session.name(), kScene}).summary};
 
   const Json json = Json::parse(text_of(json_of(summaries)));
 

@@ -10,10 +10,10 @@ namespace {
 
 constexpr auto kScene = proto::SegmentKind::kScene;
 
-SegmentSummary refused(const std::string& session, const std::string& why) {
-  SegmentSummary summary;
+reading::SegmentSummary refused(const std::string& session, const std::string& why) {
+  reading::SegmentSummary summary;
   summary.file = {session, kScene};
-  summary.state = SegmentState::kRefused;
+  summary.state = reading::SegmentState::kRefused;
   summary.refusal = why;
   return summary;
 }
@@ -32,7 +32,7 @@ TEST_CASE("A table has one line for each segment whatever its name holds", "[ins
   publication::SmallSceneWriter writer(session);
   writer.publish_next();
   const std::array summaries{refused("a\n\x1B[2J", "it is not ours"),
-                             observe({session.name(), kScene}).summary};
+                             reading::observe({session.name(), kScene}).summary};
 
   const std::string table = table_of(summaries);
 
@@ -53,7 +53,7 @@ TEST_CASE("A long refusal does not widen the other rows", "[inspection_text]") {
   const publication::TestSession session;
   const publication::SmallSceneWriter writer(session);
   const std::array summaries{refused("a", std::string(300, 'x')),
-                             observe({session.name(), kScene}).summary};
+                             reading::observe({session.name(), kScene}).summary};
   const std::string table = table_of(summaries);
   CHECK(table.find('\n') < 150);
 }
@@ -63,7 +63,7 @@ TEST_CASE("A session in detail tells the scene, its snapshot and what is absent"
   const publication::TestSession session;
   publication::SmallSceneWriter writer(session);
   const auto detail = [&] {
-    const ObservedSegment scene = observe({session.name(), kScene});
+    const reading::ObservedSegment scene = reading::observe({session.name(), kScene});
     return detail_of(session.name(), &scene, nullptr);
   };
   CHECK(detail().find("none yet") != std::string::npos);

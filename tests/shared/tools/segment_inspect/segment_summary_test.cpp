@@ -46,9 +46,9 @@ void leave_dead_scene(const publication::TestSession& session) {
   REQUIRE(killed.was_ready());
 }
 
-SegmentSummary summary_of(const publication::TestSession& session,
-                          proto::SegmentKind kind = kScene) {
-  return observe({session.name(), kind}).summary;
+reading::SegmentSummary summary_of(const publication::TestSession& session,
+                                   proto::SegmentKind kind = kScene) {
+  return reading::observe({session.name(), kind}).summary;
 }
 
 TEST_CASE("A living scene is summed up as its writer declared and published it",
@@ -59,9 +59,9 @@ TEST_CASE("A living scene is summed up as its writer declared and published it",
   writer.publish_next();
   writer.publish_next();
 
-  const SegmentSummary summary = summary_of(session);
+  const reading::SegmentSummary summary = summary_of(session);
 
-  CHECK(summary.state == SegmentState::kAlive);
+  CHECK(summary.state == reading::SegmentState::kAlive);
   CHECK(summary.refusal.empty());
   CHECK_FALSE(summary.is_leftover);
   REQUIRE(summary.header);
@@ -82,7 +82,7 @@ TEST_CASE("The age of a state is the time since its writer stamped it", "[segmen
   state.time_ns = realtime::monotonic_ns() - 50'000'000;
   writer.publish(state);
 
-  const SegmentSummary summary = summary_of(session, kTool);
+  const reading::SegmentSummary summary = summary_of(session, kTool);
 
   REQUIRE(summary.age_s);
   CHECK(*summary.age_s >= 0.05);
@@ -92,25 +92,25 @@ TEST_CASE("The age of a state is the time since its writer stamped it", "[segmen
 
 TEST_CASE("A stamp that is none or lies ahead has no age", "[segment_summary]") {
   constexpr auto kMonotonic = proto::Clock::kMonotonic;
-  CHECK(age_of(1'000'000'000, kMonotonic, 1'500'000'000) == 0.5);
-  CHECK_FALSE(age_of(0, kMonotonic, 5));
-  CHECK_FALSE(age_of(6, kMonotonic, 5));
-  CHECK_FALSE(age_of(UINT64_MAX, kMonotonic, 5));
-  CHECK_FALSE(age_of(1, proto::Clock::kVirtual, 5));
-  CHECK_FALSE(age_of(1, static_cast<proto::Clock>(77), 5));
+  CHECK(reading::age_of(1'000'000'000, kMonotonic, 1'500'000'000) == 0.5);
+  CHECK_FALSE(reading::age_of(0, kMonotonic, 5));
+  CHECK_FALSE(reading::age_of(6, kMonotonic, 5));
+  CHECK_FALSE(reading::age_of(UINT64_MAX, kMonotonic, 5));
+  CHECK_FALSE(reading::age_of(1, proto::Clock::kVirtual, 5));
+  CHECK_FALSE(reading::age_of(1, static_cast<proto::Clock>(77), 5));
 }
 
 TEST_CASE("A killed writer's segment is shown as dead and can be removed", "[segment_summary]") {
   const publication::TestSession session;
   leave_dead_scene(session);
-  const SegmentSummary summary = summary_of(session);
-  CHECK(summary.state == SegmentState::kDead);
+  const reading::SegmentSummary summary = summary_of(session);
+  CHECK(summary.state == reading::SegmentState::kDead);
   CHECK(summary.is_leftover);
   CHECK(summary.moving_spheres == publication::kMovingSpheres);
 
   CHECK(remove_leftover(summary.file));
 
-  CHECK(summary_of(session).state == SegmentState::kGone);
+  CHECK(summary_of(session).state == reading::SegmentState::kGone);
   CHECK_FALSE(remove_leftover(summary.file));
 }
 
@@ -124,7 +124,7 @@ TEST_CASE("What lives is never removed", "[segment_summary]") {
   }
   SECTION("although it is of another version") {
     writer.writer().header().version = 4711;
-    CHECK(summary_of(session).state == SegmentState::kRefused);
+    CHECK(summary_of(session).state == reading::SegmentState::kRefused);
     CHECK_FALSE(remove_leftover({session.name(), kScene}));
   }
   writer.publish_next();
@@ -137,13 +137,13 @@ TEST_CASE("A segment before its announcement is starting or half made", "[segmen
     publication::SegmentSpec spec = publication::small_spec();
     spec.layout_hash = proto::kSceneLayoutHash;
     const publication::SegmentWriter writer(session.name(), spec);
-    CHECK(summary_of(session).state == SegmentState::kStarting);
+    CHECK(summary_of(session).state == reading::SegmentState::kStarting);
     CHECK_FALSE(remove_leftover({session.name(), kScene}));
   }
   make_object(session, kScene, std::string(GENERATE(0U, 4096U), '\0'));
-  CHECK(summary_of(session).state == SegmentState::kHalfMade);
+  CHECK(summary_of(session).state == reading::SegmentState::kHalfMade);
   CHECK(remove_leftover({session.name(), kScene}));
-  CHECK(summary_of(session).state == SegmentState::kGone);
+  CHECK(summary_of(session).state == reading::SegmentState::kGone);
 }
 
 TEST_CASE("A starting segment is starting to a reader of its group too", "[segment_summary]") {
@@ -157,8 +157,9 @@ TEST_CASE("A starting segment is starting to a reader of its group too", "[segme
   const publication::OtherProcess reader([&](const auto& ready) {
     const std::string name = name_to_others(session);
     if (::getuid() == 0 && (::setgid(kNoGroup) != 0 || ::setuid(kNobody) != 0)) return;
-    const SegmentSummary summary = observe({name, kScene}).summary;
-    if (summary.state == SegmentState::kStarting && !remove_leftover(summary.file)) ready();
+    const reading::SegmentSummary summary = reading::observe({name, kScene}).summary;
+    if (summary.state == reading::SegmentState::kStarting && !remove_leftover(summary.file))
+      ready();
   });
   CHECK(reader.was_ready());
 }
@@ -204,8 +205,8 @@ TEST_CASE("What cannot be ours is refused in one line and never removed", "[segm
     REQUIRE(::symlink("/etc/passwd", path.c_str()) == 0);
     words = "no shared-memory object";
   }
-  const SegmentSummary summary = summary_of(session);
-  CHECK(summary.state == SegmentState::kRefused);
+  const reading::SegmentSummary summary = summary_of(session);
+  CHECK(summary.state == reading::SegmentState::kRefused);
   CHECK(summary.refusal.find(words) != std::string::npos);
   CHECK(summary.refusal.find('\n') == std::string::npos);
   CHECK_FALSE(summary.header);
@@ -222,8 +223,8 @@ TEST_CASE("What may not be read is a refusal too", "[segment_summary]") {
     constexpr uid_t kNobody = 65534;
     const std::string name = name_to_others(session);
     if (::getuid() == 0 && ::setuid(kNobody) != 0) return;
-    const SegmentSummary summary = observe({name, kScene}).summary;
-    if (summary.state != SegmentState::kRefused || summary.is_leftover) return;
+    const reading::SegmentSummary summary = reading::observe({name, kScene}).summary;
+    if (summary.state != reading::SegmentState::kRefused || summary.is_leftover) return;
     if (summary.refusal.find("ermission denied") != std::string::npos) ready();
   });
   CHECK(stranger.was_ready());
@@ -234,16 +235,16 @@ TEST_CASE("A dead segment of another version is refused and can be removed", "[s
   leave_dead_scene(session);
   publication::Tampering(session.path(kScene)).at<proto::SegmentHeader>(0).version = 4711;
 
-  const SegmentSummary summary = summary_of(session);
+  const reading::SegmentSummary summary = summary_of(session);
 
-  CHECK(summary.state == SegmentState::kRefused);
+  CHECK(summary.state == reading::SegmentState::kRefused);
   CHECK(summary.refusal.find("version 4711") != std::string::npos);
   CHECK(remove_leftover(summary.file));
 }
 
 TEST_CASE("A name that no session can have is refused", "[segment_summary]") {
-  const SegmentSummary summary = observe({"a\nb", kScene}).summary;
-  CHECK(summary.state == SegmentState::kRefused);
+  const reading::SegmentSummary summary = reading::observe({"a\nb", kScene}).summary;
+  CHECK(summary.state == reading::SegmentState::kRefused);
   CHECK_FALSE(remove_leftover(summary.file));
 }
 
@@ -251,14 +252,14 @@ TEST_CASE("An object that is shrunk while it is watched is refused", "[segment_s
   const publication::TestSession session;
   publication::SmallSceneWriter writer(session);
   writer.publish_next();
-  ObservedSegment segment = observe({session.name(), kScene});
+  reading::ObservedSegment segment = reading::observe({session.name(), kScene});
   REQUIRE(segment.scene);
 
   REQUIRE(::truncate(session.path(kScene).c_str(), 0) == 0);
   measure_rates({&segment, 1}, 0.01);
-  look_again(segment);
+  reading::look_again(segment);
 
-  CHECK(segment.summary.state == SegmentState::kRefused);
+  CHECK(segment.summary.state == reading::SegmentState::kRefused);
   CHECK(segment.summary.refusal.find("shrunk") != std::string::npos);
   CHECK(segment.reader() == nullptr);
 }
@@ -277,12 +278,13 @@ TEST_CASE("A survey has a row for each segment however many there are", "[segmen
   files.insert(files.begin() + 2, {sessions[1].name(), kTool});
   files.push_back({"absent", kTool});
 
-  const std::vector<SegmentSummary> summaries = survey(files, {});
+  const std::vector<reading::SegmentSummary> summaries = survey(files, {});
 
   REQUIRE(summaries.size() == kMany + 1);
   for (std::size_t i = 0; i < summaries.size(); ++i) {
     CHECK(summaries[i].file.session == files[i].session);
-    CHECK(summaries[i].state == (i == 2 ? SegmentState::kRefused : SegmentState::kDead));
+    CHECK(summaries[i].state ==
+          (i == 2 ? reading::SegmentState::kRefused : reading::SegmentState::kDead));
   }
 }
 
@@ -300,9 +302,9 @@ TEST_CASE("A measured rate is that of the publications", "[segment_summary]") {
       ++published;
     }
   });
-  std::vector<ObservedSegment> segments;
-  segments.push_back(observe({session.name(), kTool}));
-  segments.push_back(observe({silent.name(), kTool}));
+  std::vector<reading::ObservedSegment> segments;
+  segments.push_back(reading::observe({session.name(), kTool}));
+  segments.push_back(reading::observe({silent.name(), kTool}));
   const std::uint64_t before = published, began_ns = realtime::monotonic_ns();
 
   measure_rates(segments, 0.4);

@@ -1,15 +1,15 @@
-#include "shared/tools/scene_viewer/displayed.hpp"
+#include "shared/reading/displayed.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 
 #include "shared/collision/sphere_history.hpp"
+#include "shared/reading/snapshot.hpp"
 #include "shared/rendering/renderer.hpp"
-#include "shared/tools/segment_inspect/snapshot.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
-namespace stillgrid::scene_viewer {
+namespace stillgrid::reading {
 namespace {
 
 double distance_m(const std::array<float, 3>& a_m, const Eigen::Vector3d& b_m) {
@@ -41,7 +41,7 @@ TEST_CASE("A tick's force is that of a sphere where the tick is told to have dis
                  {{0.01, 0.0, 0.01}}, now_ns, 0, prediction);
     const rendering::RenderedTick rendered = renderer->render(scene.view(), pose, now_ns);
     if ((tick - 1) % kTicks < first) continue;
-    const auto snapshot = segment_inspect::read_snapshot(scene.view(), 1);
+    const auto snapshot = read_snapshot(scene.view(), 1);
     REQUIRE(snapshot);
     REQUIRE(snapshot->snapshot_id == rendered.snapshot_id);
     const auto at_m = displayed_m(snapshot->spheres[0], snapshot->responses,
@@ -112,4 +112,4 @@ TEST_CASE("What a later snapshot cannot tell of a predicted velocity its velocit
 }
 
 }  // namespace
-}  // namespace stillgrid::scene_viewer
+}  // namespace stillgrid::reading

@@ -11,7 +11,7 @@
 #include "shared/publication/snapshot_reader.hpp"
 #include "shared/publication/tool_segment.hpp"
 
-namespace stillgrid::segment_inspect {
+namespace stillgrid::reading {
 
 /// How the spheres of a grid are spread over the cells of all its levels.
 struct GridOccupancy {
@@ -37,8 +37,19 @@ struct SceneSnapshot {
   GridOccupancy occupancy;
 };
 
-/// The latest snapshot with its first `max_spheres` spheres; nothing before the first, or when it
-/// was overtaken again and again.
+/// What a look copies beside the spheres and their responses.
+enum class SnapshotDetail { kSpheres, kGrid };
+
+/// One look at the latest snapshot, with its first `max_spheres` spheres. Unless accepted,
+/// `snapshot` holds anything. Realtime: yes of kSpheres, where its vectors have the room.
+/// Pre: reader.turn_to(view).
+[[nodiscard]] double_buffer::ReadStatus look(publication::SnapshotReader& reader,
+                                             const publication::SceneView& view,
+                                             std::size_t max_spheres, SnapshotDetail detail,
+                                             SceneSnapshot& snapshot);
+
+/// The latest snapshot with its first `max_spheres` spheres and its grid; nothing before the
+/// first, or when it was overtaken again and again.
 [[nodiscard]] std::optional<SceneSnapshot> read_snapshot(const publication::SceneView& view,
                                                          std::size_t max_spheres);
 
@@ -61,4 +72,4 @@ struct ToolSnapshot {
 };
 [[nodiscard]] std::optional<ToolSnapshot> read_tool(const publication::ToolView& view);
 
-}  // namespace stillgrid::segment_inspect
+}  // namespace stillgrid::reading

@@ -1,4 +1,4 @@
-#include "shared/tools/segment_inspect/snapshot.hpp"
+#include "shared/reading/snapshot.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -6,7 +6,7 @@
 
 #include "shared/collision/grid_query.hpp"
 
-namespace stillgrid::segment_inspect {
+namespace stillgrid::reading {
 namespace {
 
 /// Looks again and again while it is overtaken, and says whether it was not in the end: a look from
@@ -68,6 +68,27 @@ GridOccupancy occupancy_of(const collision::GridView& view) {
 
 }  // namespace
 
+double_buffer::ReadStatus look(publication::SnapshotReader& reader,
+                               const publication::SceneView& view, std::size_t max_spheres,
+                               SnapshotDetail detail, SceneSnapshot& snapshot) {
+  const auto gather = [&](const proto::SnapshotHeader& latest, const collision::GridView& moving) {
+    snapshot.header = latest;
+    snapshot.header.grid = moving.shape;
+    copy_spheres(moving, max_spheres, snapshot.spheres);
+    snapshot.responses.resize(moving.response_count);
+    for (std::uint32_t i = 0; i < moving.response_count; ++i)
+      snapshot.responses[i] = collision::load_response(moving, i);
+    if (detail == SnapshotDetail::kSpheres) return;
+    copy_bounds(moving, snapshot.swept_bounds);
+    snapshot.occupancy = occupancy_of(moving);
+  };
+  const double_buffer::ReadStatus status = reader.look(view, gather).status;
+  snapshot.snapshot_id = snapshot.header.snapshot_id;
+  snapshot.header.history_count =
+      std::clamp<std::uint64_t>(snapshot.header.history_count, 1, proto::kHistoryLength);
+  return status;
+}
+
 std::optional<SceneSnapshot> read_snapshot(const publication::SceneView& view,
                                            std::size_t max_spheres) {
   publication::SnapshotReader reader;
@@ -79,20 +100,10 @@ std::optional<SceneSnapshot> read_snapshot(publication::SnapshotReader& reader,
                                            const publication::SceneView& view,
                                            std::size_t max_spheres) {
   SceneSnapshot snapshot;
-  const auto gather = [&](const proto::SnapshotHeader& latest, const collision::GridView& moving) {
-    snapshot.header = latest;
-    snapshot.header.grid = moving.shape;
-    copy_spheres(moving, max_spheres, snapshot.spheres);
-    snapshot.responses.resize(moving.response_count);
-    for (std::uint32_t i = 0; i < moving.response_count; ++i)
-      snapshot.responses[i] = collision::load_response(moving, i);
-    copy_bounds(moving, snapshot.swept_bounds);
-    snapshot.occupancy = occupancy_of(moving);
+  const auto look_once = [&] {
+    return look(reader, view, max_spheres, SnapshotDetail::kGrid, snapshot);
   };
-  if (!is_accepted_patiently([&] { return reader.look(view, gather).status; })) return std::nullopt;
-  snapshot.snapshot_id = snapshot.header.snapshot_id;
-  snapshot.header.history_count =
-      std::clamp<std::uint64_t>(snapshot.header.history_count, 1, proto::kHistoryLength);
+  if (!is_accepted_patiently(look_once)) return std::nullopt;
   return snapshot;
 }
 
@@ -123,4 +134,4 @@ std::optional<ToolSnapshot> read_tool(const publication::ToolView& view) {
   return snapshot;
 }
 
-}  // namespace stillgrid::segment_inspect
+}  // namespace stillgrid::reading

@@ -1,4 +1,4 @@
-#include "shared/tools/scene_viewer/displayed.hpp"
+#include "shared/reading/displayed.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -6,7 +6,7 @@
 #include "shared/display/displayed.hpp"
 #include "shared/display/response.hpp"
 
-namespace stillgrid::scene_viewer {
+namespace stillgrid::reading {
 namespace {
 
 display::SnapshotWeights weights_of(const proto::DisplayedSnapshot& shown) {
@@ -31,6 +31,14 @@ std::optional<proto::DisplayedSnapshot> in_later_history(const proto::DisplayedS
   return told;
 }
 
+std::optional<proto::DisplayedSnapshot> displayed_in(const proto::DisplayedSnapshot& shown,
+                                                     std::uint64_t scene_epoch,
+                                                     std::uint64_t snapshot_id) {
+  if (shown.snapshot_id == 0 || shown.scene_epoch != scene_epoch || shown.snapshot_id > snapshot_id)
+    return std::nullopt;
+  return in_later_history(shown, snapshot_id - shown.snapshot_id);
+}
+
 std::array<float, 3> displayed_m(const proto::SphereRecord& record,
                                  std::span<const proto::SphereResponse> responses,
                                  const proto::DisplayedSnapshot& shown) {
@@ -52,4 +60,4 @@ std::array<float, 3> displayed_m(const proto::SphereRecord& record,
   return {rounded.x(), rounded.y(), rounded.z()};
 }
 
-}  // namespace stillgrid::scene_viewer
+}  // namespace stillgrid::reading

@@ -1,8 +1,8 @@
-#include "shared/tools/scene_viewer/segment_follower.hpp"
+#include "shared/reading/segment_follower.hpp"
 
 #include <utility>
 
-namespace stillgrid::scene_viewer {
+namespace stillgrid::reading {
 
 std::string_view name_of(Life life) noexcept {
   switch (life) {
@@ -19,9 +19,11 @@ std::string_view name_of(Life life) noexcept {
 void SegmentFollower::look() {
   const auto id = publication::segment_id(file_.session, file_.kind);
   const auto is_ours = [&] { return segment_ && id && segment_->reader()->id() == *id; };
-  if (id && !is_ours()) {
-    segment_inspect::ObservedSegment found = segment_inspect::observe(file_);
-    refusal_ = found.summary.refusal;
+  if (!id || is_ours()) {
+    refused_ = {};
+  } else {
+    ObservedSegment found = observe(file_);
+    refused_ = found.summary;
     if (found.reader() != nullptr) {
       segment_.reset();  // neither moved nor assigned: views hold their place
       segment_.emplace(std::move(found));
@@ -41,4 +43,4 @@ const publication::ToolView* SegmentFollower::tool() const noexcept {
   return segment_ && segment_->tool ? &*segment_->tool : nullptr;
 }
 
-}  // namespace stillgrid::scene_viewer
+}  // namespace stillgrid::reading

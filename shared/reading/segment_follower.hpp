@@ -4,9 +4,9 @@
 #include <string>
 #include <string_view>
 
-#include "shared/tools/segment_inspect/segment_summary.hpp"
+#include "shared/reading/observed_segment.hpp"
 
-namespace stillgrid::scene_viewer {
+namespace stillgrid::reading {
 
 /// Of the writer of a session's segment.
 enum class Life {
@@ -27,15 +27,17 @@ class SegmentFollower {
 
   [[nodiscard]] Life life() const noexcept { return life_; }
   /// Why what stands there cannot be read, one line; empty where it can.
-  [[nodiscard]] const std::string& refusal() const noexcept { return refusal_; }
+  [[nodiscard]] const std::string& refusal() const noexcept { return refused_.refusal; }
+  /// What stands there and cannot be read; without a refusal nothing.
+  [[nodiscard]] const SegmentSummary& refused() const noexcept { return refused_; }
   [[nodiscard]] const publication::SceneView* scene() const noexcept;
   [[nodiscard]] const publication::ToolView* tool() const noexcept;
 
  private:
   publication::SegmentFile file_;
-  std::optional<segment_inspect::ObservedSegment> segment_;
+  std::optional<ObservedSegment> segment_;
   Life life_ = Life::kAbsent;
-  std::string refusal_;
+  SegmentSummary refused_;
 };
 
-}  // namespace stillgrid::scene_viewer
+}  // namespace stillgrid::reading
