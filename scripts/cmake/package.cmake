@@ -13,6 +13,7 @@ install(FILES ${PROJECT_SOURCE_DIR}/proto/device_plugin.h ${PROJECT_SOURCE_DIR}/
   DESTINATION include/stillgrid)
 install(DIRECTORY
   ${PROJECT_SOURCE_DIR}/tests/install/handle ${PROJECT_SOURCE_DIR}/tests/install/udp_knob
+  ${PROJECT_SOURCE_DIR}/tests/install/publish_ball
   ${PROJECT_SOURCE_DIR}/docs/examples/mujoco ${PROJECT_SOURCE_DIR}/docs/examples/bullet
   DESTINATION share/stillgrid/examples)
 install(TARGETS stillgrid_device_plugin EXPORT stillgrid)

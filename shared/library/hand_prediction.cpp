@@ -9,17 +9,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-Twist wrench_of(std::span<const stillgrid_push> pushes, const BodyModes& body) {
-  Twist wrench = Twist::Zero();
-  for (const stillgrid_push& push : pushes) {
-    if (push.body != body.body()) continue;
-    const Vector3d force_N(push.force_N), arm_m = Vector3d(push.point_m) - body.centre_m();
-    wrench.head<3>() += force_N;
-    wrench.tail<3>() += Vector3d(push.torque_N_m) + arm_m.cross(force_N);
-  }
-  return wrench;
-}
-
 }  // namespace
 
 template <class Velocity>
@@ -52,7 +41,7 @@ void HandPushes::fit(const Chosen& chosen, double step_s, MovingRecords& moving,
 /// Of the push: what else acts on the body opposed the rest of it in the last step, and will.
 double HandPushes::share_not_resisted(const Chosen& chosen, const Modes& now, const Modes& before,
                                       const Modes& push) const {
-  const Twist wrench = wrench_of(before_, *chosen.body);
+  const Twist wrench = chosen.body->wrench_of(before_);
   double resisted = 0.0, size = 0.0;
   for (int mode = 0; mode < chosen.body->count(); ++mode) {
     const int at = chosen.first + mode;
@@ -78,7 +67,7 @@ publication::SnapshotPrediction HandPushes::predict(MovingRecords& moving, doubl
     fit(
         chosen, step_s, moving,
         [&](std::uint32_t i) { return vector(records[i].older[0].velocity_m_s); }, before);
-    const Twist wrench = wrench_of(pushes_, *chosen.body);
+    const Twist wrench = chosen.body->wrench_of(pushes_);
     for (int mode = 0; mode < chosen.body->count(); ++mode)
       push[chosen.first + mode] = chosen.body->motion(mode).dot(wrench);
     if (predicted.empty()) {

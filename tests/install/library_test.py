@@ -1,0 +1,85 @@
+#!/usr/bin/python3
+"""libstillgrid as it is installed: what it exports, and programs and engines built against it are felt."""
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+import numpy
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "tests" / "integration"))
+import daemons  # after the path it needs
+
+MUJOCO = pathlib.Path("/usr/include/mujoco/mujoco.h")
+BULLET = pathlib.Path("/usr/include/bullet/btBulletDynamicsCommon.h")
+FADE_S = 0.1
+
+
+class LibraryTest(daemons.SessionTest):
+    def setUp(self):
+        super().setUp()
+        installed = self.folder / "first place"
+        self.run_quietly("cmake", "--install", daemons.BUILD, "--prefix", installed)
+        self.prefix = installed.rename(self.folder / "prefix")  # it may be moved
+
+    def run_quietly(self, *command, **options):
+        result = subprocess.run([str(word) for word in command], text=True, stdout=subprocess.PIPE,
+                                stderr=subprocess.STDOUT, **options)
+        self.assertEqual(result.returncode, 0, result.stdout)
+        return result.stdout.strip()
+
+    def example(self, name):
+        return self.prefix / "share" / "stillgrid" / "examples" / name
+
+    def build(self, name):
+        build = self.folder / f"build-{name}"
+        self.run_quietly("cmake", "-S", self.example(name), "-B", build, "-G", "Ninja",
+                         f"-DCMAKE_PREFIX_PATH={self.prefix}", "-DCMAKE_BUILD_TYPE=Release",
+                         "-DCMAKE_COMPILE_WARNING_AS_ERROR=ON")
+        self.run_quietly("cmake", "--build", build)
+        return build
+
+    def engine(self, *command):
+        """A publisher of this session, by whoever wrote it."""
+        return self.start(*command)
+
+    def feel(self, publisher, device, duration_s, *arguments):
+        """The recording of a run in virtual time, to its end."""
+        recording = self.folder / f"recording-{len(self.daemons)}.csv"
+        haptic_server = self.haptic_server(device, "--lockstep", "--duration", duration_s, "--record",
+                                           recording, *arguments)
+        self.assertEqual(haptic_server.wait(60.0), daemons.DONE, haptic_server.lines())
+        self.assertEqual(publisher.wait(), daemons.DONE, publisher.lines())
+        return daemons.read_recording(recording)
+
+    def assert_ball_is_felt(self, program):
+        recording = self.feel(self.engine(program, self.session), self.still_device(0, 0, -0.007), 0.3)
+        self.assertAlmostEqual(recording["fz_N"].max(), 1.0, delta=1e-3)  # 2 mm deep
+
+    def test_the_library_exports_what_its_header_declares(self):
+        header = (self.prefix / "include" / "stillgrid" / "stillgrid.h").read_text()
+        declared = set(re.findall(r"^STILLGRID_API [^(]*?(stillgrid_\w+)\(", header, re.MULTILINE))
+        symbols = self.run_quietly("nm", "--dynamic", "--defined-only",
+                                   self.prefix / "lib" / "libstillgrid.so.1").splitlines()
+        exported = {line.split()[-1].split("@")[0] for line in symbols} - {"STILLGRID_1"}
+        self.assertGreater(len(declared), 10)
+        self.assertEqual(exported, declared)
+
+    def test_a_program_in_C11_built_by_pkg_config_is_felt(self):
+        environment = dict(os.environ, PKG_CONFIG_PATH=self.prefix / "lib" / "pkgconfig")
+        flags = self.run_quietly("pkg-config", "--cflags", "--libs", "stillgrid", env=environment).split()
+        program = self.folder / "publish_ball"
+        self.run_quietly("cc", "-std=c11", "-Wall", "-Wextra", "-Werror",
+                         self.example("publish_ball") / "publish_ball.c", "-o", program, *flags,
+                         f"-Wl,-rpath,{self.prefix / 'lib'}")
+        self.assert_ball_is_felt(program)
+
+    def test_a_program_in_CPP20_built_by_find_package_is_felt_and_moves_with_the_prefix(self):
+        self.run_quietly("cmake", "--install", self.build("publish_ball"), "--prefix", self.prefix)
+        self.prefix = self.prefix.rename(self.folder / "second place")
+        self.assert_ball_is_felt(self.prefix / "bin" / "publish_ball")
