@@ -83,3 +83,55 @@ class LibraryTest(daemons.SessionTest):
         self.run_quietly("cmake", "--install", self.build("publish_ball"), "--prefix", self.prefix)
         self.prefix = self.prefix.rename(self.folder / "second place")
         self.assert_ball_is_felt(self.prefix / "bin" / "publish_ball")
+
+    def need(self, header):
+        if not header.exists():
+            self.skipTest(f"skipped: {header} is not installed, see scripts/setup")
+
+    def pressing_hand(self):
+        """Down on the ball and off it, three times in 4 s; the ball's top is at -12 mm, the tool's bottom
+        5 mm below what is written."""
+        time_s = numpy.arange(0.0, 4.0, 0.001)
+        z_m = -0.004 - 0.003 * (1.0 - numpy.cos(2.0 * numpy.pi * numpy.maximum(0.0, time_s - 1.0)))
+        rows = "".join(f"{t:.4f},0,0,{z:.9f}\n" for t, z in zip(time_s, z_m))
+        return f"replay:file={self.write('press.csv', 'time_s,x_m,y_m,z_m' + chr(10) + rows)}"
+
+    def test_a_ball_in_MuJoCo_is_felt_as_the_same_ball_in_sim_server(self):
+        self.need(MUJOCO)
+        program, folder = self.build("mujoco") / "publish_mujoco", self.example("mujoco")
+        hand = self.pressing_hand()
+        ours = self.feel(self.sim_server(folder / "ball_on_floor.toml", "--lockstep", "--duration", 4), hand, 4)
+        theirs = self.feel(self.engine(program, folder / "ball_on_floor.xml", self.session, "--lockstep"), hand, 4)
+        ours_N, theirs_N = ours["fz_N"], theirs["fz_N"]
+        self.assertGreater(ours_N.max(), 0.5)
+        # MuJoCo steps 33 times in a period, and its damper holds the ball on leaving the floor too.
+        self.assertLess(abs(theirs_N - ours_N).max(), 0.25)
+        self.assertLess(numpy.sqrt(numpy.mean((theirs_N - ours_N) ** 2)), 0.05)
+        self.assertLess(abs(numpy.diff(theirs_N)).max(), 0.1)
+
+    def test_the_force_of_a_killed_engine_fades_and_returns_with_the_next(self):
+        self.need(MUJOCO)
+        command = (self.build("mujoco") / "publish_mujoco", self.example("mujoco") / "ball_on_floor.xml",
+                   self.session)
+        engine, recording = self.engine(*command), self.folder / "recording.csv"
+        hand = self.haptic_server(self.still_device(0, 0, -0.009), "--record", recording)
+        self.wait_until(lambda: recording.exists() and recording.stat().st_size > 100_000, 20.0, "a second")
+        engine.signal(signal.SIGKILL)
+        time.sleep(0.6)
+        self.assertTrue(hand.runs(), hand.lines())
+        size = recording.stat().st_size
+        self.engine(*command)
+        self.wait_until(lambda: recording.stat().st_size > size + 150_000, 20.0, "more than a second")
+        self.assertEqual(hand.stop(), daemons.DONE, hand.lines())
+        felt = daemons.read_recording(recording)
+        time_s, force_N = felt["time_s"], felt.force_norm_N()
+        gone = numpy.flatnonzero((force_N == 0.0) & (time_s > time_s[numpy.flatnonzero(force_N > 0.2)[0]]))
+        faded = gone[numpy.flatnonzero(["faded" in flags for flags in felt["flags"][gone]])[0]]
+        began = numpy.flatnonzero(["faded" in flags for flags in felt["flags"]])[0]
+        late_s = numpy.diff(time_s[:faded + 1]).max()
+        self.assertLess(time_s[faded] - time_s[began], FADE_S + 0.01 + late_s)
+        self.assertGreater(force_N[faded + 1:].max(), 0.2, "it is back")
+
+
+if __name__ == "__main__":
+    daemons.main()

@@ -6,6 +6,9 @@
 #include <btBulletDynamicsCommon.h>
 #include <stillgrid/stillgrid.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -14,9 +17,9 @@
 
 namespace {
 
-constexpr int kSteps = 8;  // of Bullet in a period
+constexpr int kSteps = 4;  // of Bullet in a period
 constexpr double kPeriod_s = 1.0 / 60.0;
-constexpr double kHalf_m = 0.02, kRadius_m = 0.0075, kMass_kg = 0.1, kFloor_m = -0.1;
+constexpr double kHalf_m = 0.02, kRadius_m = 0.01, kMass_kg = 0.1, kFloor_m = -0.1;
 constexpr std::uint32_t kMaxPushes = 64;
 
 void require(int code, const char* what) {
@@ -25,18 +28,19 @@ void require(int code, const char* what) {
   std::exit(2);
 }
 
-/// Spheres on a lattice of 4 x 4 x 4 that touch all sides, but for those inside.
+/// Spheres on a lattice of 3 x 3 x 3 that touch all sides, but for the one inside.
 std::vector<btVector3> spheres_of_box() {
   std::vector<btVector3> out;
-  const double step_m = 2.0 * (kHalf_m - kRadius_m) / 3.0;
-  for (int i = 0; i < 64; ++i) {
-    const int x = i / 16, y = i / 4 % 4, z = i % 4;
-    const auto is_inside = [](int k) { return k == 1 || k == 2; };
-    if (is_inside(x) && is_inside(y) && is_inside(z)) continue;
-    out.emplace_back(btVector3(x - 1.5, y - 1.5, z - 1.5) * step_m);
-  }
+  for (int i = 0; i < 27; ++i)
+    if (i != 13) out.emplace_back(btVector3(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1) * (kHalf_m - kRadius_m));
   return out;
 }
+
+/// Where a body is, and how it moves.
+struct State {
+  btTransform pose;
+  btVector3 velocity_m_s, turning_rad_s;
+};
 
 class Pile {
  public:
@@ -99,10 +103,7 @@ class Pile {
       take_pushes();
       for (int i = 0; i < kSteps; ++i) step();
       place(after_m_, nullptr);
-      for (std::size_t i = 0; i < after_m_.size(); ++i)
-        after_m_[i] = (after_m_[i] - positions_m_[i]) / kPeriod_s;
-      require(stillgrid_publisher_set_predicted(publisher_, count(), after_m_.data()),
-              "set_predicted");
+      tell_predicted();
       require(stillgrid_publisher_publish(publisher_, time_ns), "publish");
     }
     stillgrid_publisher_close(publisher_);
@@ -140,28 +141,83 @@ class Pile {
     }
   }
 
-  /// Of the inertia alone: Bullet's contacts are rigid, and not in it. A force held through n small
-  /// steps moves a mass by (1 + 1 / n) / 2 of what one implicit step says.
-  void tell_responses() {
-    const double share = 0.5 * (1.0 + 1.0 / kSteps);
-    std::vector<stillgrid_response> responses;
-    for (std::size_t b = 1; b < bodies_.size(); ++b) {
-      stillgrid_response response{};
-      response.body = static_cast<std::uint32_t>(b);
-      const btVector3& centre_m = bodies_[b]->getCenterOfMassPosition();
-      const btMatrix3x3& turning = bodies_[b]->getInvInertiaTensorWorld();
-      for (int i = 0; i < 3; ++i) {
-        response.centre_m[i] = centre_m[i];
-        response.inverse_inertia[7 * i] = share * bodies_[b]->getInvMass();
-        for (int j = 0; j < 3; ++j)
-          response.inverse_inertia[6 * (3 + i) + 3 + j] =
-              share * 0.5 * (turning[i][j] + turning[j][i]);
-      }
-      responses.push_back(response);
+  /// A period with the pushes of the one before and a wrench on one body, after which all is as
+  /// it was. Where that body's centre and turn were led.
+  [[nodiscard]] std::array<double, 6> try_period(btRigidBody& body, const btVector3& force_N,
+                                                 const btVector3& torque_N_m) {
+    saved_.clear();
+    for (const auto& one : bodies_)
+      saved_.push_back({one->getWorldTransform(), one->getLinearVelocity(), one->getAngularVelocity()});
+    const btTransform before = body.getWorldTransform();
+    for (int i = 0; i < kSteps; ++i) {
+      body.applyCentralForce(force_N);
+      body.applyTorque(torque_N_m);
+      step();
     }
+    const btTransform after = body.getWorldTransform();
+    place(after_m_, nullptr);
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      bodies_[i]->setWorldTransform(saved_[i].pose);
+      bodies_[i]->setInterpolationWorldTransform(saved_[i].pose);
+      bodies_[i]->setLinearVelocity(saved_[i].velocity_m_s);
+      bodies_[i]->setAngularVelocity(saved_[i].turning_rad_s);
+    }
+    const btVector3 way_m = after.getOrigin() - before.getOrigin();
+    const btQuaternion turn = (after.getRotation() * before.getRotation().inverse()).nearest(btQuaternion::getIdentity());
+    return {way_m.x(), way_m.y(), way_m.z(), 2.0 * turn.x(), 2.0 * turn.y(), 2.0 * turn.z()};
+  }
+
+  /// Of the inertia; a force held through n small steps moves a mass by (1 + 1 / n) / 2 of what one
+  /// implicit step says.
+  [[nodiscard]] stillgrid_response response_of(std::size_t b) const {
+    const double share = 0.5 * (1.0 + 1.0 / kSteps);
+    stillgrid_response response{};
+    response.body = static_cast<std::uint32_t>(b);
+    const btMatrix3x3& turning = bodies_[b]->getInvInertiaTensorWorld();
+    for (int i = 0; i < 3; ++i) {
+      response.centre_m[i] = bodies_[b]->getCenterOfMassPosition()[i];
+      response.inverse_inertia[7 * i] = share * bodies_[b]->getInvMass();
+      for (int j = 0; j < 3; ++j)
+        response.inverse_inertia[6 * (3 + i) + 3 + j] = share * 0.5 * (turning[i][j] + turning[j][i]);
+    }
+    return response;
+  }
+
+  /// Less, where what a body lies on resists: as much as trials of a period show, an axis at a time.
+  void hold_back(stillgrid_response& response, const std::array<double, 6>& still) {
+    btRigidBody& body = *bodies_[response.body];
+    std::array<double, 6> share{};
+    for (int axis = 0; axis < 6; ++axis) {
+      const double wrench = axis < 3 ? 2.0 * kMass_kg : 2.0 * kMass_kg * kHalf_m;
+      btVector3 force_N(0, 0, 0), torque_N_m(0, 0, 0);
+      (axis < 3 ? force_N : torque_N_m)[axis % 3] = wrench;
+      // What a body lies on resists one way; both ways count.
+      const double up = try_period(body, force_N, torque_N_m)[axis] - still[axis];
+      const double down = still[axis] - try_period(body, -force_N, -torque_N_m)[axis];
+      const double free = wrench * kPeriod_s * kPeriod_s * response.inverse_inertia[7 * axis];
+      share[axis] = std::sqrt(std::clamp(std::min(up, down) / free, 1e-3, 1.0));
+    }
+    for (int i = 0; i < 36; ++i) response.inverse_inertia[i] *= share[i / 6] * share[i % 6];
+  }
+
+  void tell_responses() {
+    std::vector<stillgrid_response> responses;
+    for (std::size_t b = 1; b < bodies_.size(); ++b) responses.push_back(response_of(b));
+    for (const stillgrid_push& push : pushes_)
+      if (push.body != 0)
+        hold_back(responses[push.body - 1], try_period(*bodies_[push.body], btVector3(0, 0, 0), btVector3(0, 0, 0)));
+    (void)try_period(*bodies_[1], btVector3(0, 0, 0), btVector3(0, 0, 0));
+    tell_predicted();
     require(stillgrid_publisher_set_responses(
                 publisher_, static_cast<std::uint32_t>(responses.size()), responses.data()),
             "set_responses");
+  }
+
+  /// The mean velocities over the period that led to after_m_.
+  void tell_predicted() {
+    for (std::size_t i = 0; i < after_m_.size(); ++i)
+      after_m_[i] = (after_m_[i] - positions_m_[i]) / kPeriod_s;
+    require(stillgrid_publisher_set_predicted(publisher_, count(), after_m_.data()), "set_predicted");
   }
 
   void take_pushes() {
@@ -194,7 +250,8 @@ class Pile {
   std::vector<std::unique_ptr<btRigidBody>> bodies_;  // the floor first
   btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
   std::vector<double> positions_m_, velocities_m_s_, after_m_;
-  std::vector<stillgrid_push> pushes_;
+  std::vector<stillgrid_push> pushes_;  // of the period before, until there are those of this one
+  std::vector<State> saved_;
   stillgrid_publisher* publisher_ = nullptr;
 };
 
