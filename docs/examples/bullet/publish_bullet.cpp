@@ -1,4 +1,4 @@
-// A pile of nine boxes in Bullet, each a compound of spheres, that a hand feels at 1 kHz.
+// A pile of nine boxes in Bullet, each felt as a compound of spheres, at 1 kHz.
 //
 //   publish_bullet SESSION [--lockstep]
 //
@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kSteps = 4;  // of Bullet in a period
 constexpr double kPeriod_s = 1.0 / 60.0;
-constexpr double kHalf_m = 0.02, kRadius_m = 0.01, kMass_kg = 0.1, kFloor_m = -0.1;
+constexpr double kHalf_m = 0.02, kRadius_m = 0.01, kMass_kg = 0.2, kFloor_m = -0.1;
 constexpr std::uint32_t kMaxPushes = 64;
 
 void require(int code, const char* what) {
@@ -32,7 +32,8 @@ void require(int code, const char* what) {
 std::vector<btVector3> spheres_of_box() {
   std::vector<btVector3> out;
   for (int i = 0; i < 27; ++i)
-    if (i != 13) out.emplace_back(btVector3(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1) * (kHalf_m - kRadius_m));
+    if (i != 13)
+      out.emplace_back(btVector3(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1) * (kHalf_m - kRadius_m));
   return out;
 }
 
@@ -47,8 +48,6 @@ class Pile {
   Pile() {
     world_.setGravity(btVector3(0.0, 0.0, -9.81));
     world_.getSolverInfo().m_splitImpulse = true;
-    for (const btVector3& centre_m : spheres_)
-      box_.addChildShape(btTransform(btQuaternion::getIdentity(), centre_m), &ball_);
     add(0.0, floor_, btVector3(0.0, 0.0, kFloor_m));
     for (int layer = 0; layer < 2; ++layer)
       for (int i = 0; i < 4; ++i)
@@ -112,8 +111,7 @@ class Pile {
  private:
   void add(double mass_kg, btCollisionShape& shape, const btVector3& position_m) {
     btVector3 inertia(0.0, 0.0, 0.0);
-    // That of the box, not of its spheres' bounds.
-    if (mass_kg > 0.0) btBoxShape(btVector3(1, 1, 1) * kHalf_m).calculateLocalInertia(mass_kg, inertia);
+    if (mass_kg > 0.0) shape.calculateLocalInertia(mass_kg, inertia);
     btRigidBody::btRigidBodyConstructionInfo info(mass_kg, nullptr, &shape, inertia);
     info.m_startWorldTransform.setOrigin(position_m);
     info.m_friction = 0.5;
@@ -147,7 +145,8 @@ class Pile {
                                                  const btVector3& torque_N_m) {
     saved_.clear();
     for (const auto& one : bodies_)
-      saved_.push_back({one->getWorldTransform(), one->getLinearVelocity(), one->getAngularVelocity()});
+      saved_.push_back(
+          {one->getWorldTransform(), one->getLinearVelocity(), one->getAngularVelocity()});
     const btTransform before = body.getWorldTransform();
     for (int i = 0; i < kSteps; ++i) {
       body.applyCentralForce(force_N);
@@ -163,7 +162,8 @@ class Pile {
       bodies_[i]->setAngularVelocity(saved_[i].turning_rad_s);
     }
     const btVector3 way_m = after.getOrigin() - before.getOrigin();
-    const btQuaternion turn = (after.getRotation() * before.getRotation().inverse()).nearest(btQuaternion::getIdentity());
+    const btQuaternion turn =
+        (after.getRotation() * before.getRotation().inverse()).nearest(btQuaternion::getIdentity());
     return {way_m.x(), way_m.y(), way_m.z(), 2.0 * turn.x(), 2.0 * turn.y(), 2.0 * turn.z()};
   }
 
@@ -178,12 +178,14 @@ class Pile {
       response.centre_m[i] = bodies_[b]->getCenterOfMassPosition()[i];
       response.inverse_inertia[7 * i] = share * bodies_[b]->getInvMass();
       for (int j = 0; j < 3; ++j)
-        response.inverse_inertia[6 * (3 + i) + 3 + j] = share * 0.5 * (turning[i][j] + turning[j][i]);
+        response.inverse_inertia[6 * (3 + i) + 3 + j] =
+            share * 0.5 * (turning[i][j] + turning[j][i]);
     }
     return response;
   }
 
-  /// Less, where what a body lies on resists: as much as trials of a period show, an axis at a time.
+  /// Less, where what a body lies on resists: as much as trials of a period show, an axis at a
+  /// time.
   void hold_back(stillgrid_response& response, const std::array<double, 6>& still) {
     btRigidBody& body = *bodies_[response.body];
     std::array<double, 6> share{};
@@ -205,7 +207,8 @@ class Pile {
     for (std::size_t b = 1; b < bodies_.size(); ++b) responses.push_back(response_of(b));
     for (const stillgrid_push& push : pushes_)
       if (push.body != 0)
-        hold_back(responses[push.body - 1], try_period(*bodies_[push.body], btVector3(0, 0, 0), btVector3(0, 0, 0)));
+        hold_back(responses[push.body - 1],
+                  try_period(*bodies_[push.body], btVector3(0, 0, 0), btVector3(0, 0, 0)));
     (void)try_period(*bodies_[1], btVector3(0, 0, 0), btVector3(0, 0, 0));
     tell_predicted();
     require(stillgrid_publisher_set_responses(
@@ -217,7 +220,8 @@ class Pile {
   void tell_predicted() {
     for (std::size_t i = 0; i < after_m_.size(); ++i)
       after_m_[i] = (after_m_[i] - positions_m_[i]) / kPeriod_s;
-    require(stillgrid_publisher_set_predicted(publisher_, count(), after_m_.data()), "set_predicted");
+    require(stillgrid_publisher_set_predicted(publisher_, count(), after_m_.data()),
+            "set_predicted");
   }
 
   void take_pushes() {
@@ -240,8 +244,7 @@ class Pile {
   }
 
   const std::vector<btVector3> spheres_ = spheres_of_box();
-  btSphereShape ball_{kRadius_m};
-  btCompoundShape box_;
+  btBoxShape box_{btVector3(kHalf_m, kHalf_m, kHalf_m)};
   btStaticPlaneShape floor_{btVector3(0.0, 0.0, 1.0), 0.0};
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_{&configuration_};

@@ -65,9 +65,11 @@ Spheres spheres_of(const mjModel* m) {
   for (int geom = 0; geom < m->ngeom; ++geom) {
     const double* size_m = m->geom_size + 3 * geom;
     switch (m->geom_type[geom]) {
-      case mjGEOM_PLANE: break;
+      case mjGEOM_PLANE:
+        break;
       case mjGEOM_SPHERE:
-        out.add(static_cast<std::uint32_t>(m->geom_bodyid[geom]), m->geom_pos + 3 * geom, size_m[0]);
+        out.add(static_cast<std::uint32_t>(m->geom_bodyid[geom]), m->geom_pos + 3 * geom,
+                size_m[0]);
         break;
       case mjGEOM_CAPSULE: {
         const double half_m[3] = {size_m[0], size_m[0], size_m[0] + size_m[1]};
@@ -90,8 +92,8 @@ std::vector<stillgrid_plane> planes_of(const mjModel* m, const mjData* d) {
   for (int geom = 0; geom < m->ngeom; ++geom) {
     if (m->geom_type[geom] != mjGEOM_PLANE) continue;
     const double* turn = d->geom_xmat + 9 * geom;
-    stillgrid_plane plane{{turn[2], turn[5], turn[8]}, 0.0, 0,
-                          static_cast<std::uint32_t>(m->geom_bodyid[geom])};
+    stillgrid_plane plane{
+        {turn[2], turn[5], turn[8]}, 0.0, 0, static_cast<std::uint32_t>(m->geom_bodyid[geom])};
     plane.offset_m = mju_dot3(plane.normal, d->geom_xpos + 3 * geom);
     out.push_back(plane);
   }
@@ -103,7 +105,8 @@ std::vector<double> custom(const mjModel* m, const char* name, std::vector<doubl
   const int id = mj_name2id(m, mjOBJ_NUMERIC, name);
   if (id < 0) return otherwise;
   const double* first = m->numeric_data + m->numeric_adr[id];
-  std::copy_n(first, std::min<std::size_t>(otherwise.size(), m->numeric_size[id]), otherwise.begin());
+  std::copy_n(first, std::min<std::size_t>(otherwise.size(), m->numeric_size[id]),
+              otherwise.begin());
   return otherwise;
 }
 
@@ -117,9 +120,9 @@ class Simulation {
         trial_(mj_makeData(model)),
         spheres_(spheres_of(model)),
         response_(response),
-        steps_(std::max(1, static_cast<int>(std::lround(
-                               custom(model, "stillgrid_period_s", {0.033})[0] /
-                               model->opt.timestep)))) {
+        steps_(std::max(
+            1, static_cast<int>(std::lround(custom(model, "stillgrid_period_s", {0.033})[0] /
+                                            model->opt.timestep)))) {
     mj_forward(m_, d_);
     positions_m_.resize(spheres_.local_m.size());
     velocities_m_s_ = predicted_m_s_ = positions_m_;
@@ -283,8 +286,8 @@ class Simulation {
     return out;
   }
 
-  /// The same of the inertia alone, J M^-1 J^T: joints are in it, contacts are not. Half of it, for a
-  /// force held through many small steps moves a mass by half of what one implicit step says.
+  /// The same of the inertia alone, J M^-1 J^T: joints are in it, contacts are not. Half of it, for
+  /// a force held through many small steps moves a mass by half of what one implicit step says.
   [[nodiscard]] stillgrid_response response_by_mass(int body) {
     stillgrid_response out{};
     out.body = static_cast<std::uint32_t>(body);
@@ -332,7 +335,7 @@ int main(int argc, char** argv) {
     const std::string option = argv[i], value = i + 1 < argc ? argv[i + 1] : "";
     if (option == "--lockstep") is_lockstep = true;
     if (option == "--response")
-      response = value == "step" ? Response::kStep
+      response = value == "step"   ? Response::kStep
                  : value == "mass" ? Response::kMass
                                    : Response::kNone;
   }

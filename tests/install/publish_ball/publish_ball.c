@@ -34,7 +34,8 @@ int main(int argc, char** argv) {
   while ((code = stillgrid_publisher_wait(publisher, &time_ns)) != STILLGRID_NOTHING) {
     if (code < 0) return fail("wait");
     if (code == STILLGRID_AGAIN) continue;
-    if (stillgrid_publisher_set_spheres(publisher, 1, position_m, NULL) < 0) return fail("set_spheres");
+    if (stillgrid_publisher_set_spheres(publisher, 1, position_m, NULL) < 0)
+      return fail("set_spheres");
     if (stillgrid_publisher_publish(publisher, time_ns) < 0) return fail("publish");
   }
   stillgrid_publisher_close(publisher);
