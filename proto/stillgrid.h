@@ -147,8 +147,10 @@ STILLGRID_API int stillgrid_publisher_set_spheres(stillgrid_publisher* publisher
                                                   const double* velocities_m_s);
 
 /* How a body gives way to a push over the next step, its constraints and contacts included as far
- * as the engine knows them: the acceleration of its centre and about it (m/s2, rad/s2) by a force
- * at the centre and a torque (N, N m). Row by row, symmetric, no eigenvalue below 0. */
+ * as the engine knows them: how far a force at the centre and a torque (N, N m), held through the
+ * step, move the centre and turn the body, over the step's square (m/s2, rad/s2). Of an engine that
+ * steps a period at once the inverse inertia; of one that goes through it in n explicit steps
+ * (1 + 1/n) / 2 of it. Row by row, symmetric, no eigenvalue below 0. */
 typedef struct stillgrid_response {
   uint32_t body;
   uint32_t reserved; /* 0 */
@@ -177,7 +179,10 @@ STILLGRID_API int stillgrid_publisher_pushes(stillgrid_publisher* publisher, dou
                                              stillgrid_push* pushes, uint32_t* count);
 /* [step] Optional, after pushes() and the engine's step: where it led. 3 values a sphere of the
  * mean velocity over the step, the pushes included. Without it bodies with a response are predicted
- * by their velocity, the push, and what resisted it so far; others by their velocity. */
+ * by their velocity, the push, and what resisted it so far; others by their velocity.
+ * Before pushes() it tells where a trial of the step leads while the last step's pushes are held:
+ * pushes are then exact for whatever holds a body. Without a trial a body is expected to change its
+ * velocity as in the last step. */
 STILLGRID_API int stillgrid_publisher_set_predicted(stillgrid_publisher* publisher, uint32_t count,
                                                     const double* velocities_m_s);
 /* [step] Shows all hands the state of state_time_ns, as wait() gave it or of a clock as the

@@ -21,7 +21,7 @@ from tables import write_rows
 
 SEEDS = range(1, 9)
 NOISE_M = 3e-5
-PILE_HAND = "phantom:profile=premium15,hand=light,path=press,centre_z_m=0.03,depth_m=0.02,limits=0"
+PILE_HAND = "phantom:profile=premium15,hand=light,path=press,centre_z_m=0.03,depth_m=0.01,limits=0"
 
 
 class Bench:
@@ -109,11 +109,12 @@ def measure_killed(bench, mujoco, charts):
         fail(haptic_server.stderr.read().strip())
     felt = Recording(recording)
     time_s, force_N, age_s = felt["time_s"], felt["fz_N"], felt["age_s"]
-    faded = numpy.flatnonzero(["faded" in flags for flags in felt["flags"]])
-    silent = faded[force_N[faded] == 0.0][0]
-    back = silent + numpy.flatnonzero(force_N[silent:] > 0.99 * force_N[faded[0] - 1])[0]
-    print(f"killed: the force fades from {1e3 * age_s[faded[0]]:.0f} ms after the last state, within "
-          f"{1e3 * (time_s[silent] - time_s[faded[0]]):.0f} ms; back in full at {time_s[back]:.2f} s")
+    is_faded = numpy.array(["faded" in flags for flags in felt["flags"]])
+    silent = numpy.flatnonzero(is_faded & (force_N == 0.0) & (time_s > 1.0))[0]
+    began = numpy.flatnonzero(~is_faded[:silent])[-1]
+    back = silent + numpy.flatnonzero(force_N[silent:] > 0.99 * force_N[began])[0]
+    print(f"killed: the force fades from {1e3 * age_s[began]:.0f} ms after the last state, within "
+          f"{1e3 * (time_s[silent] - time_s[began]):.0f} ms; back in full {time_s[back] - time_s[silent]:.2f} s later")
     write_rows(charts / "mujoco_killed.csv", [{"time_s": f"{t:.3f}", "force_N": f"{f:.4f}"}
                                               for t, f in zip(time_s, force_N)])
 

@@ -122,9 +122,8 @@ void HandPushes::find(const proto::SceneHeader& scene, const proto::ToolState& t
   // Where the pushes of the last step lead if they are held: by what acted in that step too.
   const auto records = moving.records();
   for (const std::uint32_t i : responding_)
-    records[i].predicted_velocity_m_s =
-        floats(2.0 * vector(records[i].newest.velocity_m_s) -
-               vector(records[i].older[0].velocity_m_s));
+    records[i].predicted_velocity_m_s = floats(2.0 * vector(records[i].newest.velocity_m_s) -
+                                               vector(records[i].older[0].velocity_m_s));
   for (std::size_t i = 0; i < tried.size() / 3; ++i)
     records[i].predicted_velocity_m_s = floats(Vector3d(tried.data() + 3 * i));
 
@@ -133,9 +132,9 @@ void HandPushes::find(const proto::SceneHeader& scene, const proto::ToolState& t
   for (const Chosen& chosen : chosen_) {
     const Twist held = chosen.body->wrench_of(before_);
     for (int mode = 0; mode < chosen.body->count(); ++mode)
-      header.modes[header.mode_count++] = {
-          1.0F, static_cast<float>(chosen.body->motion(mode).dot(held)), 0.0F, 0.0F,
-          proto::kOneStep};
+      header.modes[header.mode_count++] = {1.0F,
+                                           static_cast<float>(chosen.body->motion(mode).dot(held)),
+                                           0.0F, 0.0F, proto::kOneStep};
   }
   header.largest_response = publication::largest_response(responses_, header.mode_count);
   display::SnapshotWeights weights;

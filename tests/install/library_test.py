@@ -104,10 +104,23 @@ class LibraryTest(daemons.SessionTest):
         theirs = self.feel(self.engine(program, folder / "ball_on_floor.xml", self.session, "--lockstep"), hand, 4)
         ours_N, theirs_N = ours["fz_N"], theirs["fz_N"]
         self.assertGreater(ours_N.max(), 0.5)
-        # MuJoCo steps 33 times in a period, and its damper holds the ball on leaving the floor too.
-        self.assertLess(abs(theirs_N - ours_N).max(), 0.25)
-        self.assertLess(numpy.sqrt(numpy.mean((theirs_N - ours_N) ** 2)), 0.05)
-        self.assertLess(abs(numpy.diff(theirs_N)).max(), 0.1)
+        # A ripple of the period: MuJoCo goes through it in 33 steps, sim_server in one.
+        self.assertLess(abs(theirs_N - ours_N).max(), 0.08)
+        self.assertLess(numpy.sqrt(numpy.mean((theirs_N - ours_N) ** 2)), 0.02)
+        self.assertLess(abs(numpy.diff(theirs_N)).max(), 0.06)
+
+    def test_a_pile_in_Bullet_is_felt_for_10_s_without_jumps_and_gives_the_hand_no_energy(self):
+        self.need(BULLET)
+        report = self.folder / "report.json"
+        engine = self.engine(self.build("bullet") / "publish_bullet", self.session, "--lockstep")
+        hand = "phantom:profile=premium15,hand=light,path=press,centre_z_m=0.03,depth_m=0.01,limits=0"
+        felt = self.feel(engine, hand, 10, "--report", report)
+        force_N = daemons.vectors(felt, "f", "N")
+        contacts = felt["contacts"].reshape(5, -1) > 0  # it presses five times
+        self.assertTrue((contacts.mean(axis=1) > 0.2).all(), contacts.mean(axis=1))
+        self.assertGreater(felt["fz_N"].max(), 0.5)
+        self.assertLess(numpy.linalg.norm(numpy.diff(force_N, axis=0), axis=1).max(), 0.25)
+        self.assertLess(daemons.read_report(report)["interface"]["made_J"], 1e-3)
 
     def test_the_force_of_a_killed_engine_fades_and_returns_with_the_next(self):
         self.need(MUJOCO)
@@ -125,9 +138,10 @@ class LibraryTest(daemons.SessionTest):
         self.assertEqual(hand.stop(), daemons.DONE, hand.lines())
         felt = daemons.read_recording(recording)
         time_s, force_N = felt["time_s"], felt.force_norm_N()
-        gone = numpy.flatnonzero((force_N == 0.0) & (time_s > time_s[numpy.flatnonzero(force_N > 0.2)[0]]))
-        faded = gone[numpy.flatnonzero(["faded" in flags for flags in felt["flags"][gone]])[0]]
-        began = numpy.flatnonzero(["faded" in flags for flags in felt["flags"]])[0]
+        is_faded = numpy.array(["faded" in flags for flags in felt["flags"]])
+        first = numpy.flatnonzero(force_N > 0.2)[0]
+        faded = first + numpy.flatnonzero((is_faded & (force_N == 0.0))[first:])[0]
+        began = numpy.flatnonzero(~is_faded[:faded])[-1]
         late_s = numpy.diff(time_s[:faded + 1]).max()
         self.assertLess(time_s[faded] - time_s[began], FADE_S + 0.01 + late_s)
         self.assertGreater(force_N[faded + 1:].max(), 0.2, "it is back")

@@ -127,6 +127,29 @@ TEST_CASE("A body goes where its push leads, until something else has resisted i
   CHECK(pushed_N < -0.1);
 }
 
+TEST_CASE("A body that something holds is pushed by the law, however it would give way",
+          "[pushes]") {
+  constexpr double kStiffness = 500.0, kPeriod_s = 0.033, kMass_kg = 0.1, kRadius_m = 0.02;
+  constexpr double kDepth_m = 1e-3;
+  const bool is_tried = GENERATE(true, false);
+  Published scene("held", {.stiffness_N_per_m = kStiffness, .period_s = kPeriod_s});
+  const Vector3d ball_m(0.0, 0.0, -0.03), still_m_s = Vector3d::Zero();
+  const stillgrid_response response = ball_response(2, ball_m, kMass_kg, kRadius_m);
+  scene.declare({kRadius_m}, {2});
+  scene.hold({0.0, 0.0, -0.03 + kRadius_m + 0.005 - kDepth_m});
+  double before_N = 0.0;
+  for (int step = 0; step < 60; ++step) {
+    scene.place({ball_m}, {Vector3d::Zero()});
+    REQUIRE(stillgrid_publisher_set_responses(scene, 1, &response) == STILLGRID_OK);
+    if (is_tried)
+      REQUIRE(stillgrid_publisher_set_predicted(scene, 1, still_m_s.data()) == STILLGRID_OK);
+    const double pushed_N = -scene.pushes(kPeriod_s)[0].force_N[2];
+    CHECK(pushed_N > before_N - 1e-3);  // never beyond, never back
+    before_N = pushed_N;
+  }
+  CHECK_THAT(before_N, WithinAbs(kStiffness * kDepth_m, 0.01 * kStiffness * kDepth_m));
+}
+
 TEST_CASE("What an engine predicts is published as it is", "[pushes]") {
   Published scene("predicted", {});
   const Vector3d ball_m(0.1, 0.0, 0.0), led_m_s(0.03, -0.02, 0.5);
