@@ -110,7 +110,7 @@ TEST_CASE("A body goes where its push leads, until something else has resisted i
   const stillgrid_response response = ball_response(2, ball_m, kMass_kg, kRadius_m);
   scene.declare({kRadius_m}, {2});
   scene.hold({0.0, 0.0, -0.006});
-  double pushed_N = 0.0;
+  double pushed_N = 0.0, resisted_N = 0.0;
   for (int step = 0; step < 3; ++step) {
     scene.place({ball_m}, {Vector3d::Zero()});
     REQUIRE(stillgrid_publisher_set_responses(scene, 1, &response) == STILLGRID_OK);
@@ -118,8 +118,9 @@ TEST_CASE("A body goes where its push leads, until something else has resisted i
     REQUIRE(stillgrid_publisher_publish(scene, 0) == STILLGRID_OK);
     const auto snapshot = scene.snapshot();
     const double led_m_s = double{snapshot.spheres[0].predicted_velocity_m_s[2]};
-    // The ball has not moved: what holds it holds it on.
-    const double expected_m_s = step == 0 ? kPeriod_s * pushed_N / kMass_kg : 0.0;
+    // The ball has not moved: what held it against the last push holds it on against as much.
+    const double expected_m_s = kPeriod_s * (pushed_N - resisted_N) / kMass_kg;
+    resisted_N = pushed_N;
     CHECK_THAT(led_m_s, WithinAbs(expected_m_s, 1e-5));
     CHECK(snapshot.header.mode_count > 0);
     CHECK(snapshot.spheres[0].response == 1);
