@@ -147,8 +147,10 @@ STILLGRID_API int stillgrid_publisher_set_spheres(stillgrid_publisher* publisher
                                                   const double* velocities_m_s);
 
 /* How a body gives way to a push over the next step, its constraints and contacts included as far
- * as the engine knows them: the acceleration of its centre and about it (m/s2, rad/s2) by a force
- * at the centre and a torque (N, N m). Row by row, symmetric, no eigenvalue below 0. */
+ * as the engine knows them: how far a force at the centre and a torque (N, N m), held through the
+ * step, move the centre and turn the body, over the step's square (m/s2, rad/s2). Of an engine that
+ * steps a period at once the inverse inertia; of one that goes through it in n explicit steps
+ * (1 + 1/n) / 2 of it. Row by row, symmetric, no eigenvalue below 0. */
 typedef struct stillgrid_response {
   uint32_t body;
   uint32_t reserved; /* 0 */
@@ -170,11 +172,12 @@ typedef struct stillgrid_push {
  */
 STILLGRID_API int stillgrid_publisher_set_responses(stillgrid_publisher* publisher, uint32_t count,
                                                     const stillgrid_response* responses);
-/* [step] Optional, before pushes(): where the engine's step would lead if nothing pushed, 3 values
- * a sphere of its mean velocity over the step. Without it bodies are expected to go on at their
- * velocity. Good for this step. */
-STILLGRID_API int stillgrid_publisher_set_unpushed(stillgrid_publisher* publisher, uint32_t count,
-                                                   const double* velocities_m_s);
+/* [step] Optional, before pushes(): where a trial of the step leads while the last step's pushes
+ * are held, 3 values a sphere of its mean velocity over the step. Pushes are then right for
+ * whatever holds a body. Without it a body is expected to go on at its velocity and by the last
+ * push, but for what resisted that in the last step. Good for this step. */
+STILLGRID_API int stillgrid_publisher_set_trial(stillgrid_publisher* publisher, uint32_t count,
+                                                const double* velocities_m_s);
 /* [step] What every hand's tool does to each moving body that it touches, by the contact law by
  * which the force on the hand is computed. count: in, room for; out, how many there are. Planes and
  * static spheres are not told. step_s: the step that the pushes are for. */

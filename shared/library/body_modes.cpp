@@ -44,4 +44,15 @@ bool BodyModes::take(const stillgrid_response& response) noexcept {
   return true;
 }
 
+Twist BodyModes::wrench_of(std::span<const stillgrid_push> pushes) const noexcept {
+  Twist wrench = Twist::Zero();
+  for (const stillgrid_push& push : pushes) {
+    if (push.body != body_) continue;
+    const Eigen::Vector3d force_N(push.force_N), arm_m = Eigen::Vector3d(push.point_m) - centre_m_;
+    wrench.head<3>() += force_N;
+    wrench.tail<3>() += Eigen::Vector3d(push.torque_N_m) + arm_m.cross(force_N);
+  }
+  return wrench;
+}
+
 }  // namespace stillgrid::library

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <span>
 
 #include "proto/scene_segment.hpp"
 #include "proto/stillgrid.h"
@@ -33,6 +34,8 @@ class BodyModes {
     const Twist motion = this->motion(mode);
     return motion.head<3>() + motion.tail<3>().cross(point_m - centre_m_);
   }
+  /// Of the pushes of this body, at its centre and about it.
+  [[nodiscard]] Twist wrench_of(std::span<const stillgrid_push> pushes) const noexcept;
 
  private:
   std::uint32_t body_ = 0;

@@ -5,19 +5,16 @@
 #include "shared/library/vectors.hpp"
 
 namespace stillgrid::library {
+
 namespace {
 
 using Eigen::Vector3d;
 
-Twist wrench_of(std::span<const stillgrid_push> pushes, const BodyModes& body) {
-  Twist wrench = Twist::Zero();
-  for (const stillgrid_push& push : pushes) {
-    if (push.body != body.body()) continue;
-    const Vector3d force_N(push.force_N), arm_m = Vector3d(push.point_m) - body.centre_m();
-    wrench.head<3>() += force_N;
-    wrench.tail<3>() += Vector3d(push.torque_N_m) + arm_m.cross(force_N);
-  }
-  return wrench;
+/// Of a push: what else acts on the body opposed the rest of it in the last step, and will.
+double share_not_resisted(const Eigen::Ref<const Eigen::VectorXd>& change,
+                          const Eigen::Ref<const Eigen::VectorXd>& push) {
+  const double size = push.squaredNorm();
+  return size > 0.0 ? 1.0 - std::clamp((push - change).dot(push) / size, 0.0, 1.0) : 1.0;
 }
 
 }  // namespace
@@ -49,30 +46,30 @@ void HandPushes::fit(const Chosen& chosen, double step_s, MovingRecords& moving,
   for (int mode = 0; mode < count; ++mode) displacements[chosen.first + mode] = found[mode];
 }
 
-/// Of the push: what else acts on the body opposed the rest of it in the last step, and will.
-double HandPushes::share_not_resisted(const Chosen& chosen, const Modes& now, const Modes& before,
-                                      const Modes& push) const {
-  const Twist wrench = wrench_of(before_, *chosen.body);
-  double resisted = 0.0, size = 0.0;
-  for (int mode = 0; mode < chosen.body->count(); ++mode) {
-    const int at = chosen.first + mode;
-    const double others = now[at] - before[at] - chosen.body->motion(mode).dot(wrench);
-    resisted -= others * push[at];
-    size += push[at] * push[at];
-  }
-  return size > 0.0 ? 1.0 - std::clamp(resisted / size, 0.0, 1.0) : 1.0;
-}
-
-void HandPushes::lead(MovingRecords& moving, double step_s) {
+void HandPushes::lead(MovingRecords& moving, double step_s, bool is_tried) {
   const auto records = moving.records();
-  Modes now = Modes::Zero(), led = now;
-  const auto velocity = [&](std::uint32_t i) { return vector(records[i].newest.velocity_m_s); };
-  const auto mean = [&](std::uint32_t i) { return vector(records[i].predicted_velocity_m_s); };
+  const auto newest = [&](std::uint32_t i) { return vector(records[i].newest.velocity_m_s); };
+  const auto older = [&](std::uint32_t i) { return vector(records[i].older[0].velocity_m_s); };
+  const auto tried = [&](std::uint32_t i) { return vector(records[i].predicted_velocity_m_s); };
+  Modes before = Modes::Zero();
+  now_ = held_ = led_ = before;
+  is_tried_ = is_tried;
   for (const Chosen& chosen : chosen_) {
-    fit(chosen, step_s, moving, velocity, now);
-    fit(chosen, step_s, moving, mean, led);
+    fit(chosen, step_s, moving, newest, now_);
+    fit(chosen, step_s, moving, older, before);
+    Modes change = now_ - before;
+    const Twist wrench = chosen.body->wrench_of(before_);
+    const auto own = [&](Modes& modes) {
+      return modes.segment(chosen.first, chosen.body->count());
+    };
+    for (int mode = 0; mode < chosen.body->count(); ++mode)
+      held_[chosen.first + mode] = chosen.body->motion(mode).dot(wrench);
+    if (is_tried)
+      fit(chosen, step_s, moving, tried, led_);
+    else
+      own(led_) = own(now_) + share_not_resisted(own(change), own(held_)) * own(held_);
   }
-  response_.motion.drift_per_s = (led - now) / step_s;
+  if (!is_tried) add_to_predicted(moving, step_s, led_ - now_);
 }
 
 /// How the chosen body goes on: `now` at its velocity, `whole` in the step.
@@ -110,34 +107,25 @@ void HandPushes::add_to_predicted(MovingRecords& moving, double step_s,
 }
 
 publication::SnapshotPrediction HandPushes::predict(MovingRecords& moving, double step_s,
-                                                    std::span<const double> unpushed,
                                                     std::span<const double> predicted) {
   const auto records = moving.records();
-  if (!predicted.empty())
-    moving.predict(predicted);
-  else if (!unpushed.empty())
-    moving.predict(unpushed);
-  const auto newest = [&](std::uint32_t i) { return vector(records[i].newest.velocity_m_s); };
-  const auto older = [&](std::uint32_t i) { return vector(records[i].older[0].velocity_m_s); };
+  if (!predicted.empty()) moving.predict(predicted);
   const auto led = [&](std::uint32_t i) { return vector(records[i].predicted_velocity_m_s); };
   modes_.clear();
   turning_.clear();
-  Modes now = Modes::Zero(), before = now, whole = now, push = now, by_push = now;
+  Modes whole = Modes::Zero(), push = whole;
   for (const Chosen& chosen : chosen_) {
-    fit(chosen, step_s, moving, newest, now);
-    fit(chosen, step_s, moving, older, before);
-    fit(chosen, step_s, moving, led, whole);
-    const Twist wrench = wrench_of(pushes_, *chosen.body);
+    const Twist wrench = chosen.body->wrench_of(pushes_);
     for (int mode = 0; mode < chosen.body->count(); ++mode)
       push[chosen.first + mode] = chosen.body->motion(mode).dot(wrench);
-    if (predicted.empty()) {
-      const double share = unpushed.empty() ? share_not_resisted(chosen, now, before, push) : 1.0;
-      by_push.segment(chosen.first, chosen.body->count()) =
-          share * push.segment(chosen.first, chosen.body->count());
-    }
-    add_modes(chosen, step_s, now, whole + by_push, push);
   }
-  add_to_predicted(moving, step_s, by_push);
+  whole = led_ + push - held_;
+  for (const Chosen& chosen : chosen_) {
+    if (!predicted.empty()) fit(chosen, step_s, moving, led, whole);
+    add_modes(chosen, step_s, now_, whole, push);
+  }
+  if (predicted.empty())
+    add_to_predicted(moving, step_s, is_tried_ ? Modes(push - held_) : Modes(whole - now_));
   for (std::size_t i = 0; i < responding_.size(); ++i)
     records[responding_[i]].response = static_cast<std::uint32_t>(i + 1);
   return {.period_ns = static_cast<std::uint64_t>(step_s * 1e9 + 0.5),

@@ -109,7 +109,7 @@ const HandPushes::Chosen* HandPushes::chosen_of(std::uint32_t body) const noexce
 
 void HandPushes::find(const proto::SceneHeader& scene, const proto::ToolState& tool,
                       MovingRecords& moving, std::span<BodyModes> bodies, double step_s,
-                      bool is_led) {
+                      bool is_tried) {
   const auto& [x, y, z, w] = tool.orientation_xyzw;
   const rendering::ToolPose pose{Vector3d(tool.position_m.data()), Eigen::Quaterniond(w, x, y, z),
                                  Vector3d(tool.velocity_m_s.data())};
@@ -119,12 +119,14 @@ void HandPushes::find(const proto::SceneHeader& scene, const proto::ToolState& t
   for (const auto& sphere : placed) radius_m = std::max(radius_m, sphere.radius_m);
   find_near(placed, moving, bodies);
   choose(moving);
+  lead(moving, step_s, is_tried);
 
   proto::SnapshotHeader header{};
   header.prediction_ns = static_cast<std::uint64_t>(step_s * 1e9);
   for (const Chosen& chosen : chosen_)
     for (int mode = 0; mode < chosen.body->count(); ++mode)
-      header.modes[header.mode_count++] = {1.0F, 0.0F, 0.0F, 0.0F, proto::kOneStep};
+      header.modes[header.mode_count++] = {1.0F, static_cast<float>(held_[chosen.first + mode]),
+                                           0.0F, 0.0F, proto::kOneStep};
   header.largest_response = publication::largest_response(responses_, header.mode_count);
   display::SnapshotWeights weights;
   weights.position[0] = 1.0;
@@ -134,7 +136,7 @@ void HandPushes::find(const proto::SceneHeader& scene, const proto::ToolState& t
   }
   response_ = {};
   response_.take(header, weights);
-  if (is_led) lead(moving, step_s);
+  response_.motion.drift_per_s = (led_ - now_) / step_s;
   rendering::CompliantDisplay compliant;
   compliant.motion = response_.motion;
   compliant.slack_m = responses_.empty() ? 0.0 : radius_m;

@@ -26,10 +26,10 @@ class HandPushes {
  public:
   explicit HandPushes(std::size_t moving_capacity);
 
-  /// bodies: by number, each with its modes of this step. is_led: spheres' predicted velocities are
-  /// where the engine's step would lead without pushes. Pre: moving was placed.
+  /// bodies: by number, each with its modes of this step. is_tried: predicted velocities are those
+  /// of a trial of the step, with the last step's pushes held. Pre: moving was placed.
   void find(const proto::SceneHeader& scene, const proto::ToolState& tool, MovingRecords& moving,
-            std::span<BodyModes> bodies, double step_s, bool is_led);
+            std::span<BodyModes> bodies, double step_s, bool is_tried);
   /// There is no tool.
   void clear() noexcept;
   /// The pushes were those of the step that has ended: what they did is known by work_J().
@@ -43,9 +43,8 @@ class HandPushes {
   [[nodiscard]] double work_J(MovingRecords& moving) const noexcept;
 
   /// Writes where the spheres go into their records, and tells the snapshot how they give way.
-  /// unpushed, predicted: 3 values a sphere, or none. The spans last until the next find().
+  /// predicted: 3 values a sphere, or none. The spans last until the next find().
   [[nodiscard]] publication::SnapshotPrediction predict(MovingRecords& moving, double step_s,
-                                                        std::span<const double> unpushed,
                                                         std::span<const double> predicted);
 
  private:
@@ -72,8 +71,8 @@ class HandPushes {
                   std::span<const rendering::PlacedToolSphere> tool,
                   const rendering::TouchedSpheres& touched, MovingRecords& moving);
   [[nodiscard]] const Chosen* chosen_of(std::uint32_t body) const noexcept;
-  /// Contacts see the velocities at which the unpushed step would lead.
-  void lead(MovingRecords& moving, double step_s);
+  /// Where the held pushes lead, of each mode, with whatever else acts.
+  void lead(MovingRecords& moving, double step_s, bool is_tried);
   /// The modes' displacements that move the chosen body's near spheres by velocity(sphere) over
   /// the step, as nearly as modes can.
   template <class Velocity>
@@ -82,8 +81,6 @@ class HandPushes {
   void add_modes(const Chosen& chosen, double step_s, const Modes& now, const Modes& whole,
                  const Modes& push);
   void add_to_predicted(MovingRecords& moving, double step_s, const Modes& displacements) const;
-  [[nodiscard]] double share_not_resisted(const Chosen& chosen, const Modes& now,
-                                          const Modes& before, const Modes& push) const;
 
   rendering::ToolSpheres placed_{};
   std::vector<Near> near_;
@@ -93,6 +90,9 @@ class HandPushes {
   std::vector<proto::ResponseMode> modes_;
   std::vector<proto::TurningBody> turning_;
   rendering::TouchedSpheres touched_;
+  Modes now_ = Modes::Zero(), held_ = now_, led_ = now_;  // at the velocity; by the last pushes;
+                                                          // where these lead
+  bool is_tried_ = false;
   rendering::ModeResponse response_;
   rendering::ResponseSolver solver_;
   std::vector<stillgrid_push> pushes_, before_;  // of this step, and of the one before

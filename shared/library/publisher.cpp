@@ -31,7 +31,7 @@ Publisher::Publisher(const publication::SessionSpec& spec,
       material_count_(static_cast<std::uint32_t>(hands.front().fixed.materials.size())),
       predicts_(hands.front().fixed.predicts) {
   bodies_.reserve(std::min(kMaxBodies, std::max<std::size_t>(1, spec.moving_count)));
-  unpushed_.reserve(3 * spec.moving_count);
+  trial_.reserve(3 * spec.moving_count);
   predicted_.reserve(3 * spec.moving_count);
   for (publication::HandSession& session : session_.hands()) {
     hands_.push_back(std::make_unique<Hand>(session, spec.moving_count));
@@ -121,7 +121,7 @@ int Publisher::set_spheres(std::uint32_t count, const double* positions_m,
     hand->pushes.end_step();
   }
   bodies_.clear();
-  unpushed_.clear();
+  trial_.clear();
   predicted_.clear();
   has_pushes_ = false;
   is_placed_ = true;
@@ -163,15 +163,15 @@ void Publisher::push_with_all_hands(double step_s) {
   for (BodyModes& body : bodies_) body.set_step(step_s);
   for (const auto& hand : hands_) {
     moving_.forget_predictions();
-    if (!unpushed_.empty()) {
-      moving_.predict(unpushed_);
+    if (!trial_.empty()) {
+      moving_.predict(trial_);
       moving_.cover_predictions(step_s);
     }
     const auto tool = hand->session.take_tool();
     hand->tool_ns = tool ? tool->time_ns : 0;
     if (tool)
       hand->pushes.find(hand->session.writer().scene(), *tool, moving_, bodies_, step_s,
-                        !unpushed_.empty());
+                        !trial_.empty());
     else
       hand->pushes.clear();
   }
@@ -209,9 +209,9 @@ int Publisher::take_velocities(const char* name, std::uint32_t count, const doub
   return STILLGRID_OK;
 }
 
-int Publisher::set_unpushed(std::uint32_t count, const double* velocities_m_s) {
-  if (has_pushes_) return fail(STILLGRID_E_ORDER, "set_unpushed: expected before pushes()");
-  return take_velocities("set_unpushed", count, velocities_m_s, unpushed_);
+int Publisher::set_trial(std::uint32_t count, const double* velocities_m_s) {
+  if (has_pushes_) return fail(STILLGRID_E_ORDER, "set_trial: expected before pushes()");
+  return take_velocities("set_trial", count, velocities_m_s, trial_);
 }
 
 int Publisher::set_predicted(std::uint32_t count, const double* velocities_m_s) {
@@ -244,7 +244,8 @@ int Publisher::publish(std::uint64_t state_time_ns) {
     publication::SnapshotPrediction prediction;
     if (predicts_) {
       moving_.forget_predictions();
-      prediction = hand->pushes.predict(moving_, period_s_, unpushed_, predicted_);
+      if (!trial_.empty()) moving_.predict(trial_);
+      prediction = hand->pushes.predict(moving_, period_s_, predicted_);
       moving_.cover_predictions(period_s_);
     }
     const std::uint64_t now_ns = realtime::monotonic_ns();

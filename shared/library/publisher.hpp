@@ -34,7 +34,7 @@ class Publisher {
   int set_spheres(std::uint32_t count, const double* positions_m, const double* velocities_m_s);
   int set_responses(std::span<const stillgrid_response> responses);
   int find_pushes(double step_s, std::span<stillgrid_push> pushes, std::uint32_t& count);
-  int set_unpushed(std::uint32_t count, const double* velocities_m_s);
+  int set_trial(std::uint32_t count, const double* velocities_m_s);
   int set_predicted(std::uint32_t count, const double* velocities_m_s);
   int publish(std::uint64_t state_time_ns);
   int take_tool(std::uint32_t hand, stillgrid_tool& tool);
@@ -67,8 +67,8 @@ class Publisher {
   std::optional<publication::LockstepPeers> peers_;
   std::optional<realtime::PeriodicTimer> timer_;
   MovingRecords moving_;
-  std::vector<BodyModes> bodies_;             // of this state, by number
-  std::vector<double> unpushed_, predicted_;  // of this state; empty: not told
+  std::vector<BodyModes> bodies_;          // of this state, by number
+  std::vector<double> trial_, predicted_;  // of this state; empty: not told
   std::vector<std::unique_ptr<Hand>> hands_;
   std::uint32_t material_count_;
   bool predicts_;

@@ -19,15 +19,19 @@ def simulate(publisher):
     inverse_inertias = numpy.zeros((COUNT, 6, 6))
     inverse_inertias[:, 2, 2] = 1 / inertia_kg
 
+    held_N = numpy.zeros(COUNT)
     publisher.set_shapes(numpy.full(COUNT, RADIUS_m), bodies=bodies)
     for _ in publisher.steps():
         publisher.set_spheres(positions_m, velocities_m_s)
-        forces_N = -SPRING_N_per_m * positions_m[:, 2]
+        forces_N = held_N - SPRING_N_per_m * positions_m[:, 2]
         velocities_m_s[:, 2] = (MASS_kg * velocities_m_s[:, 2] + PERIOD_s * forces_N) / inertia_kg
-        publisher.set_unpushed(velocities_m_s)
+        publisher.set_trial(velocities_m_s)  # as if the last step's pushes stayed
         publisher.set_responses(bodies, positions_m, inverse_inertias)
         pushes = publisher.pushes()
-        velocities_m_s[pushes.body, 2] += PERIOD_s * pushes.force_N[:, 2] / inertia_kg
+        velocities_m_s[:, 2] -= PERIOD_s * held_N / inertia_kg
+        held_N[:] = 0
+        held_N[pushes.body] = pushes.force_N[:, 2]
+        velocities_m_s[:, 2] += PERIOD_s * held_N / inertia_kg
         publisher.set_predicted(velocities_m_s)
         publisher.publish()
         positions_m += PERIOD_s * velocities_m_s

@@ -115,7 +115,7 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "publisher_set_spheres": (c_int, c_void_p, c_uint32, c_void_p, c_void_p),
     "publisher_set_responses": (c_int, c_void_p, c_uint32, c_void_p),
     "publisher_pushes": (c_int, c_void_p, c_double, c_void_p, _COUNT),
-    "publisher_set_unpushed": (c_int, c_void_p, c_uint32, c_void_p),
+    "publisher_set_trial": (c_int, c_void_p, c_uint32, c_void_p),
     "publisher_set_predicted": (c_int, c_void_p, c_uint32, c_void_p),
     "publisher_publish": (c_int, c_void_p, c_uint64),
     "publisher_tool": (c_int, c_void_p, c_uint32, ctypes.POINTER(Tool)),

@@ -40,7 +40,7 @@ class Publisher:
         self._is_over: Callable[[], bool] = lambda: False
         kept: list[Any] = []
         self._call = {name: _library.function(f"publisher_{name}") for name in (
-            "close", "wait", "set_shapes", "set_spheres", "set_responses", "set_unpushed", "pushes",
+            "close", "wait", "set_shapes", "set_spheres", "set_responses", "set_trial", "pushes",
             "set_predicted", "publish",
             "tool")}
         _library.check(_library.function("publisher_open")(
@@ -129,11 +129,12 @@ class Publisher:
                     raise
                 self._pushes = numpy.zeros(count.value, _library.PUSH)
 
-    def set_unpushed(self, velocities_m_s: ArrayLike) -> None:
-        """Where the step would lead if nothing pushed, before pushes(): (N, 3), the mean velocity over it.
+    def set_trial(self, velocities_m_s: ArrayLike) -> None:
+        """Where a trial of the step leads while the last step's pushes are held, before pushes(): (N, 3), the
+        mean velocity over it.
         The scene predicts."""
         velocities = floats(velocities_m_s, "velocities_m_s", None, 3)
-        self._checked("set_unpushed", len(velocities), address(velocities))
+        self._checked("set_trial", len(velocities), address(velocities))
 
     def set_predicted(self, velocities_m_s: ArrayLike) -> None:
         """Where the step led, after pushes(): (N, 3), the mean velocity over it. The scene predicts."""

@@ -1,5 +1,5 @@
-# What a driver outside this tree needs, in-tree and installed: the header, the rules to link by, and
-# where they are found. Nothing of it names a folder, so that an installed tree may be moved.
+# What drivers and engines outside this tree need, in-tree and installed: headers, the rules to link by,
+# examples, and where they are found; libstillgrid itself is installed beside its sources. Nothing of it names a folder, so that an installed tree may be moved.
 include(CMakePackageConfigHelpers)
 include(${CMAKE_CURRENT_LIST_DIR}/package/stillgrid_add_device.cmake)
 
@@ -9,8 +9,12 @@ target_include_directories(stillgrid_device_plugin INTERFACE
   $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:include>)
 set_target_properties(stillgrid_device_plugin PROPERTIES EXPORT_NAME device_plugin)
 
-install(FILES ${PROJECT_SOURCE_DIR}/proto/device_plugin.h DESTINATION include/stillgrid)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/tests/install/handle ${PROJECT_SOURCE_DIR}/tests/install/udp_knob
+install(FILES ${PROJECT_SOURCE_DIR}/proto/device_plugin.h ${PROJECT_SOURCE_DIR}/proto/stillgrid.h
+  DESTINATION include/stillgrid)
+install(DIRECTORY
+  ${PROJECT_SOURCE_DIR}/tests/install/handle ${PROJECT_SOURCE_DIR}/tests/install/udp_knob
+  ${PROJECT_SOURCE_DIR}/tests/install/publish_ball
+  ${PROJECT_SOURCE_DIR}/docs/examples/mujoco ${PROJECT_SOURCE_DIR}/docs/examples/bullet
   DESTINATION share/stillgrid/examples)
 install(TARGETS stillgrid_device_plugin EXPORT stillgrid)
 install(EXPORT stillgrid
@@ -25,6 +29,7 @@ install(FILES
   ${CMAKE_CURRENT_LIST_DIR}/package/device_plugin.map
   DESTINATION lib/cmake/stillgrid)
 
-configure_file(${CMAKE_CURRENT_LIST_DIR}/package/stillgrid-device.pc.in
-  ${CMAKE_BINARY_DIR}/package/stillgrid-device.pc @ONLY)
-install(FILES ${CMAKE_BINARY_DIR}/package/stillgrid-device.pc DESTINATION lib/pkgconfig)
+foreach(pc IN ITEMS stillgrid-device.pc stillgrid.pc)
+  configure_file(${CMAKE_CURRENT_LIST_DIR}/package/${pc}.in ${CMAKE_BINARY_DIR}/package/${pc} @ONLY)
+  install(FILES ${CMAKE_BINARY_DIR}/package/${pc} DESTINATION lib/pkgconfig)
+endforeach()
