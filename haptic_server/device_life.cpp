@@ -93,12 +93,13 @@ bool reopen(Run& run, RealTimeTicks& ticks) {
   const std::string lost =
       "device '" + run.report.device + "': " + run.device.error_line(run.loop.device_code());
   leave(run);
-  spdlog::warn("{}; no force; it is opened again up to {} times", lost,
-               run.options.reopenings - run.report.reopenings);
+  if (const auto tries = run.options.reopenings - run.report.reopenings; tries > 0)
+    spdlog::warn("{}; no force; it is opened again up to {} times", lost, tries);
+  const auto is_over = [&] { return run.stop || ticks.is_past_end(); };
   while (run.report.reopenings < run.options.reopenings) {
-    for (std::chrono::milliseconds waited{0}; waited < kBetween && !run.stop; waited += kPoll)
+    for (std::chrono::milliseconds waited{0}; waited < kBetween && !is_over(); waited += kPoll)
       std::this_thread::sleep_for(kPoll);
-    if (run.stop) return false;
+    if (is_over()) return false;
     ++run.report.reopenings;
     try {
       run.watchdog.watch_call();
@@ -114,7 +115,7 @@ bool reopen(Run& run, RealTimeTicks& ticks) {
       spdlog::warn("{}", error.what());
     }
   }
-  throw DeviceFault(lost + "; not back after " + std::to_string(run.options.reopenings) + " tries");
+  throw DeviceFault(lost + "; no further try of " + std::to_string(run.options.reopenings));
 }
 
 void throw_fault(Run& run) {

@@ -146,7 +146,8 @@ int run(Arguments& arguments, safety::GuardedState& guarded) {
   int status = realtime::kDone, report_status = realtime::kDone;
   const auto finish_report = [&] {
     try {
-      if (!arguments.report.empty() && report.ticks > 0) write_report(report, arguments.report);
+      if (!arguments.report.empty() && (report.ticks > 0 || report.device_stops > 0))
+        write_report(report, arguments.report);
     } catch (const std::exception& error) {
       report_status = fail(error, realtime::kBadInput);
     }

@@ -4,12 +4,15 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <set>
+#include <string_view>
 #include <system_error>
+#include <vector>
 
 #include "haptic_server/device/device_host.hpp"
 #include "haptic_server/device/driver_call.hpp"
@@ -35,6 +38,21 @@ std::string text_of(const DeviceSpec& spec) {
         .append(1, '=')
         .append(spec.options[i].value);
   return text;
+}
+
+/// What opens the listed device: its options in the place of those given, and of whatever else
+/// selects one.
+DeviceSpec selecting(DeviceSpec spec, const std::string& listed) {
+  if (listed.empty()) return spec;
+  const std::vector<DeviceOption> own = parse_device_spec(spec.plugin + ":" + listed).options;
+  constexpr std::array<std::string_view, 4> kSelectors = {"index", "serial", "name", "device_id"};
+  std::erase_if(spec.options, [&](const DeviceOption& given) {
+    return std::find(kSelectors.begin(), kSelectors.end(), given.key) != kSelectors.end() ||
+           std::any_of(own.begin(), own.end(),
+                       [&](const DeviceOption& option) { return option.key == given.key; });
+  });
+  spec.options.insert(spec.options.end(), own.begin(), own.end());
+  return spec;
 }
 
 /// A line without the plugin's name before it, which its row has.
@@ -125,9 +143,7 @@ void print_devices(const DeviceSpec& spec) {
   stillgrid_device_listing listed{};
   for (std::uint32_t i = 0; i < kMaxDevices && driver.list(i, listed); ++i) {
     const std::string options = line_of(listed.options, sizeof listed.options - 1);
-    std::string device = text_of(spec);
-    if (!options.empty()) device.append(1, spec.options.empty() ? ':' : ',').append(options);
-    print_row(device, line_of(listed.name, sizeof listed.name - 1),
+    print_row(text_of(selecting(spec, options)), line_of(listed.name, sizeof listed.name - 1),
               line_of(listed.serial, sizeof listed.serial - 1));
   }
 }

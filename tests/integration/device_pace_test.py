@@ -1,9 +1,11 @@
 #!/usr/bin/python3
 """A device may set the pace, be lost and come back, be given orders and have a gripper."""
 import json
+import os
 import subprocess
 import sys
 import unittest
+import unittest.mock
 
 import daemons
 from daemons import BUILD, ROOT
@@ -12,6 +14,7 @@ sys.path.append(str(ROOT / "scripts" / "gallery"))
 import measure_delay  # after the path it needs
 
 SCENE = "tissue_and_blocks"
+HOSTILE = BUILD / "tests" / "shared" / "tools" / "hostile_drivers" / "hostile.so"
 HAND = "phantom:profile=premium15,hand=light,path=press,centre_z_m=0,depth_m=0.06,period_s=1"
 
 
@@ -52,6 +55,18 @@ class DevicePaceTest(daemons.SessionTest):
         server.signal(daemons.signal.SIGCONT)
         self.assertEqual(server.wait(20.0), daemons.DONE, server.lines())
         self.assertLessEqual(daemons.read_report(report)["force_N"]["max"], 8.5)
+
+    def test_a_device_that_ticks_at_another_rate_or_never_is_told(self):
+        self.sim_server(SCENE)
+        for mode, status, line in (("ticks_seldom", daemons.DONE, " Hz; expected 1000 Hz"),
+                                   ("no_ticks", daemons.DEVICE_FAULT, "stopped 3 times for want of ticks")):
+            with self.subTest(mode):
+                report = self.folder / f"{mode}.json"
+                with unittest.mock.patch.dict(os.environ, {"STILLGRID_HOSTILE_FAULT": mode}):
+                    server = self.haptic_server(HOSTILE, "--duration", 2.5, "--report", report)
+                self.assertEqual(server.wait(20.0), status, server.lines())
+                self.assertIn(line, "\n".join(server.lines()))
+                self.assertIn("ticks", daemons.read_report(report))
 
     def test_in_virtual_time_the_host_sets_the_pace(self):
         paces = [self.run_lockstep(SCENE, f"phantom:pace={pace}", 0.3).read_bytes() for pace in ("host", "device")]
