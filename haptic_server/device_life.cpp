@@ -40,7 +40,9 @@ void require_no_motors(const device::Device& device, const device::DeviceSpec& s
 }
 
 void require_gripper(const device::Device& device, const device::DeviceSpec& spec) {
-  if (device.descriptor().max_gripper_force_N == 0.0 || device.descriptor().gripper_open_m == 0.0)
+  const stillgrid_device_descriptor& is = device.descriptor();
+  const bool exerts = is.dof_actuated == 0 || (is.dof_actuated & STILLGRID_DOF_GRIPPER) != 0;
+  if (is.max_gripper_force_N == 0.0 || is.gripper_open_m == 0.0 || !exerts)
     throw device::DeviceError(
         device::DeviceFailure::kBadInput,
         "device '" + spec.plugin +

@@ -88,6 +88,9 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--commands", options.commands,
                  "Give the device, while ticks go on, the orders that come in this file or named "
                  "pipe, a line KEY=VALUE each: what a driver takes is in its documentation")
+      ->check([](const std::string& file) {
+        return file.empty() ? std::string("expected a file") : std::string();
+      })
       ->excludes("--lockstep");
   app.add_option("--gripper-stiffness", options.safety.gripper_stiffness_N_per_m,
                  "Open a device's gripper by a spring, N/m; default 0: no force on its fingers")

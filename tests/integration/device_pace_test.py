@@ -82,6 +82,29 @@ class DevicePaceTest(daemons.SessionTest):
         self.assertIn("command 'push_x_N=much': push_x_N: value 'much': expected a finite number", text)
         self.assertEqual(len([line for line in lines if ": command " in line]), 4, lines)
 
+    def test_the_last_order_of_a_file_needs_no_end_of_line_and_a_flood_is_summed(self):
+        orders = self.write("orders", "nonsense\n" * 1000 + "push_z_N=-1.5")
+        _, _, lines = self.run_in_real_time("phantom:path=still,hand=none", "--commands", orders)
+        self.assertIn("command push_z_N=-1.5", "\n".join(lines))
+        self.assertEqual(len([line for line in lines if "'nonsense'" in line]), 20)
+        self.assertIn("1000 commands were refused, 980 of them not told", "\n".join(lines))
+
+    def test_what_a_pipes_writer_left_unfinished_is_no_part_of_the_next_ones_order(self):
+        pipe = self.folder / "orders"
+        os.mkfifo(pipe)
+        self.sim_server(SCENE)
+        server = self.haptic_server("phantom:path=still,hand=none", "--commands", pipe)
+        for text, line in (("push_x", "command 'push_x': its writer left"), ("push_z_N=-1\n", "command push_z_N=-1")):
+            pipe.write_text(text)
+            self.wait_until(lambda: line in "\n".join(server.lines()), 10.0, line)
+        self.assertEqual(server.stop(), daemons.DONE, server.lines())
+
+    def test_a_folder_gives_no_orders(self):
+        self.sim_server(SCENE)
+        for folder in (self.folder, ""):
+            server = self.haptic_server("phantom", "--commands", folder)
+            self.assert_refused(server, daemons.BAD_INPUT, "--commands", "expected a file")
+
     def test_orders_of_a_file_that_is_not_there_are_bad_input(self):
         self.sim_server(SCENE)
         server = self.haptic_server("phantom", "--commands", self.folder / "none")
