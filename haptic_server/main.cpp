@@ -57,11 +57,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_flag_callback(
       "--list-devices",
       [&options] {
-        if (options.device.empty())
-          device::print_installed_devices();
-        else
-          device::print_devices(device::parse_device_spec(options.device));
-        throw CLI::Success();
+        throw CLI::RuntimeError(options.device.empty() ? device::print_installed_devices()
+                                                       : device::print_devices(options.device));
       },
       "Print the devices that installed drivers see, or with --device those of that one, and what "
       "to give --device for each; then end");

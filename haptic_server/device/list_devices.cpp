@@ -128,13 +128,17 @@ class OpenHandle {
   stillgrid_device* handle_ = nullptr;
 };
 
-}  // namespace
-
-void print_devices(const DeviceSpec& spec) {
+void print_rows(const DeviceSpec& spec) {
   const stillgrid_device_api api = negotiate_device(spec.plugin, {});
   if (api.list == nullptr) {
     const std::int32_t count = call_driver([&] { return api.enumerate(); });
-    if (count <= 0) return print_none(spec, "no device is present");
+    if (count < 0)
+      fail_device(DeviceFailure::kDeviceFault, spec.plugin,
+                  "enumerate: answers " + std::to_string(count));
+    if (count == 0 || std::int64_t{spec.index} >= count)
+      fail_device(DeviceFailure::kDeviceFault, spec.plugin,
+                  count == 0 ? "no device is present"
+                             : "there are devices @0 to @" + std::to_string(count - 1));
     for (std::int32_t i = 0; i < std::min(count, kMaxDevices); ++i)
       print_enumerated(spec, static_cast<std::uint32_t>(i));
     return;
@@ -148,7 +152,58 @@ void print_devices(const DeviceSpec& spec) {
   }
 }
 
-void print_installed_devices() {
+/// What a child says that came to its end; a driver that ends the program cannot.
+constexpr int kListed = 100, kFailed = 101;
+
+std::string died(int status) {
+  if (!WIFSIGNALED(status)) return "ends the program";
+  return WTERMSIG(status) == SIGALRM ? "does not answer within 20 s"
+                                     : std::string("crashes: ") + ::strsignal(WTERMSIG(status));
+}
+
+/// Prints the rows in a process of its own, what is wrong by say(), an empty line where it was
+/// said there. Returns the exit status.
+template <class Say>
+int print_in_process(const DeviceSpec& spec, Say&& say) {
+  std::fflush(stdout);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::alarm(kLongest_s);
+    int failure = 0;
+    try {
+      print_rows(spec);
+    } catch (const DeviceError& error) {
+      say(std::string(error.what()));
+      failure = error.exit_status();
+    }
+    std::_Exit(std::fflush(stdout) != 0 ? kFailed : kListed + 2 * failure);
+  }
+  int status = 0;
+  constexpr int kFault = static_cast<int>(DeviceFailure::kDeviceFault);
+  if (child < 0 || ::waitpid(child, &status, 0) != child) {
+    say("no process to ask it in");
+    return kFault;
+  }
+  const int code = WIFEXITED(status) ? WEXITSTATUS(status) : 0;
+  if (code == kFailed) return static_cast<int>(DeviceFailure::kBadInput);
+  if (code >= kListed) return (code - kListed) / 2;
+  say(died(status));
+  return kFault;
+}
+
+}  // namespace
+
+int print_devices(const std::string& device) {
+  const DeviceSpec spec = parse_device_spec(device);
+  const int status = print_in_process(spec, [&](const std::string& line) {
+    const bool is_named = line.starts_with("device '");
+    std::fprintf(stderr, "haptic_server: %s%s\n",
+                 is_named ? "" : ("device '" + spec.plugin + "': ").c_str(), line.c_str());
+  });
+  return status;
+}
+
+int print_installed_devices() {
   std::set<std::string> plugins;
   for (const std::filesystem::path& folder : installed_folders()) {
     std::error_code none;
@@ -159,27 +214,9 @@ void print_installed_devices() {
   for (const std::string& plugin : plugins) {
     DeviceSpec spec;
     spec.plugin = plugin;
-    std::fflush(stdout);
-    const pid_t child = ::fork();
-    if (child == 0) {
-      ::alarm(kLongest_s);
-      try {
-        print_devices(spec);
-      } catch (const DeviceError& error) {
-        print_none(spec, error.what());
-      }
-      std::fflush(stdout);
-      std::_Exit(EXIT_SUCCESS);
-    }
-    int status = 0;
-    if (child < 0 || ::waitpid(child, &status, 0) != child) {
-      print_none(spec, "no process to ask it in");
-    } else if (WIFSIGNALED(status)) {
-      const int number = WTERMSIG(status);
-      print_none(spec, number == SIGALRM ? "does not answer within 20 s"
-                                         : std::string("crashes: ") + ::strsignal(number));
-    }
+    (void)print_in_process(spec, [&](const std::string& line) { print_none(spec, line); });
   }
+  return std::fflush(stdout) == 0 ? 0 : 1;
 }
 
 }  // namespace stillgrid::device

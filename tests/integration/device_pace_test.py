@@ -105,6 +105,16 @@ class DevicePaceTest(daemons.SessionTest):
             server = self.haptic_server("phantom", "--commands", folder)
             self.assert_refused(server, daemons.BAD_INPUT, "--commands", "expected a file")
 
+    def test_a_list_ends_with_a_line_and_a_status_whatever_the_driver_does(self):
+        for device, status, line in (("phantom@1", 3, "there are devices @0 to @0"),
+                                     ("nosuch", 1, "expected a path to a .so")):
+            with self.subTest(device):
+                listed = subprocess.run([BUILD / "bin" / "haptic_server", "--list-devices", "--device", device],
+                                        capture_output=True, text=True)
+                self.assertEqual((listed.returncode, listed.stdout), (status, ""), listed.stderr)
+                self.assertIn(line, listed.stderr)
+                self.assertEqual(listed.stderr.count("\n"), 1)
+
     def test_orders_of_a_file_that_is_not_there_are_bad_input(self):
         self.sim_server(SCENE)
         server = self.haptic_server("phantom", "--commands", self.folder / "none")
