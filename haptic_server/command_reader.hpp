@@ -22,11 +22,16 @@ class CommandReader {
 
  private:
   void read_lines(const std::stop_token& end);
+  void take_end(bool may_obey);
   void obey(const std::string& line);
+  void refuse(const std::string& line, const std::string& why);
 
   device::Device& device_;
   std::string name_;
   int file_;
+  bool is_file_ = false;     // not a pipe: what stands at its end may be a whole line
+  bool was_at_end_ = false;  // a moment ago, and nothing has come since
+  std::uint64_t refusals_ = 0;
   std::string pending_;  // of a line whose end has not come
   std::jthread thread_;  // last: joined before what it uses is gone
 };

@@ -40,7 +40,9 @@ void require_no_motors(const device::Device& device, const device::DeviceSpec& s
 }
 
 void require_gripper(const device::Device& device, const device::DeviceSpec& spec) {
-  if (device.descriptor().max_gripper_force_N == 0.0 || device.descriptor().gripper_open_m == 0.0)
+  const stillgrid_device_descriptor& is = device.descriptor();
+  const bool exerts = is.dof_actuated == 0 || (is.dof_actuated & STILLGRID_DOF_GRIPPER) != 0;
+  if (is.max_gripper_force_N == 0.0 || is.gripper_open_m == 0.0 || !exerts)
     throw device::DeviceError(
         device::DeviceFailure::kBadInput,
         "device '" + spec.plugin +
@@ -93,12 +95,13 @@ bool reopen(Run& run, RealTimeTicks& ticks) {
   const std::string lost =
       "device '" + run.report.device + "': " + run.device.error_line(run.loop.device_code());
   leave(run);
-  spdlog::warn("{}; no force; it is opened again up to {} times", lost,
-               run.options.reopenings - run.report.reopenings);
+  if (const auto tries = run.options.reopenings - run.report.reopenings; tries > 0)
+    spdlog::warn("{}; no force; it is opened again up to {} times", lost, tries);
+  const auto is_over = [&] { return run.stop || ticks.is_past_end(); };
   while (run.report.reopenings < run.options.reopenings) {
-    for (std::chrono::milliseconds waited{0}; waited < kBetween && !run.stop; waited += kPoll)
+    for (std::chrono::milliseconds waited{0}; waited < kBetween && !is_over(); waited += kPoll)
       std::this_thread::sleep_for(kPoll);
-    if (run.stop) return false;
+    if (is_over()) return false;
     ++run.report.reopenings;
     try {
       run.watchdog.watch_call();
@@ -114,7 +117,7 @@ bool reopen(Run& run, RealTimeTicks& ticks) {
       spdlog::warn("{}", error.what());
     }
   }
-  throw DeviceFault(lost + "; not back after " + std::to_string(run.options.reopenings) + " tries");
+  throw DeviceFault(lost + "; no further try of " + std::to_string(run.options.reopenings));
 }
 
 void throw_fault(Run& run) {

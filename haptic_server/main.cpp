@@ -57,11 +57,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_flag_callback(
       "--list-devices",
       [&options] {
-        if (options.device.empty())
-          device::print_installed_devices();
-        else
-          device::print_devices(device::parse_device_spec(options.device));
-        throw CLI::Success();
+        throw CLI::RuntimeError(options.device.empty() ? device::print_installed_devices()
+                                                       : device::print_devices(options.device));
       },
       "Print the devices that installed drivers see, or with --device those of that one, and what "
       "to give --device for each; then end");
@@ -88,6 +85,9 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--commands", options.commands,
                  "Give the device, while ticks go on, the orders that come in this file or named "
                  "pipe, a line KEY=VALUE each: what a driver takes is in its documentation")
+      ->check([](const std::string& file) {
+        return file.empty() ? std::string("expected a file") : std::string();
+      })
       ->excludes("--lockstep");
   app.add_option("--gripper-stiffness", options.safety.gripper_stiffness_N_per_m,
                  "Open a device's gripper by a spring, N/m; default 0: no force on its fingers")
@@ -146,7 +146,8 @@ int run(Arguments& arguments, safety::GuardedState& guarded) {
   int status = realtime::kDone, report_status = realtime::kDone;
   const auto finish_report = [&] {
     try {
-      if (!arguments.report.empty() && report.ticks > 0) write_report(report, arguments.report);
+      if (!arguments.report.empty() && (report.ticks > 0 || report.device_stops > 0))
+        write_report(report, arguments.report);
     } catch (const std::exception& error) {
       report_status = fail(error, realtime::kBadInput);
     }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -42,11 +43,41 @@ void tick_at_own_pace(Run& run, RealTimeTicks& ticks) {
   run.report.page_faults += realtime::page_faults() - faults_before;
 }
 
+/// Says once that a device ticks at another rate than it was told to.
+class PaceCheck {
+ public:
+  PaceCheck(const Run& run, const RealTimeTicks& ticks) : run_(run), ticks_(ticks) {}
+
+  void look() {
+    const std::uint64_t now_ns = realtime::monotonic_ns(), ticked = ticks_.device_ticks();
+    if (now_ns - from_ns_ < 1'000'000'000) return;
+    const double rate_hz =
+        1e9 * static_cast<double>(ticked - from_ticks_) / static_cast<double>(now_ns - from_ns_);
+    const double asked_hz = 1e9 / static_cast<double>(run_.period_ns);
+    if (!is_told_ && std::abs(rate_hz - asked_hz) > kTolerance * asked_hz) {
+      is_told_ = true;
+      spdlog::warn("device '{}' ticks at {:.0f} Hz; expected {:.0f} Hz", run_.report.device,
+                   rate_hz, asked_hz);
+    }
+    from_ns_ = now_ns;
+    from_ticks_ = ticked;
+  }
+
+ private:
+  static constexpr double kTolerance = 0.2;
+  const Run& run_;
+  const RealTimeTicks& ticks_;
+  std::uint64_t from_ns_ = realtime::monotonic_ns(), from_ticks_ = ticks_.device_ticks();
+  bool is_told_ = false;
+};
+
 /// The device's thread ticks; this one only sees to it that a device that was stopped goes on.
 void wait_for_device_pace(Run& run, RealTimeTicks& ticks) {
+  PaceCheck pace(run, ticks);
   while (!ticks.is_over()) {
     std::this_thread::sleep_for(kPoll);
     if (must_recover(run)) ticks.recover();
+    pace.look();
   }
 }
 
@@ -101,7 +132,12 @@ bool RealTimeTicks::tick_at_device_pace() {
 
 std::int32_t RealTimeTicks::on_device_tick(void* ticks) noexcept {
   RealTimeTicks& self = *static_cast<RealTimeTicks*>(ticks);
-  self.is_ticking_.store(true, std::memory_order_seq_cst);
+  if (self.is_ticking_.exchange(true, std::memory_order_seq_cst)) {
+    self.ticked_twice_.store(true, std::memory_order_relaxed);
+    self.is_over_.store(true, std::memory_order_release);
+    return 1;
+  }
+  self.device_ticks_.fetch_add(1, std::memory_order_relaxed);
   const bool goes_on = !self.is_over_.load(std::memory_order_seq_cst) && self.goes_on();
   self.is_ticking_.store(false, std::memory_order_release);
   return goes_on ? 0 : 1;
@@ -143,6 +179,9 @@ void RealTimeTicks::end() noexcept {
 }
 
 TickEnd RealTimeTicks::outcome() const {
+  if (ticked_twice_)
+    throw DeviceFault("device '" + run_.report.device +
+                      "': two threads ticked at once; expected one that sets the pace");
   if (thrown_) std::rethrow_exception(thrown_);
   return end_;
 }

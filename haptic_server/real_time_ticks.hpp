@@ -22,8 +22,8 @@ class RealTimeTicks {
   [[nodiscard]] bool tick(const realtime::PeriodicTimer::Wake& wake);
 
   /// As stillgrid_device_tick_fn of a RealTimeTicks. The first of a thread makes it real-time as
-  /// far as that may be had; while the device is being stopped, or must be activated anew, nothing
-  /// is told to it.
+  /// far as that may be had; one that comes while another is under way ends the ticks; while the
+  /// device is being stopped, or must be activated anew, nothing is told to it.
   static std::int32_t on_device_tick(void* ticks) noexcept;
 
   /// The watchdog has stopped the device: activates it anew, no force, then a ramp. Not in a tick
@@ -33,6 +33,15 @@ class RealTimeTicks {
   /// For a device that is about to be active anew: ticks go on, the first of them on time. Pre: no
   /// tick can come.
   void resume() noexcept;
+
+  /// Whether the run's time is over. Thread: any but the one that ticks, and while none ticks.
+  [[nodiscard]] bool is_past_end() const noexcept {
+    return end_ns_ != 0 && realtime::monotonic_ns() >= end_ns_;
+  }
+  /// Ticks that the device has called, to tell its pace. Thread: any.
+  [[nodiscard]] std::uint64_t device_ticks() const noexcept {
+    return device_ticks_.load(std::memory_order_relaxed);
+  }
 
   /// No tick comes any more, and none is under way.
   void end() noexcept;
@@ -58,7 +67,9 @@ class RealTimeTicks {
   std::thread::id thread_;     // that ticks at the device's pace
   std::exception_ptr thrown_;
   std::atomic<std::uint64_t> stops_ = 0;  // by the watchdog, that were recovered from
+  std::atomic<std::uint64_t> device_ticks_ = 0;
   std::atomic<bool> is_over_ = false, is_ticking_ = false;
+  std::atomic<bool> ticked_twice_ = false;  // two threads at once
 };
 
 }  // namespace stillgrid::haptic_server

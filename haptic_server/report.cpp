@@ -29,8 +29,8 @@ nlohmann::json percentiles(const realtime::Histogram& histogram, double unit) {
 
 nlohmann::json interface_json(const std::optional<safety::InterfaceEnergy>& energy) {
   if (!energy) return {};
-  const auto& [given_by_hand_J, booked_J, held_J, made_J, in_flight_J, uncertainty_J, most_made_J] =
-      *energy;
+  const auto& [given_by_hand_J, booked_J, held_J, made_J, in_flight_J, uncertainty_J, noise_J,
+               most_made_J] = *energy;
   return {
       {"given_by_hand_J", given_by_hand_J},
       {"booked_J", booked_J},
@@ -38,6 +38,7 @@ nlohmann::json interface_json(const std::optional<safety::InterfaceEnergy>& ener
       {"made_J", made_J},
       {"in_flight_J", in_flight_J},
       {"uncertainty_J", uncertainty_J},
+      {"noise_J", noise_J},
       {"most_made_in_a_second_J", most_made_J ? nlohmann::json(*most_made_J) : nlohmann::json()}};
 }
 

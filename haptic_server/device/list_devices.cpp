@@ -4,12 +4,15 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <set>
+#include <string_view>
 #include <system_error>
+#include <vector>
 
 #include "haptic_server/device/device_host.hpp"
 #include "haptic_server/device/driver_call.hpp"
@@ -35,6 +38,21 @@ std::string text_of(const DeviceSpec& spec) {
         .append(1, '=')
         .append(spec.options[i].value);
   return text;
+}
+
+/// What opens the listed device: its options in the place of those given, and of whatever else
+/// selects one.
+DeviceSpec selecting(DeviceSpec spec, const std::string& listed) {
+  if (listed.empty()) return spec;
+  const std::vector<DeviceOption> own = parse_device_spec(spec.plugin + ":" + listed).options;
+  constexpr std::array<std::string_view, 4> kSelectors = {"index", "serial", "name", "device_id"};
+  std::erase_if(spec.options, [&](const DeviceOption& given) {
+    return std::find(kSelectors.begin(), kSelectors.end(), given.key) != kSelectors.end() ||
+           std::any_of(own.begin(), own.end(),
+                       [&](const DeviceOption& option) { return option.key == given.key; });
+  });
+  spec.options.insert(spec.options.end(), own.begin(), own.end());
+  return spec;
 }
 
 /// A line without the plugin's name before it, which its row has.
@@ -110,13 +128,17 @@ class OpenHandle {
   stillgrid_device* handle_ = nullptr;
 };
 
-}  // namespace
-
-void print_devices(const DeviceSpec& spec) {
+void print_rows(const DeviceSpec& spec) {
   const stillgrid_device_api api = negotiate_device(spec.plugin, {});
   if (api.list == nullptr) {
     const std::int32_t count = call_driver([&] { return api.enumerate(); });
-    if (count <= 0) return print_none(spec, "no device is present");
+    if (count < 0)
+      fail_device(DeviceFailure::kDeviceFault, spec.plugin,
+                  "enumerate: answers " + std::to_string(count));
+    if (count == 0 || std::int64_t{spec.index} >= count)
+      fail_device(DeviceFailure::kDeviceFault, spec.plugin,
+                  count == 0 ? "no device is present"
+                             : "there are devices @0 to @" + std::to_string(count - 1));
     for (std::int32_t i = 0; i < std::min(count, kMaxDevices); ++i)
       print_enumerated(spec, static_cast<std::uint32_t>(i));
     return;
@@ -125,14 +147,63 @@ void print_devices(const DeviceSpec& spec) {
   stillgrid_device_listing listed{};
   for (std::uint32_t i = 0; i < kMaxDevices && driver.list(i, listed); ++i) {
     const std::string options = line_of(listed.options, sizeof listed.options - 1);
-    std::string device = text_of(spec);
-    if (!options.empty()) device.append(1, spec.options.empty() ? ':' : ',').append(options);
-    print_row(device, line_of(listed.name, sizeof listed.name - 1),
+    print_row(text_of(selecting(spec, options)), line_of(listed.name, sizeof listed.name - 1),
               line_of(listed.serial, sizeof listed.serial - 1));
   }
 }
 
-void print_installed_devices() {
+/// What a child says that came to its end; a driver that ends the program cannot.
+constexpr int kListed = 100, kFailed = 101;
+
+std::string died(int status) {
+  if (!WIFSIGNALED(status)) return "ends the program";
+  return WTERMSIG(status) == SIGALRM ? "does not answer within 20 s"
+                                     : std::string("crashes: ") + ::strsignal(WTERMSIG(status));
+}
+
+/// Prints the rows in a process of its own, what is wrong by say(), an empty line where it was
+/// said there. Returns the exit status.
+template <class Say>
+int print_in_process(const DeviceSpec& spec, Say&& say) {
+  std::fflush(stdout);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::alarm(kLongest_s);
+    int failure = 0;
+    try {
+      print_rows(spec);
+    } catch (const DeviceError& error) {
+      say(std::string(error.what()));
+      failure = error.exit_status();
+    }
+    std::_Exit(std::fflush(stdout) != 0 ? kFailed : kListed + 2 * failure);
+  }
+  int status = 0;
+  constexpr int kFault = static_cast<int>(DeviceFailure::kDeviceFault);
+  if (child < 0 || ::waitpid(child, &status, 0) != child) {
+    say("no process to ask it in");
+    return kFault;
+  }
+  const int code = WIFEXITED(status) ? WEXITSTATUS(status) : 0;
+  if (code == kFailed) return static_cast<int>(DeviceFailure::kBadInput);
+  if (code >= kListed) return (code - kListed) / 2;
+  say(died(status));
+  return kFault;
+}
+
+}  // namespace
+
+int print_devices(const std::string& device) {
+  const DeviceSpec spec = parse_device_spec(device);
+  const int status = print_in_process(spec, [&](const std::string& line) {
+    const bool is_named = line.starts_with("device '");
+    std::fprintf(stderr, "haptic_server: %s%s\n",
+                 is_named ? "" : ("device '" + spec.plugin + "': ").c_str(), line.c_str());
+  });
+  return status;
+}
+
+int print_installed_devices() {
   std::set<std::string> plugins;
   for (const std::filesystem::path& folder : installed_folders()) {
     std::error_code none;
@@ -143,27 +214,9 @@ void print_installed_devices() {
   for (const std::string& plugin : plugins) {
     DeviceSpec spec;
     spec.plugin = plugin;
-    std::fflush(stdout);
-    const pid_t child = ::fork();
-    if (child == 0) {
-      ::alarm(kLongest_s);
-      try {
-        print_devices(spec);
-      } catch (const DeviceError& error) {
-        print_none(spec, error.what());
-      }
-      std::fflush(stdout);
-      std::_Exit(EXIT_SUCCESS);
-    }
-    int status = 0;
-    if (child < 0 || ::waitpid(child, &status, 0) != child) {
-      print_none(spec, "no process to ask it in");
-    } else if (WIFSIGNALED(status)) {
-      const int number = WTERMSIG(status);
-      print_none(spec, number == SIGALRM ? "does not answer within 20 s"
-                                         : std::string("crashes: ") + ::strsignal(number));
-    }
+    (void)print_in_process(spec, [&](const std::string& line) { print_none(spec, line); });
   }
+  return std::fflush(stdout) == 0 ? 0 : 1;
 }
 
 }  // namespace stillgrid::device

@@ -40,7 +40,7 @@ void InterfaceAccount::begin(const RenderedScene& scene) noexcept {
   first_ = young_ = end_;
   is_known_ = is_refused_ = false;
   held_ = {};
-  given_J_ = 0.0;
+  given_J_ = noise_J_ = 0.0;
   joined_ = last_ = {};
   scale_ = scene.scale;
   least_made_J_ = std::numeric_limits<double>::infinity();
@@ -82,6 +82,7 @@ void InterfaceAccount::join(std::uint64_t tool_time_ns, double tool_work_J) noex
   }
   energy_.booked_J = tool_work_J - booked_before_J_;
   energy_.made_J = tick->made_J = energy_.booked_J + tick->held_J - tick->given_J;
+  energy_.noise_J = tick->noise_J;
   joined_ = *tick;
   is_known_ = true;
   while (at(young_).time_ns + kSecond_ns <= tool_time_ns) age();
@@ -94,11 +95,13 @@ void InterfaceAccount::join(std::uint64_t tool_time_ns, double tool_work_J) noex
 void InterfaceAccount::note(std::uint64_t now_ns, const DeviceMotion& motion,
                             const RenderedScene& scene) noexcept {
   if (scene.epoch != epoch_) begin(scene);
-  given_J_ -= work_J(held_, motion);
+  const double newest_J = work_J(held_[0], motion);
+  given_J_ -= newest_J;
+  noise_J_ += newest_J - 2.0 * work_J(held_[1], motion) + work_J(held_[2], motion);
   const bool is_number =
       scene.rendered.force_N.allFinite() && scene.rendered.torque_N_m.allFinite();
-  held_ = is_number ? scene.rendered : Wrench{};
-  last_ = {now_ns, given_J_, number(scene.static_J), stored_J(scene), kNone};
+  held_ = {is_number ? scene.rendered : Wrench{}, held_[0], held_[1]};
+  last_ = {now_ns, given_J_, number(scene.static_J), stored_J(scene), noise_J_, kNone};
   push(last_);
   if (scene.snapshot_id == 0 || is_refused_) return;
   can_move_ = scene.can_move;

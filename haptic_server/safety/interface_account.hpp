@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -34,6 +35,8 @@ struct InterfaceEnergy {
   double made_J = 0.0;
   double in_flight_J = 0.0;    // given by the hand since then, and not held
   double uncertainty_J = 0.0;  // of what was made, either way
+  // Of what was made, by white noise of the measured positions alone: no hand felt it.
+  double noise_J = 0.0;
   // The most made in any second or longer; none: it has not lasted a second.
   std::optional<double> most_made_in_a_second_J;
 };
@@ -50,6 +53,12 @@ struct InterfaceEnergy {
 /// Uncertain is what was given and not held since that tick, and what the springs of contacts with
 /// what moves held then or hold now, F^2 / 2 k: they may be with one side and not yet with the
 /// other. Where nothing can move both sides are of one time, and nothing is uncertain.
+///
+/// Noise. A force that answers a measured position at once holds its error while the next position
+/// is measured without it: every tick makes h s^2, where h is the force's answer to that position,
+/// N/m, and s the noise's deviation. The hand was not there. What white noise made is told by the
+/// forces of the last three ticks less each other, (f1 - 2 f2 + f3) over the next motion: older
+/// forces know nothing of the newest errors, and of a smooth motion they give what f1 gives.
 ///
 /// A snapshot that cannot be true, as of a tick that is yet to come or with work that is no number,
 /// ends the account of its scene: it is not known. Thread: the haptic loop's. Realtime: yes.
@@ -76,6 +85,7 @@ class InterfaceAccount {
     double given_J;   // up to it, by the hand
     double held_J;    // at it, by static contacts,
     double stored_J;  // and by others
+    double noise_J;   // up to it, by noise of positions
     double made_J;    // where a snapshot was joined; else no number
   };
 
@@ -91,8 +101,8 @@ class InterfaceAccount {
   std::uint64_t young_ = 0;            // the first that is not a second older than the last joined
   std::uint64_t epoch_ = 0, snapshot_id_ = 0;
   bool is_known_ = false, is_refused_ = false, can_move_ = false;
-  Wrench held_;
-  double given_J_ = 0.0, booked_before_J_ = 0.0, scale_ = 1.0;
+  std::array<Wrench, 3> held_;  // of the ticks before, the last one first
+  double given_J_ = 0.0, noise_J_ = 0.0, booked_before_J_ = 0.0, scale_ = 1.0;
   double given_by_earlier_J_ = 0.0;  // scenes, in the device's scale
   Tick joined_{}, last_{};
   double least_made_J_ = std::numeric_limits<double>::infinity();  // more than a second ago

@@ -21,6 +21,8 @@ int run_program(CLI::App& app, int argc, char** argv, const Work& work) {
     return work();
   } catch (const CLI::Success& printed) {
     return app.exit(printed);
+  } catch (const CLI::RuntimeError& said) {
+    return said.get_exit_code();  // of an option that is the whole of its work
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "%s: out of memory\n", app.get_name().c_str());
     return realtime::kCouldNotStart;

@@ -72,6 +72,37 @@ class VersionTest(unittest.TestCase):
                     self.assertRegex(run.stderr, f"\\A{script}: .*VERSION.*\n\\Z")
 
 
+class UdevTest(unittest.TestCase):
+    SETUP = daemons.ROOT / "scripts" / "setup"
+
+    def run_setup(self, *before):
+        return subprocess.run([*before, self.SETUP, "--udev"], capture_output=True, text=True, check=False)
+
+    def test_who_is_not_root_gets_one_line(self):
+        before = ("setpriv", "--reuid", "65534", "--clear-groups") if os.geteuid() == 0 else ()
+        run = self.run_setup(*before)
+        self.assertEqual((run.returncode, run.stdout), (2, ""))
+        self.assertEqual(run.stderr, "setup: --udev: needs root: sudo scripts/setup --udev\n")
+
+    def test_root_has_the_rules_in_place_and_udev_reads_them(self):
+        """With an empty /etc of its own, and a udevadm that only writes down how it was called."""
+        folder = pathlib.Path(tempfile.mkdtemp(prefix="stillgrid-test-"))
+        self.addCleanup(shutil.rmtree, folder)
+        alone = ("unshare", "--map-root-user", "--mount", "sh", "-ec",
+                 f'mount -t tmpfs none /etc; PATH={folder}:$PATH; "$@"; cat /etc/udev/rules.d/*', "sh")
+        if subprocess.run([*alone[:4], "-c", "mount -t tmpfs none /etc"], capture_output=True, check=False).returncode:
+            self.skipTest("skipped: no namespace of its own")
+        for status, line in ((0, "rules\n"), (1, "rules, for when udev runs: it does not here\n")):
+            called = folder / f"called-{status}"
+            (folder / "udevadm").write_text(f'#!/bin/sh\necho "$@" >> {called}\nexit {status}\n')
+            (folder / "udevadm").chmod(0o755)
+            run = self.run_setup(*alone)
+            self.assertEqual((run.returncode, run.stderr), (0, ""))
+            rules = (self.SETUP.parent / "udev/60-stillgrid.rules").read_text()
+            self.assertEqual(run.stdout, "setup: /etc/udev/rules.d/60-stillgrid." + line + rules)
+            self.assertEqual(called.read_text(), "control --reload\n" + ("" if status else "trigger\n"))
+
+
 class CommitHookTest(RepositoryTest):
     def setUp(self):
         super().setUp()

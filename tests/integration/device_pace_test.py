@@ -1,9 +1,11 @@
 #!/usr/bin/python3
 """A device may set the pace, be lost and come back, be given orders and have a gripper."""
 import json
+import os
 import subprocess
 import sys
 import unittest
+import unittest.mock
 
 import daemons
 from daemons import BUILD, ROOT
@@ -12,6 +14,7 @@ sys.path.append(str(ROOT / "scripts" / "gallery"))
 import measure_delay  # after the path it needs
 
 SCENE = "tissue_and_blocks"
+HOSTILE = BUILD / "tests" / "shared" / "tools" / "hostile_drivers" / "hostile.so"
 HAND = "phantom:profile=premium15,hand=light,path=press,centre_z_m=0,depth_m=0.06,period_s=1"
 
 
@@ -53,6 +56,18 @@ class DevicePaceTest(daemons.SessionTest):
         self.assertEqual(server.wait(20.0), daemons.DONE, server.lines())
         self.assertLessEqual(daemons.read_report(report)["force_N"]["max"], 8.5)
 
+    def test_a_device_that_ticks_at_another_rate_or_never_is_told(self):
+        self.sim_server(SCENE)
+        for mode, status, line in (("ticks_seldom", daemons.DONE, " Hz; expected 1000 Hz"),
+                                   ("no_ticks", daemons.DEVICE_FAULT, "stopped 3 times for want of ticks")):
+            with self.subTest(mode):
+                report = self.folder / f"{mode}.json"
+                with unittest.mock.patch.dict(os.environ, {"STILLGRID_HOSTILE_FAULT": mode}):
+                    server = self.haptic_server(HOSTILE, "--duration", 2.5, "--report", report)
+                self.assertEqual(server.wait(20.0), status, server.lines())
+                self.assertIn(line, "\n".join(server.lines()))
+                self.assertIn("ticks", daemons.read_report(report))
+
     def test_in_virtual_time_the_host_sets_the_pace(self):
         paces = [self.run_lockstep(SCENE, f"phantom:pace={pace}", 0.3).read_bytes() for pace in ("host", "device")]
         self.assertEqual(paces[0], paces[1])
@@ -66,6 +81,39 @@ class DevicePaceTest(daemons.SessionTest):
         self.assertIn("command 'nonsense': expected KEY=VALUE", text)
         self.assertIn("command 'push_x_N=much': push_x_N: value 'much': expected a finite number", text)
         self.assertEqual(len([line for line in lines if ": command " in line]), 4, lines)
+
+    def test_the_last_order_of_a_file_needs_no_end_of_line_and_a_flood_is_summed(self):
+        orders = self.write("orders", "nonsense\n" * 1000 + "push_z_N=-1.5")
+        _, _, lines = self.run_in_real_time("phantom:path=still,hand=none", "--commands", orders)
+        self.assertIn("command push_z_N=-1.5", "\n".join(lines))
+        self.assertEqual(len([line for line in lines if "'nonsense'" in line]), 20)
+        self.assertIn("1000 commands were refused, 980 of them not told", "\n".join(lines))
+
+    def test_what_a_pipes_writer_left_unfinished_is_no_part_of_the_next_ones_order(self):
+        pipe = self.folder / "orders"
+        os.mkfifo(pipe)
+        self.sim_server(SCENE)
+        server = self.haptic_server("phantom:path=still,hand=none", "--commands", pipe)
+        for text, line in (("push_x", "command 'push_x': its writer left"), ("push_z_N=-1\n", "command push_z_N=-1")):
+            pipe.write_text(text)
+            self.wait_until(lambda: line in "\n".join(server.lines()), 10.0, line)
+        self.assertEqual(server.stop(), daemons.DONE, server.lines())
+
+    def test_a_folder_gives_no_orders(self):
+        self.sim_server(SCENE)
+        for folder in (self.folder, ""):
+            server = self.haptic_server("phantom", "--commands", folder)
+            self.assert_refused(server, daemons.BAD_INPUT, "--commands", "expected a file")
+
+    def test_a_list_ends_with_a_line_and_a_status_whatever_the_driver_does(self):
+        for device, status, line in (("phantom@1", 3, "there are devices @0 to @0"),
+                                     ("nosuch", 1, "expected a path to a .so")):
+            with self.subTest(device):
+                listed = subprocess.run([BUILD / "bin" / "haptic_server", "--list-devices", "--device", device],
+                                        capture_output=True, text=True)
+                self.assertEqual((listed.returncode, listed.stdout), (status, ""), listed.stderr)
+                self.assertIn(line, listed.stderr)
+                self.assertEqual(listed.stderr.count("\n"), 1)
 
     def test_orders_of_a_file_that_is_not_there_are_bad_input(self):
         self.sim_server(SCENE)

@@ -125,7 +125,7 @@ class ReplayCheckTest(daemons.SessionTest):
     def test_an_expectation_that_cannot_be_used_is_named_in_one_line_before_any_run(self):
         self.assert_one_line(self.check(expected="absent.csv"), "absent.csv: cannot be read: No such file")
         bad = self.write("bad.csv", "time_s,fx_N,fy_N\n0,0,0\n1,0,nan\n")
-        run = self.check("no_such_scene", expected=bad)
+        run = self.check(self.write("bad.toml", "format = 2\n[world\n"), expected=bad)
         self.assert_one_line(run, "bad.csv:3: column fy_N: value 'nan': expected a finite number")
 
     def test_a_bad_table_of_forces_is_refused_with_line_and_column(self):
@@ -187,6 +187,47 @@ class ReplayCheckTest(daemons.SessionTest):
     def test_a_hand_that_touches_nothing_is_warned_of(self):
         far = ("--replay", "offset_z_m=0.1", "--duration", "0.05")
         self.assert_says(self.check("wall", "--write-expected", *far), EQUAL, "touched nothing")
+
+    def record_two_hands(self):
+        """Of block_pinched, as scripts/launch records them. Options of a run as long."""
+        devices = {name: f"phantom:profile=touchx,path={daemons.SCENES}/block_pinched.{name}.csv"
+                   for name in ("left", "right")}
+        run = subprocess.run(
+            [daemons.ROOT / "scripts/launch", "block_pinched", "--lockstep", "--duration", "3.1", "--record",
+             self.folder / "both.csv", *(word for hand in devices.items() for word in ("--hand", "=".join(hand)))],
+            capture_output=True, text=True, timeout=60 * daemons.PATIENCE, check=False)
+        self.assertEqual(run.returncode, EQUAL, run.stderr)
+        return {"hand": self.folder / "both.csv"}
+
+    def test_a_recording_of_two_hands_is_replayed_where_it_was_and_each_is_compared(self):
+        both = self.record_two_hands()
+        self.assert_says(self.check("block_pinched", "--write-expected", **both), EQUAL,
+                         "written: " + str(self.folder / "expected.left.csv"), "expected.right.csv")
+        for name in ("left", "right"):
+            felt, again = (daemons.read_recording(self.folder / f"{kind}.{name}.csv")
+                           for kind in ("both", "expected"))
+            for axis in "xyz":
+                self.assertLess(abs(felt[f"{axis}_m"] - again[f"{axis}_m"]).max(), 1e-9)
+            self.assertLess(abs(felt["fx_N"] - again["fx_N"]).max(), 0.05)
+        run = self.check("block_pinched", **both)
+        self.assert_says(run, EQUAL, "hand left:\nequal: byte for byte", "hand right:\nequal: byte for byte")
+        left = self.folder / "both.left.csv"
+        left.write_bytes(left.read_bytes()[:200_000])  # it stops where it is, a while before
+        run = self.check("block_pinched", **both)
+        self.assert_says(run, DIFFERENT, "hand left:\nlengths differ", "DIFFERENT")
+        self.assertEqual([], list(daemons.SHM.glob("replay-check-*")))
+
+    def test_one_hand_of_two_is_replayed_with_the_other_away(self):
+        both = self.record_two_hands()
+        (self.folder / "both.right.csv").unlink()
+        alone = ("--hand", "left")
+        self.assert_says(self.check("block_pinched", "--write-expected", *alone, **both), EQUAL)
+        run = self.check("block_pinched", *alone, **both)
+        self.assert_says(run, EQUAL, "hand left:\nequal: byte for byte")
+        self.assertNotIn("right", run.stdout)
+        self.assert_one_line(self.check("block_pinched", **both), "both.right.csv: cannot be read")
+        self.assert_one_line(self.check("block_pinched", "--hand", "middle", **both), "'left, right'")
+        self.assert_one_line(self.check("wall", *alone), "names no hands")
 
     def test_the_example_workflow_is_YAML_and_calls_what_there_is(self):
         try:

@@ -146,10 +146,10 @@ class ShippedScenesTest(HandsTest):
     SECONDS = 16.3  # of which the hands' deed takes 10
     SCENES = ("block_pinched", "cloth_held_by_two")
 
-    def runs(self, scene):
-        for seed in self.SEEDS:
+    def runs(self, scene, seeds=SEEDS, device=""):
+        for seed in seeds:
             devices = {name: f"{path_of(scene, name)},hand_mass_kg={0.083 + 0.009 * seed + 0.004 * i},"
-                       f"hand_stiffness_N_per_m={247 + 19 * seed + 7 * i}" for i, name in enumerate(HANDS)}
+                       f"hand_stiffness_N_per_m={247 + 19 * seed + 7 * i}{device}" for i, name in enumerate(HANDS)}
             self.run_hands(scene, devices, self.SECONDS, ("--jitter", 0.2, "--seed", seed))
             yield {name: daemons.read_report(self.report(self.last, name)) for name in ("sim", *HANDS)}
 
@@ -173,6 +173,12 @@ class ShippedScenesTest(HandsTest):
         self.assertLess(report["force_N"]["max"], 1.75, what)  # what a touchx bears for long
         self.assertLess(report["interface"]["made_J"], 0.0, what)
         self.assertLess(report["interface"]["most_made_in_a_second_J"], 5e-4, what)
+
+    def test_what_noise_of_the_positions_makes_is_told_apart(self):
+        for reports in self.runs("block_pinched", self.SEEDS[::3], ",noise_m=1e-5"):
+            for interface in (reports[name]["interface"] for name in HANDS):
+                self.assertGreater(interface["made_J"], 0.0)
+                self.assertLess(interface["made_J"] - interface["noise_J"], 0.0)
 
     def test_two_hands_bear_the_pinched_block(self):
         """Momentum: what the hands press cancels, what they bear is its weight, and it is off its stand."""

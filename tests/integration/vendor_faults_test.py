@@ -201,6 +201,20 @@ class VendorDriversTest(VendorRun):
             self.assertIn("read.believed", [check["name"] for check in checks
                                             if check["verdict"] == "PASS"])
 
+    def test_a_listed_device_opens_by_the_line_that_lists_it(self):
+        for driver, fake in (("force_dimension", "fake_dhd"), ("openhaptics", "fake_hd")):
+            for given in ("", ",index=0"):
+                with self.subTest(driver, given=given):
+                    device = f"{driver}:library={FAKES / fake}.so" + (given if driver == "force_dimension" else "")
+                    listed = subprocess.run([daemons.BUILD / "bin" / "haptic_server", "--list-devices", "--device",
+                                             device], text=True, capture_output=True)
+                    self.assertEqual(listed.returncode, 0, listed.stderr)
+                    line = listed.stdout.splitlines()[-1].split()[0]
+                    self.assertIn("serial=", line)
+                    again = subprocess.run([daemons.BUILD / "bin" / "haptic_server", "--list-devices", "--device",
+                                            line], text=True, capture_output=True)
+                    self.assertEqual((again.returncode, again.stdout.splitlines()[-1].split()[0]), (0, line))
+
     def test_a_wall_is_felt_through_either_library(self):
         for driver in LIBRARIES:
             sim = self.sim_server("wall")

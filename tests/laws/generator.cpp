@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/laws/body_draws.hpp"
+#include "tests/laws/hand_draws.hpp"
 #include "tests/laws/random.hpp"
 #include "tests/laws/special_draws.hpp"
 
@@ -137,13 +138,6 @@ double draw_tool(SceneText& scene, Random& random) {
   return radius_m;
 }
 
-/// What a hand comes to: a body's place and how high it is above it.
-struct Target {
-  Eigen::Vector3d place_m = Eigen::Vector3d::Zero();
-  double height_m = 0.0;
-  bool is_gap = false;  // between two that pinch
-};
-
 /// Two threads, held at their far ends, between whose spheres a tool is pinched.
 Target draw_gap(SceneText& scene, Random& random, const BodyWishes& bodies,
                 double contact_distance_m) {
@@ -198,51 +192,6 @@ std::vector<Target> draw_bodies(SceneText& scene, Random& random, const Wishes& 
   return targets;
 }
 
-Hand draw_hand(Random& random, const Target& target, double contact_distance_m, bool is_pinch) {
-  Hand hand;
-  do hand.kind = static_cast<HandKind>(random.index(kHandNames.size()));
-  while (hand.kind == HandKind::kPinch);
-  if (is_pinch) hand.kind = HandKind::kPinch;
-  const double gap_m = random.between(0.004, 0.02);
-  const double into_m = random.between(0.001, 0.008);
-  hand.centre_m =
-      target.place_m + Eigen::Vector3d(random.between(-0.005, 0.005), random.between(-0.005, 0.005),
-                                       target.height_m + contact_distance_m + gap_m);
-  hand.depth_m = gap_m + (is_pinch ? contact_distance_m + target.height_m : into_m);
-  hand.amplitude_m = is_pinch ? random.between(0.0005, 0.003) : random.between(0.002, 0.015);
-  hand.period_s = random.over_decades(0.15, 1.2);
-  return hand;
-}
-
-std::string draw_device(Random& random, const Hand& aim) {
-  const std::string_view profile = random.one_of({"touch", "touchx", "premium15"});
-  const std::string_view hand = random.one_of({"none", "light", "measured"});
-  std::string text = "phantom:profile=" + std::string(profile) + ",hand=" + std::string(hand) +
-                     ",path=" + std::string(random.one_of({"press", "stroke", "tap", "circle"}));
-  const auto add = [&text](const char* key, double value) {
-    text += std::string(",") + key + "=" + short_number(value);
-  };
-  add("centre_x_m", aim.centre_m.x());
-  add("centre_y_m", aim.centre_m.y());
-  add("centre_z_m", aim.centre_m.z());
-  add("depth_m", aim.depth_m);
-  add("amplitude_m", aim.amplitude_m);
-  add("period_s", std::max(0.4, aim.period_s));
-  if (hand == "none" || random.chance(0.3)) add("push_z_N", -random.between(0.2, 2.0));
-  if (random.chance(0.3)) text += ",limits=0";
-  return text;
-}
-
-std::string draw_recorded(Random& random, const Hand& aim) {
-  const std::string_view file = random.one_of({"a_1", "a_2", "b_1", "c_1", "d_1"});
-  std::string text = "replay:file=$DATA/trajectories/ku_contour_force/demo_" + std::string(file) +
-                     ".csv,resample=band_limited";
-  // All begin some 240 mm out along x, and press along z.
-  text += ",offset_x_m=" + short_number(0.2401 + aim.centre_m.x());
-  text += ",offset_y_m=" + short_number(aim.centre_m.y());
-  return text + ",offset_z_m=" + short_number(aim.centre_m.z() - aim.depth_m);
-}
-
 void draw_mover(LawCase& law_case, Random& random, const Wishes& wishes,
                 const std::vector<Target>& targets, double contact_distance_m) {
   if (wishes.mover == Mover::kNobody) return;
@@ -256,6 +205,12 @@ void draw_mover(LawCase& law_case, Random& random, const Wishes& wishes,
     law_case.device = draw_device(random, hand);
   else
     law_case.device = draw_recorded(random, hand);
+}
+
+/// Laws that look at the simulation alone bear a second hand; the laboratory knows one.
+bool may_have_two_hands(const LawCase& law_case) {
+  return law_case.law == 5 || law_case.law == 6 || law_case.law == 15 ||
+         (law_case.law == 7 && law_case.variant != "force");
 }
 
 }  // namespace
@@ -289,6 +244,8 @@ LawCase draw_case(int law, std::uint64_t seed) {
     for (const Target& target : draw_bodies(law_case.scene, random, wishes))
       targets.push_back(target);
     draw_mover(law_case, random, wishes, targets, contact_distance_m);
+    if (may_have_two_hands(law_case) && random.chance(0.2))
+      draw_other_hand(law_case, random, targets, contact_distance_m);
   }
   // What is run is what is printed.
   return parse_case(print_case(law_case));

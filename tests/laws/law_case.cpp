@@ -33,6 +33,7 @@ void read_head(const std::string& line, LawCase& law_case) {
       {"law", [&] { law_case.law = static_cast<int>(number_of(key, value)); }},
       {"seed", [&] { law_case.seed = std::strtoull(value.c_str(), nullptr, 10); }},
       {"hand", [&] { law_case.hand = hand_of(value); }},
+      {"other_hand", [&] { law_case.other_hand = hand_of(value); }},
       {"device", [&] { law_case.device = value; }},
       {"transition", [&] { law_case.transition = value; }},
       {"model", [&] { law_case.model = value; }},
@@ -82,6 +83,7 @@ std::string print_case(const LawCase& law_case) {
   };
   if (!law_case.until.empty()) add("until", law_case.until);
   if (law_case.hand) add("hand", text_of(*law_case.hand));
+  if (law_case.other_hand) add("other_hand", text_of(*law_case.other_hand));
   if (!law_case.device.empty()) add("device", law_case.device);
   if (law_case.transition != "predict") add("transition", law_case.transition);
   if (law_case.model != "grid") add("model", law_case.model);

@@ -145,7 +145,7 @@ Finding comes_to_rest(const LawCase& law_case) {
   double end_s = 0.0, half_s = 0.0, fastest_J = 0.0;
   const double look_s = 0.75 * law_case.duration_s;
   move_scene(
-      scene, law_case, tool_path_of(law_case),
+      scene, law_case, tool_paths_of(law_case),
       [&](dynamics::Simulation& simulation, const dynamics::StepReport& report, double time_s) {
         if (time_s == 0.0 || end_s == 0.0) simulation.account_energy();
         end_s = time_s;
@@ -198,7 +198,7 @@ Finding nothing_gains_energy(const LawCase& law_case) {
   const double start_J = dynamics::energies(start, {}).total_J();
   double most_kinetic_J = 0.0;
   Finding finding{.what = "J"};
-  move_scene(scene, law_case, tool_path_of(law_case),
+  move_scene(scene, law_case, tool_paths_of(law_case),
              [&](dynamics::Simulation& simulation, const dynamics::StepReport&, double time_s) {
                if (!simulation.energy_account()) simulation.account_energy();
                const dynamics::Energies now = simulation.energy_account()->end;

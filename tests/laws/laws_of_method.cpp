@@ -46,10 +46,9 @@ int order_of(const scene::SceneDescription& scene) {
 
 /// Steps by error: a tenth of the tolerance leaves less error.
 Finding tolerance_converges(scene::SceneDescription scene, const LawCase& law_case) {
-  const ToolPath nobody = [](double) { return std::nullopt; };
   const auto at = [&](double tolerance_m_s) {
     scene.method.tolerance_m_s = tolerance_m_s;
-    return laws::end_of(scene, law_case, nobody);
+    return laws::end_of(scene, law_case, {});
   };
   const Centres exact = at(1e-11);
   const double coarse_m = farthest_m(at(1e-4), exact), fine_m = farthest_m(at(1e-7), exact);
@@ -90,17 +89,17 @@ Finding refinement_converges(const LawCase& law_case) {
 
 Finding every_vector_alike(const LawCase& law_case) {
   const scene::SceneDescription scene = scene_of(law_case);
-  const ToolPath path = tool_path_of(law_case);
+  const ToolPaths paths = tool_paths_of(law_case);
   const auto end_with = [&](std::int64_t targets) {
     hwy::SetSupportedTargetsForTest(targets);
     hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-    return laws::end_of(scene, law_case, path);
+    return laws::end_of(scene, law_case, paths);
   };
   const std::int64_t all = hwy::SupportedTargets() & HWY_TARGETS;
   const Centres widest = end_with(all);
   Finding finding;
   const bool solves = !scene::is_explicit(scene.method.integrator);
-  finding.allowed = std::max({1e-8, 100.0 * rounding_m(scene, law_case, path),
+  finding.allowed = std::max({1e-8, 100.0 * rounding_m(scene, law_case, paths),
                               solves ? 100.0 * scene.method.tolerance_m_s : 0.0});
   int tried = 0;
   for (std::int64_t rest = all; rest != 0; rest &= rest - 1, ++tried) {

@@ -69,6 +69,11 @@ ToolPath seen_from(const Frame& frame, const ToolPath& path) {
   };
 }
 
+ToolPaths seen_from(const Frame& frame, ToolPaths paths) {
+  for (ToolPath& path : paths) path = seen_from(frame, path);
+  return paths;
+}
+
 Frame frame_of(const std::string& variant) {
   Frame frame;
   if (variant == "moved by 1 m") frame.shift_m = {1.0, 0.0, 0.0};
@@ -82,11 +87,11 @@ Frame frame_of(const std::string& variant) {
 /// What rounding may come to: a hundred times what a change of the last digits of all masses does,
 /// or what solvers are asked to leave.
 double allowed_m(const scene::SceneDescription& scene, const LawCase& law_case,
-                 const ToolPath& path) {
+                 const ToolPaths& paths) {
   constexpr double kRounding_m = 1e-8;
   const double left_m = 100.0 * scene.method.tolerance_m_s * law_case.duration_s;
   const bool solves = !scene::is_explicit(scene.method.integrator);
-  return std::max({kRounding_m, solves ? left_m : 0.0, 100.0 * rounding_m(scene, law_case, path)});
+  return std::max({kRounding_m, solves ? left_m : 0.0, 100.0 * rounding_m(scene, law_case, paths)});
 }
 
 /// The bodies' centres in the frame of `scene`, those of a reversed list in its order.
@@ -110,20 +115,22 @@ Centres state_of(const bodies::World& world) {
 
 Finding moved_by_looking(const LawCase& law_case, const scene::SceneDescription& scene,
                          const std::string& variant) {
-  const ToolPath path = tool_path_of(law_case);
+  const ToolPaths paths = tool_paths_of(law_case);
   std::vector<Centres> plain;
-  move_scene(scene, law_case, path,
+  move_scene(scene, law_case, paths,
              [&](dynamics::Simulation& simulation, const dynamics::StepReport&, double) {
                plain.push_back(state_of(simulation.world()));
                return true;
              });
+  const std::size_t hands = scene::hands_of(scene).size();
   double worst_m = 0.0;
   std::size_t step = 0;
   std::optional<publication::SceneWriter> writer;
   std::uint64_t stamp_ns = 0;
-  move_scene(scene, law_case, path,
+  move_scene(scene, law_case, paths,
              [&](dynamics::Simulation& simulation, const dynamics::StepReport&, double) {
-               if (variant == "predicted") (void)simulation.predict_next(scene.period_s);
+               for (std::size_t hand = 0; hand < hands && variant == "predicted"; ++hand)
+                 (void)simulation.predict_next(scene.period_s, {}, hand);
                if (variant == "accounted") {
                  if (step == 0) simulation.account_energy();
                  (void)simulation.energy_account();
@@ -154,20 +161,21 @@ Finding looking_changes_nothing(const LawCase& law_case) {
 
 Finding order_and_frame_change_nothing(const LawCase& law_case) {
   const scene::SceneDescription scene = scene_of(law_case);
-  const ToolPath path = tool_path_of(law_case);
-  const double allowed = allowed_m(scene, law_case, path);
-  Centres plain = end_of(scene, law_case, path);
+  const ToolPaths paths = tool_paths_of(law_case);
+  const double allowed = allowed_m(scene, law_case, paths);
+  Centres plain = end_of(scene, law_case, paths);
   if (law_case.variant == "reversed list") {
     scene::SceneDescription reversed = scene;
     std::reverse(reversed.bodies.begin(), reversed.bodies.end());
-    Centres other = end_of(reversed, law_case, path);
+    std::reverse(reversed.hands.begin(), reversed.hands.end());
+    Centres other = end_of(reversed, law_case, {paths.rbegin(), paths.rend()});
     std::reverse(other.begin(), other.end());
     return compare(plain, other, allowed, law_case.variant);
   }
   const Frame frame = frame_of(law_case.variant);
-  Centres other = end_of(seen_from(frame, scene), law_case, seen_from(frame, path));
+  Centres other = end_of(seen_from(frame, scene), law_case, seen_from(frame, paths));
   double end_s = 0.0;
-  move_scene(scene, law_case, path,
+  move_scene(scene, law_case, paths,
              [&](dynamics::Simulation&, const dynamics::StepReport&, double time_s) {
                end_s = time_s;
                return true;
@@ -199,10 +207,10 @@ Finding units_change_nothing(const LawCase& law_case) {
     body.mass_kg *= kUnit;
     std::visit([](auto& shape) { scale_springs(shape, kUnit); }, body.shape);
   }
-  const ToolPath path = tool_path_of(law_case);
-  const double allowed = allowed_m(scene, law_case, path);
+  const ToolPaths paths = tool_paths_of(law_case);
+  const double allowed = allowed_m(scene, law_case, paths);
   if (law_case.variant != "force")
-    return compare(end_of(scene, law_case, path), end_of(other, law_case, path), allowed,
+    return compare(end_of(scene, law_case, paths), end_of(other, law_case, paths), allowed,
                    "masses and stiffnesses times 10");
 
   const CaseLoop loop = loop_of(law_case, scene);

@@ -23,7 +23,7 @@ struct Creep {
 Creep creep_of(const scene::SceneDescription& scene, const LawCase& law_case) {
   Creep creep;
   double settled_s = 0.0;
-  move_scene(scene, law_case, tool_path_of(law_case),
+  move_scene(scene, law_case, tool_paths_of(law_case),
              [&](dynamics::Simulation& simulation, const dynamics::StepReport&, double time_s) {
                if (creep.settled.empty() && time_s >= kSettle_s) {
                  creep.settled = centres_m(simulation.world());
@@ -41,7 +41,7 @@ std::vector<bool> moved_from_start(const scene::SceneDescription& scene, const L
   const std::vector<Eigen::Vector3d> start = centres_m(scene::build_world(scene));
   std::vector<Eigen::Vector3d> end = start;
   std::vector<bool> moved(start.size(), false);
-  move_scene(scene, law_case, tool_path_of(law_case),
+  move_scene(scene, law_case, tool_paths_of(law_case),
              [&](dynamics::Simulation& simulation, const dynamics::StepReport& report, double) {
                if (crossings_left != nullptr) *crossings_left += report.crossings_left;
                end = centres_m(simulation.world());

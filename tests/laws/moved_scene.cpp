@@ -8,9 +8,10 @@
 
 namespace stillgrid::laws {
 
-ToolPath tool_path_of(const LawCase& law_case) {
-  if (!law_case.hand) return [](double) { return std::nullopt; };
-  return [hand = *law_case.hand](double time_s) -> std::optional<dynamics::ToolSample> {
+namespace {
+
+ToolPath tool_path_of(const Hand& hand) {
+  return [hand](double time_s) -> std::optional<dynamics::ToolSample> {
     const HandMotion motion = motion_at(hand, time_s);
     dynamics::ToolSample sample;
     sample.time_ns = 1 + static_cast<std::uint64_t>(time_s * 1e9);
@@ -20,8 +21,17 @@ ToolPath tool_path_of(const LawCase& law_case) {
   };
 }
 
-void move_scene(const scene::SceneDescription& scene, const LawCase& law_case, const ToolPath& path,
-                const AfterStep& after) {
+}  // namespace
+
+ToolPaths tool_paths_of(const LawCase& law_case) {
+  ToolPaths paths;
+  for (const auto& hand : {law_case.hand, law_case.other_hand})
+    if (hand) paths.push_back(tool_path_of(*hand));
+  return paths;
+}
+
+void move_scene(const scene::SceneDescription& scene, const LawCase& law_case,
+                const ToolPaths& paths, const AfterStep& after) {
   constexpr int kLeastSteps = 3;
   dynamics::Simulation simulation(scene);
   sim_server::LockstepSchedule schedule(scene.period_s, law_case.jitter, law_case.seed, 0.0);
@@ -30,8 +40,10 @@ void move_scene(const scene::SceneDescription& scene, const LawCase& law_case, c
     const sim_server::ScheduledSnapshot snapshot = schedule.next();
     const double step_s = static_cast<double>(snapshot.step_ns) * 1e-9;
     time_s = static_cast<double>(snapshot.state_ns) * 1e-9;
-    const dynamics::StepReport report = simulation.step(step_s, [&] { return path(time_s); },
-                                                        {.iterations = sim_server::kMaxIterations});
+    std::vector<dynamics::TakeTool> take_tools;
+    for (const ToolPath& path : paths) take_tools.emplace_back([&] { return path(time_s); });
+    const dynamics::StepReport report =
+        simulation.step(step_s, take_tools, {.iterations = sim_server::kMaxIterations});
     if (!after(simulation, report, time_s)) return;
   }
 }
@@ -62,9 +74,9 @@ double farthest_m(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen
 }
 
 std::vector<Eigen::Vector3d> end_of(const scene::SceneDescription& scene, const LawCase& law_case,
-                                    const ToolPath& path) {
+                                    const ToolPaths& paths) {
   std::vector<Eigen::Vector3d> end;
-  move_scene(scene, law_case, path,
+  move_scene(scene, law_case, paths,
              [&](dynamics::Simulation& simulation, const dynamics::StepReport&, double) {
                end = centres_m(simulation.world());
                return true;
@@ -73,10 +85,10 @@ std::vector<Eigen::Vector3d> end_of(const scene::SceneDescription& scene, const 
 }
 
 double rounding_m(const scene::SceneDescription& scene, const LawCase& law_case,
-                  const ToolPath& path) {
+                  const ToolPaths& paths) {
   scene::SceneDescription other = scene;
   for (bodies::BodyDescription& body : other.bodies) body.mass_kg *= 1.0 + 1e-13;
-  return farthest_m(end_of(scene, law_case, path), end_of(other, law_case, path));
+  return farthest_m(end_of(scene, law_case, paths), end_of(other, law_case, paths));
 }
 
 }  // namespace stillgrid::laws

@@ -13,18 +13,21 @@ namespace stillgrid::laws {
 /// Where the tool is; none: nobody is there.
 using ToolPath = std::function<std::optional<dynamics::ToolSample>(double time_s)>;
 
-/// The hand of the case, of a formula.
-[[nodiscard]] ToolPath tool_path_of(const LawCase& law_case);
+/// Of each hand of the scene, in its order.
+using ToolPaths = std::vector<ToolPath>;
+
+/// The hands of the case, of formulas.
+[[nodiscard]] ToolPaths tool_paths_of(const LawCase& law_case);
 
 /// Called after each step with the time at its end. False: enough.
 using AfterStep =
     std::function<bool(dynamics::Simulation&, const dynamics::StepReport&, double time_s)>;
 
 /// Takes the scene through the case's steps, jittered as lockstep draws them, without a haptic
-/// side: until its duration is over, three steps at least. Each takes the tool where it is at its
-/// end, as lockstep without cost does.
-void move_scene(const scene::SceneDescription& scene, const LawCase& law_case, const ToolPath& path,
-                const AfterStep& after);
+/// side: until its duration is over, three steps at least. Each takes the tools where they are at
+/// its end, as lockstep without cost does.
+void move_scene(const scene::SceneDescription& scene, const LawCase& law_case,
+                const ToolPaths& paths, const AfterStep& after);
 
 /// Centres of all bodies but planes and what is static, in the order of the scene.
 [[nodiscard]] std::vector<Eigen::Vector3d> centres_m(const bodies::World& world);
@@ -35,10 +38,10 @@ void move_scene(const scene::SceneDescription& scene, const LawCase& law_case, c
 /// How far a relative change by 1e-13 of all masses leads the centres apart: what rounding alone
 /// may make of the case.
 [[nodiscard]] double rounding_m(const scene::SceneDescription& scene, const LawCase& law_case,
-                                const ToolPath& path);
+                                const ToolPaths& paths);
 
 /// Where the case's scene leads.
 [[nodiscard]] std::vector<Eigen::Vector3d> end_of(const scene::SceneDescription& scene,
-                                                  const LawCase& law_case, const ToolPath& path);
+                                                  const LawCase& law_case, const ToolPaths& paths);
 
 }  // namespace stillgrid::laws

@@ -2,6 +2,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { decode } from '../../shared/tools/scene_viewer/page/api.js';
+import { device_figures } from '../../shared/tools/scene_viewer/page/device.js';
 import { Playback } from '../../shared/tools/scene_viewer/page/playback.js';
 import { binned_percentiles, flag_spans } from '../../shared/tools/scene_viewer/page/plots.js';
 import { TickHistory } from '../../shared/tools/scene_viewer/page/tick_history.js';
@@ -119,4 +120,16 @@ test('a flag stands from its first tick to its last, and a pause between makes t
   const times = [0, 0.001, 0.002, 0.003, 0.5, 0.501];
   const spans = flag_spans(times, [4, 4, 4, 0, 5, 4], 0, 6, 3);
   assert.deepEqual(spans, [[[0.5, 0.5]], [], [[0, 0.002], [0.5, 0.501]]]);
+});
+
+test('of a device that is shown which it tells, and nothing of the rest', () => {
+  const silent = { status: 0, status_known: 0, temperature_C: null, gripper_m: null, gripper_force_N: null, axes: null };
+  assert.deepEqual(device_figures(null), []);
+  assert.deepEqual(device_figures(silent), []);
+  // The last bit is of no status that this page knows.
+  assert.deepEqual(device_figures({ ...silent, status: 0b100001, status_known: 0b101011 }),
+    [['status', 'motors on, not enabled, not hot']]);
+  assert.deepEqual(device_figures({ ...silent, temperature_C: 41.26 }), [['temperature', '41.3 °C']]);
+  assert.deepEqual(device_figures({ ...silent, gripper_m: 0.0123, gripper_force_N: -0.5, axes: [0, -1, 0.25, null] }),
+    [['gripper', 'open 12.3 mm, force -0.50 N'], ['axes', '0.00, -1.00, 0.25, –']]);
 });

@@ -81,6 +81,10 @@ test('figures change as the servers go on', async () => {
   await until_above('number-contacts', 0);
 });
 
+test('what the device tells has its line', async () => {
+  await until(() => /^gripper open \d+\.\d mm, force -?\d\.\d\d N$/.test(document.getElementById('device').textContent));
+});
+
 /// How many pixels of a plot, below its title, have a line's colour, faint at its edges.
 const count_coloured = (plot, colour) => page.locator(`#plot-${plot}`).evaluate((canvas, [red, green, blue]) => {
   const kTitle = 16;

@@ -22,6 +22,7 @@ struct FuzzPart {
 struct Subject {
   std::filesystem::path library;
   std::vector<device::DeviceOption> options;
+  std::uint32_t index = 0;  // of the device, among those that enumerate() counts
   std::uint64_t seed = 1;
   double seconds = 5.0;    // of timing, and at most of random calls
   bool any_force = false;  // forces other than zero may be written

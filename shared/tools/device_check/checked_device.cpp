@@ -112,7 +112,9 @@ void CheckedDevice::open(const Subject& subject) {
   const std::int32_t count = call_driver("enumerate()", [&] { return api_.enumerate(); });
   if (count == 0) end_check(Verdict::kAbsent, "no device is present");
   require(std::min(count, STILLGRID_DEVICE_OK), "enumerate()");
-  require(call_driver("open()", [&] { return api_.open(0, &handle_); }), "open()");
+  if (std::int64_t{subject.index} >= count)
+    end_check(Verdict::kAbsent, "no device @" + std::to_string(subject.index) + " is present");
+  require(call_driver("open()", [&] { return api_.open(subject.index, &handle_); }), "open()");
   if (handle_ == nullptr) broken("open() answers OK and gives no device");
   for (const device::DeviceOption& option : subject.options)
     require_options_taken(

@@ -66,6 +66,9 @@ Outcome check_freedom(const Subject& subject) {
   if (descriptor.axis_count > STILLGRID_AXES_SIZE) broken("it has more axes than a state");
   if (sensed != 0 && descriptor.gripper_open_m > 0.0 && (sensed & STILLGRID_DOF_GRIPPER) == 0)
     broken("dof_sensed and gripper_open_m differ in whether there is a gripper");
+  if (actuated != 0 && descriptor.max_gripper_force_N > 0.0 &&
+      (actuated & STILLGRID_DOF_GRIPPER) == 0)
+    broken("dof_actuated and max_gripper_force_N differ in whether a gripper has a motor");
   return {};
 }
 

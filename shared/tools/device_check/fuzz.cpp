@@ -42,7 +42,7 @@ void judge(std::int32_t code, bool is_due, const char* what) {
 
 void open(Play& play, std::uint64_t /*random*/) {
   if (play.device != nullptr) return;
-  must_work(play.api.open(0, &play.device), "open() of a closed device");
+  must_work(play.api.open(play.subject.index, &play.device), "open() of a closed device");
   for (const device::DeviceOption& option : play.subject.options)
     must_work(play.api.configure(play.device, option.key.c_str(), option.value.c_str()),
               "configure() after open()");

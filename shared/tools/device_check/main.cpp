@@ -214,6 +214,7 @@ int run(Arguments& arguments, char** argv) {
   const device::DeviceSpec spec = device::parse_device_spec(arguments.device);
   arguments.subject.library = device::find_device_plugin(spec.plugin);
   arguments.subject.options = spec.options;
+  arguments.subject.index = spec.index;
   if (!arguments.fuzz_part.empty()) arguments.subject.fuzz_part = parse_part(arguments.fuzz_part);
   if (arguments.in_process) {
     const std::vector<Check> checks = selected_checks(arguments.only);

@@ -8,6 +8,7 @@
 #include "shared/reading/displayed.hpp"
 #include "shared/tools/scene_viewer/binary_message.hpp"
 #include "shared/tools/scene_viewer/voxels.hpp"
+#include "shared/tools/segment_inspect/inspection_json.hpp"
 
 namespace stillgrid::scene_viewer {
 namespace {
@@ -77,7 +78,8 @@ Json tool_json(const proto::ToolState& state, const TimeAxis& axis) {
           {"torque_N_m", numbers(state.before.torque_N_m)},
           {"contacts", state.before.contacts},
           {"age_s", state.before.displayed.age_s},
-          {"flags", std::move(flags)}};
+          {"flags", std::move(flags)},
+          {"device", segment_inspect::json_of(state.device)}};
 }
 
 Json others_json(const Frame& frame) {

@@ -168,19 +168,6 @@ Json tick_json(const proto::TickFigures& tick) {
             {"age_s", number(shown.age_s)}}}};
 }
 
-/// What is not told is null.
-Json device_json(const proto::DeviceFigures& device) {
-  const auto told = [&](std::uint32_t bit, const Json& value) {
-    return (device.told & bit) != 0 ? value : Json();
-  };
-  return {{"status", device.status & device.status_known},
-          {"status_known", device.status_known},
-          {"temperature_C", told(STILLGRID_STATE_TEMPERATURE, number(device.temperature_C))},
-          {"gripper_m", told(STILLGRID_STATE_GRIPPER, number(device.gripper_m))},
-          {"gripper_force_N", told(STILLGRID_STATE_GRIPPER, number(device.gripper_force_N))},
-          {"axes", told(STILLGRID_STATE_AXES, numbers(device.axes))}};
-}
-
 Json tool_json(const publication::ToolView& view) {
   const auto snapshot = reading::read_tool(view);
   if (!snapshot) return {};
@@ -193,7 +180,7 @@ Json tool_json(const publication::ToolView& view) {
           {"velocity_m_s", numbers(state.velocity_m_s)},
           {"force_N", numbers(state.force_N)},
           {"buttons", state.buttons},
-          {"device", device_json(state.device)},
+          {"device", json_of(state.device)},
           {"tick_before", tick_json(state.before)}};
 }
 
@@ -246,6 +233,18 @@ nlohmann::ordered_json json_of_fixed_part(const publication::SceneView& view,
   json["static_spheres"] = spheres_json(spheres, {}, 0, 0);
   json["static_spheres_left_out"] = view.static_grid().shape.sphere_count - spheres.size();
   return json;
+}
+
+nlohmann::ordered_json json_of(const proto::DeviceFigures& device) {
+  const auto told = [&](std::uint32_t bit, const Json& value) {
+    return (device.told & bit) != 0 ? value : Json();
+  };
+  return {{"status", device.status & device.status_known},
+          {"status_known", device.status_known},
+          {"temperature_C", told(STILLGRID_STATE_TEMPERATURE, number(device.temperature_C))},
+          {"gripper_m", told(STILLGRID_STATE_GRIPPER, number(device.gripper_m))},
+          {"gripper_force_N", told(STILLGRID_STATE_GRIPPER, number(device.gripper_force_N))},
+          {"axes", told(STILLGRID_STATE_AXES, numbers(device.axes))}};
 }
 
 nlohmann::ordered_json json_of(const reading::SegmentSummary& summary) {

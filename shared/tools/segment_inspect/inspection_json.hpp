@@ -25,6 +25,9 @@ struct JsonOptions {
 [[nodiscard]] nlohmann::ordered_json json_of_fixed_part(const publication::SceneView& view,
                                                         const JsonOptions& options);
 
+/// What the device told, of the state of a tool; what it did not tell is null.
+[[nodiscard]] nlohmann::ordered_json json_of(const proto::DeviceFigures& device);
+
 /// A session with all that its segments hold. Each may be null.
 [[nodiscard]] nlohmann::ordered_json json_of(const std::string& session,
                                              const reading::ObservedSegment* scene,

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "haptic_server/safety/passivity_controller.hpp"
@@ -240,6 +241,40 @@ TEST_CASE("Over a wall what is made is the leak of the hold at every tick", "[in
             Approx(0.5 * kStiffness_N_per_m * squares_m2).margin(1e-12));
     REQUIRE(account.energy()->held_J == scene.static_J);
     REQUIRE(account.energy()->uncertainty_J < 1e-15);
+  }
+}
+
+TEST_CASE("What white noise of the positions made is told, and the leak of the hold is not",
+          "[interface_account]") {
+  // A spring with a damper on the measured speed of the last two ticks, pressed for a minute; in
+  // truth what is made is the force over the way that the hand went.
+  const double noise_m = GENERATE(0.0, 1e-5, 4e-5);
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    constexpr double kStiffness_N_per_m = 1170.0, kDamping_N_s_per_m = 0.7;
+    std::mt19937_64 random(seed);
+    std::uniform_real_distribution<double> noise(-noise_m, noise_m);
+    InterfaceAccount account(1e-3);
+    double way_m = 0.0, shown_m = 0.0, before_m = 0.0, force_N = 0.0, given_J = 0.0;
+    constexpr std::uint64_t kTicks = 60'000;
+    for (std::uint64_t tick = 1; tick <= kTicks; ++tick) {
+      const double next_m = 0.004 + 0.003 * std::sin(0.0123 * static_cast<double>(tick));
+      given_J += force_N * (next_m - way_m);
+      const double measured_m = next_m + noise(random);
+      const DeviceMotion motion = up(shown_m - measured_m);
+      const double speed_m_s = (measured_m - before_m) / 2e-3;
+      way_m = next_m;
+      before_m = std::exchange(shown_m, measured_m);
+      force_N = tick < 3 ? 0.0 : kStiffness_N_per_m * shown_m + kDamping_N_s_per_m * speed_m_s;
+      account.note(tick * kMillisecond_ns, motion,
+                   seen(tick, tick * kMillisecond_ns, 0.0, force_N));
+    }
+    REQUIRE(account.energy());
+    const double truly_J = -given_J, of_noise_J = account.energy()->made_J - truly_J;
+    INFO("seed " << seed << ", noise " << noise_m << " m, made in truth " << truly_J << " J");
+    const double response_N_per_m = kStiffness_N_per_m + kDamping_N_s_per_m / 2e-3;
+    const double expected_J = kTicks * response_N_per_m * noise_m * noise_m / 3.0;
+    CHECK(account.energy()->noise_J == Approx(expected_J).epsilon(0.1).margin(1e-5));
+    CHECK(of_noise_J == Approx(expected_J).epsilon(0.1).margin(1e-5));
   }
 }
 

@@ -102,7 +102,7 @@ DEVICE = [
     Fault("device", "cable out for 0.4 s, opened again", "fault=read_fails,for_s=0.4",
           haptic=("--reopen", "3"), zero_ms=AT_ONCE, is_cut=True, says="open again, at try 1 of 3"),
     Fault("device", "cable out for good, opened twice", "fault=read_fails", haptic=("--reopen", "2"),
-          **{**DEVICE_FAULT, "says": "not back after 2 tries", "ends_after_s": 10.0}),
+          **{**DEVICE_FAULT, "says": "no further try of 2", "ends_after_s": 10.0}),
     Fault("device", "write fails", "fault=write_fails", says="the cable is out", **DEVICE_FAULT),
     Fault("device", "read throws", "fault=read_throws", **DEVICE_FAULT),
     Fault("device", "write throws", "fault=write_throws", **DEVICE_FAULT),

@@ -133,6 +133,7 @@ function show() {
     panels.show_voxel_scale(switches.voxels, view.voxels.most_count);
   }
   panels.show_numbers(frame);
+  panels.show_device(frame);
   plots.dirty = true;
 }
 

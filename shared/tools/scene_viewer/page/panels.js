@@ -1,5 +1,7 @@
 // Figures with their units, the badges of both servers, the legend and what went wrong.
 
+import { device_figures } from './device.js';
+
 const byId = (id) => document.getElementById(id);
 const fixed = (value, digits) =>
   (value === null || value === undefined || !Number.isFinite(value) ? '–' : value.toFixed(digits));
@@ -39,6 +41,20 @@ export function make_numbers() {
 export function show_numbers(frame) {
   byId('numbers').classList.toggle('stale', frame.hand !== 'alive' && !byId('hand-badge').hidden);
   for (const [id, , value] of kNumbers) byId(`number-${id}`).textContent = value(frame);
+}
+
+/// What the device told, a line each.
+export function show_device(frame) {
+  const cells = device_figures(frame.tool?.device).map(([name, value]) => {
+    const cell = document.createElement('div');
+    cell.textContent = `${name} `;
+    const told = document.createElement('b');
+    told.textContent = value;
+    cell.append(told);
+    return cell;
+  });
+  byId('device').replaceChildren(...cells);
+  byId('device').classList.toggle('stale', byId('numbers').classList.contains('stale'));
 }
 
 /// state: alive, dead or absent.

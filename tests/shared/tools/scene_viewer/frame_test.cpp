@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "proto/device_plugin.h"
 #include "shared/tools/scene_viewer/frame_moment.hpp"
 #include "tests/shared/publication/small_scene.hpp"
 #include "tests/shared/publication/tampering.hpp"
@@ -55,6 +56,13 @@ proto::ToolState half_way(const publication::SceneView& scene, std::uint64_t sna
   shown.snapshot_id = snapshot_id;
   shown.position = {0.5, 0.5, 0.0, 0.0};
   shown.alpha = 0.5;
+  state.device = {.told = STILLGRID_STATE_GRIPPER,
+                  .status = STILLGRID_STATUS_HOT,
+                  .status_known = STILLGRID_STATUS_HOT | STILLGRID_STATUS_ENABLED,
+                  .temperature_C = 40.0F,  // not told
+                  .gripper_m = 0.02,
+                  .gripper_force_N = -1.5,
+                  .axes = {}};
   return state;
 }
 
@@ -82,6 +90,12 @@ TEST_CASE("A frame tells both snapshots and the displayed one between them", "[f
   CHECK(head["snapshot"]["state_time_s"].get<double>() == Approx(0.12));
   CHECK(head["display"]["snapshot_id"] == 4);
   CHECK(head["tool"]["flags"] == Json({"faded", "swept"}));
+  CHECK(head["tool"]["device"] == Json{{"status", STILLGRID_STATUS_HOT},
+                                       {"status_known", 10},
+                                       {"temperature_C", nullptr},
+                                       {"gripper_m", 0.02},
+                                       {"gripper_force_N", -1.5},
+                                       {"axes", nullptr}});
   for (const auto& [name, snapshot] :
        {std::pair{"newest", 4.0}, {"previous", 3.0}, {"displayed", 3.5}}) {
     REQUIRE(arrays.at(name).size() == 3 * publication::kMovingSpheres);
