@@ -214,9 +214,12 @@ void run_haptics(const HapticOptions& options, HapticReport& report, safety::Gua
   const safety::SafetyLimits limits = safety::safety_limits(options.safety, device.descriptor());
   tell_undeclared_torque(device.descriptor(), limits);
   const bool gives_way = display::law_of(options.transition).gives_way;
-  if (gives_way && scene->scene().predicts == 0)
+  if (gives_way && scene->scene().predicts == 0) {
+    const std::string_view instead = display::name_of(rendering::kWithoutPrediction);
     spdlog::info("scene '{}' predicts nothing: --transition {} in place of {}", report.scene,
-                 display::name_of(rendering::kWithoutPrediction), report.transition);
+                 instead, report.transition);
+    report.transition = instead;
+  }
   const auto loop = std::make_unique<HapticLoop>(
       device, tool, rendering::make_renderer(options.transition), limits, period_ns,
       options.lockstep ? nullptr : realtime::monotonic_ns,
