@@ -103,6 +103,10 @@ class Session(ViewerTest):
 
         whole = self.live_viewer()
         self.wait_until(lambda: "'left', 'right'" in whole.status()["note"], 5.0, "a note that names the hands")
+        wrong = subprocess.run([BUILD / "bin" / "scene_viewer", "--session", self.session, "--hand", "third"],
+                               capture_output=True, text=True, timeout=10)
+        self.assertNotEqual(wrong.returncode, 0)
+        self.assertIn("not 'third'", wrong.stderr)
 
     def test_a_killed_simulation_is_shown_as_dead_and_comes_back(self):
         page = self.live_viewer()

@@ -78,7 +78,7 @@ std::unique_ptr<ViewSource> make_view(Arguments& arguments) {
   if (arguments.live.session.empty())
     throw CLI::ValidationError("--session", "or --open or --recording is required");
   arguments.live.session = publication::hand_session(arguments.live.session, arguments.hand);
-  publication::require_hand(arguments.live.session);
+  if (!arguments.hand.empty()) publication::require_hand(arguments.live.session);
   if (!arguments.surfaces.empty()) arguments.live.surfaces = read_surfaces(arguments.surfaces);
   return std::make_unique<LiveView>(arguments.live);
 }
