@@ -95,6 +95,7 @@ class ArrayTest(unittest.TestCase):
                 read(values, "a", None, 3)
 
 
+@unittest.skipUnless(pathlib.Path("/usr/bin/mypy").exists(), "skipped: mypy is not installed, see scripts/setup")
 class TypesTest(unittest.TestCase):
     def test_the_packages_type_hints_are_whole_and_right(self):
         package = pathlib.Path(stillgrid.__file__).parent
