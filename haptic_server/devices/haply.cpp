@@ -52,6 +52,7 @@ class HaplyDriver {
     } else if (key == "port") {
       port_ = static_cast<std::uint16_t>(
           count_option(key, value, std::numeric_limits<std::uint16_t>::max()));
+      if (port_ == 0) refuse_option(key, value, "a port, 1 to 65535");
     } else if (key == "device_id" || key == "grip_id") {
       if (!is_haply_id(value)) refuse_option(key, value, "an id as --list-devices shows it");
       (key == "device_id" ? device_id_ : grip_id_) = value;

@@ -113,13 +113,16 @@ std::string shown(const Place& parent, const char* name) {
 
 /// What a placement does to the device's own frame; empty where it leaves it as it is.
 std::string foreign_part(const Place& parent, const char* name) {
-  constexpr double kNone = 1e-6;
+  constexpr double kNone = 1e-6, kNoTurn = 1e-3;
   if (!parent.has(name)) return "";
+  // Whether its length is one or not.
+  const auto turns = [](const Eigen::Quaterniond& q) {
+    return !(q.vec().norm() <= kNoTurn * std::abs(q.w()) && q.w() != 0.0);
+  };
   const Place placement = parent.object(name);
   const bool is_own =
       (!placement.has("position") || placement.vector("position", 1e3).norm() <= kNone) &&
-      (!placement.has("rotation") ||
-       std::abs(placement.quaternion("rotation").w()) >= 1.0 - kNone) &&
+      (!placement.has("rotation") || !turns(placement.quaternion("rotation"))) &&
       (!placement.has("scale") ||
        (placement.vector("scale", 1e3) - Eigen::Vector3d::Ones()).norm() <= kNone);
   return is_own ? "" : "a " + std::string(name);

@@ -126,14 +126,17 @@ class PhantomDriver {
   /// What the hand does, from now on.
   void command(std::string_view key, std::string_view value) {
     constexpr std::array<std::string_view, 3> kPush = {"push_x_N", "push_y_N", "push_z_N"};
+    constexpr double kStrongest_N = 50.0;  // of a hand
     const auto axis = std::find(kPush.begin(), kPush.end(), key);
-    if (axis != kPush.end())
-      push_N_[static_cast<std::size_t>(axis - kPush.begin())] =
-          number_option(key, value, Bounds::kFinite);
-    else if (key == "grip_N")
-      grip_N_ = number_option(key, value, Bounds::kFinite);
-    else
+    if (axis == kPush.end() && key != "grip_N")
       refuse_option(key, value, "a known key: push_x_N, push_y_N, push_z_N, grip_N");
+    const double force_N = number_option(key, value, Bounds::kFinite);
+    if (!(std::abs(force_N) <= kStrongest_N) || (key == "grip_N" && force_N < 0.0))
+      refuse_option(key, value, key == "grip_N" ? "0 to 50" : "-50 to 50");
+    if (axis != kPush.end())
+      push_N_[static_cast<std::size_t>(axis - kPush.begin())] = force_N;
+    else
+      grip_N_ = force_N;
   }
 
   void emergency_stop() noexcept { is_stopped_ = true; }

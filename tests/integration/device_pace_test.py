@@ -73,14 +73,16 @@ class DevicePaceTest(daemons.SessionTest):
         self.assertEqual(paces[0], paces[1])
 
     def test_orders_reach_an_active_device_and_refusals_are_lines(self):
-        orders = self.write("orders", "push_z_N=-1.5\nno such order=1\nnonsense\npush_x_N=much\n")
+        orders = self.write("orders", "push_z_N=-1.5\nno such order=1\nnonsense\npush_x_N=much\npush_y_N=1e308\ngrip_N=-1\n")
         _, _, lines = self.run_in_real_time("phantom:path=still,hand=none", "--commands", orders)
         text = "\n".join(lines)
         self.assertIn("command push_z_N=-1.5", text)
         self.assertIn("command 'no such order=1': no such order: value '1': expected a known key", text)
         self.assertIn("command 'nonsense': expected KEY=VALUE", text)
         self.assertIn("command 'push_x_N=much': push_x_N: value 'much': expected a finite number", text)
-        self.assertEqual(len([line for line in lines if ": command " in line]), 4, lines)
+        self.assertIn("push_y_N: value '1e308': expected -50 to 50", text)
+        self.assertIn("grip_N: value '-1': expected 0 to 50", text)
+        self.assertEqual(len([line for line in lines if ": command " in line]), 6, lines)
 
     def test_the_last_order_of_a_file_needs_no_end_of_line_and_a_flood_is_summed(self):
         orders = self.write("orders", "nonsense\n" * 1000 + "push_z_N=-1.5")

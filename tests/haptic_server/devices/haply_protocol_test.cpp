@@ -71,6 +71,9 @@ TEST_CASE("An inventory of 3.5 tells the firmware, the name of a force and a for
   CHECK(own.foreign_frame.empty());
   CHECK(with(R"("basis":{"permutation":"XZY"})").foreign_frame == "the basis XZY");
   CHECK(with(R"("mount":{"position":{"x":0.1,"y":0,"z":0}})").foreign_frame == "a mount");
+  // 120 degrees, told by a quaternion twice as long as a unit.
+  CHECK(with(R"("mount":{"rotation":{"w":1,"x":1,"y":1,"z":1}})").foreign_frame == "a mount");
+  CHECK(with(R"("mount":{"rotation":{"w":-2,"x":0,"y":0,"z":0}})").foreign_frame.empty());
   CHECK(with(R"("extended_firmware_version":"7\n\u00e4")").firmware == "7???");
 }
 
