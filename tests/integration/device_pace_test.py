@@ -63,7 +63,7 @@ class DevicePaceTest(daemons.SessionTest):
             with self.subTest(mode):
                 report = self.folder / f"{mode}.json"
                 with unittest.mock.patch.dict(os.environ, {"STILLGRID_HOSTILE_FAULT": mode}):
-                    server = self.haptic_server(HOSTILE, "--duration", 2.5, "--report", report)
+                    server = self.haptic_server(HOSTILE, "--duration", 3.5, "--report", report)
                 self.assertEqual(server.wait(20.0), status, server.lines())
                 self.assertIn(line, "\n".join(server.lines()))
                 self.assertIn("ticks", daemons.read_report(report))

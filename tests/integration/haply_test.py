@@ -103,6 +103,7 @@ def outcome_row(test, fault):
     """One fault's run as a row of the table; asserts what holds of every fault."""
     name, service, device, expected = fault
     port, status, lines, _ = test.run_unstalled(service, device, is_stall="silent" in name or "30 ms" in name)
+    lines = [line for line in lines if not line.endswith(" Hz; expected 1000 Hz")]  # of a busy machine
     test.assertEqual(status, expected, (name, lines))
     if status != DONE:
         test.assertEqual(len([line for line in lines if not line.endswith(" is tried")]), 1, (name, lines))
