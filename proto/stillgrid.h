@@ -15,8 +15,10 @@
  * failed has changed nothing. No exception, signal or exit leaves the library.
  *
  * Threads: a handle is used by one thread at a time; a second one inside it at once gets
- * STILLGRID_E_THREAD. Different handles share nothing. [main] calls may block and allocate. [step]
- * calls allocate nothing, take no lock and wait for nobody.
+ * STILLGRID_E_THREAD, and a close() waits for it. A child of a fork may not use its parent's
+ * handles (STILLGRID_E_ORDER); closing them there does nothing. Different handles share nothing.
+ * [main] calls may block and allocate. [step] calls allocate nothing, take no lock and wait for
+ * nobody.
  */
 #ifndef STILLGRID_PROTO_STILLGRID_H
 #define STILLGRID_PROTO_STILLGRID_H

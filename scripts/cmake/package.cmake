@@ -10,7 +10,7 @@ target_include_directories(stillgrid_device_plugin INTERFACE
 set_target_properties(stillgrid_device_plugin PROPERTIES EXPORT_NAME device_plugin)
 
 install(FILES ${PROJECT_SOURCE_DIR}/proto/device_plugin.h ${PROJECT_SOURCE_DIR}/proto/stillgrid.h
-  DESTINATION include/stillgrid)
+  ${PROJECT_SOURCE_DIR}/proto/stillgrid.hpp DESTINATION include/stillgrid)
 install(DIRECTORY
   ${PROJECT_SOURCE_DIR}/tests/install/handle ${PROJECT_SOURCE_DIR}/tests/install/udp_knob
   ${PROJECT_SOURCE_DIR}/tests/install/publish_ball

@@ -145,7 +145,12 @@ void HandPushes::find(const proto::SceneHeader& scene, const proto::ToolState& t
   grid.response_count = static_cast<std::uint32_t>(responses_.size());
   touched_.clear();
   rendering::gather_touched(grid, {weights, weights, compliant}, placed, touched_);
-  (void)solver_.solve(scene, placed, pose, radius_m, true, touched_, response_);
+  // A sphere may have flown through the whole tool in a step: the solver's own steps, each a part
+  // of this length, must lead that far.
+  double through_m = radius_m;
+  for (const rendering::TouchedSphere& sphere : touched_.all())
+    through_m = std::max(through_m, radius_m + sphere.radius_m);
+  (void)solver_.solve(scene, placed, pose, through_m, true, touched_, response_);
   sum_pushes(scene, pose, placed, touched_, moving);
 }
 

@@ -31,6 +31,7 @@ Publisher::Publisher(const publication::SessionSpec& spec,
       material_count_(static_cast<std::uint32_t>(hands.front().fixed.materials.size())),
       predicts_(hands.front().fixed.predicts) {
   bodies_.reserve(std::min(kMaxBodies, std::max<std::size_t>(1, spec.moving_count)));
+  given_.reserve(bodies_.capacity());
   trial_.reserve(3 * spec.moving_count);
   predicted_.reserve(3 * spec.moving_count);
   for (publication::HandSession& session : session_.hands()) {
@@ -135,7 +136,7 @@ int Publisher::set_responses(std::span<const stillgrid_response> responses) {
   if (responses.size() > bodies_.capacity())
     return fail(STILLGRID_E_CAPACITY, "set_responses: %zu: expected %zu at most", responses.size(),
                 bodies_.capacity());
-  bodies_.clear();
+  given_.clear();
   for (std::size_t i = 0; i < responses.size(); ++i) {
     const stillgrid_response& response = responses[i];
     const bool are_numbers =
@@ -143,19 +144,19 @@ int Publisher::set_responses(std::span<const stillgrid_response> responses) {
         std::all_of(std::begin(response.inverse_inertia), std::end(response.inverse_inertia),
                     [](double x) { return std::abs(x) <= kLightest; });
     const auto body = std::lower_bound(
-        bodies_.begin(), bodies_.end(), response.body,
+        given_.begin(), given_.end(), response.body,
         [](const BodyModes& a, std::uint32_t wanted) { return a.body() < wanted; });
-    const bool is_known = body != bodies_.end() && body->body() == response.body;
+    const bool is_known = body != given_.end() && body->body() == response.body;
     BodyModes modes;
     if (!are_numbers || is_known || !modes.take(response)) {
-      bodies_.clear();
       return fail(STILLGRID_E_ARGUMENT, "responses[%zu], of body %u: expected %s", i, response.body,
                   !are_numbers ? "numbers"
                   : is_known   ? "one of each body"
                                : "a symmetric inverse inertia without an eigenvalue below 0");
     }
-    bodies_.insert(body, modes);
+    given_.insert(body, modes);
   }
+  std::swap(bodies_, given_);
   return STILLGRID_OK;
 }
 
@@ -191,8 +192,10 @@ int Publisher::find_pushes(double step_s, std::span<stillgrid_push> pushes, std:
       ++all;
     }
   count = static_cast<std::uint32_t>(all);
-  if (all > pushes.size())
+  if (all > pushes.size()) {
+    has_pushes_ = false;  // nobody was told
     return fail(STILLGRID_E_CAPACITY, "pushes: room for %zu: expected for %zu", pushes.size(), all);
+  }
   return STILLGRID_OK;
 }
 
@@ -233,6 +236,11 @@ int Publisher::publish(std::uint64_t state_time_ns) {
         STILLGRID_E_ARGUMENT, "publish: state of %llu ns: expected CLOCK_MONOTONIC's, now %llu",
         static_cast<unsigned long long>(state_time_ns), static_cast<unsigned long long>(began_ns));
   const std::uint64_t state_ns = state_time_ns != 0 ? state_time_ns : waited_ ? time_ns_ : began_ns;
+  if (!is_virtual() && state_ns < published_ns_)
+    return fail(
+        STILLGRID_E_ARGUMENT, "publish: state of %llu ns: expected none before the last, %llu",
+        static_cast<unsigned long long>(state_ns), static_cast<unsigned long long>(published_ns_));
+  published_ns_ = state_ns;
   if (!has_pushes_ && !bodies_.empty()) push_with_all_hands(period_s_);
   if (is_virtual() && state_ns > 0) {
     session_.promise(&Header::lockstep_sample_ns, state_ns + spec_.period_ns);

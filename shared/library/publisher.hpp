@@ -39,9 +39,6 @@ class Publisher {
   int publish(std::uint64_t state_time_ns);
   int take_tool(std::uint32_t hand, stillgrid_tool& tool);
 
-  /// Who is inside.
-  std::atomic_flag is_used = ATOMIC_FLAG_INIT;
-
  private:
   struct Hand {
     Hand(publication::HandSession& hand_session, std::size_t moving_count)
@@ -67,6 +64,8 @@ class Publisher {
   std::optional<publication::LockstepPeers> peers_;
   std::optional<realtime::PeriodicTimer> timer_;
   MovingRecords moving_;
+  std::uint64_t published_ns_ = 0;         // the last state shown, in real time
+  std::vector<BodyModes> given_;           // being checked
   std::vector<BodyModes> bodies_;          // of this state, by number
   std::vector<double> trial_, predicted_;  // of this state; empty: not told
   std::vector<std::unique_ptr<Hand>> hands_;

@@ -10,6 +10,7 @@ struct stillgrid_publisher {
   template <class... Arguments>
   explicit stillgrid_publisher(Arguments&&... arguments)
       : own(std::forward<Arguments>(arguments)...) {}
+  stillgrid::library::HandleUse use;
   stillgrid::library::Publisher own;
 };
 
@@ -63,7 +64,7 @@ int stillgrid_publisher_open(const stillgrid_scene* scene, stillgrid_publisher**
 }
 
 void stillgrid_publisher_close(stillgrid_publisher* publisher) {
-  delete publisher;
+  stillgrid::library::close_handle(publisher);
 }
 
 int stillgrid_publisher_wait(stillgrid_publisher* publisher, uint64_t* time_ns) {

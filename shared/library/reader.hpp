@@ -25,9 +25,6 @@ class Reader {
   int displayed(stillgrid_snapshot& snapshot);
   int tool(stillgrid_tool& tool) const;
 
-  /// Who is inside.
-  std::atomic_flag is_used = ATOMIC_FLAG_INIT;
-
  private:
   /// Whether there is what a call reads: fails before the first poll; STILLGRID_NOTHING while its
   /// writer is away.

@@ -7,6 +7,7 @@
 
 struct stillgrid_reader {
   explicit stillgrid_reader(std::string hand_session) : own(std::move(hand_session)) {}
+  stillgrid::library::HandleUse use;
   stillgrid::library::Reader own;
 };
 
@@ -51,7 +52,7 @@ int stillgrid_reader_open(const char* session, const char* hand, stillgrid_reade
 }
 
 void stillgrid_reader_close(stillgrid_reader* reader) {
-  delete reader;
+  stillgrid::library::close_handle(reader);
 }
 
 int stillgrid_reader_poll(stillgrid_reader* reader, stillgrid_session_state* state) {

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """The Python package over libstillgrid: its structs are the header's, arrays are not copied, errors are one line."""
+import copy
 import os
 import pathlib
 import re
@@ -93,6 +94,20 @@ class ArrayTest(unittest.TestCase):
                 (_arrays.indices, [[-1, 0, 1]], "a: -1 to 1: expected 0 to 4294967295")):
             with self.subTest(line), self.assertRaisesRegex(ValueError, f"^{line}$"):
                 read(values, "a", None, 3)
+
+
+class HandleTest(unittest.TestCase):
+    def test_a_publisher_is_not_copied_and_numbers_do_not_wrap(self):
+        scene = stillgrid.Scene(0.02, 1, [stillgrid.Material(500.0)])
+        with stillgrid.Publisher(scene, f"copied-{os.getpid()}") as publisher:
+            for copied in (copy.copy, copy.deepcopy):
+                with self.assertRaises(TypeError):
+                    copied(publisher)
+            for call in (lambda: publisher.publish(2**64 + 5), lambda: publisher.publish(1.5),
+                         lambda: publisher.tool(-1), lambda: publisher.tool(2**32)):
+                with self.assertRaisesRegex(ValueError, "expected"):
+                    call()
+
 
 
 @unittest.skipUnless(pathlib.Path("/usr/bin/mypy").exists(), "skipped: mypy is not installed, see scripts/setup")

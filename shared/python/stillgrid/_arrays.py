@@ -1,4 +1,5 @@
 """Arrays of a caller as the library reads them: not copied where they are so already."""
+import operator
 from typing import Any
 
 import numpy
@@ -54,3 +55,14 @@ def _check_shape(array: Any, name: str, shape: tuple[int | None, ...]) -> None:
         return
     text = ", ".join("N" if wanted is None else str(wanted) for wanted in shape)
     raise ValueError(f"{name}: shape {array.shape}: expected ({text}{',' if len(shape) == 1 else ''})")
+
+
+def whole(value: int, name: str, bits: int) -> int:
+    """A number that the library takes as an unsigned one of so many bits."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise ValueError(f"{name}: {value!r}: expected a whole number") from None
+    if not 0 <= number < 2**bits:
+        raise ValueError(f"{name}: {number}: expected 0 to {2**bits - 1}")
+    return number

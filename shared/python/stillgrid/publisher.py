@@ -8,7 +8,7 @@ import numpy
 from numpy.typing import ArrayLike
 
 from . import _library
-from ._arrays import address, floats, indices
+from ._arrays import address, floats, indices, whole
 from .errors import Code, StillgridError
 from .scene import Scene, scene_struct, shapes_struct
 from .tool import Tool, take_tool
@@ -51,6 +51,12 @@ class Publisher:
         handle, self._handle = self._handle, ctypes.c_void_p()
         if os.getpid() == self._process:  # the session is not a forked child's to end
             self._call["close"](handle)
+
+    def __copy__(self) -> "Publisher":
+        raise TypeError("a Publisher is one session's: expected no copy")
+
+    def __deepcopy__(self, _: object) -> "Publisher":
+        return self.__copy__()
 
     def __enter__(self) -> "Publisher":
         return self
@@ -144,11 +150,11 @@ class Publisher:
     def publish(self, state_time_ns: int = 0) -> None:
         """Shows all hands the state that was set. state_time_ns: its time on the scene's clock; 0: as
         wait() gave it, or now."""
-        self._checked("publish", state_time_ns)
+        self._checked("publish", whole(state_time_ns, "state_time_ns", 64))
 
     def tool(self, hand: int = 0) -> Tool | None:
         """The newest tick of a hand, by its number in the scene. None: no haptic_server is there."""
-        return take_tool(lambda figures: self._checked("tool", hand, figures))
+        return take_tool(lambda figures: self._checked("tool", whole(hand, "hand", 32), figures))
 
     def _checked(self, call: str, *arguments: Any) -> int:
         if not self._handle:

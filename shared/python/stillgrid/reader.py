@@ -85,6 +85,12 @@ class Reader:
         handle, self._handle = self._handle, ctypes.c_void_p()
         _library.function("reader_close")(handle)
 
+    def __copy__(self) -> "Reader":
+        raise TypeError("a Reader is one program's: expected no copy")
+
+    def __deepcopy__(self, _: object) -> "Reader":
+        return self.__copy__()
+
     def __enter__(self) -> "Reader":
         return self
 

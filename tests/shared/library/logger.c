@@ -1,7 +1,7 @@
 /* logger SESSION LINES: what is published and felt, ten lines a second. */
 #include <stdio.h>
 #include <stdlib.h>
-#include <stillgrid.h>
+#include <stillgrid/stillgrid.h>
 #include <time.h>
 
 int main(int argc, char** argv) {

@@ -1,3 +1,6 @@
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -245,6 +248,45 @@ TEST_CASE("A step of a publisher allocates nothing", "[publisher]") {
     least = std::min(least, *devices::allocation_count() - before);
   }
   CHECK(least == 0);
+}
+
+TEST_CASE("A child of a fork has no part in its parent's session", "[publisher]") {
+  Published scene("fork", {.capacity = 1});
+  scene.declare({0.01}, {0});
+  scene.place({Vector3d::Zero()}, {Vector3d::Zero()});
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const int code = stillgrid_publisher_publish(scene, 0);
+    stillgrid_publisher_close(scene);
+    ::_exit(code == STILLGRID_E_ORDER ? 0 : 1);
+  }
+  int status = 0;
+  REQUIRE(::waitpid(child, &status, 0) == child);
+  CHECK((WIFEXITED(status) && WEXITSTATUS(status) == 0));
+  REQUIRE(stillgrid_publisher_publish(scene, 0) == STILLGRID_OK);
+  CHECK(scene.snapshot().spheres.size() == 1);
+}
+
+TEST_CASE("What was refused does not undo what was given", "[publisher]") {
+  Published scene("undone", {});
+  scene.declare({0.02}, {0});
+  scene.hold({0.0, 0.0, 0.0245});
+  scene.place({Vector3d::Zero()}, {Vector3d::Zero()});
+  stillgrid_response response = ball_response(0, Vector3d::Zero(), 0.01, 0.02);
+  REQUIRE(stillgrid_publisher_set_responses(scene, 1, &response) == STILLGRID_OK);
+  const double given_N = scene.pushes(0.01)[0].force_N[2];
+  scene.place({Vector3d::Zero()}, {Vector3d::Zero()});
+  REQUIRE(stillgrid_publisher_set_responses(scene, 1, &response) == STILLGRID_OK);
+  response.centre_m[0] = std::numeric_limits<double>::quiet_NaN();
+  CHECK(stillgrid_publisher_set_responses(scene, 1, &response) == STILLGRID_E_ARGUMENT);
+  std::uint32_t count = 0;
+  CHECK(stillgrid_publisher_pushes(scene, 0.01, nullptr, &count) == STILLGRID_E_CAPACITY);
+  CHECK(count == 1);
+  const double still_m_s[3] = {};
+  CHECK(stillgrid_publisher_set_trial(scene, 1, still_m_s) == STILLGRID_OK);
+  CHECK(scene.pushes(0.01)[0].force_N[2] < 0.5 * given_N);  // it gives way: not 500 N/m of 0.5 mm
+  REQUIRE(stillgrid_publisher_publish(scene, realtime::monotonic_ns()) == STILLGRID_OK);
+  CHECK(stillgrid_publisher_publish(scene, 1) == STILLGRID_E_ARGUMENT);
 }
 
 TEST_CASE("In virtual time a state is asked for, then published, in turn", "[publisher]") {

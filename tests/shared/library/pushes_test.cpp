@@ -196,6 +196,28 @@ TEST_CASE("A push knows where the engine's step leads without it", "[pushes]") {
   CHECK_THAT(led_m_s, WithinAbs(free_m_s[2] - period_s * pushed_N / resists, 1e-5));
 }
 
+TEST_CASE("A light ball that flies deep into the tool is pushed as it gives way", "[pushes]") {
+  // 26 mm in a step, from below; a gram and 2000 N/m.
+  constexpr double kStiffness = 2000.0, kPeriod_s = 0.02, kRadius_m = 0.02;
+  const double mass_kg = GENERATE(0.002, 0.05, 2.0);
+  const double gap_m = GENERATE(0.002, 0.007, 0.015);
+  Published scene("deep", {.stiffness_N_per_m = kStiffness, .period_s = kPeriod_s});
+  const Vector3d ball_m(0.0, 0.0, 0.0);
+  scene.declare({kRadius_m}, {0});
+  scene.hold({0.0, 0.0, -(kRadius_m + 0.005 + gap_m)});
+  const Vector3d velocity_m_s(0.0, 0.0, -1.3);
+  scene.place({ball_m}, {velocity_m_s});
+  const stillgrid_response response = ball_response(0, ball_m, mass_kg, kRadius_m);
+  REQUIRE(stillgrid_publisher_set_trial(scene, 1, velocity_m_s.data()) == STILLGRID_OK);
+  REQUIRE(stillgrid_publisher_set_responses(scene, 1, &response) == STILLGRID_OK);
+  const auto pushes = scene.pushes(kPeriod_s);
+  const double depth_m = 1.3 * kPeriod_s - gap_m;
+  const double expected_N =
+      kStiffness * depth_m / (1.0 + kStiffness * kPeriod_s * kPeriod_s / mass_kg);
+  REQUIRE(pushes.size() == 1);
+  CHECK_THAT(pushes[0].force_N[2], WithinAbs(expected_N, 0.02 * expected_N));
+}
+
 TEST_CASE("The tool's work is its pushes' along the ways that the spheres went", "[pushes]") {
   Published scene("work", {});
   scene.declare({0.02}, {1});
