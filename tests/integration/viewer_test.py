@@ -8,7 +8,7 @@ import threading
 
 import numpy
 
-from daemons import BAD_INPUT, BUILD, DONE, PATIENCE, SCENES, SessionTest, main, read_recording
+from daemons import BAD_INPUT, BUILD, COULD_NOT_START, DONE, PATIENCE, SCENES, SessionTest, main, read_recording
 from viewer_client import Page
 
 PRESS = "phantom:path=press,centre_z_m=0,depth_m=0.05,period_s=0.5,hand=light"
