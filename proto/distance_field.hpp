@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace stillgrid::proto {
+
+/// Bodies of a scene that are felt through distance fields.
+inline constexpr std::uint32_t kMaxFields = 64;
+
+/// Cells of a fine brick along each of its edges, and coefficients, which reach a cell farther.
+inline constexpr std::uint32_t kBrickCells = 4;
+inline constexpr std::uint32_t kBrickNodes = kBrickCells + 2;
+inline constexpr std::uint32_t kBrickCoefficients = kBrickNodes * kBrickNodes * kBrickNodes;
+
+/// What a distance field is like, and where its numbers stand. Body frame, SI units.
+///
+/// Behind `offset`, each array at a multiple of 8 bytes: coarse coefficients, f32, one a brick and
+/// a layer more on every side, x fastest; `bricks` u32, the number of each brick's fine
+/// coefficients, from 1, 0: none; stiffness, f32, as the coarse ones, if has_stiffness; fine
+/// coefficients, f32, kBrickCoefficients a number.
+struct FieldShape {
+  std::array<float, 3> lowest_m;  // corner of the first brick
+  float brick_m;                  // a brick's edge
+  std::array<std::uint32_t, 3> bricks;
+  std::uint32_t fine_count;
+  std::array<float, 3> centre_m;  // of a ball that holds the solid
+  float bounding_radius_m;
+  std::uint32_t has_stiffness;  // 1: a map of stiffness over the material's; 0: none
+  std::uint32_t reserved;
+};
+static_assert(sizeof(FieldShape) == 56);
+
+/// Where a body that has a field is, and how it moves. World frame.
+struct FieldState {
+  std::array<float, 3> position_m;        // of the body frame's origin
+  std::array<float, 4> orientation_xyzw;  // unit, world from body
+  std::array<float, 3> velocity_m_s;
+  std::array<float, 3> angular_velocity_rad_s;
+  float reserved;
+};
+static_assert(sizeof(FieldState) == 56);
+
+/// A body that is felt through a field: written once.
+struct FieldBody {
+  FieldShape shape;
+  std::uint64_t offset;  // bytes from the segment's start to the field's numbers
+  FieldState rest;       // of one that never moves
+  std::uint32_t moving;  // its FieldRecord in a snapshot, from 1; 0: it never moves
+  std::uint32_t material;
+  std::uint32_t body;  // order in the scene file
+  std::uint32_t reserved;
+};
+static_assert(sizeof(FieldBody) == 136);
+
+/// One moving body with a field in every snapshot of the history, as SphereRecord is of a sphere.
+///
+/// Predicted: at which the simulation's next step would take it, over prediction_ns.
+struct FieldRecord {
+  std::array<FieldState, 4> history;  // newest first
+  std::array<float, 3> predicted_velocity_m_s;
+  std::array<float, 3> predicted_angular_velocity_rad_s;
+  std::uint32_t response;  // number of the SphereResponse of its frame's origin, from 1; the one
+                           // behind it is how it turns, rad / sqrt(J); 0: it does not give way
+  std::uint32_t reserved;
+};
+static_assert(sizeof(FieldRecord) == 256);
+
+}  // namespace stillgrid::proto
