@@ -3,10 +3,12 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "shared/collision/contact_law.hpp"
+#include "shared/collision/distance_field.hpp"
 #include "sim_server/bodies/motion.hpp"
 
 namespace stillgrid::bodies {
@@ -60,6 +62,20 @@ struct SphereBinding {
   std::array<int, 4> nodes{};
   std::array<double, 4> weights{};                            // sum to one
   Eigen::Vector3d rest_position_m = Eigen::Vector3d::Zero();  // of the undeformed body
+  // A point of the surface of a body with a distance field: it meets planes and the fields of other
+  // bodies, and nothing else does, for their spheres and the tool meet its body's field.
+  bool is_field_point = false;
+};
+
+/// A rigid or static body that is met through its distance field.
+struct FieldBody {
+  int body = 0;
+  int material = 0;
+  int rigid = -1;  // index into World::rigid_bodies; -1: it never moves
+  // Of its frame, where it never moves.
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+  std::shared_ptr<const collision::DistanceField> field;  // in the body's frame
 };
 
 /// A sphere that never moves.
@@ -99,6 +115,7 @@ struct World {
   std::vector<SphereBinding> spheres;  // of free and of prescribed bodies
   std::vector<StaticSphere> static_spheres;
   std::vector<StaticPlane> planes;
+  std::vector<FieldBody> fields;
   std::vector<collision::ContactMaterial> materials;
   std::vector<BodyRange> bodies;  // in the order of the scene file
   int unknown_count = 0;
