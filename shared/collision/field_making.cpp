@@ -31,10 +31,12 @@ void for_each(const Index& from, const Index& to, Visit&& visit) {
       for (int x = from.x(); x < to.x(); ++x) visit(Index(x, y, z));
 }
 
+constexpr double kBrickBytes = proto::kBrickCoefficients * sizeof(float);
+
 [[noreturn]] void refuse_size(double bytes) {
-  throw std::invalid_argument("a field of " + std::to_string(static_cast<long>(bytes / 1048576.0)) +
-                              " MiB: expected at most " + std::to_string(kMaxFieldBytes / 1048576) +
-                              " MiB: wider cells");
+  throw std::invalid_argument(
+      "a field of at least " + std::to_string(static_cast<long>(bytes / 1048576.0)) +
+      " MiB: expected at most " + std::to_string(kMaxFieldBytes / 1048576) + " MiB: wider cells");
 }
 
 /// Fills a field's arrays. Its words are floats and numbers in pairs.
@@ -141,10 +143,12 @@ class FieldMaker {
       if ((brick < 0).any() || (brick >= bricks_).any()) return;
       const bool is_fine = std::abs(double{distance_m}) <= within_m;
       numbers_.push_back(is_fine ? ++shape_.fine_count : 0);
+      const double bytes = kBrickBytes * static_cast<double>(shape_.fine_count);
+      if (bytes > static_cast<double>(kMaxFieldBytes)) refuse_size(bytes);
     });
   }
 
-  /// The coarse spline's coefficient for a cell, refined.
+  /// The coarse spline's coefficient for a cell, refined; of a cell beside the field too.
   [[nodiscard]] float refined(const Index& brick, const Index& cell) const {
     double sum = 0.0;
     for_each(Index::Zero(), Index::Constant(3), [&](const Index& k) {
@@ -191,16 +195,10 @@ class FieldMaker {
         if ((beside == 0).all()) return;
         const Index other = brick + beside, own = cell - kCells * beside;
         const std::uint32_t from = number_of(other);
-        const float value =
-            from != 0 ? get(layout.fine, node(from, own)) : refined_beyond(other, own);
+        const float value = from != 0 ? get(layout.fine, node(from, own)) : refined(other, own);
         put(layout.fine, node(number, cell), value);
       });
     });
-  }
-  /// As refined(), of a brick that may lie off the field, where the outermost layer goes on.
-  [[nodiscard]] float refined_beyond(const Index& brick, const Index& cell) const {
-    if ((brick >= 0).all() && (brick < bricks_).all()) return refined(brick, cell);
-    return distance_at(middle_m(kCells * brick + cell, kCells));
   }
 
   const ScalarField& distance_;
