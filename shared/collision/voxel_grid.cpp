@@ -106,11 +106,12 @@ Bounds bounds_of(std::span<const SweptBound> swept_bounds) {
   return bounds;
 }
 
-/// The octave of a radius, counted from the longest; wider than an octave where eight do not do.
+/// The class of a radius, counted from the longest: some octaves each, more where eight classes do
+/// not do.
 class Octaves {
  public:
-  Octaves(float longest_m, float shortest_m)
-      : longest_m_(longest_m), most_(octaves_below(shortest_m)) {}
+  Octaves(float longest_m, float shortest_m, std::uint32_t octaves)
+      : longest_m_(longest_m), octaves_(octaves), most_(octaves_below(shortest_m)) {}
   [[nodiscard]] std::uint32_t most() const { return std::min(most_, proto::kMaxLevels - 1); }
   [[nodiscard]] std::uint8_t of(float bounding_radius_m) const {
     const std::uint32_t octaves = octaves_below(bounding_radius_m);
@@ -119,15 +120,16 @@ class Octaves {
   }
 
  private:
-  /// The whole part of log2(longest / radius), which is the exponent of the quotient.
+  /// The whole part of log2(longest / radius), which is the exponent of the quotient, in classes.
   [[nodiscard]] std::uint32_t octaves_below(float bounding_radius_m) const {
     constexpr std::uint32_t kMantissaBits = 23, kBias = 127;
     const float quotient =
         std::min(longest_m_ / bounding_radius_m, std::numeric_limits<float>::max());
-    return (std::bit_cast<std::uint32_t>(quotient) >> kMantissaBits) - kBias;
+    return ((std::bit_cast<std::uint32_t>(quotient) >> kMantissaBits) - kBias) / octaves_;
   }
 
   float longest_m_;
+  std::uint32_t octaves_;
   std::uint32_t most_;
 };
 
@@ -217,14 +219,16 @@ void VoxelGrid::push_snapshot(std::span<const proto::SphereState> snapshots) noe
   has_snapshot_ = true;
 }
 
-void VoxelGrid::enter(std::span<const SweptBound> swept_bounds, float voxel_ratio) {
-  assert(swept_bounds.size() <= layout_.sphere_capacity && voxel_ratio > 0.0F);
-  shape_levels(swept_bounds, voxel_ratio);
+void VoxelGrid::enter(std::span<const SweptBound> swept_bounds, float voxel_ratio,
+                      std::uint32_t octaves) {
+  assert(swept_bounds.size() <= layout_.sphere_capacity && voxel_ratio > 0.0F && octaves > 0);
+  shape_levels(swept_bounds, voxel_ratio, octaves);
   sort_bounds(swept_bounds);
 }
 
 /// Levels, the level of each sphere, and the cells that each level takes.
-void VoxelGrid::shape_levels(std::span<const SweptBound> swept_bounds, float voxel_ratio) {
+void VoxelGrid::shape_levels(std::span<const SweptBound> swept_bounds, float voxel_ratio,
+                             std::uint32_t octaves_a_level) {
   std::array<Bounds, proto::kMaxLevels> bounds;
   std::array<std::size_t, proto::kMaxLevels> spheres{};
   if (!swept_bounds.empty())
@@ -235,7 +239,7 @@ void VoxelGrid::shape_levels(std::span<const SweptBound> swept_bounds, float vox
 
   shape_.level_count = 1;
   spheres[0] = swept_bounds.size();
-  const Octaves octaves(bounds[0].high[3], bounds[0].low[3]);
+  const Octaves octaves(bounds[0].high[3], bounds[0].low[3], octaves_a_level);
   if (octaves.most() > 0) {
     std::array<std::size_t, proto::kMaxLevels> count{};
     for (std::size_t i = 0; i < swept_bounds.size(); ++i) {

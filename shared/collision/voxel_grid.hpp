@@ -75,10 +75,12 @@ class VoxelGrid {
   void push_snapshot(std::span<const proto::SphereState> snapshots) noexcept;
 
   /// Enters swept bounds[i] for sphere i. voxel_ratio: a voxel's edge over twice the level's
-  /// radius. Counting sort: O(spheres + cells). Throws std::domain_error, and leaves the grid as it
-  /// was, at a swept bound that is not finite or reaches nowhere: what is no number is refused
-  /// here. Pre: voxel_ratio > 0, swept bounds.size() is the capacity or less.
-  void enter(std::span<const SweptBound> swept_bounds, float voxel_ratio);
+  /// radius. octaves: of radius that share a level. Counting sort: O(spheres + cells). Throws
+  /// std::domain_error, and leaves the grid as it was, at a swept bound that is not finite or
+  /// reaches nowhere: what is no number is refused here. Pre: voxel_ratio > 0, octaves > 0, swept
+  /// bounds.size() is the capacity or less.
+  void enter(std::span<const SweptBound> swept_bounds, float voxel_ratio,
+             std::uint32_t octaves = 1);
 
   /// Lets the swept bound of a sphere that was entered reach at least bounding_radius_m from where
   /// its centre is.
@@ -102,7 +104,8 @@ class VoxelGrid {
 
  private:
   [[nodiscard]] std::uint32_t* u32_at(std::size_t word) noexcept;
-  void shape_levels(std::span<const SweptBound> swept_bounds, float voxel_ratio);
+  void shape_levels(std::span<const SweptBound> swept_bounds, float voxel_ratio,
+                    std::uint32_t octaves);
   void sort_bounds(std::span<const SweptBound> swept_bounds);
 
   GridLayout layout_;

@@ -1,6 +1,7 @@
 #include "sim_server/contact/moving_spheres.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <utility>
@@ -22,7 +23,7 @@ constexpr float kErrorRoom = 1.5F;
 constexpr float kFirstError = 0.1F;
 /// Pairs a sphere that are reckoned with at least.
 constexpr float kFewPairs = 0.05F;
-/// Spheres that the motion is measured on, about.
+/// Spheres that the motion is measured on, at most.
 constexpr std::size_t kSamples = 256;
 /// A swept bound that was left is widened by this part of the radius more than need be, and up to
 /// so many radii at all.
@@ -36,6 +37,12 @@ constexpr float kLeastRatio = 1.01F, kMaxRatio = 4.0F;
 /// A ratio that is within this part of the wished one is kept.
 constexpr float kNearRatio = 0.15F;
 constexpr int kFirstTries = 8;
+/// Octaves of radius that share a level while it is not crowded, and how crowded it may be: beyond
+/// as many other spheres in a sphere's own voxel two levels cost less. So many fillings later that
+/// is tried again.
+constexpr std::uint32_t kSharedOctaves = 2;
+constexpr float kCrowded = 2.5F;
+constexpr std::uint64_t kFillingsApart = 64;
 /// Of all spheres, how many may leave their swept bounds at once, or at least.
 constexpr std::size_t kEscapedPart = 64, kLeastEscaped = 4;
 
@@ -50,13 +57,19 @@ float occupancy(const collision::GridView& view) {
   const std::size_t cells =
       last.first_cell + std::size_t{last.cells[0]} * last.cells[1] * last.cells[2];
   const std::size_t stride = cells / (4 * kSamples) + 1;
-  float spheres = 0.0F, squares = 0.0F;
+  std::uint64_t spheres = 0, squares = 0;
   for (std::size_t cell = 0; cell < cells; cell += stride) {
-    const auto count = static_cast<float>(starts[cell + 1] - starts[cell]);
+    const std::uint64_t count = starts[cell + 1] - starts[cell];
     spheres += count;
     squares += count * count;
   }
-  return squares / std::max(spheres, 1.0F) - 1.0F;
+  return static_cast<float>(squares) / std::max(static_cast<float>(spheres), 1.0F) - 1.0F;
+}
+
+/// How a ball moved in a step, of as many as 1 / per_step.
+Eigen::Vector3f move_m(const collision::SweptBound& before, const collision::SweptBound& now,
+                       float per_step) {
+  return per_step * (vector(now.centre_m) - vector(before.centre_m));
 }
 
 /// What a swept bound round `centre_m` must extend to hold a ball, whatever is rounded.
@@ -75,7 +88,7 @@ MovingSpheres::MovingSpheres(std::size_t count, float voxel_ratio,
       swept_bounds_(count),
       entered_(count),
       grown_(count),
-      moves_m_(count, Eigen::Vector3f::Zero()),
+      moves_m_(kSamples, Eigen::Vector3f::Zero()),
       groups_(std::move(groups)),
       sorted_(count),
       escaped_(std::max(kLeastEscaped, count / kEscapedPart)) {
@@ -160,28 +173,27 @@ void MovingSpheres::plan(std::span<const collision::SweptBound> balls) {
     rebuild_interval_ = kMaxRebuildInterval;  // as if nothing moved
     return;
   }
+  const std::size_t stride = (balls.size() + kSamples - 1) / kSamples;
   const float per_step = 1.0F / static_cast<float>(std::max(1, steps_));
-  const auto measure = [&](std::size_t i) {
-    return per_step * (vector(balls[i].centre_m) - vector(entered_[i].centre_m));
-  };
-  const std::size_t stride = std::max<std::size_t>(1, balls.size() / kSamples);
-  float repeated_m2 = 0.0F, before_m2 = 0.0F, move_m = 0.0F, error_m = 0.0F, radius_m = 0.0F;
-  for (std::size_t i = 0; i < balls.size(); i += stride) {
-    const Eigen::Vector3f now_m = measure(i), before_m = moves_m_[i];
-    repeated_m2 += now_m.dot(before_m);
+  std::array<Eigen::Vector3f, kSamples> now_m;
+  float repeated_m2 = 0.0F, before_m2 = 0.0F, moved_m = 0.0F, error_m = 0.0F, radius_m = 0.0F;
+  std::size_t samples = 0;
+  for (std::size_t i = 0; i < balls.size(); i += stride, ++samples) {
+    const Eigen::Vector3f& before_m = moves_m_[samples];
+    const Eigen::Vector3f sample_m = move_m(entered_[i], balls[i], per_step);
+    now_m[samples] = sample_m;
+    repeated_m2 += sample_m.dot(before_m);
     before_m2 += before_m.squaredNorm();
-    move_m += now_m.norm();
+    moved_m += sample_m.norm();
     radius_m += balls[i].bounding_radius_m;
   }
   lead_ = before_m2 > 0.0F ? std::clamp(repeated_m2 / before_m2, 0.0F, 1.0F) : 1.0F;
-  for (std::size_t i = 0; i < balls.size(); i += stride)
-    error_m += (measure(i) - lead_ * moves_m_[i]).norm();
-  if (before_m2 == 0.0F) error_m = kFirstError * move_m;  // nothing to tell it from yet
-  for (std::size_t i = 0; i < balls.size(); ++i) moves_m_[i] = measure(i);
+  for (std::size_t k = 0; k < samples; ++k) error_m += (now_m[k] - lead_ * moves_m_[k]).norm();
+  std::copy_n(now_m.begin(), samples, moves_m_.begin());
+  if (before_m2 == 0.0F) error_m = kFirstError * moved_m;  // nothing to tell it from yet
 
-  const float samples = std::ceil(static_cast<float>(balls.size()) / static_cast<float>(stride));
-  error_m_ = error_m / samples;
-  const float wider = (0.5F * lead_ * move_m + kErrorRoom * error_m) / radius_m;  // a step
+  error_m_ = error_m / static_cast<float>(samples);
+  const float wider = (0.5F * lead_ * moved_m + kErrorRoom * error_m) / radius_m;  // a step
   const float pairs =
       std::max(kFewPairs, static_cast<float>(found_) / static_cast<float>(balls.size()));
   const auto cost = [&](int rebuild_interval) {  // of a step and sphere, in tests
@@ -196,15 +208,19 @@ void MovingSpheres::plan(std::span<const collision::SweptBound> balls) {
 
 void MovingSpheres::make_bounds(std::span<const collision::SweptBound> balls) {
   const float rebuild_interval = static_cast<float>(rebuild_interval_);
+  const float per_step = 1.0F / static_cast<float>(std::max(1, steps_));
+  const float ahead = entered_count_ == 0 ? 0.0F : 0.5F * rebuild_interval * lead_;
+  longest_m_ = 0.0F;
   for (std::size_t i = 0; i < balls.size(); ++i) {
     const auto& [position_m, radius_m] = balls[i];
     collision::SweptBound& swept_bound = swept_bounds_[i];
     swept_bound = balls[i];
     if (rebuild_interval_ == 1) {
       swept_bound.bounding_radius_m *= 1.0F + kBoundSlack;
+      longest_m_ = std::max(longest_m_, swept_bound.bounding_radius_m);
       continue;
     }
-    Eigen::Vector3f ahead_m = 0.5F * rebuild_interval * lead_ * moves_m_[i];
+    Eigen::Vector3f ahead_m = ahead * move_m(entered_[i], balls[i], per_step);
     ahead_m *= std::min(1.0F, radius_m / std::max(ahead_m.norm(), radius_m));
     for (std::size_t axis = 0; axis < 3; ++axis)
       swept_bound.centre_m[axis] += ahead_m[static_cast<Eigen::Index>(axis)];
@@ -212,23 +228,33 @@ void MovingSpheres::make_bounds(std::span<const collision::SweptBound> balls) {
         std::max(kLeastRoom * radius_m, kErrorRoom * rebuild_interval * error_m_), radius_m);
     swept_bound.bounding_radius_m =
         needed_radius_m(swept_bound.centre_m, position_m, radius_m + room_m);
+    longest_m_ = std::max(longest_m_, swept_bound.bounding_radius_m);
   }
 }
 
-/// Enters the swept bounds. A voxel that is chosen follows what the last one held; the first is
-/// found by trying.
+/// Enters the swept bounds, in levels of several octaves unless those hold too many.
 void MovingSpheres::fill_grid() {
-  if (!chooses_voxel_ || swept_bounds_.size() < 2) return grid_.enter(swept_bounds_, voxel_ratio_);
-  float longest_m = 0.0F;
-  for (const collision::SweptBound& swept_bound : swept_bounds_)
-    longest_m = std::max(longest_m, swept_bound.bounding_radius_m);
+  if (entered_count_ % kFillingsApart == 0) octaves_ = kSharedOctaves;
+  if (fill_levels() <= kCrowded || octaves_ == 1) return;
+  octaves_ = 1;
+  fill_levels();
+}
+
+/// Returns how many other spheres are in a sphere's own voxel. A voxel that is chosen follows what
+/// the last one held; the first is found by trying.
+float MovingSpheres::fill_levels() {
+  float held = 0.0F;
+  const bool chooses = chooses_voxel_ && swept_bounds_.size() >= 2;
   for (int tries = entered_count_ == 0 ? kFirstTries : 1; tries > 0; --tries) {
-    voxel_ratio_ = std::clamp(0.5F * voxel_m_ / longest_m, kLeastRatio, kMaxRatio);
-    grid_.enter(swept_bounds_, voxel_ratio_);
-    const float wished = std::cbrt(kOccupancy / std::max(occupancy(grid_.view()), 1e-3F));
-    if (std::abs(wished - 1.0F) < kNearRatio) break;
-    voxel_m_ = 2.0F * longest_m * voxel_ratio_ * std::clamp(wished, 0.5F, 2.0F);
+    if (chooses) voxel_ratio_ = std::clamp(0.5F * voxel_m_ / longest_m_, kLeastRatio, kMaxRatio);
+    grid_.enter(swept_bounds_, voxel_ratio_, octaves_);
+    if (swept_bounds_.size() < 2) break;
+    held = occupancy(grid_.view());
+    const float wished = std::cbrt(kOccupancy / std::max(held, 1e-3F));
+    if (!chooses || std::abs(wished - 1.0F) < kNearRatio) break;
+    voxel_m_ = 2.0F * longest_m_ * voxel_ratio_ * std::clamp(wished, 0.5F, 2.0F);
   }
+  return held;
 }
 
 /// False where there are more than `most`.
@@ -259,7 +285,7 @@ void MovingSpheres::reshape() {
   const auto* const end = shape.levels.data() + shape.level_count;
   if (std::none_of(shape.levels.data(), end, outgrown)) return;
   for (std::size_t i = 0; i < grown_.size(); ++i) grown_[i] = grid_.swept_bound(i);
-  grid_.enter(grown_, voxel_ratio_);
+  grid_.enter(grown_, voxel_ratio_, octaves_);
 }
 
 }  // namespace stillgrid::contact

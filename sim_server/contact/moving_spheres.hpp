@@ -84,16 +84,19 @@ class MovingSpheres {
   void plan(std::span<const collision::SweptBound> balls);
   void make_bounds(std::span<const collision::SweptBound> balls);
   void fill_grid();
+  float fill_levels();
   [[nodiscard]] bool list_pairs(const PairFilter& may_collide, std::size_t most);
 
   collision::VoxelGrid grid_;
   bool chooses_voxel_;
   float voxel_ratio_;
   float voxel_m_ = 0.0F;                             // that is chosen, if it can be
+  std::uint32_t octaves_ = 2;                        // of radius that share a level
   std::vector<collision::SweptBound> swept_bounds_;  // of each sphere: what the list holds for
+  float longest_m_ = 0.0F;                           // radius among them, before they grew
   std::vector<collision::SweptBound> entered_;       // the balls as they were entered
   std::vector<collision::SweptBound> grown_;         // scratch: swept bounds as they are published
-  std::vector<Eigen::Vector3f> moves_m_;             // of each sphere in a step, as last measured
+  std::vector<Eigen::Vector3f> moves_m_;             // of some in a step, as last measured
   std::vector<std::uint32_t> groups_;
   SortedBounds sorted_;
   std::vector<SpherePair> candidates_;  // the first listed_ of them

@@ -59,6 +59,11 @@ class VectorRow {
     assert(holds_lanes(i, interleaved) && "the widest vector leaves its storage");
     return first_ + interleaved * i;
   }
+  /// Number i alone.
+  [[nodiscard]] T* one(std::size_t i) const noexcept {
+    assert(first_ + i >= storage_.data() && first_ + i < storage_.data() + storage_.size());
+    return first_ + i;
+  }
   /// The same, aligned.
   [[nodiscard]] T* aligned(std::size_t i) const noexcept {
     assert(is_aligned_lanes(first_ + i / kLanes * kLanes) && "not aligned to the widest vector");

@@ -34,8 +34,10 @@ std::vector<SweptBound> bounds_of_spheres(const std::vector<float>& bounding_rad
   return swept_bounds;
 }
 
-std::uint32_t levels_of(const std::vector<float>& bounding_radii_m) {
-  return grid_of({bounds_of_spheres(bounding_radii_m), 1.0F}).view().shape.level_count;
+std::uint32_t levels_of(const std::vector<float>& bounding_radii_m, std::uint32_t octaves = 1) {
+  VoxelGrid grid(0, bounding_radii_m.size());
+  grid.enter(bounds_of_spheres(bounding_radii_m), 1.0F, octaves);
+  return grid.view().shape.level_count;
 }
 
 TEST_CASE("Each sphere is entered once, by number within its cell, and the room is never outgrown",
@@ -95,6 +97,11 @@ TEST_CASE("There is one level unless the reaches of a scene need more", "[voxel_
   for (int octave = 0; octave < 20; ++octave)
     twenty_octaves.insert(twenty_octaves.end(), 50, std::ldexp(1.0F, -octave));
   CHECK(levels_of(twenty_octaves) == proto::kMaxLevels);
+  CHECK(levels_of(twenty_octaves, 3) == 7);
+  CHECK(levels_of(two_octaves, 2) == 1);
+  two_octaves[7] = 0.0399F;  // of a third octave now
+  CHECK(levels_of(two_octaves, 2) == 2);
+  CHECK(levels_of(two_octaves, 4) == 1);
 }
 
 TEST_CASE("A level's voxels are the ratio times twice its longest radius", "[voxel_grid]") {

@@ -77,13 +77,15 @@ TEST_CASE("Swept bounds that meet are found in one order on every instruction se
           "[every_target]") {
   const auto kind =
       GENERATE(Cloud::kEqual, Cloud::kTwoDecades, Cloud::kSheet, Cloud::kCoincident, Cloud::kWide);
+  // The second is wide enough that only neighbouring cells are searched.
+  const float voxel_ratio = GENERATE(1.0F, 1.3F);
   for (const std::size_t offset_B : kOffsets_B)
     for (const std::size_t count : kCounts) {
       const sim_server::UnkindHeap heap(offset_B);
       const DriftingCloud cloud(kind, Drift::kNone, count, count);
       const std::span<const collision::SweptBound> balls = cloud.balls();
       collision::VoxelGrid grid(0, count);
-      grid.enter(balls, 1.0F);
+      grid.enter(balls, voxel_ratio);
       std::size_t expected = 0;
       for (std::size_t b = 0; b < count; ++b)
         for (std::size_t a = 0; a < b; ++a)
@@ -95,11 +97,30 @@ TEST_CASE("Swept bounds that meet are found in one order on every instruction se
         pairs.resize(search_pairs(grid.view(), {}, count * count, sorted, pairs));
         found.push_back(pairs);
       });
-      CAPTURE(cloud.description(), offset_B);
+      CAPTURE(cloud.description(), offset_B, voxel_ratio);
       CHECK(found[0].size() == expected);
       for (const SpherePair& pair : found[0]) CHECK(collision::meet(balls[pair.a], balls[pair.b]));
       for (const auto& pairs : found) CHECK(pairs == found[0]);
     }
+}
+
+TEST_CASE("A search gives up soon after more pairs than asked for, on every instruction set",
+          "[every_target]") {
+  constexpr std::size_t kCount = 3000, kMaxPairs = 5000;
+  const DriftingCloud cloud(Cloud::kCoincident, Drift::kNone, kCount, 3);
+  collision::VoxelGrid grid(0, kCount);
+  grid.enter(cloud.balls(), GENERATE(1.0F, 1.3F));
+  sim_server::on_every_target([&] {
+    SortedBounds sorted(kCount);
+    std::vector<SpherePair> pairs;
+    const std::size_t all = search_pairs(grid.view(), {}, kCount * kCount, sorted, pairs);
+    REQUIRE(all > 4 * kMaxPairs);
+    std::vector<SpherePair> few;
+    CHECK(search_pairs(grid.view(), {}, kMaxPairs, sorted, few) > kMaxPairs);
+    CHECK(few.size() < all);
+    CHECK(std::equal(few.begin(), few.begin() + kMaxPairs, pairs.begin()));
+    CHECK(search_pairs(grid.view(), {}, all, sorted, few) == all);
+  });
 }
 
 }  // namespace

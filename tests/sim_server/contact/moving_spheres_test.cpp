@@ -71,6 +71,27 @@ TEST_CASE("They are the same, in the same order, on every instruction set", "[mo
   });
 }
 
+TEST_CASE("Two octaves share a level until it is crowded, and all pairs are found in both",
+          "[moving_spheres]") {
+  constexpr std::size_t kCount = 1000;
+  std::mt19937_64 random(12);
+  std::uniform_real_distribution<float> place(-1.0F, 1.0F), radius(0.003F, 0.011F);
+  MovingSpheres moving(kCount, kAutomatic);
+  const auto levels_at = [&](float half_edge_m) {
+    std::vector<collision::SweptBound> balls(kCount);
+    for (std::size_t i = 0; i < kCount; ++i)
+      balls[i] = {{half_edge_m * place(random), half_edge_m * place(random), 0.01F * place(random)},
+                  i == 0 ? 0.011F : radius(random)};
+    CHECK(ascending(moving.find(balls)) == tested_pairs(balls));
+    return moving.grid().view().shape.level_count;
+  };
+  CHECK(levels_at(0.5F) == 1);
+  CHECK(levels_at(0.03F) == 2);
+  std::uint32_t least = 2;
+  for (int step = 0; step < 80; ++step) least = std::min(least, levels_at(0.5F));
+  CHECK(least == 1);  // it is tried again
+}
+
 TEST_CASE("A hundred thousand spheres are paired exactly", "[moving_spheres]") {
   const auto cloud = GENERATE(Cloud::kEqual, Cloud::kSheet, Cloud::kTwoDecades);
   DriftingCloud spheres(cloud, Drift::kSlow, cloud == Cloud::kEqual ? 100'000 : 20'000, 3);

@@ -73,6 +73,8 @@ TEST_CASE("An access that the widest vector could not make is stopped on any pro
   CHECK(at(0, 40));
   CHECK_FALSE(at(0, 38));
   CHECK(at(1, 38));  // of two lanes it would stay inside
+  CHECK_FALSE(is_stopped([&] { (void)(row + -8).one(47); }));
+  CHECK(is_stopped([&] { (void)(row + -8).one(48); }));
   CHECK_FALSE(is_stopped([&] { (void)row.at(8, 2); }));
   CHECK(is_stopped([&] { (void)row.at(16, 2); }));
   CHECK_FALSE(aligned(0, 2));
