@@ -34,7 +34,7 @@ const Workers& ContactCore::workers() const noexcept {
 
 void ContactCore::begin(double share, double part_s, double substep_s, const Vector3d& gravity_m_s2,
                         const ExplicitState& state) {
-  list_.place(state, substep_s, gravity_m_s2, workers());
+  list_.place(state, share, substep_s, gravity_m_s2, workers());
   is_near_.resize(list_.pairs().size());
   workers().for_each(list_.pairs().size(), kPairsAChunk, [&](std::size_t i) {
     is_near_[i] = list_.is_near(list_.pairs()[i], share, part_s, substep_s) ? 1 : 0;
@@ -45,6 +45,7 @@ void ContactCore::begin(double share, double part_s, double substep_s, const Vec
   // What was near before may come back, and costs less than other islands.
   if (!is_divided_ || !std::ranges::includes(near_, nearer_)) divide(state);
   place_given(share, part_s, state);
+  for (const Given& touch : touch_lanes_) set_material(touch.pair, touch.place);
   movers_.note_start(state, workers());
   workers().for_each_chunk(rows_.size(), kRowsAChunk, [&](std::size_t first, std::size_t last) {
     place_rows(std::span(rows_).subspan(first, last - first), list_.spheres(), movers_.velocities(),
@@ -78,6 +79,7 @@ void ContactCore::divide(const ExplicitState& state) {
   rows_.clear();
   lanes_.clear();
   given_.clear();
+  touch_lanes_.clear();
   for (std::size_t i = 0; i < movers_.islands().size(); ++i) {
     ContactIsland& island = movers_.islands()[i];
     movers_.begin_island(i);
@@ -101,7 +103,8 @@ void ContactCore::fill_lane(std::size_t index, std::size_t place) {
   const ContactMemory& memory = list_.memories()[index];
   ContactRows& rows = rows_[place / kLanes];
   const std::size_t lane = place % kLanes;
-  rows.set_material(lane, contact.material, contact.is_tool);
+  set_material(index, place);
+  if (pair.touch >= 0) touch_lanes_.push_back({index, place});
   rows.distance_m[lane] = pair.distance_m;
   rows.radius_m[lane] = pair.radius_m;
   rows.is_plane[lane] = contact.is_plane ? 1.0 : 0.0;
@@ -120,6 +123,16 @@ void ContactCore::fill_lane(std::size_t index, std::size_t place) {
   bool is_moved = enter(pair.a, rows.a[lane], rows.turns_a);
   if (pair.b >= 0) is_moved = enter(pair.b, rows.b[lane], rows.turns_b) && is_moved;
   if (!is_moved || (pair.b < 0 && !contact.is_plane)) given_.push_back({index, place});
+}
+
+/// As stiff as a field is where it is met.
+void ContactCore::set_material(std::size_t index, std::size_t place) {
+  const ContactPair& pair = list_.pairs()[index];
+  rows_[place / kLanes].set_material(
+      place % kLanes,
+      pair.touch < 0 ? pair.contact->material
+                     : list_.touches()[static_cast<std::size_t>(pair.touch)].material,
+      pair.contact->is_tool);
 }
 
 /// Where what contacts do not move is, and how it moves.
@@ -158,6 +171,7 @@ void ContactCore::keep_stretches() {
     const ContactRows& rows = rows_[lanes_[i] / kLanes];
     memory.stretch_m = ContactRows::get(rows.stretch_m, lanes_[i] % kLanes);
     memory.normal = ContactRows::get(rows.normal, lanes_[i] % kLanes);
+    memory.stiffness_N_per_m = rows.stiffness_N_per_m[lanes_[i] % kLanes];
   }
 }
 
