@@ -41,6 +41,8 @@ std::string hash_of(const std::filesystem::path& file, const scene::SceneDescrip
                     ball.centre_m.y(), ball.centre_m.z(), ball.radius_m);
       for (const char byte : std::string_view(text.data())) add(byte);
     }
+    if (const auto field = bodies::field_of(body))
+      for (const char byte : std::to_string(field->shape().fine_count)) add(byte);
     const bodies::SoftLattice* lattice = bodies::lattice_of(body);
     const std::size_t nodes = lattice != nullptr ? lattice->nodes_m.size() : 0;
     for (const char byte : std::to_string(nodes)) add(byte);

@@ -18,7 +18,12 @@ Json point_json(const bodies::SurfacePoint& point) {
     spheres.push_back(point.spheres[i]);
     weights.push_back(files::json_number::number(static_cast<float>(point.weights[i])));
   }
-  return {{"spheres", std::move(spheres)}, {"weights", std::move(weights)}};
+  Json json{{"spheres", std::move(spheres)}, {"weights", std::move(weights)}};
+  if (point.count > 0) return json;
+  Json& still_m = json["still_m"] = Json::array();
+  for (const double x_m : point.still_m)
+    still_m.push_back(files::json_number::number(static_cast<float>(x_m)));
+  return json;
 }
 
 Json surface_json(const bodies::BodySurface& surface) {

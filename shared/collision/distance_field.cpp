@@ -12,8 +12,8 @@
 namespace stillgrid::collision {
 namespace {
 
-constexpr std::uint32_t kMostBricks = 4096;  // along an axis
-constexpr std::uint64_t kMostBricksInAll = 1U << 25U;
+constexpr std::uint32_t kMaxBricks = 4096;  // along an axis
+constexpr std::uint64_t kMaxBricksInAll = 1U << 25U;
 /// A spline of a distance has no longer gradient, nor is a map of stiffness steeper than it is
 /// high.
 constexpr double kSteepest = 2.0;
@@ -88,11 +88,11 @@ FieldLayout field_layout(const proto::FieldShape& shape) noexcept {
 bool is_consistent(const proto::FieldShape& shape) noexcept {
   std::uint64_t all = 1;
   for (const std::uint32_t bricks : shape.bricks) {
-    if (bricks == 0 || bricks > kMostBricks) return false;
+    if (bricks == 0 || bricks > kMaxBricks) return false;
     all *= bricks;
   }
   // Written so that a NaN does not pass.
-  bool sound = all <= kMostBricksInAll && shape.fine_count <= all && shape.has_stiffness <= 1 &&
+  bool sound = all <= kMaxBricksInAll && shape.fine_count <= all && shape.has_stiffness <= 1 &&
                shape.brick_m > 0.0F && shape.brick_m <= proto::kLargestNumber &&
                shape.bounding_radius_m > 0.0F && shape.bounding_radius_m <= proto::kLargestNumber;
   for (std::size_t i = 0; i < 3; ++i)

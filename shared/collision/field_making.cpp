@@ -31,10 +31,25 @@ void for_each(const Index& from, const Index& to, Visit&& visit) {
       for (int x = from.x(); x < to.x(); ++x) visit(Index(x, y, z));
 }
 
+constexpr std::size_t kBrickOwn =
+    std::size_t{proto::kBrickCells} * proto::kBrickCells * proto::kBrickCells;
+constexpr double kBrickBytes = proto::kBrickCoefficients * sizeof(float);
+
 [[noreturn]] void refuse_size(double bytes) {
-  throw std::invalid_argument("a field of " + std::to_string(static_cast<long>(bytes / 1048576.0)) +
-                              " MiB: expected at most " + std::to_string(kMaxFieldBytes / 1048576) +
-                              " MiB: wider cells");
+  throw std::invalid_argument(
+      "a field of at least " + std::to_string(static_cast<long>(bytes / 1048576.0)) +
+      " MiB: expected at most " + std::to_string(kMaxFieldBytes / 1048576) + " MiB: wider cells");
+}
+
+/// A quadratic spline's coefficient from samples, such that it goes through every quadratic
+/// function, which it would smooth with samples for coefficients: (10 f - f before - f behind) / 8
+/// along an axis [Sablonniere 2005]. beside(axis, step): the sample a step along an axis.
+template <class Beside>
+float sharpened(float here, Beside&& beside) {
+  double differences = 0.0;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const int step : {-1, 1}) differences += double{beside(axis, step)} - double{here};
+  return static_cast<float>(double{here} - 0.125 * differences);
 }
 
 /// Fills a field's arrays. Its words are floats and numbers in pairs.
@@ -133,18 +148,32 @@ class FieldMaker {
   void take_coarse(double band_m) {
     // Of what lies within the band no coefficient is of a cell beside a coarse brick.
     const double within_m = band_m + (0.5 + 2.5 / kCells) * std::sqrt(3.0) * double{shape_.brick_m};
-    coarse_.reserve(static_cast<std::size_t>((bricks_ + 2).prod()));
-    numbers_.reserve(static_cast<std::size_t>(bricks_.prod()));
-    for_each(Index::Constant(-1), bricks_ + 1, [&](const Index& brick) {
-      const float distance_m = distance_at(middle_m(brick, 1.0));
-      coarse_.push_back(distance_m);
+    const Index sides = bricks_ + 4;  // two layers round all bricks
+    const auto place = [&](const Index& brick) {
+      const auto at = (brick + 2).cast<std::size_t>();
+      const auto side = sides.cast<std::size_t>();
+      return at.x() + side.x() * (at.y() + side.y() * at.z());
+    };
+    std::vector<float> exact;
+    exact.reserve(static_cast<std::size_t>(sides.prod()));
+    for_each(Index::Constant(-2), bricks_ + 2, [&](const Index& brick) {
+      exact.push_back(distance_at(middle_m(brick, 1.0)));
       if ((brick < 0).any() || (brick >= bricks_).any()) return;
-      const bool is_fine = std::abs(double{distance_m}) <= within_m;
+      const bool is_fine = std::abs(double{exact.back()}) <= within_m;
       numbers_.push_back(is_fine ? ++shape_.fine_count : 0);
+      const double bytes = kBrickBytes * static_cast<double>(shape_.fine_count);
+      if (bytes > static_cast<double>(kMaxFieldBytes)) refuse_size(bytes);
+    });
+    for_each(Index::Constant(-1), bricks_ + 1, [&](const Index& brick) {
+      coarse_.push_back(sharpened(exact[place(brick)], [&](int axis, int step) {
+        Index beside = brick;
+        beside[axis] += step;
+        return exact[place(beside)];
+      }));
     });
   }
 
-  /// The coarse spline's coefficient for a cell, refined.
+  /// The coarse spline's coefficient for a cell, refined; of a cell beside the field too.
   [[nodiscard]] float refined(const Index& brick, const Index& cell) const {
     double sum = 0.0;
     for_each(Index::Zero(), Index::Constant(3), [&](const Index& k) {
@@ -169,14 +198,39 @@ class FieldMaker {
   }
 
   void take_own(const FieldLayout& layout) {
+    std::vector<float> exact(std::size_t{shape_.fine_count} * kBrickOwn);
+    for_each(Index::Zero(), bricks_, [&](const Index& brick) {
+      const std::uint32_t number = number_of(brick);
+      if (number == 0) return;
+      for_each(Index::Zero(), Index::Constant(kCells), [&](const Index& cell) {
+        exact[own(number, cell)] = distance_at(middle_m(kCells * brick + cell, kCells));
+      });
+    });
     for_each(Index::Zero(), bricks_, [&](const Index& brick) {
       const std::uint32_t number = number_of(brick);
       if (number == 0) return;
       for_each(Index::Zero(), Index::Constant(kCells), [&](const Index& cell) {
         put(layout.fine, node(number, cell),
-            is_at_border(brick, cell) ? refined(brick, cell)
-                                      : distance_at(middle_m(kCells * brick + cell, kCells)));
+            is_at_border(brick, cell) ? refined(brick, cell) : own_coefficient(exact, brick, cell));
       });
+    });
+  }
+  /// Of a cell of a fine brick, among such cells.
+  static std::size_t own(std::uint32_t number, const Index& cell) {
+    return std::size_t{number - 1} * kBrickOwn +
+           static_cast<std::size_t>(cell.x() + kCells * (cell.y() + kCells * cell.z()));
+  }
+  /// The coefficient of a cell that is not at the border of the fine ones.
+  [[nodiscard]] float own_coefficient(const std::vector<float>& exact, const Index& brick,
+                                      const Index& cell) const {
+    return sharpened(exact[own(number_of(brick), cell)], [&](int axis, int step) {
+      Index other = cell, beside = brick;
+      other[axis] += step;
+      if (other[axis] < 0 || other[axis] >= kCells) {
+        other[axis] -= step * kCells;
+        beside[axis] += step;
+      }
+      return exact[own(number_of(beside), other)];
     });
   }
 
@@ -191,16 +245,10 @@ class FieldMaker {
         if ((beside == 0).all()) return;
         const Index other = brick + beside, own = cell - kCells * beside;
         const std::uint32_t from = number_of(other);
-        const float value =
-            from != 0 ? get(layout.fine, node(from, own)) : refined_beyond(other, own);
+        const float value = from != 0 ? get(layout.fine, node(from, own)) : refined(other, own);
         put(layout.fine, node(number, cell), value);
       });
     });
-  }
-  /// As refined(), of a brick that may lie off the field, where the outermost layer goes on.
-  [[nodiscard]] float refined_beyond(const Index& brick, const Index& cell) const {
-    if ((brick >= 0).all() && (brick < bricks_).all()) return refined(brick, cell);
-    return distance_at(middle_m(kCells * brick + cell, kCells));
   }
 
   const ScalarField& distance_;

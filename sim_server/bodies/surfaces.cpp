@@ -131,6 +131,15 @@ BodySurface bound_surface(const mesh::TriangleMesh& mesh, const Eigen::Vector3d&
   return surface;
 }
 
+BodySurface still_surface(const mesh::TriangleMesh& mesh, const Eigen::Vector3d& position_m,
+                          const Eigen::Quaterniond& orientation) {
+  BodySurface surface;
+  for (const Eigen::Vector3d& vertex_m : mesh.vertices_m)
+    surface.vertices.emplace_back().still_m = position_m + orientation * vertex_m;
+  surface.triangles = mesh.triangles;
+  return surface;
+}
+
 void add_quad(mesh::TriangleMesh& mesh, int a, int b, int c, int d) {
   mesh.triangles.emplace_back(a, b, c);
   mesh.triangles.emplace_back(a, c, d);

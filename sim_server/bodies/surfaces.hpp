@@ -13,11 +13,13 @@
 namespace stillgrid::bodies {
 
 /// A point of a surface as a weighted sum of sphere centres. Weights sum to one and give the point
-/// at rest, so that every affine motion of the centres, a rotation too, moves it exactly along.
+/// at rest, so that every affine motion of the centres, a rotation too, moves it exactly along. Of
+/// a body that has no spheres and never moves: a place.
 struct SurfacePoint {
   std::array<int, 8> spheres{};  // as published: moving ones, then static ones
   std::array<double, 8> weights{};
   int count = 0;
+  Eigen::Vector3d still_m = Eigen::Vector3d::Zero();  // world frame; where count is 0
 };
 
 /// What a body looks like, for a display: triangles, or lines.
@@ -48,6 +50,11 @@ struct RestSpheres {
                                         const Eigen::Vector3d& position_m,
                                         const Eigen::Quaterniond& orientation,
                                         const RestSpheres& spheres);
+
+/// A mesh of a body that stands there for ever, bound to nothing.
+[[nodiscard]] BodySurface still_surface(const mesh::TriangleMesh& mesh,
+                                        const Eigen::Vector3d& position_m,
+                                        const Eigen::Quaterniond& orientation);
 
 /// The spheres themselves, joined along rows and columns.
 [[nodiscard]] BodySurface grid_surface(const RestSpheres& spheres, int columns);

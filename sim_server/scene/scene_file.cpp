@@ -14,9 +14,11 @@
 #include <variant>
 #include <vector>
 
+#include "proto/distance_field.hpp"
 #include "proto/segment_header.hpp"
 #include "proto/tool_segment.hpp"
 #include "shared/publication/hands.hpp"
+#include "sim_server/bodies/kinds/mesh_fields.hpp"
 #include "sim_server/scene/body_reader.hpp"
 #include "sim_server/scene/format_1.hpp"
 #include "sim_server/toml/refusal.hpp"
@@ -238,7 +240,7 @@ void read_materials(toml::TableReader& document, SceneDescription& scene) {
 
 void read_bodies(toml::TableReader& document, SceneDescription& scene) {
   std::unordered_set<std::string> names;
-  std::size_t planes = 0, scaled = 0;
+  std::size_t planes = 0, scaled = 0, fields = 0;
   for (toml::TableReader& table : document.tables("body")) {
     const bodies::BodyDescription& body =
         scene.bodies.emplace_back(read_body(table, scene.materials, scene.notes));
@@ -247,6 +249,10 @@ void read_bodies(toml::TableReader& document, SceneDescription& scene) {
     if (planes > kMaxPlanes) {
       table.refuse("kind", "at most " + std::to_string(kMaxPlanes) + " planes");
     }
+    const auto* const mesh = std::get_if<bodies::RigidMeshBody>(&body.shape);
+    if (mesh != nullptr && mesh->asked_field) ++fields;
+    if (fields > proto::kMaxFields)
+      table.refuse("contact", "at most " + std::to_string(proto::kMaxFields) + " fields");
     // A body whose stiffness is its own is published with a material of its own.
     scaled += body.stiffness_scale != 1.0 ? 1 : 0;
     if (scene.materials.size() + scaled > kMaxMaterials)
@@ -269,7 +275,8 @@ void serve_meshes(bool names_integrator, bool names_solver, SceneDescription& sc
   if (!names_integrator) scene.method.integrator = IntegratorKind::kVelocityVerlet;
 }
 
-void read_tables(toml::TableReader& document, const MethodTable& methods, SceneDescription& scene) {
+void read_tables(toml::TableReader& document, const MethodTable& methods, const std::string& file,
+                 SceneDescription& scene) {
   read_world(document.table("world"), scene);
   toml::TableReader simulation = document.table("simulation");
   bool names_integrator = false;
@@ -287,6 +294,11 @@ void read_tables(toml::TableReader& document, const MethodTable& methods, SceneD
   read_bodies(document, scene);
   serve_meshes(names_integrator, names_solver, scene);
   document.finish();
+  double tool_radius_m = 0.0;
+  for (const Hand& hand : hands_of(scene))
+    for (const ToolSphere& sphere : hand.tool)
+      tool_radius_m = std::max(tool_radius_m, sphere.radius_m);
+  bodies::make_fields(scene.bodies, tool_radius_m, file, scene.notes);
 }
 
 }  // namespace
@@ -303,13 +315,13 @@ SceneDescription read_scene(const std::string& text, const std::filesystem::path
   const int format = document.integer("format", {kOldestFormat, kFormat});
   if (format == kFormat) {
     refuse_format_1(parsed, file);
-    read_tables(document, methods, scene);
+    read_tables(document, methods, file, scene);
     return scene;
   }
   const std::vector<RenewedKey> renewed = renew_format_1(parsed, file);
   scene.warnings = lines_of(renewed, file);
   try {
-    read_tables(document, methods, scene);
+    read_tables(document, methods, file, scene);
   } catch (const toml::SceneError& refusal) {
     throw with_names_of_file(refusal, renewed);
   }

@@ -1,56 +1,24 @@
 #include "sim_server/spheres/sphere_cache.hpp"
 
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <fstream>
 #include <stdexcept>
 #include <string>
-#include <system_error>
 
+#include "sim_server/spheres/kept_file.hpp"
 #include "sim_server/spheres/sphere_file.hpp"
 
 namespace stillgrid::spheres {
 namespace {
-
-/// FNV-1a, 64 bits: finds accidents, not forgers; who may write here may write the scene too.
-class Hash {
- public:
-  void add(const void* data, std::size_t size) {
-    const auto* bytes = static_cast<const unsigned char*>(data);
-    for (std::size_t i = 0; i < size; ++i) value_ = (value_ ^ bytes[i]) * 0x100000001b3ULL;
-  }
-  void add(double value) { add(&value, sizeof value); }
-  void add(const Eigen::Vector3d& point) { add(point.data(), 3 * sizeof(double)); }
-  [[nodiscard]] std::string text() const {
-    std::array<char, 17> text{};
-    std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(value_));
-    return text.data();
-  }
-
- private:
-  std::uint64_t value_ = 0xcbf29ce484222325ULL;
-};
-
-/// A folder that nobody else can have put anything into: links and pipes of others are not
-/// followed.
-bool is_own(const std::filesystem::path& folder) {
-  struct stat status {};
-  return ::lstat(folder.c_str(), &status) == 0 && S_ISDIR(status.st_mode) &&
-         status.st_uid == ::geteuid() && (status.st_mode & (S_IWGRP | S_IWOTH)) == 0;
-}
 
 std::string name_of(const mesh::TriangleMesh& closed, std::string_view way, double value_m) {
   Hash hash;
   hash.add(&kDecomposerVersion, sizeof kDecomposerVersion);
   hash.add(way.data(), way.size());
   hash.add(value_m);
-  for (const Eigen::Vector3d& vertex : closed.vertices_m) hash.add(vertex);
-  for (const Eigen::Vector3i& triangle : closed.triangles)
-    hash.add(triangle.data(), 3 * sizeof(int));
+  hash.add(closed);
   return hash.text() + ".csv";
 }
 
@@ -58,7 +26,7 @@ std::string name_of(const mesh::TriangleMesh& closed, std::string_view way, doub
 
 SphereCache::SphereCache(const std::filesystem::path& scene_folder,
                          const mesh::TriangleMesh& closed, std::string_view way, double value_m)
-    : file_(scene_folder / ".stillgrid" / name_of(closed, way, value_m)), value_m_(value_m) {}
+    : file_(kept_folder(scene_folder) / name_of(closed, way, value_m)), value_m_(value_m) {}
 
 /// All but the spheres, and a checksum of both.
 std::string SphereCache::first_line(const Decomposition& made) const {
@@ -76,9 +44,7 @@ std::string SphereCache::first_line(const Decomposition& made) const {
 }
 
 std::optional<Decomposition> SphereCache::read() const {
-  if (!is_own(file_.parent_path()) ||
-      !std::filesystem::is_regular_file(std::filesystem::symlink_status(file_)))
-    return std::nullopt;
+  if (!may_read_kept(file_)) return std::nullopt;
   std::ifstream in(file_);
   std::string line;
   Decomposition kept;
@@ -99,13 +65,7 @@ std::optional<Decomposition> SphereCache::read() const {
 }
 
 void SphereCache::write(const Decomposition& made) const {
-  std::error_code error;
-  if (std::filesystem::create_directory(file_.parent_path(), error))
-    std::filesystem::permissions(file_.parent_path(), std::filesystem::perms(0755), error);
-  if (error) throw std::runtime_error(file_.string() + ": cannot be written: " + error.message());
-  if (!is_own(file_.parent_path()))
-    throw std::runtime_error(file_.parent_path().string() +
-                             ": expected a folder of this user's that only this user may write");
+  prepare_kept(file_);
   write_spheres(made.balls, file_, first_line(made));
 }
 

@@ -75,9 +75,10 @@ bool is_index(const Json& json, std::size_t count) {
   return json.is_number_unsigned() && json.get<std::size_t>() < count;
 }
 
-/// A point of a surface: as many weights as spheres.
+/// A point of a surface: as many weights as spheres, or the place of one that has none.
 bool is_point(const Json& json, std::size_t sphere_count) {
   const Json &spheres = at(json, "spheres"), &weights = at(json, "weights");
+  if (json.contains("still_m") && !are_numbers_or_null(json["still_m"], 3)) return false;
   return spheres.is_array() && weights.is_array() && spheres.size() == weights.size() &&
          std::all_of(spheres.begin(), spheres.end(),
                      [&](const Json& number) { return is_index(number, sphere_count); }) &&

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <memory>
 #include <span>
 #include <string>
 #include <variant>
@@ -61,6 +62,12 @@ struct BodyDescription {
         return {};
       },
       body.shape);
+}
+/// The distance field that a body is met through; null: it has none.
+[[nodiscard]] inline std::shared_ptr<const collision::DistanceField> field_of(
+    const BodyDescription& body) {
+  const auto* const mesh = std::get_if<RigidMeshBody>(&body.shape);
+  return mesh != nullptr ? mesh->field : nullptr;
 }
 /// The lattice of a soft solid; null of other kinds.
 [[nodiscard]] inline const SoftLattice* lattice_of(const BodyDescription& body) {

@@ -84,8 +84,8 @@ void add_moving(World& world, const BodyDescription& body, BodyRange& range) {
       body.shape);
 }
 
-void add_spheres(World& world, const BodyDescription& body, int number, BodyRange& range) {
-  const int material = material_of(world, body);
+void add_spheres(World& world, const BodyDescription& body, int number, int material,
+                 BodyRange& range) {
   range.first_sphere = static_cast<int>(world.spheres.size());
   for (SphereBinding& sphere : pack_spheres(body)) {
     sphere.body = number;
@@ -130,7 +130,11 @@ void add_body(World& world, const BodyDescription& body) {
     return;
   }
   if (body.motion != Motion::kStatic) add_moving(world, body, range);
-  add_spheres(world, body, number, range);
+  const int material = material_of(world, body);
+  add_spheres(world, body, number, material, range);
+  if (const auto field = field_of(body))
+    world.fields.push_back(
+        {number, material, range.rigid, body.position_m, body.orientation, field});
 }
 
 std::vector<BodySurface> rest_surfaces(std::span<const BodyDescription> bodies,

@@ -11,7 +11,8 @@ namespace stillgrid::bodies {
 
 /// Covers a body with spheres by its parameters [Davanne 2002, "Interaction model", second method]:
 /// a thread along its curve, a sheet over its surface, a box through its volume, a sphere with
-/// itself, a plane with none. A mesh has its balls.
+/// itself, a plane with none. A mesh has its balls; with a field, points of its surface, and none
+/// where it never moves.
 ///
 /// Its SpherePacking chooses spacing and radius; where it does not, a thread or sheet gets a sphere
 /// a node with radius 0.75 of the spacing, a box three spheres along its shortest edge. A soft
@@ -22,8 +23,8 @@ namespace stillgrid::bodies {
 /// What the body amounts to, without making it.
 [[nodiscard]] BodyCounts counts_of(const BodyDescription& body);
 
-/// Appends a body's nodes, springs, rigid body, spheres or plane to a world. Its number is the
-/// count of bodies before it. Pre: its material is there; number_unknowns() follows.
+/// Appends a body's nodes, springs, rigid body, spheres, field or plane to a world. Its number is
+/// the count of bodies before it. Pre: its material is there; number_unknowns() follows.
 void add_body(World& world, const BodyDescription& body);
 
 /// The surfaces of a world that was just built from these bodies: of a sheet the grid of its

@@ -8,7 +8,9 @@
 namespace stillgrid::bodies {
 
 BodyCounts counts_of(const RigidMeshBody& mesh) {
-  return {.spheres = static_cast<double>(mesh.balls.size())};
+  BodyCounts counts{.spheres = static_cast<double>(mesh.balls.size())};
+  if (mesh.field) counts.field_bytes = static_cast<double>(mesh.field->bytes());
+  return counts;
 }
 
 BodyCounts counts_of(const SoftMeshBody& mesh) {
@@ -24,11 +26,16 @@ RigidShape rigid_shape(const RigidMeshBody& mesh, double mass_kg) {
   for (const spheres::Ball& ball : mesh.balls)
     shape.bounding_radius_m =
         std::max(shape.bounding_radius_m, ball.centre_m.norm() + ball.radius_m);
+  if (!mesh.field) return shape;
+  for (const Eigen::Vector3d& vertex_m : mesh.surface.vertices_m)
+    shape.bounding_radius_m = std::max(shape.bounding_radius_m, vertex_m.norm());
   return shape;
 }
 
 std::vector<SphereBinding> spheres_of(const RigidMeshBody& mesh, const BodyDescription& body) {
-  return fixed_spheres(mesh.balls, body.position_m, body.orientation);
+  std::vector<SphereBinding> spheres = fixed_spheres(mesh.balls, body.position_m, body.orientation);
+  for (SphereBinding& sphere : spheres) sphere.is_field_point = mesh.field != nullptr;
+  return spheres;
 }
 
 std::vector<SphereBinding> spheres_of(const SoftMeshBody& mesh, const BodyDescription& body) {
@@ -37,6 +44,8 @@ std::vector<SphereBinding> spheres_of(const SoftMeshBody& mesh, const BodyDescri
 
 BodySurface surface_of(const RigidMeshBody& mesh, const BodyDescription& body,
                        const RestSpheres& spheres) {
+  if (mesh.field && body.motion == Motion::kStatic)
+    return still_surface(mesh.surface, body.position_m, body.orientation);
   return bound_surface(mesh.surface, body.position_m, body.orientation, spheres);
 }
 

@@ -1,9 +1,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <filesystem>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "shared/collision/distance_field.hpp"
 #include "sim_server/bodies/kinds/packing.hpp"
 #include "sim_server/bodies/kinds/springs.hpp"
 #include "sim_server/bodies/surfaces.hpp"
@@ -18,12 +22,23 @@ namespace stillgrid::bodies {
 
 struct BodyDescription;
 
-/// A mesh from a file as balls that keep their places, in its centre of mass along its principal
-/// axes, whatever frame the file has.
+/// The field that a scene asks of a mesh.
+struct AskedField {
+  double cell_m = 0.0;
+  std::optional<double> band_m = {};  // none: chosen for the scene's tool
+  unsigned line = 0;                  // of the scene file, where it is asked for
+  std::filesystem::path folder = {};  // of the scene file
+};
+
+/// A mesh from a file that keeps its shape, in its centre of mass along its principal axes,
+/// whatever frame the file has: met through its balls, or through its field.
 struct RigidMeshBody {
+  /// With a field: none where it never moves, else points of its surface.
   std::vector<spheres::Ball> balls = {};
   mesh::TriangleMesh surface = {};                                      // closed; for a display
   Eigen::Vector3d inverse_inertia_per_kg_m2 = Eigen::Vector3d::Zero();  // principal
+  std::optional<AskedField> asked_field = {};
+  std::shared_ptr<const collision::DistanceField> field = {};  // make_fields() makes it
 };
 
 /// A mesh from a file as balls on a lattice of masses and springs, in the file's frame.
@@ -35,8 +50,8 @@ struct SoftMeshBody {
 };
 
 /// Reads its keys into body.shape: a soft mesh if it has springs. Adds a line to notes. Throws
-/// SceneError; a mesh that bounds no solid is refused at `file`. Decomposing may take seconds.
-/// Pre: body.motion is read.
+/// SceneError; a mesh that bounds no solid is refused at `file`. Decomposing may take seconds. A
+/// field is only asked for: make_fields() makes it. Pre: body.motion is read.
 void read_mesh(toml::TableReader& table, BodyDescription& body, std::vector<std::string>& notes);
 
 [[nodiscard]] BodyCounts counts_of(const RigidMeshBody& mesh);

@@ -48,13 +48,13 @@ std::string size_text(double bytes) {
 }  // namespace
 
 Memory memory_need(const bodies::BodyDescription& body, const scene::Method& method) {
-  const auto [spheres, nodes, springs, factor_entries] = bodies::counts_of(body);
+  const auto [spheres, nodes, springs, factor_entries, field] = bodies::counts_of(body);
   const double slot = slot_bytes(std::min(spheres, kMaxSpheres));
   if (body.motion == bodies::Motion::kStatic)
-    return {kStaticBodyBytes + kStaticSphereBytes * spheres + 2.0 * slot, slot};
-  Memory need{
-      kBodyBytes + kSphereBytes * spheres + kNodeBytes * nodes + kSpringBytes * springs + slot,
-      2.0 * slot};
+    return {kStaticBodyBytes + kStaticSphereBytes * spheres + 2.0 * slot + field, slot + field};
+  Memory need{kBodyBytes + kSphereBytes * spheres + kNodeBytes * nodes + kSpringBytes * springs +
+                  slot + field,
+              2.0 * slot + field};
   if (scene::is_explicit(method.integrator)) return need;
   need.private_bytes += kNodeVectorBytes * nodes + kSpringJacobianBytes * springs;
   if (scene::factorises(method)) need.private_bytes += kFillBytes * factor_entries;

@@ -65,8 +65,11 @@ export class SceneView {
 
     const { radius_m, body, count: moving, static_position_m: static_m } = scene.spheres;
     const moving_m = radius_m.slice(0, moving);
+    // Surfaces of another scene, or of one whose spheres have not come yet, fit no numbers.
+    const skins = scene.surfaces?.spheres === radius_m.length ? scene.surfaces.bodies : [];
+    const still_m = skins.flatMap(({ vertices }) => vertices.flatMap((vertex) => vertex.still_m ?? []));
     const { centre_m, size_m } = extent([
-      ...around_m, ...static_m, ...tool?.position_m ?? [],
+      ...around_m, ...static_m, ...still_m, ...tool?.position_m ?? [],
       ...tool ? tool_centres(scene.tool_spheres, tool) : []]);
     this.solid = new SphereSet(moving_m);
     this.solid.colour((i) => body_colour(body[i]));
@@ -78,9 +81,7 @@ export class SceneView {
     for (const [name, colour] of Object.entries(kGhostColours)) {
       this.ghosts[name] = new SphereSet(moving_m, { ghost: true, colour });
     }
-    // Surfaces of another scene, or of one whose spheres have not come yet, fit no numbers.
-    const fits = scene.surfaces?.spheres === radius_m.length;
-    this.surfaces = new Surfaces(fits ? scene.surfaces.bodies : [], static_m);
+    this.surfaces = new Surfaces(skins, static_m);
     this.voxels = new VoxelBoxes();
     this.tool = new ToolView(scene.tool_spheres, size_m);
     this.tool.metres_per_N = round_up(size_m / 25);
@@ -109,8 +110,9 @@ export class SceneView {
     const hides = (body) => !switches.spheres && (!switches.surfaces || this.surfaces.skinned.has(body));
     this.spheres_shown = this.static_spheres.place(this.static_place_m, (i) => hides(this.static_body[i])) +
       this.solid.place(shown, (i) => !switches.displayed || hides(this.body[i]));
-    this.surfaces.object.visible = switches.surfaces && switches.displayed;
-    if (this.surfaces.object.visible && shown.length) this.surfaces.place(shown);
+    const is_skinned = switches.surfaces && switches.displayed;
+    this.surfaces.show(is_skinned);
+    if (is_skinned && shown.length) this.surfaces.place(shown);
     for (const [name, centres] of [['newest', newest], ['previous', previous]]) {
       this.ghosts[name].mesh.visible = switches[name];
       if (switches[name]) this.ghosts[name].place(centres);

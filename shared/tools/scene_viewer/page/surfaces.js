@@ -1,4 +1,5 @@
-// Bodies as surfaces: a vertex is a weighted sum of sphere centres.
+// Bodies as surfaces: a vertex is a weighted sum of sphere centres; of a body that has no spheres and never
+// moves, a place.
 import * as THREE from 'three';
 import { body_colour } from './palette.js';
 
@@ -11,7 +12,9 @@ class Surface {
     this.weights = Float32Array.from(vertices.flatMap((vertex) => vertex.weights));
 
     const geometry = new THREE.BufferGeometry();
-    this.position = new THREE.BufferAttribute(new Float32Array(3 * vertices.length), 3);
+    this.is_still = vertices.every((vertex) => vertex.spheres.length === 0);
+    this.position = new THREE.BufferAttribute(
+      Float32Array.from(vertices.flatMap((vertex) => vertex.still_m ?? [0, 0, 0])), 3);
     geometry.setAttribute('position', this.position);
     geometry.setIndex((triangles ?? lines).flat());
     const color = body_colour(body);
@@ -22,6 +25,7 @@ class Surface {
   }
 
   place(centres_m) {
+    if (this.is_still) return;
     const { offsets, spheres, weights } = this;
     const to = this.position.array;
     for (let vertex = 0; vertex + 1 < offsets.length; ++vertex) {
@@ -51,6 +55,11 @@ export class Surfaces {
     this.surfaces = list.map((surface) => new Surface(surface));
     for (const { body, triangles } of list) if (triangles) this.skinned.add(body);
     for (const surface of this.surfaces) this.object.add(surface.object);
+  }
+
+  /// Those of bodies without spheres are all that there is to see of them.
+  show(is_shown) {
+    for (const surface of this.surfaces) surface.object.visible = is_shown || surface.is_still;
   }
 
   /// moving_m: centres of the moving spheres.

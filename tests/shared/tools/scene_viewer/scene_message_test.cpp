@@ -21,7 +21,9 @@ namespace {
 
 constexpr const char* kSurfaces =
     R"({"spheres": 17, "bodies": [{"body": 0, "vertices": [{"spheres": [0, 16], "weights": [0.5, 0.5]},
-    {"spheres": [1], "weights": [1]}], "lines": [[0, 1]]}]})";
+    {"spheres": [1], "weights": [1]}], "lines": [[0, 1]]},
+    {"body": 1, "vertices": [{"spheres": [], "weights": [], "still_m": [0.25, 1, 2]}],
+    "triangles": []}]})";
 
 /// How many of the points lie in the i-th box of its centre and edge.
 int spheres_within(const nlohmann::json& box_m, std::size_t i, const nlohmann::json& position_m) {
@@ -71,7 +73,7 @@ TEST_CASE("A scene's message numbers all spheres, moving ones first", "[scene_me
   CHECK(json["tool_spheres"].size() == 2);
   CHECK(json["tick_period_s"] == 1e-3);
   CHECK(json["flags"][2] == "faded");
-  CHECK(json["surfaces"]["bodies"].size() == 1);
+  CHECK(json["surfaces"]["bodies"].size() == 2);
 }
 
 TEST_CASE("Surfaces of a scene with another number of spheres are left out", "[scene_message]") {
@@ -102,6 +104,8 @@ TEST_CASE("Surfaces that name what is not there are refused in one line", "[scen
   CHECK(refusal(kSurfaces, "\"bodies\"", "\"boards\"").find("a list \"bodies\"") !=
         std::string::npos);
   CHECK(refusal(kSurfaces, "{\"spheres\": 17", "{").find("expected JSON") != std::string::npos);
+  CHECK(refusal(kSurfaces, "[0.25, 1, 2]", "[0.25, 1]").find("bodies[1]") != std::string::npos);
+  CHECK(refusal(kSurfaces, "0.25", "\"a\"").find("bodies[1]") != std::string::npos);
   CHECK(refusal(kSurfaces, "17", "17").empty());
   CHECK(refusal_line([&] { static_cast<void>(read_surfaces("/nowhere.json")); }) ==
         "--surfaces: /nowhere.json: cannot be read");

@@ -1,0 +1,111 @@
+#include "sim_server/bodies/kinds/mesh_fields.hpp"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <limits>
+#include <new>
+#include <stdexcept>
+
+#include "shared/realtime/stop_signal.hpp"
+#include "sim_server/bodies/kinds/body_in_world.hpp"
+#include "sim_server/fields/field_cache.hpp"
+#include "sim_server/fields/mesh_field.hpp"
+#include "sim_server/fields/surface_points.hpp"
+#include "sim_server/toml/refusal.hpp"
+
+namespace stillgrid::bodies {
+namespace {
+
+constexpr std::size_t kMaxPoints = 500;
+
+std::string note_of(const BodyDescription& body, const RigidMeshBody& mesh, double cell_m,
+                    double time_s) {
+  std::array<char, 200> text{};
+  std::snprintf(text.data(), text.size(), "field of %u bricks, %.3g MiB, cell %.3g m",
+                mesh.field->shape().fine_count,
+                static_cast<double>(mesh.field->bytes()) / 1048576.0, cell_m);
+  std::string note = "body '" + body.name + "': " + text.data();
+  if (!mesh.balls.empty()) note += ", " + std::to_string(mesh.balls.size()) + " points";
+  if (time_s == 0.0) return note + ", made before";
+  std::snprintf(text.data(), text.size(), ", in %.2f s", time_s);
+  return note + text.data();
+}
+
+double largest_radius_m(const BodyDescription& body) {
+  double largest_m = 0.0;
+  for (const SphereBinding& sphere : pack_spheres(body))
+    largest_m = std::max(largest_m, sphere.radius_m);
+  return largest_m;
+}
+
+/// What was made before, with no time, or what is made now, which is kept if it took long.
+std::shared_ptr<const collision::DistanceField> made_or_kept(
+    const RigidMeshBody& mesh, const collision::FieldFineness& fineness,
+    std::vector<std::string>& notes, double& time_s) {
+  constexpr double kWorthKeeping_s = 1.0;
+  const fields::FieldCache cache(mesh.asked_field->folder, mesh.surface, fineness);
+  time_s = 0.0;
+  if (auto kept = cache.read())
+    return std::make_shared<const collision::DistanceField>(*std::move(kept));
+  const auto start = std::chrono::steady_clock::now();
+  auto made = std::make_shared<const collision::DistanceField>(
+      fields::make_mesh_field(mesh.surface, fineness));
+  const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+  time_s = std::max(time.count(), std::numeric_limits<double>::min());
+  if (time_s < kWorthKeeping_s) return made;
+  try {
+    cache.write(*made);
+  } catch (const std::runtime_error& error) {
+    notes.push_back(std::string("a field is not kept for the next time: ") + error.what());
+  }
+  return made;
+}
+
+void make_field_of(BodyDescription& body, RigidMeshBody& mesh, double margin_m,
+                   double tool_radius_m, const std::string& file, std::vector<std::string>& notes) {
+  const AskedField& asked = *mesh.asked_field;
+  // A brick more, so that what is near is found before it touches.
+  const collision::FieldFineness fineness{
+      .cell_m = asked.cell_m,
+      .band_m = asked.band_m.value_or(std::max(tool_radius_m, asked.cell_m)),
+      .margin_m = margin_m + proto::kBrickCells * asked.cell_m};
+  double time_s = 0.0;
+  try {
+    mesh.field = made_or_kept(mesh, fineness, notes, time_s);
+  } catch (const realtime::StopRequested&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    std::array<char, 40> value{};
+    std::snprintf(value.data(), value.size(), "%.9g", asked.cell_m);
+    throw toml::scene_error(file, {asked.line, 1}, "body.field.cell_m", value.data(),
+                            "cells of a field that can be held; " + std::string(error.what()));
+  }
+  if (body.motion != Motion::kStatic) mesh.balls = fields::surface_points(mesh.surface, kMaxPoints);
+  notes.push_back(note_of(body, mesh, asked.cell_m, time_s));
+}
+
+}  // namespace
+
+void make_fields(std::span<BodyDescription> bodies, double tool_radius_m, const std::string& file,
+                 std::vector<std::string>& notes) {
+  const auto asks = [](const BodyDescription& body) {
+    const auto* const mesh = std::get_if<RigidMeshBody>(&body.shape);
+    return mesh != nullptr && mesh->asked_field.has_value();
+  };
+  if (std::none_of(bodies.begin(), bodies.end(), asks)) return;
+  // Points of others reach farther than a field's body by no more than they are small.
+  double margin_m = tool_radius_m;
+  for (const BodyDescription& body : bodies)
+    if (!asks(body)) margin_m = std::max(margin_m, largest_radius_m(body));
+  for (BodyDescription& body : bodies)
+    if (asks(body))
+      make_field_of(body, std::get<RigidMeshBody>(body.shape), margin_m, tool_radius_m, file,
+                    notes);
+}
+
+}  // namespace stillgrid::bodies

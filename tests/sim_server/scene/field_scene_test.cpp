@@ -1,0 +1,219 @@
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+#include "proto/distance_field.hpp"
+#include "shared/collision/distance_field.hpp"
+#include "sim_server/bodies/kinds/body_in_world.hpp"
+#include "sim_server/scene/build_world.hpp"
+#include "sim_server/scene/scene_file.hpp"
+#include "tests/test_folder.hpp"
+
+namespace stillgrid::scene {
+namespace {
+
+using Eigen::Vector3d;
+
+/// A brick of 4 x 2 x 1 whose lowest corner is the origin.
+constexpr const char* kBrick =
+    "v 0 0 0\nv 4 0 0\nv 0 2 0\nv 4 2 0\nv 0 0 1\nv 4 0 1\nv 0 2 1\nv 4 2 1\n"
+    "f 1 3 4\nf 1 4 2\nf 5 6 8\nf 5 8 7\nf 1 2 6\nf 1 6 5\nf 3 7 8\nf 3 8 4\nf 1 5 7\nf 1 7 3\n"
+    "f 2 4 8\nf 2 8 6\n";
+
+// What follows a body's keys stands on line 11.
+const std::string kMaterial =
+    "format = 2\nmaterial = [{ name = 'm', contact_stiffness_N_per_m = 100.0 }]\n";
+const std::string kBody =
+    "[[body]]\nname = 'b'\nkind = 'mesh'\nmaterial = 'm'\nmass_kg = 2.0\nscale = 0.01\n"
+    "file = 'brick.obj'\n";
+const std::string kContact = "contact = 'field'\n";
+const std::string kField = kContact + "field = { cell_m = 0.001 }\n";
+
+struct Scenes {
+  tests::TestFolder folder;
+  Scenes() { folder.write("brick.obj", kBrick); }
+  [[nodiscard]] SceneDescription load(const std::string& text) const {
+    return load_scene(folder.write("scene.toml", text));
+  }
+  [[nodiscard]] std::string refusal(const std::string& text) const {
+    try {
+      (void)load(text);
+    } catch (const toml::SceneError& error) {
+      const std::string line = error.what(), file = (folder.path / "scene.toml").string() + ":";
+      return line.starts_with(file) ? line.substr(file.size()) : "names no file: " + line;
+    }
+    return "";
+  }
+};
+
+const collision::DistanceField& field_of(const SceneDescription& scene) {
+  return *bodies::field_of(scene.bodies.at(0));
+}
+
+}  // namespace
+
+TEST_CASE("A mesh that is met through its field has points where it moves, and no spheres",
+          "[field_scene]") {
+  const Scenes scenes;
+  const bool is_static = GENERATE(false, true);
+  const SceneDescription scene = scenes.load(
+      kMaterial + kBody + kField +
+      "position_m = [1, 2, 3]\norientation_xyzw = [0, 0, 0.7071, 0.7071]\nstiffness_scale = 2.0\n" +
+      (is_static ? "motion = 'static'\n" : ""));
+  const bodies::World world = build_world(scene);
+  REQUIRE(world.fields.size() == 1);
+  CHECK(world.static_spheres.empty());
+  CHECK(world.spheres.empty() == is_static);
+  for (const bodies::SphereBinding& sphere : world.spheres) {
+    CHECK(sphere.is_field_point);
+    CHECK(sphere.rigid == 0);
+    CHECK(sphere.radius_m < 1e-3);
+  }
+  const bodies::FieldBody& met = world.fields[0];
+  CHECK(met.body == 0);
+  CHECK(met.rigid == (is_static ? -1 : 0));
+  CHECK(world.materials[static_cast<std::size_t>(met.material)].stiffness_N_per_m == 200.0);
+  // A quarter turn about z: the middle of the brick's far face, and outwards there.
+  const Vector3d face_m = Vector3d(1 - 0.01, 2 + 0.04, 3.005);
+  const auto contact = collision::field_contact(
+      met.field->view(),
+      met.orientation.conjugate() * (face_m + Vector3d(0, 0.003, 0) - met.position_m), 0.005);
+  REQUIRE(contact);
+  CHECK(contact->depth_m == Approx(0.002).margin(1e-7));
+  CHECK((met.orientation * contact->normal).isApprox(Vector3d::UnitY(), 1e-4));
+  if (is_static) return;
+  const bodies::RigidBody& rigid = world.rigid_bodies[0];
+  CHECK(rigid.inertia_kg_m2.isApprox(2.0 * Vector3d(5e-4, 17e-4, 20e-4) / 12.0));
+  const double corner_m = 0.005 * std::sqrt(16.0 + 4.0 + 1.0);
+  CHECK(rigid.bounding_radius_m >= corner_m - 1e-12);
+  CHECK(rigid.bounding_radius_m < 1.001 * corner_m);
+}
+
+TEST_CASE("A field reaches as far as the largest sphere that may meet it", "[field_scene]") {
+  const Scenes scenes;
+  const auto meets = [&](const std::string& more, double radius_m) {
+    const SceneDescription scene = scenes.load(kMaterial + kBody + kField + more);
+    // Along each axis, from a face to the centre of a sphere that just touches it.
+    for (int axis = 0; axis < 3; ++axis)
+      for (const double side : {-1.0, 1.0}) {
+        Vector3d at_m = Vector3d::Zero();
+        at_m[axis] = side * (Vector3d(0.005, 0.01, 0.02).reverse()[axis] + radius_m);
+        if (!collision::field_contact(field_of(scene).view(), at_m, radius_m)) return false;
+      }
+    return true;
+  };
+  CHECK(meets("", 0.005));  // the tool that a scene has without a word
+  CHECK_FALSE(meets("", 0.02));
+  CHECK(meets("[tool]\nradius_m = 0.02\n", 0.02));
+  CHECK(
+      meets("[[body]]\nname = 'c'\nkind = 'sphere'\nmaterial = 'm'\nmass_kg = 1\n"
+            "radius_m = 0.03\n",
+            0.03));
+}
+
+TEST_CASE("A note says what a field takes, and memory is reckoned with it", "[field_scene]") {
+  const Scenes scenes;
+  const SceneDescription scene = scenes.load(kMaterial + kBody + kField);
+  REQUIRE(scene.notes.size() == 1);
+  const std::string bricks = std::to_string(field_of(scene).shape().fine_count);
+  CHECK(scene.notes[0].starts_with("body 'b': field of " + bricks + " bricks, "));
+  CHECK(scene.notes[0].find(" MiB, cell 0.001 m, ") != std::string::npos);
+  CHECK(bodies::counts_of(scene.bodies[0]).field_bytes ==
+        static_cast<double>(field_of(scene).bytes()));
+}
+
+TEST_CASE("A wider band makes more of a field fine", "[field_scene]") {
+  const Scenes scenes;
+  const auto bricks = [&](const std::string& band) {
+    return field_of(scenes.load(kMaterial + kBody + kContact + "field = { cell_m = 0.0005" + band +
+                                " }\n"))
+        .shape()
+        .fine_count;
+  };
+  CHECK(bricks(", band_m = 0.001") < bricks(", band_m = 0.004"));
+  CHECK(bricks("") == bricks(", band_m = 0.005"));  // as far as the tool reaches
+}
+
+TEST_CASE("The surface of a static body with a field stands where its mesh does", "[field_scene]") {
+  const Scenes scenes;
+  const SceneDescription scene =
+      scenes.load(kMaterial + kBody + kField + "motion = 'static'\nposition_m = [0.1, 0.2, 0.3]\n");
+  const auto surfaces = bodies::rest_surfaces(scene.bodies, build_world(scene));
+  REQUIRE(surfaces.size() == 1);
+  CHECK(surfaces[0].triangles.size() == 12);
+  REQUIRE(surfaces[0].vertices.size() == 8);
+  for (const bodies::SurfacePoint& vertex : surfaces[0].vertices) {
+    CHECK(vertex.count == 0);
+    const Vector3d from_m = vertex.still_m - Vector3d(0.12, 0.21, 0.305);
+    CHECK(from_m.cwiseAbs().isApprox(Vector3d(0.02, 0.01, 0.005)));
+  }
+}
+
+TEST_CASE("The surface of a moving body with a field goes with its points", "[field_scene]") {
+  const Scenes scenes;
+  const SceneDescription scene = scenes.load(kMaterial + kBody + kField);
+  const bodies::World world = build_world(scene);
+  const auto surfaces = bodies::rest_surfaces(scene.bodies, world);
+  REQUIRE(surfaces.size() == 1);
+  for (const bodies::SurfacePoint& vertex : surfaces[0].vertices) {
+    REQUIRE(vertex.count > 3);
+    Vector3d at_m = Vector3d::Zero();
+    for (std::size_t i = 0; i < static_cast<std::size_t>(vertex.count); ++i)
+      at_m += vertex.weights[i] *
+              world.spheres[static_cast<std::size_t>(vertex.spheres[i])].rest_position_m;
+    CHECK((at_m - Vector3d(0.02, 0.01, 0.005)).cwiseAbs().isApprox(Vector3d(0.02, 0.01, 0.005)));
+  }
+}
+
+TEST_CASE("A fault in the keys of a field is refused where it stands", "[field_scene]") {
+  const Scenes scenes;
+  struct Fault {
+    std::string keys, refusal;
+  };
+  const std::string springs =
+      "spring_stiffness_N_per_m = { structural = 10.0, shear = 5.0 }\nlattice_m = 0.01\n";
+  const Fault faults[] = {
+      {"contact = 'blobs'\n", "10:11: body.contact: value 'blobs': expected one of spheres, field"},
+      {"field = { cell_m = 0.001 }\nspheres = { tolerance_m = 0.002 }\n",
+       "10:9: body.field: value {...}: expected no such key but beside contact = \"field\""},
+      {kContact, "3:1: body.field.cell_m: value missing: expected a number from 1e-9"},
+      {kContact + "field = { cell_m = 1e-6 }\n",
+       "11:20: body.field.cell_m: value 1e-06: expected a thousandth to a tenth of the mesh's"},
+      {kContact + "field = { cell_m = 0.005 }\n",
+       "11:20: body.field.cell_m: value 0.005: expected a thousandth to a tenth of the mesh's"},
+      {kContact + "field = { cell_m = 0.001, band_m = 0.05 }\n",
+       "11:36: body.field.band_m: value 0.05: expected at most the mesh's longest side"},
+      {kContact + "field = { cell_m = 0.001, cells = 3 }\n",
+       "11:27: body.field.cells: value 3: expected no such key here, but "},
+      {kField + "spheres = { tolerance_m = 0.002 }\n",
+       "12:11: body.spheres: value {...}: expected no such key beside contact = \"field\""},
+      {kField + "normalise = { tool_radius_m = 0.005, press_depth_m = 0.002 }\n",
+       "12:13: body.normalise: value {...}: expected no such key beside contact = \"field\""},
+      {kField + springs,
+       "10:11: body.contact: value 'field': expected \"spheres\": a soft mesh deforms, which no"},
+      {kContact + "field = { cell_m = 0.00005, band_m = 0.01 }\n",
+       "11:1: body.field.cell_m: value 5e-05: expected cells of a field that can be held; a field "
+       "of at least 256 MiB: expected at most 256 MiB"},
+  };
+  for (const Fault& fault : faults) {
+    const std::string line = scenes.refusal(kMaterial + kBody + fault.keys);
+    INFO(line);
+    CHECK(line.substr(0, fault.refusal.size()) == fault.refusal);
+    CHECK(line.find('\n') == std::string::npos);
+  }
+}
+
+TEST_CASE("A scene has at most as many fields as a segment", "[field_scene]") {
+  const Scenes scenes;
+  std::string text = kMaterial;
+  for (unsigned i = 0; i <= proto::kMaxFields; ++i) {
+    std::string body = kBody + kContact + "field = { cell_m = 0.004 }\n";
+    text += body.replace(body.find("'b'"), 3, "'" + std::to_string(i) + "'");
+  }
+  CHECK(scenes.refusal(text).find("body.contact: value 'field': expected at most 64 fields") !=
+        std::string::npos);
+}
+
+}  // namespace stillgrid::scene
