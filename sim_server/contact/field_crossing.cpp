@@ -62,19 +62,24 @@ Eigen::Vector3d place_m(const Contact& contact, const Sides& sides, const Ways& 
   return pose.into(from_m + share * (to_m - from_m));
 }
 
-/// place_m(share): where the sphere is then, in the body's frame.
-template <class Place>
-FieldPassage passage_on(const bodies::FieldBody& field, double radius_m, const Place& place_m) {
+}  // namespace
+
+FieldPassage passage_of(const Contact& contact, const Ways& ways) noexcept {
+  const Sides sides = sides_of(contact, ways);
+  const bodies::FieldBody& field = *sides.field;
+  const double radius_m = sides.radius_m;
+  const auto way_m = [&](double share) { return place_m(contact, sides, ways, share); };
   const double finest_m = kFinest * (cell_m(field) + radius_m);
   const auto depth_m = [&](double share) {
-    return radius_m - contact::distance_m(field, place_m(share));
+    return radius_m - contact::distance_m(field, way_m(share));
   };
-  const Eigen::Vector3d from_m = place_m(0.0), to_m = place_m(1.0);
-  FieldPassage passage{.length_m = (to_m - from_m).norm()};
+  const Eigen::Vector3d from_m = way_m(0.0), to_m = way_m(1.0);
+  FieldPassage passage;
   const double start_m = depth_m(0.0), end_m = depth_m(1.0);
   passage.deepest_m = std::max(start_m, end_m);
   // A way that turns back is longer than its chord: the middle tells.
-  const double length_m = std::max(passage.length_m, 2.0 * (place_m(0.5) - from_m).norm());
+  const double length_m =
+      std::max((to_m - from_m).norm(), 2.0 * (way_m(0.5) - from_m).norm());
   // Written so that NaN is no crossing.
   if (!(length_m > finest_m)) return passage;
   double deepest_share = start_m > end_m ? 0.0 : 1.0, share = 0.0, now_m = start_m;
@@ -105,21 +110,6 @@ FieldPassage passage_on(const bodies::FieldBody& field, double radius_m, const P
     (depth_m(middle) < stop_m ? low : passage.stop) = middle;
   }
   return passage;
-}
-
-}  // namespace
-
-FieldPassage passage_of(const Contact& contact, const Ways& ways) noexcept {
-  const Sides sides = sides_of(contact, ways);
-  return passage_on(*sides.field, sides.radius_m,
-                    [&](double share) { return place_m(contact, sides, ways, share); });
-}
-
-FieldPassage passage_of(const bodies::FieldBody& field, const Eigen::Vector3d& from_m,
-                        const Eigen::Vector3d& to_m, double radius_m) noexcept {
-  return passage_on(field, radius_m, [&](double share) {
-    return Eigen::Vector3d(from_m + share * (to_m - from_m));
-  });
 }
 
 double share_before_field(const Contact& contact, const Ways& ways) noexcept {

@@ -14,16 +14,12 @@ namespace stillgrid::contact {
 /// How deep a sphere comes into a field on its way, seen from the field's body.
 struct FieldPassage {
   double deepest_m = 0.0;  // negative: a gap, at least as wide
-  double length_m = 0.0;   // of the way
   bool passes = false;     // its end tells nothing of it, or pushes on: out of the other side
   double stop = 1.0;       // the share of the way that leads to half of that depth, if it passes
 };
 /// The way is looked at in steps as long as the distance to the solid allows, in it of half a fine
 /// cell and half a radius. Realtime: yes. Pre: is_of_field(). A graze is no passage.
 [[nodiscard]] FieldPassage passage_of(const Contact& contact, const Ways& ways) noexcept;
-/// The same of a straight way in the body's frame.
-[[nodiscard]] FieldPassage passage_of(const bodies::FieldBody& field, const Eigen::Vector3d& from_m,
-                                      const Eigen::Vector3d& to_m, double radius_m) noexcept;
 
 /// share_before_crossing() of a contact with a field.
 [[nodiscard]] double share_before_field(const Contact& contact, const Ways& ways) noexcept;

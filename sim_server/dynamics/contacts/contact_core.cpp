@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "sim_server/contact/sticking.hpp"
+
 namespace stillgrid::dynamics {
 namespace {
 
@@ -45,7 +47,9 @@ void ContactCore::begin(double share, double part_s, double substep_s, const Vec
   // What was near before may come back, and costs less than other islands.
   if (!is_divided_ || !std::ranges::includes(near_, nearer_)) divide(state);
   place_given(share, part_s, state);
-  for (const Given& touch : touch_lanes_) set_material(touch.pair, touch.place);
+  for (const Given& touch : touch_lanes_)
+    set_field_material(touch.pair, touch.place,
+                       rows_[touch.place / kLanes].stiffness_N_per_m[touch.place % kLanes]);
   movers_.note_start(state, workers());
   workers().for_each_chunk(rows_.size(), kRowsAChunk, [&](std::size_t first, std::size_t last) {
     place_rows(std::span(rows_).subspan(first, last - first), list_.spheres(), movers_.velocities(),
@@ -103,12 +107,15 @@ void ContactCore::fill_lane(std::size_t index, std::size_t place) {
   const ContactMemory& memory = list_.memories()[index];
   ContactRows& rows = rows_[place / kLanes];
   const std::size_t lane = place % kLanes;
-  set_material(index, place);
-  if (pair.touch >= 0) touch_lanes_.push_back({index, place});
+  rows.set_material(lane, contact.material, contact.is_tool);
   rows.distance_m[lane] = pair.distance_m;
   rows.radius_m[lane] = pair.radius_m;
   rows.is_plane[lane] = contact.is_plane ? 1.0 : 0.0;
   ContactRows::set(rows.stretch_m, lane, memory.stretch_m);
+  if (pair.touch >= 0) {
+    touch_lanes_.push_back({index, place});
+    set_field_material(index, place, memory.stiffness_N_per_m);
+  }
   ContactRows::set(rows.normal, lane, contact.is_plane ? contact.plane_normal : memory.normal);
   rows.other_m[lane].map() = contact.plane_offset_m * contact.plane_normal;
   const auto enter = [&](int number, int& point, ContactRows::Lane& turns) {
@@ -125,14 +132,17 @@ void ContactCore::fill_lane(std::size_t index, std::size_t place) {
   if (!is_moved || (pair.b < 0 && !contact.is_plane)) given_.push_back({index, place});
 }
 
-/// As stiff as a field is where it is met.
-void ContactCore::set_material(std::size_t index, std::size_t place) {
+/// As stiff as a field is where it is met. What sticks holds the energy that it held.
+void ContactCore::set_field_material(std::size_t index, std::size_t place, double before_N_per_m) {
   const ContactPair& pair = list_.pairs()[index];
-  rows_[place / kLanes].set_material(
-      place % kLanes,
-      pair.touch < 0 ? pair.contact->material
-                     : list_.touches()[static_cast<std::size_t>(pair.touch)].material,
-      pair.contact->is_tool);
+  ContactRows& rows = rows_[place / kLanes];
+  const std::size_t lane = place % kLanes;
+  const collision::ContactMaterial& material =
+      list_.touches()[static_cast<std::size_t>(pair.touch)].material;
+  rows.set_material(lane, material, pair.contact->is_tool);
+  ContactRows::set(rows.stretch_m, lane,
+                   contact::stretched_as(ContactRows::get(rows.stretch_m, lane), before_N_per_m,
+                                material.stiffness_N_per_m));
 }
 
 /// Where what contacts do not move is, and how it moves.

@@ -100,7 +100,7 @@ class ContactCore {
 
   void divide(const ExplicitState& state);
   void fill_lane(std::size_t index, std::size_t place);
-  void set_material(std::size_t index, std::size_t place);
+  void set_field_material(std::size_t index, std::size_t place, double before_N_per_m);
   void place_given(double share, double part_s, const ExplicitState& state);
   void keep_stretches();
   /// Those who share the work of as many rows as there are.
@@ -124,7 +124,7 @@ class ContactCore {
   std::vector<ContactPush> pushes_;          // of each lane
   std::vector<RowFlow> flows_;               // of chunks of rows
   std::vector<ContactSolve> solves_;         // of islands
-  std::vector<Given> given_, touch_lanes_;   // of which a side is given; of fields
+  std::vector<Given> given_, touch_lanes_;  // of which a side is given; of fields
   double spring_change_J_ = 0.0;
   bool is_divided_ = false, struck_ = false;
 };

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 
-#include "sim_server/bodies/rotation.hpp"
 #include "sim_server/bodies/sphere_motion.hpp"
-#include "sim_server/contact/field_crossing.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
@@ -202,7 +200,7 @@ double ContactList::approach_per_s(const ExplicitState& state, double part_s) co
     const contact::Contact& contact = *pair.contact;
     if (contact.is_plane) continue;
     if (pair.touch >= 0) {
-      most_per_s = std::max(most_per_s, passing_per_s(pair, state, part_s));
+      most_per_s = std::max(most_per_s, field_approach_per_s(pair, state, part_s));
       continue;
     }
     const bodies::SphereMotion a = motion_of(*sphere(pair.a).binding, state);
@@ -218,26 +216,27 @@ double ContactList::approach_per_s(const ExplicitState& state, double part_s) co
   return most_per_s;
 }
 
-/// Zero where no way through the part leads out of the other side: in a solid nothing is lost.
-double ContactList::passing_per_s(const ContactPair& pair, const ExplicitState& state,
-                                  double part_s) const {
+/// As of spheres as small as a field's cells: no solid is thinner, and no edge sharper.
+double ContactList::field_approach_per_s(const ContactPair& pair, const ExplicitState& state,
+                                         double part_s) const {
   const ContactTouch& touch = touches_[static_cast<std::size_t>(pair.touch)];
   const contact::Contact& contact = *pair.contact;
   const bool is_first = pair.a == touch.sphere;
+  const double radius_m = is_first ? contact.radius_b_m : contact.radius_a_m;
   bodies::SphereMotion other{contact.start_b_m, way_m_s(contact, part_s)};
   if (!is_first) other = motion_of(*sphere(pair.a).binding, state);
-  contact::FieldPose start = touch.pose, end = touch.pose;
+  contact::FieldPose pose = touch.pose;
   if (touch.field->rigid >= 0) {
     const RigidState& body = state.rigid[static_cast<std::size_t>(touch.field->rigid)];
-    start = {body.position_m, body.rotation};
-    end = {body.position_m + part_s * body.velocity_m_s,
-           bodies::rotation_of(part_s * body.spin_rad_s).toRotationMatrix() * body.rotation};
+    pose = {body.position_m, body.rotation};
+    other.velocity_m_s -=
+        body.velocity_m_s + body.spin_rad_s.cross(other.position_m - body.position_m);
   }
-  const contact::FieldPassage passage = contact::passage_of(
-      *touch.field, start.into(other.position_m),
-      end.into(other.position_m + part_s * other.velocity_m_s),
-      is_first ? contact.radius_b_m : contact.radius_a_m);
-  return passage.passes ? passage.length_m / (part_s * passage.deepest_m) : 0.0;
+  const double apart_m_s = other.velocity_m_s.norm();
+  const double gap_m =
+      contact::distance_m(*touch.field, pose.into(other.position_m)) - radius_m;
+  return gap_m > apart_m_s * part_s ? 0.0
+                                    : apart_m_s / (radius_m + contact::cell_m(*touch.field));
 }
 
 }  // namespace stillgrid::dynamics

@@ -71,8 +71,8 @@ class ContactList {
 
   /// Pairs that overlap where the state is, at the part's end.
   [[nodiscard]] int count_touching(const ExplicitState& state, const Workers& workers);
-  /// Fastest approach in smaller radii a second, of pairs of spheres that may meet in the part; of
-  /// a field in half of what a way through it overlaps at most.
+  /// Fastest approach in smaller radii a second, of pairs of spheres that may meet in the part; with
+  /// a field in the sphere's radius and a fine cell.
   [[nodiscard]] double approach_per_s(const ExplicitState& state, double part_s) const;
 
  private:
@@ -81,8 +81,8 @@ class ContactList {
   void place(ContactTouch& touch, const ExplicitState& state, double share, double substep_s,
              const Eigen::Vector3d& gravity_m_s2);
   void add_touch(const bodies::World& world, std::size_t pair, int number);
-  [[nodiscard]] double passing_per_s(const ContactPair& pair, const ExplicitState& state,
-                                     double part_s) const;
+  [[nodiscard]] double field_approach_per_s(const ContactPair& pair, const ExplicitState& state,
+                                            double part_s) const;
 
   std::vector<int> place_of_;  // of each sphere of the world in spheres_, or -1
   std::vector<ContactSphere> spheres_;  // fields' behind the world's

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "sim_server/contact/sticking.hpp"
+
 namespace stillgrid::dynamics {
 namespace {
 
@@ -68,7 +70,10 @@ void ContactMemories::take(const bodies::World& world, std::span<const contact::
       memories_.push_back(*known++);
     else
       memories_.push_back({.key = place.key});
-    memories_.back().stiffness_N_per_m = contacts[place.contact].material.stiffness_N_per_m;
+    ContactMemory& memory = memories_.back();
+    const double now_N_per_m = contacts[place.contact].material.stiffness_N_per_m;
+    memory.stretch_m = contact::stretched_as(memory.stretch_m, memory.stiffness_N_per_m, now_N_per_m);
+    memory.stiffness_N_per_m = now_N_per_m;
   }
   while (known != kept_.end()) leave_out(*known++);
 }

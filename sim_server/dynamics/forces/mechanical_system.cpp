@@ -4,6 +4,7 @@
 
 #include "sim_server/bodies/rotation.hpp"
 #include "sim_server/bodies/sphere_motion.hpp"
+#include "sim_server/contact/sticking.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
@@ -98,11 +99,12 @@ void MechanicalSystem::add_touch(Candidate& candidate) {
   touch.binding.material = field.material;
   touch.binding.radius_m = contact::tangent_radius_m(field);
   touch.binding.rigid = field.rigid;
-  if (levers_ != Levers::kMean || !(contact.depth_before_m > 0.0)) return;
   const Eigen::Vector3d other_m =
       touch.other < 0 ? contact.start_b_m : sphere_position_m(*world_, touch.other);
   const contact::FieldTouch start = contact::touch_of(
       field, contact::pose_of(field, world_->rigid_bodies), other_m, touch.radius_m);
+  candidate.stretch_m = contact::stretched_as(candidate.stretch_m, 1.0, start.stiffness_scale);
+  if (levers_ != Levers::kMean || !(contact.depth_before_m > 0.0)) return;
   candidate.start_m = is_first ? Eigen::Vector3d(-start.normal) : start.normal;
 }
 
@@ -327,6 +329,10 @@ void MechanicalSystem::stretches(double contact_step_s, std::vector<Eigen::Vecto
     const double turned_rad =
         0.5 * normal.dot(turned_rad_of(candidate.a) + turned_rad_of(candidate.b));
     stretches_m[index] = Eigen::AngleAxisd(turned_rad, normal) * force.stretch_m;
+    if (candidate.touch >= 0)
+      stretches_m[index] = contact::stretched_as(
+          stretches_m[index],
+          touches_[static_cast<std::size_t>(candidate.touch)].at.stiffness_scale, 1.0);
   }
 }
 

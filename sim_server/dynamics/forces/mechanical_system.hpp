@@ -72,8 +72,9 @@ class MechanicalSystem {
   /// time since the contacts' depth_before_m, over which their dampers act.
   void force(double contact_step_s, Eigen::VectorXd& force);
 
-  /// What sticks, of each contact, where all was placed last, if the step ends there, and in the
-  /// trial its friction. contact_step_s: as of force(), not zero.
+  /// What sticks, of each contact, where all was placed last, if the step ends there, as its
+  /// material's own stiffness would hold it, and in the trial its friction. contact_step_s: as of
+  /// force(), not zero.
   void stretches(double contact_step_s, std::vector<Eigen::Vector3d>& stretches_m);
 
   /// Kinetic energy, and that of gravity, springs and the springs of contacts, of what is awake and
