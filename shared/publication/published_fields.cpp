@@ -1,11 +1,14 @@
 #include "shared/publication/published_fields.hpp"
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <cstring>
 #include <string>
 
+#include "shared/collision/field_history.hpp"
 #include "shared/publication/segment_files.hpp"
 
 namespace stillgrid::publication {
@@ -15,14 +18,6 @@ std::size_t to_line(std::size_t bytes) {
   return (bytes + 63) / 64 * 64;
 }
 
-template <class Numbers>
-bool are_bounded(const Numbers& numbers) {
-  // Written so that a NaN does not pass.
-  return std::all_of(numbers.begin(), numbers.end(), [](auto x) {
-    return std::abs(static_cast<double>(x)) <= proto::kLargestNumber;
-  });
-}
-
 void make_unit(std::array<float, 4>& quaternion) {
   double norm2 = 0.0;
   for (const float x : quaternion) norm2 += double{x} * double{x};
@@ -30,13 +25,6 @@ void make_unit(std::array<float, 4>& quaternion) {
 }
 
 }  // namespace
-
-bool is_sound(const proto::FieldState& state) noexcept {
-  double norm2 = 0.0;
-  for (const float x : state.orientation_xyzw) norm2 += double{x} * double{x};
-  return are_bounded(state.position_m) && are_bounded(state.velocity_m_s) &&
-         are_bounded(state.angular_velocity_rad_s) && std::abs(norm2 - 1.0) < 1e-3;
-}
 
 FieldPlaces place_fields(std::span<const PublishedField> fields, std::size_t from_bytes) {
   assert(fields.size() <= proto::kMaxFields);
@@ -66,6 +54,30 @@ void write_fields(std::span<const PublishedField> fields, const FieldPlaces& pla
                 fields[i].field->bytes());
 }
 
+double largest_response(const proto::FieldShape& shape, const proto::SphereResponse& origin,
+                        const proto::SphereResponse& turn, std::size_t modes) noexcept {
+  const auto vector = [](const std::array<float, 3>& v) {
+    return Eigen::Map<const Eigen::Vector3f>(v.data()).cast<double>();
+  };
+  // Of a point at a: |m|^2 + 2 a . (m x t) + |t x a|^2, summed over the modes.
+  double straight2 = 0.0, turn2 = 0.0;
+  Eigen::Vector3d mixed = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d turns = Eigen::Matrix3d::Zero();
+  for (std::size_t mode = 0; mode < modes; ++mode) {
+    const Eigen::Vector3d m = vector(origin.modes[mode]), t = vector(turn.modes[mode]);
+    straight2 += m.squaredNorm();
+    turn2 += t.squaredNorm();
+    mixed += m.cross(t);
+    turns += t * t.transpose();
+  }
+  const double reach_m = vector(shape.centre_m).norm() + double{shape.bounding_radius_m};
+  const double along2 = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>()
+                            .computeDirect(turns, Eigen::EigenvaluesOnly)
+                            .eigenvalues()[0];
+  return 1.000001 *
+         std::sqrt(straight2 + 2.0 * reach_m * mixed.norm() + reach_m * reach_m * (turn2 - along2));
+}
+
 std::vector<SceneField> read_fields(const proto::SceneHeader& scene, const std::byte* segment,
                                     std::size_t from_bytes, std::size_t end_bytes) {
   const auto require = [](bool is_sound, std::uint32_t field, const char* what) {
@@ -85,7 +97,7 @@ std::vector<SceneField> read_fields(const proto::SceneHeader& scene, const std::
     require(collision::is_consistent(body.shape), i, "has a shape that none has");
     require(body.material < scene.material_count, i, "names a material that there is not");
     require(body.moving == 0 || body.moving == ++moving_count, i, "is out of order");
-    require(body.moving != 0 || is_sound(body.rest), i, "is at no place");
+    require(body.moving != 0 || collision::is_sound(body.rest), i, "is at no place");
     if (body.moving == 0) make_unit(body.rest.orientation_xyzw);
     field.field.shape = body.shape;
     field.field.layout = collision::field_layout(body.shape);

@@ -26,10 +26,6 @@ struct SceneField {
   collision::FieldView field;  // its words in the segment
 };
 
-/// Whether a field's state is one that may be: numbers within bounds, and nearly a unit quaternion.
-/// Realtime: yes.
-[[nodiscard]] bool is_sound(const proto::FieldState& state) noexcept;
-
 /// Where fields stand that begin behind so many bytes of a segment: one that bodies share once.
 struct FieldPlaces {
   std::vector<proto::FieldBody> bodies;
@@ -43,6 +39,13 @@ struct FieldPlaces {
 /// Copies their numbers to where they stand. segment: its start.
 void write_fields(std::span<const PublishedField> fields, const FieldPlaces& places,
                   std::byte* segment);
+
+/// How far any point of the body moves, all modes together, whose origin responds by the first and
+/// which turns by the second of these; rounded up. sqrt(m/N).
+[[nodiscard]] double largest_response(const proto::FieldShape& shape,
+                                      const proto::SphereResponse& origin,
+                                      const proto::SphereResponse& turn,
+                                      std::size_t modes) noexcept;
 
 /// The fields of a fixed part whose words end at end_bytes and hold no field before from_bytes.
 /// Throws SegmentError unless every count, number and place is sound. segment: its start.

@@ -154,6 +154,28 @@ SceneWriter::SceneWriter(SessionLock lock, const StaticScene& scene, std::size_t
   segment_.announce();
 }
 
+/// Of spheres and of points of bodies that have fields.
+double SceneWriter::largest_of(const SnapshotPrediction& prediction,
+                               std::span<const proto::FieldRecord> fields) const noexcept {
+  const auto& responses = prediction.responses;
+  const std::size_t modes = prediction.modes.size();
+  double largest = 0.0;
+  for (std::size_t i = 0; i < responses.size(); ++i) {
+    // The number of an origin's, from 1, is where the turn stands, from 0.
+    const bool is_turn =
+        i > 0 && std::any_of(fields.begin(), fields.end(),
+                             [&](const proto::FieldRecord& field) { return field.response == i; });
+    if (!is_turn) largest = std::max(largest, largest_response(responses.subspan(i, 1), modes));
+  }
+  for (const proto::FieldBody& body : fields_.bodies) {
+    const std::size_t turn = body.moving != 0 ? fields[body.moving - 1].response : 0;
+    if (turn == 0 || turn >= responses.size()) continue;
+    largest = std::max(largest, publication::largest_response(body.shape, responses[turn - 1],
+                                                              responses[turn], modes));
+  }
+  return largest;
+}
+
 void SceneWriter::publish(const collision::VoxelGrid& snapshot, const SnapshotTimes& times,
                           const SnapshotPrediction& prediction,
                           std::span<const proto::FieldRecord> fields) noexcept {
@@ -185,7 +207,7 @@ void SceneWriter::publish(const collision::VoxelGrid& snapshot, const SnapshotTi
   snapshot_.turning_count = prediction.turning.size();
   snapshot_.turning = {};
   std::copy(prediction.turning.begin(), prediction.turning.end(), snapshot_.turning.begin());
-  snapshot_.largest_response = largest_response(prediction.responses, prediction.modes.size());
+  snapshot_.largest_response = largest_of(prediction, fields);
   snapshot_.grid = snapshot.view().shape;
 
   const auto header =

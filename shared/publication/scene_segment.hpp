@@ -86,6 +86,9 @@ class SceneWriter {
   [[nodiscard]] std::uint64_t snapshot_id() const noexcept { return snapshot_.snapshot_id; }
 
  private:
+  [[nodiscard]] double largest_of(const SnapshotPrediction& prediction,
+                                  std::span<const proto::FieldRecord> fields) const noexcept;
+
   collision::GridLayout moving_;
   collision::VoxelGrid static_grid_;
   FieldPlaces fields_;
@@ -108,6 +111,7 @@ class SceneView {
   [[nodiscard]] const proto::SceneHeader& scene() const noexcept { return scene_; }
   [[nodiscard]] const collision::GridView& static_grid() const noexcept { return static_grid_; }
   [[nodiscard]] std::span<const SceneField> fields() const noexcept { return fields_; }
+  [[nodiscard]] std::uint32_t moving_fields() const noexcept { return moving_fields_; }
   [[nodiscard]] const double_buffer::DoubleBuffer& buffer() const noexcept {
     return reader_.buffer();
   }

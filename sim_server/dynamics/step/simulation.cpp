@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "sim_server/bodies/rotation.hpp"
 #include "sim_server/contact/crossing.hpp"
 #include "sim_server/scene/build_world.hpp"
 
@@ -225,7 +226,7 @@ Simulation::Attempt Simulation::advance(Part& part, Step& step) {
   Budget& budget = step.budget;
   const double duration_s = step.length_s * (part.end - part.start);
   take_prediction(duration_s);
-  const contact::Ways predicted = ways_to(end_, duration_s);
+  const contact::Ways predicted = ways_to(end_, end_bodies_, duration_s);
   if (wake_touched(predicted)) return {.woke = true};
   if (!traits_.looks_within && part.may_shorten) {
     const double share = contact::share_before_crossings(detection_.contacts(), predicted);
@@ -249,7 +250,7 @@ Simulation::Attempt Simulation::advance(Part& part, Step& step) {
 
   // Forces may have led elsewhere than the velocities before them.
   const Trial& trial = integrator_->trial();
-  const contact::Ways ways = ways_to(trial.spheres, duration_s);
+  const contact::Ways ways = ways_to(trial.spheres, trial.rigid_bodies, duration_s);
   if (wake_touched(ways)) return {.woke = true};
   // Before strays have the contacts listed anew.
   const EnergyFlow flowed = flow_of(part, duration_s);
@@ -330,21 +331,23 @@ bool Simulation::correct(const Part& part, Step& step, SolveReport& solve) {
 Simulation::Strays Simulation::look_for_strays(Part& part, double duration_s) {
   const Trial& trial = integrator_->trial();
   const std::vector<bodies::SphereMotion>& end = trial.spheres;
-  if (part.must_end || part.widened == kMaxWidenings || !detection_.strayed(world_, end))
+  if (part.must_end || part.widened == kMaxWidenings ||
+      !detection_.strayed(world_, end, trial.rigid_bodies))
     return Strays::kNone;
   // Struck on its way it goes on elsewhere from there, but not far in shorter parts.
   if (traits_.looks_within && trial.struck)
     return duration_s > kLeastExplicitPart_s ? Strays::kShorter : Strays::kNone;
   const double length = part.end - part.start;
-  if (!detection_.widen(world_, end, length < kShortestHalf)) return Strays::kShorter;
+  if (!detection_.widen(world_, end, trial.rigid_bodies, length < kShortestHalf)) return Strays::kShorter;
   find_tool_contacts(part);
-  if (!detection_.has_missed(world_, ways_to(end, duration_s))) return Strays::kNone;
+  if (!detection_.has_missed(world_, ways_to(end, trial.rigid_bodies, duration_s))) return Strays::kNone;
   ++part.widened;
   return Strays::kAgain;
 }
 
 /// Where every sphere is, and where its velocity leads, or the law of its motion.
 void Simulation::take_prediction(double duration_s) {
+  take_bodies(duration_s);
   for (const bodies::BodyRange& body : world_.bodies) {
     if (body.is_sleeping) continue;  // where note_sleep() saw it
     for (int sphere = body.first_sphere; sphere < body.first_sphere + body.sphere_count; ++sphere) {
@@ -363,9 +366,31 @@ void Simulation::take_prediction(double duration_s) {
   }
 }
 
+/// Where bodies with fields would be then.
+void Simulation::take_bodies(double duration_s) {
+  if (world_.fields.empty()) return;
+  end_bodies_ = world_.rigid_bodies;
+  for (const bodies::FieldBody& field : world_.fields) {
+    if (field.rigid < 0) continue;
+    bodies::RigidBody& body = end_bodies_[static_cast<std::size_t>(field.rigid)];
+    if (world_.bodies[static_cast<std::size_t>(field.body)].is_sleeping) continue;
+    if (!body.free) {
+      body.position_m =
+          bodies::prescribed_state(body, world_.time_s + duration_s).position_m;
+      continue;
+    }
+    body.position_m += duration_s * body.velocity_m_s;
+    body.orientation =
+        (bodies::rotation_of(duration_s * body.angular_velocity_rad_s) * body.orientation)
+            .normalized();
+  }
+}
+
 contact::Ways Simulation::ways_to(std::span<const bodies::SphereMotion> end,
+                                  std::span<const bodies::RigidBody> end_bodies,
                                   double duration_s) const {
-  return {start_, end, swings_ ? &world_ : nullptr, duration_s};
+  return {start_, end, swings_ || !world_.fields.empty() ? &world_ : nullptr, duration_s,
+          end_bodies};
 }
 
 bool Simulation::wake_touched(const contact::Ways& ways) {

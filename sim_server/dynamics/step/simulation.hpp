@@ -172,9 +172,11 @@ class Simulation {
   [[nodiscard]] EnergyFlow flow_of(const Part& part, double duration_s);
   bool correct(const Part& part, Step& step, SolveReport& solve);
   void take_prediction(double duration_s);
+  void take_bodies(double duration_s);
   enum class Strays { kNone, kAgain, kShorter };
   Strays look_for_strays(Part& part, double duration_s);
   [[nodiscard]] contact::Ways ways_to(std::span<const bodies::SphereMotion> end,
+                                      std::span<const bodies::RigidBody> end_bodies,
                                       double duration_s) const;
   bool wake_touched(const contact::Ways& ways);
   void note_sleep();
@@ -194,6 +196,7 @@ class Simulation {
   std::vector<contact::Contact> led_contacts_;
   std::unique_ptr<Prediction> prediction_;
   std::vector<bodies::SphereMotion> start_, end_;  // of every sphere over a part
+  std::vector<bodies::RigidBody> end_bodies_;      // where fields would be, if there are any
   bool swings_ = false;                            // something prescribed does
   PredictedPart predicted_part_;
   contact::PredictedContacts predicted_contacts_;
