@@ -58,6 +58,7 @@ Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world
     : world_(std::move(world)),
       detection_(world_, scene.voxel_ratio),
       snapshot_(world_, detection_),
+      moving_fields_(world_),
       method_(scene.method),
       integrator_(make_integrator(method_)),
       traits_(integrator_->traits()),
@@ -141,6 +142,7 @@ StepReport Simulation::step(double step_s, std::span<const TakeTool> take_tools,
   }
   detection_.move_spheres(world_);
   snapshot_.show(detection_);
+  moving_fields_.show(world_);
   const bool is_still = world_.unknown_count == 0 && !has_driven_;
   still_steps_ = is_still && report.contacts == 0 ? std::min(still_steps_ + 1, kStillSteps) : 0;
   return report;
@@ -410,7 +412,10 @@ void Simulation::note_sleep() {
 publication::SnapshotPrediction Simulation::predict_next(double step_s, const Budget& budget,
                                                          std::size_t hand) {
   const bool is_alone = tools_.size() == 1;
-  if (!is_alone) snapshot_.forget_predictions(detection_.spheres());
+  if (!is_alone) {
+    snapshot_.forget_predictions(detection_.spheres());
+    moving_fields_.forget_predictions();
+  }
   if (budget.is_late()) return {};
   // Nothing moved since the last one.
   if (passes_ && predicted_s_ == step_s) return prediction_->snapshot();
@@ -438,6 +443,9 @@ publication::SnapshotPrediction Simulation::predict_next(double step_s, const Bu
   snapshot_.take_predictions(predicted_part_.spheres(), prediction_->spheres(),
                              proto::kPredictionPeriods * step_s, proto::kLongestPredictionLag_s,
                              detection_.spheres());
+  moving_fields_.take_predictions(prediction_->fields(), [&](std::size_t field) {
+    return predicted_part_.world().fields[field].rigid >= 0;
+  });
   if (passes_ && is_alone) predicted_s_ = step_s;
   return prediction_->snapshot();
 }
