@@ -70,9 +70,7 @@ FieldPassage passage_of(const Contact& contact, const Ways& ways) noexcept {
   const double radius_m = sides.radius_m;
   const auto way_m = [&](double share) { return place_m(contact, sides, ways, share); };
   const double finest_m = kFinest * (cell_m(field) + radius_m);
-  const auto depth_m = [&](double share) {
-    return radius_m - contact::distance_m(field, way_m(share));
-  };
+  const auto depth_m = [&](double share) { return -gap_m(field, way_m(share), radius_m); };
   const Eigen::Vector3d from_m = way_m(0.0), to_m = way_m(1.0);
   FieldPassage passage;
   const double start_m = depth_m(0.0), end_m = depth_m(1.0);

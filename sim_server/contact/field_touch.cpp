@@ -54,8 +54,10 @@ FieldTouch touch_of(const bodies::FieldBody& field, const FieldPose& pose,
   return touch;
 }
 
-double distance_m(const bodies::FieldBody& field, const Eigen::Vector3d& point_m) noexcept {
-  if (const auto own = collision::sample(field.field->view(), point_m)) return own->distance_m;
+double gap_m(const bodies::FieldBody& field, const Eigen::Vector3d& point_m,
+             double radius_m) noexcept {
+  if (const auto own = collision::sample(field.field->view(), point_m))
+    return own->distance_m - radius_m;
   return off_bricks_m(field.field->shape(), point_m) + cell_m(field);
 }
 

@@ -109,7 +109,7 @@ bool FieldWays::may_meet(const bodies::World& world, std::size_t field, const Fi
   const bodies::FieldBody& own = world.fields[field];
   const auto& [c, bounding_radius_m] = ball;
   const double away_m =
-      distance_m(own, way.start.into({double{c[0]}, double{c[1]}, double{c[2]}}));
+      gap_m(own, way.start.into({double{c[0]}, double{c[1]}, double{c[2]}}), 0.0);
   return (1.0 - kSlack) * away_m - kSlack * double{own.field->shape().brick_m} <=
          way.reach_m + double{bounding_radius_m};
 }

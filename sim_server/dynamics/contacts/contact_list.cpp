@@ -233,8 +233,7 @@ double ContactList::field_approach_per_s(const ContactPair& pair, const Explicit
         body.velocity_m_s + body.spin_rad_s.cross(other.position_m - body.position_m);
   }
   const double apart_m_s = other.velocity_m_s.norm();
-  const double gap_m =
-      contact::distance_m(*touch.field, pose.into(other.position_m)) - radius_m;
+  const double gap_m = contact::gap_m(*touch.field, pose.into(other.position_m), radius_m);
   return gap_m > apart_m_s * part_s ? 0.0
                                     : apart_m_s / (radius_m + contact::cell_m(*touch.field));
 }

@@ -93,9 +93,9 @@ Crowd crowd(unsigned seed, double step_s) {
   }
   for (int i = 0; i < 25; ++i)
     bodies.push_back(sim_server::moving(
-        sim_server::sphere(draw.vector(0.14), draw.number(0.002, 0.011), 0.01), draw.vector(2.0)));
+        sim_server::sphere(draw.vector(0.09), draw.number(0.002, 0.011), 0.01), draw.vector(2.0)));
   for (int i = 0; i < 5; ++i) {
-    bodies.push_back(sim_server::sphere(draw.vector(0.14), 0.009, 0.0));
+    bodies.push_back(sim_server::sphere(draw.vector(0.09), 0.009, 0.0));
     bodies.back().motion = bodies::Motion::kStatic;
   }
   Crowd crowd{scene::build_world(sim_server::scene_of(bodies, sim_server::material_of(500.0),

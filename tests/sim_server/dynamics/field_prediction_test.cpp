@@ -108,7 +108,8 @@ TEST_CASE("A field is predicted the end of its next step under the tool's force 
   }
   const double move_per_N = kStep_s * kStep_s / kMass_kg;
   CHECK((moves - move_per_N * Eigen::Matrix3d::Identity()).norm() < 1e-4 * move_per_N);
-  CHECK((turns - turn_per_N_m).norm() < 1e-3 * turn_per_N_m.norm());
+  // Inertia turns with the body within the step.
+  CHECK((turns - turn_per_N_m).norm() < 0.03 * turn_per_N_m.norm());
 
   // With no friction to speak of: where springs alone push.
   const Vector3d force_N =
