@@ -340,9 +340,11 @@ Simulation::Strays Simulation::look_for_strays(Part& part, double duration_s) {
   if (traits_.looks_within && trial.struck)
     return duration_s > kLeastExplicitPart_s ? Strays::kShorter : Strays::kNone;
   const double length = part.end - part.start;
-  if (!detection_.widen(world_, end, trial.rigid_bodies, length < kShortestHalf)) return Strays::kShorter;
+  if (!detection_.widen(world_, end, trial.rigid_bodies, length < kShortestHalf))
+    return Strays::kShorter;
   find_tool_contacts(part);
-  if (!detection_.has_missed(world_, ways_to(end, trial.rigid_bodies, duration_s))) return Strays::kNone;
+  if (!detection_.has_missed(world_, ways_to(end, trial.rigid_bodies, duration_s)))
+    return Strays::kNone;
   ++part.widened;
   return Strays::kAgain;
 }
@@ -377,8 +379,7 @@ void Simulation::take_bodies(double duration_s) {
     bodies::RigidBody& body = end_bodies_[static_cast<std::size_t>(field.rigid)];
     if (world_.bodies[static_cast<std::size_t>(field.body)].is_sleeping) continue;
     if (!body.free) {
-      body.position_m =
-          bodies::prescribed_state(body, world_.time_s + duration_s).position_m;
+      body.position_m = bodies::prescribed_state(body, world_.time_s + duration_s).position_m;
       continue;
     }
     body.position_m += duration_s * body.velocity_m_s;

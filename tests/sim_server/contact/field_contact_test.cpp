@@ -36,8 +36,8 @@ TEST_CASE("The tangent sphere overlaps a sphere as deep as the solid does, along
           "[field]") {
   Draw draw(GENERATE(1U, 2U, 3U));
   bodies::World world;
-  sim_server::add_static_field(world, sim_server::ball_field(0.031, 0.001, 0.012),
-                               draw.vector(0.2), draw.turn());
+  sim_server::add_static_field(world, sim_server::ball_field(0.031, 0.001, 0.012), draw.vector(0.2),
+                               draw.turn());
   const bodies::FieldBody& field = world.fields[0];
   const FieldPose pose = pose_of(field, {});
   for (int i = 0; i < 200; ++i) {
@@ -85,10 +85,10 @@ Crowd crowd(unsigned seed, double step_s) {
   Draw draw(seed);
   std::vector<bodies::BodyDescription> bodies;
   for (int i = 0; i < 3; ++i) {
-    bodies.push_back(sim_server::moving(
-        sim_server::points_body(sim_server::box_points(kSize_m, 4, 0.0011), kSize_m, 0.1,
-                                draw.vector(0.08)),
-        draw.vector(0.6), draw.vector(6.0)));
+    bodies.push_back(
+        sim_server::moving(sim_server::points_body(sim_server::box_points(kSize_m, 4, 0.0011),
+                                                   kSize_m, 0.1, draw.vector(0.08)),
+                           draw.vector(0.6), draw.vector(6.0)));
     bodies.back().orientation = draw.turn();
   }
   for (int i = 0; i < 25; ++i)
@@ -98,8 +98,8 @@ Crowd crowd(unsigned seed, double step_s) {
     bodies.push_back(sim_server::sphere(draw.vector(0.09), 0.009, 0.0));
     bodies.back().motion = bodies::Motion::kStatic;
   }
-  Crowd crowd{scene::build_world(sim_server::scene_of(bodies, sim_server::material_of(500.0),
-                                                      {0, 0, -9.81})),
+  Crowd crowd{scene::build_world(
+                  sim_server::scene_of(bodies, sim_server::material_of(500.0), {0, 0, -9.81})),
               {}};
   for (const int i : {0, 1, 2})
     sim_server::meet_by_field(crowd.world, i, sim_server::box_field(kSize_m, 0.0021, 0.012));
@@ -127,8 +127,8 @@ Pairs overlapping(const Crowd& crowd, double step_s) {
         const bodies::RigidBody& body = world.rigid_bodies[static_cast<std::size_t>(field.rigid)];
         pose.position_m += time_s * body.velocity_m_s;
         const double turn_rad = time_s * body.angular_velocity_rad_s.norm();
-        pose.rotation = Eigen::AngleAxisd(turn_rad, body.angular_velocity_rad_s.normalized()) *
-                        pose.rotation;
+        pose.rotation =
+            Eigen::AngleAxisd(turn_rad, body.angular_velocity_rad_s.normalized()) * pose.rotation;
       }
       const int number = bodies::number_of_field(world, f);
       const auto look = [&](int who, const Vector3d& at_m, double radius_m) {
@@ -171,9 +171,7 @@ TEST_CASE("All that meets a field on its way is a contact, once, and points meet
           CHECK_FALSE(own.world.spheres[static_cast<std::size_t>(sphere)].is_field_point);
       continue;
     }
-    const int who = !is_first         ? contact.a
-                    : contact.is_tool ? kTool
-                                      : kStatic - contact.other;
+    const int who = !is_first ? contact.a : contact.is_tool ? kTool : kStatic - contact.other;
     CHECK(found.insert({who, is_first ? contact.a : contact.b}).second);
   }
   const Pairs met = overlapping(own, step_s);
@@ -184,7 +182,8 @@ TEST_CASE("All that meets a field on its way is a contact, once, and points meet
   }
 }
 
-TEST_CASE("A way through a plate stops before its middle, one that ends in it does not", "[field]") {
+TEST_CASE("A way through a plate stops before its middle, one that ends in it does not",
+          "[field]") {
   Draw draw(GENERATE(range(1U, 9U)));
   const Vector3d plate_m(0.2, 0.2, 0.006);
   bodies::World world;

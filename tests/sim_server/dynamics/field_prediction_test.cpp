@@ -97,7 +97,7 @@ TEST_CASE("A field is predicted the end of its next step under the tool's force 
   const contact::FieldTouch touch = contact::touch_of(
       field, contact::pose_of(field, simulation.world().rigid_bodies), at_m, kTool_m);
   REQUIRE(touch.depth_m > 1e-4);
-  const Eigen::Matrix3d turn_per_N_m =
+  const Eigen::Matrix3d turn_per_torque =
       kStep_s * kStep_s * bodies::world_inertia_kg_m2(body).inverse();
   Eigen::Matrix3d moves = Eigen::Matrix3d::Zero(), turns = Eigen::Matrix3d::Zero();
   for (std::size_t mode = 0; mode < prediction.modes.size(); ++mode) {
@@ -109,7 +109,7 @@ TEST_CASE("A field is predicted the end of its next step under the tool's force 
   const double move_per_N = kStep_s * kStep_s / kMass_kg;
   CHECK((moves - move_per_N * Eigen::Matrix3d::Identity()).norm() < 1e-4 * move_per_N);
   // Inertia turns with the body within the step.
-  CHECK((turns - turn_per_N_m).norm() < 0.03 * turn_per_N_m.norm());
+  CHECK((turns - turn_per_torque).norm() < 0.03 * turn_per_torque.norm());
 
   // With no friction to speak of: where springs alone push.
   const Vector3d force_N =
@@ -120,8 +120,7 @@ TEST_CASE("A field is predicted the end of its next step under the tool's force 
   const Vector3d arm_m = at_m - kTool_m * touch.normal - body.position_m;
   const Vector3d spun_rad_s =
       kStep_s * bodies::world_inertia_kg_m2(body).inverse() * arm_m.cross(force_N);
-  CHECK((vector(record.predicted_angular_velocity_rad_s) - body.angular_velocity_rad_s -
-         spun_rad_s)
+  CHECK((vector(record.predicted_angular_velocity_rad_s) - body.angular_velocity_rad_s - spun_rad_s)
             .norm() < 0.35 * spun_rad_s.norm());
 }
 
