@@ -16,8 +16,8 @@ struct Contact {
   int other = -1;  // where b is -1: which static sphere, plane or sphere of the tools it is
   collision::ContactMaterial material;
   double radius_a_m = 0.0;
-  double radius_b_m = 0.0;      // zero for a plane
-  double depth_before_m = 0.0;  // overlap at the start of the step, negative: a gap
+  double radius_b_m = 0.0;        // zero for a plane
+  double depth_before_m = 0.0;    // overlap at the start of the step, negative: a gap
   double map_scale_before = 1.0;  // of a field, there: over the material's stiffness
 
   // A given sphere's centre at the step's end and at its start.

@@ -127,8 +127,8 @@ bool may_touch(const bodies::World& world, const bodies::StaticPlane& plane, con
   return height_m + std::min({0.0, move_m, move_m + fall_m}) <= within_m;
 }
 
-void set_tool(const ToolSphereMotion& sphere, int number,
-              const collision::ContactMaterial& touched, Contact& contact) {
+void set_tool(const ToolSphereMotion& sphere, int number, const collision::ContactMaterial& touched,
+              Contact& contact) {
   contact.other = number;
   contact.material = collision::tool_material(touched, sphere.slip_speed_m_s);
   contact.radius_b_m = sphere.radius_m;

@@ -81,8 +81,8 @@ void add_plane(const bodies::World& world, const bodies::StaticPlane& plane, con
   return collision::bound_sweep(sphere.position_before_m, sphere.position_m, sphere.radius_m);
 }
 /// The tool's side of a contact with what is of this material.
-void set_tool(const ToolSphereMotion& sphere, int number,
-              const collision::ContactMaterial& touched, Contact& contact);
+void set_tool(const ToolSphereMotion& sphere, int number, const collision::ContactMaterial& touched,
+              Contact& contact);
 /// A sphere of the tool, which is number `number` of it.
 void add_tool(const bodies::World& world, const Mover& mover, const ToolSphereMotion& sphere,
               int number, std::vector<Contact>& contacts);

@@ -41,8 +41,8 @@ struct Ways {
                                            double radius_a_m, double radius_b_m) noexcept;
 
 /// The same over all contacts: the least share. A plane cannot be crossed: below it is solid. So is
-/// a field inside: there only a way counts that comes to where the solid pushes on, out of its other
-/// side.
+/// a field inside: there only a way counts that comes to where the solid pushes on, out of its
+/// other side.
 [[nodiscard]] double share_before_crossings(std::span<const Contact> contacts,
                                             const Ways& ways) noexcept;
 

@@ -28,8 +28,8 @@ class Detection {
   Detection(const bodies::World& world, double voxel_ratio);
 
   /// Makes contacts() every pair of spheres, and of spheres and planes or fields, that may touch
-  /// within a step of step_s, each once. Throws std::domain_error, naming body and sphere, where a sphere's
-  /// place is no number. Pre: `world` has the bodies that the constructor saw.
+  /// within a step of step_s, each once. Throws std::domain_error, naming body and sphere, where a
+  /// sphere's place is no number. Pre: `world` has the bodies that the constructor saw.
   ///
   /// False, and there are none, where that would be more than 64 pairs or 16 contacts a sphere and
   /// something goes farther than its radius: what is that fast gathers all along its path, and a
@@ -114,7 +114,7 @@ class Detection {
   bool is_any_wide_ = false;
   FieldWays fields_;
   std::vector<FieldWay> fields_before_;  // the last widen()
-  double step_s_ = 0.0;  // that contacts were found for
+  double step_s_ = 0.0;                  // that contacts were found for
   std::vector<Contact> contacts_;
   std::vector<std::uint32_t> met_;  // scratch
 };

@@ -70,16 +70,13 @@ FieldPassage passage_of(const Contact& contact, const Ways& ways) noexcept {
   const double radius_m = sides.radius_m;
   const auto way_m = [&](double share) { return place_m(contact, sides, ways, share); };
   const double finest_m = kFinest * (cell_m(field) + radius_m);
-  const auto depth_m = [&](double share) {
-    return radius_m - contact::distance_m(field, way_m(share));
-  };
+  const auto depth_m = [&](double share) { return -gap_m(field, way_m(share), radius_m); };
   const Eigen::Vector3d from_m = way_m(0.0), to_m = way_m(1.0);
   FieldPassage passage;
   const double start_m = depth_m(0.0), end_m = depth_m(1.0);
   passage.deepest_m = std::max(start_m, end_m);
   // A way that turns back is longer than its chord: the middle tells.
-  const double length_m =
-      std::max((to_m - from_m).norm(), 2.0 * (way_m(0.5) - from_m).norm());
+  const double length_m = std::max((to_m - from_m).norm(), 2.0 * (way_m(0.5) - from_m).norm());
   // Written so that NaN is no crossing.
   if (!(length_m > finest_m)) return passage;
   double deepest_share = start_m > end_m ? 0.0 : 1.0, share = 0.0, now_m = start_m;

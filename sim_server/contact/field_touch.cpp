@@ -15,17 +15,16 @@ Eigen::Array3d array(const std::array<float, 3>& v) {
 double off_bricks_m(const proto::FieldShape& shape, const Eigen::Vector3d& point_m) {
   const Eigen::Array3d low_m = array(shape.lowest_m);
   const Eigen::Array3d high_m =
-      low_m + double{shape.brick_m} *
-                  Eigen::Map<const Eigen::Array<std::uint32_t, 3, 1>>(shape.bricks.data())
-                      .cast<double>();
+      low_m +
+      double{shape.brick_m} *
+          Eigen::Map<const Eigen::Array<std::uint32_t, 3, 1>>(shape.bricks.data()).cast<double>();
   const Eigen::Array3d at_m = point_m.array();
   return (at_m - at_m.max(low_m).min(high_m)).matrix().norm();
 }
 
 }  // namespace
 
-FieldPose pose_of(const bodies::FieldBody& field,
-                  std::span<const bodies::RigidBody> rigid_bodies) {
+FieldPose pose_of(const bodies::FieldBody& field, std::span<const bodies::RigidBody> rigid_bodies) {
   if (field.rigid < 0) return {field.position_m, field.orientation.toRotationMatrix()};
   const bodies::RigidBody& body = rigid_bodies[static_cast<std::size_t>(field.rigid)];
   return {body.position_m, body.orientation.toRotationMatrix()};
@@ -49,13 +48,14 @@ FieldTouch touch_of(const bodies::FieldBody& field, const FieldPose& pose,
     if (const double far_m = away_m.norm(); far_m > 0.0)
       touch.normal = pose.rotation * (away_m / far_m);
   }
-  touch.centre_m =
-      centre_m - (radius_m + tangent_radius_m(field) - touch.depth_m) * touch.normal;
+  touch.centre_m = centre_m - (radius_m + tangent_radius_m(field) - touch.depth_m) * touch.normal;
   return touch;
 }
 
-double distance_m(const bodies::FieldBody& field, const Eigen::Vector3d& point_m) noexcept {
-  if (const auto own = collision::sample(field.field->view(), point_m)) return own->distance_m;
+double gap_m(const bodies::FieldBody& field, const Eigen::Vector3d& point_m,
+             double radius_m) noexcept {
+  if (const auto own = collision::sample(field.field->view(), point_m))
+    return own->distance_m - radius_m;
   return off_bricks_m(field.field->shape(), point_m) + cell_m(field);
 }
 

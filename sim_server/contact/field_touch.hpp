@@ -42,10 +42,10 @@ struct FieldTouch {
 [[nodiscard]] FieldTouch touch_of(const bodies::FieldBody& field, const FieldPose& pose,
                                   const Eigen::Vector3d& centre_m, double radius_m) noexcept;
 
-/// How far a point of the body's frame is from the solid, negative inside: by the field, off its
-/// bricks no more than it is. Realtime: yes.
-[[nodiscard]] double distance_m(const bodies::FieldBody& field,
-                                const Eigen::Vector3d& point_m) noexcept;
+/// How far a sphere at a point of the body's frame is from the solid, negative: so deep in it. By
+/// the field; off its bricks, where nothing touches, no more than it is. Realtime: yes.
+[[nodiscard]] double gap_m(const bodies::FieldBody& field, const Eigen::Vector3d& point_m,
+                           double radius_m) noexcept;
 
 /// Edge of a field's fine cells: nothing of the solid is smaller.
 [[nodiscard]] inline double cell_m(const bodies::FieldBody& field) {

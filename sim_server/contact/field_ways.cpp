@@ -25,12 +25,11 @@ double farthest_m(const bodies::FieldBody& field) {
 }
 
 const bodies::RigidBody* body_of(const bodies::World& world, const bodies::FieldBody& field) {
-  return field.rigid < 0 ? nullptr
-                         : &world.rigid_bodies[static_cast<std::size_t>(field.rigid)];
+  return field.rigid < 0 ? nullptr : &world.rigid_bodies[static_cast<std::size_t>(field.rigid)];
 }
 
 /// How far any point may get within the step.
-double reach_m(const bodies::World& world, const bodies::FieldBody& field,
+double travel_m(const bodies::World& world, const bodies::FieldBody& field,
                const bodies::RigidBody& body, double step_s) {
   if (!body.free) {
     const auto [least_m, most_m] =
@@ -50,9 +49,8 @@ double moved_m(const bodies::FieldBody& field, const FieldPose& from, const Fiel
 }
 
 void bound(const bodies::FieldBody& field, FieldWay& way) {
-  way.ball =
-      collision::bound_sphere(way.start.position_m + way.start.rotation * centre_m(field),
-                              tangent_radius_m(field) + way.reach_m);
+  way.ball = collision::bound_sphere(way.start.position_m + way.start.rotation * centre_m(field),
+                                     tangent_radius_m(field) + way.travel_m);
 }
 
 const collision::ContactMaterial& material_of(const bodies::World& world, int material) {
@@ -77,7 +75,7 @@ void FieldWays::take(const bodies::World& world, double step_s) {
     way.moves = body != nullptr &&
                 !world.bodies[static_cast<std::size_t>(field.body)].is_sleeping &&
                 (body->free || bodies::is_moved(*body));
-    way.reach_m = way.moves ? reach_m(world, field, *body, step_s) : 0.0;
+    way.travel_m = way.moves ? travel_m(world, field, *body, step_s) : 0.0;
     bound(field, way);
   }
 }
@@ -88,15 +86,14 @@ bool FieldWays::has_strayed(const bodies::World& world, std::size_t field,
   if (!way.moves || !way.is_free) return false;
   const bodies::FieldBody& own = world.fields[field];
   // What is no number has strayed.
-  return !(moved_m(own, way.start, pose_of(own, end_bodies)) <= way.reach_m);
+  return !(moved_m(own, way.start, pose_of(own, end_bodies)) <= way.travel_m);
 }
 
-void FieldWays::widen(const bodies::World& world,
-                      std::span<const bodies::RigidBody> end_bodies) {
+void FieldWays::widen(const bodies::World& world, std::span<const bodies::RigidBody> end_bodies) {
   for (std::size_t i = 0; i < ways_.size(); ++i) {
     if (!has_strayed(world, i, end_bodies)) continue;
     const bodies::FieldBody& field = world.fields[i];
-    ways_[i].reach_m =
+    ways_[i].travel_m =
         moved_m(field, ways_[i].start, pose_of(field, end_bodies)) + kMarginCells * cell_m(field);
     ways_[i].is_wide = true;
     bound(field, ways_[i]);
@@ -108,10 +105,9 @@ bool FieldWays::may_meet(const bodies::World& world, std::size_t field, const Fi
   if (!collision::meet(way.ball, ball)) return false;
   const bodies::FieldBody& own = world.fields[field];
   const auto& [c, bounding_radius_m] = ball;
-  const double away_m =
-      distance_m(own, way.start.into({double{c[0]}, double{c[1]}, double{c[2]}}));
+  const double away_m = gap_m(own, way.start.into({double{c[0]}, double{c[1]}, double{c[2]}}), 0.0);
   return (1.0 - kSlack) * away_m - kSlack * double{own.field->shape().brick_m} <=
-         way.reach_m + double{bounding_radius_m};
+         way.travel_m + double{bounding_radius_m};
 }
 
 void FieldWays::add_sphere(const bodies::World& world, std::size_t field, const Mover& mover,
@@ -129,8 +125,8 @@ void FieldWays::add_sphere(const bodies::World& world, std::size_t field, const 
 }
 
 void FieldWays::add_static(const bodies::World& world, std::size_t field,
-                           const collision::VoxelGrid& static_grid,
-                           std::vector<std::uint32_t>& met, std::vector<Contact>& contacts) const {
+                           const collision::VoxelGrid& static_grid, std::vector<std::uint32_t>& met,
+                           std::vector<Contact>& contacts) const {
   const bodies::FieldBody& own = world.fields[field];
   find_ascending(static_grid, ways_[field].ball, met);
   for (const std::uint32_t i : met) {

@@ -15,11 +15,11 @@ namespace stillgrid::contact {
 /// How a field may move within a step, and what it may so meet.
 struct FieldWay {
   FieldPose start;
-  collision::SweptBound ball;   // holds the solid wherever it goes
-  double reach_m = 0.0;         // no point of the solid gets farther than this from where it was
-  bool is_free = false;         // not prescribed, and not static
-  bool moves = false;           // neither sleeping nor static, nor prescribed to stay
-  bool is_wide = false;         // was widened
+  collision::SweptBound ball;  // holds the solid wherever it goes
+  double travel_m = 0.0;        // no point of the solid gets farther than this from where it was
+  bool is_free = false;        // not prescribed, and not static
+  bool moves = false;          // neither sleeping nor static, nor prescribed to stay
+  bool is_wide = false;        // was widened
 };
 
 /// The ways of all fields of a world. Fields are few: they stand outside of grids, and are gone

@@ -88,8 +88,7 @@ bool PredictedContacts::find(const bodies::World& world, const Detection& detect
         static_cast<float>(proto::kPredictionPeriods * step_s * tool[number].velocity_m_s.norm());
     find_ascending(moving_->grid(), way, met_);
     for (const std::uint32_t k : met_)
-      if (feels(k) && !world.spheres[spheres_[k]].is_field_point &&
-          collision::meet(ways_[k], way))
+      if (feels(k) && !world.spheres[spheres_[k]].is_field_point && collision::meet(ways_[k], way))
         add_tool(world, mover(k), tool[number], static_cast<int>(number), contacts_);
     for (std::size_t field = 0; field < fields_->size(); ++field)
       if ((*fields_)[field].is_free && is_known(world, field))

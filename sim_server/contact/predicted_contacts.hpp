@@ -16,9 +16,9 @@ namespace stillgrid::contact {
 class PredictedContacts {
  public:
   /// Makes contacts() what may touch within step_s: the given spheres, ascending, and fields of
-  /// their bodies among themselves, with what is static and, last, with the tool. False, and there are none, where these are too
-  /// many (Detection::find_contacts). Throws std::domain_error at a place that is no number. Pre:
-  /// detection is of this world, and has seen who sleeps.
+  /// their bodies among themselves, with what is static and, last, with the tool. False, and there
+  /// are none, where these are too many (Detection::find_contacts). Throws std::domain_error at a
+  /// place that is no number. Pre: detection is of this world, and has seen who sleeps.
   bool find(const bodies::World& world, const Detection& detection,
             std::span<const std::uint32_t> spheres, double step_s,
             const std::vector<ToolSphereMotion>& tool);
@@ -36,7 +36,7 @@ class PredictedContacts {
   std::vector<bodies::SphereMotion> motion_;
   std::vector<collision::SweptBound> ways_;
   std::unique_ptr<MovingSpheres> moving_;
-  std::vector<char> has_body_;          // of each body: its spheres are among them
+  std::vector<char> has_body_;  // of each body: its spheres are among them
   std::optional<FieldWays> fields_;
   std::vector<Contact> contacts_;
   std::vector<std::uint32_t> met_;

@@ -18,11 +18,11 @@ namespace stillgrid::sim_server {
 
 using Field = std::shared_ptr<const collision::DistanceField>;
 
-/// Fields of solids whose distance is known, with room round them for spheres of reach_m.
-[[nodiscard]] inline Field ball_field(double radius_m, double cell_m, double reach_m) {
+/// Fields of solids whose distance is known, with room round them for spheres of margin_m.
+[[nodiscard]] inline Field ball_field(double radius_m, double cell_m, double margin_m) {
   const Eigen::Vector3d corner_m = Eigen::Vector3d::Constant(radius_m);
   return std::make_shared<const collision::DistanceField>(
-      collision::make_field({-corner_m, corner_m}, {cell_m, 4.0 * cell_m, reach_m + 4.0 * cell_m},
+      collision::make_field({-corner_m, corner_m}, {cell_m, 4.0 * cell_m, margin_m + 4.0 * cell_m},
                             [radius_m](const Eigen::Vector3d& x) { return x.norm() - radius_m; }));
 }
 [[nodiscard]] inline double box_distance_m(const Eigen::Vector3d& size_m,
@@ -30,10 +30,10 @@ using Field = std::shared_ptr<const collision::DistanceField>;
   const Eigen::Array3d out = x.array().abs() - 0.5 * size_m.array();
   return out.max(0.0).matrix().norm() + std::min(0.0, out.maxCoeff());
 }
-[[nodiscard]] inline Field box_field(const Eigen::Vector3d& size_m, double cell_m, double reach_m,
+[[nodiscard]] inline Field box_field(const Eigen::Vector3d& size_m, double cell_m, double margin_m,
                                      const collision::ScalarField& stiffness = {}) {
   return std::make_shared<const collision::DistanceField>(collision::make_field(
-      {-0.5 * size_m, 0.5 * size_m}, {cell_m, 4.0 * cell_m, reach_m + 4.0 * cell_m},
+      {-0.5 * size_m, 0.5 * size_m}, {cell_m, 4.0 * cell_m, margin_m + 4.0 * cell_m},
       [size_m](const Eigen::Vector3d& x) { return box_distance_m(size_m, x); }, stiffness));
 }
 
@@ -58,8 +58,8 @@ using Field = std::shared_ptr<const collision::DistanceField>;
   for (int i = 0; i < count; ++i) {
     const double z = 1.0 - (2.0 * i + 1.0) / count, flat = std::sqrt(1.0 - z * z);
     const double turn_rad = std::numbers::pi * (3.0 - std::sqrt(5.0)) * i;
-    points.push_back({(ball_radius_m - radius_m) * Eigen::Vector3d(flat * std::cos(turn_rad),
-                                                                   flat * std::sin(turn_rad), z),
+    points.push_back({(ball_radius_m - radius_m) *
+                          Eigen::Vector3d(flat * std::cos(turn_rad), flat * std::sin(turn_rad), z),
                       radius_m});
   }
   return points;
@@ -71,9 +71,9 @@ using Field = std::shared_ptr<const collision::DistanceField>;
                                                          double mass_kg,
                                                          const Eigen::Vector3d& position_m) {
   const Eigen::Vector3d s = size_m.cwiseAbs2();
-  bodies::BodyDescription body = rigid_mesh(
-      std::move(points), Eigen::Vector3d(s.y() + s.z(), s.x() + s.z(), s.x() + s.y()) / 12.0,
-      mass_kg);
+  bodies::BodyDescription body =
+      rigid_mesh(std::move(points),
+                 Eigen::Vector3d(s.y() + s.z(), s.x() + s.z(), s.x() + s.y()) / 12.0, mass_kg);
   body.position_m = position_m;
   return body;
 }
@@ -93,9 +93,9 @@ inline void meet_by_field(bodies::World& world, int body, Field field) {
 }
 
 /// A body that never moves and is met through its field.
-inline void add_static_field(bodies::World& world, Field field, const Eigen::Vector3d& position_m,
-                             const Eigen::Quaterniond& orientation =
-                                 Eigen::Quaterniond::Identity()) {
+inline void add_static_field(
+    bodies::World& world, Field field, const Eigen::Vector3d& position_m,
+    const Eigen::Quaterniond& orientation = Eigen::Quaterniond::Identity()) {
   bodies::FieldBody& own = world.fields.emplace_back();
   own.body = static_cast<int>(world.bodies.size());
   own.position_m = position_m;

@@ -142,7 +142,7 @@ void ContactCore::set_field_material(std::size_t index, std::size_t place, doubl
   rows.set_material(lane, material, pair.contact->is_tool);
   ContactRows::set(rows.stretch_m, lane,
                    contact::stretched_as(ContactRows::get(rows.stretch_m, lane), before_N_per_m,
-                                material.stiffness_N_per_m));
+                                         material.stiffness_N_per_m));
 }
 
 /// Where what contacts do not move is, and how it moves.

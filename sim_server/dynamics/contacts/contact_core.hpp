@@ -124,7 +124,7 @@ class ContactCore {
   std::vector<ContactPush> pushes_;          // of each lane
   std::vector<RowFlow> flows_;               // of chunks of rows
   std::vector<ContactSolve> solves_;         // of islands
-  std::vector<Given> given_, touch_lanes_;  // of which a side is given; of fields
+  std::vector<Given> given_, touch_lanes_;   // of which a side is given; of fields
   double spring_change_J_ = 0.0;
   bool is_divided_ = false, struck_ = false;
 };

@@ -125,13 +125,11 @@ void ContactList::place(ContactTouch& touch, const ExplicitState& state, double 
   if (touch.field->rigid >= 0) {
     const RigidState& body = state.rigid[static_cast<std::size_t>(touch.field->rigid)];
     pose = {body.position_m, body.rotation};
-    own.speed_m_s =
-        (body.velocity_m_s + body.spin_rad_s.cross(other_m - body.position_m)).norm();
+    own.speed_m_s = (body.velocity_m_s + body.spin_rad_s.cross(other_m - body.position_m)).norm();
     if (body.free) own.speed_m_s += substep_s * gravity_m_s2.norm();
   }
-  const contact::FieldTouch at = contact::touch_of(*touch.field, pose, other_m,
-                                                   is_first ? contact.radius_b_m
-                                                            : contact.radius_a_m);
+  const contact::FieldTouch at = contact::touch_of(
+      *touch.field, pose, other_m, is_first ? contact.radius_b_m : contact.radius_a_m);
   own.position_m.map() = at.centre_m;
   own.arm_m.map() = at.centre_m - pose.position_m;
   touch.material = contact::scaled(contact, at).material;
@@ -233,10 +231,8 @@ double ContactList::field_approach_per_s(const ContactPair& pair, const Explicit
         body.velocity_m_s + body.spin_rad_s.cross(other.position_m - body.position_m);
   }
   const double apart_m_s = other.velocity_m_s.norm();
-  const double gap_m =
-      contact::distance_m(*touch.field, pose.into(other.position_m)) - radius_m;
-  return gap_m > apart_m_s * part_s ? 0.0
-                                    : apart_m_s / (radius_m + contact::cell_m(*touch.field));
+  const double gap_m = contact::gap_m(*touch.field, pose.into(other.position_m), radius_m);
+  return gap_m > apart_m_s * part_s ? 0.0 : apart_m_s / (radius_m + contact::cell_m(*touch.field));
 }
 
 }  // namespace stillgrid::dynamics

@@ -32,8 +32,8 @@ struct ContactPair {
 
 /// A contact with a field, where all was placed last.
 struct ContactTouch {
-  std::size_t pair;                     // in ContactList::pairs()
-  int sphere;                           // that the field is, in ContactList::spheres()
+  std::size_t pair;  // in ContactList::pairs()
+  int sphere;        // that the field is, in ContactList::spheres()
   const bodies::FieldBody* field;
   contact::FieldPose pose;              // of what never moves
   bodies::SphereBinding binding;        // of that sphere: where it is in its body
@@ -71,8 +71,8 @@ class ContactList {
 
   /// Pairs that overlap where the state is, at the part's end.
   [[nodiscard]] int count_touching(const ExplicitState& state, const Workers& workers);
-  /// Fastest approach in smaller radii a second, of pairs of spheres that may meet in the part; with
-  /// a field in the sphere's radius and a fine cell.
+  /// Fastest approach in smaller radii a second, of pairs of spheres that may meet in the part;
+  /// with a field in the sphere's radius and a fine cell.
   [[nodiscard]] double approach_per_s(const ExplicitState& state, double part_s) const;
 
  private:
@@ -84,7 +84,7 @@ class ContactList {
   [[nodiscard]] double field_approach_per_s(const ContactPair& pair, const ExplicitState& state,
                                             double part_s) const;
 
-  std::vector<int> place_of_;  // of each sphere of the world in spheres_, or -1
+  std::vector<int> place_of_;           // of each sphere of the world in spheres_, or -1
   std::vector<ContactSphere> spheres_;  // fields' behind the world's
   std::vector<ContactPair> pairs_;
   std::vector<ContactTouch> touches_;

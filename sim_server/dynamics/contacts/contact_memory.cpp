@@ -72,7 +72,8 @@ void ContactMemories::take(const bodies::World& world, std::span<const contact::
       memories_.push_back({.key = place.key});
     ContactMemory& memory = memories_.back();
     const double now_N_per_m = contacts[place.contact].material.stiffness_N_per_m;
-    memory.stretch_m = contact::stretched_as(memory.stretch_m, memory.stiffness_N_per_m, now_N_per_m);
+    memory.stretch_m =
+        contact::stretched_as(memory.stretch_m, memory.stiffness_N_per_m, now_N_per_m);
     memory.stiffness_N_per_m = now_N_per_m;
   }
   while (known != kept_.end()) leave_out(*known++);

@@ -90,11 +90,11 @@ void MechanicalSystem::add_touch(Candidate& candidate) {
   const bool is_first = bodies::is_field(*world_, contact.a);
   const bodies::FieldBody& field = bodies::field_of(*world_, is_first ? contact.a : contact.b);
   candidate.touch = static_cast<int>(touches_.size());
-  Touch& touch = touches_.emplace_back(
-      Touch{.field = &field,
-            .other = is_first ? -1 : contact.a,
-            .radius_m = is_first ? contact.radius_b_m : contact.radius_a_m,
-            .contact = &contact});
+  Touch& touch =
+      touches_.emplace_back(Touch{.field = &field,
+                                  .other = is_first ? -1 : contact.a,
+                                  .radius_m = is_first ? contact.radius_b_m : contact.radius_a_m,
+                                  .contact = &contact});
   touch.binding.body = field.body;
   touch.binding.material = field.material;
   touch.binding.radius_m = contact::tangent_radius_m(field);
@@ -221,9 +221,9 @@ double MechanicalSystem::energy_J() {
     const Candidate& candidate = candidates_[static_cast<std::size_t>(index)];
     const contact::Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
     const double depth_m = contact::contact_depth_m(contact, motion_of(candidate).position_m);
-    const double scale =
-        candidate.touch < 0 ? 1.0
-                            : touches_[static_cast<std::size_t>(candidate.touch)].at.map_scale;
+    const double scale = candidate.touch < 0
+                             ? 1.0
+                             : touches_[static_cast<std::size_t>(candidate.touch)].at.map_scale;
     if (depth_m > 0.0)
       energy_J += 0.5 * scale * contact.material.stiffness_N_per_m * depth_m * depth_m;
   }
@@ -289,10 +289,10 @@ contact::SideMotion MechanicalSystem::side_of(const Candidate& candidate, int nu
 contact::ContactMotion MechanicalSystem::motion_of(const Candidate& candidate) const {
   const contact::Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
   const bool sticks = sticks_ && !contact.is_tool;
-  contact::ContactMotion motion = contact::relative_motion(
-      contact, side_of(candidate, contact.a, sticks),
-      contact.b >= 0 ? side_of(candidate, contact.b, sticks)
-                     : contact::kinematic_side(contact, step_share_));
+  contact::ContactMotion motion =
+      contact::relative_motion(contact, side_of(candidate, contact.a, sticks),
+                               contact.b >= 0 ? side_of(candidate, contact.b, sticks)
+                                              : contact::kinematic_side(contact, step_share_));
   if (sticks) motion.sticking = contact::Sticking{candidate.stretch_m, time_s_};
   motion.start_m = candidate.start_m;
   return motion;

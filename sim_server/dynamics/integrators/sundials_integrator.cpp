@@ -263,8 +263,8 @@ void SundialsIntegrator::Run::date_back_field(contact::Contact& contact, double 
   Eigen::Vector3d apart_m_s = other.velocity_m_s;
   if (field.rigid >= 0) {
     const bodies::RigidBody& body = trial.rigid_bodies[static_cast<std::size_t>(field.rigid)];
-    apart_m_s -= body.velocity_m_s +
-                 body.angular_velocity_rad_s.cross(other.position_m - body.position_m);
+    apart_m_s -=
+        body.velocity_m_s + body.angular_velocity_rad_s.cross(other.position_m - body.position_m);
   }
   contact.depth_before_m = touch.depth_m + stage_s * touch.normal.dot(apart_m_s);
 }

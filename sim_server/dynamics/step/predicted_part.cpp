@@ -25,7 +25,8 @@ void PredictedPart::choose(const bodies::World& world,
   part_.rigid_bodies.clear();
   part_.spheres.clear();
   part_.bodies.clear();
-  part_.fields = world.fields;  // by the same numbers; those of bodies that are left out meet no one
+  part_.fields =
+      world.fields;  // by the same numbers; those of bodies that are left out meet no one
   for (bodies::FieldBody& field : part_.fields) field.rigid = -1;
   for (const auto& [body, stays] : chosen_) add_body(body, stays);
   bodies::number_unknowns(part_);
@@ -106,8 +107,8 @@ std::span<const contact::Contact> PredictedPart::renumbered(
   if (is_whole_) return contacts;
   const auto place_of = [&](int sphere) {
     if (bodies::is_field(*whole_, sphere))
-      return bodies::number_of_field(part_, static_cast<std::size_t>(sphere) -
-                                                whole_->spheres.size());
+      return bodies::number_of_field(part_,
+                                     static_cast<std::size_t>(sphere) - whole_->spheres.size());
     const auto at =
         std::lower_bound(spheres_.begin(), spheres_.end(), static_cast<std::uint32_t>(sphere));
     return static_cast<int>(at - spheres_.begin());

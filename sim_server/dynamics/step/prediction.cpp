@@ -168,8 +168,8 @@ void Prediction::take_field_responses(const bodies::World& world) {
     origin.rigid = world.fields[i].rigid;
     if (origin.rigid < 0 || is_kinematic(world, origin)) continue;
     const proto::SphereResponse moves = response_.response_of(system_, origin);
-    const proto::SphereResponse turns = response_.turning_of(
-        world.rigid_bodies[static_cast<std::size_t>(origin.rigid)]);
+    const proto::SphereResponse turns =
+        response_.turning_of(world.rigid_bodies[static_cast<std::size_t>(origin.rigid)]);
     if (moves.modes == decltype(moves.modes){} && turns.modes == decltype(turns.modes){}) continue;
     responses_.push_back(moves);
     fields_[i].response = static_cast<std::uint32_t>(responses_.size());

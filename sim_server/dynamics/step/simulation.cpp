@@ -58,6 +58,7 @@ Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world
     : world_(std::move(world)),
       detection_(world_, scene.voxel_ratio),
       snapshot_(world_, detection_),
+      moving_fields_(world_),
       method_(scene.method),
       integrator_(make_integrator(method_)),
       traits_(integrator_->traits()),
@@ -141,6 +142,7 @@ StepReport Simulation::step(double step_s, std::span<const TakeTool> take_tools,
   }
   detection_.move_spheres(world_);
   snapshot_.show(detection_);
+  moving_fields_.show(world_);
   const bool is_still = world_.unknown_count == 0 && !has_driven_;
   still_steps_ = is_still && report.contacts == 0 ? std::min(still_steps_ + 1, kStillSteps) : 0;
   return report;
@@ -338,9 +340,11 @@ Simulation::Strays Simulation::look_for_strays(Part& part, double duration_s) {
   if (traits_.looks_within && trial.struck)
     return duration_s > kLeastExplicitPart_s ? Strays::kShorter : Strays::kNone;
   const double length = part.end - part.start;
-  if (!detection_.widen(world_, end, trial.rigid_bodies, length < kShortestHalf)) return Strays::kShorter;
+  if (!detection_.widen(world_, end, trial.rigid_bodies, length < kShortestHalf))
+    return Strays::kShorter;
   find_tool_contacts(part);
-  if (!detection_.has_missed(world_, ways_to(end, trial.rigid_bodies, duration_s))) return Strays::kNone;
+  if (!detection_.has_missed(world_, ways_to(end, trial.rigid_bodies, duration_s)))
+    return Strays::kNone;
   ++part.widened;
   return Strays::kAgain;
 }
@@ -375,8 +379,7 @@ void Simulation::take_bodies(double duration_s) {
     bodies::RigidBody& body = end_bodies_[static_cast<std::size_t>(field.rigid)];
     if (world_.bodies[static_cast<std::size_t>(field.body)].is_sleeping) continue;
     if (!body.free) {
-      body.position_m =
-          bodies::prescribed_state(body, world_.time_s + duration_s).position_m;
+      body.position_m = bodies::prescribed_state(body, world_.time_s + duration_s).position_m;
       continue;
     }
     body.position_m += duration_s * body.velocity_m_s;
@@ -410,7 +413,10 @@ void Simulation::note_sleep() {
 publication::SnapshotPrediction Simulation::predict_next(double step_s, const Budget& budget,
                                                          std::size_t hand) {
   const bool is_alone = tools_.size() == 1;
-  if (!is_alone) snapshot_.forget_predictions(detection_.spheres());
+  if (!is_alone) {
+    snapshot_.forget_predictions(detection_.spheres());
+    moving_fields_.forget_predictions();
+  }
   if (budget.is_late()) return {};
   // Nothing moved since the last one.
   if (passes_ && predicted_s_ == step_s) return prediction_->snapshot();
@@ -438,6 +444,9 @@ publication::SnapshotPrediction Simulation::predict_next(double step_s, const Bu
   snapshot_.take_predictions(predicted_part_.spheres(), prediction_->spheres(),
                              proto::kPredictionPeriods * step_s, proto::kLongestPredictionLag_s,
                              detection_.spheres());
+  moving_fields_.take_predictions(prediction_->fields(), [&](std::size_t field) {
+    return predicted_part_.world().fields[field].rigid >= 0;
+  });
   if (passes_ && is_alone) predicted_s_ = step_s;
   return prediction_->snapshot();
 }

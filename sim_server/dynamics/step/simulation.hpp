@@ -21,6 +21,7 @@
 #include "sim_server/dynamics/step/sleeping.hpp"
 #include "sim_server/dynamics/step/tool_motion.hpp"
 #include "sim_server/scene/scene_description.hpp"
+#include "sim_server/snapshot/moving_fields.hpp"
 #include "sim_server/snapshot/moving_snapshot.hpp"
 
 namespace stillgrid::dynamics {
@@ -126,9 +127,12 @@ class Simulation {
   [[nodiscard]] const bodies::World& world() const noexcept { return world_; }
   [[nodiscard]] bodies::World& world() noexcept { return world_; }
   [[nodiscard]] const contact::Detection& detection() const noexcept { return detection_; }
-  /// All moving spheres as they are, ready to publish.
+  /// All moving spheres as they are, ready to publish, and all moving fields.
   [[nodiscard]] const collision::VoxelGrid& snapshot() const noexcept {
     return detection_.spheres().grid();
+  }
+  [[nodiscard]] std::span<const proto::FieldRecord> field_records() const noexcept {
+    return moving_fields_.records();
   }
 
  private:
@@ -185,6 +189,7 @@ class Simulation {
   bodies::World world_;
   contact::Detection detection_;
   snapshot::MovingSnapshot snapshot_;
+  snapshot::MovingFields moving_fields_;
   scene::Method method_;
   std::unique_ptr<Integrator> integrator_;
   IntegratorTraits traits_;

@@ -40,8 +40,7 @@ std::size_t place_of_body(const bodies::World& world, int number) {
 double gap_m(const bodies::World& world, const contact::Contact& contact,
              std::span<const bodies::SphereMotion> spheres) {
   const auto at_m = [&](int sphere) -> const Eigen::Vector3d& {
-    return sphere < 0 ? contact.position_b_m
-                      : spheres[static_cast<std::size_t>(sphere)].position_m;
+    return sphere < 0 ? contact.position_b_m : spheres[static_cast<std::size_t>(sphere)].position_m;
   };
   for (const bool is_first : {true, false}) {
     const int number = is_first ? contact.a : contact.b;

@@ -24,8 +24,7 @@ Way every_way() {
   return GENERATE(Way{IntegratorKind::kVelocityVerlet, 0.0113},
                   Way{IntegratorKind::kSymplecticEuler, 0.0113},
                   Way{IntegratorKind::kImplicitEuler, 0.0113}, Way{IntegratorKind::kBdf2, 0.0077},
-                  Way{IntegratorKind::kTrapezoid, 0.0031},
-                  Way{IntegratorKind::kCvodeBdf, 0.0113});
+                  Way{IntegratorKind::kTrapezoid, 0.0031}, Way{IntegratorKind::kCvodeBdf, 0.0113});
 }
 
 scene::SceneDescription scene_by(const Way& way, std::vector<bodies::BodyDescription> bodies,
@@ -89,9 +88,8 @@ TEST_CASE("A ball in a cradle of fields rests where it does in one of the balls 
     bodies::World world = scene::build_world(scene);
     if (by_fields)
       for (const Vector3d& own_m : at_m)
-        sim_server::add_static_field(
-            world, sim_server::ball_field(cradle_m, 0.001, 0.012), own_m,
-            Eigen::Quaterniond(0.3, -0.5, 0.7, 0.1).normalized());
+        sim_server::add_static_field(world, sim_server::ball_field(cradle_m, 0.001, 0.012), own_m,
+                                     Eigen::Quaterniond(0.3, -0.5, 0.7, 0.1).normalized());
     Simulation simulation(scene, world);
     REQUIRE(advance(simulation, way.step_s, static_cast<int>(6.0 / way.step_s)));
     REQUIRE(fastest_m_s(simulation) < 1e-4);
@@ -104,12 +102,12 @@ TEST_CASE("A body of points rests on a plane as deep as they share its weight, a
           "[field]") {
   const Way way = every_way();
   const double mass_kg = 0.137, stiffness_N_per_m = 2100.0;
-  const scene::SceneDescription scene = scene_by(
-      way,
-      {sim_server::points_body(sim_server::box_points(kSize_m, 4, 0.0011), kSize_m, mass_kg,
-                               {0.003, -0.002, 0.5 * kSize_m.z() + 0.0007}),
-       sim_server::floor_at(0.0)},
-      sim_server::material_of(stiffness_N_per_m, 1.0, 0.5));
+  const scene::SceneDescription scene =
+      scene_by(way,
+               {sim_server::points_body(sim_server::box_points(kSize_m, 4, 0.0011), kSize_m,
+                                        mass_kg, {0.003, -0.002, 0.5 * kSize_m.z() + 0.0007}),
+                sim_server::floor_at(0.0)},
+               sim_server::material_of(stiffness_N_per_m, 1.0, 0.5));
   bodies::World world = scene::build_world(scene);
   sim_server::meet_by_field(world, 0, sim_server::box_field(kSize_m, 0.0015, 0.012));
   Simulation simulation(scene, world);
@@ -162,13 +160,12 @@ Flight flight(const Way& way, unsigned seed, const scene::MaterialDescription& m
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
   const auto vector = [&] { return Vector3d(unit(random), unit(random), unit(random)); };
   const double radius_m = 0.0232;
-  bodies::BodyDescription box = sim_server::points_body(
-      sim_server::box_points(kSize_m, 5, 0.0009), kSize_m, 0.137, 0.004 * vector());
+  bodies::BodyDescription box = sim_server::points_body(sim_server::box_points(kSize_m, 5, 0.0009),
+                                                        kSize_m, 0.137, 0.004 * vector());
   box.orientation = Eigen::Quaterniond(1.0, unit(random), unit(random), unit(random)).normalized();
-  bodies::BodyDescription ball =
-      sim_server::points_body(sim_server::ball_points(radius_m, 120, 0.0009),
-                              Vector3d::Constant(radius_m), 0.071,
-                              Vector3d(0.085, 0.0, 0.0) + 0.006 * vector());
+  bodies::BodyDescription ball = sim_server::points_body(
+      sim_server::ball_points(radius_m, 120, 0.0009), Vector3d::Constant(radius_m), 0.071,
+      Vector3d(0.085, 0.0, 0.0) + 0.006 * vector());
   Flight flight{scene_by(way,
                          {sim_server::moving(box, 0.02 * vector(), 3.0 * vector()),
                           sim_server::moving(ball, Vector3d(-0.41, 0.0, 0.0) + 0.05 * vector(),
@@ -254,8 +251,7 @@ TEST_CASE("A ball on a field comes back as fast as the contact law says", "[fiel
        sim_server::points_body(sim_server::ball_points(0.0232, 20, 0.001),
                                Vector3d::Constant(0.0232), mass_kg, {0, 0, -0.006})},
       sim_server::material_of(stiffness_N_per_m,
-                              0.4 * std::sqrt(stiffness_N_per_m * mass_kg *
-                                              (moves ? 0.5 : 1.0)),
+                              0.4 * std::sqrt(stiffness_N_per_m * mass_kg * (moves ? 0.5 : 1.0)),
                               0.0),
       0.0);
   if (!moves) scene.bodies.pop_back();
@@ -278,7 +274,7 @@ TEST_CASE("Friction holds a body of a field on a slope that is a field, and lets
           "[field]") {
   const Way way = every_way();
   const bool holds = GENERATE(true, false);
-  if (holds && scene::chooses_steps(way.integrator)) return;  // its friction is viscous
+  if (holds && scene::chooses_steps(way.integrator)) return;     // its friction is viscous
   const double tilt_rad = holds ? 0.27 : 0.36, friction = 0.32;  // tan: 0.277, 0.376
   scene::SceneDescription scene =
       scene_by(way,
@@ -349,10 +345,10 @@ TEST_CASE("A fast ball does not pass through a plate that is a field", "[field]"
                          0.0043, 0.005),
       {0.2 * unit(random), 0.2 * unit(random), plate_flies ? 0.0 : -speed_m_s})};
   if (plate_flies)
-    bodies.push_back(sim_server::moving(
-        sim_server::points_body(sim_server::box_points(plate_m, 3, 0.001), plate_m, 0.9,
-                                Vector3d::Zero()),
-        {0.0, 0.0, speed_m_s}));
+    bodies.push_back(
+        sim_server::moving(sim_server::points_body(sim_server::box_points(plate_m, 3, 0.001),
+                                                   plate_m, 0.9, Vector3d::Zero()),
+                           {0.0, 0.0, speed_m_s}));
   const scene::SceneDescription scene =
       scene_by(way, bodies, sim_server::material_of(41000.0, 0.0, 0.0), 0.0);
   bodies::World world = scene::build_world(scene);
@@ -395,15 +391,13 @@ TEST_CASE("A tool that presses a body of a field presses it down by the springs 
   Simulation simulation(scene, world);
   for (int i = 0; i < static_cast<int>(3.0 / way.step_s); ++i)
     (void)simulation.step(way.step_s, [&] {
-      return pressing_tool(simulation, way.step_s,
-                           grip_m + Vector3d(0.0, 0.0, 0.5 * kSize_m.z()));
+      return pressing_tool(simulation, way.step_s, grip_m + Vector3d(0.0, 0.0, 0.5 * kSize_m.z()));
     });
 
   const auto depth_of = [&] {  // along the body's own axis
     const bodies::RigidBody& own = body(simulation);
-    const Vector3d at_m =
-        own.orientation.conjugate() *
-        (grip_m + Vector3d(0.0, 0.0, 0.5 * kSize_m.z()) - own.position_m);
+    const Vector3d at_m = own.orientation.conjugate() *
+                          (grip_m + Vector3d(0.0, 0.0, 0.5 * kSize_m.z()) - own.position_m);
     return 0.5 * kSize_m.z() + tool_m - at_m.z();
   };
   const double sunk_m = 0.5 * kSize_m.z() - body(simulation).position_m.z();
