@@ -13,6 +13,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr std::uint64_t kPeriod_ns = 32 * kMillisecond_ns;
+constexpr std::uint64_t kLate_ns = 9 * kMillisecond_ns;  // of publication, behind what it shows
 constexpr double kStiffness_N_per_m = 600.0, kToolRadius_m = 0.005, kRadius_m = 0.018;
 
 publication::StaticScene fixture(float friction = 0.0F) {
@@ -85,6 +86,7 @@ struct TwoBalls {
     ShownPrediction told = freedom.prediction(pushed_N, arm);
     told.turning = {freedom.turning(1, place.position_m)};
     told.responses = {freedom.at(Vector3d::Zero()), freedom.turn()};
+    told.late_ns = kLate_ns;
     proto::FieldRecord& record = field.fields[0];
     collision::push_snapshot(record, field_state(place));
     record.predicted_velocity_m_s = floats(predicted_m_s);
@@ -110,10 +112,10 @@ TEST_CASE("A free ball with a field gives way to the hand as its one sphere does
   Drawn drawn(GENERATE(1U, 2U, 3U, 4U));
   const double turning = GENERATE(0.0, 1.0);
   const Freedom freedom{.m_per_N = drawn.in(5e-4, 3e-3),
-                        .rad_per_N_m = turning * drawn.in(0.2, 0.9)};
+                        .rad_per_N_m = turning * drawn.in(0.6, 2.0)};
   // One that turns stands else: how late it is led depends on all of its points.
   const double led = 1.0 - turning;
-  TwoBalls balls(drawn.vector(0.01));
+  TwoBalls balls(0.03 * drawn.direction());
   FieldPlace place{.position_m = drawn.vector(0.05), .orientation = drawn.turn()};
   const Vector3d normal = drawn.direction(), aside = normal.unitOrthogonal();
   const Vector3d start_m = place.out_of(balls.arm_m);
@@ -129,12 +131,21 @@ TEST_CASE("A free ball with a field gives way to the hand as its one sphere does
       const double depth_m = 0.003 * std::min(1.0, 20.0 * time_s) + 0.001 * std::sin(20.0 * time_s);
       const ToolPose pose{.position_m = start_m + (kRadius_m + kToolRadius_m - depth_m) * normal +
                                         0.002 * std::sin(30.0 * time_s) * aside};
-      const auto [field, sphere] = balls.render(pose, n * kPeriod_ns + ms * kMillisecond_ns);
+      const auto [field, sphere] =
+          balls.render(pose, n * kPeriod_ns + kLate_ns + ms * kMillisecond_ns);
       largest_N = std::max(largest_N, sphere.force.force_N.norm());
       farthest_N = std::max(farthest_N, (field.force.force_N - sphere.force.force_N).norm());
       gave_way_m = std::max(gave_way_m, depth_m - sphere.force.force_N.norm() / kStiffness_N_per_m);
       CHECK(field.unsolved_N < 1e-3);
-      CHECK(field.prediction_error.has_value() == sphere.prediction_error.has_value());
+      REQUIRE(field.prediction_error.has_value() == sphere.prediction_error.has_value());
+      if (field.prediction_error) {
+        // Of a body that turns one compares the point of contact, the other the middle.
+        if (turning == 0.0)
+          CHECK(field.prediction_error->distance_m ==
+                Approx(sphere.prediction_error->distance_m).epsilon(0.15).margin(8e-5));
+        CHECK(field.prediction_error->force_N ==
+              Approx(sphere.prediction_error->force_N).epsilon(0.1).margin(0.05));
+      }
       if (ms == 31) pushed_N = -sphere.force.force_N;
     }
   }
@@ -185,7 +196,7 @@ TEST_CASE("A new snapshot of a body with a field brings no jump, however far off
   CHECK(last_N > 0.5);
   CHECK(held_N > 0.15);
   CHECK(told_N > 0.1);
-  CHECK(jump_N < 0.25 * held_N);
+  CHECK(jump_N < 0.15 * held_N);
 }
 
 TEST_CASE("A field that turns is led on as it turns", "[predicted_field]") {

@@ -248,18 +248,29 @@ TEST_CASE("Fields push together, each by its own material", "[touched_fields]") 
   CHECK(force.static_J == Approx(0.5 * kStiffness_N_per_m * left_m * left_m).epsilon(0.02));
 }
 
-TEST_CASE("Points of a body with a field are not felt", "[touched_fields]") {
-  PublishedScene scene(moving_field(fixture(), ball_field(0.02)), {0.001F, 0.001F}, kPeriod_ns);
+TEST_CASE("Points of a body with a field are not felt, however many lie at the tool",
+          "[touched_fields]") {
+  constexpr std::size_t kPoints = TouchedSpheres::kCapacity + 100;
+  PublishedScene scene(moving_field(fixture(), ball_field(0.02)),
+                       std::vector<float>(kPoints + 1, 0.001F), kPeriod_ns);
   collision::fill_history(scene.fields.emplace_back(), field_state({}));
-  scene.records()[0].material = proto::kFieldPoint;
-  const auto contacts_at = [&](const Vector3d& tool_m) {
+  std::vector<Vector3d> positions_m;
+  Drawn drawn(5);
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    scene.records()[i].material = proto::kFieldPoint;
+    positions_m.push_back(0.02 * (Vector3d::UnitZ() + drawn.vector(0.15)).normalized());
+  }
+  positions_m.emplace_back(0.0, 0.1, 0.0);  // of another body
+  scene.show(positions_m, kPeriod_ns);
+  const auto felt_at = [&](const Vector3d& tool_m) {
     SnapshotRenderer renderer(display::Transition::kHold);
-    scene.show({{0.0, 0.0, 0.02}, {0.0, 0.1, 0.0}}, kPeriod_ns);
-    return renderer.render(scene.view(), {.position_m = tool_m}, kPeriod_ns).force.contacts;
+    const RenderedTick tick = renderer.render(scene.view(), {.position_m = tool_m}, kPeriod_ns);
+    CHECK_FALSE(tick.truncated);
+    return tick.force.contacts;
   };
-  CHECK(contacts_at({0.0, 0.0, 0.023}) == 1);  // the field's
-  CHECK(contacts_at({0.0, 0.003, 0.1}) == 0);
-  CHECK(contacts_at({0.0, 0.103, 0.0}) == 1);  // a sphere of another body
+  CHECK(felt_at({0.0, 0.0, 0.023}) == 1);  // the field
+  CHECK(felt_at({0.0, 0.0, 0.0255}) == 0);
+  CHECK(felt_at({0.0, 0.103, 0.0}) == 1);
 }
 
 }  // namespace stillgrid::rendering
