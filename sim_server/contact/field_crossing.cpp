@@ -11,7 +11,7 @@ namespace {
 constexpr double kGraze = 0.01;   // of the radius: no meeting
 constexpr double kFinest = 0.5;   // of a fine cell and the radius: no way as short passes through
 constexpr double kDeepest = 0.5;  // of the depth that a way leads to, by which one step may deepen
-constexpr int kMostLooks = 256;   // at a way
+constexpr int kMaxLooks = 256;   // at a way
 constexpr int kBisections = 12;
 
 /// A contact's field, and the sphere that it meets.
@@ -80,7 +80,7 @@ FieldPassage passage_of(const Contact& contact, const Ways& ways) noexcept {
   // Written so that NaN is no crossing.
   if (!(length_m > finest_m)) return passage;
   double deepest_share = start_m > end_m ? 0.0 : 1.0, share = 0.0, now_m = start_m;
-  for (int looks = 0; looks < kMostLooks; ++looks) {
+  for (int looks = 0; looks < kMaxLooks; ++looks) {
     share += std::max(finest_m, -now_m) / length_m;
     if (!(share < 1.0)) break;
     now_m = depth_m(share);

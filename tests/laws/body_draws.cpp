@@ -130,7 +130,12 @@ double draw_organ(SceneSection& body, Random& random, const BodyWishes& wishes, 
   body.text("kind", "mesh");
   body.text("file", "organ.obj");
   body.number("scale", random.between(0.28, 0.33));
-  body.set("spheres", "{ volume_spacing_m = 0.011 }");
+  if (random.chance(0.5)) {
+    body.text("contact", "field");
+    body.set("field", braces({{"cell_m", random.between(0.0007, 0.0012)}}));
+  } else {
+    body.set("spheres", "{ volume_spacing_m = 0.011 }");
+  }
   body.vector("position_m", place_m);
   draw_motion(body, random, wishes, mass_kg, false);
   return 0.02;
@@ -173,7 +178,7 @@ double draw_body(SceneText& scene, Random& random, const BodyWishes& wishes,
   if (wishes.soft && kind < 0.2) return draw_sheet(body, random, wishes, mass_kg, place_m);
   if (wishes.soft && kind < 0.35) return draw_thread(body, random, wishes, mass_kg, place_m);
   if (wishes.soft && kind < 0.45) return draw_box(body, random, wishes, mass_kg, place_m, true);
-  if (wishes.meshes && kind < 0.48) return draw_organ(body, random, wishes, mass_kg, place_m);
+  if (wishes.meshes && kind < 0.51) return draw_organ(body, random, wishes, mass_kg, place_m);
   if (wishes.rolls && kind < 0.75) return draw_ball(body, random, wishes, mass_kg, place_m);
   return draw_box(body, random, wishes, mass_kg, place_m, false);
 }

@@ -32,6 +32,8 @@ Contacts contacts_of(const scene::SceneDescription& scene) {
     widest_m = std::max(widest_m, sphere.radius_m);
   for (const bodies::StaticSphere& sphere : world.static_spheres)
     widest_m = std::max(widest_m, sphere.radius_m);
+  for (const bodies::FieldBody& field : world.fields)
+    widest_m = std::max(widest_m, double{field.field->shape().bounding_radius_m});
   for (const scene::ToolSphere& sphere : scene.tool) {
     tool_m = std::max(tool_m, sphere.radius_m);
     most.tool_m = std::max(most.tool_m, sphere.position_m.norm() + sphere.radius_m);
