@@ -6,9 +6,12 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <stdexcept>
 #include <string_view>
 
 #include "shared/rendering/force_error.hpp"
+#include "sim_server/fields/contact_choice.hpp"
+#include "sim_server/fields/mesh_field.hpp"
 #include "sim_server/fields/mesh_force.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
 #include "sim_server/mesh/mesh_repair.hpp"
@@ -47,6 +50,7 @@ std::vector<std::function<ContactModel()>> models_of(const ModelledMesh& of, boo
   };
   add(decomposition_model, {0.04, 0.02, 0.01, 0.005});
   add(even_model, {0.04, 0.028, 0.02, 0.014, 0.01, 0.007});
+  add(volume_model, {0.028, 0.02, 0.014, 0.01});
   add(blob_model, {0.04, 0.02, 0.01});
   add(field_model, {0.04, 0.028, 0.02, 0.014, 0.01, 0.007, 0.005, 0.0035});
   made.emplace_back([&of] { return exact_model(of); });
@@ -79,6 +83,27 @@ double error_jnd(const fields::PressedPlaces& places, const ContactModel& model,
          rendering::kJustNoticeable;
 }
 
+/// What contact = "auto" takes for a static body, if its force may err by so much.
+ContactModel chosen_model(const ModelledMesh& of, double error_jnd) {
+  const fields::ContactNeed need{
+      .tool_radius_m = of.tool_radius_m,
+      .press_depth_m = of.press_depth_m,
+      .max_error_share = error_jnd * rendering::kJustNoticeable,
+      .make_field = [&](double cell_m) {
+        return std::make_shared<const collision::DistanceField>(fields::make_mesh_field(
+            of.mesh, {cell_m, of.tool_radius_m, of.tool_radius_m + 4.0 * cell_m}));
+      }};
+  const fields::ContactChoice choice = fields::choose_contact(of.mesh, need);
+  for (const fields::ContactTrial& trial : choice.trials) {
+    if (!trial.refusal.empty()) continue;
+    ContactModel model = choice.field ? field_model(of, trial.size_m)
+                                      : sphere_model("", of, choice.balls, trial.size_m);
+    model.name = choice.field ? "chosen: field" : "chosen: spheres";
+    return model;
+  }
+  throw std::logic_error("a choice without a model");
+}
+
 void compare_models(bool is_small) {
   const auto data = spheres::real_data();
   if (!data) throw std::runtime_error("expected $STILLGRID_DATA or ../shared/data");
@@ -95,7 +120,10 @@ void compare_models(bool is_small) {
     };
     const fields::PressedPlaces one = press(std::array{depth_m}),
                                 several = press(std::array{0.5 * depth_m, depth_m, 2.0 * depth_m});
-    for (const auto& make : models_of(of, is_small)) {
+    std::vector<std::function<ContactModel()>> models = models_of(of, is_small);
+    for (const double error_jnd : {2.0, 1.0})
+      models.emplace_back([&of, error_jnd] { return chosen_model(of, error_jnd); });
+    for (const auto& make : models) {
       const ContactModel model = make();
       const QueryTime time = time_query(model, one.tool_m, is_small);
       std::printf("%s,%s,%.4g,%zu,%.0f,%.2f,%.1f,%.0f,%.4f,%.4f,%.4f\n", name, model.name.c_str(),

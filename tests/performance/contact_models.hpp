@@ -50,6 +50,8 @@ struct ModelledMesh {
 [[nodiscard]] ContactModel even_model(const ModelledMesh& of, double spacing_m);
 /// Those of the decomposition to that tolerance.
 [[nodiscard]] ContactModel blob_model(const ModelledMesh& of, double tolerance_m);
+/// The overlap's volume in the place of its depth, with even spheres.
+[[nodiscard]] ContactModel volume_model(const ModelledMesh& of, double spacing_m);
 [[nodiscard]] ContactModel field_model(const ModelledMesh& of, double cell_m);
 /// Of the exact mesh: its nearest point. Bytes are those of its triangles, without Embree's tree.
 [[nodiscard]] ContactModel exact_model(const ModelledMesh& of);
