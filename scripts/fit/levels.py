@@ -2,7 +2,8 @@
 
 Bodies that are alike but for their places change together, those that a hand comes near apart from those that it does
 not: where nothing is felt fewer spheres may do. Level 0 is the body as given, each next one coarser:
-by FACTORS times its spacing, or by MESH_FACTORS times the tolerance of a mesh's spheres.
+by FACTORS times its spacing, or by MESH_FACTORS times the tolerance of a mesh's spheres. A rigid mesh may be met
+through a distance field instead, or one that is through spheres.
 """
 import dataclasses
 import json
@@ -13,6 +14,10 @@ FACTORS = (1.41, 2.0, 2.8)
 MESH_FACTORS = (1.5, 2.0, 4.0)
 # In place of a file of spheres, whose tolerance nobody knows: parts of the mesh's diagonal, from coarse to fine.
 DIAGONAL_PARTS = (20.0, 28.0, 40.0, 56.0, 80.0, 110.0, 160.0)
+# Likewise of fields in place of spheres, from fine to coarse, and of spheres in place of fields.
+CELL_PARTS = (140.0, 70.0, 35.0)
+SPHERE_PARTS = (56.0, 28.0)
+TOOL_RADIUS_M = 0.005  # of a scene that says nothing
 MOST_LEVELS = 4
 SPACED = ("sheet", "thread", "soft_block", "rigid_box")  # kinds whose spheres have a spacing
 WITHOUT_LEVELS = ("plane", "sphere")
@@ -146,7 +151,49 @@ def sizes_below(count, body, decomposer):
     return sizes_m[:MOST_LEVELS]
 
 
-def mesh_levels(body, decomposer, report):
+def field_levels(body, decomposer, changes):
+    """Distance fields in place of what a rigid mesh has, fine to coarse. changes: that each has besides."""
+    if "cell_m" in body.get("field", {}):
+        sizes_m = [factor * body["field"]["cell_m"] for factor in (1.0 / FACTORS[1], *FACTORS)]
+    else:
+        diagonal_m = decomposer.diagonal_m(body["file"], body.get("scale", 1.0))
+        sizes_m = [diagonal_m / part for part in CELL_PARTS] if diagonal_m else []
+    return [Level(f"field, cells of {1e3 * size_m:.3g} mm",
+                  {"contact": "field", "field": {**body.get("field", {}), "cell_m": float(f"{size_m:.3g}")}, **changes})
+            for size_m in sizes_m]
+
+
+def levels_of_field(body, decomposer, tool_radius_m):
+    """Of a mesh with a field, or one that is chosen: other fields, then spheres."""
+    changes = {key: None for key in ("spheres", "force_error") if key in body}
+    levels = field_levels(body, decomposer, changes)
+    diagonal_m = decomposer.diagonal_m(body["file"], body.get("scale", 1.0))
+    besides = {key: None for key in ("contact", "field", "force_error") if key in body}
+    besides["normalise"] = {"tool_radius_m": tool_radius_m, "press_depth_m": 0.25 * tool_radius_m}
+    for part in SPHERE_PARTS if diagonal_m else ():
+        made = decomposer.make(body["file"], body.get("scale", 1.0), "--tolerance", float(f"{diagonal_m / part:.2g}"),
+                               body["name"])
+        if made:
+            levels.append(Level(f"{made[1]['levels'][0]['balls']} spheres", {"spheres": {"file": made[0]}, **besides},
+                                (made[0],)))
+    return levels
+
+
+def fields_for_spheres(body, given, decomposer):
+    """Fields that push as hard as a rigid mesh's spheres; given: their report, if it is known."""
+    if "normalise" in body:
+        changes = {"normalise": None}
+    elif given is not None:
+        stiffness = body.get("stiffness_scale", 1.0) / given[1]["levels"][0]["force"]["stiffness_scale"]
+        changes = {"stiffness_scale": float(f"{stiffness:.6g}")}
+    else:
+        return []
+    return field_levels(body, decomposer, {"spheres": None, **changes})
+
+
+def mesh_levels(body, decomposer, report, tool_radius_m):
+    if body.get("contact", "spheres") != "spheres":
+        return levels_of_field(body, decomposer, tool_radius_m)
     spheres, scale = body["spheres"], body.get("scale", 1.0)
     mesh = body["file"]
     option = {"tolerance_m": "--tolerance", "surface_spacing_m": "--surface-spacing",
@@ -176,12 +223,16 @@ def mesh_levels(body, decomposer, report):
             felt = [of[1]["levels"][0]["force"]["stiffness_scale"] for of in (made, given)]
             changes["stiffness_scale"] = float(f"{body.get('stiffness_scale', 1.0) * felt[0] / felt[1]:.6g}")
         levels.append(Level(f"{last} spheres", changes, (made[0],)))
-    return levels
+    is_soft = "spring_stiffness_N_per_m" in body
+    return levels if is_soft else levels + fields_for_spheres(body, given, decomposer)
 
 
 def groups_of(document, decomposer, report, far=frozenset()):
-    """All groups of the scene that have a coarser level. report: told what is left out. far: names of the bodies that
+    """All groups of the scene that have another level. report: told what is left out. far: names of the bodies that
     no hand comes near."""
+    tool = document.get("tool", {})
+    tool_radius_m = min((sphere["radius_m"] for sphere in tool.get("spheres", [])),
+                        default=tool.get("radius_m", TOOL_RADIUS_M))
     together = {}
     for body in document.get("body", []):
         if body["kind"] in (*SPACED, "mesh"):
@@ -192,8 +243,9 @@ def groups_of(document, decomposer, report, far=frozenset()):
     groups = []
     for bodies in together.values():
         body = bodies[0]
-        levels = mesh_levels(body, decomposer, report) if body["kind"] == "mesh" else spaced_levels(body)
-        if levels and "stiffness_scale" in levels[0].changes:
+        levels = (mesh_levels(body, decomposer, report, tool_radius_m) if body["kind"] == "mesh"
+                  else spaced_levels(body))
+        if any("stiffness_scale" in level.changes or level.changes.get("normalise") for level in levels):
             free -= len(bodies)
             if free < 0:
                 report(f"{body['name']}: left as it is: a scene has room for {MOST_MATERIALS} materials, and for no "

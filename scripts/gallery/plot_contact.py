@@ -5,36 +5,40 @@ from tables import read_rows
 
 MODELS = {"spheres": ("#D55E00", "decomposition"),
           "even spheres": ("#E69F00", "even spheres under the surface"),
-          "penetration volume": ("#009E73", "the same, by penetration volume"),
-          "blobs": ("#0072B2", "blobs of the decomposition")}
+          "penetration volume": ("#CC79A7", "their penetration volume"),
+          "blobs": ("#0072B2", "blobs of the decomposition"),
+          "field": ("#009E73", "distance field")}
 PANELS = (("mean_cosine", "mean cosine with the measured force"),
-          ("in_contact", "share of samples in contact"))
+          ("in_contact", "share of samples in contact"),
+          ("correlation", "correlation of its size with the measured one's"))
 
 
 def draw_model(axes, rows, quantity, colour):
-    """All demonstrations as dots, their mean as a line over the number of spheres."""
-    counts = sorted({int(row["balls"]) for row in rows})
-    values = {count: [float(row[quantity]) for row in rows if int(row["balls"]) == count]
-              for count in counts}
-    axes.plot(counts, [sum(values[count]) / len(values[count]) for count in counts], color=colour)
-    for count in counts:
-        axes.plot([count] * len(values[count]), values[count], "o", color=colour, markersize=4,
+    """All demonstrations as dots, their mean as a line over the fineness."""
+    sizes = sorted({float(row["step_mm"]) for row in rows})
+    values = {size: [float(row[quantity]) for row in rows if float(row["step_mm"]) == size]
+              for size in sizes}
+    axes.plot(sizes, [sum(values[size]) / len(values[size]) for size in sizes], color=colour)
+    for size in sizes:
+        axes.plot([size] * len(values[size]), values[size], "o", color=colour, markersize=4,
                   alpha=0.55, markeredgewidth=0)
 
 
 def draw(charts):
     rows = read_rows(charts / "ku_contact.csv")
-    figure, panels = plt.subplots(1, 2, figsize=(10.4, 4.4))
+    figure, panels = plt.subplots(1, 3, figsize=(14.0, 4.6))
     for axes, (quantity, label) in zip(panels, PANELS):
         baseline = [float(row[quantity]) for row in rows if row["model"] == "nearest face"]
         axes.axhspan(min(baseline), max(baseline), color="0.9", zorder=0)
         for model, (colour, _) in MODELS.items():
             draw_model(axes, [row for row in rows if row["model"] == model], quantity, colour)
         axes.set_xscale("log")
-        axes.xaxis.set_major_formatter(matplotlib.ticker.FormatStrFormatter("%d"))
-        axes.set_xlabel("spheres")
+        axes.set_xlim(9.5, 0.85)
+        axes.set_xticks((8, 4, 2, 1), ("8", "4", "2", "1"))
+        axes.xaxis.set_minor_locator(matplotlib.ticker.NullLocator())
+        axes.set_xlabel("tolerance, spacing or cell [mm]")
         axes.set_ylabel(label)
-        axes.set_ylim(top=1.01)
+        axes.set_ylim(*((-1.01, 1.01) if quantity == "correlation" else (None, 1.01)))
     handles = [plt.Line2D([], [], color=colour, marker="o", markersize=4)
                for colour, _ in MODELS.values()]
     handles.append(plt.Rectangle((0, 0), 1, 1, color="0.9"))

@@ -81,9 +81,14 @@ class SceneFilesTest(daemons.SessionTest):
             self.files.copied, levels.Decomposer(program, self.files.inputs), self.fail)
         self.assertEqual([level.label for level in sheet.levels],
                          ["as given", "spheres 14.1 mm apart", "spheres 20 mm apart", "spheres 28 mm apart"])
+        fields = [f"field, cells of {size_mm} mm" for size_mm in ("1.43", "2.86", "5.71")]
         self.assertEqual([level.label for level in soft.levels],  # of 1.3, 1.8, 2.5 and 3.6 mm; the file has 25
-                         ["as given", "15 spheres", "11 spheres", "8 spheres", "6 spheres"])
-        self.assertEqual([level.label for level in hard.levels], ["as given", "13 spheres", "10 spheres", "5 spheres"])
+                         ["as given", "15 spheres", "11 spheres", "8 spheres", "6 spheres", *fields])
+        self.assertEqual(soft.levels[5].changes["normalise"], None)
+        self.assertEqual([level.label for level in hard.levels],
+                         ["as given", "13 spheres", "10 spheres", "5 spheres", *fields])
+        self.assertEqual(hard.levels[4].changes, {"contact": "field", "field": {"cell_m": 0.00143}, "spheres": None,
+                                                  "stiffness_scale": 20.0})
         # Without normalise it is to stay as stiff: one over the count by DECOMPOSE, 20 of them as given.
         self.assertAlmostEqual(hard.levels[2].changes["stiffness_scale"], 2.0)
         fewest = space.Space(self.files.copied, [sheet, soft, hard], space.GRIDS["small"])
@@ -98,6 +103,32 @@ class SceneFilesTest(daemons.SessionTest):
                 if "file" in body["spheres"]:
                     self.assertTrue((self.out / body["spheres"]["file"]).is_file())
             self.assertEqual("tolerance_m" in read["body"][2]["spheres"], not changes)
+
+    def test_a_soft_mesh_gets_no_field(self):
+        program = self.write("decompose", DECOMPOSE)
+        program.chmod(0o755)
+        body = {**self.files.copied["body"][1], "spring_stiffness_N_per_m": {"structural": 1.0}}
+        group, = levels.groups_of({"body": [body]}, levels.Decomposer(program, self.files.inputs), self.fail)
+        self.assertFalse([level.label for level in group.levels if "field" in level.label])
+
+    def test_a_field_gets_other_cells_or_spheres(self):
+        program = self.write("decompose", DECOMPOSE)
+        program.chmod(0o755)
+        body = {**self.files.copied["body"][2], "contact": "field", "field": {"cell_m": 0.002, "band_m": 0.004}}
+        del body["spheres"]
+        decomposer = levels.Decomposer(program, self.files.inputs)
+        group, = levels.groups_of({"body": [body], "tool": {"radius_m": 0.008}}, decomposer, self.fail)
+        self.assertEqual([level.label for level in group.levels],
+                         ["as given", *(f"field, cells of {size_mm} mm" for size_mm in ("1", "2.82", "4", "5.6")),
+                          "5 spheres", "2 spheres"])
+        self.assertEqual(group.levels[2].changes, {"contact": "field", "field": {"cell_m": 0.00282, "band_m": 0.004}})
+        spheres = group.levels[-1].changes
+        self.assertEqual((spheres["contact"], spheres["field"]), (None, None))
+        self.assertEqual(spheres["normalise"], {"tool_radius_m": 0.008, "press_depth_m": 0.002})
+        chosen = {**body, "contact": "auto", "force_error": "1jnd"}
+        del chosen["field"]
+        group, = levels.groups_of({"body": [chosen]}, decomposer, self.fail)
+        self.assertTrue(all(level.changes["force_error"] is None for level in group.levels[1:]))
 
     def test_a_scene_keeps_its_line_ends(self):
         scene = self.folder / "returns.toml"

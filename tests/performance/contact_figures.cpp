@@ -5,6 +5,8 @@
 
 #include "shared/tools/laboratory/blobs/blob_fit.hpp"
 #include "shared/tools/laboratory/rivals/penetration_volume.hpp"
+#include "sim_server/fields/mesh_field.hpp"
+#include "sim_server/fields/mesh_force.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
 #include "sim_server/mesh/mesh_repair.hpp"
 #include "sim_server/spheres/decomposition.hpp"
@@ -19,8 +21,9 @@ void print_agreement(const char* model, double tolerance_m, std::size_t balls, d
                      const spheres::UnitForce& force) {
   for (const spheres::RecordedContact& recorded : demonstrations) {
     const spheres::ContactAgreement found = spheres::agreement(recorded, force);
-    std::printf("%s,%g,%zu,%.4g,%s,%.5f,%.5f\n", model, 1e3 * tolerance_m, balls, 1e3 * error_m,
-                recorded.name.c_str(), found.share_in_contact, found.mean_cosine);
+    std::printf("%s,%g,%zu,%.4g,%s,%.5f,%.5f,%.5f\n", model, 1e3 * tolerance_m, balls,
+                1e3 * error_m, recorded.name.c_str(), found.share_in_contact, found.mean_cosine,
+                found.correlation);
   }
   std::fflush(stdout);
 }
@@ -33,8 +36,22 @@ void compare(const std::filesystem::path& data) {
           .mesh;
   const mesh::MeshDistance distance(mesh);
   std::printf("# tool radius %g mm\n", 1e3 * spheres::kRecordedTool_m);
-  std::printf("model,step_mm,balls,error_mm,demonstration,in_contact,mean_cosine\n");
+  std::printf("model,step_mm,balls,error_mm,demonstration,in_contact,mean_cosine,correlation\n");
 
+  print_agreement("nearest point", 0.0, 0, 0.0, demonstrations, [&](const Eigen::Vector3d& tool_m) {
+    return fields::exact_force_m(distance, tool_m, spheres::kRecordedTool_m);
+  });
+  for (const double cell_m : {0.008, 0.004, 0.002, 0.001}) {
+    const collision::DistanceField field =
+        fields::make_mesh_field(mesh, {cell_m, spheres::kRecordedTool_m, 0.01});
+    print_agreement("field", cell_m, field.shape().fine_count, 0.0, demonstrations,
+                    [&](const Eigen::Vector3d& tool_m) -> Eigen::Vector3d {
+                      const auto contact =
+                          collision::field_contact(field.view(), tool_m, spheres::kRecordedTool_m);
+                      if (!contact || contact->depth_m <= 0.0) return Eigen::Vector3d::Zero();
+                      return contact->stiffness_scale * contact->depth_m * contact->normal;
+                    });
+  }
   // Everywhere in contact, pushed along the normal of whichever face is nearest.
   print_agreement("nearest face", 0.0, 0, 0.0, demonstrations,
                   [&](const Eigen::Vector3d& tool_m) -> Eigen::Vector3d {

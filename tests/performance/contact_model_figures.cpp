@@ -6,9 +6,12 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <stdexcept>
 #include <string_view>
 
 #include "shared/rendering/force_error.hpp"
+#include "sim_server/fields/contact_choice.hpp"
+#include "sim_server/fields/mesh_field.hpp"
 #include "sim_server/fields/mesh_force.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
 #include "sim_server/mesh/mesh_repair.hpp"
@@ -47,16 +50,66 @@ std::vector<std::function<ContactModel()>> models_of(const ModelledMesh& of, boo
   };
   add(decomposition_model, {0.04, 0.02, 0.01, 0.005});
   add(even_model, {0.04, 0.028, 0.02, 0.014, 0.01, 0.007});
+  add(volume_model, {0.028, 0.02, 0.014, 0.01});
   add(blob_model, {0.04, 0.02, 0.01});
   add(field_model, {0.04, 0.028, 0.02, 0.014, 0.01, 0.007, 0.005, 0.0035});
   made.emplace_back([&of] { return exact_model(of); });
   return made;
 }
 
+double mean_touched(const ContactModel& model, const fields::PressedPlaces& places) {
+  double sum = 0.0;
+  for (const Eigen::Vector3d& tool_m : places.tool_m)
+    sum += model.touched ? model.touched(tool_m) : 0.0;
+  return sum / static_cast<double>(places.tool_m.size());
+}
+
+/// The one stiffness over the material's with which a model errs least.
+double best_scale(const fields::PressedPlaces& places, const ContactModel& model) {
+  double both_m2 = 0.0, own_m2 = 0.0;
+  for (std::size_t i = 0; i < places.tool_m.size(); ++i) {
+    const Eigen::Vector3d force_m = model.force(places.tool_m[i]);
+    both_m2 += force_m.dot(places.force_m[i]);
+    own_m2 += force_m.squaredNorm();
+  }
+  return both_m2 / own_m2;
+}
+
+double error_jnd(const fields::PressedPlaces& places, const ContactModel& model, double scale) {
+  return fields::force_error_share(places,
+                                   [&](const Eigen::Vector3d& tool_m) -> Eigen::Vector3d {
+                                     return scale * model.force(tool_m);
+                                   }) /
+         rendering::kJustNoticeable;
+}
+
+/// What contact = "auto" takes for a static body, if its force may err by so much.
+ContactModel chosen_model(const ModelledMesh& of, double error_jnd) {
+  const fields::ContactNeed need{
+      .tool_radius_m = of.tool_radius_m,
+      .press_depth_m = of.press_depth_m,
+      .max_error_share = error_jnd * rendering::kJustNoticeable,
+      .make_field = [&](double cell_m) {
+        return std::make_shared<const collision::DistanceField>(fields::make_mesh_field(
+            of.mesh, {cell_m, of.tool_radius_m, of.tool_radius_m + 4.0 * cell_m}));
+      }};
+  const fields::ContactChoice choice = fields::choose_contact(of.mesh, need);
+  for (const fields::ContactTrial& trial : choice.trials) {
+    if (!trial.refusal.empty()) continue;
+    ContactModel model = choice.field ? field_model(of, trial.size_m)
+                                      : sphere_model("", of, choice.balls, trial.size_m);
+    model.name = choice.field ? "chosen: field" : "chosen: spheres";
+    return model;
+  }
+  throw std::logic_error("a choice without a model");
+}
+
 void compare_models(bool is_small) {
   const auto data = spheres::real_data();
   if (!data) throw std::runtime_error("expected $STILLGRID_DATA or ../shared/data");
-  std::printf("mesh,model,size_mm,parts,bytes,hot_ns,flushed_ns,error_jnd,depths_jnd\n");
+  std::printf(
+      "mesh,model,size_mm,parts,bytes,touched,hot_ns,flushed_ns,"
+      "error_jnd,best_jnd,depths_jnd\n");
   for (const auto& [name, file] : {std::pair("bunny", "npm_bunny.off"),
                                    {"spot", "mujoco_spot.obj"},
                                    {"liver", "sofa_liver-smooth.obj"}}) {
@@ -67,15 +120,17 @@ void compare_models(bool is_small) {
     };
     const fields::PressedPlaces one = press(std::array{depth_m}),
                                 several = press(std::array{0.5 * depth_m, depth_m, 2.0 * depth_m});
-    for (const auto& make : models_of(of, is_small)) {
+    std::vector<std::function<ContactModel()>> models = models_of(of, is_small);
+    for (const double error_jnd : {2.0, 1.0})
+      models.emplace_back([&of, error_jnd] { return chosen_model(of, error_jnd); });
+    for (const auto& make : models) {
       const ContactModel model = make();
       const QueryTime time = time_query(model, one.tool_m, is_small);
-      const auto jnd = [&](const fields::PressedPlaces& places) {
-        return fields::force_error_share(places, model.force) / rendering::kJustNoticeable;
-      };
-      std::printf("%s,%s,%.4g,%zu,%.0f,%.1f,%.0f,%.4f,%.4f\n", name, model.name.c_str(),
-                  1e3 * model.size_m, model.parts, model.bytes, time.hot_ns, time.flushed_ns,
-                  jnd(one), jnd(several));
+      std::printf("%s,%s,%.4g,%zu,%.0f,%.2f,%.1f,%.0f,%.4f,%.4f,%.4f\n", name, model.name.c_str(),
+                  1e3 * model.size_m, model.parts, model.bytes, mean_touched(model, one),
+                  time.hot_ns, time.flushed_ns, error_jnd(one, model, 1.0),
+                  error_jnd(one, model, best_scale(one, model)),
+                  error_jnd(several, model, best_scale(several, model)));
       std::fflush(stdout);
     }
     if (is_small) return;

@@ -8,6 +8,7 @@
 #include "shared/collision/sphere_history.hpp"
 #include "shared/publication/scene_segment.hpp"
 #include "shared/tools/laboratory/blobs/blob_fit.hpp"
+#include "shared/tools/laboratory/rivals/penetration_volume.hpp"
 #include "sim_server/fields/mesh_field.hpp"
 #include "sim_server/fields/mesh_force.hpp"
 #include "sim_server/spheres/decomposition.hpp"
@@ -57,9 +58,18 @@ ContactModel sphere_model(const std::string& name, const ModelledMesh& of,
   const double scale = spheres::stiffness_scale(balls, spheres::sample_surface(of.mesh, kSamples),
                                                 of.tool_radius_m, of.press_depth_m);
   const double radius_m = of.tool_radius_m;
-  return {name, size_m, balls.size(), static_cast<double>(grid->bytes()),
+  return {name,
+          size_m,
+          balls.size(),
+          static_cast<double>(grid->bytes()),
           [grid, scale, radius_m](const Eigen::Vector3d& tool_m) -> Eigen::Vector3d {
             return scale * grid->force_m(tool_m, radius_m);
+          },
+          [balls, radius_m](const Eigen::Vector3d& tool_m) {
+            return static_cast<double>(
+                std::count_if(balls.begin(), balls.end(), [&](const spheres::Ball& ball) {
+                  return (ball.centre_m - tool_m).norm() < ball.radius_m + radius_m;
+                }));
           }};
 }
 
@@ -84,6 +94,20 @@ ContactModel blob_model(const ModelledMesh& of, double tolerance_m) {
   return {"blobs", tolerance_m, blobs->balls.size(), bytes,
           [blobs, radius_m](const Eigen::Vector3d& tool_m) {
             return laboratory::unit_blob_force_m(*blobs, radius_m, tool_m);
+          }};
+}
+
+ContactModel volume_model(const ModelledMesh& of, double spacing_m) {
+  const auto volume = std::make_shared<const laboratory::VolumeBody>(laboratory::make_volume_body(
+      spheres::surface_balls(of.mesh, spacing_m, spacing_m),
+      spheres::sample_surface(of.mesh, kSamples), of.tool_radius_m, of.press_depth_m));
+  const spheres::BallBody& balls = volume->balls;
+  const double bytes =
+      static_cast<double>(balls.balls.size() * sizeof(spheres::Ball) +
+                          4 * (balls.grid.starts.size() + balls.grid.entries.size()));
+  return {"penetration volume", spacing_m, balls.balls.size(), bytes,
+          [volume](const Eigen::Vector3d& tool_m) {
+            return laboratory::unit_volume_force_m(*volume, tool_m);
           }};
 }
 

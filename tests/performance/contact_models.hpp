@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,6 +20,7 @@ struct ContactModel {
   std::size_t parts = 0;     // spheres, blobs, bricks or triangles
   double bytes = 0.0;        // that a query reads from
   spheres::UnitForce force;  // N for each N/m, m; as stiff as the material
+  std::function<double(const Eigen::Vector3d& tool_m)> touched = {};  // spheres there
 };
 
 /// Static spheres as the haptic side finds them: a published voxel grid.
@@ -48,6 +50,8 @@ struct ModelledMesh {
 [[nodiscard]] ContactModel even_model(const ModelledMesh& of, double spacing_m);
 /// Those of the decomposition to that tolerance.
 [[nodiscard]] ContactModel blob_model(const ModelledMesh& of, double tolerance_m);
+/// The overlap's volume in the place of its depth, with even spheres.
+[[nodiscard]] ContactModel volume_model(const ModelledMesh& of, double spacing_m);
 [[nodiscard]] ContactModel field_model(const ModelledMesh& of, double cell_m);
 /// Of the exact mesh: its nearest point. Bytes are those of its triangles, without Embree's tree.
 [[nodiscard]] ContactModel exact_model(const ModelledMesh& of);

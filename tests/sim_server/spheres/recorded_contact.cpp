@@ -1,5 +1,6 @@
 #include "tests/sim_server/spheres/recorded_contact.hpp"
 
+#include <cmath>
 #include <cstdlib>
 
 #include "haptic_server/devices/trajectory.hpp"
@@ -27,14 +28,22 @@ std::vector<RecordedContact> read_contour_demonstrations(const std::filesystem::
 }
 
 ContactAgreement agreement(const RecordedContact& recorded, const UnitForce& force) {
+  const auto count = static_cast<double>(recorded.position_m.size());
   double touching = 0.0, cosines = 0.0;
+  Eigen::ArrayXd model(recorded.position_m.size()), measured(recorded.position_m.size());
   for (std::size_t i = 0; i < recorded.position_m.size(); ++i) {
     const Eigen::Vector3d force_m = force(recorded.position_m[i]);
+    model[static_cast<Eigen::Index>(i)] = force_m.norm();
+    measured[static_cast<Eigen::Index>(i)] = recorded.force_N[i].norm();
     if (!(force_m.norm() > 0.0)) continue;
     touching += 1.0;
     cosines += force_m.normalized().dot(recorded.force_N[i].normalized());
   }
-  return {touching / static_cast<double>(recorded.position_m.size()), cosines / touching};
+  model -= model.mean();
+  measured -= measured.mean();
+  const double spread = std::sqrt(model.square().sum() * measured.square().sum());
+  return {touching / count, cosines / touching,
+          spread > 0.0 ? (model * measured).sum() / spread : 0.0};
 }
 
 }  // namespace stillgrid::spheres

@@ -32,6 +32,7 @@ struct RecordedContact {
 struct ContactAgreement {
   double share_in_contact = 0.0;  // of samples at which the model has a force
   double mean_cosine = 0.0;       // with the measured force, over those
+  double correlation = 0.0;       // of its size with the measured one's, over all (Pearson's)
 };
 [[nodiscard]] ContactAgreement agreement(const RecordedContact& recorded, const UnitForce& force);
 
