@@ -136,19 +136,28 @@ std::vector<spheres::Ball> from_file(toml::TableReader& spheres, const mesh::Tri
   return balls;
 }
 
+/// Even balls: small ones, that follow a surface, of a body that deforms, else firm ones.
+std::vector<spheres::Ball> even_balls(const mesh::TriangleMesh& mesh, std::string_view key,
+                                      double spacing_m, bool is_soft) {
+  if (key == kSurfaceSpacing)
+    return is_soft ? spheres::surface_balls(mesh, spacing_m, spacing_m)
+                   : spheres::firm_surface_balls(mesh, spacing_m);
+  return is_soft ? spheres::volume_balls(mesh, spacing_m, spheres::kVolumeRadius * spacing_m)
+                 : spheres::firm_volume_balls(mesh, spacing_m);
+}
+
 /// Even balls, by the key that gives their distance.
-std::vector<spheres::Ball> sampled(toml::TableReader& spheres, std::string_view key,
+std::vector<spheres::Ball> sampled(toml::TableReader& spheres, std::string_view key, bool is_soft,
                                    const mesh::TriangleMesh& mesh, const BodyDescription& body,
                                    std::vector<std::string>& notes) {
   const double spacing_m = spheres.number(key, toml::Bound::kPositive);
   spheres.finish();
-  const spheres::SphereCache cache(spheres.folder(), mesh, key, spacing_m);
+  const spheres::SphereCache cache(spheres.folder(), mesh,
+                                   std::string(key) + (is_soft ? ", soft" : ""), spacing_m);
   try {
     return made_or_kept(cache, body, notes, [&] {
       spheres::Decomposition even;
-      even.balls = key == kSurfaceSpacing
-                       ? spheres::surface_balls(mesh, spacing_m, spacing_m)
-                       : spheres::volume_balls(mesh, spacing_m, spheres::kVolumeRadius * spacing_m);
+      even.balls = even_balls(mesh, key, spacing_m, is_soft);
       return even;
     });
   } catch (const std::invalid_argument& error) {
@@ -156,8 +165,8 @@ std::vector<spheres::Ball> sampled(toml::TableReader& spheres, std::string_view 
   }
 }
 
-std::vector<spheres::Ball> read_balls(toml::TableReader& table, const mesh::TriangleMesh& mesh,
-                                      const BodyDescription& body,
+std::vector<spheres::Ball> read_balls(toml::TableReader& table, bool is_soft,
+                                      const mesh::TriangleMesh& mesh, const BodyDescription& body,
                                       std::vector<std::string>& notes) {
   toml::TableReader spheres = table.table("spheres");
   std::string_view chosen = kTolerance;
@@ -171,7 +180,7 @@ std::vector<spheres::Ball> read_balls(toml::TableReader& table, const mesh::Tria
   }
   if (chosen == kFile) return from_file(spheres, mesh);
   if (chosen == kTolerance) return decomposed(spheres, mesh, body, notes);
-  return sampled(spheres, chosen, mesh, body, notes);
+  return sampled(spheres, chosen, is_soft, mesh, body, notes);
 }
 
 double read_stiffness_scale(toml::TableReader& table, const mesh::TriangleMesh& mesh,
@@ -234,7 +243,7 @@ void read_mesh(toml::TableReader& table, BodyDescription& body, std::vector<std:
   body.position_m = table.vector_or("position_m", body.position_m);
   body.orientation = table.orientation_or_identity("orientation_xyzw");
   const mesh::TriangleMesh mesh = read_closed(table);
-  std::vector<spheres::Ball> balls = read_balls(table, mesh, body, notes);
+  std::vector<spheres::Ball> balls = read_balls(table, is_soft, mesh, body, notes);
   body.stiffness_scale = read_stiffness_scale(table, mesh, balls);
   if (is_soft)
     body.shape = on_lattice(table, std::move(balls), mesh, body);
