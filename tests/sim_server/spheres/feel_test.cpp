@@ -125,14 +125,14 @@ TEST_CASE(
 TEST_CASE("What cannot be reached ends with the nearest that was found", "[feel]") {
   const mesh::TriangleMesh mesh = mesh::box_mesh(Eigen::Vector3d::Zero(), {1.0, 0.7, 0.31});
   const Press press = make_press(mesh, 0.3, 0.07, 0.0);
-  constexpr std::size_t kMost = 300;
-  const auto levels = search_by_feel(mesh, press, 1e-3, {}, kMost);
+  constexpr std::size_t kMaxBalls = 300;
+  const auto levels = search_by_feel(mesh, press, 1e-3, {}, kMaxBalls);
   REQUIRE(levels.size() > 1);
   const FeltLevel& best = best_of(levels, 1e-3);
   CHECK(best.error.share > 1e-3);
   for (const FeltLevel& level : levels) {
     CHECK(level.error.share >= best.error.share);
-    CHECK(level.balls.size() <= kMost);
+    CHECK(level.balls.size() <= kMaxBalls);
   }
 }
 
