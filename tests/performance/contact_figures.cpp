@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <cstdio>
 
-#include "shared/tools/laboratory/blobs/blob_fit.hpp"
 #include "shared/tools/laboratory/rivals/penetration_volume.hpp"
 #include "sim_server/fields/mesh_field.hpp"
 #include "sim_server/fields/mesh_force.hpp"
@@ -11,6 +10,7 @@
 #include "sim_server/mesh/mesh_repair.hpp"
 #include "sim_server/spheres/decomposition.hpp"
 #include "sim_server/spheres/sampling.hpp"
+#include "tests/performance/blob_fit.hpp"
 #include "tests/sim_server/spheres/recorded_contact.hpp"
 
 namespace stillgrid::performance {
@@ -63,7 +63,7 @@ void compare(const std::filesystem::path& data) {
                     return (corner_m(1) - corner_m(0)).cross(corner_m(2) - corner_m(0));
                   });
   for (const double spacing_m : {0.008, 0.004, 0.002}) {
-    const std::vector<spheres::Ball> even = spheres::surface_balls(mesh, spacing_m, spacing_m);
+    const std::vector<spheres::Ball> even = spheres::firm_surface_balls(mesh, spacing_m);
     const spheres::BallBody balls = spheres::make_ball_body(even, spheres::kRecordedTool_m);
     print_agreement(
         "even spheres", spacing_m, even.size(), 0.0, demonstrations,
@@ -75,20 +75,18 @@ void compare(const std::filesystem::path& data) {
                       return laboratory::unit_volume_force_m(volume, tool_m);
                     });
   }
-  const auto targets = laboratory::distance_targets(spheres::sample_surface(mesh, kSamples),
-                                                    distance, spheres::kRecordedTool_m);
+  const auto targets =
+      distance_targets(spheres::sample_surface(mesh, kSamples), distance, spheres::kRecordedTool_m);
   for (const double tolerance_m : {0.008, 0.004}) {
     const spheres::Decomposition made = spheres::decompose(mesh, tolerance_m);
     const spheres::BallBody balls = spheres::make_ball_body(made.balls, spheres::kRecordedTool_m);
     print_agreement(
         "spheres", tolerance_m, made.balls.size(), made.hausdorff_m, demonstrations,
         [&](const Eigen::Vector3d& tool_m) { return spheres::unit_force_m(balls, tool_m); });
-    const laboratory::BlobBody blobs =
-        laboratory::fit_blobs(made.balls, targets, spheres::kRecordedTool_m);
-    print_agreement("blobs", tolerance_m, blobs.balls.size(),
-                    laboratory::blob_fit(blobs, targets).rms_m, demonstrations,
-                    [&](const Eigen::Vector3d& tool_m) {
-                      return laboratory::unit_blob_force_m(blobs, spheres::kRecordedTool_m, tool_m);
+    const BlobBody blobs = fit_blobs(made.balls, targets, spheres::kRecordedTool_m);
+    print_agreement("blobs", tolerance_m, blobs.balls.size(), blob_fit(blobs, targets).rms_m,
+                    demonstrations, [&](const Eigen::Vector3d& tool_m) {
+                      return unit_blob_force_m(blobs, spheres::kRecordedTool_m, tool_m);
                     });
   }
 }
