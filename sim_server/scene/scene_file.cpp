@@ -298,7 +298,10 @@ void read_tables(toml::TableReader& document, const MethodTable& methods, const 
   for (const Hand& hand : hands_of(scene))
     for (const ToolSphere& sphere : hand.tool)
       tool_radius_m = std::max(tool_radius_m, sphere.radius_m);
-  bodies::make_fields(scene.bodies, tool_radius_m, file, scene.notes);
+  std::vector<double> materials_N_per_m;
+  for (const MaterialDescription& material : scene.materials)
+    materials_N_per_m.push_back(material.contact_stiffness_N_per_m);
+  bodies::make_fields(scene.bodies, materials_N_per_m, tool_radius_m, file, scene.notes);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "sim_server/bodies/kinds/packing.hpp"
 #include "sim_server/bodies/kinds/springs.hpp"
 #include "sim_server/bodies/surfaces.hpp"
+#include "sim_server/fields/measured_surface.hpp"
 #include "sim_server/mesh/triangle_mesh.hpp"
 #include "sim_server/spheres/ball.hpp"
 
@@ -25,9 +26,10 @@ struct BodyDescription;
 /// The field that a scene asks of a mesh.
 struct AskedField {
   double cell_m = 0.0;
-  std::optional<double> band_m = {};  // none: chosen for the scene's tool
-  unsigned line = 0;                  // of the scene file, where it is asked for
-  std::filesystem::path folder = {};  // of the scene file
+  std::optional<double> band_m = {};      // none: chosen for the scene's tool
+  unsigned line = 0;                      // of the scene file, where it is asked for
+  std::filesystem::path folder = {};      // of the scene file
+  fields::MeasuredSurface measured = {};  // own_N_per_m: make_fields() knows it
 };
 
 /// A mesh from a file that keeps its shape, in its centre of mass along its principal axes,

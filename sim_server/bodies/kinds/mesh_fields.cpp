@@ -21,6 +21,32 @@ namespace {
 
 constexpr std::size_t kMaxPoints = 500;
 
+/// The range of a map's stiffness, and of how many places; nothing without a map.
+std::string note_of(const fields::MeasuredSurface& measured) {
+  if (measured.places.empty()) return "";
+  const auto [least, most] =
+      std::ranges::minmax(measured.places, {}, &fields::StiffnessPlace::stiffness_N_per_m);
+  std::array<char, 120> text{};
+  std::snprintf(text.data(), text.size(), ", %.3g to %.3g N/m by %zu places, elsewhere %.3g N/m",
+                least.stiffness_N_per_m, most.stiffness_N_per_m, measured.places.size(),
+                measured.own_N_per_m);
+  return text.data();
+}
+
+/// A field holds its stiffness over the body's own.
+void check_map(const AskedField& asked, const std::string& file) {
+  const double most_N_per_m = 1e3 * asked.measured.own_N_per_m;
+  for (const fields::StiffnessPlace& place : asked.measured.places) {
+    if (place.stiffness_N_per_m <= most_N_per_m) continue;
+    std::array<char, 2 * 40> value{}, expected{};
+    std::snprintf(value.data(), value.size(), "%.9g", place.stiffness_N_per_m);
+    std::snprintf(expected.data(), expected.size(), "at most 1000 times the body's own %.6g N/m",
+                  asked.measured.own_N_per_m);
+    throw toml::scene_error(file, {asked.line, 1}, "body.field.stiffness_map", value.data(),
+                            expected.data());
+  }
+}
+
 std::string note_of(const BodyDescription& body, const RigidMeshBody& mesh, double cell_m,
                     double time_s) {
   std::array<char, 200> text{};
@@ -28,6 +54,7 @@ std::string note_of(const BodyDescription& body, const RigidMeshBody& mesh, doub
                 mesh.field->shape().fine_count,
                 static_cast<double>(mesh.field->bytes()) / 1048576.0, cell_m);
   std::string note = "body '" + body.name + "': " + text.data();
+  note += note_of(mesh.asked_field->measured);
   if (!mesh.balls.empty()) note += ", " + std::to_string(mesh.balls.size()) + " points";
   if (time_s == 0.0) return note + ", made before";
   std::snprintf(text.data(), text.size(), ", in %.2f s", time_s);
@@ -46,13 +73,14 @@ std::shared_ptr<const collision::DistanceField> made_or_kept(
     const RigidMeshBody& mesh, const collision::FieldFineness& fineness,
     std::vector<std::string>& notes, double& time_s) {
   constexpr double kWorthKeeping_s = 1.0;
-  const fields::FieldCache cache(mesh.asked_field->folder, mesh.surface, fineness);
+  const AskedField& asked = *mesh.asked_field;
+  const fields::FieldCache cache(asked.folder, mesh.surface, fineness, asked.measured);
   time_s = 0.0;
   if (auto kept = cache.read())
     return std::make_shared<const collision::DistanceField>(*std::move(kept));
   const auto start = std::chrono::steady_clock::now();
   auto made = std::make_shared<const collision::DistanceField>(
-      fields::make_mesh_field(mesh.surface, fineness));
+      fields::make_mesh_field(mesh.surface, fineness, asked.measured));
   const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
   time_s = std::max(time.count(), std::numeric_limits<double>::min());
   if (time_s < kWorthKeeping_s) return made;
@@ -91,8 +119,8 @@ void make_field_of(BodyDescription& body, RigidMeshBody& mesh, double margin_m,
 
 }  // namespace
 
-void make_fields(std::span<BodyDescription> bodies, double tool_radius_m, const std::string& file,
-                 std::vector<std::string>& notes) {
+void make_fields(std::span<BodyDescription> bodies, std::span<const double> materials_N_per_m,
+                 double tool_radius_m, const std::string& file, std::vector<std::string>& notes) {
   const auto asks = [](const BodyDescription& body) {
     const auto* const mesh = std::get_if<RigidMeshBody>(&body.shape);
     return mesh != nullptr && mesh->asked_field.has_value();
@@ -102,10 +130,14 @@ void make_fields(std::span<BodyDescription> bodies, double tool_radius_m, const 
   double margin_m = tool_radius_m;
   for (const BodyDescription& body : bodies)
     if (!asks(body)) margin_m = std::max(margin_m, largest_radius_m(body));
-  for (BodyDescription& body : bodies)
-    if (asks(body))
-      make_field_of(body, std::get<RigidMeshBody>(body.shape), margin_m, tool_radius_m, file,
-                    notes);
+  for (BodyDescription& body : bodies) {
+    if (!asks(body)) continue;
+    auto& mesh = std::get<RigidMeshBody>(body.shape);
+    mesh.asked_field->measured.own_N_per_m =
+        body.stiffness_scale * materials_N_per_m[static_cast<std::size_t>(body.material)];
+    check_map(*mesh.asked_field, file);
+    make_field_of(body, mesh, margin_m, tool_radius_m, file, notes);
+  }
 }
 
 }  // namespace stillgrid::bodies

@@ -14,8 +14,11 @@ namespace stillgrid::bodies {
 /// reaches. Adds a line to notes for each. Fields that took more than a second are kept for the
 /// next time.
 ///
-/// Throws SceneError, at the line where a field is asked for that takes too much.
-void make_fields(std::span<BodyDescription> bodies, double tool_radius_m, const std::string& file,
-                 std::vector<std::string>& notes);
+/// materials_N_per_m: the stiffness of each material of the scene.
+///
+/// Throws SceneError, at the line where a field is asked for that takes too much, or one whose map
+/// is anywhere more than a thousand times as stiff as the body.
+void make_fields(std::span<BodyDescription> bodies, std::span<const double> materials_N_per_m,
+                 double tool_radius_m, const std::string& file, std::vector<std::string>& notes);
 
 }  // namespace stillgrid::bodies

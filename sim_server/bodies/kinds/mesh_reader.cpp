@@ -11,6 +11,7 @@
 
 #include "shared/realtime/stop_signal.hpp"
 #include "sim_server/bodies/kinds/body_description.hpp"
+#include "sim_server/bodies/kinds/measured_surface_reader.hpp"
 #include "sim_server/bodies/kinds/mesh.hpp"
 #include "sim_server/mesh/mass_properties.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
@@ -178,7 +179,7 @@ std::vector<spheres::Ball> read_balls(toml::TableReader& table, const mesh::Tria
 
 /// The field by which a mesh is met; nothing: it is met through spheres.
 std::optional<AskedField> read_field(toml::TableReader& table, const mesh::TriangleMesh& mesh,
-                                     bool is_soft) {
+                                     bool is_soft, Motion motion) {
   constexpr std::array<std::string_view, 2> kContacts = {"spheres", "field"};
   const bool has_field = table.has("contact") && table.choice("contact", kContacts) == 1;
   if (!has_field) {
@@ -196,6 +197,7 @@ std::optional<AskedField> read_field(toml::TableReader& table, const mesh::Trian
                    .line = field.line(),
                    .folder = field.folder()};
   if (field.has("band_m")) asked.band_m = field.number("band_m", toml::Bound::kPositive);
+  asked.measured = read_measured_surface(field, box_of(mesh), motion);
   field.finish();
   const double longest_m = box_of(mesh).sizes().maxCoeff();
   if (asked.cell_m < kFinestTolerance * longest_m || asked.cell_m > kCoarsestCell * longest_m)
@@ -225,18 +227,21 @@ double read_stiffness_scale(toml::TableReader& table, const mesh::TriangleMesh& 
 
 /// Moves the body's frame into its centre of mass, along its principal axes.
 RigidMeshBody in_principal_frame(std::vector<spheres::Ball> balls, const mesh::TriangleMesh& mesh,
-                                 BodyDescription& body) {
+                                 const std::optional<AskedField>& field, BodyDescription& body) {
   const mesh::MassProperties mass = mesh::mass_properties(mesh);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(mass.inverse_inertia_per_kg_m2);
   Eigen::Matrix3d axes = solver.eigenvectors();
   if (axes.determinant() < 0.0) axes.col(0) = -axes.col(0);
-  RigidMeshBody rigid{.balls = std::move(balls), .surface = mesh};
+  RigidMeshBody rigid{.balls = std::move(balls), .surface = mesh, .asked_field = field};
   rigid.inverse_inertia_per_kg_m2 = solver.eigenvalues();
   const auto moved = [&](const Eigen::Vector3d& point_m) -> Eigen::Vector3d {
     return axes.transpose() * (point_m - mass.centre_m);
   };
   for (spheres::Ball& ball : rigid.balls) ball.centre_m = moved(ball.centre_m);
   for (Eigen::Vector3d& vertex_m : rigid.surface.vertices_m) vertex_m = moved(vertex_m);
+  if (rigid.asked_field)
+    for (fields::StiffnessPlace& place : rigid.asked_field->measured.places)
+      place.position_m = moved(place.position_m);
   body.position_m += body.orientation * mass.centre_m;
   body.orientation = (body.orientation * Eigen::Quaterniond(axes)).normalized();
   return rigid;
@@ -264,17 +269,14 @@ void read_mesh(toml::TableReader& table, BodyDescription& body, std::vector<std:
   body.position_m = table.vector_or("position_m", body.position_m);
   body.orientation = table.orientation_or_identity("orientation_xyzw");
   const mesh::TriangleMesh mesh = read_closed(table);
-  const std::optional<AskedField> field = read_field(table, mesh, is_soft);
+  const std::optional<AskedField> field = read_field(table, mesh, is_soft, body.motion);
   std::vector<spheres::Ball> balls;
   if (!field) balls = read_balls(table, mesh, body, notes);
   body.stiffness_scale = read_stiffness_scale(table, mesh, balls);
   if (is_soft)
     body.shape = on_lattice(table, std::move(balls), mesh, body);
-  else {
-    RigidMeshBody rigid = in_principal_frame(std::move(balls), mesh, body);
-    rigid.asked_field = field;
-    body.shape = std::move(rigid);
-  }
+  else
+    body.shape = in_principal_frame(std::move(balls), mesh, field, body);
 }
 
 }  // namespace stillgrid::bodies
