@@ -1,5 +1,6 @@
 #pragma once
 
+#include "proto/distance_field.hpp"
 #include "proto/segment_header.hpp"
 
 namespace stillgrid::proto {
@@ -24,6 +25,9 @@ inline constexpr std::uint32_t kMaxModes = 12;
 inline constexpr std::uint32_t kMaxResponses = 256;
 inline constexpr std::uint32_t kMaxTurningBodies = 4;
 
+/// As a sphere's material: a point of a body that has a field, which is met by that field alone.
+inline constexpr std::uint32_t kFieldPoint = 0xffffffff;
+
 /// One sphere at one instant. World frame, SI units.
 struct SphereState {
   std::array<float, 3> position_m;
@@ -39,7 +43,7 @@ struct SphereRecord {
   SphereState newest;  // snapshot n
   std::array<float, 3> predicted_velocity_m_s;
   float radius_m;
-  std::uint32_t material;  // index into SceneHeader::materials
+  std::uint32_t material;  // index into SceneHeader::materials, or kFieldPoint
   std::uint32_t body;      // order in the scene file
   std::uint32_t response;  // number of its SphereResponse, from 1; 0: it does not give way
   std::array<std::uint32_t, 3> reserved;
@@ -139,7 +143,8 @@ struct DeviceFrame {
 };
 
 /// What never changes, written once before the magic; follows SegmentHeader. The static grid's
-/// arrays stand at static_offset: records, cell starts, swept bounds, numbers, as in a slot.
+/// arrays stand at static_offset: records, cell starts, swept bounds, numbers, as in a slot. Behind
+/// them stand the numbers of the fields, which several bodies may share.
 struct SceneHeader {
   std::array<char, 64> name;  // zero-terminated
   std::uint32_t material_count;
@@ -154,9 +159,13 @@ struct SceneHeader {
   std::array<Material, kMaxMaterials> materials;
   std::array<Plane, kMaxPlanes> planes;
   std::array<ToolSphere, kMaxToolSpheres> tool;
+  std::uint32_t field_count;
+  std::uint32_t reserved;
+  std::array<FieldBody, kMaxFields> fields;
 };
 
-/// Opens a slot's payload: one snapshot of what can move. Times are on the writer's clock.
+/// Opens a slot's payload: one snapshot of what can move. Times are on the writer's clock. Behind
+/// it stand the grid's arrays, the responses, and a FieldRecord for each field that moves.
 struct SnapshotHeader {
   std::uint64_t snapshot_id;
   std::uint64_t
@@ -181,7 +190,7 @@ struct SnapshotHeader {
 static_assert(sizeof(SnapshotHeader) % 8 == 0);
 
 inline constexpr std::uint64_t kSceneLayoutHash =
-    layout_hash<24>({sizeof(SegmentHeader),
+    layout_hash<32>({sizeof(SegmentHeader),
                      offsetof(SegmentHeader, latest),
                      offsetof(SegmentHeader, lockstep_sample_ns),
                      sizeof(SceneHeader),
@@ -203,6 +212,14 @@ inline constexpr std::uint64_t kSceneLayoutHash =
                      offsetof(GridLevel, cells),
                      sizeof(GridShape),
                      offsetof(GridShape, levels),
-                     kMaxLevels});
+                     kMaxLevels,
+                     offsetof(SceneHeader, fields),
+                     sizeof(FieldShape),
+                     sizeof(FieldState),
+                     sizeof(FieldBody),
+                     sizeof(FieldRecord),
+                     kMaxFields,
+                     kBrickCells,
+                     kBrickNodes});
 
 }  // namespace stillgrid::proto

@@ -158,7 +158,7 @@ std::optional<FieldContact> field_contact(const FieldView& field, const Eigen::V
   if (depth_m > 0.0) force_m -= 0.5 * depth_m * at->stiffness_gradient_per_m;
   const double scale = force_m.norm();
   if (!(scale > 1e-9 && scale <= 2.0 * kSteepest * kStiffest)) return std::nullopt;
-  return FieldContact{depth_m, force_m / scale, scale};
+  return FieldContact{depth_m, force_m / scale, scale, at->stiffness_scale};
 }
 
 DistanceField::DistanceField(const proto::FieldShape& shape, std::vector<std::uint64_t> words)

@@ -61,6 +61,7 @@ struct FieldContact {
   double depth_m = 0.0;                               // positive: an overlap
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // towards the sphere
   double stiffness_scale = 0.0;                       // so that force = k scale depth normal
+  double map_scale = 1.0;  // of the map: the spring's energy is k map_scale depth^2 / 2
 };
 
 /// Nothing where the sphere's centre is off the field's bricks or the field has no direction, or

@@ -108,6 +108,13 @@ static_assert(sizeof(RecordLine) == 64);
       view.responses + std::size_t{index} * (sizeof(proto::SphereResponse) / 8));
 }
 
+/// Pre: 1 <= moving <= view.field_count.
+[[nodiscard]] inline proto::FieldRecord load_field(const GridView& view,
+                                                   std::uint32_t moving) noexcept {
+  return double_buffer::load_struct<proto::FieldRecord>(
+      view.fields + std::size_t{moving - 1} * (sizeof(proto::FieldRecord) / 8));
+}
+
 /// Whether two swept bounds meet. Swept bounds are rounded outwards by more than this test rounds.
 [[nodiscard]] inline bool meet(const SweptBound& a, const SweptBound& b) noexcept {
   const float x = a.centre_m[0] - b.centre_m[0], y = a.centre_m[1] - b.centre_m[1],

@@ -46,6 +46,9 @@ struct GridView {
   // Of a snapshot in a segment, SphereResponses: as many as its header counts, and has room for.
   const std::uint64_t* responses = nullptr;
   std::uint32_t response_count = 0;
+  // And FieldRecords of the fields that move, numbered as they are.
+  const std::uint64_t* fields = nullptr;
+  std::uint32_t field_count = 0;
 };
 
 /// Whether a shape read from shared memory fits its layout, so that every index it leads to is

@@ -21,8 +21,12 @@ collision::VoxelGrid static_grid_of(const StaticScene& scene) {
   return grid;
 }
 
+std::size_t static_end_bytes(const collision::GridLayout& still) {
+  return kStaticOffset + still.total_words * 8;
+}
+
 proto::SceneHeader scene_header(const StaticScene& scene, const collision::VoxelGrid& static_grid,
-                                const collision::GridLayout& moving) {
+                                const collision::GridLayout& moving, const FieldPlaces& fields) {
   assert(scene.materials.size() <= proto::kMaxMaterials);
   assert(scene.planes.size() <= proto::kMaxPlanes && scene.tool.size() <= proto::kMaxToolSpheres);
   proto::SceneHeader header{};
@@ -39,6 +43,8 @@ proto::SceneHeader scene_header(const StaticScene& scene, const collision::Voxel
   std::copy(scene.materials.begin(), scene.materials.end(), header.materials.begin());
   std::copy(scene.planes.begin(), scene.planes.end(), header.planes.begin());
   std::copy(scene.tool.begin(), scene.tool.end(), header.tool.begin());
+  header.field_count = static_cast<std::uint32_t>(fields.bodies.size());
+  std::copy(fields.bodies.begin(), fields.bodies.end(), header.fields.begin());
   return header;
 }
 
@@ -47,12 +53,23 @@ std::size_t response_word(const collision::GridLayout& moving) {
   return (moving.total_words + 7) / 8 * 8;
 }
 
-std::size_t payload_words(const collision::GridLayout& moving) {
-  return response_word(moving) +
-         response_capacity(moving.sphere_capacity) * sizeof(proto::SphereResponse) / 8;
+std::size_t responses_end_word(const collision::GridLayout& moving, std::size_t moving_fields) {
+  return response_word(moving) + response_capacity(moving.sphere_capacity, moving_fields) *
+                                     sizeof(proto::SphereResponse) / 8;
 }
 
-SegmentSpec scene_spec(const collision::GridLayout& still, const collision::GridLayout& moving,
+/// Where the fields are: behind the responses.
+std::size_t field_word(const collision::GridLayout& moving, std::size_t moving_fields) {
+  return (responses_end_word(moving, moving_fields) + 7) / 8 * 8;
+}
+
+std::size_t payload_words(const collision::GridLayout& moving, std::size_t moving_fields) {
+  return moving_fields == 0
+             ? responses_end_word(moving, 0)
+             : field_word(moving, moving_fields) + moving_fields * sizeof(proto::FieldRecord) / 8;
+}
+
+SegmentSpec scene_spec(const FieldPlaces& fields, const collision::GridLayout& moving,
                        std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns,
                        std::optional<gid_t> readers) {
   return {.kind = proto::SegmentKind::kScene,
@@ -60,8 +77,8 @@ SegmentSpec scene_spec(const collision::GridLayout& still, const collision::Grid
           .period_ns = period_ns,
           .clock = clock,
           .start_ns = start_ns,
-          .fixed_bytes = kStaticOffset + still.total_words * 8,
-          .payload_bytes = payload_words(moving) * 8,
+          .fixed_bytes = fields.end_bytes,
+          .payload_bytes = payload_words(moving, fields.moving_count) * 8,
           .readers = readers};
 }
 
@@ -104,8 +121,8 @@ bool is_sound(const proto::SceneHeader& scene) {
 
 }  // namespace
 
-std::size_t response_capacity(std::size_t moving_count) noexcept {
-  return std::min<std::size_t>(moving_count, proto::kMaxResponses);
+std::size_t response_capacity(std::size_t moving_count, std::size_t moving_fields) noexcept {
+  return std::min<std::size_t>(moving_count, proto::kMaxResponses) + 2 * moving_fields;
 }
 
 double largest_response(std::span<const proto::SphereResponse> responses,
@@ -124,23 +141,49 @@ SceneWriter::SceneWriter(SessionLock lock, const StaticScene& scene, std::size_t
                          std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns,
                          std::optional<gid_t> readers)
     : moving_(collision::grid_layout(sizeof(proto::SnapshotHeader), moving_count)),
-      responses_(payload_words(moving_) - response_word(moving_)),
       static_grid_(static_grid_of(scene)),
-      fixed_(scene_header(scene, static_grid_, moving_)),
-      segment_(std::move(lock),
-               scene_spec(static_grid_.layout(), moving_, period_ns, clock, start_ns, readers)) {
+      fields_(place_fields(scene.fields, static_end_bytes(static_grid_.layout()))),
+      responses_(responses_end_word(moving_, fields_.moving_count) - response_word(moving_)),
+      field_records_(fields_.moving_count * sizeof(proto::FieldRecord) / 8),
+      fixed_(scene_header(scene, static_grid_, moving_, fields_)),
+      segment_(std::move(lock), scene_spec(fields_, moving_, period_ns, clock, start_ns, readers)) {
   std::memcpy(segment_.bytes() + sizeof(proto::SegmentHeader), &fixed_, sizeof fixed_);
   std::memcpy(segment_.bytes() + kStaticOffset, static_grid_.words().data(),
               static_grid_.words().size_bytes());
+  write_fields(scene.fields, fields_, segment_.bytes());
   segment_.announce();
 }
 
+/// Of spheres and of points of bodies that have fields.
+double SceneWriter::largest_of(const SnapshotPrediction& prediction,
+                               std::span<const proto::FieldRecord> fields) const noexcept {
+  const auto& responses = prediction.responses;
+  const std::size_t modes = prediction.modes.size();
+  double largest = 0.0;
+  for (std::size_t i = 0; i < responses.size(); ++i) {
+    // The number of an origin's, from 1, is where the turn stands, from 0.
+    const bool is_turn =
+        i > 0 && std::any_of(fields.begin(), fields.end(),
+                             [&](const proto::FieldRecord& field) { return field.response == i; });
+    if (!is_turn) largest = std::max(largest, largest_response(responses.subspan(i, 1), modes));
+  }
+  for (const proto::FieldBody& body : fields_.bodies) {
+    const std::size_t turn = body.moving != 0 ? fields[body.moving - 1].response : 0;
+    if (turn == 0 || turn >= responses.size()) continue;
+    largest = std::max(largest, publication::largest_response(body.shape, responses[turn - 1],
+                                                              responses[turn], modes));
+  }
+  return largest;
+}
+
 void SceneWriter::publish(const collision::VoxelGrid& snapshot, const SnapshotTimes& times,
-                          const SnapshotPrediction& prediction) noexcept {
-  assert(snapshot.layout() == moving_);
+                          const SnapshotPrediction& prediction,
+                          std::span<const proto::FieldRecord> fields) noexcept {
+  assert(snapshot.layout() == moving_ && fields.size() == fields_.moving_count);
   assert(prediction.modes.size() <= proto::kMaxModes);
   assert(prediction.turning.size() <= proto::kMaxTurningBodies);
-  assert(prediction.responses.size() <= response_capacity(moving_.sphere_capacity));
+  assert(prediction.responses.size() <=
+         response_capacity(moving_.sphere_capacity, fields_.moving_count));
   const auto push = [&](std::array<std::uint64_t, proto::kHistoryLength>& history,
                         std::uint64_t newest) {
     std::rotate(history.rbegin(), history.rbegin() + 1, history.rend());
@@ -164,7 +207,7 @@ void SceneWriter::publish(const collision::VoxelGrid& snapshot, const SnapshotTi
   snapshot_.turning_count = prediction.turning.size();
   snapshot_.turning = {};
   std::copy(prediction.turning.begin(), prediction.turning.end(), snapshot_.turning.begin());
-  snapshot_.largest_response = largest_response(prediction.responses, prediction.modes.size());
+  snapshot_.largest_response = largest_of(prediction, fields);
   snapshot_.grid = snapshot.view().shape;
 
   const auto header =
@@ -174,9 +217,15 @@ void SceneWriter::publish(const collision::VoxelGrid& snapshot, const SnapshotTi
     std::memcpy(responses_.data(), prediction.responses.data(), prediction.responses.size_bytes());
   const std::span<const std::uint64_t> responses(responses_.data(),
                                                  prediction.responses.size_bytes() / 8);
-  double_buffer::publish(
-      segment_.buffer(), snapshot_.snapshot_id,
-      {{0, header}, parts[0], parts[1], parts[2], parts[3], {response_word(moving_), responses}});
+  if (!fields.empty()) std::memcpy(field_records_.data(), fields.data(), fields.size_bytes());
+  double_buffer::publish(segment_.buffer(), snapshot_.snapshot_id,
+                         {{0, header},
+                          parts[0],
+                          parts[1],
+                          parts[2],
+                          parts[3],
+                          {response_word(moving_), responses},
+                          {field_word(moving_, fields_.moving_count), field_records_}});
   double_buffer::HardwareAtomics::store(segment_.header().heartbeat_ns, times.publish_ns,
                                         std::memory_order_relaxed);
 }
@@ -214,10 +263,14 @@ SceneView::SceneView(SegmentReader&& reader) : reader_(std::move(reader)) {
   static_grid_.shape = scene_.static_grid;
   static_grid_.words = reinterpret_cast<const std::uint64_t*>(reader_.bytes() + kStaticOffset);
   moving_layout_ = collision::grid_layout(sizeof(proto::SnapshotHeader), scene_.moving_capacity);
-  if (kStaticOffset + static_grid_.layout.total_words * 8 > reader_.fixed_bytes() ||
-      payload_words(moving_layout_) * 8 > header().payload_bytes ||
+  if (static_end_bytes(static_grid_.layout) > reader_.fixed_bytes() ||
       !collision::is_consistent(static_grid_.shape, static_grid_.layout))
     refuse("its arrays do not fit");
+  fields_ = read_fields(scene_, reader_.bytes(), static_end_bytes(static_grid_.layout),
+                        reader_.fixed_bytes());
+  for (const SceneField& field : fields_) moving_fields_ += field.body.moving != 0 ? 1 : 0;
+  if (payload_words(moving_layout_, moving_fields_) * 8 > header().payload_bytes)
+    refuse("its slots are too small");
 }
 
 collision::GridView SceneView::moving_grid(const std::uint64_t* payload,
@@ -225,8 +278,10 @@ collision::GridView SceneView::moving_grid(const std::uint64_t* payload,
   collision::GridView view{snapshot.grid, moving_layout_, payload};
   if (!collision::is_consistent(view.shape, view.layout)) view.shape = {};
   view.responses = payload + response_word(moving_layout_);
-  if (snapshot.response_count <= response_capacity(moving_layout_.sphere_capacity))
+  if (snapshot.response_count <= response_capacity(moving_layout_.sphere_capacity, moving_fields_))
     view.response_count = snapshot.response_count;
+  view.fields = payload + field_word(moving_layout_, moving_fields_);
+  view.field_count = moving_fields_;
   return view;
 }
 

@@ -7,18 +7,20 @@
 
 #include "proto/scene_segment.hpp"
 #include "shared/collision/voxel_grid.hpp"
+#include "shared/publication/published_fields.hpp"
 #include "shared/publication/segment.hpp"
 
 namespace stillgrid::publication {
 
-/// What a simulation publishes once: static spheres and planes, materials, tool, place of the
-/// device.
+/// What a simulation publishes once: static spheres and planes, distance fields, materials, tool,
+/// place of the device.
 struct StaticScene {
   std::string name;
   std::vector<proto::Material> materials;    // at most kMaxMaterials
   std::vector<proto::Plane> planes;          // at most kMaxPlanes
   std::vector<proto::ToolSphere> tool;       // at most kMaxToolSpheres
   std::vector<proto::SphereRecord> spheres;  // that never move
+  std::vector<PublishedField> fields;        // at most kMaxFields
   proto::DeviceFrame device{};
   float tool_slip_speed_m_s = 0.05F;
   bool predicts = true;      // snapshots tell where the next step leads
@@ -44,8 +46,9 @@ struct SnapshotPrediction {
   std::span<const proto::SphereResponse> responses = {};  // as many at most as response_capacity()
 };
 
-/// How many responses a snapshot of so many moving spheres has room for.
-[[nodiscard]] std::size_t response_capacity(std::size_t moving_count) noexcept;
+/// How many responses a snapshot of so many moving spheres and fields has room for: two a field.
+[[nodiscard]] std::size_t response_capacity(std::size_t moving_count,
+                                            std::size_t moving_fields = 0) noexcept;
 
 /// Of any sphere, the first `modes` modes together; rounded up. sqrt(m/N).
 [[nodiscard]] double largest_response(std::span<const proto::SphereResponse> responses,
@@ -69,9 +72,11 @@ class SceneWriter {
                     period_ns, clock, start_ns) {}
 
   /// Shows the next snapshot, entered where its spheres may be displayed (bound_history).
+  /// fields: one for each of the scene's that moves, in order.
   /// Pre: snapshot has room for sizeof(SnapshotHeader) before moving_count spheres.
   void publish(const collision::VoxelGrid& snapshot, const SnapshotTimes& times,
-               const SnapshotPrediction& prediction = {}) noexcept;
+               const SnapshotPrediction& prediction = {},
+               std::span<const proto::FieldRecord> fields = {}) noexcept;
 
   [[nodiscard]] proto::SegmentHeader& header() noexcept { return segment_.header(); }
   [[nodiscard]] const SegmentWriter& segment() const noexcept { return segment_; }
@@ -81,9 +86,13 @@ class SceneWriter {
   [[nodiscard]] std::uint64_t snapshot_id() const noexcept { return snapshot_.snapshot_id; }
 
  private:
+  [[nodiscard]] double largest_of(const SnapshotPrediction& prediction,
+                                  std::span<const proto::FieldRecord> fields) const noexcept;
+
   collision::GridLayout moving_;
-  std::vector<std::uint64_t> responses_;  // as a slot holds them
   collision::VoxelGrid static_grid_;
+  FieldPlaces fields_;
+  std::vector<std::uint64_t> responses_, field_records_;  // as a slot holds them
   proto::SceneHeader fixed_;
   proto::SnapshotHeader snapshot_{};
   SegmentWriter segment_;
@@ -92,7 +101,8 @@ class SceneWriter {
 /// Copies a slot's SnapshotHeader, of its grid only the levels it counts. Realtime: yes.
 [[nodiscard]] proto::SnapshotHeader load_snapshot(const std::uint64_t* payload) noexcept;
 
-/// A reader's end of the scene segment: the fixed part as a checked local copy, the slots in place.
+/// A reader's end of the scene segment: the fixed part as a checked local copy, the fields and the
+/// slots in place.
 class SceneView {
  public:
   /// Throws SegmentError unless every count, index and number of the fixed part is sound.
@@ -100,13 +110,16 @@ class SceneView {
 
   [[nodiscard]] const proto::SceneHeader& scene() const noexcept { return scene_; }
   [[nodiscard]] const collision::GridView& static_grid() const noexcept { return static_grid_; }
+  [[nodiscard]] std::span<const SceneField> fields() const noexcept { return fields_; }
+  [[nodiscard]] std::uint32_t moving_fields() const noexcept { return moving_fields_; }
   [[nodiscard]] const double_buffer::DoubleBuffer& buffer() const noexcept {
     return reader_.buffer();
   }
   [[nodiscard]] const SegmentReader& reader() const noexcept { return reader_; }
   [[nodiscard]] const proto::SegmentHeader& header() const noexcept { return reader_.header(); }
 
-  /// The grid of a slot's payload whose header was loaded; without a sphere where the header lies.
+  /// The grid of a slot's payload whose header was loaded, with responses and fields; without a
+  /// sphere where the header lies.
   /// Realtime: yes.
   [[nodiscard]] collision::GridView moving_grid(
       const std::uint64_t* payload, const proto::SnapshotHeader& snapshot) const noexcept;
@@ -116,6 +129,8 @@ class SceneView {
   proto::SceneHeader scene_{};
   collision::GridView static_grid_;
   collision::GridLayout moving_layout_;
+  std::vector<SceneField> fields_;
+  std::uint32_t moving_fields_ = 0;
 };
 
 }  // namespace stillgrid::publication

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "shared/display/stamps.hpp"
+#include "shared/rendering/touched_fields.hpp"
 
 namespace stillgrid::rendering {
 namespace {
@@ -119,15 +120,36 @@ void CompliantRenderer::lead_on(const TickScene& scene) noexcept {
   led_on_ = with_rest(bare, shown_, scene.now_ns);
 }
 
+/// The response that the next snapshot has of a touched sphere.
+std::optional<display::ResponseMatrix> CompliantRenderer::next_response(
+    const TickScene& scene, const collision::GridView& moving,
+    const TouchedSphere& sphere) const noexcept {
+  const display::ModeMotion& motion = next_.response.motion;
+  if (const TouchedField* field = touched_->field_of(sphere))
+    return response_in(scene.view.fields(), moving, *field, next_.weights, {.motion = motion});
+  if (sphere.number >= moving.shape.sphere_count) return std::nullopt;
+  return display::response_of(moving, collision::load_line(moving, sphere.number),
+                              motion.largest_response);
+}
+
+/// Where the next snapshot displays it; nowhere if it is not there.
+std::optional<Eigen::Vector3d> CompliantRenderer::next_place_m(
+    const TickScene& scene, const collision::GridView& moving, const TouchedSphere& sphere,
+    const CompliantDisplay& by_push) const noexcept {
+  if (const TouchedField* field = touched_->field_of(sphere))
+    return displayed_m(scene.view.fields(), moving, *field, next_.weights, by_push);
+  if (sphere.number >= moving.shape.sphere_count) return std::nullopt;
+  const Eigen::Vector3d now_m = displayed_m(moving, sphere.number, next_.weights, by_push);
+  return now_m.allFinite() ? std::optional(now_m) : std::nullopt;
+}
+
 /// Displays the next snapshot under the forces that are displayed, its bodies where they are.
 void CompliantRenderer::continue_from(const TickScene& scene,
                                       const collision::GridView& moving) noexcept {
   display::ModeDisplacements push = display::ModeDisplacements::Zero();
   for (std::size_t i = 0; i < touched_->count; ++i) {
     const TouchedSphere& sphere = touched_->spheres[i];
-    if (sphere.number >= moving.shape.sphere_count) continue;
-    const auto response = display::response_of(moving, collision::load_line(moving, sphere.number),
-                                               next_.response.motion.largest_response);
+    const auto response = next_response(scene, moving, sphere);
     if (response)
       push += response->cast<double>().transpose() *
               -sphere_force_of(scene.fixed(), sphere, tool_, scene.pose).force_N;
@@ -158,13 +180,13 @@ void CompliantRenderer::shift_bodies(const TickScene& scene,
   BodyShifts& shifts = next_.shifts;
   error_N_.setZero();
   for (const TouchedSphere& sphere : touched_->all()) {
-    if (sphere.tool_sphere >= tool_.size() || sphere.number >= moving.shape.sphere_count) continue;
-    const Eigen::Vector3d now_m = displayed_m(moving, sphere.number, next_.weights, by_push);
-    if (!now_m.allFinite()) continue;  // not in the next snapshot
-    compare(scene, sphere, sphere.position_m - share * shown_.shifts.of(sphere.body), now_m);
+    if (sphere.tool_sphere >= tool_.size()) continue;
+    const auto now_m = next_place_m(scene, moving, sphere, by_push);
+    if (!now_m) continue;
+    compare(scene, sphere, sphere.position_m - share * shown_.shifts.of(sphere.body), *now_m);
     const double own_m = contact_with(sphere, tool_[sphere.tool_sphere]).depth_m;
     if (!(own_m > 0.0)) continue;
-    const Eigen::Vector3d own_shift_m = sphere.position_m - now_m;
+    const Eigen::Vector3d own_shift_m = sphere.position_m - *now_m;
     std::size_t at = 0;
     while (at < shifts.count && shifts.shifts[at].body != sphere.body) ++at;
     if (at == proto::kMaxShiftedBodies) continue;
@@ -198,10 +220,10 @@ void CompliantRenderer::gather(const TickScene& scene, const proto::SnapshotHead
   next_.response.take(latest, next_.weights);
   if (is_switch) continue_from(scene, moving);
   fresh_->clear();
-  gather_touched(moving,
-                 {next_.weights, is_switch ? next_.weights : shown_.weights,
-                  compliant_display(next_, scene.now_ns)},
-                 tool_, *fresh_);
+  scene.gather_moving(moving,
+                      {next_.weights, is_switch ? next_.weights : shown_.weights,
+                       compliant_display(next_, scene.now_ns)},
+                      tool_, *fresh_);
 }
 
 void CompliantRenderer::show(const TickScene& scene, const publication::SnapshotLook& look,

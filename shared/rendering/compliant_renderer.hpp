@@ -53,6 +53,12 @@ class CompliantRenderer final : public Renderer {
   void begin_as(const ToolForce& displayed, const ToolForce& force,
                 Display& display) const noexcept;
   void lead_on(const TickScene& scene) noexcept;
+  [[nodiscard]] std::optional<display::ResponseMatrix> next_response(
+      const TickScene& scene, const collision::GridView& moving,
+      const TouchedSphere& sphere) const noexcept;
+  [[nodiscard]] std::optional<Eigen::Vector3d> next_place_m(
+      const TickScene& scene, const collision::GridView& moving, const TouchedSphere& sphere,
+      const CompliantDisplay& by_push) const noexcept;
   void continue_from(const TickScene& scene, const collision::GridView& moving) noexcept;
   void shift_bodies(const TickScene& scene, const collision::GridView& moving) noexcept;
   void compare(const TickScene& scene, TouchedSphere sphere, const Eigen::Vector3d& led_m,

@@ -121,7 +121,8 @@ class Pushes {
       TouchedSphere& sphere = touched.spheres[i];
       if (sphere.response == 0) continue;
       const auto response = parts_[sphere.response - 1].transpose();
-      place(motion, response * motion.displacements, response * motion.drift_per_s, sphere);
+      place(motion, response * motion.displacements, response * motion.drift_per_s, sphere,
+            touched.to_body_m(sphere));
     }
   }
   void evaluate(const proto::SceneHeader& scene, const TouchedSpheres& touched,
@@ -131,8 +132,9 @@ class Pushes {
     count_ = 0;
     for (const TouchedSphere& sphere : touched.all()) {
       if (sphere.response == 0 || sphere.material >= scene.material_count) continue;
-      stiffness_N_per_m =
-          std::max(stiffness_N_per_m, double{scene.materials[sphere.material].stiffness_N_per_m});
+      stiffness_N_per_m = std::max(stiffness_N_per_m,
+                                   std::max(1.0, sphere.presence) *
+                                       double{scene.materials[sphere.material].stiffness_N_per_m});
       Push& one = pushes_[count_];
       if (!push_on(scene, sphere, tool, pose, rate_per_s, one)) continue;
       ++count_;
@@ -198,7 +200,8 @@ class Pushes {
 void give_way(const display::ModeMotion& motion, TouchedSpheres& touched) noexcept {
   for (std::size_t i = 0; i < touched.count; ++i) {
     TouchedSphere& sphere = touched.spheres[i];
-    if (sphere.response != 0) give_way(motion, touched.response_of(sphere), sphere);
+    if (sphere.response != 0)
+      give_way(motion, touched.response_of(sphere), sphere, touched.to_body_m(sphere));
   }
 }
 

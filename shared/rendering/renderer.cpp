@@ -5,6 +5,7 @@
 #include "shared/display/stamps.hpp"
 #include "shared/rendering/compliant_renderer.hpp"
 #include "shared/rendering/snapshot_renderer.hpp"
+#include "shared/rendering/touched_fields.hpp"
 
 namespace stillgrid::rendering {
 
@@ -28,10 +29,18 @@ proto::DisplayedSnapshot displayed_snapshot(const RenderedTick& tick,
   return shown;
 }
 
+void TickScene::gather_moving(const collision::GridView& moving, const DisplayedMotion& shown,
+                              std::span<const PlacedToolSphere> tool,
+                              TouchedSpheres& touched) const noexcept {
+  gather_touched(moving, shown, tool, touched);
+  gather_moving_fields(view.fields(), moving, shown, tool, touched);
+}
+
 void TickScene::gather_static(std::span<const PlacedToolSphere> tool,
                               TouchedSpheres& touched) const noexcept {
   const std::size_t first = touched.count;
   gather_touched(view.static_grid(), held_snapshot(0), tool, touched);
+  gather_static_fields(view.fields(), tool, touched);
   for (std::size_t i = first; i < touched.count; ++i) touched.spheres[i].is_static = true;
 }
 
@@ -55,7 +64,7 @@ RenderedTick Renderer::render(const publication::SceneView& scene, const ToolPos
   const proto::SnapshotHeader& snapshot = reader_.snapshot();
   tick.snapshot_id = snapshot.snapshot_id;
   tick.is_new = look.is_new;
-  tick.can_move = snapshot.grid.sphere_count > 0;
+  tick.can_move = snapshot.grid.sphere_count > 0 || scene.moving_fields() > 0;
   tick.tool_time_ns = snapshot.tool_time_ns;
   tick.tool_work_J = snapshot.tool_work_J;
   tick.contended = !look.accepted();

@@ -59,7 +59,11 @@ struct TickScene {
 
   [[nodiscard]] const proto::SceneHeader& fixed() const noexcept { return view.scene(); }
 
-  /// Adds the static spheres that the tool touches. Realtime: as gather_touched().
+  /// Adds what the tool touches of the spheres and fields of a slot. Realtime: as gather_touched().
+  void gather_moving(const collision::GridView& moving, const DisplayedMotion& shown,
+                     std::span<const PlacedToolSphere> tool,
+                     TouchedSpheres& touched) const noexcept;
+  /// Of those that never move. Realtime: as gather_touched().
   void gather_static(std::span<const PlacedToolSphere> tool,
                      TouchedSpheres& touched) const noexcept;
   /// The force on the tool, at `pose`, of touched spheres and the planes. Realtime: as

@@ -25,13 +25,13 @@ void SnapshotRenderer::gather(const TickScene& scene, const proto::SnapshotHeade
   const display::SnapshotWeights before =
       is_first ? next_.weights : display::in_later_snapshot(shown_.weights, later);
   fresh_->clear();
-  gather_touched(moving, {next_.weights, before}, tool_, *fresh_);
+  scene.gather_moving(moving, {next_.weights, before}, tool_, *fresh_);
   is_switch_ = !is_first && later == 1;
   before_switch_.clear();
   if (!is_switch_) return;
   const display::SnapshotWeights old =
       display::snapshot_weights(transition_, shown_.memory, last, scene.now_ns);
-  gather_touched(moving, {display::in_later_snapshot(old, 1), before}, tool_, before_switch_);
+  scene.gather_moving(moving, {display::in_later_snapshot(old, 1), before}, tool_, before_switch_);
 }
 
 void SnapshotRenderer::show(const TickScene& scene, const publication::SnapshotLook& look,

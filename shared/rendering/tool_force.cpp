@@ -53,13 +53,15 @@ double energy_J(const collision::ContactMaterial& material, const ToolContact& c
 }
 
 void add_sphere(ToolForce& sum, const proto::SceneHeader& scene, const TouchedSphere& sphere,
-                std::span<const PlacedToolSphere> tool, const ToolPose& pose) noexcept {
+                std::span<const PlacedToolSphere> tool, const ToolPose& pose,
+                double energy_share = 1.0) noexcept {
   // A tick may show the spheres of the tick before, gathered for a tool of another scene.
   if (sphere.material >= scene.material_count || sphere.tool_sphere >= tool.size()) return;
   const collision::ContactMaterial material = contact_material(scene, sphere.material);
   const ToolContact contact = contact_with(sphere, tool[sphere.tool_sphere]);
   add_contact(sum, material, contact, pose, sphere.presence);
-  if (sphere.is_static) sum.static_J += sphere.presence * energy_J(material, contact);
+  if (sphere.is_static)
+    sum.static_J += energy_share * sphere.presence * energy_J(material, contact);
 }
 
 }  // namespace
@@ -74,7 +76,10 @@ ToolForce sphere_force_of(const proto::SceneHeader& scene, const TouchedSphere& 
 ToolForce sphere_force(const proto::SceneHeader& scene, const TouchedSpheres& touched,
                        std::span<const PlacedToolSphere> tool, const ToolPose& pose) noexcept {
   ToolForce sum;
-  for (const TouchedSphere& sphere : touched.all()) add_sphere(sum, scene, sphere, tool, pose);
+  for (const TouchedSphere& sphere : touched.all()) {
+    const TouchedField* field = touched.field_of(sphere);
+    add_sphere(sum, scene, sphere, tool, pose, field != nullptr ? field->energy_share : 1.0);
+  }
   return sum;
 }
 

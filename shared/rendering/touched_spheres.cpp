@@ -161,14 +161,16 @@ Eigen::Vector3d displayed_m(const collision::GridView& grid, std::uint32_t numbe
 }
 
 void give_way(const display::ModeMotion& motion, const display::ResponseMatrix& response,
-              TouchedSphere& sphere) noexcept {
+              TouchedSphere& sphere, const Eigen::Vector3d& to_body_m) noexcept {
   place(motion, response.cast<double>() * motion.displacements,
-        response.cast<double>() * motion.drift_per_s, sphere);
+        response.cast<double>() * motion.drift_per_s, sphere, to_body_m);
 }
 
 void place(const display::ModeMotion& motion, const Eigen::Vector3d& straight_m,
-           const Eigen::Vector3d& beside_m_s, TouchedSphere& sphere) noexcept {
-  const Eigen::Vector3d way_m = straight_m + motion.curved_m(sphere.body, sphere.base_m);
+           const Eigen::Vector3d& beside_m_s, TouchedSphere& sphere,
+           const Eigen::Vector3d& to_body_m) noexcept {
+  const Eigen::Vector3d way_m =
+      straight_m + motion.curved_m(sphere.body, sphere.base_m + to_body_m);
   sphere.position_m = sphere.base_m + way_m;
   sphere.seen_m = sphere.base_m + motion.turn_share * way_m;
   const Eigen::Vector3d modes_m_s = motion.rate_per_s * straight_m + beside_m_s;
@@ -196,6 +198,7 @@ void gather_touched(const collision::GridView& grid, const DisplayedMotion& show
     const bool truncated = collision::for_each_candidate(
         grid, bound_tool_sweep(probe, room_m), kMaxVisits, [&](std::uint32_t number) {
           const collision::RecordLine line = collision::load_line(grid, number);
+          if (line.material == proto::kFieldPoint) return;
           Shown sphere = shown_sphere(grid, number, line, shown, probe, room_m);
           if (meets(grid, line, shown, probe, sphere)) add(touched, sphere, i);
         });

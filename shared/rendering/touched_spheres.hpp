@@ -38,27 +38,48 @@ struct TouchedSphere {
   double presence =
       1.0;  // weight of the displayed snapshots in which it is; its force is so much less
   bool is_static = false;
+  std::uint32_t field = 0;  // its number in TouchedSpheres::fields, from 1; 0: of a grid
+};
+
+/// What else is known of a touched sphere that stands for a body with a field: it is fixed to the
+/// body and tangent to where the tool meets it, its `presence` the field's stiffness over the
+/// material's, by which its force is more or less.
+struct TouchedField {
+  std::uint32_t field = 0;                                 // among SceneView::fields()
+  Eigen::Vector3d to_surface_m = Eigen::Vector3d::Zero();  // from the sphere's centre, world frame
+  Eigen::Vector3d surface_m = Eigen::Vector3d::Zero();     // that point in the body's frame
+  double energy_share = 1.0;  // of its spring's energy, beside that of a force linear in depth
 };
 
 /// What a tick gathered, in memory of its own and of fixed size.
 struct TouchedSpheres {
-  static constexpr std::size_t kCapacity = 512, kResponseCapacity = 128;
+  static constexpr std::size_t kCapacity = 512, kResponseCapacity = 128, kFieldCapacity = 256;
   std::array<TouchedSphere, kCapacity> spheres;
   std::size_t count = 0;
   std::array<display::ResponseMatrix, kResponseCapacity> responses;
   std::size_t response_count = 0;
+  std::array<TouchedField, kFieldCapacity> fields;
+  std::size_t field_count = 0;
   bool truncated = false;  // more was there than may be looked at or kept in a tick
 
   [[nodiscard]] std::span<const TouchedSphere> all() const noexcept {
     return {spheres.data(), count};
   }
   void clear() noexcept {
-    count = response_count = 0;
+    count = response_count = field_count = 0;
     truncated = false;
   }
   [[nodiscard]] const display::ResponseMatrix& response_of(
       const TouchedSphere& sphere) const noexcept {
     return responses[sphere.response - 1];
+  }
+  /// Of a sphere that stands for a field; nothing of others.
+  [[nodiscard]] const TouchedField* field_of(const TouchedSphere& sphere) const noexcept {
+    return sphere.field != 0 ? &fields[sphere.field - 1] : nullptr;
+  }
+  /// From a sphere's centre to the point that stands for its body: of a field's the surface's.
+  [[nodiscard]] Eigen::Vector3d to_body_m(const TouchedSphere& sphere) const noexcept {
+    return sphere.field != 0 ? fields[sphere.field - 1].to_surface_m : Eigen::Vector3d::Zero();
   }
   [[nodiscard]] bool has_swept() const noexcept {
     return std::any_of(all().begin(), all().end(), [](const auto& sphere) { return sphere.swept; });
@@ -115,11 +136,14 @@ struct DisplayedMotion {
                                           const CompliantDisplay& compliant_display) noexcept;
 
 /// Places a touched sphere where the modes move it from its base, by its response: straight_m but
-/// for the arc, and at beside_m_s beside that. Realtime: yes.
+/// for the arc of the body's point so far from its centre, and at beside_m_s beside that.
+/// Realtime: yes.
 void place(const display::ModeMotion& motion, const Eigen::Vector3d& straight_m,
-           const Eigen::Vector3d& beside_m_s, TouchedSphere& sphere) noexcept;
+           const Eigen::Vector3d& beside_m_s, TouchedSphere& sphere,
+           const Eigen::Vector3d& to_body_m = Eigen::Vector3d::Zero()) noexcept;
 void give_way(const display::ModeMotion& motion, const display::ResponseMatrix& response,
-              TouchedSphere& sphere) noexcept;
+              TouchedSphere& sphere,
+              const Eigen::Vector3d& to_body_m = Eigen::Vector3d::Zero()) noexcept;
 
 /// Adds to `touched` the spheres of a grid that overlap the tool where `shown` displays them, or
 /// would if they gave way by less or more within the slack.
@@ -129,9 +153,9 @@ void give_way(const display::ModeMotion& motion, const display::ResponseMatrix& 
 /// since the tick before, and overlap at neither end, they are also tested where they came closest
 /// on the straight way. Shorter moves can miss no overlap deeper than a 32nd of that radius.
 /// A sphere is absent from the snapshots in which its position is not a number: it is displayed by
-/// the others, and not swept. Realtime: wait-free, allocates nothing. Safe on words that change or
-/// lie; what was gathered counts only once the read was accepted, and only finite overlaps are
-/// kept.
+/// the others, and not swept. Points of bodies that have fields are nobody's to touch. Realtime:
+/// wait-free, allocates nothing. Safe on words that change or lie; what was gathered counts only
+/// once the read was accepted, and only finite overlaps are kept.
 void gather_touched(const collision::GridView& grid, const DisplayedMotion& shown,
                     std::span<const PlacedToolSphere> tool, TouchedSpheres& touched) noexcept;
 

@@ -29,8 +29,8 @@ class HostileScene {
     const unsigned flags = input.take<std::uint8_t>();
     auto& latest = *reinterpret_cast<std::uint64_t*>(parts_[0].data());
     if ((flags & kPublished) != 0) ++latest;
-    const bool is_odd = latest % 2 != 0;
-    const std::span slot = std::span(parts_).subspan(is_odd ? 1 + parts_.size() / 2 : 1);
+    const std::size_t of_slot = parts_.size() / 2;
+    const std::span slot = std::span(parts_).subspan(latest % 2 != 0 ? 1 + of_slot : 1, of_slot);
     if ((flags & kPublished) != 0) *reinterpret_cast<std::uint64_t*>(slot[0].data()) = 2 * latest;
     auto& snapshot_id = *reinterpret_cast<std::uint64_t*>(slot[1].data());  // SnapshotHeader's
     if ((flags & kPublished) != 0) snapshot_id = latest;
@@ -38,7 +38,7 @@ class HostileScene {
     if ((flags & kRaw) == 0) return;
     const auto raw = std::as_bytes(input.take_rest());
     std::byte* const target = slot[(flags & kSoundHeader) != 0 ? 2 : 1].data();
-    const auto room = static_cast<std::size_t>(slot[5].data() + slot[5].size() - target);
+    const auto room = static_cast<std::size_t>(slot.back().data() + slot.back().size() - target);
     std::copy_n(raw.begin(), std::min(raw.size(), room), target);
     if ((flags & kPublished) != 0) snapshot_id = latest;  // else nothing of it is taken up
   }

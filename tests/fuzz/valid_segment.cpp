@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <memory>
 
 #include "shared/publication/tool_segment.hpp"
 #include "tests/fuzz/fuzz_input.hpp"
@@ -15,6 +16,33 @@ namespace {
 constexpr std::uint64_t kPeriod_ns = 30'000'000;
 constexpr std::uint32_t kMovingSpheres = 32;  // enough for a level of small ones
 
+/// A ball whose fields are fine near its surface only: one at rest, and one that moves.
+std::vector<publication::PublishedField> small_fields() {
+  const Eigen::AlignedBox3d box_m(Eigen::Vector3d::Constant(-0.02),
+                                  Eigen::Vector3d::Constant(0.02));
+  const auto field = std::make_shared<collision::DistanceField>(collision::make_field(
+      box_m, {0.004, 0.003, 0.02}, [](const Eigen::Vector3d& p) { return p.norm() - 0.02; },
+      [](const Eigen::Vector3d& p) { return 1.0 + 10.0 * p.x(); }));
+  std::vector<publication::PublishedField> fields(2, {proto::FieldBody{}, field});
+  fields[0].body.rest.position_m = {0.0F, 0.03F, 0.0F};
+  fields[0].body.rest.orientation_xyzw = {0.0F, 0.6F, 0.0F, 0.8F};
+  fields[1].body.moving = 1;
+  fields[1].body.material = 1;
+  return fields;
+}
+
+/// Turning; its responses are those behind the spheres', of which there are none.
+proto::FieldRecord field_record(std::uint64_t n) {
+  proto::FieldRecord record{};
+  const auto x = 0.004F * static_cast<float>(n);
+  record.history.fill(
+      {{x, -0.02F, 0.0F}, {0.6F, 0.0F, 0.0F, 0.8F}, {0.1F, 0.0F, 0.0F}, {0.0F, 1.0F, 0.0F}, 0.0F});
+  record.predicted_velocity_m_s = {0.1F, 0.0F, 0.0F};
+  record.predicted_angular_velocity_rad_s = {0.0F, 1.0F, 0.0F};
+  record.response = 1;
+  return record;
+}
+
 publication::StaticScene small_scene() {
   publication::StaticScene scene;
   scene.name = "fuzz";
@@ -25,6 +53,7 @@ publication::StaticScene small_scene() {
                    collision::static_sphere({0.02F, 0.0F, -0.03F}, 0.01F),
                    collision::static_sphere({0.0F, 0.0F, -0.03F}, 0.2F)};
   for (proto::SphereRecord& sphere : scene.spheres) sphere.material = 1;
+  scene.fields = small_fields();
   scene.device = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.6, 0.8}, 2.0};
   return scene;
 }
@@ -72,6 +101,10 @@ std::vector<std::byte> valid_scene() {
     snapshot.records()[i].material = i % 2;
     snapshot.records()[i].body = i;
   }
+  const std::array modes{proto::ResponseMode{1.0F, 0.0F, 0.0F, 0.0F, proto::kOneStep}};
+  std::array<proto::SphereResponse, 2> responses{};  // of the field: its origin, and how it turns
+  responses[0].modes[0] = {0.03F, 0.0F, 0.0F};
+  responses[1].modes[0] = {0.0F, 0.0F, 0.3F};
   for (std::uint64_t n = 1; n <= 3; ++n) {
     std::vector<proto::SphereState> snapshots;
     for (std::size_t i = 0; i < kMovingSpheres; ++i)
@@ -79,7 +112,9 @@ std::vector<std::byte> valid_scene() {
           {0.01 * static_cast<double>(i), 0.004 * static_cast<double>(n), 0.0}, {0.5, 0.0, 0.1}));
     snapshot.push_snapshot(snapshots);
     snapshot.enter(collision::history_bounds(snapshot.records()), 1.0F);
-    writer.publish(snapshot, {.state_ns = n * kPeriod_ns, .publish_ns = n * kPeriod_ns + 5});
+    const std::array records{field_record(n)};
+    writer.publish(snapshot, {.state_ns = n * kPeriod_ns, .publish_ns = n * kPeriod_ns + 5},
+                   {.period_ns = kPeriod_ns, .modes = modes, .responses = responses}, records);
   }
   return with_gaps(published(proto::SegmentKind::kScene, proto::kSceneLayoutHash));
 }
@@ -110,6 +145,7 @@ std::vector<std::span<std::byte>> changing_parts(std::span<std::byte> segment) {
     for (const std::size_t word :
          {layout.records, layout.cell_starts, layout.swept_bounds, layout.numbers})
       starts.push_back(8 * word);
+    starts.push_back(static_cast<std::size_t>(header.payload_bytes) - sizeof(proto::FieldRecord));
   }
   starts.push_back(static_cast<std::size_t>(header.payload_bytes));
   std::vector<std::span<std::byte>> parts{

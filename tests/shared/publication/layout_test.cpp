@@ -5,6 +5,7 @@
 #include "proto/tool_segment.hpp"
 #include "shared/publication/segment.hpp"
 #include "shared/publication/tool_segment.hpp"
+#include "tests/shared/publication/field_scene.hpp"
 #include "tests/shared/publication/small_scene.hpp"
 
 namespace stillgrid::publication {
@@ -12,7 +13,7 @@ namespace {
 
 // A change here is a change of the protocol: raise kSegmentVersion and mend docs/protocol.md.
 TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
-  CHECK(proto::kSegmentVersion == 9);
+  CHECK(proto::kSegmentVersion == 10);
 
   CHECK(offsetof(proto::SegmentHeader, version) == 8);
   CHECK(offsetof(proto::SegmentHeader, kind) == 12);
@@ -68,7 +69,9 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(proto::SceneHeader, materials) == 552);
   CHECK(offsetof(proto::SceneHeader, planes) == 1576);
   CHECK(offsetof(proto::SceneHeader, tool) == 3112);
-  CHECK(sizeof(proto::SceneHeader) == 3368);
+  CHECK(offsetof(proto::SceneHeader, field_count) == 3368);
+  CHECK(offsetof(proto::SceneHeader, fields) == 3376);
+  CHECK(sizeof(proto::SceneHeader) == 12080);
 
   CHECK(offsetof(proto::SnapshotHeader, history_count) == 8);
   CHECK(offsetof(proto::SnapshotHeader, state_time_ns) == 16);
@@ -107,6 +110,31 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(collision::SweptBound, bounding_radius_m) == 12);
   CHECK(sizeof(collision::SweptBound) == 16);
 
+  CHECK(proto::kMaxFields == 64);
+  CHECK(proto::kBrickCoefficients == 216);
+  CHECK(proto::kFieldPoint == 0xFFFFFFFF);
+  CHECK(offsetof(proto::FieldShape, brick_m) == 12);
+  CHECK(offsetof(proto::FieldShape, bricks) == 16);
+  CHECK(offsetof(proto::FieldShape, fine_count) == 28);
+  CHECK(offsetof(proto::FieldShape, centre_m) == 32);
+  CHECK(offsetof(proto::FieldShape, bounding_radius_m) == 44);
+  CHECK(offsetof(proto::FieldShape, has_stiffness) == 48);
+  CHECK(sizeof(proto::FieldShape) == 56);
+  CHECK(offsetof(proto::FieldState, orientation_xyzw) == 12);
+  CHECK(offsetof(proto::FieldState, velocity_m_s) == 28);
+  CHECK(offsetof(proto::FieldState, angular_velocity_rad_s) == 40);
+  CHECK(sizeof(proto::FieldState) == 56);
+  CHECK(offsetof(proto::FieldBody, offset) == 56);
+  CHECK(offsetof(proto::FieldBody, rest) == 64);
+  CHECK(offsetof(proto::FieldBody, moving) == 120);
+  CHECK(offsetof(proto::FieldBody, material) == 124);
+  CHECK(offsetof(proto::FieldBody, body) == 128);
+  CHECK(sizeof(proto::FieldBody) == 136);
+  CHECK(offsetof(proto::FieldRecord, predicted_velocity_m_s) == 224);
+  CHECK(offsetof(proto::FieldRecord, predicted_angular_velocity_rad_s) == 236);
+  CHECK(offsetof(proto::FieldRecord, response) == 248);
+  CHECK(sizeof(proto::FieldRecord) == 256);
+
   CHECK(sizeof(proto::SphereState) == 24);
   CHECK(offsetof(proto::SphereRecord, radius_m) == 36);
   CHECK(offsetof(proto::SphereRecord, predicted_velocity_m_s) == 24);
@@ -136,11 +164,50 @@ TEST_CASE("A scene segment is its header, its static grid and two slots", "[layo
   const std::size_t static_bytes = 128 * 10 + 2432 + 16 * 13 + 4 * 10;
   const std::size_t grid_bytes = 1536 + 128 * 7 + 2304 + 16 * 10 + (4 * 7 + 4);
   const std::size_t payload_bytes = (grid_bytes + 63) / 64 * 64 + 144 * 7;
-  const std::size_t first_slot = (3840 + static_bytes + 63) / 64 * 64;
+  const std::size_t first_slot = (12544 + static_bytes + 63) / 64 * 64;
   CHECK(header.slot_offset[0] == first_slot);
   CHECK(header.slot_offset[1] == first_slot + 64 + (payload_bytes + 63) / 64 * 64);
   CHECK(header.payload_bytes == payload_bytes);
   CHECK(header.size_bytes % 4096 == 0);
+}
+
+TEST_CASE("Fields stand behind the static grid, and their records behind the responses",
+          "[layout]") {
+  const TestSession session;
+  const StaticScene scene = field_scene();
+  SceneWriter writer(session.name(), scene, kMovingSpheres, kPeriod_ns, proto::Clock::kVirtual, 0);
+  const auto to_line = [](std::size_t bytes) { return (bytes + 63) / 64 * 64; };
+
+  const std::size_t static_bytes = 128 * 10 + 2432 + 16 * 13 + 4 * 10;
+  const PublishedField &ball = scene.fields[0], &slab = scene.fields[1];
+  const std::size_t first = to_line(12544 + static_bytes),
+                    second = to_line(first + ball.field->bytes());
+  CHECK(writer.scene().fields[0].offset == first);
+  CHECK(writer.scene().fields[1].offset == second);
+  CHECK(writer.scene().fields[2].offset == first);
+  CHECK(scene.fields[2].field == ball.field);
+  CHECK(writer.header().slot_offset[0] == to_line(second + slab.field->bytes()));
+
+  const std::size_t grid_bytes = 1536 + 128 * 7 + 2304 + 16 * 10 + (4 * 7 + 4);
+  const std::size_t responses_bytes = 144 * (7 + 2 * 2);
+  CHECK(writer.header().payload_bytes == to_line(to_line(grid_bytes) + responses_bytes) + 256 * 2);
+}
+
+TEST_CASE("A field of known size takes the bytes that docs/protocol.md says", "[layout]") {
+  const proto::FieldShape shape{.lowest_m = {},
+                                .brick_m = 0.01F,
+                                .bricks = {3, 4, 5},
+                                .fine_count = 7,
+                                .centre_m = {},
+                                .bounding_radius_m = 0.1F,
+                                .has_stiffness = 1,
+                                .reserved = 0};
+  const collision::FieldLayout layout = collision::field_layout(shape);
+  CHECK(layout.coarse == 0);
+  CHECK(layout.numbers * 8 == 4 * 5 * 6 * 7);
+  CHECK(layout.stiffness * 8 == 840 + 4 * 60);
+  CHECK(layout.fine * 8 == 840 + 240 + 840);
+  CHECK(layout.total_words * 8 == 840 + 240 + 840 + 864 * 7);
 }
 
 TEST_CASE("100 moving spheres make a payload of 21696 bytes", "[layout]") {

@@ -6,7 +6,7 @@
 
 namespace stillgrid::publication {
 
-/// A scene with every kind of thing in its fixed part.
+/// A scene with every kind of thing in its fixed part but fields.
 inline StaticScene small_scene() {
   StaticScene scene;
   scene.name = "small";

@@ -33,11 +33,12 @@ void CrossfadeRenderer::prepare(const rendering::TickScene& scene, bool is_other
   is_switch_ = false;
 }
 
-void CrossfadeRenderer::gather(const rendering::TickScene&, const proto::SnapshotHeader& latest,
+void CrossfadeRenderer::gather(const rendering::TickScene& scene,
+                               const proto::SnapshotHeader& latest,
                                const collision::GridView& moving) noexcept {
   const auto gather_snapshot = [&](std::size_t age, rendering::TouchedSpheres& touched) {
     touched.clear();
-    rendering::gather_touched(moving, rendering::held_snapshot(age), tool_, touched);
+    scene.gather_moving(moving, rendering::held_snapshot(age), tool_, touched);
   };
   gather_snapshot(0, (*fresh_)[0]);
   gather_snapshot(1, (*fresh_)[1]);

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "proto/scene_segment.hpp"
+
+namespace stillgrid::collision {
+
+/// Whether a field's state is one that may be: numbers within bounds, and nearly a unit quaternion.
+/// Realtime: yes.
+[[nodiscard]] inline bool is_sound(const proto::FieldState& state) noexcept {
+  // Written so that a NaN does not pass.
+  const auto are_bounded = [](const std::array<float, 3>& numbers) {
+    return std::all_of(numbers.begin(), numbers.end(),
+                       [](float x) { return std::abs(double{x}) <= proto::kLargestNumber; });
+  };
+  double norm2 = 0.0;
+  for (const float x : state.orientation_xyzw) norm2 += double{x} * double{x};
+  return are_bounded(state.position_m) && are_bounded(state.velocity_m_s) &&
+         are_bounded(state.angular_velocity_rad_s) && std::abs(norm2 - 1.0) < 1e-3;
+}
+
+/// The same snapshot throughout, of a first one: it moves on at its velocities, and gives no way.
+inline void fill_history(proto::FieldRecord& record, const proto::FieldState& snapshot) noexcept {
+  record.history.fill(snapshot);
+  record.predicted_velocity_m_s = snapshot.velocity_m_s;
+  record.predicted_angular_velocity_rad_s = snapshot.angular_velocity_rad_s;
+  record.response = 0;
+}
+
+/// One more snapshot; older ones move down. It moves on at its velocities, and gives no way.
+inline void push_snapshot(proto::FieldRecord& record, const proto::FieldState& snapshot) noexcept {
+  const auto before = record.history;
+  fill_history(record, snapshot);
+  std::copy(before.begin(), before.end() - 1, record.history.begin() + 1);
+}
+
+}  // namespace stillgrid::collision

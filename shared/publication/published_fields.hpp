@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "proto/scene_segment.hpp"
+#include "shared/collision/distance_field.hpp"
+
+namespace stillgrid::publication {
+
+/// A body that is met through its distance field, as a simulation publishes it once.
+///
+/// Of `body` shape and offset are the writer's to fill. The first that moves has moving = 1, the
+/// next 2, and so on.
+struct PublishedField {
+  proto::FieldBody body{};
+  std::shared_ptr<const collision::DistanceField> field;  // bodies may share one
+};
+
+/// The same as a reader has it: every number checked, a rest that is a unit quaternion.
+struct SceneField {
+  proto::FieldBody body{};
+  collision::FieldView field;  // its words in the segment
+};
+
+/// Where fields stand that begin behind so many bytes of a segment: one that bodies share once.
+struct FieldPlaces {
+  std::vector<proto::FieldBody> bodies;
+  std::size_t end_bytes = 0;
+  std::size_t moving_count = 0;
+};
+/// Pre: fields.size() <= kMaxFields, moving ones in order.
+[[nodiscard]] FieldPlaces place_fields(std::span<const PublishedField> fields,
+                                       std::size_t from_bytes);
+
+/// Copies their numbers to where they stand. segment: its start.
+void write_fields(std::span<const PublishedField> fields, const FieldPlaces& places,
+                  std::byte* segment);
+
+/// How far any point of the body moves, all modes together, whose origin responds by the first and
+/// which turns by the second of these; rounded up. sqrt(m/N).
+[[nodiscard]] double largest_response(const proto::FieldShape& shape,
+                                      const proto::SphereResponse& origin,
+                                      const proto::SphereResponse& turn,
+                                      std::size_t modes) noexcept;
+
+/// The fields of a fixed part whose words end at end_bytes and hold no field before from_bytes.
+/// Throws SegmentError unless every count, number and place is sound. segment: its start.
+[[nodiscard]] std::vector<SceneField> read_fields(const proto::SceneHeader& scene,
+                                                  const std::byte* segment, std::size_t from_bytes,
+                                                  std::size_t end_bytes);
+
+}  // namespace stillgrid::publication
