@@ -1,0 +1,105 @@
+// Every model of contact with a rigid mesh beside the exact mesh: prints
+// docs/charts/contact_models.csv (models), which needs the folder of real inputs, with --small of
+// the bunny only, or docs/charts/contact_drawn.csv (drawn), contact_corner.csv (corner).
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <string_view>
+
+#include "shared/rendering/force_error.hpp"
+#include "sim_server/fields/mesh_force.hpp"
+#include "sim_server/mesh/mesh_file.hpp"
+#include "sim_server/mesh/mesh_repair.hpp"
+#include "tests/performance/contact_models.hpp"
+#include "tests/performance/drawn_tool.hpp"
+#include "tests/sim_server/spheres/recorded_contact.hpp"
+
+namespace stillgrid::performance {
+namespace {
+
+constexpr double kDiagonal_m = 0.2;
+constexpr std::size_t kSamples = 4000;
+
+ModelledMesh modelled(const std::string& name, const std::filesystem::path& file) {
+  ModelledMesh of{.name = name,
+                  .mesh = mesh::make_closed(mesh::load_mesh(file, 1.0), name).mesh,
+                  .tool_radius_m = 0.02 * kDiagonal_m,
+                  .press_depth_m = 0.005 * kDiagonal_m,
+                  .distance = {}};
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& vertex_m : of.mesh.vertices_m) box.extend(vertex_m);
+  for (Eigen::Vector3d& vertex_m : of.mesh.vertices_m)
+    vertex_m *= kDiagonal_m / box.diagonal().norm();
+  of.distance = std::make_shared<const mesh::MeshDistance>(of.mesh);
+  return of;
+}
+
+/// Each model at several finenesses, coarse to fine; made when it is asked for.
+std::vector<std::function<ContactModel()>> models_of(const ModelledMesh& of, bool is_small) {
+  std::vector<std::function<ContactModel()>> made;
+  const auto add = [&](auto&& make, std::initializer_list<double> sizes) {
+    for (const double size : sizes) {
+      made.emplace_back([&of, make, size] { return make(of, size * kDiagonal_m); });
+      if (is_small) return;
+    }
+  };
+  add(decomposition_model, {0.04, 0.02, 0.01, 0.005});
+  add(even_model, {0.04, 0.028, 0.02, 0.014, 0.01, 0.007});
+  add(blob_model, {0.04, 0.02, 0.01});
+  add(field_model, {0.04, 0.028, 0.02, 0.014, 0.01, 0.007, 0.005, 0.0035});
+  made.emplace_back([&of] { return exact_model(of); });
+  return made;
+}
+
+void compare_models(bool is_small) {
+  const auto data = spheres::real_data();
+  if (!data) throw std::runtime_error("expected $STILLGRID_DATA or ../shared/data");
+  std::printf("mesh,model,size_mm,parts,bytes,hot_ns,flushed_ns,error_jnd,depths_jnd\n");
+  for (const auto& [name, file] : {std::pair("bunny", "npm_bunny.off"),
+                                   {"spot", "mujoco_spot.obj"},
+                                   {"liver", "sofa_liver-smooth.obj"}}) {
+    const ModelledMesh of = modelled(name, *data / "meshes" / file);
+    const double depth_m = of.press_depth_m;
+    const auto press = [&](std::span<const double> depths_m) {
+      return fields::press_everywhere(of.mesh, *of.distance, kSamples, of.tool_radius_m, depths_m);
+    };
+    const fields::PressedPlaces one = press(std::array{depth_m}),
+                                several = press(std::array{0.5 * depth_m, depth_m, 2.0 * depth_m});
+    for (const auto& make : models_of(of, is_small)) {
+      const ContactModel model = make();
+      const QueryTime time = time_query(model, one.tool_m, is_small);
+      const auto jnd = [&](const fields::PressedPlaces& places) {
+        return fields::force_error_share(places, model.force) / rendering::kJustNoticeable;
+      };
+      std::printf("%s,%s,%.4g,%zu,%.0f,%.1f,%.0f,%.4f,%.4f\n", name, model.name.c_str(),
+                  1e3 * model.size_m, model.parts, model.bytes, time.hot_ns, time.flushed_ns,
+                  jnd(one), jnd(several));
+      std::fflush(stdout);
+    }
+    if (is_small) return;
+  }
+}
+
+}  // namespace
+}  // namespace stillgrid::performance
+
+int main(int argc, char** argv) {
+  using namespace std::string_view_literals;
+  const std::string_view table = argc > 1 ? argv[1] : "";
+  const bool is_small = argc > 2 && argv[2] == "--small"sv;
+  try {
+    if (table == "models")
+      stillgrid::performance::compare_models(is_small);
+    else if (table == "drawn")
+      stillgrid::performance::print_drawn_tool();
+    else if (table == "corner")
+      stillgrid::performance::print_rod_in_corner();
+    else
+      throw std::runtime_error("expected models, drawn or corner");
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "contact_model_figures: %s\n", error.what());
+    return 1;
+  }
+}
