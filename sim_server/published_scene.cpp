@@ -25,6 +25,18 @@ publication::StaticScene static_scene(const scene::SceneDescription& scene,
          f(sphere.radius_m)});
   fixed.tool_slip_speed_m_s = f(hand.tool_slip_speed_m_s);
   fixed.spheres = snapshot::static_records(world);
+  for (const bodies::FieldBody& body : world.fields) {  // WIP: static ones only
+    if (body.rigid >= 0) continue;
+    publication::PublishedField field;
+    field.body.material = static_cast<std::uint32_t>(body.material);
+    field.body.body = static_cast<std::uint32_t>(body.body);
+    field.body.rest.position_m = {f(body.position_m.x()), f(body.position_m.y()),
+                                  f(body.position_m.z())};
+    field.body.rest.orientation_xyzw = {f(body.orientation.x()), f(body.orientation.y()),
+                                        f(body.orientation.z()), f(body.orientation.w())};
+    field.field = body.field;
+    fixed.fields.push_back(field);
+  }
   const scene::DeviceFrame& device = hand.device;
   fixed.device = {{device.position_m.x(), device.position_m.y(), device.position_m.z()},
                   {device.orientation.x(), device.orientation.y(), device.orientation.z(),
