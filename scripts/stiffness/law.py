@@ -6,10 +6,10 @@ import numpy
 
 WIDTH, OWN_WEIGHT, NEIGHBOURS = 1.75, 0.02, 3
 FOLDS, BLOCKS = 5, 25
-SMOOTHNESS = (1e-4, 1e-3, 1e-2, 1e-1, 1.0)
+SMOOTHNESS = (1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 1.0)
 TOWARDS_OWN = 1e-4  # what keeps a place that is hardly felt near the one stiffness of the whole
 LEAST_SHARE = 0.02  # of that one stiffness: no place is softer
-ENOUGH = 0.01  # a fit that explains so much less of the forces but with wider places is preferred
+WORTH_A_MAP = 0.01  # of the measured force's variance: what a map must foretell more than one stiffness
 MAX_PLACES = 800
 
 
@@ -210,12 +210,10 @@ def fit_map(contact, one, bound_m, asked_spacing_m, least_spacing_m):
                  for error, smoothness in zip(candidate.cross_errors(offset_m), SMOOTHNESS)]
         if not tried:
             break
-        least = min(error for error, _, _ in tried)
-        best = next(one for one in sorted(tried, key=lambda one: (-one[1].spacing_m, one[0]))
-                    if one[0] <= least + ENOUGH * total)
+        best = min(tried, key=lambda one: one[0])
         offset_m = best_offset_m(lambda at_m: penalised(best, at_m), bound_m)
     one.one_cross_R2 = one.cross_R2 = 1.0 - one_cross_error(contact, one.offset_m) / total
-    if not best or (not asked_spacing_m and 1.0 - best[0] / total < one.cross_R2 + ENOUGH):
+    if not best or (not asked_spacing_m and 1.0 - best[0] / total < one.cross_R2 + WORTH_A_MAP):
         return one
     _, candidate, smoothness = best
     cross = dict(zip(SMOOTHNESS, candidate.cross_errors(offset_m)))[smoothness]
