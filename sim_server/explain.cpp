@@ -41,7 +41,32 @@ std::string row(const dynamics::MethodTrial& trial) {
          (trial.refusal.empty() ? "chosen" : trial.refusal) + '\n';
 }
 
+std::string row(const fields::ContactTrial& trial) {
+  return (trial.refusal.empty() ? "* " : "  ") +
+         print("%-26s%10zu%10.3g%10.3g%10.3g%10.3g%10.3g", fields::describe(trial).c_str(),
+               trial.parts, trial.bytes / 1048576.0, 1e-3 * trial.tick_ns, 1e-3 * trial.step_ns,
+               1e-3 * trial.cost_ns, trial.error_share / rendering::kJustNoticeable) +
+         "  " + (trial.refusal.empty() ? "chosen" : trial.refusal) + '\n';
+}
+
 }  // namespace
+
+std::string explain_contacts(const scene::SceneDescription& scene) {
+  std::string text;
+  for (const bodies::BodyDescription& body : scene.bodies) {
+    const auto* const mesh = std::get_if<bodies::RigidMeshBody>(&body.shape);
+    if (mesh == nullptr || mesh->trials.empty()) continue;
+    text += print(
+        "contact of %s, by counts; its force may err by %.3g JND\n\n"
+        "  %-26s%10s%10s%10s%10s%10s%10s\n  %-26s%10s%10s%10s%10s%10s%10s\n",
+        body.name.c_str(), mesh->asked_field->max_error_share / rendering::kJustNoticeable, "model",
+        "bricks or", "memory", "a tick", "a step", "a ms", "error", "", "spheres", "MiB", "us",
+        "us", "us", "JND");
+    for (const fields::ContactTrial& trial : mesh->trials) text += row(trial);
+    text += '\n';
+  }
+  return text;
+}
 
 std::string target_complaint(const dynamics::MethodChoice& choice,
                              const scene::SceneDescription& scene) {

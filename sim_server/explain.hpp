@@ -27,4 +27,8 @@ namespace stillgrid::sim_server {
 /// scene's hand would err. Pre: scene.hand.
 [[nodiscard]] std::string explain(const RateChoice& choice, const scene::SceneDescription& scene);
 
+/// A table for people for each body whose contact was chosen: of each model its error, its cost and
+/// what it takes. Empty: none was.
+[[nodiscard]] std::string explain_contacts(const scene::SceneDescription& scene);
+
 }  // namespace stillgrid::sim_server

@@ -66,6 +66,7 @@ void settle_choices(scene::SceneDescription& scene, const bodies::World& world,
 void explain_choices(scene::SceneDescription scene, const bodies::World& world,
                      const ChoiceFiles& files) {
   look_at_hand(scene);
+  std::fputs(explain_contacts(scene).c_str(), stdout);
   Choices choices;
   choices.method = dynamics::choose_method(scene, realtime::thread_processor_s, tell);
   if (scene.choose_method) scene.method = choices.method->method;

@@ -5,6 +5,7 @@ from tables import read_rows
 
 MODELS = {"spheres": ("#D55E00", "decomposition"),
           "even spheres": ("#E69F00", "even spheres under the surface"),
+          "penetration volume": ("#009E73", "the same, by penetration volume"),
           "blobs": ("#0072B2", "blobs of the decomposition")}
 PANELS = (("mean_cosine", "mean cosine with the measured force"),
           ("in_contact", "share of samples in contact"))
@@ -38,11 +39,11 @@ def draw(charts):
                for colour, _ in MODELS.values()]
     handles.append(plt.Rectangle((0, 0), 1, 1, color="0.9"))
     figure.legend(handles, [label for _, label in MODELS.values()] + ["normal of the nearest face"],
-                  ncol=4,
+                  ncol=3,
                   frameon=False, loc="lower right", bbox_to_anchor=(0.99, 0.0))
     figure.suptitle("Recorded contact with a contour: eight demonstrations (dots) and their mean",
                     x=0.01, ha="left", fontsize=12, fontweight="bold")
-    figure.tight_layout(rect=(0, 0.06, 1, 1), w_pad=3.0)
+    figure.tight_layout(rect=(0, 0.1, 1, 1), w_pad=3.0)
     return figure
 
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -253,8 +254,10 @@ void read_bodies(toml::TableReader& document, SceneDescription& scene) {
     if (mesh != nullptr && mesh->asked_field) ++fields;
     if (fields > proto::kMaxFields)
       table.refuse("contact", "at most " + std::to_string(proto::kMaxFields) + " fields");
-    // A body whose stiffness is its own is published with a material of its own.
-    scaled += body.stiffness_scale != 1.0 ? 1 : 0;
+    // A body whose stiffness is its own is published with a material of its own; so may be one
+    // whose contact is chosen.
+    const bool is_choice = mesh != nullptr && mesh->asked_field && mesh->asked_field->is_choice;
+    scaled += body.stiffness_scale != 1.0 || is_choice ? 1 : 0;
     if (scene.materials.size() + scaled > kMaxMaterials)
       table.refuse(table.has("normalise") ? "normalise" : "stiffness_scale",
                    "at most " + std::to_string(kMaxMaterials) +
@@ -273,6 +276,19 @@ void serve_meshes(bool names_integrator, bool names_solver, SceneDescription& sc
   if (!has_mesh || names_solver) return;
   scene.method.solver = SolverKind::kNewtonCg;
   if (!names_integrator) scene.method.integrator = IntegratorKind::kVelocityVerlet;
+}
+
+bodies::FieldScene field_scene_of(const SceneDescription& scene) {
+  bodies::FieldScene of{.least_tool_radius_m = std::numeric_limits<double>::infinity(),
+                        .period_s = scene.period_s};
+  for (const Hand& hand : hands_of(scene))
+    for (const ToolSphere& sphere : hand.tool) {
+      of.least_tool_radius_m = std::min(of.least_tool_radius_m, sphere.radius_m);
+      of.largest_tool_radius_m = std::max(of.largest_tool_radius_m, sphere.radius_m);
+    }
+  for (const MaterialDescription& material : scene.materials)
+    of.materials_N_per_m.push_back(material.contact_stiffness_N_per_m);
+  return of;
 }
 
 void read_tables(toml::TableReader& document, const MethodTable& methods, const std::string& file,
@@ -294,14 +310,7 @@ void read_tables(toml::TableReader& document, const MethodTable& methods, const 
   read_bodies(document, scene);
   serve_meshes(names_integrator, names_solver, scene);
   document.finish();
-  double tool_radius_m = 0.0;
-  for (const Hand& hand : hands_of(scene))
-    for (const ToolSphere& sphere : hand.tool)
-      tool_radius_m = std::max(tool_radius_m, sphere.radius_m);
-  std::vector<double> materials_N_per_m;
-  for (const MaterialDescription& material : scene.materials)
-    materials_N_per_m.push_back(material.contact_stiffness_N_per_m);
-  bodies::make_fields(scene.bodies, materials_N_per_m, tool_radius_m, file, scene.notes);
+  bodies::make_fields(scene.bodies, field_scene_of(scene), file, scene.notes);
 }
 
 }  // namespace

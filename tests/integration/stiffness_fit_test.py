@@ -171,7 +171,6 @@ class StiffnessFitTest(daemons.SessionTest):
 
         pushes = self.write("pushes.csv", rows(lambda z: f"{max(0.0, 500 * (0.03 - z)):.4g}"))
         pulls = self.write("pulls.csv", rows(lambda z: f"{-max(0.0, 500 * (0.03 - z)):.4g}"))
-        away = self.write("away.csv", pushes.read_text().replace("time_s,x_m,y_m,z_m", "time_s,y_m,z_m,x_m"))
         bad = self.write("bad.csv", pushes.read_text().replace("\n0.5,-0.0074,", "\n0.5,-0.0074x,"))
         bad_force = self.write("bad_force.csv", rows(lambda z: "nan" if z < 0.025 else "0"))
         short = self.write("short.csv", "".join(pushes.read_text().splitlines(True)[:50]))
@@ -192,7 +191,8 @@ class StiffnessFitTest(daemons.SessionTest):
                 ((self.scene, without, "--force", "fz_N:G"), r"without\.csv:1: column G: missing: expected it for fz_N"),
                 ((self.scene, short), r"short\.csv: 49 rows: expected 100 at least"),
                 ((self.scene, pushes, "--check", short), r"short\.csv: 49 rows"),
-                ((self.scene, away), r"away\.csv: 0 rows within 2 mm of body 'organ': expected 100 at least"),
+                ((self.scene, pushes, "--replay", "offset_x_m=1"),
+                 r"pushes\.csv: 0 rows within 2 mm of body 'organ': expected 100 at least"),
                 ((self.scene, pulls), r"pulls\.csv: the measured force pulls the tool in"),
                 ((self.scene, pushes, "--force", "fz_N=F"), "--force: value 'fz_N=F': expected fx_N, fy_N or fz_N"),
                 ((self.scene, pushes, "--force", "fz_N:F*x"), r"--force: value 'fz_N:F\*x': expected"),

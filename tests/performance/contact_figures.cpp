@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "shared/tools/laboratory/blobs/blob_fit.hpp"
+#include "shared/tools/laboratory/rivals/penetration_volume.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
 #include "sim_server/mesh/mesh_repair.hpp"
 #include "sim_server/spheres/decomposition.hpp"
@@ -50,6 +51,12 @@ void compare(const std::filesystem::path& data) {
     print_agreement(
         "even spheres", spacing_m, even.size(), 0.0, demonstrations,
         [&](const Eigen::Vector3d& tool_m) { return spheres::unit_force_m(balls, tool_m); });
+    // Direction alone is compared, so that the pressure does not matter.
+    const laboratory::VolumeBody volume{balls, 1.0};
+    print_agreement("penetration volume", spacing_m, even.size(), 0.0, demonstrations,
+                    [&](const Eigen::Vector3d& tool_m) {
+                      return laboratory::unit_volume_force_m(volume, tool_m);
+                    });
   }
   const auto targets = laboratory::distance_targets(spheres::sample_surface(mesh, kSamples),
                                                     distance, spheres::kRecordedTool_m);

@@ -57,9 +57,18 @@ ContactModel sphere_model(const std::string& name, const ModelledMesh& of,
   const double scale = spheres::stiffness_scale(balls, spheres::sample_surface(of.mesh, kSamples),
                                                 of.tool_radius_m, of.press_depth_m);
   const double radius_m = of.tool_radius_m;
-  return {name, size_m, balls.size(), static_cast<double>(grid->bytes()),
+  return {name,
+          size_m,
+          balls.size(),
+          static_cast<double>(grid->bytes()),
           [grid, scale, radius_m](const Eigen::Vector3d& tool_m) -> Eigen::Vector3d {
             return scale * grid->force_m(tool_m, radius_m);
+          },
+          [balls, radius_m](const Eigen::Vector3d& tool_m) {
+            return static_cast<double>(
+                std::count_if(balls.begin(), balls.end(), [&](const spheres::Ball& ball) {
+                  return (ball.centre_m - tool_m).norm() < ball.radius_m + radius_m;
+                }));
           }};
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -19,6 +20,7 @@ struct ContactModel {
   std::size_t parts = 0;     // spheres, blobs, bricks or triangles
   double bytes = 0.0;        // that a query reads from
   spheres::UnitForce force;  // N for each N/m, m; as stiff as the material
+  std::function<double(const Eigen::Vector3d& tool_m)> touched = {};  // spheres there
 };
 
 /// Static spheres as the haptic side finds them: a published voxel grid.

@@ -11,6 +11,7 @@
 #include "sim_server/bodies/kinds/packing.hpp"
 #include "sim_server/bodies/kinds/springs.hpp"
 #include "sim_server/bodies/surfaces.hpp"
+#include "sim_server/fields/contact_choice.hpp"
 #include "sim_server/fields/measured_surface.hpp"
 #include "sim_server/mesh/triangle_mesh.hpp"
 #include "sim_server/spheres/ball.hpp"
@@ -23,13 +24,15 @@ namespace stillgrid::bodies {
 
 struct BodyDescription;
 
-/// The field that a scene asks of a mesh.
+/// The field that a scene asks of a mesh, or what it leaves to choose.
 struct AskedField {
-  double cell_m = 0.0;
-  std::optional<double> band_m = {};      // none: chosen for the scene's tool
-  unsigned line = 0;                      // of the scene file, where it is asked for
-  std::filesystem::path folder = {};      // of the scene file
-  fields::MeasuredSurface measured = {};  // own_N_per_m: make_fields() knows it
+  bool is_choice = false;             // contact = "auto"
+  std::optional<double> cell_m = {};  // none: chosen, as only a choice may
+  std::optional<double> band_m = {};  // none: chosen for the scene's tool
+  double max_error_share = 0.0;       // of a choice, what the force may err
+  unsigned line = 0;                  // of the scene file, where it is asked for
+  std::filesystem::path folder = {};  // of the scene file
+  fields::MeasuredSurface measured = {};  // of no choice; own_N_per_m: make_fields() knows it
 };
 
 /// A mesh from a file that keeps its shape, in its centre of mass along its principal axes,
@@ -41,6 +44,7 @@ struct RigidMeshBody {
   Eigen::Vector3d inverse_inertia_per_kg_m2 = Eigen::Vector3d::Zero();  // principal
   std::optional<AskedField> asked_field = {};
   std::shared_ptr<const collision::DistanceField> field = {};  // make_fields() makes it
+  std::vector<fields::ContactTrial> trials = {};               // of a choice
 };
 
 /// A mesh from a file as balls on a lattice of masses and springs, in the file's frame.

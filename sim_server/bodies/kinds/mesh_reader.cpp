@@ -11,7 +11,7 @@
 
 #include "shared/realtime/stop_signal.hpp"
 #include "sim_server/bodies/kinds/body_description.hpp"
-#include "sim_server/bodies/kinds/measured_surface_reader.hpp"
+#include "sim_server/bodies/kinds/contact_keys.hpp"
 #include "sim_server/bodies/kinds/mesh.hpp"
 #include "sim_server/mesh/mass_properties.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
@@ -26,8 +26,7 @@
 namespace stillgrid::bodies {
 namespace {
 
-constexpr double kFinestTolerance = 1e-3;  // of the longest side, a cell of a field too
-constexpr double kCoarsestCell = 0.1;      // likewise
+constexpr double kFinestTolerance = 1e-3;  // of the longest side
 constexpr std::size_t kSurfaceSamples = 2000;
 constexpr double kMaxPlaces = 1e5;  // of a lattice's nodes
 
@@ -177,35 +176,6 @@ std::vector<spheres::Ball> read_balls(toml::TableReader& table, const mesh::Tria
   return sampled(spheres, chosen, mesh, body, notes);
 }
 
-/// The field by which a mesh is met; nothing: it is met through spheres.
-std::optional<AskedField> read_field(toml::TableReader& table, const mesh::TriangleMesh& mesh,
-                                     bool is_soft, Motion motion) {
-  constexpr std::array<std::string_view, 2> kContacts = {"spheres", "field"};
-  const bool has_field = table.has("contact") && table.choice("contact", kContacts) == 1;
-  if (!has_field) {
-    if (table.has("field")) table.refuse("field", "no such key but beside contact = \"field\"");
-    return std::nullopt;
-  }
-  if (is_soft) table.refuse("contact", "\"spheres\": a soft mesh deforms, which no field does");
-  if (table.has("spheres"))
-    table.refuse("spheres", "no such key beside contact = \"field\", which needs none");
-  if (table.has("normalise"))
-    table.refuse("normalise",
-                 "no such key beside contact = \"field\", whose stiffness is the material's");
-  toml::TableReader field = table.table("field");
-  AskedField asked{.cell_m = field.number("cell_m", toml::Bound::kPositive),
-                   .line = field.line(),
-                   .folder = field.folder()};
-  if (field.has("band_m")) asked.band_m = field.number("band_m", toml::Bound::kPositive);
-  asked.measured = read_measured_surface(field, box_of(mesh), motion);
-  field.finish();
-  const double longest_m = box_of(mesh).sizes().maxCoeff();
-  if (asked.cell_m < kFinestTolerance * longest_m || asked.cell_m > kCoarsestCell * longest_m)
-    field.refuse("cell_m", "a thousandth to a tenth of the mesh's longest side");
-  if (asked.band_m > longest_m) field.refuse("band_m", "at most the mesh's longest side");
-  return asked;
-}
-
 double read_stiffness_scale(toml::TableReader& table, const mesh::TriangleMesh& mesh,
                             const std::vector<spheres::Ball>& balls) {
   if (!table.has("normalise")) return 1.0;
@@ -269,9 +239,10 @@ void read_mesh(toml::TableReader& table, BodyDescription& body, std::vector<std:
   body.position_m = table.vector_or("position_m", body.position_m);
   body.orientation = table.orientation_or_identity("orientation_xyzw");
   const mesh::TriangleMesh mesh = read_closed(table);
-  const std::optional<AskedField> field = read_field(table, mesh, is_soft, body.motion);
+  const std::optional<AskedField> field = read_contact(table, mesh, is_soft, body.motion);
   std::vector<spheres::Ball> balls;
-  if (!field) balls = read_balls(table, mesh, body, notes);
+  // A choice may be among these and fields.
+  if (!field || table.has("spheres")) balls = read_balls(table, mesh, body, notes);
   body.stiffness_scale = read_stiffness_scale(table, mesh, balls);
   if (is_soft)
     body.shape = on_lattice(table, std::move(balls), mesh, body);

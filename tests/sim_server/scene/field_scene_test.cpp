@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
@@ -7,6 +8,7 @@
 #include "proto/distance_field.hpp"
 #include "shared/collision/distance_field.hpp"
 #include "sim_server/bodies/kinds/body_in_world.hpp"
+#include "sim_server/fields/mesh_force.hpp"
 #include "sim_server/scene/build_world.hpp"
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/test_folder.hpp"
@@ -29,6 +31,7 @@ const std::string kBody =
     "[[body]]\nname = 'b'\nkind = 'mesh'\nmaterial = 'm'\nmass_kg = 2.0\nscale = 0.01\n"
     "file = 'brick.obj'\n";
 const std::string kContact = "contact = 'field'\n";
+const std::string kAuto = "contact = 'auto'\n";
 const std::string kField = kContact + "field = { cell_m = 0.001 }\n";
 
 struct Scenes {
@@ -228,9 +231,24 @@ TEST_CASE("A fault in the keys of a field is refused where it stands", "[field_s
   const std::string springs =
       "spring_stiffness_N_per_m = { structural = 10.0, shear = 5.0 }\nlattice_m = 0.01\n";
   const Fault faults[] = {
-      {"contact = 'blobs'\n", "10:11: body.contact: value 'blobs': expected one of spheres, field"},
+      {"contact = 'blobs'\n",
+       "10:11: body.contact: value 'blobs': expected one of spheres, field, auto"},
       {"field = { cell_m = 0.001 }\nspheres = { tolerance_m = 0.002 }\n",
        "10:9: body.field: value {...}: expected no such key but beside contact = \"field\""},
+      {"spheres = { tolerance_m = 0.002 }\nforce_error = 0.1\n",
+       "11:15: body.force_error: value 0.1: expected no such key but beside contact = \"auto\""},
+      {kAuto + "normalise = { tool_radius_m = 0.005, press_depth_m = 0.002 }\n",
+       "11:13: body.normalise: value {...}: expected no such key beside contact = \"auto\", which"},
+      {kAuto + "force_error = '0jnd'\n",
+       "11:15: body.force_error: value '0jnd': expected a share of the force above 0, at most"},
+      {kAuto + "force_error = '1 jnd'\n",
+       "11:15: body.force_error: value '1 jnd': expected a share"},
+      {kAuto + "force_error = 2000\n", "11:15: body.force_error: value 2000: expected a share of"},
+      {kAuto + springs,
+       "10:11: body.contact: value 'auto': expected \"spheres\": a soft mesh deforms, which no"},
+      {kAuto + "field = { cell_m = 0.00005, band_m = 0.01 }\n",
+       "11:1: body.field.cell_m: value 5e-05: expected cells of a field that can be held; a "
+       "field "},
       {kContact, "3:1: body.field.cell_m: value missing: expected a number from 1e-9"},
       {kContact + "field = { cell_m = 1e-6 }\n",
        "11:20: body.field.cell_m: value 1e-06: expected a thousandth to a tenth of the mesh's"},
@@ -275,6 +293,80 @@ TEST_CASE("A fault in the keys of a field is refused where it stands", "[field_s
     CHECK(line.substr(0, fault.refusal.size()) == fault.refusal);
     CHECK(line.find('\n') == std::string::npos);
   }
+}
+
+TEST_CASE("A choice is of the cheapest model that keeps the error, whoever asks", "[field_scene]") {
+  const Scenes scenes;
+  const auto chosen = [&](const std::string& keys) {
+    const SceneDescription scene = scenes.load(kMaterial + kBody + kAuto + keys);
+    const auto& mesh = std::get<bodies::RigidMeshBody>(scene.bodies.at(0).shape);
+    REQUIRE(std::count_if(mesh.trials.begin(), mesh.trials.end(),
+                          [](const auto& trial) { return trial.refusal.empty(); }) == 1);
+    return *std::find_if(mesh.trials.begin(), mesh.trials.end(),
+                         [](const auto& trial) { return trial.refusal.empty(); });
+  };
+  const fields::ContactTrial by_default = chosen("motion = 'static'\n");
+  CHECK(by_default.model == fields::ContactModel::kField);
+  CHECK(by_default.error_share <= 0.07);
+  const auto same = [&](const std::string& keys) {
+    const fields::ContactTrial trial = chosen("motion = 'static'\n" + keys);
+    CHECK(trial.size_m == by_default.size_m);
+    CHECK(trial.error_share == by_default.error_share);
+  };
+  same("");
+  same("force_error = '1jnd'\n");
+  same("force_error = 0.07\n");
+  same("force_error = '7%'\n");
+  // Who may err much is met through less.
+  const fields::ContactTrial rough = chosen("motion = 'static'\nforce_error = 5\n");
+  CHECK(rough.cost_ns < by_default.cost_ns);
+  CHECK(rough.bytes < by_default.bytes);
+  // A body that moves pays for each of its spheres in every step.
+  CHECK(chosen("force_error = 5\n").step_ns > 0.0);
+  CHECK(by_default.step_ns == 0.0);
+}
+
+TEST_CASE("A choice may be limited to one field and given spheres", "[field_scene]") {
+  const Scenes scenes;
+  const SceneDescription scene =
+      scenes.load(kMaterial + kBody + kAuto +
+                  "motion = 'static'\nfield = { cell_m = 0.002 }\n"
+                  "spheres = { surface_spacing_m = 0.01 }\nforce_error = 1e-6\n");
+  const auto& mesh = std::get<bodies::RigidMeshBody>(scene.bodies.at(0).shape);
+  REQUIRE(mesh.trials.size() == 2);
+  CHECK(mesh.trials[0].size_m == 0.002);
+  CHECK(mesh.trials[1].model == fields::ContactModel::kGivenSpheres);
+  // Where none keeps the error the most accurate is taken, and a note says so.
+  CHECK(mesh.trials[0].refusal.empty());
+  CHECK(mesh.trials[0].error_share < mesh.trials[1].error_share);
+  CHECK(mesh.field != nullptr);
+  CHECK(std::any_of(scene.notes.begin(), scene.notes.end(), [](const std::string& note) {
+    return note.find("no model errs by at most") != std::string::npos;
+  }));
+}
+
+TEST_CASE("Spheres that are chosen are as stiff as errs least", "[field_scene]") {
+  const Scenes scenes;
+  const SceneDescription scene = scenes.load(kMaterial + kBody + kAuto +
+                                             "motion = 'static'\nforce_error = 900\n"
+                                             "field = { cell_m = 0.004 }\n");
+  const bodies::BodyDescription& body = scene.bodies.at(0);
+  const auto& mesh = std::get<bodies::RigidMeshBody>(body.shape);
+  REQUIRE(mesh.field == nullptr);
+  const bodies::World world = build_world(scene);
+  CHECK(world.fields.empty());
+  CHECK(world.static_spheres.size() == mesh.balls.size());
+  const mesh::MeshDistance distance(mesh.surface);
+  const auto places = fields::press_everywhere(mesh.surface, distance, 2000, 0.005,
+                                               std::array{0.000625, 0.00125, 0.0025});
+  const spheres::BallBody balls = spheres::make_ball_body(mesh.balls, 0.005);
+  const auto error = [&](double scale) {
+    return fields::force_error_share(places, [&](const Vector3d& tool_m) -> Vector3d {
+      return scale * body.stiffness_scale * spheres::unit_force_m(balls, tool_m);
+    });
+  };
+  CHECK(error(1.0) < error(0.97));
+  CHECK(error(1.0) < error(1.03));
 }
 
 TEST_CASE("A scene has at most as many fields as a segment", "[field_scene]") {

@@ -1,0 +1,109 @@
+#include "sim_server/fields/contact_choice.hpp"
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <stdexcept>
+
+#include "sim_server/fields/mesh_field.hpp"
+#include "tests/sim_server/spheres/generated_solids.hpp"
+
+namespace stillgrid::fields {
+namespace {
+
+ContactNeed need_of(const mesh::TriangleMesh& solid, double error_share) {
+  return {.tool_radius_m = 0.06,
+          .press_depth_m = 0.015,
+          .max_error_share = error_share,
+          .make_field = [&solid](double cell_m) {
+            return std::make_shared<const collision::DistanceField>(
+                make_mesh_field(solid, {cell_m, 0.06, 0.06 + 4.0 * cell_m}));
+          }};
+}
+
+const ContactTrial& chosen_of(const ContactChoice& choice) {
+  const auto is_chosen = [](const ContactTrial& trial) { return trial.refusal.empty(); };
+  REQUIRE(std::count_if(choice.trials.begin(), choice.trials.end(), is_chosen) == 1);
+  return *std::find_if(choice.trials.begin(), choice.trials.end(), is_chosen);
+}
+
+}  // namespace
+
+TEST_CASE("The chosen model keeps the error, and none that was tried keeps it for less",
+          "[contact_choice]") {
+  const unsigned seed = GENERATE(1U, 2U, 3U);
+  const double error_share = GENERATE(0.1, 0.3, 1.5);
+  const mesh::TriangleMesh solid =
+      seed % 2 == 0 ? spheres::random_box(seed) : spheres::star_mesh(seed, 0.15);
+  ContactNeed need = need_of(solid, error_share);
+  const bool moves = GENERATE(false, true);
+  if (moves) {
+    need.points = 500;
+    need.steps_per_ms = 0.1;
+  }
+  const ContactChoice choice = choose_contact(solid, need);
+  const ContactTrial& chosen = chosen_of(choice);
+  for (const ContactTrial& trial : choice.trials) {
+    CHECK(trial.cost_ns == Approx(trial.tick_ns + need.steps_per_ms * trial.step_ns));
+    if (!choice.keeps_error)
+      CHECK(trial.error_share >= chosen.error_share);
+    else if (trial.error_share <= error_share)
+      CHECK(trial.cost_ns >= chosen.cost_ns);
+  }
+  CHECK(choice.keeps_error == (chosen.error_share <= error_share));
+  CHECK((choice.field != nullptr) == (chosen.model == ContactModel::kField));
+  CHECK(choice.balls.empty() == (choice.field != nullptr));
+  if (choice.field) CHECK(choice.stiffness_scale == 1.0);
+}
+
+TEST_CASE("The same need gives the same choice", "[contact_choice]") {
+  const mesh::TriangleMesh solid = spheres::star_mesh(5, 0.2);
+  const ContactChoice once = choose_contact(solid, need_of(solid, 0.2)),
+                      again = choose_contact(solid, need_of(solid, 0.2));
+  REQUIRE(once.trials.size() == again.trials.size());
+  for (std::size_t i = 0; i < once.trials.size(); ++i) {
+    CHECK(once.trials[i].error_share == again.trials[i].error_share);
+    CHECK(once.trials[i].cost_ns == again.trials[i].cost_ns);
+    CHECK(once.trials[i].refusal == again.trials[i].refusal);
+  }
+}
+
+TEST_CASE("The exact force leads out of the solid, as long as the tool is deep",
+          "[contact_choice]") {
+  const mesh::TriangleMesh box = mesh::box_mesh({-1, -1, -1}, {1, 1, 1});
+  const mesh::MeshDistance distance(box);
+  const auto force = [&](double x, double y, double z) {
+    return exact_force_m(distance, {x, y, z}, 0.2);
+  };
+  CHECK(force(1.15, 0.3, 0.1).isApprox(Eigen::Vector3d(0.05, 0, 0)));
+  CHECK(force(0.9, 0.3, 0.1).isApprox(Eigen::Vector3d(0.3, 0, 0)));  // its centre is inside
+  CHECK(force(1.0, 0.3, 0.1).isApprox(Eigen::Vector3d(0.2, 0, 0)));  // on the surface
+  CHECK(force(1.1, 1.1, 0.0).normalized().isApprox(Eigen::Vector3d(1, 1, 0).normalized()));
+  CHECK(force(1.21, 0.0, 0.0) == Eigen::Vector3d::Zero());
+}
+
+TEST_CASE("A field that errs by a share has that error", "[contact_choice]") {
+  const mesh::TriangleMesh box = spheres::random_box(4);
+  const mesh::MeshDistance distance(box);
+  const PressedPlaces places = press_everywhere(box, distance, 500, 0.05, std::array{0.01, 0.02});
+  REQUIRE(places.tool_m.size() > 300);
+  const auto error = [&](double factor) {
+    return force_error_share(places, [&](const Eigen::Vector3d& tool_m) -> Eigen::Vector3d {
+      return factor * exact_force_m(distance, tool_m, 0.05);
+    });
+  };
+  CHECK(error(1.0) < 1e-12);
+  CHECK(error(1.07) == Approx(0.07));
+  CHECK(error(0.5) == Approx(0.5));
+}
+
+TEST_CASE("Where no field can be made a choice is refused", "[contact_choice]") {
+  const mesh::TriangleMesh solid = spheres::star_mesh(5, 0.2);
+  ContactNeed need = need_of(solid, 0.2);
+  need.make_field = [](double) -> std::shared_ptr<const collision::DistanceField> {
+    throw std::invalid_argument("too large");
+  };
+  CHECK_THROWS_WITH(choose_contact(solid, need), "too large");
+}
+
+}  // namespace stillgrid::fields
