@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
+
+#include "proto/segment_header.hpp"
 
 namespace stillgrid::rendering {
 namespace {
 
 constexpr std::uint32_t kMaxSteps = 64;
-constexpr int kBisections = 6;
+constexpr int kGoldenSections = 8;
 /// Of the radius: the shortest step. Of the depth below the surface: how far that lets it go on.
 constexpr double kShortestStep = 0.25, kInside = 0.5;
 
@@ -61,11 +64,44 @@ class Way {
   SampleBudget& budget_;
 };
 
-/// The contact that pushes hardest of those that overlap.
-void keep_harder(std::optional<collision::FieldContact>& hardest,
-                 const collision::FieldContact& contact) {
-  const auto push = [](const collision::FieldContact& c) { return c.stiffness_scale * c.depth_m; };
-  if (contact.depth_m > 0.0 && (!hardest || push(contact) > push(*hardest))) hardest = contact;
+/// The contact that pushes back hardest.
+struct Hardest {
+  std::optional<collision::FieldContact> contact;
+  double push_m = 0.0;  // for one N/m
+
+  bool take(const collision::FieldContact& other) {
+    const double other_m = other.stiffness_scale * other.depth_m;
+    if (!(other_m > push_m)) return false;
+    contact = other;
+    push_m = other_m;
+    return true;
+  }
+};
+
+/// By golden sections: the push grows up to the hardest, and behind it falls.
+void look_between(const Way& way, double low_m, double high_m, Hardest& hardest) {
+  constexpr double kGolden = 0.6180339887498949;
+  const auto push = [&](double at_m) {
+    const auto contact = way.at(at_m);
+    if (!contact || !way.is_against(*contact)) return -proto::kLargestNumber - at_m;  // behind
+    hardest.take(*contact);
+    return contact->stiffness_scale * contact->depth_m;
+  };
+  double a_m = high_m - kGolden * (high_m - low_m), b_m = low_m + kGolden * (high_m - low_m);
+  double at_a = push(a_m), at_b = push(b_m);
+  for (int i = 2; i < kGoldenSections; ++i) {
+    if (at_a > at_b) {
+      high_m = std::exchange(b_m, a_m);
+      at_b = at_a;
+      a_m = high_m - kGolden * (high_m - low_m);
+      at_a = push(a_m);
+    } else {
+      low_m = std::exchange(a_m, b_m);
+      at_a = at_b;
+      b_m = low_m + kGolden * (high_m - low_m);
+      at_b = push(b_m);
+    }
+  }
 }
 
 }  // namespace
@@ -78,33 +114,26 @@ std::optional<collision::FieldContact> met_on_the_way(const collision::FieldView
   const auto part = way.near_part();
   if (!part) return std::nullopt;
   auto [at_m, end_m] = *part;
-  std::optional<collision::FieldContact> hardest;
-  double back_m = at_m;  // the last place before the field turns
+  Hardest hardest;
+  double before_m = at_m, low_m = at_m, high_m = at_m;  // the hardest is between the last two
   bool has_turned = false;
   for (std::uint32_t steps = 0; at_m < end_m && !has_turned; ++steps) {
     if (steps == kMaxSteps) budget.truncated = true;
     const auto contact = way.at(at_m);
-    if (budget.truncated) return hardest;
+    if (budget.truncated) return hardest.contact;
     const bool overlaps = contact && contact->depth_m > 0.0;
     if (at_m == 0.0 && overlaps) return std::nullopt;
+    const double next_m = std::min(end_m, at_m + way.step_m(contact));
     if (contact && way.is_against(*contact)) {
-      keep_harder(hardest, *contact);
-    } else if (overlaps || hardest) {
+      if (hardest.take(*contact)) std::tie(low_m, high_m) = std::pair(before_m, next_m);
+    } else if (overlaps || hardest.contact) {
+      if (!hardest.contact) std::tie(low_m, high_m) = std::pair(before_m, at_m);
       has_turned = true;
-      continue;
     }
-    back_m = at_m;
-    at_m += way.step_m(contact);
+    before_m = std::exchange(at_m, next_m);
   }
-  double on_m = std::min(at_m, end_m);
-  for (int i = 0; i < kBisections && (hardest || has_turned); ++i) {
-    const double middle_m = 0.5 * (back_m + on_m);
-    const auto contact = way.at(middle_m);
-    const bool is_back = contact && way.is_against(*contact);
-    if (is_back) keep_harder(hardest, *contact);
-    (is_back ? back_m : on_m) = middle_m;
-  }
-  return hardest;
+  if (hardest.contact || has_turned) look_between(way, low_m, high_m, hardest);
+  return hardest.contact;
 }
 
 }  // namespace stillgrid::rendering

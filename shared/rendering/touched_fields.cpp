@@ -45,35 +45,35 @@ void add(const Target& target, const collision::FieldContact& contact, bool is_s
   const auto& [field, number, shown, before, compliant] = target;
   const double radius_m = double{field.body.shape.bounding_radius_m};
   const Eigen::Vector3d normal = shown.at.orientation * contact.normal;
-  const Eigen::Vector3d to_surface_m = radius_m * normal;
-  const Eigen::Vector3d centre_m =
-      probe.position_m - (probe.radius_m + radius_m - contact.depth_m) * normal;
-  const Eigen::Vector3d surface_m = shown.at.into(centre_m + to_surface_m);
-  const Eigen::Vector3d surface_base_m = shown.base.out_of(surface_m);
+  const double distance_m = probe.radius_m + radius_m - contact.depth_m;
+  const Eigen::Vector3d centre_m = probe.position_m - distance_m * normal;
+  const Eigen::Vector3d to_contact_m = radius_m / (probe.radius_m + radius_m) * distance_m * normal;
+  const Eigen::Vector3d point_m = shown.at.into(centre_m + to_contact_m);
+  const Eigen::Vector3d base_point_m = shown.base.out_of(point_m);
 
   TouchedField& own = touched.fields[touched.field_count++];
-  own = {number, to_surface_m, surface_m, contact.map_scale / contact.stiffness_scale};
+  own = {number, to_contact_m, point_m, contact.map_scale / contact.stiffness_scale};
   TouchedSphere& touch = touched.spheres[touched.count++];
   touch = {.position_m = centre_m,
-           .velocity_m_s = shown.base.velocity_at(surface_base_m),
+           .velocity_m_s = shown.base.velocity_at(base_point_m),
            .radius_m = radius_m,
            .material = field.body.material,
            .tool_sphere = tool_sphere,
            .swept = is_swept,
            .body = field.body.body,
-           .led_m_s = shown.led.velocity_at(surface_base_m),
+           .led_m_s = shown.led.velocity_at(base_point_m),
            .presence = contact.stiffness_scale,
            .field = static_cast<std::uint32_t>(touched.field_count)};
   touch.base_m = touch.seen_m = centre_m;
   touch.base_m_s = touch.velocity_m_s;
-  const auto response = shown.response_at(surface_base_m, compliant.motion.largest_response);
+  const auto response = shown.response_at(base_point_m, compliant.motion.largest_response);
   if (!response || touched.response_count == TouchedSpheres::kResponseCapacity) return;
   touched.responses[touched.response_count++] = *response;
   touch.response = static_cast<std::uint32_t>(touched.response_count);
   const display::ModeMotion& motion = compliant.motion;
   const Eigen::Vector3d way_m = response->cast<double>() * motion.displacements;
-  touch.base_m -= way_m + motion.curved_m(touch.body, surface_base_m);
-  give_way(motion, *response, touch, to_surface_m);
+  touch.base_m -= way_m + motion.curved_m(touch.body, base_point_m);
+  give_way(motion, *response, touch, to_contact_m);
 }
 
 void meet(const Target& target, std::uint32_t tool_sphere, const PlacedToolSphere& probe,
@@ -135,8 +135,7 @@ std::optional<display::ResponseMatrix> response_in(std::span<const publication::
                                                    const CompliantDisplay& compliant) noexcept {
   const auto shown = shown_field(fields[touched.field], moving, weights, compliant);
   if (!shown) return std::nullopt;
-  return shown->response_at(shown->base.out_of(touched.surface_m),
-                            compliant.motion.largest_response);
+  return shown->response_at(shown->base.out_of(touched.point_m), compliant.motion.largest_response);
 }
 
 std::optional<Eigen::Vector3d> displayed_m(std::span<const publication::SceneField> fields,
@@ -146,7 +145,7 @@ std::optional<Eigen::Vector3d> displayed_m(std::span<const publication::SceneFie
                                            const CompliantDisplay& compliant) noexcept {
   const auto shown = shown_field(fields[touched.field], moving, weights, compliant);
   if (!shown) return std::nullopt;
-  return Eigen::Vector3d(shown->at.out_of(touched.surface_m) - touched.to_surface_m);
+  return Eigen::Vector3d(shown->at.out_of(touched.point_m) - touched.to_contact_m);
 }
 
 void gather_moving_fields(std::span<const publication::SceneField> fields,

@@ -46,8 +46,8 @@ struct TouchedSphere {
 /// material's, by which its force is more or less.
 struct TouchedField {
   std::uint32_t field = 0;                                 // among SceneView::fields()
-  Eigen::Vector3d to_surface_m = Eigen::Vector3d::Zero();  // from the sphere's centre, world frame
-  Eigen::Vector3d surface_m = Eigen::Vector3d::Zero();     // that point in the body's frame
+  Eigen::Vector3d to_contact_m = Eigen::Vector3d::Zero();  // from the sphere's centre, world frame
+  Eigen::Vector3d point_m = Eigen::Vector3d::Zero();       // of contact, in the body's frame
   double energy_share = 1.0;  // of its spring's energy, beside that of a force linear in depth
 };
 
@@ -77,9 +77,9 @@ struct TouchedSpheres {
   [[nodiscard]] const TouchedField* field_of(const TouchedSphere& sphere) const noexcept {
     return sphere.field != 0 ? &fields[sphere.field - 1] : nullptr;
   }
-  /// From a sphere's centre to the point that stands for its body: of a field's the surface's.
+  /// From a sphere's centre to the point that stands for its body: of a field's that of contact.
   [[nodiscard]] Eigen::Vector3d to_body_m(const TouchedSphere& sphere) const noexcept {
-    return sphere.field != 0 ? fields[sphere.field - 1].to_surface_m : Eigen::Vector3d::Zero();
+    return sphere.field != 0 ? fields[sphere.field - 1].to_contact_m : Eigen::Vector3d::Zero();
   }
   [[nodiscard]] bool has_swept() const noexcept {
     return std::any_of(all().begin(), all().end(), [](const auto& sphere) { return sphere.swept; });

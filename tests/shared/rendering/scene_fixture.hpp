@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -36,6 +37,7 @@ struct ShownPrediction {
   std::vector<proto::ResponseMode> modes;
   std::vector<proto::SphereResponse> responses;  // of each sphere in turn; none: of no more
   std::uint64_t late_ns = 0;                     // published so long after what it shows
+  std::vector<proto::TurningBody> turning = {};
 };
 
 /// A mode of inertia alone, in which spheres move by these for a newton on the first, which the
@@ -91,7 +93,7 @@ class PublishedScene {
     };
     for (std::size_t i = 0; i < prediction.predicted_velocity_m_s.size(); ++i)
       tell(snapshot_.records()[i].predicted_velocity_m_s, prediction.predicted_velocity_m_s[i]);
-    for (std::size_t i = 0; i < prediction.responses.size(); ++i)
+    for (std::size_t i = 0; i < std::min(prediction.responses.size(), positions_m.size()); ++i)
       snapshot_.records()[i].response = static_cast<std::uint32_t>(i) + 1;
     const double predicted_s = 1e-9 * static_cast<double>(prediction.period_ns);
     snapshot_.enter(
@@ -102,8 +104,9 @@ class PublishedScene {
         {.state_ns = time_ns, .publish_ns = time_ns + prediction.late_ns, .tool_ns = tool_ns},
         {.period_ns = prediction.period_ns,
          .modes = prediction.modes,
-         .turning = {},
-         .responses = prediction.responses});
+         .turning = prediction.turning,
+         .responses = prediction.responses},
+        fields);
   }
   void show(const std::vector<Eigen::Vector3d>& positions_m, std::uint64_t time_ns) {
     show(positions_m, std::vector<Eigen::Vector3d>(positions_m.size(), Eigen::Vector3d::Zero()),
@@ -112,6 +115,9 @@ class PublishedScene {
 
   [[nodiscard]] const publication::SceneView& view() const { return view_; }
   [[nodiscard]] publication::SceneWriter& writer() { return writer_; }
+  [[nodiscard]] std::span<proto::SphereRecord> records() { return snapshot_.records(); }
+
+  std::vector<proto::FieldRecord> fields;  // that move, as the next snapshot shows them
 
  private:
   inline static int count_ = 0;
