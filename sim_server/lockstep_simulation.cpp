@@ -28,7 +28,8 @@ LockstepSimulation::LockstepSimulation(const scene::SceneDescription& scene, bod
               realtime::to_ns(scene.period_s), proto::Clock::kVirtual, 0),
       schedule_(std::move(schedule)),
       snapshot_(schedule_.next()) {
-  writer_.publish(simulation_.snapshot(), {.state_ns = 0, .publish_ns = 0});
+  writer_.publish(simulation_.snapshot(), {.state_ns = 0, .publish_ns = 0}, {},
+                  simulation_.field_records());
 }
 
 publication::SceneView LockstepSimulation::view() const {
@@ -47,7 +48,7 @@ void LockstepSimulation::run_to(std::uint64_t now_ns, bool at_now,
     }
     if (times_->publish_ns > now_ns) return;
     const double began_s = now_s();
-    writer_.publish(simulation_.snapshot(), *times_, prediction_);
+    writer_.publish(simulation_.snapshot(), *times_, prediction_, simulation_.field_records());
     if (clock_s_) step_s_.back() += now_s() - began_s;
     times_.reset();
     snapshot_ = schedule_.next();

@@ -1,8 +1,26 @@
 #include "sim_server/published_scene.hpp"
 
+#include "sim_server/snapshot/moving_fields.hpp"
 #include "sim_server/snapshot/sphere_records.hpp"
 
 namespace stillgrid::sim_server {
+namespace {
+
+std::vector<publication::PublishedField> published_fields(const bodies::World& world) {
+  std::vector<publication::PublishedField> fields;
+  std::uint32_t moving = 0;
+  for (const bodies::FieldBody& own : world.fields) {
+    publication::PublishedField& field = fields.emplace_back();
+    field.field = own.field;
+    field.body.rest = snapshot::state_of(world, own);
+    field.body.moving = own.rigid < 0 ? 0 : ++moving;
+    field.body.material = static_cast<std::uint32_t>(own.material);
+    field.body.body = static_cast<std::uint32_t>(own.body);
+  }
+  return fields;
+}
+
+}  // namespace
 
 publication::StaticScene static_scene(const scene::SceneDescription& scene,
                                       const dynamics::Simulation& simulation, std::size_t number) {
@@ -25,18 +43,7 @@ publication::StaticScene static_scene(const scene::SceneDescription& scene,
          f(sphere.radius_m)});
   fixed.tool_slip_speed_m_s = f(hand.tool_slip_speed_m_s);
   fixed.spheres = snapshot::static_records(world);
-  for (const bodies::FieldBody& body : world.fields) {  // WIP: static ones only
-    if (body.rigid >= 0) continue;
-    publication::PublishedField field;
-    field.body.material = static_cast<std::uint32_t>(body.material);
-    field.body.body = static_cast<std::uint32_t>(body.body);
-    field.body.rest.position_m = {f(body.position_m.x()), f(body.position_m.y()),
-                                  f(body.position_m.z())};
-    field.body.rest.orientation_xyzw = {f(body.orientation.x()), f(body.orientation.y()),
-                                        f(body.orientation.z()), f(body.orientation.w())};
-    field.field = body.field;
-    fixed.fields.push_back(field);
-  }
+  fixed.fields = published_fields(world);
   const scene::DeviceFrame& device = hand.device;
   fixed.device = {{device.position_m.x(), device.position_m.y(), device.position_m.z()},
                   {device.orientation.x(), device.orientation.y(), device.orientation.z(),

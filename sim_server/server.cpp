@@ -90,7 +90,7 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
                                            .step_ns = now_ns - began_ns,
                                            .contacts = static_cast<std::uint64_t>(step.contacts),
                                            .tool_work_J = step.tools[hand].work_J};
-    writer.publish(simulation.snapshot(), times, prediction);
+    writer.publish(simulation.snapshot(), times, prediction, simulation.field_records());
     report.publish_ns.record(realtime::monotonic_ns() - computed_ns);
     count_snapshot(report, hand, times);
   };
@@ -130,7 +130,8 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
   LockstepSchedule schedule(scene.period_s, options.jitter, options.seed, options.latency_s);
   ScheduledSnapshot snapshot = schedule.next();
   for (publication::HandSession& hand : session.hands())
-    hand.writer().publish(simulation.snapshot(), {.state_ns = 0, .publish_ns = 0});
+    hand.writer().publish(simulation.snapshot(), {.state_ns = 0, .publish_ns = 0}, {},
+                          simulation.field_records());
   ++report.snapshots;
   session.promise(&Header::lockstep_sample_ns, snapshot.sample_ns);
   session.promise(&Header::lockstep_event_ns, snapshot.publish_ns);
@@ -161,7 +162,7 @@ void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& opt
       publication::SceneWriter& writer = session.hands()[hand].writer();
       writer.segment().require_whole();
       const publication::SnapshotTimes times = times_of(shown, step, hand);
-      writer.publish(simulation.snapshot(), times, prediction);
+      writer.publish(simulation.snapshot(), times, prediction, simulation.field_records());
       count_snapshot(report, hand, times);
     }
     session.promise(&Header::lockstep_event_ns, snapshot.publish_ns);

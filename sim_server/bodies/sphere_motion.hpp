@@ -21,6 +21,15 @@ struct SpherePrediction {
   std::uint32_t response = 0;  // its number among the snapshot's, from 1; 0: none
 };
 
+/// The same of a field: of its frame.
+struct FieldPrediction {
+  Eigen::Vector3d predicted_velocity_m_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d predicted_angular_velocity_rad_s = Eigen::Vector3d::Zero();
+  // Number of its origin's response among the snapshot's, from 1, behind which is how it turns; 0:
+  // none.
+  std::uint32_t response = 0;
+};
+
 /// Where a sphere is, from the nodes or the rigid body it is bound to.
 [[nodiscard]] SphereMotion sphere_motion(std::span<const Node> nodes,
                                          std::span<const RigidBody> rigid_bodies,

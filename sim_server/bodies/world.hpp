@@ -121,6 +121,27 @@ struct World {
   int unknown_count = 0;
 };
 
+/// Those who meet are numbered: the moving spheres first, and behind them the fields. Whether a
+/// number is a field's, and that field.
+[[nodiscard]] inline bool is_field(const World& world, int number) {
+  return number >= static_cast<int>(world.spheres.size());
+}
+[[nodiscard]] inline const FieldBody& field_of(const World& world, int number) {
+  return world.fields[static_cast<std::size_t>(number) - world.spheres.size()];
+}
+[[nodiscard]] inline int number_of_field(const World& world, std::size_t field) {
+  return static_cast<int>(world.spheres.size() + field);
+}
+/// Of a sphere or a field: its body, and the rigid body that it goes with, or -1.
+[[nodiscard]] inline int body_of(const World& world, int number) {
+  return is_field(world, number) ? field_of(world, number).body
+                                 : world.spheres[static_cast<std::size_t>(number)].body;
+}
+[[nodiscard]] inline int rigid_of(const World& world, int number) {
+  return is_field(world, number) ? field_of(world, number).rigid
+                                 : world.spheres[static_cast<std::size_t>(number)].rigid;
+}
+
 /// Numbers the velocities of all that is free and awake. Call it when `sleeping` of a body changed.
 void number_unknowns(World& world);
 

@@ -8,15 +8,17 @@
 namespace stillgrid::contact {
 
 /// A possible contact during one step: two moving spheres, or a moving sphere and something given:
-/// a static sphere, a plane or a sphere of the tool.
+/// a static sphere, a plane or a sphere of the tool. In place of a moving sphere may be a field, by
+/// its number (bodies::is_field): met_at() says what sphere that is at any moment.
 struct Contact {
-  int a = 0;       // moving sphere, index into World::spheres
-  int b = -1;      // moving sphere, or -1: the fields below
+  int a = 0;       // moving sphere, index into World::spheres, or a field
+  int b = -1;      // likewise, or -1: the fields below
   int other = -1;  // where b is -1: which static sphere, plane or sphere of the tools it is
   collision::ContactMaterial material;
   double radius_a_m = 0.0;
-  double radius_b_m = 0.0;      // zero for a plane
-  double depth_before_m = 0.0;  // overlap at the start of the step, negative: a gap
+  double radius_b_m = 0.0;        // zero for a plane
+  double depth_before_m = 0.0;    // overlap at the start of the step, negative: a gap
+  double map_scale_before = 1.0;  // of a field, there: over the material's stiffness
 
   // A given sphere's centre at the step's end and at its start.
   Eigen::Vector3d position_b_m = Eigen::Vector3d::Zero();

@@ -63,13 +63,13 @@ collision::SweptBound way_bound(const bodies::World& world, const bodies::Sphere
 
 std::vector<std::uint32_t> groups_of(const bodies::World& world,
                                      std::span<const std::uint32_t> spheres) {
-  constexpr std::uint32_t kPrescribed = 0xffff'fffe;
+  constexpr std::uint32_t kPrescribed = 0xffff'fffe, kPoints = 0xffff'fffd;
   std::vector<std::uint32_t> groups;
   groups.reserve(spheres.size());
   for (const std::uint32_t number : spheres) {
     const bodies::SphereBinding& sphere = world.spheres[number];
     const auto own = sphere.rigid < 0 ? kNoGroup : static_cast<std::uint32_t>(sphere.rigid);
-    groups.push_back(is_free(world, sphere) ? own : kPrescribed);
+    groups.push_back(sphere.is_field_point ? kPoints : is_free(world, sphere) ? own : kPrescribed);
   }
   return groups;
 }
@@ -127,11 +127,10 @@ bool may_touch(const bodies::World& world, const bodies::StaticPlane& plane, con
   return height_m + std::min({0.0, move_m, move_m + fall_m}) <= within_m;
 }
 
-void add_tool(const bodies::World& world, const Mover& mover, const ToolSphereMotion& sphere,
-              int number, std::vector<Contact>& contacts) {
-  Contact& contact = add_contact(contacts, world, mover);
+void set_tool(const ToolSphereMotion& sphere, int number, const collision::ContactMaterial& touched,
+              Contact& contact) {
   contact.other = number;
-  contact.material = collision::tool_material(material_of(world, mover), sphere.slip_speed_m_s);
+  contact.material = collision::tool_material(touched, sphere.slip_speed_m_s);
   contact.radius_b_m = sphere.radius_m;
   contact.position_b_m = sphere.position_m;
   contact.start_b_m = sphere.position_before_m;
@@ -139,6 +138,12 @@ void add_tool(const bodies::World& world, const Mover& mover, const ToolSphereMo
   contact.spin_b_rad_s = sphere.spin_rad_s;
   contact.is_tool = true;
   contact.hand = sphere.hand;
+}
+
+void add_tool(const bodies::World& world, const Mover& mover, const ToolSphereMotion& sphere,
+              int number, std::vector<Contact>& contacts) {
+  Contact& contact = add_contact(contacts, world, mover);
+  set_tool(sphere, number, material_of(world, mover), contact);
   contact.depth_before_m = contact.radius_a_m + sphere.radius_m -
                            (mover.motion.position_m - sphere.position_before_m).norm();
 }

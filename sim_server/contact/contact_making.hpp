@@ -51,7 +51,7 @@ inline constexpr double kMargin = 0.1;
 }
 
 /// Groups for MovingSpheres: spheres of a rigid body never touch each other, nor do those of all
-/// that is prescribed. spheres: numbers of World::spheres.
+/// that is prescribed, nor points of fields. spheres: numbers of World::spheres.
 [[nodiscard]] std::vector<std::uint32_t> groups_of(const bodies::World& world,
                                                    std::span<const std::uint32_t> spheres);
 
@@ -80,6 +80,9 @@ void add_plane(const bodies::World& world, const bodies::StaticPlane& plane, con
 [[nodiscard]] inline collision::SweptBound bound_of(const ToolSphereMotion& sphere) {
   return collision::bound_sweep(sphere.position_before_m, sphere.position_m, sphere.radius_m);
 }
+/// The tool's side of a contact with what is of this material.
+void set_tool(const ToolSphereMotion& sphere, int number, const collision::ContactMaterial& touched,
+              Contact& contact);
 /// A sphere of the tool, which is number `number` of it.
 void add_tool(const bodies::World& world, const Mover& mover, const ToolSphereMotion& sphere,
               int number, std::vector<Contact>& contacts);

@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 
+#include "sim_server/contact/field_crossing.hpp"
+
 namespace stillgrid::contact {
 namespace {
 
@@ -33,7 +35,7 @@ struct Chord {
 /// The body of a sphere whose way is not straight; null: it is.
 const bodies::RigidBody* swinging_body(const Ways& ways, int sphere) {
   if (ways.world == nullptr || sphere < 0) return nullptr;
-  const int rigid = ways.world->spheres[static_cast<std::size_t>(sphere)].rigid;
+  const int rigid = bodies::rigid_of(*ways.world, sphere);
   if (rigid < 0) return nullptr;
   const bodies::RigidBody& body = ways.world->rigid_bodies[static_cast<std::size_t>(rigid)];
   return !body.free && bodies::swings(body) ? &body : nullptr;
@@ -126,6 +128,10 @@ double share_before_crossings(std::span<const Contact> contacts, const Ways& way
   Corners corners_m;
   for (const Contact& contact : contacts) {
     if (contact.is_plane) continue;
+    if (is_of_field(ways, contact)) {
+      share = std::min(share, share_before_field(contact, ways));
+      continue;
+    }
     share = std::min(share, share_before_crossing(relative_way(contact, ways, corners_m),
                                                   contact.radius_a_m, contact.radius_b_m));
   }
@@ -134,6 +140,7 @@ double share_before_crossings(std::span<const Contact> contacts, const Ways& way
 
 bool meet(const Contact& contact, const Ways& ways) noexcept {
   const double contact_distance_m = contact.radius_a_m + contact.radius_b_m;
+  if (is_of_field(ways, contact)) return meets_field(contact, ways);
   if (contact.is_plane)
     return contact_depth_m(contact, ways.end[static_cast<std::size_t>(contact.a)].position_m) > 0.0;
   Corners corners_m;

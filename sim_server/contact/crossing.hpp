@@ -15,12 +15,13 @@ struct RelativePath {
   Eigen::Vector3d to_m = Eigen::Vector3d::Zero();
 };
 
-/// The ways of all moving spheres over a part of a step: straight, but for those of prescribed
-/// bodies that swing, which are known.
+/// The ways of all moving spheres and fields over a part of a step: straight and turning evenly,
+/// but for those of prescribed bodies that swing, which are known.
 struct Ways {
   std::span<const bodies::SphereMotion> start, end;  // of every sphere
-  const bodies::World* world = nullptr;              // at the start; null: all ways are straight
+  const bodies::World* world = nullptr;  // at the start; null: all is straight, there are no fields
   double duration_s = 0.0;
+  std::span<const bodies::RigidBody> end_bodies = {};  // as World::rigid_bodies; or no fields
 };
 
 /// How much of the path a step may cover, in (0, 1], so that its end still tells that the spheres
@@ -39,11 +40,14 @@ struct Ways {
 [[nodiscard]] double share_before_crossing(std::span<const Eigen::Vector3d> corners_m,
                                            double radius_a_m, double radius_b_m) noexcept;
 
-/// The same over all contacts: the least share. A plane cannot be crossed: below it is solid.
+/// The same over all contacts: the least share. A plane cannot be crossed: below it is solid. So is
+/// a field inside: there only a way counts that comes to where the solid pushes on, out of its
+/// other side.
 [[nodiscard]] double share_before_crossings(std::span<const Contact> contacts,
                                             const Ways& ways) noexcept;
 
 /// Whether the two sides of a contact overlap anywhere on their ways; of a plane: at the end.
+/// Pre: ways of fields are told where the contact is of one.
 [[nodiscard]] bool meet(const Contact& contact, const Ways& ways) noexcept;
 
 }  // namespace stillgrid::contact

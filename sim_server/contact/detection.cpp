@@ -66,7 +66,8 @@ Detection::Detection(const bodies::World& world, double voxel_ratio)
       static_(0, world.static_spheres.size()),
       motion_(world.spheres.size()),
       paths_(world.spheres.size()),
-      is_wide_(world.spheres.size(), 0) {
+      is_wide_(world.spheres.size(), 0),
+      fields_(world.fields.size()) {
   static_.enter(static_bounds(world),
                 voxel_ratio > 0.0 ? static_cast<float>(voxel_ratio) : kStaticRatio);
   for (const bodies::SphereBinding& sphere : world.spheres)
@@ -111,6 +112,7 @@ bool Detection::find_contacts(const bodies::World& world, double step_s, bool mu
   if (is_any_wide_) is_wide_.assign(paths_.size(), 0);
   is_any_wide_ = false;
   bound_sweeps(world, step_s);
+  fields_.take(world, step_s);
   return list(world, must);
 }
 
@@ -119,6 +121,7 @@ bool Detection::list(const bodies::World& world, bool must) {
   contacts_.clear();
   if (add_pairs(world, must)) {
     add_given(world);
+    add_fields(world);
     if (contacts_.size() <= most_contacts(world.spheres.size()) || must || !is_any_fast(world))
       return true;
   }
@@ -151,16 +154,20 @@ bool Detection::has_strayed(std::size_t sphere, const bodies::SphereMotion& end,
   return (end.position_m - Eigen::Vector3d(c[0], c[1], c[2])).squaredNorm() > within_m * within_m;
 }
 
-bool Detection::strayed(const bodies::World& world,
-                        std::span<const bodies::SphereMotion> end) const {
+bool Detection::strayed(const bodies::World& world, std::span<const bodies::SphereMotion> end,
+                        std::span<const bodies::RigidBody> end_bodies) const {
   for (std::size_t i = 0; i < end.size(); ++i)
     if (has_strayed(i, end[i], world.spheres[i].radius_m)) return true;
+  for (std::size_t i = 0; i < fields_.size(); ++i)
+    if (fields_.has_strayed(world, i, end_bodies)) return true;
   return false;
 }
 
 bool Detection::widen(const bodies::World& world, std::span<const bodies::SphereMotion> end,
-                      bool must) {
+                      std::span<const bodies::RigidBody> end_bodies, bool must) {
   paths_before_ = paths_;
+  fields_before_.assign(fields_.begin(), fields_.end());
+  fields_.widen(world, end_bodies);
   for (std::size_t i = 0; i < end.size(); ++i) {
     const double radius_m = world.spheres[i].radius_m;
     if (!has_strayed(i, end[i], radius_m)) continue;
@@ -179,8 +186,10 @@ bool Detection::widen(const bodies::World& world, std::span<const bodies::Sphere
 }
 
 bool Detection::has_missed(const bodies::World& world, const Ways& ways) const {
-  const auto is_wide = [&](int sphere) {
-    return sphere >= 0 && is_wide_[static_cast<std::size_t>(sphere)] != 0;
+  const auto is_wide = [&](int number) {
+    if (number < 0) return false;
+    const auto i = static_cast<std::size_t>(number);
+    return i < is_wide_.size() ? is_wide_[i] != 0 : fields_[i - is_wide_.size()].is_wide;
   };
   return std::any_of(contacts_.begin(), contacts_.end(), [&](const Contact& contact) {
     return (is_wide(contact.a) || is_wide(contact.b)) && !was_listed(world, contact) &&
@@ -190,6 +199,14 @@ bool Detection::has_missed(const bodies::World& world, const Ways& ways) const {
 
 /// Whether it was a contact for certain before ways were widened.
 bool Detection::was_listed(const bodies::World& world, const Contact& contact) const {
+  const bool is_met = bodies::is_field(world, contact.a);  // and by what is given
+  if (is_met || bodies::is_field(world, contact.b)) {
+    const auto field = static_cast<std::size_t>(is_met ? contact.a : contact.b) - paths_.size();
+    return FieldWays::may_meet(
+        world, field, fields_before_[field],
+        is_met ? collision::bound_sweep(contact.start_b_m, contact.position_b_m, contact.radius_b_m)
+               : paths_before_[static_cast<std::size_t>(contact.a)]);
+  }
   const auto a = static_cast<std::uint32_t>(contact.a);
   const collision::SweptBound& before = paths_before_[a];
   if (contact.is_plane)
@@ -223,7 +240,9 @@ void Detection::add_given(const bodies::World& world) {
       if (is_free(i) && moves(i)) add(mover(i));
   };
   if (!world.static_spheres.empty())
-    each([&](const Mover& a) { add_static(world, static_, a, contacts_); });
+    each([&](const Mover& a) {
+      if (!world.spheres[a.number].is_field_point) add_static(world, static_, a, contacts_);
+    });
   for (const bodies::StaticPlane& plane : world.planes)
     each([&](const Mover& a) {
       const auto& [c, bounding_radius_m] = a.way;
@@ -234,6 +253,20 @@ void Detection::add_given(const bodies::World& world) {
     });
 }
 
+/// Contacts of fields with spheres, moving and static.
+void Detection::add_fields(const bodies::World& world) {
+  for (std::size_t field = 0; field < fields_.size(); ++field) {
+    const FieldWay& way = fields_[field];
+    find_ascending(moving_.grid(), way.ball, met_);
+    for (const std::uint32_t i : met_)
+      if (world.spheres[i].body != world.fields[field].body && (is_free(i) || way.is_free) &&
+          (moves(i) || way.moves) && fields_.may_meet(world, field, paths_[i]))
+        fields_.add_sphere(world, field, mover(i), contacts_);
+    if (way.is_free && way.moves && !world.static_spheres.empty())
+      fields_.add_static(world, field, static_, met_, contacts_);
+  }
+}
+
 void Detection::find_tool_contacts(const bodies::World& world,
                                    const std::vector<ToolSphereMotion>& tool) {
   while (!contacts_.empty() && contacts_.back().is_tool) contacts_.pop_back();
@@ -241,8 +274,11 @@ void Detection::find_tool_contacts(const bodies::World& world,
     const collision::SweptBound way = bound_of(tool[number]);
     find_ascending(moving_.grid(), way, met_);
     for (const std::uint32_t i : met_)
-      if (is_free(i) && collision::meet(paths_[i], way))
+      if (is_free(i) && !world.spheres[i].is_field_point && collision::meet(paths_[i], way))
         add_tool(world, mover(i), tool[number], static_cast<int>(number), contacts_);
+    for (std::size_t field = 0; field < fields_.size(); ++field)
+      if (fields_[field].is_free)
+        fields_.add_tool(world, field, tool[number], way, static_cast<int>(number), contacts_);
   }
 }
 
@@ -254,8 +290,12 @@ void Detection::find_led_contacts(const bodies::World& world,
     const collision::SweptBound way = bound_of(tool[number]);
     find_ascending(moving_.grid(), way, met_);
     for (const std::uint32_t i : met_)
-      if (!is_free(i) && moves(i) && collision::meet(paths_[i], way))
+      if (!is_free(i) && moves(i) && !world.spheres[i].is_field_point &&
+          collision::meet(paths_[i], way))
         add_tool(world, mover(i), tool[number], static_cast<int>(number), contacts);
+    for (std::size_t field = 0; field < fields_.size(); ++field)
+      if (!fields_[field].is_free && fields_[field].moves)
+        fields_.add_tool(world, field, tool[number], way, static_cast<int>(number), contacts);
   }
 }
 

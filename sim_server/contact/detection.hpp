@@ -11,6 +11,7 @@
 #include "sim_server/contact/contact.hpp"
 #include "sim_server/contact/contact_making.hpp"
 #include "sim_server/contact/crossing.hpp"
+#include "sim_server/contact/field_ways.hpp"
 #include "sim_server/contact/moving_spheres.hpp"
 #include "sim_server/contact/self_collision.hpp"
 
@@ -19,16 +20,16 @@ namespace stillgrid::contact {
 /// The paper's collision detection [Davanne 2002, Figs. 2 and 3]: static spheres are entered in a
 /// voxel grid once, moving ones when they have moved far; the tool is checked last and never
 /// entered. Paths count, not places: two spheres that pass through each other within a step are
-/// found.
+/// found. Fields are few and stand beside the grids: each looks for the spheres near it there.
 class Detection {
  public:
   /// voxel_ratio: edge of a voxel over twice the reach of the spheres' swept bounds; none or
   /// negative: chosen from the scene.
   Detection(const bodies::World& world, double voxel_ratio);
 
-  /// Makes contacts() every pair of spheres, and of spheres and planes, that may touch within a
-  /// step of step_s, each once. Throws std::domain_error, naming body and sphere, where a sphere's
-  /// place is no number. Pre: `world` has the bodies that the constructor saw.
+  /// Makes contacts() every pair of spheres, and of spheres and planes or fields, that may touch
+  /// within a step of step_s, each once. Throws std::domain_error, naming body and sphere, where a
+  /// sphere's place is no number. Pre: `world` has the bodies that the constructor saw.
   ///
   /// False, and there are none, where that would be more than 64 pairs or 16 contacts a sphere and
   /// something goes farther than its radius: what is that fast gathers all along its path, and a
@@ -39,19 +40,21 @@ class Detection {
   /// contacts only with what moves. Call it when that changed. Throws as find_contacts().
   void note_sleep(const bodies::World& world);
 
-  /// Whether a sphere that is free ends elsewhere than on the way that contacts were found for, so
-  /// that it may have met what contacts() does not list. end: of all spheres.
-  [[nodiscard]] bool strayed(const bodies::World& world,
-                             std::span<const bodies::SphereMotion> end) const;
+  /// Whether a sphere or a field that is free ends elsewhere than on the way that contacts were
+  /// found for, so that it may have met what contacts() does not list. end: of all spheres;
+  /// end_bodies: as World::rigid_bodies.
+  [[nodiscard]] bool strayed(const bodies::World& world, std::span<const bodies::SphereMotion> end,
+                             std::span<const bodies::RigidBody> end_bodies) const;
   /// Finds the contacts of the last find_contacts() anew, and more: the ways of spheres that
   /// strayed are wide enough now for both. The tool's are left to find_tool_contacts(). False, and
   /// there are none, as find_contacts().
-  bool widen(const bodies::World& world, std::span<const bodies::SphereMotion> end, bool must);
-  /// Whether a sphere that strayed meets on its way what was no contact before the last widen().
+  bool widen(const bodies::World& world, std::span<const bodies::SphereMotion> end,
+             std::span<const bodies::RigidBody> end_bodies, bool must);
+  /// Whether what strayed meets on its way what was no contact before the last widen().
   [[nodiscard]] bool has_missed(const bodies::World& world, const Ways& ways) const;
 
-  /// Appends the contacts of the tool with the moving spheres, in place of those of an earlier
-  /// call. After find_contacts() of the same step.
+  /// Appends the contacts of the tool with the moving spheres and fields, in place of those of an
+  /// earlier call. After find_contacts() of the same step.
   void find_tool_contacts(const bodies::World& world, const std::vector<ToolSphereMotion>& tool);
 
   /// The tool's contacts with what a prescribed motion leads, which no step needs: neither side
@@ -79,7 +82,8 @@ class Detection {
   /// Whether two moving spheres are ever a contact.
   [[nodiscard]] bool may_collide(const bodies::World& world, std::uint32_t i,
                                  std::uint32_t j) const {
-    return (is_free(i) || is_free(j)) &&
+    return (is_free(i) || is_free(j)) && !world.spheres[i].is_field_point &&
+           !world.spheres[j].is_field_point &&
            self_collision_.may_collide(world.spheres[i], world.spheres[j]);
   }
 
@@ -95,6 +99,7 @@ class Detection {
   [[nodiscard]] bool is_any_fast(const bodies::World& world) const;
   [[nodiscard]] bool add_pairs(const bodies::World& world, bool must);
   void add_given(const bodies::World& world);
+  void add_fields(const bodies::World& world);
   [[nodiscard]] Mover mover(std::uint32_t i) const { return {i, motion_[i], paths_[i]}; }
 
   SelfCollision self_collision_;
@@ -107,7 +112,9 @@ class Detection {
   std::vector<collision::SweptBound> paths_before_;  // the last widen()
   std::vector<std::uint8_t> is_wide_;                // of each moving sphere: its way was widened
   bool is_any_wide_ = false;
-  double step_s_ = 0.0;  // that contacts were found for
+  FieldWays fields_;
+  std::vector<FieldWay> fields_before_;  // the last widen()
+  double step_s_ = 0.0;                  // that contacts were found for
   std::vector<Contact> contacts_;
   std::vector<std::uint32_t> met_;  // scratch
 };

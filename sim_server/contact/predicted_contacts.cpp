@@ -15,6 +15,9 @@ void PredictedContacts::take(const bodies::World& world, const Detection& detect
     motion_.resize(spheres.size());
     ways_.resize(spheres.size());
     moving_ = std::make_unique<MovingSpheres>(spheres.size(), 0.0F, groups_of(world, spheres));
+    has_body_.assign(world.bodies.size(), 0);
+    for (const std::uint32_t sphere : spheres)
+      has_body_[static_cast<std::size_t>(world.spheres[sphere].body)] = 1;
   }
   bodies::SphereMotions motion_of(world.nodes, world.rigid_bodies);
   for (std::size_t k = 0; k < spheres_.size(); ++k) {
@@ -22,6 +25,32 @@ void PredictedContacts::take(const bodies::World& world, const Detection& detect
     motion_[k] = motion_of(sphere);
     ways_[k] = way_bound(world, sphere, motion_[k], detection.moves(spheres_[k]) ? step_s : 0.0);
   }
+  if (!fields_) fields_.emplace(world.fields.size());
+  fields_->take(world, step_s);
+}
+
+/// What they meet but the tool.
+void PredictedContacts::add_fields(const bodies::World& world, const Detection& detection) {
+  for (std::size_t field = 0; field < fields_->size(); ++field) {
+    const FieldWay& way = (*fields_)[field];
+    if (!is_known(world, field)) continue;
+    find_ascending(moving_->grid(), way.ball, met_);
+    for (const std::uint32_t k : met_) {
+      const std::uint32_t sphere = spheres_[k];
+      if (world.spheres[sphere].body != world.fields[field].body &&
+          (detection.is_free(sphere) || way.is_free) && (detection.moves(sphere) || way.moves) &&
+          fields_->may_meet(world, field, ways_[k]))
+        fields_->add_sphere(world, field, mover(k), contacts_);
+    }
+    if (way.is_free && way.moves)
+      fields_->add_static(world, field, detection.static_grid(), met_, contacts_);
+  }
+}
+
+/// A field whose body does not move, or is among those that are predicted.
+bool PredictedContacts::is_known(const bodies::World& world, std::size_t field) const {
+  const bodies::FieldBody& own = world.fields[field];
+  return own.rigid < 0 || has_body_[static_cast<std::size_t>(own.body)] != 0;
 }
 
 bool PredictedContacts::find(const bodies::World& world, const Detection& detection,
@@ -47,18 +76,23 @@ bool PredictedContacts::find(const bodies::World& world, const Detection& detect
   const auto count = static_cast<std::uint32_t>(spheres_.size());
   for (std::uint32_t k = 0; k < count; ++k) {
     if (!feels(k) || !detection.moves(spheres_[k])) continue;
-    add_static(world, detection.static_grid(), mover(k), contacts_);
+    if (!world.spheres[spheres_[k]].is_field_point)
+      add_static(world, detection.static_grid(), mover(k), contacts_);
     for (const bodies::StaticPlane& plane : world.planes)
       if (may_touch(world, plane, mover(k), step_s)) add_plane(world, plane, mover(k), contacts_);
   }
+  add_fields(world, detection);
   for (std::size_t number = 0; number < tool.size(); ++number) {
     collision::SweptBound way = bound_of(tool[number]);
     way.bounding_radius_m +=
         static_cast<float>(proto::kPredictionPeriods * step_s * tool[number].velocity_m_s.norm());
     find_ascending(moving_->grid(), way, met_);
     for (const std::uint32_t k : met_)
-      if (feels(k) && collision::meet(ways_[k], way))
+      if (feels(k) && !world.spheres[spheres_[k]].is_field_point && collision::meet(ways_[k], way))
         add_tool(world, mover(k), tool[number], static_cast<int>(number), contacts_);
+    for (std::size_t field = 0; field < fields_->size(); ++field)
+      if ((*fields_)[field].is_free && is_known(world, field))
+        fields_->add_tool(world, field, tool[number], way, static_cast<int>(number), contacts_);
   }
   return true;
 }

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -14,10 +15,10 @@ namespace stillgrid::contact {
 /// step, as it is. Its own lists last from one prediction to the next.
 class PredictedContacts {
  public:
-  /// Makes contacts() what may touch within step_s: the given spheres, ascending, among themselves,
-  /// with what is static and, last, with the tool. False, and there are none, where these are too
-  /// many (Detection::find_contacts). Throws std::domain_error at a place that is no number. Pre:
-  /// detection is of this world, and has seen who sleeps.
+  /// Makes contacts() what may touch within step_s: the given spheres, ascending, and fields of
+  /// their bodies among themselves, with what is static and, last, with the tool. False, and there
+  /// are none, where these are too many (Detection::find_contacts). Throws std::domain_error at a
+  /// place that is no number. Pre: detection is of this world, and has seen who sleeps.
   bool find(const bodies::World& world, const Detection& detection,
             std::span<const std::uint32_t> spheres, double step_s,
             const std::vector<ToolSphereMotion>& tool);
@@ -27,12 +28,16 @@ class PredictedContacts {
  private:
   void take(const bodies::World& world, const Detection& detection,
             std::span<const std::uint32_t> spheres, double step_s);
+  void add_fields(const bodies::World& world, const Detection& detection);
+  [[nodiscard]] bool is_known(const bodies::World& world, std::size_t field) const;
   [[nodiscard]] Mover mover(std::uint32_t k) const { return {spheres_[k], motion_[k], ways_[k]}; }
 
   std::vector<std::uint32_t> spheres_;  // numbers of World::spheres; what follows: of each of them
   std::vector<bodies::SphereMotion> motion_;
   std::vector<collision::SweptBound> ways_;
   std::unique_ptr<MovingSpheres> moving_;
+  std::vector<char> has_body_;  // of each body: its spheres are among them
+  std::optional<FieldWays> fields_;
   std::vector<Contact> contacts_;
   std::vector<std::uint32_t> met_;
 };

@@ -122,7 +122,7 @@ void warn_of_shape(const scene::SceneDescription& scene, const bodies::World& wo
 
 /// The body that a contact's other side is of.
 int other_body(const bodies::World& world, const Contact& contact) {
-  if (contact.b >= 0) return world.spheres[static_cast<std::size_t>(contact.b)].body;
+  if (contact.b >= 0) return bodies::body_of(world, contact.b);
   if (contact.is_plane) {
     for (const bodies::StaticPlane& plane : world.planes)
       if (plane.normal == contact.plane_normal && plane.offset_m == contact.plane_offset_m)
@@ -147,7 +147,7 @@ void warn_of_overlaps(const bodies::World& world, const std::vector<Shape>& shap
     const double smaller_m =
         contact.is_plane ? contact.radius_a_m : std::min(contact.radius_a_m, contact.radius_b_m);
     if (contact.depth_before_m <= kDeep * smaller_m * (contact.is_plane ? 2.0 : 1.0)) continue;
-    const int body = world.spheres[static_cast<std::size_t>(contact.a)].body;
+    const int body = bodies::body_of(world, contact.a);
     if (contact.is_plane) {
       const std::vector<double>& highest_m = shapes[static_cast<std::size_t>(body)].highest_m;
       const auto own = std::find_if(world.planes.begin(), world.planes.end(), [&](const auto& p) {
@@ -157,7 +157,7 @@ void warn_of_overlaps(const bodies::World& world, const std::vector<Shape>& shap
           -shapes[static_cast<std::size_t>(body)].radius_m)
         continue;  // said already
     }
-    const int other = contact.b >= 0 ? world.spheres[static_cast<std::size_t>(contact.b)].body : -1;
+    const int other = contact.b >= 0 ? bodies::body_of(world, contact.b) : -1;
     Overlap& overlap = deepest[{body, other}];
     if (contact.depth_before_m > overlap.depth_m) overlap = {contact.depth_before_m, &contact};
   }

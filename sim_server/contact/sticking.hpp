@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 
 #include "shared/collision/contact_law.hpp"
 
@@ -21,5 +22,12 @@ struct StickingForce {
                                            const Eigen::Vector3d& stretch_m,
                                            const Eigen::Vector3d& slid_m, double most_N,
                                            double step_s) noexcept;
+
+/// The stretch that holds at another stiffness the energy that this one holds.
+[[nodiscard]] inline Eigen::Vector3d stretched_as(const Eigen::Vector3d& stretch_m,
+                                                  double before_N_per_m, double now_N_per_m) {
+  if (before_N_per_m == now_N_per_m || !(now_N_per_m > 0.0)) return stretch_m;
+  return std::sqrt(before_N_per_m / now_N_per_m) * stretch_m;
+}
 
 }  // namespace stillgrid::contact

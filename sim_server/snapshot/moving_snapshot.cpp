@@ -18,7 +18,10 @@ Eigen::Map<const Eigen::Vector3f> vector(const std::array<float, 3>& v) {
 MovingSnapshot::MovingSnapshot(const bodies::World& world, contact::Detection& detection)
     : snapshots_(world.spheres.size()) {
   const auto records = detection.spheres().grid().records();
-  for (std::size_t i = 0; i < records.size(); ++i) describe(world.spheres[i], records[i]);
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    describe(world.spheres[i], records[i]);
+    if (world.spheres[i].is_field_point) records[i].material = proto::kFieldPoint;
+  }
   show(detection);
 }
 

@@ -142,7 +142,8 @@ Finding moved_by_looking(const LawCase& law_case, const scene::SceneDescription&
                                   simulation.world().spheres.size(),
                                   realtime::to_ns(scene.period_s), proto::Clock::kVirtual, 0);
                  writer->publish(simulation.snapshot(),
-                                 {.state_ns = stamp_ns, .publish_ns = stamp_ns});
+                                 {.state_ns = stamp_ns, .publish_ns = stamp_ns}, {},
+                                 simulation.field_records());
                  stamp_ns += 1000;
                }
                worst_m = std::max(worst_m, farthest_m(plain[step++], state_of(simulation.world())));

@@ -103,7 +103,8 @@ void measure(const std::string& scene_file, const std::string& path_file, double
       writer.publish(
           simulation.snapshot(),
           {.state_ns = snapshot_ns, .publish_ns = snapshot_ns, .tool_ns = snapshot_ns},
-          is_first ? publication::SnapshotPrediction{} : simulation.predict_next(scene.period_s));
+          is_first ? publication::SnapshotPrediction{} : simulation.predict_next(scene.period_s),
+          simulation.field_records());
       snapshot_ns += period_ns;
       simulation.step(scene.period_s, [&]() -> std::optional<dynamics::ToolSample> {
         const auto place_m = path_m[std::min(snapshot_ns / kTick_ns, path_m.size() - 1)];

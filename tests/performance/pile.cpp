@@ -82,7 +82,7 @@ class OurPile : public PileEngine {
     if (predicts_) prediction = simulation_.predict_next(kPileStep_s);
     now_ns_ += 10'000'000;
     writer_.publish(simulation_.snapshot(), {.state_ns = now_ns_, .publish_ns = now_ns_},
-                    prediction);
+                    prediction, simulation_.field_records());
   }
   [[nodiscard]] int touching() const override { return report_.contacts; }
   [[nodiscard]] int sleeping() const override { return report_.sleeping_spheres; }

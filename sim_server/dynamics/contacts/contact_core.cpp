@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "sim_server/contact/sticking.hpp"
+
 namespace stillgrid::dynamics {
 namespace {
 
@@ -34,7 +36,7 @@ const Workers& ContactCore::workers() const noexcept {
 
 void ContactCore::begin(double share, double part_s, double substep_s, const Vector3d& gravity_m_s2,
                         const ExplicitState& state) {
-  list_.place(state, substep_s, gravity_m_s2, workers());
+  list_.place(state, share, substep_s, gravity_m_s2, workers());
   is_near_.resize(list_.pairs().size());
   workers().for_each(list_.pairs().size(), kPairsAChunk, [&](std::size_t i) {
     is_near_[i] = list_.is_near(list_.pairs()[i], share, part_s, substep_s) ? 1 : 0;
@@ -45,6 +47,9 @@ void ContactCore::begin(double share, double part_s, double substep_s, const Vec
   // What was near before may come back, and costs less than other islands.
   if (!is_divided_ || !std::ranges::includes(near_, nearer_)) divide(state);
   place_given(share, part_s, state);
+  for (const Given& touch : touch_lanes_)
+    set_field_material(touch.pair, touch.place,
+                       rows_[touch.place / kLanes].stiffness_N_per_m[touch.place % kLanes]);
   movers_.note_start(state, workers());
   workers().for_each_chunk(rows_.size(), kRowsAChunk, [&](std::size_t first, std::size_t last) {
     place_rows(std::span(rows_).subspan(first, last - first), list_.spheres(), movers_.velocities(),
@@ -78,6 +83,7 @@ void ContactCore::divide(const ExplicitState& state) {
   rows_.clear();
   lanes_.clear();
   given_.clear();
+  touch_lanes_.clear();
   for (std::size_t i = 0; i < movers_.islands().size(); ++i) {
     ContactIsland& island = movers_.islands()[i];
     movers_.begin_island(i);
@@ -106,6 +112,10 @@ void ContactCore::fill_lane(std::size_t index, std::size_t place) {
   rows.radius_m[lane] = pair.radius_m;
   rows.is_plane[lane] = contact.is_plane ? 1.0 : 0.0;
   ContactRows::set(rows.stretch_m, lane, memory.stretch_m);
+  if (pair.touch >= 0) {
+    touch_lanes_.push_back({index, place});
+    set_field_material(index, place, memory.stiffness_N_per_m);
+  }
   ContactRows::set(rows.normal, lane, contact.is_plane ? contact.plane_normal : memory.normal);
   rows.other_m[lane].map() = contact.plane_offset_m * contact.plane_normal;
   const auto enter = [&](int number, int& point, ContactRows::Lane& turns) {
@@ -120,6 +130,19 @@ void ContactCore::fill_lane(std::size_t index, std::size_t place) {
   bool is_moved = enter(pair.a, rows.a[lane], rows.turns_a);
   if (pair.b >= 0) is_moved = enter(pair.b, rows.b[lane], rows.turns_b) && is_moved;
   if (!is_moved || (pair.b < 0 && !contact.is_plane)) given_.push_back({index, place});
+}
+
+/// As stiff as a field is where it is met. What sticks holds the energy that it held.
+void ContactCore::set_field_material(std::size_t index, std::size_t place, double before_N_per_m) {
+  const ContactPair& pair = list_.pairs()[index];
+  ContactRows& rows = rows_[place / kLanes];
+  const std::size_t lane = place % kLanes;
+  const collision::ContactMaterial& material =
+      list_.touches()[static_cast<std::size_t>(pair.touch)].material;
+  rows.set_material(lane, material, pair.contact->is_tool);
+  ContactRows::set(rows.stretch_m, lane,
+                   contact::stretched_as(ContactRows::get(rows.stretch_m, lane), before_N_per_m,
+                                         material.stiffness_N_per_m));
 }
 
 /// Where what contacts do not move is, and how it moves.
@@ -158,6 +181,7 @@ void ContactCore::keep_stretches() {
     const ContactRows& rows = rows_[lanes_[i] / kLanes];
     memory.stretch_m = ContactRows::get(rows.stretch_m, lanes_[i] % kLanes);
     memory.normal = ContactRows::get(rows.normal, lanes_[i] % kLanes);
+    memory.stiffness_N_per_m = rows.stiffness_N_per_m[lanes_[i] % kLanes];
   }
 }
 

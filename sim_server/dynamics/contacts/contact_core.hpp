@@ -93,13 +93,14 @@ class ContactCore {
 
  private:
   static constexpr std::size_t kRowsAChunk = 64;  // that one thread takes at once
-  /// A pair of which a side is given, and its lane.
+  /// A pair, and its lane.
   struct Given {
     std::size_t pair, place;
   };
 
   void divide(const ExplicitState& state);
   void fill_lane(std::size_t index, std::size_t place);
+  void set_field_material(std::size_t index, std::size_t place, double before_N_per_m);
   void place_given(double share, double part_s, const ExplicitState& state);
   void keep_stretches();
   /// Those who share the work of as many rows as there are.
@@ -123,7 +124,7 @@ class ContactCore {
   std::vector<ContactPush> pushes_;          // of each lane
   std::vector<RowFlow> flows_;               // of chunks of rows
   std::vector<ContactSolve> solves_;         // of islands
-  std::vector<Given> given_;
+  std::vector<Given> given_, touch_lanes_;   // of which a side is given; of fields
   double spring_change_J_ = 0.0;
   bool is_divided_ = false, struck_ = false;
 };

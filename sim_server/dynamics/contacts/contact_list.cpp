@@ -10,7 +10,7 @@ namespace {
 using Eigen::Vector3d;
 
 /// What one thread takes at once.
-constexpr std::size_t kSpheresAChunk = 1024;
+constexpr std::size_t kSpheresAChunk = 1024, kTouchesAChunk = 64;
 
 /// The centre of a sphere, and its velocity.
 bodies::SphereMotion motion_of(const bodies::SphereBinding& binding, const ExplicitState& state) {
@@ -36,13 +36,20 @@ Vector3d way_m_s(const contact::Contact& contact, double part_s) {
 
 void ContactList::take(const bodies::World& world, std::span<const contact::Contact> contacts) {
   for (const ContactSphere& sphere : spheres_)
-    place_of_[static_cast<std::size_t>(sphere.number)] = -1;
+    if (static_cast<std::size_t>(sphere.number) < place_of_.size())
+      place_of_[static_cast<std::size_t>(sphere.number)] = -1;
   place_of_.resize(world.spheres.size(), -1);
   spheres_.clear();
   pairs_.clear();
+  touches_.clear();
+  std::size_t touches = 0;
   for (const contact::Contact& contact : contacts)
-    for (const int sphere : {contact.a, contact.b})
-      if (sphere >= 0) place_of_[static_cast<std::size_t>(sphere)] = 0;
+    for (const int number : {contact.a, contact.b}) {
+      if (bodies::is_field(world, number))
+        ++touches;
+      else if (number >= 0)
+        place_of_[static_cast<std::size_t>(number)] = 0;
+    }
   // In the order of their numbers, or what touches would be far apart in memory.
   for (std::size_t i = 0; i < place_of_.size(); ++i) {
     if (place_of_[i] < 0) continue;
@@ -55,10 +62,13 @@ void ContactList::take(const bodies::World& world, std::span<const contact::Cont
                         .rigid = is_moved ? binding.rigid : -1,
                         .binding = &binding});
   }
-  const auto place_of = [&](int sphere) {
-    return sphere < 0 ? -1 : place_of_[static_cast<std::size_t>(sphere)];
+  const auto place_of = [&](int number) {
+    return number < 0 || bodies::is_field(world, number)
+               ? -1
+               : place_of_[static_cast<std::size_t>(number)];
   };
   memories_.take(world, contacts);
+  touches_.reserve(touches);  // which spheres point into
   for (const ContactMemories::Place& place : memories_.places()) {
     const contact::Contact& contact = contacts[place.contact];
     const bool turned = is_turned(contact);
@@ -66,13 +76,63 @@ void ContactList::take(const bodies::World& world, std::span<const contact::Cont
                       place_of(turned ? contact.a : contact.b),
                       turned ? contact.radius_b_m : contact.radius_a_m,
                       contact.radius_a_m + contact.radius_b_m, &contact});
+    for (const int number : {contact.a, contact.b})
+      if (bodies::is_field(world, number)) add_touch(world, pairs_.size() - 1, number);
   }
 }
 
-void ContactList::place(const ExplicitState& state, double substep_s, const Vector3d& gravity_m_s2,
-                        const Workers& workers) {
-  workers.for_each(spheres_.size(), kSpheresAChunk,
+/// A field as a sphere of its own in each pair.
+void ContactList::add_touch(const bodies::World& world, std::size_t number_of_pair, int number) {
+  const bodies::FieldBody& field = bodies::field_of(world, number);
+  ContactPair& pair = pairs_[number_of_pair];
+  pair.touch = static_cast<int>(touches_.size());
+  const auto place = static_cast<int>(spheres_.size());
+  (pair.contact->a == number ? pair.a : pair.b) = place;
+  ContactTouch& touch = touches_.emplace_back();
+  touch.pair = number_of_pair;
+  touch.sphere = place;
+  touch.field = &field;
+  if (field.rigid < 0) touch.pose = contact::pose_of(field, {});
+  touch.binding.body = field.body;
+  touch.binding.rigid = field.rigid;
+  const bool is_moved =
+      field.rigid >= 0 &&
+      world.rigid_bodies[static_cast<std::size_t>(field.rigid)].unknown != bodies::kNoUnknown;
+  spheres_.push_back(
+      {.number = number, .rigid = is_moved ? field.rigid : -1, .binding = &touch.binding});
+}
+
+void ContactList::place(const ExplicitState& state, double share, double substep_s,
+                        const Vector3d& gravity_m_s2, const Workers& workers) {
+  workers.for_each(spheres_.size() - touches_.size(), kSpheresAChunk,
                    [&](std::size_t i) { place(spheres_[i], state, substep_s, gravity_m_s2); });
+  workers.for_each(touches_.size(), kTouchesAChunk, [&](std::size_t i) {
+    place(touches_[i], state, share, substep_s, gravity_m_s2);
+  });
+}
+
+/// The tangent sphere where the other one is.
+void ContactList::place(ContactTouch& touch, const ExplicitState& state, double share,
+                        double substep_s, const Vector3d& gravity_m_s2) {
+  const ContactPair& pair = pairs_[touch.pair];
+  const contact::Contact& contact = *pair.contact;
+  const bool is_first = pair.a == touch.sphere;
+  const Vector3d other_m = is_first ? contact::kinematic_position_m(contact, share)
+                                    : Vector3d(sphere(pair.a).position_m.map());
+  ContactSphere& own = spheres_[static_cast<std::size_t>(touch.sphere)];
+  own.speed_m_s = 0.0;
+  contact::FieldPose pose = touch.pose;
+  if (touch.field->rigid >= 0) {
+    const RigidState& body = state.rigid[static_cast<std::size_t>(touch.field->rigid)];
+    pose = {body.position_m, body.rotation};
+    own.speed_m_s = (body.velocity_m_s + body.spin_rad_s.cross(other_m - body.position_m)).norm();
+    if (body.free) own.speed_m_s += substep_s * gravity_m_s2.norm();
+  }
+  const contact::FieldTouch at = contact::touch_of(
+      *touch.field, pose, other_m, is_first ? contact.radius_b_m : contact.radius_a_m);
+  own.position_m.map() = at.centre_m;
+  own.arm_m.map() = at.centre_m - pose.position_m;
+  touch.material = contact::scaled(contact, at).material;
 }
 
 void ContactList::place(ContactSphere& sphere, const ExplicitState& state, double substep_s,
@@ -122,7 +182,7 @@ bool ContactList::is_near(const ContactPair& pair, double share, double part_s,
 }
 
 int ContactList::count_touching(const ExplicitState& state, const Workers& workers) {
-  place(state, 0.0, Vector3d::Zero(), workers);
+  place(state, 1.0, 0.0, Vector3d::Zero(), workers);
   return static_cast<int>(std::count_if(pairs_.begin(), pairs_.end(), [&](const ContactPair& pair) {
     const contact::Contact& contact = *pair.contact;
     const Vector3d a_m = sphere(pair.a).position_m.map();
@@ -137,6 +197,10 @@ double ContactList::approach_per_s(const ExplicitState& state, double part_s) co
   for (const ContactPair& pair : pairs_) {
     const contact::Contact& contact = *pair.contact;
     if (contact.is_plane) continue;
+    if (pair.touch >= 0) {
+      most_per_s = std::max(most_per_s, field_approach_per_s(pair, state, part_s));
+      continue;
+    }
     const bodies::SphereMotion a = motion_of(*sphere(pair.a).binding, state);
     const bodies::SphereMotion b =
         pair.b >= 0 ? motion_of(*sphere(pair.b).binding, state)
@@ -148,6 +212,27 @@ double ContactList::approach_per_s(const ExplicitState& state, double part_s) co
     most_per_s = std::max(most_per_s, apart_m_s / std::min(contact.radius_a_m, contact.radius_b_m));
   }
   return most_per_s;
+}
+
+/// As of spheres as small as a field's cells: no solid is thinner, and no edge sharper.
+double ContactList::field_approach_per_s(const ContactPair& pair, const ExplicitState& state,
+                                         double part_s) const {
+  const ContactTouch& touch = touches_[static_cast<std::size_t>(pair.touch)];
+  const contact::Contact& contact = *pair.contact;
+  const bool is_first = pair.a == touch.sphere;
+  const double radius_m = is_first ? contact.radius_b_m : contact.radius_a_m;
+  bodies::SphereMotion other{contact.start_b_m, way_m_s(contact, part_s)};
+  if (!is_first) other = motion_of(*sphere(pair.a).binding, state);
+  contact::FieldPose pose = touch.pose;
+  if (touch.field->rigid >= 0) {
+    const RigidState& body = state.rigid[static_cast<std::size_t>(touch.field->rigid)];
+    pose = {body.position_m, body.rotation};
+    other.velocity_m_s -=
+        body.velocity_m_s + body.spin_rad_s.cross(other.position_m - body.position_m);
+  }
+  const double apart_m_s = other.velocity_m_s.norm();
+  const double gap_m = contact::gap_m(*touch.field, pose.into(other.position_m), radius_m);
+  return gap_m > apart_m_s * part_s ? 0.0 : apart_m_s / (radius_m + contact::cell_m(*touch.field));
 }
 
 }  // namespace stillgrid::dynamics

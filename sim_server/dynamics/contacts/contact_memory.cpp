@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "sim_server/contact/sticking.hpp"
+
 namespace stillgrid::dynamics {
 namespace {
 
@@ -19,11 +21,11 @@ std::uint64_t key_of(const contact::Contact& contact) {
   return kind << 2 * kNumberBits | number(contact.a) << kNumberBits | number(contact.other);
 }
 
-bool feels_forces(const bodies::World& world, std::uint64_t sphere) {
-  const bodies::SphereBinding& binding = world.spheres[sphere];
-  if (binding.rigid >= 0)
-    return world.rigid_bodies[static_cast<std::size_t>(binding.rigid)].unknown !=
-           bodies::kNoUnknown;
+bool feels_forces(const bodies::World& world, int number) {
+  if (const int rigid = bodies::rigid_of(world, number); rigid >= 0)
+    return world.rigid_bodies[static_cast<std::size_t>(rigid)].unknown != bodies::kNoUnknown;
+  if (bodies::is_field(world, number)) return false;
+  const bodies::SphereBinding& binding = world.spheres[static_cast<std::size_t>(number)];
   return std::any_of(binding.nodes.begin(), binding.nodes.begin() + binding.node_count, [&](int n) {
     return world.nodes[static_cast<std::size_t>(n)].unknown != bodies::kNoUnknown;
   });
@@ -31,8 +33,9 @@ bool feels_forces(const bodies::World& world, std::uint64_t sphere) {
 
 /// Whether neither side of a pair is free and awake, so that it may be on no list.
 bool lies_still(std::uint64_t key, const bodies::World& world) {
-  const auto is_still = [&](std::uint64_t sphere) {
-    return sphere < world.spheres.size() && !feels_forces(world, sphere);
+  const auto is_still = [&](std::uint64_t number) {
+    return number < world.spheres.size() + world.fields.size() &&
+           !feels_forces(world, static_cast<int>(number));
   };
   const bool is_of_two = key >> 2 * kNumberBits == 0;
   return is_still(key >> kNumberBits & kNumberMask) && (!is_of_two || is_still(key & kNumberMask));
@@ -67,7 +70,11 @@ void ContactMemories::take(const bodies::World& world, std::span<const contact::
       memories_.push_back(*known++);
     else
       memories_.push_back({.key = place.key});
-    memories_.back().stiffness_N_per_m = contacts[place.contact].material.stiffness_N_per_m;
+    ContactMemory& memory = memories_.back();
+    const double now_N_per_m = contacts[place.contact].material.stiffness_N_per_m;
+    memory.stretch_m =
+        contact::stretched_as(memory.stretch_m, memory.stiffness_N_per_m, now_N_per_m);
+    memory.stiffness_N_per_m = now_N_per_m;
   }
   while (known != kept_.end()) leave_out(*known++);
 }

@@ -24,10 +24,10 @@ struct ContactMemory {
   }
 };
 
-/// What sticks between the pairs of a list of contacts, by the spheres' numbers: of the one with
-/// the lower number seen from the other. Nothing but keep() changes what a part of a step begins
-/// with: one that is thrown away leaves no trace. Pairs of which neither side is free and awake
-/// stay stretched though no one lists them. Nothing is allocated once there was room.
+/// What sticks between the pairs of a list of contacts, by the numbers of spheres and fields: of
+/// the one with the lower number seen from the other. Nothing but keep() changes what a part of a
+/// step begins with: one that is thrown away leaves no trace. Pairs of which neither side is free
+/// and awake stay stretched though no one lists them. Nothing is allocated once there was room.
 class ContactMemories {
  public:
   /// Takes the contacts of a part, in any order; those that were kept are stretched as they were.

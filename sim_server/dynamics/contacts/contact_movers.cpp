@@ -115,7 +115,7 @@ void ContactMovers::divide(std::span<const int> touched, std::vector<std::size_t
 int ContactMovers::point_of(int place, const ContactSphere& sphere) {
   if (sphere.rigid >= 0) return 1 + rigid_mover_[at(sphere.rigid)];
   const bodies::SphereBinding& binding = *sphere.binding;
-  if (binding.rigid >= 0) return 0;
+  if (binding.rigid >= 0 || binding.node_count == 0) return 0;
   int& point = point_of_[at(place)];
   if (point == 0) {
     point = static_cast<int>(velocities_.size());

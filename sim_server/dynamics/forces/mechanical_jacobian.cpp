@@ -123,8 +123,7 @@ void MechanicalSystem::add_inertia_jacobians(JacobianKind kind) {
 
 void MechanicalSystem::add_contact_jacobians(JacobianKind kind, double contact_step_s) {
   contact_jacobians_.clear();
-  const auto side = [&](int number, double sign, double share) {
-    const bodies::SphereBinding& sphere = world_->spheres[static_cast<std::size_t>(number)];
+  const auto side = [&](const bodies::SphereBinding& sphere, double sign, double share) {
     ContactSide own = contact_side(trial_.nodes, trial_.rigid_bodies, turn_s_, sphere, sign, share);
     if (kind != JacobianKind::kExact || levers_ == Levers::kAtEnd || sphere.rigid < 0) return own;
     const auto rigid = static_cast<std::size_t>(sphere.rigid);
@@ -134,9 +133,10 @@ void MechanicalSystem::add_contact_jacobians(JacobianKind kind, double contact_s
     return own;
   };
   find_touching();
+  contact::Contact room;
   for (const int index : touching_) {
     const Candidate& candidate = candidates_[static_cast<std::size_t>(index)];
-    const contact::Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
+    const contact::Contact& contact = contact_at(candidate, room);
     contact::ContactDerivatives jacobians;
     const contact::ContactForce force =
         contact::contact_force(contact, motion_of(candidate), contact_step_s, &jacobians);
@@ -144,8 +144,8 @@ void MechanicalSystem::add_contact_jacobians(JacobianKind kind, double contact_s
     const contact::ContactShares shares = contact::contact_shares(contact);
     ContactJacobian& own =
         contact_jacobians_.emplace_back(contact_jacobian(force, jacobians, kind, stage_s_));
-    own.a = side(contact.a, 1.0, shares.a);
-    if (contact.b >= 0) own.b = side(contact.b, -1.0, shares.b);
+    own.a = side(binding_of(candidate, contact.a), 1.0, shares.a);
+    if (contact.b >= 0) own.b = side(binding_of(candidate, contact.b), -1.0, shares.b);
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include "sim_server/bodies/rotation.hpp"
 #include "sim_server/bodies/sphere_motion.hpp"
+#include "sim_server/contact/sticking.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
@@ -14,8 +15,13 @@ bool is_awake(const bodies::World& world, const bodies::SphereBinding& sphere) {
   return !world.bodies[static_cast<std::size_t>(sphere.body)].is_sleeping;
 }
 
-bool moves(const bodies::World& world, int sphere) {
-  return sphere >= 0 && is_awake(world, world.spheres[static_cast<std::size_t>(sphere)]);
+bool moves(const bodies::World& world, int number) {
+  if (number < 0) return false;
+  if (!bodies::is_field(world, number))
+    return is_awake(world, world.spheres[static_cast<std::size_t>(number)]);
+  const int rigid = bodies::rigid_of(world, number);
+  return rigid >= 0 &&
+         world.rigid_bodies[static_cast<std::size_t>(rigid)].unknown != bodies::kNoUnknown;
 }
 
 Eigen::Vector3d sphere_position_m(const bodies::World& world, int sphere) {
@@ -42,6 +48,7 @@ void MechanicalSystem::take(const bodies::World& world, std::span<const contact:
   mean_turns_.assign(world.rigid_bodies.size(), Eigen::Matrix3d::Zero());
   turn_s_.resize(world.rigid_bodies.size());
   candidates_.clear();
+  touches_.clear();
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const contact::Contact& contact = contacts[i];
     if (!moves(world, contact.a) && !moves(world, contact.b)) continue;
@@ -51,7 +58,9 @@ void MechanicalSystem::take(const bodies::World& world, std::span<const contact:
     own.b = contact.b;
     own.bounding_radius_m = contact.radius_a_m + contact.radius_b_m;
     if (sticks_ && !contact.is_tool) own.stretch_m = stretches_m[i];
-    if (levers == Levers::kMean && !contact.is_plane && contact.depth_before_m > 0.0)
+    if (bodies::is_field(world, own.a) || bodies::is_field(world, own.b))
+      add_touch(own);
+    else if (levers == Levers::kMean && !contact.is_plane && contact.depth_before_m > 0.0)
       own.start_m = sphere_position_m(world, contact.a) -
                     (contact.b >= 0 ? sphere_position_m(world, contact.b) : contact.start_b_m);
   }
@@ -74,6 +83,59 @@ void MechanicalSystem::take(const bodies::World& world, std::span<const contact:
   for (const bodies::RigidBody& body : world.rigid_bodies)
     if (body.unknown != bodies::kNoUnknown)
       scale_.segment<3>(body.unknown + 3) *= body.bounding_radius_m;
+}
+
+void MechanicalSystem::add_touch(Candidate& candidate) {
+  const contact::Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
+  const bool is_first = bodies::is_field(*world_, contact.a);
+  const bodies::FieldBody& field = bodies::field_of(*world_, is_first ? contact.a : contact.b);
+  candidate.touch = static_cast<int>(touches_.size());
+  Touch& touch =
+      touches_.emplace_back(Touch{.field = &field,
+                                  .other = is_first ? -1 : contact.a,
+                                  .radius_m = is_first ? contact.radius_b_m : contact.radius_a_m,
+                                  .contact = &contact});
+  touch.binding.body = field.body;
+  touch.binding.material = field.material;
+  touch.binding.radius_m = contact::tangent_radius_m(field);
+  touch.binding.rigid = field.rigid;
+  const Eigen::Vector3d other_m =
+      touch.other < 0 ? contact.start_b_m : sphere_position_m(*world_, touch.other);
+  const contact::FieldTouch start = contact::touch_of(
+      field, contact::pose_of(field, world_->rigid_bodies), other_m, touch.radius_m);
+  candidate.stretch_m = contact::stretched_as(candidate.stretch_m, 1.0, start.stiffness_scale);
+  if (levers_ != Levers::kMean || !(contact.depth_before_m > 0.0)) return;
+  candidate.start_m = is_first ? Eigen::Vector3d(-start.normal) : start.normal;
+}
+
+/// The tangent sphere where all is.
+void MechanicalSystem::place(Touch& touch) const {
+  const bodies::FieldBody& field = *touch.field;
+  const Eigen::Vector3d other_m =
+      touch.other < 0 ? contact::kinematic_position_m(*touch.contact, step_share_)
+                      : trial_.spheres[static_cast<std::size_t>(touch.other)].position_m;
+  const contact::FieldPose pose = contact::pose_of(field, trial_.rigid_bodies);
+  touch.at = contact::touch_of(field, pose, other_m, touch.radius_m);
+  touch.binding.local_m = pose.into(touch.at.centre_m);
+  touch.motion = {touch.at.centre_m, Eigen::Vector3d::Zero()};
+  if (field.rigid < 0) return;
+  const bodies::RigidBody& body = trial_.rigid_bodies[static_cast<std::size_t>(field.rigid)];
+  touch.motion.velocity_m_s =
+      body.velocity_m_s + body.angular_velocity_rad_s.cross(touch.at.centre_m - body.position_m);
+}
+
+const contact::Contact& MechanicalSystem::contact_at(const Candidate& candidate,
+                                                     contact::Contact& own) const {
+  const contact::Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
+  if (candidate.touch < 0) return contact;
+  return own = contact::scaled(contact, touches_[static_cast<std::size_t>(candidate.touch)].at);
+}
+
+const bodies::SphereBinding& MechanicalSystem::binding_of(const Candidate& candidate,
+                                                          int number) const {
+  return bodies::is_field(*world_, number)
+             ? touches_[static_cast<std::size_t>(candidate.touch)].binding
+             : world_->spheres[static_cast<std::size_t>(number)];
 }
 
 Eigen::VectorXd MechanicalSystem::velocity() const {
@@ -124,6 +186,7 @@ void MechanicalSystem::place(const Eigen::VectorXd& displacement, const Eigen::V
           bodies::sphere_motion(trial_.nodes, trial_.rigid_bodies, world_->spheres[at]);
     }
   }
+  for (Touch& touch : touches_) place(touch);
 }
 
 void MechanicalSystem::momentum(const Eigen::VectorXd& u, Eigen::VectorXd& momentum) const {
@@ -158,7 +221,11 @@ double MechanicalSystem::energy_J() {
     const Candidate& candidate = candidates_[static_cast<std::size_t>(index)];
     const contact::Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
     const double depth_m = contact::contact_depth_m(contact, motion_of(candidate).position_m);
-    if (depth_m > 0.0) energy_J += 0.5 * contact.material.stiffness_N_per_m * depth_m * depth_m;
+    const double scale = candidate.touch < 0
+                             ? 1.0
+                             : touches_[static_cast<std::size_t>(candidate.touch)].at.map_scale;
+    if (depth_m > 0.0)
+      energy_J += 0.5 * scale * contact.material.stiffness_N_per_m * depth_m * depth_m;
   }
   return energy_J;
 }
@@ -187,7 +254,9 @@ void MechanicalSystem::find_touching() {
   touching_.clear();
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
     const Candidate& own = candidates_[i];
-    if (own.b >= 0) {
+    if (own.touch >= 0) {
+      if (touches_[static_cast<std::size_t>(own.touch)].at.depth_m < 0.0) continue;
+    } else if (own.b >= 0) {
       const Eigen::Vector3d line_m = trial_.spheres[static_cast<std::size_t>(own.a)].position_m -
                                      trial_.spheres[static_cast<std::size_t>(own.b)].position_m;
       // By a little too many: rounding is the contact law's affair.
@@ -198,10 +267,13 @@ void MechanicalSystem::find_touching() {
   }
 }
 
-contact::SideMotion MechanicalSystem::side_of(int sphere, bool sticks) const {
-  const auto index = static_cast<std::size_t>(sphere);
-  contact::SideMotion side{trial_.spheres[index].position_m, trial_.spheres[index].velocity_m_s};
-  const int rigid = world_->spheres[index].rigid;
+contact::SideMotion MechanicalSystem::side_of(const Candidate& candidate, int number,
+                                              bool sticks) const {
+  const bodies::SphereMotion& motion =
+      bodies::is_field(*world_, number) ? touches_[static_cast<std::size_t>(candidate.touch)].motion
+                                        : trial_.spheres[static_cast<std::size_t>(number)];
+  contact::SideMotion side{motion.position_m, motion.velocity_m_s};
+  const int rigid = bodies::rigid_of(*world_, number);
   if (rigid < 0) return side;
   const bodies::RigidBody& body = trial_.rigid_bodies[static_cast<std::size_t>(rigid)];
   side.spin_rad_s = body.angular_velocity_rad_s;
@@ -217,9 +289,10 @@ contact::SideMotion MechanicalSystem::side_of(int sphere, bool sticks) const {
 contact::ContactMotion MechanicalSystem::motion_of(const Candidate& candidate) const {
   const contact::Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
   const bool sticks = sticks_ && !contact.is_tool;
-  contact::ContactMotion motion = contact::relative_motion(
-      contact, side_of(contact.a, sticks),
-      contact.b >= 0 ? side_of(contact.b, sticks) : contact::kinematic_side(contact, step_share_));
+  contact::ContactMotion motion =
+      contact::relative_motion(contact, side_of(candidate, contact.a, sticks),
+                               contact.b >= 0 ? side_of(candidate, contact.b, sticks)
+                                              : contact::kinematic_side(contact, step_share_));
   if (sticks) motion.sticking = contact::Sticking{candidate.stretch_m, time_s_};
   motion.start_m = candidate.start_m;
   return motion;
@@ -233,8 +306,8 @@ Eigen::Vector3d MechanicalSystem::press_arm_m(const bodies::SphereBinding& spher
 }
 
 /// Of the body whose sphere it is, since the step began; -1: of what stands.
-Eigen::Vector3d MechanicalSystem::turned_rad_of(int sphere) const {
-  const int rigid = sphere < 0 ? -1 : world_->spheres[static_cast<std::size_t>(sphere)].rigid;
+Eigen::Vector3d MechanicalSystem::turned_rad_of(int number) const {
+  const int rigid = number < 0 ? -1 : bodies::rigid_of(*world_, number);
   if (rigid < 0) return Eigen::Vector3d::Zero();
   return turned_rad_[static_cast<std::size_t>(rigid)];
 }
@@ -243,11 +316,12 @@ void MechanicalSystem::stretches(double contact_step_s, std::vector<Eigen::Vecto
   stretches_m.assign(contacts_.size(), Eigen::Vector3d::Zero());
   trial_.friction_N.assign(contacts_.size(), Eigen::Vector3d::Zero());
   find_touching();
+  contact::Contact room;
   for (const int touching : touching_) {
     const Candidate& candidate = candidates_[static_cast<std::size_t>(touching)];
     const auto index = static_cast<std::size_t>(candidate.contact);
-    const contact::ContactForce force =
-        contact::contact_force(contacts_[index], motion_of(candidate), contact_step_s, nullptr);
+    const contact::ContactForce force = contact::contact_force(
+        contact_at(candidate, room), motion_of(candidate), contact_step_s, nullptr);
     trial_.friction_N[index] = force.friction_N;
     if (force.stretch_m.isZero(0.0)) continue;
     // It turns with the two spheres about the line of their centres.
@@ -255,15 +329,20 @@ void MechanicalSystem::stretches(double contact_step_s, std::vector<Eigen::Vecto
     const double turned_rad =
         0.5 * normal.dot(turned_rad_of(candidate.a) + turned_rad_of(candidate.b));
     stretches_m[index] = Eigen::AngleAxisd(turned_rad, normal) * force.stretch_m;
+    if (candidate.touch >= 0)
+      stretches_m[index] = contact::stretched_as(
+          stretches_m[index],
+          touches_[static_cast<std::size_t>(candidate.touch)].at.stiffness_scale, 1.0);
   }
 }
 
 void MechanicalSystem::add_contact_forces(double contact_step_s, Eigen::VectorXd& force) {
   find_touching();
   trial_.touching = 0;
+  contact::Contact room;
   for (const int index : touching_) {
     const Candidate& candidate = candidates_[static_cast<std::size_t>(index)];
-    const contact::Contact& contact = contacts_[static_cast<std::size_t>(candidate.contact)];
+    const contact::Contact& contact = contact_at(candidate, room);
     const contact::ContactForce law =
         contact::contact_force(contact, motion_of(candidate), contact_step_s, nullptr);
     if (!law.touching) continue;
@@ -271,7 +350,7 @@ void MechanicalSystem::add_contact_forces(double contact_step_s, Eigen::VectorXd
     const contact::ContactShares shares = contact::contact_shares(contact);
     const Eigen::Vector3d couple_N_m = -law.arm_m.cross(law.friction_N);
     const auto push = [&](int number, double sign, double share) {
-      const bodies::SphereBinding& sphere = world_->spheres[static_cast<std::size_t>(number)];
+      const bodies::SphereBinding& sphere = binding_of(candidate, number);
       const Eigen::Vector3d press_N = sign * (law.force_N - law.friction_N);
       push_sphere(sphere, sign * law.force_N,
                   share * couple_N_m + press_arm_m(sphere).cross(press_N), force);

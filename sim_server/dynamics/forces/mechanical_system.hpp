@@ -8,6 +8,7 @@
 
 #include "sim_server/bodies/world.hpp"
 #include "sim_server/contact/contact.hpp"
+#include "sim_server/contact/field_touch.hpp"
 #include "sim_server/dynamics/forces/block_matrix.hpp"
 #include "sim_server/dynamics/forces/contact_jacobian.hpp"
 #include "sim_server/dynamics/forces/spring_jacobian.hpp"
@@ -71,8 +72,9 @@ class MechanicalSystem {
   /// time since the contacts' depth_before_m, over which their dampers act.
   void force(double contact_step_s, Eigen::VectorXd& force);
 
-  /// What sticks, of each contact, where all was placed last, if the step ends there, and in the
-  /// trial its friction. contact_step_s: as of force(), not zero.
+  /// What sticks, of each contact, where all was placed last, if the step ends there, as its
+  /// material's own stiffness would hold it, and in the trial its friction. contact_step_s: as of
+  /// force(), not zero.
   void stretches(double contact_step_s, std::vector<Eigen::Vector3d>& stretches_m);
 
   /// Kinetic energy, and that of gravity, springs and the springs of contacts, of what is awake and
@@ -122,10 +124,28 @@ class MechanicalSystem {
     double bounding_radius_m;                             // of both spheres
     Eigen::Vector3d stretch_m = Eigen::Vector3d::Zero();  // as the step begins, of what sticks
     std::optional<Eigen::Vector3d> start_m = {};  // likewise, of spheres that overlap: a from b
+    int touch = -1;                               // of a field's: in touches_
   };
+  /// A field's side of a contact, where all was placed last.
+  struct Touch {
+    const bodies::FieldBody* field;
+    int other;        // the sphere that it meets, or -1: what is given in the contact
+    double radius_m;  // of that
+    const contact::Contact* contact;
+    contact::FieldTouch at = {};
+    bodies::SphereBinding binding = {};
+    bodies::SphereMotion motion = {};
+  };
+  void add_touch(Candidate& candidate);
+  void place(Touch& touch) const;
+  /// The contact, as stiff as it is where a field is met. own: room for it.
+  const contact::Contact& contact_at(const Candidate& candidate, contact::Contact& own) const;
+  [[nodiscard]] const bodies::SphereBinding& binding_of(const Candidate& candidate,
+                                                        int number) const;
   [[nodiscard]] contact::ContactMotion motion_of(const Candidate& candidate) const;
-  [[nodiscard]] contact::SideMotion side_of(int sphere, bool sticks) const;
-  [[nodiscard]] Eigen::Vector3d turned_rad_of(int sphere) const;
+  [[nodiscard]] contact::SideMotion side_of(const Candidate& candidate, int number,
+                                            bool sticks) const;
+  [[nodiscard]] Eigen::Vector3d turned_rad_of(int number) const;
   [[nodiscard]] Eigen::Vector3d press_arm_m(const bodies::SphereBinding& sphere) const;
   /// d(momentum) / du of a block of three.
   struct InertiaJacobian {
@@ -136,6 +156,7 @@ class MechanicalSystem {
   const bodies::World* world_ = nullptr;
   std::span<const contact::Contact> contacts_;
   std::vector<Candidate> candidates_;
+  std::vector<Touch> touches_;
   std::vector<int> touching_;  // or nearly so: candidates, where all was placed last
   bool sticks_ = false;
   std::vector<std::span<const bodies::Spring>> springs_;  // of bodies awake

@@ -46,6 +46,7 @@ struct SundialsIntegrator::Run {
   void load(double at_s);
   Eigen::VectorXd stiffness_times(const Eigen::VectorXd& direction);
   void date_back(contact::Contact& contact, double stage_s) const;
+  void date_back_field(contact::Contact& contact, double stage_s) const;
   [[nodiscard]] double share_of(double at_s) const {  // of the step that is over then
     return std::clamp((at_s - start_s) / (end_s - start_s), 0.0, 1.0);
   }
@@ -229,6 +230,10 @@ int SundialsIntegrator::Run::solve_linear(N_Vector x, N_Vector b, double toleran
 /// now.
 void SundialsIntegrator::Run::date_back(contact::Contact& contact, double stage_s) const {
   const std::vector<bodies::SphereMotion>& spheres = system.trial().spheres;
+  if (bodies::is_field(base, contact.a) || bodies::is_field(base, contact.b)) {
+    date_back_field(contact, stage_s);
+    return;
+  }
   bodies::SphereMotion relative = spheres[static_cast<std::size_t>(contact.a)];
   Eigen::Vector3d normal = contact.plane_normal;
   if (!contact.is_plane) {
@@ -242,6 +247,26 @@ void SundialsIntegrator::Run::date_back(contact::Contact& contact, double stage_
   }
   contact.depth_before_m = contact::contact_depth_m(contact, relative.position_m) +
                            stage_s * normal.dot(relative.velocity_m_s);
+}
+
+void SundialsIntegrator::Run::date_back_field(contact::Contact& contact, double stage_s) const {
+  const Trial& trial = system.trial();
+  const bool is_first = bodies::is_field(base, contact.a);
+  const bodies::FieldBody& field = bodies::field_of(base, is_first ? contact.a : contact.b);
+  const bodies::SphereMotion other =
+      is_first ? bodies::SphereMotion{contact::kinematic_position_m(contact, share_of(loaded_s)),
+                                      contact.velocity_b_m_s}
+               : trial.spheres[static_cast<std::size_t>(contact.a)];
+  const contact::FieldTouch touch =
+      contact::touch_of(field, contact::pose_of(field, trial.rigid_bodies), other.position_m,
+                        is_first ? contact.radius_b_m : contact.radius_a_m);
+  Eigen::Vector3d apart_m_s = other.velocity_m_s;
+  if (field.rigid >= 0) {
+    const bodies::RigidBody& body = trial.rigid_bodies[static_cast<std::size_t>(field.rigid)];
+    apart_m_s -=
+        body.velocity_m_s + body.angular_velocity_rad_s.cross(other.position_m - body.position_m);
+  }
+  contact.depth_before_m = touch.depth_m + stage_s * touch.normal.dot(apart_m_s);
 }
 
 bool SundialsIntegrator::Run::turned_far() const {

@@ -210,4 +210,13 @@ proto::SphereResponse ContactResponse::response_of(const MechanicalSystem& syste
   return response;
 }
 
+proto::SphereResponse ContactResponse::turning_of(const bodies::RigidBody& body) const {
+  proto::SphereResponse response{};
+  for (std::size_t mode = 0; mode < modes_.size(); ++mode) {
+    const Eigen::Vector3f part = motions_[mode].segment<3>(body.unknown + 3).cast<float>();
+    response.modes[mode] = {part.x(), part.y(), part.z()};
+  }
+  return response;
+}
+
 }  // namespace stillgrid::dynamics

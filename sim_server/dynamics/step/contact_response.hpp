@@ -52,6 +52,8 @@ class ContactResponse {
   /// How the sphere's centre moves in each mode. Pre: the system is placed as in find().
   [[nodiscard]] proto::SphereResponse response_of(const MechanicalSystem& system,
                                                   const bodies::SphereBinding& sphere) const;
+  /// How a body turns in each mode, rad / sqrt(J). Pre: it feels forces.
+  [[nodiscard]] proto::SphereResponse turning_of(const bodies::RigidBody& body) const;
 
  private:
   /// Touches of one body: a range of those in order.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sim_server/bodies/rotation.hpp"
+#include "sim_server/contact/field_touch.hpp"
 
 namespace stillgrid::dynamics {
 namespace {
@@ -37,6 +38,45 @@ Side other_side(const contact::Contact& contact, const bodies::World& before, co
   if (contact.b >= 0) return side_of(contact.b, before, after);
   return {contact::kinematic_side(contact, 1.0), true, contact.position_b_m - contact.start_b_m,
           contact.start_b_m};
+}
+
+/// A contact as it is at the step's end, and its sides.
+struct Sides {
+  contact::Contact contact;
+  Side a, b;
+};
+
+/// A field's: the tangent sphere at the end, that of the start where it was.
+Side field_side(const bodies::FieldBody& field, const contact::FieldTouch& start,
+                const contact::FieldTouch& end, const bodies::World& before, const Trial& after) {
+  Side side{{end.centre_m, Eigen::Vector3d::Zero()}};
+  side.start_m = start.centre_m;
+  side.is_kinematic = true;
+  if (field.rigid < 0) return side;
+  const auto rigid = static_cast<std::size_t>(field.rigid);
+  const bodies::RigidBody& body = after.rigid_bodies[rigid];
+  side.is_kinematic = !body.free;
+  side.displacement_m = body.position_m - before.rigid_bodies[rigid].position_m;
+  side.spin_rad_s = body.angular_velocity_rad_s;
+  side.velocity_m_s =
+      body.velocity_m_s + body.angular_velocity_rad_s.cross(end.centre_m - body.position_m);
+  return side;
+}
+
+Sides sides_of(const contact::Contact& contact, const bodies::World& before, const Trial& after) {
+  const bool is_first = bodies::is_field(before, contact.a);
+  if (!is_first && !(contact.b >= 0 && bodies::is_field(before, contact.b)))
+    return {contact, side_of(contact.a, before, after), other_side(contact, before, after)};
+  const bodies::FieldBody& field = bodies::field_of(before, is_first ? contact.a : contact.b);
+  const Side other =
+      is_first ? other_side(contact, before, after) : side_of(contact.a, before, after);
+  const double radius_m = is_first ? contact.radius_b_m : contact.radius_a_m;
+  const contact::FieldTouch start = contact::touch_of(
+      field, contact::pose_of(field, before.rigid_bodies), other.start_m, radius_m);
+  const contact::FieldTouch end = contact::touch_of(
+      field, contact::pose_of(field, after.rigid_bodies), other.position_m, radius_m);
+  const Side own = field_side(field, start, end, before, after);
+  return {contact::scaled(contact, end), is_first ? own : other, is_first ? other : own};
 }
 
 /// How much less the force of a contact's spring on a is at the end than in the mean of both ends.
@@ -90,9 +130,8 @@ EnergyFlow contact_flow(const contact::Contact& contact, Side a, Side b, double 
 
 EnergyFlow contact_flow(std::size_t i, const bodies::World& before, const Trial& after,
                         std::span<const contact::Contact> contacts, double duration_s) {
-  const contact::Contact& contact = contacts[i];
-  return contact_flow(contact, side_of(contact.a, before, after),
-                      other_side(contact, before, after), duration_s,
+  const Sides sides = sides_of(contacts[i], before, after);
+  return contact_flow(sides.contact, sides.a, sides.b, duration_s,
                       after.friction_N.empty() ? nullptr : &after.friction_N[i],
                       after.start_stretches_m.empty() ? nullptr : &after.start_stretches_m[i]);
 }
@@ -100,7 +139,7 @@ EnergyFlow contact_flow(std::size_t i, const bodies::World& before, const Trial&
 /// Of its spring, at the step's start.
 double stored_J(const contact::Contact& contact) {
   const double depth_m = std::max(0.0, contact.depth_before_m);
-  return 0.5 * contact.material.stiffness_N_per_m * depth_m * depth_m;
+  return 0.5 * contact.map_scale_before * contact.material.stiffness_N_per_m * depth_m * depth_m;
 }
 
 double overlap_energy_J(const bodies::World& world,
@@ -187,9 +226,9 @@ EnergyByHand_J led_flow_J(const bodies::World& before, const Trial& after,
                           std::span<const contact::Contact> contacts, double duration_s) {
   EnergyByHand_J sum_J{};
   for (const contact::Contact& contact : contacts) {
-    const Side a = side_of(contact.a, before, after), b = other_side(contact, before, after);
-    sum_J[hand_of(contact)] += short_of_mean_N(contact, a, b).dot(b.displacement_m);
-    sum_J += contact_flow(contact, a, b, duration_s, nullptr, nullptr).tool_J;
+    const auto [own, a, b] = sides_of(contact, before, after);
+    sum_J[hand_of(contact)] += short_of_mean_N(own, a, b).dot(b.displacement_m);
+    sum_J += contact_flow(own, a, b, duration_s, nullptr, nullptr).tool_J;
   }
   return sum_J;
 }

@@ -25,6 +25,9 @@ void PredictedPart::choose(const bodies::World& world,
   part_.rigid_bodies.clear();
   part_.spheres.clear();
   part_.bodies.clear();
+  part_.fields =
+      world.fields;  // by the same numbers; those of bodies that are left out meet no one
+  for (bodies::FieldBody& field : part_.fields) field.rigid = -1;
   for (const auto& [body, stays] : chosen_) add_body(body, stays);
   bodies::number_unknowns(part_);
 }
@@ -79,6 +82,11 @@ void PredictedPart::add_body(std::size_t number, bool stays) {
     body.rigid = static_cast<int>(part_.rigid_bodies.size());
     part_.rigid_bodies.push_back(whole_->rigid_bodies[static_cast<std::size_t>(from.rigid)]);
   }
+  for (std::size_t i = 0; i < part_.fields.size(); ++i) {
+    if (whole_->fields[i].body != static_cast<int>(number)) continue;
+    part_.fields[i].body = static_cast<int>(part_.bodies.size()) - 1;
+    if (whole_->fields[i].rigid >= 0) part_.fields[i].rigid = body.rigid;
+  }
   const int moved = body.first_node - from.first_node;
   for (int i = 0; i < body.spring_count; ++i) {
     bodies::Spring& spring = part_.springs[static_cast<std::size_t>(body.first_spring + i)];
@@ -98,6 +106,9 @@ std::span<const contact::Contact> PredictedPart::renumbered(
     std::span<const contact::Contact> contacts) {
   if (is_whole_) return contacts;
   const auto place_of = [&](int sphere) {
+    if (bodies::is_field(*whole_, sphere))
+      return bodies::number_of_field(part_,
+                                     static_cast<std::size_t>(sphere) - whole_->spheres.size());
     const auto at =
         std::lower_bound(spheres_.begin(), spheres_.end(), static_cast<std::uint32_t>(sphere));
     return static_cast<int>(at - spheres_.begin());

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
+#include "sim_server/contact/field_touch.hpp"
 #include "sim_server/dynamics/integrators/implicit_stage.hpp"
 
 namespace stillgrid::dynamics {
@@ -30,10 +32,44 @@ contact::SideMotion side_of(const bodies::World& world, int sphere) {
   return side;
 }
 
-contact::ContactMotion motion_of(const bodies::World& world, const contact::Contact& contact) {
-  return contact::relative_motion(
-      contact, side_of(world, contact.a),
-      contact.b >= 0 ? side_of(world, contact.b) : contact::kinematic_side(contact, 1.0));
+/// A contact where the world is now.
+struct Met {
+  contact::Contact contact;  // as stiff as it is there
+  contact::ContactMotion motion;
+  double depth_m;
+  std::optional<bodies::SphereBinding> field = {};  // the sphere that a field is
+};
+
+Met met_at(const bodies::World& world, const contact::Contact& contact) {
+  const bool is_first = bodies::is_field(world, contact.a);
+  const bool is_of_field = is_first || (contact.b >= 0 && bodies::is_field(world, contact.b));
+  const contact::SideMotion other = is_first || (!is_of_field && contact.b < 0)
+                                        ? contact::kinematic_side(contact, 1.0)
+                                        : side_of(world, is_of_field ? contact.a : contact.b);
+  if (!is_of_field) {
+    const contact::ContactMotion motion =
+        contact::relative_motion(contact, side_of(world, contact.a), other);
+    return {contact, motion, contact::contact_depth_m(contact, motion.position_m)};
+  }
+  const bodies::FieldBody& field = bodies::field_of(world, is_first ? contact.a : contact.b);
+  const contact::FieldPose pose = contact::pose_of(field, world.rigid_bodies);
+  const contact::FieldTouch touch = contact::touch_of(
+      field, pose, other.position_m, is_first ? contact.radius_b_m : contact.radius_a_m);
+  bodies::SphereBinding binding;
+  binding.body = field.body;
+  binding.material = field.material;
+  binding.radius_m = contact::tangent_radius_m(field);
+  binding.rigid = field.rigid;
+  binding.local_m = pose.into(touch.centre_m);
+  contact::SideMotion own{touch.centre_m, Eigen::Vector3d::Zero()};
+  if (field.rigid >= 0) {
+    own.velocity_m_s = bodies::sphere_motion(world, binding).velocity_m_s;
+    own.spin_rad_s =
+        world.rigid_bodies[static_cast<std::size_t>(field.rigid)].angular_velocity_rad_s;
+  }
+  return {contact::scaled(contact, touch),
+          contact::relative_motion(contact, is_first ? own : other, is_first ? other : own),
+          touch.depth_m, binding};
 }
 
 /// The next step under a force of the tool that stays as it is.
@@ -65,8 +101,7 @@ void Prediction::take_contacts(const bodies::World& world,
                                std::span<const ContactMemory> kept, double step_s) {
   near_.clear();
   for (const contact::Contact& contact : contacts) {
-    const contact::ContactMotion motion = motion_of(world, contact);
-    const double depth_m = contact::contact_depth_m(contact, motion.position_m);
+    const auto [own, motion, depth_m, field] = met_at(world, contact);
     if (depth_m + step_s * motion.velocity_m_s.norm() < 0.0) continue;
     contact::Contact& near = near_.emplace_back(contact);
     near.depth_before_m = depth_m;
@@ -82,14 +117,17 @@ void Prediction::take_contacts(const bodies::World& world,
 void Prediction::take_tool(const bodies::World& world, std::span<const contact::Contact> contacts) {
   tool_force_.setZero(system_.size());
   touches_.clear();
+  field_spheres_.clear();
+  field_spheres_.reserve(contacts.size());  // which touches point into
   for (const contact::Contact& contact : contacts) {
-    const bodies::SphereBinding& sphere = world.spheres[static_cast<std::size_t>(contact.a)];
+    const auto [own, motion, depth_m, field] = met_at(world, contact);
+    if (field) field_spheres_.push_back(*field);
+    const bodies::SphereBinding& sphere =
+        field ? field_spheres_.back() : world.spheres[static_cast<std::size_t>(contact.a)];
     if (is_kinematic(world, sphere)) continue;
-    const contact::ContactMotion motion = motion_of(world, contact);
-    const contact::ContactForce law = contact::contact_force(contact, motion, 0.0, nullptr);
+    const contact::ContactForce law = contact::contact_force(own, motion, 0.0, nullptr);
     ToolTouch& touch = touches_.emplace_back();
-    touch = {&sphere, contact::contact_depth_m(contact, motion.position_m), Eigen::Vector3d::Zero(),
-             Eigen::Vector3d::Zero()};
+    touch = {&sphere, depth_m, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
     if (!law.touching) continue;
     touch.force_N = law.force_N;
     touch.couple_N_m = -contact::contact_shares(contact).a * law.arm_m.cross(law.friction_N);
@@ -103,7 +141,7 @@ void Prediction::take_responses(const bodies::World& world,
   near_tool_.clear();
   for (std::size_t i = 0; i < world.spheres.size(); ++i) {
     const bodies::SphereBinding& sphere = world.spheres[i];
-    if (is_kinematic(world, sphere)) continue;
+    if (sphere.is_field_point || is_kinematic(world, sphere)) continue;
     const Eigen::Vector3d at_m = bodies::sphere_motion(world, sphere).position_m;
     double nearest_m = std::numeric_limits<double>::infinity();
     for (const contact::Contact& contact : tool)
@@ -120,6 +158,46 @@ void Prediction::take_responses(const bodies::World& world,
     if (response.modes == decltype(response.modes){}) continue;
     responses_.push_back(response);
     spheres_[i].response = static_cast<std::uint32_t>(responses_.size());
+  }
+}
+
+/// How each frame that may give way moves in the modes: its origin, then how it turns.
+void Prediction::take_field_responses(const bodies::World& world) {
+  for (std::size_t i = 0; i < world.fields.size(); ++i) {
+    bodies::SphereBinding origin;
+    origin.rigid = world.fields[i].rigid;
+    if (origin.rigid < 0 || is_kinematic(world, origin)) continue;
+    const proto::SphereResponse moves = response_.response_of(system_, origin);
+    const proto::SphereResponse turns =
+        response_.turning_of(world.rigid_bodies[static_cast<std::size_t>(origin.rigid)]);
+    if (moves.modes == decltype(moves.modes){} && turns.modes == decltype(turns.modes){}) continue;
+    responses_.push_back(moves);
+    fields_[i].response = static_cast<std::uint32_t>(responses_.size());
+    responses_.push_back(turns);
+  }
+}
+
+/// As they move now.
+void Prediction::move_fields_on(const bodies::World& world) {
+  fields_.assign(world.fields.size(), {});
+  for (std::size_t i = 0; i < fields_.size(); ++i) {
+    if (world.fields[i].rigid < 0) continue;
+    const bodies::RigidBody& body =
+        world.rigid_bodies[static_cast<std::size_t>(world.fields[i].rigid)];
+    fields_[i] = {body.velocity_m_s, body.angular_velocity_rad_s};
+  }
+}
+
+/// To where the system is placed.
+void Prediction::predict_fields(const bodies::World& world, double step_s) {
+  for (std::size_t i = 0; i < fields_.size(); ++i) {
+    if (world.fields[i].rigid < 0) continue;
+    const auto rigid = static_cast<std::size_t>(world.fields[i].rigid);
+    const bodies::RigidBody &from = world.rigid_bodies[rigid],
+                            &to = system_.trial().rigid_bodies[rigid];
+    fields_[i].predicted_velocity_m_s = (to.position_m - from.position_m) / step_s;
+    if (from.unknown != bodies::kNoUnknown)
+      fields_[i].predicted_angular_velocity_rad_s = to.angular_velocity_rad_s;
   }
 }
 
@@ -160,6 +238,7 @@ void Prediction::look(const bodies::World& world, std::span<const contact::Conta
   for (std::size_t i = 0; i < spheres_.size(); ++i)
     spheres_[i].predicted_velocity_m_s =
         bodies::sphere_motion(world, world.spheres[i]).velocity_m_s;
+  move_fields_on(world);
   response_.clear();
   responses_.clear();
   snapshot_ = {.period_ns = static_cast<std::uint64_t>(std::llround(step_s * 1e9))};
@@ -187,8 +266,10 @@ void Prediction::look(const bodies::World& world, std::span<const contact::Conta
         (system_.trial().spheres[i].position_m -
          bodies::sphere_motion(world, world.spheres[i]).position_m) /
         step_s;
+  predict_fields(world, step_s);
   if (response_.modes().empty()) return;
   take_responses(world, {tool, contacts.end()});
+  take_field_responses(world);
   snapshot_.modes = response_.modes();
   snapshot_.turning = response_.turning();
   snapshot_.responses = responses_;

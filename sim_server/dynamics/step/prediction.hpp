@@ -40,6 +40,8 @@ class Prediction {
   [[nodiscard]] std::span<const bodies::SpherePrediction> spheres() const noexcept {
     return spheres_;
   }
+  /// As World::fields; of those that do not move nothing.
+  [[nodiscard]] std::span<const bodies::FieldPrediction> fields() const noexcept { return fields_; }
   /// Lasts until the next look().
   [[nodiscard]] const publication::SnapshotPrediction& snapshot() const noexcept {
     return snapshot_;
@@ -52,6 +54,9 @@ class Prediction {
   bool solve(ImplicitStage& stage, Eigen::VectorXd& velocity, Budget budget);
   bool solve_linear(ImplicitStage& stage, Eigen::VectorXd& velocity, const Budget& budget);
   void take_responses(const bodies::World& world, std::span<const contact::Contact> tool);
+  void take_field_responses(const bodies::World& world);
+  void move_fields_on(const bodies::World& world);
+  void predict_fields(const bodies::World& world, double step_s);
 
   bool is_explicit_;
   std::vector<contact::Contact> near_;  // of the scene with itself, that may touch within the step
@@ -62,10 +67,12 @@ class Prediction {
   KrylovLinearSolver linear_solver_;
   ContactResponse response_;
   std::vector<ToolTouch> touches_;
+  std::vector<bodies::SphereBinding> field_spheres_;  // that fields are to the tool
   Eigen::VectorXd residual_, tool_force_;
   std::vector<std::pair<double, std::size_t>> near_tool_;  // spheres by their distance, m
   std::vector<proto::SphereResponse> responses_;
   std::vector<bodies::SpherePrediction> spheres_;
+  std::vector<bodies::FieldPrediction> fields_;
   publication::SnapshotPrediction snapshot_;
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "sim_server/bodies/rotation.hpp"
 #include "sim_server/contact/crossing.hpp"
 #include "sim_server/scene/build_world.hpp"
 
@@ -57,6 +58,7 @@ Simulation::Simulation(const scene::SceneDescription& scene, bodies::World world
     : world_(std::move(world)),
       detection_(world_, scene.voxel_ratio),
       snapshot_(world_, detection_),
+      moving_fields_(world_),
       method_(scene.method),
       integrator_(make_integrator(method_)),
       traits_(integrator_->traits()),
@@ -140,6 +142,7 @@ StepReport Simulation::step(double step_s, std::span<const TakeTool> take_tools,
   }
   detection_.move_spheres(world_);
   snapshot_.show(detection_);
+  moving_fields_.show(world_);
   const bool is_still = world_.unknown_count == 0 && !has_driven_;
   still_steps_ = is_still && report.contacts == 0 ? std::min(still_steps_ + 1, kStillSteps) : 0;
   return report;
@@ -225,7 +228,7 @@ Simulation::Attempt Simulation::advance(Part& part, Step& step) {
   Budget& budget = step.budget;
   const double duration_s = step.length_s * (part.end - part.start);
   take_prediction(duration_s);
-  const contact::Ways predicted = ways_to(end_, duration_s);
+  const contact::Ways predicted = ways_to(end_, end_bodies_, duration_s);
   if (wake_touched(predicted)) return {.woke = true};
   if (!traits_.looks_within && part.may_shorten) {
     const double share = contact::share_before_crossings(detection_.contacts(), predicted);
@@ -249,7 +252,7 @@ Simulation::Attempt Simulation::advance(Part& part, Step& step) {
 
   // Forces may have led elsewhere than the velocities before them.
   const Trial& trial = integrator_->trial();
-  const contact::Ways ways = ways_to(trial.spheres, duration_s);
+  const contact::Ways ways = ways_to(trial.spheres, trial.rigid_bodies, duration_s);
   if (wake_touched(ways)) return {.woke = true};
   // Before strays have the contacts listed anew.
   const EnergyFlow flowed = flow_of(part, duration_s);
@@ -330,21 +333,25 @@ bool Simulation::correct(const Part& part, Step& step, SolveReport& solve) {
 Simulation::Strays Simulation::look_for_strays(Part& part, double duration_s) {
   const Trial& trial = integrator_->trial();
   const std::vector<bodies::SphereMotion>& end = trial.spheres;
-  if (part.must_end || part.widened == kMaxWidenings || !detection_.strayed(world_, end))
+  if (part.must_end || part.widened == kMaxWidenings ||
+      !detection_.strayed(world_, end, trial.rigid_bodies))
     return Strays::kNone;
   // Struck on its way it goes on elsewhere from there, but not far in shorter parts.
   if (traits_.looks_within && trial.struck)
     return duration_s > kLeastExplicitPart_s ? Strays::kShorter : Strays::kNone;
   const double length = part.end - part.start;
-  if (!detection_.widen(world_, end, length < kShortestHalf)) return Strays::kShorter;
+  if (!detection_.widen(world_, end, trial.rigid_bodies, length < kShortestHalf))
+    return Strays::kShorter;
   find_tool_contacts(part);
-  if (!detection_.has_missed(world_, ways_to(end, duration_s))) return Strays::kNone;
+  if (!detection_.has_missed(world_, ways_to(end, trial.rigid_bodies, duration_s)))
+    return Strays::kNone;
   ++part.widened;
   return Strays::kAgain;
 }
 
 /// Where every sphere is, and where its velocity leads, or the law of its motion.
 void Simulation::take_prediction(double duration_s) {
+  take_bodies(duration_s);
   for (const bodies::BodyRange& body : world_.bodies) {
     if (body.is_sleeping) continue;  // where note_sleep() saw it
     for (int sphere = body.first_sphere; sphere < body.first_sphere + body.sphere_count; ++sphere) {
@@ -363,9 +370,30 @@ void Simulation::take_prediction(double duration_s) {
   }
 }
 
+/// Where bodies with fields would be then.
+void Simulation::take_bodies(double duration_s) {
+  if (world_.fields.empty()) return;
+  end_bodies_ = world_.rigid_bodies;
+  for (const bodies::FieldBody& field : world_.fields) {
+    if (field.rigid < 0) continue;
+    bodies::RigidBody& body = end_bodies_[static_cast<std::size_t>(field.rigid)];
+    if (world_.bodies[static_cast<std::size_t>(field.body)].is_sleeping) continue;
+    if (!body.free) {
+      body.position_m = bodies::prescribed_state(body, world_.time_s + duration_s).position_m;
+      continue;
+    }
+    body.position_m += duration_s * body.velocity_m_s;
+    body.orientation =
+        (bodies::rotation_of(duration_s * body.angular_velocity_rad_s) * body.orientation)
+            .normalized();
+  }
+}
+
 contact::Ways Simulation::ways_to(std::span<const bodies::SphereMotion> end,
+                                  std::span<const bodies::RigidBody> end_bodies,
                                   double duration_s) const {
-  return {start_, end, swings_ ? &world_ : nullptr, duration_s};
+  return {start_, end, swings_ || !world_.fields.empty() ? &world_ : nullptr, duration_s,
+          end_bodies};
 }
 
 bool Simulation::wake_touched(const contact::Ways& ways) {
@@ -385,7 +413,10 @@ void Simulation::note_sleep() {
 publication::SnapshotPrediction Simulation::predict_next(double step_s, const Budget& budget,
                                                          std::size_t hand) {
   const bool is_alone = tools_.size() == 1;
-  if (!is_alone) snapshot_.forget_predictions(detection_.spheres());
+  if (!is_alone) {
+    snapshot_.forget_predictions(detection_.spheres());
+    moving_fields_.forget_predictions();
+  }
   if (budget.is_late()) return {};
   // Nothing moved since the last one.
   if (passes_ && predicted_s_ == step_s) return prediction_->snapshot();
@@ -413,6 +444,9 @@ publication::SnapshotPrediction Simulation::predict_next(double step_s, const Bu
   snapshot_.take_predictions(predicted_part_.spheres(), prediction_->spheres(),
                              proto::kPredictionPeriods * step_s, proto::kLongestPredictionLag_s,
                              detection_.spheres());
+  moving_fields_.take_predictions(prediction_->fields(), [&](std::size_t field) {
+    return predicted_part_.world().fields[field].rigid >= 0;
+  });
   if (passes_ && is_alone) predicted_s_ = step_s;
   return prediction_->snapshot();
 }

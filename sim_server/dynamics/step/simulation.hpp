@@ -21,6 +21,7 @@
 #include "sim_server/dynamics/step/sleeping.hpp"
 #include "sim_server/dynamics/step/tool_motion.hpp"
 #include "sim_server/scene/scene_description.hpp"
+#include "sim_server/snapshot/moving_fields.hpp"
 #include "sim_server/snapshot/moving_snapshot.hpp"
 
 namespace stillgrid::dynamics {
@@ -126,9 +127,12 @@ class Simulation {
   [[nodiscard]] const bodies::World& world() const noexcept { return world_; }
   [[nodiscard]] bodies::World& world() noexcept { return world_; }
   [[nodiscard]] const contact::Detection& detection() const noexcept { return detection_; }
-  /// All moving spheres as they are, ready to publish.
+  /// All moving spheres as they are, ready to publish, and all moving fields.
   [[nodiscard]] const collision::VoxelGrid& snapshot() const noexcept {
     return detection_.spheres().grid();
+  }
+  [[nodiscard]] std::span<const proto::FieldRecord> field_records() const noexcept {
+    return moving_fields_.records();
   }
 
  private:
@@ -172,9 +176,11 @@ class Simulation {
   [[nodiscard]] EnergyFlow flow_of(const Part& part, double duration_s);
   bool correct(const Part& part, Step& step, SolveReport& solve);
   void take_prediction(double duration_s);
+  void take_bodies(double duration_s);
   enum class Strays { kNone, kAgain, kShorter };
   Strays look_for_strays(Part& part, double duration_s);
   [[nodiscard]] contact::Ways ways_to(std::span<const bodies::SphereMotion> end,
+                                      std::span<const bodies::RigidBody> end_bodies,
                                       double duration_s) const;
   bool wake_touched(const contact::Ways& ways);
   void note_sleep();
@@ -183,6 +189,7 @@ class Simulation {
   bodies::World world_;
   contact::Detection detection_;
   snapshot::MovingSnapshot snapshot_;
+  snapshot::MovingFields moving_fields_;
   scene::Method method_;
   std::unique_ptr<Integrator> integrator_;
   IntegratorTraits traits_;
@@ -194,6 +201,7 @@ class Simulation {
   std::vector<contact::Contact> led_contacts_;
   std::unique_ptr<Prediction> prediction_;
   std::vector<bodies::SphereMotion> start_, end_;  // of every sphere over a part
+  std::vector<bodies::RigidBody> end_bodies_;      // where fields would be, if there are any
   bool swings_ = false;                            // something prescribed does
   PredictedPart predicted_part_;
   contact::PredictedContacts predicted_contacts_;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "sim_server/contact/field_touch.hpp"
 #include "sim_server/dynamics/step/energy_account.hpp"
 
 namespace stillgrid::dynamics {
@@ -31,17 +32,32 @@ double fastest_m_s(const bodies::World& world, const bodies::BodyRange& body) {
   return rigid.velocity_m_s.norm() + rigid.bounding_radius_m * rigid.angular_velocity_rad_s.norm();
 }
 
-std::size_t body_of(const bodies::World& world, int sphere) {
-  return static_cast<std::size_t>(world.spheres[static_cast<std::size_t>(sphere)].body);
+std::size_t place_of_body(const bodies::World& world, int number) {
+  return static_cast<std::size_t>(bodies::body_of(world, number));
 }
 
-/// Centre of a contact's first sphere from that of its second.
-Eigen::Vector3d offset_m(const contact::Contact& contact,
-                         std::span<const bodies::SphereMotion> spheres,
-                         const Eigen::Vector3d& given_m) {
-  const Eigen::Vector3d& a_m = spheres[static_cast<std::size_t>(contact.a)].position_m;
-  if (contact.b < 0) return a_m - given_m;
-  return a_m - spheres[static_cast<std::size_t>(contact.b)].position_m;
+/// How far apart a contact's sides are where the world is now. Negative: they overlap.
+double gap_m(const bodies::World& world, const contact::Contact& contact,
+             std::span<const bodies::SphereMotion> spheres) {
+  const auto at_m = [&](int sphere) -> const Eigen::Vector3d& {
+    return sphere < 0 ? contact.position_b_m : spheres[static_cast<std::size_t>(sphere)].position_m;
+  };
+  for (const bool is_first : {true, false}) {
+    const int number = is_first ? contact.a : contact.b;
+    if (!bodies::is_field(world, number)) continue;
+    const bodies::FieldBody& field = bodies::field_of(world, number);
+    return -contact::touch_of(field, contact::pose_of(field, world.rigid_bodies),
+                              at_m(is_first ? contact.b : contact.a),
+                              is_first ? contact.radius_b_m : contact.radius_a_m)
+                .depth_m;
+  }
+  return (at_m(contact.a) - at_m(contact.b)).norm() - (contact.radius_a_m + contact.radius_b_m);
+}
+
+/// Whether a contact is with what never moves: floors and walls keep no one awake.
+bool is_with_walls(const bodies::World& world, const contact::Contact& contact) {
+  if (contact.b < 0) return !contact.is_tool;
+  return bodies::is_field(world, contact.b) && bodies::rigid_of(world, contact.b) < 0;
 }
 
 }  // namespace
@@ -93,8 +109,8 @@ bool Sleeping::wake_touched(bodies::World& world, std::span<const contact::Conta
   };
   for (const contact::Contact& contact : contacts) {
     // What is still among still things has no contacts: a sphere that sleeps here meets what moves.
-    const std::size_t a = body_of(world, contact.a);
-    const std::size_t b = contact.b < 0 ? a : body_of(world, contact.b);
+    const std::size_t a = place_of_body(world, contact.a);
+    const std::size_t b = contact.b < 0 ? a : place_of_body(world, contact.b);
     if (!world.bodies[a].is_sleeping && !world.bodies[b].is_sleeping) continue;
     if (!contact::meet(contact, ways)) continue;
     for (const std::size_t body : {a, b})
@@ -140,16 +156,13 @@ void Sleeping::join_islands(const bodies::World& world, std::span<const contact:
   for (std::size_t body = 0; body < parent_.size(); ++body)
     is_restless_[body] = rested_s_[body] < kRest_s;
   for (const contact::Contact& contact : contacts) {
-    // Floors and walls keep no one awake.
-    if (contact.b < 0 && !contact.is_tool) continue;
-    if (is_fixture_[body_of(world, contact.a)]) continue;
-    if (contact.b >= 0 && is_fixture_[body_of(world, contact.b)]) continue;
+    if (is_with_walls(world, contact)) continue;
+    if (is_fixture_[place_of_body(world, contact.a)]) continue;
+    if (contact.b >= 0 && is_fixture_[place_of_body(world, contact.b)]) continue;
     const double near_m = kJoined * std::min(contact.radius_a_m, contact.radius_b_m);
-    if (offset_m(contact, spheres, contact.position_b_m).norm() >
-        contact.radius_a_m + contact.radius_b_m + near_m)
-      continue;
-    const std::size_t a = root(body_of(world, contact.a));
-    const std::size_t b = contact.b < 0 ? a : root(body_of(world, contact.b));
+    if (gap_m(world, contact, spheres) > near_m) continue;
+    const std::size_t a = root(place_of_body(world, contact.a));
+    const std::size_t b = contact.b < 0 ? a : root(place_of_body(world, contact.b));
     is_restless_[a] = is_restless_[a] || is_restless_[b] || contact.is_tool;
     parent_[b] = a;
   }

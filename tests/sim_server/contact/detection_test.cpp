@@ -303,13 +303,13 @@ TEST_CASE("Who strayed off its way into what is on no list is told from who met 
   const std::vector<bodies::SphereMotion> start(detection.motions().begin(),
                                                 detection.motions().end());
   std::vector<bodies::SphereMotion> end = start;
-  REQUIRE_FALSE(detection.strayed(world, end));
+  REQUIRE_FALSE(detection.strayed(world, end, world.rigid_bodies));
   const Eigen::Vector3d direction =
       GENERATE(Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(0, 1, 0));
   end[0].position_m += strayed_m * direction;
-  CHECK(detection.strayed(world, end));
-  CHECK(detection.widen(world, end, false));
-  CHECK_FALSE(detection.strayed(world, end));
+  CHECK(detection.strayed(world, end, world.rigid_bodies));
+  CHECK(detection.widen(world, end, world.rigid_bodies, false));
+  CHECK_FALSE(detection.strayed(world, end, world.rigid_bodies));
   CHECK(found_pairs(detection).count({0, 2}) == 1);
   const bool met_ball = direction.x() > 0.0 && strayed_m > 0.0201,
              met_floor = direction.z() < 0.0 && strayed_m > 0.015;
