@@ -32,6 +32,15 @@ def map_text(fit, head):
     return "\n".join([f"# {head}", "x_m,y_m,z_m,stiffness_N_per_m", *rows]) + "\n"
 
 
+def forces_text(figures):
+    """A row a row of the recording near the body: along the normal, measured and by each model that was replayed."""
+    names = [f"{name.replace(', ', ' ').replace(' ', '_')}_N" for name in figures.along_N]
+    contact = figures.track.contact
+    columns = (contact.time_s, contact.gap_m, figures.touched, contact.force_N, *figures.along_N.values())
+    rows = [",".join(f"{value:.6g}" for value in row) for row in zip(*columns)]
+    return "\n".join([",".join(("time_s", "gap_m", "in_contact", "measured_N", *names)), *rows]) + "\n"
+
+
 def stiffness_line(fit):
     if not len(fit.places_m):
         return f"{fit.own_N_per_m:.4g} N/m, one for the whole body"
@@ -71,7 +80,7 @@ class Files:
     def __init__(self, scene, fit, arguments, out):
         self.scene, self.fit, self.arguments, self.out = scene, fit, arguments, out
         self.scene_file = out / f"{scene.file.stem}_fitted.toml"
-        self.others = ["stiffness_fit.json"]
+        self.others = ["stiffness_fit.json", "forces.csv"]
         if len(fit.places_m):
             self.others.insert(0, "stiffness_map.csv")
 
@@ -116,6 +125,7 @@ class Files:
         inside = pathlib.Path(tempfile.mkdtemp(prefix=".part-", dir=self.out))
         try:
             self.put(inside, self.out, self.fit, self.head(found[-1].R2[best][0]))
+            (inside / "forces.csv").write_text(forces_text(found[-1]))
             (inside / "stiffness_fit.json").write_text(json.dumps(self.json(found, best), indent=2) + "\n")
             try:
                 import stiffness_picture

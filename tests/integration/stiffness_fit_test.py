@@ -123,7 +123,7 @@ class StiffnessFitTest(daemons.SessionTest):
             self.assertAlmostEqual(answer["offset_m"], truth.offset_m, delta=2e-4)
             self.assertIn("one for the whole body", run.stdout)
             files = sorted(file.name for file in (self.folder / f"even{seed}").iterdir())
-            self.assertEqual(files, ["kidney_fitted.toml", "stiffness_fit.json"])
+            self.assertEqual(files, ["forces.csv", "kidney_fitted.toml", "stiffness_fit.json"])
 
     def test_a_scene_keeps_its_text_but_for_what_was_fitted(self):
         truth = palpation.Truth(palpation.KIDNEY, 3)
