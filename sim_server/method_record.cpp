@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <variant>
 
 #include "shared/files/json_file.hpp"
 
@@ -21,8 +22,8 @@ using Json = nlohmann::json;
 constexpr int kFormat = 1;
 constexpr int kMaxSubsteps = 10000;
 
-/// FNV-1a of a scene file's bytes, of its hand's where a rate is chosen for that, and of the
-/// spheres and nodes that its meshes were made into, as hexadecimal digits.
+/// FNV-1a of a scene file's bytes, of its hand's where a rate is chosen for that, of the spheres
+/// and nodes that its meshes were made into, and of maps of stiffness, as hexadecimal digits.
 std::string hash_of(const std::filesystem::path& file, const scene::SceneDescription& scene) {
   std::uint64_t hash = 0xcbf29ce484222325;
   const auto add = [&](char byte) {
@@ -43,6 +44,10 @@ std::string hash_of(const std::filesystem::path& file, const scene::SceneDescrip
     }
     if (const auto field = bodies::field_of(body))
       for (const char byte : std::to_string(field->shape().fine_count)) add(byte);
+    if (const auto* const mesh = std::get_if<bodies::RigidMeshBody>(&body.shape);
+        mesh != nullptr && mesh->asked_field)
+      for (const fields::StiffnessPlace& place : mesh->asked_field->measured.places)
+        for (const char byte : std::to_string(place.stiffness_N_per_m)) add(byte);
     const bodies::SoftLattice* lattice = bodies::lattice_of(body);
     const std::size_t nodes = lattice != nullptr ? lattice->nodes_m.size() : 0;
     for (const char byte : std::to_string(nodes)) add(byte);

@@ -67,6 +67,28 @@ class Spring:
         return time_s, ours["x_m"], numpy.interp(time_s, self.time_s, self.force_N), -ours["fx_N"]
 
 
+# The lever's force is on the spring, a torque; place and force of the tip are along x.
+SPRING_FIT = ("--one", "--replay", f"map=x_m:slave_rad*{LEVER_M}", "--force", f"fx_N:Fe_Nm*{-1.0 / LEVER_M:.9g}")
+BLOCK = ("v 0 -1 -1\nv 2 -1 -1\nv 0 1 -1\nv 2 1 -1\nv 0 -1 1\nv 2 -1 1\nv 0 1 1\nv 2 1 1\nf 1 3 4\nf 1 4 2\nf 5 6 8\n"
+         "f 5 8 7\nf 1 2 6\nf 1 6 5\nf 3 7 8\nf 3 8 4\nf 1 5 7\nf 1 7 3\nf 2 4 8\nf 2 8 6\n")
+
+
+def spring_halves(folder):
+    """For stiffness_fit: a scene with a block whose face is about where the spring is at rest, and the recording's
+    halves, to be read by SPRING_FIT."""
+    (folder / "block.obj").write_text(BLOCK)
+    body = (f'kind = "mesh"\nfile = "block.obj"\nscale = 0.02\nposition_m = [{-0.01 + TOOL_M!r}, 0.0, 0.0]\n'
+            'motion = "static"\ncontact = "field"\nfield = { cell_m = 0.001 }')
+    scene = folder / "spring.toml"
+    scene.write_text(SCENE.format(tool_m=TOOL_M, stiffness_N_per_m=1000.0, body=body))
+    header, *rows = [line for line in SPRING.read_text().splitlines(True) if not line.startswith("#")]
+    half, halves = len(rows) // 2, []
+    for name, part in (("first", rows[:half]), ("second", rows[half:])):
+        halves.append(folder / f"{name}_half.csv")
+        halves[-1].write_text(header + "".join(part))
+    return scene, halves
+
+
 def demonstration(name):
     return DATA / f"trajectories/ku_contour_force/demo_{name}.csv"
 

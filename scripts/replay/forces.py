@@ -30,8 +30,9 @@ class Forces:
         return [name for name in wanted if name in self.columns]
 
 
-def read_forces(file):
-    """Reads up to the last whole row; of rows with equal stamps the last counts."""
+def read_forces(file, sources=None):
+    """Reads up to the last whole row; of rows with equal stamps the last counts. sources: by the name of a force, the
+    column that it is read from in its stead, and a factor."""
     file = pathlib.Path(file)
     try:
         text = file.read_bytes().decode("utf-8-sig")
@@ -51,12 +52,16 @@ def read_forces(file):
             raise Unusable(f"{file}:{number}: {len(row)} fields: expected {len(header)}")
     if name := given_twice(header):
         raise Unusable(f"{file}:{header_line}: column {name}: given twice, by this name or an earlier one")
-    columns, header = {}, columns_of_today(header)
+    columns, header, sources = {}, columns_of_today(header), sources or {}
+    for name, (source, _) in sources.items():
+        if source not in header:
+            raise Unusable(f"{file}:{header_line}: column {source}: missing: expected it for {name}")
     for name in (*TIME_NAMES, *FORCE_NAMES, *POSITION_NAMES, "contacts", "snapshot_id"):
-        if header.count(name) > 1:
-            raise Unusable(f"{file}:{header_line}: column {name}: given twice")
-        if name in header:
-            columns[name] = numbers(file, name, header.index(name), rows)
+        source, factor = sources.get(name, (name, 1.0))
+        if header.count(source) > 1:
+            raise Unusable(f"{file}:{header_line}: column {source}: given twice")
+        if source in header:
+            columns[name] = factor * numbers(file, source, header.index(source), rows)
     time_name = next((name for name in TIME_NAMES if name in columns), None)
     if time_name is None or not any(name in columns for name in FORCE_NAMES):
         missing = "fx_N" if time_name else "time_s"

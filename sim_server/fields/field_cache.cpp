@@ -31,7 +31,8 @@ std::uint64_t checksum_of(const proto::FieldShape& shape, std::span<const std::u
   return hash.value();
 }
 
-std::string name_of(const mesh::TriangleMesh& closed, const collision::FieldFineness& fineness) {
+std::string name_of(const mesh::TriangleMesh& closed, const collision::FieldFineness& fineness,
+                    const MeasuredSurface& measured) {
   constexpr std::string_view kWay = "field";
   spheres::Hash hash;
   hash.add(&kFieldVersion, sizeof kFieldVersion);
@@ -39,6 +40,12 @@ std::string name_of(const mesh::TriangleMesh& closed, const collision::FieldFine
   hash.add(fineness.cell_m);
   hash.add(fineness.band_m);
   hash.add(fineness.margin_m);
+  hash.add(measured.offset_m);
+  if (!measured.places.empty()) hash.add(measured.own_N_per_m);
+  for (const StiffnessPlace& place : measured.places) {
+    hash.add(place.position_m);
+    hash.add(place.stiffness_N_per_m);
+  }
   hash.add(closed);
   return hash.text() + ".field";
 }
@@ -46,8 +53,8 @@ std::string name_of(const mesh::TriangleMesh& closed, const collision::FieldFine
 }  // namespace
 
 FieldCache::FieldCache(const std::filesystem::path& scene_folder, const mesh::TriangleMesh& closed,
-                       const collision::FieldFineness& fineness)
-    : file_(spheres::kept_folder(scene_folder) / name_of(closed, fineness)) {}
+                       const collision::FieldFineness& fineness, const MeasuredSurface& measured)
+    : file_(spheres::kept_folder(scene_folder) / name_of(closed, fineness, measured)) {}
 
 std::optional<collision::DistanceField> FieldCache::read() const {
   if (!spheres::may_read_kept(file_)) return std::nullopt;

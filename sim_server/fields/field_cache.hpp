@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "shared/collision/distance_field.hpp"
+#include "sim_server/fields/measured_surface.hpp"
 #include "sim_server/mesh/triangle_mesh.hpp"
 
 namespace stillgrid::fields {
@@ -14,7 +15,7 @@ class FieldCache {
  public:
   /// Touches no file.
   FieldCache(const std::filesystem::path& scene_folder, const mesh::TriangleMesh& closed,
-             const collision::FieldFineness& fineness);
+             const collision::FieldFineness& fineness, const MeasuredSurface& measured = {});
 
   /// What was kept, or nothing: also where the file is damaged, or cannot be read.
   [[nodiscard]] std::optional<collision::DistanceField> read() const;

@@ -286,6 +286,8 @@ bodies::FieldScene field_scene_of(const SceneDescription& scene) {
       of.least_tool_radius_m = std::min(of.least_tool_radius_m, sphere.radius_m);
       of.largest_tool_radius_m = std::max(of.largest_tool_radius_m, sphere.radius_m);
     }
+  for (const MaterialDescription& material : scene.materials)
+    of.materials_N_per_m.push_back(material.contact_stiffness_N_per_m);
   return of;
 }
 

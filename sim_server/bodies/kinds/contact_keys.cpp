@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "shared/rendering/force_error.hpp"
+#include "sim_server/bodies/kinds/measured_surface_reader.hpp"
 
 namespace stillgrid::bodies {
 namespace {
@@ -23,10 +24,10 @@ void refuse_beside(toml::TableReader& table, std::string_view contact,
           key, "no such key beside contact = \"" + std::string(contact) + "\"" + std::string(why));
 }
 
-double longest_side_m(const mesh::TriangleMesh& mesh) {
+Eigen::AlignedBox3d box_of(const mesh::TriangleMesh& mesh) {
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& vertex : mesh.vertices_m) box.extend(vertex);
-  return box.sizes().maxCoeff();
+  return box;
 }
 
 }  // namespace
@@ -56,7 +57,7 @@ double read_force_error(toml::TableReader& table, std::string_view key) {
 }
 
 std::optional<AskedField> read_contact(toml::TableReader& table, const mesh::TriangleMesh& mesh,
-                                       bool is_soft) {
+                                       bool is_soft, Motion motion) {
   constexpr std::array<std::string_view, 3> kContacts = {"spheres", "field", "auto"};
   const std::size_t contact = table.has("contact") ? table.choice("contact", kContacts) : 0;
   if (contact != 2 && table.has("force_error"))
@@ -76,8 +77,10 @@ std::optional<AskedField> read_contact(toml::TableReader& table, const mesh::Tri
   if (contact == 1 || field.has("cell_m"))
     asked.cell_m = field.number("cell_m", toml::Bound::kPositive);
   if (field.has("band_m")) asked.band_m = field.number("band_m", toml::Bound::kPositive);
+  const Eigen::AlignedBox3d box = box_of(mesh);
+  if (contact == 1) asked.measured = read_measured_surface(field, box, motion);
   field.finish();
-  const double longest_m = longest_side_m(mesh);
+  const double longest_m = box.sizes().maxCoeff();
   if (asked.cell_m &&
       (*asked.cell_m < kFinestCell * longest_m || *asked.cell_m > kCoarsestCell * longest_m))
     field.refuse("cell_m", "a thousandth to a tenth of the mesh's longest side");

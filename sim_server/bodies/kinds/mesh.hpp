@@ -12,6 +12,7 @@
 #include "sim_server/bodies/kinds/springs.hpp"
 #include "sim_server/bodies/surfaces.hpp"
 #include "sim_server/fields/contact_choice.hpp"
+#include "sim_server/fields/measured_surface.hpp"
 #include "sim_server/mesh/triangle_mesh.hpp"
 #include "sim_server/spheres/ball.hpp"
 
@@ -31,6 +32,7 @@ struct AskedField {
   double max_error_share = 0.0;       // of a choice, what the force may err
   unsigned line = 0;                  // of the scene file, where it is asked for
   std::filesystem::path folder = {};  // of the scene file
+  fields::MeasuredSurface measured = {};  // of no choice; own_N_per_m: make_fields() knows it
 };
 
 /// A mesh from a file that keeps its shape, in its centre of mass along its principal axes,

@@ -26,6 +26,32 @@ constexpr std::size_t kMaxPoints = 500;
 
 constexpr double kPress = 0.25;  // of the radius of the tool's sphere
 
+/// The range of a map's stiffness, and of how many places; nothing without a map.
+std::string note_of(const fields::MeasuredSurface& measured) {
+  if (measured.places.empty()) return "";
+  const auto [least, most] =
+      std::ranges::minmax(measured.places, {}, &fields::StiffnessPlace::stiffness_N_per_m);
+  std::array<char, 120> text{};
+  std::snprintf(text.data(), text.size(), ", %.3g to %.3g N/m by %zu places, elsewhere %.3g N/m",
+                least.stiffness_N_per_m, most.stiffness_N_per_m, measured.places.size(),
+                measured.own_N_per_m);
+  return text.data();
+}
+
+/// A field holds its stiffness over the body's own.
+void check_map(const AskedField& asked, const std::string& file) {
+  const double most_N_per_m = 1e3 * asked.measured.own_N_per_m;
+  for (const fields::StiffnessPlace& place : asked.measured.places) {
+    if (place.stiffness_N_per_m <= most_N_per_m) continue;
+    std::array<char, 2 * 40> value{}, expected{};
+    std::snprintf(value.data(), value.size(), "%.9g", place.stiffness_N_per_m);
+    std::snprintf(expected.data(), expected.size(), "at most 1000 times the body's own %.6g N/m",
+                  asked.measured.own_N_per_m);
+    throw toml::scene_error(file, {asked.line, 1}, "body.field.stiffness_map", value.data(),
+                            expected.data());
+  }
+}
+
 std::string note_of(const BodyDescription& body, const RigidMeshBody& mesh, double time_s) {
   const proto::FieldShape& shape = mesh.field->shape();
   std::array<char, 200> text{};
@@ -33,6 +59,7 @@ std::string note_of(const BodyDescription& body, const RigidMeshBody& mesh, doub
                 shape.fine_count, static_cast<double>(mesh.field->bytes()) / 1048576.0,
                 double{shape.brick_m} / proto::kBrickCells);
   std::string note = "body '" + body.name + "': " + text.data();
+  note += note_of(mesh.asked_field->measured);
   if (!mesh.balls.empty()) note += ", " + std::to_string(mesh.balls.size()) + " points";
   if (time_s == 0.0) return note + ", made before";
   std::snprintf(text.data(), text.size(), ", in %.2f s", time_s);
@@ -56,13 +83,14 @@ std::shared_ptr<const collision::DistanceField> made_or_kept(
     const RigidMeshBody& mesh, const collision::FieldFineness& fineness,
     std::vector<std::string>& notes, double& time_s) {
   constexpr double kWorthKeeping_s = 1.0;
-  const fields::FieldCache cache(mesh.asked_field->folder, mesh.surface, fineness);
+  const AskedField& asked = *mesh.asked_field;
+  const fields::FieldCache cache(asked.folder, mesh.surface, fineness, asked.measured);
   time_s = 0.0;
   if (auto kept = cache.read())
     return std::make_shared<const collision::DistanceField>(*std::move(kept));
   const auto start = std::chrono::steady_clock::now();
   auto made = std::make_shared<const collision::DistanceField>(
-      fields::make_mesh_field(mesh.surface, fineness));
+      fields::make_mesh_field(mesh.surface, fineness, asked.measured));
   const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
   time_s = std::max(time.count(), std::numeric_limits<double>::min());
   if (time_s < kWorthKeeping_s) return made;
@@ -89,9 +117,14 @@ class FieldsOfScene {
       attempt(body, [&](RigidMeshBody& mesh) { choose(body, mesh); });
       if (!field_of(body)) reach_out(body);
     }
-    for (BodyDescription& body : bodies)
-      if (asked_of(body) != nullptr && (!asked_of(body)->is_choice || field_of(body)))
-        attempt(body, [&](RigidMeshBody& mesh) { make_one(body, mesh); });
+    for (BodyDescription& body : bodies) {
+      if (asked_of(body) == nullptr || (asked_of(body)->is_choice && !field_of(body))) continue;
+      AskedField& asked = *std::get<RigidMeshBody>(body.shape).asked_field;
+      asked.measured.own_N_per_m =
+          body.stiffness_scale * scene_.materials_N_per_m[static_cast<std::size_t>(body.material)];
+      check_map(asked, file_);
+      attempt(body, [&](RigidMeshBody& mesh) { make_one(body, mesh); });
+    }
   }
 
  private:

@@ -12,6 +12,7 @@ namespace stillgrid::bodies {
 struct FieldScene {
   double least_tool_radius_m = 0.0, largest_tool_radius_m = 0.0;  // of the tools' spheres
   double period_s = 0.01;                                         // of the simulation
+  std::vector<double> materials_N_per_m = {};                     // stiffness of each
 };
 
 /// Makes the fields that meshes asked for, once all bodies of a scene are read, and the points of
@@ -21,8 +22,8 @@ struct FieldScene {
 /// fine as far as the tool's largest sphere reaches. Adds lines to notes. Fields that took more
 /// than a second are kept for the next time.
 ///
-/// Throws SceneError, at the line where a field is asked for that takes too much, or a choice that
-/// cannot be made.
+/// Throws SceneError, at the line where a field is asked for that takes too much or whose map is
+/// anywhere more than a thousand times as stiff as the body, or a choice that cannot be made.
 void make_fields(std::span<BodyDescription> bodies, const FieldScene& scene,
                  const std::string& file, std::vector<std::string>& notes);
 

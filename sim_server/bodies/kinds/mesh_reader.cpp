@@ -170,18 +170,21 @@ double read_stiffness_scale(toml::TableReader& table, const mesh::TriangleMesh& 
 
 /// Moves the body's frame into its centre of mass, along its principal axes.
 RigidMeshBody in_principal_frame(std::vector<spheres::Ball> balls, const mesh::TriangleMesh& mesh,
-                                 BodyDescription& body) {
+                                 const std::optional<AskedField>& field, BodyDescription& body) {
   const mesh::MassProperties mass = mesh::mass_properties(mesh);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(mass.inverse_inertia_per_kg_m2);
   Eigen::Matrix3d axes = solver.eigenvectors();
   if (axes.determinant() < 0.0) axes.col(0) = -axes.col(0);
-  RigidMeshBody rigid{.balls = std::move(balls), .surface = mesh};
+  RigidMeshBody rigid{.balls = std::move(balls), .surface = mesh, .asked_field = field};
   rigid.inverse_inertia_per_kg_m2 = solver.eigenvalues();
   const auto moved = [&](const Eigen::Vector3d& point_m) -> Eigen::Vector3d {
     return axes.transpose() * (point_m - mass.centre_m);
   };
   for (spheres::Ball& ball : rigid.balls) ball.centre_m = moved(ball.centre_m);
   for (Eigen::Vector3d& vertex_m : rigid.surface.vertices_m) vertex_m = moved(vertex_m);
+  if (rigid.asked_field)
+    for (fields::StiffnessPlace& place : rigid.asked_field->measured.places)
+      place.position_m = moved(place.position_m);
   body.position_m += body.orientation * mass.centre_m;
   body.orientation = (body.orientation * Eigen::Quaterniond(axes)).normalized();
   return rigid;
@@ -209,18 +212,15 @@ void read_mesh(toml::TableReader& table, BodyDescription& body, std::vector<std:
   body.position_m = table.vector_or("position_m", body.position_m);
   body.orientation = table.orientation_or_identity("orientation_xyzw");
   const mesh::TriangleMesh mesh = read_closed(table);
-  const std::optional<AskedField> field = read_contact(table, mesh, is_soft);
+  const std::optional<AskedField> field = read_contact(table, mesh, is_soft, body.motion);
   ScaledBalls made;
   // A choice may be among these and fields.
   if (!field || table.has("spheres")) made = read_balls(table, is_soft, mesh, body, notes);
   body.stiffness_scale = read_stiffness_scale(table, mesh, made);
   if (is_soft)
     body.shape = on_lattice(table, std::move(made.balls), mesh, body);
-  else {
-    RigidMeshBody rigid = in_principal_frame(std::move(made.balls), mesh, body);
-    rigid.asked_field = field;
-    body.shape = std::move(rigid);
-  }
+  else
+    body.shape = in_principal_frame(std::move(made.balls), mesh, field, body);
 }
 
 }  // namespace stillgrid::bodies

@@ -44,6 +44,17 @@ TEST_CASE("A field of another mesh or fineness is not found", "[field_cache]") {
     other.*number *= 1.0 + 1e-15;
     CHECK_FALSE(FieldCache(folder.path, mesh, other).read());
   }
+  const MeasuredSurface measured{.offset_m = 0.01, .places = {{{0.5, 0.5, 1.0}, 300.0}}};
+  MeasuredSurface moved = measured, stiffer = measured, of_another = measured;
+  moved.offset_m *= 1.0 + 1e-15;
+  stiffer.places[0].stiffness_N_per_m += 1e-12;
+  of_another.own_N_per_m = 2.0;
+  CHECK_FALSE(FieldCache(folder.path, mesh, kFineness, measured).read());
+  FieldCache(folder.path, mesh, kFineness, measured)
+      .write(make_mesh_field(mesh, kFineness, measured));
+  CHECK(FieldCache(folder.path, mesh, kFineness, measured).read());
+  for (const MeasuredSurface& changed : {moved, stiffer, of_another})
+    CHECK_FALSE(FieldCache(folder.path, mesh, kFineness, changed).read());
   mesh::TriangleMesh other = mesh;
   other.vertices_m[5].x() += 1e-15;
   CHECK_FALSE(FieldCache(folder.path, other, kFineness).read());

@@ -139,6 +139,59 @@ TEST_CASE("A wider band makes more of a field fine", "[field_scene]") {
   CHECK(bricks("") == bricks(", band_m = 0.005"));  // as far as the tool reaches
 }
 
+TEST_CASE("A map of stiffness is in the mesh's frame, wherever the body stands, and does no work",
+          "[field_scene]") {
+  const Scenes scenes;
+  // On the far face along x, which is not the longest side's principal axis of the frame inside.
+  std::string map = "x_m,y_m,z_m,stiffness_N_per_m\n";
+  for (int i = 0; i <= 10; ++i)
+    for (int j = 0; j <= 5; ++j)
+      map += "0.04," + std::to_string(0.002 * i) + "," + std::to_string(0.002 * j) + "," +
+             std::to_string(40 + 30 * i) + "\n";
+  scenes.folder.write("map.csv", map);
+  const SceneDescription scene = scenes.load(
+      kMaterial + kBody + kContact +
+      "field = { cell_m = 0.0005, stiffness_map = 'map.csv', offset_m = 0.001 }\n"
+      "motion = 'static'\nposition_m = [1, 2, 3]\norientation_xyzw = [0, 0, 0.7071, 0.7071]\n"
+      "stiffness_scale = 2.0\n");
+  CHECK(scene.notes.at(0).find(", 40 to 340 N/m by 66 places, elsewhere 200 N/m") !=
+        std::string::npos);
+  const bodies::World world = build_world(scene);
+  const bodies::FieldBody& met = world.fields.at(0);
+  constexpr double kRadius_m = 0.003;
+  const auto force_N = [&](const Vector3d& in_mesh_m) -> Vector3d {
+    const Vector3d at_m(1 - in_mesh_m.y(), 2 + in_mesh_m.x(), 3 + in_mesh_m.z());
+    const auto contact = collision::field_contact(
+        met.field->view(), met.orientation.conjugate() * (at_m - met.position_m), kRadius_m);
+    REQUIRE(contact);
+    const Vector3d normal = met.orientation * contact->normal;
+    return world.materials[static_cast<std::size_t>(met.material)].stiffness_N_per_m *
+           contact->stiffness_scale * std::max(contact->depth_m, 0.0) * normal;
+  };
+  // The offset is a millimetre more of depth; the force of k(y) d^2 / 2 along x is k d.
+  for (const double y_m : {0.004, 0.0071, 0.013}) {
+    const Vector3d pressed_N = force_N({0.042, y_m, 0.005});
+    CHECK(pressed_N.y() == Approx((40.0 + 15e3 * y_m) * 0.002).epsilon(0.02));
+    CHECK(pressed_N.x() ==
+          Approx(0.5 * 15e3 * 0.002 * 0.002).epsilon(0.05));  // to where it is soft
+  }
+  double work_J = 0.0, most_J = 0.0;
+  const auto way = [](double turn) {
+    return Vector3d(0.0420 + 0.0015 * std::cos(turn), 0.009 + 0.006 * std::sin(turn),
+                    0.005 + 0.001 * std::sin(2.0 * turn));
+  };
+  constexpr int kSteps = 4000;
+  for (int i = 0; i < kSteps; ++i) {
+    const double turn = 2.0 * M_PI / kSteps;
+    const Vector3d step_m = way((i + 1) * turn) - way(i * turn);
+    const double step_J =
+        force_N(way((i + 0.5) * turn)).dot(Vector3d(-step_m.y(), step_m.x(), step_m.z()));
+    work_J += step_J;
+    most_J += std::abs(step_J);
+  }
+  CHECK(std::abs(work_J) < 1e-4 * most_J);
+}
+
 TEST_CASE("The surface of a static body with a field stands where its mesh does", "[field_scene]") {
   const Scenes scenes;
   const SceneDescription scene =
@@ -205,6 +258,22 @@ TEST_CASE("A fault in the keys of a field is refused where it stands", "[field_s
        "11:36: body.field.band_m: value 0.05: expected at most the mesh's longest side"},
       {kContact + "field = { cell_m = 0.001, cells = 3 }\n",
        "11:27: body.field.cells: value 3: expected no such key here, but "},
+      {kContact + "field = { cell_m = 0.001, offset_m = 0.005 }\n",
+       "11:38: body.field.offset_m: value 0.005: expected at most a tenth of the mesh's"},
+      {kContact + "field = { cell_m = 0.001, offset_m = 0.001 }\n",
+       "11:38: body.field.offset_m: value 0.001: expected no such key of a body that moves"},
+      {kContact + "field = { cell_m = 0.001, stiffness_map = 'none.csv' }\n",
+       "11:43: body.field.stiffness_map: value 'none.csv': expected a map of stiffness; " +
+           (scenes.folder.path / "none.csv").string() + ": cannot be read"},
+      {kContact + "field = { cell_m = 0.001, stiffness_map = 'bad.csv' }\n",
+       "11:43: body.field.stiffness_map: value 'bad.csv': expected a map of stiffness; " +
+           (scenes.folder.path / "bad.csv").string() + ":3: stiffness_N_per_m: value '-5': exp"},
+      {kContact + "field = { cell_m = 0.001, stiffness_map = 'far.csv' }\n",
+       "11:43: body.field.stiffness_map: value 'far.csv': expected places of this mesh at this "
+       "scale; 1 of 2 lie farther from its box than a tenth"},
+      {kContact + "field = { cell_m = 0.001, stiffness_map = 'stiff.csv' }\n",
+       "11:1: body.field.stiffness_map: value 200000: expected at most 1000 times the body's own "
+       "100 N/m"},
       {kField + "spheres = { tolerance_m = 0.002 }\n",
        "12:11: body.spheres: value {...}: expected no such key beside contact = \"field\""},
       {kField + "normalise = { tool_radius_m = 0.005, press_depth_m = 0.002 }\n",
@@ -215,6 +284,9 @@ TEST_CASE("A fault in the keys of a field is refused where it stands", "[field_s
        "11:1: body.field.cell_m: value 5e-05: expected cells of a field that can be held; a field "
        "of at least 256 MiB: expected at most 256 MiB"},
   };
+  scenes.folder.write("far.csv", "x_m,y_m,z_m,stiffness_N_per_m\n0,0,0,5\n40,20,0,5\n");
+  scenes.folder.write("stiff.csv", "x_m,y_m,z_m,stiffness_N_per_m\n0,0,0,2e5\n");
+  scenes.folder.write("bad.csv", "x_m,y_m,z_m,stiffness_N_per_m\n0,0,0,5\n0,0,0,-5\n");
   for (const Fault& fault : faults) {
     const std::string line = scenes.refusal(kMaterial + kBody + fault.keys);
     INFO(line);
