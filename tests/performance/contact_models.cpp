@@ -83,9 +83,9 @@ ContactModel even_model(const ModelledMesh& of, double spacing_m) {
 }
 
 ContactModel blob_model(const ModelledMesh& of, double tolerance_m) {
-  const auto targets = laboratory::distance_targets(spheres::sample_surface(of.mesh, kTargets),
-                                                    *of.distance, of.tool_radius_m);
-  const auto blobs = std::make_shared<const laboratory::BlobBody>(laboratory::fit_blobs(
+  const auto targets =
+      distance_targets(spheres::sample_surface(of.mesh, kTargets), *of.distance, of.tool_radius_m);
+  const auto blobs = std::make_shared<const BlobBody>(laboratory::fit_blobs(
       spheres::decompose(of.mesh, tolerance_m).balls, targets, of.tool_radius_m));
   const double bytes =
       static_cast<double>(blobs->balls.size() * sizeof(spheres::Ball) +
@@ -93,7 +93,7 @@ ContactModel blob_model(const ModelledMesh& of, double tolerance_m) {
   const double radius_m = of.tool_radius_m;
   return {"blobs", tolerance_m, blobs->balls.size(), bytes,
           [blobs, radius_m](const Eigen::Vector3d& tool_m) {
-            return laboratory::unit_blob_force_m(*blobs, radius_m, tool_m);
+            return unit_blob_force_m(*blobs, radius_m, tool_m);
           }};
 }
 
