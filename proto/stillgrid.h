@@ -295,9 +295,12 @@ typedef struct stillgrid_snapshot {
   float* velocities_m_s;
   float* predicted_velocities_m_s;
   float* radii_m;
-  uint32_t* materials;
+  uint32_t* materials; /* or STILLGRID_FIELD_POINT */
   uint32_t* bodies;
 } stillgrid_snapshot;
+/* As a sphere's material: a point of the surface of a body that the hand feels by its distance
+ * field. No force comes from it. */
+#define STILLGRID_FIELD_POINT 0xffffffffu
 /* [step] The newest one, whole. STILLGRID_NOTHING: none yet, or overtaken at each attempt. */
 STILLGRID_API int stillgrid_reader_snapshot(stillgrid_reader* reader, stillgrid_snapshot* snapshot);
 /* [step] The static spheres; the times are 0. */

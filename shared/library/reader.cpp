@@ -68,7 +68,8 @@ int tell(std::uint32_t count, std::uint32_t material_count, stillgrid_snapshot& 
          Sphere&& sphere) {
   const std::uint32_t fitting = std::min(count, told.capacity);
   for (std::uint32_t i = 0; i < fitting; ++i)
-    if (const std::uint32_t material = sphere(i).record.material; material >= material_count)
+    if (const std::uint32_t material = sphere(i).record.material;
+        material >= material_count && material != proto::kFieldPoint)
       return fail(STILLGRID_E_SESSION,
                   "sphere %u of a snapshot: material %u: expected less than %u", i, material,
                   material_count);
@@ -79,7 +80,10 @@ int tell(std::uint32_t count, std::uint32_t material_count, stillgrid_snapshot& 
     copy(one.predicted_m_s, told.predicted_velocities_m_s, i);
     copy(one.record.radius_m, told.radii_m, i);
     // A static sphere is read in place, and may be another's word by now.
-    copy(std::min(one.record.material, material_count - 1), told.materials, i);
+    copy(one.record.material == proto::kFieldPoint
+             ? STILLGRID_FIELD_POINT
+             : std::min(one.record.material, material_count - 1),
+         told.materials, i);
     copy(one.record.body, told.bodies, i);
   }
   told.count = count;
@@ -119,7 +123,8 @@ void Reader::take_up() {
   if (snapshots_.turn_to(scene)) newest_ = {};
   const std::size_t capacity = scene.scene().moving_capacity;
   newest_.spheres.reserve(capacity);
-  newest_.responses.reserve(publication::response_capacity(capacity));
+  newest_.responses.reserve(publication::response_capacity(capacity, scene.moving_fields()));
+  newest_.fields.reserve(scene.moving_fields());
   scene_ = &scene;
 }
 

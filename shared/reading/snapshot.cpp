@@ -78,6 +78,9 @@ double_buffer::ReadStatus look(publication::SnapshotReader& reader,
     snapshot.responses.resize(moving.response_count);
     for (std::uint32_t i = 0; i < moving.response_count; ++i)
       snapshot.responses[i] = collision::load_response(moving, i);
+    snapshot.fields.resize(moving.field_count);
+    for (std::uint32_t i = 0; i < moving.field_count; ++i)
+      snapshot.fields[i] = collision::load_field(moving, i + 1);
     if (detail == SnapshotDetail::kSpheres) return;
     copy_bounds(moving, snapshot.swept_bounds);
     snapshot.occupancy = occupancy_of(moving);

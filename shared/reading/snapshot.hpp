@@ -33,11 +33,12 @@ struct SceneSnapshot {
   proto::SnapshotHeader header{};  // its grid has no sphere if it was not consistent
   std::vector<proto::SphereRecord> spheres;
   std::vector<proto::SphereResponse> responses;
-  std::vector<LevelBound> swept_bounds;  // of all spheres, in the order of the levels
+  std::vector<proto::FieldRecord> fields;  // of the bodies with fields that move, in their order
+  std::vector<LevelBound> swept_bounds;    // of all spheres, in the order of the levels
   GridOccupancy occupancy;
 };
 
-/// What a look copies beside the spheres and their responses.
+/// What a look copies beside the spheres, the fields' places and the responses.
 enum class SnapshotDetail { kSpheres, kGrid };
 
 /// One look at the latest snapshot, with its first `max_spheres` spheres. Unless accepted,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <span>
 
 #include "proto/device_plugin.h"
 #include "shared/reading/snapshot.hpp"
@@ -12,7 +13,7 @@
 namespace stillgrid::segment_inspect {
 namespace {
 
-constexpr std::size_t kMaxMaterials = 8, kMaxPlanes = 8;  // shown; --json has all
+constexpr std::size_t kMaxMaterials = 8, kMaxPlanes = 8, kMaxFields = 8;  // shown; --json has all
 
 /// One line: a name, and what is to say of it.
 std::string line(std::string_view name, const std::string& value) {
@@ -57,6 +58,22 @@ std::string header_lines(const reading::SegmentSummary& summary) {
   return text;
 }
 
+std::string field_lines(std::span<const publication::SceneField> fields) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(fields.size(), kMaxFields); ++i) {
+    const proto::FieldBody& body = fields[i].body;
+    text += line(
+        fmt::format("field {}", i),
+        fmt::format("{}, cells of {:.4g} m, {} bricks, {} of them fine, {}, material {}, "
+                    "body {}",
+                    body.moving != 0 ? "moving" : "static",
+                    body.shape.brick_m / float{proto::kBrickCells},
+                    fmt::join(body.shape.bricks, " x "), body.shape.fine_count,
+                    size_text(8 * fields[i].field.layout.total_words), body.material, body.body));
+  }
+  return text + more_text(fields.size(), kMaxFields);
+}
+
 std::string fixed_lines(const publication::SceneView& view) {
   const proto::SceneHeader& scene = view.scene();
   std::string text = line("scene", reading::printable(scene.name.data()));
@@ -75,7 +92,7 @@ std::string fixed_lines(const publication::SceneView& view) {
              fmt::format("normal {}, offset {:g} m, material {}, body {}",
                          vector_text(plane.normal), plane.offset_m, plane.material, plane.body));
   }
-  text += more_text(scene.plane_count, kMaxPlanes);
+  text += more_text(scene.plane_count, kMaxPlanes) + field_lines(view.fields());
   for (std::size_t i = 0; i < scene.tool_sphere_count; ++i)
     text += line(fmt::format("tool sphere {}", i),
                  fmt::format("at {}, radius {:g} m", vector_text(scene.tool[i].position_m, " m"),

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "proto/device_plugin.h"
 #include "shared/files/json_number.hpp"
@@ -104,6 +105,50 @@ Json modes_json(const proto::SnapshotHeader& header) {
   return json;
 }
 
+Json state_json(const proto::FieldState& state) {
+  return {{"position_m", numbers(state.position_m)},
+          {"orientation_xyzw", numbers(state.orientation_xyzw)},
+          {"velocity_m_s", numbers(state.velocity_m_s)},
+          {"angular_velocity_rad_s", numbers(state.angular_velocity_rad_s)}};
+}
+
+/// What stands of fields in the fixed part.
+Json fields_json(std::span<const publication::SceneField> fields) {
+  Json json = Json::array();
+  for (const publication::SceneField& field : fields) {
+    const proto::FieldShape& shape = field.body.shape;
+    json.push_back({{"body", field.body.body},
+                    {"material", field.body.material},
+                    {"moves", field.body.moving != 0},
+                    {"cell_m", number(shape.brick_m / float{proto::kBrickCells})},
+                    {"bricks", shape.bricks},
+                    {"fine_bricks", shape.fine_count},
+                    {"has_stiffness", shape.has_stiffness != 0},
+                    {"centre_m", numbers(shape.centre_m)},
+                    {"bounding_radius_m", number(shape.bounding_radius_m)},
+                    {"bytes", 8 * field.field.layout.total_words},
+                    {"offset", field.body.offset},
+                    {"rest", field.body.moving != 0 ? Json() : state_json(field.body.rest)}});
+  }
+  return json;
+}
+
+/// Of those that move; snapshots as of spheres_json().
+Json fields_json(const std::vector<proto::FieldRecord>& fields, std::size_t snapshots) {
+  Json json = Json::array();
+  for (const proto::FieldRecord& record : fields) {
+    Json field = state_json(record.history[0]);
+    field["predicted_velocity_m_s"] = numbers(record.predicted_velocity_m_s);
+    field["predicted_angular_velocity_rad_s"] = numbers(record.predicted_angular_velocity_rad_s);
+    field["response"] = record.response;
+    if (snapshots > 0) field["history"] = Json::array();
+    for (std::size_t age = 1; age < snapshots; ++age)
+      field["history"].push_back(state_json(record.history[age]));
+    json.push_back(std::move(field));
+  }
+  return json;
+}
+
 Json snapshot_json(const publication::SceneView& view, const JsonOptions& options) {
   const auto snapshot = reading::read_snapshot(view, options.max_spheres);
   if (!snapshot) return {};
@@ -129,7 +174,8 @@ Json snapshot_json(const publication::SceneView& view, const JsonOptions& option
           {"spheres", spheres_json(snapshot->spheres, snapshot->responses,
                                    std::min<std::size_t>(header.mode_count, proto::kMaxModes),
                                    options.history ? snapshots : 0)},
-          {"spheres_left_out", header.grid.sphere_count - snapshot->spheres.size()}};
+          {"spheres_left_out", header.grid.sphere_count - snapshot->spheres.size()},
+          {"fields", fields_json(snapshot->fields, options.history ? snapshots : 0)}};
 }
 
 /// Unknown flags are left out.
@@ -232,6 +278,7 @@ nlohmann::ordered_json json_of_fixed_part(const publication::SceneView& view,
   const auto spheres = reading::static_spheres(view, options.max_spheres);
   json["static_spheres"] = spheres_json(spheres, {}, 0, 0);
   json["static_spheres_left_out"] = view.static_grid().shape.sphere_count - spheres.size();
+  json["fields"] = fields_json(view.fields());
   return json;
 }
 

@@ -9,6 +9,7 @@
 
 #include "shared/reading/snapshot.hpp"
 #include "shared/tools/segment_inspect/inspection_text.hpp"
+#include "tests/shared/publication/field_scene.hpp"
 #include "tests/shared/publication/small_scene.hpp"
 #include "tests/shared/publication/tampering.hpp"
 
@@ -74,6 +75,42 @@ TEST_CASE("A session's JSON holds every sphere as it was published", "[inspectio
         CHECK(vector(state["velocity_m_s"]) ==
               publication::SmallSceneWriter::velocity_m_s(i, 5 - age).cast<float>());
     }
+  }
+}
+
+TEST_CASE("A session's JSON tells its fields, and where those that move are", "[inspection_json]") {
+  const publication::TestSession session;
+  const publication::StaticScene scene = publication::field_scene();
+  publication::SceneWriter writer(session.name(), scene, 0, publication::kPeriod_ns,
+                                  proto::Clock::kVirtual, 0);
+  const collision::VoxelGrid snapshot(sizeof(proto::SnapshotHeader), 0);
+  for (std::uint64_t n = 1; n <= 2; ++n)
+    writer.publish(snapshot, {.state_ns = n * publication::kPeriod_ns}, {},
+                   std::array{publication::field_record(1, n), publication::field_record(2, n)});
+
+  const Json json = session_json(session, {.history = true});
+  const Json& fields = json["scene"]["fixed"]["fields"];
+  REQUIRE(fields.size() == 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    CHECK(fields[i]["body"] == scene.fields[i].body.body);
+    CHECK(fields[i]["bytes"] == scene.fields[i].field->bytes());
+    CHECK(fields[i]["bricks"] == scene.fields[i].field->shape().bricks);
+    CHECK(fields[i]["moves"] == (i > 0));
+    CHECK(fields[i]["rest"].is_null() == (i > 0));
+  }
+  CHECK(fields[1]["cell_m"].get<double>() == Approx(0.0019));
+  CHECK(fields[1]["has_stiffness"] == true);
+  CHECK(vector(fields[0]["rest"]["position_m"]) == Eigen::Vector3f(0.2F, -0.1F, 0.05F));
+  const Json& moving = json["scene"]["snapshot"]["fields"];
+  REQUIRE(moving.size() == 2);
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    const proto::FieldRecord given = publication::field_record(i + 1, 2);
+    CHECK(vector(moving[i]["position_m"]) == Eigen::Vector3f(given.history[0].position_m.data()));
+    CHECK(vector(moving[i]["predicted_velocity_m_s"]) ==
+          Eigen::Vector3f(given.predicted_velocity_m_s.data()));
+    CHECK(moving[i]["history"].size() == 1);
+    CHECK(vector(moving[i]["history"][0]["position_m"]) ==
+          Eigen::Vector3f(given.history[1].position_m.data()));
   }
 }
 

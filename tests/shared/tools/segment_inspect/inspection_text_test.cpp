@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
+#include "tests/shared/publication/field_scene.hpp"
 #include "tests/shared/publication/small_scene.hpp"
 
 namespace stillgrid::segment_inspect {
@@ -73,6 +74,19 @@ TEST_CASE("A session in detail tells the scene, its snapshot and what is absent"
        {"small", "500 N/m", "2000 N/m", "normal (0, 0, 1)", "tool sphere 1", "scale 2",
         "7 moving, 10 static", "1 contacts", "cells", "tool, of haptic_server: none"})
     CHECK(text.find(words) != std::string::npos);
+}
+
+TEST_CASE("A session in detail tells each field's cells and bytes", "[inspection_text]") {
+  const publication::TestSession session;
+  const publication::StaticScene fixed = publication::field_scene();
+  const publication::SceneWriter writer(session.name(), fixed, 0, publication::kPeriod_ns,
+                                        proto::Clock::kVirtual, 0);
+  const reading::ObservedSegment scene = reading::observe({session.name(), kScene});
+  const std::string text = detail_of(session.name(), &scene, nullptr);
+  CHECK(text.find("field 0          static, cells of 0.0021 m, ") != std::string::npos);
+  CHECK(text.find("field 1          moving, cells of 0.0019 m, ") != std::string::npos);
+  CHECK(text.find(size_text(fixed.fields[1].field->bytes()) + ", material 0, body 8\n") !=
+        std::string::npos);
 }
 
 }  // namespace
