@@ -39,13 +39,20 @@ double turned_aside_m(const bodies::RigidBody& body, const Eigen::Vector3d& poin
 
 }  // namespace
 
+double with_margin_m(const bodies::World& world, const bodies::SphereBinding& sphere) {
+  const double own_m = (1.0 + kMargin) * sphere.radius_m;
+  if (!sphere.is_field_point) return own_m;
+  return std::max(own_m,
+                  sphere.radius_m + kPointMargin * rigid_of(world, sphere).bounding_radius_m);
+}
+
 bool is_free(const bodies::World& world, const bodies::SphereBinding& sphere) {
   return sphere.rigid < 0 || rigid_of(world, sphere).free;
 }
 
 collision::SweptBound way_bound(const bodies::World& world, const bodies::SphereBinding& sphere,
                                 const bodies::SphereMotion& now, double step_s) {
-  double radius_m = (1.0 + kMargin) * sphere.radius_m;
+  double radius_m = with_margin_m(world, sphere);
   if (!is_free(world, sphere)) {
     const bodies::RigidBody& body = rigid_of(world, sphere);
     const auto [least_m, most_m] =
@@ -120,7 +127,7 @@ bool may_touch(const bodies::World& world, const bodies::StaticPlane& plane, con
   const double move_m = step_s * plane.normal.dot(mover.motion.velocity_m_s);
   const double fall_m = step_s * step_s * plane.normal.dot(world.gravity_m_s2);
   const bodies::SphereBinding& sphere = world.spheres[mover.number];
-  double within_m = (1.0 + kMargin) * sphere.radius_m;
+  double within_m = with_margin_m(world, sphere);
   if (height_m + std::min({0.0, move_m, move_m + fall_m}) <= within_m) return true;
   if (sphere.rigid < 0) return false;
   within_m += turned_aside_m(rigid_of(world, sphere), mover.motion.position_m, step_s);

@@ -27,10 +27,16 @@ struct ToolSphereMotion {
 /// Slack round a sphere's way, of its radius: what a push within the step may add.
 inline constexpr double kMargin = 0.1;
 
+/// The same round a point of a field's body, whose own radius is small: of the body's bounding
+/// radius.
+inline constexpr double kPointMargin = 0.02;
+/// A sphere's radius with this slack.
+[[nodiscard]] double with_margin_m(const bodies::World& world, const bodies::SphereBinding& sphere);
+
 /// Whether it is not prescribed where a sphere goes.
 [[nodiscard]] bool is_free(const bodies::World& world, const bodies::SphereBinding& sphere);
 
-/// The ball that holds a sphere, and kMargin more, wherever it may be within step_s. Prescribed:
+/// The ball that holds a sphere, and its slack, wherever it may be within step_s. Prescribed:
 /// the way that its law leads. Free: straight on by its velocity, with and without its fall, and
 /// what turning with its body takes it off that.
 [[nodiscard]] collision::SweptBound way_bound(const bodies::World& world,

@@ -11,7 +11,7 @@ namespace {
 constexpr double kGraze = 0.01;   // of the radius: no meeting
 constexpr double kFinest = 0.5;   // of a fine cell and the radius: no way as short passes through
 constexpr double kDeepest = 0.5;  // of the depth that a way leads to, by which one step may deepen
-constexpr int kMaxLooks = 256;   // at a way
+constexpr int kMaxLooks = 256;    // at a way
 constexpr int kBisections = 12;
 
 /// A contact's field, and the sphere that it meets.

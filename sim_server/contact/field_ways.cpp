@@ -30,7 +30,7 @@ const bodies::RigidBody* body_of(const bodies::World& world, const bodies::Field
 
 /// How far any point may get within the step.
 double travel_m(const bodies::World& world, const bodies::FieldBody& field,
-               const bodies::RigidBody& body, double step_s) {
+                const bodies::RigidBody& body, double step_s) {
   if (!body.free) {
     const auto [least_m, most_m] =
         bodies::prescribed_range(body, world.time_s, world.time_s + step_s);

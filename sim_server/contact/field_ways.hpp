@@ -16,7 +16,7 @@ namespace stillgrid::contact {
 struct FieldWay {
   FieldPose start;
   collision::SweptBound ball;  // holds the solid wherever it goes
-  double travel_m = 0.0;        // no point of the solid gets farther than this from where it was
+  double travel_m = 0.0;       // no point of the solid gets farther than this from where it was
   bool is_free = false;        // not prescribed, and not static
   bool moves = false;          // neither sleeping nor static, nor prescribed to stay
   bool is_wide = false;        // was widened

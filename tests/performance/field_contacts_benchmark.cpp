@@ -33,9 +33,9 @@ Balls balls_on(Ground ground, const scene::IntegratorKind& integrator) {
           {kApart_m * (i % kAlong), kApart_m * (i / kAlong), -kRadius_m}, kRadius_m, 0.0));
       bodies.back().motion = bodies::Motion::kStatic;
     }
-  Balls balls{sim_server::scene_of(bodies, sim_server::material_of(500.0, 0.5, 0.3),
-                                   {0.0, 0.0, -9.81}),
-              {}};
+  Balls balls{
+      sim_server::scene_of(bodies, sim_server::material_of(500.0, 0.5, 0.3), {0.0, 0.0, -9.81}),
+      {}};
   balls.scene.method.integrator = integrator;
   balls.world = scene::build_world(balls.scene);
   if (ground == Ground::kField) {

@@ -26,7 +26,8 @@ class Sleeping {
 
   explicit Sleeping(const bodies::World& world);
 
-  /// Slower than this a body is at rest: 3 % of its smallest sphere's radius a second, and at most
+  /// Slower than this a body is at rest: 3 % of its smallest sphere's radius a second, or of its
+  /// field's fine cell, and at most
   /// a fifth of its material's slip speed, for what friction lets creep is motion.
   [[nodiscard]] double rest_speed_m_s(int body) const;
 
