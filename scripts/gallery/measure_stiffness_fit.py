@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""Measures how well stiffness_fit foretells a force: docs/charts/stiffness_fit*.csv.
+"""Measures how well stiffness_fit predicts a force: docs/charts/stiffness_fit*.csv.
 
 Simulated palpations of a real organ's mesh with a known truth (palpation.py), eight seeds, two runs each: fitted to
-the first, foretold on the second, by both servers in lockstep; and the recorded spring of recorded_forces.py, fitted
+the first, predicted on the second, by both servers in lockstep; and the recorded spring of recorded_forces.py, fitted
 to its first half. The same build gives the same figures.
 """
 import json
@@ -34,7 +34,7 @@ def fitted(build, out, *arguments):
 def rows_of(answer, name, seed, more):
     first, second = (one["R2"] for one in answer["recordings"])
     return [{"recording": name, "seed": seed, "model": model, "R2_fitted": f"{first[model]['along_normal']:.4f}",
-             "R2_foretold": f"{second[model]['along_normal']:.4f}", "R2_size": f"{second[model]['size']:.4f}",
+             "R2_predicted": f"{second[model]['along_normal']:.4f}", "R2_size": f"{second[model]['size']:.4f}",
              "places": answer["places"] if "map" in model else 0, "offset_mm": f"{1e3 * answer['offset_m']:.3f}",
              **more} for model in first]
 
@@ -89,7 +89,7 @@ def main():
         rows += measure_spring(arguments.build, pathlib.Path(name))
         for seed in range(1, 2 if arguments.small else 9):
             rows += measure_palpation(arguments.build, arguments.charts, seed, pathlib.Path(name))
-            print(f"palpation {seed}: " + ", ".join(f"{row['model']} {row['R2_foretold']}" for row in rows
+            print(f"palpation {seed}: " + ", ".join(f"{row['model']} {row['R2_predicted']}" for row in rows
                                                     if row["seed"] == seed), flush=True)
     write_rows(arguments.charts / "stiffness_fit.csv", rows)
 
