@@ -18,7 +18,7 @@ def palpations(charts):
 
 def draw_R2(axes, rows):
     for i, (model, colour) in enumerate(MODELS):
-        mine = [float(row["R2_foretold"]) for row in rows if row["model"] == model]
+        mine = [float(row["R2_predicted"]) for row in rows if row["model"] == model]
         shift = numpy.linspace(-0.25, 0.25, len(mine)) if len(mine) > 1 else (0.0,)
         axes.plot(mine, [i + s for s in shift], "o", color=colour, markersize=4.5)
     axes.axvline(GOAL, color="0.5", linewidth=1.0, linestyle="--")
@@ -81,7 +81,7 @@ def print_table(charts):
     print("| model | first run: R2 | second run: R2 | least of both |\n|---|---|---|---|")
     for model, _ in MODELS:
         first, second = ([float(row[key]) for row in rows if row["model"] == model]
-                         for key in ("R2_fitted", "R2_foretold"))
+                         for key in ("R2_fitted", "R2_predicted"))
         print(f"| {model} | {numpy.mean(first):.3f} | {numpy.mean(second):.3f} | {min(first + second):.3f} |")
     maps = [row for row in rows if row["model"] == "field with map"]
     off_mm = [abs(float(row["offset_mm"]) - float(row["true_offset_mm"])) for row in maps]
@@ -91,7 +91,7 @@ def print_table(charts):
           f"{100 * max(float(row['stiffness_error']) for row in maps):.1f} %")
     for row in read_rows(charts / "stiffness_fit.csv"):
         if row["recording"] == "spring":
-            print(f"spring, {row['model']}: {row['R2_fitted']} {row['R2_foretold']}")
+            print(f"spring, {row['model']}: {row['R2_fitted']} {row['R2_predicted']}")
 
 
 if __name__ == "__main__":

@@ -61,14 +61,14 @@ def recording_line(figures):
 
 def text(scene, fit, found, best, arguments):
     lines = [f"body '{scene.body['name']}' of {scene.file}"]
-    lines += [("fitted to  " if i == 0 else "foretold   ") + recording_line(one) for i, one in enumerate(found)]
+    lines += [("fitted to  " if i == 0 else "predicted  ") + recording_line(one) for i, one in enumerate(found)]
     lines += [f"stiffness  {stiffness_line(fit)}",
               f"surface    {1e3 * abs(fit.offset_m):.2f} mm {'outside' if fit.offset_m >= 0 else 'inside'} of the mesh"]
     if arguments.offset and abs(fit.offset_m) > 0.999 * arguments.offset:
         lines.append("WARNING: that is as far as was looked for: is the recording laid well onto the mesh? --offset")
     if math.isfinite(fit.cross_R2):
         lines.append(f"left out   a fifth at a time, R2 {fit.cross_R2:.3f}, by one stiffness {fit.one_cross_R2:.3f}")
-    columns = ["fitted to", "foretold"][:len(found)]
+    columns = ["fitted to", "predicted"][:len(found)]
     lines.append(f"{'R2 along the normal, of the size':34}" + "".join(f"{name:>18}" for name in columns))
     for name in found[0].R2:
         pairs = "".join(f"{one.R2[name][0]:>10.3f}{one.R2[name][1]:>8.3f}" for one in found)

@@ -9,7 +9,7 @@ FOLDS, BLOCKS = 5, 25
 SMOOTHNESS = (1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 1.0)
 TOWARDS_OWN = 1e-4  # what keeps a place that is hardly felt near the one stiffness of the whole
 LEAST_SHARE = 0.02  # of that one stiffness: no place is softer
-WORTH_A_MAP = 0.01  # of the measured force's variance: what a map must foretell more than one stiffness
+WORTH_A_MAP = 0.01  # of the measured force's variance: what a map must predict more than one stiffness
 MAX_PLACES = 800
 
 
@@ -196,7 +196,7 @@ def spacings_m(feet_m, least_m):
 
 
 def fit_map(contact, one, bound_m, asked_spacing_m, least_spacing_m):
-    """The map that foretells best what it has not seen; one stiffness where none does better."""
+    """The map that predicts best what it has not seen; one stiffness where none does better."""
     feet_m = contact.foot_m[contact.depth_m(one.offset_m) > 0.0]
     candidates = []
     for spacing_m in [asked_spacing_m] if asked_spacing_m else spacings_m(feet_m, least_spacing_m):
@@ -228,7 +228,7 @@ def penalised(best, offset_m):
     return candidate.error(normal, candidate.solve(normal, smoothness))
 
 
-def R2(measured_N, foretold_N):
-    """1: all of the measured force's variance is foretold; 0: as good as its mean."""
+def R2(measured_N, predicted_N):
+    """1: all of the measured force's variance is predicted; 0: as good as its mean."""
     about_mean = ((measured_N - measured_N.mean()) ** 2).sum()
-    return float(1.0 - ((measured_N - foretold_N) ** 2).sum() / about_mean) if about_mean > 0.0 else numpy.nan
+    return float(1.0 - ((measured_N - predicted_N) ** 2).sum() / about_mean) if about_mean > 0.0 else numpy.nan

@@ -1,4 +1,4 @@
-"""What spheres foretell of a recording: each model as stiff as suits the first recording best, on the fitted surface."""
+"""What spheres predict of a recording: each model as stiff as suits the first recording best, on the fitted surface."""
 from fit_scene import PROBE_N_PER_M
 
 RIVALS = (("even spheres", lambda scene: {"spheres": {"surface_spacing_m": 0.8 * scene.tool_m}}),

@@ -94,6 +94,6 @@ class Ruler:
         along_N = (recording.force_N[rows] * normal).sum(axis=1)
         contact = Contact(recording.time_s[rows], gap_m, foot_m, along_N)
         if not (contact.depth_m(bound_m) @ along_N > 0.0 and along_N.max() > 0.0):
-            raise Unusable(f"{recording.file}: the measured force pulls the tool in, by {-along_N.min():.3g} N at most: "
+            raise Unusable(f"{recording.file}: the measured force pulls the tool in, by up to {-along_N.min():.3g} N: "
                            "expected the force on the hand, away from the body: --force changes its sign")
         return Track(recording, rows, normal, contact, measured_N[rows], float(measured_N[~is_near].max(initial=0.0)))

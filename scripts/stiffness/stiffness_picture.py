@@ -1,11 +1,11 @@
-"""stiffness_fit.png: the measured force beside the foretold one, and the map."""
+"""stiffness_fit.png: the measured force beside the predicted one, and the map."""
 import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy
 
-MEASURED, FORETOLD, ONE = "0.2", "#D55E00", "#0072B2"
+MEASURED, PREDICTED, ONE = "0.2", "#D55E00", "#0072B2"
 LONGEST_S = 12.0  # of what is drawn over time
 
 
@@ -23,7 +23,7 @@ def draw_force(axes, one, best):
     # What lies beyond the ruler is not joined by a line.
     gaps = numpy.flatnonzero(numpy.diff(time_s[seen]) > 0.1) + 1
     for colour, width, label, force_N in ((MEASURED, 1.6, "measured", contact.force_N),
-                                          (FORETOLD, 1.0, best, one.along_N[best])):
+                                          (PREDICTED, 1.0, best, one.along_N[best])):
         for i, part in enumerate(numpy.split(numpy.flatnonzero(seen), gaps)):
             axes.plot(time_s[part], force_N[part], color=colour, linewidth=width, label=label if i == 0 else None)
     axes.set_xlabel("time [s]")
@@ -35,13 +35,13 @@ def draw_force(axes, one, best):
 def draw_scatter(axes, one, best):
     measured_N = one.track.contact.force_N[one.touched]
     models = [name for name in one.along_N if name in (best, "field, one stiffness")]
-    for name, colour in zip(models, (FORETOLD, ONE)):
+    for name, colour in zip(models, (PREDICTED, ONE)):
         axes.plot(measured_N, one.along_N[name][one.touched], ".", color=colour, markersize=2.5, alpha=0.5,
                   label=f"{name}: R2 {one.R2[name][0]:.3f}")
     most_N = measured_N.max()
     axes.plot((0.0, most_N), (0.0, most_N), color="0.4", linewidth=0.8)
     axes.set_xlabel("measured [N]")
-    axes.set_ylabel("foretold [N]")
+    axes.set_ylabel("predicted [N]")
     axes.legend(frameon=False, fontsize=8.5, markerscale=3)
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""scripts/stiffness_fit finds what is known, foretells what it has not seen, and says what it cannot do."""
+"""scripts/stiffness_fit finds what is known, predicts what it has not seen, and says what it cannot do."""
 import concurrent.futures
 import csv
 import json
@@ -90,7 +90,7 @@ class StiffnessFitTest(daemons.SessionTest):
         first, second = (self.record(truth, run, seed) for run in (0, 1))
         return truth, self.fitted(self.scene, first, "--check", second, "--goal", 0.9, out=f"fit{seed}")
 
-    def test_a_known_map_is_found_and_an_unseen_run_is_foretold(self):
+    def test_a_known_map_is_found_and_an_unseen_run_is_predicted(self):
         with concurrent.futures.ThreadPoolExecutor(2) as threads:
             found = list(threads.map(self.palpated, SEEDS))
         for seed, (truth, (answer, _)) in zip(SEEDS, found):
@@ -155,7 +155,7 @@ class StiffnessFitTest(daemons.SessionTest):
                          (answer["own_N_per_m"], answer["recordings"][0]["R2"]))
         numpy.testing.assert_array_equal(self.map_of("again"), self.map_of("sub"))
 
-    def test_a_springs_second_half_is_foretold_from_its_first(self):
+    def test_a_springs_second_half_is_predicted_from_its_first(self):
         if not recorded_forces.SPRING.exists():
             self.skipTest(f"skipped: {recorded_forces.SPRING} is absent")
         scene, halves = recorded_forces.spring_halves(self.folder)
@@ -188,7 +188,8 @@ class StiffnessFitTest(daemons.SessionTest):
                 ((self.scene, bad_force), r"bad_force\.csv:78: column fz_N: value 'nan': expected a finite number"),
                 ((self.scene, bad), r"bad\.csv:52: column x_m: value '-0\.0074x': expected a finite number"),
                 ((self.scene, without), r"without\.csv:1: column fx_N: missing"),
-                ((self.scene, without, "--force", "fz_N:G"), r"without\.csv:1: column G: missing: expected it for fz_N"),
+                ((self.scene, without, "--force", "fz_N:G"),
+                 r"without\.csv:1: column G: missing: expected it for fz_N"),
                 ((self.scene, short), r"short\.csv: 49 rows: expected 100 at least"),
                 ((self.scene, pushes, "--check", short), r"short\.csv: 49 rows"),
                 ((self.scene, pushes, "--replay", "offset_x_m=1"),

@@ -26,12 +26,12 @@ struct BodyDescription;
 
 /// The field that a scene asks of a mesh, or what it leaves to choose.
 struct AskedField {
-  bool is_choice = false;             // contact = "auto"
-  std::optional<double> cell_m = {};  // none: chosen, as only a choice may
-  std::optional<double> band_m = {};  // none: chosen for the scene's tool
-  double max_error_share = 0.0;       // of a choice, what the force may err
-  unsigned line = 0;                  // of the scene file, where it is asked for
-  std::filesystem::path folder = {};  // of the scene file
+  bool is_choice = false;                 // contact = "auto"
+  std::optional<double> cell_m = {};      // none: chosen, as only a choice may
+  std::optional<double> band_m = {};      // none: chosen for the scene's tool
+  double max_error_share = 0.0;           // of a choice, what the force may err
+  unsigned line = 0;                      // of the scene file, where it is asked for
+  std::filesystem::path folder = {};      // of the scene file
   fields::MeasuredSurface measured = {};  // of no choice; own_N_per_m: make_fields() knows it
 };
 

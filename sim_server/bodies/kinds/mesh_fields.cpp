@@ -32,7 +32,7 @@ std::string note_of(const fields::MeasuredSurface& measured) {
   const auto [least, most] =
       std::ranges::minmax(measured.places, {}, &fields::StiffnessPlace::stiffness_N_per_m);
   std::array<char, 120> text{};
-  std::snprintf(text.data(), text.size(), ", %.3g to %.3g N/m by %zu places, elsewhere %.3g N/m",
+  std::snprintf(text.data(), text.size(), ", %.4g to %.4g N/m by %zu places, elsewhere %.4g N/m",
                 least.stiffness_N_per_m, most.stiffness_N_per_m, measured.places.size(),
                 measured.own_N_per_m);
   return text.data();
