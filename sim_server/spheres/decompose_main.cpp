@@ -166,12 +166,6 @@ bool tell_level(const Arguments& arguments, const std::filesystem::path& file,
                  feel.error.jnd(), arguments.most_balls);
     return false;
   }
-  if (share == 0.0 && is_worse_than_nearest_face(feel))
-    std::fprintf(stderr,
-                 "sphere_decompose: warning: %s: a tool of %.3g m feels them %s, worse than the "
-                 "nearest face; --feel 0.7jnd%s comes nearer\n",
-                 file.string().c_str(), press.tool_radius_m, fault_of(feel).c_str(),
-                 arguments.fineness.tolerance_m > 0.0 ? " or --surface-spacing" : "");
   if (arguments.fineness.tolerance_m > 0.0 && !level.is_reached()) {
     std::fprintf(stderr,
                  "sphere_decompose: warning: %s: the tolerance of %.3g m was not reached, "
@@ -179,6 +173,12 @@ bool tell_level(const Arguments& arguments, const std::filesystem::path& file,
                  file.string().c_str(), level.tolerance_m, level.hausdorff_m);
     return false;
   }
+  if (share == 0.0 && is_worse_than_nearest_face(feel))
+    std::fprintf(stderr,
+                 "sphere_decompose: warning: %s: a tool of %.3g m feels them %s, worse than the "
+                 "nearest face; --feel 0.7jnd%s comes nearer\n",
+                 file.string().c_str(), press.tool_radius_m, fault_of(feel).c_str(),
+                 arguments.fineness.tolerance_m > 0.0 ? " or --surface-spacing" : "");
   return true;
 }
 

@@ -31,7 +31,10 @@ nlohmann::json force_fields(const Press& press, const Feel& feel) {
            or_null(map.effective_stiffness > 0.0 ? 1.0 / map.effective_stiffness : 0.0)},
           {"error_share", feel.error.share},
           {"error_jnd", feel.error.jnd()},
-          {"error_stiffness_scale", or_null(feel.error.stiffness_scale)}};
+          {"error_stiffness_scale", or_null(feel.error.stiffness_scale)},
+          {"fault", is_worse_than_nearest_face(feel)
+                        ? nlohmann::json(fault_of(feel) + ", worse than the nearest face")
+                        : nlohmann::json()}};
 }
 
 /// What was read and repaired.

@@ -122,6 +122,37 @@ TEST_CASE(
   CHECK(out.least > 0.0);
 }
 
+TEST_CASE("Balls that were pushed about find back to the force that they had", "[feel]") {
+  std::mt19937 random(GENERATE(1U, 2U, 3U));
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  std::vector<Ball> balls;
+  for (int i = 0; i < 40; ++i)
+    balls.push_back({{any(random), any(random), 0.2 * any(random)}, 0.3 + 0.05 * any(random)});
+  const double tool_m = 0.4;
+  const BallBody body = make_ball_body(balls, tool_m);
+  ExactForces exact;
+  while (exact.tool_m.size() < 1500) {
+    const Eigen::Vector3d at_m(1.3 * any(random), 1.3 * any(random), 0.6 + 0.3 * any(random));
+    const Eigen::Vector3d force_m = unit_force_m(body, at_m);
+    if (force_m.norm() == 0.0) continue;
+    exact.tool_m.push_back(at_m);
+    exact.force_m.push_back(force_m);
+  }
+  const auto share_of = [&](const std::vector<Ball>& of) {
+    const BallBody moved = make_ball_body(of, tool_m);
+    return felt_error(exact, [&](const Eigen::Vector3d& at_m) { return unit_force_m(moved, at_m); })
+        .share;
+  };
+  for (Ball& ball : balls) {
+    ball.centre_m += 0.02 * Eigen::Vector3d(any(random), any(random), any(random));
+    ball.radius_m += 0.02 * any(random);
+  }
+  const double before = share_of(balls), after = share_of(fit_force(balls, exact, tool_m));
+  CAPTURE(before, after);
+  CHECK(before > 0.01);
+  CHECK(after < 0.15 * before);
+}
+
 TEST_CASE("What cannot be reached ends with the nearest that was found", "[feel]") {
   const mesh::TriangleMesh mesh = mesh::box_mesh(Eigen::Vector3d::Zero(), {1.0, 0.7, 0.31});
   const Press press = make_press(mesh, 0.3, 0.07, 0.0);
