@@ -63,6 +63,7 @@ void add(const Target& target, const collision::FieldContact& contact, bool is_s
            .body = field.body.body,
            .led_m_s = shown.led.velocity_at(base_point_m),
            .presence = contact.stiffness_scale,
+           .is_static = field.body.moving == 0,
            .field = static_cast<std::uint32_t>(touched.field_count)};
   touch.base_m = touch.seen_m = centre_m;
   touch.base_m_s = touch.velocity_m_s;
