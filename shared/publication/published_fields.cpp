@@ -70,12 +70,12 @@ double largest_response(const proto::FieldShape& shape, const proto::SphereRespo
     mixed += m.cross(t);
     turns += t * t.transpose();
   }
-  const double reach_m = vector(shape.centre_m).norm() + double{shape.bounding_radius_m};
+  const double farthest_m = vector(shape.centre_m).norm() + double{shape.bounding_radius_m};
   const double along2 = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>()
                             .computeDirect(turns, Eigen::EigenvaluesOnly)
                             .eigenvalues()[0];
-  return 1.000001 *
-         std::sqrt(straight2 + 2.0 * reach_m * mixed.norm() + reach_m * reach_m * (turn2 - along2));
+  return 1.000001 * std::sqrt(straight2 + 2.0 * farthest_m * mixed.norm() +
+                              farthest_m * farthest_m * (turn2 - along2));
 }
 
 std::vector<SceneField> read_fields(const proto::SceneHeader& scene, const std::byte* segment,

@@ -32,8 +32,9 @@ class Way {
     const auto& c = field_.shape.centre_m;
     const Eigen::Vector3d to_centre_m = Eigen::Vector3d(c[0], c[1], c[2]) - from_m_;
     const double along_m = direction_.dot(to_centre_m);
-    const double reach_m = radius_m_ + double{field_.shape.bounding_radius_m};
-    const double half2_m2 = reach_m * reach_m - (to_centre_m - along_m * direction_).squaredNorm();
+    const double contact_distance_m = radius_m_ + double{field_.shape.bounding_radius_m};
+    const double half2_m2 = contact_distance_m * contact_distance_m -
+                            (to_centre_m - along_m * direction_).squaredNorm();
     // Written so that a NaN does not pass.
     if (!(half2_m2 > 0.0)) return std::nullopt;
     const double half_m = std::sqrt(half2_m2);

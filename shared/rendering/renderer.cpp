@@ -40,8 +40,8 @@ void TickScene::gather_static(std::span<const PlacedToolSphere> tool,
                               TouchedSpheres& touched) const noexcept {
   const std::size_t first = touched.count;
   gather_touched(view.static_grid(), held_snapshot(0), tool, touched);
-  gather_static_fields(view.fields(), tool, touched);
   for (std::size_t i = first; i < touched.count; ++i) touched.spheres[i].is_static = true;
+  gather_static_fields(view.fields(), tool, touched);
 }
 
 ToolForce TickScene::force_of(const TouchedSpheres& touched,

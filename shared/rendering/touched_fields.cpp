@@ -31,8 +31,8 @@ bool is_near(const proto::FieldShape& shape, const Eigen::Vector3d& from_m,
   // Written so that a NaN, of no way, is at its start.
   const Eigen::Vector3d nearest_m =
       from_m + (share > 0.0 ? std::min(1.0, share) : 0.0) * way_m - centre_m;
-  const double reach_m = double{shape.bounding_radius_m} + near_m;
-  return nearest_m.squaredNorm() < reach_m * reach_m;
+  const double contact_distance_m = double{shape.bounding_radius_m} + near_m;
+  return nearest_m.squaredNorm() < contact_distance_m * contact_distance_m;
 }
 
 void add(const Target& target, const collision::FieldContact& contact, bool is_swept,
@@ -63,6 +63,7 @@ void add(const Target& target, const collision::FieldContact& contact, bool is_s
            .body = field.body.body,
            .led_m_s = shown.led.velocity_at(base_point_m),
            .presence = contact.stiffness_scale,
+           .is_static = field.body.moving == 0,
            .field = static_cast<std::uint32_t>(touched.field_count)};
   touch.base_m = touch.seen_m = centre_m;
   touch.base_m_s = touch.velocity_m_s;

@@ -1,5 +1,6 @@
 #include "shared/publication/published_fields.hpp"
 
+#include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
@@ -193,6 +194,56 @@ TEST_CASE("A field at rest nowhere is refused", "[published_fields]") {
   }
   CHECK(is_refused(0, [](auto& field) { field.rest.orientation_xyzw = {}; }));
   CHECK(is_refused(0, [](auto& field) { field.rest.orientation_xyzw[2] *= 1.1F; }));
+}
+
+TEST_CASE("No point of a body with a field responds more than a snapshot says, and one nearly so",
+          "[published_fields]") {
+  std::mt19937 random(GENERATE(1U, 2U, 3U, 4U));
+  std::uniform_real_distribution<float> part(-1.0F, 1.0F);
+  const TestSession session;
+  FieldWriter writer(session);
+  const SceneView view = view_of(session);
+  std::vector<proto::SphereResponse> responses(5);
+  for (proto::SphereResponse& response : responses)
+    for (auto& mode : response.modes)
+      for (float& x : mode) x = part(random);
+  for (auto& mode : responses[0].modes) mode = {};  // a sphere's
+  // Turns are of another unit: they count by how far they move points.
+  for (const std::size_t turn : {2U, 4U})
+    for (auto& mode : responses[turn].modes)
+      for (float& x : mode) x *= 30.0F;
+  std::vector<proto::FieldRecord> records{field_record(1, 1), field_record(2, 1)};
+  records[0].response = 2;
+  records[1].response = 4;
+  const std::vector<proto::ResponseMode> modes(5);
+  writer.writer.publish(writer.snapshot, {.state_ns = kPeriod_ns},
+                        {.modes = modes, .responses = responses}, records);
+  double told = 0.0;
+  (void)double_buffer::read_latest(view.buffer(), [&](const std::uint64_t* payload) {
+    told = load_snapshot(payload).largest_response;
+  });
+
+  double largest = 0.0;
+  for (std::size_t moving = 1; moving <= 2; ++moving) {
+    const proto::FieldShape& shape = view.fields()[moving].body.shape;
+    const auto vector = [](const std::array<float, 3>& v) {
+      return Eigen::Vector3f(v.data()).cast<double>().eval();
+    };
+    for (int i = 0; i < 3000; ++i) {
+      const Eigen::Vector3d arm_m =
+          vector(shape.centre_m) +
+          double{shape.bounding_radius_m} *
+              Eigen::Vector3d(part(random), part(random), part(random)).normalized();
+      double sum2 = 0.0;
+      for (std::size_t mode = 0; mode < modes.size(); ++mode)
+        sum2 += (vector(responses[2 * moving - 1].modes[mode]) +
+                 vector(responses[2 * moving].modes[mode]).cross(arm_m))
+                    .squaredNorm();
+      largest = std::max(largest, std::sqrt(sum2));
+    }
+  }
+  CHECK(largest <= told);
+  CHECK(told < 1.3 * largest);
 }
 
 }  // namespace stillgrid::publication

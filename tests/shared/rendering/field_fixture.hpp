@@ -59,9 +59,9 @@ inline constexpr double kFieldMargin_m = 0.012;
 /// Of a ball round a place.
 inline Field ball_field(double radius_m, const Eigen::Vector3d& centre_m = Eigen::Vector3d::Zero(),
                         double cell_m = 0.001) {
-  const Eigen::Vector3d reach_m = Eigen::Vector3d::Constant(radius_m);
+  const Eigen::Vector3d half_m = Eigen::Vector3d::Constant(radius_m);
   return std::make_shared<collision::DistanceField>(collision::make_field(
-      {centre_m - reach_m, centre_m + reach_m}, {cell_m, 0.006, kFieldMargin_m},
+      {centre_m - half_m, centre_m + half_m}, {cell_m, 0.006, kFieldMargin_m},
       [=](const Eigen::Vector3d& p) { return (p - centre_m).norm() - radius_m; }));
 }
 

@@ -26,7 +26,7 @@ publication::StaticScene fixture(float friction = 0.0F) {
 /// A free rigid body: how far its frame's origin goes along each axis for a newton, and how it
 /// turns for a newton metre, within a step.
 struct Freedom {
-  double m_per_N = 0.0, rad_per_N_m = 0.0;
+  double m_per_N = 0.0, angular_per_N_m = 0.0;
 
   /// Modes of a step in which the hand pushes with force_N at arm_m from the origin.
   [[nodiscard]] ShownPrediction prediction(const Vector3d& force_N, const Vector3d& arm_m) const {
@@ -35,8 +35,8 @@ struct Freedom {
     const Vector3d moment_N_m = arm_m.cross(force_N);
     for (int axis = 0; axis < 3; ++axis)
       told.modes.push_back(mode(std::sqrt(m_per_N) * force_N[axis]));
-    for (int axis = 0; axis < 3 && rad_per_N_m > 0.0; ++axis)
-      told.modes.push_back(mode(std::sqrt(rad_per_N_m) * moment_N_m[axis]));
+    for (int axis = 0; axis < 3 && angular_per_N_m > 0.0; ++axis)
+      told.modes.push_back(mode(std::sqrt(angular_per_N_m) * moment_N_m[axis]));
     return told;
   }
   /// Of its point at arm_m.
@@ -45,7 +45,7 @@ struct Freedom {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const Vector3d unit = Vector3d::Unit(static_cast<Eigen::Index>(axis));
       response.modes[axis] = floats(std::sqrt(m_per_N) * unit);
-      response.modes[3 + axis] = floats(std::sqrt(rad_per_N_m) * unit.cross(arm_m));
+      response.modes[3 + axis] = floats(std::sqrt(angular_per_N_m) * unit.cross(arm_m));
     }
     return response;
   }
@@ -53,7 +53,7 @@ struct Freedom {
     proto::SphereResponse response{};
     for (std::size_t axis = 0; axis < 3; ++axis)
       response.modes[3 + axis] =
-          floats(std::sqrt(rad_per_N_m) * Vector3d::Unit(static_cast<Eigen::Index>(axis)));
+          floats(std::sqrt(angular_per_N_m) * Vector3d::Unit(static_cast<Eigen::Index>(axis)));
     return response;
   }
   [[nodiscard]] proto::TurningBody turning(std::uint32_t body, const Vector3d& centre_m) const {
@@ -112,7 +112,7 @@ TEST_CASE("A free ball with a field gives way to the hand as its one sphere does
   Drawn drawn(GENERATE(1U, 2U, 3U, 4U));
   const double turning = GENERATE(0.0, 1.0);
   const Freedom freedom{.m_per_N = drawn.in(5e-4, 3e-3),
-                        .rad_per_N_m = turning * drawn.in(0.6, 2.0)};
+                        .angular_per_N_m = turning * drawn.in(0.6, 2.0)};
   // One that turns stands else: how late it is led depends on all of its points.
   const double led = 1.0 - turning;
   TwoBalls balls(0.03 * drawn.direction());
@@ -162,12 +162,12 @@ TEST_CASE("A new snapshot of a body with a field brings no jump, however far off
   scene.fields.resize(1);
   CompliantRenderer renderer;
   SnapshotRenderer held(display::Transition::kHold);
-  const Freedom freedom{.m_per_N = 1e-3, .rad_per_N_m = 0.4};
+  const Freedom freedom{.m_per_N = 1e-3, .angular_per_N_m = 0.4};
   FieldPlace place{.position_m = drawn.vector(0.05), .orientation = drawn.turn()};
   // On a face, beside its middle.
   const Vector3d at_m(0.004, -0.005, half_m.z() + kToolRadius_m - 0.003);
   const Vector3d tool_m = place.out_of(at_m);
-  double jump_N = 0.0, held_N = 0.0, last_N = 0.0, told_N = 0.0;
+  double jump_N = 0.0, held_N = 0.0, last_N = 0.0, forecast_N = 0.0;
   Vector3d last_force_N = Vector3d::Zero();
   for (std::uint64_t n = 1; n <= 12; ++n) {
     place.position_m += drawn.vector(5e-4);
@@ -187,7 +187,7 @@ TEST_CASE("A new snapshot of a body with a field brings no jump, however far off
       if (ms == 0 && n > 1) {
         jump_N = std::max(jump_N, (tick.force.force_N - last_force_N).norm());
         REQUIRE(tick.prediction_error);
-        told_N = std::max(told_N, tick.prediction_error->force_N);
+        forecast_N = std::max(forecast_N, tick.prediction_error->force_N);
       }
       last_force_N = tick.force.force_N;
       last_N = std::max(last_N, last_force_N.norm());
@@ -195,7 +195,7 @@ TEST_CASE("A new snapshot of a body with a field brings no jump, however far off
   }
   CHECK(last_N > 0.5);
   CHECK(held_N > 0.15);
-  CHECK(told_N > 0.1);
+  CHECK(forecast_N > 0.1);
   CHECK(jump_N < 0.15 * held_N);
 }
 
