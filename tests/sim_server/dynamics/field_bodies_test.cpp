@@ -365,6 +365,33 @@ TEST_CASE("A fast ball does not pass through a plate that is a field", "[field]"
   CHECK(body(simulation).position_m.z() > plate_z_m);
 }
 
+TEST_CASE("What a prescribed body of a field gives a ball is all that the ball has", "[field]") {
+  const Way way = GENERATE(Way{IntegratorKind::kVelocityVerlet, 0.0017},
+                           Way{IntegratorKind::kImplicitEuler, 0.00007});
+  const double mass_kg = 0.023, radius_m = 0.0071, paddle_m_s = 0.31;
+  bodies::BodyDescription paddle = sim_server::points_body(
+      sim_server::box_points(kSize_m, 3, 0.001), kSize_m, 0.0, Vector3d::Zero());
+  paddle.motion = bodies::Motion::kPrescribed;
+  paddle.prescribed = {Vector3d::UnitZ(), paddle_m_s, 0.0, 0.0};
+  const scene::SceneDescription scene = scene_by(
+      way,
+      {sim_server::sphere({0.004, 0.003, 0.5 * kSize_m.z() + radius_m + 0.0019}, radius_m, mass_kg),
+       paddle},
+      sim_server::material_of(900.0, 0.0, 0.3), 0.0);
+  bodies::World world = scene::build_world(scene);
+  sim_server::meet_by_field(world, 1, sim_server::box_field(kSize_m, 0.0015, 0.012));
+  Simulation simulation(scene, world);
+  simulation.account_energy();
+
+  REQUIRE(advance(simulation, way.step_s, static_cast<int>(0.06 / way.step_s)));
+
+  const EnergyAccount account = *simulation.energy_account();
+  const Vector3d velocity_m_s = body(simulation).velocity_m_s;
+  REQUIRE(account.end.contacts_J == 0.0);
+  CHECK(velocity_m_s.z() == Approx(2.0 * paddle_m_s).epsilon(0.02));
+  CHECK(account.flow.given_J == Approx(0.5 * mass_kg * velocity_m_s.squaredNorm()).epsilon(0.02));
+}
+
 std::optional<ToolSample> pressing_tool(const Simulation& simulation, double step_s,
                                         const Vector3d& at_m) {
   ToolSample sample;
