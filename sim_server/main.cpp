@@ -74,7 +74,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
   auto* explain =
       app.add_flag("--explain", arguments.explain,
                    "Try methods, and rates if it has a hand, on the scene; print cost, error and "
-                   "reason of each, and end")
+                   "reason of each, of models where contact = \"auto\" too, and end")
           ->excludes(lockstep)
           ->excludes(offline);
   auto* surfaces =

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Draws docs/charts/contact_models.png and contact_drawn.png from the tables that measure_contact_models.py writes."""
-from drawing import draw_charts, matplotlib, plt
+from drawing import draw_charts, plt, show_plain_numbers
 from tables import read_rows
 
 STYLES = {"spheres": ("#D55E00", "s", "decomposition"), "even spheres": ("#E69F00", "D", "even spheres"),
@@ -26,9 +26,11 @@ def draw_models(axes, rows, cost, divisor):
     axes.axhline(1.0, color="0.7", linestyle="--", linewidth=1.0, zorder=0)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter(matplotlib.ticker.FormatStrFormatter("%g"))
-        axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
+    show_plain_numbers(axes.yaxis)
+    if cost == "flushed_ns":
+        show_plain_numbers(axes.xaxis)
+    else:
+        axes.xaxis.set_major_formatter("{x:,g}")
     axes.grid(True, color="0.93")
 
 

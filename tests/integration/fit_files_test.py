@@ -120,7 +120,7 @@ class SceneFilesTest(daemons.SessionTest):
         group, = levels.groups_of({"body": [body], "tool": {"radius_m": 0.008}}, decomposer, self.fail)
         self.assertEqual([level.label for level in group.levels],
                          ["as given", *(f"field, cells of {size_mm} mm" for size_mm in ("1", "2.82", "4", "5.6")),
-                          "5 spheres", "2 spheres"])
+                          "6 spheres", "3 spheres"])
         self.assertEqual(group.levels[2].changes, {"contact": "field", "field": {"cell_m": 0.00282, "band_m": 0.004}})
         spheres = group.levels[-1].changes
         self.assertEqual((spheres["contact"], spheres["field"]), (None, None))

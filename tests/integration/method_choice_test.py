@@ -61,6 +61,33 @@ class MethodChoiceTest(daemons.SessionTest):
         record = json.loads(self.record.read_text())
         self.assertIn(record["integrator"], chosen[0])
 
+    def test_explain_lists_the_models_of_a_contact_that_is_chosen(self):
+        self.write("cube.obj", "".join(f"v {x} {y} {z}\n" for z in (0, 1) for y in (0, 1) for x in (0, 1)) +
+                   "f 1 3 4\nf 1 4 2\nf 5 6 8\nf 5 8 7\nf 1 2 6\nf 1 6 5\nf 3 7 8\nf 3 8 4\nf 1 5 7\nf 1 7 3\n"
+                   "f 2 4 8\nf 2 8 6\n")
+        self.scene = self.write("chosen.toml", SCENE + """
+[[body]]
+name = "cube"
+kind = "mesh"
+file = "cube.obj"
+scale = 0.04
+motion = "static"
+contact = "auto"
+force_error = "3jnd"
+material = "thread"
+""")
+        result = self.explain()
+
+        self.assertEqual(result.returncode, DONE, result.stderr)
+        contacts, methods = result.stdout.split("\n\n", 2)[1:]
+        self.assertIn("contact of cube, by counts; its force may err by 3 JND", result.stdout)
+        rows = contacts.splitlines()[2:]
+        chosen = [row for row in rows if row.startswith("* ")]
+        self.assertEqual(len(chosen), 1, contacts)
+        self.assertLessEqual(float(chosen[0].split()[-2]), 3.0)
+        self.assertTrue(all(row.endswith(("misses the error", "costs more", "chosen")) for row in rows), contacts)
+        self.assertIn("chosen: ", methods)
+
     def test_virtual_time_takes_the_recorded_method_and_repeats_it_to_the_bit(self):
         self.explain()
         ends = []
