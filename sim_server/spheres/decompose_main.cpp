@@ -195,10 +195,7 @@ int run(const Arguments& arguments) {
   const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
   clear_progress();
 
-  const mesh::MeshDistance distance(closed.mesh);
-  std::vector<Feel> feels;
-  for (const Decomposition& level : made.levels)
-    feels.push_back(feel_of(level.balls, distance, press));
+  const std::vector<Feel> feels = feels_of(made.levels, closed.mesh, press);
   nlohmann::json json =
       report_fields(read, closed, arguments.fineness, made.levels, feels, press, time.count());
   if (made.share > 0.0) json["feel"] = search_fields(made.share, made.searched);

@@ -70,6 +70,14 @@ nlohmann::json level_fields(const Decomposition& level, const Feel& feel, const 
 
 }  // namespace
 
+std::vector<Feel> feels_of(std::span<const Decomposition> levels, const mesh::TriangleMesh& closed,
+                           const Press& press) {
+  const mesh::MeshDistance distance(closed);
+  std::vector<Feel> feels;
+  for (const Decomposition& level : levels) feels.push_back(feel_of(level.balls, distance, press));
+  return feels;
+}
+
 nlohmann::json report_fields(const mesh::TriangleMesh& read, const mesh::ClosedMesh& closed,
                              const Fineness& fineness, std::span<const Decomposition> levels,
                              std::span<const Feel> feels, const Press& press, double time_s) {

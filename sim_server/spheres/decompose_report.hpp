@@ -2,6 +2,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <span>
+#include <vector>
 
 #include "sim_server/mesh/mesh_repair.hpp"
 #include "sim_server/spheres/feel.hpp"
@@ -9,6 +10,10 @@
 #include "sim_server/spheres/fineness.hpp"
 
 namespace stillgrid::spheres {
+
+/// How each level feels. Pre: press of that mesh.
+[[nodiscard]] std::vector<Feel> feels_of(std::span<const Decomposition> levels,
+                                         const mesh::TriangleMesh& closed, const Press& press);
 
 /// A report of sphere_decompose, see docs/formats.md, but for the names of files: what was read,
 /// repaired and asked for; count, errors and force of each level; what it took. feels: of each
