@@ -149,6 +149,9 @@ def sizes_below(count, body, decomposer):
 def mesh_levels(body, decomposer, report):
     spheres, scale = body["spheres"], body.get("scale", 1.0)
     mesh = body["file"]
+    if "feel" in spheres:
+        report(f"{body['name']}: left as it is: its spheres are the fewest that feel as near to the mesh as asked")
+        return []
     option = {"tolerance_m": "--tolerance", "surface_spacing_m": "--surface-spacing",
               "volume_spacing_m": "--volume-spacing"}.get(next(iter(spheres)), None)
     given = None

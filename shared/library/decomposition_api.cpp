@@ -78,7 +78,9 @@ int decompose(const stillgrid_mesh* given_mesh, const stillgrid_cover* given_cov
       made->spheres.push_back(ball.radius_m);
     }
     made->report =
-        spheres::report_fields(read, closed, fineness, levels, press, time.count()).dump(2);
+        spheres::report_fields(read, closed, fineness, levels,
+                               spheres::feels_of(levels, closed.mesh, press), press, time.count())
+            .dump(2);
     *decomposition = made.release();
   } catch (const std::runtime_error& error) {  // the mesh is none that can be covered so
     return fail(STILLGRID_E_ARGUMENT, "%s", error.what());

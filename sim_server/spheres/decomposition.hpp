@@ -20,9 +20,9 @@ struct Decomposition {
   [[nodiscard]] bool is_reached() const { return hausdorff_m <= tolerance_m; }
 };
 
-/// Raised with every change of the spheres that decompose(), surface_balls() or volume_balls() make
-/// of a mesh: what was kept before is made anew.
-inline constexpr int kDecomposerVersion = 2;
+/// Raised with every change of the spheres that decompose() or sampling.hpp make of a mesh: what
+/// was kept before is made anew.
+inline constexpr int kDecomposerVersion = 3;
 
 /// Told a step's name and how much of it is done, in [0, 1]. May be empty.
 using DecompositionProgress = std::function<void(const char* step, double done)>;

@@ -14,10 +14,10 @@ std::vector<Decomposition> cover_mesh(const mesh::TriangleMesh& closed, const Fi
     return levels_of_detail(closed, fineness.tolerance_m, levels, 2.0, progress);
   const double surface_m = fineness.surface_spacing_m, volume_m = fineness.volume_spacing_m;
   constexpr double kPrecision = 0.05;  // of the measured error, in spacings
-  return {with_error(MeshSolid(closed),
-                     surface_m > 0.0 ? surface_balls(closed, surface_m, surface_m)
-                                     : volume_balls(closed, volume_m, kVolumeRadius * volume_m),
-                     kPrecision * std::max(surface_m, volume_m))};
+  return {with_error(
+      MeshSolid(closed),
+      surface_m > 0.0 ? firm_surface_balls(closed, surface_m) : firm_volume_balls(closed, volume_m),
+      kPrecision * std::max(surface_m, volume_m))};
 }
 
 }  // namespace stillgrid::spheres

@@ -14,7 +14,8 @@ struct Fineness {
 };
 
 /// The spheres asked for, from coarse to fine, each with its error: `levels` of them of a
-/// tolerance, one of a spacing. Throws as levels_of_detail(), surface_balls() and volume_balls().
+/// tolerance, one of a spacing. Throws as levels_of_detail(), firm_surface_balls() and
+/// firm_volume_balls().
 /// Pre: closed, as make_closed() leaves it; levels >= 1.
 [[nodiscard]] std::vector<Decomposition> cover_mesh(const mesh::TriangleMesh& closed,
                                                     const Fineness& fineness, int levels = 1,

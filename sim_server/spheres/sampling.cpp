@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <sstream>
 #include <stdexcept>
@@ -15,31 +16,47 @@
 namespace stillgrid::spheres {
 namespace {
 
-/// Keeps points that are no nearer than spacing_m to one that was kept before.
+constexpr double kSlack = 1e-6;  // of a ball that touches, in the solid's size
+
+/// Keeps points that are apart: each from those kept before by the mean of both's distances.
 class Spread {
  public:
-  explicit Spread(double spacing_m) : spacing_m_(spacing_m) {}
+  /// No point asks for more than most_m.
+  explicit Spread(double most_m) : cell_m_(most_m) {}
 
-  bool keep(const Eigen::Vector3d& point_m) {
-    const auto cell = [&](int axis) {
-      return static_cast<std::int64_t>(std::floor(point_m[axis] / spacing_m_));
-    };
-    const Cell own = {cell(0), cell(1), cell(2)};
+  /// Whether none that was kept is nearer.
+  [[nodiscard]] bool fits(const Eigen::Vector3d& point_m, double apart_m) const {
+    const Cell own = cell_of(point_m);
     for (int n = 0; n < 27; ++n) {
       const auto found =
           cells_.find({own[0] + n % 3 - 1, own[1] + n / 3 % 3 - 1, own[2] + n / 9 - 1});
       if (found == cells_.end()) continue;
-      for (const Eigen::Vector3d& other_m : found->second)
-        if ((other_m - point_m).squaredNorm() < spacing_m_ * spacing_m_) return false;
+      for (const Kept& other : found->second) {
+        const double least_m = 0.5 * (other.apart_m + apart_m);
+        if ((other.point_m - point_m).squaredNorm() < least_m * least_m) return false;
+      }
     }
-    cells_[own].push_back(point_m);
     return true;
+  }
+  void keep(const Eigen::Vector3d& point_m, double apart_m) {
+    cells_[cell_of(point_m)].push_back({point_m, apart_m});
   }
 
  private:
   using Cell = std::array<std::int64_t, 3>;
-  double spacing_m_;
-  std::map<Cell, std::vector<Eigen::Vector3d>> cells_;
+  struct Kept {
+    Eigen::Vector3d point_m;
+    double apart_m;
+  };
+  [[nodiscard]] Cell cell_of(const Eigen::Vector3d& point_m) const {
+    const auto cell = [&](int axis) {
+      return static_cast<std::int64_t>(std::floor(point_m[axis] / cell_m_));
+    };
+    return {cell(0), cell(1), cell(2)};
+  }
+
+  double cell_m_;
+  std::map<Cell, std::vector<Kept>> cells_;
 };
 
 void require_few(double balls) {
@@ -54,28 +71,52 @@ void require_some(const std::vector<Ball>& balls) {
     throw std::invalid_argument("sampling: 0 balls: expected a spacing that fits the solid");
 }
 
-}  // namespace
-
-std::vector<Ball> surface_balls(const mesh::TriangleMesh& closed, double spacing_m,
-                                double radius_m) {
+/// Balls of at most radius_m that touch the surface from inside, but for slack_m, apart by what
+/// apart_m says of their radius; that grows with it.
+template <class Apart>
+std::vector<Ball> touching_balls(const mesh::TriangleMesh& closed, double spacing_m,
+                                 double radius_m, double slack_m, Apart&& apart_m) {
   constexpr double kSamplesASpacing = 24.0;  // per square of the spacing: so gaps stay small
-  constexpr double kSlack = 1e-6;
   const double most = mesh::surface_area_m2(closed) / (spacing_m * spacing_m);
   require_few(most);
   const MeshSolid solid(closed);
   const auto count = static_cast<std::size_t>(std::ceil(kSamplesASpacing * most));
   const SurfaceSamples samples = sample_surface(closed, std::max<std::size_t>(count, 1));
-  Spread spread(spacing_m);
+  Spread spread(apart_m(std::min(radius_m, 0.5 * solid.size_m)));
   std::vector<Ball> balls;
   for (std::size_t i = 0; i < samples.points_m.size(); ++i) {
-    if (!spread.keep(samples.points_m[i])) continue;
-    const Ball largest =
-        medial_ball(solid, samples.points_m[i], samples.normals[i], kSlack * solid.size_m);
+    // Before the search for the largest ball, which takes long.
+    if (!spread.fits(samples.points_m[i], apart_m(0.0))) continue;
+    const Ball largest = medial_ball(solid, samples.points_m[i], samples.normals[i],
+                                     std::max(slack_m, kSlack * solid.size_m));
     const double fits_m = std::min(radius_m, largest.radius_m);
-    if (fits_m > 0.0) balls.push_back({samples.points_m[i] - fits_m * samples.normals[i], fits_m});
+    if (!(fits_m > 0.0) || !spread.fits(samples.points_m[i], apart_m(fits_m))) continue;
+    spread.keep(samples.points_m[i], apart_m(fits_m));
+    balls.push_back(largest.radius_m > radius_m
+                        ? Ball{samples.points_m[i] - radius_m * samples.normals[i], radius_m}
+                        : largest);
   }
   require_some(balls);
   return balls;
+}
+
+}  // namespace
+
+std::vector<Ball> surface_balls(const mesh::TriangleMesh& closed, double spacing_m,
+                                double radius_m) {
+  return touching_balls(closed, spacing_m, radius_m, 0.0, [=](double) { return spacing_m; });
+}
+
+std::vector<Ball> firm_surface_balls(const mesh::TriangleMesh& closed, double spacing_m) {
+  // A tool pressed in by a depth touches a ball up to sqrt(2 depth (radius + its own)) from where
+  // the ball touches the surface: apart in proportion, as many are touched. Tools are taken to be
+  // three spacings.
+  const double tool_m = 3.0 * spacing_m;
+  constexpr double kFirmSlack = 0.1;  // a faceted surface's flat edges are no edges
+  return touching_balls(closed, spacing_m, std::numeric_limits<double>::infinity(),
+                        kFirmSlack * spacing_m, [=](double ball_m) {
+                          return spacing_m * std::sqrt((ball_m + tool_m) / (spacing_m + tool_m));
+                        });
 }
 
 std::vector<Ball> volume_balls(const mesh::TriangleMesh& closed, double spacing_m,
@@ -102,6 +143,15 @@ std::vector<Ball> volume_balls(const mesh::TriangleMesh& closed, double spacing_
         if (distance.signed_distance_m(point_m(i, j, k)) < 0.0)
           balls.push_back({point_m(i, j, k), radius_m});
   require_some(balls);
+  return balls;
+}
+
+std::vector<Ball> firm_volume_balls(const mesh::TriangleMesh& closed, double spacing_m) {
+  std::vector<Ball> balls = volume_balls(closed, spacing_m, kVolumeRadius * spacing_m);
+  const mesh::MeshDistance distance(closed);
+  for (Ball& ball : balls)
+    ball.radius_m =
+        std::max(ball.radius_m, -kFirmGrowth * distance.signed_distance_m(ball.centre_m));
   return balls;
 }
 

@@ -29,6 +29,30 @@ inline constexpr double kMaxSampledBalls = 2e5;
 [[nodiscard]] std::vector<Ball> volume_balls(const mesh::TriangleMesh& closed, double spacing_m,
                                              double radius_m);
 
+/// Even balls under a surface that cannot be pushed through: each touches the surface from inside
+/// and is as large as fits, so that all push from the medial axis; about spacing_m apart where they
+/// are three of it in size, farther where they are larger, so that a tool touches about as many
+/// everywhere.
+///
+/// A tool sphere of at least twice spacing_m in radius, pressed along the inward normal from
+/// spacing_m deep until its centre has gone kFirmShare of the way from the surface to the medial
+/// axis, is pushed outward at every depth, wherever a ball of spacing_m fits under the surface
+/// (docs/algorithms/force_criterion.md). For bodies that do not deform: a ball does not follow a
+/// surface that it is larger than. Throws as surface_balls(). Pre: as surface_balls().
+[[nodiscard]] std::vector<Ball> firm_surface_balls(const mesh::TriangleMesh& closed,
+                                                   double spacing_m);
+
+/// volume_balls() of kVolumeRadius spacings that cannot be pushed through, as firm_surface_balls():
+/// those deeper inside grow to kFirmGrowth of their depth, so that the inner ones outweigh the
+/// outer. Throws and Pre: as volume_balls().
+[[nodiscard]] std::vector<Ball> firm_volume_balls(const mesh::TriangleMesh& closed,
+                                                  double spacing_m);
+
+/// To where firm balls push outward, from the surface (0) to the medial axis (1).
+inline constexpr double kFirmShare = 0.3;
+/// Radius of a ball deep inside, over its depth.
+inline constexpr double kFirmGrowth = 0.75;
+
 /// The radius, over the spacing, with which balls of a lattice stick out of a cube as far as the
 /// gaps between them are deep: (1 + sqrt 3) / 4.
 inline constexpr double kVolumeRadius = 0.6830127018922193;

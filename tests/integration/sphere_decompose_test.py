@@ -3,6 +3,7 @@
 import itertools
 import json
 import math
+import re
 import signal
 import subprocess
 import time
@@ -38,6 +39,11 @@ def torus_text(around, across):
         lines += [f"f {a + j} {b + j} {b + next_j}", f"f {a + j} {b + next_j} {a + next_j}"]
     return "\n".join(lines) + "\n"
 
+# Thinned spheres of a box: a tool falls between them.
+FELT_WORSE = re.compile(r"sphere_decompose: warning: \S+: a tool of \S+ m feels them \S+ JND from the mesh(, with holes "
+                        r"at \S+ % of places)?(, pulled in at \S+ %)?, worse than the nearest face; --feel 0.7jnd( or "
+                        r"--surface-spacing)? comes nearer")
+
 
 def read_spheres(file):
     """Rows of four numbers; the file must be whole."""
@@ -63,7 +69,8 @@ class SphereDecomposeTest(daemons.SessionTest):
 
     def decompose(self, mesh, *arguments):
         result = self.run_program(mesh, "--out", self.out, *arguments)
-        self.assertEqual((result.returncode, result.stderr), (DONE, ""))
+        told = [line for line in result.stderr.splitlines() if not FELT_WORSE.fullmatch(line)]
+        self.assertEqual((result.returncode, told), (DONE, []))
         return result.stdout.splitlines()
 
     def assert_refused(self, mesh, *arguments, words, out=None):
@@ -172,6 +179,33 @@ material = "m"
             self.assertGreater(level["force"]["effective_stiffness"], 0.0)
         self.assertEqual(len(spheres), 16 * 8 * 4)
 
+    def test_thinned_spheres_that_feel_worse_than_the_nearest_face_are_told_so(self):
+        result = self.run_program(self.box, "--out", self.out, "--tolerance", 0.2, "--report", self.report)
+        self.assertEqual((result.returncode, len(result.stderr.splitlines())), (DONE, 1), result.stderr)
+        self.assertRegex(result.stderr.strip(), FELT_WORSE)
+        force = daemons.read_report(self.report)["levels"][0]["force"]
+        self.assertGreater(force["error_jnd"], 1.0)
+        self.assertIn(force["fault"], result.stderr)
+        self.assertAlmostEqual(force["error_jnd"], force["error_share"] / 0.07)
+
+    def test_a_search_by_feel_takes_the_first_spheres_that_are_near_enough(self):
+        lines = self.decompose(self.box, "--feel", "3.5JND", "--tool-radius", 0.4, "--report", self.report)
+        report, spheres = daemons.read_report(self.report), read_spheres(self.out)
+        self.assertRegex(lines[0], r"force on a tool of 0.4 m, 0.1 m deep, within \S+ % \(\S+ JND\) of the mesh's$")
+        self.assertAlmostEqual(report["feel"]["asked_share"], 0.245)
+        *coarser, taken = report["feel"]["searched"]
+        self.assertTrue(all(level["error_share"] > 0.245 for level in coarser), coarser)
+        self.assertLessEqual(taken["error_share"], 0.245)
+        self.assertEqual(taken["balls"], len(spheres))
+        self.assertAlmostEqual(report["levels"][0]["force"]["error_share"], taken["error_share"])
+
+    def test_a_feel_out_of_reach_leaves_the_nearest_spheres_a_warning_and_status_4(self):
+        result = self.run_program(self.box, "--out", self.out, "--feel", "1%", "--max-spheres", 200)
+        self.assertEqual(result.returncode, 4, result.stderr)
+        self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
+        self.assertRegex(result.stderr, r"the feel of 1% was not reached, \S+ % \(\S+ JND\) was, of at most 200 spheres")
+        self.assertLessEqual(len(read_spheres(self.out)), 200)
+
 
 class RefusalTest(SphereDecomposeTest):
     def test_an_open_mesh_is_refused_with_the_number_of_open_edges(self):
@@ -189,6 +223,10 @@ class RefusalTest(SphereDecomposeTest):
             self.assert_refused(self.box, "--tolerance", value, words=["--tolerance", value])
             self.assert_refused(self.box, "--surface-spacing", value,
                                 words=["--surface-spacing", value])
+        for value in ("0", "-1jnd", "nan", "5", "1000%", "much"):
+            self.assert_refused(self.box, "--feel", value,
+                                words=["--feel", value, "a share of the force, such as 5%, 0.05 or 0.7jnd"])
+        self.assert_refused(self.box, "--tolerance", 0.2, "--max-spheres", 9, words=["--max-spheres", "--feel"])
         self.assert_refused(self.box, "--tolerance", 1e-5, words=["1/5000 of the box"])
         self.assert_refused(self.box, "--tolerance", 0.2, "--scale", 0, words=["--scale"])
 

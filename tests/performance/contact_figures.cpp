@@ -46,7 +46,7 @@ void compare(const std::filesystem::path& data) {
                     return (corner_m(1) - corner_m(0)).cross(corner_m(2) - corner_m(0));
                   });
   for (const double spacing_m : {0.008, 0.004, 0.002}) {
-    const std::vector<spheres::Ball> even = spheres::surface_balls(mesh, spacing_m, spacing_m);
+    const std::vector<spheres::Ball> even = spheres::firm_surface_balls(mesh, spacing_m);
     const spheres::BallBody balls = spheres::make_ball_body(even, spheres::kRecordedTool_m);
     print_agreement(
         "even spheres", spacing_m, even.size(), 0.0, demonstrations,

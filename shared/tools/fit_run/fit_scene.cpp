@@ -106,11 +106,12 @@ void drop_contradicted(::toml::table& table, const std::string& key,
   if (key == "integrator") drop({"solver", "substeps", "tolerance_m_s", "error_target_m"});
   if (key == "solver" && is_auto()) drop({"integrator", "substeps", "tolerance_m_s"});
   if (key == "solver" && !is_auto()) drop({"error_target_m"});
-  constexpr std::array<std::string_view, 4> kMeshSpheres = {
-      "file", "tolerance_m", "surface_spacing_m", "volume_spacing_m"};
+  constexpr std::array<std::string_view, 5> kMeshSpheres = {
+      "file", "tolerance_m", "surface_spacing_m", "volume_spacing_m", "feel"};
   if (std::find(kMeshSpheres.begin(), kMeshSpheres.end(), key) == kMeshSpheres.end()) return;
   for (const std::string_view other : kMeshSpheres)
     if (other != key) drop({other});
+  if (key != "feel") drop({"tool_radius_m", "press_depth_m"});
 }
 
 std::string read_text(const std::filesystem::path& file) {

@@ -1,8 +1,5 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
-#include <chrono>
-#include <cstdio>
 #include <exception>
 #include <stdexcept>
 #include <string_view>
@@ -10,7 +7,9 @@
 
 #include "shared/realtime/stop_signal.hpp"
 #include "sim_server/bodies/kinds/body_description.hpp"
+#include "sim_server/bodies/kinds/kept_spheres.hpp"
 #include "sim_server/bodies/kinds/mesh.hpp"
+#include "sim_server/bodies/kinds/mesh_feel.hpp"
 #include "sim_server/mesh/mass_properties.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
 #include "sim_server/mesh/mesh_repair.hpp"
@@ -32,6 +31,7 @@ constexpr double kMaxPlaces = 1e5;  // of a lattice's nodes
 constexpr std::string_view kTolerance = "tolerance_m";
 constexpr std::string_view kSurfaceSpacing = "surface_spacing_m";
 constexpr std::string_view kVolumeSpacing = "volume_spacing_m";
+constexpr std::string_view kFeel = "feel";
 constexpr std::string_view kFile = "file";
 
 Eigen::AlignedBox3d box_of(const mesh::TriangleMesh& mesh) {
@@ -54,47 +54,8 @@ mesh::TriangleMesh read_closed(toml::TableReader& table) {
   }
 }
 
-std::string note_of(const BodyDescription& body, const spheres::Decomposition& result, bool is_kept,
-                    double time_s) {
-  const std::string name = "body '" + body.name + "': ";
-  std::array<char, 200> text{};
-  if (result.hausdorff_m == 0.0)
-    std::snprintf(text.data(), text.size(), "%zu even spheres", result.balls.size());
-  else
-    std::snprintf(text.data(), text.size(), "%zu spheres within %.3g m of the mesh%s",
-                  result.balls.size(), result.hausdorff_m,
-                  result.is_reached() ? "" : ": the tolerance was not reached");
-  std::string note = name + text.data();
-  if (is_kept) return note + ", made before";
-  std::snprintf(text.data(), text.size(), ", in %.2f s", time_s);
-  return note + text.data();
-}
-
-/// What was made before, or what `make` makes; what took long is kept for the next time.
-template <typename Make>
-std::vector<spheres::Ball> made_or_kept(const spheres::SphereCache& cache,
-                                        const BodyDescription& body,
-                                        std::vector<std::string>& notes, Make&& make) {
-  constexpr double kWorthKeeping_s = 1.0;
-  if (const auto kept = cache.read()) {
-    notes.push_back(note_of(body, *kept, true, 0.0));
-    return kept->balls;
-  }
-  const auto start = std::chrono::steady_clock::now();
-  const spheres::Decomposition made = make();
-  const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
-  notes.push_back(note_of(body, made, false, time.count()));
-  if (time.count() < kWorthKeeping_s) return made.balls;
-  try {
-    cache.write(made);
-  } catch (const std::runtime_error& error) {
-    notes.push_back(std::string("spheres are not kept for the next time: ") + error.what());
-  }
-  return made.balls;
-}
-
-std::vector<spheres::Ball> decomposed(toml::TableReader& spheres, const mesh::TriangleMesh& mesh,
-                                      const BodyDescription& body,
+std::vector<spheres::Ball> decomposed(toml::TableReader& spheres, bool is_soft,
+                                      const mesh::TriangleMesh& mesh, const BodyDescription& body,
                                       std::vector<std::string>& notes) {
   const double tolerance_m = spheres.number(kTolerance, toml::Bound::kPositive);
   spheres.finish();
@@ -102,7 +63,10 @@ std::vector<spheres::Ball> decomposed(toml::TableReader& spheres, const mesh::Tr
     spheres.refuse(kTolerance, "at least a thousandth of the mesh's longest side");
   const spheres::SphereCache cache(spheres.folder(), mesh, kTolerance, tolerance_m);
   try {
-    return made_or_kept(cache, body, notes, [&] { return spheres::decompose(mesh, tolerance_m); });
+    std::vector<spheres::Ball> balls =
+        made_or_kept(cache, body, notes, [&] { return spheres::decompose(mesh, tolerance_m); });
+    if (!is_soft) note_feel(balls, mesh, tolerance_m, body, notes);
+    return balls;
   } catch (const realtime::StopRequested&) {
     throw;
   } catch (const std::bad_alloc&) {
@@ -136,19 +100,28 @@ std::vector<spheres::Ball> from_file(toml::TableReader& spheres, const mesh::Tri
   return balls;
 }
 
+/// Even balls: small ones, that follow a surface, of a body that deforms, else firm ones.
+std::vector<spheres::Ball> even_balls(const mesh::TriangleMesh& mesh, std::string_view key,
+                                      double spacing_m, bool is_soft) {
+  if (key == kSurfaceSpacing)
+    return is_soft ? spheres::surface_balls(mesh, spacing_m, spacing_m)
+                   : spheres::firm_surface_balls(mesh, spacing_m);
+  return is_soft ? spheres::volume_balls(mesh, spacing_m, spheres::kVolumeRadius * spacing_m)
+                 : spheres::firm_volume_balls(mesh, spacing_m);
+}
+
 /// Even balls, by the key that gives their distance.
-std::vector<spheres::Ball> sampled(toml::TableReader& spheres, std::string_view key,
+std::vector<spheres::Ball> sampled(toml::TableReader& spheres, std::string_view key, bool is_soft,
                                    const mesh::TriangleMesh& mesh, const BodyDescription& body,
                                    std::vector<std::string>& notes) {
   const double spacing_m = spheres.number(key, toml::Bound::kPositive);
   spheres.finish();
-  const spheres::SphereCache cache(spheres.folder(), mesh, key, spacing_m);
+  const spheres::SphereCache cache(spheres.folder(), mesh,
+                                   std::string(key) + (is_soft ? ", soft" : ""), spacing_m);
   try {
     return made_or_kept(cache, body, notes, [&] {
       spheres::Decomposition even;
-      even.balls = key == kSurfaceSpacing
-                       ? spheres::surface_balls(mesh, spacing_m, spacing_m)
-                       : spheres::volume_balls(mesh, spacing_m, spheres::kVolumeRadius * spacing_m);
+      even.balls = even_balls(mesh, key, spacing_m, is_soft);
       return even;
     });
   } catch (const std::invalid_argument& error) {
@@ -156,33 +129,33 @@ std::vector<spheres::Ball> sampled(toml::TableReader& spheres, std::string_view 
   }
 }
 
-std::vector<spheres::Ball> read_balls(toml::TableReader& table, const mesh::TriangleMesh& mesh,
-                                      const BodyDescription& body,
-                                      std::vector<std::string>& notes) {
+ScaledBalls read_balls(toml::TableReader& table, bool is_soft, const mesh::TriangleMesh& mesh,
+                       const BodyDescription& body, std::vector<std::string>& notes) {
   toml::TableReader spheres = table.table("spheres");
   std::string_view chosen = kTolerance;
   bool is_chosen = false;
-  for (const std::string_view key : {kFile, kSurfaceSpacing, kVolumeSpacing, kTolerance}) {
+  for (const std::string_view key : {kFile, kFeel, kSurfaceSpacing, kVolumeSpacing, kTolerance}) {
     if (!spheres.has(key)) continue;
     if (is_chosen)
-      spheres.refuse(key, "one of tolerance_m, surface_spacing_m, volume_spacing_m and file");
+      spheres.refuse(key, "one of tolerance_m, surface_spacing_m, volume_spacing_m, feel and file");
     chosen = key;
     is_chosen = true;
   }
-  if (chosen == kFile) return from_file(spheres, mesh);
-  if (chosen == kTolerance) return decomposed(spheres, mesh, body, notes);
-  return sampled(spheres, chosen, mesh, body, notes);
+  if (chosen == kFile) return {from_file(spheres, mesh)};
+  if (chosen == kFeel) return read_felt_balls(spheres, is_soft, mesh, body, notes);
+  if (chosen == kTolerance) return {decomposed(spheres, is_soft, mesh, body, notes)};
+  return {sampled(spheres, chosen, is_soft, mesh, body, notes)};
 }
 
 double read_stiffness_scale(toml::TableReader& table, const mesh::TriangleMesh& mesh,
-                            const std::vector<spheres::Ball>& balls) {
-  if (!table.has("normalise")) return 1.0;
+                            const ScaledBalls& made) {
+  if (!table.has("normalise")) return made.stiffness_scale;
   toml::TableReader normalise = table.table("normalise");
   const double tool_radius_m = normalise.number("tool_radius_m", toml::Bound::kPositive);
   const double press_depth_m = normalise.number("press_depth_m", toml::Bound::kPositive);
   normalise.finish();
   try {
-    return spheres::stiffness_scale(balls, spheres::sample_surface(mesh, kSurfaceSamples),
+    return spheres::stiffness_scale(made.balls, spheres::sample_surface(mesh, kSurfaceSamples),
                                     tool_radius_m, press_depth_m);
   } catch (const realtime::StopRequested&) {
     throw;
@@ -234,12 +207,12 @@ void read_mesh(toml::TableReader& table, BodyDescription& body, std::vector<std:
   body.position_m = table.vector_or("position_m", body.position_m);
   body.orientation = table.orientation_or_identity("orientation_xyzw");
   const mesh::TriangleMesh mesh = read_closed(table);
-  std::vector<spheres::Ball> balls = read_balls(table, mesh, body, notes);
-  body.stiffness_scale = read_stiffness_scale(table, mesh, balls);
+  ScaledBalls made = read_balls(table, is_soft, mesh, body, notes);
+  body.stiffness_scale = read_stiffness_scale(table, mesh, made);
   if (is_soft)
-    body.shape = on_lattice(table, std::move(balls), mesh, body);
+    body.shape = on_lattice(table, std::move(made.balls), mesh, body);
   else
-    body.shape = in_principal_frame(std::move(balls), mesh, body);
+    body.shape = in_principal_frame(std::move(made.balls), mesh, body);
 }
 
 }  // namespace stillgrid::bodies

@@ -128,8 +128,31 @@ TEST_CASE("A scene decomposes a mesh to its tolerance and says so in a note", "[
 
   const std::size_t count = bodies::balls_of(scene.bodies.at(0)).size();
   CHECK(count > 1);
-  REQUIRE(scene.notes.size() == 1);
+  REQUIRE(scene.notes.size() == 2);
   CHECK(scene.notes[0].starts_with("body 'b': " + std::to_string(count) + " spheres within 0.00"));
+  // 20 spheres for a brick: its edges are far from them.
+  CHECK(scene.notes[1].starts_with("body 'b': a tool of 0.000917 m feels the spheres "));
+  CHECK(scene.notes[1].find(" JND from the mesh, with holes at ") != std::string::npos);
+  CHECK(
+      scene.notes[1].ends_with("worse than the nearest face; feel = \"0.7jnd\" or "
+                               "surface_spacing_m comes nearer"));
+}
+
+TEST_CASE("A scene's mesh is as many spheres as feel as near to it as asked, at their stiffness",
+          "[mesh_scene]") {
+  const TemporaryFile mesh(brick(), ".obj");
+  const std::string before = kBefore + file_line(mesh.name()) + "spheres = { feel = ";
+  const SceneDescription scene = scene_of(before + "'3.5jnd', tool_radius_m = 0.006 }\n");
+  REQUIRE(scene.notes.size() == 2);
+  CHECK(scene.notes[1].starts_with("body 'b': force on a tool of 0.006 m within "));
+  CHECK(scene.notes[1].ends_with(" of the mesh's"));
+  CHECK(scene.bodies.at(0).stiffness_scale > 0.0);
+  CHECK(scene.bodies.at(0).stiffness_scale < 1.0);
+  CHECK_THAT(refusal_of(before + "'5' }\n"),
+             Catch::Contains("10:20: body.spheres.feel: value '5': expected a share of the force, "
+                             "such as 5%, 0.05 or 0.7jnd"));
+  CHECK_THAT(refusal_of(before + "'1jnd', lattice = 4 }\n"),
+             Catch::Contains("body.spheres.lattice: value 4: expected no such key here"));
 }
 
 TEST_CASE("A scene samples a mesh evenly, below its surface or through its volume",
@@ -147,6 +170,7 @@ TEST_CASE("A scene samples a mesh evenly, below its surface or through its volum
 
   const SceneDescription surface = scene("surface_spacing_m");
   CHECK(bodies::balls_of(surface.bodies.at(0)).size() > 50);  // on 28 cm^2
+  // Each as large as fits into 10 mm.
   for (const spheres::Ball& ball : bodies::balls_of(surface.bodies[0]))
     CHECK(ball.radius_m <= 0.005 + 1e-12);
 }

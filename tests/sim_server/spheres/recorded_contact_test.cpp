@@ -39,7 +39,7 @@ TEST_CASE(
                         "ku_contour.stl")
           .mesh;
   const mesh::MeshDistance distance(mesh);
-  const BallBody balls = make_ball_body(surface_balls(mesh, 0.004, 0.004), kRecordedTool_m);
+  const BallBody balls = make_ball_body(firm_surface_balls(mesh, 0.004), kRecordedTool_m);
 
   for (const RecordedContact& recorded : read_contour_demonstrations(*data)) {
     CAPTURE(recorded.name);
