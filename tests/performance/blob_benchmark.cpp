@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "shared/tools/laboratory/blobs/blob_fit.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
 #include "sim_server/mesh/mesh_repair.hpp"
 #include "sim_server/spheres/level_of_detail.hpp"
+#include "tests/performance/blob_fit.hpp"
 #include "tests/sim_server/spheres/recorded_contact.hpp"
 
 // Blobs beside plain spheres: the time of one force on a tool pressed somewhere on the body, and
@@ -32,7 +32,7 @@ struct Level {
   std::string name;
   spheres::SurfaceSamples surface;
   spheres::BallBody balls;
-  laboratory::BlobBody blobs;
+  BlobBody blobs;
   spheres::ForceMap ball_map, blob_map;
   double ball_error_m, blob_error_m;
 };
@@ -76,13 +76,13 @@ std::vector<std::shared_ptr<const Level>> make_levels(const std::string& name,
   const mesh::MeshDistance distance(mesh);
   const spheres::SurfaceSamples surface = spheres::reachable_samples(
       spheres::sample_surface(mesh, kSamples), distance, kTool_m, kDepth_m);
-  const auto targets = laboratory::distance_targets(surface, distance, kTool_m);
+  const auto targets = distance_targets(surface, distance, kTool_m);
   std::vector<std::shared_ptr<const Level>> levels;
   for (const spheres::Decomposition& made : spheres::levels_of_detail(mesh, kFinest_m, kLevels)) {
     Level level{.name = name + "/" + std::to_string(made.balls.size()),
                 .surface = surface,
                 .balls = spheres::make_ball_body(made.balls, kTool_m),
-                .blobs = laboratory::fit_blobs(made.balls, targets, kTool_m),
+                .blobs = fit_blobs(made.balls, targets, kTool_m),
                 .ball_map = {},
                 .blob_map = {},
                 .ball_error_m = made.hausdorff_m,
@@ -92,9 +92,9 @@ std::vector<std::shared_ptr<const Level>> make_levels(const std::string& name,
         [&](const Eigen::Vector3d& tool_m) { return spheres::unit_force_m(level.balls, tool_m); });
     level.blob_map =
         spheres::map_force(surface, kTool_m, kDepth_m, [&](const Eigen::Vector3d& tool_m) {
-          return laboratory::unit_blob_force_m(level.blobs, kTool_m, tool_m);
+          return unit_blob_force_m(level.blobs, kTool_m, tool_m);
         });
-    level.blob_error_m = laboratory::blob_surface_error_m(level.blobs, surface, distance);
+    level.blob_error_m = blob_surface_error_m(level.blobs, surface, distance);
     levels.push_back(std::make_shared<const Level>(std::move(level)));
   }
   return levels;
@@ -134,7 +134,7 @@ void register_level(const std::shared_ptr<const Level>& level) {
       ("force/blobs/" + level->name).c_str(), [level](benchmark::State& state) {
         time_force(state, *level, level->blob_map, level->blob_error_m,
                    [&](const Eigen::Vector3d& tool_m) {
-                     return laboratory::unit_blob_force_m(level->blobs, kTool_m, tool_m);
+                     return unit_blob_force_m(level->blobs, kTool_m, tool_m);
                    });
       });
 }

@@ -3,12 +3,12 @@
 #include <Eigen/Geometry>
 #include <cstdio>
 
-#include "shared/tools/laboratory/blobs/blob_fit.hpp"
 #include "shared/tools/laboratory/rivals/penetration_volume.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
 #include "sim_server/mesh/mesh_repair.hpp"
 #include "sim_server/spheres/decomposition.hpp"
 #include "sim_server/spheres/sampling.hpp"
+#include "tests/performance/blob_fit.hpp"
 #include "tests/sim_server/spheres/recorded_contact.hpp"
 
 namespace stillgrid::performance {
@@ -58,20 +58,18 @@ void compare(const std::filesystem::path& data) {
                       return laboratory::unit_volume_force_m(volume, tool_m);
                     });
   }
-  const auto targets = laboratory::distance_targets(spheres::sample_surface(mesh, kSamples),
-                                                    distance, spheres::kRecordedTool_m);
+  const auto targets =
+      distance_targets(spheres::sample_surface(mesh, kSamples), distance, spheres::kRecordedTool_m);
   for (const double tolerance_m : {0.008, 0.004}) {
     const spheres::Decomposition made = spheres::decompose(mesh, tolerance_m);
     const spheres::BallBody balls = spheres::make_ball_body(made.balls, spheres::kRecordedTool_m);
     print_agreement(
         "spheres", tolerance_m, made.balls.size(), made.hausdorff_m, demonstrations,
         [&](const Eigen::Vector3d& tool_m) { return spheres::unit_force_m(balls, tool_m); });
-    const laboratory::BlobBody blobs =
-        laboratory::fit_blobs(made.balls, targets, spheres::kRecordedTool_m);
-    print_agreement("blobs", tolerance_m, blobs.balls.size(),
-                    laboratory::blob_fit(blobs, targets).rms_m, demonstrations,
-                    [&](const Eigen::Vector3d& tool_m) {
-                      return laboratory::unit_blob_force_m(blobs, spheres::kRecordedTool_m, tool_m);
+    const BlobBody blobs = fit_blobs(made.balls, targets, spheres::kRecordedTool_m);
+    print_agreement("blobs", tolerance_m, blobs.balls.size(), blob_fit(blobs, targets).rms_m,
+                    demonstrations, [&](const Eigen::Vector3d& tool_m) {
+                      return unit_blob_force_m(blobs, spheres::kRecordedTool_m, tool_m);
                     });
   }
 }

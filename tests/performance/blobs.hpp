@@ -5,7 +5,7 @@
 
 #include "sim_server/spheres/ball_grid.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::performance {
 
 /// A body as blobs: balls whose distances melt into one smooth distance
 ///
@@ -49,4 +49,4 @@ struct BlobSample {
 [[nodiscard]] Eigen::Vector3d unit_blob_force_m(const BlobBody& body, double tool_radius_m,
                                                 const Eigen::Vector3d& tool_m) noexcept;
 
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::performance

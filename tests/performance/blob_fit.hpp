@@ -3,11 +3,11 @@
 #include <span>
 #include <vector>
 
-#include "shared/tools/laboratory/blobs/blobs.hpp"
 #include "sim_server/mesh/mesh_distance.hpp"
 #include "sim_server/spheres/surface_samples.hpp"
+#include "tests/performance/blobs.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::performance {
 
 /// A place, and how far from the surface it lies.
 struct DistanceTarget {
@@ -47,4 +47,4 @@ struct BlobFit {
                                           const spheres::SurfaceSamples& surface,
                                           const mesh::MeshDistance& mesh);
 
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::performance

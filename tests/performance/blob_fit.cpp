@@ -1,11 +1,11 @@
-#include "shared/tools/laboratory/blobs/blob_fit.hpp"
+#include "tests/performance/blob_fit.hpp"
 
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-namespace stillgrid::laboratory {
+namespace stillgrid::performance {
 namespace {
 
 using Matrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
@@ -179,4 +179,4 @@ double blob_surface_error_m(const BlobBody& body, const spheres::SurfaceSamples&
   return error_m;
 }
 
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::performance

@@ -1,11 +1,11 @@
-#include "shared/tools/laboratory/blobs/blobs.hpp"
+#include "tests/performance/blobs.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
-namespace stillgrid::laboratory {
+namespace stillgrid::performance {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -66,4 +66,4 @@ Eigen::Vector3d unit_blob_force_m(const BlobBody& body, double tool_radius_m,
   return std::max(0.0, tool_radius_m - sample.distance_m) * sample.gradient;
 }
 
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::performance

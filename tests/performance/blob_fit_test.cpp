@@ -1,4 +1,4 @@
-#include "shared/tools/laboratory/blobs/blob_fit.hpp"
+#include "tests/performance/blob_fit.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include "sim_server/spheres/force_map.hpp"
 #include "tests/sim_server/spheres/torus.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::performance {
 namespace {
 
 constexpr double kTool_m = 0.006;
@@ -81,4 +81,4 @@ TEST_CASE("A sphere needs one blob", "[blobs]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::performance

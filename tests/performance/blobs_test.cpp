@@ -1,4 +1,4 @@
-#include "shared/tools/laboratory/blobs/blobs.hpp"
+#include "tests/performance/blobs.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include "tests/sim_server/spheres/torus.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::performance {
 namespace {
 
 constexpr double kTool_m = 0.006;
@@ -112,4 +112,4 @@ TEST_CASE("Out of all blobs' reach, or at no place, there is no force", "[blobs]
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::performance
