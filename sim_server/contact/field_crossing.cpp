@@ -62,6 +62,18 @@ Eigen::Vector3d place_m(const Contact& contact, const Sides& sides, const Ways& 
   return pose.into(from_m + share * (to_m - from_m));
 }
 
+/// Of a way that turns back, longer than its chord, the middle tells.
+template <class Way>
+double length_of(const Way& way_m) {
+  const Eigen::Vector3d from_m = way_m(0.0);
+  return std::max((way_m(1.0) - from_m).norm(), 2.0 * (way_m(0.5) - from_m).norm());
+}
+
+/// No way as short as this passes through.
+double finest_of(const Sides& sides) {
+  return kFinest * (cell_m(*sides.field) + sides.radius_m);
+}
+
 }  // namespace
 
 FieldPassage passage_of(const Contact& contact, const Ways& ways) noexcept {
@@ -69,14 +81,13 @@ FieldPassage passage_of(const Contact& contact, const Ways& ways) noexcept {
   const bodies::FieldBody& field = *sides.field;
   const double radius_m = sides.radius_m;
   const auto way_m = [&](double share) { return place_m(contact, sides, ways, share); };
-  const double finest_m = kFinest * (cell_m(field) + radius_m);
+  const double finest_m = finest_of(sides);
   const auto depth_m = [&](double share) { return -gap_m(field, way_m(share), radius_m); };
   const Eigen::Vector3d from_m = way_m(0.0), to_m = way_m(1.0);
   FieldPassage passage;
   const double start_m = depth_m(0.0), end_m = depth_m(1.0);
   passage.deepest_m = std::max(start_m, end_m);
-  // A way that turns back is longer than its chord: the middle tells.
-  const double length_m = std::max((to_m - from_m).norm(), 2.0 * (way_m(0.5) - from_m).norm());
+  const double length_m = length_of(way_m);
   // Written so that NaN is no crossing.
   if (!(length_m > finest_m)) return passage;
   double deepest_share = start_m > end_m ? 0.0 : 1.0, share = 0.0, now_m = start_m;
@@ -110,6 +121,9 @@ FieldPassage passage_of(const Contact& contact, const Ways& ways) noexcept {
 }
 
 double share_before_field(const Contact& contact, const Ways& ways) noexcept {
+  const Sides sides = sides_of(contact, ways);
+  const auto way_m = [&](double share) { return place_m(contact, sides, ways, share); };
+  if (!(length_of(way_m) > finest_of(sides))) return 1.0;
   const FieldPassage passage = passage_of(contact, ways);
   return passage.passes ? passage.stop : 1.0;
 }

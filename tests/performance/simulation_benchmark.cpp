@@ -141,7 +141,9 @@ void beside_the_motion(benchmark::State& state, const std::string& part) {
   double sum = 0.0;
   for (auto _ : state) {
     if (part == "find_contacts") (void)detection.find_contacts(simulation.world(), scene.period_s);
-    if (part == "strayed") sum += detection.strayed(simulation.world(), detection.motions());
+    if (part == "strayed")
+      sum += detection.strayed(simulation.world(), detection.motions(),
+                               simulation.world().rigid_bodies);
     if (part == "show") snapshot.show(detection);
     if (part == "predict")
       sum += static_cast<double>(simulation.predict_next(scene.period_s).modes.size());
