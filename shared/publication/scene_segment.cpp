@@ -21,7 +21,13 @@ collision::VoxelGrid static_grid_of(const StaticScene& scene) {
   return grid;
 }
 
+/// Where the touch lists stand: behind the static grid. Bytes from the segment's start.
+std::size_t touch_offset(const collision::GridLayout& still) {
+  return (kStaticOffset + still.total_words * 8 + 63) / 64 * 64;
+}
+
 proto::SceneHeader scene_header(const StaticScene& scene, const collision::VoxelGrid& static_grid,
+                                const collision::TouchLists& touch_lists,
                                 const collision::GridLayout& moving) {
   assert(scene.materials.size() <= proto::kMaxMaterials);
   assert(scene.planes.size() <= proto::kMaxPlanes && scene.tool.size() <= proto::kMaxToolSpheres);
@@ -39,6 +45,8 @@ proto::SceneHeader scene_header(const StaticScene& scene, const collision::Voxel
   std::copy(scene.materials.begin(), scene.materials.end(), header.materials.begin());
   std::copy(scene.planes.begin(), scene.planes.end(), header.planes.begin());
   std::copy(scene.tool.begin(), scene.tool.end(), header.tool.begin());
+  header.touch_lists = touch_lists.shape();
+  header.touch_lists.offset = touch_offset(static_grid.layout());
   return header;
 }
 
@@ -52,7 +60,7 @@ std::size_t payload_words(const collision::GridLayout& moving) {
          response_capacity(moving.sphere_capacity) * sizeof(proto::SphereResponse) / 8;
 }
 
-SegmentSpec scene_spec(const collision::GridLayout& still, const collision::GridLayout& moving,
+SegmentSpec scene_spec(std::size_t fixed_bytes, const collision::GridLayout& moving,
                        std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns,
                        std::optional<gid_t> readers) {
   return {.kind = proto::SegmentKind::kScene,
@@ -60,7 +68,7 @@ SegmentSpec scene_spec(const collision::GridLayout& still, const collision::Grid
           .period_ns = period_ns,
           .clock = clock,
           .start_ns = start_ns,
-          .fixed_bytes = kStaticOffset + still.total_words * 8,
+          .fixed_bytes = fixed_bytes,
           .payload_bytes = payload_words(moving) * 8,
           .readers = readers};
 }
@@ -104,6 +112,13 @@ bool is_sound(const proto::SceneHeader& scene) {
 
 }  // namespace
 
+collision::TouchLists touch_lists_of(const StaticScene& scene) {
+  float largest_m = 0.0F;
+  for (const proto::ToolSphere& sphere : scene.tool)
+    largest_m = std::max(largest_m, sphere.radius_m);
+  return {scene.spheres, touch_probe_radius_m(largest_m)};
+}
+
 std::size_t response_capacity(std::size_t moving_count) noexcept {
   return std::min<std::size_t>(moving_count, proto::kMaxResponses);
 }
@@ -120,18 +135,22 @@ double largest_response(std::span<const proto::SphereResponse> responses,
   return 1.000001 * std::sqrt(largest2);
 }
 
-SceneWriter::SceneWriter(SessionLock lock, const StaticScene& scene, std::size_t moving_count,
+SceneWriter::SceneWriter(SessionLock lock, const StaticScene& scene,
+                         const collision::TouchLists& touch_lists, std::size_t moving_count,
                          std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns,
                          std::optional<gid_t> readers)
     : moving_(collision::grid_layout(sizeof(proto::SnapshotHeader), moving_count)),
       responses_(payload_words(moving_) - response_word(moving_)),
       static_grid_(static_grid_of(scene)),
-      fixed_(scene_header(scene, static_grid_, moving_)),
+      fixed_(scene_header(scene, static_grid_, touch_lists, moving_)),
       segment_(std::move(lock),
-               scene_spec(static_grid_.layout(), moving_, period_ns, clock, start_ns, readers)) {
+               scene_spec(fixed_.touch_lists.offset + touch_lists.words().size_bytes(), moving_,
+                          period_ns, clock, start_ns, readers)) {
   std::memcpy(segment_.bytes() + sizeof(proto::SegmentHeader), &fixed_, sizeof fixed_);
   std::memcpy(segment_.bytes() + kStaticOffset, static_grid_.words().data(),
               static_grid_.words().size_bytes());
+  std::memcpy(segment_.bytes() + fixed_.touch_lists.offset, touch_lists.words().data(),
+              touch_lists.words().size_bytes());
   segment_.announce();
 }
 
@@ -218,6 +237,13 @@ SceneView::SceneView(SegmentReader&& reader) : reader_(std::move(reader)) {
       payload_words(moving_layout_) * 8 > header().payload_bytes ||
       !collision::is_consistent(static_grid_.shape, static_grid_.layout))
     refuse("its arrays do not fit");
+  const proto::TouchShape& lists = scene_.touch_lists;
+  if (!collision::is_consistent(lists) || lists.offset != touch_offset(static_grid_.layout) ||
+      lists.offset + collision::touch_words(lists) * 8 > reader_.fixed_bytes())
+    refuse("its touch lists do not fit");
+  touch_lists_ =
+      collision::TouchView(lists, scene_.static_grid.sphere_count,
+                           reinterpret_cast<const std::uint64_t*>(reader_.bytes() + lists.offset));
 }
 
 collision::GridView SceneView::moving_grid(const std::uint64_t* payload,

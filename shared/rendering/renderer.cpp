@@ -5,6 +5,7 @@
 #include "shared/display/stamps.hpp"
 #include "shared/rendering/compliant_renderer.hpp"
 #include "shared/rendering/snapshot_renderer.hpp"
+#include "shared/rendering/touched_statics.hpp"
 
 namespace stillgrid::rendering {
 
@@ -30,9 +31,7 @@ proto::DisplayedSnapshot displayed_snapshot(const RenderedTick& tick,
 
 void TickScene::gather_static(std::span<const PlacedToolSphere> tool,
                               TouchedSpheres& touched) const noexcept {
-  const std::size_t first = touched.count;
-  gather_touched(view.static_grid(), held_snapshot(0), tool, touched);
-  for (std::size_t i = first; i < touched.count; ++i) touched.spheres[i].is_static = true;
+  gather_statics(view.touch_lists(), view.static_grid(), tool, touched);
 }
 
 ToolForce TickScene::force_of(const TouchedSpheres& touched,
