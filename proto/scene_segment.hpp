@@ -82,6 +82,30 @@ struct GridShape {
 };
 static_assert(sizeof(GridShape) == 392);
 
+/// What else a touch list tells of a static sphere.
+struct TouchLabel {
+  std::uint32_t number;    // in the static grid
+  std::uint32_t material;  // index into SceneHeader::materials
+  std::uint32_t body;      // order in the scene file
+  std::uint32_t reserved;
+};
+static_assert(sizeof(TouchLabel) == 16);
+
+/// The touch lists: of each cell, the static spheres that a sphere of up to probe_radius_m touches
+/// whose centre is there. At `offset` stand cell starts, u32, cell_count + 1 of them, to a multiple
+/// of 64 bytes, then 32 bytes for each of entry_count entries. Cell c lists m = starts[c + 1] -
+/// starts[c] of them, an even number, in the 32 m bytes from 32 starts[c] on: m times x, y, z and
+/// radius, f32, in the world frame, then m TouchLabels. What fills a list up is nowhere: no number.
+struct TouchShape {
+  std::uint64_t offset;  // bytes from the segment's start
+  std::uint32_t cell_count;
+  std::uint32_t entry_count;
+  float probe_radius_m;
+  std::uint32_t level_count;
+  std::array<GridLevel, kMaxLevels> levels;  // by octaves of radius and probe radius together
+};
+static_assert(sizeof(TouchShape) == 408);
+
 struct Material {
   float stiffness_N_per_m;
   float damping_N_s_per_m;
@@ -162,6 +186,7 @@ struct SceneHeader {
   std::uint32_t field_count;
   std::uint32_t reserved;
   std::array<FieldBody, kMaxFields> fields;
+  TouchShape touch_lists;
 };
 
 /// Opens a slot's payload: one snapshot of what can move. Times are on the writer's clock. Behind
@@ -190,7 +215,7 @@ struct SnapshotHeader {
 static_assert(sizeof(SnapshotHeader) % 8 == 0);
 
 inline constexpr std::uint64_t kSceneLayoutHash =
-    layout_hash<32>({sizeof(SegmentHeader),
+    layout_hash<34>({sizeof(SegmentHeader),
                      offsetof(SegmentHeader, latest),
                      offsetof(SegmentHeader, lockstep_sample_ns),
                      sizeof(SceneHeader),
@@ -220,6 +245,9 @@ inline constexpr std::uint64_t kSceneLayoutHash =
                      sizeof(FieldRecord),
                      kMaxFields,
                      kBrickCells,
-                     kBrickNodes});
+                     kBrickNodes,
+                     offsetof(SceneHeader, touch_lists),
+                     sizeof(TouchShape),
+                     sizeof(TouchLabel)});
 
 }  // namespace stillgrid::proto

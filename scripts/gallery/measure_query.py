@@ -1,9 +1,10 @@
 #!/usr/bin/python3
 """Measures the tick's query beside Bullet's and nanoflann's trees; writes docs/charts/query_speed.csv.
 
-A row a benchmark of query_benchmark, all of them in turn in one run, the run repeated: the median of
-the runs and the distance between their quartiles. Every method sums the same force or is not
-measured. Figures of another machine stand beside: compare ratios, not times.
+lists: what static spheres are searched in; grid: what moving ones are. A row a benchmark of
+query_benchmark, all of them in turn in one run, the run repeated: the median of the runs and the
+distance between their quartiles. Every method sums the same force or is not measured. Figures of
+another machine stand beside: compare ratios, not times.
 """
 import json
 import pathlib
@@ -16,6 +17,8 @@ from tables import write_rows
 # (question, method): ns at N = 400, 40,000, 400,000, of another machine, where they were measured by a prototype.
 SIZES = (400, 40000, 400000)
 PUBLISHED = {
+    ("query_hot", "lists"): (34, 33, 34), ("query_anywhere", "lists"): (36, 244, 307),
+    ("query_flushed", "lists"): (1583, 1753, 1843),
     ("query_hot", "grid"): (42, 41, 43), ("query_anywhere", "grid"): (94, 148, 199),
     ("query_flushed", "grid"): (1653, 2354, 2614),
     ("query_hot", "Bullet_dbvt"): (124, 250, 292), ("query_anywhere", "Bullet_dbvt"): (351, 2608, 6848),
@@ -58,7 +61,7 @@ def main():
                [f"medians and quartile distances of {runs} runs, ns a query; 0.95 pairs a sphere, radii from half "
                 "to one and a half of the mean",
                 f"flushed: 1.25 times the last cache, {last_cache_mb[-1]} MB here, read and written before "
-                "each query; published_ns: another machine, its cell list beside our grid"])
+                "each query; published_ns: another machine, its prototypes beside our lists and our grid"])
 
 
 if __name__ == "__main__":

@@ -7,7 +7,8 @@ from tables import read_rows
 TITLES = {"query_hot": "The same few spheres again and again", "query_anywhere": "Anywhere in the scene",
           "query_flushed": "Caches flushed before each query"}
 # How it is called, colour, marker, where its numbers stand: off the bar's lower end, beside, off the upper.
-METHODS = {"grid": ("Stillgrid", "#0072B2", "o", (0, -13), -1),
+METHODS = {"lists": ("Stillgrid, lists of static spheres", "#0072B2", "o", (0, -13), -1),
+           "grid": ("Stillgrid, grid of moving spheres", "#009E73", "D", (0, -13), -1),
            "nanoflann": ("nanoflann", "#D55E00", "s", (22, -4), 0),
            "Bullet_dbvt": ("Bullet, dynamic tree", "#777777", "^", (-10, 7), 1)}
 
@@ -50,7 +51,7 @@ def draw(charts):
     figure.suptitle("The force on one probe among N static spheres", x=0.01, ha="left", fontsize=13,
                     fontweight="bold")
     figure.tight_layout(rect=(0.0, 0.06, 1.0, 0.98), w_pad=2.5)
-    figure.legend(handles, labels, loc="lower center", ncol=4, frameon=False)
+    figure.legend(handles, labels, loc="lower center", ncol=5, frameon=False)
     return figure
 
 

@@ -39,6 +39,20 @@ using Long2 = std::uint64_t __attribute__((vector_size(16)));
   return towards_zero + (__builtin_convertvector(towards_zero, Float4) > bounded);  // true is -1
 }
 
+/// The voxels where centres can be that are no farther than distance_m from `centre_m` in exact
+/// arithmetic. Realtime: yes.
+struct VoxelBox {
+  Int4 lowest, highest;
+};
+[[nodiscard]] inline VoxelBox voxel_box(const std::array<float, 3>& centre_m, float distance_m,
+                                        float inverse_voxel_per_m) noexcept {
+  const Float4 centre{centre_m[0], centre_m[1], centre_m[2], 0.0F};
+  constexpr float kUlp = 1.2e-7F;  // what rounding takes off
+  const Float4 away = distance_m + kUlp * ((centre < 0.0F ? -centre : centre) + distance_m);
+  return {voxel_index(centre - away, inverse_voxel_per_m),
+          voxel_index(centre + away, inverse_voxel_per_m)};
+}
+
 /// The cells of a level that hold the voxels of a box, along x, y and z: `count` from `first` on,
 /// going round at `cells`. The fourth of each says nothing.
 struct CellBlock {
@@ -56,11 +70,7 @@ struct CellBlock {
     Unsigned4 cells;
   };
   const auto rows = std::bit_cast<Rows>(level);
-  const Float4 centre{centre_m[0], centre_m[1], centre_m[2], 0.0F};
-  constexpr float kUlp = 1.2e-7F;  // what rounding takes off
-  const Float4 away = distance_m + kUlp * ((centre < 0.0F ? -centre : centre) + distance_m);
-  const Int4 from = voxel_index(centre - away, inverse_voxel_per_m);
-  const Int4 to = voxel_index(centre + away, inverse_voxel_per_m);
+  const auto [from, to] = voxel_box(centre_m, distance_m, inverse_voxel_per_m);
   const Int4 low = from > rows.lowest ? from : rows.lowest;
   const Int4 high = to < rows.highest ? to : rows.highest;
   const Int4 none = low > high;
@@ -139,14 +149,24 @@ struct VisitBudget {
   }
 };
 
+/// Four floats that begin with a word.
+[[nodiscard]] inline Float4 load4(const std::uint64_t* words) noexcept {
+  return std::bit_cast<Float4>(
+      Long2{double_buffer::load_word(words, 0), double_buffer::load_word(words, 1)});
+}
+
+/// A bit for each that holds.
+[[nodiscard]] inline unsigned bits_of(Int4 holds) noexcept {
+  constexpr Int4 kBits{1, 2, 4, 8};
+  const auto halves = std::bit_cast<std::array<std::uint64_t, 2>>(holds & kBits);
+  const std::uint64_t pairs = halves[0] | halves[1];
+  return static_cast<unsigned>(pairs | (pairs >> 32U));
+}
+
 /// Which of the four swept bounds from number `i` on meet the probe, a bit each.
 [[nodiscard]] inline unsigned meet4(const std::uint64_t* swept_bounds, std::size_t i,
                                     const SweptBound& probe) noexcept {
-  const auto load = [&](std::size_t swept_bound) {
-    const std::uint64_t* words = swept_bounds + 2 * swept_bound;
-    return std::bit_cast<Float4>(
-        Long2{double_buffer::load_word(words, 0), double_buffer::load_word(words, 1)});
-  };
+  const auto load = [&](std::size_t swept_bound) { return load4(swept_bounds + 2 * swept_bound); };
   const Float4 a = load(i), b = load(i + 1), c = load(i + 2), d = load(i + 3);
   const Float4 xy_ab = __builtin_shufflevector(a, b, 0, 4, 1, 5);
   const Float4 zr_ab = __builtin_shufflevector(a, b, 2, 6, 3, 7);
@@ -157,11 +177,7 @@ struct VisitBudget {
   const Float4 z = __builtin_shufflevector(zr_ab, zr_cd, 0, 1, 4, 5) - probe.centre_m[2];
   const Float4 bounding_radius =
       __builtin_shufflevector(zr_ab, zr_cd, 2, 3, 6, 7) + probe.bounding_radius_m;
-  constexpr Int4 kBits{1, 2, 4, 8};
-  const Int4 met = (x * x + y * y + z * z <= bounding_radius * bounding_radius) & kBits;
-  const auto halves = std::bit_cast<std::array<std::uint64_t, 2>>(met);
-  const std::uint64_t pairs = halves[0] | halves[1];
-  return static_cast<unsigned>(pairs | (pairs >> 32U));
+  return bits_of(x * x + y * y + z * z <= bounding_radius * bounding_radius);
 }
 
 /// Visits the swept bounds of the cells [first, end) that meet the probe, by fours: a run's length

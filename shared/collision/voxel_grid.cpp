@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "shared/collision/grid_levels.hpp"
 #include "shared/collision/grid_query.hpp"
 #include "shared/collision/sphere_history.hpp"
 
@@ -16,55 +17,8 @@ namespace {
 
 constexpr std::size_t kRecordWords = sizeof(proto::SphereRecord) / 8;
 
-/// Cells that a level may take for each of its spheres, and at least.
-constexpr std::size_t kCellsPerSphere = 8, kLeastCells = 64;
-
 std::size_t words_for_u32(std::size_t count) {
   return (count + 1) / 2;
-}
-
-std::uint64_t extent_voxels(const proto::GridLevel& level, std::size_t axis) {
-  return static_cast<std::uint64_t>(std::int64_t{level.highest_voxel[axis]} -
-                                    level.lowest_voxel[axis] + 1);
-}
-
-std::uint64_t cell_count(const proto::GridLevel& level) {
-  return std::uint64_t{level.cells[0]} * level.cells[1] * level.cells[2];
-}
-
-/// A cell for each voxel of the extent, or, along the longest axes, a power of two that repeats.
-std::array<std::uint32_t, 3> cells_for(const proto::GridLevel& level, std::size_t most_cells) {
-  std::array<std::uint64_t, 3> cells{};
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    cells[axis] = std::min<std::uint64_t>(extent_voxels(level, axis), std::uint64_t{1} << 31U);
-  const auto fits = [&] {
-    return static_cast<double>(cells[0]) * static_cast<double>(cells[1]) *
-               static_cast<double>(cells[2]) <=
-           static_cast<double>(most_cells);
-  };
-  while (!fits()) {
-    auto& longest = *std::max_element(cells.begin(), cells.end());
-    longest = std::bit_floor(longest - 1);
-  }
-  return {static_cast<std::uint32_t>(cells[0]), static_cast<std::uint32_t>(cells[1]),
-          static_cast<std::uint32_t>(cells[2])};
-}
-
-bool is_consistent_level(const proto::GridLevel& level, std::size_t cell_capacity) {
-  if (!(level.voxel_m > 0.0F) || !std::isfinite(1.0F / level.voxel_m) ||
-      !(level.bounding_radius_m >= 0.0F) || !std::isfinite(level.bounding_radius_m))
-    return false;
-  std::uint64_t cells = 1;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (level.highest_voxel[axis] < level.lowest_voxel[axis] || level.cells[axis] == 0 ||
-        level.cells[axis] > cell_capacity)
-      return false;
-    const bool repeats = extent_voxels(level, axis) > level.cells[axis];
-    if (repeats && !std::has_single_bit(level.cells[axis])) return false;
-    cells *= level.cells[axis];
-    if (cells > cell_capacity) return false;
-  }
-  return level.first_cell <= cell_capacity - cells;
 }
 
 using Four = Eigen::Array4f;
@@ -106,33 +60,6 @@ Bounds bounds_of(std::span<const SweptBound> swept_bounds) {
   return bounds;
 }
 
-/// The class of a radius, counted from the longest: some octaves each, more where eight classes do
-/// not do.
-class Octaves {
- public:
-  Octaves(float longest_m, float shortest_m, std::uint32_t octaves)
-      : longest_m_(longest_m), octaves_(octaves), most_(octaves_below(shortest_m)) {}
-  [[nodiscard]] std::uint32_t most() const { return std::min(most_, proto::kMaxLevels - 1); }
-  [[nodiscard]] std::uint8_t of(float bounding_radius_m) const {
-    const std::uint32_t octaves = octaves_below(bounding_radius_m);
-    return static_cast<std::uint8_t>(
-        most_ < proto::kMaxLevels ? octaves : octaves * (proto::kMaxLevels - 1) / most_);
-  }
-
- private:
-  /// The whole part of log2(longest / radius), which is the exponent of the quotient, in classes.
-  [[nodiscard]] std::uint32_t octaves_below(float bounding_radius_m) const {
-    constexpr std::uint32_t kMantissaBits = 23, kBias = 127;
-    const float quotient =
-        std::min(longest_m_ / bounding_radius_m, std::numeric_limits<float>::max());
-    return ((std::bit_cast<std::uint32_t>(quotient) >> kMantissaBits) - kBias) / octaves_;
-  }
-
-  float longest_m_;
-  std::uint32_t octaves_;
-  std::uint32_t most_;
-};
-
 /// How a level turns a centre into a cell.
 struct CellOf {
   float inverse_voxel_per_m = 0.0F;
@@ -161,9 +88,6 @@ struct CellOf {
     return first_cell + at[0] + row * at[1] + layer * at[2];
   }
 };
-
-/// A level below this many spheres joins the coarser one: looking into it would cost more.
-constexpr std::size_t kFewSpheres = 16;
 
 }  // namespace
 
@@ -272,7 +196,7 @@ void VoxelGrid::shape_levels(std::span<const SweptBound> swept_bounds, float vox
       level.lowest_voxel[axis] = voxel_index(bounds[i].low[k], inverse_voxel_per_m);
       level.highest_voxel[axis] = voxel_index(bounds[i].high[k], inverse_voxel_per_m);
     }
-    level.cells = cells_for(level, std::max(kCellsPerSphere * spheres[i], kLeastCells));
+    level.cells = cells_for(level, spheres[i]);
     level.first_cell = static_cast<std::uint32_t>(first_cell);
     first_cell += cell_count(level);
   }

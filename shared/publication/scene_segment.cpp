@@ -24,8 +24,13 @@ collision::VoxelGrid static_grid_of(const StaticScene& scene) {
 std::size_t static_end_bytes(const collision::GridLayout& still) {
   return kStaticOffset + still.total_words * 8;
 }
+/// Where the touch lists stand: behind the static grid. Bytes from the segment's start.
+std::size_t touch_offset(const collision::GridLayout& still) {
+  return (static_end_bytes(still) + 63) / 64 * 64;
+}
 
 proto::SceneHeader scene_header(const StaticScene& scene, const collision::VoxelGrid& static_grid,
+                                const collision::TouchLists& touch_lists,
                                 const collision::GridLayout& moving, const FieldPlaces& fields) {
   assert(scene.materials.size() <= proto::kMaxMaterials);
   assert(scene.planes.size() <= proto::kMaxPlanes && scene.tool.size() <= proto::kMaxToolSpheres);
@@ -45,6 +50,8 @@ proto::SceneHeader scene_header(const StaticScene& scene, const collision::Voxel
   std::copy(scene.tool.begin(), scene.tool.end(), header.tool.begin());
   header.field_count = static_cast<std::uint32_t>(fields.bodies.size());
   std::copy(fields.bodies.begin(), fields.bodies.end(), header.fields.begin());
+  header.touch_lists = touch_lists.shape();
+  header.touch_lists.offset = touch_offset(static_grid.layout());
   return header;
 }
 
@@ -121,6 +128,13 @@ bool is_sound(const proto::SceneHeader& scene) {
 
 }  // namespace
 
+collision::TouchLists touch_lists_of(const StaticScene& scene) {
+  float largest_m = 0.0F;
+  for (const proto::ToolSphere& sphere : scene.tool)
+    largest_m = std::max(largest_m, sphere.radius_m);
+  return {scene.spheres, touch_probe_radius_m(largest_m)};
+}
+
 std::size_t response_capacity(std::size_t moving_count, std::size_t moving_fields) noexcept {
   return std::min<std::size_t>(moving_count, proto::kMaxResponses) + 2 * moving_fields;
 }
@@ -137,19 +151,23 @@ double largest_response(std::span<const proto::SphereResponse> responses,
   return 1.000001 * std::sqrt(largest2);
 }
 
-SceneWriter::SceneWriter(SessionLock lock, const StaticScene& scene, std::size_t moving_count,
+SceneWriter::SceneWriter(SessionLock lock, const StaticScene& scene,
+                         const collision::TouchLists& touch_lists, std::size_t moving_count,
                          std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns,
                          std::optional<gid_t> readers)
     : moving_(collision::grid_layout(sizeof(proto::SnapshotHeader), moving_count)),
       static_grid_(static_grid_of(scene)),
-      fields_(place_fields(scene.fields, static_end_bytes(static_grid_.layout()))),
+      fields_(place_fields(scene.fields,
+                           touch_offset(static_grid_.layout()) + touch_lists.words().size_bytes())),
       responses_(responses_end_word(moving_, fields_.moving_count) - response_word(moving_)),
       field_records_(fields_.moving_count * sizeof(proto::FieldRecord) / 8),
-      fixed_(scene_header(scene, static_grid_, moving_, fields_)),
+      fixed_(scene_header(scene, static_grid_, touch_lists, moving_, fields_)),
       segment_(std::move(lock), scene_spec(fields_, moving_, period_ns, clock, start_ns, readers)) {
   std::memcpy(segment_.bytes() + sizeof(proto::SegmentHeader), &fixed_, sizeof fixed_);
   std::memcpy(segment_.bytes() + kStaticOffset, static_grid_.words().data(),
               static_grid_.words().size_bytes());
+  std::memcpy(segment_.bytes() + fixed_.touch_lists.offset, touch_lists.words().data(),
+              touch_lists.words().size_bytes());
   write_fields(scene.fields, fields_, segment_.bytes());
   segment_.announce();
 }
@@ -266,7 +284,14 @@ SceneView::SceneView(SegmentReader&& reader) : reader_(std::move(reader)) {
   if (static_end_bytes(static_grid_.layout) > reader_.fixed_bytes() ||
       !collision::is_consistent(static_grid_.shape, static_grid_.layout))
     refuse("its arrays do not fit");
-  fields_ = read_fields(scene_, reader_.bytes(), static_end_bytes(static_grid_.layout),
+  const proto::TouchShape& lists = scene_.touch_lists;
+  if (!collision::is_consistent(lists) || lists.offset != touch_offset(static_grid_.layout) ||
+      lists.offset + collision::touch_words(lists) * 8 > reader_.fixed_bytes())
+    refuse("its touch lists do not fit");
+  touch_lists_ =
+      collision::TouchView(lists, scene_.static_grid.sphere_count,
+                           reinterpret_cast<const std::uint64_t*>(reader_.bytes() + lists.offset));
+  fields_ = read_fields(scene_, reader_.bytes(), lists.offset + collision::touch_words(lists) * 8,
                         reader_.fixed_bytes());
   for (const SceneField& field : fields_) moving_fields_ += field.body.moving != 0 ? 1 : 0;
   if (payload_words(moving_layout_, moving_fields_) * 8 > header().payload_bytes)

@@ -3,9 +3,11 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "proto/scene_segment.hpp"
+#include "shared/collision/touch_lists.hpp"
 #include "shared/collision/voxel_grid.hpp"
 #include "shared/publication/published_fields.hpp"
 #include "shared/publication/segment.hpp"
@@ -26,6 +28,13 @@ struct StaticScene {
   bool predicts = true;      // snapshots tell where the next step leads
   float voxel_ratio = 2.0F;  // of the static grid; twice a probe's own size is searched fastest
 };
+
+/// The largest probe that touch lists serve, of a tool whose largest sphere has that radius: an
+/// eighth more, so that a tool that moves so far in a tick finds all in one voxel.
+[[nodiscard]] constexpr float touch_probe_radius_m(float tool_radius_m) noexcept {
+  return 1.125F * tool_radius_m;
+}
+[[nodiscard]] collision::TouchLists touch_lists_of(const StaticScene& scene);
 
 /// The times of one snapshot, on the writer's clock, and what was counted up to it.
 struct SnapshotTimes {
@@ -63,7 +72,9 @@ class SceneWriter {
   /// SegmentError. Pre: the lock is that of a scene segment.
   SceneWriter(SessionLock lock, const StaticScene& scene, std::size_t moving_count,
               std::uint64_t period_ns, proto::Clock clock, std::uint64_t start_ns,
-              std::optional<gid_t> readers = std::nullopt);
+              std::optional<gid_t> readers = std::nullopt)
+      : SceneWriter(std::move(lock), scene, touch_lists_of(scene), moving_count, period_ns, clock,
+                    start_ns, readers) {}
 
   /// The same by a lock of its own.
   SceneWriter(std::string_view session, const StaticScene& scene, std::size_t moving_count,
@@ -88,6 +99,9 @@ class SceneWriter {
  private:
   [[nodiscard]] double largest_of(const SnapshotPrediction& prediction,
                                   std::span<const proto::FieldRecord> fields) const noexcept;
+  SceneWriter(SessionLock lock, const StaticScene& scene, const collision::TouchLists& touch_lists,
+              std::size_t moving_count, std::uint64_t period_ns, proto::Clock clock,
+              std::uint64_t start_ns, std::optional<gid_t> readers);
 
   collision::GridLayout moving_;
   collision::VoxelGrid static_grid_;
@@ -112,6 +126,8 @@ class SceneView {
   [[nodiscard]] const collision::GridView& static_grid() const noexcept { return static_grid_; }
   [[nodiscard]] std::span<const SceneField> fields() const noexcept { return fields_; }
   [[nodiscard]] std::uint32_t moving_fields() const noexcept { return moving_fields_; }
+  /// The same spheres as a tick searches them.
+  [[nodiscard]] const collision::TouchView& touch_lists() const noexcept { return touch_lists_; }
   [[nodiscard]] const double_buffer::DoubleBuffer& buffer() const noexcept {
     return reader_.buffer();
   }
@@ -128,6 +144,7 @@ class SceneView {
   SegmentReader reader_;
   proto::SceneHeader scene_{};
   collision::GridView static_grid_;
+  collision::TouchView touch_lists_;
   collision::GridLayout moving_layout_;
   std::vector<SceneField> fields_;
   std::uint32_t moving_fields_ = 0;

@@ -6,6 +6,7 @@
 #include "shared/rendering/compliant_renderer.hpp"
 #include "shared/rendering/snapshot_renderer.hpp"
 #include "shared/rendering/touched_fields.hpp"
+#include "shared/rendering/touched_statics.hpp"
 
 namespace stillgrid::rendering {
 
@@ -38,9 +39,7 @@ void TickScene::gather_moving(const collision::GridView& moving, const Displayed
 
 void TickScene::gather_static(std::span<const PlacedToolSphere> tool,
                               TouchedSpheres& touched) const noexcept {
-  const std::size_t first = touched.count;
-  gather_touched(view.static_grid(), held_snapshot(0), tool, touched);
-  for (std::size_t i = first; i < touched.count; ++i) touched.spheres[i].is_static = true;
+  gather_statics(view.touch_lists(), view.static_grid(), tool, touched);
   gather_static_fields(view.fields(), tool, touched);
 }
 

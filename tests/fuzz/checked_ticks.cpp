@@ -40,6 +40,13 @@ void check_queries(const publication::SceneView& scene, const rendering::ToolPos
                    std::uint32_t max_visits) {
   const collision::SweptBound probe = collision::bound_sphere(pose.position_m, 0.02);
   check_visits(scene.static_grid(), probe, max_visits);
+  std::uint32_t touches = 0;
+  const std::uint32_t spheres = scene.static_grid().shape.sphere_count;
+  scene.touch_lists().for_each_touch(probe, max_visits, [&](const collision::TouchEntry& entry) {
+    require(entry.label.number < spheres, "a touch list names spheres of the static grid");
+    ++touches;
+  });
+  require(touches <= max_visits, "a look into touch lists visits no more than it may");
   for (const std::uint64_t* payload : scene.buffer().payload) {
     if (scene.header().payload_bytes < sizeof(proto::SnapshotHeader)) continue;
     const auto snapshot = publication::load_snapshot(payload);

@@ -7,6 +7,7 @@
 
 #include "shared/collision/grid_query.hpp"
 #include "shared/collision/sphere_history.hpp"
+#include "shared/collision/touch_lists.hpp"
 #include "shared/collision/voxel_grid.hpp"
 #include "shared/publication/scene_segment.hpp"
 #include "tests/performance/query_peers.hpp"
@@ -31,16 +32,50 @@ PlainSphere probe_at(const Eigen::Vector3d& place_m) {
   return {p.x(), p.y(), p.z(), kRadius_m};
 }
 
+void write_records(std::span<const PlainSphere> spheres, std::span<proto::SphereRecord> records) {
+  for (std::size_t i = 0; i < spheres.size(); ++i) {
+    const auto& [x_m, y_m, z_m, radius_m] = spheres[i];
+    const proto::SphereState snapshot{{x_m, y_m, z_m}, {}};
+    collision::fill_history(records[i], snapshot);
+    records[i].radius_m = radius_m;
+  }
+}
+
+/// The touch lists of static spheres, as a tick searches them.
+class OurLists {
+ public:
+  explicit OurLists(std::span<const PlainSphere> spheres) : lists_(lists_of(spheres)) {
+    view_ = collision::TouchView(lists_.shape(), static_cast<std::uint32_t>(spheres.size()),
+                                 lists_.words().data());
+  }
+
+  [[nodiscard]] Eigen::Vector3f force_N(const PlainSphere& probe) const {
+    Eigen::Vector3f sum_N = Eigen::Vector3f::Zero();
+    const auto& [x_m, y_m, z_m, radius_m] = probe;
+    view_.for_each_touch({{x_m, y_m, z_m}, radius_m}, 8192,
+                         [&](const collision::TouchEntry& entry) {
+                           const auto& p = entry.centre_m;
+                           sum_N += push_N(probe, {p[0], p[1], p[2], entry.radius_m});
+                         });
+    return sum_N;
+  }
+
+ private:
+  static collision::TouchLists lists_of(std::span<const PlainSphere> spheres) {
+    std::vector<proto::SphereRecord> records(spheres.size());
+    write_records(spheres, records);
+    return {records, publication::touch_probe_radius_m(kRadius_m)};
+  }
+
+  collision::TouchLists lists_;
+  collision::TouchView view_;
+};
+
+/// The grid that each sphere is entered in once, as a tick searches that of moving spheres.
 class OurGrid {
  public:
   explicit OurGrid(std::span<const PlainSphere> spheres) : grid_(0, spheres.size()) {
-    for (std::size_t i = 0; i < spheres.size(); ++i) {
-      const auto& [x_m, y_m, z_m, radius_m] = spheres[i];
-      proto::SphereRecord& record = grid_.records()[i];
-      const proto::SphereState snapshot{{x_m, y_m, z_m}, {}};
-      collision::fill_history(record, snapshot);
-      record.radius_m = radius_m;
-    }
+    write_records(spheres, grid_.records());
     grid_.enter(collision::history_bounds(grid_.records()), publication::StaticScene{}.voxel_ratio);
     view_ = grid_.view();
   }
@@ -154,6 +189,7 @@ void add_method(const std::string& name) {
 }
 
 int program_main(int argc, char** argv) {
+  add_method<OurLists>("lists");
   add_method<OurGrid>("grid");
   add_method<BulletTree>("Bullet_dbvt");
   add_method<NanoflannTree>("nanoflann");

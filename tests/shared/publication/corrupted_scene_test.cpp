@@ -104,6 +104,19 @@ TEST_CASE("A fixed part that leads outside the segment is refused", "[corrupted_
   CHECK(is_refused([](auto& scene) { scene.static_grid.levels[0].voxel_m = kNaN; }));
 }
 
+TEST_CASE("Touch lists that lead outside the segment are refused", "[corrupted_scene]") {
+  CHECK(is_refused([](auto& scene) { scene.touch_lists.offset += 64; }));
+  CHECK(is_refused([](auto& scene) { scene.touch_lists.offset = UINT64_MAX - 63; }));
+  CHECK(is_refused([](auto& scene) { scene.touch_lists.cell_count = 0xFFFFFFFF; }));
+  CHECK(is_refused([](auto& scene) { scene.touch_lists.entry_count = 0xFFFFFFFF; }));
+  CHECK(is_refused([](auto& scene) { scene.touch_lists.entry_count += 4096; }));
+  CHECK(is_refused([](auto& scene) { scene.touch_lists.probe_radius_m = kNaN; }));
+  CHECK(is_refused([](auto& scene) { scene.touch_lists.level_count = 0xFFFFFFFF; }));
+  CHECK(is_refused([](auto& scene) { scene.touch_lists.levels[0].cells[0] = 0xFFFFFFFF; }));
+  CHECK(is_refused([](auto& scene) { scene.touch_lists.levels[0].first_cell = 0xFFFFFFFF; }));
+  CHECK(is_refused([](auto& scene) { scene.touch_lists.levels[0].voxel_m = kNaN; }));
+}
+
 TEST_CASE("A first slot that overlaps the fixed part is refused", "[corrupted_scene]") {
   CHECK(refusal_when([](auto&, proto::SegmentHeader& header) {
           header.slot_offset[0] = sizeof(proto::SegmentHeader);

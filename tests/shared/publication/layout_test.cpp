@@ -71,7 +71,17 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(proto::SceneHeader, tool) == 3112);
   CHECK(offsetof(proto::SceneHeader, field_count) == 3368);
   CHECK(offsetof(proto::SceneHeader, fields) == 3376);
-  CHECK(sizeof(proto::SceneHeader) == 12080);
+  CHECK(sizeof(proto::SceneHeader) == 12488);
+  CHECK(offsetof(proto::SceneHeader, touch_lists) == 12080);
+  CHECK(offsetof(proto::TouchShape, cell_count) == 8);
+  CHECK(offsetof(proto::TouchShape, entry_count) == 12);
+  CHECK(offsetof(proto::TouchShape, probe_radius_m) == 16);
+  CHECK(offsetof(proto::TouchShape, level_count) == 20);
+  CHECK(offsetof(proto::TouchShape, levels) == 24);
+  CHECK(sizeof(proto::TouchShape) == 408);
+  CHECK(offsetof(proto::TouchLabel, material) == 4);
+  CHECK(offsetof(proto::TouchLabel, body) == 8);
+  CHECK(sizeof(proto::TouchLabel) == 16);
 
   CHECK(offsetof(proto::SnapshotHeader, history_count) == 8);
   CHECK(offsetof(proto::SnapshotHeader, state_time_ns) == 16);
@@ -155,7 +165,7 @@ TEST_CASE("A tool segment is one page with its slots at 448 and 1088", "[layout]
   CHECK(writer.header().payload_bytes == 576);
 }
 
-TEST_CASE("A scene segment is its header, its static grid and two slots", "[layout]") {
+TEST_CASE("A scene segment is its header, its static spheres twice and two slots", "[layout]") {
   const TestSession session;
   SmallSceneWriter scene(session);
   const proto::SegmentHeader& header = scene.writer().header();
@@ -164,14 +174,18 @@ TEST_CASE("A scene segment is its header, its static grid and two slots", "[layo
   const std::size_t static_bytes = 128 * 10 + 2432 + 16 * 13 + 4 * 10;
   const std::size_t grid_bytes = 1536 + 128 * 7 + 2304 + 16 * 10 + (4 * 7 + 4);
   const std::size_t payload_bytes = (grid_bytes + 63) / 64 * 64 + 144 * 7;
-  const std::size_t first_slot = (12544 + static_bytes + 63) / 64 * 64;
+  const proto::TouchShape& lists = scene.writer().scene().touch_lists;
+  CHECK(lists.offset == (12992 + static_bytes + 63) / 64 * 64);
+  const std::size_t list_bytes =
+      (std::size_t{lists.cell_count} * 4 + 4 + 63) / 64 * 64 + std::size_t{lists.entry_count} * 32;
+  const std::size_t first_slot = (lists.offset + list_bytes + 63) / 64 * 64;
   CHECK(header.slot_offset[0] == first_slot);
   CHECK(header.slot_offset[1] == first_slot + 64 + (payload_bytes + 63) / 64 * 64);
   CHECK(header.payload_bytes == payload_bytes);
   CHECK(header.size_bytes % 4096 == 0);
 }
 
-TEST_CASE("Fields stand behind the static grid, and their records behind the responses",
+TEST_CASE("Fields stand behind the touch lists, and their records behind the responses",
           "[layout]") {
   const TestSession session;
   const StaticScene scene = field_scene();
@@ -180,7 +194,11 @@ TEST_CASE("Fields stand behind the static grid, and their records behind the res
 
   const std::size_t static_bytes = 128 * 10 + 2432 + 16 * 13 + 4 * 10;
   const PublishedField &ball = scene.fields[0], &slab = scene.fields[1];
-  const std::size_t first = to_line(12544 + static_bytes),
+  const proto::TouchShape& lists = writer.scene().touch_lists;
+  CHECK(lists.offset == to_line(12992 + static_bytes));
+  const std::size_t list_bytes =
+      to_line(std::size_t{lists.cell_count} * 4 + 4) + std::size_t{lists.entry_count} * 32;
+  const std::size_t first = to_line(lists.offset + list_bytes),
                     second = to_line(first + ball.field->bytes());
   CHECK(writer.scene().fields[0].offset == first);
   CHECK(writer.scene().fields[1].offset == second);

@@ -94,6 +94,18 @@ TEST_CASE("Both sides find the same static spheres", "[scene_segment]") {
   CHECK(view.static_grid().shape.sphere_count == 10);
   CHECK(found_in(view.static_grid()).size() >= 4);
   CHECK(found_in(view.static_grid()) == found_in(writer.writer().static_grid()));
+
+  std::vector<std::uint32_t> touched;
+  const float probe_radius_m = view.touch_lists().probe_radius_m();
+  CHECK(probe_radius_m == touch_probe_radius_m(0.005F));
+  view.touch_lists().for_each_touch({{0.035F, 0.0F, -0.05F}, probe_radius_m}, collision::kAllVisits,
+                                    [&](const collision::TouchEntry& entry) {
+                                      touched.push_back(entry.label.number);
+                                      CHECK(entry.label.body == 6);
+                                      CHECK(entry.label.material == 1);
+                                      CHECK(entry.radius_m == 0.008F);
+                                    });
+  CHECK(touched == std::vector<std::uint32_t>{3, 4});  // 5 mm off, of radius 8 mm, by 5.6 mm
 }
 
 TEST_CASE("Before the first snapshot there is none to read", "[scene_segment]") {

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "shared/rendering/touched_spheres.hpp"
+
+namespace stillgrid::rendering {
+
+/// A ball that the tool sphere did not leave since the tick before, seen by what is displayed up
+/// to room_m from where its cover is. Realtime: yes.
+[[nodiscard]] collision::SweptBound bound_tool_sweep(const PlacedToolSphere& probe,
+                                                     double room_m) noexcept;
+
+/// The line from the sphere to the tool when they were closest, if they moved far past one another
+/// and touched only on the way: before_m and now_m lead from the sphere to the tool, in the tick
+/// before and now. Realtime: yes.
+[[nodiscard]] std::optional<Eigen::Vector3d> closest_line_m(const Eigen::Vector3d& before_m,
+                                                            const Eigen::Vector3d& now_m,
+                                                            double contact_distance_m,
+                                                            double tool_radius_m) noexcept;
+
+}  // namespace stillgrid::rendering

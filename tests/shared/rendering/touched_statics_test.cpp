@@ -1,0 +1,97 @@
+#include "shared/rendering/touched_statics.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
+#include <tuple>
+
+#include "shared/rendering/placed_tool.hpp"
+#include "tests/shared/rendering/scene_fixture.hpp"
+
+namespace stillgrid::rendering {
+namespace {
+
+/// What is told of a touched sphere, in an order of its own.
+auto told(const TouchedSphere& sphere) {
+  const auto numbers = [](const Eigen::Vector3d& v) { return std::tuple(v.x(), v.y(), v.z()); };
+  return std::tuple(sphere.tool_sphere, sphere.number, sphere.body, sphere.material, sphere.swept,
+                    sphere.radius_m, sphere.presence, numbers(sphere.position_m),
+                    numbers(sphere.seen_m), numbers(sphere.base_m), numbers(sphere.velocity_m_s));
+}
+
+auto all_told(const TouchedSpheres& touched) {
+  std::vector<decltype(told(touched.spheres[0]))> spheres;
+  for (const TouchedSphere& sphere : touched.all()) spheres.push_back(told(sphere));
+  std::sort(spheres.begin(), spheres.end());
+  return spheres;
+}
+
+/// A scene of `count` static spheres whose radii span two decades, and a tool of unlike spheres.
+publication::StaticScene scattered(std::mt19937_64& random, std::size_t count, float origin_m) {
+  std::uniform_real_distribution<float> place_m(-0.05F, 0.05F), decade(-3.5F, -1.5F);
+  publication::StaticScene scene = plain_scene(500.0F, 0.005F);
+  scene.tool.push_back({{0.004F, -0.003F, 0.01F}, 0.0021F});
+  for (std::size_t i = 0; i < count; ++i) {
+    scene.spheres.push_back(collision::static_sphere(
+        {origin_m + place_m(random), origin_m + place_m(random), origin_m + place_m(random)},
+        std::pow(10.0F, decade(random))));
+    scene.spheres.back().body = static_cast<std::uint32_t>(i / 5);
+  }
+  scene.spheres.front().newest.position_m = {NAN, NAN, NAN};
+  return scene;
+}
+
+TEST_CASE("Static spheres are those that trying the grid's finds, at any speed of the tool",
+          "[touched_statics]") {
+  const float origin_m = GENERATE(0.0F, -3.0F, 200.0F);
+  std::size_t touched_in_all = 0, swept = 0, beyond = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    std::mt19937_64 random(seed);
+    const PublishedScene scene(scattered(random, 40 + 20 * seed, origin_m), {}, 33'000'000);
+    const publication::SceneView& view = scene.view();
+    std::normal_distribution<double> way;
+    std::uniform_real_distribution<double> place_m(-0.05, 0.05), decade(-5.0, -1.3);
+    for (int i = 0; i < 400; ++i) {
+      ToolSpheres spheres;
+      ToolPose pose;
+      pose.position_m = Eigen::Vector3d(place_m(random), place_m(random), place_m(random)).array() +
+                        double{origin_m};
+      const auto tool = place_tool(view.scene(), pose, spheres);
+      const double step_length_m = i % 4 == 0 ? 0.0 : std::pow(10.0, decade(random));
+      const Eigen::Vector3d step_m =
+          step_length_m * Eigen::Vector3d(way(random), way(random), way(random)).normalized();
+      for (PlacedToolSphere& sphere : tool) sphere.before_m -= step_m;
+      TouchedSpheres listed, expected;
+      gather_statics(view.touch_lists(), view.static_grid(), tool, listed);
+      gather_touched(view.static_grid(), held_snapshot(0), tool, expected);
+      if (all_told(listed) != all_told(expected))
+        FAIL("seed " << seed << ": " << listed.count << " spheres, expected " << expected.count);
+      touched_in_all += listed.count;
+      swept += listed.has_swept() ? 1U : 0U;
+      beyond += step_m.norm() > 0.01 ? 1U : 0U;
+      CHECK(std::all_of(listed.all().begin(), listed.all().end(),
+                        [](const TouchedSphere& sphere) { return sphere.is_static; }));
+    }
+  }
+  CHECK(touched_in_all > 10000);
+  CHECK(swept > 100);
+  CHECK(beyond > 100);
+}
+
+TEST_CASE("More static spheres than a tick may keep are told to be more", "[touched_statics]") {
+  publication::StaticScene fixed = plain_scene(500.0F, 0.005F);
+  for (int i = 0; i < 700; ++i)
+    fixed.spheres.push_back(
+        collision::static_sphere({1e-6F * static_cast<float>(i), 0.0F, 0.0F}, 0.01F));
+  const PublishedScene scene(fixed, {}, 33'000'000);
+  ToolSpheres spheres;
+  TouchedSpheres touched;
+  gather_statics(scene.view().touch_lists(), scene.view().static_grid(),
+                 place_tool(scene.view().scene(), {}, spheres), touched);
+  CHECK(touched.count == TouchedSpheres::kCapacity);
+  CHECK(touched.truncated);
+}
+
+}  // namespace
+}  // namespace stillgrid::rendering
