@@ -67,14 +67,14 @@ void step(benchmark::State& state, Ground ground, const scene::IntegratorKind& i
 }
 
 using scene::IntegratorKind;
-BENCHMARK_CAPTURE(step, balls_on_plane _explicit, Ground::kPlane, IntegratorKind::kVelocityVerlet);
-BENCHMARK_CAPTURE(step, balls_on_spheres _explicit, Ground::kSpheres,
+BENCHMARK_CAPTURE(step, balls_on_plane_explicit, Ground::kPlane, IntegratorKind::kVelocityVerlet);
+BENCHMARK_CAPTURE(step, balls_on_spheres_explicit, Ground::kSpheres,
                   IntegratorKind::kVelocityVerlet);
-BENCHMARK_CAPTURE(step, balls_on_field _explicit, Ground::kField, IntegratorKind::kVelocityVerlet);
-BENCHMARK_CAPTURE(step, balls_on_plane _implicit, Ground::kPlane, IntegratorKind::kImplicitEuler);
-BENCHMARK_CAPTURE(step, balls_on_spheres _implicit, Ground::kSpheres,
+BENCHMARK_CAPTURE(step, balls_on_field_explicit, Ground::kField, IntegratorKind::kVelocityVerlet);
+BENCHMARK_CAPTURE(step, balls_on_plane_implicit, Ground::kPlane, IntegratorKind::kImplicitEuler);
+BENCHMARK_CAPTURE(step, balls_on_spheres_implicit, Ground::kSpheres,
                   IntegratorKind::kImplicitEuler);
-BENCHMARK_CAPTURE(step, balls_on_field _implicit, Ground::kField, IntegratorKind::kImplicitEuler);
+BENCHMARK_CAPTURE(step, balls_on_field_implicit, Ground::kField, IntegratorKind::kImplicitEuler);
 
 }  // namespace
 }  // namespace stillgrid::performance
