@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <exception>
 #include <limits>
+#include <map>
 #include <new>
 #include <stdexcept>
 #include <utility>
@@ -162,17 +163,17 @@ class FieldsOfScene {
 
   void make_one(BodyDescription& body, RigidMeshBody& mesh) {
     const AskedField& asked = *mesh.asked_field;
-    const double cell_m =
-        asked.is_choice ? double{mesh.field->shape().brick_m} / proto::kBrickCells : *asked.cell_m;
     double time_s = 0.0;
-    mesh.field = made_or_kept(mesh, fineness(asked, cell_m), notes_, time_s);
+    // What was chosen was made then, unless something larger may meet it now.
+    if (!mesh.field || chosen_at_m_[&mesh] != margin_m_)
+      mesh.field = made_or_kept(mesh, fineness(asked, *asked.cell_m), notes_, time_s);
     if (body.motion != Motion::kStatic)
       mesh.balls = fields::surface_points(mesh.surface, kMaxPoints);
     notes_.push_back(note_of(body, mesh, time_s));
   }
 
   void choose(BodyDescription& body, RigidMeshBody& mesh) {
-    const AskedField& asked = *mesh.asked_field;
+    AskedField& asked = *mesh.asked_field;
     const bool moves = body.motion != Motion::kStatic;
     fields::ContactNeed need{.tool_radius_m = scene_.least_tool_radius_m,
                              .press_depth_m = kPress * scene_.least_tool_radius_m,
@@ -193,6 +194,8 @@ class FieldsOfScene {
     const auto chosen =
         std::find_if(mesh.trials.begin(), mesh.trials.end(),
                      [](const fields::ContactTrial& trial) { return trial.refusal.empty(); });
+    if (mesh.field) asked.cell_m = chosen->size_m;
+    chosen_at_m_[&mesh] = margin_m_;
     std::array<char, 100> error{};
     std::snprintf(error.data(), error.size(), ": the force errs by %.2f JND; --explain tells why",
                   chosen->error_share / rendering::kJustNoticeable);
@@ -209,6 +212,7 @@ class FieldsOfScene {
   const std::string& file_;
   std::vector<std::string>& notes_;
   double margin_m_;
+  std::map<const RigidMeshBody*, double> chosen_at_m_;  // margins
 };
 
 }  // namespace
