@@ -210,14 +210,14 @@ void MovingSpheres::make_bounds(std::span<const collision::SweptBound> balls) {
   const float rebuild_interval = static_cast<float>(rebuild_interval_);
   const float per_step = 1.0F / static_cast<float>(std::max(1, steps_));
   const float ahead = entered_count_ == 0 ? 0.0F : 0.5F * rebuild_interval * lead_;
-  longest_m_ = 0.0F;
+  float longest_m = 0.0F;
   for (std::size_t i = 0; i < balls.size(); ++i) {
     const auto& [position_m, radius_m] = balls[i];
     collision::SweptBound& swept_bound = swept_bounds_[i];
     swept_bound = balls[i];
     if (rebuild_interval_ == 1) {
       swept_bound.bounding_radius_m *= 1.0F + kBoundSlack;
-      longest_m_ = std::max(longest_m_, swept_bound.bounding_radius_m);
+      longest_m = std::max(longest_m, swept_bound.bounding_radius_m);
       continue;
     }
     Eigen::Vector3f ahead_m = ahead * move_m(entered_[i], balls[i], per_step);
@@ -228,8 +228,9 @@ void MovingSpheres::make_bounds(std::span<const collision::SweptBound> balls) {
         std::max(kLeastRoom * radius_m, kErrorRoom * rebuild_interval * error_m_), radius_m);
     swept_bound.bounding_radius_m =
         needed_radius_m(swept_bound.centre_m, position_m, radius_m + room_m);
-    longest_m_ = std::max(longest_m_, swept_bound.bounding_radius_m);
+    longest_m = std::max(longest_m, swept_bound.bounding_radius_m);
   }
+  longest_m_ = longest_m;
 }
 
 /// Enters the swept bounds, in levels of several octaves unless those hold too many.
