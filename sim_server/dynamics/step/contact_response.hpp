@@ -49,6 +49,7 @@ class ContactResponse {
   [[nodiscard]] std::span<const proto::ResponseMode> modes() const noexcept { return modes_; }
   /// Rigid bodies that are touched.
   [[nodiscard]] std::span<const proto::TurningBody> turning() const noexcept { return turning_; }
+  [[nodiscard]] std::span<proto::TurningBody> turning() noexcept { return turning_; }
   /// How the sphere's centre moves in each mode. Pre: the system is placed as in find().
   [[nodiscard]] proto::SphereResponse response_of(const MechanicalSystem& system,
                                                   const bodies::SphereBinding& sphere) const;

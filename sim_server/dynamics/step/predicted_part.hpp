@@ -29,6 +29,10 @@ class PredictedPart {
   /// Its spheres, of World::spheres, ascending.
   [[nodiscard]] std::span<const std::uint32_t> spheres() const noexcept { return spheres_; }
   [[nodiscard]] const bodies::World& world() const noexcept { return is_whole_ ? *whole_ : part_; }
+  /// The number in the scene of a body of world().
+  [[nodiscard]] std::uint32_t scene_body(std::uint32_t body) const {
+    return is_whole_ ? body : chosen_[body].first;
+  }
   /// Contacts of these spheres, by their numbers in world().
   [[nodiscard]] std::span<const contact::Contact> renumbered(
       std::span<const contact::Contact> contacts);

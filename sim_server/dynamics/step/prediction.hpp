@@ -42,6 +42,9 @@ class Prediction {
   }
   /// As World::fields; of those that do not move nothing.
   [[nodiscard]] std::span<const bodies::FieldPrediction> fields() const noexcept { return fields_; }
+  /// Those of snapshot(), by the body's number in the world that was looked at: the owner's to
+  /// write where the scene has another.
+  [[nodiscard]] std::span<proto::TurningBody> turning() noexcept { return response_.turning(); }
   /// Lasts until the next look().
   [[nodiscard]] const publication::SnapshotPrediction& snapshot() const noexcept {
     return snapshot_;

@@ -441,6 +441,8 @@ publication::SnapshotPrediction Simulation::predict_next(double step_s, const Bu
   prediction_->look(predicted_part_.world(),
                     predicted_part_.renumbered(predicted_contacts_.contacts()), step_s, kept,
                     budget, hand);
+  for (proto::TurningBody& turning : prediction_->turning())
+    turning.body = predicted_part_.scene_body(turning.body);
   snapshot_.take_predictions(predicted_part_.spheres(), prediction_->spheres(),
                              proto::kPredictionPeriods * step_s, proto::kLongestPredictionLag_s,
                              detection_.spheres());

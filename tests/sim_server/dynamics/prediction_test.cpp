@@ -384,6 +384,21 @@ TEST_CASE("Of a large scene what is near the tool is predicted as it would be al
   CHECK((far_m - vector(bound.centre_m)).norm() + 0.01 <= double{bound.bounding_radius_m});
 }
 
+TEST_CASE("Of a large scene a body that turns is told by its number in the scene", "[prediction]") {
+  std::vector<bodies::BodyDescription> all;
+  for (int i = 0; i < 1700; ++i)
+    all.push_back(sim_server::sphere({1.0 + 0.03 * (i % 50), 0.03 * (i / 50), 0}, 0.01, 0.1));
+  all.push_back(sim_server::sphere({0.0385, 0, 0}, 0.01, 0.1));
+  all.push_back(sim_server::sphere({0.019, 0, 0}, 0.01, 0.1));
+  Simulation simulation(touched_scene(all));
+  step_with_tool(simulation, 0.0);
+
+  const publication::SnapshotPrediction prediction = simulation.predict_next(kStep_s);
+
+  REQUIRE(prediction.turning.size() == 1);
+  CHECK(prediction.turning[0].body == 1701);
+}
+
 TEST_CASE("Without time to look ahead a body moves on at its velocity and is not compliant",
           "[prediction]") {
   Simulation simulation(touched_scene({sim_server::sphere({0.019, 0, 0}, 0.01, 0.1)}));
