@@ -85,8 +85,8 @@ ContactModel even_model(const ModelledMesh& of, double spacing_m) {
 ContactModel blob_model(const ModelledMesh& of, double tolerance_m) {
   const auto targets =
       distance_targets(spheres::sample_surface(of.mesh, kTargets), *of.distance, of.tool_radius_m);
-  const auto blobs = std::make_shared<const BlobBody>(laboratory::fit_blobs(
-      spheres::decompose(of.mesh, tolerance_m).balls, targets, of.tool_radius_m));
+  const auto blobs = std::make_shared<const BlobBody>(
+      fit_blobs(spheres::decompose(of.mesh, tolerance_m).balls, targets, of.tool_radius_m));
   const double bytes =
       static_cast<double>(blobs->balls.size() * sizeof(spheres::Ball) +
                           4 * (blobs->grid.starts.size() + blobs->grid.entries.size()));
