@@ -9,7 +9,9 @@
 #include <stdexcept>
 
 #include "shared/collision/voxel_grid.hpp"
+#include "sim_server/fields/field_force.hpp"
 #include "sim_server/spheres/decomposition.hpp"
+#include "sim_server/spheres/felt_error.hpp"
 #include "sim_server/spheres/sampling.hpp"
 
 namespace stillgrid::fields {
@@ -37,11 +39,11 @@ struct Made {
 
 class Choosing {
  public:
-  Choosing(const mesh::TriangleMesh& closed, const ContactNeed& need)
-      : mesh_(closed), need_(need), distance_(closed) {
+  Choosing(const mesh::TriangleMesh& closed, const ContactNeed& need) : mesh_(closed), need_(need) {
     std::array<double, kDepths.size()> depths_m{};
     for (std::size_t i = 0; i < depths_m.size(); ++i) depths_m[i] = kDepths[i] * need.press_depth_m;
-    places_ = press_everywhere(closed, distance_, kSamples, need.tool_radius_m, depths_m);
+    const mesh::MeshDistance distance(closed);
+    places_ = spheres::press_everywhere(closed, distance, kSamples, need.tool_radius_m, depths_m);
     if (places_.tool_m.empty())
       throw std::invalid_argument("no place that the tool's sphere can reach");
     for (const Eigen::Vector3d& vertex_m : closed.vertices_m) box_m_.extend(vertex_m);
@@ -81,12 +83,9 @@ class Choosing {
       const collision::FieldView view = made.field->view();
       made.trial.parts = made.field->shape().fine_count;
       made.trial.bytes = static_cast<double>(made.field->bytes());
-      made.trial.error_share =
-          force_error_share(places_, [&](const Eigen::Vector3d& tool_m) -> Eigen::Vector3d {
-            const auto contact = collision::field_contact(view, tool_m, need_.tool_radius_m);
-            if (!contact || contact->depth_m <= 0.0) return Eigen::Vector3d::Zero();
-            return contact->stiffness_scale * contact->depth_m * contact->normal;
-          });
+      made.trial.error_share = spheres::unscaled_error(places_, [&](const Eigen::Vector3d& tool_m) {
+                                 return unit_force_m(view, tool_m, need_.tool_radius_m);
+                               }).share;
       made.trial.tick_ns = predicted_tick_ns_of_field();
       price(made.trial, static_cast<double>(need_.points));
       made_.push_back(std::move(made));
@@ -110,8 +109,9 @@ class Choosing {
         break;
     for (const double part : kSpacings) {
       const double spacing_m = diagonal_m / part;
-      if (!try_balls({.model = ContactModel::kEvenSpheres, .size_m = spacing_m},
-                     spheres::surface_balls(mesh_, spacing_m, spacing_m)))
+      std::vector<spheres::Ball> even = spheres::firm_surface_balls_if_any(mesh_, spacing_m);
+      if (even.empty()) continue;
+      if (!try_balls({.model = ContactModel::kEvenSpheres, .size_m = spacing_m}, std::move(even)))
         break;
     }
   }
@@ -119,32 +119,27 @@ class Choosing {
   /// Whether finer ones of the kind may still be the cheapest.
   bool try_balls(ContactTrial trial, std::vector<spheres::Ball> balls) {
     const spheres::BallBody body = spheres::make_ball_body(balls, need_.tool_radius_m);
-    double touched = 0.0, both_m2 = 0.0, own_m2 = 0.0;
-    for (std::size_t i = 0; i < places_.tool_m.size(); ++i) {
-      const Eigen::Vector3d& tool_m = places_.tool_m[i];
+    double touched = 0.0;
+    for (const Eigen::Vector3d& tool_m : places_.tool_m)
       for (const std::uint32_t ball : spheres::balls_near(body.grid, tool_m))
         touched +=
             (balls[ball].centre_m - tool_m).norm() < balls[ball].radius_m + need_.tool_radius_m
                 ? 1.0
                 : 0.0;
-      const Eigen::Vector3d force_m = spheres::unit_force_m(body, tool_m);
-      both_m2 += force_m.dot(places_.force_m[i]);
-      own_m2 += force_m.squaredNorm();
-    }
     trial.parts = balls.size();
     trial.bytes = 8.0 * static_cast<double>(collision::grid_layout(0, balls.size()).total_words);
     trial.tick_ns = predicted_tick_ns_of_spheres(
         static_cast<double>(balls.size()), touched / static_cast<double>(places_.tool_m.size()));
     price(trial, static_cast<double>(balls.size()));
-    const double scale = own_m2 > 0.0 ? both_m2 / own_m2 : 0.0;
-    trial.error_share =
-        force_error_share(places_, [&](const Eigen::Vector3d& tool_m) -> Eigen::Vector3d {
-          return scale * spheres::unit_force_m(body, tool_m);
-        });
+    const spheres::FeltError error = spheres::felt_error(
+        places_,
+        [&](const Eigen::Vector3d& tool_m) { return spheres::unit_force_m(body, tool_m); });
+    trial.error_share = error.share;
     const bool goes_on = trial.cost_ns < least_cost_ns();
     // What does not push at all is no model, however much may err.
-    if (scale > 0.0)
-      made_.push_back({.trial = trial, .balls = std::move(balls), .stiffness_scale = scale});
+    if (error.stiffness_scale > 0.0)
+      made_.push_back(
+          {.trial = trial, .balls = std::move(balls), .stiffness_scale = error.stiffness_scale});
     return goes_on;
   }
 
@@ -173,8 +168,7 @@ class Choosing {
 
   const mesh::TriangleMesh& mesh_;
   const ContactNeed& need_;
-  mesh::MeshDistance distance_;
-  PressedPlaces places_;
+  spheres::ExactForces places_;
   Eigen::AlignedBox3d box_m_;
   std::vector<Made> made_;
 };

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "shared/collision/distance_field.hpp"
-#include "sim_server/fields/mesh_force.hpp"
+#include "sim_server/mesh/triangle_mesh.hpp"
 #include "sim_server/spheres/ball.hpp"
 
 namespace stillgrid::fields {
@@ -51,9 +51,10 @@ struct ContactNeed {
 };
 
 /// Of a tick in contact whose caches are cold, and of a step: counted, so that the same scene is
-/// answered alike on every machine. The constants are medians of contact_model_figures, right
-/// within a quarter on one machine of 2024 and to a factor of two elsewhere (docs/algorithms/
-/// distance_fields.md).
+/// answered alike on every machine. A tick's constants are fitted to the times with flushed caches
+/// of contact_model_figures on one machine, which they meet to 35 %
+/// (docs/algorithms/distance_fields.md); elsewhere they only say which is cheaper. A step's is an
+/// estimate.
 [[nodiscard]] double predicted_tick_ns_of_field() noexcept;
 /// spheres: of the body, 1 at least; touched: those that the tool overlaps, on average.
 [[nodiscard]] double predicted_tick_ns_of_spheres(double spheres, double touched) noexcept;

@@ -1,8 +1,8 @@
 #include "sim_server/spheres/feel_search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -41,7 +41,7 @@ class FeelSearch {
     for (double spacing_m = kFirstSpacing * solid_.size_m;; spacing_m *= kNextSpacing) {
       realtime::throw_if_stopped();
       if (expected(spacing_m) > static_cast<double>(most_balls_)) return levels_;
-      std::vector<Ball> even = even_balls(spacing_m);
+      std::vector<Ball> even = firm_surface_balls_if_any(solid_.mesh, spacing_m);
       if (even.empty() || even.size() <= levels_.back().balls.size()) continue;
       if (even.size() > most_balls_ || add(std::move(even), true, spacing_m)) return levels_;
     }
@@ -53,14 +53,6 @@ class FeelSearch {
     return 0.2 * mesh::surface_area_m2(solid_.mesh) / (spacing_m * spacing_m);
   }
 
-  [[nodiscard]] std::vector<Ball> even_balls(double spacing_m) const {
-    try {
-      return firm_surface_balls(solid_.mesh, spacing_m);
-    } catch (const std::invalid_argument&) {
-      return {};  // none fits yet
-    }
-  }
-
   /// Fits them and adds them; whether they are near enough.
   bool add(std::vector<Ball> balls, bool is_even, double fineness_m) {
     constexpr std::size_t kPlacesABall = 5, kLeastPlaces = 1000;
@@ -68,13 +60,10 @@ class FeelSearch {
       progress_(
           ("fit of " + std::to_string(balls.size())).c_str(),
           std::min(1.0, static_cast<double>(balls.size()) / static_cast<double>(most_balls_)));
-    const SurfaceSamples places =
-        reachable_samples(sample_surface(solid_.mesh, kLeastPlaces + kPlacesABall * balls.size()),
-                          solid_.distance, press_.tool_radius_m, press_.depth_m);
-    if (!places.points_m.empty())
-      balls = fit_force(balls,
-                        exact_forces(places, solid_.distance, press_.tool_radius_m, press_.depth_m),
-                        press_.tool_radius_m);
+    const ExactForces exact =
+        press_everywhere(solid_.mesh, solid_.distance, kLeastPlaces + kPlacesABall * balls.size(),
+                         press_.tool_radius_m, std::array{press_.depth_m});
+    if (!exact.tool_m.empty()) balls = fit_force(balls, exact, press_.tool_radius_m);
     const BallBody body = make_ball_body(balls, press_.tool_radius_m);
     const FeltError error = felt_error(
         exact_, [&](const Eigen::Vector3d& tool_m) { return unit_force_m(body, tool_m); });

@@ -34,7 +34,7 @@ std::vector<Eigen::Vector3d> press(const SurfaceSamples& surface, double tool_ra
                                    double depth_m, const UnitForce& force) {
   std::vector<Eigen::Vector3d> forces_m(surface.points_m.size());
   for (std::size_t i = 0; i < forces_m.size(); ++i)
-    forces_m[i] = force(surface.points_m[i] + (tool_radius_m - depth_m) * surface.normals[i]);
+    forces_m[i] = force(pressed_tool_m(surface, i, tool_radius_m, depth_m));
   return forces_m;
 }
 

@@ -119,6 +119,14 @@ std::vector<Ball> firm_surface_balls(const mesh::TriangleMesh& closed, double sp
                         });
 }
 
+std::vector<Ball> firm_surface_balls_if_any(const mesh::TriangleMesh& closed, double spacing_m) {
+  try {
+    return firm_surface_balls(closed, spacing_m);
+  } catch (const std::invalid_argument&) {
+    return {};
+  }
+}
+
 std::vector<Ball> volume_balls(const mesh::TriangleMesh& closed, double spacing_m,
                                double radius_m) {
   Eigen::Vector3d low = closed.vertices_m.front(), high = low;

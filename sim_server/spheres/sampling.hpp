@@ -42,6 +42,11 @@ inline constexpr double kMaxSampledBalls = 2e5;
 [[nodiscard]] std::vector<Ball> firm_surface_balls(const mesh::TriangleMesh& closed,
                                                    double spacing_m);
 
+/// firm_surface_balls(), or none where that throws: none fits under a part thinner than a tenth of
+/// the spacing, finer ones may.
+[[nodiscard]] std::vector<Ball> firm_surface_balls_if_any(const mesh::TriangleMesh& closed,
+                                                          double spacing_m);
+
 /// volume_balls() of kVolumeRadius spacings that cannot be pushed through, as firm_surface_balls():
 /// those deeper inside grow to kFirmGrowth of their depth, so that the inner ones outweigh the
 /// outer. Throws and Pre: as volume_balls().

@@ -23,6 +23,10 @@ struct SurfaceSamples {
 /// Pre: the mesh has an area, count > 0.
 [[nodiscard]] SurfaceSamples sample_surface(const mesh::TriangleMesh& mesh, std::size_t count);
 
+/// Centre of a tool sphere that is pressed so deep along sample i's normal.
+[[nodiscard]] Eigen::Vector3d pressed_tool_m(const SurfaceSamples& surface, std::size_t i,
+                                             double tool_radius_m, double press_depth_m);
+
 /// Those samples at which a tool sphere can be pressed press_depth_m deep without being a tenth of
 /// that deeper elsewhere: not those in creases narrower than the tool.
 /// Pre: the samples are of that mesh, 0 < press_depth_m.

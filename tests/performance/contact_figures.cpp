@@ -4,11 +4,12 @@
 #include <cstdio>
 
 #include "shared/tools/laboratory/rivals/penetration_volume.hpp"
+#include "sim_server/fields/field_force.hpp"
 #include "sim_server/fields/mesh_field.hpp"
-#include "sim_server/fields/mesh_force.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
 #include "sim_server/mesh/mesh_repair.hpp"
 #include "sim_server/spheres/decomposition.hpp"
+#include "sim_server/spheres/felt_error.hpp"
 #include "sim_server/spheres/sampling.hpp"
 #include "tests/performance/blob_fit.hpp"
 #include "tests/sim_server/spheres/recorded_contact.hpp"
@@ -39,17 +40,14 @@ void compare(const std::filesystem::path& data) {
   std::printf("model,step_mm,balls,error_mm,demonstration,in_contact,mean_cosine,correlation\n");
 
   print_agreement("nearest point", 0.0, 0, 0.0, demonstrations, [&](const Eigen::Vector3d& tool_m) {
-    return fields::exact_force_m(distance, tool_m, spheres::kRecordedTool_m);
+    return spheres::exact_force_m(distance, tool_m, spheres::kRecordedTool_m);
   });
   for (const double cell_m : {0.008, 0.004, 0.002, 0.001}) {
     const collision::DistanceField field =
         fields::make_mesh_field(mesh, {cell_m, spheres::kRecordedTool_m, 0.01});
     print_agreement("field", cell_m, field.shape().fine_count, 0.0, demonstrations,
-                    [&](const Eigen::Vector3d& tool_m) -> Eigen::Vector3d {
-                      const auto contact =
-                          collision::field_contact(field.view(), tool_m, spheres::kRecordedTool_m);
-                      if (!contact || contact->depth_m <= 0.0) return Eigen::Vector3d::Zero();
-                      return contact->stiffness_scale * contact->depth_m * contact->normal;
+                    [&](const Eigen::Vector3d& tool_m) {
+                      return fields::unit_force_m(field.view(), tool_m, spheres::kRecordedTool_m);
                     });
   }
   // Everywhere in contact, pushed along the normal of whichever face is nearest.

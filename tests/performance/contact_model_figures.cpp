@@ -12,9 +12,9 @@
 #include "shared/rendering/force_error.hpp"
 #include "sim_server/fields/contact_choice.hpp"
 #include "sim_server/fields/mesh_field.hpp"
-#include "sim_server/fields/mesh_force.hpp"
 #include "sim_server/mesh/mesh_file.hpp"
 #include "sim_server/mesh/mesh_repair.hpp"
+#include "sim_server/spheres/felt_error.hpp"
 #include "tests/performance/contact_models.hpp"
 #include "tests/performance/drawn_tool.hpp"
 #include "tests/sim_server/spheres/recorded_contact.hpp"
@@ -57,30 +57,11 @@ std::vector<std::function<ContactModel()>> models_of(const ModelledMesh& of, boo
   return made;
 }
 
-double mean_touched(const ContactModel& model, const fields::PressedPlaces& places) {
+double mean_touched(const ContactModel& model, const spheres::ExactForces& places) {
   double sum = 0.0;
   for (const Eigen::Vector3d& tool_m : places.tool_m)
     sum += model.touched ? model.touched(tool_m) : 0.0;
   return sum / static_cast<double>(places.tool_m.size());
-}
-
-/// The one stiffness over the material's with which a model errs least.
-double best_scale(const fields::PressedPlaces& places, const ContactModel& model) {
-  double both_m2 = 0.0, own_m2 = 0.0;
-  for (std::size_t i = 0; i < places.tool_m.size(); ++i) {
-    const Eigen::Vector3d force_m = model.force(places.tool_m[i]);
-    both_m2 += force_m.dot(places.force_m[i]);
-    own_m2 += force_m.squaredNorm();
-  }
-  return both_m2 / own_m2;
-}
-
-double error_jnd(const fields::PressedPlaces& places, const ContactModel& model, double scale) {
-  return fields::force_error_share(places,
-                                   [&](const Eigen::Vector3d& tool_m) -> Eigen::Vector3d {
-                                     return scale * model.force(tool_m);
-                                   }) /
-         rendering::kJustNoticeable;
 }
 
 /// What contact = "auto" takes for a static body, if its force may err by so much.
@@ -116,10 +97,10 @@ void compare_models(bool is_small) {
     const ModelledMesh of = modelled(name, *data / "meshes" / file);
     const double depth_m = of.press_depth_m;
     const auto press = [&](std::span<const double> depths_m) {
-      return fields::press_everywhere(of.mesh, *of.distance, kSamples, of.tool_radius_m, depths_m);
+      return spheres::press_everywhere(of.mesh, *of.distance, kSamples, of.tool_radius_m, depths_m);
     };
-    const fields::PressedPlaces one = press(std::array{depth_m}),
-                                several = press(std::array{0.5 * depth_m, depth_m, 2.0 * depth_m});
+    const spheres::ExactForces one = press(std::array{depth_m}),
+                               several = press(std::array{0.5 * depth_m, depth_m, 2.0 * depth_m});
     std::vector<std::function<ContactModel()>> models = models_of(of, is_small);
     for (const double error_jnd : {2.0, 1.0})
       models.emplace_back([&of, error_jnd] { return chosen_model(of, error_jnd); });
@@ -128,9 +109,9 @@ void compare_models(bool is_small) {
       const QueryTime time = time_query(model, one.tool_m, is_small);
       std::printf("%s,%s,%.4g,%zu,%.0f,%.2f,%.1f,%.0f,%.4f,%.4f,%.4f\n", name, model.name.c_str(),
                   1e3 * model.size_m, model.parts, model.bytes, mean_touched(model, one),
-                  time.hot_ns, time.flushed_ns, error_jnd(one, model, 1.0),
-                  error_jnd(one, model, best_scale(one, model)),
-                  error_jnd(several, model, best_scale(several, model)));
+                  time.hot_ns, time.flushed_ns, spheres::unscaled_error(one, model.force).jnd(),
+                  spheres::felt_error(one, model.force).jnd(),
+                  spheres::felt_error(several, model.force).jnd());
       std::fflush(stdout);
     }
     if (is_small) return;

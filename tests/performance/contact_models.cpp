@@ -8,10 +8,11 @@
 #include "shared/collision/sphere_history.hpp"
 #include "shared/publication/scene_segment.hpp"
 #include "shared/tools/laboratory/rivals/penetration_volume.hpp"
+#include "sim_server/fields/field_force.hpp"
 #include "sim_server/fields/mesh_field.hpp"
-#include "sim_server/fields/mesh_force.hpp"
 #include "sim_server/spheres/decomposition.hpp"
 #include "sim_server/spheres/effective_stiffness.hpp"
+#include "sim_server/spheres/felt_error.hpp"
 #include "sim_server/spheres/sampling.hpp"
 #include "tests/performance/blob_fit.hpp"
 #include "tests/performance/sphere_cloud.hpp"
@@ -116,10 +117,8 @@ ContactModel field_model(const ModelledMesh& of, double cell_m) {
       of.mesh, {cell_m, of.tool_radius_m, of.tool_radius_m + 4.0 * cell_m}));
   const double radius_m = of.tool_radius_m;
   return {"field", cell_m, field->shape().fine_count, static_cast<double>(field->bytes()),
-          [field, radius_m](const Eigen::Vector3d& tool_m) -> Eigen::Vector3d {
-            const auto contact = collision::field_contact(field->view(), tool_m, radius_m);
-            if (!contact || contact->depth_m <= 0.0) return Eigen::Vector3d::Zero();
-            return contact->stiffness_scale * contact->depth_m * contact->normal;
+          [field, radius_m](const Eigen::Vector3d& tool_m) {
+            return fields::unit_force_m(field->view(), tool_m, radius_m);
           }};
 }
 
@@ -129,7 +128,7 @@ ContactModel exact_model(const ModelledMesh& of) {
   return {"nearest point", 0.0, of.mesh.triangles.size(),
           static_cast<double>(24 * of.mesh.vertices_m.size() + 12 * of.mesh.triangles.size()),
           [distance, radius_m](const Eigen::Vector3d& tool_m) {
-            return fields::exact_force_m(*distance, tool_m, radius_m);
+            return spheres::exact_force_m(*distance, tool_m, radius_m);
           }};
 }
 

@@ -2,17 +2,18 @@
 
 #include <Eigen/Geometry>
 #include <array>
-#include <charconv>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "shared/rendering/force_error.hpp"
 #include "sim_server/bodies/kinds/measured_surface_reader.hpp"
+#include "sim_server/spheres/felt_error.hpp"
 
 namespace stillgrid::bodies {
 namespace {
 
+constexpr std::string_view kForceError = "force_error";
 constexpr double kFinestCell = 1e-3, kCoarsestCell = 0.1;  // of the mesh's longest side
 
 /// What has no meaning beside how a mesh is met.
@@ -30,38 +31,27 @@ Eigen::AlignedBox3d box_of(const mesh::TriangleMesh& mesh) {
   return box;
 }
 
-}  // namespace
-
-double read_force_error(toml::TableReader& table, std::string_view key) {
-  constexpr std::string_view kExpected =
-      "a share of the force above 0, at most 1000, such as \"5%\", 0.05 or \"0.7jnd\"";
+/// A number up to 1000, or a text that spheres::read_force_share() takes, up to 1000 too.
+double read_force_error(toml::TableReader& table) {
   constexpr double kMax = 1000.0;
-  if (!table.has_text(key)) {
-    const double share = table.number(key, toml::Bound::kPositive);
-    if (share > kMax) table.refuse(key, kExpected);
-    return share;
-  }
-  const std::string text = table.name(key);
-  double share = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), share);
-  const std::string_view unit(end, text.data() + text.size());
-  if (unit == "%")
-    share *= 0.01;
-  else if (unit == "jnd")
-    share *= rendering::kJustNoticeable;
-  // Written so that a NaN does not pass.
-  if (error != std::errc() || !(unit.empty() || unit == "%" || unit == "jnd") ||
-      !(share > 0.0 && share <= kMax))
-    table.refuse(key, kExpected);
-  return share;
+  const std::optional<double> share =
+      table.has_text(kForceError)
+          ? spheres::read_force_share(table.name(kForceError), spheres::kAnyShare)
+          : table.number(kForceError, toml::Bound::kPositive);
+  if (!share || *share > kMax)
+    table.refuse(kForceError,
+                 "a share of the force above 0, at most 1000, such as \"5%\", 0.05 or \"0.7jnd\"");
+  return *share;
 }
+
+}  // namespace
 
 std::optional<AskedField> read_contact(toml::TableReader& table, const mesh::TriangleMesh& mesh,
                                        bool is_soft, Motion motion) {
   constexpr std::array<std::string_view, 3> kContacts = {"spheres", "field", "auto"};
   const std::size_t contact = table.has("contact") ? table.choice("contact", kContacts) : 0;
-  if (contact != 2 && table.has("force_error"))
-    table.refuse("force_error", "no such key but beside contact = \"auto\"");
+  if (contact != 2 && table.has(kForceError))
+    table.refuse(kForceError, "no such key but beside contact = \"auto\"");
   if (contact == 0) {
     if (table.has("field"))
       table.refuse("field", "no such key but beside contact = \"field\" or \"auto\"");
@@ -86,7 +76,7 @@ std::optional<AskedField> read_contact(toml::TableReader& table, const mesh::Tri
     field.refuse("cell_m", "a thousandth to a tenth of the mesh's longest side");
   if (asked.band_m > longest_m) field.refuse("band_m", "at most the mesh's longest side");
   asked.max_error_share = rendering::kJustNoticeable;
-  if (table.has("force_error")) asked.max_error_share = read_force_error(table, "force_error");
+  if (table.has(kForceError)) asked.max_error_share = read_force_error(table);
   return asked;
 }
 

@@ -13,8 +13,4 @@ namespace stillgrid::bodies {
                                                      const mesh::TriangleMesh& mesh, bool is_soft,
                                                      Motion motion);
 
-/// A share of a force: a number from more than 0 to 1000, as such or as text, with `%` behind it,
-/// or with `jnd` in just noticeable differences, as scene_fit takes it. Throws SceneError.
-[[nodiscard]] double read_force_error(toml::TableReader& table, std::string_view key);
-
 }  // namespace stillgrid::bodies

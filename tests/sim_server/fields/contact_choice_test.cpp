@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "sim_server/fields/mesh_field.hpp"
+#include "sim_server/spheres/sampling.hpp"
 #include "tests/sim_server/spheres/generated_solids.hpp"
 
 namespace stillgrid::fields {
@@ -31,12 +32,12 @@ const ContactTrial& chosen_of(const ContactChoice& choice) {
 
 TEST_CASE("The chosen model keeps the error, and none that was tried keeps it for less",
           "[contact_choice]") {
-  const unsigned seed = GENERATE(1U, 2U, 3U);
-  const double error_share = GENERATE(0.1, 0.3, 1.5);
+  const unsigned seed = GENERATE(1U, 2U, 3U, 4U, 5U, 6U);
+  const double error_share = std::array{0.1, 0.3, 1.5}.at(seed % 3);
   const mesh::TriangleMesh solid =
       seed % 2 == 0 ? spheres::random_box(seed) : spheres::star_mesh(seed, 0.15);
   ContactNeed need = need_of(solid, error_share);
-  const bool moves = GENERATE(false, true);
+  const bool moves = seed / 2 % 2 == 1;
   if (moves) {
     need.points = 500;
     need.steps_per_ms = 0.1;
@@ -68,35 +69,6 @@ TEST_CASE("The same need gives the same choice", "[contact_choice]") {
   }
 }
 
-TEST_CASE("The exact force leads out of the solid, as long as the tool is deep",
-          "[contact_choice]") {
-  const mesh::TriangleMesh box = mesh::box_mesh({-1, -1, -1}, {1, 1, 1});
-  const mesh::MeshDistance distance(box);
-  const auto force = [&](double x, double y, double z) {
-    return exact_force_m(distance, {x, y, z}, 0.2);
-  };
-  CHECK(force(1.15, 0.3, 0.1).isApprox(Eigen::Vector3d(0.05, 0, 0)));
-  CHECK(force(0.9, 0.3, 0.1).isApprox(Eigen::Vector3d(0.3, 0, 0)));  // its centre is inside
-  CHECK(force(1.0, 0.3, 0.1).isApprox(Eigen::Vector3d(0.2, 0, 0)));  // on the surface
-  CHECK(force(1.1, 1.1, 0.0).normalized().isApprox(Eigen::Vector3d(1, 1, 0).normalized()));
-  CHECK(force(1.21, 0.0, 0.0) == Eigen::Vector3d::Zero());
-}
-
-TEST_CASE("A field that errs by a share has that error", "[contact_choice]") {
-  const mesh::TriangleMesh box = spheres::random_box(4);
-  const mesh::MeshDistance distance(box);
-  const PressedPlaces places = press_everywhere(box, distance, 500, 0.05, std::array{0.01, 0.02});
-  REQUIRE(places.tool_m.size() > 300);
-  const auto error = [&](double factor) {
-    return force_error_share(places, [&](const Eigen::Vector3d& tool_m) -> Eigen::Vector3d {
-      return factor * exact_force_m(distance, tool_m, 0.05);
-    });
-  };
-  CHECK(error(1.0) < 1e-12);
-  CHECK(error(1.07) == Approx(0.07));
-  CHECK(error(0.5) == Approx(0.5));
-}
-
 TEST_CASE("Where no field can be made a choice is refused", "[contact_choice]") {
   const mesh::TriangleMesh solid = spheres::star_mesh(5, 0.2);
   ContactNeed need = need_of(solid, 0.2);
@@ -104,6 +76,17 @@ TEST_CASE("Where no field can be made a choice is refused", "[contact_choice]") 
     throw std::invalid_argument("too large");
   };
   CHECK_THROWS_WITH(choose_contact(solid, need), "too large");
+}
+
+TEST_CASE("A lens too thin for coarse even spheres is met all the same", "[contact_choice]") {
+  mesh::TriangleMesh lens = mesh::ball_mesh(0.31, 34, 17);
+  for (Eigen::Vector3d& vertex_m : lens.vertices_m) vertex_m.z() *= 0.004;
+  REQUIRE(spheres::firm_surface_balls_if_any(lens, 0.88 / 20.0).empty());
+  ContactNeed need = need_of(lens, 3.0);
+  need.cell_m = 0.02;
+  const ContactChoice choice = choose_contact(lens, need);
+  CHECK(choice.keeps_error);
+  CHECK(chosen_of(choice).error_share <= 3.0);
 }
 
 }  // namespace stillgrid::fields

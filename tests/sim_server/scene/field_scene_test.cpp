@@ -8,9 +8,9 @@
 #include "proto/distance_field.hpp"
 #include "shared/collision/distance_field.hpp"
 #include "sim_server/bodies/kinds/body_in_world.hpp"
-#include "sim_server/fields/mesh_force.hpp"
 #include "sim_server/scene/build_world.hpp"
 #include "sim_server/scene/scene_file.hpp"
+#include "sim_server/spheres/felt_error.hpp"
 #include "tests/test_folder.hpp"
 
 namespace stillgrid::scene {
@@ -357,13 +357,16 @@ TEST_CASE("Spheres that are chosen are as stiff as errs least", "[field_scene]")
   CHECK(world.fields.empty());
   CHECK(world.static_spheres.size() == mesh.balls.size());
   const mesh::MeshDistance distance(mesh.surface);
-  const auto places = fields::press_everywhere(mesh.surface, distance, 2000, 0.005,
-                                               std::array{0.000625, 0.00125, 0.0025});
+  const auto places = spheres::press_everywhere(mesh.surface, distance, 2000, 0.005,
+                                                std::array{0.000625, 0.00125, 0.0025});
   const spheres::BallBody balls = spheres::make_ball_body(mesh.balls, 0.005);
   const auto error = [&](double scale) {
-    return fields::force_error_share(places, [&](const Vector3d& tool_m) -> Vector3d {
-      return scale * body.stiffness_scale * spheres::unit_force_m(balls, tool_m);
-    });
+    return spheres::unscaled_error(places,
+                                   [&](const Vector3d& tool_m) -> Vector3d {
+                                     return scale * body.stiffness_scale *
+                                            spheres::unit_force_m(balls, tool_m);
+                                   })
+        .share;
   };
   CHECK(error(1.0) < error(0.97));
   CHECK(error(1.0) < error(1.03));

@@ -1,7 +1,7 @@
 #include "sim_server/spheres/feel.hpp"
 
+#include <array>
 #include <catch2/catch.hpp>
-#include <cmath>
 #include <random>
 
 #include "sim_server/spheres/feel_search.hpp"
@@ -30,61 +30,15 @@ TEST_CASE("A ball that is one sphere feels as its mesh does, at any stiffness", 
   CHECK_FALSE(is_worse_than_nearest_face(feel));
 }
 
-TEST_CASE("The error of a force is that of its size and of its direction, of the best stiffness",
-          "[feel]") {
-  std::mt19937 random(GENERATE(1U, 2U, 3U));
-  std::normal_distribution<double> any;
-  ExactForces exact;
-  for (int i = 0; i < 200; ++i) {
-    exact.tool_m.emplace_back(i, 0.0, 0.0);
-    exact.force_m.push_back(Eigen::Vector3d(any(random), any(random), any(random)));
-  }
-  const auto of = [&](const Eigen::Vector3d& at_m) -> const Eigen::Vector3d& {
-    return exact.force_m[static_cast<std::size_t>(at_m.x())];
-  };
-  CHECK(felt_error(exact, [&](const Eigen::Vector3d& at_m) { return 7.3 * of(at_m); }).share <
-        1e-7);
-  // All turned alike by an angle: what stays across is its sine.
-  const double angle = 0.31;
-  const auto turned = [&](const Eigen::Vector3d& at_m) -> Eigen::Vector3d {
-    const Eigen::Vector3d across = of(at_m).unitOrthogonal();
-    return std::cos(angle) * of(at_m) + std::sin(angle) * of(at_m).norm() * across;
-  };
-  CHECK(felt_error(exact, turned).share == Approx(std::sin(angle)).epsilon(1e-9));
-  CHECK(felt_error(exact, turned).stiffness_scale == Approx(std::cos(angle)).epsilon(1e-9));
-  // No other stiffness is better.
-  const auto any_force = [&](const Eigen::Vector3d& at_m) -> Eigen::Vector3d {
-    return of(at_m) + Eigen::Vector3d(0.4, std::sin(at_m.x()), -0.2);
-  };
-  const FeltError best = felt_error(exact, any_force);
-  for (const double factor : {0.9, 0.99, 1.0, 1.01, 1.1}) {
-    double error_m2 = 0.0, true_m2 = 0.0;
-    for (std::size_t i = 0; i < exact.tool_m.size(); ++i) {
-      error_m2 += (factor * best.stiffness_scale * any_force(exact.tool_m[i]) - exact.force_m[i])
-                      .squaredNorm();
-      true_m2 += exact.force_m[i].squaredNorm();
-    }
-    if (factor == 1.0)
-      CHECK(best.share == Approx(std::sqrt(error_m2 / true_m2)).epsilon(1e-9));
-    else
-      CHECK(best.share < std::sqrt(error_m2 / true_m2));
-  }
-  CHECK(felt_error(exact, [](const Eigen::Vector3d&) {
-          return Eigen::Vector3d::Zero().eval();
-        }).share == 1.0);
-}
-
 TEST_CASE("Moved by the fit, as few spheres feel nearer to the mesh where they were not fitted too",
           "[feel]") {
   const unsigned seed = GENERATE(1U, 2U, 3U);
   const mesh::TriangleMesh mesh =
-      seed == 1 ? mesh::torus_mesh(1.0, 0.31, 61, 25) : star_mesh(seed, 0.05, 34, 17);
+      seed == 1 ? mesh::torus_mesh(1.0, 0.31, 47, 19) : star_mesh(seed, 0.05, 26, 13);
   const Press press = make_press(mesh, 0.0, 0.0, 0.0);
   const mesh::MeshDistance distance(mesh);
   const auto exact_at = [&](std::size_t places) {
-    return exact_forces(reachable_samples(sample_surface(mesh, places), distance,
-                                          press.tool_radius_m, press.depth_m),
-                        distance, press.tool_radius_m, press.depth_m);
+    return press_everywhere(mesh, distance, places, press.tool_radius_m, std::array{press.depth_m});
   };
   const double size_m = MeshSolid(mesh).size_m;
   for (const auto& balls :
@@ -104,7 +58,7 @@ TEST_CASE(
     "pushed through",
     "[feel]") {
   const unsigned seed = GENERATE(4U, 5U, 6U);
-  const double share = GENERATE(0.41, 0.23);
+  const double share = GENERATE(0.43, 0.37);
   const mesh::TriangleMesh mesh = star_mesh(seed, 0.04, 26, 13);
   const MeshSolid solid(mesh);
   const Press press = make_press(mesh, 0.061 * solid.size_m, 0.0, 0.0);
@@ -156,7 +110,7 @@ TEST_CASE("Balls that were pushed about find back to the force that they had", "
 TEST_CASE("What cannot be reached ends with the nearest that was found", "[feel]") {
   const mesh::TriangleMesh mesh = mesh::box_mesh(Eigen::Vector3d::Zero(), {1.0, 0.7, 0.31});
   const Press press = make_press(mesh, 0.3, 0.07, 0.0);
-  constexpr std::size_t kMaxBalls = 300;
+  constexpr std::size_t kMaxBalls = 110;
   const auto levels = search_by_feel(mesh, press, 1e-3, {}, kMaxBalls);
   REQUIRE(levels.size() > 1);
   const FeltLevel& best = best_of(levels, 1e-3);
@@ -164,19 +118,6 @@ TEST_CASE("What cannot be reached ends with the nearest that was found", "[feel]
   for (const FeltLevel& level : levels) {
     CHECK(level.error.share >= best.error.share);
     CHECK(level.balls.size() <= kMaxBalls);
-  }
-}
-
-TEST_CASE("A share of a force is read as scene_fit reads it", "[feel]") {
-  CHECK(read_force_share("5%").value() == Approx(0.05));
-  CHECK(read_force_share("0.05").value() == Approx(0.05));
-  CHECK(read_force_share("0.7jnd").value() == Approx(0.049));
-  CHECK(read_force_share("0.7JND").value() == Approx(0.049));
-  CHECK(read_force_share("900%").value() == Approx(9.0));
-  for (const char* const none : {"", "%", "jnd", "5", "1", "0", "-3%", "nan", "nan%", "inf jnd",
-                                 "0.7 jnd", "1e3%", "5%%", "0.7jndx", "x0.5", "0.5x"}) {
-    CAPTURE(none);
-    CHECK_FALSE(read_force_share(none).has_value());
   }
 }
 

@@ -20,13 +20,10 @@ struct Named {
 };
 
 std::vector<Named> generated_solids() {
-  std::vector<Named> solids = {{"torus", mesh::torus_mesh(1.0, 0.31, 61, 25)}};
-  for (const unsigned seed : {1U, 2U, 3U}) {
-    solids.push_back({"box " + std::to_string(seed), random_box(seed)});
-    solids.push_back({"star " + std::to_string(seed), star_mesh(seed, 0.12, 22, 11)});
-    solids.push_back({"slab " + std::to_string(seed), slab_mesh(seed, 17, 13, 0.21, -4.3)});
-  }
-  return solids;
+  return {{"torus", mesh::torus_mesh(1.0, 0.31, 61, 25)},
+          {"box", random_box(1)},
+          {"star", star_mesh(2, 0.12, 22, 11)},
+          {"slab", slab_mesh(3, 17, 13, 0.21, -4.3)}};
 }
 
 /// By every way, as coarse as named, in shares of the solid's size.
@@ -44,7 +41,7 @@ void check_pushed_out(const Named& named, const std::string& way, double finenes
     CAPTURE(named.name, way, fineness, tools, balls.size());
     const double first_m = (way == "tolerance" ? 2.0 : 1.0) * fineness_m;
     const PushedOut out =
-        press_in(solid, balls, tools * fineness_m, first_m, share, fineness_m, 801);
+        press_in(solid, balls, tools * fineness_m, first_m, share, fineness_m, 401);
     if (out.presses == 0) continue;  // a tool that fits nowhere
     CAPTURE(out.worst_m.transpose());
     CHECK(out.least > 0.0);
@@ -56,7 +53,7 @@ TEST_CASE("Whatever its spheres are made by, no tool is pulled in or let go as d
   const std::string way = GENERATE("surface", "volume", "tolerance");
   for (const Named& named : generated_solids())
     for (const double fineness : {0.0131, 0.0273})
-      if (way != "tolerance" || fineness > 0.02)  // the finer takes long
+      if (way == "surface" || fineness > 0.02)  // the finer takes long
         check_pushed_out(named, way, fineness, kFirmShare);
 }
 
