@@ -1,5 +1,6 @@
 #include "shared/collision/distance_field.hpp"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cassert>
@@ -156,9 +157,12 @@ std::optional<FieldContact> field_contact(const FieldView& field, const Eigen::V
   const double depth_m = radius_m - at->distance_m;
   Eigen::Vector3d force_m = at->stiffness_scale * at->gradient;
   if (depth_m > 0.0) force_m -= 0.5 * depth_m * at->stiffness_gradient_per_m;
-  const double scale = force_m.norm();
-  if (!(scale > 1e-9 && scale <= 2.0 * kSteepest * kStiffest)) return std::nullopt;
-  return FieldContact{depth_m, force_m / scale, scale, at->stiffness_scale};
+  const double size = force_m.norm();
+  // Written so that a NaN does not pass. Beyond a map's bound the force grows no more: to let go
+  // there would drop what is pressed deeper.
+  if (!(size > 1e-9 && std::isfinite(size))) return std::nullopt;
+  const double scale = std::min(size, 2.0 * kSteepest * kStiffest);
+  return FieldContact{depth_m, force_m / size, scale, at->stiffness_scale};
 }
 
 DistanceField::DistanceField(const proto::FieldShape& shape, std::vector<std::uint64_t> words)

@@ -73,11 +73,18 @@ void gather_statics(const collision::TouchView& lists, const collision::GridView
       gather_larger(grid, tool, i, touched);
       continue;
     }
-    const bool truncated =
+    const std::size_t first = touched.count;
+    const bool was_truncated = touched.truncated;
+    const bool is_cut =
         lists.for_each_touch(way, kMaxVisits, [&](const collision::TouchEntry& entry) {
           if (const auto meeting = meeting_of(entry, probe)) add(touched, entry, *meeting, i);
         });
-    touched.truncated = touched.truncated || truncated;
+    if (!is_cut) continue;
+    // A list holds what any place of its voxel may meet; among dense spheres the grid looks at
+    // less.
+    touched.count = first;
+    touched.truncated = was_truncated;
+    gather_larger(grid, tool, i, touched);
   }
 }
 

@@ -55,6 +55,7 @@ class Choosing {
       (void)try_balls({.model = ContactModel::kGivenSpheres}, need_.given_balls);
     else
       try_spheres();
+    if (made_.empty()) throw std::invalid_argument("neither a field nor spheres can be made of it");
     return taken();
   }
 
@@ -77,7 +78,7 @@ class Choosing {
       try {
         made.field = need_.make_field(cell_m);
       } catch (const std::invalid_argument&) {
-        if (made_.empty()) throw;
+        if (need_.cell_m) throw;
         return;  // finer ones take more
       }
       const collision::FieldView view = made.field->view();

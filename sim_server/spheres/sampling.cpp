@@ -157,9 +157,19 @@ std::vector<Ball> volume_balls(const mesh::TriangleMesh& closed, double spacing_
 std::vector<Ball> firm_volume_balls(const mesh::TriangleMesh& closed, double spacing_m) {
   std::vector<Ball> balls = volume_balls(closed, spacing_m, kVolumeRadius * spacing_m);
   const mesh::MeshDistance distance(closed);
-  for (Ball& ball : balls)
-    ball.radius_m =
-        std::max(ball.radius_m, -kFirmGrowth * distance.signed_distance_m(ball.centre_m));
+  const Eigen::Vector3d first_m = balls.front().centre_m;
+  // As balls grow with the depth they stand farther apart: else any place would be in thousands.
+  const auto is_left_out = [&](const Ball& ball, double depth_m) {
+    int stride = 1;
+    while (2.0 * stride * spacing_m <= kFirmSpacing * depth_m) stride *= 2;
+    const Eigen::Array3i at = ((ball.centre_m - first_m).array() / spacing_m).round().cast<int>();
+    return (at.unaryExpr([&](int place) { return place % stride; }) != 0).any();
+  };
+  std::erase_if(balls, [&](Ball& ball) {
+    const double depth_m = -distance.signed_distance_m(ball.centre_m);
+    ball.radius_m = std::max(ball.radius_m, kFirmGrowth * depth_m);
+    return is_left_out(ball, depth_m);
+  });
   return balls;
 }
 

@@ -57,6 +57,8 @@ inline constexpr double kMaxSampledBalls = 2e5;
 inline constexpr double kFirmShare = 0.3;
 /// Radius of a ball deep inside, over its depth.
 inline constexpr double kFirmGrowth = 0.75;
+/// Of its depth, that a ball inside is at most apart from the next, or a spacing.
+inline constexpr double kFirmSpacing = 0.25;
 
 /// The radius, over the spacing, with which balls of a lattice stick out of a cube as far as the
 /// gaps between them are deep: (1 + sqrt 3) / 4.
