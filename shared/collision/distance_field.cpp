@@ -18,7 +18,7 @@ constexpr std::uint64_t kMaxBricksInAll = 1U << 25U;
 /// A spline of a distance has no longer gradient, nor is a map of stiffness steeper than it is
 /// high.
 constexpr double kSteepest = 2.0;
-constexpr double kStiffest = 1e3;
+constexpr double kStiffest = 1e3;  // of a map, but for what sums round
 
 std::size_t words_of(std::uint64_t numbers) {
   return static_cast<std::size_t>((numbers + 1) / 2);
@@ -151,7 +151,7 @@ std::optional<FieldContact> field_contact(const FieldView& field, const Eigen::V
           (field.shape.bricks[0] + field.shape.bricks[1] + field.shape.bricks[2]);
   // Written so that a NaN does not pass.
   if (!at || !(std::abs(at->distance_m) <= longest_m) || !(at->gradient.norm() <= kSteepest) ||
-      !(at->stiffness_scale >= 0.0 && at->stiffness_scale <= kStiffest) ||
+      !(at->stiffness_scale >= 0.0 && at->stiffness_scale <= kStiffest + 1.0) ||
       !at->stiffness_gradient_per_m.allFinite())
     return std::nullopt;
   const double depth_m = radius_m - at->distance_m;

@@ -192,6 +192,20 @@ TEST_CASE("However deep it is pressed, a solid pushes out", "[distance_field]") 
   }
 }
 
+TEST_CASE("However steep a map of stiffness is, what is pressed deeper is not let go",
+          "[distance_field]") {
+  const auto wall = [](const Vector3d& p) { return p.z(); };
+  const DistanceField field =
+      make_field(box(0.01), {1e-4, 5e-4, 0.003}, wall,
+                 [](const Vector3d& p) { return p.x() > 0.0 ? 1000.0 : 1.0; });
+  for (double x_m = -0.0021; x_m < 0.0021; x_m += 1.7e-5)
+    for (const double depth_m : {1e-4, 1.3e-3, 2.9e-3}) {
+      const auto contact = field_contact(field.view(), {x_m, 0.0003, 0.003 - depth_m}, 0.003);
+      REQUIRE(contact);
+      CHECK(contact->stiffness_scale * contact->depth_m > 0.9 * depth_m);
+    }
+}
+
 TEST_CASE("Off the field, or nowhere, there is no distance", "[distance_field]") {
   const DistanceField field = ball_field(0.002);
   const double nan = std::numeric_limits<double>::quiet_NaN();

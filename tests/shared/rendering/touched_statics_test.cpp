@@ -79,6 +79,33 @@ TEST_CASE("Static spheres are those that trying the grid's finds, at any speed o
   CHECK(beyond > 100);
 }
 
+TEST_CASE("Among dense static spheres a large tool is held as by the grid's", "[touched_statics]") {
+  publication::StaticScene fixed = plain_scene(500.0F, 0.03F);
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<float> off_m(-2e-4F, 2e-4F);
+  for (int z = 0; z < 40; ++z)
+    for (int y = -20; y < 20; ++y)
+      for (int x = -20; x < 20; ++x)
+        fixed.spheres.push_back(
+            collision::static_sphere({2e-3F * static_cast<float>(x) + off_m(random),
+                                      2e-3F * static_cast<float>(y) + off_m(random),
+                                      -2e-3F * static_cast<float>(z) + off_m(random)},
+                                     1.4e-3F));
+  const PublishedScene scene(fixed, {}, 33'000'000);
+  for (const double height_m : {0.0306, 0.0302, 0.0297}) {
+    ToolSpheres spheres;
+    ToolPose pose;
+    pose.position_m = {0.0013, -0.0007, height_m};
+    const auto tool = place_tool(scene.view().scene(), pose, spheres);
+    TouchedSpheres listed, expected;
+    gather_statics(scene.view().touch_lists(), scene.view().static_grid(), tool, listed);
+    gather_touched(scene.view().static_grid(), held_snapshot(0), tool, expected);
+    REQUIRE(expected.count > 0);
+    CHECK(all_told(listed) == all_told(expected));
+    CHECK(listed.truncated == expected.truncated);
+  }
+}
+
 TEST_CASE("More static spheres than a tick may keep are told to be more", "[touched_statics]") {
   publication::StaticScene fixed = plain_scene(500.0F, 0.005F);
   for (int i = 0; i < 700; ++i)
