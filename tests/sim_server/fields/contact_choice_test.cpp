@@ -69,12 +69,20 @@ TEST_CASE("The same need gives the same choice", "[contact_choice]") {
   }
 }
 
-TEST_CASE("Where no field can be made a choice is refused", "[contact_choice]") {
+TEST_CASE("Where no field can be made a choice is among spheres; one of a given cell is refused",
+          "[contact_choice]") {
   const mesh::TriangleMesh solid = spheres::star_mesh(5, 0.2);
   ContactNeed need = need_of(solid, 0.2);
   need.make_field = [](double) -> std::shared_ptr<const collision::DistanceField> {
     throw std::invalid_argument("too large");
   };
+  const ContactChoice choice = choose_contact(solid, need);
+  CHECK(choice.field == nullptr);
+  CHECK(!choice.balls.empty());
+  CHECK(std::none_of(choice.trials.begin(), choice.trials.end(), [](const ContactTrial& trial) {
+    return trial.model == ContactModel::kField;
+  }));
+  need.cell_m = 0.02;
   CHECK_THROWS_WITH(choose_contact(solid, need), "too large");
 }
 
