@@ -52,8 +52,8 @@ void add(TouchedSpheres& touched, const collision::TouchEntry& entry, const Meet
                                       .is_static = true};
 }
 
-void gather_larger(const collision::GridView& grid, std::span<const PlacedToolSphere> tool,
-                   std::uint32_t tool_sphere, TouchedSpheres& touched) {
+void gather_by_grid(const collision::GridView& grid, std::span<const PlacedToolSphere> tool,
+                    std::uint32_t tool_sphere, TouchedSpheres& touched) {
   const std::size_t first = touched.count;
   gather_touched(grid, held_snapshot(0), tool.subspan(tool_sphere, 1), touched);
   for (std::size_t i = first; i < touched.count; ++i) {
@@ -70,7 +70,7 @@ void gather_statics(const collision::TouchView& lists, const collision::GridView
     const PlacedToolSphere& probe = tool[i];
     const collision::SweptBound way = bound_tool_sweep(probe, 0.0);
     if (!(way.bounding_radius_m <= lists.probe_radius_m())) {
-      gather_larger(grid, tool, i, touched);
+      gather_by_grid(grid, tool, i, touched);
       continue;
     }
     const std::size_t first = touched.count;
@@ -84,7 +84,7 @@ void gather_statics(const collision::TouchView& lists, const collision::GridView
     // less.
     touched.count = first;
     touched.truncated = was_truncated;
-    gather_larger(grid, tool, i, touched);
+    gather_by_grid(grid, tool, i, touched);
   }
 }
 
