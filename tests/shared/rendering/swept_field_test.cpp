@@ -75,7 +75,7 @@ TEST_CASE("However fast the tool is it is held back by a thin plate that it pass
 }
 
 TEST_CASE("A fast tool feels a ball's field as it feels a sphere", "[swept_field]") {
-  Drawn drawn(GENERATE(1U, 2U, 3U));
+  Drawn drawn(GENERATE(range(1U, 9U)));
   constexpr double kRadius_m = 0.01;
   const Vector3d centre_m = drawn.vector(0.02);
   PublishedScene field(still_field(fixture(), ball_field(kRadius_m, centre_m), {}), {}, kPeriod_ns);
@@ -100,7 +100,10 @@ TEST_CASE("A fast tool feels a ball's field as it feels a sphere", "[swept_field
       CHECK(by_field.contacts == by_sphere.contacts);
       CHECK(by_field.swept == by_sphere.swept);
     }
-    CHECK((by_field.sum_N - by_sphere.sum_N).norm() < 0.05 * by_sphere.sum_N.norm() + 0.06);
+    const double felt_N = by_sphere.sum_N.norm();
+    CHECK(std::abs(by_field.sum_N.norm() - felt_N) < 0.01 * felt_N + 0.005);
+    // Where it was deepest the depth is flat along the way: 0.02 mm of it are some 0.5 mm of the way.
+    CHECK((by_field.sum_N - by_sphere.sum_N).norm() < 0.25 * felt_N + 0.005);
   }
   CHECK(swept > 30);
   CHECK(missed > 10);

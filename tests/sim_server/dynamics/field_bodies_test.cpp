@@ -179,17 +179,16 @@ Flight flight(const Way& way, unsigned seed, const scene::MaterialDescription& m
 }
 
 TEST_CASE("Two bodies of fields that collide keep their momenta", "[field]") {
-  // Positions of symplectic Euler are half a substep ahead of its velocities; implicit steps take
-  // levers at their end.
+  // Implicit steps take levers at their end.
   struct Case {
     Way way;
     double angular;  // relative
   };
   const Case own = GENERATE(Case{{IntegratorKind::kVelocityVerlet, 0.0053}, 1e-9},
-                            Case{{IntegratorKind::kSymplecticEuler, 0.0053}, 3e-2},
-                            Case{{IntegratorKind::kImplicitEuler, 0.0013}, 3e-2},
-                            Case{{IntegratorKind::kTrapezoid, 0.0013}, 1e-3});
-  const auto seed = GENERATE(1U, 2U, 3U);
+                            Case{{IntegratorKind::kSymplecticEuler, 0.0053}, 1e-9},
+                            Case{{IntegratorKind::kImplicitEuler, 0.0013}, 0.1},
+                            Case{{IntegratorKind::kTrapezoid, 0.0013}, 6e-3});
+  const auto seed = GENERATE(range(1U, 9U));
   const Flight flown = flight(own.way, seed, sim_server::material_of(870.0, 0.7, 0.35));
   Simulation simulation(flown.scene, flown.world);
   const Vector3d momentum_N_s = momentum_kg_m_per_s(simulation.world()),
