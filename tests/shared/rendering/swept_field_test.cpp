@@ -102,7 +102,8 @@ TEST_CASE("A fast tool feels a ball's field as it feels a sphere", "[swept_field
     }
     const double felt_N = by_sphere.sum_N.norm();
     CHECK(std::abs(by_field.sum_N.norm() - felt_N) < 0.01 * felt_N + 0.005);
-    // Where it was deepest the depth is flat along the way: 0.02 mm of it are some 0.5 mm of the way.
+    // Where it was deepest the depth is flat along the way: 0.02 mm of it are some 0.5 mm of the
+    // way.
     CHECK((by_field.sum_N - by_sphere.sum_N).norm() < 0.25 * felt_N + 0.005);
   }
   CHECK(swept > 30);
