@@ -13,9 +13,6 @@ constexpr std::string_view kOtherStep = "predicted as an implicit Euler step";
 /// What is predicted is old by its cost or jitter when it is shown.
 constexpr std::string_view kLate = "a snapshot that is late";
 
-/// Found in the short run, at one of 150 scenes; its cause is not known yet.
-constexpr std::string_view kUnexplained = "a led stroke without the device's limits is explained";
-
 /// The value of a key, anywhere in the scene.
 std::string value_of(const SceneText& scene, std::string_view key) {
   for (const SceneSection& section : scene.sections)
@@ -73,11 +70,6 @@ std::optional<std::string_view> known_violation(const LawCase& law_case) {
     case 3:
       if (law_case.transition == "predict" && law_case.model == "grid" && steps_otherwise(law_case))
         return kOtherStep;
-      break;
-    case 4:
-      if (law_case.device.find("path=stroke") != std::string::npos &&
-          law_case.device.find("limits=0") != std::string::npos)
-        return kUnexplained;
       break;
     case 6:  // sums in an order that the list or a mirror decides, and where iterations end with it
       if (variant == "reversed list" || variant == "mirrored") return kOfItsMethod;

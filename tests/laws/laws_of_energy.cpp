@@ -106,6 +106,18 @@ Finding slew_is_whole(const CaseLoop& loop, const laboratory::LabRun& run, doubl
   return finding;
 }
 
+/// The ramp at the start is no limit: a force that sets in on a hand that is there already is new.
+/// The account begins behind its last tick with a force, with the run where there is none: begun
+/// later, in a contact, it would take for a gift what the contact gives back.
+std::size_t account_begins(const std::vector<recording::TickRow>& rows, double tick_rate_hz) {
+  constexpr double kLongestRamp_s = 0.12;
+  const auto longest = static_cast<std::size_t>(kLongestRamp_s * tick_rate_hz);
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < std::min(longest, rows.size()); ++i)
+    if ((rows[i].flags & safety::kFlagRamped) != 0 && !rows[i].rendered_N.isZero()) first = i + 1;
+  return std::min(first, rows.size() - 1);
+}
+
 }  // namespace
 
 Finding limits_are_passive(const LawCase& law_case) {
@@ -114,13 +126,11 @@ Finding limits_are_passive(const LawCase& law_case) {
   const laboratory::LabRun run = laboratory::run_lab(scene, loop.options);
   if (const Finding whole = slew_is_whole(loop, run, scene.device.scale); !whole.holds())
     return whole;
-  // The ramp at the start is no limit: a force that sets in on a hand that is there already is new.
-  constexpr double kRamp_s = 0.12;
   const std::vector<double> told =
       work_J(run.rows, &recording::TickRow::force_N, scene.device.scale);
   const std::vector<double> free =
       work_J(run.rows, &recording::TickRow::rendered_N, scene.device.scale);
-  const auto first = static_cast<std::size_t>(kRamp_s * loop.options.tick_rate_hz);
+  const std::size_t first = account_begins(run.rows, loop.options.tick_rate_hz);
   // What was withheld comes back while the hand rests: at most what contacts store.
   const double least_N_per_m = stiffness_least_N_per_m(scene);
   double most_commanded_J = 0.0, most_free_J = 0.0, taken_J = 0.0, returned_J = 0.0;
