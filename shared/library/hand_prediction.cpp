@@ -20,7 +20,7 @@ double share_not_resisted(const Eigen::Ref<const Eigen::VectorXd>& change,
 }  // namespace
 
 template <class Velocity>
-void HandPushes::fit(const Chosen& chosen, double step_s, MovingRecords& moving,
+void HandPushes::fit(const Chosen& chosen, double step_s, publication::MovingRecords& moving,
                      Velocity&& velocity, Modes& displacements) const {
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   const int count = chosen.body->count();
@@ -46,7 +46,7 @@ void HandPushes::fit(const Chosen& chosen, double step_s, MovingRecords& moving,
   for (int mode = 0; mode < count; ++mode) displacements[chosen.first + mode] = found[mode];
 }
 
-void HandPushes::lead(MovingRecords& moving, double step_s, bool is_tried) {
+void HandPushes::lead(publication::MovingRecords& moving, double step_s, bool is_tried) {
   const auto records = moving.records();
   const auto newest = [&](std::uint32_t i) { return vector(records[i].newest.velocity_m_s); };
   const auto older = [&](std::uint32_t i) { return vector(records[i].older[0].velocity_m_s); };
@@ -92,7 +92,7 @@ void HandPushes::add_modes(const Chosen& chosen, double step_s, const Modes& now
 }
 
 /// The spheres of all chosen bodies go where these displacements lead beside their prediction.
-void HandPushes::add_to_predicted(MovingRecords& moving, double step_s,
+void HandPushes::add_to_predicted(publication::MovingRecords& moving, double step_s,
                                   const Modes& displacements) const {
   if (chosen_.empty()) return;
   for (proto::SphereRecord& record : moving.records()) {
@@ -106,7 +106,8 @@ void HandPushes::add_to_predicted(MovingRecords& moving, double step_s,
   }
 }
 
-publication::SnapshotPrediction HandPushes::predict(MovingRecords& moving, double step_s,
+publication::SnapshotPrediction HandPushes::predict(publication::MovingRecords& moving,
+                                                    double step_s,
                                                     std::span<const double> predicted) {
   const auto records = moving.records();
   if (!predicted.empty()) moving.predict(predicted);

@@ -44,8 +44,8 @@ void HandPushes::clear() noexcept {
 }
 
 /// The spheres near the tool whose bodies give way, the nearest first.
-void HandPushes::find_near(std::span<const rendering::PlacedToolSphere> tool, MovingRecords& moving,
-                           std::span<BodyModes> bodies) {
+void HandPushes::find_near(std::span<const rendering::PlacedToolSphere> tool,
+                           publication::MovingRecords& moving, std::span<BodyModes> bodies) {
   near_.clear();
   if (bodies.empty()) return;
   const collision::GridView grid = moving.grid().view();
@@ -73,7 +73,7 @@ void HandPushes::find_near(std::span<const rendering::PlacedToolSphere> tool, Mo
 
 /// Modes for the nearest bodies, as many as a snapshot has room for, and responses for their
 /// nearest spheres.
-void HandPushes::choose(MovingRecords& moving) {
+void HandPushes::choose(publication::MovingRecords& moving) {
   chosen_.clear();
   responses_.clear();
   responding_.clear();
@@ -108,8 +108,8 @@ const HandPushes::Chosen* HandPushes::chosen_of(std::uint32_t body) const noexce
 }
 
 void HandPushes::find(const proto::SceneHeader& scene, const proto::ToolState& tool,
-                      MovingRecords& moving, std::span<BodyModes> bodies, double step_s,
-                      bool is_tried) {
+                      publication::MovingRecords& moving, std::span<BodyModes> bodies,
+                      double step_s, bool is_tried) {
   const auto& [x, y, z, w] = tool.orientation_xyzw;
   const rendering::ToolPose pose{Vector3d(tool.position_m.data()), Eigen::Quaterniond(w, x, y, z),
                                  Vector3d(tool.velocity_m_s.data())};
@@ -156,7 +156,8 @@ void HandPushes::find(const proto::SceneHeader& scene, const proto::ToolState& t
 
 void HandPushes::sum_pushes(const proto::SceneHeader& scene, const rendering::ToolPose& pose,
                             std::span<const rendering::PlacedToolSphere> tool,
-                            const rendering::TouchedSpheres& touched, MovingRecords& moving) {
+                            const rendering::TouchedSpheres& touched,
+                            publication::MovingRecords& moving) {
   pushes_.clear();
   sphere_pushes_.clear();
   std::array<double, kMaxPushes> weight_N;
@@ -190,7 +191,7 @@ void HandPushes::sum_pushes(const proto::SceneHeader& scene, const rendering::To
   }
 }
 
-double HandPushes::work_J(MovingRecords& moving) const noexcept {
+double HandPushes::work_J(publication::MovingRecords& moving) const noexcept {
   double work_J = 0.0;
   const auto records = moving.records();
   for (const SpherePush& push : sphere_pushes_) {

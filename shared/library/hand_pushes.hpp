@@ -8,7 +8,7 @@
 
 #include "proto/tool_segment.hpp"
 #include "shared/library/body_modes.hpp"
-#include "shared/library/moving_records.hpp"
+#include "shared/publication/moving_records.hpp"
 #include "shared/publication/scene_segment.hpp"
 #include "shared/rendering/mode_response.hpp"
 #include "shared/rendering/placed_tool.hpp"
@@ -28,8 +28,9 @@ class HandPushes {
 
   /// bodies: by number, each with its modes of this step. is_tried: predicted velocities are those
   /// of a trial of the step, with the last step's pushes held. Pre: moving was placed.
-  void find(const proto::SceneHeader& scene, const proto::ToolState& tool, MovingRecords& moving,
-            std::span<BodyModes> bodies, double step_s, bool is_tried);
+  void find(const proto::SceneHeader& scene, const proto::ToolState& tool,
+            publication::MovingRecords& moving, std::span<BodyModes> bodies, double step_s,
+            bool is_tried);
   /// There is no tool.
   void clear() noexcept;
   /// The pushes were those of the step that has ended: what they did is known by work_J().
@@ -40,11 +41,12 @@ class HandPushes {
 
   /// What the pushes did over the step, by which the spheres have moved. Pre: placed anew, before
   /// end_step().
-  [[nodiscard]] double work_J(MovingRecords& moving) const noexcept;
+  [[nodiscard]] double work_J(publication::MovingRecords& moving) const noexcept;
 
   /// Writes where the spheres go into their records, and tells the snapshot how they give way.
   /// predicted: 3 values a sphere, or none. The spans last until the next find().
-  [[nodiscard]] publication::SnapshotPrediction predict(MovingRecords& moving, double step_s,
+  [[nodiscard]] publication::SnapshotPrediction predict(publication::MovingRecords& moving,
+                                                        double step_s,
                                                         std::span<const double> predicted);
 
  private:
@@ -64,23 +66,24 @@ class HandPushes {
   };
   using Modes = display::ModeDisplacements;
 
-  void find_near(std::span<const rendering::PlacedToolSphere> tool, MovingRecords& moving,
-                 std::span<BodyModes> bodies);
-  void choose(MovingRecords& moving);
+  void find_near(std::span<const rendering::PlacedToolSphere> tool,
+                 publication::MovingRecords& moving, std::span<BodyModes> bodies);
+  void choose(publication::MovingRecords& moving);
   void sum_pushes(const proto::SceneHeader& scene, const rendering::ToolPose& pose,
                   std::span<const rendering::PlacedToolSphere> tool,
-                  const rendering::TouchedSpheres& touched, MovingRecords& moving);
+                  const rendering::TouchedSpheres& touched, publication::MovingRecords& moving);
   [[nodiscard]] const Chosen* chosen_of(std::uint32_t body) const noexcept;
   /// Where the held pushes lead, of each mode, with whatever else acts.
-  void lead(MovingRecords& moving, double step_s, bool is_tried);
+  void lead(publication::MovingRecords& moving, double step_s, bool is_tried);
   /// The modes' displacements that move the chosen body's near spheres by velocity(sphere) over
   /// the step, as nearly as modes can.
   template <class Velocity>
-  void fit(const Chosen& chosen, double step_s, MovingRecords& moving, Velocity&& velocity,
-           Modes& displacements) const;
+  void fit(const Chosen& chosen, double step_s, publication::MovingRecords& moving,
+           Velocity&& velocity, Modes& displacements) const;
   void add_modes(const Chosen& chosen, double step_s, const Modes& now, const Modes& whole,
                  const Modes& push);
-  void add_to_predicted(MovingRecords& moving, double step_s, const Modes& displacements) const;
+  void add_to_predicted(publication::MovingRecords& moving, double step_s,
+                        const Modes& displacements) const;
 
   rendering::ToolSpheres placed_{};
   std::vector<Near> near_;

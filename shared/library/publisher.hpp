@@ -10,7 +10,7 @@
 #include "proto/stillgrid.h"
 #include "shared/library/body_modes.hpp"
 #include "shared/library/hand_pushes.hpp"
-#include "shared/library/moving_records.hpp"
+#include "shared/publication/moving_records.hpp"
 #include "shared/publication/session.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 
@@ -63,7 +63,7 @@ class Publisher {
   std::atomic<bool> never_ = false;
   std::optional<publication::LockstepPeers> peers_;
   std::optional<realtime::PeriodicTimer> timer_;
-  MovingRecords moving_;
+  publication::MovingRecords moving_;
   std::uint64_t published_ns_ = 0;         // the last state shown, in real time
   std::vector<BodyModes> given_;           // being checked
   std::vector<BodyModes> bodies_;          // of this state, by number

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <random>
 
-#include "shared/library/moving_records.hpp"
+#include "shared/publication/moving_records.hpp"
 #include "tests/shared/library/published_ball.hpp"
 
 namespace stillgrid::library {
@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 
 /// Whether each sphere's published bound holds it in every snapshot in which it is, and where its
 /// velocity leads in two periods.
-void check_bounds(MovingRecords& moving, double period_s) {
+void check_bounds(publication::MovingRecords& moving, double period_s) {
   const auto numbers = moving.grid().sorted_numbers();
   const auto bounds = moving.grid().sorted_bounds();
   REQUIRE(moving.grid().view().shape.sphere_count == moving.count());
@@ -41,7 +41,7 @@ TEST_CASE("Swept bounds hold every sphere however it moves, comes and goes", "[m
   const double period_s = 0.001 * std::pow(40.0, 0.5 + 0.5 * share(random));
   const double speed_m_s = std::pow(10.0, 2.0 * share(random) - 1.0);
   constexpr std::size_t kMaxSpheres = 60;
-  MovingRecords moving(kMaxSpheres);
+  publication::MovingRecords moving(kMaxSpheres);
   std::vector<double> radii_m(kMaxSpheres), places_m(3 * kMaxSpheres),
       velocities_m_s(3 * kMaxSpheres);
   for (double& radius_m : radii_m) radius_m = 0.005 * std::pow(3.0, share(random));

@@ -9,7 +9,7 @@
 #include "proto/stillgrid.h"
 #include "shared/collision/voxel_grid.hpp"
 
-namespace stillgrid::library {
+namespace stillgrid::publication {
 
 /// The moving spheres of a publisher as snapshots have them: declared, then placed once a step, in
 /// a grid that holds their history. Nothing is allocated after construction. Thread: one.
@@ -58,4 +58,4 @@ class MovingRecords {
   bool is_first_ = true;
 };
 
-}  // namespace stillgrid::library
+}  // namespace stillgrid::publication

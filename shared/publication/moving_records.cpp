@@ -1,4 +1,4 @@
-#include "shared/library/moving_records.hpp"
+#include "shared/publication/moving_records.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 #include "shared/collision/sphere_history.hpp"
 
-namespace stillgrid::library {
+namespace stillgrid::publication {
 namespace {
 
 /// Twice a probe's own size is searched fastest.
@@ -156,4 +156,4 @@ void MovingRecords::forget_predictions() noexcept {
   }
 }
 
-}  // namespace stillgrid::library
+}  // namespace stillgrid::publication
