@@ -8,7 +8,7 @@
 namespace stillgrid::proto {
 
 /// Bump on any change of layout, unit or meaning of any segment; a reader refuses other versions.
-inline constexpr std::uint32_t kSegmentVersion = 10;
+inline constexpr std::uint32_t kSegmentVersion = 11;
 
 /// "STLGRID1", little-endian. Stored last: a segment without it is not ready.
 inline constexpr std::uint64_t kSegmentMagic = 0x31444952474C5453ULL;
@@ -24,7 +24,28 @@ inline constexpr double kLargestNumber = 1e6;
 /// No further sample, tick or publication will come.
 inline constexpr std::uint64_t kNever = UINT64_MAX;
 
-/// Opens every segment. The first four lines of 64 bytes are written before the magic and never
+/// How a segment that a relay writes came over its network; zeros in any other. Each word is
+/// atomic, relaxed: one may be newer than the next. Counts are those since the relay began.
+struct RelayFigures {
+  std::uint64_t relay_id;        // random, of the relay that writes; 0: none does
+  std::uint64_t connected;       // 1: the other side was heard within its patience
+  std::int64_t clock_offset_ns;  // the other side's clock less this one's
+  std::uint64_t clock_bound_ns;  // how far that may be off
+  std::uint64_t round_trip_ns;   // shortest of late; 0: none was measured, nor the clock
+  std::uint64_t received;        // messages that this segment was written from
+  std::uint64_t received_bytes;  // of these
+  std::uint64_t lost;            // never came, or came after a newer one
+  std::uint64_t repeated;        // came twice
+  std::uint64_t out_of_order;    // came after a newer one
+  std::uint64_t late;            // too long on their way to be shown
+  std::uint64_t refused;         // a check failed
+  std::uint64_t partitions;      // times that the other side fell silent and came back
+  std::uint64_t longest_silence_ns;
+  std::array<std::uint64_t, 2> reserved;
+};
+static_assert(std::is_trivially_copyable_v<RelayFigures> && sizeof(RelayFigures) == 128);
+
+/// Opens every segment. The first two lines of 64 bytes are written before the magic and never
 /// after; what follows them is atomic. Layout and lifetime: docs/protocol.md.
 struct SegmentHeader {
   std::uint64_t magic;
@@ -42,9 +63,8 @@ struct SegmentHeader {
   std::uint64_t payload_bytes;               // capacity of each slot's payload, a multiple of 8
   std::array<std::uint64_t, 5> reserved;
 
-  std::array<std::uint64_t, 16> reserved_lines;
-
-  // Atomic words, one cache line each.
+  // Atomic words: of a relay two cache lines, then one each.
+  alignas(64) RelayFigures relay;
   alignas(64) std::uint64_t latest;        // snapshot last published, 0: none yet
   alignas(64) std::uint64_t heartbeat_ns;  // writer's clock at its last publication
 
@@ -53,7 +73,8 @@ struct SegmentHeader {
   std::uint64_t lockstep_event_ns;               // of the next publication or tick not yet complete
 };
 static_assert(std::is_trivially_copyable_v<SegmentHeader>);
-static_assert(sizeof(SegmentHeader) == 448 && offsetof(SegmentHeader, latest) == 256);
+static_assert(sizeof(SegmentHeader) == 448 && offsetof(SegmentHeader, relay) == 128 &&
+              offsetof(SegmentHeader, latest) == 256);
 
 /// Opens every slot; the payload follows after 64 bytes.
 struct alignas(64) SlotHeader {

@@ -2,6 +2,7 @@
 #include <memory>
 #include <string_view>
 
+#include "shared/publication/relay_figures.hpp"
 #include "shared/publication/tool_segment.hpp"
 #include "tests/fuzz/checked_ticks.hpp"
 #include "tests/fuzz/hostile_object.hpp"
@@ -63,8 +64,16 @@ void pretend(std::span<std::byte> bytes, unsigned flags, proto::SegmentKind kind
   std::memcpy(bytes.data(), &header, sizeof header);
 }
 
+/// Of whatever stands in the header only what a relay may have written is shown.
+void look_at_relay(const publication::SegmentReader& reader) {
+  const auto figures = publication::load_relay_figures(reader.live());
+  require(!figures || (figures->relay_id != 0 && publication::is_sound(*figures)),
+          "figures of a relay that are shown are sound");
+}
+
 void use_scene(publication::SegmentReader&& reader, HostileObject& object, FuzzInput& input,
                unsigned flags, std::size_t ticks) {
+  look_at_relay(reader);
   const publication::SceneView scene(std::move(reader));
   const auto checked = std::make_unique<CheckedTicks>();
   for (std::size_t i = 0; i < ticks; ++i) {
@@ -74,6 +83,7 @@ void use_scene(publication::SegmentReader&& reader, HostileObject& object, FuzzI
 }
 
 void use_tool(publication::SegmentReader&& reader, HostileObject& object, unsigned flags) {
+  look_at_relay(reader);
   const publication::ToolView tool(std::move(reader));
   if ((flags & kShrunk) != 0) object.shrink(0);
   const auto state = tool.read();

@@ -13,7 +13,7 @@ namespace {
 
 // A change here is a change of the protocol: raise kSegmentVersion and mend docs/protocol.md.
 TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
-  CHECK(proto::kSegmentVersion == 10);
+  CHECK(proto::kSegmentVersion == 11);
 
   CHECK(offsetof(proto::SegmentHeader, version) == 8);
   CHECK(offsetof(proto::SegmentHeader, kind) == 12);
@@ -26,12 +26,29 @@ TEST_CASE("The layouts are those that docs/protocol.md draws", "[layout]") {
   CHECK(offsetof(proto::SegmentHeader, start_ns) == 56);
   CHECK(offsetof(proto::SegmentHeader, slot_offset) == 64);
   CHECK(offsetof(proto::SegmentHeader, payload_bytes) == 80);
+  CHECK(offsetof(proto::SegmentHeader, relay) == 128);
   CHECK(offsetof(proto::SegmentHeader, latest) == 256);
   CHECK(offsetof(proto::SegmentHeader, heartbeat_ns) == 320);
   CHECK(offsetof(proto::SegmentHeader, lockstep_sample_ns) == 384);
   CHECK(offsetof(proto::SegmentHeader, lockstep_event_ns) == 392);
   CHECK(sizeof(proto::SegmentHeader) == 448);
   CHECK(sizeof(proto::SlotHeader) == 64);
+
+  CHECK(offsetof(proto::RelayFigures, connected) == 8);
+  CHECK(offsetof(proto::RelayFigures, clock_offset_ns) == 16);
+  CHECK(offsetof(proto::RelayFigures, clock_bound_ns) == 24);
+  CHECK(offsetof(proto::RelayFigures, round_trip_ns) == 32);
+  CHECK(offsetof(proto::RelayFigures, received) == 40);
+  CHECK(offsetof(proto::RelayFigures, received_bytes) == 48);
+  CHECK(offsetof(proto::RelayFigures, lost) == 56);
+  CHECK(offsetof(proto::RelayFigures, repeated) == 64);
+  CHECK(offsetof(proto::RelayFigures, out_of_order) == 72);
+  CHECK(offsetof(proto::RelayFigures, late) == 80);
+  CHECK(offsetof(proto::RelayFigures, refused) == 88);
+  CHECK(offsetof(proto::RelayFigures, partitions) == 96);
+  CHECK(offsetof(proto::RelayFigures, longest_silence_ns) == 104);
+  CHECK(offsetof(proto::RelayFigures, reserved) == 112);
+  CHECK(sizeof(proto::RelayFigures) == 128);
 
   CHECK(offsetof(proto::ToolState, tick) == 8);
   CHECK(offsetof(proto::ToolState, position_m) == 16);
