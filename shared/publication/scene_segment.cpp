@@ -94,6 +94,8 @@ bool all_finite(Values... values) {
   return (std::isfinite(values) && ...);
 }
 
+}  // namespace
+
 bool is_sound(const proto::SceneHeader& scene) {
   if (scene.name.back() != '\0' || scene.material_count > proto::kMaxMaterials ||
       scene.plane_count > proto::kMaxPlanes || scene.tool_sphere_count == 0 ||
@@ -125,8 +127,6 @@ bool is_sound(const proto::SceneHeader& scene) {
   }
   return sound;
 }
-
-}  // namespace
 
 collision::TouchLists touch_lists_of(const StaticScene& scene) {
   float largest_m = 0.0F;

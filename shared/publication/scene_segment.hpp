@@ -112,6 +112,10 @@ class SceneWriter {
   SegmentWriter segment_;
 };
 
+/// Whether counts, materials, planes, tool and place of the device are ones that may be: what every
+/// reader asks of a fixed part first.
+[[nodiscard]] bool is_sound(const proto::SceneHeader& scene);
+
 /// Copies a slot's SnapshotHeader, of its grid only the levels it counts. Realtime: yes.
 [[nodiscard]] proto::SnapshotHeader load_snapshot(const std::uint64_t* payload) noexcept;
 

@@ -18,14 +18,14 @@ bool are_plausible(const std::array<double, N>& values) {
   return std::all_of(values.begin(), values.end(), is_plausible);
 }
 
-bool is_sound(const proto::ToolState& state) {
+}  // namespace
+
+bool is_sound(const proto::ToolState& state) noexcept {
   double norm_squared = 0.0;
   for (const double q : state.orientation_xyzw) norm_squared += q * q;
   return are_plausible(state.position_m) && are_plausible(state.velocity_m_s) &&
          are_plausible(state.force_N) && std::abs(norm_squared - 1.0) < 1e-3;
 }
-
-}  // namespace
 
 bool has_sound_figures(const proto::ToolState& state) noexcept {
   const proto::TickFigures& figures = state.before;

@@ -32,6 +32,10 @@ class ToolWriter {
   std::uint64_t count_ = 0;
 };
 
+/// Whether place, velocity and force are numbers within kLargestNumber, and the orientation is
+/// nearly a unit quaternion: asked before a state is used.
+[[nodiscard]] bool is_sound(const proto::ToolState& state) noexcept;
+
 /// Whether the figures of the tick before are numbers within kLargestNumber, and their flags known
 /// ones: asked before they are shown. The simulation uses none of them.
 [[nodiscard]] bool has_sound_figures(const proto::ToolState& state) noexcept;

@@ -46,9 +46,11 @@ bool ClockOffset::add(const Exchange& exchange) noexcept {
   kept_[next_] = now;
   next_ = (next_ + 1) % kKept;
   count_ = std::min(count_ + 1, kKept);
-  const Kept& best = *std::min_element(
-      kept_.begin(), kept_.begin() + static_cast<std::ptrdiff_t>(count_),
-      [&](const Kept& a, const Kept& b) { return a.bound_ns(received_ns) < b.bound_ns(received_ns); });
+  const Kept& best =
+      *std::min_element(kept_.begin(), kept_.begin() + static_cast<std::ptrdiff_t>(count_),
+                        [&](const Kept& a, const Kept& b) {
+                          return a.bound_ns(received_ns) < b.bound_ns(received_ns);
+                        });
   const auto most_ns =
       static_cast<std::int64_t>(kSlew * static_cast<double>(received_ns - at_ns_)) + 1;
   const std::int64_t by_ns = best.offset_ns - offset_ns_;

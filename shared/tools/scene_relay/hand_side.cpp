@@ -1,0 +1,179 @@
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "shared/publication/relay_figures.hpp"
+#include "shared/realtime/periodic_timer.hpp"
+#include "shared/tools/scene_relay/relay.hpp"
+#include "shared/tools/scene_relay/shown_scene.hpp"
+#include "shared/tools/scene_relay/snapshot_coding.hpp"
+#include "shared/tools/scene_relay/told_scene.hpp"
+
+namespace stillgrid::scene_relay {
+namespace {
+
+template <std::size_t N>
+void copy(const std::array<double, N>& from, double (&to)[N]) {
+  std::copy(from.begin(), from.end(), to);
+}
+
+class HandSide {
+ public:
+  HandSide(const RelayOptions& options, RelayReport& report, const std::atomic<bool>& stop)
+      : options_(options),
+        report_(report),
+        stop_(stop),
+        lock_(std::in_place, options.session, proto::SegmentKind::kScene),
+        link_(options, Role::kHand, report),
+        tools_(link_.participant().writer(stillgrid_relay1_Tool_desc, link_.topic("tool"),
+                                          Delivery::kBestEffort)),
+        scenes_(link_.participant().reader(stillgrid_relay1_Scene_desc, link_.topic("scene"),
+                                           Delivery::kLasting)),
+        snapshots_(link_.participant().reader(stillgrid_relay1_Snapshot_desc,
+                                              link_.topic("snapshot"), Delivery::kNewest)) {}
+
+  void run() {
+    const std::uint64_t began_ns = realtime::monotonic_ns();
+    const std::uint64_t end_ns =
+        options_.duration_s ? began_ns + realtime::to_ns(*options_.duration_s) : proto::kNever;
+    std::uint64_t next_ns = began_ns;
+    while (!stop_) {
+      link_.participant().wait(next_ns);
+      const std::uint64_t now_ns = realtime::monotonic_ns();
+      if (now_ns >= end_ns) break;
+      if (link_.hear(now_ns)) follow_scene();
+      take_scene(now_ns);
+      take_snapshots(now_ns);
+      const bool is_shown = scene_.has_value();
+      link_.say(now_ns, is_shown ? tool_epoch() : 0, is_shown ? scene_->epoch() : 0,
+                decoder_.keyframe_id());
+      if (now_ns < next_ns) continue;
+      next_ns = std::max(next_ns + kLook_ns, now_ns);
+      if (is_shown) tell_tool(now_ns);
+      if (state_ns_ != 0) report_.age_ns.record(now_ns - std::min(now_ns, state_ns_));
+    }
+    (void)link_.figures();
+  }
+
+ private:
+  /// A simulation that ended or was killed there ends here; so does one whose relay took another.
+  void follow_scene() {
+    if (scene_ && link_.other().status().segment_epoch != scene_->epoch()) withdraw();
+  }
+
+  void withdraw() {
+    scene_.reset();
+    state_ns_ = 0;
+    decoder_.begin();
+  }
+
+  /// The one of the start; later, as it goes with each segment, another.
+  publication::SessionLock take_lock() {
+    if (!lock_) return {options_.session, proto::SegmentKind::kScene};
+    publication::SessionLock lock = std::move(*lock_);
+    lock_.reset();
+    return lock;
+  }
+
+  void take_scene(std::uint64_t now_ns) {
+    take_all<SceneMessage>(scenes_, [&](const SceneMessage& message) {
+      if (!link_.other().is_followed(message.relay_id)) return;
+      if (scene_ && scene_->epoch() == message.scene_epoch) return;
+      withdraw();
+      try {
+        publication::SessionLock lock = take_lock();
+        scene_.emplace(options_.session, std::move(lock), message, options_.readers, now_ns);
+        ++report_.segments;
+      } catch (const MessageError& error) {
+        link_.refuse(error.what());
+      }
+    });
+  }
+
+  void take_snapshots(std::uint64_t now_ns) {
+    take_all<SnapshotMessage>(snapshots_, [&](const SnapshotMessage& message) {
+      if (!link_.accept(message.relay_id, message.number, message_bytes(message))) return;
+      if (!scene_ || scene_->epoch() != message.scene_epoch) return;
+      const Decoded decoded = decoder_.decode(message, snapshot_);
+      report_.without_keyframe += decoded == Decoded::kWithoutKeyframe ? 1 : 0;
+      if (decoded == Decoded::kRefused) link_.refuse("a snapshot is refused: its counts");
+      if (decoded != Decoded::kSnapshot) return;
+      try {
+        check(snapshot_, scene_->limits());
+      } catch (const MessageError& error) {
+        return link_.refuse(error.what());
+      }
+      if (snapshot_.snapshot_id <= snapshot_id_ && scene_->hand().writer().snapshot_id() != 0)
+        return;
+      if (link_.came_in_time(snapshot_.publish_time_ns, now_ns)) show(now_ns);
+    });
+  }
+
+  void show(std::uint64_t now_ns) {
+    snapshot_id_ = snapshot_.snapshot_id;
+    // Later than the last, whatever was learnt of the clock since; and never of the future.
+    const std::uint64_t here_ns = link_.clock().to_ours(snapshot_.state_time_ns);
+    state_ns_ = std::max(std::min(here_ns, now_ns), state_ns_ + 1);
+    scene_->show(snapshot_, {.state_ns = state_ns_,
+                             .publish_ns = now_ns,
+                             .tool_ns = snapshot_.tool_time_ns,
+                             .step_ns = snapshot_.step_ns,
+                             .contacts = snapshot_.contacts,
+                             .tool_work_J = snapshot_.tool_work_J});
+    publication::store_relay_figures(scene_->hand().writer().header(), link_.figures());
+  }
+
+  std::uint64_t tool_epoch() {
+    const publication::ToolView* view = scene_->hand().tool().acquire();
+    return view != nullptr && scene_->hand().tool().writer_alive() ? view->header().epoch : 0;
+  }
+
+  void tell_tool(std::uint64_t /*now_ns*/) {
+    const std::uint64_t epoch = tool_epoch();
+    const auto state = scene_->hand().take_tool();
+    if (epoch == 0 || !state || state->tick == tool_tick_) return;
+    tool_tick_ = state->tick;
+    ToolMessage message{};
+    message.relay_id = link_.relay_id();
+    message.number = ++tool_number_;
+    message.segment_epoch = epoch;
+    message.period_ns = scene_->hand().tool().acquire()->header().period_ns;
+    message.time_ns = state->time_ns;
+    message.tick = state->tick;
+    copy(state->position_m, message.position_m);
+    copy(state->orientation_xyzw, message.orientation_xyzw);
+    copy(state->velocity_m_s, message.velocity_m_s);
+    copy(state->force_N, message.force_N);
+    message.buttons = state->buttons;
+    if (publication::has_sound_figures(*state)) {
+      copy(state->before.torque_N_m, message.torque_N_m);
+      message.contacts = state->before.contacts;
+      message.flags = state->before.flags;
+    }
+    if (dds_write(tools_, &message) != DDS_RETCODE_OK) return;
+    ++report_.sent;
+    report_.sent_bytes += sizeof message;
+  }
+
+  const RelayOptions& options_;
+  RelayReport& report_;
+  const std::atomic<bool>& stop_;
+  std::optional<publication::SessionLock> lock_;  // until a scene has it
+  RelayLink link_;
+  SnapshotDecoder decoder_;
+  ToldSnapshot snapshot_;
+  dds_entity_t tools_, scenes_, snapshots_;
+  std::optional<ShownScene> scene_;
+  std::uint64_t snapshot_id_ = 0, state_ns_ = 0, tool_tick_ = 0, tool_number_ = 0;
+};
+
+}  // namespace
+
+void relay_beside_hand(const RelayOptions& options, RelayReport& report,
+                       const std::atomic<bool>& stop) {
+  HandSide(options, report, stop).run();
+}
+
+}  // namespace stillgrid::scene_relay

@@ -1,0 +1,117 @@
+#include "shared/tools/scene_relay/other_side.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+namespace stillgrid::scene_relay {
+namespace {
+
+const char* place_of(Role role) {
+  return role == Role::kSimulation ? "beside the simulation" : "beside the hand";
+}
+Role other(Role role) {
+  return role == Role::kSimulation ? Role::kHand : Role::kSimulation;
+}
+
+/// What came over the network, for a terminal.
+std::string printable(const char* text, std::size_t most) {
+  std::string result(text, ::strnlen(text, most));
+  std::replace_if(
+      result.begin(), result.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+  return result;
+}
+
+}  // namespace
+
+OtherSide::OtherSide(std::uint64_t relay_id, Role role, std::string session,
+                     std::function<void(const std::string&)> report)
+    : relay_id_(relay_id), role_(role), session_(std::move(session)), report_(std::move(report)) {}
+
+void OtherSide::tell_of(std::uint64_t relay_id, const std::string& line) {
+  if (told_of_ == relay_id) return;
+  told_of_ = relay_id;
+  report_(line);
+}
+
+void OtherSide::hear(const Greeting& greeting) {
+  if (greeting.relay_id == relay_id_ || greeting.role == static_cast<std::uint32_t>(role_)) return;
+  if (greeting.protocol != kProtocol)
+    tell_of(greeting.relay_id,
+            "the relay " + std::string(place_of(other(role_))) + " is of Stillgrid " +
+                printable(greeting.release, sizeof greeting.release) + " and speaks protocol " +
+                std::to_string(greeting.protocol) + ", this one " + std::to_string(kProtocol) +
+                ": run the same release on both machines");
+}
+
+void OtherSide::follow(std::uint64_t relay_id, std::uint64_t now_ns) {
+  if (followed_ != 0)
+    report_("another relay " + std::string(place_of(other(role_))) + " takes over session '" +
+            session_ + "'");
+  followed_ = relay_id;
+  heard_ns_ = now_ns;
+  clock_ = {};
+  status_ = {};
+}
+
+bool OtherSide::hear(const Status& status, std::uint64_t now_ns) {
+  if (status.relay_id == 0 || status.relay_id == relay_id_) return false;
+  if (status.relay_id != followed_) {
+    if (is_connected_) {
+      tell_of(status.relay_id, "two relays " + std::string(place_of(other(role_))) +
+                                   " join session '" + session_ +
+                                   "': the first is kept to until it falls silent");
+      return false;
+    }
+    follow(status.relay_id, now_ns);
+  }
+  if (status.number <= status_.number) return false;
+  status_ = status;
+  if (status.follows == relay_id_ && status.echo_sent_ns != 0)
+    clock_.add({.sent_ns = status.echo_sent_ns,
+                .other_received_ns = status.echo_received_ns,
+                .other_sent_ns = status.sent_ns,
+                .received_ns = now_ns});
+  else if (status.follows != 0 && status.follows != relay_id_)
+    tell_of(status.relay_id, "the relay " + std::string(place_of(other(role_))) + " of session '" +
+                                 session_ + "' keeps to another than this one");
+  if (was_connected_ && !is_connected_) {
+    ++partitions_;
+    report_("the relay " + std::string(place_of(other(role_))) + " is heard again");
+  } else if (!was_connected_) {
+    report_("joined with the relay " + std::string(place_of(other(role_))));
+  }
+  if (was_connected_) longest_silence_ns_ = std::max(longest_silence_ns_, now_ns - heard_ns_);
+  heard_ns_ = now_ns;
+  is_connected_ = was_connected_ = true;
+  return true;
+}
+
+void OtherSide::look(std::uint64_t now_ns) {
+  if (!is_connected_ || now_ns < heard_ns_ + kPatience_ns) return;
+  is_connected_ = false;
+  report_("nothing is heard of the relay " + std::string(place_of(other(role_))) + " for " +
+          std::to_string(kPatience_ns / 1'000'000) + " ms");
+}
+
+Status OtherSide::next_status(std::uint64_t now_ns) noexcept {
+  Status status{};
+  status.relay_id = relay_id_;
+  status.number = ++sent_;
+  status.sent_ns = now_ns;
+  status.follows = followed_;
+  status.echo_sent_ns = status_.sent_ns;
+  status.echo_received_ns = status_.sent_ns != 0 ? heard_ns_ : 0;
+  return status;
+}
+
+Greeting OtherSide::greeting() const noexcept {
+  Greeting greeting{};
+  greeting.relay_id = relay_id_;
+  greeting.protocol = kProtocol;
+  greeting.role = static_cast<std::uint32_t>(role_);
+  std::strncpy(greeting.release, STILLGRID_VERSION, sizeof greeting.release - 1);
+  return greeting;
+}
+
+}  // namespace stillgrid::scene_relay

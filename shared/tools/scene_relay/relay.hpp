@@ -1,0 +1,96 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "proto/segment_header.hpp"
+#include "shared/realtime/histogram.hpp"
+#include "shared/tools/scene_relay/messages.hpp"
+#include "shared/tools/scene_relay/network.hpp"
+#include "shared/tools/scene_relay/other_side.hpp"
+
+namespace stillgrid::scene_relay {
+
+struct RelayOptions {
+  std::string session;  // SESSION, or SESSION+HAND
+  NetworkOptions network;
+  std::optional<double> duration_s;
+  std::optional<gid_t> readers;    // a group that may read what it publishes here
+  bool has_deltas = true;          // beside the simulation
+  std::optional<double> deadband;  // beside the hand: of the tool's velocity, 0 to 1
+};
+
+/// What a relay counted, of what it received and sent.
+struct RelayReport {
+  Role role = Role::kHand;
+  proto::RelayFigures figures{};
+  std::uint64_t sent = 0, sent_bytes = 0;   // snapshots or tool samples
+  std::uint64_t keyframes = 0, deltas = 0;  // of snapshots sent
+  std::uint64_t withheld = 0;               // tool samples, by the deadband
+  std::uint64_t without_keyframe = 0;       // deltas whose keyframe was not there
+  std::uint64_t segments = 0;               // made of what came
+  realtime::Histogram way_ns;               // of each that came, since its publication
+  realtime::Histogram age_ns;               // of the newest, looked at every millisecond
+};
+
+/// Thrown by neither: publishes SESSION's scene to the other machine, and its tool here, until it
+/// is stopped. Throws NetworkError, SegmentError.
+void relay_beside_simulation(const RelayOptions& options, RelayReport& report,
+                             const std::atomic<bool>& stop);
+/// The same the other way round.
+void relay_beside_hand(const RelayOptions& options, RelayReport& report,
+                       const std::atomic<bool>& stop);
+
+/// JSON (docs/formats.md). Throws std::runtime_error naming the file.
+void write_report(const RelayReport& report, const std::filesystem::path& file);
+
+/// How often a relay looks at shared memory.
+inline constexpr std::uint64_t kLook_ns = 1'000'000;
+/// A snapshot that took longer, and a tool that was silent for longer, is not shown.
+inline constexpr std::uint64_t kLongestWay_ns = 250'000'000;
+
+/// What both sides do alike: the other side, its clock, and the counts.
+class RelayLink {
+ public:
+  RelayLink(const RelayOptions& options, Role role, RelayReport& report);
+
+  [[nodiscard]] const Participant& participant() const noexcept { return participant_; }
+  [[nodiscard]] std::uint64_t relay_id() const noexcept { return relay_id_; }
+  [[nodiscard]] const OtherSide& other() const noexcept { return other_; }
+  [[nodiscard]] const ClockOffset& clock() const noexcept { return other_.clock(); }
+  /// NAME of this session's messages: "stillgrid/1/SESSION/NAME".
+  [[nodiscard]] std::string topic(const char* name) const;
+
+  /// Takes greetings and statuses; whether a status of the other side came.
+  bool hear(std::uint64_t now_ns);
+  /// Sends them when it is time, or at once where what is to be said is another than before.
+  void say(std::uint64_t now_ns, std::uint64_t segment_epoch, std::uint64_t scene_epoch = 0,
+           std::uint64_t keyframe_id = 0);
+
+  /// Whether a message is the other side's and newer than those before; counts it.
+  bool accept(std::uint64_t relay_id, std::uint64_t number, std::size_t bytes);
+  /// Whether what was stamped then, on the other's clock, came in time; counts it if not.
+  bool came_in_time(std::uint64_t stamp_ns, std::uint64_t now_ns);
+  void refuse(const std::string& line);
+
+  /// Brings the report's figures up to date.
+  [[nodiscard]] const proto::RelayFigures& figures() noexcept;
+
+ private:
+  RelayReport& report_;
+  std::string session_;
+  std::uint64_t relay_id_;
+  Participant participant_;
+  OtherSide other_;
+  dds_entity_t greetings_out_, greetings_in_, status_out_, status_in_;
+  std::uint64_t next_status_ns_ = 0, next_greeting_ns_ = 0, number_ = 0, number_of_ = 0;
+  std::uint64_t said_[3] = {};
+  std::string last_refusal_;
+};
+
+}  // namespace stillgrid::scene_relay

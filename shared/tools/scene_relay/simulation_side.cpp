@@ -1,0 +1,216 @@
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "shared/publication/relay_figures.hpp"
+#include "shared/publication/tool_segment.hpp"
+#include "shared/reading/segment_follower.hpp"
+#include "shared/reading/snapshot.hpp"
+#include "shared/realtime/periodic_timer.hpp"
+#include "shared/tools/scene_relay/relay.hpp"
+#include "shared/tools/scene_relay/snapshot_coding.hpp"
+#include "shared/tools/scene_relay/told_scene.hpp"
+
+namespace stillgrid::scene_relay {
+namespace {
+
+/// The tool's stamps as they were rebased to this clock, and what they were on the hand's: a
+/// simulation tells which sample its state contains, and the hand knows its own stamps to the bit.
+class ToolStamps {
+ public:
+  void note(std::uint64_t here_ns, std::uint64_t hands_ns) noexcept {
+    stamps_[next_] = {here_ns, hands_ns};
+    next_ = (next_ + 1) % stamps_.size();
+  }
+  [[nodiscard]] std::uint64_t on_hands_clock(std::uint64_t here_ns) const noexcept {
+    if (here_ns == 0) return 0;
+    const auto* const found = std::find_if(stamps_.begin(), stamps_.end(), [&](const auto& stamp) {
+      return stamp.here_ns == here_ns;
+    });
+    return found != stamps_.end() ? found->hands_ns : 0;
+  }
+
+ private:
+  struct Stamp {
+    std::uint64_t here_ns = 0, hands_ns = 0;
+  };
+  std::array<Stamp, 4096> stamps_{};
+  std::size_t next_ = 0;
+};
+
+template <std::size_t N>
+std::array<double, N> array(const double (&values)[N]) {
+  return std::to_array(values);
+}
+
+/// The tool's state as its message tells it, but for its time.
+proto::ToolState state_of(const ToolMessage& message) {
+  proto::ToolState state{};
+  state.tick = message.tick;
+  state.position_m = array(message.position_m);
+  state.orientation_xyzw = array(message.orientation_xyzw);
+  state.velocity_m_s = array(message.velocity_m_s);
+  state.force_N = array(message.force_N);
+  state.buttons = message.buttons;
+  state.before.torque_N_m = array(message.torque_N_m);
+  state.before.contacts = message.contacts;
+  state.before.flags = message.flags;
+  return state;
+}
+
+class SimulationSide {
+ public:
+  SimulationSide(const RelayOptions& options, RelayReport& report)
+      : options_(options),
+        report_(report),
+        link_(options, Role::kSimulation, report),
+        encoder_(link_.relay_id(), options.has_deltas),
+        follower_(options.session, proto::SegmentKind::kScene),
+        scenes_(link_.participant().writer(stillgrid_relay1_Scene_desc, link_.topic("scene"),
+                                           Delivery::kLasting)),
+        snapshots_(link_.participant().writer(stillgrid_relay1_Snapshot_desc,
+                                              link_.topic("snapshot"), Delivery::kNewest)),
+        tools_(link_.participant().reader(stillgrid_relay1_Tool_desc, link_.topic("tool"),
+                                          Delivery::kBestEffort)) {}
+
+  void run(const std::atomic<bool>& stop) {
+    const std::uint64_t began_ns = realtime::monotonic_ns();
+    const std::uint64_t end_ns =
+        options_.duration_s ? began_ns + realtime::to_ns(*options_.duration_s) : proto::kNever;
+    std::uint64_t next_ns = began_ns;
+    while (!stop) {
+      link_.participant().wait(next_ns);
+      const std::uint64_t now_ns = realtime::monotonic_ns();
+      if (now_ns >= end_ns) break;
+      if (link_.hear(now_ns))
+        encoder_.acknowledge(link_.other().status().scene_epoch,
+                             link_.other().status().keyframe_id);
+      take_tool(now_ns);
+      if (now_ns < next_ns) continue;
+      next_ns = std::max(next_ns + kLook_ns, now_ns);
+      look_at_scene(now_ns);
+      link_.say(now_ns, scene_epoch_);
+      withdraw_silent_tool(now_ns);
+      if (tool_) report_.age_ns.record(now_ns - std::min(now_ns, tool_ns_));
+    }
+    report_.keyframes = encoder_.keyframes();
+    report_.deltas = encoder_.deltas();
+    (void)link_.figures();
+  }
+
+ private:
+  void look_at_scene(std::uint64_t now_ns) {
+    if (now_ns >= next_look_ns_) {
+      next_look_ns_ = now_ns + 10'000'000;
+      follower_.look();
+      if (const std::string& refusal = follower_.refusal(); refusal != last_refusal_) {
+        last_refusal_ = refusal;
+        if (!refusal.empty()) spdlog::warn(refusal);
+      }
+      take_up_scene();
+    }
+    if (scene_epoch_ != 0) tell_snapshot(*follower_.scene());
+  }
+
+  void take_up_scene() {
+    const publication::SceneView* view = follower_.scene();
+    const bool is_alive = follower_.life() == reading::Life::kAlive && view != nullptr;
+    if (is_alive && view->header().clock != proto::Clock::kMonotonic) {
+      if (refused_epoch_ != view->header().epoch)
+        spdlog::warn(publication::clock_refusal(options_.session, proto::SegmentKind::kScene,
+                                                proto::Clock::kMonotonic));
+      refused_epoch_ = view->header().epoch;
+      scene_epoch_ = 0;
+      return;
+    }
+    const std::uint64_t epoch = is_alive ? view->header().epoch : 0;
+    if (epoch == scene_epoch_) return;
+    scene_epoch_ = epoch;
+    if (epoch == 0) return;
+    reader_.turn_to(*view);
+    const ToldScene scene(*view, link_.relay_id());
+    if (dds_write(scenes_, &scene.message()) != DDS_RETCODE_OK)
+      spdlog::error("the scene could not be sent");
+  }
+
+  void tell_snapshot(const publication::SceneView& view) {
+    const std::uint64_t before = reader_.snapshot().snapshot_id;
+    const auto status =
+        reading::look(reader_, view, kMostSpheres, reading::SnapshotDetail::kSpheres, snapshot_);
+    if (status != double_buffer::ReadStatus::kAccepted || snapshot_.snapshot_id == before) return;
+    const SnapshotMessage& message = encoder_.encode(
+        told(snapshot_, stamps_.on_hands_clock(snapshot_.header.tool_time_ns)), scene_epoch_);
+    if (dds_write(snapshots_, &message) != DDS_RETCODE_OK) return;
+    ++report_.sent;
+    report_.sent_bytes += message_bytes(message);
+  }
+
+  void take_tool(std::uint64_t now_ns) {
+    take_all<ToolMessage>(tools_, [&](const ToolMessage& message) {
+      if (!link_.accept(message.relay_id, message.number, sizeof message)) return;
+      if (!link_.came_in_time(message.time_ns, now_ns)) return;
+      proto::ToolState state = state_of(message);
+      if (!publication::is_sound(state) || !publication::has_sound_figures(state) ||
+          message.period_ns < 10'000 || message.period_ns > 1'000'000'000)
+        return link_.refuse("a tool sample is refused: a number out of range");
+      state.time_ns = std::max(link_.clock().to_ours(message.time_ns), tool_ns_ + 1);
+      if (scene_epoch_ == 0) return;
+      open_tool(message, now_ns);
+      if (!tool_) return;
+      stamps_.note(state.time_ns, message.time_ns);
+      tool_ns_ = state.time_ns;
+      heard_tool_ns_ = now_ns;
+      tool_->publish(state);
+      publication::store_relay_figures(tool_->header(), link_.figures());
+    });
+  }
+
+  /// A haptic_server that was started anew is another writer.
+  void open_tool(const ToolMessage& message, std::uint64_t now_ns) {
+    if (tool_ && tool_epoch_ == message.segment_epoch) return;
+    if (now_ns < next_try_ns_) return;
+    tool_.reset();
+    try {
+      tool_.emplace(publication::SessionLock(options_.session, proto::SegmentKind::kTool),
+                    message.period_ns, proto::Clock::kMonotonic, now_ns, options_.readers);
+      tool_epoch_ = message.segment_epoch;
+      ++report_.segments;
+    } catch (const publication::SegmentError& error) {
+      next_try_ns_ = now_ns + 5'000'000'000;
+      spdlog::warn(error.what());
+    }
+  }
+
+  void withdraw_silent_tool(std::uint64_t now_ns) {
+    const bool is_gone = link_.other().is_connected() && link_.other().status().segment_epoch == 0;
+    if (!tool_ || (!is_gone && now_ns < heard_tool_ns_ + kLongestWay_ns)) return;
+    tool_.reset();
+  }
+
+  const RelayOptions& options_;
+  RelayReport& report_;
+  RelayLink link_;
+  SnapshotEncoder encoder_;
+  reading::SegmentFollower follower_;
+  publication::SnapshotReader reader_;
+  reading::SceneSnapshot snapshot_;
+  ToolStamps stamps_;
+  dds_entity_t scenes_, snapshots_, tools_;
+  std::optional<publication::ToolWriter> tool_;
+  std::string last_refusal_;
+  std::uint64_t scene_epoch_ = 0, refused_epoch_ = 0, tool_epoch_ = 0, tool_ns_ = 0;
+  std::uint64_t heard_tool_ns_ = 0, next_look_ns_ = 0, next_try_ns_ = 0;
+};
+
+}  // namespace
+
+void relay_beside_simulation(const RelayOptions& options, RelayReport& report,
+                             const std::atomic<bool>& stop) {
+  SimulationSide(options, report).run(stop);
+}
+
+}  // namespace stillgrid::scene_relay

@@ -1,0 +1,256 @@
+#include "shared/tools/scene_relay/told_scene.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "shared/collision/field_history.hpp"
+#include "shared/collision/sphere_history.hpp"
+#include "shared/reading/snapshot.hpp"
+#include "shared/tools/scene_relay/sequence.hpp"
+
+namespace stillgrid::scene_relay {
+namespace {
+
+template <class T, std::size_t N>
+void copy(const std::array<T, N>& from, T (&to)[N]) {
+  std::copy(from.begin(), from.end(), to);
+}
+template <class T, std::size_t N>
+std::array<T, N> array(const T (&from)[N]) {
+  std::array<T, N> to;
+  std::copy(from, from + N, to.begin());
+  return to;
+}
+
+void require(bool is_sound, const std::string& what) {
+  if (!is_sound) throw MessageError("the other side's scene is refused: " + what);
+}
+
+/// The numbers of one of a field's arrays: `words` and from where, 4 bytes each.
+template <class Number>
+std::vector<Number> numbers_of(const collision::FieldView& field, std::size_t from_word,
+                               std::size_t count) {
+  std::vector<Number> numbers(count);
+  std::memcpy(numbers.data(), field.words + from_word, count * sizeof(Number));
+  return numbers;
+}
+
+struct FieldCounts {
+  std::size_t coarse, numbers, stiffness, fine;
+};
+FieldCounts counts_of(const proto::FieldShape& shape) {
+  const auto [x, y, z] = shape.bricks;
+  const std::size_t coarse = std::size_t{x + 2} * (y + 2) * (z + 2);
+  return {coarse, std::size_t{x} * y * z, shape.has_stiffness != 0 ? coarse : 0,
+          std::size_t{shape.fine_count} * proto::kBrickCoefficients};
+}
+
+std::shared_ptr<const collision::DistanceField> field_of(const stillgrid_relay1_DistanceField& told,
+                                                         std::uint32_t number) {
+  const std::string name = "field " + std::to_string(number) + ": ";
+  proto::FieldShape shape{.lowest_m = array(told.lowest_m),
+                          .brick_m = told.brick_m,
+                          .bricks = array(told.bricks),
+                          .fine_count = 0,
+                          .centre_m = array(told.centre_m),
+                          .bounding_radius_m = told.bounding_radius_m,
+                          .has_stiffness = told.stiffness._length != 0 ? 1U : 0U,
+                          .reserved = 0};
+  require(told.fine._length % proto::kBrickCoefficients == 0, name + "half a fine brick");
+  shape.fine_count = told.fine._length / proto::kBrickCoefficients;
+  require(collision::is_consistent(shape), name + "a shape that none has");
+  const FieldCounts counts = counts_of(shape);
+  require(counts.coarse == told.coarse._length && counts.numbers == told.numbers._length &&
+              counts.stiffness == told.stiffness._length && counts.fine == told.fine._length,
+          name + "not as many numbers as its shape needs");
+  const collision::FieldLayout layout = collision::field_layout(shape);
+  std::vector<std::uint64_t> words(layout.total_words);
+  const auto put = [&](std::size_t at, const auto& sequence) {
+    const auto numbers = elements(sequence);
+    if (!numbers.empty()) std::memcpy(words.data() + at, numbers.data(), numbers.size_bytes());
+  };
+  put(layout.coarse, told.coarse);
+  put(layout.numbers, told.numbers);
+  put(layout.stiffness, told.stiffness);
+  put(layout.fine, told.fine);
+  return std::make_shared<const collision::DistanceField>(shape, std::move(words));
+}
+
+proto::FieldState state_of(const stillgrid_relay1_FieldState& told) {
+  return {array(told.position_m), array(told.orientation_xyzw), array(told.velocity_m_s),
+          array(told.angular_velocity_rad_s), 0.0F};
+}
+
+std::vector<publication::PublishedField> fields_of(const SceneMessage& message) {
+  std::vector<std::shared_ptr<const collision::DistanceField>> fields;
+  require(message.fields._length <= proto::kMaxFields &&
+              message.field_bodies._length <= proto::kMaxFields,
+          "more fields than " + std::to_string(proto::kMaxFields));
+  for (const auto& told : elements(message.fields))
+    fields.push_back(field_of(told, static_cast<std::uint32_t>(fields.size())));
+  std::vector<publication::PublishedField> bodies;
+  std::uint32_t moving = 0;
+  for (const auto& told : elements(message.field_bodies)) {
+    const proto::FieldState rest = state_of(told.rest);
+    require(told.field < fields.size() && told.material < message.materials._length &&
+                (told.moving == 0 || told.moving == ++moving) &&
+                (told.moving != 0 || collision::is_sound(rest)),
+            "a body's field, its order, material or place");
+    proto::FieldBody body{};
+    body.rest = rest;
+    body.moving = told.moving;
+    body.material = told.material;
+    body.body = told.body;
+    bodies.push_back({body, fields[told.field]});
+  }
+  return bodies;
+}
+
+std::vector<proto::SphereRecord> still_spheres(const SceneMessage& message) {
+  require(message.spheres._length <= kMostSpheres, "more static spheres than a relay carries");
+  std::vector<proto::SphereRecord> spheres;
+  spheres.reserve(message.spheres._length);
+  for (const auto& told : elements(message.spheres)) {
+    const auto place = array(told.position_m);
+    require(std::all_of(place.begin(), place.end(),
+                        [](float x) { return std::abs(double{x}) <= proto::kLargestNumber; }) &&
+                told.radius_m > 0.0F && double{told.radius_m} <= proto::kLargestNumber,
+            "a static sphere's place or radius");
+    require(told.material < message.materials._length || told.material == proto::kFieldPoint,
+            "a static sphere's material");
+    proto::SphereRecord& record = spheres.emplace_back();
+    collision::fill_history(record, {place, {}});
+    record.radius_m = told.radius_m;
+    record.material = told.material;
+    record.body = told.body;
+  }
+  return spheres;
+}
+
+/// What a message tells of the head of a scene's fixed part; its counts were checked.
+proto::SceneHeader head_of(const SceneMessage& message) {
+  proto::SceneHeader head{};
+  head.material_count = message.materials._length;
+  head.plane_count = message.planes._length;
+  head.tool_sphere_count = message.tool._length;
+  head.tool_slip_speed_m_s = message.tool_slip_speed_m_s;
+  head.device = {array(message.device_position_m), array(message.device_orientation_xyzw),
+                 message.device_scale};
+  std::size_t i = 0;
+  for (const auto& m : elements(message.materials))
+    head.materials[i++] = {m.stiffness_N_per_m, m.damping_N_s_per_m, m.friction, m.slip_speed_m_s};
+  i = 0;
+  for (const auto& p : elements(message.planes))
+    head.planes[i++] = {array(p.normal), p.offset_m, p.material, p.body};
+  i = 0;
+  for (const auto& s : elements(message.tool)) head.tool[i++] = {array(s.position_m), s.radius_m};
+  return head;
+}
+
+}  // namespace
+
+ToldScene::ToldScene(const publication::SceneView& view, std::uint64_t relay_id) {
+  const proto::SceneHeader& scene = view.scene();
+  message_.relay_id = relay_id;
+  message_.scene_epoch = view.header().epoch;
+  message_.period_ns = view.header().period_ns;
+  message_.moving_capacity = scene.moving_capacity;
+  message_.predicts = scene.predicts != 0;
+  message_.tool_slip_speed_m_s = scene.tool_slip_speed_m_s;
+  std::copy(scene.name.begin(), scene.name.end(), message_.name);
+  copy(scene.device.position_m, message_.device_position_m);
+  copy(scene.device.orientation_xyzw, message_.device_orientation_xyzw);
+  message_.device_scale = scene.device.scale;
+  for (std::uint32_t i = 0; i < scene.material_count; ++i) {
+    const proto::Material& m = scene.materials[i];
+    materials_.push_back({m.stiffness_N_per_m, m.damping_N_s_per_m, m.friction, m.slip_speed_m_s});
+  }
+  for (std::uint32_t i = 0; i < scene.plane_count; ++i) {
+    const proto::Plane& p = scene.planes[i];
+    planes_.push_back({{p.normal[0], p.normal[1], p.normal[2]}, p.offset_m, p.material, p.body});
+  }
+  for (std::uint32_t i = 0; i < scene.tool_sphere_count; ++i) {
+    const auto& [place_m, radius_m] = scene.tool[i];
+    tool_.push_back({{place_m[0], place_m[1], place_m[2]}, radius_m});
+  }
+  for (const proto::SphereRecord& record : reading::static_spheres(view, kMostSpheres)) {
+    const auto& place_m = record.newest.position_m;
+    spheres_.push_back(
+        {{place_m[0], place_m[1], place_m[2]}, record.radius_m, record.material, record.body});
+  }
+  tell_fields(view);
+  point_to(message_.materials, materials_);
+  point_to(message_.planes, planes_);
+  point_to(message_.tool, tool_);
+  point_to(message_.spheres, spheres_);
+  point_to(message_.fields, fields_);
+  point_to(message_.field_bodies, bodies_);
+}
+
+void ToldScene::tell_fields(const publication::SceneView& view) {
+  std::vector<std::uint64_t> offsets;
+  for (const publication::SceneField& field : view.fields()) {
+    const auto known = std::find(offsets.begin(), offsets.end(), field.body.offset);
+    stillgrid_relay1_FieldBody body{};
+    body.field = static_cast<std::uint32_t>(known - offsets.begin());
+    body.moving = field.body.moving;
+    body.material = field.body.material;
+    body.body = field.body.body;
+    copy(field.body.rest.position_m, body.rest.position_m);
+    copy(field.body.rest.orientation_xyzw, body.rest.orientation_xyzw);
+    bodies_.push_back(body);
+    if (known != offsets.end()) continue;
+    offsets.push_back(field.body.offset);
+    const proto::FieldShape& shape = field.body.shape;
+    const FieldCounts counts = counts_of(shape);
+    const collision::FieldLayout& at = field.field.layout;
+    numbers_.push_back({numbers_of<float>(field.field, at.coarse, counts.coarse),
+                        numbers_of<float>(field.field, at.stiffness, counts.stiffness),
+                        numbers_of<float>(field.field, at.fine, counts.fine),
+                        numbers_of<std::uint32_t>(field.field, at.numbers, counts.numbers)});
+    stillgrid_relay1_DistanceField& told = fields_.emplace_back();
+    copy(shape.lowest_m, told.lowest_m);
+    told.brick_m = shape.brick_m;
+    copy(shape.bricks, told.bricks);
+    copy(shape.centre_m, told.centre_m);
+    told.bounding_radius_m = shape.bounding_radius_m;
+  }
+  for (std::size_t i = 0; i < fields_.size(); ++i) {
+    point_to(fields_[i].coarse, numbers_[i].coarse);
+    point_to(fields_[i].numbers, numbers_[i].numbers);
+    point_to(fields_[i].stiffness, numbers_[i].stiffness);
+    point_to(fields_[i].fine, numbers_[i].fine);
+  }
+}
+
+publication::StaticScene scene_of(const SceneMessage& message) {
+  require(message.materials._length <= proto::kMaxMaterials &&
+              message.planes._length <= proto::kMaxPlanes &&
+              message.tool._length <= proto::kMaxToolSpheres,
+          "more materials, planes or tool spheres than there may be");
+  require(message.moving_capacity <= kMostSpheres, "more moving spheres than a relay carries");
+  require(message.period_ns >= 1'000'000 && message.period_ns <= 100'000'000'000,
+          "a period that is none from 1 ms to 100 s");
+  const proto::SceneHeader head = head_of(message);
+  require(publication::is_sound(head), "a count or number out of range");
+  publication::StaticScene scene;
+  const auto* const name_end = std::find(std::begin(message.name), std::end(message.name), '\0');
+  scene.name.assign(std::begin(message.name), name_end);
+  scene.materials.assign(head.materials.begin(), head.materials.begin() + head.material_count);
+  scene.planes.assign(head.planes.begin(), head.planes.begin() + head.plane_count);
+  scene.tool.assign(head.tool.begin(), head.tool.begin() + head.tool_sphere_count);
+  scene.spheres = still_spheres(message);
+  scene.fields = fields_of(message);
+  scene.device = head.device;
+  scene.tool_slip_speed_m_s = message.tool_slip_speed_m_s;
+  scene.predicts = message.predicts;
+  return scene;
+}
+
+}  // namespace stillgrid::scene_relay

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <vector>
+
+#include "shared/publication/scene_segment.hpp"
+#include "shared/tools/scene_relay/messages.hpp"
+
+namespace stillgrid::scene_relay {
+
+/// Why a message is not used, one line.
+class MessageError : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// More moving spheres than a message may ask room for: 300 MB of segment.
+inline constexpr std::uint32_t kMostSpheres = 1'000'000;
+
+/// What a simulation publishes once, as a message that lives as long as this.
+class ToldScene {
+ public:
+  ToldScene(const publication::SceneView& view, std::uint64_t relay_id);
+  ToldScene(const ToldScene&) = delete;
+  ToldScene& operator=(const ToldScene&) = delete;
+  ToldScene(ToldScene&&) = delete;
+  ToldScene& operator=(ToldScene&&) = delete;
+  ~ToldScene() = default;
+
+  [[nodiscard]] const SceneMessage& message() const noexcept { return message_; }
+
+ private:
+  void tell_fields(const publication::SceneView& view);
+
+  struct FieldNumbers {
+    std::vector<float> coarse, stiffness, fine;
+    std::vector<std::uint32_t> numbers;
+  };
+  SceneMessage message_{};
+  std::vector<stillgrid_relay1_Material> materials_;
+  std::vector<stillgrid_relay1_Plane> planes_;
+  std::vector<stillgrid_relay1_ToolSphere> tool_;
+  std::vector<stillgrid_relay1_StillSphere> spheres_;
+  std::vector<FieldNumbers> numbers_;
+  std::vector<stillgrid_relay1_DistanceField> fields_;
+  std::vector<stillgrid_relay1_FieldBody> bodies_;
+};
+
+/// The same to publish on this side. Throws MessageError unless every count, index and number is
+/// sound, of which each reader would refuse the segment too.
+[[nodiscard]] publication::StaticScene scene_of(const SceneMessage& message);
+
+}  // namespace stillgrid::scene_relay

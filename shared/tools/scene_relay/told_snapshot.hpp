@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "shared/publication/scene_segment.hpp"
+#include "shared/reading/snapshot.hpp"
+#include "shared/tools/scene_relay/messages.hpp"
+
+namespace stillgrid::scene_relay {
+
+/// What a simulation tells of one of its states: neither history nor grid, which the other side
+/// makes of the snapshots that reach it.
+struct ToldSnapshot {
+  std::uint64_t snapshot_id = 0;
+  std::uint64_t state_time_ns = 0, publish_time_ns = 0;  // the simulation's clock
+  std::uint64_t tool_time_ns = 0;                        // the hand's, 0: none
+  std::uint64_t step_ns = 0, contacts = 0, prediction_ns = 0;
+  double tool_work_J = 0.0;
+  std::vector<Motion> motions;  // by sphere
+  std::vector<Label> labels;    // likewise
+  std::vector<stillgrid_relay1_Mode> modes;
+  std::vector<stillgrid_relay1_Turning> turning;
+  std::vector<stillgrid_relay1_Response> responses;
+  std::vector<FieldMotion> fields;  // of the bodies with fields that move, in order
+};
+
+/// Of a snapshot that was read whole. tool_time_ns: its tool sample's, on the hand's clock.
+[[nodiscard]] ToldSnapshot told(const reading::SceneSnapshot& snapshot, std::uint64_t tool_time_ns);
+
+/// What a snapshot may be of, by the scene that it belongs to.
+struct SnapshotLimits {
+  std::uint32_t moving_capacity = 0;
+  std::uint32_t material_count = 0;
+  std::uint32_t moving_fields = 0;
+};
+
+/// Throws MessageError unless every count, index and number is sound.
+void check(const ToldSnapshot& snapshot, const SnapshotLimits& limits);
+
+}  // namespace stillgrid::scene_relay
