@@ -30,7 +30,7 @@ class HandSide {
         tools_(link_.participant().writer(stillgrid_relay1_Tool_desc, link_.topic("tool"),
                                           Delivery::kBestEffort)),
         scenes_(link_.participant().reader(stillgrid_relay1_Scene_desc, link_.topic("scene"),
-                                           Delivery::kLasting)),
+                                           Delivery::kLasting, false)),
         snapshots_(link_.participant().reader(stillgrid_relay1_Snapshot_desc,
                                               link_.topic("snapshot"), Delivery::kNewest)) {}
 
@@ -78,6 +78,7 @@ class HandSide {
   }
 
   void take_scene(std::uint64_t now_ns) {
+    if (link_.other().followed() == 0) return;  // whose is it? it waits
     take_all<SceneMessage>(scenes_, [&](const SceneMessage& message) {
       if (!link_.other().is_followed(message.relay_id)) return;
       if (scene_ && scene_->epoch() == message.scene_epoch) return;

@@ -93,6 +93,7 @@ class SimulationSide {
       if (now_ns < next_ns) continue;
       next_ns = std::max(next_ns + kLook_ns, now_ns);
       look_at_scene(now_ns);
+      repeat_scene(now_ns);
       link_.say(now_ns, scene_epoch_);
       withdraw_silent_tool(now_ns);
       if (tool_) report_.age_ns.record(now_ns - std::min(now_ns, tool_ns_));
@@ -132,9 +133,22 @@ class SimulationSide {
     scene_epoch_ = epoch;
     if (epoch == 0) return;
     reader_.turn_to(*view);
-    const ToldScene scene(*view, link_.relay_id());
+    tell_scene(*view, realtime::monotonic_ns());
+  }
+
+  void tell_scene(const publication::SceneView& view, std::uint64_t now_ns) {
+    next_scene_ns_ = now_ns + 2'000'000'000;
+    const ToldScene scene(view, link_.relay_id());
     if (dds_write(scenes_, &scene.message()) != DDS_RETCODE_OK)
       spdlog::error("the scene could not be sent");
+  }
+
+  /// Once more to who says that it has none: it refused what came, or lost it.
+  void repeat_scene(std::uint64_t now_ns) {
+    const bool is_missed = scene_epoch_ != 0 && link_.other().is_connected() &&
+                           link_.other().status().follows == link_.relay_id() &&
+                           link_.other().status().scene_epoch != scene_epoch_;
+    if (is_missed && now_ns >= next_scene_ns_) tell_scene(*follower_.scene(), now_ns);
   }
 
   void tell_snapshot(const publication::SceneView& view) {
@@ -203,7 +217,7 @@ class SimulationSide {
   std::optional<publication::ToolWriter> tool_;
   std::string last_refusal_;
   std::uint64_t scene_epoch_ = 0, refused_epoch_ = 0, tool_epoch_ = 0, tool_ns_ = 0;
-  std::uint64_t heard_tool_ns_ = 0, next_look_ns_ = 0, next_try_ns_ = 0;
+  std::uint64_t heard_tool_ns_ = 0, next_look_ns_ = 0, next_try_ns_ = 0, next_scene_ns_ = 0;
 };
 
 }  // namespace
