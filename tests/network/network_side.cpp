@@ -3,6 +3,7 @@
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <linux/if_tun.h>
+#include <linux/rtnetlink.h>
 #include <net/if.h>
 #include <sched.h>
 #include <sys/ioctl.h>
@@ -10,6 +11,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
 
 #include "tests/network/side_holder.hpp"
@@ -18,7 +20,7 @@ namespace stillgrid::network {
 namespace {
 
 constexpr const char* kInterface = "link";
-constexpr int kQueueLength = 20'000;  // packets: a snapshot of some MB at once
+constexpr std::uint32_t kQueueLength = 20'000;  // packets: a snapshot of some MB at once
 
 int granted(int result, const std::string& what) {
   if (result < 0) throw NotGranted(what + ": " + std::strerror(errno));
@@ -60,6 +62,35 @@ void set_up(int socket, const char* interface, int flags) {
   configure(socket, SIOCSIFFLAGS, request, "up");
 }
 
+/// By netlink: the older call is root's alone, in no user namespace.
+void set_queue_length() {
+  struct {
+    nlmsghdr header;
+    ifinfomsg interface;
+    rtattr attribute;
+    std::uint32_t length;
+  } request{};
+  request.header.nlmsg_len = sizeof request;
+  request.header.nlmsg_type = RTM_NEWLINK;
+  request.header.nlmsg_flags = NLM_F_REQUEST | NLM_F_ACK;
+  request.interface.ifi_index = static_cast<int>(::if_nametoindex(kInterface));
+  request.attribute = {RTA_LENGTH(sizeof request.length), IFLA_TXQLEN};
+  request.length = kQueueLength;
+  struct {
+    nlmsghdr header;
+    nlmsgerr error;
+    char rest[256];
+  } reply{};
+  const int socket =
+      granted(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE), "netlink");
+  const bool is_asked = ::send(socket, &request, sizeof request, 0) == sizeof request &&
+                        ::recv(socket, &reply, sizeof reply, 0) >=
+                            static_cast<ssize_t>(sizeof(nlmsghdr) + sizeof(int));
+  ::close(socket);
+  if (is_asked) errno = -reply.error.error;
+  granted(is_asked && reply.error.error == 0 ? 0 : -1, "link: a longer queue");
+}
+
 int make_tun() {
   const int tun = granted(::open("/dev/net/tun", O_RDWR | O_NONBLOCK | O_CLOEXEC), "/dev/net/tun");
   ifreq request = request_of(kInterface);
@@ -79,9 +110,7 @@ int make_interface(const std::string& address) {
   }
   set_address(socket, SIOCSIFADDR, address);
   set_address(socket, SIOCSIFNETMASK, "255.255.255.0");
-  ifreq queue = request_of(kInterface);
-  queue.ifr_qlen = kQueueLength;
-  configure(socket, SIOCSIFTXQLEN, queue, "a longer queue");
+  set_queue_length();
   set_up(socket, kInterface, IFF_UP | IFF_MULTICAST);
   ::close(socket);
   return tun;

@@ -127,7 +127,8 @@ class TwoMachinesTest(unittest.TestCase):
     def test_a_side_has_shared_memory_a_clock_and_a_network_of_its_own(self):
         bed = self.bed(clock_offset_s=CLOCK_OFFSET_S)
         name = f"test-two-machines-{os.getpid()}"
-        program = ("import os, time; name = '/dev/shm/%s'; assert not os.path.exists(name); open(name, 'w').write('x'); "
+        program = ("import os, time; name = '/dev/shm/%s'\n"
+                   "assert not os.path.exists(name); open(name, 'w').write('x')\n"
                    "print(time.monotonic(), os.readlink('/proc/self/ns/net'))" % name)
         clocks, networks_seen = {}, set()
         for side in "ab":
@@ -160,25 +161,30 @@ class TwoMachinesTest(unittest.TestCase):
             self.assertEqual(receiver.wait(PATIENCE * 5), -signal.SIGKILL)
             self.assertEqual(len(receiver.stdout.read().splitlines()), 10)
 
-    def test_nothing_outlives_the_bed_whether_it_is_closed_or_killed(self):
+    def assert_nobody_outlives(self, bed, end):
         # A program of a side's that has left its parent, and heeds no signal that it may ignore.
         stray = "import os, signal, time\n" \
                 "if os.fork(): os._exit(0)\n" \
                 "os.setsid(); [signal.signal(s, signal.SIG_IGN) for s in (1, 2, 15)]\n" \
                 "print(os.readlink('/proc/self/ns/net'), flush=True); time.sleep(1000)"
-        for end in ("closed", "killed"):
-            with self.subTest(end):
-                bed = self.bed()
-                mine = []
-                for side in "ab":
-                    program = self.python(bed, side, "-c", stray)
-                    mine.append(program.stdout.readline().strip())
-                    program.stdout.close()
-                    self.assertEqual(len(networks()[mine[-1]]), 2, "a holder and a stray")
-                if end == "killed":
-                    bed.kill()
-                bed.close()
-                self.assertFalse(set(mine) & set(networks()))
+        mine = []
+        for side in "ab":
+            program = self.python(bed, side, "-c", stray)
+            mine.append(program.stdout.readline().strip())
+            program.stdout.close()
+            program.wait()
+            self.assertEqual(len(networks()[mine[-1]]), 2, "a holder and a stray")
+        end()
+        bed.close()
+        self.assertFalse(set(mine) & set(networks()))
+
+    def test_nothing_outlives_the_bed_that_is_closed(self):
+        bed = self.bed()
+        self.assert_nobody_outlives(bed, lambda: None)
+
+    def test_nothing_outlives_the_bed_that_is_killed(self):
+        bed = self.bed()
+        self.assert_nobody_outlives(bed, bed.kill)
 
 
 if __name__ == "__main__":
