@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "shared/files/json_file.hpp"
+#include "shared/reading/relay_json.hpp"
 
 namespace stillgrid::haptic_server {
 namespace {
@@ -150,6 +151,7 @@ void write_report(const HapticReport& report, const std::filesystem::path& file)
     json["tick_ns"] = percentiles(report.tick_ns, 1.0);
     json["wake_ns"] = percentiles(report.wake_ns, 1.0);
   }
+  if (report.relay) json["relay"] = reading::relay_json(report.relay);
   if (report.realtime_violations) json["realtime_violations"] = counts(*report.realtime_violations);
   files::write_json(file, json);
 }

@@ -13,6 +13,7 @@
 #include "haptic_server/safety/interface_account.hpp"
 #include "haptic_server/safety/safety_flag.hpp"
 #include "proto/device_plugin.h"
+#include "proto/segment_header.hpp"
 #include "shared/realtime/histogram.hpp"
 #include "shared/realtime/realtime_guard.hpp"
 #include "shared/rendering/renderer.hpp"
@@ -35,9 +36,10 @@ struct HapticReport {
   safety::HandEnergy energy;
   std::optional<safety::InterfaceEnergy> interface;  // of the last scene; none: not known
   double force_sum_N = 0.0, force_max_N = 0.0, energy_J = 0.0;
-  std::uint64_t device_stops = 0;           // by the watchdog
-  std::uint64_t reopenings = 0;             // tries to open a device that was lost
-  std::optional<double> temperature_max_C;  // as the device tells
+  std::uint64_t device_stops = 0;            // by the watchdog
+  std::uint64_t reopenings = 0;              // tries to open a device that was lost
+  std::optional<double> temperature_max_C;   // as the device tells
+  std::optional<proto::RelayFigures> relay;  // of the last scene; none: no relay wrote it
   long page_faults = 0;
   std::optional<std::vector<realtime::RealtimeViolation>>
       realtime_violations;  // with --realtime-guard only

@@ -14,6 +14,7 @@
 #include "haptic_server/last_stop.hpp"
 #include "haptic_server/run.hpp"
 #include "shared/publication/hands.hpp"
+#include "shared/publication/relay_figures.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 
 namespace stillgrid::haptic_server {
@@ -149,6 +150,8 @@ void run_and_release(Run& run) {
     else
       fault = std::current_exception();
   }
+  if (const publication::SceneView* scene = run.watch.acquire(false))
+    run.report.relay = publication::load_relay_figures(scene->reader().live());
   finish_recording(run);
   run.options.ended();
   if (fault) std::rethrow_exception(fault);

@@ -230,7 +230,7 @@ int run(Arguments& arguments) {
   SimulationReport report;
   report.scene = scene.name;
   for (const scene::Hand& hand : scene::hands_of(scene))
-    report.hands.push_back({hand.name, 0.0, {}});
+    report.hands.emplace_back().name = hand.name;
   report.solver = scene::describe(scene.method);
   report.rate_hz = 1.0 / scene.period_s;
   if (!arguments.report.empty()) simulation.account_energy();

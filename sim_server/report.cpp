@@ -7,6 +7,7 @@
 
 #include "shared/files/json_file.hpp"
 #include "shared/files/whole_file.hpp"
+#include "shared/reading/relay_json.hpp"
 
 namespace stillgrid::sim_server {
 namespace {
@@ -51,6 +52,7 @@ void add_hands(const SimulationReport& report, nlohmann::json& json) {
     nlohmann::json own = {{"name", hand.name}, {"tool_work_J", hand.tool_work_J}};
     if (hand.tool_age_ns.count() > 0)
       (hand.name.empty() ? json : own)["tool_age_ms"] = percentiles_ms(hand.tool_age_ns);
+    if (hand.relay) (hand.name.empty() ? json : own)["relay"] = reading::relay_json(hand.relay);
     if (!hand.name.empty()) json["hands"].push_back(own);
   }
 }

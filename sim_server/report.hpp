@@ -18,6 +18,7 @@ struct HandReport {
   double tool_work_J = 0.0;         // that its tool gave, as the snapshots tell it
   realtime::Histogram tool_age_ns;  // of its tool's samples as their snapshots were published,
                                     // virtual in lockstep
+  std::optional<proto::RelayFigures> relay;  // of its last tool segment; none: no relay wrote it
 };
 
 /// Counters of a run, for --report.

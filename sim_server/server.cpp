@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "shared/publication/relay_figures.hpp"
 #include "shared/publication/session.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/realtime/realtime_thread.hpp"
@@ -65,6 +66,13 @@ void run_offline(const scene::SceneDescription& scene, const ServerOptions& opti
   }
 }
 
+/// How each hand's tool came, if a relay brought it.
+void note_relays(publication::Session& session, SimulationReport& report) {
+  for (std::size_t hand = 0; hand < report.hands.size(); ++hand)
+    if (const publication::ToolView* tool = session.hands()[hand].tool().acquire(false))
+      report.hands[hand].relay = publication::load_relay_figures(tool->reader().live());
+}
+
 void run_real(const scene::SceneDescription& scene, const ServerOptions& options,
               publication::SessionLock lock, dynamics::Simulation& simulation,
               SimulationReport& report, const std::atomic<bool>& stop) {
@@ -107,7 +115,7 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
     const dynamics::Budget budget =
         budget_until(wake.deadline_ns + realtime::to_ns(scene.period_s), stop);
     const dynamics::StepReport step = simulation.step(scene.period_s, take_tools, budget);
-    if (step.stopped) return;
+    if (step.stopped) break;
     for (std::size_t hand = 0; hand < take_tools.size(); ++hand) {
       const std::uint64_t began_ns = realtime::monotonic_ns();
       const publication::SnapshotPrediction prediction =
@@ -118,6 +126,7 @@ void run_real(const scene::SceneDescription& scene, const ServerOptions& options
     count_step(report, step);
     report.step_ns.record(realtime::monotonic_ns() - wake.now_ns);
   }
+  note_relays(session, report);
 }
 
 void run_lockstep(const scene::SceneDescription& scene, const ServerOptions& options,

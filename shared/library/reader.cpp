@@ -99,6 +99,11 @@ void tell_times(const proto::SnapshotHeader& header, stillgrid_snapshot& told) {
   told.step_ns = header.step_ns;
 }
 
+/// Also of a relay that hears nothing: what it published last goes on to be the newest.
+bool is_alive(const reading::SegmentFollower& writer) {
+  return writer.life() == reading::Life::kAlive || writer.life() == reading::Life::kSilent;
+}
+
 }  // namespace
 
 Reader::Reader(std::string hand_session)
@@ -117,8 +122,8 @@ void Reader::take_up() {
   scene_follower_.look();
   tool_follower_.look();
   was_polled_ = true;
-  if (tool_follower_.life() == reading::Life::kAlive) tool_ = tool_follower_.tool();
-  if (scene_follower_.life() != reading::Life::kAlive) return;
+  if (is_alive(tool_follower_)) tool_ = tool_follower_.tool();
+  if (!is_alive(scene_follower_)) return;
   const publication::SceneView& scene = *scene_follower_.scene();
   if (snapshots_.turn_to(scene)) newest_ = {};
   const std::size_t capacity = scene.scene().moving_capacity;

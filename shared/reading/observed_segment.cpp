@@ -11,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include "shared/publication/relay_figures.hpp"
 #include "shared/reading/snapshot.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 
@@ -137,6 +138,7 @@ void look_again(ObservedSegment& segment) {
         &proto::SegmentHeader::lockstep_sample_ns, &proto::SegmentHeader::lockstep_event_ns})
     *summary.header.*word =
         double_buffer::HardwareAtomics::load(live.*word, std::memory_order_acquire);
+  summary.relay = publication::load_relay_figures(live);
 
   std::uint64_t stamp_ns = 0;
   summary.moving_spheres.reset();

@@ -36,6 +36,7 @@ struct SegmentSummary {
   std::optional<double> age_s;  // since the latest snapshot or tool state; nothing in virtual time
   std::optional<std::uint32_t> moving_spheres;  // in the latest snapshot
   std::optional<std::uint32_t> static_spheres;
+  std::optional<proto::RelayFigures> relay;  // sound; nothing: no relay writes the segment
 };
 
 /// A segment that is being looked at: its summary, and the mapping if it can be read.

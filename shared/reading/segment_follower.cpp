@@ -2,12 +2,16 @@
 
 #include <utility>
 
+#include "shared/publication/relay_figures.hpp"
+
 namespace stillgrid::reading {
 
 std::string_view name_of(Life life) noexcept {
   switch (life) {
     case Life::kAlive:
       return "alive";
+    case Life::kSilent:
+      return "silent";
     case Life::kDead:
       return "dead";
     case Life::kAbsent:
@@ -29,8 +33,9 @@ void SegmentFollower::look() {
       segment_.emplace(std::move(found));
     }
   }
+  relay_ = segment_ ? publication::load_relay_figures(segment_->reader()->live()) : std::nullopt;
   if (segment_ && segment_->reader()->writer_alive())
-    life_ = Life::kAlive;
+    life_ = relay_ && relay_->connected == 0 ? Life::kSilent : Life::kAlive;
   else
     life_ = is_ours() ? Life::kDead : Life::kAbsent;
 }

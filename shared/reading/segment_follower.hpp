@@ -12,7 +12,8 @@ namespace stillgrid::reading {
 enum class Life {
   kAbsent,  // not come yet, or ended
   kAlive,
-  kDead,  // killed: its segment stands
+  kSilent,  // alive, but a relay whose other side is not heard
+  kDead,    // killed: its segment stands
 };
 [[nodiscard]] std::string_view name_of(Life life) noexcept;
 
@@ -26,6 +27,8 @@ class SegmentFollower {
   void look();
 
   [[nodiscard]] Life life() const noexcept { return life_; }
+  /// What the relay tells that writes the segment; nothing where none does.
+  [[nodiscard]] const std::optional<proto::RelayFigures>& relay() const noexcept { return relay_; }
   /// Why what stands there cannot be read, one line; empty where it can.
   [[nodiscard]] const std::string& refusal() const noexcept { return refused_.refusal; }
   /// What stands there and cannot be read; without a refusal nothing.
@@ -37,6 +40,7 @@ class SegmentFollower {
   publication::SegmentFile file_;
   std::optional<ObservedSegment> segment_;
   Life life_ = Life::kAbsent;
+  std::optional<proto::RelayFigures> relay_;
   SegmentSummary refused_;
 };
 

@@ -22,6 +22,11 @@ DATA = pathlib.Path(os.environ.get("STILLGRID_DATA", ROOT.parent / "shared" / "d
 PATIENCE = float(os.environ.get("STILLGRID_PATIENCE", 1))  # times every limit of time
 SHM = pathlib.Path("/dev/shm") / f"stillgrid-{os.geteuid()}"  # docs/protocol.md, "Names"
 
+RELAY_OFFSET = 128
+RELAY_FIGURES = ("relay_id", "connected", "clock_offset_ns", "clock_bound_ns", "round_trip_ns", "received",
+                 "received_bytes", "lost", "repeated", "out_of_order", "late", "refused", "partitions",
+                 "longest_silence_ns")
+
 DONE, BAD_INPUT, COULD_NOT_START, DEVICE_FAULT, NOT_CONVERGED = 0, 1, 2, 3, 5  # exit status
 SKIPPED = 77  # of a test program, known to ctest
 
@@ -132,6 +137,16 @@ class SessionTest(unittest.TestCase):
         self.assertEqual(haptic_server.wait(), DONE, haptic_server.lines())
         self.assertEqual(sim_server.wait(), DONE, sim_server.lines())
         return recording
+
+    def set_relay_figures(self, kind, **figures):
+        """Writes into the segment of a server what a relay would tell of it there: docs/protocol.md. What is not
+        given is 0."""
+        words = {"relay_id": 1, **figures}
+        unknown = words.keys() - set(RELAY_FIGURES)
+        self.assertFalse(unknown)
+        with open(SHM / f"{self.session}-{kind}", "r+b", buffering=0) as segment:
+            segment.seek(RELAY_OFFSET)
+            segment.write(b"".join((words.get(name, 0) % 2**64).to_bytes(8, "little") for name in RELAY_FIGURES))
 
     def still_device(self, x_m, y_m, z_m):
         """A device that is held at a point, exactly, for as long as any test takes."""

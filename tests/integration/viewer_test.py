@@ -132,6 +132,26 @@ class Session(ViewerTest):
             page, lambda frame, _: frame["hand"] == "alive", "the hand's return")
         self.assertGreaterEqual(again["tool"]["tick"], last_tick)  # numbered on
 
+    def test_a_server_whose_relay_hears_nothing_is_silent_and_what_a_relay_counts_is_told(self):
+        page = self.live_viewer()
+        self.sim_server("moving_sphere")
+        self.haptic_server(self.still_device(0, 0, 0.02))
+        frame, _ = self.wait_for_frame(page, lambda frame, _: (frame["sim"], frame["hand"]) == ("alive", "alive"),
+                                       "both alive")
+        self.assertEqual((frame["sim_relay"], frame["hand_relay"]), (None, None))
+        self.set_relay_figures("scene", connected=1, received=12345, lost=12)
+        self.set_relay_figures("tool", connected=0, partitions=2)
+        frame, _ = self.wait_for_frame(page, lambda frame, _: frame["hand"] == "silent", "a hand that is not heard")
+        self.assertEqual(frame["sim"], "alive")
+        self.assertEqual((frame["sim_relay"]["received"], frame["sim_relay"]["lost"]), (12345, 12))
+        self.assertEqual((frame["hand_relay"]["connected"], frame["hand_relay"]["partitions"]), (False, 2))
+        self.assertEqual(page.status()["hand"], "silent")
+        self.set_relay_figures("scene", connected=0, received=12346)
+        self.set_relay_figures("tool", connected=1, late=2**60)  # which no relay counts
+        frame, _ = self.wait_for_frame(page, lambda frame, _: frame["sim"] == "silent" and frame["hand"] == "alive",
+                                       "a simulation that is not heard")
+        self.assertIsNone(frame["hand_relay"])
+
     def test_in_virtual_time_the_last_tick_is_shown_where_it_was(self):
         """In lockstep nothing moves on when the hand has ended."""
         page = self.live_viewer("--frames-per-s", 100)

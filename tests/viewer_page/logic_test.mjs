@@ -5,6 +5,7 @@ import { decode } from '../../shared/tools/scene_viewer/page/api.js';
 import { device_figures } from '../../shared/tools/scene_viewer/page/device.js';
 import { Playback } from '../../shared/tools/scene_viewer/page/playback.js';
 import { binned_percentiles, flag_spans } from '../../shared/tools/scene_viewer/page/plots.js';
+import { relay_figures } from '../../shared/tools/scene_viewer/page/relay.js';
 import { TickHistory } from '../../shared/tools/scene_viewer/page/tick_history.js';
 
 function message(head, ...arrays) {
@@ -132,4 +133,16 @@ test('of a device that is shown which it tells, and nothing of the rest', () => 
   assert.deepEqual(device_figures({ ...silent, temperature_C: 41.26 }), [['temperature', '41.3 °C']]);
   assert.deepEqual(device_figures({ ...silent, gripper_m: 0.0123, gripper_force_N: -0.5, axes: [0, -1, 0.25, null] }),
     [['gripper', 'open 12.3 mm, force -0.50 N'], ['axes', '0.00, -1.00, 0.25, –']]);
+});
+
+test('of a relay the counts that are not zero are shown, and of none nothing', () => {
+  const silent = { connected: false, round_trip_ns: null, clock_offset_ns: null, clock_bound_ns: null, received: 0,
+    received_bytes: 0, lost: 0, repeated: 0, out_of_order: 0, late: 0, refused: 0, partitions: 0, longest_silence_ns: 0 };
+  assert.equal(relay_figures(null), '');
+  assert.equal(relay_figures(undefined), '', 'a view of before');
+  assert.equal(relay_figures(silent), 'silent: the other side is not heard, 0 received, 0 lost');
+  assert.equal(relay_figures({ ...silent, connected: true, round_trip_ns: 20340000, clock_offset_ns: -1234567890123,
+    clock_bound_ns: 84300, received: 1234567, lost: 1002, out_of_order: 3, longest_silence_ns: 3.14e9 }),
+  'connected, round trip 20.3 ms, clock −1234.6 s ± 0.084 ms, 1,234,567 received, 1,002 lost, 3 out of order, '
+    + 'longest silence 3.1 s');
 });

@@ -187,6 +187,28 @@ test('the camera turns, and the help opens', async () => {
   assert.ok(!await page.locator('#help').isVisible());
 });
 
+test('a simulation over a relay has its line, and is silent while the relay hears nothing', async () => {
+  await page.keyboard.press('End');
+  assert.equal(await text('relay'), '');
+  const { light } = await look_at(page, '#scene-canvas');
+  session.set_relay_figures('scene', { connected: 1n, round_trip_ns: 20340000n, clock_bound_ns: 104000n, received: 12345n,
+    lost: 12n });
+  await until_text('relay', 'simulation over a relay connected, round trip 20.3 ms, clock +0.000 ms ± 0.104 ms, '
+    + '12,345 received, 12 lost');
+  assert.equal(await text('sim-badge'), 'simulation alive');
+  session.set_relay_figures('scene', { connected: 0n, received: 12345n, lost: 12n });
+  await until_text('sim-badge', 'simulation silent');
+  await until_text('banner', 'simulation silent: its relay hears nothing of it');
+  await until_text('relay', 'simulation over a relay silent: the other side is not heard, 12,345 received, 12 lost');
+  await drawn();
+  const dimmed = await look_at(page, '#scene-canvas');
+  assert.ok(dimmed.light < 0.7 * light, `${dimmed.light} silent, ${light} alive`);
+  session.set_relay_figures('scene', { relay_id: 0n });
+  await until_text('sim-badge', 'simulation alive');
+  await until_text('relay', '');
+  await until(() => document.getElementById('banner').hidden);
+});
+
 test('a killed simulation is shown as such, and another one as alive', async () => {
   const { light } = await look_at(page, '#scene-canvas');
   sim.kill('SIGKILL');

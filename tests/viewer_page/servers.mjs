@@ -8,6 +8,7 @@ import { fileURLToPath } from 'node:url';
 
 export const kRoot = fileURLToPath(new URL('../..', import.meta.url));
 export const kBuild = process.env.STILLGRID_BUILD_DIR ?? path.join(kRoot, 'build', 'release');
+const kMemory = `/dev/shm/stillgrid-${process.geteuid()}`;
 
 /// A session of its own, and a folder for what is written.
 export class Session {
@@ -31,6 +32,21 @@ export class Session {
   kill_worker(daemon) {
     const children = fs.readFileSync(`/proc/${daemon.pid}/task/${daemon.pid}/children`, 'utf8');
     process.kill(Number(children.trim().split(' ')[0]), 'SIGKILL');
+  }
+
+  /// Writes into a server's segment what a relay would tell of it there (docs/protocol.md): of the
+  /// names given, the others being 0.
+  set_relay_figures(kind, figures) {
+    const kNames = ['relay_id', 'connected', 'clock_offset_ns', 'clock_bound_ns', 'round_trip_ns', 'received',
+      'received_bytes', 'lost'];
+    const kRelay = 128, kBytes = 128;
+    const bytes = Buffer.alloc(kBytes);
+    for (const [name, value] of Object.entries({ relay_id: 1n, ...figures })) {
+      bytes.writeBigInt64LE(value, 8 * kNames.indexOf(name));
+    }
+    const file = fs.openSync(path.join(kMemory, `${this.name}-${kind}`), 'r+');
+    fs.writeSync(file, bytes, 0, kBytes, kRelay);
+    fs.closeSync(file);
   }
 
   /// Of a scene that ships, or of a file in the session's folder.
@@ -77,9 +93,8 @@ export class Session {
     for (const child of left) child.kill('SIGKILL');
     await Promise.all(left.map((child) => child.ended));
     fs.rmSync(this.folder, { recursive: true });
-    const memory = `/dev/shm/stillgrid-${process.geteuid()}`;
-    for (const file of fs.existsSync(memory) ? fs.readdirSync(memory) : []) {
-      if (['-', '+'].some((mark) => file.startsWith(this.name + mark))) fs.rmSync(path.join(memory, file));
+    for (const file of fs.existsSync(kMemory) ? fs.readdirSync(kMemory) : []) {
+      if (['-', '+'].some((mark) => file.startsWith(this.name + mark))) fs.rmSync(path.join(kMemory, file));
     }
   }
 }

@@ -6,6 +6,7 @@
 #include "shared/collision/sphere_history.hpp"
 #include "shared/files/json_number.hpp"
 #include "shared/reading/displayed.hpp"
+#include "shared/reading/relay_json.hpp"
 #include "shared/tools/scene_viewer/binary_message.hpp"
 #include "shared/tools/scene_viewer/voxels.hpp"
 #include "shared/tools/segment_inspect/inspection_json.hpp"
@@ -136,6 +137,8 @@ std::string frame_message(const Frame& frame) {
        {"scene_key", frame.scene_key},
        {"sim", name_of(frame.sim)},
        {"hand", name_of(frame.hand)},
+       {"sim_relay", reading::relay_json(frame.sim_relay)},
+       {"hand_relay", reading::relay_json(frame.hand_relay)},
        {"snapshot_id", snapshot_id_json(frame)},
        {"snapshot", state_json(frame)},
        {"grid", {{"levels", levels_json(frame)}}},

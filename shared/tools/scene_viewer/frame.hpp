@@ -37,6 +37,7 @@ struct Frame {
   std::string scene_key;
   std::uint64_t scene_epoch = 0;
   reading::Life sim = reading::Life::kAbsent, hand = reading::Life::kAbsent;
+  std::optional<proto::RelayFigures> sim_relay, hand_relay;  // that write the segments
   std::optional<reading::SceneSnapshot> snapshot;
   std::optional<proto::ToolState> tool;  // checked, and its figures too
   TickSummary ticks;

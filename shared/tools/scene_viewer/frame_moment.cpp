@@ -1,6 +1,7 @@
 #include "shared/tools/scene_viewer/frame_moment.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -14,7 +15,21 @@ namespace {
 using Json = nlohmann::json;
 
 bool is_state(const Json& json) {
-  return json == "alive" || json == "dead" || json == "absent";
+  return json == "alive" || json == "silent" || json == "dead" || json == "absent";
+}
+
+/// Of the relay that writes a segment; views of before have none.
+bool is_relay(const Json& relay) {
+  if (relay.is_null()) return true;
+  constexpr std::array kCounts = {"received", "received_bytes", "lost",
+                                  "repeated", "out_of_order",   "late",
+                                  "refused",  "partitions",     "longest_silence_ns"};
+  constexpr std::array kMeasured = {"round_trip_ns", "clock_offset_ns", "clock_bound_ns"};
+  return at(relay, "connected").is_boolean() &&
+         std::all_of(kCounts.begin(), kCounts.end(),
+                     [&](const char* count) { return at(relay, count).is_number_unsigned(); }) &&
+         std::all_of(kMeasured.begin(), kMeasured.end(),
+                     [&](const char* time) { return is_number_or_null(at(relay, time)); });
 }
 
 bool is_tool(const Json& tool) {
@@ -91,7 +106,8 @@ std::optional<FrameMoment> moment_of(const std::string& frame_message) {
   const bool is_sound =
       at(head, "frame").is_number_unsigned() && at(head, "time_s").is_number() &&
       at(head, "scene_key").is_string() && is_state(at(head, "sim")) &&
-      is_state(at(head, "hand")) && is_number_or_null(at(head, "snapshot_id")) &&
+      is_state(at(head, "hand")) && is_relay(at(head, "sim_relay")) &&
+      is_relay(at(head, "hand_relay")) && is_number_or_null(at(head, "snapshot_id")) &&
       is_null_or_has_number(at(head, "snapshot"), "step_ms") &&
       is_null_or_has_number(at(head, "display"), "alpha") && is_tool(at(head, "tool")) &&
       are_others(head) && are_levels(at(at(head, "grid"), "levels")) &&

@@ -86,6 +86,8 @@ Frame LiveView::look() {
   set_scene(frame, tool);
   frame.sim = follower_.life();
   frame.hand = tool.hand;
+  frame.sim_relay = follower_.relay();
+  frame.hand_relay = tool.relay;
   frame.tool = tool.state;
   frame.others = others_.look();
   frame.ticks = sampler_.history().summary();

@@ -29,6 +29,7 @@ void ToolSampler::follow() {
   follower_.look();
   const std::lock_guard lock(mutex_);
   look_.hand = follower_.life();
+  look_.relay = follower_.relay();
   look_.refusal = follower_.refusal();
 }
 

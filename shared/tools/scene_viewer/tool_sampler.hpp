@@ -17,6 +17,7 @@ namespace stillgrid::scene_viewer {
 /// What is known of a session's haptic loop.
 struct ToolLook {
   reading::Life hand = reading::Life::kAbsent;
+  std::optional<proto::RelayFigures> relay;  // that writes the tool's segment
   std::string refusal;
   std::optional<proto::ToolState> state;  // checked; its tick numbered on
   proto::Clock clock = proto::Clock::kMonotonic;

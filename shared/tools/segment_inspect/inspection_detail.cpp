@@ -45,6 +45,7 @@ std::string header_lines(const reading::SegmentSummary& summary) {
       line("rate",
            fmt::format("declared {:.1f} Hz, measured {}", rate_of(header.period_ns), measured)) +
       line("snapshot_id", std::to_string(header.latest));
+  if (summary.relay) text += line("over a relay", relay_text(*summary.relay));
   if (header.clock == proto::Clock::kVirtual) {
     const auto promise = [](std::uint64_t time_ns) {
       return time_ns == proto::kNever

@@ -6,6 +6,7 @@
 
 #include "proto/device_plugin.h"
 #include "shared/files/json_number.hpp"
+#include "shared/reading/relay_json.hpp"
 #include "shared/reading/snapshot.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/tools/segment_inspect/inspection_text.hpp"
@@ -311,6 +312,7 @@ nlohmann::ordered_json json_of(const reading::SegmentSummary& summary) {
   json["moving_spheres"] = optional(summary.moving_spheres);
   json["static_spheres"] = optional(summary.static_spheres);
   json["size_bytes"] = summary.size_bytes;
+  json["relay"] = reading::relay_json(summary.relay);
   return json;
 }
 

@@ -23,6 +23,10 @@ namespace stillgrid::segment_inspect {
 /// "812 B", "4.0 KiB", "1.2 MiB".
 [[nodiscard]] std::string size_text(std::uint64_t bytes);
 
+/// How a relay's segment came, one line: "connected, round trip 20.3 ms, clock +1.2 s +- 0.1 ms,
+/// 12,345 received (4.5 MiB), 12 lost", and of the other counts those that are not 0.
+[[nodiscard]] std::string relay_text(const proto::RelayFigures& figures);
+
 /// A table for people, a row a segment, one line each.
 [[nodiscard]] std::string table_of(std::span<const reading::SegmentSummary> summaries);
 

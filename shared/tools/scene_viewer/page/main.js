@@ -134,6 +134,7 @@ function show() {
   }
   panels.show_numbers(frame);
   panels.show_device(frame);
+  panels.show_relays(frame);
   plots.dirty = true;
 }
 
@@ -145,6 +146,8 @@ function banner() {
   if (!frame) return [status.note || 'waiting for a session'];
   if (frame.sim === 'dead') return ['simulation dead', 'dead'];
   if (frame.hand === 'dead') return ['hand dead', 'dead'];
+  if (frame.sim === 'silent') return ['simulation silent: its relay hears nothing of it', 'dead'];
+  if (frame.hand === 'silent') return ['hand silent: its relay hears nothing of it', 'dead'];
   if (status.note) return [status.note];
   if (scene?.source === 'view' && frame.snapshot_id === null) return ['no snapshot yet: space plays on'];
   return [no_picture];
@@ -157,7 +160,7 @@ function show_state() {
   panels.show_badges(is_gone ? 'unknown' : sim, is_gone ? 'unknown' : hand);
   if (!frame) return;
   panels.show_time(playback, frame.time_s, (status.now_s ?? frame.time_s) - frame.time_s);
-  document.getElementById('view').classList.toggle('dead', frame.sim === 'dead');
+  document.getElementById('view').classList.toggle('dead', frame.sim === 'dead' || frame.sim === 'silent');
 }
 
 const due = { frame: 0, ticks: 0, status: 0 };

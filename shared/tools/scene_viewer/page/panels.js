@@ -1,6 +1,7 @@
 // Figures with their units, the badges of both servers, the legend and what went wrong.
 
 import { device_figures } from './device.js';
+import { relay_figures } from './relay.js';
 
 const byId = (id) => document.getElementById(id);
 const fixed = (value, digits) =>
@@ -43,21 +44,29 @@ export function show_numbers(frame) {
   for (const [id, , value] of kNumbers) byId(`number-${id}`).textContent = value(frame);
 }
 
+/// [name, value] each.
+const lines = (figures) => figures.map(([name, value]) => {
+  const cell = document.createElement('div');
+  cell.textContent = `${name} `;
+  const told = document.createElement('b');
+  told.textContent = value;
+  cell.append(told);
+  return cell;
+});
+
 /// What the device told, a line each.
 export function show_device(frame) {
-  const cells = device_figures(frame.tool?.device).map(([name, value]) => {
-    const cell = document.createElement('div');
-    cell.textContent = `${name} `;
-    const told = document.createElement('b');
-    told.textContent = value;
-    cell.append(told);
-    return cell;
-  });
-  byId('device').replaceChildren(...cells);
+  byId('device').replaceChildren(...lines(device_figures(frame.tool?.device)));
   byId('device').classList.toggle('stale', byId('numbers').classList.contains('stale'));
 }
 
-/// state: alive, dead or absent.
+/// How what comes from another machine came, a line each.
+export function show_relays(frame) {
+  byId('relay').replaceChildren(...lines([['simulation over a relay', relay_figures(frame.sim_relay)],
+    ['hand over a relay', relay_figures(frame.hand_relay)]].filter(([, told]) => told)));
+}
+
+/// state: alive, silent, dead or absent.
 function show_badge(id, name, state) {
   byId(id).className = `badge ${state}`;
   byId(id).textContent = `${name} ${state}`;

@@ -9,6 +9,7 @@
 
 #include "proto/device_plugin.h"
 #include "shared/tools/scene_viewer/frame_moment.hpp"
+#include "tests/shared/publication/relay_words.hpp"
 #include "tests/shared/publication/small_scene.hpp"
 #include "tests/shared/publication/tampering.hpp"
 
@@ -160,12 +161,52 @@ TEST_CASE("Whatever a writer wrote into a snapshot the frame is valid and bounde
   CHECK(with_voxels > 50);
 }
 
+TEST_CASE("A frame tells of each segment how its relay hears the other side", "[frame]") {
+  Frame frame;
+  frame.sim = reading::Life::kAlive;
+  frame.hand = reading::Life::kSilent;
+  frame.sim_relay = publication::lossy_figures();
+  frame.hand_relay = publication::lonely_figures();
+
+  const std::string message = frame_message(frame);
+
+  REQUIRE(moment_of(message));
+  const Json head = decode(message).head;
+  CHECK(head["sim"] == "alive");
+  CHECK(head["hand"] == "silent");
+  CHECK(head["sim_relay"]["connected"] == true);
+  CHECK(head["sim_relay"]["clock_offset_ns"] == -1'234'567'890'123);
+  CHECK(head["sim_relay"]["lost"] == 1'002);
+  CHECK(head["hand_relay"]["connected"] == false);
+  CHECK(head["hand_relay"]["round_trip_ns"].is_null());
+}
+
+TEST_CASE("A kept frame with a relay's figures that are none is damaged", "[frame]") {
+  Frame frame;
+  frame.sim_relay = publication::lossy_figures();
+  const std::string sound = frame_message(frame);
+  REQUIRE(moment_of(sound));
+  for (const auto& [from, to] : {std::pair{"\"lost\":1002", "\"lost\":-100"},
+                                 {"\"lost\"", "\"list\""},
+                                 {"true", "1234"},
+                                 {"20340000", "\"034000\""},
+                                 {"\"hand_relay\":null", "\"hand_relay\":1234"}}) {
+    INFO(from);
+    std::string damaged = sound;
+    REQUIRE(damaged.find(from) != std::string::npos);
+    damaged.replace(damaged.find(from), std::string_view(from).size(), to);
+    CHECK_FALSE(moment_of(damaged));
+  }
+}
+
 TEST_CASE("Before there is anything a frame says so", "[frame]") {
   const auto [head, arrays] = decode(frame_message({}));
   CHECK(head["sim"] == "absent");
   CHECK(head["snapshot_id"].is_null());
   CHECK(head["tool"].is_null());
   CHECK(head["snapshot"].is_null());
+  CHECK(head["sim_relay"].is_null());
+  CHECK(head["hand_relay"].is_null());
   CHECK(arrays.at("newest").empty());
 }
 
