@@ -3,19 +3,19 @@
 #include <arpa/inet.h>
 #include <ifaddrs.h>
 #include <net/if.h>
+#include <net/if_arp.h>
 #include <netinet/in.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
 
 #include <algorithm>
-#include <fstream>
 #include <memory>
 
+#include "shared/publication/segment_files.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 
 namespace stillgrid::scene_relay {
 namespace {
-
-/// Of /sys/class/net/NAME/type: a device without a header of layer 2.
-constexpr int kNoHeader = 65534;
 
 bool is_private(std::uint32_t address) {
   const auto in = [&](std::uint32_t network, unsigned bits) {
@@ -25,10 +25,13 @@ bool is_private(std::uint32_t address) {
          in(0x64400000, 10);
 }
 
+/// Of a device of layer 3: WireGuard's, OpenVPN's.
 bool has_no_header(const std::string& name) {
-  int type = 0;
-  std::ifstream("/sys/class/net/" + name + "/type") >> type;
-  return type == kNoHeader;
+  const publication::FileDescriptor any(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  ifreq request{};
+  name.copy(request.ifr_name, sizeof request.ifr_name - 1);
+  return ::ioctl(any.get(), SIOCGIFHWADDR, &request) == 0 &&
+         request.ifr_hwaddr.sa_family == ARPHRD_NONE;
 }
 
 void require(dds_return_t code, const std::string& what) {
