@@ -105,6 +105,10 @@ int program_main(int argc, char** argv) {
       ->add_flag("--no-deltas{false}", arguments[0].options.has_deltas,
                  "Tell every snapshot whole, to compare")
       ->type_name("");
+  simulation
+      ->add_option("--rate", arguments[0].options.rate_hz,
+                   "Snapshots a second at most, Hz; default: all that are published")
+      ->check(command_line::number_in(1.0, 1e4));
   command_line::add_version(
       app, {command_line::segment_interface(), "protocol " + std::to_string(kProtocol)});
   return command_line::run_program(app, argc, argv, [&] {

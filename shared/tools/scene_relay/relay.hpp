@@ -22,6 +22,7 @@ struct RelayOptions {
   std::optional<double> duration_s;
   std::optional<gid_t> readers;    // a group that may read what it publishes here
   bool has_deltas = true;          // beside the simulation
+  std::optional<double> rate_hz;   // likewise: snapshots a second at most
   std::optional<double> deadband;  // beside the hand: of the tool's velocity, 0 to 1
 };
 
@@ -35,7 +36,7 @@ struct RelayReport {
   std::uint64_t without_keyframe = 0;       // deltas whose keyframe was not there
   std::uint64_t segments = 0;               // made of what came
   realtime::Histogram way_ns;               // of each that came, since its publication
-  realtime::Histogram age_ns;               // of the newest, looked at every millisecond
+  realtime::Histogram age_ns;               // of the newest, at every look
 };
 
 /// Thrown by neither: publishes SESSION's scene to the other machine, and its tool here, until it
@@ -50,7 +51,7 @@ void relay_beside_hand(const RelayOptions& options, RelayReport& report,
 void write_report(const RelayReport& report, const std::filesystem::path& file);
 
 /// How often a relay looks at shared memory.
-inline constexpr std::uint64_t kLook_ns = 1'000'000;
+inline constexpr std::uint64_t kLook_ns = 500'000;
 /// A snapshot that took longer, and a tool that was silent for longer, is not shown.
 inline constexpr std::uint64_t kLongestWay_ns = 250'000'000;
 

@@ -14,11 +14,15 @@
 namespace stillgrid::scene_relay {
 namespace {
 
+/// A force fades 1.5 of the periods that a segment declares after its last snapshot
+/// (docs/safety.md). Steps faster than this lose two in a row too often for that.
+constexpr std::uint64_t kShortestPromise_ns = 33'333'333;
+
 publication::SessionSpec spec_of(const std::string& session, const SceneMessage& message,
                                  const std::optional<gid_t>& readers, std::uint64_t now_ns) {
   return {.name = session,
           .moving_count = message.moving_capacity,
-          .period_ns = message.period_ns,
+          .period_ns = std::max(message.period_ns, kShortestPromise_ns),
           .clock = proto::Clock::kMonotonic,
           .start_ns = now_ns,
           .readers = readers,
@@ -114,16 +118,11 @@ void ShownScene::show(const ToldSnapshot& snapshot, const publication::SnapshotT
   std::transform(snapshot.modes.begin(), snapshot.modes.end(), modes.begin(),
                  [](const auto& told) { return std::bit_cast<proto::ResponseMode>(told); });
   std::transform(snapshot.turning.begin(), snapshot.turning.end(), turning.begin(), turning_of);
-  static_assert(sizeof(proto::SphereResponse) == sizeof(stillgrid_relay1_Response));
-  std::vector<proto::SphereResponse> responses(snapshot.responses.size());
-  if (!responses.empty())
-    std::memcpy(responses.data(), snapshot.responses.data(),
-                responses.size() * sizeof responses[0]);
   hand_.writer().publish(moving_.grid(), times,
                          {.period_ns = snapshot.prediction_ns,
                           .modes = {modes.data(), snapshot.modes.size()},
                           .turning = {turning.data(), snapshot.turning.size()},
-                          .responses = responses},
+                          .responses = snapshot.responses},
                          fields_);
 }
 

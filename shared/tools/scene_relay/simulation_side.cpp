@@ -114,7 +114,7 @@ class SimulationSide {
       }
       take_up_scene();
     }
-    if (scene_epoch_ != 0) tell_snapshot(*follower_.scene());
+    if (scene_epoch_ != 0 && now_ns >= next_snapshot_ns_) tell_snapshot(*follower_.scene(), now_ns);
   }
 
   void take_up_scene() {
@@ -151,14 +151,19 @@ class SimulationSide {
     if (is_missed && now_ns >= next_scene_ns_) tell_scene(*follower_.scene(), now_ns);
   }
 
-  void tell_snapshot(const publication::SceneView& view) {
+  void tell_snapshot(const publication::SceneView& view, std::uint64_t now_ns) {
+    // A look copies all spheres.
+    const std::uint64_t latest = double_buffer::HardwareAtomics::load(view.reader().live().latest,
+                                                                      std::memory_order_relaxed);
     const std::uint64_t before = reader_.snapshot().snapshot_id;
+    if (latest == before) return;
     const auto status =
         reading::look(reader_, view, kMostSpheres, reading::SnapshotDetail::kSpheres, snapshot_);
     if (status != double_buffer::ReadStatus::kAccepted || snapshot_.snapshot_id == before) return;
     const SnapshotMessage& message = encoder_.encode(
         told(snapshot_, stamps_.on_hands_clock(snapshot_.header.tool_time_ns)), scene_epoch_);
     if (dds_write(snapshots_, &message) != DDS_RETCODE_OK) return;
+    if (options_.rate_hz) next_snapshot_ns_ = now_ns + realtime::to_ns(1.0 / *options_.rate_hz);
     ++report_.sent;
     report_.sent_bytes += message_bytes(message);
   }
@@ -217,7 +222,8 @@ class SimulationSide {
   std::optional<publication::ToolWriter> tool_;
   std::string last_refusal_;
   std::uint64_t scene_epoch_ = 0, refused_epoch_ = 0, tool_epoch_ = 0, tool_ns_ = 0;
-  std::uint64_t heard_tool_ns_ = 0, next_look_ns_ = 0, next_try_ns_ = 0, next_scene_ns_ = 0;
+  std::uint64_t heard_tool_ns_ = 0, next_look_ns_ = 0, next_try_ns_ = 0, next_scene_ns_ = 0,
+                next_snapshot_ns_ = 0;
 };
 
 }  // namespace

@@ -55,6 +55,20 @@ void assign(std::vector<Element>& values, const Sequence& sequence) {
   values.assign(told.begin(), told.end());
 }
 
+/// Of the modes that are told.
+bool take_responses(const SnapshotMessage& message, ToldSnapshot& snapshot) {
+  const std::size_t modes = snapshot.modes.size();
+  const auto told = elements(message.responses);
+  if (modes > proto::kMaxModes || message.response_count > kMostSpheres ||
+      told.size() != 3 * modes * message.response_count)
+    return false;
+  snapshot.responses.assign(message.response_count, {});
+  for (std::size_t i = 0; i < snapshot.responses.size(); ++i)
+    for (std::size_t mode = 0; mode < modes; ++mode)
+      std::copy_n(&told[3 * (modes * i + mode)], 3, snapshot.responses[i].modes[mode].begin());
+  return true;
+}
+
 }  // namespace
 
 std::size_t message_bytes(const SnapshotMessage& message) noexcept {
@@ -71,6 +85,15 @@ void SnapshotEncoder::tell_whole() {
   point_to(message_.motions, snapshot_.motions);
   point_to(message_.labels, snapshot_.labels);
   message_.against_id = 0;
+}
+
+void SnapshotEncoder::tell_responses() {
+  responses_.clear();
+  for (const proto::SphereResponse& response : snapshot_.responses)
+    for (std::size_t mode = 0; mode < snapshot_.modes.size(); ++mode)
+      responses_.insert(responses_.end(), response.modes[mode].begin(), response.modes[mode].end());
+  message_.response_count = static_cast<std::uint32_t>(snapshot_.responses.size());
+  point_to(message_.responses, responses_);
 }
 
 void SnapshotEncoder::tell_against(const ToldSnapshot& keyframe) {
@@ -113,7 +136,7 @@ const SnapshotMessage& SnapshotEncoder::encode(ToldSnapshot snapshot, std::uint6
   message_.sphere_count = static_cast<std::uint32_t>(snapshot_.motions.size());
   point_to(message_.modes, snapshot_.modes);
   point_to(message_.turning, snapshot_.turning);
-  point_to(message_.responses, snapshot_.responses);
+  tell_responses();
   point_to(message_.fields, snapshot_.fields);
   tell_whole();
   const std::size_t whole_bytes = message_bytes(message_);
@@ -163,6 +186,8 @@ Decoded SnapshotDecoder::decode(const SnapshotMessage& message, ToldSnapshot& sn
       !apply(elements(message.relabelled), elements(message.labels), message.sphere_count,
              snapshot.labels))
     return Decoded::kRefused;
+  assign(snapshot.modes, message.modes);
+  if (!take_responses(message, snapshot)) return Decoded::kRefused;
   snapshot.snapshot_id = message.snapshot_id;
   snapshot.state_time_ns = message.state_time_ns;
   snapshot.publish_time_ns = message.publish_time_ns;
@@ -171,9 +196,7 @@ Decoded SnapshotDecoder::decode(const SnapshotMessage& message, ToldSnapshot& sn
   snapshot.contacts = message.contacts;
   snapshot.tool_work_J = message.tool_work_J;
   snapshot.prediction_ns = message.prediction_ns;
-  assign(snapshot.modes, message.modes);
   assign(snapshot.turning, message.turning);
-  assign(snapshot.responses, message.responses);
   assign(snapshot.fields, message.fields);
   if (message.is_keyframe && message.snapshot_id > keyframe_id()) {
     keyframes_.push_back(snapshot);

@@ -40,6 +40,7 @@ class SnapshotEncoder {
  private:
   void tell_against(const ToldSnapshot& keyframe);
   void tell_whole();
+  void tell_responses();
 
   std::uint64_t relay_id_;
   bool has_deltas_;
@@ -48,6 +49,7 @@ class SnapshotEncoder {
   std::vector<std::uint32_t> moved_, relabelled_;  // in a delta
   std::vector<Motion> motions_;
   std::vector<Label> labels_;
+  std::vector<float> responses_;
   SnapshotMessage message_{};
   std::optional<ToldSnapshot> held_, sent_;  // keyframes: acknowledged, not yet
   std::uint64_t held_number_ = 0, sent_number_ = 0;

@@ -72,29 +72,29 @@ void check_response(const ToldSnapshot& snapshot, const SnapshotLimits& limits) 
     require(are_bounded(body.centre_m) && are_bounded(body.velocity_m_s) &&
                 are_bounded(body.turns, kLargestResponse),
             "a turning body");
-  for (const auto& response : snapshot.responses)
-    require(are_bounded(response.modes, kLargestResponse), "a response");
+  for (const proto::SphereResponse& response : snapshot.responses)
+    for (const std::array<float, 3>& mode : response.modes)
+      require(are_bounded({mode[0], mode[1], mode[2]}, kLargestResponse), "a response");
 }
 
 }  // namespace
 
 ToldSnapshot told(const reading::SceneSnapshot& snapshot, std::uint64_t tool_time_ns) {
   const proto::SnapshotHeader& header = snapshot.header;
-  ToldSnapshot result{
-      .snapshot_id = snapshot.snapshot_id,
-      .state_time_ns = header.state_time_ns[0],
-      .publish_time_ns = header.publish_time_ns[0],
-      .tool_time_ns = tool_time_ns,
-      .step_ns = header.step_ns,
-      .contacts = header.contacts,
-      .prediction_ns = header.prediction_ns,
-      .tool_work_J = header.tool_work_J,
-      .motions = std::vector<Motion>(snapshot.spheres.size()),
-      .labels = std::vector<Label>(snapshot.spheres.size()),
-      .modes = {},
-      .turning = {},
-      .responses = std::vector<stillgrid_relay1_Response>(snapshot.responses.size()),
-      .fields = {}};
+  ToldSnapshot result{.snapshot_id = snapshot.snapshot_id,
+                      .state_time_ns = header.state_time_ns[0],
+                      .publish_time_ns = header.publish_time_ns[0],
+                      .tool_time_ns = tool_time_ns,
+                      .step_ns = header.step_ns,
+                      .contacts = header.contacts,
+                      .prediction_ns = header.prediction_ns,
+                      .tool_work_J = header.tool_work_J,
+                      .motions = std::vector<Motion>(snapshot.spheres.size()),
+                      .labels = std::vector<Label>(snapshot.spheres.size()),
+                      .modes = {},
+                      .turning = {},
+                      .responses = snapshot.responses,
+                      .fields = {}};
   for (std::size_t i = 0; i < snapshot.spheres.size(); ++i) {
     const proto::SphereRecord& record = snapshot.spheres[i];
     copy(record.newest.position_m, result.motions[i].position_m);
@@ -113,8 +113,9 @@ ToldSnapshot told(const reading::SceneSnapshot& snapshot, std::uint64_t tool_tim
     copy(body.velocity_m_s, turning.velocity_m_s);
     std::memcpy(turning.turns, body.turns.data(), sizeof turning.turns);
   }
-  for (std::size_t i = 0; i < snapshot.responses.size(); ++i)
-    result.responses[i] = std::bit_cast<stillgrid_relay1_Response>(snapshot.responses[i]);
+  for (proto::SphereResponse& response : result.responses)
+    std::fill(response.modes.begin() + static_cast<std::ptrdiff_t>(result.modes.size()),
+              response.modes.end(), std::array<float, 3>{});
   for (const proto::FieldRecord& record : snapshot.fields)
     result.fields.push_back(motion_of(record));
   return result;

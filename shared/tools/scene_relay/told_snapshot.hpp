@@ -23,8 +23,8 @@ struct ToldSnapshot {
   std::vector<Label> labels;    // likewise
   std::vector<stillgrid_relay1_Mode> modes;
   std::vector<stillgrid_relay1_Turning> turning;
-  std::vector<stillgrid_relay1_Response> responses;
-  std::vector<FieldMotion> fields;  // of the bodies with fields that move, in order
+  std::vector<proto::SphereResponse> responses;  // zero in modes that are not told
+  std::vector<FieldMotion> fields;               // of the bodies with fields that move, in order
 };
 
 /// Of a snapshot that was read whole. tool_time_ns: its tool sample's, on the hand's clock.
