@@ -47,8 +47,9 @@ class HandSide {
       take_scene(now_ns);
       take_snapshots(now_ns);
       const bool is_shown = scene_.has_value();
-      link_.say(now_ns, is_shown ? tool_epoch() : 0, is_shown ? scene_->epoch() : 0,
-                decoder_.keyframe_id());
+      RelayLink::Said said{.received = received_};
+      if (is_shown) said = {tool_epoch(), scene_->epoch(), decoder_.keyframe_id(), received_};
+      link_.say(now_ns, said);
       if (now_ns < next_ns) continue;
       next_ns = std::max(next_ns + kLook_ns, now_ns);
       if (is_shown) tell_tool(now_ns);
@@ -96,6 +97,7 @@ class HandSide {
   void take_snapshots(std::uint64_t now_ns) {
     take_all<SnapshotMessage>(snapshots_, [&](const SnapshotMessage& message) {
       if (!link_.accept(message.relay_id, message.number, message_bytes(message))) return;
+      received_ = message.number;
       if (!scene_ || scene_->epoch() != message.scene_epoch) return;
       const Decoded decoded = decoder_.decode(message, snapshot_);
       report_.without_keyframe += decoded == Decoded::kWithoutKeyframe ? 1 : 0;
@@ -167,7 +169,7 @@ class HandSide {
   ToldSnapshot snapshot_;
   dds_entity_t tools_, scenes_, snapshots_;
   std::optional<ShownScene> scene_;
-  std::uint64_t snapshot_id_ = 0, state_ns_ = 0, tool_tick_ = 0, tool_number_ = 0;
+  std::uint64_t snapshot_id_ = 0, state_ns_ = 0, received_ = 0, tool_tick_ = 0, tool_number_ = 0;
 };
 
 }  // namespace

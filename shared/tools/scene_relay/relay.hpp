@@ -69,9 +69,15 @@ class RelayLink {
 
   /// Takes greetings and statuses; whether a status of the other side came.
   bool hear(std::uint64_t now_ns);
-  /// Sends them when it is time, or at once where what is to be said is another than before.
-  void say(std::uint64_t now_ns, std::uint64_t segment_epoch, std::uint64_t scene_epoch = 0,
-           std::uint64_t keyframe_id = 0);
+  /// What a side tells in a status of itself.
+  struct Said {
+    std::uint64_t segment_epoch = 0;  // of the segment that it reads
+    std::uint64_t scene_epoch = 0, keyframe_id = 0;
+    std::uint64_t received = 0;  // number of the last snapshot message
+    bool operator==(const Said&) const = default;
+  };
+  /// Sends greeting and status when it is time, or at once where another thing is to be said.
+  void say(std::uint64_t now_ns, const Said& said);
 
   /// Whether a message is the other side's and newer than those before; counts it.
   bool accept(std::uint64_t relay_id, std::uint64_t number, std::size_t bytes);
@@ -90,7 +96,7 @@ class RelayLink {
   OtherSide other_;
   dds_entity_t greetings_out_, greetings_in_, status_out_, status_in_;
   std::uint64_t next_status_ns_ = 0, next_greeting_ns_ = 0, number_ = 0, number_of_ = 0;
-  std::uint64_t said_[3] = {};
+  Said said_;
   std::string last_refusal_;
 };
 
