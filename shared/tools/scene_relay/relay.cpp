@@ -30,6 +30,12 @@ nlohmann::json percentiles(const realtime::Histogram& histogram) {
           {"count", histogram.count()}};
 }
 
+nlohmann::json ages(const realtime::Histogram& histogram) {
+  nlohmann::json result = percentiles(histogram);
+  result["over_100_ms"] = histogram.share_above(100'000'000);
+  return result;
+}
+
 }  // namespace
 
 RelayLink::RelayLink(const RelayOptions& options, Role role, RelayReport& report)
@@ -156,7 +162,7 @@ void write_report(const RelayReport& report, const std::filesystem::path& file) 
                            {"deltas", report.deltas},
                            {"withheld", report.withheld},
                            {"way_s", percentiles(report.way_ns)},
-                           {"age_s", percentiles(report.age_ns)}});
+                           {"age_s", ages(report.age_ns)}});
 }
 
 }  // namespace stillgrid::scene_relay
