@@ -173,7 +173,7 @@ class SimulationSide {
     const std::uint64_t before = reader_.snapshot().snapshot_id;
     if (latest == before) return;
     const auto status =
-        reading::look(reader_, view, kMostSpheres, reading::SnapshotDetail::kSpheres, snapshot_);
+        reading::look(reader_, view, kMaxSpheres, reading::SnapshotDetail::kSpheres, snapshot_);
     if (status != double_buffer::ReadStatus::kAccepted || snapshot_.snapshot_id == before) return;
     const SnapshotMessage& message = encoder_.encode(
         told(snapshot_, stamps_.on_hands_clock(snapshot_.header.tool_time_ns)), scene_epoch_);
