@@ -2,7 +2,6 @@
 // as the stream's, best effort or reliable with the last one kept. What scene_relay's snapshots and
 // tool samples are measured beside (scripts/gallery/measure_relay_age.py).
 #include <dds/dds.h>
-#include <plain_stream.h>  // of plain_stream.idl
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -18,6 +17,7 @@
 #include "shared/realtime/histogram.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/realtime/stop_signal.hpp"
+#include "tests/network/plain_stream.h"  // of the IDL
 
 namespace stillgrid::network {
 namespace {
@@ -74,7 +74,7 @@ int send(const Arguments& arguments) {
     message.sent_ns = timer.wait(&realtime::stop_requested()).now_ns;
     if (message.sent_ns >= end_ns) break;
     ++message.number;
-    failed += dds_write(writer, &message) != DDS_RETCODE_OK ? 1 : 0;
+    if (dds_write(writer, &message) != DDS_RETCODE_OK) ++failed;
   }
   std::cout << nlohmann::json{{"sent", message.number}, {"failed", failed}} << "\n";
   dds_delete_qos(stream.qos);

@@ -45,7 +45,7 @@ TEST_CASE("Percentiles are within 1/32 above the exact ones and the maximum is e
 
 TEST_CASE("The share above a value lies between the exact ones of it and of 1/32 more",
           "[histogram]") {
-  std::mt19937_64 random(GENERATE(5, 6, 7));
+  std::mt19937_64 random(GENERATE(5U, 6U, 7U));
   std::uniform_real_distribution<double> exponent(0.0, 9.0);
   Histogram histogram;
   std::vector<std::uint64_t> values(3000);
