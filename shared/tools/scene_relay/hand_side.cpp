@@ -6,6 +6,7 @@
 
 #include "shared/publication/relay_figures.hpp"
 #include "shared/realtime/periodic_timer.hpp"
+#include "shared/tools/scene_relay/deadband.hpp"
 #include "shared/tools/scene_relay/relay.hpp"
 #include "shared/tools/scene_relay/shown_scene.hpp"
 #include "shared/tools/scene_relay/snapshot_coding.hpp"
@@ -32,7 +33,9 @@ class HandSide {
         scenes_(link_.participant().reader(stillgrid_relay1_Scene_desc, link_.topic("scene"),
                                            Delivery::kLasting, false)),
         snapshots_(link_.participant().reader(stillgrid_relay1_Snapshot_desc,
-                                              link_.topic("snapshot"), Delivery::kNewest)) {}
+                                              link_.topic("snapshot"), Delivery::kNewest)) {
+    if (options.deadband) deadband_.emplace(DeadbandLimits{.velocity_share = *options.deadband});
+  }
 
   void run() {
     const std::uint64_t began_ns = realtime::monotonic_ns();
@@ -136,8 +139,14 @@ class HandSide {
   void tell_tool(std::uint64_t /*now_ns*/) {
     const std::uint64_t epoch = tool_epoch();
     const auto state = scene_->hand().take_tool();
-    if (epoch == 0 || !state || state->tick == tool_tick_) return;
+    if (epoch == 0 || !state || (epoch == tool_epoch_ && state->tick == tool_tick_)) return;
+    if (deadband_ && epoch != tool_epoch_) deadband_->begin_anew();
+    tool_epoch_ = epoch;
     tool_tick_ = state->tick;
+    if (deadband_ && !deadband_->must_send(*state)) {
+      ++report_.withheld;
+      return;
+    }
     ToolMessage message{};
     message.relay_id = link_.relay_id();
     message.number = ++tool_number_;
@@ -150,6 +159,7 @@ class HandSide {
     copy(state->velocity_m_s, message.velocity_m_s);
     copy(state->force_N, message.force_N);
     message.buttons = state->buttons;
+    message.is_led_on = deadband_.has_value();
     if (publication::has_sound_figures(*state)) {
       copy(state->before.torque_N_m, message.torque_N_m);
       message.contacts = state->before.contacts;
@@ -169,7 +179,9 @@ class HandSide {
   ToldSnapshot snapshot_;
   dds_entity_t tools_, scenes_, snapshots_;
   std::optional<ShownScene> scene_;
-  std::uint64_t snapshot_id_ = 0, state_ns_ = 0, received_ = 0, tool_tick_ = 0, tool_number_ = 0;
+  std::optional<Deadband> deadband_;
+  std::uint64_t snapshot_id_ = 0, state_ns_ = 0, received_ = 0, tool_epoch_ = 0, tool_tick_ = 0,
+                tool_number_ = 0;
 };
 
 }  // namespace

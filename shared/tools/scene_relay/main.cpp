@@ -146,6 +146,10 @@ int program_main(int argc, char** argv) {
       ->add_flag("--no-deltas{false}", arguments[0].options.has_deltas,
                  "Tell every snapshot whole, to compare")
       ->type_name("");
+  hand->add_option("--deadband", arguments[1].options.deadband,
+                   "Keep back samples of the tool that are led on within this share of its "
+                   "velocity; 0.07 is not noticed; default: every tick is sent")
+      ->check(command_line::number_in(0.001, 1.0));
   simulation
       ->add_option("--rate", arguments[0].options.rate_hz,
                    "Snapshots a second at most, Hz; default: all that are published")

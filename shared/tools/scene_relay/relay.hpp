@@ -23,7 +23,7 @@ struct RelayOptions {
   std::optional<gid_t> readers;    // a group that may read what it publishes here
   bool has_deltas = true;          // beside the simulation
   std::optional<double> rate_hz;   // likewise: snapshots a second at most
-  std::optional<double> deadband;  // beside the hand: of the tool's velocity, 0 to 1
+  std::optional<double> deadband;  // beside the hand: share of the tool's velocity
 };
 
 /// What a relay counted, of what it received and sent.

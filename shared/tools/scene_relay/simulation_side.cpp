@@ -11,6 +11,7 @@
 #include "shared/reading/segment_follower.hpp"
 #include "shared/reading/snapshot.hpp"
 #include "shared/realtime/periodic_timer.hpp"
+#include "shared/tools/scene_relay/deadband.hpp"
 #include "shared/tools/scene_relay/relay.hpp"
 #include "shared/tools/scene_relay/snapshot_coding.hpp"
 #include "shared/tools/scene_relay/told_scene.hpp"
@@ -22,6 +23,9 @@ namespace {
 constexpr std::uint64_t kFewPackets_bytes = 8 * 1344;
 /// What the other side may take to answer, beside the round trip.
 constexpr std::uint64_t kAnswer_ns = 30'000'000;
+
+/// As often as the tool's samples are led on.
+constexpr std::uint64_t kTick_ns = 1'000'000;
 
 /// The tool's stamps as they were rebased to this clock, and what they were on the hand's: a
 /// simulation tells which sample its state contains, and the hand knows its own stamps to the bit.
@@ -100,6 +104,7 @@ class SimulationSide {
       look_at_scene(now_ns);
       repeat_scene(now_ns);
       link_.say(now_ns, {.segment_epoch = scene_epoch_});
+      lead_tool_on(now_ns);
       withdraw_silent_tool(now_ns);
       if (tool_) report_.age_ns.record(now_ns - std::min(now_ns, tool_ns_));
     }
@@ -202,6 +207,7 @@ class SimulationSide {
       tool_ns_ = state.time_ns;
       heard_tool_ns_ = now_ns;
       tool_->publish(state);
+      sample_ = message.is_led_on ? std::optional(state) : std::nullopt;
       publication::store_relay_figures(tool_->header(), link_.figures());
     });
   }
@@ -222,6 +228,18 @@ class SimulationSide {
     }
   }
 
+  /// Where the hand keeps samples back the tool goes on as they would have said, about. No such
+  /// state bears a stamp of the hand's, so that the account of energy joins at none of them.
+  void lead_tool_on(std::uint64_t now_ns) {
+    if (!tool_ || !sample_ || now_ns < led_ns_ + kTick_ns || now_ns < heard_tool_ns_ + kTick_ns)
+      return;
+    led_ns_ = now_ns;
+    const proto::ToolState state = led_on(*sample_, now_ns - heard_tool_ns_);
+    if (state.time_ns <= tool_ns_) return;
+    tool_ns_ = state.time_ns;
+    tool_->publish(state);
+  }
+
   void withdraw_silent_tool(std::uint64_t now_ns) {
     const bool is_gone = link_.other().is_connected() && link_.other().status().segment_epoch == 0;
     if (!tool_ || (!is_gone && now_ns < heard_tool_ns_ + kLongestWay_ns)) return;
@@ -238,10 +256,11 @@ class SimulationSide {
   ToolStamps stamps_;
   dds_entity_t scenes_, snapshots_, tools_;
   std::optional<publication::ToolWriter> tool_;
+  std::optional<proto::ToolState> sample_;  // to be led on
   std::string last_refusal_;
   std::uint64_t scene_epoch_ = 0, refused_epoch_ = 0, tool_epoch_ = 0, tool_ns_ = 0;
-  std::uint64_t heard_tool_ns_ = 0, next_look_ns_ = 0, next_try_ns_ = 0, next_scene_ns_ = 0,
-                next_snapshot_ns_ = 0;
+  std::uint64_t heard_tool_ns_ = 0, led_ns_ = 0, next_look_ns_ = 0, next_try_ns_ = 0,
+                next_scene_ns_ = 0, next_snapshot_ns_ = 0;
   std::uint64_t sent_ns_ = 0, sent_number_ = 0, sent_bytes_ = 0;  // of the last snapshot
 };
 
