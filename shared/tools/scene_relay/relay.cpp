@@ -8,6 +8,7 @@
 #include <random>
 
 #include "shared/files/json_file.hpp"
+#include "shared/tools/scene_relay/topic_name.hpp"
 
 namespace stillgrid::scene_relay {
 namespace {
@@ -44,9 +45,9 @@ RelayLink::RelayLink(const RelayOptions& options, Role role, RelayReport& report
       relay_id_(random_id()),
       participant_(options.network),
       other_(relay_id_, role, options.session, [](const std::string& line) { spdlog::info(line); }),
-      greetings_out_(participant_.writer(stillgrid_Greeting_desc, kGreetings + session_,
+      greetings_out_(participant_.writer(stillgrid_Greeting_desc, kGreetings + topic_part(session_),
                                          Delivery::kBestEffort)),
-      greetings_in_(participant_.reader(stillgrid_Greeting_desc, kGreetings + session_,
+      greetings_in_(participant_.reader(stillgrid_Greeting_desc, kGreetings + topic_part(session_),
                                         Delivery::kBestEffort, false)),
       status_out_(participant_.writer(stillgrid_relay1_Status_desc,
                                       topic(role == Role::kHand ? "hand" : "simulation"),
@@ -59,7 +60,7 @@ RelayLink::RelayLink(const RelayOptions& options, Role role, RelayReport& report
 }
 
 std::string RelayLink::topic(const char* name) const {
-  return "stillgrid/" + std::to_string(kProtocol) + "/" + session_ + "/" + name;
+  return "stillgrid/" + std::to_string(kProtocol) + "/" + topic_part(session_) + "/" + name;
 }
 
 bool RelayLink::hear(std::uint64_t now_ns) {
