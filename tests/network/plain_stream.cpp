@@ -1,6 +1,8 @@
 // A stream over Cyclone DDS as whoever begins with it sends one: its defaults, a message as large
 // as the stream's, best effort or reliable with the last one kept. What scene_relay's snapshots and
 // tool samples are measured beside (scripts/gallery/measure_relay_age.py).
+#include "tests/network/plain_stream.h"  // of the IDL
+
 #include <dds/dds.h>
 #include <spdlog/spdlog.h>
 
@@ -17,7 +19,6 @@
 #include "shared/realtime/histogram.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "shared/realtime/stop_signal.hpp"
-#include "tests/network/plain_stream.h"  // of the IDL
 
 namespace stillgrid::network {
 namespace {
