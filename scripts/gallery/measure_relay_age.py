@@ -37,9 +37,9 @@ def snapshots_by_relay(build, size, settings, seed, seconds):
         publisher = bed.start("a", "publisher", [
             "/usr/bin/python3", ROOT / "scripts/gallery/moving_spheres.py", "--session", SESSION, "--count",
             SIZES[size], "--rate", RATE_HZ, "--duration", 60], env=environment)
-        bed.wait_for_scene("a")
+        bed.wait_for("a", "scene")
         relays = bed.relays()
-        bed.wait_for_scene("b")
+        bed.wait_for("b", "scene")
         time.sleep(seconds)
         bed.end(*reversed(relays), publisher)
         return {**bed.report("hand"), "sent": bed.report("simulation")["sent"]}
@@ -49,7 +49,7 @@ def tool_by_relay(build, settings, seed, seconds):
     with Bed(build, *settings, seed=seed) as bed:
         sim = bed.sim_server("wall")
         relays = bed.relays()
-        bed.wait_for_scene("b")
+        bed.wait_for("b", "scene")
         haptic = bed.haptic_server("b", f"phantom:path={SCENES / 'wall.hand.csv'}", "--duration", seconds)
         time.sleep(seconds)
         bed.end(*relays, haptic, sim)

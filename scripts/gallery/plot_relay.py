@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""Draws what measure_relay_age.py, measure_relay_bandwidth.py and measure_relay_felt.py wrote into docs/charts:
-relay_age, relay_streams, relay_bandwidth, relay_felt, relay_rates."""
+"""Draws what measure_relay_*.py wrote into docs/charts: how old what comes over a network is, what it needs of a link, and
+what it feels like."""
 import numpy
 
-from drawing import draw_charts, plt
+from drawing import draw_charts, matplotlib, plt, show_plain_numbers
 from tables import read_rows
 
 BLUE, ORANGE, GREEN, PINK, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "0.55"
@@ -94,6 +94,12 @@ def draw_age(charts):
     return figure
 
 
+def times_of(row, key):
+    """How many snapshots of how many bytes."""
+    of = {"whole_kB_s": "whole", "deltas_kB_s": "delta"}.get(key)
+    return f": {row[f'{of}_snapshots_s']} x {float(row[f'{of}_bytes']):,.0f} B" if of else ""
+
+
 def draw_bandwidth(charts):
     rows = read_rows(charts / "relay_bandwidth.csv")
     rows.sort(key=lambda row: float(row["whole_kB_s"]))
@@ -106,9 +112,10 @@ def draw_bandwidth(charts):
             at = place + 0.2 * (0.5 * (len(bars) - 1) - number)
             value = float(row[key])
             axes.barh(at, value, 0.18, color=colour, label=name if place == 0 else None)
-            axes.text(value * 1.04, at, f"{value:,.0f}", va="center", fontsize=7.5, color="0.25")
+            axes.text(max(value, 5.0) * 1.04, at, f"{value:,.0f}{times_of(row, key)}", va="center", fontsize=7.5,
+                      color="0.25")
     axes.set_xscale("log")
-    axes.set_xlim(10.0, 2.2 * max(float(row["whole_kB_s"]) for row in rows))
+    axes.set_xlim(5.0, 4.0 * max(float(row["whole_kB_s"]) for row in rows))
     axes.set_yticks(range(len(rows)), [f"{row['scene']}, {float(row['rate_hz']):.3g} Hz"
                                        + (f", {row['hands']} hands" if row["hands"] != "1" else "") for row in rows])
     axes.set_xlabel("on the link [kB/s]")
@@ -133,7 +140,8 @@ def draw_felt(charts):
             age.plot(time_s, [float(row["age_ms"]) for row in some], color=colour, linewidth=0.7)
             if where == "relay":
                 for axis, tint in zip("xyz", (ORANGE, GREEN, PINK)):
-                    place.plot(time_s, [float(row[f"{axis}_mm"]) for row in some], color=tint, label=axis, linewidth=1.1)
+                    place.plot(time_s, [float(row[f"{axis}_mm"]) for row in some], color=tint, label=axis,
+                               linewidth=1.1)
                 faded = numpy.array([row["faded"] == "1" for row in some])
                 force.fill_between(time_s, 0, 1, where=faded, transform=force.get_xaxis_transform(), color="#F5D9D0",
                                    linewidth=0, label="faded" if faded.any() else None, zorder=-1)
@@ -151,36 +159,34 @@ def draw_felt(charts):
 
 
 def draw_rates(charts):
-    """A panel a scene: how far the force is from that of the best rate on one machine, a line a delay."""
+    """A panel a scene: the force's error over the rate, a line a delay, the best rate a star."""
     rows = read_rows(charts / "relay_rates.csv")
     scenes = list(dict.fromkeys(row["scene"] for row in rows))
     delays = list(dict.fromkeys(row["delay_ms"] for row in rows))
-    figure, panels = plt.subplots(2, len(scenes), figsize=(3.5 * len(scenes), 5.4), sharex=True, squeeze=False,
+    far = [delay for delay in delays if delay != "0"]
+    colours = {"0": "0.25", **dict(zip(far, plt.cm.viridis(numpy.linspace(0.0, 0.82, max(2, len(far))))))}
+    figure, panels = plt.subplots(1, len(scenes), figsize=(3.1 * len(scenes), 3.6), squeeze=False,
                                   constrained_layout=True)
-    far = [delay for delay in delays if delay]
-    colours = {"": "0.25", **dict(zip(far, plt.cm.viridis(numpy.linspace(0.0, 0.82, max(2, len(far))))))}
-    for column, scene in enumerate(scenes):
+    for axes, scene in zip(panels[0], scenes):
         for delay in delays:
             some = [row for row in rows if row["scene"] == scene and row["delay_ms"] == delay]
             rates = [float(row["rate_hz"]) for row in some]
-            for axes, of in ((panels[0][column], "best"), (panels[1][column], "same")):
-                if of == "same" and not delay:
-                    continue
-                shares = [100 * float(row[f"{of}_rms_N"]) / float(row["force_rms_N"]) for row in some]
-                axes.plot(rates, shares, "--s" if not delay else "-o", color=colours[delay], markersize=4, linewidth=1.3,
-                          label=f"{delay} ms each way, 1 % lost" if delay else "one machine")
-        for axes in panels[:, column]:
-            axes.axhline(7.0, color="#C00000", linewidth=0.9, linestyle=":")
-            axes.set_xscale("log")
-            axes.set_yscale("log")
-            axes.set_xticks([20, 30, 50, 100, 250], ["20", "30", "50", "100", "250"])
-            axes.minorticks_off()
-            axes.set_yticks([1, 2, 5, 10, 20, 50, 100], ["1", "2", "5", "10", "20", "50", "100"])
-            grid_y(axes)
-        panels[0][column].set_title(scene, loc="left", fontsize=10, fontweight="bold")
-        panels[1][column].set_xlabel("rate of the simulation [Hz]")
-    panels[0][0].set_ylabel("rms difference of force from\n500 Hz on one machine [%]")
-    panels[1][0].set_ylabel("rms difference of force from\nthe same rate on one machine [%]")
+            shares = [100 * float(row["rms_N"]) / float(row["force_rms_N"]) for row in some]
+            axes.plot(rates, shares, "--s" if delay == "0" else "-o", color=colours[delay], markersize=4, linewidth=1.3,
+                      label="no network" if delay == "0" else f"{delay} ms, 1 % lost")
+            best = int(numpy.argmin(shares))
+            axes.plot(rates[best], shares[best], "*", color=colours[delay], markersize=11)
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        show_plain_numbers(axes.yaxis)
+        axes.set_xticks([float(rate) for rate in dict.fromkeys(row["rate_hz"] for row in rows)])
+        axes.xaxis.set_major_formatter("{x:g}")
+        axes.xaxis.set_minor_formatter(matplotlib.ticker.NullFormatter())
+        axes.tick_params(axis="x", labelsize=8)
+        axes.set_title(scene, loc="left", fontsize=10, fontweight="bold")
+        axes.set_xlabel("rate of the simulation [Hz]")
+        grid_y(axes)
+    panels[0][0].set_ylabel("rms error of the force [%]")
     panels[0][0].legend(frameon=False, fontsize=7.5)
     return figure
 
