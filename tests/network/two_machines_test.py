@@ -166,7 +166,7 @@ class TwoMachinesTest(unittest.TestCase):
         stray = "import os, signal, time\n" \
                 "if os.fork(): os._exit(0)\n" \
                 "os.setsid(); [signal.signal(s, signal.SIG_IGN) for s in (1, 2, 15)]\n" \
-                "print(os.readlink('/proc/self/ns/net'), flush=True); time.sleep(1000)"
+                "print(os.readlink('/proc/self/ns/net'), flush=True); time.sleep(100)"
         mine = []
         for side in "ab":
             program = self.python(bed, side, "-c", stray)
