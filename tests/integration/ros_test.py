@@ -15,6 +15,7 @@ from daemons import BAD_INPUT, BUILD, DONE, ROOT, SCENES
 
 RELAY = BUILD / "bin" / "scene_relay"
 SUBSCRIBER = BUILD / "tests" / "network" / "ros_subscriber_fastdds"
+PAGE = ROOT / "docs" / "ros.md"
 IDL = ROOT / "proto" / "ros" / "geometry_msgs.idl"
 PROFILES = ("default", "sensor_data")
 WALL_HAND = f"replay:loop=1,file={SCENES / 'wall.hand.csv'}"
@@ -57,14 +58,17 @@ def type_hash(name, types):
 
 
 class Subscriber:
-    """The other implementation, with a profile of ROS 2. Its lines are kept in a file."""
+    """The other implementation, with a profile of ROS 2, on the loopback as our page says. Its lines are kept in a file."""
 
     def __init__(self, file, domain, space, profile):
         self.file = file
+        network = file.with_suffix(".xml")
+        network.write_text(re.search(r"```xml\n(.*?)```", PAGE.read_text(), re.S)[1])
         with open(file, "w") as stdout:
             self.process = subprocess.Popen(
                 ["setpriv", "--pdeathsig", "KILL", SUBSCRIBER, str(domain), profile,
-                 f"rt{space}/tool_pose", f"rt{space}/tool_wrench"], stdin=subprocess.DEVNULL, stdout=stdout)
+                 f"rt{space}/tool_pose", f"rt{space}/tool_wrench"], stdin=subprocess.DEVNULL, stdout=stdout,
+                env={**os.environ, "FASTRTPS_DEFAULT_PROFILES_FILE": str(network)})
 
     def messages(self, kind):
         lines = [line for line in self.file.read_text().split("\n")[:-1] if f'"kind": "{kind}"' in line]
