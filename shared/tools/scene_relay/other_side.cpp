@@ -31,8 +31,10 @@ OtherSide::OtherSide(std::uint64_t relay_id, Role role, std::string session,
     : relay_id_(relay_id), role_(role), session_(std::move(session)), report_(std::move(report)) {}
 
 void OtherSide::tell_of(std::uint64_t relay_id, const std::string& line) {
-  if (told_of_ == relay_id) return;
-  told_of_ = relay_id;
+  if (told_of_.size() == kMaxToldOf ||
+      std::find(told_of_.begin(), told_of_.end(), relay_id) != told_of_.end())
+    return;
+  told_of_.push_back(relay_id);
   report_(line);
 }
 
@@ -46,18 +48,17 @@ void OtherSide::hear(const Greeting& greeting) {
                 ": run the same release on both machines");
 }
 
-void OtherSide::follow(std::uint64_t relay_id, std::uint64_t now_ns) {
+void OtherSide::follow(std::uint64_t relay_id) {
   if (followed_ != 0)
     report_("another relay " + std::string(place_of(other(role_))) + " takes over session '" +
             session_ + "'");
   followed_ = relay_id;
-  heard_ns_ = now_ns;
   clock_ = {};
   status_ = {};
 }
 
 bool OtherSide::hear(const Status& status, std::uint64_t now_ns) {
-  if (status.relay_id == 0 || status.relay_id == relay_id_) return false;
+  if (status.relay_id == 0 || status.relay_id == relay_id_ || status.number == 0) return false;
   if (status.relay_id != followed_) {
     if (is_connected_) {
       tell_of(status.relay_id, "two relays " + std::string(place_of(other(role_))) +
@@ -65,7 +66,7 @@ bool OtherSide::hear(const Status& status, std::uint64_t now_ns) {
                                    "': the first is kept to until it falls silent");
       return false;
     }
-    follow(status.relay_id, now_ns);
+    follow(status.relay_id);
   }
   if (status.number <= status_.number) return false;
   status_ = status;

@@ -83,7 +83,7 @@ void RelayLink::say(std::uint64_t now_ns, const Said& said) {
 }
 
 bool RelayLink::accept(std::uint64_t relay_id, std::uint64_t number, std::size_t bytes) {
-  if (!other_.is_followed(relay_id)) return false;
+  if (!other_.is_followed(relay_id) || number == 0) return false;
   if (number_of_ != relay_id) {
     number_of_ = relay_id;
     number_ = number - 1;
