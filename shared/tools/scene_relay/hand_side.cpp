@@ -102,12 +102,10 @@ class HandSide {
       if (!link_.accept(message.relay_id, message.number, message_bytes(message))) return;
       received_ = message.number;
       if (!scene_ || scene_->epoch() != message.scene_epoch) return;
-      const Decoded decoded = decoder_.decode(message, snapshot_);
-      report_.without_keyframe += decoded == Decoded::kWithoutKeyframe ? 1 : 0;
-      if (decoded == Decoded::kRefused) link_.refuse("a snapshot is refused: its counts");
-      if (decoded != Decoded::kSnapshot) return;
       try {
-        check(snapshot_, scene_->limits());
+        const Decoded decoded = decoder_.decode(message, scene_->limits(), snapshot_);
+        report_.without_keyframe += decoded == Decoded::kWithoutKeyframe ? 1 : 0;
+        if (decoded != Decoded::kSnapshot) return;
       } catch (const MessageError& error) {
         return link_.refuse(error.what());
       }
