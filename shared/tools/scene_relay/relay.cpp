@@ -8,6 +8,7 @@
 #include <random>
 
 #include "shared/files/json_file.hpp"
+#include "shared/tools/scene_relay/topic_name.hpp"
 
 namespace stillgrid::scene_relay {
 namespace {
@@ -30,6 +31,12 @@ nlohmann::json percentiles(const realtime::Histogram& histogram) {
           {"count", histogram.count()}};
 }
 
+nlohmann::json ages(const realtime::Histogram& histogram) {
+  nlohmann::json result = percentiles(histogram);
+  result["over_100_ms"] = histogram.share_above(100'000'000);
+  return result;
+}
+
 }  // namespace
 
 RelayLink::RelayLink(const RelayOptions& options, Role role, RelayReport& report)
@@ -38,9 +45,9 @@ RelayLink::RelayLink(const RelayOptions& options, Role role, RelayReport& report
       relay_id_(random_id()),
       participant_(options.network),
       other_(relay_id_, role, options.session, [](const std::string& line) { spdlog::info(line); }),
-      greetings_out_(participant_.writer(stillgrid_Greeting_desc, kGreetings + session_,
+      greetings_out_(participant_.writer(stillgrid_Greeting_desc, kGreetings + topic_part(session_),
                                          Delivery::kBestEffort)),
-      greetings_in_(participant_.reader(stillgrid_Greeting_desc, kGreetings + session_,
+      greetings_in_(participant_.reader(stillgrid_Greeting_desc, kGreetings + topic_part(session_),
                                         Delivery::kBestEffort, false)),
       status_out_(participant_.writer(stillgrid_relay1_Status_desc,
                                       topic(role == Role::kHand ? "hand" : "simulation"),
@@ -53,7 +60,7 @@ RelayLink::RelayLink(const RelayOptions& options, Role role, RelayReport& report
 }
 
 std::string RelayLink::topic(const char* name) const {
-  return "stillgrid/" + std::to_string(kProtocol) + "/" + session_ + "/" + name;
+  return "stillgrid/" + std::to_string(kProtocol) + "/" + topic_part(session_) + "/" + name;
 }
 
 bool RelayLink::hear(std::uint64_t now_ns) {
@@ -156,7 +163,7 @@ void write_report(const RelayReport& report, const std::filesystem::path& file) 
                            {"deltas", report.deltas},
                            {"withheld", report.withheld},
                            {"way_s", percentiles(report.way_ns)},
-                           {"age_s", percentiles(report.age_ns)}});
+                           {"age_s", ages(report.age_ns)}});
 }
 
 }  // namespace stillgrid::scene_relay

@@ -64,7 +64,7 @@ class RelayLink {
   [[nodiscard]] std::uint64_t relay_id() const noexcept { return relay_id_; }
   [[nodiscard]] const OtherSide& other() const noexcept { return other_; }
   [[nodiscard]] const ClockOffset& clock() const noexcept { return other_.clock(); }
-  /// NAME of this session's messages: "stillgrid/1/SESSION/NAME".
+  /// NAME of this session's messages: "stillgrid/1/SESSION/NAME", SESSION as topic_part() has it.
   [[nodiscard]] std::string topic(const char* name) const;
 
   /// Takes greetings and statuses; whether a status of the other side came.
