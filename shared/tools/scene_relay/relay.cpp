@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -18,7 +19,23 @@ std::uint64_t random_id() {
   return id != 0 ? id : 1;
 }
 
-constexpr const char* kGreetings = "stillgrid/greeting/";
+/// More than any sender counts in kLongestWay_ns.
+constexpr std::uint64_t kFurthestLeap = 65'536;
+/// Nor is more lost in a silence, of a day: what is further ahead was never counted up to.
+constexpr std::uint64_t kMaxLost = std::uint64_t{1} << 33U;
+
+std::string in_topic(const std::string& session) {
+  constexpr const char* kDigits = "0123456789ABCDEF";
+  std::string result;
+  for (const char c : session) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (std::isalnum(byte) != 0)
+      result += c;
+    else
+      (result += '_') += {kDigits[byte >> 4U], kDigits[byte & 15U]};
+  }
+  return result;
+}
 
 nlohmann::json percentiles(const realtime::Histogram& histogram) {
   const auto at = [&](double share) {
@@ -32,15 +49,23 @@ nlohmann::json percentiles(const realtime::Histogram& histogram) {
 
 }  // namespace
 
+std::string topic_of(const std::string& session, const char* name) {
+  return "stillgrid/" + std::to_string(kProtocol) + "/" + in_topic(session) + "/" + name;
+}
+
+std::string greeting_topic(const std::string& session) {
+  return "stillgrid/greeting/" + in_topic(session);
+}
+
 RelayLink::RelayLink(const RelayOptions& options, Role role, RelayReport& report)
     : report_(report),
       session_(options.session),
       relay_id_(random_id()),
       participant_(options.network),
       other_(relay_id_, role, options.session, [](const std::string& line) { spdlog::info(line); }),
-      greetings_out_(participant_.writer(stillgrid_Greeting_desc, kGreetings + session_,
+      greetings_out_(participant_.writer(stillgrid_Greeting_desc, greeting_topic(session_),
                                          Delivery::kBestEffort)),
-      greetings_in_(participant_.reader(stillgrid_Greeting_desc, kGreetings + session_,
+      greetings_in_(participant_.reader(stillgrid_Greeting_desc, greeting_topic(session_),
                                         Delivery::kBestEffort, false)),
       status_out_(participant_.writer(stillgrid_relay1_Status_desc,
                                       topic(role == Role::kHand ? "hand" : "simulation"),
@@ -50,10 +75,6 @@ RelayLink::RelayLink(const RelayOptions& options, Role role, RelayReport& report
                                      Delivery::kBestEffort)) {
   report_.role = role;
   report_.figures.relay_id = relay_id_;
-}
-
-std::string RelayLink::topic(const char* name) const {
-  return "stillgrid/" + std::to_string(kProtocol) + "/" + session_ + "/" + name;
 }
 
 bool RelayLink::hear(std::uint64_t now_ns) {
@@ -83,19 +104,25 @@ void RelayLink::say(std::uint64_t now_ns, std::uint64_t segment_epoch, std::uint
   dds_write(status_out_, &status);
 }
 
-bool RelayLink::accept(std::uint64_t relay_id, std::uint64_t number, std::size_t bytes) {
+bool RelayLink::accept(std::uint64_t relay_id, std::uint64_t number, std::size_t bytes,
+                       std::uint64_t now_ns) {
   if (!other_.is_followed(relay_id)) return false;
-  if (number_of_ != relay_id) {
-    number_of_ = relay_id;
-    number_ = number - 1;
-  }
   proto::RelayFigures& figures = report_.figures;
+  const bool is_silent = now_ns > accepted_ns_ + kLongestWay_ns;
+  if (number_of_ != relay_id || (is_silent && (number < number_ || number - number_ > kMaxLost)))
+    number_ = number - 1;
+  number_of_ = relay_id;
   if (number <= number_) {
     ++(number == number_ ? figures.repeated : figures.out_of_order);
     return false;
   }
+  if (!is_silent && number - number_ > kFurthestLeap) {
+    refuse("a message's number leaps ahead");
+    return false;
+  }
   figures.lost += number - number_ - 1;
   number_ = number;
+  accepted_ns_ = now_ns;
   ++figures.received;
   figures.received_bytes += bytes;
   return true;
@@ -116,8 +143,12 @@ bool RelayLink::came_in_time(std::uint64_t stamp_ns, std::uint64_t now_ns) {
 
 void RelayLink::refuse(const std::string& line) {
   ++report_.figures.refused;
-  if (line == last_refusal_) return;
-  last_refusal_ = line;
+  warn(line);
+}
+
+void RelayLink::warn(const std::string& line) {
+  if (line == last_warning_) return;
+  last_warning_ = line;
   spdlog::warn(line);
 }
 
