@@ -67,14 +67,14 @@ class HandSide {
       denials_ = 0;
       return;
     }
-    const bool is_told = told_ns_ != 0 && told_by_ == status.relay_id;
-    if (is_told && status.sent_ns < told_ns_) return;
+    const bool is_told = newest_ns_ != 0 && newest_of_ == status.relay_id;
+    if (is_told && status.sent_ns < newest_ns_) return;
     if (++denials_ >= 2 || (status.segment_epoch == 0 && is_told)) withdraw();
   }
 
   void withdraw() {
     scene_.reset();
-    state_ns_ = told_ns_ = denials_ = 0;
+    state_ns_ = newest_ns_ = denials_ = 0;
     decoder_.begin();
   }
 
@@ -122,7 +122,7 @@ class HandSide {
         return link_.refuse(error.what());
       }
       // What is older than that was too long on its way.
-      const bool is_recent = told_ns_ != 0 && now_ns < shown_ns_ + kLongestWay_ns;
+      const bool is_recent = newest_ns_ != 0 && now_ns < shown_ns_ + kLongestWay_ns;
       if (is_recent && snapshot_.snapshot_id <= snapshot_id_) return;
       if (link_.came_in_time(snapshot_.publish_time_ns, now_ns)) show(now_ns);
     });
@@ -130,8 +130,8 @@ class HandSide {
 
   void show(std::uint64_t now_ns) {
     snapshot_id_ = snapshot_.snapshot_id;
-    told_ns_ = snapshot_.publish_time_ns;
-    told_by_ = link_.other().followed();
+    newest_ns_ = snapshot_.publish_time_ns;
+    newest_of_ = link_.other().followed();
     shown_ns_ = now_ns;
     // Later than the last, whatever was learnt of the clock since; and never of the future.
     const std::uint64_t here_ns = link_.clock().to_ours(snapshot_.state_time_ns);
@@ -188,7 +188,7 @@ class HandSide {
   std::optional<ShownScene> scene_;
   std::uint64_t snapshot_id_ = 0, state_ns_ = 0, shown_ns_ = 0, tool_tick_ = 0, tool_number_ = 0;
   // Of the last snapshot that was shown, on the simulation's clock, and its relay; 0: none was.
-  std::uint64_t told_ns_ = 0, told_by_ = 0;
+  std::uint64_t newest_ns_ = 0, newest_of_ = 0;
   std::uint64_t denials_ = 0;  // statuses one after the other that know of no such scene
 };
 

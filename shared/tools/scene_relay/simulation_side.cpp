@@ -183,7 +183,7 @@ class SimulationSide {
       stamps_.note(state.time_ns, message.time_ns);
       tool_ns_ = state.time_ns;
       heard_tool_ns_ = now_ns;
-      told_tool_ns_ = message.time_ns;
+      newest_tool_ns_ = message.time_ns;
       tool_->publish(state);
       publication::store_relay_figures(tool_->header(), link_.figures());
     });
@@ -224,8 +224,8 @@ class SimulationSide {
   /// A status that a sample has overtaken does not know of it yet; both are of the hand's clock.
   void withdraw_silent_tool(std::uint64_t now_ns) {
     const Status& status = link_.other().status();
-    const bool is_gone =
-        link_.other().is_connected() && status.segment_epoch == 0 && status.sent_ns > told_tool_ns_;
+    const bool is_gone = link_.other().is_connected() && status.segment_epoch == 0 &&
+                         status.sent_ns > newest_tool_ns_;
     if (!tool_ || (!is_gone && now_ns < heard_tool_ns_ + kLongestWay_ns)) return;
     tool_.reset();
   }
@@ -243,7 +243,7 @@ class SimulationSide {
   std::string last_refusal_;
   std::uint64_t scene_epoch_ = 0, refused_epoch_ = 0, tool_epoch_ = 0, next_epoch_ = 0,
                 tool_ns_ = 0;
-  std::uint64_t told_tool_ns_ = 0;  // the last sample, on the hand's clock
+  std::uint64_t newest_tool_ns_ = 0;  // the last sample, on the hand's clock
   std::uint64_t heard_tool_ns_ = 0, next_look_ns_ = 0, next_try_ns_ = 0, next_scene_ns_ = 0,
                 next_snapshot_ns_ = 0;
 };
