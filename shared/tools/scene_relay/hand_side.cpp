@@ -6,6 +6,7 @@
 
 #include "shared/publication/relay_figures.hpp"
 #include "shared/realtime/periodic_timer.hpp"
+#include "shared/tools/scene_relay/deadband.hpp"
 #include "shared/tools/scene_relay/relay.hpp"
 #include "shared/tools/scene_relay/shown_scene.hpp"
 #include "shared/tools/scene_relay/snapshot_coding.hpp"
@@ -32,7 +33,9 @@ class HandSide {
         scenes_(link_.participant().reader(stillgrid_relay1_Scene_desc, link_.topic("scene"),
                                            Delivery::kLasting, false)),
         snapshots_(link_.participant().reader(stillgrid_relay1_Snapshot_desc,
-                                              link_.topic("snapshot"), Delivery::kNewest)) {}
+                                              link_.topic("snapshot"), Delivery::kNewest)) {
+    if (options.deadband) deadband_.emplace(DeadbandLimits{.velocity_share = *options.deadband});
+  }
 
   void run() {
     const std::uint64_t began_ns = realtime::monotonic_ns();
@@ -47,8 +50,9 @@ class HandSide {
       take_scene(now_ns);
       take_snapshots(now_ns);
       const bool is_shown = scene_.has_value();
-      link_.say(now_ns, is_shown ? tool_epoch() : 0, is_shown ? scene_->epoch() : 0,
-                decoder_.keyframe_id());
+      RelayLink::Said said{.received = received_};
+      if (is_shown) said = {tool_epoch(), scene_->epoch(), decoder_.keyframe_id(), received_};
+      link_.say(now_ns, said);
       if (now_ns < next_ns) continue;
       next_ns = std::max(next_ns + kLook_ns, now_ns);
       if (is_shown) tell_tool(now_ns);
@@ -111,6 +115,7 @@ class HandSide {
   void take_snapshots(std::uint64_t now_ns) {
     take_all<SnapshotMessage>(snapshots_, [&](const SnapshotMessage& message) {
       if (!link_.accept(message.relay_id, message.number, message_bytes(message), now_ns)) return;
+      received_ = message.number;
       if (!scene_ || scene_->epoch() != message.scene_epoch) return;
       const Decoded decoded = decoder_.decode(message, snapshot_);
       report_.without_keyframe += decoded == Decoded::kWithoutKeyframe ? 1 : 0;
@@ -153,8 +158,14 @@ class HandSide {
   void tell_tool(std::uint64_t /*now_ns*/) {
     const std::uint64_t epoch = tool_epoch();
     const auto state = scene_->hand().take_tool();
-    if (epoch == 0 || !state || state->tick == tool_tick_) return;
+    if (epoch == 0 || !state || (epoch == tool_epoch_ && state->tick == tool_tick_)) return;
+    if (deadband_ && epoch != tool_epoch_) deadband_->begin_anew();
+    tool_epoch_ = epoch;
     tool_tick_ = state->tick;
+    if (deadband_ && !deadband_->must_send(*state)) {
+      ++report_.withheld;
+      return;
+    }
     ToolMessage message{};
     message.relay_id = link_.relay_id();
     message.number = ++tool_number_;
@@ -167,6 +178,7 @@ class HandSide {
     copy(state->velocity_m_s, message.velocity_m_s);
     copy(state->force_N, message.force_N);
     message.buttons = state->buttons;
+    message.is_led_on = deadband_.has_value();
     if (publication::has_sound_figures(*state)) {
       copy(state->before.torque_N_m, message.torque_N_m);
       message.contacts = state->before.contacts;
@@ -186,7 +198,9 @@ class HandSide {
   ToldSnapshot snapshot_;
   dds_entity_t tools_, scenes_, snapshots_;
   std::optional<ShownScene> scene_;
-  std::uint64_t snapshot_id_ = 0, state_ns_ = 0, shown_ns_ = 0, tool_tick_ = 0, tool_number_ = 0;
+  std::optional<Deadband> deadband_;
+  std::uint64_t snapshot_id_ = 0, state_ns_ = 0, shown_ns_ = 0, received_ = 0, tool_epoch_ = 0,
+                tool_tick_ = 0, tool_number_ = 0;
   // Of the last snapshot that was shown, on the simulation's clock, and its relay; 0: none was.
   std::uint64_t newest_ns_ = 0, newest_of_ = 0;
   std::uint64_t denials_ = 0;  // statuses one after the other that know of no such scene

@@ -16,6 +16,7 @@
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/stop_signal.hpp"
 #include "shared/tools/scene_relay/relay.hpp"
+#include "shared/tools/scene_relay/ros_topics.hpp"
 
 namespace stillgrid::scene_relay {
 namespace {
@@ -26,26 +27,36 @@ struct Arguments {
   std::filesystem::path report;
 };
 
+struct RosArguments {
+  RosOptions ros;
+  NetworkOptions network;
+  std::string hand;
+};
+
 constexpr const char* kDescription =
     "Carries a session between the machine of the simulation and that of the hand, over DDS. One\n"
-    "runs on each; neither server knows of it. The 1 kHz loop stays beside the hand.\n"
+    "runs on each; neither server knows of it. The 1 kHz loop stays beside the hand. Or tells\n"
+    "ROS 2 of the tool.\n"
     "\n"
     "  workstation$ sim_server --scene organ.toml --session demo\n"
     "  workstation$ scene_relay simulation --session demo --interface wg0\n"
     "  at the hand$ scene_relay hand --session demo --interface wg0\n"
     "  at the hand$ haptic_server --session demo --device phantom\n"
     "\n"
+    "  scene_relay ros --session demo     the tool's pose and force as topics of ROS 2\n"
+    "\n"
     "Without --interface it keeps to this machine. Who may join is said by the interface, a\n"
     "tunnel, by --security, or by --open: docs/network.md.\n";
 
-void add_options(CLI::App& app, Arguments& arguments) {
-  RelayOptions& options = arguments.options;
-  NetworkOptions& network = options.network;
-  app.add_option("--session", options.session, "Name of the session, alike on both machines")
+void add_session(CLI::App& app, std::string& session, std::string& hand) {
+  app.add_option("--session", session, "Name of the session, alike on both machines")
       ->required()
       ->transform(CLI::Validator(publication::settle_session, ""));
-  app.add_option("--hand", arguments.hand, "Of a scene that names its hands: which")
+  app.add_option("--hand", hand, "Of a scene that names its hands: which")
       ->check(publication::hand_complaint);
+}
+
+void add_network(CLI::App& app, NetworkOptions& network) {
   app.add_option("--interface", network.interface,
                  "Network interface to keep to; default: the loopback, this machine alone");
   app.add_option("--peer", network.peers,
@@ -60,12 +71,26 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_flag("--open", network.is_open,
                "Whoever is in this private network may join: move the tool, and be felt")
       ->excludes(security);
+}
+
+void add_options(CLI::App& app, Arguments& arguments) {
+  RelayOptions& options = arguments.options;
+  add_session(app, options.session, arguments.hand);
+  add_network(app, options.network);
   app.add_option("--duration", options.duration_s, "Time to run, s; default: until Ctrl-C")
       ->check(command_line::number_in(1e-3, 1e8));
   app.add_option("--group", arguments.group,
                  "Let this group of users read what is published here too; default: only its owner")
       ->check(publication::group_complaint);
   app.add_option("--report", arguments.report, "Write a report (JSON) at exit");
+}
+
+void add_ros(CLI::App& app, RosArguments& arguments) {
+  add_session(app, arguments.ros.session, arguments.hand);
+  add_network(app, arguments.network);
+  app.add_option("--rate", arguments.ros.rate_hz,
+                 "Messages a second on each topic at most, Hz; default 1000")
+      ->check(command_line::number_in(0.1, 1000.0));
 }
 
 int run(Arguments& arguments, Role role) {
@@ -91,6 +116,19 @@ int run(Arguments& arguments, Role role) {
   return status;
 }
 
+int run_ros(RosArguments& arguments) {
+  command_line::prepare_daemon("scene_relay");
+  arguments.ros.session = publication::hand_session(arguments.ros.session, arguments.hand);
+  try {
+    const Participant participant(arguments.network);
+    (void)run_ros_topics(participant.entity(), arguments.ros, realtime::stop_requested());
+  } catch (const NetworkError& error) {
+    spdlog::error(error.what());
+    return realtime::kCouldNotStart;
+  }
+  return realtime::kDone;
+}
+
 int program_main(int argc, char** argv) {
   CLI::App app(kDescription, "scene_relay");
   std::array<Arguments, 2> arguments;
@@ -99,12 +137,19 @@ int program_main(int argc, char** argv) {
       app.add_subcommand("simulation", "Beside sim_server: sends its scene, brings the tool");
   CLI::App* hand =
       app.add_subcommand("hand", "Beside haptic_server: brings the scene, sends the tool");
+  CLI::App* ros = app.add_subcommand("ros", "Publishes the tool's pose and force to ROS 2");
+  RosArguments ros_arguments;
+  add_ros(*ros, ros_arguments);
   add_options(*simulation, arguments[0]);
   add_options(*hand, arguments[1]);
   simulation
       ->add_flag("--no-deltas{false}", arguments[0].options.has_deltas,
                  "Tell every snapshot whole, to compare")
       ->type_name("");
+  hand->add_option("--deadband", arguments[1].options.deadband,
+                   "Keep back samples of the tool that are led on within this share of its "
+                   "velocity; 0.07 is not noticed; default: every tick is sent")
+      ->check(command_line::number_in(0.001, 1.0));
   simulation
       ->add_option("--rate", arguments[0].options.rate_hz,
                    "Snapshots a second at most, Hz; default: all that are published")
@@ -112,6 +157,7 @@ int program_main(int argc, char** argv) {
   command_line::add_version(
       app, {command_line::segment_interface(), "protocol " + std::to_string(kProtocol)});
   return command_line::run_program(app, argc, argv, [&] {
+    if (ros->parsed()) return run_ros(ros_arguments);
     return hand->parsed() ? run(arguments[1], Role::kHand) : run(arguments[0], Role::kSimulation);
   });
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "scene_relay.h"  // of proto/dds/scene_relay.idl
+#include "proto/dds/scene_relay.h"  // of scene_relay.idl
 
 namespace stillgrid::scene_relay {
 

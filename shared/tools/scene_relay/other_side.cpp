@@ -7,6 +7,8 @@
 namespace stillgrid::scene_relay {
 namespace {
 
+constexpr std::uint64_t kExchange_ns = 80'000'000;
+
 const char* place_of(Role role) {
   return role == Role::kSimulation ? "beside the simulation" : "beside the hand";
 }
@@ -73,12 +75,15 @@ bool OtherSide::hear(const Status& status, std::uint64_t now_ns) {
       (status.number <= status_.number || status.number - status_.number > kFurthestLeap))
     return false;
   status_ = status;
-  if (status.follows == relay_id_ && status.echo_sent_ns != 0)
-    clock_.add({.sent_ns = status.echo_sent_ns,
-                .other_received_ns = status.echo_received_ns,
-                .other_sent_ns = status.sent_ns,
-                .received_ns = now_ns});
-  else if (status.follows != 0 && status.follows != relay_id_)
+  if (status.follows == relay_id_ && status.echo_sent_ns != 0) {
+    // No more often than clocks drift: the shortest round trip is to be of some seconds.
+    if (now_ns >= exchanged_ns_ + kExchange_ns &&
+        clock_.add({.sent_ns = status.echo_sent_ns,
+                    .other_received_ns = status.echo_received_ns,
+                    .other_sent_ns = status.sent_ns,
+                    .received_ns = now_ns}))
+      exchanged_ns_ = clock_.is_known() ? now_ns : 0;
+  } else if (status.follows != 0 && status.follows != relay_id_)
     tell_of(status.relay_id, "the relay " + std::string(place_of(other(role_))) + " of session '" +
                                  session_ + "' keeps to another than this one");
   if (was_connected_ && !is_connected_) {

@@ -60,7 +60,7 @@ class OtherSide {
   std::function<void(const std::string&)> report_;
   ClockOffset clock_;
   Status status_{};
-  std::uint64_t followed_ = 0, heard_ns_ = 0, sent_ = 0, told_of_ = 0;
+  std::uint64_t followed_ = 0, heard_ns_ = 0, exchanged_ns_ = 0, sent_ = 0, told_of_ = 0;
   bool is_connected_ = false, was_connected_ = false;
   std::uint64_t partitions_ = 0, longest_silence_ns_ = 0;
 };

@@ -86,21 +86,20 @@ bool RelayLink::hear(std::uint64_t now_ns) {
   return is_new;
 }
 
-void RelayLink::say(std::uint64_t now_ns, std::uint64_t segment_epoch, std::uint64_t scene_epoch,
-                    std::uint64_t keyframe_id) {
+void RelayLink::say(std::uint64_t now_ns, const Said& said) {
   if (now_ns >= next_greeting_ns_) {
     next_greeting_ns_ = now_ns + 1'000'000'000;
     const Greeting greeting = other_.greeting();
     dds_write(greetings_out_, &greeting);
   }
-  const std::uint64_t now_said[3] = {segment_epoch, scene_epoch, keyframe_id};
-  if (now_ns < next_status_ns_ && std::equal(said_, said_ + 3, now_said)) return;
-  std::copy(now_said, now_said + 3, said_);
+  if (now_ns < next_status_ns_ && said == said_) return;
+  said_ = said;
   next_status_ns_ = now_ns + other_.status_period_ns();
   Status status = other_.next_status(now_ns);
-  status.segment_epoch = segment_epoch;
-  status.scene_epoch = scene_epoch;
-  status.keyframe_id = keyframe_id;
+  status.segment_epoch = said.segment_epoch;
+  status.scene_epoch = said.scene_epoch;
+  status.keyframe_id = said.keyframe_id;
+  status.received = said.received;
   dds_write(status_out_, &status);
 }
 

@@ -23,7 +23,7 @@ struct RelayOptions {
   std::optional<gid_t> readers;    // a group that may read what it publishes here
   bool has_deltas = true;          // beside the simulation
   std::optional<double> rate_hz;   // likewise: snapshots a second at most
-  std::optional<double> deadband;  // beside the hand: of the tool's velocity, 0 to 1
+  std::optional<double> deadband;  // beside the hand: share of the tool's velocity
 };
 
 /// What a relay counted, of what it received and sent.
@@ -74,9 +74,15 @@ class RelayLink {
 
   /// Takes greetings and statuses; whether a status of the other side came.
   bool hear(std::uint64_t now_ns);
-  /// Sends them when it is time, or at once where what is to be said is another than before.
-  void say(std::uint64_t now_ns, std::uint64_t segment_epoch, std::uint64_t scene_epoch = 0,
-           std::uint64_t keyframe_id = 0);
+  /// What a side tells in a status of itself.
+  struct Said {
+    std::uint64_t segment_epoch = 0;  // of the segment that it reads
+    std::uint64_t scene_epoch = 0, keyframe_id = 0;
+    std::uint64_t received = 0;  // number of the last snapshot message
+    bool operator==(const Said&) const = default;
+  };
+  /// Sends greeting and status when it is time, or at once where another thing is to be said.
+  void say(std::uint64_t now_ns, const Said& said);
 
   /// Whether a message is the other side's and newer than those before; counts it.
   ///
@@ -102,7 +108,7 @@ class RelayLink {
   dds_entity_t greetings_out_, greetings_in_, status_out_, status_in_;
   std::uint64_t next_status_ns_ = 0, next_greeting_ns_ = 0, number_ = 0, number_of_ = 0,
                 accepted_ns_ = 0;
-  std::uint64_t said_[3] = {};
+  Said said_;
   std::string last_warning_;
 };
 

@@ -12,12 +12,21 @@
 #include "shared/reading/segment_follower.hpp"
 #include "shared/reading/snapshot.hpp"
 #include "shared/realtime/periodic_timer.hpp"
+#include "shared/tools/scene_relay/deadband.hpp"
 #include "shared/tools/scene_relay/relay.hpp"
 #include "shared/tools/scene_relay/snapshot_coding.hpp"
 #include "shared/tools/scene_relay/told_scene.hpp"
 
 namespace stillgrid::scene_relay {
 namespace {
+
+/// Of so many bytes one in twelve is lost at 1 %, and the next comes as soon as what was lost.
+constexpr std::uint64_t kFewPackets_bytes = 8 * 1344;
+/// What the other side may take to answer, beside the round trip.
+constexpr std::uint64_t kAnswer_ns = 30'000'000;
+
+/// As often as the tool's samples are led on.
+constexpr std::uint64_t kTick_ns = 1'000'000;
 
 /// The tool's stamps as they were rebased to this clock, and what they were on the hand's: a
 /// simulation tells which sample its state contains, and the hand knows its own stamps to the bit.
@@ -95,7 +104,8 @@ class SimulationSide {
       next_ns = std::max(next_ns + kLook_ns, now_ns);
       look_at_scene(now_ns);
       repeat_scene(now_ns);
-      link_.say(now_ns, scene_epoch_);
+      link_.say(now_ns, {.segment_epoch = scene_epoch_});
+      lead_tool_on(now_ns);
       withdraw_silent_tool(now_ns);
       if (tool_) report_.age_ns.record(now_ns - std::min(now_ns, tool_ns_));
     }
@@ -115,7 +125,8 @@ class SimulationSide {
       }
       take_up_scene();
     }
-    if (scene_epoch_ != 0 && now_ns >= next_snapshot_ns_) tell_snapshot(*follower_.scene(), now_ns);
+    if (scene_epoch_ != 0 && now_ns >= next_snapshot_ns_ && !is_on_its_way(now_ns))
+      tell_snapshot(*follower_.scene(), now_ns);
   }
 
   void take_up_scene() {
@@ -152,6 +163,15 @@ class SimulationSide {
     if (is_missed && now_ns >= next_scene_ns_) tell_scene(*follower_.scene(), now_ns);
   }
 
+  /// A snapshot of many packets is not replaced by the next while what it lost is asked for: where
+  /// that takes longer than a step, none would ever come whole.
+  [[nodiscard]] bool is_on_its_way(std::uint64_t now_ns) const {
+    const std::uint64_t patience_ns =
+        std::min(kLongestWay_ns, kAnswer_ns + 4 * link_.clock().round_trip_ns());
+    return sent_bytes_ > kFewPackets_bytes && link_.other().status().received < sent_number_ &&
+           now_ns < sent_ns_ + patience_ns;
+  }
+
   void tell_snapshot(const publication::SceneView& view, std::uint64_t now_ns) {
     // A look copies all spheres.
     const std::uint64_t latest = double_buffer::HardwareAtomics::load(view.reader().live().latest,
@@ -159,12 +179,15 @@ class SimulationSide {
     const std::uint64_t before = reader_.snapshot().snapshot_id;
     if (latest == before) return;
     const auto status =
-        reading::look(reader_, view, kMostSpheres, reading::SnapshotDetail::kSpheres, snapshot_);
+        reading::look(reader_, view, kMaxSpheres, reading::SnapshotDetail::kSpheres, snapshot_);
     if (status != double_buffer::ReadStatus::kAccepted || snapshot_.snapshot_id == before) return;
     const SnapshotMessage& message = encoder_.encode(
         told(snapshot_, stamps_.on_hands_clock(snapshot_.header.tool_time_ns)), scene_epoch_);
     if (dds_write(snapshots_, &message) != DDS_RETCODE_OK) return;
     if (options_.rate_hz) next_snapshot_ns_ = now_ns + realtime::to_ns(1.0 / *options_.rate_hz);
+    sent_ns_ = now_ns;
+    sent_number_ = message.number;
+    sent_bytes_ = message_bytes(message);
     ++report_.sent;
     report_.sent_bytes += message_bytes(message);
   }
@@ -185,6 +208,7 @@ class SimulationSide {
       heard_tool_ns_ = now_ns;
       newest_tool_ns_ = message.time_ns;
       tool_->publish(state);
+      sample_ = message.is_led_on ? std::optional(state) : std::nullopt;
       publication::store_relay_figures(tool_->header(), link_.figures());
     });
   }
@@ -221,6 +245,18 @@ class SimulationSide {
     return true;
   }
 
+  /// Where the hand keeps samples back the tool goes on as they would have said, about. No such
+  /// state bears a stamp of the hand's, so that the account of energy joins at none of them.
+  void lead_tool_on(std::uint64_t now_ns) {
+    if (!tool_ || !sample_ || now_ns < led_ns_ + kTick_ns || now_ns < heard_tool_ns_ + kTick_ns)
+      return;
+    led_ns_ = now_ns;
+    const proto::ToolState state = led_on(*sample_, now_ns - heard_tool_ns_);
+    if (state.time_ns <= tool_ns_) return;
+    tool_ns_ = state.time_ns;
+    tool_->publish(state);
+  }
+
   /// A status that a sample has overtaken does not know of it yet; both are of the hand's clock.
   void withdraw_silent_tool(std::uint64_t now_ns) {
     const Status& status = link_.other().status();
@@ -240,12 +276,14 @@ class SimulationSide {
   ToolStamps stamps_;
   dds_entity_t scenes_, snapshots_, tools_;
   std::optional<publication::ToolWriter> tool_;
+  std::optional<proto::ToolState> sample_;  // to be led on
   std::string last_refusal_;
   std::uint64_t scene_epoch_ = 0, refused_epoch_ = 0, tool_epoch_ = 0, next_epoch_ = 0,
                 tool_ns_ = 0;
   std::uint64_t newest_tool_ns_ = 0;  // the last sample, on the hand's clock
-  std::uint64_t heard_tool_ns_ = 0, next_look_ns_ = 0, next_try_ns_ = 0, next_scene_ns_ = 0,
-                next_snapshot_ns_ = 0;
+  std::uint64_t heard_tool_ns_ = 0, led_ns_ = 0, next_look_ns_ = 0, next_try_ns_ = 0,
+                next_scene_ns_ = 0, next_snapshot_ns_ = 0;
+  std::uint64_t sent_ns_ = 0, sent_number_ = 0, sent_bytes_ = 0;  // of the last snapshot
 };
 
 }  // namespace

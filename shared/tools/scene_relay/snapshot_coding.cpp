@@ -59,7 +59,7 @@ void assign(std::vector<Element>& values, const Sequence& sequence) {
 bool take_responses(const SnapshotMessage& message, ToldSnapshot& snapshot) {
   const std::size_t modes = snapshot.modes.size();
   const auto told = elements(message.responses);
-  if (modes > proto::kMaxModes || message.response_count > kMostSpheres ||
+  if (modes > proto::kMaxModes || message.response_count > kMaxSpheres ||
       told.size() != 3 * modes * message.response_count)
     return false;
   snapshot.responses.assign(message.response_count, {});
@@ -169,7 +169,7 @@ void SnapshotEncoder::acknowledge(std::uint64_t scene_epoch, std::uint64_t keyfr
 }
 
 Decoded SnapshotDecoder::decode(const SnapshotMessage& message, ToldSnapshot& snapshot) {
-  if (message.sphere_count > kMostSpheres || (message.is_keyframe && message.against_id != 0))
+  if (message.sphere_count > kMaxSpheres || (message.is_keyframe && message.against_id != 0))
     return Decoded::kRefused;
   snapshot.motions.clear();
   snapshot.labels.clear();

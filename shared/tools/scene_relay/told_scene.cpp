@@ -112,8 +112,8 @@ std::vector<publication::PublishedField> fields_of(const SceneMessage& message) 
   return bodies;
 }
 
-std::vector<proto::SphereRecord> still_spheres(const SceneMessage& message) {
-  require(message.spheres._length <= kMostSpheres, "more static spheres than a relay carries");
+std::vector<proto::SphereRecord> static_spheres_of(const SceneMessage& message) {
+  require(message.spheres._length <= kMaxSpheres, "more static spheres than a relay carries");
   std::vector<proto::SphereRecord> spheres;
   spheres.reserve(message.spheres._length);
   for (const auto& told : elements(message.spheres)) {
@@ -179,7 +179,7 @@ ToldScene::ToldScene(const publication::SceneView& view, std::uint64_t relay_id)
     const auto& [place_m, radius_m] = scene.tool[i];
     tool_.push_back({{place_m[0], place_m[1], place_m[2]}, radius_m});
   }
-  for (const proto::SphereRecord& record : reading::static_spheres(view, kMostSpheres)) {
+  for (const proto::SphereRecord& record : reading::static_spheres(view, kMaxSpheres)) {
     const auto& place_m = record.newest.position_m;
     spheres_.push_back(
         {{place_m[0], place_m[1], place_m[2]}, record.radius_m, record.material, record.body});
@@ -234,7 +234,7 @@ publication::StaticScene scene_of(const SceneMessage& message) {
               message.planes._length <= proto::kMaxPlanes &&
               message.tool._length <= proto::kMaxToolSpheres,
           "more materials, planes or tool spheres than there may be");
-  require(message.moving_capacity <= kMostSpheres, "more moving spheres than a relay carries");
+  require(message.moving_capacity <= kMaxSpheres, "more moving spheres than a relay carries");
   require(message.period_ns >= 1'000'000 && message.period_ns <= 100'000'000'000,
           "a period that is none from 1 ms to 100 s");
   const proto::SceneHeader head = head_of(message);
@@ -245,7 +245,7 @@ publication::StaticScene scene_of(const SceneMessage& message) {
   scene.materials.assign(head.materials.begin(), head.materials.begin() + head.material_count);
   scene.planes.assign(head.planes.begin(), head.planes.begin() + head.plane_count);
   scene.tool.assign(head.tool.begin(), head.tool.begin() + head.tool_sphere_count);
-  scene.spheres = still_spheres(message);
+  scene.spheres = static_spheres_of(message);
   scene.fields = fields_of(message);
   scene.device = head.device;
   scene.tool_slip_speed_m_s = message.tool_slip_speed_m_s;

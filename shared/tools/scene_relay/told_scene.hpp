@@ -16,7 +16,7 @@ class MessageError : public std::runtime_error {
 };
 
 /// More moving spheres than a message may ask room for: 300 MB of segment.
-inline constexpr std::uint32_t kMostSpheres = 1'000'000;
+inline constexpr std::uint32_t kMaxSpheres = 1'000'000;
 
 /// What a simulation publishes once, as a message that lives as long as this.
 class ToldScene {
@@ -41,7 +41,7 @@ class ToldScene {
   std::vector<stillgrid_relay1_Material> materials_;
   std::vector<stillgrid_relay1_Plane> planes_;
   std::vector<stillgrid_relay1_ToolSphere> tool_;
-  std::vector<stillgrid_relay1_StillSphere> spheres_;
+  std::vector<stillgrid_relay1_StaticSphere> spheres_;
   std::vector<FieldNumbers> numbers_;
   std::vector<stillgrid_relay1_DistanceField> fields_;
   std::vector<stillgrid_relay1_FieldBody> bodies_;
