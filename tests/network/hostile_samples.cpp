@@ -61,9 +61,9 @@ void HostileSamples::change(Sequence& sequence, std::vector<Element>& own) {
 }
 
 scene_relay::Status HostileSamples::changed(scene_relay::Status status) {
-  for (std::uint64_t* word :
-       {&status.number, &status.sent_ns, &status.echo_sent_ns, &status.echo_received_ns,
-        &status.follows, &status.segment_epoch, &status.scene_epoch, &status.keyframe_id})
+  for (std::uint64_t* word : {&status.number, &status.sent_ns, &status.echo_sent_ns,
+                              &status.echo_received_ns, &status.received, &status.follows,
+                              &status.segment_epoch, &status.scene_epoch, &status.keyframe_id})
     if (happens(0.3)) *word = odd(*word);
   return status;
 }
@@ -76,6 +76,7 @@ scene_relay::ToolMessage HostileSamples::changed(scene_relay::ToolMessage tool) 
   if (happens(0.5)) scribble(tool);
   if (happens(0.2)) tool.position_m[random_() % 3] = 4.0 * uniform_(random_) - 2.0;
   tool.relay_id = relay_id;
+  tool.is_led_on = happens(0.1);  // whatever was scribbled there is no truth value
   return tool;
 }
 

@@ -90,8 +90,7 @@ class RelaySessionTest(RelayedTest):
         for counter in ("lost", "repeated", "out_of_order"):  # of 4,000 tool samples
             self.assertGreater(sim_relay[counter], 0, counter)
         self.assertGreater(sim_relay["received"], 0.7 * hand_relay["sent"])
-        for relay in (hand_relay, sim_relay):
-            self.assertEqual(relay["refused"], 0)
+        self.assertLess(sim_relay["lost"], 0.3 * hand_relay["sent"])
         counters = self.bed.counters()
         for side in "ab":
             self.assertGreater(counters[side]["lost"], 0)

@@ -93,10 +93,6 @@ class SegmentWatch(threading.Thread):
 class RelayedTest(daemons.SessionTest):
     """A test with a session over the bed, skipped where the machine grants none."""
 
-    def setUp(self):
-        super().setUp()
-        self.session = self.first_session = self.session.replace("-", "_")
-
     def open_bed(self, *settings, clock_offset_s=CLOCK_OFFSET_S, seed=1):
         try:
             self.bed = TwoMachines(*settings, clock_offset_s=clock_offset_s, seed=seed)
