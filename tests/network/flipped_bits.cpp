@@ -15,7 +15,7 @@ constexpr int kTries = 256;
 std::span<std::uint8_t> payload_of(std::span<std::uint8_t> packet) {
   if (packet.size() < kShortestHeader || packet[0] >> 4 != 4 || packet[9] != IPPROTO_UDP) return {};
   const bool is_first = ((packet[6] & 0x1f) << 8 | packet[7]) == 0;  // fragment offset
-  const std::size_t header = (packet[0] & 0x0fU) * 4U + (is_first ? kUdpHeader : 0);
+  const std::size_t header = std::size_t{packet[0] & 0x0fU} * 4 + (is_first ? kUdpHeader : 0);
   return header < packet.size() ? packet.subspan(header) : std::span<std::uint8_t>{};
 }
 

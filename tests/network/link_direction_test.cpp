@@ -68,6 +68,7 @@ bool is_near_share(std::uint64_t count, double share, double of) {
 /// Of each arrival, how far beyond `delay_ms` it took.
 std::vector<double> beyond_ms(const std::vector<Arrival>& arrivals, double delay_ms) {
   std::vector<double> beyond;
+  beyond.reserve(arrivals.size());
   for (const Arrival& arrival : arrivals)
     beyond.push_back(static_cast<double>(arrival.at_ns - arrival.sent_ns) * 1e-6 - delay_ms);
   return beyond;
@@ -104,7 +105,7 @@ TEST_CASE("As many packets as asked are lost, doubled and held back, and none is
   const LinkCounters& counters = run.link.counters();
   CHECK(counters.sent == kPackets);
   CHECK(is_near_share(counters.lost, settings.loss, kPackets));
-  const double kept = static_cast<double>(counters.sent - counters.lost);
+  const auto kept = static_cast<double>(counters.sent - counters.lost);
   CHECK(is_near_share(counters.duplicated, settings.duplicate, kept));
   CHECK(is_near_share(counters.reordered, settings.reorder, kept * (1.0 + settings.duplicate)));
   CHECK(counters.delivered == counters.sent + counters.duplicated - counters.lost);
@@ -132,7 +133,7 @@ TEST_CASE("A packet that is held back is late by what was asked, and the others 
   CHECK_FALSE(is_in_order(run.arrivals));
 }
 
-TEST_CASE("Jitter adds between nothing and itself, over all of that, and keeps the order") {
+TEST_CASE("Jitter wanders between nothing and itself, over all of that, and keeps the order") {
   const auto seed = GENERATE(1U, 23U, 456U);
   const double jitter_ms = GENERATE(2.9, 31.0);
   LinkSettings settings;
@@ -142,6 +143,10 @@ TEST_CASE("Jitter adds between nothing and itself, over all of that, and keeps t
   run.send_all(seed);
   CHECK(is_in_order(run.arrivals));
   std::vector<double> beyond = beyond_ms(run.arrivals, settings.delay_ms);
+  for (std::size_t i = 1; i < beyond.size(); ++i) {
+    const std::uint64_t gap_ns = run.arrivals[i].sent_ns - run.arrivals[i - 1].sent_ns;
+    REQUIRE(std::abs(beyond[i] - beyond[i - 1]) < static_cast<double>(gap_ns) * 1e-6 + 2e-6);
+  }
   std::sort(beyond.begin(), beyond.end());
   CHECK(beyond.front() > -2e-6);
   CHECK(beyond.back() < jitter_ms + 2e-6);

@@ -169,6 +169,6 @@ int program_main(int argc, char** argv) {
 }  // namespace
 }  // namespace stillgrid::network
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   return stillgrid::network::program_main(argc, argv);
 }

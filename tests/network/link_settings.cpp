@@ -38,8 +38,8 @@ void apply_setting(LinkSettings& settings, const std::string& key, const std::st
   for (const Key& known : kKeys) {
     if (key != known.name) continue;
     std::string text = value;
-    const std::string wrong = command_line::number_in(0.0, known.high)(text);
-    if (!wrong.empty()) throw std::runtime_error(key + ": " + wrong);
+    std::string wrong = command_line::number_in(0.0, known.high)(text);
+    if (!wrong.empty()) throw std::runtime_error(wrong.insert(0, key + ": "));
     settings.*known.member = std::strtod(value.c_str(), nullptr);
     return;
   }

@@ -4,12 +4,11 @@
 //
 //   ros_subscriber_fastdds DOMAIN default|sensor_data POSE_TOPIC WRENCH_TOPIC
 //
-// Prints a line of JSON for each publisher that it discovers and for each message, until it is told
-// to end.
+// Where it looks says the profile in $FASTRTPS_DEFAULT_PROFILES_FILE, as for a node: docs/ros.md
+// has one for the loopback. Prints a line of JSON for each publisher that it discovers and for each
+// message, until it is told to end.
 #include <fastcdr/Cdr.h>
 #include <fastcdr/FastBuffer.h>
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastrtps/utils/IPLocator.h>
 
 #include <array>
 #include <chrono>
@@ -27,7 +26,7 @@
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
 #include <fastdds/dds/topic/TopicDataType.hpp>
-#include <memory>
+#include <functional>
 #include <string>
 #include <utility>
 
@@ -140,23 +139,6 @@ class Discovery : public dds::DomainParticipantListener {
   }
 };
 
-/// On the loopback interface, without multicast: as rmw_fastrtps with
-/// ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, but for memory shared with other Fast DDS.
-dds::DomainParticipantQos loopback_qos() {
-  constexpr std::uint32_t kMaxPeers = 32;
-  dds::DomainParticipantQos qos = dds::PARTICIPANT_QOS_DEFAULT;
-  auto transport = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
-  transport->interfaceWhiteList = {"127.0.0.1"};
-  transport->maxInitialPeersRange = kMaxPeers;
-  qos.transport().use_builtin_transports = false;
-  qos.transport().user_transports.push_back(transport);
-  qos.wire_protocol().builtin.metatrafficUnicastLocatorList.push_back(rtps::Locator_t());
-  rtps::Locator_t peer;
-  rtps::IPLocator::setIPv4(peer, "127.0.0.1");
-  qos.wire_protocol().builtin.initialPeersList.push_back(peer);
-  return qos;
-}
-
 /// A profile of ROS 2: "default", or "sensor_data".
 dds::DataReaderQos reader_qos(const std::string& profile) {
   const bool is_default = profile == "default";
@@ -194,9 +176,10 @@ int program_main(char** argv) {
 
   Discovery discovery;
   auto* const factory = dds::DomainParticipantFactory::get_instance();
+  if (factory->load_profiles() != eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) return 2;
   const auto domain = static_cast<dds::DomainId_t>(std::strtoul(argv[1], nullptr, 10));
-  dds::DomainParticipant* const participant =
-      factory->create_participant(domain, loopback_qos(), &discovery, dds::StatusMask::none());
+  dds::DomainParticipant* const participant = factory->create_participant(
+      domain, factory->get_default_participant_qos(), &discovery, dds::StatusMask::none());
   const dds::DataReaderQos qos = reader_qos(argv[2]);
   Printer<7> poses("pose");
   Printer<6> wrenches("wrench");

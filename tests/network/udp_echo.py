@@ -5,6 +5,7 @@ udp_echo.py send ADDRESS PORT COUNT  sends, prints number and time there and bac
 udp_echo.py listen GROUP PORT        joins the multicast group, prints the first datagram
 udp_echo.py cast GROUP PORT TEXT     sends it to the group
 """
+import fcntl
 import socket
 import struct
 import sys
@@ -12,6 +13,7 @@ import time
 
 from two_machines import INTERFACE
 
+SIOCGIFFLAGS, IFF_MULTICAST = 0x8913, 0x1000  # linux/sockios.h, linux/if.h
 SPACING_S = 0.0002
 QUIET_S = 0.3
 PADDING = bytes(range(200))
@@ -53,6 +55,9 @@ def listen(group, port):
     here = socket.if_nametoindex(INTERFACE)
     own.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
                    struct.pack("4s4si", socket.inet_aton(group), socket.inet_aton("0.0.0.0"), here))
+    request = fcntl.ioctl(own, SIOCGIFFLAGS, struct.pack("16sH14x", INTERFACE.encode(), 0))
+    if not struct.unpack("16sH14x", request)[1] & IFF_MULTICAST:
+        sys.exit(f"{INTERFACE}: says that it has no multicast, so that middleware would not try")
     print("ready", flush=True)
     print(own.recv(2048).decode(), flush=True)
 

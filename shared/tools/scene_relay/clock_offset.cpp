@@ -6,10 +6,19 @@
 namespace stillgrid::scene_relay {
 namespace {
 
-/// Beyond which a stamp is no clock's: 290 years in all.
-constexpr std::uint64_t kLatest_ns = std::uint64_t{1} << 62U;
+/// Beyond which a stamp is no clock's: 73 years. A stamp and an offset have a sum.
+constexpr std::uint64_t kLatest_ns = std::uint64_t{1} << 61U;
 /// A round trip that takes longer tells nothing.
 constexpr std::uint64_t kLongestTrip_ns = 10'000'000'000;
+/// Of which the offset may follow at once; after a longer pause it goes on from there.
+constexpr std::uint64_t kLongestStep_ns = 500'000'000;
+
+/// Halves of whole nanoseconds.
+constexpr std::uint64_t kRounding_ns = 2;
+
+std::uint64_t drift_ns(std::uint64_t over_ns) {
+  return static_cast<std::uint64_t>(ClockOffset::kDrift * static_cast<double>(over_ns));
+}
 
 std::int64_t between(std::uint64_t from_ns, std::uint64_t to_ns) {
   return static_cast<std::int64_t>(to_ns) - static_cast<std::int64_t>(from_ns);
@@ -24,8 +33,7 @@ std::uint64_t moved(std::uint64_t time_ns, std::int64_t by_ns) {
 }  // namespace
 
 std::uint64_t ClockOffset::Kept::bound_ns(std::uint64_t now_ns) const noexcept {
-  const double since_ns = static_cast<double>(now_ns - std::min(now_ns, at_ns));
-  return round_trip_ns / 2 + static_cast<std::uint64_t>(kDrift * since_ns);
+  return error_ns + drift_ns(now_ns - std::min(now_ns, at_ns));
 }
 
 bool ClockOffset::add(const Exchange& exchange) noexcept {
@@ -38,10 +46,16 @@ bool ClockOffset::add(const Exchange& exchange) noexcept {
     return false;
   const std::int64_t there_ns = between(sent_ns, other_received_ns);
   const std::int64_t back_ns = between(received_ns, other_sent_ns);
-  const Kept now{there_ns / 2 + back_ns / 2, static_cast<std::uint64_t>(trip_ns), received_ns};
+  // Clocks that drift make the trip look shorter, and the offset another at its end.
+  const auto round_trip_ns = static_cast<std::uint64_t>(trip_ns);
+  const Kept now{.offset_ns = there_ns / 2 + back_ns / 2,
+                 .round_trip_ns = round_trip_ns,
+                 .error_ns = round_trip_ns / 2 + drift_ns(received_ns - sent_ns) + kRounding_ns,
+                 .at_ns = received_ns};
   // No two truths: one of the clocks stood still or was set.
-  const std::uint64_t apart_ns = static_cast<std::uint64_t>(std::abs(now.offset_ns - offset_ns_));
-  if (count_ > 0 && apart_ns > now.bound_ns(received_ns) + bound_ns_ + 1'000'000) count_ = 0;
+  const auto apart_ns = static_cast<std::uint64_t>(std::abs(now.offset_ns - offset_ns_));
+  const std::uint64_t used_bound_ns = bound_ns_ + drift_ns(received_ns - at_ns_);
+  if (count_ > 0 && apart_ns > now.error_ns + used_bound_ns + 1'000'000) count_ = 0;
   if (count_ == 0) next_ = 0;
   kept_[next_] = now;
   next_ = (next_ + 1) % kKept;
@@ -51,8 +65,8 @@ bool ClockOffset::add(const Exchange& exchange) noexcept {
                         [&](const Kept& a, const Kept& b) {
                           return a.bound_ns(received_ns) < b.bound_ns(received_ns);
                         });
-  const auto most_ns =
-      static_cast<std::int64_t>(kSlew * static_cast<double>(received_ns - at_ns_)) + 1;
+  const std::uint64_t step_ns = std::min(received_ns - at_ns_, kLongestStep_ns);
+  const auto most_ns = static_cast<std::int64_t>(kSlew * static_cast<double>(step_ns)) + 1;
   const std::int64_t by_ns = best.offset_ns - offset_ns_;
   const bool is_settling = count_ <= kEnough;
   offset_ns_ += is_settling ? by_ns : std::clamp(by_ns, -most_ns, most_ns);

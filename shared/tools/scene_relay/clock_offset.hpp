@@ -18,9 +18,10 @@ struct Exchange {
 /// How far the clock of the other machine is from this one's, from exchanges over the network.
 ///
 /// Of the last exchanges the one of the shortest round trip counts: its offset is off by half that
-/// trip at most, and by what the clocks drift since. The offset in use follows it by no more than
-/// kSlew, so that times told one after the other stay in order; it leaps only where what is used
-/// cannot be true, as after the other machine slept.
+/// trip at most, and by what the clocks drift during it and since. The offset in use follows it by
+/// no more than kSlew, and half a millisecond at once, so that times told one after the other, a
+/// millisecond apart, stay in order; it leaps only where what is used cannot be true, as after the
+/// other machine slept.
 /// Thread: one. Realtime: yes.
 class ClockOffset {
  public:
@@ -36,7 +37,7 @@ class ClockOffset {
   [[nodiscard]] bool is_known() const noexcept { return count_ >= kEnough; }
   /// The other's clock less ours.
   [[nodiscard]] std::int64_t offset_ns() const noexcept { return offset_ns_; }
-  /// By how much it may be off.
+  /// By how much it may be off, at the last exchange; kDrift of the time since comes to it.
   [[nodiscard]] std::uint64_t bound_ns() const noexcept { return bound_ns_; }
   /// The shortest of the last ones.
   [[nodiscard]] std::uint64_t round_trip_ns() const noexcept { return round_trip_ns_; }
@@ -50,7 +51,7 @@ class ClockOffset {
   static constexpr std::size_t kEnough = 3, kKept = 64;
   struct Kept {
     std::int64_t offset_ns = 0;
-    std::uint64_t round_trip_ns = 0, at_ns = 0;
+    std::uint64_t round_trip_ns = 0, error_ns = 0, at_ns = 0;
     [[nodiscard]] std::uint64_t bound_ns(std::uint64_t now_ns) const noexcept;
   };
 

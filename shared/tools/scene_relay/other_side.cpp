@@ -16,6 +16,9 @@ Role other(Role role) {
   return role == Role::kSimulation ? Role::kHand : Role::kSimulation;
 }
 
+/// More than any relay says in kPatience_ns.
+constexpr std::uint64_t kFurthestLeap = 4096;
+
 /// What came over the network, for a terminal.
 std::string printable(const char* text, std::size_t most) {
   std::string result(text, ::strnlen(text, most));
@@ -31,8 +34,10 @@ OtherSide::OtherSide(std::uint64_t relay_id, Role role, std::string session,
     : relay_id_(relay_id), role_(role), session_(std::move(session)), report_(std::move(report)) {}
 
 void OtherSide::tell_of(std::uint64_t relay_id, const std::string& line) {
-  if (told_of_ == relay_id) return;
-  told_of_ = relay_id;
+  if (told_of_.size() == kMaxToldOf ||
+      std::find(told_of_.begin(), told_of_.end(), relay_id) != told_of_.end())
+    return;
+  told_of_.push_back(relay_id);
   report_(line);
 }
 
@@ -46,18 +51,17 @@ void OtherSide::hear(const Greeting& greeting) {
                 ": run the same release on both machines");
 }
 
-void OtherSide::follow(std::uint64_t relay_id, std::uint64_t now_ns) {
+void OtherSide::follow(std::uint64_t relay_id) {
   if (followed_ != 0)
     report_("another relay " + std::string(place_of(other(role_))) + " takes over session '" +
             session_ + "'");
   followed_ = relay_id;
-  heard_ns_ = now_ns;
   clock_ = {};
   status_ = {};
 }
 
 bool OtherSide::hear(const Status& status, std::uint64_t now_ns) {
-  if (status.relay_id == 0 || status.relay_id == relay_id_) return false;
+  if (status.relay_id == 0 || status.relay_id == relay_id_ || status.number == 0) return false;
   if (status.relay_id != followed_) {
     if (is_connected_) {
       tell_of(status.relay_id, "two relays " + std::string(place_of(other(role_))) +
@@ -65,9 +69,12 @@ bool OtherSide::hear(const Status& status, std::uint64_t now_ns) {
                                    "': the first is kept to until it falls silent");
       return false;
     }
-    follow(status.relay_id, now_ns);
+    follow(status.relay_id);
   }
-  if (status.number <= status_.number) return false;
+  // Where nothing newer came for so long, the number before was none: a bit of it was flipped.
+  if (is_connected_ &&
+      (status.number <= status_.number || status.number - status_.number > kFurthestLeap))
+    return false;
   status_ = status;
   if (status.follows == relay_id_ && status.echo_sent_ns != 0) {
     // No more often than clocks drift: the shortest round trip is to be of some seconds.
@@ -82,11 +89,11 @@ bool OtherSide::hear(const Status& status, std::uint64_t now_ns) {
                                  session_ + "' keeps to another than this one");
   if (was_connected_ && !is_connected_) {
     ++partitions_;
+    longest_silence_ns_ = std::max(longest_silence_ns_, now_ns - heard_ns_);
     report_("the relay " + std::string(place_of(other(role_))) + " is heard again");
   } else if (!was_connected_) {
     report_("joined with the relay " + std::string(place_of(other(role_))));
   }
-  if (was_connected_) longest_silence_ns_ = std::max(longest_silence_ns_, now_ns - heard_ns_);
   heard_ns_ = now_ns;
   is_connected_ = was_connected_ = true;
   return true;

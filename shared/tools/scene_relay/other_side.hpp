@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "shared/tools/scene_relay/clock_offset.hpp"
 #include "shared/tools/scene_relay/messages.hpp"
@@ -12,7 +13,8 @@ namespace stillgrid::scene_relay {
 /// The relay on the other machine: which one, whether it is heard, and how its clock runs.
 ///
 /// Of several that join one session the first is kept to for as long as it is heard; the others
-/// are told of in a line each. One that speaks another protocol is too, and is not heard.
+/// are told of in a line each, the first sixteen of them. One that speaks another protocol is too,
+/// and is not heard.
 /// Thread: one.
 class OtherSide {
  public:
@@ -51,8 +53,10 @@ class OtherSide {
   [[nodiscard]] Greeting greeting() const noexcept;
 
  private:
-  void follow(std::uint64_t relay_id, std::uint64_t now_ns);
+  void follow(std::uint64_t relay_id);
   void tell_of(std::uint64_t relay_id, const std::string& line);
+
+  static constexpr std::size_t kMaxToldOf = 16;
 
   std::uint64_t relay_id_;
   Role role_;
@@ -60,7 +64,8 @@ class OtherSide {
   std::function<void(const std::string&)> report_;
   ClockOffset clock_;
   Status status_{};
-  std::uint64_t followed_ = 0, heard_ns_ = 0, exchanged_ns_ = 0, sent_ = 0, told_of_ = 0;
+  std::uint64_t followed_ = 0, heard_ns_ = 0, exchanged_ns_ = 0, sent_ = 0;
+  std::vector<std::uint64_t> told_of_;
   bool is_connected_ = false, was_connected_ = false;
   std::uint64_t partitions_ = 0, longest_silence_ns_ = 0;
 };

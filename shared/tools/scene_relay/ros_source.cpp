@@ -8,33 +8,32 @@ namespace stillgrid::scene_relay {
 
 RosSource::RosSource(double rate_hz) noexcept : interval_ns_(realtime::to_ns(1.0 / rate_hz)) {}
 
-std::optional<proto::ToolState> RosSource::take(const publication::ToolView& view,
-                                                std::uint64_t now_ns) noexcept {
-  const auto state = view.read();
-  if (!state || !is_new(view, *state)) return std::nullopt;
-  const bool is_sound = publication::has_sound_figures(*state) && state->time_ns > last_time_ns_ &&
-                        state->time_ns <= now_ns && now_ns - state->time_ns <= kOldest_ns;
+bool RosSource::takes(const proto::SegmentHeader& segment, const proto::ToolState& state,
+                      std::uint64_t now_ns) noexcept {
+  if (!is_new(segment.epoch, state.tick)) return false;
+  const bool is_sound = publication::has_sound_figures(state) && state.time_ns > last_time_ns_ &&
+                        state.time_ns <= now_ns && now_ns - state.time_ns <= kOldest_ns;
   if (!is_sound) {
     ++counts_.refused;
-    return std::nullopt;
+    return false;
   }
-  if (!is_due(state->time_ns, view.header().period_ns)) {
+  if (!is_due(state.time_ns, segment.period_ns)) {
     ++counts_.spared;
-    return std::nullopt;
+    return false;
   }
-  last_time_ns_ = state->time_ns;
+  last_time_ns_ = state.time_ns;
   ++counts_.taken;
-  return state;
+  return true;
 }
 
-bool RosSource::is_new(const publication::ToolView& view, const proto::ToolState& state) noexcept {
-  if (epoch_ != view.header().epoch) {
-    epoch_ = view.header().epoch;
-    last_tick_ = state.tick - 1;  // what was before we came was not missed
+bool RosSource::is_new(std::uint64_t epoch, std::uint64_t tick) noexcept {
+  if (epoch_ != epoch) {
+    epoch_ = epoch;
+    last_tick_ = tick - 1;  // what was before we came was not missed
   }
-  if (state.tick <= last_tick_) return false;
-  counts_.missed += state.tick - last_tick_ - 1;
-  last_tick_ = state.tick;
+  if (tick <= last_tick_) return false;
+  counts_.missed += tick - last_tick_ - 1;
+  last_tick_ = tick;
   return true;
 }
 

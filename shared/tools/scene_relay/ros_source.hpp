@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 
 #include "shared/publication/tool_segment.hpp"
 
@@ -15,17 +14,18 @@ struct RosCounts {
   std::uint64_t refused = 0;  // figures no numbers; stamped in the future, long ago or backwards
 };
 
-/// The tool's states one by one, each at most once, at no more than a rate. Thread: one.
+/// Which of the tool's states are published: each at most once, at no more than a rate. Thread:
+/// one.
 class RosSource {
  public:
   /// Pre: rate_hz > 0. Of a loop that is as fast as that or slower, every state is due.
   explicit RosSource(double rate_hz) noexcept;
 
-  /// The newest state, if nobody had it yet, it is due, every figure of it is sound, and its stamp
-  /// is of the last kOldest_ns before now_ns. Pre: the segment is on the monotonic clock. Realtime:
-  /// yes.
-  [[nodiscard]] std::optional<proto::ToolState> take(const publication::ToolView& view,
-                                                     std::uint64_t now_ns) noexcept;
+  /// Whether a state read from the segment with this header is to be published: nobody had it yet,
+  /// it is due, every figure of it is sound, and its stamp is of the last kOldest_ns before now_ns,
+  /// which was read after it. Pre: the segment is on the monotonic clock. Realtime: yes.
+  [[nodiscard]] bool takes(const proto::SegmentHeader& segment, const proto::ToolState& state,
+                           std::uint64_t now_ns) noexcept;
 
   [[nodiscard]] const RosCounts& counts() const noexcept { return counts_; }
 
@@ -33,8 +33,7 @@ class RosSource {
   static constexpr std::uint64_t kOldest_ns = 250'000'000;
 
  private:
-  [[nodiscard]] bool is_new(const publication::ToolView& view,
-                            const proto::ToolState& state) noexcept;
+  [[nodiscard]] bool is_new(std::uint64_t epoch, std::uint64_t tick) noexcept;
   [[nodiscard]] bool is_due(std::uint64_t time_ns, std::uint64_t period_ns) noexcept;
 
   std::uint64_t interval_ns_;

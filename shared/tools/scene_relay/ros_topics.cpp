@@ -82,8 +82,8 @@ RosFigures run_ros_topics(dds_entity_t participant, const RosOptions& options,
   for (std::uint64_t looks = 0; !stop; ++looks, timer.wait(&stop)) {
     if (looks % kLooksPerFollow == 0) tool.look();
     if (tool.view() == nullptr) continue;
-    const auto state = source.take(*tool.view(), realtime::monotonic_ns());
-    if (!state) continue;
+    const auto state = tool.view()->read();
+    if (!state || !source.takes(tool.view()->header(), *state, realtime::monotonic_ns())) continue;
     const auto stamp = ros_stamp(state->time_ns, read_clocks());
     const RosPose pose = pose_message(*state, stamp.value_or(RosStamp{}), names.frame);
     const RosWrench wrench = wrench_message(*state, stamp.value_or(RosStamp{}), names.frame);

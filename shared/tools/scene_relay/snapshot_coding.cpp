@@ -44,6 +44,10 @@ bool apply(std::span<const std::uint32_t> numbers, std::span<const Element> told
   return true;
 }
 
+[[noreturn]] void refuse() {
+  throw MessageError("a snapshot is refused: its counts, or which spheres it tells of");
+}
+
 template <class Sequence>
 std::size_t bytes_of(const Sequence& sequence) {
   return std::size_t{sequence._length} * sizeof(*sequence._buffer);
@@ -56,10 +60,13 @@ void assign(std::vector<Element>& values, const Sequence& sequence) {
 }
 
 /// Of the modes that are told.
-bool take_responses(const SnapshotMessage& message, ToldSnapshot& snapshot) {
+bool take_responses(const SnapshotMessage& message, const SnapshotLimits& limits,
+                    ToldSnapshot& snapshot) {
   const std::size_t modes = snapshot.modes.size();
   const auto told = elements(message.responses);
-  if (modes > proto::kMaxModes || message.response_count > kMaxSpheres ||
+  if (modes > proto::kMaxModes ||
+      message.response_count >
+          publication::response_capacity(limits.moving_capacity, limits.moving_fields) ||
       told.size() != 3 * modes * message.response_count)
     return false;
   snapshot.responses.assign(message.response_count, {});
@@ -114,6 +121,12 @@ void SnapshotEncoder::tell_against(const ToldSnapshot& keyframe) {
   }
 }
 
+/// Who publishes often would else never hear of a keyframe before the next one.
+bool SnapshotEncoder::is_awaited() const noexcept {
+  return sent_ && (number_ < sent_number_ + kPatience ||
+                   snapshot_.publish_time_ns - sent_->publish_time_ns < kPatience_ns);
+}
+
 const SnapshotMessage& SnapshotEncoder::encode(ToldSnapshot snapshot, std::uint64_t scene_epoch) {
   if (scene_epoch != scene_epoch_) {
     held_.reset();
@@ -146,8 +159,7 @@ const SnapshotMessage& SnapshotEncoder::encode(ToldSnapshot snapshot, std::uint6
     tell_against(*held_);
     is_stale = 2 * message_bytes(message_) > whole_bytes && number_ >= held_number_ + kFreshFor;
   }
-  const bool is_awaited = sent_ && number_ < sent_number_ + kPatience;
-  if (is_stale && !is_awaited) {
+  if (is_stale && !is_awaited()) {
     tell_whole();
     message_.is_keyframe = true;
     sent_ = snapshot_;
@@ -168,9 +180,11 @@ void SnapshotEncoder::acknowledge(std::uint64_t scene_epoch, std::uint64_t keyfr
   }
 }
 
-Decoded SnapshotDecoder::decode(const SnapshotMessage& message, ToldSnapshot& snapshot) {
-  if (message.sphere_count > kMaxSpheres || (message.is_keyframe && message.against_id != 0))
-    return Decoded::kRefused;
+Decoded SnapshotDecoder::decode(const SnapshotMessage& message, const SnapshotLimits& limits,
+                                ToldSnapshot& snapshot) {
+  if (message.sphere_count > limits.moving_capacity ||
+      (message.is_keyframe && message.against_id != 0))
+    refuse();
   snapshot.motions.clear();
   snapshot.labels.clear();
   if (message.against_id != 0) {
@@ -178,16 +192,17 @@ Decoded SnapshotDecoder::decode(const SnapshotMessage& message, ToldSnapshot& sn
         keyframes_.begin(), keyframes_.end(),
         [&](const ToldSnapshot& kept) { return kept.snapshot_id == message.against_id; });
     if (keyframe == keyframes_.end()) return Decoded::kWithoutKeyframe;
-    snapshot.motions = keyframe->motions;
-    snapshot.labels = keyframe->labels;
+    keyframes_.erase(keyframes_.begin(), keyframe);
+    snapshot.motions = keyframes_.front().motions;
+    snapshot.labels = keyframes_.front().labels;
   }
   if (!apply(elements(message.moved), elements(message.motions), message.sphere_count,
              snapshot.motions) ||
       !apply(elements(message.relabelled), elements(message.labels), message.sphere_count,
              snapshot.labels))
-    return Decoded::kRefused;
+    refuse();
   assign(snapshot.modes, message.modes);
-  if (!take_responses(message, snapshot)) return Decoded::kRefused;
+  if (!take_responses(message, limits, snapshot)) refuse();
   snapshot.snapshot_id = message.snapshot_id;
   snapshot.state_time_ns = message.state_time_ns;
   snapshot.publish_time_ns = message.publish_time_ns;
@@ -198,11 +213,15 @@ Decoded SnapshotDecoder::decode(const SnapshotMessage& message, ToldSnapshot& sn
   snapshot.prediction_ns = message.prediction_ns;
   assign(snapshot.turning, message.turning);
   assign(snapshot.fields, message.fields);
-  if (message.is_keyframe && message.snapshot_id > keyframe_id()) {
-    keyframes_.push_back(snapshot);
-    if (keyframes_.size() > kKept) keyframes_.pop_front();
-  }
+  check(snapshot, limits);
+  if (message.is_keyframe && message.snapshot_id > keyframe_id()) keep(snapshot);
   return Decoded::kSnapshot;
+}
+
+void SnapshotDecoder::keep(const ToldSnapshot& snapshot) {
+  keyframes_.push_back(snapshot);
+  // The sender tells deltas to the first until it hears of another.
+  if (keyframes_.size() > kKept) keyframes_.erase(keyframes_.begin() + 1);
 }
 
 }  // namespace stillgrid::scene_relay

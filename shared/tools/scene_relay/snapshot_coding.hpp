@@ -21,9 +21,10 @@ class SnapshotEncoder {
  public:
   /// Below it, two packets, a delta spares nothing that could be lost.
   static constexpr std::size_t kDeltaFrom_bytes = 2688;
-  /// A keyframe is sent anew when it was not acknowledged after so many snapshots, and when deltas
-  /// to it have grown to half of the whole, but not before kFreshFor snapshots.
-  static constexpr std::uint64_t kPatience = 16, kFreshFor = 32;
+  /// A keyframe is sent anew when it was not acknowledged after so many snapshots and so long, the
+  /// longest way there and back, and when deltas to it have grown to half of the whole, but not
+  /// before kFreshFor snapshots.
+  static constexpr std::uint64_t kPatience = 16, kPatience_ns = 600'000'000, kFreshFor = 32;
 
   explicit SnapshotEncoder(std::uint64_t relay_id, bool has_deltas = true)
       : relay_id_(relay_id), has_deltas_(has_deltas) {}
@@ -38,6 +39,7 @@ class SnapshotEncoder {
   [[nodiscard]] std::uint64_t deltas() const noexcept { return deltas_; }
 
  private:
+  [[nodiscard]] bool is_awaited() const noexcept;
   void tell_against(const ToldSnapshot& keyframe);
   void tell_whole();
   void tell_responses();
@@ -60,14 +62,16 @@ class SnapshotEncoder {
 enum class Decoded {
   kSnapshot,
   kWithoutKeyframe,  // a delta to one that is not here: it was lost
-  kRefused,          // a count or index that cannot be
 };
 
 /// The other end. Keeps the last keyframes of a scene. Thread: one.
 class SnapshotDecoder {
  public:
-  /// Fills `snapshot`, its numbers unchecked. Pre: the message is of the scene that was begun.
-  [[nodiscard]] Decoded decode(const SnapshotMessage& message, ToldSnapshot& snapshot);
+  /// Fills `snapshot`, whose counts, indices and numbers are sound, as those of any that is kept.
+  /// Throws MessageError where they are not: `snapshot` holds anything then. Pre: the message is of
+  /// the scene that was begun, and the limits are its.
+  [[nodiscard]] Decoded decode(const SnapshotMessage& message, const SnapshotLimits& limits,
+                               ToldSnapshot& snapshot);
 
   /// Another scene: keyframes of the one before tell nothing of it.
   void begin() { keyframes_.clear(); }
@@ -78,8 +82,10 @@ class SnapshotDecoder {
   }
 
  private:
+  void keep(const ToldSnapshot& snapshot);
+
   static constexpr std::size_t kKept = 3;
-  std::deque<ToldSnapshot> keyframes_;  // ascending
+  std::deque<ToldSnapshot> keyframes_;  // ascending, from the one that deltas are told to
 };
 
 }  // namespace stillgrid::scene_relay

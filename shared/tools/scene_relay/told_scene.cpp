@@ -32,6 +32,16 @@ void require(bool is_sound, const std::string& what) {
   if (!is_sound) throw MessageError("the other side's scene is refused: " + what);
 }
 
+/// Written so that a NaN does not pass.
+template <class Numbers>
+bool are_bounded(const Numbers& numbers, double largest = proto::kLargestNumber) {
+  return std::all_of(std::begin(numbers), std::end(numbers),
+                     [largest](float x) { return std::abs(double{x}) <= largest; });
+}
+
+/// Of a material: stiffer than anything, yet of forces that are numbers.
+constexpr double kLargestOfMaterial = 1e12;
+
 /// The numbers of one of a field's arrays: `words` and from where, 4 bytes each.
 template <class Number>
 std::vector<Number> numbers_of(const collision::FieldView& field, std::size_t from_word,
@@ -69,6 +79,12 @@ std::shared_ptr<const collision::DistanceField> field_of(const stillgrid_relay1_
   require(counts.coarse == told.coarse._length && counts.numbers == told.numbers._length &&
               counts.stiffness == told.stiffness._length && counts.fine == told.fine._length,
           name + "not as many numbers as its shape needs");
+  const auto bricks = elements(told.numbers);
+  require(are_bounded(elements(told.coarse)) && are_bounded(elements(told.stiffness)) &&
+              are_bounded(elements(told.fine)) &&
+              std::all_of(bricks.begin(), bricks.end(),
+                          [&](std::uint32_t fine) { return fine <= shape.fine_count; }),
+          name + "a number out of range");
   const collision::FieldLayout layout = collision::field_layout(shape);
   std::vector<std::uint64_t> words(layout.total_words);
   const auto put = [&](std::size_t at, const auto& sequence) {
@@ -103,7 +119,7 @@ std::vector<publication::PublishedField> fields_of(const SceneMessage& message) 
                 (told.moving != 0 || collision::is_sound(rest)),
             "a body's field, its order, material or place");
     proto::FieldBody body{};
-    body.rest = rest;
+    if (collision::is_sound(rest)) body.rest = rest;  // of one that moves it says nothing
     body.moving = told.moving;
     body.material = told.material;
     body.body = told.body;
@@ -118,9 +134,8 @@ std::vector<proto::SphereRecord> static_spheres_of(const SceneMessage& message) 
   spheres.reserve(message.spheres._length);
   for (const auto& told : elements(message.spheres)) {
     const auto place = array(told.position_m);
-    require(std::all_of(place.begin(), place.end(),
-                        [](float x) { return std::abs(double{x}) <= proto::kLargestNumber; }) &&
-                told.radius_m > 0.0F && double{told.radius_m} <= proto::kLargestNumber,
+    require(are_bounded(place) && told.radius_m > 0.0F &&
+                double{told.radius_m} <= proto::kLargestNumber,
             "a static sphere's place or radius");
     require(told.material < message.materials._length || told.material == proto::kFieldPoint,
             "a static sphere's material");
@@ -151,6 +166,19 @@ proto::SceneHeader head_of(const SceneMessage& message) {
   i = 0;
   for (const auto& s : elements(message.tool)) head.tool[i++] = {array(s.position_m), s.radius_m};
   return head;
+}
+
+/// What is_sound() asks to be numbers alone: what is made of them here must be some too.
+bool is_bounded(const proto::SceneHeader& head) {
+  bool bounded = double{head.tool_slip_speed_m_s} <= proto::kLargestNumber;
+  for (const auto& [stiffness, damping, friction, slip_speed_m_s] : head.materials)
+    bounded = bounded && are_bounded(std::array{stiffness, damping}, kLargestOfMaterial) &&
+              are_bounded(std::array{friction, slip_speed_m_s});
+  for (const proto::Plane& plane : head.planes)
+    bounded = bounded && are_bounded(std::array{plane.offset_m});
+  for (const proto::ToolSphere& sphere : head.tool)
+    bounded = bounded && are_bounded(sphere.position_m) && are_bounded(std::array{sphere.radius_m});
+  return bounded;
 }
 
 }  // namespace
@@ -195,15 +223,19 @@ ToldScene::ToldScene(const publication::SceneView& view, std::uint64_t relay_id)
 
 void ToldScene::tell_fields(const publication::SceneView& view) {
   std::vector<std::uint64_t> offsets;
-  for (const publication::SceneField& field : view.fields()) {
+  for (std::size_t i = 0; i < view.fields().size(); ++i) {
+    const publication::SceneField& field = view.fields()[i];
+    const proto::FieldState& rest = view.scene().fields[i].rest;  // to the bit as it was written
     const auto known = std::find(offsets.begin(), offsets.end(), field.body.offset);
     stillgrid_relay1_FieldBody body{};
     body.field = static_cast<std::uint32_t>(known - offsets.begin());
     body.moving = field.body.moving;
     body.material = field.body.material;
     body.body = field.body.body;
-    copy(field.body.rest.position_m, body.rest.position_m);
-    copy(field.body.rest.orientation_xyzw, body.rest.orientation_xyzw);
+    copy(rest.position_m, body.rest.position_m);
+    copy(rest.orientation_xyzw, body.rest.orientation_xyzw);
+    copy(rest.velocity_m_s, body.rest.velocity_m_s);
+    copy(rest.angular_velocity_rad_s, body.rest.angular_velocity_rad_s);
     bodies_.push_back(body);
     if (known != offsets.end()) continue;
     offsets.push_back(field.body.offset);
@@ -235,10 +267,10 @@ publication::StaticScene scene_of(const SceneMessage& message) {
               message.tool._length <= proto::kMaxToolSpheres,
           "more materials, planes or tool spheres than there may be");
   require(message.moving_capacity <= kMaxSpheres, "more moving spheres than a relay carries");
-  require(message.period_ns >= 1'000'000 && message.period_ns <= 100'000'000'000,
-          "a period that is none from 1 ms to 100 s");
+  require(message.period_ns >= 10'000 && message.period_ns <= 100'000'000'000,
+          "a period that is none from 0.01 ms to 100 s");
   const proto::SceneHeader head = head_of(message);
-  require(publication::is_sound(head), "a count or number out of range");
+  require(publication::is_sound(head) && is_bounded(head), "a count or number out of range");
   publication::StaticScene scene;
   const auto* const name_end = std::find(std::begin(message.name), std::end(message.name), '\0');
   scene.name.assign(std::begin(message.name), name_end);

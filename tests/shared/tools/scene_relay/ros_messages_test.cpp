@@ -19,7 +19,7 @@ TEST_CASE("A stamp of ROS is as long ago by the wall as by the haptic clock", "[
   std::mt19937_64 random(seed);
   for (int draw = 0; draw < 200; ++draw) {
     const ClockPair now{
-        .monotonic_ns = random() % (1000 * 86400 * kSecond_ns),
+        .monotonic_ns = random() % (kSecond_ns * 86400 * 1000),
         .wall_ns = 1'700'000'003'141'592'653 + random() % (300'000'000 * kSecond_ns)};
     const std::uint64_t age_ns = random() % std::min(now.monotonic_ns, std::uint64_t{1} << 40U);
     const auto stamp = ros_stamp(now.monotonic_ns - age_ns, now);

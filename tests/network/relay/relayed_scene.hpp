@@ -1,0 +1,82 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "shared/collision/grid_query.hpp"
+#include "shared/publication/snapshot_reader.hpp"
+#include "shared/tools/scene_relay/shown_scene.hpp"
+#include "shared/tools/scene_relay/told_scene.hpp"
+#include "tests/shared/publication/test_session.hpp"
+
+namespace stillgrid::scene_relay {
+
+inline publication::SceneView view_of(const std::string& session) {
+  auto reader = publication::SegmentReader::open(session, proto::SegmentKind::kScene,
+                                                 proto::kSceneLayoutHash);
+  if (!reader) throw publication::SegmentError("no segment of " + session);
+  return publication::SceneView(std::move(*reader));
+}
+
+/// A scene as it is shown on the hand's machine, in a session of its own.
+class RelayedScene {
+ public:
+  explicit RelayedScene(const SceneMessage& message)
+      : shown_(session_.name(),
+               publication::SessionLock(session_.name(), proto::SegmentKind::kScene), message,
+               std::nullopt, 90'001),
+        view_(view_of(session_.name())) {}
+
+  [[nodiscard]] ShownScene& shown() noexcept { return shown_; }
+  [[nodiscard]] const publication::SceneView& view() const noexcept { return view_; }
+
+ private:
+  publication::TestSession session_;
+  ShownScene shown_;
+  publication::SceneView view_;
+};
+
+/// What a reader finds in the newest snapshot of a scene.
+struct SeenSnapshot {
+  proto::SnapshotHeader header{};
+  std::vector<proto::SphereRecord> records;
+  std::vector<proto::SweptBound> bounds;  // by sphere
+  std::vector<proto::SphereResponse> responses;
+  std::vector<proto::FieldRecord> fields;
+};
+
+inline SeenSnapshot seen(const publication::SceneView& view) {
+  publication::SnapshotReader reader;
+  reader.turn_to(view);
+  SeenSnapshot result;
+  const auto look = reader.look(view, [&](const auto& header, const collision::GridView& grid) {
+    result = {};
+    result.header = header;
+    result.bounds.resize(grid.shape.sphere_count);
+    for (std::uint32_t i = 0; i < grid.shape.sphere_count; ++i) {
+      result.records.push_back(collision::load_record(grid, i));
+      result.bounds.at(collision::load_number(grid, i)) = collision::load_bound(grid, i);
+    }
+    for (std::uint32_t i = 0; i < grid.response_count; ++i)
+      result.responses.push_back(collision::load_response(grid, i));
+    for (std::uint32_t i = 0; i < grid.field_count; ++i)
+      result.fields.push_back(collision::load_field(grid, i + 1));
+  });
+  if (!look.accepted()) throw publication::SegmentError("no snapshot");
+  return result;
+}
+
+/// A snapshot's own span of bytes, to compare.
+template <class T>
+std::span<const std::byte> bytes_of(const T& value) {
+  return std::as_bytes(std::span(&value, 1));
+}
+template <class T>
+bool are_same_bytes(const T& a, const T& b) {
+  return std::memcmp(&a, &b, sizeof(T)) == 0;
+}
+
+}  // namespace stillgrid::scene_relay
