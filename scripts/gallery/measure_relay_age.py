@@ -23,7 +23,8 @@ DELAYS_MS, LOSSES = (0, 2, 10, 20, 50), (0.0, 0.001, 0.01, 0.05)
 STREAMS = (("tool", 2, 0.01), ("10 kB", 10, 0.01), ("100 kB", 2, 0.01), ("1 MB", 2, 0.001))
 WAYS = ("relay", "plain best effort", "plain reliable")
 BYTES = {"tool": 192, "10 kB": 10_000, "100 kB": 100_000, "1 MB": 1_000_000}
-RUN_S = 5.0
+AT_ONCE = {"tool": 2, "10 kB": 4, "100 kB": 2, "1 MB": 1}
+RUNS, RUN_S = 8, 4.0
 
 
 def settings_of(delay_ms, loss, rate_mbit_s=0):
@@ -91,35 +92,44 @@ def row(size, way, delay_ms, loss, rate_mbit_s, reports):
             "load": f"{os.getloadavg()[0]:.1f}"}
 
 
-class Measurement:
-    def __init__(self, build, runs, seconds):
-        self.build, self.runs, self.seconds = build, runs, seconds
+def measured(build, size, way, delay_ms, loss, rate_mbit_s, runs, seconds):
+    """A row. Small streams run side by side, a large one takes both processors."""
+    settings = settings_of(delay_ms, loss, rate_mbit_s)
+    with concurrent.futures.ThreadPoolExecutor(AT_ONCE[size]) as pool:
+        reports = list(pool.map(lambda seed: run(build, size, way, settings, seed, seconds), range(1, runs + 1)))
+    result = row(size, way, delay_ms, loss, rate_mbit_s, reports)
+    print(", ".join(f"{key} {value}" for key, value in result.items() if value != ""), flush=True)
+    return result
 
-    def cell(self, size, way, delay_ms, loss, rate_mbit_s=0):
-        """Small streams run side by side, a large one takes both processors."""
-        settings = settings_of(delay_ms, loss, rate_mbit_s)
-        with concurrent.futures.ThreadPoolExecutor(1 if size == "1 MB" else 4) as pool:
-            reports = list(pool.map(lambda seed: run(self.build, size, way, settings, seed, self.seconds),
-                                    range(1, self.runs + 1)))
-        result = row(size, way, delay_ms, loss, rate_mbit_s, reports)
-        print(", ".join(f"{key} {value}" for key, value in result.items() if value != ""), flush=True)
-        return result
+
+def streams(is_small):
+    return [(size, way, delay_ms, loss, 0) for size, delay_ms, loss in (STREAMS[:3] if is_small else STREAMS)
+            for way in WAYS]
+
+
+def grid(is_small):
+    """And the same over 100 Mbit/s, where a large snapshot has no room."""
+    if is_small:
+        return [(size, "relay", 20, 0.01, 0) for size in list(SIZES)[:2]]
+    cells = [(size, "relay", delay_ms, loss, 0) for size in SIZES for loss in LOSSES for delay_ms in DELAYS_MS]
+    return cells + [(size, "relay", 2, 0.001, 100) for size in SIZES]
+
+
+TABLES = {"relay_streams": streams, "relay_age": grid}
 
 
 def main():
-    parser = parser_of(__doc__, "3 runs of the streams but the largest, and four cells of the grid")
-    parser.add_argument("--runs", type=int, default=8)
+    parser = parser_of(__doc__, "three short runs a cell, the streams without the largest and two cells of the grid")
+    parser.add_argument("tables", nargs="*", metavar="TABLE", help=f"some of {', '.join(TABLES)}; default: all")
     arguments = parser.parse_args()
-    small = arguments.small
-    measurement = Measurement(arguments.build, 3 if small else arguments.runs, 3.0 if small else RUN_S)
-    write_rows(arguments.charts / "relay_streams.csv", [
-        measurement.cell(size, way, delay_ms, loss)
-        for size, delay_ms, loss in (STREAMS[:3] if small else STREAMS) for way in WAYS])
-    grid = [(size, delay_ms, loss) for size in (list(SIZES)[:2] if small else SIZES)
-            for loss in (LOSSES[2:3] if small else LOSSES) for delay_ms in (DELAYS_MS[3:5] if small else DELAYS_MS)]
-    rows = [measurement.cell(size, "relay", delay_ms, loss) for size, delay_ms, loss in grid]
-    rows += [measurement.cell(size, "relay", 2, 0.001, 100) for size in (() if small else SIZES)]
-    write_rows(arguments.charts / "relay_age.csv", rows)
+    for name in set(arguments.tables) - set(TABLES):
+        parser.error(f"TABLE: value {name}: expected some of {', '.join(TABLES)}")
+    runs, seconds = (3, 2.0) if arguments.small else (RUNS, RUN_S)
+    for name in arguments.tables or TABLES:
+        rows = []
+        for cell in TABLES[name](arguments.small):
+            rows.append(measured(arguments.build, *cell, runs, seconds))
+            write_rows(arguments.charts / f"{name}.csv", rows)
 
 
 if __name__ == "__main__":

@@ -69,8 +69,8 @@ def main():
                       for where in ("one machine", "relay"))
         count = min(len(here), len(over))
         apart = numpy.abs(here[:count] - over[:count])
-        print(f"{scene}, {rate_hz:g} Hz: apart by {numpy.sqrt(numpy.mean(apart**2)):.3f} N rms, {apart.max():.3f} N at most, "
-              f"of {here.max():.2f} N")
+        print(f"{scene}, {rate_hz:g} Hz: apart by {numpy.sqrt(numpy.mean(apart**2)):.3f} N rms, {apart.max():.3f} N at "
+              f"most, of {here.max():.2f} N")
 
 
 if __name__ == "__main__":

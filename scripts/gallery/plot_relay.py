@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Draws what measure_relay_*.py wrote into docs/charts: how old what comes over a network is, what it needs of a link, and
-what it feels like."""
+"""Draws what measure_relay_*.py wrote into docs/charts: how old what comes over a network is, what it
+needs of a link, and what it feels like."""
 import numpy
 
 from drawing import draw_charts, matplotlib, plt, show_plain_numbers
