@@ -17,7 +17,7 @@ from relay_bed import median
 from tables import write_rows
 
 SCENES = ROOT / "sim_server/scene/scenes"
-NAMES = ("threads", "organ", "moving_sphere", "tissue_and_blocks")
+NAMES = ("threads", "organ", "moving_sphere")
 RATES_HZ, DELAYS_MS, LOSS, SEEDS = (10, 20, 30, 50, 100, 250), (0, 5, 10, 20, 50), 0.01, 8
 DURATION_S = 2
 

@@ -9,7 +9,7 @@ from tables import read_rows
 BLUE, ORANGE, GREEN, PINK, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "0.55"
 WAYS = {"relay": (BLUE, "scene_relay"), "plain best effort": (ORANGE, "Cyclone DDS, best effort"),
         "plain reliable": (GREEN, "Cyclone DDS, reliable")}
-PERIOD_MS = {"tool": 1.0}
+LEAST_SHARE = 0.3  # of an error that is drawn, %: less is nothing
 
 
 def grid_y(axes):
@@ -159,23 +159,24 @@ def draw_felt(charts):
 
 
 def draw_rates(charts):
-    """A panel a scene: the force's error over the rate, a line a delay, the best rate a star."""
+    """A panel a scene: the force's error over the rate, a line a delay, the best rate a star where one is best."""
     rows = read_rows(charts / "relay_rates.csv")
     scenes = list(dict.fromkeys(row["scene"] for row in rows))
     delays = list(dict.fromkeys(row["delay_ms"] for row in rows))
     far = [delay for delay in delays if delay != "0"]
     colours = {"0": "0.25", **dict(zip(far, plt.cm.viridis(numpy.linspace(0.0, 0.82, max(2, len(far))))))}
-    figure, panels = plt.subplots(1, len(scenes), figsize=(3.1 * len(scenes), 3.6), squeeze=False,
+    figure, panels = plt.subplots(1, len(scenes), figsize=(3.5 * len(scenes), 3.7), squeeze=False,
                                   constrained_layout=True)
     for axes, scene in zip(panels[0], scenes):
         for delay in delays:
             some = [row for row in rows if row["scene"] == scene and row["delay_ms"] == delay]
             rates = [float(row["rate_hz"]) for row in some]
-            shares = [100 * float(row["rms_N"]) / float(row["force_rms_N"]) for row in some]
+            shares = [max(LEAST_SHARE, 100 * float(row["rms_N"]) / float(row["force_rms_N"])) for row in some]
             axes.plot(rates, shares, "--s" if delay == "0" else "-o", color=colours[delay], markersize=4, linewidth=1.3,
                       label="no network" if delay == "0" else f"{delay} ms, 1 % lost")
             best = int(numpy.argmin(shares))
-            axes.plot(rates[best], shares[best], "*", color=colours[delay], markersize=11)
+            if shares[best] > LEAST_SHARE:
+                axes.plot(rates[best], shares[best], "*", color=colours[delay], markersize=11)
         axes.set_xscale("log")
         axes.set_yscale("log")
         show_plain_numbers(axes.yaxis)
