@@ -44,7 +44,7 @@ def snapshots_by_relay(build, size, settings, seed, seconds):
         bed.wait_for("b", "scene")
         time.sleep(seconds)
         bed.end(*reversed(relays), publisher)
-        return {**bed.report("hand"), "sent": bed.report("simulation")["sent"]}
+        return bed.report("hand")
 
 
 def tool_by_relay(build, settings, seed, seconds):
@@ -55,7 +55,7 @@ def tool_by_relay(build, settings, seed, seconds):
         haptic = bed.haptic_server("b", f"phantom:path={SCENES / 'wall.hand.csv'}", "--duration", seconds)
         time.sleep(seconds)
         bed.end(*relays, haptic, sim)
-        return {**bed.report("simulation"), "sent": bed.report("hand")["sent"]}
+        return bed.report("simulation")
 
 
 def stream_by_dds(build, size, settings, seed, seconds, is_reliable):
@@ -63,13 +63,12 @@ def stream_by_dds(build, size, settings, seed, seconds, is_reliable):
     with Bed(build, *settings, seed=seed, clock_offset_s=0.0) as bed:
         stream = program(build, "plain_stream")
         sender = bed.start("a", "sender", [stream, "send", *words, "--bytes", BYTES[size], "--rate",
-                                           1000.0 if size == "tool" else RATE_HZ, "--duration", seconds + 5.0],
-                           stdout=subprocess.PIPE, text=True)
+                                           1000.0 if size == "tool" else RATE_HZ, "--duration", seconds + 5.0])
         receiver = bed.start("b", "receiver", [stream, "receive", *words, "--duration", seconds + 1.0],
                              stdout=subprocess.PIPE, text=True)
-        heard = json.loads(receiver.communicate()[0])
-        sender.terminate()
-        return {**heard, "sent": json.loads(sender.communicate()[0])["sent"]}
+        heard = receiver.communicate()[0]
+        bed.end(sender)
+        return json.loads(heard)
 
 
 def run(build, size, way, settings, seed, seconds):
@@ -89,7 +88,6 @@ def row(size, way, delay_ms, loss, rate_mbit_s, reports):
             "longest_ms": f"{1e3 * max(age['max'] for age in ages):.2f}",
             "over_100_ms": f"{median([age['over_100_ms'] for age in ages]):.5f}",
             "worst_over_100_ms": f"{max(age['over_100_ms'] for age in ages):.5f}",
-            "arrived_share": f"{sum(r['received'] for r in reports) / max(1, sum(r['sent'] for r in reports)):.4f}",
             "load": f"{os.getloadavg()[0]:.1f}"}
 
 
