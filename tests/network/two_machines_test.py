@@ -79,7 +79,7 @@ class TwoMachinesTest(unittest.TestCase):
         self.assertEqual(len(back), 30)
         shortest_ms = min(1e3 * s for _, s in back)
         self.assertGreaterEqual(shortest_ms, 17.5)
-        self.assertLess(shortest_ms, 17.5 + 2.0 * PATIENCE)  # one that no other program has kept waiting
+        self.assertLess(shortest_ms, 17.5 + 10.0 * PATIENCE)  # before the next packet wakes the link; programs wait too
 
     def test_lost_and_doubled_and_overtaken_are_as_many_as_asked(self):
         bed = self.bed("a loss 0.03", "a duplicate 0.05", "a reorder 0.02", "a reorder_ms 5", seed=7)
