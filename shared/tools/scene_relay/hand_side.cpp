@@ -55,7 +55,11 @@ class HandSide {
       link_.say(now_ns, said);
       if (now_ns < next_ns) continue;
       next_ns = std::max(next_ns + kLook_ns, now_ns);
-      if (is_shown) tell_tool(now_ns);
+      if (is_shown) {
+        tell_tool(now_ns);
+        // However silent the network is: the segment's readers are told of that.
+        publication::store_relay_figures(scene_->hand().writer().header(), link_.figures());
+      }
       if (state_ns_ != 0) report_.age_ns.record(now_ns - std::min(now_ns, state_ns_));
     }
     (void)link_.figures();
@@ -145,7 +149,6 @@ class HandSide {
                              .step_ns = snapshot_.step_ns,
                              .contacts = snapshot_.contacts,
                              .tool_work_J = snapshot_.tool_work_J});
-    publication::store_relay_figures(scene_->hand().writer().header(), link_.figures());
   }
 
   std::uint64_t tool_epoch() {
