@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numeric>
 
 namespace stillgrid::realtime {
 namespace {
@@ -41,6 +42,12 @@ std::uint64_t Histogram::percentile(double share) const noexcept {
     if (seen >= rank && seen > 0) return std::min(highest_in(bucket), max_);
   }
   return max_;
+}
+
+double Histogram::share_above(std::uint64_t value) const noexcept {
+  const auto first = counts_.begin() + static_cast<std::ptrdiff_t>(bucket_of(value) + 1);
+  const std::uint64_t above = std::accumulate(first, counts_.end(), std::uint64_t{0});
+  return count_ == 0 ? 0.0 : static_cast<double>(above) / static_cast<double>(count_);
 }
 
 }  // namespace stillgrid::realtime

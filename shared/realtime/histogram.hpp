@@ -19,6 +19,10 @@ class Histogram {
   /// empty.
   [[nodiscard]] std::uint64_t percentile(double share) const noexcept;
 
+  /// Of all, how many exceed `value`, in [0, 1]; those in its bucket count as if they did not. 0
+  /// when empty.
+  [[nodiscard]] double share_above(std::uint64_t value) const noexcept;
+
  private:
   static constexpr unsigned kSubBits = 5;
   static constexpr std::size_t kBuckets = (64 - kSubBits + 1) << kSubBits;

@@ -22,6 +22,9 @@ KILLS = {**PUBLICATION, "killed": {"half_made": 3, "in_mid_write": 27}, "locks_l
          "later_writer_read_ns": {**READ_NS, "mean": 8.5e6, "count": 29}}
 STEPS = {"steps_per_s": 59.5, "steps": 595, "late_steps": 5, "not_converged": 0}
 HAPTIC = {"killed": STEPS, "undisturbed": STEPS, "step_rate_ratio": 1.0, "compared": True}
+RETURN_S = {"count": 50, "p50": 0.61, "max": 1.07}
+NETWORK = {"kills": 200, "fade_s": {"count": 180, "p50": 0.149, "max": 0.152}, "snapshots": 9000, "torn": 0,
+           "backwards": 0, "slew_max_N_per_ms": 0.02, "return_s": {"partition": RETURN_S}, "broken_laws": []}
 REPLAY = {"rows": [{"trajectory": "circle", "scene": "tissue", "rows": 11021, "same": 20,
                     "contact_share": 0.62, "force_max_N": 1.4}], "broken_laws": []}
 CYCLICTEST = {"thread": {"0": {"cycles": 30, "histogram": {"14": 20, "90": 10}}}}
@@ -74,7 +77,8 @@ class SoakScriptTest(unittest.TestCase):
 
     def test_a_report_of_each_kind_is_printed_alone(self):
         for what, report in (("kills", KILLS), ("haptic", HAPTIC),
-                             ("stress", stress([stress_slice(6)], [1])), ("replay", REPLAY)):
+                             ("stress", stress([stress_slice(6)], [1])), ("network", NETWORK),
+                             ("replay", REPLAY)):
             self.assert_prints(self.print_only(what, **{what: report}), 0, f"  {what}",
                                "1 passed, 0 failed")
 

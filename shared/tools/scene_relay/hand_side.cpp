@@ -63,20 +63,32 @@ class HandSide {
 
  private:
   /// A simulation that ended or was killed there ends here; so does one whose relay took another.
+  /// A status that the scene has overtaken does not know of it yet, and one of another scene may be
+  /// a flipped bit's: these count from the second on.
   void follow_scene() {
-    if (scene_ && link_.other().status().segment_epoch != scene_->epoch()) withdraw();
+    const Status& status = link_.other().status();
+    if (!scene_ || status.segment_epoch == scene_->epoch()) {
+      denials_ = 0;
+      return;
+    }
+    const bool is_told = newest_ns_ != 0 && newest_of_ == status.relay_id;
+    if (is_told && status.sent_ns < newest_ns_) return;
+    if (++denials_ >= 2 || (status.segment_epoch == 0 && is_told)) withdraw();
   }
 
   void withdraw() {
     scene_.reset();
-    state_ns_ = 0;
+    state_ns_ = newest_ns_ = denials_ = 0;
     decoder_.begin();
   }
 
-  /// The one of the start; later, as it goes with each segment, another.
-  publication::SessionLock take_lock() {
-    if (!lock_) return {options_.session, proto::SegmentKind::kScene};
-    publication::SessionLock lock = std::move(*lock_);
+  /// The one of the start; later, as it goes with each segment, another, unless it is taken.
+  std::optional<publication::SessionLock> take_lock() {
+    if (!lock_) {
+      const std::atomic<bool> at_once{true};
+      return publication::SessionLock::take(options_.session, proto::SegmentKind::kScene, at_once);
+    }
+    std::optional<publication::SessionLock> lock = std::move(lock_);
     lock_.reset();
     return lock;
   }
@@ -88,8 +100,11 @@ class HandSide {
       if (scene_ && scene_->epoch() == message.scene_epoch) return;
       withdraw();
       try {
-        publication::SessionLock lock = take_lock();
-        scene_.emplace(options_.session, std::move(lock), message, options_.readers, now_ns);
+        std::optional<publication::SessionLock> lock = take_lock();
+        if (!lock)
+          return link_.warn("session '" + options_.session +
+                            "' has another writer of its scene on this machine");
+        scene_.emplace(options_.session, std::move(*lock), message, options_.readers, now_ns);
         ++report_.segments;
       } catch (const MessageError& error) {
         link_.refuse(error.what());
@@ -99,7 +114,7 @@ class HandSide {
 
   void take_snapshots(std::uint64_t now_ns) {
     take_all<SnapshotMessage>(snapshots_, [&](const SnapshotMessage& message) {
-      if (!link_.accept(message.relay_id, message.number, message_bytes(message))) return;
+      if (!link_.accept(message.relay_id, message.number, message_bytes(message), now_ns)) return;
       received_ = message.number;
       if (!scene_ || scene_->epoch() != message.scene_epoch) return;
       try {
@@ -109,14 +124,18 @@ class HandSide {
       } catch (const MessageError& error) {
         return link_.refuse(error.what());
       }
-      if (snapshot_.snapshot_id <= snapshot_id_ && scene_->hand().writer().snapshot_id() != 0)
-        return;
+      // What is older than that was too long on its way.
+      const bool is_recent = newest_ns_ != 0 && now_ns < shown_ns_ + kLongestWay_ns;
+      if (is_recent && snapshot_.snapshot_id <= snapshot_id_) return;
       if (link_.came_in_time(snapshot_.publish_time_ns, now_ns)) show(now_ns);
     });
   }
 
   void show(std::uint64_t now_ns) {
     snapshot_id_ = snapshot_.snapshot_id;
+    newest_ns_ = snapshot_.publish_time_ns;
+    newest_of_ = link_.other().followed();
+    shown_ns_ = now_ns;
     // Later than the last, whatever was learnt of the clock since; and never of the future.
     const std::uint64_t here_ns = link_.clock().to_ours(snapshot_.state_time_ns);
     state_ns_ = std::max(std::min(here_ns, now_ns), state_ns_ + 1);
@@ -178,8 +197,11 @@ class HandSide {
   dds_entity_t tools_, scenes_, snapshots_;
   std::optional<ShownScene> scene_;
   std::optional<Deadband> deadband_;
-  std::uint64_t snapshot_id_ = 0, state_ns_ = 0, received_ = 0, tool_epoch_ = 0, tool_tick_ = 0,
-                tool_number_ = 0;
+  std::uint64_t snapshot_id_ = 0, state_ns_ = 0, shown_ns_ = 0, received_ = 0, tool_epoch_ = 0,
+                tool_tick_ = 0, tool_number_ = 0;
+  // Of the last snapshot that was shown, on the simulation's clock, and its relay; 0: none was.
+  std::uint64_t newest_ns_ = 0, newest_of_ = 0;
+  std::uint64_t denials_ = 0;  // statuses one after the other that know of no such scene
 };
 
 }  // namespace

@@ -139,6 +139,14 @@ void require_said_who_joins(const NetworkOptions& options, const Interface& inte
                        "is in this network may move the tool and be felt");
 }
 
+void require_security_files(const std::filesystem::path& folder) {
+  for (const char* name : {"identity_ca.pem", "identity.pem", "key.pem", "permissions_ca.pem",
+                           "governance.p7s", "permissions.p7s"})
+    if (!std::filesystem::is_regular_file(folder / name))
+      throw NetworkError("--security " + folder.string() + ": expected a file " + name +
+                         " (docs/network.md)");
+}
+
 std::string configuration_of(const NetworkOptions& options, const Interface& interface) {
   const bool asks_all = options.peers.empty() && !interface.is_loopback;
   std::string peers;
@@ -166,11 +174,18 @@ std::string configuration_of(const NetworkOptions& options, const Interface& int
 Participant::Participant(const NetworkOptions& options) {
   const Interface interface = interface_named(options.interface.empty() ? "lo" : options.interface);
   require_said_who_joins(options, interface);
+  if (!options.security.empty()) require_security_files(options.security);
   domain_ = dds_create_domain(options.domain, configuration_of(options, interface).c_str());
   require(domain_, "domain " + std::to_string(options.domain));
   participant_ = dds_create_participant(options.domain, nullptr, nullptr);
-  if (participant_ < 0) dds_delete(domain_);
-  require(participant_, "participant");
+  if (participant_ < 0) {
+    dds_delete(domain_);
+    const std::string what =
+        options.security.empty() ? "participant" : "--security " + options.security.string();
+    throw NetworkError("DDS: " + what + ": " +
+                       (log_.last().empty() ? dds_strretcode(-participant_) : log_.last()));
+  }
+  log_.tell();
   waitset_ = dds_create_waitset(participant_);
   require(waitset_, "waitset");
 }

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "shared/tools/scene_relay/middleware_log.hpp"
+
 namespace stillgrid::scene_relay {
 
 /// What Cyclone DDS refused, one line.
@@ -38,6 +40,9 @@ struct Interface {
 /// Throws NetworkError unless it is said who may join: loopback and tunnels say it themselves;
 /// elsewhere DDS Security does, or on a private network the word that whoever is there may.
 void require_said_who_joins(const NetworkOptions& options, const Interface& interface);
+
+/// Throws NetworkError naming the first file of DDS Security that the folder lacks.
+void require_security_files(const std::filesystem::path& folder);
 
 /// The configuration of Cyclone DDS by which it keeps to that interface (XML).
 [[nodiscard]] std::string configuration_of(const NetworkOptions& options,
@@ -73,6 +78,7 @@ class Participant {
   void wait(std::uint64_t until_ns) const noexcept;
 
  private:
+  MiddlewareLog log_;
   dds_entity_t domain_ = 0, participant_ = 0, waitset_ = 0;
 };
 

@@ -16,6 +16,9 @@ Role other(Role role) {
   return role == Role::kSimulation ? Role::kHand : Role::kSimulation;
 }
 
+/// More than any relay says in kPatience_ns.
+constexpr std::uint64_t kFurthestLeap = 4096;
+
 /// What came over the network, for a terminal.
 std::string printable(const char* text, std::size_t most) {
   std::string result(text, ::strnlen(text, most));
@@ -68,7 +71,10 @@ bool OtherSide::hear(const Status& status, std::uint64_t now_ns) {
     }
     follow(status.relay_id);
   }
-  if (status.number <= status_.number) return false;
+  // Where nothing newer came for so long, the number before was none: a bit of it was flipped.
+  if (is_connected_ &&
+      (status.number <= status_.number || status.number - status_.number > kFurthestLeap))
+    return false;
   status_ = status;
   if (status.follows == relay_id_ && status.echo_sent_ns != 0) {
     // No more often than clocks drift: the shortest round trip is to be of some seconds.
@@ -83,11 +89,11 @@ bool OtherSide::hear(const Status& status, std::uint64_t now_ns) {
                                  session_ + "' keeps to another than this one");
   if (was_connected_ && !is_connected_) {
     ++partitions_;
+    longest_silence_ns_ = std::max(longest_silence_ns_, now_ns - heard_ns_);
     report_("the relay " + std::string(place_of(other(role_))) + " is heard again");
   } else if (!was_connected_) {
     report_("joined with the relay " + std::string(place_of(other(role_))));
   }
-  if (was_connected_) longest_silence_ns_ = std::max(longest_silence_ns_, now_ns - heard_ns_);
   heard_ns_ = now_ns;
   is_connected_ = was_connected_ = true;
   return true;

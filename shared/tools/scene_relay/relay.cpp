@@ -8,6 +8,7 @@
 #include <random>
 
 #include "shared/files/json_file.hpp"
+#include "shared/tools/scene_relay/topic_name.hpp"
 
 namespace stillgrid::scene_relay {
 namespace {
@@ -18,7 +19,10 @@ std::uint64_t random_id() {
   return id != 0 ? id : 1;
 }
 
-constexpr const char* kGreetings = "stillgrid/greeting/";
+/// More than any sender counts in kLongestWay_ns.
+constexpr std::uint64_t kFurthestLeap = 65'536;
+/// Nor is more lost in a silence, of a day: what is further ahead was never counted up to.
+constexpr std::uint64_t kMaxLost = std::uint64_t{1} << 33U;
 
 nlohmann::json percentiles(const realtime::Histogram& histogram) {
   const auto at = [&](double share) {
@@ -30,7 +34,21 @@ nlohmann::json percentiles(const realtime::Histogram& histogram) {
           {"count", histogram.count()}};
 }
 
+nlohmann::json ages(const realtime::Histogram& histogram) {
+  nlohmann::json result = percentiles(histogram);
+  result["over_100_ms"] = histogram.share_above(100'000'000);
+  return result;
+}
+
 }  // namespace
+
+std::string topic_of(const std::string& session, const char* name) {
+  return "stillgrid/" + std::to_string(kProtocol) + "/" + topic_part(session) + "/" + name;
+}
+
+std::string greeting_topic(const std::string& session) {
+  return "stillgrid/greeting/" + topic_part(session);
+}
 
 RelayLink::RelayLink(const RelayOptions& options, Role role, RelayReport& report)
     : report_(report),
@@ -38,9 +56,9 @@ RelayLink::RelayLink(const RelayOptions& options, Role role, RelayReport& report
       relay_id_(random_id()),
       participant_(options.network),
       other_(relay_id_, role, options.session, [](const std::string& line) { spdlog::info(line); }),
-      greetings_out_(participant_.writer(stillgrid_Greeting_desc, kGreetings + session_,
+      greetings_out_(participant_.writer(stillgrid_Greeting_desc, greeting_topic(session_),
                                          Delivery::kBestEffort)),
-      greetings_in_(participant_.reader(stillgrid_Greeting_desc, kGreetings + session_,
+      greetings_in_(participant_.reader(stillgrid_Greeting_desc, greeting_topic(session_),
                                         Delivery::kBestEffort, false)),
       status_out_(participant_.writer(stillgrid_relay1_Status_desc,
                                       topic(role == Role::kHand ? "hand" : "simulation"),
@@ -50,10 +68,6 @@ RelayLink::RelayLink(const RelayOptions& options, Role role, RelayReport& report
                                      Delivery::kBestEffort)) {
   report_.role = role;
   report_.figures.relay_id = relay_id_;
-}
-
-std::string RelayLink::topic(const char* name) const {
-  return "stillgrid/" + std::to_string(kProtocol) + "/" + session_ + "/" + name;
 }
 
 bool RelayLink::hear(std::uint64_t now_ns) {
@@ -82,19 +96,25 @@ void RelayLink::say(std::uint64_t now_ns, const Said& said) {
   dds_write(status_out_, &status);
 }
 
-bool RelayLink::accept(std::uint64_t relay_id, std::uint64_t number, std::size_t bytes) {
+bool RelayLink::accept(std::uint64_t relay_id, std::uint64_t number, std::size_t bytes,
+                       std::uint64_t now_ns) {
   if (!other_.is_followed(relay_id) || number == 0) return false;
-  if (number_of_ != relay_id) {
-    number_of_ = relay_id;
-    number_ = number - 1;
-  }
   proto::RelayFigures& figures = report_.figures;
+  const bool is_silent = now_ns > accepted_ns_ + kLongestWay_ns;
+  if (number_of_ != relay_id || (is_silent && (number < number_ || number - number_ > kMaxLost)))
+    number_ = number - 1;
+  number_of_ = relay_id;
   if (number <= number_) {
     ++(number == number_ ? figures.repeated : figures.out_of_order);
     return false;
   }
+  if (!is_silent && number - number_ > kFurthestLeap) {
+    refuse("a message's number leaps ahead");
+    return false;
+  }
   figures.lost += number - number_ - 1;
   number_ = number;
+  accepted_ns_ = now_ns;
   ++figures.received;
   figures.received_bytes += bytes;
   return true;
@@ -115,8 +135,12 @@ bool RelayLink::came_in_time(std::uint64_t stamp_ns, std::uint64_t now_ns) {
 
 void RelayLink::refuse(const std::string& line) {
   ++report_.figures.refused;
-  if (line == last_refusal_) return;
-  last_refusal_ = line;
+  warn(line);
+}
+
+void RelayLink::warn(const std::string& line) {
+  if (line == last_warning_) return;
+  last_warning_ = line;
   spdlog::warn(line);
 }
 
@@ -156,7 +180,7 @@ void write_report(const RelayReport& report, const std::filesystem::path& file) 
                            {"deltas", report.deltas},
                            {"withheld", report.withheld},
                            {"way_s", percentiles(report.way_ns)},
-                           {"age_s", percentiles(report.age_ns)}});
+                           {"age_s", ages(report.age_ns)}});
 }
 
 }  // namespace stillgrid::scene_relay

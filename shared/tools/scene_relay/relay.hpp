@@ -55,6 +55,12 @@ inline constexpr std::uint64_t kLook_ns = 500'000;
 /// A snapshot that took longer, and a tool that was silent for longer, is not shown.
 inline constexpr std::uint64_t kLongestWay_ns = 250'000'000;
 
+/// Topic NAME of a session: "stillgrid/1/SESSION/NAME". What is no letter and no digit of SESSION
+/// is _ and its two hexadecimal digits there, for topics bear fewer characters.
+[[nodiscard]] std::string topic_of(const std::string& session, const char* name);
+/// That on which relays of all protocols greet.
+[[nodiscard]] std::string greeting_topic(const std::string& session);
+
 /// What both sides do alike: the other side, its clock, and the counts.
 class RelayLink {
  public:
@@ -64,8 +70,7 @@ class RelayLink {
   [[nodiscard]] std::uint64_t relay_id() const noexcept { return relay_id_; }
   [[nodiscard]] const OtherSide& other() const noexcept { return other_; }
   [[nodiscard]] const ClockOffset& clock() const noexcept { return other_.clock(); }
-  /// NAME of this session's messages: "stillgrid/1/SESSION/NAME".
-  [[nodiscard]] std::string topic(const char* name) const;
+  [[nodiscard]] std::string topic(const char* name) const { return topic_of(session_, name); }
 
   /// Takes greetings and statuses; whether a status of the other side came.
   bool hear(std::uint64_t now_ns);
@@ -80,10 +85,16 @@ class RelayLink {
   void say(std::uint64_t now_ns, const Said& said);
 
   /// Whether a message is the other side's and newer than those before; counts it.
-  bool accept(std::uint64_t relay_id, std::uint64_t number, std::size_t bytes);
+  ///
+  /// A number that leaps further ahead than any sender counts meanwhile is refused; one that stays
+  /// ahead of all that comes for kLongestWay_ns, as a flipped bit made it, is forgotten.
+  bool accept(std::uint64_t relay_id, std::uint64_t number, std::size_t bytes,
+              std::uint64_t now_ns);
   /// Whether what was stamped then, on the other's clock, came in time; counts it if not.
   bool came_in_time(std::uint64_t stamp_ns, std::uint64_t now_ns);
   void refuse(const std::string& line);
+  /// Told once, until something else is.
+  void warn(const std::string& line);
 
   /// Brings the report's figures up to date.
   [[nodiscard]] const proto::RelayFigures& figures() noexcept;
@@ -95,9 +106,10 @@ class RelayLink {
   Participant participant_;
   OtherSide other_;
   dds_entity_t greetings_out_, greetings_in_, status_out_, status_in_;
-  std::uint64_t next_status_ns_ = 0, next_greeting_ns_ = 0, number_ = 0, number_of_ = 0;
+  std::uint64_t next_status_ns_ = 0, next_greeting_ns_ = 0, number_ = 0, number_of_ = 0,
+                accepted_ns_ = 0;
   Said said_;
-  std::string last_refusal_;
+  std::string last_warning_;
 };
 
 }  // namespace stillgrid::scene_relay

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "shared/publication/relay_figures.hpp"
 #include "shared/publication/tool_segment.hpp"
@@ -193,7 +194,7 @@ class SimulationSide {
 
   void take_tool(std::uint64_t now_ns) {
     take_all<ToolMessage>(tools_, [&](const ToolMessage& message) {
-      if (!link_.accept(message.relay_id, message.number, sizeof message)) return;
+      if (!link_.accept(message.relay_id, message.number, sizeof message, now_ns)) return;
       if (!link_.came_in_time(message.time_ns, now_ns)) return;
       proto::ToolState state = state_of(message);
       if (!publication::is_sound(state) || !publication::has_sound_figures(state) ||
@@ -201,31 +202,47 @@ class SimulationSide {
         return link_.refuse("a tool sample is refused: a number out of range");
       state.time_ns = std::max(link_.clock().to_ours(message.time_ns), tool_ns_ + 1);
       if (scene_epoch_ == 0) return;
-      open_tool(message, now_ns);
-      if (!tool_) return;
+      if (!open_tool(message, now_ns)) return;
       stamps_.note(state.time_ns, message.time_ns);
       tool_ns_ = state.time_ns;
       heard_tool_ns_ = now_ns;
+      newest_tool_ns_ = message.time_ns;
       tool_->publish(state);
       sample_ = message.is_led_on ? std::optional(state) : std::nullopt;
       publication::store_relay_figures(tool_->header(), link_.figures());
     });
   }
 
-  /// A haptic_server that was started anew is another writer.
-  void open_tool(const ToolMessage& message, std::uint64_t now_ns) {
-    if (tool_ && tool_epoch_ == message.segment_epoch) return;
-    if (now_ns < next_try_ns_) return;
-    tool_.reset();
-    try {
-      tool_.emplace(publication::SessionLock(options_.session, proto::SegmentKind::kTool),
-                    message.period_ns, proto::Clock::kMonotonic, now_ns, options_.readers);
-      tool_epoch_ = message.segment_epoch;
-      ++report_.segments;
-    } catch (const publication::SegmentError& error) {
-      next_try_ns_ = now_ns + 5'000'000'000;
-      spdlog::warn(error.what());
+  /// Whether there is a segment for the sample. A haptic_server that was started anew is another
+  /// writer: the second sample says that it was no flipped bit.
+  bool open_tool(const ToolMessage& message, std::uint64_t now_ns) {
+    if (tool_ && tool_epoch_ == message.segment_epoch) return true;
+    if (tool_ && next_epoch_ != message.segment_epoch) {
+      next_epoch_ = message.segment_epoch;
+      return false;
     }
+    tool_.reset();
+    if (now_ns < next_try_ns_) return false;
+    next_try_ns_ = now_ns + 100'000'000;
+    try {
+      const std::atomic<bool> at_once{true};
+      auto lock =
+          publication::SessionLock::take(options_.session, proto::SegmentKind::kTool, at_once);
+      if (!lock) {
+        link_.warn("session '" + options_.session +
+                   "' has another writer of its tool on this machine");
+        return false;
+      }
+      tool_.emplace(std::move(*lock), message.period_ns, proto::Clock::kMonotonic, now_ns,
+                    options_.readers);
+    } catch (const publication::SegmentError& error) {
+      link_.warn(error.what());
+      return false;
+    }
+    next_try_ns_ = 0;
+    tool_epoch_ = message.segment_epoch;
+    ++report_.segments;
+    return true;
   }
 
   /// Where the hand keeps samples back the tool goes on as they would have said, about. No such
@@ -240,8 +257,11 @@ class SimulationSide {
     tool_->publish(state);
   }
 
+  /// A status that a sample has overtaken does not know of it yet; both are of the hand's clock.
   void withdraw_silent_tool(std::uint64_t now_ns) {
-    const bool is_gone = link_.other().is_connected() && link_.other().status().segment_epoch == 0;
+    const Status& status = link_.other().status();
+    const bool is_gone = link_.other().is_connected() && status.segment_epoch == 0 &&
+                         status.sent_ns > newest_tool_ns_;
     if (!tool_ || (!is_gone && now_ns < heard_tool_ns_ + kLongestWay_ns)) return;
     tool_.reset();
   }
@@ -258,7 +278,9 @@ class SimulationSide {
   std::optional<publication::ToolWriter> tool_;
   std::optional<proto::ToolState> sample_;  // to be led on
   std::string last_refusal_;
-  std::uint64_t scene_epoch_ = 0, refused_epoch_ = 0, tool_epoch_ = 0, tool_ns_ = 0;
+  std::uint64_t scene_epoch_ = 0, refused_epoch_ = 0, tool_epoch_ = 0, next_epoch_ = 0,
+                tool_ns_ = 0;
+  std::uint64_t newest_tool_ns_ = 0;  // the last sample, on the hand's clock
   std::uint64_t heard_tool_ns_ = 0, led_ns_ = 0, next_look_ns_ = 0, next_try_ns_ = 0,
                 next_scene_ns_ = 0, next_snapshot_ns_ = 0;
   std::uint64_t sent_ns_ = 0, sent_number_ = 0, sent_bytes_ = 0;  // of the last snapshot

@@ -14,6 +14,7 @@ TEST_CASE("An empty histogram has nothing to tell", "[histogram]") {
   CHECK(histogram.count() == 0);
   CHECK(histogram.max() == 0);
   CHECK(histogram.percentile(0.99) == 0);
+  CHECK(histogram.share_above(0) == 0.0);
 }
 
 TEST_CASE("Percentiles are within 1/32 above the exact ones and the maximum is exact",
@@ -40,6 +41,28 @@ TEST_CASE("Percentiles are within 1/32 above the exact ones and the maximum is e
     CHECK(histogram.percentile(share) - exact <= exact / 32);
   }
   CHECK(histogram.percentile(1.0) == values.back());
+}
+
+TEST_CASE("The share above a value lies between the exact ones of it and of 1/32 more",
+          "[histogram]") {
+  std::mt19937_64 random(GENERATE(5U, 6U, 7U));
+  std::uniform_real_distribution<double> exponent(0.0, 9.0);
+  Histogram histogram;
+  std::vector<std::uint64_t> values(3000);
+  for (std::uint64_t& value : values) {
+    value = static_cast<std::uint64_t>(std::pow(10.0, exponent(random)));
+    histogram.record(value);
+  }
+  const auto exact = [&](std::uint64_t limit) {
+    return static_cast<double>(std::count_if(values.begin(), values.end(),
+                                             [&](std::uint64_t value) { return value > limit; })) /
+           static_cast<double>(values.size());
+  };
+  for (const std::uint64_t limit : {0UL, 7UL, 31UL, 32UL, 1'000UL, 98'765'432UL, 2'000'000'000UL}) {
+    CAPTURE(limit);
+    CHECK(histogram.share_above(limit) <= exact(limit));
+    CHECK(histogram.share_above(limit) >= exact(limit + limit / 32));
+  }
 }
 
 TEST_CASE("Numbers below 32 are counted exactly", "[histogram]") {
