@@ -160,7 +160,7 @@ std::string configuration_of(const NetworkOptions& options, const Interface& int
          "\"/></Interfaces><AllowMulticast>" + (asks_all ? "spdp" : "false") +
          "</AllowMulticast><MaxMessageSize>1456B</MaxMessageSize><FragmentSize>1344B</FragmentSize>"
          "</General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
-         "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><SPDPInterval>1s</SPDPInterval>"
+         "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><SPDPInterval>250ms</SPDPInterval>"
          "<Peers>" +
          peers +
          "</Peers></Discovery>"
