@@ -20,10 +20,12 @@ RATE_HZ = 30.0
 # Spheres of a snapshot, and what it is called: a sphere's motion is 36 bytes, and 128 stand before them.
 SIZES = {"10 kB": 274, "100 kB": 2774, "1 MB": 27774}
 DELAYS_MS, LOSSES = (0, 2, 10, 20, 50), (0.0, 0.001, 0.01, 0.05)
+LARGE_DELAYS_MS = (2, 20, 50)  # of the largest
 STREAMS = (("tool", 2, 0.01), ("10 kB", 10, 0.01), ("100 kB", 2, 0.01), ("1 MB", 2, 0.001))
 WAYS = ("relay", "plain best effort", "plain reliable")
 BYTES = {"tool": 192, "10 kB": 10_000, "100 kB": 100_000, "1 MB": 1_000_000}
-RUN_S = 5.0
+AT_ONCE = {"tool": 2, "10 kB": 4, "100 kB": 2, "1 MB": 1}
+RUNS, RUN_S = 8, 4.0
 
 
 def settings_of(delay_ms, loss, rate_mbit_s=0):
@@ -37,23 +39,23 @@ def snapshots_by_relay(build, size, settings, seed, seconds):
         publisher = bed.start("a", "publisher", [
             "/usr/bin/python3", ROOT / "scripts/gallery/moving_spheres.py", "--session", SESSION, "--count",
             SIZES[size], "--rate", RATE_HZ, "--duration", 60], env=environment)
-        bed.wait_for_scene("a")
+        bed.wait_for("a", "scene")
         relays = bed.relays()
-        bed.wait_for_scene("b")
+        bed.wait_for("b", "scene")
         time.sleep(seconds)
         bed.end(*reversed(relays), publisher)
-        return {**bed.report("hand"), "sent": bed.report("simulation")["sent"]}
+        return bed.report("hand")
 
 
 def tool_by_relay(build, settings, seed, seconds):
     with Bed(build, *settings, seed=seed) as bed:
         sim = bed.sim_server("wall")
         relays = bed.relays()
-        bed.wait_for_scene("b")
+        bed.wait_for("b", "scene")
         haptic = bed.haptic_server("b", f"phantom:path={SCENES / 'wall.hand.csv'}", "--duration", seconds)
         time.sleep(seconds)
         bed.end(*relays, haptic, sim)
-        return {**bed.report("simulation"), "sent": bed.report("hand")["sent"]}
+        return bed.report("simulation")
 
 
 def stream_by_dds(build, size, settings, seed, seconds, is_reliable):
@@ -61,13 +63,12 @@ def stream_by_dds(build, size, settings, seed, seconds, is_reliable):
     with Bed(build, *settings, seed=seed, clock_offset_s=0.0) as bed:
         stream = program(build, "plain_stream")
         sender = bed.start("a", "sender", [stream, "send", *words, "--bytes", BYTES[size], "--rate",
-                                           1000.0 if size == "tool" else RATE_HZ, "--duration", seconds + 5.0],
-                           stdout=subprocess.PIPE, text=True)
+                                           1000.0 if size == "tool" else RATE_HZ, "--duration", seconds + 5.0])
         receiver = bed.start("b", "receiver", [stream, "receive", *words, "--duration", seconds + 1.0],
                              stdout=subprocess.PIPE, text=True)
-        heard = json.loads(receiver.communicate()[0])
-        sender.terminate()
-        return {**heard, "sent": json.loads(sender.communicate()[0])["sent"]}
+        heard = receiver.communicate()[0]
+        bed.end(sender)
+        return json.loads(heard)
 
 
 def run(build, size, way, settings, seed, seconds):
@@ -87,39 +88,48 @@ def row(size, way, delay_ms, loss, rate_mbit_s, reports):
             "longest_ms": f"{1e3 * max(age['max'] for age in ages):.2f}",
             "over_100_ms": f"{median([age['over_100_ms'] for age in ages]):.5f}",
             "worst_over_100_ms": f"{max(age['over_100_ms'] for age in ages):.5f}",
-            "arrived_share": f"{sum(r['received'] for r in reports) / max(1, sum(r['sent'] for r in reports)):.4f}",
             "load": f"{os.getloadavg()[0]:.1f}"}
 
 
-class Measurement:
-    def __init__(self, build, runs, seconds):
-        self.build, self.runs, self.seconds = build, runs, seconds
+def measured(build, size, way, delay_ms, loss, rate_mbit_s, runs, seconds):
+    """A row. Small streams run side by side, a large one takes both processors."""
+    settings = settings_of(delay_ms, loss, rate_mbit_s)
+    with concurrent.futures.ThreadPoolExecutor(AT_ONCE[size]) as pool:
+        reports = list(pool.map(lambda seed: run(build, size, way, settings, seed, seconds), range(1, runs + 1)))
+    result = row(size, way, delay_ms, loss, rate_mbit_s, reports)
+    print(", ".join(f"{key} {value}" for key, value in result.items() if value != ""), flush=True)
+    return result
 
-    def cell(self, size, way, delay_ms, loss, rate_mbit_s=0):
-        """Small streams run side by side, a large one takes both processors."""
-        settings = settings_of(delay_ms, loss, rate_mbit_s)
-        with concurrent.futures.ThreadPoolExecutor(1 if size == "1 MB" else 4) as pool:
-            reports = list(pool.map(lambda seed: run(self.build, size, way, settings, seed, self.seconds),
-                                    range(1, self.runs + 1)))
-        result = row(size, way, delay_ms, loss, rate_mbit_s, reports)
-        print(", ".join(f"{key} {value}" for key, value in result.items() if value != ""), flush=True)
-        return result
+
+def streams(is_small):
+    return [(size, way, delay_ms, loss, 0) for size, delay_ms, loss in (STREAMS[:3] if is_small else STREAMS)
+            for way in WAYS]
+
+
+def grid(is_small):
+    """And the same over 100 Mbit/s, where a large snapshot has no room."""
+    if is_small:
+        return [(size, "relay", 20, 0.01, 0) for size in list(SIZES)[:2]]
+    cells = [(size, "relay", delay_ms, loss, 0) for size in SIZES for loss in LOSSES
+             for delay_ms in (LARGE_DELAYS_MS if size == "1 MB" else DELAYS_MS)]
+    return cells + [(size, "relay", 2, 0.001, 100) for size in SIZES]
+
+
+TABLES = {"relay_streams": streams, "relay_age": grid}
 
 
 def main():
-    parser = parser_of(__doc__, "3 runs of the streams but the largest, and four cells of the grid")
-    parser.add_argument("--runs", type=int, default=8)
+    parser = parser_of(__doc__, "three short runs a cell, the streams without the largest and two cells of the grid")
+    parser.add_argument("tables", nargs="*", metavar="TABLE", help=f"some of {', '.join(TABLES)}; default: all")
     arguments = parser.parse_args()
-    small = arguments.small
-    measurement = Measurement(arguments.build, 3 if small else arguments.runs, 3.0 if small else RUN_S)
-    write_rows(arguments.charts / "relay_streams.csv", [
-        measurement.cell(size, way, delay_ms, loss)
-        for size, delay_ms, loss in (STREAMS[:3] if small else STREAMS) for way in WAYS])
-    grid = [(size, delay_ms, loss) for size in (list(SIZES)[:2] if small else SIZES)
-            for loss in (LOSSES[2:3] if small else LOSSES) for delay_ms in (DELAYS_MS[3:5] if small else DELAYS_MS)]
-    rows = [measurement.cell(size, "relay", delay_ms, loss) for size, delay_ms, loss in grid]
-    rows += [measurement.cell(size, "relay", 2, 0.001, 100) for size in (() if small else SIZES)]
-    write_rows(arguments.charts / "relay_age.csv", rows)
+    for name in set(arguments.tables) - set(TABLES):
+        parser.error(f"TABLE: value {name}: expected some of {', '.join(TABLES)}")
+    runs, seconds = (3, 2.0) if arguments.small else (RUNS, RUN_S)
+    for name in arguments.tables or TABLES:
+        rows = []
+        for cell in TABLES[name](arguments.small):
+            rows.append(measured(arguments.build, *cell, runs, seconds))
+            write_rows(arguments.charts / f"{name}.csv", rows)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """Sessions over two machines on one (tests/network/two_machines.py): what the charts of the relay share."""
 import json
 import pathlib
+import subprocess
 import sys
 import tempfile
 import time
@@ -39,7 +40,7 @@ class Bed:
 
     def start(self, side, name, argv, **options):
         with open(self.folder / f"{name}.log", "w") as log:
-            return self.machines.run(side, argv, stderr=log, stdin=-3, **options)
+            return self.machines.run(side, argv, stderr=log, stdin=subprocess.DEVNULL, **options)
 
     def sim_server(self, scene, *arguments):
         return self.start("a", "sim", [program(self.build, "sim_server"), "--scene", SCENES / f"{scene}.toml",
@@ -61,9 +62,10 @@ class Bed:
                            "--record", self.folder / f"haptic{hand}.csv", "--report",
                            self.folder / f"haptic{hand}.json", *(("--hand", hand) if hand else ()), *arguments])
 
-    def wait_for_scene(self, side, hand=""):
-        name = f"stillgrid-*/{SESSION}{'+' + hand if hand else ''}-scene"
-        wait_until(lambda: any(self.machines.shared_memory(side).glob(name)), f"a scene on side {side}")
+    def wait_for(self, side, kind, hand=""):
+        """Until a segment, "scene" or "tool", stands there."""
+        name = f"stillgrid-*/{SESSION}{'+' + hand if hand else ''}-{kind}"
+        wait_until(lambda: any(self.machines.shared_memory(side).glob(name)), f"a {kind} on side {side}")
 
     def end(self, *programs):
         """Ends programs in order, so that each writes its report."""

@@ -20,8 +20,10 @@
 namespace stillgrid::scene_relay {
 namespace {
 
-/// Of so many bytes one in twelve is lost at 1 %, and the next comes as soon as what was lost.
+/// Of so many bytes one in twelve is lost at 1 %, and the next comes as soon as what was lost: at
+/// such a step. Of faster ones several have come by then, so that as many more packets are few.
 constexpr std::uint64_t kFewPackets_bytes = 8 * 1344;
+constexpr std::uint64_t kFewOfStep_ns = 33'333'333;
 /// What the other side may take to answer, beside the round trip.
 constexpr std::uint64_t kAnswer_ns = 30'000'000;
 
@@ -165,12 +167,20 @@ class SimulationSide {
   }
 
   /// A snapshot of many packets is not replaced by the next while what it lost is asked for: where
-  /// that takes longer than a step, none would ever come whole.
+  /// that takes longer than a step, none would ever come whole. Not so of steps so fast that one of
+  /// the next comes whole earlier.
   [[nodiscard]] bool is_on_its_way(std::uint64_t now_ns) const {
     const std::uint64_t patience_ns =
         std::min(kLongestWay_ns, kAnswer_ns + 4 * link_.clock().round_trip_ns());
-    return sent_bytes_ > kFewPackets_bytes && link_.other().status().received < sent_number_ &&
-           now_ns < sent_ns_ + patience_ns;
+    return sent_bytes_ * step_ns() > kFewPackets_bytes * kFewOfStep_ns &&
+           link_.other().status().received < sent_number_ && now_ns < sent_ns_ + patience_ns;
+  }
+
+  /// From one snapshot that is sent to the next; no longer than kFewOfStep_ns.
+  [[nodiscard]] std::uint64_t step_ns() const {
+    const double least_s = options_.rate_hz ? 1.0 / *options_.rate_hz : 0.0;
+    return std::min(kFewOfStep_ns,
+                    std::max(follower_.scene()->header().period_ns, realtime::to_ns(least_s)));
   }
 
   void tell_snapshot(const publication::SceneView& view, std::uint64_t now_ns) {
