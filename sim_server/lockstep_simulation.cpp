@@ -19,9 +19,10 @@ std::string unique_session() {
 }  // namespace
 
 LockstepSimulation::LockstepSimulation(const scene::SceneDescription& scene, bodies::World world,
-                                       LockstepSchedule schedule, CostClock now_s)
+                                       LockstepSchedule schedule, CostClock now_s,
+                                       double prediction_s)
     : session_(unique_session()),
-      period_s_(scene.period_s),
+      prediction_s_(prediction_s > 0.0 ? prediction_s : scene.period_s),
       clock_s_(std::move(now_s)),
       simulation_(scene, std::move(world)),
       writer_(session_, static_scene(scene, simulation_), simulation_.world().spheres.size(),
@@ -40,7 +41,8 @@ publication::SceneView LockstepSimulation::view() const {
 }
 
 void LockstepSimulation::run_to(std::uint64_t now_ns, bool at_now,
-                                const dynamics::TakeTool& take_tool, const AfterStep& after_step) {
+                                const dynamics::TakeTool& take_tool, const AfterStep& after_step,
+                                const AfterPublication& after_publication) {
   while (true) {
     if (!times_) {
       if (snapshot_.sample_ns > now_ns || (snapshot_.sample_ns == now_ns && !at_now)) return;
@@ -50,6 +52,7 @@ void LockstepSimulation::run_to(std::uint64_t now_ns, bool at_now,
     const double began_s = now_s();
     writer_.publish(simulation_.snapshot(), *times_, prediction_, simulation_.field_records());
     if (clock_s_) step_s_.back() += now_s() - began_s;
+    if (after_publication) after_publication(simulation_, *times_, prediction_);
     times_.reset();
     snapshot_ = schedule_.next();
   }
@@ -60,7 +63,7 @@ void LockstepSimulation::step(const dynamics::TakeTool& take_tool, const AfterSt
   const dynamics::StepReport report = simulation_.step(
       static_cast<double>(snapshot_.step_ns) * 1e-9, take_tool, {.iterations = kMaxIterations});
   times_ = times_of(snapshot_, report);
-  prediction_ = simulation_.predict_next(period_s_);
+  prediction_ = simulation_.predict_next(prediction_s_);
   if (clock_s_) step_s_.push_back(now_s() - began_s);
   if (after_step) after_step(simulation_, report);
 }

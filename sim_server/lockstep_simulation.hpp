@@ -25,21 +25,27 @@ using CostClock = std::function<double()>;
 class LockstepSimulation {
  public:
   using AfterStep = std::function<void(dynamics::Simulation&, const dynamics::StepReport&)>;
+  /// Told of each snapshot as it is shown, but the one of time zero.
+  using AfterPublication =
+      std::function<void(const dynamics::Simulation&, const publication::SnapshotTimes&,
+                         const publication::SnapshotPrediction&)>;
 
   /// world: build_world(scene), moved. now_s: by which steps are measured; empty: they are not.
-  /// Throws SegmentError.
+  /// prediction_s: of the step that snapshots predict; 0: the scene's period. Throws SegmentError.
   LockstepSimulation(const scene::SceneDescription& scene, bodies::World world,
-                     LockstepSchedule schedule, CostClock now_s = {});
+                     LockstepSchedule schedule, CostClock now_s = {}, double prediction_s = 0.0);
 
   /// Takes the tool for each step that is due before now_ns, or with `at_now` also at that time,
   /// and shows each snapshot that is due by then. Throws std::domain_error as Simulation::step().
   void run_to(std::uint64_t now_ns, bool at_now, const dynamics::TakeTool& take_tool,
-              const AfterStep& after_step = {});
+              const AfterStep& after_step = {}, const AfterPublication& after_publication = {});
 
   [[nodiscard]] const std::string& session() const noexcept { return session_; }
   /// What it publishes. Throws SegmentError.
   [[nodiscard]] publication::SceneView view() const;
   [[nodiscard]] dynamics::Simulation& simulation() noexcept { return simulation_; }
+  /// When the tool is taken: for the step being computed, or the next.
+  [[nodiscard]] std::uint64_t sample_ns() const noexcept { return snapshot_.sample_ns; }
   /// Of each step with its snapshot, if measured.
   [[nodiscard]] const std::vector<double>& step_s() const noexcept { return step_s_; }
 
@@ -48,7 +54,7 @@ class LockstepSimulation {
   [[nodiscard]] double now_s() const { return clock_s_ ? clock_s_() : 0.0; }
 
   std::string session_;
-  double period_s_;
+  double prediction_s_;
   CostClock clock_s_;
   dynamics::Simulation simulation_;
   publication::SceneWriter writer_;

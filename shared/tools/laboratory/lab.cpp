@@ -32,6 +32,16 @@ publication::ToolView tool_of(const std::string& session) {
   return publication::ToolView(std::move(*reader));
 }
 
+/// With the snapshot of time zero on its way; none where both sides share memory.
+std::unique_ptr<Network> network_of(const scene::SceneDescription& scene, const LabOptions& options,
+                                    sim_server::LockstepSimulation& simulation) {
+  if (!options.network) return nullptr;
+  const dynamics::Simulation& simulated = simulation.simulation();
+  auto network = std::make_unique<Network>(scene, simulated, *options.network, options.seed);
+  network->send(simulated, {.state_ns = 0, .publish_ns = 0}, {});
+  return network;
+}
+
 /// What a run tells of its simulation.
 class SimulationRecord {
  public:
@@ -80,21 +90,25 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
       scene, start_world(scene, options.start),
       {scene.period_s, options.jitter, options.seed, options.latency_s},
       options.measures_ticks ? sim_server::CostClock(realtime::thread_processor_s)
-                             : sim_server::CostClock());
+                             : sim_server::CostClock(),
+      options.prediction_s);
   SimulationRecord record(simulation.simulation(), options, run);
   device::Device device(device::parse_device_spec(options.device),
                         {.period_ns = tick_ns, .is_virtual = true});
   device.activate();
   run.report.device = device.descriptor().name;
   publication::ToolWriter tool(simulation.session(), tick_ns, proto::Clock::kVirtual, 0);
-  const publication::SceneView scene_view = simulation.view();
+  const publication::SceneView own_view = simulation.view();
   const publication::ToolView tool_view = tool_of(simulation.session());
+  const std::unique_ptr<Network> network = network_of(scene, options, simulation);
+  const publication::SceneView& scene_view = network ? network->view() : own_view;
   auto renderer = make_renderer(options.rival, options.transition);
   auto* const sees_steps = dynamic_cast<SeesSteps*>(renderer.get());
   const auto run_to = [&](std::uint64_t now_ns, bool at_now) {
     simulation.run_to(
         now_ns, at_now,
         [&]() -> std::optional<dynamics::ToolSample> {
+          if (network) return network->tool_at(simulation.sample_ns());
           const auto state = tool_view.read();
           if (!state) return std::nullopt;
           return sim_server::sample_of(*state);
@@ -102,7 +116,11 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
         [&](dynamics::Simulation& stepped, const dynamics::StepReport& report) {
           record.take(stepped, report);
           if (sees_steps != nullptr) sees_steps->after_step(stepped);
+        },
+        [&](const auto& simulated, const auto& times, const auto& prediction) {
+          if (network) network->send(simulated, times, prediction);
         });
+    if (network) network->deliver(now_ns);
   };
   const auto loop = std::make_unique<haptic_server::HapticLoop>(
       device, tool, std::move(renderer), safety::safety_limits(options.safety, device.descriptor()),
@@ -119,6 +137,9 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
   for (std::uint64_t now_ns = 0; now_ns < end_ns; now_ns += tick_ns) {
     run_to(now_ns, false);  // samples before this tick's
     haptic_server::TickEnd end = loop->sense(scene_view, now_ns);
+    if (network)
+      if (const auto state = tool_view.read(); state && state->time_ns == now_ns)
+        network->send(*state);
     if (end == haptic_server::TickEnd::kGoOn) {
       run_to(now_ns, true);
       const std::uint64_t began_ns = options.measures_ticks ? realtime::monotonic_ns() : 0;
@@ -133,6 +154,7 @@ LabRun run_lab(const scene::SceneDescription& scene, const LabOptions& options) 
   }
   run.processor_s = realtime::thread_processor_s() - began_s;
   run.simulation.step_s = simulation.step_s();
+  if (network) run.network = network->figures();
   return run;
 }
 
@@ -147,7 +169,8 @@ LabRun run_reference(const scene::SceneDescription& scene, const LabOptions& opt
   low_latency.device = "replay:file=" + path.path().string();
   low_latency.rival = nullptr;
   low_latency.transition = display::Transition::kHold;
-  low_latency.latency_s = low_latency.jitter = 0.0;
+  low_latency.latency_s = low_latency.jitter = low_latency.prediction_s = 0.0;
+  low_latency.network.reset();
   return run_lab(fine, low_latency);
 }
 

@@ -10,6 +10,7 @@
 #include "haptic_server/recording/recorder.hpp"
 #include "haptic_server/report.hpp"
 #include "haptic_server/safety/device_limits.hpp"
+#include "shared/tools/laboratory/network.hpp"
 #include "shared/tools/laboratory/rivals/rivals.hpp"
 #include "shared/tools/laboratory/world_state.hpp"
 #include "sim_server/scene/scene_description.hpp"
@@ -22,9 +23,12 @@ struct LabOptions {
   const Rival* rival = nullptr;  // none: the product's grid, with its transition
   display::Transition transition = display::Transition::kPredict;
   double tick_rate_hz = 1000.0;
-  double latency_s = 0.0;  // virtual cost of a step
-  double jitter = 0.0;     // of the simulation's periods
-  std::uint64_t seed = 1;
+  double latency_s = 0.0;     // virtual cost of a step
+  double prediction_s = 0.0;  // of the step that snapshots predict; 0: the scene's period
+  double jitter = 0.0;        // of the simulation's periods
+  std::uint64_t seed = 1;     // of jitter and network
+  /// Between the two sides; none: both share memory.
+  std::optional<NetworkOptions> network = {};
   double duration_s = 10.0;
   safety::SafetyOptions safety = {};
   bool measures_ticks = false;  // by the clock, into rows, report and LabSimulation::step_s; no
@@ -55,6 +59,7 @@ struct LabRun {
   std::vector<SwitchJump> jumps;
   haptic_server::HapticReport report;
   LabSimulation simulation;
+  NetworkFigures network;          // zeros without one
   std::vector<WorldState> states;  // at time zero, then by steps' ends
   double processor_s = 0.0;        // of both sides from the first tick on, by this thread's clock
   bool device_failed = false;      // by a fault, not by the end of its recording

@@ -97,7 +97,7 @@ class Judge {
 
   /// By the first seed that loses it.
   [[nodiscard]] Verdict worst(double stiffness_N_per_m, std::uint64_t first) {
-    const int seeds = cell_.jitter > 0.0 ? cell_.seeds : 1;
+    const int seeds = is_drawn(cell_) ? cell_.seeds : 1;
     for (int i = 0; i < seeds; ++i) {
       const Verdict verdict = at(stiffness_N_per_m, first + static_cast<std::uint64_t>(i));
       if (verdict != Verdict::kStable) return verdict;
@@ -136,6 +136,10 @@ scene::SceneDescription scene_of(const LabCell& cell, std::optional<double> stif
   return scene;
 }
 
+bool is_drawn(const LabCell& cell) noexcept {
+  return cell.jitter > 0.0 || cell.network.path.delay_jitter > 0.0 || cell.network.path.loss > 0.0;
+}
+
 LabOptions options_of(const LabCell& cell) {
   const Rival* const rival = rival_named(cell.model);
   if (rival == nullptr && cell.model != "grid")
@@ -148,9 +152,11 @@ LabOptions options_of(const LabCell& cell) {
                      .rival = rival,
                      .transition = *transition,
                      .latency_s = cell.latency_share * cell.period_s,
+                     .prediction_s = cell.prediction_s,
                      .jitter = cell.jitter,
                      .seed = cell.seed,
                      .duration_s = cell.duration_s};
+  if (cell.network.is_felt()) options.network = cell.network;
   // What is sought is a stiffness: governed to the one that the device declares, all would be it.
   constexpr double kUngoverned_N_per_m = 1e9;
   if (hand) options.safety.max_stiffness_N_per_m = kUngoverned_N_per_m;
@@ -194,7 +200,7 @@ CellLimit limit_of(const LabCell& cell, const StiffnessSearch& search) {
   found.limit_N_per_m = largest_stable_stiffness_N_per_m(
       [&](double stiffness_N_per_m) { return is_stable(stiffness_N_per_m, cell.seed); }, search);
   found.by_others_N_per_m = found.limit_N_per_m;
-  if (found.limit_N_per_m && cell.jitter > 0.0) {
+  if (found.limit_N_per_m && is_drawn(cell)) {
     const std::uint64_t others = cell.seed + static_cast<std::uint64_t>(cell.seeds);
     StiffnessSearch near = search;  // on the same grid
     near.from_N_per_m = 0.7 * *found.limit_N_per_m;

@@ -26,7 +26,9 @@ struct LabCell {
   double period_s = 0.01;      // of the simulation
   double latency_share = 0.0;  // what a step costs, of the period
   double jitter = 0.0;
-  std::uint64_t seed = 1;       // of the jitter
+  double prediction_s = 0.0;    // of the step that snapshots predict; 0: the period
+  NetworkOptions network = {};  // both sides share memory where it does nothing
+  std::uint64_t seed = 1;       // of jitter and network
   int seeds = 8;                // of a verdict: seed and those after it, the worst of which counts
   double resolution_m = 30e-6;  // of the encoders, and
   double device_friction_N = 0.0;          // of light, hand and none that declare no limits
@@ -44,6 +46,9 @@ struct LabCell {
 /// std::runtime_error.
 [[nodiscard]] scene::SceneDescription scene_of(const LabCell& cell,
                                                std::optional<double> stiffness_N_per_m);
+
+/// Whether its course hangs on the seed.
+[[nodiscard]] bool is_drawn(const LabCell& cell) noexcept;
 
 /// Throws std::runtime_error that names the option and its value.
 [[nodiscard]] LabOptions options_of(const LabCell& cell);
@@ -67,8 +72,8 @@ struct CellLimit {
   double processor_s = 0.0;
 };
 
-/// The last stiffness before the first that is lost by any of the seeds; without jitter all are
-/// alike.
+/// The last stiffness before the first that is lost by any of the seeds; where nothing is drawn all
+/// are alike.
 [[nodiscard]] CellLimit limit_of(const LabCell& cell, const StiffnessSearch& search);
 
 }  // namespace stillgrid::laboratory

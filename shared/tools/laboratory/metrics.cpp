@@ -46,6 +46,8 @@ ForceError force_error(std::span<const Eigen::Vector3d> forces_N,
   ForceError error{.rms_N = rms_N(forces_N, reference_N, longest, 0),
                    .lag_s = 0.0,
                    .rms_at_lag_N = std::numeric_limits<double>::infinity()};
+  for (std::size_t i = longest; i < forces_N.size(); ++i)
+    error.max_N = std::max(error.max_N, (forces_N[i] - reference_N[i]).norm());
   for (std::size_t lag = 0; lag <= longest; ++lag) {
     const double lagged_N = rms_N(forces_N, reference_N, longest, lag);
     if (lagged_N >= error.rms_at_lag_N) continue;

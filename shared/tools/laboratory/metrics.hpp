@@ -26,7 +26,7 @@ struct Extremes {
 /// Metric 3: a force beside its reference, raw and where the reference is taken so much earlier
 /// that they differ least.
 struct ForceError {
-  double rms_N = 0.0;
+  double rms_N = 0.0, max_N = 0.0;
   double lag_s = 0.0;  // the effective latency, 0 to 100 ms, in whole ticks
   double rms_at_lag_N = 0.0;
 };

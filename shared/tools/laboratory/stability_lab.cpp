@@ -55,7 +55,7 @@ void add_shared_options(CLI::App& app, Arguments& arguments) {
       ->check(command_line::number_in(0.0, 1e6));
   app.add_option("--friction", cell.friction, "Of contacts of our scenes; default 0, of blocks 0.3")
       ->check(command_line::number_in(0.0, 10.0));
-  app.add_option("--seed", cell.seed, "Of the jitter; of a limit the first")
+  app.add_option("--seed", cell.seed, "Of jitter and network; of a limit the first")
       ->check(command_line::integer_in(0, 999'999'999'999'999));
   app.add_option("--duration", cell.duration_s, "Of a run at least, s; default 20")
       ->check(command_line::number_in(0.01, 1e5));
@@ -89,11 +89,33 @@ void add_axes(CLI::App& app, Axes<Names, Numbers> axes) {
       ->check(command_line::number_in(0.0, 0.95));
 }
 
+void add_network_options(CLI::App& app, NetworkOptions& network) {
+  app.add_option("--delay", network.path.delay_s, "Of a network between the sides, one way, s")
+      ->check(command_line::number_in(0.0, 10.0));
+  app.add_option("--delay-jitter", network.path.delay_jitter, "Of each packet's delay, default 0")
+      ->check(command_line::number_in(0.0, 0.95));
+  app.add_option("--loss", network.path.loss, "Of its packets, default 0")
+      ->check(command_line::number_in(0.0, 0.95));
+  app.add_option("--bytes", network.snapshot_bytes, "Of a snapshot on its way; default one packet")
+      ->check(command_line::integer_in(0, 100'000'000));
+  app.add_option("--told-period", network.told_period_s,
+                 "Of snapshots, as the hand is told, s: overdue ones fade; default --period")
+      ->check(command_line::number_in(1e-4, 10.0));
+  app.add_option("--deadband", network.deadband,
+                 "Share of its velocity by which the tool must change for a sample to be sent; "
+                 "default 0: every one is")
+      ->check(command_line::number_in(0.0, 1.0));
+}
+
 void add_cell_options(CLI::App& app, Arguments& arguments) {
   LabCell& cell = arguments.cell;
   add_axes<std::string, double>(
       app, {cell.scene, cell.tool, cell.device, cell.limits, cell.from, cell.transition, cell.model,
             cell.period_s, cell.latency_share, cell.jitter});
+  app.add_option("--prediction", cell.prediction_s,
+                 "Of the step that snapshots predict, s; default the period")
+      ->check(command_line::number_in(1e-4, 10.0));
+  add_network_options(app, cell.network);
   add_shared_options(app, arguments);
 }
 
@@ -143,7 +165,10 @@ void write_metrics(const Arguments& arguments, const scene::SceneDescription& sc
        {"switch_jump_jnd", to_json(switches.jump_jnd)},
        {"slew_N_per_ms", to_json(slew_N_per_ms)},
        {"error_N",
-        {{"rms", error.rms_N}, {"rms_at_lag", error.rms_at_lag_N}, {"lag_s", error.lag_s}}},
+        {{"rms", error.rms_N},
+         {"max", error.max_N},
+         {"rms_at_lag", error.rms_at_lag_N},
+         {"lag_s", error.lag_s}}},
        {"plateau",
         {{"share", plateau.share},
          {"longest_s", plateau.longest_s},
@@ -151,6 +176,13 @@ void write_metrics(const Arguments& arguments, const scene::SceneDescription& sc
        {"vibration_N2",
         {{"power", vibration.power_N2}, {"at_harmonics", vibration.at_harmonics_N2}}},
        {"energy_given_J", energy_given_J},
+       {"network",
+        {{"samples", run.network.samples},
+         {"samples_sent", run.network.samples_sent},
+         {"snapshots", run.network.snapshots},
+         {"snapshots_shown", run.network.snapshots_shown},
+         {"replaced", run.network.replaced},
+         {"late", run.network.late}}},
        {"age_s", 1e-9 * static_cast<double>(ns_at(run.report.age_ns, 0.5))},
        {"tick_ns",
         {{"p50", ns_at(run.report.tick_ns, 0.5)}, {"p99", ns_at(run.report.tick_ns, 0.99)}}}});
@@ -159,11 +191,13 @@ void write_metrics(const Arguments& arguments, const scene::SceneDescription& sc
 void run_cell(const Arguments& arguments) {
   const scene::SceneDescription scene = scene_of(arguments.cell, arguments.stiffness_N_per_m);
   LabOptions options = options_of(arguments.cell);
-  const LabRun run = run_lab(scene, options);
   if (!arguments.metrics.empty()) {
     options.measures_ticks = true;  // in a run of its own: a recording has no times
     write_metrics(arguments, scene, options, run_lab(scene, options));
+    options.measures_ticks = false;
   }
+  if (!arguments.metrics.empty() && arguments.record.empty()) return;
+  const LabRun run = run_lab(scene, options);
   if (!arguments.record.empty()) {
     recording::Recorder recorder(arguments.record, scene.name, run.report.device);
     for (const recording::TickRow& row : run.rows) recorder.record_waiting(row);
@@ -205,6 +239,10 @@ int program_main(int argc, char** argv) {
   auto* limit = app.add_subcommand("limit", "The largest stable stiffness, N/m");
   add_cell_options(*limit, arguments);
   add_search_options(*limit, arguments);
+  limit
+      ->add_option("--step", arguments.search.step,
+                   "Ratio of neighbours of the search; default 1.05")
+      ->check(command_line::number_in(1.001, 10.0));
   auto* map =
       app.add_subcommand("map", "The largest stable stiffness of every combination, as CSV");
   add_map_options(*map, arguments);
