@@ -98,7 +98,8 @@ class HandSide {
   }
 
   void take_scene(std::uint64_t now_ns) {
-    if (link_.other().followed() == 0) return;  // whose is it? it waits
+    // Whose is it, and how far away? Until then it waits.
+    if (link_.other().followed() == 0 || !link_.clock().is_known()) return;
     take_all<SceneMessage>(scenes_, [&](const SceneMessage& message) {
       if (!link_.other().is_followed(message.relay_id)) return;
       if (scene_ && scene_->epoch() == message.scene_epoch) return;
@@ -108,7 +109,8 @@ class HandSide {
         if (!lock)
           return link_.warn("session '" + options_.session +
                             "' has another writer of its scene on this machine");
-        scene_.emplace(options_.session, std::move(*lock), message, options_.readers, now_ns);
+        scene_.emplace(options_.session, std::move(*lock), message, options_.readers, now_ns,
+                       link_.clock().round_trip_ns());
         ++report_.segments;
       } catch (const MessageError& error) {
         link_.refuse(error.what());
