@@ -10,6 +10,7 @@ import tempfile
 
 import measure_decomposition
 import measure_models
+import measure_network
 import measure_printed
 import recorded_forces
 from measuring import DATA, output_of, program
@@ -140,6 +141,30 @@ def check_stability(tables):
         yield key, "verdict", "stable", " ".join(sorted(verdicts))
 
 
+def check_network_stability(tables):
+    """As check_stability, by two of the seeds."""
+    for row in tables.draw([row for row in tables.published("network_stability") if row["limit_N_per_m"]]):
+        verdicts = {output_of([program(tables.build, "stability_lab"), "judge", *measure_network.cell_options(row),
+                               "--seed", seed, "--stiffness", row["limit_N_per_m"]]).strip()
+                    for seed in tables.random.sample(range(1, measure_network.SEEDS + 1), 2)}
+        yield tuple(row.values()), "verdict", "stable", " ".join(sorted(verdicts))
+
+
+def check_network_error(tables):
+    for row in tables.draw(tables.published("network_error")):
+        cell = {key: row[key] for key in measure_network.KEYS}
+        yield from differences(tuple(cell.values()), row,
+                               measure_network.error_of(tables.build, cell, measure_network.ERROR_SEEDS),
+                               ("rms_N", "max_N", "shown_share"))
+
+
+def check_network_deadband(tables):
+    for row in tables.draw(tables.published("network_deadband")):
+        measured = measure_network.deadband_of(tables.build, row["hand"], float(row["deadband"]))
+        if measured is not None:
+            yield from differences((row["hand"], row["deadband"]), row, measured, ("sent_share", "rms_N", "max_N"))
+
+
 def check_decomposition(tables):
     if not (DATA / "meshes").is_dir():
         return
@@ -181,6 +206,9 @@ CHECKS = {
     "spacing_rate": check_spacing_rate,
     "paper_figures": check_paper_figures,
     "stability": check_stability,
+    "network_stability": check_network_stability,
+    "network_error": check_network_error,
+    "network_deadband": check_network_deadband,
     "decomposition_error": check_decomposition,
     "contour_forces": check_contour,
 }

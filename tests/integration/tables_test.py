@@ -38,6 +38,9 @@ class TablesTest(unittest.TestCase):
     def test_tables_of_stability_come_out_again(self):
         self.assert_comes_out("stability", "two_rate")
 
+    def test_tables_of_a_network_come_out_again(self):
+        self.assert_comes_out("network_stability", "network_error", "network_deadband")
+
     def test_the_table_of_velocities_comes_out_again(self):
         self.assert_comes_out("velocity")
 

@@ -80,7 +80,7 @@ std::uint64_t send_samples(const scene_relay::Participant& participant,
   std::uint64_t sent = 0, round = 0;
   while (realtime::monotonic_ns() < end_ns) {
     const auto send = [&](auto& overheard) {
-      sent += overheard.send(samples, arguments.seed + 1, arguments.steals) ? 1 : 0;
+      sent += overheard.send(samples, arguments.seed + 1, arguments.steals) ? 1U : 0U;
     };
     if (++round % 10 == 0) {
       send(hand);

@@ -40,7 +40,7 @@ class HostileSamples {
   std::vector<stillgrid_relay1_Material> materials_;
   std::vector<stillgrid_relay1_Plane> planes_;
   std::vector<stillgrid_relay1_ToolSphere> tool_;
-  std::vector<stillgrid_relay1_StillSphere> spheres_;
+  std::vector<stillgrid_relay1_StaticSphere> spheres_;
   std::vector<stillgrid_relay1_FieldBody> bodies_;
   std::vector<std::uint32_t> moved_, relabelled_;
   std::vector<scene_relay::Motion> motions_;

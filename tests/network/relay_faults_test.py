@@ -67,7 +67,7 @@ class PartitionTest(RelayedTest):
         self.start_session()
         self.bed.control("a partition on")
         time.sleep(0.6)
-        self.assertEqual(daemons.read_recording(self.recording_file).force_norm_N()[-1], 0.0)
+        self.assertEqual(relayed.last_force_N(self.recording_file), 0.0)
         self.bed.control("a partition off")
         self.assertLess(self.wait_for_return(time.monotonic()), LONGEST_RETURN_S * PATIENCE)
         self.wait_until(self.is_felt, 5.0, "the whole force")
@@ -97,7 +97,7 @@ class KillTest(RelayedTest):
         """Kills, waits until the force is gone, and starts anew; when that was, s."""
         killed.kill()
         time.sleep(FADE_S + 0.1)
-        self.wait_until(lambda: daemons.read_recording(self.recording_file).force_norm_N()[-1] == 0.0, 2.0, "no force")
+        self.wait_until(lambda: relayed.last_force_N(self.recording_file) == 0.0, 2.0, "no force")
         begun_s = time.monotonic()
         return begin(), begun_s
 
@@ -122,6 +122,8 @@ class KillTest(RelayedTest):
         before = len(self.hand_relay.lines())
         self.sim_relay.kill()
         self.sim_relay = self.relay("simulation")
+        self.wait_until(lambda: any("takes over" in line for line in self.hand_relay.lines()[before:]), 5.0,
+                        "the next relay")
         self.assert_goes_on(time.monotonic())
         self.assertEqual(sum("takes over" in line for line in self.hand_relay.lines()[before:]), 1,
                          self.hand_relay.lines())
@@ -133,7 +135,7 @@ class KillTest(RelayedTest):
         self.wait_until(lambda: self.scene_watch.first_absent(killed_s), 2.0, "no scene beside the hand")
         self.assertLess(self.scene_watch.first_absent(killed_s) - killed_s, 0.2 * PATIENCE)
         time.sleep(FADE_S + 0.1)
-        self.assertEqual(daemons.read_recording(self.recording_file).force_norm_N()[-1], 0.0)
+        self.assertEqual(relayed.last_force_N(self.recording_file), 0.0)
         begun_s = time.monotonic()
         self.sim = self.sim_server()
         self.assert_goes_on(begun_s)
@@ -176,7 +178,7 @@ class KillTest(RelayedTest):
         for relay in self.sim_relay, self.hand_relay:
             relay.signal(signal.SIGSTOP)
             time.sleep(1.0)
-            self.assertEqual(daemons.read_recording(self.recording_file).force_norm_N()[-1], 0.0)
+            self.assertEqual(relayed.last_force_N(self.recording_file), 0.0)
             relay.signal(signal.SIGCONT)
             self.assert_goes_on(time.monotonic())
         self.assert_faded(self.stop_session())

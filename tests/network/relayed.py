@@ -137,10 +137,7 @@ class RelayedTest(daemons.SessionTest):
 
     def is_felt(self):
         """Whether the last row on disk has nearly the whole force of a still hand on the wall."""
-        try:
-            return daemons.read_recording(self.recording_file).force_norm_N()[-1] > 0.999 * FORCE_N
-        except (OSError, ValueError, IndexError):
-            return False
+        return (last_force_N(self.recording_file) or 0.0) > 0.999 * FORCE_N
 
     def wait_for_return(self, since_s, watch=None):
         """Until something is published anew; s since then."""
@@ -169,6 +166,21 @@ class RelayedTest(daemons.SessionTest):
     def assert_returned(self, recording):
         """A still hand on the wall felt all of it in the end, but for the fade of the end itself."""
         self.assertGreater(recording.force_norm_N()[-300:].max(), 0.999 * FORCE_N)
+
+
+def last_force_N(file):
+    """Of the last whole row on disk; None before there is one. Reads no more than the ends of a long recording."""
+    if not file.exists():
+        return None
+    with open(file, "rb") as stream:
+        header = next((line for line in stream if not line.startswith(b"#")), b"").decode().split(",")
+        begin = stream.tell()
+        stream.seek(max(begin, file.stat().st_size - 4096))
+        rows = stream.read().split(b"\n")[:-1]
+    last = rows[-1].decode().split(",") if rows else []
+    if len(last) != len(header):
+        return None
+    return sum(float(last[header.index(name)]) ** 2 for name in ("fx_N", "fy_N", "fz_N")) ** 0.5
 
 
 def since_snapshot_s(recording):

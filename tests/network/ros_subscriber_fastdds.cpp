@@ -58,7 +58,7 @@ class MessageType : public dds::TopicDataType {
     auto_fill_type_information(false);
   }
 
-  bool serialize(void*, rtps::SerializedPayload_t*) override { return false; }
+  bool serialize(void* /*data*/, rtps::SerializedPayload_t* /*payload*/) override { return false; }
 
   bool deserialize(rtps::SerializedPayload_t* payload, void* data) override {
     constexpr std::uint32_t kLongestPadding = 3;
@@ -76,12 +76,14 @@ class MessageType : public dds::TopicDataType {
     }
   }
 
-  std::function<std::uint32_t()> getSerializedSizeProvider(void*) override {
+  std::function<std::uint32_t()> getSerializedSizeProvider(void* /*data*/) override {
     return [this] { return m_typeSize; };
   }
   void* createData() override { return new Message<N>; }
   void deleteData(void* data) override { delete static_cast<Message<N>*>(data); }
-  bool getKey(void*, rtps::InstanceHandle_t*, bool) override { return false; }
+  bool getKey(void* /*data*/, rtps::InstanceHandle_t* /*key*/, bool /*force_md5*/) override {
+    return false;
+  }
 };
 
 std::uint64_t wall_clock_ns() {
@@ -106,16 +108,17 @@ class Printer : public dds::DataReaderListener {
 
  private:
   void print(const Message<N>& message) const {
-    std::string line = "{\"kind\": \"" + std::string(kind_) + "\", \"frame\": \"" +
-                       message.frame_id + "\", \"stamp\": [" + std::to_string(message.sec) + ", " +
-                       std::to_string(message.nanosec) +
-                       "], \"received_ns\": " + std::to_string(wall_clock_ns()) + ", \"values\": [";
+    std::string values;
     std::array<char, 32> number{};
     for (std::size_t i = 0; i < N; ++i) {
       std::snprintf(number.data(), number.size(), "%s%.17g", i > 0 ? ", " : "", message.values[i]);
-      line += number.data();
+      values += number.data();
     }
-    std::puts((line + "]}").c_str());
+    constexpr const char* kLine =
+        R"({"kind": "%s", "frame": "%s", "stamp": [%d, %u], "received_ns": %llu, "values": [%s]})"
+        "\n";
+    std::printf(kLine, kind_, message.frame_id.c_str(), message.sec, message.nanosec,
+                static_cast<unsigned long long>(wall_clock_ns()), values.c_str());
   }
 
   const char* kind_;
@@ -124,18 +127,21 @@ class Printer : public dds::DataReaderListener {
 /// Prints what publishers there are, as ros2 topic list finds them.
 class Discovery : public dds::DomainParticipantListener {
  public:
-  void on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& found) override {
+  void on_publisher_discovery(dds::DomainParticipant* /*participant*/,
+                              rtps::WriterDiscoveryInfo&& found) override {
     if (found.status != rtps::WriterDiscoveryInfo::DISCOVERED_WRITER) return;
     const rtps::WriterProxyData& writer = found.info;
     const auto& user_data = writer.m_qos.m_userData;
     const bool is_reliable = writer.m_qos.m_reliability.kind == dds::RELIABLE_RELIABILITY_QOS;
     const bool is_volatile = writer.m_qos.m_durability.kind == dds::VOLATILE_DURABILITY_QOS;
-    std::printf(
-        "{\"kind\": \"publisher\", \"topic\": \"%s\", \"type\": \"%s\", \"reliable\": %s, "
-        "\"volatile\": %s, \"has_type_information\": %s, \"user_data\": \"%s\"}\n",
-        writer.topicName().c_str(), writer.typeName().c_str(), is_reliable ? "true" : "false",
-        is_volatile ? "true" : "false", writer.has_type_information() ? "true" : "false",
-        std::string(user_data.begin(), user_data.end()).c_str());
+    constexpr const char* kLine =
+        R"({"kind": "publisher", "topic": "%s", "type": "%s", "reliable": %s, "volatile": %s, )"
+        R"("has_type_information": %s, "user_data": "%s"})"
+        "\n";
+    std::printf(kLine, writer.topicName().c_str(), writer.typeName().c_str(),
+                is_reliable ? "true" : "false", is_volatile ? "true" : "false",
+                writer.has_type_information() ? "true" : "false",
+                std::string(user_data.begin(), user_data.end()).c_str());
   }
 };
 

@@ -1,7 +1,8 @@
 """Datagrams with numbers, for two_machines_test: what arrives, when, how often.
 
 udp_echo.py receive PORT             echoes to the sender, prints the number of each and whether it is whole
-udp_echo.py send ADDRESS PORT COUNT  sends, prints number and time there and back, s, until none comes for 0.3 s
+udp_echo.py send ADDRESS PORT COUNT SPACING_S
+                                     prints number and time there and back, s, until none comes for 0.3 s
 udp_echo.py listen GROUP PORT        joins the multicast group, prints the first datagram
 udp_echo.py cast GROUP PORT TEXT     sends it to the group
 """
@@ -11,11 +12,10 @@ import struct
 import sys
 import time
 
-from two_machines import INTERFACE
+from two_machines import INTERFACE, PATIENCE
 
 SIOCGIFFLAGS, IFF_MULTICAST = 0x8913, 0x1000  # linux/sockios.h, linux/if.h
-SPACING_S = 0.0002
-QUIET_S = 0.3
+QUIET_S = 0.3 * PATIENCE
 PADDING = bytes(range(200))
 
 
@@ -30,7 +30,7 @@ def receive(port):
         own.sendto(packet, sender)
 
 
-def send(address, port, count):
+def send(address, port, count, spacing_s):
     own = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     own.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4 << 20)
     own.connect((address, int(port)))
@@ -40,7 +40,7 @@ def send(address, port, count):
         now_s = time.monotonic()
         if number < int(count) and now_s >= next_s:
             own.send(struct.pack("!Qd", number, now_s) + PADDING)
-            number, next_s, quiet_s = number + 1, now_s + SPACING_S, now_s + QUIET_S
+            number, next_s, quiet_s = number + 1, now_s + float(spacing_s), now_s + QUIET_S
         try:
             number_back, sent_s = struct.unpack_from("!Qd", own.recv(2048))
             print(number_back, time.monotonic() - sent_s)

@@ -17,7 +17,8 @@ std::optional<scene_relay::Deadband> deadband_of(const NetworkOptions& options) 
 
 Network::Network(const scene::SceneDescription& scene, const dynamics::Simulation& simulation,
                  const NetworkOptions& options, std::uint64_t seed)
-    : remote_(scene, simulation),
+    : remote_(scene, simulation,
+              options.told_period_s > 0.0 ? options.told_period_s : scene.period_s),
       view_(remote_.view()),
       deadband_(deadband_of(options)),
       tool_link_(options.path, seed ^ kToolSeed),

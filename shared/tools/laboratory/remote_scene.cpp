@@ -45,13 +45,13 @@ SentSnapshot sent_snapshot(const dynamics::Simulation& simulation,
 }
 
 RemoteScene::RemoteScene(const scene::SceneDescription& scene,
-                         const dynamics::Simulation& simulation)
+                         const dynamics::Simulation& simulation, double period_s)
     : session_(unique_session()),
       grid_(sizeof(proto::SnapshotHeader), simulation.world().spheres.size()),
       states_(grid_.records().size()),
       bounds_(grid_.records().size()),
       writer_(session_, sim_server::static_scene(scene, simulation), grid_.records().size(),
-              realtime::to_ns(scene.period_s), proto::Clock::kVirtual, 0) {
+              realtime::to_ns(period_s), proto::Clock::kVirtual, 0) {
   std::ranges::copy(simulation.snapshot().records(), grid_.records().begin());
 }
 

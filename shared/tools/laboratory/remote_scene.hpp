@@ -21,8 +21,10 @@ namespace stillgrid::laboratory {
 /// that of the snapshots that came. Thread: one.
 class RemoteScene {
  public:
-  /// Throws SegmentError.
-  RemoteScene(const scene::SceneDescription& scene, const dynamics::Simulation& simulation);
+  /// period_s: of snapshots, by which the hand's safety chain knows that one is overdue. Throws
+  /// SegmentError.
+  RemoteScene(const scene::SceneDescription& scene, const dynamics::Simulation& simulation,
+              double period_s);
 
   /// Shows a snapshot from arrival_ns on: its state is as old as it is, the switch is here.
   void show(const SentSnapshot& snapshot, std::uint64_t arrival_ns);

@@ -37,7 +37,9 @@ std::uint64_t ClockOffset::Kept::bound_ns(std::uint64_t now_ns) const noexcept {
 }
 
 bool ClockOffset::add(const Exchange& exchange) noexcept {
-  const auto [sent_ns, other_received_ns, other_sent_ns, received_ns] = exchange;
+  const std::uint64_t sent_ns = exchange.sent_ns, received_ns = exchange.received_ns;
+  const std::uint64_t other_received_ns = exchange.other_received_ns;
+  const std::uint64_t other_sent_ns = exchange.other_sent_ns;
   if (std::max({sent_ns, other_received_ns, other_sent_ns, received_ns}) > kLatest_ns) return false;
   const std::int64_t trip_ns =
       between(sent_ns, received_ns) - between(other_received_ns, other_sent_ns);

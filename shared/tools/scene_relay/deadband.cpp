@@ -10,12 +10,10 @@ namespace {
 
 using Vector = std::array<double, 3>;
 
-double norm(const Vector& v) {
-  return std::hypot(v[0], v[1], v[2]);
-}
-
 double distance(const Vector& a, const Vector& b) {
-  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+  double squared = 0.0;  // std::hypot of three takes no notice of some NaN
+  for (std::size_t i = 0; i < 3; ++i) squared += (a[i] - b[i]) * (a[i] - b[i]);
+  return std::sqrt(squared);
 }
 
 /// By which one unit quaternion turns from another; by its chord, for the cosine of a small angle
@@ -44,7 +42,7 @@ bool Deadband::differs(const proto::ToolState& sample) const noexcept {
   if (sample.time_ns <= sent_.time_ns) return true;
   const std::uint64_t since_ns = sample.time_ns - sent_.time_ns;
   if (since_ns >= limits_.silence_ns || sample.buttons != sent_.buttons) return true;
-  const double speed_m_s = std::max(norm(sent_.velocity_m_s), limits_.slow_m_s);
+  const double speed_m_s = std::max(distance(sent_.velocity_m_s, {}), limits_.slow_m_s);
   // Written so that a NaN is sent.
   return !(distance(sample.velocity_m_s, sent_.velocity_m_s) <=
                limits_.velocity_share * speed_m_s &&

@@ -55,7 +55,11 @@ class HandSide {
       link_.say(now_ns, said);
       if (now_ns < next_ns) continue;
       next_ns = std::max(next_ns + kLook_ns, now_ns);
-      if (is_shown) tell_tool(now_ns);
+      if (is_shown) {
+        tell_tool(now_ns);
+        // However silent the network is: the segment's readers are told of that.
+        publication::store_relay_figures(scene_->hand().writer().header(), link_.figures());
+      }
       if (state_ns_ != 0) report_.age_ns.record(now_ns - std::min(now_ns, state_ns_));
     }
     (void)link_.figures();
@@ -94,7 +98,8 @@ class HandSide {
   }
 
   void take_scene(std::uint64_t now_ns) {
-    if (link_.other().followed() == 0) return;  // whose is it? it waits
+    // Whose is it, and how far away? Until then it waits.
+    if (link_.other().followed() == 0 || !link_.clock().is_known()) return;
     take_all<SceneMessage>(scenes_, [&](const SceneMessage& message) {
       if (!link_.other().is_followed(message.relay_id)) return;
       if (scene_ && scene_->epoch() == message.scene_epoch) return;
@@ -104,7 +109,8 @@ class HandSide {
         if (!lock)
           return link_.warn("session '" + options_.session +
                             "' has another writer of its scene on this machine");
-        scene_.emplace(options_.session, std::move(*lock), message, options_.readers, now_ns);
+        scene_.emplace(options_.session, std::move(*lock), message, options_.readers, now_ns,
+                       link_.clock().round_trip_ns());
         ++report_.segments;
       } catch (const MessageError& error) {
         link_.refuse(error.what());
@@ -145,7 +151,6 @@ class HandSide {
                              .step_ns = snapshot_.step_ns,
                              .contacts = snapshot_.contacts,
                              .tool_work_J = snapshot_.tool_work_J});
-    publication::store_relay_figures(scene_->hand().writer().header(), link_.figures());
   }
 
   std::uint64_t tool_epoch() {

@@ -160,11 +160,13 @@ std::string configuration_of(const NetworkOptions& options, const Interface& int
          "\"/></Interfaces><AllowMulticast>" + (asks_all ? "spdp" : "false") +
          "</AllowMulticast><MaxMessageSize>1456B</MaxMessageSize><FragmentSize>1344B</FragmentSize>"
          "</General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
-         "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><SPDPInterval>1s</SPDPInterval>"
+         "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><SPDPInterval>250ms</SPDPInterval>"
          "<Peers>" +
          peers +
          "</Peers></Discovery>"
          "<Internal><Watermarks><WhcHigh>512MB</WhcHigh></Watermarks><NackDelay>0s</NackDelay>"
+         "<MaxQueuedRexmitBytes>16MB</MaxQueuedRexmitBytes>"
+         "<MaxQueuedRexmitMessages>20000</MaxQueuedRexmitMessages>"
          "<HeartbeatInterval max=\"200ms\" min=\"2ms\" minsched=\"5ms\">20ms</HeartbeatInterval>"
          "<SocketReceiveBufferSize min=\"default\" max=\"8MB\"/></Internal>" +
          (options.security.empty() ? std::string() : security_of(options.security)) +

@@ -18,11 +18,16 @@ namespace {
 /// (docs/safety.md). Steps faster than this lose two in a row too often for that.
 constexpr std::uint64_t kShortestPromise_ns = 33'333'333;
 
+std::uint64_t declared_period_ns(std::uint64_t period_ns, std::uint64_t round_trip_ns) {
+  return std::max(period_ns + std::min(period_ns, round_trip_ns), kShortestPromise_ns);
+}
+
 publication::SessionSpec spec_of(const std::string& session, const SceneMessage& message,
-                                 const std::optional<gid_t>& readers, std::uint64_t now_ns) {
+                                 const std::optional<gid_t>& readers, std::uint64_t now_ns,
+                                 std::uint64_t round_trip_ns) {
   return {.name = session,
           .moving_count = message.moving_capacity,
-          .period_ns = std::max(message.period_ns, kShortestPromise_ns),
+          .period_ns = declared_period_ns(message.period_ns, round_trip_ns),
           .clock = proto::Clock::kMonotonic,
           .start_ns = now_ns,
           .readers = readers,
@@ -57,7 +62,8 @@ ShownScene::ShownScene(const std::string& session, publication::SessionLock lock
                                 [](const auto& field) { return field.body.moving != 0; }))},
       moving_(message.moving_capacity),
       fields_(limits_.moving_fields),
-      hand_(session, std::move(lock), fixed, spec_of(session, message, readers, now_ns)) {
+      hand_(session, std::move(lock), fixed,
+            spec_of(session, message, readers, now_ns, round_trip_ns)) {
   hand_.tool().start();
 }
 

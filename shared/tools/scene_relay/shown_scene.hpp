@@ -18,9 +18,12 @@ namespace stillgrid::scene_relay {
 /// from what it was shown to what comes. Thread: one.
 class ShownScene {
  public:
+  /// round_trip_ns: of the network, within which a snapshot that lost a packet comes; the segment
+  /// declares the simulation's period and that, the period again at most (docs/network_delay.md).
   /// Throws MessageError, SegmentError. Pre: the lock is that of the session's scene.
   ShownScene(const std::string& session, publication::SessionLock lock, const SceneMessage& message,
-             const std::optional<gid_t>& readers, std::uint64_t now_ns);
+             const std::optional<gid_t>& readers, std::uint64_t now_ns,
+             std::uint64_t round_trip_ns = 0);
 
   [[nodiscard]] std::uint64_t epoch() const noexcept { return epoch_; }
   [[nodiscard]] const SnapshotLimits& limits() const noexcept { return limits_; }
@@ -33,7 +36,7 @@ class ShownScene {
  private:
   ShownScene(const std::string& session, publication::SessionLock lock, const SceneMessage& message,
              const publication::StaticScene& fixed, const std::optional<gid_t>& readers,
-             std::uint64_t now_ns);
+             std::uint64_t now_ns, std::uint64_t round_trip_ns);
   void place_spheres(const ToldSnapshot& snapshot, double period_s);
   void place_fields(const ToldSnapshot& snapshot);
 

@@ -109,6 +109,7 @@ class SimulationSide {
       link_.say(now_ns, {.segment_epoch = scene_epoch_});
       lead_tool_on(now_ns);
       withdraw_silent_tool(now_ns);
+      if (tool_) publication::store_relay_figures(tool_->header(), link_.figures());
       if (tool_) report_.age_ns.record(now_ns - std::min(now_ns, tool_ns_));
     }
     report_.keyframes = encoder_.keyframes();
@@ -219,7 +220,6 @@ class SimulationSide {
       newest_tool_ns_ = message.time_ns;
       tool_->publish(state);
       sample_ = message.is_led_on ? std::optional(state) : std::nullopt;
-      publication::store_relay_figures(tool_->header(), link_.figures());
     });
   }
 

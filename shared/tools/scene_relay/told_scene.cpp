@@ -47,7 +47,7 @@ template <class Number>
 std::vector<Number> numbers_of(const collision::FieldView& field, std::size_t from_word,
                                std::size_t count) {
   std::vector<Number> numbers(count);
-  std::memcpy(numbers.data(), field.words + from_word, count * sizeof(Number));
+  if (count > 0) std::memcpy(numbers.data(), field.words + from_word, count * sizeof(Number));
   return numbers;
 }
 

@@ -155,7 +155,16 @@ TEST_CASE("Of a snapshot no count that cannot be is decoded", "[hostile_messages
     });
   };
   CHECK_FALSE(is_spoilt_refused([](ToldSnapshot&) {}));
-  CHECK(is_spoilt_refused([](auto& s) { s.modes.resize(proto::kMaxModes + 1); }));
+  const auto without_responses = [](ToldSnapshot& s) {
+    s.responses.clear();
+    for (Label& label : s.labels) label.response = 0;
+    for (FieldMotion& field : s.fields) field.response = 0;
+  };
+  CHECK_FALSE(is_spoilt_refused(without_responses));
+  CHECK(is_spoilt_refused([&](auto& s) {
+    without_responses(s);
+    s.modes.resize(proto::kMaxModes + 1);
+  }));
   CHECK(is_spoilt_refused([](auto& s) { s.turning.resize(proto::kMaxTurningBodies + 1); }));
   CHECK(is_spoilt_refused([](auto& s) { s.responses.resize(23 + 2 * 2 + 1); }));
   CHECK(is_spoilt_refused([](auto& s) { s.fields.resize(1); }));
