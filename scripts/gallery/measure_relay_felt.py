@@ -15,7 +15,7 @@ from tables import write_rows
 
 # Scenes whose bodies the hand moves, by how long they come to rest before, s.
 SETTLE_S = {"organ": 1.0, "tissue_and_blocks": 4.0}
-FELT = (("organ", 30.0), ("organ", 250.0), ("tissue_and_blocks", 30.0), ("tissue_and_blocks", 250.0))
+FELT = (("organ", 50.0), ("organ", 250.0), ("tissue_and_blocks", 50.0), ("tissue_and_blocks", 250.0))
 DELAY_MS, LOSS = 20.0, 0.01
 EVERY_MS = 2
 
@@ -59,7 +59,7 @@ def felt_rows(build, felt):
 
 
 def main():
-    arguments = parser_of(__doc__, "the organ at 30 Hz").parse_args()
+    arguments = parser_of(__doc__, "the organ at 50 Hz").parse_args()
     felt = FELT[:1] if arguments.small else FELT
     rows = felt_rows(arguments.build, felt)
     write_rows(arguments.charts / "relay_felt.csv", rows)

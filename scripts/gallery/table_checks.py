@@ -12,6 +12,7 @@ import measure_decomposition
 import measure_models
 import measure_network
 import measure_printed
+import measure_relay_rates
 import recorded_forces
 from measuring import DATA, output_of, program
 from tables import read_rows
@@ -165,6 +166,14 @@ def check_network_deadband(tables):
             yield from differences((row["hand"], row["deadband"]), row, measured, ("sent_share", "rms_N", "max_N"))
 
 
+def check_relay_rates(tables):
+    for row in tables.draw(tables.published("relay_rates")):
+        measured = measure_relay_rates.row_of(tables.build, row["scene"], int(row["rate_hz"]), int(row["delay_ms"]),
+                                              float(row["force_rms_N"]), measure_relay_rates.SEEDS)
+        yield from differences((row["scene"], row["rate_hz"], row["delay_ms"]), row, measured,
+                               ("rms_N", "worst_rms_N", "largest_N"))
+
+
 def check_decomposition(tables):
     if not (DATA / "meshes").is_dir():
         return
@@ -209,6 +218,7 @@ CHECKS = {
     "network_stability": check_network_stability,
     "network_error": check_network_error,
     "network_deadband": check_network_deadband,
+    "relay_rates": check_relay_rates,
     "decomposition_error": check_decomposition,
     "contour_forces": check_contour,
 }

@@ -39,7 +39,7 @@ class TablesTest(unittest.TestCase):
         self.assert_comes_out("stability", "two_rate")
 
     def test_tables_of_a_network_come_out_again(self):
-        self.assert_comes_out("network_stability", "network_error", "network_deadband")
+        self.assert_comes_out("network_stability", "network_error", "network_deadband", "relay_rates")
 
     def test_the_table_of_velocities_comes_out_again(self):
         self.assert_comes_out("velocity")
