@@ -8,6 +8,7 @@ median run's p50, p99 and share of looks older than 100 ms, the worst run's p99,
 """
 import concurrent.futures
 import json
+import math
 import os
 import subprocess
 import time
@@ -26,6 +27,7 @@ WAYS = ("relay", "plain best effort", "plain reliable")
 BYTES = {"tool": 192, "10 kB": 10_000, "100 kB": 100_000, "1 MB": 1_000_000}
 AT_ONCE = {"tool": 2, "10 kB": 4, "100 kB": 2, "1 MB": 1}
 RUNS, RUN_S = 8, 4.0
+NEVER = {"p50": math.inf, "p99": math.inf, "max": math.inf, "over_100_ms": 1.0}  # nothing came
 
 
 def settings_of(delay_ms, loss, rate_mbit_s=0):
@@ -80,7 +82,7 @@ def run(build, size, way, settings, seed, seconds):
 
 
 def row(size, way, delay_ms, loss, rate_mbit_s, reports):
-    ages = [report["age_s"] for report in reports]
+    ages = [report["age_s"] if report["age_s"]["count"] else NEVER for report in reports]
     p99_ms = [1e3 * age["p99"] for age in ages]
     return {"stream": size, "way": way, "delay_ms": delay_ms, "loss": loss, "link_Mbit_s": rate_mbit_s or "",
             "runs": len(ages), "p50_ms": f"{1e3 * median([age['p50'] for age in ages]):.2f}",

@@ -31,10 +31,10 @@ def draw_streams(charts):
             ages.plot([at, at], [p50, p99], color=colour, linewidth=3.0)
             ages.plot(at, p50, "o", color=colour, markersize=6, label=name if place == 0 else None)
             ages.plot(at, longest, "_", color=colour, markersize=9)
-            ages.text(at, longest * 1.09, f"{p99:.3g}", color=colour, ha="center", fontsize=7.5)
+            ages.text(at + 0.05 * (number - 1), longest * 1.09, f"{p99:.3g}", color=colour, ha="center", fontsize=7.5)
             if stream != "tool":
                 shares.bar(at, 100 * float(row["over_100_ms"]), 0.2, color=colour)
-                shares.text(at, 100 * float(row["over_100_ms"]), f"{100 * float(row['over_100_ms']):.2g}", color=colour,
+                shares.text(at + 0.05 * (number - 1), 100 * float(row["over_100_ms"]), f"{100 * float(row['over_100_ms']):.2g}", color=colour,
                             ha="center", va="bottom", fontsize=7.5)
     names = []
     for stream in streams:
@@ -68,8 +68,8 @@ def draw_age(charts):
             some = sorted((row for row in rows if row["stream"] == size and float(row["loss"]) == loss),
                           key=lambda row: float(row["delay_ms"]))
             delays = [float(row["delay_ms"]) for row in some]
-            for key, style in (("p50_ms", ":"), ("p99_ms", "-"), ("longest_ms", "")):
-                panels[0][column].plot(delays, [float(row[key]) for row in some], style or "none", color=colours[loss],
+            for key, style in (("p50_ms", ":"), ("p99_ms", "-"), ("longest_ms", "none")):
+                panels[0][column].plot(delays, [float(row[key]) for row in some], linestyle=style, color=colours[loss],
                                        marker={"longest_ms": "_"}.get(key, "o"), markersize=4, linewidth=1.3)
             panels[1][column].plot(delays, [100 * float(row["over_100_ms"]) for row in some], "-o", markersize=4,
                                    color=colours[loss], label=f"{100 * loss:g} % lost", linewidth=1.3)
