@@ -220,7 +220,7 @@ class SecondRelayTest(RelayedTest):
         self.assert_first_is_kept_to(self.sim_relay, self.elsewhere_sim, self.hand_relay)
         self.wait_until(lambda: any("takes over" in line for line in self.hand_relay.lines()), 5.0, "the second")
         self.assert_told_once(self.hand_relay, "takes over")
-        self.assertIsNotNone(self.scene_watch.first_absent(time.monotonic()), "it has no scene")
+        self.wait_until(lambda: self.scene_watch.look()[0] == 0, 5.0, "no scene, for it has none")
         self.stop_all(self.haptic, self.hand_relay, self.elsewhere_sim, self.sim)
         self.assert_safe(daemons.read_recording(self.recording_file))
 
@@ -229,7 +229,7 @@ class SecondRelayTest(RelayedTest):
         self.assert_first_is_kept_to(self.hand_relay, second, self.sim_relay)
         self.wait_until(lambda: any("takes over" in line for line in self.sim_relay.lines()), 5.0, "the second")
         self.assert_told_once(self.sim_relay, "takes over")
-        self.assertIsNotNone(self.tool_watch.first_absent(time.monotonic()), "it has no tool")
+        self.wait_until(lambda: self.tool_watch.look()[0] == 0, 5.0, "no tool, for it has none")
         self.stop_all(self.haptic, second, self.sim_relay, self.sim)
         self.assert_safe(daemons.read_recording(self.recording_file))
 

@@ -8,8 +8,7 @@ import numpy
 import relayed
 from relayed import BUILD, CLOCK_OFFSET_S, SCENES, RelayedTest, daemons
 
-BAD_LINK = ("delay_ms 20", "jitter_ms 8", "loss 0.05", "duplicate 0.03", "reorder 0.02", "reorder_ms 10",
-            "corrupt 0.02")
+BAD_LINK = ("delay_ms 20", "jitter_ms 8", "loss 0.05", "duplicate 0.03", "reorder 0.02", "reorder_ms 10")
 PRESSING = "phantom:profile=premium15,hand=light,path=press,centre_z_m=0,depth_m=0.06,period_s=1"
 
 
@@ -22,7 +21,7 @@ class RelaySessionTest(RelayedTest):
         self.rows.update({kind: row for row in rows})
         return rows
 
-    def run_session(self, scene, device, *settings, seconds=4.0):
+    def run_session(self, scene, device, *settings, seconds=4.0, awaits_tool=True):
         """Reports by name and the recording, of a session that runs to the hand's end."""
         self.open_bed(*settings)
         reports = {name: self.folder / f"{name}.json" for name in ("sim", "hand", "sim_relay", "hand_relay")}
@@ -32,7 +31,7 @@ class RelaySessionTest(RelayedTest):
         hand, file = self.hand(device, "--duration", seconds, "--report", reports["hand"])
         self.wait_until(lambda: file.exists() and file.stat().st_size > 200_000, 10.0, "a second of rows")
         self.rows = {}
-        for side, kind in (("b", "scene"), ("a", "tool")):
+        for side, kind in (("b", "scene"), ("a", "tool"))[:2 if awaits_tool else 1]:
             self.wait_until(lambda at=side, of=kind: self.inspect(at, of), 5.0, f"a {kind} over the link")
         self.assertEqual(hand.wait(), daemons.DONE, hand.lines())
         self.stop_all(*relays, sim)
@@ -79,22 +78,29 @@ class RelaySessionTest(RelayedTest):
         self.assertLess(abs(interface["made_J"]), went_J)
 
     def test_over_a_bad_link_nothing_older_is_shown_and_the_session_goes_on(self):
-        hand = SCENES / "moving_sphere.hand.csv"
-        reports, recording = self.run_session("moving_sphere", f"replay:file={hand}", *BAD_LINK)
+        reports, recording = self.run_session("moving_sphere", self.still_device(0, 0, 0), *BAD_LINK)
         self.assertEqual(self.said, {"sim": [], "hand": []})
         self.assert_safe(recording)
         hand, hand_relay, sim_relay = (reports[name] for name in ("hand", "hand_relay", "sim_relay"))
         self.assertLessEqual(hand["contended"], 0.01 * hand["ticks"])
-        self.assertGreater(hand["snapshots"], 40)  # of 60
-        self.assertGreater(len(set(recording["snapshot_id"])), 40)
-        for counter in ("lost", "repeated", "out_of_order"):  # of 4,000 tool samples
-            self.assertGreater(sim_relay[counter], 0, counter)
+        self.assertGreater(hand["snapshots"], 60)  # of 120
+        self.assertGreater(len(set(recording["snapshot_id"])), 60)
+        self.assertGreater(sim_relay["lost"], 0)  # DDS itself drops what is repeated, and what was overtaken
         self.assertGreater(sim_relay["received"], 0.7 * hand_relay["sent"])
         self.assertLess(sim_relay["lost"], 0.3 * hand_relay["sent"])
         counters = self.bed.counters()
         for side in "ab":
             self.assertGreater(counters[side]["lost"], 0)
-            self.assertGreater(counters[side]["corrupted"], 0)
+
+    def test_over_a_link_that_also_corrupts_nothing_older_is_shown(self):
+        """It need not go on: a flipped bit in a sequence number of DDS itself ends a stream (relay_hostile_test)."""
+        reports, recording = self.run_session("moving_sphere", self.still_device(0, 0, 0), *BAD_LINK, "corrupt 0.02",
+                                              awaits_tool=False)
+        self.assertEqual(self.said, {"sim": [], "hand": []})
+        self.assert_safe(recording)
+        self.assertLess(reports["sim_relay"]["lost"], 2**17 * 10)
+        counters = self.bed.counters()
+        self.assertGreater(counters["a"]["corrupted"] + counters["b"]["corrupted"], 20)
 
 
 if __name__ == "__main__":

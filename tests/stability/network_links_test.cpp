@@ -93,6 +93,19 @@ TEST_CASE("A lost fragment costs round trips, or the snapshot where the next is 
   if (2 * delay_ms < kPeriod_ms) CHECK(rounds.contains(1));
 }
 
+TEST_CASE("The more snapshots the sender keeps, the fewer are replaced before they came",
+          "[network]") {
+  std::uint64_t before = 3'000;
+  for (const std::size_t kept : {1U, 2U, 3U}) {
+    SnapshotLink link({.delay_s = 0.021, .loss = 0.04}, 9'000, 5, kept);
+    const auto all = arrivals(link, 3'000, 33 * kMs_ns);
+    CAPTURE(kept, link.replaced());
+    CHECK(link.replaced() < before);
+    before = link.replaced();
+  }
+  CHECK(before < 100);
+}
+
 TEST_CASE("Snapshots are shown in order, each once, none that was too long on its way",
           "[network]") {
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {

@@ -22,7 +22,8 @@ Network::Network(const scene::SceneDescription& scene, const dynamics::Simulatio
       view_(remote_.view()),
       deadband_(deadband_of(options)),
       tool_link_(options.path, seed ^ kToolSeed),
-      snapshot_link_(options.path, options.snapshot_bytes, seed ^ kSceneSeed) {}
+      snapshot_link_(options.path, options.snapshot_bytes, seed ^ kSceneSeed,
+                     options.kept_snapshots) {}
 
 void Network::send(const proto::ToolState& tool) {
   ++figures_.samples;

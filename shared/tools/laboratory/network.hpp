@@ -19,6 +19,7 @@ namespace stillgrid::laboratory {
 struct NetworkOptions {
   PacketPath path;                 // either way
   std::size_t snapshot_bytes = 0;  // of a snapshot on its way; one packet at least
+  std::size_t kept_snapshots = 1;  // by the sender, to be asked for again
   double told_period_s = 0.0;      // of snapshots, as the hand is told; 0: the scene's
   double deadband = 0.0;           // share of the tool's velocity; 0: every sample is sent
 

@@ -28,16 +28,18 @@ const std::optional<ArrivedSample>& ToolLink::newest(std::uint64_t now_ns) {
   return newest_;
 }
 
-SnapshotLink::SnapshotLink(const PacketPath& path, std::size_t bytes, std::uint64_t seed)
+SnapshotLink::SnapshotLink(const PacketPath& path, std::size_t bytes, std::uint64_t seed,
+                           std::size_t kept)
     : packets_(path, seed),
-      fragments_(std::max<std::size_t>(1, (bytes + kFragment_bytes - 1) / kFragment_bytes)) {}
+      fragments_(std::max<std::size_t>(1, (bytes + kFragment_bytes - 1) / kFragment_bytes)),
+      kept_(kept) {}
 
 void SnapshotLink::send(SentSnapshot snapshot) {
   const std::uint64_t sent_ns = snapshot.times.publish_ns;
-  replaced_ += std::erase_if(in_flight_, [sent_ns](const InFlight& older) {
-    return older.last_asked_ns > 0 && older.last_asked_ns >= sent_ns;
+  replaced_ += std::erase_if(in_flight_, [&](InFlight& older) {
+    return ++older.newer >= kept_ && older.last_asked_ns > 0 && older.last_asked_ns >= sent_ns;
   });
-  InFlight sent{{std::move(snapshot), sent_ns}, 0};
+  InFlight sent{{std::move(snapshot), sent_ns}};
   std::uint64_t round_ns = sent_ns;
   for (std::size_t missing = fragments_; missing > 0;) {
     std::size_t lost = 0;

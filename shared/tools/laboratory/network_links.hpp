@@ -79,14 +79,14 @@ struct ArrivedSnapshot {
   std::uint64_t arrival_ns = 0;
 };
 
-/// Snapshots, reliable, the last one kept: a fragment that is lost is asked for again, a round trip
-/// at least, until it has come or the next snapshot replaces the whole at the sender. What comes
-/// after a newer one is not shown. How many bits a second a network bears is not modelled, nor that
-/// acknowledgements wait.
+/// Snapshots, reliable, the last ones kept: a fragment that is lost is asked for again, a round
+/// trip at least, until it has come or so many newer snapshots were sent that the whole is kept no
+/// longer. What comes after a newer one is not shown. How many bits a second a network bears is not
+/// modelled, nor that acknowledgements wait.
 class SnapshotLink {
  public:
-  /// bytes: of each snapshot.
-  SnapshotLink(const PacketPath& path, std::size_t bytes, std::uint64_t seed);
+  /// bytes: of each snapshot. kept: by the sender. Pre: kept > 0.
+  SnapshotLink(const PacketPath& path, std::size_t bytes, std::uint64_t seed, std::size_t kept = 1);
 
   /// Sent at snapshot.times.publish_ns. Pre: in the order of time.
   void send(SentSnapshot snapshot);
@@ -101,10 +101,11 @@ class SnapshotLink {
  private:
   struct InFlight : ArrivedSnapshot {
     std::uint64_t last_asked_ns = 0;  // when the sender was last asked for a part; 0: never
+    std::size_t newer = 0;            // sent since
   };
 
   Packets packets_;
-  std::size_t fragments_;
+  std::size_t fragments_, kept_;
   std::vector<InFlight> in_flight_;
   std::uint64_t shown_ns_ = 0;  // when the last one that was taken was sent
   bool has_shown_ = false;

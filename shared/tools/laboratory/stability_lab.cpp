@@ -98,6 +98,9 @@ void add_network_options(CLI::App& app, NetworkOptions& network) {
       ->check(command_line::number_in(0.0, 0.95));
   app.add_option("--bytes", network.snapshot_bytes, "Of a snapshot on its way; default one packet")
       ->check(command_line::integer_in(0, 100'000'000));
+  app.add_option("--kept", network.kept_snapshots,
+                 "Snapshots that the sender keeps, to be asked for again; default 1")
+      ->check(command_line::integer_in(1, 1000));
   app.add_option("--told-period", network.told_period_s,
                  "Of snapshots, as the hand is told, s: overdue ones fade; default --period")
       ->check(command_line::number_in(1e-4, 10.0));

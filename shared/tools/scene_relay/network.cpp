@@ -165,6 +165,7 @@ std::string configuration_of(const NetworkOptions& options, const Interface& int
          peers +
          "</Peers></Discovery>"
          "<Internal><Watermarks><WhcHigh>512MB</WhcHigh></Watermarks><NackDelay>0s</NackDelay>"
+         "<WriterLingerDuration>0s</WriterLingerDuration>"
          "<MaxQueuedRexmitBytes>16MB</MaxQueuedRexmitBytes>"
          "<MaxQueuedRexmitMessages>20000</MaxQueuedRexmitMessages>"
          "<HeartbeatInterval max=\"200ms\" min=\"2ms\" minsched=\"5ms\">20ms</HeartbeatInterval>"

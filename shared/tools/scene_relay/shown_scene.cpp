@@ -47,12 +47,14 @@ proto::TurningBody turning_of(const stillgrid_relay1_Turning& told) {
 
 ShownScene::ShownScene(const std::string& session, publication::SessionLock lock,
                        const SceneMessage& message, const std::optional<gid_t>& readers,
-                       std::uint64_t now_ns)
-    : ShownScene(session, std::move(lock), message, scene_of(message), readers, now_ns) {}
+                       std::uint64_t now_ns, std::uint64_t round_trip_ns)
+    : ShownScene(session, std::move(lock), message, scene_of(message), readers, now_ns,
+                 round_trip_ns) {}
 
 ShownScene::ShownScene(const std::string& session, publication::SessionLock lock,
                        const SceneMessage& message, const publication::StaticScene& fixed,
-                       const std::optional<gid_t>& readers, std::uint64_t now_ns)
+                       const std::optional<gid_t>& readers, std::uint64_t now_ns,
+                       std::uint64_t round_trip_ns)
     : epoch_(message.scene_epoch),
       period_s_(1e-9 * static_cast<double>(message.period_ns)),
       limits_{.moving_capacity = message.moving_capacity,
