@@ -21,7 +21,7 @@ RATE_HZ = 30.0
 # Spheres of a snapshot, and what it is called: a sphere's motion is 36 bytes, and 128 stand before them.
 SIZES = {"10 kB": 274, "100 kB": 2774, "1 MB": 27774}
 DELAYS_MS, LOSSES = (0, 2, 10, 20, 50), (0.0, 0.001, 0.01, 0.05)
-LARGE_DELAYS_MS = (2, 20, 50)  # of the largest
+LARGE_DELAYS_MS, LARGE_LOSSES = (2, 20, 50), (0.0, 0.001)  # of the largest
 STREAMS = (("tool", 2, 0.01), ("10 kB", 10, 0.01), ("100 kB", 2, 0.01), ("1 MB", 2, 0.001))
 WAYS = ("relay", "plain best effort", "plain reliable")
 BYTES = {"tool": 192, "10 kB": 10_000, "100 kB": 100_000, "1 MB": 1_000_000}
@@ -112,8 +112,9 @@ def grid(is_small):
     """And the same over 100 Mbit/s, where a large snapshot has no room."""
     if is_small:
         return [(size, "relay", 20, 0.01, 0) for size in list(SIZES)[:2]]
-    cells = [(size, "relay", delay_ms, loss, 0) for size in SIZES for loss in LOSSES
-             for delay_ms in (LARGE_DELAYS_MS if size == "1 MB" else DELAYS_MS)]
+    cells = [(size, "relay", delay_ms, loss, 0) for size in list(SIZES)[:2] for loss in LOSSES
+             for delay_ms in DELAYS_MS]
+    cells += [("1 MB", "relay", delay_ms, loss, 0) for loss in LARGE_LOSSES for delay_ms in LARGE_DELAYS_MS]
     return cells + [(size, "relay", 2, 0.001, 100) for size in SIZES]
 
 
