@@ -56,7 +56,7 @@ class HandSide {
       if (now_ns < next_ns) continue;
       next_ns = std::max(next_ns + kLook_ns, now_ns);
       if (is_shown) {
-        tell_tool(now_ns);
+        tell_tool();
         // However silent the network is: the segment's readers are told of that.
         publication::store_relay_figures(scene_->hand().writer().header(), link_.figures());
       }
@@ -114,6 +114,8 @@ class HandSide {
         ++report_.segments;
       } catch (const MessageError& error) {
         link_.refuse(error.what());
+      } catch (const publication::SegmentError& error) {
+        link_.warn(error.what());  // as one that is larger than this machine's memory
       }
     });
   }
@@ -158,7 +160,7 @@ class HandSide {
     return view != nullptr && scene_->hand().tool().writer_alive() ? view->header().epoch : 0;
   }
 
-  void tell_tool(std::uint64_t /*now_ns*/) {
+  void tell_tool() {
     const std::uint64_t epoch = tool_epoch();
     const auto state = scene_->hand().take_tool();
     if (epoch == 0 || !state || (epoch == tool_epoch_ && state->tick == tool_tick_)) return;

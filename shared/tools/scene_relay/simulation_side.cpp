@@ -8,12 +8,11 @@
 #include <utility>
 
 #include "shared/publication/relay_figures.hpp"
-#include "shared/publication/tool_segment.hpp"
 #include "shared/reading/segment_follower.hpp"
 #include "shared/reading/snapshot.hpp"
 #include "shared/realtime/periodic_timer.hpp"
-#include "shared/tools/scene_relay/deadband.hpp"
 #include "shared/tools/scene_relay/relay.hpp"
+#include "shared/tools/scene_relay/shown_tool.hpp"
 #include "shared/tools/scene_relay/snapshot_coding.hpp"
 #include "shared/tools/scene_relay/told_scene.hpp"
 
@@ -27,53 +26,6 @@ constexpr std::uint64_t kFewOfStep_ns = 33'333'333;
 /// What the other side may take to answer, beside the round trip.
 constexpr std::uint64_t kAnswer_ns = 30'000'000;
 
-/// As often as the tool's samples are led on.
-constexpr std::uint64_t kTick_ns = 1'000'000;
-
-/// The tool's stamps as they were rebased to this clock, and what they were on the hand's: a
-/// simulation tells which sample its state contains, and the hand knows its own stamps to the bit.
-class ToolStamps {
- public:
-  void note(std::uint64_t here_ns, std::uint64_t hands_ns) noexcept {
-    stamps_[next_] = {here_ns, hands_ns};
-    next_ = (next_ + 1) % stamps_.size();
-  }
-  [[nodiscard]] std::uint64_t on_hands_clock(std::uint64_t here_ns) const noexcept {
-    if (here_ns == 0) return 0;
-    const auto* const found = std::find_if(stamps_.begin(), stamps_.end(), [&](const auto& stamp) {
-      return stamp.here_ns == here_ns;
-    });
-    return found != stamps_.end() ? found->hands_ns : 0;
-  }
-
- private:
-  struct Stamp {
-    std::uint64_t here_ns = 0, hands_ns = 0;
-  };
-  std::array<Stamp, 4096> stamps_{};
-  std::size_t next_ = 0;
-};
-
-template <std::size_t N>
-std::array<double, N> array(const double (&values)[N]) {
-  return std::to_array(values);
-}
-
-/// The tool's state as its message tells it, but for its time.
-proto::ToolState state_of(const ToolMessage& message) {
-  proto::ToolState state{};
-  state.tick = message.tick;
-  state.position_m = array(message.position_m);
-  state.orientation_xyzw = array(message.orientation_xyzw);
-  state.velocity_m_s = array(message.velocity_m_s);
-  state.force_N = array(message.force_N);
-  state.buttons = message.buttons;
-  state.before.torque_N_m = array(message.torque_N_m);
-  state.before.contacts = message.contacts;
-  state.before.flags = message.flags;
-  return state;
-}
-
 class SimulationSide {
  public:
   SimulationSide(const RelayOptions& options, RelayReport& report)
@@ -82,6 +34,7 @@ class SimulationSide {
         link_(options, Role::kSimulation, report),
         encoder_(link_.relay_id(), options.has_deltas),
         follower_(options.session, proto::SegmentKind::kScene),
+        tool_(options.session, options.readers),
         scenes_(link_.participant().writer(stillgrid_relay1_Scene_desc, link_.topic("scene"),
                                            Delivery::kLasting)),
         snapshots_(link_.participant().writer(stillgrid_relay1_Snapshot_desc,
@@ -107,10 +60,7 @@ class SimulationSide {
       look_at_scene(now_ns);
       repeat_scene(now_ns);
       link_.say(now_ns, {.segment_epoch = scene_epoch_});
-      lead_tool_on(now_ns);
-      withdraw_silent_tool(now_ns);
-      if (tool_) publication::store_relay_figures(tool_->header(), link_.figures());
-      if (tool_) report_.age_ns.record(now_ns - std::min(now_ns, tool_ns_));
+      look_at_tool(now_ns);
     }
     report_.keyframes = encoder_.keyframes();
     report_.deltas = encoder_.deltas();
@@ -193,7 +143,7 @@ class SimulationSide {
         reading::look(reader_, view, kMaxSpheres, reading::SnapshotDetail::kSpheres, snapshot_);
     if (status != double_buffer::ReadStatus::kAccepted || snapshot_.snapshot_id == before) return;
     const SnapshotMessage& message = encoder_.encode(
-        told(snapshot_, stamps_.on_hands_clock(snapshot_.header.tool_time_ns)), scene_epoch_);
+        told(snapshot_, tool_.on_hands_clock(snapshot_.header.tool_time_ns)), scene_epoch_);
     if (dds_write(snapshots_, &message) != DDS_RETCODE_OK) return;
     if (options_.rate_hz) next_snapshot_ns_ = now_ns + realtime::to_ns(1.0 / *options_.rate_hz);
     sent_ns_ = now_ns;
@@ -205,75 +155,34 @@ class SimulationSide {
 
   void take_tool(std::uint64_t now_ns) {
     take_all<ToolMessage>(tools_, [&](const ToolMessage& message) {
-      if (!link_.accept(message.relay_id, message.number, sizeof message, now_ns)) return;
-      if (!link_.came_in_time(message.time_ns, now_ns)) return;
-      proto::ToolState state = state_of(message);
-      if (!publication::is_sound(state) || !publication::has_sound_figures(state) ||
-          message.period_ns < 10'000 || message.period_ns > 1'000'000'000)
-        return link_.refuse("a tool sample is refused: a number out of range");
-      state.time_ns = std::max(link_.clock().to_ours(message.time_ns), tool_ns_ + 1);
-      if (scene_epoch_ == 0) return;
-      if (!open_tool(message, now_ns)) return;
-      stamps_.note(state.time_ns, message.time_ns);
-      tool_ns_ = state.time_ns;
-      heard_tool_ns_ = now_ns;
-      newest_tool_ns_ = message.time_ns;
-      tool_->publish(state);
-      sample_ = message.is_led_on ? std::optional(state) : std::nullopt;
+      if (!link_.accept(message.relay_id, message.number, sizeof message, now_ns) ||
+          !link_.came_in_time(message.time_ns, now_ns) || scene_epoch_ == 0)
+        return;
+      try {
+        const ShownTool::Shown shown = tool_.show(message, link_.clock(), now_ns);
+        if (shown == ShownTool::Shown::kRefused)
+          link_.refuse("a tool sample is refused: a number out of range");
+        if (shown == ShownTool::Shown::kTaken)
+          link_.warn("session '" + options_.session +
+                     "' has another writer of its tool on this machine");
+      } catch (const publication::SegmentError& error) {
+        link_.warn(error.what());
+      }
     });
   }
 
-  /// Whether there is a segment for the sample. A haptic_server that was started anew is another
-  /// writer: the second sample says that it was no flipped bit.
-  bool open_tool(const ToolMessage& message, std::uint64_t now_ns) {
-    if (tool_ && tool_epoch_ == message.segment_epoch) return true;
-    if (tool_ && next_epoch_ != message.segment_epoch) {
-      next_epoch_ = message.segment_epoch;
-      return false;
-    }
-    tool_.reset();
-    if (now_ns < next_try_ns_) return false;
-    next_try_ns_ = now_ns + 100'000'000;
-    try {
-      const std::atomic<bool> at_once{true};
-      auto lock =
-          publication::SessionLock::take(options_.session, proto::SegmentKind::kTool, at_once);
-      if (!lock) {
-        link_.warn("session '" + options_.session +
-                   "' has another writer of its tool on this machine");
-        return false;
-      }
-      tool_.emplace(std::move(*lock), message.period_ns, proto::Clock::kMonotonic, now_ns,
-                    options_.readers);
-    } catch (const publication::SegmentError& error) {
-      link_.warn(error.what());
-      return false;
-    }
-    next_try_ns_ = 0;
-    tool_epoch_ = message.segment_epoch;
-    ++report_.segments;
-    return true;
-  }
-
-  /// Where the hand keeps samples back the tool goes on as they would have said, about. No such
-  /// state bears a stamp of the hand's, so that the account of energy joins at none of them.
-  void lead_tool_on(std::uint64_t now_ns) {
-    if (!tool_ || !sample_ || now_ns < led_ns_ + kTick_ns || now_ns < heard_tool_ns_ + kTick_ns)
-      return;
-    led_ns_ = now_ns;
-    const proto::ToolState state = led_on(*sample_, now_ns - heard_tool_ns_);
-    if (state.time_ns <= tool_ns_) return;
-    tool_ns_ = state.time_ns;
-    tool_->publish(state);
-  }
-
   /// A status that a sample has overtaken does not know of it yet; both are of the hand's clock.
-  void withdraw_silent_tool(std::uint64_t now_ns) {
+  void look_at_tool(std::uint64_t now_ns) {
     const Status& status = link_.other().status();
-    const bool is_gone = link_.other().is_connected() && status.segment_epoch == 0 &&
-                         status.sent_ns > newest_tool_ns_;
-    if (!tool_ || (!is_gone && now_ns < heard_tool_ns_ + kLongestWay_ns)) return;
-    tool_.reset();
+    tool_.look(now_ns, kLongestWay_ns);
+    if (link_.other().is_connected() && status.segment_epoch == 0 &&
+        status.sent_ns > tool_.newest_ns())
+      tool_.withdraw();
+    if (proto::SegmentHeader* const header = tool_.header()) {
+      publication::store_relay_figures(*header, link_.figures());
+      report_.age_ns.record(now_ns - std::min(now_ns, tool_.time_ns()));
+    }
+    report_.segments = tool_.segments();
   }
 
   const RelayOptions& options_;
@@ -283,16 +192,11 @@ class SimulationSide {
   reading::SegmentFollower follower_;
   publication::SnapshotReader reader_;
   reading::SceneSnapshot snapshot_;
-  ToolStamps stamps_;
+  ShownTool tool_;
   dds_entity_t scenes_, snapshots_, tools_;
-  std::optional<publication::ToolWriter> tool_;
-  std::optional<proto::ToolState> sample_;  // to be led on
   std::string last_refusal_;
-  std::uint64_t scene_epoch_ = 0, refused_epoch_ = 0, tool_epoch_ = 0, next_epoch_ = 0,
-                tool_ns_ = 0;
-  std::uint64_t newest_tool_ns_ = 0;  // the last sample, on the hand's clock
-  std::uint64_t heard_tool_ns_ = 0, led_ns_ = 0, next_look_ns_ = 0, next_try_ns_ = 0,
-                next_scene_ns_ = 0, next_snapshot_ns_ = 0;
+  std::uint64_t scene_epoch_ = 0, refused_epoch_ = 0;
+  std::uint64_t next_look_ns_ = 0, next_scene_ns_ = 0, next_snapshot_ns_ = 0;
   std::uint64_t sent_ns_ = 0, sent_number_ = 0, sent_bytes_ = 0;  // of the last snapshot
 };
 
