@@ -95,9 +95,9 @@ def draw_age(charts):
 
 
 def times_of(row, key):
-    """How many snapshots of how many bytes."""
+    """How many snapshots were sent."""
     of = {"whole_kB_s": "whole", "deltas_kB_s": "delta"}.get(key)
-    return f": {row[f'{of}_snapshots_s']} x {float(row[f'{of}_bytes']):,.0f} B" if of else ""
+    return f" ({row[f'{of}_snapshots_s']} /s)" if of else ""
 
 
 def draw_bandwidth(charts):
@@ -115,7 +115,7 @@ def draw_bandwidth(charts):
             axes.text(max(value, 5.0) * 1.04, at, f"{value:,.0f}{times_of(row, key)}", va="center", fontsize=7.5,
                       color="0.25")
     axes.set_xscale("log")
-    axes.set_xlim(5.0, 4.0 * max(float(row["whole_kB_s"]) for row in rows))
+    axes.set_xlim(5.0, 2.5 * max(float(row["whole_kB_s"]) for row in rows))
     axes.set_yticks(range(len(rows)), [f"{row['scene']}, {float(row['rate_hz']):.3g} Hz"
                                        + (f", {row['hands']} hands" if row["hands"] != "1" else "") for row in rows])
     axes.set_xlabel("on the link [kB/s]")
