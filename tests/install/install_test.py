@@ -85,9 +85,12 @@ class InstallTest(daemons.SessionTest):
         version = (ROOT / "VERSION").read_text().strip()
         segment = re.search(r"kSegmentVersion = (\d+);", (ROOT / "proto" / "segment_header.hpp").read_text())[1]
         segments, drivers = f"segment version {segment}", "device interface 1 to 2"
+        relay = (ROOT / "shared" / "tools" / "scene_relay" / "messages.hpp").read_text()
+        protocol = re.search(r"kProtocol = (\d+);", relay)[1]
         interfaces = {"sim_server": f" ({segments})", "scene_viewer": f" ({segments})",
                       "segment_inspect": f" ({segments})", "haptic_server": f" ({segments}, {drivers})",
                       "device_check": f" ({drivers})", "fit_run": f" ({drivers})",
+                      "scene_relay": f" ({segments}, protocol {protocol})",
                       "stability_lab": f" ({drivers})"}
         programs = [file for folder in ("bin", "libexec/stillgrid") for file in (self.prefix / folder).iterdir()]
         self.assertLessEqual(set(interfaces), {program.name for program in programs} | {"stability_lab"})

@@ -26,7 +26,8 @@ from daemons import BUILD, DONE, SCENES
 DEPTH_POINT_M = (0, 0, 0.003)
 FORCE_N = 2.0
 PERIOD_S = 1.0 / 30.0
-FADE_S = 1.5 * PERIOD_S + 0.1  # docs/safety.md: from a snapshot to no force
+# docs/safety.md: from a snapshot to no force, by the longest period that a relay declares of this scene.
+FADE_S = 1.5 * 2.0 * PERIOD_S + 0.1
 MAX_SLEW_N_PER_MS = 0.1
 TICK_S = 0.001
 CLOCK_OFFSET_S = 3 * 86400 + 1234.5  # of side b, which was switched on days before the other

@@ -24,10 +24,10 @@ inline publication::SceneView view_of(const std::string& session) {
 /// A scene as it is shown on the hand's machine, in a session of its own.
 class RelayedScene {
  public:
-  explicit RelayedScene(const SceneMessage& message)
+  explicit RelayedScene(const SceneMessage& message, std::uint64_t round_trip_ns = 0)
       : shown_(session_.name(),
                publication::SessionLock(session_.name(), proto::SegmentKind::kScene), message,
-               std::nullopt, 90'001),
+               std::nullopt, 90'001, round_trip_ns),
         view_(view_of(session_.name())) {}
 
   [[nodiscard]] ShownScene& shown() noexcept { return shown_; }

@@ -172,4 +172,22 @@ TEST_CASE("A scene with all that there is, bodies that share a field too, is sho
   CHECK(first_difference(scene.view, relayed.view()) == scene.view.reader().fixed_bytes());
 }
 
+TEST_CASE("A segment declares the period of its simulation and a round trip, the period at most",
+          "[shown_scene]") {
+  const Told scene(publication::field_scene(), 3);
+  for (const std::uint64_t period_ns : {2'000'000U, 9'700'000U, 33'333'333U, 171'000'000U})
+    for (const std::uint64_t round_trip_ns :
+         {0U, 310'000U, 11'000'000U, 41'000'000U, 230'000'000U}) {
+      SceneMessage message = scene.told.message();
+      message.period_ns = period_ns;
+      const RelayedScene relayed(message, round_trip_ns);
+      const std::uint64_t declared_ns = relayed.view().header().period_ns;
+      // What lost a packet comes a round trip later; and no hand is told of less than 33 ms.
+      if (period_ns + round_trip_ns >= 33'333'333 && round_trip_ns <= period_ns)
+        CHECK(declared_ns == period_ns + round_trip_ns);
+      CHECK(declared_ns >= std::max<std::uint64_t>(period_ns, 33'333'333));
+      CHECK(declared_ns <= std::max<std::uint64_t>(2 * period_ns, 33'333'333));
+    }
+}
+
 }  // namespace stillgrid::scene_relay
