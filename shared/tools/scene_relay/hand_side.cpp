@@ -120,7 +120,10 @@ class HandSide {
     });
   }
 
+  /// Of those that came since the last look the newest is shown: two at one instant would be a
+  /// period of none.
   void take_snapshots(std::uint64_t now_ns) {
+    bool is_due = false;
     take_all<SnapshotMessage>(snapshots_, [&](const SnapshotMessage& message) {
       if (!link_.accept(message.relay_id, message.number, message_bytes(message), now_ns)) return;
       received_ = message.number;
@@ -135,24 +138,28 @@ class HandSide {
       // What is older than that was too long on its way.
       const bool is_recent = newest_ns_ != 0 && now_ns < shown_ns_ + kLongestWay_ns;
       if (is_recent && snapshot_.snapshot_id <= snapshot_id_) return;
-      if (link_.came_in_time(snapshot_.publish_time_ns, now_ns)) show(now_ns);
+      if (is_due && snapshot_.snapshot_id <= due_.snapshot_id) return;
+      if (!link_.came_in_time(snapshot_.publish_time_ns, now_ns)) return;
+      std::swap(due_, snapshot_);
+      is_due = true;
     });
+    if (is_due) show(due_, now_ns);
   }
 
-  void show(std::uint64_t now_ns) {
-    snapshot_id_ = snapshot_.snapshot_id;
-    newest_ns_ = snapshot_.publish_time_ns;
+  void show(const ToldSnapshot& snapshot, std::uint64_t now_ns) {
+    snapshot_id_ = snapshot.snapshot_id;
+    newest_ns_ = snapshot.publish_time_ns;
     newest_of_ = link_.other().followed();
     shown_ns_ = now_ns;
     // Later than the last, whatever was learnt of the clock since; and never of the future.
-    const std::uint64_t here_ns = link_.clock().to_ours(snapshot_.state_time_ns);
+    const std::uint64_t here_ns = link_.clock().to_ours(snapshot.state_time_ns);
     state_ns_ = std::max(std::min(here_ns, now_ns), state_ns_ + 1);
-    scene_->show(snapshot_, {.state_ns = state_ns_,
-                             .publish_ns = now_ns,
-                             .tool_ns = snapshot_.tool_time_ns,
-                             .step_ns = snapshot_.step_ns,
-                             .contacts = snapshot_.contacts,
-                             .tool_work_J = snapshot_.tool_work_J});
+    scene_->show(snapshot, {.state_ns = state_ns_,
+                            .publish_ns = now_ns,
+                            .tool_ns = snapshot.tool_time_ns,
+                            .step_ns = snapshot.step_ns,
+                            .contacts = snapshot.contacts,
+                            .tool_work_J = snapshot.tool_work_J});
   }
 
   std::uint64_t tool_epoch() {
@@ -200,7 +207,7 @@ class HandSide {
   std::optional<publication::SessionLock> lock_;  // until a scene has it
   RelayLink link_;
   SnapshotDecoder decoder_;
-  ToldSnapshot snapshot_;
+  ToldSnapshot snapshot_, due_;
   dds_entity_t tools_, scenes_, snapshots_;
   std::optional<ShownScene> scene_;
   std::optional<Deadband> deadband_;

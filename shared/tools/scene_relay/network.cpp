@@ -94,12 +94,17 @@ std::string security_of(const std::filesystem::path& folder) {
 
 using Qos = std::unique_ptr<dds_qos_t, void (*)(dds_qos_t*)>;
 
-Qos qos_of(Delivery delivery) {
+/// A reader keeps what several writers sent since the last look, lest a stranger's sample replaces
+/// the one that counts.
+constexpr std::int32_t kReaderDepth = 16;
+
+/// depth: samples kept.
+Qos qos_of(Delivery delivery, std::int32_t depth) {
   Qos qos(dds_create_qos(), dds_delete_qos);
   const bool is_reliable = delivery != Delivery::kBestEffort;
   dds_qset_reliability(qos.get(),
                        is_reliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT, 0);
-  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, 1);
+  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, depth);
   dds_qset_durability(qos.get(), delivery == Delivery::kLasting ? DDS_DURABILITY_TRANSIENT_LOCAL
                                                                 : DDS_DURABILITY_VOLATILE);
   return qos;
@@ -204,7 +209,7 @@ dds_entity_t Participant::writer(const dds_topic_descriptor_t& type, const std::
       dds_create_topic(participant_, &type, topic.c_str(), nullptr, nullptr);
   require(entity, "topic " + topic);
   const dds_entity_t writer =
-      dds_create_writer(participant_, entity, qos_of(delivery).get(), nullptr);
+      dds_create_writer(participant_, entity, qos_of(delivery, 1).get(), nullptr);
   require(writer, "writer of " + topic);
   return writer;
 }
@@ -215,7 +220,7 @@ dds_entity_t Participant::reader(const dds_topic_descriptor_t& type, const std::
       dds_create_topic(participant_, &type, topic.c_str(), nullptr, nullptr);
   require(entity, "topic " + topic);
   const dds_entity_t reader =
-      dds_create_reader(participant_, entity, qos_of(delivery).get(), nullptr);
+      dds_create_reader(participant_, entity, qos_of(delivery, kReaderDepth).get(), nullptr);
   require(reader, "reader of " + topic);
   if (wakes) {
     require(dds_set_status_mask(reader, DDS_DATA_AVAILABLE_STATUS), "status of " + topic);
