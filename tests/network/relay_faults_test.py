@@ -52,6 +52,20 @@ class PartitionTest(RelayedTest):
         self.assertLess(recording.force_norm_N()[relayed.since_snapshot_s(recording) > FADE_S - 0.03].max(initial=0.0),
                         0.5 * relayed.FORCE_N)
 
+    def test_a_link_that_loses_all_of_the_hand_alone_takes_the_force_away(self):
+        """The simulation then has no tool, and would be pressed without giving way."""
+        self.open_bed("delay_ms 5")
+        self.start_session()
+        self.bed.control("b partition on")
+        time.sleep(2.5)
+        self.bed.control("b partition off")
+        self.wait_until(self.is_felt, 5.0, "the whole force")
+        recording = self.stop_session()
+        self.assert_safe(recording)
+        self.assert_returned(recording)
+        self.assertGreater((recording.force_norm_N()[:-300] == 0.0).sum(), 800)
+        self.assertEqual(len([line for line in self.hand_relay.lines() if "hears nothing" in line]), 1)
+
     def test_a_link_that_is_cut_for_a_second_takes_force_and_tool_away_and_gives_them_back(self):
         self.assert_faded_and_returned(1.0)
 

@@ -70,6 +70,35 @@ class WhoMayJoinTest(RelayedTest):
                          status=daemons.BAD_INPUT)
 
 
+class OtherInterfaceTest(RelayedTest):
+    def on(self, side, line):
+        made = subprocess.run(self.bed.argv(side, ["sh", "-c", line]), capture_output=True, text=True)
+        if made.returncode != 0:
+            self.skipTest(made.stderr.strip())
+
+    def test_who_comes_by_another_interface_is_not_heard(self):
+        """The middleware receives on all addresses of a machine: of a tunnel who has its key may join, and nobody
+        who reaches its address otherwise."""
+        if not shutil.which("ip"):
+            self.skipTest("no ip")
+        self.open_bed("delay_ms 1")
+        self.on("a", "ip tuntap add mode tun name wg9 && ip addr add 10.99.0.1/24 dev wg9 && ip link set wg9 up")
+        self.on("b", f"ip route add 10.99.0.0/24 dev {INTERFACE}")
+        tool_watch, scene_watch = self.watch("a", "tool"), self.watch("b", "scene")
+        self.sim = self.sim_server()
+        inside = self.start_on("a", relayed.BUILD / "bin" / "scene_relay", "simulation", "--session", self.session,
+                               "--interface", "wg9")
+        outside = self.relay("hand", "--peer", "10.77.0.1", joins=("--open",))
+        haptic, _ = self.hand()
+        time.sleep(3.0)
+        haptic.kill()
+        self.assertTrue(inside.runs(), inside.lines())
+        self.stop_all(outside, inside, self.sim)
+        for relay in outside, inside:
+            self.assertEqual([line for line in relay.lines() if "joined" in line], [])
+        self.assertEqual((tool_watch.epochs(), scene_watch.epochs()), ([0], [0]))
+
+
 class SecurityTest(RelayedTest):
     def setUp(self):
         super().setUp()

@@ -2,6 +2,7 @@
 """A session whose simulation is on another machine: felt as one beside, over a good link and over a bad one."""
 import json
 import subprocess
+import time
 
 import numpy
 
@@ -64,6 +65,30 @@ class RelaySessionTest(RelayedTest):
             told = reports[server]["relay"]
             self.assertGreater(told["received"], 20, server)
             self.assertLessEqual(told["received"], reports[relay]["received"])
+
+    def test_fewer_snapshots_a_second_are_felt_as_evenly(self):
+        self.open_bed("delay_ms 2")
+        self.start_session(of_simulation=("--rate", 5))
+        time.sleep(2.0)
+        recording = self.stop_session()
+        force_N = recording.force_norm_N()[:-300]
+        felt = force_N[numpy.argmax(force_N > 0.999 * relayed.FORCE_N):]
+        self.assertGreater(len(felt), 1500)
+        self.assertGreater(felt.min(), 0.999 * relayed.FORCE_N, "no pulse between two snapshots")
+        self.assertLess(len(set(recording["snapshot_id"])), 6 * len(recording.time_s) / 1000)
+
+    def test_samples_that_are_kept_back_are_led_on(self):
+        self.open_bed("delay_ms 2")
+        report = self.folder / "hand_relay.json"
+        self.start_session(of_hand=("--deadband", 0.07, "--report", report))
+        began_s = time.monotonic()
+        time.sleep(2.0)
+        states = [change for change in self.tool_watch.changes if change[0] > began_s]
+        self.assert_safe(self.stop_session())
+        told = daemons.read_report(report)
+        self.assertGreater(told["withheld"], 10 * told["sent"], "a still hand has little to say")
+        # Every 2 ms it is looked at the simulation's tool has gone on.
+        self.assertGreater(len(states), 500)
 
     def test_the_energy_of_a_hand_that_presses_is_booked_on_both_sides_and_joins(self):
         """The simulation books what the tool gave its scene, the hand's server what the hand gave the tool: their

@@ -128,11 +128,12 @@ class RelayedTest(daemons.SessionTest):
         self.watches.append(watch)
         return watch
 
-    def start_session(self, scene="wall", device=None):
-        """sim_server, both relays, haptic_server and its recording: all as attributes; waits until it feels."""
+    def start_session(self, scene="wall", device=None, of_simulation=(), of_hand=()):
+        """sim_server, both relays with options of their own, haptic_server and its recording: all as attributes;
+        waits until it feels."""
         self.scene_watch, self.tool_watch = self.watch("b", "scene"), self.watch("a", "tool")
         self.sim = self.sim_server(scene)
-        self.sim_relay, self.hand_relay = self.relay("simulation"), self.relay("hand")
+        self.sim_relay, self.hand_relay = self.relay("simulation", *of_simulation), self.relay("hand", *of_hand)
         self.haptic, self.recording_file = self.hand(device)
         self.wait_until(self.is_felt, 10.0, "a force over the link")
 

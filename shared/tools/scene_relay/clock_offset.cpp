@@ -8,6 +8,8 @@ namespace {
 
 /// Beyond which a stamp is no clock's: 73 years. A stamp and an offset have a sum.
 constexpr std::uint64_t kLatest_ns = std::uint64_t{1} << 61U;
+/// By how much the offset in use may lie off what is known now, and yet follow it slowly.
+constexpr std::uint64_t kLongestSlew_ns = 20'000'000;
 /// A round trip that takes longer tells nothing.
 constexpr std::uint64_t kLongestTrip_ns = 10'000'000'000;
 /// Of which the offset may follow at once; after a longer pause it goes on from there.
@@ -70,7 +72,9 @@ bool ClockOffset::add(const Exchange& exchange) noexcept {
   const std::uint64_t step_ns = std::min(received_ns - at_ns_, kLongestStep_ns);
   const auto most_ns = static_cast<std::int64_t>(kSlew * static_cast<double>(step_ns)) + 1;
   const std::int64_t by_ns = best.offset_ns - offset_ns_;
-  const bool is_settling = count_ <= kEnough;
+  // What was learnt of a worse link is not held on to: it would make every age wrong for minutes.
+  const bool is_settling = count_ <= kEnough || static_cast<std::uint64_t>(std::abs(by_ns)) >
+                                                    best.bound_ns(received_ns) + kLongestSlew_ns;
   offset_ns_ += is_settling ? by_ns : std::clamp(by_ns, -most_ns, most_ns);
   bound_ns_ = best.bound_ns(received_ns) +
               static_cast<std::uint64_t>(std::abs(best.offset_ns - offset_ns_));

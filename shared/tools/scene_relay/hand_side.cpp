@@ -135,6 +135,8 @@ class HandSide {
       } catch (const MessageError& error) {
         return link_.refuse(error.what());
       }
+      // A simulation that does not hear the hand has no tool: what it shows gives way to nobody.
+      if (!link_.other().is_hearing()) return;
       // What is older than that was too long on its way.
       const bool is_recent = newest_ns_ != 0 && now_ns < shown_ns_ + kLongestWay_ns;
       if (is_recent && snapshot_.snapshot_id <= snapshot_id_) return;

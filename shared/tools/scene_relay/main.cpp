@@ -142,10 +142,9 @@ int program_main(int argc, char** argv) {
   add_ros(*ros, ros_arguments);
   add_options(*simulation, arguments[0]);
   add_options(*hand, arguments[1]);
-  simulation
-      ->add_flag("--no-deltas{false}", arguments[0].options.has_deltas,
-                 "Tell every snapshot whole, to compare")
-      ->type_name("");
+  simulation->add_flag_callback(
+      "--no-deltas", [&arguments] { arguments[0].options.has_deltas = false; },
+      "Tell every snapshot whole, to compare");
   hand->add_option("--deadband", arguments[1].options.deadband,
                    "Keep back samples of the tool that are led on within this share of its "
                    "velocity; 0.07 is not noticed; default: every tick is sent")

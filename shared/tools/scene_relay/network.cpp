@@ -2,6 +2,8 @@
 
 #include <arpa/inet.h>
 #include <ifaddrs.h>
+#include <linux/ethtool.h>
+#include <linux/sockios.h>
 #include <net/if.h>
 #include <net/if_arp.h>
 #include <netinet/in.h>
@@ -9,10 +11,13 @@
 #include <sys/socket.h>
 
 #include <algorithm>
+#include <iterator>
 #include <memory>
+#include <string_view>
 
 #include "shared/publication/segment_files.hpp"
 #include "shared/realtime/periodic_timer.hpp"
+#include "shared/tools/scene_relay/interface_filter.hpp"
 
 namespace stillgrid::scene_relay {
 namespace {
@@ -21,17 +26,24 @@ bool is_private(std::uint32_t address) {
   const auto in = [&](std::uint32_t network, unsigned bits) {
     return (address >> (32 - bits)) == (network >> (32 - bits));
   };
-  return in(0x0A000000, 8) || in(0xAC100000, 12) || in(0xC0A80000, 16) || in(0xA9FE0000, 16) ||
-         in(0x64400000, 10);
+  return in(0x0A000000, 8) || in(0xAC100000, 12) || in(0xC0A80000, 16) || in(0xA9FE0000, 16);
 }
 
-/// Of a device of layer 3: WireGuard's, OpenVPN's.
-bool has_no_header(const std::string& name) {
+/// WireGuard's, or one that a program as OpenVPN holds the other end of; not a modem's, which has
+/// no header either.
+bool is_tunnel(const std::string& name) {
   const publication::FileDescriptor any(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   ifreq request{};
   name.copy(request.ifr_name, sizeof request.ifr_name - 1);
-  return ::ioctl(any.get(), SIOCGIFHWADDR, &request) == 0 &&
-         request.ifr_hwaddr.sa_family == ARPHRD_NONE;
+  if (::ioctl(any.get(), SIOCGIFHWADDR, &request) != 0 ||
+      request.ifr_hwaddr.sa_family != ARPHRD_NONE)
+    return false;
+  ethtool_drvinfo driver{};
+  driver.cmd = ETHTOOL_GDRVINFO;
+  request.ifr_data = reinterpret_cast<char*>(&driver);
+  const std::string_view drivers[] = {"tun", "wireguard"};
+  return ::ioctl(any.get(), SIOCETHTOOL, &request) == 0 &&
+         std::find(std::begin(drivers), std::end(drivers), driver.driver) != std::end(drivers);
 }
 
 void require(dds_return_t code, const std::string& what) {
@@ -126,7 +138,7 @@ Interface interface_named(const std::string& name) {
     ::inet_ntop(AF_INET, &address.sin_addr, text, sizeof text);
     return {.address = text,
             .is_loopback = (at->ifa_flags & IFF_LOOPBACK) != 0,
-            .is_tunnel = has_no_header(name),
+            .is_tunnel = is_tunnel(name),
             .is_private = is_private(ntohl(address.sin_addr.s_addr))};
   }
   throw NetworkError("--interface '" + name + "': expected one with an IPv4 address: " + known);
@@ -194,6 +206,12 @@ Participant::Participant(const NetworkOptions& options) {
                        (log_.last().empty() ? dds_strretcode(-participant_) : log_.last()));
   }
   log_.tell();
+  try {
+    hear_only(interface.is_loopback ? "lo" : options.interface);
+  } catch (...) {
+    dds_delete(domain_);
+    throw;
+  }
   waitset_ = dds_create_waitset(participant_);
   require(waitset_, "waitset");
 }

@@ -31,8 +31,8 @@ struct NetworkOptions {
 struct Interface {
   std::string address;  // the first of IPv4
   bool is_loopback = false;
-  bool is_tunnel = false;   // of layer 3, as WireGuard's
-  bool is_private = false;  // RFC 1918, RFC 3927, RFC 6598
+  bool is_tunnel = false;   // WireGuard's, or a program's as OpenVPN
+  bool is_private = false;  // RFC 1918, RFC 3927
 };
 /// Throws NetworkError where there is none of that name, or it has no address.
 [[nodiscard]] Interface interface_named(const std::string& name);

@@ -99,7 +99,16 @@ bool OtherSide::hear(const Status& status, std::uint64_t now_ns) {
   return true;
 }
 
+void OtherSide::look_at_echo(std::uint64_t now_ns) {
+  const bool was_hearing = is_hearing_;
+  is_hearing_ = status_.follows == relay_id_ && status_.echo_sent_ns != 0 &&
+                now_ns < status_.echo_sent_ns + kPatience_ns + clock_.round_trip_ns();
+  if (was_hearing && !is_hearing_ && is_connected_)
+    report_("the relay " + std::string(place_of(other(role_))) + " is heard, but hears nothing");
+}
+
 void OtherSide::look(std::uint64_t now_ns) {
+  look_at_echo(now_ns);
   if (!is_connected_ || now_ns < heard_ns_ + kPatience_ns) return;
   is_connected_ = false;
   report_("nothing is heard of the relay " + std::string(place_of(other(role_))) + " for " +

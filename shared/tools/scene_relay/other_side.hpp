@@ -38,6 +38,8 @@ class OtherSide {
   }
   [[nodiscard]] std::uint64_t followed() const noexcept { return followed_; }
   [[nodiscard]] bool is_connected() const noexcept { return is_connected_; }
+  /// Whether it says that it hears this one. A link may lose what goes one way alone.
+  [[nodiscard]] bool is_hearing() const noexcept { return is_hearing_; }
   [[nodiscard]] const ClockOffset& clock() const noexcept { return clock_; }
   /// The last one heard.
   [[nodiscard]] const Status& status() const noexcept { return status_; }
@@ -53,6 +55,7 @@ class OtherSide {
   [[nodiscard]] Greeting greeting() const noexcept;
 
  private:
+  void look_at_echo(std::uint64_t now_ns);
   void follow(std::uint64_t relay_id);
   void tell_of(std::uint64_t relay_id, const std::string& line);
 
@@ -66,7 +69,7 @@ class OtherSide {
   Status status_{};
   std::uint64_t followed_ = 0, heard_ns_ = 0, exchanged_ns_ = 0, sent_ = 0;
   std::vector<std::uint64_t> told_of_;
-  bool is_connected_ = false, was_connected_ = false;
+  bool is_connected_ = false, was_connected_ = false, is_hearing_ = false;
   std::uint64_t partitions_ = 0, longest_silence_ns_ = 0;
 };
 

@@ -146,7 +146,7 @@ void RelayLink::warn(const std::string& line) {
 
 const proto::RelayFigures& RelayLink::figures() noexcept {
   proto::RelayFigures& figures = report_.figures;
-  figures.connected = other_.is_connected() ? 1 : 0;
+  figures.connected = other_.is_connected() && other_.is_hearing() ? 1 : 0;
   figures.clock_offset_ns = clock().offset_ns();
   figures.clock_bound_ns = clock().bound_ns();
   figures.round_trip_ns = clock().round_trip_ns();

@@ -103,7 +103,7 @@ class SimulationSide {
 
   void tell_scene(const publication::SceneView& view, std::uint64_t now_ns) {
     next_scene_ns_ = now_ns + 2'000'000'000;
-    const ToldScene scene(view, link_.relay_id());
+    const ToldScene scene(view, link_.relay_id(), least_period_ns());
     if (dds_write(scenes_, &scene.message()) != DDS_RETCODE_OK)
       spdlog::error("the scene could not be sent");
   }
@@ -128,9 +128,11 @@ class SimulationSide {
 
   /// From one snapshot that is sent to the next; no longer than kFewOfStep_ns.
   [[nodiscard]] std::uint64_t step_ns() const {
-    const double least_s = options_.rate_hz ? 1.0 / *options_.rate_hz : 0.0;
     return std::min(kFewOfStep_ns,
-                    std::max(follower_.scene()->header().period_ns, realtime::to_ns(least_s)));
+                    std::max(follower_.scene()->header().period_ns, least_period_ns()));
+  }
+  [[nodiscard]] std::uint64_t least_period_ns() const {
+    return options_.rate_hz ? realtime::to_ns(1.0 / *options_.rate_hz) : 0;
   }
 
   void tell_snapshot(const publication::SceneView& view, std::uint64_t now_ns) {
@@ -145,7 +147,7 @@ class SimulationSide {
     const SnapshotMessage& message = encoder_.encode(
         told(snapshot_, tool_.on_hands_clock(snapshot_.header.tool_time_ns)), scene_epoch_);
     if (dds_write(snapshots_, &message) != DDS_RETCODE_OK) return;
-    if (options_.rate_hz) next_snapshot_ns_ = now_ns + realtime::to_ns(1.0 / *options_.rate_hz);
+    next_snapshot_ns_ = now_ns + least_period_ns();
     sent_ns_ = now_ns;
     sent_number_ = message.number;
     sent_bytes_ = message_bytes(message);

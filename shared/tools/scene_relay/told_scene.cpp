@@ -183,11 +183,12 @@ bool is_bounded(const proto::SceneHeader& head) {
 
 }  // namespace
 
-ToldScene::ToldScene(const publication::SceneView& view, std::uint64_t relay_id) {
+ToldScene::ToldScene(const publication::SceneView& view, std::uint64_t relay_id,
+                     std::uint64_t least_period_ns) {
   const proto::SceneHeader& scene = view.scene();
   message_.relay_id = relay_id;
   message_.scene_epoch = view.header().epoch;
-  message_.period_ns = view.header().period_ns;
+  message_.period_ns = std::max(view.header().period_ns, least_period_ns);
   message_.moving_capacity = scene.moving_capacity;
   message_.predicts = scene.predicts != 0;
   message_.tool_slip_speed_m_s = scene.tool_slip_speed_m_s;

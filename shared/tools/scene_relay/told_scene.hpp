@@ -21,7 +21,9 @@ inline constexpr std::uint32_t kMaxSpheres = 1'000'000;
 /// What a simulation publishes once, as a message that lives as long as this.
 class ToldScene {
  public:
-  ToldScene(const publication::SceneView& view, std::uint64_t relay_id);
+  /// least_period_ns: between two snapshots that are sent; the simulation's own may be shorter.
+  ToldScene(const publication::SceneView& view, std::uint64_t relay_id,
+            std::uint64_t least_period_ns = 0);
   ToldScene(const ToldScene&) = delete;
   ToldScene& operator=(const ToldScene&) = delete;
   ToldScene(ToldScene&&) = delete;

@@ -196,6 +196,25 @@ TEST_CASE("A sleep too short to tell from the link's delays is true again after 
   }
 }
 
+TEST_CASE("What was learnt of a link that was far worse is true again within a second",
+          "[clock_offset]") {
+  const auto seed = GENERATE(range(1U, 9U));
+  const bool is_there = GENERATE(true, false);
+  const LinkSpec bad =
+      is_there ? LinkSpec{597.0, 613.0, 1.9, 2.3, 0.01} : LinkSpec{1.9, 2.3, 597.0, 613.0, 0.01};
+  TwoMachines two = machines(seed, bad);
+  for (int i = 0; i < 7'300; ++i) two.step();
+  REQUIRE(two.offset().is_known());
+  const auto off_ns = [&] {
+    return std::abs(static_cast<double>(two.offset().offset_ns() - two.true_offset_ns()));
+  };
+  CHECK(off_ns() > 2e8);  // half of what the ways differ: nobody could know better
+  two.change({1.9, 2.3, 1.9, 2.3, 0.01});
+  for (int i = 0; i < 1'900; ++i) two.step();
+  CHECK(off_ns() < 2e6);
+  CHECK(off_ns() <= static_cast<double>(two.offset().bound_ns()));
+}
+
 TEST_CASE("Stamps that no exchange can have change nothing", "[clock_offset]") {
   const auto seed = GENERATE(range(1U, 4U));
   TwoMachines two = machines(seed, kLinks[1]);

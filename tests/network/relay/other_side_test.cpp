@@ -131,6 +131,29 @@ TEST_CASE("A silence is told once, counted and measured when it ends", "[other_s
   CHECK(hand.side.followed() == 0x51);
 }
 
+TEST_CASE("A relay that is heard and hears nothing itself is told of once", "[other_side]") {
+  Relay simulation(0x51, Role::kSimulation), hand(0x4A, Role::kHand);
+  std::uint64_t now_ns = 3'000'000'007;
+  CHECK_FALSE(hand.side.is_hearing());
+  talk(hand, simulation, now_ns, 11);
+  CHECK(hand.side.is_hearing());
+  const std::uint64_t from_ns = now_ns;
+  std::uint64_t deaf_ns = 0;
+  for (int i = 0; i < 31; ++i) {  // what the hand says is lost
+    now_ns += 97'000'000;
+    hand.side.hear(simulation.side.next_status(now_ns), now_ns);
+    hand.side.look(now_ns);
+    if (deaf_ns == 0 && !hand.side.is_hearing()) deaf_ns = now_ns - from_ns;
+  }
+  CHECK(hand.side.is_connected());
+  CHECK_FALSE(hand.side.is_hearing());
+  CHECK(deaf_ns >= OtherSide::kPatience_ns - 200'000'000);
+  CHECK(deaf_ns <= OtherSide::kPatience_ns + 200'000'000);
+  CHECK(hand.count("hears nothing") == 1);
+  talk(hand, simulation, now_ns, 3);
+  CHECK(hand.side.is_hearing());
+}
+
 TEST_CASE("Of two relays the first is kept to until it falls silent, then the other takes over",
           "[other_side]") {
   Relay first(0x51, Role::kSimulation), second(0x52, Role::kSimulation), hand(0x4A, Role::kHand);

@@ -56,6 +56,8 @@ class TwoMachines {
       say(sides_[i], sides_[1 - i], i == 0);
     }
   }
+  /// From now on the ways are those.
+  void change(const LinkSpec& link) { link_ = link; }
   /// The cable is out for so long: what is on its way is lost, and neither clock stands still.
   void pass(std::uint64_t for_ns) {
     true_ns_ += for_ns;
