@@ -91,9 +91,9 @@ class SceneCheckTest(daemons.SessionTest):
         self.assertIn(checked.stderr.strip(), run.stderr)
 
     def test_a_scene_that_no_start_would_take_is_refused_in_one_line(self):
-        for scene, words in ((self.scene(mass="mass"), r"scene\.toml:18:1: body\.mass: value 0\.01: unknown key `mass`: "
-                                                       r"did you mean `mass_kg`\? \(body 'thread'\)$"),
-                             (self.folder / "none.toml", r"none\.toml:1:1: file: "),):
+        misspelt = r"scene\.toml:18:1: body\.mass: value 0\.01: unknown key `mass`: did you mean `mass_kg`\? "
+        for scene, words in ((self.scene(mass="mass"), misspelt + r"\(body 'thread'\)$"),
+                             (self.folder / "none.toml", r"none\.toml:1:1: file: ")):
             checked = self.run_program(scene, "--check")
             self.assertEqual((checked.returncode, checked.stdout), (BAD_INPUT, ""))
             self.assertRegex(checked.stderr, "^sim_server: [^\n]*" + words)
