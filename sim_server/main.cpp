@@ -86,7 +86,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
           ->excludes(offline);
   auto* check = app.add_flag("--check", arguments.check,
                              "Read and build the scene, warn and choose as a start would, print "
-                             "what it holds, and end; publishes and writes nothing")
+                             "what it holds, and end; publishes nothing")
                     ->excludes(lockstep)
                     ->excludes(offline);
   auto* choice = app.add_option(
