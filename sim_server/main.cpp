@@ -27,6 +27,7 @@
 #include "sim_server/report.hpp"
 #include "sim_server/scene/build_world.hpp"
 #include "sim_server/scene/scene_file.hpp"
+#include "sim_server/scene_summary.hpp"
 #include "sim_server/server.hpp"
 #include "sim_server/settle_choices.hpp"
 #include "sim_server/surface_file.hpp"
@@ -38,7 +39,7 @@ struct Arguments {
   std::filesystem::path scene, report, final_state, choice, surfaces;
   std::optional<double> rate_hz;
   std::string group;
-  bool lockstep = false, offline = false, explain = false;
+  bool lockstep = false, offline = false, explain = false, check = false;
   ServerOptions server;
 };
 
@@ -50,6 +51,7 @@ constexpr const char* kDescription =
     "  sim_server --scene wall.toml --session ci --lockstep --duration 5   repeatable, with "
     "haptic_server\n"
     "  sim_server --scene threads.toml --offline --duration 2 --final-state end.csv\n"
+    "  sim_server --scene threads.toml --check                             whether it would start\n"
     "  sim_server --scene threads.toml --explain                           which method serves "
     "it\n"
     "  sim_server --scene organ.toml --surfaces organ.json                 for scene_viewer\n";
@@ -82,6 +84,11 @@ void add_options(CLI::App& app, Arguments& arguments) {
                      "Write what the bodies look like, for scene_viewer (JSON), and end")
           ->excludes(lockstep)
           ->excludes(offline);
+  auto* check = app.add_flag("--check", arguments.check,
+                             "Read and build the scene, warn and choose as a start would, print "
+                             "what it holds, and end; publishes nothing")
+                    ->excludes(lockstep)
+                    ->excludes(offline);
   auto* choice = app.add_option(
       "--choice", arguments.choice,
       "Record (JSON) of what was chosen where the scene says solver = \"auto\" or rate_hz = "
@@ -113,16 +120,18 @@ void add_options(CLI::App& app, Arguments& arguments) {
           ->excludes(cpu);
   // What only a run needs: elsewhere it would do nothing.
   for (auto* of_run : {session, duration, seed, report, final_state, group, cpu, threads})
-    of_run->excludes(explain)->excludes(surfaces);
-  surfaces->excludes(explain)->excludes(rate)->excludes(choice);
+    of_run->excludes(explain)->excludes(surfaces)->excludes(check);
+  explain->excludes(check);
+  surfaces->excludes(explain)->excludes(check)->excludes(rate)->excludes(choice);
 }
 
 /// What CLI11 cannot say by itself.
 void check(const Arguments& arguments, double period_s) {
-  const bool is_run = !arguments.explain && arguments.surfaces.empty();
+  const bool is_run = !arguments.explain && !arguments.check && arguments.surfaces.empty();
   if (is_run && !arguments.offline && arguments.server.session.empty())
     throw CLI::ValidationError("--session",
-                               "is required unless --offline, --explain or --surfaces is given");
+                               "is required unless --offline, --check, --explain or --surfaces "
+                               "is given");
   if (arguments.offline && !arguments.server.duration_s)
     throw CLI::ValidationError("--offline", "needs --duration");
   if (!arguments.offline && !arguments.lockstep && arguments.server.jitter > 0.0)
@@ -160,6 +169,17 @@ bodies::World checked_world(const scene::SceneDescription& scene, const Argument
 int fail(const std::exception& error, realtime::ExitStatus status) {
   std::fprintf(stderr, "sim_server: %s\n", error.what());
   return status;
+}
+
+/// As a start would choose; a record is read if it is there, and none is written.
+int print_summary(const Arguments& arguments, scene::SceneDescription& scene,
+                  const bodies::World& world) {
+  const bool is_recorded = std::filesystem::exists(arguments.choice);
+  settle_choices(scene, world,
+                 {arguments.scene, is_recorded ? arguments.choice : std::filesystem::path()},
+                 false);
+  std::fputs(summary_of(scene, world).c_str(), stdout);
+  return realtime::kDone;
 }
 
 int write_surfaces_of(const Arguments& arguments, const scene::SceneDescription& scene,
@@ -209,7 +229,8 @@ int run(Arguments& arguments) {
   for (const auto& file : {arguments.report, arguments.final_state, arguments.surfaces})
     if (!file.empty()) files::require_writable(file);
   const bool is_read = std::filesystem::exists(arguments.choice) && !arguments.explain;
-  if (!arguments.choice.empty() && !is_read) files::require_writable(arguments.choice);
+  if (!arguments.choice.empty() && !is_read && !arguments.check)
+    files::require_writable(arguments.choice);
   if (!arguments.group.empty())
     arguments.server.readers = publication::group_named(arguments.group);
   bodies::World world = checked_world(scene, arguments);
@@ -219,6 +240,7 @@ int run(Arguments& arguments) {
     return realtime::kDone;
   }
   if (!arguments.surfaces.empty()) return write_surfaces_of(arguments, scene, world);
+  if (arguments.check) return print_summary(arguments, scene, world);
   settle_choices(scene, world, choice_files, arguments.lockstep || arguments.offline);
   const int threads = threads_of(arguments.server, scene.method, world);
   const dynamics::Workers workers(threads);

@@ -55,12 +55,38 @@ bodies::PrescribedMotion read_prescribed(toml::TableReader& table) {
   return motion;
 }
 
-void read_dynamics(toml::TableReader& table, bodies::BodyDescription& body) {
-  if (body.motion == bodies::Motion::kFree || table.has("mass_kg")) {
-    body.mass_kg = table.number("mass_kg", toml::Bound::kPositive);
+/// What only another motion has, of the keys that every kind reads alike.
+void refuse_of_other_motions(toml::TableReader& table, bodies::Motion motion) {
+  struct MotionKey {
+    std::string_view key;
+    bool free, prescribed;
+  };
+  constexpr std::array<MotionKey, 6> kKeys = {{{"mass_kg", true, false},
+                                               {"velocity_m_s", true, true},
+                                               {"angular_velocity_rad_s", true, false},
+                                               {"direction", false, true},
+                                               {"amplitude_m", false, true},
+                                               {"frequency_hz", false, true}}};
+  for (const auto& [key, free, prescribed] : kKeys) {
+    const bool applies = (motion == bodies::Motion::kFree && free) ||
+                         (motion == bodies::Motion::kPrescribed && prescribed);
+    if (!table.has(key) || applies)
+      continue;  // asked in this order: the second is near to the third
+    const std::string own = motion == bodies::Motion::kFree     ? "free"
+                            : motion == bodies::Motion::kStatic ? "static"
+                                                                : "prescribed";
+    table.refuse(key, "no such key of a body whose motion is \"" + own + "\", but of one that is " +
+                          (free && prescribed ? "\"free\" or \"prescribed\""
+                           : free             ? "\"free\""
+                                              : "\"prescribed\""));
   }
+}
+
+void read_dynamics(toml::TableReader& table, bodies::BodyDescription& body) {
+  refuse_of_other_motions(table, body.motion);
   if (body.motion == bodies::Motion::kPrescribed) body.prescribed = read_prescribed(table);
   if (body.motion != bodies::Motion::kFree) return;
+  body.mass_kg = table.number("mass_kg", toml::Bound::kPositive);
   body.velocity_m_s = table.vector_or("velocity_m_s", body.velocity_m_s);
   body.angular_velocity_rad_s =
       table.vector_or("angular_velocity_rad_s", body.angular_velocity_rad_s);

@@ -11,9 +11,9 @@ namespace stillgrid::scene {
 
 /// Reads one [[body]], its defaults filled in. Throws SceneError.
 ///
-/// A key that its kind does not have is unknown; so is a velocity where the motion has none.
-/// What only dynamics uses (mass, springs, pinned nodes) may stay on a body that is static
-/// or prescribed. A mesh adds a line to notes.
+/// A key that its kind does not have is unknown. A mass, a velocity, an amplitude of a motion that
+/// has none is refused. Springs and pinned nodes may stay on a body that is static: of a mesh they
+/// say that it is soft. A mesh adds a line to notes.
 [[nodiscard]] bodies::BodyDescription read_body(toml::TableReader& table,
                                                 std::span<const MaterialDescription> materials,
                                                 std::vector<std::string>& notes);

@@ -37,6 +37,8 @@ constexpr int kMaxSubsteps = 10000;
 constexpr std::size_t kMaxToolSpheres = 16;
 constexpr double kLongestSettle_s = 600.0;
 constexpr double kDefaultToolRadius_m = 0.005;
+constexpr std::array<std::string_view, 9> kTables = {
+    "format", "world", "simulation", "grid", "tool", "device", "hand", "material", "body"};
 
 std::optional<std::string> read_text(const std::filesystem::path& path) {
   std::ifstream stream(path, std::ios::binary);
@@ -293,6 +295,8 @@ bodies::FieldScene field_scene_of(const SceneDescription& scene) {
 
 void read_tables(toml::TableReader& document, const MethodTable& methods, const std::string& file,
                  SceneDescription& scene) {
+  // First, or a body would miss the material of a table [[materials]].
+  document.allow_only(kTables);
   read_world(document.table("world"), scene);
   toml::TableReader simulation = document.table("simulation");
   bool names_integrator = false;
@@ -309,7 +313,6 @@ void read_tables(toml::TableReader& document, const MethodTable& methods, const 
   read_materials(document, scene);
   read_bodies(document, scene);
   serve_meshes(names_integrator, names_solver, scene);
-  document.finish();
   bodies::make_fields(scene.bodies, field_scene_of(scene), file, scene.notes);
 }
 

@@ -35,6 +35,14 @@ std::string written(const ::toml::node& node) {
   return text.str();
 }
 
+std::string refusal_line(std::string_view file, const ::toml::source_position& where,
+                         std::string_view key, std::string_view value, std::string_view why) {
+  std::ostringstream message;
+  message << file << ':' << std::max(where.line, 1U) << ':' << std::max(where.column, 1U) << ": "
+          << key << ": value " << value << ": " << why;
+  return one_line(message.str());
+}
+
 }  // namespace
 
 bool is_control(char c) noexcept {
@@ -74,10 +82,16 @@ std::string_view type_of(const ::toml::node& node) noexcept {
 
 SceneError scene_error(std::string_view file, const ::toml::source_position& where,
                        std::string_view key, std::string_view value, std::string_view expected) {
-  std::ostringstream message;
-  message << file << ':' << std::max(where.line, 1U) << ':' << std::max(where.column, 1U) << ": "
-          << key << ": value " << value << ": expected " << expected;
-  return SceneError{one_line(message.str())};
+  return SceneError{refusal_line(file, where, key, value, "expected " + std::string(expected))};
+}
+
+SceneError unknown_key(std::string_view file, const ::toml::source_position& where,
+                       const std::string& prefix, std::string_view key, const ::toml::node& value,
+                       std::string_view meant, const std::string& owner) {
+  const bool is_table = prefix.empty() && (value.is_table() || value.is_array_of_tables());
+  std::string why = is_table ? "unknown table `" : "unknown key `";
+  why.append(key).append("`: did you mean `").append(meant).append("`?").append(owner);
+  return SceneError{refusal_line(file, where, prefix + std::string(key), shown(value), why)};
 }
 
 }  // namespace stillgrid::toml

@@ -14,6 +14,12 @@ namespace stillgrid::toml {
                                      std::string_view key, std::string_view value,
                                      std::string_view expected);
 
+/// The refusal of a key of a table that is likely another one, as one line, which ends with owner.
+[[nodiscard]] SceneError unknown_key(std::string_view file, const ::toml::source_position& where,
+                                     const std::string& prefix, std::string_view key,
+                                     const ::toml::node& value, std::string_view meant,
+                                     const std::string& owner);
+
 /// The text as it is shown for a value: cut when it is long, never within a character.
 [[nodiscard]] std::string shortened(std::string text);
 

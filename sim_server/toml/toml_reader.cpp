@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <utility>
 
+#include "sim_server/toml/near_word.hpp"
 #include "sim_server/toml/refusal.hpp"
 
 namespace stillgrid::toml {
@@ -42,14 +44,27 @@ std::string joined(const Texts& texts) {
   return list;
 }
 
+/// What ends the refusals of a table: its name, if it has one, else whose it is.
+std::string owner_of(const ::toml::table& table, std::string_view prefix,
+                     const std::string& otherwise) {
+  const auto* const name = table.get_as<std::string>("name");
+  if (name == nullptr || prefix.empty()) return otherwise;
+  const std::string_view key = prefix.substr(0, prefix.size() - 1);
+  return " (" + std::string(key.substr(key.rfind('.') + 1)) + " '" + shortened(name->get()) + "')";
+}
+
 }  // namespace
 
 TableReader::TableReader(const ::toml::table& document, std::string file)
-    : TableReader(document, std::move(file), "", document.source().begin) {}
+    : TableReader(document, std::move(file), "", document.source().begin, "") {}
 
 TableReader::TableReader(const ::toml::table& table, std::string file, std::string prefix,
-                         ::toml::source_position where)
-    : table_(&table), file_(std::move(file)), prefix_(std::move(prefix)), where_(where) {}
+                         ::toml::source_position where, const std::string& owner)
+    : table_(&table),
+      file_(std::move(file)),
+      prefix_(std::move(prefix)),
+      where_(where),
+      owner_(owner_of(table, prefix_, owner)) {}
 
 bool TableReader::has(std::string_view key) {
   return find(key) != nullptr;
@@ -160,7 +175,11 @@ std::size_t TableReader::choice(std::string_view key, std::span<const std::strin
   const ::toml::node& node = require(key, expected);
   if (!node.is_string()) refuse_type(key, node, expected);
   const auto found = std::find(choices.begin(), choices.end(), node.as_string()->get());
-  if (found == choices.end()) refuse_at(key, node, expected);
+  if (found == choices.end()) {
+    const auto meant = near_word(node.as_string()->get(), choices);
+    refuse_at(key, node,
+              meant ? expected + ": did you mean `" + std::string(*meant) + "`?" : expected);
+  }
   return static_cast<std::size_t>(found - choices.begin());
 }
 
@@ -168,7 +187,7 @@ TableReader TableReader::table(std::string_view key) {
   static const ::toml::table empty;
   const ::toml::node* node = find(key);
   if (node != nullptr) return table_at(key, *node);
-  return {empty, file_, prefix_ + std::string(key) + ".", where_};
+  return {empty, file_, prefix_ + std::string(key) + ".", where_, owner_};
 }
 
 std::vector<TableReader> TableReader::tables(std::string_view key) {
@@ -184,23 +203,39 @@ void TableReader::refuse(std::string_view key, std::string_view expected) {
   refuse_at(key, require(key, expected), expected);
 }
 
+void TableReader::allow_only(std::span<const std::string_view> keys) {
+  for (const std::string_view key : keys) asked_.emplace(key);
+  finish();
+}
+
 void TableReader::finish() const {
+  const std::vector<std::string_view> asked(asked_.begin(), asked_.end());
   for (const auto& [key, value] : *table_) {
     if (asked_.contains(key.str())) continue;
-    throw scene_error(file_, key.source().begin, prefix_ + std::string(key.str()), shown(value),
-                      "no such key here, but " + joined(asked_));
+    const auto where = key.source().begin;
+    if (const auto meant = near_word(key.str(), asked))
+      throw unknown_key(file_, where, prefix_, key.str(), value, *meant, owner_);
+    throw scene_error(file_, where, prefix_ + std::string(key.str()), shown(value),
+                      "no such key here, but " + joined(asked_) + owner_);
   }
 }
 
 const ::toml::node* TableReader::find(std::string_view key) {
   asked_.emplace(key);
-  return table_->get(key);
+  const ::toml::node* node = table_->get(key);
+  if (node != nullptr) return node;
+  // At once: what is read without it may be refused for its lack.
+  for (const auto& [written, value] : *table_)
+    if (!asked_.contains(written.str()) && is_near(written.str(), key))
+      throw unknown_key(file_, written.source().begin, prefix_, written.str(), value, key, owner_);
+  return nullptr;
 }
 
 const ::toml::node& TableReader::require(std::string_view key, std::string_view expected) {
   const ::toml::node* node = find(key);
   if (node == nullptr) {
-    throw scene_error(file_, where_, prefix_ + std::string(key), "missing", expected);
+    throw scene_error(file_, where_, prefix_ + std::string(key), "missing",
+                      std::string(expected) + owner_);
   }
   return *node;
 }
@@ -233,12 +268,13 @@ int TableReader::integer_at(std::string_view key, const ::toml::node& node,
 
 TableReader TableReader::table_at(std::string_view key, const ::toml::node& node) const {
   if (!node.is_table()) refuse_type(key, node, "a table");
-  return {*node.as_table(), file_, prefix_ + std::string(key) + ".", node.source().begin};
+  return {*node.as_table(), file_, prefix_ + std::string(key) + ".", node.source().begin, owner_};
 }
 
 void TableReader::refuse_at(std::string_view key, const ::toml::node& node,
                             std::string_view expected) const {
-  throw scene_error(file_, node.source().begin, prefix_ + std::string(key), shown(node), expected);
+  throw scene_error(file_, node.source().begin, prefix_ + std::string(key), shown(node),
+                    std::string(expected) + owner_);
 }
 
 void TableReader::refuse_type(std::string_view key, const ::toml::node& node,

@@ -35,6 +35,10 @@ struct IntegerRange {
 ///
 /// Invariant: every key asked for is noted, found or not, so that finish() knows the keys
 /// of a table from the code that reads them. The document must outlive its readers.
+///
+/// A refusal names whose table it is, by the nearest `name` outwards. A key that was not asked for
+/// yet is refused as a slip when one is asked for that is near to it (near_word.hpp) and not there:
+/// of two keys of a table that are near, the reader asks first for the one that may be there alone.
 class TableReader {
  public:
   /// A reader of a whole document.
@@ -87,12 +91,15 @@ class TableReader {
   /// The line that the table begins at, from one.
   [[nodiscard]] unsigned line() const noexcept { return where_.line; }
 
+  /// Throws at a key that is none of these, before any is read.
+  void allow_only(std::span<const std::string_view> keys);
+
   /// Throws at a key that nobody asked for. Call it once everything was read.
   void finish() const;
 
  private:
   TableReader(const ::toml::table& table, std::string file, std::string prefix,
-              ::toml::source_position where);
+              ::toml::source_position where, const std::string& owner);
 
   [[nodiscard]] const ::toml::node* find(std::string_view key);
   [[nodiscard]] const ::toml::node& require(std::string_view key, std::string_view expected);
@@ -110,6 +117,7 @@ class TableReader {
   std::string file_;
   std::string prefix_;  // of the table's keys in messages: "body.spheres."
   ::toml::source_position where_;
+  std::string owner_;  // ends a refusal: " (body 'ball')"; empty: nobody's
   std::set<std::string, std::less<>> asked_;
 };
 

@@ -39,7 +39,7 @@ constexpr BadScene kBadFiles[] = {
     {"format = 2\n[world\n", "2:7", "syntax", "\"[world\"", "TOML: "},
     {"format = 2\ncolour = 'red'", "2:1", "colour", "'red'", "no such key here, but body, "},
     {"format = 2\nworld = 3", "2:9", "world", "3", "a table, found an integer"},
-    {"format = 2\n[world]\ngravity = 3.5", "3:1", "world.gravity", "3.5", "no such key here, but "},
+    {"format = 2\n[world]\nwind = 3.5", "3:1", "world.wind", "3.5", "no such key here, but "},
     {"format = 2\n[world]\ngravity_m_s2 = -9.81", "3:16", "world.gravity_m_s2", "-9.81",
      "3 numbers, each a number from -1e12 to 1e12, found a number"},
     {"format = 2\n[world]\ngravity_m_s2 = [0.0, -9.81]", "3:16", "world.gravity_m_s2", "[0, -9.81]",
@@ -169,7 +169,21 @@ constexpr BadScene kBadBodies[] = {
      "a number from 1e-9"},
     {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmotion = 'static'\nradius_m = 0.1\n"
      "velocity_m_s = [0, 0, 1]",
-     "9:1", "body.velocity_m_s", "[0, 0, 1]", "no such key here, but "},
+     "9:16", "body.velocity_m_s", "[0, 0, 1]",
+     "no such key of a body whose motion is \"static\", but of one that is \"free\" or "
+     "\"prescribed\" (body 'b')"},
+    {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmotion = 'static'\nradius_m = 0.1\n"
+     "mass_kg = 0.5",
+     "9:11", "body.mass_kg", "0.5",
+     "no such key of a body whose motion is \"static\", but of one that is \"free\" (body 'b')"},
+    {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmotion = 'prescribed'\nradius_m = 0.1\n"
+     "velocity_m_s = 0.5\nmass_kg = 0.5",
+     "10:11", "body.mass_kg", "0.5",
+     "no such key of a body whose motion is \"prescribed\", but of one that is \"free\""},
+    {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nradius_m = 0.1\nmass_kg = 0.5\n"
+     "direction = [0, 0, 1]",
+     "9:13", "body.direction", "[0, 0, 1]",
+     "no such key of a body whose motion is \"free\", but of one that is \"prescribed\""},
     {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmotion = 'static'\nradius_m = 0.1\n"
      "spheres = { radius_m = 0.1 }",
      "9:1", "body.spheres", "{...}", "no such key here, but "},
@@ -243,7 +257,7 @@ TEST_CASE("More than 64 materials or 16 tool spheres are refused", "[scene_file]
   CHECK(refusal_of(materials).empty());
   materials += "[[material]]\nname = 'more'\n";
   CHECK(refusal_of(materials) ==
-        "195:8: material.name: value 'more': expected at most 64 materials");
+        "195:8: material.name: value 'more': expected at most 64 materials (material 'more')");
 
   std::string spheres = "format = 2\ntool.spheres = [{ radius_m = 0.1 }";
   for (int i = 1; i < 16; ++i) spheres += ", { radius_m = 0.1 }";
