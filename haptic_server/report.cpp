@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "shared/files/json_file.hpp"
+#include "shared/reading/histogram_json.hpp"
 #include "shared/reading/relay_json.hpp"
 
 namespace stillgrid::haptic_server {
@@ -16,16 +17,6 @@ constexpr double kMicro = 1e-6;
 std::uint64_t to_micro(double value) {
   return value < 1e12 ? static_cast<std::uint64_t>(std::llround(value * 1e6))
                       : std::uint64_t{1} << 60U;
-}
-
-nlohmann::json percentiles(const realtime::Histogram& histogram, double unit) {
-  const auto at = [&](double share) {
-    return static_cast<double>(histogram.percentile(share)) * unit;
-  };
-  return {{"p50", at(0.5)},
-          {"p99", at(0.99)},
-          {"p999", at(0.999)},
-          {"max", static_cast<double>(histogram.max()) * unit}};
 }
 
 nlohmann::json interface_json(const std::optional<safety::InterfaceEnergy>& energy) {
@@ -125,13 +116,13 @@ void write_report(const HapticReport& report, const std::filesystem::path& file)
       {"rate_hz", report.rate_hz},
       {"snapshots", report.snapshots},
       {"contended", report.contended},
-      {"age_s", percentiles(report.age_ns, 1e-9)},
+      {"age_s", reading::histogram_json(report.age_ns, 1e-9)},
       {"force_N", {{"mean", report.force_sum_N / ticks}, {"max", report.force_max_N}}},
-      {"slew_N_per_ms", percentiles(report.slew_uN_per_ms, kMicro)},
-      {"switch_jump_N", percentiles(report.switch_jump_uN, kMicro)},
-      {"prediction_error_N", percentiles(report.prediction_error_uN, kMicro)},
-      {"prediction_error_m", percentiles(report.prediction_error_nm, 1e-9)},
-      {"unsolved_N", percentiles(report.unsolved_uN, kMicro)},
+      {"slew_N_per_ms", reading::histogram_json(report.slew_uN_per_ms, kMicro)},
+      {"switch_jump_N", reading::histogram_json(report.switch_jump_uN, kMicro)},
+      {"prediction_error_N", reading::histogram_json(report.prediction_error_uN, kMicro)},
+      {"prediction_error_m", reading::histogram_json(report.prediction_error_nm, 1e-9)},
+      {"unsolved_N", reading::histogram_json(report.unsolved_uN, kMicro)},
       {"plateau_share", static_cast<double>(report.plateau_ticks) / ticks},
       {"energy_J", report.energy_J},
       {"energy",
@@ -148,8 +139,8 @@ void write_report(const HapticReport& report, const std::filesystem::path& file)
       {"lost_rows", report.lost_rows},
       {"page_faults", report.page_faults}};
   if (report.measures_time) {
-    json["tick_ns"] = percentiles(report.tick_ns, 1.0);
-    json["wake_ns"] = percentiles(report.wake_ns, 1.0);
+    json["tick_ns"] = reading::histogram_json(report.tick_ns, 1.0);
+    json["wake_ns"] = reading::histogram_json(report.wake_ns, 1.0);
   }
   if (report.relay) json["relay"] = reading::relay_json(report.relay);
   if (report.realtime_violations) json["realtime_violations"] = counts(*report.realtime_violations);

@@ -7,18 +7,11 @@
 
 #include "shared/files/json_file.hpp"
 #include "shared/files/whole_file.hpp"
+#include "shared/reading/histogram_json.hpp"
 #include "shared/reading/relay_json.hpp"
 
 namespace stillgrid::sim_server {
 namespace {
-
-nlohmann::json percentiles_ms(const realtime::Histogram& histogram) {
-  const auto ms = [](std::uint64_t ns) { return static_cast<double>(ns) * 1e-6; };
-  return {{"p50", ms(histogram.percentile(0.5))},
-          {"p99", ms(histogram.percentile(0.99))},
-          {"p999", ms(histogram.percentile(0.999))},
-          {"max", ms(histogram.max())}};
-}
 
 nlohmann::json vector_json(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
@@ -51,7 +44,8 @@ void add_hands(const SimulationReport& report, nlohmann::json& json) {
   for (const HandReport& hand : report.hands) {
     nlohmann::json own = {{"name", hand.name}, {"tool_work_J", hand.tool_work_J}};
     if (hand.tool_age_ns.count() > 0)
-      (hand.name.empty() ? json : own)["tool_age_ms"] = percentiles_ms(hand.tool_age_ns);
+      (hand.name.empty() ? json : own)["tool_age_ms"] =
+          reading::histogram_json(hand.tool_age_ns, 1e-6);
     if (hand.relay) (hand.name.empty() ? json : own)["relay"] = reading::relay_json(hand.relay);
     if (!hand.name.empty()) json["hands"].push_back(own);
   }
@@ -114,13 +108,13 @@ void write_report(const SimulationReport& report, const bodies::World& world,
   json["angular_momentum_kg_m2_per_s"] = vector_json(dynamics::angular_momentum_kg_m2_per_s(world));
   add_hands(report, json);
   if (report.measures_time) {
-    json["step_ms"] = percentiles_ms(report.step_ns);
-    json["phases_ms"] = {{"detect", percentiles_ms(report.detect_ns)},
-                         {"respond", percentiles_ms(report.respond_ns)},
-                         {"integrate", percentiles_ms(report.integrate_ns)}};
+    json["step_ms"] = reading::histogram_json(report.step_ns, 1e-6);
+    json["phases_ms"] = {{"detect", reading::histogram_json(report.detect_ns, 1e-6)},
+                         {"respond", reading::histogram_json(report.respond_ns, 1e-6)},
+                         {"integrate", reading::histogram_json(report.integrate_ns, 1e-6)}};
     if (report.publish_ns.count() > 0) {
-      json["phases_ms"]["predict"] = percentiles_ms(report.predict_ns);
-      json["phases_ms"]["publish"] = percentiles_ms(report.publish_ns);
+      json["phases_ms"]["predict"] = reading::histogram_json(report.predict_ns, 1e-6);
+      json["phases_ms"]["publish"] = reading::histogram_json(report.publish_ns, 1e-6);
     }
   }
   files::write_json(file, json);

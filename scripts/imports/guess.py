@@ -58,6 +58,15 @@ def numbered(group):
     return parts if parts and parts == list(range(parts[0], parts[0] + len(parts))) else []
 
 
+def axes_of(group, lengths):
+    """x, y and z of a group, or the first three of so many numbers."""
+    parts = [part for part in "xyz" if part in group.parts]
+    if len(parts) == 3:
+        return parts
+    numbers = numbered(group)
+    return numbers[:3] if len(numbers) in lengths else []
+
+
 def is_varying(table, terms):
     return all(numpy.isfinite(table.numbers(term.column)).mean() > 0.5 for term in terms)
 
@@ -98,10 +107,7 @@ def time_unit_like(steps):
 def guess_position(table):
     best, best_score = None, 0
     for group in groups_of(table, LENGTH_M):
-        parts = [part for part in "xyz" if part in group.parts]
-        numbers = numbered(group)
-        if len(parts) != 3:
-            parts = numbers[:3] if len(numbers) in (3, 6, 7) else []
+        parts = axes_of(group, (3, 6, 7))
         if len(parts) == 3 and is_varying(table, group.terms(parts)):
             if "w" in group.parts or any(kind.search(group.stem) for kind in (FORCE, TURN, NO_POSITION)):
                 continue
@@ -157,10 +163,7 @@ def guess_orientation(table):
 def guess_force(table):
     best, best_score = None, 0
     for group in groups_of(table, FORCE_N):
-        parts = [part for part in "xyz" if part in group.parts]
-        numbers = numbered(group)
-        if len(parts) != 3:
-            parts = numbers[:3] if len(numbers) in (3, 6) else []
+        parts = axes_of(group, (3, 6))
         if len(parts) == 3 and FORCE.search(group.stem) and is_varying(table, group.terms(parts)):
             score = 2 + bool(group.unit(parts)) - bool(re.search("rendered|command|cmd", group.stem))
             if score > best_score:

@@ -74,15 +74,22 @@ Jet coarse_spline(const FieldView& field, std::size_t array, const Eigen::Array3
 
 }  // namespace
 
-FieldLayout field_layout(const proto::FieldShape& shape) noexcept {
+FieldCounts field_counts(const proto::FieldShape& shape) noexcept {
   const auto [x, y, z] = shape.bricks;
-  const std::size_t coarse = words_of(std::uint64_t{x + 2} * (y + 2) * (z + 2));
+  const std::size_t coarse = std::size_t{x + 2} * (y + 2) * (z + 2);
+  return {.coarse = coarse,
+          .numbers = std::size_t{x} * y * z,
+          .stiffness = shape.has_stiffness != 0 ? coarse : 0,
+          .fine = std::size_t{shape.fine_count} * proto::kBrickCoefficients};
+}
+
+FieldLayout field_layout(const proto::FieldShape& shape) noexcept {
+  const FieldCounts counts = field_counts(shape);
   FieldLayout layout;
-  layout.numbers = layout.coarse + coarse;
-  layout.stiffness = layout.numbers + words_of(std::uint64_t{x} * y * z);
-  layout.fine = layout.stiffness + (shape.has_stiffness != 0 ? coarse : 0);
-  layout.total_words =
-      layout.fine + words_of(std::uint64_t{shape.fine_count} * proto::kBrickCoefficients);
+  layout.numbers = layout.coarse + words_of(counts.coarse);
+  layout.stiffness = layout.numbers + words_of(counts.numbers);
+  layout.fine = layout.stiffness + words_of(counts.stiffness);
+  layout.total_words = layout.fine + words_of(counts.fine);
   return layout;
 }
 

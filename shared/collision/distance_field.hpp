@@ -21,6 +21,12 @@ struct FieldLayout {
   std::size_t fine = 0;       // f32
   std::size_t total_words = 0;
 };
+/// How many numbers each of them holds.
+struct FieldCounts {
+  std::size_t coarse = 0, numbers = 0, stiffness = 0, fine = 0;
+};
+/// Pre: is_consistent(shape).
+[[nodiscard]] FieldCounts field_counts(const proto::FieldShape& shape) noexcept;
 /// Pre: is_consistent(shape).
 [[nodiscard]] FieldLayout field_layout(const proto::FieldShape& shape) noexcept;
 

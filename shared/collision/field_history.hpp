@@ -1,7 +1,9 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "proto/scene_segment.hpp"
 
@@ -29,11 +31,18 @@ inline void fill_history(proto::FieldRecord& record, const proto::FieldState& sn
   record.response = 0;
 }
 
-/// One more snapshot; older ones move down. It moves on at its velocities, and gives no way.
+/// One more snapshot; older ones move down. It moves on at its velocities, and gives no way. Of the
+/// two quaternions of its turn the one that is nearer to that of the snapshot before: what is shown
+/// between the two goes the short way round.
 inline void push_snapshot(proto::FieldRecord& record, const proto::FieldState& snapshot) noexcept {
   const auto before = record.history;
   fill_history(record, snapshot);
   std::copy(before.begin(), before.end() - 1, record.history.begin() + 1);
+  auto& turn = record.history[0].orientation_xyzw;
+  const auto& was = before[0].orientation_xyzw;
+  const auto vector = [](const auto& q) { return Eigen::Map<const Eigen::Vector4f>(q.data()); };
+  if (vector(turn).dot(vector(was)) < 0.0F)
+    std::transform(turn.begin(), turn.end(), turn.begin(), std::negate());
 }
 
 }  // namespace stillgrid::collision

@@ -22,12 +22,6 @@ std::size_t round_up(std::size_t bytes, std::size_t multiple) {
   return (bytes + multiple - 1) / multiple * multiple;
 }
 
-std::uint64_t random_epoch() {
-  std::uint64_t epoch = 0;
-  if (::getrandom(&epoch, sizeof epoch, 0) != sizeof epoch) epoch = 1;
-  return std::max<std::uint64_t>(epoch, 1);
-}
-
 double_buffer::DoubleBuffer buffer_over(const proto::SegmentHeader& header, std::byte* start) {
   double_buffer::DoubleBuffer buffer;
   buffer.latest = reinterpret_cast<std::uint64_t*>(start + offsetof(proto::SegmentHeader, latest));
@@ -116,6 +110,12 @@ void touch_pages(std::span<const std::byte> bytes) {
 }
 
 }  // namespace
+
+std::uint64_t random_epoch() noexcept {
+  std::uint64_t epoch = 0;
+  if (::getrandom(&epoch, sizeof epoch, 0) != sizeof epoch) epoch = 1;
+  return std::max<std::uint64_t>(epoch, 1);
+}
 
 SegmentWriter::SegmentWriter(std::string_view session, const SegmentSpec& spec)
     : SegmentWriter(SessionLock(session, spec.kind), spec) {}

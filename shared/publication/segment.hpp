@@ -13,6 +13,9 @@
 
 namespace stillgrid::publication {
 
+/// A number that no other writer has, not 0; of the system's own.
+[[nodiscard]] std::uint64_t random_epoch() noexcept;
+
 /// What a writer declares of its segment.
 struct SegmentSpec {
   proto::SegmentKind kind;

@@ -100,20 +100,24 @@ SessionLock::SessionLock(std::string segment_path, FileDescriptor file) noexcept
 SessionLock::SessionLock(std::string_view session, proto::SegmentKind kind)
     : SessionLock(*take(session, kind, kNoStop)) {}
 
+std::optional<SessionLock> SessionLock::try_take(std::string_view session,
+                                                 proto::SegmentKind kind) {
+  std::string path = own_segment_path(session, kind);
+  auto file = try_lock(path + std::string(kLock));
+  if (!file) return std::nullopt;
+  return SessionLock(std::move(path), std::move(*file));
+}
+
 std::optional<SessionLock> SessionLock::take(std::string_view session, proto::SegmentKind kind,
                                              const std::atomic<bool>& stop) {
-  std::string path = own_segment_path(session, kind);
-  const std::string lock_path = path + std::string(kLock);
-  auto file = try_lock(lock_path);
-  for (auto waited = milliseconds(0); !file && waited < kWriterEnds; waited += kLockPoll) {
+  for (auto waited = milliseconds(0);; waited += kLockPoll) {
+    if (auto lock = try_take(session, kind)) return lock;
+    if (waited >= kWriterEnds)
+      throw SegmentError("session '" + std::string(session) +
+                         "' already has a writer: stop it, or choose another --session");
     if (stop) return std::nullopt;
     std::this_thread::sleep_for(kLockPoll);
-    file = try_lock(lock_path);
   }
-  if (!file)
-    throw SegmentError("session '" + std::string(session) +
-                       "' already has a writer: stop it, or choose another --session");
-  return SessionLock(std::move(path), std::move(*file));
 }
 
 SessionLock::~SessionLock() {

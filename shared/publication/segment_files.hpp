@@ -60,6 +60,9 @@ class SessionLock {
   static std::optional<SessionLock> take(std::string_view session, proto::SegmentKind kind,
                                          const std::atomic<bool>& stop);
 
+  /// The same without a wait: nothing where another holds it.
+  static std::optional<SessionLock> try_take(std::string_view session, proto::SegmentKind kind);
+
   ~SessionLock();
   SessionLock(SessionLock&&) noexcept = default;
   SessionLock& operator=(SessionLock&&) = delete;

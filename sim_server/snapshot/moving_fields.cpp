@@ -1,6 +1,6 @@
 #include "sim_server/snapshot/moving_fields.hpp"
 
-#include <algorithm>
+#include "shared/collision/field_history.hpp"
 
 namespace stillgrid::snapshot {
 namespace {
@@ -18,18 +18,14 @@ void go_on(proto::FieldRecord& record) noexcept {
 
 }  // namespace
 
-proto::FieldState state_of(const bodies::World& world, const bodies::FieldBody& field,
-                           const proto::FieldState& before) noexcept {
+proto::FieldState state_of(const bodies::World& world, const bodies::FieldBody& field) noexcept {
   const bodies::RigidBody* const body =
       field.rigid < 0 ? nullptr : &world.rigid_bodies[static_cast<std::size_t>(field.rigid)];
   const Eigen::Vector4f turn =
       (body == nullptr ? field.orientation : body->orientation).coeffs().cast<float>();
-  const auto& was = before.orientation_xyzw;
-  const bool is_opposite = turn.dot(Eigen::Vector4f(was[0], was[1], was[2], was[3])) < 0.0F;
-  const Eigen::Vector4f near = is_opposite ? Eigen::Vector4f(-turn) : turn;
   proto::FieldState state{};
   state.position_m = floats(body == nullptr ? field.position_m : body->position_m);
-  state.orientation_xyzw = {near.x(), near.y(), near.z(), near.w()};
+  state.orientation_xyzw = {turn.x(), turn.y(), turn.z(), turn.w()};
   if (body == nullptr) return state;
   state.velocity_m_s = floats(body->velocity_m_s);
   state.angular_velocity_rad_s = floats(body->angular_velocity_rad_s);
@@ -40,20 +36,14 @@ MovingFields::MovingFields(const bodies::World& world) {
   for (std::size_t i = 0; i < world.fields.size(); ++i) {
     if (world.fields[i].rigid < 0) continue;
     fields_.push_back(i);
-    proto::FieldRecord& record = records_.emplace_back();
-    record = {};
-    record.history.fill(state_of(world, world.fields[i]));
-    go_on(record);
+    collision::fill_history(records_.emplace_back(proto::FieldRecord{}),
+                            state_of(world, world.fields[i]));
   }
 }
 
 void MovingFields::show(const bodies::World& world) noexcept {
-  for (std::size_t i = 0; i < fields_.size(); ++i) {
-    auto& history = records_[i].history;
-    std::shift_right(history.begin(), history.end(), 1);
-    history[0] = state_of(world, world.fields[fields_[i]], history[1]);
-    go_on(records_[i]);
-  }
+  for (std::size_t i = 0; i < fields_.size(); ++i)
+    collision::push_snapshot(records_[i], state_of(world, world.fields[fields_[i]]));
 }
 
 void MovingFields::take(const bodies::FieldPrediction& prediction,

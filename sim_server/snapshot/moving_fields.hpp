@@ -10,10 +10,9 @@
 
 namespace stillgrid::snapshot {
 
-/// Where a field's frame is and how it moves, as it is published: in floats, the turn of the sign
-/// that is nearer to `before`.
-[[nodiscard]] proto::FieldState state_of(const bodies::World& world, const bodies::FieldBody& field,
-                                         const proto::FieldState& before = {}) noexcept;
+/// Where a field's frame is and how it moves, as it is published: in floats.
+[[nodiscard]] proto::FieldState state_of(const bodies::World& world,
+                                         const bodies::FieldBody& field) noexcept;
 
 /// The records of all moving fields, ready to publish, in the order of World::fields. Nothing is
 /// allocated after construction. Thread: one.

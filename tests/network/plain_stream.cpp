@@ -15,6 +15,7 @@
 #include "shared/command_line/number_in.hpp"
 #include "shared/command_line/prepare_daemon.hpp"
 #include "shared/command_line/run_program.hpp"
+#include "shared/reading/histogram_json.hpp"
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/histogram.hpp"
 #include "shared/realtime/periodic_timer.hpp"
@@ -103,17 +104,10 @@ int receive(const Arguments& arguments) {
     }
     if (newest_ns != 0) age_ns.record(realtime::monotonic_ns() - newest_ns);
   }
-  const auto at = [&](double share) {
-    return 1e-9 * static_cast<double>(age_ns.percentile(share));
-  };
-  std::cout << nlohmann::json{{"received", received},
-                              {"age_s",
-                               {{"p50", at(0.5)},
-                                {"p99", at(0.99)},
-                                {"max", 1e-9 * static_cast<double>(age_ns.max())},
-                                {"count", age_ns.count()},
-                                {"over_100_ms", age_ns.share_above(kOld_ns)}}}}
-            << "\n";
+  nlohmann::json age_s = reading::histogram_json(age_ns, 1e-9);
+  age_s["count"] = age_ns.count();
+  age_s["over_100_ms"] = age_ns.share_above(kOld_ns);
+  std::cout << nlohmann::json{{"received", received}, {"age_s", age_s}} << "\n";
   dds_delete_qos(stream.qos);
   dds_delete(stream.participant);
   return realtime::kDone;

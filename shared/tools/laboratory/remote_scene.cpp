@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <atomic>
 
-#include "shared/collision/sphere_history.hpp"
+#include "shared/collision/field_history.hpp"
 #include "shared/realtime/periodic_timer.hpp"
 #include "sim_server/published_scene.hpp"
 
@@ -94,21 +94,17 @@ void RemoteScene::enter(double prediction_s) {
   grid_.enter(bounds_, kVoxelRatio);
 }
 
-/// Turns of the sign that is nearer to what was shown last, as a simulation publishes them.
 void RemoteScene::show_fields(const std::vector<proto::FieldRecord>& sent) {
   const bool is_first = fields_.empty();
   fields_.resize(sent.size());
   for (std::size_t i = 0; i < sent.size(); ++i) {
-    std::array<proto::FieldState, proto::kHistoryLength> history = fields_[i].history;
-    std::shift_right(history.begin(), history.end(), 1);
-    history[0] = sent[i].history[0];
-    if (is_first) history.fill(history[0]);
-    const auto turn = [&history](std::size_t age) {
-      return Eigen::Map<Eigen::Vector4f>(history[age].orientation_xyzw.data());
-    };
-    if (turn(0).dot(turn(1)) < 0.0F) turn(0) = -turn(0);
-    fields_[i] = sent[i];
-    fields_[i].history = history;
+    if (is_first)
+      collision::fill_history(fields_[i], sent[i].history[0]);
+    else
+      collision::push_snapshot(fields_[i], sent[i].history[0]);
+    fields_[i].predicted_velocity_m_s = sent[i].predicted_velocity_m_s;
+    fields_[i].predicted_angular_velocity_rad_s = sent[i].predicted_angular_velocity_rad_s;
+    fields_[i].response = sent[i].response;
   }
 }
 

@@ -6,6 +6,7 @@
 
 #include "shared/publication/relay_figures.hpp"
 #include "shared/realtime/periodic_timer.hpp"
+#include "shared/tools/scene_relay/arrays.hpp"
 #include "shared/tools/scene_relay/deadband.hpp"
 #include "shared/tools/scene_relay/relay.hpp"
 #include "shared/tools/scene_relay/shown_scene.hpp"
@@ -14,11 +15,6 @@
 
 namespace stillgrid::scene_relay {
 namespace {
-
-template <std::size_t N>
-void copy(const std::array<double, N>& from, double (&to)[N]) {
-  std::copy(from.begin(), from.end(), to);
-}
 
 class HandSide {
  public:
@@ -38,34 +34,30 @@ class HandSide {
   }
 
   void run() {
-    const std::uint64_t began_ns = realtime::monotonic_ns();
-    const std::uint64_t end_ns =
-        options_.duration_s ? began_ns + realtime::to_ns(*options_.duration_s) : proto::kNever;
-    std::uint64_t next_ns = began_ns;
-    while (!stop_) {
-      link_.participant().wait(next_ns);
-      const std::uint64_t now_ns = realtime::monotonic_ns();
-      if (now_ns >= end_ns) break;
-      if (link_.hear(now_ns)) follow_scene();
-      take_scene(now_ns);
-      take_snapshots(now_ns);
-      const bool is_shown = scene_.has_value();
-      RelayLink::Said said{.received = received_};
-      if (is_shown) said = {tool_epoch(), scene_->epoch(), decoder_.keyframe_id(), received_};
-      link_.say(now_ns, said);
-      if (now_ns < next_ns) continue;
-      next_ns = std::max(next_ns + kLook_ns, now_ns);
-      if (is_shown) {
-        tell_tool();
-        // However silent the network is: the segment's readers are told of that.
-        publication::store_relay_figures(scene_->hand().writer().header(), link_.figures());
-      }
-      if (state_ns_ != 0) report_.age_ns.record(now_ns - std::min(now_ns, state_ns_));
-    }
-    (void)link_.figures();
+    link_.run(
+        stop_, [this](std::uint64_t now_ns) { wake(now_ns); },
+        [this](std::uint64_t now_ns) { look(now_ns); });
   }
 
  private:
+  void wake(std::uint64_t now_ns) {
+    if (link_.hear(now_ns)) follow_scene();
+    take_scene(now_ns);
+    take_snapshots(now_ns);
+    RelayLink::Said said{.received = received_};
+    if (scene_) said = {tool_epoch(), scene_->epoch(), decoder_.keyframe_id(), received_};
+    link_.say(now_ns, said);
+  }
+
+  void look(std::uint64_t now_ns) {
+    if (scene_) {
+      tell_tool();
+      // However silent the network is: the segment's readers are told of that.
+      publication::store_relay_figures(scene_->hand().writer().header(), link_.figures());
+    }
+    if (state_ns_ != 0) report_.age_ns.record(now_ns - std::min(now_ns, state_ns_));
+  }
+
   /// A simulation that ended or was killed there ends here; so does one whose relay took another.
   /// A status that the scene has overtaken does not know of it yet, and one of another scene may be
   /// a flipped bit's: these count from the second on.
@@ -88,10 +80,8 @@ class HandSide {
 
   /// The one of the start; later, as it goes with each segment, another, unless it is taken.
   std::optional<publication::SessionLock> take_lock() {
-    if (!lock_) {
-      const std::atomic<bool> at_once{true};
-      return publication::SessionLock::take(options_.session, proto::SegmentKind::kScene, at_once);
-    }
+    if (!lock_)
+      return publication::SessionLock::try_take(options_.session, proto::SegmentKind::kScene);
     std::optional<publication::SessionLock> lock = std::move(lock_);
     lock_.reset();
     return lock;

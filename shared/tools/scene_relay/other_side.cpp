@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cstring>
+#include <string_view>
 #include <utility>
+
+#include "shared/reading/observed_segment.hpp"
 
 namespace stillgrid::scene_relay {
 namespace {
@@ -18,14 +21,6 @@ Role other(Role role) {
 
 /// More than any relay says in kPatience_ns.
 constexpr std::uint64_t kFurthestLeap = 4096;
-
-/// What came over the network, for a terminal.
-std::string printable(const char* text, std::size_t most) {
-  std::string result(text, ::strnlen(text, most));
-  std::replace_if(
-      result.begin(), result.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
-  return result;
-}
 
 }  // namespace
 
@@ -43,12 +38,14 @@ void OtherSide::tell_of(std::uint64_t relay_id, const std::string& line) {
 
 void OtherSide::hear(const Greeting& greeting) {
   if (greeting.relay_id == relay_id_ || greeting.role == static_cast<std::uint32_t>(role_)) return;
-  if (greeting.protocol != kProtocol)
-    tell_of(greeting.relay_id,
-            "the relay " + std::string(place_of(other(role_))) + " is of Stillgrid " +
-                printable(greeting.release, sizeof greeting.release) + " and speaks protocol " +
-                std::to_string(greeting.protocol) + ", this one " + std::to_string(kProtocol) +
-                ": run the same release on both machines");
+  if (greeting.protocol == kProtocol) return;
+  const std::string_view release(greeting.release,
+                                 ::strnlen(greeting.release, sizeof greeting.release));
+  tell_of(greeting.relay_id, "the relay " + std::string(place_of(other(role_))) +
+                                 " is of Stillgrid " + reading::printable(release) +
+                                 " and speaks protocol " + std::to_string(greeting.protocol) +
+                                 ", this one " + std::to_string(kProtocol) +
+                                 ": run the same release on both machines");
 }
 
 void OtherSide::follow(std::uint64_t relay_id) {

@@ -5,37 +5,29 @@
 #include <algorithm>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
-#include <random>
 
 #include "shared/files/json_file.hpp"
+#include "shared/publication/segment.hpp"
+#include "shared/reading/histogram_json.hpp"
 #include "shared/tools/scene_relay/topic_name.hpp"
 
 namespace stillgrid::scene_relay {
 namespace {
-
-std::uint64_t random_id() {
-  std::random_device random;
-  const std::uint64_t id = std::uint64_t{random()} << 32U | random();
-  return id != 0 ? id : 1;
-}
 
 /// More than any sender counts in kLongestWay_ns.
 constexpr std::uint64_t kFurthestLeap = 65'536;
 /// Nor is more lost in a silence, of a day: what is further ahead was never counted up to.
 constexpr std::uint64_t kMaxLost = std::uint64_t{1} << 33U;
 
-nlohmann::json percentiles(const realtime::Histogram& histogram) {
-  const auto at = [&](double share) {
-    return static_cast<double>(histogram.percentile(share)) * 1e-9;
-  };
-  return {{"p50", at(0.5)},
-          {"p99", at(0.99)},
-          {"max", static_cast<double>(histogram.max()) * 1e-9},
-          {"count", histogram.count()}};
+/// Seconds, and how many there were.
+nlohmann::json counted_json(const realtime::Histogram& histogram) {
+  nlohmann::json result = reading::histogram_json(histogram, 1e-9);
+  result["count"] = histogram.count();
+  return result;
 }
 
-nlohmann::json ages(const realtime::Histogram& histogram) {
-  nlohmann::json result = percentiles(histogram);
+nlohmann::json age_json(const realtime::Histogram& histogram) {
+  nlohmann::json result = counted_json(histogram);
   result["over_100_ms"] = histogram.share_above(100'000'000);
   return result;
 }
@@ -52,8 +44,9 @@ std::string greeting_topic(const std::string& session) {
 
 RelayLink::RelayLink(const RelayOptions& options, Role role, RelayReport& report)
     : report_(report),
+      duration_s_(options.duration_s),
       session_(options.session),
-      relay_id_(random_id()),
+      relay_id_(publication::random_epoch()),
       participant_(options.network),
       other_(relay_id_, role, options.session, [](const std::string& line) { spdlog::info(line); }),
       greetings_out_(participant_.writer(stillgrid_Greeting_desc, greeting_topic(session_),
@@ -179,8 +172,8 @@ void write_report(const RelayReport& report, const std::filesystem::path& file) 
                            {"keyframes", report.keyframes},
                            {"deltas", report.deltas},
                            {"withheld", report.withheld},
-                           {"way_s", percentiles(report.way_ns)},
-                           {"age_s", ages(report.age_ns)}});
+                           {"way_s", counted_json(report.way_ns)},
+                           {"age_s", age_json(report.age_ns)}});
 }
 
 }  // namespace stillgrid::scene_relay

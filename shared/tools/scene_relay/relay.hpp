@@ -2,6 +2,7 @@
 
 #include <sys/types.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
@@ -10,6 +11,7 @@
 
 #include "proto/segment_header.hpp"
 #include "shared/realtime/histogram.hpp"
+#include "shared/realtime/periodic_timer.hpp"
 #include "shared/tools/scene_relay/messages.hpp"
 #include "shared/tools/scene_relay/network.hpp"
 #include "shared/tools/scene_relay/other_side.hpp"
@@ -66,6 +68,25 @@ class RelayLink {
  public:
   RelayLink(const RelayOptions& options, Role role, RelayReport& report);
 
+  /// Until it is told to stop, or for as long as was asked: wake(now_ns) whenever something may
+  /// have come, and every kLook_ns look(now_ns) after it.
+  template <class Wake, class Look>
+  void run(const std::atomic<bool>& stop, const Wake& wake, const Look& look) {
+    std::uint64_t next_ns = realtime::monotonic_ns();
+    const std::uint64_t end_ns =
+        duration_s_ ? next_ns + realtime::to_ns(*duration_s_) : proto::kNever;
+    while (!stop) {
+      participant_.wait(next_ns);
+      const std::uint64_t now_ns = realtime::monotonic_ns();
+      if (now_ns >= end_ns) break;
+      wake(now_ns);
+      if (now_ns < next_ns) continue;
+      next_ns = std::max(next_ns + kLook_ns, now_ns);
+      look(now_ns);
+    }
+    (void)figures();
+  }
+
   [[nodiscard]] const Participant& participant() const noexcept { return participant_; }
   [[nodiscard]] std::uint64_t relay_id() const noexcept { return relay_id_; }
   [[nodiscard]] const OtherSide& other() const noexcept { return other_; }
@@ -101,6 +122,7 @@ class RelayLink {
 
  private:
   RelayReport& report_;
+  std::optional<double> duration_s_;
   std::string session_;
   std::uint64_t relay_id_;
   Participant participant_;

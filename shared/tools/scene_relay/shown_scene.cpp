@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "shared/collision/field_history.hpp"
+#include "shared/tools/scene_relay/arrays.hpp"
 #include "shared/tools/scene_relay/told_scene.hpp"
 
 namespace stillgrid::scene_relay {
@@ -102,14 +103,10 @@ void ShownScene::place_fields(const ToldSnapshot& snapshot) {
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     const FieldMotion& told = snapshot.fields[i];
     proto::FieldRecord& record = fields_[i];
-    const proto::FieldState state{std::to_array(told.state.position_m),
-                                  std::to_array(told.state.orientation_xyzw),
-                                  std::to_array(told.state.velocity_m_s),
-                                  std::to_array(told.state.angular_velocity_rad_s), 0.0F};
     if (is_first)
-      collision::fill_history(record, state);
+      collision::fill_history(record, state_of(told.state));
     else
-      collision::push_snapshot(record, state);
+      collision::push_snapshot(record, state_of(told.state));
     record.predicted_velocity_m_s = std::to_array(told.predicted_velocity_m_s);
     record.predicted_angular_velocity_rad_s = std::to_array(told.predicted_angular_velocity_rad_s);
     record.response = told.response;

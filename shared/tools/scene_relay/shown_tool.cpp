@@ -1,7 +1,6 @@
 #include "shared/tools/scene_relay/shown_tool.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <utility>
 
 #include "shared/tools/scene_relay/deadband.hpp"
@@ -63,8 +62,7 @@ ShownTool::Shown ShownTool::open(const ToolMessage& message, std::uint64_t now_n
   writer_.reset();
   if (now_ns < next_try_ns_) return Shown::kWaits;
   next_try_ns_ = now_ns + kTry_ns;
-  const std::atomic<bool> at_once{true};
-  auto lock = publication::SessionLock::take(session_, proto::SegmentKind::kTool, at_once);
+  auto lock = publication::SessionLock::try_take(session_, proto::SegmentKind::kTool);
   if (!lock) return Shown::kTaken;
   writer_.emplace(std::move(*lock), message.period_ns, proto::Clock::kMonotonic, now_ns, readers_);
   next_try_ns_ = 0;

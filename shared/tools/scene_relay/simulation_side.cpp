@@ -43,31 +43,27 @@ class SimulationSide {
                                           Delivery::kBestEffort)) {}
 
   void run(const std::atomic<bool>& stop) {
-    const std::uint64_t began_ns = realtime::monotonic_ns();
-    const std::uint64_t end_ns =
-        options_.duration_s ? began_ns + realtime::to_ns(*options_.duration_s) : proto::kNever;
-    std::uint64_t next_ns = began_ns;
-    while (!stop) {
-      link_.participant().wait(next_ns);
-      const std::uint64_t now_ns = realtime::monotonic_ns();
-      if (now_ns >= end_ns) break;
-      if (link_.hear(now_ns))
-        encoder_.acknowledge(link_.other().status().scene_epoch,
-                             link_.other().status().keyframe_id);
-      take_tool(now_ns);
-      if (now_ns < next_ns) continue;
-      next_ns = std::max(next_ns + kLook_ns, now_ns);
-      look_at_scene(now_ns);
-      repeat_scene(now_ns);
-      link_.say(now_ns, {.segment_epoch = scene_epoch_});
-      look_at_tool(now_ns);
-    }
+    link_.run(
+        stop, [this](std::uint64_t now_ns) { wake(now_ns); },
+        [this](std::uint64_t now_ns) { look(now_ns); });
     report_.keyframes = encoder_.keyframes();
     report_.deltas = encoder_.deltas();
-    (void)link_.figures();
   }
 
  private:
+  void wake(std::uint64_t now_ns) {
+    if (link_.hear(now_ns))
+      encoder_.acknowledge(link_.other().status().scene_epoch, link_.other().status().keyframe_id);
+    take_tool(now_ns);
+  }
+
+  void look(std::uint64_t now_ns) {
+    look_at_scene(now_ns);
+    repeat_scene(now_ns);
+    link_.say(now_ns, {.segment_epoch = scene_epoch_});
+    look_at_tool(now_ns);
+  }
+
   void look_at_scene(std::uint64_t now_ns) {
     if (now_ns >= next_look_ns_) {
       next_look_ns_ = now_ns + 10'000'000;

@@ -11,8 +11,8 @@
 namespace stillgrid::scene_relay {
 namespace {
 
-/// Lists those of `now` whose bits are others than in `before`, and copies them; nothing, where
-/// most are, so that telling all is shorter.
+/// Lists those of `now` whose bits are others than in `before`, and copies them; false, and lists
+/// none, where most are, so that telling all is shorter.
 template <class Element>
 bool differing(const std::vector<Element>& before, const std::vector<Element>& now,
                std::vector<std::uint32_t>& numbers, std::vector<Element>& values) {
@@ -21,7 +21,10 @@ bool differing(const std::vector<Element>& before, const std::vector<Element>& n
   const std::size_t worthwhile = now.size() * sizeof(Element) / (sizeof(Element) + 4);
   for (std::size_t i = 0; i < now.size(); ++i) {
     if (std::memcmp(&before[i], &now[i], sizeof(Element)) == 0) continue;
-    if (numbers.size() + 1 >= worthwhile) return false;
+    if (numbers.size() + 1 >= worthwhile) {
+      numbers.clear();
+      return false;
+    }
     numbers.push_back(static_cast<std::uint32_t>(i));
     values.push_back(now[i]);
   }
@@ -42,6 +45,19 @@ bool apply(std::span<const std::uint32_t> numbers, std::span<const Element> told
     values[numbers[i]] = told[i];
   }
   return true;
+}
+
+/// What a snapshot and its message call alike.
+template <class From, class To>
+void copy_head(const From& from, To& to) {
+  to.snapshot_id = from.snapshot_id;
+  to.state_time_ns = from.state_time_ns;
+  to.publish_time_ns = from.publish_time_ns;
+  to.tool_time_ns = from.tool_time_ns;
+  to.step_ns = from.step_ns;
+  to.contacts = from.contacts;
+  to.tool_work_J = from.tool_work_J;
+  to.prediction_ns = from.prediction_ns;
 }
 
 [[noreturn]] void refuse() {
@@ -105,20 +121,12 @@ void SnapshotEncoder::tell_responses() {
 
 void SnapshotEncoder::tell_against(const ToldSnapshot& keyframe) {
   message_.against_id = keyframe.snapshot_id;
-  if (differing(keyframe.motions, snapshot_.motions, moved_, motions_)) {
-    point_to(message_.moved, moved_);
+  if (differing(keyframe.motions, snapshot_.motions, moved_, motions_))
     point_to(message_.motions, motions_);
-  } else {
-    moved_.clear();
-    point_to(message_.moved, moved_);
-  }
-  if (differing(keyframe.labels, snapshot_.labels, relabelled_, labels_)) {
-    point_to(message_.relabelled, relabelled_);
+  if (differing(keyframe.labels, snapshot_.labels, relabelled_, labels_))
     point_to(message_.labels, labels_);
-  } else {
-    relabelled_.clear();
-    point_to(message_.relabelled, relabelled_);
-  }
+  point_to(message_.moved, moved_);
+  point_to(message_.relabelled, relabelled_);
 }
 
 /// Who publishes often would else never hear of a keyframe before the next one.
@@ -138,14 +146,7 @@ const SnapshotMessage& SnapshotEncoder::encode(ToldSnapshot snapshot, std::uint6
   message_.relay_id = relay_id_;
   message_.number = ++number_;
   message_.scene_epoch = scene_epoch;
-  message_.snapshot_id = snapshot_.snapshot_id;
-  message_.state_time_ns = snapshot_.state_time_ns;
-  message_.publish_time_ns = snapshot_.publish_time_ns;
-  message_.tool_time_ns = snapshot_.tool_time_ns;
-  message_.step_ns = snapshot_.step_ns;
-  message_.contacts = snapshot_.contacts;
-  message_.tool_work_J = snapshot_.tool_work_J;
-  message_.prediction_ns = snapshot_.prediction_ns;
+  copy_head(snapshot_, message_);
   message_.sphere_count = static_cast<std::uint32_t>(snapshot_.motions.size());
   point_to(message_.modes, snapshot_.modes);
   point_to(message_.turning, snapshot_.turning);
@@ -203,14 +204,7 @@ Decoded SnapshotDecoder::decode(const SnapshotMessage& message, const SnapshotLi
     refuse();
   assign(snapshot.modes, message.modes);
   if (!take_responses(message, limits, snapshot)) refuse();
-  snapshot.snapshot_id = message.snapshot_id;
-  snapshot.state_time_ns = message.state_time_ns;
-  snapshot.publish_time_ns = message.publish_time_ns;
-  snapshot.tool_time_ns = message.tool_time_ns;
-  snapshot.step_ns = message.step_ns;
-  snapshot.contacts = message.contacts;
-  snapshot.tool_work_J = message.tool_work_J;
-  snapshot.prediction_ns = message.prediction_ns;
+  copy_head(message, snapshot);
   assign(snapshot.turning, message.turning);
   assign(snapshot.fields, message.fields);
   check(snapshot, limits);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
 #include <memory>
 #include <span>
@@ -12,31 +11,14 @@
 #include "shared/collision/field_history.hpp"
 #include "shared/collision/sphere_history.hpp"
 #include "shared/reading/snapshot.hpp"
+#include "shared/tools/scene_relay/arrays.hpp"
 #include "shared/tools/scene_relay/sequence.hpp"
 
 namespace stillgrid::scene_relay {
 namespace {
 
-template <class T, std::size_t N>
-void copy(const std::array<T, N>& from, T (&to)[N]) {
-  std::copy(from.begin(), from.end(), to);
-}
-template <class T, std::size_t N>
-std::array<T, N> array(const T (&from)[N]) {
-  std::array<T, N> to;
-  std::copy(from, from + N, to.begin());
-  return to;
-}
-
 void require(bool is_sound, const std::string& what) {
   if (!is_sound) throw MessageError("the other side's scene is refused: " + what);
-}
-
-/// Written so that a NaN does not pass.
-template <class Numbers>
-bool are_bounded(const Numbers& numbers, double largest = proto::kLargestNumber) {
-  return std::all_of(std::begin(numbers), std::end(numbers),
-                     [largest](float x) { return std::abs(double{x}) <= largest; });
 }
 
 /// Of a material: stiffer than anything, yet of forces that are numbers.
@@ -51,31 +33,21 @@ std::vector<Number> numbers_of(const collision::FieldView& field, std::size_t fr
   return numbers;
 }
 
-struct FieldCounts {
-  std::size_t coarse, numbers, stiffness, fine;
-};
-FieldCounts counts_of(const proto::FieldShape& shape) {
-  const auto [x, y, z] = shape.bricks;
-  const std::size_t coarse = std::size_t{x + 2} * (y + 2) * (z + 2);
-  return {coarse, std::size_t{x} * y * z, shape.has_stiffness != 0 ? coarse : 0,
-          std::size_t{shape.fine_count} * proto::kBrickCoefficients};
-}
-
 std::shared_ptr<const collision::DistanceField> field_of(const stillgrid_relay1_DistanceField& told,
                                                          std::uint32_t number) {
   const std::string name = "field " + std::to_string(number) + ": ";
-  proto::FieldShape shape{.lowest_m = array(told.lowest_m),
+  proto::FieldShape shape{.lowest_m = std::to_array(told.lowest_m),
                           .brick_m = told.brick_m,
-                          .bricks = array(told.bricks),
+                          .bricks = std::to_array(told.bricks),
                           .fine_count = 0,
-                          .centre_m = array(told.centre_m),
+                          .centre_m = std::to_array(told.centre_m),
                           .bounding_radius_m = told.bounding_radius_m,
                           .has_stiffness = told.stiffness._length != 0 ? 1U : 0U,
                           .reserved = 0};
   require(told.fine._length % proto::kBrickCoefficients == 0, name + "half a fine brick");
   shape.fine_count = told.fine._length / proto::kBrickCoefficients;
   require(collision::is_consistent(shape), name + "a shape that none has");
-  const FieldCounts counts = counts_of(shape);
+  const collision::FieldCounts counts = collision::field_counts(shape);
   require(counts.coarse == told.coarse._length && counts.numbers == told.numbers._length &&
               counts.stiffness == told.stiffness._length && counts.fine == told.fine._length,
           name + "not as many numbers as its shape needs");
@@ -96,11 +68,6 @@ std::shared_ptr<const collision::DistanceField> field_of(const stillgrid_relay1_
   put(layout.stiffness, told.stiffness);
   put(layout.fine, told.fine);
   return std::make_shared<const collision::DistanceField>(shape, std::move(words));
-}
-
-proto::FieldState state_of(const stillgrid_relay1_FieldState& told) {
-  return {array(told.position_m), array(told.orientation_xyzw), array(told.velocity_m_s),
-          array(told.angular_velocity_rad_s), 0.0F};
 }
 
 std::vector<publication::PublishedField> fields_of(const SceneMessage& message) {
@@ -133,7 +100,7 @@ std::vector<proto::SphereRecord> static_spheres_of(const SceneMessage& message) 
   std::vector<proto::SphereRecord> spheres;
   spheres.reserve(message.spheres._length);
   for (const auto& told : elements(message.spheres)) {
-    const auto place = array(told.position_m);
+    const auto place = std::to_array(told.position_m);
     require(are_bounded(place) && told.radius_m > 0.0F &&
                 double{told.radius_m} <= proto::kLargestNumber,
             "a static sphere's place or radius");
@@ -155,16 +122,17 @@ proto::SceneHeader head_of(const SceneMessage& message) {
   head.plane_count = message.planes._length;
   head.tool_sphere_count = message.tool._length;
   head.tool_slip_speed_m_s = message.tool_slip_speed_m_s;
-  head.device = {array(message.device_position_m), array(message.device_orientation_xyzw),
-                 message.device_scale};
+  head.device = {std::to_array(message.device_position_m),
+                 std::to_array(message.device_orientation_xyzw), message.device_scale};
   std::size_t i = 0;
   for (const auto& m : elements(message.materials))
     head.materials[i++] = {m.stiffness_N_per_m, m.damping_N_s_per_m, m.friction, m.slip_speed_m_s};
   i = 0;
   for (const auto& p : elements(message.planes))
-    head.planes[i++] = {array(p.normal), p.offset_m, p.material, p.body};
+    head.planes[i++] = {std::to_array(p.normal), p.offset_m, p.material, p.body};
   i = 0;
-  for (const auto& s : elements(message.tool)) head.tool[i++] = {array(s.position_m), s.radius_m};
+  for (const auto& s : elements(message.tool))
+    head.tool[i++] = {std::to_array(s.position_m), s.radius_m};
   return head;
 }
 
@@ -233,26 +201,23 @@ void ToldScene::tell_fields(const publication::SceneView& view) {
     body.moving = field.body.moving;
     body.material = field.body.material;
     body.body = field.body.body;
-    copy(rest.position_m, body.rest.position_m);
-    copy(rest.orientation_xyzw, body.rest.orientation_xyzw);
-    copy(rest.velocity_m_s, body.rest.velocity_m_s);
-    copy(rest.angular_velocity_rad_s, body.rest.angular_velocity_rad_s);
+    body.rest = told(rest);
     bodies_.push_back(body);
     if (known != offsets.end()) continue;
     offsets.push_back(field.body.offset);
     const proto::FieldShape& shape = field.body.shape;
-    const FieldCounts counts = counts_of(shape);
+    const collision::FieldCounts counts = collision::field_counts(shape);
     const collision::FieldLayout& at = field.field.layout;
     numbers_.push_back({numbers_of<float>(field.field, at.coarse, counts.coarse),
                         numbers_of<float>(field.field, at.stiffness, counts.stiffness),
                         numbers_of<float>(field.field, at.fine, counts.fine),
                         numbers_of<std::uint32_t>(field.field, at.numbers, counts.numbers)});
-    stillgrid_relay1_DistanceField& told = fields_.emplace_back();
-    copy(shape.lowest_m, told.lowest_m);
-    told.brick_m = shape.brick_m;
-    copy(shape.bricks, told.bricks);
-    copy(shape.centre_m, told.centre_m);
-    told.bounding_radius_m = shape.bounding_radius_m;
+    stillgrid_relay1_DistanceField& message = fields_.emplace_back();
+    copy(shape.lowest_m, message.lowest_m);
+    message.brick_m = shape.brick_m;
+    copy(shape.bricks, message.bricks);
+    copy(shape.centre_m, message.centre_m);
+    message.bounding_radius_m = shape.bounding_radius_m;
   }
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     point_to(fields_[i].coarse, numbers_[i].coarse);

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "shared/collision/field_history.hpp"
+#include "shared/tools/scene_relay/arrays.hpp"
 #include "shared/tools/scene_relay/told_scene.hpp"
 
 namespace stillgrid::scene_relay {
@@ -15,28 +16,12 @@ void require(bool is_sound, const char* what) {
   if (!is_sound) throw MessageError(std::string("a snapshot is refused: ") + what);
 }
 
-/// Written so that a NaN does not pass.
-template <std::size_t N>
-bool are_bounded(const float (&values)[N], double largest = proto::kLargestNumber) {
-  return std::all_of(values, values + N,
-                     [largest](float x) { return std::abs(double{x}) <= largest; });
-}
-
 /// Of how anything gives way: a speck of 1e-12 kg in steps of 0.1 s.
 constexpr double kLargestResponse = 1e12;
 
-template <class T, std::size_t N>
-void copy(const std::array<T, N>& from, T (&to)[N]) {
-  std::copy(from.begin(), from.end(), to);
-}
-
 FieldMotion motion_of(const proto::FieldRecord& record) {
   FieldMotion motion{};
-  const proto::FieldState& newest = record.history[0];
-  copy(newest.position_m, motion.state.position_m);
-  copy(newest.orientation_xyzw, motion.state.orientation_xyzw);
-  copy(newest.velocity_m_s, motion.state.velocity_m_s);
-  copy(newest.angular_velocity_rad_s, motion.state.angular_velocity_rad_s);
+  motion.state = told(record.history[0]);
   copy(record.predicted_velocity_m_s, motion.predicted_velocity_m_s);
   copy(record.predicted_angular_velocity_rad_s, motion.predicted_angular_velocity_rad_s);
   motion.response = record.response;
@@ -46,11 +31,8 @@ FieldMotion motion_of(const proto::FieldRecord& record) {
 void check_fields(const ToldSnapshot& snapshot, const SnapshotLimits& limits) {
   require(snapshot.fields.size() == limits.moving_fields, "another number of fields");
   for (const FieldMotion& field : snapshot.fields) {
-    const proto::FieldState state{std::to_array(field.state.position_m),
-                                  std::to_array(field.state.orientation_xyzw),
-                                  std::to_array(field.state.velocity_m_s),
-                                  std::to_array(field.state.angular_velocity_rad_s), 0.0F};
-    require(collision::is_sound(state) && are_bounded(field.predicted_velocity_m_s) &&
+    require(collision::is_sound(state_of(field.state)) &&
+                are_bounded(field.predicted_velocity_m_s) &&
                 are_bounded(field.predicted_angular_velocity_rad_s),
             "a field's place or motion");
     require(field.response == 0 || field.response + std::size_t{1} <= snapshot.responses.size(),
@@ -65,8 +47,8 @@ void check_response(const ToldSnapshot& snapshot, const SnapshotLimits& limits) 
                   publication::response_capacity(limits.moving_capacity, limits.moving_fields),
           "more modes, turning bodies or responses than there may be");
   for (const auto& mode : snapshot.modes)
-    require(are_bounded({mode.inertia_share, mode.push, mode.displacement, mode.at_velocity,
-                         mode.damping_share}),
+    require(are_bounded(std::array{mode.inertia_share, mode.push, mode.displacement,
+                                   mode.at_velocity, mode.damping_share}),
             "a mode");
   for (const auto& body : snapshot.turning)
     require(are_bounded(body.centre_m) && are_bounded(body.velocity_m_s) &&
@@ -74,7 +56,7 @@ void check_response(const ToldSnapshot& snapshot, const SnapshotLimits& limits) 
             "a turning body");
   for (const proto::SphereResponse& response : snapshot.responses)
     for (const std::array<float, 3>& mode : response.modes)
-      require(are_bounded({mode[0], mode[1], mode[2]}, kLargestResponse), "a response");
+      require(are_bounded(mode, kLargestResponse), "a response");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -33,8 +34,14 @@ class ShownHistory {
     labels_ = snapshot.labels;
     fields_.resize(snapshot.fields.size());
     for (std::size_t i = 0; i < fields_.size(); ++i) {
-      if (came_ == 0) fields_[i].assign(3, snapshot.fields[i].state);
-      fields_[i].insert(fields_[i].begin(), snapshot.fields[i].state);
+      auto state = snapshot.fields[i].state;
+      if (came_ == 0) fields_[i].assign(3, state);
+      // Of a turn's two quaternions the one that is nearer to that which was shown.
+      auto& turn = state.orientation_xyzw;
+      if (std::inner_product(std::begin(turn), std::end(turn),
+                             std::begin(fields_[i][0].orientation_xyzw), 0.0F) < 0.0F)
+        for (float& x : turn) x = -x;
+      fields_[i].insert(fields_[i].begin(), state);
       fields_[i].resize(4);
     }
     last_ = snapshot;
