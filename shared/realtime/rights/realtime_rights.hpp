@@ -7,7 +7,7 @@
 
 namespace stillgrid::realtime {
 
-/// What a thread got of what a real-time thread needs (docs/realtime.md#rights).
+/// What a thread got of what a real-time thread needs (docs/realtime.md, "Rights").
 struct RealtimeRights {
   enum class Way { kNone, kFifo, kRealtimeKit };
   Way way = Way::kNone;
