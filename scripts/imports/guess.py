@@ -107,7 +107,7 @@ def time_unit_like(steps):
 def guess_position(table):
     best, best_score = None, 0
     for group in groups_of(table, LENGTH_M):
-        parts = axes_of(group, (3, 6, 7))
+        parts, numbers = axes_of(group, (3, 6, 7)), numbered(group)
         if len(parts) == 3 and is_varying(table, group.terms(parts)):
             if "w" in group.parts or any(kind.search(group.stem) for kind in (FORCE, TURN, NO_POSITION)):
                 continue
