@@ -30,8 +30,7 @@ def read(file, within=None, delimiter=None):
     if data[:8] == MAGIC:
         return read_mcap(file, data, within)
     if data[:9] == b"#ROSBAG V" or data[:15] == b"SQLite format 3":
-        raise Unusable(f"{file}: a bag of ROS: expected it as MCAP, as ROS 2 writes and 'ros2 bag "
-                       "convert' makes of others")
+        raise Unusable(f"{file}: a bag of ROS: expected one of ROS 2 as MCAP, which 'ros2 bag convert' makes")
     if within:
         raise Unusable(f"--within: value '{within}': expected no such option for a file of text")
     try:
