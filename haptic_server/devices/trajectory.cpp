@@ -74,6 +74,7 @@ double time_of(const CsvRow& row, const TrajectoryColumns& columns, std::optiona
 
 void drop_last_sample(Trajectory& trajectory) {
   trajectory.time_s.pop_back();
+  trajectory.line.pop_back();
   trajectory.position_m.pop_back();
   if (!trajectory.orientation.empty()) trajectory.orientation.pop_back();
   if (!trajectory.velocity_m_s.empty()) trajectory.velocity_m_s.pop_back();
@@ -86,6 +87,7 @@ void append_row(const CsvRow& row, const TrajectoryColumns& columns,
     drop_last_sample(trajectory);
   }
   trajectory.time_s.push_back(time_s);
+  trajectory.line.push_back(row.line);
   trajectory.position_m.push_back(position_at(row, columns, options));
   if (!columns.orientation.empty()) {
     trajectory.orientation.push_back(orientation_at(row, columns.orientation));

@@ -8,7 +8,7 @@ import sys
 import time
 import tomllib
 
-from forces import Unusable
+from expectation import Unusable, of_hand
 
 AWAY = "time_s,x_m,y_m,z_m\n0,9,0,0\n"  # fifty times a workspace; beyond 10 m no device is believed
 
@@ -26,11 +26,6 @@ class Hand:
     @property
     def own(self):
         return f".{self.name}" if self.name else ""
-
-
-def of_hand(file, name):
-    """FILE.csv of a hand is FILE.NAME.csv, as scripts/launch has it."""
-    return file.with_name(f"{file.stem}.{name}{file.suffix}")
 
 
 def hands_of(scene, arguments, folder):
