@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -28,7 +29,7 @@ namespace {
 struct Arguments {
   LiveOptions live;
   std::string hand, surfaces, open, recording;
-  int port = 8765;
+  std::optional<int> port;
 };
 
 constexpr const char* kDescription =
@@ -59,7 +60,8 @@ void add_options(CLI::App& app, Arguments& arguments) {
                                    "A recording (CSV) of haptic_server: the tool, no bodies");
   session->excludes(open)->excludes(recording);
   open->excludes(recording);
-  app.add_option("--port", arguments.port, "Of the page; 0: any that is free; default 8765")
+  app.add_option("--port", arguments.port,
+                 "Of the page; 0: any that is free; default: 8642, or any where that is taken")
       ->check(command_line::integer_in(0, 65535));
   app.add_option("--surfaces", arguments.surfaces,
                  "Surfaces of the bodies (JSON), from sim_server --surfaces")

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "shared/tools/scene_viewer/view_source.hpp"
@@ -15,8 +16,9 @@ namespace stillgrid::scene_viewer {
 /// and of the API; bounds: PageConnection.
 class PageServer {
  public:
-  /// Binds; port 0: any that is free. Throws std::runtime_error in one line where it cannot.
-  explicit PageServer(int port);
+  /// Binds. Port 0: any that is free; none: 8642, or any that is free where that is taken. Throws
+  /// std::runtime_error in one line where it cannot.
+  explicit PageServer(std::optional<int> port);
   /// Ends all connections, answered or not.
   ~PageServer();
   PageServer(const PageServer&) = delete;
