@@ -334,11 +334,12 @@ class ReplayCheckTest(daemons.SessionTest):
         job = workflow["jobs"]["replay"]
         commands = "\n".join(step.get("run", "") for step in job["steps"])
         options = [case.get("options", "") for case in job["strategy"]["matrix"]["include"]]
-        arguments = commands.partition("/bin/replay_check")[2] + " ".join(options)
+        replay = job["env"]["REPLAY"]
+        arguments = " ".join([replay, *re.findall(r"env\.REPLAY \}\}(.*)", commands), *options])
         told = subprocess.run([REPLAY_CHECK, "--help"], capture_output=True, text=True, check=True).stdout
         for option in re.findall(r"--[a-z-]+", arguments):
             self.assertIn(option, told)
-        for script in re.findall(r"stillgrid/(scripts/\w+)", commands):
+        for script in re.findall(r"stillgrid/(scripts/\w+)", commands + replay):
             self.assertTrue((daemons.ROOT / script).exists(), script)
 
     def test_it_runs_from_where_it_is_installed(self):
