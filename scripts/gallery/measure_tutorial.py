@@ -5,7 +5,6 @@ import re
 import subprocess
 import tempfile
 
-from drawing import save
 from measuring import ROOT, fail, parser_of
 from plot_recording import draw
 from recording import load
@@ -23,8 +22,8 @@ def main():
         subprocess.run([ROOT / "scripts/launch", folder / "cushion.toml", "--duration", "6", "--device",
                         "phantom:hand=light,path=press", "--lockstep", "--record", folder / "hand.csv", "--build",
                         arguments.build], check=True, stdout=subprocess.DEVNULL)
-        figure = draw(load(folder / "hand.csv"), "A light hand presses the cushion", window_s=0.5)
-    save(figure, arguments.charts / "tutorial_hand.png", dpi=110)
+        draw(load(folder / "hand.csv"), "A light hand presses the cushion", window_s=0.5,
+             picture=arguments.charts / "tutorial_hand.png")
 
 
 if __name__ == "__main__":

@@ -50,7 +50,7 @@ class TutorialTest(unittest.TestCase):
                     self.assertEqual(done.returncode, 1 if fails else 0, f"{line}\n{done.stdout}")
             self.assertIn("equal: byte for byte", "".join(printed))
             self.assertRegex("".join(printed), r"wrong\.toml:\d+:\d+: .*radius")
-            for made in ("first.csv", "hand.csv", "hand.png", "expected.csv", "organ.csv", "organ.json"):
+            for made in ("first.csv", "first.mcap", "hand.csv", "hand.png", "expected.csv", "organ.csv", "organ.json"):
                 self.assertGreater((folder / "build/mine" / made).stat().st_size, 0, made)
 
 
