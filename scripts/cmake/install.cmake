@@ -42,6 +42,11 @@ install(DIRECTORY docs/examples DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs PATTERN
 
 # Completion is looked for by a program's name.
 set(programs sim_server haptic_server segment_inspect scene_viewer scene_relay device_check sphere_decompose)
+foreach(program IN LISTS programs)
+  if(NOT TARGET ${program})  # of a part that is left out
+    list(REMOVE_ITEM programs ${program})
+  endif()
+endforeach()
 set(scripts replay_check scene_fit stiffness_fit stillgrid_import)
 set(completions ${CMAKE_BINARY_DIR}/share/bash-completion/completions)
 configure_file(scripts/system/completion.bash ${completions}/stillgrid_launch COPYONLY)
