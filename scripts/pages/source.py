@@ -56,10 +56,18 @@ def text_of(file, repository):
         is_fence = bool(FENCE.match(line.lstrip()))
         if is_fence and not is_code:
             end_prose()
-        (text if is_code or is_fence else prose).append(line)
+        (text if is_code or is_fence else prose).append(with_title(line) if is_fence else line)
         is_code ^= is_fence
     end_prose()
     return "".join(text)
+
+
+def with_title(fence):
+    """A fence that begins a file of a tutorial names it above the code; its other words are for the test alone."""
+    marks, words = re.fullmatch(r"(\s*(?:```|~~~))(.*)\n?", fence).groups()
+    language, *rest = words.split() or [""]
+    title = f' title="{rest[0]}"' if len(rest) == 1 and "/" in rest[0] else ""
+    return f"{marks}{language}{title}\n"
 
 
 def with_blank_lines(lines):

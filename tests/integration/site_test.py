@@ -54,6 +54,12 @@ class SiteTest(unittest.TestCase):
         file.write_text("Words:\n* one\n  more\n* two\n\n```\nWords:\n* one [x](gone)\n```\n")
         self.assertEqual(source.text_of(file, ""), "Words:\n\n* one\n  more\n* two\n\n```\nWords:\n* one [x](gone)\n```\n")
 
+    def test_a_file_of_a_tutorial_is_named_above_its_code_and_what_is_for_its_test_is_left_out(self):
+        file = self.folder / "page.md"
+        file.write_text("```toml build/mine/a.toml\na = 1\n```\n```sh fails 3\nfalse\n```\n  ```\n  x\n  ```\n")
+        self.assertEqual(source.text_of(file, ""), '```toml title="build/mine/a.toml"\na = 1\n```\n```sh\nfalse\n```\n'
+                         "  ```\n  x\n  ```\n")
+
     def test_every_page_has_its_place_in_the_navigation_once(self):
         nav = navigation.navigation((source.ROOT / "docs/README.md").read_text())
         places = [place for entry in nav for value in entry.values()
