@@ -66,8 +66,10 @@ void add_options(CLI::App& app, Arguments& arguments) {
                  "Of the page; 0: any that is free; default: 8642, or any where that is taken")
       ->check(command_line::integer_in(0, 65535));
   app.add_option("--surfaces", arguments.surfaces,
-                 "Surfaces of the bodies (JSON), from sim_server --surfaces")
-      ->needs(session);
+                 "Names and surfaces of the bodies (JSON), from sim_server --surfaces; shown where "
+                 "that scene runs")
+      ->excludes(open)
+      ->excludes(recording);
   app.add_option("--save", arguments.live.save,
                  "Keep what is shown, frame by frame, for --open; some MB a minute")
       ->needs(session);

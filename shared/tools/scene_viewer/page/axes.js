@@ -48,7 +48,7 @@ export function make_axes(low_m, high_m, { picture, plot }) {
     group.add(new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(points),
       new THREE.LineBasicMaterial({ color: plot['xyz'[axis]] })));
     for (const value_m of ticks) {
-      const label = make_label(metres_text(value_m, step_m), picture, kSmall_px);
+      const label = make_label(metres_text(value_m, step_m), picture, { height_px: kSmall_px });
       label.position.copy(at(value_m, 0.35 * step_m));
       group.add(label);
     }

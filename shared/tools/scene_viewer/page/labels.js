@@ -1,4 +1,4 @@
-// Words in the picture: always upright, as large as text, in front of everything.
+// Words in the picture: always upright, as large as text.
 import * as THREE from 'three';
 
 const kFont = '600 26px system-ui, "DejaVu Sans", sans-serif';
@@ -6,8 +6,8 @@ const kHeight = 40;  // of the canvas a label is drawn on, in its pixels
 const kUsual_px = 22;  // of the label, not of its letters
 const kTwoTangents = 2 * Math.tan(17.5 * Math.PI / 180);  // of half the camera's field of view
 
-/// colours: label, label_ground of a theme's picture. height_px: on the screen.
-export function make_label(text, colours, height_px = kUsual_px) {
+/// colours: label, label_ground of a theme's picture. height_px: on the screen. is_in_front: of everything.
+export function make_label(text, colours, { height_px = kUsual_px, is_in_front = false } = {}) {
   const canvas = document.createElement('canvas');
   const context = canvas.getContext('2d');
   context.font = kFont;
@@ -25,7 +25,7 @@ export function make_label(text, colours, height_px = kUsual_px) {
   const map = new THREE.CanvasTexture(canvas);
   map.colorSpace = THREE.SRGBColorSpace;
   const label = new THREE.Sprite(new THREE.SpriteMaterial({
-    map, sizeAttenuation: false, depthTest: false, depthWrite: false, transparent: true }));
+    map, sizeAttenuation: false, depthTest: !is_in_front, depthWrite: false, transparent: true }));
   label.userData = { height_px, ratio: canvas.width / kHeight };
   label.renderOrder = 10;
   return label;

@@ -147,7 +147,8 @@ async function take_scene(of_frame) {
     ? of_frame.arrays.newest : (await api.ticks(1, 1 << 16)).arrays.position_m;
   plots.flag_names = next.flags;
   panels.show_scene(next);
-  view?.set_scene(next, around_m, of_frame.tool);
+  const others_m = (of_frame.others ?? []).flatMap(({ tool }) => tool.position_m);
+  view?.set_scene(next, [...around_m, ...others_m], of_frame.tool);
   panels.show_bodies(next);
   if (view) panels.show_scales(view.scales);
   if (view && kept_camera_m) view.camera.place_m = kept_camera_m;
@@ -216,6 +217,7 @@ async function take_ticks() {
   const { arrays } = await api.ticks(asked.from, asked.most);
   ticks.append(arrays);
   plots.dirty = true;
+  if (playback.mode === 'paused') show();  // the path, which the frame came before
 }
 
 function show() {

@@ -1,10 +1,13 @@
 // What a mouse or fingers do on a plot: point, turn the wheel, drag, pinch, click twice.
 
+const kTwice_ms = 450;  // between two clicks, or taps, that are one double
+const kTwice_px = 12;
 const kWheelStep = 1.0015;  // a pixel of the wheel's way
 
 /// actions: point(x or null), zoom(factor, x), pan(pixels), reset(). on_change(): after each of them.
 export function watch_gestures(canvas, actions, on_change) {
   const fingers = new Map();  // what is down: where it was seen last
+  let tap = { time_ms: -Infinity, x: 0 };  // the last
   const act = (action, ...values) => {
     actions[action](...values);
     on_change();
@@ -22,7 +25,7 @@ export function watch_gestures(canvas, actions, on_change) {
   canvas.addEventListener('pointerdown', (event) => {
     if (event.button !== 0) return;
     canvas.setPointerCapture(event.pointerId);
-    fingers.set(event.pointerId, { x: event.offsetX });
+    fingers.set(event.pointerId, { x: event.offsetX, from: event.offsetX });
   });
   canvas.addEventListener('pointermove', (event) => {
     const finger = fingers.get(event.pointerId);
@@ -35,9 +38,15 @@ export function watch_gestures(canvas, actions, on_change) {
     actions.pan(after.middle - before.middle);
     act('zoom', before.apart / after.apart, after.middle);
   });
-  for (const end of ['pointerup', 'pointercancel']) {
-    canvas.addEventListener(end, (event) => fingers.delete(event.pointerId));
-  }
+  canvas.addEventListener('pointercancel', (event) => fingers.delete(event.pointerId));
+  canvas.addEventListener('pointerup', (event) => {
+    const finger = fingers.get(event.pointerId);
+    fingers.delete(event.pointerId);
+    if (!finger || Math.abs(event.offsetX - finger.from) > kTwice_px) return;
+    // Not by 'dblclick', which fingers do not make everywhere.
+    const is_double = event.timeStamp - tap.time_ms < kTwice_ms && Math.abs(event.offsetX - tap.x) < kTwice_px;
+    tap = { time_ms: is_double ? -Infinity : event.timeStamp, x: event.offsetX };
+    if (is_double) act('reset');
+  });
   canvas.addEventListener('pointerleave', () => act('point', null));
-  canvas.addEventListener('dblclick', () => act('reset'));
 }

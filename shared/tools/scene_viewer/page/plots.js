@@ -60,11 +60,12 @@ export class Plots {
     this.flags_seen = new Set();
     this.hover_s = null;  // the time that is pointed at
     this.tops = {};
+    this.labels = {};  // what each shows, in words
     for (const [name, label] of kPlots) {
       const canvas = document.createElement('canvas');
       canvas.id = `plot-${name}`;
       canvas.setAttribute('role', 'img');
-      canvas.setAttribute('aria-label', label);
+      this.labels[name] = label;
       parent.append(canvas);
       this[name] = new PlotCanvas(canvas, name === 'flags' ? 90 : 48);
       const own_s = name === 'age' ? kAgeWindow_s : kWindow_s;
@@ -101,10 +102,13 @@ export class Plots {
     this.#draw_flags(of(kWindow_s));
   }
 
-  /// "10 s", or "0.5 s, to −2.1 s" of a window that ends before the frame.
-  #length({ from_s, to_s, end_s }) {
+  /// "10 s", or "0.5 s, to −2.1 s" of a window that ends before the frame; the plot of that name is labelled so.
+  #length(name, { from_s, to_s, end_s }) {
     const lag_s = end_s - to_s;
-    return `${+(to_s - from_s).toPrecision(2)} s${lag_s > 1e-6 ? `, to −${+lag_s.toPrecision(3)} s` : ''}`;
+    const text = `${+(to_s - from_s).toPrecision(2)} s${lag_s > 1e-6 ? `, to −${+lag_s.toPrecision(3)} s` : ''}`;
+    const label = `${this.labels[name]}: ${text}`;
+    if (this[name].canvas.ariaLabel !== label) this[name].canvas.ariaLabel = label;
+    return text;
   }
 
   /// The top of an axis: grows at once, shrinks when a third would do, so that it does not flicker.
@@ -129,7 +133,7 @@ export class Plots {
     }
     this.force.line(time_s, begin, end, norm, 'norm', 2);
     const told = (value) => fixed(pointed >= begin ? value : NaN, 2);
-    this.force.title(`force, N (${this.#length(shown)})`, [
+    this.force.title(`force, N (${this.#length('force', shown)})`, [
       [`|F| ${told(norm(pointed))}`, 'norm'],
       ...[0, 1, 2].map((axis) => [`${'xyz'[axis]} ${told(force_N[3 * pointed + axis])}`, 'xyz'[axis]])]);
     this.force.cursor(this.hover_s);
@@ -149,7 +153,7 @@ export class Plots {
     this.age.grid([0, top / 2, top]);
     this.age.line(time_s, begin, end, (i) => 1000 * age_s[i], 'age');
     this.age.marks(marks, 'mark');
-    this.age.title(`snapshot's age, ms (${this.#length(shown)})`, [
+    this.age.title(`snapshot's age, ms (${this.#length('age', shown)})`, [
       ['publications', 'mark'], [fixed(pointed >= begin ? 1000 * age_s[pointed] : NaN, 1), 'age']]);
     this.age.cursor(this.hover_s);
   }
@@ -174,7 +178,7 @@ export class Plots {
           Math.max(2 * bin_s, 0.05));
       }
     }
-    this.time.title(`tick, p50 and p99 (${this.#length(shown)})`, [['work', 'work'], ['wake-up latency', 'wake']]);
+    this.time.title(`tick, p50 and p99 (${this.#length('time', shown)})`, [['work', 'work'], ['wake-up latency', 'wake']]);
     this.time.cursor(this.hover_s);
   }
 
@@ -189,7 +193,7 @@ export class Plots {
     const seen = [...this.flags_seen].filter((flag) => flag < names.length).sort((a, b) => a - b);
     seen.forEach((flag, row) => this.flags.strip(row, Math.max(seen.length, kLeastStrips), names[flag], spans[flag], 'flag'));
     const stood = seen.length ? `${seen.length} of ${names.length} stood` : `none of ${names.length} stood`;
-    this.flags.title(`safety flags (${this.#length(shown)}): ${stood}`, []);
+    this.flags.title(`safety flags (${this.#length('flags', shown)}): ${stood}`, []);
     this.flags.cursor(this.hover_s);
   }
 }

@@ -78,7 +78,8 @@ export class ToolView {
     this.shaft.material.color = colour;
     this.shaft.material.emissive = colour.clone().multiplyScalar(0.35);
     if (this.label) drop_label(this.label);
-    this.label = name ? make_label(name, { ...this.colours, label: this.colours.hands[index % 4] }) : null;
+    this.label = name ? make_label(name, { ...this.colours, label: this.colours.hands[index % 4] },
+      { is_in_front: true }) : null;
     if (this.label) this.object.add(this.label);
   }
 
