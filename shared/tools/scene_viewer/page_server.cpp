@@ -96,8 +96,8 @@ std::string PageServer::address() const {
          server_->key + "/";
 }
 
-void PageServer::start(const ViewSource& view, const std::filesystem::path& page) {
-  server_->answer = [answers = PageAnswers(view, server_->key, page)](
+void PageServer::start(Views& views, const std::filesystem::path& page) {
+  server_->answer = [answers = PageAnswers(views, server_->key, page)](
                         const PageQuestion& question) { return answers.to(question); };
   server_->accept();
   server_->thread = std::jthread([context = &server_->context] {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "shared/tools/scene_viewer/view_source.hpp"
+#include "shared/tools/scene_viewer/views.hpp"
 
 namespace stillgrid::scene_viewer {
 
@@ -29,9 +29,9 @@ class PageServer {
   /// http://127.0.0.1:PORT/KEY/
   [[nodiscard]] std::string address() const;
 
-  /// Serves the files that the page's folder holds now, and the view, in a thread of its own until
-  /// destruction. Pre: the view outlives it.
-  void start(const ViewSource& view, const std::filesystem::path& page);
+  /// Serves the files that the page's folder holds now, and the views, in a thread of its own until
+  /// destruction. Pre: the views outlive it, and nobody else asks them.
+  void start(Views& views, const std::filesystem::path& page);
 
  private:
   struct Server;

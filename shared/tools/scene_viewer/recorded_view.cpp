@@ -200,7 +200,9 @@ RecordedView::RecordedView(const std::filesystem::path& file) : rows_(read_recor
              .hand = reading::Life::kAbsent,
              .now_s = rows_.back().sample.time_s,
              .scene_key = key,
-             .note = ""};
+             .note = "",
+             .sim_command = "",
+             .hand_command = ""};
 }
 
 ViewStatus RecordedView::status() const {
