@@ -40,8 +40,7 @@ Json surface_json(const bodies::BodySurface& surface) {
 }  // namespace
 
 void write_surfaces(const std::string& scene, const std::vector<std::string>& names,
-                    std::size_t sphere_count,
-                    std::span<const bodies::BodySurface> surfaces,
+                    std::size_t sphere_count, std::span<const bodies::BodySurface> surfaces,
                     const std::filesystem::path& file) {
   const auto text = [](const Json& json) {
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);

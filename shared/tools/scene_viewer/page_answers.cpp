@@ -129,7 +129,8 @@ PageAnswers::PageAnswers(Views& views, std::string key, const std::filesystem::p
 
 PageAnswer PageAnswers::of_api(std::string_view name, std::string_view query) const {
   if (name == "sessions")
-    return {.type = kJson, .body = message_of(sessions_message(views_->named(), views_->running()))};
+    return {.type = kJson,
+            .body = message_of(sessions_message(views_->named(), views_->running()))};
   if (name != "status" && name != "frame" && name != "ticks" && name != "scene")
     return refuse(404, "no such file");
   const std::string session = query_value(query, "session").value_or("");
@@ -137,8 +138,7 @@ PageAnswer PageAnswers::of_api(std::string_view name, std::string_view query) co
   if (!view)
     return refuse(404, session.empty() ? "expected session=NAME, one of /api/sessions"
                                        : "no session of that name runs");
-  if (name == "status")
-    return {.type = kJson, .body = message_of(status_message(view->status()))};
+  if (name == "status") return {.type = kJson, .body = message_of(status_message(view->status()))};
   if (name == "frame") return frame_answer(*view, query);
   if (name == "ticks") return ticks_answer(*view, query);
   return scene_answer(*view, query);

@@ -139,8 +139,8 @@ bool are_voxels(const Json& json) {
 /// Names of bodies, which files of before do not have.
 bool are_names(const Json& json) {
   return json.is_null() ||
-         (json.is_array() && std::all_of(json.begin(), json.end(),
-                                         [](const Json& name) { return name.is_string(); }));
+         (json.is_array() &&
+          std::all_of(json.begin(), json.end(), [](const Json& name) { return name.is_string(); }));
 }
 
 /// What was expected of a file of surfaces; empty for a sound one.
@@ -172,8 +172,9 @@ std::string scene_message(const publication::SceneView& view, const std::string&
   const auto static_records = reading::static_spheres(view, kAll);
   add_spheres(json, moving, static_records);
   add_voxels(json, occupied_voxels(view.static_grid().shape, reading::static_bounds(view)));
-  const bool fit = surfaces.sphere_count == moving.size() + static_records.size() &&
-                   (surfaces.scene.empty() || json["name"] == surfaces.scene.substr(0, kLongestName));
+  const bool fit =
+      surfaces.sphere_count == moving.size() + static_records.size() &&
+      (surfaces.scene.empty() || json["name"] == surfaces.scene.substr(0, kLongestName));
   json["surfaces"] = fit ? Json::parse(surfaces.text) : Json();
   return segment_inspect::text_of(json);
 }

@@ -26,8 +26,8 @@ struct Surfaces {
 [[nodiscard]] Surfaces read_surfaces(const std::string& file);
 
 /// The answer of /api/scene, JSON: docs/viewer.md. moving: of any snapshot. Surfaces of another
-/// name or number of spheres are another scene's and left out. tick_period_ns: 0 where no haptic loop is
-/// known.
+/// name or number of spheres are another scene's and left out. tick_period_ns: 0 where no haptic
+/// loop is known.
 [[nodiscard]] std::string scene_message(const publication::SceneView& view,
                                         const std::string& session, const std::string& key,
                                         std::span<const proto::SphereRecord> moving,

@@ -36,9 +36,8 @@ void Views::drop_unasked() {
 std::shared_ptr<const ViewSource> Views::find(std::string_view session) {
   drop_unasked();
   if (session.empty() || session == named_) return first_;
-  const auto held = std::find_if(others_.begin(), others_.end(), [&](const Other& other) {
-    return other.session == session;
-  });
+  const auto held = std::find_if(others_.begin(), others_.end(),
+                                 [&](const Other& other) { return other.session == session; });
   if (held != others_.end()) {
     others_.splice(others_.begin(), others_, held);
   } else {

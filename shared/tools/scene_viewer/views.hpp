@@ -19,11 +19,12 @@ class Views {
   /// A saved view, a recording: nothing else is to be had.
   explicit Views(std::unique_ptr<ViewSource> only);
 
-  /// The session that is named there, from now on, and any other that runs, once it is asked for. An
-  /// empty name: none before the others. Others are not saved. Throws as LiveView.
+  /// The session that is named there, from now on, and any other that runs, once it is asked for.
+  /// An empty name: none before the others. Others are not saved. Throws as LiveView.
   explicit Views(LiveOptions options);
 
-  /// Of a session, SESSION or SESSION+HAND; empty: the one that was named. Null where there is none.
+  /// Of a session, SESSION or SESSION+HAND; empty: the one that was named. Null where there is
+  /// none.
   [[nodiscard]] std::shared_ptr<const ViewSource> find(std::string_view session);
 
   /// That was named; empty: none.

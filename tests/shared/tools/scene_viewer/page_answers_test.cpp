@@ -60,14 +60,14 @@ TEST_CASE("Only the key opens, and only this machine's name", "[page_answers]") 
     CHECK(status("/key/", host) == 403);
   CHECK(status("/key/", "localhost", "POST") == 405);
   for (const char* target :
-       {"/key/index.html", "/key/secret.txt", "/key//", "/key/../key/", "/key/api",
-        "/key/api/", "/key/api/frame?number=2", "/key/api/frame?number=3", "/key/api/scene?key=b",
+       {"/key/index.html", "/key/secret.txt", "/key//", "/key/../key/", "/key/api", "/key/api/",
+        "/key/api/frame?number=2", "/key/api/frame?number=3", "/key/api/scene?key=b",
         "/key/api/status?session=other"})
     CHECK(status(target) == 404);
-  for (const char* target : {"/key/?x", "/key/api/status", "/key/api/frame?number=latest",
-                             "/key/api/frame?number=1", "/key/api/scene", "/key/api/scene?key=",
-                             "/key/api/scene?key=a%20b", "/key/api/ticks?most=1&from=0",
-                             "/key/api/sessions", "/key/api/status?session="})
+  for (const char* target :
+       {"/key/?x", "/key/api/status", "/key/api/frame?number=latest", "/key/api/frame?number=1",
+        "/key/api/scene", "/key/api/scene?key=", "/key/api/scene?key=a%20b",
+        "/key/api/ticks?most=1&from=0", "/key/api/sessions", "/key/api/status?session="})
     CHECK(status(target) == 200);
   CHECK(*answers.to({"GET", "/key/api/ticks?from=0&most=99999999", "localhost"}).body == "65536");
 }
