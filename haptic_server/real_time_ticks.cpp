@@ -1,6 +1,7 @@
 #include "haptic_server/real_time_ticks.hpp"
 
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -11,14 +12,17 @@
 #include "haptic_server/device_life.hpp"
 #include "shared/realtime/realtime_guard.hpp"
 #include "shared/realtime/realtime_thread.hpp"
+#include "shared/realtime/rights/realtime_rights.hpp"
 
 namespace stillgrid::haptic_server {
 namespace {
 
 constexpr auto kPoll = std::chrono::milliseconds(5);
 
-void make_realtime(const Run& run) {
-  for (const std::string& missing : realtime::make_realtime(run.options.cpu))
+/// The second half of what take_rights() began for a thread, which may be another than this one.
+void complete_rights(realtime::RealtimeRights& rights, pid_t thread) {
+  realtime::ask_realtime_kit(rights, thread);
+  if (const std::string missing = realtime::missing_line(rights); !missing.empty())
     spdlog::warn("running without {}", missing);
 }
 
@@ -78,6 +82,7 @@ void wait_for_device_pace(Run& run, RealTimeTicks& ticks) {
   while (!ticks.is_over()) {
     std::this_thread::sleep_for(kPoll);
     if (must_recover(run)) ticks.recover();
+    ticks.complete_rights_of_device();
     pace.look();
   }
 }
@@ -112,8 +117,21 @@ bool RealTimeTicks::tick(const realtime::PeriodicTimer::Wake& wake) {
 
 void RealTimeTicks::enter_thread() {
   thread_ = std::this_thread::get_id();
-  make_realtime(run_);
   is_second_ = false;
+  const std::scoped_lock lock(rights_mutex_);
+  run_.report.rights = realtime::take_rights(run_.options.cpu);
+  needs_rights_ = ::gettid();
+}
+
+void RealTimeTicks::complete_rights_of_device() {
+  std::unique_lock lock(rights_mutex_);
+  const pid_t thread = std::exchange(needs_rights_, 0);
+  if (thread == 0) return;
+  realtime::RealtimeRights rights = run_.report.rights;
+  lock.unlock();  // a new thread of the device's enters in a tick
+  complete_rights(rights, thread);
+  lock.lock();
+  if (needs_rights_ == 0) run_.report.rights = rights;
 }
 
 bool RealTimeTicks::tick_at_device_pace() {
@@ -194,8 +212,11 @@ void run_real_time(Run& run) {
   run.watch.start();
   if (is_devices_pace) run.device.set_tick(RealTimeTicks::on_device_tick, &ticks);
   try {
+    if (!is_devices_pace) {
+      run.report.rights = realtime::take_rights(run.options.cpu);
+      complete_rights(run.report.rights, ::gettid());
+    }
     activate(run);
-    if (!is_devices_pace) make_realtime(run);
     for (;;) {
       run.watchdog.watch_ticks();
       if (is_devices_pace)

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <sys/types.h>
+
 #include <atomic>
 #include <cstdint>
 #include <exception>
+#include <mutex>
 #include <thread>
 
 #include "haptic_server/run.hpp"
@@ -43,6 +46,10 @@ class RealTimeTicks {
     return device_ticks_.load(std::memory_order_relaxed);
   }
 
+  /// Asks for what the device's thread was refused: an answer may take longer than a tick. Thread:
+  /// any but the one that ticks.
+  void complete_rights_of_device();
+
   /// No tick comes any more, and none is under way.
   void end() noexcept;
 
@@ -65,6 +72,8 @@ class RealTimeTicks {
   long faults_before_ = 0;     // page faults of thread_ before its second tick
   bool is_second_ = false;     // whether that one has come
   std::thread::id thread_;     // that ticks at the device's pace
+  std::mutex rights_mutex_;    // of the report's rights, while the device sets the pace
+  pid_t needs_rights_ = 0;     // a thread that has yet to be asked for; 0: none
   std::exception_ptr thrown_;
   std::atomic<std::uint64_t> stops_ = 0;  // by the watchdog, that were recovered from
   std::atomic<std::uint64_t> device_ticks_ = 0;

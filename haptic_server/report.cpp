@@ -139,6 +139,10 @@ void write_report(const HapticReport& report, const std::filesystem::path& file)
       {"lost_rows", report.lost_rows},
       {"page_faults", report.page_faults}};
   if (report.measures_time) {
+    json["scheduling"] = {{"way", realtime::way_name(report.rights)},
+                          {"priority", report.rights.priority},
+                          {"was_demoted", realtime::was_demoted()},
+                          {"is_memory_locked", report.rights.is_memory_locked}};
     json["tick_ns"] = reading::histogram_json(report.tick_ns, 1.0);
     json["wake_ns"] = reading::histogram_json(report.wake_ns, 1.0);
   }

@@ -16,6 +16,7 @@
 #include "proto/segment_header.hpp"
 #include "shared/realtime/histogram.hpp"
 #include "shared/realtime/realtime_guard.hpp"
+#include "shared/realtime/rights/realtime_rights.hpp"
 #include "shared/rendering/renderer.hpp"
 
 namespace stillgrid::haptic_server {
@@ -40,6 +41,7 @@ struct HapticReport {
   std::uint64_t reopenings = 0;              // tries to open a device that was lost
   std::optional<double> temperature_max_C;   // as the device tells
   std::optional<proto::RelayFigures> relay;  // of the last scene; none: no relay wrote it
+  realtime::RealtimeRights rights;           // of the thread that ticks; lockstep needs none
   long page_faults = 0;
   std::optional<std::vector<realtime::RealtimeViolation>>
       realtime_violations;  // with --realtime-guard only

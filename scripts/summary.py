@@ -37,6 +37,7 @@ def print_haptic(report):
         print_row("wake", f"p50 {1e-3 * wake_ns['p50']:.0f} us, p99 {1e-3 * wake_ns['p99']:.0f} us, "
                   f"max {1e-3 * wake_ns['max']:.0f} us")
         print_row("tick", f"p50 {1e-3 * tick_ns['p50']:.1f} us, p99 {1e-3 * tick_ns['p99']:.1f} us")
+        print_row("rights", rights(report["scheduling"]))
     print_row("contact", f"{report['contact_ticks']} ticks ({share(report['contact_ticks'], ticks)})")
     print_row("force", f"mean {force_N['mean']:.2f} N, max {force_N['max']:.2f} N")
     print_row("snapshot", f"age p50 {1e3 * report['age_s']['p50']:.0f} ms, "
@@ -45,6 +46,13 @@ def print_haptic(report):
     print_interface(report["interface"])
     print_row("safety", ", ".join(f"{name} {count} ticks" for name, count in interventions.items())
               or "no intervention")
+
+
+def rights(scheduling):
+    ways = {"fifo": "SCHED_FIFO at {priority}", "rtkit": "RealtimeKit's priority {priority}",
+            "other": "no real-time priority"}
+    return (ways[scheduling["way"]].format_map(scheduling) + (", lost since" if scheduling["was_demoted"] else "")
+            + (", memory locked" if scheduling["is_memory_locked"] else ", memory not locked"))
 
 
 def print_interface(energy):

@@ -103,13 +103,10 @@ struct RecordingOptions {
   return true;
 }
 
-/// The recording as the options want it evaluated, for a loop of that tick.
-///
-/// Throws as read_trajectory().
-[[nodiscard]] inline TrajectoryCurve read_curve(const std::string& file,
-                                                const RecordingOptions& options, double tick_s) {
-  return make_curve(read_trajectory(file, options.trajectory), options.resampling,
-                    options.knot_spacing_s, tick_s);
+/// A recording as the options want it evaluated, for a loop of that tick.
+[[nodiscard]] inline TrajectoryCurve curve_of(const Trajectory& recording,
+                                              const RecordingOptions& options, double tick_s) {
+  return make_curve(recording, options.resampling, options.knot_spacing_s, tick_s);
 }
 
 }  // namespace stillgrid::devices

@@ -10,6 +10,7 @@
 #include "haptic_server/devices/plugin_options.hpp"
 #include "haptic_server/devices/plugin_support.hpp"
 #include "haptic_server/devices/trajectory_curve.hpp"
+#include "haptic_server/devices/trajectory_faults.hpp"
 
 namespace stillgrid::devices {
 namespace {
@@ -39,7 +40,7 @@ class ReplayDriver {
   static constexpr const char* kName = "replay";
 
   explicit ReplayDriver(const HostLoop& loop)
-      : tick_s_(static_cast<double>(loop.period_ns) * 1e-9) {}
+      : log_(loop.log), tick_s_(static_cast<double>(loop.period_ns) * 1e-9) {}
 
   void configure(std::string_view key, std::string_view value) {
     is_loaded_ = false;
@@ -122,13 +123,16 @@ class ReplayDriver {
   void load() {
     if (is_loaded_) return;
     if (file_.empty()) refuse_option("file", "", "a trajectory CSV: file=PATH is required");
-    curve_ = read_curve(file_, options_, tick_s_);
+    const Trajectory recording = read_trajectory(file_, options_.trajectory);
+    if (const std::string line = faults_of(file_, recording); !line.empty()) log_.warn(line);
+    curve_ = curve_of(recording, options_, tick_s_);
     constexpr double kLongest_s = 1e9;  // keeps nanoseconds in range
     duration_ns_ = nanoseconds(std::min(curve_.knot_time_s.back(), kLongest_s));
     return_ns_ = nanoseconds(std::min(return_s(curve_), kLongest_s));
     is_loaded_ = true;
   }
 
+  HostLog log_;
   double tick_s_;
   std::string file_;
   RecordingOptions options_;

@@ -74,6 +74,7 @@ double time_of(const CsvRow& row, const TrajectoryColumns& columns, std::optiona
 
 void drop_last_sample(Trajectory& trajectory) {
   trajectory.time_s.pop_back();
+  trajectory.line.pop_back();
   trajectory.position_m.pop_back();
   if (!trajectory.orientation.empty()) trajectory.orientation.pop_back();
   if (!trajectory.velocity_m_s.empty()) trajectory.velocity_m_s.pop_back();
@@ -86,6 +87,7 @@ void append_row(const CsvRow& row, const TrajectoryColumns& columns,
     drop_last_sample(trajectory);
   }
   trajectory.time_s.push_back(time_s);
+  trajectory.line.push_back(row.line);
   trajectory.position_m.push_back(position_at(row, columns, options));
   if (!columns.orientation.empty()) {
     trajectory.orientation.push_back(orientation_at(row, columns.orientation));
@@ -115,6 +117,9 @@ std::string read_text(const std::string& file) {
 Trajectory read_trajectory(const std::string& file, const TrajectoryOptions& options) {
   const std::string content = read_text(file);
   std::string_view text = content;
+  if (text.starts_with("\x89MCAP"))
+    throw std::runtime_error(
+        file + ": an MCAP file: expected a trajectory CSV, as stillgrid_import makes");
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // as some editors begin UTF-8
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   CsvRow row{file, 0, {}};

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@ namespace stillgrid::devices {
 /// as time_s, or empty where the recording has no such columns; all values finite.
 struct Trajectory {
   std::vector<double> time_s;
+  std::vector<std::size_t> line;  // of the file, from one; empty where none was read
   std::vector<Eigen::Vector3d> position_m;
   std::vector<Eigen::Quaterniond> orientation;  // unit
   std::vector<Eigen::Vector3d> velocity_m_s;

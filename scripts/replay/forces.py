@@ -4,16 +4,13 @@ import pathlib
 
 import numpy
 
+from expectation import Unusable, content_of, metadata_of
 from old_names import columns_of_today, given_twice
 
 TIME_NAMES = ("time_s", "t_s")
 FORCE_NAMES = ("fx_N", "fy_N", "fz_N")
 POSITION_NAMES = ("x_m", "y_m", "z_m")
 POSITION_TOLERANCE_M = 1e-6  # the same input, but for another compiler's rounding
-
-
-class Unusable(Exception):
-    """One line: the file, where in it, what was expected."""
 
 
 @dataclasses.dataclass
@@ -25,6 +22,7 @@ class Forces:
     columns: dict
     lines: numpy.ndarray  # where each row stands in the file
     is_recording: bool  # by haptic_server --record, whose positions are the tool's in the scene
+    about: dict  # of the metadata beside a recording, or of the lines "# key: value" above an earlier one
 
     def names(self, wanted):
         return [name for name in wanted if name in self.columns]
@@ -35,10 +33,9 @@ def read_forces(file, sources=None):
     column that it is read from in its stead, and a factor."""
     file = pathlib.Path(file)
     try:
-        text = file.read_bytes().decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "no text"
-        raise Unusable(f"{file}: cannot be read: {reason}") from None
+        text = content_of(file).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise Unusable(f"{file}: cannot be read: no text") from None
     lines = text.split("\n")[:-1]  # what follows the last newline was cut off
     rows = [(number, [field.strip() for field in line.split(",")])
             for number, line in enumerate(lines, 1)
@@ -76,7 +73,9 @@ def read_forces(file, sources=None):
     kept = numpy.append(numpy.diff(time_s) > 0.0, True)
     return Forces(file, time_s[kept] - time_s[kept][0],
                   {name: column[kept] for name, column in columns.items()},
-                  numbers_of_lines[kept], "rendered_fx_N" in header)
+                  numbers_of_lines[kept], "rendered_fx_N" in header,
+                  metadata_of(file) or dict(line[1:].strip().split(": ", 1) for line in lines
+                                            if line.startswith("#") and ": " in line))
 
 
 def numbers(file, name, index, rows):
@@ -129,6 +128,12 @@ class Comparison:
         if not len(rows):
             return None
         return rows[0], int(numpy.argmax(numpy.abs(self.difference_N[rows[0]]) > self.tolerance_N))
+
+    @property
+    def largest(self):
+        """Row and column of the largest difference of a component."""
+        row, column = numpy.unravel_index(numpy.abs(self.difference_N).argmax(), self.difference_N.shape)
+        return int(row), int(column)
 
     @property
     def is_equal(self):

@@ -8,7 +8,7 @@ import sys
 import time
 import tomllib
 
-from forces import Unusable
+from expectation import Unusable, of_hand
 
 AWAY = "time_s,x_m,y_m,z_m\n0,9,0,0\n"  # fifty times a workspace; beyond 10 m no device is believed
 
@@ -26,11 +26,6 @@ class Hand:
     @property
     def own(self):
         return f".{self.name}" if self.name else ""
-
-
-def of_hand(file, name):
-    """FILE.csv of a hand is FILE.NAME.csv, as scripts/launch has it."""
-    return file.with_name(f"{file.stem}.{name}{file.suffix}")
 
 
 def hands_of(scene, arguments, folder):
@@ -63,10 +58,11 @@ def into_frame(trajectory, device):
     """What takes a recording, which is in the scene's frame, back to the hand's device."""
     try:
         with open(trajectory, encoding="utf-8", errors="replace") as lines:
-            header = next((line for line in lines if not line.startswith("#")), "")
+            first = next(lines, "")
+            header = first if not first.startswith("#") else next((line for line in lines if not line.startswith("#")), "")
     except OSError as error:
         raise Unusable(f"{trajectory}: cannot be read: {error.strerror}") from None
-    if "rendered_fx_N" not in header:
+    if "rendered_fx_N" not in header and not first.startswith("# scene: "):
         return ""
     if "orientation_xyzw" in device:
         raise Unusable(f"{trajectory}: expected a recording of a device that is not turned")

@@ -5,7 +5,7 @@ import tomllib
 import numpy
 
 import toml_edit
-from forces import Unusable
+from expectation import Unusable
 
 PROBE_N_PER_M = 1000.0
 

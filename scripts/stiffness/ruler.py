@@ -8,7 +8,8 @@ import pathlib
 import numpy
 
 from fit_scene import PROBE_N_PER_M
-from forces import FORCE_NAMES, POSITION_NAMES, Unusable, read_forces
+from expectation import Unusable
+from forces import FORCE_NAMES, POSITION_NAMES, read_forces
 from law import Contact
 from servers import Hand, into_frame, run
 

@@ -97,14 +97,6 @@ class AbiTest(unittest.TestCase):
         self.assertIn("not in the header: stillgrid_device_negotiate", text)
 
 
-class DevicePageTest(unittest.TestCase):
-    def test_the_page_shows_the_example_that_is_tested(self):
-        page = (ROOT / "docs" / "devices.md").read_text()
-        example = ROOT / "tests" / "install" / "handle"
-        self.assertIn(f"```c\n{(example / 'handle.c').read_text()}```", page)
-        self.assertIn(f"```cmake\n{(example / 'CMakeLists.txt').read_text()}```", page)
-
-
 class ReaderPageTest(unittest.TestCase):
     def test_the_page_of_readers_shows_the_logger_that_is_tested(self):
         page = (ROOT / "docs" / "library_reader.md").read_text()

@@ -1,16 +1,22 @@
 #!/usr/bin/python3
 """scripts/replay_check says where forces first differ, and by its exit status whether they do."""
+import gzip
 import os
 import pathlib
+import random
 import re
 import subprocess
 import sys
 import unittest
+import xml.etree.ElementTree as xml
+
+import numpy
 
 import daemons
 
 sys.path.append(str(daemons.ROOT / "scripts" / "replay"))
-import forces  # after the path it needs
+import expectation  # after the path it needs
+import forces
 import old_names
 import recording
 
@@ -70,6 +76,7 @@ class ReplayCheckTest(daemons.SessionTest):
 
     def test_the_same_scene_and_hand_give_the_same_bytes(self):
         self.write_expected()
+        self.assertEqual(daemons.read_recording(self.expected).metadata["scene"], "wall")  # beside it
         self.assert_says(self.check(), EQUAL, "equal: byte for byte, 401 rows")
         self.assertFalse((self.folder / "replay_check.png").exists())
         self.assertEqual([], list(daemons.SHM.glob("replay-check-*")))
@@ -108,7 +115,7 @@ class ReplayCheckTest(daemons.SessionTest):
 
     def test_one_wrong_number_is_found(self):
         time_s = self.write_expected()["time_s"]
-        line = self.expected.read_text().count("\n#") + 2 + 101  # the 101st row below the header
+        line = 1 + 101  # the 101st row below the header
         changed = self.replace_field(self.expected, line, "fy_N", "0.5")
         run = self.check(expected=changed)
         self.assert_says(run, DIFFERENT, f"first difference: at {time_s[100]:.4f} s, fy_N: expected 0.5 N, "
@@ -137,7 +144,7 @@ class ReplayCheckTest(daemons.SessionTest):
                             ("time_s,fx_N,fx_N\n0,0,0\n", ":1: column fx_N: given twice"),
                             ("time_s,fx_N\n0,0", "no whole row"), ("", "no whole row"),
                             ("time_s,fx_N\n0,\xe9\n", ":2: column fx_N")):
-            with self.subTest(text), self.assertRaisesRegex(forces.Unusable, f"bad.csv.*{words}"):
+            with self.subTest(text), self.assertRaisesRegex(expectation.Unusable, f"bad.csv.*{words}"):
                 forces.read_forces(self.write("bad.csv", text))
 
     def test_the_old_name_of_a_column_is_read_as_that_of_today(self):
@@ -153,7 +160,7 @@ class ReplayCheckTest(daemons.SessionTest):
         for before, now in old_names.COLUMNS.items():
             both = self.write("both.csv", f"time_s,fx_N,{before},{now}\n0,1,7,7\n")
             line = f"both.csv.*: column {now}: given twice, by this name or an earlier one"
-            with self.subTest(now), self.assertRaisesRegex(forces.Unusable, line):
+            with self.subTest(now), self.assertRaisesRegex(expectation.Unusable, line):
                 forces.read_forces(both)
             with self.subTest(now), self.assertRaisesRegex(ValueError, line):
                 recording.load(both)
@@ -183,6 +190,95 @@ class ReplayCheckTest(daemons.SessionTest):
         scene = self.stiffer_wall()
         self.assert_says(self.check(scene, "--write-expected"), EQUAL, "first difference: at", "written: ")
         self.assert_says(self.check(scene), EQUAL, "equal: byte for byte")
+
+    def test_a_first_expectation_is_told_to_be_new_and_never_equal(self):
+        first = self.check("wall", "--write-expected")
+        self.assert_says(first, EQUAL, f"written: {self.expected}, 401 rows: new")
+        self.assertNotIn("equal", first.stdout)
+        self.assert_says(self.check("wall", "--write-expected"), EQUAL, "401 rows: its forces were equal")
+        self.assert_says(self.check(self.stiffer_wall(), "--write-expected"), EQUAL, "401 rows: changed")
+        self.expected.write_text("time_s,fx_N\n0,none\n")
+        self.assert_says(self.check("wall", "--write-expected"), EQUAL,
+                         "none that could be used", ":2: column fx_N: value 'none'")
+
+    def test_a_compressed_expectation_is_the_same_and_much_smaller(self):
+        self.write_expected()
+        packed = self.folder / "expected.csv.gz"
+        self.assert_says(self.check("wall", "--write-expected", expected=packed), EQUAL, "401 rows: new")
+        before = packed.read_bytes()
+        self.assert_says(self.check("wall", "--write-expected", expected=packed), EQUAL, "were equal")
+        self.assertEqual(packed.read_bytes(), before, "no time of day is in it")
+        self.assertLess(3 * len(before), len(self.expected.read_bytes()))
+        self.assertEqual(gzip.decompress(before), self.expected.read_bytes())
+        self.assert_says(self.check(expected=packed), EQUAL, "equal: byte for byte, 401 rows")
+        self.assert_says(self.check(self.stiffer_wall(), expected=packed), DIFFERENT, "expected.csv.gz:")
+        packed.write_bytes(before[:-20])
+        self.assert_one_line(self.check(expected=packed), "expected.csv.gz: cannot be read: expected a whole gzip file")
+
+    def test_a_change_of_one_unit_in_the_last_place_is_found_at_its_time_and_axis(self):
+        drawn = random.Random(7)
+        recording = self.write_expected()
+        touched = numpy.flatnonzero(recording["fz_N"])
+        head = 1
+        for row in drawn.sample(list(touched), 4):
+            value = numpy.nextafter(recording["fz_N"][row], numpy.inf)
+            changed = self.replace_field(self.expected, head + int(row) + 1, "fz_N", repr(float(value)))
+            run = self.check("wall", "--tolerance", "0", expected=changed)
+            self.assert_says(run, DIFFERENT, f"first difference: at {recording['time_s'][row]:.4f} s, fz_N",
+                             "; 1 rows beyond 0 N", f"fz_N at {recording['time_s'][row]:.4f} s")
+
+    def drawn_comparison(self, seed):
+        """Two random tables of forces, one axis flat and the same in both."""
+        random_ = numpy.random.default_rng(seed)
+        rows = int(random_.integers(2, 200))
+        tables = []
+        for name in ("expected", "got"):
+            lines = [f"{0.001 * i:.3f},{x!r},0.5,{z!r}" for i, (x, z) in enumerate(random_.normal(size=(rows, 2)).tolist())]
+            tables.append(forces.read_forces(self.write(f"{name}.csv", "time_s,fx_N,fy_N,fz_N\n" + "\n".join(lines) + "\n")))
+        return forces.compare(*tables, tolerance_N=float(random_.uniform(0.0, 2.0)))
+
+    def test_the_stated_first_and_largest_differences_are_the_true_ones(self):
+        for seed in range(20):
+            comparison = self.drawn_comparison(seed)
+            off_N = [(abs(got - expected), row, k) for row, both in
+                     enumerate(zip(comparison.expected_N.tolist(), comparison.got_N.tolist()))
+                     for k, (expected, got) in enumerate(zip(*both))]
+            most = max(off_N)[0]
+            row, column = comparison.largest
+            self.assertEqual(abs(comparison.got_N[row, column] - comparison.expected_N[row, column]), most)
+            beyond = [(row, k) for off, row, k in off_N if off > comparison.tolerance_N]
+            self.assertEqual(comparison.first, min(beyond) if beyond else None)
+
+    def test_the_picture_is_zoomed_at_the_first_difference_and_leaves_flat_axes_out(self):
+        try:
+            import picture
+        except ImportError as error:
+            self.skipTest(str(error))
+        for seed in range(20):
+            comparison = self.drawn_comparison(seed)
+            self.assertNotIn("fy_N", picture.drawn_names(comparison))
+            zoom = picture.zoom_s(comparison)
+            self.assertEqual(zoom is None, comparison.first is None)
+            if zoom:
+                first_s = comparison.time_s[comparison.first[0]]
+                self.assertTrue(zoom[0] <= first_s <= zoom[1])
+                self.assertLessEqual(((comparison.time_s >= zoom[0]) & (comparison.time_s <= zoom[1])).sum(), 61)
+
+    def test_junit_has_a_case_a_hand_and_says_what_differs(self):
+        file = self.folder / "result.xml"
+        self.assert_says(self.check("wall", "--write-expected", "--junit", file), EQUAL)
+        self.assert_says(self.check("wall", "--junit", file), EQUAL)
+        (suite,) = xml.parse(file).getroot()
+        self.assertEqual((suite.get("tests"), suite.get("failures"), suite.get("errors")), ("1", "0", "0"))
+        self.assert_says(self.check(self.stiffer_wall(), "--junit", file), DIFFERENT)
+        (suite,) = xml.parse(file).getroot()
+        (case,) = suite
+        self.assertEqual((suite.get("failures"), case.get("classname"), case.get("name")), ("1", "stiffer", "hand"))
+        self.assertIn("fz_N: expected", case.find("failure").get("message"))
+        self.assertIn("largest ", case.find("failure").text)
+        self.assert_one_line(self.check("no_such_scene", "--junit", file), "no such scene")
+        (suite,) = xml.parse(file).getroot()
+        self.assertIn("no such scene", suite.find("testcase/error").get("message"))
 
     def test_a_hand_that_touches_nothing_is_warned_of(self):
         far = ("--replay", "offset_z_m=0.1", "--duration", "0.05")
@@ -238,11 +334,12 @@ class ReplayCheckTest(daemons.SessionTest):
         job = workflow["jobs"]["replay"]
         commands = "\n".join(step.get("run", "") for step in job["steps"])
         options = [case.get("options", "") for case in job["strategy"]["matrix"]["include"]]
-        arguments = commands.partition("/bin/replay_check")[2] + " ".join(options)
+        replay = job["env"]["REPLAY"]
+        arguments = " ".join([replay, *re.findall(r"env\.REPLAY \}\}(.*)", commands), *options])
         told = subprocess.run([REPLAY_CHECK, "--help"], capture_output=True, text=True, check=True).stdout
         for option in re.findall(r"--[a-z-]+", arguments):
             self.assertIn(option, told)
-        for script in re.findall(r"stillgrid/(scripts/\w+)", commands):
+        for script in re.findall(r"stillgrid/(scripts/\w+)", commands + replay):
             self.assertTrue((daemons.ROOT / script).exists(), script)
 
     def test_it_runs_from_where_it_is_installed(self):

@@ -1,57 +1,61 @@
 #!/usr/bin/python3
-"""The commands of docs/tutorial.md do what the page says, in its order."""
-import os
+"""The commands of docs/tutorials do what the pages say, in their order."""
 import pathlib
-import re
-import shlex
-import subprocess
+import sys
 import tempfile
 import unittest
 
 import daemons
 
-PAGE = daemons.ROOT / "docs/tutorial.md"
-BLOCK = re.compile(r"^```(\S[^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+sys.path.append(str(daemons.ROOT / "scripts" / "pages"))
+import tutorials
 
-
-def blocks():
-    """(what stands behind the fence, text) of each block that has something there."""
-    return BLOCK.findall(PAGE.read_text())
+MUJOCO = pathlib.Path("/usr/include/mujoco/mujoco.h")
 
 
 class TutorialTest(unittest.TestCase):
-    def run_line(self, line, folder):
-        """A command of the page, its scripts from this tree and its programs from the build under test."""
-        words = shlex.split(line)
-        if words[0].startswith("scripts/"):
-            script = daemons.ROOT / words[0]
-            build = ["--build", str(daemons.BUILD)] if script.name in ("launch", "replay_check") else []
-            line = shlex.join([str(script), *words[1:], *build])
-        environment = dict(os.environ, PYTHONDONTWRITEBYTECODE="1")
-        return subprocess.run(["bash", "-c", line], cwd=folder, env=environment, text=True, timeout=300,
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    def do(self, page, *made):
+        """What a page's commands print; made: files of build/mine that stand there then, none empty."""
+        with tempfile.TemporaryDirectory(prefix="stillgrid-test-") as name:
+            status, printed = tutorials.run(page, name, daemons.BUILD)
+            self.assertEqual(status, 0, printed)
+            for file in made:
+                self.assertGreater((pathlib.Path(name) / "build/mine" / file).stat().st_size, 0, file)
+            for picture in tutorials.pictures(page):
+                self.assertGreater(tutorials.picture_of(name, picture).stat().st_size, 10_000, picture)
+        return printed
 
-    def test_every_command_of_the_tutorial_does_what_the_page_says(self):
-        with tempfile.TemporaryDirectory() as name:
-            folder = pathlib.Path(name)
-            (folder / "build/mine").mkdir(parents=True)
-            (folder / "build/release").symlink_to(daemons.BUILD)
-            (folder / "sim_server").symlink_to(daemons.ROOT / "sim_server")
-            printed = []
-            for kind, text in blocks():
-                if kind.startswith("toml "):
-                    (folder / kind.split()[1]).write_text(text)
-                    continue
-                lines = text.replace("\\\n", " ").splitlines()
-                for i, line in enumerate(lines):
-                    done = self.run_line(line, folder)
-                    printed.append(done.stdout)
-                    fails = kind == "sh fails" and i == len(lines) - 1
-                    self.assertEqual(done.returncode, 1 if fails else 0, f"{line}\n{done.stdout}")
-            self.assertIn("equal: byte for byte", "".join(printed))
-            self.assertRegex("".join(printed), r"wrong\.toml:\d+:\d+: .*radius")
-            for made in ("first.csv", "hand.csv", "hand.png", "expected.csv", "organ.csv", "organ.json"):
-                self.assertGreater((folder / "build/mine" / made).stat().st_size, 0, made)
+    def test_a_first_scene_is_felt_drawn_and_its_slip_told(self):
+        printed = self.do("first_scene", "first.csv", "hand.csv", "organ.csv", "organ.json")
+        self.assertRegex(printed, r"wrong\.toml:\d+:\d+: .*radius")
+
+    def test_a_first_device_is_built_checked_and_felt(self):
+        printed = self.do("first_device", "handle.csv")
+        self.assertRegex(printed, "broken.* read.believed|read.believed .*broken")
+        self.assertIn("option rest_z_m=-30", printed)
+
+    def test_the_pieces_of_the_first_device_are_the_example_that_is_installed(self):
+        files = tutorials.files("first_device")
+        example = daemons.ROOT / "tests/install/handle"
+        self.assertEqual(files["build/mine/handle/handle.c"], (example / "handle.c").read_text())
+        self.assertEqual(files["build/mine/handle/CMakeLists.txt"], (example / "CMakeLists.txt").read_text())
+
+    def test_a_replay_fails_where_the_page_says(self):
+        printed = self.do("replay_in_ci", "expected.csv.gz", "verdict.xml")
+        self.assertIn("equal: byte for byte", printed)
+        self.assertIn("DIFFERENT", printed)
+
+    def test_a_scene_is_fitted_to_its_hand(self):
+        self.do("fit_a_scene", "ball_fit/ball_fitted.toml")
+
+    def test_a_model_of_MuJoCo_is_felt(self):
+        if not MUJOCO.exists():
+            self.skipTest(f"skipped: {MUJOCO} is not installed, see scripts/setup")
+        self.do("publish_from_mujoco", "mujoco.csv")
+
+    def test_every_page_is_done_by_a_test(self):
+        text = pathlib.Path(__file__).read_text()
+        self.assertEqual([page for page in tutorials.names() if f'self.do("{page}"' not in text], [])
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@
 
 #include "shared/publication/segment_watch.hpp"
 #include "shared/realtime/periodic_timer.hpp"
-#include "shared/realtime/realtime_thread.hpp"
+#include "shared/realtime/rights/realtime_rights.hpp"
 #include "tests/soak/soak_processes.hpp"
 #include "tests/soak/soak_snapshot.hpp"
 
@@ -127,7 +127,9 @@ void run_reader(const SoakPlan& plan, SoakState& state) {
   std::optional<realtime::PeriodicTimer> timer;
   // A real-time thread that never rests would keep its processor from everybody else.
   if (plan.spacing_ns > 0 || plan.kills > 0) {
-    state.reader.realtime_missing = realtime::make_realtime({}).size();
+    const realtime::RealtimeRights rights = realtime::take_rights({});
+    state.reader.realtime_missing = (rights.way == realtime::RealtimeRights::Way::kNone ? 1U : 0U) +
+                                    (rights.is_memory_locked ? 0U : 1U);
     timer.emplace(kSoakTick_ns);
   }
   while (!state.reader_may_end) {

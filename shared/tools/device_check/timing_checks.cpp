@@ -7,7 +7,7 @@
 
 #include "shared/realtime/histogram.hpp"
 #include "shared/realtime/periodic_timer.hpp"
-#include "shared/realtime/realtime_thread.hpp"
+#include "shared/realtime/rights/realtime_rights.hpp"
 #include "shared/tools/device_check/check.hpp"
 #include "shared/tools/device_check/checked_device.hpp"
 
@@ -32,7 +32,7 @@ void record(Durations& durations, std::uint64_t duration_ns, std::uint64_t max_n
 
 struct Timing {
   Durations read, write;
-  std::vector<std::string> missing;  // what the real-time thread could not have
+  std::string missing;  // what the real-time thread could not have
 };
 
 /// Reads and writes at 1 kHz for that time. A recording that ends begins again.
@@ -44,7 +44,7 @@ Timing time_calls(CheckedDevice& device, double seconds, std::uint64_t max_ns) {
     device.activate();
     bool is_ready = false;
     run_ticks(left, [&](std::uint64_t now_ns) {
-      if (!is_ready) timing.missing = realtime::make_realtime({});
+      if (!is_ready) timing.missing = realtime::missing_line(realtime::take_rights({}));
       is_ready = true;
       stillgrid_device_state state{};
       const std::uint64_t start_ns = realtime::monotonic_ns();
@@ -88,8 +88,7 @@ Outcome check_timing(const Subject& subject) {
   const Timing timing = time_calls(device, subject.seconds, max_ns);
   Outcome outcome;
   outcome.details = row("read", timing.read) + row("write", timing.write);
-  for (const std::string& missing : timing.missing)
-    outcome.details += "measured without " + missing + "\n";
+  if (!timing.missing.empty()) outcome.details += "measured without " + timing.missing + "\n";
   const std::string declared = " took longer than the declared " + std::to_string(max_ns) + " ns";
   // A share, not the longest: a machine that stalls is none of the driver's.
   const auto worst = [&](double share) {

@@ -76,6 +76,14 @@ void hang(std::chrono::milliseconds duration) {
   driver.hung_ns = stillgrid::integration::clock_ns();
 }
 
+/// As a hang, but never off the processor.
+void spin(std::chrono::milliseconds duration) {
+  ++driver.hangs;
+  const auto end = std::chrono::steady_clock::now() + duration;
+  while (std::chrono::steady_clock::now() < end) {
+  }
+}
+
 /// On the straight way from where it is held to the end of the move.
 void move(std::uint64_t now_ns, double* position_m) {
   const double x_m = driver.number["to_x_m"];
@@ -140,6 +148,7 @@ std::int32_t misbehave(std::string_view call, stillgrid_device_state* state = nu
   if (how == "_throws") throw std::runtime_error("a driver's own");
   if (how == "_slow") std::this_thread::sleep_for(std::chrono::milliseconds(5));
   if (how == "_hangs_for_ever") hang(kForEver);
+  if (how == "_spins" && driver.hangs == 0) spin(kHang);
   if ((how == "_hangs" || how == "_hangs_and_dies") && driver.hangs == 0) hang(kHang);
   if (how == "_hangs_and_dies") driver.is_broken = true;
   if (how == "_hangs_again" && stillgrid::integration::clock_ns() > driver.hung_ns + 300'000'000)
