@@ -192,7 +192,8 @@ TickEnd HapticLoop::act(const publication::SceneView& scene, bool writer_alive,
          .tick_ns = 0,
          .flags = flags_,
          .torque_N_m = held_.torque_N_m,
-         .orientation = pose_.orientation};
+         .orientation = pose_.orientation,
+         .clock_ns = now_ns};
   figures_ = {.torque_N_m = array(held_.torque_N_m),
               .contacts = static_cast<std::uint32_t>(rendered_.force.contacts),
               .flags = flags_,

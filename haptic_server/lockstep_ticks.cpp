@@ -46,6 +46,7 @@ TickEnd tick_in_lockstep(Run& run, const publication::SceneView& scene) {
     run.watchdog.watch_call();
     end = run.loop.act(scene, true, now_ns, row);
     run.watchdog.rest();
+    if (run.recorder != nullptr) run.recorder->note_scene(scene);  // before it may go on
     double_buffer::HardwareAtomics::store(own.lockstep_event_ns, now_ns + run.period_ns,
                                           std::memory_order_release);
     run.loop.count(row, run.report);

@@ -73,7 +73,9 @@ void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("--transition", arguments.transition,
                  "How one snapshot passes to the next, default " + arguments.transition + remarks)
       ->check(CLI::IsMember(names));
-  app.add_option("--record", options.record, "Record every tick (CSV)");
+  app.add_option(
+      "--record", options.record,
+      "Record every tick: FILE.mcap for Foxglove and PlotJuggler, with the scene; else CSV");
   app.add_option("--duration", options.duration_s,
                  "Time to run, s; default: until Ctrl-C or the end of a replay")
       ->check(command_line::number_in(1e-6, 1e8));
@@ -217,6 +219,7 @@ int program_main(int argc, char** argv) {
     if (arguments.realtime_guard) realtime::require_realtime_guard(argv);
     arguments.options.session =
         publication::hand_session(arguments.options.session, arguments.hand);
+    arguments.options.version = STILLGRID_VERSION;
     arguments.options.transition = *display::transition_named(arguments.transition);
     if (!arguments.group.empty())
       arguments.options.readers = publication::group_named(arguments.group);

@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <chrono>
 #include <exception>
 #include <future>
 #include <memory>
@@ -58,16 +59,29 @@ const publication::SceneView* wait_for_scene(SceneWatch& watch, const HapticOpti
   return scene;
 }
 
-/// What a recording tells of its device, as far as the device told it.
-recording::RecordingHead head_of(const device::DeviceIdentity& device) {
+/// What a recording tells of the run; of its device as far as the device told it.
+recording::RecordingHead head_of(const HapticOptions& options, const HapticReport& report) {
   recording::RecordingHead head;
   const auto add = [&head](const char* key, const std::string& value) {
     if (!value.empty()) head.emplace_back(key, value);
   };
-  add("device_serial", device.serial);
-  add("device_firmware", device.firmware);
-  add("device_driver", device.driver);
+  add("device_serial", report.device_identity.serial);
+  add("device_firmware", report.device_identity.firmware);
+  add("device_driver", report.device_identity.driver);
+  add("hand", std::string(publication::hand_of(options.session)));
+  add("transition", std::string(report.transition));
+  add("clock", options.lockstep ? "virtual" : "real time");
+  add("stillgrid", options.version);
   return head;
+}
+
+/// In virtual time messages are stamped from 0, else by the time since 1970, as those of others.
+recording::RecordingSource source_of(const HapticOptions& options) {
+  if (options.lockstep) return {};
+  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
+  const auto now_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(since_1970).count();
+  return {.session = options.session,
+          .clock_offset_ns = static_cast<std::uint64_t>(now_ns) - realtime::monotonic_ns()};
 }
 
 /// From open to close: the time in which a device may be stopped. Both of these calls are watched.
@@ -211,11 +225,7 @@ void run_haptics(const HapticOptions& options, HapticReport& report, safety::Gua
 
   publication::ToolWriter tool(std::move(*lock), period_ns, clock,
                                options.lockstep ? 0 : realtime::monotonic_ns(), options.readers);
-  if (!options.record.empty())
-    recorder = std::make_unique<recording::Recorder>(options.record, report.scene, report.device,
-                                                     head_of(device.identity()));
   const safety::SafetyLimits limits = safety::safety_limits(options.safety, device.descriptor());
-  tell_undeclared_torque(device.descriptor(), limits);
   const bool gives_way = display::law_of(options.transition).gives_way;
   if (gives_way && scene->scene().predicts == 0) {
     const std::string_view instead = display::name_of(rendering::kWithoutPrediction);
@@ -223,6 +233,10 @@ void run_haptics(const HapticOptions& options, HapticReport& report, safety::Gua
                  instead, report.transition);
     report.transition = instead;
   }
+  if (!options.record.empty())
+    recorder = std::make_unique<recording::Recorder>(options.record, report.scene, report.device,
+                                                     head_of(options, report), source_of(options));
+  tell_undeclared_torque(device.descriptor(), limits);
   const auto loop = std::make_unique<HapticLoop>(
       device, tool, rendering::make_renderer(options.transition), limits, period_ns,
       options.lockstep ? nullptr : realtime::monotonic_ns,

@@ -27,6 +27,7 @@ struct HapticOptions {
   std::optional<double> duration_s;  // else until stopped, or the device's recording ends
   safety::SafetyOptions safety;
   std::filesystem::path record;  // empty: none
+  std::string version;           // of the program, for the recording
   std::optional<int> cpu;
   std::filesystem::path commands;  // orders to the device while ticks go on; empty: none
   std::uint64_t reopenings = 0;    // tries in the run to open a device again that was lost

@@ -50,7 +50,7 @@ class Lines {
       ++line_;
       if (line_ == 1 && text_.starts_with("\xEF\xBB\xBF"))
         refuse(kColumns[0], "a byte-order mark before it: expected none");
-      if (text_.starts_with("# scene: "))
+      if (text_.starts_with("# scene: ") || text_.find(",rendered_fx_N,") != std::string::npos)
         refuse("file",
                "a recording of haptic_server, which is in the scene's frame: expected the "
                "path of a device");

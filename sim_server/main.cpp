@@ -184,7 +184,9 @@ int print_summary(const Arguments& arguments, scene::SceneDescription& scene,
 
 int write_surfaces_of(const Arguments& arguments, const scene::SceneDescription& scene,
                       const bodies::World& world) {
-  write_surfaces(scene.name, world.spheres.size() + world.static_spheres.size(),
+  std::vector<std::string> names;
+  for (const auto& body : scene.bodies) names.push_back(body.name);
+  write_surfaces(scene.name, names, world.spheres.size() + world.static_spheres.size(),
                  bodies::rest_surfaces(scene.bodies, world), arguments.surfaces);
   return realtime::kDone;
 }

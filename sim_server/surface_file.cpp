@@ -39,14 +39,15 @@ Json surface_json(const bodies::BodySurface& surface) {
 
 }  // namespace
 
-void write_surfaces(const std::string& scene, std::size_t sphere_count,
-                    std::span<const bodies::BodySurface> surfaces,
+void write_surfaces(const std::string& scene, const std::vector<std::string>& names,
+                    std::size_t sphere_count, std::span<const bodies::BodySurface> surfaces,
                     const std::filesystem::path& file) {
   const auto text = [](const Json& json) {
     return json.dump(-1, ' ', false, Json::error_handler_t::replace);
   };
   files::write_whole(file, [&](std::ostream& out) {
-    out << "{\"scene\":" << text(scene) << ",\"spheres\":" << sphere_count << ",\"bodies\":[";
+    out << "{\"scene\":" << text(scene) << ",\"spheres\":" << sphere_count
+        << ",\"names\":" << text(names) << ",\"bodies\":[";
     const char* separator = "\n";
     for (const bodies::BodySurface& surface : surfaces) {
       out << separator << text(surface_json(surface));

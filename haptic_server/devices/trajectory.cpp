@@ -117,6 +117,9 @@ std::string read_text(const std::string& file) {
 Trajectory read_trajectory(const std::string& file, const TrajectoryOptions& options) {
   const std::string content = read_text(file);
   std::string_view text = content;
+  if (text.starts_with("\x89MCAP"))
+    throw std::runtime_error(
+        file + ": an MCAP file: expected a trajectory CSV, as stillgrid_import makes");
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // as some editors begin UTF-8
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   CsvRow row{file, 0, {}};

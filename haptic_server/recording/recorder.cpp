@@ -3,13 +3,12 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <chrono>
 #include <cstring>
 #include <stdexcept>
 
-#include "haptic_server/safety/safety_flag.hpp"
+#include "haptic_server/recording/csv_recording.hpp"
+#include "haptic_server/recording/mcap_recording.hpp"
 
 namespace stillgrid::recording {
 namespace {
@@ -17,24 +16,6 @@ namespace {
 constexpr std::size_t kRingRows = 16384;  // 16 s at 1 kHz
 constexpr auto kBatchPause = std::chrono::milliseconds(10);
 constexpr std::size_t kBatchBytes = 65536;
-constexpr const char* kColumns =
-    "time_s,x_m,y_m,z_m,vx_m_s,vy_m_s,vz_m_s,fx_N,fy_N,fz_N,rendered_fx_N,rendered_fy_N,"
-    "rendered_fz_N,snapshot_id,alpha,contacts,age_s,tick_ns,flags,tx_N_m,ty_N_m,tz_N_m,"
-    "qx,qy,qz,qw";
-
-template <class Number>
-void append(std::string& line, Number value) {
-  std::array<char, 32> text;
-  const auto [end, error] = std::to_chars(text.data(), text.data() + text.size(), value);
-  line.append(text.data(), end);
-  line += ',';
-}
-
-void append(std::string& line, const Eigen::Vector3d& v) {
-  append(line, v.x());
-  append(line, v.y());
-  append(line, v.z());
-}
 
 /// Without what would end the line or mean something to a terminal.
 std::string printable(std::string text) {
@@ -45,40 +26,21 @@ std::string printable(std::string text) {
 
 }  // namespace
 
-void append_row(const TickRow& row, std::string& line) {
-  append(line, row.time_s);
-  append(line, row.position_m);
-  append(line, row.velocity_m_s);
-  append(line, row.force_N);
-  append(line, row.rendered_N);
-  append(line, row.snapshot_id);
-  append(line, row.alpha);
-  append(line, row.contacts);
-  append(line, row.age_s);
-  append(line, row.tick_ns);
-  const char* separator = "";
-  for (std::size_t i = 0; i < safety::kSafetyFlagNames.size(); ++i) {
-    if ((row.flags & (1U << i)) == 0) continue;
-    line += separator;
-    line += safety::kSafetyFlagNames[i];
-    separator = "|";
-  }
-  line += ',';
-  append(line, row.torque_N_m);
-  for (const double number : row.orientation.coeffs()) append(line, number);
-  line.pop_back();
-}
-
 Recorder::Recorder(const std::filesystem::path& file, const std::string& scene,
-                   const std::string& device, const RecordingHead& more)
+                   const std::string& device, const RecordingHead& more,
+                   const RecordingSource& source)
     : path_(file), file_(file), ring_(kRingRows) {
-  file_.add("# scene: " + printable(scene));
-  file_.add("# device: " + printable(device));
-  for (const auto& [key, value] : more) file_.add("# " + key + ": " + printable(value));
-  file_.add(kColumns);
+  RecordingHead head = {{"scene", printable(scene)}, {"device", printable(device)}};
+  for (const auto& [key, value] : more) head.emplace_back(key, printable(value));
+  if (file.extension() == ".mcap")
+    format_ = std::make_unique<McapRecording>(file_, head, source.clock_offset_ns);
+  else
+    format_ = std::make_unique<CsvRecording>(file_, file, head);
   if (const int error = file_.flush(); error != 0)
     throw std::runtime_error("--record: " + file.string() +
                              " could not be written: " + std::strerror(error));
+  if (format_->holds_scenes() && !source.session.empty())
+    follower_.emplace(source.session, proto::SegmentKind::kScene);
   thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
 }
 
@@ -90,6 +52,7 @@ std::uint64_t Recorder::finish() {
   if (thread_.joinable()) {
     thread_.request_stop();
     thread_.join();
+    format_->finish();
     lost_ += file_.end();
     for (TickRow row; ring_.pop(row);) ++lost_;
   }
@@ -108,6 +71,15 @@ void Recorder::record_waiting(const TickRow& row) noexcept {
     }
     std::this_thread::yield();
   }
+  ++pushed_;
+}
+
+void Recorder::note_scene(const publication::SceneView& scene) {
+  if (!format_->holds_scenes() || is_failing_) return;
+  auto sample = sampler_.sample(scene);
+  if (!sample) return;
+  const std::scoped_lock lock(noted_mutex_);
+  noted_.push_back({pushed_, std::move(*sample)});
 }
 
 void Recorder::run(const std::stop_token& stop) {
@@ -115,6 +87,7 @@ void Recorder::run(const std::stop_token& stop) {
   bool is_last = false;
   while (!is_last) {
     is_last = stop.stop_requested();  // asked before the rows are taken: none comes after
+    if (follower_ && !is_failing_) follow_scene();
     const int error = write_rows();
     is_failing_ = error != 0;
     if (error != 0 && !std::exchange(has_failed, true))
@@ -124,6 +97,19 @@ void Recorder::run(const std::stop_token& stop) {
   }
 }
 
+void Recorder::follow_scene() {
+  follower_->look();
+  if (const publication::SceneView* scene = follower_->scene())
+    if (const auto sample = sampler_.sample(*scene)) format_->add_scene(*sample);
+}
+
+/// Those that were noted before the row to come.
+void Recorder::add_noted_scenes() {
+  const std::scoped_lock lock(noted_mutex_);
+  for (; !noted_.empty() && noted_.front().before_row <= popped_; noted_.pop_front())
+    format_->add_scene(noted_.front().sample);
+}
+
 /// Writes what the ring holds. Returns 0, or the error number; what was not written waits.
 int Recorder::write_rows() {
   for (bool is_empty = false; !is_empty;) {
@@ -131,9 +117,9 @@ int Recorder::write_rows() {
     while (file_.waiting_bytes() < kBatchBytes) {
       is_empty = !ring_.pop(row);
       if (is_empty) break;
-      line_.clear();
-      append_row(row, line_);
-      file_.add(line_);
+      if (format_->holds_scenes()) add_noted_scenes();
+      format_->add_row(row);
+      ++popped_;
     }
     if (const int error = file_.flush(); error != 0) return error;
   }

@@ -1,55 +1,42 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <atomic>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
-#include <vector>
 
-#include "haptic_server/recording/line_file.hpp"
+#include "haptic_server/recording/block_file.hpp"
+#include "haptic_server/recording/recording_format.hpp"
+#include "haptic_server/recording/scene_sampler.hpp"
+#include "shared/reading/segment_follower.hpp"
 #include "shared/realtime/spsc_ring.hpp"
 
 namespace stillgrid::recording {
 
-/// One tick as recorded; docs/formats.md, "Recorded trajectories". Scene frame, SI units.
-struct TickRow {
-  double time_s = 0.0;  // since the loop began
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
-  Eigen::Vector3d force_N = Eigen::Vector3d::Zero();     // that the device was told
-  Eigen::Vector3d rendered_N = Eigen::Vector3d::Zero();  // before the safety chain
-  std::uint64_t snapshot_id = 0;
-  double alpha = 1.0;
-  int contacts = 0;
-  double age_s = 0.0;
-  std::uint64_t tick_ns = 0;
-  std::uint32_t flags = 0;
-  Eigen::Vector3d torque_N_m = Eigen::Vector3d::Zero();             // that the device was told
-  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  // of the tool
+/// What a recording with scenes needs to know beside the rows.
+struct RecordingSource {
+  std::string session;                // whose scene is followed; empty: note_scene() tells of it
+  std::uint64_t clock_offset_ns = 0;  // from the clock of rows and scenes to that of messages
 };
 
-/// A row as a line of the CSV, without its end; numbers in the shortest form that reads back the
-/// same.
-void append_row(const TickRow& row, std::string& line);
-
-/// Lines "# key: value" at the head of a recording.
-using RecordingHead = std::vector<std::pair<std::string, std::string>>;
-
-/// Writes rows to a file from a thread of its own, through a lock-free ring.
+/// Writes rows to a file from a thread of its own, through a lock-free ring: MCAP where the file is
+/// named so, else CSV.
 ///
 /// The file grows by batches, some 100 a second: however the process ends, what is there is whole
-/// rows but for the last. Rows that a full disk refuses wait in the ring, 16 s of them at 1 kHz,
-/// and are written when it has room again. The rows in the file and those lost make up the rows
-/// recorded, always.
+/// rows but for the last; of MCAP whole chunks, four a second. Rows that a full disk refuses wait
+/// in the ring, 16 s of them at 1 kHz, and are written when it has room again. The rows in the file
+/// and those lost make up the rows recorded, always.
 class Recorder {
  public:
   /// Opens the file and writes its head. Throws std::runtime_error if it cannot be written.
   Recorder(const std::filesystem::path& file, const std::string& scene, const std::string& device,
-           const RecordingHead& more = {});
+           const RecordingHead& more = {}, const RecordingSource& source = {});
 
   /// Writes what is left.
   ~Recorder();
@@ -66,20 +53,37 @@ class Recorder {
   /// be lost but to a full disk. Not real-time.
   void record_waiting(const TickRow& row) noexcept;
 
+  /// Takes what the scene shows now, to stand before the next row: for lockstep, where the thread
+  /// that writes would see it sooner or later by chance. Not real-time. Thread: the loop's.
+  void note_scene(const publication::SceneView& scene);
+
   /// Writes what is left and ends. Returns the rows that were not written, by a full ring or a
   /// failing file. Nothing may be recorded after. Thread: the loop's, when it is over.
   std::uint64_t finish();
 
  private:
+  struct NotedScene {
+    std::uint64_t before_row;
+    SceneSample sample;
+  };
+
   void run(const std::stop_token& stop);
   int write_rows();
+  void follow_scene();
+  void add_noted_scenes();
 
   std::filesystem::path path_;
-  LineFile file_;
-  std::string line_;
+  BlockFile file_;
+  std::unique_ptr<RecordingFormat> format_;
   realtime::SpscRing<TickRow> ring_;
   std::atomic<std::uint64_t> lost_ = 0;
   std::atomic<bool> is_failing_ = false;
+
+  SceneSampler sampler_;  // of the thread that looks at the scene
+  std::optional<reading::SegmentFollower> follower_;
+  std::mutex noted_mutex_;
+  std::deque<NotedScene> noted_;
+  std::uint64_t pushed_ = 0, popped_ = 0;  // rows, of either end of the ring
   std::jthread thread_;
 };
 

@@ -1,10 +1,6 @@
 # stillgrid_npm(FOLDER): a rule that makes FOLDER/fetched.stamp, when FOLDER/node_modules holds what the
 # package.json and the lock beside the caller's CMakeLists.txt name. It runs when one of the two changes.
 function(stillgrid_npm folder)
-  find_program(STILLGRID_NPM npm DOC "Fetches three.js for the viewer's page, and what its tests need")
-  if(NOT STILLGRID_NPM)
-    message(FATAL_ERROR "no program npm, which the viewer's page needs: run scripts/setup")
-  endif()
   set(lists ${CMAKE_CURRENT_SOURCE_DIR}/package.json ${CMAKE_CURRENT_SOURCE_DIR}/package-lock.json)
   set(failed "npm could not fetch what ${CMAKE_CURRENT_SOURCE_DIR}/package-lock.json names: see ${folder}/npm.log")
   add_custom_command(OUTPUT ${folder}/fetched.stamp

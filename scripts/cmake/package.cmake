@@ -18,18 +18,25 @@ install(DIRECTORY
   DESTINATION share/stillgrid/examples)
 install(TARGETS stillgrid_device_plugin EXPORT stillgrid)
 install(EXPORT stillgrid
-  NAMESPACE stillgrid:: FILE stillgridTargets.cmake DESTINATION lib/cmake/stillgrid)
+  NAMESPACE stillgrid:: FILE stillgridTargets.cmake DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/stillgrid)
 
+configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/package/stillgridConfig.cmake.in
+  ${CMAKE_BINARY_DIR}/package/stillgridConfig.cmake
+  INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/stillgrid
+  NO_SET_AND_CHECK_MACRO NO_CHECK_REQUIRED_COMPONENTS_MACRO)
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/package/stillgridConfigVersion.cmake
   COMPATIBILITY SameMajorVersion)
 install(FILES
   ${CMAKE_BINARY_DIR}/package/stillgridConfigVersion.cmake
-  ${CMAKE_CURRENT_LIST_DIR}/package/stillgridConfig.cmake
+  ${CMAKE_BINARY_DIR}/package/stillgridConfig.cmake
   ${CMAKE_CURRENT_LIST_DIR}/package/stillgrid_add_device.cmake
   ${CMAKE_CURRENT_LIST_DIR}/package/device_plugin.map
-  DESTINATION lib/cmake/stillgrid)
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/stillgrid)
 
+# From a folder of pkg-config files, which may lie deeper, to the prefix.
+file(RELATIVE_PATH prefix_from_pc /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+string(REGEX REPLACE "/$" "" prefix_from_pc ${prefix_from_pc})
 foreach(pc IN ITEMS stillgrid-device.pc stillgrid.pc)
   configure_file(${CMAKE_CURRENT_LIST_DIR}/package/${pc}.in ${CMAKE_BINARY_DIR}/package/${pc} @ONLY)
-  install(FILES ${CMAKE_BINARY_DIR}/package/${pc} DESTINATION lib/pkgconfig)
+  install(FILES ${CMAKE_BINARY_DIR}/package/${pc} DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 endforeach()

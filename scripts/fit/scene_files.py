@@ -69,8 +69,8 @@ class SceneFiles:
         """Options of the replay device for a recording of haptic_server, which is in the scene's frame; else none."""
         device = self.document.get("device", {})
         with open(trajectory, encoding="utf-8", errors="replace") as stream:
-            is_recorded = stream.readline().startswith("# scene: ")
-        if not is_recorded:
+            first = stream.readline()
+        if not (first.startswith("# scene: ") or "rendered_fx_N" in first.split(",")):
             return ""
         if device.get("orientation_xyzw", [0.0, 0.0, 0.0, 1.0])[:3] != [0.0, 0.0, 0.0]:
             raise Unusable(f"{trajectory}: recorded where [device] is turned: expected a trajectory of the device, as "

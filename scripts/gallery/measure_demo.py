@@ -5,7 +5,6 @@ import pathlib
 import subprocess
 import tempfile
 
-from drawing import save
 from measuring import ROOT, parser_of
 from plot_recording import draw
 from recording import load
@@ -21,9 +20,8 @@ def main():
         subprocess.run([ROOT / "scripts/launch", "tissue_and_blocks", "--device", HAND, "--duration",
                         str(seconds), "--record", file, "--build", arguments.build],
                        check=True, stdout=subprocess.DEVNULL)
-        figure = draw(load(file), f"A light hand presses into the tissue, {seconds} s in real time",
-                      window_s=0.5)
-    save(figure, arguments.charts / "demo_force.png", dpi=120)
+        draw(load(file), f"A light hand presses into the tissue, {seconds} s in real time", window_s=0.1,
+             picture=arguments.charts / "demo_force.png")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 #!/usr/bin/env node
 // Pictures of the viewer's page, both servers in real time behind it.
 import path from 'node:path';
-import { need_chromium, open_browser } from '../../tests/viewer_page/browser.mjs';
+import { need_browser, open_browser } from '../../tests/viewer_page/browser.mjs';
 import { kBuild, kHand, kRoot, Session } from '../../tests/viewer_page/servers.mjs';
 
 const kUsage = `scripts/gallery/plot_viewer.mjs [--charts FOLDER] [--only NAME]
@@ -83,7 +83,7 @@ async function draw(name, charts) {
   }
 }
 
-need_chromium();
+need_browser('chromium');
 try {
   const { charts, names } = parse(process.argv.slice(2));
   for (const name of names) await draw(name, charts);

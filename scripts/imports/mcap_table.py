@@ -1,39 +1,75 @@
-"""Reads MCAP (https://mcap.dev/spec): messages in JSON of one topic, each a row, up to where the file was cut off."""
+"""A topic of an MCAP file as a table, a row a message; with it the topics that have the very same stamps."""
 import json
+import re
 import struct
 
 import numpy
 
-from binary_tables import package
+import cdr
+import mcap_file
 from table import Column, Table, Unusable
 
-MAGIC = b"\x89MCAP0\r\n"
-SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 3, 4, 5, 6, 15
+# Whose messages are in SI units: ROS by its REP 103, Foxglove's likewise.
+IN_SI_UNITS = re.compile(r"(stillgrid\.|foxglove\.|geometry_msgs/|nav_msgs/|sensor_msgs/).*")
+SI_UNITS = {"position": "m", "translation": "m", "point": "m", "force": "N", "force_N": "N", "rendered_force_N": "N"}
 
 
 def read_mcap(file, data, within):
-    topics, encodings, is_whole = messages_of(file, data)
+    recording = mcap_file.read(file, data)
+    topics = recording.topics
     if not topics:
         raise Unusable(f"{file}: no message: expected a topic with positions")
-    topic = within or max(topics, key=lambda name: (encodings[name] == "json", len(topics[name])))
-    if topic not in topics:
+    name = within or max(topics, key=lambda name: rank(topics[name]))
+    if name not in topics:
         raise Unusable(f"{file}: --within: value '{within}': expected a topic, one of {', '.join(sorted(topics))}")
-    if encodings[topic] != "json":
-        raise Unusable(f"{file}: topic {topic}: messages encoded as '{encodings[topic]}': expected json")
-    notes = [] if is_whole else ["the file was cut off; read up to there"]
-    others = [f"{name} ({len(rows)})" for name, rows in sorted(topics.items()) if name != topic]
+    if not is_readable(topics[name]):
+        topic = topics[name]
+        by = f" by a schema in '{topic.schema_encoding}'" if topic.encoding == "cdr" else ""
+        raise Unusable(f"{file}: topic {name}: messages encoded as '{topic.encoding}'{by}: expected json, or cdr by a "
+                       "schema in 'ros2msg'")
+    stamps_ns = topics[name].stamps()
+    taken = [name] + [other for other, topic in sorted(topics.items())
+                      if other != name and is_readable(topic) and topic.stamps() == stamps_ns]
+    columns = [Column("log_time", numpy.array(stamps_ns, numpy.int64), "ns")]
+    for each in taken:
+        columns += columns_of(file, each, topics[each])
+    notes = [] if recording.is_whole else ["the file was cut off; read up to there"]
+    others = [f"{other} ({len(topic.messages)})" for other, topic in sorted(topics.items()) if other not in taken]
     if others:
         notes.append(f"left out: topics {', '.join(others)}; --within TOPIC takes another")
-    log_time_ns = [stamp for stamp, _ in topics[topic]]
-    rows = [flat(file, topic, message) for _, message in topics[topic]]
-    names = [name for name in rows[0] if all(name in row for row in rows)]
-    columns = [Column("log_time", numpy.array(log_time_ns, numpy.int64), "ns")]
-    columns += [Column(name, numpy.array([row[name] for row in rows])) for name in names]
-    return Table(file, f"MCAP, topic {topic}", columns, notes=notes)
+    # A recording of haptic_server is in the scene's frame; what reads trajectories knows it by this line.
+    about = [("scene", recording.metadata["stillgrid"].get("scene", ""))] if "stillgrid" in recording.metadata else []
+    return Table(file, f"MCAP, topic {' with '.join(taken)}", columns, notes=notes, about=about)
 
 
-def flat(file, topic, message):
-    """The numbers of a message: pose.position.x, data[0]."""
+def is_readable(topic):
+    return topic.encoding == "json" or topic.encoding == "cdr" and topic.schema_encoding == "ros2msg"
+
+
+def rank(topic):
+    """Which topic is looked at first: one that can be read, of places, with the most messages."""
+    names_place = re.search(r"pose|transform|odometry|point$", topic.schema_name, re.I)
+    return is_readable(topic), bool(names_place), len(topic.messages)
+
+
+def columns_of(file, name, topic):
+    try:
+        types = cdr.definitions(topic.schema.decode("utf-8")) if topic.encoding == "cdr" else None
+        rows = [flat(message) if types is None else cdr.flat(types, topic.schema_name, message)
+                for _, message in topic.messages]
+    except (ValueError, RecursionError, struct.error) as error:
+        raise Unusable(f"{file}: topic {name}: a message cannot be read: {error}: expected {topic.encoding}") from None
+    names = [key for key in rows[0] if all(key in row for row in rows)]
+    return [Column(key, numpy.array([row[key] for row in rows]), unit_of(topic, key)) for key in names]
+
+
+def unit_of(topic, column):
+    parts = column.split(".")
+    return SI_UNITS.get(parts[-2], "") if len(parts) > 1 and IN_SI_UNITS.fullmatch(topic.schema_name) else ""
+
+
+def flat(message):
+    """The numbers of a message in JSON: pose.position.x, data[0]."""
     found = {}
 
     def walk(name, value):
@@ -48,80 +84,6 @@ def flat(file, topic, message):
 
     try:
         walk("", json.loads(message))
-    except (ValueError, RecursionError):
-        raise Unusable(f"{file}: topic {topic}: value '{message[:40]!r}': expected JSON") from None
+    except ValueError:
+        raise ValueError(f"value '{message[:40]!r}'") from None
     return found
-
-
-def messages_of(file, data):
-    """By topic the stamps and bytes, and the encoding; whether the file ends as it should."""
-    channels, topics, encodings = {}, {}, {}
-
-    def take(code, body):
-        if code == CHANNEL:
-            number, _, size = struct.unpack_from("<HHI", body)
-            topic = text_at(body, 4, size)
-            channels[number] = topic
-            (encoding_size,) = struct.unpack_from("<I", body, 8 + size)
-            encodings[topic] = text_at(body, 8 + size, encoding_size)
-        elif code == MESSAGE:
-            number, _, log_time_ns = struct.unpack_from("<HIQ", body)
-            if number not in channels or log_time_ns >= 2**63:
-                raise ValueError("a message of a channel that is not there")
-            topics.setdefault(channels[number], []).append((log_time_ns, bytes(body[22:])))
-        elif code == CHUNK:
-            for part in records(chunk_of(file, body)):
-                take(*part)
-
-    is_whole = False
-    try:
-        for code, body in records(data[len(MAGIC):], may_be_cut=True):
-            take(code, body)
-            is_whole = code == DATA_END
-            if is_whole:
-                break
-    except (struct.error, ValueError) as error:
-        raise Unusable(f"{file}: cannot be read: {error}: expected MCAP") from None
-    for rows in topics.values():
-        rows.sort(key=lambda row: row[0])
-    return topics, encodings, is_whole
-
-
-def text_at(body, offset, size):
-    if offset + 4 + size > len(body):
-        raise ValueError(f"a text of {size} bytes in a record of {len(body)}")
-    return bytes(body[offset + 4:offset + 4 + size]).decode("utf-8")
-
-
-def records(data, may_be_cut=False):
-    offset = 0
-    while offset + 9 <= len(data):
-        code, size = struct.unpack_from("<BQ", data, offset)
-        if offset + 9 + size > len(data):
-            if may_be_cut:
-                return
-            raise ValueError(f"a record of {size} bytes in a chunk of {len(data)}")
-        yield code, memoryview(data)[offset + 9:offset + 9 + size]
-        offset += 9 + size
-
-
-def chunk_of(file, body):
-    _, _, size, _, name_size = struct.unpack_from("<QQQII", body)
-    name = text_at(body, 28, name_size)
-    (packed_size,) = struct.unpack_from("<Q", body, 32 + name_size)
-    packed = bytes(body[40 + name_size:40 + name_size + packed_size])
-    if len(packed) != packed_size or size > 2**32:
-        raise ValueError(f"a chunk of {packed_size} bytes in a record of {len(body)}")
-    try:
-        if name == "zstd":
-            zstandard = package("zstandard", file, "MCAP packed by zstd", "python3-zstandard")
-            return zstandard.ZstdDecompressor().decompress(packed, max_output_size=size)
-        if name == "lz4":
-            return package("lz4.frame", file, "MCAP packed by lz4", "python3-lz4").decompress(packed)
-    except Unusable:
-        raise
-    except Exception as error:  # whatever the two raise of bad bytes
-        raise ValueError(f"a chunk packed by {name}: {error}") from None
-    if name:
-        raise Unusable(f"{file}: a chunk packed by '{name[:40]}': expected zstd, lz4 or none")
-    return packed

@@ -5,7 +5,8 @@ import zlib
 
 import isolated
 from binary_tables import read_hdf5, read_mat5, read_npy
-from mcap_table import MAGIC, read_mcap
+from mcap_file import MAGIC
+from mcap_table import read_mcap
 from table import Unusable
 from text_table import read_text
 
@@ -29,8 +30,7 @@ def read(file, within=None, delimiter=None):
     if data[:8] == MAGIC:
         return read_mcap(file, data, within)
     if data[:9] == b"#ROSBAG V" or data[:15] == b"SQLite format 3":
-        raise Unusable(f"{file}: a bag of ROS: expected CSV, MAT, HDF5, NPY, NPZ or MCAP in JSON, such as "
-                       "'ros2 topic echo --csv' writes")
+        raise Unusable(f"{file}: a bag of ROS: expected one of ROS 2 as MCAP, which 'ros2 bag convert' makes")
     if within:
         raise Unusable(f"--within: value '{within}': expected no such option for a file of text")
     try:

@@ -31,6 +31,7 @@ class Table:
     columns: list
     places: object = None
     notes: list = dataclasses.field(default_factory=list)  # what was left out, a line each
+    about: list = dataclasses.field(default_factory=list)  # name and text, to stand in what is written of it
 
     def __post_init__(self):
         if not self.columns or not len(self.columns[0].values):

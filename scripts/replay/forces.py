@@ -4,7 +4,7 @@ import pathlib
 
 import numpy
 
-from expectation import Unusable, content_of
+from expectation import Unusable, content_of, metadata_of
 from old_names import columns_of_today, given_twice
 
 TIME_NAMES = ("time_s", "t_s")
@@ -22,7 +22,7 @@ class Forces:
     columns: dict
     lines: numpy.ndarray  # where each row stands in the file
     is_recording: bool  # by haptic_server --record, whose positions are the tool's in the scene
-    about: dict  # of the lines "# key: value" above a recording
+    about: dict  # of the metadata beside a recording, or of the lines "# key: value" above an earlier one
 
     def names(self, wanted):
         return [name for name in wanted if name in self.columns]
@@ -74,7 +74,8 @@ def read_forces(file, sources=None):
     return Forces(file, time_s[kept] - time_s[kept][0],
                   {name: column[kept] for name, column in columns.items()},
                   numbers_of_lines[kept], "rendered_fx_N" in header,
-                  dict(line[1:].strip().split(": ", 1) for line in lines if line.startswith("#") and ": " in line))
+                  metadata_of(file) or dict(line[1:].strip().split(": ", 1) for line in lines
+                                            if line.startswith("#") and ": " in line))
 
 
 def numbers(file, name, index, rows):

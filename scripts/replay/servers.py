@@ -58,10 +58,11 @@ def into_frame(trajectory, device):
     """What takes a recording, which is in the scene's frame, back to the hand's device."""
     try:
         with open(trajectory, encoding="utf-8", errors="replace") as lines:
-            header = next((line for line in lines if not line.startswith("#")), "")
+            first = next(lines, "")
+            header = first if not first.startswith("#") else next((line for line in lines if not line.startswith("#")), "")
     except OSError as error:
         raise Unusable(f"{trajectory}: cannot be read: {error.strerror}") from None
-    if "rendered_fx_N" not in header:
+    if "rendered_fx_N" not in header and not first.startswith("# scene: "):
         return ""
     if "orientation_xyzw" in device:
         raise Unusable(f"{trajectory}: expected a recording of a device that is not turned")

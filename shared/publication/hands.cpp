@@ -42,6 +42,14 @@ std::string_view hand_of(std::string_view hand_session) noexcept {
   return mark == std::string_view::npos ? "" : hand_session.substr(mark + 1);
 }
 
+std::vector<std::string> running_sessions() {
+  std::vector<std::string> sessions;
+  for (const SegmentFile& file : list_segments())
+    if (file.kind == proto::SegmentKind::kScene && is_published(file.session))
+      sessions.push_back(file.session);
+  return sessions;
+}
+
 std::vector<std::string> hands_of_session(std::string_view session) {
   std::vector<std::string> hands;
   bool is_any_published = false;

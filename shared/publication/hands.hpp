@@ -19,6 +19,10 @@ inline constexpr char kHandMark = '+';
 [[nodiscard]] std::string_view session_of(std::string_view hand_session) noexcept;
 [[nodiscard]] std::string_view hand_of(std::string_view hand_session) noexcept;
 
+/// The sessions whose sim_server lives and has published, and which this process may read: SESSION,
+/// or SESSION+HAND for each hand that has a name. Throws SegmentError as list_segments().
+[[nodiscard]] std::vector<std::string> running_sessions();
+
 /// The hands of a session, by name, whose sim_server lives and has published for one of them at
 /// least; "" is the hand without a name. Throws SegmentError as list_segments().
 [[nodiscard]] std::vector<std::string> hands_of_session(std::string_view session);

@@ -176,10 +176,10 @@ class InstallTest(daemons.SessionTest):
         self.assertIn("haptic_server: device 'udp_knob': the device speaks", server.lines())
         self.assertEqual(daemons.read_report(report)["device_identity"],
                          {"serial": f"127.0.0.1:{port}", "firmware": "", "driver": "udp_knob 1.0"})
-        head = [line for line in record.read_text().splitlines() if line.startswith("#")]
-        self.assertIn(f"# device_serial: 127.0.0.1:{port}", head)
-        self.assertIn("# device_driver: udp_knob 1.0", head)
-        self.assertFalse([line for line in head if "firmware" in line])
+        head = daemons.read_recording(record).metadata
+        self.assertEqual(head["device_serial"], f"127.0.0.1:{port}")
+        self.assertEqual(head["device_driver"], "udp_knob 1.0")
+        self.assertNotIn("device_firmware", head)
 
     def test_drivers_of_an_older_and_of_a_newer_header_run_the_same(self):
         today = (self.prefix / "include" / "stillgrid" / "device_plugin.h").read_text()

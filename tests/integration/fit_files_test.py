@@ -141,6 +141,8 @@ class SceneFilesTest(daemons.SessionTest):
     def test_a_recording_is_laid_back_into_the_devices_frame(self):
         recording = self.write("recording.csv", "# scene: skin\n# device: replay\ntime_s,x_m,y_m,z_m\n")
         self.assertEqual(self.files.laid_back(recording), "scale=0.5,offset_y_m=-0.05")
+        recording = self.write("today.csv", "time_s,x_m,y_m,z_m,fx_N,rendered_fx_N,contacts\n")
+        self.assertEqual(self.files.laid_back(recording), "scale=0.5,offset_y_m=-0.05")
         self.assertEqual(self.files.laid_back(self.write("other.csv", "t_s,x_m\n")), "")
 
 

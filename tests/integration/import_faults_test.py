@@ -139,7 +139,7 @@ class RefusalTest(imports.ImportTest):
                 ("letters.csv", (), r"letters\.csv:1: value 'dear reader': expected columns of numbers"),
                 ("bytes.bin", (), r"bytes\.bin: neither text nor a known format"),
                 ("cut.gz", (), r"cut\.gz: cannot be unpacked: "),
-                ("bag.bag", (), r"bag\.bag: a bag of ROS: expected CSV"),
+                ("bag.bag", (), r"bag\.bag: a bag of ROS: expected one of ROS 2 as MCAP"),
                 ("pickled.npy", (), r"pickled\.npy: cannot be read: pickled objects"),
                 ("cut.npz", (), r"cut\.npz: cannot be read: "),
                 ("cut.mcap", (), r"cut\.mcap: no message"),

@@ -17,12 +17,12 @@ PRESS = "phantom:path=press,centre_z_m=0,depth_m=0.05,period_s=0.5,hand=light"
 class ViewerTest(SessionTest):
     """With viewers, each with the address that it printed."""
 
-    def viewer(self, *arguments):
+    def viewer(self, *arguments, port=("--port", "0")):
         """The page of a viewer that is ready."""
         read, write = os.pipe()
         with open(self.folder / f"viewer-{len(self.daemons)}.stderr", "w") as stderr:
             process = subprocess.Popen(
-                ["setpriv", "--pdeathsig", "KILL", BUILD / "bin" / "scene_viewer", "--port", "0",
+                ["setpriv", "--pdeathsig", "KILL", BUILD / "bin" / "scene_viewer", *port,
                  *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=write, stderr=stderr)
         os.close(write)
         self.addCleanup(process.wait)
@@ -253,6 +253,12 @@ class Options(ViewerTest):
         self.assertEqual(result.returncode, BAD_INPUT)
         self.assertEqual(result.stderr.splitlines(), [
             "scene_viewer: cannot make a thread (ulimit -u): Resource temporarily unavailable"])
+
+    def test_viewers_that_are_told_no_port_take_one_each_and_print_it(self):
+        pages = [self.viewer("--session", self.session, port=()) for _ in range(2)]
+        self.assertNotEqual(pages[0].host, pages[1].host)
+        for page in pages:
+            self.assertIn("sim", page.status())
 
     def test_a_bad_option_is_refused_in_one_line(self):
         page = self.live_viewer()

@@ -122,18 +122,11 @@ TEST_CASE(
   CHECK(rms_distance_m(bullet.places_m[1], ours.places_m[1]) < (implicit ? 2e-3 : 1e-9) * moved_m);
 }
 
-bool is_without_mujoco() {
-  if (!mujoco_curves(chain_modes_scene()).empty()) return false;
-  WARN("skipped: this build has no MuJoCo");
-  return true;
-}
-
 ChartPoint mujoco_point(const std::string& solver, double step_s) {
   return {"mujoco", solver, "step_s", step_s, step_s, {}};
 }
 
 TEST_CASE("A chain of MuJoCo's hangs as long as its springs say", "[work_precision]") {
-  if (is_without_mujoco()) return;
   // As Bullet's; steps are bounded by the springs.
   const Eigen::Matrix3Xd places_m = mujoco_at_rest_m(chain_modes_scene().scene, 0.007, 2000);
 
@@ -142,7 +135,6 @@ TEST_CASE("A chain of MuJoCo's hangs as long as its springs say", "[work_precisi
 
 TEST_CASE("MuJoCo's Euler steps and its implicit ones go where symplectic Euler's go",
           "[work_precision]") {
-  if (is_without_mujoco()) return;
   ChartScene scene = GENERATE(chain_modes_scene(), cloth_scene(8, 1e3), cloth_scene(8, 1e5));
   scene.early_s = 0.05;
   scene.end_s = 0.1;
@@ -162,7 +154,6 @@ TEST_CASE("MuJoCo's Euler steps and its implicit ones go where symplectic Euler'
 
 TEST_CASE("MuJoCo's errors fall with the step by the orders of its integrators",
           "[work_precision]") {
-  if (is_without_mujoco()) return;
   ChartScene scene =
       GENERATE(chain_modes_scene(), cloth_scene(8, 1e3), cloth_scene(8, 1e4), cloth_scene(8, 1e5));
   scene.early_s = 0.05;
@@ -182,7 +173,6 @@ TEST_CASE("MuJoCo's errors fall with the step by the orders of its integrators",
 }
 
 TEST_CASE("A run of MuJoCo's that blows up is not begun anew", "[work_precision]") {
-  if (is_without_mujoco()) return;
   const std::string solver = GENERATE("euler", "rk4", "implicit");
 
   CHECK(run_mujoco(cloth_scene(8, 1e5), mujoco_point(solver, 0.01), kNoLimit_s).end ==

@@ -205,7 +205,8 @@ TEST_CASE("What is no path of a hand is refused in a line that names file, line 
       {header + "0,0,0,0,7\n1,0,0,0\n", ":2: column 5"},
       {"time_s,x_m,x_m,y_m,z_m\n0,0,0,0,0\n1,0,0,0,0\n", ":1: column x_m: given twice"},
       {"\xEF\xBB\xBF" + header + "0,0,0,0\n1,0,0,0\n", ":1: column time_s: a byte-order mark"},
-      {"# scene: x\n" + header, ":1: column file"}};
+      {"# scene: x\n" + header, ":1: column file"},
+      {"time_s,x_m,y_m,z_m,rendered_fx_N,qx\n", ":1: column file"}};
   for (const auto& [text, words] : cases) {
     CAPTURE(text);
     const auto file = folder.write("hand.csv", text);

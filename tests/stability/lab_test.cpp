@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "haptic_server/recording/csv_recording.hpp"
 #include "shared/tools/laboratory/lab_cell.hpp"
 #include "shared/tools/laboratory/metrics.hpp"
 #include "shared/tools/laboratory/two_rate.hpp"

@@ -4,10 +4,10 @@ import fs from 'node:fs';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 import { kColours } from '../../shared/tools/scene_viewer/page/plots.js';
-import { look_at, need_chromium, open_browser } from './browser.mjs';
+import { look_at, need_browser, open_browser } from './browser.mjs';
 import { kBuild, kHand, Session } from './servers.mjs';
 
-need_chromium();
+need_browser('chromium');
 const kScene = 'tissue_and_blocks';
 const session = new Session();
 const saved = path.join(session.folder, 'saved.view');

@@ -1,5 +1,6 @@
 """Recordings and trajectories: the CSV of docs/formats.md, columns whose names end in their units."""
 import csv
+import json
 import os
 import pathlib
 from typing import Any
@@ -71,7 +72,11 @@ class Recording:
 def load(file: str | os.PathLike[str]) -> Recording:
     """Reads a recording up to its last whole row; names of earlier versions become today's. ValueError
     names the file and what was expected."""
-    lines = pathlib.Path(file).read_text(encoding="utf-8-sig").splitlines(keepends=True)
+    file = pathlib.Path(file)
+    data = file.read_bytes()
+    if data.startswith(b"\x89MCAP"):
+        raise ValueError(f"{file}: an MCAP file: expected CSV, as stillgrid_import {file.name} --out FILE.csv makes")
+    lines = data.decode("utf-8-sig").splitlines(keepends=True)
     if lines and not lines[-1].endswith("\n"):
         lines.pop()  # cut off in mid-row
     comments = [line[1:].strip() for line in lines if line.startswith("#")]
@@ -85,7 +90,19 @@ def load(file: str | os.PathLike[str]) -> Recording:
         if len(row) != len(header):
             raise ValueError(f"{file}: row '{','.join(row)}': {len(row)} fields: expected {len(header)}")
     columns = {name: _column(file, name, column) for name, column in zip(header, zip(*rows[1:]))}
-    return Recording(dict(line.split(": ", 1) for line in comments if ": " in line), columns, str(file))
+    metadata = _metadata_beside(file) or dict(line.split(": ", 1) for line in comments if ": " in line)
+    return Recording(metadata, columns, str(file))
+
+
+def _metadata_beside(file: pathlib.Path) -> dict[str, str]:
+    """What stands in FILE-metadata.json; earlier versions wrote comments into the file instead."""
+    try:
+        notes = json.loads(pathlib.Path(f"{file}-metadata.json").read_bytes())["notes"][0]
+        return {str(key): str(value) for key, value in notes.items()}
+    except FileNotFoundError:
+        return {}
+    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+        raise ValueError(f"{file}-metadata.json: cannot be read: expected metadata as a recording's") from None
 
 
 def save_trajectory(file: str | os.PathLike[str], time_s: Any, position_m: Any) -> None:

@@ -38,11 +38,11 @@ class Session:
                  sim_arguments: tuple[str, ...] = (), haptic_arguments: tuple[str, ...] = ()):
         """scene: a file, or the name of a shipped one, for sim_server; None: a Publisher of one's own, by
         publish(). device: PLUGIN[:key=value,...]. lockstep: virtual time. record: where the recording
-        stays; None: it is read, then removed. name: None is one of its own."""
+        stays, FILE.csv, or FILE.mcap, which is not read back; None: it is read, then removed. name: None is one of its own."""
         self.name = name or f"python-{os.getpid()}-{next(_numbers)}"
         self._is_named = name is not None
         self.lockstep = lockstep
-        self.recording: recording.Recording | None = None  # once it has ended
+        self.recording: recording.Recording | None = None  # of CSV, once it has ended
         self.report: dict[str, Any] | None = None  # haptic_server's, of docs/formats.md
         self.simulation_report: dict[str, Any] | None = None  # sim_server's
         self.messages: list[str] = []  # what the programs had to say, a line each
@@ -120,7 +120,7 @@ class Session:
             self._let_end("sim_server", _PATIENCE_S)
         self._end("sim_server")
         self.check()
-        self.recording = recording.load(self._record)
+        self.recording = None if self._record.suffix == ".mcap" else recording.load(self._record)
         self.messages = [line for program in self._running for line in self._lines(program)]
         self.report = self._read_report("haptic_server")
         self.simulation_report = self._read_report("sim_server")

@@ -26,7 +26,9 @@ LiveView::LiveView(const LiveOptions& options)
       real_axis_{realtime::monotonic_ns()},
       sampler_(options.session, real_axis_),
       follower_(options.session, proto::SegmentKind::kScene),
-      others_(options.session) {
+      others_(options.session),
+      sim_command_(options.session),
+      hand_command_(options.session) {
   if (!options.save.empty()) writer_ = std::make_unique<ViewWriter>(options.save);
   scenes_.emplace_back("", std::make_shared<const std::string>(
                                empty_scene_message(ViewKind::kSession, options.session, "")));
@@ -77,6 +79,14 @@ void LiveView::set_scene(Frame& frame, const ToolLook& tool) {
   if (scenes_.size() > kMaxScenes) scenes_.erase(scenes_.begin() + 1);
 }
 
+/// While a server lives: when it is dead the system has forgotten it.
+void LiveView::learn_commands(const ToolLook& tool) {
+  if (follower_.life() == reading::Life::kAlive && follower_.scene() != nullptr)
+    sim_command_.look(follower_.scene()->header().epoch, follower_.scene()->header().writer_pid);
+  if (tool.hand == reading::Life::kAlive && tool.epoch != 0)
+    hand_command_.look(tool.epoch, tool.writer_pid);
+}
+
 Frame LiveView::look() {
   follower_.look();
   Frame frame;
@@ -84,6 +94,7 @@ Frame LiveView::look() {
   ToolLook tool = sampler_.look();
   read_newest(frame, tool);
   set_scene(frame, tool);
+  learn_commands(tool);
   frame.sim = follower_.life();
   frame.hand = tool.hand;
   frame.sim_relay = follower_.relay();
@@ -133,7 +144,9 @@ void LiveView::tell(const Frame& frame, const ToolLook& tool) {
              .hand = frame.hand,
              .now_s = frame.axis.seconds(frame.now_ns),
              .scene_key = frame.scene_key,
-             .note = note};
+             .note = note,
+             .sim_command = sim_command_.line(),
+             .hand_command = hand_command_.line()};
 }
 
 void LiveView::save(const std::string& key, const std::string& frame) {

@@ -15,6 +15,7 @@
 #include "shared/tools/scene_viewer/tool_sampler.hpp"
 #include "shared/tools/scene_viewer/view_file.hpp"
 #include "shared/tools/scene_viewer/view_source.hpp"
+#include "shared/tools/scene_viewer/writer_command.hpp"
 
 namespace stillgrid::scene_viewer {
 
@@ -42,6 +43,7 @@ class LiveView final : public ViewSource {
   Frame look();
   void read_newest(Frame& frame, ToolLook& tool);
   void set_scene(Frame& frame, const ToolLook& tool);
+  void learn_commands(const ToolLook& tool);
   void save(const std::string& key, const std::string& frame);
   [[nodiscard]] std::string note_of_absence() const;
   void tell(const Frame& frame, const ToolLook& tool);
@@ -54,6 +56,7 @@ class LiveView final : public ViewSource {
   // Of the thread.
   reading::SegmentFollower follower_;
   OtherHands others_;
+  WriterCommand sim_command_, hand_command_;
   publication::SnapshotReader reader_;
   std::optional<reading::SceneSnapshot> snapshot_;  // the last that it accepted
   std::uint64_t next_frame_ = 1;

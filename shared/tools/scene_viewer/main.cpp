@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -16,11 +17,11 @@
 #include "shared/publication/segment_files.hpp"
 #include "shared/realtime/exit_status.hpp"
 #include "shared/realtime/stop_signal.hpp"
-#include "shared/tools/scene_viewer/live_view.hpp"
 #include "shared/tools/scene_viewer/page_server.hpp"
 #include "shared/tools/scene_viewer/recorded_view.hpp"
 #include "shared/tools/scene_viewer/saved_view.hpp"
 #include "shared/tools/scene_viewer/scene_message.hpp"
+#include "shared/tools/scene_viewer/views.hpp"
 
 namespace stillgrid::scene_viewer {
 namespace {
@@ -28,7 +29,7 @@ namespace {
 struct Arguments {
   LiveOptions live;
   std::string hand, surfaces, open, recording;
-  int port = 8765;
+  std::optional<int> port;
 };
 
 constexpr const char* kDescription =
@@ -36,6 +37,8 @@ constexpr const char* kDescription =
     "reads, at low priority: the servers notice nothing of it.\n"
     "\n"
     "  scene_viewer --session demo                        then open the address that it prints\n"
+    "  scene_viewer                                       the page chooses among sessions that "
+    "run\n"
     "  sim_server --scene wall.toml --surfaces wall.json  bodies with a skin: the viewer's\n"
     "  scene_viewer --session demo --surfaces wall.json   --surfaces\n"
     "  scene_viewer --session demo --save run.view        and keep all that is shown\n"
@@ -46,7 +49,8 @@ constexpr const char* kDescription =
 
 void add_options(CLI::App& app, Arguments& arguments) {
   auto* session = app.add_option("--session", arguments.live.session,
-                                 "Name that joins the two servers; USER/NAME: with USER's")
+                                 "The session that is shown first, which joins the two servers; "
+                                 "USER/NAME: with USER's; default: one that runs")
                       ->transform(CLI::Validator(publication::settle_session, ""));
   app.add_option(
          "--hand", arguments.hand,
@@ -59,28 +63,32 @@ void add_options(CLI::App& app, Arguments& arguments) {
                                    "A recording (CSV) of haptic_server: the tool, no bodies");
   session->excludes(open)->excludes(recording);
   open->excludes(recording);
-  app.add_option("--port", arguments.port, "Of the page; 0: any that is free; default 8765")
+  app.add_option("--port", arguments.port,
+                 "Of the page; 0: any that is free; default: 8642, or any where that is taken")
       ->check(command_line::integer_in(0, 65535));
   app.add_option("--surfaces", arguments.surfaces,
-                 "Surfaces of the bodies (JSON), from sim_server --surfaces")
-      ->needs(session);
+                 "Names and surfaces of the bodies (JSON), from sim_server --surfaces; shown where "
+                 "that scene runs")
+      ->excludes(open)
+      ->excludes(recording);
   app.add_option("--save", arguments.live.save,
                  "Keep what is shown, frame by frame, for --open; some MB a minute")
       ->needs(session);
   app.add_option("--frames-per-s", arguments.live.frames_per_s, "Frames a second; default 30")
       ->check(command_line::number_in(1.0, 120.0))
-      ->needs(session);
+      ->excludes(open)
+      ->excludes(recording);
 }
 
-std::unique_ptr<ViewSource> make_view(Arguments& arguments) {
-  if (!arguments.open.empty()) return std::make_unique<SavedView>(arguments.open);
-  if (!arguments.recording.empty()) return std::make_unique<RecordedView>(arguments.recording);
-  if (arguments.live.session.empty())
-    throw CLI::ValidationError("--session", "or --open or --recording is required");
+std::unique_ptr<Views> make_views(Arguments& arguments) {
+  if (!arguments.open.empty())
+    return std::make_unique<Views>(std::make_unique<SavedView>(arguments.open));
+  if (!arguments.recording.empty())
+    return std::make_unique<Views>(std::make_unique<RecordedView>(arguments.recording));
   arguments.live.session = publication::hand_session(arguments.live.session, arguments.hand);
   if (!arguments.hand.empty()) publication::require_hand(arguments.live.session);
   if (!arguments.surfaces.empty()) arguments.live.surfaces = read_surfaces(arguments.surfaces);
-  return std::make_unique<LiveView>(arguments.live);
+  return std::make_unique<Views>(arguments.live);
 }
 
 int run(Arguments& arguments) {
@@ -89,12 +97,12 @@ int run(Arguments& arguments) {
   const auto program = std::filesystem::read_symlink("/proc/self/exe");
   const auto page = program.parent_path().parent_path() / "share" / "stillgrid" / "viewer";
   // Bad input is found before a view begins: that would empty the file of --save, and talk.
-  std::unique_ptr<ViewSource> view;
+  std::unique_ptr<Views> views;
   PageServer server(arguments.port);
-  view = make_view(arguments);
+  views = make_views(arguments);
   if (!std::filesystem::exists(page / "index.html"))
     spdlog::warn("{}: no page is there, only /api is served", page.string());
-  server.start(*view, page);
+  server.start(*views, page);
   std::printf("%s\n", server.address().c_str());
   std::fflush(stdout);
   while (!realtime::stop_requested()) std::this_thread::sleep_for(std::chrono::milliseconds(50));

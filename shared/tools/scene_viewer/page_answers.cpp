@@ -16,6 +16,7 @@ namespace stillgrid::scene_viewer {
 namespace {
 
 constexpr std::size_t kMaxTicks = 65'536;  // of one answer
+constexpr std::string_view kApi = "api/";
 constexpr const char* kJson = "application/json";
 constexpr const char* kBinary = "application/octet-stream";
 
@@ -113,8 +114,8 @@ std::optional<std::string> query_value(std::string_view query, std::string_view 
   return std::nullopt;
 }
 
-PageAnswers::PageAnswers(const ViewSource& view, std::string key, const std::filesystem::path& page)
-    : view_(&view), key_(std::move(key)) {
+PageAnswers::PageAnswers(Views& views, std::string key, const std::filesystem::path& page)
+    : views_(&views), key_(std::move(key)) {
   std::error_code none;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(page, none)) {
     const char* const type = type_of(entry.path());
@@ -124,6 +125,23 @@ PageAnswers::PageAnswers(const ViewSource& view, std::string key, const std::fil
     files_[path == "index.html" ? "" : path] = {
         .type = type, .body = message_of({std::istreambuf_iterator<char>(in), {}})};
   }
+}
+
+PageAnswer PageAnswers::of_api(std::string_view name, std::string_view query) const {
+  if (name == "sessions")
+    return {.type = kJson,
+            .body = message_of(sessions_message(views_->named(), views_->running()))};
+  if (name != "status" && name != "frame" && name != "ticks" && name != "scene")
+    return refuse(404, "no such file");
+  const std::string session = query_value(query, "session").value_or("");
+  const auto view = views_->find(session);
+  if (!view)
+    return refuse(404, session.empty() ? "expected session=NAME, one of /api/sessions"
+                                       : "no session of that name runs");
+  if (name == "status") return {.type = kJson, .body = message_of(status_message(view->status()))};
+  if (name == "frame") return frame_answer(*view, query);
+  if (name == "ticks") return ticks_answer(*view, query);
+  return scene_answer(*view, query);
 }
 
 PageAnswer PageAnswers::to(const PageQuestion& question) const {
@@ -141,11 +159,7 @@ PageAnswer PageAnswers::to(const PageQuestion& question) const {
   const std::string_view query =
       question.target.substr(std::min(question.target.size(), path.size() + 1));
   path.remove_prefix(key_end + 1);
-  if (path == "api/status")
-    return {.type = kJson, .body = message_of(status_message(view_->status()))};
-  if (path == "api/frame") return frame_answer(*view_, query);
-  if (path == "api/ticks") return ticks_answer(*view_, query);
-  if (path == "api/scene") return scene_answer(*view_, query);
+  if (path.starts_with(kApi)) return of_api(path.substr(kApi.size()), query);
   const auto file = files_.find(path);
   return file == files_.end() ? refuse(404, "no such file") : file->second;
 }

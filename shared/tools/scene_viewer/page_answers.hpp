@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "shared/tools/scene_viewer/view_source.hpp"
+#include "shared/tools/scene_viewer/views.hpp"
 
 namespace stillgrid::scene_viewer {
 
@@ -27,17 +27,19 @@ struct PageAnswer {
 /// Thread: the connections' one.
 using AnswerPage = std::function<PageAnswer(const PageQuestion&)>;
 
-/// What is answered to whom: docs/viewer.md, "What the viewer serves". Thread: any.
+/// What is answered to whom: docs/viewer.md, "What the viewer serves". Thread: one.
 class PageAnswers {
  public:
-  /// Reads the page's files, those of its folder that a browser asks for. Pre: the view outlives
-  /// it.
-  PageAnswers(const ViewSource& view, std::string key, const std::filesystem::path& page);
+  /// Reads the page's files, those of its folder that a browser asks for. Pre: the views
+  /// outlive it.
+  PageAnswers(Views& views, std::string key, const std::filesystem::path& page);
 
   [[nodiscard]] PageAnswer to(const PageQuestion& question) const;
 
  private:
-  const ViewSource* view_;
+  [[nodiscard]] PageAnswer of_api(std::string_view name, std::string_view query) const;
+
+  Views* views_;
   std::string key_;
   std::map<std::string, PageAnswer, std::less<>> files_;  // by path; "": index.html
 };

@@ -22,6 +22,7 @@ namespace asio = boost::asio;
 using Tcp = asio::ip::tcp;
 using Error = boost::system::error_code;
 
+constexpr int kUsualPort = 8642;
 constexpr std::chrono::milliseconds kPause{50};  // where the system gives no connection
 
 /// 128 bits from the system, in hexadecimal digits.
@@ -48,21 +49,22 @@ struct PageServer::Server {
   asio::steady_timer pause{context};
   std::jthread thread;
 
-  void bind(int port);
+  [[nodiscard]] Error bind(int port);
   void accept();
 };
 
-void PageServer::Server::bind(int port) {
+Error PageServer::Server::bind(int port) {
   const Tcp::endpoint here(asio::ip::address_v4::loopback(), static_cast<unsigned short>(port));
   Error error;
   acceptor.open(here.protocol(), error);
   if (!error) acceptor.set_option(Tcp::acceptor::reuse_address(true), error);
   if (!error) acceptor.bind(here, error);
   if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
-  if (error)
-    throw std::runtime_error(
-        "--port: value " + std::to_string(port) +
-        ": expected a free port of this machine, or 0 for any: " + error.message());
+  if (error) {
+    Error ignored;
+    acceptor.close(ignored);
+  }
+  return error;
 }
 
 void PageServer::Server::accept() {
@@ -76,8 +78,13 @@ void PageServer::Server::accept() {
   });
 }
 
-PageServer::PageServer(int port) : server_(std::make_unique<Server>()) {
-  server_->bind(port);
+PageServer::PageServer(std::optional<int> port) : server_(std::make_unique<Server>()) {
+  Error error = server_->bind(port.value_or(kUsualPort));
+  if (error && !port) error = server_->bind(0);
+  if (error)
+    throw std::runtime_error(
+        "--port: value " + std::to_string(port.value_or(0)) +
+        ": expected a free port of this machine, or 0 for any: " + error.message());
 }
 
 PageServer::~PageServer() {
@@ -89,8 +96,8 @@ std::string PageServer::address() const {
          server_->key + "/";
 }
 
-void PageServer::start(const ViewSource& view, const std::filesystem::path& page) {
-  server_->answer = [answers = PageAnswers(view, server_->key, page)](
+void PageServer::start(Views& views, const std::filesystem::path& page) {
+  server_->answer = [answers = PageAnswers(views, server_->key, page)](
                         const PageQuestion& question) { return answers.to(question); };
   server_->accept();
   server_->thread = std::jthread([context = &server_->context] {

@@ -2,9 +2,10 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 
-#include "shared/tools/scene_viewer/view_source.hpp"
+#include "shared/tools/scene_viewer/views.hpp"
 
 namespace stillgrid::scene_viewer {
 
@@ -15,8 +16,9 @@ namespace stillgrid::scene_viewer {
 /// and of the API; bounds: PageConnection.
 class PageServer {
  public:
-  /// Binds; port 0: any that is free. Throws std::runtime_error in one line where it cannot.
-  explicit PageServer(int port);
+  /// Binds. Port 0: any that is free; none: 8642, or any that is free where that is taken. Throws
+  /// std::runtime_error in one line where it cannot.
+  explicit PageServer(std::optional<int> port);
   /// Ends all connections, answered or not.
   ~PageServer();
   PageServer(const PageServer&) = delete;
@@ -27,9 +29,9 @@ class PageServer {
   /// http://127.0.0.1:PORT/KEY/
   [[nodiscard]] std::string address() const;
 
-  /// Serves the files that the page's folder holds now, and the view, in a thread of its own until
-  /// destruction. Pre: the view outlives it.
-  void start(const ViewSource& view, const std::filesystem::path& page);
+  /// Serves the files that the page's folder holds now, and the views, in a thread of its own until
+  /// destruction. Pre: the views outlive it, and nobody else asks them.
+  void start(Views& views, const std::filesystem::path& page);
 
  private:
   struct Server;

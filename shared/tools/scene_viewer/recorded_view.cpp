@@ -175,6 +175,9 @@ std::vector<RecordedTick> read_recording(const std::filesystem::path& file) {
   for (std::size_t number = 1; std::getline(in, line); ++number) {
     if (!line.empty() && line.back() == '\r') line.pop_back();
     if (line.empty() || line[0] == '#') continue;
+    if (line.starts_with("\x89MCAP"))
+      throw std::runtime_error("--recording: " + file.string() +
+                               ": an MCAP file: expected CSV, as stillgrid_import makes");
     const std::string fault = reader.take(line, rows);
     if (fault.empty()) continue;
     if (in.eof() && !rows.empty()) break;  // a line that was cut off
@@ -197,7 +200,9 @@ RecordedView::RecordedView(const std::filesystem::path& file) : rows_(read_recor
              .hand = reading::Life::kAbsent,
              .now_s = rows_.back().sample.time_s,
              .scene_key = key,
-             .note = ""};
+             .note = "",
+             .sim_command = "",
+             .hand_command = ""};
 }
 
 ViewStatus RecordedView::status() const {

@@ -30,7 +30,9 @@ SavedView::SavedView(const std::filesystem::path& file) : reader_(file) {
              .hand = reading::Life::kAbsent,
              .now_s = last->time_s,
              .scene_key = last->scene_key,
-             .note = ""};
+             .note = "",
+             .sim_command = "",
+             .hand_command = ""};
 }
 
 ViewStatus SavedView::status() const {

@@ -21,6 +21,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
+constexpr std::size_t kLongestName = sizeof(proto::SceneHeader::name) - 1;
 constexpr double kPlainTool_m = 0.005;  // radius
 
 std::string_view name_of(ViewKind kind) {
@@ -135,10 +136,18 @@ bool are_voxels(const Json& json) {
   return are_whole(count, count.size()) && are_numbers_or_null(at(json, "box_m"), 4 * count.size());
 }
 
+/// Names of bodies, which files of before do not have.
+bool are_names(const Json& json) {
+  return json.is_null() ||
+         (json.is_array() &&
+          std::all_of(json.begin(), json.end(), [](const Json& name) { return name.is_string(); }));
+}
+
 /// What was expected of a file of surfaces; empty for a sound one.
 std::string fault_of(const Json& json) {
   if (!at(json, "spheres").is_number_unsigned() || !at(json, "bodies").is_array())
     return "JSON with \"spheres\" and a list \"bodies\", as sim_server --surfaces writes it";
+  if (!are_names(at(json, "names"))) return "a list \"names\" of texts, one a body";
   const auto sphere_count = json["spheres"].get<std::size_t>();
   const Json& bodies = json["bodies"];
   for (std::size_t i = 0; i < bodies.size(); ++i)
@@ -163,7 +172,9 @@ std::string scene_message(const publication::SceneView& view, const std::string&
   const auto static_records = reading::static_spheres(view, kAll);
   add_spheres(json, moving, static_records);
   add_voxels(json, occupied_voxels(view.static_grid().shape, reading::static_bounds(view)));
-  const bool fit = surfaces.sphere_count == moving.size() + static_records.size();
+  const bool fit =
+      surfaces.sphere_count == moving.size() + static_records.size() &&
+      (surfaces.scene.empty() || json["name"] == surfaces.scene.substr(0, kLongestName));
   json["surfaces"] = fit ? Json::parse(surfaces.text) : Json();
   return segment_inspect::text_of(json);
 }
@@ -191,6 +202,10 @@ std::optional<SavedScene> saved_scene(const std::string& message) {
   return SavedScene{json["scene_key"].get<std::string>(), segment_inspect::text_of(json)};
 }
 
+std::string sessions_message(const std::string& named, const std::vector<std::string>& running) {
+  return segment_inspect::text_of({{"named", named}, {"running", running}});
+}
+
 std::string status_message(const ViewStatus& status) {
   return segment_inspect::text_of({{"live", status.live},
                                    {"first_frame", status.first_frame},
@@ -199,7 +214,9 @@ std::string status_message(const ViewStatus& status) {
                                    {"hand", name_of(status.hand)},
                                    {"now_s", status.now_s},
                                    {"scene_key", status.scene_key},
-                                   {"note", status.note}});
+                                   {"note", status.note},
+                                   {"sim_command", status.sim_command},
+                                   {"hand_command", status.hand_command}});
 }
 
 Surfaces read_surfaces(const std::string& file) {
@@ -212,6 +229,7 @@ Surfaces read_surfaces(const std::string& file) {
   const std::string fault = fault_of(json);
   if (!fault.empty()) throw std::runtime_error("--surfaces: " + file + ": expected " + fault);
   surfaces.sphere_count = json["spheres"].get<std::size_t>();
+  if (at(json, "scene").is_string()) surfaces.scene = json["scene"].get<std::string>();
   return surfaces;
 }
 

@@ -4,6 +4,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "proto/scene_segment.hpp"
 #include "shared/publication/scene_segment.hpp"
@@ -17,6 +18,7 @@ enum class ViewKind { kSession, kSaved, kRecording };
 /// What sim_server --surfaces wrote.
 struct Surfaces {
   std::string text = "null";     // JSON
+  std::string scene;             // its name; empty: not told
   std::size_t sphere_count = 0;  // of the scene, moving and static
 };
 
@@ -24,8 +26,8 @@ struct Surfaces {
 [[nodiscard]] Surfaces read_surfaces(const std::string& file);
 
 /// The answer of /api/scene, JSON: docs/viewer.md. moving: of any snapshot. Surfaces of another
-/// number of spheres are another scene's and left out. tick_period_ns: 0 where no haptic loop is
-/// known.
+/// name or number of spheres are another scene's and left out. tick_period_ns: 0 where no haptic
+/// loop is known.
 [[nodiscard]] std::string scene_message(const publication::SceneView& view,
                                         const std::string& session, const std::string& key,
                                         std::span<const proto::SphereRecord> moving,
@@ -40,6 +42,10 @@ struct SavedScene {
   std::string key, message;
 };
 [[nodiscard]] std::optional<SavedScene> saved_scene(const std::string& message);
+
+/// The answer of /api/sessions, JSON: docs/viewer.md.
+[[nodiscard]] std::string sessions_message(const std::string& named,
+                                           const std::vector<std::string>& running);
 
 /// The answer of /api/status, JSON: docs/viewer.md.
 [[nodiscard]] std::string status_message(const ViewStatus& status);

@@ -64,6 +64,8 @@ void ToolSampler::sample() {
   look_.state = state;
   look_.clock = tool->header().clock;
   look_.period_ns = tool->header().period_ns;
+  look_.epoch = epoch_;
+  look_.writer_pid = tool->header().writer_pid;
 }
 
 ToolLook ToolSampler::look() const {

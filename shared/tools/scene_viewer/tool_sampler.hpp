@@ -22,6 +22,8 @@ struct ToolLook {
   std::optional<proto::ToolState> state;  // checked; its tick numbered on
   proto::Clock clock = proto::Clock::kMonotonic;
   std::uint64_t period_ns = 0;  // 0: none came yet
+  std::uint64_t epoch = 0;
+  std::uint32_t writer_pid = 0;
 };
 
 /// Looks at a session's tool somewhat faster than 1 kHz and keeps the ticks. What it misses the

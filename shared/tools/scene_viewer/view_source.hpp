@@ -17,7 +17,8 @@ struct ViewStatus {
   reading::Life sim = reading::Life::kAbsent, hand = reading::Life::kAbsent;
   double now_s = 0.0;  // on the frames' axis
   std::string scene_key;
-  std::string note;  // what hinders, one line
+  std::string note;                       // what hinders, one line
+  std::string sim_command, hand_command;  // that started each server; empty: not known
 };
 
 /// What a page shows: a session, a saved view or a recording. Thread: any, each call.

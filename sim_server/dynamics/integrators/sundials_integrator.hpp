@@ -44,7 +44,7 @@ class SundialsIntegrator : public Integrator {
 };
 
 /// By CVODE's backward differentiation formulas. Throws std::runtime_error in a build without
-/// SUNDIALS (that for 64-bit ARM).
+/// SUNDIALS (STILLGRID_SUNDIALS=OFF).
 [[nodiscard]] std::unique_ptr<Integrator> make_cvode_integrator(double tolerance_m_s);
 
 }  // namespace stillgrid::dynamics

@@ -9,6 +9,7 @@ export class Unreachable extends Error {}
 
 const kArrayTypes = { f32: Float32Array, f64: Float64Array, u32: Uint32Array };
 const kTimeout_ms = 3000;
+let session = '';  // that is asked for; '': the viewer's own choice
 
 const text_of = (bytes) => new TextDecoder().decode(bytes);
 const json_of = (bytes) => JSON.parse(text_of(bytes));
@@ -43,13 +44,22 @@ export function decode(buffer) {
   return { ...head, arrays };
 }
 
+/// From now on all is asked of that session.
+export function choose(name) { session = name; }
+export const chosen = () => session;
+
+const of = (name, query = '') => get(`api/${name}?session=${encodeURIComponent(session)}${query}`);
+
+/// { named, running }: the session that the viewer was started for, and those that run.
+export const sessions = async () => json_of(await get('api/sessions'));
+
 /// key: scene_key of a frame.
-export const scene = async (key) => json_of(await get(`api/scene?key=${encodeURIComponent(key)}`));
-export const status = async () => json_of(await get('api/status'));
+export const scene = async (key) => json_of(await of('scene', `&key=${encodeURIComponent(key)}`));
+export const status = async () => json_of(await of('status'));
 
 /// number: of a frame, or 'latest'.
 export const frame = async (number) =>
-  decode(await get(`api/frame?number=${number}`));
+  decode(await of('frame', `&number=${number}`));
 
 export const ticks = async (from, most) =>
-  decode(await get(`api/ticks?from=${from}&most=${most}`));
+  decode(await of('ticks', `&from=${from}&most=${most}`));

@@ -35,10 +35,23 @@ export class Camera {
     this.follows = name === 'follow';
     if (this.follows) return;
     const [from] = kViews[name];
-    const distance_m = 1.65 * this.size_m;
+    // In a picture that is higher than wide its width counts.
+    const distance_m = 1.65 * this.size_m / Math.min(this.camera.aspect, 1);
     this.controls.target.copy(this.centre_m);
     this.camera.position.set(...from).normalize().multiplyScalar(distance_m).add(this.centre_m);
     this.camera.updateProjectionMatrix();
+    this.controls.update();
+  }
+
+  /// Where the camera stands and looks at: six numbers in metres.
+  get place_m() {
+    return [...this.camera.position.toArray(), ...this.controls.target.toArray()];
+  }
+
+  set place_m(numbers) {
+    this.follows = false;
+    this.camera.position.fromArray(numbers);
+    this.controls.target.fromArray(numbers, 3);
     this.controls.update();
   }
 

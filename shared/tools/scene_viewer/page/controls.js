@@ -1,21 +1,22 @@
 // Switches, buttons and keys, and what each does.
 
-const byId = (id) => document.getElementById(id);
+import { byId } from './dom.js';
 
 /// name, label, key, on at first.
 const kSwitches = [
   ['displayed', 'displayed', 'd', true],
   ['newest', 'newest snapshot', 'n', false],
   ['previous', 'previous snapshot', 'p', false],
-  ['spheres', 'spheres', 's', true],
-  ['surfaces', 'surfaces', 'm', false],
+  ['surfaces', 'surfaces', 'm', true],
+  ['spheres', 'spheres', 's', false],
   ['planes', 'planes', 'l', true],
   ['voxels', 'voxels', 'v', false],
   ['path', 'path', 't', true],
+  ['axes', 'axes', 'a', true],
 ];
 
 const kViews = [
-  ['oblique', 'Oblique', 'o'], ['front', 'Front', 'f'], ['top', 'Top', 'u'], ['follow', 'Follow tool', 'g'],
+  ['oblique', 'Oblique', 'o'], ['front', 'Front', 'f'], ['top', 'Top', 'u'], ['follow', 'Follow', 'g'],
 ];
 
 /// Which parts are shown, by name; voxel_edge_m: of the level, or null for all.
@@ -64,7 +65,8 @@ export function set_voxel_levels(edges_m, switches) {
   level.value = switches.voxel_edge_m ?? '';
 }
 
-/// actions: view(name), changed(), toggle(), step(frames), first(), live(), seek(number), speed(x).
+/// actions: view(name), changed(), toggle(), step(frames), first(), live(), seek(number), speed(x), theme(), link(),
+/// session(name), zoom(factor), zoom_out().
 export function make_controls(switches, actions) {
   make_switches(switches, actions.changed);
   for (const [name, label, key] of kViews) {
@@ -81,6 +83,11 @@ export function make_controls(switches, actions) {
   on_click('first', actions.first);
   on_click('live', actions.live);
   on_click('help-button', () => byId('help').showModal());
+  on_click('theme', actions.theme);
+  on_click('link', actions.link);
+  byId('session-choice').addEventListener('change', () => actions.session(byId('session-choice').value));
+  // Where the picture is small its switches would hide it.
+  byId('show').open = !matchMedia('(max-width: 900px), (max-height: 520px)').matches;
   byId('timeline').addEventListener('input', () => actions.seek(Number(byId('timeline').value)));
   byId('speed').addEventListener('change', () => actions.speed(Number(byId('speed').value)));
 
@@ -102,6 +109,13 @@ function make_shortcuts(actions) {
     ...kSwitches.map(([name, label, key]) => [key, key.toUpperCase(), label, () => byId(`show-${name}`).click()]),
     ...kViews.map(([name, label, key]) =>
       [key, key.toUpperCase(), `view: ${label.toLowerCase()}`, () => actions.view(name)]),
+    ['b', 'B', 'dark or light', actions.theme],
+    ['k', 'K', 'copy a link to this instant', actions.link],
+    ['i', 'I', 'picture of the scene (PNG)', () => byId('picture').click()],
+    ['c', 'C', 'film of the scene: begin, end', () => byId('film').click()],
+    ['+', '+', 'plots: into a shorter time', () => actions.zoom(0.5)],
+    ['-', '−', 'plots: a longer time', () => actions.zoom(2)],
+    ['0', '0', 'plots: as at first', actions.zoom_out],
     ['?', '?', 'this help', () => byId('help').showModal()],
   ];
 }
@@ -116,11 +130,15 @@ function show_shortcuts(shortcuts) {
   }
 }
 
+/// Keys that do again what they do while they are held.
+const kRepeats = ['ArrowLeft', 'ArrowRight', '+', '-'];
+
 function on_key(event, shortcuts) {
   if (event.ctrlKey || event.altKey || event.metaKey || byId('help').open) return;
   if (event.target.tagName === 'SELECT') return;
   const shift = event.shiftKey && event.key.startsWith('Arrow') ? 'Shift ' : '';
   const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+  if (event.repeat && !kRepeats.includes(event.key)) return;
   const shortcut = shortcuts.find(([wanted]) => wanted === shift + key);
   if (!shortcut) return;
   event.preventDefault();

@@ -1,18 +1,27 @@
 // Asks for frames and ticks, and hands them to the picture, the plots and the figures.
 import * as api from './api.js';
 import { initial_switches, make_controls, set_voxel_levels } from './controls.js';
+import { byId, copy, say } from './dom.js';
+import { Exporter } from './export.js';
+import { parts_of, show_hands } from './hands.js';
+import { Faults } from './faults.js';
+import { body_name, Hover } from './hover.js';
+import { format_link, frame_at, parse_link } from './link.js';
 import * as panels from './panels.js';
 import { Playback } from './playback.js';
-import { kWindow_s, Plots } from './plots.js';
+import { Plots } from './plots.js';
 import { SceneView } from './scene_view.js';
+import { words_of } from './state_words.js';
+import { Theme } from './theme.js';
 import { TickHistory } from './tick_history.js';
 
 const kFrame_ms = 1000 / 30;
 const kTicks_ms = 100;
 const kPlots_ms = 80;
 const kStatus_ms = 400;
+const kSessions_ms = 2000;
 const kPath_s = 2;
-const kLongestBackOff_ms = 4000;
+const kMaxTicks = 65536;  // that the viewer gives at once
 
 const switches = initial_switches();
 const ticks = new TickHistory();
@@ -23,14 +32,21 @@ let status = null;
 let view = null;
 let plots = null;
 let no_picture = '';  // why there is none
+const faults = new Faults(['status', 'frame', 'ticks', 'sessions']);
+let wanted = parse_link(location.hash);  // an instant that is not shown yet
+const theme = new Theme(recolour);
 
 function begin() {
   panels.make_numbers();
-  plots = new Plots(document.getElementById('plots'), ticks, () => { plots.dirty = true; });
+  plots = new Plots(byId('plots'), ticks, theme, () => { plots.dirty = true; });
+  const canvas = byId('scene-canvas');
   try {
-    view = new SceneView(document.getElementById('scene-canvas'), switches);
+    view = new SceneView(canvas, switches, theme);
+    new Hover(canvas, (x, y) => view.pick(x, y), name_of);
+    new Exporter(canvas, () => view.render(true), told);
   } catch (error) {
-    document.getElementById('view').dataset.picture = 'none';
+    byId('view').dataset.picture = 'none';
+    for (const id of ['picture', 'film']) byId(id).disabled = true;
     no_picture = `no picture: this browser gives no WebGL (${error.message})`;
   }
   make_controls(switches, {
@@ -43,9 +59,85 @@ function begin() {
     live: () => playback.live(),
     seek: (number) => playback.seek(number),
     speed: (speed) => { playback.speed = speed; },
+    theme: () => theme.toggle(),
+    link,
+    session: (name) => { next_session = name; },
+    zoom: (factor) => { plots.window.zoom(factor, 1, plots.own_s); plots.dirty = true; },
+    zoom_out: () => { plots.window.reset(); plots.dirty = true; },
   });
+  byId('banner-copy').addEventListener('click', async () => {
+    const command = byId('banner-command').textContent;
+    say(await copy(command) ? 'the command is copied' : 'this browser gives no clipboard: mark the command');
+  });
+  window.addEventListener('hashchange', () => { wanted = parse_link(location.hash); });
   requestAnimationFrame(loop);
 }
+
+function recolour() {
+  view?.recolour();
+  if (plots) plots.dirty = true;
+  show();
+}
+
+const name_of = ({ hand, body }) => {
+  if (body !== undefined) return body_name(scene, body);
+  return hand ? `tool of hand ${hand}` : 'tool';
+};
+
+/// What a picture or a film shows.
+const told = () => ({
+  scene: scene?.name ?? '', time_s: frame?.time_s ?? 0, colours: theme.colours.picture,
+  caption: `${scene?.name ?? ''}, ${(frame?.time_s ?? 0).toFixed(2)} s; ${byId('force-scale').textContent}`,
+});
+
+/// The address gets what is shown now, and the clipboard the address.
+async function link() {
+  if (!frame) return;
+  playback.pause();
+  const { source } = scene ?? {};
+  const hash = format_link({ session: source === 'session' ? api.chosen() : '', time_s: frame.time_s,
+    camera_m: view?.camera.place_m });
+  history.replaceState(null, '', hash);
+  say(await copy(location.href) ? 'a link to this instant is copied' : 'the address is a link to this instant');
+}
+
+/// The session that the user chose, or the link, or where none was named the first that runs.
+let next_session = null;
+let running = [];
+
+async function take_sessions() {
+  const told_ = await api.sessions();
+  running = told_.running;
+  if (!api.chosen()) api.choose(told_.named || running[0] || '');
+  panels.show_sessions(running, api.chosen());
+}
+
+/// From here on nothing is of the session before.
+function turn_to(session) {
+  next_session = null;
+  if (session === api.chosen()) return;
+  api.choose(session);
+  status = frame = scene = null;
+  ticks.clear();
+  faults.forget();
+  panels.show_sessions(running, session);
+}
+
+/// What the link asked for, once its session is known.
+async function follow_link() {
+  const { time_s, camera_m } = wanted;
+  wanted = { session: null, time_s: null, camera_m: null };
+  if (camera_m) kept_camera_m = camera_m;
+  if (time_s === null) return;
+  const time_of = (number) => api.frame(number).then((found) => found.time_s, () => null);
+  const { first_frame, last_frame } = status;
+  const number = await frame_at(time_s, first_frame, last_frame, time_of);
+  const found_s = await time_of(number);
+  if (found_s === null || Math.abs(found_s - time_s) > 1) say(`nothing is held of ${time_s.toFixed(2)} s: the nearest is shown`);
+  playback.set_range(first_frame, last_frame);
+  playback.seek(number);
+}
+let kept_camera_m = null;  // of a link, for when the scene has come
 
 /// A new scene, also at the start: the plots' flags, the view's bodies.
 async function take_scene(of_frame) {
@@ -55,8 +147,12 @@ async function take_scene(of_frame) {
     ? of_frame.arrays.newest : (await api.ticks(1, 1 << 16)).arrays.position_m;
   plots.flag_names = next.flags;
   panels.show_scene(next);
-  view?.set_scene(next, around_m, of_frame.tool);
+  const others_m = (of_frame.others ?? []).flatMap(({ tool }) => tool.position_m);
+  view?.set_scene(next, [...around_m, ...others_m], of_frame.tool);
+  panels.show_bodies(next);
   if (view) panels.show_scales(view.scales);
+  if (view && kept_camera_m) view.camera.place_m = kept_camera_m;
+  kept_camera_m = null;
   scene = next;  // now that nothing of it is missing: what fails before is tried again
 }
 
@@ -68,6 +164,8 @@ async function take_status() {
     playback.number = status.first_frame;
     if (!status.live) await measure_frame_rate();
   }
+  const has_frames = status.first_frame <= status.last_frame;
+  if (has_frames && (wanted.time_s !== null || wanted.camera_m)) await follow_link();
   // The oldest of a full history will be gone when they are asked for.
   const leaving = status.live && status.first_frame > 1 ? Math.round(2 * playback.frames_per_s) : 0;
   playback.set_range(Math.min(status.first_frame + leaving, status.last_frame), status.last_frame);
@@ -114,11 +212,12 @@ function follow(before, next) {
 async function take_ticks() {
   if (!frame?.tool) return;
   const per_s = 1 / (scene?.tick_period_s || 1e-3);
-  const asked = ticks.missing(frame.tool.tick, Math.round(kWindow_s * per_s));
+  const asked = ticks.missing(frame.tool.tick, Math.min(Math.round(plots.reach_s * per_s), kMaxTicks));
   if (asked === null) return;
   const { arrays } = await api.ticks(asked.from, asked.most);
   ticks.append(arrays);
   plots.dirty = true;
+  if (playback.mode === 'paused') show();  // the path, which the frame came before
 }
 
 function show() {
@@ -128,103 +227,72 @@ function show() {
   if (view && scene.scene_key === frame.scene_key) {
     const end = ticks.lower_bound(frame.time_s + 1e-9);
     view.place(frame, ticks, ticks.lower_bound(frame.time_s - kPath_s), end);
-    document.getElementById('shown-spheres').textContent =
+    byId('shown-spheres').textContent =
       `${view.spheres_shown} of ${scene.spheres.radius_m.length} spheres`;
     panels.show_voxel_scale(switches.voxels, view.voxels.most_count);
   }
   panels.show_numbers(frame);
   panels.show_device(frame);
   panels.show_relays(frame);
+  show_hands(frame, parts_of(scene.session).hand, (hand) => {
+    next_session = `${parts_of(scene.session).whole}+${hand}`;
+  });
   plots.dirty = true;
 }
 
-/// The line across the picture and its kind: the first of what there is to say.
+/// The line across the picture, its kind and what helps: the first of what there is to say.
 function banner() {
-  const fault = Object.values(faults).find(({ line }) => line !== '');
-  if (faults.status.line) return [faults.status.line, 'gone'];
-  if (fault) return [fault.line];
-  if (!frame) return [status.note || 'waiting for a session'];
-  if (frame.sim === 'dead') return ['simulation dead', 'dead'];
-  if (frame.hand === 'dead') return ['hand dead', 'dead'];
-  if (frame.sim === 'silent') return ['simulation silent: its relay hears nothing of it', 'dead'];
-  if (frame.hand === 'silent') return ['hand silent: its relay hears nothing of it', 'dead'];
-  if (status.note) return [status.note];
-  if (scene?.source === 'view' && frame.snapshot_id === null) return ['no snapshot yet: space plays on'];
-  return [no_picture];
+  const { line, is_absent } = faults.of('status');
+  if (line) return { line, kind: is_absent ? 'note' : 'gone' };
+  if (faults.line) return { line: faults.line };
+  if (!frame) return { line: status?.note || 'waiting for a session' };
+  const words = words_of(frame, status, scene);
+  return words.line ? words : { line: no_picture };
 }
 
 function show_state() {
-  panels.show_banner(...banner());
-  const is_gone = faults.status.line !== '';
-  const { sim, hand } = playback.is_live || !frame ? status : frame;
+  const { line, kind, help } = banner();
+  panels.show_banner(line, kind);
+  panels.show_banner_help(help ?? null);
+  const is_gone = faults.of('status').line !== '';
+  const { sim, hand } = (playback.is_live || !frame ? status : frame) ?? { sim: 'unknown', hand: 'unknown' };
   panels.show_badges(is_gone ? 'unknown' : sim, is_gone ? 'unknown' : hand);
   if (!frame) return;
   panels.show_time(playback, frame.time_s, (status.now_s ?? frame.time_s) - frame.time_s);
-  document.getElementById('view').classList.toggle('dead', frame.sim === 'dead' || frame.sim === 'silent');
+  byId('view').classList.toggle('dead', frame.sim === 'dead' || frame.sim === 'silent');
 }
 
-const due = { frame: 0, ticks: 0, status: 0 };
-/// Of each that is asked for: how often it failed in a row, and what there is to say of that.
-const faults = { status: { count: 0, line: '' }, frame: { count: 0, line: '' }, ticks: { count: 0, line: '' } };
 let plots_due_ms = 0;
 let busy = false;
-let was_away = false;
 
 /// What is due is asked for, one after the other: never two requests at once.
 async function ask(now_ms) {
-  if (now_ms >= due.status) {
-    due.status = now_ms + kStatus_ms;
-    if (await attempt('status', take_status) && was_away) {
+  if (wanted.session) next_session = wanted.session;
+  wanted.session = null;
+  if (next_session !== null) turn_to(next_session);
+  if (now_ms >= faults.due_ms.sessions) {
+    faults.due_ms.sessions = now_ms + kSessions_ms;
+    await faults.attempt('sessions', take_sessions);
+  }
+  if (now_ms >= faults.due_ms.status) {
+    faults.due_ms.status = now_ms + kStatus_ms;
+    if (await faults.attempt('status', take_status) && faults.was_away) {
       ticks.clear();  // another viewer counts its time from its own start
-      was_away = false;
+      faults.was_away = false;
     }
   }
-  if (!status || faults.status.count > 0) return;
-  if (now_ms >= due.frame && status.first_frame <= status.last_frame) {
+  if (!status || faults.of('status').count > 0) return;
+  if (now_ms >= faults.due_ms.frame && status.first_frame <= status.last_frame) {
     const number = playback.next(now_ms);
     if (number !== null) {
-      due.frame = now_ms + kFrame_ms * 0.9;  // displays show a frame a little early or late
-      await attempt('frame', () => take_frame(number));
+      faults.due_ms.frame = now_ms + kFrame_ms * 0.9;  // displays show a frame a little early or late
+      await faults.attempt('frame', () => take_frame(number));
     }
   }
-  if (now_ms >= due.ticks) {
-    due.ticks = now_ms + kTicks_ms;
-    await attempt('ticks', take_ticks);
+  if (now_ms >= faults.due_ms.ticks) {
+    faults.due_ms.ticks = now_ms + kTicks_ms;
+    await faults.attempt('ticks', take_ticks);
   }
-}
-
-/// Whether it succeeded. A fault of one does not end with the success of another.
-async function attempt(what, take) {
-  try {
-    await take();
-    Object.assign(faults[what], { count: 0, line: '' });
-    return true;
-  } catch (error) {
-    back_off(what, error);
-    return false;
-  }
-}
-
-function back_off(what, error) {
-  const fault = faults[what];
-  ++fault.count;
-  if (error instanceof api.Absent) {  // a frame that is no more, or is damaged: asked for again now and then
-    fault.line = error.message;
-    due[what] = performance.now() + kStatus_ms;
-    return;
-  }
-  due[what] = performance.now() + Math.min(250 * 2 ** (fault.count - 1), kLongestBackOff_ms);
-  if (error instanceof api.Stranger) {
-    fault.line = 'viewer was started anew: open the address that it printed';
-    return;
-  }
-  if (error instanceof api.Unreachable) {
-    was_away = true;
-    due.status = Math.min(due.status, due[what]);  // which tells whether the viewer is gone
-  }
-  if (fault.count < 2) return;
-  fault.line = what === 'status' ? 'viewer is gone: start scene_viewer again'
-    : `the ${what} cannot be shown: ${error.message}`;
 }
 
 async function loop(now_ms) {
@@ -238,7 +306,7 @@ async function loop(now_ms) {
   if (busy) return;
   busy = true;
   await ask(now_ms);
-  if (status) show_state();
+  if (status || faults.line) show_state();
   busy = false;
 }
 

@@ -1,9 +1,12 @@
 // Figures with their units, the badges of both servers, the legend and what went wrong.
 
 import { device_figures } from './device.js';
+import { byId } from './dom.js';
+import { parts_of } from './hands.js';
+import { body_name } from './hover.js';
 import { relay_figures } from './relay.js';
+import { kBodyColours } from './theme.js';
 
-const byId = (id) => document.getElementById(id);
 const fixed = (value, digits) =>
   (value === null || value === undefined || !Number.isFinite(value) ? '–' : value.toFixed(digits));
 
@@ -15,13 +18,13 @@ const kNumbers = [
   ['missed', 'missed', (f) => fixed(f.ticks?.missed, 0), 'Ticks that the haptic loop missed since its start'],
   ['force', 'force, N', (f) => fixed(f.tool ? Math.hypot(...f.tool.force_N) : NaN, 2), 'Norm of the force on the hand'],
   ['contacts', 'contacts', (f) => fixed(f.tool?.contacts, 0), 'Contacts of the tool in this tick'],
-  ['work', 'work p50 / p99, µs', (f) => pair(f.ticks?.tick_us, 1), 'Work of a tick, last second'],
   ['snapshot_id', 'snapshot', (f) => fixed(f.snapshot_id, 0), 'Number of the newest snapshot'],
   ['alpha', 'alpha', (f) => fixed(f.display?.alpha, 2), 'How far the transition has come to the newest snapshot, of 1'],
   ['age', 'age, ms', (f) => fixed(f.tool ? 1000 * f.tool.age_s : NaN, 1), 'Age of the snapshot that the hand feels'],
   ['step', 'step, ms', (f) => fixed(f.snapshot?.step_ms, 2), 'Work of the simulation on the newest snapshot'],
-  ['tool_work', 'given by the tool, mJ', (f) => fixed(1000 * (f.snapshot?.tool_work_J ?? NaN), 1), 'Work of the tool on the scene since its start, as the newest snapshot tells it'],
-  ['wake', 'late p50 / p99, µs', (f) => pair(f.ticks?.wake_us, 0), 'How late a tick woke, last second'],
+  ['tool_work', 'work, mJ', (f) => fixed(1000 * (f.snapshot?.tool_work_J ?? NaN), 1), 'Work of the tool on the scene since its start, as the newest snapshot tells it'],
+  ['work', 'tick µs, p50/99', (f) => pair(f.ticks?.tick_us, 1), 'Work of a tick, last second'],
+  ['wake', 'late µs, p50/99', (f) => pair(f.ticks?.wake_us, 0), 'How late a tick woke, last second'],
 ];
 
 export function make_numbers() {
@@ -87,12 +90,62 @@ export function show_banner(text, kind = 'note') {
 export function show_scene(scene) {
   const name = scene.name || 'recording';
   byId('scene-name').textContent = name;
-  byId('session').textContent = scene.session ? `session ${scene.session}` : '';
   byId('source').hidden = scene.source === 'session';
   // Which servers there were a recording does not know.
   byId('sim-badge').hidden = byId('hand-badge').hidden = scene.source === 'recording';
   byId('source').textContent = scene.source === 'view' ? 'saved view' : scene.source;
   document.title = `${name} – Stillgrid viewer`;
+}
+
+/// What a session is called: SESSION, or SESSION+HAND.
+export function session_text(session) {
+  const { whole, hand } = parts_of(session);
+  return hand ? `${whole}, hand ${hand}` : whole;
+}
+
+/// names: to choose among; chosen: the one that is shown. Without a choice there is none to make.
+export function show_sessions(names, chosen) {
+  const choice = byId('session-choice');
+  const all = [...new Set([...names, ...chosen ? [chosen] : []])].sort();
+  if (choice.dataset.names !== all.join()) {
+    choice.dataset.names = all.join();
+    choice.replaceChildren(...all.map((name) => new Option(session_text(name), name)));
+  }
+  choice.value = chosen;
+  choice.hidden = all.length === 0;
+}
+
+const kMostBodies = 40;
+
+/// The bodies with their colours, for who does not point at them.
+export function show_bodies(scene) {
+  const bodies = [...new Set([...scene.spheres.body, ...scene.planes.map(({ body }) => body),
+    ...scene.surfaces?.bodies.map(({ body }) => body) ?? []])].sort((a, b) => a - b);
+  const planes = new Set(scene.planes.map(({ body }) => body));
+  byId('bodies').hidden = bodies.length === 0;
+  byId('body-count').textContent = `${bodies.length}`;
+  const lines = bodies.slice(0, kMostBodies).map((body) => {
+    const line = document.createElement('li');
+    const swatch = document.createElement('i');
+    swatch.className = planes.has(body) ? 'body plane' : `body body-${body % kBodyColours.length}`;
+    line.append(swatch, body_name(scene, body));
+    return line;
+  });
+  if (bodies.length > kMostBodies) {
+    const rest = document.createElement('li');
+    rest.textContent = `and ${bodies.length - kMostBodies} more: point at them`;
+    lines.push(rest);
+  }
+  byId('body-list').replaceChildren(...lines);
+}
+
+/// What stands below the line across the picture: why, and the command that helps; { text, command } or null.
+export function show_banner_help(help) {
+  byId('banner-help').hidden = !help;
+  if (!help || byId('banner-help').dataset.known === help.command + help.text) return;
+  byId('banner-help').dataset.known = help.command + help.text;
+  byId('banner-text').textContent = help.text;
+  byId('banner-command').textContent = help.command;
 }
 
 const length = (metres) => (metres < 0.1 ? `${+(1000 * metres).toPrecision(3)} mm` : `${+metres.toPrecision(3)} m`);

@@ -9,12 +9,12 @@ export class Playback {
   speed = 1;
   #asked = null;   // of the last frame that next() gave
   #position = 0;   // of play, in frames
-  #played_ms = 0;
+  #played_ms = null;
 
-  /// is_live: frames go on to come; a saved view begins paused at its first.
+  /// is_live: frames go on to come; what was kept plays at once.
   constructor(is_live = true) {
     this.is_live = is_live;
-    if (!is_live) this.mode = 'paused';
+    if (!is_live) this.mode = 'playing';
   }
 
   /// The frames that there are now.
@@ -75,6 +75,10 @@ export class Playback {
   }
 
   #play_on(now_ms) {
+    if (this.#played_ms === null) {  // from where it was opened
+      this.#position = this.number;
+      this.#played_ms = now_ms;
+    }
     this.#position += (now_ms - this.#played_ms) / 1000 * this.frames_per_s * this.speed;
     this.#played_ms = now_ms;
     this.number = this.#within(Math.floor(this.#position));

@@ -51,6 +51,24 @@ export class SphereSet {
     return shown;
   }
 
+  /// The sphere that a ray meets first, as { index, distance_m }, or null.
+  nearest(ray) {
+    const { origin, direction } = ray;
+    const matrix = this.mesh.instanceMatrix.array;
+    let found = null;
+    for (let i = 0; i < this.mesh.count; ++i) {
+      const at = 16 * i;
+      const radius = matrix[at];
+      const x = matrix[at + 12] - origin.x, y = matrix[at + 13] - origin.y, z = matrix[at + 14] - origin.z;
+      const along = x * direction.x + y * direction.y + z * direction.z;
+      const inside = radius * radius - (x * x + y * y + z * z - along * along);
+      if (!(radius > 0) || !(inside >= 0) || along < 0) continue;
+      const distance_m = along - Math.sqrt(inside);
+      if (!found || distance_m < found.distance_m) found = { index: i, distance_m };
+    }
+    return found;
+  }
+
   dispose() {
     this.mesh.geometry.dispose();
     this.mesh.material.dispose();

@@ -22,6 +22,9 @@ class Surface {
       ? new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({ color, side: THREE.DoubleSide, flatShading: true }))
       : new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color }));
     this.object.frustumCulled = false;
+    this.object.userData.body = body;
+    // Its vertices go anywhere: a ray is held against every triangle.
+    geometry.boundingSphere = new THREE.Sphere(new THREE.Vector3(), Infinity);
   }
 
   place(centres_m) {

@@ -1,9 +1,11 @@
 // The tool's spheres, where it has been, and the force on the hand as an arrow.
 import * as THREE from 'three';
+import { drop_label, make_label } from './labels.js';
 import { SphereSet } from './sphere_set.js';
 
 const kPathPoints = 1024;
-const kArrowColour = '#f2c14e';
+/// Where a hand's name stands.
+const kAbove = new THREE.Vector3(0, 0, 1.2);
 /// Whatever lies in front: a tool presses into what would hide it.
 const kSeenThrough = { depthTest: false, transparent: true };
 
@@ -16,7 +18,7 @@ export function tool_centres(tool_spheres, tool) {
 }
 
 /// What joins the tool's origin, which the hand holds, with spheres that lie off it.
-function make_stem(tool_spheres) {
+function make_stem(tool_spheres, colour) {
   const stem = new THREE.Group();
   const off_m = ({ position_m, radius_m }) => Math.hypot(...position_m) - radius_m;
   const nearest = [...tool_spheres].sort((a, b) => off_m(a) - off_m(b))[0];
@@ -24,7 +26,7 @@ function make_stem(tool_spheres) {
   const to_m = new THREE.Vector3(...nearest.position_m);
   const radius_m = 0.3 * nearest.radius_m;
   const bar = new THREE.Mesh(new THREE.CylinderGeometry(radius_m, radius_m, to_m.length(), 10),
-    new THREE.MeshLambertMaterial({ color: '#aab3bd' }));
+    new THREE.MeshLambertMaterial({ color: colour }));
   bar.position.copy(to_m).multiplyScalar(0.5);
   bar.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), to_m.normalize());
   return stem.add(bar);
@@ -34,11 +36,15 @@ export class ToolView {
   object = new THREE.Group();
   metres_per_N = 0.01;
 
-  /// tool_spheres: position_m in the tool's frame, radius_m. size_m: of the scene.
-  constructor(tool_spheres, size_m) {
+  /// tool_spheres: position_m in the tool's frame, radius_m. size_m: of the scene. colours: of a theme's picture.
+  constructor(tool_spheres, size_m, colours) {
+    this.colours = colours;
+    this.path_colour = new THREE.Color(colours.path);
+    this.ground = new THREE.Color(colours.ground);
+    this.label = null;  // its hand's name, where there are several
     this.tool_spheres = tool_spheres;
-    this.spheres = new SphereSet(tool_spheres.map((sphere) => sphere.radius_m), { colour: '#eef2f6' });
-    this.shine = new SphereSet(this.spheres.radius_m, { ghost: true, colour: '#eef2f6', opacity: 0.4 });
+    this.spheres = new SphereSet(tool_spheres.map((sphere) => sphere.radius_m), { colour: colours.tool });
+    this.shine = new SphereSet(this.spheres.radius_m, { ghost: true, colour: colours.tool, opacity: 0.4 });
     this.shine.mesh.material.depthTest = false;
     const geometry = new THREE.BufferGeometry();
     this.path_at = new THREE.BufferAttribute(new Float32Array(3 * kPathPoints), 3);
@@ -48,18 +54,33 @@ export class ToolView {
     this.path = new THREE.Line(geometry, new THREE.LineBasicMaterial({ vertexColors: true, ...kSeenThrough }));
     this.path.frustumCulled = false;
     this.#make_arrow(size_m);
-    this.stem = make_stem(tool_spheres);
+    this.stem = make_stem(tool_spheres, colours.stem);
     this.object.add(this.stem, this.spheres.mesh, this.shine.mesh, this.path, this.arrow);
   }
 
   #make_arrow(size_m) {
-    const material = new THREE.MeshLambertMaterial({ color: kArrowColour, emissive: '#5a4310', ...kSeenThrough });
+    const material = new THREE.MeshLambertMaterial({ ...kSeenThrough });
     const radius_m = 0.006 * size_m;
     const along_y = (geometry) => geometry.translate(0, 0.5, 0);
     this.shaft = new THREE.Mesh(along_y(new THREE.CylinderGeometry(radius_m, radius_m, 1, 12)), material);
     this.head = new THREE.Mesh(along_y(new THREE.ConeGeometry(2.6 * radius_m, 1, 16)), material);
     this.head_m = 7 * radius_m;
     this.arrow = new THREE.Group().add(this.shaft, this.head);
+    this.set_hand('', 0);
+  }
+
+  /// name: of the hand, '' for the only one. index: its place among the hands, which gives the colour.
+  set_hand(name, index) {
+    const known = `${name} ${index}`;
+    if (known === this.known) return;
+    this.known = known;
+    const colour = new THREE.Color(this.colours.hands[index % this.colours.hands.length]);
+    this.shaft.material.color = colour;
+    this.shaft.material.emissive = colour.clone().multiplyScalar(0.35);
+    if (this.label) drop_label(this.label);
+    this.label = name ? make_label(name, { ...this.colours, label: this.colours.hands[index % 4] },
+      { is_in_front: true }) : null;
+    if (this.label) this.object.add(this.label);
   }
 
   /// tool: of a frame.
@@ -67,6 +88,7 @@ export class ToolView {
     const centres = tool_centres(this.tool_spheres, tool);
     this.spheres.place(centres);
     this.shine.place(centres);
+    this.label?.position.set(...tool.position_m).add(kAbove.clone().multiplyScalar(this.head_m));
     this.stem.position.set(...tool.position_m);
     this.stem.quaternion.set(...tool.orientation_xyzw);
 
@@ -81,16 +103,17 @@ export class ToolView {
     this.arrow.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), force.normalize());
   }
 
-  /// The positions of ticks begin .. end of a TickHistory, thinned, older ones darker.
+  /// The positions of ticks begin .. end of a TickHistory, thinned, older ones fainter.
   place_path(positions_m, begin, end) {
     const step = Math.max(1, Math.ceil((end - begin) / kPathPoints));
+    const shade = new THREE.Color();
     let count = 0;
     for (let i = end - 1; i >= begin && count < kPathPoints; i -= step, ++count) {
       const fade = 1 - 0.8 * (end - 1 - i) / Math.max(end - begin, 1);
       for (let axis = 0; axis < 3; ++axis) {
         this.path_at.array[3 * count + axis] = positions_m[3 * i + axis];
-        this.path_shade.array[3 * count + axis] = fade * [0.55, 0.75, 0.95][axis];
       }
+      shade.lerpColors(this.ground, this.path_colour, fade).toArray(this.path_shade.array, 3 * count);
     }
     this.path_at.needsUpdate = this.path_shade.needsUpdate = true;
     this.path.geometry.setDrawRange(0, count);

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <fstream>
+#include <memory>
 #include <random>
 
 #include "tests/test_folder.hpp"
@@ -42,8 +43,8 @@ TEST_CASE("Only the key opens, and only this machine's name", "[page_answers]") 
   const tests::TestFolder folder;
   std::ofstream(folder.path / "index.html") << "page";
   std::ofstream(folder.path / "secret.txt") << "secret";
-  const SmallView view;
-  const PageAnswers answers(view, "key", folder.path);
+  Views views(std::make_unique<SmallView>());
+  const PageAnswers answers(views, "key", folder.path);
   const auto status = [&](std::string_view target, std::string_view host = "localhost:1",
                           std::string_view method = "GET") {
     const PageAnswer answer = answers.to({.method = method, .target = target, .host = host});
@@ -59,19 +60,21 @@ TEST_CASE("Only the key opens, and only this machine's name", "[page_answers]") 
     CHECK(status("/key/", host) == 403);
   CHECK(status("/key/", "localhost", "POST") == 405);
   for (const char* target :
-       {"/key/index.html", "/key/secret.txt", "/key//", "/key/../key/", "/key/api",
-        "/key/api/frame?number=2", "/key/api/frame?number=3", "/key/api/scene?key=b"})
+       {"/key/index.html", "/key/secret.txt", "/key//", "/key/../key/", "/key/api", "/key/api/",
+        "/key/api/frame?number=2", "/key/api/frame?number=3", "/key/api/scene?key=b",
+        "/key/api/status?session=other"})
     CHECK(status(target) == 404);
-  for (const char* target : {"/key/?x", "/key/api/status", "/key/api/frame?number=latest",
-                             "/key/api/frame?number=1", "/key/api/scene", "/key/api/scene?key=",
-                             "/key/api/scene?key=a%20b", "/key/api/ticks?most=1&from=0"})
+  for (const char* target :
+       {"/key/?x", "/key/api/status", "/key/api/frame?number=latest", "/key/api/frame?number=1",
+        "/key/api/scene", "/key/api/scene?key=", "/key/api/scene?key=a%20b",
+        "/key/api/ticks?most=1&from=0", "/key/api/sessions", "/key/api/status?session="})
     CHECK(status(target) == 200);
   CHECK(*answers.to({"GET", "/key/api/ticks?from=0&most=99999999", "localhost"}).body == "65536");
 }
 
 TEST_CASE("Whatever is asked, there is an answer", "[page_answers]") {
-  const SmallView view;
-  const PageAnswers answers(view, "key", "no such folder");
+  Views views(std::make_unique<SmallView>());
+  const PageAnswers answers(views, "key", "no such folder");
   std::mt19937 random(1);
   for (int i = 0; i < 20'000; ++i) {
     std::string target = "/key/api/frame?number=%31&from=1&most=%";
