@@ -2,6 +2,7 @@
 import http.client
 import json
 import struct
+import urllib.parse
 
 import numpy
 
@@ -29,6 +30,7 @@ class Page:
         """address: as scene_viewer prints it, http://HOST:PORT/KEY/."""
         self.host, _, key = address.removeprefix("http://").rstrip("/").partition("/")
         self.root = f"/{key}"
+        self.session = ""  # "": that the viewer was started for
         self._connection = http.client.HTTPConnection(self.host, timeout=10)
 
     def close(self):
@@ -47,7 +49,7 @@ class Page:
         return response.status, response.headers, response.read()
 
     def _get(self, path):
-        status, _, body = self.ask(path)
+        status, _, body = self.ask(path + ("&" if "?" in path else "?") + "session=" + urllib.parse.quote(self.session))
         if status != 200:
             raise ValueError(f"{path}: {status} {body}")
         return body

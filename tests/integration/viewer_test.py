@@ -152,6 +152,45 @@ class Session(ViewerTest):
                                        "a simulation that is not heard")
         self.assertIsNone(frame["hand_relay"])
 
+    def test_a_viewer_without_a_session_shows_any_that_runs(self):
+        surfaces = self.folder / "surfaces.json"
+        made = self.start(BUILD / "bin" / "sim_server", "--scene", SCENES / "block_pinched.toml",
+                          "--surfaces", surfaces)
+        self.assertEqual(made.wait(), DONE, made.lines())
+        page = self.viewer("--surfaces", surfaces)
+        status, _, body = page.ask("/api/status?session=" + self.session)
+        self.assertEqual((status, body), (404, b"no session of that name runs\n"))
+        self.assertEqual(page.ask("/api/status")[0], 404)
+        first = self.sim_server("moving_sphere")
+        other = self.first_session + "-2"
+        self.session = other
+        self.sim_server("block_pinched")
+        self.session = self.first_session
+        names = {self.session, other + "+left", other + "+right"}
+
+        def running():
+            told = json.loads(page.ask("/api/sessions")[2])
+            self.assertEqual(told["named"], "")
+            return names <= set(told["running"])
+        self.wait_until(running, 20.0, "all three")
+        scenes = {}
+        for name in names:
+            page.session = name
+            self.wait_for_frame(page, lambda frame, _: frame["snapshot_id"], "a snapshot of " + name)
+            scenes[name] = page.scene()
+            self.assertEqual(scenes[name]["session"], name)
+        # The surfaces are of the one scene, and not of the other.
+        self.assertIsNone(scenes[self.session]["surfaces"])
+        self.assertEqual(scenes[other + "+left"]["surfaces"]["names"], ["floor", "stand", "block"])
+        first.kill()
+        page.session = self.session
+        self.wait_for_frame(page, lambda frame, _: frame["sim"] == "dead", "death shown")
+        command = page.status()["sim_command"]
+        self.assertTrue(command.endswith(f"/sim_server --scene {SCENES}/moving_sphere.toml --session {self.session}"),
+                        command)
+        told = json.loads(page.ask("/api/sessions")[2])
+        self.assertNotIn(self.session, told["running"])
+
     def test_in_virtual_time_the_last_tick_is_shown_where_it_was(self):
         """In lockstep nothing moves on when the hand has ended."""
         page = self.live_viewer("--frames-per-s", 100)
@@ -267,7 +306,9 @@ class Options(ViewerTest):
         text = self.write("text.view", "no view")
         rows = self.write("rows.csv", "time_s,x_m,y_m,z_m\n0,1,2,three\n")
         for arguments, words in (
-                ((), ("--session",)),
+                (("--hand", "left"), ("--hand", "--session")),
+                (("--save", "b.view"), ("--save", "--session")),
+                (("--open", text, "--surfaces", odd), ("--surfaces",)),
                 (("--session", "a/b"), ("--session", "a/b")),
                 (("--session", "a", "--port", "70000"), ("--port", "70000")),
                 (("--session", "a", "--port", taken, "--save", self.write("kept.view", "kept")),

@@ -3,10 +3,15 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { decode } from '../../shared/tools/scene_viewer/page/api.js';
 import { device_figures } from '../../shared/tools/scene_viewer/page/device.js';
+import { format_link, frame_at, parse_link } from '../../shared/tools/scene_viewer/page/link.js';
 import { Playback } from '../../shared/tools/scene_viewer/page/playback.js';
 import { binned_percentiles, flag_spans } from '../../shared/tools/scene_viewer/page/plots.js';
 import { relay_figures } from '../../shared/tools/scene_viewer/page/relay.js';
+import { words_of } from '../../shared/tools/scene_viewer/page/state_words.js';
+import { kBodyColours, kDashes, kThemes } from '../../shared/tools/scene_viewer/page/theme.js';
 import { TickHistory } from '../../shared/tools/scene_viewer/page/tick_history.js';
+import { kLongest_s, kShortest_s, TimeWindow } from '../../shared/tools/scene_viewer/page/time_window.js';
+import { contrast, difference, kEyes } from './colour_vision.mjs';
 
 function message(head, ...arrays) {
   let text = JSON.stringify(head);
@@ -145,4 +150,125 @@ test('of a relay the counts that are not zero are shown, and of none nothing', (
     clock_bound_ns: 84300, received: 1234567, lost: 1002, out_of_order: 3, longest_silence_ns: 3.14e9 }),
   'connected, round trip 20.3 ms, clock −1234.6 s ± 0.084 ms, 1,234,567 received, 1,002 lost, 3 out of order, '
     + 'longest silence 3.1 s');
+});
+
+/// The least difference of two of these colours, for any eyes.
+function least_difference(colours) {
+  let least = Infinity;
+  for (const eyes of Object.keys(kEyes)) {
+    for (let i = 0; i < colours.length; ++i) {
+      for (let j = 0; j < i; ++j) least = Math.min(least, difference(colours[i], colours[j], eyes));
+    }
+  }
+  return least;
+}
+
+test('series of one plot differ for the colour-blind too, and by their dashes', () => {
+  for (const [theme, { plot }] of Object.entries(kThemes)) {
+    for (const series of [['norm', 'x', 'y', 'z'], ['work', 'wake'], ['age', 'mark']]) {
+      const least = least_difference(series.map((name) => plot[name]));
+      assert.ok(least > 25, `${theme}, ${series}: ${least}`);
+    }
+  }
+  const dashes = ['x', 'y', 'z'].map((axis) => kDashes[axis].join());
+  assert.equal(new Set(dashes).size, 3);
+});
+
+test('bodies and hands differ for the colour-blind too', () => {
+  assert.ok(least_difference(kBodyColours) > 15, `bodies: ${least_difference(kBodyColours)}`);
+  for (const [theme, { picture }] of Object.entries(kThemes)) {
+    assert.ok(least_difference(picture.hands) > 25, `${theme}: ${least_difference(picture.hands)}`);
+  }
+});
+
+test('what is measured of colours is what is known of them', () => {
+  assert.ok(Math.abs(contrast('#ffffff', '#000000') - 21) < 1e-9);
+  assert.ok(Math.abs(contrast('#767676', '#ffffff') - 4.54) < 0.01, 'the lightest grey that can be read on white');
+  // A red and a green that who has no cones for middle wavelengths takes for one.
+  assert.ok(difference('#c8523c', '#87762f', 'deuteranopia') < 0.5 * difference('#c8523c', '#87762f', 'usual'));
+  assert.equal(Math.round(difference('#ffffff', '#000000', 'protanopia')), 100);
+});
+
+test('texts can be read, and lines of plots seen, in both themes', () => {
+  for (const [theme, { css, plot }] of Object.entries(kThemes)) {
+    for (const [text, ground] of [['text', 'panel'], ['text', 'ground'], ['text', 'card'], ['text', 'button'],
+      ['text', 'hover'], ['text', 'on'], ['muted', 'panel'], ['muted', 'card'], ['alive-text', 'alive'],
+      ['dead-text', 'dead'], ['neutral-text', 'neutral']]) {
+      const ratio = contrast(css[text], css[ground]);
+      assert.ok(ratio >= 4.5, `${theme}: ${text} on ${ground}: ${ratio}`);
+    }
+    for (const text of ['text', 'muted']) assert.ok(contrast(plot[text], css.panel) >= 4.5, `${theme}: ${text} of plots`);
+    for (const line of ['norm', 'x', 'y', 'z', 'age', 'mark', 'work', 'wake', 'flag']) {
+      assert.ok(contrast(plot[line], css.panel) >= 3, `${theme}: ${line}: ${contrast(plot[line], css.panel)}`);
+    }
+  }
+});
+
+test('a window of time keeps what is pointed at where it is, and stays where ticks are', () => {
+  const window_ = new TimeWindow();
+  const at = (share) => { const { from_s, to_s } = window_.range(100, 10); return from_s + share * (to_s - from_s); };
+  const before_s = at(0.3);
+  window_.zoom(0.25, 0.3, 10);
+  assert.ok(Math.abs(at(0.3) - before_s) < 1e-9);
+  assert.ok(Math.abs(window_.reach_s(10) - (100 - window_.range(100, 10).from_s)) < 1e-9);
+  const moved_s = at(0);
+  window_.pan(-0.5, 10);
+  assert.ok(Math.abs(at(0) - (moved_s - 1.25)) < 1e-9);
+  for (const [factor, share] of [[1e-6, 0.5], [1e6, 0], [1e6, 1], [0.5, 0]]) {
+    window_.zoom(factor, share, 10);
+    window_.pan(share - 5, 10);
+    window_.pan(share + 500, 10);
+    const { from_s, to_s } = window_.range(100, 10);
+    assert.ok(to_s <= 100 && from_s >= 100 - kLongest_s - 1e-9 && to_s - from_s >= kShortest_s - 1e-12, `${from_s}, ${to_s}`);
+  }
+  window_.reset();
+  assert.deepEqual(window_.range(100, 10), { from_s: 90, to_s: 100 });
+  assert.deepEqual(window_.range(100, 1), { from_s: 99, to_s: 100 });
+});
+
+test('a link tells session, instant and camera, and what is none of these is left out', () => {
+  const camera_m = [0.1, -2, 3.25, 0, 1e-4, -0.5];
+  const link = format_link({ session: 'a b+left', time_s: 12.3456, camera_m });
+  assert.equal(link, '#session=a%20b%2Bleft&t=12.346&camera=0.1,-2,3.25,0,0.0001,-0.5');
+  assert.deepEqual(parse_link(link), { session: 'a b+left', time_s: 12.346, camera_m });
+  const none = { session: null, time_s: null, camera_m: null };
+  for (const text of ['', '#', '#t=', '#t=x', '#t=1e999', '#camera=1,2,3', '#camera=1,2,3,4,5,', '#camera=1,2,3,4,5,NaN',
+    '#camera=1,2,3,4,5,1e9', '#session=', '#%']) assert.deepEqual(parse_link(text), none, text);
+});
+
+test('the frame of an instant is found, whatever frames are damaged', async () => {
+  const times = [0, 0.03, 0.07, 0.1, 0.9, 1, 1.5];  // of frames 5 to 11
+  const find = (time_s, damaged = []) => frame_at(time_s, 5, 11, async (number) =>
+    (damaged.includes(number) ? null : times[number - 5]));
+  for (const [i, time_s] of times.entries()) assert.equal(await find(time_s), 5 + i);
+  assert.equal(await find(-3), 5);
+  assert.equal(await find(99), 11);
+  assert.equal(await find(0.5), 8);
+  assert.equal(await find(0.0996), 8, 'links are rounded');
+  for (let number = 5; number <= 11; ++number) {
+    const found = await find(0.5, [number]);
+    assert.ok(Math.abs(found - 8) <= (number === 8 ? 1 : 0), `${number} damaged: ${found}`);
+  }
+});
+
+test('of a dead server the page tells the command that starts it again', () => {
+  const frame = { sim: 'dead', hand: 'alive', snapshot_id: 3 };
+  const scene = { session: 'demo+left', name: 'wall', source: 'session' };
+  const status = { live: true, note: '', sim_command: '', hand_command: 'haptic_server --session demo' };
+  assert.equal(words_of(frame, status, scene).help.command, 'sim_server --session demo --scene wall.toml');
+  assert.equal(words_of(frame, { ...status, sim_command: 'as it was' }, scene).help.command, 'as it was');
+  const dead_hand = { ...frame, sim: 'alive', hand: 'dead' };
+  assert.equal(words_of(dead_hand, status, scene).help.command, 'haptic_server --session demo');
+  assert.equal(words_of(dead_hand, { ...status, hand_command: '' }, scene).help.command,
+    'haptic_server --session demo --hand left --device PLUGIN');
+  assert.equal(words_of(frame, { ...status, live: false }, scene).help, null, 'what was kept is not started again');
+  assert.equal(words_of({ ...frame, sim: 'alive' }, status, scene).line, '');
+});
+
+test('a saved view plays from where it was opened', () => {
+  const saved = new Playback(false);
+  saved.number = 1;
+  saved.set_range(1, 100);
+  assert.equal(saved.next(5000), 1);
+  assert.equal(saved.next(6000), 31);
 });

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import fs from 'node:fs';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
-import { kColours } from '../../shared/tools/scene_viewer/page/plots.js';
+import { kThemes } from '../../shared/tools/scene_viewer/page/theme.js';
 import { look_at, need_browser, open_browser } from './browser.mjs';
 import { kBuild, kHand, Session } from './servers.mjs';
 
@@ -39,7 +39,7 @@ const pause = async () => {
 before(async () => {
   const surfaces = await session.surfaces(kScene);
   viewer = await session.scene_viewer('--session', session.name, '--surfaces', surfaces, '--save', saved);
-  ({ browser, page, errors, strangers } = await open_browser(kBuild, 1024, 640));
+  ({ browser, page, errors, strangers } = await open_browser(kBuild, 1024, 640, { colorScheme: 'dark' }));
 });
 
 after(async () => {
@@ -56,22 +56,21 @@ test('a page that is opened first waits for its servers', async () => {
   await until_text('hand-badge', 'hand alive');
 });
 
-test('the scene is drawn, every sphere of it', async () => {
-  await until_text('shown-spheres', '405 of 405 spheres');
-  assert.equal(await text('scene-name'), kScene);
-  const shown = await look_at(page, '#scene-canvas');
-  assert.ok(shown.colours > 1000, `${shown.colours} colours`);
-  await page.locator('#show-spheres').uncheck();
+test('the scene is drawn, surfaces first, and then every sphere of it', async () => {
   await until_text('shown-spheres', '0 of 405 spheres');
-  const bare = await look_at(page, '#scene-canvas');
-  assert.ok(bare.light < 0.9 * shown.light, `${bare.light} without spheres, ${shown.light} with them`);
-  await page.locator('#show-surfaces').check();
+  assert.equal(await text('scene-name'), kScene);
   await drawn();
   const skin = await look_at(page, '#scene-canvas');
-  assert.ok(skin.light > 1.1 * bare.light, `${bare.light} bare, ${skin.light} with surfaces`);
   await page.locator('#show-surfaces').uncheck();
+  await drawn();
+  const bare = await look_at(page, '#scene-canvas');
+  assert.ok(skin.light > 1.1 * bare.light, `${bare.light} bare, ${skin.light} with surfaces`);
   await page.locator('#show-spheres').check();
   await until_text('shown-spheres', '405 of 405 spheres');
+  await drawn();
+  const shown = await look_at(page, '#scene-canvas');
+  assert.ok(shown.colours > 1000, `${shown.colours} colours`);
+  assert.ok(bare.light < 0.9 * shown.light, `${bare.light} without spheres, ${shown.light} with them`);
 });
 
 test('figures change as the servers go on', async () => {
@@ -102,17 +101,17 @@ test('every plot has its lines', async () => {
   for (const [plot, line] of [['force', 'norm'], ['force', 'y'], ['age', 'age'], ['age', 'mark'], ['time', 'work'],
     ['time', 'wake']]) {
     for (let count = 0; count <= 10;) {
-      count = await count_coloured(plot, kColours[line]);
+      count = await count_coloured(plot, kThemes.dark.plot[line]);
       assert.ok(count > 10 || Date.now() < end_ms, `${plot}: ${count} pixels of ${line}`);
       await drawn();
     }
   }
-  assert.equal(await count_coloured('flags', kColours.age), 0);  // by which the colour tells
+  assert.equal(await count_coloured('flags', kThemes.dark.plot.age), 0);  // by which the colour tells
 });
 
 /// 'hidden', or '' for shown: what lies over the picture.
 const set_overlays = (visibility) => page.evaluate((value) => {
-  for (const id of ['switches', 'views', 'legend']) document.getElementById(id).style.visibility = value;
+  for (const id of ['show', 'views', 'legend', 'said', 'tooltip']) document.getElementById(id).style.visibility = value;
 }, visibility);
 const picture = async () => {
   await drawn();
@@ -137,7 +136,7 @@ test('each switch changes the picture, and back', async () => {
     await press_twice('t');
   }
   const seen = new Set([before]);
-  for (const key of ['n', 'p', 'd', 'l', 'v', 't']) {
+  for (const key of ['n', 'p', 'd', 'l', 'v', 't', 'a']) {
     await page.keyboard.press(key);
     const other = await picture();
     assert.ok(!seen.has(other), `${key} shows nothing of its own`);
@@ -215,15 +214,15 @@ test('a killed simulation is shown as such, and another one as alive', async () 
   await until_text('sim-badge', 'simulation dead');
   await until_text('banner', 'simulation dead');
   let flagged = 0;  // the loop lets the force fade
-  for (let i = 0; i < 100 && flagged === 0; ++i) flagged = await count_coloured('flags', kColours.flag);
+  for (let i = 0; i < 100 && flagged === 0; ++i) flagged = await count_coloured('flags', kThemes.dark.plot.flag);
   assert.ok(flagged > 0, 'a strip of a flag');
   await drawn();
   const dimmed = await look_at(page, '#scene-canvas');
   assert.ok(dimmed.light < 0.7 * light, `${dimmed.light} dead, ${light} alive`);
   assert.equal(await text('hand-badge'), 'hand alive');
-  sim = session.sim_server(kScene);
+  sim = session.shell(await text('banner-command'));  // what the page says that helps
   await until_text('sim-badge', 'simulation alive');
-  await until(() => document.getElementById('banner').hidden);
+  await until(() => document.getElementById('banner').hidden && document.getElementById('banner-help').hidden);
   await until_text('shown-spheres', '405 of 405 spheres');
 });
 
@@ -231,6 +230,7 @@ test('a killed hand is shown as such', async () => {
   session.kill_worker(hand);
   await until_text('hand-badge', 'hand dead');
   await until_text('banner', 'hand dead');
+  assert.match(await text('banner-command'), new RegExp(`haptic_server --session ${session.name} --device phantom:`));
 });
 
 test('voxels of what never moves are shown too', async () => {
@@ -269,9 +269,9 @@ test('a viewer that is gone is told', async () => {
 });
 
 test('another viewer in its place, which has another key, is told', async () => {
-  await page.route('**/api/status', (route) => route.fulfill({ status: 403, body: 'another key' }));
+  await page.route('**/api/status?*', (route) => route.fulfill({ status: 403, body: 'another key' }));
   await until(() => document.getElementById('banner').textContent.startsWith('viewer was started anew'));
-  await page.unroute('**/api/status');
+  await page.unroute('**/api/status?*');
 });
 
 /// The bytes of a saved view's frame, where they are in it.
@@ -290,13 +290,14 @@ test('a saved view opens without servers, plays, and tells which frame is damage
   errors.length = 0;
   await page.goto(url);
   await until_text('source', 'saved view');
-  // It begins before the servers came.
+  // It begins before the servers came, and plays at once.
+  await until(() => Number(document.getElementById('time').title.slice(6)) > 1);
   await until(() => Number(document.getElementById('timeline').max) > 10);
   await page.locator('#timeline').evaluate((slider) => {
     slider.value = Math.floor((Number(slider.min) + Number(slider.max)) / 2);
     slider.dispatchEvent(new Event('input'));
   });
-  await until_text('shown-spheres', '405 of 405 spheres');
+  await until_text('shown-spheres', '0 of 405 spheres');
   const frame = Number((await page.locator('#time').getAttribute('title')).slice(6));
   await page.keyboard.press(' ');
   await until((from) => Number(document.getElementById('time').title.slice(6)) > from + 10, frame);

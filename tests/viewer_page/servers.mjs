@@ -16,9 +16,18 @@ export class Session {
   folder = fs.mkdtempSync(path.join(os.tmpdir(), 'stillgrid-page-'));
   #running = new Set();
 
+  /// What a user would do with a line that the page tells.
+  shell(line) {
+    return this.#run('sh', '-c', `exec ${line}`);
+  }
+
   #start(program, ...options) {
+    return this.#run(path.join(kBuild, 'bin', program), ...options);
+  }
+
+  #run(...words) {
     // pdeathsig: a script that is killed takes them along.
-    const child = spawn('setpriv', ['--pdeathsig', 'KILL', path.join(kBuild, 'bin', program), ...options],
+    const child = spawn('setpriv', ['--pdeathsig', 'KILL', ...words],
       { stdio: ['ignore', 'pipe', 'pipe'] });
     child.said = '';
     child.stderr.on('data', (data) => { child.said += data; });

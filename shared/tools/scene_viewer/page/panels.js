@@ -115,7 +115,7 @@ export function show_sessions(names, chosen) {
   choice.hidden = all.length === 0;
 }
 
-const kMostBodies = 40;
+const kMaxBodies = 40;
 
 /// The bodies with their colours, for who does not point at them.
 export function show_bodies(scene) {
@@ -124,16 +124,16 @@ export function show_bodies(scene) {
   const planes = new Set(scene.planes.map(({ body }) => body));
   byId('bodies').hidden = bodies.length === 0;
   byId('body-count').textContent = `${bodies.length}`;
-  const lines = bodies.slice(0, kMostBodies).map((body) => {
+  const lines = bodies.slice(0, kMaxBodies).map((body) => {
     const line = document.createElement('li');
     const swatch = document.createElement('i');
     swatch.className = planes.has(body) ? 'body plane' : `body body-${body % kBodyColours.length}`;
     line.append(swatch, body_name(scene, body));
     return line;
   });
-  if (bodies.length > kMostBodies) {
+  if (bodies.length > kMaxBodies) {
     const rest = document.createElement('li');
-    rest.textContent = `and ${bodies.length - kMostBodies} more: point at them`;
+    rest.textContent = `and ${bodies.length - kMaxBodies} more: point at them`;
     lines.push(rest);
   }
   byId('body-list').replaceChildren(...lines);

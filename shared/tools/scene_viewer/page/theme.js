@@ -44,7 +44,7 @@ export const kThemes = {
 };
 
 /// Of the bodies, in both: hues far apart; a further round is darker.
-export const kBodyColours = ['#4a7fa8', '#34c27c', '#a86b48', '#85b5be', '#d76ed4', '#b4c258', '#6a57c8', '#7f887d'];
+export const kBodyColours = ['#386d93', '#34c27c', '#9c6443', '#85b5be', '#d76ed4', '#b4c258', '#6a57c8', '#7f887d'];
 
 /// Dashes of a series, in pixels; none: drawn through.
 export const kDashes = { x: [], y: [7, 3], z: [2, 3], wake: [6, 3] };
@@ -98,6 +98,7 @@ export class Theme {
       if (typeof colour === 'string') root.style.setProperty(`--picture-${name}`, colour);
     }
     this.colours.picture.hands.forEach((colour, i) => root.style.setProperty(`--hand-${i}`, colour));
+    kBodyColours.forEach((colour, i) => root.style.setProperty(`--body-${i}`, colour));
     this.on_change();
   }
 }

@@ -89,6 +89,25 @@ TEST_CASE("Surfaces of a scene with another number of spheres are left out", "[s
   CHECK(json["tick_period_s"].is_null());
 }
 
+TEST_CASE("Surfaces of a scene with another name are left out", "[scene_message]") {
+  const publication::TestSession session;
+  publication::SmallSceneWriter writer(session);
+  writer.publish_next();
+  const publication::SceneView view(*publication::SegmentReader::open(
+      session.name(), proto::SegmentKind::kScene, proto::kSceneLayoutHash));
+  const auto moving = reading::read_snapshot(view, 1000)->spheres;
+  Surfaces surfaces{.text = "{}", .scene = view.scene().name.data(), .sphere_count = 17};
+  const auto are_told = [&] {
+    return !nlohmann::json::parse(scene_message(view, "s", "k", moving, surfaces, 0))["surfaces"]
+                .is_null();
+  };
+  CHECK(are_told());
+  surfaces.scene = "another";
+  CHECK_FALSE(are_told());
+  surfaces.scene = "";  // a file that does not tell
+  CHECK(are_told());
+}
+
 TEST_CASE("Surfaces that name what is not there are refused in one line", "[scene_message]") {
   const tests::TestFolder folder;
   const auto refusal = [&](std::string text, const std::string& from, const std::string& to) {
@@ -106,6 +125,9 @@ TEST_CASE("Surfaces that name what is not there are refused in one line", "[scen
   CHECK(refusal(kSurfaces, "{\"spheres\": 17", "{").find("expected JSON") != std::string::npos);
   CHECK(refusal(kSurfaces, "[0.25, 1, 2]", "[0.25, 1]").find("bodies[1]") != std::string::npos);
   CHECK(refusal(kSurfaces, "0.25", "\"a\"").find("bodies[1]") != std::string::npos);
+  CHECK(refusal(kSurfaces, "\"bodies\"", "\"names\": [\"a\", 1], \"bodies\"").find("\"names\"") !=
+        std::string::npos);
+  CHECK(refusal(kSurfaces, "\"bodies\"", "\"names\": [\"a\"], \"bodies\"").empty());
   CHECK(refusal(kSurfaces, "17", "17").empty());
   CHECK(refusal_line([&] { static_cast<void>(read_surfaces("/nowhere.json")); }) ==
         "--surfaces: /nowhere.json: cannot be read");
