@@ -1,12 +1,13 @@
 // How the viewer's page looks and is used, in a browser that is named: telephone and desktop, dark and light, names,
 // hands, zoom, links, files. One story, in order.
 import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
 import fs from 'node:fs';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 import { parseArgs } from 'node:util';
 import { look_at, need_browser, open_browser, open_page } from './browser.mjs';
-import { kBuild, Session } from './servers.mjs';
+import { kBuild, kRoot, Session } from './servers.mjs';
 
 const kUsage = `look_test.mjs chromium | firefox [--screenshots FOLDER]
 
@@ -147,6 +148,22 @@ test('picture and film are files of their kind', async () => {
   assert.equal(film.file, 'recording.csv_0.67s.webm');
   assert.deepEqual(film.begin.slice(0, 4), [0x1a, 0x45, 0xdf, 0xa3], 'EBML');
   assert.ok(film.size > 2000, `${film.size} bytes`);
+});
+
+test('a scene is drawn without a window', { skip: name === 'firefox' && 'it is drawn in Chromium' }, () => {
+  const file = path.join(session.folder, 'scene.png');
+  const words = [`${kRoot}/scripts/gallery/plot_viewer.mjs`, '--scene', session.scene_file('organ'), '--out', file];
+  const { status, stderr } = spawnSync('node', [...words, '--after-s', '0.1'], { encoding: 'utf8' });
+  assert.equal(status, 0, stderr);
+  const png = fs.readFileSync(file);
+  assert.deepEqual([png.readUInt32BE(16), png.readUInt32BE(20)], [840, 472]);
+  assert.ok(png.length > 5_000 && png.length < 150_000, `${png.length} bytes`);
+  for (const [more, wanted] of [[['--only', 'x'], /--only/], [['--after-s', '-1'], /--after-s: value -1/]]) {
+    const refused = spawnSync('node', [...words, ...more], { encoding: 'utf8' });
+    assert.equal(refused.status, 1);
+    assert.match(refused.stderr, wanted);
+    assert.equal(refused.stderr.trim().split('\n').length, 1);
+  }
 });
 
 test('both hands have names and colours, and the plots go over to the other one', async () => {

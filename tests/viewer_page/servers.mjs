@@ -58,8 +58,9 @@ export class Session {
     fs.closeSync(file);
   }
 
-  /// Of a scene that ships, or of a file in the session's folder.
+  /// Of a scene that ships, of a file in the session's folder, or of one by its whole path.
   scene_file(scene) {
+    if (path.isAbsolute(scene)) return scene;
     const own = path.join(this.folder, `${scene}.toml`);
     return fs.existsSync(own) ? own : path.join(kRoot, 'sim_server', 'scene', 'scenes', `${scene}.toml`);
   }
@@ -74,7 +75,7 @@ export class Session {
 
   /// A scene's surfaces, for scene_viewer.
   async surfaces(scene) {
-    const file = path.join(this.folder, `${scene}.json`);
+    const file = path.join(this.folder, `${path.basename(scene, '.toml')}.json`);
     const child = this.#start('sim_server', '--scene', this.scene_file(scene), '--surfaces', file);
     if (await child.ended !== 0) throw new Error(child.said);
     return file;

@@ -30,7 +30,7 @@ function range_of(axis, low_m, high_m, step_m) {
 export function make_axes(low_m, high_m, { picture, plot }) {
   const group = new THREE.Group();
   // One spacing for all three, or a flat scene would have ticks of a millimetre up.
-  const size_m = Math.max(...[0, 1, 2].map((axis) => high_m[axis] - low_m[axis]), 0.02);
+  const size_m = Math.max(...[0, 1, 2].map((axis) => high_m[axis] - low_m[axis]), 0.1);
   const step_m = round_up(size_m / 4);
   const [x_m, y_m, z_m] = [0, 1, 2].map((axis) => range_of(axis, low_m, high_m, step_m));
   // Along the back and the left, where the usual views look over them: a place on each, and the way outwards.

@@ -43,7 +43,7 @@ export const kThemes = {
   },
 };
 
-/// Of the bodies, in both: hues far apart; a further round is darker.
+/// Of the bodies, in both themes: hues far apart; a further round is darker (palette.js).
 export const kBodyColours = ['#386d93', '#34c27c', '#9c6443', '#85b5be', '#d76ed4', '#b4c258', '#6a57c8', '#7f887d'];
 
 /// Dashes of a series, in pixels; none: drawn through.
