@@ -251,6 +251,7 @@ for (const theme of ['dark', 'light']) {
       assert.equal(await page.locator('html').getAttribute('data-theme'), theme);
       await drawn();
       assert.deepEqual(await lost_controls(), []);
+      assert.equal(await page.locator('#show').evaluate((element) => element.open), size === 'desktop', 'switches in the way');
       assert.deepEqual(await faint_texts(), []);
       const { colours, light } = await look_at(page, '#scene-canvas');
       assert.ok(colours > 500, `${colours} colours`);
@@ -281,6 +282,8 @@ test('the theme is the system\'s until it is chosen, and a finger\'s tap names a
   await finger.page.waitForFunction(() => document.querySelectorAll('#hands > div').length === 2);
   assert.deepEqual(await finger.page.evaluate(() => [...document.querySelectorAll('header button, footer button')]
     .filter((button) => button.offsetHeight < 36).map(({ id }) => id)), [], 'high enough for a finger');
+  const live = await finger.page.locator('#live').boundingBox();
+  assert.ok(live.y < (await finger.page.locator('#play').boundingBox()).y + 1, 'all buttons of the foot are in one row');
   const box = await finger.page.locator('#scene-canvas').boundingBox();
   await finger.page.touchscreen.tap(box.x + 0.5 * box.width, box.y + 0.55 * box.height);
   await finger.page.waitForFunction(() => !document.getElementById('tooltip').hidden);
