@@ -87,7 +87,10 @@ export function make_controls(switches, actions) {
   on_click('link', actions.link);
   byId('session-choice').addEventListener('change', () => actions.session(byId('session-choice').value));
   // Where the picture is small its switches would hide it.
-  byId('show').open = !matchMedia('(max-width: 900px), (max-height: 520px)').matches;
+  const small = matchMedia('(max-width: 900px), (max-height: 520px)');
+  const fold = () => { byId('show').open = !small.matches; };
+  small.addEventListener('change', fold);
+  fold();
   byId('timeline').addEventListener('input', () => actions.seek(Number(byId('timeline').value)));
   byId('speed').addEventListener('change', () => actions.speed(Number(byId('speed').value)));
 
