@@ -21,7 +21,7 @@ FADED_COLOUR, WINDOW_COLOUR, SWITCH_COLOUR = "#F5D9D0", "#EEF3F7", "#9AA7B1"
 # Columns of the table that gnuplot gets.
 COLUMNS = ("time_s", "x_m", "y_m", "z_m", "fx_N", "fy_N", "fz_N", "norm_N", "alpha", "age_s")
 WIDTH, HEIGHT = 1440, 912
-LEFT, RIGHT = (0.06, 0.585), (0.665, 0.985)  # the two columns, as shares of the width
+LEFT, RIGHT = (0.07, 0.585), (0.665, 0.985)  # the two columns, as shares of the width
 ROWS = ((0.69, 0.885), (0.375, 0.61), (0.08, 0.28))  # of the height, from below
 
 

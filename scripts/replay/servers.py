@@ -10,6 +10,7 @@ import tomllib
 
 from expectation import Unusable, of_hand
 
+PLACES = ("scale=", "offset_", "map=")  # options that say where a trajectory lies
 AWAY = "time_s,x_m,y_m,z_m\n0,9,0,0\n"  # fifty times a workspace; beyond 10 m no device is believed
 
 
@@ -30,8 +31,10 @@ class Hand:
 
 def hands_of(scene, arguments, folder):
     """Of the scene all that are asked for, and those that are kept away."""
+    device = {}
     try:
-        named = tomllib.loads(scene.read_text(encoding="utf-8")).get("hand")
+        table = tomllib.loads(scene.read_text(encoding="utf-8"))
+        named, device = table.get("hand"), table.get("device", {})
         named = {hand["name"]: hand for hand in named} if isinstance(named, list) else {}
     except (ValueError, TypeError, KeyError):
         named = {}  # sim_server says where
@@ -40,7 +43,10 @@ def hands_of(scene, arguments, folder):
             raise Unusable(f"--hand: value '{name}': expected " +
                            (f"one of '{', '.join(named)}'" if named else f"none: {scene} names no hands"))
     if not named:
-        return [Hand("", arguments.trajectory, arguments.expected, folder / "recording.csv", arguments.replay)]
+        is_placed = any(option.startswith(PLACES) for option in arguments.replay.split(","))
+        frame = "" if is_placed else into_frame(arguments.trajectory, device)
+        options = ",".join(filter(None, (frame, arguments.replay)))
+        return [Hand("", arguments.trajectory, arguments.expected, folder / "recording.csv", options)]
     (folder / "away.csv").write_text(AWAY)
     hands = []
     for name, hand in named.items():

@@ -79,6 +79,12 @@ class LaunchTest(daemons.SessionTest):
         self.assertEqual(len(launch.lines()), 1, launch.lines())
         self.assert_nobody_left()
 
+    def test_a_scene_that_is_not_there_is_told_with_those_that_ship(self):
+        launch = self.launch("tisue_and_blocks")
+        self.assertEqual(launch.wait(10.0), BAD_INPUT, launch.lines())
+        (line,) = launch.lines()
+        self.assertRegex(line, "tisue_and_blocks: no such scene: .* threads, tissue_and_blocks, wall$")
+
     def test_a_bad_device_ends_both_with_its_status(self):
         launch = self.launch("wall", "--device", "touch_9000")
         self.assertEqual(launch.wait(10.0), BAD_INPUT, launch.lines())

@@ -130,7 +130,7 @@ class ReplayCheckTest(daemons.SessionTest):
         self.assert_says(self.check(self.stiffer_wall(), expected=foreign), DIFFERENT, "fz_N: expected")
 
     def test_an_expectation_that_cannot_be_used_is_named_in_one_line_before_any_run(self):
-        self.assert_one_line(self.check(expected="absent.csv"), "absent.csv: cannot be read: No such file")
+        self.assert_one_line(self.check(expected="absent.csv"), "absent.csv: there is none yet: --write-expected")
         bad = self.write("bad.csv", "time_s,fx_N,fy_N\n0,0,0\n1,0,nan\n")
         run = self.check(self.write("bad.toml", "format = 2\n[world\n"), expected=bad)
         self.assert_one_line(run, "bad.csv:3: column fy_N: value 'nan': expected a finite number")
@@ -283,6 +283,19 @@ class ReplayCheckTest(daemons.SessionTest):
     def test_a_hand_that_touches_nothing_is_warned_of(self):
         far = ("--replay", "offset_z_m=0.1", "--duration", "0.05")
         self.assert_says(self.check("wall", "--write-expected", *far), EQUAL, "touched nothing")
+
+    def test_a_recording_is_replayed_where_it_was_unless_options_place_it(self):
+        placed = self.write("placed.toml", (daemons.SCENES / "wall.toml").read_text() +
+                            "\n[device]\nposition_m = [0.0, 0.01, -0.004]\nscale = 2.0\n")
+        felt, again = self.folder / "felt.csv", self.folder / "again.csv"
+        self.assert_says(self.check(placed, "--write-expected", "--record", felt), EQUAL)
+        self.assert_says(self.check(placed, "--record", again, hand=felt), EQUAL, "equal")
+        self.assertGreater(daemons.read_recording(again)["contacts"].max(), 0)
+        for axis in "xyz":
+            was, now = (daemons.read_recording(file)[f"{axis}_m"] for file in (felt, again))
+            self.assertLess(abs(was - now).max(), 1e-9)
+        run = self.check(placed, "--replay", "offset_z_m=0", hand=felt)
+        self.assert_says(run, DIFFERENT, "positions differ first: at 0.0000 s")
 
     def record_two_hands(self):
         """Of block_pinched, as scripts/launch records them. Options of a run as long."""
