@@ -6,15 +6,14 @@ foreach(component IN ITEMS replay_check scene_fit stiffness_fit stillgrid_import
   install(FILES VERSION DESTINATION ${share} COMPONENT ${component})
   install(PROGRAMS scripts/${component} TYPE BIN COMPONENT ${component})
 endforeach()
-install(FILES scripts/replay/expectation.py scripts/replay/forces.py shared/python/stillgrid/old_names.py
-  scripts/replay/picture.py scripts/replay/servers.py scripts/replay/verdict.py
+# What two of them share.
+set(replays scripts/replay/expectation.py scripts/replay/forces.py scripts/replay/servers.py
+  shared/python/stillgrid/metadata.py shared/python/stillgrid/old_names.py)
+install(FILES ${replays} scripts/replay/picture.py scripts/replay/verdict.py
   DESTINATION ${share}/replay COMPONENT replay_check)
 install(DIRECTORY scripts/stiffness DESTINATION ${share} COMPONENT stiffness_fit
   FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
-# What it shares with the other two.
-install(FILES scripts/replay/expectation.py scripts/replay/forces.py shared/python/stillgrid/old_names.py
-  scripts/replay/servers.py
-  DESTINATION ${share}/replay COMPONENT stiffness_fit)
+install(FILES ${replays} DESTINATION ${share}/replay COMPONENT stiffness_fit)
 install(FILES scripts/fit/toml_edit.py DESTINATION ${share}/fit COMPONENT stiffness_fit)
 install(DIRECTORY scripts/imports DESTINATION ${share} COMPONENT stillgrid_import
   FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)

@@ -16,14 +16,10 @@ import time
 
 from measure_demo import HAND
 from measuring import ROOT, fail, parser_of
+from rights_bed import WITHOUT_RIGHTS, bus_command
 from tables import write_rows
 
-WITHOUT = ["prlimit", "--rtprio=0:0", "--memlock=65536:65536",
-           "setpriv", "--bounding-set=-sys_nice,-ipc_lock,-sys_resource"]
 WAYS = ("fifo", "rtkit", "other")
-BUS = """<busconfig><type>system</type><listen>unix:path={}</listen><auth>EXTERNAL</auth>
-<policy context="default"><allow user="*"/><allow own="*"/><allow send_destination="*"/>
-<allow receive_sender="*"/></policy></busconfig>"""
 
 
 @contextlib.contextmanager
@@ -42,15 +38,13 @@ def run(way, seconds, build, folder):
     session = f"rights-{os.getpid()}"
     report = folder / "haptic.json"
     scene = ROOT / "sim_server/scene/scenes/tissue_and_blocks.toml"
-    hand = [*([] if way == "fifo" else WITHOUT), build / "bin/haptic_server", "--session", session, "--device", HAND,
+    hand = [*(() if way == "fifo" else WITHOUT_RIGHTS), build / "bin/haptic_server", "--session", session, "--device", HAND,
             "--duration", str(seconds), "--report", report]
     address = folder / "bus"
     environment = os.environ | {"DBUS_SYSTEM_BUS_ADDRESS": f"unix:path={address}"}
     with contextlib.ExitStack() as beside:
         if way == "rtkit":
-            (folder / "bus.conf").write_text(BUS.format(address))
-            beside.enter_context(running("dbus-daemon", "--nofork", "--nopidfile", "--config-file",
-                                         folder / "bus.conf"))
+            beside.enter_context(running(*bus_command(folder, address)))
             os.environ.update(environment)
             while not address.exists():
                 time.sleep(0.02)

@@ -1,9 +1,10 @@
 """Files of expected forces: CSV, compressed where the name ends in .gz."""
 import gzip
-import json
 import pathlib
 import shutil
 import zlib
+
+from metadata import metadata_file
 
 
 class Unusable(Exception):
@@ -22,33 +23,22 @@ def content_of(file):
         raise Unusable(f"{file}: cannot be read: {error.strerror}") from None
 
 
-def metadata_file(file):
-    """Where haptic_server tells of a recording: docs/formats.md."""
-    return pathlib.Path(f"{file}-metadata.json")
-
-
-def metadata_of(file):
-    """By key; {} where nothing stands beside the file."""
-    beside = metadata_file(file)
-    try:
-        return {str(key): str(value) for key, value in json.loads(beside.read_bytes())["notes"][0].items()}
-    except FileNotFoundError:
-        return {}
-    except (OSError, ValueError, LookupError, TypeError, AttributeError):
-        raise Unusable(f"{beside}: cannot be read: expected metadata as haptic_server --record writes") from None
-
-
-def keep(recording, file):
-    """A copy that appears whole or not at all; compressed, the same bytes for the same forces. Its metadata beside."""
-    if metadata_file(recording).is_file():
-        shutil.copyfile(metadata_file(recording), metadata_file(file))
-    content = recording.read_bytes()
+def write_whole(file, content):
+    """A file that appears whole or not at all."""
     part = file.with_name(file.name + ".part")
     try:
-        part.write_bytes(gzip.compress(content, mtime=0) if file.suffix == ".gz" else content)
+        part.write_bytes(content)
         part.replace(file)
     finally:
         part.unlink(missing_ok=True)
+
+
+def keep(recording, file):
+    """A copy of a recording; compressed, the same bytes for the same forces. Its metadata beside."""
+    if metadata_file(recording).is_file():
+        shutil.copyfile(metadata_file(recording), metadata_file(file))
+    content = recording.read_bytes()
+    write_whole(file, gzip.compress(content, mtime=0) if file.suffix == ".gz" else content)
 
 
 def of_hand(file, name):

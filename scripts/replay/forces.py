@@ -4,7 +4,8 @@ import pathlib
 
 import numpy
 
-from expectation import Unusable, content_of, metadata_of
+from expectation import Unusable, content_of
+from metadata import metadata_of
 from old_names import columns_of_today, given_twice
 
 TIME_NAMES = ("time_s", "t_s")
@@ -71,11 +72,14 @@ def read_forces(file, sources=None):
         raise Unusable(f"{file}:{numbers_of_lines[back[0] + 1]}: column {time_name}: value "
                        f"'{time_s[back[0] + 1]:g}': expected a time not before that of the row above")
     kept = numpy.append(numpy.diff(time_s) > 0.0, True)
+    try:
+        about = metadata_of(file, lines)
+    except ValueError as error:
+        raise Unusable(error) from None
     return Forces(file, time_s[kept] - time_s[kept][0],
                   {name: column[kept] for name, column in columns.items()},
                   numbers_of_lines[kept], "rendered_fx_N" in header,
-                  metadata_of(file) or dict(line[1:].strip().split(": ", 1) for line in lines
-                                            if line.startswith("#") and ": " in line))
+                  about)
 
 
 def numbers(file, name, index, rows):

@@ -1,9 +1,10 @@
 """What a comparison says, in lines for people and as JUnit's XML for what reads tests."""
 import dataclasses
-import pathlib
 import xml.etree.ElementTree as xml
 
 import numpy
+
+from expectation import write_whole
 
 CONTEXT_ROWS = 3
 ORIGINS = ("scene", "device", "device_driver")  # of a recording's head
@@ -96,10 +97,4 @@ def write_junit(file, suite, verdicts, seconds):
         elif verdict.lines:
             xml.SubElement(case, "system-out").text = "\n".join(verdict.lines)
     xml.indent(root)
-    file = pathlib.Path(file)
-    part = file.with_name(file.name + ".part")
-    try:
-        xml.ElementTree(root).write(part, encoding="utf-8", xml_declaration=True)
-        part.replace(file)
-    finally:
-        part.unlink(missing_ok=True)
+    write_whole(file, xml.tostring(root, encoding="utf-8", xml_declaration=True))

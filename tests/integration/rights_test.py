@@ -11,17 +11,9 @@ import unittest
 
 import daemons
 from faults import call_log
+from rights_bed import WITHOUT_RIGHTS, bus_command
 
 FAKE = daemons.BUILD / "tests" / "integration" / "fake_realtime_kit"
-BUS = """<!DOCTYPE busconfig PUBLIC "-//freedesktop//DTD D-Bus Bus Configuration 1.0//EN"
- "http://www.freedesktop.org/standards/dbus/1.0/busconfig.dtd">
-<busconfig><type>system</type><listen>unix:path={path}</listen><auth>EXTERNAL</auth>
-<policy context="default"><allow user="*"/><allow own="*"/><allow send_type="method_call"/>
-<allow send_destination="*"/><allow receive_sender="*"/></policy></busconfig>
-"""
-# uid 0 stays, so that the session's folder does; what makes it real-time goes.
-WITHOUT_RIGHTS = ("prlimit", "--rtprio=0:0", "--memlock=65536:65536",
-                  "setpriv", "--bounding-set=-sys_nice,-ipc_lock,-sys_resource")
 TISSUE = "phantom:profile=premium15,hand=light,path=press,centre_z_m=0,depth_m=0.06,period_s=2"
 
 
@@ -39,8 +31,7 @@ class RightsTest(daemons.SessionTest):
         self.addCleanup(os.environ.pop, "DBUS_SYSTEM_BUS_ADDRESS")
 
     def start_bus(self, mode):
-        self.start("dbus-daemon", "--nofork", "--nopidfile", "--config-file",
-                   self.write("bus.conf", BUS.format(path=self.address)))
+        self.start(*bus_command(self.folder, self.address))
         self.wait_until(self.address.exists, 5, "a bus")
         fake = subprocess.Popen(["setpriv", "--pdeathsig", "KILL", FAKE, mode], stdout=subprocess.PIPE, text=True)
         self.addCleanup(fake.stdout.close)

@@ -1,6 +1,5 @@
 """Recordings and trajectories: the CSV of docs/formats.md, columns whose names end in their units."""
 import csv
-import json
 import os
 import pathlib
 from typing import Any
@@ -8,6 +7,7 @@ from typing import Any
 import numpy
 from numpy.typing import NDArray
 
+from .metadata import metadata_of
 from .old_names import columns_of_today, flags_of_today, given_twice
 
 
@@ -79,7 +79,6 @@ def load(file: str | os.PathLike[str]) -> Recording:
     lines = data.decode("utf-8-sig").splitlines(keepends=True)
     if lines and not lines[-1].endswith("\n"):
         lines.pop()  # cut off in mid-row
-    comments = [line[1:].strip() for line in lines if line.startswith("#")]
     rows = list(csv.reader(line for line in lines if not line.startswith("#") and line.strip()))
     if len(rows) < 2:
         raise ValueError(f"{file}: expected a header and a row at least")
@@ -90,19 +89,7 @@ def load(file: str | os.PathLike[str]) -> Recording:
         if len(row) != len(header):
             raise ValueError(f"{file}: row '{','.join(row)}': {len(row)} fields: expected {len(header)}")
     columns = {name: _column(file, name, column) for name, column in zip(header, zip(*rows[1:]))}
-    metadata = _metadata_beside(file) or dict(line.split(": ", 1) for line in comments if ": " in line)
-    return Recording(metadata, columns, str(file))
-
-
-def _metadata_beside(file: pathlib.Path) -> dict[str, str]:
-    """What stands in FILE-metadata.json; earlier versions wrote comments into the file instead."""
-    try:
-        notes = json.loads(pathlib.Path(f"{file}-metadata.json").read_bytes())["notes"][0]
-        return {str(key): str(value) for key, value in notes.items()}
-    except FileNotFoundError:
-        return {}
-    except (OSError, ValueError, LookupError, TypeError, AttributeError):
-        raise ValueError(f"{file}-metadata.json: cannot be read: expected metadata as a recording's") from None
+    return Recording(metadata_of(file, lines), columns, str(file))
 
 
 def save_trajectory(file: str | os.PathLike[str], time_s: Any, position_m: Any) -> None:
