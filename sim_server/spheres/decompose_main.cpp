@@ -128,6 +128,12 @@ std::filesystem::path file_of_level(const Arguments& arguments, std::size_t leve
          (file.stem().string() + '_' + std::to_string(level + 1) + file.extension().string());
 }
 
+/// A line a level, for a search may take minutes.
+void tell_searched(const FeltLevel& level) {
+  std::fprintf(stderr, "sphere_decompose: %zu spheres: force within %.3g %% (%.3g JND)\n",
+               level.balls.size(), 100.0 * level.error.share, level.error.jnd());
+}
+
 /// Spheres as asked for, and what a search by feel looked at.
 struct Made {
   std::vector<Decomposition> levels;
@@ -143,7 +149,7 @@ Made make_spheres(const Arguments& arguments, const mesh::TriangleMesh& closed,
   Made made;
   made.share = read_force_share(arguments.feel).value();
   made.searched =
-      search_by_feel(closed, press, made.share, progress_on_terminal(), arguments.most_balls);
+      search_by_feel(closed, press, made.share, tell_searched, arguments.most_balls);
   const FeltLevel& best = best_of(made.searched, made.share);
   made.levels = {with_error(MeshSolid(closed), best.balls, kPrecision * best.fineness_m)};
   return made;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <string>
 #include <utility>
 
 #include "shared/realtime/stop_signal.hpp"
@@ -23,11 +22,11 @@ const double kNextSpacing = std::pow(2.0, -0.25);  // 1.4 times as many
 class FeelSearch {
  public:
   FeelSearch(const mesh::TriangleMesh& closed, const Press& press, double share,
-             const DecompositionProgress& progress, std::size_t most_balls)
+             const FeltLevelDone& on_level, std::size_t most_balls)
       : solid_(closed),
         press_(press),
         share_(share),
-        progress_(progress),
+        on_level_(on_level),
         most_balls_(most_balls),
         exact_(exact_forces(press.surface, solid_.distance, press.tool_radius_m, press.depth_m)) {}
 
@@ -56,10 +55,6 @@ class FeelSearch {
   /// Fits them and adds them; whether they are near enough.
   bool add(std::vector<Ball> balls, bool is_even, double fineness_m) {
     constexpr std::size_t kPlacesABall = 5, kLeastPlaces = 1000;
-    if (progress_)
-      progress_(
-          ("fit of " + std::to_string(balls.size())).c_str(),
-          std::min(1.0, static_cast<double>(balls.size()) / static_cast<double>(most_balls_)));
     const ExactForces exact =
         press_everywhere(solid_.mesh, solid_.distance, kLeastPlaces + kPlacesABall * balls.size(),
                          press_.tool_radius_m, std::array{press_.depth_m});
@@ -68,13 +63,14 @@ class FeelSearch {
     const FeltError error = felt_error(
         exact_, [&](const Eigen::Vector3d& tool_m) { return unit_force_m(body, tool_m); });
     levels_.push_back({std::move(balls), error, is_even, fineness_m});
+    if (on_level_) on_level_(levels_.back());
     return error.share <= share_;
   }
 
   MeshSolid solid_;
   const Press& press_;
   double share_;
-  const DecompositionProgress& progress_;
+  const FeltLevelDone& on_level_;
   std::size_t most_balls_;
   ExactForces exact_;
   std::vector<FeltLevel> levels_;
@@ -83,9 +79,9 @@ class FeelSearch {
 }  // namespace
 
 std::vector<FeltLevel> search_by_feel(const mesh::TriangleMesh& closed, const Press& press,
-                                      double share, const DecompositionProgress& progress,
+                                      double share, const FeltLevelDone& on_level,
                                       std::size_t most_balls) {
-  return FeelSearch(closed, press, share, progress, most_balls).run();
+  return FeelSearch(closed, press, share, on_level, most_balls).run();
 }
 
 const FeltLevel& best_of(const std::vector<FeltLevel>& levels, double share) {

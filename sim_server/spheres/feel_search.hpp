@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "sim_server/spheres/decomposition.hpp"
@@ -16,6 +17,9 @@ struct FeltLevel {
   double fineness_m = 0.0;  // tolerance, or spacing of even ones, that they were made with
 };
 
+/// Told of each level when it is done.
+using FeltLevelDone = std::function<void(const FeltLevel&)>;
+
 /// Most spheres of the last level, if nothing else is said.
 inline constexpr std::size_t kMaxFeltBalls = 20000;
 
@@ -26,7 +30,7 @@ inline constexpr std::size_t kMaxFeltBalls = 20000;
 /// it; share > 0, most_balls > 0.
 [[nodiscard]] std::vector<FeltLevel> search_by_feel(const mesh::TriangleMesh& closed,
                                                     const Press& press, double share,
-                                                    const DecompositionProgress& progress = {},
+                                                    const FeltLevelDone& on_level = {},
                                                     std::size_t most_balls = kMaxFeltBalls);
 
 /// The level to take: the last where it is near enough, else the nearest.

@@ -57,6 +57,12 @@ def outside_m(spheres, point):
     return min(math.dist(sphere[:3], point) - sphere[3] for sphere in spheres)
 
 
+def searched_lines(report):
+    """What a search by feel says while it runs."""
+    return [f"sphere_decompose: {level['balls']} spheres: force within {100 * level['error_share']:.3g} % "
+            f"({level['error_share'] / 0.07:.3g} JND)" for level in report["feel"]["searched"]]
+
+
 class SphereDecomposeTest(daemons.SessionTest):
     def setUp(self):
         super().setUp()
@@ -189,9 +195,11 @@ material = "m"
         self.assertAlmostEqual(force["error_jnd"], force["error_share"] / 0.07)
 
     def test_a_search_by_feel_takes_the_first_spheres_that_are_near_enough(self):
-        lines = self.decompose(self.box, "--feel", "3.5JND", "--tool-radius", 0.4, "--report", self.report)
+        result = self.run_program(self.box, "--out", self.out, "--feel", "3.5JND", "--tool-radius", 0.4, "--report",
+                                  self.report)
         report, spheres = daemons.read_report(self.report), read_spheres(self.out)
-        self.assertRegex(lines[0], r"force on a tool of 0.4 m, 0.1 m deep, within \S+ % \(\S+ JND\) of the mesh's$")
+        self.assertEqual((result.returncode, result.stderr.splitlines()), (DONE, searched_lines(report)))
+        self.assertRegex(result.stdout.splitlines()[0], r"force on a tool of 0.4 m, 0.1 m deep, within \S+ % \(\S+ JND\) of the mesh's$")
         self.assertAlmostEqual(report["feel"]["asked_share"], 0.245)
         *coarser, taken = report["feel"]["searched"]
         self.assertTrue(all(level["error_share"] > 0.245 for level in coarser), coarser)
@@ -200,10 +208,12 @@ material = "m"
         self.assertAlmostEqual(report["levels"][0]["force"]["error_share"], taken["error_share"])
 
     def test_a_feel_out_of_reach_leaves_the_nearest_spheres_a_warning_and_status_4(self):
-        result = self.run_program(self.box, "--out", self.out, "--feel", "1%", "--max-spheres", 200)
+        result = self.run_program(self.box, "--out", self.out, "--feel", "1%", "--max-spheres", 200, "--report",
+                                  self.report)
         self.assertEqual(result.returncode, 4, result.stderr)
-        self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
-        self.assertRegex(result.stderr, r"the feel of 1% was not reached, \S+ % \(\S+ JND\) was, of at most 200 spheres")
+        *searched, warning = result.stderr.splitlines()
+        self.assertEqual(searched, searched_lines(daemons.read_report(self.report)))
+        self.assertRegex(warning, r"the feel of 1% was not reached, \S+ % \(\S+ JND\) was, of at most 200 spheres")
         self.assertLessEqual(len(read_spheres(self.out)), 200)
 
 

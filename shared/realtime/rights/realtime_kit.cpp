@@ -42,7 +42,7 @@ struct BusError {
   [[nodiscard]] std::string text(int code) const {
     return error.message != nullptr ? error.message : std::strerror(-code);
   }
-  sd_bus_error error = SD_BUS_ERROR_NULL;
+  sd_bus_error error = {};
 };
 
 static_assert(std::atomic<pid_t>::is_always_lock_free);
