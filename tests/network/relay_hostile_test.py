@@ -26,6 +26,16 @@ class HostileTest(RelayedTest):
         return self.bed.run(side, [sys.executable, SENDER, ADDRESS[other], seconds, seed], stdout=subprocess.PIPE,
                             text=True)
 
+    def start_relays_again(self, *options):
+        """Once all have survived: a wrong sequence number of DDS itself ends a stream until its writer is another
+        (docs/network.md). options: of the simulation's, of the hand's."""
+        for program in self.sim, self.sim_relay, self.hand_relay, self.haptic:
+            self.assertTrue(program.runs(), program.lines())
+        for relay in self.sim_relay, self.hand_relay:
+            self.assertEqual(relay.stop(), daemons.DONE, relay.lines())
+        of_simulation, of_hand = options or ((), ())
+        self.sim_relay, self.hand_relay = self.relay("simulation", *of_simulation), self.relay("hand", *of_hand)
+
     def assert_unharmed(self):
         """Nobody died, and the force that was felt in all of it kept the limits of a device and of a fade."""
         for program in self.sim, self.sim_relay, self.hand_relay, self.haptic:
@@ -47,18 +57,14 @@ class HostileTest(RelayedTest):
                 sent, of_relay = map(int, attacker.communicate(timeout=30 * relayed.PATIENCE)[0].split())
                 self.assertGreater(sent, 1000)
                 self.assertGreater(of_relay, 500)
+        self.start_relays_again()
         self.assert_unharmed()
 
     def test_a_link_that_flips_bits_in_a_fifth_of_all_packets_kills_nobody(self):
         self.bed.control("corrupt 0.2")
         time.sleep(4.0)
         self.bed.control("corrupt 0")
-        for program in self.sim, self.sim_relay, self.hand_relay, self.haptic:
-            self.assertTrue(program.runs(), program.lines())
-        # A flipped bit in a sequence number of DDS itself ends a stream until its writer is another.
-        for relay in self.sim_relay, self.hand_relay:
-            self.assertEqual(relay.stop(), daemons.DONE, relay.lines())
-        self.sim_relay, self.hand_relay = self.relay("simulation"), self.relay("hand")
+        self.start_relays_again()
         counters = self.bed.counters()
         self.assertGreater(counters["a"]["corrupted"] + counters["b"]["corrupted"], 500)
         self.assert_unharmed()
@@ -101,10 +107,7 @@ class HostileTest(RelayedTest):
     def with_reports(self):
         """Both relays anew, with reports."""
         reports = self.folder / "sim_relay.json", self.folder / "hand_relay.json"
-        for relay in self.sim_relay, self.hand_relay:
-            self.assertEqual(relay.stop(), daemons.DONE, relay.lines())
-        self.sim_relay = self.relay("simulation", "--report", reports[0])
-        self.hand_relay = self.relay("hand", "--report", reports[1])
+        self.start_relays_again(*(("--report", report) for report in reports))
         self.wait_for_return(time.monotonic())
         self.wait_until(self.is_felt, 10.0, "the whole force")
         return reports
