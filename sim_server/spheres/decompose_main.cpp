@@ -148,8 +148,7 @@ Made make_spheres(const Arguments& arguments, const mesh::TriangleMesh& closed,
   constexpr double kPrecision = 0.05;  // of the error in metres, in the fineness
   Made made;
   made.share = read_force_share(arguments.feel).value();
-  made.searched =
-      search_by_feel(closed, press, made.share, tell_searched, arguments.most_balls);
+  made.searched = search_by_feel(closed, press, made.share, tell_searched, arguments.most_balls);
   const FeltLevel& best = best_of(made.searched, made.share);
   made.levels = {with_error(MeshSolid(closed), best.balls, kPrecision * best.fineness_m)};
   return made;
