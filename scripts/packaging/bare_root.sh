@@ -11,7 +11,7 @@ hindrance() {
   elif ! unshare --mount true 2>/dev/null; then
     echo "may not mount here: expected a machine, or a container that is privileged"
   elif [ ! -s "$out/bare.tar" ] &&
-    ! mmdebstrap --quiet --variant=apt --include=ca-certificates bookworm "$out/bare.tar.part" "deb $mirror bookworm main" \
+    ! mmdebstrap --quiet --variant=apt --include=ca-certificates bookworm "$out/bare.part.tar" "deb $mirror bookworm main" \
       >"$out/bare.log" 2>&1; then
     echo "no bare Debian 12 from $mirror: $(tail -n 1 "$out/bare.log")"
   fi
@@ -20,10 +20,10 @@ hindrance() {
 is_skipped() {
   local why
   why=$(hindrance)
-  if [ -s "$out/bare.tar.part" ] && [ -z "$why" ]; then mv "$out/bare.tar.part" "$out/bare.tar"; fi
+  if [ -s "$out/bare.part.tar" ] && [ -z "$why" ]; then mv "$out/bare.part.tar" "$out/bare.tar"; fi
   [ -n "$why" ] || return 1
   echo "package: skipped: $why"
-  skipped=1
+  skipped=$((skipped + 1))
 }
 
 # A command as root of the bare Debian, with its own mounts, which end with it. What apt fetches is kept.
@@ -63,6 +63,7 @@ try_in_bare_root() {
     case $line in
       "passed: "*) passed=$((passed + 1)) ;;
       "FAILED: "*) failed=$((failed + 1)) ;;
+      "skipped: "*) skipped=$((skipped + 1)) ;;
       "ready for CMake") check "an engine finds libstillgrid by CMake" finds_by_cmake; : >"$root/packages/go_on" ;;
     esac
     echo "package: $line"
