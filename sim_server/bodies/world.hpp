@@ -152,11 +152,10 @@ struct PrescribedState {
 };
 [[nodiscard]] PrescribedState prescribed_state(const RigidBody& body, double time_s);
 
-/// How far a prescribed body goes along its direction, from where it is at from_s, at least and at
-/// most until to_s: turning points on the way too. Exact for a steady motion and for a sine, wider
-/// for their sum. Pre: from_s <= to_s.
+/// The ends of the line that a prescribed body keeps to from from_s until to_s, from where it is at
+/// from_s: turning points on the way too. Pre: from_s <= to_s.
 struct PrescribedRange {
-  double least_m, most_m;
+  Eigen::Vector3d from_m, to_m;
 };
 [[nodiscard]] PrescribedRange prescribed_range(const RigidBody& body, double from_s, double to_s);
 

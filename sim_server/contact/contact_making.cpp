@@ -55,10 +55,8 @@ collision::SweptBound way_bound(const bodies::World& world, const bodies::Sphere
   double radius_m = with_margin_m(world, sphere);
   if (!is_free(world, sphere)) {
     const bodies::RigidBody& body = rigid_of(world, sphere);
-    const auto [least_m, most_m] =
-        bodies::prescribed_range(body, world.time_s, world.time_s + step_s);
-    return collision::bound_sweep(now.position_m + least_m * body.prescribed.direction,
-                                  now.position_m + most_m * body.prescribed.direction, radius_m);
+    const auto [from_m, to_m] = bodies::prescribed_range(body, world.time_s, world.time_s + step_s);
+    return collision::bound_sweep(now.position_m + from_m, now.position_m + to_m, radius_m);
   }
   if (sphere.rigid >= 0)
     radius_m += turned_aside_m(rigid_of(world, sphere), now.position_m, step_s);

@@ -75,6 +75,11 @@ bool TableReader::has_text(std::string_view key) {
   return node != nullptr && node->is_string();
 }
 
+bool TableReader::has_number(std::string_view key) {
+  const ::toml::node* node = find(key);
+  return node != nullptr && node->is_number();
+}
+
 bool TableReader::has_table(std::string_view key) {
   const ::toml::node* node = find(key);
   return node != nullptr && node->is_table();

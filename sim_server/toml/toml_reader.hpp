@@ -48,6 +48,8 @@ class TableReader {
   [[nodiscard]] bool has(std::string_view key);
   /// Whether the key is there and holds a string.
   [[nodiscard]] bool has_text(std::string_view key);
+  /// Whether the key is there and holds a number.
+  [[nodiscard]] bool has_number(std::string_view key);
   /// Whether the key is there and holds a table.
   [[nodiscard]] bool has_table(std::string_view key);
 

@@ -156,7 +156,7 @@ class SceneSchemaTest(daemons.SessionTest):
             if kind == "mesh":
                 variants += [body(kind, **SOFT), body(kind, contact="auto", motion="static")]
             if kind not in ("sheet", "thread", "soft_block", "plane"):
-                variants.append(body(kind, motion="prescribed", velocity_m_s=0.1))
+                variants.append(body(kind, motion="prescribed", velocity_m_s=[0.1, 0.0, 0.0]))
             asked = set().union(*(self.asked_keys(scene(each), ("body", 0)) for each in variants))
             self.assertEqual(set(keys), asked, kind)
         self.assertEqual(set(definition["properties"]), set().union(*owned.values()))
@@ -212,7 +212,7 @@ class SceneSchemaTest(daemons.SessionTest):
         refused = 0
         for kind, motion in (("sphere", "free"), ("sphere", "static"), ("sphere", "prescribed"), ("sheet", "free"),
                              ("rigid_box", "prescribed"), ("thread", "static"), ("plane", "static")):
-            own = {"free": {"mass_kg": 0.1}, "static": {}, "prescribed": {"velocity_m_s": 0.1}}[motion]
+            own = {"free": {"mass_kg": 0.1}, "static": {}, "prescribed": {"velocity_m_s": [0.1, 0.0, 0.0]}}[motion]
             self.assertEqual(self.refusal(scene(body(kind, motion=motion, **own))), "")
             for key, value in MOTION_KEYS.items():
                 document = scene({**body(kind, motion=motion, **own), key: value})

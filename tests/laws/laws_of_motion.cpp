@@ -52,6 +52,7 @@ scene::SceneDescription seen_from(const Frame& frame, scene::SceneDescription sc
       thread->from_m = frame.point(thread->from_m);
       thread->to_m = frame.point(thread->to_m);
     }
+    body.prescribed.velocity_m_s = frame.direction(body.prescribed.velocity_m_s);
     body.prescribed.direction = frame.direction(body.prescribed.direction);
   }
   return scene;

@@ -85,7 +85,7 @@ material = "hard"
 name = "runner"
 kind = "rigid_box"
 motion = "prescribed"
-velocity_m_s = -0.1
+velocity_m_s = [-0.1, 0.0, 0.2]
 size_m = [0.1, 0.1, 0.1]
 material = "hard"
 [[body]]
