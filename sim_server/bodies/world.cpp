@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim_server/bodies/joints.hpp"
+
 namespace stillgrid::bodies {
 
 void number_unknowns(World& world) {
@@ -88,6 +90,8 @@ double mechanical_energy_J(const World& world) {
   for (const Spring& spring : world.springs)
     energy_J += spring_energy_J(spring, world.nodes[static_cast<std::size_t>(spring.a)],
                                 world.nodes[static_cast<std::size_t>(spring.b)]);
+  for (const Joint& joint : world.joints)
+    energy_J += joint_energy_J(joint, world.nodes, world.rigid_bodies);
   return energy_J;
 }
 

@@ -130,6 +130,7 @@ void FieldWays::add_static(const bodies::World& world, std::size_t field,
   find_ascending(static_grid, ways_[field].ball, met);
   for (const std::uint32_t i : met) {
     const bodies::StaticSphere& sphere = world.static_spheres[i];
+    if (!bodies::may_collide(world, own.body, sphere.body)) continue;
     if (!may_meet(world, field, collision::bound_sphere(sphere.position_m, sphere.radius_m)))
       continue;
     Contact& contact = contacts.emplace_back();
