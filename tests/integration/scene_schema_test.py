@@ -71,6 +71,9 @@ def table_variants():
     yield of["typicalHand"], [(scene(hand={"file": "hand.csv"}), ("hand",))]
     yield of["hand"], [(scene(hand=[{"name": "left"}]), ("hand", 0))]
     yield of["material"], [(scene(), ("material", 0))]
+    yield of["joint"], [(scene(body("sphere"), {**body("sphere"), "name": "c"}, joint=[
+        {"name": "j", "body": "b", "joined_to": "c", "points_m": [[0.0, 0.0, 1.0]], "stiffness_N_per_m": 10.0}]),
+        ("joint", 0))]
     inner = ("body", 0)
     yield of["packing"], [(scene(body(kind, spheres={})), inner + ("spheres",))
                           for kind in ("sheet", "thread", "soft_block", "rigid_box")]

@@ -121,6 +121,21 @@ TEST_CASE("Pillars stand round a tissue with bricks and soft blocks, 21,877 sphe
   CHECK(boxes_are_apart(scene));
 }
 
+TEST_CASE("A chain of five links hangs from the world, and a ball by a thread from a sheet",
+          "[scenes]") {
+  const SceneDescription chain = shipped("pendulum_chain");
+  CHECK(count_of<bodies::RigidBoxBody>(chain) == 5);
+  CHECK(moving_sphere_count(chain) == 20);
+  REQUIRE(chain.joints.size() == 5);
+  for (int i = 0; i < 5; ++i) {
+    CHECK(chain.joints[static_cast<std::size_t>(i)].body_a == i);
+    CHECK(chain.joints[static_cast<std::size_t>(i)].body_b == i - 1);
+  }
+  const SceneDescription sewn = shipped("sewn_ball");
+  CHECK(moving_sphere_count(sewn) == 57);
+  CHECK(sewn.joints.size() == 2);
+}
+
 TEST_CASE("The moving sphere's held snapshot jumps by k v P = 1.65 N", "[scenes]") {
   const SceneDescription scene = shipped("moving_sphere");
 
