@@ -44,6 +44,17 @@ def stroke_laparoscopy(t):
             0.02 - ease(t, 0.0, 0.4) * (0.026 + 0.003 * math.sin(3.0 * math.pi * t)))
 
 
+def push_chain(t):
+    """Comes from the side, pushes the hanging links 15 mm out and lets them swing back, once in 2 s."""
+    return -0.02 + 0.025 * (ease(t, 0.2, 0.8) - ease(t, 1.2, 1.4)), 0.001 * t, 0.0
+
+
+def push_ball(t):
+    """Pushes the hanging ball 15 mm to the side and back, going round by 2 mm, once in 2 s."""
+    return (-0.022 + 0.024 * (ease(t, 0.2, 0.8) - ease(t, 1.2, 1.8)), 0.002 * math.sin(2.0 * math.pi * t),
+            0.002 - 0.002 * math.cos(2.0 * math.pi * t))
+
+
 def meet_sphere(t):
     """Stays where the sphere comes to."""
     return 0.0, 0.0, 0.001 * t
@@ -69,7 +80,8 @@ def hold_cloth(t, side):
 
 
 HANDS = {"tissue_and_blocks": press_tissue, "threads": sweep_threads, "organ": press_organ,
-         "laparoscopy": stroke_laparoscopy, "moving_sphere": meet_sphere, "wall": tap_wall}
+         "laparoscopy": stroke_laparoscopy, "moving_sphere": meet_sphere, "wall": tap_wall,
+         "pendulum_chain": push_chain, "sewn_ball": push_ball}
 
 PAIRS = {"block_pinched": pinch_block, "cloth_held_by_two": hold_cloth}
 PAIR_SECONDS, PAIR_ROWS_PER_S = 10.0, 50

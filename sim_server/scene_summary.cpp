@@ -28,7 +28,11 @@ std::string content_of(const bodies::World& world) {
          std::to_string(world.static_spheres.size()) + " of what does not; " +
          count_of(world.nodes.size(), "node", "nodes") + ", " +
          count_of(world.springs.size(), "spring", "springs") + ", " +
-         count_of(world.fields.size(), "field", "fields") + '\n';
+         count_of(world.fields.size(), "field", "fields") +
+         (world.joints.empty()
+              ? ""
+              : ", joined at " + count_of(world.joints.size(), "point", "points")) +
+         '\n';
 }
 
 std::string hands_line(const scene::SceneDescription& scene) {

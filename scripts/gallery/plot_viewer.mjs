@@ -27,6 +27,9 @@ Environment: STILLGRID_BUILD_DIR, default build/release.`;
 const kScenePixels = [840, 472];
 const kMaxBytes = 150_000;
 
+/// Where the hand of a scene goes.
+const hand_of = (scene) => `phantom:profile=touchx,path=${kRoot}/sim_server/scene/scenes/${scene}.hand.csv`;
+
 /// Where each hand of a scene for two goes.
 const two_hands = (scene) => Object.fromEntries(['left', 'right'].map((name) => [
   name, `phantom:profile=touchx,path=${kRoot}/sim_server/scene/scenes/${scene}.${name}.csv`]));
@@ -44,6 +47,9 @@ const kPictures = {
   scene_laparoscopy: {
     scene: 'laparoscopy', device: 'phantom:profile=premium15,path=stroke,depth_m=0.03,pivot_x_m=0,pivot_y_m=0,pivot_z_m=-0.11',
     least_N: 0.9, from: 100 },
+  scene_pendulum_chain: {
+    scene: 'pendulum_chain', device: hand_of('pendulum_chain'), least_N: 0.01, from: 100 },
+  scene_sewn_ball: { scene: 'sewn_ball', device: hand_of('sewn_ball'), least_N: 0.02, from: 100 },
   scene_pillars: {
     scene: 'pillars', device: 'phantom:profile=premium15,hand=light,path=press,centre_z_m=-0.03,depth_m=0.03,period_s=2',
     least_N: 0.5, from: 100 },

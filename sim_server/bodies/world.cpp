@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim_server/bodies/joints.hpp"
+
 namespace stillgrid::bodies {
 
 void number_unknowns(World& world) {
@@ -28,16 +30,15 @@ void number_unknowns(World& world) {
 PrescribedState prescribed_state(const RigidBody& body, double time_s) {
   const PrescribedMotion& motion = body.prescribed;
   const double rate_rad_s = 2.0 * std::numbers::pi * motion.frequency_hz;
-  const double offset_m =
-      motion.velocity_m_s * time_s + motion.amplitude_m * std::sin(rate_rad_s * time_s);
-  const double speed_m_s =
-      motion.velocity_m_s + motion.amplitude_m * rate_rad_s * std::cos(rate_rad_s * time_s);
-  return {body.start_m + offset_m * motion.direction, speed_m_s * motion.direction};
+  const double offset_m = motion.amplitude_m * std::sin(rate_rad_s * time_s);
+  const double speed_m_s = motion.amplitude_m * rate_rad_s * std::cos(rate_rad_s * time_s);
+  return {body.start_m + time_s * motion.velocity_m_s + offset_m * motion.direction,
+          motion.velocity_m_s + speed_m_s * motion.direction};
 }
 
 PrescribedRange prescribed_range(const RigidBody& body, double from_s, double to_s) {
   const PrescribedMotion& motion = body.prescribed;
-  const double steady_m = motion.velocity_m_s * (to_s - from_s);
+  if (!swings(body)) return {Eigen::Vector3d::Zero(), (to_s - from_s) * motion.velocity_m_s};
   const double rate_rad_s = 2.0 * std::numbers::pi * motion.frequency_hz;
   const double from = std::sin(rate_rad_s * from_s), to = std::sin(rate_rad_s * to_s);
   double least = std::min(from, to), most = std::max(from, to);
@@ -49,13 +50,12 @@ PrescribedRange prescribed_range(const RigidBody& body, double from_s, double to
     least = std::min(least, at);
     most = std::max(most, at);
   }
-  const double a_m = motion.amplitude_m * (least - from), b_m = motion.amplitude_m * (most - from);
-  return {std::min(0.0, steady_m) + std::min(a_m, b_m),
-          std::max(0.0, steady_m) + std::max(a_m, b_m)};
+  return {motion.amplitude_m * (least - from) * motion.direction,
+          motion.amplitude_m * (most - from) * motion.direction};
 }
 
 bool is_moved(const RigidBody& body) {
-  return body.prescribed.velocity_m_s != 0.0 || swings(body);
+  return !body.prescribed.velocity_m_s.isZero(0.0) || swings(body);
 }
 
 bool swings(const RigidBody& body) {
@@ -90,6 +90,8 @@ double mechanical_energy_J(const World& world) {
   for (const Spring& spring : world.springs)
     energy_J += spring_energy_J(spring, world.nodes[static_cast<std::size_t>(spring.a)],
                                 world.nodes[static_cast<std::size_t>(spring.b)]);
+  for (const Joint& joint : world.joints)
+    energy_J += joint_energy_J(joint, world.nodes, world.rigid_bodies);
   return energy_J;
 }
 

@@ -2,9 +2,11 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "shared/collision/contact_law.hpp"
@@ -28,6 +30,22 @@ struct Node {
 /// A spring with a damper along it, between two nodes.
 struct Spring {
   int a = 0, b = 0;  // nodes
+  double rest_length_m = 0.0;
+  double stiffness_N_per_m = 0.0;
+  double damping_N_s_per_m = 0.0;
+};
+
+/// What a joint holds: a node, a point of a rigid body, or a place of the world.
+struct JointEnd {
+  int body = -1;  // order in the scene file; -1: none
+  int node = -1, rigid = -1;
+  Eigen::Vector3d point_m = Eigen::Vector3d::Zero();  // in the rigid body's frame, or the world's
+};
+
+/// A spring with a damper between two ends, at rest as they are at the start. Ends that are not
+/// both nodes are together there, so that it resists alike in every direction.
+struct Joint {
+  JointEnd a = {}, b = {};  // a node first
   double rest_length_m = 0.0;
   double stiffness_N_per_m = 0.0;
   double damping_N_s_per_m = 0.0;
@@ -112,7 +130,9 @@ struct World {
   std::vector<Node> nodes;
   std::vector<Spring> springs;
   std::vector<RigidBody> rigid_bodies;
-  std::vector<SphereBinding> spheres;  // of free and of prescribed bodies
+  std::vector<Joint> joints;
+  std::vector<std::pair<int, int>> apart;  // bodies that do not collide, ascending, either way
+  std::vector<SphereBinding> spheres;      // of free and of prescribed bodies
   std::vector<StaticSphere> static_spheres;
   std::vector<StaticPlane> planes;
   std::vector<FieldBody> fields;
@@ -142,6 +162,11 @@ struct World {
                                  : world.spheres[static_cast<std::size_t>(number)].rigid;
 }
 
+/// Whether two bodies, or spheres of one, may collide as far as joints go.
+[[nodiscard]] inline bool may_collide(const World& world, int a, int b) {
+  return world.apart.empty() || !std::ranges::binary_search(world.apart, std::pair{a, b});
+}
+
 /// Numbers the velocities of all that is free and awake. Call it when `sleeping` of a body changed.
 void number_unknowns(World& world);
 
@@ -152,11 +177,10 @@ struct PrescribedState {
 };
 [[nodiscard]] PrescribedState prescribed_state(const RigidBody& body, double time_s);
 
-/// How far a prescribed body goes along its direction, from where it is at from_s, at least and at
-/// most until to_s: turning points on the way too. Exact for a steady motion and for a sine, wider
-/// for their sum. Pre: from_s <= to_s.
+/// The ends of the line that a prescribed body keeps to from from_s until to_s, from where it is at
+/// from_s: turning points on the way too. Pre: from_s <= to_s.
 struct PrescribedRange {
-  double least_m, most_m;
+  Eigen::Vector3d from_m, to_m;
 };
 [[nodiscard]] PrescribedRange prescribed_range(const RigidBody& body, double from_s, double to_s);
 
@@ -171,7 +195,7 @@ struct PrescribedRange {
 /// Of what stretches or presses it.
 [[nodiscard]] double spring_energy_J(const Spring& spring, const Node& a, const Node& b);
 
-/// Kinetic, gravity and spring energy of everything free. Contacts apart.
+/// Kinetic, gravity and spring energy of everything free, joints' too. Contacts apart.
 [[nodiscard]] double mechanical_energy_J(const World& world);
 
 }  // namespace stillgrid::bodies

@@ -55,10 +55,8 @@ collision::SweptBound way_bound(const bodies::World& world, const bodies::Sphere
   double radius_m = with_margin_m(world, sphere);
   if (!is_free(world, sphere)) {
     const bodies::RigidBody& body = rigid_of(world, sphere);
-    const auto [least_m, most_m] =
-        bodies::prescribed_range(body, world.time_s, world.time_s + step_s);
-    return collision::bound_sweep(now.position_m + least_m * body.prescribed.direction,
-                                  now.position_m + most_m * body.prescribed.direction, radius_m);
+    const auto [from_m, to_m] = bodies::prescribed_range(body, world.time_s, world.time_s + step_s);
+    return collision::bound_sweep(now.position_m + from_m, now.position_m + to_m, radius_m);
   }
   if (sphere.rigid >= 0)
     radius_m += turned_aside_m(rigid_of(world, sphere), now.position_m, step_s);
@@ -96,6 +94,7 @@ void add_static(const bodies::World& world, const collision::VoxelGrid& static_g
   collision::for_each_candidate(
       static_grid.view(), mover.way, collision::kAllVisits, [&](std::uint32_t j) {
         const bodies::StaticSphere& b = world.static_spheres[j];
+        if (!bodies::may_collide(world, world.spheres[mover.number].body, b.body)) return;
         Contact& contact = add_contact(contacts, world, mover);
         contact.other = static_cast<int>(j);
         contact.material =
@@ -127,6 +126,7 @@ bool may_touch(const bodies::World& world, const bodies::StaticPlane& plane, con
   const double move_m = step_s * plane.normal.dot(mover.motion.velocity_m_s);
   const double fall_m = step_s * step_s * plane.normal.dot(world.gravity_m_s2);
   const bodies::SphereBinding& sphere = world.spheres[mover.number];
+  if (!bodies::may_collide(world, sphere.body, plane.body)) return false;
   double within_m = with_margin_m(world, sphere);
   if (height_m + std::min({0.0, move_m, move_m + fall_m}) <= within_m) return true;
   if (sphere.rigid < 0) return false;

@@ -248,6 +248,7 @@ void Detection::add_given(const bodies::World& world) {
       const auto& [c, bounding_radius_m] = a.way;
       const Eigen::Vector3d centre_m(c[0], c[1], c[2]);
       const bool is_near = is_wide_[a.number] != 0 &&
+                           bodies::may_collide(world, world.spheres[a.number].body, plane.body) &&
                            plane.normal.dot(centre_m) - plane.offset_m <= double{bounding_radius_m};
       if (is_near || may_touch(world, plane, a, step_s_)) add_plane(world, plane, a, contacts_);
     });
@@ -260,7 +261,9 @@ void Detection::add_fields(const bodies::World& world) {
     find_ascending(moving_.grid(), way.ball, met_);
     for (const std::uint32_t i : met_)
       if (world.spheres[i].body != world.fields[field].body && (is_free(i) || way.is_free) &&
-          (moves(i) || way.moves) && fields_.may_meet(world, field, paths_[i]))
+          (moves(i) || way.moves) &&
+          bodies::may_collide(world, world.spheres[i].body, world.fields[field].body) &&
+          fields_.may_meet(world, field, paths_[i]))
         fields_.add_sphere(world, field, mover(i), contacts_);
     if (way.is_free && way.moves && !world.static_spheres.empty())
       fields_.add_static(world, field, static_, met_, contacts_);

@@ -84,6 +84,7 @@ class Detection {
                                  std::uint32_t j) const {
     return (is_free(i) || is_free(j)) && !world.spheres[i].is_field_point &&
            !world.spheres[j].is_field_point &&
+           bodies::may_collide(world, world.spheres[i].body, world.spheres[j].body) &&
            self_collision_.may_collide(world.spheres[i], world.spheres[j]);
   }
 

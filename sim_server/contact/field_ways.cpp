@@ -32,9 +32,8 @@ const bodies::RigidBody* body_of(const bodies::World& world, const bodies::Field
 double travel_m(const bodies::World& world, const bodies::FieldBody& field,
                 const bodies::RigidBody& body, double step_s) {
   if (!body.free) {
-    const auto [least_m, most_m] =
-        bodies::prescribed_range(body, world.time_s, world.time_s + step_s);
-    return std::max(std::abs(least_m), std::abs(most_m));
+    const auto [from_m, to_m] = bodies::prescribed_range(body, world.time_s, world.time_s + step_s);
+    return std::max(from_m.norm(), to_m.norm());
   }
   const double turn_rad = std::min(2.0, step_s * body.angular_velocity_rad_s.norm());
   return step_s * body.velocity_m_s.norm() + step_s * step_s * world.gravity_m_s2.norm() +
@@ -131,6 +130,7 @@ void FieldWays::add_static(const bodies::World& world, std::size_t field,
   find_ascending(static_grid, ways_[field].ball, met);
   for (const std::uint32_t i : met) {
     const bodies::StaticSphere& sphere = world.static_spheres[i];
+    if (!bodies::may_collide(world, own.body, sphere.body)) continue;
     if (!may_meet(world, field, collision::bound_sphere(sphere.position_m, sphere.radius_m)))
       continue;
     Contact& contact = contacts.emplace_back();

@@ -39,6 +39,7 @@ void PredictedContacts::add_fields(const bodies::World& world, const Detection& 
       const std::uint32_t sphere = spheres_[k];
       if (world.spheres[sphere].body != world.fields[field].body &&
           (detection.is_free(sphere) || way.is_free) && (detection.moves(sphere) || way.moves) &&
+          bodies::may_collide(world, world.spheres[sphere].body, world.fields[field].body) &&
           fields_->may_meet(world, field, ways_[k]))
         fields_->add_sphere(world, field, mover(k), contacts_);
     }

@@ -21,7 +21,7 @@ class SelfCollision {
   /// Realtime: constant time, never allocates, locks or throws.
   [[nodiscard]] bool may_collide(const bodies::SphereBinding& a,
                                  const bodies::SphereBinding& b) const noexcept {
-    if (a.body != b.body) return true;
+    if (a.body != b.body) return true;  // but for joints: bodies::may_collide()
     return a.rigid < 0 && are_apart_at_rest(a, b) && !are_joined(a, b);
   }
 

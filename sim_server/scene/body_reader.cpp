@@ -1,6 +1,7 @@
 #include "sim_server/scene/body_reader.hpp"
 
 #include <array>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,18 +40,34 @@ bodies::Motion read_motion(toml::TableReader& table, const bodies::BodyKind& kin
   return motions[table.choice("motion", std::span(names).first(count))];
 }
 
+/// As it was written before: a speed along a direction.
+void refuse_speed(toml::TableReader& table) {
+  if (!table.has_number("velocity_m_s")) return;
+  const Eigen::Vector3d direction =
+      table.has("direction") ? table.direction("direction") : Eigen::Vector3d::UnitX();
+  const Eigen::Vector3d velocity_m_s = table.number("velocity_m_s", toml::Bound::kAny) * direction;
+  std::ostringstream expected;
+  expected << "a vector, which without `direction` says the same: [" << velocity_m_s.x() << ", "
+           << velocity_m_s.y() << ", " << velocity_m_s.z() << "]";
+  table.refuse("velocity_m_s", expected.str());
+}
+
 bodies::PrescribedMotion read_prescribed(toml::TableReader& table) {
   bodies::PrescribedMotion motion;
-  if (table.has("direction")) motion.direction = table.direction("direction");
   const bool is_sine = table.has("amplitude_m") || table.has("frequency_hz");
   if (is_sine && table.has("velocity_m_s")) {
     table.refuse("velocity_m_s", "either velocity_m_s, or amplitude_m with frequency_hz");
   }
   if (is_sine) {
+    if (table.has("direction")) motion.direction = table.direction("direction");
     motion.amplitude_m = table.number("amplitude_m", toml::Bound::kPositive);
     motion.frequency_hz = table.number("frequency_hz", toml::Bound::kPositive);
   } else {
-    motion.velocity_m_s = table.number("velocity_m_s", toml::Bound::kAny);
+    refuse_speed(table);
+    motion.velocity_m_s = table.vector("velocity_m_s");
+    if (table.has("direction"))
+      table.refuse("direction",
+                   "no such key beside velocity_m_s, but of amplitude_m with frequency_hz");
   }
   return motion;
 }

@@ -1,6 +1,7 @@
 #include "sim_server/scene/build_world.hpp"
 
 #include "sim_server/bodies/kinds/body_in_world.hpp"
+#include "sim_server/scene/build_joints.hpp"
 
 namespace stillgrid::scene {
 
@@ -12,6 +13,7 @@ bodies::World build_world(const SceneDescription& scene) {
                                material.contact_damping_N_s_per_m, material.friction,
                                material.slip_speed_m_s});
   for (const bodies::BodyDescription& body : scene.bodies) bodies::add_body(world, body);
+  build_joints(scene.joints, world);
   bodies::number_unknowns(world);
   return world;
 }

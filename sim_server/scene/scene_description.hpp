@@ -22,6 +22,16 @@ struct MaterialDescription {
   double slip_speed_m_s = 1e-3;            // below it friction is viscous (regularised)
 };
 
+/// One [[joint]]: springs, one a point, between two bodies, or a body and the world.
+struct JointDescription {
+  std::string name;
+  int body_a = 0, body_b = -1;            // indices into SceneDescription::bodies; -1: the world
+  std::vector<Eigen::Vector3d> points_m;  // where the bodies are at the start; world frame
+  double stiffness_N_per_m = 0.0;         // of each spring
+  double damping_N_s_per_m = 0.0;         // likewise
+  bool collide = false;                   // the two with each other
+};
+
 /// A sphere of the tool, in the tool's frame.
 struct ToolSphere {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
@@ -65,6 +75,7 @@ struct SceneDescription {
   double voxel_ratio = 0.0;      // voxel edge over twice a level's longest reach; 0: chosen
   std::vector<MaterialDescription> materials;
   std::vector<bodies::BodyDescription> bodies;
+  std::vector<JointDescription> joints;
   // Either one hand, whose tool and device these are, or hands by name.
   std::vector<ToolSphere> tool;
   double tool_slip_speed_m_s = 0.05;  // least slip speed of a contact with the tool

@@ -22,6 +22,7 @@
 #include "sim_server/bodies/kinds/mesh_fields.hpp"
 #include "sim_server/scene/body_reader.hpp"
 #include "sim_server/scene/format_1.hpp"
+#include "sim_server/scene/joint_reader.hpp"
 #include "sim_server/toml/refusal.hpp"
 #include "sim_server/toml/toml_depth.hpp"
 #include "sim_server/toml/toml_reader.hpp"
@@ -37,8 +38,8 @@ constexpr int kMaxSubsteps = 10000;
 constexpr std::size_t kMaxToolSpheres = 16;
 constexpr double kLongestSettle_s = 600.0;
 constexpr double kDefaultToolRadius_m = 0.005;
-constexpr std::array<std::string_view, 9> kTables = {
-    "format", "world", "simulation", "grid", "tool", "device", "hand", "material", "body"};
+constexpr std::array<std::string_view, 10> kTables = {
+    "format", "world", "simulation", "grid", "tool", "device", "hand", "material", "body", "joint"};
 
 std::optional<std::string> read_text(const std::filesystem::path& path) {
   std::ifstream stream(path, std::ios::binary);
@@ -267,6 +268,14 @@ void read_bodies(toml::TableReader& document, SceneDescription& scene) {
   }
 }
 
+void read_joints(toml::TableReader& document, SceneDescription& scene) {
+  std::unordered_set<std::string> names;
+  for (toml::TableReader& table : document.tables("joint")) {
+    scene.joints.push_back(read_joint(table, scene.bodies));
+    take_name(table, scene.joints.back().name, names);
+  }
+}
+
 /// A soft mesh has more neighbours than factors bear: without a solver that is named it has one
 /// without them, and without an integrator as well an explicit one, which takes in substeps no more
 /// than the solver in products.
@@ -312,6 +321,7 @@ void read_tables(toml::TableReader& document, const MethodTable& methods, const 
                 "a number, or a table [hand] with the file of the hand to choose it for");
   read_materials(document, scene);
   read_bodies(document, scene);
+  read_joints(document, scene);
   serve_meshes(names_integrator, names_solver, scene);
   bodies::make_fields(scene.bodies, field_scene_of(scene), file, scene.notes);
 }

@@ -75,6 +75,11 @@ bool TableReader::has_text(std::string_view key) {
   return node != nullptr && node->is_string();
 }
 
+bool TableReader::has_number(std::string_view key) {
+  const ::toml::node* node = find(key);
+  return node != nullptr && node->is_number();
+}
+
 bool TableReader::has_table(std::string_view key) {
   const ::toml::node* node = find(key);
   return node != nullptr && node->is_table();
@@ -119,6 +124,21 @@ Eigen::Vector3d TableReader::vector(std::string_view key, Bound bound) {
 
 Eigen::Vector3d TableReader::vector_or(std::string_view key, const Eigen::Vector3d& otherwise) {
   return has(key) ? vector(key) : otherwise;
+}
+
+std::vector<Eigen::Vector3d> TableReader::vectors(std::string_view key) {
+  constexpr std::string_view expected = "1 to 16 vectors, each of 3 numbers";
+  const ::toml::array& array = require_array(key, expected);
+  if (array.empty() || array.size() > 16) refuse_at(key, array, expected);
+  std::vector<Eigen::Vector3d> vectors;
+  for (const ::toml::node& node : array) {
+    const ::toml::array* const numbers = node.as_array();
+    if (numbers == nullptr || numbers->size() != 3) refuse_at(key, node, expected);
+    Eigen::Vector3d& vector = vectors.emplace_back();
+    for (std::size_t i = 0; i < 3; ++i)
+      vector[static_cast<Eigen::Index>(i)] = number_at(key, (*numbers)[i], Bound::kAny);
+  }
+  return vectors;
 }
 
 Eigen::Vector3d TableReader::direction(std::string_view key) {

@@ -48,6 +48,8 @@ class TableReader {
   [[nodiscard]] bool has(std::string_view key);
   /// Whether the key is there and holds a string.
   [[nodiscard]] bool has_text(std::string_view key);
+  /// Whether the key is there and holds a number.
+  [[nodiscard]] bool has_number(std::string_view key);
   /// Whether the key is there and holds a table.
   [[nodiscard]] bool has_table(std::string_view key);
 
@@ -63,6 +65,8 @@ class TableReader {
   [[nodiscard]] std::vector<int> integers(std::string_view key, IntegerRange range);
 
   [[nodiscard]] Eigen::Vector3d vector(std::string_view key, Bound bound = Bound::kAny);
+  /// One to 16 of them.
+  [[nodiscard]] std::vector<Eigen::Vector3d> vectors(std::string_view key);
   [[nodiscard]] Eigen::Vector3d vector_or(std::string_view key, const Eigen::Vector3d& otherwise);
   /// A vector that is not zero, made unit.
   [[nodiscard]] Eigen::Vector3d direction(std::string_view key);

@@ -80,7 +80,7 @@ class FitRunTest(daemons.SessionTest):
 
     def test_stability_without_a_contact_is_a_problem(self):
         self.write_reference()
-        held = json.loads(self.candidate("--margin", 2, "--search-margin", "--set", "body.sphere.velocity_m_s=0.1"))
+        held = json.loads(self.candidate("--margin", 2, "--search-margin", "--set", "body.sphere.velocity_m_s=[0.1, 0.0, 0.0]"))
         self.assertEqual(held["problems"], ["stability not tested: the hand that presses touches nothing"])
         self.assertEqual((held["stability"]["stable"], held["stability"]["largest_margin"]), (None, None))
         self.assertEqual(held["stability"]["contact_share"], 0.0)

@@ -71,6 +71,9 @@ def table_variants():
     yield of["typicalHand"], [(scene(hand={"file": "hand.csv"}), ("hand",))]
     yield of["hand"], [(scene(hand=[{"name": "left"}]), ("hand", 0))]
     yield of["material"], [(scene(), ("material", 0))]
+    yield of["joint"], [(scene(body("sphere"), {**body("sphere"), "name": "c"}, joint=[
+        {"name": "j", "body": "b", "joined_to": "c", "points_m": [[0.0, 0.0, 1.0]], "stiffness_N_per_m": 10.0}]),
+        ("joint", 0))]
     inner = ("body", 0)
     yield of["packing"], [(scene(body(kind, spheres={})), inner + ("spheres",))
                           for kind in ("sheet", "thread", "soft_block", "rigid_box")]
@@ -156,7 +159,7 @@ class SceneSchemaTest(daemons.SessionTest):
             if kind == "mesh":
                 variants += [body(kind, **SOFT), body(kind, contact="auto", motion="static")]
             if kind not in ("sheet", "thread", "soft_block", "plane"):
-                variants.append(body(kind, motion="prescribed", velocity_m_s=0.1))
+                variants.append(body(kind, motion="prescribed", velocity_m_s=[0.1, 0.0, 0.0]))
             asked = set().union(*(self.asked_keys(scene(each), ("body", 0)) for each in variants))
             self.assertEqual(set(keys), asked, kind)
         self.assertEqual(set(definition["properties"]), set().union(*owned.values()))
@@ -212,7 +215,7 @@ class SceneSchemaTest(daemons.SessionTest):
         refused = 0
         for kind, motion in (("sphere", "free"), ("sphere", "static"), ("sphere", "prescribed"), ("sheet", "free"),
                              ("rigid_box", "prescribed"), ("thread", "static"), ("plane", "static")):
-            own = {"free": {"mass_kg": 0.1}, "static": {}, "prescribed": {"velocity_m_s": 0.1}}[motion]
+            own = {"free": {"mass_kg": 0.1}, "static": {}, "prescribed": {"velocity_m_s": [0.1, 0.0, 0.0]}}[motion]
             self.assertEqual(self.refusal(scene(body(kind, motion=motion, **own))), "")
             for key, value in MOTION_KEYS.items():
                 document = scene({**body(kind, motion=motion, **own), key: value})

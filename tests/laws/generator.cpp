@@ -8,6 +8,7 @@
 
 #include "tests/laws/body_draws.hpp"
 #include "tests/laws/hand_draws.hpp"
+#include "tests/laws/joint_draws.hpp"
 #include "tests/laws/random.hpp"
 #include "tests/laws/special_draws.hpp"
 
@@ -207,8 +208,9 @@ void draw_mover(LawCase& law_case, Random& random, const Wishes& wishes,
     law_case.device = draw_recorded(random, hand);
 }
 
-/// Laws that look at the simulation alone bear a second hand; the laboratory knows one.
-bool may_have_two_hands(const LawCase& law_case) {
+/// Laws that look at the simulation alone: they bear a second hand, the laboratory knows one; and
+/// bodies that swing on joints for ever.
+bool is_of_simulation(const LawCase& law_case) {
   return law_case.law == 5 || law_case.law == 6 || law_case.law == 15 ||
          (law_case.law == 7 && law_case.variant != "force");
 }
@@ -244,8 +246,12 @@ LawCase draw_case(int law, std::uint64_t seed) {
     for (const Target& target : draw_bodies(law_case.scene, random, wishes))
       targets.push_back(target);
     draw_mover(law_case, random, wishes, targets, contact_distance_m);
-    if (may_have_two_hands(law_case) && random.chance(0.2))
+    if (is_of_simulation(law_case) && random.chance(0.2))
       draw_other_hand(law_case, random, targets, contact_distance_m);
+    // By numbers of their own: all else is drawn as without.
+    Random of_joints(random.bits());
+    if (is_of_simulation(law_case) && of_joints.chance(0.3))
+      draw_joints(law_case.scene, of_joints, law_case.variant != "at 1 m/s");
   }
   // What is run is what is printed.
   return parse_case(print_case(law_case));

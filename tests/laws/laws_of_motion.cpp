@@ -52,8 +52,11 @@ scene::SceneDescription seen_from(const Frame& frame, scene::SceneDescription sc
       thread->from_m = frame.point(thread->from_m);
       thread->to_m = frame.point(thread->to_m);
     }
+    body.prescribed.velocity_m_s = frame.direction(body.prescribed.velocity_m_s);
     body.prescribed.direction = frame.direction(body.prescribed.direction);
   }
+  for (scene::JointDescription& joint : scene.joints)
+    for (Eigen::Vector3d& point : joint.points_m) point = frame.point(point);
   return scene;
 }
 
@@ -169,6 +172,9 @@ Finding order_and_frame_change_nothing(const LawCase& law_case) {
     scene::SceneDescription reversed = scene;
     std::reverse(reversed.bodies.begin(), reversed.bodies.end());
     std::reverse(reversed.hands.begin(), reversed.hands.end());
+    for (scene::JointDescription& joint : reversed.joints)
+      for (int* const body : {&joint.body_a, &joint.body_b})
+        if (*body >= 0) *body = static_cast<int>(scene.bodies.size()) - 1 - *body;
     Centres other = end_of(reversed, law_case, {paths.rbegin(), paths.rend()});
     std::reverse(other.begin(), other.end());
     return compare(plain, other, allowed, law_case.variant);
@@ -207,6 +213,10 @@ Finding units_change_nothing(const LawCase& law_case) {
   for (bodies::BodyDescription& body : other.bodies) {
     body.mass_kg *= kUnit;
     std::visit([](auto& shape) { scale_springs(shape, kUnit); }, body.shape);
+  }
+  for (scene::JointDescription& joint : other.joints) {
+    joint.stiffness_N_per_m *= kUnit;
+    joint.damping_N_s_per_m *= kUnit;
   }
   const ToolPaths paths = tool_paths_of(law_case);
   const double allowed = allowed_m(scene, law_case, paths);

@@ -87,7 +87,8 @@ scene::SceneDescription lying_blocks(bool sleeping) {
   for (int i = 0; i < 400; ++i)
     add(block, bodies::Motion::kFree, {0.04 * (i % 20), 0.04 * (i / 20), 0.0099});
   add(block, bodies::Motion::kPrescribed, {0.4, 0.4, 0.05});
-  scene.bodies.back().prescribed = {Eigen::Vector3d::UnitX(), 0.0, 0.3, 0.5};
+  scene.bodies.back().prescribed = {
+      .direction = Eigen::Vector3d::UnitX(), .amplitude_m = 0.3, .frequency_hz = 0.5};
   return scene;
 }
 

@@ -38,8 +38,7 @@ SPHERE = """
 name = "s{i}"
 kind = "sphere"
 motion = "prescribed"
-direction = [{x}, {y}, 0.0]
-velocity_m_s = {speed}
+velocity_m_s = [{x}, {y}, 0.0]
 position_m = [{px}, {py}, 0.5]
 radius_m = 0.004
 material = "wall"
@@ -51,8 +50,8 @@ def scene_text(draw, count=150):
     text = (daemons.SCENES / "wall.toml").read_text().replace('file = "wall.hand.csv"',
                                                               f'file = "{daemons.SCENES / "wall.hand.csv"}"')
     for i in range(count):
-        x = draw.uniform(-0.8, 0.8)
-        text += SPHERE.format(i=i, x=x, y=(1.0 - x * x) ** 0.5, speed=draw.uniform(1e-4, 1e-3),
+        x, speed_m_s = draw.uniform(-0.8, 0.8), draw.uniform(1e-4, 1e-3)
+        text += SPHERE.format(i=i, x=speed_m_s * x, y=speed_m_s * (1.0 - x * x) ** 0.5,
                               px=draw.uniform(-0.2, 0.2), py=draw.uniform(-0.2, 0.2))
     return text
 

@@ -123,7 +123,7 @@ TEST_CASE("Over a body that comes on evenly hold and linear make what their lag 
   for (unsigned seed = 4; seed <= 6; ++seed) {
     bodies::BodyDescription pusher = sim_server::sphere({0, 0, 0}, 0.01, 0.0);
     pusher.motion = bodies::Motion::kPrescribed;
-    pusher.prescribed = {Eigen::Vector3d::UnitZ(), kSpeed_m_s, 0.0, 0.0};
+    pusher.prescribed = {.velocity_m_s = kSpeed_m_s * Eigen::Vector3d::UnitZ()};
     scene::SceneDescription scene =
         sim_server::scene_of({pusher}, sim_server::material_of(kStiffness_N_per_m));
     scene.tool = {{Eigen::Vector3d::Zero(), kContactDistance_m - 0.01}};
@@ -162,7 +162,8 @@ TEST_CASE("What a body that is moved gives the hand is not taken back by control
           "[interface]") {
   bodies::BodyDescription pusher = sim_server::sphere({0, 0, -0.012}, 0.01, 0.0);
   pusher.motion = bodies::Motion::kPrescribed;
-  pusher.prescribed = {Eigen::Vector3d::UnitZ(), 0.0, 0.0081, 1.3};
+  pusher.prescribed = {
+      .direction = Eigen::Vector3d::UnitZ(), .amplitude_m = 0.0081, .frequency_hz = 1.3};
   scene::SceneDescription scene = sim_server::scene_of({pusher}, sim_server::material_of(510.0));
   scene.tool = {{Eigen::Vector3d::Zero(), 0.005}};
   scene.period_s = 0.033;

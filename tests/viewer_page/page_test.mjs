@@ -237,7 +237,7 @@ test('voxels of what never moves are shown too', async () => {
   await session.interrupt(sim);
   fs.writeFileSync(path.join(session.folder, 'still.toml'),
     fs.readFileSync(session.scene_file('moving_sphere'), 'utf8')
-      .replace('"prescribed"', '"static"').replace(/^(direction|velocity_m_s) .*$/gm, ''));
+      .replace('"prescribed"', '"static"').replace(/^velocity_m_s .*$/gm, ''));
   sim = session.sim_server('still');
   await until_text('shown-spheres', '1 of 1 spheres');
   await pause();

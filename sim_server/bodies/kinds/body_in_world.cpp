@@ -116,6 +116,15 @@ std::vector<SphereBinding> pack_spheres(const BodyDescription& body) {
   return spheres;
 }
 
+SpringNet spring_net_of(const BodyDescription& body) {
+  return std::visit(
+      [&](const auto& shape) -> SpringNet {
+        if constexpr (requires { net_of(shape, body); }) return net_of(shape, body);
+        return {};
+      },
+      body.shape);
+}
+
 BodyCounts counts_of(const BodyDescription& body) {
   return std::visit([](const auto& shape) { return counts_of(shape); }, body.shape);
 }

@@ -23,6 +23,9 @@ namespace stillgrid::bodies {
 /// What the body amounts to, without making it.
 [[nodiscard]] BodyCounts counts_of(const BodyDescription& body);
 
+/// The nodes and springs of a deformable body where it stands at rest; none of others.
+[[nodiscard]] SpringNet spring_net_of(const BodyDescription& body);
+
 /// Appends a body's nodes, springs, rigid body, spheres, field or plane to a world. Its number is
 /// the count of bodies before it. Pre: its material is there; number_unknowns() follows.
 void add_body(World& world, const BodyDescription& body);

@@ -19,6 +19,8 @@ constexpr double kStaticBodyBytes = 2500.0, kNodeBytes = 480.0, kSpringBytes = 1
 // A free body may lie in a pile: pairs, rows and what sticks of up to twelve that it touches.
 constexpr double kBodyBytes = 13'500.0;
 constexpr double kSphereBytes = 900.0, kStaticSphereBytes = 400.0;
+// A point that bodies are joined at, its Jacobian too.
+constexpr double kJointBytes = 2500.0;
 // More of an implicit step: Jacobians of a spring, vectors of a node, and what each entry of a
 // factor costs with its index, LDL^T and LU together, and while they are made.
 constexpr double kSpringJacobianBytes = 450.0, kNodeVectorBytes = 700.0, kFillBytes = 85.0;
@@ -66,6 +68,8 @@ void require_room(const scene::SceneDescription& scene, const std::string& file,
   const auto hands = static_cast<double>(std::max<std::size_t>(1, scene.hands.size()));
   double spheres = 0.0;
   Memory total, most;
+  for (const scene::JointDescription& joint : scene.joints)
+    total.private_bytes += kJointBytes * static_cast<double>(joint.points_m.size());
   const bodies::BodyDescription *largest = nullptr, *most_shared = nullptr;
   for (const bodies::BodyDescription& body : scene.bodies) {
     const double count = bodies::counts_of(body).spheres;

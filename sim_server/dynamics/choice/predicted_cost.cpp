@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "sim_server/dynamics/forces/explicit_joints.hpp"
 #include "sim_server/dynamics/forces/explicit_state.hpp"
 #include "sim_server/dynamics/forces/spring_spectrum.hpp"
 
@@ -12,7 +13,7 @@ namespace {
 
 // Costs of one operation, ns.
 constexpr double kSheetSpringForce = 1.3, kSpringForce = 5.8, kNodeStep = 2.0;
-constexpr double kContactForce = 50.0, kRigidStep = 100.0;
+constexpr double kContactForce = 50.0, kJointForce = 60.0, kRigidStep = 100.0;
 constexpr double kDetection = 60.0;  // a moving sphere in a step
 constexpr double kSpringJacobian = 60.0, kContactJacobian = 1000.0, kFillEntry = 8.0;
 constexpr double kSpringProduct = 3.5, kContactProduct = 100.0;
@@ -61,9 +62,10 @@ SceneLoad load_of(const bodies::World& world) {
   load.nodes = static_cast<double>(world.nodes.size());
   load.spheres = static_cast<double>(world.spheres.size());
   load.unknowns = world.unknown_count;
-  const SpringRates rates = spring_rates(world);
-  load.spring_rad_s = std::sqrt(rates.stiffness_per_s2);
-  load.damping_1_s = rates.damping_per_s;
+  load.joints = static_cast<double>(world.joints.size());
+  const SpringRates rates = spring_rates(world), joints = joint_rates(world);
+  load.spring_rad_s = std::sqrt(rates.stiffness_per_s2 + joints.stiffness_per_s2);
+  load.damping_1_s = rates.damping_per_s + joints.damping_per_s;
   for (const bodies::BodyRange& body : world.bodies) {
     load.factor_ns += factor_ns_of(body);
     const double springs = body.spring_count;
@@ -112,20 +114,23 @@ double predicted_ms(const SceneLoad& load, const scene::Method& method, double s
     double substeps = given > 0 ? given : stable_substeps(load, step_s);
     if (method.integrator == scene::IntegratorKind::kVelocityVerlet)
       substeps += 1.0;  // forces at the end
-    return 1e-6 * (detection_ns + substeps * (kSheetSpringForce * load.sheet_springs +
-                                              kSpringForce * (load.springs - load.sheet_springs) +
-                                              kNodeStep * load.nodes + kContactForce * contacts +
-                                              kRigidStep * load.rigid_bodies));
+    return 1e-6 *
+           (detection_ns + substeps * (kSheetSpringForce * load.sheet_springs +
+                                       kSpringForce * (load.springs - load.sheet_springs) +
+                                       kNodeStep * load.nodes + kContactForce * contacts +
+                                       kJointForce * load.joints + kRigidStep * load.rigid_bodies));
   }
+  // A joint resists as a contact that touches does.
+  const double rest = touching + load.joints;
   const double substeps = std::max(1, given);
   const double iterations = newton_iterations(load, step_s / substeps);
   double iteration_ns = 0.0;
   if (!method.solver.factorises) {
     const double products = std::min(load.unknowns, kProducts);
-    iteration_ns = kSpringLinearised * load.springs + kContactJacobian * touching +
-                   products * (kSpringProduct * load.springs + kContactProduct * touching);
+    iteration_ns = kSpringLinearised * load.springs + kContactJacobian * rest +
+                   products * (kSpringProduct * load.springs + kContactProduct * rest);
   } else {
-    iteration_ns = kSpringJacobian * load.springs + kContactJacobian * touching + load.factor_ns;
+    iteration_ns = kSpringJacobian * load.springs + kContactJacobian * rest + load.factor_ns;
   }
   return 1e-6 * substeps * (detection_ns + iterations * iteration_ns);
 }

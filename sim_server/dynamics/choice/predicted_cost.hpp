@@ -7,14 +7,14 @@ namespace stillgrid::dynamics {
 
 /// What decides a method's cost in a scene, counted before any step.
 struct SceneLoad {
-  double springs = 0.0, nodes = 0.0, rigid_bodies = 0.0, spheres = 0.0;
+  double springs = 0.0, joints = 0.0, nodes = 0.0, rigid_bodies = 0.0, spheres = 0.0;
   double unknowns = 0.0;
   double sheet_springs = 0.0;  // of them, those of regular sheets
   double solid_springs = 0.0;  // and of solids
   double factor_ns = 0.0;      // of the Jacobian's factors, by the bodies' shapes
-  double spring_rad_s = 0.0;   // highest frequency of the springs
+  double spring_rad_s = 0.0;   // highest frequency of springs and joints
   double contact_rad_s = 0.0;  // the same of a body whose spheres touch on one side
-  double damping_1_s = 0.0;    // highest rate c / m of the spring dampers
+  double damping_1_s = 0.0;    // highest rate c / m of their dampers
 };
 
 /// Counts a world as it is, all awake.

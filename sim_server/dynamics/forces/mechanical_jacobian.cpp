@@ -30,6 +30,7 @@ void MechanicalSystem::linearise(JacobianKind kind, double stage_s, double conta
   is_exact_ = kind == JacobianKind::kExact;
   stage_s_ = stage_s;
   add_inertia_jacobians(kind);
+  add_joint_jacobians(kind);
   add_contact_jacobians(kind, contact_step_s);
   diagonal_.setZero(3, size());
   const auto add = [&](int unknown, const Eigen::Matrix3d& block) {
@@ -47,10 +48,11 @@ void MechanicalSystem::linearise(JacobianKind kind, double stage_s, double conta
     if (links_.empty()) find_links();
     fill_triangle(kind);
   }
-  contact_blocks_.clear();
+  rest_blocks_.clear();
+  for (const JointJacobian& joint : joint_jacobians_) add_blocks(joint, true, rest_blocks_);
   for (const ContactJacobian& contact : contact_jacobians_)
-    add_blocks(contact, stage_s, true, contact_blocks_);
-  for (const JacobianBlock& own : contact_blocks_) add(own.row, own.block);
+    add_blocks(contact, stage_s, true, rest_blocks_);
+  for (const JacobianBlock& own : rest_blocks_) add(own.row, own.block);
 }
 
 void MechanicalSystem::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
@@ -66,6 +68,7 @@ void MechanicalSystem::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) co
 }
 
 void MechanicalSystem::add_rest(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
+  for (const JointJacobian& joint : joint_jacobians_) multiply_add(joint, x, y);
   for (const ContactJacobian& contact : contact_jacobians_) multiply_add(contact, stage_s_, x, y);
 }
 
@@ -74,6 +77,7 @@ void MechanicalSystem::jacobian(JacobianKind kind, double stage_s, double contac
   stage_s_ = stage_s;
   add_inertia_jacobians(kind);
   add_spring_jacobians(kind);
+  add_joint_jacobians(kind);
   add_contact_jacobians(kind, contact_step_s);
   blocks_.reset(size());
   for (const InertiaJacobian& own : inertia_jacobians_)
@@ -86,10 +90,18 @@ void MechanicalSystem::jacobian(JacobianKind kind, double stage_s, double contac
     blocks_.add(spring.a, spring.b, -block);
     blocks_.add(spring.b, spring.a, -block);
   }
+  const auto add_rest = [&] {
+    for (const JacobianBlock& own : rest_blocks_) blocks_.add(own.row, own.column, own.block);
+    rest_blocks_.clear();
+  };
+  rest_blocks_.clear();
+  for (const JointJacobian& joint : joint_jacobians_) {
+    add_blocks(joint, false, rest_blocks_);
+    add_rest();
+  }
   for (const ContactJacobian& contact : contact_jacobians_) {
-    contact_blocks_.clear();
-    add_blocks(contact, stage_s, false, contact_blocks_);
-    for (const JacobianBlock& own : contact_blocks_) blocks_.add(own.row, own.column, own.block);
+    add_blocks(contact, stage_s, false, rest_blocks_);
+    add_rest();
   }
   blocks_.write_to(matrix);
 }

@@ -70,6 +70,7 @@ void MechanicalSystem::take(const bodies::World& world, std::span<const contact:
     if (!body.is_sleeping && body.spring_count > 0)
       springs_.push_back(springs.subspan(static_cast<std::size_t>(body.first_spring),
                                          static_cast<std::size_t>(body.spring_count)));
+  take_joints();
   for (const bodies::Node& node : world.nodes)
     if (node.unknown != bodies::kNoUnknown)
       mass_.segment<3>(node.unknown).setConstant(node.mass_kg);
@@ -163,6 +164,8 @@ double MechanicalSystem::energy_J() {
     for (const bodies::Spring& spring : springs)
       energy_J += bodies::spring_energy_J(spring, trial_.nodes[static_cast<std::size_t>(spring.a)],
                                           trial_.nodes[static_cast<std::size_t>(spring.b)]);
+  for (const bodies::Joint* joint : joints_)
+    energy_J += bodies::joint_energy_J(*joint, trial_.nodes, trial_.rigid_bodies);
   find_touching();
   for (const int index : touching_) {
     const Candidate& candidate = candidates_[static_cast<std::size_t>(index)];
@@ -193,6 +196,7 @@ void MechanicalSystem::force(double contact_step_s, Eigen::VectorXd& force) {
       if (a.unknown != bodies::kNoUnknown) force.segment<3>(a.unknown) -= force_N;
       if (b.unknown != bodies::kNoUnknown) force.segment<3>(b.unknown) += force_N;
     }
+  add_joint_forces(force);
   add_contact_forces(contact_step_s, force);
 }
 

@@ -11,6 +11,7 @@
 #include "sim_server/contact/field_touch.hpp"
 #include "sim_server/dynamics/forces/block_matrix.hpp"
 #include "sim_server/dynamics/forces/contact_jacobian.hpp"
+#include "sim_server/dynamics/forces/joint_jacobian.hpp"
 #include "sim_server/dynamics/forces/spring_jacobian.hpp"
 #include "sim_server/dynamics/forces/trial.hpp"
 #include "sim_server/dynamics/solvers/nonlinear_solver.hpp"
@@ -30,10 +31,10 @@ enum class Levers {
 /// rigid body, linear then angular. Configurations q are given as displacements from the world's
 /// own: metres, and rotation vectors (rad, world frame) of rigid bodies.
 ///
-/// Its Jacobian is what masses, springs and contacts each resist, and by that an operator; the
-/// matrix is their sum. The symmetric Jacobian leaves out gyroscopic terms, the turning of levers
-/// and of dampers, friction's change with pressure and place; the definite one also the sideways
-/// push of compressed springs and of contacts. What sleeps costs nothing.
+/// Its Jacobian is what masses, springs, joints and contacts each resist, and by that an operator;
+/// the matrix is their sum. The symmetric Jacobian leaves out gyroscopic terms, the turning of
+/// levers and of dampers, friction's change with pressure and place; the definite one also the
+/// sideways push of compressed springs and of contacts. What sleeps costs nothing.
 class MechanicalSystem {
  public:
   MechanicalSystem() = default;
@@ -68,8 +69,8 @@ class MechanicalSystem {
   /// M(q) u where all was placed last. Pre: not the same.
   void momentum(const Eigen::VectorXd& u, Eigen::VectorXd& momentum) const;
 
-  /// Forces and torques where all was placed last: gravity, springs, contacts. contact_step_s: the
-  /// time since the contacts' depth_before_m, over which their dampers act.
+  /// Forces and torques where all was placed last: gravity, springs, joints, contacts.
+  /// contact_step_s: the time since the contacts' depth_before_m, over which their dampers act.
   void force(double contact_step_s, Eigen::VectorXd& force);
 
   /// What sticks, of each contact, where all was placed last, if the step ends there, as its
@@ -77,8 +78,8 @@ class MechanicalSystem {
   /// force(), not zero.
   void stretches(double contact_step_s, std::vector<Eigen::Vector3d>& stretches_m);
 
-  /// Kinetic energy, and that of gravity, springs and the springs of contacts, of what is awake and
-  /// of what touches it, where all was placed last, J.
+  /// Kinetic energy, and that of gravity, springs, joints and the springs of contacts, of what is
+  /// awake and of what touches it, where all was placed last, J.
   [[nodiscard]] double energy_J();
 
   /// d(momentum - stage_s * force) / du where all was placed last, if displacement and velocity
@@ -91,10 +92,12 @@ class MechanicalSystem {
   void linearise(JacobianKind kind, double stage_s, double contact_step_s);
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
   [[nodiscard]] const Eigen::Matrix3Xd& block_diagonal() const { return diagonal_; }
-  /// Masses and springs of it, where it was not exact; contacts are the rest.
+  /// Masses and springs of it, where it was not exact; joints and contacts are the rest.
   [[nodiscard]] BlockTriangle& triangle() { return triangle_; }
   void add_rest(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
-  [[nodiscard]] bool has_rest() const { return !contact_jacobians_.empty(); }
+  [[nodiscard]] bool has_rest() const {
+    return !contact_jacobians_.empty() || !joint_jacobians_.empty();
+  }
 
   /// Adds to `force` one at a sphere's centre, and a couple that only a rigid body can take up,
   /// where all was placed last.
@@ -112,6 +115,10 @@ class MechanicalSystem {
  private:
   void add_contact_forces(double contact_step_s, Eigen::VectorXd& force);
   void add_spring_jacobians(JacobianKind kind);
+  void take_joints();
+  [[nodiscard]] JointSide joint_side(const bodies::JointEnd& end) const;
+  void add_joint_forces(Eigen::VectorXd& force) const;
+  void add_joint_jacobians(JacobianKind kind);
   void find_links();
   void fill_triangle(JacobianKind kind);
   void add_inertia_jacobians(JacobianKind kind);
@@ -160,6 +167,7 @@ class MechanicalSystem {
   std::vector<int> touching_;  // or nearly so: candidates, where all was placed last
   bool sticks_ = false;
   std::vector<std::span<const bodies::Spring>> springs_;  // of bodies awake
+  std::vector<const bodies::Joint*> joints_;              // of them with an end that moves
   Eigen::VectorXd mass_, scale_;
   Trial trial_;
   std::vector<Eigen::Vector3d> turned_rad_;  // of each rigid body, from the world's orientation
@@ -172,9 +180,10 @@ class MechanicalSystem {
   double stage_s_ = 0.0;
   std::vector<InertiaJacobian> inertia_jacobians_;
   std::vector<SpringJacobian> spring_jacobians_;
+  std::vector<JointJacobian> joint_jacobians_;
   std::vector<ContactJacobian> contact_jacobians_;
   std::vector<Eigen::Matrix3d> turn_s_;  // of each rigid body: d(turned, world frame) / d spin
-  std::vector<JacobianBlock> contact_blocks_;
+  std::vector<JacobianBlock> rest_blocks_;
   Eigen::Matrix3Xd diagonal_;
   bool is_exact_ = false;
   std::vector<BlockTriangle::Link> links_;  // of springs_, those between two that move

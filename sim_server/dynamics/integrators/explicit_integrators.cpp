@@ -57,7 +57,10 @@ ExplicitIntegrator::ExplicitIntegrator(const scene::Method& method)
 SolveReport ExplicitIntegrator::advance(const bodies::World& world,
                                         std::span<const contact::Contact> contacts,
                                         double duration_s, Budget& budget) {
-  if (!springs_) springs_.emplace(world);
+  if (!springs_) {
+    springs_.emplace(world);
+    joint_rates_ = joint_rates(world);
+  }
   SolveReport report;
   // Where contacts cannot be solved substeps are halved, all of the part's, so that it begins anew.
   for (int halvings = 0;; ++halvings) {
@@ -68,8 +71,9 @@ SolveReport ExplicitIntegrator::advance(const bodies::World& world,
     substeps_ = halvings == 0 ? substeps_for(world, duration_s) : 2 * substeps_;
     const bool may_halve = halvings < kMaxHalvings && method_.substeps == 0;
     // Drifts of zero: what apply() does is no kick.
-    report = contacts.empty() && drifts_.after > 0.0 ? move_freely(world, duration_s, budget)
-                                                     : move(world, duration_s, may_halve, budget);
+    const bool is_free = contacts.empty() && world.joints.empty() && drifts_.after > 0.0;
+    report = is_free ? move_freely(world, duration_s, budget)
+                     : move(world, duration_s, may_halve, budget);
     if (report.converged || !may_halve || budget.is_late() || report.iterations == substeps_) break;
   }
   since_look_ += substeps_;
@@ -102,7 +106,8 @@ SolveReport ExplicitIntegrator::move(const bodies::World& world, double duration
   return report;
 }
 
-/// The same, to the bit, where no contact is known: a substep is one pass over what moves.
+/// The same, to the bit, where there are no joints and no contact is known: a substep is one pass
+/// over what moves.
 SolveReport ExplicitIntegrator::move_freely(const bodies::World& world, double duration_s,
                                             const Budget& budget) {
   const double substep_s = duration_s / substeps_;
@@ -171,8 +176,8 @@ int ExplicitIntegrator::substeps_for(const bodies::World& world, double duration
     rates_ = spectrum_.follow(world, state_, *springs_);
     since_look_ = 0;
   }
-  const double k_per_s2 = kSpringMargin * rates_.stiffness_per_s2;
-  const double c_per_s = kSpringMargin * rates_.damping_per_s;
+  const double k_per_s2 = kSpringMargin * (rates_.stiffness_per_s2 + joint_rates_.stiffness_per_s2);
+  const double c_per_s = kSpringMargin * (rates_.damping_per_s + joint_rates_.damping_per_s);
   // The largest h with h^2 k + 2 h c = 4, as a rate so that none is zero.
   const double per_s = 0.25 * (c_per_s + std::sqrt(c_per_s * c_per_s + 4.0 * k_per_s2));
   const double asked =
@@ -192,6 +197,9 @@ ContactSolve ExplicitIntegrator::substep(const bodies::World& world, double at_s
     state_.rigid[i].velocity_m_s = state.velocity_m_s;
   }
   flow_.spring_damping_J += substep_s * springs_->evaluate(world, state_);
+  const JointPower joints = pull_joints(world, state_);
+  flow_.spring_damping_J += substep_s * joints.damping_W;
+  flow_.given_J += substep_s * joints.given_W;
   contacts_.begin(at_s / step_s, step_s, substep_s, world.gravity_m_s2, state_);
   apply(world, substep_s);
   const ContactSolve solve = contacts_.solve(substep_s, budget, state_, flow_);

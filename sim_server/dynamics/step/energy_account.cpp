@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "sim_server/bodies/joints.hpp"
 #include "sim_server/bodies/rotation.hpp"
 #include "sim_server/contact/field_touch.hpp"
 
@@ -142,6 +143,29 @@ double stored_J(const contact::Contact& contact) {
   return 0.5 * contact.map_scale_before * contact.material.stiffness_N_per_m * depth_m * depth_m;
 }
 
+/// What leads an end of a joint gives by its force in the mean of the step.
+EnergyFlow joint_flow(const bodies::Joint& joint, const bodies::World& before, const Trial& after,
+                      double duration_s) {
+  const auto motion = [](const bodies::JointEnd& end, const auto& world) {
+    return bodies::end_motion(end, world.nodes, world.rigid_bodies);
+  };
+  const bodies::EndMotion a = motion(joint.a, after), b = motion(joint.b, after);
+  const bodies::EndMotion start_a = motion(joint.a, before), start_b = motion(joint.b, before);
+  const bodies::JointPull pull = bodies::joint_pull(joint, a, b);
+  const Eigen::Vector3d mean_N =
+      0.5 * (pull.spring_N + bodies::joint_pull(joint, start_a, start_b).spring_N) + pull.damper_N;
+  const auto led_m = [&](const bodies::JointEnd& end, const bodies::EndMotion& from,
+                         const bodies::EndMotion& to) -> Eigen::Vector3d {
+    if (end.rigid < 0 || before.rigid_bodies[static_cast<std::size_t>(end.rigid)].free)
+      return Eigen::Vector3d::Zero();
+    return to.centre_m - from.centre_m;
+  };
+  EnergyFlow flow;
+  flow.spring_damping_J = -duration_s * pull.damper_N.dot(pull.velocity_m_s);
+  flow.given_J = mean_N.dot(led_m(joint.b, start_b, b) - led_m(joint.a, start_a, a));
+  return flow;
+}
+
 double overlap_energy_J(const bodies::World& world,
                         const std::vector<contact::ToolSphereMotion>& tool) {
   bodies::World awake = world;
@@ -179,6 +203,8 @@ Energies energies(const bodies::World& world, const std::vector<contact::ToolSph
     sum.springs_J +=
         bodies::spring_energy_J(spring, world.nodes[static_cast<std::size_t>(spring.a)],
                                 world.nodes[static_cast<std::size_t>(spring.b)]);
+  for (const bodies::Joint& joint : world.joints)
+    sum.springs_J += bodies::joint_energy_J(joint, world.nodes, world.rigid_bodies);
   sum.contacts_J = overlap_energy_J(world, tool);
   return sum;
 }
@@ -206,6 +232,8 @@ EnergyFlow energy_flow(const bodies::World& before, const Trial& after,
           duration_s * spring.damping_N_s_per_m * lengthening_m_s * lengthening_m_s;
     }
   }
+  for (const bodies::Joint& joint : before.joints)
+    sum += joint_flow(joint, before, after, duration_s);
   for (std::size_t i = 0; i < contacts.size(); ++i)
     sum += contact_flow(i, before, after, contacts, duration_s);
   sum.friction_J -= after.stretch_gain_J;

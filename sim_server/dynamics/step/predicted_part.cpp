@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <utility>
+
+#include "sim_server/bodies/joints.hpp"
 
 namespace stillgrid::dynamics {
 
@@ -22,6 +25,7 @@ void PredictedPart::choose(const bodies::World& world,
   part_.time_s = world.time_s;
   part_.nodes.clear();
   part_.springs.clear();
+  part_.joints.clear();
   part_.rigid_bodies.clear();
   part_.spheres.clear();
   part_.bodies.clear();
@@ -29,6 +33,7 @@ void PredictedPart::choose(const bodies::World& world,
       world.fields;  // by the same numbers; those of bodies that are left out meet no one
   for (bodies::FieldBody& field : part_.fields) field.rigid = -1;
   for (const auto& [body, stays] : chosen_) add_body(body, stays);
+  for (const bodies::Joint& joint : world.joints) add_joint(joint);
   bodies::number_unknowns(part_);
 }
 
@@ -100,6 +105,30 @@ void PredictedPart::add_body(std::size_t number, bool stays) {
     if (sphere.rigid >= 0) sphere.rigid = body.rigid;
     for (int k = 0; k < sphere.node_count; ++k) sphere.nodes[static_cast<std::size_t>(k)] += moved;
   }
+}
+
+/// What is left out stands where it is.
+void PredictedPart::add_joint(bodies::Joint joint) {
+  bool is_near = false;
+  for (bodies::JointEnd* end : {&joint.a, &joint.b}) {
+    const auto own = std::ranges::find(chosen_, static_cast<std::uint32_t>(end->body),
+                                       &std::pair<std::uint32_t, bool>::first);
+    if (end->body < 0 || own == chosen_.end()) {
+      const bodies::EndMotion still = bodies::end_motion(*end, whole_->nodes, whole_->rigid_bodies);
+      *end = {.point_m = still.centre_m + still.arm_m};
+      continue;
+    }
+    is_near = true;
+    const int body = static_cast<int>(own - chosen_.begin());
+    const bodies::BodyRange& range = part_.bodies[static_cast<std::size_t>(body)];
+    if (end->node >= 0)
+      end->node +=
+          range.first_node - whole_->bodies[static_cast<std::size_t>(end->body)].first_node;
+    if (end->rigid >= 0) end->rigid = range.rigid;
+    end->body = body;
+  }
+  if (joint.a.node < 0 && joint.b.node >= 0) std::swap(joint.a, joint.b);
+  if (is_near) part_.joints.push_back(joint);
 }
 
 std::span<const contact::Contact> PredictedPart::renumbered(

@@ -41,6 +41,7 @@ class PredictedPart {
   void choose_bodies(std::span<const bodies::SphereMotion> motions,
                      std::span<const contact::ToolSphereMotion> tool);
   void add_body(std::size_t number, bool stays);
+  void add_joint(bodies::Joint joint);
 
   const bodies::World* whole_ = nullptr;
   bool is_whole_ = true;

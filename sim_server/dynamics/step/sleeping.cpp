@@ -160,16 +160,28 @@ void Sleeping::join_islands(const bodies::World& world, std::span<const contact:
   std::iota(parent_.begin(), parent_.end(), std::size_t{0});
   for (std::size_t body = 0; body < parent_.size(); ++body)
     is_restless_[body] = rested_s_[body] < kRest_s;
+  const auto join = [&](std::size_t one, std::size_t other) {
+    const std::size_t a = root(one), b = root(other);
+    is_restless_[a] = is_restless_[a] || is_restless_[b];
+    parent_[b] = a;
+    return a;
+  };
+  for (const bodies::Joint& joint : world.joints) {
+    if (joint.a.node < 0 && joint.a.rigid < 0) continue;
+    if (joint.b.node < 0 && joint.b.rigid < 0) continue;
+    const auto a = static_cast<std::size_t>(joint.a.body);
+    const auto b = static_cast<std::size_t>(joint.b.body);
+    if (!is_fixture_[a] && !is_fixture_[b]) join(a, b);
+  }
   for (const contact::Contact& contact : contacts) {
     if (is_with_walls(world, contact)) continue;
     if (is_fixture_[place_of_body(world, contact.a)]) continue;
     if (contact.b >= 0 && is_fixture_[place_of_body(world, contact.b)]) continue;
     const double near_m = kJoined * std::min(contact.radius_a_m, contact.radius_b_m);
     if (gap_m(world, contact, spheres) > near_m) continue;
-    const std::size_t a = root(place_of_body(world, contact.a));
-    const std::size_t b = contact.b < 0 ? a : root(place_of_body(world, contact.b));
-    is_restless_[a] = is_restless_[a] || is_restless_[b] || contact.is_tool;
-    parent_[b] = a;
+    const std::size_t own = place_of_body(world, contact.a);
+    const std::size_t a = join(own, contact.b < 0 ? own : place_of_body(world, contact.b));
+    is_restless_[a] = is_restless_[a] || contact.is_tool;
   }
 }
 

@@ -17,8 +17,9 @@ namespace stillgrid::dynamics {
 /// stay where they are to the bit until something touches them (docs/algorithms/sleeping.md).
 ///
 /// A body is at rest while its fastest point is slower than its rest_speed_m_s(). Bodies that touch
-/// each other are an island: they sleep once all of them have been at rest for kRest_s, and wake
-/// together. The tool, or a prescribed body that moves, keeps what touches it awake.
+/// each other or are joined are an island: they sleep once all of them have been at rest for
+/// kRest_s, and wake together. The tool, or a prescribed body that moves, keeps what touches it or
+/// is joined to it awake.
 class Sleeping {
  public:
   /// How long a body is at rest before it sleeps.

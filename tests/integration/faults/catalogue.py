@@ -27,7 +27,7 @@ material = "material"
 """
 BALL = ("ball.toml", _SCENE.format(stiffness_N_per_m=1000.0) + """kind = "sphere"
 motion = "prescribed"
-velocity_m_s = 0.0
+velocity_m_s = [0.0, 0.0, 0.0]
 position_m = [0.0, 0.0, -0.05]
 radius_m = 0.05
 """)

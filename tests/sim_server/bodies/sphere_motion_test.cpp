@@ -42,7 +42,7 @@ TEST_CASE("A sphere of a prescribed body moves as its motion says, one of pinned
           "[sphere_motion]") {
   BodyDescription driven = sim_server::sphere({0, 0, 0}, 0.01, 0.1);
   driven.motion = Motion::kPrescribed;
-  driven.prescribed.velocity_m_s = 0.5;
+  driven.prescribed.velocity_m_s = {0.5, 0.0, 0.0};
   const World world = scene::build_world(sim_server::scene_of(
       {driven, sim_server::thread(2, {0, 0, 0}, {0.1, 0, 0}, 0.1, 10.0, {0, 1})}));
 

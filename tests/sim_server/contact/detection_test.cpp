@@ -26,7 +26,7 @@ bodies::World random_world(unsigned seed, int balls) {
     if (i % 4 == 0) bodies.back().motion = bodies::Motion::kStatic;
     if (i % 7 == 1) {
       bodies.back().motion = bodies::Motion::kPrescribed;
-      bodies.back().prescribed = {Eigen::Vector3d::UnitX(), speed(random), 0.0, 0.0};
+      bodies.back().prescribed = {.velocity_m_s = speed(random) * Eigen::Vector3d::UnitX()};
     }
   }
   bodies.push_back(sim_server::thread(20, {-0.2, 0, 0}, {0.2, 0.1, 0}, 0.01, 10.0));
@@ -262,7 +262,8 @@ TEST_CASE("A swing that turns within the step is bounded by its turning point", 
   const double phase = GENERATE(0.18, 0.2, 0.22, 0.24, 0.25, 0.7);
   bodies::BodyDescription hammer = sim_server::sphere({0, 0, 0}, 0.009, 0.0);
   hammer.motion = bodies::Motion::kPrescribed;
-  hammer.prescribed = {Eigen::Vector3d::UnitX(), 0.0, 0.1, 5.0};
+  hammer.prescribed = {
+      .direction = Eigen::Vector3d::UnitX(), .amplitude_m = 0.1, .frequency_hz = 5.0};
   std::vector<bodies::BodyDescription> bodies{hammer};
   for (int i = -12; i <= 12; ++i)
     bodies.push_back(sim_server::sphere({0.01 * i, 0.012, 0}, 0.004, 0.02));

@@ -20,7 +20,7 @@ bodies::World crowd(unsigned seed) {
   for (std::size_t i = 0; i < bodies.size(); i += 5) bodies[i].motion = bodies::Motion::kStatic;
   for (std::size_t i = 1; i < bodies.size(); i += 5) {
     bodies[i].motion = bodies::Motion::kPrescribed;
-    bodies[i].prescribed.velocity_m_s = 0.0;
+    bodies[i].prescribed.velocity_m_s.setZero();
   }
   return scene::build_world(sim_server::scene_of(bodies, sim_server::material_of(100.0)));
 }

@@ -123,7 +123,7 @@ TEST_CASE("What the tool or a prescribed body gives is its force times its way",
   const bool by_tool = GENERATE(true, false);
   bodies::BodyDescription pusher = sim_server::sphere({-0.0205, 0, 0}, 0.01, 0.0);
   pusher.motion = bodies::Motion::kPrescribed;
-  pusher.prescribed = {Eigen::Vector3d::UnitX(), kSpeed_m_s, 0.0, 0.0};
+  pusher.prescribed = {.velocity_m_s = kSpeed_m_s * Eigen::Vector3d::UnitX()};
   const bodies::BodyDescription ball = sim_server::sphere({0, 0, 0}, 0.01, kMass_kg);
   scene::SceneDescription scene =
       by_tool ? sim_server::scene_of({ball}, sim_server::material_of(100.0, 1.0))
@@ -245,7 +245,7 @@ TEST_CASE("What the tool gives to what is prescribed is force times way, and non
   constexpr double kStiffness_N_per_m = 430.0, kSpeed_m_s = 0.031, kStep_s = 0.0071;
   bodies::BodyDescription pusher = sim_server::sphere({0, 0, 0}, 0.011, 0.0);
   pusher.motion = bodies::Motion::kPrescribed;
-  pusher.prescribed = {Eigen::Vector3d::UnitZ(), kSpeed_m_s, 0.0, 0.0};
+  pusher.prescribed = {.velocity_m_s = kSpeed_m_s * Eigen::Vector3d::UnitZ()};
   scene::SceneDescription scene =
       sim_server::scene_of({pusher}, sim_server::material_of(kStiffness_N_per_m));
   scene.tool = {{Eigen::Vector3d::Zero(), 0.006}};

@@ -86,8 +86,7 @@ bodies::World bustle() {
                          {0.5, 0.2, 0.0}, {0.0, 0.0, 3.0});
   bodies::BodyDescription pusher = sim_server::sphere({-0.4, 0.0, 0.05}, 0.03, 0.0);
   pusher.motion = bodies::Motion::kPrescribed;
-  pusher.prescribed.direction = {1.0, 0.0, 0.0};
-  pusher.prescribed.velocity_m_s = 0.3;
+  pusher.prescribed.velocity_m_s = {0.3, 0.0, 0.0};
   bodies::BodyDescription ball = sim_server::sphere({-0.345, 0.01, 0.04}, 0.03, 0.05);
   return scene::build_world(
       sim_server::scene_of({cloth, post, block, pusher, ball, sim_server::floor_at(0.0)},

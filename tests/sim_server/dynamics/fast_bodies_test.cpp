@@ -177,7 +177,7 @@ TEST_CASE("What is struck within a step does not pass its neighbour, whatever th
   bodies::BodyDescription hammer =
       sim_server::sphere({-0.0251 - lead * speed_m_s * kPeriod_s, 0, 0}, 0.02, 0.0);
   hammer.motion = bodies::Motion::kPrescribed;
-  hammer.prescribed = {Eigen::Vector3d::UnitX(), speed_m_s, 0, 0};
+  hammer.prescribed = {.velocity_m_s = speed_m_s * Eigen::Vector3d::UnitX()};
   scene::SceneDescription scene =
       sim_server::scene_of({hammer, sim_server::sphere({0, 0, 0}, 0.005, 0.001),
                             sim_server::sphere({0.02, 0, 0}, 0.005, 0.001)},
@@ -203,7 +203,9 @@ TEST_CASE("Every ball within a swing's reach is met, though it turns within a st
   for (int i = 0; i < balls; ++i) {
     bodies::BodyDescription hammer = sim_server::sphere({0, 0, 0}, 0.009, 0.0);
     hammer.motion = bodies::Motion::kPrescribed;
-    hammer.prescribed = {Eigen::Vector3d::UnitX(), 0.0, amplitude_m, frequency_hz};
+    hammer.prescribed = {.direction = Eigen::Vector3d::UnitX(),
+                         .amplitude_m = amplitude_m,
+                         .frequency_hz = frequency_hz};
     const double period_s = period(random);
     scene::SceneDescription scene = sim_server::scene_of(
         {hammer, sim_server::sphere({amplitude_m + 0.015 - depth(random), 0, 0}, 0.006, 0.02)},
@@ -222,7 +224,8 @@ TEST_CASE("Every ball within a swing's reach is met, though it turns within a st
 TEST_CASE("A sleeping ball that a swing meets between the ends of a step wakes", "[fast_bodies]") {
   bodies::BodyDescription hammer = sim_server::sphere({0, 0, 0}, 0.009, 0.0);
   hammer.motion = bodies::Motion::kPrescribed;
-  hammer.prescribed = {Eigen::Vector3d::UnitX(), 0.0, 0.05, 0.25};
+  hammer.prescribed = {
+      .direction = Eigen::Vector3d::UnitX(), .amplitude_m = 0.05, .frequency_hz = 0.25};
   scene::SceneDescription scene = sim_server::scene_of(
       {hammer, sim_server::sphere({0.055, 0, 0}, 0.006, 0.02)}, sim_server::material_of(1000.0));
   scene.sleeping = true;

@@ -371,7 +371,7 @@ TEST_CASE("What a prescribed body of a field gives a ball is all that the ball h
   bodies::BodyDescription paddle = sim_server::points_body(
       sim_server::box_points(kSize_m, 3, 0.001), kSize_m, 0.0, Vector3d::Zero());
   paddle.motion = bodies::Motion::kPrescribed;
-  paddle.prescribed = {Vector3d::UnitZ(), paddle_m_s, 0.0, 0.0};
+  paddle.prescribed = {.velocity_m_s = paddle_m_s * Vector3d::UnitZ()};
   const scene::SceneDescription scene = scene_by(
       way,
       {sim_server::sphere({0.004, 0.003, 0.5 * kSize_m.z() + radius_m + 0.0019}, radius_m, mass_kg),

@@ -98,7 +98,8 @@ scene::SceneDescription heap(unsigned seed, const scene::IntegratorKind& integra
   bodies.push_back(sim_server::thread(9, {-0.03, 0.02, 0.08}, {0.08, 0.025, 0.085}, 0.002, 40.0));
   bodies.push_back(sim_server::box({-0.09, 0.02, 0.02}, {0.02, 0.04, 0.02}, 0.0, {0.01, 0.006}));
   bodies.back().motion = bodies::Motion::kPrescribed;
-  bodies.back().prescribed = {Eigen::Vector3d::UnitX(), 0.0, 0.04, 3.1};
+  bodies.back().prescribed = {
+      .direction = Eigen::Vector3d::UnitX(), .amplitude_m = 0.04, .frequency_hz = 3.1};
   scene::SceneDescription scene = sim_server::scene_of(
       std::move(bodies), sim_server::material_of(2000.0, 1.0, 0.3), {0, 0, -9.81});
   scene.tool = {{Eigen::Vector3d::Zero(), 0.01}, {{0.013, 0, 0}, 0.008}};

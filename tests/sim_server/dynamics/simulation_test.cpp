@@ -22,10 +22,10 @@ bodies::BodyDescription driven_ball(const bodies::PrescribedMotion& motion) {
 TEST_CASE("A scene where nothing is free steps all the same", "[simulation]") {
   bodies::BodyDescription net = sim_server::sheet({3, 3}, 0.1, 0.01, 10.0);
   sim_server::springs(net).pinned_nodes = {0, 1, 2, 3, 4, 5, 6, 7, 8};
-  const scene::SceneDescription scene = GENERATE_COPY(
-      sim_server::scene_of({}), sim_server::scene_of({sim_server::floor_at(0.0)}),
-      sim_server::scene_of({net}, {}, {0, 0, -9.81}),
-      sim_server::scene_of({net, driven_ball({Eigen::Vector3d::UnitX(), 0.1, 0, 0})}));
+  const scene::SceneDescription scene =
+      GENERATE_COPY(sim_server::scene_of({}), sim_server::scene_of({sim_server::floor_at(0.0)}),
+                    sim_server::scene_of({net}, {}, {0, 0, -9.81}),
+                    sim_server::scene_of({net, driven_ball({.velocity_m_s = {0.1, 0.0, 0.0}})}));
   Simulation simulation(scene);
 
   const StepReport report = simulation.step(kStep_s, no_tool);
@@ -63,7 +63,8 @@ TEST_CASE("A pinned body stays while others collide with it", "[simulation]") {
 }
 
 TEST_CASE("A prescribed body is where its motion says at every step's end", "[simulation]") {
-  const bodies::PrescribedMotion sine{Eigen::Vector3d::UnitZ(), 0.0, 0.03, 2.0};
+  const bodies::PrescribedMotion sine{
+      .direction = Eigen::Vector3d::UnitZ(), .amplitude_m = 0.03, .frequency_hz = 2.0};
   Simulation simulation(
       sim_server::scene_of({driven_ball(sine), sim_server::sphere({0, 0, 0.041}, 0.02, 0.1)},
                            sim_server::material_of(1000.0)));

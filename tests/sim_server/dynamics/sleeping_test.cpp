@@ -151,7 +151,8 @@ TEST_CASE("A blow moves a sleeper as it moves one that never slept", "[sleeping]
     auto bodies = stack(1);
     bodies.push_back(sim_server::sphere({0.2, 0.0, 0.012}, 0.0125, 0.05));
     bodies.back().motion = bodies::Motion::kPrescribed;
-    bodies.back().prescribed = {-Eigen::Vector3d::UnitX(), 0.05, 0.0, 0.0};  // there after 3.4 s
+    bodies.back().prescribed = {.velocity_m_s =
+                                    -0.05 * Eigen::Vector3d::UnitX()};  // there after 3.4 s
     Simulation simulation(sleeping_scene(bodies, sleeping));
     std::vector<double> speeds_m_s;
     bool was_sleeping = false;
@@ -306,7 +307,7 @@ TEST_CASE("A block whose support is taken away falls", "[sleeping]") {
     bodies::BodyDescription shelf =
         sim_server::box({0, 0, 0.095}, {0.05, 0.05, 0.01}, 0.0, {0.01, 0.005});
     shelf.motion = bodies::Motion::kPrescribed;
-    shelf.prescribed = {-Eigen::Vector3d::UnitZ(), 0.05, 0.0, 0.0};
+    shelf.prescribed = {.velocity_m_s = -0.05 * Eigen::Vector3d::UnitZ()};
     Simulation simulation(
         sleeping_scene({sim_server::floor_at(0.0), shelf, block_at({0, 0, 0.115})}));
     for (int i = 0; i < 150; ++i) {
@@ -338,7 +339,7 @@ TEST_CASE("Where all sleep steps only take time on, and the tool wakes as where 
   Simulation passes(sleeping_scene(bodies));
   bodies::BodyDescription far = block_at({5, 5, 5});
   far.motion = bodies::Motion::kPrescribed;
-  far.prescribed.velocity_m_s = 0.1;
+  far.prescribed.velocity_m_s = {0.1, 0.0, 0.0};
   bodies.push_back(far);
   Simulation works(sleeping_scene(bodies));
   for (Simulation* simulation : {&passes, &works}) lull(*simulation, 2);

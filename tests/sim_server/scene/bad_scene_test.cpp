@@ -177,7 +177,7 @@ constexpr BadScene kBadBodies[] = {
      "9:11", "body.mass_kg", "0.5",
      "no such key of a body whose motion is \"static\", but of one that is \"free\" (body 'b')"},
     {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmotion = 'prescribed'\nradius_m = 0.1\n"
-     "velocity_m_s = 0.5\nmass_kg = 0.5",
+     "velocity_m_s = [0, 0, 1]\nmass_kg = 0.5",
      "10:11", "body.mass_kg", "0.5",
      "no such key of a body whose motion is \"prescribed\", but of one that is \"free\""},
     {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nradius_m = 0.1\nmass_kg = 0.5\n"
@@ -188,10 +188,15 @@ constexpr BadScene kBadBodies[] = {
      "spheres = { radius_m = 0.1 }",
      "9:1", "body.spheres", "{...}", "no such key here, but "},
     {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmotion = 'prescribed'", "3:1",
-     "body.velocity_m_s", "missing", "a number from"},
+     "body.velocity_m_s", "missing", "3 numbers, each a number from"},
     {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmotion = 'prescribed'\n"
-     "velocity_m_s = [0, 0, 1]",
-     "8:16", "body.velocity_m_s", "[0, 0, 1]", "a number from -1e12 to 1e12, found an array"},
+     "direction = [0, 3, 4]\nvelocity_m_s = 0.5",
+     "9:16", "body.velocity_m_s", "0.5",
+     "a vector, which without `direction` says the same: [0, 0.3, 0.4]"},
+    {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmotion = 'prescribed'\n"
+     "direction = [0, 3, 4]\nvelocity_m_s = [0, 0, 1]",
+     "8:13", "body.direction", "[0, 3, 4]",
+     "no such key beside velocity_m_s, but of amplitude_m with frequency_hz"},
     {"name = 'b'\nkind = 'sphere'\nmaterial = 'm'\nmotion = 'prescribed'\nvelocity_m_s = 1\n"
      "amplitude_m = 1\nfrequency_hz = 1",
      "8:16", "body.velocity_m_s", "1", "either velocity_m_s, or amplitude_m with frequency_hz"},

@@ -85,7 +85,7 @@ material = "hard"
 name = "runner"
 kind = "rigid_box"
 motion = "prescribed"
-velocity_m_s = -0.1
+velocity_m_s = [-0.1, 0.0, 0.2]
 size_m = [0.1, 0.1, 0.1]
 material = "hard"
 [[body]]
@@ -94,6 +94,14 @@ kind = "plane"
 point_m = [0.0, 0.0, -1.0]
 normal = [0.0, 3.0, 4.0]
 material = "hard"
+[[joint]]
+name = "hinge"
+body = "box"
+joined_to = "runner"
+points_m = [[0.5, -0.1, 0.0], [0.5, 0.1, 0.0]]
+stiffness_N_per_m = 300.0
+damping_N_s_per_m = 0.4
+collide = true
 )";
 
 }  // namespace stillgrid::scene

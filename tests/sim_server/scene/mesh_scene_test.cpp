@@ -267,7 +267,7 @@ TEST_CASE("A fault in the keys of a mesh is refused where it stands", "[mesh_sce
       {before + spheres_line(strays), "10:20: body.spheres.file: value '"},
       {whole + "lattice_m = 0.01\n",
        "11:1: body.lattice_m: value 0.01: expected no such key here, but "},
-      {whole + "motion = 'prescribed'\nvelocity_m_s = 1.0\n" + kSprings,
+      {whole + "motion = 'prescribed'\nvelocity_m_s = [1, 0, 0]\n" + kSprings,
        "11:10: body.motion: value 'prescribed': expected one of free, static"},
       {whole + kSprings, "3:1: body.lattice_m: value missing: expected a number from 1e-9"},
       {whole + kSprings + "lattice_m = 1e-5\n",

@@ -165,11 +165,10 @@ TEST_CASE("Rigid bodies are read with their motion, directions made unit", "[sce
   CHECK(shaker.prescribed.direction == Eigen::Vector3d::UnitZ());
   CHECK(shaker.prescribed.amplitude_m == 0.01);
   CHECK(shaker.prescribed.frequency_hz == 2.0);
-  CHECK(shaker.prescribed.velocity_m_s == 0.0);
+  CHECK(shaker.prescribed.velocity_m_s == Eigen::Vector3d::Zero());
 
   const bodies::BodyDescription& runner = scene.bodies[5];
-  CHECK(runner.prescribed.direction == Eigen::Vector3d::UnitX());
-  CHECK(runner.prescribed.velocity_m_s == -0.1);
+  CHECK(runner.prescribed.velocity_m_s == Eigen::Vector3d(-0.1, 0.0, 0.2));
   CHECK(runner.velocity_m_s.isZero(0.0));
 
   const bodies::BodyDescription& floor = scene.bodies[6];

@@ -121,6 +121,21 @@ TEST_CASE("Pillars stand round a tissue with bricks and soft blocks, 21,877 sphe
   CHECK(boxes_are_apart(scene));
 }
 
+TEST_CASE("A chain of five links hangs from the world, and a ball by a thread from a sheet",
+          "[scenes]") {
+  const SceneDescription chain = shipped("pendulum_chain");
+  CHECK(count_of<bodies::RigidBoxBody>(chain) == 5);
+  CHECK(moving_sphere_count(chain) == 20);
+  REQUIRE(chain.joints.size() == 5);
+  for (int i = 0; i < 5; ++i) {
+    CHECK(chain.joints[static_cast<std::size_t>(i)].body_a == i);
+    CHECK(chain.joints[static_cast<std::size_t>(i)].body_b == i - 1);
+  }
+  const SceneDescription sewn = shipped("sewn_ball");
+  CHECK(moving_sphere_count(sewn) == 57);
+  CHECK(sewn.joints.size() == 2);
+}
+
 TEST_CASE("The moving sphere's held snapshot jumps by k v P = 1.65 N", "[scenes]") {
   const SceneDescription scene = shipped("moving_sphere");
 
@@ -128,14 +143,15 @@ TEST_CASE("The moving sphere's held snapshot jumps by k v P = 1.65 N", "[scenes]
   const bodies::BodyDescription& sphere = scene.bodies[0];
   const MaterialDescription& material = scene.materials.at(0);
   CHECK(sphere.motion == bodies::Motion::kPrescribed);
-  CHECK(material.contact_stiffness_N_per_m * sphere.prescribed.velocity_m_s * scene.period_s ==
-        Approx(1.65));
+  const double speed_m_s = sphere.prescribed.velocity_m_s.x();
+  CHECK(sphere.prescribed.velocity_m_s == Eigen::Vector3d(speed_m_s, 0.0, 0.0));
+  CHECK(material.contact_stiffness_N_per_m * speed_m_s * scene.period_s == Approx(1.65));
   CHECK(material.contact_damping_N_s_per_m == 0.0);
   CHECK(material.friction == 0.0);
   const double touch_time_s =
       (-sphere.position_m.x() - std::get<bodies::SphereBody>(sphere.shape).radius_m -
        scene.tool.at(0).radius_m) /
-      sphere.prescribed.velocity_m_s;
+      speed_m_s;
   CHECK(touch_time_s == Approx(0.35));
 }
 

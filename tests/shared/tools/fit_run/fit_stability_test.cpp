@@ -117,7 +117,6 @@ contact_damping_N_s_per_m = 2.0
 name = "ball"
 kind = "sphere"
 motion = "prescribed"
-direction = [1.0, 0.0, 0.0]
 position_m = [-0.014, 0.0, 0.0]
 radius_m = 0.01
 material = "elastic"
@@ -127,7 +126,7 @@ material = "elastic"
 }
 
 TEST_CASE("A hand that a scene carries along is stable", "[fit_stability]") {
-  const FitStability carried = held_by_ball("velocity_m_s = 0.004\n");
+  const FitStability carried = held_by_ball("velocity_m_s = [0.004, 0.0, 0.0]\n");
   CHECK(carried.stable == true);
   CHECK_FALSE(carried.reference_swing_m);  // it goes, but not to and fro
   CHECK(carried.contact_share == 1.0);
@@ -153,7 +152,7 @@ TEST_CASE(
   CHECK(lost.stable == false);
   CHECK(lost.contact_share == 0.0);
 
-  const FitStability gone = held_by_ball("velocity_m_s = -0.05\n");
+  const FitStability gone = held_by_ball("velocity_m_s = [-0.05, 0.0, 0.0]\n");
   CHECK_FALSE(gone.stable.has_value());
   CHECK(gone.contact_share == 0.0);
 }

@@ -1,0 +1,210 @@
+// What joints keep: momentum, energy, a stretch, a period.
+#include "sim_server/bodies/joints.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <numbers>
+
+#include "tests/sim_server/dynamics/joined.hpp"
+
+namespace stillgrid::dynamics {
+namespace {
+
+constexpr unsigned kSeeds = tests::kCut == 1 ? 12 : 3;
+
+/// How much of a spin is lost or made within half a second, of what the bodies have between them.
+double angular_error(unsigned seed, const scene::Method& method, double step_s) {
+  scene::SceneDescription scene = drawn_chain(seed, 0.3, 0.0, false);
+  scene.method = method;
+  Simulation simulation(scene);
+  const Eigen::Vector3d before = angular_momentum_kg_m2_per_s(simulation.world());
+  REQUIRE(advance(simulation, step_s, static_cast<int>(std::lround(0.5 / step_s))));
+  return (angular_momentum_kg_m2_per_s(simulation.world()) - before).norm() / before.norm();
+}
+
+TEST_CASE("Joined free bodies keep their momentum, and by explicit methods their spin",
+          "[joints]") {
+  const scene::IntegratorKind kind = GENERATE(from_range(kAllIntegrators));
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    scene::SceneDescription scene = drawn_chain(seed, 0.3, 0.0, false);
+    scene.method.integrator = kind;
+    Simulation simulation(scene);
+    const Eigen::Vector3d momentum = momentum_kg_m_per_s(simulation.world());
+    const Eigen::Vector3d spin = angular_momentum_kg_m2_per_s(simulation.world());
+
+    REQUIRE(advance(simulation, 0.005, 100));
+
+    INFO(kind.name << ", seed " << seed);
+    CHECK((momentum_kg_m_per_s(simulation.world()) - momentum).norm() < 1e-7 * momentum.norm());
+    if (scene::is_explicit(kind))
+      CHECK((angular_momentum_kg_m2_per_s(simulation.world()) - spin).norm() < 1e-10 * spin.norm());
+  }
+}
+
+TEST_CASE("By implicit methods the error of their spin falls with the step", "[joints]") {
+  const auto [kind, order] = GENERATE(std::pair{scene::IntegratorKind::kImplicitEuler, 1.0},
+                                      std::pair{scene::IntegratorKind::kTrapezoid, 2.0});
+  double coarse = 0.0, fine = 0.0;
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    coarse += angular_error(seed, {.integrator = kind}, 1e-3);
+    fine += angular_error(seed, {.integrator = kind}, 2.5e-4);
+  }
+  CHECK(fine < 3.0 * std::pow(0.25, order) * coarse);
+}
+
+TEST_CASE("Joints never make energy by implicit Euler, however they are turned", "[joints]") {
+  const double damping_N_s_per_m = GENERATE(0.0, 0.5);
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    Simulation simulation(drawn_chain(seed, damping_N_s_per_m, kGravity_m_s2, true));
+    double before_J = energies(simulation.world(), {}).total_J();
+    double made_J = 0.0;
+    for (int i = 0; i < 300; ++i) {
+      REQUIRE(advance(simulation, 0.01, 1));
+      const double now_J = energies(simulation.world(), {}).total_J();
+      made_J = std::max(made_J, now_J - before_J);
+      before_J = now_J;
+    }
+    INFO("seed " << seed);
+    CHECK(made_J < 1e-8);
+  }
+}
+
+TEST_CASE("By explicit methods energy stays, however stiff the joints are", "[joints]") {
+  const scene::IntegratorKind kind =
+      GENERATE(scene::IntegratorKind::kSymplecticEuler, scene::IntegratorKind::kVelocityVerlet);
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    scene::SceneDescription scene = drawn_chain(seed, 0.0, kGravity_m_s2, true);
+    scene.method.integrator = kind;
+    Simulation simulation(scene);
+    const double start_J = energies(simulation.world(), {}).total_J();
+    double kinetic_J = 0.0, off_J = 0.0;
+    for (int i = 0; i < 200; ++i) {
+      (void)advance(simulation, 0.01, 1);
+      const Energies now = energies(simulation.world(), {});
+      kinetic_J = std::max(kinetic_J, now.kinetic_J);
+      off_J = std::max(off_J, std::abs(now.total_J() - start_J));
+    }
+    INFO(kind.name << ", seed " << seed);
+    CHECK(off_J < 0.1 * kinetic_J);
+  }
+}
+
+TEST_CASE("The account of a joint's energy closes, led or not", "[joints]") {
+  // Its end is led to and fro; finer steps leave less that no row names.
+  const scene::IntegratorKind kind = GENERATE(from_range(kAllIntegrators));
+  const auto left_J = [&](double step_s) {
+    bodies::BodyDescription hand = link({0, 0, 0}, {0.02, 0.02, 0.02}, 0.0);
+    hand.motion = bodies::Motion::kPrescribed;
+    hand.prescribed = {
+        .direction = Eigen::Vector3d::UnitX(), .amplitude_m = 0.01, .frequency_hz = 2.0};
+    scene::SceneDescription scene =
+        joined_scene({hand, link({0, 0, -0.05}, {0.02, 0.01, 0.04}, 0.05)},
+                     {joint(0, 1, {{0.0, 0.0, -0.03}}, 500.0, 0.5)}, kGravity_m_s2);
+    scene.method.integrator = kind;
+    Simulation simulation(scene);
+    simulation.account_energy();
+    (void)advance(simulation, step_s, static_cast<int>(std::lround(1.0 / step_s)));
+    const EnergyAccount account = *simulation.energy_account();
+    CHECK(account.flow.given_J > 1e-4);
+    CHECK(account.flow.spring_damping_J > 1e-5);
+    return std::abs(account.numerical_J());
+  };
+  const double coarse_J = left_J(2e-3), fine_J = left_J(5e-4);
+  INFO(kind.name << ": " << coarse_J << " J, " << fine_J << " J");
+  CHECK(fine_J < 0.4 * coarse_J + 1e-7);
+}
+
+TEST_CASE("A body hangs m g / k below the place where it is joined", "[joints]") {
+  const scene::IntegratorKind kind = GENERATE(from_range(kAllIntegrators));
+  const bool is_of_nodes = GENERATE(false, true);
+  constexpr double kMass_kg = 0.06, kStiffness_N_per_m = 150.0;
+  bodies::BodyDescription body = link({0, 0, 0}, {0.02, 0.02, 0.02}, kMass_kg);
+  if (is_of_nodes) {
+    body = sim_server::thread(3, {0, 0, 0}, {0, 0, -0.02}, kMass_kg / 3.0, 1e3);
+    sim_server::springs(body).spring_damping_N_s_per_m = 5.0;
+  }
+  scene::SceneDescription scene =
+      joined_scene({body}, {joint(0, -1, {{0, 0, 0}}, kStiffness_N_per_m, 3.0)}, kGravity_m_s2);
+  scene.method.integrator = kind;
+  Simulation simulation(scene);
+
+  (void)advance(simulation, 0.005, 800);
+
+  const bodies::World& world = simulation.world();
+  const double z_m =
+      is_of_nodes ? world.nodes[0].position_m.z() : world.rigid_bodies[0].position_m.z();
+  CHECK(z_m == Approx(-kMass_kg * kGravity_m_s2 / kStiffness_N_per_m).epsilon(1e-4));
+}
+
+TEST_CASE("A rod swings with the period of a physical pendulum", "[joints]") {
+  const scene::IntegratorKind kind = GENERATE(from_range(kAllIntegrators));
+  const bool is_hinge = GENERATE(false, true);
+  constexpr double kLength_m = 0.2, kWidth_m = 0.01, kMass_kg = 0.1, kTilt_rad = 0.05;
+  const Eigen::Vector3d out(std::sin(kTilt_rad), 0.0, -std::cos(kTilt_rad));
+  bodies::BodyDescription rod =
+      link(0.5 * kLength_m * out, {kWidth_m, kWidth_m, kLength_m}, kMass_kg);
+  rod.orientation = Eigen::AngleAxisd(-kTilt_rad, Eigen::Vector3d::UnitY());
+  std::vector<Eigen::Vector3d> points_m = {{0.0, 0.0, 0.0}};
+  if (is_hinge) points_m = {{0.0, -0.005, 0.0}, {0.0, 0.005, 0.0}};
+  scene::SceneDescription scene =
+      joined_scene({rod}, {joint(0, -1, points_m, 2e4, 2.0)}, kGravity_m_s2);
+  scene.method.integrator = kind;
+  Simulation simulation(scene);
+
+  double first_s = 0.0, last_s = 0.0, before_m = 0.0;
+  int crossings = 0;
+  constexpr double kStep_s = 1e-3;
+  for (int i = 1; i <= 3000; ++i) {
+    (void)advance(simulation, kStep_s, 1);
+    const double x_m = simulation.world().rigid_bodies[0].position_m.x();
+    if (i > 1 && before_m * x_m < 0.0) {
+      last_s = (i - x_m / (x_m - before_m)) * kStep_s;
+      if (crossings++ == 0) first_s = last_s;
+    }
+    before_m = x_m;
+  }
+
+  // About its end, and a term for the tilt.
+  const double inertia_kg_m2 = kMass_kg * ((kLength_m * kLength_m + kWidth_m * kWidth_m) / 12.0 +
+                                           kLength_m * kLength_m / 4.0);
+  const double period_s = 2.0 * std::numbers::pi *
+                          std::sqrt(inertia_kg_m2 / (kMass_kg * kGravity_m_s2 * 0.5 * kLength_m)) *
+                          (1.0 + kTilt_rad * kTilt_rad / 16.0);
+  REQUIRE(crossings > 6);
+  CHECK(2.0 * (last_s - first_s) / (crossings - 1) == Approx(period_s).epsilon(2e-3));
+}
+
+TEST_CASE("A weld keeps the angle of its bodies, and a hinge that about two axes", "[joints]") {
+  const int points = GENERATE(2, 3);
+  std::vector<Eigen::Vector3d> points_m = {{0, -0.01, 0}, {0, 0.01, 0}};
+  if (points == 3) points_m.emplace_back(0.0, 0.0, 0.01);
+  Simulation simulation(joined_scene(
+      {link({-0.03, 0, 0}, {0.06, 0.02, 0.02}, 0.05),
+       sim_server::moving(link({0.03, 0, 0}, {0.06, 0.02, 0.02}, 0.05), {0, 0, 0}, {0, 2.0, 1.0})},
+      {joint(0, 1, points_m, 1e4, 2.0)}));
+
+  REQUIRE(advance(simulation, 0.002, 500));
+
+  const auto& rigid = simulation.world().rigid_bodies;
+  const Eigen::AngleAxisd turn(rigid[0].orientation.conjugate() * rigid[1].orientation);
+  const Eigen::Vector3d turned_rad = turn.angle() * turn.axis();
+  CHECK(std::abs(turned_rad.x()) < 0.02);
+  CHECK(std::abs(turned_rad.z()) < 0.02);
+  CHECK((std::abs(turned_rad.y()) < 0.02) == (points == 3));
+}
+
+TEST_CASE("Between nodes a damper makes no torque, and there is none at their meeting",
+          "[joints]") {
+  const bodies::Joint joint{.a = {.node = 0}, .b = {.node = 1}, .damping_N_s_per_m = 2.0};
+  for (const double length_m : {1e-2, 1e-5, 1e-9, 0.0}) {
+    const bodies::EndMotion a{.centre_m = length_m * Eigen::Vector3d(0.6, 0.0, 0.8),
+                              .velocity_m_s = {0.3, -0.2, 0.1}};
+    const bodies::JointPull pull = bodies::joint_pull(joint, a, {});
+    CHECK(pull.line_m.cross(pull.damper_N).norm() <= 1e-15 * length_m);
+    CHECK(pull.damper_N.dot(pull.velocity_m_s) <= 0.0);
+  }
+}
+
+}  // namespace
+}  // namespace stillgrid::dynamics
