@@ -22,7 +22,7 @@ const bodies::SphereBinding& sphere_at(const bodies::World& world, int i) {
 }
 
 /// Whether spheres i and j of the world may collide; the order must not matter.
-bool may_collide(const bodies::World& world, int i, int j) {
+bool may_meet(const bodies::World& world, int i, int j) {
   const SelfCollision law(world);
   const bool may = law.may_collide(sphere_at(world, i), sphere_at(world, j));
   CHECK(law.may_collide(sphere_at(world, j), sphere_at(world, i)) == may);
@@ -35,9 +35,9 @@ TEST_CASE("Different bodies may collide, a rigid one not with itself", "[self_co
                             string_of(3), string_of(3)}));
   const auto boxes = static_cast<int>(world.spheres.size()) - 6;
 
-  CHECK_FALSE(may_collide(world, 0, boxes - 1));
-  CHECK(may_collide(world, 0, boxes));
-  CHECK(may_collide(world, boxes, boxes + 3));  // at one place, but of two threads
+  CHECK_FALSE(may_meet(world, 0, boxes - 1));
+  CHECK(may_meet(world, 0, boxes));
+  CHECK(may_meet(world, boxes, boxes + 3));  // at one place, but of two threads
 }
 
 TEST_CASE("What a spring joins does not collide, whatever its distance", "[self_collision]") {
@@ -46,10 +46,10 @@ TEST_CASE("What a spring joins does not collide, whatever its distance", "[self_
   sim_server::springs(body).bend_stiffness_N_per_m = 1.0;
   const bodies::World bent = scene::build_world(sim_server::scene_of({body}));
 
-  CHECK_FALSE(may_collide(loose, 3, 4));  // gap 4 mm, more than half a radius
-  CHECK(may_collide(loose, 3, 5));
-  CHECK_FALSE(may_collide(bent, 3, 5));
-  CHECK(may_collide(bent, 3, 6));
+  CHECK_FALSE(may_meet(loose, 3, 4));  // gap 4 mm, more than half a radius
+  CHECK(may_meet(loose, 3, 5));
+  CHECK_FALSE(may_meet(bent, 3, 5));
+  CHECK(may_meet(bent, 3, 6));
 }
 
 TEST_CASE("Spheres that hang on a node in common do not collide", "[self_collision]") {
@@ -59,9 +59,9 @@ TEST_CASE("Spheres that hang on a node in common do not collide", "[self_collisi
   const bodies::World world = scene::build_world(sim_server::scene_of({body}));
   REQUIRE(world.spheres.size() == 9);
 
-  CHECK_FALSE(may_collide(world, 1, 3));  // both between nodes 0 and 1, 25 mm apart
-  CHECK_FALSE(may_collide(world, 1, 5));  // on 0, 1 and on 1, 2
-  CHECK(may_collide(world, 0, 8));        // on 0 and on 2
+  CHECK_FALSE(may_meet(world, 1, 3));  // both between nodes 0 and 1, 25 mm apart
+  CHECK_FALSE(may_meet(world, 1, 5));  // on 0, 1 and on 1, 2
+  CHECK(may_meet(world, 0, 8));        // on 0 and on 2
 }
 
 TEST_CASE("Neighbours at rest do not collide though no spring joins them; others do",
@@ -72,7 +72,7 @@ TEST_CASE("Neighbours at rest do not collide though no spring joins them; others
   bodies::BodyDescription body = sim_server::soft_mesh({large, small}, 0.002, 1e-4, 10.0);
   const bodies::World world = scene::build_world(sim_server::scene_of({body}));
 
-  CHECK(may_collide(world, 0, 1) == (gap_m > 0.001));
+  CHECK(may_meet(world, 0, 1) == (gap_m > 0.001));
 }
 
 TEST_CASE("How a body is bent later makes no difference", "[self_collision]") {
