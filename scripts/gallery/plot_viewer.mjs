@@ -48,7 +48,7 @@ const kPictures = {
     scene: 'laparoscopy', device: 'phantom:profile=premium15,path=stroke,depth_m=0.03,pivot_x_m=0,pivot_y_m=0,pivot_z_m=-0.11',
     least_N: 0.9, from: 100 },
   scene_pendulum_chain: {
-    scene: 'pendulum_chain', device: hand_of('pendulum_chain'), least_N: 0.01, from: 100 },
+    scene: 'pendulum_chain', device: 'phantom:profile=touchx,path=stroke,centre_z_m=0,depth_m=0', least_N: 0.1, from: 100 },
   scene_sewn_ball: { scene: 'sewn_ball', device: hand_of('sewn_ball'), least_N: 0.02, from: 100 },
   scene_pillars: {
     scene: 'pillars', device: 'phantom:profile=premium15,hand=light,path=press,centre_z_m=-0.03,depth_m=0.03,period_s=2',

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <string>
@@ -188,24 +189,28 @@ TEST_CASE("Reading allocates nothing", "[library]") {
   declare(publisher);
   publish(publisher, 1);
   publication::ToolWriter writer(fixture.session.name(), 1'000'000, proto::Clock::kMonotonic, 0);
-  const auto at_first = devices::allocation_count();
-  Reader reader(fixture.session.name().c_str());
-  const SessionState state = reader.poll();
-  CHECK(*devices::allocation_count() > *at_first);  // the library's are counted
-  writer.publish(tick(7, state.scene_epoch, 1, 1.0));
   Spheres spheres(kMoving), still(2);
-
-  const auto before = devices::allocation_count();
-  const bool are_read = reader.snapshot(spheres) && reader.displayed(spheres) &&
-                        reader.static_spheres(still) && reader.tool();
   Sized<stillgrid_snapshot> wrong;
   wrong.struct_size = 1;
-  const int code = stillgrid_reader_snapshot(reader.handle(), &wrong);
-  const auto after = devices::allocation_count();
+  // The thread that watches for tools may allocate: the least of several tries is the readers' own.
+  std::uint64_t least = ~0ULL;
+  for (int tries = 0; tries < 50 && least > 0; ++tries) {
+    const std::uint64_t at_first = *devices::allocation_count();
+    Reader reader(fixture.session.name().c_str());
+    const SessionState state = reader.poll();
+    CHECK(*devices::allocation_count() > at_first);  // the library's are counted
+    writer.publish(tick(7, state.scene_epoch, 1, 1.0));
 
-  CHECK(are_read);
-  CHECK(code == STILLGRID_E_ARGUMENT);
-  CHECK(*after == *before);
+    const std::uint64_t before = *devices::allocation_count();
+    const bool are_read = reader.snapshot(spheres) && reader.displayed(spheres) &&
+                          reader.static_spheres(still) && reader.tool();
+    const int code = stillgrid_reader_snapshot(reader.handle(), &wrong);
+    least = std::min(least, *devices::allocation_count() - before);
+
+    CHECK(are_read);
+    CHECK(code == STILLGRID_E_ARGUMENT);
+  }
+  CHECK(least == 0);
 }
 
 }  // namespace
