@@ -7,8 +7,12 @@ NAMES = {"position_m": ("x_m", "y_m", "z_m"), "turns": ("qx", "qy", "qz", "qw"),
 
 @contextlib.contextmanager
 def whole(file):
-    """A file beside it to write to, which takes its name once all is well."""
-    part = pathlib.Path(file).with_name(file.name + ".part")
+    """A file beside it to write to, which takes its name once all is well; what is no file, a pipe, is written to."""
+    file = pathlib.Path(file).resolve()
+    if file.exists() and not file.is_file():
+        yield file
+        return
+    part = file.with_name(file.name + ".part")
     try:
         yield part
         part.replace(file)

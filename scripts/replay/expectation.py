@@ -24,7 +24,11 @@ def content_of(file):
 
 
 def write_whole(file, content):
-    """A file that appears whole or not at all."""
+    """A file that appears whole or not at all, where a link leads; what is no file, a pipe, is written to."""
+    file = file.resolve()
+    if file.exists() and not file.is_file():
+        file.write_bytes(content)
+        return
     part = file.with_name(file.name + ".part")
     try:
         part.write_bytes(content)

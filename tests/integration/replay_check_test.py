@@ -66,6 +66,30 @@ class ReplayCheckTest(daemons.SessionTest):
         self.assert_says(self.check("wall", "--write-expected"), EQUAL, "written: ")
         return daemons.read_recording(self.expected)
 
+    def test_an_axis_of_force_that_is_not_expected_is_told(self):
+        self.write_expected()
+        self.expected.write_text(self.expected.read_text().replace("fz_N", "fz_mN", 1))
+        run = self.check()
+        self.assert_says(run, EQUAL, f"warning: fz_N is not in {self.expected}: its ")
+        self.assertNotIn("fx_N is not", run.stdout)
+
+    def test_forces_are_not_kept_in_place_of_what_the_hand_follows(self):
+        before = self.hand.read_bytes()
+        self.assert_one_line(self.check("wall", "--write-expected", expected=self.hand), "is what the hand follows")
+        self.assertEqual(self.hand.read_bytes(), before)
+
+    def test_a_recording_replays_alike_once_it_was_imported_and_links_and_pipes_stay(self):
+        scene = daemons.SCENES / "tissue_and_blocks.toml"
+        self.assert_says(self.check(scene, "--write-expected"), EQUAL, "written: ")
+        imported, link = self.folder / "imported.csv", self.folder / "link.csv"
+        link.symlink_to(imported)
+        subprocess.run([daemons.ROOT / "scripts" / "stillgrid_import", self.expected, "--out", link], check=True,
+                       stdout=subprocess.DEVNULL)
+        self.assertTrue(link.is_symlink())
+        again = self.folder / "again.csv"
+        self.assert_says(self.check(scene, "--write-expected", hand=self.expected, expected=again), EQUAL, "written: ")
+        self.assert_says(self.check(scene, hand=imported, expected=again), EQUAL, "equal: byte for byte")
+
     def stiffer_wall(self):
         text = (daemons.SCENES / "wall.toml").read_text()
         self.assertIn("contact_stiffness_N_per_m = 1000.0", text)
