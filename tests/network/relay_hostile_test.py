@@ -26,14 +26,13 @@ class HostileTest(RelayedTest):
         return self.bed.run(side, [sys.executable, SENDER, ADDRESS[other], seconds, seed], stdout=subprocess.PIPE,
                             text=True)
 
-    def start_relays_again(self, *options):
+    def start_relays_again(self, of_simulation=(), of_hand=()):
         """Once all have survived: a wrong sequence number of DDS itself ends a stream until its writer is another
-        (docs/network.md). options: of the simulation's, of the hand's."""
+        (docs/network.md)."""
         for program in self.sim, self.sim_relay, self.hand_relay, self.haptic:
             self.assertTrue(program.runs(), program.lines())
         for relay in self.sim_relay, self.hand_relay:
             self.assertEqual(relay.stop(), daemons.DONE, relay.lines())
-        of_simulation, of_hand = options or ((), ())
         self.sim_relay, self.hand_relay = self.relay("simulation", *of_simulation), self.relay("hand", *of_hand)
 
     def assert_unharmed(self):
@@ -107,7 +106,7 @@ class HostileTest(RelayedTest):
     def with_reports(self):
         """Both relays anew, with reports."""
         reports = self.folder / "sim_relay.json", self.folder / "hand_relay.json"
-        self.start_relays_again(*(("--report", report) for report in reports))
+        self.start_relays_again(*[("--report", report) for report in reports])
         self.wait_for_return(time.monotonic())
         self.wait_until(self.is_felt, 10.0, "the whole force")
         return reports
