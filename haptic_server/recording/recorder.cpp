@@ -52,7 +52,7 @@ std::uint64_t Recorder::finish() {
   if (thread_.joinable()) {
     thread_.request_stop();
     thread_.join();
-    format_->finish();
+    if (has_rows_) format_->finish();
     lost_ += file_.end();
     for (TickRow row; ring_.pop(row);) ++lost_;
   }
@@ -60,10 +60,12 @@ std::uint64_t Recorder::finish() {
 }
 
 void Recorder::record(const TickRow& row) noexcept {
+  has_rows_.store(true, std::memory_order_relaxed);
   if (!ring_.push(row)) lost_.fetch_add(1, std::memory_order_relaxed);
 }
 
 void Recorder::record_waiting(const TickRow& row) noexcept {
+  has_rows_ = true;
   while (!ring_.push(row)) {
     if (is_failing_) {
       ++lost_;
@@ -82,7 +84,19 @@ void Recorder::note_scene(const publication::SceneView& scene) {
   noted_.push_back({pushed_, std::move(*sample)});
 }
 
+void Recorder::begin_files() {
+  file_.begin();
+  try {
+    format_->begin();
+  } catch (const std::exception& error) {
+    spdlog::warn("--record: {}", error.what());
+  }
+}
+
 void Recorder::run(const std::stop_token& stop) {
+  while (!has_rows_ && !stop.stop_requested()) std::this_thread::sleep_for(kBatchPause);
+  if (!has_rows_) return;
+  begin_files();
   bool has_failed = false;
   bool is_last = false;
   while (!is_last) {
