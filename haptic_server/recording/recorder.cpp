@@ -3,6 +3,8 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <chrono>
 #include <cstring>
 #include <stdexcept>
@@ -24,7 +26,23 @@ std::string printable(std::string text) {
   return text;
 }
 
+/// In small letters.
+std::string ending_of(const std::filesystem::path& file) {
+  std::string ending = file.extension();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending;
+}
+
 }  // namespace
+
+std::string name_complaint(const std::string& file) {
+  constexpr std::array kPacked = {".gz", ".bz2", ".xz", ".zst"};
+  if (!file.empty() && std::find(kPacked.begin(), kPacked.end(), ending_of(file)) == kPacked.end())
+    return {};
+  return "value '" + file +
+         "': expected FILE.csv, to be compressed after the run, or FILE.mcap, which is compressed";
+}
 
 Recorder::Recorder(const std::filesystem::path& file, const std::string& scene,
                    const std::string& device, const RecordingHead& more,
@@ -32,7 +50,7 @@ Recorder::Recorder(const std::filesystem::path& file, const std::string& scene,
     : path_(file), file_(file), ring_(kRingRows) {
   RecordingHead head = {{"scene", printable(scene)}, {"device", printable(device)}};
   for (const auto& [key, value] : more) head.emplace_back(key, printable(value));
-  if (file.extension() == ".mcap")
+  if (ending_of(file) == ".mcap")
     format_ = std::make_unique<McapRecording>(file_, head, source.clock_offset_ns);
   else
     format_ = std::make_unique<CsvRecording>(file_, file, head);

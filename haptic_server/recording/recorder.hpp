@@ -25,6 +25,9 @@ struct RecordingSource {
   std::uint64_t clock_offset_ns = 0;  // from the clock of rows and scenes to that of messages
 };
 
+/// What is wrong with a name of a file to record to, in a line; empty: nothing.
+[[nodiscard]] std::string name_complaint(const std::string& file);
+
 /// Writes rows to a file from a thread of its own, through a lock-free ring: MCAP where the file is
 /// named so, else CSV.
 ///

@@ -55,5 +55,22 @@ TEST_CASE("Metadata that could not be written are refused before the loop, and n
   CHECK_FALSE(std::filesystem::exists(file));
 }
 
+TEST_CASE("A name says the form, in letters of any size, and none that a recording has not",
+          "[recording_file]") {
+  const tests::TestFolder folder;
+  const auto begins = [&](const char* name) {
+    { Recorder(folder.path / name, "s", "d").record({}); }
+    return text_of(folder.path / name).substr(0, 5);
+  };
+  CHECK(begins("run.MCAP") == "\x89MCAP");
+  CHECK(begins("run.Csv") == "time_");
+  CHECK(begins("run") == "time_");
+  for (const char* const name : {"run.csv", "run.MCAP", "run", "/dev/full", "run.gz/run.csv"})
+    CHECK(name_complaint(name).empty());
+  for (const std::string name : {"run.csv.gz", "run.mcap.GZ", "run.csv.zst", ""})
+    CHECK_THAT(name_complaint(name),
+               Catch::Matchers::StartsWith("value '" + name + "': expected FILE.csv, "));
+}
+
 }  // namespace
 }  // namespace stillgrid::recording
