@@ -8,6 +8,7 @@
 
 #include "haptic_server/device/list_devices.hpp"
 #include "haptic_server/device/release_device.hpp"
+#include "haptic_server/recording/recorder.hpp"
 #include "haptic_server/safety/guardian.hpp"
 #include "haptic_server/server.hpp"
 #include "shared/command_line/number_in.hpp"
@@ -74,8 +75,9 @@ void add_options(CLI::App& app, Arguments& arguments) {
                  "How one snapshot passes to the next, default " + arguments.transition + remarks)
       ->check(CLI::IsMember(names));
   app.add_option(
-      "--record", options.record,
-      "Record every tick: FILE.mcap for Foxglove and PlotJuggler, with the scene; else CSV");
+         "--record", options.record,
+         "Record every tick: FILE.mcap for Foxglove and PlotJuggler, with the scene; else CSV")
+      ->check(recording::name_complaint);
   app.add_option("--duration", options.duration_s,
                  "Time to run, s; default: until Ctrl-C or the end of a replay")
       ->check(command_line::number_in(1e-6, 1e8));

@@ -223,8 +223,6 @@ void run_haptics(const HapticOptions& options, HapticReport& report, safety::Gua
   if (scene == nullptr) return;
   report.scene = scene->scene().name.data();
 
-  publication::ToolWriter tool(std::move(*lock), period_ns, clock,
-                               options.lockstep ? 0 : realtime::monotonic_ns(), options.readers);
   const safety::SafetyLimits limits = safety::safety_limits(options.safety, device.descriptor());
   const bool gives_way = display::law_of(options.transition).gives_way;
   if (gives_way && scene->scene().predicts == 0) {
@@ -236,6 +234,9 @@ void run_haptics(const HapticOptions& options, HapticReport& report, safety::Gua
   if (!options.record.empty())
     recorder = std::make_unique<recording::Recorder>(options.record, report.scene, report.device,
                                                      head_of(options, report), source_of(options));
+  // From here on a lockstep peer goes by this one, and is the first to say so if it ends.
+  publication::ToolWriter tool(std::move(*lock), period_ns, clock,
+                               options.lockstep ? 0 : realtime::monotonic_ns(), options.readers);
   tell_undeclared_torque(device.descriptor(), limits);
   const auto loop = std::make_unique<HapticLoop>(
       device, tool, rendering::make_renderer(options.transition), limits, period_ns,

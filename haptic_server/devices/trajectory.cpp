@@ -120,6 +120,9 @@ Trajectory read_trajectory(const std::string& file, const TrajectoryOptions& opt
   if (text.starts_with("\x89MCAP"))
     throw std::runtime_error(
         file + ": an MCAP file: expected a trajectory CSV, as stillgrid_import makes");
+  if (text.starts_with("\x1f\x8b"))
+    throw std::runtime_error(file +
+                             ": compressed by gzip: expected a trajectory CSV, as gunzip makes");
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // as some editors begin UTF-8
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   CsvRow row{file, 0, {}};

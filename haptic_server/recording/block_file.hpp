@@ -16,7 +16,8 @@ namespace stillgrid::recording {
 /// its last. Thread: one at a time.
 class BlockFile {
  public:
-  /// Opens the file and empties it. Throws std::runtime_error, one line, if it cannot.
+  /// Opens the file. What an earlier recording left in it stays until begin(). Throws
+  /// std::runtime_error, one line, if it cannot.
   explicit BlockFile(const std::filesystem::path& file);
 
   /// Ends as end() does.
@@ -29,14 +30,19 @@ class BlockFile {
   /// Adds a block, which holds so many rows, to what waits.
   void add(std::string_view block, std::uint64_t rows);
 
-  /// Writes what waits. Returns 0, or the error number that it met. Beyond a limit of size or into
-  /// a pipe that nobody reads that takes make_writes_fail(), or the process ends.
+  /// The file is this recording's from here on: the next flush() empties it of an earlier one.
+  void begin() noexcept { has_begun_ = true; }
+
+  /// Writes what waits, unless an earlier recording is to stay. Returns 0, or the error number that
+  /// it met. Beyond a limit of size or into a pipe that nobody reads that takes make_writes_fail(),
+  /// or the process ends.
   int flush() noexcept;
 
   /// Bytes that wait.
   [[nodiscard]] std::size_t waiting_bytes() const noexcept { return waiting_.size(); }
 
-  /// Closes the file after its last whole block. Returns the rows of those that were not written.
+  /// Closes the file after its last whole block; before begin() as it was found, or there is none.
+  /// Returns the rows of those that were not written.
   std::uint64_t end() noexcept;
 
  private:
@@ -45,6 +51,8 @@ class BlockFile {
     std::uint64_t rows;
   };
 
+  std::filesystem::path path_;
+  bool is_new_, holds_earlier_, has_begun_ = false;
   int descriptor_ = -1;
   std::string waiting_;
   std::deque<Block> blocks_;          // that are not all written

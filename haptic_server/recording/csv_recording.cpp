@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "shared/files/json_file.hpp"
+#include "shared/files/whole_file.hpp"
 
 namespace stillgrid::recording {
 namespace {
@@ -55,18 +56,24 @@ std::filesystem::path metadata_file(const std::filesystem::path& csv) {
 
 CsvRecording::CsvRecording(BlockFile& file, const std::filesystem::path& path,
                            const RecordingHead& head)
-    : file_(file) {
+    : file_(file), path_(path) {
   file_.add(kColumns, 0);
   if (!std::filesystem::is_regular_file(path)) return;
-  nlohmann::ordered_json notes;
-  for (const auto& [key, value] : head) notes[key] = value;
+  head_ = head;
   try {
-    files::write_json(metadata_file(path), {{"@context", "http://www.w3.org/ns/csvw"},
-                                            {"url", path.filename().string()},
-                                            {"notes", nlohmann::ordered_json::array({notes})}});
+    files::require_writable(metadata_file(path));
   } catch (const std::exception& error) {
     throw std::runtime_error(std::string("--record: ") + error.what());
   }
+}
+
+void CsvRecording::begin() {
+  if (head_.empty()) return;
+  nlohmann::ordered_json notes;
+  for (const auto& [key, value] : head_) notes[key] = value;
+  files::write_json(metadata_file(path_), {{"@context", "http://www.w3.org/ns/csvw"},
+                                           {"url", path_.filename().string()},
+                                           {"notes", nlohmann::ordered_json::array({notes})}});
 }
 
 void CsvRecording::add_row(const TickRow& row) {

@@ -19,14 +19,17 @@ void append_row(const TickRow& row, std::string& line);
 /// of its own, so that what reads tables reads this one.
 class CsvRecording : public RecordingFormat {
  public:
-  /// Throws std::runtime_error, one line, if the metadata cannot be written; there are none beside
-  /// what is no file, as a pipe.
+  /// Throws std::runtime_error, one line, if the metadata could not be written; there are none
+  /// beside what is no file, as a pipe.
   CsvRecording(BlockFile& file, const std::filesystem::path& path, const RecordingHead& head);
 
+  void begin() override;
   void add_row(const TickRow& row) override;
 
  private:
   BlockFile& file_;
+  std::filesystem::path path_;
+  RecordingHead head_;  // empty: no metadata
   std::string line_;
 };
 

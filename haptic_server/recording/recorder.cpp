@@ -3,6 +3,8 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <chrono>
 #include <cstring>
 #include <stdexcept>
@@ -24,7 +26,23 @@ std::string printable(std::string text) {
   return text;
 }
 
+/// In small letters.
+std::string ending_of(const std::filesystem::path& file) {
+  std::string ending = file.extension();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending;
+}
+
 }  // namespace
+
+std::string name_complaint(const std::string& file) {
+  constexpr std::array kPacked = {".gz", ".bz2", ".xz", ".zst"};
+  if (!file.empty() && std::find(kPacked.begin(), kPacked.end(), ending_of(file)) == kPacked.end())
+    return {};
+  return "value '" + file +
+         "': expected FILE.csv, to be compressed after the run, or FILE.mcap, which is compressed";
+}
 
 Recorder::Recorder(const std::filesystem::path& file, const std::string& scene,
                    const std::string& device, const RecordingHead& more,
@@ -32,7 +50,7 @@ Recorder::Recorder(const std::filesystem::path& file, const std::string& scene,
     : path_(file), file_(file), ring_(kRingRows) {
   RecordingHead head = {{"scene", printable(scene)}, {"device", printable(device)}};
   for (const auto& [key, value] : more) head.emplace_back(key, printable(value));
-  if (file.extension() == ".mcap")
+  if (ending_of(file) == ".mcap")
     format_ = std::make_unique<McapRecording>(file_, head, source.clock_offset_ns);
   else
     format_ = std::make_unique<CsvRecording>(file_, file, head);
@@ -52,7 +70,7 @@ std::uint64_t Recorder::finish() {
   if (thread_.joinable()) {
     thread_.request_stop();
     thread_.join();
-    format_->finish();
+    if (has_rows_) format_->finish();
     lost_ += file_.end();
     for (TickRow row; ring_.pop(row);) ++lost_;
   }
@@ -60,10 +78,12 @@ std::uint64_t Recorder::finish() {
 }
 
 void Recorder::record(const TickRow& row) noexcept {
+  has_rows_.store(true, std::memory_order_relaxed);
   if (!ring_.push(row)) lost_.fetch_add(1, std::memory_order_relaxed);
 }
 
 void Recorder::record_waiting(const TickRow& row) noexcept {
+  has_rows_ = true;
   while (!ring_.push(row)) {
     if (is_failing_) {
       ++lost_;
@@ -82,7 +102,19 @@ void Recorder::note_scene(const publication::SceneView& scene) {
   noted_.push_back({pushed_, std::move(*sample)});
 }
 
+void Recorder::begin_files() {
+  file_.begin();
+  try {
+    format_->begin();
+  } catch (const std::exception& error) {
+    spdlog::warn("--record: {}", error.what());
+  }
+}
+
 void Recorder::run(const std::stop_token& stop) {
+  while (!has_rows_ && !stop.stop_requested()) std::this_thread::sleep_for(kBatchPause);
+  if (!has_rows_) return;
+  begin_files();
   bool has_failed = false;
   bool is_last = false;
   while (!is_last) {

@@ -25,6 +25,9 @@ struct RecordingSource {
   std::uint64_t clock_offset_ns = 0;  // from the clock of rows and scenes to that of messages
 };
 
+/// What is wrong with a name of a file to record to, in a line; empty: nothing.
+[[nodiscard]] std::string name_complaint(const std::string& file);
+
 /// Writes rows to a file from a thread of its own, through a lock-free ring: MCAP where the file is
 /// named so, else CSV.
 ///
@@ -34,7 +37,8 @@ struct RecordingSource {
 /// and those lost make up the rows recorded, always.
 class Recorder {
  public:
-  /// Opens the file and writes its head. Throws std::runtime_error if it cannot be written.
+  /// Opens the file. Throws std::runtime_error if it cannot be written. What an earlier recording
+  /// left there stays until the first row comes; a file that is new goes again if none does.
   Recorder(const std::filesystem::path& file, const std::string& scene, const std::string& device,
            const RecordingHead& more = {}, const RecordingSource& source = {});
 
@@ -68,6 +72,7 @@ class Recorder {
   };
 
   void run(const std::stop_token& stop);
+  void begin_files();
   int write_rows();
   void follow_scene();
   void add_noted_scenes();
@@ -77,7 +82,7 @@ class Recorder {
   std::unique_ptr<RecordingFormat> format_;
   realtime::SpscRing<TickRow> ring_;
   std::atomic<std::uint64_t> lost_ = 0;
-  std::atomic<bool> is_failing_ = false;
+  std::atomic<bool> has_rows_ = false, is_failing_ = false;
 
   SceneSampler sampler_;  // of the thread that looks at the scene
   std::optional<reading::SegmentFollower> follower_;

@@ -12,8 +12,8 @@ namespace stillgrid::recording {
 /// What is told of the run as a whole, by key: scene, device, ...
 using RecordingHead = std::vector<std::pair<std::string, std::string>>;
 
-/// The form in which a file holds what is recorded. Its constructor writes the head. Thread: one at
-/// a time.
+/// The form in which a file holds what is recorded. Its constructor adds the head. Thread: one at a
+/// time.
 class RecordingFormat {
  public:
   RecordingFormat() = default;
@@ -22,6 +22,9 @@ class RecordingFormat {
   RecordingFormat& operator=(const RecordingFormat&) = delete;
   RecordingFormat(RecordingFormat&&) = delete;
   RecordingFormat& operator=(RecordingFormat&&) = delete;
+
+  /// Writes what stands beside the file. Throws std::runtime_error, one line, if it cannot.
+  virtual void begin() {}
 
   virtual void add_row(const TickRow& row) = 0;
 

@@ -64,6 +64,26 @@ class LaunchTest(daemons.SessionTest):
             self.assertEqual(daemons.read_report(self.folder / f"haptic.{name}.json")["ticks"], 1000)
             self.assertEqual(len(daemons.read_recording(self.folder / f"felt.{name}.csv")["time_s"]), 1000)
 
+    def test_a_record_that_is_refused_is_the_one_line_in_lockstep_too_and_leaves_no_file(self):
+        recording = self.folder / "run.csv"
+        (self.folder / "run.csv-metadata.json").mkdir()
+        for refused in ("/dev/full", "/absent/run.csv", self.folder, recording, self.folder / "run.csv.gz"):
+            launch = self.launch("wall", "--lockstep", "--duration", 1, "--record", refused)
+            self.assertEqual(launch.wait(10.0), BAD_INPUT, launch.lines())
+            (line,) = launch.lines()
+            self.assertRegex(line, f"^haptic_server: --record: .*{refused}")
+        self.assertEqual([file.name for file in self.folder.glob("run*")], ["run.csv-metadata.json"])
+
+    def test_the_ending_of_a_recording_stays_that_of_each_hand(self):
+        both = ("block_pinched", "--lockstep", "--duration", 0.1, "--hand", "left", "--hand", "right", "--record")
+        launch = self.launch(*both, self.folder / "felt.MCAP")
+        self.assertEqual(launch.wait(20.0), DONE, launch.lines())
+        for name in ("left", "right"):
+            self.assertTrue((self.folder / f"felt.{name}.MCAP").read_bytes().startswith(b"\x89MCAP"))
+        launch = self.launch(*both, self.folder / "felt.csv.gz")
+        self.assertEqual(launch.wait(20.0), BAD_INPUT, launch.lines())
+        self.assertRegex(launch.lines()[0], r"--record: value '.*felt\.csv\.gz': expected FILE\.csv")
+
     def test_Ctrl_C_ends_both_and_both_write_their_reports(self):
         launch = self.start_both("--report-dir", self.folder)
         time.sleep(0.5)

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """A recording as MCAP holds what its CSV holds, and the scene; the libraries of MCAP's makers read it."""
+import gzip
 import json
 import struct
 import subprocess
@@ -135,6 +136,17 @@ class McapTest(daemons.SessionTest):
         self.assertEqual(viewer.wait(5), BAD_INPUT)
         self.assertRegex("\n".join(viewer.lines()), r"\A.*run\.mcap: an MCAP file: .*stillgrid_import.*\Z")
         with self.assertRaisesRegex(ValueError, r"run\.mcap: an MCAP file: .*stillgrid_import run\.mcap"):
+            daemons.read_recording(file)
+
+    def test_who_plays_csv_says_in_a_line_that_a_file_is_compressed(self):
+        file = self.folder / "run.csv.gz"
+        file.write_bytes(gzip.compress(self.run_lockstep("wall", PRESS, 0.1).read_bytes()))
+        self.assert_refused(self.haptic_server(f"replay:file={file}"), BAD_INPUT,
+                            "run.csv.gz: compressed by gzip: expected a trajectory CSV, as gunzip makes")
+        viewer = self.start(daemons.BUILD / "bin" / "scene_viewer", "--recording", file)
+        self.assertEqual(viewer.wait(5), BAD_INPUT)
+        self.assertRegex("\n".join(viewer.lines()), r"\A.*run\.csv\.gz: compressed by gzip: .* gunzip makes\Z")
+        with self.assertRaisesRegex(ValueError, r"run\.csv\.gz: compressed by gzip: .* gunzip run\.csv\.gz makes"):
             daemons.read_recording(file)
 
 

@@ -10,6 +10,8 @@ import numpy
 
 import daemons
 from daemons import BAD_INPUT, DONE, SKIPPED
+from faults import call_log
+from faults.fault_run import DRIVER
 
 PRESS = "phantom:profile=premium15,hand=light,path=press,centre_z_m=0.02,depth_m=0.025,period_s=1"
 
@@ -139,6 +141,22 @@ class RecordingTest(daemons.SessionTest):
         self.sim_server("wall")
         hand = self.haptic_server(PRESS, "--record", "/dev/full", "--duration", 5)
         self.assert_refused(hand, BAD_INPUT, "/dev/full", "No space left on device")
+
+    def test_what_ends_before_the_first_tick_has_cost_no_earlier_recording(self):
+        log = call_log.CallLog(f"/dev/shm/stillgrid-{self.session}-calls")
+        log.trigger()
+        self.sim_server("wall")
+        before = {}
+        for name in ("run.csv", "run.csv-metadata.json", "run.mcap"):
+            before[self.write(name, f"the {name} before")] = f"the {name} before"
+        broken = f"{DRIVER}:log={log.file},fault="
+        for device, *options in ((broken + "activate_fails",), (broken + "activate_throws",), (broken + "read_fails",),
+                                 (PRESS, "--commands", self.folder)):
+            for name in ("run.csv", "run.mcap", "new.csv", "new.mcap"):
+                hand = self.haptic_server(device, "--record", self.folder / name, *options)
+                self.assertNotEqual(hand.wait(), DONE, hand.lines())
+                self.assertEqual({file: file.read_text() for file in before}, before, hand.lines())
+                self.assertEqual(list(self.folder.glob("new.*")), [], hand.lines())
 
     def test_a_report_without_room_is_one_line_and_leaves_the_old_one(self):
         self.sim_server("wall")

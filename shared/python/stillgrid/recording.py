@@ -76,6 +76,8 @@ def load(file: str | os.PathLike[str]) -> Recording:
     data = file.read_bytes()
     if data.startswith(b"\x89MCAP"):
         raise ValueError(f"{file}: an MCAP file: expected CSV, as stillgrid_import {file.name} --out FILE.csv makes")
+    if data.startswith(b"\x1f\x8b"):
+        raise ValueError(f"{file}: compressed by gzip: expected CSV, as gunzip {file.name} makes")
     lines = data.decode("utf-8-sig").splitlines(keepends=True)
     if lines and not lines[-1].endswith("\n"):
         lines.pop()  # cut off in mid-row

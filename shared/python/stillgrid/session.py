@@ -120,7 +120,7 @@ class Session:
             self._let_end("sim_server", _PATIENCE_S)
         self._end("sim_server")
         self.check()
-        self.recording = None if self._record.suffix == ".mcap" else recording.load(self._record)
+        self.recording = None if self._record.suffix.lower() == ".mcap" else recording.load(self._record)
         self.messages = [line for program in self._running for line in self._lines(program)]
         self.report = self._read_report("haptic_server")
         self.simulation_report = self._read_report("sim_server")

@@ -227,7 +227,8 @@ int program_main(int argc, char** argv) {
   add_cell_options(*run, arguments);
   run->add_option("--stiffness", arguments.stiffness_N_per_m, "Of the scene's first material, N/m")
       ->check(command_line::number_in(1e-6, 1e9));
-  run->add_option("--record", arguments.record, "Record every tick (CSV), as haptic_server does");
+  run->add_option("--record", arguments.record, "Record every tick (CSV), as haptic_server does")
+      ->check(recording::name_complaint);
   run->add_option("--metrics", arguments.metrics,
                   "Write the metrics against the reference (JSON), and what a tick takes here");
   auto* judge = app.add_subcommand(

@@ -178,6 +178,9 @@ std::vector<RecordedTick> read_recording(const std::filesystem::path& file) {
     if (line.starts_with("\x89MCAP"))
       throw std::runtime_error("--recording: " + file.string() +
                                ": an MCAP file: expected CSV, as stillgrid_import makes");
+    if (line.starts_with("\x1f\x8b"))
+      throw std::runtime_error("--recording: " + file.string() +
+                               ": compressed by gzip: expected CSV, as gunzip makes");
     const std::string fault = reader.take(line, rows);
     if (fault.empty()) continue;
     if (in.eof() && !rows.empty()) break;  // a line that was cut off

@@ -144,6 +144,11 @@ TEST_CASE("A header that lacks or repeats a column is refused by name", "[trajec
   CHECK(refusal("t_s,x_m,y_m,z_m,qx,qy,qz\n0,0,0,0,0,0,0\n").starts_with("1: column qw: missing"));
 }
 
+TEST_CASE("A file that gzip has compressed is told so", "[trajectory]") {
+  CHECK(refusal("\x1f\x8b\x08 of one line\n") ==
+        " compressed by gzip: expected a trajectory CSV, as gunzip makes");
+}
+
 TEST_CASE("A file that cannot be read is refused", "[trajectory]") {
   CHECK_THROWS_WITH(read_trajectory("/nowhere/at/all.csv"),
                     Catch::Contains("/nowhere/at/all.csv: cannot be read"));

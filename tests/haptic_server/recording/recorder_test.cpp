@@ -241,18 +241,21 @@ TEST_CASE("A head that finds no room is refused before the loop", "[recorder]") 
     CHECK_THROWS_WITH(Recorder(file, "scene", "device"),
                       Catch::Matchers::Contains("could not be written"));
   }
-  remove_recording(file);
+  CHECK_FALSE(std::filesystem::exists(file));
   CHECK_THROWS_WITH(Recorder("/dev/full", "scene", "device"),
                     "--record: /dev/full could not be written: No space left on device");
 }
 
 TEST_CASE("A CSV begins with its columns, and its metadata stand beside it", "[recorder]") {
   const auto file = temporary_file();
-  { const Recorder recorder(file, "two\nlines", "a\x1b[31mdevice", {{"device_serial", "7\r"}}); }
+  {
+    Recorder recorder(file, "two\nlines", "a\x1b[31mdevice", {{"device_serial", "7\r"}});
+    recorder.record({});
+  }
   const auto lines = lines_of(file);
   const auto metadata = nlohmann::json::parse(std::ifstream(metadata_file(file)));
   remove_recording(file);
-  REQUIRE(lines.size() == 1);
+  REQUIRE(lines.size() == 2);
   CHECK_THAT(lines[0], Catch::Matchers::StartsWith("time_s,"));
   CHECK(metadata.at("url") == file.filename().string());
   const nlohmann::json notes = metadata.at("notes").at(0);

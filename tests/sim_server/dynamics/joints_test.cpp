@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <numbers>
 
 #include "tests/sim_server/dynamics/joined.hpp"
 
@@ -118,61 +117,13 @@ TEST_CASE("The account of a joint's energy closes, led or not", "[joints]") {
 TEST_CASE("A body hangs m g / k below the place where it is joined", "[joints]") {
   const scene::IntegratorKind kind = GENERATE(from_range(kAllIntegrators));
   const bool is_of_nodes = GENERATE(false, true);
-  constexpr double kMass_kg = 0.06, kStiffness_N_per_m = 150.0;
-  bodies::BodyDescription body = link({0, 0, 0}, {0.02, 0.02, 0.02}, kMass_kg);
-  if (is_of_nodes) {
-    body = sim_server::thread(3, {0, 0, 0}, {0, 0, -0.02}, kMass_kg / 3.0, 1e3);
-    sim_server::springs(body).spring_damping_N_s_per_m = 5.0;
-  }
-  scene::SceneDescription scene =
-      joined_scene({body}, {joint(0, -1, {{0, 0, 0}}, kStiffness_N_per_m, 3.0)}, kGravity_m_s2);
-  scene.method.integrator = kind;
-  Simulation simulation(scene);
-
-  (void)advance(simulation, 0.005, 800);
-
-  const bodies::World& world = simulation.world();
-  const double z_m =
-      is_of_nodes ? world.nodes[0].position_m.z() : world.rigid_bodies[0].position_m.z();
-  CHECK(z_m == Approx(-kMass_kg * kGravity_m_s2 / kStiffness_N_per_m).epsilon(1e-4));
+  CHECK(hanging_share({.integrator = kind}, is_of_nodes) == Approx(1.0).epsilon(1e-4));
 }
 
 TEST_CASE("A rod swings with the period of a physical pendulum", "[joints]") {
   const scene::IntegratorKind kind = GENERATE(from_range(kAllIntegrators));
   const bool is_hinge = GENERATE(false, true);
-  constexpr double kLength_m = 0.2, kWidth_m = 0.01, kMass_kg = 0.1, kTilt_rad = 0.05;
-  const Eigen::Vector3d out(std::sin(kTilt_rad), 0.0, -std::cos(kTilt_rad));
-  bodies::BodyDescription rod =
-      link(0.5 * kLength_m * out, {kWidth_m, kWidth_m, kLength_m}, kMass_kg);
-  rod.orientation = Eigen::AngleAxisd(-kTilt_rad, Eigen::Vector3d::UnitY());
-  std::vector<Eigen::Vector3d> points_m = {{0.0, 0.0, 0.0}};
-  if (is_hinge) points_m = {{0.0, -0.005, 0.0}, {0.0, 0.005, 0.0}};
-  scene::SceneDescription scene =
-      joined_scene({rod}, {joint(0, -1, points_m, 2e4, 2.0)}, kGravity_m_s2);
-  scene.method.integrator = kind;
-  Simulation simulation(scene);
-
-  double first_s = 0.0, last_s = 0.0, before_m = 0.0;
-  int crossings = 0;
-  constexpr double kStep_s = 1e-3;
-  for (int i = 1; i <= 3000; ++i) {
-    (void)advance(simulation, kStep_s, 1);
-    const double x_m = simulation.world().rigid_bodies[0].position_m.x();
-    if (i > 1 && before_m * x_m < 0.0) {
-      last_s = (i - x_m / (x_m - before_m)) * kStep_s;
-      if (crossings++ == 0) first_s = last_s;
-    }
-    before_m = x_m;
-  }
-
-  // About its end, and a term for the tilt.
-  const double inertia_kg_m2 = kMass_kg * ((kLength_m * kLength_m + kWidth_m * kWidth_m) / 12.0 +
-                                           kLength_m * kLength_m / 4.0);
-  const double period_s = 2.0 * std::numbers::pi *
-                          std::sqrt(inertia_kg_m2 / (kMass_kg * kGravity_m_s2 * 0.5 * kLength_m)) *
-                          (1.0 + kTilt_rad * kTilt_rad / 16.0);
-  REQUIRE(crossings > 6);
-  CHECK(2.0 * (last_s - first_s) / (crossings - 1) == Approx(period_s).epsilon(2e-3));
+  CHECK(swing_share({.integrator = kind}, is_hinge) == Approx(1.0).epsilon(2e-3));
 }
 
 TEST_CASE("A weld keeps the angle of its bodies, and a hinge that about two axes", "[joints]") {
