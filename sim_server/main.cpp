@@ -142,6 +142,14 @@ void check(const Arguments& arguments, double period_s) {
                                                 std::to_string(period_s) + " s");
 }
 
+/// A start needs the file of a hand only where it chooses; a scene that is passed on should have
+/// it.
+void require_hand_file(const scene::SceneDescription& scene, const std::filesystem::path& file) {
+  if (!scene.hand || std::filesystem::exists(scene.hand->file)) return;
+  throw std::runtime_error(file.string() + ": hand.file: value '" + scene.hand->file.string() +
+                           "': expected a file that is there");
+}
+
 /// Refuses what would not fit; says what is likely not meant.
 bodies::World checked_world(const scene::SceneDescription& scene, const Arguments& arguments) {
   const std::string file = arguments.scene.string();
@@ -242,7 +250,10 @@ int run(Arguments& arguments) {
     return realtime::kDone;
   }
   if (!arguments.surfaces.empty()) return write_surfaces_of(arguments, scene, world);
-  if (arguments.check) return print_summary(arguments, scene, world);
+  if (arguments.check) {
+    require_hand_file(scene, arguments.scene);
+    return print_summary(arguments, scene, world);
+  }
   settle_choices(scene, world, choice_files, arguments.lockstep || arguments.offline);
   const int threads = threads_of(arguments.server, scene.method, world);
   const dynamics::Workers workers(threads);

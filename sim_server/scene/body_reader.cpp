@@ -112,7 +112,7 @@ void read_dynamics(toml::TableReader& table, bodies::BodyDescription& body) {
 /// How much stiffer a body's contacts are than its material, beyond what `normalise` found.
 void read_stiffness_scale(toml::TableReader& table, bodies::BodyDescription& body) {
   if (!table.has("stiffness_scale")) return;
-  const double scale = table.number("stiffness_scale", toml::Bound::kPositive);
+  const double scale = table.number("stiffness_scale", toml::Bound::kAny);
   if (scale < 1.0 / kMaxStiffnessScale || scale > kMaxStiffnessScale)
     table.refuse("stiffness_scale", "a number from 1e-6 to 1e6");
   body.stiffness_scale *= scale;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -10,6 +11,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <unordered_set>
 #include <utility>
 #include <variant>
@@ -101,6 +103,8 @@ void read_method(toml::TableReader& table, const MethodTable& methods, SceneDesc
   if (is_explicit(method.integrator) && table.has("tolerance_m_s"))
     table.refuse("tolerance_m_s",
                  "no such key beside an explicit integrator, which solves nothing");
+  if (!is_explicit(method.integrator) && !needs_solver(method.integrator) && table.has("substeps"))
+    table.refuse("substeps", "no such key beside this integrator, which divides a step by itself");
   if (table.has("substeps")) method.substeps = table.integer("substeps", {1, kMaxSubsteps});
   method.tolerance_m_s =
       table.number_or("tolerance_m_s", toml::Bound::kPositive, method.tolerance_m_s);
@@ -114,12 +118,15 @@ void read_simulation(toml::TableReader table, const MethodTable& methods, SceneD
   if (scene.choose_rate)
     (void)table.choice("rate_hz", std::array<std::string_view, 1>{"auto"});
   else if (table.has("rate_hz"))
-    scene.period_s = 1.0 / table.number("rate_hz", toml::Bound::kPositive);
+    scene.period_s = 1.0 / table.number("rate_hz", toml::Bound::kAny);
   if (table.has("period_s")) scene.period_s = table.number("period_s", toml::Bound::kPositive);
   if (!(scene.period_s >= kShortestPeriod_s && scene.period_s <= kLongestPeriod_s)) {
     table.refuse(table.has("period_s") ? "period_s" : "rate_hz",
                  "a period from 1e-05 to 100 s, a rate from 0.01 to 100000 Hz");
   }
+  if (!scene.choose_rate && table.has("processor_share"))
+    table.refuse("processor_share",
+                 "no such key beside a rate that is given: it bounds a chosen one");
   scene.processor_share =
       table.number_or("processor_share", toml::Bound::kPositive, scene.processor_share);
   if (scene.processor_share > 1.0) table.refuse("processor_share", "at most 1, a processor");
@@ -355,9 +362,12 @@ SceneDescription read_scene(const std::string& text, const std::filesystem::path
 
 SceneDescription load_scene(const std::filesystem::path& path, const MethodTable& methods) {
   const std::string file = path.string();
-  const std::optional<std::string> text = read_text(path);
+  std::error_code ignored;
+  const bool is_folder = std::filesystem::is_directory(path, ignored);
+  const std::optional<std::string> text = is_folder ? std::nullopt : read_text(path);
   if (!text)
-    throw toml::scene_error(file, {1, 1}, "file", '"' + file + '"', "a file that can be read");
+    throw toml::scene_error(file, {1, 1}, "file", '"' + file + '"',
+                            is_folder ? "a file, found a folder" : "a file that can be read");
   return read_scene(*text, path, methods);
 }
 

@@ -224,6 +224,23 @@ class SceneSchemaTest(daemons.SessionTest):
                 refused += refusal != ""
         self.assertGreater(refused, 15)
 
+    def test_methods_and_rates_are_taken_or_refused_by_both_in_drawn_scenes(self):
+        self.write("hand.csv", "time_s,position_x_m,position_y_m,position_z_m\n0,0,0,0.1\n1,0,0,0.1\n")
+        keys = SCHEMA["properties"]["simulation"]["properties"]
+        choices = {"integrator": keys["integrator"]["enum"], "solver": keys["solver"]["enum"], "substeps": [1, 7],
+                   "tolerance_m_s": [3e-7], "rate_hz": ["auto", 41.0], "processor_share": [0.13]}
+        taken = {False: 0, True: 0}
+        for seed in (5, 1013, 65539):
+            draw = random.Random(seed)
+            for _ in range(30):
+                drawn = {key: draw.choice(values) for key, values in choices.items() if draw.random() < 0.4}
+                hand = {"hand": {"file": "hand.csv"}} if draw.random() < 0.5 else {}
+                document = scene(body("sphere"), simulation=drawn, **hand)
+                refusal = self.refusal(document)
+                self.assertEqual(self.validator.is_valid(document), refusal == "", (document, refusal))
+                taken[refusal == ""] += 1
+        self.assertGreater(min(taken.values()), 15, taken)
+
     def test_what_the_reader_takes_the_schema_takes_in_drawn_scenes(self):
         """And most of what it refuses: not what depends on files, on sizes or on other tables."""
         refused = {False: 0, True: 0}
