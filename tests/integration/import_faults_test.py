@@ -3,13 +3,14 @@
 import gzip
 import os
 import resource
+import signal
 import subprocess
 
 import numpy
 
 import daemons
 import imports
-from imports import COULD_NOT_RUN, DONE, FAULTY, SEEDS, TOLERANCE, Hand, mcap, read, rotations
+from imports import COULD_NOT_RUN, DONE, FAULTY, IMPORT, SEEDS, TOLERANCE, Hand, mcap, read, rotations
 
 
 class FaultTest(imports.ImportTest):
@@ -221,6 +222,26 @@ class RefusalTest(imports.ImportTest):
         run = self.run_import(good, "--picture", "none.png", env=environment)
         self.assertEqual((run.returncode, run.stderr), (DONE, ""))
         self.assertIn("no picture: none\n", run.stdout)
+
+    def test_without_numpy_each_program_is_a_line(self):
+        (self.folder / "numpy.py").write_text("raise ImportError('none')\n")
+        for name in ("stillgrid_import", "replay_check", "stiffness_fit"):
+            run = self.run_import("--version", program=daemons.ROOT / "scripts" / name,
+                                  env={**os.environ, "PYTHONPATH": str(self.folder)})
+            line = f"{name}: it needs Python's numpy, which is missing: expected apt install python3-numpy\n"
+            self.assertEqual((run.returncode, run.stdout, run.stderr), (COULD_NOT_RUN, "", line))
+
+    def test_who_reads_no_further_and_a_disk_that_is_full_end_it_as_other_programs(self):
+        good = self.write("good.csv", "time_s,x_m,y_m,z_m\n0,0,0,0\n0.01,0,0,0\n")
+        command, (unread, closed) = ["/usr/bin/python3", IMPORT, good], os.pipe()
+        os.close(unread)
+        run = subprocess.run(command, stdout=closed, stderr=subprocess.PIPE, text=True, check=False)
+        os.close(closed)
+        self.assertEqual((run.returncode, run.stderr), (-signal.SIGPIPE, ""))
+        with open("/dev/full", "w") as full:
+            run = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+        line = "stillgrid_import: standard output: No space left on device\n"
+        self.assertEqual((run.returncode, run.stderr), (COULD_NOT_RUN, line))
 
 
 class ReplayTest(imports.ImportTest):
