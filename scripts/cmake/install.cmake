@@ -7,7 +7,7 @@ foreach(component IN ITEMS replay_check scene_fit stiffness_fit stillgrid_import
   install(PROGRAMS scripts/${component} TYPE BIN COMPONENT ${component})
 endforeach()
 # What two of them share.
-set(ends scripts/replay/endings.py)
+set(ends scripts/replay/endings.py scripts/replay/whole_file.py)
 set(replays ${ends} scripts/replay/expectation.py scripts/replay/forces.py scripts/replay/servers.py
   shared/python/stillgrid/metadata.py shared/python/stillgrid/old_names.py)
 install(FILES ${replays} scripts/replay/picture.py scripts/replay/verdict.py
@@ -17,7 +17,7 @@ install(DIRECTORY scripts/stiffness DESTINATION ${share} COMPONENT stiffness_fit
 install(FILES ${replays} DESTINATION ${share}/replay COMPONENT stiffness_fit)
 install(FILES scripts/fit/toml_edit.py DESTINATION ${share}/fit COMPONENT stiffness_fit)
 install(DIRECTORY scripts/imports DESTINATION ${share} COMPONENT stillgrid_import
-  FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE PATTERN endings.py EXCLUDE)
+  FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE PATTERN endings.py EXCLUDE PATTERN whole_file.py EXCLUDE)
 install(FILES ${ends} DESTINATION ${share}/imports COMPONENT stillgrid_import)
 install(DIRECTORY scripts/fit DESTINATION ${share} COMPONENT scene_fit
   FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)

@@ -4,7 +4,7 @@ import xml.etree.ElementTree as xml
 
 import numpy
 
-from expectation import write_whole
+from whole_file import whole
 
 CONTEXT_ROWS = 3
 ORIGINS = ("scene", "device", "device_driver")  # of a recording's head
@@ -97,4 +97,5 @@ def write_junit(file, suite, verdicts, seconds):
         elif verdict.lines:
             xml.SubElement(case, "system-out").text = "\n".join(verdict.lines)
     xml.indent(root)
-    write_whole(file, xml.tostring(root, encoding="utf-8", xml_declaration=True))
+    with whole(file) as part:
+        part.write_bytes(xml.tostring(root, encoding="utf-8", xml_declaration=True))

@@ -2,6 +2,7 @@
 """scripts/replay_check reads and keeps expectations, and says in one line what it cannot use."""
 import gzip
 import re
+import resource
 import subprocess
 import xml.etree.ElementTree as xml
 
@@ -117,6 +118,22 @@ class ReplayFilesTest(replays.ReplayTest):
         self.assert_says(self.check(self.stiffer_wall(), expected=packed), DIFFERENT, "expected.csv.gz:")
         packed.write_bytes(before[:-20])
         self.assert_one_line(self.check(expected=packed), "expected.csv.gz: cannot be read: expected a whole gzip file")
+
+    def test_a_disk_that_is_full_leaves_both_an_expectation_and_its_metadata_as_they_were(self):
+        new = self.write("new.csv", "time_s,fx_N\n" + 200 * "0,1\n")
+        for limit, of_metadata, named in ((500, 20, "expected.csv"), (900, 1000, "expected.csv-metadata.json")):
+            self.write("new.csv-metadata.json", of_metadata * " ")
+            both = [self.write(name, "as it was\n") for name in ("expected.csv", "expected.csv-metadata.json")]
+            before, limits = sorted(self.folder.iterdir()), resource.getrlimit(resource.RLIMIT_FSIZE)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limits[1]))
+            try:
+                with self.assertRaises(OSError) as raised:
+                    expectation.keep(new, self.expected)
+            finally:
+                resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+            self.assertEqual(raised.exception.filename, str(self.folder / named))
+            self.assertEqual([file.read_text() for file in both], 2 * ["as it was\n"])
+            self.assertEqual(sorted(self.folder.iterdir()), before)
 
     def test_junit_has_a_case_a_hand_and_says_what_differs(self):
         file = self.folder / "result.xml"
