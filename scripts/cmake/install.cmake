@@ -17,8 +17,9 @@ install(DIRECTORY scripts/stiffness DESTINATION ${share} COMPONENT stiffness_fit
 install(FILES ${replays} DESTINATION ${share}/replay COMPONENT stiffness_fit)
 install(FILES scripts/fit/toml_edit.py DESTINATION ${share}/fit COMPONENT stiffness_fit)
 install(DIRECTORY scripts/imports DESTINATION ${share} COMPONENT stillgrid_import
-  FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE PATTERN endings.py EXCLUDE PATTERN whole_file.py EXCLUDE)
-install(FILES ${ends} DESTINATION ${share}/imports COMPONENT stillgrid_import)
+  FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE PATTERN endings.py EXCLUDE PATTERN whole_file.py EXCLUDE
+  PATTERN metadata.py EXCLUDE)
+install(FILES ${ends} shared/python/stillgrid/metadata.py DESTINATION ${share}/imports COMPONENT stillgrid_import)
 install(DIRECTORY scripts/fit DESTINATION ${share} COMPONENT scene_fit
   FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
 

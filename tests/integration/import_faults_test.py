@@ -174,6 +174,15 @@ class RefusalTest(imports.ImportTest):
             with self.subTest(words):
                 self.refused(COULD_NOT_RUN, words, file, *options)
 
+    def test_damaged_metadata_of_a_recording_are_a_line_and_those_of_another_file_are_not_read(self):
+        for name, read in (("rendered_fx_N", True), ("fx_N", False)):
+            raw = self.write("felt.csv", f"time_s,x_m,y_m,z_m,{name}\n0,0,0,0,0\n0.01,0,0,0,0\n")
+            self.write("felt.csv-metadata.json", '{"notes": [{"scene": "wa')
+            if read:
+                self.refused(COULD_NOT_RUN, r"felt\.csv-metadata\.json: cannot be read: expected metadata as", raw)
+            else:
+                self.imported(raw)
+
     def test_neither_the_raw_file_nor_a_folder_is_written_over(self):
         good = self.write("good.csv", "time_s,x_m,y_m,z_m\n0,0,0,0\n0.01,0,0,0\n")
         before = good.read_bytes()

@@ -29,6 +29,7 @@ class ReplayFilesTest(replays.ReplayTest):
         subprocess.run([daemons.ROOT / "scripts" / "stillgrid_import", self.expected, "--out", link], check=True,
                        stdout=subprocess.DEVNULL)
         self.assertTrue(link.is_symlink())
+        self.assertIn("# scene: tissue_and_blocks\n", imported.read_text())
         again = self.folder / "again.csv"
         self.assert_says(self.check(scene, "--write-expected", hand=self.expected, expected=again), EQUAL, "written: ")
         self.assert_says(self.check(scene, hand=imported, expected=again), EQUAL, "equal: byte for byte")
