@@ -31,15 +31,19 @@ class Hand:
         return f".{self.name}" if self.name else ""
 
 
-def hands_of(scene, arguments, folder):
-    """Of the scene all that are asked for, and those that are kept away."""
-    device = {}
+def named_hands(scene):
+    """By name the hands of a scene that names them, and the device of one that does not."""
     try:
         table = tomllib.loads(scene.read_text(encoding="utf-8"))
         named, device = table.get("hand"), table.get("device", {})
-        named = {hand["name"]: hand for hand in named} if isinstance(named, list) else {}
+        return {hand["name"]: hand for hand in named} if isinstance(named, list) else {}, device
     except (ValueError, TypeError, KeyError):
-        named = {}  # sim_server says where
+        return {}, {}  # sim_server says where
+
+
+def hands_of(scene, arguments, folder):
+    """Of the scene all that are asked for, and those that are kept away."""
+    named, device = named_hands(scene)
     for name in arguments.hand:
         if name not in named:
             raise Unusable(f"--hand: value '{name}': expected " +

@@ -8,7 +8,7 @@ import xml.etree.ElementTree as xml
 
 import daemons
 import replays
-from replays import DIFFERENT, EQUAL, REPLAY_CHECK
+from replays import COULD_NOT_RUN, DIFFERENT, EQUAL, REPLAY_CHECK
 import expectation  # after replays, by which it is found
 import forces
 import old_names
@@ -151,6 +151,21 @@ class ReplayFilesTest(replays.ReplayTest):
         self.assert_one_line(self.check("no_such_scene", "--junit", file), "no such scene")
         (suite,) = xml.parse(file).getroot()
         self.assertIn("no such scene", suite.find("testcase/error").get("message"))
+
+    def test_junit_has_the_same_cases_where_nothing_can_run_and_is_XML_whatever_a_name_holds(self):
+        file = self.folder / "result.xml"
+        both = {"hand": self.folder / "both.csv", "expected": self.folder / "e\x1b[31m\udcff&.csv"}
+        for options, cases in (((), ["both.left, hand left", "both.right, hand right"]),
+                               (("--hand", "right"), ["both.right, hand right"]),
+                               (("--hand", "middle"), ["both"])):
+            run = self.check("block_pinched", "--junit", file, *options, **both)
+            self.assertEqual(run.returncode, COULD_NOT_RUN)
+            (suite,) = xml.parse(file).getroot()
+            self.assertEqual([case.get("name") for case in suite], cases)
+            self.assertEqual(suite.get("errors"), str(len(cases)))
+        self.check("wall", "--junit", file, expected=both["expected"])
+        (suite,) = xml.parse(file).getroot()
+        self.assertIn(r"e\x1b[31m\udcff&.csv: there is none yet", suite.find("testcase/error").get("message"))
 
     def test_the_example_workflow_is_YAML_and_calls_what_there_is(self):
         try:
