@@ -98,6 +98,16 @@ def guess_time(table, taken):
     return best
 
 
+def still_time(table):
+    """A column that is called a time and the first row where it does not grow, or None."""
+    for column in table.columns:
+        name = split_unit(column.name, TIME_S)[0].lower()
+        rows = numpy.flatnonzero(numpy.diff(table.numbers(column)) <= 0) + 1
+        if TIME.fullmatch(name) and not COUNTER.fullmatch(name) and len(rows):
+            return column, rows[0]
+    return None
+
+
 def time_unit_like(steps):
     """The unit by which rows come at a rate of recordings: 5 Hz to 5 kHz, s before ms before us."""
     typical = float(numpy.median(steps[steps > 0])) if (steps > 0).any() else 1.0
