@@ -12,6 +12,8 @@ TIME = re.compile(r"(.*[^a-z])?(time|t|timestamps?|stamp|log_?time|secs?|seconds
 COUNTER = re.compile(r"(.*[^a-z])?(frame|sample|index|row|count|seq|id|no)([^a-z].*)?")
 FORCE = re.compile(r"(^|[^a-z])f[\[_ .-]?\?|force|load(?!ed)")
 TURN = re.compile(r"(^|[^a-z])q[\[_ .-]?\?|quat|orient|rot(?!or)|(^|[^a-z])r(ot)?m?\[\?")
+LIKE_TURN = re.compile(r"(.*[^a-z])?(roll|pitch|yaw|eul(er)?|rpy|quat(ernion)?s?|orientation|rot(ation)?(matrix)?|dcm"
+                       r"|r[xyz]|q[_. ]?[wxyz]|(r|m|rot)_?[0-3][_,]?[0-3])([^a-z].*|[wxyz])?")
 POSITION = re.compile(r"pos|tip|tcp|trans(?!form)|point|loc|coord|(^|[^a-z])(ee|p|tool)([^a-z]|$)|^[_ .\[]*\?")
 NO_POSITION = re.compile(r"torque|moment|(^|[^a-z])[tmvawg][\[_ .-]?\?|tau|vel|speed|acc|omega|gyro|mag|dot|twist|joint"
                          r"|err")
@@ -168,6 +170,15 @@ def guess_orientation(table):
             if score > best_score:
                 best, best_score = choice, score
     return best
+
+
+def turn_like(table, choices):
+    """Names of columns that are not chosen, three at least, which look like an orientation."""
+    chosen = [column.name for choice in choices.values() for column in choice.columns()]
+    names = [column.name for column in table.columns
+             if LIKE_TURN.fullmatch(column.name.lower()) and column.name not in chosen
+             and not re.search(r"rate|torque|moment|vel|speed|acc|omega|gyro|dot", column.name.lower())]
+    return names if len(names) > 2 else []
 
 
 def guess_force(table):

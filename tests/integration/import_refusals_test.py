@@ -2,6 +2,7 @@
 """scripts/stillgrid_import says in one line what it cannot read, and leaves what was there."""
 import gzip
 import os
+import re
 import resource
 import signal
 import subprocess
@@ -95,6 +96,16 @@ class RefusalTest(imports.ImportTest):
             line = rf"still\.csv:3: column time_s: value '{stamps[0]}': expected a time after that of the row above"
             self.refused(COULD_NOT_RUN, line, still)
             self.assertRegex(self.run_import(still).stdout, "lacking: .*" + line)
+
+    def test_columns_that_look_like_an_orientation_are_never_left_out_without_a_word(self):
+        matrix = [f"r{row}{column}" for row in "123" for column in "123"]
+        for names in (["Roll [deg]", "Pitch [deg]", "Yaw [deg]"], ["rx", "ry", "rz"], matrix, ["q.w", "q.x", "q.y"]):
+            head, values = ",".join(["time_s,x_m,y_m,z_m", *names, "yaw_rate"]), ",0" * (4 + len(names))
+            raw = self.write("raw.csv", f"{head}\n0{values}\n0.01{values}\n")
+            line = rf"orientation  none found; not taken: {re.escape(', '.join(names))}, which look like one: --orient"
+            self.assertRegex(self.run_import(raw).stdout, line)
+            self.assertRegex(self.run_import(raw, "--out", self.folder / "out.csv").stdout, line)
+            self.assertIn("orientation  none found\n", self.run_import(raw, "--orientation", "none").stdout)
 
     def test_neither_the_raw_file_nor_a_folder_is_written_over(self):
         good = self.write("good.csv", "time_s,x_m,y_m,z_m\n0,0,0,0\n0.01,0,0,0\n")
