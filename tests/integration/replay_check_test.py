@@ -148,7 +148,8 @@ class ReplayCheckTest(replays.ReplayTest):
 
     def test_a_recording_is_replayed_where_it_was_unless_options_place_it(self):
         placed = self.write("placed.toml", (daemons.SCENES / "wall.toml").read_text() +
-                            "\n[device]\nposition_m = [0.0, 0.01, -0.004]\nscale = 2.0\n")
+                            "\n[device]\nposition_m = [0.0, 0.01, -0.004]\nscale = 2.0\n"
+                            "orientation_xyzw = [0.0, 0.0, 0.0, 1.0]\n")
         felt, again = self.folder / "felt.csv", self.folder / "again.csv"
         self.assert_says(self.check(placed, "--write-expected", "--record", felt), EQUAL)
         self.assert_says(self.check(placed, "--record", again, hand=felt), EQUAL, "equal")
