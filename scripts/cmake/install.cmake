@@ -7,8 +7,9 @@ foreach(component IN ITEMS replay_check scene_fit stiffness_fit stillgrid_import
   install(PROGRAMS scripts/${component} TYPE BIN COMPONENT ${component})
 endforeach()
 # What two of them share.
-set(replays scripts/replay/expectation.py scripts/replay/forces.py scripts/replay/servers.py
-  shared/python/stillgrid/metadata.py shared/python/stillgrid/old_names.py)
+set(ends scripts/replay/endings.py scripts/replay/whole_file.py)
+set(replays ${ends} scripts/replay/expectation.py scripts/replay/forces.py scripts/replay/recorded_frame.py
+  scripts/replay/servers.py shared/python/stillgrid/metadata.py shared/python/stillgrid/old_names.py)
 install(FILES ${replays} scripts/replay/picture.py scripts/replay/verdict.py
   DESTINATION ${share}/replay COMPONENT replay_check)
 install(DIRECTORY scripts/stiffness DESTINATION ${share} COMPONENT stiffness_fit
@@ -16,9 +17,12 @@ install(DIRECTORY scripts/stiffness DESTINATION ${share} COMPONENT stiffness_fit
 install(FILES ${replays} DESTINATION ${share}/replay COMPONENT stiffness_fit)
 install(FILES scripts/fit/toml_edit.py DESTINATION ${share}/fit COMPONENT stiffness_fit)
 install(DIRECTORY scripts/imports DESTINATION ${share} COMPONENT stillgrid_import
-  FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
+  FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE PATTERN endings.py EXCLUDE PATTERN whole_file.py EXCLUDE
+  PATTERN metadata.py EXCLUDE)
+install(FILES ${ends} shared/python/stillgrid/metadata.py DESTINATION ${share}/imports COMPONENT stillgrid_import)
 install(DIRECTORY scripts/fit DESTINATION ${share} COMPONENT scene_fit
-  FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE)
+  FILES_MATCHING PATTERN "*.py" PATTERN __pycache__ EXCLUDE PATTERN recorded_frame.py EXCLUDE)
+install(FILES scripts/replay/recorded_frame.py DESTINATION ${share}/fit COMPONENT scene_fit)
 
 install(PROGRAMS scripts/launch TYPE BIN RENAME stillgrid_launch)
 install(PROGRAMS scripts/demo TYPE BIN RENAME stillgrid_demo)

@@ -5,6 +5,7 @@ import pathlib
 import shutil
 import tomllib
 
+import recorded_frame
 import toml_edit
 from runs import Unusable, hash_of
 
@@ -67,19 +68,10 @@ class SceneFiles:
 
     def laid_back(self, trajectory):
         """Options of the replay device for a recording of haptic_server, which is in the scene's frame; else none."""
-        device = self.document.get("device", {})
-        with open(trajectory, encoding="utf-8", errors="replace") as stream:
-            first = stream.readline()
-        if not (first.startswith("# scene: ") or "rendered_fx_N" in first.split(",")):
-            return ""
-        if device.get("orientation_xyzw", [0.0, 0.0, 0.0, 1.0])[:3] != [0.0, 0.0, 0.0]:
-            raise Unusable(f"{trajectory}: recorded where [device] is turned: expected a trajectory of the device, as "
-                           "no recording replays in place there")
-        scale = 1.0 / device.get("scale", 1.0)
-        options = [f"scale={scale!r}"] if scale != 1.0 else []
-        at_m = zip("xyz", device.get("position_m", ()))
-        options += [f"offset_{axis}_m={-scale * x_m!r}" for axis, x_m in at_m if x_m]
-        return ",".join(options)
+        try:
+            return recorded_frame.laid_back(trajectory, self.document.get("device", {}))
+        except ValueError as error:
+            raise Unusable(error) from None
 
     def edited(self, changes):
         changes = dict(changes)

@@ -3,6 +3,7 @@ import io
 
 import numpy
 
+from endings import missing_package
 from table import Unusable, table_of_arrays
 
 
@@ -10,8 +11,7 @@ def package(name, file, what, debian):
     try:
         return __import__(name, fromlist=["_"])
     except ImportError:
-        raise Unusable(f"{file}: {what} needs Python's {name}, which is missing: expected apt install "
-                       f"{debian}") from None
+        raise Unusable(f"{file}: {missing_package(what, name, debian)}") from None
 
 
 def one_line(error):

@@ -12,6 +12,8 @@ TIME = re.compile(r"(.*[^a-z])?(time|t|timestamps?|stamp|log_?time|secs?|seconds
 COUNTER = re.compile(r"(.*[^a-z])?(frame|sample|index|row|count|seq|id|no)([^a-z].*)?")
 FORCE = re.compile(r"(^|[^a-z])f[\[_ .-]?\?|force|load(?!ed)")
 TURN = re.compile(r"(^|[^a-z])q[\[_ .-]?\?|quat|orient|rot(?!or)|(^|[^a-z])r(ot)?m?\[\?")
+LIKE_TURN = re.compile(r"(.*[^a-z])?(roll|pitch|yaw|eul(er)?|rpy|quat(ernion)?s?|orientation|rot(ation)?(matrix)?|dcm"
+                       r"|r[xyz]|q[_. ]?[wxyz]|(r|m|rot)_?[0-3][_,]?[0-3])([^a-z].*|[wxyz])?")
 POSITION = re.compile(r"pos|tip|tcp|trans(?!form)|point|loc|coord|(^|[^a-z])(ee|p|tool)([^a-z]|$)|^[_ .\[]*\?")
 NO_POSITION = re.compile(r"torque|moment|(^|[^a-z])[tmvawg][\[_ .-]?\?|tau|vel|speed|acc|omega|gyro|mag|dot|twist|joint"
                          r"|err")
@@ -98,6 +100,16 @@ def guess_time(table, taken):
     return best
 
 
+def still_time(table):
+    """A column that is called a time and the first row where it does not grow, or None."""
+    for column in table.columns:
+        name = split_unit(column.name, TIME_S)[0].lower()
+        rows = numpy.flatnonzero(numpy.diff(table.numbers(column)) <= 0) + 1
+        if TIME.fullmatch(name) and not COUNTER.fullmatch(name) and len(rows):
+            return column, rows[0]
+    return None
+
+
 def time_unit_like(steps):
     """The unit by which rows come at a rate of recordings: 5 Hz to 5 kHz, s before ms before us."""
     typical = float(numpy.median(steps[steps > 0])) if (steps > 0).any() else 1.0
@@ -158,6 +170,15 @@ def guess_orientation(table):
             if score > best_score:
                 best, best_score = choice, score
     return best
+
+
+def turn_like(table, choices):
+    """Names of columns that are not chosen, three at least, which look like an orientation."""
+    chosen = [column.name for choice in choices.values() for column in choice.columns()]
+    names = [column.name for column in table.columns
+             if LIKE_TURN.fullmatch(column.name.lower()) and column.name not in chosen
+             and not re.search(r"rate|torque|moment|vel|speed|acc|omega|gyro|dot", column.name.lower())]
+    return names if len(names) > 2 else []
 
 
 def guess_force(table):

@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy
 
 import look
-from output import whole
+from whole_file import whole
 
 # Okabe and Ito's, which the colour-blind can tell apart.
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7")

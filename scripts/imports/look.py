@@ -3,6 +3,8 @@ import shlex
 
 import numpy
 
+from mapping import QUANTITIES
+
 SHOWN = 24  # columns
 SHOWN_FAULTS = 10
 
@@ -25,11 +27,16 @@ def columns(table, choices):
     return lines
 
 
-def taken(choices, rate_hz):
+def taken(choices, rate_hz, left):
+    """left: names of columns that look like an orientation, which are not taken."""
     lines = []
     for name in ("time", "position", "orientation", "force"):
         if name == "time" and rate_hz:
             lines.append(f"time         rows at {rate_hz:g} Hz, by --rate")
+        elif name == "orientation" and name not in choices and left:
+            lines.append(f"{name:12} none found; not taken: {', '.join(left[:9])}{', ...' if len(left) > 9 else ''}, "
+                         f"which look like one: --orientation COLUMNS:KIND of {', '.join(QUANTITIES[name])}; no Euler "
+                         "angles")
         elif name not in choices:
             lines.append(f"{name:12} none found" + ("; --rate HZ for rows that come evenly" if name == "time" else ""))
         else:

@@ -1,6 +1,7 @@
 """Reads an MCAP file (https://mcap.dev/spec) record by record, up to where it was cut off."""
 import dataclasses
 import struct
+import zlib
 
 from binary_tables import package
 from table import Unusable
@@ -61,9 +62,10 @@ class Fields:
 
 
 def read(file, data):
-    found, schemas, channels = Recording(), {}, {}
+    found, schemas, channels, chunks = Recording(), {}, {}, 0
 
     def take(code, body):
+        nonlocal chunks
         fields = Fields(body)
         if code == SCHEMA:
             number = fields.numbers("H")
@@ -82,14 +84,16 @@ def read(file, data):
             name = fields.text()
             found.metadata[name] = fields.map()
         elif code == CHUNK:
-            for part in records(chunk_of(file, body)):
+            chunks += 1
+            for _, *part in records(chunk_of(file, body, chunks)):
                 take(*part)
 
     try:
-        for code, body in records(data[len(MAGIC):], may_be_cut=True):
+        for at, code, body in records(data, len(MAGIC), may_be_cut=True):
             take(code, body)
             found.is_whole = code == DATA_END
             if found.is_whole:
+                check_crc(f"{file}: all up to byte {at}", memoryview(data)[:at], Fields(body).numbers("I"))
                 break
     except (struct.error, ValueError) as error:
         raise Unusable(f"{file}: cannot be read: {error}: expected MCAP") from None
@@ -99,24 +103,36 @@ def read(file, data):
     return found
 
 
-def records(data, may_be_cut=False):
-    offset = 0
+def check_crc(what, data, told):
+    """told: 0 where the file does not state it."""
+    if told and zlib.crc32(data) != told:
+        raise Unusable(f"{what}: CRC-32 {zlib.crc32(data):08x}: expected {told:08x}, as stated: the file is damaged")
+
+
+def records(data, offset=0, may_be_cut=False):
+    """Where each begins, its code and what it holds."""
     while offset + 9 <= len(data):
         code, size = struct.unpack_from("<BQ", data, offset)
         if offset + 9 + size > len(data):
             if may_be_cut:
                 return
             raise ValueError(f"a record of {size} bytes in a chunk of {len(data)}")
-        yield code, memoryview(data)[offset + 9:offset + 9 + size]
+        yield offset, code, memoryview(data)[offset + 9:offset + 9 + size]
         offset += 9 + size
 
 
-def chunk_of(file, body):
+def chunk_of(file, body, number):
     fields = Fields(body)
-    _, _, size, _ = fields.numbers("QQQI")
+    _, _, size, crc = fields.numbers("QQQI")
     name, packed = fields.text(), fields.bytes("Q")
     if size > 2**32:
-        raise ValueError(f"a chunk of {size} bytes")
+        raise ValueError(f"chunk {number} of {size} bytes")
+    content = unpacked(file, number, name, packed, size)
+    check_crc(f"{file}: chunk {number}", content, crc)
+    return content
+
+
+def unpacked(file, number, name, packed, size):
     try:
         if name == "zstd":
             zstandard = package("zstandard", file, "MCAP packed by zstd", "python3-zstandard")
@@ -126,7 +142,7 @@ def chunk_of(file, body):
     except Unusable:
         raise
     except Exception as error:  # whatever the two raise of bad bytes
-        raise ValueError(f"a chunk packed by {name}: {error}") from None
+        raise ValueError(f"chunk {number}, packed by {name}: {error}") from None
     if name:
-        raise Unusable(f"{file}: a chunk packed by '{name[:40]}': expected zstd, lz4 or none")
+        raise Unusable(f"{file}: chunk {number}, packed by '{name[:40]}': expected zstd, lz4 or none")
     return packed

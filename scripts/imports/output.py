@@ -1,25 +1,7 @@
 """Writes the trajectory that replay plays, whole or not at all."""
-import contextlib
-import pathlib
+from whole_file import whole
 
 NAMES = {"position_m": ("x_m", "y_m", "z_m"), "turns": ("qx", "qy", "qz", "qw"), "force_N": ("fx_N", "fy_N", "fz_N")}
-
-
-@contextlib.contextmanager
-def whole(file):
-    """A file beside it to write to, which takes its name once all is well; what is no file, a pipe, is written to."""
-    file = pathlib.Path(file).resolve()
-    if file.exists() and not file.is_file():
-        yield file
-        return
-    part = file.with_name(file.name + ".part")
-    try:
-        yield part
-        part.replace(file)
-    except OSError as error:  # a full disk names no file
-        raise OSError(error.errno, error.strerror, str(file)) from None
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def write(trajectory, notes, file):

@@ -3,6 +3,7 @@ import collections
 import csv
 import re
 
+from metadata import metadata_of
 from table import Column, Table, Unusable
 
 DELIMITERS = (",", ";", "\t", "|", " ")
@@ -80,13 +81,19 @@ def read_text(file, data, delimiter=None):
                   for column in values]
     columns = [Column(name, column, unit) for name, column, unit in zip(names, values, units)]
     shown = {"\t": "tab", " ": "blanks", ",": "comma", ";": "semicolon", "|": "bar"}.get(delimiter, delimiter)
-    return Table(file, f"text, separated by {shown}", columns, [number for number, _ in body], notes, about_of(lines, names))
+    return Table(file, f"text, separated by {shown}", columns, [number for number, _ in body], notes,
+                 about_of(file, lines, names))
 
 
-def about_of(lines, names):
+def about_of(file, lines, names):
     """A recording of haptic_server is in the scene's frame; what reads trajectories knows it by this line."""
     scenes = [line.removeprefix("# scene:").strip() for _, line in lines[:40] if line.startswith("# scene:")]
-    return [("scene", scenes[0] if scenes else "")] if scenes or "rendered_fx_N" in names else []
+    if "rendered_fx_N" in names and not scenes:
+        try:
+            scenes = [metadata_of(file, ()).get("scene", "")]
+        except ValueError as error:
+            raise Unusable(error) from None
+    return [("scene", scenes[0])] if scenes else []
 
 
 def first_row(rows):

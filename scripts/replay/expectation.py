@@ -1,10 +1,11 @@
 """Files of expected forces: CSV, compressed where the name ends in .gz."""
+import contextlib
 import gzip
 import pathlib
-import shutil
 import zlib
 
 from metadata import metadata_file
+from whole_file import whole
 
 
 class Unusable(Exception):
@@ -23,26 +24,14 @@ def content_of(file):
         raise Unusable(f"{file}: cannot be read: {error.strerror}") from None
 
 
-def write_whole(file, content):
-    """A file that appears whole or not at all, where a link leads; what is no file, a pipe, is written to."""
-    file = file.resolve()
-    if file.exists() and not file.is_file():
-        file.write_bytes(content)
-        return
-    part = file.with_name(file.name + ".part")
-    try:
-        part.write_bytes(content)
-        part.replace(file)
-    finally:
-        part.unlink(missing_ok=True)
-
-
 def keep(recording, file):
-    """A copy of a recording; compressed, the same bytes for the same forces. Its metadata beside."""
-    if metadata_file(recording).is_file():
-        shutil.copyfile(metadata_file(recording), metadata_file(file))
-    content = recording.read_bytes()
-    write_whole(file, gzip.compress(content, mtime=0) if file.suffix == ".gz" else content)
+    """A copy of a recording; compressed, the same bytes for the same forces. Its metadata beside: both, or neither."""
+    content, beside = recording.read_bytes(), metadata_file(recording)
+    with contextlib.ExitStack() as parts:
+        if beside.is_file() and (file.is_file() or not file.exists()):  # a pipe has nothing beside it
+            parts.enter_context(whole(metadata_file(file))).write_bytes(beside.read_bytes())
+        parts.enter_context(whole(file)).write_bytes(gzip.compress(content, mtime=0) if file.suffix == ".gz"
+                                                     else content)
 
 
 def of_hand(file, name):

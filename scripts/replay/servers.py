@@ -9,6 +9,7 @@ import time
 import tomllib
 
 from expectation import Unusable, of_hand
+from recorded_frame import laid_back
 
 PLACES = ("scale=", "offset_", "map=")  # options that say where a trajectory lies
 # Fifty times a workspace; beyond 10 m no device is believed. Some snapshots long: a hand that ended at its first
@@ -31,15 +32,19 @@ class Hand:
         return f".{self.name}" if self.name else ""
 
 
-def hands_of(scene, arguments, folder):
-    """Of the scene all that are asked for, and those that are kept away."""
-    device = {}
+def named_hands(scene):
+    """By name the hands of a scene that names them, and the device of one that does not."""
     try:
         table = tomllib.loads(scene.read_text(encoding="utf-8"))
         named, device = table.get("hand"), table.get("device", {})
-        named = {hand["name"]: hand for hand in named} if isinstance(named, list) else {}
+        return {hand["name"]: hand for hand in named} if isinstance(named, list) else {}, device
     except (ValueError, TypeError, KeyError):
-        named = {}  # sim_server says where
+        return {}, {}  # sim_server says where
+
+
+def hands_of(scene, arguments, folder):
+    """Of the scene all that are asked for, and those that are kept away."""
+    named, device = named_hands(scene)
     for name in arguments.hand:
         if name not in named:
             raise Unusable(f"--hand: value '{name}': expected " +
@@ -65,18 +70,11 @@ def hands_of(scene, arguments, folder):
 def into_frame(trajectory, device):
     """What takes a recording, which is in the scene's frame, back to the hand's device."""
     try:
-        with open(trajectory, encoding="utf-8", errors="replace") as lines:
-            first = next(lines, "")
-            header = first if not first.startswith("#") else next((line for line in lines if not line.startswith("#")), "")
+        return laid_back(trajectory, device)
     except OSError as error:
         raise Unusable(f"{trajectory}: cannot be read: {error.strerror}") from None
-    if "rendered_fx_N" not in header and not first.startswith("# scene: "):
-        return ""
-    if "orientation_xyzw" in device:
-        raise Unusable(f"{trajectory}: expected a recording of a device that is not turned")
-    scale = device.get("scale", 1.0)
-    back = [f"offset_{axis}_m={-at_m / scale!r}" for axis, at_m in zip("xyz", device.get("position_m", ()))]
-    return ",".join([f"scale={1.0 / scale!r}", *back] if scale != 1.0 else back)
+    except ValueError as error:
+        raise Unusable(error) from None
 
 
 def commands_of(scene, hands, arguments):

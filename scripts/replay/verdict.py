@@ -1,10 +1,11 @@
 """What a comparison says, in lines for people and as JUnit's XML for what reads tests."""
 import dataclasses
+import re
 import xml.etree.ElementTree as xml
 
 import numpy
 
-from expectation import write_whole
+from whole_file import whole
 
 CONTEXT_ROWS = 3
 ORIGINS = ("scene", "device", "device_driver")  # of a recording's head
@@ -81,6 +82,11 @@ def result_lines(comparison):
             yield f"{name}: EXPECTED is of '{was}', this run of '{now}'"
 
 
+def in_xml(text):
+    """What XML cannot hold, as Python writes it: \\x1b."""
+    return re.sub(r"[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", lambda match: ascii(match[0])[1:-1], text)
+
+
 def write_junit(file, suite, verdicts, seconds):
     """One case a hand, so that what reads JUnit names the hand that differs; whole or not at all."""
     failed = sum(bool(verdict.headline) and not verdict.is_error for verdict in verdicts)
@@ -89,12 +95,13 @@ def write_junit(file, suite, verdicts, seconds):
                            errors=str(sum(verdict.is_error for verdict in verdicts)), skipped="0",
                            time=f"{seconds:.3f}")
     for verdict in verdicts:
-        case = xml.SubElement(cases, "testcase", classname=suite, name=verdict.name,
+        case = xml.SubElement(cases, "testcase", classname=in_xml(suite), name=in_xml(verdict.name),
                               time=f"{seconds / len(verdicts):.3f}")
         if verdict.headline:
             kind = "error" if verdict.is_error else "failure"
-            xml.SubElement(case, kind, message=verdict.headline).text = "\n".join(verdict.lines)
+            xml.SubElement(case, kind, message=in_xml(verdict.headline)).text = in_xml("\n".join(verdict.lines))
         elif verdict.lines:
-            xml.SubElement(case, "system-out").text = "\n".join(verdict.lines)
+            xml.SubElement(case, "system-out").text = in_xml("\n".join(verdict.lines))
     xml.indent(root)
-    write_whole(file, xml.tostring(root, encoding="utf-8", xml_declaration=True))
+    with whole(file) as part:
+        part.write_bytes(xml.tostring(root, encoding="utf-8", xml_declaration=True))

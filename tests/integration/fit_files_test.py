@@ -144,6 +144,8 @@ class SceneFilesTest(daemons.SessionTest):
         recording = self.write("today.csv", "time_s,x_m,y_m,z_m,fx_N,rendered_fx_N,contacts\n")
         self.assertEqual(self.files.laid_back(recording), "scale=0.5,offset_y_m=-0.05")
         self.assertEqual(self.files.laid_back(self.write("other.csv", "t_s,x_m\n")), "")
+        early = self.write("early.csv", "# stillgrid: 0.0.9\ntime_s,x_m,y_m,z_m,rendered_fx_N\n")
+        self.assertEqual(self.files.laid_back(early), "scale=0.5,offset_y_m=-0.05")
 
 
 class TomlEditTest(unittest.TestCase):

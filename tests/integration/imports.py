@@ -58,17 +58,30 @@ def text_of(text):
     return struct.pack("<I", len(text)) + text.encode()
 
 
-def mcap(messages, topic, packing=None, name=""):
-    """By the specification at mcap.dev: a header, a channel and its messages, plain or in a chunk, an end."""
+def mcap(messages, topic, packing=None, name="", crc=lambda data: 0):
+    """By the specification at mcap.dev: a header, a channel and its messages, plain or in a chunk, an end. crc: of the
+    chunk and of all up to the end; 0 states none."""
     inner = record(4, struct.pack("<HH", 7, 0) + text_of(topic) + text_of("json") + struct.pack("<I", 0))
     inner += b"".join(record(5, struct.pack("<HIQQ", 7, k, stamp, stamp) + json.dumps(message).encode())
                       for k, (stamp, message) in enumerate(messages))
     if packing:
         packed = packing(inner)
-        inner = record(6, struct.pack("<QQQI", 0, 0, len(inner), 0) + text_of(name) + struct.pack("<Q", len(packed))
-                       + packed)
-    return (b"\x89MCAP0\r\n" + record(1, text_of("") + text_of("of a test")) + inner
-            + record(15, struct.pack("<I", 0)) + record(2, struct.pack("<QQI", 0, 0, 0)) + b"\x89MCAP0\r\n")
+        inner = record(6, struct.pack("<QQQI", 0, 0, len(inner), crc(inner)) + text_of(name)
+                       + struct.pack("<Q", len(packed)) + packed)
+    data = b"\x89MCAP0\r\n" + record(1, text_of("") + text_of("of a test")) + inner
+    return (data + record(15, struct.pack("<I", crc(data))) + record(2, struct.pack("<QQI", 0, 0, 0))
+            + b"\x89MCAP0\r\n")
+
+
+def without_crcs(data):
+    """An MCAP file that states none, so that what reads behind them is reached."""
+    data, at = bytearray(data), 8
+    while at + 9 <= len(data) - 8:
+        code, size = struct.unpack_from("<BQ", data, at)
+        if code in (6, 15):  # a chunk, the end of the data
+            struct.pack_into("<I", data, at + 9 + (24 if code == 6 else 0), 0)
+        at += 9 + size
+    return bytes(data)
 
 
 class ImportTest(daemons.SessionTest):

@@ -2,6 +2,7 @@
 """scripts/stillgrid_import reads what laboratories write: text, arrays and messages come back as they were."""
 import gzip
 import shlex
+import zlib
 
 import numpy
 
@@ -240,6 +241,16 @@ class McapTest(imports.ImportTest):
             self.assertGreater(rows, len(hand.time_s) // 2)
             numpy.testing.assert_allclose(got["x_m"], hand.position_m[:rows, 0], rtol=0, atol=TOLERANCE)
             self.assertIn("the file was cut off", self.run_import(raw).stdout)
+
+    def test_a_byte_that_its_CRC_does_not_know_is_a_line_that_names_the_chunk(self):
+        messages, raw = self.messages(self.hand(3))[:40], self.folder / "raw.mcap"
+        for packing, place in ((bytes, "chunk 1"), (None, r"all up to byte \d+")):
+            whole = mcap(messages, "/tool", packing, crc=zlib.crc32)
+            raw.write_bytes(whole)
+            self.imported(raw, *self.OPTIONS)
+            digit = whole.rindex(b'"position": {"x": ') + len(b'"position": {"x": 0.')
+            raw.write_bytes(whole[:digit] + bytes([whole[digit] ^ 1]) + whole[digit + 1:])
+            self.refused(COULD_NOT_RUN, rf"raw\.mcap: {place}: CRC-32 \w{{8}}: expected \w{{8}}, as stated", raw)
 
     def test_a_byte_that_is_wrong_is_a_line_or_a_trajectory_but_no_crash(self):
         random = numpy.random.default_rng(5)

@@ -1,0 +1,1 @@
+../replay/recorded_frame.py

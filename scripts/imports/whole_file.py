@@ -1,0 +1,1 @@
+../replay/whole_file.py
