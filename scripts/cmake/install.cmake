@@ -40,7 +40,16 @@ install(FILES scripts/system/95-stillgrid.conf DESTINATION ${share}/limits.d)
 install(FILES LICENSE THIRD_PARTY_NOTICES.md README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md
   DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR}
-  FILES_MATCHING PATTERN "*.md" PATTERN "*.png" PATTERN "*.svg" PATTERN examples EXCLUDE)
+  FILES_MATCHING PATTERN "*.md" PATTERN "*.png" PATTERN "*.svg" PATTERN "*.csv" PATTERN examples EXCLUDE)
+# What pages link to outside docs.
+foreach(file IN ITEMS
+    proto/dds/scene_relay.idl proto/device_plugin.h proto/ros/geometry_msgs.idl proto/stillgrid.h proto/stillgrid.hpp
+    scripts/gallery/bunny_on_sheet.toml scripts/gallery/charts.toml sim_server/dynamics/choice/memory_need.hpp
+    sim_server/scene/method.hpp sim_server/scene/scene.schema.json tests/network/dds_security.py
+    tests/performance/pile.hpp)
+  cmake_path(GET file PARENT_PATH folder)
+  install(FILES ${file} DESTINATION ${CMAKE_INSTALL_DOCDIR}/${folder})
+endforeach()
 install(DIRECTORY docs/examples DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs PATTERN __pycache__ EXCLUDE)
 
 # Completion is looked for by a program's name.

@@ -1,4 +1,4 @@
-# Completion of Stillgrid's programs for bash. Options are those that --help prints; values are completed
+# Completion of Stillgrid's programs for bash. Options are those that have a line of --help; values are completed
 # where they are known: scenes, devices, transitions, sessions, files.
 
 # The folder PREFIX of the program that is completed.
@@ -67,7 +67,7 @@ _stillgrid() {
     local subcommand=()
     if [[ ${program##*/} == scene_relay && $cword -gt 1 ]]; then subcommand=("${words[1]}"); fi
     mapfile -t COMPREPLY < <(compgen -W "$("$program" "${subcommand[@]}" --help 2>/dev/null |
-      grep -oE -- '(^|[ ,[|])--[a-z][a-z-]*' | tr -d ' ,[|' | sort -u)" -- "$cur")
+      sed -nE 's/^ {1,8}(-.*)/\1/p' | sed 's/  .*//' | grep -oE -- '--[a-z][a-z-]*' | sort -u)" -- "$cur")
     return
   fi
   case ${program##*/} in

@@ -110,6 +110,13 @@ class InstallTest(daemons.SessionTest):
         if page.exists():  # not of a sanitizer's build
             self.assertIn("MIT", (page / "three" / "LICENSE").read_text())
 
+    def test_every_link_of_the_installed_pages_leads_to_an_installed_file(self):
+        pages = sorted((self.prefix / "share/doc/stillgrid").rglob("*.md"))
+        links = [(page, link) for page in pages
+                 for link in re.findall(r'(?:\]\(|src=")(?![a-z]+:)([^)\s#"]+)', page.read_text())]
+        self.assertGreater(len(links), 800)
+        self.assertEqual([(page.name, link) for page, link in links if not (page.parent / link).exists()], [])
+
     def test_a_driver_in_C11_built_with_the_package_is_found_by_its_name_and_felt(self):
         library = self.build("handle")
         exported = self.run_quietly("nm", "--dynamic", "--defined-only", library).splitlines()

@@ -203,13 +203,24 @@ class PartsTest(unittest.TestCase):
 
 
 class DemoTest(TreeTest):
-    def test_two_demos_at_once_write_two_folders(self):
+    def setUp(self):
+        super().setUp()
         self.write(self.root / "scripts/build", "#!/bin/sh\n")
         self.write(self.tools / "cyclictest", "#!/bin/sh\nexit 1\n")
         (self.root / "build").mkdir()
         (self.root / "build/release").symlink_to(daemons.BUILD)
         for folder in ("sim_server", "shared"):
             (self.root / folder).symlink_to(daemons.ROOT / folder)
+
+    def test_a_folder_where_the_link_to_the_last_run_would_be_stays(self):
+        (self.root / "build/demo/latest").mkdir(parents=True)
+        demo = subprocess.run([self.root / "scripts/demo", "--seconds", "1"], env=self.environment, text=True,
+                              capture_output=True, timeout=60 * daemons.PATIENCE)
+        self.assertEqual(demo.returncode, 0, demo.stdout + demo.stderr)
+        self.assertIn("build/demo/latest is no link of a run before: it stays as it is", demo.stdout)
+        self.assertTrue((self.root / "build/demo/1/force.png").exists())
+
+    def test_two_demos_at_once_write_two_folders(self):
         both = [subprocess.Popen([self.root / "scripts/demo", "--seconds", "1"], env=self.environment, text=True,
                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT) for _ in range(2)]
         texts = [demo.communicate(timeout=60 * daemons.PATIENCE)[0] for demo in both]
