@@ -225,7 +225,7 @@ class SceneSchemaTest(daemons.SessionTest):
         self.assertGreater(refused, 15)
 
     def test_methods_and_rates_are_taken_or_refused_by_both_in_drawn_scenes(self):
-        self.write("hand.csv", "time_s,position_x_m,position_y_m,position_z_m\n0,0,0,0.1\n1,0,0,0.1\n")
+        self.write("hand.csv", "time_s,x_m,y_m,z_m\n0,0,0,0.1\n1,0,0,0.1\n")
         keys = SCHEMA["properties"]["simulation"]["properties"]
         choices = {"integrator": keys["integrator"]["enum"], "solver": keys["solver"]["enum"], "substeps": [1, 7],
                    "tolerance_m_s": [3e-7], "rate_hz": ["auto", 41.0], "processor_share": [0.13]}
