@@ -5,6 +5,9 @@
 #include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <filesystem>
+#include <stdexcept>
+#include <system_error>
 
 #include "haptic_server/device/list_devices.hpp"
 #include "haptic_server/device/release_device.hpp"
@@ -190,8 +193,19 @@ int run(Arguments& arguments, safety::GuardedState& guarded) {
   return status == realtime::kDone ? report_status : status;
 }
 
+/// A file that the device is given, as a trajectory, is not recorded over.
+void require_another_file(const std::filesystem::path& record, const device::DeviceSpec& spec) {
+  std::error_code ignored;
+  for (const device::DeviceOption& option : spec.options)
+    if (!record.empty() && std::filesystem::equivalent(option.value, record, ignored))
+      throw std::runtime_error("--record: value '" + record.string() +
+                               "': expected another file than the device's " + option.key +
+                               ", which is read");
+}
+
 safety::GuardedProgram program_of(Arguments& arguments) {
   const device::DeviceSpec spec = device::parse_device_spec(arguments.options.device);
+  require_another_file(arguments.options.record, spec);
   const device::DeviceLoop loop{.period_ns = realtime::to_ns(1.0 / arguments.options.rate_hz)};
   safety::GuardedProgram program;
   program.subject = "device '" + spec.plugin + "'";

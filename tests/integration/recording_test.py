@@ -142,6 +142,16 @@ class RecordingTest(daemons.SessionTest):
         hand = self.haptic_server(PRESS, "--record", "/dev/full", "--duration", 5)
         self.assert_refused(hand, BAD_INPUT, "/dev/full", "No space left on device")
 
+    def test_the_trajectory_of_the_device_is_not_recorded_over(self):
+        hand = self.write("hand.csv", "time_s,x_m,y_m,z_m\n0,0,0,0.02\n1,0,0,0.01\n")
+        link = self.folder / "link.csv"
+        link.symlink_to(hand)
+        before = hand.read_text()
+        for record in (hand, link):
+            refused = self.haptic_server(f"replay:file={hand}", "--record", record, "--duration", 0.1)
+            self.assert_refused(refused, BAD_INPUT, "--record: value ", "expected another file than the device's file")
+            self.assertEqual(hand.read_text(), before)
+
     def test_what_ends_before_the_first_tick_has_cost_no_earlier_recording(self):
         log = call_log.CallLog(f"/dev/shm/stillgrid-{self.session}-calls")
         log.trigger()

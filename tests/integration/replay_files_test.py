@@ -21,6 +21,15 @@ class ReplayFilesTest(replays.ReplayTest):
         self.assert_one_line(self.check("wall", "--write-expected", expected=self.hand), "is what the hand follows")
         self.assertEqual(self.hand.read_bytes(), before)
 
+    def test_what_is_read_is_not_written_over_and_a_picture_has_a_name_of_one(self):
+        self.assert_says(self.check("wall", "--write-expected"), EQUAL, "written: ")
+        before = {file: file.read_bytes() for file in (self.hand, self.expected)}
+        for option in ("--record", "--junit"):
+            for file in before:
+                self.assert_one_line(self.check("wall", option, file), f"{option}: value '{file}': expected another file")
+        self.assert_one_line(self.check("wall", "--picture", self.folder / "p.txt"), "expected a name that ends in .png")
+        self.assertEqual({file: file.read_bytes() for file in before}, before)
+
     def test_a_recording_replays_alike_once_it_was_imported_and_links_and_pipes_stay(self):
         scene = daemons.SCENES / "tissue_and_blocks.toml"
         self.assert_says(self.check(scene, "--write-expected"), EQUAL, "written: ")

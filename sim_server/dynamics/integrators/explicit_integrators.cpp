@@ -57,10 +57,7 @@ ExplicitIntegrator::ExplicitIntegrator(const scene::Method& method)
 SolveReport ExplicitIntegrator::advance(const bodies::World& world,
                                         std::span<const contact::Contact> contacts,
                                         double duration_s, Budget& budget) {
-  if (!springs_) {
-    springs_.emplace(world);
-    joint_rates_ = joint_rates(world);
-  }
+  if (!springs_) springs_.emplace(world);
   SolveReport report;
   // Where contacts cannot be solved substeps are halved, all of the part's, so that it begins anew.
   for (int halvings = 0;; ++halvings) {
@@ -176,8 +173,9 @@ int ExplicitIntegrator::substeps_for(const bodies::World& world, double duration
     rates_ = spectrum_.follow(world, state_, *springs_);
     since_look_ = 0;
   }
-  const double k_per_s2 = kSpringMargin * (rates_.stiffness_per_s2 + joint_rates_.stiffness_per_s2);
-  const double c_per_s = kSpringMargin * (rates_.damping_per_s + joint_rates_.damping_per_s);
+  const SpringRates joints = joint_rates(world, duration_s);
+  const double k_per_s2 = kSpringMargin * (rates_.stiffness_per_s2 + joints.stiffness_per_s2);
+  const double c_per_s = kSpringMargin * (rates_.damping_per_s + joints.damping_per_s);
   // The largest h with h^2 k + 2 h c = 4, as a rate so that none is zero.
   const double per_s = 0.25 * (c_per_s + std::sqrt(c_per_s * c_per_s + 4.0 * k_per_s2));
   const double asked =

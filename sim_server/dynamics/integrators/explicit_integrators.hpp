@@ -80,7 +80,7 @@ class ExplicitIntegrator : public Integrator {
   std::optional<SpringForces> springs_;
   static constexpr int kNeverLooked = 1 << 20;
   SpringSpectrum spectrum_;
-  SpringRates rates_, joint_rates_;
+  SpringRates rates_;
   int since_look_ = kNeverLooked;  // substeps since the spectrum was followed
   ContactCore contacts_;
   double kept_substep_s_ = 0.0;  // of the last advance() that counts; 0: none

@@ -89,6 +89,50 @@ TEST_CASE("By explicit methods energy stays, however stiff the joints are", "[jo
   }
 }
 
+/// A box that hangs from the world by a joint and bears another, of masses, sizes, springs and
+/// dampers that are drawn over decades: joints become as long as the boxes or a thousand times
+/// that.
+scene::SceneDescription drawn_load(unsigned seed) {
+  std::mt19937 random(seed);
+  const auto by_decades = [&](double low, double high) {
+    return low * std::pow(high / low, std::uniform_real_distribution<double>()(random));
+  };
+  const double own_m = by_decades(0.004, 0.04), load_m = by_decades(0.004, 0.04);
+  bodies::BodyDescription own =
+      link({0, 0, 0}, Eigen::Vector3d::Constant(own_m), by_decades(1e-4, 0.1));
+  own.angular_velocity_rad_s = {by_decades(0.1, 10.0), 0.0, by_decades(0.1, 10.0)};
+  const bodies::BodyDescription load =
+      link({0, 0, -own_m - load_m}, Eigen::Vector3d::Constant(load_m), by_decades(1e-3, 5.0));
+  const auto damping_N_s_per_m = [&] { return random() % 2 == 0 ? 0.0 : by_decades(1e-3, 1.0); };
+  const double hold_N_per_m = by_decades(1.0, 1e3), bear_N_per_m = by_decades(1.0, 1e3);
+  const bool is_first = random() % 2 == 0;
+  return joined_scene({own, load},
+                      {joint(0, -1, {{0.0, 0.0, own_m}}, hold_N_per_m, damping_N_s_per_m()),
+                       joint(is_first ? 0 : 1, is_first ? 1 : 0, {{0.0, 0.0, -own_m}}, bear_N_per_m,
+                             damping_N_s_per_m())},
+                      kGravity_m_s2);
+}
+
+TEST_CASE("By explicit methods joints that are stretched far make no energy", "[joints]") {
+  const scene::IntegratorKind kind =
+      GENERATE(scene::IntegratorKind::kSymplecticEuler, scene::IntegratorKind::kVelocityVerlet);
+  for (unsigned seed = 1; seed <= 3 * kSeeds; ++seed) {
+    scene::SceneDescription scene = drawn_load(seed);
+    scene.method.integrator = kind;
+    Simulation simulation(scene);
+    const double start_J = energies(simulation.world(), {}).total_J();
+    double kinetic_J = 0.0, made_J = 0.0;
+    for (int i = 0; i < 150; ++i) {
+      (void)advance(simulation, 0.017, 1);
+      const Energies now = energies(simulation.world(), {});
+      kinetic_J = std::max(kinetic_J, now.kinetic_J);
+      made_J = std::max(made_J, now.total_J() - start_J);
+    }
+    INFO(kind.name << ", seed " << seed << ", kinetic " << kinetic_J << " J");
+    CHECK(made_J < 0.2 * kinetic_J);
+  }
+}
+
 TEST_CASE("The account of a joint's energy closes, led or not", "[joints]") {
   // Its end is led to and fro; finer steps leave less that no row names.
   const scene::IntegratorKind kind = GENERATE(from_range(kAllIntegrators));
