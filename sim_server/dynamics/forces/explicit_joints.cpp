@@ -72,7 +72,7 @@ struct Row {
 };
 
 /// How long a joint becomes at most within a time.
-double reach_m(const bodies::World& world, const bodies::Joint& joint, double within_s) {
+double longest_m(const bodies::World& world, const bodies::Joint& joint, double within_s) {
   const auto motion = [&](const bodies::JointEnd& end) {
     return bodies::end_motion(end, world.nodes, world.rigid_bodies);
   };
@@ -81,14 +81,14 @@ double reach_m(const bodies::World& world, const bodies::Joint& joint, double wi
 }
 
 /// A spring that is long turns what it holds back into its line: k arm length, beside k arm^2.
-Row spring_row(const bodies::Joint& joint, double reach_m) {
-  return {joint.stiffness_N_per_m, joint.a.point_m.norm() * reach_m,
-          joint.b.point_m.norm() * reach_m};
+Row spring_row(const bodies::Joint& joint, double length_m) {
+  return {joint.stiffness_N_per_m, joint.a.point_m.norm() * length_m,
+          joint.b.point_m.norm() * length_m};
 }
 
 /// A damper acts on b at the place of a, a length beyond its arm.
-Row damper_row(const bodies::Joint& joint, double reach_m) {
-  return {joint.damping_N_s_per_m, 0.0, (2.0 * joint.b.point_m.norm() + reach_m) * reach_m};
+Row damper_row(const bodies::Joint& joint, double length_m) {
+  return {joint.damping_N_s_per_m, 0.0, (2.0 * joint.b.point_m.norm() + length_m) * length_m};
 }
 
 /// By Gershgorin's circles: of joints i and k that hold one thing, by their values c, the block is
@@ -145,7 +145,7 @@ JointPower pull_joints(const bodies::World& world, ExplicitState& state) {
 SpringRates joint_rates(const bodies::World& world, double within_s) {
   std::vector<Row> springs, dampers;
   for (const bodies::Joint& joint : world.joints) {
-    const double length_m = reach_m(world, joint, within_s);
+    const double length_m = longest_m(world, joint, within_s);
     springs.push_back(spring_row(joint, length_m));
     dampers.push_back(damper_row(joint, length_m));
   }
