@@ -145,8 +145,11 @@ void check(const Arguments& arguments, double period_s) {
 /// A start needs the file of a hand only where it chooses; a scene that is passed on should have
 /// it.
 void require_hand_file(const scene::SceneDescription& scene, const std::filesystem::path& file) {
-  if (!scene.hand || std::filesystem::exists(scene.hand->file)) return;
-  throw std::runtime_error(file.string() + ": hand.file: value '" + scene.hand->file.string() +
+  if (!scene.hand) return;
+  const std::filesystem::file_status found = std::filesystem::status(scene.hand->file);
+  if (std::filesystem::exists(found) && !std::filesystem::is_directory(found)) return;
+  throw std::runtime_error(file.string() + ':' + std::to_string(scene.hand->line) +
+                           ": hand.file: value '" + scene.hand->file.string() +
                            "': expected a file that is there");
 }
 

@@ -58,6 +58,7 @@ struct Hand {
 struct HandDescription {
   std::filesystem::path file;  // of its path, as Hand reads it (sim_server/hand.hpp)
   double settle_s = 0.0;       // for which the scene comes to rest before, without a tool
+  unsigned line = 0;           // of the scene file where the table begins; 0: not from a file
 };
 
 /// A scene file, checked: every number is finite, every reference resolves, every default

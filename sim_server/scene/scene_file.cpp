@@ -176,7 +176,7 @@ void read_device(toml::TableReader table, Hand& hand) {
 }
 
 HandDescription read_typical_hand(toml::TableReader table) {
-  HandDescription hand{.file = table.file("file")};
+  HandDescription hand{.file = table.file("file"), .line = table.line()};
   hand.settle_s = table.number_or("settle_s", toml::Bound::kNotNegative, 0.0);
   if (hand.settle_s > kLongestSettle_s) table.refuse("settle_s", "at most 600 s");
   table.finish();
