@@ -3,18 +3,9 @@
 #include <cmath>
 
 namespace stillgrid::rendering {
-namespace {
-
-/// A way shorter than this share of the tool sphere's radius is not swept.
-constexpr double kShortSweep = 0.5;
-
-}  // namespace
-
 collision::SweptBound bound_tool_sweep(const PlacedToolSphere& probe, double room_m) noexcept {
   const double moved_m2 = (probe.position_m - probe.before_m).squaredNorm();
-  const double short_m = kShortSweep * probe.radius_m;
-  // Written so that a NaN takes the simple side.
-  if (!(moved_m2 > short_m * short_m))
+  if (is_short_sweep(moved_m2, probe.radius_m))
     return collision::bound_sphere(
         probe.position_m, probe.radius_m + room_m + (moved_m2 > 0.0 ? std::sqrt(moved_m2) : 0.0));
   return collision::bound_sweep(probe.before_m, probe.position_m, probe.radius_m + room_m);
@@ -25,8 +16,8 @@ std::optional<Eigen::Vector3d> closest_line_m(const Eigen::Vector3d& before_m,
                                               double contact_distance_m,
                                               double tool_radius_m) noexcept {
   const Eigen::Vector3d sweep_m = now_m - before_m;
-  const double sweep_m2 = sweep_m.squaredNorm(), short_m = kShortSweep * tool_radius_m;
-  if (!(sweep_m2 > short_m * short_m) ||
+  const double sweep_m2 = sweep_m.squaredNorm();
+  if (is_short_sweep(sweep_m2, tool_radius_m) ||
       !(before_m.squaredNorm() >= contact_distance_m * contact_distance_m))
     return std::nullopt;
   const double share = -before_m.dot(sweep_m) / sweep_m2;

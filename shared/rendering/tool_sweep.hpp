@@ -7,6 +7,13 @@
 
 namespace stillgrid::rendering {
 
+/// Whether a way, of which this is the square, is not swept: shorter than half of the tool sphere's
+/// radius, or no number. Realtime: yes.
+[[nodiscard]] inline bool is_short_sweep(double sweep_m2, double tool_radius_m) noexcept {
+  const double short_m = 0.5 * tool_radius_m;
+  return !(sweep_m2 > short_m * short_m);
+}
+
 /// A ball that the tool sphere did not leave since the tick before, seen by what is displayed up
 /// to room_m from where its cover is. Realtime: yes.
 [[nodiscard]] collision::SweptBound bound_tool_sweep(const PlacedToolSphere& probe,

@@ -4,14 +4,12 @@
 #include <cmath>
 
 #include "shared/rendering/field_sweep.hpp"
+#include "shared/rendering/tool_sweep.hpp"
 
 namespace stillgrid::rendering {
 namespace {
 
 using display::DisplayedField;
-
-/// A way shorter than this share of the tool sphere's radius is not swept, as of spheres.
-constexpr double kShortSweep = 0.5;
 
 /// A field in one tick, for all spheres of the tool.
 struct Target {
@@ -87,9 +85,7 @@ void meet(const Target& target, std::uint32_t tool_sphere, const PlacedToolSpher
   const auto contact = collision::field_contact(field, to_m, probe.radius_m);
   if (contact && contact->depth_m > -slack_m)
     return add(target, *contact, false, tool_sphere, probe, touched);
-  const double short_m = kShortSweep * probe.radius_m;
-  // Written so that a NaN takes the simple side.
-  if (!((to_m - from_m).squaredNorm() > short_m * short_m)) return;
+  if (is_short_sweep((to_m - from_m).squaredNorm(), probe.radius_m)) return;
   if (const auto met = met_on_the_way(field, from_m, to_m, probe.radius_m, budget))
     add(target, *met, true, tool_sphere, probe, touched);
 }

@@ -10,8 +10,7 @@ namespace stillgrid::fields {
 collision::DistanceField make_mesh_field(const mesh::TriangleMesh& closed,
                                          const collision::FieldFineness& fineness,
                                          const MeasuredSurface& measured) {
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& vertex_m : closed.vertices_m) box.extend(vertex_m);
+  const Eigen::AlignedBox3d box = mesh::box_of(closed);
   const Eigen::Vector3d grown_m = Eigen::Vector3d::Constant(std::max(measured.offset_m, 0.0));
   const Eigen::AlignedBox3d solid_m(box.min() - grown_m, box.max() + grown_m);
   const mesh::MeshDistance distance(closed);

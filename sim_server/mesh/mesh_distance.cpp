@@ -151,7 +151,7 @@ void MeshDistance::Tree::make_normals() {
 }
 
 void MeshDistance::Tree::make_scene() {
-  for (const Eigen::Vector3d& vertex : mesh.vertices_m) box.extend(vertex);
+  box = box_of(mesh);
   centre_m = box.center();
   to_unit = 1.0 / box.sizes().maxCoeff();
 

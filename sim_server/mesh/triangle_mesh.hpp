@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstddef>
 #include <vector>
 
 namespace stillgrid::mesh {
@@ -10,5 +12,12 @@ struct TriangleMesh {
   std::vector<Eigen::Vector3d> vertices_m;
   std::vector<Eigen::Vector3i> triangles;  // counter-clockwise seen from outside
 };
+
+/// Of all vertices; empty where there is none. In the mesh's own frame.
+[[nodiscard]] inline Eigen::AlignedBox3d box_of(const TriangleMesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& vertex_m : mesh.vertices_m) box.extend(vertex_m);
+  return box;
+}
 
 }  // namespace stillgrid::mesh

@@ -11,8 +11,7 @@ namespace stillgrid::spheres {
 Press make_press(const mesh::TriangleMesh& closed, double tool_radius_m, double press_depth_m,
                  double tolerance_m) {
   constexpr std::size_t kSamples = 6000;
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& vertex_m : closed.vertices_m) box.extend(vertex_m);
+  const Eigen::AlignedBox3d box = mesh::box_of(closed);
   const auto given_or = [](double given_m, double otherwise_m) {
     return given_m > 0.0 ? given_m : otherwise_m;
   };

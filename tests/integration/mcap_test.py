@@ -126,28 +126,29 @@ class McapTest(daemons.SessionTest):
         numpy.testing.assert_allclose(*forces, rtol=0, atol=1e-9)
         self.assertGreater(abs(forces[0]).max(), 0.1)
 
+    def assert_no_csv(self, file, of_device, of_viewer, of_python):
+        """Each reader of CSV says in a line what the file is."""
+        self.assert_refused(self.haptic_server(f"replay:file={file}"), BAD_INPUT, *of_device)
+        viewer = self.start(daemons.BUILD / "bin" / "scene_viewer", "--recording", file)
+        self.assertEqual(viewer.wait(5), BAD_INPUT)
+        self.assertRegex("\n".join(viewer.lines()), of_viewer)
+        with self.assertRaisesRegex(ValueError, of_python):
+            daemons.read_recording(file)
+
     def test_who_plays_csv_says_in_a_line_what_an_mcap_file_is(self):
         file = self.folder / "run.mcap"
         file.write_bytes(b"\x89MCAP0\r\n\x01")
         self.sim_server("wall")
-        self.assert_refused(self.haptic_server(f"replay:file={file}"), BAD_INPUT, "run.mcap: an MCAP file",
-                            "stillgrid_import")
-        viewer = self.start(daemons.BUILD / "bin" / "scene_viewer", "--recording", file)
-        self.assertEqual(viewer.wait(5), BAD_INPUT)
-        self.assertRegex("\n".join(viewer.lines()), r"\A.*run\.mcap: an MCAP file: .*stillgrid_import.*\Z")
-        with self.assertRaisesRegex(ValueError, r"run\.mcap: an MCAP file: .*stillgrid_import run\.mcap"):
-            daemons.read_recording(file)
+        self.assert_no_csv(file, ("run.mcap: an MCAP file", "stillgrid_import"),
+                           r"\A.*run\.mcap: an MCAP file: .*stillgrid_import.*\Z",
+                           r"run\.mcap: an MCAP file: .*stillgrid_import run\.mcap")
 
     def test_who_plays_csv_says_in_a_line_that_a_file_is_compressed(self):
         file = self.folder / "run.csv.gz"
         file.write_bytes(gzip.compress(self.run_lockstep("wall", PRESS, 0.1).read_bytes()))
-        self.assert_refused(self.haptic_server(f"replay:file={file}"), BAD_INPUT,
-                            "run.csv.gz: compressed by gzip: expected a trajectory CSV, as gunzip makes")
-        viewer = self.start(daemons.BUILD / "bin" / "scene_viewer", "--recording", file)
-        self.assertEqual(viewer.wait(5), BAD_INPUT)
-        self.assertRegex("\n".join(viewer.lines()), r"\A.*run\.csv\.gz: compressed by gzip: .* gunzip makes\Z")
-        with self.assertRaisesRegex(ValueError, r"run\.csv\.gz: compressed by gzip: .* gunzip run\.csv\.gz makes"):
-            daemons.read_recording(file)
+        self.assert_no_csv(file, ("run.csv.gz: compressed by gzip: expected a trajectory CSV, as gunzip makes",),
+                           r"\A.*run\.csv\.gz: compressed by gzip: .* gunzip makes\Z",
+                           r"run\.csv\.gz: compressed by gzip: .* gunzip run\.csv\.gz makes")
 
 
 def plotjuggler_split(line):

@@ -25,12 +25,6 @@ void refuse_beside(toml::TableReader& table, std::string_view contact,
           key, "no such key beside contact = \"" + std::string(contact) + "\"" + std::string(why));
 }
 
-Eigen::AlignedBox3d box_of(const mesh::TriangleMesh& mesh) {
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& vertex : mesh.vertices_m) box.extend(vertex);
-  return box;
-}
-
 /// A number up to 1000, or a text that spheres::read_force_share() takes, up to 1000 too.
 double read_force_error(toml::TableReader& table) {
   constexpr double kMax = 1000.0;

@@ -36,12 +36,6 @@ constexpr std::string_view kVolumeSpacing = "volume_spacing_m";
 constexpr std::string_view kFeel = "feel";
 constexpr std::string_view kFile = "file";
 
-Eigen::AlignedBox3d box_of(const mesh::TriangleMesh& mesh) {
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& vertex : mesh.vertices_m) box.extend(vertex);
-  return box;
-}
-
 mesh::TriangleMesh read_closed(toml::TableReader& table) {
   const std::filesystem::path path = table.file("file");
   const double scale = table.number_or("scale", toml::Bound::kPositive, 1.0);

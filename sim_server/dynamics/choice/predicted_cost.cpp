@@ -63,7 +63,7 @@ SceneLoad load_of(const bodies::World& world) {
   load.spheres = static_cast<double>(world.spheres.size());
   load.unknowns = world.unknown_count;
   load.joints = static_cast<double>(world.joints.size());
-  const SpringRates rates = spring_rates(world), joints = joint_rates(world, 0.0);
+  const SpringRates rates = spring_rates(world), joints = JointSpectrum(world).bound(world, 0.0);
   load.spring_rad_s = std::sqrt(rates.stiffness_per_s2 + joints.stiffness_per_s2);
   load.damping_1_s = rates.damping_per_s + joints.damping_per_s;
   for (const bodies::BodyRange& body : world.bodies) {

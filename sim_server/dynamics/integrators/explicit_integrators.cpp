@@ -57,7 +57,10 @@ ExplicitIntegrator::ExplicitIntegrator(const scene::Method& method)
 SolveReport ExplicitIntegrator::advance(const bodies::World& world,
                                         std::span<const contact::Contact> contacts,
                                         double duration_s, Budget& budget) {
-  if (!springs_) springs_.emplace(world);
+  if (!springs_) {
+    springs_.emplace(world);
+    joints_.emplace(world);
+  }
   SolveReport report;
   // Where contacts cannot be solved substeps are halved, all of the part's, so that it begins anew.
   for (int halvings = 0;; ++halvings) {
@@ -173,7 +176,7 @@ int ExplicitIntegrator::substeps_for(const bodies::World& world, double duration
     rates_ = spectrum_.follow(world, state_, *springs_);
     since_look_ = 0;
   }
-  const SpringRates joints = joint_rates(world, duration_s);
+  const SpringRates joints = joints_->bound(world, duration_s);
   const double k_per_s2 = kSpringMargin * (rates_.stiffness_per_s2 + joints.stiffness_per_s2);
   const double c_per_s = kSpringMargin * (rates_.damping_per_s + joints.damping_per_s);
   // The largest h with h^2 k + 2 h c = 4, as a rate so that none is zero.

@@ -78,6 +78,7 @@ class ExplicitIntegrator : public Integrator {
   Drifts drifts_;
   const Workers* workers_ = &Workers::alone();
   std::optional<SpringForces> springs_;
+  std::optional<JointSpectrum> joints_;
   static constexpr int kNeverLooked = 1 << 20;
   SpringSpectrum spectrum_;
   SpringRates rates_;

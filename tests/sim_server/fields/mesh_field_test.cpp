@@ -18,12 +18,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-Eigen::AlignedBox3d box_of(const mesh::TriangleMesh& mesh) {
-  Eigen::AlignedBox3d box;
-  for (const Vector3d& vertex_m : mesh.vertices_m) box.extend(vertex_m);
-  return box;
-}
-
 /// By which the tip of a cone is blunted, in cells: the mean distance over a quadratic B-spline.
 constexpr double kBlunt = 0.8;
 
