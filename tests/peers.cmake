@@ -1,14 +1,11 @@
 # What the tests and benchmarks run beside, all of it or none (STILLGRID_PEERS).
 find_package(PkgConfig QUIET)
 stillgrid_expect(STILLGRID_PEERS pkg-config PkgConfig_FOUND)
-foreach(module IN ITEMS bullet bullet-float64 fcl)
+foreach(module IN ITEMS bullet bullet-float64)
   pkg_check_modules(${module} QUIET IMPORTED_TARGET ${module})
 endforeach()
 stillgrid_expect(STILLGRID_PEERS libbullet-dev bullet_FOUND)
 stillgrid_expect(STILLGRID_PEERS libbullet-dev bullet-float64_FOUND)
-stillgrid_expect(STILLGRID_PEERS libfcl-dev fcl_FOUND)
-find_path(NANOFLANN_INCLUDE_DIR nanoflann.hpp)
-stillgrid_expect(STILLGRID_PEERS libnanoflann-dev NANOFLANN_INCLUDE_DIR)
 # Not by its package file, which names a folder that Debian's has not.
 find_path(MUJOCO_INCLUDE_DIR mujoco/mujoco.h)
 find_library(MUJOCO_LIBRARY mujoco)

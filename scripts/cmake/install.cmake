@@ -44,9 +44,8 @@ install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR}
 # What pages link to outside docs.
 foreach(file IN ITEMS
     proto/dds/scene_relay.idl proto/device_plugin.h proto/ros/geometry_msgs.idl proto/stillgrid.h proto/stillgrid.hpp
-    scripts/gallery/bunny_on_sheet.toml scripts/gallery/charts.toml sim_server/dynamics/choice/memory_need.hpp
-    sim_server/scene/method.hpp sim_server/scene/scene.schema.json tests/network/dds_security.py
-    tests/performance/pile.hpp)
+    scripts/gallery/charts.toml sim_server/dynamics/choice/memory_need.hpp
+    sim_server/scene/method.hpp sim_server/scene/scene.schema.json tests/network/dds_security.py)
   cmake_path(GET file PARENT_PATH folder)
   install(FILES ${file} DESTINATION ${CMAKE_INSTALL_DOCDIR}/${folder})
 endforeach()

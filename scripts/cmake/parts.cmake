@@ -9,7 +9,7 @@ cmake_dependent_option(STILLGRID_SPACEMOUSE "The driver of SpaceMice, over libsp
   ON "NOT CMAKE_CROSSCOMPILING" OFF)
 cmake_dependent_option(STILLGRID_PAGE "The page of scene_viewer, for which npm fetches three.js"
   ON "NOT CMAKE_CROSSCOMPILING;NOT CMAKE_CXX_CLANG_TIDY" OFF)  # clang-tidy looks at C++ alone
-cmake_dependent_option(STILLGRID_PEERS "Tests and benchmarks beside Bullet, FCL, MuJoCo, nanoflann and Fast DDS"
+cmake_dependent_option(STILLGRID_PEERS "Tests and benchmarks beside Bullet, MuJoCo and Fast DDS"
   ON "NOT CMAKE_CROSSCOMPILING" OFF)
 
 # stillgrid_expect(OPTION PACKAGE VARIABLE): ends with one line unless VARIABLE tells that PACKAGE was found.

@@ -68,9 +68,9 @@ def page_of_chart(chart):
            f"{', timed' if chart['timed'] else ''}{', needs the real inputs' if chart.get('inputs') else ''}; "
            f"{', '.join(f'`{name}`' for name in dict.fromkeys(programs))})")
     data = ", ".join(f"[{name}]({name})" for name in chart.get("data", ())) or "drawn as it is measured"
-    page = chart["page"]
-    name = page.removeprefix("../")
-    return lines + paragraph(f"Command: {how}. Data: {data}. Page: [{name}](../{page}).")
+    pages = dict.fromkeys([chart["page"]] + [picture.get("page", chart["page"]) for picture in chart["pictures"]])
+    links = ", ".join(f"[{page.removeprefix('../')}](../{page})" for page in pages)
+    return lines + paragraph(f"Command: {how}. Data: {data}. {'Page' if len(pages) == 1 else 'Pages'}: {links}.")
 
 
 def page(table):

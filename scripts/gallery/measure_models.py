@@ -5,8 +5,8 @@ Paths are scripted (written here) or recordings made by others, in $STILLGRID_DA
 a recording that is not there leaves its rows out, and says so. Each path goes through every model by
 the program compare_models, without and with jitter; the largest stable stiffness is of stability_lab's
 body that is most like the scene, by one seed of the jitter in runs of 6 s; limits that the table has stay, for
-they take hours: take a row away to have its limit sought. Others: spacing_rate, the tissue's spheres and the rate against what
-the force errs; paper_figures, the forces of Figs. 6 to 8; cold_tick, a tick with caches flushed.
+they take hours: take a row away to have its limit sought. paper_figures has the forces of
+Figs. 6 to 8.
 """
 import concurrent.futures
 import csv
@@ -20,7 +20,7 @@ import tempfile
 
 import measuring
 from measuring import ROOT, parser_of
-from tables import read_rows, write_rows, write_text
+from tables import read_rows, write_rows
 
 SCENES = ROOT / "sim_server/scene/scenes"
 DATA = measuring.DATA / "trajectories"
@@ -161,79 +161,6 @@ def measure_table(build, pool, is_small, file):
     return rows
 
 
-SPACINGS_M = (0.02, 0.014, 0.01, 0.007, 0.006)
-FINE_M = 0.005
-RATES_HZ = (20, 33, 100, 1000)
-
-
-def measure_ticks(build, pool, is_small, file):
-    """With caches flushed; one after the other, for nothing else may run beside them."""
-    del pool, file
-    rows = []
-    with tempfile.TemporaryDirectory() as folder:
-        for name, scene, path, since, _, _ in (PATHS[2],) if is_small else (PATHS[0], PATHS[2]):
-            device_of(path, since + 0.3 if is_small else 3.5, folder)
-            text = run(build, "cold_tick_figures", scene,
-                       pathlib.Path(folder) / f"{path.__name__}.csv", since)
-            rows += [{"path": name, **row} for row in csv.DictReader(io.StringIO(text))]
-    return rows
-
-
-def spaced(scene, spacing_m, folder):
-    """The scene with another spacing of the tissue's spheres, as stiff on average: the mean force
-    of a sheet goes with 1 / spacing^2."""
-    side_m = 0.14
-    share = (side_m / round(side_m / spacing_m) / 0.01) ** 2
-    text = scene.read_text()
-    for old, new in (
-            ('name = "tissue"\ncontact_stiffness_N_per_m = 500.0\ncontact_damping_N_s_per_m = 1.0',
-             f'name = "tissue"\ncontact_stiffness_N_per_m = {500.0 * share}\n'
-             f'contact_damping_N_s_per_m = {share}'),
-            ("spheres = { spacing_m = 0.01, radius_m = 0.0065 }",
-             f"spheres = {{ spacing_m = {spacing_m}, radius_m = 0.0065 }}")):
-        if old not in text:
-            raise RuntimeError(f"{scene}: expected {old}")
-        text = text.replace(old, new, 1)
-    file = pathlib.Path(folder) / f"{scene.stem}_{1e3 * spacing_m:g}mm.toml"
-    write_text(file, text)  # others may be reading it
-    return file
-
-
-def compare_spaced(build, scene, spacing_m, rates_hz, device, since, end, folder):
-    """Rows of each rate and transition, and last the reference's."""
-    text = run(build, "compare_models", "--scene", spaced(scene, spacing_m, folder),
-               "--reference-scene", spaced(scene, FINE_M, folder), "--device", device, "--period",
-               *(1.0 / rate_hz for rate_hz in rates_hz), "--latency", COST, "--from", since,
-               "--duration", end, "--models", *FIGURE_MODELS)
-    return list(csv.DictReader(io.StringIO(text)))
-
-
-def spaced_row(name, spacing_m, row, true):
-    return {"path": name, "spacing_mm": 1e3 * spacing_m,
-            "rate_hz": f"{1e3 / float(row['period_ms']):.4g}",
-            "error_share": f"{float(row['rms_error_N']) / float(true['force_rms_N']):.4g}", **row}
-
-
-def measure_spacing(build, pool, is_small, file):
-    del file
-    with tempfile.TemporaryDirectory() as folder:
-        jobs = []
-        for name, scene, path, since, _, _ in (PATHS[4],) if is_small else (PATHS[0], PATHS[4]):
-            end = since + (0.5 if is_small else 4.0)
-            device = device_of(path, end, folder)
-            if device is None:
-                print(f"skipped: {name}: its recording is not in {DATA}", file=sys.stderr)
-                continue
-            for spacing_m in SPACINGS_M[:2] if is_small else SPACINGS_M:
-                jobs.append((name, spacing_m, pool.submit(
-                    compare_spaced, build, scene, spacing_m, RATES_HZ, device, since, end, folder)))
-        rows = []
-        for name, spacing_m, job in jobs:
-            *mine, true = job.result()
-            rows += [spaced_row(name, spacing_m, row, true) for row in mine]
-    return rows
-
-
 FIGURE_MODELS = ("hold", "linear", "predict")
 FIGURE_S = (2.0, 2.5)
 
@@ -265,13 +192,11 @@ def measure_figures(build, pool, is_small, file):
 
 
 FORCE_COLUMN, SNAPSHOT_COLUMN = "fx_N", "snapshot_id"
-TABLES = {"model_table": measure_table, "spacing_rate": measure_spacing,
-          "paper_figures": measure_figures, "cold_tick": measure_ticks}
+TABLES = {"model_table": measure_table, "paper_figures": measure_figures}
 
 
 def main():
-    parser = parser_of(__doc__, "model_table: two paths of 2.5 s; spacing_rate: one path of 0.5 s, two "
-                                "spacings; cold_tick: one path of 0.3 s; paper_figures is small")
+    parser = parser_of(__doc__, "model_table: two paths of 2.5 s; paper_figures is small")
     parser.add_argument("tables", nargs="*", default=list(TABLES), metavar="TABLE",
                         help=f"some of {', '.join(TABLES)}; default: all")
     parser.add_argument("--threads", type=int, default=2, metavar="N", help="default: 2")

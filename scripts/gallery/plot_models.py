@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Draws docs/charts/{model_table,model_pareto,spacing_rate,paper_figures,cold_tick}.png from the tables
-that measure_models.py writes."""
+"""Draws docs/charts/{model_table,model_pareto,paper_figures}.png from the tables that measure_models.py
+writes."""
 import math
 
 from drawing import draw_charts, matplotlib, plt, show_plain_numbers
@@ -11,9 +11,6 @@ RIVALS = ("force_held", "force_jacobian", "plane", "sphere", "proxy", "crossfade
 FAST = ("hold at 250 Hz", "hold at 500 Hz", "hold at 1000 Hz")
 COLOURS = {"predict": "#D55E00", "hold": "#0072B2", "linear": "#009E73"}
 WHOLE = "tissue and blocks, all"
-TOLERANCE = 0.07
-
-
 def read_rows(file):
     rows = tables.read_rows(file)
     for row in rows:
@@ -180,89 +177,6 @@ def draw_pareto(charts):
     return figure
 
 
-RATE_MARKERS = {20: "o", 33: "s", 100: "^", 1000: "D"}
-
-
-def cost_ms(row):
-    return row["processor_ms_per_s"]
-
-
-def cheapest_within(rows):
-    return min((row for row in rows if row["error_share"] <= TOLERANCE), key=cost_ms, default=None)
-
-
-def draw_spacing(charts):
-    rows = read_rows(charts / "spacing_rate.csv")
-    paths = list(dict.fromkeys(row["path"] for row in rows))
-    models = list(dict.fromkeys(row["model"] for row in rows))
-    figure, panels = plt.subplots(len(paths), len(models), figsize=(4.2 * len(models),
-                                  3.9 * len(paths) + 0.5), sharex="row", sharey="row", squeeze=False)
-    spacings = sorted({row["spacing_mm"] for row in rows})
-    shades = dict(zip(spacings, plt.cm.viridis([0.0, 0.22, 0.44, 0.66, 0.88])))
-    for line, path in enumerate(paths):
-        mine = [row for row in rows if row["path"] == path]
-        cheapest = cheapest_within(mine)
-        for axes, model in zip(panels[line], models):
-            for spacing in spacings:
-                curve = sorted((row for row in mine if row["model"] == model
-                                and row["spacing_mm"] == spacing), key=lambda row: row["rate_hz"])
-                axes.plot([cost_ms(row) for row in curve], [row["error_share"] for row in curve],
-                          "-", color=shades[spacing], linewidth=1.2)
-                for row in curve:
-                    axes.plot(cost_ms(row), row["error_share"], RATE_MARKERS[row["rate_hz"]],
-                              color=shades[spacing], markersize=6)
-            axes.axhline(TOLERANCE, color="#D40000", linewidth=1, linestyle="--")
-            if cheapest is not None and cheapest["model"] == model:
-                axes.plot(cost_ms(cheapest), cheapest["error_share"], "*", color="#D40000",
-                          markersize=15, zorder=5)
-            axes.set(xscale="log", yscale="log")
-            show_plain_numbers(axes.xaxis)
-            axes.set_title(f"{path}: {model}", fontsize=10, loc="left", fontweight="bold")
-            axes.grid(color="0.94")
-            axes.tick_params(labelsize=9)
-        panels[line][0].set_ylabel("rms force error / rms force")
-    for axes in panels[-1]:
-        axes.set_xlabel("processor time a simulated second [ms]")
-    handles = [plt.Line2D([], [], color=shades[spacing], label=f"{spacing:g} mm") for spacing in spacings]
-    handles += [plt.Line2D([], [], color="0.3", marker=marker, linestyle="", label=f"{rate_hz} Hz")
-                for rate_hz, marker in RATE_MARKERS.items()]
-    handles += [plt.Line2D([], [], color="#D40000", linestyle="--", label="7 %"),
-                plt.Line2D([], [], color="#D40000", marker="*", linestyle="", markersize=12,
-                           label="the cheapest within it")]
-    figure.suptitle("Spacing of the tissue's spheres and simulation rate, against 5 mm at 1 kHz", x=0.01,
-                    ha="left", fontsize=12, fontweight="bold")
-    figure.tight_layout(rect=(0, 0.06, 1, 0.98))
-    figure.legend(handles=handles, loc="lower center", ncol=len(handles), frameon=False,
-                  columnspacing=1.0, handletextpad=0.4)
-    return figure
-
-
-def print_cheapest(path, rows):
-    cheapest = cheapest_within(rows)
-    if cheapest is None:
-        best = min(rows, key=lambda row: row["error_share"])
-        print(f"{path}: nothing within 7 %; least {best['error_share']:.1%}: {best['model']}, "
-              f"{best['spacing_mm']:g} mm, {best['rate_hz']:g} Hz, {cost_ms(best):.3g} ms/s")
-        return
-    print(f"{path}: cheapest within 7 %: {cheapest['model']}, {cheapest['spacing_mm']:g} mm, "
-          f"{cheapest['rate_hz']:g} Hz: {cheapest['error_share']:.1%}, {cost_ms(cheapest):.3g} ms/s")
-    for model in dict.fromkeys(row["model"] for row in rows):
-        mine = [row for row in rows if row["model"] == model]
-        good = min((row for row in mine if row["error_share"] <= TOLERANCE), key=cost_ms,
-                   default=None)
-        least = min(mine, key=lambda row: row["error_share"])
-        row = good or least
-        print(f"  {model}: {'cheapest within' if good else 'none within; least'} "
-              f"{row['spacing_mm']:g} mm, {row['rate_hz']:g} Hz: {row['error_share']:.1%}, "
-              f"{cost_ms(row):.3g} ms/s")
-    worse = [row for row in rows if row["error_share"] > TOLERANCE
-             and cost_ms(row) < cost_ms(cheapest)]
-    if worse:
-        row = max(worse, key=cost_ms)
-        print(f"  next cheaper, fails: {row['model']}, {row['spacing_mm']:g} mm, "
-              f"{row['rate_hz']:g} Hz: {row['error_share']:.1%}, {cost_ms(row):.3g} ms/s")
-
-
 FIGURES = (("hold", "Fig. 6: a discontinuity at each switch (hold)"),
            ("linear", "Figs. 7 and 8: a progressive transition, continuous if snapshots are regular "
                       "(linear)"),
@@ -290,40 +204,6 @@ def draw_figures(charts):
     figure.suptitle("The paper's figures of continuity, from our own runs: a tool that goes with a "
                     "sphere at 0.1 m/s", x=0.01, ha="left", fontsize=12, fontweight="bold")
     figure.tight_layout(rect=(0, 0, 1, 0.97))
-    return figure
-
-
-def draw_ticks(charts):
-    """Medians and 99 % of a tick that stands on a snapshot, and of the first on a new one."""
-    rows = [row for row in read_rows(charts / "cold_tick.csv") if row["model"] != "clock"]
-    paths = list(dict.fromkeys(row["path"] for row in rows))
-    models = list(dict.fromkeys(row["model"] for row in rows))
-    kinds = {"standing": ("#0072B2", "a snapshot that was there", -0.15),
-             "new_snapshot": ("#D55E00", "the first tick of a snapshot", 0.15)}
-    figure, panels = plt.subplots(1, len(paths), figsize=(4.6 * len(paths) + 1.6, 4.6), sharey=True,
-                                  squeeze=False)
-    for axes, path in zip(panels[0], paths):
-        for row in (row for row in rows if row["path"] == path):
-            for kind, (colour, _, shift) in kinds.items():
-                half, most = row[f"{kind}_p50_us"], row[f"{kind}_p99_us"]
-                place = models.index(row["model"]) + shift
-                axes.plot([half, most], [place] * 2, color=colour, linewidth=1.6)
-                axes.plot(half, place, "o", color=colour, markersize=6)
-                axes.plot(most, place, "|", color=colour, markersize=9, markeredgewidth=1.6)
-        axes.axvline(5.0, color="0.6", linestyle="--", linewidth=1)
-        axes.set_yticks(range(len(models)), models)
-        axes.set_ylim(len(models) - 0.5, -0.5)
-        axes.set_xscale("log")
-        show_plain_numbers(axes.xaxis)
-        axes.set_xlim(4.0, 3.0 * max(row["new_snapshot_p50_us"] for row in rows))
-        axes.set_xlabel("tick, caches flushed [µs]: half (dot), 99 % (bar)")
-        axes.set_title(path, loc="left", fontsize=10.5, fontweight="bold")
-        axes.grid(axis="x", color="0.93")
-    handles = [plt.Line2D([], [], color=colour, marker="o") for colour, _, _ in kinds.values()]
-    handles.append(plt.Line2D([], [], color="0.6", linestyle="--"))
-    figure.tight_layout(rect=(0, 0.07, 1, 1), w_pad=2.0)
-    figure.legend(handles, [label for _, label, _ in kinds.values()] + ["the goal, 5 µs"], ncol=3,
-                  loc="lower center", frameon=False)
     return figure
 
 
@@ -369,9 +249,6 @@ def print_goals(rows):
 
 def print_all(charts):
     """The figures of docs/algorithms/model_comparison.md."""
-    spacing = read_rows(charts / "spacing_rate.csv")
-    for path in dict.fromkeys(row["path"] for row in spacing):
-        print_cheapest(path, [row for row in spacing if row["path"] == path])
     rows = read_rows(charts / "model_table.csv")
     print_goals(rows)
     print_tables(rows, 0.3)
@@ -379,8 +256,7 @@ def print_all(charts):
 
 def main():
     charts, prints = draw_charts(__doc__, {"model_table": draw_table, "model_pareto": draw_pareto,
-                                           "spacing_rate": draw_spacing, "paper_figures": draw_figures,
-                                           "cold_tick": draw_ticks},
+                                           "paper_figures": draw_figures},
                                  dpi=100, flag=("--tables", "print the tables of "
                                                 "docs/algorithms/model_comparison.md too"))
     if prints:

@@ -1,6 +1,5 @@
 #!/usr/bin/python3
-"""Draws docs/charts/stability_{period,map,mass,linear}.png from stability.csv (measure_stability.py)
-and two_rate.csv (measure_printed.py two_rate)."""
+"""Draws docs/charts/stability_{period,map}.png from stability.csv, which measure_stability.py writes."""
 import collections
 import statistics
 
@@ -118,83 +117,6 @@ def draw_map(charts):
     return figure
 
 
-def draw_mass(charts):
-    limits, others = read_limits(charts)
-    figure, panels = plt.subplots(2, 3, figsize=(12, 7.2), sharex=True, sharey=True)
-    for row, device in zip(panels, DEVICES):
-        for axes, period_s in zip(row, PERIODS_S):
-            for law, (label, colour) in LAWS.items():
-                cells = [Cell(f"free:{mass:g}", "1x1", device, "none", "inside", law, period_s, 0.1)
-                         for mass in FREE_KG]
-                known = [(mass, limits[cell], others[cell]) for mass, cell in zip(FREE_KG, cells)
-                         if cell in limits]
-                if not known:  # of a small grid
-                    continue
-                masses, values, by_others = map(numpy.array, zip(*known))
-                spread = abs(by_others - values)
-                axes.errorbar(masses, values, yerr=[numpy.where(by_others < values, spread, 0),
-                                                    numpy.where(by_others > values, spread, 0)],
-                              fmt="o-", color=colour, markersize=4, label=label,
-                              linewidth=2 if law == "predict" else 1)
-            axes.axhline(WALL_N_PER_M[device], color="0.3", linewidth=1, label="a rigid wall at 1 kHz")
-            axes.axhline(GOAL * WALL_N_PER_M[device], color="0.3", linewidth=1, linestyle="--",
-                         label="half of that")
-            axes.set(xscale="log", yscale="log")
-            axes.set_title(f"{DEVICES[device]}, {1e3 * period_s:g} ms", loc="left", fontsize=10,
-                           fontweight="bold")
-            axes.grid(True, which="major", color="0.92")
-        row[0].set_ylabel("stiffness borne [N/m]")
-    for axes in panels[1]:
-        axes.set_xlabel("mass of a free body [kg]")
-    handles = {label: handle for axes in panels.flat
-               for handle, label in zip(*axes.get_legend_handles_labels())}
-    figure.tight_layout(rect=(0, 0.07, 1, 0.96))
-    figure.legend(handles.values(), handles.keys(), frameon=False, ncol=4, loc="lower center")
-    figure.suptitle("Stiffness borne by the mass of what is touched, a step costs P/10; bars: by eight other seeds",
-                    x=0.01, ha="left", fontsize=12, fontweight="bold")
-    return figure
-
-
-def read_linear(charts):
-    return {(row["body"], row["device"], row["law"], float(row["period_ms"]), float(row["cost_share"])):
-            float(row["limit_N_per_m"]) for row in read_rows(charts / "two_rate.csv")}
-
-
-def draw_linear(charts):
-    """Free bodies, a step that costs P/10. The analysis has the law of hold, linear and constraints; `predict`
-    has ramps that it leaves out."""
-    limits, _ = read_limits(charts)
-    linear = read_linear(charts)
-    figure, panels = plt.subplots(1, 2, figsize=(10, 4.8), sharey=True, sharex=True,
-                                  constrained_layout=True)
-    top = 20e3
-    for axes, device in zip(panels, DEVICES):
-        for law in ("hold", "linear", "constraints", "predict"):
-            label, colour = LAWS[law]
-            pairs = []
-            for mass in FREE_KG:
-                for period_s in PERIODS_S:
-                    measured = limits.get(Cell(f"free:{mass:g}", "1x1", device, "none", "inside", law, period_s, 0.1))
-                    exact = linear.get((f"free {mass:g} kg", device, law, 1e3 * period_s, 0.1))
-                    if measured is not None and exact is not None:
-                        pairs.append((min(exact, top), measured))
-            if pairs:
-                style = {"markerfacecolor": "none"} if law == "predict" else {}
-                axes.plot(*zip(*pairs), "o", color=colour, alpha=0.7, markersize=5, **style,
-                          label=f"{law}, another law: without its ramps" if law == "predict" else label)
-        axes.plot([200, top], [200, top], color="0.5", linewidth=1)
-        axes.set(xscale="log", yscale="log", xlabel="linear analysis: regular, exact encoders [N/m]")
-        axes.set_title(DEVICES[device], loc="left", fontsize=10, fontweight="bold")
-        axes.grid(True, which="major", color="0.92")
-    handles = {label: handle for axes in panels
-               for handle, label in zip(*axes.get_legend_handles_labels())}
-    panels[0].legend(handles.values(), handles.keys(), frameon=False, fontsize=8)
-    panels[0].set_ylabel("product code: 30 % jitter, 30 µm [N/m]")
-    figure.suptitle("Largest stable stiffness of free bodies against the linear analysis, both ended at 20 kN/m",
-                    x=0.01, ha="left", fontsize=12, fontweight="bold")
-    return figure
-
-
 def print_goals(charts):
     """By law, device limits, start and cost: how many cells bear half a wall, the same of those cells that were
     measured with linear too, the worst of all, and how many change by less than 15 % with other seeds."""
@@ -218,8 +140,7 @@ def print_goals(charts):
 
 
 def main():
-    charts, prints = draw_charts(__doc__, {"stability_period": draw_period, "stability_map": draw_map,
-                                           "stability_mass": draw_mass, "stability_linear": draw_linear},
+    charts, prints = draw_charts(__doc__, {"stability_period": draw_period, "stability_map": draw_map},
                                  dpi=120, flag=("--goals", "print what share of the cells meets the goal too"))
     if prints:
         print_goals(charts)

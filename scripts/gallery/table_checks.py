@@ -3,18 +3,14 @@ program that wrote them write them again, and yields (row's key, column, publish
 figure that no clock decides. What needs the real inputs yields nothing where they are absent."""
 import csv
 import io
-import math
 import pathlib
 import subprocess
 import tempfile
 
-import measure_decomposition
 import measure_models
-import measure_network
 import measure_printed
-import measure_relay_rates
 import recorded_forces
-from measuring import DATA, output_of, program
+from measuring import output_of, program
 from tables import read_rows
 
 CLOCKED = ("tick_median_us", "processor_ms_per_s", "stable_stiffness_N_per_m", "time_s")
@@ -44,17 +40,15 @@ def differences(key, published, measured, columns):
         yield key, column, published[column], measured.get(column, "") if measured else "(no such row)"
 
 
-def printed(table, keys, options=(), columns=None, count=40):
-    """Of a program that prints a whole table; `options` may have it print a part."""
+def printed(table, keys):
+    """Of a program that prints a whole table."""
     def check(tables):
         measured = {tuple(row[key] for key in keys): row
-                    for row in tables.run(measure_printed.PROGRAMS.get(table, f"{table}_figures"), *options)}
-        rows = [row for row in tables.published(table)
-                if not options or tuple(row[key] for key in keys) in measured]
-        for row in tables.random.sample(rows, min(count, len(rows))):
+                    for row in tables.run(measure_printed.PROGRAMS[table])}
+        rows = tables.published(table)
+        for row in tables.random.sample(rows, min(40, len(rows))):
             key = tuple(row[name] for name in keys)
-            yield from differences(key, row, measured.get(key),
-                                   columns or [name for name in row if name not in keys])
+            yield from differences(key, row, measured.get(key), [name for name in row if name not in keys])
     return check
 
 
@@ -89,28 +83,6 @@ def check_model_table(tables):
                                 if column not in CLOCKED + ("model",)])
 
 
-def check_spacing_rate(tables):
-    rows = tables.published("spacing_rate")
-    drawn = tables.random.choice(rows)["path"]
-    path = next(path for path in measure_models.PATHS if path[0] == drawn)
-    name, scene, way, since, _, _ = path
-    spacing_m = tables.random.choice(measure_models.SPACINGS_M[:3])  # the finest take minutes
-    rate_hz = tables.random.choice(measure_models.RATES_HZ[:3])
-    with tempfile.TemporaryDirectory() as folder:
-        device = measure_models.device_of(way, since + 4.0, folder)
-        if device is None:
-            return
-        *mine, true = measure_models.compare_spaced(
-            tables.build, scene, spacing_m, (rate_hz,), device, since, since + 4.0, folder)
-    measured = {row["model"]: measure_models.spaced_row(name, spacing_m, row, true) for row in mine}
-    for row in rows:
-        if (row["path"], float(row["spacing_mm"]), float(row["rate_hz"])) == (
-                name, 1e3 * spacing_m, float(f"{rate_hz:.4g}")):
-            yield from differences((name, row["spacing_mm"], row["rate_hz"], row["model"]), row,
-                                   measured.get(row["model"]),
-                                   [column for column in row if column not in CLOCKED + ("model", "path")])
-
-
 def check_paper_figures(tables):
     label = tables.random.choice(("reference", *measure_models.FIGURE_MODELS))
     with tempfile.TemporaryDirectory() as folder:
@@ -142,50 +114,6 @@ def check_stability(tables):
         yield key, "verdict", "stable", " ".join(sorted(verdicts))
 
 
-def check_network_stability(tables):
-    """As check_stability, by two of the seeds."""
-    for row in tables.draw([row for row in tables.published("network_stability") if row["limit_N_per_m"]]):
-        verdicts = {output_of([program(tables.build, "stability_lab"), "judge", *measure_network.cell_options(row),
-                               "--seed", seed, "--stiffness", row["limit_N_per_m"]]).strip()
-                    for seed in tables.random.sample(range(1, measure_network.SEEDS + 1), 2)}
-        yield tuple(row.values()), "verdict", "stable", " ".join(sorted(verdicts))
-
-
-def check_network_error(tables):
-    for row in tables.draw(tables.published("network_error")):
-        cell = {key: row[key] for key in measure_network.KEYS}
-        yield from differences(tuple(cell.values()), row,
-                               measure_network.error_of(tables.build, cell, measure_network.ERROR_SEEDS),
-                               ("rms_N", "max_N", "shown_share"))
-
-
-def check_network_deadband(tables):
-    for row in tables.draw(tables.published("network_deadband")):
-        measured = measure_network.deadband_of(tables.build, row["hand"], float(row["deadband"]))
-        if measured is not None:
-            yield from differences((row["hand"], row["deadband"]), row, measured, ("sent_share", "rms_N", "max_N"))
-
-
-def check_relay_rates(tables):
-    for row in tables.draw(tables.published("relay_rates")):
-        measured = measure_relay_rates.row_of(tables.build, row["scene"], int(row["rate_hz"]), int(row["delay_ms"]),
-                                              float(row["force_rms_N"]), measure_relay_rates.SEEDS)
-        yield from differences((row["scene"], row["rate_hz"], row["delay_ms"]), row, measured,
-                               ("rms_N", "worst_rms_N", "largest_N"))
-
-
-def check_decomposition(tables):
-    if not (DATA / "meshes").is_dir():
-        return
-    rows = tables.published("decomposition_error")
-    for row in tables.random.sample(rows, 1):
-        measured = measure_decomposition.measure(
-            tables.build / "bin/sphere_decompose", row["mesh"], (float(row["tolerance"]),))[0][0]
-        measured["spheres"] = str(measured["spheres"])
-        yield from differences((row["mesh"], row["tolerance"]), row, measured,
-                               [column for column in row if column not in ("mesh", "tolerance", "time_s")])
-
-
 def check_contour(tables):
     if not recorded_forces.CONTOUR_MESH.exists():
         return
@@ -208,17 +136,9 @@ CHECKS = {
     "row_ripple": printed("row_ripple", ("quantity", "spacing_mm", "x")),
     "ku_contact": printed("ku_contact", ("model", "step_mm", "demonstration")),
     "broyden_iterations": printed("broyden_iterations", ("scene", "solver", "k_h2_per_m")),
-    "two_rate": printed("two_rate", ("device", "period_ms", "cost_share", "body", "law"), ("--small",)),
-    "velocity": printed("velocity", ("estimator", "setting_ms", "quantity", "of"), ("--small",)),
     "voxel_ratio": check_voxel_ratio,
     "model_table": check_model_table,
-    "spacing_rate": check_spacing_rate,
     "paper_figures": check_paper_figures,
     "stability": check_stability,
-    "network_stability": check_network_stability,
-    "network_error": check_network_error,
-    "network_deadband": check_network_deadband,
-    "relay_rates": check_relay_rates,
-    "decomposition_error": check_decomposition,
     "contour_forces": check_contour,
 }

@@ -3,15 +3,12 @@
 import json
 import os
 import subprocess
-import sys
 import unittest
 import unittest.mock
 
 import daemons
-from daemons import BUILD, ROOT
-
-sys.path.append(str(ROOT / "scripts" / "gallery"))
-import measure_delay  # after the path it needs
+import stiffest_wall
+from daemons import BUILD
 
 SCENE = "tissue_and_blocks"
 HOSTILE = BUILD / "tests" / "shared" / "tools" / "hostile_drivers" / "hostile.so"
@@ -29,8 +26,7 @@ class DevicePaceTest(daemons.SessionTest):
         return daemons.read_report(report), daemons.read_recording(record), server.lines()
 
     def test_a_tick_of_delay_costs_two_thirds_of_the_stiffness_and_a_device_that_sets_the_pace_has_none(self):
-        limits = {pace: measure_delay.limit_N_per_m(BUILD, True, pace, measure_delay.STARTS_M[:2])
-                  for pace in measure_delay.PACES}
+        limits = {pace: stiffest_wall.limit_N_per_m(BUILD, pace) for pace in stiffest_wall.PACES}
         self.assertEqual(limits["device"], limits["host"])
         # 2 b/T and 2 b/(3 T) of a device with b = 5 N s/m, T = 1 ms; the bisection's step is 3.5 %.
         self.assertAlmostEqual(limits["host"], 10000.0, delta=600.0)

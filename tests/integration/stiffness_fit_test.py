@@ -14,7 +14,7 @@ import unittest
 import numpy
 
 import daemons
-import palpation  # of scripts/gallery, by daemons
+import palpation
 import recorded_forces
 
 for folder in ("fit", "replay", "stiffness"):

@@ -1,54 +1,9 @@
 #!/usr/bin/python3
-"""Draws docs/charts/{detection_speed,voxel_ratio}.png from the tables that measure_detection.py writes."""
+"""Draws docs/charts/voxel_ratio.png, Fig. 4 of the paper, from the table that measure_printed.py writes."""
 from drawing import draw_charts, matplotlib, plt
 from tables import read_rows
 
-STYLES = {  # method: label, colour, line and marker
-    "ours": ("ours", "#0072B2", "o-"),
-    "ours, and shown": ("ours, snapshots shown too", "#56B4E9", "o:"),
-    "ours, in a step": ("ours, contacts of a step", "#CC79A7", "o-"),
-    "ours, SCALAR": ("ours, no vectors", "#0072B2", "o--"),
-    "paper's grid": ("the paper's grid, stamps", "#009E73", "s-"),
-    "Bullet axis sweep": ("Bullet, axis sweep", "#888888", "^-"),
-    "Bullet tree, margin R/4": ("Bullet, tree with a margin", "#888888", "v-"),
-    "Bullet tree": ("Bullet, tree", "#BBBBBB", "v--"),
-    "FCL tree": ("FCL, tree", "#D55E00", "d-"),
-}
-MOTIONS = {"slow": "slow: R/20 a step, straight on", "far": "far: 3 R a step, a full search each"}
 DIMENSION = {"volume": 3, "sheet": 2, "thread": 1}
-
-
-def draw_speed(charts):
-    rows = read_rows(charts / "detection_speed.csv")
-    figure, panels = plt.subplots(1, 2, figsize=(11, 5.2), sharey=True)
-    for axes, (motion, title) in zip(panels, MOTIONS.items()):
-        for method, (label, colour, style) in STYLES.items():
-            of = [row for row in rows if row["motion"] == motion and row["method"] == method]
-            n = [int(row["spheres"]) for row in of]
-            ns = [float(row["ns"]) for row in of]
-            spread = [0.5 * float(row["iqr_ns"]) for row in of]
-            axes.errorbar(n, ns, yerr=spread, fmt=style, color=colour, label=label, markersize=5,
-                          capsize=2)
-            if method == "ours":
-                for x, y in zip(n, ns):
-                    axes.annotate(f"{y:.3g}", (x, y), textcoords="offset points", xytext=(0, -13),
-                                  ha="center", fontsize=8.5, color=colour)
-        axes.set_xscale("log")
-        axes.set_yscale("log")
-        axes.set_title(title, fontsize=10, loc="left")
-        axes.set_xlabel("moving spheres of mixed radii, 0.95 pairs each" if "pairs_each" in rows[0] else
-                        "moving spheres, equal, 0.475 pairs each")
-        axes.xaxis.set_major_formatter(matplotlib.ticker.FuncFormatter(lambda x, _: f"{x:,.0f}"))
-        axes.grid(axis="y", color="0.93")
-    panels[0].set_ylim(bottom=min(float(row["ns"]) for row in rows) / 2)
-    panels[0].set_ylabel("processor time per sphere and step [ns]")
-    panels[0].legend(loc="upper left", frameon=False, fontsize=8.5, ncols=2)
-    panels[0].set_ylim(top=40.0 * max(float(row["ns"]) for row in rows
-                                      if row["motion"] == "slow"))
-    figure.suptitle("All pairs of N moving spheres that overlap", x=0.02, ha="left", fontsize=13,
-                    fontweight="bold")
-    figure.tight_layout()
-    return figure
 
 
 def column(rows, name):
@@ -99,4 +54,4 @@ def draw_ratio(charts):
 
 
 if __name__ == "__main__":
-    draw_charts(__doc__, {"detection_speed": draw_speed, "voxel_ratio": draw_ratio})
+    draw_charts(__doc__, {"voxel_ratio": draw_ratio})

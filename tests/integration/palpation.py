@@ -30,7 +30,6 @@ class Organ:
     patch_m: tuple
 
 
-LIVER = Organ(DATA / "meshes/sofa_liver-smooth.obj", 0.025, (0.5, 0.5, 0.5, 0.5), (-0.005, 0.012), (0.020, 0.035))
 KIDNEY = Organ(ROOT / "sim_server/scene/scenes/organ.obj", 2.0, (0.5 ** 0.5, 0.5 ** 0.5, 0.0, 0.0), (0.0, 0.0),
                (0.012, 0.020))  # ships
 
