@@ -32,7 +32,7 @@ def program(build, name):
     for folder in ("bin", "tests"):
         if (file := build / folder / name).exists():
             return file
-    fail(f"{file}: expected a program; run scripts/build")
+    fail(f"{file}: expected a program; run scripts/build release all figures")
 
 
 def output_of(command):

@@ -11,7 +11,7 @@
 #include "tests/haptic_server/devices/recording_file.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
-namespace stillgrid::haptic_server {
+namespace stillgrid::haptic_server::haptic_loop_test {
 namespace {
 
 struct LoopRun {
@@ -228,4 +228,4 @@ TEST_CASE("The work of the torque is counted where the device tells its orientat
 }
 
 }  // namespace
-}  // namespace stillgrid::haptic_server
+}  // namespace stillgrid::haptic_server::haptic_loop_test

@@ -8,7 +8,7 @@
 
 #include "tests/model/publication_check.hpp"
 
-namespace stillgrid::model {
+namespace stillgrid::model::publication_model_test {
 namespace {
 
 using Laws = std::set<Law>;
@@ -175,4 +175,4 @@ TEST_CASE("It is known of each set of weakened steps which laws it breaks", "[mo
 }
 
 }  // namespace
-}  // namespace stillgrid::model
+}  // namespace stillgrid::model::publication_model_test

@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-namespace stillgrid::model {
+namespace stillgrid::model::relaxed_memory_test {
 namespace {
 
 using Values = std::set<std::pair<std::uint64_t, std::uint64_t>>;
@@ -101,4 +101,4 @@ TEST_CASE("A successor's release store passes on what the dead writer stored, it
 }
 
 }  // namespace
-}  // namespace stillgrid::model
+}  // namespace stillgrid::model::relaxed_memory_test

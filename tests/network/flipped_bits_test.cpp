@@ -6,7 +6,7 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-namespace stillgrid::network {
+namespace stillgrid::network::flipped_bits_test {
 namespace {
 
 /// IPv4 with some options, then drawn bytes. fragment: its place in 8 bytes, 0 for the first or
@@ -73,4 +73,4 @@ TEST_CASE("What is no datagram, or carries nothing that differs, is left as it i
   }
 }
 
-}  // namespace stillgrid::network
+}  // namespace stillgrid::network::flipped_bits_test

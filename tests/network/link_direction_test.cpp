@@ -8,7 +8,7 @@
 
 #include "tests/network/link_settings.hpp"
 
-namespace stillgrid::network {
+namespace stillgrid::network::link_direction_test {
 namespace {
 
 constexpr std::uint64_t kBegin_ns = 7'654'321'987;
@@ -220,4 +220,4 @@ TEST_CASE("A setting that is none is refused by key and value") {
   CHECK(settings.loss == 0.25);
 }
 
-}  // namespace stillgrid::network
+}  // namespace stillgrid::network::link_direction_test

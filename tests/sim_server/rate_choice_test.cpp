@@ -18,7 +18,7 @@
 #include "tests/sanitizer_cut.hpp"
 #include "tests/test_folder.hpp"
 
-namespace stillgrid::sim_server {
+namespace stillgrid::sim_server::rate_choice_test {
 namespace {
 
 /// A ball goes to and fro below a hand that presses it: on a path of its own, so that nothing but
@@ -217,4 +217,4 @@ TEST_CASE("What is no path of a hand is refused in a line that names file, line 
 }
 
 }  // namespace
-}  // namespace stillgrid::sim_server
+}  // namespace stillgrid::sim_server::rate_choice_test

@@ -9,7 +9,7 @@
 #include "tests/shared/display/snapshot_history.hpp"
 #include "tests/stability/held_loop.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::carried_test {
 namespace {
 
 constexpr double kSpeed_m_s = 0.1;
@@ -145,4 +145,4 @@ TEST_CASE("2.7 Under jitter playout shakes it by what its latency is changed, th
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::carried_test

@@ -14,7 +14,7 @@
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/haptic_server/devices/recording_file.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::comparison_test {
 namespace {
 
 constexpr double kDuration_s = 4.0;
@@ -109,4 +109,4 @@ TEST_CASE("From a time on, a run has its rows, jumps and energy since", "[compar
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::comparison_test

@@ -10,7 +10,7 @@
 #include "tests/shared/rendering/scene_fixture.hpp"
 #include "tests/stability/held_loop.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::haptic_limits_test {
 namespace {
 
 /// Exact for the zero-order hold without delay and virtual damping (docs/cases.md, case 1.1).
@@ -183,4 +183,4 @@ TEST_CASE("Our velocity, 5 ms late, bears a seventh of the stiffness that a bare
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::haptic_limits_test

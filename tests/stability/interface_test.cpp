@@ -14,7 +14,7 @@
 #include "sim_server/lockstep_schedule.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::interface_test {
 namespace {
 
 constexpr double kTick_s = 1e-3;
@@ -229,4 +229,4 @@ TEST_CASE("The account books what moved a free body, however late its snapshots 
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::interface_test

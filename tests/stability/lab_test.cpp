@@ -15,7 +15,7 @@
 #include "sim_server/lockstep_schedule.hpp"
 #include "sim_server/scene/scene_file.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::lab_test {
 namespace {
 
 /// Exact encoders; else as a cell is by default.
@@ -260,4 +260,4 @@ TEST_CASE("A cell that cannot be is refused in a line that names it", "[lab]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::lab_test

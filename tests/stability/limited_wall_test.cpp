@@ -9,7 +9,7 @@
 #include "haptic_server/safety/device_limits.hpp"
 #include "tests/stability/held_loop.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::limited_wall_test {
 namespace {
 
 constexpr double kTick_s = 1e-3;
@@ -103,4 +103,4 @@ TEST_CASE("A device pushed onto a wall is given no more energy than without a sl
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::limited_wall_test

@@ -12,7 +12,7 @@
 
 #include "shared/tools/laboratory/spectrum.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::metrics_test {
 namespace {
 
 constexpr double kRate_hz = 1000.0;
@@ -129,4 +129,4 @@ TEST_CASE("A jump from nothing is as noticeable as a jump can be", "[metrics]") 
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::metrics_test

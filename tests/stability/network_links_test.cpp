@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::network_links_test {
 namespace {
 
 constexpr std::uint64_t kMs_ns = 1'000'000;
@@ -124,4 +124,4 @@ TEST_CASE("Snapshots are shown in order, each once, none that was too long on it
   }
 }
 
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::network_links_test

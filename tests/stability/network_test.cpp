@@ -12,7 +12,7 @@
 
 #include "shared/tools/laboratory/lab_cell.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::network_test {
 namespace {
 
 /// 33 ms, 30 % jitter, a step costs a tenth; in the hand.
@@ -140,4 +140,4 @@ TEST_CASE("A deadband keeps back most samples of a hand at work, and no force is
   CHECK(farthest_N < 0.1);
 }
 
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::network_test

@@ -13,7 +13,7 @@
 #include "haptic_server/safety/safety_chain.hpp"
 #include "tests/stability/held_loop.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::passivity_test {
 namespace {
 
 safety::Wrench along_z(double force_N) {
@@ -297,4 +297,4 @@ TEST_CASE("Encoder steps look like energy, and the control is quiet to a few ste
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::passivity_test

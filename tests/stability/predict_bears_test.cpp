@@ -3,7 +3,7 @@
 
 #include "shared/tools/laboratory/lab_cell.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::predict_bears_test {
 namespace {
 
 /// Half of what a rigid wall bears at 1 kHz (1.1), for the light device and with the hand.
@@ -48,4 +48,4 @@ TEST_CASE("Late snapshots lose a chain in the hand by hold and by linear, not by
   CHECK(is_stable("chain", "hand", "predict", 1.0));
 }
 
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::predict_bears_test

@@ -10,7 +10,7 @@
 #include "haptic_server/safety/energy_observer.hpp"
 #include "tests/stability/held_loop.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::quantisation_test {
 namespace {
 
 constexpr double kTick_s = 1e-3;
@@ -146,4 +146,4 @@ TEST_CASE("Friction stops a swing smaller than the limit cycle's, and loses to a
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::quantisation_test

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::stability_map_test {
 namespace {
 
 TEST_CASE("A map has every combination once, and none that cannot be", "[stability_map]") {
@@ -97,4 +97,4 @@ TEST_CASE("A cell's limit has what lost the next point, and that of other seeds"
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::stability_map_test

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::stable_stiffness_test {
 namespace {
 
 TEST_CASE("The search ends at the last stable stiffness before the first loss, however narrow",
@@ -50,4 +50,4 @@ TEST_CASE("The search says when all is stable, and when nothing is", "[stable_st
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::stable_stiffness_test

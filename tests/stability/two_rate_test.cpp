@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-namespace stillgrid::laboratory::two_rate {
+namespace stillgrid::laboratory::two_rate::two_rate_test {
 namespace {
 
 Body free_body(double mass_kg) {
@@ -243,4 +243,4 @@ TEST_CASE("In the time domain the loop dies away below the limit and grows above
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory::two_rate
+}  // namespace stillgrid::laboratory::two_rate::two_rate_test

@@ -9,7 +9,7 @@
 
 #include "shared/tools/laboratory/lab_cell.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::verdict_test {
 namespace {
 
 recording::TickRow row_at(double time_s, double x_m) {
@@ -118,4 +118,4 @@ TEST_CASE("A loop that ends nowhere, or apart from what it should press, is lost
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::verdict_test

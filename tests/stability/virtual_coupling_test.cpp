@@ -4,7 +4,7 @@
 
 #include "shared/tools/laboratory/two_rate.hpp"
 
-namespace stillgrid::laboratory::two_rate {
+namespace stillgrid::laboratory::two_rate::virtual_coupling_test {
 namespace {
 
 /// A tool mass between the device and a wall, advanced once a tick: by implicit Euler, or by
@@ -75,4 +75,4 @@ TEST_CASE("A virtual coupling to an explicit tool bears nothing where the scene 
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory::two_rate
+}  // namespace stillgrid::laboratory::two_rate::virtual_coupling_test

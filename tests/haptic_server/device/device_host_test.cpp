@@ -10,7 +10,7 @@
 
 #include "tests/haptic_server/devices/recording_file.hpp"
 
-namespace stillgrid::device {
+namespace stillgrid::device::device_host_test {
 namespace {
 
 const Eigen::Vector3d kNoTorque_N_m = Eigen::Vector3d::Zero();
@@ -186,4 +186,4 @@ TEST_CASE("What a driver logs is a line under its plugin's name", "[device_host]
 }
 
 }  // namespace
-}  // namespace stillgrid::device
+}  // namespace stillgrid::device::device_host_test

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cstdlib>
 
-namespace stillgrid::device {
+namespace stillgrid::device::device_spec_test {
 namespace {
 
 TEST_CASE("A device is a plugin and its options, in order", "[device_spec]") {
@@ -45,4 +45,4 @@ TEST_CASE("An installed plugin is found by name, any other by its path", "[devic
 }
 
 }  // namespace
-}  // namespace stillgrid::device
+}  // namespace stillgrid::device::device_spec_test

@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-namespace stillgrid::device {
+namespace stillgrid::device::driver_text_test {
 namespace {
 
 TEST_CASE("What is one line of UTF-8 stays as it is", "[driver_text]") {
@@ -30,4 +30,4 @@ TEST_CASE("What no line of UTF-8 may hold is taken out of it", "[driver_text]") 
 }
 
 }  // namespace
-}  // namespace stillgrid::device
+}  // namespace stillgrid::device::driver_text_test

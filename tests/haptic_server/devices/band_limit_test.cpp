@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-namespace stillgrid::devices {
+namespace stillgrid::devices::band_limit_test {
 namespace {
 
 constexpr double kTick_s = 1e-3;
@@ -95,4 +95,4 @@ TEST_CASE("Of one or two samples there is nothing to limit", "[band_limit]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::devices
+}  // namespace stillgrid::devices::band_limit_test

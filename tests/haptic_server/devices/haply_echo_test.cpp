@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-namespace stillgrid::devices {
+namespace stillgrid::devices::haply_echo_test {
 namespace {
 
 using Verdict = HaplyEcho::Verdict;
@@ -50,4 +50,4 @@ TEST_CASE("A service that never applies a force ignores it, which pauses do not 
 }
 
 }  // namespace
-}  // namespace stillgrid::devices
+}  // namespace stillgrid::devices::haply_echo_test

@@ -10,7 +10,7 @@
 
 #include "proto/device_plugin.h"
 
-namespace stillgrid::devices {
+namespace stillgrid::devices::haply_protocol_test {
 namespace {
 
 /// As service 3.4.8 sent it [comments of SofaHaplyRobotics], shortened by what nobody reads.
@@ -156,4 +156,4 @@ TEST_CASE("A force is written as the service's documents have it, whatever it is
 }
 
 }  // namespace
-}  // namespace stillgrid::devices
+}  // namespace stillgrid::devices::haply_protocol_test

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-namespace stillgrid::devices {
+namespace stillgrid::devices::path_test {
 namespace {
 
 constexpr std::array kNames = {"still", "press", "stroke", "tap", "circle"};
@@ -89,4 +89,4 @@ TEST_CASE("Only generators have a kind by name", "[path]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::devices
+}  // namespace stillgrid::devices::path_test

@@ -12,7 +12,7 @@
 #include "tests/haptic_server/devices/plugin.hpp"
 #include "tests/haptic_server/devices/recording_file.hpp"
 
-namespace stillgrid::devices {
+namespace stillgrid::devices::phantom_instrument_test {
 namespace {
 
 using Eigen::Quaterniond;
@@ -241,4 +241,4 @@ TEST_CASE("An instrument's reading and writing never allocate", "[instrument]") 
 }
 
 }  // namespace
-}  // namespace stillgrid::devices
+}  // namespace stillgrid::devices::phantom_instrument_test

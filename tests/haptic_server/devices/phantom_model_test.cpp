@@ -8,7 +8,7 @@
 #include <limits>
 #include <numbers>
 
-namespace stillgrid::devices {
+namespace stillgrid::devices::phantom_model_test {
 namespace {
 
 /// A bare mass and damper: no hand, friction, encoder or limit.
@@ -256,4 +256,4 @@ TEST_CASE("Profiles and hands are found by name", "[phantom_model]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::devices
+}  // namespace stillgrid::devices::phantom_model_test

@@ -9,7 +9,7 @@
 
 #include "tests/haptic_server/devices/plugin.hpp"
 
-namespace stillgrid::devices {
+namespace stillgrid::devices::phantom_test {
 namespace {
 
 /// A bare mass of 0.1 kg at the origin.
@@ -191,4 +191,4 @@ TEST_CASE("The generated paths keep 5 mm from the edge of every workspace, and t
 }
 
 }  // namespace
-}  // namespace stillgrid::devices
+}  // namespace stillgrid::devices::phantom_test

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace stillgrid::devices {
+namespace stillgrid::devices::plugin_support_test {
 namespace {
 
 void (*while_activating)() = nullptr;
@@ -204,4 +204,4 @@ TEST_CASE("A stop that comes while motors come on is not lost", "[plugin_support
 }
 
 }  // namespace
-}  // namespace stillgrid::devices
+}  // namespace stillgrid::devices::plugin_support_test

@@ -15,7 +15,7 @@
 #include "tests/haptic_server/devices/plugin.hpp"
 #include "tests/haptic_server/devices/recording_file.hpp"
 
-namespace stillgrid::devices {
+namespace stillgrid::devices::plugins_test {
 namespace {
 
 TEST_CASE("A call out of the order of life is refused, and harms nothing", "[plugins]") {
@@ -233,4 +233,4 @@ TEST_CASE("Reading and writing never allocate", "[plugins]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::devices
+}  // namespace stillgrid::devices::plugins_test

@@ -7,7 +7,7 @@
 #include "tests/haptic_server/devices/plugin.hpp"
 #include "tests/haptic_server/devices/recording_file.hpp"
 
-namespace stillgrid::devices {
+namespace stillgrid::devices::replay_test {
 namespace {
 
 TEST_CASE("A recording is replayed from zero and comes to its end", "[plugins]") {
@@ -86,4 +86,4 @@ TEST_CASE("Between its end and its start a loop goes as a hand would, and turns 
 }
 
 }  // namespace
-}  // namespace stillgrid::devices
+}  // namespace stillgrid::devices::replay_test

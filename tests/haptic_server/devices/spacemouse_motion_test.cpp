@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-namespace stillgrid::devices {
+namespace stillgrid::devices::spacemouse_motion_test {
 namespace {
 
 SpacemouseSettings settings_without_dead_zone() {
@@ -86,4 +86,4 @@ TEST_CASE("Turns are right-handed about right, up and away, and stay unit", "[sp
 }
 
 }  // namespace
-}  // namespace stillgrid::devices
+}  // namespace stillgrid::devices::spacemouse_motion_test

@@ -13,7 +13,7 @@
 #include "tests/haptic_server/devices/fake_spacenavd.hpp"
 #include "tests/haptic_server/devices/plugin.hpp"
 
-namespace stillgrid::devices {
+namespace stillgrid::devices::spacemouse_test {
 namespace {
 
 std::mutex log_mutex;
@@ -237,4 +237,4 @@ TEST_CASE("In virtual time there is no hand to follow: it is refused", "[spacemo
 }
 
 }  // namespace
-}  // namespace stillgrid::devices
+}  // namespace stillgrid::devices::spacemouse_test

@@ -9,7 +9,7 @@
 
 #include "tests/haptic_server/devices/recording_file.hpp"
 
-namespace stillgrid::devices {
+namespace stillgrid::devices::trajectory_curve_test {
 namespace {
 
 Eigen::Vector3d smooth_m(double t) {
@@ -197,4 +197,4 @@ TEST_CASE("On recordings made by others the cubic stays near the samples and the
 }
 
 }  // namespace
-}  // namespace stillgrid::devices
+}  // namespace stillgrid::devices::trajectory_curve_test

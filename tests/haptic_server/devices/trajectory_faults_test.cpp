@@ -4,7 +4,7 @@
 #include <random>
 #include <string>
 
-namespace stillgrid::devices {
+namespace stillgrid::devices::trajectory_faults_test {
 namespace {
 
 /// A hand at 1 kHz that wanders at no more than 0.5 m/s; its sensor reads every `stale` rows.
@@ -59,4 +59,4 @@ TEST_CASE("A path of few rows, written by hand, is as it is meant", "[trajectory
 }
 
 }  // namespace
-}  // namespace stillgrid::devices
+}  // namespace stillgrid::devices::trajectory_faults_test

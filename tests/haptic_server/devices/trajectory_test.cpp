@@ -10,7 +10,7 @@
 
 #include "tests/haptic_server/devices/recording_file.hpp"
 
-namespace stillgrid::devices {
+namespace stillgrid::devices::trajectory_test {
 namespace {
 
 const std::string kSmall =
@@ -214,4 +214,4 @@ TEST_CASE("Recordings made by others are read", "[trajectory][real_data]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::devices
+}  // namespace stillgrid::devices::trajectory_test

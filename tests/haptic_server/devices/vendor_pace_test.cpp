@@ -9,7 +9,7 @@
 
 #include "tests/haptic_server/devices/plugin.hpp"
 
-namespace stillgrid::devices {
+namespace stillgrid::devices::vendor_pace_test {
 namespace {
 
 /// A vendor's device of ours in the place of a real one.
@@ -119,4 +119,4 @@ TEST_CASE("Orders are taken while active, and others refused with a line", "[ven
 }
 
 }  // namespace
-}  // namespace stillgrid::devices
+}  // namespace stillgrid::devices::vendor_pace_test

@@ -8,7 +8,7 @@
 #include "haptic_server/devices/openhaptics_state.hpp"
 #include "haptic_server/devices/rigid_reading.hpp"
 
-namespace stillgrid::devices {
+namespace stillgrid::devices::vendor_state_test {
 namespace {
 
 ForceDimensionStatus status_of_work() {
@@ -101,4 +101,4 @@ TEST_CASE("A profile is found by the name that the vendor tells, and fills in wh
 }
 
 }  // namespace
-}  // namespace stillgrid::devices
+}  // namespace stillgrid::devices::vendor_state_test

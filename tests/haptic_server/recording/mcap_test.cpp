@@ -6,7 +6,7 @@
 #include "haptic_server/recording/mcap_messages.hpp"
 #include "haptic_server/safety/safety_flag.hpp"
 
-namespace stillgrid::recording {
+namespace stillgrid::recording::mcap_test {
 namespace {
 
 TEST_CASE("The checksum is the one that all know, and of parts that of the whole", "[mcap]") {
@@ -78,4 +78,4 @@ TEST_CASE("A plane's square lies on the plane, its normal that of the solid belo
 }
 
 }  // namespace
-}  // namespace stillgrid::recording
+}  // namespace stillgrid::recording::mcap_test

@@ -22,7 +22,7 @@
 #include "haptic_server/safety/safety_flag.hpp"
 #include "shared/files/failing_writes.hpp"
 
-namespace stillgrid::recording {
+namespace stillgrid::recording::recorder_test {
 namespace {
 
 std::filesystem::path temporary_file() {
@@ -265,4 +265,4 @@ TEST_CASE("A CSV begins with its columns, and its metadata stand beside it", "[r
 }
 
 }  // namespace
-}  // namespace stillgrid::recording
+}  // namespace stillgrid::recording::recorder_test

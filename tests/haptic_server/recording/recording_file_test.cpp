@@ -9,7 +9,7 @@
 #include "haptic_server/recording/recorder.hpp"
 #include "tests/test_folder.hpp"
 
-namespace stillgrid::recording {
+namespace stillgrid::recording::recording_file_test {
 namespace {
 
 std::string text_of(const std::filesystem::path& file) {
@@ -73,4 +73,4 @@ TEST_CASE("A name says the form, in letters of any size, and none that a recordi
 }
 
 }  // namespace
-}  // namespace stillgrid::recording
+}  // namespace stillgrid::recording::recording_file_test

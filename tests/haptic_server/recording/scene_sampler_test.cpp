@@ -9,7 +9,7 @@
 #include "tests/shared/collision/sphere_state.hpp"
 #include "tests/shared/publication/test_session.hpp"
 
-namespace stillgrid::recording {
+namespace stillgrid::recording::scene_sampler_test {
 namespace {
 
 constexpr std::uint64_t kPeriod_ns = 10'000'000;
@@ -147,4 +147,4 @@ TEST_CASE("Another scene under the same name is taken anew", "[scene_sampler]") 
 }
 
 }  // namespace
-}  // namespace stillgrid::recording
+}  // namespace stillgrid::recording::scene_sampler_test

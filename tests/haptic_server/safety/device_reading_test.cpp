@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-namespace stillgrid::safety {
+namespace stillgrid::safety::device_reading_test {
 namespace {
 
 constexpr std::uint64_t kMillisecond_ns = 1'000'000;
@@ -223,4 +223,4 @@ TEST_CASE("A device leaps where it is three times faster than it declares, since
 }
 
 }  // namespace
-}  // namespace stillgrid::safety
+}  // namespace stillgrid::safety::device_reading_test

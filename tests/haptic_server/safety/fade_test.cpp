@@ -3,7 +3,7 @@
 
 #include "tests/haptic_server/safety/safety_input.hpp"
 
-namespace stillgrid::safety {
+namespace stillgrid::safety::fade_test {
 namespace {
 
 TEST_CASE("The force ramps in from zero over 100 ms", "[safety_chain]") {
@@ -116,4 +116,4 @@ TEST_CASE("A snapshot is waited for no longer than a second, whatever period is 
 }
 
 }  // namespace
-}  // namespace stillgrid::safety
+}  // namespace stillgrid::safety::fade_test

@@ -14,7 +14,7 @@
 
 #include "shared/realtime/exit_status.hpp"
 
-namespace stillgrid::safety {
+namespace stillgrid::safety::guardian_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -166,4 +166,4 @@ TEST_CASE("A signal to the guardian reaches the program", "[guardian]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::safety
+}  // namespace stillgrid::safety::guardian_test

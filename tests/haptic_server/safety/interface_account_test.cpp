@@ -9,7 +9,7 @@
 
 #include "haptic_server/safety/passivity_controller.hpp"
 
-namespace stillgrid::safety {
+namespace stillgrid::safety::interface_account_test {
 namespace {
 
 constexpr std::uint64_t kMillisecond_ns = 1'000'000;
@@ -329,4 +329,4 @@ TEST_CASE("What scenes gave is what the tool took of them, in the device's scale
 }
 
 }  // namespace
-}  // namespace stillgrid::safety
+}  // namespace stillgrid::safety::interface_account_test

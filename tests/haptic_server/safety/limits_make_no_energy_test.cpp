@@ -11,7 +11,7 @@
 
 #include "haptic_server/safety/safety_chain.hpp"
 
-namespace stillgrid::safety {
+namespace stillgrid::safety::limits_make_no_energy_test {
 namespace {
 
 constexpr double kTick_s = 1e-3;
@@ -234,4 +234,4 @@ TEST_CASE("No limit gives the hand energy that the rendered force would not have
 }
 
 }  // namespace
-}  // namespace stillgrid::safety
+}  // namespace stillgrid::safety::limits_make_no_energy_test

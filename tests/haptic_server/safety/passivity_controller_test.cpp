@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <catch2/catch.hpp>
 
-namespace stillgrid::safety {
+namespace stillgrid::safety::passivity_controller_test {
 namespace {
 
 constexpr double kTick_s = 1e-3;
@@ -66,4 +66,4 @@ TEST_CASE("Nothing is damped that rests or has given nothing", "[passivity_contr
 }
 
 }  // namespace
-}  // namespace stillgrid::safety
+}  // namespace stillgrid::safety::passivity_controller_test

@@ -7,7 +7,7 @@
 
 #include "tests/haptic_server/safety/safety_input.hpp"
 
-namespace stillgrid::safety {
+namespace stillgrid::safety::safety_chain_test {
 namespace {
 
 constexpr double kLever_m = 0.1;  // of a device that declares no torque
@@ -284,4 +284,4 @@ TEST_CASE("Whatever comes in, the force is within its limit and slews no faster 
 }
 
 }  // namespace
-}  // namespace stillgrid::safety
+}  // namespace stillgrid::safety::safety_chain_test

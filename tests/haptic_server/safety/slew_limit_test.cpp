@@ -4,7 +4,7 @@
 
 #include "tests/haptic_server/safety/safety_input.hpp"
 
-namespace stillgrid::safety {
+namespace stillgrid::safety::slew_limit_test {
 namespace {
 
 TEST_CASE("The norm falls at once, and grows and turns by the slew limit", "[safety_chain]") {
@@ -75,4 +75,4 @@ TEST_CASE("What was withheld comes back within a second where the hand rests", "
 }
 
 }  // namespace
-}  // namespace stillgrid::safety
+}  // namespace stillgrid::safety::slew_limit_test

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <thread>
 
-namespace stillgrid::safety {
+namespace stillgrid::safety::tick_watchdog_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -109,4 +109,4 @@ TEST_CASE("A call that may block, and a loop at rest, are neither stopped nor gi
 }
 
 }  // namespace
-}  // namespace stillgrid::safety
+}  // namespace stillgrid::safety::tick_watchdog_test

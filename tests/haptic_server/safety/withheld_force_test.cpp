@@ -9,7 +9,7 @@
 
 #include "tests/haptic_server/safety/safety_input.hpp"
 
-namespace stillgrid::safety {
+namespace stillgrid::safety::withheld_force_test {
 namespace {
 
 constexpr double kRamp_s = 0.1;
@@ -113,4 +113,4 @@ TEST_CASE("What a ramp withheld comes back to a hand that moves, and no swing gi
 }
 
 }  // namespace
-}  // namespace stillgrid::safety
+}  // namespace stillgrid::safety::withheld_force_test

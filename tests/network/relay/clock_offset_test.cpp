@@ -7,7 +7,7 @@
 
 #include "tests/network/relay/two_machines.hpp"
 
-namespace stillgrid::scene_relay {
+namespace stillgrid::scene_relay::clock_offset_test {
 namespace {
 
 constexpr std::uint64_t kDay_ns = 86'400'000'000'000;
@@ -312,4 +312,4 @@ TEST_CASE("Simpler ways to tell the time fail as predicted", "[clock_offset]") {
   CHECK(ours_ns / n < 0.2 * predicted_ns);
 }
 
-}  // namespace stillgrid::scene_relay
+}  // namespace stillgrid::scene_relay::clock_offset_test

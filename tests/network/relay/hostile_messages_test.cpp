@@ -8,7 +8,7 @@
 #include "tests/network/relay/relayed_scene.hpp"
 #include "tests/shared/publication/field_scene.hpp"
 
-namespace stillgrid::scene_relay {
+namespace stillgrid::scene_relay::hostile_messages_test {
 namespace {
 
 /// A message of a scene with all that there is, to be spoilt.
@@ -186,4 +186,4 @@ TEST_CASE("Of a snapshot no count that cannot be is decoded", "[hostile_messages
   }));
 }
 
-}  // namespace stillgrid::scene_relay
+}  // namespace stillgrid::scene_relay::hostile_messages_test

@@ -7,7 +7,7 @@
 #include <random>
 #include <sstream>
 
-namespace stillgrid::scene_relay {
+namespace stillgrid::scene_relay::network_test {
 namespace {
 
 boost::property_tree::ptree parsed(const std::string& xml) {
@@ -123,4 +123,4 @@ TEST_CASE("On the loopback nothing is asked of the network", "[network]") {
   CHECK(peers_of(domain) == std::vector<std::string>{"localhost"});
 }
 
-}  // namespace stillgrid::scene_relay
+}  // namespace stillgrid::scene_relay::network_test

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace stillgrid::scene_relay {
+namespace stillgrid::scene_relay::other_side_test {
 namespace {
 
 /// A relay without a network: what it reports, and what it would send.
@@ -222,4 +222,4 @@ TEST_CASE("A status that is old, its own, nobody's or without a number says noth
   CHECK(hand.count("takes over") == 0);
 }
 
-}  // namespace stillgrid::scene_relay
+}  // namespace stillgrid::scene_relay::other_side_test

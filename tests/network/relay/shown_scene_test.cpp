@@ -16,7 +16,7 @@
 #include "tests/network/relay/shown_history.hpp"
 #include "tests/shared/publication/field_scene.hpp"
 
-namespace stillgrid::scene_relay {
+namespace stillgrid::scene_relay::shown_scene_test {
 namespace {
 
 constexpr std::uint64_t kRelay = 0xBEE;
@@ -190,4 +190,4 @@ TEST_CASE("A segment declares the period of its simulation and a round trip, the
     }
 }
 
-}  // namespace stillgrid::scene_relay
+}  // namespace stillgrid::scene_relay::shown_scene_test

@@ -11,7 +11,7 @@
 #include "shared/tools/scene_relay/deadband.hpp"
 #include "tests/shared/publication/test_session.hpp"
 
-namespace stillgrid::scene_relay {
+namespace stillgrid::scene_relay::shown_tool_test {
 namespace {
 
 constexpr std::uint64_t kMs_ns = 1'000'000, kPatience_ns = 250'000'000;
@@ -160,4 +160,4 @@ TEST_CASE("A sample with a number that cannot be is refused, whichever it is") {
   CHECK(bed.show(hasty, kBegin_ns) == ShownTool::Shown::kRefused);
 }
 
-}  // namespace stillgrid::scene_relay
+}  // namespace stillgrid::scene_relay::shown_tool_test

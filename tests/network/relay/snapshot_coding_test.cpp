@@ -12,7 +12,7 @@
 #include "shared/tools/scene_relay/told_scene.hpp"
 #include "tests/network/relay/generated_snapshots.hpp"
 
-namespace stillgrid::scene_relay {
+namespace stillgrid::scene_relay::snapshot_coding_test {
 namespace {
 
 constexpr std::uint64_t kRelay = 0xA5;
@@ -350,4 +350,4 @@ TEST_CASE("A message whose counts or indices cannot be is refused, and nothing o
   CHECK_THROWS_AS(decoder.decode(both.message(), scene.limits(), snapshot), MessageError);
 }
 
-}  // namespace stillgrid::scene_relay
+}  // namespace stillgrid::scene_relay::snapshot_coding_test

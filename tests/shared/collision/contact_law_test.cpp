@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-namespace stillgrid::collision {
+namespace stillgrid::collision::contact_law_test {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
@@ -186,4 +186,4 @@ TEST_CASE("On an incline below the angle of friction a block only creeps", "[con
 }
 
 }  // namespace
-}  // namespace stillgrid::collision
+}  // namespace stillgrid::collision::contact_law_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace stillgrid::collision {
+namespace stillgrid::collision::distance_field_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -261,4 +261,4 @@ TEST_CASE("A field that would take too much is refused before it is made", "[dis
       Catch::Contains("no number"));
 }
 
-}  // namespace stillgrid::collision
+}  // namespace stillgrid::collision::distance_field_test

@@ -10,7 +10,7 @@
 #include "tests/shared/collision/random_scene.hpp"
 #include "tests/shared/collision/sphere_state.hpp"
 
-namespace stillgrid::collision {
+namespace stillgrid::collision::grid_query_test {
 namespace {
 
 constexpr std::uint64_t kScenesOfAKind = 400;
@@ -172,4 +172,4 @@ TEST_CASE("A probe at the far end of the floats finds nothing", "[grid_query]") 
 }
 
 }  // namespace
-}  // namespace stillgrid::collision
+}  // namespace stillgrid::collision::grid_query_test

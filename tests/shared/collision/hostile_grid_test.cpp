@@ -8,7 +8,7 @@
 #include "shared/collision/grid_query.hpp"
 #include "tests/shared/collision/random_scene.hpp"
 
-namespace stillgrid::collision {
+namespace stillgrid::collision::hostile_grid_test {
 namespace {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
@@ -169,4 +169,4 @@ TEST_CASE("A shape that does not fit its layout is called inconsistent", "[hosti
 }
 
 }  // namespace
-}  // namespace stillgrid::collision
+}  // namespace stillgrid::collision::hostile_grid_test

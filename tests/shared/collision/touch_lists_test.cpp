@@ -10,7 +10,7 @@
 #include "tests/shared/collision/random_scene.hpp"
 #include "tests/shared/collision/sphere_state.hpp"
 
-namespace stillgrid::collision {
+namespace stillgrid::collision::touch_lists_test {
 namespace {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
@@ -270,4 +270,4 @@ TEST_CASE("A shape of touch lists that leads outside its cells is called inconsi
 }
 
 }  // namespace
-}  // namespace stillgrid::collision
+}  // namespace stillgrid::collision::touch_lists_test

@@ -13,7 +13,7 @@
 #include "tests/shared/collision/random_scene.hpp"
 #include "tests/shared/collision/sphere_state.hpp"
 
-namespace stillgrid::collision {
+namespace stillgrid::collision::voxel_grid_test {
 namespace {
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
@@ -290,4 +290,4 @@ TEST_CASE("An empty grid holds no candidate", "[voxel_grid]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::collision
+}  // namespace stillgrid::collision::voxel_grid_test

@@ -5,7 +5,7 @@
 
 #include "tests/shared/display/snapshot_history.hpp"
 
-namespace stillgrid::display {
+namespace stillgrid::display::playout_test {
 namespace {
 
 constexpr std::uint64_t kPeriod_ns = 33'000'000, kTick_ns = 250'000;
@@ -94,4 +94,4 @@ TEST_CASE("Playout shows a published delay as more lag, to the nanosecond", "[pl
 }
 
 }  // namespace
-}  // namespace stillgrid::display
+}  // namespace stillgrid::display::playout_test

@@ -6,7 +6,7 @@
 
 #include "tests/shared/display/snapshot_history.hpp"
 
-namespace stillgrid::display {
+namespace stillgrid::display::transition_laws_test {
 namespace {
 
 constexpr std::uint64_t kPeriod_ns = 33'000'000;
@@ -307,4 +307,4 @@ TEST_CASE(
 }
 
 }  // namespace
-}  // namespace stillgrid::display
+}  // namespace stillgrid::display::transition_laws_test

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace stillgrid::display {
+namespace stillgrid::display::transition_test {
 namespace {
 
 constexpr std::uint64_t kMs = 1'000'000;
@@ -188,4 +188,4 @@ TEST_CASE("A snapshot that predicts nothing is held by predict", "[transition]")
 }
 
 }  // namespace
-}  // namespace stillgrid::display
+}  // namespace stillgrid::display::transition_test

@@ -9,7 +9,7 @@
 
 #include "tests/shared/publication/test_session.hpp"
 
-namespace stillgrid::double_buffer {
+namespace stillgrid::double_buffer::double_buffer_test {
 namespace {
 
 /// Two slots in private memory.
@@ -233,4 +233,4 @@ TEST_CASE("Words, numbers and structs are loaded through the policy, a load a wo
 }
 
 }  // namespace
-}  // namespace stillgrid::double_buffer
+}  // namespace stillgrid::double_buffer::double_buffer_test

@@ -13,7 +13,7 @@
 
 #include "tests/test_folder.hpp"
 
-namespace stillgrid::files {
+namespace stillgrid::files::whole_file_test {
 namespace {
 
 auto files_in(const tests::TestFolder& folder) {
@@ -73,4 +73,4 @@ TEST_CASE("A pipe is written as it is", "[whole_file]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::files
+}  // namespace stillgrid::files::whole_file_test

@@ -5,7 +5,7 @@
 
 #include "tests/shared/library/published_session.hpp"
 
-namespace stillgrid::library {
+namespace stillgrid::library::cpp_header_test {
 namespace {
 
 TEST_CASE("An Error carries the code and the line of the call that failed", "[library]") {
@@ -62,4 +62,4 @@ TEST_CASE("Steps of a publisher come in their order", "[library]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::library
+}  // namespace stillgrid::library::cpp_header_test

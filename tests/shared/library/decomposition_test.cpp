@@ -12,7 +12,7 @@
 #include "tests/shared/library/published_session.hpp"
 #include "tests/sim_server/mesh/solids.hpp"
 
-namespace stillgrid::library {
+namespace stillgrid::library::decomposition_test {
 namespace {
 
 struct Arrays {
@@ -124,4 +124,4 @@ TEST_CASE("A mesh that has no inside, and fineness that is none, are refused in 
 }
 
 }  // namespace
-}  // namespace stillgrid::library
+}  // namespace stillgrid::library::decomposition_test

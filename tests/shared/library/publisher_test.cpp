@@ -9,7 +9,7 @@
 #include "tests/haptic_server/devices/allocation_counter.hpp"
 #include "tests/shared/library/published_ball.hpp"
 
-namespace stillgrid::library {
+namespace stillgrid::library::publisher_test {
 namespace {
 
 using Catch::Matchers::Contains;
@@ -312,4 +312,4 @@ TEST_CASE("In virtual time a state is asked for, then published, in turn", "[pub
 }
 
 }  // namespace
-}  // namespace stillgrid::library
+}  // namespace stillgrid::library::publisher_test

@@ -4,7 +4,7 @@
 
 #include "tests/shared/library/published_ball.hpp"
 
-namespace stillgrid::library {
+namespace stillgrid::library::pushes_test {
 namespace {
 
 using Catch::Matchers::WithinAbs;
@@ -232,4 +232,4 @@ TEST_CASE("The tool's work is its pushes' along the ways that the spheres went",
 }
 
 }  // namespace
-}  // namespace stillgrid::library
+}  // namespace stillgrid::library::pushes_test

@@ -13,7 +13,7 @@
 #include "tests/shared/library/published_session.hpp"
 #include "tests/shared/publication/other_process.hpp"
 
-namespace stillgrid::library {
+namespace stillgrid::library::reader_faults_test {
 namespace {
 
 constexpr auto kScene = proto::SegmentKind::kScene;
@@ -228,4 +228,4 @@ TEST_CASE("A second thread inside a reader is turned away", "[library]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::library
+}  // namespace stillgrid::library::reader_faults_test

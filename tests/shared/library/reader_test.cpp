@@ -10,7 +10,7 @@
 #include "tests/haptic_server/devices/allocation_counter.hpp"
 #include "tests/shared/library/published_session.hpp"
 
-namespace stillgrid::library {
+namespace stillgrid::library::reader_test {
 namespace {
 
 /// A tick that displays snapshot `shown` of the scene of that epoch so far on the way from the one
@@ -214,4 +214,4 @@ TEST_CASE("Reading allocates nothing", "[library]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::library
+}  // namespace stillgrid::library::reader_test

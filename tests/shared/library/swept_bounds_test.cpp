@@ -4,7 +4,7 @@
 #include "shared/publication/moving_records.hpp"
 #include "tests/shared/library/published_ball.hpp"
 
-namespace stillgrid::library {
+namespace stillgrid::library::swept_bounds_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -74,4 +74,4 @@ TEST_CASE("Swept bounds hold every sphere however it moves, comes and goes", "[m
 }
 
 }  // namespace
-}  // namespace stillgrid::library
+}  // namespace stillgrid::library::swept_bounds_test

@@ -4,7 +4,7 @@
 #include "tests/shared/publication/small_scene.hpp"
 #include "tests/shared/publication/tampering.hpp"
 
-namespace stillgrid::publication {
+namespace stillgrid::publication::corrupted_scene_test {
 namespace {
 
 constexpr auto kScene = proto::SegmentKind::kScene;
@@ -124,4 +124,4 @@ TEST_CASE("A first slot that overlaps the fixed part is refused", "[corrupted_sc
 }
 
 }  // namespace
-}  // namespace stillgrid::publication
+}  // namespace stillgrid::publication::corrupted_scene_test

@@ -10,7 +10,7 @@
 #include "tests/shared/publication/tampering.hpp"
 #include "tests/shared/publication/test_session.hpp"
 
-namespace stillgrid::publication {
+namespace stillgrid::publication::foreign_segment_test {
 namespace {
 
 constexpr auto kScene = proto::SegmentKind::kScene;
@@ -214,4 +214,4 @@ TEST_CASE("A writer replaces what a writer killed at its start had half made",
 }
 
 }  // namespace
-}  // namespace stillgrid::publication
+}  // namespace stillgrid::publication::foreign_segment_test

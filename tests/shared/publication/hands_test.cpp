@@ -6,7 +6,7 @@
 #include "shared/publication/segment.hpp"
 #include "tests/shared/publication/test_session.hpp"
 
-namespace stillgrid::publication {
+namespace stillgrid::publication::hands_test {
 
 TEST_CASE("A hand's session is its session's name, '+' and its own", "[hands]") {
   CHECK(hand_session("demo", "left") == "demo+left");
@@ -45,4 +45,4 @@ TEST_CASE("Who asks for a hand that a session has not is told which it has", "[h
   CHECK(refusal_of([&] { require_hand(left); }).find("expected no --hand") != std::string::npos);
 }
 
-}  // namespace stillgrid::publication
+}  // namespace stillgrid::publication::hands_test

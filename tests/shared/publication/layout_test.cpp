@@ -8,7 +8,7 @@
 #include "tests/shared/publication/field_scene.hpp"
 #include "tests/shared/publication/small_scene.hpp"
 
-namespace stillgrid::publication {
+namespace stillgrid::publication::layout_test {
 namespace {
 
 // A change here is a change of the protocol: raise kSegmentVersion and mend docs/protocol.md.
@@ -253,4 +253,4 @@ TEST_CASE("100 moving spheres make a payload of 21696 bytes", "[layout]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::publication
+}  // namespace stillgrid::publication::layout_test

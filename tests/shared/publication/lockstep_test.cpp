@@ -5,7 +5,7 @@
 
 #include "shared/double_buffer/double_buffer.hpp"
 
-namespace stillgrid::publication {
+namespace stillgrid::publication::lockstep_test {
 namespace {
 
 const std::atomic<bool> kGoOn = false;
@@ -67,4 +67,4 @@ TEST_CASE("A peer that keeps its promise and then ends has kept it", "[lockstep]
 }
 
 }  // namespace
-}  // namespace stillgrid::publication
+}  // namespace stillgrid::publication::lockstep_test

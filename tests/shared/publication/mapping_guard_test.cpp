@@ -14,7 +14,7 @@
 #include "shared/publication/segment.hpp"
 #include "tests/shared/publication/test_session.hpp"
 
-namespace stillgrid::publication {
+namespace stillgrid::publication::mapping_guard_test {
 namespace {
 
 constexpr std::size_t kBytes = 8 * 4096;
@@ -148,4 +148,4 @@ TEST_CASE("A writer whose segment was shrunk is told so", "[mapping_guard]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::publication
+}  // namespace stillgrid::publication::mapping_guard_test

@@ -13,7 +13,7 @@
 #include "tests/shared/publication/other_process.hpp"
 #include "tests/shared/publication/test_session.hpp"
 
-namespace stillgrid::publication {
+namespace stillgrid::publication::other_user_test {
 namespace {
 
 constexpr auto kScene = proto::SegmentKind::kScene;
@@ -182,4 +182,4 @@ TEST_CASE("A user is named by name or number before a session", "[other_user]") 
 }
 
 }  // namespace
-}  // namespace stillgrid::publication
+}  // namespace stillgrid::publication::other_user_test

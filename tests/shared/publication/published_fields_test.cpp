@@ -10,7 +10,7 @@
 #include "tests/shared/publication/field_scene.hpp"
 #include "tests/shared/publication/tampering.hpp"
 
-namespace stillgrid::publication {
+namespace stillgrid::publication::published_fields_test {
 namespace {
 
 constexpr auto kScene = proto::SegmentKind::kScene;
@@ -246,4 +246,4 @@ TEST_CASE("No point of a body with a field responds more than a snapshot says, a
   CHECK(told < 1.3 * largest);
 }
 
-}  // namespace stillgrid::publication
+}  // namespace stillgrid::publication::published_fields_test

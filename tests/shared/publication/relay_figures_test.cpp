@@ -9,7 +9,7 @@
 
 #include "tests/shared/publication/test_session.hpp"
 
-namespace stillgrid::publication {
+namespace stillgrid::publication::relay_figures_test {
 namespace {
 
 using Words = std::array<std::uint64_t, sizeof(proto::RelayFigures) / 8>;
@@ -87,4 +87,4 @@ TEST_CASE("Figures that no relay writes are not shown, each alone", "[relay]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::publication
+}  // namespace stillgrid::publication::relay_figures_test

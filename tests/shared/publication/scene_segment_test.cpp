@@ -9,7 +9,7 @@
 #include "tests/shared/publication/small_scene.hpp"
 #include "tests/shared/publication/tampering.hpp"
 
-namespace stillgrid::publication {
+namespace stillgrid::publication::scene_segment_test {
 namespace {
 
 using Times = std::array<std::uint64_t, proto::kHistoryLength>;
@@ -217,4 +217,4 @@ TEST_CASE("A snapshot whose grid lies is shown as empty", "[scene_segment]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::publication
+}  // namespace stillgrid::publication::scene_segment_test

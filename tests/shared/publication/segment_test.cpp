@@ -17,7 +17,7 @@
 #include "tests/shared/publication/other_process.hpp"
 #include "tests/shared/publication/test_session.hpp"
 
-namespace stillgrid::publication {
+namespace stillgrid::publication::segment_test {
 namespace {
 
 constexpr auto kScene = proto::SegmentKind::kScene;
@@ -358,4 +358,4 @@ TEST_CASE("A writer killed at any instant leaves a whole snapshot", "[segment]")
 }
 
 }  // namespace
-}  // namespace stillgrid::publication
+}  // namespace stillgrid::publication::segment_test

@@ -6,7 +6,7 @@
 
 #include "tests/shared/publication/test_session.hpp"
 
-namespace stillgrid::publication {
+namespace stillgrid::publication::segment_watch_test {
 namespace {
 
 /// A view that counts how many of it there are.
@@ -243,4 +243,4 @@ TEST_CASE("A watch with its own thread follows restarts while the reader reads",
 }
 
 }  // namespace
-}  // namespace stillgrid::publication
+}  // namespace stillgrid::publication::segment_watch_test

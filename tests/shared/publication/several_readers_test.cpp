@@ -15,7 +15,7 @@
 #include "tests/shared/publication/tampering.hpp"
 #include "tests/shared/publication/test_session.hpp"
 
-namespace stillgrid::publication {
+namespace stillgrid::publication::several_readers_test {
 namespace {
 
 constexpr auto kScene = proto::SegmentKind::kScene;
@@ -183,4 +183,4 @@ TEST_CASE("A reader cannot make its mapping writable", "[several_readers]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::publication
+}  // namespace stillgrid::publication::several_readers_test

@@ -4,7 +4,7 @@
 
 #include "tests/shared/publication/small_scene.hpp"
 
-namespace stillgrid::publication {
+namespace stillgrid::publication::snapshot_reader_test {
 namespace {
 
 SceneView view_of(const TestSession& session) {
@@ -82,4 +82,4 @@ TEST_CASE("A snapshot under another number than its header's, or an earlier one,
 }
 
 }  // namespace
-}  // namespace stillgrid::publication
+}  // namespace stillgrid::publication::snapshot_reader_test

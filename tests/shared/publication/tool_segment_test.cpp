@@ -6,7 +6,7 @@
 
 #include "tests/shared/publication/test_session.hpp"
 
-namespace stillgrid::publication {
+namespace stillgrid::publication::tool_segment_test {
 namespace {
 
 ToolView view_of(const TestSession& session) {
@@ -152,4 +152,4 @@ TEST_CASE("A tool segment whose slots cannot hold a tool state is refused", "[to
 }
 
 }  // namespace
-}  // namespace stillgrid::publication
+}  // namespace stillgrid::publication::tool_segment_test

@@ -9,7 +9,7 @@
 #include "shared/rendering/renderer.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
-namespace stillgrid::reading {
+namespace stillgrid::reading::displayed_test {
 namespace {
 
 double distance_m(const std::array<float, 3>& a_m, const Eigen::Vector3d& b_m) {
@@ -112,4 +112,4 @@ TEST_CASE("What a later snapshot cannot tell of a predicted velocity its velocit
 }
 
 }  // namespace
-}  // namespace stillgrid::reading
+}  // namespace stillgrid::reading::displayed_test

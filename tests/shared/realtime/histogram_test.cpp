@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-namespace stillgrid::realtime {
+namespace stillgrid::realtime::histogram_test {
 namespace {
 
 TEST_CASE("An empty histogram has nothing to tell", "[histogram]") {
@@ -86,4 +86,4 @@ TEST_CASE("The whole range of numbers has a bucket", "[histogram]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::realtime
+}  // namespace stillgrid::realtime::histogram_test

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <thread>
 
-namespace stillgrid::realtime {
+namespace stillgrid::realtime::periodic_timer_test {
 namespace {
 
 constexpr std::uint64_t kPeriod_ns = 500'000;
@@ -60,4 +60,4 @@ TEST_CASE("After a stall missed deadlines are counted and never made up for", "[
 }
 
 }  // namespace
-}  // namespace stillgrid::realtime
+}  // namespace stillgrid::realtime::periodic_timer_test

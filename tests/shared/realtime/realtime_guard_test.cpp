@@ -28,7 +28,7 @@
 
 #include "shared/realtime/periodic_timer.hpp"
 
-namespace stillgrid::realtime {
+namespace stillgrid::realtime::realtime_guard_test {
 
 // The library under test is linked, not preloaded: it stands before libc all the same.
 namespace {
@@ -291,4 +291,4 @@ TEST_CASE("The first call is told with its tick and the module that made it", "[
   CHECK(found->first_caller.starts_with("realtime_guard_test+0x"));
 }
 
-}  // namespace stillgrid::realtime
+}  // namespace stillgrid::realtime::realtime_guard_test

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <thread>
 
-namespace stillgrid::realtime {
+namespace stillgrid::realtime::spsc_ring_test {
 namespace {
 
 TEST_CASE("An empty ring gives nothing and a full one takes nothing", "[spsc_ring]") {
@@ -70,4 +70,4 @@ TEST_CASE("Between two threads nothing is lost, doubled, mixed or out of order",
 }
 
 }  // namespace
-}  // namespace stillgrid::realtime
+}  // namespace stillgrid::realtime::spsc_ring_test

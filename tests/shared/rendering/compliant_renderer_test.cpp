@@ -14,7 +14,7 @@
 #include "tests/haptic_server/devices/allocation_counter.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
-namespace stillgrid::rendering {
+namespace stillgrid::rendering::compliant_renderer_test {
 namespace {
 
 constexpr std::uint64_t kPeriod_ns = 32 * kMillisecond_ns;
@@ -457,4 +457,4 @@ TEST_CASE("What only the next snapshot presses comes evenly, and pulls nothing w
 }
 
 }  // namespace
-}  // namespace stillgrid::rendering
+}  // namespace stillgrid::rendering::compliant_renderer_test

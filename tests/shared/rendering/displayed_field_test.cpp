@@ -9,7 +9,7 @@
 #include "shared/rendering/snapshot_renderer.hpp"
 #include "tests/shared/rendering/field_fixture.hpp"
 
-namespace stillgrid::rendering {
+namespace stillgrid::rendering::displayed_field_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -221,4 +221,4 @@ TEST_CASE("A tick that is overtaken shows a field where the tick before met it",
   CHECK((overtaken_N - fresh_N).norm() < 0.1 * fresh_N.norm());
 }
 
-}  // namespace stillgrid::rendering
+}  // namespace stillgrid::rendering::displayed_field_test

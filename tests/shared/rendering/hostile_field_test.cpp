@@ -11,7 +11,7 @@
 #include "tests/haptic_server/devices/allocation_counter.hpp"
 #include "tests/shared/rendering/field_fixture.hpp"
 
-namespace stillgrid::rendering {
+namespace stillgrid::rendering::hostile_field_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -191,4 +191,4 @@ TEST_CASE("A tick that meets fields allocates nothing, at a switch neither", "[h
   CHECK(allocations == 0);
 }
 
-}  // namespace stillgrid::rendering
+}  // namespace stillgrid::rendering::hostile_field_test

@@ -10,7 +10,7 @@
 #include "shared/display/response.hpp"
 #include "shared/rendering/touched_spheres.hpp"
 
-namespace stillgrid::rendering {
+namespace stillgrid::rendering::mode_response_test {
 namespace {
 
 constexpr std::uint64_t kPeriod_ns = 32'000'000;
@@ -122,4 +122,4 @@ TEST_CASE("No mode shows a sphere as faster than a hand is", "[predict]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::rendering
+}  // namespace stillgrid::rendering::mode_response_test

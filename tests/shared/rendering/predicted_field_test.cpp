@@ -7,7 +7,7 @@
 #include "shared/rendering/compliant_renderer.hpp"
 #include "tests/shared/rendering/field_fixture.hpp"
 
-namespace stillgrid::rendering {
+namespace stillgrid::rendering::predicted_field_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -258,4 +258,4 @@ TEST_CASE("What a hand feels of a pushed body is what pushes it", "[predicted_fi
   }
 }
 
-}  // namespace stillgrid::rendering
+}  // namespace stillgrid::rendering::predicted_field_test

@@ -8,7 +8,7 @@
 #include "shared/rendering/renderer.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
-namespace stillgrid::rendering {
+namespace stillgrid::rendering::presence_test {
 namespace {
 
 constexpr std::uint64_t kPeriod_ns = 32 * kMillisecond_ns;
@@ -138,4 +138,4 @@ TEST_CASE("Predict goes on from the force that it showed when a sphere appears o
 }
 
 }  // namespace
-}  // namespace stillgrid::rendering
+}  // namespace stillgrid::rendering::presence_test

@@ -5,7 +5,7 @@
 
 #include "tests/shared/rendering/scene_fixture.hpp"
 
-namespace stillgrid::rendering {
+namespace stillgrid::rendering::renderer_test {
 namespace {
 
 TEST_CASE("There is no force before a snapshot was read whole, by any transition", "[renderer]") {
@@ -35,4 +35,4 @@ TEST_CASE("There is no force before a snapshot was read whole, by any transition
 }
 
 }  // namespace
-}  // namespace stillgrid::rendering
+}  // namespace stillgrid::rendering::renderer_test

@@ -6,7 +6,7 @@
 #include "shared/rendering/renderer.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
-namespace stillgrid::rendering {
+namespace stillgrid::rendering::shape_test {
 namespace {
 
 constexpr std::uint64_t kPeriod_ns = 34 * kMillisecond_ns;
@@ -148,4 +148,4 @@ TEST_CASE("A deforming body has the shape of one instant, a period ago or of the
 }
 
 }  // namespace
-}  // namespace stillgrid::rendering
+}  // namespace stillgrid::rendering::shape_test

@@ -6,7 +6,7 @@
 
 #include "tests/shared/rendering/scene_fixture.hpp"
 
-namespace stillgrid::rendering {
+namespace stillgrid::rendering::snapshot_renderer_test {
 namespace {
 
 constexpr double kSpeed_m_s = 0.1;
@@ -176,4 +176,4 @@ TEST_CASE("A new session's first snapshot replaces what an old one left", "[snap
 }
 
 }  // namespace
-}  // namespace stillgrid::rendering
+}  // namespace stillgrid::rendering::snapshot_renderer_test

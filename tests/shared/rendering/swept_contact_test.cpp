@@ -5,7 +5,7 @@
 
 #include "tests/shared/rendering/scene_fixture.hpp"
 
-namespace stillgrid::rendering {
+namespace stillgrid::rendering::swept_contact_test {
 namespace {
 
 constexpr double kStiffness_N_per_m = 500.0;
@@ -183,4 +183,4 @@ TEST_CASE("A tool has no way from one scene into another", "[swept_contact]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::rendering
+}  // namespace stillgrid::rendering::swept_contact_test

@@ -7,7 +7,7 @@
 #include "shared/rendering/snapshot_renderer.hpp"
 #include "tests/shared/rendering/field_fixture.hpp"
 
-namespace stillgrid::rendering {
+namespace stillgrid::rendering::swept_field_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -159,4 +159,4 @@ TEST_CASE("A way takes a bounded number of samples, and says so where they are t
   CHECK(spent.truncated);
 }
 
-}  // namespace stillgrid::rendering
+}  // namespace stillgrid::rendering::swept_field_test

@@ -6,7 +6,7 @@
 #include "shared/collision/contact_law.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
-namespace stillgrid::rendering {
+namespace stillgrid::rendering::tool_force_test {
 namespace {
 
 TEST_CASE("A plane pushes along its normal with stiffness times depth", "[tool_force]") {
@@ -112,4 +112,4 @@ TEST_CASE("A sphere that is no number is never touched", "[tool_force]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::rendering
+}  // namespace stillgrid::rendering::tool_force_test

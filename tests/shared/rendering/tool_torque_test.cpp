@@ -4,7 +4,7 @@
 #include "shared/collision/contact_law.hpp"
 #include "shared/rendering/tool_force.hpp"
 
-namespace stillgrid::rendering {
+namespace stillgrid::rendering::tool_torque_test {
 namespace {
 
 constexpr double kSlipSpeed_m_s = 0.01;
@@ -107,4 +107,4 @@ TEST_CASE("Tool and touched sphere get opposite forces at one point, whoever is 
 }
 
 }  // namespace
-}  // namespace stillgrid::rendering
+}  // namespace stillgrid::rendering::tool_torque_test

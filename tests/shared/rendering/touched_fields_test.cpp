@@ -8,7 +8,7 @@
 #include "shared/rendering/snapshot_renderer.hpp"
 #include "tests/shared/rendering/field_fixture.hpp"
 
-namespace stillgrid::rendering {
+namespace stillgrid::rendering::touched_fields_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -273,4 +273,4 @@ TEST_CASE("Points of a body with a field are not felt, however many lie at the t
   CHECK(felt_at({0.0, 0.103, 0.0}) == 1);
 }
 
-}  // namespace stillgrid::rendering
+}  // namespace stillgrid::rendering::touched_fields_test

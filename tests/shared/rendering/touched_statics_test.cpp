@@ -9,7 +9,7 @@
 #include "shared/rendering/placed_tool.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
-namespace stillgrid::rendering {
+namespace stillgrid::rendering::touched_statics_test {
 namespace {
 
 /// What is told of a touched sphere, in an order of its own.
@@ -121,4 +121,4 @@ TEST_CASE("More static spheres than a tick may keep are told to be more", "[touc
 }
 
 }  // namespace
-}  // namespace stillgrid::rendering
+}  // namespace stillgrid::rendering::touched_statics_test

@@ -10,7 +10,7 @@
 #include "haptic_server/devices/trajectory.hpp"
 #include "tests/haptic_server/devices/recording_file.hpp"
 
-namespace stillgrid::rendering {
+namespace stillgrid::rendering::velocity_estimator_test {
 namespace {
 
 constexpr std::uint64_t kTick_ns = 1'000'000;
@@ -198,4 +198,4 @@ TEST_CASE("A tool that never turns has no angular velocity at all", "[velocity_e
 }
 
 }  // namespace
-}  // namespace stillgrid::rendering
+}  // namespace stillgrid::rendering::velocity_estimator_test

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <numbers>
 
-namespace stillgrid::bodies {
+namespace stillgrid::bodies::rotation_test {
 namespace {
 
 const Eigen::Vector3d kAxis = Eigen::Vector3d(1.0, -2.0, 0.5).normalized();
@@ -68,4 +68,4 @@ TEST_CASE("The mean arm of a turn spans its chord, and changes as its derivative
 }
 
 }  // namespace
-}  // namespace stillgrid::bodies
+}  // namespace stillgrid::bodies::rotation_test

@@ -7,7 +7,7 @@
 
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::bodies {
+namespace stillgrid::bodies::soft_lattice_test {
 namespace {
 
 /// Balls in a row from one point to another, ends included.
@@ -128,4 +128,4 @@ TEST_CASE("A single small ball gets one cell", "[soft_lattice]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::bodies
+}  // namespace stillgrid::bodies::soft_lattice_test

@@ -5,7 +5,7 @@
 #include "sim_server/bodies/rotation.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::bodies {
+namespace stillgrid::bodies::sphere_motion_test {
 namespace {
 
 /// A tumbling box and a sheet with a pinned corner, in no state of symmetry.
@@ -53,4 +53,4 @@ TEST_CASE("A sphere of a prescribed body moves as its motion says, one of pinned
 }
 
 }  // namespace
-}  // namespace stillgrid::bodies
+}  // namespace stillgrid::bodies::sphere_motion_test

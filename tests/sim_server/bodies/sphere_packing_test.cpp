@@ -4,7 +4,7 @@
 #include "sim_server/bodies/kinds/body_in_world.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::bodies {
+namespace stillgrid::bodies::sphere_packing_test {
 namespace {
 
 BodyDescription tilted_sheet() {
@@ -145,4 +145,4 @@ TEST_CASE("A sphere is its own cover, and a plane has none", "[sphere_packing]")
 }
 
 }  // namespace
-}  // namespace stillgrid::bodies
+}  // namespace stillgrid::bodies::sphere_packing_test

@@ -6,7 +6,7 @@
 #include "sim_server/bodies/kinds/body_in_world.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::bodies {
+namespace stillgrid::bodies::surfaces_test {
 namespace {
 
 /// All centres at rest, by their published numbers.
@@ -192,4 +192,4 @@ TEST_CASE("Where the nearest spheres lie flat, wider ones hold the point", "[sur
 }
 
 }  // namespace
-}  // namespace stillgrid::bodies
+}  // namespace stillgrid::bodies::surfaces_test

@@ -6,7 +6,7 @@
 
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::bodies {
+namespace stillgrid::bodies::world_test {
 namespace {
 
 TEST_CASE("Nodes share the mass of their body equally", "[world]") {
@@ -249,4 +249,4 @@ TEST_CASE("A prescribed body's range holds its way, and no more of a sine", "[wo
 }
 
 }  // namespace
-}  // namespace stillgrid::bodies
+}  // namespace stillgrid::bodies::world_test

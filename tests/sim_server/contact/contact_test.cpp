@@ -7,7 +7,7 @@
 
 #include "shared/collision/contact_law.hpp"
 
-namespace stillgrid::contact {
+namespace stillgrid::contact::contact_test {
 namespace {
 
 constexpr double kStep_s = 0.01;
@@ -266,4 +266,4 @@ TEST_CASE(
 }
 
 }  // namespace
-}  // namespace stillgrid::contact
+}  // namespace stillgrid::contact::contact_test

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-namespace stillgrid::contact {
+namespace stillgrid::contact::crossing_test {
 namespace {
 
 constexpr double kRadiusA_m = 0.01, kRadiusB_m = 0.005, kContactDistance_m = 0.015;
@@ -145,4 +145,4 @@ TEST_CASE("Of several contacts the first crossing counts; planes and numbers tha
 }
 
 }  // namespace
-}  // namespace stillgrid::contact
+}  // namespace stillgrid::contact::crossing_test

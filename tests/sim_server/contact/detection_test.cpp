@@ -7,7 +7,7 @@
 
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::contact {
+namespace stillgrid::contact::detection_test {
 namespace {
 
 constexpr double kStep_s = 0.03;
@@ -319,4 +319,4 @@ TEST_CASE("Who strayed off its way into what is on no list is told from who met 
   CHECK(found_pairs(detection) == Pairs{{0, 2}});
 }
 
-}  // namespace stillgrid::contact
+}  // namespace stillgrid::contact::detection_test

@@ -9,7 +9,7 @@
 #include "tests/sim_server/contact/sphere_clouds.hpp"
 #include "tests/sim_server/unkind_heap.hpp"
 
-namespace stillgrid::contact {
+namespace stillgrid::contact::every_target_test {
 namespace {
 
 constexpr std::size_t kOffsets_B[] = {0, 16, 32, 48};
@@ -124,4 +124,4 @@ TEST_CASE("A search gives up soon after more pairs than asked for, on every inst
 }
 
 }  // namespace
-}  // namespace stillgrid::contact
+}  // namespace stillgrid::contact::every_target_test

@@ -10,7 +10,7 @@
 #include "sim_server/contact/field_touch.hpp"
 #include "tests/sim_server/field_worlds.hpp"
 
-namespace stillgrid::contact {
+namespace stillgrid::contact::field_contact_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -220,4 +220,4 @@ TEST_CASE("A way through a plate stops before its middle, one that ends in it do
 }
 
 }  // namespace
-}  // namespace stillgrid::contact
+}  // namespace stillgrid::contact::field_contact_test

@@ -12,7 +12,7 @@
 #include "tests/sim_server/contact/sphere_clouds.hpp"
 #include "tests/sim_server/every_target.hpp"
 
-namespace stillgrid::contact {
+namespace stillgrid::contact::moving_spheres_test {
 namespace {
 
 constexpr float kAutomatic = 0.0F;
@@ -261,4 +261,4 @@ TEST_CASE("A sphere whose place is no number is refused by its number, and does 
 }
 
 }  // namespace
-}  // namespace stillgrid::contact
+}  // namespace stillgrid::contact::moving_spheres_test

@@ -4,7 +4,7 @@
 
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::contact {
+namespace stillgrid::contact::self_collision_test {
 namespace {
 
 constexpr double kRadius_m = 0.003;
@@ -85,4 +85,4 @@ TEST_CASE("How a body is bent later makes no difference", "[self_collision]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::contact
+}  // namespace stillgrid::contact::self_collision_test

@@ -6,7 +6,7 @@
 
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::contact {
+namespace stillgrid::contact::start_warnings_test {
 namespace {
 
 /// What is said of a scene; bodies are named "a", "b", ... and stand at lines 1, 2, ...
@@ -85,4 +85,4 @@ TEST_CASE("Ten lines are said at most, and how many more there are", "[start_war
 }
 
 }  // namespace
-}  // namespace stillgrid::contact
+}  // namespace stillgrid::contact::start_warnings_test

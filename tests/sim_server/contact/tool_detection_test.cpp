@@ -6,7 +6,7 @@
 #include "sim_server/snapshot/sphere_records.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::contact {
+namespace stillgrid::contact::tool_detection_test {
 namespace {
 
 constexpr double kStep_s = 0.03;
@@ -121,4 +121,4 @@ TEST_CASE("The records of static spheres follow the world's order", "[detection]
 }
 
 }  // namespace
-}  // namespace stillgrid::contact
+}  // namespace stillgrid::contact::tool_detection_test

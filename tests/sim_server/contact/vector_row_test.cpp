@@ -11,7 +11,7 @@
 
 #include "tests/sim_server/unkind_heap.hpp"
 
-namespace stillgrid::contact {
+namespace stillgrid::contact::vector_row_test {
 namespace {
 
 struct alignas(64) Numbers {
@@ -86,4 +86,4 @@ TEST_CASE("An access that the widest vector could not make is stopped on any pro
 #endif
 
 }  // namespace
-}  // namespace stillgrid::contact
+}  // namespace stillgrid::contact::vector_row_test

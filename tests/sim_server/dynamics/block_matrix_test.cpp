@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::block_matrix_test {
 namespace {
 
 TEST_CASE("A block matrix is the sum of its blocks", "[block_matrix]") {
@@ -52,4 +52,4 @@ TEST_CASE("A matrix without rows is one too", "[block_matrix]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::block_matrix_test

@@ -11,7 +11,7 @@
 
 #include "tests/sim_server/every_target.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::block_triangle_test {
 namespace {
 
 constexpr int kRows = 37;
@@ -73,7 +73,7 @@ Eigen::VectorXd numbers() {
 }  // namespace
 
 TEST_CASE("A block triangle is the matrix that was put into it", "[block_triangle]") {
-  const Filled filled = dynamics::filled();
+  const Filled filled = block_triangle_test::filled();
   const Eigen::VectorXd x = numbers();
   Eigen::VectorXd product, padded, back;
   filled.triangle.multiply(x, product);
@@ -84,7 +84,7 @@ TEST_CASE("A block triangle is the matrix that was put into it", "[block_triangl
 }
 
 TEST_CASE("Two sweeps of a block triangle are a product between its factors", "[block_triangle]") {
-  Filled filled = dynamics::filled();
+  Filled filled = block_triangle_test::filled();
   REQUIRE(filled.triangle.factorise(filled.whole));
   Eigen::MatrixXd lower = filled.lower;  // E + L
   for (int row = 0; row < kRows; ++row)
@@ -116,9 +116,9 @@ TEST_CASE("Two sweeps of a block triangle are a product between its factors", "[
 }
 
 TEST_CASE("A block that is not positive definite gives no factors", "[block_triangle]") {
-  Filled filled = dynamics::filled();
+  Filled filled = block_triangle_test::filled();
   filled.whole(1, 3 * 11 + 1) = -0.1;
   CHECK_FALSE(filled.triangle.factorise(filled.whole));
 }
 
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::block_triangle_test

@@ -7,7 +7,7 @@
 #include "sim_server/dynamics/integrators/integrator.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::bounded_step_test {
 namespace {
 
 const Eigen::Vector3d kGravity_m_s2(0.0, 0.0, -9.81);
@@ -138,4 +138,4 @@ TEST_CASE("A step cut short moves what nothing hinders as far as it would have g
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::bounded_step_test

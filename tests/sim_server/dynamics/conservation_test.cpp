@@ -3,7 +3,7 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::conservation_test {
 namespace {
 
 /// Per step, of the Newton solver's tolerance: residuals times scale, rms, stay below 1e-8.
@@ -136,4 +136,4 @@ TEST_CASE("Colliding bodies keep their angular momentum but for implicit Euler's
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::conservation_test

@@ -6,7 +6,7 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::energy_account_test {
 namespace {
 
 /// A mass of 0.1 kg on a spring of 1000 N/m, 4 mm out.
@@ -361,4 +361,4 @@ TEST_CASE("Accounting changes no step", "[energy]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::energy_account_test

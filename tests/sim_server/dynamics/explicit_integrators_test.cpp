@@ -9,7 +9,7 @@
 #include "sim_server/dynamics/step/simulation.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::explicit_integrators_test {
 namespace {
 
 scene::Method explicit_method(scene::IntegratorKind kind, int substeps = 0) {
@@ -319,4 +319,4 @@ TEST_CASE("Contacts that a part cannot solve have it begin anew in halves, as if
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::explicit_integrators_test

@@ -10,7 +10,7 @@
 #include "sim_server/dynamics/step/simulation.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::explicit_prediction_test {
 namespace {
 
 constexpr double kStep_s = 0.02, kStiffness_N_per_m = 200.0, kRadius_m = 0.01;
@@ -159,4 +159,4 @@ TEST_CASE("A mode's inertia, damping and stiffness are those of what the tool pu
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::explicit_prediction_test

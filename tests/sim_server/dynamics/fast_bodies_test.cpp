@@ -5,7 +5,7 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::fast_bodies_test {
 namespace {
 
 constexpr double kPeriod_s = 0.0333;
@@ -309,4 +309,4 @@ TEST_CASE("A step shortened at crossings repeats to the bit", "[fast_bodies]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::fast_bodies_test

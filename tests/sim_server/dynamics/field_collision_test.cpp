@@ -8,7 +8,7 @@
 
 #include "tests/sim_server/dynamics/field_bodies.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::field_collision_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -220,4 +220,4 @@ TEST_CASE("What a prescribed body of a field gives a ball is all that the ball h
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::field_collision_test

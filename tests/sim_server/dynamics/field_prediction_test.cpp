@@ -7,7 +7,7 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/field_worlds.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::field_prediction_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -157,4 +157,4 @@ TEST_CASE("Who predicts a scene of fields moves it to the same bits", "[field]")
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::field_prediction_test

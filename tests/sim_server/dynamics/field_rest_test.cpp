@@ -7,7 +7,7 @@
 
 #include "tests/sim_server/dynamics/field_bodies.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::field_rest_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -193,4 +193,4 @@ TEST_CASE("A tool that presses a body of a field presses it down by the springs 
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::field_rest_test

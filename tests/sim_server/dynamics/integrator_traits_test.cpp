@@ -3,7 +3,7 @@
 #include "shared/tools/laboratory/methods/laboratory_methods.hpp"
 #include "sim_server/dynamics/integrators/integrator.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::integrator_traits_test {
 namespace {
 
 TEST_CASE("What an integrator can is what its family in scene files promises",
@@ -28,4 +28,4 @@ TEST_CASE("An explicit integrator looks within its step unless its substeps are 
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::integrator_traits_test

@@ -8,7 +8,7 @@
 #include "sim_server/dynamics/choice/predicted_cost.hpp"
 #include "tests/sim_server/dynamics/joined.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::joined_bodies_test {
 namespace {
 
 int count_sleeping(const Simulation& simulation) {
@@ -143,4 +143,4 @@ TEST_CASE("Joints count as stiffness, cost and memory", "[joints]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::joined_bodies_test

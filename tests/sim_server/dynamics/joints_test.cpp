@@ -7,7 +7,7 @@
 
 #include "tests/sim_server/dynamics/joined.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::joints_test {
 namespace {
 
 constexpr unsigned kSeeds = tests::kCut == 1 ? 12 : 3;
@@ -204,4 +204,4 @@ TEST_CASE("Between nodes a damper makes no torque, and there is none at their me
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::joints_test

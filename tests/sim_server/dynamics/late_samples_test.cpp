@@ -10,7 +10,7 @@
 #include "sim_server/dynamics/step/simulation.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::late_samples_test {
 namespace {
 
 constexpr double kStep_s = 0.01;
@@ -222,4 +222,4 @@ TEST_CASE("With late samples too the tool gives its force times its way", "[late
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::late_samples_test

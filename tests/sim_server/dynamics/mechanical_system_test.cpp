@@ -9,7 +9,7 @@
 #include "sim_server/dynamics/integrators/implicit_stage.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::mechanical_system_test {
 namespace {
 
 constexpr double kStep_s = 0.02;
@@ -276,4 +276,4 @@ TEST_CASE("A step has moved by its end velocities", "[mechanical_system]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::mechanical_system_test

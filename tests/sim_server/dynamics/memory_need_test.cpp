@@ -12,7 +12,7 @@
 #include "tests/sanitizer_cut.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::memory_need_test {
 namespace {
 
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
@@ -114,4 +114,4 @@ TEST_CASE("A scene of more than a million spheres is refused, whatever there is"
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::memory_need_test

@@ -11,7 +11,7 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::method_choice_test {
 namespace {
 
 /// A clock on which a step of each method takes what the test says, s; others take one second.
@@ -177,4 +177,4 @@ TEST_CASE("The predicted limit of stability is that of the oscillator", "[method
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::method_choice_test

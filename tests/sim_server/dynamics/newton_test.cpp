@@ -12,7 +12,7 @@
 #include "tests/sim_server/dynamics/hanging_chain.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::newton_test {
 namespace {
 
 constexpr double kTolerance = 1e-8;
@@ -182,4 +182,4 @@ TEST_CASE("The tolerance bounds the error of the velocities", "[newton]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::newton_test

@@ -11,7 +11,7 @@
 #include "sim_server/dynamics/step/simulation.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::prediction_test {
 namespace {
 
 constexpr double kStep_s = 0.01;
@@ -411,4 +411,4 @@ TEST_CASE("Without time to look ahead a body moves on at its velocity and is not
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::prediction_test

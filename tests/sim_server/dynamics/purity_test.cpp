@@ -10,7 +10,7 @@
 #include "tests/sanitizer_cut.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::purity_test {
 namespace {
 
 /// Every number of the world that moves.
@@ -153,4 +153,4 @@ TEST_CASE("Predicting, accounting and publishing change no byte of the scenes th
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::purity_test

@@ -5,7 +5,7 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::self_contact_test {
 namespace {
 
 constexpr double kStep_s = 0.01;
@@ -183,4 +183,4 @@ TEST_CASE("A step by the exact slope may solve a fold by a state of more energy"
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::self_contact_test

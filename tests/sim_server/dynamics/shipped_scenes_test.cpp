@@ -8,7 +8,7 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::shipped_scenes_test {
 namespace {
 
 scene::SceneDescription shipped(const std::string& name) {
@@ -210,4 +210,4 @@ TEST_CASE("A thousand steps of each shipped scene stay finite", "[shipped_scenes
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::shipped_scenes_test

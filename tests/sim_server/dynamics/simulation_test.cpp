@@ -7,7 +7,7 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::simulation_test {
 namespace {
 
 constexpr double kStep_s = 0.01;
@@ -273,4 +273,4 @@ TEST_CASE("A settled block lies on as it lay where its world is copied with what
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::simulation_test

@@ -9,7 +9,7 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::sleeping_test {
 namespace {
 
 constexpr double kStep_s = 0.01, kEdge_m = 0.03;
@@ -379,4 +379,4 @@ TEST_CASE("Sleep repeats to the bit", "[sleeping]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::sleeping_test

@@ -4,7 +4,7 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::soft_solids_test {
 namespace {
 
 constexpr double kStep_s = 0.01;
@@ -117,4 +117,4 @@ TEST_CASE("A rigid mesh moves as the box whose spheres, mass and inertia it has"
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::soft_solids_test

@@ -12,7 +12,7 @@
 #include "tests/sim_server/scene_builders.hpp"
 #include "tests/sim_server/unkind_heap.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::spring_forces_test {
 namespace {
 
 bodies::BodyDescription cloth(const Eigen::Vector2i& nodes, double damping_N_s_per_m) {
@@ -356,4 +356,4 @@ TEST_CASE("Nodes that are moved as their forces are known move to the bit as tho
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::spring_forces_test

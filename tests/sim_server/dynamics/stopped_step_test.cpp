@@ -6,7 +6,7 @@
 
 #include "sim_server/dynamics/choice/predicted_cost.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::stopped_step_test {
 namespace {
 
 TEST_CASE("A step that is stopped leaves the world where it was, and takes it up again",
@@ -48,4 +48,4 @@ TEST_CASE("As many substeps as are said to be stable are, half of them are not",
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::stopped_step_test

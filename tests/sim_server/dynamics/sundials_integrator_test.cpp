@@ -13,7 +13,7 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::sundials_integrator_test {
 namespace {
 
 const std::vector<scene::IntegratorKind> kKinds = {scene::IntegratorKind::kCvodeBdf,
@@ -323,4 +323,4 @@ TEST_CASE("Nothing free is nothing to integrate", "[sundials]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::sundials_integrator_test

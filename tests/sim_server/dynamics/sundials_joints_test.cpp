@@ -6,7 +6,7 @@
 #include "shared/tools/laboratory/methods/arkode_integrator.hpp"
 #include "tests/sim_server/dynamics/joined.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::sundials_joints_test {
 namespace {
 
 constexpr unsigned kSeeds = tests::kCut == 1 ? 2 : 1;
@@ -77,4 +77,4 @@ TEST_CASE("A rod that SUNDIALS moves swings with the period of a physical pendul
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::sundials_joints_test

@@ -10,7 +10,7 @@
 #include "sim_server/dynamics/step/simulation.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::two_hands_test {
 namespace {
 
 constexpr double kStep_s = 0.01, kStiffness_N_per_m = 500.0;
@@ -149,4 +149,4 @@ TEST_CASE("Asking for the prediction of one hand changes nothing of another's", 
   CHECK(predicted(true) == predicted(false));
 }
 
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::two_hands_test

@@ -10,7 +10,7 @@
 #include "sim_server/dynamics/step/simulation.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::workers_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -109,4 +109,4 @@ TEST_CASE("A large scene moves by the same bytes whoever shares its work", "[wor
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::workers_test

@@ -9,7 +9,7 @@
 #include "sim_server/spheres/sampling.hpp"
 #include "tests/sim_server/spheres/generated_solids.hpp"
 
-namespace stillgrid::fields {
+namespace stillgrid::fields::contact_choice_test {
 namespace {
 
 ContactNeed need_of(const mesh::TriangleMesh& solid, double error_share) {
@@ -97,4 +97,4 @@ TEST_CASE("A lens too thin for coarse even spheres is met all the same", "[conta
   CHECK(chosen_of(choice).error_share <= 3.0);
 }
 
-}  // namespace stillgrid::fields
+}  // namespace stillgrid::fields::contact_choice_test

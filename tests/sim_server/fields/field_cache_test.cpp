@@ -10,7 +10,7 @@
 #include "tests/sim_server/mesh/solids.hpp"
 #include "tests/test_folder.hpp"
 
-namespace stillgrid::fields {
+namespace stillgrid::fields::field_cache_test {
 namespace {
 
 constexpr collision::FieldFineness kFineness{0.09, 0.12, 0.15};
@@ -97,4 +97,4 @@ TEST_CASE("A field that cannot be kept says so", "[field_cache]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::fields
+}  // namespace stillgrid::fields::field_cache_test

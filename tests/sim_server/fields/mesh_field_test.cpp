@@ -13,7 +13,7 @@
 #include "sim_server/spheres/surface_samples.hpp"
 #include "tests/sim_server/spheres/generated_solids.hpp"
 
-namespace stillgrid::fields {
+namespace stillgrid::fields::mesh_field_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -209,4 +209,4 @@ TEST_CASE("A field that would take too much is refused, before its time is spent
                     Catch::Contains("expected at most 256 MiB"));
 }
 
-}  // namespace stillgrid::fields
+}  // namespace stillgrid::fields::mesh_field_test

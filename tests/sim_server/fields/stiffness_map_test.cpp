@@ -12,7 +12,7 @@
 #include "tests/sim_server/spheres/generated_solids.hpp"
 #include "tests/test_folder.hpp"
 
-namespace stillgrid::fields {
+namespace stillgrid::fields::stiffness_map_test {
 namespace {
 
 using Catch::Contains;
@@ -168,4 +168,4 @@ TEST_CASE("A mesh's field is as stiff as its map, and as far out as its offset",
   }
 }
 
-}  // namespace stillgrid::fields
+}  // namespace stillgrid::fields::stiffness_map_test

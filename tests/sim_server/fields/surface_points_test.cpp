@@ -10,7 +10,7 @@
 #include "sim_server/spheres/surface_samples.hpp"
 #include "tests/sim_server/spheres/generated_solids.hpp"
 
-namespace stillgrid::fields {
+namespace stillgrid::fields::surface_points_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -79,4 +79,4 @@ TEST_CASE("The same mesh has the same points", "[surface_points]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::fields
+}  // namespace stillgrid::fields::surface_points_test

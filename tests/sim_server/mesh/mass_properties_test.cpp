@@ -5,7 +5,7 @@
 
 #include "tests/sim_server/mesh/solids.hpp"
 
-namespace stillgrid::mesh {
+namespace stillgrid::mesh::mass_properties_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -51,4 +51,4 @@ TEST_CASE("The area is that of the faces", "[mass_properties]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::mesh
+}  // namespace stillgrid::mesh::mass_properties_test

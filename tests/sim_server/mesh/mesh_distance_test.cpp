@@ -6,7 +6,7 @@
 
 #include "tests/sim_server/mesh/solids.hpp"
 
-namespace stillgrid::mesh {
+namespace stillgrid::mesh::mesh_distance_test {
 namespace {
 
 /// The nearest point of a triangle by searching its three corners, edges and plane in turn.
@@ -134,4 +134,4 @@ TEST_CASE("Every triangle within reach is named", "[mesh_distance]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::mesh
+}  // namespace stillgrid::mesh::mesh_distance_test

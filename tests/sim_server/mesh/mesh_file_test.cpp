@@ -8,7 +8,7 @@
 #include "tests/sim_server/mesh/solids.hpp"
 #include "tests/test_folder.hpp"
 
-namespace stillgrid::mesh {
+namespace stillgrid::mesh::mesh_file_test {
 namespace {
 
 using Catch::Contains;
@@ -139,4 +139,4 @@ TEST_CASE("Meshes made by others are read and repaired, or refused with counts",
 }
 
 }  // namespace
-}  // namespace stillgrid::mesh
+}  // namespace stillgrid::mesh::mesh_file_test

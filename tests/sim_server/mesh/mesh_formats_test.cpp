@@ -7,7 +7,7 @@
 #include "sim_server/mesh/mesh_file.hpp"
 #include "sim_server/mesh/mesh_repair.hpp"
 
-namespace stillgrid::mesh {
+namespace stillgrid::mesh::mesh_formats_test {
 namespace {
 
 using Catch::Contains;
@@ -102,4 +102,4 @@ TEST_CASE("A mesh has at most two million triangles", "[mesh_formats]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::mesh
+}  // namespace stillgrid::mesh::mesh_formats_test

@@ -7,7 +7,7 @@
 #include "sim_server/mesh/mesh_file.hpp"
 #include "tests/sim_server/mesh/solids.hpp"
 
-namespace stillgrid::mesh {
+namespace stillgrid::mesh::mesh_repair_test {
 namespace {
 
 using Catch::Contains;
@@ -150,4 +150,4 @@ TEST_CASE("A surface with one side is refused", "[mesh_repair]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::mesh
+}  // namespace stillgrid::mesh::mesh_repair_test

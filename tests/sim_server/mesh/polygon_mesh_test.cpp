@@ -12,7 +12,7 @@
 #include "sim_server/mesh/mesh_file.hpp"
 #include "sim_server/mesh/mesh_repair.hpp"
 
-namespace stillgrid::mesh {
+namespace stillgrid::mesh::polygon_mesh_test {
 namespace {
 
 using Catch::Contains;
@@ -169,4 +169,4 @@ TEST_CASE("What cannot be cut is refused with the number of its face", "[polygon
 }
 
 }  // namespace
-}  // namespace stillgrid::mesh
+}  // namespace stillgrid::mesh::polygon_mesh_test

@@ -6,7 +6,7 @@
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/sim_server/scene/temporary_scene.hpp"
 
-namespace stillgrid::scene {
+namespace stillgrid::scene::bad_scene_test {
 
 namespace {
 
@@ -331,4 +331,4 @@ TEST_CASE("What nests too deep for a parser is refused where it stands", "[scene
         0);
 }
 
-}  // namespace stillgrid::scene
+}  // namespace stillgrid::scene::bad_scene_test

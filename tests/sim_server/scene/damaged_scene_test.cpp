@@ -7,7 +7,7 @@
 #include "tests/sim_server/scene/full_scene.hpp"
 #include "tests/sim_server/scene/temporary_scene.hpp"
 
-namespace stillgrid::scene {
+namespace stillgrid::scene::damaged_scene_test {
 
 TEST_CASE("A scene cut off at any byte loads or is refused in one line", "[scene_file]") {
   const TemporaryScene file("");
@@ -41,4 +41,4 @@ TEST_CASE("A scene with any byte replaced loads or is refused", "[scene_file]") 
   SUCCEED();
 }
 
-}  // namespace stillgrid::scene
+}  // namespace stillgrid::scene::damaged_scene_test

@@ -13,7 +13,7 @@
 #include "sim_server/spheres/felt_error.hpp"
 #include "tests/test_folder.hpp"
 
-namespace stillgrid::scene {
+namespace stillgrid::scene::field_scene_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -385,4 +385,4 @@ TEST_CASE("A scene has at most as many fields as a segment", "[field_scene]") {
         std::string::npos);
 }
 
-}  // namespace stillgrid::scene
+}  // namespace stillgrid::scene::field_scene_test

@@ -6,7 +6,7 @@
 #include "tests/sim_server/scene/full_scene.hpp"
 #include "tests/sim_server/scene/temporary_scene.hpp"
 
-namespace stillgrid::scene {
+namespace stillgrid::scene::format_1_test {
 
 namespace {
 
@@ -104,4 +104,4 @@ TEST_CASE("A key under both its names is refused in either format", "[format_1]"
                     Catch::EndsWith("format 2 calls it contact_stiffness_N_per_m"));
 }
 
-}  // namespace stillgrid::scene
+}  // namespace stillgrid::scene::format_1_test

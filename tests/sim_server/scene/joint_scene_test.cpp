@@ -4,7 +4,7 @@
 #include "tests/sim_server/scene/full_scene.hpp"
 #include "tests/sim_server/scene/temporary_scene.hpp"
 
-namespace stillgrid::scene {
+namespace stillgrid::scene::joint_scene_test {
 namespace {
 
 const std::string kBodies = R"(format = 2
@@ -95,4 +95,4 @@ TEST_CASE("A joint that cannot be is refused in a line that says what was expect
 }
 
 }  // namespace
-}  // namespace stillgrid::scene
+}  // namespace stillgrid::scene::joint_scene_test

@@ -9,7 +9,7 @@
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/sim_server/scene/temporary_scene.hpp"
 
-namespace stillgrid::scene {
+namespace stillgrid::scene::mesh_scene_test {
 
 namespace {
 
@@ -296,4 +296,4 @@ TEST_CASE("A fault in the keys of a mesh is refused where it stands", "[mesh_sce
         std::string::npos);
 }
 
-}  // namespace stillgrid::scene
+}  // namespace stillgrid::scene::mesh_scene_test

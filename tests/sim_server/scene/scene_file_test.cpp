@@ -10,7 +10,7 @@
 #include "tests/sim_server/scene/full_scene.hpp"
 #include "tests/sim_server/scene/temporary_scene.hpp"
 
-namespace stillgrid::scene {
+namespace stillgrid::scene::scene_file_test {
 
 namespace {
 
@@ -255,4 +255,4 @@ TEST_CASE("The time that a scene takes to be read grows with its bodies, no fast
   CHECK(reading_s(many_spheres(24'000)) < 14.0 * reading_s(many_spheres(3'000)));
 }
 
-}  // namespace stillgrid::scene
+}  // namespace stillgrid::scene::scene_file_test

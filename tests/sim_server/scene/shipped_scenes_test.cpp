@@ -8,7 +8,7 @@
 #include "sim_server/bodies/kinds/body_in_world.hpp"
 #include "sim_server/scene/scene_file.hpp"
 
-namespace stillgrid::scene {
+namespace stillgrid::scene::shipped_scenes_test {
 
 namespace {
 
@@ -176,4 +176,4 @@ TEST_CASE("Every scene that ships loads", "[scenes]") {
   }
 }
 
-}  // namespace stillgrid::scene
+}  // namespace stillgrid::scene::shipped_scenes_test

@@ -12,7 +12,7 @@
 #include "tests/sim_server/scene/full_scene.hpp"
 #include "tests/sim_server/scene/temporary_scene.hpp"
 
-namespace stillgrid::scene {
+namespace stillgrid::scene::slip_test {
 namespace {
 
 /// A key at the beginning of a line of the full scene, and whose it is.
@@ -165,4 +165,4 @@ TEST_CASE("A value that is none of a key's is named with the one that was meant"
   CHECK(refusal_of(text).ends_with("sphere, plane (body 'cloth')"));
 }
 
-}  // namespace stillgrid::scene
+}  // namespace stillgrid::scene::slip_test

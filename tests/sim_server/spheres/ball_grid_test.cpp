@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-namespace stillgrid::spheres {
+namespace stillgrid::spheres::ball_grid_test {
 namespace {
 
 TEST_CASE("No ball within reach is left out, whatever its size", "[ball_grid]") {
@@ -51,4 +51,4 @@ TEST_CASE("Far away, at no place, or among no balls, there is none", "[ball_grid
 }
 
 }  // namespace
-}  // namespace stillgrid::spheres
+}  // namespace stillgrid::spheres::ball_grid_test

@@ -4,7 +4,7 @@
 #include <limits>
 #include <random>
 
-namespace stillgrid::spheres {
+namespace stillgrid::spheres::ball_tree_test {
 namespace {
 
 TEST_CASE("A tree of balls finds what asking each of them finds", "[ball_tree]") {
@@ -33,4 +33,4 @@ TEST_CASE("A tree of balls finds what asking each of them finds", "[ball_tree]")
 }
 
 }  // namespace
-}  // namespace stillgrid::spheres
+}  // namespace stillgrid::spheres::ball_tree_test

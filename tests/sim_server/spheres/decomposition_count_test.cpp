@@ -7,7 +7,7 @@
 #include "tests/sim_server/mesh/solids.hpp"
 #include "tests/sim_server/spheres/decomposition_checks.hpp"
 
-namespace stillgrid::spheres {
+namespace stillgrid::spheres::decomposition_count_test {
 namespace {
 
 /// How steeply the error falls with the count, both logarithmic.
@@ -77,4 +77,4 @@ TEST_CASE("A slab's spheres are twice as near when they are twice as many", "[de
 }
 
 }  // namespace
-}  // namespace stillgrid::spheres
+}  // namespace stillgrid::spheres::decomposition_count_test

@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-namespace stillgrid::spheres {
+namespace stillgrid::spheres::decomposition_cover_test {
 namespace {
 
 using Numbers = std::vector<std::uint32_t>;
@@ -53,4 +53,4 @@ TEST_CASE("An element of forbidden sets alone is not added", "[decomposition_cov
 }
 
 }  // namespace
-}  // namespace stillgrid::spheres
+}  // namespace stillgrid::spheres::decomposition_cover_test

@@ -7,7 +7,7 @@
 #include "sim_server/spheres/sampling.hpp"
 #include "tests/sim_server/mesh/solids.hpp"
 
-namespace stillgrid::spheres {
+namespace stillgrid::spheres::decomposition_error_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -101,4 +101,4 @@ TEST_CASE("A lattice of balls covers a cube as the formulas say", "[decompositio
 }
 
 }  // namespace
-}  // namespace stillgrid::spheres
+}  // namespace stillgrid::spheres::decomposition_error_test

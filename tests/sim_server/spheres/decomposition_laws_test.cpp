@@ -12,7 +12,7 @@
 #include "tests/sim_server/spheres/generated_solids.hpp"
 #include "tests/test_folder.hpp"
 
-namespace stillgrid::spheres {
+namespace stillgrid::spheres::decomposition_laws_test {
 namespace {
 
 struct Solid {
@@ -98,4 +98,4 @@ TEST_CASE("What no spheres can hold is held as near as they came", "[decompositi
 }
 
 }  // namespace
-}  // namespace stillgrid::spheres
+}  // namespace stillgrid::spheres::decomposition_laws_test

@@ -7,7 +7,7 @@
 #include "tests/sim_server/mesh/solids.hpp"
 #include "tests/sim_server/spheres/decomposition_checks.hpp"
 
-namespace stillgrid::spheres {
+namespace stillgrid::spheres::decomposition_test {
 namespace {
 
 TEST_CASE("A ball is one sphere, of next to no error", "[decomposition]") {
@@ -81,4 +81,4 @@ TEST_CASE("A tolerance that cannot be met is refused with the least", "[decompos
 }
 
 }  // namespace
-}  // namespace stillgrid::spheres
+}  // namespace stillgrid::spheres::decomposition_test

@@ -5,7 +5,7 @@
 #include "sim_server/spheres/force_map.hpp"
 #include "tests/sim_server/spheres/torus.hpp"
 
-namespace stillgrid::spheres {
+namespace stillgrid::spheres::effective_stiffness_test {
 namespace {
 
 constexpr double kTool_m = 0.006;
@@ -48,4 +48,4 @@ TEST_CASE("Balls that a press does not reach cannot be normalised", "[effective_
 }
 
 }  // namespace
-}  // namespace stillgrid::spheres
+}  // namespace stillgrid::spheres::effective_stiffness_test

@@ -10,7 +10,7 @@
 #include "tests/sim_server/spheres/generated_solids.hpp"
 #include "tests/sim_server/spheres/pushed_out.hpp"
 
-namespace stillgrid::spheres {
+namespace stillgrid::spheres::feel_test {
 namespace {
 
 Feel feel_of_balls(const std::vector<Ball>& balls, const mesh::TriangleMesh& mesh,
@@ -122,4 +122,4 @@ TEST_CASE("What cannot be reached ends with the nearest that was found", "[feel]
 }
 
 }  // namespace
-}  // namespace stillgrid::spheres
+}  // namespace stillgrid::spheres::feel_test

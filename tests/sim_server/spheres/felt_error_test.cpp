@@ -7,7 +7,7 @@
 
 #include "tests/sim_server/spheres/generated_solids.hpp"
 
-namespace stillgrid::spheres {
+namespace stillgrid::spheres::felt_error_test {
 
 TEST_CASE("The exact force leads out of the solid, as long as the tool is deep", "[felt_error]") {
   const mesh::TriangleMesh box = mesh::box_mesh({-1, -1, -1}, {1, 1, 1});
@@ -100,4 +100,4 @@ TEST_CASE("A share of a force is read as scene_fit reads it", "[felt_error]") {
   CHECK_FALSE(read_force_share("inf", kAnyShare).has_value());
 }
 
-}  // namespace stillgrid::spheres
+}  // namespace stillgrid::spheres::felt_error_test

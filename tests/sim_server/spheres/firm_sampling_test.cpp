@@ -11,7 +11,7 @@
 #include "tests/sim_server/spheres/recorded_contact.hpp"
 
 // No spheres that are offered for a body that does not deform may be pushed through.
-namespace stillgrid::spheres {
+namespace stillgrid::spheres::firm_sampling_test {
 namespace {
 
 struct Named {
@@ -93,4 +93,4 @@ TEST_CASE(
 }
 
 }  // namespace
-}  // namespace stillgrid::spheres
+}  // namespace stillgrid::spheres::firm_sampling_test

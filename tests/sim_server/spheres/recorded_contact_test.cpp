@@ -7,7 +7,7 @@
 #include "sim_server/mesh/mesh_repair.hpp"
 #include "sim_server/spheres/sampling.hpp"
 
-namespace stillgrid::spheres {
+namespace stillgrid::spheres::recorded_contact_test {
 namespace {
 
 /// How far the normal of whichever face is nearest goes with the measured force.
@@ -52,4 +52,4 @@ TEST_CASE(
 }
 
 }  // namespace
-}  // namespace stillgrid::spheres
+}  // namespace stillgrid::spheres::recorded_contact_test

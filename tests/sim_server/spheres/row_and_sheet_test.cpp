@@ -6,7 +6,7 @@
 
 // Fig. 5 of the paper and what follows from it: balls in a row or a square sheet, a tool pressed
 // between and upon them. h = A - depth is the height of the tool's centre over the balls'.
-namespace stillgrid::spheres {
+namespace stillgrid::spheres::row_and_sheet_test {
 namespace {
 
 constexpr double kContactDistance_m = 0.015;  // A, of which the tool's radius is a third
@@ -185,4 +185,4 @@ TEST_CASE("Four times the balls are four times as stiff, normalised they are the
 }
 
 }  // namespace
-}  // namespace stillgrid::spheres
+}  // namespace stillgrid::spheres::row_and_sheet_test

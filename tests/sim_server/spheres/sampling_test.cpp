@@ -8,7 +8,7 @@
 #include "sim_server/spheres/surface_samples.hpp"
 #include "tests/sim_server/mesh/solids.hpp"
 
-namespace stillgrid::spheres {
+namespace stillgrid::spheres::sampling_test {
 namespace {
 
 TEST_CASE("A cube of edge n spacings holds n cubed lattice points", "[sampling]") {
@@ -57,4 +57,4 @@ TEST_CASE("Balls under a surface touch it from inside, apart, and leave no gap",
 }
 
 }  // namespace
-}  // namespace stillgrid::spheres
+}  // namespace stillgrid::spheres::sampling_test

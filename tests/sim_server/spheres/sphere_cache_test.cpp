@@ -9,7 +9,7 @@
 #include "tests/sim_server/mesh/solids.hpp"
 #include "tests/test_folder.hpp"
 
-namespace stillgrid::spheres {
+namespace stillgrid::spheres::sphere_cache_test {
 namespace {
 
 std::string text_of(const std::filesystem::path& file) {
@@ -83,4 +83,4 @@ TEST_CASE("What cannot be kept says so", "[sphere_cache]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::spheres
+}  // namespace stillgrid::spheres::sphere_cache_test

@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 
-namespace stillgrid::spheres {
+namespace stillgrid::spheres::sphere_file_test {
 namespace {
 
 using Catch::Contains;
@@ -69,4 +69,4 @@ TEST_CASE("A comment stands first in a file and is passed over when it is read",
 }
 
 }  // namespace
-}  // namespace stillgrid::spheres
+}  // namespace stillgrid::spheres::sphere_file_test

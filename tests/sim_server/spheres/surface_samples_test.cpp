@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-namespace stillgrid::spheres {
+namespace stillgrid::spheres::surface_samples_test {
 namespace {
 
 /// Two rectangles that share an edge, of areas 1 and 3, in the planes z = 0 and x = 1; the second's
@@ -76,4 +76,4 @@ TEST_CASE("A crease narrower than the tool is left out, and nothing else", "[sur
 }
 
 }  // namespace
-}  // namespace stillgrid::spheres
+}  // namespace stillgrid::spheres::surface_samples_test

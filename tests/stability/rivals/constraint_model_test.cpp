@@ -7,7 +7,7 @@
 
 #include "sim_server/scene/scene_file.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::constraint_model_test {
 namespace {
 
 constexpr double kPeriod_s = 0.033, kMass_kg = 0.5, kRadius_m = 0.05, kTool_m = 0.005;
@@ -144,4 +144,4 @@ TEST_CASE("What does not give way is a wall of the coupling's stiffness", "[cons
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::constraint_model_test

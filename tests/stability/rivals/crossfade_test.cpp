@@ -4,7 +4,7 @@
 
 #include "tests/shared/rendering/scene_fixture.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::crossfade_test {
 namespace {
 
 constexpr double kSpeed_m_s = 0.1, kStiffness_N_per_m = 500.0;
@@ -82,4 +82,4 @@ TEST_CASE("Each snapshot is felt where the tool now is", "[crossfade]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::crossfade_test

@@ -6,7 +6,7 @@
 #include "shared/tools/laboratory/rivals/rivals.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::force_jacobian_test {
 namespace {
 
 constexpr int kPeriod_ticks = 33;
@@ -128,4 +128,4 @@ TEST_CASE("A tool that leaves is held back by a force over position until the ne
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::force_jacobian_test

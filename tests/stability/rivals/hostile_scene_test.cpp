@@ -8,7 +8,7 @@
 #include "shared/tools/laboratory/rivals/rivals.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::hostile_scene_test {
 namespace {
 
 /// A number that a faulty or hostile writer might leave.
@@ -81,4 +81,4 @@ TEST_CASE("Whatever the spheres of a snapshot are, every model's force is finite
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::hostile_scene_test

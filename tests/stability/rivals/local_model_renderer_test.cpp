@@ -6,7 +6,7 @@
 #include "shared/tools/laboratory/rivals/proxy.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::local_model_renderer_test {
 namespace {
 
 publication::StaticScene floor_scene() {
@@ -78,4 +78,4 @@ TEST_CASE("A new session's first snapshot replaces the model of the old one",
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::local_model_renderer_test

@@ -7,7 +7,7 @@
 #include "shared/tools/laboratory/rivals/rivals.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::local_plane_test {
 namespace {
 
 constexpr double kStiffness_N_per_m = 500.0;
@@ -109,4 +109,4 @@ TEST_CASE("On a sheet of spheres the plane has the slow force where it was made,
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::local_plane_test

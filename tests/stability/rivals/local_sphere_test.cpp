@@ -7,7 +7,7 @@
 #include "shared/tools/laboratory/rivals/rivals.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::local_sphere_test {
 namespace {
 
 constexpr std::uint64_t kPeriod_ns = 33 * rendering::kMillisecond_ns;
@@ -84,4 +84,4 @@ TEST_CASE("A plane is felt through a local sphere as a plane", "[local_sphere]")
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::local_sphere_test

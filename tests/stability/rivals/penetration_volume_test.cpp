@@ -11,7 +11,7 @@
 
 #include "tests/sim_server/spheres/torus.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::penetration_volume_test {
 namespace {
 
 using Random = std::mt19937;
@@ -258,4 +258,4 @@ TEST_CASE("A damper and friction act at the overlap's centroid as the contact la
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::penetration_volume_test

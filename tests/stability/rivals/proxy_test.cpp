@@ -6,7 +6,7 @@
 #include "shared/tools/laboratory/rivals/rivals.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::proxy_test {
 namespace {
 
 constexpr double kStiffness_N_per_m = 500.0;
@@ -128,4 +128,4 @@ TEST_CASE("A god-object above a plane has the plane's own force", "[proxy]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::proxy_test

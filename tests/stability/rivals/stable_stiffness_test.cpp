@@ -13,7 +13,7 @@
 #include "shared/tools/laboratory/rivals/rivals.hpp"
 #include "tests/shared/rendering/scene_fixture.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::stable_stiffness_test {
 namespace {
 
 double peak_to_peak(std::span<const double> values) {
@@ -97,4 +97,4 @@ TEST_CASE("Let go above a wall, a plane comes to rest on it, a force over positi
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::stable_stiffness_test

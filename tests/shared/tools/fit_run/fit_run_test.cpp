@@ -9,7 +9,7 @@
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/shared/tools/fit_run/fit_files.hpp"
 
-namespace stillgrid::fit_run {
+namespace stillgrid::fit_run::fit_run_test {
 namespace {
 
 constexpr double kDepth_m = 0.012, kSpeed_m_s = 0.1;
@@ -304,4 +304,4 @@ TEST_CASE("A reference of something else is refused in one line", "[fit_run]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::fit_run
+}  // namespace stillgrid::fit_run::fit_run_test

@@ -11,7 +11,7 @@
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/shared/tools/fit_run/fit_files.hpp"
 
-namespace stillgrid::fit_run {
+namespace stillgrid::fit_run::fit_scene_test {
 namespace {
 
 constexpr const char* kScene = R"(format = 2
@@ -211,4 +211,4 @@ TEST_CASE("Fewer spheres of a sheet, stiffer by the square of their distance, ke
 }
 
 }  // namespace
-}  // namespace stillgrid::fit_run
+}  // namespace stillgrid::fit_run::fit_scene_test

@@ -9,7 +9,7 @@
 #include "sim_server/scene/scene_file.hpp"
 #include "tests/shared/tools/fit_run/fit_files.hpp"
 
-namespace stillgrid::fit_run {
+namespace stillgrid::fit_run::fit_stability_test {
 namespace {
 
 FitReference reference_of(const scene::SceneDescription& scene, const FitPath& path) {
@@ -158,4 +158,4 @@ TEST_CASE(
 }
 
 }  // namespace
-}  // namespace stillgrid::fit_run
+}  // namespace stillgrid::fit_run::fit_stability_test

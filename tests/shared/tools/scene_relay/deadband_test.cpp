@@ -11,7 +11,7 @@
 #include <random>
 #include <vector>
 
-namespace stillgrid::scene_relay {
+namespace stillgrid::scene_relay::deadband_test {
 namespace {
 
 constexpr std::uint64_t kTick_ns = 1'000'000;
@@ -148,4 +148,4 @@ TEST_CASE("A sample is led on straight, and stands when none has come for too lo
   CHECK(vector(led_on(sample, kLongestLead_ns + 1).velocity_m_s).isZero());
 }
 
-}  // namespace stillgrid::scene_relay
+}  // namespace stillgrid::scene_relay::deadband_test

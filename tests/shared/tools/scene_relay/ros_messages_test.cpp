@@ -5,7 +5,7 @@
 
 #include "shared/realtime/periodic_timer.hpp"
 
-namespace stillgrid::scene_relay {
+namespace stillgrid::scene_relay::ros_messages_test {
 namespace {
 
 constexpr std::uint64_t kSecond_ns = 1'000'000'000;
@@ -74,4 +74,4 @@ TEST_CASE("Messages tell the tool's pose, and force and torque on the hand", "[r
 }
 
 }  // namespace
-}  // namespace stillgrid::scene_relay
+}  // namespace stillgrid::scene_relay::ros_messages_test

@@ -3,7 +3,7 @@
 #include <catch2/catch.hpp>
 #include <stdexcept>
 
-namespace stillgrid::scene_relay {
+namespace stillgrid::scene_relay::ros_names_test {
 namespace {
 
 std::string refusal_of(const std::string& session) {
@@ -49,4 +49,4 @@ TEST_CASE("A name that ROS refuses is refused in a line that says which", "[ros_
 }
 
 }  // namespace
-}  // namespace stillgrid::scene_relay
+}  // namespace stillgrid::scene_relay::ros_names_test

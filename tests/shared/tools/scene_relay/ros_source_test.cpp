@@ -9,7 +9,7 @@
 
 #include "tests/shared/publication/test_session.hpp"
 
-namespace stillgrid::scene_relay {
+namespace stillgrid::scene_relay::ros_source_test {
 namespace {
 
 constexpr std::uint64_t kMs_ns = 1'000'000;
@@ -194,4 +194,4 @@ TEST_CASE("The next haptic_server begins anew, and what came between is not miss
 }
 
 }  // namespace
-}  // namespace stillgrid::scene_relay
+}  // namespace stillgrid::scene_relay::ros_source_test

@@ -9,7 +9,7 @@
 #include "shared/tools/scene_relay/messages.hpp"
 #include "shared/tools/scene_relay/network.hpp"
 
-namespace stillgrid::scene_relay {
+namespace stillgrid::scene_relay::topic_name_test {
 namespace {
 
 /// Of the letters that a session's name is made of, and of few, so that names differ by little.
@@ -41,4 +41,4 @@ TEST_CASE("Every name of a session names a topic that DDS accepts", "[relay]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::scene_relay
+}  // namespace stillgrid::scene_relay::topic_name_test

@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-namespace stillgrid::scene_viewer {
+namespace stillgrid::scene_viewer::frame_store_test {
 namespace {
 
 TEST_CASE("Frames are numbered from 1 on and the newest is the last", "[frame_store]") {
@@ -39,4 +39,4 @@ TEST_CASE("Large frames are held as far as memory goes, one of them always", "[f
 }
 
 }  // namespace
-}  // namespace stillgrid::scene_viewer
+}  // namespace stillgrid::scene_viewer::frame_store_test

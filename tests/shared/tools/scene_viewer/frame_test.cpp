@@ -13,7 +13,7 @@
 #include "tests/shared/publication/small_scene.hpp"
 #include "tests/shared/publication/tampering.hpp"
 
-namespace stillgrid::scene_viewer {
+namespace stillgrid::scene_viewer::frame_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -211,4 +211,4 @@ TEST_CASE("Before there is anything a frame says so", "[frame]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::scene_viewer
+}  // namespace stillgrid::scene_viewer::frame_test

@@ -10,7 +10,7 @@
 #include "shared/tools/scene_viewer/view_file.hpp"
 #include "tests/test_folder.hpp"
 
-namespace stillgrid::scene_viewer {
+namespace stillgrid::scene_viewer::old_view_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -119,4 +119,4 @@ TEST_CASE("What is no message of a saved view of version 1 stays as it is", "[ol
 }
 
 }  // namespace
-}  // namespace stillgrid::scene_viewer
+}  // namespace stillgrid::scene_viewer::old_view_test

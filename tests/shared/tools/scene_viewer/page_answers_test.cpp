@@ -7,7 +7,7 @@
 
 #include "tests/test_folder.hpp"
 
-namespace stillgrid::scene_viewer {
+namespace stillgrid::scene_viewer::page_answers_test {
 namespace {
 
 /// A view of one frame and one scene, the latter under the empty key.
@@ -88,4 +88,4 @@ TEST_CASE("Whatever is asked, there is an answer", "[page_answers]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::scene_viewer
+}  // namespace stillgrid::scene_viewer::page_answers_test

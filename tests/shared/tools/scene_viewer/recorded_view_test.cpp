@@ -6,7 +6,7 @@
 #include "tests/shared/tools/scene_viewer/refusal_line.hpp"
 #include "tests/test_folder.hpp"
 
-namespace stillgrid::scene_viewer {
+namespace stillgrid::scene_viewer::recorded_view_test {
 namespace {
 
 const std::string kHead = "# scene: wall\ntime_s,x_m,y_m,z_m,fz_N,age_s,flags,future_column\n";
@@ -107,4 +107,4 @@ TEST_CASE("A recording that is none is refused by line, column and value", "[rec
 }
 
 }  // namespace
-}  // namespace stillgrid::scene_viewer
+}  // namespace stillgrid::scene_viewer::recorded_view_test

@@ -16,7 +16,7 @@
 #include "tests/shared/tools/scene_viewer/refusal_line.hpp"
 #include "tests/test_folder.hpp"
 
-namespace stillgrid::scene_viewer {
+namespace stillgrid::scene_viewer::scene_message_test {
 namespace {
 
 constexpr const char* kSurfaces =
@@ -192,4 +192,4 @@ TEST_CASE("A saved scene is one whose spheres and surfaces are whole", "[scene_m
 }
 
 }  // namespace
-}  // namespace stillgrid::scene_viewer
+}  // namespace stillgrid::scene_viewer::scene_message_test

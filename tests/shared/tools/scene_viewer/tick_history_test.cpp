@@ -2,7 +2,7 @@
 
 #include <catch2/catch.hpp>
 
-namespace stillgrid::scene_viewer {
+namespace stillgrid::scene_viewer::tick_history_test {
 namespace {
 
 TickSample sample_of(std::uint64_t tick, double time_s) {
@@ -71,4 +71,4 @@ TEST_CASE("Without a tick there is nothing to tell", "[tick_history]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::scene_viewer
+}  // namespace stillgrid::scene_viewer::tick_history_test

@@ -10,7 +10,7 @@
 #include "tests/shared/tools/scene_viewer/refusal_line.hpp"
 #include "tests/test_folder.hpp"
 
-namespace stillgrid::scene_viewer {
+namespace stillgrid::scene_viewer::view_file_test {
 namespace {
 
 TickSample tick_sample(std::uint64_t tick) {
@@ -174,4 +174,4 @@ TEST_CASE("A saved view whose last frame is damaged ends with the one before", "
 }
 
 }  // namespace
-}  // namespace stillgrid::scene_viewer
+}  // namespace stillgrid::scene_viewer::view_file_test

@@ -4,7 +4,7 @@
 
 #include "tests/shared/publication/small_scene.hpp"
 
-namespace stillgrid::scene_viewer {
+namespace stillgrid::scene_viewer::views_test {
 namespace {
 
 TEST_CASE("A session that runs is found by its name, and none that does not", "[views]") {
@@ -49,4 +49,4 @@ TEST_CASE("Of sessions beside the named one three are held, those asked for last
 }
 
 }  // namespace
-}  // namespace stillgrid::scene_viewer
+}  // namespace stillgrid::scene_viewer::views_test

@@ -7,7 +7,7 @@
 
 #include "tests/shared/publication/small_scene.hpp"
 
-namespace stillgrid::scene_viewer {
+namespace stillgrid::scene_viewer::voxels_test {
 namespace {
 
 publication::SceneView view_of(const publication::TestSession& session) {
@@ -73,4 +73,4 @@ TEST_CASE("Covers that are nowhere are in no voxel", "[voxels]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::scene_viewer
+}  // namespace stillgrid::scene_viewer::voxels_test

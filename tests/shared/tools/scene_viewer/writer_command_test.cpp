@@ -6,7 +6,7 @@
 #include <fstream>
 #include <iterator>
 
-namespace stillgrid::scene_viewer {
+namespace stillgrid::scene_viewer::writer_command_test {
 namespace {
 
 TEST_CASE("A shell takes a line as the words that it was made of", "[writer_command]") {
@@ -41,4 +41,4 @@ TEST_CASE("The command of a process is known where it names the session, and kep
 }
 
 }  // namespace
-}  // namespace stillgrid::scene_viewer
+}  // namespace stillgrid::scene_viewer::writer_command_test

@@ -13,7 +13,7 @@
 #include "tests/shared/publication/small_scene.hpp"
 #include "tests/shared/publication/tampering.hpp"
 
-namespace stillgrid::segment_inspect {
+namespace stillgrid::segment_inspect::inspection_json_test {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -230,4 +230,4 @@ TEST_CASE("A listing as JSON has an object for each row and null for what is not
 }
 
 }  // namespace
-}  // namespace stillgrid::segment_inspect
+}  // namespace stillgrid::segment_inspect::inspection_json_test

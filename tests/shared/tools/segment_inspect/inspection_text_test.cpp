@@ -6,7 +6,7 @@
 #include "tests/shared/publication/field_scene.hpp"
 #include "tests/shared/publication/small_scene.hpp"
 
-namespace stillgrid::segment_inspect {
+namespace stillgrid::segment_inspect::inspection_text_test {
 namespace {
 
 constexpr auto kScene = proto::SegmentKind::kScene;
@@ -90,4 +90,4 @@ TEST_CASE("A session in detail tells each field's cells and bytes", "[inspection
 }
 
 }  // namespace
-}  // namespace stillgrid::segment_inspect
+}  // namespace stillgrid::segment_inspect::inspection_text_test

@@ -11,7 +11,7 @@
 #include "tests/shared/publication/relay_words.hpp"
 #include "tests/shared/publication/small_scene.hpp"
 
-namespace stillgrid::segment_inspect {
+namespace stillgrid::segment_inspect::relay_test {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -154,4 +154,4 @@ TEST_CASE("A writer is silent while its relay hears nothing, and dead once it is
 }
 
 }  // namespace
-}  // namespace stillgrid::segment_inspect
+}  // namespace stillgrid::segment_inspect::relay_test

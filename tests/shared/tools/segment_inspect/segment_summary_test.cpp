@@ -16,7 +16,7 @@
 #include "tests/shared/publication/small_scene.hpp"
 #include "tests/shared/publication/tampering.hpp"
 
-namespace stillgrid::segment_inspect {
+namespace stillgrid::segment_inspect::segment_summary_test {
 namespace {
 
 constexpr auto kScene = proto::SegmentKind::kScene;
@@ -318,4 +318,4 @@ TEST_CASE("A measured rate is that of the publications", "[segment_summary]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::segment_inspect
+}  // namespace stillgrid::segment_inspect::segment_summary_test

@@ -7,7 +7,7 @@
 #include "tests/sanitizer_cut.hpp"
 #include "tests/sim_server/dynamics/contacts/contact_world.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::contact_core_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -339,4 +339,4 @@ TEST_CASE("Each iteration comes nearer, and Chebyshev's weights come nearer fast
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::contact_core_test

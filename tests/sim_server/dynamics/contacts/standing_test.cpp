@@ -7,7 +7,7 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::standing_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -90,4 +90,4 @@ TEST_CASE("A block on a slope below its friction angle lies still for a minute",
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::standing_test

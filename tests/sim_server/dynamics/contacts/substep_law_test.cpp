@@ -7,7 +7,7 @@
 #include "tests/sim_server/dynamics/contacts/scalar_law.hpp"
 #include "tests/sim_server/every_target.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::substep_law_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -226,4 +226,4 @@ TEST_CASE("A stretch turns with its contact and keeps its length", "[substep_law
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::substep_law_test

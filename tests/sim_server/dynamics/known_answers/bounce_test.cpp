@@ -6,7 +6,7 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::bounce_test {
 namespace {
 
 constexpr double kRadius_m = 0.05, kMass_kg = 0.1, kStiffness_N_per_m = 1000.0;  // 100 rad/s
@@ -122,4 +122,4 @@ TEST_CASE("An undamped drop sinks 11.0290 mm and bounces back whole", "[known_an
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::bounce_test

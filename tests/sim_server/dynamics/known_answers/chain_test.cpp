@@ -8,7 +8,7 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::chain_test {
 namespace {
 
 /// Eigenfrequencies at rest, ascending, from the Jacobian M + h^2 K of a step of one second.
@@ -160,4 +160,4 @@ TEST_CASE("A stiff chain of ten links sags by 293.864 mm", "[known_answers]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::chain_test

@@ -10,7 +10,7 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::cloth_test {
 namespace {
 
 /// A sheet of 8 x 8 nodes, 20 mm apart, of 2 g each, hanging down from where it is pinned.
@@ -122,4 +122,4 @@ TEST_CASE("From flat, one long implicit step takes a cloth to where it hangs", "
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::cloth_test

@@ -5,7 +5,7 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::collision_test {
 namespace {
 
 constexpr double kRadius_m = 0.05;
@@ -89,4 +89,4 @@ TEST_CASE("As the step shrinks two balls exchange velocities as in a perfect col
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::collision_test

@@ -9,7 +9,7 @@
 #include "tests/sim_server/dynamics/known_answers/oscillator.hpp"
 #include "tests/sim_server/dynamics/known_answers/slope.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::explicit_limits_test {
 namespace {
 
 constexpr auto kSymplectic = scene::IntegratorKind::kSymplecticEuler;
@@ -209,4 +209,4 @@ TEST_CASE("Below the friction angle nothing creeps, whatever the substep and the
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::explicit_limits_test

@@ -8,7 +8,7 @@
 #include "sim_server/dynamics/integrators/integrator.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::order_test {
 namespace {
 
 constexpr int kMasses = 10;
@@ -92,4 +92,4 @@ TEST_CASE(
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::order_test

@@ -7,7 +7,7 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::oscillator_test {
 namespace {
 
 /// A mass of 0.1 kg on a spring of 1000 N/m whose other end is pinned, 0.1 m long at rest.
@@ -157,4 +157,4 @@ TEST_CASE("Beyond it they snap aside, and the solver does not stop on the saddle
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::oscillator_test

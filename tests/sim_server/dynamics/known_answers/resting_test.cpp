@@ -7,7 +7,7 @@
 #include "tests/sim_server/dynamics/stepping.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::resting_test {
 namespace {
 
 // Faces meet in four spheres, 10 mm off the middle along both axes.
@@ -122,4 +122,4 @@ TEST_CASE("On 10 degrees a block is held by any implicit method, to the solver's
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::resting_test

@@ -7,7 +7,7 @@
 #include "tests/sim_server/dynamics/known_answers/plain_newton.hpp"
 #include "tests/sim_server/scene_builders.hpp"
 
-namespace stillgrid::dynamics {
+namespace stillgrid::dynamics::snap_through_test {
 namespace {
 
 constexpr double kHalfSpan_m = 0.1, kHeight_m = 0.03, kStiffness_N_per_m = 1000.0, kMass_kg = 0.1;
@@ -77,4 +77,4 @@ TEST_CASE(
 }
 
 }  // namespace
-}  // namespace stillgrid::dynamics
+}  // namespace stillgrid::dynamics::snap_through_test

@@ -9,7 +9,7 @@
 #include "tests/sim_server/dynamics/cubic_chain.hpp"
 #include "tests/sim_server/dynamics/hanging_chain.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::broyden_test {
 namespace {
 
 /// Implicit Euler's stage, that remembers the largest residual asked of it.
@@ -165,4 +165,4 @@ TEST_CASE("Broyden's method stops at what is no number", "[broyden]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::broyden_test

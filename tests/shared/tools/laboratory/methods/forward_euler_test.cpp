@@ -5,7 +5,7 @@
 
 #include "tests/sim_server/dynamics/known_answers/oscillator.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::forward_euler_test {
 namespace {
 
 TEST_CASE("Forward Euler without damper grows at every step, by sqrt(1 + w^2 h^2)",
@@ -25,4 +25,4 @@ TEST_CASE("Forward Euler with damper decays below 2 zeta / w and grows above", "
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::forward_euler_test

@@ -9,7 +9,7 @@
 #include "tests/sim_server/dynamics/cubic_chain.hpp"
 #include "tests/sim_server/dynamics/hanging_chain.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::kinsol_solver_test {
 namespace {
 
 constexpr KinsolStrategy kKrylov = KinsolStrategy::kNewtonKrylov,
@@ -119,4 +119,4 @@ TEST_CASE("KINSOL does not call solved what is no number", "[kinsol]") {
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::kinsol_solver_test

@@ -5,7 +5,7 @@
 
 #include "sim_server/scene/scene_file.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::laboratory_methods_test {
 namespace {
 
 scene::Method method_of(const std::string& line, const scene::MethodTable& methods) {
@@ -45,4 +45,4 @@ TEST_CASE("The laboratory adds six methods, each of a name of its own", "[labora
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::laboratory_methods_test

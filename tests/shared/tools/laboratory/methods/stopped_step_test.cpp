@@ -4,7 +4,7 @@
 #include "shared/tools/laboratory/methods/broyden.hpp"
 #include "shared/tools/laboratory/methods/kinsol_solver.hpp"
 
-namespace stillgrid::laboratory {
+namespace stillgrid::laboratory::stopped_step_test {
 namespace {
 
 TEST_CASE("A step of a method of the laboratory is stopped, and taken up again, as the product's",
@@ -15,4 +15,4 @@ TEST_CASE("A step of a method of the laboratory is stopped, and taken up again, 
 }
 
 }  // namespace
-}  // namespace stillgrid::laboratory
+}  // namespace stillgrid::laboratory::stopped_step_test
