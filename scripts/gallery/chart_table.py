@@ -1,11 +1,17 @@
-"""The table of charts, charts.toml, and the page that shows it."""
+"""The table of charts, charts.toml, the page that shows it, and hashes of the files that a chart is made of."""
+import hashlib
 import pathlib
+import re
 import textwrap
 import tomllib
 
-from measuring import DATA
+from measuring import DATA, ROOT
 
 HERE = pathlib.Path(__file__).resolve().parent
+NOTED = HERE / "made_of.txt"
+CPP, PYTHON, HASH_SIGN = r"//[^\n]*|(?s:/\*.*?\*/)", r'(?s:""".*?""")|(?m:^\s*#.*$)', r"(?m:^\s*#.*$)"
+COMMENTS = {".cpp": CPP, ".hpp": CPP, ".h": CPP, ".mjs": CPP, ".py": PYTHON, "": PYTHON, ".toml": HASH_SIGN, ".csv": HASH_SIGN,
+            ".obj": HASH_SIGN}
 
 WIDTH = 110
 
@@ -38,6 +44,43 @@ def read():
         return tomllib.load(stream)
 
 
+def essence(file):
+    """A file without comments and spaces; of a page its blocks of code."""
+    text = file.read_text(errors="replace")
+    if file.suffix == ".md":
+        text = "".join(re.findall(r"(?ms)^```.*?^```", text))
+    return "".join(re.sub(COMMENTS.get(file.suffix, "(?!)"), "", text).split()).encode()
+
+
+def made_of(chart, root=ROOT):
+    """{path: hash} of the scenes, sources and programs of a chart. Folders count as all their sources."""
+    hashes = {}
+    for path in chart.get("made_of", ()):
+        found = hashlib.sha256()
+        for file in sorted(file for top in root.glob(path) for file in (top.rglob("*") if top.is_dir() else (top,))):
+            if file.is_file() and file.suffix in {".md", *COMMENTS}:
+                found.update(file.relative_to(root).as_posix().encode() + b"\0" + essence(file) + b"\0")
+        hashes[path] = found.hexdigest()[:12]
+    return hashes
+
+
+def noted():
+    """{chart: {path: hash}} as they were when the charts were measured."""
+    charts = {}
+    for line in NOTED.read_text().splitlines():
+        name, hash_of_path, path = line.split(maxsplit=2)
+        charts.setdefault(name, {})[path] = hash_of_path
+    return charts
+
+
+def note(charts):
+    """These charts are of the files as they are now."""
+    table = noted() | {chart["name"]: made_of(chart) for chart in charts}
+    known = {chart["name"] for chart in read()["chart"]}
+    NOTED.write_text("".join(f"{name} {hash_of_path} {path}\n" for name, paths in sorted(table.items()) if name in known
+                             for path, hash_of_path in sorted(paths.items())))
+
+
 def inputs():
     return DATA
 
@@ -58,6 +101,8 @@ def paragraph(text):
 
 def page_of_chart(chart):
     lines = [f"### {chart['title']}", "", *paragraph(chart["shows"])]
+    if "stale_since" in chart:
+        lines += paragraph(f"**Measured on commit {chart['stale_since']}**; its scenes or code have changed since.")
     for picture in chart["pictures"]:
         if "shows" in picture:
             lines += paragraph(picture["shows"])

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """scripts/charts: its table, its page, what it draws, and what it says of a chart that fails."""
+import importlib.machinery
 import os
 import pathlib
 import shutil
@@ -16,6 +17,8 @@ import chart_table  # after the path it needs
 CHARTS = daemons.ROOT / "docs/charts"
 GALLERY = daemons.ROOT / "scripts/gallery"
 TABLE = chart_table.read()
+CHART = next(chart for chart in TABLE["chart"] if chart["measure"])
+check_charts = importlib.machinery.SourceFileLoader("check_charts", str(daemons.ROOT / "scripts/check_charts")).load_module()
 
 
 def run_charts(*arguments, **environment):
@@ -63,6 +66,40 @@ class ChartsTest(unittest.TestCase):
         programs = {file.name for file in GALLERY.glob("*.py") if file.name.startswith(("measure_", "plot_"))}
         programs -= {"plot_recording.py"}  # of scripts/demo
         self.assertEqual(sorted(name for name in programs if name not in used), [])
+
+    def test_a_chart_is_stale_once_its_scene_or_code_changes_but_not_for_a_comment_or_another_file(self):
+        chart = {"name": "wall", "measure": [], "page": "README.md", "made_of": ["scenes/wall.*", "law"]}
+        for file, text in (("scenes/wall.toml", "mass_kg = 1  \n# heavy\n"), ("law/a.cpp", "int a;  // one\n"),
+                           ("law/b.py", '"""Says."""\nx = 1\n'), ("other.cpp", "int b;\n")):
+            (self.out / file).parent.mkdir(exist_ok=True)
+            (self.out / file).write_text(text)
+        measured = chart_table.made_of(chart, self.out)
+        for file, text, is_stale in (("other.cpp", "int c;\n", False), ("scenes/wall.toml", "mass_kg = 1\n", False),
+                                     ("law/a.cpp", "/* two */ int a ;\n", False), ("law/b.py", '"""Reads."""\nx = 1\n', False),
+                                     ("scenes/wall.toml", "mass_kg = 2\n", True), ("law/a.cpp", "int d;\n", True),
+                                     ("law/b.py", "x = 2\n", True), ("law/new.cpp", "int e;\n", True)):
+            with self.subTest(file=file, text=text):
+                kept = (self.out / file).read_text() if (self.out / file).exists() else None
+                (self.out / file).write_text(text)
+                self.assertEqual(chart_table.made_of(chart, self.out) != measured, is_stale)
+                (self.out / file).unlink() if kept is None else (self.out / file).write_text(kept)
+
+    def test_a_stale_chart_is_one_line_and_fails_unless_its_page_says_of_which_commit_it_is(self):
+        now = chart_table.made_of(CHART)
+        old = {**now, CHART["made_of"][0]: "0"}
+        again = f"scripts/charts --only {CHART['name']} --full"
+        self.assertEqual(list(check_charts.check(CHART, now)), [])
+        self.assertEqual(list(check_charts.check(CHART, old)), [
+            (f"{CHART['name']}: {CHART['made_of'][0]} has changed since it was measured: {again}", True)])
+        self.assertIn("expected the words 'commit 0badc0de'",
+                      next(check_charts.check({**CHART, "stale_since": "0badc0de"}, old))[0])
+        self.assertEqual([fails for _, fails in check_charts.check({**CHART, "stale_since": "0badc0de"}, now)], [True])
+
+    def test_every_chart_that_is_measured_says_what_it_is_made_of(self):
+        for chart in TABLE["chart"]:
+            self.assertEqual(bool(chart["measure"]), bool(chart.get("made_of")), chart["name"])
+            for path in chart.get("made_of", ()):
+                self.assertTrue(any(daemons.ROOT.glob(path)), path)
 
     def test_the_page_is_what_the_table_says(self):
         self.assertEqual((CHARTS / "README.md").read_text(), chart_table.page(TABLE),
